@@ -1,0 +1,44 @@
+# One place for how our own code is compiled.
+set(CMAKE_CXX_STANDARD 20)
+set(CMAKE_CXX_STANDARD_REQUIRED ON)
+set(CMAKE_CXX_EXTENSIONS OFF)
+set(CMAKE_EXPORT_COMPILE_COMMANDS ON)
+set(CMAKE_RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/bin)
+if(NOT CMAKE_BUILD_TYPE)
+  set(CMAKE_BUILD_TYPE Release CACHE STRING "" FORCE)
+endif()
+
+find_program(TREPHINE_CCACHE ccache)
+if(TREPHINE_CCACHE)
+  set(CMAKE_C_COMPILER_LAUNCHER ${TREPHINE_CCACHE})
+  set(CMAKE_CXX_COMPILER_LAUNCHER ${TREPHINE_CCACHE})
+endif()
+
+add_library(trephine_flags INTERFACE)
+# Same bits on every compiler: no fused multiply-add, no reordering.
+target_compile_options(trephine_flags INTERFACE -Wall -Wextra -Wpedantic -Wconversion -ffp-contract=off
+                       $<$<BOOL:${TREPHINE_WARNINGS_AS_ERRORS}>:-Werror>)
+target_compile_definitions(trephine_flags INTERFACE $<$<BOOL:${TREPHINE_ASSERTS}>:TREPHINE_ASSERTS>)
+if(TREPHINE_SANITIZE)
+  add_compile_options(-fsanitize=${TREPHINE_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=all)
+  add_link_options(-fsanitize=${TREPHINE_SANITIZE})
+endif()
+
+# trephine_library(NAME SOURCES ... [USES public targets] [LINKS private targets])
+function(trephine_library name)
+  cmake_parse_arguments(arg "" "" "SOURCES;USES;LINKS" ${ARGN})
+  add_library(trephine_${name} STATIC ${arg_SOURCES})
+  add_library(trephine::${name} ALIAS trephine_${name})
+  set_target_properties(trephine_${name} PROPERTIES POSITION_INDEPENDENT_CODE ON)
+  target_include_directories(trephine_${name} PUBLIC ${PROJECT_SOURCE_DIR})
+  target_link_libraries(trephine_${name} PUBLIC ${arg_USES} PRIVATE trephine_flags ${arg_LINKS})
+endfunction()
+
+# trephine_test(NAME SOURCES ... [LINKS targets]): one GoogleTest program, each case its own ctest
+function(trephine_test name)
+  cmake_parse_arguments(arg "" "" "SOURCES;LINKS" ${ARGN})
+  add_executable(${name} ${arg_SOURCES})
+  target_include_directories(${name} PRIVATE ${PROJECT_SOURCE_DIR})
+  target_link_libraries(${name} PRIVATE ${arg_LINKS} trephine_flags GTest::gtest_main)
+  gtest_discover_tests(${name} DISCOVERY_MODE PRE_TEST PROPERTIES TIMEOUT 300)
+endfunction()

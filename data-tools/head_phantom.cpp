@@ -1,0 +1,177 @@
+#include "data-tools/head_phantom.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <glm/geometric.hpp>
+
+#include "volume/deterministic_math.h"
+
+namespace trephine::data_tools {
+
+namespace {
+
+using glm::dvec3;
+
+// Signed distances (mm, negative inside), after the well-known first-order forms.
+double ellipsoid(const dvec3& p, const dvec3& radii) {
+  const double k = glm::length(p / radii), slope = glm::length(p / (radii * radii));
+  return slope > 1e-12 ? k * (k - 1) / slope : -std::min({radii.x, radii.y, radii.z});
+}
+double capsule(const dvec3& p, const dvec3& a, const dvec3& b, double ra, double rb) {
+  const dvec3 ab = b - a;
+  const double t = std::clamp(glm::dot(p - a, ab) / glm::dot(ab, ab), 0.0, 1.0);
+  return glm::length(p - a - t * ab) - (ra + t * (rb - ra));
+}
+/// Union with a fillet of radius k.
+double blend(double a, double b, double k) {
+  const double h = std::max(k - std::abs(a - b), 0.0) / k;
+  return std::min(a, b) - h * h * k * 0.25;
+}
+double carve(double solid, double hole, double k) { return -blend(-solid, hole, k); }
+
+/// A smooth wave of amplitude 1, different along each axis.
+double wave(const dvec3& p, double period) {
+  const double s = 6.283185307179586 / period;
+  return volume::deterministic_sin(s * p.x + 1.3) * volume::deterministic_sin(s * p.y * 0.87 + 0.4) *
+         volume::deterministic_sin(s * p.z * 1.13 + 2.1);
+}
+
+/// The cranium bends: narrower in front, flat below.
+double cranium(const dvec3& p, double inward) {
+  const double narrow = 1.0 + 0.10 * std::clamp(-p.y / 90.0, -0.6, 1.0);
+  const dvec3 q(p.x * narrow, p.y, p.z);
+  const double dome = ellipsoid(q, dvec3(71, 89, 69) - inward);
+  const double base = -(p.z + 46.0 + 0.10 * (p.y + 20)) + inward;  // the skull base slopes down to the back
+  return carve(dome, -base, 14.0);
+}
+
+/// Bone of the face and jaws below the brain case; p.x >= 0 (the head is symmetric).
+struct Face {
+  double bone = 1e3, tooth = 1e3, air = 1e3;
+};
+Face face(const dvec3& p) {
+  Face f;
+  if (p.z > -8 || p.z < -124) return f;
+  // Brow, cheek bone, arch and upper jaw.
+  double bone = capsule(p, {4, -84, -25}, {44, -70, -24}, 6.5, 5.5);
+  bone = blend(bone, capsule(p, {44, -70, -24}, {48, -66, -46}, 5.0, 7.0), 6);
+  bone = blend(bone, capsule(p, {48, -66, -48}, {20, -78, -56}, 7.0, 6.0), 6);
+  bone = blend(bone, capsule(p, {50, -62, -48}, {65, -30, -45}, 4.5, 3.2), 5);
+  bone = blend(bone, capsule(p, {65, -30, -45}, {63, -2, -43}, 3.2, 5.0), 5);
+  bone = blend(bone, capsule(p, {5, -88, -27}, {6, -97, -44}, 3.6, 3.0), 4);            // nasal bones
+  bone = blend(bone, ellipsoid(p - dvec3(0, -68, -66), {27, 24, 19}), 8);                // maxilla
+  bone = blend(bone, ellipsoid(p - dvec3(30, -52, -36), {18, 26, 12}), 6);               // orbit's floor and walls
+  // Holes: orbit, nose, sinus.
+  const dvec3 eye = p - dvec3(29, -84, -35);
+  const double orbit = ellipsoid(dvec3(eye.x + 0.28 * eye.y, eye.y, eye.z + 0.05 * eye.y), {17.5, 44, 16});
+  bone = carve(bone, orbit, 3);
+  const double nose = ellipsoid(p - dvec3(0, -84, -58), {9.5, 34, 15});
+  bone = carve(bone, nose, 3);
+  bone = carve(bone, ellipsoid(p - dvec3(19, -64, -60), {7, 13, 10}), 2);
+  f.air = std::min(nose + 1.5, ellipsoid(p - dvec3(19, -64, -60), {6.5, 12.5, 9.5}));
+  // Lower jaw: condyle, ramus, body, chin.
+  double jaw = capsule(p, {50, -14, -50}, {49, -20, -72}, 5.0, 6.0);
+  jaw = blend(jaw, capsule(p, {52, -42, -58}, {48, -30, -82}, 2.6, 6.0), 8);
+  jaw = blend(jaw, capsule(p, {49, -20, -72}, {46, -26, -96}, 6.0, 6.5), 6);
+  jaw = blend(jaw, capsule(p, {46, -26, -96}, {30, -66, -108}, 6.5, 7.0), 6);
+  jaw = blend(jaw, capsule(p, {30, -66, -108}, {0, -91, -113}, 7.0, 7.5), 8);
+  jaw = blend(jaw, capsule(p, {36, -50, -95}, {22, -80, -99}, 4.5, 4.5), 8);
+  jaw = blend(jaw, capsule(p, {22, -80, -99}, {0, -90, -100}, 4.5, 4.5), 6);
+  f.bone = std::min(bone, jaw);
+  // Eight teeth a quarter along an arch.
+  if (p.z < -74 && p.z > -104 && p.y < -40 && p.x < 34) {
+    for (int i = 0; i < 8; ++i) {
+      const double u = (i + 0.5) / 8.0, x = 29.0 * volume::deterministic_sin(1.45 * u);
+      const double y = -94.0 + 44.0 * u * u, r = i < 3 ? 2.7 : i < 5 ? 3.1 : 4.3;
+      f.tooth = std::min(f.tooth, capsule(p, {x, y + 1.5, -78}, {x, y - 0.5, -87.2}, 2.2, r));
+      f.tooth = std::min(f.tooth, capsule(p, {x, y + 2.5, -99}, {x, y + 1.0, -92.4}, 2.2, r - 0.2));
+    }
+  }
+  return f;
+}
+
+/// How wavy seams run over the dome: distance to the coronal and the sagittal suture (mm).
+double suture(const dvec3& p, double side_x) {
+  const double jag = 1.6 * volume::deterministic_sin(side_x * 0.9) + 1.1 * volume::deterministic_sin(side_x * 2.3 + 0.7);
+  const double coronal = std::abs(p.y + 24 + 0.10 * std::abs(side_x) + jag);
+  const double jag_y = 1.5 * volume::deterministic_sin(p.y * 0.8) + 1.2 * volume::deterministic_sin(p.y * 2.1 + 1.1);
+  const double sagittal = p.y > -24 && p.y < 66 ? std::abs(side_x + jag_y) : 1e3;
+  const double back = std::abs(p.y - 66 - 0.0 + 0.55 * std::abs(side_x) * -1.0 + jag);
+  const double lambdoid = p.y > 40 ? back : 1e3;
+  return p.z > 2 ? std::min({coronal, sagittal, lambdoid}) : 1e3;
+}
+
+}  // namespace
+
+HeadSample sample_head(const dvec3& world, double voxel_mm) noexcept {
+  const dvec3 p(std::abs(world.x), world.y, world.z);  // mirror images but for seams, folds and noise
+  const double edge = std::max(voxel_mm, 0.2);
+  // Share of a voxel inside a surface at signed distance s.
+  const auto share = [edge](double s) { return std::clamp(0.5 - s / edge, 0.0, 1.0); };
+  double hu = -1000;
+  HeadTissue tissue = HeadTissue::air;
+  const auto paint = [&](double s, double value, HeadTissue kind) {
+    const double a = share(s);
+    hu += a * (value - hu);
+    if (a >= 0.5) tissue = kind;
+  };
+
+  // Skin: dome, face and neck.
+  const double outer = cranium(p, 0);
+  double skin = ellipsoid(p - dvec3(0, 2, 1), {77, 96, 76});
+  skin = blend(skin, ellipsoid(p - dvec3(0, -46, -62), {60, 60, 66}), 20);
+  skin = blend(skin, capsule(p, {0, -94, -36}, {0, -104, -58}, 7, 8), 10);
+  skin = blend(skin, capsule(p, {0, 12, -60}, {0, 20, -140}, 56, 54), 20);
+  if (skin > 2 * edge) return {hu, tissue};
+  paint(skin, 45, HeadTissue::soft_tissue);
+  if (skin < -1.8) paint(std::max(skin + 1.8, -(skin + 5.0)), -70, HeadTissue::soft_tissue);  // fat below the skin
+
+  // The shell: two tables, diploe between, thinner at the temples, with seams and vessel grooves.
+  const double temple = std::clamp((p.x - 45) / 25, 0.0, 1.0) * std::clamp(1 - std::abs(p.z + 8) / 42, 0.0, 1.0);
+  const double thickness = 7.2 - 3.2 * temple + 0.7 * wave(world, 62);
+  const double groove = p.z > 2 && outer > -1.6 ? 0.9 * std::max(0.0, 1 - suture(world, world.x) / 1.1) : 0.0;
+  const double outside = outer + groove, inside = outer + thickness;
+  double shell = std::max(outside, -inside);
+  const double magnum = std::max(std::sqrt(p.x * p.x + (p.y - 22) * (p.y - 22)) - 16.0, p.z + 20);
+  shell = carve(shell, magnum, 4);
+  const double mastoid = ellipsoid(p - dvec3(56, 16, -52), {11, 14, 20});
+  const Face f = face(p);
+  double bone = blend(shell, mastoid, 6);
+  if (f.bone < 50) {
+    const double in_brain_case = inside + 2.0;  // the face ends where the brain case begins
+    bone = blend(bone, std::max(f.bone, -in_brain_case), 5);
+  }
+  const dvec3 ear = p - dvec3(66, 4, -42);
+  bone = carve(bone, std::max(std::sqrt(ear.y * ear.y + ear.z * ear.z) - 3.6, 46 - p.x), 2);
+
+  if (bone < edge) {
+    paint(bone, 1480, HeadTissue::cortical_bone);
+    // Diploe: between the tables of the dome, and the cores of thick bones; trabeculae as a fine wave.
+    const double table = 1.7;
+    const double core = std::max(std::max(outside + table, -(inside - table)), bone + table);
+    const double thick = bone + 2.6;
+    const double marrow = inside > 0 && outside < 0 ? core : thick;
+    if (marrow < edge) paint(marrow, 520 + 190 * wave(world, 3.7) + 60 * wave(world, 9.1), HeadTissue::diploe);
+  }
+  if (f.tooth < edge) paint(f.tooth, 2250, HeadTissue::tooth);
+  if (f.air < edge && tissue == HeadTissue::soft_tissue) paint(f.air, -950, HeadTissue::air);
+  if (mastoid < -3 && outside > -2) paint(1.2 - 2.4 * std::abs(wave(world, 9)), -500, HeadTissue::air);
+
+  // Inside the brain case: dura, fluid, folded brain, ventricles.
+  if (inside < edge) {
+    paint(std::max(inside, -(inside + 1.1)), 85, HeadTissue::dura);
+    paint(inside + 1.1, 9, HeadTissue::cerebrospinal_fluid);
+    const double fissure = 1.1 - p.x;  // between the hemispheres
+    const double fold = 1.9 * std::abs(wave(world + 5.0 * dvec3(wave(world, 47), wave(world, 53), 0), 24)) * 2.0;
+    double brain = inside + 2.2 + std::max(0.0, 2.4 - fold);
+    if (p.z > -5) brain = std::max(brain, fissure);
+    paint(brain, 37, HeadTissue::brain);
+    if (brain < -3.5) paint(brain + 3.5, 27, HeadTissue::brain);  // white matter
+    const double ventricle = std::min(capsule(p, {7, -26, 8}, {10, 18, 12}, 4.5, 6.0), capsule(p, {10, 18, 12}, {22, 30, -6}, 6.0, 3.0));
+    paint(ventricle, 6, HeadTissue::ventricle);
+  }
+  return {hu, tissue};
+}
+
+}  // namespace trephine::data_tools

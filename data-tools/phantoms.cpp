@@ -1,0 +1,241 @@
+#include "data-tools/phantoms.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <vector>
+
+#include "data-tools/head_phantom.h"
+#include "volume/deterministic_math.h"
+#include "volume/gaussian.h"
+#include "volume/parallel.h"
+
+namespace trephine::data_tools {
+
+using glm::dvec3;
+using volume::Error;
+using volume::Frame;
+using volume::Result;
+using volume::Volume;
+
+namespace {
+
+constexpr double k_box_mm = 120, k_air = -1000, k_solid = 1600;
+constexpr double k_degree = 3.14159265358979323846 / 180;
+
+const std::vector<PhantomInfo> k_catalogue{
+    {"sphere", "a ball", {{"radius", "mm", 45}}},
+    {"plane", "a half space below a tilted plane", {{"angle", "degrees from the xy plane", 30}, {"offset", "mm along the normal", 0}}},
+    {"plate", "a tilted plate", {{"thickness", "mm", 6}, {"angle", "degrees from the xy plane", 30}}},
+    {"torus", "a ring about z", {{"major", "mm to the tube's middle", 35}, {"minor", "mm, tube radius", 14}}},
+    {"gyroid", "a labyrinth", {{"period", "mm", 30}}},
+    {"shell", "a skull-like shell between 0.36 and 0.42 of the box, with two holes", {{"noise", "HU, +- uniform", 20}}},
+    {"head", "an anatomical head with labels", {{"noise", "HU, standard deviation", 12}}},
+};
+
+const PhantomInfo* find(const std::string& name) {
+  for (const PhantomInfo& info : k_catalogue)
+    if (info.name == name) return &info;
+  return nullptr;
+}
+
+using Parameters = std::map<std::string, double>;
+double parameter(const std::string& phantom, const Parameters& given, const std::string& name) {
+  if (const auto it = given.find(name); it != given.end()) return it->second;
+  for (const PhantomParameter& p : find(phantom)->parameters)
+    if (p.name == name) return p.value;
+  return 0;
+}
+
+/// Normal of a plane tilted about y.
+dvec3 tilted_normal(double degrees) {
+  return {volume::deterministic_sin(degrees * k_degree), 0, volume::deterministic_cos(degrees * k_degree)};
+}
+
+/// One analytic shape with its parameters looked up once.
+struct AnalyticShape {
+  enum class Kind { sphere, plane, plate, torus, gyroid, shell } kind;
+  double a = 0, b = 0;
+  dvec3 normal{0, 0, 1};
+
+  AnalyticShape(const std::string& name, const Parameters& given) {
+    const auto get = [&](const char* key) { return parameter(name, given, key); };
+    if (name == "sphere") kind = Kind::sphere, a = get("radius");
+    else if (name == "plane") kind = Kind::plane, normal = tilted_normal(get("angle")), a = get("offset");
+    else if (name == "plate") kind = Kind::plate, normal = tilted_normal(get("angle")), a = 0.5 * get("thickness");
+    else if (name == "torus") kind = Kind::torus, a = get("major"), b = get("minor");
+    else if (name == "gyroid") kind = Kind::gyroid, a = 360 * k_degree / get("period");
+    else kind = Kind::shell;
+  }
+
+  double distance(const dvec3& p) const {
+    switch (kind) {
+      case Kind::sphere: return glm::length(p) - a;
+      case Kind::plane: return glm::dot(p, normal) - a;
+      case Kind::plate: return std::abs(glm::dot(p, normal)) - a;
+      case Kind::torus: {
+        const double ring = std::sqrt(p.x * p.x + p.y * p.y) - a;
+        return std::sqrt(ring * ring + p.z * p.z) - b;
+      }
+      case Kind::gyroid: {
+        const dvec3 s(volume::deterministic_sin(a * p.x), volume::deterministic_sin(a * p.y), volume::deterministic_sin(a * p.z));
+        const dvec3 c(volume::deterministic_cos(a * p.x), volume::deterministic_cos(a * p.y), volume::deterministic_cos(a * p.z));
+        const double f = s.x * c.y + s.y * c.z + s.z * c.x;
+        const dvec3 slope(c.x * c.y - s.z * s.x, c.y * c.z - s.x * s.y, c.z * c.x - s.y * s.z);
+        return f / std::max(a * glm::length(slope), 1e-9);
+      }
+      case Kind::shell: {
+        const double r = glm::length(p);
+        const double shell = std::max(r - 0.42 * k_box_mm, 0.36 * k_box_mm - r);
+        const double top = p.z > 0 ? std::sqrt(p.x * p.x + p.y * p.y) - 9 : 1e3;
+        const double side = p.x > 0 ? std::sqrt((p.y - 10) * (p.y - 10) + p.z * p.z) - 6 : 1e3;
+        return std::max({shell, -top, -side});
+      }
+    }
+    return 0;
+  }
+};
+
+/// Share of the unit cube about 0 in which value + slope . x <= 0: exact for a plane.
+double covered_share(double value, dvec3 slope) {
+  slope = glm::abs(slope);
+  const double largest = std::max({slope.x, slope.y, slope.z});
+  const dvec3 m = glm::max(slope, dvec3(1e-3 * largest));  // keeps the closed form well conditioned
+  const double alpha = -value + 0.5 * (m.x + m.y + m.z);
+  if (alpha <= 0) return 0;
+  if (alpha >= m.x + m.y + m.z) return 1;
+  const auto cube = [](double x) { return x > 0 ? x * x * x : 0.0; };
+  const double sum = cube(alpha) - cube(alpha - m.x) - cube(alpha - m.y) - cube(alpha - m.z) +
+                     cube(alpha - m.x - m.y) + cube(alpha - m.y - m.z) + cube(alpha - m.x - m.z);
+  return std::clamp(sum / (6 * m.x * m.y * m.z), 0.0, 1.0);
+}
+
+/// Coverage of every voxel by the shape, its surface taken as flat within a voxel.
+void fill_coverage(const AnalyticShape& shape, const Volume& volume, std::span<float> out, int threads) {
+  const dvec3 dx = volume.frame.axes()[0], dy = volume.frame.axes()[1], dz = volume.frame.axes()[2];
+  const double reach = 0.5 * volume.frame.diagonal_mm() + 1e-9;
+  volume::parallel_for(volume.size.z, threads, [&](int z) {
+    for (int y = 0; y < volume.size.y; ++y)
+      for (int x = 0; x < volume.size.x; ++x) {
+        const dvec3 p = volume.frame.world_from_volume(dvec3(x, y, z));
+        const double s = shape.distance(p);
+        double share = s < 0 ? 1 : 0;
+        if (std::abs(s) < reach) {
+          const auto slope = [&](const dvec3& d) { return shape.distance(p + 0.5 * d) - shape.distance(p - 0.5 * d); };
+          share = covered_share(s, {slope(dx), slope(dy), slope(dz)});
+        }
+        out[volume.index(x, y, z)] = static_cast<float>(share);
+      }
+  });
+}
+
+Result<Frame> phantom_frame(const dvec3& low, const dvec3& high, const glm::ivec3& size, const dvec3& spacing, double shear) {
+  glm::dmat3 axes(0.0);
+  for (int i = 0; i < 3; ++i) axes[i][i] = spacing[i];
+  axes[2][1] = spacing.z * volume::deterministic_sin(shear * k_degree) / volume::deterministic_cos(shear * k_degree);
+  return Frame::from_axes(0.5 * (low + high) - axes * (0.5 * dvec3(size - 1)), axes);
+}
+
+}  // namespace
+
+std::span<const PhantomInfo> phantom_catalogue() { return k_catalogue; }
+
+double phantom_distance(const std::string& name, const Parameters& parameters, const dvec3& p_world) {
+  return AnalyticShape(name, parameters).distance(p_world);
+}
+
+Result<Volume> make_phantom(const std::string& name, const PhantomOptions& options) {
+  const PhantomInfo* info = find(name);
+  if (info == nullptr) {
+    std::string known;
+    for (const PhantomInfo& i : k_catalogue) known += (known.empty() ? "" : ", ") + i.name;
+    return Error{"there is no such phantom", "", name, "one of " + known, "pick one of the names above"};
+  }
+  for (const auto& [key, value] : options.parameters) {
+    std::string known;
+    bool is_known = false;
+    for (const PhantomParameter& p : info->parameters) {
+      known += (known.empty() ? "" : ", ") + p.name;
+      is_known = is_known || p.name == key;
+    }
+    if (!is_known) return Error{"phantom " + name + " has no such parameter", "--set", key, "one of " + known, ""};
+    const bool may_be_zero = key == "angle" || key == "offset" || key == "noise";
+    if (!std::isfinite(value) || std::abs(value) > 1e4 || (!may_be_zero && value <= 0) || (key == "noise" && value < 0))
+      return Error{"the parameter is out of range", "--set " + key, std::to_string(value), "a positive finite number", ""};
+  }
+  if (!(options.psf_sigma_voxels >= 0 && options.psf_sigma_voxels <= 2))
+    return Error{"the blur is out of range", "--psf", std::to_string(options.psf_sigma_voxels), "0 to 2 voxels", ""};
+  if (!(std::abs(options.shear_degrees) <= 45))
+    return Error{"the shear is out of range", "--shear", std::to_string(options.shear_degrees), "-45 to 45 degrees", ""};
+
+  // The grid: size and spacing, one derived from the other and the box.
+  const bool is_head = name == "head";
+  const dvec3 low = is_head ? k_head_low : dvec3(-0.5 * k_box_mm), high = is_head ? k_head_high : dvec3(0.5 * k_box_mm);
+  glm::ivec3 size(0);
+  dvec3 spacing(0);
+  if (options.spacing_mm) {
+    spacing = *options.spacing_mm;
+    for (int i = 0; i < 3; ++i)
+      if (!(spacing[i] > 0) || !std::isfinite(spacing[i]))
+        return Error{"the spacing is not a positive number", "--spacing", std::to_string(spacing[i]), "mm above 0", ""};
+  }
+  if (options.size) size = *options.size;
+  for (int i = 0; i < 3; ++i) {
+    if (!options.size && !options.spacing_mm) {
+      spacing[i] = is_head ? 0.8 : k_box_mm / 128;
+    } else if (!options.spacing_mm) {
+      if (size[i] < 1) break;  // make_volume says so below
+      spacing[i] = (high[i] - low[i]) / size[i];
+    }
+    if (!options.size)
+      size[i] = static_cast<int>(std::clamp(std::floor((high[i] - low[i]) / spacing[i] + 0.5), 1.0, 1e9));
+  }
+  if (is_head && options.size && !options.spacing_mm)
+    spacing = dvec3(std::max({spacing.x, spacing.y, spacing.z}));  // cubes that hold the whole head
+  for (int i = 0; i < 3; ++i)
+    if (!(spacing[i] > 0)) spacing[i] = 1;
+  Result<Frame> frame = phantom_frame(low, high, size, spacing, options.shear_degrees);
+  if (!frame) return frame.error();
+  Result<Volume> made = volume::make_volume(size, frame.value(), is_head);
+  if (!made) return made;
+  Volume& result = made.value();
+  result.is_hounsfield = true;
+
+  std::vector<float> values(result.voxels.size());
+  if (is_head) {
+    for (const char* tissue : k_head_tissue_names) result.label_names.emplace_back(tissue);
+    const double voxel_mm = std::max({spacing.x, spacing.y, spacing.z});
+    volume::parallel_for(size.z, options.threads, [&](int z) {
+      for (int y = 0; y < size.y; ++y)
+        for (int x = 0; x < size.x; ++x) {
+          const HeadSample s = sample_head(result.frame.world_from_volume(dvec3(x, y, z)), voxel_mm);
+          const std::size_t i = result.index(x, y, z);
+          values[i] = static_cast<float>(s.hounsfield);
+          result.labels[i] = static_cast<std::uint8_t>(s.tissue);
+        }
+    });
+  } else {
+    fill_coverage(AnalyticShape(name, options.parameters), result, values, options.threads);
+  }
+
+  const double sigma = options.psf_sigma_voxels > 0 || options.is_psf_given || !is_head ? options.psf_sigma_voxels : 0.6;
+  volume::gaussian_blur(values, size, dvec3(sigma), options.threads);
+
+  // Noise and rounding; HU stay what 12-bit scanners give.
+  const double noise = parameter(name, options.parameters, "noise");
+  volume::parallel_for(size.z, options.threads, [&](int z) {
+    const std::size_t begin = result.index(0, 0, z), end = begin + static_cast<std::size_t>(size.x) * static_cast<std::size_t>(size.y);
+    for (std::size_t i = begin; i < end; ++i) {
+      double hu = is_head ? static_cast<double>(values[i]) : k_air + (k_solid - k_air) * static_cast<double>(values[i]);
+      if (noise > 0) {
+        const double uniform = static_cast<double>(volume::hash_bits(volume::hash_bits(options.seed) ^ i) >> 11) * 0x1p-52 - 1;
+        hu += noise * (is_head ? volume::hash_normal(options.seed, i) : uniform);
+      }
+      result.voxels[i] = static_cast<std::int16_t>(std::floor(std::clamp(hu, -1024.0, 3071.0) + 0.5));
+    }
+  });
+  return made;
+}
+
+}  // namespace trephine::data_tools

@@ -1,0 +1,250 @@
+#include "volume/removal.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <atomic>
+#include <glm/geometric.hpp>
+#include <random>
+#include <thread>
+
+#include "volume/occupancy.h"
+#include "volume/surface_nets.h"
+
+namespace trephine::volume {
+namespace {
+
+std::shared_ptr<Volume> block(const glm::ivec3& size, const Frame& frame) {
+  auto v = std::make_shared<Volume>(make_volume(size, frame).value());
+  for (auto& x : v->voxels.span()) x = 1000;
+  return v;
+}
+
+double capsule_distance(const glm::dvec3& p, const Sweep& s) {
+  const glm::dvec3 ab = s.end_world - s.start_world;
+  const double l2 = glm::dot(ab, ab);
+  const double t = l2 > 0 ? std::clamp(glm::dot(p - s.start_world, ab) / l2, 0.0, 1.0) : 0.0;
+  return glm::length(p - s.start_world - t * ab) - s.radius_mm;
+}
+
+std::vector<Frame> frames() {
+  glm::dmat3 sheared(0.0);
+  sheared[0][0] = 0.5, sheared[1][1] = 0.6, sheared[2][2] = 0.9, sheared[2][1] = 0.3;
+  return {Frame(), Frame::from_spacing({5, -3, 2}, {0.48, 0.48, 1.25}).value(), Frame::from_axes({1, 2, 3}, sheared).value()};
+}
+
+// Distances, kept bits and masks against a brute force that walks every voxel and sample in double precision.
+TEST(Removal, EqualsBruteForceInEveryFrame) {
+  for (const Frame& frame : frames())
+    for (const double radius : {1.1, 4.0}) {
+      const auto base = block({40, 36, 30}, frame);
+      const Field field(*base, Shape{});
+      RemovalEditor editor(std::make_shared<Version>(base), {field});
+      std::vector<Sweep> sweeps;
+      std::mt19937_64 random(3);
+      std::uniform_real_distribution<double> index(8, 28);
+      glm::dvec3 at = frame.world_from_volume({15, 15, 12});
+      for (int i = 0; i < 5; ++i) {
+        const glm::dvec3 to = frame.world_from_volume({index(random), index(random), index(random)});
+        sweeps.push_back({at, to, radius, i > 0});
+        at = to;
+      }
+      std::int64_t units = 0;
+      for (const Sweep& s : sweeps) units += editor.remove(s).removed_units;
+      const auto version = editor.publish();
+      EXPECT_EQ(version->ledger().total(), units);
+
+      std::int64_t expected_units = 0;
+      int disagreements = 0;
+      for (int z = 0; z < base->size.z; ++z)
+        for (int y = 0; y < base->size.y; ++y)
+          for (int x = 0; x < base->size.x; ++x) {
+            const glm::dvec3 p = frame.world_from_volume({x, y, z});
+            double d = 1e9;
+            for (const Sweep& s : sweeps) d = std::min(d, capsule_distance(p, s));
+            const double clamped = std::clamp(d, -version->band_mm(), version->band_mm());
+            ASSERT_NEAR(version->distance_at(x, y, z), clamped, 2e-5);
+            if (std::abs(d) > 1e-5) { ASSERT_EQ(version->is_kept({x, y, z}), d > 0); }
+            const Brick* brick = version->brick_at(x, y, z);
+            const RemovalMask* mask = brick ? brick->mask.get() : nullptr;
+            const int n = mask ? mask->n : 4;
+            for (int s = 0; s < n * n * n; ++s) {
+              const glm::dvec3 offset = (glm::dvec3(s % n, s / n % n, s / (n * n)) + 0.5) / double(n) - 0.5;
+              const glm::dvec3 q = frame.world_from_volume(glm::dvec3(x, y, z) + offset);
+              double e = 1e9;
+              for (const Sweep& sweep : sweeps) e = std::min(e, capsule_distance(q, sweep));
+              const bool is_removed = mask && (mask->words[Brick::index(x & 7, y & 7, z & 7) * static_cast<std::size_t>(mask->words_per_voxel()) + static_cast<std::size_t>(s / 64)] >> (s % 64) & 1);
+              if (is_removed != (e <= 0)) {
+                ++disagreements;
+                ASSERT_LT(std::abs(e), 2e-5);  // single precision on the very surface
+              }
+              const bool is_solid = field.value(glm::dvec3(x, y, z) + offset) >= 0;
+              if (is_removed && is_solid) expected_units += RemovalLedger::k_units_per_voxel / (n * n * n);
+            }
+          }
+      EXPECT_EQ(units, expected_units);
+      EXPECT_LT(disagreements, 20);
+      EXPECT_GT(units, 1000);
+    }
+}
+
+TEST(Removal, IsIdempotentAndOrderFree) {
+  const auto base = block({48, 48, 48}, Frame());
+  const Field field(*base, Shape{});
+  std::vector<Sweep> sweeps;
+  std::mt19937_64 random(17);
+  std::uniform_real_distribution<double> anywhere(4, 44);
+  for (int i = 0; i < 12; ++i) {
+    const glm::dvec3 a(anywhere(random), anywhere(random), anywhere(random));
+    sweeps.push_back({a, a + glm::dvec3(5, 2, -3), i % 2 ? 5.0 : 2.5});
+  }
+  // Large burrs before small ones and after: masks end equally fine where both cut, so compare kept bits and ledger
+  // for any order, and the whole hash where the fineness cannot differ.
+  const auto run = [&](std::vector<Sweep> order) {
+    RemovalEditor editor(std::make_shared<Version>(base), {field});
+    for (const Sweep& s : order) editor.remove(s);
+    return editor.publish();
+  };
+  for (Sweep& s : sweeps) s.radius_mm = 5.0;
+  const auto first = run(sweeps);
+  std::vector<Sweep> twice = sweeps;
+  twice.insert(twice.end(), sweeps.begin(), sweeps.end());
+  EXPECT_EQ(run(twice)->content_hash(), first->content_hash());
+  EXPECT_EQ(run(twice)->ledger().total(), first->ledger().total());
+  std::shuffle(sweeps.begin(), sweeps.end(), random);
+  EXPECT_EQ(run(sweeps)->content_hash(), first->content_hash());
+  EXPECT_EQ(run(sweeps)->ledger().total(), first->ledger().total());
+}
+
+// A continued sweep skips what lies behind; it must equal the plain one (distances to single-precision rounding).
+TEST(Removal, ContinuingASweepChangesNothing) {
+  for (const double step : {0.02, 0.3, 2.0}) {
+    const auto base = block({48, 40, 40}, Frame());
+    const Field field(*base, Shape{});
+    std::shared_ptr<const Version> results[2];
+    for (const bool continues : {false, true}) {
+      RemovalEditor editor(std::make_shared<Version>(base), {field});
+      glm::dvec3 at(10, 20, 20);
+      for (int i = 0; i < 30; ++i) {
+        const glm::dvec3 to = at + step * glm::normalize(glm::dvec3(1, i % 3 - 1, 0.3 * (i % 5) - 0.6));
+        editor.remove({at, to, 6.0, continues && i > 0});
+        at = to;
+      }
+      results[continues] = editor.publish();
+    }
+    EXPECT_EQ(results[0]->ledger().total(), results[1]->ledger().total());
+    int kept_differently = 0;
+    for (int z = 0; z < 40; ++z)
+      for (int y = 0; y < 40; ++y)
+        for (int x = 0; x < 48; ++x) {
+          ASSERT_NEAR(results[0]->distance_at(x, y, z), results[1]->distance_at(x, y, z), 2e-5);
+          kept_differently += results[0]->is_kept({x, y, z}) != results[1]->is_kept({x, y, z});
+        }
+    EXPECT_EQ(kept_differently, 0);
+  }
+}
+
+TEST(Removal, OldVersionsStayAsTheyWere) {
+  const auto base = block({40, 40, 40}, Frame());
+  const Field field(*base, Shape{});
+  RemovalEditor editor(std::make_shared<Version>(base), {field});
+  std::vector<std::shared_ptr<const Version>> versions;
+  std::vector<std::uint64_t> hashes;
+  for (int i = 0; i < 8; ++i) {
+    editor.remove({{10.0 + i, 20, 20}, {11.0 + i, 20, 20}, 5});
+    versions.push_back(editor.publish());
+    hashes.push_back(versions.back()->content_hash());
+    editor.end_stroke();
+  }
+  for (std::size_t i = 0; i < versions.size(); ++i) EXPECT_EQ(versions[i]->content_hash(), hashes[i]);
+  // Undo to the third and go another way; the old line is untouched, and redoing it gives the same bits.
+  editor.reset(versions[2]);
+  editor.remove({{30, 10, 10}, {30, 10, 10}, 4});
+  EXPECT_NE(editor.publish()->content_hash(), hashes[2]);
+  for (std::size_t i = 0; i < versions.size(); ++i) EXPECT_EQ(versions[i]->content_hash(), hashes[i]);
+  editor.reset(versions[2]);
+  editor.remove({{13, 20, 20}, {14, 20, 20}, 5});
+  EXPECT_EQ(editor.publish()->content_hash(), hashes[3]);
+}
+
+TEST(Removal, MaskedRowsEqualKeptBits) {
+  const auto base = block({150, 30, 30}, Frame());
+  const Field field(*base, Shape{});
+  RemovalEditor editor(std::make_shared<Version>(base), {field});
+  editor.remove({{20, 15, 15}, {130, 12, 14}, 5});
+  const auto version = editor.publish();
+  for (int z = 0; z < 30; ++z)
+    for (int y = 0; y < 30; ++y) {
+      std::uint64_t words[3];
+      threshold_row(*base, Shape{}, y, z, words);
+      version->mask_row(y, z, 3, words);
+      for (int x = 0; x < 150; ++x) ASSERT_EQ(words[x / 64] >> (x % 64) & 1, version->is_kept({x, y, z}) ? 1u : 0u);
+    }
+}
+
+// Readers walk whatever version is newest while the writer makes more: every version they see is consistent
+// (its kept bits and its distances agree), and nothing is freed under them. Interleavings are forced by yields.
+TEST(VersionChannel, ReadersSeeWholeVersionsWhileEditsGoOn) {
+  const auto base = block({64, 64, 64}, Frame());
+  const Field field(*base, Shape{});
+  RemovalEditor editor(std::make_shared<Version>(base), {field});
+  VersionChannel channel(editor.publish());
+  std::atomic<bool> is_over{false};
+  std::atomic<int> torn{0}, looks{0}, backward{0};
+  std::vector<std::jthread> readers;
+  for (int r = 0; r < 3; ++r)
+    readers.emplace_back([&, r] {
+      const int reader = channel.open_reader();
+      std::uint64_t last = 0;
+      std::mt19937 random(static_cast<unsigned>(r));
+      while (!is_over.load()) {
+        const Version* version = channel.adopt(reader);
+        if (version->serial() < last) ++backward;
+        last = version->serial();
+        for (int i = 0; i < 40; ++i) {
+          const glm::ivec3 v(random() % 64, random() % 64, random() % 64);
+          if (i % 8 == 0) std::this_thread::yield();
+          if (version->is_kept(v) != (version->distance_at(v.x, v.y, v.z) > 0)) ++torn;
+        }
+        ++looks;
+      }
+      channel.close_reader(reader);
+    });
+  glm::dvec3 at(20, 20, 20);
+  std::size_t most_alive = 0;
+  for (int i = 0; i < 400; ++i) {
+    const glm::dvec3 to = at + glm::dvec3(0.06, 0.05, 0.04);
+    editor.remove({at, to, 6, i > 0});
+    channel.publish(editor.publish());
+    most_alive = std::max(most_alive, static_cast<std::size_t>(channel.alive_count()));
+    at = to;
+    if (i % 3 == 0) std::this_thread::yield();
+  }
+  while (looks.load() < 20) std::this_thread::yield();
+  is_over = true;
+  readers.clear();
+  EXPECT_EQ(torn.load(), 0);
+  EXPECT_EQ(backward.load(), 0);
+  channel.publish(editor.publish());
+  EXPECT_EQ(channel.alive_count(), 1) << "all readers are gone: only the newest may live";
+  EXPECT_GE(most_alive, 1u);
+}
+
+TEST(VersionChannel, KeepsWhatAReaderHolds) {
+  const auto base = block({32, 32, 32}, Frame());
+  RemovalEditor editor(std::make_shared<Version>(base), {});
+  VersionChannel channel(editor.publish());
+  const int reader = channel.open_reader();
+  const Version* held = channel.adopt(reader);
+  const std::uint64_t serial = held->serial();
+  for (int i = 0; i < 5; ++i) channel.publish(editor.publish());
+  EXPECT_EQ(held->serial(), serial);
+  EXPECT_EQ(channel.alive_count(), 6);
+  EXPECT_GT(channel.adopt(reader)->serial(), serial);
+  channel.publish(editor.publish());
+  EXPECT_LE(channel.alive_count(), 2);
+  channel.close_reader(reader);
+}
+
+}  // namespace
+}  // namespace trephine::volume

@@ -1,0 +1,64 @@
+// Removal of what a moving ball sweeps: the edit under every burr and saw.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "volume/field.h"
+#include "volume/traversal.h"
+#include "volume/version.h"
+
+namespace trephine::volume {
+
+/// A ball of `radius_mm` moved along a straight line, world frame.
+struct Sweep {
+  glm::dvec3 start_world{0.0};
+  glm::dvec3 end_world{0.0};
+  double radius_mm = 1;
+  /// The same ball was swept to `start_world` before, in this editor's state: what lies behind is done.
+  bool continues = false;
+};
+
+/// What one sweep changed.
+struct RemovalReport {
+  std::int64_t removed_units = 0;  ///< newly removed solid samples, RemovalLedger units
+  int bricks_changed = 0;
+  VoxelBox box{glm::ivec3(0), glm::ivec3(-1)};  ///< voxels that may have changed; empty when low > high
+};
+
+/// Makes new versions from old ones. One thread (the edit thread). Removal is a union: applying sweeps again or in
+/// another order gives the same masks, ledger and kept bits.
+class RemovalEditor {
+ public:
+  /// `solids`: a sample counts as removed matter when any of these fields is >= 0 there. Borrows their volume.
+  RemovalEditor(std::shared_ptr<const Version> start, std::vector<Field> solids);
+
+  /// Edits the working state; readers see nothing until publish().
+  RemovalReport remove(const Sweep& sweep);
+  /// The working state as an immutable version. Masks keep changing in place until end_stroke().
+  std::shared_ptr<const Version> publish();
+  /// From here on masks of published versions are never written again.
+  void end_stroke() { ++stroke_; }
+  /// Goes on from another version (undo, redo).
+  void reset(std::shared_ptr<const Version> start);
+
+  const Version& working() const noexcept { return *next_; }
+
+ private:
+  struct Shape;  // what one call to remove() needs everywhere
+
+  Page& editable_page(std::size_t index);
+  Brick& editable_brick(Page& page, std::size_t index);
+  RemovalMask& editable_mask(Brick& brick, int n);
+  void classify(RemovalMask& mask, const glm::ivec3& low) const;
+  void remove_in_brick(const Shape& shape, const glm::ivec3& low, std::size_t page, std::size_t index,
+                       RemovalReport& report);
+  std::int64_t count_solid(const RemovalMask& mask, const glm::ivec3& voxel, std::size_t in_brick,
+                           const std::uint64_t* fresh) const;
+
+  std::shared_ptr<Version> next_;
+  std::vector<Field> solids_;
+  std::uint64_t stroke_ = 1;
+};
+
+}  // namespace trephine::volume

@@ -1,0 +1,422 @@
+#include "volume/surface_nets.h"
+
+#include <emmintrin.h>
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <vector>
+
+#include "volume/parallel.h"
+#include "volume/surface_net_cases.h"
+
+namespace trephine::volume {
+
+namespace {
+
+constexpr std::uint32_t k_many_patches = 1u << 31;  // flag on a cell's first vertex id
+constexpr int k_halo = 2;                           // voxels below the first owned cell: one cell for quads, one for faces
+constexpr int k_layers_per_task = 16;
+
+/// Vertices and triangles that start in a row or layer; after the prefix sum, where they start.
+struct Counts {
+  std::uint32_t vertices = 0, triangles = 0;
+};
+
+/// Surface nets over a box of cells. Local voxel (i, j, k) is voxel first + (i, j, k); local cell i lies between
+/// local voxels i and i + 1. Owned cells (whose quads are made) are 2 .. count + 1 on each axis; the halo cells
+/// 1 get vertices too.
+class NetBuilder {
+ public:
+  NetBuilder(const SurfaceSource& source, const glm::ivec3& first_cell, const glm::ivec3& cells, bool has_halo_vertices,
+             int threads)
+      : source_(source), volume_(source.field->volume()), first_(first_cell - k_halo), cells_(cells),
+        vertex_low_(has_halo_vertices ? 1 : 2), threads_(threads), voxels_(cells + 2 * k_halo),
+        words_((voxels_.x + 63) / 64),
+        bits_(static_cast<std::size_t>(words_) * static_cast<std::size_t>(voxels_.y) * static_cast<std::size_t>(voxels_.z)),
+        is_cut_(source.version != nullptr && !source.version->is_untouched()) {
+    const Shape& shape = source.field->shape();
+    low_ = static_cast<float>(shape.low);
+    is_plain_window_ = !shape.is_label() && std::isinf(shape.high);
+  }
+
+  Mesh build() {
+    parallel_for(voxels_.z, threads_, [this](int z) { fill_bits(z); });
+
+    // Count per layer, then where each layer starts: the output does not depend on who makes which layer.
+    const int layers = cells_.z + k_halo;
+    std::vector<Counts> layer(static_cast<std::size_t>(layers) + 1);
+    parallel_for(layers, threads_, [&](int z) { layer[static_cast<std::size_t>(z) + 1] = count_layer(z); });
+    for (std::size_t z = 1; z < layer.size(); ++z) {
+      layer[z].vertices += layer[z - 1].vertices;
+      layer[z].triangles += layer[z - 1].triangles;
+    }
+
+    Mesh mesh;
+    mesh.vertices = Buffer<glm::vec3>(layer.back().vertices);
+    mesh.triangles = Buffer<std::uint32_t>(3 * static_cast<std::size_t>(layer.back().triangles));
+    const int tasks = (layers + k_layers_per_task - 1) / k_layers_per_task;
+    parallel_for(tasks, threads_, [&](int task) {
+      Slabs slabs(cells_ + k_halo);
+      const int begin = task * k_layers_per_task;
+      if (begin > 0) number_layer(begin - 1, layer[static_cast<std::size_t>(begin) - 1].vertices, slabs);
+      for (int z = begin; z < std::min(begin + k_layers_per_task, layers); ++z) {
+        slabs.turn();
+        emit_layer(z, layer[static_cast<std::size_t>(z)], slabs, mesh);
+      }
+    });
+    return mesh;
+  }
+
+ private:
+  /// First vertex and case of the active cells of the layer in work (`now`) and the one below (`below`).
+  struct Slabs {
+    explicit Slabs(const glm::ivec3& cells)
+        : width(static_cast<std::size_t>(cells.x)),
+          ids{Buffer<std::uint32_t>(width * static_cast<std::size_t>(cells.y)),
+              Buffer<std::uint32_t>(width * static_cast<std::size_t>(cells.y))},
+          cases{Buffer<const NetCase*>(width * static_cast<std::size_t>(cells.y)),
+                Buffer<const NetCase*>(width * static_cast<std::size_t>(cells.y))} {}
+    void turn() { now ^= 1; }
+    std::size_t width;
+    std::array<Buffer<std::uint32_t>, 2> ids;
+    std::array<Buffer<const NetCase*>, 2> cases;  // written for cells of several patches only
+    std::size_t now = 0;
+  };
+
+  std::uint64_t* bit_row(int y, int z) {
+    return bits_.data() + static_cast<std::size_t>(words_) * (static_cast<std::size_t>(y) +
+                          static_cast<std::size_t>(voxels_.y) * static_cast<std::size_t>(z));
+  }
+  const std::uint64_t* bit_row(int y, int z) const { return const_cast<NetBuilder*>(this)->bit_row(y, z); }
+
+  void fill_bits(int z) {
+    const int gz = first_.z + z;
+    const int source_words = (volume_.size.x + 63) / 64;
+    std::vector<std::uint64_t> row(static_cast<std::size_t>(source_words));
+    for (int y = 0; y < voxels_.y; ++y) {
+      std::uint64_t* out = bit_row(y, z);
+      const int gy = first_.y + y;
+      if (gy < 0 || gz < 0 || gy >= volume_.size.y || gz >= volume_.size.z) {
+        std::fill_n(out, words_, 0);
+        continue;
+      }
+      if (source_.bits) std::copy_n(source_.bits->row(gy, gz), source_words, row.data());
+      else threshold_row(volume_, source_.field->shape(), gy, gz, row.data());
+      if (is_cut_) source_.version->mask_row(gy, gz, source_words, row.data());
+      // Local bit i is voxel first + i: shift the row by `first` bits, zeros outside.
+      for (int w = 0; w < words_; ++w) {
+        const int start = first_.x + 64 * w;
+        const int at = start >> 6, shift = start & 63;  // floor division, also for negatives
+        const auto word = [&](int i) { return i >= 0 && i < source_words ? row[static_cast<std::size_t>(i)] : 0; };
+        out[w] = shift == 0 ? word(at) : word(at) >> shift | word(at + 1) << (64 - shift);
+      }
+      const int used = voxels_.x & 63;
+      if (used != 0) out[words_ - 1] &= (std::uint64_t{1} << used) - 1;
+    }
+  }
+
+  /// Bits of local cells low .. high (both included) within word w.
+  static std::uint64_t range_mask(int w, int low, int high) {
+    const int from = std::max(low - 64 * w, 0), to = std::min(high - 64 * w, 63);
+    if (from > to) return 0;
+    const std::uint64_t upto = to == 63 ? ~std::uint64_t{0} : (std::uint64_t{1} << (to + 1)) - 1;
+    return upto & ~((std::uint64_t{1} << from) - 1);
+  }
+  /// Cells low .. high of an axis that exist: an open surface has none that reach outside the grid.
+  void cell_range(int axis, int& low, int& high) const {
+    if (!source_.is_open) return;
+    low = std::max(low, 0 - first_[axis]);
+    high = std::min(high, volume_.size[axis] - 2 - first_[axis]);
+  }
+
+  struct RowWords {
+    std::uint64_t r00, r10, r01, r11;  // voxels (y, z), (y+1, z), (y, z+1), (y+1, z+1), one word
+    std::uint64_t s00, s10, s01, s11;  // the same, one voxel on along x
+  };
+  RowWords row_words(int y, int z, int w) const {
+    const std::uint64_t *a = bit_row(y, z), *b = bit_row(y + 1, z), *c = bit_row(y, z + 1), *d = bit_row(y + 1, z + 1);
+    const auto next = [&](const std::uint64_t* row) {
+      return row[w] >> 1 | (w + 1 < words_ ? row[w + 1] << 63 : 0);
+    };
+    return {a[w], b[w], c[w], d[w], next(a), next(b), next(c), next(d)};
+  }
+  static int config_of(const RowWords& r, int i) {
+    const auto bit = [i](std::uint64_t word, int to) { return static_cast<int>(word >> i & 1u) << to; };
+    return bit(r.r00, 0) | bit(r.s00, 1) | bit(r.r10, 2) | bit(r.s10, 3) | bit(r.r01, 4) | bit(r.s01, 5) |
+           bit(r.r11, 6) | bit(r.s11, 7);
+  }
+  int config_at(const glm::ivec3& cell) const {
+    if (cell.x < 0 || cell.y < 0 || cell.z < 0 || cell.x + 1 >= voxels_.x || cell.y + 1 >= voxels_.y ||
+        cell.z + 1 >= voxels_.z)
+      return 0;
+    return config_of(row_words(cell.y, cell.z, cell.x >> 6), cell.x & 63);
+  }
+  /// The case of a cell: an ambiguous face separates air instead of solid when both its cells would pinch there.
+  const NetCase& case_of(int config, const glm::ivec3& cell) const {
+    const NetCase& plain = k_net_cases[0][static_cast<std::size_t>(config)];
+    if (plain.pinch_face < 0) return plain;
+    glm::ivec3 other = cell;
+    other[plain.pinch_face / 2] += plain.pinch_face % 2 ? 1 : -1;
+    const bool is_pinched_too =
+        k_net_cases[0][static_cast<std::size_t>(config_at(other))].pinch_face == (plain.pinch_face ^ 1);
+    return k_net_cases[is_pinched_too ? 1 : 0][static_cast<std::size_t>(config)];
+  }
+
+  static std::uint64_t active_cells(const RowWords& r) {
+    const std::uint64_t any = r.r00 | r.r10 | r.r01 | r.r11 | r.s00 | r.s10 | r.s01 | r.s11;
+    const std::uint64_t all = r.r00 & r.r10 & r.r01 & r.r11 & r.s00 & r.s10 & r.s01 & r.s11;
+    return any & ~all;
+  }
+  /// Owned grid edges that are crossed, along x, y and z, by the cell of which they are the lowest corner.
+  struct CrossedEdges {
+    std::uint64_t x, y, z;
+  };
+  CrossedEdges crossed_edges(const RowWords& r, int y, int z, int w) const {
+    // In an open surface an edge needs all four cells around it.
+    const auto limits = [&](int axis, bool is_along) {
+      int low = 2, high = cells_[axis] + 1;
+      cell_range(axis, low, high);
+      if (source_.is_open && !is_along) low = std::max(low, 1 - first_[axis]);
+      return std::pair(low, high);
+    };
+    const auto holds = [](const std::pair<int, int>& range, int i) { return i >= range.first && i <= range.second; };
+    const std::uint64_t along_x = range_mask(w, limits(0, true).first, limits(0, true).second);
+    const std::uint64_t across_x = range_mask(w, limits(0, false).first, limits(0, false).second);
+    const bool along_y = holds(limits(1, true), y), across_y = holds(limits(1, false), y);
+    const bool along_z = holds(limits(2, true), z), across_z = holds(limits(2, false), z);
+    return {across_y && across_z ? (r.r00 ^ r.s00) & along_x : 0, along_y && across_z ? (r.r00 ^ r.r10) & across_x : 0,
+            across_y && along_z ? (r.r00 ^ r.r01) & across_x : 0};
+  }
+
+  struct CellSpan {
+    int low, high;
+    bool is_empty() const { return low > high; }
+  };
+  CellSpan vertex_cells(int axis) const {
+    CellSpan span{vertex_low_, cells_[axis] + 1};
+    cell_range(axis, span.low, span.high);
+    return span;
+  }
+  bool has_vertices(int y, int z) const {
+    const CellSpan ys = vertex_cells(1), zs = vertex_cells(2);
+    return y >= ys.low && y <= ys.high && z >= zs.low && z <= zs.high;
+  }
+
+  Counts count_layer(int z) {
+    Counts layer;
+    const CellSpan xs = vertex_cells(0);
+    for (int y = 0; y < cells_.y + k_halo; ++y) {
+      const bool is_here = has_vertices(y, z);
+      for (int w = 0; w < words_; ++w) {
+        const RowWords r = row_words(y, z, w);
+        const std::uint64_t active = active_cells(r);
+        if (active == 0) continue;
+        if (is_here)
+          for (std::uint64_t left = active & range_mask(w, xs.low, xs.high); left != 0; left &= left - 1) {
+            const int i = std::countr_zero(left);
+            layer.vertices += case_of(config_of(r, i), {64 * w + i, y, z}).patch_count;
+          }
+        const CrossedEdges e = crossed_edges(r, y, z, w);
+        layer.triangles += 2 * static_cast<std::uint32_t>(std::popcount(e.x) + std::popcount(e.y) + std::popcount(e.z));
+      }
+    }
+    return layer;
+  }
+
+  /// Gives the active cells of a row their vertex ids; calls each(cell, case, config, id).
+  template <class Each>
+  std::uint32_t number_row(int y, int z, std::uint32_t id, Slabs& slabs, const Each& each) const {
+    if (!has_vertices(y, z)) return id;
+    const CellSpan xs = vertex_cells(0);
+    std::uint32_t* ids = slabs.ids[slabs.now].data() + slabs.width * static_cast<std::size_t>(y);
+    const NetCase** cases = slabs.cases[slabs.now].data() + slabs.width * static_cast<std::size_t>(y);
+    for (int w = 0; w < words_; ++w) {
+      const RowWords r = row_words(y, z, w);
+      for (std::uint64_t left = active_cells(r) & range_mask(w, xs.low, xs.high); left != 0; left &= left - 1) {
+        const int i = std::countr_zero(left), x = 64 * w + i;
+        const int config = config_of(r, i);
+        const NetCase& net = case_of(config, {x, y, z});
+        ids[x] = net.patch_count > 1 ? id | k_many_patches : id;
+        if (net.patch_count > 1) cases[x] = &net;
+        each(glm::ivec3(x, y, z), net, id);
+        id += net.patch_count;
+      }
+    }
+    return id;
+  }
+  void number_layer(int z, std::uint32_t id, Slabs& slabs) const {
+    for (int y = 0; y < cells_.y + k_halo; ++y) id = number_row(y, z, id, slabs, [](const auto&...) {});
+  }
+
+  void emit_layer(int z, Counts at, Slabs& slabs, Mesh& mesh) const {
+    std::uint32_t* out = mesh.triangles.data() + 3 * static_cast<std::size_t>(at.triangles);
+    std::uint32_t id = at.vertices;
+    for (int y = 0; y < cells_.y + k_halo; ++y) {
+      id = number_row(y, z, id, slabs, [&](const glm::ivec3& cell, const NetCase& net, std::uint32_t first) {
+        place(first_ + cell, net, mesh.vertices.data() + first);
+      });
+      for (int w = 0; w < words_; ++w) {
+        const RowWords r = row_words(y, z, w);
+        const CrossedEdges e = crossed_edges(r, y, z, w);
+        out = emit_quads(0, e.x, r.r00, w, y, slabs, out);
+        out = emit_quads(1, e.y, r.r00, w, y, slabs, out);
+        out = emit_quads(2, e.z, r.r00, w, y, slabs, out);
+      }
+    }
+  }
+
+  /// One quad around each crossed edge, its outside toward the air.
+  std::uint32_t* emit_quads(int axis, std::uint64_t edges, std::uint64_t solid, int w, int y, const Slabs& slabs,
+                            std::uint32_t* out) const {
+    // The four cells around the edge, counter-clockwise seen from its high end: steps down along the next two axes.
+    const int b = (axis + 1) % 3, c = (axis + 2) % 3;
+    for (; edges != 0; edges &= edges - 1) {
+      const int i = std::countr_zero(edges), x = 64 * w + i;
+      std::array<std::uint32_t, 4> v;
+      for (unsigned k = 0; k < 4; ++k) {
+        const bool down_b = k == 0 || k == 3, down_c = k < 2;
+        glm::ivec3 step(0);
+        step[b] = down_b;
+        step[c] = down_c;
+        const std::size_t slab = step.z ? slabs.now ^ 1 : slabs.now;
+        const std::size_t at = slabs.width * static_cast<std::size_t>(y - step.y) + static_cast<std::size_t>(x - step.x);
+        std::uint32_t id = slabs.ids[slab][at];
+        if (id & k_many_patches) {
+          const int corner = step.x | step.y << 1 | step.z << 2;
+          id = (id & ~k_many_patches) + slabs.cases[slab][at]->patch_of_edge[static_cast<std::size_t>(net_edge(axis, corner))];
+        }
+        v[k] = id;
+      }
+      if (!(solid >> i & 1)) std::swap(v[1], v[3]);
+      out[0] = v[0], out[1] = v[1], out[2] = v[2];
+      out[3] = v[0], out[4] = v[2], out[5] = v[3];
+      out += 6;
+    }
+    return out;
+  }
+
+  /// Vertices of a cell: for each patch the mean of its crossings.
+  void place(const glm::ivec3& cell, const NetCase& net, glm::vec3* out) const {
+    alignas(16) float g[8];
+    const bool is_inside = cell.x >= 0 && cell.y >= 0 && cell.z >= 0 && cell.x + 1 < volume_.size.x &&
+                           cell.y + 1 < volume_.size.y && cell.z + 1 < volume_.size.z;
+    bool is_cut = false;
+    if (is_inside && is_plain_window_) {
+      const std::size_t row = static_cast<std::size_t>(volume_.size.x), slice = row * static_cast<std::size_t>(volume_.size.y);
+      const std::int16_t* v = volume_.voxels.data() + volume_.index(cell.x, cell.y, cell.z);
+      g[0] = v[0], g[1] = v[1], g[2] = v[row], g[3] = v[row + 1];
+      v += slice;
+      g[4] = v[0], g[5] = v[1], g[6] = v[row], g[7] = v[row + 1];
+      for (float& value : g) value -= low_;
+    } else {
+      for (int i = 0; i < 8; ++i)
+        g[i] = static_cast<float>(source_.field->at(cell.x + (i & 1), cell.y + (i >> 1 & 1), cell.z + (i >> 2 & 1)));
+    }
+    float d[8];
+    if (is_cut_ && source_.version->is_near_cut(glm::dvec3(cell)))
+      for (int i = 0; i < 8; ++i) {
+        d[i] = static_cast<float>(
+            source_.version->distance_at(cell.x + (i & 1), cell.y + (i >> 1 & 1), cell.z + (i >> 2 & 1)));
+        is_cut = is_cut || d[i] <= 0;
+      }
+    if (net.patch_count == 1 && !is_cut) {
+      *out = glm::vec3(cell) + mean_crossing(g, net);
+      return;
+    }
+    std::array<glm::vec3, 4> sum{};
+    std::array<int, 4> count{};
+    for (int e = 0; e < 12; ++e) {
+      if (!(net.edges >> e & 1)) continue;
+      const int axis = e / 4, low = net_edge_corner(e), high = low | 1 << axis;
+      const bool is_low_solid = g[low] >= 0 && (!is_cut || d[low] > 0);
+      const int in = is_low_solid ? low : high, air = is_low_solid ? high : low;
+      // From the solid end: where the first of the two fields leaves.
+      float t = 1;
+      if (g[air] < 0) t = g[in] / (g[in] - g[air]);
+      if (is_cut && d[air] <= 0) t = std::min(t, d[in] / (d[in] - d[air]));
+      glm::vec3 p(static_cast<float>(low & 1), static_cast<float>(low >> 1 & 1), static_cast<float>(low >> 2 & 1));
+      p[axis] = is_low_solid ? t : 1 - t;
+      const std::size_t patch = net.patch_of_edge[static_cast<std::size_t>(e)];
+      sum[patch] += p;
+      ++count[patch];
+    }
+    for (std::size_t k = 0; k < net.patch_count; ++k)
+      out[k] = glm::vec3(cell) + sum[k] / static_cast<float>(count[k]);
+  }
+
+  /// All twelve edges at once; those not crossed add nothing.
+  static glm::vec3 mean_crossing(const float* g, const NetCase& net) {
+    const __m128 low = _mm_load_ps(g), high = _mm_load_ps(g + 4);  // corners 0-3 and 4-7
+    const auto along = [](__m128 from, __m128 to) {
+      const __m128 zero = _mm_setzero_ps();
+      const __m128 is_crossed = _mm_xor_ps(_mm_cmpge_ps(from, zero), _mm_cmpge_ps(to, zero));
+      return _mm_and_ps(is_crossed, _mm_div_ps(from, _mm_sub_ps(from, to)));
+    };
+    const auto total = [](__m128 v) {
+      const __m128 pairs = _mm_add_ps(v, _mm_movehl_ps(v, v));
+      return _mm_cvtss_f32(_mm_add_ss(pairs, _mm_shuffle_ps(pairs, pairs, 1)));
+    };
+    const float x = total(along(_mm_shuffle_ps(low, high, _MM_SHUFFLE(2, 0, 2, 0)), _mm_shuffle_ps(low, high, _MM_SHUFFLE(3, 1, 3, 1))));
+    const float y = total(along(_mm_shuffle_ps(low, high, _MM_SHUFFLE(1, 0, 1, 0)), _mm_shuffle_ps(low, high, _MM_SHUFFLE(3, 2, 3, 2))));
+    const float z = total(along(low, high));
+    return net.inverse_count * glm::vec3(x + net.corner_sum[0], y + net.corner_sum[1], z + net.corner_sum[2]);
+  }
+
+  SurfaceSource source_;
+  const Volume& volume_;
+  glm::ivec3 first_, cells_;
+  int vertex_low_, threads_;
+  glm::ivec3 voxels_;
+  int words_;
+  Buffer<std::uint64_t> bits_;
+  bool is_cut_;
+  float low_ = 0;
+  bool is_plain_window_ = false;
+};
+
+}  // namespace
+
+Mesh surface_net(const SurfaceSource& source, int threads) {
+  return NetBuilder(source, glm::ivec3(-1), source.field->volume().size + 1, false, threads).build();
+}
+
+Mesh surface_net_chunk(const SurfaceSource& source, const glm::ivec3& chunk) {
+  const glm::ivec3 first = k_chunk * chunk - 1;
+  const glm::ivec3 cells = glm::min(glm::ivec3(k_chunk), source.field->volume().size - first);
+  return NetBuilder(source, first, cells, true, 1).build();
+}
+
+ChunkRange chunks_touching(const glm::ivec3& low, const glm::ivec3& high, const glm::ivec3& size) {
+  // A voxel shapes the cells beside it, their quads reach one cell on, and a flipped face one more.
+  return {glm::max((low - 2) / k_chunk, 0), glm::min((high + 3) / k_chunk, chunk_grid(size) - 1)};
+}
+
+Buffer<glm::vec3> vertex_normals(const SurfaceSource& source, const Mesh& mesh, int threads) {
+  Buffer<glm::vec3> normals(mesh.vertices.size());
+  const Frame& frame = source.field->volume().frame;
+  const bool is_cut = source.version != nullptr && !source.version->is_untouched();
+  constexpr std::size_t k_task = 4096;
+  const int tasks = static_cast<int>((mesh.vertices.size() + k_task - 1) / k_task);
+  parallel_for(tasks, threads, [&](int task) {
+    const std::size_t begin = static_cast<std::size_t>(task) * k_task;
+    for (std::size_t i = begin; i < std::min(begin + k_task, mesh.vertices.size()); ++i) {
+      const glm::dvec3 p(mesh.vertices[i]);
+      glm::dvec3 gradient = source.field->smooth_gradient(p);
+      if (is_cut && source.version->is_near_cut(p)) {
+        // The nearer of the two surfaces shapes this vertex.
+        const glm::dvec3 cut = source.version->distance_gradient(p);
+        const double to_cut = std::abs(source.version->distance(p)) / std::max(glm::length(cut), 1e-9);
+        const double to_field = std::abs(source.field->value(p)) / std::max(glm::length(source.field->gradient(p)), 1e-9);
+        if (to_cut < to_field) gradient = cut;
+      }
+      const glm::dvec3 world = frame.gradient_world_from_volume(gradient);
+      const double length = glm::length(world);
+      normals[i] = length > 0 ? glm::vec3(-world / length) : glm::vec3(0, 0, 1);
+    }
+  });
+  return normals;
+}
+
+}  // namespace trephine::volume

@@ -1,0 +1,189 @@
+// The operated state of a volume: an immutable table of small bricks that hold, only near cuts, what was removed.
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <cstdint>
+#include <glm/vec3.hpp>
+#include <memory>
+#include <utility>
+#include <vector>
+
+#include "volume/volume.h"
+
+namespace trephine::volume {
+
+/// Shared ownership of an immutable T with a `references` counter inside; one pointer wide.
+template <class T>
+class Ref {
+ public:
+  Ref() = default;
+  explicit Ref(T* owned) noexcept : object_(owned) {}  ///< takes the first reference
+  Ref(const Ref& other) noexcept : object_(other.object_) {
+    if (object_) object_->references.fetch_add(1, std::memory_order_relaxed);
+  }
+  Ref(Ref&& other) noexcept : object_(std::exchange(other.object_, nullptr)) {}
+  Ref& operator=(Ref other) noexcept {
+    std::swap(object_, other.object_);
+    return *this;
+  }
+  ~Ref() {
+    if (object_ && object_->references.fetch_sub(1, std::memory_order_acq_rel) == 1) delete object_;
+  }
+  T* get() const noexcept { return object_; }
+  T* operator->() const noexcept { return object_; }
+  T& operator*() const noexcept { return *object_; }
+  explicit operator bool() const noexcept { return object_ != nullptr; }
+
+ private:
+  T* object_ = nullptr;
+};
+
+/// Voxels along the edge of a brick, and bricks along the edge of a page.
+inline constexpr int k_brick = 8;
+inline constexpr int k_page = 8;
+inline constexpr int k_page_voxels = k_brick * k_page;
+
+/// Which sample points of each voxel were removed: n^3 bits a voxel, n = 4 or 8, sample (i, j, k) at
+/// ((i + 0.5) / n - 0.5, ...) from the voxel's centre. Only edits and ledgers read it.
+struct RemovalMask {
+  explicit RemovalMask(int samples_per_edge);
+  std::atomic<int> references{1};
+  std::uint64_t stroke = 0;  ///< the stroke that may still write it
+  int n;
+  std::vector<std::uint64_t> words;  ///< words_per_voxel() for each voxel of the brick, x fastest
+  /// Voxels whose whole cube is solid (or air) in the base, laid out as Brick::kept: spares the ledger's samples.
+  std::array<std::uint64_t, k_brick> base_solid{}, base_air{};
+
+  int words_per_voxel() const noexcept { return n * n * n / 64; }
+  RemovalMask* copy() const;
+  /// The same samples at twice the fineness (4 -> 8).
+  RemovalMask* refined() const;
+};
+
+/// 8 x 8 x 8 voxels near a cut. Immutable once its version is published.
+struct Brick {
+  std::atomic<int> references{1};
+  std::uint64_t serial = 0;                                           ///< the version that made it
+  std::array<float, k_brick * k_brick * k_brick> distance;            ///< mm to the swept tool, negative inside
+  std::array<std::uint64_t, k_brick> kept;                            ///< a slice each, byte = row, bit = x: d > 0
+  Ref<RemovalMask> mask;
+  bool is_hollow = false;  ///< every voxel lies deep inside the removal: nothing is left to change
+
+  static constexpr std::size_t index(int x, int y, int z) noexcept {
+    return static_cast<std::size_t>((z * k_brick + y) * k_brick + x);
+  }
+  bool is_kept(int x, int y, int z) const noexcept { return kept[static_cast<std::size_t>(z)] >> (y * k_brick + x) & 1u; }
+  std::uint64_t kept_row(int y, int z) const noexcept { return kept[static_cast<std::size_t>(z)] >> (y * k_brick) & 0xffu; }
+};
+
+/// 8 x 8 x 8 bricks.
+struct Page {
+  std::atomic<int> references{1};
+  std::uint64_t serial = 0;
+  std::array<Ref<Brick>, k_page * k_page * k_page> bricks;
+};
+
+/// What was removed so far, in whole samples: 512 units are one voxel.
+struct RemovalLedger {
+  static constexpr std::int64_t k_units_per_voxel = 512;
+  std::vector<std::int64_t> units_by_label;  ///< at least one entry; index is the label, 0 without labels
+  std::int64_t total() const noexcept;
+};
+
+/// One state of the operated volume. Immutable when published; readers need no lock.
+class Version {
+ public:
+  /// The volume untouched.
+  explicit Version(std::shared_ptr<const Volume> base);
+
+  const Volume& base() const noexcept { return *base_; }
+  const std::shared_ptr<const Volume>& shared_base() const noexcept { return base_; }
+  std::uint64_t serial() const noexcept { return serial_; }
+  bool is_untouched() const noexcept { return brick_count_ == 0; }
+  int brick_count() const noexcept { return brick_count_; }
+  const RemovalLedger& ledger() const noexcept { return ledger_; }
+  double band_mm() const noexcept { return band_mm_; }
+  std::size_t bytes() const noexcept;  ///< of tables, bricks and masks
+
+  /// The page or brick that holds voxel (x, y, z), or null where nothing was cut. v lies inside the grid.
+  const Page* page_at(int x, int y, int z) const noexcept { return pages_[page_index(x >> 6, y >> 6, z >> 6)].get(); }
+  const Brick* brick_at(int x, int y, int z) const noexcept {
+    const Page* page = page_at(x, y, z);
+    return page ? page->bricks[brick_index(x, y, z)].get() : nullptr;
+  }
+  /// Is the voxel's centre outside every removal (d > 0)? v lies inside the grid.
+  bool is_kept(const glm::ivec3& v) const noexcept {
+    const Brick* brick = brick_at(v.x, v.y, v.z);
+    return brick == nullptr || brick->is_kept(v.x & 7, v.y & 7, v.z & 7);
+  }
+  /// Distance (mm) of a voxel's centre to the swept tool, clamped to +-band; +band where nothing was cut or
+  /// outside the grid.
+  double distance_at(int x, int y, int z) const noexcept;
+  /// Trilinear distance at p (volume frame).
+  double distance(const glm::dvec3& p) const noexcept;
+  /// Gradient of the trilinear distance, mm per voxel step.
+  glm::dvec3 distance_gradient(const glm::dvec3& p) const noexcept;
+  /// Is there a brick in the cell of p or touching it?
+  bool is_near_cut(const glm::dvec3& p) const noexcept;
+  /// ANDs the kept bits of row (y, z) into `words`.
+  void mask_row(int y, int z, int words_per_row, std::uint64_t* words) const noexcept;
+
+  /// Hash (FNV-1a, 64 bit) of everything removed: distances, kept bits and masks. Equal states, equal hash.
+  std::uint64_t content_hash() const noexcept;
+
+ private:
+  friend class RemovalEditor;
+  std::size_t page_index(int px, int py, int pz) const noexcept {
+    return static_cast<std::size_t>(px + pages_size_.x * (py + pages_size_.y * pz));
+  }
+  static std::size_t brick_index(int x, int y, int z) noexcept {
+    return static_cast<std::size_t>((x >> 3 & 7) + k_page * ((y >> 3 & 7) + k_page * (z >> 3 & 7)));
+  }
+
+  std::shared_ptr<const Volume> base_;
+  glm::ivec3 pages_size_;
+  std::vector<Ref<Page>> pages_;
+  RemovalLedger ledger_;
+  double band_mm_;
+  int brick_count_ = 0;
+  std::uint64_t serial_ = 0;
+};
+
+/// Hands the newest version to readers that must never wait. One writer; up to k_readers readers.
+/// A version stays alive until every reader that could have seen it has adopted a later one.
+class VersionChannel {
+ public:
+  static constexpr int k_readers = 8;
+
+  explicit VersionChannel(std::shared_ptr<const Version> first);
+  ~VersionChannel();
+  VersionChannel(const VersionChannel&) = delete;
+  VersionChannel& operator=(const VersionChannel&) = delete;
+
+  /// Writer only. Frees what no reader can hold any more.
+  void publish(std::shared_ptr<const Version> version);
+  /// Writer only: versions not yet freed, the newest included.
+  int alive_count() const noexcept { return static_cast<int>(retired_.size()) + 1; }
+
+  /// Takes a reader's place; not for the servo thread. -1 when all are taken.
+  int open_reader() noexcept;
+  void close_reader(int reader) noexcept;
+  /// The newest version, valid until this reader adopts again or closes. Wait-free: one store, one load.
+  const Version* adopt(int reader) noexcept;
+
+ private:
+  struct alignas(64) Reader {
+    std::atomic<std::uint64_t> epoch{0};  ///< 0: holds nothing
+    std::atomic<bool> is_taken{false};
+  };
+  void reclaim();
+
+  std::shared_ptr<const Version> newest_owner_;
+  std::atomic<const Version*> newest_;
+  std::atomic<std::uint64_t> epoch_{1};
+  std::array<Reader, k_readers> readers_;
+  std::vector<std::pair<std::uint64_t, std::shared_ptr<const Version>>> retired_;
+};
+
+}  // namespace trephine::volume

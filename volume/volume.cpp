@@ -1,0 +1,52 @@
+#include "volume/volume.h"
+
+#include <fstream>
+#include <limits>
+
+namespace trephine::volume {
+
+int Volume::label_value(const std::string& name) const noexcept {
+  for (std::size_t i = 0; i < label_names.size(); ++i)
+    if (label_names[i] == name) return static_cast<int>(i);
+  return -1;
+}
+
+std::size_t available_memory_bytes() {
+  std::ifstream file("/proc/meminfo");
+  std::string key, unit;
+  std::size_t kib = 0;
+  while (file >> key >> kib) {
+    std::getline(file, unit);
+    if (key == "MemAvailable:") return kib * 1024;
+  }
+  return std::numeric_limits<std::size_t>::max();
+}
+
+Result<Volume> make_volume(const glm::ivec3& size, const Frame& frame, bool with_labels) {
+  const std::string shown =
+      std::to_string(size.x) + " x " + std::to_string(size.y) + " x " + std::to_string(size.z) + " voxels";
+  constexpr int k_longest = 1 << 15;  // keeps every voxel index far inside what doubles and ints hold exactly
+  for (int i = 0; i < 3; ++i)
+    if (size[i] < 1 || size[i] > k_longest)
+      return Error{"the volume has an impossible size", "", shown, "1 to 32768 voxels along each axis",
+                   "crop or resample the volume"};
+  const std::size_t count = static_cast<std::size_t>(size.x) * static_cast<std::size_t>(size.y) *
+                            static_cast<std::size_t>(size.z);
+  const std::size_t bytes = count * (sizeof(std::int16_t) + (with_labels ? 1 : 0));
+  const std::size_t free = available_memory_bytes();
+  if (bytes > free - free / 8) {
+    constexpr std::size_t k_mib = 1024 * 1024;
+    return Error{"the volume is larger than the memory of this machine", "",
+                 shown + ", " + std::to_string(bytes / k_mib) + " MiB",
+                 "at most " + std::to_string((free - free / 8) / k_mib) + " MiB",
+                 "crop or resample the volume, or use a machine with more memory", ErrorKind::missing_here};
+  }
+  Volume volume;
+  volume.size = size;
+  volume.frame = frame;
+  volume.voxels = Buffer<std::int16_t>(count);
+  if (with_labels) volume.labels = Buffer<std::uint8_t>(count);
+  return volume;
+}
+
+}  // namespace trephine::volume
