@@ -15,6 +15,17 @@ inline double deterministic_exp(double x) noexcept {
   return std::ldexp(sum, static_cast<int>(k));
 }
 
+/// Natural logarithm of x > 0, absolute error below 1e-14.
+inline double deterministic_log(double x) noexcept {
+  int e = 0;
+  double m = std::frexp(x, &e);
+  if (m < 0.7071067811865476) m *= 2, --e;
+  const double s = (m - 1) / (m + 1);  // ln m = 2 atanh s, |s| < 0.172
+  double sum = 0;
+  for (int n = 23; n >= 1; n -= 2) sum = sum * s * s + 1.0 / n;
+  return 2 * s * sum + e * 0.6931471805599453;
+}
+
 /// sin x for |x| < 1e5, absolute error below 1e-14.
 inline double deterministic_sin(double x) noexcept {
   constexpr double k_pi_high = 0x1.921fb544p+1, k_pi_low = 0x1.0b4611a626331p-33;  // pi in two parts

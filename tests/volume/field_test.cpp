@@ -142,6 +142,7 @@ TEST(Gaussian, AConstantStaysAndThreadsAgree) {
 TEST(DeterministicMath, AgreesWithTheLibrary) {
   for (double x = -30; x < 30; x += 0.0371) {
     ASSERT_NEAR(deterministic_exp(x) / std::exp(x), 1, 2e-15);
+    ASSERT_NEAR(deterministic_log(x * x + 1e-9), std::log(x * x + 1e-9), 1e-14 * (1 + std::abs(std::log(x * x + 1e-9))));
     ASSERT_NEAR(deterministic_sin(40 * x), std::sin(40 * x), 1e-13);
     ASSERT_NEAR(deterministic_cos(40 * x), std::cos(40 * x), 1e-12);
   }

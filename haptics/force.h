@@ -1,0 +1,65 @@
+// From a proxy to a force that a hand may feel: spring and damper, smoothing, and the last line before the device.
+#pragma once
+
+#include <cstdint>
+#include <glm/vec3.hpp>
+
+#include "haptics/proxy_method.h"
+
+namespace trephine::haptics {
+
+struct ForceOptions {
+  double smoothing_alpha = 0.3;  ///< weight of the newest force at 1 kHz, (0, 1]; the same time constant at any rate
+  double force_limit = 8;        ///< N
+  double slew_limit = 1000;      ///< N/s
+  double fade_seconds = 0.05;    ///< from full force to none after a fault
+};
+
+/// Reasons why the force was limited or taken away. Latched faults stay until reset().
+enum FaultBit : std::uint32_t {
+  fault_not_finite = 1,    ///< a pose or force was no number; latched
+  fault_magnitude = 2,     ///< the force limit held
+  fault_slew = 4,          ///< the slew limit held
+  fault_stale_scene = 8,   ///< no new pose or scene within the watchdog's time; latched
+  fault_lost_device = 16,  ///< the device stopped answering; latched
+  fault_full_ring = 32,    ///< nobody reads the servo's records; latched
+};
+inline constexpr std::uint32_t k_latched_faults = fault_not_finite | fault_stale_scene | fault_lost_device | fault_full_ring;
+
+/// Spring and damper between HIP and proxy: F = K (proxy - HIP) + B d/dt (proxy - HIP), then exponential smoothing
+/// f_n = a x_n + (1 - a) f_(n-1) (thesis of the volume haptics toolkit, eq. 4.1).
+class ForceModel {
+ public:
+  /// `dt` (s) is the servo's period; alpha is converted to it here, once.
+  ForceModel(const ForceOptions& options, double dt);
+  /// Servo thread.
+  glm::dvec3 step(const ProxyStep& proxy, const glm::dvec3& hip_world, const TouchScene& scene) noexcept;
+  /// As if never touched: the force starts from zero.
+  void reset() noexcept;
+  double alpha() const noexcept { return alpha_; }
+
+ private:
+  double alpha_, dt_;
+  glm::dvec3 smoothed_{0.0}, stretch_{0.0};
+  bool had_contact_ = false;
+};
+
+/// The last line: whatever comes in, what goes out is finite, below the limit, slow enough, and faded out after a
+/// latched fault. Present in every build.
+class ForceGuard {
+ public:
+  ForceGuard(const ForceOptions& options, double dt) : options_(options), dt_(dt) {}
+  /// Servo thread. `faults` are raised by others this tick.
+  glm::dvec3 step(const glm::dvec3& wanted, std::uint32_t faults) noexcept;
+  void reset() noexcept;
+  std::uint32_t faults() const noexcept { return latched_ | momentary_; }
+
+ private:
+  ForceOptions options_;
+  double dt_;
+  glm::dvec3 last_{0.0};
+  double fade_ = 1;
+  std::uint32_t latched_ = 0, momentary_ = 0;
+};
+
+}  // namespace trephine::haptics

@@ -1,0 +1,196 @@
+#include "haptics/implicit_proxy.h"
+
+#include <algorithm>
+#include <glm/geometric.hpp>
+
+#include "haptics/barrier.h"
+#include "haptics/friction.h"
+
+namespace trephine::haptics {
+
+using glm::dvec3;
+
+namespace {
+
+constexpr double k_margin = 0x1p-10;  // voxels: how far before a wall the proxy stops
+constexpr double k_lift = 0.05;       // voxels: step off along the normal, so that it climbs the stairs of a slope
+
+/// The point of the way in the last free voxel, just before the wall. Inside that voxel's cube by construction.
+dvec3 stop_before(const dvec3& start, const dvec3& end, const WayEnd& hit) noexcept {
+  dvec3 p = start + hit.t * (end - start);
+  for (int a = 0; a < 3; ++a)
+    p[a] = std::clamp(p[a], hit.before[a] - 0.5 + k_margin, hit.before[a] + 0.5 - k_margin);
+  return p;
+}
+
+/// Moves from `start` toward `end`; stops short where something is in the way. The result was traversed.
+dvec3 guarded_move(const TouchScene& scene, const volume::Version& version, const dvec3& start, dvec3 end,
+                   std::uint32_t& inside, ProxyCounters& counters) noexcept {
+  for (int attempt = 0; attempt < 3; ++attempt) {
+    std::uint32_t after = inside;
+    const WayEnd way = find_barrier(scene, version, start, end, after, counters);
+    if (!way.is_blocked) {
+      inside = after;
+      return end;
+    }
+    end = start + (0.5 * way.t) * (end - start);
+  }
+  return start;
+}
+
+/// Bit s: point p lies in the solid of shape s.
+std::uint32_t solids_at(const TouchScene& scene, const volume::Version& version, const dvec3& p) noexcept {
+  const glm::ivec3 v = volume::voxel_of(p);
+  std::uint32_t bits = 0;
+  for (std::size_t s = 0; s < scene.shapes.size(); ++s)
+    if (is_solid(scene, version, s, v)) bits |= 1u << s;
+  return bits;
+}
+
+}  // namespace
+
+ImplicitProxy::ImplicitProxy(int iterations) noexcept : iterations_(std::clamp(iterations, 1, k_max_iterations)) {}
+
+volume::Status ImplicitProxy::prepare(const TouchScene& scene) {
+  if (scene.shapes.size() > TouchScene::k_max_shapes)
+    return volume::Error{"too many shapes to touch at once", "scene", std::to_string(scene.shapes.size()),
+                         "at most " + std::to_string(TouchScene::k_max_shapes), "make fewer shapes touchable"};
+  for (const TouchShape& shape : scene.shapes)
+    if (!shape.bits) return volume::Error{"a touchable shape has no bits", shape.field.shape().name, "", "", ""};
+  return std::nullopt;
+}
+
+dvec3 outward_normal(const TouchShape& shape, const volume::Version& version, const dvec3& p, int& cells) noexcept {
+  const volume::Frame& frame = version.base().frame;
+  const auto unit = [](const dvec3& v) {
+    const double length = glm::length(v);
+    return length > 0 ? v / length : dvec3(0);
+  };
+  cells += 8;
+  const dvec3 slope = frame.gradient_world_from_volume(shape.field.smooth_gradient(p));
+  if (!version.is_near_cut(p)) return unit(-slope);
+  // Solid = {g >= 0} and {d > 0}: the boundary is the one that leaves less.
+  cells += 3;
+  const dvec3 cut_slope = frame.gradient_world_from_volume(version.distance_gradient(p));
+  const double steepness = glm::length(slope), cut_steepness = glm::length(cut_slope);
+  if (cut_steepness <= 0) return unit(-slope);
+  const double to_field = steepness > 0 ? shape.field.value(p) / steepness : 1e300;
+  return version.distance(p) / cut_steepness < to_field ? unit(-cut_slope) : unit(-slope);
+}
+
+ProxyStep ImplicitProxy::step(const TouchScene& scene, const volume::Version& version, ProxyState& state,
+                              const ProxyInput& input) const noexcept {
+  const volume::Frame& frame = version.base().frame;
+  const dvec3 hip = frame.volume_from_world(input.hip_world);
+  ProxyStep result;
+  result.normal_world = dvec3(0);
+
+  // The first step, and a proxy over which matter has grown, start at the HIP, inside whatever is there.
+  bool is_fresh = !state.has_proxy;
+  if (!is_fresh) {
+    const glm::ivec3 v = volume::voxel_of(state.proxy_volume);
+    for (std::size_t s = 0; s < scene.shapes.size(); ++s) {
+      const bool was = state.inside >> s & 1u;
+      if (is_solid(scene, version, s, v) != was && holds(scene.shapes[s].sides, was ? Sides::back : Sides::front))
+        result.is_buried = is_fresh = true;
+    }
+  }
+  if (is_fresh) {
+    state = ProxyState{};
+    state.has_proxy = true;
+    state.proxy_volume = hip;
+    state.inside = solids_at(scene, version, hip);
+    result.proxy_world = input.hip_world;
+    result.path_volume[0] = hip;
+    result.waypoint_count = 1;
+    return result;
+  }
+
+  const auto add = [&result](const dvec3& p) { result.path_volume[static_cast<std::size_t>(result.waypoint_count++)] = p; };
+  const auto energy = [&](const dvec3& p) {
+    const dvec3 d = frame.vector_world_from_volume(hip - p);
+    return glm::dot(d, d);
+  };
+  dvec3 start = state.proxy_volume, target = hip;
+  add(start);
+  std::uint32_t inside = state.inside;
+  int best_count = 1;
+  double best_energy = 1e300;
+  for (int i = 0; i < iterations_; ++i) {
+    ++result.counters.iterations;
+    const WayEnd way = find_barrier(scene, version, start, target, inside, result.counters);
+    if (!way.is_blocked) {
+      add(target);
+      if (const double e = energy(target); e < best_energy) {
+        best_energy = e;
+        best_count = result.waypoint_count;
+      }
+      break;
+    }
+
+    // To the wall: in the last free voxel. Only a bend out of the traversed way needs a look.
+    dvec3 p = stop_before(start, target, way);
+    if (volume::voxel_of(start) != way.before) p = guarded_move(scene, version, start, p, inside, result.counters);
+    // The plane of the wall, facing the proxy; a normal along the motion would pull it through.
+    const TouchShape& shape = scene.shapes[static_cast<std::size_t>(way.shape)];
+    dvec3 normal = outward_normal(shape, version, p, result.counters.cells);
+    if (way.is_back) normal = -normal;
+    const dvec3 p_world = frame.world_from_volume(p);
+    dvec3 facet(0);
+    facet[way.face.axis] = -way.face.step;
+    facet = glm::normalize(frame.gradient_world_from_volume(facet));
+    if (glm::dot(input.hip_world - p_world, normal) >= 0) normal = facet;
+    if (!result.has_contact) {
+      result.has_contact = true;
+      result.normal_world = normal;
+      result.shape = way.shape;
+      result.side = way.is_back ? -1 : 1;
+    }
+    // Off the wall along the normal, as far as it is free.
+    add(p);
+    const dvec3 direction = frame.vector_volume_from_world(normal);
+    const dvec3 lifted = p + (k_lift / glm::length(direction)) * direction;
+    start = volume::voxel_of(lifted) == volume::voxel_of(p)
+                ? lifted
+                : guarded_move(scene, version, p, lifted, inside, result.counters);
+    add(start);
+    if (const double e = energy(start); e < best_energy) {
+      best_energy = e;
+      best_count = result.waypoint_count;
+      result.normal_world = normal;
+      result.shape = way.shape;
+      result.side = way.is_back ? -1 : 1;
+    }
+    const double depth = glm::dot(input.hip_world - p_world, normal);
+    if (depth >= 0) break;  // the HIP is on the free side of this wall: nothing to slide to
+    target = frame.volume_from_world(input.hip_world - depth * normal);
+  }
+
+  // The nearest candidate, then friction along the way to it.
+  result.waypoint_count = best_count;
+  dvec3 proxy = result.path_volume[static_cast<std::size_t>(best_count - 1)];
+  if (result.has_contact) {
+    if (state.had_contact) {
+      const Material& material = scene.shapes[static_cast<std::size_t>(result.shape)].material;
+      proxy = apply_friction(frame, material, input.hip_world, result, state.is_sticking);
+      // A leg that friction shortened ends where rounding put it: look again.
+      if (const int last = result.waypoint_count - 1; last > 0) {
+        std::uint32_t after = state.inside;
+        const dvec3 begin = result.path_volume[static_cast<std::size_t>(last - 1)];
+        if (find_barrier(scene, version, begin, proxy, after, result.counters).is_blocked) {
+          proxy = begin;
+          --result.waypoint_count;
+        }
+      }
+    } else {
+      state.is_sticking = true;
+    }
+  }
+  state.had_contact = result.has_contact;
+  state.proxy_volume = proxy;
+  state.inside = solids_at(scene, version, proxy);
+  result.proxy_world = frame.world_from_volume(proxy);
+  return result;
+}
+
+}  // namespace trephine::haptics

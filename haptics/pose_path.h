@@ -1,0 +1,47 @@
+// Recorded or planned motion of a stylus: the one path format, `t,x,y,z[,qx,qy,qz,qw][,button]`.
+#pragma once
+
+#include <glm/gtc/quaternion.hpp>
+#include <glm/vec3.hpp>
+#include <iosfwd>
+#include <string>
+#include <vector>
+
+#include "volume/error.h"
+
+namespace trephine::haptics {
+
+/// Where a stylus is: world frame (mm), orientation, button.
+struct Pose {
+  glm::dvec3 position_world{0.0};
+  glm::dquat orientation{1, 0, 0, 0};  ///< w, x, y, z
+  bool is_pressed = true;
+};
+
+/// Poses at strictly rising times (s). Sampled linearly in between; before and after, the ends hold.
+class PosePath {
+ public:
+  struct Sample {
+    double t;
+    Pose pose;
+  };
+  /// Error when there is no sample, a value is not finite, or a time does not rise; `where` names the source.
+  static volume::Result<PosePath> from_samples(std::vector<Sample> samples, const std::string& where);
+  /// Reads CSV with a header line naming the columns. A path without a button column is pressed throughout.
+  static volume::Result<PosePath> read_csv(std::istream& in, const std::string& where);
+
+  /// Not for unsorted access in hot loops: binary search.
+  Pose at(double t) const noexcept;
+  double start_time() const noexcept { return samples_.front().t; }
+  double end_time() const noexcept { return samples_.back().t; }
+  const std::vector<Sample>& samples() const noexcept { return samples_; }
+  void write_csv(std::ostream& out) const;
+
+ private:
+  std::vector<Sample> samples_;
+};
+
+/// Times at which a servo of `rate_hz` looks at a path: from its first to its last moment, the last one included.
+std::vector<double> servo_times(const PosePath& path, double rate_hz);
+
+}  // namespace trephine::haptics

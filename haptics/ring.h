@@ -1,0 +1,44 @@
+// A fixed ring from one thread to another, wait-free on both ends.
+#pragma once
+
+#include <atomic>
+#include <cstddef>
+#include <memory>
+
+namespace trephine::haptics {
+
+/// One producer, one consumer. Capacity is rounded up to a power of two; T is copied.
+template <class T>
+class Ring {
+ public:
+  explicit Ring(std::size_t capacity) {
+    std::size_t size = 1;
+    while (size < capacity) size *= 2;
+    slots_ = std::make_unique<T[]>(size);
+    mask_ = size - 1;
+  }
+  /// Producer. False when the consumer is a whole ring behind; nothing is written then.
+  bool push(const T& value) noexcept {
+    const std::size_t at = written_.load(std::memory_order_relaxed);
+    if (at - read_.load(std::memory_order_acquire) > mask_) return false;
+    slots_[at & mask_] = value;
+    written_.store(at + 1, std::memory_order_release);
+    return true;
+  }
+  /// Consumer. False when there is nothing new.
+  bool pop(T& value) noexcept {
+    const std::size_t at = read_.load(std::memory_order_relaxed);
+    if (at == written_.load(std::memory_order_acquire)) return false;
+    value = slots_[at & mask_];
+    read_.store(at + 1, std::memory_order_release);
+    return true;
+  }
+
+ private:
+  std::unique_ptr<T[]> slots_;
+  std::size_t mask_ = 0;
+  alignas(64) std::atomic<std::size_t> written_{0};
+  alignas(64) std::atomic<std::size_t> read_{0};
+};
+
+}  // namespace trephine::haptics

@@ -1,0 +1,38 @@
+// What can be touched: the shapes of one volume, each with its bits and its material.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "volume/field.h"
+#include "volume/occupancy.h"
+
+namespace trephine::haptics {
+
+/// How a surface answers. Defaults are the field's usual ones (docs/performance.md lists them).
+struct Material {
+  double stiffness = 0.5;         ///< N/mm
+  double damping = 0.001;         ///< N s/mm
+  double static_friction = 0.2;   ///< coefficient of the cone
+  double dynamic_friction = 0.15;
+};
+
+/// A side from which a surface holds the proxy: front = the free space, back = the solid.
+enum class Sides { none = 0, front = 1, back = 2, both = 3 };
+constexpr bool holds(Sides sides, Sides one) { return (static_cast<int>(sides) & static_cast<int>(one)) != 0; }
+
+struct TouchShape {
+  volume::Field field;
+  std::shared_ptr<const volume::Occupancy> bits;
+  Material material;
+  Sides sides = Sides::front;
+};
+
+/// Shapes of one volume in the order in which ties go. Constant while a servo runs on it.
+struct TouchScene {
+  static constexpr std::size_t k_max_shapes = 8;
+  std::shared_ptr<const volume::Volume> base;
+  std::vector<TouchShape> shapes;
+};
+
+}  // namespace trephine::haptics

@@ -1,0 +1,50 @@
+// Judges every servo step for fall-through: the path from the old to the new proxy meets the method's solid, or contact
+// is lost without a free path from proxy to HIP. Works from voxels, distances and exact traversal alone; shares no code
+// with haptics.
+#pragma once
+
+#include <functional>
+#include <glm/vec3.hpp>
+#include <span>
+
+namespace trephine::checker {
+
+/// Is a voxel's centre solid? Voxels outside the grid are air; the judge asks only inside.
+using SolidVoxels = std::function<bool(int, int, int)>;
+
+struct StepUnderJudgement {
+  std::span<const glm::dvec3> path_volume;  ///< waypoints from the old proxy to the new one, volume frame
+  glm::dvec3 hip_volume;
+  bool has_contact;
+  bool is_buried;  ///< the step said that matter grew over its proxy
+};
+
+class FallThroughJudge {
+ public:
+  FallThroughJudge(const glm::ivec3& size, SolidVoxels solid) : size_(size), solid_(std::move(solid)) {}
+
+  /// Looks at one step; steps come in order. Only proxies in free space (touching from the front) are judged.
+  void look(const StepUnderJudgement& step);
+  /// Forget the last proxy: the tool was set elsewhere.
+  void restart() { has_last_ = false; }
+
+  long steps() const { return steps_; }
+  long fall_throughs() const { return fall_throughs_; }
+  long buried_starts() const { return buried_starts_; }
+
+ private:
+  bool meets_solid(const glm::dvec3& a, const glm::dvec3& b) const;
+
+  glm::ivec3 size_;
+  SolidVoxels solid_;
+  glm::dvec3 last_{0.0};
+  bool has_last_ = false, is_inside_ = false;
+  long steps_ = 0, fall_throughs_ = 0, buried_starts_ = 0;
+};
+
+/// Where a frictionless proxy on the same voxel cubes would rest: from `proxy` downhill in |p - HIP| (mm) through
+/// face-connected free cubes, each left at its point nearest to the HIP. `axes_mm`: columns of the volume's frame.
+glm::dvec3 resting_point_on_cubes(const glm::ivec3& size, const SolidVoxels& solid, const glm::dvec3 axes_mm[3],
+                                  const glm::dvec3& proxy_volume, const glm::dvec3& hip_volume);
+
+}  // namespace trephine::checker

@@ -1,0 +1,151 @@
+#include "haptics/servo_loop.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <set>
+
+#include "haptics/implicit_proxy.h"
+#include "tests/scenes/scenes.h"
+
+namespace trephine::haptics {
+namespace {
+
+data_tools::PhantomOptions grid(int size) {
+  data_tools::PhantomOptions o;
+  o.size = glm::ivec3(size);
+  o.psf_sigma_voxels = 1;
+  return o;
+}
+
+TEST(Ring, KeepsOrderAndSaysWhenItIsFull) {
+  Ring<int> ring(4);
+  for (int i = 0; i < 4; ++i) EXPECT_TRUE(ring.push(i));
+  EXPECT_FALSE(ring.push(4));
+  int v = -1;
+  for (int i = 0; i < 4; ++i) {
+    ASSERT_TRUE(ring.pop(v));
+    EXPECT_EQ(v, i);
+  }
+  EXPECT_FALSE(ring.pop(v));
+}
+
+TEST(Ring, CarriesEverythingBetweenThreads) {
+  Ring<int> ring(64);
+  long sum = 0;
+  std::thread consumer([&] {
+    int v = 0;
+    for (int seen = 0; seen < 200000;)
+      if (ring.pop(v)) sum += v, ++seen;
+      else std::this_thread::yield();
+  });
+  for (int i = 0; i < 200000;)
+    if (ring.push(i)) ++i;
+    else std::this_thread::yield();
+  consumer.join();
+  EXPECT_EQ(sum, 200000L * 199999L / 2);
+}
+
+TEST(Histogram, PercentilesAreWithinABucket) {
+  Histogram h;
+  for (std::uint64_t i = 1; i <= 100000; ++i) h.add(i);
+  EXPECT_NEAR(h.percentile_us(50), 50.0, 50.0 * 0.04);
+  EXPECT_NEAR(h.percentile_us(99), 99.0, 99.0 * 0.04);
+  EXPECT_DOUBLE_EQ(h.max_us(), 100.0);
+  EXPECT_EQ(h.count(), 100000u);
+}
+
+TEST(ServoCore, ForceIsFiniteAndLatchedOnBadPoses) {
+  const TouchScene scene = scenes::phantom_scene("sphere", grid(32));
+  const volume::Version version(scene.base);
+  ImplicitProxy method;
+  ASSERT_FALSE(method.prepare(scene).has_value());
+  for (const double bad : {std::nan(""), std::numeric_limits<double>::infinity(), 1e300}) {
+    ServoCore core(scene, method, {}, 1e-3);
+    core.step(version, {{0, 0, 60}}, 0, 0);
+    for (int i = 0; i < 100; ++i) core.step(version, {{0, 0, 40}}, 0, 0);
+    ServoRecord r = core.step(version, {{0, bad, 40}}, 0, 0);
+    EXPECT_EQ(r.force_world, glm::dvec3(0));
+    r = core.step(version, {{0, 0, 40}}, 0, 0);
+    EXPECT_EQ(r.force_world, glm::dvec3(0));
+    EXPECT_TRUE(r.faults & fault_not_finite);
+  }
+}
+
+TEST(ServoLoop, RunsTicksInOrderOnTheNewestVersionAndFeelsTheSurface) {
+  const TouchScene scene = scenes::phantom_scene("sphere", grid(64));
+  volume::VersionChannel channel(std::make_shared<volume::Version>(scene.base));
+  ImplicitProxy method;
+  ASSERT_FALSE(method.prepare(scene).has_value());
+  const PosePath wish = PosePath::from_samples({{0, {{0, 0, 50}}}, {0.1, {{0, 0, 43}}}, {1, {{0, 0, 43}}}}, "test").value();
+  VirtualDevice device(wish, {});
+  ServoLoop loop(device, channel, scene, method, {});
+  ASSERT_FALSE(loop.start().has_value());
+  ServoRecord record;
+  std::uint64_t expected = 0;
+  double strongest = 0;
+  for (int wait = 0; wait < 2000 && expected < 500; ++wait) {
+    while (loop.records().pop(record)) {
+      ASSERT_EQ(record.tick, expected++);
+      strongest = std::max(strongest, record.force_world.z);
+    }
+    std::this_thread::sleep_for(std::chrono::milliseconds(2));
+  }
+  loop.stop();
+  EXPECT_GE(expected, 500u);
+  EXPECT_GT(strongest, 0.2);
+  const ServoReport report = loop.report();
+  EXPECT_GE(report.ticks, 500u);
+  EXPECT_GT(report.step_p50_us, 0);
+  EXPECT_EQ(report.faults & (fault_lost_device | fault_not_finite), 0u);
+}
+
+TEST(ServoLoop, LostDeviceAndFullRingFadeTheForce) {
+  const TouchScene scene = scenes::phantom_scene("sphere", grid(32));
+  volume::VersionChannel channel(std::make_shared<volume::Version>(scene.base));
+  ImplicitProxy method;
+  ASSERT_FALSE(method.prepare(scene).has_value());
+  const PosePath wish = PosePath::from_samples({{0, {{0, 0, 50}}}, {0.05, {{0, 0, 42}}}}, "test").value();
+  {
+    VirtualDevice device(wish, {});
+    device.lose_at(0.2);
+    ServoOptions options;
+    options.rate_hz = 2000;
+    ServoLoop loop(device, channel, scene, method, options);
+    ASSERT_FALSE(loop.start().has_value());
+    while (loop.report().ticks < 700) std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    loop.stop();
+    ServoRecord record;
+    while (loop.records().pop(record)) {
+      if (record.t >= 0.26) { ASSERT_EQ(record.force_world, glm::dvec3(0)); }
+    }
+    EXPECT_TRUE(loop.report().faults & fault_lost_device);
+  }
+  {
+    VirtualDevice device(wish, {});
+    ServoOptions options;
+    options.ring_capacity = 16;
+    ServoLoop loop(device, channel, scene, method, options);
+    ASSERT_FALSE(loop.start().has_value());
+    while (loop.report().ticks < 50) std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    loop.stop();
+    EXPECT_TRUE(loop.report().faults & fault_full_ring);
+  }
+}
+
+TEST(ServoLoop, RefusesImpossibleRates) {
+  const TouchScene scene = scenes::phantom_scene("sphere", grid(16));
+  volume::VersionChannel channel(std::make_shared<volume::Version>(scene.base));
+  ImplicitProxy method;
+  VirtualDevice device(PosePath::from_samples({{0, {{0, 0, 50}}}}, "test").value(), {});
+  for (const double rate : {0.0, 249.0, 10001.0, std::nan("")}) {
+    ServoOptions options;
+    options.rate_hz = rate;
+    ServoLoop loop(device, channel, scene, method, options);
+    EXPECT_TRUE(loop.start().has_value());
+  }
+}
+
+}  // namespace
+}  // namespace trephine::haptics

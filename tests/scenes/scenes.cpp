@@ -1,0 +1,54 @@
+#include "tests/scenes/scenes.h"
+
+#include <algorithm>
+#include <cmath>
+#include <glm/geometric.hpp>
+
+#include "volume/deterministic_math.h"
+
+namespace trephine::scenes {
+
+haptics::TouchScene phantom_scene(const std::string& name, const data_tools::PhantomOptions& options) {
+  auto made = data_tools::make_phantom(name, options);
+  if (!made) volume::broken_promise(made.error().message().c_str(), __FILE__, __LINE__);
+  haptics::TouchScene scene;
+  scene.base = std::make_shared<const volume::Volume>(std::move(made).value());
+  const volume::Shape shape;
+  scene.shapes.push_back({volume::Field(*scene.base, shape),
+                          std::make_shared<const volume::Occupancy>(volume::Occupancy::build(*scene.base, shape)),
+                          haptics::Material{}, haptics::Sides::front});
+  return scene;
+}
+
+haptics::PosePath sphere_slide(double radius, double depth, double speed, double seconds) {
+  std::vector<haptics::PosePath::Sample> samples;
+  const glm::dvec3 u = glm::normalize(glm::dvec3(0.62, 0.31, 0.72)), v = glm::normalize(glm::cross(u, glm::dvec3(0.2, 1, -0.4)));
+  const double arc = 1.2, r = radius - depth;  // rad of arc, there and back
+  const int count = static_cast<int>(seconds * 1000);
+  for (int i = 0; i <= count; ++i) {
+    const double t = i * 1e-3;
+    const double travelled = speed * t / r, phase = travelled / (2 * arc) - std::floor(travelled / (2 * arc));
+    const double angle = arc * (phase < 0.5 ? 2 * phase : 2 - 2 * phase);
+    const glm::dvec3 p = r * (volume::deterministic_cos(angle) * u + volume::deterministic_sin(angle) * v);
+    samples.push_back({t, {i == 0 ? (radius + 1) * u : p, {1, 0, 0, 0}, true}});
+  }
+  return haptics::PosePath::from_samples(std::move(samples), "sphere_slide").value();
+}
+
+haptics::PosePath rough_walk(const glm::dvec3& low, const glm::dvec3& high, double step, int samples, std::uint64_t seed) {
+  std::vector<haptics::PosePath::Sample> path;
+  glm::dvec3 p = low, velocity(0);
+  for (int i = 0; i < samples; ++i) {
+    for (int a = 0; a < 3; ++a) {
+      const auto n = static_cast<unsigned long long>(3 * i + a);
+      velocity[a] = 0.97 * velocity[a] + 0.12 * step * volume::hash_normal(seed, n);
+      p[a] += std::clamp(velocity[a], -step, step);
+      if (p[a] < low[a]) p[a] = low[a], velocity[a] = std::abs(velocity[a]);
+      if (p[a] > high[a]) p[a] = high[a], velocity[a] = -std::abs(velocity[a]);
+    }
+    path.push_back({i * 1e-3, {p, {1, 0, 0, 0}, true}});
+  }
+  return haptics::PosePath::from_samples(std::move(path), "rough_walk").value();
+}
+
+}  // namespace trephine::scenes
