@@ -1,0 +1,84 @@
+#include "sim/live_session.h"
+
+#include <chrono>
+
+namespace trephine::sim {
+
+LiveSession::LiveSession(haptics::Device& device, const haptics::TouchScene& scene, const haptics::ProxyMethod& method,
+                         Tool* tool, const haptics::ServoOptions& options)
+    : scene_(&scene), edits_(scene, tool, 1 / options.rate_hz), channel_(edits_.current()),
+      servo_(device, channel_, scene, method, options) {
+  state_.version = edits_.current();
+}
+
+LiveSession::~LiveSession() { stop(); }
+
+volume::Status LiveSession::start() {
+  if (volume::Status error = servo_.start()) return error;
+  is_stopping_ = false;
+  thread_ = std::thread([this] { run(); });
+  return std::nullopt;
+}
+
+void LiveSession::stop() {
+  servo_.stop();
+  is_stopping_ = true;
+  if (thread_.joinable()) thread_.join();
+}
+
+void LiveSession::run() {
+  haptics::ServoRecord record;
+  for (;;) {
+    const bool is_last_round = is_stopping_.load();
+    bool was_busy = false;
+    while (servo_.records().pop(record)) {
+      consume(record);
+      was_busy = true;
+    }
+    for (int left = requests_.exchange(0); left > 0;) {
+      const bool is_redo = left >= 1 << 16;
+      travel(is_redo);
+      left -= is_redo ? 1 << 16 : 1;
+    }
+    if (is_last_round) return;
+    if (!was_busy) std::this_thread::sleep_for(std::chrono::microseconds(200));
+  }
+}
+
+void LiveSession::consume(const haptics::ServoRecord& record) {
+  remember_place(places_, scene_->base->frame.volume_from_world(record.proxy_world));
+  const EditOutcome outcome = edits_.consume(record);
+  if (outcome.is_changed) channel_.publish(edits_.current());
+  if (trace_.size() < 1'000'000) trace_.push_back(record);
+  const std::lock_guard guard(lock_);
+  state_.newest = record;
+  if (outcome.is_changed) {
+    state_.version = edits_.current();
+    state_.changed = united(state_.changed, outcome.box);
+  }
+  state_.removed_mm3 = edits_.removed_mm3();
+  state_.strokes = edits_.stroke_count();
+  state_.can_undo = edits_.can_undo();
+  state_.can_redo = edits_.can_redo();
+}
+
+void LiveSession::travel(bool is_redo) {
+  const EditOutcome outcome = is_redo ? edits_.redo() : edits_.undo();
+  if (!outcome.is_changed) return;
+  if (const glm::dvec3* free = edits_.last_free(places_)) servo_.request_restart(*free);
+  channel_.publish(edits_.current());
+  const std::lock_guard guard(lock_);
+  state_.version = edits_.current();
+  state_.changed = united(state_.changed, outcome.box);
+  state_.removed_mm3 = edits_.removed_mm3();
+  state_.strokes = edits_.stroke_count();
+}
+
+LiveState LiveSession::look() {
+  const std::lock_guard guard(lock_);
+  LiveState copy = state_;
+  state_.changed = {glm::ivec3(0), glm::ivec3(-1)};
+  return copy;
+}
+
+}  // namespace trephine::sim

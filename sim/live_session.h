@@ -1,0 +1,66 @@
+// Live operation: the servo on its thread, the edits on theirs, and whoever draws on a third.
+#pragma once
+
+#include <atomic>
+#include <memory>
+#include <mutex>
+#include <thread>
+#include <vector>
+
+#include "sim/edit_session.h"
+#include "sim/lockstep.h"
+
+namespace trephine::sim {
+
+/// What a display needs, copied at one moment.
+struct LiveState {
+  haptics::ServoRecord newest;
+  std::shared_ptr<const volume::Version> version;
+  volume::VoxelBox changed{glm::ivec3(0), glm::ivec3(-1)};  ///< since the last look
+  double removed_mm3 = 0;
+  std::size_t strokes = 0;
+  bool can_undo = false, can_redo = false;
+};
+
+/// Starts and joins the edit thread; the servo never waits for it. Drawing threads call look() at their own rate.
+class LiveSession {
+ public:
+  /// Borrows everything for its life; the method was prepared for the scene.
+  LiveSession(haptics::Device& device, const haptics::TouchScene& scene, const haptics::ProxyMethod& method, Tool* tool,
+              const haptics::ServoOptions& options);
+  ~LiveSession();
+  LiveSession(const LiveSession&) = delete;
+  LiveSession& operator=(const LiveSession&) = delete;
+
+  volume::Status start();
+  /// Stops the servo, lets the edits finish what it recorded, and joins. A second call does nothing.
+  void stop();
+
+  void undo() { requests_.fetch_add(1); }
+  void redo() { requests_.fetch_add(1 << 16); }
+  /// Takes the news; `changed` starts empty again.
+  LiveState look();
+  haptics::ServoReport servo_report() const { return servo_.report(); }
+  /// The ticks that the edit thread saw, at most a million; after stop().
+  const std::vector<haptics::ServoRecord>& trace() const noexcept { return trace_; }
+  const EditSession& edits() const noexcept { return edits_; }
+
+ private:
+  void run();
+  void consume(const haptics::ServoRecord& record);
+  void travel(bool is_redo);
+
+  const haptics::TouchScene* scene_;
+  EditSession edits_;
+  volume::VersionChannel channel_;
+  haptics::ServoLoop servo_;
+  std::vector<glm::dvec3> places_;
+  std::vector<haptics::ServoRecord> trace_;
+  std::mutex lock_;  // between edit thread and look(); never the servo
+  LiveState state_;
+  std::atomic<int> requests_{0};  // undos in the low half, redos in the high half
+  std::atomic<bool> is_stopping_{false};
+  std::thread thread_;
+};
+
+}  // namespace trephine::sim

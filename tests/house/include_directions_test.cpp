@@ -1,0 +1,97 @@
+// Who may include whom: the table of docs/layout.md, read off every source file.
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <regex>
+#include <set>
+#include <string>
+
+namespace {
+
+namespace fs = std::filesystem;
+
+const std::map<std::string, std::set<std::string>> k_may_use{
+    {"volume", {"volume"}},
+    {"haptics", {"haptics", "volume"}},
+    {"sim", {"sim", "haptics", "volume"}},
+    {"modules", {"sim", "haptics", "volume"}},  // and their own folder
+    {"data-tools", {"data-tools", "volume"}},
+    {"apps", {"apps", "modules", "sim", "haptics", "data-tools", "volume"}},
+    {"tests", {"tests", "apps", "modules", "sim", "haptics", "data-tools", "volume"}},
+};
+/// Third-party headers and the only places that may include them.
+const std::map<std::string, std::vector<std::string>> k_outsiders{
+    {"vtk", {"apps/view/", "apps/trephine/bench_peers", "data-tools/dicom", "tests/apps/"}},
+    {"itk", {"data-tools/image_files", "tests/data-tools/"}},
+    {"CLI/", {"apps/trephine/"}},
+    {"nlohmann/", {"apps/trephine/", "tests/"}},
+    {"openvdb/", {}},
+    {"Q", {}},
+    {"tbb/", {}},
+    {"gtest/", {"tests/"}},
+};
+
+/// What is wrong with `include` in `file` (relative paths), or "".
+std::string fault(const std::string& file, const std::string& include, bool is_quoted) {
+  const std::string room = file.substr(0, file.find('/'));
+  if (is_quoted) {
+    const std::string target = include.substr(0, include.find('/'));
+    if (include.find('/') == std::string::npos) return "includes are written from the top: " + include;
+    if (room == "modules" && target == "modules") {
+      const auto module = [](const std::string& path) { return path.substr(0, path.find('/', 8)); };
+      return module(file) == module(include) ? "" : "a module includes another module";
+    }
+    if (room == "apps" && target == "tests")  // the command runs the judges, scenes and benchmarks
+      return file.starts_with("apps/trephine/") ? "" : "only apps/trephine may use tests";
+    if (file.starts_with("tests/checker/") && target != "volume" && target != "tests") return "the checker uses more than volume";
+    const auto& allowed = k_may_use.at(room);
+    return allowed.contains(target) ? "" : room + " may not use " + target;
+  }
+  for (const auto& [prefix, places] : k_outsiders) {
+    if (!include.starts_with(prefix) || (prefix == "Q" && (include.size() < 2 || !std::isupper(static_cast<unsigned char>(include[1]))))) continue;
+    for (const std::string& place : places)
+      if (file.starts_with(place)) return "";
+    return "<" + include + "> does not belong in " + file;
+  }
+  return "";
+}
+
+TEST(House, IncludesPointDownward) {
+  const fs::path root = TREPHINE_SOURCE_DIR;
+  const std::regex line_of(R"(^\s*#\s*include\s*([<"])([^>"]+)[>"])");
+  int files = 0, includes = 0;
+  for (const auto& [room, unused] : k_may_use)
+    for (const auto& entry : fs::recursive_directory_iterator(root / room)) {
+      const std::string extension = entry.path().extension();
+      if (extension != ".h" && extension != ".cpp") continue;
+      ++files;
+      std::ifstream in(entry.path());
+      std::string line;
+      const std::string file = fs::relative(entry.path(), root).generic_string();
+      while (std::getline(in, line)) {
+        std::smatch match;
+        if (!std::regex_search(line, match, line_of)) continue;
+        ++includes;
+        EXPECT_EQ(fault(file, match[2], match[1] == "\""), "") << file << ": " << line;
+      }
+    }
+  EXPECT_GT(files, 40);
+  EXPECT_GT(includes, 200);
+}
+
+TEST(House, TheRuleFindsForbiddenDirections) {
+  EXPECT_NE(fault("volume/field.cpp", "haptics/force.h", true), "");
+  EXPECT_NE(fault("haptics/force.cpp", "sim/tool.h", true), "");
+  EXPECT_NE(fault("modules/drilling/burr.cpp", "modules/bone_flap/saw.h", true), "");
+  EXPECT_NE(fault("modules/drilling/burr.cpp", "data-tools/phantoms.h", true), "");
+  EXPECT_NE(fault("sim/lockstep.cpp", "vtkSmartPointer.h", false), "");
+  EXPECT_NE(fault("data-tools/phantoms.cpp", "sim/tool.h", true), "");
+  EXPECT_NE(fault("apps/view/window.cpp", "tests/scenes/scenes.h", true), "");
+  EXPECT_NE(fault("volume/field.cpp", "field.h", true), "");
+  EXPECT_EQ(fault("modules/drilling/burr.cpp", "modules/drilling/burr.h", true), "");
+  EXPECT_EQ(fault("apps/view/window.cpp", "vtkActor.h", false), "");
+}
+
+}  // namespace
