@@ -45,7 +45,8 @@ class RemovalEditor {
   const Version& working() const noexcept { return *next_; }
 
  private:
-  struct Shape;  // what one call to remove() needs everywhere
+  struct Shape;       // what one call to remove() needs everywhere
+  struct BrickSweep;  // the sweep seen from one brick
 
   Page& editable_page(std::size_t index);
   Brick& editable_brick(Page& page, std::size_t index);
@@ -53,6 +54,9 @@ class RemovalEditor {
   void classify(RemovalMask& mask, const glm::ivec3& low) const;
   void remove_in_brick(const Shape& shape, const glm::ivec3& low, std::size_t page, std::size_t index,
                        RemovalReport& report);
+  /// Marks the samples of a voxel that the sweep removes; returns the solid ones that are new, in ledger units.
+  std::int64_t mark(const Shape& shape, RemovalMask& mask, const glm::ivec3& voxel, std::size_t in_brick,
+                    const glm::vec3& centre, bool is_inside);
   std::int64_t count_solid(const RemovalMask& mask, const glm::ivec3& voxel, std::size_t in_brick,
                            const std::uint64_t* fresh) const;
 

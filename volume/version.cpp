@@ -18,6 +18,7 @@ RemovalMask* RemovalMask::copy() const {
   result->words = words;
   result->base_solid = base_solid;
   result->base_air = base_air;
+  result->full = full;
   return result;
 }
 
@@ -26,6 +27,7 @@ RemovalMask* RemovalMask::refined() const {
   auto* fine = new RemovalMask(8);
   fine->base_solid = base_solid;
   fine->base_air = base_air;
+  fine->full = full;
   for (std::size_t voxel = 0; voxel < words.size(); ++voxel) {
     const std::uint64_t coarse = words[voxel];
     for (unsigned k = 0; k < 8; ++k)

@@ -54,6 +54,8 @@ struct RemovalMask {
   std::vector<std::uint64_t> words;  ///< words_per_voxel() for each voxel of the brick, x fastest
   /// Voxels whose whole cube is solid (or air) in the base, laid out as Brick::kept: spares the ledger's samples.
   std::array<std::uint64_t, k_brick> base_solid{}, base_air{};
+  /// Voxels all of whose samples are removed, laid out as Brick::kept.
+  std::array<std::uint64_t, k_brick> full{};
 
   int words_per_voxel() const noexcept { return n * n * n / 64; }
   RemovalMask* copy() const;
