@@ -1,0 +1,299 @@
+#include "data-tools/image_files.h"
+
+#include <itkMetaImageIO.h>
+#include <itkNiftiImageIO.h>
+#include <itkNrrdImageIO.h>
+#include <itkObjectFactoryBase.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <glm/geometric.hpp>
+
+#include "data-tools/atomic_file.h"
+#include "data-tools/quiet_streams.h"
+#include "data-tools/whole_numbers.h"
+#include "volume/parallel.h"
+
+namespace trephine::data_tools {
+
+namespace fs = std::filesystem;
+using volume::Error;
+using volume::Result;
+using volume::Status;
+using volume::Volume;
+
+namespace {
+
+bool ends_with(const std::string& path, const char* end) {
+  std::string lower = path;
+  std::transform(lower.begin(), lower.end(), lower.begin(), [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; });
+  return lower.ends_with(end);
+}
+
+struct Format {
+  itk::ImageIOBase::Pointer io;
+  std::string name;
+};
+Format format_of(const std::string& path) {
+  if (ends_with(path, ".mha") || ends_with(path, ".mhd")) return {itk::MetaImageIO::New().GetPointer(), "MetaImage"};
+  if (ends_with(path, ".nrrd") || ends_with(path, ".nhdr")) return {itk::NrrdImageIO::New().GetPointer(), "NRRD"};
+  if (ends_with(path, ".nii") || ends_with(path, ".nii.gz")) return {itk::NiftiImageIO::New().GetPointer(), "NIfTI"};
+  return {nullptr, ""};
+}
+
+/// ITK's words without its file names and line numbers.
+std::string reason(const itk::ExceptionObject& e) {
+  std::string text = e.GetDescription() ? e.GetDescription() : "";
+  if (const auto at = text.rfind("): "); at != std::string::npos) text = text.substr(at + 3);
+  if (const auto slash = text.find('/'); slash != std::string::npos) text = text.substr(0, slash);
+  return text.substr(0, 160);
+}
+
+std::optional<double> convert_any(itk::IOComponentEnum type, const void* data, Volume& volume, bool& is_known) {
+  using C = itk::IOComponentEnum;
+  is_known = true;
+  switch (type) {
+    case C::UCHAR: return fill_with_whole_numbers<unsigned char>(data, volume);
+    case C::CHAR: return fill_with_whole_numbers<signed char>(data, volume);
+    case C::USHORT: return fill_with_whole_numbers<unsigned short>(data, volume);
+    case C::SHORT: return fill_with_whole_numbers<short>(data, volume);
+    case C::UINT: return fill_with_whole_numbers<unsigned int>(data, volume);
+    case C::INT: return fill_with_whole_numbers<int>(data, volume);
+    case C::ULONG: return fill_with_whole_numbers<unsigned long>(data, volume);
+    case C::LONG: return fill_with_whole_numbers<long>(data, volume);
+    case C::ULONGLONG: return fill_with_whole_numbers<unsigned long long>(data, volume);
+    case C::LONGLONG: return fill_with_whole_numbers<long long>(data, volume);
+    case C::FLOAT: return fill_with_whole_numbers<float>(data, volume);
+    case C::DOUBLE: return fill_with_whole_numbers<double>(data, volume);
+    default: is_known = false; return std::nullopt;
+  }
+}
+
+std::string text_of(double v) {
+  char text[40];
+  std::snprintf(text, sizeof text, "%g", v);
+  return text;
+}
+
+/// ITK reads on past the end of a short .mha: what is missing from it, in words, or "".
+std::string missing_bytes(const std::string& path, std::size_t voxel_bytes) {
+  if (!ends_with(path, ".mha")) return "";
+  std::ifstream in(path, std::ios::binary);
+  std::string head(1 << 16, '\0');
+  in.read(head.data(), static_cast<std::streamsize>(head.size()));
+  head.resize(static_cast<std::size_t>(in.gcount()));
+  const std::size_t marker = head.find("ElementDataFile");
+  const std::size_t line_end = marker == std::string::npos ? marker : head.find('\n', marker);
+  if (line_end == std::string::npos) return "no data after its header";
+  std::size_t expected = voxel_bytes;
+  if (head.find("CompressedData = True") < marker) {
+    const std::size_t at = head.find("CompressedDataSize = ");
+    if (at > marker) return "";
+    expected = static_cast<std::size_t>(std::strtoull(head.c_str() + at + 21, nullptr, 10));
+  }
+  const std::size_t held = static_cast<std::size_t>(fs::file_size(path)) - (line_end + 1);
+  return held < expected ? std::to_string(held) + " of " + std::to_string(expected) + " bytes of voxels" : "";
+}
+
+Status write_image(const std::string& path, const glm::ivec3& size, const volume::Frame& frame, itk::IOComponentEnum type, const void* data) {
+  if (!is_writable_volume_file(path))
+    return Error{"this is no volume format that trephine writes", file_name(path), fs::path(path).extension().string(), ".mha, .nrrd, .nii or .nii.gz", "choose one of these extensions"};
+  return write_atomically(path, [&](const std::string& temporary) -> Status {
+    const Format format = format_of(path);
+    try {
+      format.io->SetFileName(temporary);
+      format.io->SetNumberOfDimensions(3);
+      format.io->SetNumberOfComponents(1);
+      format.io->SetComponentType(type);
+      format.io->SetPixelType(itk::IOPixelEnum::SCALAR);
+      itk::ImageIORegion region(3);
+      for (unsigned a = 0; a < 3; ++a) {
+        const int i = static_cast<int>(a);
+        format.io->SetDimensions(a, static_cast<itk::SizeValueType>(size[i]));
+        format.io->SetSpacing(a, frame.spacing()[i]);
+        format.io->SetOrigin(a, frame.origin()[i]);
+        const glm::dvec3 direction = frame.axes()[i] / frame.spacing()[i];
+        format.io->SetDirection(a, {direction.x, direction.y, direction.z});
+        region.SetSize(a, static_cast<itk::SizeValueType>(size[i]));
+      }
+      format.io->SetIORegion(region);
+      format.io->SetUseCompression(ends_with(path, ".gz"));
+      format.io->WriteImageInformation();
+      format.io->Write(data);
+    } catch (const itk::ExceptionObject& e) {
+      return Error{"the volume cannot be written", file_name(path), reason(e), "a folder that may be written and has room", "choose another place, or make room"};
+    }
+    return std::nullopt;
+  });
+}
+
+}  // namespace
+
+bool is_writable_volume_file(const std::string& path) {
+  return ends_with(path, ".mha") || ends_with(path, ".nrrd") || ends_with(path, ".nii") || ends_with(path, ".nii.gz");
+}
+
+Result<OpenedVolume> open_image_file(const std::string& path, const OpenOptions& options) {
+  const std::string where = file_name(path);
+  const Format format = format_of(path);
+  const auto broken = [&](const std::string& found) {
+    return Error{"the " + format.name + " file cannot be read", where, found, "a complete file of that format", "copy or export it again"};
+  };
+  const QuietStreams quiet;
+  try {
+    itk::ImageIOBase& io = *format.io;
+    if (!io.CanReadFile(path.c_str())) return broken("no " + format.name + " header");
+    io.SetFileName(path);
+    io.ReadImageInformation();
+    unsigned dimensions = io.GetNumberOfDimensions();
+    for (; dimensions > 3 && io.GetDimensions(dimensions - 1) == 1; --dimensions) {
+    }
+    if (dimensions != 3) return broken(std::to_string(dimensions) + " dimensions instead of 3");
+    if (io.GetNumberOfComponents() != 1) return broken(std::to_string(io.GetNumberOfComponents()) + " values a voxel instead of 1");
+    glm::ivec3 size;
+    glm::dvec3 origin;
+    glm::dmat3 axes;
+    for (unsigned a = 0; a < 3; ++a) {
+      const int i = static_cast<int>(a);
+      size[i] = static_cast<int>(std::min<itk::SizeValueType>(io.GetDimensions(a), 2'000'000'000));
+      origin[i] = io.GetOrigin(a);
+      if (!(io.GetSpacing(a) > 0) || !std::isfinite(io.GetSpacing(a)))
+        return Error{"the spacing is not a positive number", where, text_of(io.GetSpacing(a)) + " mm", "a spacing above 0 mm on each axis", "export the volume again"};
+      const std::vector<double> direction = io.GetDirection(a);
+      for (int k = 0; k < 3; ++k) axes[i][k] = direction[static_cast<std::size_t>(k)] * io.GetSpacing(a);
+    }
+    Result<volume::Frame> frame = volume::Frame::from_axes(origin, axes);
+    if (!frame) {
+      Error error = frame.error();
+      error.where = where;
+      return error;
+    }
+    Result<Volume> made = volume::make_volume(size, frame.value());
+    if (!made) {
+      Error error = made.error();
+      error.where = where;
+      return error;
+    }
+    const std::size_t bytes = made.value().voxels.size() * io.GetComponentSize();
+    if (bytes > volume::available_memory_bytes()) return Error{"the volume is larger than the memory of this machine", where, std::to_string(bytes >> 20) + " MiB", "", "crop or resample it", volume::ErrorKind::missing_here};
+    if (const std::string gap = missing_bytes(path, bytes); !gap.empty()) return broken(gap);
+    itk::ImageIORegion region(io.GetNumberOfDimensions());
+    for (unsigned a = 0; a < io.GetNumberOfDimensions(); ++a) region.SetSize(a, io.GetDimensions(a));
+    io.SetIORegion(region);
+    if (options.progress && !options.progress(0)) return Error{"reading was interrupted", where, "", "", "", volume::ErrorKind::interrupted};
+
+    OpenedVolume opened{std::move(made).value(), format.name, "", {}, 0};
+    Volume& volume = opened.volume;
+    if (io.GetComponentType() == itk::IOComponentEnum::SHORT) {
+      io.Read(volume.voxels.data());
+    } else {
+      volume::Buffer<char> raw(bytes);
+      io.Read(raw.data());
+      bool is_known = false;
+      const std::optional<double> misfit = convert_any(io.GetComponentType(), raw.data(), volume, is_known);
+      if (!is_known) return broken("voxels of an unknown kind");
+      if (misfit) return not_whole(where, *misfit);
+    }
+    if (const std::string notice = guess_hounsfield(volume, options.maps_padding); !notice.empty()) {
+      opened.modality = "CT";
+      opened.notices.push_back(notice);
+    }
+    return opened;
+  } catch (const itk::ExceptionObject& e) {
+    return broken(reason(e));
+  } catch (const std::exception&) {
+    return broken("damaged contents");
+  }
+}
+
+Error not_whole(const std::string& where, double value) {
+  return Error{"the volume holds values that are not whole numbers of 16 bits", where, text_of(value), "whole numbers from -32768 to 32767",
+               "scale or round the values before opening (a fraction such as 0.5 would be lost silently)"};
+}
+
+std::string guess_hounsfield(Volume& volume, bool maps_padding) {
+  std::int16_t lowest = 0;
+  for (const std::int16_t v : volume.voxels.span()) lowest = std::min(lowest, v);
+  volume.is_hounsfield = lowest <= -500;
+  if (!volume.is_hounsfield) return "";
+  if (maps_padding)
+    for (std::int16_t& v : volume.voxels.span())
+      if (v < -1024) v = -1000;
+  return "taken as Hounsfield units: values reach down to " + std::to_string(lowest);
+}
+
+Result<Volume> orthogonalized(const Volume& volume) {
+  if (volume.frame.is_orthogonal()) {
+    Result<Volume> made = volume::make_volume(volume.size, volume.frame, !volume.labels.is_empty());
+    if (!made) return made;
+    std::copy_n(volume.voxels.data(), volume.voxels.size(), made.value().voxels.data());
+    std::copy_n(volume.labels.data(), volume.labels.size(), made.value().labels.data());
+    made.value().is_hounsfield = volume.is_hounsfield;
+    made.value().label_names = volume.label_names;
+    return made;
+  }
+  // Right angles by Gram and Schmidt, x first; a box that holds all corners.
+  const glm::dmat3& axes = volume.frame.axes();
+  const glm::dvec3 x = glm::normalize(axes[0]);
+  const glm::dvec3 y = glm::normalize(axes[1] - glm::dot(axes[1], x) * x);
+  glm::dvec3 z = glm::cross(x, y);
+  if (glm::dot(z, axes[2]) < 0) z = -z;
+  const glm::dmat3 unit(x, y, z);
+  const glm::dvec3 spacing(glm::dot(axes[0], x), glm::dot(axes[1], y), glm::dot(axes[2], z));
+  glm::dvec3 low(1e300), high(-1e300);
+  for (int corner = 0; corner < 8; ++corner) {
+    const glm::dvec3 p = glm::dvec3(corner & 1, corner >> 1 & 1, corner >> 2 & 1) * glm::dvec3(volume.size - 1);
+    const glm::dvec3 q = glm::transpose(unit) * volume.frame.world_from_volume(p);
+    low = glm::min(low, q);
+    high = glm::max(high, q);
+  }
+  const glm::ivec3 size = glm::ivec3(glm::floor((high - low) / spacing + 1e-6)) + 1;
+  Result<volume::Frame> frame = volume::Frame::from_axes(unit * low, glm::dmat3(spacing.x * x, spacing.y * y, spacing.z * z));
+  if (!frame) return frame.error();
+  Result<Volume> made = volume::make_volume(size, frame.value(), !volume.labels.is_empty());
+  if (!made) return made;
+  Volume& result = made.value();
+  result.is_hounsfield = volume.is_hounsfield;
+  result.label_names = volume.label_names;
+  const double air = volume.is_hounsfield ? -1000 : *std::min_element(volume.voxels.span().begin(), volume.voxels.span().end());
+  volume::parallel_for(size.z, 0, [&](int k) {
+    for (int j = 0; j < size.y; ++j)
+      for (int i = 0; i < size.x; ++i) {
+        const glm::dvec3 p = volume.frame.volume_from_world(result.frame.world_from_volume({i, j, k}));
+        const glm::dvec3 base = glm::floor(p), f = p - base;
+        double sum = 0;
+        for (int c = 0; c < 8; ++c) {
+          const glm::ivec3 v = glm::ivec3(base) + glm::ivec3(c & 1, c >> 1 & 1, c >> 2 & 1);
+          const double w = (c & 1 ? f.x : 1 - f.x) * (c >> 1 & 1 ? f.y : 1 - f.y) * (c >> 2 & 1 ? f.z : 1 - f.z);
+          sum += w * (volume.contains(v) ? volume.voxels[volume.index(v.x, v.y, v.z)] : air);
+        }
+        const std::size_t at = result.index(i, j, k);
+        result.voxels[at] = static_cast<std::int16_t>(std::floor(sum + 0.5));
+        if (!result.labels.is_empty()) {
+          const glm::ivec3 v(glm::floor(p + 0.5));
+          result.labels[at] = volume.contains(v) ? volume.labels[volume.index(v.x, v.y, v.z)] : std::uint8_t{0};
+        }
+      }
+  });
+  return made;
+}
+
+Status write_volume(const std::string& path, const Volume& volume) {
+  if (volume.frame.is_orthogonal()) return write_image(path, volume.size, volume.frame, itk::IOComponentEnum::SHORT, volume.voxels.data());
+  Result<Volume> straight = orthogonalized(volume);
+  if (!straight) return straight.error();
+  return write_image(path, straight.value().size, straight.value().frame, itk::IOComponentEnum::SHORT, straight.value().voxels.data());
+}
+
+Status write_labels(const std::string& path, const Volume& volume) {
+  if (volume.labels.is_empty()) return Error{"this volume has no labels to write", file_name(path), "", "", ""};
+  if (volume.frame.is_orthogonal()) return write_image(path, volume.size, volume.frame, itk::IOComponentEnum::UCHAR, volume.labels.data());
+  Result<Volume> straight = orthogonalized(volume);
+  if (!straight) return straight.error();
+  return write_image(path, straight.value().size, straight.value().frame, itk::IOComponentEnum::UCHAR, straight.value().labels.data());
+}
+
+}  // namespace trephine::data_tools

@@ -1,0 +1,17 @@
+// Meshes out, in the formats that printers, viewers and other programs read.
+#pragma once
+
+#include <string>
+
+#include "volume/surface_nets.h"
+
+namespace trephine::data_tools {
+
+/// Writes a mesh in world coordinates (LPS, mm), outward counter-clockwise; the extension chooses: .stl (binary), .ply
+/// (binary), .obj, .vtp. Written atomically.
+volume::Status write_mesh(const std::string& path, const volume::Mesh& mesh, const volume::Frame& frame);
+
+/// Is the extension one that write_mesh knows?
+bool is_mesh_file(const std::string& path);
+
+}  // namespace trephine::data_tools

@@ -1,0 +1,11 @@
+// How long work says how far it is, and learns that it should stop.
+#pragma once
+
+#include <functional>
+
+namespace trephine::data_tools {
+
+/// Called with the share done, 0 to 1, on the calling thread; returns whether to go on. May be empty.
+using Progress = std::function<bool(double)>;
+
+}  // namespace trephine::data_tools

@@ -1,0 +1,356 @@
+// Reading and writing real formats: one oblique volume through all of them, the golden figures, and every refusal.
+#include <gtest/gtest.h>
+#include <zlib.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <glm/geometric.hpp>
+#include <nlohmann/json.hpp>
+
+#include "data-tools/atomic_file.h"
+#include "data-tools/open_volume.h"
+#include "data-tools/phantoms.h"
+
+namespace trephine::data_tools {
+namespace {
+
+namespace fs = std::filesystem;
+using volume::Volume;
+
+/// A folder that is gone afterwards.
+struct Scratch {
+  fs::path path;
+  Scratch() {
+    std::string name = (fs::temp_directory_path() / "trephine-test-XXXXXX").string();
+    path = ::mkdtemp(name.data());
+  }
+  ~Scratch() { fs::remove_all(path); }
+  std::string operator/(const char* name) const { return (path / name).string(); }
+};
+
+void write_text(const std::string& path, const std::string& text) { std::ofstream(path, std::ios::binary) << text; }
+std::string read_text(const std::string& path) {
+  std::ifstream in(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+/// The folder of real data, or "" (then the test is reported as skipped).
+std::string real_data() {
+  if (const char* given = std::getenv("TREPHINE_DATA")) return given;
+  const fs::path beside = fs::path(TREPHINE_SOURCE_DIR) / ".." / "shared" / "data";
+  return fs::exists(beside / "GOLDEN.json") ? beside.string() : "";
+}
+
+/// Unpacks an .tar.xz of real data.
+std::string unpack(const Scratch& scratch, const std::string& archive) {
+  EXPECT_EQ(std::system(("tar xJf '" + archive + "' -C '" + scratch.path.string() + "'").c_str()), 0);
+  for (const auto& entry : fs::directory_iterator(scratch.path))
+    if (entry.is_directory()) return entry.path().string();
+  return "";
+}
+
+Volume oblique() {
+  const double c = 0.8, s = 0.6;
+  const glm::dmat3 axes(0.7 * glm::dvec3(c, s, 0), 0.9 * glm::dvec3(-s, c, 0), 1.3 * glm::dvec3(0, 0, 1));
+  Volume v = volume::make_volume({7, 6, 5}, volume::Frame::from_axes({-12.5, 40.25, 7}, axes).value(), true).value();
+  for (std::size_t i = 0; i < v.voxels.size(); ++i) {
+    v.voxels[i] = static_cast<std::int16_t>(static_cast<int>(i * 37 % 3000) - 1000);
+    v.labels[i] = static_cast<std::uint8_t>(i % 4);
+  }
+  return v;
+}
+
+TEST(Files, ObliqueVolumeKeepsItsWorldCornersInEveryFormat) {
+  const Scratch scratch;
+  const Volume v = oblique();
+  for (const char* name : {"a.mha", "a.nrrd", "a.nii", "a.nii.gz", "b.mhd"}) {
+    if (name == std::string("b.mhd")) {  // header and voxels apart
+      const std::string whole = read_text(scratch / "a.mha"), local = "ElementDataFile = LOCAL\n";
+      const std::size_t at = whole.find(local);
+      write_text(scratch / "b.mhd", whole.substr(0, at) + "ElementDataFile = b.raw\n");
+      write_text(scratch / "b.raw", whole.substr(at + local.size()));
+    } else {
+      ASSERT_FALSE(write_volume(scratch / name, v).has_value()) << name;
+    }
+    const auto opened = open_volume(scratch / name);
+    ASSERT_TRUE(opened.is_ok()) << opened.error().message();
+    const Volume& w = opened.value().volume;
+    ASSERT_EQ(w.size, v.size);
+    for (int corner = 0; corner < 8; ++corner) {
+      const glm::dvec3 p = glm::dvec3(corner & 1, corner >> 1 & 1, corner >> 2 & 1) * glm::dvec3(v.size - 1);
+      EXPECT_LT(glm::length(w.frame.world_from_volume(p) - v.frame.world_from_volume(p)), 2e-5) << name;
+    }
+    for (std::size_t i = 0; i < v.voxels.size(); ++i) ASSERT_EQ(w.voxels[i], v.voxels[i]);
+    EXPECT_TRUE(w.is_hounsfield);
+  }
+  for (const auto& entry : fs::directory_iterator(scratch.path))
+    EXPECT_EQ(entry.path().filename().string().rfind(".trephine-", 0), std::string::npos) << "a temporary file stayed";
+}
+
+TEST(Files, ShearedVolumeIsResampledToRightAnglesInPlace) {
+  const Scratch scratch;
+  PhantomOptions o;
+  o.size = glm::ivec3(48);
+  o.psf_sigma_voxels = 1.5;
+  o.shear_degrees = 15;
+  const Volume v = make_phantom("sphere", o).value();
+  ASSERT_FALSE(write_volume(scratch / "s.mha", v).has_value());
+  const Volume w = open_volume(scratch / "s.mha").value().volume;
+  EXPECT_TRUE(w.frame.is_orthogonal());
+  // The sphere is where it was: its centre of mass and its volume.
+  glm::dvec3 centre(0);
+  double count = 0;
+  for (int z = 0; z < w.size.z; ++z)
+    for (int y = 0; y < w.size.y; ++y)
+      for (int x = 0; x < w.size.x; ++x)
+        if (w.voxels[w.index(x, y, z)] >= 300) centre += w.frame.world_from_volume({x, y, z}), ++count;
+  EXPECT_LT(glm::length(centre / count), 0.1);
+  double before = 0;
+  for (const std::int16_t hu : v.voxels.span()) before += hu >= 300;
+  EXPECT_NEAR(count * w.frame.voxel_mm3() / (before * v.frame.voxel_mm3()), 1, 0.005);
+}
+
+TEST(Files, WritingIsAtomicAndRefusesImpossiblePlaces) {
+  const Scratch scratch;
+  const Volume v = oblique();
+  write_text(scratch / "old.mha", "precious");
+  EXPECT_TRUE(write_volume(scratch / "no-such-folder/a.mha", v).has_value());
+  EXPECT_TRUE(write_volume(scratch / "a.xyz", v).has_value());
+  EXPECT_TRUE(write_atomically(scratch / "old.mha", [](const std::string& t) -> volume::Status {
+                write_text(t, "half");
+                return volume::Error{"the disk is full", "", "", "", ""};
+              }).has_value());
+  EXPECT_EQ(read_text(scratch / "old.mha"), "precious");
+  EXPECT_EQ(std::distance(fs::directory_iterator(scratch.path), fs::directory_iterator{}), 1);
+}
+
+TEST(Files, NothingWrittenHoldsAPathOrAName) {
+  const Scratch scratch;
+  const Volume v = oblique();
+  for (const char* name : {"a.mha", "a.nrrd", "a.nii"}) {
+    ASSERT_FALSE(write_volume(scratch / name, v).has_value());
+    EXPECT_EQ(read_text(scratch / name).find(scratch.path.filename().string()), std::string::npos) << name;
+  }
+}
+
+void expect_refused(const std::string& path, const char* word) {
+  const auto opened = open_volume(path);
+  ASSERT_FALSE(opened.is_ok()) << path;
+  const std::string message = opened.error().message();
+  EXPECT_NE(message.find(word), std::string::npos) << message;
+  EXPECT_EQ(message.find("/tmp/"), std::string::npos) << "a full path: " << message;
+  EXPECT_FALSE(opened.error().where.empty()) << message;
+}
+
+TEST(Files, BrokenFilesAreRefusedInWords) {
+  const Scratch scratch;
+  ASSERT_FALSE(write_volume(scratch / "good.mha", oblique()).has_value());
+  ASSERT_FALSE(write_volume(scratch / "good.nrrd", oblique()).has_value());
+  ASSERT_FALSE(write_volume(scratch / "good.nii.gz", oblique()).has_value());
+  ASSERT_FALSE(write_volume(scratch / "good.nii", oblique()).has_value());
+  fs::create_directory(scratch.path / "empty");
+  fs::create_directory(scratch.path / "text");
+  write_text(scratch / "text/readme.txt", "no scan");
+  write_text(scratch / "nothing.mha", "");
+  write_text(scratch / "words.mha", "this is prose\n");
+  write_text(scratch / "words.nrrd", "this is prose\n");
+  write_text(scratch / "words.nii", "this is prose\n");
+  write_text(scratch / "song.mp3", "la la la");
+  expect_refused(scratch / "missing.mha", "no such file");
+  expect_refused(scratch / "empty", "no DICOM images");
+  expect_refused(scratch / "text", "no DICOM images");
+  expect_refused(scratch / "nothing.mha", "empty");
+  expect_refused(scratch / "words.mha", "cannot be read");
+  expect_refused(scratch / "words.nrrd", "cannot be read");
+  expect_refused(scratch / "words.nii", "cannot be read");
+  expect_refused(scratch / "song.mp3", "no scan");
+  for (const char* name : {"good.mha", "good.nrrd", "good.nii.gz", "good.nii"}) {
+    const std::string whole = read_text(scratch / name);
+    for (const double share : {0.3, 0.9}) {
+      const std::string cut = std::string("cut-") + name;
+      write_text(scratch / cut.c_str(), whole.substr(0, static_cast<std::size_t>(share * static_cast<double>(whole.size()))));
+      expect_refused(scratch / cut.c_str(), "cannot be read");
+    }
+  }
+}
+
+std::string mha(const std::string& changes) {
+  std::string header = "ObjectType = Image\nNDims = 3\nBinaryData = True\nBinaryDataByteOrderMSB = False\nCompressedData = False\n";
+  header += changes;
+  return header + "ElementDataFile = LOCAL\n" + std::string(4096, '\1');
+}
+
+TEST(Files, ImpossibleHeadersAreRefused) {
+  const Scratch scratch;
+  const std::string type = "ElementType = MET_SHORT\n", size = "DimSize = 4 4 4\n";
+  const std::pair<std::string, const char*> faults[] = {
+      {"TransformMatrix = 1 0 0 0 1 0 0 0 1\nElementSpacing = 0 1 1\n" + size + type, "spacing"},
+      {"ElementSpacing = -1 1 1\n" + size + type, "spacing"},
+      {"ElementSpacing = nan 1 1\n" + size + type, ""},
+      {"TransformMatrix = 1 0 0 1 0 0 0 0 1\n" + size + type, ""},
+      {"DimSize = 0 4 4\n" + type, ""},
+      {"DimSize = -3 4 4\n" + type, ""},
+      {"DimSize = 40000 40000 40000\n" + type, ""},
+      {"DimSize = 30000 30000 30000\n" + type, "memory"},
+      {"DimSize = 999999999999 4 4\n" + type, ""},
+  };
+  for (const auto& [changes, word] : faults) {
+    write_text(scratch / "bad.mha", mha(changes));
+    expect_refused(scratch / "bad.mha", word);
+  }
+  write_text(scratch / "float.mha", mha(size + "ElementType = MET_FLOAT\n"));
+  expect_refused(scratch / "float.mha", "whole numbers");
+  write_text(scratch / "wide.mha", mha(size + "ElementType = MET_INT\n"));
+  expect_refused(scratch / "wide.mha", "whole numbers");
+}
+
+std::uint32_t crc_of(const void* data, std::size_t bytes) {
+  uLong crc = crc32(0, nullptr, 0);
+  const auto* at = static_cast<const Bytef*>(data);
+  for (std::size_t done = 0; done < bytes;) {
+    const auto part = static_cast<uInt>(std::min<std::size_t>(bytes - done, 1u << 30));
+    crc = crc32(crc, at + done, part);
+    done += part;
+  }
+  return static_cast<std::uint32_t>(crc);
+}
+
+class Golden : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    if (real_data().empty()) GTEST_SKIP() << "no real data: set TREPHINE_DATA";
+    golden_ = nlohmann::json::parse(read_text(real_data() + "/GOLDEN.json"));
+  }
+  void expect_dicom(const std::string& folder, const char* key) {
+    OpenOptions raw;
+    raw.maps_padding = false;
+    const auto opened = open_volume(folder, raw);
+    ASSERT_TRUE(opened.is_ok()) << opened.error().message();
+    const Volume& v = opened.value().volume;
+    const auto& g = golden_[key][0];
+    EXPECT_EQ(v.size, glm::ivec3(g["columns"], g["rows"], g["slices"]));
+    EXPECT_EQ(crc_of(v.voxels.data(), v.voxels.bytes()), g["crc32_int16_zyx"].get<std::uint32_t>());
+    for (int a = 0; a < 3; ++a) {
+      const auto i = static_cast<std::size_t>(a);
+      EXPECT_NEAR(v.frame.origin()[a], g["first_position"][i].get<double>(), 1e-6);
+      EXPECT_NEAR(v.frame.world_from_volume({0, 0, v.size.z - 1})[a], g["last_position"][i].get<double>(), 1e-5);
+    }
+    EXPECT_NEAR(v.frame.spacing().x, g["column_spacing_mm"].get<double>(), 1e-9);
+    EXPECT_NEAR(v.frame.spacing().y, g["row_spacing_mm"].get<double>(), 1e-9);
+    const auto range = std::minmax_element(v.voxels.span().begin(), v.voxels.span().end());
+    EXPECT_EQ(*range.first, g["hu_min"].get<double>());
+    EXPECT_EQ(*range.second, g["hu_max"].get<double>());
+    EXPECT_TRUE(v.is_hounsfield);
+  }
+  void expect_nifti(const char* key) {
+    OpenOptions raw;
+    raw.maps_padding = false;
+    const auto opened = open_volume(real_data() + "/" + key, raw);
+    ASSERT_TRUE(opened.is_ok()) << opened.error().message();
+    const Volume& v = opened.value().volume;
+    const auto& g = golden_[key];
+    EXPECT_EQ(v.size, glm::ivec3(g["dims"][0], g["dims"][1], g["dims"][2]));
+    for (std::size_t row = 0; row < 3; ++row) {
+      for (std::size_t column = 0; column < 3; ++column)
+        EXPECT_NEAR(v.frame.axes()[static_cast<int>(column)][static_cast<int>(row)], g["affine_lps"][row][column].get<double>(), 2e-5) << key;
+      EXPECT_NEAR(v.frame.origin()[static_cast<int>(row)], g["affine_lps"][row][3].get<double>(), 2e-4) << key;
+    }
+    std::vector<std::int32_t> wide(v.voxels.span().begin(), v.voxels.span().end());
+    EXPECT_EQ(crc_of(wide.data(), 4 * wide.size()), g["crc32_xyz_fortran_int32"].get<std::uint32_t>()) << key;
+  }
+  nlohmann::json golden_;
+};
+
+TEST_F(Golden, SkullPhantom) {
+  const Scratch scratch;
+  expect_dicom(unpack(scratch, real_data() + "/skull_phantom/bone_1mm.dicom.tar.xz"), "skull_phantom/bone_1mm");
+}
+TEST_F(Golden, CompressedAndThreeSliceSeries) {
+  expect_dicom(real_data() + "/dicom_cases/totalseg_j2k_series", "dicom_cases/totalseg_j2k_series");
+  expect_dicom(real_data() + "/dicom_cases/dcmqi_ct3", "dicom_cases/dcmqi_ct3");
+}
+TEST_F(Golden, NiftiVolumes) {
+  expect_nifti("spine_thoracic/tspine_roi_078x078x1.nii.gz");
+  expect_nifti("spine_lumbar/example_ct.nii.gz");
+  expect_nifti("mr_head/ch2.nii.gz");
+  EXPECT_FALSE(open_volume(real_data() + "/mr_head/ch2.nii.gz").value().volume.is_hounsfield);
+  EXPECT_TRUE(open_volume(real_data() + "/spine_lumbar/example_ct.nii.gz").value().volume.is_hounsfield);
+}
+TEST_F(Golden, PermutedLabels) { expect_nifti("spine_lumbar_labels/sub-verse004_seg-vert_msk.nii.gz"); }
+
+TEST_F(Golden, TiltedAndUnevenSeriesAreRefusedWithFigures) {
+  {
+    const Scratch scratch;
+    const auto opened = open_volume(unpack(scratch, real_data() + "/skull_phantom/tilt_m18.5.dicom.tar.xz"));
+    ASSERT_FALSE(opened.is_ok());
+    EXPECT_NE(opened.error().message().find("18.50 degrees"), std::string::npos) << opened.error().message();
+  }
+  const Scratch scratch;
+  const auto opened = open_volume(unpack(scratch, real_data() + "/head_ge_tilt/ge_tilt_dicom.tar.xz"));
+  ASSERT_FALSE(opened.is_ok());
+  EXPECT_NE(opened.error().message().find("1.08"), std::string::npos) << opened.error().message();
+  EXPECT_NE(opened.error().message().find("6.99"), std::string::npos) << opened.error().message();
+}
+
+TEST_F(Golden, EveryTransferSyntaxIsReadAlikeOrRefusedInWords) {
+  // The lossless encodings of one image must give the same voxels; a deflated one is refused.
+  std::optional<std::uint32_t> crc;
+  int read = 0, refused = 0;
+  for (const auto& entry : fs::directory_iterator(real_data() + "/dicom_cases/transfer_syntaxes")) {
+    const std::string name = entry.path().filename().string();
+    if (name == "LICENSE") continue;
+    const auto opened = open_volume(entry.path().string());
+    if (!opened.is_ok()) {
+      ++refused;
+      EXPECT_FALSE(opened.error().what.empty());
+      EXPECT_EQ(opened.error().message().find(real_data()), std::string::npos);
+      continue;
+    }
+    ++read;
+    const Volume& v = opened.value().volume;
+    const bool is_lossless = name.find("Lossless") != std::string::npos || name.find("LittleEndian") != std::string::npos || name.find("BigEndian") != std::string::npos;
+    if (!is_lossless || name.find("CTImage") == std::string::npos) continue;
+    const std::uint32_t now = crc_of(v.voxels.data(), v.voxels.bytes());
+    if (!crc) crc = now;
+    EXPECT_EQ(now, *crc) << name;
+  }
+  EXPECT_GE(read, 8);
+  EXPECT_GE(refused, 1);
+}
+
+TEST_F(Golden, MissingDuplicateAndMixedSlicesAreRefused) {
+  const std::string source = real_data() + "/dicom_cases/totalseg_j2k_series";
+  std::vector<fs::path> files;
+  for (const auto& entry : fs::directory_iterator(source)) files.push_back(entry.path());
+  std::sort(files.begin(), files.end());
+  {
+    const Scratch scratch;  // every file but one in the middle
+    for (std::size_t i = 0; i < files.size(); ++i)
+      if (i != 7) fs::copy(files[i], scratch.path / files[i].filename());
+    expect_refused(scratch.path.string(), "1 slice missing");
+  }
+  {
+    const Scratch scratch;
+    for (const fs::path& f : files) fs::copy(f, scratch.path / f.filename());
+    fs::copy(files[3], scratch.path / "copy");
+    const auto opened = open_volume(scratch.path.string());
+    ASSERT_FALSE(opened.is_ok());
+    EXPECT_NE(opened.error().message().find("repeated"), std::string::npos) << opened.error().message();
+  }
+  {
+    const Scratch scratch;
+    for (const fs::path& f : files) fs::copy(f, scratch.path / f.filename());
+    for (const char* name : {"01.dcm", "02.dcm", "03.dcm"}) fs::copy(real_data() + "/dicom_cases/dcmqi_ct3/" + name, scratch.path / name);
+    expect_refused(scratch.path.string(), "2 series");
+  }
+  {
+    const Scratch scratch;  // a truncated slice
+    for (const fs::path& f : files) fs::copy(f, scratch.path / f.filename());
+    fs::resize_file(scratch.path / files[5].filename(), fs::file_size(files[5]) / 2);
+    EXPECT_FALSE(open_volume(scratch.path.string()).is_ok());
+  }
+}
+
+}  // namespace
+}  // namespace trephine::data_tools
