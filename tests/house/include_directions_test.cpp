@@ -23,9 +23,9 @@ const std::map<std::string, std::set<std::string>> k_may_use{
 };
 /// Third-party headers and the only places that may include them.
 const std::map<std::string, std::vector<std::string>> k_outsiders{
-    {"vtk", {"apps/view/", "apps/trephine/bench_peers", "data-tools/dicom", "tests/apps/"}},
-    {"itk", {"data-tools/image_files", "tests/data-tools/"}},
-    {"CLI/", {"apps/trephine/"}},
+    {"vtk", {"apps/view/", "data-tools/dicom.cpp", "tests/bench/peer_"}},
+    {"itk", {"data-tools/image_files.cpp"}},
+    {"CLI/", {"apps/trephine/main.cpp"}},
     {"nlohmann/", {"apps/trephine/", "tests/"}},
     {"openvdb/", {}},
     {"Q", {}},

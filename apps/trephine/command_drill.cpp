@@ -1,0 +1,88 @@
+#include <chrono>
+#include <cstdio>
+#include <fstream>
+
+#include "apps/trephine/commands.h"
+#include "data-tools/atomic_file.h"
+#include "data-tools/open_volume.h"
+#include "data-tools/operated_volume.h"
+#include "haptics/implicit_proxy.h"
+#include "modules/drilling/burr.h"
+#include "sim/lockstep.h"
+
+namespace trephine::app {
+
+using volume::Error;
+using volume::Result;
+using Clock = std::chrono::steady_clock;
+
+Result<Outcome> run_drill(const DrillArguments& arguments) {
+  if (!(arguments.burr_diameter > 0 && arguments.burr_diameter <= 30)) return Error{"the burr is out of range", "--burr-diameter", std::to_string(arguments.burr_diameter), "above 0, at most 30 mm", ""};
+  if (!(arguments.rate >= 10 && arguments.rate <= 100000)) return Error{"the rate is out of range", "--rate", std::to_string(arguments.rate), "10 to 100000 Hz", ""};
+  if (!(arguments.removal_rate > 0 && arguments.removal_rate <= 1e5)) return Error{"the removal rate is out of range", "--removal-rate", std::to_string(arguments.removal_rate), "above 0 mm3/s", ""};
+  if (!data_tools::is_writable_volume_file(arguments.output)) return Error{"this is no volume format that trephine writes", data_tools::file_name(arguments.output), "", ".mha, .nrrd, .nii or .nii.gz", "choose one of these extensions"};
+  std::ifstream file(arguments.path);
+  if (!file) return Error{"there is no such path file", data_tools::file_name(arguments.path), "", "a CSV file t,x,y,z[,qx,qy,qz,qw][,button]", "check the spelling"};
+  auto path = haptics::PosePath::read_csv(file, data_tools::file_name(arguments.path));
+  if (!path) return path.error();
+  auto opened = open_source(arguments.source);
+  if (!opened) return opened.error();
+  Source& source = opened.value();
+  auto made = make_scene(source, arguments.shape);
+  if (!made) return made.error();
+  haptics::TouchScene& scene = made.value();
+  haptics::ImplicitProxy method;
+  if (volume::Status error = method.prepare(scene)) return *error;
+  drilling::BurrOptions burr_options;
+  burr_options.radius = 0.5 * arguments.burr_diameter;
+  burr_options.is_kinematic = arguments.is_kinematic;
+  burr_options.removal_rate = arguments.removal_rate;
+  drilling::Burr burr(burr_options);
+  sim::Lockstep run(scene, method, &burr, {}, arguments.rate);
+
+  const std::vector<double> times = haptics::servo_times(path.value(), arguments.rate);
+  std::vector<double> tick_us;
+  ProgressLine progress("drilling");
+  for (std::size_t i = 0; i < times.size(); ++i) {
+    if (i % 256 == 0 && !progress(static_cast<double>(i) / static_cast<double>(times.size()))) return interrupted("drilling");
+    const auto begin = Clock::now();
+    run.step(path.value().at(times[i]), times[i]);
+    if (run.last_edit().is_changed) tick_us.push_back(std::chrono::duration<double, std::micro>(Clock::now() - begin).count());
+  }
+  const volume::Version& version = *run.edits().current();
+  auto result = data_tools::operated_volume(version);
+  if (!result) return result.error();
+  if (volume::Status error = data_tools::write_volume(arguments.output, result.value())) return *error;
+
+  Outcome outcome{new_report("drill"), "", exit_done};
+  Json& json = outcome.json;
+  json["source"] = source.name;
+  json["shape"] = describe(scene.shapes[0].field.shape(), source.volume->is_hounsfield);
+  json["burr_diameter_mm"] = arguments.burr_diameter;
+  json["is_kinematic"] = arguments.is_kinematic;
+  json["steps"] = times.size();
+  json["removed_mm3_total"] = run.edits().removed_mm3();
+  Json by_label = Json::object();
+  const std::vector<double> removed = run.edits().removed_mm3_by_label();
+  for (std::size_t i = 0; i < removed.size(); ++i)
+    if (removed[i] > 0) by_label[i < source.volume->label_names.size() ? source.volume->label_names[i] : "all"] = removed[i];
+  json["removed_mm3"] = by_label;
+  json["tick_us"] = percentiles(tick_us);
+  char hash[20];
+  std::snprintf(hash, sizeof hash, "%016llx", static_cast<unsigned long long>(version.content_hash()));
+  json["content_hash"] = hash;
+  json["memory"] = memory_report(scene, version);
+  json["file"] = data_tools::file_name(arguments.output);
+  char text[200];
+  std::snprintf(text, sizeof text, "removed %.2f mm3 in %zu steps\n", run.edits().removed_mm3(), times.size());
+  outcome.text = text;
+  for (const auto& [name, mm3] : by_label.items()) {
+    std::snprintf(text, sizeof text, "  %s %.2f mm3\n", name.c_str(), mm3.get<double>());
+    outcome.text += text;
+  }
+  outcome.text += "written to " + arguments.output + "\n";
+  if (run.edits().removed_mm3() == 0) notice("note: the burr removed nothing; a path in the patient frame (LPS, mm) must meet the shape with the button pressed");
+  return outcome;
+}
+
+}  // namespace trephine::app

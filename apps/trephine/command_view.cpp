@@ -1,0 +1,48 @@
+#include <cstdio>
+
+#include "apps/trephine/commands.h"
+#include "apps/view/render_window.h"
+#include "apps/view/view_window.h"
+
+namespace trephine::app {
+
+using volume::Error;
+using volume::Result;
+
+Result<Outcome> run_view(const ViewArguments& arguments) {
+  if (!(arguments.burr_diameter > 0 && arguments.burr_diameter <= 30)) return Error{"the burr is out of range", "--burr-diameter", std::to_string(arguments.burr_diameter), "above 0, at most 30 mm", ""};
+  if (arguments.screenshot.empty() && !view::has_display())
+    return Error{"there is no display to open a window on", "", "DISPLAY is not set", "an X display", "use --screenshot OUT.png for a picture, or run under xvfb-run", volume::ErrorKind::missing_here};
+  auto opened = open_source(arguments.source);
+  if (!opened) return opened.error();
+  Source& source = opened.value();
+  auto scene = make_scene(source, arguments.shape);
+  if (!scene) return scene.error();
+  view::WindowOptions options;
+  options.burr.radius = 0.5 * arguments.burr_diameter;
+  options.seconds = arguments.seconds;
+  options.screenshot = arguments.screenshot;
+  options.title = source.name;
+  // A screenshot alone needs no window; --seconds asks for one.
+  options.is_offscreen = !view::has_display() || (!arguments.screenshot.empty() && !arguments.seconds);
+  auto shown = view::run_window(scene.value(), options);
+  if (!shown) return shown.error();
+  const view::WindowReport& r = shown.value();
+  Outcome outcome{new_report("view"), "", exit_done};
+  outcome.json["source"] = source.name;
+  outcome.json["is_offscreen"] = options.is_offscreen;
+  outcome.json["first_frame_seconds"] = r.first_frame_seconds;
+  outcome.json["frames"] = r.frames;
+  outcome.json["frame_ms"] = {{"p50", r.frame_p50_ms}, {"p99", r.frame_p99_ms}};
+  outcome.json["triangles"] = r.triangles;
+  outcome.json["removed_mm3_total"] = r.removed_mm3;
+  outcome.json["strokes"] = r.strokes;
+  outcome.json["servo"] = {{"ticks", r.servo.ticks}, {"overruns", r.servo.overruns}, {"step_p50_us", r.servo.step_p50_us}, {"step_p99_us", r.servo.step_p99_us}, {"faults", r.servo.faults}};
+  char text[300];
+  std::snprintf(text, sizeof text, "%zu triangles, %d frames, first after %.2f s, removed %.1f mm3 in %zu strokes\n", r.triangles, r.frames, r.first_frame_seconds, r.removed_mm3, r.strokes);
+  outcome.text = text;
+  if (!r.servo.notice.empty()) notice("note: " + r.servo.notice);
+  return outcome;
+}
+
+}  // namespace trephine::app

@@ -1,0 +1,76 @@
+// The commands of trephine, without their command line: options in, an Outcome or an Error out.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "apps/trephine/report.h"
+#include "apps/trephine/source.h"
+
+namespace trephine::app {
+
+struct PhantomArguments {
+  std::string name, size, spacing, output, labels_output;
+  std::optional<double> psf;
+  double shear = 0;
+  std::uint64_t seed = 1;
+  std::vector<std::string> settings;  ///< key=value
+};
+volume::Result<Outcome> run_phantom(const PhantomArguments& arguments);
+
+struct InfoArguments {
+  std::string source;
+};
+volume::Result<Outcome> run_info(const InfoArguments& arguments);
+
+struct MeshArguments {
+  std::string source, output;
+  ShapeChoice shape;
+  bool is_open = false;
+};
+volume::Result<Outcome> run_mesh(const MeshArguments& arguments);
+
+struct TouchArguments {
+  std::string source, path, output, method = "implicit", friction;
+  ShapeChoice shape;
+  double stiffness = 0.5, alpha = 0.3, rate = 1000;
+};
+volume::Result<Outcome> run_touch(const TouchArguments& arguments);
+
+struct DrillArguments {
+  std::string source, path, output;
+  ShapeChoice shape;
+  double burr_diameter = 4, rate = 1000, removal_rate = 30;
+  bool is_kinematic = false;
+};
+volume::Result<Outcome> run_drill(const DrillArguments& arguments);
+
+struct ViewArguments {
+  std::string source, screenshot;
+  ShapeChoice shape;
+  double burr_diameter = 4;
+  std::optional<double> seconds;
+};
+volume::Result<Outcome> run_view(const ViewArguments& arguments);
+
+struct DemoArguments {
+  std::string source = "head", output = "out";
+  ShapeChoice shape;
+  bool has_no_window = false;
+};
+volume::Result<Outcome> run_demo(const DemoArguments& arguments);
+
+struct BenchArguments {
+  std::string what, source;
+  int size = 512;
+};
+volume::Result<Outcome> run_bench(const BenchArguments& arguments);
+
+struct AuditArguments {
+  std::uint64_t rays = 1'000'000, seed = 7;
+};
+volume::Result<Outcome> run_audit(const AuditArguments& arguments);
+
+}  // namespace trephine::app

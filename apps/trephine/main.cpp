@@ -1,0 +1,160 @@
+// The command line: what people type, turned into the arguments of commands.h. The only file that knows CLI11.
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <functional>
+
+#include "apps/trephine/build_info.h"
+#include "apps/trephine/commands.h"
+
+namespace {
+
+using namespace trephine;
+using app::Outcome;
+using volume::Error;
+using volume::Result;
+
+void add_shape_options(CLI::App* command, app::ShapeChoice& shape) {
+  command->add_option("--iso", shape.iso, "Solid from this value up (CT: HU; default 300)")->type_name("V");
+  command->add_option("--window", shape.window, "Solid between two values; either end may be empty")->type_name("LO:HI");
+  command->add_option("--label", shape.label, "Solid where the volume has this label")->type_name("NAME");
+}
+
+void add_source(CLI::App* command, std::string& source) {
+  command->add_option("SRC", source, "DICOM folder, .mha, .mhd, .nrrd, .nii(.gz), or head (built in; ./head is a path)")->required();
+}
+
+/// Says the outcome or the error in the form that was asked for, and gives the exit code.
+int finish(const std::string& name, bool wants_json, Result<Outcome> result) {
+  if (!result) {
+    if (wants_json) std::printf("%s\n", app::error_report(name, result.error()).dump(2).c_str());
+    else std::fprintf(stderr, "error: %s\n", result.error().message().c_str());
+    return app::exit_code_of(result.error());
+  }
+  const Outcome& outcome = result.value();
+  std::fputs(wants_json ? (outcome.json.dump(2) + "\n").c_str() : outcome.text.c_str(), stdout);
+  if (std::fflush(stdout) != 0) return app::exit_missing_here;
+  return outcome.exit_code;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App cli{"trephine: surgery on real CT and MRI volumes that you can feel"};
+  cli.set_version_flag("--version", std::string("trephine ") + TREPHINE_VERSION + " (" + TREPHINE_COMMIT + ", " + TREPHINE_COMPILER + ")");
+  cli.require_subcommand(1);
+  cli.footer("Examples:\n  trephine demo\n  trephine info SCANS/HEAD\n  trephine view SCANS/HEAD\n  trephine COMMAND --help");
+  bool wants_json = false;
+  std::string chosen;
+  std::function<Result<Outcome>()> run;
+  const auto add = [&](const char* name, const char* help, const char* examples, auto& arguments, auto action) {
+    CLI::App* command = cli.add_subcommand(name, help);
+    command->add_flag("--json", wants_json, "One JSON object on stdout, errors too");
+    command->footer(std::string("Examples:\n") + examples);
+    command->callback([&, name, action] {
+      chosen = name;
+      run = [&arguments, action] { return action(arguments); };
+    });
+    return command;
+  };
+
+  app::PhantomArguments phantom;
+  CLI::App* c = add("phantom", "Make a volume whose shape is known exactly",
+                    "  trephine phantom sphere --size 256 --psf 1.5 -o sphere.mha\n"
+                    "  trephine phantom plate --set thickness=2 --set angle=30 -o plate.nrrd\n"
+                    "  trephine phantom head --spacing 0.6 -o head.nii.gz --labels head-labels.nii.gz",
+                    phantom, app::run_phantom);
+  c->add_option("NAME", phantom.name, "sphere, plane, plate, torus, gyroid, shell or head")->required();
+  c->add_option("--size", phantom.size, "Voxels along each axis")->type_name("N|X,Y,Z");
+  c->add_option("--spacing", phantom.spacing, "Voxel size, mm")->type_name("S|X,Y,Z");
+  c->add_option("--psf", phantom.psf, "Scanner blur: sigma in voxels, 0 to 2")->type_name("SIGMA");
+  c->add_option("--shear", phantom.shear, "Gantry tilt, degrees")->type_name("D");
+  c->add_option("--seed", phantom.seed, "Of the noise")->type_name("K");
+  c->add_option("--set", phantom.settings, "A parameter of the shape, such as radius=40")->type_name("KEY=VALUE");
+  c->add_option("-o,--output", phantom.output, ".mha, .nrrd, .nii or .nii.gz")->required();
+  c->add_option("--labels", phantom.labels_output, "Also write the labels to this file (head)")->type_name("FILE");
+
+  app::InfoArguments info;
+  c = add("info", "Say what a scan holds and where it lies", "  trephine info SCANS/HEAD\n  trephine info head --json", info, app::run_info);
+  add_source(c, info.source);
+
+  app::MeshArguments mesh;
+  c = add("mesh", "Write the surface of a shape as a mesh", "  trephine mesh SCANS/HEAD -o skull.stl\n  trephine mesh head --label dura -o dura.ply", mesh, app::run_mesh);
+  add_source(c, mesh.source);
+  add_shape_options(c, mesh.shape);
+  c->add_option("-o,--output", mesh.output, ".stl, .ply, .obj or .vtp")->required();
+  c->add_flag("--open", mesh.is_open, "Leave holes where the shape reaches the border of the scan");
+
+  app::TouchArguments touch;
+  c = add("touch", "Play a path of the haptic interface point over a shape, open loop",
+          "  trephine touch SCANS/HEAD --path path.csv -o steps.csv\n"
+          "  trephine touch head --label dura --path path.csv -o steps.csv --rate 4000 --json",
+          touch, app::run_touch);
+  add_source(c, touch.source);
+  add_shape_options(c, touch.shape);
+  c->add_option("--path", touch.path, "CSV t,x,y,z[,qx,qy,qz,qw][,button]; s, mm, patient frame LPS")->required()->type_name("PATH.csv");
+  c->add_option("-o,--output", touch.output, "A row for every step")->required()->type_name("STEPS.csv");
+  c->add_option("--method", touch.method, "How the proxy is kept on the surface: implicit")->capture_default_str();
+  c->add_option("--stiffness", touch.stiffness, "N/mm")->capture_default_str();
+  c->add_option("--friction", touch.friction, "Static and dynamic coefficient (default 0.2,0.15)")->type_name("S,D");
+  c->add_option("--alpha", touch.alpha, "Weight of the newest force at 1 kHz")->capture_default_str();
+  c->add_option("--rate", touch.rate, "Servo steps a second")->capture_default_str()->type_name("HZ");
+
+  app::DrillArguments drill;
+  c = add("drill", "Play a path of a burr and write what is left",
+          "  trephine drill SCANS/HEAD --burr-diameter 4 --path path.csv -o drilled.mha\n"
+          "  trephine drill head --burr-diameter 6 --kinematic --path path.csv -o drilled.nii.gz --json",
+          drill, app::run_drill);
+  add_source(c, drill.source);
+  add_shape_options(c, drill.shape);
+  c->add_option("--burr-diameter", drill.burr_diameter, "mm")->required()->type_name("MM");
+  c->add_option("--path", drill.path, "CSV t,x,y,z[,qx,qy,qz,qw][,button]; s, mm, patient frame LPS")->required()->type_name("PATH.csv");
+  c->add_option("--rate", drill.rate, "Servo steps a second")->capture_default_str()->type_name("HZ");
+  c->add_option("--removal-rate", drill.removal_rate, "mm3/s that the burr can take away")->capture_default_str();
+  c->add_flag("--kinematic", drill.is_kinematic, "The path is the burr's centre; everything it sweeps goes");
+  c->add_option("-o,--output", drill.output, ".mha, .nrrd, .nii or .nii.gz")->required();
+
+  app::ViewArguments view;
+  c = add("view", "Open a window to touch and drill with the mouse",
+          "  trephine view SCANS/HEAD\n  trephine view head --screenshot head.png", view, app::run_view);
+  add_source(c, view.source);
+  add_shape_options(c, view.shape);
+  c->add_option("--burr-diameter", view.burr_diameter, "mm")->capture_default_str()->type_name("MM");
+  c->add_option("--screenshot", view.screenshot, "Write a picture; without --seconds no window is opened")->type_name("OUT.png");
+  c->add_option("--seconds", view.seconds, "Close the window by itself after so long")->type_name("S");
+
+  app::DemoArguments demo;
+  c = add("demo", "Touch, slide and drill a burr hole by itself; pictures and a report",
+          "  trephine demo\n  trephine demo SCANS/HEAD -o out-head --no-window", demo, app::run_demo);
+  c->add_option("SRC", demo.source, "As everywhere; head when left out")->capture_default_str();
+  add_shape_options(c, demo.shape);
+  c->add_option("-o,--output", demo.output, "Folder for pictures and report.json")->capture_default_str();
+  c->add_flag("--no-window", demo.has_no_window, "Do not open a window at the end");
+
+  app::BenchArguments bench;
+  c = add("bench", "Measure, beside peers in the same run",
+          "  trephine bench surface\n  trephine bench step --json\n  trephine bench load SCANS/HEAD", bench, app::run_bench);
+  c->add_option("WHAT", bench.what, "surface, step or load")->required();
+  c->add_option("SRC", bench.source, "For load");
+  c->add_option("--size", bench.size, "Voxels along each axis")->capture_default_str();
+
+  app::AuditArguments audit;
+  c = add("audit", "Judge voxel traversal by exact arithmetic on adversarial rays", "  trephine audit --rays 100000000", audit, app::run_audit);
+  c->add_option("--rays", audit.rays, "How many")->capture_default_str();
+  c->add_option("--seed", audit.seed, "Which")->capture_default_str();
+
+  for (int i = 1; i < argc; ++i) wants_json = wants_json || std::string_view(argv[i]) == "--json";
+  try {
+    cli.parse(argc, argv);
+  } catch (const CLI::Success& e) {
+    return cli.exit(e);
+  } catch (const CLI::ParseError& e) {
+    const std::string name = argc > 1 ? argv[1] : "";
+    return finish("error", wants_json, Error{e.what(), name.starts_with("-") ? "" : name, "", "", "see: trephine " + (name.empty() || name.starts_with("-") ? "" : name + " ") + "--help"});
+  }
+  app::listen_for_interrupt();
+  try {
+    return finish(chosen, wants_json, run());
+  } catch (const std::bad_alloc&) {
+    return finish(chosen, wants_json, Error{"the memory ran out", "", "", "", "close other programs, or crop the volume", volume::ErrorKind::missing_here});
+  }
+}

@@ -1,0 +1,108 @@
+#include "apps/trephine/report.h"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <cmath>
+#include <csignal>
+#include <cstdio>
+#include <ctime>
+#include <fstream>
+
+#include "apps/trephine/build_info.h"
+
+namespace trephine::app {
+
+namespace {
+std::atomic<bool> g_interrupted{false};  // set by the signal handler, which can reach nothing else
+
+std::string cpu_name() {
+  std::ifstream in("/proc/cpuinfo");
+  for (std::string line; std::getline(in, line);)
+    if (line.starts_with("model name")) return line.substr(line.find(':') + 2);
+  return "unknown";
+}
+double monotonic() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
+}  // namespace
+
+Json new_report(const std::string& name) {
+  return {{"schema", "trephine." + name + "/1"}, {"version", TREPHINE_VERSION}, {"commit", TREPHINE_COMMIT},
+          {"compiler", TREPHINE_COMPILER}, {"cpu", cpu_name()}};
+}
+
+Json error_report(const std::string& name, const volume::Error& error) {
+  Json json = new_report(name);
+  json["error"] = {{"what", error.what}, {"where", error.where}, {"found", error.found}, {"expected", error.expected}, {"remedy", error.remedy}};
+  return json;
+}
+
+int exit_code_of(const volume::Error& error) {
+  switch (error.kind) {
+    case volume::ErrorKind::missing_here: return exit_missing_here;
+    case volume::ErrorKind::interrupted: return exit_interrupted;
+    case volume::ErrorKind::bad_input: break;
+  }
+  return exit_bad_input;
+}
+
+double percentile(const std::vector<double>& sorted, double p) {
+  if (sorted.empty()) return 0;
+  const auto rank = static_cast<std::size_t>(std::ceil(p / 100 * static_cast<double>(sorted.size())));
+  return sorted[std::clamp<std::size_t>(rank, 1, sorted.size()) - 1];
+}
+
+Json percentiles(std::vector<double> values) {
+  std::sort(values.begin(), values.end());
+  return {{"count", values.size()}, {"p50", percentile(values, 50)}, {"p99", percentile(values, 99)},
+          {"p999", percentile(values, 99.9)}, {"max", values.empty() ? 0 : values.back()}};
+}
+
+void notice(const std::string& text) { std::fprintf(stderr, "%s\n", text.c_str()); }
+
+ProgressLine::~ProgressLine() {
+  if (is_shown_) std::fprintf(stderr, "\r\033[K");
+}
+
+bool ProgressLine::operator()(double share) {
+  static const double k_start = monotonic();
+  const double now = monotonic();
+  if (isatty(STDERR_FILENO) && now - k_start > 1 && now - last_ > 0.1) {
+    std::fprintf(stderr, "\r%s %3.0f %%", what_.c_str(), 100 * share);
+    last_ = now;
+    is_shown_ = true;
+  }
+  return !is_interrupted();
+}
+
+bool is_interrupted() { return g_interrupted.load(); }
+void listen_for_interrupt() {
+  struct sigaction action {};
+  action.sa_handler = [](int) { g_interrupted = true; };
+  action.sa_flags = SA_RESETHAND;  // a second Ctrl-C ends the program at once
+  sigaction(SIGINT, &action, nullptr);
+}
+volume::Error interrupted(const std::string& what) { return {what + " was interrupted; nothing was written", "", "", "", "", volume::ErrorKind::interrupted}; }
+
+std::size_t resident_bytes() {
+  std::ifstream in("/proc/self/statm");
+  std::size_t total = 0, resident = 0;
+  in >> total >> resident;
+  return resident * static_cast<std::size_t>(sysconf(_SC_PAGESIZE));
+}
+
+double process_seconds() {
+  // Field 22 of /proc/self/stat: start in clock ticks since boot.
+  std::ifstream in("/proc/self/stat");
+  std::string line;
+  std::getline(in, line);
+  std::size_t at = line.rfind(')') + 2;
+  for (int field = 3; field < 22; ++field) at = line.find(' ', at) + 1;
+  timespec now{};
+  clock_gettime(CLOCK_BOOTTIME, &now);
+  const double start = std::stod(line.substr(at)) / static_cast<double>(sysconf(_SC_CLK_TCK));
+  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec) - start;
+}
+
+}  // namespace trephine::app

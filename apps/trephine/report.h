@@ -1,0 +1,61 @@
+// What a command answers: for people, for programs, and as an exit code.
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "volume/error.h"
+
+namespace trephine::app {
+
+using Json = nlohmann::ordered_json;
+
+enum ExitCode { exit_done = 0, exit_check_failed = 1, exit_bad_input = 2, exit_missing_here = 3, exit_interrupted = 130 };
+
+/// The result of a command that ran: `text` for people or `json` for programs goes to stdout.
+struct Outcome {
+  Json json;
+  std::string text;
+  int exit_code = exit_done;
+};
+
+/// An object with `schema` ("trephine.NAME/1"), version, commit, compiler and cpu, to which a command adds its own.
+Json new_report(const std::string& name);
+/// The same for an error.
+Json error_report(const std::string& name, const volume::Error& error);
+int exit_code_of(const volume::Error& error);
+
+/// Nearest-rank percentiles, in the unit of the values (docs/performance.md). Sorts its copy.
+Json percentiles(std::vector<double> values);
+double percentile(const std::vector<double>& sorted, double p);
+
+/// A notice to a person: stderr.
+void notice(const std::string& text);
+/// Progress on a terminal only; a line that is rewritten, at most ten times a second. Returns false when the person
+/// pressed Ctrl-C.
+class ProgressLine {
+ public:
+  explicit ProgressLine(std::string what) : what_(std::move(what)) {}
+  ~ProgressLine();
+  ProgressLine(const ProgressLine&) = delete;
+  ProgressLine& operator=(const ProgressLine&) = delete;
+  bool operator()(double share);
+
+ private:
+  std::string what_;
+  double last_ = -1;
+  bool is_shown_ = false;
+};
+
+/// Did the person press Ctrl-C? Commands look at it in their loops.
+bool is_interrupted();
+void listen_for_interrupt();
+volume::Error interrupted(const std::string& what);
+
+/// Bytes of resident memory of this process.
+std::size_t resident_bytes();
+/// Seconds since the process started, by the kernel's clock.
+double process_seconds();
+
+}  // namespace trephine::app

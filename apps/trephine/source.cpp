@@ -1,0 +1,138 @@
+#include "apps/trephine/source.h"
+
+#include <charconv>
+#include <chrono>
+#include <cmath>
+
+#include "data-tools/atomic_file.h"
+#include "data-tools/open_volume.h"
+#include "data-tools/phantoms.h"
+
+namespace trephine::app {
+
+using volume::Error;
+using volume::Result;
+using Clock = std::chrono::steady_clock;
+
+namespace {
+double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
+
+std::string text_of(double v) {
+  char text[40];
+  return std::string(text, std::to_chars(text, text + sizeof text, v).ptr);
+}
+
+/// "LO:HI" with either end optional.
+Result<volume::Shape> parse_window(const std::string& window) {
+  const Error bad{"the window is not two numbers", "--window", window, "LO:HI, for example 300:1800", ""};
+  const std::size_t colon = window.find(':');
+  if (colon == std::string::npos) return bad;
+  volume::Shape shape;
+  shape.name = "window";
+  const std::string ends[2] = {window.substr(0, colon), window.substr(colon + 1)};
+  double values[2] = {-std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity()};
+  for (std::size_t i = 0; i < 2; ++i) {
+    if (ends[i].empty()) continue;
+    const auto [end, error] = std::from_chars(ends[i].data(), ends[i].data() + ends[i].size(), values[i]);
+    if (error != std::errc() || end != ends[i].data() + ends[i].size() || !std::isfinite(values[i])) return bad;
+  }
+  if (!(values[0] <= values[1])) return bad;
+  shape.low = values[0];
+  shape.high = values[1];
+  return shape;
+}
+}  // namespace
+
+Result<Source> open_source(const std::string& src) {
+  const auto start = Clock::now();
+  Source source;
+  if (src == "head") {
+    auto made = data_tools::make_phantom("head");
+    if (!made) return made.error();
+    source.volume = std::make_shared<const volume::Volume>(std::move(made).value());
+    source.name = "head";
+    source.format = "phantom";
+    source.modality = "CT";
+    source.read_seconds = seconds_since(start);
+    return source;
+  }
+  ProgressLine line("reading");
+  data_tools::OpenOptions options;
+  options.progress = [&line](double share) { return line(share); };
+  auto opened = data_tools::open_volume(src, options);
+  if (!opened) return opened.error();
+  data_tools::OpenedVolume& o = opened.value();
+  source.volume = std::make_shared<const volume::Volume>(std::move(o.volume));
+  source.name = data_tools::file_name(src);
+  source.format = o.format;
+  source.modality = o.modality;
+  source.notices = o.notices;
+  source.read_seconds = o.read_seconds;
+  for (const std::string& text : source.notices) notice("note: " + text);
+  return source;
+}
+
+Result<volume::Shape> choose_shape(const Source& source, const ShapeChoice& choice) {
+  const int given = choice.iso.has_value() + !choice.window.empty() + !choice.label.empty();
+  if (given > 1) return Error{"more than one shape was chosen", "--iso, --window, --label", "", "one of them", ""};
+  volume::Shape shape;
+  if (!choice.label.empty()) {
+    const int value = source.volume->label_value(choice.label);
+    if (source.volume->labels.is_empty() || value < 0) {
+      std::string known;
+      for (const std::string& name : source.volume->label_names) known += (known.empty() ? "" : ", ") + name;
+      return Error{"there is no such label", "--label", choice.label, known.empty() ? "this volume has no labels" : "one of " + known,
+                   known.empty() ? "use --iso or --window" : ""};
+    }
+    shape.label = value;
+    shape.name = choice.label;
+    return shape;
+  }
+  if (!choice.window.empty()) return parse_window(choice.window);
+  if (choice.iso) {
+    if (!std::isfinite(*choice.iso)) return Error{"the iso value is no number", "--iso", text_of(*choice.iso), "a finite number", ""};
+    shape.low = *choice.iso;
+    shape.name = "iso";
+    return shape;
+  }
+  if (!source.volume->is_hounsfield)
+    return Error{"which shape is meant?", source.name, "a volume that is not in Hounsfield units", "--iso V, --window LO:HI or --label NAME",
+                 "see the range of its values with: trephine info SRC"};
+  notice("shape: bone, 300 HU and above (choose another with --iso, --window or --label)");
+  return shape;
+}
+
+Result<haptics::TouchScene> make_scene(Source& source, const ShapeChoice& choice) {
+  Result<volume::Shape> shape = choose_shape(source, choice);
+  if (!shape) return shape.error();
+  const auto start = Clock::now();
+  haptics::TouchScene scene;
+  scene.base = source.volume;
+  auto bits = std::make_shared<const volume::Occupancy>(volume::Occupancy::build(*source.volume, shape.value()));
+  if (bits->count_solid() == 0)
+    return Error{"the shape is empty", source.name, describe(shape.value(), source.volume->is_hounsfield) + ": no voxel", "at least one solid voxel",
+                 "see the range of its values with: trephine info SRC"};
+  scene.shapes.push_back({volume::Field(*source.volume, shape.value()), std::move(bits), {}, haptics::Sides::front});
+  source.bits_seconds = seconds_since(start);
+  return scene;
+}
+
+std::string describe(const volume::Shape& shape, bool is_hounsfield) {
+  if (shape.is_label()) return "label " + shape.name;
+  const std::string unit = is_hounsfield ? " HU" : "";
+  if (std::isinf(shape.high)) return text_of(shape.low) + unit + " and above";
+  if (std::isinf(shape.low)) return text_of(shape.high) + unit + " and below";
+  return text_of(shape.low) + " to " + text_of(shape.high) + unit;
+}
+
+Json memory_report(const haptics::TouchScene& scene, const volume::Version& version) {
+  std::size_t bits = 0;
+  for (const haptics::TouchShape& shape : scene.shapes) bits += shape.bits->bytes();
+  const std::size_t base = scene.base->bytes(), tables = version.bytes();
+  return {{"voxels_bytes", scene.base->voxels.bytes()}, {"base_bytes", base}, {"bits_bytes", bits}, {"version_bytes", tables},
+          {"held_bytes", base + bits + tables},
+          {"held_over_voxels", static_cast<double>(base + bits + tables) / static_cast<double>(scene.base->voxels.bytes())},
+          {"shapes_with_bits", scene.shapes.size()}, {"resident_bytes", resident_bytes()}};
+}
+
+}  // namespace trephine::app

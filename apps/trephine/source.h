@@ -1,0 +1,38 @@
+// SRC: a scan that open_volume reads, or the built-in head; and which shape of it is meant.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "apps/trephine/report.h"
+#include "haptics/touch_scene.h"
+#include "volume/version.h"
+
+namespace trephine::app {
+
+/// --iso V, --window LO:HI or --label NAME; at most one.
+struct ShapeChoice {
+  std::optional<double> iso;
+  std::string window, label;
+};
+
+struct Source {
+  std::shared_ptr<const volume::Volume> volume;
+  std::string name, format, modality;  ///< what to call it: never a path
+  std::vector<std::string> notices;
+  double read_seconds = 0, bits_seconds = 0;
+};
+
+/// Opens `src`; says its notices on stderr when it is a person who reads.
+volume::Result<Source> open_source(const std::string& src);
+/// The shape that is meant; CT without a choice is bone from 300 HU, which is said. Error when there is no default.
+volume::Result<volume::Shape> choose_shape(const Source& source, const ShapeChoice& choice);
+/// A scene with that one shape, its bits made.
+volume::Result<haptics::TouchScene> make_scene(Source& source, const ShapeChoice& choice);
+/// The shape in words, for reports: "300 HU and above", "label dura".
+std::string describe(const volume::Shape& shape, bool is_hounsfield);
+/// Memory by our own accounting: base voxels, labels, bits and tables.
+Json memory_report(const haptics::TouchScene& scene, const volume::Version& version);
+
+}  // namespace trephine::app

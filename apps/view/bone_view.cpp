@@ -1,0 +1,296 @@
+#include "apps/view/bone_view.h"
+
+#include <vtkActor.h>
+#include <vtkArrowSource.h>
+#include <vtkCamera.h>
+#include <vtkCellArray.h>
+#include <vtkConeSource.h>
+#include <vtkFloatArray.h>
+#include <vtkLight.h>
+#include <vtkLineSource.h>
+#include <vtkMatrix4x4.h>
+#include <vtkNew.h>
+#include <vtkPointData.h>
+#include <vtkPoints.h>
+#include <vtkPolyData.h>
+#include <vtkPolyDataMapper.h>
+#include <vtkProperty.h>
+#include <vtkRenderStepsPass.h>
+#include <vtkRenderWindow.h>
+#include <vtkRenderer.h>
+#include <vtkSSAOPass.h>
+#include <vtkSmartPointer.h>
+#include <vtkSphereSource.h>
+#include <vtkTextActor.h>
+#include <vtkTextProperty.h>
+#include <vtkTubeFilter.h>
+#include <vtkTypeInt64Array.h>
+#include <vtkUnsignedCharArray.h>
+
+#include <algorithm>
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <map>
+#include <tuple>
+
+namespace trephine::view {
+
+using glm::dvec3;
+
+namespace {
+
+constexpr double k_bone[3] = {0.93, 0.87, 0.76}, k_cut[3] = {0.80, 0.42, 0.32};
+
+vtkSmartPointer<vtkPolyData> to_poly_data(const ChunkMesh& mesh) {
+  const auto count = static_cast<vtkIdType>(mesh.vertices.size());
+  vtkNew<vtkFloatArray> points, normals;
+  vtkNew<vtkUnsignedCharArray> colors;
+  points->SetNumberOfComponents(3);
+  normals->SetNumberOfComponents(3);
+  colors->SetNumberOfComponents(3);
+  normals->SetName("Normals");
+  colors->SetName("Colors");
+  points->SetNumberOfTuples(count);
+  normals->SetNumberOfTuples(count);
+  colors->SetNumberOfTuples(count);
+  for (vtkIdType i = 0; i < count; ++i) {
+    const auto at = static_cast<std::size_t>(i);
+    const double fresh = static_cast<double>(mesh.freshness[at]);
+    for (int a = 0; a < 3; ++a) {
+      points->SetTypedComponent(i, a, mesh.vertices[at][a]);
+      normals->SetTypedComponent(i, a, mesh.normals[at][a]);
+      colors->SetTypedComponent(i, a, static_cast<unsigned char>(255 * (k_bone[a] + fresh * (k_cut[a] - k_bone[a]))));
+    }
+  }
+  vtkNew<vtkPoints> vtk_points;
+  vtk_points->SetData(points);
+  vtkNew<vtkTypeInt64Array> offsets, connectivity;
+  const auto triangles = static_cast<vtkIdType>(mesh.triangles.size() / 3);
+  offsets->SetNumberOfValues(triangles + 1);
+  connectivity->SetNumberOfValues(3 * triangles);
+  for (vtkIdType t = 0; t <= triangles; ++t) offsets->SetValue(t, 3 * t);
+  for (vtkIdType i = 0; i < 3 * triangles; ++i) connectivity->SetValue(i, mesh.triangles[static_cast<std::size_t>(i)]);
+  vtkNew<vtkCellArray> cells;
+  cells->SetData(offsets, connectivity);
+  auto data = vtkSmartPointer<vtkPolyData>::New();
+  data->SetPoints(vtk_points);
+  data->SetPolys(cells);
+  data->GetPointData()->SetNormals(normals);
+  data->GetPointData()->SetScalars(colors);
+  return data;
+}
+
+/// Places a unit source that points along +x at `origin`, scaled, along `direction`.
+void place(vtkActor* actor, const dvec3& origin, dvec3 direction, double length, double width) {
+  direction = glm::length(direction) > 0 ? glm::normalize(direction) : dvec3(1, 0, 0);
+  const dvec3 other = std::abs(direction.z) < 0.9 ? dvec3(0, 0, 1) : dvec3(0, 1, 0);
+  const dvec3 v = glm::normalize(glm::cross(other, direction)), w = glm::cross(direction, v);
+  vtkNew<vtkMatrix4x4> m;
+  for (int row = 0; row < 3; ++row) {
+    m->SetElement(row, 0, length * direction[row]);
+    m->SetElement(row, 1, width * v[row]);
+    m->SetElement(row, 2, width * w[row]);
+    m->SetElement(row, 3, origin[row]);
+  }
+  actor->SetUserMatrix(m);
+}
+
+vtkSmartPointer<vtkActor> make_actor(vtkAlgorithmOutput* source, double r, double g, double b) {
+  vtkNew<vtkPolyDataMapper> mapper;
+  mapper->SetInputConnection(source);
+  mapper->ScalarVisibilityOff();
+  auto actor = vtkSmartPointer<vtkActor>::New();
+  actor->SetMapper(mapper);
+  actor->GetProperty()->SetColor(r, g, b);
+  actor->GetProperty()->SetSpecular(0.4);
+  actor->GetProperty()->SetSpecularPower(30);
+  return actor;
+}
+
+}  // namespace
+
+struct BoneView::Parts {
+  vtkRenderWindow* window;
+  vtkNew<vtkRenderer> renderer;
+  std::map<std::tuple<int, int, int>, vtkSmartPointer<vtkActor>> chunks;
+  std::size_t triangles = 0;
+  vtkSmartPointer<vtkActor> burr, shaft, grip, proxy, arrow, leash;
+  vtkNew<vtkLineSource> leash_line;
+  vtkNew<vtkTextActor> corner, foot;
+};
+
+BoneView::BoneView(vtkRenderWindow* window, bool has_shading) : parts_(std::make_unique<Parts>()) {
+  Parts& p = *parts_;
+  p.window = window;
+  window->AddRenderer(p.renderer);
+  p.renderer->SetBackground(0.10, 0.12, 0.16);
+  p.renderer->SetBackground2(0.30, 0.34, 0.40);
+  p.renderer->GradientBackgroundOn();
+  p.renderer->SetTwoSidedLighting(true);
+
+  // A soft key light from the upper left of the viewer, a fill from the right, and a rim: depth is seen.
+  p.renderer->AutomaticLightCreationOff();
+  const auto light = [&](double x, double y, double z, double strength, double warm) {
+    vtkNew<vtkLight> l;
+    l->SetLightTypeToCameraLight();
+    l->SetPosition(x, y, z);
+    l->SetIntensity(strength);
+    l->SetColor(1.0, 0.98 - 0.05 * warm, 0.96 - 0.12 * warm);
+    p.renderer->AddLight(l);
+  };
+  light(-0.7, 0.9, 1.0, 0.82, 1);
+  light(1.0, 0.1, 0.7, 0.32, 0);
+  light(0.1, -1.0, 0.3, 0.14, 0);
+
+  if (has_shading) {
+    vtkNew<vtkRenderStepsPass> steps;
+    vtkNew<vtkSSAOPass> shading;
+    shading->SetRadius(9);  // mm: the size of hollows that should read as hollow
+    shading->SetBias(0.35);
+    shading->SetKernelSize(96);
+    shading->BlurOn();
+    shading->SetDelegatePass(steps);
+    p.renderer->SetPass(shading);
+  }
+
+  vtkNew<vtkSphereSource> ball, dot;
+  for (vtkSphereSource* s : {ball.GetPointer(), dot.GetPointer()}) s->SetThetaResolution(48), s->SetPhiResolution(32), s->SetRadius(1);
+  vtkNew<vtkLineSource> axis;
+  axis->SetPoint1(0, 0, 0);
+  axis->SetPoint2(1, 0, 0);
+  vtkNew<vtkTubeFilter> rod;
+  rod->SetInputConnection(axis->GetOutputPort());
+  rod->SetRadius(1);
+  rod->SetNumberOfSides(32);
+  rod->CappingOn();
+  vtkNew<vtkArrowSource> arrow;
+  arrow->SetTipResolution(32);
+  arrow->SetShaftResolution(32);
+  p.burr = make_actor(ball->GetOutputPort(), 0.72, 0.75, 0.80);
+  p.shaft = make_actor(rod->GetOutputPort(), 0.62, 0.65, 0.70);
+  p.grip = make_actor(rod->GetOutputPort(), 0.16, 0.33, 0.55);
+  p.proxy = make_actor(dot->GetOutputPort(), 0.98, 0.80, 0.10);
+  p.arrow = make_actor(arrow->GetOutputPort(), 0.10, 0.62, 0.90);
+  p.leash = make_actor(p.leash_line->GetOutputPort(), 0.98, 0.80, 0.10);
+  p.leash->GetProperty()->SetLineWidth(2);
+  p.burr->GetProperty()->SetSpecular(0.9);
+  p.arrow->GetProperty()->SetAmbient(0.35);
+  p.proxy->GetProperty()->SetAmbient(0.4);
+  for (vtkActor* a : {p.burr.Get(), p.shaft.Get(), p.grip.Get(), p.proxy.Get(), p.arrow.Get(), p.leash.Get()}) {
+    a->VisibilityOff();
+    a->PickableOff();
+    p.renderer->AddActor(a);
+  }
+
+  for (vtkTextActor* text : {p.corner.GetPointer(), p.foot.GetPointer()}) {
+    text->GetTextProperty()->SetFontFamilyToArial();
+    text->GetTextProperty()->SetFontSize(18);
+    text->GetTextProperty()->SetColor(0.94, 0.95, 0.97);
+    text->GetTextProperty()->SetLineSpacing(1.25);
+    text->GetPositionCoordinate()->SetCoordinateSystemToNormalizedViewport();
+    p.renderer->AddActor2D(text);
+  }
+  p.corner->SetPosition(0.018, 0.975);
+  p.corner->GetTextProperty()->SetVerticalJustificationToTop();
+  p.foot->SetPosition(0.5, 0.02);
+  p.foot->GetTextProperty()->SetJustificationToCentered();
+  p.foot->GetTextProperty()->SetFontSize(15);
+}
+
+BoneView::~BoneView() = default;
+
+vtkRenderer* BoneView::renderer() { return parts_->renderer; }
+std::size_t BoneView::triangle_count() const noexcept { return parts_->triangles; }
+
+void BoneView::show(const ChunkMesh& mesh) {
+  Parts& p = *parts_;
+  vtkSmartPointer<vtkActor>& actor = p.chunks[{mesh.chunk.x, mesh.chunk.y, mesh.chunk.z}];
+  if (actor) p.triangles -= static_cast<std::size_t>(static_cast<vtkPolyDataMapper*>(actor->GetMapper())->GetInput()->GetNumberOfPolys());
+  if (mesh.triangles.empty()) {
+    if (actor) p.renderer->RemoveActor(actor);
+    p.chunks.erase({mesh.chunk.x, mesh.chunk.y, mesh.chunk.z});
+    return;
+  }
+  if (!actor) {
+    actor = vtkSmartPointer<vtkActor>::New();
+    vtkNew<vtkPolyDataMapper> mapper;
+    mapper->ScalarVisibilityOn();
+    actor->SetMapper(mapper);
+    actor->GetProperty()->SetSpecular(0.18);
+    actor->GetProperty()->SetSpecularPower(22);
+    actor->GetProperty()->SetAmbient(0.06);
+    p.renderer->AddActor(actor);
+  }
+  p.triangles += mesh.triangles.size() / 3;
+  static_cast<vtkPolyDataMapper*>(actor->GetMapper())->SetInputData(to_poly_data(mesh));
+}
+
+void BoneView::show(const StylusLook& s) {
+  Parts& p = *parts_;
+  for (vtkActor* a : {p.burr.Get(), p.shaft.Get(), p.grip.Get()}) a->SetVisibility(s.is_visible);
+  const double size = s.burr_radius;
+  place(p.burr, s.burr_centre_world, s.shaft_direction, size, size);
+  place(p.shaft, s.burr_centre_world, s.shaft_direction, 34 + size, 0.45 * size);
+  place(p.grip, s.burr_centre_world + (30 + size) * s.shaft_direction, s.shaft_direction, 70, std::max(4.5, 1.2 * size));
+  const bool is_touching = s.is_visible && s.has_contact;
+  for (vtkActor* a : {p.proxy.Get(), p.leash.Get()}) a->SetVisibility(is_touching);
+  place(p.proxy, s.proxy_world, {1, 0, 0}, 0.7, 0.7);
+  p.leash_line->SetPoint1(s.proxy_world.x, s.proxy_world.y, s.proxy_world.z);
+  p.leash_line->SetPoint2(s.hip_world.x, s.hip_world.y, s.hip_world.z);
+  const double force = glm::length(s.force_world);
+  p.arrow->SetVisibility(is_touching && force > 0.02);
+  // 12 mm a newton, from beside the burr, so that it is not hidden in it.
+  const dvec3 aside = glm::length(glm::cross(s.shaft_direction, s.force_world)) > 1e-9
+                          ? glm::normalize(glm::cross(s.shaft_direction, s.force_world)) : glm::normalize(glm::cross(s.shaft_direction, dvec3(0.3, 1, 0.2)));
+  place(p.arrow, s.proxy_world + (size + 2.5) * aside, s.force_world, std::clamp(12 * force, 3.0, 60.0), 11);
+}
+
+void BoneView::show_text(const std::string& corner, const std::string& foot) {
+  parts_->corner->SetInput(corner.c_str());
+  parts_->foot->SetInput(foot.c_str());
+}
+
+void BoneView::look(const dvec3& target, const dvec3& from, const dvec3& up, double distance) {
+  vtkCamera* camera = parts_->renderer->GetActiveCamera();
+  const dvec3 eye = target + distance * glm::normalize(from);
+  camera->SetFocalPoint(target.x, target.y, target.z);
+  camera->SetPosition(eye.x, eye.y, eye.z);
+  camera->SetViewUp(up.x, up.y, up.z);
+  camera->SetViewAngle(28);
+  parts_->renderer->ResetCameraClippingRange();
+}
+
+void BoneView::bounds(dvec3& low, dvec3& high) const {
+  low = dvec3(1e300);
+  high = dvec3(-1e300);
+  for (const auto& [key, actor] : parts_->chunks) {
+    const double* b = actor->GetBounds();
+    low = glm::min(low, dvec3(b[0], b[2], b[4]));
+    high = glm::max(high, dvec3(b[1], b[3], b[5]));
+  }
+  if (low.x > high.x) low = dvec3(-50), high = dvec3(50);
+}
+
+void BoneView::look_from(char side) {
+  // LPS: +x left, +y back, +z up.
+  dvec3 from(0.55, -0.75, 0.38), up(0, 0, 1);
+  switch (side) {
+    case 'A': from = {0, -1, 0}; break;
+    case 'P': from = {0, 1, 0}; break;
+    case 'L': from = {1, 0, 0}; break;
+    case 'R': from = {-1, 0, 0}; break;
+    case 'S': from = {0, 0, 1}, up = {0, -1, 0}; break;
+    case 'I': from = {0, 0, -1}, up = {0, -1, 0}; break;
+    default: break;
+  }
+  dvec3 low, high;
+  bounds(low, high);
+  look(0.5 * (low + high), from, up, 1.05 * glm::length(high - low) / (2 * std::tan(14 * 3.14159265358979 / 180)));
+}
+
+void BoneView::render() {
+  parts_->renderer->ResetCameraClippingRange();
+  parts_->window->Render();
+}
+
+}  // namespace trephine::view

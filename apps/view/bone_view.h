@@ -1,0 +1,57 @@
+// What a person sees: bone, cut, stylus with burr, proxy, force. All VTK lives behind this.
+#pragma once
+
+#include <glm/vec3.hpp>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "apps/view/chunk_meshes.h"
+
+class vtkRenderer;
+class vtkRenderWindow;
+
+namespace trephine::view {
+
+/// What to draw of the instrument; world frame, mm, N.
+struct StylusLook {
+  bool is_visible = true;
+  glm::dvec3 hip_world{0.0};
+  glm::dvec3 burr_centre_world{0.0};
+  glm::dvec3 shaft_direction{0, 0, 1};  ///< unit, from the burr toward the hand
+  double burr_radius = 2;
+  bool has_contact = false;
+  glm::dvec3 proxy_world{0.0};
+  glm::dvec3 force_world{0.0};
+};
+
+/// One renderer in one window. One thread: the one that draws.
+class BoneView {
+ public:
+  /// Adds its renderer to the window; `has_shading` turns ambient occlusion on (pictures, not live frames).
+  BoneView(vtkRenderWindow* window, bool has_shading);
+  ~BoneView();
+  BoneView(const BoneView&) = delete;
+  BoneView& operator=(const BoneView&) = delete;
+
+  void show(const ChunkMesh& mesh);
+  void show(const StylusLook& stylus);
+  /// Lines of text in the upper left corner, and one below in the middle.
+  void show_text(const std::string& corner, const std::string& foot);
+  /// Camera `distance` mm from `target` along `from` (unit), `up` upward.
+  void look(const glm::dvec3& target, const glm::dvec3& from, const glm::dvec3& up, double distance);
+  /// All of the bone, seen from one of A P L R S I, or from the front left above (0).
+  void look_from(char side);
+  void render();
+
+  vtkRenderer* renderer();
+  std::size_t triangle_count() const noexcept;
+  /// World box of what is shown.
+  void bounds(glm::dvec3& low, glm::dvec3& high) const;
+
+ private:
+  struct Parts;
+  std::unique_ptr<Parts> parts_;
+};
+
+}  // namespace trephine::view

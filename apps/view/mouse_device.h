@@ -1,0 +1,33 @@
+// A mouse as a stylus: the window says where it points, the servo reads it at its own rate.
+#pragma once
+
+#include <atomic>
+
+#include "haptics/device.h"
+
+namespace trephine::view {
+
+/// set() on the window's thread, read() on the servo's; neither waits. Poses between the window's 60 Hz are smoothed
+/// with a time constant of 15 ms, so that a burr does not jump.
+class MouseDevice final : public haptics::Device {
+ public:
+  explicit MouseDevice(const glm::dvec3& start_world);
+  volume::Status open() override { return std::nullopt; }
+  void close() noexcept override {}
+  haptics::DeviceCapabilities capabilities() const override { return {"mouse", 3, 0, 0, 1e3}; }
+  bool read(double t, haptics::Pose& pose) noexcept override;
+  void write(const glm::dvec3&) noexcept override {}
+
+  void set(const glm::dvec3& wish_world, bool is_pressed) noexcept;
+
+ private:
+  // A sequence lock for one writer: odd while it writes. The reader tries a few times and else keeps its last wish.
+  std::atomic<unsigned> sequence_{0};
+  std::atomic<double> x_, y_, z_;
+  std::atomic<bool> is_pressed_{false};
+  glm::dvec3 wish_, position_;
+  bool pressed_ = false;
+  double time_ = 0;
+};
+
+}  // namespace trephine::view

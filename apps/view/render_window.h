@@ -1,0 +1,29 @@
+// A place to draw: a window on a display, or memory where there is none.
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "volume/error.h"
+
+class vtkRenderWindow;
+
+namespace trephine::view {
+
+/// Is there an X display to open a window on?
+bool has_display();
+
+/// Owns an OpenGL context and a VTK window that draws into it. One thread.
+class DrawSurface {
+ public:
+  virtual ~DrawSurface() = default;
+  virtual vtkRenderWindow* window() = 0;
+};
+
+/// Memory of width x height pixels; needs no display (EGL, surfaceless). Error (missing here) when no GL is found.
+volume::Result<std::unique_ptr<DrawSurface>> make_offscreen(int width, int height);
+
+/// Writes what the window shows as PNG, atomically.
+volume::Status write_png(vtkRenderWindow* window, const std::string& path);
+
+}  // namespace trephine::view

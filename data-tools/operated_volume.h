@@ -1,0 +1,12 @@
+// The operated state as a plain volume that other programs read.
+#pragma once
+
+#include "volume/version.h"
+
+namespace trephine::data_tools {
+
+/// The base with every voxel moved toward air (-1000 HU; the lowest value without HU) in proportion to what was removed
+/// of it. Labels of voxels that are wholly gone become 0.
+volume::Result<volume::Volume> operated_volume(const volume::Version& version);
+
+}  // namespace trephine::data_tools

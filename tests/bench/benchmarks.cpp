@@ -1,0 +1,140 @@
+#include "tests/bench/benchmarks.h"
+
+#include <glm/geometric.hpp>
+#include <memory>
+
+#include "haptics/implicit_proxy.h"
+#include "tests/bench/peer_flying_edges.h"
+#include "tests/scenes/scenes.h"
+#include "volume/removal.h"
+#include "volume/surface_nets.h"
+
+namespace trephine::bench {
+
+using glm::dvec3;
+
+namespace {
+
+data_tools::PhantomOptions grid(int size, double psf) {
+  data_tools::PhantomOptions o;
+  o.size = glm::ivec3(size);
+  o.psf_sigma_voxels = psf;
+  return o;
+}
+
+/// Plays a path several times; per-step minima over contact steps.
+StepTimes time_steps(const haptics::TouchScene& scene, const haptics::PosePath& path, double& voxels, double& cells) {
+  haptics::ImplicitProxy method;
+  if (method.prepare(scene)) return {};
+  const volume::Version version(scene.base);
+  MinimumOfRuns minima;
+  long voxel_count = 0, cell_count = 0;
+  for (int run = 0; run < MinimumOfRuns::k_runs; ++run) {
+    haptics::ProxyState state;
+    for (std::size_t i = 0; i < path.samples().size(); ++i) {
+      const auto start = Clock::now();
+      const haptics::ProxyStep step = method.step(scene, version, state, {path.samples()[i].pose.position_world});
+      const double us = 1e6 * seconds_since(start);
+      if (step.has_contact) minima.add(i, us);
+      voxel_count += step.counters.voxels;
+      cell_count += step.counters.cells;
+    }
+  }
+  const double steps = static_cast<double>(path.samples().size()) * MinimumOfRuns::k_runs;
+  voxels = static_cast<double>(voxel_count) / steps;
+  cells = static_cast<double>(cell_count) / steps;
+  return minima.result();
+}
+
+}  // namespace
+
+SurfaceResult run_surface_benchmark(int size) {
+  SurfaceResult result;
+  for (const char* name : {"shell", "gyroid"}) {
+    const volume::Volume volume = data_tools::make_phantom(name, grid(size, name[0] == 'g' ? 1.5 : 0)).value();
+    const volume::Field field(volume, volume::Shape{});
+    for (const int threads : {1, 2}) {
+      SurfaceRow row{name, size, threads, 1e300, 1e300, 0, 0};
+      for (int run = 0; run < 3; ++run) {
+        const auto start = Clock::now();
+        const volume::Mesh mesh = volume::surface_net({&field}, threads);
+        row.our_ms = std::min(row.our_ms, 1e3 * seconds_since(start));
+        row.our_triangles = mesh.triangle_count();
+        const int dimensions[3] = {size, size, size};
+        const PeerSurface peer = flying_edges(volume.voxels.data(), dimensions, 300, threads);
+        row.peer_ms = std::min(row.peer_ms, 1e3 * peer.seconds);
+        row.peer_triangles = peer.triangles;
+      }
+      result.rows.push_back(row);
+    }
+  }
+
+  // A burr moves through the shell's bone; after each tick the chunk it is in is remade.
+  const haptics::TouchScene scene = scenes::phantom_scene("shell", grid(std::min(size, 256), 0));
+  const double spacing = scene.base->frame.spacing().x;
+  MinimumOfRuns minima;
+  for (int run = 0; run < MinimumOfRuns::k_runs; ++run) {
+    volume::RemovalEditor editor(std::make_shared<volume::Version>(scene.base), {scene.shapes[0].field});
+    dvec3 at(-20, 20, 0);
+    at.z = std::sqrt(48.0 * 48.0 - 800.0);
+    for (std::size_t i = 0; i < 500; ++i) {
+      const dvec3 to = at + dvec3(0.08, 0.02, -0.01);
+      editor.remove({at, to, 8 * spacing, i > 0});
+      const auto version = editor.publish();
+      at = to;
+      const glm::ivec3 voxel(scene.base->frame.volume_from_world(at));
+      const glm::ivec3 chunk = (voxel + 1) / volume::k_chunk;
+      const auto start = Clock::now();
+      const volume::Mesh mesh = volume::surface_net_chunk({&scene.shapes[0].field, version.get(), scene.shapes[0].bits.get()}, chunk);
+      minima.add(i, 1e6 * seconds_since(start));
+    }
+  }
+  result.dirty_chunk = minima.result();
+  return result;
+}
+
+StepResult run_step_benchmark(int size) {
+  StepResult result;
+  double cells = 0;
+  {
+    const haptics::TouchScene scene = scenes::phantom_scene("sphere", grid(size, 1.5));
+    result.implicit = time_steps(scene, scenes::sphere_slide(45, 1, 100, 3), result.voxels_a_step, cells);
+  }
+  // The same small sphere in ever larger volumes of the same voxels.
+  for (const int n : {50, 100, 200, 400, 800}) {
+    if (n > 400 && n > size) continue;
+    if (static_cast<std::size_t>(n) * static_cast<std::size_t>(n) * static_cast<std::size_t>(n) * 8 > volume::available_memory_bytes()) continue;
+    data_tools::PhantomOptions o = grid(n, 1.5);
+    o.spacing_mm = dvec3(120.0 / 512);
+    o.parameters = {{"radius", 4.5}};
+    ScalingRow row;
+    row.size = n;
+    row.step = time_steps(scenes::phantom_scene("sphere", o), scenes::sphere_slide(4.5, 0.5, 50, 3), row.voxels_a_step, row.cells_a_step);
+    result.fixed_density.push_back(row);
+  }
+
+  // A ball of 12 voxels driven into solid bone at 50 mm/s, its version published each tick.
+  data_tools::PhantomOptions o = grid(256, 1);
+  o.spacing_mm = dvec3(0.25);
+  const haptics::TouchScene bone = scenes::phantom_scene("plane", o);
+  MinimumOfRuns minima;
+  for (int run = 0; run < MinimumOfRuns::k_runs; ++run) {
+    volume::RemovalEditor editor(std::make_shared<volume::Version>(bone.base), {bone.shapes[0].field});
+    volume::VersionChannel channel(editor.publish());
+    for (std::size_t i = 0; i < 1600; ++i) {
+      // Four strokes of 20 mm, each down a fresh lane.
+      const std::size_t lane = i / 400, k = i % 400;
+      const dvec3 way = glm::normalize(dvec3(1, 0.3, -0.2)), lane_start(-20, -10 + 6.5 * static_cast<double>(lane), -5);
+      const dvec3 from = lane_start + 0.05 * static_cast<double>(k) * way, to = from + 0.05 * way;
+      const auto start = Clock::now();
+      editor.remove({from, to, 3, k > 0});
+      channel.publish(editor.publish());
+      const double us = 1e6 * seconds_since(start);
+      if (k >= 20) minima.add(i, us);  // the plunge of a whole ball at once is not a tick
+    }
+  }
+  result.removal_tick = minima.result();
+  return result;
+}
+
+}  // namespace trephine::bench

@@ -1,0 +1,37 @@
+// The benchmarks behind `trephine bench`; every figure in docs/performance.md comes from here.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "tests/bench/measure.h"
+
+namespace trephine::bench {
+
+struct SurfaceRow {
+  std::string volume;  ///< "shell" (skull-like) or "gyroid"
+  int size = 0, threads = 0;
+  double our_ms = 0, peer_ms = 0;
+  std::size_t our_triangles = 0, peer_triangles = 0;
+};
+struct SurfaceResult {
+  std::vector<SurfaceRow> rows;
+  StepTimes dirty_chunk;  ///< a 32^3 chunk remade after an edit, us
+};
+/// Whole surfaces of size^3 int16, bits included, beside FlyingEdges3D in one run (least of three), and dirty chunks.
+SurfaceResult run_surface_benchmark(int size);
+
+struct ScalingRow {
+  int size = 0;
+  double voxels_a_step = 0, cells_a_step = 0;
+  StepTimes step;
+};
+struct StepResult {
+  StepTimes implicit;                 ///< size^3 sphere in 120 mm, sigma 1.5, 100 mm/s, contact steps
+  double voxels_a_step = 0;
+  std::vector<ScalingRow> fixed_density;  ///< spacing 120/512 mm, 50^3 and up
+  StepTimes removal_tick;             ///< ball of 12 voxels at 50 mm/s, new version published
+};
+StepResult run_step_benchmark(int size);
+
+}  // namespace trephine::bench
