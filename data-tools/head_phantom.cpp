@@ -59,17 +59,21 @@ Face face(const dvec3& p) {
   bone = blend(bone, capsule(p, {48, -66, -48}, {20, -78, -56}, 7.0, 6.0), 6);
   bone = blend(bone, capsule(p, {50, -62, -48}, {65, -30, -45}, 4.5, 3.2), 5);
   bone = blend(bone, capsule(p, {65, -30, -45}, {63, -2, -43}, 3.2, 5.0), 5);
-  bone = blend(bone, capsule(p, {5, -88, -27}, {6, -97, -44}, 3.6, 3.0), 4);            // nasal bones
-  bone = blend(bone, ellipsoid(p - dvec3(0, -68, -66), {27, 24, 19}), 8);                // maxilla
+  bone = blend(bone, capsule(p, {2, -87, -26}, {3, -98, -43}, 4.2, 3.0), 5);            // nasal bones
+  bone = blend(bone, capsule(p, {9, -82, -30}, {14, -84, -56}, 4.0, 4.5), 5);            // and beside the nose
+  bone = blend(bone, capsule(p, {0, -89, -78}, {21, -78, -77}, 4.5, 5.0), 6);            // the ridge of the teeth
+  bone = blend(bone, capsule(p, {21, -78, -77}, {29, -54, -75}, 5.0, 5.5), 6);
+  bone = blend(bone, ellipsoid(p - dvec3(0, -63, -62), {31, 29, 22}), 9);                // maxilla
+  bone = blend(bone, ellipsoid(p - dvec3(0, -52, -36), {11, 30, 15}), 6);                // between the orbits
   bone = blend(bone, ellipsoid(p - dvec3(30, -52, -36), {18, 26, 12}), 6);               // orbit's floor and walls
   // Holes: orbit, nose, sinus.
   const dvec3 eye = p - dvec3(29, -84, -35);
-  const double orbit = ellipsoid(dvec3(eye.x + 0.28 * eye.y, eye.y, eye.z + 0.05 * eye.y), {17.5, 44, 16});
+  const double orbit = ellipsoid(dvec3(eye.x + 0.28 * eye.y, eye.y, eye.z + 0.05 * eye.y), {16.5, 40, 15});
   bone = carve(bone, orbit, 3);
-  const double nose = ellipsoid(p - dvec3(0, -84, -58), {9.5, 34, 15});
+  const double nose = ellipsoid(p - dvec3(0, -92, -57), {8.5, 24, 13});
   bone = carve(bone, nose, 3);
-  bone = carve(bone, ellipsoid(p - dvec3(19, -64, -60), {7, 13, 10}), 2);
-  f.air = std::min(nose + 1.5, ellipsoid(p - dvec3(19, -64, -60), {6.5, 12.5, 9.5}));
+  bone = carve(bone, ellipsoid(p - dvec3(17, -58, -60), {7, 12, 9}), 2);
+  f.air = std::min(nose + 1.5, ellipsoid(p - dvec3(17, -58, -60), {6.5, 11.5, 8.5}));
   // Lower jaw: condyle, ramus, body, chin.
   double jaw = capsule(p, {50, -14, -50}, {49, -20, -72}, 5.0, 6.0);
   jaw = blend(jaw, capsule(p, {52, -42, -58}, {48, -30, -82}, 2.6, 6.0), 8);
@@ -106,9 +110,12 @@ double suture(const dvec3& p, double side_x) {
 
 HeadSample sample_head(const dvec3& world, double voxel_mm) noexcept {
   const dvec3 p(std::abs(world.x), world.y, world.z);  // mirror images but for seams, folds and noise
-  const double edge = std::max(voxel_mm, 0.2);
-  // Share of a voxel inside a surface at signed distance s.
-  const auto share = [edge](double s) { return std::clamp(0.5 - s / edge, 0.0, 1.0); };
+  const double edge = 1.7 * std::max(voxel_mm, 0.2);
+  // Share inside a surface at signed distance s, smooth over about two voxels: no rings of aliasing.
+  const auto share = [edge](double s) {
+    const double x = std::clamp(0.5 - s / edge, 0.0, 1.0);
+    return x * x * (3 - 2 * x);
+  };
   double hu = -1000;
   HeadTissue tissue = HeadTissue::air;
   const auto paint = [&](double s, double value, HeadTissue kind) {
@@ -121,6 +128,7 @@ HeadSample sample_head(const dvec3& world, double voxel_mm) noexcept {
   const double outer = cranium(p, 0);
   double skin = ellipsoid(p - dvec3(0, 2, 1), {77, 96, 76});
   skin = blend(skin, ellipsoid(p - dvec3(0, -46, -62), {60, 60, 66}), 20);
+  skin = blend(skin, ellipsoid(p - dvec3(0, 6, -36), {79, 78, 46}), 16);
   skin = blend(skin, capsule(p, {0, -94, -36}, {0, -104, -58}, 7, 8), 10);
   skin = blend(skin, capsule(p, {0, 12, -60}, {0, 20, -140}, 56, 54), 20);
   if (skin > 2 * edge) return {hu, tissue};

@@ -106,10 +106,10 @@ haptics::PosePath hand_script(const haptics::TouchScene& scene, const volume::Ve
   go(0.3, p - 1.0 * n, true);
   const double volume_mm3 = 3.14159265 * k_burr_radius * k_burr_radius * (site.thickness + k_burr_radius);
   const double seconds = 1.1 * volume_mm3 / k_removal_rate;
-  go(seconds, p - (site.thickness + 7.0) * n, true);
-  go(0.8, p - (site.thickness + 7.0) * n, true);
+  go(seconds, p - (site.thickness + 9.0) * n, true);
+  go(1.5, p - (site.thickness + 9.0) * n, true);
   drill_to = t;
-  go(0.01, p - (site.thickness + 6.9) * n, false);
+  go(0.01, p - (site.thickness + 8.9) * n, false);
   go(0.8, p + 30.0 * n, false);
   go(0.2, p + 30.0 * n, false);
   return haptics::PosePath::from_samples(std::move(samples), "demo").value();
@@ -233,7 +233,7 @@ Result<Outcome> run_demo(const DemoArguments& arguments) {
     picture.bounds(low, high);
     const dvec3 middle = 0.5 * (low + high);
     if (touching.is_taken) picture.show(stylus_at(touching, site));
-    picture.look(middle + dvec3(8, 0, 8), glm::normalize(dvec3(0.80, -0.78, 0.34)), {0, 0, 1}, 1.05 * glm::length(high - low) / (2 * std::tan(14 * 3.14159265 / 180)));
+    picture.look(middle + dvec3(8, 0, 8), glm::normalize(dvec3(0.80, -0.78, 0.34)), {0, 0, 1}, 0.86 * glm::length(high - low) / (2 * std::tan(14 * 3.14159265 / 180)));
     std::snprintf(text, sizeof text, "Touch: %.2f N", glm::length(touching.state.newest.force_world));
     picture.show_text(text, "");
     if (volume::Status error = save("1-touch.png")) return *error;

@@ -285,7 +285,7 @@ void BoneView::look_from(char side) {
   }
   dvec3 low, high;
   bounds(low, high);
-  look(0.5 * (low + high), from, up, 1.05 * glm::length(high - low) / (2 * std::tan(14 * 3.14159265358979 / 180)));
+  look(0.5 * (low + high), from, up, 0.86 * glm::length(high - low) / (2 * std::tan(14 * 3.14159265358979 / 180)));
 }
 
 void BoneView::render() {

@@ -1,0 +1,38 @@
+# Shared by demo.sh and test.sh: installs what is missing (Debian packages only), configures and builds.
+# Sourced, from the top of the clone. Nothing is written outside the clone but packages.
+
+packages_core="cmake g++ git ca-certificates ninja-build ccache mold libglm-dev"
+packages_files="libinsighttoolkit5-dev libvtk9-dev libvtk-dicom-dev libgdcm-dev libnifti-dev zlib1g-dev"
+packages_app="libcli11-dev nlohmann-json3-dev libegl-dev libegl1 libgl1-mesa-dri"
+packages_test="libgtest-dev xvfb xauth xz-utils"
+packages_all="clang"
+
+# install_packages NAME ...: says what and how much, does nothing when all are there.
+install_packages() {
+  local missing=() name sudo=""
+  for name in "$@"; do
+    [ "$(dpkg-query -W -f='${db:Status-Status}' "$name" 2>/dev/null)" = installed ] || missing+=("$name")
+  done
+  [ ${#missing[@]} -gt 0 ] || return 0
+  if [ "$(id -u)" -ne 0 ]; then
+    command -v sudo >/dev/null || { echo "error: these packages are missing and there is no sudo: ${missing[*]}" >&2; return 3; }
+    sudo=sudo
+  fi
+  echo "installing ${#missing[@]} missing Debian packages: ${missing[*]}"
+  $sudo apt-get update -qq || { echo "error: the package lists cannot be fetched; is there a network?" >&2; return 3; }
+  $sudo env DEBIAN_FRONTEND=noninteractive apt-get install --assume-no --no-install-recommends "${missing[@]}" 2>/dev/null |
+    grep -E '^(Need to get|After this operation|[0-9]+ upgraded)' || true
+  $sudo env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends -o Dpkg::Use-Pty=0 "${missing[@]}" >/dev/null ||
+    { echo "error: the packages could not be installed: ${missing[*]}" >&2; return 3; }
+}
+
+# build_preset PRESET [TARGET] [CMAKE OPTIONS ...]: into build/PRESET; quiet unless something fails.
+build_preset() {
+  local preset=$1 target=${2:-all}
+  shift $(($# > 1 ? 2 : 1))
+  export CCACHE_DIR="$PWD/.ccache"
+  mkdir -p build
+  local log="build/configure-$preset.log"
+  cmake --preset "$preset" "$@" >"$log" 2>&1 || { cat "$log" >&2; return 1; }
+  cmake --build "build/$preset" --target "$target"
+}

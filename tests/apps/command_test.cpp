@@ -1,0 +1,327 @@
+// The trephine command as its users meet it: exit codes, keys of its JSON, its CSV, its errors, its pictures.
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <set>
+#include <sstream>
+
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::json;
+
+struct Ended {
+  int exit_code;
+  std::string out, err;
+};
+
+class Command : public ::testing::Test {
+ protected:
+  Command() {
+    std::string name = (fs::temp_directory_path() / "trephine-test-XXXXXX").string();
+    folder_ = ::mkdtemp(name.data());
+  }
+  ~Command() override { fs::remove_all(folder_); }
+
+  std::string file(const std::string& name) const { return (folder_ / name).string(); }
+  static std::string read(const std::string& path) {
+    std::ifstream in(path, std::ios::binary);
+    return {std::istreambuf_iterator<char>(in), {}};
+  }
+  void write(const std::string& name, const std::string& text) const { std::ofstream(folder_ / name, std::ios::binary) << text; }
+
+  /// Runs trephine in the scratch folder, without a display unless `prefix` brings one.
+  Ended run(const std::string& arguments, const std::string& prefix = "env -u DISPLAY") const {
+    const std::string command = "cd '" + folder_.string() + "' && " + prefix + " '" TREPHINE_COMMAND "' " + arguments + " >.out 2>.err </dev/null";
+    const int status = std::system(command.c_str());
+    return {WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status), read(file(".out")), read(file(".err"))};
+  }
+  Json json(const std::string& arguments) const {
+    const Ended r = run(arguments + " --json");
+    EXPECT_EQ(r.exit_code, 0) << arguments << "\n" << r.out << r.err;
+    return Json::parse(r.out, nullptr, false);
+  }
+  /// A file that a failing command left behind, or "".
+  std::string leftovers(const std::set<std::string>& expected) const {
+    for (const auto& entry : fs::directory_iterator(folder_)) {
+      const std::string name = entry.path().filename().string();
+      if (name != ".out" && name != ".err" && !expected.contains(name)) return name;
+    }
+    return "";
+  }
+  void write_press(const char* name, double depth) const {
+    std::ostringstream path;
+    path << "t,x,y,z\n0,0.3,0.2,60\n0.2,0.3,0.2,46\n0.6,0.3,0.2," << 45 - depth << "\n1,0.3,0.2," << 45 - depth << "\n1.2,8.3,0.2," << 45 - depth << "\n";
+    write(name, path.str());
+  }
+  fs::path folder_;
+};
+
+std::set<std::string> keys_of(const Json& json) {
+  std::set<std::string> keys;
+  for (const auto& [key, value] : json.items()) keys.insert(key);
+  return keys;
+}
+const std::set<std::string> k_common{"schema", "version", "commit", "compiler", "cpu"};
+std::set<std::string> with_common(std::set<std::string> keys) {
+  keys.insert(k_common.begin(), k_common.end());
+  return keys;
+}
+
+TEST_F(Command, VersionAndHelpEndWithZeroAndExamples) {
+  EXPECT_EQ(run("--version").exit_code, 0);
+  EXPECT_NE(run("--version").out.find("trephine 0.1.0"), std::string::npos);
+  for (const char* name : {"", "phantom", "info", "mesh", "touch", "drill", "view", "demo", "bench", "audit"}) {
+    const Ended r = run(std::string(name) + " --help");
+    EXPECT_EQ(r.exit_code, 0) << name;
+    EXPECT_NE(r.out.find("Examples:\n  trephine"), std::string::npos) << name;
+  }
+}
+
+TEST_F(Command, PhantomInfoMeshTouchDrillHaveTheirKeys) {
+  const Json phantom = json("phantom sphere --size 48 --psf 1 -o s.mha");
+  EXPECT_EQ(phantom["schema"], "trephine.phantom/1");
+  EXPECT_EQ(keys_of(phantom), with_common({"name", "file", "size", "spacing_mm", "origin_mm", "axis_x", "axis_y", "axis_z", "labels"}));
+
+  const Json info = json("info s.mha");
+  EXPECT_EQ(keys_of(info), with_common({"source", "format", "modality", "size", "spacing_mm", "origin_mm", "axis_x", "axis_y", "axis_z", "is_orthogonal",
+                                        "is_hounsfield", "min", "max", "mean", "labels", "notices", "read_seconds"}));
+  EXPECT_EQ(info["size"], Json::array({48, 48, 48}));
+  EXPECT_EQ(info["min"], -1000);
+  EXPECT_EQ(info["max"], 1600);
+  EXPECT_EQ(info["source"], "s.mha");
+
+  const Json mesh = json("mesh s.mha -o s.ply");
+  EXPECT_EQ(keys_of(mesh), with_common({"source", "shape", "file", "vertices", "triangles", "mesh_seconds"}));
+  EXPECT_EQ(mesh["triangles"].get<long>(), 2 * (mesh["vertices"].get<long>() - 2)) << "a closed surface of genus 0";
+
+  write_press("p.csv", 2);
+  const Json touch = json("touch s.mha --path p.csv -o steps.csv");
+  EXPECT_EQ(keys_of(touch), with_common({"source", "shape", "method", "steps", "step_us", "counters", "fall_throughs", "stuck", "max_force_n",
+                                         "open_to_touch_seconds", "read_seconds", "bits_seconds", "memory", "file"}));
+  for (const char* phase : {"contact", "free"})
+    EXPECT_EQ(keys_of(touch["step_us"][phase]), (std::set<std::string>{"count", "p50", "p99", "p999", "max"}));
+  EXPECT_EQ(touch["method"], "implicit");
+  EXPECT_EQ(touch["fall_throughs"], 0);
+  EXPECT_EQ(touch["counters"]["meshes_made"], 0);
+  EXPECT_EQ(touch["counters"]["gl_contexts_made"], 0);
+  EXPECT_EQ(touch["counters"]["shapes_with_bits"], 1);
+  EXPECT_LT(touch["memory"]["held_over_voxels"], 1.3);
+
+  const Json drill = json("drill s.mha --burr-diameter 4 --path p.csv -o d.mha");
+  EXPECT_EQ(keys_of(drill), with_common({"source", "shape", "burr_diameter_mm", "is_kinematic", "steps", "removed_mm3", "removed_mm3_total", "tick_us",
+                                         "content_hash", "memory", "file"}));
+  EXPECT_GT(drill["removed_mm3_total"], 5);
+  EXPECT_EQ(json("info d.mha")["size"], Json::array({48, 48, 48}));
+}
+
+TEST_F(Command, StepsAreExactCsv) {
+  ASSERT_EQ(run("phantom sphere --size 64 --psf 1 -o s.mha").exit_code, 0);
+  write_press("p.csv", 2);
+  ASSERT_EQ(run("touch s.mha --path p.csv -o steps.csv --friction 0,0").exit_code, 0);
+  std::istringstream rows(read(file("steps.csv")));
+  std::string line;
+  std::getline(rows, line);
+  EXPECT_EQ(line, "t,hip_x,hip_y,hip_z,proxy_x,proxy_y,proxy_z,normal_x,normal_y,normal_z,force_x,force_y,force_z,contact,shape,side");
+  int count = 0, contacts = 0;
+  double deepest = 0;
+  while (std::getline(rows, line)) {
+    ++count;
+    std::vector<std::string> cells;
+    std::istringstream row(line);
+    for (std::string cell; std::getline(row, cell, ',');) cells.push_back(cell);
+    if (line.back() == ',') cells.emplace_back();
+    ASSERT_EQ(cells.size(), 16u) << line;
+    if (cells[13] == "1") {
+      ++contacts;
+      EXPECT_EQ(cells[14], "bone");
+      EXPECT_EQ(cells[15], "front");
+      const double proxy = std::hypot(std::stod(cells[4]), std::stod(cells[5]), std::stod(cells[6]));
+      EXPECT_NEAR(proxy, 45, 2.0);
+      deepest = std::max(deepest, std::stod(cells[6]) - std::stod(cells[3]));
+    }
+  }
+  EXPECT_EQ(count, 1201);  // 1 kHz over 1.2 s, both ends
+  EXPECT_GT(contacts, 700);
+  EXPECT_NEAR(deepest, 2, 1.9);
+}
+
+// The figures of drilling, from the command: rates within 0.1 %, three voxel sizes within 1 %, the proxy within 2 %.
+TEST_F(Command, KinematicVolumesAgreeAtAllRatesAndVoxelSizes) {
+  write("line.csv", "t,x,y,z\n0,-20,-8,3\n0.5,14,6,-5\n");
+  const double length = std::sqrt(34.0 * 34 + 14 * 14 + 8 * 8), r = 4.2, pi = 3.14159265358979;
+  const double exact = pi * r * r * length + 4.0 / 3 * pi * r * r * r;
+  std::vector<double> by_rate, by_size;
+  ASSERT_EQ(run("phantom sphere --spacing 1 -o s1.mha").exit_code, 0);
+  for (const char* rate : {"100", "1000", "10000"})
+    by_rate.push_back(json(std::string("drill s1.mha --burr-diameter 8.4 --kinematic --path line.csv -o d.mha --rate ") + rate)["removed_mm3_total"]);
+  for (const double v : by_rate) EXPECT_NEAR(v / by_rate[0], 1, 1e-3);
+  for (const char* spacing : {"0.6", "0.8", "1"}) {
+    ASSERT_EQ(run(std::string("phantom sphere --spacing ") + spacing + " -o s.mha").exit_code, 0);
+    by_size.push_back(json("drill s.mha --burr-diameter 8.4 --kinematic --path line.csv -o d.mha")["removed_mm3_total"]);
+  }
+  for (const double v : by_size) EXPECT_NEAR(v / exact, 1, 0.01);
+}
+
+TEST_F(Command, ThroughTheProxyVolumesAgreeAtRatesAndVoxelSizes) {
+  // Flat bone; 3 mm deep and 8 mm along.
+  write("path.csv", "t,x,y,z\n0,-4,0,3\n0.3,-4,0,0\n2.3,-4,0,-3\n6.3,4,0,-3\n6.8,4,0,4\n");
+  std::vector<double> volumes;
+  for (const char* spacing : {"0.5", "0.6", "0.75"}) {
+    const int size = static_cast<int>(std::lround(48 / std::stod(spacing)));
+    ASSERT_EQ(run("phantom plane --set angle=0 --psf 1 --spacing " + std::string(spacing) + " --size " + std::to_string(size) + " -o p.mha").exit_code, 0);
+    for (const char* rate : {"250", "1000", "4000"})
+      volumes.push_back(json(std::string("drill p.mha --burr-diameter 7 --removal-rate 100 --path path.csv -o d.mha --rate ") + rate)["removed_mm3_total"]);
+  }
+  // A ball of radius 3.5 whose lowest point runs 3 mm deep: a spherical cap and a circular segment over 8 mm.
+  const double r = 3.5, h = 3, pi = 3.14159265358979;
+  const double cap = pi * h * h * (3 * r - h) / 3, segment = r * r * std::acos((r - h) / r) - (r - h) * std::sqrt(2 * r * h - h * h);
+  const double half_voxel = 0.5 * 0.75 * (pi * r * r + 2 * r * 8);
+  for (const double v : volumes) {
+    EXPECT_NEAR(v, cap + 8 * segment, 0.02 * (cap + 8 * segment) + half_voxel);
+    EXPECT_NEAR(v / volumes[0], 1, 0.02);
+  }
+}
+
+TEST_F(Command, BadInputIsSaidAndWritesNothing) {
+  ASSERT_EQ(run("phantom sphere --size 24 -o s.mha").exit_code, 0);
+  write("short.csv", "t,x,y\n0,1,2\n");
+  write("nan.csv", "t,x,y,z\n0,1,2,nan\n");
+  write("back.csv", "t,x,y,z\n1,1,2,3\n0,1,2,3\n");
+  write("good.csv", "t,x,y,z\n0,0,0,60\n1,0,0,40\n");
+  write("text.mha", "no scan\n");
+  fs::create_directory(folder_ / "empty");
+  const std::set<std::string> before{"s.mha", "short.csv", "nan.csv", "back.csv", "good.csv", "text.mha", "empty"};
+  const std::tuple<const char*, int, const char*> faults[] = {
+      {"info nowhere", 2, "no such file"},
+      {"info empty", 2, "no DICOM images"},
+      {"info text.mha", 2, "cannot be read"},
+      {"./head", 2, ""},
+      {"info ./head", 2, "no such file"},
+      {"touch s.mha --path short.csv -o o.csv", 2, "no column z"},
+      {"touch s.mha --path nan.csv -o o.csv", 2, "no number"},
+      {"touch s.mha --path back.csv -o o.csv", 2, "back in time"},
+      {"touch s.mha --path gone.csv -o o.csv", 2, "no such path"},
+      {"touch s.mha --path good.csv -o nowhere/o.csv", 2, "folder does not exist"},
+      {"touch s.mha --path good.csv -o o.csv --method magic", 2, "magic"},
+      {"touch s.mha --path good.csv -o o.csv --friction 1", 2, "--friction"},
+      {"touch s.mha --path good.csv -o o.csv --alpha 2", 2, "alpha"},
+      {"touch s.mha --path good.csv -o o.csv --rate 0", 2, "rate"},
+      {"touch s.mha --path good.csv -o o.csv --stiffness nan", 2, "stiffness"},
+      {"touch s.mha --path good.csv -o o.csv --iso 5000", 2, "empty"},
+      {"touch s.mha --path good.csv -o o.csv --label bone", 2, "no labels"},
+      {"touch s.mha --path good.csv -o o.csv --window 9", 2, "LO:HI"},
+      {"touch s.mha --path good.csv -o o.csv --window 9:3", 2, "LO:HI"},
+      {"touch s.mha --path good.csv -o o.csv --iso 3 --window 1:2", 2, "one of them"},
+      {"drill s.mha --path good.csv -o o.mha --burr-diameter -3", 2, "burr"},
+      {"drill s.mha --path good.csv -o o.xyz --burr-diameter 3", 2, "format"},
+      {"mesh s.mha -o o.xyz", 2, "format"},
+      {"phantom cube -o o.mha", 2, "no such phantom"},
+      {"phantom sphere -o o.mha --size 0", 2, "size"},
+      {"phantom sphere -o o.mha --size 30000", 3, "memory"},
+      {"phantom sphere -o o.mha --size 1,2", 2, "X,Y,Z"},
+      {"phantom sphere -o o.mha --spacing -1", 2, "spacing"},
+      {"phantom sphere -o o.mha --set radius", 2, "key=value"},
+      {"view s.mha", 3, "no display"},
+      {"bench nothing", 2, "surface, step or load"},
+      {"frobnicate", 2, ""},
+      {"touch --frobnicate", 2, ""},
+      {"", 2, ""},
+  };
+  for (const auto& [arguments, code, word] : faults) {
+    const Ended r = run(arguments);
+    EXPECT_EQ(r.exit_code, code) << arguments << "\n" << r.err;
+    EXPECT_TRUE(r.out.empty()) << arguments;
+    EXPECT_NE(r.err.find("error: "), std::string::npos) << arguments << r.err;
+    EXPECT_NE(r.err.find(word), std::string::npos) << arguments << "\n" << r.err;
+    EXPECT_EQ(r.err.find(folder_.string()), std::string::npos) << "a full path: " << r.err;
+    EXPECT_EQ(leftovers(before), "") << arguments;
+  }
+  const Ended r = run("info nowhere --json");
+  EXPECT_EQ(r.exit_code, 2);
+  const Json error = Json::parse(r.out);
+  EXPECT_EQ(keys_of(error), with_common({"error"}));
+  EXPECT_EQ(keys_of(error["error"]), (std::set<std::string>{"what", "where", "found", "expected", "remedy"}));
+}
+
+TEST_F(Command, NoHounsfieldUnitsNoDefault) {
+  // An MR-like volume: no value far below zero.
+  std::string header = "ObjectType = Image\nNDims = 3\nBinaryData = True\nBinaryDataByteOrderMSB = False\nDimSize = 8 8 8\nElementType = MET_UCHAR\nElementDataFile = LOCAL\n";
+  std::string voxels(512, '\0');
+  for (std::size_t i = 0; i < voxels.size(); ++i) voxels[i] = static_cast<char>(i % 100);
+  write("mr.mha", header + voxels);
+  EXPECT_EQ(run("mesh mr.mha -o m.stl").exit_code, 2);
+  EXPECT_NE(run("mesh mr.mha -o m.stl").err.find("which shape is meant"), std::string::npos);
+  EXPECT_EQ(run("mesh mr.mha --iso 50 -o m.stl").exit_code, 0);
+}
+
+TEST_F(Command, PicturesAreDrawnWithoutADisplay) {
+  const Json view = json("view head --screenshot v.png");
+  EXPECT_EQ(view["is_offscreen"], true);
+  EXPECT_GT(view["triangles"], 100000);
+  const std::string png = read(file("v.png"));
+  ASSERT_GT(png.size(), 20000u);
+  EXPECT_EQ(png.substr(1, 3), "PNG");
+}
+
+TEST_F(Command, DemoLeavesPicturesAndAReport) {
+  const Json demo = json("demo -o out --no-window");
+  for (const char* name : {"1-touch.png", "2-drilling.png", "3-burr-hole.png"}) EXPECT_GT(fs::file_size(folder_ / "out" / name), 20000u) << name;
+  const Json report = Json::parse(read(file("out/report.json")));
+  EXPECT_EQ(report["schema"], "trephine.demo/1");
+  EXPECT_EQ(keys_of(report), with_common({"source", "shape", "ready_seconds", "live_seconds", "drawing_seconds", "ticks", "contact_ticks", "max_force_n",
+                                          "bone_thickness_mm", "removed_mm3_total", "removed_mm3", "is_through", "strokes", "servo", "memory", "pictures"}));
+  EXPECT_EQ(report["is_through"], true);
+  EXPECT_GT(report["removed_mm3_total"], 100);
+  EXPECT_GT(report["contact_ticks"], 5000);
+  EXPECT_EQ(report["strokes"], 1);
+  EXPECT_GT(report["removed_mm3"]["cortical_bone"], 30);
+  EXPECT_EQ(demo["pictures"].size(), 3u);
+}
+
+TEST_F(Command, WindowOpensUnderXvfbDrawsAndCloses) {
+  if (std::system("command -v xvfb-run >/dev/null") != 0) GTEST_SKIP() << "no xvfb-run";
+  ASSERT_EQ(run("phantom shell --size 64 -o s.mha").exit_code, 0);
+  const Ended r = run("view s.mha --seconds 1.5 --screenshot w.png --json", "xvfb-run -a -s '-screen 0 1280x1024x24'");
+  ASSERT_EQ(r.exit_code, 0) << r.err;
+  const Json view = Json::parse(r.out);
+  EXPECT_EQ(view["is_offscreen"], false);
+  EXPECT_GT(view["frames"], 5);
+  EXPECT_GT(view["servo"]["ticks"], 1000);
+  EXPECT_EQ(view["servo"]["faults"].get<int>() & (1 | 16 | 32), 0);
+  EXPECT_GT(fs::file_size(folder_ / "w.png"), 10000u);
+}
+
+TEST_F(Command, AuditSaysZeroMismatches) {
+  const Json audit = json("audit --rays 50000 --seed 99");
+  EXPECT_EQ(audit["rays"], 50000);
+  EXPECT_EQ(audit["mismatches"], 0);
+  EXPECT_EQ(audit["reverse_mismatches"], 0);
+}
+
+TEST_F(Command, BenchmarksHaveTheirKeys) {
+  const Json surface = json("bench surface --size 64");
+  EXPECT_EQ(keys_of(surface), with_common({"surfaces", "dirty_chunk_us"}));
+  ASSERT_EQ(surface["surfaces"].size(), 4u);
+  for (const Json& row : surface["surfaces"]) EXPECT_GT(row["ratio_to_peer"], 0);
+  const Json load = json("bench load head");
+  EXPECT_EQ(keys_of(load), with_common({"source", "voxels", "seconds", "memory", "ratio_to_peer"}));
+  EXPECT_TRUE(load["ratio_to_peer"].is_null());
+}
+
+TEST_F(Command, InterruptEndsWith130AndWritesNothing) {
+  ASSERT_EQ(run("phantom sphere --size 24 -o s.mha").exit_code, 0);
+  write("long.csv", "t,x,y,z\n0,0,0,60\n4000,0,0,40\n");
+  const Ended r = run("touch s.mha --path long.csv -o steps.csv", "env -u DISPLAY timeout --preserve-status -s INT 1");
+  EXPECT_EQ(r.exit_code, 130) << r.err;
+  EXPECT_FALSE(fs::exists(folder_ / "steps.csv"));
+}
+
+}  // namespace
