@@ -11,8 +11,7 @@ namespace trephine::drilling {
 using glm::dvec3;
 
 namespace {
-constexpr double k_memory_voxels = 1.5;     // contact lost over a way of fewer voxel diagonals, ...
-constexpr double k_memory_radii = 0.75;     // ... or less of the ball's radius, is the same contact
+constexpr double k_memory_voxels = 1.5;     // contact lost over a way of fewer voxel diagonals is the same contact
 constexpr double k_credit_seconds = 0.02;   // removal that may be saved up while the ball closes in
 constexpr double k_step_mm = 0.05;          // the ball moves in bites of at most this, each paid for
 constexpr double k_turn_cosine = 0.7071;    // a wall farther than this from the axis turns it ...
@@ -57,13 +56,12 @@ volume::RemovalReport Burr::apply(const haptics::ServoRecord& tick, double dt, v
     sweep_to(tick.pose.position_world, editor, report);
     return report;
   }
-  // Voxel walls hold the proxy up to a voxel off the cut, so contact comes and goes while the ball works: a short way
-  // without it is still contact.
+  // The ball clears the voxels in front of the HIP, and their walls stand up to a voxel off the cut, so contact comes
+  // and goes while the ball works: while it cuts, and for a short way after, it is still in contact.
   const dvec3& hip = tick.pose.position_world;
   free_mm_ = tick.has_contact ? 0 : free_mm_ + glm::length(hip - hip_);
   hip_ = hip;
-  const double memory = std::max(k_memory_voxels * editor.working().base().frame.diagonal_mm(), k_memory_radii * options_.radius);
-  if (free_mm_ > memory) has_centre_ = false;
+  if (free_mm_ > k_memory_voxels * editor.working().base().frame.diagonal_mm()) has_centre_ = false;
   if (!tick.has_contact && !has_centre_) return report;
   owed_mm3_ = std::min(owed_mm3_ + budget(dt), budget(k_credit_seconds + dt));
   if (tick.has_contact) {
@@ -79,6 +77,7 @@ volume::RemovalReport Burr::apply(const haptics::ServoRecord& tick, double dt, v
   const int bites = std::max(1, static_cast<int>(std::ceil(length / k_step_mm)));
   for (int i = 1; i <= bites && owed_mm3_ > 0; ++i)
     owed_mm3_ -= sweep_to(start + (length * i / bites) * direction, editor, report);
+  if (report.removed_units > 0) free_mm_ = 0;
   return report;
 }
 
