@@ -2,29 +2,48 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdlib>
 #include <memory>
+#include <new>
 #include <span>
+#include <type_traits>
+#include <utility>
 
 namespace trephine::volume {
 
+/// Memory for `bytes`, from 4 MiB up in huge pages where the system has them (a page fault every 2 MiB instead of
+/// every 4 KiB). Freed by std::free. Throws std::bad_alloc.
+void* allocate_pages(std::size_t bytes);
+
 template <class T>
 class Buffer {
+  static_assert(std::is_trivially_copyable_v<T> && std::is_trivially_destructible_v<T>);
+
  public:
   Buffer() = default;
-  explicit Buffer(std::size_t count) : data_(std::make_unique_for_overwrite<T[]>(count)), count_(count) {}
+  explicit Buffer(std::size_t count) : data_(static_cast<T*>(allocate_pages(count * sizeof(T)))), count_(count) {}
+  Buffer(Buffer&& other) noexcept : data_(std::move(other.data_)), count_(std::exchange(other.count_, 0)) {}
+  Buffer& operator=(Buffer&& other) noexcept {
+    data_ = std::move(other.data_);
+    count_ = std::exchange(other.count_, 0);
+    return *this;
+  }
 
   T* data() { return data_.get(); }
   const T* data() const { return data_.get(); }
   std::size_t size() const { return count_; }
   bool is_empty() const { return count_ == 0; }
   std::size_t bytes() const { return count_ * sizeof(T); }
-  T& operator[](std::size_t i) { return data_[i]; }
-  const T& operator[](std::size_t i) const { return data_[i]; }
+  T& operator[](std::size_t i) { return data_.get()[i]; }
+  const T& operator[](std::size_t i) const { return data_.get()[i]; }
   std::span<T> span() { return {data_.get(), count_}; }
   std::span<const T> span() const { return {data_.get(), count_}; }
 
  private:
-  std::unique_ptr<T[]> data_;
+  struct Free {
+    void operator()(T* p) const noexcept { std::free(p); }
+  };
+  std::unique_ptr<T, Free> data_;
   std::size_t count_ = 0;
 };
 

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <cstring>
+#include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <vector>
 
@@ -17,7 +19,6 @@ namespace {
 
 constexpr std::uint32_t k_many_patches = 1u << 31;  // flag on a cell's first vertex id
 constexpr int k_halo = 2;                           // voxels below the first owned cell: one cell for quads, one for faces
-constexpr int k_layers_per_task = 16;
 
 /// Vertices and triangles that start in a row or layer; after the prefix sum, where they start.
 struct Counts {
@@ -47,6 +48,7 @@ class NetBuilder {
     // Count per layer, then where each layer starts: the output does not depend on who makes which layer.
     const int layers = cells_.z + k_halo;
     std::vector<Counts> layer(static_cast<std::size_t>(layers) + 1);
+    busy_.resize(static_cast<std::size_t>(layers) * static_cast<std::size_t>(cells_.y + k_halo));
     parallel_for(layers, threads_, [&](int z) { layer[static_cast<std::size_t>(z) + 1] = count_layer(z); });
     for (std::size_t z = 1; z < layer.size(); ++z) {
       layer[z].vertices += layer[z - 1].vertices;
@@ -56,20 +58,33 @@ class NetBuilder {
     Mesh mesh;
     mesh.vertices = Buffer<glm::vec3>(layer.back().vertices);
     mesh.triangles = Buffer<std::uint32_t>(3 * static_cast<std::size_t>(layer.back().triangles));
-    const int tasks = (layers + k_layers_per_task - 1) / k_layers_per_task;
-    parallel_for(tasks, threads_, [&](int task) {
+    // A task numbers the layer below its own once more, so few large tasks; several a thread, so that they even out.
+    const int threads = thread_count(threads_);
+    const int thick = threads == 1 ? layers : std::max(8, layers / (4 * threads));
+    const int tasks = (layers + thick - 1) / thick;
+    parallel_for(tasks, threads, [&](int task) {
       Slabs slabs(cells_ + k_halo);
-      const int begin = task * k_layers_per_task;
+      const int begin = task * thick;
       if (begin > 0) number_layer(begin - 1, layer[static_cast<std::size_t>(begin) - 1].vertices, slabs);
-      for (int z = begin; z < std::min(begin + k_layers_per_task, layers); ++z) {
+      for (int z = begin; z < std::min(begin + thick, layers); ++z) {
         slabs.turn();
         emit_layer(z, layer[static_cast<std::size_t>(z)], slabs, mesh);
+      }
+      for (std::size_t i = slabs.queued - std::min(slabs.queued, k_queue); i < slabs.queued; ++i) {
+        const Queued& slot = slabs.queue[i % k_queue];
+        place(slot.cell, *slot.net, mesh.vertices.data() + slot.first);
       }
     });
     return mesh;
   }
 
  private:
+  struct Queued {
+    glm::ivec3 cell;
+    std::uint32_t first;
+    const NetCase* net;
+  };
+  static constexpr std::size_t k_queue = 64;
   /// First vertex and case of the active cells of the layer in work (`now`) and the one below (`below`).
   struct Slabs {
     explicit Slabs(const glm::ivec3& cells)
@@ -83,6 +98,8 @@ class NetBuilder {
     std::array<Buffer<std::uint32_t>, 2> ids;
     std::array<Buffer<const NetCase*>, 2> cases;  // written for cells of several patches only
     std::size_t now = 0;
+    std::array<Queued, k_queue> queue;
+    std::size_t queued = 0;
   };
 
   std::uint64_t* bit_row(int y, int z) {
@@ -94,6 +111,9 @@ class NetBuilder {
   void fill_bits(int z) {
     const int gz = first_.z + z;
     const int source_words = (volume_.size.x + 63) / 64;
+    // The words of the scan's rows that this box needs.
+    const int from = std::clamp(first_.x >> 6, 0, source_words - 1);
+    const int count = std::clamp((first_.x + voxels_.x - 1) >> 6, 0, source_words - 1) - from + 1;
     std::vector<std::uint64_t> row(static_cast<std::size_t>(source_words));
     for (int y = 0; y < voxels_.y; ++y) {
       std::uint64_t* out = bit_row(y, z);
@@ -102,14 +122,14 @@ class NetBuilder {
         std::fill_n(out, words_, 0);
         continue;
       }
-      if (source_.bits) std::copy_n(source_.bits->row(gy, gz), source_words, row.data());
+      if (source_.bits) std::copy_n(source_.bits->row(gy, gz) + from, count, row.data() + from);
       else threshold_row(volume_, source_.field->shape(), gy, gz, row.data());
-      if (is_cut_) source_.version->mask_row(gy, gz, source_words, row.data());
+      if (is_cut_) source_.version->mask_row(gy, gz, from, count, row.data() + from);
       // Local bit i is voxel first + i: shift the row by `first` bits, zeros outside.
       for (int w = 0; w < words_; ++w) {
         const int start = first_.x + 64 * w;
         const int at = start >> 6, shift = start & 63;  // floor division, also for negatives
-        const auto word = [&](int i) { return i >= 0 && i < source_words ? row[static_cast<std::size_t>(i)] : 0; };
+        const auto word = [&](int i) { return i >= from && i < from + count ? row[static_cast<std::size_t>(i)] : 0; };
         out[w] = shift == 0 ? word(at) : word(at) >> shift | word(at + 1) << (64 - shift);
       }
       const int used = voxels_.x & 63;
@@ -169,11 +189,13 @@ class NetBuilder {
     const std::uint64_t all = r.r00 & r.r10 & r.r01 & r.r11 & r.s00 & r.s10 & r.s01 & r.s11;
     return any & ~all;
   }
-  /// Owned grid edges that are crossed, along x, y and z, by the cell of which they are the lowest corner.
-  struct CrossedEdges {
-    std::uint64_t x, y, z;
+  /// Which edges with their low end in row (y, z) get quads: along x, y, z; and the local x they lie in.
+  struct EdgeLimits {
+    bool has_x, has_y, has_z;
+    int along_low, along_high, across_low, across_high;
+    bool is_empty() const { return !(has_x || has_y || has_z); }
   };
-  CrossedEdges crossed_edges(const RowWords& r, int y, int z, int w) const {
+  EdgeLimits edge_limits(int y, int z) const {
     // In an open surface an edge needs all four cells around it.
     const auto limits = [&](int axis, bool is_along) {
       int low = 2, high = cells_[axis] + 1;
@@ -181,13 +203,22 @@ class NetBuilder {
       if (source_.is_open && !is_along) low = std::max(low, 1 - first_[axis]);
       return std::pair(low, high);
     };
-    const auto holds = [](const std::pair<int, int>& range, int i) { return i >= range.first && i <= range.second; };
-    const std::uint64_t along_x = range_mask(w, limits(0, true).first, limits(0, true).second);
-    const std::uint64_t across_x = range_mask(w, limits(0, false).first, limits(0, false).second);
-    const bool along_y = holds(limits(1, true), y), across_y = holds(limits(1, false), y);
-    const bool along_z = holds(limits(2, true), z), across_z = holds(limits(2, false), z);
-    return {across_y && across_z ? (r.r00 ^ r.s00) & along_x : 0, along_y && across_z ? (r.r00 ^ r.r10) & across_x : 0,
-            across_y && along_z ? (r.r00 ^ r.r01) & across_x : 0};
+    const auto holds = [&](int axis, bool is_along, int i) {
+      const auto [low, high] = limits(axis, is_along);
+      return i >= low && i <= high;
+    };
+    const bool along_y = holds(1, true, y), across_y = holds(1, false, y), along_z = holds(2, true, z), across_z = holds(2, false, z);
+    const auto [along_low, along_high] = limits(0, true);
+    const auto [across_low, across_high] = limits(0, false);
+    return {across_y && across_z, along_y && across_z, across_y && along_z, along_low, along_high, across_low, across_high};
+  }
+  /// Owned grid edges that are crossed, along x, y and z, by the cell of which they are the lowest corner.
+  struct CrossedEdges {
+    std::uint64_t x, y, z;
+  };
+  static CrossedEdges crossed_edges(const RowWords& r, const EdgeLimits& limits, int w) {
+    const std::uint64_t along = range_mask(w, limits.along_low, limits.along_high), across = range_mask(w, limits.across_low, limits.across_high);
+    return {limits.has_x ? (r.r00 ^ r.s00) & along : 0, limits.has_y ? (r.r00 ^ r.r10) & across : 0, limits.has_z ? (r.r00 ^ r.r01) & across : 0};
   }
 
   struct CellSpan {
@@ -204,23 +235,41 @@ class NetBuilder {
     return y >= ys.low && y <= ys.high && z >= zs.low && z <= zs.high;
   }
 
+  /// Words of row (y, z) that hold active cells, a bit each; rows of more than 64 words count as all busy.
+  std::uint64_t& busy_words(int y, int z) {
+    return busy_[static_cast<std::size_t>(z) * static_cast<std::size_t>(cells_.y + k_halo) + static_cast<std::size_t>(y)];
+  }
+  /// Calls each(word) for the busy words of a row.
+  template <class Each>
+  void for_busy_words(int y, int z, const Each& each) const {
+    const std::uint64_t busy = const_cast<NetBuilder*>(this)->busy_words(y, z);
+    if (words_ > 64)
+      for (int w = 0; w < words_; ++w) each(w);
+    else
+      for (std::uint64_t left = busy; left != 0; left &= left - 1) each(std::countr_zero(left));
+  }
+
   Counts count_layer(int z) {
     Counts layer;
     const CellSpan xs = vertex_cells(0);
     for (int y = 0; y < cells_.y + k_halo; ++y) {
       const bool is_here = has_vertices(y, z);
+      const EdgeLimits limits = edge_limits(y, z);
+      std::uint64_t busy = 0;
       for (int w = 0; w < words_; ++w) {
         const RowWords r = row_words(y, z, w);
         const std::uint64_t active = active_cells(r);
         if (active == 0) continue;
+        busy |= std::uint64_t{1} << (w & 63);
         if (is_here)
           for (std::uint64_t left = active & range_mask(w, xs.low, xs.high); left != 0; left &= left - 1) {
             const int i = std::countr_zero(left);
             layer.vertices += case_of(config_of(r, i), {64 * w + i, y, z}).patch_count;
           }
-        const CrossedEdges e = crossed_edges(r, y, z, w);
+        const CrossedEdges e = crossed_edges(r, limits, w);
         layer.triangles += 2 * static_cast<std::uint32_t>(std::popcount(e.x) + std::popcount(e.y) + std::popcount(e.z));
       }
+      busy_words(y, z) = busy;
     }
     return layer;
   }
@@ -232,7 +281,7 @@ class NetBuilder {
     const CellSpan xs = vertex_cells(0);
     std::uint32_t* ids = slabs.ids[slabs.now].data() + slabs.width * static_cast<std::size_t>(y);
     const NetCase** cases = slabs.cases[slabs.now].data() + slabs.width * static_cast<std::size_t>(y);
-    for (int w = 0; w < words_; ++w) {
+    for_busy_words(y, z, [&](int w) {
       const RowWords r = row_words(y, z, w);
       for (std::uint64_t left = active_cells(r) & range_mask(w, xs.low, xs.high); left != 0; left &= left - 1) {
         const int i = std::countr_zero(left), x = 64 * w + i;
@@ -243,7 +292,7 @@ class NetBuilder {
         each(glm::ivec3(x, y, z), net, id);
         id += net.patch_count;
       }
-    }
+    });
     return id;
   }
   void number_layer(int z, std::uint32_t id, Slabs& slabs) const {
@@ -254,47 +303,78 @@ class NetBuilder {
     std::uint32_t* out = mesh.triangles.data() + 3 * static_cast<std::size_t>(at.triangles);
     std::uint32_t id = at.vertices;
     for (int y = 0; y < cells_.y + k_halo; ++y) {
+      // The scan was read a whole pass ago: cells wait in a short queue while their voxels come from memory.
       id = number_row(y, z, id, slabs, [&](const glm::ivec3& cell, const NetCase& net, std::uint32_t first) {
-        place(first_ + cell, net, mesh.vertices.data() + first);
+        prefetch(first_ + cell);
+        Queued& slot = slabs.queue[slabs.queued++ % k_queue];
+        if (slabs.queued > k_queue) place(slot.cell, *slot.net, mesh.vertices.data() + slot.first);
+        slot = {first_ + cell, first, &net};
       });
-      for (int w = 0; w < words_; ++w) {
+      const EdgeLimits limits = edge_limits(y, z);
+      if (limits.is_empty()) continue;
+      const IdRows rows = id_rows(slabs, y);
+      for_busy_words(y, z, [&](int w) {
         const RowWords r = row_words(y, z, w);
-        const CrossedEdges e = crossed_edges(r, y, z, w);
-        out = emit_quads(0, e.x, r.r00, w, y, slabs, out);
-        out = emit_quads(1, e.y, r.r00, w, y, slabs, out);
-        out = emit_quads(2, e.z, r.r00, w, y, slabs, out);
-      }
+        const CrossedEdges e = crossed_edges(r, limits, w);
+        out = emit_quads<0>(e.x, r.r00, w, y, rows, slabs, out);
+        out = emit_quads<1>(e.y, r.r00, w, y, rows, slabs, out);
+        out = emit_quads<2>(e.z, r.r00, w, y, rows, slabs, out);
+      });
     }
   }
 
-  /// One quad around each crossed edge, its outside toward the air.
-  std::uint32_t* emit_quads(int axis, std::uint64_t edges, std::uint64_t solid, int w, int y, const Slabs& slabs,
+  /// Rows of first vertex ids around row y: of the layer in work and of the one below, and the same one row lower.
+  struct IdRows {
+    const std::uint32_t *now, *now_lower, *below, *below_lower;
+  };
+  static IdRows id_rows(const Slabs& slabs, int y) {
+    const std::uint32_t *now = slabs.ids[slabs.now].data(), *below = slabs.ids[slabs.now ^ 1].data();
+    const std::size_t row = slabs.width * static_cast<std::size_t>(y), lower = row - slabs.width;
+    return {now + row, now + lower, below + row, below + lower};
+  }
+
+  /// One quad around each crossed edge along Axis, its outside toward the air: the four cells around the edge,
+  /// counter-clockwise seen from its high end.
+  template <int Axis>
+  std::uint32_t* emit_quads(std::uint64_t edges, std::uint64_t solid, int w, int y, const IdRows& rows, const Slabs& slabs,
                             std::uint32_t* out) const {
-    // The four cells around the edge, counter-clockwise seen from its high end: steps down along the next two axes.
-    const int b = (axis + 1) % 3, c = (axis + 2) % 3;
     for (; edges != 0; edges &= edges - 1) {
       const int i = std::countr_zero(edges), x = 64 * w + i;
-      std::array<std::uint32_t, 4> v;
-      for (unsigned k = 0; k < 4; ++k) {
-        const bool down_b = k == 0 || k == 3, down_c = k < 2;
-        glm::ivec3 step(0);
-        step[b] = down_b;
-        step[c] = down_c;
-        const std::size_t slab = step.z ? slabs.now ^ 1 : slabs.now;
-        const std::size_t at = slabs.width * static_cast<std::size_t>(y - step.y) + static_cast<std::size_t>(x - step.x);
-        std::uint32_t id = slabs.ids[slab][at];
-        if (id & k_many_patches) {
-          const int corner = step.x | step.y << 1 | step.z << 2;
-          id = (id & ~k_many_patches) + slabs.cases[slab][at]->patch_of_edge[static_cast<std::size_t>(net_edge(axis, corner))];
-        }
-        v[k] = id;
+      std::uint32_t a, b, c, d;
+      if constexpr (Axis == 0) a = rows.below_lower[x], b = rows.below[x], c = rows.now[x], d = rows.now_lower[x];
+      else if constexpr (Axis == 1) a = rows.below[x - 1], b = rows.now[x - 1], c = rows.now[x], d = rows.below[x];
+      else a = rows.now_lower[x - 1], b = rows.now_lower[x], c = rows.now[x], d = rows.now[x - 1];
+      if ((a | b | c | d) & k_many_patches) {
+        constexpr int first = (Axis + 1) % 3, second = (Axis + 2) % 3;
+        a = patch_vertex(Axis, a, x, y, 1 << first | 1 << second, slabs);
+        b = patch_vertex(Axis, b, x, y, 1 << second, slabs);
+        c = patch_vertex(Axis, c, x, y, 0, slabs);
+        d = patch_vertex(Axis, d, x, y, 1 << first, slabs);
       }
-      if (!(solid >> i & 1)) std::swap(v[1], v[3]);
-      out[0] = v[0], out[1] = v[1], out[2] = v[2];
-      out[3] = v[0], out[4] = v[2], out[5] = v[3];
+      // Solid at the low end faces its high end; else turned round.
+      const std::uint32_t turn = (b ^ d) & (static_cast<std::uint32_t>(solid >> i & 1u) - 1u);
+      b ^= turn;
+      d ^= turn;
+      out[0] = a, out[1] = b, out[2] = c;
+      out[3] = a, out[4] = c, out[5] = d;
       out += 6;
     }
     return out;
+  }
+  /// The vertex of the patch that holds the edge, for the cell `corner` steps down (bits of x, y, z) from cell (x, y).
+  std::uint32_t patch_vertex(int axis, std::uint32_t id, int x, int y, int corner, const Slabs& slabs) const {
+    if (!(id & k_many_patches)) return id;
+    const std::size_t slab = corner & 4 ? slabs.now ^ 1 : slabs.now;
+    const std::size_t at = slabs.width * static_cast<std::size_t>(y - (corner >> 1 & 1)) + static_cast<std::size_t>(x - (corner & 1));
+    return (id & ~k_many_patches) + slabs.cases[slab][at]->patch_of_edge[static_cast<std::size_t>(net_edge(axis, corner))];
+  }
+
+  void prefetch(const glm::ivec3& cell) const {
+    const glm::ivec3 last = volume_.size - 1, low = glm::clamp(cell, glm::ivec3(0), last), high = glm::min(low + 1, last);
+    const std::int16_t* v = volume_.voxels.data();
+    for (const std::size_t at : {volume_.index(low.x, low.y, low.z), volume_.index(low.x, high.y, low.z),
+                                 volume_.index(low.x, low.y, high.z), volume_.index(low.x, high.y, high.z)})
+      _mm_prefetch(reinterpret_cast<const char*>(v + at), _MM_HINT_T0);
   }
 
   /// Vertices of a cell: for each patch the mean of its crossings.
@@ -306,21 +386,23 @@ class NetBuilder {
     if (is_inside && is_plain_window_) {
       const std::size_t row = static_cast<std::size_t>(volume_.size.x), slice = row * static_cast<std::size_t>(volume_.size.y);
       const std::int16_t* v = volume_.voxels.data() + volume_.index(cell.x, cell.y, cell.z);
-      g[0] = v[0], g[1] = v[1], g[2] = v[row], g[3] = v[row + 1];
-      v += slice;
-      g[4] = v[0], g[5] = v[1], g[6] = v[row], g[7] = v[row + 1];
-      for (float& value : g) value -= low_;
+      const auto pair = [](const std::int16_t* at) {
+        int both;
+        std::memcpy(&both, at, sizeof both);
+        return _mm_cvtsi32_si128(both);
+      };
+      const __m128i near = _mm_unpacklo_epi32(pair(v), pair(v + row)), far = _mm_unpacklo_epi32(pair(v + slice), pair(v + slice + row));
+      const auto less_low = [this](__m128i four) {  // the low four int16, as floats
+        return _mm_sub_ps(_mm_cvtepi32_ps(_mm_srai_epi32(_mm_unpacklo_epi16(four, four), 16)), _mm_set1_ps(low_));
+      };
+      _mm_store_ps(g, less_low(near));
+      _mm_store_ps(g + 4, less_low(far));
     } else {
       for (int i = 0; i < 8; ++i)
         g[i] = static_cast<float>(source_.field->at(cell.x + (i & 1), cell.y + (i >> 1 & 1), cell.z + (i >> 2 & 1)));
     }
     float d[8];
-    if (is_cut_ && source_.version->is_near_cut(glm::dvec3(cell)))
-      for (int i = 0; i < 8; ++i) {
-        d[i] = static_cast<float>(
-            source_.version->distance_at(cell.x + (i & 1), cell.y + (i >> 1 & 1), cell.z + (i >> 2 & 1)));
-        is_cut = is_cut || d[i] <= 0;
-      }
+    if (is_cut_) is_cut = cut_distances(cell, d);
     if (net.patch_count == 1 && !is_cut) {
       *out = glm::vec3(cell) + mean_crossing(g, net);
       return;
@@ -344,6 +426,24 @@ class NetBuilder {
     }
     for (std::size_t k = 0; k < net.patch_count; ++k)
       out[k] = glm::vec3(cell) + sum[k] / static_cast<float>(count[k]);
+  }
+
+  /// Distances to the cut at a cell's corners; whether any corner was removed (else d may not be filled).
+  bool cut_distances(const glm::ivec3& cell, float* d) const {
+    const Version& version = *source_.version;
+    const glm::ivec3 in = cell & (k_brick - 1);
+    if (in.x < k_brick - 1 && in.y < k_brick - 1 && in.z < k_brick - 1 && volume_.contains(cell)) {
+      const Brick* brick = version.brick_at(cell.x, cell.y, cell.z);
+      if (brick == nullptr) return false;
+      const float* at = brick->distance.data() + Brick::index(in.x, in.y, in.z);
+      constexpr std::size_t k_row = k_brick, k_slice = k_brick * k_brick;
+      d[0] = at[0], d[1] = at[1], d[2] = at[k_row], d[3] = at[k_row + 1];
+      d[4] = at[k_slice], d[5] = at[k_slice + 1], d[6] = at[k_slice + k_row], d[7] = at[k_slice + k_row + 1];
+    } else {
+      for (int i = 0; i < 8; ++i)
+        d[i] = static_cast<float>(version.distance_at(cell.x + (i & 1), cell.y + (i >> 1 & 1), cell.z + (i >> 2 & 1)));
+    }
+    return std::any_of(d, d + 8, [](float value) { return value <= 0; });
   }
 
   /// All twelve edges at once; those not crossed add nothing.
@@ -371,6 +471,7 @@ class NetBuilder {
   glm::ivec3 voxels_;
   int words_;
   Buffer<std::uint64_t> bits_;
+  std::vector<std::uint64_t> busy_;
   bool is_cut_;
   float low_ = 0;
   bool is_plain_window_ = false;

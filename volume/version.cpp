@@ -96,10 +96,10 @@ bool Version::is_near_cut(const glm::dvec3& p) const noexcept {
   return false;
 }
 
-void Version::mask_row(int y, int z, int words_per_row, std::uint64_t* words) const noexcept {
+void Version::mask_row(int y, int z, int first_word, int count, std::uint64_t* words) const noexcept {
   if (brick_count_ == 0) return;
-  for (int w = 0; w < words_per_row; ++w) {
-    const Page* page = page_at(64 * w, y, z);
+  for (int w = 0; w < count; ++w) {
+    const Page* page = page_at(64 * (first_word + w), y, z);
     if (page == nullptr || words[w] == 0) continue;
     const Ref<Brick>* line = &page->bricks[brick_index(0, y, z)];
     for (int b = 0; b < k_page; ++b)

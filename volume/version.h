@@ -128,8 +128,8 @@ class Version {
   glm::dvec3 distance_gradient(const glm::dvec3& p) const noexcept;
   /// Is there a brick in the cell of p or touching it?
   bool is_near_cut(const glm::dvec3& p) const noexcept;
-  /// ANDs the kept bits of row (y, z) into `words`.
-  void mask_row(int y, int z, int words_per_row, std::uint64_t* words) const noexcept;
+  /// ANDs the kept bits of `count` words (64 voxels each) of row (y, z), from `first_word` on, into `words`.
+  void mask_row(int y, int z, int first_word, int count, std::uint64_t* words) const noexcept;
 
   /// Hash (FNV-1a, 64 bit) of everything removed: distances, kept bits and masks. Equal states, equal hash.
   std::uint64_t content_hash() const noexcept;

@@ -1,9 +1,25 @@
 #include "volume/volume.h"
 
+#include <sys/mman.h>
+
 #include <fstream>
 #include <limits>
 
 namespace trephine::volume {
+
+void* allocate_pages(std::size_t bytes) {
+  constexpr std::size_t k_huge_page = 2 << 20;
+  if (bytes < 2 * k_huge_page) {
+    void* memory = std::malloc(bytes > 0 ? bytes : 1);
+    if (memory == nullptr) throw std::bad_alloc();
+    return memory;
+  }
+  const std::size_t rounded = (bytes + k_huge_page - 1) / k_huge_page * k_huge_page;
+  void* memory = std::aligned_alloc(k_huge_page, rounded);
+  if (memory == nullptr) throw std::bad_alloc();
+  madvise(memory, rounded, MADV_HUGEPAGE);  // a wish; refusal changes nothing but speed
+  return memory;
+}
 
 int Volume::label_value(const std::string& name) const noexcept {
   for (std::size_t i = 0; i < label_names.size(); ++i)

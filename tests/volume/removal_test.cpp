@@ -177,7 +177,7 @@ TEST(Removal, MaskedRowsEqualKeptBits) {
     for (int y = 0; y < 30; ++y) {
       std::uint64_t words[3];
       threshold_row(*base, Shape{}, y, z, words);
-      version->mask_row(y, z, 3, words);
+      version->mask_row(y, z, 0, 3, words);
       for (int x = 0; x < 150; ++x) ASSERT_EQ(words[x / 64] >> (x % 64) & 1, version->is_kept({x, y, z}) ? 1u : 0u);
     }
 }
