@@ -42,6 +42,37 @@ class NetBuilder {
     is_plain_window_ = !shape.is_label() && std::isinf(shape.high);
   }
 
+  /// In one pass, for boxes of few cells: into room for the worst case of a layer, grown layer by layer.
+  Mesh build_small(NetScratch& scratch) {
+    for (int z = 0; z < voxels_.z; ++z) fill_bits(z);
+    const int layers = cells_.z + k_halo;
+    busy_.assign(static_cast<std::size_t>(layers) * static_cast<std::size_t>(cells_.y + k_halo), ~std::uint64_t{0} >> (64 - words_));
+    const std::size_t layer_cells = static_cast<std::size_t>(cells_.x + k_halo) * static_cast<std::size_t>(cells_.y + k_halo);
+    Buffer<glm::vec3>& vertices = scratch.vertices;
+    Buffer<std::uint32_t>& triangles = scratch.triangles;
+    const auto make_room = [](auto& buffer, std::size_t used, std::size_t more) {
+      if (used + more <= buffer.size()) return;
+      std::remove_reference_t<decltype(buffer)> larger(2 * buffer.size() + more);
+      std::copy_n(buffer.data(), used, larger.data());
+      buffer = std::move(larger);
+    };
+    Slabs slabs(cells_ + k_halo);
+    Counts at;
+    for (int z = 0; z < layers; ++z) {
+      make_room(vertices, at.vertices, 4 * layer_cells);
+      make_room(triangles, 3 * static_cast<std::size_t>(at.triangles), 18 * layer_cells);
+      slabs.turn();
+      at = emit_layer(z, at, slabs, vertices.data(), triangles.data());
+    }
+    place_queued(slabs, vertices.data());
+    Mesh mesh;
+    mesh.vertices = Buffer<glm::vec3>(at.vertices);
+    mesh.triangles = Buffer<std::uint32_t>(3 * static_cast<std::size_t>(at.triangles));
+    std::copy_n(vertices.data(), mesh.vertices.size(), mesh.vertices.data());
+    std::copy_n(triangles.data(), mesh.triangles.size(), mesh.triangles.data());
+    return mesh;
+  }
+
   Mesh build() {
     parallel_for(voxels_.z, threads_, [this](int z) { fill_bits(z); });
 
@@ -68,12 +99,9 @@ class NetBuilder {
       if (begin > 0) number_layer(begin - 1, layer[static_cast<std::size_t>(begin) - 1].vertices, slabs);
       for (int z = begin; z < std::min(begin + thick, layers); ++z) {
         slabs.turn();
-        emit_layer(z, layer[static_cast<std::size_t>(z)], slabs, mesh);
+        emit_layer(z, layer[static_cast<std::size_t>(z)], slabs, mesh.vertices.data(), mesh.triangles.data());
       }
-      for (std::size_t i = slabs.queued - std::min(slabs.queued, k_queue); i < slabs.queued; ++i) {
-        const Queued& slot = slabs.queue[i % k_queue];
-        place(slot.cell, *slot.net, mesh.vertices.data() + slot.first);
-      }
+      place_queued(slabs, mesh.vertices.data());
     });
     return mesh;
   }
@@ -115,6 +143,7 @@ class NetBuilder {
     const int from = std::clamp(first_.x >> 6, 0, source_words - 1);
     const int count = std::clamp((first_.x + voxels_.x - 1) >> 6, 0, source_words - 1) - from + 1;
     std::vector<std::uint64_t> row(static_cast<std::size_t>(source_words));
+    bool is_row_cut = true;
     for (int y = 0; y < voxels_.y; ++y) {
       std::uint64_t* out = bit_row(y, z);
       const int gy = first_.y + y;
@@ -124,7 +153,8 @@ class NetBuilder {
       }
       if (source_.bits) std::copy_n(source_.bits->row(gy, gz) + from, count, row.data() + from);
       else threshold_row(volume_, source_.field->shape(), gy, gz, row.data());
-      if (is_cut_) source_.version->mask_row(gy, gz, from, count, row.data() + from);
+      if (is_cut_ && (y == 0 || (gy & 7) == 0)) is_row_cut = source_.version->has_brick(gy, gz, from, count);
+      if (is_cut_ && is_row_cut) source_.version->mask_row(gy, gz, from, count, row.data() + from);
       // Local bit i is voxel first + i: shift the row by `first` bits, zeros outside.
       for (int w = 0; w < words_; ++w) {
         const int start = first_.x + 64 * w;
@@ -299,15 +329,22 @@ class NetBuilder {
     for (int y = 0; y < cells_.y + k_halo; ++y) id = number_row(y, z, id, slabs, [](const auto&...) {});
   }
 
-  void emit_layer(int z, Counts at, Slabs& slabs, Mesh& mesh) const {
-    std::uint32_t* out = mesh.triangles.data() + 3 * static_cast<std::size_t>(at.triangles);
+  void place_queued(const Slabs& slabs, glm::vec3* vertices) const {
+    for (std::size_t i = slabs.queued - std::min(slabs.queued, k_queue); i < slabs.queued; ++i) {
+      const Queued& slot = slabs.queue[i % k_queue];
+      place(slot.cell, *slot.net, vertices + slot.first);
+    }
+  }
+  /// Writes a layer's vertices and triangles from where `at` says; returns where the next layer starts.
+  Counts emit_layer(int z, Counts at, Slabs& slabs, glm::vec3* vertices, std::uint32_t* triangles) const {
+    std::uint32_t* out = triangles + 3 * static_cast<std::size_t>(at.triangles);
     std::uint32_t id = at.vertices;
     for (int y = 0; y < cells_.y + k_halo; ++y) {
       // The scan was read a whole pass ago: cells wait in a short queue while their voxels come from memory.
       id = number_row(y, z, id, slabs, [&](const glm::ivec3& cell, const NetCase& net, std::uint32_t first) {
         prefetch(first_ + cell);
         Queued& slot = slabs.queue[slabs.queued++ % k_queue];
-        if (slabs.queued > k_queue) place(slot.cell, *slot.net, mesh.vertices.data() + slot.first);
+        if (slabs.queued > k_queue) place(slot.cell, *slot.net, vertices + slot.first);
         slot = {first_ + cell, first, &net};
       });
       const EdgeLimits limits = edge_limits(y, z);
@@ -321,6 +358,7 @@ class NetBuilder {
         out = emit_quads<2>(e.z, r.r00, w, y, rows, slabs, out);
       });
     }
+    return {id, static_cast<std::uint32_t>((out - triangles) / 3)};
   }
 
   /// Rows of first vertex ids around row y: of the layer in work and of the one below, and the same one row lower.
@@ -379,7 +417,7 @@ class NetBuilder {
 
   /// Vertices of a cell: for each patch the mean of its crossings.
   void place(const glm::ivec3& cell, const NetCase& net, glm::vec3* out) const {
-    alignas(16) float g[8];
+    alignas(16) float g[8], d[8];
     const bool is_inside = cell.x >= 0 && cell.y >= 0 && cell.z >= 0 && cell.x + 1 < volume_.size.x &&
                            cell.y + 1 < volume_.size.y && cell.z + 1 < volume_.size.z;
     bool is_cut = false;
@@ -401,10 +439,9 @@ class NetBuilder {
       for (int i = 0; i < 8; ++i)
         g[i] = static_cast<float>(source_.field->at(cell.x + (i & 1), cell.y + (i >> 1 & 1), cell.z + (i >> 2 & 1)));
     }
-    float d[8];
     if (is_cut_) is_cut = cut_distances(cell, d);
-    if (net.patch_count == 1 && !is_cut) {
-      *out = glm::vec3(cell) + mean_crossing(g, net);
+    if (net.patch_count == 1) {
+      *out = glm::vec3(cell) + (is_cut ? mean_crossing<true>(g, d, net) : mean_crossing<false>(g, d, net));
       return;
     }
     std::array<glm::vec3, 4> sum{};
@@ -446,21 +483,38 @@ class NetBuilder {
     return std::any_of(d, d + 8, [](float value) { return value <= 0; });
   }
 
-  /// All twelve edges at once; those not crossed add nothing.
-  static glm::vec3 mean_crossing(const float* g, const NetCase& net) {
-    const __m128 low = _mm_load_ps(g), high = _mm_load_ps(g + 4);  // corners 0-3 and 4-7
-    const auto along = [](__m128 from, __m128 to) {
-      const __m128 zero = _mm_setzero_ps();
-      const __m128 is_crossed = _mm_xor_ps(_mm_cmpge_ps(from, zero), _mm_cmpge_ps(to, zero));
-      return _mm_and_ps(is_crossed, _mm_div_ps(from, _mm_sub_ps(from, to)));
+  /// All twelve edges at once; those not crossed add nothing. From its solid end an edge runs to where the first of the
+  /// two fields leaves.
+  template <bool IsCut>
+  static glm::vec3 mean_crossing(const float* g, const float* d, const NetCase& net) {
+    const __m128 zero = _mm_setzero_ps(), one = _mm_set1_ps(1);
+    const auto choose = [](__m128 mask, __m128 yes, __m128 no) { return _mm_or_ps(_mm_and_ps(mask, yes), _mm_andnot_ps(mask, no)); };
+    const auto ratio = [](__m128 from, __m128 to) { return _mm_div_ps(from, _mm_sub_ps(from, to)); };
+    const auto along = [&](__m128 g0, __m128 g1, __m128 d0, __m128 d1) {
+      __m128 solid0 = _mm_cmpge_ps(g0, zero), solid1 = _mm_cmpge_ps(g1, zero), t = ratio(g0, g1);
+      if constexpr (IsCut) {
+        const __m128 tg = t, td = ratio(d0, d1);
+        const __m128 up = _mm_min_ps(choose(solid1, one, tg), choose(_mm_cmple_ps(d1, zero), td, one));
+        const __m128 down = _mm_max_ps(choose(solid0, zero, tg), choose(_mm_cmple_ps(d0, zero), td, zero));
+        solid0 = _mm_and_ps(solid0, _mm_cmpgt_ps(d0, zero));
+        solid1 = _mm_and_ps(solid1, _mm_cmpgt_ps(d1, zero));
+        t = choose(solid0, up, down);
+      }
+      return _mm_and_ps(_mm_xor_ps(solid0, solid1), t);
     };
     const auto total = [](__m128 v) {
       const __m128 pairs = _mm_add_ps(v, _mm_movehl_ps(v, v));
       return _mm_cvtss_f32(_mm_add_ss(pairs, _mm_shuffle_ps(pairs, pairs, 1)));
     };
-    const float x = total(along(_mm_shuffle_ps(low, high, _MM_SHUFFLE(2, 0, 2, 0)), _mm_shuffle_ps(low, high, _MM_SHUFFLE(3, 1, 3, 1))));
-    const float y = total(along(_mm_shuffle_ps(low, high, _MM_SHUFFLE(1, 0, 1, 0)), _mm_shuffle_ps(low, high, _MM_SHUFFLE(3, 2, 3, 2))));
-    const float z = total(along(low, high));
+    const __m128 gl = _mm_load_ps(g), gh = _mm_load_ps(g + 4);  // corners 0-3 and 4-7
+    const __m128 dl = IsCut ? _mm_load_ps(d) : zero, dh = IsCut ? _mm_load_ps(d + 4) : zero;
+    const auto even = [](__m128 low, __m128 high) { return _mm_shuffle_ps(low, high, _MM_SHUFFLE(2, 0, 2, 0)); };
+    const auto odd = [](__m128 low, __m128 high) { return _mm_shuffle_ps(low, high, _MM_SHUFFLE(3, 1, 3, 1)); };
+    const auto front = [](__m128 low, __m128 high) { return _mm_movelh_ps(low, high); };
+    const auto back = [](__m128 low, __m128 high) { return _mm_movehl_ps(high, low); };
+    const float x = total(along(even(gl, gh), odd(gl, gh), even(dl, dh), odd(dl, dh)));
+    const float y = total(along(front(gl, gh), back(gl, gh), front(dl, dh), back(dl, dh)));
+    const float z = total(along(gl, gh, dl, dh));
     return net.inverse_count * glm::vec3(x + net.corner_sum[0], y + net.corner_sum[1], z + net.corner_sum[2]);
   }
 
@@ -483,10 +537,11 @@ Mesh surface_net(const SurfaceSource& source, int threads) {
   return NetBuilder(source, glm::ivec3(-1), source.field->volume().size + 1, false, threads).build();
 }
 
-Mesh surface_net_chunk(const SurfaceSource& source, const glm::ivec3& chunk) {
+Mesh surface_net_chunk(const SurfaceSource& source, const glm::ivec3& chunk, NetScratch* scratch) {
   const glm::ivec3 first = k_chunk * chunk - 1;
   const glm::ivec3 cells = glm::min(glm::ivec3(k_chunk), source.field->volume().size - first);
-  return NetBuilder(source, first, cells, true, 1).build();
+  NetScratch own;
+  return NetBuilder(source, first, cells, true, 1).build_small(scratch ? *scratch : own);
 }
 
 ChunkRange chunks_touching(const glm::ivec3& low, const glm::ivec3& high, const glm::ivec3& size) {

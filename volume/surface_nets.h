@@ -43,8 +43,14 @@ struct ChunkRange {
 };
 ChunkRange chunks_touching(const glm::ivec3& low, const glm::ivec3& high, const glm::ivec3& size);
 
+/// Memory that a thread which remakes many chunks keeps between them.
+struct NetScratch {
+  Buffer<glm::vec3> vertices;
+  Buffer<std::uint32_t> triangles;
+};
+
 /// The triangles of one chunk with the vertices they use, the same bits as in the whole surface.
-Mesh surface_net_chunk(const SurfaceSource& source, const glm::ivec3& chunk);
+Mesh surface_net_chunk(const SurfaceSource& source, const glm::ivec3& chunk, NetScratch* scratch = nullptr);
 
 /// Unit normals (world frame) at a mesh's vertices, toward the free side, from the field and the cuts.
 Buffer<glm::vec3> vertex_normals(const SurfaceSource& source, const Mesh& mesh, int threads = 0);

@@ -61,12 +61,6 @@ std::size_t Version::bytes() const noexcept {
   return sum;
 }
 
-double Version::distance_at(int x, int y, int z) const noexcept {
-  if (!base_->contains({x, y, z})) return band_mm_;
-  const Brick* brick = brick_at(x, y, z);
-  return brick ? static_cast<double>(brick->distance[Brick::index(x & 7, y & 7, z & 7)]) : band_mm_;
-}
-
 namespace {
 CellCorners distance_corners(const Version& version, const glm::ivec3& c) noexcept {
   CellCorners d;
@@ -105,6 +99,16 @@ void Version::mask_row(int y, int z, int first_word, int count, std::uint64_t* w
     for (int b = 0; b < k_page; ++b)
       if (line[b]) words[w] &= ~((~line[b]->kept_row(y & 7, z & 7) & 0xffu) << (8 * b));
   }
+}
+
+bool Version::has_brick(int y, int z, int first_word, int count) const noexcept {
+  for (int w = first_word; w < first_word + count; ++w) {
+    const Page* page = page_at(64 * w, y, z);
+    if (page == nullptr) continue;
+    const Ref<Brick>* line = &page->bricks[brick_index(0, y, z)];
+    if (std::any_of(line, line + k_page, [](const Ref<Brick>& brick) { return static_cast<bool>(brick); })) return true;
+  }
+  return false;
 }
 
 std::uint64_t Version::content_hash() const noexcept {

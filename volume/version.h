@@ -121,7 +121,11 @@ class Version {
   }
   /// Distance (mm) of a voxel's centre to the swept tool, clamped to +-band; +band where nothing was cut or
   /// outside the grid.
-  double distance_at(int x, int y, int z) const noexcept;
+  double distance_at(int x, int y, int z) const noexcept {
+    if (!base_->contains({x, y, z})) return band_mm_;
+    const Brick* brick = brick_at(x, y, z);
+    return brick ? static_cast<double>(brick->distance[Brick::index(x & 7, y & 7, z & 7)]) : band_mm_;
+  }
   /// Trilinear distance at p (volume frame).
   double distance(const glm::dvec3& p) const noexcept;
   /// Gradient of the trilinear distance, mm per voxel step.
@@ -130,6 +134,9 @@ class Version {
   bool is_near_cut(const glm::dvec3& p) const noexcept;
   /// ANDs the kept bits of `count` words (64 voxels each) of row (y, z), from `first_word` on, into `words`.
   void mask_row(int y, int z, int first_word, int count, std::uint64_t* words) const noexcept;
+
+  /// Does any brick meet those words of row (y, z)?
+  bool has_brick(int y, int z, int first_word, int count) const noexcept;
 
   /// Hash (FNV-1a, 64 bit) of everything removed: distances, kept bits and masks. Equal states, equal hash.
   std::uint64_t content_hash() const noexcept;

@@ -7,10 +7,11 @@
 
 namespace trephine::view {
 
-ChunkMesh make_chunk_mesh(const haptics::TouchScene& scene, std::size_t shape, const volume::Version& version, const glm::ivec3& chunk) {
+ChunkMesh make_chunk_mesh(const haptics::TouchScene& scene, std::size_t shape, const volume::Version& version, const glm::ivec3& chunk,
+                          volume::NetScratch* scratch) {
   const haptics::TouchShape& touch = scene.shapes[shape];
   const volume::SurfaceSource source{&touch.field, &version, touch.bits.get(), false};
-  const volume::Mesh mesh = volume::surface_net_chunk(source, chunk);
+  const volume::Mesh mesh = volume::surface_net_chunk(source, chunk, scratch);
   const volume::Buffer<glm::vec3> normals = volume::vertex_normals(source, mesh, 1);
   const volume::Frame& frame = scene.base->frame;
   ChunkMesh result;
@@ -82,6 +83,7 @@ int ChunkWorker::remaining() const {
 }
 
 void ChunkWorker::run() {
+  volume::NetScratch scratch;
   std::unique_lock guard(lock_);
   for (;;) {
     // A chunk that another thread is making waits, so that its results arrive in order.
@@ -93,7 +95,7 @@ void ChunkWorker::run() {
     busy_.insert(chosen);
     const std::shared_ptr<const volume::Version> version = version_;
     guard.unlock();
-    ChunkMesh mesh = make_chunk_mesh(*scene_, shape_, *version, {std::get<2>(chosen), std::get<1>(chosen), std::get<0>(chosen)});
+    ChunkMesh mesh = make_chunk_mesh(*scene_, shape_, *version, {std::get<2>(chosen), std::get<1>(chosen), std::get<0>(chosen)}, &scratch);
     guard.lock();
     done_.push_back(std::move(mesh));
     busy_.erase(chosen);

@@ -25,7 +25,8 @@ struct ChunkMesh {
 };
 
 /// Meshes one chunk of a shape in a version.
-ChunkMesh make_chunk_mesh(const haptics::TouchScene& scene, std::size_t shape, const volume::Version& version, const glm::ivec3& chunk);
+ChunkMesh make_chunk_mesh(const haptics::TouchScene& scene, std::size_t shape, const volume::Version& version, const glm::ivec3& chunk,
+                          volume::NetScratch* scratch = nullptr);
 
 /// Meshes chunks on threads of its own, newest version first come. request() and take() may be called from any thread.
 class ChunkWorker {

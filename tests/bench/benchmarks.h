@@ -16,7 +16,8 @@ struct SurfaceRow {
 };
 struct SurfaceResult {
   std::vector<SurfaceRow> rows;
-  StepTimes dirty_chunk;  ///< a 32^3 chunk remade after an edit, us
+  StepTimes surface_chunk;  ///< any 32^3 chunk of the shell that holds surface, us
+  StepTimes drilled_chunk;  ///< the one under a burr, remade after each tick: two sheets of bone and the cut, us
 };
 /// Whole surfaces of size^3 int16, bits included, beside FlyingEdges3D in one run (least of three), and dirty chunks.
 SurfaceResult run_surface_benchmark(int size);
