@@ -260,7 +260,7 @@ RemovalReport RemovalEditor::remove(const Sweep& sweep) {
   const glm::dvec3 a = base.frame.volume_from_world(sweep.start_world);
   const glm::dvec3 b = base.frame.volume_from_world(sweep.end_world);
   const glm::dmat3 inverse = glm::inverse(base.frame.axes());
-  glm::ivec3 low, high;
+  glm::ivec3 low(0), high(0);
   for (int i = 0; i < 3; ++i) {
     const double extent = reach * glm::length(glm::row(inverse, i));
     const double limit = base.size[i] - 1;

@@ -240,8 +240,8 @@ class Window {
     view_.show(look);
     const haptics::ServoReport servo = live_->servo_report();
     char text[400];
-    std::snprintf(text, sizeof text, "force %.2f N\nremoved %.0f mm\xc2\xb3 in %zu strokes\ndepth %.1f mm\nservo %.0f Hz, step %.1f \xc2\xb5s%s",
-                  glm::length(state.newest.force_world), state.removed_mm3, state.strokes + (state.can_undo && is_pressed_ ? 1 : 0), depth_mm_, options_.rate_hz,
+    std::snprintf(text, sizeof text, "force %.2f N\nremoved %.0f mm\xc2\xb3 in %zu stroke%s\ndepth %.1f mm\nservo %.0f Hz, step %.1f \xc2\xb5s%s",
+                  glm::length(state.newest.force_world), state.removed_mm3, state.strokes, state.strokes == 1 ? "" : "s", depth_mm_, options_.rate_hz,
                   servo.step_p50_us, servo.faults & haptics::k_latched_faults ? "\nFAULT: the force is off" : "");
     view_.show_text(text, "left: press and drill   wheel: depth   right: turn   middle: move   Ctrl+wheel: zoom   u: undo   R: redo   A P L R S I: views   q: quit");
     view_.render();

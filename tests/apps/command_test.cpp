@@ -298,6 +298,36 @@ TEST_F(Command, WindowOpensUnderXvfbDrawsAndCloses) {
   EXPECT_GT(fs::file_size(folder_ / "w.png"), 10000u);
 }
 
+// Every command of the README's tour and of the help runs as it is written; SCANS/HEAD is a small head here.
+TEST_F(Command, ExamplesOfReadmeAndHelpRun) {
+  fs::create_directory(folder_ / "SCANS");
+  ASSERT_EQ(run("phantom head --spacing 2.5 -o head.mha").exit_code, 0);
+  std::string examples = read(TREPHINE_SOURCE_DIR "/README.md");
+  for (const char* name : {"phantom", "info", "mesh", "touch", "drill", "view"}) examples += run(std::string(name) + " --help").out;
+  write("path.csv", "t,x,y,z\n0,40,-30,90\n0.3,30,-25,50\n0.5,32,-25,50\n");
+  std::istringstream lines(examples);
+  int count = 0;
+  for (std::string line; std::getline(lines, line);) {
+    const std::size_t start = line.find_first_not_of(' ');
+    if (start == std::string::npos || start < 2 || line.compare(start, 9, "trephine ") != 0) continue;
+    std::string arguments = line.substr(start + 9, line.find('#') - start - 9);
+    if (arguments.starts_with("demo")) continue;  // has a test of its own
+    // Small volumes: the same words, less to compute.
+    const auto replace = [&arguments](const std::string& from, const std::string& to) {
+      if (const std::size_t at = arguments.find(from); at != std::string::npos) arguments.replace(at, from.size(), to);
+    };
+    replace("SCANS/HEAD", "head.mha");
+    if (!arguments.starts_with("phantom")) replace(" head ", arguments.find("--label") == std::string::npos ? " head.mha " : " head ");
+    replace("--spacing 0.6", "--spacing 2.5");
+    replace("--size 256", "--size 64");
+    if (arguments.starts_with("view") && arguments.find("--screenshot") == std::string::npos) arguments += " --screenshot view.png";
+    const Ended r = run(arguments);
+    EXPECT_EQ(r.exit_code, 0) << line << "\n" << r.err;
+    ++count;
+  }
+  EXPECT_GE(count, 15);
+}
+
 TEST_F(Command, AuditSaysZeroMismatches) {
   const Json audit = json("audit --rays 50000 --seed 99");
   EXPECT_EQ(audit["rays"], 50000);

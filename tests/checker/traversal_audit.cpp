@@ -52,7 +52,7 @@ void audit_ray(std::uint64_t number, std::uint64_t seed, TraversalAudit& audit) 
 }  // namespace
 
 TraversalAudit audit_traversal(std::uint64_t first, std::uint64_t count, std::uint64_t seed, int threads) {
-  const auto workers = static_cast<std::uint64_t>(threads > 0 ? threads : std::max(1u, std::thread::hardware_concurrency()));
+  const auto workers = threads > 0 ? static_cast<std::uint64_t>(threads) : std::max<std::uint64_t>(1, std::thread::hardware_concurrency());
   TraversalAudit total;
   std::mutex lock;
   {

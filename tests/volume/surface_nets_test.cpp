@@ -33,7 +33,7 @@ Volume noise_volume(const glm::ivec3& size, unsigned seed, double share) {
   Volume v = binary_volume(size);
   std::mt19937_64 random(seed);
   std::uniform_real_distribution<double> uniform(0, 1);
-  for (auto& x : v.voxels.span()) x = static_cast<std::int16_t>(uniform(random) < share ? 400 + random() % 900 : -900 + static_cast<int>(random() % 800));
+  for (auto& x : v.voxels.span()) x = static_cast<std::int16_t>(uniform(random) < share ? 400 + static_cast<int>(random() % 900) : -900 + static_cast<int>(random() % 800));
   return v;
 }
 
