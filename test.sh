@@ -6,6 +6,10 @@ set -euo pipefail
 cd "$(dirname "$0")"
 . cmake/setup.sh
 
+# Scratch files of the tests stay in the clone too.
+export TMPDIR="$PWD/build/tmp"
+mkdir -p "$TMPDIR"
+
 run_tests() { # PRESET [CTEST OPTIONS ...]
   local preset=$1
   shift

@@ -1,12 +1,11 @@
 #include "data-tools/atomic_file.h"
 
-#include <fcntl.h>
-#include <unistd.h>
-
 #include <cerrno>
 #include <cstring>
+#include <fcntl.h>
 #include <filesystem>
 #include <fstream>
+#include <unistd.h>
 
 namespace trephine::data_tools {
 
@@ -17,8 +16,8 @@ using volume::Status;
 namespace {
 
 Error cannot_write(const std::string& path, const std::string& why) {
-  return Error{"the file cannot be written", file_name(path), why, "a folder that exists, may be written and has room",
-               "choose another place, or make room"};
+  return Error{"the file cannot be written", file_name(path), why,
+               "a folder that exists, may be written and has room", "choose another place, or make room"};
 }
 
 /// Makes sure that a file's bytes (or a folder's entries) survive a power cut.
@@ -50,9 +49,12 @@ Status write_atomically(const std::string& path, const std::function<Status(cons
   const fs::path temporary = folder / (".trephine-" + std::to_string(::getpid()) + "-" + name);
   Status status = write(temporary.string());
   if (!status && !sync_path(temporary.string(), O_RDONLY)) status = cannot_write(path, std::strerror(errno));
-  if (!status && ::rename(temporary.c_str(), target.c_str()) != 0) status = cannot_write(path, std::strerror(errno));
-  if (status) fs::remove(temporary, ignored);
-  else sync_path(folder.string(), O_RDONLY | O_DIRECTORY);
+  if (!status && ::rename(temporary.c_str(), target.c_str()) != 0)
+    status = cannot_write(path, std::strerror(errno));
+  if (status)
+    fs::remove(temporary, ignored);
+  else
+    sync_path(folder.string(), O_RDONLY | O_DIRECTORY);
   return status;
 }
 

@@ -8,9 +8,10 @@
 
 namespace trephine::data_tools {
 
-/// Calls write(temporary path in the same folder, same extension), then syncs and renames it to `path`. Whatever fails,
-/// no partial file stays and an older `path` is untouched.
-volume::Status write_atomically(const std::string& path, const std::function<volume::Status(const std::string&)>& write);
+/// Calls write(temporary path in the same folder, same extension), then syncs and renames it to `path`.
+/// Whatever fails, no partial file stays and an older `path` is untouched.
+volume::Status write_atomically(const std::string& path,
+                                const std::function<volume::Status(const std::string&)>& write);
 
 /// The same for contents at hand.
 volume::Status write_file_atomically(const std::string& path, const std::string& contents);

@@ -1,5 +1,9 @@
 #include "data-tools/dicom.h"
 
+#include <cmath>
+#include <cstring>
+#include <filesystem>
+#include <set>
 #include <vtkCallbackCommand.h>
 #include <vtkDICOMDirectory.h>
 #include <vtkDICOMItem.h>
@@ -12,11 +16,6 @@
 #include <vtkNew.h>
 #include <vtkPointData.h>
 #include <vtkStringArray.h>
-
-#include <cmath>
-#include <cstring>
-#include <filesystem>
-#include <set>
 
 #include "data-tools/atomic_file.h"
 #include "data-tools/dicom_stack.h"
@@ -42,7 +41,8 @@ struct Listener {
 
   static void hear(vtkObject* caller, unsigned long event, void* self, void* data) {
     auto* listener = static_cast<Listener*>(self);
-    if (event == vtkCommand::ErrorEvent && listener->first_error.empty() && data) listener->first_error = static_cast<const char*>(data);
+    if (event == vtkCommand::ErrorEvent && listener->first_error.empty() && data)
+      listener->first_error = static_cast<const char*>(data);
     if (event == vtkCommand::ProgressEvent && listener->progress && *listener->progress) {
       auto* algorithm = vtkAlgorithm::SafeDownCast(caller);
       if (algorithm && !(*listener->progress)(algorithm->GetProgress())) {
@@ -55,7 +55,9 @@ struct Listener {
     vtkNew<vtkCallbackCommand> command;
     command->SetCallback(&Listener::hear);
     command->SetClientData(this);
-    for (const unsigned long event : {vtkCommand::ErrorEvent, vtkCommand::WarningEvent, vtkCommand::ProgressEvent}) object->AddObserver(event, command);
+    for (const unsigned long event :
+         {vtkCommand::ErrorEvent, vtkCommand::WarningEvent, vtkCommand::ProgressEvent})
+      object->AddObserver(event, command);
   }
 };
 
@@ -73,7 +75,8 @@ struct Series {
   int padding_low = 0, padding_high = 0;
 };
 
-Result<Series> read_series_facts(vtkDICOMMetaData* meta, vtkIntArray* files, vtkIntArray* frames, const std::string& where) {
+Result<Series> read_series_facts(vtkDICOMMetaData* meta, vtkIntArray* files, vtkIntArray* frames,
+                                 const std::string& where) {
   Series series;
   std::set<std::string> modalities;
   const auto slices = files->GetNumberOfTuples();
@@ -88,8 +91,10 @@ Result<Series> read_series_facts(vtkDICOMMetaData* meta, vtkIntArray* files, vtk
     const vtkDICOMValue& orientation = get(DC::ImageOrientationPatient);
     const vtkDICOMValue& position = get(DC::ImagePositionPatient);
     const vtkDICOMValue& spacing = get(DC::PixelSpacing);
-    if (orientation.GetNumberOfValues() != 6 || position.GetNumberOfValues() != 3 || spacing.GetNumberOfValues() != 2)
-      return fail("an image does not say where in the patient it lies", "no orientation, position or pixel spacing", "all three, in every image");
+    if (orientation.GetNumberOfValues() != 6 || position.GetNumberOfValues() != 3 ||
+        spacing.GetNumberOfValues() != 2)
+      return fail("an image does not say where in the patient it lies",
+                  "no orientation, position or pixel spacing", "all three, in every image");
     SlicePlace place;
     for (unsigned i = 0; i < 3; ++i) {
       place.position[static_cast<int>(i)] = position.GetDouble(i);
@@ -101,7 +106,8 @@ Result<Series> read_series_facts(vtkDICOMMetaData* meta, vtkIntArray* files, vtk
     place.thickness = get(DC::SliceThickness).AsDouble();
     series.places.push_back(place);
     Rescale rescale;
-    if (get(DC::RescaleSlope).IsValid()) rescale = {get(DC::RescaleSlope).AsDouble(), get(DC::RescaleIntercept).AsDouble()};
+    if (get(DC::RescaleSlope).IsValid())
+      rescale = {get(DC::RescaleSlope).AsDouble(), get(DC::RescaleIntercept).AsDouble()};
     series.rescales.push_back(rescale);
     modalities.insert(get(DC::Modality).AsString());
     if (k == 0) {
@@ -127,8 +133,10 @@ Result<Series> read_series_facts(vtkDICOMMetaData* meta, vtkIntArray* files, vtk
 
 /// One slice into the volume; false when a value is not a whole int16.
 template <class T>
-bool convert_slice(const T* from, std::int16_t* to, std::size_t count, const Rescale& rescale, const Series& series, bool is_ct, bool maps_padding) {
-  const bool is_whole = rescale.slope == std::floor(rescale.slope) && rescale.intercept == std::floor(rescale.intercept);
+bool convert_slice(const T* from, std::int16_t* to, std::size_t count, const Rescale& rescale,
+                   const Series& series, bool is_ct, bool maps_padding) {
+  const bool is_whole =
+      rescale.slope == std::floor(rescale.slope) && rescale.intercept == std::floor(rescale.intercept);
   bool is_good = true;
   for (std::size_t i = 0; i < count; ++i) {
     const auto raw = static_cast<int>(from[i]);
@@ -137,8 +145,10 @@ bool convert_slice(const T* from, std::int16_t* to, std::size_t count, const Res
       const bool is_padding = series.has_padding && raw >= series.padding_low && raw <= series.padding_high;
       if (is_ct && (is_padding || value < k_lowest_hounsfield)) value = k_air;
     }
-    if (!(value >= -32768 && value <= 32767) || (!is_whole && value != std::floor(value))) is_good = false;
-    else to[i] = static_cast<std::int16_t>(value);
+    if (!(value >= -32768 && value <= 32767) || (!is_whole && value != std::floor(value)))
+      is_good = false;
+    else
+      to[i] = static_cast<std::int16_t>(value);
   }
   return is_good;
 }
@@ -167,16 +177,20 @@ Result<OpenedVolume> open_dicom(const std::string& path, const OpenOptions& opti
   directory->Update();
   const int series_count = directory->GetNumberOfSeries();
   if (series_count == 0)
-    return Error{"there are no DICOM images here", where, fs::is_directory(path) ? "a folder without DICOM images" : "a file without an image",
-                 "a folder that holds the slices of one series", "point at the folder with the scanner's files"};
+    return Error{"there are no DICOM images here", where,
+                 fs::is_directory(path) ? "a folder without DICOM images" : "a file without an image",
+                 "a folder that holds the slices of one series",
+                 "point at the folder with the scanner's files"};
   if (series_count > 1) {
     std::string found = std::to_string(series_count) + " series:";
     for (int s = 0; s < std::min(series_count, 8); ++s) {
       const auto& record = directory->GetSeriesRecord(s);
-      found += (s ? ", " : " ") + record.Get(DC::Modality).AsString() + " number " + record.Get(DC::SeriesNumber).AsString() + " with " +
+      found += (s ? ", " : " ") + record.Get(DC::Modality).AsString() + " number " +
+               record.Get(DC::SeriesNumber).AsString() + " with " +
                std::to_string(directory->GetFileNamesForSeries(s)->GetNumberOfValues()) + " files";
     }
-    return Error{"the folder holds several series", where, found, "one series", "move the files of one series to a folder of their own"};
+    return Error{"the folder holds several series", where, found, "one series",
+                 "move the files of one series to a folder of their own"};
   }
 
   // Facts of every slice, in the order of the files; our own geometry decides.
@@ -190,11 +204,19 @@ Result<OpenedVolume> open_dicom(const std::string& path, const OpenOptions& opti
   reader->UpdateInformation();
   vtkDICOMMetaData* meta = reader->GetMetaData();
   const auto broken = [&](const std::string& what) {
-    return Error{what, where, listener.first_error.substr(listener.first_error.rfind('\n', listener.first_error.size() > 1 ? listener.first_error.size() - 2 : 0) + 1, 160),
-                 "complete images in a transfer syntax that vtk-dicom and GDCM read", "copy the files again, or convert them, for example with gdcmconv --raw"};
+    return Error{what, where,
+                 listener.first_error.substr(
+                     listener.first_error.rfind(
+                         '\n', listener.first_error.size() > 1 ? listener.first_error.size() - 2 : 0) +
+                         1,
+                     160),
+                 "complete images in a transfer syntax that vtk-dicom and GDCM read",
+                 "copy the files again, or convert them, for example with gdcmconv --raw"};
   };
-  if (!listener.first_error.empty() || meta == nullptr) return broken("an image of the series cannot be read");
-  Result<Series> facts = read_series_facts(meta, reader->GetFileIndexArray(), reader->GetFrameIndexArray(), where);
+  if (!listener.first_error.empty() || meta == nullptr)
+    return broken("an image of the series cannot be read");
+  Result<Series> facts =
+      read_series_facts(meta, reader->GetFileIndexArray(), reader->GetFrameIndexArray(), where);
   if (!facts) return facts.error();
   const Series& series = facts.value();
   Result<SliceStack> stacked = stack_slices(series.places);
@@ -206,18 +228,23 @@ Result<OpenedVolume> open_dicom(const std::string& path, const OpenOptions& opti
   const SliceStack& stack = stacked.value();
   int extent[6];
   reader->GetDataExtent(extent);
-  const glm::ivec3 size(extent[1] - extent[0] + 1, extent[3] - extent[2] + 1, static_cast<int>(series.places.size()));
+  const glm::ivec3 size(extent[1] - extent[0] + 1, extent[3] - extent[2] + 1,
+                        static_cast<int>(series.places.size()));
   Result<Volume> made = volume::make_volume(size, stack.frame);
   if (!made) return made.error();
 
   reader->Update();
-  if (listener.is_cancelled) return Error{"reading was interrupted", where, "", "", "", volume::ErrorKind::interrupted};
+  if (listener.is_cancelled)
+    return Error{"reading was interrupted", where, "", "", "", volume::ErrorKind::interrupted};
   vtkImageData* image = reader->GetOutput();
-  if (!listener.first_error.empty() || image->GetNumberOfPoints() != static_cast<vtkIdType>(made.value().voxels.size()))
+  if (!listener.first_error.empty() ||
+      image->GetNumberOfPoints() != static_cast<vtkIdType>(made.value().voxels.size()))
     return broken("an image of the series cannot be read");
   const int type = image->GetScalarType();
-  if (type != VTK_SHORT && type != VTK_UNSIGNED_SHORT && type != VTK_UNSIGNED_CHAR && type != VTK_SIGNED_CHAR && type != VTK_CHAR)
-    return Error{"the pixels are of a kind that trephine does not hold", where, image->GetScalarTypeAsString(), "whole numbers of 8 or 16 bits", "convert the series"};
+  if (type != VTK_SHORT && type != VTK_UNSIGNED_SHORT && type != VTK_UNSIGNED_CHAR &&
+      type != VTK_SIGNED_CHAR && type != VTK_CHAR)
+    return Error{"the pixels are of a kind that trephine does not hold", where,
+                 image->GetScalarTypeAsString(), "whole numbers of 8 or 16 bits", "convert the series"};
 
   OpenedVolume opened{std::move(made).value(), "DICOM", series.modality, {}, 0};
   Volume& volume = opened.volume;
@@ -227,22 +254,33 @@ Result<OpenedVolume> open_dicom(const std::string& path, const OpenOptions& opti
   volume::parallel_for(size.z, 0, [&](int k) {
     const auto input = static_cast<std::size_t>(stack.order[static_cast<std::size_t>(k)]);
     std::int16_t* to = volume.voxels.data() + slice * static_cast<std::size_t>(k);
-    const void* from = static_cast<const char*>(image->GetScalarPointer()) + slice * input * static_cast<std::size_t>(image->GetScalarSize());
+    const void* from = static_cast<const char*>(image->GetScalarPointer()) +
+                       slice * input * static_cast<std::size_t>(image->GetScalarSize());
     const auto convert = [&](auto kind) {
-      return convert_slice(static_cast<const decltype(kind)*>(from), to, slice, series.rescales[input], series, volume.is_hounsfield, options.maps_padding);
+      return convert_slice(static_cast<const decltype(kind)*>(from), to, slice, series.rescales[input],
+                           series, volume.is_hounsfield, options.maps_padding);
     };
     bool good = false;
-    if (type == VTK_SHORT) good = convert(short{});
-    else if (type == VTK_UNSIGNED_SHORT) good = convert(static_cast<unsigned short>(0));
-    else if (type == VTK_UNSIGNED_CHAR) good = convert(static_cast<unsigned char>(0));
-    else good = convert(static_cast<signed char>(0));
+    if (type == VTK_SHORT)
+      good = convert(short{});
+    else if (type == VTK_UNSIGNED_SHORT)
+      good = convert(static_cast<unsigned short>(0));
+    else if (type == VTK_UNSIGNED_CHAR)
+      good = convert(static_cast<unsigned char>(0));
+    else
+      good = convert(static_cast<signed char>(0));
     is_good[static_cast<std::size_t>(k)] = good;
   });
   for (std::size_t k = 0; k < is_good.size(); ++k)
     if (!is_good[k])
-      return Error{"slope and intercept give values that are not whole numbers of 16 bits", where, "slice " + std::to_string(k + 1) + ", slope " + std::to_string(series.rescales[static_cast<std::size_t>(stack.order[k])].slope),
-                   "whole numbers from -32768 to 32767", "export without rescaling, or scale the values to whole numbers"};
-  if (size.z == 1) opened.notices.push_back("one slice only: its thickness of " + std::to_string(stack.frame.spacing().z) + " mm stands for the distance of slices");
+      return Error{"slope and intercept give values that are not whole numbers of 16 bits", where,
+                   "slice " + std::to_string(k + 1) + ", slope " +
+                       std::to_string(series.rescales[static_cast<std::size_t>(stack.order[k])].slope),
+                   "whole numbers from -32768 to 32767",
+                   "export without rescaling, or scale the values to whole numbers"};
+  if (size.z == 1)
+    opened.notices.push_back("one slice only: its thickness of " + std::to_string(stack.frame.spacing().z) +
+                             " mm stands for the distance of slices");
   return opened;
 }
 

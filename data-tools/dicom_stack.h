@@ -13,9 +13,9 @@ struct SlicePlace {
   glm::dvec3 position{0.0};      ///< centre of the first pixel
   glm::dvec3 row_axis{1, 0, 0};  ///< direction of growing column index
   glm::dvec3 column_axis{0, 1, 0};
-  double row_spacing = 0;        ///< mm between rows
-  double column_spacing = 0;     ///< mm between columns
-  double thickness = 0;          ///< for a lone slice; 0 when unknown
+  double row_spacing = 0;     ///< mm between rows
+  double column_spacing = 0;  ///< mm between columns
+  double thickness = 0;       ///< for a lone slice; 0 when unknown
 };
 
 struct SliceStack {
@@ -23,8 +23,8 @@ struct SliceStack {
   volume::Frame frame;     ///< x along rows (columns of the image), y down the columns, z along the stack
 };
 
-/// Sorts slices along their common normal. Error, with what was found and how much: directions that differ or are not
-/// at right angles, two slices in one place, uneven or missing slices, a tilted gantry.
+/// Sorts slices along their common normal. Error, with what was found and how much: directions that differ or
+/// are not at right angles, two slices in one place, uneven or missing slices, a tilted gantry.
 volume::Result<SliceStack> stack_slices(const std::vector<SlicePlace>& slices);
 
 }  // namespace trephine::data_tools

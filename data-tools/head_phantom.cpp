@@ -59,13 +59,13 @@ Face face(const dvec3& p) {
   bone = blend(bone, capsule(p, {48, -66, -48}, {20, -78, -56}, 7.0, 6.0), 6);
   bone = blend(bone, capsule(p, {50, -62, -48}, {65, -30, -45}, 4.5, 3.2), 5);
   bone = blend(bone, capsule(p, {65, -30, -45}, {63, -2, -43}, 3.2, 5.0), 5);
-  bone = blend(bone, capsule(p, {2, -87, -26}, {3, -98, -43}, 4.2, 3.0), 5);            // nasal bones
-  bone = blend(bone, capsule(p, {9, -82, -30}, {14, -84, -56}, 4.0, 4.5), 5);            // and beside the nose
-  bone = blend(bone, capsule(p, {0, -89, -78}, {21, -78, -77}, 4.5, 5.0), 6);            // the ridge of the teeth
+  bone = blend(bone, capsule(p, {2, -87, -26}, {3, -98, -43}, 4.2, 3.0), 5);   // nasal bones
+  bone = blend(bone, capsule(p, {9, -82, -30}, {14, -84, -56}, 4.0, 4.5), 5);  // and beside the nose
+  bone = blend(bone, capsule(p, {0, -89, -78}, {21, -78, -77}, 4.5, 5.0), 6);  // the ridge of the teeth
   bone = blend(bone, capsule(p, {21, -78, -77}, {29, -54, -75}, 5.0, 5.5), 6);
-  bone = blend(bone, ellipsoid(p - dvec3(0, -63, -62), {31, 29, 22}), 9);                // maxilla
-  bone = blend(bone, ellipsoid(p - dvec3(0, -52, -36), {11, 30, 15}), 6);                // between the orbits
-  bone = blend(bone, ellipsoid(p - dvec3(30, -52, -36), {18, 26, 12}), 6);               // orbit's floor and walls
+  bone = blend(bone, ellipsoid(p - dvec3(0, -63, -62), {31, 29, 22}), 9);   // maxilla
+  bone = blend(bone, ellipsoid(p - dvec3(0, -52, -36), {11, 30, 15}), 6);   // between the orbits
+  bone = blend(bone, ellipsoid(p - dvec3(30, -52, -36), {18, 26, 12}), 6);  // orbit's floor and walls
   // Holes: orbit, nose, sinus.
   const dvec3 eye = p - dvec3(29, -84, -35);
   const double orbit = ellipsoid(dvec3(eye.x + 0.28 * eye.y, eye.y, eye.z + 0.05 * eye.y), {16.5, 40, 15});
@@ -97,9 +97,11 @@ Face face(const dvec3& p) {
 
 /// How wavy seams run over the dome: distance to the coronal and the sagittal suture (mm).
 double suture(const dvec3& p, double side_x) {
-  const double jag = 1.6 * volume::deterministic_sin(side_x * 0.9) + 1.1 * volume::deterministic_sin(side_x * 2.3 + 0.7);
+  const double jag =
+      1.6 * volume::deterministic_sin(side_x * 0.9) + 1.1 * volume::deterministic_sin(side_x * 2.3 + 0.7);
   const double coronal = std::abs(p.y + 24 + 0.10 * std::abs(side_x) + jag);
-  const double jag_y = 1.5 * volume::deterministic_sin(p.y * 0.8) + 1.2 * volume::deterministic_sin(p.y * 2.1 + 1.1);
+  const double jag_y =
+      1.5 * volume::deterministic_sin(p.y * 0.8) + 1.2 * volume::deterministic_sin(p.y * 2.1 + 1.1);
   const double sagittal = p.y > -24 && p.y < 66 ? std::abs(side_x + jag_y) : 1e3;
   const double back = std::abs(p.y - 66 - 0.0 + 0.55 * std::abs(side_x) * -1.0 + jag);
   const double lambdoid = p.y > 40 ? back : 1e3;
@@ -133,10 +135,12 @@ HeadSample sample_head(const dvec3& world, double voxel_mm) noexcept {
   skin = blend(skin, capsule(p, {0, 12, -60}, {0, 20, -140}, 56, 54), 20);
   if (skin > 2 * edge) return {hu, tissue};
   paint(skin, 45, HeadTissue::soft_tissue);
-  if (skin < -1.8) paint(std::max(skin + 1.8, -(skin + 5.0)), -70, HeadTissue::soft_tissue);  // fat below the skin
+  if (skin < -1.8)
+    paint(std::max(skin + 1.8, -(skin + 5.0)), -70, HeadTissue::soft_tissue);  // fat below the skin
 
   // The shell: two tables, diploe between, thinner at the temples, with seams and vessel grooves.
-  const double temple = std::clamp((p.x - 45) / 25, 0.0, 1.0) * std::clamp(1 - std::abs(p.z + 8) / 42, 0.0, 1.0);
+  const double temple =
+      std::clamp((p.x - 45) / 25, 0.0, 1.0) * std::clamp(1 - std::abs(p.z + 8) / 42, 0.0, 1.0);
   const double thickness = 7.2 - 3.2 * temple + 0.7 * wave(world, 62);
   const double groove = p.z > 2 && outer > -1.6 ? 0.9 * std::max(0.0, 1 - suture(world, world.x) / 1.1) : 0.0;
   const double outside = outer + groove, inside = outer + thickness;
@@ -160,7 +164,8 @@ HeadSample sample_head(const dvec3& world, double voxel_mm) noexcept {
     const double core = std::max(std::max(outside + table, -(inside - table)), bone + table);
     const double thick = bone + 2.6;
     const double marrow = inside > 0 && outside < 0 ? core : thick;
-    if (marrow < edge) paint(marrow, 520 + 190 * wave(world, 3.7) + 60 * wave(world, 9.1), HeadTissue::diploe);
+    if (marrow < edge)
+      paint(marrow, 520 + 190 * wave(world, 3.7) + 60 * wave(world, 9.1), HeadTissue::diploe);
   }
   if (f.tooth < edge) paint(f.tooth, 2250, HeadTissue::tooth);
   if (f.air < edge && tissue == HeadTissue::soft_tissue) paint(f.air, -950, HeadTissue::air);
@@ -171,12 +176,14 @@ HeadSample sample_head(const dvec3& world, double voxel_mm) noexcept {
     paint(std::max(inside, -(inside + 1.1)), 85, HeadTissue::dura);
     paint(inside + 1.1, 9, HeadTissue::cerebrospinal_fluid);
     const double fissure = 1.1 - p.x;  // between the hemispheres
-    const double fold = 1.9 * std::abs(wave(world + 5.0 * dvec3(wave(world, 47), wave(world, 53), 0), 24)) * 2.0;
+    const double fold =
+        1.9 * std::abs(wave(world + 5.0 * dvec3(wave(world, 47), wave(world, 53), 0), 24)) * 2.0;
     double brain = inside + 2.2 + std::max(0.0, 2.4 - fold);
     if (p.z > -5) brain = std::max(brain, fissure);
     paint(brain, 37, HeadTissue::brain);
     if (brain < -3.5) paint(brain + 3.5, 27, HeadTissue::brain);  // white matter
-    const double ventricle = std::min(capsule(p, {7, -26, 8}, {10, 18, 12}, 4.5, 6.0), capsule(p, {10, 18, 12}, {22, 30, -6}, 6.0, 3.0));
+    const double ventricle = std::min(capsule(p, {7, -26, 8}, {10, 18, 12}, 4.5, 6.0),
+                                      capsule(p, {10, 18, 12}, {22, 30, -6}, 6.0, 3.0));
     paint(ventricle, 6, HeadTissue::ventricle);
   }
   return {hu, tissue};

@@ -1,4 +1,5 @@
-// The anatomical head: a skull of two tables with diploe, jaws and teeth, dura, brain and skin. Original shapes.
+// The anatomical head: a skull of two tables with diploe, jaws and teeth, dura, brain and skin. Original
+// shapes.
 #pragma once
 
 #include <glm/vec3.hpp>
@@ -6,15 +7,24 @@
 namespace trephine::data_tools {
 
 enum class HeadTissue : unsigned char {
-  air, soft_tissue, cortical_bone, diploe, dura, cerebrospinal_fluid, brain, ventricle, tooth
+  air,
+  soft_tissue,
+  cortical_bone,
+  diploe,
+  dura,
+  cerebrospinal_fluid,
+  brain,
+  ventricle,
+  tooth
 };
-inline constexpr const char* k_head_tissue_names[] = {"air",  "soft_tissue", "cortical_bone", "diploe", "dura",
-                                                      "csf",  "brain",       "ventricle",     "tooth"};
+inline constexpr const char* k_head_tissue_names[] = {"air", "soft_tissue", "cortical_bone", "diploe", "dura",
+                                                      "csf", "brain",       "ventricle",     "tooth"};
 
 /// Box of the head, world mm (LPS; x toward the left, y toward the back, z up).
 inline constexpr glm::dvec3 k_head_low{-86, -112, -124}, k_head_high{86, 104, 82};
 
-/// Intensity (HU, without noise) and tissue at a world point; `voxel_mm` sets the width of partial-volume edges.
+/// Intensity (HU, without noise) and tissue at a world point; `voxel_mm` sets the width of partial-volume
+/// edges.
 struct HeadSample {
   double hounsfield;
   HeadTissue tissue;

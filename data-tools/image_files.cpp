@@ -1,16 +1,15 @@
 #include "data-tools/image_files.h"
 
-#include <itkMetaImageIO.h>
-#include <itkNiftiImageIO.h>
-#include <itkNrrdImageIO.h>
-#include <itkObjectFactoryBase.h>
-
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <glm/geometric.hpp>
+#include <itkMetaImageIO.h>
+#include <itkNiftiImageIO.h>
+#include <itkNrrdImageIO.h>
+#include <itkObjectFactoryBase.h>
 
 #include "data-tools/atomic_file.h"
 #include "data-tools/quiet_streams.h"
@@ -29,7 +28,8 @@ namespace {
 
 bool ends_with(const std::string& path, const char* end) {
   std::string lower = path;
-  std::transform(lower.begin(), lower.end(), lower.begin(), [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; });
+  std::transform(lower.begin(), lower.end(), lower.begin(),
+                 [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; });
   return lower.ends_with(end);
 }
 
@@ -38,9 +38,12 @@ struct Format {
   std::string name;
 };
 Format format_of(const std::string& path) {
-  if (ends_with(path, ".mha") || ends_with(path, ".mhd")) return {itk::MetaImageIO::New().GetPointer(), "MetaImage"};
-  if (ends_with(path, ".nrrd") || ends_with(path, ".nhdr")) return {itk::NrrdImageIO::New().GetPointer(), "NRRD"};
-  if (ends_with(path, ".nii") || ends_with(path, ".nii.gz")) return {itk::NiftiImageIO::New().GetPointer(), "NIfTI"};
+  if (ends_with(path, ".mha") || ends_with(path, ".mhd"))
+    return {itk::MetaImageIO::New().GetPointer(), "MetaImage"};
+  if (ends_with(path, ".nrrd") || ends_with(path, ".nhdr"))
+    return {itk::NrrdImageIO::New().GetPointer(), "NRRD"};
+  if (ends_with(path, ".nii") || ends_with(path, ".nii.gz"))
+    return {itk::NiftiImageIO::New().GetPointer(), "NIfTI"};
   return {nullptr, ""};
 }
 
@@ -52,23 +55,38 @@ std::string reason(const itk::ExceptionObject& e) {
   return text.substr(0, 160);
 }
 
-std::optional<double> convert_any(itk::IOComponentEnum type, const void* data, Volume& volume, bool& is_known) {
+std::optional<double> convert_any(itk::IOComponentEnum type, const void* data, Volume& volume,
+                                  bool& is_known) {
   using C = itk::IOComponentEnum;
   is_known = true;
   switch (type) {
-    case C::UCHAR: return fill_with_whole_numbers<unsigned char>(data, volume);
-    case C::CHAR: return fill_with_whole_numbers<signed char>(data, volume);
-    case C::USHORT: return fill_with_whole_numbers<unsigned short>(data, volume);
-    case C::SHORT: return fill_with_whole_numbers<short>(data, volume);
-    case C::UINT: return fill_with_whole_numbers<unsigned int>(data, volume);
-    case C::INT: return fill_with_whole_numbers<int>(data, volume);
-    case C::ULONG: return fill_with_whole_numbers<unsigned long>(data, volume);
-    case C::LONG: return fill_with_whole_numbers<long>(data, volume);
-    case C::ULONGLONG: return fill_with_whole_numbers<unsigned long long>(data, volume);
-    case C::LONGLONG: return fill_with_whole_numbers<long long>(data, volume);
-    case C::FLOAT: return fill_with_whole_numbers<float>(data, volume);
-    case C::DOUBLE: return fill_with_whole_numbers<double>(data, volume);
-    default: is_known = false; return std::nullopt;
+    case C::UCHAR:
+      return fill_with_whole_numbers<unsigned char>(data, volume);
+    case C::CHAR:
+      return fill_with_whole_numbers<signed char>(data, volume);
+    case C::USHORT:
+      return fill_with_whole_numbers<unsigned short>(data, volume);
+    case C::SHORT:
+      return fill_with_whole_numbers<short>(data, volume);
+    case C::UINT:
+      return fill_with_whole_numbers<unsigned int>(data, volume);
+    case C::INT:
+      return fill_with_whole_numbers<int>(data, volume);
+    case C::ULONG:
+      return fill_with_whole_numbers<unsigned long>(data, volume);
+    case C::LONG:
+      return fill_with_whole_numbers<long>(data, volume);
+    case C::ULONGLONG:
+      return fill_with_whole_numbers<unsigned long long>(data, volume);
+    case C::LONGLONG:
+      return fill_with_whole_numbers<long long>(data, volume);
+    case C::FLOAT:
+      return fill_with_whole_numbers<float>(data, volume);
+    case C::DOUBLE:
+      return fill_with_whole_numbers<double>(data, volume);
+    default:
+      is_known = false;
+      return std::nullopt;
   }
 }
 
@@ -98,9 +116,12 @@ std::string missing_bytes(const std::string& path, std::size_t voxel_bytes) {
   return held < expected ? std::to_string(held) + " of " + std::to_string(expected) + " bytes of voxels" : "";
 }
 
-Status write_image(const std::string& path, const glm::ivec3& size, const volume::Frame& frame, itk::IOComponentEnum type, const void* data) {
+Status write_image(const std::string& path, const glm::ivec3& size, const volume::Frame& frame,
+                   itk::IOComponentEnum type, const void* data) {
   if (!is_writable_volume_file(path))
-    return Error{"this is no volume format that trephine writes", file_name(path), fs::path(path).extension().string(), ".mha, .nrrd, .nii or .nii.gz", "choose one of these extensions"};
+    return Error{"this is no volume format that trephine writes", file_name(path),
+                 fs::path(path).extension().string(), ".mha, .nrrd, .nii or .nii.gz",
+                 "choose one of these extensions"};
   return write_atomically(path, [&](const std::string& temporary) -> Status {
     const Format format = format_of(path);
     try {
@@ -124,7 +145,8 @@ Status write_image(const std::string& path, const glm::ivec3& size, const volume
       format.io->WriteImageInformation();
       format.io->Write(data);
     } catch (const itk::ExceptionObject& e) {
-      return Error{"the volume cannot be written", file_name(path), reason(e), "a folder that may be written and has room", "choose another place, or make room"};
+      return Error{"the volume cannot be written", file_name(path), reason(e),
+                   "a folder that may be written and has room", "choose another place, or make room"};
     }
     return std::nullopt;
   });
@@ -133,14 +155,16 @@ Status write_image(const std::string& path, const glm::ivec3& size, const volume
 }  // namespace
 
 bool is_writable_volume_file(const std::string& path) {
-  return ends_with(path, ".mha") || ends_with(path, ".nrrd") || ends_with(path, ".nii") || ends_with(path, ".nii.gz");
+  return ends_with(path, ".mha") || ends_with(path, ".nrrd") || ends_with(path, ".nii") ||
+         ends_with(path, ".nii.gz");
 }
 
 Result<OpenedVolume> open_image_file(const std::string& path, const OpenOptions& options) {
   const std::string where = file_name(path);
   const Format format = format_of(path);
   const auto broken = [&](const std::string& found) {
-    return Error{"the " + format.name + " file cannot be read", where, found, "a complete file of that format", "copy or export it again"};
+    return Error{"the " + format.name + " file cannot be read", where, found,
+                 "a complete file of that format", "copy or export it again"};
   };
   const QuietStreams quiet;
   try {
@@ -149,10 +173,10 @@ Result<OpenedVolume> open_image_file(const std::string& path, const OpenOptions&
     io.SetFileName(path);
     io.ReadImageInformation();
     unsigned dimensions = io.GetNumberOfDimensions();
-    for (; dimensions > 3 && io.GetDimensions(dimensions - 1) == 1; --dimensions) {
-    }
+    for (; dimensions > 3 && io.GetDimensions(dimensions - 1) == 1; --dimensions) {}
     if (dimensions != 3) return broken(std::to_string(dimensions) + " dimensions instead of 3");
-    if (io.GetNumberOfComponents() != 1) return broken(std::to_string(io.GetNumberOfComponents()) + " values a voxel instead of 1");
+    if (io.GetNumberOfComponents() != 1)
+      return broken(std::to_string(io.GetNumberOfComponents()) + " values a voxel instead of 1");
     glm::ivec3 size;
     glm::dvec3 origin;
     glm::dmat3 axes;
@@ -161,7 +185,8 @@ Result<OpenedVolume> open_image_file(const std::string& path, const OpenOptions&
       size[i] = static_cast<int>(std::min<itk::SizeValueType>(io.GetDimensions(a), 2'000'000'000));
       origin[i] = io.GetOrigin(a);
       if (!(io.GetSpacing(a) > 0) || !std::isfinite(io.GetSpacing(a)))
-        return Error{"the spacing is not a positive number", where, text_of(io.GetSpacing(a)) + " mm", "a spacing above 0 mm on each axis", "export the volume again"};
+        return Error{"the spacing is not a positive number", where, text_of(io.GetSpacing(a)) + " mm",
+                     "a spacing above 0 mm on each axis", "export the volume again"};
       const std::vector<double> direction = io.GetDirection(a);
       for (int k = 0; k < 3; ++k) axes[i][k] = direction[static_cast<std::size_t>(k)] * io.GetSpacing(a);
     }
@@ -178,12 +203,19 @@ Result<OpenedVolume> open_image_file(const std::string& path, const OpenOptions&
       return error;
     }
     const std::size_t bytes = made.value().voxels.size() * io.GetComponentSize();
-    if (bytes > volume::available_memory_bytes()) return Error{"the volume is larger than the memory of this machine", where, std::to_string(bytes >> 20) + " MiB", "", "crop or resample it", volume::ErrorKind::missing_here};
+    if (bytes > volume::available_memory_bytes())
+      return Error{"the volume is larger than the memory of this machine",
+                   where,
+                   std::to_string(bytes >> 20) + " MiB",
+                   "",
+                   "crop or resample it",
+                   volume::ErrorKind::missing_here};
     if (const std::string gap = missing_bytes(path, bytes); !gap.empty()) return broken(gap);
     itk::ImageIORegion region(io.GetNumberOfDimensions());
     for (unsigned a = 0; a < io.GetNumberOfDimensions(); ++a) region.SetSize(a, io.GetDimensions(a));
     io.SetIORegion(region);
-    if (options.progress && !options.progress(0)) return Error{"reading was interrupted", where, "", "", "", volume::ErrorKind::interrupted};
+    if (options.progress && !options.progress(0))
+      return Error{"reading was interrupted", where, "", "", "", volume::ErrorKind::interrupted};
 
     OpenedVolume opened{std::move(made).value(), format.name, "", {}, 0};
     Volume& volume = opened.volume;
@@ -210,7 +242,8 @@ Result<OpenedVolume> open_image_file(const std::string& path, const OpenOptions&
 }
 
 Error not_whole(const std::string& where, double value) {
-  return Error{"the volume holds values that are not whole numbers of 16 bits", where, text_of(value), "whole numbers from -32768 to 32767",
+  return Error{"the volume holds values that are not whole numbers of 16 bits", where, text_of(value),
+               "whole numbers from -32768 to 32767",
                "scale or round the values before opening (a fraction such as 0.5 would be lost silently)"};
 }
 
@@ -245,20 +278,24 @@ Result<Volume> orthogonalized(const Volume& volume) {
   const glm::dvec3 spacing(glm::dot(axes[0], x), glm::dot(axes[1], y), glm::dot(axes[2], z));
   glm::dvec3 low(1e300), high(-1e300);
   for (int corner = 0; corner < 8; ++corner) {
-    const glm::dvec3 p = glm::dvec3(corner & 1, corner >> 1 & 1, corner >> 2 & 1) * glm::dvec3(volume.size - 1);
+    const glm::dvec3 p =
+        glm::dvec3(corner & 1, corner >> 1 & 1, corner >> 2 & 1) * glm::dvec3(volume.size - 1);
     const glm::dvec3 q = glm::transpose(unit) * volume.frame.world_from_volume(p);
     low = glm::min(low, q);
     high = glm::max(high, q);
   }
   const glm::ivec3 size = glm::ivec3(glm::floor((high - low) / spacing + 1e-6)) + 1;
-  Result<volume::Frame> frame = volume::Frame::from_axes(unit * low, glm::dmat3(spacing.x * x, spacing.y * y, spacing.z * z));
+  Result<volume::Frame> frame =
+      volume::Frame::from_axes(unit * low, glm::dmat3(spacing.x * x, spacing.y * y, spacing.z * z));
   if (!frame) return frame.error();
   Result<Volume> made = volume::make_volume(size, frame.value(), !volume.labels.is_empty());
   if (!made) return made;
   Volume& result = made.value();
   result.is_hounsfield = volume.is_hounsfield;
   result.label_names = volume.label_names;
-  const double air = volume.is_hounsfield ? -1000 : *std::min_element(volume.voxels.span().begin(), volume.voxels.span().end());
+  const double air = volume.is_hounsfield
+                         ? -1000
+                         : *std::min_element(volume.voxels.span().begin(), volume.voxels.span().end());
   volume::parallel_for(size.z, 0, [&](int k) {
     for (int j = 0; j < size.y; ++j)
       for (int i = 0; i < size.x; ++i) {
@@ -267,14 +304,16 @@ Result<Volume> orthogonalized(const Volume& volume) {
         double sum = 0;
         for (int c = 0; c < 8; ++c) {
           const glm::ivec3 v = glm::ivec3(base) + glm::ivec3(c & 1, c >> 1 & 1, c >> 2 & 1);
-          const double w = (c & 1 ? f.x : 1 - f.x) * (c >> 1 & 1 ? f.y : 1 - f.y) * (c >> 2 & 1 ? f.z : 1 - f.z);
+          const double w =
+              (c & 1 ? f.x : 1 - f.x) * (c >> 1 & 1 ? f.y : 1 - f.y) * (c >> 2 & 1 ? f.z : 1 - f.z);
           sum += w * (volume.contains(v) ? volume.voxels[volume.index(v.x, v.y, v.z)] : air);
         }
         const std::size_t at = result.index(i, j, k);
         result.voxels[at] = static_cast<std::int16_t>(std::floor(sum + 0.5));
         if (!result.labels.is_empty()) {
           const glm::ivec3 v(glm::floor(p + 0.5));
-          result.labels[at] = volume.contains(v) ? volume.labels[volume.index(v.x, v.y, v.z)] : std::uint8_t{0};
+          result.labels[at] =
+              volume.contains(v) ? volume.labels[volume.index(v.x, v.y, v.z)] : std::uint8_t{0};
         }
       }
   });
@@ -282,18 +321,23 @@ Result<Volume> orthogonalized(const Volume& volume) {
 }
 
 Status write_volume(const std::string& path, const Volume& volume) {
-  if (volume.frame.is_orthogonal()) return write_image(path, volume.size, volume.frame, itk::IOComponentEnum::SHORT, volume.voxels.data());
+  if (volume.frame.is_orthogonal())
+    return write_image(path, volume.size, volume.frame, itk::IOComponentEnum::SHORT, volume.voxels.data());
   Result<Volume> straight = orthogonalized(volume);
   if (!straight) return straight.error();
-  return write_image(path, straight.value().size, straight.value().frame, itk::IOComponentEnum::SHORT, straight.value().voxels.data());
+  return write_image(path, straight.value().size, straight.value().frame, itk::IOComponentEnum::SHORT,
+                     straight.value().voxels.data());
 }
 
 Status write_labels(const std::string& path, const Volume& volume) {
-  if (volume.labels.is_empty()) return Error{"this volume has no labels to write", file_name(path), "", "", ""};
-  if (volume.frame.is_orthogonal()) return write_image(path, volume.size, volume.frame, itk::IOComponentEnum::UCHAR, volume.labels.data());
+  if (volume.labels.is_empty())
+    return Error{"this volume has no labels to write", file_name(path), "", "", ""};
+  if (volume.frame.is_orthogonal())
+    return write_image(path, volume.size, volume.frame, itk::IOComponentEnum::UCHAR, volume.labels.data());
   Result<Volume> straight = orthogonalized(volume);
   if (!straight) return straight.error();
-  return write_image(path, straight.value().size, straight.value().frame, itk::IOComponentEnum::UCHAR, straight.value().labels.data());
+  return write_image(path, straight.value().size, straight.value().frame, itk::IOComponentEnum::UCHAR,
+                     straight.value().labels.data());
 }
 
 }  // namespace trephine::data_tools

@@ -27,7 +27,8 @@ struct WorldMesh {
 
   WorldMesh(const Mesh& mesh, const volume::Frame& frame) {
     vertices.reserve(mesh.vertices.size());
-    for (const glm::vec3& p : mesh.vertices.span()) vertices.emplace_back(frame.world_from_volume(glm::dvec3(p)));
+    for (const glm::vec3& p : mesh.vertices.span())
+      vertices.emplace_back(frame.world_from_volume(glm::dvec3(p)));
     const bool is_mirrored = glm::determinant(frame.axes()) < 0;
     triangles.resize(mesh.triangle_count());
     for (std::size_t t = 0; t < triangles.size(); ++t) {
@@ -58,9 +59,11 @@ std::string stl(const WorldMesh& mesh) {
 }
 
 std::string ply(const WorldMesh& mesh) {
-  std::string out = "ply\nformat binary_little_endian 1.0\ncomment trephine surface, mm, LPS\nelement vertex " +
-                    std::to_string(mesh.vertices.size()) + "\nproperty float x\nproperty float y\nproperty float z\nelement face " +
-                    std::to_string(mesh.triangles.size()) + "\nproperty list uchar uint vertex_indices\nend_header\n";
+  std::string out =
+      "ply\nformat binary_little_endian 1.0\ncomment trephine surface, mm, LPS\nelement vertex " +
+      std::to_string(mesh.vertices.size()) +
+      "\nproperty float x\nproperty float y\nproperty float z\nelement face " +
+      std::to_string(mesh.triangles.size()) + "\nproperty list uchar uint vertex_indices\nend_header\n";
   for (const glm::vec3& p : mesh.vertices) put(out, p);
   for (const auto& t : mesh.triangles) {
     out.push_back(3);
@@ -91,14 +94,19 @@ std::string obj(const WorldMesh& mesh) {
 std::string vtp(const WorldMesh& mesh) {
   const std::size_t points = 12 * mesh.vertices.size(), cells = mesh.triangles.size();
   const auto array = [](const char* name, const char* type, int components, std::size_t offset) {
-    return std::string("<DataArray Name=\"") + name + "\" type=\"" + type + "\" NumberOfComponents=\"" + std::to_string(components) +
-           "\" format=\"appended\" offset=\"" + std::to_string(offset) + "\"/>";
+    return std::string("<DataArray Name=\"") + name + "\" type=\"" + type + "\" NumberOfComponents=\"" +
+           std::to_string(components) + "\" format=\"appended\" offset=\"" + std::to_string(offset) + "\"/>";
   };
   std::string out =
-      "<?xml version=\"1.0\"?>\n<VTKFile type=\"PolyData\" version=\"1.0\" byte_order=\"LittleEndian\" header_type=\"UInt64\">\n"
-      "<PolyData><Piece NumberOfPoints=\"" + std::to_string(mesh.vertices.size()) + "\" NumberOfPolys=\"" + std::to_string(cells) + "\">\n"
-      "<Points>" + array("Points", "Float32", 3, 0) + "</Points>\n<Polys>" + array("connectivity", "Int64", 1, 8 + points) +
-      array("offsets", "Int64", 1, 16 + points + 24 * cells) + "</Polys>\n</Piece></PolyData>\n<AppendedData encoding=\"raw\">\n_";
+      "<?xml version=\"1.0\"?>\n<VTKFile type=\"PolyData\" version=\"1.0\" byte_order=\"LittleEndian\" "
+      "header_type=\"UInt64\">\n"
+      "<PolyData><Piece NumberOfPoints=\"" +
+      std::to_string(mesh.vertices.size()) + "\" NumberOfPolys=\"" + std::to_string(cells) +
+      "\">\n"
+      "<Points>" +
+      array("Points", "Float32", 3, 0) + "</Points>\n<Polys>" +
+      array("connectivity", "Int64", 1, 8 + points) + array("offsets", "Int64", 1, 16 + points + 24 * cells) +
+      "</Polys>\n</Piece></PolyData>\n<AppendedData encoding=\"raw\">\n_";
   put(out, static_cast<std::uint64_t>(points));
   for (const glm::vec3& p : mesh.vertices) put(out, p);
   put(out, static_cast<std::uint64_t>(24 * cells));
@@ -111,7 +119,8 @@ std::string vtp(const WorldMesh& mesh) {
 
 std::string extension_of(const std::string& path) {
   std::string extension = std::filesystem::path(path).extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(), [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; });
+  std::transform(extension.begin(), extension.end(), extension.begin(),
+                 [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; });
   return extension;
 }
 
@@ -124,10 +133,14 @@ bool is_mesh_file(const std::string& path) {
 
 Status write_mesh(const std::string& path, const Mesh& mesh, const volume::Frame& frame) {
   if (!is_mesh_file(path))
-    return Error{"this is no mesh format that trephine writes", file_name(path), extension_of(path), ".stl, .ply, .obj or .vtp", "choose one of these extensions"};
+    return Error{"this is no mesh format that trephine writes", file_name(path), extension_of(path),
+                 ".stl, .ply, .obj or .vtp", "choose one of these extensions"};
   const WorldMesh world(mesh, frame);
   const std::string e = extension_of(path);
-  return write_file_atomically(path, e == ".stl" ? stl(world) : e == ".ply" ? ply(world) : e == ".obj" ? obj(world) : vtp(world));
+  return write_file_atomically(path, e == ".stl"   ? stl(world)
+                                     : e == ".ply" ? ply(world)
+                                     : e == ".obj" ? obj(world)
+                                                   : vtp(world));
 }
 
 }  // namespace trephine::data_tools

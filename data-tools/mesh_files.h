@@ -7,8 +7,8 @@
 
 namespace trephine::data_tools {
 
-/// Writes a mesh in world coordinates (LPS, mm), outward counter-clockwise; the extension chooses: .stl (binary), .ply
-/// (binary), .obj, .vtp. Written atomically.
+/// Writes a mesh in world coordinates (LPS, mm), outward counter-clockwise; the extension chooses: .stl
+/// (binary), .ply (binary), .obj, .vtp. Written atomically.
 volume::Status write_mesh(const std::string& path, const volume::Mesh& mesh, const volume::Frame& frame);
 
 /// Is the extension one that write_mesh knows?

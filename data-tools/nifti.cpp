@@ -1,12 +1,11 @@
 #include "data-tools/nifti.h"
 
-#include <nifti/nifti1_io.h>
-#include <zlib.h>
-
 #include <filesystem>
 #include <glm/geometric.hpp>
 #include <memory>
+#include <nifti/nifti1_io.h>
 #include <vector>
+#include <zlib.h>
 
 #include "data-tools/atomic_file.h"
 #include "data-tools/whole_numbers.h"
@@ -27,7 +26,8 @@ Result<volume::Frame> frame_of(const mat44& m, double unit_mm) {
   glm::dvec3 origin;
   for (int row = 0; row < 3; ++row) {
     const double sign = row < 2 ? -unit_mm : unit_mm;
-    for (int column = 0; column < 3; ++column) axes[column][row] = sign * static_cast<double>(m.m[row][column]);
+    for (int column = 0; column < 3; ++column)
+      axes[column][row] = sign * static_cast<double>(m.m[row][column]);
     origin[row] = sign * static_cast<double>(m.m[row][3]);
   }
   return volume::Frame::from_axes(origin, axes);
@@ -37,17 +37,29 @@ std::optional<double> convert(const nifti_image& image, Volume& volume, bool& is
   const double slope = image.scl_slope != 0 ? static_cast<double>(image.scl_slope) : 1;
   const double intercept = image.scl_slope != 0 ? static_cast<double>(image.scl_inter) : 0;
   is_known = true;
-  const auto fill = [&]<class T>(T) { return fill_with_whole_numbers<T>(image.data, volume, slope, intercept); };
+  const auto fill = [&]<class T>(T) {
+    return fill_with_whole_numbers<T>(image.data, volume, slope, intercept);
+  };
   switch (image.datatype) {
-    case DT_UINT8: return fill(static_cast<unsigned char>(0));
-    case DT_INT8: return fill(static_cast<signed char>(0));
-    case DT_UINT16: return fill(static_cast<unsigned short>(0));
-    case DT_INT16: return fill(short{0});
-    case DT_UINT32: return fill(0u);
-    case DT_INT32: return fill(0);
-    case DT_FLOAT32: return fill(0.0f);
-    case DT_FLOAT64: return fill(0.0);
-    default: is_known = false; return std::nullopt;
+    case DT_UINT8:
+      return fill(static_cast<unsigned char>(0));
+    case DT_INT8:
+      return fill(static_cast<signed char>(0));
+    case DT_UINT16:
+      return fill(static_cast<unsigned short>(0));
+    case DT_INT16:
+      return fill(short{0});
+    case DT_UINT32:
+      return fill(0u);
+    case DT_INT32:
+      return fill(0);
+    case DT_FLOAT32:
+      return fill(0.0f);
+    case DT_FLOAT64:
+      return fill(0.0);
+    default:
+      is_known = false;
+      return std::nullopt;
   }
 }
 
@@ -56,16 +68,19 @@ bool is_whole(const std::string& path, const nifti_image& image) {
   if (!path.ends_with(".gz")) {
     std::error_code error;
     const auto held = std::filesystem::file_size(image.iname, error);
-    return !error && held >= static_cast<std::size_t>(image.iname_offset) + image.nvox * static_cast<std::size_t>(image.nbyper);
+    return !error && held >= static_cast<std::size_t>(image.iname_offset) +
+                                 image.nvox * static_cast<std::size_t>(image.nbyper);
   }
   gzFile file = gzopen(path.c_str(), "rb");
   if (file == nullptr) return false;
   std::vector<char> part(1 << 20);
   std::size_t held = 0;
   int got = 0;
-  while ((got = gzread(file, part.data(), static_cast<unsigned>(part.size()))) > 0) held += static_cast<std::size_t>(got);
+  while ((got = gzread(file, part.data(), static_cast<unsigned>(part.size()))) > 0)
+    held += static_cast<std::size_t>(got);
   const bool is_good = got == 0 && gzclose_r(file) == Z_OK;
-  return is_good && held >= static_cast<std::size_t>(image.iname_offset) + image.nvox * static_cast<std::size_t>(image.nbyper);
+  return is_good && held >= static_cast<std::size_t>(image.iname_offset) +
+                                image.nvox * static_cast<std::size_t>(image.nbyper);
 }
 
 }  // namespace
@@ -73,7 +88,8 @@ bool is_whole(const std::string& path, const nifti_image& image) {
 Result<OpenedVolume> open_nifti(const std::string& path, const OpenOptions& options) {
   const std::string where = file_name(path);
   const auto broken = [&](const std::string& found) {
-    return Error{"the NIfTI file cannot be read", where, found, "a complete NIfTI-1 file with one volume", "copy or export it again"};
+    return Error{"the NIfTI file cannot be read", where, found, "a complete NIfTI-1 file with one volume",
+                 "copy or export it again"};
   };
   nifti_set_debug_level(0);
   const Image image(nifti_image_read(path.c_str(), 0), &nifti_image_free);
@@ -81,11 +97,16 @@ Result<OpenedVolume> open_nifti(const std::string& path, const OpenOptions& opti
   if (image->ndim < 3 || image->nt > 1 || image->nu > 1 || image->nv > 1 || image->nw > 1)
     return broken(std::to_string(image->ndim) + " dimensions instead of 3");
   for (const double s : {image->dx, image->dy, image->dz})
-    if (!(s > 0) || !std::isfinite(s)) return Error{"the spacing is not a positive number", where, std::to_string(s) + " mm", "a spacing above 0 mm on each axis", "export the volume again"};
+    if (!(s > 0) || !std::isfinite(s))
+      return Error{"the spacing is not a positive number", where, std::to_string(s) + " mm",
+                   "a spacing above 0 mm on each axis", "export the volume again"};
 
-  const double unit = image->xyz_units == NIFTI_UNITS_METER ? 1000 : image->xyz_units == NIFTI_UNITS_MICRON ? 1e-3 : 1;
+  const double unit = image->xyz_units == NIFTI_UNITS_METER    ? 1000
+                      : image->xyz_units == NIFTI_UNITS_MICRON ? 1e-3
+                                                               : 1;
   if (image->sform_code <= 0 && image->qform_code <= 0)
-    return Error{"the file does not say how the volume lies in the patient", where, "neither sform nor qform", "one of them", "export the volume with its orientation"};
+    return Error{"the file does not say how the volume lies in the patient", where, "neither sform nor qform",
+                 "one of them", "export the volume with its orientation"};
   Result<volume::Frame> frame = frame_of(image->sform_code > 0 ? image->sto_xyz : image->qto_xyz, unit);
   if (!frame) {
     Error error = frame.error();
@@ -102,13 +123,18 @@ Result<OpenedVolume> open_nifti(const std::string& path, const OpenOptions& opti
   if (image->sform_code > 0 && image->qform_code > 0)
     if (const Result<volume::Frame> other = frame_of(image->qto_xyz, unit); other.is_ok()) {
       const glm::dvec3 far(image->nx - 1, image->ny - 1, image->nz - 1);
-      const double apart = std::max(glm::length(other.value().origin() - frame.value().origin()),
-                                    glm::length(other.value().world_from_volume(far) - frame.value().world_from_volume(far)));
-      if (apart > 0.1) opened.notices.push_back("sform and qform disagree by " + std::to_string(apart) + " mm; the sform was taken");
+      const double apart =
+          std::max(glm::length(other.value().origin() - frame.value().origin()),
+                   glm::length(other.value().world_from_volume(far) - frame.value().world_from_volume(far)));
+      if (apart > 0.1)
+        opened.notices.push_back("sform and qform disagree by " + std::to_string(apart) +
+                                 " mm; the sform was taken");
     }
 
-  if (options.progress && !options.progress(0)) return Error{"reading was interrupted", where, "", "", "", volume::ErrorKind::interrupted};
-  if (!is_whole(path, *image) || nifti_image_load(image.get()) != 0) return broken("fewer voxels than its header promises");
+  if (options.progress && !options.progress(0))
+    return Error{"reading was interrupted", where, "", "", "", volume::ErrorKind::interrupted};
+  if (!is_whole(path, *image) || nifti_image_load(image.get()) != 0)
+    return broken("fewer voxels than its header promises");
   bool is_known = false;
   const std::optional<double> misfit = convert(*image, opened.volume, is_known);
   if (!is_known) return broken(std::string("voxels of kind ") + nifti_datatype_string(image->datatype));

@@ -29,15 +29,20 @@ Result<OpenedVolume> open_by_kind(const std::string& path, const OpenOptions& op
   const fs::file_status status = fs::status(path, error);
   const std::string where = file_name(path);
   if (!fs::exists(status))
-    return Error{"there is no such file or folder", where, "", "a DICOM folder, .mha, .mhd, .nrrd, .nii or .nii.gz", "check the spelling; the built-in phantom is called head"};
+    return Error{"there is no such file or folder", where, "",
+                 "a DICOM folder, .mha, .mhd, .nrrd, .nii or .nii.gz",
+                 "check the spelling; the built-in phantom is called head"};
   if (fs::is_directory(status)) return open_dicom(path, options);
   if (!fs::is_regular_file(status)) return Error{"this is neither a file nor a folder", where, "", "", ""};
-  if (fs::file_size(path, error) == 0) return Error{"the file is empty", where, "0 bytes", "a scan", "copy or export it again"};
+  if (fs::file_size(path, error) == 0)
+    return Error{"the file is empty", where, "0 bytes", "a scan", "copy or export it again"};
   for (const char* extension : {".mha", ".mhd", ".nrrd", ".nhdr"})
     if (path.ends_with(extension)) return open_image_file(path, options);
   if (path.ends_with(".nii") || path.ends_with(".nii.gz")) return open_nifti(path, options);
   if (has_dicom_magic(path) || path.ends_with(".dcm")) return open_dicom(path, options);
-  return Error{"this is no scan that trephine reads", where, "a file of another kind", "a DICOM folder, .mha, .mhd, .nrrd, .nii or .nii.gz", "convert it, or point at the folder with the scanner's files"};
+  return Error{"this is no scan that trephine reads", where, "a file of another kind",
+               "a DICOM folder, .mha, .mhd, .nrrd, .nii or .nii.gz",
+               "convert it, or point at the folder with the scanner's files"};
 }
 
 }  // namespace
@@ -45,7 +50,9 @@ Result<OpenedVolume> open_by_kind(const std::string& path, const OpenOptions& op
 Result<OpenedVolume> open_volume(const std::string& path, const OpenOptions& options) {
   const auto start = std::chrono::steady_clock::now();
   Result<OpenedVolume> opened = open_by_kind(path, options);
-  if (opened) opened.value().read_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  if (opened)
+    opened.value().read_seconds =
+        std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return opened;
 }
 

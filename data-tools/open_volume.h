@@ -17,25 +17,27 @@ struct OpenOptions {
 /// A volume and what a person should know about how it was read; no identity, no path.
 struct OpenedVolume {
   volume::Volume volume;
-  std::string format;                ///< "DICOM", "MetaImage", "NRRD", "NIfTI"
-  std::string modality;              ///< "CT", "MR", ... or empty when the file does not say
+  std::string format;    ///< "DICOM", "MetaImage", "NRRD", "NIfTI"
+  std::string modality;  ///< "CT", "MR", ... or empty when the file does not say
   std::vector<std::string> notices;
   double read_seconds = 0;
 };
 
-/// Opens a folder of DICOM files, one DICOM file, .mha/.mhd, .nrrd/.nhdr or .nii/.nii.gz. Geometry comes from orientation
-/// and position in world LPS. Refused, in words that say what was found: anything that is not one regular stack, numbers
-/// that int16 cannot hold, and files that are broken. Nothing is loaded crooked.
+/// Opens a folder of DICOM files, one DICOM file, .mha/.mhd, .nrrd/.nhdr or .nii/.nii.gz. Geometry comes from
+/// orientation and position in world LPS. Refused, in words that say what was found: anything that is not one
+/// regular stack, numbers that int16 cannot hold, and files that are broken. Nothing is loaded crooked.
 volume::Result<OpenedVolume> open_volume(const std::string& path, const OpenOptions& options = {});
 
-/// Writes .mha, .nrrd, .nii or .nii.gz (int16), atomically. A sheared volume is resampled to right angles first.
+/// Writes .mha, .nrrd, .nii or .nii.gz (int16), atomically. A sheared volume is resampled to right angles
+/// first.
 volume::Status write_volume(const std::string& path, const volume::Volume& volume);
 /// Writes the labels of a volume the same way (one uint8 a voxel).
 volume::Status write_labels(const std::string& path, const volume::Volume& volume);
 /// Is the extension one that write_volume knows?
 bool is_writable_volume_file(const std::string& path);
 
-/// The volume on orthogonal axes of the same spacing that hold all of it, trilinear; unchanged when it is orthogonal.
+/// The volume on orthogonal axes of the same spacing that hold all of it, trilinear; unchanged when it is
+/// orthogonal.
 volume::Result<volume::Volume> orthogonalized(const volume::Volume& volume);
 
 }  // namespace trephine::data_tools

@@ -19,7 +19,8 @@ volume::Result<Volume> operated_volume(const volume::Version& version) {
   result.label_names = base.label_names;
   std::copy_n(base.voxels.data(), base.voxels.size(), result.voxels.data());
   std::copy_n(base.labels.data(), base.labels.size(), result.labels.data());
-  const double air = base.is_hounsfield ? -1000 : *std::min_element(base.voxels.span().begin(), base.voxels.span().end());
+  const double air =
+      base.is_hounsfield ? -1000 : *std::min_element(base.voxels.span().begin(), base.voxels.span().end());
   volume::parallel_for(base.size.z, 0, [&](int z) {
     for (int y = 0; y < base.size.y; ++y)
       for (int x = 0; x < base.size.x; ++x) {
@@ -33,7 +34,8 @@ volume::Result<Volume> operated_volume(const volume::Version& version) {
         if (removed == 0) continue;
         const std::size_t i = base.index(x, y, z);
         const double share = static_cast<double>(removed) / (mask.n * mask.n * mask.n);
-        result.voxels[i] = static_cast<std::int16_t>(std::floor(base.voxels[i] + share * (air - base.voxels[i]) + 0.5));
+        result.voxels[i] =
+            static_cast<std::int16_t>(std::floor(base.voxels[i] + share * (air - base.voxels[i]) + 0.5));
         if (share == 1 && !result.labels.is_empty()) result.labels[i] = 0;
       }
   });

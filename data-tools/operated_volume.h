@@ -5,8 +5,8 @@
 
 namespace trephine::data_tools {
 
-/// The base with every voxel moved toward air (-1000 HU; the lowest value without HU) in proportion to what was removed
-/// of it. Labels of voxels that are wholly gone become 0.
+/// The base with every voxel moved toward air (-1000 HU; the lowest value without HU) in proportion to what
+/// was removed of it. Labels of voxels that are wholly gone become 0.
 volume::Result<volume::Volume> operated_volume(const volume::Version& version);
 
 }  // namespace trephine::data_tools

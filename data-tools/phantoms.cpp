@@ -26,11 +26,15 @@ constexpr double k_degree = 3.14159265358979323846 / 180;
 
 const std::vector<PhantomInfo> k_catalogue{
     {"sphere", "a ball", {{"radius", "mm", 45}}},
-    {"plane", "a half space below a tilted plane", {{"angle", "degrees from the xy plane", 30}, {"offset", "mm along the normal", 0}}},
+    {"plane",
+     "a half space below a tilted plane",
+     {{"angle", "degrees from the xy plane", 30}, {"offset", "mm along the normal", 0}}},
     {"plate", "a tilted plate", {{"thickness", "mm", 6}, {"angle", "degrees from the xy plane", 30}}},
     {"torus", "a ring about z", {{"major", "mm to the tube's middle", 35}, {"minor", "mm, tube radius", 14}}},
     {"gyroid", "a labyrinth", {{"period", "mm", 30}}},
-    {"shell", "a skull-like shell between 0.36 and 0.42 of the box, with two holes", {{"noise", "HU, +- uniform", 20}}},
+    {"shell",
+     "a skull-like shell between 0.36 and 0.42 of the box, with two holes",
+     {{"noise", "HU, +- uniform", 20}}},
     {"head", "an anatomical head with labels", {{"noise", "HU, standard deviation", 12}}},
 };
 
@@ -61,26 +65,37 @@ struct AnalyticShape {
 
   AnalyticShape(const std::string& name, const Parameters& given) {
     const auto get = [&](const char* key) { return parameter(name, given, key); };
-    if (name == "sphere") kind = Kind::sphere, a = get("radius");
-    else if (name == "plane") kind = Kind::plane, normal = tilted_normal(get("angle")), a = get("offset");
-    else if (name == "plate") kind = Kind::plate, normal = tilted_normal(get("angle")), a = 0.5 * get("thickness");
-    else if (name == "torus") kind = Kind::torus, a = get("major"), b = get("minor");
-    else if (name == "gyroid") kind = Kind::gyroid, a = 360 * k_degree / get("period");
-    else kind = Kind::shell;
+    if (name == "sphere")
+      kind = Kind::sphere, a = get("radius");
+    else if (name == "plane")
+      kind = Kind::plane, normal = tilted_normal(get("angle")), a = get("offset");
+    else if (name == "plate")
+      kind = Kind::plate, normal = tilted_normal(get("angle")), a = 0.5 * get("thickness");
+    else if (name == "torus")
+      kind = Kind::torus, a = get("major"), b = get("minor");
+    else if (name == "gyroid")
+      kind = Kind::gyroid, a = 360 * k_degree / get("period");
+    else
+      kind = Kind::shell;
   }
 
   double distance(const dvec3& p) const {
     switch (kind) {
-      case Kind::sphere: return glm::length(p) - a;
-      case Kind::plane: return glm::dot(p, normal) - a;
-      case Kind::plate: return std::abs(glm::dot(p, normal)) - a;
+      case Kind::sphere:
+        return glm::length(p) - a;
+      case Kind::plane:
+        return glm::dot(p, normal) - a;
+      case Kind::plate:
+        return std::abs(glm::dot(p, normal)) - a;
       case Kind::torus: {
         const double ring = std::sqrt(p.x * p.x + p.y * p.y) - a;
         return std::sqrt(ring * ring + p.z * p.z) - b;
       }
       case Kind::gyroid: {
-        const dvec3 s(volume::deterministic_sin(a * p.x), volume::deterministic_sin(a * p.y), volume::deterministic_sin(a * p.z));
-        const dvec3 c(volume::deterministic_cos(a * p.x), volume::deterministic_cos(a * p.y), volume::deterministic_cos(a * p.z));
+        const dvec3 s(volume::deterministic_sin(a * p.x), volume::deterministic_sin(a * p.y),
+                      volume::deterministic_sin(a * p.z));
+        const dvec3 c(volume::deterministic_cos(a * p.x), volume::deterministic_cos(a * p.y),
+                      volume::deterministic_cos(a * p.z));
         const double f = s.x * c.y + s.y * c.z + s.z * c.x;
         const dvec3 slope(c.x * c.y - s.z * s.x, c.y * c.z - s.x * s.y, c.z * c.x - s.y * s.z);
         return f / std::max(a * glm::length(slope), 1e-9);
@@ -122,7 +137,9 @@ void fill_coverage(const AnalyticShape& shape, const Volume& volume, std::span<f
         const double s = shape.distance(p);
         double share = s < 0 ? 1 : 0;
         if (std::abs(s) < reach) {
-          const auto slope = [&](const dvec3& d) { return shape.distance(p + 0.5 * d) - shape.distance(p - 0.5 * d); };
+          const auto slope = [&](const dvec3& d) {
+            return shape.distance(p + 0.5 * d) - shape.distance(p - 0.5 * d);
+          };
           share = covered_share(s, {slope(dx), slope(dy), slope(dz)});
         }
         out[volume.index(x, y, z)] = static_cast<float>(share);
@@ -130,10 +147,12 @@ void fill_coverage(const AnalyticShape& shape, const Volume& volume, std::span<f
   });
 }
 
-Result<Frame> phantom_frame(const dvec3& low, const dvec3& high, const glm::ivec3& size, const dvec3& spacing, double shear) {
+Result<Frame> phantom_frame(const dvec3& low, const dvec3& high, const glm::ivec3& size, const dvec3& spacing,
+                            double shear) {
   glm::dmat3 axes(0.0);
   for (int i = 0; i < 3; ++i) axes[i][i] = spacing[i];
-  axes[2][1] = spacing.z * volume::deterministic_sin(shear * k_degree) / volume::deterministic_cos(shear * k_degree);
+  axes[2][1] =
+      spacing.z * volume::deterministic_sin(shear * k_degree) / volume::deterministic_cos(shear * k_degree);
   return Frame::from_axes(0.5 * (low + high) - axes * (0.5 * dvec3(size - 1)), axes);
 }
 
@@ -159,26 +178,33 @@ Result<Volume> make_phantom(const std::string& name, const PhantomOptions& optio
       known += (known.empty() ? "" : ", ") + p.name;
       is_known = is_known || p.name == key;
     }
-    if (!is_known) return Error{"phantom " + name + " has no such parameter", "--set", key, "one of " + known, ""};
+    if (!is_known)
+      return Error{"phantom " + name + " has no such parameter", "--set", key, "one of " + known, ""};
     const bool may_be_zero = key == "angle" || key == "offset" || key == "noise";
-    if (!std::isfinite(value) || std::abs(value) > 1e4 || (!may_be_zero && value <= 0) || (key == "noise" && value < 0))
-      return Error{"the parameter is out of range", "--set " + key, std::to_string(value), "a positive finite number", ""};
+    if (!std::isfinite(value) || std::abs(value) > 1e4 || (!may_be_zero && value <= 0) ||
+        (key == "noise" && value < 0))
+      return Error{"the parameter is out of range", "--set " + key, std::to_string(value),
+                   "a positive finite number", ""};
   }
   if (!(options.psf_sigma_voxels >= 0 && options.psf_sigma_voxels <= 2))
-    return Error{"the blur is out of range", "--psf", std::to_string(options.psf_sigma_voxels), "0 to 2 voxels", ""};
+    return Error{"the blur is out of range", "--psf", std::to_string(options.psf_sigma_voxels),
+                 "0 to 2 voxels", ""};
   if (!(std::abs(options.shear_degrees) <= 45))
-    return Error{"the shear is out of range", "--shear", std::to_string(options.shear_degrees), "-45 to 45 degrees", ""};
+    return Error{"the shear is out of range", "--shear", std::to_string(options.shear_degrees),
+                 "-45 to 45 degrees", ""};
 
   // The grid: size and spacing, one derived from the other and the box.
   const bool is_head = name == "head";
-  const dvec3 low = is_head ? k_head_low : dvec3(-0.5 * k_box_mm), high = is_head ? k_head_high : dvec3(0.5 * k_box_mm);
+  const dvec3 low = is_head ? k_head_low : dvec3(-0.5 * k_box_mm),
+              high = is_head ? k_head_high : dvec3(0.5 * k_box_mm);
   glm::ivec3 size(0);
   dvec3 spacing(0);
   if (options.spacing_mm) {
     spacing = *options.spacing_mm;
     for (int i = 0; i < 3; ++i)
       if (!(spacing[i] > 0) || !std::isfinite(spacing[i]))
-        return Error{"the spacing is not a positive number", "--spacing", std::to_string(spacing[i]), "mm above 0", ""};
+        return Error{"the spacing is not a positive number", "--spacing", std::to_string(spacing[i]),
+                     "mm above 0", ""};
   }
   if (options.size) size = *options.size;
   for (int i = 0; i < 3; ++i) {
@@ -219,17 +245,21 @@ Result<Volume> make_phantom(const std::string& name, const PhantomOptions& optio
     fill_coverage(AnalyticShape(name, options.parameters), result, values, options.threads);
   }
 
-  const double sigma = options.psf_sigma_voxels > 0 || options.is_psf_given || !is_head ? options.psf_sigma_voxels : 0.6;
+  const double sigma =
+      options.psf_sigma_voxels > 0 || options.is_psf_given || !is_head ? options.psf_sigma_voxels : 0.6;
   volume::gaussian_blur(values, size, dvec3(sigma), options.threads);
 
   // Noise and rounding; HU stay what 12-bit scanners give.
   const double noise = parameter(name, options.parameters, "noise");
   volume::parallel_for(size.z, options.threads, [&](int z) {
-    const std::size_t begin = result.index(0, 0, z), end = begin + static_cast<std::size_t>(size.x) * static_cast<std::size_t>(size.y);
+    const std::size_t begin = result.index(0, 0, z),
+                      end = begin + static_cast<std::size_t>(size.x) * static_cast<std::size_t>(size.y);
     for (std::size_t i = begin; i < end; ++i) {
-      double hu = is_head ? static_cast<double>(values[i]) : k_air + (k_solid - k_air) * static_cast<double>(values[i]);
+      double hu = is_head ? static_cast<double>(values[i])
+                          : k_air + (k_solid - k_air) * static_cast<double>(values[i]);
       if (noise > 0) {
-        const double uniform = static_cast<double>(volume::hash_bits(volume::hash_bits(options.seed) ^ i) >> 11) * 0x1p-52 - 1;
+        const double uniform =
+            static_cast<double>(volume::hash_bits(volume::hash_bits(options.seed) ^ i) >> 11) * 0x1p-52 - 1;
         hu += noise * (is_head ? volume::hash_normal(options.seed, i) : uniform);
       }
       result.voxels[i] = static_cast<std::int16_t>(std::floor(std::clamp(hu, -1024.0, 3071.0) + 0.5));

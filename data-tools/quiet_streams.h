@@ -1,4 +1,5 @@
-// Keeps libraries that talk to std::cerr and std::cout quiet for a scope: our own answer says what went wrong.
+// Keeps libraries that talk to std::cerr and std::cout quiet for a scope: our own answer says what went
+// wrong.
 #pragma once
 
 #include <iostream>

@@ -8,9 +8,11 @@
 
 namespace trephine::data_tools {
 
-/// Fills the volume with slope * value + intercept. Returns the first value that is not a whole number of 16 bits.
+/// Fills the volume with slope * value + intercept. Returns the first value that is not a whole number of 16
+/// bits.
 template <class T>
-std::optional<double> fill_with_whole_numbers(const void* data, volume::Volume& volume, double slope = 1, double intercept = 0) {
+std::optional<double> fill_with_whole_numbers(const void* data, volume::Volume& volume, double slope = 1,
+                                              double intercept = 0) {
   const T* from = static_cast<const T*>(data);
   for (std::size_t i = 0; i < volume.voxels.size(); ++i) {
     const double value = slope * static_cast<double>(from[i]) + intercept;
@@ -22,8 +24,8 @@ std::optional<double> fill_with_whole_numbers(const void* data, volume::Volume& 
 
 volume::Error not_whole(const std::string& where, double value);
 
-/// For formats that name no modality: values far below water occur in CT alone. Sets is_hounsfield, and maps what lies
-/// below the scale to air when asked. Returns a notice, or "".
+/// For formats that name no modality: values far below water occur in CT alone. Sets is_hounsfield, and maps
+/// what lies below the scale to air when asked. Returns a notice, or "".
 std::string guess_hounsfield(volume::Volume& volume, bool maps_padding);
 
 }  // namespace trephine::data_tools

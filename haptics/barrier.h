@@ -18,12 +18,13 @@ struct WayEnd {
   bool is_back = false;  ///< stopped on the way out of a solid
 };
 
-inline bool is_solid(const TouchScene& scene, const volume::Version& version, std::size_t shape, const glm::ivec3& v) noexcept {
+inline bool is_solid(const TouchScene& scene, const volume::Version& version, std::size_t shape,
+                     const glm::ivec3& v) noexcept {
   return scene.base->contains(v) && scene.shapes[shape].bits->is_solid(v) && version.is_kept(v);
 }
 
-/// The first voxel, seen from `start`, that a shape does not let the proxy enter (volume frame, exact). `inside` says
-/// in which solids the proxy is, and is brought up to date where a shape lets it pass.
+/// The first voxel, seen from `start`, that a shape does not let the proxy enter (volume frame, exact).
+/// `inside` says in which solids the proxy is, and is brought up to date where a shape lets it pass.
 inline WayEnd find_barrier(const TouchScene& scene, const volume::Version& version, const glm::dvec3& start,
                            const glm::dvec3& end, std::uint32_t& inside, ProxyCounters& counters) noexcept {
   // One voxel of air around the grid, so that a solid may also be left through its border.

@@ -24,8 +24,10 @@ bool VirtualDevice::read(double t, Pose& pose) noexcept {
     const glm::dvec3 wish_velocity = (wish.position_world - before) / dt;
     // 1 N = 1000 kg mm/s^2. Damping is taken implicitly, so that a stiff hand stays stable at low rates.
     const double unit = 1000 / hand_.mass;
-    const glm::dvec3 drive = force_ + hand_.stiffness * (wish.position_world - position_) + hand_.damping * wish_velocity;
-    velocity_ = (velocity_ + unit * dt * drive) / (1 + unit * dt * (hand_.damping + hand_.device_damping + dt * hand_.stiffness));
+    const glm::dvec3 drive =
+        force_ + hand_.stiffness * (wish.position_world - position_) + hand_.damping * wish_velocity;
+    velocity_ = (velocity_ + unit * dt * drive) /
+                (1 + unit * dt * (hand_.damping + hand_.device_damping + dt * hand_.stiffness));
     position_ += dt * velocity_;
     time_ = t;
   }
@@ -37,12 +39,16 @@ bool VirtualDevice::read(double t, Pose& pose) noexcept {
   return true;
 }
 
-double VirtualDevice::kinetic_energy() const noexcept { return 0.5 * hand_.mass * glm::dot(velocity_, velocity_) / 1000; }
+double VirtualDevice::kinetic_energy() const noexcept {
+  return 0.5 * hand_.mass * glm::dot(velocity_, velocity_) / 1000;
+}
 
 bool Recorder::read(double t, Pose& pose) noexcept {
   if (!device_->read(t, pose)) return false;
-  if (samples_.size() == samples_.capacity() || (!samples_.empty() && t <= samples_.back().t)) ++dropped_;
-  else samples_.push_back({t, pose});
+  if (samples_.size() == samples_.capacity() || (!samples_.empty() && t <= samples_.back().t))
+    ++dropped_;
+  else
+    samples_.push_back({t, pose});
   return true;
 }
 

@@ -16,7 +16,8 @@ struct DeviceCapabilities {
   double workspace_radius = 100;  ///< mm
 };
 
-/// open() and close() on any thread; read() and write() on the servo thread only, neither may allocate or wait.
+/// open() and close() on any thread; read() and write() on the servo thread only, neither may allocate or
+/// wait.
 class Device {
  public:
   virtual ~Device() = default;
@@ -48,11 +49,11 @@ class PlaybackDevice final : public Device {
 
 /// The hand behind a virtual device.
 struct HandModel {
-  double mass = 0.05;            ///< kg, of the stylus and what moves with it
-  double device_damping = 0.002; ///< N s/mm
-  double stiffness = 0.3;        ///< N/mm, from the hand to where it wants to be
-  double damping = 0.006;        ///< N s/mm, likewise
-  double encoder_step = 0.02;    ///< mm; 0: exact
+  double mass = 0.05;             ///< kg, of the stylus and what moves with it
+  double device_damping = 0.002;  ///< N s/mm
+  double stiffness = 0.3;         ///< N/mm, from the hand to where it wants to be
+  double damping = 0.006;         ///< N s/mm, likewise
+  double encoder_step = 0.02;     ///< mm; 0: exact
 };
 
 /// A simulated hand that wants to follow a path and yields to the force: mass, spring, damper, encoder.

@@ -11,13 +11,16 @@ namespace trephine::haptics {
 using glm::dvec3;
 
 namespace {
-bool is_finite(const dvec3& v) noexcept { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); }
+bool is_finite(const dvec3& v) noexcept {
+  return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
+}
 }  // namespace
 
 ForceModel::ForceModel(const ForceOptions& options, double dt) : alpha_(options.smoothing_alpha), dt_(dt) {
   // (1 - a)^(1000 dt): what is left of an old force after dt is what 1 kHz would have left.
   const double ticks = 1000 * dt;
-  if (alpha_ < 1 && ticks != 1) alpha_ = 1 - volume::deterministic_exp(ticks * volume::deterministic_log(1 - alpha_));
+  if (alpha_ < 1 && ticks != 1)
+    alpha_ = 1 - volume::deterministic_exp(ticks * volume::deterministic_log(1 - alpha_));
 }
 
 dvec3 ForceModel::step(const ProxyStep& proxy, const dvec3& hip_world, const TouchScene& scene) noexcept {

@@ -1,4 +1,5 @@
-// From a proxy to a force that a hand may feel: spring and damper, smoothing, and the last line before the device.
+// From a proxy to a force that a hand may feel: spring and damper, smoothing, and the last line before the
+// device.
 #pragma once
 
 #include <cstdint>
@@ -9,10 +10,11 @@
 namespace trephine::haptics {
 
 struct ForceOptions {
-  double smoothing_alpha = 0.3;  ///< weight of the newest force at 1 kHz, (0, 1]; the same time constant at any rate
-  double force_limit = 8;        ///< N
-  double slew_limit = 1000;      ///< N/s
-  double fade_seconds = 0.05;    ///< from full force to none after a fault
+  double smoothing_alpha =
+      0.3;  ///< weight of the newest force at 1 kHz, (0, 1]; the same time constant at any rate
+  double force_limit = 8;      ///< N
+  double slew_limit = 1000;    ///< N/s
+  double fade_seconds = 0.05;  ///< from full force to none after a fault
 };
 
 /// Reasons why the force was limited or taken away. Latched faults stay until reset().
@@ -24,10 +26,11 @@ enum FaultBit : std::uint32_t {
   fault_lost_device = 16,  ///< the device stopped answering; latched
   fault_full_ring = 32,    ///< nobody reads the servo's records; latched
 };
-inline constexpr std::uint32_t k_latched_faults = fault_not_finite | fault_stale_scene | fault_lost_device | fault_full_ring;
+inline constexpr std::uint32_t k_latched_faults =
+    fault_not_finite | fault_stale_scene | fault_lost_device | fault_full_ring;
 
-/// Spring and damper between HIP and proxy: F = K (proxy - HIP) + B d/dt (proxy - HIP), then exponential smoothing
-/// f_n = a x_n + (1 - a) f_(n-1) (thesis of the volume haptics toolkit, eq. 4.1).
+/// Spring and damper between HIP and proxy: F = K (proxy - HIP) + B d/dt (proxy - HIP), then exponential
+/// smoothing f_n = a x_n + (1 - a) f_(n-1) (thesis of the volume haptics toolkit, eq. 4.1).
 class ForceModel {
  public:
   /// `dt` (s) is the servo's period; alpha is converted to it here, once.
@@ -44,8 +47,8 @@ class ForceModel {
   bool had_contact_ = false;
 };
 
-/// The last line: whatever comes in, what goes out is finite, below the limit, slow enough, and faded out after a
-/// latched fault. Present in every build.
+/// The last line: whatever comes in, what goes out is finite, below the limit, slow enough, and faded out
+/// after a latched fault. Present in every build.
 class ForceGuard {
  public:
   ForceGuard(const ForceOptions& options, double dt) : options_(options), dt_(dt) {}

@@ -7,9 +7,13 @@ namespace trephine::haptics {
 
 glm::dvec3 apply_friction(const volume::Frame& frame, const Material& material, const glm::dvec3& hip_world,
                           ProxyStep& step, bool& is_sticking) noexcept {
-  const auto waypoint = [&step](int i) -> glm::dvec3& { return step.path_volume[static_cast<std::size_t>(i)]; };
+  const auto waypoint = [&step](int i) -> glm::dvec3& {
+    return step.path_volume[static_cast<std::size_t>(i)];
+  };
   const glm::dvec3& normal = step.normal_world;
-  const auto tangential = [&normal](const glm::dvec3& v) { return glm::length(v - glm::dot(v, normal) * normal); };
+  const auto tangential = [&normal](const glm::dvec3& v) {
+    return glm::length(v - glm::dot(v, normal) * normal);
+  };
   const glm::dvec3 ideal_world = frame.world_from_volume(waypoint(step.waypoint_count - 1));
   const double depth = std::max(0.0, glm::dot(ideal_world - hip_world, normal));
   const double slide = tangential(ideal_world - frame.world_from_volume(waypoint(0)));

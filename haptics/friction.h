@@ -1,14 +1,16 @@
 // Coulomb friction on a path: the proxy stays, or trails its frictionless place by a share of the depth
-// (seeds of the method: stick threshold and step back on the sliding distance; cone of Salisbury and Tarr 1997).
+// (seeds of the method: stick threshold and step back on the sliding distance; cone of Salisbury and Tarr
+// 1997).
 #pragma once
 
 #include "haptics/proxy_method.h"
 
 namespace trephine::haptics {
 
-/// Shortens step.path_volume (its end is the frictionless proxy) so that the tangential spring force stays within the
-/// cone of `material`. Returns the new proxy: a waypoint, or a point inside the last leg left, which the caller checks
-/// again, since rounding may have moved it across a voxel's face. Call while contact lasts, not on its first step.
+/// Shortens step.path_volume (its end is the frictionless proxy) so that the tangential spring force stays
+/// within the cone of `material`. Returns the new proxy: a waypoint, or a point inside the last leg left,
+/// which the caller checks again, since rounding may have moved it across a voxel's face. Call while contact
+/// lasts, not on its first step.
 glm::dvec3 apply_friction(const volume::Frame& frame, const Material& material, const glm::dvec3& hip_world,
                           ProxyStep& step, bool& is_sticking) noexcept;
 

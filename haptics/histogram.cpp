@@ -9,7 +9,8 @@ namespace trephine::haptics {
 std::size_t Histogram::bucket_of(std::uint64_t ns) noexcept {
   if (ns < k_parts) return static_cast<std::size_t>(ns);
   const int octave = static_cast<int>(std::bit_width(ns)) - 6;  // so that ns >> octave lies in [32, 64)
-  const std::size_t bucket = static_cast<std::size_t>(octave) * k_parts + static_cast<std::size_t>(ns >> octave);
+  const std::size_t bucket =
+      static_cast<std::size_t>(octave) * k_parts + static_cast<std::size_t>(ns >> octave);
   return std::min<std::size_t>(bucket, 32 * k_parts - 1);
 }
 

@@ -7,7 +7,8 @@
 
 namespace trephine::haptics {
 
-/// Buckets of about 3 % width from 1 ns to 4 s. add() on one thread; reading while it runs gives a recent state.
+/// Buckets of about 3 % width from 1 ns to 4 s. add() on one thread; reading while it runs gives a recent
+/// state.
 class Histogram {
  public:
   void add(std::uint64_t ns) noexcept {

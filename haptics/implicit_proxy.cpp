@@ -13,9 +13,10 @@ using glm::dvec3;
 namespace {
 
 constexpr double k_margin = 0x1p-10;  // voxels: how far before a wall the proxy stops
-constexpr double k_lift = 0.05;       // voxels: step off along the normal, so that it climbs the stairs of a slope
+constexpr double k_lift = 0.05;  // voxels: step off along the normal, so that it climbs the stairs of a slope
 
-/// The point of the way in the last free voxel, just before the wall. Inside that voxel's cube by construction.
+/// The point of the way in the last free voxel, just before the wall. Inside that voxel's cube by
+/// construction.
 dvec3 stop_before(const dvec3& start, const dvec3& end, const WayEnd& hit) noexcept {
   dvec3 p = start + hit.t * (end - start);
   for (int a = 0; a < 3; ++a)
@@ -49,18 +50,22 @@ std::uint32_t solids_at(const TouchScene& scene, const volume::Version& version,
 
 }  // namespace
 
-ImplicitProxy::ImplicitProxy(int iterations) noexcept : iterations_(std::clamp(iterations, 1, k_max_iterations)) {}
+ImplicitProxy::ImplicitProxy(int iterations) noexcept
+    : iterations_(std::clamp(iterations, 1, k_max_iterations)) {}
 
 volume::Status ImplicitProxy::prepare(const TouchScene& scene) {
   if (scene.shapes.size() > TouchScene::k_max_shapes)
     return volume::Error{"too many shapes to touch at once", "scene", std::to_string(scene.shapes.size()),
-                         "at most " + std::to_string(TouchScene::k_max_shapes), "make fewer shapes touchable"};
+                         "at most " + std::to_string(TouchScene::k_max_shapes),
+                         "make fewer shapes touchable"};
   for (const TouchShape& shape : scene.shapes)
-    if (!shape.bits) return volume::Error{"a touchable shape has no bits", shape.field.shape().name, "", "", ""};
+    if (!shape.bits)
+      return volume::Error{"a touchable shape has no bits", shape.field.shape().name, "", "", ""};
   return std::nullopt;
 }
 
-dvec3 outward_normal(const TouchShape& shape, const volume::Version& version, const dvec3& p, int& cells) noexcept {
+dvec3 outward_normal(const TouchShape& shape, const volume::Version& version, const dvec3& p,
+                     int& cells) noexcept {
   const volume::Frame& frame = version.base().frame;
   const auto unit = [](const dvec3& v) {
     const double length = glm::length(v);
@@ -91,7 +96,8 @@ ProxyStep ImplicitProxy::step(const TouchScene& scene, const volume::Version& ve
     const glm::ivec3 v = volume::voxel_of(state.proxy_volume);
     for (std::size_t s = 0; s < scene.shapes.size(); ++s) {
       const bool was = state.inside >> s & 1u;
-      if (is_solid(scene, version, s, v) != was && holds(scene.shapes[s].sides, was ? Sides::back : Sides::front))
+      if (is_solid(scene, version, s, v) != was &&
+          holds(scene.shapes[s].sides, was ? Sides::back : Sides::front))
         result.is_buried = is_fresh = true;
     }
   }
@@ -106,7 +112,9 @@ ProxyStep ImplicitProxy::step(const TouchScene& scene, const volume::Version& ve
     return result;
   }
 
-  const auto add = [&result](const dvec3& p) { result.path_volume[static_cast<std::size_t>(result.waypoint_count++)] = p; };
+  const auto add = [&result](const dvec3& p) {
+    result.path_volume[static_cast<std::size_t>(result.waypoint_count++)] = p;
+  };
   const auto energy = [&](const dvec3& p) {
     const dvec3 d = frame.vector_world_from_volume(hip - p);
     return glm::dot(d, d);
@@ -130,7 +138,8 @@ ProxyStep ImplicitProxy::step(const TouchScene& scene, const volume::Version& ve
 
     // To the wall: in the last free voxel. Only a bend out of the traversed way needs a look.
     dvec3 p = stop_before(start, target, way);
-    if (volume::voxel_of(start) != way.before) p = guarded_move(scene, version, start, p, inside, result.counters);
+    if (volume::voxel_of(start) != way.before)
+      p = guarded_move(scene, version, start, p, inside, result.counters);
     // The plane of the wall, facing the proxy; a normal along the motion would pull it through.
     const TouchShape& shape = scene.shapes[static_cast<std::size_t>(way.shape)];
     dvec3 normal = outward_normal(shape, version, p, result.counters.cells);

@@ -5,11 +5,12 @@
 
 namespace trephine::haptics {
 
-/// Iterative collision detection on voxel cubes: the way to the HIP is traversed exactly; at each crossing the HIP is
-/// projected on the plane through the crossing with the interpolated normal, and the way goes on there. All points
-/// reached are candidates, and the one nearest to the HIP is the new proxy (iterative ray casting with candidate
-/// trimming, after the thesis of the volume haptics toolkit, 3.4.1.1). The proxy never enters a solid voxel: every leg
-/// of its path has been traversed. Cost: 0.1 - 0.5 us in contact, whatever the volume's size.
+/// Iterative collision detection on voxel cubes: the way to the HIP is traversed exactly; at each crossing
+/// the HIP is projected on the plane through the crossing with the interpolated normal, and the way goes on
+/// there. All points reached are candidates, and the one nearest to the HIP is the new proxy (iterative ray
+/// casting with candidate trimming, after the thesis of the volume haptics toolkit, 3.4.1.1). The proxy never
+/// enters a solid voxel: every leg of its path has been traversed. Cost: 0.1 - 0.5 us in contact, whatever
+/// the volume's size.
 class ImplicitProxy final : public ProxyMethod {
  public:
   /// `iterations`: collision queries a step, 1 to k_max_iterations.
@@ -24,8 +25,9 @@ class ImplicitProxy final : public ProxyMethod {
   int iterations_;
 };
 
-/// Unit normal (world) of a shape's surface at p (volume frame), out of the solid: of the scan's field, or of the cut
-/// where that is nearer. Zero where the field is flat. Adds the cells it reads to `cells`.
-glm::dvec3 outward_normal(const TouchShape& shape, const volume::Version& version, const glm::dvec3& p, int& cells) noexcept;
+/// Unit normal (world) of a shape's surface at p (volume frame), out of the solid: of the scan's field, or of
+/// the cut where that is nearer. Zero where the field is flat. Adds the cells it reads to `cells`.
+glm::dvec3 outward_normal(const TouchShape& shape, const volume::Version& version, const glm::dvec3& p,
+                          int& cells) noexcept;
 
 }  // namespace trephine::haptics

@@ -41,7 +41,8 @@ class PosePath {
   std::vector<Sample> samples_;
 };
 
-/// Times at which a servo of `rate_hz` looks at a path: from its first to its last moment, the last one included.
+/// Times at which a servo of `rate_hz` looks at a path: from its first to its last moment, the last one
+/// included.
 std::vector<double> servo_times(const PosePath& path, double rate_hz);
 
 }  // namespace trephine::haptics

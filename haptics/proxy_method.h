@@ -21,9 +21,9 @@ struct ProxyCounters {
 struct ProxyState {
   bool has_proxy = false;
   glm::dvec3 proxy_volume{0.0};
-  std::uint32_t inside = 0;     ///< bit s: the proxy lies in the solid of shape s (touched from the back)
-  bool had_contact = false;     ///< in the last step
-  bool is_sticking = false;     ///< static friction holds
+  std::uint32_t inside = 0;  ///< bit s: the proxy lies in the solid of shape s (touched from the back)
+  bool had_contact = false;  ///< in the last step
+  bool is_sticking = false;  ///< static friction holds
 };
 
 struct ProxyInput {
@@ -38,11 +38,12 @@ struct ProxyStep {
   glm::dvec3 proxy_world{0.0};
   glm::dvec3 normal_world{0.0};  ///< unit, toward the side of the proxy; 0 without contact
   bool has_contact = false;
-  int shape = -1;                ///< index of the touched shape
-  int side = 0;                  ///< 1 front, -1 back, 0 none
-  bool is_buried = false;        ///< matter grew over the proxy; it was set free at the HIP, without force
+  int shape = -1;          ///< index of the touched shape
+  int side = 0;            ///< 1 front, -1 back, 0 none
+  bool is_buried = false;  ///< matter grew over the proxy; it was set free at the HIP, without force
   int waypoint_count = 0;
-  std::array<glm::dvec3, k_max_waypoints> path_volume;  ///< from the old proxy to the new one, each leg checked
+  std::array<glm::dvec3, k_max_waypoints>
+      path_volume;  ///< from the old proxy to the new one, each leg checked
   ProxyCounters counters;
 };
 
@@ -52,7 +53,8 @@ class ProxyMethod {
   virtual const char* name() const noexcept = 0;
   /// Allocates whatever step() will need. Not for the servo thread.
   virtual volume::Status prepare(const TouchScene& scene) = 0;
-  /// One servo step on one immutable version. Servo thread: no allocation, lock or exception; iterations are bounded.
+  /// One servo step on one immutable version. Servo thread: no allocation, lock or exception; iterations are
+  /// bounded.
   virtual ProxyStep step(const TouchScene& scene, const volume::Version& version, ProxyState& state,
                          const ProxyInput& input) const noexcept = 0;
 };

@@ -1,12 +1,11 @@
 #include "haptics/servo_loop.h"
 
+#include <cmath>
 #include <pmmintrin.h>
 #include <pthread.h>
 #include <sched.h>
 #include <sys/mman.h>
 #include <time.h>
-
-#include <cmath>
 
 namespace trephine::haptics {
 
@@ -30,16 +29,17 @@ std::int64_t now_ns() noexcept {
 
 void sleep_until(std::int64_t ns) noexcept {
   const timespec t{ns / 1'000'000'000, ns % 1'000'000'000};
-  while (clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &t, nullptr) != 0) {
-  }
+  while (clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &t, nullptr) != 0) {}
 }
 
 }  // namespace
 
-ServoCore::ServoCore(const TouchScene& scene, const ProxyMethod& method, const ForceOptions& options, double dt)
+ServoCore::ServoCore(const TouchScene& scene, const ProxyMethod& method, const ForceOptions& options,
+                     double dt)
     : scene_(&scene), method_(&method), force_(options, dt), guard_(options, dt) {}
 
-ServoRecord ServoCore::step(const volume::Version& version, const Pose& pose, double t, std::uint32_t faults) noexcept {
+ServoRecord ServoCore::step(const volume::Version& version, const Pose& pose, double t,
+                            std::uint32_t faults) noexcept {
   ServoRecord record;
   record.tick = tick_++;
   record.t = t;
@@ -77,21 +77,27 @@ void ServoCore::reset() noexcept {
   guard_.reset();
 }
 
-ServoLoop::ServoLoop(Device& device, volume::VersionChannel& channel, const TouchScene& scene, const ProxyMethod& method,
-                     const ServoOptions& options)
-    : device_(&device), channel_(&channel), options_(options), core_(scene, method, options.force, 1 / options.rate_hz),
+ServoLoop::ServoLoop(Device& device, volume::VersionChannel& channel, const TouchScene& scene,
+                     const ProxyMethod& method, const ServoOptions& options)
+    : device_(&device),
+      channel_(&channel),
+      options_(options),
+      core_(scene, method, options.force, 1 / options.rate_hz),
       ring_(options.ring_capacity) {}
 
 ServoLoop::~ServoLoop() { stop(); }
 
 volume::Status ServoLoop::start() {
   if (!(options_.rate_hz >= 250 && options_.rate_hz <= 10000))
-    return volume::Error{"the servo rate is out of range", "", std::to_string(options_.rate_hz) + " Hz", "250 to 10000 Hz", ""};
+    return volume::Error{"the servo rate is out of range", "", std::to_string(options_.rate_hz) + " Hz",
+                         "250 to 10000 Hz", ""};
   if (volume::Status error = device_->open()) return error;
   reader_ = channel_->open_reader();
   if (reader_ < 0) {
     device_->close();
-    return volume::Error{"too many servo loops read one scene", "", "", "at most " + std::to_string(volume::VersionChannel::k_readers), "stop another loop first"};
+    return volume::Error{"too many servo loops read one scene", "", "",
+                         "at most " + std::to_string(volume::VersionChannel::k_readers),
+                         "stop another loop first"};
   }
   is_stopping_ = false;
   thread_ = std::thread([this] { run(); });
@@ -106,7 +112,9 @@ void ServoLoop::stop() {
   device_->close();
 }
 
-void ServoLoop::request_restart(const dvec3& free_point_volume) noexcept { restarts_.push(free_point_volume); }
+void ServoLoop::request_restart(const dvec3& free_point_volume) noexcept {
+  restarts_.push(free_point_volume);
+}
 
 void ServoLoop::run() noexcept {
   _MM_SET_FLUSH_ZERO_MODE(_MM_FLUSH_ZERO_ON);
@@ -163,7 +171,8 @@ ServoReport ServoLoop::report() const {
   r.late_max_us = lateness_.max_us();
   r.faults = faults_.load();
   const int refused = refused_.load();
-  if (refused & 1) r.notice += "real-time scheduling was refused (allow it: rtprio in /etc/security/limits.d); ";
+  if (refused & 1)
+    r.notice += "real-time scheduling was refused (allow it: rtprio in /etc/security/limits.d); ";
   if (refused & 2) r.notice += "locking memory was refused (allow it: memlock in /etc/security/limits.d); ";
   return r;
 }

@@ -30,7 +30,8 @@ class ServoCore {
  public:
   /// Borrows scene and method, which was prepared for it.
   ServoCore(const TouchScene& scene, const ProxyMethod& method, const ForceOptions& options, double dt);
-  /// Servo thread. `faults` were seen outside this tick. A pose that is no place gives no force and a latched fault.
+  /// Servo thread. `faults` were seen outside this tick. A pose that is no place gives no force and a latched
+  /// fault.
   ServoRecord step(const volume::Version& version, const Pose& pose, double t, std::uint32_t faults) noexcept;
   /// The proxy starts anew at a free point and the force from zero.
   void restart_at(const glm::dvec3& free_point_volume) noexcept;
@@ -49,11 +50,11 @@ class ServoCore {
 };
 
 struct ServoOptions {
-  double rate_hz = 1000;          ///< 250 to 10000
+  double rate_hz = 1000;  ///< 250 to 10000
   ForceOptions force;
   double watchdog_seconds = 0.1;  ///< a tick later than this fades the force
   std::size_t ring_capacity = 4096;
-  bool wants_realtime = true;     ///< SCHED_FIFO and locked memory, when allowed
+  bool wants_realtime = true;  ///< SCHED_FIFO and locked memory, when allowed
 };
 
 /// Figures of a running or finished loop.
@@ -62,14 +63,14 @@ struct ServoReport {
   double step_p50_us = 0, step_p99_us = 0, step_p999_us = 0, step_max_us = 0;
   double late_p50_us = 0, late_p99_us = 0, late_p999_us = 0, late_max_us = 0;  ///< wake-up after its due time
   std::uint32_t faults = 0;
-  std::string notice;                     ///< what real-time help was refused, in words; empty when all was granted
+  std::string notice;  ///< what real-time help was refused, in words; empty when all was granted
 };
 
 class ServoLoop {
  public:
   /// Borrows everything for its life.
-  ServoLoop(Device& device, volume::VersionChannel& channel, const TouchScene& scene, const ProxyMethod& method,
-            const ServoOptions& options);
+  ServoLoop(Device& device, volume::VersionChannel& channel, const TouchScene& scene,
+            const ProxyMethod& method, const ServoOptions& options);
   ~ServoLoop();
   ServoLoop(const ServoLoop&) = delete;
   ServoLoop& operator=(const ServoLoop&) = delete;

@@ -11,15 +11,17 @@ namespace trephine::haptics {
 
 /// How a surface answers. Defaults are the field's usual ones (docs/performance.md lists them).
 struct Material {
-  double stiffness = 0.5;         ///< N/mm
-  double damping = 0.001;         ///< N s/mm
-  double static_friction = 0.2;   ///< coefficient of the cone
+  double stiffness = 0.5;        ///< N/mm
+  double damping = 0.001;        ///< N s/mm
+  double static_friction = 0.2;  ///< coefficient of the cone
   double dynamic_friction = 0.15;
 };
 
 /// A side from which a surface holds the proxy: front = the free space, back = the solid.
 enum class Sides { none = 0, front = 1, back = 2, both = 3 };
-constexpr bool holds(Sides sides, Sides one) { return (static_cast<int>(sides) & static_cast<int>(one)) != 0; }
+constexpr bool holds(Sides sides, Sides one) {
+  return (static_cast<int>(sides) & static_cast<int>(one)) != 0;
+}
 
 struct TouchShape {
   volume::Field field;

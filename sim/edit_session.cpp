@@ -23,8 +23,11 @@ volume::VoxelBox united(const volume::VoxelBox& a, const volume::VoxelBox& b) no
 }
 
 EditSession::EditSession(const haptics::TouchScene& scene, Tool* tool, double dt)
-    : scene_(&scene), tool_(tool), dt_(dt),
-      editor_(std::make_shared<volume::Version>(scene.base), fields_of(scene)), current_(editor_.publish()) {
+    : scene_(&scene),
+      tool_(tool),
+      dt_(dt),
+      editor_(std::make_shared<volume::Version>(scene.base), fields_of(scene)),
+      current_(editor_.publish()) {
   history_.push_back({current_, k_nothing});
 }
 
@@ -83,7 +86,8 @@ double EditSession::removed_mm3() const noexcept {
 std::vector<double> EditSession::removed_mm3_by_label() const {
   std::vector<double> result;
   for (const std::int64_t units : current_->ledger().units_by_label)
-    result.push_back(static_cast<double>(units) / volume::RemovalLedger::k_units_per_voxel * scene_->base->frame.voxel_mm3());
+    result.push_back(static_cast<double>(units) / volume::RemovalLedger::k_units_per_voxel *
+                     scene_->base->frame.voxel_mm3());
   return result;
 }
 

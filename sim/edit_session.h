@@ -37,7 +37,8 @@ class EditSession {
   /// By label; one entry for volumes without labels.
   std::vector<double> removed_mm3_by_label() const;
 
-  /// Of the places (volume frame, oldest first) where a proxy was, the last one that is free now; null when none is.
+  /// Of the places (volume frame, oldest first) where a proxy was, the last one that is free now; null when
+  /// none is.
   const glm::dvec3* last_free(std::span<const glm::dvec3> places) const noexcept;
 
  private:

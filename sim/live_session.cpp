@@ -4,9 +4,11 @@
 
 namespace trephine::sim {
 
-LiveSession::LiveSession(haptics::Device& device, const haptics::TouchScene& scene, const haptics::ProxyMethod& method,
-                         Tool* tool, const haptics::ServoOptions& options)
-    : scene_(&scene), edits_(scene, tool, 1 / options.rate_hz), channel_(edits_.current()),
+LiveSession::LiveSession(haptics::Device& device, const haptics::TouchScene& scene,
+                         const haptics::ProxyMethod& method, Tool* tool, const haptics::ServoOptions& options)
+    : scene_(&scene),
+      edits_(scene, tool, 1 / options.rate_hz),
+      channel_(edits_.current()),
       servo_(device, channel_, scene, method, options) {
   state_.version = edits_.current();
 }

@@ -22,12 +22,13 @@ struct LiveState {
   bool can_undo = false, can_redo = false;
 };
 
-/// Starts and joins the edit thread; the servo never waits for it. Drawing threads call look() at their own rate.
+/// Starts and joins the edit thread; the servo never waits for it. Drawing threads call look() at their own
+/// rate.
 class LiveSession {
  public:
   /// Borrows everything for its life; the method was prepared for the scene.
-  LiveSession(haptics::Device& device, const haptics::TouchScene& scene, const haptics::ProxyMethod& method, Tool* tool,
-              const haptics::ServoOptions& options);
+  LiveSession(haptics::Device& device, const haptics::TouchScene& scene, const haptics::ProxyMethod& method,
+              Tool* tool, const haptics::ServoOptions& options);
   ~LiveSession();
   LiveSession(const LiveSession&) = delete;
   LiveSession& operator=(const LiveSession&) = delete;

@@ -23,8 +23,10 @@ haptics::ServoRecord Lockstep::step(const haptics::Pose& pose, double t) {
 
 EditOutcome Lockstep::after_travel(EditOutcome outcome) {
   if (!outcome.is_changed) return outcome;
-  if (const glm::dvec3* free = edits_.last_free(places_)) servo_.restart_at(*free);
-  else servo_.reset();
+  if (const glm::dvec3* free = edits_.last_free(places_))
+    servo_.restart_at(*free);
+  else
+    servo_.reset();
   return outcome;
 }
 

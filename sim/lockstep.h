@@ -15,7 +15,8 @@ class Lockstep {
 
   /// One tick. The servo sees the version that the tick before left.
   haptics::ServoRecord step(const haptics::Pose& pose, double t);
-  /// By stroke. A tool in contact goes back to its last recorded point that is free then, its force from zero.
+  /// By stroke. A tool in contact goes back to its last recorded point that is free then, its force from
+  /// zero.
   EditOutcome undo();
   EditOutcome redo();
 
@@ -32,8 +33,8 @@ class Lockstep {
   EditOutcome last_edit_;
 };
 
-/// Keeps the proxy's way for going back: appends `place` when it is farther than half a voxel from the last one; when
-/// longer than 4096 the older half is dropped.
+/// Keeps the proxy's way for going back: appends `place` when it is farther than half a voxel from the last
+/// one; when longer than 4096 the older half is dropped.
 void remember_place(std::vector<glm::dvec3>& places, const glm::dvec3& place);
 
 }  // namespace trephine::sim

@@ -11,7 +11,8 @@ class Tool {
  public:
   virtual ~Tool() = default;
   /// Edits what the instrument takes away in the `dt` seconds of this tick.
-  virtual volume::RemovalReport apply(const haptics::ServoRecord& tick, double dt, volume::RemovalEditor& editor) = 0;
+  virtual volume::RemovalReport apply(const haptics::ServoRecord& tick, double dt,
+                                      volume::RemovalEditor& editor) = 0;
   /// The stroke is over: the next tick starts afresh.
   virtual void lift() = 0;
 };

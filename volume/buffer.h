@@ -11,8 +11,8 @@
 
 namespace trephine::volume {
 
-/// Memory for `bytes`, from 4 MiB up in huge pages where the system has them (a page fault every 2 MiB instead of
-/// every 4 KiB). Freed by std::free. Throws std::bad_alloc.
+/// Memory for `bytes`, from 4 MiB up in huge pages where the system has them (a page fault every 2 MiB
+/// instead of every 4 KiB). Freed by std::free. Throws std::bad_alloc.
 void* allocate_pages(std::size_t bytes);
 
 template <class T>
@@ -21,7 +21,8 @@ class Buffer {
 
  public:
   Buffer() = default;
-  explicit Buffer(std::size_t count) : data_(static_cast<T*>(allocate_pages(count * sizeof(T)))), count_(count) {}
+  explicit Buffer(std::size_t count)
+      : data_(static_cast<T*>(allocate_pages(count * sizeof(T)))), count_(count) {}
   Buffer(Buffer&& other) noexcept : data_(std::move(other.data_)), count_(std::exchange(other.count_, 0)) {}
   Buffer& operator=(Buffer&& other) noexcept {
     data_ = std::move(other.data_);

@@ -10,11 +10,12 @@ namespace {
 CellCorners corners_of(const Field& field, const glm::ivec3& c) noexcept {
   const Volume& v = field.volume();
   CellCorners g;
-  const bool is_inside = c.x >= 0 && c.y >= 0 && c.z >= 0 && c.x + 1 < v.size.x && c.y + 1 < v.size.y &&
-                         c.z + 1 < v.size.z;
+  const bool is_inside =
+      c.x >= 0 && c.y >= 0 && c.z >= 0 && c.x + 1 < v.size.x && c.y + 1 < v.size.y && c.z + 1 < v.size.z;
   if (is_inside) {
     const std::size_t i = v.index(c.x, c.y, c.z);
-    const std::size_t row = static_cast<std::size_t>(v.size.x), slice = row * static_cast<std::size_t>(v.size.y);
+    const std::size_t row = static_cast<std::size_t>(v.size.x),
+                      slice = row * static_cast<std::size_t>(v.size.y);
     const std::size_t at[4] = {i, i + row, i + slice, i + slice + row};
     for (std::size_t k = 0; k < 4; ++k) {
       g[2 * k] = field.at_index(at[k]);
@@ -46,8 +47,8 @@ glm::dvec3 Field::smooth_gradient(const glm::dvec3& p) const noexcept {
 
   // The 4 x 4 x 4 neighbourhood; its corners are never used.
   double g[4][4][4];
-  const bool is_inside = c.x >= 1 && c.y >= 1 && c.z >= 1 && c.x + 2 < v.size.x && c.y + 2 < v.size.y &&
-                         c.z + 2 < v.size.z;
+  const bool is_inside =
+      c.x >= 1 && c.y >= 1 && c.z >= 1 && c.x + 2 < v.size.x && c.y + 2 < v.size.y && c.z + 2 < v.size.z;
   for (int k = 0; k < 4; ++k)
     for (int j = 0; j < 4; ++j) {
       const bool is_edge = (k == 0 || k == 3) && (j == 0 || j == 3);

@@ -29,8 +29,8 @@ class Field {
   double value(const glm::dvec3& p) const noexcept;
   /// Exact gradient of the trilinear value, per voxel step; at a cell face that of the higher cell.
   glm::dvec3 gradient(const glm::dvec3& p) const noexcept;
-  /// Central differences at the eight voxel centres around p, interpolated: continuous everywhere, for normals
-  /// (Levoy 1988, eq. 4). 32 samples.
+  /// Central differences at the eight voxel centres around p, interpolated: continuous everywhere, for
+  /// normals (Levoy 1988, eq. 4). 32 samples.
   glm::dvec3 smooth_gradient(const glm::dvec3& p) const noexcept;
 
   const Volume& volume() const noexcept { return *volume_; }

@@ -30,10 +30,10 @@ class Frame {
 
   const glm::dvec3& origin() const noexcept { return origin_; }
   const glm::dmat3& axes() const noexcept { return axes_; }
-  glm::dvec3 spacing() const noexcept;           ///< mm, length of each axis step
-  double voxel_mm3() const noexcept;             ///< volume of a voxel
-  double diagonal_mm() const noexcept;           ///< longest diagonal of a voxel
-  bool is_orthogonal() const noexcept;           ///< no shear beyond 1e-5 of a right angle
+  glm::dvec3 spacing() const noexcept;  ///< mm, length of each axis step
+  double voxel_mm3() const noexcept;    ///< volume of a voxel
+  double diagonal_mm() const noexcept;  ///< longest diagonal of a voxel
+  bool is_orthogonal() const noexcept;  ///< no shear beyond 1e-5 of a right angle
   friend bool operator==(const Frame&, const Frame&) = default;
 
  private:

@@ -25,11 +25,13 @@ std::vector<float> kernel(double sigma) {
 }
 
 /// `count` rows of `length` values, `stride` apart; each becomes the weighted sum of its neighbours.
-void blur_rows(float* first, std::size_t stride, int count, std::size_t length, const std::vector<float>& weights) {
+void blur_rows(float* first, std::size_t stride, int count, std::size_t length,
+               const std::vector<float>& weights) {
   const int radius = static_cast<int>(weights.size() / 2);
   std::vector<float> copy(static_cast<std::size_t>(count) * length);
   for (int r = 0; r < count; ++r)
-    std::copy_n(first + static_cast<std::size_t>(r) * stride, length, copy.data() + static_cast<std::size_t>(r) * length);
+    std::copy_n(first + static_cast<std::size_t>(r) * stride, length,
+                copy.data() + static_cast<std::size_t>(r) * length);
   for (int r = 0; r < count; ++r) {
     float* out = first + static_cast<std::size_t>(r) * stride;
     std::fill_n(out, length, 0.0f);
@@ -62,7 +64,8 @@ void gaussian_blur(std::span<float> values, const glm::ivec3& size, const glm::d
       float* first = values.data() + static_cast<std::size_t>(z) * slice;
       std::vector<float> padded;
       if (sigma.x > 0)
-        for (int y = 0; y < size.y; ++y) blur_line(first + static_cast<std::size_t>(y) * nx, size.x, along_x, padded);
+        for (int y = 0; y < size.y; ++y)
+          blur_line(first + static_cast<std::size_t>(y) * nx, size.x, along_x, padded);
       if (sigma.y > 0) blur_rows(first, nx, size.y, nx, along_y);
     });
   }

@@ -1,13 +1,13 @@
 #include "volume/occupancy.h"
 
-#include <emmintrin.h>
-
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <emmintrin.h>
 #include <limits>
 
 #include "volume/parallel.h"
+#include "volume/work_counters.h"
 
 namespace trephine::volume {
 
@@ -19,7 +19,8 @@ constexpr int k_farthest = 64;  // blocks; longer empty boxes bring nothing more
 struct IntWindow {
   int low, high;
   explicit IntWindow(const Shape& shape) {
-    constexpr double k_min = std::numeric_limits<std::int16_t>::min(), k_max = std::numeric_limits<std::int16_t>::max();
+    constexpr double k_min = std::numeric_limits<std::int16_t>::min(),
+                     k_max = std::numeric_limits<std::int16_t>::max();
     low = static_cast<int>(std::clamp(std::ceil(shape.low), k_min, k_max + 1));
     high = static_cast<int>(std::clamp(std::floor(shape.high), k_min - 1, k_max));
   }
@@ -48,7 +49,9 @@ void threshold_row(const Volume& volume, const Shape& shape, int y, int z, std::
     for (int x = 0; x < count; x += 64) {
       std::uint64_t bits = 0;
       for (int i = 0; i < std::min(64, count - x); ++i)
-        bits |= static_cast<std::uint64_t>(volume.labels[start + static_cast<std::size_t>(x + i)] == shape.label) << i;
+        bits |=
+            static_cast<std::uint64_t>(volume.labels[start + static_cast<std::size_t>(x + i)] == shape.label)
+            << i;
       words[x / 64] = bits;
     }
     return;
@@ -71,6 +74,7 @@ void threshold_row(const Volume& volume, const Shape& shape, int y, int z, std::
 }
 
 Occupancy Occupancy::build(const Volume& volume, const Shape& shape, int threads) {
+  ++work_counters().occupancies;
   Occupancy result;
   result.size_ = volume.size;
   result.blocks_ = (volume.size + 3) / 4;

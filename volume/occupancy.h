@@ -1,4 +1,5 @@
-// One bit a voxel: is its centre solid for a shape of the base volume? Made only for shapes that someone needs.
+// One bit a voxel: is its centre solid for a shape of the base volume? Made only for shapes that someone
+// needs.
 #pragma once
 
 #include <bit>
@@ -9,8 +10,9 @@
 
 namespace trephine::volume {
 
-/// Rows of 64 voxels along x, one word each, and one byte a block of 4 x 4 x 4 voxels: the chessboard distance
-/// (in blocks) to the nearest block with a solid voxel, 0 for such a block. Removal keeps both valid.
+/// Rows of 64 voxels along x, one word each, and one byte a block of 4 x 4 x 4 voxels: the chessboard
+/// distance (in blocks) to the nearest block with a solid voxel, 0 for such a block. Removal keeps both
+/// valid.
 class Occupancy {
  public:
   Occupancy() = default;

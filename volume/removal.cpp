@@ -1,10 +1,9 @@
 #include "volume/removal.h"
 
-#include <emmintrin.h>
-
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <emmintrin.h>
 #include <glm/geometric.hpp>
 #include <glm/gtc/matrix_access.hpp>
 #include <glm/matrix.hpp>
@@ -22,10 +21,10 @@ int samples_per_edge(double radius_mm, const Frame& frame) {
   return radius_mm < 4 * std::max({s.x, s.y, s.z}) ? 8 : 4;
 }
 
-
 }  // namespace
 
-/// Everything in mm relative to the start of the sweep, single precision: a sweep and its ball are tens of mm.
+/// Everything in mm relative to the start of the sweep, single precision: a sweep and its ball are tens of
+/// mm.
 struct RemovalEditor::Shape {
   Sweep sweep;
   int n;                       // mask fineness
@@ -49,8 +48,7 @@ struct RemovalEditor::Shape {
     ay = glm::vec3(frame.axes()[1]);
     az = glm::vec3(frame.axes()[2]);
     voxel_reach = static_cast<float>(0.5 * frame.diagonal_mm() * 1.0001 + 1e-5);
-    for (int i = 0; i < n; ++i)
-      offset[i] = (static_cast<float>(i) + 0.5f) / static_cast<float>(n) - 0.5f;
+    for (int i = 0; i < n; ++i) offset[i] = (static_cast<float>(i) + 0.5f) / static_cast<float>(n) - 0.5f;
     for (int k = 0; k < n; ++k)
       for (int j = 0; j < n; ++j)
         for (int i = 0; i < n; ++i) {
@@ -62,10 +60,11 @@ struct RemovalEditor::Shape {
   /// Half the extent of a brick's voxel centres along a unit direction.
   float brick_extent(const glm::vec3& n) const {
     constexpr float k_half = 0.5f * (k_brick - 1);
-    return k_half * (std::abs(glm::dot(n, ax)) + std::abs(glm::dot(n, ay)) + std::abs(glm::dot(n, az))) + 1e-4f;
+    return k_half * (std::abs(glm::dot(n, ax)) + std::abs(glm::dot(n, ay)) + std::abs(glm::dot(n, az))) +
+           1e-4f;
   }
-  /// Is nothing to do in the brick whose middle is at w? It lies beyond the band, by the plane through the nearest point
-  /// of the sweep's axis, or wholly behind a continued sweep.
+  /// Is nothing to do in the brick whose middle is at w? It lies beyond the band, by the plane through the
+  /// nearest point of the sweep's axis, or wholly behind a continued sweep.
   bool misses_brick(const glm::vec3& w) const {
     const float wt = glm::dot(w, along);
     if (sweep.continues && length > 0 && wt < -brick_extent(along) - voxel_reach) return true;
@@ -80,8 +79,10 @@ struct RemovalEditor::Shape {
     const float projection = glm::dot(c, along);
     const bool is_past_end = projection >= length + voxel_reach || length == 0;
     const glm::vec3 from = is_past_end ? c - length * along : c;
-    if (is_past_end) n == 4 ? sample_ball<4>(from, words) : sample_ball<8>(from, words);
-    else n == 4 ? sample_capsule<4>(from, words) : sample_capsule<8>(from, words);
+    if (is_past_end)
+      n == 4 ? sample_ball<4>(from, words) : sample_ball<8>(from, words);
+    else
+      n == 4 ? sample_capsule<4>(from, words) : sample_capsule<8>(from, words);
   }
 
  private:
@@ -89,7 +90,8 @@ struct RemovalEditor::Shape {
   static std::uint64_t bits_of(const __m128* d) {
     const __m128 zero = _mm_setzero_ps();
     const auto is_in = [&](int i) { return _mm_castps_si128(_mm_cmple_ps(d[i], zero)); };
-    const __m128i packed = _mm_packs_epi16(_mm_packs_epi32(is_in(0), is_in(1)), _mm_packs_epi32(is_in(2), is_in(3)));
+    const __m128i packed =
+        _mm_packs_epi16(_mm_packs_epi32(is_in(0), is_in(1)), _mm_packs_epi32(is_in(2), is_in(3)));
     return static_cast<std::uint64_t>(_mm_movemask_epi8(packed));
   }
   template <int N>
@@ -191,15 +193,17 @@ Brick& RemovalEditor::editable_brick(Page& page, std::size_t index) {
 
 RemovalMask& RemovalEditor::editable_mask(Brick& brick, int n) {
   RemovalMask* mask = brick.mask.get();
-  if (mask->n < n) brick.mask = Ref<RemovalMask>(mask->refined());
-  else if (mask->stroke != stroke_) brick.mask = Ref<RemovalMask>(mask->copy());
+  if (mask->n < n)
+    brick.mask = Ref<RemovalMask>(mask->refined());
+  else if (mask->stroke != stroke_)
+    brick.mask = Ref<RemovalMask>(mask->copy());
   brick.mask->stroke = stroke_;
   return *brick.mask;
 }
 
 void RemovalEditor::classify(RemovalMask& mask, const glm::ivec3& low) const {
-  // A voxel's cube lies in cells whose corners are its 27 neighbours; a trilinear value lies between its corners'.
-  // Rows of ten bits, ANDed (ORed) with their neighbours along x, then over nine rows.
+  // A voxel's cube lies in cells whose corners are its 27 neighbours; a trilinear value lies between its
+  // corners'. Rows of ten bits, ANDed (ORed) with their neighbours along x, then over nine rows.
   constexpr int k_edge = k_brick + 2;
   for (const Field& field : solids_) {
     std::array<std::array<unsigned, k_edge>, k_edge> all, any;
@@ -207,7 +211,9 @@ void RemovalEditor::classify(RemovalMask& mask, const glm::ivec3& low) const {
       for (std::size_t y = 0; y < k_edge; ++y) {
         unsigned row = 0;
         for (int x = 0; x < k_edge; ++x)
-          row |= static_cast<unsigned>(field.at(low.x + x - 1, low.y + static_cast<int>(y) - 1, low.z + static_cast<int>(z) - 1) >= 0) << x;
+          row |= static_cast<unsigned>(field.at(low.x + x - 1, low.y + static_cast<int>(y) - 1,
+                                                low.z + static_cast<int>(z) - 1) >= 0)
+                 << x;
         all[z][y] = row & row >> 1 & row >> 2;
         any[z][y] = row | row >> 1 | row >> 2;
       }
@@ -219,14 +225,15 @@ void RemovalEditor::classify(RemovalMask& mask, const glm::ivec3& low) const {
           touched |= any[z + n / 3][y + n % 3];
         }
         mask.base_solid[z] |= static_cast<std::uint64_t>(solid & 0xff) << (8 * y);
-        mask.base_air[z] |= static_cast<std::uint64_t>(touched & 0xff) << (8 * y);  // not air; turned round below
+        mask.base_air[z] |= static_cast<std::uint64_t>(touched & 0xff)
+                            << (8 * y);  // not air; turned round below
       }
   }
   for (std::uint64_t& slice : mask.base_air) slice = ~slice;
 }
 
-std::int64_t RemovalEditor::count_solid(const RemovalMask& mask, const glm::ivec3& voxel, std::size_t in_brick,
-                                        const std::uint64_t* fresh) const {
+std::int64_t RemovalEditor::count_solid(const RemovalMask& mask, const glm::ivec3& voxel,
+                                        std::size_t in_brick, const std::uint64_t* fresh) const {
   const std::uint64_t bit = std::uint64_t{1} << (in_brick % 64);
   const std::size_t slice = in_brick / 64;
   if (mask.base_air[slice] & bit) return 0;
@@ -255,7 +262,8 @@ RemovalReport RemovalEditor::remove(const Sweep& sweep) {
   const Volume& base = next_->base();
   const Shape shape(sweep, *next_, samples_per_edge(sweep.radius_mm, base.frame));
 
-  // The box of voxels within radius + band of the sweep: a ball spans |row of the inverse| voxels along an axis.
+  // The box of voxels within radius + band of the sweep: a ball spans |row of the inverse| voxels along an
+  // axis.
   const double reach = sweep.radius_mm + next_->band_mm_;
   const glm::dvec3 a = base.frame.volume_from_world(sweep.start_world);
   const glm::dvec3 b = base.frame.volume_from_world(sweep.end_world);
@@ -291,12 +299,15 @@ struct RemovalEditor::BrickSweep {
   std::array<std::uint64_t, k_brick> inside;               // the voxel's cube lies in it
   bool is_in_band = false, is_nearer = false, is_hollow = true;
 
-  /// `corner`: centre of the brick's first voxel, relative to the sweep's start; `old`: distances so far, or null.
+  /// `corner`: centre of the brick's first voxel, relative to the sweep's start; `old`: distances so far, or
+  /// null.
   BrickSweep(const Shape& shape, const glm::vec3& corner, const float* old) {
-    const __m128 zero = _mm_setzero_ps(), length = _mm_set1_ps(shape.length), radius = _mm_set1_ps(shape.radius);
+    const __m128 zero = _mm_setzero_ps(), length = _mm_set1_ps(shape.length),
+                 radius = _mm_set1_ps(shape.radius);
     const __m128 band = _mm_set1_ps(shape.band), deep = _mm_set1_ps(-shape.band);
     const __m128 reach = _mm_set1_ps(shape.voxel_reach), within = _mm_set1_ps(-shape.voxel_reach);
-    const __m128 ux = _mm_set1_ps(shape.along.x), uy = _mm_set1_ps(shape.along.y), uz = _mm_set1_ps(shape.along.z);
+    const __m128 ux = _mm_set1_ps(shape.along.x), uy = _mm_set1_ps(shape.along.y),
+                 uz = _mm_set1_ps(shape.along.z);
     const __m128 lane[2] = {_mm_setr_ps(0, 1, 2, 3), _mm_setr_ps(4, 5, 6, 7)};
     const auto steps = [&lane](float step) {
       return std::array{_mm_mul_ps(lane[0], _mm_set1_ps(step)), _mm_mul_ps(lane[1], _mm_set1_ps(step))};
@@ -313,14 +324,18 @@ struct RemovalEditor::BrickSweep {
         const glm::vec3 row = from + static_cast<float>(y) * shape.ay + static_cast<float>(z) * shape.az;
         for (std::size_t half = 0; half < 2; ++half) {
           const std::size_t at = Brick::index(0, y, z) + 4 * half;
-          __m128 qx = _mm_add_ps(_mm_set1_ps(row.x), step_x[half]), qy = _mm_add_ps(_mm_set1_ps(row.y), step_y[half]);
+          __m128 qx = _mm_add_ps(_mm_set1_ps(row.x), step_x[half]),
+                 qy = _mm_add_ps(_mm_set1_ps(row.y), step_y[half]);
           __m128 qz = _mm_add_ps(_mm_set1_ps(row.z), step_z[half]);
           if (!is_ball) {
-            const __m128 wt = _mm_add_ps(_mm_add_ps(_mm_mul_ps(qx, ux), _mm_mul_ps(qy, uy)), _mm_mul_ps(qz, uz));
+            const __m128 wt =
+                _mm_add_ps(_mm_add_ps(_mm_mul_ps(qx, ux), _mm_mul_ps(qy, uy)), _mm_mul_ps(qz, uz));
             const __m128 t = _mm_min_ps(_mm_max_ps(wt, zero), length);
-            qx = _mm_sub_ps(qx, _mm_mul_ps(t, ux)), qy = _mm_sub_ps(qy, _mm_mul_ps(t, uy)), qz = _mm_sub_ps(qz, _mm_mul_ps(t, uz));
+            qx = _mm_sub_ps(qx, _mm_mul_ps(t, ux)), qy = _mm_sub_ps(qy, _mm_mul_ps(t, uy)),
+            qz = _mm_sub_ps(qz, _mm_mul_ps(t, uz));
           }
-          const __m128 square = _mm_add_ps(_mm_add_ps(_mm_mul_ps(qx, qx), _mm_mul_ps(qy, qy)), _mm_mul_ps(qz, qz));
+          const __m128 square =
+              _mm_add_ps(_mm_add_ps(_mm_mul_ps(qx, qx), _mm_mul_ps(qy, qy)), _mm_mul_ps(qz, qz));
           const __m128 d = _mm_max_ps(_mm_sub_ps(_mm_sqrt_ps(square), radius), deep);
           _mm_store_ps(distance.data() + at, d);
           near |= _mm_movemask_ps(_mm_cmplt_ps(d, band));
@@ -367,7 +382,8 @@ void RemovalEditor::remove_in_brick(const Shape& shape, const glm::ivec3& low, s
     }
   }
 
-  // Masks: voxels wholly inside are filled, those on the surface sampled; behind a continued sweep all is done.
+  // Masks: voxels wholly inside are filled, those on the surface sampled; behind a continued sweep all is
+  // done.
   RemovalMask* mask = nullptr;
   for (std::size_t z = 0; z < k_brick; ++z) {
     const RemovalMask* seen = brick ? brick->mask.get() : old ? old->mask.get() : nullptr;
@@ -396,13 +412,16 @@ void RemovalEditor::remove_in_brick(const Shape& shape, const glm::ivec3& low, s
   }
 }
 
-std::int64_t RemovalEditor::mark(const Shape& shape, RemovalMask& mask, const glm::ivec3& voxel, std::size_t in_brick,
-                                 const glm::vec3& centre, bool is_inside) {
+std::int64_t RemovalEditor::mark(const Shape& shape, RemovalMask& mask, const glm::ivec3& voxel,
+                                 std::size_t in_brick, const glm::vec3& centre, bool is_inside) {
   const auto words = static_cast<std::size_t>(mask.words_per_voxel());
   std::uint64_t samples[8];
-  if (is_inside) std::fill(samples, samples + words, k_all);
-  else if (mask.n == shape.n) shape.sample(centre, samples);
-  else Shape(shape.sweep, *next_, mask.n).sample(centre, samples);  // a large ball where a small one was: rare
+  if (is_inside)
+    std::fill(samples, samples + words, k_all);
+  else if (mask.n == shape.n)
+    shape.sample(centre, samples);
+  else
+    Shape(shape.sweep, *next_, mask.n).sample(centre, samples);  // a large ball where a small one was: rare
   std::uint64_t* at = mask.words.data() + in_brick * words;
   std::uint64_t any = 0, all = k_all;
   for (std::size_t w = 0; w < words; ++w) {

@@ -26,11 +26,12 @@ struct RemovalReport {
   VoxelBox box{glm::ivec3(0), glm::ivec3(-1)};  ///< voxels that may have changed; empty when low > high
 };
 
-/// Makes new versions from old ones. One thread (the edit thread). Removal is a union: applying sweeps again or in
-/// another order gives the same masks, ledger and kept bits.
+/// Makes new versions from old ones. One thread (the edit thread). Removal is a union: applying sweeps again
+/// or in another order gives the same masks, ledger and kept bits.
 class RemovalEditor {
  public:
-  /// `solids`: a sample counts as removed matter when any of these fields is >= 0 there. Borrows their volume.
+  /// `solids`: a sample counts as removed matter when any of these fields is >= 0 there. Borrows their
+  /// volume.
   RemovalEditor(std::shared_ptr<const Version> start, std::vector<Field> solids);
 
   /// Edits the working state; readers see nothing until publish().
@@ -54,7 +55,8 @@ class RemovalEditor {
   void classify(RemovalMask& mask, const glm::ivec3& low) const;
   void remove_in_brick(const Shape& shape, const glm::ivec3& low, std::size_t page, std::size_t index,
                        RemovalReport& report);
-  /// Marks the samples of a voxel that the sweep removes; returns the solid ones that are new, in ledger units.
+  /// Marks the samples of a voxel that the sweep removes; returns the solid ones that are new, in ledger
+  /// units.
   std::int64_t mark(const Shape& shape, RemovalMask& mask, const glm::ivec3& voxel, std::size_t in_brick,
                     const glm::vec3& centre, bool is_inside);
   std::int64_t count_solid(const RemovalMask& mask, const glm::ivec3& voxel, std::size_t in_brick,

@@ -1,5 +1,6 @@
-// The 256 configurations of a cell, as surface patches. Corner i lies at (i & 1, i >> 1 & 1, i >> 2 & 1); edge
-// 4 * axis + k runs along `axis` from the corner whose other two coordinates (in ascending axis order) are the bits of k.
+// The 256 configurations of a cell, as surface patches. Corner i lies at (i & 1, i >> 1 & 1, i >> 2 & 1);
+// edge 4 * axis + k runs along `axis` from the corner whose other two coordinates (in ascending axis order)
+// are the bits of k.
 #pragma once
 
 #include <array>
@@ -8,12 +9,12 @@
 namespace trephine::volume {
 
 struct NetCase {
-  std::uint16_t edges = 0;                        ///< edges whose ends differ
-  std::uint8_t patch_count = 0;                   ///< 0..4
-  std::array<std::uint8_t, 12> patch_of_edge{};   ///< for the edges above
-  std::int8_t pinch_face = -1;                    ///< ambiguous face that meets one patch twice, or -1
-  std::array<float, 3> corner_sum{};              ///< sum over all crossed edges of their fixed coordinates
-  float inverse_count = 0;                        ///< 1 / number of crossed edges
+  std::uint16_t edges = 0;                       ///< edges whose ends differ
+  std::uint8_t patch_count = 0;                  ///< 0..4
+  std::array<std::uint8_t, 12> patch_of_edge{};  ///< for the edges above
+  std::int8_t pinch_face = -1;                   ///< ambiguous face that meets one patch twice, or -1
+  std::array<float, 3> corner_sum{};             ///< sum over all crossed edges of their fixed coordinates
+  float inverse_count = 0;                       ///< 1 / number of crossed edges
 };
 
 constexpr int net_edge_corner(int edge) {
@@ -26,15 +27,16 @@ constexpr int net_edge(int axis, int corner) {
   return 4 * axis + ((corner >> b & 1) | (corner >> c & 1) << 1);
 }
 
-/// Faces are 2 * axis + side. Patches join crossed edges that share a face; on an ambiguous face (four crossings)
-/// they join around its solid corners, or around its air corners on `flipped_face`.
+/// Faces are 2 * axis + side. Patches join crossed edges that share a face; on an ambiguous face (four
+/// crossings) they join around its solid corners, or around its air corners on `flipped_face`.
 constexpr NetCase make_net_case(int config, int flipped_face) {
   NetCase result;
   std::array<int, 12> parent{};
   for (int e = 0; e < 12; ++e) {
     parent[static_cast<std::size_t>(e)] = e;
     const int corner = net_edge_corner(e);
-    if ((config >> corner & 1) != (config >> (corner | 1 << e / 4) & 1)) result.edges |= static_cast<std::uint16_t>(1 << e);
+    if ((config >> corner & 1) != (config >> (corner | 1 << e / 4) & 1))
+      result.edges |= static_cast<std::uint16_t>(1 << e);
   }
   const auto root = [&parent](int e) {
     while (parent[static_cast<std::size_t>(e)] != e) e = parent[static_cast<std::size_t>(e)];
@@ -45,7 +47,8 @@ constexpr NetCase make_net_case(int config, int flipped_face) {
   for (int face = 0; face < 6; ++face) {
     const int axis = face / 2, b = axis == 0 ? 1 : 0, c = axis == 2 ? 1 : 2;
     const int base = (face & 1) << axis;
-    const std::array<int, 4> corners{base, base | 1 << b, base | 1 << b | 1 << c, base | 1 << c};  // around the face
+    const std::array<int, 4> corners{base, base | 1 << b, base | 1 << b | 1 << c,
+                                     base | 1 << c};  // around the face
     const std::array<int, 4> edges{net_edge(b, corners[0]), net_edge(c, corners[1]), net_edge(b, corners[3]),
                                    net_edge(c, corners[0])};  // edge i joins corner i and i + 1
     int crossed = 0;
@@ -54,8 +57,10 @@ constexpr NetCase make_net_case(int config, int flipped_face) {
       int first = -1;
       for (const int e : edges) {
         if (!(result.edges >> e & 1)) continue;
-        if (first < 0) first = e;
-        else parent[static_cast<std::size_t>(root(e))] = root(first);
+        if (first < 0)
+          first = e;
+        else
+          parent[static_cast<std::size_t>(root(e))] = root(first);
       }
     } else if (crossed == 4) {
       // Join the two edges at each corner of the kind that is kept apart.
@@ -78,13 +83,15 @@ constexpr NetCase make_net_case(int config, int flipped_face) {
     if (n < 0) n = result.patch_count++;
     result.patch_of_edge[static_cast<std::size_t>(e)] = static_cast<std::uint8_t>(n);
     const int corner = net_edge_corner(e);
-    for (int a = 0; a < 3; ++a) result.corner_sum[static_cast<std::size_t>(a)] += static_cast<float>(corner >> a & 1);
+    for (int a = 0; a < 3; ++a)
+      result.corner_sum[static_cast<std::size_t>(a)] += static_cast<float>(corner >> a & 1);
     ++count;
   }
   if (count > 0) result.inverse_count = 1.0f / static_cast<float>(count);
   for (int face = 0; face < 6; ++face) {
     const auto& [p, q] = ambiguous[static_cast<std::size_t>(face)];
-    if (is_ambiguous[static_cast<std::size_t>(face)] && root(p) == root(q)) result.pinch_face = static_cast<std::int8_t>(face);
+    if (is_ambiguous[static_cast<std::size_t>(face)] && root(p) == root(q))
+      result.pinch_face = static_cast<std::int8_t>(face);
   }
   return result;
 }

@@ -1,41 +1,47 @@
 #include "volume/surface_nets.h"
 
-#include <emmintrin.h>
-
 #include <algorithm>
 #include <bit>
 #include <cmath>
 #include <cstring>
+#include <emmintrin.h>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <vector>
 
 #include "volume/parallel.h"
 #include "volume/surface_net_cases.h"
+#include "volume/work_counters.h"
 
 namespace trephine::volume {
 
 namespace {
 
 constexpr std::uint32_t k_many_patches = 1u << 31;  // flag on a cell's first vertex id
-constexpr int k_halo = 2;                           // voxels below the first owned cell: one cell for quads, one for faces
+constexpr int k_halo = 2;  // voxels below the first owned cell: one cell for quads, one for faces
 
 /// Vertices and triangles that start in a row or layer; after the prefix sum, where they start.
 struct Counts {
   std::uint32_t vertices = 0, triangles = 0;
 };
 
-/// Surface nets over a box of cells. Local voxel (i, j, k) is voxel first + (i, j, k); local cell i lies between
-/// local voxels i and i + 1. Owned cells (whose quads are made) are 2 .. count + 1 on each axis; the halo cells
-/// 1 get vertices too.
+/// Surface nets over a box of cells. Local voxel (i, j, k) is voxel first + (i, j, k); local cell i lies
+/// between local voxels i and i + 1. Owned cells (whose quads are made) are 2 .. count + 1 on each axis; the
+/// halo cells 1 get vertices too.
 class NetBuilder {
  public:
-  NetBuilder(const SurfaceSource& source, const glm::ivec3& first_cell, const glm::ivec3& cells, bool has_halo_vertices,
-             int threads)
-      : source_(source), volume_(source.field->volume()), first_(first_cell - k_halo), cells_(cells),
-        vertex_low_(has_halo_vertices ? 1 : 2), threads_(threads), voxels_(cells + 2 * k_halo),
+  NetBuilder(const SurfaceSource& source, const glm::ivec3& first_cell, const glm::ivec3& cells,
+             bool has_halo_vertices, int threads)
+      : source_(source),
+        volume_(source.field->volume()),
+        first_(first_cell - k_halo),
+        cells_(cells),
+        vertex_low_(has_halo_vertices ? 1 : 2),
+        threads_(threads),
+        voxels_(cells + 2 * k_halo),
         words_((voxels_.x + 63) / 64),
-        bits_(static_cast<std::size_t>(words_) * static_cast<std::size_t>(voxels_.y) * static_cast<std::size_t>(voxels_.z)),
+        bits_(static_cast<std::size_t>(words_) * static_cast<std::size_t>(voxels_.y) *
+              static_cast<std::size_t>(voxels_.z)),
         is_cut_(source.version != nullptr && !source.version->is_untouched()) {
     const Shape& shape = source.field->shape();
     low_ = static_cast<float>(shape.low);
@@ -46,8 +52,10 @@ class NetBuilder {
   Mesh build_small(NetScratch& scratch) {
     for (int z = 0; z < voxels_.z; ++z) fill_bits(z);
     const int layers = cells_.z + k_halo;
-    busy_.assign(static_cast<std::size_t>(layers) * static_cast<std::size_t>(cells_.y + k_halo), ~std::uint64_t{0} >> (64 - words_));
-    const std::size_t layer_cells = static_cast<std::size_t>(cells_.x + k_halo) * static_cast<std::size_t>(cells_.y + k_halo);
+    busy_.assign(static_cast<std::size_t>(layers) * static_cast<std::size_t>(cells_.y + k_halo),
+                 ~std::uint64_t{0} >> (64 - words_));
+    const std::size_t layer_cells =
+        static_cast<std::size_t>(cells_.x + k_halo) * static_cast<std::size_t>(cells_.y + k_halo);
     Buffer<glm::vec3>& vertices = scratch.vertices;
     Buffer<std::uint32_t>& triangles = scratch.triangles;
     const auto make_room = [](auto& buffer, std::size_t used, std::size_t more) {
@@ -89,7 +97,8 @@ class NetBuilder {
     Mesh mesh;
     mesh.vertices = Buffer<glm::vec3>(layer.back().vertices);
     mesh.triangles = Buffer<std::uint32_t>(3 * static_cast<std::size_t>(layer.back().triangles));
-    // A task numbers the layer below its own once more, so few large tasks; several a thread, so that they even out.
+    // A task numbers the layer below its own once more, so few large tasks; several a thread, so that they
+    // even out.
     const int threads = thread_count(threads_);
     const int thick = threads == 1 ? layers : std::max(8, layers / (4 * threads));
     const int tasks = (layers + thick - 1) / thick;
@@ -131,8 +140,9 @@ class NetBuilder {
   };
 
   std::uint64_t* bit_row(int y, int z) {
-    return bits_.data() + static_cast<std::size_t>(words_) * (static_cast<std::size_t>(y) +
-                          static_cast<std::size_t>(voxels_.y) * static_cast<std::size_t>(z));
+    return bits_.data() + static_cast<std::size_t>(words_) *
+                              (static_cast<std::size_t>(y) +
+                               static_cast<std::size_t>(voxels_.y) * static_cast<std::size_t>(z));
   }
   const std::uint64_t* bit_row(int y, int z) const { return const_cast<NetBuilder*>(this)->bit_row(y, z); }
 
@@ -151,15 +161,19 @@ class NetBuilder {
         std::fill_n(out, words_, 0);
         continue;
       }
-      if (source_.bits) std::copy_n(source_.bits->row(gy, gz) + from, count, row.data() + from);
-      else threshold_row(volume_, source_.field->shape(), gy, gz, row.data());
+      if (source_.bits)
+        std::copy_n(source_.bits->row(gy, gz) + from, count, row.data() + from);
+      else
+        threshold_row(volume_, source_.field->shape(), gy, gz, row.data());
       if (is_cut_ && (y == 0 || (gy & 7) == 0)) is_row_cut = source_.version->has_brick(gy, gz, from, count);
       if (is_cut_ && is_row_cut) source_.version->mask_row(gy, gz, from, count, row.data() + from);
       // Local bit i is voxel first + i: shift the row by `first` bits, zeros outside.
       for (int w = 0; w < words_; ++w) {
         const int start = first_.x + 64 * w;
         const int at = start >> 6, shift = start & 63;  // floor division, also for negatives
-        const auto word = [&](int i) { return i >= from && i < from + count ? row[static_cast<std::size_t>(i)] : 0; };
+        const auto word = [&](int i) {
+          return i >= from && i < from + count ? row[static_cast<std::size_t>(i)] : 0;
+        };
         out[w] = shift == 0 ? word(at) : word(at) >> shift | word(at + 1) << (64 - shift);
       }
       const int used = voxels_.x & 63;
@@ -186,7 +200,8 @@ class NetBuilder {
     std::uint64_t s00, s10, s01, s11;  // the same, one voxel on along x
   };
   RowWords row_words(int y, int z, int w) const {
-    const std::uint64_t *a = bit_row(y, z), *b = bit_row(y + 1, z), *c = bit_row(y, z + 1), *d = bit_row(y + 1, z + 1);
+    const std::uint64_t *a = bit_row(y, z), *b = bit_row(y + 1, z), *c = bit_row(y, z + 1),
+                        *d = bit_row(y + 1, z + 1);
     const auto next = [&](const std::uint64_t* row) {
       return row[w] >> 1 | (w + 1 < words_ ? row[w + 1] << 63 : 0);
     };
@@ -203,7 +218,8 @@ class NetBuilder {
       return 0;
     return config_of(row_words(cell.y, cell.z, cell.x >> 6), cell.x & 63);
   }
-  /// The case of a cell: an ambiguous face separates air instead of solid when both its cells would pinch there.
+  /// The case of a cell: an ambiguous face separates air instead of solid when both its cells would pinch
+  /// there.
   const NetCase& case_of(int config, const glm::ivec3& cell) const {
     const NetCase& plain = k_net_cases[0][static_cast<std::size_t>(config)];
     if (plain.pinch_face < 0) return plain;
@@ -237,18 +253,22 @@ class NetBuilder {
       const auto [low, high] = limits(axis, is_along);
       return i >= low && i <= high;
     };
-    const bool along_y = holds(1, true, y), across_y = holds(1, false, y), along_z = holds(2, true, z), across_z = holds(2, false, z);
+    const bool along_y = holds(1, true, y), across_y = holds(1, false, y), along_z = holds(2, true, z),
+               across_z = holds(2, false, z);
     const auto [along_low, along_high] = limits(0, true);
     const auto [across_low, across_high] = limits(0, false);
-    return {across_y && across_z, along_y && across_z, across_y && along_z, along_low, along_high, across_low, across_high};
+    return {across_y && across_z, along_y && across_z, across_y && along_z, along_low,
+            along_high,           across_low,          across_high};
   }
   /// Owned grid edges that are crossed, along x, y and z, by the cell of which they are the lowest corner.
   struct CrossedEdges {
     std::uint64_t x, y, z;
   };
   static CrossedEdges crossed_edges(const RowWords& r, const EdgeLimits& limits, int w) {
-    const std::uint64_t along = range_mask(w, limits.along_low, limits.along_high), across = range_mask(w, limits.across_low, limits.across_high);
-    return {limits.has_x ? (r.r00 ^ r.s00) & along : 0, limits.has_y ? (r.r00 ^ r.r10) & across : 0, limits.has_z ? (r.r00 ^ r.r01) & across : 0};
+    const std::uint64_t along = range_mask(w, limits.along_low, limits.along_high),
+                        across = range_mask(w, limits.across_low, limits.across_high);
+    return {limits.has_x ? (r.r00 ^ r.s00) & along : 0, limits.has_y ? (r.r00 ^ r.r10) & across : 0,
+            limits.has_z ? (r.r00 ^ r.r01) & across : 0};
   }
 
   struct CellSpan {
@@ -267,7 +287,8 @@ class NetBuilder {
 
   /// Words of row (y, z) that hold active cells, a bit each; rows of more than 64 words count as all busy.
   std::uint64_t& busy_words(int y, int z) {
-    return busy_[static_cast<std::size_t>(z) * static_cast<std::size_t>(cells_.y + k_halo) + static_cast<std::size_t>(y)];
+    return busy_[static_cast<std::size_t>(z) * static_cast<std::size_t>(cells_.y + k_halo) +
+                 static_cast<std::size_t>(y)];
   }
   /// Calls each(word) for the busy words of a row.
   template <class Each>
@@ -297,7 +318,8 @@ class NetBuilder {
             layer.vertices += case_of(config_of(r, i), {64 * w + i, y, z}).patch_count;
           }
         const CrossedEdges e = crossed_edges(r, limits, w);
-        layer.triangles += 2 * static_cast<std::uint32_t>(std::popcount(e.x) + std::popcount(e.y) + std::popcount(e.z));
+        layer.triangles +=
+            2 * static_cast<std::uint32_t>(std::popcount(e.x) + std::popcount(e.y) + std::popcount(e.z));
       }
       busy_words(y, z) = busy;
     }
@@ -313,7 +335,8 @@ class NetBuilder {
     const NetCase** cases = slabs.cases[slabs.now].data() + slabs.width * static_cast<std::size_t>(y);
     for_busy_words(y, z, [&](int w) {
       const RowWords r = row_words(y, z, w);
-      for (std::uint64_t left = active_cells(r) & range_mask(w, xs.low, xs.high); left != 0; left &= left - 1) {
+      for (std::uint64_t left = active_cells(r) & range_mask(w, xs.low, xs.high); left != 0;
+           left &= left - 1) {
         const int i = std::countr_zero(left), x = 64 * w + i;
         const int config = config_of(r, i);
         const NetCase& net = case_of(config, {x, y, z});
@@ -361,7 +384,8 @@ class NetBuilder {
     return {id, static_cast<std::uint32_t>((out - triangles) / 3)};
   }
 
-  /// Rows of first vertex ids around row y: of the layer in work and of the one below, and the same one row lower.
+  /// Rows of first vertex ids around row y: of the layer in work and of the one below, and the same one row
+  /// lower.
   struct IdRows {
     const std::uint32_t *now, *now_lower, *below, *below_lower;
   };
@@ -371,17 +395,20 @@ class NetBuilder {
     return {now + row, now + lower, below + row, below + lower};
   }
 
-  /// One quad around each crossed edge along Axis, its outside toward the air: the four cells around the edge,
-  /// counter-clockwise seen from its high end.
+  /// One quad around each crossed edge along Axis, its outside toward the air: the four cells around the
+  /// edge, counter-clockwise seen from its high end.
   template <int Axis>
-  std::uint32_t* emit_quads(std::uint64_t edges, std::uint64_t solid, int w, int y, const IdRows& rows, const Slabs& slabs,
-                            std::uint32_t* out) const {
+  std::uint32_t* emit_quads(std::uint64_t edges, std::uint64_t solid, int w, int y, const IdRows& rows,
+                            const Slabs& slabs, std::uint32_t* out) const {
     for (; edges != 0; edges &= edges - 1) {
       const int i = std::countr_zero(edges), x = 64 * w + i;
       std::uint32_t a, b, c, d;
-      if constexpr (Axis == 0) a = rows.below_lower[x], b = rows.below[x], c = rows.now[x], d = rows.now_lower[x];
-      else if constexpr (Axis == 1) a = rows.below[x - 1], b = rows.now[x - 1], c = rows.now[x], d = rows.below[x];
-      else a = rows.now_lower[x - 1], b = rows.now_lower[x], c = rows.now[x], d = rows.now[x - 1];
+      if constexpr (Axis == 0)
+        a = rows.below_lower[x], b = rows.below[x], c = rows.now[x], d = rows.now_lower[x];
+      else if constexpr (Axis == 1)
+        a = rows.below[x - 1], b = rows.now[x - 1], c = rows.now[x], d = rows.below[x];
+      else
+        a = rows.now_lower[x - 1], b = rows.now_lower[x], c = rows.now[x], d = rows.now[x - 1];
       if ((a | b | c | d) & k_many_patches) {
         constexpr int first = (Axis + 1) % 3, second = (Axis + 2) % 3;
         a = patch_vertex(Axis, a, x, y, 1 << first | 1 << second, slabs);
@@ -399,16 +426,20 @@ class NetBuilder {
     }
     return out;
   }
-  /// The vertex of the patch that holds the edge, for the cell `corner` steps down (bits of x, y, z) from cell (x, y).
+  /// The vertex of the patch that holds the edge, for the cell `corner` steps down (bits of x, y, z) from
+  /// cell (x, y).
   std::uint32_t patch_vertex(int axis, std::uint32_t id, int x, int y, int corner, const Slabs& slabs) const {
     if (!(id & k_many_patches)) return id;
     const std::size_t slab = corner & 4 ? slabs.now ^ 1 : slabs.now;
-    const std::size_t at = slabs.width * static_cast<std::size_t>(y - (corner >> 1 & 1)) + static_cast<std::size_t>(x - (corner & 1));
-    return (id & ~k_many_patches) + slabs.cases[slab][at]->patch_of_edge[static_cast<std::size_t>(net_edge(axis, corner))];
+    const std::size_t at = slabs.width * static_cast<std::size_t>(y - (corner >> 1 & 1)) +
+                           static_cast<std::size_t>(x - (corner & 1));
+    return (id & ~k_many_patches) +
+           slabs.cases[slab][at]->patch_of_edge[static_cast<std::size_t>(net_edge(axis, corner))];
   }
 
   void prefetch(const glm::ivec3& cell) const {
-    const glm::ivec3 last = volume_.size - 1, low = glm::clamp(cell, glm::ivec3(0), last), high = glm::min(low + 1, last);
+    const glm::ivec3 last = volume_.size - 1, low = glm::clamp(cell, glm::ivec3(0), last),
+                     high = glm::min(low + 1, last);
     const std::int16_t* v = volume_.voxels.data();
     for (const std::size_t at : {volume_.index(low.x, low.y, low.z), volume_.index(low.x, high.y, low.z),
                                  volume_.index(low.x, low.y, high.z), volume_.index(low.x, high.y, high.z)})
@@ -422,22 +453,26 @@ class NetBuilder {
                            cell.y + 1 < volume_.size.y && cell.z + 1 < volume_.size.z;
     bool is_cut = false;
     if (is_inside && is_plain_window_) {
-      const std::size_t row = static_cast<std::size_t>(volume_.size.x), slice = row * static_cast<std::size_t>(volume_.size.y);
+      const std::size_t row = static_cast<std::size_t>(volume_.size.x),
+                        slice = row * static_cast<std::size_t>(volume_.size.y);
       const std::int16_t* v = volume_.voxels.data() + volume_.index(cell.x, cell.y, cell.z);
       const auto pair = [](const std::int16_t* at) {
         int both;
         std::memcpy(&both, at, sizeof both);
         return _mm_cvtsi32_si128(both);
       };
-      const __m128i near = _mm_unpacklo_epi32(pair(v), pair(v + row)), far = _mm_unpacklo_epi32(pair(v + slice), pair(v + slice + row));
+      const __m128i near = _mm_unpacklo_epi32(pair(v), pair(v + row)),
+                    far = _mm_unpacklo_epi32(pair(v + slice), pair(v + slice + row));
       const auto less_low = [this](__m128i four) {  // the low four int16, as floats
-        return _mm_sub_ps(_mm_cvtepi32_ps(_mm_srai_epi32(_mm_unpacklo_epi16(four, four), 16)), _mm_set1_ps(low_));
+        return _mm_sub_ps(_mm_cvtepi32_ps(_mm_srai_epi32(_mm_unpacklo_epi16(four, four), 16)),
+                          _mm_set1_ps(low_));
       };
       _mm_store_ps(g, less_low(near));
       _mm_store_ps(g + 4, less_low(far));
     } else {
       for (int i = 0; i < 8; ++i)
-        g[i] = static_cast<float>(source_.field->at(cell.x + (i & 1), cell.y + (i >> 1 & 1), cell.z + (i >> 2 & 1)));
+        g[i] = static_cast<float>(
+            source_.field->at(cell.x + (i & 1), cell.y + (i >> 1 & 1), cell.z + (i >> 2 & 1)));
     }
     if (is_cut_) is_cut = cut_distances(cell, d);
     if (net.patch_count == 1) {
@@ -455,7 +490,8 @@ class NetBuilder {
       float t = 1;
       if (g[air] < 0) t = g[in] / (g[in] - g[air]);
       if (is_cut && d[air] <= 0) t = std::min(t, d[in] / (d[in] - d[air]));
-      glm::vec3 p(static_cast<float>(low & 1), static_cast<float>(low >> 1 & 1), static_cast<float>(low >> 2 & 1));
+      glm::vec3 p(static_cast<float>(low & 1), static_cast<float>(low >> 1 & 1),
+                  static_cast<float>(low >> 2 & 1));
       p[axis] = is_low_solid ? t : 1 - t;
       const std::size_t patch = net.patch_of_edge[static_cast<std::size_t>(e)];
       sum[patch] += p;
@@ -478,17 +514,20 @@ class NetBuilder {
       d[4] = at[k_slice], d[5] = at[k_slice + 1], d[6] = at[k_slice + k_row], d[7] = at[k_slice + k_row + 1];
     } else {
       for (int i = 0; i < 8; ++i)
-        d[i] = static_cast<float>(version.distance_at(cell.x + (i & 1), cell.y + (i >> 1 & 1), cell.z + (i >> 2 & 1)));
+        d[i] = static_cast<float>(
+            version.distance_at(cell.x + (i & 1), cell.y + (i >> 1 & 1), cell.z + (i >> 2 & 1)));
     }
     return std::any_of(d, d + 8, [](float value) { return value <= 0; });
   }
 
-  /// All twelve edges at once; those not crossed add nothing. From its solid end an edge runs to where the first of the
-  /// two fields leaves.
+  /// All twelve edges at once; those not crossed add nothing. From its solid end an edge runs to where the
+  /// first of the two fields leaves.
   template <bool IsCut>
   static glm::vec3 mean_crossing(const float* g, const float* d, const NetCase& net) {
     const __m128 zero = _mm_setzero_ps(), one = _mm_set1_ps(1);
-    const auto choose = [](__m128 mask, __m128 yes, __m128 no) { return _mm_or_ps(_mm_and_ps(mask, yes), _mm_andnot_ps(mask, no)); };
+    const auto choose = [](__m128 mask, __m128 yes, __m128 no) {
+      return _mm_or_ps(_mm_and_ps(mask, yes), _mm_andnot_ps(mask, no));
+    };
     const auto ratio = [](__m128 from, __m128 to) { return _mm_div_ps(from, _mm_sub_ps(from, to)); };
     const auto along = [&](__m128 g0, __m128 g1, __m128 d0, __m128 d1) {
       __m128 solid0 = _mm_cmpge_ps(g0, zero), solid1 = _mm_cmpge_ps(g1, zero), t = ratio(g0, g1);
@@ -508,8 +547,12 @@ class NetBuilder {
     };
     const __m128 gl = _mm_load_ps(g), gh = _mm_load_ps(g + 4);  // corners 0-3 and 4-7
     const __m128 dl = IsCut ? _mm_load_ps(d) : zero, dh = IsCut ? _mm_load_ps(d + 4) : zero;
-    const auto even = [](__m128 low, __m128 high) { return _mm_shuffle_ps(low, high, _MM_SHUFFLE(2, 0, 2, 0)); };
-    const auto odd = [](__m128 low, __m128 high) { return _mm_shuffle_ps(low, high, _MM_SHUFFLE(3, 1, 3, 1)); };
+    const auto even = [](__m128 low, __m128 high) {
+      return _mm_shuffle_ps(low, high, _MM_SHUFFLE(2, 0, 2, 0));
+    };
+    const auto odd = [](__m128 low, __m128 high) {
+      return _mm_shuffle_ps(low, high, _MM_SHUFFLE(3, 1, 3, 1));
+    };
     const auto front = [](__m128 low, __m128 high) { return _mm_movelh_ps(low, high); };
     const auto back = [](__m128 low, __m128 high) { return _mm_movehl_ps(high, low); };
     const float x = total(along(even(gl, gh), odd(gl, gh), even(dl, dh), odd(dl, dh)));
@@ -534,10 +577,12 @@ class NetBuilder {
 }  // namespace
 
 Mesh surface_net(const SurfaceSource& source, int threads) {
+  ++work_counters().surfaces;
   return NetBuilder(source, glm::ivec3(-1), source.field->volume().size + 1, false, threads).build();
 }
 
 Mesh surface_net_chunk(const SurfaceSource& source, const glm::ivec3& chunk, NetScratch* scratch) {
+  ++work_counters().surfaces;
   const glm::ivec3 first = k_chunk * chunk - 1;
   const glm::ivec3 cells = glm::min(glm::ivec3(k_chunk), source.field->volume().size - first);
   NetScratch own;
@@ -564,7 +609,8 @@ Buffer<glm::vec3> vertex_normals(const SurfaceSource& source, const Mesh& mesh, 
         // The nearer of the two surfaces shapes this vertex.
         const glm::dvec3 cut = source.version->distance_gradient(p);
         const double to_cut = std::abs(source.version->distance(p)) / std::max(glm::length(cut), 1e-9);
-        const double to_field = std::abs(source.field->value(p)) / std::max(glm::length(source.field->gradient(p)), 1e-9);
+        const double to_field =
+            std::abs(source.field->value(p)) / std::max(glm::length(source.field->gradient(p)), 1e-9);
         if (to_cut < to_field) gradient = cut;
       }
       const glm::dvec3 world = frame.gradient_world_from_volume(gradient);

@@ -11,7 +11,8 @@
 
 namespace trephine::volume {
 
-/// Triangles in the volume frame (voxel units), seen from the free side counter-clockwise (in a right-handed frame).
+/// Triangles in the volume frame (voxel units), seen from the free side counter-clockwise (in a right-handed
+/// frame).
 struct Mesh {
   Buffer<glm::vec3> vertices;
   Buffer<std::uint32_t> triangles;  ///< three vertex indices each
@@ -23,13 +24,14 @@ struct Mesh {
 /// What the surface is of. Borrowed for the call.
 struct SurfaceSource {
   const Field* field;
-  const Version* version = nullptr;    ///< null: the base
-  const Occupancy* bits = nullptr;     ///< bits of the field's shape; null: thresholded on the way
-  bool is_open = false;                ///< leave holes where the solid reaches the grid's border
+  const Version* version = nullptr;  ///< null: the base
+  const Occupancy* bits = nullptr;   ///< bits of the field's shape; null: thresholded on the way
+  bool is_open = false;              ///< leave holes where the solid reaches the grid's border
 };
 
-/// The whole surface. One vertex for each surface patch of a cell (a cell = eight voxel centres); ambiguous faces
-/// separate the solid, except where both cells would then pinch. The result does not depend on `threads` (0 = all).
+/// The whole surface. One vertex for each surface patch of a cell (a cell = eight voxel centres); ambiguous
+/// faces separate the solid, except where both cells would then pinch. The result does not depend on
+/// `threads` (0 = all).
 Mesh surface_net(const SurfaceSource& source, int threads = 0);
 
 /// Cells along the edge of a chunk.

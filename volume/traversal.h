@@ -1,9 +1,10 @@
-// Exact voxel traversal (Amanatides and Woo 1987) in the half-voxel shifted frame: voxel i is the half-open cube
-// [i - 0.5, i + 0.5), so (0.5, 0, 0) belongs to the higher voxel.
+// Exact voxel traversal (Amanatides and Woo 1987) in the half-voxel shifted frame: voxel i is the half-open
+// cube [i - 0.5, i + 0.5), so (0.5, 0, 0) belongs to the higher voxel.
 //
-// A segment through lattice planes, edges or corners is traced as if moved by (e, e^2, e^3), e -> 0+: it is then
-// generic, its voxels are 6-connected, and the reverse segment visits the same voxels. No epsilon is used anywhere:
-// crossings are ordered by floating point with an error bound, and by exact arithmetic within the bound.
+// A segment through lattice planes, edges or corners is traced as if moved by (e, e^2, e^3), e -> 0+: it is
+// then generic, its voxels are 6-connected, and the reverse segment visits the same voxels. No epsilon is
+// used anywhere: crossings are ordered by floating point with an error bound, and by exact arithmetic within
+// the bound.
 #pragma once
 
 #include <algorithm>
@@ -77,7 +78,8 @@ class Segment {
   bool precedes(int axis_a, double plane_a, int axis_b, double plane_b) const noexcept {
     return precedes(axis_a, plane_a, parameter(axis_a, plane_a), axis_b, plane_b, parameter(axis_b, plane_b));
   }
-  bool precedes(int axis_a, double plane_a, double t_a, int axis_b, double plane_b, double t_b) const noexcept {
+  bool precedes(int axis_a, double plane_a, double t_a, int axis_b, double plane_b,
+                double t_b) const noexcept {
     // Each parameter carries at most 4 roundings of 2^-53.
     constexpr double k_bound = 0x1p-50;
     const double gap = t_a - t_b, doubt = k_bound * (std::abs(t_a) + std::abs(t_b));
@@ -102,8 +104,7 @@ class Segment {
  private:
   /// The order with ties broken by the perturbation (e, e^2, e^3): the lower axis decides, by its direction.
   bool precedes_exactly(int a, double plane_a, int b, double plane_b) const noexcept {
-    const int order =
-        compare_crossings_exactly(start_[a], end_[a], plane_a, start_[b], end_[b], plane_b);
+    const int order = compare_crossings_exactly(start_[a], end_[a], plane_a, start_[b], end_[b], plane_b);
     if (order != 0) return order < 0;
     return a < b ? step_[a] > 0 : step_[b] < 0;
   }
@@ -127,7 +128,9 @@ class VoxelWalk {
   bool is_done() const noexcept { return is_done_; }
   const glm::ivec3& voxel() const noexcept { return voxel_; }
   double t_enter() const noexcept { return t_enter_; }
-  double t_exit() const noexcept { return exit_axis_ < 0 ? 1.0 : std::min(1.0, std::max(t_enter_, t_next_[exit_axis_])); }
+  double t_exit() const noexcept {
+    return exit_axis_ < 0 ? 1.0 : std::min(1.0, std::max(t_enter_, t_next_[exit_axis_]));
+  }
   const VoxelFace& face() const noexcept { return face_; }
   VoxelVisit visit() const noexcept { return {voxel_, t_enter_, t_exit(), face_}; }
 
@@ -184,7 +187,8 @@ class VoxelWalk {
     int best = voxel_[0] != last_index_[0] ? 0 : -1;
     for (int a = 1; a < 3; ++a) {
       if (voxel_[a] == last_index_[a]) continue;
-      if (best < 0 || segment_.precedes(a, next_plane_[a], t_next_[a], best, next_plane_[best], t_next_[best]))
+      if (best < 0 ||
+          segment_.precedes(a, next_plane_[a], t_next_[a], best, next_plane_[best], t_next_[best]))
         best = a;
     }
     exit_axis_ = best;
@@ -204,7 +208,8 @@ class VoxelWalk {
       const int k = segment_.first()[a];
       if (k >= box_.low[a] && k <= box_.high[a]) continue;
       const int step = segment_.step(a), edge = k < box_.low[a] ? box_.low[a] : box_.high[a];
-      const bool is_toward = k < box_.low[a] ? step > 0 && last_index_[a] >= edge : step < 0 && last_index_[a] <= edge;
+      const bool is_toward =
+          k < box_.low[a] ? step > 0 && last_index_[a] >= edge : step < 0 && last_index_[a] <= edge;
       if (!is_toward) return false;
       const double candidate = segment_.exit_plane(a, edge - step);
       if (axis < 0 || segment_.precedes(axis, plane, a, candidate)) {

@@ -33,7 +33,8 @@ RemovalMask* RemovalMask::refined() const {
     for (unsigned k = 0; k < 8; ++k)
       for (unsigned j = 0; j < 8; ++j)
         for (unsigned i = 0; i < 8; ++i)
-          if (coarse >> ((k / 2 * 4 + j / 2) * 4 + i / 2) & 1u) fine->words[8 * voxel + k] |= 1ull << (8 * j + i);
+          if (coarse >> ((k / 2 * 4 + j / 2) * 4 + i / 2) & 1u)
+            fine->words[8 * voxel + k] |= 1ull << (8 * j + i);
   }
   return fine;
 }
@@ -56,7 +57,8 @@ std::size_t Version::bytes() const noexcept {
     if (!page) continue;
     sum += sizeof(Page);
     for (const auto& brick : page->bricks)
-      if (brick) sum += sizeof(Brick) + (brick->mask ? brick->mask->words.size() * 8 + sizeof(RemovalMask) : 0);
+      if (brick)
+        sum += sizeof(Brick) + (brick->mask ? brick->mask->words.size() * 8 + sizeof(RemovalMask) : 0);
   }
   return sum;
 }
@@ -65,7 +67,8 @@ namespace {
 CellCorners distance_corners(const Version& version, const glm::ivec3& c) noexcept {
   CellCorners d;
   for (int k = 0; k < 8; ++k)
-    d[static_cast<std::size_t>(k)] = version.distance_at(c.x + (k & 1), c.y + (k >> 1 & 1), c.z + (k >> 2 & 1));
+    d[static_cast<std::size_t>(k)] =
+        version.distance_at(c.x + (k & 1), c.y + (k >> 1 & 1), c.z + (k >> 2 & 1));
   return d;
 }
 }  // namespace
@@ -106,7 +109,8 @@ bool Version::has_brick(int y, int z, int first_word, int count) const noexcept 
     const Page* page = page_at(64 * w, y, z);
     if (page == nullptr) continue;
     const Ref<Brick>* line = &page->bricks[brick_index(0, y, z)];
-    if (std::any_of(line, line + k_page, [](const Ref<Brick>& brick) { return static_cast<bool>(brick); })) return true;
+    if (std::any_of(line, line + k_page, [](const Ref<Brick>& brick) { return static_cast<bool>(brick); }))
+      return true;
   }
   return false;
 }

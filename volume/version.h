@@ -1,4 +1,5 @@
-// The operated state of a volume: an immutable table of small bricks that hold, only near cuts, what was removed.
+// The operated state of a volume: an immutable table of small bricks that hold, only near cuts, what was
+// removed.
 #pragma once
 
 #include <array>
@@ -52,7 +53,8 @@ struct RemovalMask {
   std::uint64_t stroke = 0;  ///< the stroke that may still write it
   int n;
   std::vector<std::uint64_t> words;  ///< words_per_voxel() for each voxel of the brick, x fastest
-  /// Voxels whose whole cube is solid (or air) in the base, laid out as Brick::kept: spares the ledger's samples.
+  /// Voxels whose whole cube is solid (or air) in the base, laid out as Brick::kept: spares the ledger's
+  /// samples.
   std::array<std::uint64_t, k_brick> base_solid{}, base_air{};
   /// Voxels all of whose samples are removed, laid out as Brick::kept.
   std::array<std::uint64_t, k_brick> full{};
@@ -66,17 +68,21 @@ struct RemovalMask {
 /// 8 x 8 x 8 voxels near a cut. Immutable once its version is published.
 struct Brick {
   std::atomic<int> references{1};
-  std::uint64_t serial = 0;                                           ///< the version that made it
-  std::array<float, k_brick * k_brick * k_brick> distance;            ///< mm to the swept tool, negative inside
-  std::array<std::uint64_t, k_brick> kept;                            ///< a slice each, byte = row, bit = x: d > 0
+  std::uint64_t serial = 0;                                 ///< the version that made it
+  std::array<float, k_brick * k_brick * k_brick> distance;  ///< mm to the swept tool, negative inside
+  std::array<std::uint64_t, k_brick> kept;                  ///< a slice each, byte = row, bit = x: d > 0
   Ref<RemovalMask> mask;
   bool is_hollow = false;  ///< every voxel lies deep inside the removal: nothing is left to change
 
   static constexpr std::size_t index(int x, int y, int z) noexcept {
     return static_cast<std::size_t>((z * k_brick + y) * k_brick + x);
   }
-  bool is_kept(int x, int y, int z) const noexcept { return kept[static_cast<std::size_t>(z)] >> (y * k_brick + x) & 1u; }
-  std::uint64_t kept_row(int y, int z) const noexcept { return kept[static_cast<std::size_t>(z)] >> (y * k_brick) & 0xffu; }
+  bool is_kept(int x, int y, int z) const noexcept {
+    return kept[static_cast<std::size_t>(z)] >> (y * k_brick + x) & 1u;
+  }
+  std::uint64_t kept_row(int y, int z) const noexcept {
+    return kept[static_cast<std::size_t>(z)] >> (y * k_brick) & 0xffu;
+  }
 };
 
 /// 8 x 8 x 8 bricks.
@@ -109,7 +115,9 @@ class Version {
   std::size_t bytes() const noexcept;  ///< of tables, bricks and masks
 
   /// The page or brick that holds voxel (x, y, z), or null where nothing was cut. v lies inside the grid.
-  const Page* page_at(int x, int y, int z) const noexcept { return pages_[page_index(x >> 6, y >> 6, z >> 6)].get(); }
+  const Page* page_at(int x, int y, int z) const noexcept {
+    return pages_[page_index(x >> 6, y >> 6, z >> 6)].get();
+  }
   const Brick* brick_at(int x, int y, int z) const noexcept {
     const Page* page = page_at(x, y, z);
     return page ? page->bricks[brick_index(x, y, z)].get() : nullptr;

@@ -1,9 +1,8 @@
 #include "volume/volume.h"
 
-#include <sys/mman.h>
-
 #include <fstream>
 #include <limits>
+#include <sys/mman.h>
 
 namespace trephine::volume {
 
@@ -46,16 +45,18 @@ Result<Volume> make_volume(const glm::ivec3& size, const Frame& frame, bool with
     if (size[i] < 1 || size[i] > k_longest)
       return Error{"the volume has an impossible size", "", shown, "1 to 32768 voxels along each axis",
                    "crop or resample the volume"};
-  const std::size_t count = static_cast<std::size_t>(size.x) * static_cast<std::size_t>(size.y) *
-                            static_cast<std::size_t>(size.z);
+  const std::size_t count =
+      static_cast<std::size_t>(size.x) * static_cast<std::size_t>(size.y) * static_cast<std::size_t>(size.z);
   const std::size_t bytes = count * (sizeof(std::int16_t) + (with_labels ? 1 : 0));
   const std::size_t free = available_memory_bytes();
   if (bytes > free - free / 8) {
     constexpr std::size_t k_mib = 1024 * 1024;
-    return Error{"the volume is larger than the memory of this machine", "",
+    return Error{"the volume is larger than the memory of this machine",
+                 "",
                  shown + ", " + std::to_string(bytes / k_mib) + " MiB",
                  "at most " + std::to_string((free - free / 8) / k_mib) + " MiB",
-                 "crop or resample the volume, or use a machine with more memory", ErrorKind::missing_here};
+                 "crop or resample the volume, or use a machine with more memory",
+                 ErrorKind::missing_here};
   }
   Volume volume;
   volume.size = size;

@@ -15,10 +15,10 @@ namespace trephine::volume {
 struct Volume {
   glm::ivec3 size{0};
   Frame frame;
-  Buffer<std::int16_t> voxels;            ///< size.x * size.y * size.z intensities
-  bool is_hounsfield = false;             ///< intensities are Hounsfield units (CT)
-  Buffer<std::uint8_t> labels;            ///< empty, or one label per voxel
-  std::vector<std::string> label_names;   ///< name of each label value; 0 is the background
+  Buffer<std::int16_t> voxels;           ///< size.x * size.y * size.z intensities
+  bool is_hounsfield = false;            ///< intensities are Hounsfield units (CT)
+  Buffer<std::uint8_t> labels;           ///< empty, or one label per voxel
+  std::vector<std::string> label_names;  ///< name of each label value; 0 is the background
 
   std::size_t index(int x, int y, int z) const noexcept {
     return static_cast<std::size_t>(x) +

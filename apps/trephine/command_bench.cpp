@@ -1,9 +1,8 @@
 // bench and audit.
 #include <algorithm>
-#include <cstdarg>
-#include <cstdio>
 
 #include "apps/trephine/commands.h"
+#include "apps/trephine/text.h"
 #include "haptics/implicit_proxy.h"
 #include "tests/bench/benchmarks.h"
 #include "tests/checker/traversal_audit.h"
@@ -15,30 +14,33 @@ using volume::Result;
 
 namespace {
 
-Json to_json(const bench::StepTimes& t) { return {{"count", t.count}, {"p50", t.p50}, {"p99", t.p99}, {"p999", t.p999}, {"max", t.max}}; }
-
-std::string line(const char* format, ...) __attribute__((format(printf, 1, 2)));
-std::string line(const char* format, ...) {
-  char text[400];
-  va_list arguments;
-  va_start(arguments, format);
-  std::vsnprintf(text, sizeof text, format, arguments);
-  va_end(arguments);
-  return text;
+Json to_json(const bench::StepTimes& t) {
+  return {{"count", t.count}, {"p50", t.p50}, {"p99", t.p99}, {"p999", t.p999}, {"max", t.max}};
 }
 
 void bench_surface(int size, Outcome& outcome) {
   const bench::SurfaceResult r = bench::run_surface_benchmark(size);
   Json rows = Json::array();
-  outcome.text += line("whole surface of %d^3 int16, bits included, beside VTK FlyingEdges3D\n", size);
+  outcome.text += format_text("whole surface of %d^3 int16, bits included, beside VTK FlyingEdges3D\n", size);
   for (const bench::SurfaceRow& row : r.rows) {
     const double ratio = row.peer_ms / row.our_ms;
-    rows.push_back({{"volume", row.volume}, {"size", row.size}, {"threads", row.threads}, {"ms", row.our_ms}, {"triangles", row.our_triangles},
-                    {"peer", "vtkFlyingEdges3D"}, {"peer_ms", row.peer_ms}, {"peer_triangles", row.peer_triangles}, {"ratio_to_peer", ratio}});
-    outcome.text += line("  %-7s %d thread%s  %7.1f ms   peer %7.1f ms   %.2fx   (%zu and %zu triangles)\n", row.volume.c_str(), row.threads,
-                         row.threads > 1 ? "s" : " ", row.our_ms, row.peer_ms, ratio, row.our_triangles, row.peer_triangles);
+    rows.push_back({{"volume", row.volume},
+                    {"size", row.size},
+                    {"threads", row.threads},
+                    {"ms", row.our_ms},
+                    {"triangles", row.our_triangles},
+                    {"peer", "vtkFlyingEdges3D"},
+                    {"peer_ms", row.peer_ms},
+                    {"peer_triangles", row.peer_triangles},
+                    {"ratio_to_peer", ratio}});
+    outcome.text +=
+        format_text("  %-7s %d thread%s  %7.1f ms   peer %7.1f ms   %.2fx   (%zu and %zu triangles)\n",
+                    row.volume.c_str(), row.threads, row.threads > 1 ? "s" : " ", row.our_ms, row.peer_ms,
+                    ratio, row.our_triangles, row.peer_triangles);
   }
-  outcome.text += line("32^3 chunk with surface: p50 %.1f us, p99 %.1f us; under a burr: p50 %.1f us, p99 %.1f us\n", r.surface_chunk.p50, r.surface_chunk.p99, r.drilled_chunk.p50, r.drilled_chunk.p99);
+  outcome.text += format_text(
+      "32^3 chunk with surface: p50 %.1f us, p99 %.1f us; under a burr: p50 %.1f us, p99 %.1f us\n",
+      r.surface_chunk.p50, r.surface_chunk.p99, r.drilled_chunk.p50, r.drilled_chunk.p99);
   outcome.json["surfaces"] = rows;
   outcome.json["surface_chunk_us"] = to_json(r.surface_chunk);
   outcome.json["drilled_chunk_us"] = to_json(r.drilled_chunk);
@@ -46,18 +48,31 @@ void bench_surface(int size, Outcome& outcome) {
 
 void bench_step(int size, Outcome& outcome) {
   const bench::StepResult r = bench::run_step_benchmark(size);
-  outcome.json["implicit"] = {{"size", size}, {"step_us", to_json(r.implicit)}, {"voxels_a_step", r.voxels_a_step}, {"ratio_to_peer", nullptr}};
-  outcome.text += line("implicit step, point, %d^3 sphere, 100 mm/s: p50 %.2f us, p99 %.2f us, p99.9 %.2f us, %.1f voxels a step\n", size, r.implicit.p50, r.implicit.p99, r.implicit.p999, r.voxels_a_step);
+  outcome.json["implicit"] = {{"size", size},
+                              {"step_us", to_json(r.implicit)},
+                              {"voxels_a_step", r.voxels_a_step},
+                              {"ratio_to_peer", nullptr}};
+  outcome.text += format_text(
+      "implicit step, point, %d^3 sphere, 100 mm/s: p50 %.2f us, p99 %.2f us, p99.9 %.2f us, %.1f voxels a "
+      "step\n",
+      size, r.implicit.p50, r.implicit.p99, r.implicit.p999, r.voxels_a_step);
   Json rows = Json::array();
   outcome.text += "the same voxels, larger volumes:\n";
   for (const bench::ScalingRow& row : r.fixed_density) {
-    rows.push_back({{"size", row.size}, {"step_us", to_json(row.step)}, {"voxels_a_step", row.voxels_a_step}, {"cells_a_step", row.cells_a_step}});
-    outcome.text += line("  %3d^3: p50 %.2f us, p99.9 %.2f us, %.3f voxels and %.3f cells a step\n", row.size, row.step.p50, row.step.p999, row.voxels_a_step, row.cells_a_step);
+    rows.push_back({{"size", row.size},
+                    {"step_us", to_json(row.step)},
+                    {"voxels_a_step", row.voxels_a_step},
+                    {"cells_a_step", row.cells_a_step}});
+    outcome.text += format_text("  %3d^3: p50 %.2f us, p99.9 %.2f us, %.3f voxels and %.3f cells a step\n",
+                                row.size, row.step.p50, row.step.p999, row.voxels_a_step, row.cells_a_step);
   }
   outcome.json["fixed_density"] = rows;
   outcome.json["removal_tick_us"] = to_json(r.removal_tick);
   outcome.json["removal_tick_ratio_to_peer"] = nullptr;
-  outcome.text += line("removal tick, ball of 12 voxels at 50 mm/s, version published: p50 %.1f us, p99 %.1f us, p99.9 %.1f us\n", r.removal_tick.p50, r.removal_tick.p99, r.removal_tick.p999);
+  outcome.text += format_text(
+      "removal tick, ball of 12 voxels at 50 mm/s, version published: p50 %.1f us, p99 %.1f us, p99.9 %.1f "
+      "us\n",
+      r.removal_tick.p50, r.removal_tick.p99, r.removal_tick.p999);
 }
 
 volume::Status bench_load(const std::string& src, Outcome& outcome) {
@@ -75,24 +90,36 @@ volume::Status bench_load(const std::string& src, Outcome& outcome) {
   const double touch = process_seconds();
   outcome.json["source"] = source.name;
   outcome.json["voxels"] = source.volume->voxels.size();
-  outcome.json["seconds"] = {{"start_of_process", std::max(0.0, after_read - source.read_seconds)}, {"read", source.read_seconds}, {"bits", source.bits_seconds}, {"open_to_touch", touch}};
+  outcome.json["seconds"] = {{"start_of_process", std::max(0.0, after_read - source.read_seconds)},
+                             {"read", source.read_seconds},
+                             {"bits", source.bits_seconds},
+                             {"open_to_touch", touch}};
   outcome.json["memory"] = memory_report(scene.value(), version);
   outcome.json["ratio_to_peer"] = nullptr;
-  outcome.text += line("%s: first possible touch %.2f s after the process began (start %.2f, read %.2f, bits %.3f)\n", source.name.c_str(), touch,
-                       std::max(0.0, after_read - source.read_seconds), source.read_seconds, source.bits_seconds);
-  outcome.text += line("held %.3f times the voxels' bytes; resident %.0f MB\n", outcome.json["memory"]["held_over_voxels"].get<double>(), static_cast<double>(resident_bytes()) / 1e6);
+  outcome.text += format_text(
+      "%s: first possible touch %.2f s after the process began (start %.2f, read %.2f, bits %.3f)\n",
+      source.name.c_str(), touch, std::max(0.0, after_read - source.read_seconds), source.read_seconds,
+      source.bits_seconds);
+  outcome.text += format_text("held %.3f times the voxels' bytes; resident %.0f MB\n",
+                              outcome.json["memory"]["held_over_voxels"].get<double>(),
+                              static_cast<double>(resident_bytes()) / 1e6);
   return std::nullopt;
 }
 
 }  // namespace
 
 Result<Outcome> run_bench(const BenchArguments& arguments) {
-  if (arguments.size < 64 || arguments.size > 800) return Error{"the size is out of range", "--size", std::to_string(arguments.size), "64 to 800 voxels", ""};
+  if (arguments.size < 64 || arguments.size > 800)
+    return Error{"the size is out of range", "--size", std::to_string(arguments.size), "64 to 800 voxels",
+                 ""};
   Outcome outcome{new_report("bench-" + arguments.what), "", exit_done};
-  if (arguments.what == "surface") bench_surface(arguments.size, outcome);
-  else if (arguments.what == "step") bench_step(arguments.size, outcome);
+  if (arguments.what == "surface")
+    bench_surface(arguments.size, outcome);
+  else if (arguments.what == "step")
+    bench_step(arguments.size, outcome);
   else if (arguments.what == "load") {
-    if (volume::Status error = bench_load(arguments.source.empty() ? "head" : arguments.source, outcome)) return *error;
+    if (volume::Status error = bench_load(arguments.source.empty() ? "head" : arguments.source, outcome))
+      return *error;
   } else {
     return Error{"there is no such benchmark", "", arguments.what, "surface, step or load", ""};
   }
@@ -104,11 +131,14 @@ Result<Outcome> run_audit(const AuditArguments& arguments) {
   ProgressLine progress("auditing");
   constexpr std::uint64_t k_part = 1'000'000;
   for (std::uint64_t done = 0; done < arguments.rays; done += k_part) {
-    const checker::TraversalAudit part = checker::audit_traversal(done, std::min(k_part, arguments.rays - done), arguments.seed);
-    total.rays += part.rays, total.voxels += part.voxels, total.mismatches += part.mismatches, total.reverse_mismatches += part.reverse_mismatches;
+    const checker::TraversalAudit part =
+        checker::audit_traversal(done, std::min(k_part, arguments.rays - done), arguments.seed);
+    total.rays += part.rays, total.voxels += part.voxels, total.mismatches += part.mismatches,
+        total.reverse_mismatches += part.reverse_mismatches;
     total.worst_t_ulp = std::max(total.worst_t_ulp, part.worst_t_ulp);
     if (total.first_mismatch.empty()) total.first_mismatch = part.first_mismatch;
-    if (!progress(static_cast<double>(done + k_part) / static_cast<double>(arguments.rays))) return interrupted("the audit");
+    if (!progress(static_cast<double>(done + k_part) / static_cast<double>(arguments.rays)))
+      return interrupted("the audit");
   }
   const bool is_clean = total.mismatches + total.reverse_mismatches == 0;
   Outcome outcome{new_report("audit"), "", is_clean ? exit_done : exit_check_failed};
@@ -118,9 +148,12 @@ Result<Outcome> run_audit(const AuditArguments& arguments) {
   outcome.json["reverse_mismatches"] = total.reverse_mismatches;
   outcome.json["worst_t_ulp"] = total.worst_t_ulp;
   outcome.json["first_mismatch"] = total.first_mismatch;
-  outcome.text = line("%llu adversarial rays, %llu voxels: %llu mismatches, %llu in reverse, entry parameters within %.2f ulp\n",
-                      static_cast<unsigned long long>(total.rays), static_cast<unsigned long long>(total.voxels), static_cast<unsigned long long>(total.mismatches),
-                      static_cast<unsigned long long>(total.reverse_mismatches), total.worst_t_ulp);
+  outcome.text = format_text(
+      "%llu adversarial rays, %llu voxels: %llu mismatches, %llu in reverse, entry parameters within %.2f "
+      "ulp\n",
+      static_cast<unsigned long long>(total.rays), static_cast<unsigned long long>(total.voxels),
+      static_cast<unsigned long long>(total.mismatches),
+      static_cast<unsigned long long>(total.reverse_mismatches), total.worst_t_ulp);
   if (!total.first_mismatch.empty()) outcome.text += total.first_mismatch + "\n";
   return outcome;
 }

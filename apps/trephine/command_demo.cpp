@@ -2,12 +2,12 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <cstdio>
 #include <filesystem>
 #include <glm/geometric.hpp>
 #include <thread>
 
 #include "apps/trephine/commands.h"
+#include "apps/trephine/text.h"
 #include "apps/view/bone_view.h"
 #include "apps/view/render_window.h"
 #include "apps/view/view_window.h"
@@ -22,7 +22,6 @@ namespace trephine::app {
 using glm::dvec3;
 using volume::Error;
 using volume::Result;
-using Clock = std::chrono::steady_clock;
 
 namespace {
 
@@ -36,14 +35,16 @@ struct Site {
 };
 
 /// First solid on the way from a to b (world), as a share of it; negative when there is none.
-double first_solid(const haptics::TouchScene& scene, const volume::Version& version, const dvec3& a, const dvec3& b) {
+double first_solid(const haptics::TouchScene& scene, const volume::Version& version, const dvec3& a,
+                   const dvec3& b) {
   double hit = -1;
   const volume::Frame& frame = scene.base->frame;
-  volume::traverse(frame.volume_from_world(a), frame.volume_from_world(b), {glm::ivec3(0), scene.base->size - 1}, [&](const volume::VoxelVisit& v) {
-    if (!scene.shapes[0].bits->is_solid(v.voxel) || !version.is_kept(v.voxel)) return true;
-    hit = v.t_enter;
-    return false;
-  });
+  volume::traverse(frame.volume_from_world(a), frame.volume_from_world(b),
+                   {glm::ivec3(0), scene.base->size - 1}, [&](const volume::VoxelVisit& v) {
+                     if (!scene.shapes[0].bits->is_solid(v.voxel) || !version.is_kept(v.voxel)) return true;
+                     hit = v.t_enter;
+                     return false;
+                   });
   return hit;
 }
 
@@ -52,14 +53,16 @@ Result<Site> find_site(const haptics::TouchScene& scene, const volume::Version& 
   const volume::Frame& frame = scene.base->frame;
   const dvec3 middle = frame.world_from_volume(0.5 * dvec3(scene.base->size - 1));
   const double far = 2 * glm::length(frame.world_from_volume(dvec3(scene.base->size)) - frame.origin());
-  for (const dvec3& from : {dvec3(0.62, -0.42, 0.66), dvec3(-0.62, -0.42, 0.66), dvec3(0, 0, 1), dvec3(0, 1, 0.2), dvec3(1, 0, 0)}) {
+  for (const dvec3& from : {dvec3(0.62, -0.42, 0.66), dvec3(-0.62, -0.42, 0.66), dvec3(0, 0, 1),
+                            dvec3(0, 1, 0.2), dvec3(1, 0, 0)}) {
     const dvec3 outside = middle + far * glm::normalize(from) + dvec3(0, 0, 12);
     const double hit = first_solid(scene, version, outside, middle);
     if (hit < 0) continue;
     Site site;
     site.point = outside + hit * (middle - outside);
     int cells = 0;
-    site.normal = haptics::outward_normal(scene.shapes[0], version, frame.volume_from_world(site.point), cells);
+    site.normal =
+        haptics::outward_normal(scene.shapes[0], version, frame.volume_from_world(site.point), cells);
     if (glm::dot(site.normal, glm::normalize(outside - middle)) < 0.5) continue;
     site.along = glm::normalize(glm::cross(site.normal, dvec3(0.2, -0.35, 1)));
     // Through the bone until 3 mm of the way are free of it.
@@ -76,11 +79,13 @@ Result<Site> find_site(const haptics::TouchScene& scene, const volume::Version& 
     if (site.thickness == 0) site.thickness = 8;  // a solid block: a blind hole
     return site;
   }
-  return Error{"no surface to work on was found", "", "rays from five sides met nothing", "a skull-like shape", "choose the shape with --iso or --label"};
+  return Error{"no surface to work on was found", "", "rays from five sides met nothing",
+               "a skull-like shape", "choose the shape with --iso or --label"};
 }
 
 /// The hand's wish: approach, press, slide there and back, lift, drill, leave.
-haptics::PosePath hand_script(const haptics::TouchScene& scene, const volume::Version& version, const Site& site, double& drill_from, double& drill_to) {
+haptics::PosePath hand_script(const haptics::TouchScene& scene, const volume::Version& version,
+                              const Site& site, double& drill_from, double& drill_to) {
   std::vector<haptics::PosePath::Sample> samples;
   double t = 0;
   const auto go = [&](double seconds, const dvec3& to, bool is_pressed) {
@@ -138,12 +143,16 @@ view::StylusLook stylus_at(const Moment& m, const Site& site) {
 Result<Outcome> run_demo(const DemoArguments& arguments) {
   namespace fs = std::filesystem;
   const auto begin = Clock::now();
-  const auto so_far = [&] { return std::chrono::duration<double>(Clock::now() - begin).count(); };
   std::error_code failed;
   fs::create_directories(arguments.output, failed);
-  if (failed) return Error{"the folder for the pictures cannot be made", data_tools::file_name(arguments.output), failed.message(), "a place that may be written", "choose another with -o"};
+  if (failed)
+    return Error{"the folder for the pictures cannot be made", data_tools::file_name(arguments.output),
+                 failed.message(), "a place that may be written", "choose another with -o"};
 
-  notice("opening " + (arguments.source == "head" ? std::string("the built-in head") : data_tools::file_name(arguments.source)) + " ...");
+  notice("opening " +
+         (arguments.source == "head" ? std::string("the built-in head")
+                                     : data_tools::file_name(arguments.source)) +
+         " ...");
   auto opened = open_source(arguments.source);
   if (!opened) return opened.error();
   Source& source = opened.value();
@@ -152,7 +161,7 @@ Result<Outcome> run_demo(const DemoArguments& arguments) {
   const haptics::TouchScene& scene = made.value();
   haptics::ImplicitProxy method;
   if (volume::Status error = method.prepare(scene)) return *error;
-  const double ready_seconds = so_far();
+  const double ready_seconds = seconds_since(begin);
   const volume::Version untouched(source.volume);
   auto found = find_site(scene, untouched);
   if (!found) return found.error();
@@ -169,7 +178,8 @@ Result<Outcome> run_demo(const DemoArguments& arguments) {
   burr_options.removal_rate = k_removal_rate;
   drilling::Burr burr(burr_options);
   sim::LiveSession live(device, scene, method, &burr, {});
-  notice("touching and drilling, live, for " + std::to_string(static_cast<int>(std::ceil(script.end_time()))) + " s ...");
+  notice("touching and drilling, live, for " +
+         std::to_string(static_cast<int>(std::ceil(script.end_time()))) + " s ...");
   if (volume::Status error = live.start()) return *error;
   Moment touching, drilling;
   ProgressLine progress("drilling");
@@ -186,7 +196,9 @@ Result<Outcome> run_demo(const DemoArguments& arguments) {
       m.state = state;
       const dvec3 tangent = state.newest.proxy_world + k_burr_radius * state.newest.normal_world;
       // While it drills the ball's lowest point is on its way to the HIP.
-      m.burr_centre = state.newest.pose.is_pressed ? state.newest.pose.position_world + k_burr_radius * site.normal : tangent;
+      m.burr_centre = state.newest.pose.is_pressed
+                          ? state.newest.pose.position_world + k_burr_radius * site.normal
+                          : tangent;
       m.is_taken = true;
     };
     take(touching, 2.0);
@@ -198,7 +210,8 @@ Result<Outcome> run_demo(const DemoArguments& arguments) {
   const haptics::ServoReport servo = live.servo_report();
 
   // Was the bone opened, and what did the hand feel?
-  const bool is_through = first_solid(scene, *last.version, site.point + 5.0 * site.normal, site.point - (site.thickness + 2.5) * site.normal) < 0;
+  const bool is_through = first_solid(scene, *last.version, site.point + 5.0 * site.normal,
+                                      site.point - (site.thickness + 2.5) * site.normal) < 0;
   double strongest = 0;
   std::size_t contact_ticks = 0;
   for (const haptics::ServoRecord& r : live.trace()) {
@@ -216,9 +229,13 @@ Result<Outcome> run_demo(const DemoArguments& arguments) {
     view::BoneView picture(surface.value()->window(), true);
     view::ChunkWorker worker(scene, 0, 2);
     const auto update = [&](const std::shared_ptr<const volume::Version>& version, bool is_first) {
-      const glm::ivec3 centre(source.volume->frame.volume_from_world(site.point)), reach(glm::ivec3(32.0 / source.volume->frame.spacing()));
-      if (is_first) worker.request_all(version);
-      else worker.request(version, glm::max(centre - reach, 0), glm::min(centre + reach, source.volume->size - 1));
+      const glm::ivec3 centre(source.volume->frame.volume_from_world(site.point)),
+          reach(glm::ivec3(32.0 / source.volume->frame.spacing()));
+      if (is_first)
+        worker.request_all(version);
+      else
+        worker.request(version, glm::max(centre - reach, 0),
+                       glm::min(centre + reach, source.volume->size - 1));
       worker.finish();
       for (const view::ChunkMesh& mesh : worker.take()) picture.show(mesh);
     };
@@ -228,34 +245,38 @@ Result<Outcome> run_demo(const DemoArguments& arguments) {
       return view::write_png(surface.value()->window(), (fs::path(arguments.output) / name).string());
     };
     dvec3 low, high;
-    char text[200];
     update(touching.is_taken ? touching.state.version : last.version, true);
     picture.bounds(low, high);
     const dvec3 middle = 0.5 * (low + high);
     if (touching.is_taken) picture.show(stylus_at(touching, site));
-    picture.look(middle + dvec3(8, 0, 8), glm::normalize(dvec3(0.80, -0.78, 0.34)), {0, 0, 1}, 0.86 * glm::length(high - low) / (2 * std::tan(14 * 3.14159265 / 180)));
-    std::snprintf(text, sizeof text, "Touch: %.2f N", glm::length(touching.state.newest.force_world));
-    picture.show_text(text, "");
+    picture.look(middle + dvec3(8, 0, 8), glm::normalize(dvec3(0.80, -0.78, 0.34)), {0, 0, 1},
+                 0.86 * glm::length(high - low) / (2 * std::tan(14 * 3.14159265 / 180)));
+    picture.show_text(format_text("Touch: %.2f N", glm::length(touching.state.newest.force_world)), "");
     if (volume::Status error = save("1-touch.png")) return *error;
 
     update(drilling.is_taken ? drilling.state.version : last.version, false);
     if (drilling.is_taken) picture.show(stylus_at(drilling, site));
-    const dvec3 side = glm::normalize(site.normal + 0.9 * glm::normalize(glm::cross(site.normal, site.along)) - 0.7 * site.along);
+    const dvec3 side = glm::normalize(
+        site.normal + 0.9 * glm::normalize(glm::cross(site.normal, site.along)) - 0.7 * site.along);
     picture.look(site.point + 8.0 * site.normal, side, {0, 0, 1}, 190);
-    std::snprintf(text, sizeof text, "Drilling: %.2f N, %.0f mm\xc2\xb3 removed", glm::length(drilling.state.newest.force_world), drilling.state.removed_mm3);
-    picture.show_text(text, "");
+    picture.show_text(format_text("Drilling: %.2f N, %.0f mm\xc2\xb3 removed",
+                                  glm::length(drilling.state.newest.force_world), drilling.state.removed_mm3),
+                      "");
     if (volume::Status error = save("2-drilling.png")) return *error;
 
     update(last.version, false);
     view::StylusLook away;
     away.is_visible = false;
     picture.show(away);
-    picture.look(site.point - 2.0 * site.normal, glm::normalize(site.normal - 0.45 * site.along + 0.25 * glm::cross(site.normal, site.along)), {0, 0, 1}, 120);
-    std::snprintf(text, sizeof text, "Burr hole: %.0f mm diameter, %.0f mm\xc2\xb3%s", 2 * k_burr_radius, last.removed_mm3, is_through ? ", through the bone" : "");
-    picture.show_text(text, "");
+    picture.look(site.point - 2.0 * site.normal,
+                 glm::normalize(site.normal - 0.45 * site.along + 0.25 * glm::cross(site.normal, site.along)),
+                 {0, 0, 1}, 120);
+    picture.show_text(format_text("Burr hole: %.0f mm diameter, %.0f mm\xc2\xb3%s", 2 * k_burr_radius,
+                                  last.removed_mm3, is_through ? ", through the bone" : ""),
+                      "");
     if (volume::Status error = save("3-burr-hole.png")) return *error;
   }
-  const double drawing_seconds = std::chrono::duration<double>(Clock::now() - start_drawing).count();
+  const double drawing_seconds = seconds_since(start_drawing);
 
   Outcome outcome{new_report("demo"), "", exit_done};
   Json& json = outcome.json;
@@ -272,23 +293,37 @@ Result<Outcome> run_demo(const DemoArguments& arguments) {
   Json by_label = Json::object();
   const std::vector<double> removed = live.edits().removed_mm3_by_label();
   for (std::size_t i = 0; i < removed.size(); ++i)
-    if (removed[i] > 0) by_label[i < source.volume->label_names.size() ? source.volume->label_names[i] : "all"] = removed[i];
+    if (removed[i] > 0)
+      by_label[i < source.volume->label_names.size() ? source.volume->label_names[i] : "all"] = removed[i];
   json["removed_mm3"] = by_label;
   json["is_through"] = is_through;
   json["strokes"] = last.strokes;
-  json["servo"] = {{"rate_hz", 1000}, {"step_us", {{"p50", servo.step_p50_us}, {"p99", servo.step_p99_us}, {"p999", servo.step_p999_us}, {"max", servo.step_max_us}}},
-                   {"late_us", {{"p50", servo.late_p50_us}, {"p99", servo.late_p99_us}, {"p999", servo.late_p999_us}, {"max", servo.late_max_us}}},
-                   {"overruns", servo.overruns}, {"faults", servo.faults}, {"notice", servo.notice}};
+  json["servo"] = {{"rate_hz", 1000},
+                   {"step_us",
+                    {{"p50", servo.step_p50_us},
+                     {"p99", servo.step_p99_us},
+                     {"p999", servo.step_p999_us},
+                     {"max", servo.step_max_us}}},
+                   {"late_us",
+                    {{"p50", servo.late_p50_us},
+                     {"p99", servo.late_p99_us},
+                     {"p999", servo.late_p999_us},
+                     {"max", servo.late_max_us}}},
+                   {"overruns", servo.overruns},
+                   {"faults", servo.faults},
+                   {"notice", servo.notice}};
   json["memory"] = memory_report(scene, *last.version);
   json["pictures"] = pictures;
-  if (volume::Status error = data_tools::write_file_atomically((fs::path(arguments.output) / "report.json").string(), json.dump(2) + "\n")) return *error;
-  char text[500];
-  std::snprintf(text, sizeof text,
-                "touched and drilled %s: %.0f mm3 of bone removed%s, strongest force %.2f N\nservo: %llu steps, p50 %.1f us, p99 %.1f us\n"
-                "pictures and report in %s/\n",
-                source.name.c_str(), last.removed_mm3, is_through ? ", the burr hole is through" : "", strongest, static_cast<unsigned long long>(servo.ticks),
-                servo.step_p50_us, servo.step_p99_us, arguments.output.c_str());
-  outcome.text = text;
+  if (volume::Status error = data_tools::write_file_atomically(
+          (fs::path(arguments.output) / "report.json").string(), json.dump(2) + "\n"))
+    return *error;
+  outcome.text = format_text(
+      "touched and drilled %s: %.0f mm3 of bone removed%s, strongest force %.2f N\nservo: %llu steps, p50 "
+      "%.1f us, p99 %.1f us\n"
+      "pictures and report in %s/\n",
+      source.name.c_str(), last.removed_mm3, is_through ? ", the burr hole is through" : "", strongest,
+      static_cast<unsigned long long>(servo.ticks), servo.step_p50_us, servo.step_p99_us,
+      arguments.output.c_str());
   if (!servo.notice.empty()) notice("note: " + servo.notice);
 
   if (!arguments.has_no_window && view::has_display()) {

@@ -1,8 +1,6 @@
-#include <chrono>
-#include <cstdio>
-#include <fstream>
 
 #include "apps/trephine/commands.h"
+#include "apps/trephine/text.h"
 #include "data-tools/atomic_file.h"
 #include "data-tools/open_volume.h"
 #include "data-tools/operated_volume.h"
@@ -14,16 +12,17 @@ namespace trephine::app {
 
 using volume::Error;
 using volume::Result;
-using Clock = std::chrono::steady_clock;
 
 Result<Outcome> run_drill(const DrillArguments& arguments) {
-  if (!(arguments.burr_diameter > 0 && arguments.burr_diameter <= 30)) return Error{"the burr is out of range", "--burr-diameter", std::to_string(arguments.burr_diameter), "above 0, at most 30 mm", ""};
-  if (!(arguments.rate >= 10 && arguments.rate <= 100000)) return Error{"the rate is out of range", "--rate", std::to_string(arguments.rate), "10 to 100000 Hz", ""};
-  if (!(arguments.removal_rate > 0 && arguments.removal_rate <= 1e5)) return Error{"the removal rate is out of range", "--removal-rate", std::to_string(arguments.removal_rate), "above 0 mm3/s", ""};
-  if (!data_tools::is_writable_volume_file(arguments.output)) return Error{"this is no volume format that trephine writes", data_tools::file_name(arguments.output), "", ".mha, .nrrd, .nii or .nii.gz", "choose one of these extensions"};
-  std::ifstream file(arguments.path);
-  if (!file) return Error{"there is no such path file", data_tools::file_name(arguments.path), "", "a CSV file t,x,y,z[,qx,qy,qz,qw][,button]", "check the spelling"};
-  auto path = haptics::PosePath::read_csv(file, data_tools::file_name(arguments.path));
+  if (volume::Status error = check_burr(arguments.burr_diameter)) return *error;
+  if (volume::Status error = check_rate(arguments.rate)) return *error;
+  if (!(arguments.removal_rate > 0 && arguments.removal_rate <= 1e5))
+    return Error{"the removal rate is out of range", "--removal-rate", std::to_string(arguments.removal_rate),
+                 "above 0 mm3/s", ""};
+  if (!data_tools::is_writable_volume_file(arguments.output))
+    return Error{"this is no volume format that trephine writes", data_tools::file_name(arguments.output), "",
+                 ".mha, .nrrd, .nii or .nii.gz", "choose one of these extensions"};
+  auto path = open_path(arguments.path);
   if (!path) return path.error();
   auto opened = open_source(arguments.source);
   if (!opened) return opened.error();
@@ -44,10 +43,12 @@ Result<Outcome> run_drill(const DrillArguments& arguments) {
   std::vector<double> tick_us;
   ProgressLine progress("drilling");
   for (std::size_t i = 0; i < times.size(); ++i) {
-    if (i % 256 == 0 && !progress(static_cast<double>(i) / static_cast<double>(times.size()))) return interrupted("drilling");
+    if (i % 256 == 0 && !progress(static_cast<double>(i) / static_cast<double>(times.size())))
+      return interrupted("drilling");
     const auto begin = Clock::now();
     run.step(path.value().at(times[i]), times[i]);
-    if (run.last_edit().is_changed) tick_us.push_back(std::chrono::duration<double, std::micro>(Clock::now() - begin).count());
+    if (run.last_edit().is_changed)
+      tick_us.push_back(std::chrono::duration<double, std::micro>(Clock::now() - begin).count());
   }
   const volume::Version& version = *run.edits().current();
   auto result = data_tools::operated_volume(version);
@@ -65,23 +66,21 @@ Result<Outcome> run_drill(const DrillArguments& arguments) {
   Json by_label = Json::object();
   const std::vector<double> removed = run.edits().removed_mm3_by_label();
   for (std::size_t i = 0; i < removed.size(); ++i)
-    if (removed[i] > 0) by_label[i < source.volume->label_names.size() ? source.volume->label_names[i] : "all"] = removed[i];
+    if (removed[i] > 0)
+      by_label[i < source.volume->label_names.size() ? source.volume->label_names[i] : "all"] = removed[i];
   json["removed_mm3"] = by_label;
   json["tick_us"] = percentiles(tick_us);
-  char hash[20];
-  std::snprintf(hash, sizeof hash, "%016llx", static_cast<unsigned long long>(version.content_hash()));
-  json["content_hash"] = hash;
+  json["content_hash"] = format_text("%016llx", static_cast<unsigned long long>(version.content_hash()));
   json["memory"] = memory_report(scene, version);
   json["file"] = data_tools::file_name(arguments.output);
-  char text[200];
-  std::snprintf(text, sizeof text, "removed %.2f mm3 in %zu steps\n", run.edits().removed_mm3(), times.size());
-  outcome.text = text;
-  for (const auto& [name, mm3] : by_label.items()) {
-    std::snprintf(text, sizeof text, "  %s %.2f mm3\n", name.c_str(), mm3.get<double>());
-    outcome.text += text;
-  }
+  outcome.text = format_text("removed %.2f mm3 in %zu steps\n", run.edits().removed_mm3(), times.size());
+  for (const auto& [name, mm3] : by_label.items())
+    outcome.text += format_text("  %s %.2f mm3\n", name.c_str(), mm3.get<double>());
   outcome.text += "written to " + arguments.output + "\n";
-  if (run.edits().removed_mm3() == 0) notice("note: the burr removed nothing; a path in the patient frame (LPS, mm) must meet the shape with the button pressed");
+  if (run.edits().removed_mm3() == 0)
+    notice(
+        "note: the burr removed nothing; a path in the patient frame (LPS, mm) must meet the shape with the "
+        "button pressed");
   return outcome;
 }
 

@@ -1,12 +1,10 @@
 // phantom, info and mesh.
 #include <algorithm>
 #include <charconv>
-#include <chrono>
 #include <cmath>
-#include <cstdarg>
-#include <cstdio>
 
 #include "apps/trephine/commands.h"
+#include "apps/trephine/text.h"
 #include "data-tools/atomic_file.h"
 #include "data-tools/mesh_files.h"
 #include "data-tools/open_volume.h"
@@ -17,21 +15,8 @@ namespace trephine::app {
 
 using volume::Error;
 using volume::Result;
-using Clock = std::chrono::steady_clock;
 
 namespace {
-
-double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
-
-std::string print(const char* format, ...) __attribute__((format(printf, 1, 2)));
-std::string print(const char* format, ...) {
-  char text[1000];
-  va_list arguments;
-  va_start(arguments, format);
-  std::vsnprintf(text, sizeof text, format, arguments);
-  va_end(arguments);
-  return text;
-}
 
 /// "N" or "X,Y,Z".
 Result<glm::dvec3> parse_triple(const std::string& text, const char* option) {
@@ -57,26 +42,33 @@ Result<glm::dvec3> parse_triple(const std::string& text, const char* option) {
 Json vector_json(const glm::dvec3& v) { return Json::array({v.x, v.y, v.z}); }
 
 Json frame_json(const volume::Volume& v) {
-  return {{"size", Json::array({v.size.x, v.size.y, v.size.z})}, {"spacing_mm", vector_json(v.frame.spacing())}, {"origin_mm", vector_json(v.frame.origin())},
-          {"axis_x", vector_json(v.frame.axes()[0])}, {"axis_y", vector_json(v.frame.axes()[1])}, {"axis_z", vector_json(v.frame.axes()[2])}};
+  return {{"size", Json::array({v.size.x, v.size.y, v.size.z})},
+          {"spacing_mm", vector_json(v.frame.spacing())},
+          {"origin_mm", vector_json(v.frame.origin())},
+          {"axis_x", vector_json(v.frame.axes()[0])},
+          {"axis_y", vector_json(v.frame.axes()[1])},
+          {"axis_z", vector_json(v.frame.axes()[2])}};
 }
 
 std::string size_text(const volume::Volume& v) {
   const glm::dvec3 s = v.frame.spacing();
-  return print("%d x %d x %d voxels of %.4g x %.4g x %.4g mm", v.size.x, v.size.y, v.size.z, s.x, s.y, s.z);
+  return format_text("%d x %d x %d voxels of %.4g x %.4g x %.4g mm", v.size.x, v.size.y, v.size.z, s.x, s.y,
+                     s.z);
 }
 
 }  // namespace
 
 Result<Outcome> run_phantom(const PhantomArguments& arguments) {
   if (!data_tools::is_writable_volume_file(arguments.output))
-    return Error{"this is no volume format that trephine writes", data_tools::file_name(arguments.output), "", ".mha, .nrrd, .nii or .nii.gz", "choose one of these extensions"};
+    return Error{"this is no volume format that trephine writes", data_tools::file_name(arguments.output), "",
+                 ".mha, .nrrd, .nii or .nii.gz", "choose one of these extensions"};
   data_tools::PhantomOptions options;
   if (!arguments.size.empty()) {
     auto size = parse_triple(arguments.size, "--size");
     if (!size) return size.error();
     for (int i = 0; i < 3; ++i)
-      if (size.value()[i] != std::floor(size.value()[i]) || std::abs(size.value()[i]) > 1e9) return Error{"the size is no whole number of voxels", "--size", arguments.size, "N or X,Y,Z", ""};
+      if (size.value()[i] != std::floor(size.value()[i]) || std::abs(size.value()[i]) > 1e9)
+        return Error{"the size is no whole number of voxels", "--size", arguments.size, "N or X,Y,Z", ""};
     options.size = glm::ivec3(size.value());
   }
   if (!arguments.spacing.empty()) {
@@ -134,10 +126,12 @@ Result<Outcome> run_info(const InfoArguments& arguments) {
   json["notices"] = source.notices;
   json["read_seconds"] = source.read_seconds;
   const glm::dvec3 near = v.frame.origin(), far = v.frame.world_from_volume(glm::dvec3(v.size - 1));
-  outcome.text = source.name + ": " + source.format + (source.modality.empty() ? "" : ", " + source.modality) + "\n  " + size_text(v) + "\n" +
-                 print("  from (%.1f, %.1f, %.1f) to (%.1f, %.1f, %.1f) mm, patient frame LPS%s\n", near.x, near.y, near.z, far.x, far.y, far.z,
-                       v.frame.is_orthogonal() ? "" : ", sheared") +
-                 print("  values %d to %d%s, mean %.1f\n", *low, *high, v.is_hounsfield ? " HU" : "", mean);
+  outcome.text =
+      source.name + ": " + source.format + (source.modality.empty() ? "" : ", " + source.modality) + "\n  " +
+      size_text(v) + "\n" +
+      format_text("  from (%.1f, %.1f, %.1f) to (%.1f, %.1f, %.1f) mm, patient frame LPS%s\n", near.x, near.y,
+                  near.z, far.x, far.y, far.z, v.frame.is_orthogonal() ? "" : ", sheared") +
+      format_text("  values %d to %d%s, mean %.1f\n", *low, *high, v.is_hounsfield ? " HU" : "", mean);
   if (!v.label_names.empty()) {
     outcome.text += "  labels:";
     for (const std::string& name : v.label_names) outcome.text += " " + name;
@@ -148,7 +142,8 @@ Result<Outcome> run_info(const InfoArguments& arguments) {
 
 Result<Outcome> run_mesh(const MeshArguments& arguments) {
   if (!data_tools::is_mesh_file(arguments.output))
-    return Error{"this is no mesh format that trephine writes", data_tools::file_name(arguments.output), "", ".stl, .ply, .obj or .vtp", "choose one of these extensions"};
+    return Error{"this is no mesh format that trephine writes", data_tools::file_name(arguments.output), "",
+                 ".stl, .ply, .obj or .vtp", "choose one of these extensions"};
   auto opened = open_source(arguments.source);
   if (!opened) return opened.error();
   Source& source = opened.value();
@@ -158,7 +153,8 @@ Result<Outcome> run_mesh(const MeshArguments& arguments) {
   const auto start = Clock::now();
   const volume::Mesh mesh = volume::surface_net({&shape.field, nullptr, shape.bits.get(), arguments.is_open});
   const double seconds = seconds_since(start);
-  if (volume::Status error = data_tools::write_mesh(arguments.output, mesh, source.volume->frame)) return *error;
+  if (volume::Status error = data_tools::write_mesh(arguments.output, mesh, source.volume->frame))
+    return *error;
   Outcome outcome{new_report("mesh"), "", exit_done};
   outcome.json["source"] = source.name;
   outcome.json["shape"] = describe(shape.field.shape(), source.volume->is_hounsfield);
@@ -166,7 +162,8 @@ Result<Outcome> run_mesh(const MeshArguments& arguments) {
   outcome.json["vertices"] = mesh.vertices.size();
   outcome.json["triangles"] = mesh.triangle_count();
   outcome.json["mesh_seconds"] = seconds;
-  outcome.text = print("%zu triangles, %zu vertices in %.0f ms, written to %s\n", mesh.triangle_count(), mesh.vertices.size(), 1e3 * seconds, arguments.output.c_str());
+  outcome.text = format_text("%zu triangles, %zu vertices in %.0f ms, written to %s\n", mesh.triangle_count(),
+                             mesh.vertices.size(), 1e3 * seconds, arguments.output.c_str());
   return outcome;
 }
 

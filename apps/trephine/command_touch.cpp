@@ -1,20 +1,20 @@
 #include <chrono>
 #include <cmath>
 #include <cstdio>
-#include <fstream>
 #include <glm/geometric.hpp>
 
 #include "apps/trephine/commands.h"
 #include "apps/trephine/steps_csv.h"
+#include "apps/trephine/text.h"
 #include "data-tools/atomic_file.h"
 #include "haptics/implicit_proxy.h"
 #include "tests/checker/fall_through.h"
+#include "volume/work_counters.h"
 
 namespace trephine::app {
 
 using volume::Error;
 using volume::Result;
-using Clock = std::chrono::steady_clock;
 
 namespace {
 
@@ -23,8 +23,10 @@ volume::Status parse_friction(const std::string& text, haptics::Material& materi
   if (text.empty()) return std::nullopt;
   char extra = 0;
   double s = 0, d = 0;
-  if (std::sscanf(text.c_str(), "%lf,%lf%c", &s, &d, &extra) != 2 || !(s >= 0 && s <= 2) || !(d >= 0 && d <= s))
-    return Error{"the friction is not two coefficients", "--friction", text, "S,D with 2 >= S >= D >= 0, for example 0.2,0.15", ""};
+  if (std::sscanf(text.c_str(), "%lf,%lf%c", &s, &d, &extra) != 2 || !(s >= 0 && s <= 2) ||
+      !(d >= 0 && d <= s))
+    return Error{"the friction is not two coefficients", "--friction", text,
+                 "S,D with 2 >= S >= D >= 0, for example 0.2,0.15", ""};
   material.static_friction = s;
   material.dynamic_friction = d;
   return std::nullopt;
@@ -35,14 +37,16 @@ volume::Status parse_friction(const std::string& text, haptics::Material& materi
 Result<Outcome> run_touch(const TouchArguments& arguments) {
   if (arguments.method != "implicit")
     return Error{"there is no such method", "--method", arguments.method, "implicit", ""};
-  if (!(arguments.stiffness > 0 && arguments.stiffness <= 100)) return Error{"the stiffness is out of range", "--stiffness", std::to_string(arguments.stiffness), "above 0, at most 100 N/mm", ""};
-  if (!(arguments.alpha > 0 && arguments.alpha <= 1)) return Error{"the smoothing factor is out of range", "--alpha", std::to_string(arguments.alpha), "above 0, at most 1", ""};
-  if (!(arguments.rate >= 10 && arguments.rate <= 100000)) return Error{"the rate is out of range", "--rate", std::to_string(arguments.rate), "10 to 100000 Hz", ""};
+  if (!(arguments.stiffness > 0 && arguments.stiffness <= 100))
+    return Error{"the stiffness is out of range", "--stiffness", std::to_string(arguments.stiffness),
+                 "above 0, at most 100 N/mm", ""};
+  if (!(arguments.alpha > 0 && arguments.alpha <= 1))
+    return Error{"the smoothing factor is out of range", "--alpha", std::to_string(arguments.alpha),
+                 "above 0, at most 1", ""};
+  if (volume::Status error = check_rate(arguments.rate)) return *error;
 
   // The path first: it is cheap to be wrong about.
-  std::ifstream file(arguments.path);
-  if (!file) return Error{"there is no such path file", data_tools::file_name(arguments.path), "", "a CSV file t,x,y,z[,qx,qy,qz,qw][,button]", "check the spelling"};
-  auto path = haptics::PosePath::read_csv(file, data_tools::file_name(arguments.path));
+  auto path = open_path(arguments.path);
   if (!path) return path.error();
   auto opened = open_source(arguments.source);
   if (!opened) return opened.error();
@@ -65,7 +69,8 @@ Result<Outcome> run_touch(const TouchArguments& arguments) {
   const volume::Volume& base = *source.volume;
   const checker::SolidVoxels solid = [&](int x, int y, int z) {
     const std::size_t i = base.index(x, y, z);
-    return shape.is_label() ? base.labels[i] == shape.label : base.voxels[i] >= shape.low && base.voxels[i] <= shape.high;
+    return shape.is_label() ? base.labels[i] == shape.label
+                            : base.voxels[i] >= shape.low && base.voxels[i] <= shape.high;
   };
   checker::FallThroughJudge judge(base.size, solid);
   const glm::dvec3 axes[3] = {base.frame.axes()[0], base.frame.axes()[1], base.frame.axes()[2]};
@@ -79,7 +84,8 @@ Result<Outcome> run_touch(const TouchArguments& arguments) {
   glm::dvec3 last_hip(1e300);
   ProgressLine progress("touching");
   for (std::size_t i = 0; i < times.size(); ++i) {
-    if (i % 1024 == 0 && !progress(static_cast<double>(i) / static_cast<double>(times.size()))) return interrupted("the touch");
+    if (i % 1024 == 0 && !progress(static_cast<double>(i) / static_cast<double>(times.size())))
+      return interrupted("the touch");
     haptics::Pose pose = path.value().at(times[i]);
     if (i == 0) first_touch_seconds = process_seconds();
     const auto begin = Clock::now();
@@ -88,17 +94,21 @@ Result<Outcome> run_touch(const TouchArguments& arguments) {
     (record.has_contact ? contact_us : free_us).push_back(us);
     const haptics::ProxyStep& step = servo.last_step();
     const glm::dvec3 hip = base.frame.volume_from_world(pose.position_world);
-    judge.look({std::span(step.path_volume.data(), static_cast<std::size_t>(step.waypoint_count)), hip, step.has_contact, step.is_buried});
-    total.voxels += step.counters.voxels, total.cells += step.counters.cells, total.iterations += step.counters.iterations;
+    judge.look({std::span(step.path_volume.data(), static_cast<std::size_t>(step.waypoint_count)), hip,
+                step.has_contact, step.is_buried});
+    total.voxels += step.counters.voxels, total.cells += step.counters.cells,
+        total.iterations += step.counters.iterations;
     worst.voxels = std::max(worst.voxels, step.counters.voxels);
     strongest = std::max(strongest, glm::length(record.force_world));
     // Stuck: at rest, farther than a voxel from where a frictionless proxy on the same cubes would be.
     resting = record.has_contact && glm::length(pose.position_world - last_hip) < 1e-6 ? resting + 1 : 0;
     last_hip = pose.position_world;
     if (resting >= 10) {
-      const glm::dvec3 rest = checker::resting_point_on_cubes(base.size, solid, axes, servo.proxy_state().proxy_volume, hip);
+      const glm::dvec3 rest =
+          checker::resting_point_on_cubes(base.size, solid, axes, servo.proxy_state().proxy_volume, hip);
       const double off = glm::length(base.frame.world_from_volume(rest) - record.proxy_world);
-      const double allowed = base.frame.diagonal_mm() + material.static_friction * glm::length(record.proxy_world - pose.position_world);
+      const double allowed = base.frame.diagonal_mm() +
+                             material.static_friction * glm::length(record.proxy_world - pose.position_world);
       if (off > allowed) ++stuck;
     }
     append_step(csv, times[i], record, shape.name);
@@ -112,8 +122,14 @@ Result<Outcome> run_touch(const TouchArguments& arguments) {
   json["method"] = method.name();
   json["steps"] = times.size();
   json["step_us"] = {{"contact", percentiles(contact_us)}, {"free", percentiles(free_us)}};
-  json["counters"] = {{"voxels", total.voxels}, {"cells", total.cells}, {"iterations", total.iterations}, {"most_voxels_in_a_step", worst.voxels},
-                      {"meshes_made", 0}, {"gl_contexts_made", 0}, {"shapes_with_bits", scene.shapes.size()}};
+  const volume::WorkCounters& work = volume::work_counters();
+  json["counters"] = {{"voxels", total.voxels},
+                      {"cells", total.cells},
+                      {"iterations", total.iterations},
+                      {"most_voxels_in_a_step", worst.voxels},
+                      {"surfaces_made", work.surfaces.load()},
+                      {"gl_contexts_made", work.gl_contexts.load()},
+                      {"shapes_with_bits", work.occupancies.load()}};
   json["fall_throughs"] = judge.fall_throughs();
   json["stuck"] = stuck;
   json["max_force_n"] = strongest;
@@ -122,13 +138,12 @@ Result<Outcome> run_touch(const TouchArguments& arguments) {
   json["bits_seconds"] = source.bits_seconds;
   json["memory"] = memory_report(scene, version);
   json["file"] = data_tools::file_name(arguments.output);
-  char text[600];
-  std::snprintf(text, sizeof text,
-                "%zu steps, %zu in contact, strongest force %.2f N\nfall-throughs %ld, stuck %ld\nstep in contact: p50 %.2f us, p99.9 %.2f us\n"
-                "from start to the first step %.2f s\nwritten to %s\n",
-                times.size(), contact_us.size(), strongest, judge.fall_throughs(), stuck, json["step_us"]["contact"]["p50"].get<double>(),
-                json["step_us"]["contact"]["p999"].get<double>(), first_touch_seconds, arguments.output.c_str());
-  outcome.text = text;
+  outcome.text = format_text(
+      "%zu steps, %zu in contact, strongest force %.2f N\nfall-throughs %ld, stuck %ld\n"
+      "step in contact: p50 %.2f us, p99.9 %.2f us\nfrom start to the first step %.2f s\nwritten to %s\n",
+      times.size(), contact_us.size(), strongest, judge.fall_throughs(), stuck,
+      json["step_us"]["contact"]["p50"].get<double>(), json["step_us"]["contact"]["p999"].get<double>(),
+      first_touch_seconds, arguments.output.c_str());
   if (contact_us.empty()) notice("note: the path never touched the shape");
   return outcome;
 }

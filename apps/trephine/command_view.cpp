@@ -1,8 +1,8 @@
-#include <cstdio>
-
 #include "apps/trephine/commands.h"
+#include "apps/trephine/text.h"
 #include "apps/view/render_window.h"
 #include "apps/view/view_window.h"
+#include "volume/work_counters.h"
 
 namespace trephine::app {
 
@@ -10,9 +10,14 @@ using volume::Error;
 using volume::Result;
 
 Result<Outcome> run_view(const ViewArguments& arguments) {
-  if (!(arguments.burr_diameter > 0 && arguments.burr_diameter <= 30)) return Error{"the burr is out of range", "--burr-diameter", std::to_string(arguments.burr_diameter), "above 0, at most 30 mm", ""};
+  if (volume::Status error = check_burr(arguments.burr_diameter)) return *error;
   if (arguments.screenshot.empty() && !view::has_display())
-    return Error{"there is no display to open a window on", "", "DISPLAY is not set", "an X display", "use --screenshot OUT.png for a picture, or run under xvfb-run", volume::ErrorKind::missing_here};
+    return Error{"there is no display to open a window on",
+                 "",
+                 "DISPLAY is not set",
+                 "an X display",
+                 "use --screenshot OUT.png for a picture, or run under xvfb-run",
+                 volume::ErrorKind::missing_here};
   auto opened = open_source(arguments.source);
   if (!opened) return opened.error();
   Source& source = opened.value();
@@ -35,12 +40,18 @@ Result<Outcome> run_view(const ViewArguments& arguments) {
   outcome.json["frames"] = r.frames;
   outcome.json["frame_ms"] = {{"p50", r.frame_p50_ms}, {"p99", r.frame_p99_ms}};
   outcome.json["triangles"] = r.triangles;
+  outcome.json["counters"] = {{"surfaces_made", volume::work_counters().surfaces.load()},
+                              {"gl_contexts_made", volume::work_counters().gl_contexts.load()}};
   outcome.json["removed_mm3_total"] = r.removed_mm3;
   outcome.json["strokes"] = r.strokes;
-  outcome.json["servo"] = {{"ticks", r.servo.ticks}, {"overruns", r.servo.overruns}, {"step_p50_us", r.servo.step_p50_us}, {"step_p99_us", r.servo.step_p99_us}, {"faults", r.servo.faults}};
-  char text[300];
-  std::snprintf(text, sizeof text, "%zu triangles, %d frames, first after %.2f s, removed %.1f mm3 in %zu strokes\n", r.triangles, r.frames, r.first_frame_seconds, r.removed_mm3, r.strokes);
-  outcome.text = text;
+  outcome.json["servo"] = {{"ticks", r.servo.ticks},
+                           {"overruns", r.servo.overruns},
+                           {"step_p50_us", r.servo.step_p50_us},
+                           {"step_p99_us", r.servo.step_p99_us},
+                           {"faults", r.servo.faults}};
+  outcome.text =
+      format_text("%zu triangles, %d frames, first after %.2f s, removed %.1f mm3 in %zu strokes\n",
+                  r.triangles, r.frames, r.first_frame_seconds, r.removed_mm3, r.strokes);
   if (!r.servo.notice.empty()) notice("note: " + r.servo.notice);
   return outcome;
 }

@@ -1,4 +1,5 @@
-// The command line: what people type, turned into the arguments of commands.h. The only file that knows CLI11.
+// The command line: what people type, turned into the arguments of commands.h. The only file that knows
+// CLI11.
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <functional>
@@ -15,19 +16,25 @@ using volume::Result;
 
 void add_shape_options(CLI::App* command, app::ShapeChoice& shape) {
   command->add_option("--iso", shape.iso, "Solid from this value up (CT: HU; default 300)")->type_name("V");
-  command->add_option("--window", shape.window, "Solid between two values; either end may be empty")->type_name("LO:HI");
+  command->add_option("--window", shape.window, "Solid between two values; either end may be empty")
+      ->type_name("LO:HI");
   command->add_option("--label", shape.label, "Solid where the volume has this label")->type_name("NAME");
 }
 
 void add_source(CLI::App* command, std::string& source) {
-  command->add_option("SRC", source, "DICOM folder, .mha, .mhd, .nrrd, .nii(.gz), or head (built in; ./head is a path)")->required();
+  command
+      ->add_option("SRC", source,
+                   "DICOM folder, .mha, .mhd, .nrrd, .nii(.gz), or head (built in; ./head is a path)")
+      ->required();
 }
 
 /// Says the outcome or the error in the form that was asked for, and gives the exit code.
 int finish(const std::string& name, bool wants_json, Result<Outcome> result) {
   if (!result) {
-    if (wants_json) std::printf("%s\n", app::error_report(name, result.error()).dump(2).c_str());
-    else std::fprintf(stderr, "error: %s\n", result.error().message().c_str());
+    if (wants_json)
+      std::printf("%s\n", app::error_report(name, result.error()).dump(2).c_str());
+    else
+      std::fprintf(stderr, "error: %s\n", result.error().message().c_str());
     return app::exit_code_of(result.error());
   }
   const Outcome& outcome = result.value();
@@ -40,13 +47,17 @@ int finish(const std::string& name, bool wants_json, Result<Outcome> result) {
 
 int main(int argc, char** argv) {
   CLI::App cli{"trephine: surgery on real CT and MRI volumes that you can feel"};
-  cli.set_version_flag("--version", std::string("trephine ") + TREPHINE_VERSION + " (" + TREPHINE_COMMIT + ", " + TREPHINE_COMPILER + ")");
+  cli.set_version_flag("--version", std::string("trephine ") + TREPHINE_VERSION + " (" + TREPHINE_COMMIT +
+                                        ", " + TREPHINE_COMPILER + ")");
   cli.require_subcommand(1);
-  cli.footer("Examples:\n  trephine demo\n  trephine info SCANS/HEAD\n  trephine view SCANS/HEAD\n  trephine COMMAND --help");
+  cli.footer(
+      "Examples:\n  trephine demo\n  trephine info SCANS/HEAD\n  trephine view SCANS/HEAD\n  trephine "
+      "COMMAND --help");
   bool wants_json = false;
   std::string chosen;
   std::function<Result<Outcome>()> run;
-  const auto add = [&](const char* name, const char* help, const char* examples, auto& arguments, auto action) {
+  const auto add = [&](const char* name, const char* help, const char* examples, auto& arguments,
+                       auto action) {
     CLI::App* command = cli.add_subcommand(name, help);
     command->add_flag("--json", wants_json, "One JSON object on stdout, errors too");
     command->footer(std::string("Examples:\n") + examples);
@@ -69,16 +80,21 @@ int main(int argc, char** argv) {
   c->add_option("--psf", phantom.psf, "Scanner blur: sigma in voxels, 0 to 2")->type_name("SIGMA");
   c->add_option("--shear", phantom.shear, "Gantry tilt, degrees")->type_name("D");
   c->add_option("--seed", phantom.seed, "Of the noise")->type_name("K");
-  c->add_option("--set", phantom.settings, "A parameter of the shape, such as radius=40")->type_name("KEY=VALUE");
+  c->add_option("--set", phantom.settings, "A parameter of the shape, such as radius=40")
+      ->type_name("KEY=VALUE");
   c->add_option("-o,--output", phantom.output, ".mha, .nrrd, .nii or .nii.gz")->required();
-  c->add_option("--labels", phantom.labels_output, "Also write the labels to this file (head)")->type_name("FILE");
+  c->add_option("--labels", phantom.labels_output, "Also write the labels to this file (head)")
+      ->type_name("FILE");
 
   app::InfoArguments info;
-  c = add("info", "Say what a scan holds and where it lies", "  trephine info SCANS/HEAD\n  trephine info head --json", info, app::run_info);
+  c = add("info", "Say what a scan holds and where it lies",
+          "  trephine info SCANS/HEAD\n  trephine info head --json", info, app::run_info);
   add_source(c, info.source);
 
   app::MeshArguments mesh;
-  c = add("mesh", "Write the surface of a shape as a mesh", "  trephine mesh SCANS/HEAD -o skull.stl\n  trephine mesh head --label dura -o dura.ply", mesh, app::run_mesh);
+  c = add("mesh", "Write the surface of a shape as a mesh",
+          "  trephine mesh SCANS/HEAD -o skull.stl\n  trephine mesh head --label dura -o dura.ply", mesh,
+          app::run_mesh);
   add_source(c, mesh.source);
   add_shape_options(c, mesh.shape);
   c->add_option("-o,--output", mesh.output, ".stl, .ply, .obj or .vtp")->required();
@@ -91,11 +107,15 @@ int main(int argc, char** argv) {
           touch, app::run_touch);
   add_source(c, touch.source);
   add_shape_options(c, touch.shape);
-  c->add_option("--path", touch.path, "CSV t,x,y,z[,qx,qy,qz,qw][,button]; s, mm, patient frame LPS")->required()->type_name("PATH.csv");
+  c->add_option("--path", touch.path, "CSV t,x,y,z[,qx,qy,qz,qw][,button]; s, mm, patient frame LPS")
+      ->required()
+      ->type_name("PATH.csv");
   c->add_option("-o,--output", touch.output, "A row for every step")->required()->type_name("STEPS.csv");
-  c->add_option("--method", touch.method, "How the proxy is kept on the surface: implicit")->capture_default_str();
+  c->add_option("--method", touch.method, "How the proxy is kept on the surface: implicit")
+      ->capture_default_str();
   c->add_option("--stiffness", touch.stiffness, "N/mm")->capture_default_str();
-  c->add_option("--friction", touch.friction, "Static and dynamic coefficient (default 0.2,0.15)")->type_name("S,D");
+  c->add_option("--friction", touch.friction, "Static and dynamic coefficient (default 0.2,0.15)")
+      ->type_name("S,D");
   c->add_option("--alpha", touch.alpha, "Weight of the newest force at 1 kHz")->capture_default_str();
   c->add_option("--rate", touch.rate, "Servo steps a second")->capture_default_str()->type_name("HZ");
 
@@ -107,9 +127,12 @@ int main(int argc, char** argv) {
   add_source(c, drill.source);
   add_shape_options(c, drill.shape);
   c->add_option("--burr-diameter", drill.burr_diameter, "mm")->required()->type_name("MM");
-  c->add_option("--path", drill.path, "CSV t,x,y,z[,qx,qy,qz,qw][,button]; s, mm, patient frame LPS")->required()->type_name("PATH.csv");
+  c->add_option("--path", drill.path, "CSV t,x,y,z[,qx,qy,qz,qw][,button]; s, mm, patient frame LPS")
+      ->required()
+      ->type_name("PATH.csv");
   c->add_option("--rate", drill.rate, "Servo steps a second")->capture_default_str()->type_name("HZ");
-  c->add_option("--removal-rate", drill.removal_rate, "mm3/s that the burr can take away")->capture_default_str();
+  c->add_option("--removal-rate", drill.removal_rate, "mm3/s that the burr can take away")
+      ->capture_default_str();
   c->add_flag("--kinematic", drill.is_kinematic, "The path is the burr's centre; everything it sweeps goes");
   c->add_option("-o,--output", drill.output, ".mha, .nrrd, .nii or .nii.gz")->required();
 
@@ -119,7 +142,8 @@ int main(int argc, char** argv) {
   add_source(c, view.source);
   add_shape_options(c, view.shape);
   c->add_option("--burr-diameter", view.burr_diameter, "mm")->capture_default_str()->type_name("MM");
-  c->add_option("--screenshot", view.screenshot, "Write a picture; without --seconds no window is opened")->type_name("OUT.png");
+  c->add_option("--screenshot", view.screenshot, "Write a picture; without --seconds no window is opened")
+      ->type_name("OUT.png");
   c->add_option("--seconds", view.seconds, "Close the window by itself after so long")->type_name("S");
 
   app::DemoArguments demo;
@@ -132,13 +156,15 @@ int main(int argc, char** argv) {
 
   app::BenchArguments bench;
   c = add("bench", "Measure, beside peers in the same run",
-          "  trephine bench surface\n  trephine bench step --json\n  trephine bench load SCANS/HEAD", bench, app::run_bench);
+          "  trephine bench surface\n  trephine bench step --json\n  trephine bench load SCANS/HEAD", bench,
+          app::run_bench);
   c->add_option("WHAT", bench.what, "surface, step or load")->required();
   c->add_option("SRC", bench.source, "For load");
   c->add_option("--size", bench.size, "Voxels along each axis")->capture_default_str();
 
   app::AuditArguments audit;
-  c = add("audit", "Judge voxel traversal by exact arithmetic on adversarial rays", "  trephine audit --rays 100000000", audit, app::run_audit);
+  c = add("audit", "Judge voxel traversal by exact arithmetic on adversarial rays",
+          "  trephine audit --rays 100000000", audit, app::run_audit);
   c->add_option("--rays", audit.rays, "How many")->capture_default_str();
   c->add_option("--seed", audit.seed, "Which")->capture_default_str();
 
@@ -149,12 +175,17 @@ int main(int argc, char** argv) {
     return cli.exit(e);
   } catch (const CLI::ParseError& e) {
     const std::string name = argc > 1 ? argv[1] : "";
-    return finish("error", wants_json, Error{e.what(), name.starts_with("-") ? "" : name, "", "", "see: trephine " + (name.empty() || name.starts_with("-") ? "" : name + " ") + "--help"});
+    return finish(
+        "error", wants_json,
+        Error{e.what(), name.starts_with("-") ? "" : name, "", "",
+              "see: trephine " + (name.empty() || name.starts_with("-") ? "" : name + " ") + "--help"});
   }
   app::listen_for_interrupt();
   try {
     return finish(chosen, wants_json, run());
   } catch (const std::bad_alloc&) {
-    return finish(chosen, wants_json, Error{"the memory ran out", "", "", "", "close other programs, or crop the volume", volume::ErrorKind::missing_here});
+    return finish(chosen, wants_json,
+                  Error{"the memory ran out", "", "", "", "close other programs, or crop the volume",
+                        volume::ErrorKind::missing_here});
   }
 }

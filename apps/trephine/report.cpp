@@ -1,7 +1,5 @@
 #include "apps/trephine/report.h"
 
-#include <unistd.h>
-
 #include <algorithm>
 #include <atomic>
 #include <chrono>
@@ -10,6 +8,7 @@
 #include <cstdio>
 #include <ctime>
 #include <fstream>
+#include <unistd.h>
 
 #include "apps/trephine/build_info.h"
 
@@ -24,25 +23,37 @@ std::string cpu_name() {
     if (line.starts_with("model name")) return line.substr(line.find(':') + 2);
   return "unknown";
 }
-double monotonic() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
+double monotonic() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
 }  // namespace
 
 Json new_report(const std::string& name) {
-  return {{"schema", "trephine." + name + "/1"}, {"version", TREPHINE_VERSION}, {"commit", TREPHINE_COMMIT},
-          {"compiler", TREPHINE_COMPILER}, {"cpu", cpu_name()}};
+  return {{"schema", "trephine." + name + "/1"},
+          {"version", TREPHINE_VERSION},
+          {"commit", TREPHINE_COMMIT},
+          {"compiler", TREPHINE_COMPILER},
+          {"cpu", cpu_name()}};
 }
 
 Json error_report(const std::string& name, const volume::Error& error) {
   Json json = new_report(name);
-  json["error"] = {{"what", error.what}, {"where", error.where}, {"found", error.found}, {"expected", error.expected}, {"remedy", error.remedy}};
+  json["error"] = {{"what", error.what},
+                   {"where", error.where},
+                   {"found", error.found},
+                   {"expected", error.expected},
+                   {"remedy", error.remedy}};
   return json;
 }
 
 int exit_code_of(const volume::Error& error) {
   switch (error.kind) {
-    case volume::ErrorKind::missing_here: return exit_missing_here;
-    case volume::ErrorKind::interrupted: return exit_interrupted;
-    case volume::ErrorKind::bad_input: break;
+    case volume::ErrorKind::missing_here:
+      return exit_missing_here;
+    case volume::ErrorKind::interrupted:
+      return exit_interrupted;
+    case volume::ErrorKind::bad_input:
+      break;
   }
   return exit_bad_input;
 }
@@ -55,8 +66,11 @@ double percentile(const std::vector<double>& sorted, double p) {
 
 Json percentiles(std::vector<double> values) {
   std::sort(values.begin(), values.end());
-  return {{"count", values.size()}, {"p50", percentile(values, 50)}, {"p99", percentile(values, 99)},
-          {"p999", percentile(values, 99.9)}, {"max", values.empty() ? 0 : values.back()}};
+  return {{"count", values.size()},
+          {"p50", percentile(values, 50)},
+          {"p99", percentile(values, 99)},
+          {"p999", percentile(values, 99.9)},
+          {"max", values.empty() ? 0 : values.back()}};
 }
 
 void notice(const std::string& text) { std::fprintf(stderr, "%s\n", text.c_str()); }
@@ -83,7 +97,9 @@ void listen_for_interrupt() {
   action.sa_flags = SA_RESETHAND;  // a second Ctrl-C ends the program at once
   sigaction(SIGINT, &action, nullptr);
 }
-volume::Error interrupted(const std::string& what) { return {what + " was interrupted; nothing was written", "", "", "", "", volume::ErrorKind::interrupted}; }
+volume::Error interrupted(const std::string& what) {
+  return {what + " was interrupted; nothing was written", "", "", "", "", volume::ErrorKind::interrupted};
+}
 
 std::size_t resident_bytes() {
   std::ifstream in("/proc/self/statm");

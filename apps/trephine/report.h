@@ -11,7 +11,13 @@ namespace trephine::app {
 
 using Json = nlohmann::ordered_json;
 
-enum ExitCode { exit_done = 0, exit_check_failed = 1, exit_bad_input = 2, exit_missing_here = 3, exit_interrupted = 130 };
+enum ExitCode {
+  exit_done = 0,
+  exit_check_failed = 1,
+  exit_bad_input = 2,
+  exit_missing_here = 3,
+  exit_interrupted = 130
+};
 
 /// The result of a command that ran: `text` for people or `json` for programs goes to stdout.
 struct Outcome {
@@ -20,7 +26,8 @@ struct Outcome {
   int exit_code = exit_done;
 };
 
-/// An object with `schema` ("trephine.NAME/1"), version, commit, compiler and cpu, to which a command adds its own.
+/// An object with `schema` ("trephine.NAME/1"), version, commit, compiler and cpu, to which a command adds
+/// its own.
 Json new_report(const std::string& name);
 /// The same for an error.
 Json error_report(const std::string& name, const volume::Error& error);
@@ -32,8 +39,8 @@ double percentile(const std::vector<double>& sorted, double p);
 
 /// A notice to a person: stderr.
 void notice(const std::string& text);
-/// Progress on a terminal only; a line that is rewritten, at most ten times a second. Returns false when the person
-/// pressed Ctrl-C.
+/// Progress on a terminal only; a line that is rewritten, at most ten times a second. Returns false when the
+/// person pressed Ctrl-C.
 class ProgressLine {
  public:
   explicit ProgressLine(std::string what) : what_(std::move(what)) {}

@@ -1,22 +1,21 @@
 #include "apps/trephine/source.h"
 
 #include <charconv>
-#include <chrono>
 #include <cmath>
+#include <fstream>
 
+#include "apps/trephine/text.h"
 #include "data-tools/atomic_file.h"
 #include "data-tools/open_volume.h"
 #include "data-tools/phantoms.h"
+#include "volume/work_counters.h"
 
 namespace trephine::app {
 
 using volume::Error;
 using volume::Result;
-using Clock = std::chrono::steady_clock;
 
 namespace {
-double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
-
 std::string text_of(double v) {
   char text[40];
   return std::string(text, std::to_chars(text, text + sizeof text, v).ptr);
@@ -34,7 +33,8 @@ Result<volume::Shape> parse_window(const std::string& window) {
   for (std::size_t i = 0; i < 2; ++i) {
     if (ends[i].empty()) continue;
     const auto [end, error] = std::from_chars(ends[i].data(), ends[i].data() + ends[i].size(), values[i]);
-    if (error != std::errc() || end != ends[i].data() + ends[i].size() || !std::isfinite(values[i])) return bad;
+    if (error != std::errc() || end != ends[i].data() + ends[i].size() || !std::isfinite(values[i]))
+      return bad;
   }
   if (!(values[0] <= values[1])) return bad;
   shape.low = values[0];
@@ -74,14 +74,16 @@ Result<Source> open_source(const std::string& src) {
 
 Result<volume::Shape> choose_shape(const Source& source, const ShapeChoice& choice) {
   const int given = choice.iso.has_value() + !choice.window.empty() + !choice.label.empty();
-  if (given > 1) return Error{"more than one shape was chosen", "--iso, --window, --label", "", "one of them", ""};
+  if (given > 1)
+    return Error{"more than one shape was chosen", "--iso, --window, --label", "", "one of them", ""};
   volume::Shape shape;
   if (!choice.label.empty()) {
     const int value = source.volume->label_value(choice.label);
     if (source.volume->labels.is_empty() || value < 0) {
       std::string known;
       for (const std::string& name : source.volume->label_names) known += (known.empty() ? "" : ", ") + name;
-      return Error{"there is no such label", "--label", choice.label, known.empty() ? "this volume has no labels" : "one of " + known,
+      return Error{"there is no such label", "--label", choice.label,
+                   known.empty() ? "this volume has no labels" : "one of " + known,
                    known.empty() ? "use --iso or --window" : ""};
     }
     shape.label = value;
@@ -90,13 +92,15 @@ Result<volume::Shape> choose_shape(const Source& source, const ShapeChoice& choi
   }
   if (!choice.window.empty()) return parse_window(choice.window);
   if (choice.iso) {
-    if (!std::isfinite(*choice.iso)) return Error{"the iso value is no number", "--iso", text_of(*choice.iso), "a finite number", ""};
+    if (!std::isfinite(*choice.iso))
+      return Error{"the iso value is no number", "--iso", text_of(*choice.iso), "a finite number", ""};
     shape.low = *choice.iso;
     shape.name = "iso";
     return shape;
   }
   if (!source.volume->is_hounsfield)
-    return Error{"which shape is meant?", source.name, "a volume that is not in Hounsfield units", "--iso V, --window LO:HI or --label NAME",
+    return Error{"which shape is meant?", source.name, "a volume that is not in Hounsfield units",
+                 "--iso V, --window LO:HI or --label NAME",
                  "see the range of its values with: trephine info SRC"};
   notice("shape: bone, 300 HU and above (choose another with --iso, --window or --label)");
   return shape;
@@ -108,13 +112,36 @@ Result<haptics::TouchScene> make_scene(Source& source, const ShapeChoice& choice
   const auto start = Clock::now();
   haptics::TouchScene scene;
   scene.base = source.volume;
-  auto bits = std::make_shared<const volume::Occupancy>(volume::Occupancy::build(*source.volume, shape.value()));
+  auto bits =
+      std::make_shared<const volume::Occupancy>(volume::Occupancy::build(*source.volume, shape.value()));
   if (bits->count_solid() == 0)
-    return Error{"the shape is empty", source.name, describe(shape.value(), source.volume->is_hounsfield) + ": no voxel", "at least one solid voxel",
-                 "see the range of its values with: trephine info SRC"};
-  scene.shapes.push_back({volume::Field(*source.volume, shape.value()), std::move(bits), {}, haptics::Sides::front});
+    return Error{"the shape is empty", source.name,
+                 describe(shape.value(), source.volume->is_hounsfield) + ": no voxel",
+                 "at least one solid voxel", "see the range of its values with: trephine info SRC"};
+  scene.shapes.push_back(
+      {volume::Field(*source.volume, shape.value()), std::move(bits), {}, haptics::Sides::front});
   source.bits_seconds = seconds_since(start);
   return scene;
+}
+
+Result<haptics::PosePath> open_path(const std::string& path) {
+  const std::string where = data_tools::file_name(path);
+  std::ifstream file(path);
+  if (!file)
+    return Error{"there is no such path file", where, "", "a CSV file t,x,y,z[,qx,qy,qz,qw][,button]",
+                 "check the spelling"};
+  return haptics::PosePath::read_csv(file, where);
+}
+
+volume::Status check_rate(double rate_hz) {
+  if (rate_hz >= 10 && rate_hz <= 100000) return std::nullopt;
+  return Error{"the rate is out of range", "--rate", text_of(rate_hz), "10 to 100000 Hz", ""};
+}
+
+volume::Status check_burr(double diameter_mm) {
+  if (diameter_mm > 0 && diameter_mm <= 30) return std::nullopt;
+  return Error{"the burr is out of range", "--burr-diameter", text_of(diameter_mm), "above 0, at most 30 mm",
+               ""};
 }
 
 std::string describe(const volume::Shape& shape, bool is_hounsfield) {
@@ -129,10 +156,15 @@ Json memory_report(const haptics::TouchScene& scene, const volume::Version& vers
   std::size_t bits = 0;
   for (const haptics::TouchShape& shape : scene.shapes) bits += shape.bits->bytes();
   const std::size_t base = scene.base->bytes(), tables = version.bytes();
-  return {{"voxels_bytes", scene.base->voxels.bytes()}, {"base_bytes", base}, {"bits_bytes", bits}, {"version_bytes", tables},
+  return {{"voxels_bytes", scene.base->voxels.bytes()},
+          {"base_bytes", base},
+          {"bits_bytes", bits},
+          {"version_bytes", tables},
           {"held_bytes", base + bits + tables},
-          {"held_over_voxels", static_cast<double>(base + bits + tables) / static_cast<double>(scene.base->voxels.bytes())},
-          {"shapes_with_bits", scene.shapes.size()}, {"resident_bytes", resident_bytes()}};
+          {"held_over_voxels",
+           static_cast<double>(base + bits + tables) / static_cast<double>(scene.base->voxels.bytes())},
+          {"shapes_with_bits", volume::work_counters().occupancies.load()},
+          {"resident_bytes", resident_bytes()}};
 }
 
 }  // namespace trephine::app

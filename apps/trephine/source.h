@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "apps/trephine/report.h"
+#include "haptics/pose_path.h"
 #include "haptics/touch_scene.h"
 #include "volume/version.h"
 
@@ -26,10 +27,16 @@ struct Source {
 
 /// Opens `src`; says its notices on stderr when it is a person who reads.
 volume::Result<Source> open_source(const std::string& src);
-/// The shape that is meant; CT without a choice is bone from 300 HU, which is said. Error when there is no default.
+/// The shape that is meant; CT without a choice is bone from 300 HU, which is said. Error when there is no
+/// default.
 volume::Result<volume::Shape> choose_shape(const Source& source, const ShapeChoice& choice);
 /// A scene with that one shape, its bits made.
 volume::Result<haptics::TouchScene> make_scene(Source& source, const ShapeChoice& choice);
+/// A path file, or what is wrong with it.
+volume::Result<haptics::PosePath> open_path(const std::string& path);
+/// Options that several commands share.
+volume::Status check_rate(double rate_hz);
+volume::Status check_burr(double diameter_mm);
 /// The shape in words, for reports: "300 HU and above", "label dura".
 std::string describe(const volume::Shape& shape, bool is_hounsfield);
 /// Memory by our own accounting: base voxels, labels, bits and tables.

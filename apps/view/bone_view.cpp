@@ -1,5 +1,10 @@
 #include "apps/view/bone_view.h"
 
+#include <algorithm>
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <map>
+#include <tuple>
 #include <vtkActor.h>
 #include <vtkArrowSource.h>
 #include <vtkCamera.h>
@@ -27,11 +32,7 @@
 #include <vtkTypeInt64Array.h>
 #include <vtkUnsignedCharArray.h>
 
-#include <algorithm>
-#include <cmath>
-#include <glm/geometric.hpp>
-#include <map>
-#include <tuple>
+#include "volume/work_counters.h"
 
 namespace trephine::view {
 
@@ -59,7 +60,8 @@ vtkSmartPointer<vtkPolyData> to_poly_data(const ChunkMesh& mesh) {
     for (int a = 0; a < 3; ++a) {
       points->SetTypedComponent(i, a, mesh.vertices[at][a]);
       normals->SetTypedComponent(i, a, mesh.normals[at][a]);
-      colors->SetTypedComponent(i, a, static_cast<unsigned char>(255 * (k_bone[a] + fresh * (k_cut[a] - k_bone[a]))));
+      colors->SetTypedComponent(
+          i, a, static_cast<unsigned char>(255 * (k_bone[a] + fresh * (k_cut[a] - k_bone[a]))));
     }
   }
   vtkNew<vtkPoints> vtk_points;
@@ -69,7 +71,8 @@ vtkSmartPointer<vtkPolyData> to_poly_data(const ChunkMesh& mesh) {
   offsets->SetNumberOfValues(triangles + 1);
   connectivity->SetNumberOfValues(3 * triangles);
   for (vtkIdType t = 0; t <= triangles; ++t) offsets->SetValue(t, 3 * t);
-  for (vtkIdType i = 0; i < 3 * triangles; ++i) connectivity->SetValue(i, mesh.triangles[static_cast<std::size_t>(i)]);
+  for (vtkIdType i = 0; i < 3 * triangles; ++i)
+    connectivity->SetValue(i, mesh.triangles[static_cast<std::size_t>(i)]);
   vtkNew<vtkCellArray> cells;
   cells->SetData(offsets, connectivity);
   auto data = vtkSmartPointer<vtkPolyData>::New();
@@ -120,6 +123,7 @@ struct BoneView::Parts {
 };
 
 BoneView::BoneView(vtkRenderWindow* window, bool has_shading) : parts_(std::make_unique<Parts>()) {
+  ++volume::work_counters().gl_contexts;
   Parts& p = *parts_;
   p.window = window;
   window->AddRenderer(p.renderer);
@@ -154,7 +158,8 @@ BoneView::BoneView(vtkRenderWindow* window, bool has_shading) : parts_(std::make
   }
 
   vtkNew<vtkSphereSource> ball, dot;
-  for (vtkSphereSource* s : {ball.GetPointer(), dot.GetPointer()}) s->SetThetaResolution(48), s->SetPhiResolution(32), s->SetRadius(1);
+  for (vtkSphereSource* s : {ball.GetPointer(), dot.GetPointer()})
+    s->SetThetaResolution(48), s->SetPhiResolution(32), s->SetRadius(1);
   vtkNew<vtkLineSource> axis;
   axis->SetPoint1(0, 0, 0);
   axis->SetPoint2(1, 0, 0);
@@ -176,7 +181,8 @@ BoneView::BoneView(vtkRenderWindow* window, bool has_shading) : parts_(std::make
   p.burr->GetProperty()->SetSpecular(0.9);
   p.arrow->GetProperty()->SetAmbient(0.35);
   p.proxy->GetProperty()->SetAmbient(0.4);
-  for (vtkActor* a : {p.burr.Get(), p.shaft.Get(), p.grip.Get(), p.proxy.Get(), p.arrow.Get(), p.leash.Get()}) {
+  for (vtkActor* a :
+       {p.burr.Get(), p.shaft.Get(), p.grip.Get(), p.proxy.Get(), p.arrow.Get(), p.leash.Get()}) {
     a->VisibilityOff();
     a->PickableOff();
     p.renderer->AddActor(a);
@@ -205,7 +211,9 @@ std::size_t BoneView::triangle_count() const noexcept { return parts_->triangles
 void BoneView::show(const ChunkMesh& mesh) {
   Parts& p = *parts_;
   vtkSmartPointer<vtkActor>& actor = p.chunks[{mesh.chunk.x, mesh.chunk.y, mesh.chunk.z}];
-  if (actor) p.triangles -= static_cast<std::size_t>(static_cast<vtkPolyDataMapper*>(actor->GetMapper())->GetInput()->GetNumberOfPolys());
+  if (actor)
+    p.triangles -= static_cast<std::size_t>(
+        static_cast<vtkPolyDataMapper*>(actor->GetMapper())->GetInput()->GetNumberOfPolys());
   if (mesh.triangles.empty()) {
     if (actor) p.renderer->RemoveActor(actor);
     p.chunks.erase({mesh.chunk.x, mesh.chunk.y, mesh.chunk.z});
@@ -231,7 +239,8 @@ void BoneView::show(const StylusLook& s) {
   const double size = s.burr_radius;
   place(p.burr, s.burr_centre_world, s.shaft_direction, size, size);
   place(p.shaft, s.burr_centre_world, s.shaft_direction, 34 + size, 0.45 * size);
-  place(p.grip, s.burr_centre_world + (30 + size) * s.shaft_direction, s.shaft_direction, 70, std::max(4.5, 1.2 * size));
+  place(p.grip, s.burr_centre_world + (30 + size) * s.shaft_direction, s.shaft_direction, 70,
+        std::max(4.5, 1.2 * size));
   const bool is_touching = s.is_visible && s.has_contact;
   for (vtkActor* a : {p.proxy.Get(), p.leash.Get()}) a->SetVisibility(is_touching);
   place(p.proxy, s.proxy_world, {1, 0, 0}, 0.7, 0.7);
@@ -241,7 +250,8 @@ void BoneView::show(const StylusLook& s) {
   p.arrow->SetVisibility(is_touching && force > 0.02);
   // 12 mm a newton, from beside the burr, so that it is not hidden in it.
   const dvec3 aside = glm::length(glm::cross(s.shaft_direction, s.force_world)) > 1e-9
-                          ? glm::normalize(glm::cross(s.shaft_direction, s.force_world)) : glm::normalize(glm::cross(s.shaft_direction, dvec3(0.3, 1, 0.2)));
+                          ? glm::normalize(glm::cross(s.shaft_direction, s.force_world))
+                          : glm::normalize(glm::cross(s.shaft_direction, dvec3(0.3, 1, 0.2)));
   place(p.arrow, s.proxy_world + (size + 2.5) * aside, s.force_world, std::clamp(12 * force, 3.0, 60.0), 11);
 }
 
@@ -275,17 +285,31 @@ void BoneView::look_from(char side) {
   // LPS: +x left, +y back, +z up.
   dvec3 from(0.55, -0.75, 0.38), up(0, 0, 1);
   switch (side) {
-    case 'A': from = {0, -1, 0}; break;
-    case 'P': from = {0, 1, 0}; break;
-    case 'L': from = {1, 0, 0}; break;
-    case 'R': from = {-1, 0, 0}; break;
-    case 'S': from = {0, 0, 1}, up = {0, -1, 0}; break;
-    case 'I': from = {0, 0, -1}, up = {0, -1, 0}; break;
-    default: break;
+    case 'A':
+      from = {0, -1, 0};
+      break;
+    case 'P':
+      from = {0, 1, 0};
+      break;
+    case 'L':
+      from = {1, 0, 0};
+      break;
+    case 'R':
+      from = {-1, 0, 0};
+      break;
+    case 'S':
+      from = {0, 0, 1}, up = {0, -1, 0};
+      break;
+    case 'I':
+      from = {0, 0, -1}, up = {0, -1, 0};
+      break;
+    default:
+      break;
   }
   dvec3 low, high;
   bounds(low, high);
-  look(0.5 * (low + high), from, up, 0.86 * glm::length(high - low) / (2 * std::tan(14 * 3.14159265358979 / 180)));
+  look(0.5 * (low + high), from, up,
+       0.86 * glm::length(high - low) / (2 * std::tan(14 * 3.14159265358979 / 180)));
 }
 
 void BoneView::render() {

@@ -1,4 +1,5 @@
-// The surface in chunks, made by a worker and fetched by whoever draws: neither the servo nor the window waits.
+// The surface in chunks, made by a worker and fetched by whoever draws: neither the servo nor the window
+// waits.
 #pragma once
 
 #include <atomic>
@@ -15,7 +16,8 @@
 
 namespace trephine::view {
 
-/// One chunk ready to draw: world-frame vertices (mm), unit normals, and how much of each vertex is a fresh cut.
+/// One chunk ready to draw: world-frame vertices (mm), unit normals, and how much of each vertex is a fresh
+/// cut.
 struct ChunkMesh {
   glm::ivec3 chunk{0};
   std::uint64_t version = 0;  ///< serial of the version it shows
@@ -25,10 +27,11 @@ struct ChunkMesh {
 };
 
 /// Meshes one chunk of a shape in a version.
-ChunkMesh make_chunk_mesh(const haptics::TouchScene& scene, std::size_t shape, const volume::Version& version, const glm::ivec3& chunk,
-                          volume::NetScratch* scratch = nullptr);
+ChunkMesh make_chunk_mesh(const haptics::TouchScene& scene, std::size_t shape, const volume::Version& version,
+                          const glm::ivec3& chunk, volume::NetScratch* scratch = nullptr);
 
-/// Meshes chunks on threads of its own, newest version first come. request() and take() may be called from any thread.
+/// Meshes chunks on threads of its own, newest version first come. request() and take() may be called from
+/// any thread.
 class ChunkWorker {
  public:
   /// Borrows the scene for its life.

@@ -2,7 +2,8 @@
 
 namespace trephine::view {
 
-MouseDevice::MouseDevice(const glm::dvec3& start) : x_(start.x), y_(start.y), z_(start.z), wish_(start), position_(start) {}
+MouseDevice::MouseDevice(const glm::dvec3& start)
+    : x_(start.x), y_(start.y), z_(start.z), wish_(start), position_(start) {}
 
 void MouseDevice::set(const glm::dvec3& wish, bool is_pressed) noexcept {
   sequence_.fetch_add(1);

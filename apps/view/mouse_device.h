@@ -7,8 +7,8 @@
 
 namespace trephine::view {
 
-/// set() on the window's thread, read() on the servo's; neither waits. Poses between the window's 60 Hz are smoothed
-/// with a time constant of 15 ms, so that a burr does not jump.
+/// set() on the window's thread, read() on the servo's; neither waits. Poses between the window's 60 Hz are
+/// smoothed with a time constant of 15 ms, so that a burr does not jump.
 class MouseDevice final : public haptics::Device {
  public:
   explicit MouseDevice(const glm::dvec3& start_world);
@@ -21,7 +21,8 @@ class MouseDevice final : public haptics::Device {
   void set(const glm::dvec3& wish_world, bool is_pressed) noexcept;
 
  private:
-  // A sequence lock for one writer: odd while it writes. The reader tries a few times and else keeps its last wish.
+  // A sequence lock for one writer: odd while it writes. The reader tries a few times and else keeps its last
+  // wish.
   std::atomic<unsigned> sequence_{0};
   std::atomic<double> x_, y_, z_;
   std::atomic<bool> is_pressed_{false};

@@ -2,7 +2,9 @@
 
 #include <EGL/egl.h>
 #include <EGL/eglext.h>
+#include <cstdlib>
 #include <dlfcn.h>
+#include <fstream>
 #include <vtkCallbackCommand.h>
 #include <vtkGenericOpenGLRenderWindow.h>
 #include <vtkNew.h>
@@ -10,11 +12,9 @@
 #include <vtkUnsignedCharArray.h>
 #include <vtkWindowToImageFilter.h>
 
-#include <cstdlib>
-#include <fstream>
-
-/// Debian's GLEW is built for GLX: without an X display it loads every OpenGL function and then fails for want of GLX
-/// (result 4). VTK takes that for a missing OpenGL, so this stands in its place and forgives that one result.
+/// Debian's GLEW is built for GLX: without an X display it loads every OpenGL function and then fails for
+/// want of GLX (result 4). VTK takes that for a missing OpenGL, so this stands in its place and forgives that
+/// one result.
 extern "C" unsigned int glewInit() {
   using Init = unsigned int (*)();
   const auto real = reinterpret_cast<Init>(dlsym(RTLD_NEXT, "glewInit"));
@@ -35,19 +35,28 @@ bool has_display() {
 
 namespace {
 
-/// A core OpenGL context of Mesa's surfaceless platform, and a VTK window that draws into its own framebuffer.
+/// A core OpenGL context of Mesa's surfaceless platform, and a VTK window that draws into its own
+/// framebuffer.
 class EglSurface final : public DrawSurface {
  public:
   static std::unique_ptr<EglSurface> make(int width, int height) {
     auto surface = std::unique_ptr<EglSurface>(new EglSurface);
-    const auto get_display = reinterpret_cast<PFNEGLGETPLATFORMDISPLAYEXTPROC>(eglGetProcAddress("eglGetPlatformDisplayEXT"));
+    const auto get_display =
+        reinterpret_cast<PFNEGLGETPLATFORMDISPLAYEXTPROC>(eglGetProcAddress("eglGetPlatformDisplayEXT"));
     if (get_display == nullptr) return nullptr;
     surface->display_ = get_display(EGL_PLATFORM_SURFACELESS_MESA, EGL_DEFAULT_DISPLAY, nullptr);
-    if (surface->display_ == EGL_NO_DISPLAY || !eglInitialize(surface->display_, nullptr, nullptr)) return nullptr;
+    if (surface->display_ == EGL_NO_DISPLAY || !eglInitialize(surface->display_, nullptr, nullptr))
+      return nullptr;
     eglBindAPI(EGL_OPENGL_API);
-    const EGLint wanted[] = {EGL_CONTEXT_MAJOR_VERSION, 3, EGL_CONTEXT_MINOR_VERSION, 3, EGL_CONTEXT_OPENGL_PROFILE_MASK,
-                             EGL_CONTEXT_OPENGL_CORE_PROFILE_BIT, EGL_NONE};
-    surface->context_ = eglCreateContext(surface->display_, static_cast<EGLConfig>(nullptr), EGL_NO_CONTEXT, wanted);
+    const EGLint wanted[] = {EGL_CONTEXT_MAJOR_VERSION,
+                             3,
+                             EGL_CONTEXT_MINOR_VERSION,
+                             3,
+                             EGL_CONTEXT_OPENGL_PROFILE_MASK,
+                             EGL_CONTEXT_OPENGL_CORE_PROFILE_BIT,
+                             EGL_NONE};
+    surface->context_ =
+        eglCreateContext(surface->display_, static_cast<EGLConfig>(nullptr), EGL_NO_CONTEXT, wanted);
     if (surface->context_ == EGL_NO_CONTEXT || !surface->make_current()) return nullptr;
 
     vtkGenericOpenGLRenderWindow* window = surface->window_;
@@ -56,7 +65,8 @@ class EglSurface final : public DrawSurface {
     on_event->SetCallback([](vtkObject*, unsigned long event, void* self, void* data) {
       auto* egl = static_cast<EglSurface*>(self);
       if (event == vtkCommand::WindowMakeCurrentEvent) egl->make_current();
-      if (event == vtkCommand::WindowIsCurrentEvent) *static_cast<bool*>(data) = eglGetCurrentContext() == egl->context_;
+      if (event == vtkCommand::WindowIsCurrentEvent)
+        *static_cast<bool*>(data) = eglGetCurrentContext() == egl->context_;
     });
     window->AddObserver(vtkCommand::WindowMakeCurrentEvent, on_event);
     window->AddObserver(vtkCommand::WindowIsCurrentEvent, on_event);
@@ -79,7 +89,9 @@ class EglSurface final : public DrawSurface {
   vtkRenderWindow* window() override { return window_; }
 
  private:
-  bool make_current() { return eglMakeCurrent(display_, EGL_NO_SURFACE, EGL_NO_SURFACE, context_) == EGL_TRUE; }
+  bool make_current() {
+    return eglMakeCurrent(display_, EGL_NO_SURFACE, EGL_NO_SURFACE, context_) == EGL_TRUE;
+  }
 
   EGLDisplay display_ = EGL_NO_DISPLAY;
   EGLContext context_ = EGL_NO_CONTEXT;
@@ -89,9 +101,14 @@ class EglSurface final : public DrawSurface {
 }  // namespace
 
 Result<std::unique_ptr<DrawSurface>> make_offscreen(int width, int height) {
-  if (auto surface = EglSurface::make(width, height)) return Result<std::unique_ptr<DrawSurface>>(std::unique_ptr<DrawSurface>(std::move(surface)));
-  return Error{"pictures cannot be drawn on this machine", "", "no OpenGL without a display", "Mesa's surfaceless EGL",
-               "install it: apt-get install libegl1 libgl1-mesa-dri", volume::ErrorKind::missing_here};
+  if (auto surface = EglSurface::make(width, height))
+    return Result<std::unique_ptr<DrawSurface>>(std::unique_ptr<DrawSurface>(std::move(surface)));
+  return Error{"pictures cannot be drawn on this machine",
+               "",
+               "no OpenGL without a display",
+               "Mesa's surfaceless EGL",
+               "install it: apt-get install libegl1 libgl1-mesa-dri",
+               volume::ErrorKind::missing_here};
 }
 
 volume::Status write_png(vtkRenderWindow* window, const std::string& path) {
@@ -110,7 +127,8 @@ volume::Status write_png(vtkRenderWindow* window, const std::string& path) {
     out.close();
     if (!out || std::rename(temporary.c_str(), path.c_str()) != 0) {
       std::remove(temporary.c_str());
-      return Error{"the picture cannot be written", path.substr(path.rfind('/') + 1), "", "a folder that exists, may be written and has room", "choose another place"};
+      return Error{"the picture cannot be written", path.substr(path.rfind('/') + 1), "",
+                   "a folder that exists, may be written and has room", "choose another place"};
     }
   }
   return std::nullopt;

@@ -20,7 +20,8 @@ class DrawSurface {
   virtual vtkRenderWindow* window() = 0;
 };
 
-/// Memory of width x height pixels; needs no display (EGL, surfaceless). Error (missing here) when no GL is found.
+/// Memory of width x height pixels; needs no display (EGL, surfaceless). Error (missing here) when no GL is
+/// found.
 volume::Result<std::unique_ptr<DrawSurface>> make_offscreen(int width, int height);
 
 /// Writes what the window shows as PNG, atomically.

@@ -1,5 +1,10 @@
 #include "apps/view/view_window.h"
 
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <functional>
+#include <glm/geometric.hpp>
 #include <vtkCallbackCommand.h>
 #include <vtkCamera.h>
 #include <vtkInteractorStyleTrackballCamera.h>
@@ -8,12 +13,6 @@
 #include <vtkRenderWindow.h>
 #include <vtkRenderWindowInteractor.h>
 #include <vtkRenderer.h>
-
-#include <algorithm>
-#include <chrono>
-#include <cstdio>
-#include <functional>
-#include <glm/geometric.hpp>
 
 #include "apps/view/mouse_device.h"
 #include "apps/view/render_window.h"
@@ -30,7 +29,9 @@ using Clock = std::chrono::steady_clock;
 
 namespace {
 
-double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
+double seconds_since(Clock::time_point start) {
+  return std::chrono::duration<double>(Clock::now() - start).count();
+}
 
 struct Ray {
   dvec3 origin, direction;  // world, unit direction
@@ -41,7 +42,8 @@ double distance_to_solid(const haptics::TouchScene& scene, const volume::Version
   constexpr double k_far = 5000;
   const volume::Frame& frame = scene.base->frame;
   double hit = -1;
-  volume::traverse(frame.volume_from_world(ray.origin), frame.volume_from_world(ray.origin + k_far * ray.direction),
+  volume::traverse(frame.volume_from_world(ray.origin),
+                   frame.volume_from_world(ray.origin + k_far * ray.direction),
                    {glm::ivec3(0), scene.base->size - 1}, [&](const volume::VoxelVisit& v) {
                      for (const haptics::TouchShape& shape : scene.shapes)
                        if (shape.bits->is_solid(v.voxel) && version.is_kept(v.voxel)) {
@@ -59,7 +61,7 @@ class StylusStyle : public vtkInteractorStyleTrackballCamera {
   static StylusStyle* New();
   vtkTypeMacro(StylusStyle, vtkInteractorStyleTrackballCamera)
 
-  std::function<void(bool)> on_press;
+      std::function<void(bool)> on_press;
   std::function<void(int)> on_wheel;
   std::function<void(const std::string&, bool)> on_key;
 
@@ -71,11 +73,15 @@ class StylusStyle : public vtkInteractorStyleTrackballCamera {
   void OnMiddleButtonUp() override { EndPan(); }
   void OnMouseWheelForward() override { wheel(1); }
   void OnMouseWheelBackward() override { wheel(-1); }
-  void OnKeyPress() override { on_key(Interactor->GetKeySym() ? Interactor->GetKeySym() : "", Interactor->GetControlKey() != 0); }
+  void OnKeyPress() override {
+    on_key(Interactor->GetKeySym() ? Interactor->GetKeySym() : "", Interactor->GetControlKey() != 0);
+  }
   void OnChar() override {}
 
  private:
-  void pick_renderer() { FindPokedRenderer(Interactor->GetEventPosition()[0], Interactor->GetEventPosition()[1]); }
+  void pick_renderer() {
+    FindPokedRenderer(Interactor->GetEventPosition()[0], Interactor->GetEventPosition()[1]);
+  }
   void wheel(int way) {
     if (!Interactor->GetControlKey()) return on_wheel(way);
     way > 0 ? Superclass::OnMouseWheelForward() : Superclass::OnMouseWheelBackward();
@@ -83,11 +89,15 @@ class StylusStyle : public vtkInteractorStyleTrackballCamera {
 };
 vtkStandardNewMacro(StylusStyle)
 
-/// Everything that lives while a window is open.
-class Window {
+    /// Everything that lives while a window is open.
+    class Window {
  public:
   Window(const haptics::TouchScene& scene, const WindowOptions& options, vtkRenderWindow* target)
-      : scene_(scene), options_(options), target_(target), view_(target, options.is_offscreen), worker_(scene, 0, options.is_offscreen ? 2 : 1) {}
+      : scene_(scene),
+        options_(options),
+        target_(target),
+        view_(target, options.is_offscreen),
+        worker_(scene, 0, options.is_offscreen ? 2 : 1) {}
 
   /// The first picture: everything meshed and in view.
   void fill(const std::shared_ptr<const volume::Version>& version) {
@@ -98,7 +108,8 @@ class Window {
   }
 
   Result<WindowReport> draw_once(Clock::time_point start) {
-    const auto version = options_.version ? options_.version : std::make_shared<const volume::Version>(scene_.base);
+    const auto version =
+        options_.version ? options_.version : std::make_shared<const volume::Version>(scene_.base);
     fill(version);
     // The stylus rests on what is in the middle of the picture.
     const Ray ray = ray_at(0.5, 0.5);
@@ -144,7 +155,9 @@ class Window {
     style->SetDefaultRenderer(view_.renderer());
     style->on_press = [this](bool is_down) { is_pressed_ = is_down; };
     style->on_wheel = [this](int way) { depth_mm_ = std::clamp(depth_mm_ + 0.5 * way, 0.5, 12.0); };
-    style->on_key = [this, &interactor](const std::string& key, bool has_control) { act(key, has_control, interactor); };
+    style->on_key = [this, &interactor](const std::string& key, bool has_control) {
+      act(key, has_control, interactor);
+    };
     interactor->Initialize();
     view_.render();
     report_.first_frame_seconds = seconds_since(start);
@@ -154,7 +167,8 @@ class Window {
     started_ = Clock::now();
     vtkNew<vtkCallbackCommand> tick;
     tick->SetClientData(this);
-    tick->SetCallback([](vtkObject*, unsigned long, void* self, void*) { static_cast<Window*>(self)->frame(); });
+    tick->SetCallback(
+        [](vtkObject*, unsigned long, void* self, void*) { static_cast<Window*>(self)->frame(); });
     interactor->AddObserver(vtkCommand::TimerEvent, tick);
     interactor->CreateRepeatingTimer(16);
     interactor->Start();
@@ -198,18 +212,27 @@ class Window {
   /// Leans the shaft between the surface's normal and the viewer, as a hand would.
   void orient(StylusLook& look, const volume::Version& version) const {
     int cells = 0;
-    const dvec3 normal = haptics::outward_normal(scene_.shapes[0], version, scene_.base->frame.volume_from_world(look.proxy_world), cells);
-    if (glm::dot(normal, normal) > 0) look.shaft_direction = glm::normalize(0.7 * normal + 0.5 * look.shaft_direction + dvec3(0, 0, 0.25));
+    const dvec3 normal = haptics::outward_normal(
+        scene_.shapes[0], version, scene_.base->frame.volume_from_world(look.proxy_world), cells);
+    if (glm::dot(normal, normal) > 0)
+      look.shaft_direction = glm::normalize(0.7 * normal + 0.5 * look.shaft_direction + dvec3(0, 0, 0.25));
   }
 
   void act(const std::string& key, bool has_control, vtkRenderWindowInteractor* interactor) {
-    if ((has_control && key == "z") || key == "u") live_->undo();
-    else if ((has_control && key == "y") || key == "R") live_->redo();
-    else if (key == "q" || key == "Escape") interactor->TerminateApp();
-    else if (key == "Up") depth_mm_ = std::min(12.0, depth_mm_ + 0.5);
-    else if (key == "Down") depth_mm_ = std::max(0.5, depth_mm_ - 0.5);
-    else if (key.size() == 1 && std::string("aplrsi").find(key[0]) != std::string::npos) view_.look_from(static_cast<char>(key[0] - 'a' + 'A'));
-    else if (key == "0") view_.look_from(0);
+    if ((has_control && key == "z") || key == "u")
+      live_->undo();
+    else if ((has_control && key == "y") || key == "R")
+      live_->redo();
+    else if (key == "q" || key == "Escape")
+      interactor->TerminateApp();
+    else if (key == "Up")
+      depth_mm_ = std::min(12.0, depth_mm_ + 0.5);
+    else if (key == "Down")
+      depth_mm_ = std::max(0.5, depth_mm_ - 0.5);
+    else if (key.size() == 1 && std::string("aplrsi").find(key[0]) != std::string::npos)
+      view_.look_from(static_cast<char>(key[0] - 'a' + 'A'));
+    else if (key == "0")
+      view_.look_from(0);
   }
 
   void frame() {
@@ -226,7 +249,8 @@ class Window {
     // News from the other threads: the version, its changed chunks, the newest tick.
     const sim::LiveState state = live_->look();
     version_ = state.version;
-    if (state.changed.low.x <= state.changed.high.x) worker_.request(state.version, state.changed.low, state.changed.high);
+    if (state.changed.low.x <= state.changed.high.x)
+      worker_.request(state.version, state.changed.low, state.changed.high);
     for (const ChunkMesh& mesh : worker_.take()) view_.show(mesh);
     StylusLook look;
     look.hip_world = state.newest.pose.position_world;
@@ -236,14 +260,21 @@ class Window {
     look.burr_radius = options_.burr.radius;
     look.shaft_direction = -ray.direction;
     orient(look, *version_);
-    look.burr_centre_world = look.proxy_world + look.burr_radius * (look.has_contact ? state.newest.normal_world : look.shaft_direction);
+    look.burr_centre_world =
+        look.proxy_world +
+        look.burr_radius * (look.has_contact ? state.newest.normal_world : look.shaft_direction);
     view_.show(look);
     const haptics::ServoReport servo = live_->servo_report();
     char text[400];
-    std::snprintf(text, sizeof text, "force %.2f N\nremoved %.0f mm\xc2\xb3 in %zu stroke%s\ndepth %.1f mm\nservo %.0f Hz, step %.1f \xc2\xb5s%s",
-                  glm::length(state.newest.force_world), state.removed_mm3, state.strokes, state.strokes == 1 ? "" : "s", depth_mm_, options_.rate_hz,
-                  servo.step_p50_us, servo.faults & haptics::k_latched_faults ? "\nFAULT: the force is off" : "");
-    view_.show_text(text, "left: press and drill   wheel: depth   right: turn   middle: move   Ctrl+wheel: zoom   u: undo   R: redo   A P L R S I: views   q: quit");
+    std::snprintf(text, sizeof text,
+                  "force %.2f N\nremoved %.0f mm\xc2\xb3 in %zu stroke%s\ndepth %.1f mm\nservo %.0f Hz, step "
+                  "%.1f \xc2\xb5s%s",
+                  glm::length(state.newest.force_world), state.removed_mm3, state.strokes,
+                  state.strokes == 1 ? "" : "s", depth_mm_, options_.rate_hz, servo.step_p50_us,
+                  servo.faults & haptics::k_latched_faults ? "\nFAULT: the force is off" : "");
+    view_.show_text(text,
+                    "left: press and drill   wheel: depth   right: turn   middle: move   Ctrl+wheel: zoom   "
+                    "u: undo   R: redo   A P L R S I: views   q: quit");
     view_.render();
     ++report_.frames;
     frame_ms_.push_back(1e3 * seconds_since(begin));
@@ -276,7 +307,12 @@ Result<WindowReport> run_window(const haptics::TouchScene& scene, const WindowOp
     return Window(scene, options, surface.value()->window()).draw_once(start);
   }
   if (!has_display())
-    return Error{"there is no display to open a window on", "", "DISPLAY is not set", "an X display", "use --screenshot OUT.png for a picture, or run under xvfb-run", volume::ErrorKind::missing_here};
+    return Error{"there is no display to open a window on",
+                 "",
+                 "DISPLAY is not set",
+                 "an X display",
+                 "use --screenshot OUT.png for a picture, or run under xvfb-run",
+                 volume::ErrorKind::missing_here};
   vtkNew<vtkRenderWindow> window;
   window->SetSize(1200, 900);
   window->SetMultiSamples(4);

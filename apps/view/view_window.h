@@ -12,10 +12,11 @@ namespace trephine::view {
 struct WindowOptions {
   drilling::BurrOptions burr;
   double rate_hz = 1000;
-  std::optional<double> seconds;          ///< close by itself after so long
-  std::string screenshot;                 ///< PNG at the end; empty for none
+  std::optional<double> seconds;  ///< close by itself after so long
+  std::string screenshot;         ///< PNG at the end; empty for none
   std::string title = "trephine";
-  /// Draw the first frame and the screenshot into memory, no window (no display, or a screenshot is all that is wanted).
+  /// Draw the first frame and the screenshot into memory, no window (no display, or a screenshot is all that
+  /// is wanted).
   bool is_offscreen = false;
   /// What has already been cut, to look at; null for the untouched volume.
   std::shared_ptr<const volume::Version> version;
@@ -32,9 +33,9 @@ struct WindowReport {
   std::size_t triangles = 0;
 };
 
-/// Runs until the window closes. Needs a display unless offscreen. Mouse: move to ride the surface, left button to press
-/// and drill, wheel for depth, right button to orbit, middle to pan, Ctrl + wheel to zoom; Ctrl+Z / Ctrl+Y or U / R to
-/// undo and redo; A P L R S I for views; Q to quit.
+/// Runs until the window closes. Needs a display unless offscreen. Mouse: move to ride the surface, left
+/// button to press and drill, wheel for depth, right button to orbit, middle to pan, Ctrl + wheel to zoom;
+/// Ctrl+Z / Ctrl+Y or U / R to undo and redo; A P L R S I for views; Q to quit.
 volume::Result<WindowReport> run_window(const haptics::TouchScene& scene, const WindowOptions& options);
 
 }  // namespace trephine::view

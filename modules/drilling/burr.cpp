@@ -11,11 +11,12 @@ namespace trephine::drilling {
 using glm::dvec3;
 
 namespace {
-constexpr double k_memory_voxels = 1.5;     // contact lost over a way of fewer voxel diagonals is the same contact
-constexpr double k_credit_seconds = 0.02;   // removal that may be saved up while the ball closes in
-constexpr double k_step_mm = 0.05;          // the ball moves in bites of at most this, each paid for
-constexpr double k_turn_cosine = 0.7071;    // a wall farther than this from the axis turns it ...
-constexpr double k_turn_seconds = 0.25;     // ... over about this, when pressed by a radius
+constexpr double k_memory_voxels =
+    1.5;  // contact lost over a way of fewer voxel diagonals is the same contact
+constexpr double k_credit_seconds = 0.02;  // removal that may be saved up while the ball closes in
+constexpr double k_step_mm = 0.05;         // the ball moves in bites of at most this, each paid for
+constexpr double k_turn_cosine = 0.7071;   // a wall farther than this from the axis turns it ...
+constexpr double k_turn_seconds = 0.25;    // ... over about this, when pressed by a radius
 }  // namespace
 
 void Burr::lift() {
@@ -37,8 +38,8 @@ double Burr::sweep_to(const dvec3& centre, volume::RemovalEditor& editor, volume
 }
 
 void Burr::turn_axis(const haptics::ServoRecord& tick, double dt) noexcept {
-  // The axis of approach is the first normal. A wall that stands steeply to it, and is pressed, turns it; a new touch
-  // on such a wall starts anew.
+  // The axis of approach is the first normal. A wall that stands steeply to it, and is pressed, turns it; a
+  // new touch on such a wall starts anew.
   const dvec3& normal = tick.normal_world;
   const double cosine = glm::dot(axis_, normal);
   if (cosine >= k_turn_cosine) return;
@@ -50,14 +51,16 @@ void Burr::turn_axis(const haptics::ServoRecord& tick, double dt) noexcept {
   }
 }
 
-volume::RemovalReport Burr::apply(const haptics::ServoRecord& tick, double dt, volume::RemovalEditor& editor) {
+volume::RemovalReport Burr::apply(const haptics::ServoRecord& tick, double dt,
+                                  volume::RemovalEditor& editor) {
   volume::RemovalReport report;
   if (options_.is_kinematic) {
     sweep_to(tick.pose.position_world, editor, report);
     return report;
   }
-  // The ball clears the voxels in front of the HIP, and their walls stand up to a voxel off the cut, so contact comes
-  // and goes while the ball works: while it cuts, and for a short way after, it is still in contact.
+  // The ball clears the voxels in front of the HIP, and their walls stand up to a voxel off the cut, so
+  // contact comes and goes while the ball works: while it cuts, and for a short way after, it is still in
+  // contact.
   const dvec3& hip = tick.pose.position_world;
   free_mm_ = tick.has_contact ? 0 : free_mm_ + glm::length(hip - hip_);
   hip_ = hip;

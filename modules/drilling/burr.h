@@ -6,22 +6,24 @@
 namespace trephine::drilling {
 
 struct BurrOptions {
-  double radius = 2;             ///< mm
-  double removal_rate = 30;      ///< mm^3/s that the burr can take away in contact, until the physical rate exists
-  double feed_limit = 40;        ///< mm/s, the ball's fastest way through matter
-  bool is_kinematic = false;     ///< the pose is the ball's centre; everything it sweeps goes, touched or not
+  double radius = 2;  ///< mm
+  double removal_rate =
+      30;                  ///< mm^3/s that the burr can take away in contact, until the physical rate exists
+  double feed_limit = 40;  ///< mm/s, the ball's fastest way through matter
+  bool is_kinematic = false;  ///< the pose is the ball's centre; everything it sweeps goes, touched or not
 };
 
-/// In contact the ball starts tangent to the surface on which the proxy rests (centre = proxy + radius normal) and
-/// sinks toward the HIP as fast as the removal rate allows: its lowest point, seen along the axis of approach, ends on
-/// the HIP and never passes it. So a proxy that never enters matter still removes it, and the hole depends neither on
-/// voxel size nor on servo rate (docs/decisions/0003-the-burr-follows-the-hip.md). The physical rate replaces
-/// `budget()` when it comes.
+/// In contact the ball starts tangent to the surface on which the proxy rests (centre = proxy + radius
+/// normal) and sinks toward the HIP as fast as the removal rate allows: its lowest point, seen along the axis
+/// of approach, ends on the HIP and never passes it. So a proxy that never enters matter still removes it,
+/// and the hole depends neither on voxel size nor on servo rate
+/// (docs/decisions/0003-the-burr-follows-the-hip.md). The physical rate replaces `budget()` when it comes.
 class Burr final : public sim::Tool {
  public:
   explicit Burr(const BurrOptions& options) : options_(options) {}
 
-  volume::RemovalReport apply(const haptics::ServoRecord& tick, double dt, volume::RemovalEditor& editor) override;
+  volume::RemovalReport apply(const haptics::ServoRecord& tick, double dt,
+                              volume::RemovalEditor& editor) override;
   void lift() override;
 
   const BurrOptions& options() const noexcept { return options_; }
@@ -33,15 +35,17 @@ class Burr final : public sim::Tool {
   /// mm^3 that `dt` seconds of contact can take away.
   double budget(double dt) const noexcept { return options_.removal_rate * dt; }
   void turn_axis(const haptics::ServoRecord& tick, double dt) noexcept;
-  double sweep_to(const glm::dvec3& centre_world, volume::RemovalEditor& editor, volume::RemovalReport& report);
+  double sweep_to(const glm::dvec3& centre_world, volume::RemovalEditor& editor,
+                  volume::RemovalReport& report);
 
   BurrOptions options_;
   bool has_centre_ = false;
   glm::dvec3 centre_{0.0};
-  glm::dvec3 axis_{0.0};      ///< unit, out of the matter: from the ball's lowest point to its centre; 0 before contact
+  glm::dvec3 axis_{
+      0.0};  ///< unit, out of the matter: from the ball's lowest point to its centre; 0 before contact
   glm::dvec3 hip_{0.0};
-  double free_mm_ = 0;        ///< way of the HIP since the last contact
-  double owed_mm3_ = 0;       ///< removal that time has paid for; negative after a bite larger than that
+  double free_mm_ = 0;   ///< way of the HIP since the last contact
+  double owed_mm3_ = 0;  ///< removal that time has paid for; negative after a bite larger than that
 };
 
 }  // namespace trephine::drilling

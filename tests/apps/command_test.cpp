@@ -1,16 +1,15 @@
 // The trephine command as its users meet it: exit codes, keys of its JSON, its CSV, its errors, its pictures.
-#include <gtest/gtest.h>
-#include <sys/wait.h>
-
 #include <array>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 #include <set>
 #include <sstream>
+#include <sys/wait.h>
 
 namespace {
 
@@ -35,13 +34,17 @@ class Command : public ::testing::Test {
     std::ifstream in(path, std::ios::binary);
     return {std::istreambuf_iterator<char>(in), {}};
   }
-  void write(const std::string& name, const std::string& text) const { std::ofstream(folder_ / name, std::ios::binary) << text; }
+  void write(const std::string& name, const std::string& text) const {
+    std::ofstream(folder_ / name, std::ios::binary) << text;
+  }
 
   /// Runs trephine in the scratch folder, without a display unless `prefix` brings one.
   Ended run(const std::string& arguments, const std::string& prefix = "env -u DISPLAY") const {
-    const std::string command = "cd '" + folder_.string() + "' && " + prefix + " '" TREPHINE_COMMAND "' " + arguments + " >.out 2>.err </dev/null";
+    const std::string command = "cd '" + folder_.string() + "' && " + prefix + " '" TREPHINE_COMMAND "' " +
+                                arguments + " >.out 2>.err </dev/null";
     const int status = std::system(command.c_str());
-    return {WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status), read(file(".out")), read(file(".err"))};
+    return {WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status), read(file(".out")),
+            read(file(".err"))};
   }
   Json json(const std::string& arguments) const {
     const Ended r = run(arguments + " --json");
@@ -58,7 +61,8 @@ class Command : public ::testing::Test {
   }
   void write_press(const char* name, double depth) const {
     std::ostringstream path;
-    path << "t,x,y,z\n0,0.3,0.2,60\n0.2,0.3,0.2,46\n0.6,0.3,0.2," << 45 - depth << "\n1,0.3,0.2," << 45 - depth << "\n1.2,8.3,0.2," << 45 - depth << "\n";
+    path << "t,x,y,z\n0,0.3,0.2,60\n0.2,0.3,0.2,46\n0.6,0.3,0.2," << 45 - depth << "\n1,0.3,0.2,"
+         << 45 - depth << "\n1.2,8.3,0.2," << 45 - depth << "\n";
     write(name, path.str());
   }
   fs::path folder_;
@@ -78,7 +82,8 @@ std::set<std::string> with_common(std::set<std::string> keys) {
 TEST_F(Command, VersionAndHelpEndWithZeroAndExamples) {
   EXPECT_EQ(run("--version").exit_code, 0);
   EXPECT_NE(run("--version").out.find("trephine 0.1.0"), std::string::npos);
-  for (const char* name : {"", "phantom", "info", "mesh", "touch", "drill", "view", "demo", "bench", "audit"}) {
+  for (const char* name :
+       {"", "phantom", "info", "mesh", "touch", "drill", "view", "demo", "bench", "audit"}) {
     const Ended r = run(std::string(name) + " --help");
     EXPECT_EQ(r.exit_code, 0) << name;
     EXPECT_NE(r.out.find("Examples:\n  trephine"), std::string::npos) << name;
@@ -88,11 +93,13 @@ TEST_F(Command, VersionAndHelpEndWithZeroAndExamples) {
 TEST_F(Command, PhantomInfoMeshTouchDrillHaveTheirKeys) {
   const Json phantom = json("phantom sphere --size 48 --psf 1 -o s.mha");
   EXPECT_EQ(phantom["schema"], "trephine.phantom/1");
-  EXPECT_EQ(keys_of(phantom), with_common({"name", "file", "size", "spacing_mm", "origin_mm", "axis_x", "axis_y", "axis_z", "labels"}));
+  EXPECT_EQ(keys_of(phantom), with_common({"name", "file", "size", "spacing_mm", "origin_mm", "axis_x",
+                                           "axis_y", "axis_z", "labels"}));
 
   const Json info = json("info s.mha");
-  EXPECT_EQ(keys_of(info), with_common({"source", "format", "modality", "size", "spacing_mm", "origin_mm", "axis_x", "axis_y", "axis_z", "is_orthogonal",
-                                        "is_hounsfield", "min", "max", "mean", "labels", "notices", "read_seconds"}));
+  EXPECT_EQ(keys_of(info), with_common({"source", "format", "modality", "size", "spacing_mm", "origin_mm",
+                                        "axis_x", "axis_y", "axis_z", "is_orthogonal", "is_hounsfield", "min",
+                                        "max", "mean", "labels", "notices", "read_seconds"}));
   EXPECT_EQ(info["size"], Json::array({48, 48, 48}));
   EXPECT_EQ(info["min"], -1000);
   EXPECT_EQ(info["max"], 1600);
@@ -100,24 +107,28 @@ TEST_F(Command, PhantomInfoMeshTouchDrillHaveTheirKeys) {
 
   const Json mesh = json("mesh s.mha -o s.ply");
   EXPECT_EQ(keys_of(mesh), with_common({"source", "shape", "file", "vertices", "triangles", "mesh_seconds"}));
-  EXPECT_EQ(mesh["triangles"].get<long>(), 2 * (mesh["vertices"].get<long>() - 2)) << "a closed surface of genus 0";
+  EXPECT_EQ(mesh["triangles"].get<long>(), 2 * (mesh["vertices"].get<long>() - 2))
+      << "a closed surface of genus 0";
 
   write_press("p.csv", 2);
   const Json touch = json("touch s.mha --path p.csv -o steps.csv");
-  EXPECT_EQ(keys_of(touch), with_common({"source", "shape", "method", "steps", "step_us", "counters", "fall_throughs", "stuck", "max_force_n",
-                                         "open_to_touch_seconds", "read_seconds", "bits_seconds", "memory", "file"}));
+  EXPECT_EQ(keys_of(touch), with_common({"source", "shape", "method", "steps", "step_us", "counters",
+                                         "fall_throughs", "stuck", "max_force_n", "open_to_touch_seconds",
+                                         "read_seconds", "bits_seconds", "memory", "file"}));
   for (const char* phase : {"contact", "free"})
-    EXPECT_EQ(keys_of(touch["step_us"][phase]), (std::set<std::string>{"count", "p50", "p99", "p999", "max"}));
+    EXPECT_EQ(keys_of(touch["step_us"][phase]),
+              (std::set<std::string>{"count", "p50", "p99", "p999", "max"}));
   EXPECT_EQ(touch["method"], "implicit");
   EXPECT_EQ(touch["fall_throughs"], 0);
-  EXPECT_EQ(touch["counters"]["meshes_made"], 0);
+  EXPECT_EQ(touch["counters"]["surfaces_made"], 0);
   EXPECT_EQ(touch["counters"]["gl_contexts_made"], 0);
   EXPECT_EQ(touch["counters"]["shapes_with_bits"], 1);
   EXPECT_LT(touch["memory"]["held_over_voxels"], 1.3);
 
   const Json drill = json("drill s.mha --burr-diameter 4 --path p.csv -o d.mha");
-  EXPECT_EQ(keys_of(drill), with_common({"source", "shape", "burr_diameter_mm", "is_kinematic", "steps", "removed_mm3", "removed_mm3_total", "tick_us",
-                                         "content_hash", "memory", "file"}));
+  EXPECT_EQ(keys_of(drill),
+            with_common({"source", "shape", "burr_diameter_mm", "is_kinematic", "steps", "removed_mm3",
+                         "removed_mm3_total", "tick_us", "content_hash", "memory", "file"}));
   EXPECT_GT(drill["removed_mm3_total"], 5);
   EXPECT_EQ(json("info d.mha")["size"], Json::array({48, 48, 48}));
 }
@@ -129,7 +140,9 @@ TEST_F(Command, StepsAreExactCsv) {
   std::istringstream rows(read(file("steps.csv")));
   std::string line;
   std::getline(rows, line);
-  EXPECT_EQ(line, "t,hip_x,hip_y,hip_z,proxy_x,proxy_y,proxy_z,normal_x,normal_y,normal_z,force_x,force_y,force_z,contact,shape,side");
+  EXPECT_EQ(line,
+            "t,hip_x,hip_y,hip_z,proxy_x,proxy_y,proxy_z,normal_x,normal_y,normal_z,force_x,force_y,force_z,"
+            "contact,shape,side");
   int count = 0, contacts = 0;
   double deepest = 0;
   while (std::getline(rows, line)) {
@@ -153,7 +166,8 @@ TEST_F(Command, StepsAreExactCsv) {
   EXPECT_NEAR(deepest, 2, 1.9);
 }
 
-// The figures of drilling, from the command: rates within 0.1 %, three voxel sizes within 1 %, the proxy within 2 %.
+// The figures of drilling, from the command: rates within 0.1 %, three voxel sizes within 1 %, the proxy
+// within 2 %.
 TEST_F(Command, KinematicVolumesAgreeAtAllRatesAndVoxelSizes) {
   write("line.csv", "t,x,y,z\n0,-20,-8,3\n0.5,14,6,-5\n");
   const double length = std::sqrt(34.0 * 34 + 14 * 14 + 8 * 8), r = 4.2, pi = 3.14159265358979;
@@ -161,11 +175,14 @@ TEST_F(Command, KinematicVolumesAgreeAtAllRatesAndVoxelSizes) {
   std::vector<double> by_rate, by_size;
   ASSERT_EQ(run("phantom sphere --spacing 1 -o s1.mha").exit_code, 0);
   for (const char* rate : {"100", "1000", "10000"})
-    by_rate.push_back(json(std::string("drill s1.mha --burr-diameter 8.4 --kinematic --path line.csv -o d.mha --rate ") + rate)["removed_mm3_total"]);
+    by_rate.push_back(
+        json(std::string("drill s1.mha --burr-diameter 8.4 --kinematic --path line.csv -o d.mha --rate ") +
+             rate)["removed_mm3_total"]);
   for (const double v : by_rate) EXPECT_NEAR(v / by_rate[0], 1, 1e-3);
   for (const char* spacing : {"0.6", "0.8", "1"}) {
     ASSERT_EQ(run(std::string("phantom sphere --spacing ") + spacing + " -o s.mha").exit_code, 0);
-    by_size.push_back(json("drill s.mha --burr-diameter 8.4 --kinematic --path line.csv -o d.mha")["removed_mm3_total"]);
+    by_size.push_back(
+        json("drill s.mha --burr-diameter 8.4 --kinematic --path line.csv -o d.mha")["removed_mm3_total"]);
   }
   for (const double v : by_size) EXPECT_NEAR(v / exact, 1, 0.01);
 }
@@ -176,13 +193,19 @@ TEST_F(Command, ThroughTheProxyVolumesAgreeAtRatesAndVoxelSizes) {
   std::vector<double> volumes;
   for (const char* spacing : {"0.5", "0.6", "0.75"}) {
     const int size = static_cast<int>(std::lround(48 / std::stod(spacing)));
-    ASSERT_EQ(run("phantom plane --set angle=0 --psf 1 --spacing " + std::string(spacing) + " --size " + std::to_string(size) + " -o p.mha").exit_code, 0);
+    ASSERT_EQ(run("phantom plane --set angle=0 --psf 1 --spacing " + std::string(spacing) + " --size " +
+                  std::to_string(size) + " -o p.mha")
+                  .exit_code,
+              0);
     for (const char* rate : {"250", "1000", "4000"})
-      volumes.push_back(json(std::string("drill p.mha --burr-diameter 7 --removal-rate 100 --path path.csv -o d.mha --rate ") + rate)["removed_mm3_total"]);
+      volumes.push_back(json(
+          std::string("drill p.mha --burr-diameter 7 --removal-rate 100 --path path.csv -o d.mha --rate ") +
+          rate)["removed_mm3_total"]);
   }
   // A ball of radius 3.5 whose lowest point runs 3 mm deep: a spherical cap and a circular segment over 8 mm.
   const double r = 3.5, h = 3, pi = 3.14159265358979;
-  const double cap = pi * h * h * (3 * r - h) / 3, segment = r * r * std::acos((r - h) / r) - (r - h) * std::sqrt(2 * r * h - h * h);
+  const double cap = pi * h * h * (3 * r - h) / 3,
+               segment = r * r * std::acos((r - h) / r) - (r - h) * std::sqrt(2 * r * h - h * h);
   for (const double v : volumes) {
     EXPECT_NEAR(v / (cap + 8 * segment), 1, 0.02);
     EXPECT_NEAR(v / volumes[0], 1, 0.02);
@@ -197,7 +220,8 @@ TEST_F(Command, BadInputIsSaidAndWritesNothing) {
   write("good.csv", "t,x,y,z\n0,0,0,60\n1,0,0,40\n");
   write("text.mha", "no scan\n");
   fs::create_directory(folder_ / "empty");
-  const std::set<std::string> before{"s.mha", "short.csv", "nan.csv", "back.csv", "good.csv", "text.mha", "empty"};
+  const std::set<std::string> before{"s.mha",    "short.csv", "nan.csv", "back.csv",
+                                     "good.csv", "text.mha",  "empty"};
   const std::tuple<const char*, int, const char*> faults[] = {
       {"info nowhere", 2, "no such file"},
       {"info empty", 2, "no DICOM images"},
@@ -252,7 +276,9 @@ TEST_F(Command, BadInputIsSaidAndWritesNothing) {
 
 TEST_F(Command, NoHounsfieldUnitsNoDefault) {
   // An MR-like volume: no value far below zero.
-  std::string header = "ObjectType = Image\nNDims = 3\nBinaryData = True\nBinaryDataByteOrderMSB = False\nDimSize = 8 8 8\nElementType = MET_UCHAR\nElementDataFile = LOCAL\n";
+  std::string header =
+      "ObjectType = Image\nNDims = 3\nBinaryData = True\nBinaryDataByteOrderMSB = False\nDimSize = 8 8 "
+      "8\nElementType = MET_UCHAR\nElementDataFile = LOCAL\n";
   std::string voxels(512, '\0');
   for (std::size_t i = 0; i < voxels.size(); ++i) voxels[i] = static_cast<char>(i % 100);
   write("mr.mha", header + voxels);
@@ -265,6 +291,8 @@ TEST_F(Command, PicturesAreDrawnWithoutADisplay) {
   const Json view = json("view head --screenshot v.png");
   EXPECT_EQ(view["is_offscreen"], true);
   EXPECT_GT(view["triangles"], 100000);
+  EXPECT_GT(view["counters"]["surfaces_made"], 50) << "the counter counts";
+  EXPECT_EQ(view["counters"]["gl_contexts_made"], 1);
   const std::string png = read(file("v.png"));
   ASSERT_GT(png.size(), 20000u);
   EXPECT_EQ(png.substr(1, 3), "PNG");
@@ -272,11 +300,14 @@ TEST_F(Command, PicturesAreDrawnWithoutADisplay) {
 
 TEST_F(Command, DemoLeavesPicturesAndAReport) {
   const Json demo = json("demo -o out --no-window");
-  for (const char* name : {"1-touch.png", "2-drilling.png", "3-burr-hole.png"}) EXPECT_GT(fs::file_size(folder_ / "out" / name), 20000u) << name;
+  for (const char* name : {"1-touch.png", "2-drilling.png", "3-burr-hole.png"})
+    EXPECT_GT(fs::file_size(folder_ / "out" / name), 20000u) << name;
   const Json report = Json::parse(read(file("out/report.json")));
   EXPECT_EQ(report["schema"], "trephine.demo/1");
-  EXPECT_EQ(keys_of(report), with_common({"source", "shape", "ready_seconds", "live_seconds", "drawing_seconds", "ticks", "contact_ticks", "max_force_n",
-                                          "bone_thickness_mm", "removed_mm3_total", "removed_mm3", "is_through", "strokes", "servo", "memory", "pictures"}));
+  EXPECT_EQ(keys_of(report),
+            with_common({"source", "shape", "ready_seconds", "live_seconds", "drawing_seconds", "ticks",
+                         "contact_ticks", "max_force_n", "bone_thickness_mm", "removed_mm3_total",
+                         "removed_mm3", "is_through", "strokes", "servo", "memory", "pictures"}));
   EXPECT_EQ(report["is_through"], true);
   EXPECT_GT(report["removed_mm3_total"], 100);
   EXPECT_GT(report["contact_ticks"], 5000);
@@ -288,7 +319,8 @@ TEST_F(Command, DemoLeavesPicturesAndAReport) {
 TEST_F(Command, WindowOpensUnderXvfbDrawsAndCloses) {
   if (std::system("command -v xvfb-run >/dev/null") != 0) GTEST_SKIP() << "no xvfb-run";
   ASSERT_EQ(run("phantom shell --size 64 -o s.mha").exit_code, 0);
-  const Ended r = run("view s.mha --seconds 1.5 --screenshot w.png --json", "xvfb-run -a -s '-screen 0 1280x1024x24'");
+  const Ended r =
+      run("view s.mha --seconds 1.5 --screenshot w.png --json", "xvfb-run -a -s '-screen 0 1280x1024x24'");
   ASSERT_EQ(r.exit_code, 0) << r.err;
   const Json view = Json::parse(r.out);
   EXPECT_EQ(view["is_offscreen"], false);
@@ -303,7 +335,8 @@ TEST_F(Command, ExamplesOfReadmeAndHelpRun) {
   fs::create_directory(folder_ / "SCANS");
   ASSERT_EQ(run("phantom head --spacing 2.5 -o head.mha").exit_code, 0);
   std::string examples = read(TREPHINE_SOURCE_DIR "/README.md");
-  for (const char* name : {"phantom", "info", "mesh", "touch", "drill", "view"}) examples += run(std::string(name) + " --help").out;
+  for (const char* name : {"phantom", "info", "mesh", "touch", "drill", "view"})
+    examples += run(std::string(name) + " --help").out;
   write("path.csv", "t,x,y,z\n0,40,-30,90\n0.3,30,-25,50\n0.5,32,-25,50\n");
   std::istringstream lines(examples);
   int count = 0;
@@ -314,13 +347,16 @@ TEST_F(Command, ExamplesOfReadmeAndHelpRun) {
     if (arguments.starts_with("demo")) continue;  // has a test of its own
     // Small volumes: the same words, less to compute.
     const auto replace = [&arguments](const std::string& from, const std::string& to) {
-      if (const std::size_t at = arguments.find(from); at != std::string::npos) arguments.replace(at, from.size(), to);
+      if (const std::size_t at = arguments.find(from); at != std::string::npos)
+        arguments.replace(at, from.size(), to);
     };
     replace("SCANS/HEAD", "head.mha");
-    if (!arguments.starts_with("phantom")) replace(" head ", arguments.find("--label") == std::string::npos ? " head.mha " : " head ");
+    if (!arguments.starts_with("phantom"))
+      replace(" head ", arguments.find("--label") == std::string::npos ? " head.mha " : " head ");
     replace("--spacing 0.6", "--spacing 2.5");
     replace("--size 256", "--size 64");
-    if (arguments.starts_with("view") && arguments.find("--screenshot") == std::string::npos) arguments += " --screenshot view.png";
+    if (arguments.starts_with("view") && arguments.find("--screenshot") == std::string::npos)
+      arguments += " --screenshot view.png";
     const Ended r = run(arguments);
     EXPECT_EQ(r.exit_code, 0) << line << "\n" << r.err;
     ++count;
@@ -348,7 +384,8 @@ TEST_F(Command, BenchmarksHaveTheirKeys) {
 TEST_F(Command, InterruptEndsWith130AndWritesNothing) {
   ASSERT_EQ(run("phantom sphere --size 24 -o s.mha").exit_code, 0);
   write("long.csv", "t,x,y,z\n0,0,0,60\n4000,0,0,40\n");
-  const Ended r = run("touch s.mha --path long.csv -o steps.csv", "env -u DISPLAY timeout --preserve-status -s INT 1");
+  const Ended r =
+      run("touch s.mha --path long.csv -o steps.csv", "env -u DISPLAY timeout --preserve-status -s INT 1");
   EXPECT_EQ(r.exit_code, 130) << r.err;
   EXPECT_FALSE(fs::exists(folder_ / "steps.csv"));
 }

@@ -23,7 +23,8 @@ data_tools::PhantomOptions grid(int size, double psf) {
 }
 
 /// Plays a path several times; per-step minima over contact steps.
-StepTimes time_steps(const haptics::TouchScene& scene, const haptics::PosePath& path, double& voxels, double& cells) {
+StepTimes time_steps(const haptics::TouchScene& scene, const haptics::PosePath& path, double& voxels,
+                     double& cells) {
   haptics::ImplicitProxy method;
   if (method.prepare(scene)) return {};
   const volume::Version version(scene.base);
@@ -33,7 +34,8 @@ StepTimes time_steps(const haptics::TouchScene& scene, const haptics::PosePath& 
     haptics::ProxyState state;
     for (std::size_t i = 0; i < path.samples().size(); ++i) {
       const auto start = Clock::now();
-      const haptics::ProxyStep step = method.step(scene, version, state, {path.samples()[i].pose.position_world});
+      const haptics::ProxyStep step =
+          method.step(scene, version, state, {path.samples()[i].pose.position_world});
       const double us = 1e6 * seconds_since(start);
       if (step.has_contact) minima.add(i, us);
       voxel_count += step.counters.voxels;
@@ -51,7 +53,8 @@ StepTimes time_steps(const haptics::TouchScene& scene, const haptics::PosePath& 
 SurfaceResult run_surface_benchmark(int size) {
   SurfaceResult result;
   for (const char* name : {"shell", "gyroid"}) {
-    const volume::Volume volume = data_tools::make_phantom(name, grid(size, name[0] == 'g' ? 1.5 : 0)).value();
+    const volume::Volume volume =
+        data_tools::make_phantom(name, grid(size, name[0] == 'g' ? 1.5 : 0)).value();
     const volume::Field field(volume, volume::Shape{});
     for (const int threads : {1, 2}) {
       SurfaceRow row{name, size, threads, 1e300, 1e300, 0, 0};
@@ -86,7 +89,8 @@ SurfaceResult run_surface_benchmark(int size) {
       const glm::ivec3 voxel(scene.base->frame.volume_from_world(at));
       const glm::ivec3 chunk = (voxel + 1) / volume::k_chunk;
       const auto start = Clock::now();
-      const volume::Mesh mesh = volume::surface_net_chunk({&scene.shapes[0].field, version.get(), scene.shapes[0].bits.get()}, chunk, &scratch);
+      const volume::Mesh mesh = volume::surface_net_chunk(
+          {&scene.shapes[0].field, version.get(), scene.shapes[0].bits.get()}, chunk, &scratch);
       minima.add(i, 1e6 * seconds_since(start));
     }
   }
@@ -121,13 +125,16 @@ StepResult run_step_benchmark(int size) {
   // The same small sphere in ever larger volumes of the same voxels.
   for (const int n : {50, 100, 200, 400, 800}) {
     if (n > 400 && n > size) continue;
-    if (static_cast<std::size_t>(n) * static_cast<std::size_t>(n) * static_cast<std::size_t>(n) * 8 > volume::available_memory_bytes()) continue;
+    if (static_cast<std::size_t>(n) * static_cast<std::size_t>(n) * static_cast<std::size_t>(n) * 8 >
+        volume::available_memory_bytes())
+      continue;
     data_tools::PhantomOptions o = grid(n, 1.5);
     o.spacing_mm = dvec3(120.0 / 512);
     o.parameters = {{"radius", 4.5}};
     ScalingRow row;
     row.size = n;
-    row.step = time_steps(scenes::phantom_scene("sphere", o), scenes::sphere_slide(4.5, 0.5, 50, 3), row.voxels_a_step, row.cells_a_step);
+    row.step = time_steps(scenes::phantom_scene("sphere", o), scenes::sphere_slide(4.5, 0.5, 50, 3),
+                          row.voxels_a_step, row.cells_a_step);
     result.fixed_density.push_back(row);
   }
 
@@ -142,7 +149,8 @@ StepResult run_step_benchmark(int size) {
     for (std::size_t i = 0; i < 1600; ++i) {
       // Four strokes of 20 mm, each down a fresh lane.
       const std::size_t lane = i / 400, k = i % 400;
-      const dvec3 way = glm::normalize(dvec3(1, 0.3, -0.2)), lane_start(-20, -10 + 6.5 * static_cast<double>(lane), -5);
+      const dvec3 way = glm::normalize(dvec3(1, 0.3, -0.2)),
+                  lane_start(-20, -10 + 6.5 * static_cast<double>(lane), -5);
       const dvec3 from = lane_start + 0.05 * static_cast<double>(k) * way, to = from + 0.05 * way;
       const auto start = Clock::now();
       editor.remove({from, to, 3, k > 0});

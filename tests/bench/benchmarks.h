@@ -17,9 +17,11 @@ struct SurfaceRow {
 struct SurfaceResult {
   std::vector<SurfaceRow> rows;
   StepTimes surface_chunk;  ///< any 32^3 chunk of the shell that holds surface, us
-  StepTimes drilled_chunk;  ///< the one under a burr, remade after each tick: two sheets of bone and the cut, us
+  StepTimes
+      drilled_chunk;  ///< the one under a burr, remade after each tick: two sheets of bone and the cut, us
 };
-/// Whole surfaces of size^3 int16, bits included, beside FlyingEdges3D in one run (least of three), and dirty chunks.
+/// Whole surfaces of size^3 int16, bits included, beside FlyingEdges3D in one run (least of three), and dirty
+/// chunks.
 SurfaceResult run_surface_benchmark(int size);
 
 struct ScalingRow {
@@ -28,10 +30,10 @@ struct ScalingRow {
   StepTimes step;
 };
 struct StepResult {
-  StepTimes implicit;                 ///< size^3 sphere in 120 mm, sigma 1.5, 100 mm/s, contact steps
+  StepTimes implicit;  ///< size^3 sphere in 120 mm, sigma 1.5, 100 mm/s, contact steps
   double voxels_a_step = 0;
   std::vector<ScalingRow> fixed_density;  ///< spacing 120/512 mm, 50^3 and up
-  StepTimes removal_tick;             ///< ball of 12 voxels at 50 mm/s, new version published
+  StepTimes removal_tick;                 ///< ball of 12 voxels at 50 mm/s, new version published
 };
 StepResult run_step_benchmark(int size);
 

@@ -1,4 +1,5 @@
-// How benchmarks measure, said once: percentiles over steps of the per-step minimum of several identical runs.
+// How benchmarks measure, said once: percentiles over steps of the per-step minimum of several identical
+// runs.
 #pragma once
 
 #include <algorithm>
@@ -9,7 +10,9 @@
 namespace trephine::bench {
 
 using Clock = std::chrono::steady_clock;
-inline double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
+inline double seconds_since(Clock::time_point start) {
+  return std::chrono::duration<double>(Clock::now() - start).count();
+}
 
 /// Nearest-rank percentiles, us.
 struct StepTimes {
@@ -36,7 +39,9 @@ class MinimumOfRuns {
     StepTimes times;
     times.count = values.size();
     if (values.empty()) return times;
-    const auto at = [&](double p) { return values[static_cast<std::size_t>(std::ceil(p / 100 * static_cast<double>(values.size()))) - 1]; };
+    const auto at = [&](double p) {
+      return values[static_cast<std::size_t>(std::ceil(p / 100 * static_cast<double>(values.size()))) - 1];
+    };
     times.p50 = at(50), times.p99 = at(99), times.p999 = at(99.9), times.max = values.back();
     return times;
   }

@@ -1,5 +1,6 @@
 #include "tests/bench/peer_flying_edges.h"
 
+#include <chrono>
 #include <vtkFlyingEdges3D.h>
 #include <vtkImageData.h>
 #include <vtkNew.h>
@@ -7,8 +8,6 @@
 #include <vtkPolyData.h>
 #include <vtkSMPTools.h>
 #include <vtkShortArray.h>
-
-#include <chrono>
 
 namespace trephine::bench {
 

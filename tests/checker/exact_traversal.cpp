@@ -155,8 +155,10 @@ class Scaled {
       const Int128 right = ((2 * Int128{q.k} + 1) * half - a_[j]) * (Int128{b_[i]} - a_[i]);
       sign = left < right ? -1 : left > right ? 1 : 0;
     } else {
-      const Big left = (Big::from_double_times_power(p.k + 0.5, power_) - big_a_[i]) * (big_b_[j] - big_a_[j]);
-      const Big right = (Big::from_double_times_power(q.k + 0.5, power_) - big_a_[j]) * (big_b_[i] - big_a_[i]);
+      const Big left =
+          (Big::from_double_times_power(p.k + 0.5, power_) - big_a_[i]) * (big_b_[j] - big_a_[j]);
+      const Big right =
+          (Big::from_double_times_power(q.k + 0.5, power_) - big_a_[j]) * (big_b_[i] - big_a_[i]);
       sign = (left - right).sign;
     }
     if (sign != 0) return sign * step_[i] * step_[j];
@@ -196,7 +198,8 @@ std::vector<ExactVisit> exact_traversal(const std::array<double, 3>& start, cons
   for (std::size_t a = 0; a < 3; ++a) {
     const int first = Scaled::voxel(start[a]), last = Scaled::voxel(end[a]);
     // Planes that bound the box's voxels, among those between the two end voxels.
-    const int from = std::max(std::min(first, last), low[a] - 1), to = std::min(std::max(first, last) - 1, high[a]);
+    const int from = std::max(std::min(first, last), low[a] - 1),
+              to = std::min(std::max(first, last) - 1, high[a]);
     for (int k = from; k <= to; ++k) crossings.push_back({static_cast<int>(a), k});
     at[a] = first;
     if (from <= to && first < low[a]) at[a] = low[a] - 1;
@@ -220,9 +223,16 @@ std::vector<ExactVisit> exact_traversal(const std::array<double, 3>& start, cons
 }
 
 const char* ray_family_name(int family) {
-  constexpr const char* k_names[k_ray_families] = {
-      "random",        "half-lattice", "quarter-lattice, 1 ulp off", "axis-parallel with signed zeros", "zero length",
-      "through corners", "from afar",  "denormal offsets",           "lattice direction through a corner", "1 ulp long on an axis"};
+  constexpr const char* k_names[k_ray_families] = {"random",
+                                                   "half-lattice",
+                                                   "quarter-lattice, 1 ulp off",
+                                                   "axis-parallel with signed zeros",
+                                                   "zero length",
+                                                   "through corners",
+                                                   "from afar",
+                                                   "denormal offsets",
+                                                   "lattice direction through a corner",
+                                                   "1 ulp long on an axis"};
   return k_names[family];
 }
 
@@ -235,23 +245,47 @@ AdversarialRay adversarial_ray(std::uint64_t number, std::uint64_t seed) {
     return state * 2685821657736338717ull;
   };
   next();
-  const auto whole = [&](int low, int high) { return low + static_cast<int>(next() % static_cast<std::uint64_t>(high - low + 1)); };
-  const auto uniform = [&](double low, double high) { return low + (high - low) * static_cast<double>(next() >> 11) * 0x1p-53; };
+  const auto whole = [&](int low, int high) {
+    return low + static_cast<int>(next() % static_cast<std::uint64_t>(high - low + 1));
+  };
+  const auto uniform = [&](double low, double high) {
+    return low + (high - low) * static_cast<double>(next() >> 11) * 0x1p-53;
+  };
   AdversarialRay ray{};
   const int family = static_cast<int>(number % k_ray_families);
   for (std::size_t a = 0; a < 3; ++a) {
     double &p = ray.start[a], &q = ray.end[a];
     switch (family) {
-      case 0: p = uniform(-4, 12), q = uniform(-4, 12); break;
-      case 1: p = 0.5 * whole(-6, 22), q = 0.5 * whole(-6, 22); break;
-      case 2: p = 0.25 * whole(-12, 44), q = 0.25 * whole(-12, 44); break;
-      case 3: p = q = 0.5 * whole(-1, 17); break;
-      case 4: p = q = whole(0, 1) ? 0.5 * whole(-2, 18) : uniform(-1, 9); break;
-      case 5: p = whole(-1, 8) + 0.5, q = p; break;
-      case 6: p = uniform(-1e7, 1e7), q = whole(0, 1) ? uniform(-1, 9) : -p + 0.5 * whole(-8, 8); break;
-      case 7: p = 0.5 * whole(-2, 18), q = 0.5 * whole(-2, 18); break;
-      case 8: p = whole(-1, 8) + 0.5, q = p; break;
-      default: p = whole(0, 1) ? 0.5 * whole(-2, 18) : uniform(-1, 9), q = 0.5 * whole(-2, 18); break;
+      case 0:
+        p = uniform(-4, 12), q = uniform(-4, 12);
+        break;
+      case 1:
+        p = 0.5 * whole(-6, 22), q = 0.5 * whole(-6, 22);
+        break;
+      case 2:
+        p = 0.25 * whole(-12, 44), q = 0.25 * whole(-12, 44);
+        break;
+      case 3:
+        p = q = 0.5 * whole(-1, 17);
+        break;
+      case 4:
+        p = q = whole(0, 1) ? 0.5 * whole(-2, 18) : uniform(-1, 9);
+        break;
+      case 5:
+        p = whole(-1, 8) + 0.5, q = p;
+        break;
+      case 6:
+        p = uniform(-1e7, 1e7), q = whole(0, 1) ? uniform(-1, 9) : -p + 0.5 * whole(-8, 8);
+        break;
+      case 7:
+        p = 0.5 * whole(-2, 18), q = 0.5 * whole(-2, 18);
+        break;
+      case 8:
+        p = whole(-1, 8) + 0.5, q = p;
+        break;
+      default:
+        p = whole(0, 1) ? 0.5 * whole(-2, 18) : uniform(-1, 9), q = 0.5 * whole(-2, 18);
+        break;
     }
   }
   const auto ulp = [&](double x) {

@@ -1,5 +1,5 @@
-// An independent judge of voxel traversal: rational arithmetic on whole numbers, no floating point decides anything.
-// Shares no code with what it judges.
+// An independent judge of voxel traversal: rational arithmetic on whole numbers, no floating point decides
+// anything. Shares no code with what it judges.
 #pragma once
 
 #include <array>
@@ -16,8 +16,9 @@ struct ExactVisit {
   int step;
 };
 
-/// All voxels of a box (low .. high, both included) on the segment, each half-open cube [i - 1/2, i + 1/2), the line
-/// moved by (e, e^2, e^3). Collects every lattice crossing near the box and sorts them. Exact for all finite doubles.
+/// All voxels of a box (low .. high, both included) on the segment, each half-open cube [i - 1/2, i + 1/2),
+/// the line moved by (e, e^2, e^3). Collects every lattice crossing near the box and sorts them. Exact for
+/// all finite doubles.
 std::vector<ExactVisit> exact_traversal(const std::array<double, 3>& start, const std::array<double, 3>& end,
                                         const std::array<int, 3>& low, const std::array<int, 3>& high);
 

@@ -15,7 +15,8 @@ std::array<double, 3> plain(const glm::dvec3& p) { return {p.x, p.y, p.z}; }
 }  // namespace
 
 bool FallThroughJudge::meets_solid(const glm::dvec3& a, const glm::dvec3& b) const {
-  for (const ExactVisit& v : exact_traversal(plain(a), plain(b), {0, 0, 0}, {size_.x - 1, size_.y - 1, size_.z - 1}))
+  for (const ExactVisit& v :
+       exact_traversal(plain(a), plain(b), {0, 0, 0}, {size_.x - 1, size_.y - 1, size_.z - 1}))
     if (solid_(v.voxel[0], v.voxel[1], v.voxel[2])) return true;
   return false;
 }
@@ -56,7 +57,8 @@ glm::dvec3 resting_point_on_cubes(const glm::ivec3& size, const SolidVoxels& sol
   };
   // The nearest point of a cube to the HIP, by coordinate descent (exact when the axes are orthogonal).
   const auto nearest_in = [&](const glm::ivec3& v) {
-    glm::dvec3 p(std::clamp(hip.x, v.x - 0.5, v.x + 0.5), std::clamp(hip.y, v.y - 0.5, v.y + 0.5), std::clamp(hip.z, v.z - 0.5, v.z + 0.5));
+    glm::dvec3 p(std::clamp(hip.x, v.x - 0.5, v.x + 0.5), std::clamp(hip.y, v.y - 0.5, v.y + 0.5),
+                 std::clamp(hip.z, v.z - 0.5, v.z + 0.5));
     for (int round = 0; round < 20; ++round)
       for (int a = 0; a < 3; ++a) {
         glm::dvec3 moved = hip - p;
@@ -71,8 +73,11 @@ glm::dvec3 resting_point_on_cubes(const glm::ivec3& size, const SolidVoxels& sol
       }
     return p;
   };
-  const auto is_free = [&](const glm::ivec3& v) { return !is_in_grid(size, v.x, v.y, v.z) || !solid(v.x, v.y, v.z); };
-  glm::ivec3 at(static_cast<int>(std::floor(proxy.x + 0.5)), static_cast<int>(std::floor(proxy.y + 0.5)), static_cast<int>(std::floor(proxy.z + 0.5)));
+  const auto is_free = [&](const glm::ivec3& v) {
+    return !is_in_grid(size, v.x, v.y, v.z) || !solid(v.x, v.y, v.z);
+  };
+  glm::ivec3 at(static_cast<int>(std::floor(proxy.x + 0.5)), static_cast<int>(std::floor(proxy.y + 0.5)),
+                static_cast<int>(std::floor(proxy.z + 0.5)));
   glm::dvec3 best = nearest_in(at);
   for (int moves = 0; moves < 1000; ++moves) {
     bool is_better = false;

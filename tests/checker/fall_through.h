@@ -1,6 +1,6 @@
-// Judges every servo step for fall-through: the path from the old to the new proxy meets the method's solid, or contact
-// is lost without a free path from proxy to HIP. Works from voxels, distances and exact traversal alone; shares no code
-// with haptics.
+// Judges every servo step for fall-through: the path from the old to the new proxy meets the method's solid,
+// or contact is lost without a free path from proxy to HIP. Works from voxels, distances and exact traversal
+// alone; shares no code with haptics.
 #pragma once
 
 #include <functional>
@@ -42,9 +42,11 @@ class FallThroughJudge {
   long steps_ = 0, fall_throughs_ = 0, buried_starts_ = 0;
 };
 
-/// Where a frictionless proxy on the same voxel cubes would rest: from `proxy` downhill in |p - HIP| (mm) through
-/// face-connected free cubes, each left at its point nearest to the HIP. `axes_mm`: columns of the volume's frame.
-glm::dvec3 resting_point_on_cubes(const glm::ivec3& size, const SolidVoxels& solid, const glm::dvec3 axes_mm[3],
-                                  const glm::dvec3& proxy_volume, const glm::dvec3& hip_volume);
+/// Where a frictionless proxy on the same voxel cubes would rest: from `proxy` downhill in |p - HIP| (mm)
+/// through face-connected free cubes, each left at its point nearest to the HIP. `axes_mm`: columns of the
+/// volume's frame.
+glm::dvec3 resting_point_on_cubes(const glm::ivec3& size, const SolidVoxels& solid,
+                                  const glm::dvec3 axes_mm[3], const glm::dvec3& proxy_volume,
+                                  const glm::dvec3& hip_volume);
 
 }  // namespace trephine::checker

@@ -22,16 +22,22 @@ MeshVerdict judge_mesh(std::span<const glm::vec3> vertices, std::span<const std:
       edges.push_back({std::min(a, b), std::max(a, b), a < b});
     }
     const glm::dvec3 p(vertices[v[0]]), q(vertices[v[1]]), r(vertices[v[2]]);
-    verdict.signed_volume += (p.x * (q.y * r.z - q.z * r.y) + p.y * (q.z * r.x - q.x * r.z) + p.z * (q.x * r.y - q.y * r.x)) / 6;
+    verdict.signed_volume +=
+        (p.x * (q.y * r.z - q.z * r.y) + p.y * (q.z * r.x - q.x * r.z) + p.z * (q.x * r.y - q.y * r.x)) / 6;
   }
-  std::sort(edges.begin(), edges.end(), [](const Edge& a, const Edge& b) { return a.low != b.low ? a.low < b.low : a.high < b.high; });
+  std::sort(edges.begin(), edges.end(),
+            [](const Edge& a, const Edge& b) { return a.low != b.low ? a.low < b.low : a.high < b.high; });
   for (std::size_t i = 0; i < edges.size();) {
     std::size_t end = i, forward = 0;
-    while (end < edges.size() && edges[end].low == edges[i].low && edges[end].high == edges[i].high) forward += edges[end++].is_forward;
+    while (end < edges.size() && edges[end].low == edges[i].low && edges[end].high == edges[i].high)
+      forward += edges[end++].is_forward;
     const std::size_t count = end - i;
-    if (count == 1) ++verdict.boundary_edges;
-    else if (count > 2) ++verdict.crowded_edges;
-    else if (forward != 1) ++verdict.twisted_edges;
+    if (count == 1)
+      ++verdict.boundary_edges;
+    else if (count > 2)
+      ++verdict.crowded_edges;
+    else if (forward != 1)
+      ++verdict.twisted_edges;
     i = end;
   }
   // A vertex is pinched when the triangles around it fall into several groups joined by edges.
@@ -39,7 +45,8 @@ MeshVerdict judge_mesh(std::span<const glm::vec3> vertices, std::span<const std:
   for (const std::uint32_t v : triangles) ++start[v + 1];
   std::partial_sum(start.begin(), start.end(), start.begin());
   std::vector<std::uint32_t> around(triangles.size()), fill(start.begin(), start.end() - 1);
-  for (std::size_t i = 0; i < triangles.size(); ++i) around[fill[triangles[i]]++] = static_cast<std::uint32_t>(i / 3);
+  for (std::size_t i = 0; i < triangles.size(); ++i)
+    around[fill[triangles[i]]++] = static_cast<std::uint32_t>(i / 3);
   for (std::size_t v = 0; v < vertices.size(); ++v) {
     const std::size_t first = start[v], count = start[v + 1] - first;
     if (count == 0) continue;

@@ -8,12 +8,12 @@
 namespace trephine::checker {
 
 struct MeshVerdict {
-  std::size_t boundary_edges = 0;      ///< used by one triangle
-  std::size_t crowded_edges = 0;       ///< used by more than two
-  std::size_t twisted_edges = 0;       ///< used twice in the same direction
-  std::size_t pinched_vertices = 0;    ///< triangles around it do not form one fan
+  std::size_t boundary_edges = 0;        ///< used by one triangle
+  std::size_t crowded_edges = 0;         ///< used by more than two
+  std::size_t twisted_edges = 0;         ///< used twice in the same direction
+  std::size_t pinched_vertices = 0;      ///< triangles around it do not form one fan
   std::size_t degenerate_triangles = 0;  ///< two equal indices
-  double signed_volume = 0;            ///< positive when oriented outward
+  double signed_volume = 0;              ///< positive when oriented outward
   bool is_closed_manifold() const {
     return boundary_edges + crowded_edges + twisted_edges + pinched_vertices + degenerate_triangles == 0;
   }

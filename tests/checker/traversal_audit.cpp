@@ -30,7 +30,8 @@ void audit_ray(std::uint64_t number, std::uint64_t seed, TraversalAudit& audit) 
     for (int a = 0; a < 3; ++a) is_same = is_same && s.voxel[a] == t.voxel[static_cast<std::size_t>(a)];
     is_same = is_same && s.face.axis == t.axis && s.face.step == t.step && s.t_exit >= s.t_enter;
     if (i > 0) is_same = is_same && s.t_enter >= seen[i - 1].t_enter && s.t_enter == seen[i - 1].t_exit;
-    const double error = static_cast<double>(std::fabs(static_cast<long double>(s.t_enter) - t.t_enter)) / 0x1p-52;
+    const double error =
+        static_cast<double>(std::fabs(static_cast<long double>(s.t_enter) - t.t_enter)) / 0x1p-52;
     audit.worst_t_ulp = std::max(audit.worst_t_ulp, error);
   }
   bool is_same_back = back.size() == seen.size();
@@ -43,8 +44,9 @@ void audit_ray(std::uint64_t number, std::uint64_t seed, TraversalAudit& audit) 
   if ((!is_same || !is_same_back) && audit.first_mismatch.empty()) {
     char text[400];
     std::snprintf(text, sizeof text, "ray %llu (%s): %a %a %a -> %a %a %a, %zu voxels, expected %zu",
-                  static_cast<unsigned long long>(number), ray_family_name(static_cast<int>(number % k_ray_families)),
-                  start.x, start.y, start.z, end.x, end.y, end.z, seen.size(), truth.size());
+                  static_cast<unsigned long long>(number),
+                  ray_family_name(static_cast<int>(number % k_ray_families)), start.x, start.y, start.z,
+                  end.x, end.y, end.z, seen.size(), truth.size());
     audit.first_mismatch = text;
   }
 }
@@ -52,7 +54,8 @@ void audit_ray(std::uint64_t number, std::uint64_t seed, TraversalAudit& audit) 
 }  // namespace
 
 TraversalAudit audit_traversal(std::uint64_t first, std::uint64_t count, std::uint64_t seed, int threads) {
-  const auto workers = threads > 0 ? static_cast<std::uint64_t>(threads) : std::max<std::uint64_t>(1, std::thread::hardware_concurrency());
+  const auto workers = threads > 0 ? static_cast<std::uint64_t>(threads)
+                                   : std::max<std::uint64_t>(1, std::thread::hardware_concurrency());
   TraversalAudit total;
   std::mutex lock;
   {

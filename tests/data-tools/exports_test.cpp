@@ -1,9 +1,8 @@
-#include <gtest/gtest.h>
-
 #include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <glm/geometric.hpp>
+#include <gtest/gtest.h>
 
 #include "data-tools/atomic_file.h"
 #include "data-tools/dicom_stack.h"
@@ -139,7 +138,8 @@ TEST(Phantoms, SizeAndSpacingDeriveEachOther) {
   EXPECT_FALSE(make_phantom("plane", o).value().frame.is_orthogonal());
 }
 
-// Unblurred voxels hold exactly the covered share of a plane; its trilinear zero set then lies within the known floor.
+// Unblurred voxels hold exactly the covered share of a plane; its trilinear zero set then lies within the
+// known floor.
 TEST(Phantoms, PlaneCoverageIsExactAndItsSurfaceIsNearTheTruth) {
   PhantomOptions o;
   o.size = glm::ivec3(64);
@@ -157,12 +157,17 @@ TEST(Phantoms, PlaneCoverageIsExactAndItsSurfaceIsNearTheTruth) {
           const double mid = 0.5 * (low + high);
           (field.value({x + 0.37, y + 0.21, mid}) >= 0 ? low : high) = mid;
         }
-        const double error = phantom_distance("plane", o.parameters, v.frame.world_from_volume({x + 0.37, y + 0.21, low})) / (120.0 / 64);
+        const double error =
+            phantom_distance("plane", o.parameters, v.frame.world_from_volume({x + 0.37, y + 0.21, low})) /
+            (120.0 / 64);
         sum += error * error;
         ++count;
       }
     const double rms = std::sqrt(sum / count);
-    EXPECT_LT(rms, sigma == 0 ? 0.06 : sigma == 1 ? 0.012 : 0.004) << sigma;  // voxels; FIELD's 0.043, 0.007, 0.002
+    EXPECT_LT(rms, sigma == 0   ? 0.06
+                   : sigma == 1 ? 0.012
+                                : 0.004)
+        << sigma;  // voxels; FIELD's 0.043, 0.007, 0.002
   }
 }
 
@@ -171,7 +176,8 @@ TEST(Phantoms, TheHeadHasEveryTissueAndRealisticIntensities) {
   o.spacing_mm = glm::dvec3(2);
   const volume::Volume head = make_phantom("head", o).value();
   std::vector<double> sum(head.label_names.size()), count(head.label_names.size());
-  for (std::size_t i = 0; i < head.voxels.size(); ++i) sum[head.labels[i]] += head.voxels[i], ++count[head.labels[i]];
+  for (std::size_t i = 0; i < head.voxels.size(); ++i)
+    sum[head.labels[i]] += head.voxels[i], ++count[head.labels[i]];
   const auto mean = [&](const char* name) {
     const int label = head.label_value(name);
     EXPECT_GE(label, 0) << name;

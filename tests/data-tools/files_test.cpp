@@ -1,16 +1,18 @@
-// Reading and writing real formats: one oblique volume through all of them, the golden figures, and every refusal.
-#include <gtest/gtest.h>
-#include <zlib.h>
-
+// Reading and writing real formats: one oblique volume through all of them, the golden figures, and every
+// refusal.
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <glm/geometric.hpp>
+#include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
+#include <zlib.h>
 
 #include "data-tools/atomic_file.h"
 #include "data-tools/open_volume.h"
 #include "data-tools/phantoms.h"
+#include "tests/checker/mesh_judge.h"
+#include "volume/surface_nets.h"
 
 namespace trephine::data_tools {
 namespace {
@@ -29,7 +31,9 @@ struct Scratch {
   std::string operator/(const char* name) const { return (path / name).string(); }
 };
 
-void write_text(const std::string& path, const std::string& text) { std::ofstream(path, std::ios::binary) << text; }
+void write_text(const std::string& path, const std::string& text) {
+  std::ofstream(path, std::ios::binary) << text;
+}
 std::string read_text(const std::string& path) {
   std::ifstream in(path, std::ios::binary);
   return {std::istreambuf_iterator<char>(in), {}};
@@ -53,7 +57,8 @@ std::string unpack(const Scratch& scratch, const std::string& archive) {
 Volume oblique() {
   const double c = 0.8, s = 0.6;
   const glm::dmat3 axes(0.7 * glm::dvec3(c, s, 0), 0.9 * glm::dvec3(-s, c, 0), 1.3 * glm::dvec3(0, 0, 1));
-  Volume v = volume::make_volume({7, 6, 5}, volume::Frame::from_axes({-12.5, 40.25, 7}, axes).value(), true).value();
+  Volume v =
+      volume::make_volume({7, 6, 5}, volume::Frame::from_axes({-12.5, 40.25, 7}, axes).value(), true).value();
   for (std::size_t i = 0; i < v.voxels.size(); ++i) {
     v.voxels[i] = static_cast<std::int16_t>(static_cast<int>(i * 37 % 3000) - 1000);
     v.labels[i] = static_cast<std::uint8_t>(i % 4);
@@ -85,7 +90,8 @@ TEST(Files, ObliqueVolumeKeepsItsWorldCornersInEveryFormat) {
     EXPECT_TRUE(w.is_hounsfield);
   }
   for (const auto& entry : fs::directory_iterator(scratch.path))
-    EXPECT_EQ(entry.path().filename().string().rfind(".trephine-", 0), std::string::npos) << "a temporary file stayed";
+    EXPECT_EQ(entry.path().filename().string().rfind(".trephine-", 0), std::string::npos)
+        << "a temporary file stayed";
 }
 
 TEST(Files, ShearedVolumeIsResampledToRightAnglesInPlace) {
@@ -169,14 +175,17 @@ TEST(Files, BrokenFilesAreRefusedInWords) {
     const std::string whole = read_text(scratch / name);
     for (const double share : {0.3, 0.9}) {
       const std::string cut = std::string("cut-") + name;
-      write_text(scratch / cut.c_str(), whole.substr(0, static_cast<std::size_t>(share * static_cast<double>(whole.size()))));
+      write_text(scratch / cut.c_str(),
+                 whole.substr(0, static_cast<std::size_t>(share * static_cast<double>(whole.size()))));
       expect_refused(scratch / cut.c_str(), "cannot be read");
     }
   }
 }
 
 std::string mha(const std::string& changes) {
-  std::string header = "ObjectType = Image\nNDims = 3\nBinaryData = True\nBinaryDataByteOrderMSB = False\nCompressedData = False\n";
+  std::string header =
+      "ObjectType = Image\nNDims = 3\nBinaryData = True\nBinaryDataByteOrderMSB = False\nCompressedData = "
+      "False\n";
   header += changes;
   return header + "ElementDataFile = LOCAL\n" + std::string(4096, '\1');
 }
@@ -234,7 +243,8 @@ class Golden : public ::testing::Test {
     for (int a = 0; a < 3; ++a) {
       const auto i = static_cast<std::size_t>(a);
       EXPECT_NEAR(v.frame.origin()[a], g["first_position"][i].get<double>(), 1e-6);
-      EXPECT_NEAR(v.frame.world_from_volume({0, 0, v.size.z - 1})[a], g["last_position"][i].get<double>(), 1e-5);
+      EXPECT_NEAR(v.frame.world_from_volume({0, 0, v.size.z - 1})[a], g["last_position"][i].get<double>(),
+                  1e-5);
     }
     EXPECT_NEAR(v.frame.spacing().x, g["column_spacing_mm"].get<double>(), 1e-9);
     EXPECT_NEAR(v.frame.spacing().y, g["row_spacing_mm"].get<double>(), 1e-9);
@@ -253,8 +263,11 @@ class Golden : public ::testing::Test {
     EXPECT_EQ(v.size, glm::ivec3(g["dims"][0], g["dims"][1], g["dims"][2]));
     for (std::size_t row = 0; row < 3; ++row) {
       for (std::size_t column = 0; column < 3; ++column)
-        EXPECT_NEAR(v.frame.axes()[static_cast<int>(column)][static_cast<int>(row)], g["affine_lps"][row][column].get<double>(), 2e-5) << key;
-      EXPECT_NEAR(v.frame.origin()[static_cast<int>(row)], g["affine_lps"][row][3].get<double>(), 2e-4) << key;
+        EXPECT_NEAR(v.frame.axes()[static_cast<int>(column)][static_cast<int>(row)],
+                    g["affine_lps"][row][column].get<double>(), 2e-5)
+            << key;
+      EXPECT_NEAR(v.frame.origin()[static_cast<int>(row)], g["affine_lps"][row][3].get<double>(), 2e-4)
+          << key;
     }
     std::vector<std::int32_t> wide(v.voxels.span().begin(), v.voxels.span().end());
     EXPECT_EQ(crc_of(wide.data(), 4 * wide.size()), g["crc32_xyz_fortran_int32"].get<std::uint32_t>()) << key;
@@ -264,7 +277,23 @@ class Golden : public ::testing::Test {
 
 TEST_F(Golden, SkullPhantom) {
   const Scratch scratch;
-  expect_dicom(unpack(scratch, real_data() + "/skull_phantom/bone_1mm.dicom.tar.xz"), "skull_phantom/bone_1mm");
+  expect_dicom(unpack(scratch, real_data() + "/skull_phantom/bone_1mm.dicom.tar.xz"),
+               "skull_phantom/bone_1mm");
+}
+TEST_F(Golden, SurfaceOfTheSkullPhantomIsAClosedManifold) {
+  const Scratch scratch;
+  const Volume v =
+      open_volume(unpack(scratch, real_data() + "/skull_phantom/bone_1mm.dicom.tar.xz")).value().volume;
+  const volume::Field field(v, volume::Shape{});
+  const volume::Mesh mesh = volume::surface_net({&field});
+  EXPECT_GT(mesh.triangle_count(), 1'000'000u);
+  const checker::MeshVerdict verdict = checker::judge_mesh(mesh.vertices.span(), mesh.triangles.span());
+  EXPECT_EQ(verdict.boundary_edges, 0u);
+  EXPECT_EQ(verdict.crowded_edges, 0u);
+  EXPECT_EQ(verdict.twisted_edges, 0u);
+  EXPECT_EQ(verdict.pinched_vertices, 0u);
+  EXPECT_EQ(verdict.degenerate_triangles, 0u);
+  EXPECT_GT(verdict.signed_volume, 1e6);  // voxels
 }
 TEST_F(Golden, CompressedAndThreeSliceSeries) {
   expect_dicom(real_data() + "/dicom_cases/totalseg_j2k_series", "dicom_cases/totalseg_j2k_series");
@@ -309,7 +338,9 @@ TEST_F(Golden, EveryTransferSyntaxIsReadAlikeOrRefusedInWords) {
     }
     ++read;
     const Volume& v = opened.value().volume;
-    const bool is_lossless = name.find("Lossless") != std::string::npos || name.find("LittleEndian") != std::string::npos || name.find("BigEndian") != std::string::npos;
+    const bool is_lossless = name.find("Lossless") != std::string::npos ||
+                             name.find("LittleEndian") != std::string::npos ||
+                             name.find("BigEndian") != std::string::npos;
     if (!is_lossless || name.find("CTImage") == std::string::npos) continue;
     const std::uint32_t now = crc_of(v.voxels.data(), v.voxels.bytes());
     if (!crc) crc = now;
@@ -341,7 +372,8 @@ TEST_F(Golden, MissingDuplicateAndMixedSlicesAreRefused) {
   {
     const Scratch scratch;
     for (const fs::path& f : files) fs::copy(f, scratch.path / f.filename());
-    for (const char* name : {"01.dcm", "02.dcm", "03.dcm"}) fs::copy(real_data() + "/dicom_cases/dcmqi_ct3/" + name, scratch.path / name);
+    for (const char* name : {"01.dcm", "02.dcm", "03.dcm"})
+      fs::copy(real_data() + "/dicom_cases/dcmqi_ct3/" + name, scratch.path / name);
     expect_refused(scratch.path.string(), "2 series");
   }
   {

@@ -1,9 +1,8 @@
 #include "haptics/force.h"
 
-#include <gtest/gtest.h>
-
 #include <cmath>
 #include <glm/geometric.hpp>
+#include <gtest/gtest.h>
 #include <limits>
 
 #include "haptics/device.h"
@@ -60,7 +59,8 @@ TEST(ForceModel, SmoothingHasTheSameTimeConstantAtAnyRate) {
   for (const double rate : {500.0, 1000.0, 10000.0}) {
     ForceModel model({}, 1 / rate);
     dvec3 f(0);
-    for (int n = 0; n < static_cast<int>(0.02 * rate); ++n) f = model.step(contact_at({0, 0, 2}), {0, 0, 0}, scene);
+    for (int n = 0; n < static_cast<int>(0.02 * rate); ++n)
+      f = model.step(contact_at({0, 0, 2}), {0, 0, 0}, scene);
     after_20_ms[i++] = f.z;
   }
   EXPECT_NEAR(after_20_ms[0], after_20_ms[1], 1e-12);

@@ -1,9 +1,8 @@
 #include "haptics/implicit_proxy.h"
 
-#include <gtest/gtest.h>
-
 #include <cmath>
 #include <glm/geometric.hpp>
+#include <gtest/gtest.h>
 
 #include "tests/checker/fall_through.h"
 #include "tests/scenes/scenes.h"
@@ -25,7 +24,8 @@ struct Play {
   long contacts = 0;
 
   explicit Play(TouchScene s)
-      : scene(std::move(s)), version(std::make_shared<volume::Version>(scene.base)),
+      : scene(std::move(s)),
+        version(std::make_shared<volume::Version>(scene.base)),
         judge(scene.base->size, [this](int x, int y, int z) {
           return scene.base->voxels[scene.base->index(x, y, z)] >= 300 && version->distance_at(x, y, z) > 0;
         }) {
@@ -73,18 +73,19 @@ TEST(ImplicitProxy, StaysOnASphereWithinAVoxelAndFacesOut) {
       worst = std::max(worst, std::abs(error));
       sum += error * error;
       ++count;
-      worst_angle = std::max(worst_angle, std::acos(std::min(1.0, glm::dot(s.normal_world, glm::normalize(s.proxy_world)))));
+      worst_angle = std::max(
+          worst_angle, std::acos(std::min(1.0, glm::dot(s.normal_world, glm::normalize(s.proxy_world)))));
     }
     EXPECT_GT(count, 2800);
     EXPECT_EQ(play.judge.fall_throughs(), 0);
-    EXPECT_LT(worst, 0.94 * 1.5);           // cubes: a voxel of 0.94 mm, its corner at most
+    EXPECT_LT(worst, 0.94 * 1.5);  // cubes: a voxel of 0.94 mm, its corner at most
     EXPECT_LT(std::sqrt(sum / static_cast<double>(count)), 0.94 * 0.6);
     EXPECT_LT(worst_angle, 0.12);
   }
 }
 
 TEST(ImplicitProxy, NeverFallsThroughThinPlatesAtAnySpeed) {
-  for (const double thickness : {1.5, 3.0})  // 1.6 voxels and less: as thin as voxels can hold
+  for (const double thickness : {1.5, 3.0})                // 1.6 voxels and less: as thin as voxels can hold
     for (const double speed : {0.05, 2.0, 60.0, 400.0}) {  // mm a step
       data_tools::PhantomOptions o = grid(128, 0);
       o.parameters = {{"thickness", thickness}, {"angle", 37}};
@@ -117,7 +118,11 @@ TEST(ImplicitProxy, NeverFallsThroughARoughWalkOverNoisyBoneAndGyroid) {
 }
 
 TEST(ImplicitProxy, HoldsInADrilledCavityAndReachesFartherAfterRemoval) {
-  Play play(scenes::phantom_scene("plane", [] { auto o = grid(96, 1); o.parameters = {{"angle", 0}}; return o; }()));
+  Play play(scenes::phantom_scene("plane", [] {
+    auto o = grid(96, 1);
+    o.parameters = {{"angle", 0}};
+    return o;
+  }()));
   volume::RemovalEditor editor(play.version, {play.scene.shapes[0].field});
   play.step({0, 0, 5});
   for (int i = 0; i < 100; ++i) play.step({0, 0, -6});
@@ -149,18 +154,24 @@ TEST(ImplicitProxy, BackSideHoldsAProxyInTheSolid) {
   EXPECT_TRUE(s.has_contact);
   EXPECT_EQ(s.side, -1);
   EXPECT_LT(glm::length(s.proxy_world), 46.5);
-  EXPECT_LT(glm::dot(s.normal_world, glm::normalize(s.proxy_world)), -0.95);  // into the solid, where the proxy is
+  EXPECT_LT(glm::dot(s.normal_world, glm::normalize(s.proxy_world)),
+            -0.95);  // into the solid, where the proxy is
   // With the front alone held, the same motion leaves the solid, and cannot come back in.
   scene.shapes[0].sides = Sides::front;
   for (int i = 0; i < 600; ++i) s = method.step(scene, version, state, {dvec3(0.1 * i, 0.02 * i, 0)});
   EXPECT_FALSE(s.has_contact);
-  for (int i = 0; i < 600; ++i) s = method.step(scene, version, state, {dvec3(60 - 0.1 * i, 12 - 0.02 * i, 0)});
+  for (int i = 0; i < 600; ++i)
+    s = method.step(scene, version, state, {dvec3(60 - 0.1 * i, 12 - 0.02 * i, 0)});
   EXPECT_TRUE(s.has_contact);
   EXPECT_EQ(s.side, 1);
 }
 
 TEST(ImplicitProxy, GrowthOverTheProxyIsSaidAndGivesNoForce) {
-  Play play(scenes::phantom_scene("plane", [] { auto o = grid(64, 1); o.parameters = {{"angle", 0}}; return o; }()));
+  Play play(scenes::phantom_scene("plane", [] {
+    auto o = grid(64, 1);
+    o.parameters = {{"angle", 0}};
+    return o;
+  }()));
   const auto untouched = play.version;
   volume::RemovalEditor editor(play.version, {play.scene.shapes[0].field});
   editor.remove({{0, 0, 0}, {0, 0, -15}, 8});
@@ -174,7 +185,11 @@ TEST(ImplicitProxy, GrowthOverTheProxyIsSaidAndGivesNoForce) {
 }
 
 TEST(ImplicitProxy, FrictionHoldsStillAndTrailsByTheCone) {
-  Play play(scenes::phantom_scene("plane", [] { auto o = grid(128, 1.5); o.parameters = {{"angle", 0}}; return o; }()));
+  Play play(scenes::phantom_scene("plane", [] {
+    auto o = grid(128, 1.5);
+    o.parameters = {{"angle", 0}};
+    return o;
+  }()));
   play.step({0.3, 0.2, 5});
   for (int i = 0; i < 20; ++i) play.step({0.3, 0.2, -2});
   const dvec3 held = play.step({0.3, 0.2, -2}).proxy_world;

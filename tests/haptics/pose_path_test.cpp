@@ -1,7 +1,6 @@
 #include "haptics/pose_path.h"
 
 #include <gtest/gtest.h>
-
 #include <sstream>
 
 namespace trephine::haptics {
@@ -27,7 +26,8 @@ TEST(PosePath, WithoutAButtonItIsPressedThroughout) {
 }
 
 TEST(PosePath, RoundTripsExactly) {
-  const auto path = read("t,x,y,z,qx,qy,qz,qw,button\n0,0.1,1e-7,-3.25,0,0,0.6,0.8,1\n0.001,0.2,7,3,0,0,0,1,0\n").value();
+  const auto path =
+      read("t,x,y,z,qx,qy,qz,qw,button\n0,0.1,1e-7,-3.25,0,0,0.6,0.8,1\n0.001,0.2,7,3,0,0,0,1,0\n").value();
   std::ostringstream out;
   path.write_csv(out);
   const auto again = read(out.str()).value();

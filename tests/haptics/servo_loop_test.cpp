@@ -1,8 +1,7 @@
 #include "haptics/servo_loop.h"
 
-#include <gtest/gtest.h>
-
 #include <cmath>
+#include <gtest/gtest.h>
 #include <limits>
 #include <set>
 
@@ -37,12 +36,16 @@ TEST(Ring, CarriesEverythingBetweenThreads) {
   std::thread consumer([&] {
     int v = 0;
     for (int seen = 0; seen < 200000;)
-      if (ring.pop(v)) sum += v, ++seen;
-      else std::this_thread::yield();
+      if (ring.pop(v))
+        sum += v, ++seen;
+      else
+        std::this_thread::yield();
   });
   for (int i = 0; i < 200000;)
-    if (ring.push(i)) ++i;
-    else std::this_thread::yield();
+    if (ring.push(i))
+      ++i;
+    else
+      std::this_thread::yield();
   consumer.join();
   EXPECT_EQ(sum, 200000L * 199999L / 2);
 }
@@ -78,7 +81,8 @@ TEST(ServoLoop, RunsTicksInOrderOnTheNewestVersionAndFeelsTheSurface) {
   volume::VersionChannel channel(std::make_shared<volume::Version>(scene.base));
   ImplicitProxy method;
   ASSERT_FALSE(method.prepare(scene).has_value());
-  const PosePath wish = PosePath::from_samples({{0, {{0, 0, 50}}}, {0.1, {{0, 0, 43}}}, {1, {{0, 0, 43}}}}, "test").value();
+  const PosePath wish =
+      PosePath::from_samples({{0, {{0, 0, 50}}}, {0.1, {{0, 0, 43}}}, {1, {{0, 0, 43}}}}, "test").value();
   VirtualDevice device(wish, {});
   ServoLoop loop(device, channel, scene, method, {});
   ASSERT_FALSE(loop.start().has_value());
@@ -118,7 +122,9 @@ TEST(ServoLoop, LostDeviceAndFullRingFadeTheForce) {
     loop.stop();
     ServoRecord record;
     while (loop.records().pop(record)) {
-      if (record.t >= 0.26) { ASSERT_EQ(record.force_world, glm::dvec3(0)); }
+      if (record.t >= 0.26) {
+        ASSERT_EQ(record.force_world, glm::dvec3(0));
+      }
     }
     EXPECT_TRUE(loop.report().faults & fault_lost_device);
   }

@@ -1,11 +1,11 @@
-// A servo step must not allocate, lock or wait: this program replaces malloc and the pthread locks and counts.
-#include <dlfcn.h>
-#include <gtest/gtest.h>
-#include <pthread.h>
-
+// A servo step must not allocate, lock or wait: this program replaces malloc and the pthread locks and
+// counts.
 #include <atomic>
 #include <cstdlib>
+#include <dlfcn.h>
+#include <gtest/gtest.h>
 #include <new>
+#include <pthread.h>
 
 #include "haptics/implicit_proxy.h"
 #include "haptics/servo_loop.h"

@@ -1,8 +1,7 @@
 // Who may include whom: the table of docs/layout.md, read off every source file.
-#include <gtest/gtest.h>
-
 #include <filesystem>
 #include <fstream>
+#include <gtest/gtest.h>
 #include <map>
 #include <regex>
 #include <set>
@@ -45,12 +44,15 @@ std::string fault(const std::string& file, const std::string& include, bool is_q
     }
     if (room == "apps" && target == "tests")  // the command runs the judges, scenes and benchmarks
       return file.starts_with("apps/trephine/") ? "" : "only apps/trephine may use tests";
-    if (file.starts_with("tests/checker/") && target != "volume" && target != "tests") return "the checker uses more than volume";
+    if (file.starts_with("tests/checker/") && target != "volume" && target != "tests")
+      return "the checker uses more than volume";
     const auto& allowed = k_may_use.at(room);
     return allowed.contains(target) ? "" : room + " may not use " + target;
   }
   for (const auto& [prefix, places] : k_outsiders) {
-    if (!include.starts_with(prefix) || (prefix == "Q" && (include.size() < 2 || !std::isupper(static_cast<unsigned char>(include[1]))))) continue;
+    if (!include.starts_with(prefix) ||
+        (prefix == "Q" && (include.size() < 2 || !std::isupper(static_cast<unsigned char>(include[1])))))
+      continue;
     for (const std::string& place : places)
       if (file.starts_with(place)) return "";
     return "<" + include + "> does not belong in " + file;

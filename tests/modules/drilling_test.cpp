@@ -1,11 +1,9 @@
-#include "modules/drilling/burr.h"
-
-#include <gtest/gtest.h>
-
 #include <cmath>
 #include <glm/geometric.hpp>
+#include <gtest/gtest.h>
 
 #include "haptics/implicit_proxy.h"
+#include "modules/drilling/burr.h"
 #include "sim/lockstep.h"
 #include "tests/checker/fall_through.h"
 #include "tests/scenes/scenes.h"
@@ -19,12 +17,19 @@ constexpr double k_pi = 3.14159265358979323846;
 haptics::TouchScene block_scene(double spacing, double edge = 24) {
   haptics::TouchScene scene;
   const int n = static_cast<int>(std::lround(edge / spacing));
-  auto v = volume::make_volume(glm::ivec3(n), volume::Frame::from_spacing(dvec3(-0.5 * spacing * (n - 1)), dvec3(spacing)).value()).value();
+  auto v =
+      volume::make_volume(
+          glm::ivec3(n), volume::Frame::from_spacing(dvec3(-0.5 * spacing * (n - 1)), dvec3(spacing)).value())
+          .value();
   for (auto& x : v.voxels.span()) x = 1600;
   v.is_hounsfield = true;
   scene.base = std::make_shared<const volume::Volume>(std::move(v));
   const volume::Shape shape;
-  scene.shapes.push_back({volume::Field(*scene.base, shape), std::make_shared<const volume::Occupancy>(volume::Occupancy::build(*scene.base, shape)), {}, haptics::Sides::front});
+  scene.shapes.push_back(
+      {volume::Field(*scene.base, shape),
+       std::make_shared<const volume::Occupancy>(volume::Occupancy::build(*scene.base, shape)),
+       {},
+       haptics::Sides::front});
   return scene;
 }
 
@@ -38,8 +43,8 @@ haptics::TouchScene flat_bone(double spacing) {  // solid below z = 0
   return scenes::phantom_scene("plane", o);
 }
 
-double drill(const haptics::TouchScene& scene, const haptics::PosePath& path, double rate, const BurrOptions& options,
-             std::shared_ptr<const volume::Version>* end = nullptr) {
+double drill(const haptics::TouchScene& scene, const haptics::PosePath& path, double rate,
+             const BurrOptions& options, std::shared_ptr<const volume::Version>* end = nullptr) {
   haptics::ImplicitProxy method;
   EXPECT_FALSE(method.prepare(scene).has_value());
   Burr burr(options);
@@ -50,14 +55,17 @@ double drill(const haptics::TouchScene& scene, const haptics::PosePath& path, do
 }
 
 haptics::PosePath bent_path() {
-  return haptics::PosePath::from_samples({{0, {{-5, -4, 0}}}, {0.4, {{4, -3, 2}}}, {0.9, {{3, 5, -2}}}}, "test").value();
+  return haptics::PosePath::from_samples({{0, {{-5, -4, 0}}}, {0.4, {{4, -3, 2}}}, {0.9, {{3, 5, -2}}}},
+                                         "test")
+      .value();
 }
 
 TEST(Drilling, KinematicVolumeAgreesAtEveryRate) {
   const haptics::TouchScene scene = block_scene(0.5);
   const BurrOptions options{2.0, 30, 20, true};
   const double slow = drill(scene, bent_path(), 100, options);
-  for (const double rate : {1000.0, 10000.0}) EXPECT_NEAR(drill(scene, bent_path(), rate, options) / slow, 1, 1e-3);
+  for (const double rate : {1000.0, 10000.0})
+    EXPECT_NEAR(drill(scene, bent_path(), rate, options) / slow, 1, 1e-3);
 }
 
 TEST(Drilling, KinematicVolumeIsTheCapsulesAtThreeVoxelSizes) {
@@ -83,7 +91,8 @@ TEST(Drilling, CutSurfaceIsTheCapsules) {
     double low = 0, high = 22;
     for (int k = 0; k < 60; ++k) {
       const double mid = 0.5 * (low + high);
-      (version->distance(version->base().frame.volume_from_world(from + mid * direction)) <= 0 ? low : high) = mid;
+      (version->distance(version->base().frame.volume_from_world(from + mid * direction)) <= 0 ? low : high) =
+          mid;
     }
     const dvec3 p = from + low * direction, ab = b - a;
     const double t = std::clamp(glm::dot(p - a, ab) / glm::dot(ab, ab), 0.0, 1.0);
@@ -96,8 +105,13 @@ TEST(Drilling, CutSurfaceIsTheCapsules) {
 
 TEST(Drilling, ThroughTheProxyTheHoleDoesNotDependOnRateOrVoxels) {
   // A slow press 3 mm deep and a way along: the burr's lowest point follows the HIP.
-  const auto path = haptics::PosePath::from_samples(
-      {{0, {{-3, 0.2, 2}}}, {0.5, {{-3, 0.2, 0}}}, {3.5, {{-3, 0.2, -3}}}, {9.5, {{3, 0.2, -3}}}, {10, {{3, 0.2, 4}}}}, "test").value();
+  const auto path = haptics::PosePath::from_samples({{0, {{-3, 0.2, 2}}},
+                                                     {0.5, {{-3, 0.2, 0}}},
+                                                     {3.5, {{-3, 0.2, -3}}},
+                                                     {9.5, {{3, 0.2, -3}}},
+                                                     {10, {{3, 0.2, 4}}}},
+                                                    "test")
+                        .value();
   const double r = 3;
   std::vector<double> volumes;
   for (const double spacing : {0.4, 0.5, 0.6})
@@ -115,7 +129,9 @@ TEST(Drilling, ThroughTheProxyTheHoleDoesNotDependOnRateOrVoxels) {
 }
 
 TEST(Drilling, RemovalRateHoldsAtAnyServoRateAndVoxelSize) {
-  const auto path = haptics::PosePath::from_samples({{0, {{0, 0, 2}}}, {0.1, {{0, 0, -6}}}, {1.1, {{0, 0, -6}}}}, "test").value();
+  const auto path =
+      haptics::PosePath::from_samples({{0, {{0, 0, 2}}}, {0.1, {{0, 0, -6}}}, {1.1, {{0, 0, -6}}}}, "test")
+          .value();
   for (const double spacing : {0.3, 0.6})
     for (const double rate : {500.0, 2000.0}) {
       const double removed = drill(flat_bone(spacing), path, rate, {3, 30, 20, false});
@@ -139,7 +155,8 @@ TEST(Drilling, TheProxyNeverFallsThroughWhileItDrills) {
     run.step(s.pose, s.t);
     const auto& step = run.last_step();
     judge.look({std::span(step.path_volume.data(), static_cast<std::size_t>(step.waypoint_count)),
-                scene.base->frame.volume_from_world(s.pose.position_world), step.has_contact, step.is_buried});
+                scene.base->frame.volume_from_world(s.pose.position_world), step.has_contact,
+                step.is_buried});
   }
   EXPECT_EQ(judge.fall_throughs(), 0);
   EXPECT_EQ(judge.buried_starts(), 0);  // removal never grows over a proxy

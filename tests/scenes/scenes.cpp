@@ -14,15 +14,17 @@ haptics::TouchScene phantom_scene(const std::string& name, const data_tools::Pha
   haptics::TouchScene scene;
   scene.base = std::make_shared<const volume::Volume>(std::move(made).value());
   const volume::Shape shape;
-  scene.shapes.push_back({volume::Field(*scene.base, shape),
-                          std::make_shared<const volume::Occupancy>(volume::Occupancy::build(*scene.base, shape)),
-                          haptics::Material{}, haptics::Sides::front});
+  scene.shapes.push_back(
+      {volume::Field(*scene.base, shape),
+       std::make_shared<const volume::Occupancy>(volume::Occupancy::build(*scene.base, shape)),
+       haptics::Material{}, haptics::Sides::front});
   return scene;
 }
 
 haptics::PosePath sphere_slide(double radius, double depth, double speed, double seconds) {
   std::vector<haptics::PosePath::Sample> samples;
-  const glm::dvec3 u = glm::normalize(glm::dvec3(0.62, 0.31, 0.72)), v = glm::normalize(glm::cross(u, glm::dvec3(0.2, 1, -0.4)));
+  const glm::dvec3 u = glm::normalize(glm::dvec3(0.62, 0.31, 0.72)),
+                   v = glm::normalize(glm::cross(u, glm::dvec3(0.2, 1, -0.4)));
   const double arc = 1.2, r = radius - depth;  // rad of arc, there and back
   const int count = static_cast<int>(seconds * 1000);
   for (int i = 0; i <= count; ++i) {
@@ -35,7 +37,8 @@ haptics::PosePath sphere_slide(double radius, double depth, double speed, double
   return haptics::PosePath::from_samples(std::move(samples), "sphere_slide").value();
 }
 
-haptics::PosePath rough_walk(const glm::dvec3& low, const glm::dvec3& high, double step, int samples, std::uint64_t seed) {
+haptics::PosePath rough_walk(const glm::dvec3& low, const glm::dvec3& high, double step, int samples,
+                             std::uint64_t seed) {
   std::vector<haptics::PosePath::Sample> path;
   glm::dvec3 p = low, velocity(0);
   for (int i = 0; i < samples; ++i) {

@@ -1,8 +1,7 @@
-#include <gtest/gtest.h>
-
 #include <chrono>
 #include <cmath>
 #include <glm/geometric.hpp>
+#include <gtest/gtest.h>
 
 #include "haptics/implicit_proxy.h"
 #include "modules/drilling/burr.h"
@@ -100,7 +99,7 @@ TEST(Lockstep, UndoInContactGoesBackToAFreePointWithForceFromZero) {
   r = run.step({{0, 0, -4}, {1, 0, 0, 0}, false}, t += 1e-3);
   EXPECT_FALSE(r.is_buried);
   EXPECT_TRUE(r.has_contact);
-  EXPECT_GT(r.proxy_world.z, -0.6);  // outside again, where it came from
+  EXPECT_GT(r.proxy_world.z, -0.6);                   // outside again, where it came from
   EXPECT_LE(glm::length(r.force_world), 1.0 + 1e-9);  // from zero, a slew step at most
   double last = glm::length(r.force_world);
   for (int i = 0; i < 50; ++i) {
@@ -117,9 +116,14 @@ TEST(LiveSession, DrillsOnItsThreadsAndUndoes) {
   haptics::ImplicitProxy method;
   ASSERT_FALSE(method.prepare(scene).has_value());
   drilling::Burr burr({2, 60, 40, false});
-  const auto wish = haptics::PosePath::from_samples(
-      {{0, {{0, 0, 3}, {1, 0, 0, 0}, false}}, {0.1, {{0, 0, 0.5}, {1, 0, 0, 0}, true}}, {0.4, {{0, 0, -4}, {1, 0, 0, 0}, true}},
-       {0.9, {{0, 0, -4}, {1, 0, 0, 0}, true}}, {0.95, {{0, 0, 5}, {1, 0, 0, 0}, false}}, {1.1, {{0, 0, 5}, {1, 0, 0, 0}, false}}}, "test").value();
+  const auto wish = haptics::PosePath::from_samples({{0, {{0, 0, 3}, {1, 0, 0, 0}, false}},
+                                                     {0.1, {{0, 0, 0.5}, {1, 0, 0, 0}, true}},
+                                                     {0.4, {{0, 0, -4}, {1, 0, 0, 0}, true}},
+                                                     {0.9, {{0, 0, -4}, {1, 0, 0, 0}, true}},
+                                                     {0.95, {{0, 0, 5}, {1, 0, 0, 0}, false}},
+                                                     {1.1, {{0, 0, 5}, {1, 0, 0, 0}, false}}},
+                                                    "test")
+                        .value();
   haptics::VirtualDevice device(wish, {});
   LiveSession live(device, scene, method, &burr, {});
   ASSERT_FALSE(live.start().has_value());

@@ -1,10 +1,9 @@
 #include "volume/field.h"
 
-#include <gtest/gtest.h>
-
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <glm/gtc/matrix_access.hpp>
+#include <gtest/gtest.h>
 #include <limits>
 #include <random>
 
@@ -54,7 +53,8 @@ TEST(Field, LinearFunctionAndItsWorldGradientAreExact) {
   const glm::dvec3 slope_volume(7, -4, 11);  // per voxel, whole so that int16 holds it
   for (int z = 0; z < 16; ++z)
     for (int y = 0; y < 18; ++y)
-      for (int x = 0; x < 20; ++x) v.voxels[v.index(x, y, z)] = static_cast<std::int16_t>(7 * x - 4 * y + 11 * z);
+      for (int x = 0; x < 20; ++x)
+        v.voxels[v.index(x, y, z)] = static_cast<std::int16_t>(7 * x - 4 * y + 11 * z);
   Shape shape;
   shape.low = 30.25;
   const Field field(v, shape);
@@ -116,7 +116,9 @@ TEST(Field, OutsideIsOneNegativeConstantWhateverTheWindow) {
 TEST(Gaussian, ImpulseBecomesTheKernelAndMassStays) {
   const glm::ivec3 size(33, 31, 35);
   std::vector<float> values(33 * 31 * 35, 0.0f);
-  const auto at = [&](int x, int y, int z) { return values[static_cast<std::size_t>(x + 33 * (y + 31 * z))]; };
+  const auto at = [&](int x, int y, int z) {
+    return values[static_cast<std::size_t>(x + 33 * (y + 31 * z))];
+  };
   values[16 + 33 * (15 + 31 * 17)] = 1000;
   gaussian_blur(values, size, {1.0, 2.0, 0.0});
   double sum = 0;
@@ -136,14 +138,16 @@ TEST(Gaussian, AConstantStaysAndThreadsAgree) {
   for (const auto& x : blurred.voxels.span()) ASSERT_EQ(x, 321);
   std::mt19937_64 random(6);
   for (auto& x : v.voxels.span()) x = static_cast<std::int16_t>(random() % 2000);
-  const Volume one = gaussian_blurred(v, glm::dvec3(0.7), 1).value(), three = gaussian_blurred(v, glm::dvec3(0.7), 3).value();
+  const Volume one = gaussian_blurred(v, glm::dvec3(0.7), 1).value(),
+               three = gaussian_blurred(v, glm::dvec3(0.7), 3).value();
   for (std::size_t i = 0; i < one.voxels.size(); ++i) ASSERT_EQ(one.voxels[i], three.voxels[i]);
 }
 
 TEST(DeterministicMath, AgreesWithTheLibrary) {
   for (double x = -30; x < 30; x += 0.0371) {
     ASSERT_NEAR(deterministic_exp(x) / std::exp(x), 1, 2e-15);
-    ASSERT_NEAR(deterministic_log(x * x + 1e-9), std::log(x * x + 1e-9), 1e-14 * (1 + std::abs(std::log(x * x + 1e-9))));
+    ASSERT_NEAR(deterministic_log(x * x + 1e-9), std::log(x * x + 1e-9),
+                1e-14 * (1 + std::abs(std::log(x * x + 1e-9))));
     ASSERT_NEAR(deterministic_sin(40 * x), std::sin(40 * x), 1e-13);
     ASSERT_NEAR(deterministic_cos(40 * x), std::cos(40 * x), 1e-12);
   }

@@ -1,10 +1,9 @@
 #include "volume/removal.h"
 
-#include <gtest/gtest.h>
-
 #include <algorithm>
 #include <atomic>
 #include <glm/geometric.hpp>
+#include <gtest/gtest.h>
 #include <random>
 #include <thread>
 
@@ -30,7 +29,8 @@ double capsule_distance(const glm::dvec3& p, const Sweep& s) {
 std::vector<Frame> frames() {
   glm::dmat3 sheared(0.0);
   sheared[0][0] = 0.5, sheared[1][1] = 0.6, sheared[2][2] = 0.9, sheared[2][1] = 0.3;
-  return {Frame(), Frame::from_spacing({5, -3, 2}, {0.48, 0.48, 1.25}).value(), Frame::from_axes({1, 2, 3}, sheared).value()};
+  return {Frame(), Frame::from_spacing({5, -3, 2}, {0.48, 0.48, 1.25}).value(),
+          Frame::from_axes({1, 2, 3}, sheared).value()};
 }
 
 // Distances, kept bits and masks against a brute force that walks every voxel and sample in double precision.
@@ -64,7 +64,9 @@ TEST(Removal, EqualsBruteForceInEveryFrame) {
             for (const Sweep& s : sweeps) d = std::min(d, capsule_distance(p, s));
             const double clamped = std::clamp(d, -version->band_mm(), version->band_mm());
             ASSERT_NEAR(version->distance_at(x, y, z), clamped, 2e-5);
-            if (std::abs(d) > 1e-5) { ASSERT_EQ(version->is_kept({x, y, z}), d > 0); }
+            if (std::abs(d) > 1e-5) {
+              ASSERT_EQ(version->is_kept({x, y, z}), d > 0);
+            }
             const Brick* brick = version->brick_at(x, y, z);
             const RemovalMask* mask = brick ? brick->mask.get() : nullptr;
             const int n = mask ? mask->n : 4;
@@ -73,7 +75,12 @@ TEST(Removal, EqualsBruteForceInEveryFrame) {
               const glm::dvec3 q = frame.world_from_volume(glm::dvec3(x, y, z) + offset);
               double e = 1e9;
               for (const Sweep& sweep : sweeps) e = std::min(e, capsule_distance(q, sweep));
-              const bool is_removed = mask && (mask->words[Brick::index(x & 7, y & 7, z & 7) * static_cast<std::size_t>(mask->words_per_voxel()) + static_cast<std::size_t>(s / 64)] >> (s % 64) & 1);
+              const bool is_removed =
+                  mask && (mask->words[Brick::index(x & 7, y & 7, z & 7) *
+                                           static_cast<std::size_t>(mask->words_per_voxel()) +
+                                       static_cast<std::size_t>(s / 64)] >>
+                               (s % 64) &
+                           1);
               if (is_removed != (e <= 0)) {
                 ++disagreements;
                 ASSERT_LT(std::abs(e), 2e-5);  // single precision on the very surface
@@ -98,8 +105,8 @@ TEST(Removal, IsIdempotentAndOrderFree) {
     const glm::dvec3 a(anywhere(random), anywhere(random), anywhere(random));
     sweeps.push_back({a, a + glm::dvec3(5, 2, -3), i % 2 ? 5.0 : 2.5});
   }
-  // Large burrs before small ones and after: masks end equally fine where both cut, so compare kept bits and ledger
-  // for any order, and the whole hash where the fineness cannot differ.
+  // Large burrs before small ones and after: masks end equally fine where both cut, so compare kept bits and
+  // ledger for any order, and the whole hash where the fineness cannot differ.
   const auto run = [&](std::vector<Sweep> order) {
     RemovalEditor editor(std::make_shared<Version>(base), {field});
     for (const Sweep& s : order) editor.remove(s);
@@ -116,7 +123,8 @@ TEST(Removal, IsIdempotentAndOrderFree) {
   EXPECT_EQ(run(sweeps)->ledger().total(), first->ledger().total());
 }
 
-// A continued sweep skips what lies behind; it must equal the plain one (distances to single-precision rounding).
+// A continued sweep skips what lies behind; it must equal the plain one (distances to single-precision
+// rounding).
 TEST(Removal, ContinuingASweepChangesNothing) {
   for (const double step : {0.02, 0.3, 2.0}) {
     const auto base = block({48, 40, 40}, Frame());
@@ -178,12 +186,14 @@ TEST(Removal, MaskedRowsEqualKeptBits) {
       std::uint64_t words[3];
       threshold_row(*base, Shape{}, y, z, words);
       version->mask_row(y, z, 0, 3, words);
-      for (int x = 0; x < 150; ++x) ASSERT_EQ(words[x / 64] >> (x % 64) & 1, version->is_kept({x, y, z}) ? 1u : 0u);
+      for (int x = 0; x < 150; ++x)
+        ASSERT_EQ(words[x / 64] >> (x % 64) & 1, version->is_kept({x, y, z}) ? 1u : 0u);
     }
 }
 
 // Readers walk whatever version is newest while the writer makes more: every version they see is consistent
-// (its kept bits and its distances agree), and nothing is freed under them. Interleavings are forced by yields.
+// (its kept bits and its distances agree), and nothing is freed under them. Interleavings are forced by
+// yields.
 TEST(VersionChannel, ReadersSeeWholeVersionsWhileEditsGoOn) {
   const auto base = block({64, 64, 64}, Frame());
   const Field field(*base, Shape{});

@@ -1,10 +1,9 @@
 #include "volume/surface_nets.h"
 
-#include <gtest/gtest.h>
-
 #include <cmath>
 #include <cstring>
 #include <glm/geometric.hpp>
+#include <gtest/gtest.h>
 #include <map>
 #include <random>
 #include <set>
@@ -33,7 +32,9 @@ Volume noise_volume(const glm::ivec3& size, unsigned seed, double share) {
   Volume v = binary_volume(size);
   std::mt19937_64 random(seed);
   std::uniform_real_distribution<double> uniform(0, 1);
-  for (auto& x : v.voxels.span()) x = static_cast<std::int16_t>(uniform(random) < share ? 400 + static_cast<int>(random() % 900) : -900 + static_cast<int>(random() % 800));
+  for (auto& x : v.voxels.span())
+    x = static_cast<std::int16_t>(uniform(random) < share ? 400 + static_cast<int>(random() % 900)
+                                                          : -900 + static_cast<int>(random() % 800));
   return v;
 }
 
@@ -47,7 +48,8 @@ TEST(SurfaceNets, OnlyFacesOfSingleAmbiguityPinch) {
     for (int face = 0; face < 6; ++face) {
       const int axis = face / 2, b = (axis + 1) % 3, c = (axis + 2) % 3, base = (face & 1) << axis;
       const auto bit = [&](int corner) { return config >> corner & 1; };
-      const int p = bit(base), q = bit(base | 1 << b), r = bit(base | 1 << b | 1 << c), s = bit(base | 1 << c);
+      const int p = bit(base), q = bit(base | 1 << b), r = bit(base | 1 << b | 1 << c),
+                s = bit(base | 1 << c);
       ambiguous += p == r && q == s && p != q;
     }
     EXPECT_EQ(ambiguous, 1) << config;
@@ -175,7 +177,8 @@ TEST(SurfaceNets, ChunksEqualTheWholeBitForBit) {
   expect_chunks_equal_whole(open);
 }
 
-// After every edit only the chunks that touch the changed box are remade; the result is that of a full remesh.
+// After every edit only the chunks that touch the changed box are remade; the result is that of a full
+// remesh.
 TEST(SurfaceNets, RemeshingTouchedChunksEqualsTheWholeAfterEdits) {
   auto base = std::make_shared<Volume>(noise_volume({80, 66, 70}, 9, 0.7));
   const Field field(*base, Shape{});

@@ -1,7 +1,6 @@
 #include "volume/traversal.h"
 
 #include <gtest/gtest.h>
-
 #include <random>
 
 #include "tests/checker/traversal_audit.h"
@@ -29,7 +28,8 @@ TEST(Traversal, HalfBelongsToTheHigherVoxel) {
 
 TEST(Traversal, DiagonalThroughCornersIsSixConnected) {
   std::vector<glm::ivec3> seen;
-  traverse({0, 0, 0}, {3, 3, 3}, {{0, 0, 0}, {5, 5, 5}}, [&](const VoxelVisit& v) { return seen.push_back(v.voxel), true; });
+  traverse({0, 0, 0}, {3, 3, 3}, {{0, 0, 0}, {5, 5, 5}},
+           [&](const VoxelVisit& v) { return seen.push_back(v.voxel), true; });
   ASSERT_EQ(seen.size(), 10u);
   for (std::size_t i = 1; i < seen.size(); ++i) {
     const glm::ivec3 d = glm::abs(seen[i] - seen[i - 1]);
