@@ -23,128 +23,63 @@ int samples_per_edge(double radius_mm, const Frame& frame) {
 
 }  // namespace
 
-/// Everything in mm relative to the start of the sweep, single precision: a sweep and its ball are tens of
-/// mm.
-struct RemovalEditor::Shape {
+/// What one call to remove() needs everywhere.
+struct RemovalEditor::Shape : SweepShape {
   Sweep sweep;
-  int n;                       // mask fineness
-  float radius, band, length;  // mm
-  glm::vec3 along;             // unit direction of the sweep, or 0
-  glm::vec3 ax, ay, az;        // a voxel step
-  float voxel_reach;           // half a voxel's diagonal, with a margin for rounding
-  // Of each sample in a voxel: offset along `ax`, and the squared length of its whole offset.
-  alignas(16) float offset[8];
-  alignas(16) float offset_squared[512];
 
-  Shape(const Sweep& s, const Version& version, int fineness) : sweep(s), n(fineness) {
+  Shape(const Sweep& s, const Version& version, int fineness) : sweep(s) {
     const Frame& frame = version.base().frame;
+    n = fineness;
     radius = static_cast<float>(s.radius_mm);
     band = static_cast<float>(version.band_mm());
     const glm::dvec3 d = s.end_world - s.start_world;
     const double l = glm::length(d);
     length = static_cast<float>(l);
-    along = l > 0 ? glm::vec3(d / l) : glm::vec3(0);
-    ax = glm::vec3(frame.axes()[0]);
-    ay = glm::vec3(frame.axes()[1]);
-    az = glm::vec3(frame.axes()[2]);
+    for (int a = 0; a < 3; ++a) {
+      along[a] = l > 0 ? static_cast<float>(d[a] / l) : 0.0f;
+      ax[a] = static_cast<float>(frame.axes()[0][a]);
+      ay[a] = static_cast<float>(frame.axes()[1][a]);
+      az[a] = static_cast<float>(frame.axes()[2][a]);
+    }
     voxel_reach = static_cast<float>(0.5 * frame.diagonal_mm() * 1.0001 + 1e-5);
-    for (int i = 0; i < n; ++i) offset[i] = (static_cast<float>(i) + 0.5f) / static_cast<float>(n) - 0.5f;
-    for (int k = 0; k < n; ++k)
-      for (int j = 0; j < n; ++j)
-        for (int i = 0; i < n; ++i) {
-          const glm::vec3 o = offset[i] * ax + offset[j] * ay + offset[k] * az;
-          offset_squared[(k * n + j) * n + i] = glm::dot(o, o);
-        }
+    for (int i = 0; i < n * n * n; ++i) {
+      const auto offset = [this](int k) { return (static_cast<float>(k) + 0.5f) / static_cast<float>(n) - 0.5f; };
+      offset_x[i] = offset(i % n), offset_y[i] = offset(i / n % n), offset_z[i] = offset(i / (n * n));
+      float square = 0;
+      for (int a = 0; a < 3; ++a) {
+        const float o = offset_x[i] * ax[a] + offset_y[i] * ay[a] + offset_z[i] * az[a];
+        square += o * o;
+      }
+      offset_squared[i] = square;
+    }
   }
 
+  static float dot(const glm::vec3& v, const float* w) { return v.x * w[0] + v.y * w[1] + v.z * w[2]; }
+  float projection(const glm::vec3& w) const { return dot(w, along); }
   /// Half the extent of a brick's voxel centres along a unit direction.
-  float brick_extent(const glm::vec3& n) const {
+  float brick_extent(const glm::vec3& direction) const {
     constexpr float k_half = 0.5f * (k_brick - 1);
-    return k_half * (std::abs(glm::dot(n, ax)) + std::abs(glm::dot(n, ay)) + std::abs(glm::dot(n, az))) +
-           1e-4f;
+    return k_half * (std::abs(dot(direction, ax)) + std::abs(dot(direction, ay)) + std::abs(dot(direction, az))) + 1e-4f;
   }
-  /// Is nothing to do in the brick whose middle is at w? It lies beyond the band, by the plane through the
-  /// nearest point of the sweep's axis, or wholly behind a continued sweep.
+  float brick_extent_along() const { return brick_extent({along[0], along[1], along[2]}); }
+  /// Is nothing to do in the brick whose middle is at w? It lies beyond the band, by the plane through the nearest
+  /// point of the sweep's axis, or wholly behind a continued sweep.
   bool misses_brick(const glm::vec3& w) const {
-    const float wt = glm::dot(w, along);
-    if (sweep.continues && length > 0 && wt < -brick_extent(along) - voxel_reach) return true;
-    const glm::vec3 q = w - std::clamp(wt, 0.0f, length) * along;
+    const float wt = projection(w);
+    if (sweep.continues && length > 0 && wt < -brick_extent_along() - voxel_reach) return true;
+    const glm::vec3 q = w - std::clamp(wt, 0.0f, length) * glm::vec3(along[0], along[1], along[2]);
     const float far = std::sqrt(glm::dot(q, q));
     return far > 0 && far - brick_extent(q / far) > radius + band;
   }
-
-  /// Which samples of the voxel centred at c lie in the swept ball; n^3 bits into `words`.
-  /// Squared distances by the expansion |c + o|^2 = |c|^2 + 2 c.o + |o|^2.
-  void sample(const glm::vec3& c, std::uint64_t* words) const {
-    const float projection = glm::dot(c, along);
-    const bool is_past_end = projection >= length + voxel_reach || length == 0;
-    const glm::vec3 from = is_past_end ? c - length * along : c;
-    if (is_past_end)
-      n == 4 ? sample_ball<4>(from, words) : sample_ball<8>(from, words);
-    else
-      n == 4 ? sample_capsule<4>(from, words) : sample_capsule<8>(from, words);
-  }
-
- private:
-  /// Sixteen comparisons with 0 as sixteen bits.
-  static std::uint64_t bits_of(const __m128* d) {
-    const __m128 zero = _mm_setzero_ps();
-    const auto is_in = [&](int i) { return _mm_castps_si128(_mm_cmple_ps(d[i], zero)); };
-    const __m128i packed =
-        _mm_packs_epi16(_mm_packs_epi32(is_in(0), is_in(1)), _mm_packs_epi32(is_in(2), is_in(3)));
-    return static_cast<std::uint64_t>(_mm_movemask_epi8(packed));
-  }
-  template <int N>
-  void sample_ball(const glm::vec3& c, std::uint64_t* words) const {
-    const float cc = glm::dot(c, c) - radius * radius;
-    const float y = 2 * glm::dot(c, ay), z = 2 * glm::dot(c, az);
-    const __m128 x = _mm_set1_ps(2 * glm::dot(c, ax));
-    const __m128 ox[2] = {_mm_mul_ps(_mm_load_ps(offset), x), _mm_mul_ps(_mm_load_ps(offset + 4), x)};
-    __m128 d[4];
-    int at = 0;
-    for (int k = 0; k < N; ++k)
-      for (int j = 0; j < N; ++j) {
-        const __m128 base = _mm_set1_ps(cc + (offset[j] * y + offset[k] * z));
-        for (int i = 0; i < N / 4; ++i, ++at) {
-          d[at & 3] = _mm_add_ps(_mm_add_ps(base, ox[i]), _mm_load_ps(offset_squared + 4 * at));
-          if ((at & 3) == 3) put(bits_of(d), at / 4, words);
-        }
-      }
-  }
-  template <int N>
-  void sample_capsule(const glm::vec3& c, std::uint64_t* words) const {
-    const float cc = glm::dot(c, c) - radius * radius, ct = glm::dot(c, along);
-    const float y = 2 * glm::dot(c, ay), z = 2 * glm::dot(c, az);
-    const float ty = glm::dot(ay, along), tz = glm::dot(az, along);
-    const __m128 x = _mm_set1_ps(2 * glm::dot(c, ax)), tx = _mm_set1_ps(glm::dot(ax, along));
-    const __m128 ox[2] = {_mm_mul_ps(_mm_load_ps(offset), x), _mm_mul_ps(_mm_load_ps(offset + 4), x)};
-    const __m128 otx[2] = {_mm_mul_ps(_mm_load_ps(offset), tx), _mm_mul_ps(_mm_load_ps(offset + 4), tx)};
-    const __m128 zero = _mm_setzero_ps(), end = _mm_set1_ps(length);
-    __m128 d[4];
-    int at = 0;
-    for (int k = 0; k < N; ++k)
-      for (int j = 0; j < N; ++j) {
-        const __m128 base = _mm_set1_ps(cc + (offset[j] * y + offset[k] * z));
-        const __m128 base_t = _mm_set1_ps(ct + (offset[j] * ty + offset[k] * tz));
-        for (int i = 0; i < N / 4; ++i, ++at) {
-          const __m128 ww = _mm_add_ps(_mm_add_ps(base, ox[i]), _mm_load_ps(offset_squared + 4 * at));
-          const __m128 wt = _mm_add_ps(base_t, otx[i]);
-          const __m128 t = _mm_min_ps(_mm_max_ps(wt, zero), end);
-          // |w - t u|^2 = |w|^2 + t (t - 2 w.u)
-          d[at & 3] = _mm_add_ps(ww, _mm_mul_ps(t, _mm_sub_ps(t, _mm_add_ps(wt, wt))));
-          if ((at & 3) == 3) put(bits_of(d), at / 4, words);
-        }
-      }
-  }
-  /// Sixteen samples, the `part`th of a voxel's; parts come in order.
-  static void put(std::uint64_t bits, int part, std::uint64_t* words) {
-    std::uint64_t& word = words[part / 4];
-    word = part % 4 == 0 ? bits : word | bits << (16 * (part % 4));
+  bool is_past_end(const glm::vec3& c) const { return projection(c) >= length + voxel_reach || length == 0; }
+  glm::vec3 voxel_step(float x, float y, float z) const {
+    return {x * ax[0] + y * ay[0] + z * az[0], x * ax[1] + y * ay[1] + z * az[1], x * ax[2] + y * ay[2] + z * az[2]};
   }
 };
 
-RemovalEditor::RemovalEditor(std::shared_ptr<const Version> start, std::vector<Field> solids)
-    : solids_(std::move(solids)) {
+RemovalEditor::RemovalEditor(std::shared_ptr<const Version> start, std::vector<Field> solids,
+                             const RemovalKernels& kernels)
+    : solids_(std::move(solids)), kernels_(&kernels) {
   reset(std::move(start));
 }
 
@@ -292,69 +227,6 @@ RemovalReport RemovalEditor::remove(const Sweep& sweep) {
   return report;
 }
 
-/// A brick's worth of distances to one sweep, and what follows from them, as bits laid out like Brick::kept.
-struct RemovalEditor::BrickSweep {
-  alignas(16) std::array<float, k_brick_voxels> distance;  // mm, clamped below at -band
-  std::array<std::uint64_t, k_brick> touched;              // the voxel's cube may meet the swept ball
-  std::array<std::uint64_t, k_brick> inside;               // the voxel's cube lies in it
-  bool is_in_band = false, is_nearer = false, is_hollow = true;
-
-  /// `corner`: centre of the brick's first voxel, relative to the sweep's start; `old`: distances so far, or
-  /// null.
-  BrickSweep(const Shape& shape, const glm::vec3& corner, const float* old) {
-    const __m128 zero = _mm_setzero_ps(), length = _mm_set1_ps(shape.length),
-                 radius = _mm_set1_ps(shape.radius);
-    const __m128 band = _mm_set1_ps(shape.band), deep = _mm_set1_ps(-shape.band);
-    const __m128 reach = _mm_set1_ps(shape.voxel_reach), within = _mm_set1_ps(-shape.voxel_reach);
-    const __m128 ux = _mm_set1_ps(shape.along.x), uy = _mm_set1_ps(shape.along.y),
-                 uz = _mm_set1_ps(shape.along.z);
-    const __m128 lane[2] = {_mm_setr_ps(0, 1, 2, 3), _mm_setr_ps(4, 5, 6, 7)};
-    const auto steps = [&lane](float step) {
-      return std::array{_mm_mul_ps(lane[0], _mm_set1_ps(step)), _mm_mul_ps(lane[1], _mm_set1_ps(step))};
-    };
-    const std::array step_x = steps(shape.ax.x), step_y = steps(shape.ax.y), step_z = steps(shape.ax.z);
-    // A brick wholly past the sweep's end sees a ball.
-    const glm::vec3 middle = corner + 0.5f * (k_brick - 1) * (shape.ax + shape.ay + shape.az);
-    const bool is_ball = glm::dot(middle, shape.along) - shape.brick_extent(shape.along) >= shape.length;
-    const glm::vec3 from = is_ball ? corner - shape.length * shape.along : corner;
-    int near = 0, nearer = 0, shallow = 0;
-    for (int z = 0; z < k_brick; ++z) {
-      std::uint64_t touched_slice = 0, inside_slice = 0;
-      for (int y = 0; y < k_brick; ++y) {
-        const glm::vec3 row = from + static_cast<float>(y) * shape.ay + static_cast<float>(z) * shape.az;
-        for (std::size_t half = 0; half < 2; ++half) {
-          const std::size_t at = Brick::index(0, y, z) + 4 * half;
-          __m128 qx = _mm_add_ps(_mm_set1_ps(row.x), step_x[half]),
-                 qy = _mm_add_ps(_mm_set1_ps(row.y), step_y[half]);
-          __m128 qz = _mm_add_ps(_mm_set1_ps(row.z), step_z[half]);
-          if (!is_ball) {
-            const __m128 wt =
-                _mm_add_ps(_mm_add_ps(_mm_mul_ps(qx, ux), _mm_mul_ps(qy, uy)), _mm_mul_ps(qz, uz));
-            const __m128 t = _mm_min_ps(_mm_max_ps(wt, zero), length);
-            qx = _mm_sub_ps(qx, _mm_mul_ps(t, ux)), qy = _mm_sub_ps(qy, _mm_mul_ps(t, uy)),
-            qz = _mm_sub_ps(qz, _mm_mul_ps(t, uz));
-          }
-          const __m128 square =
-              _mm_add_ps(_mm_add_ps(_mm_mul_ps(qx, qx), _mm_mul_ps(qy, qy)), _mm_mul_ps(qz, qz));
-          const __m128 d = _mm_max_ps(_mm_sub_ps(_mm_sqrt_ps(square), radius), deep);
-          _mm_store_ps(distance.data() + at, d);
-          near |= _mm_movemask_ps(_mm_cmplt_ps(d, band));
-          shallow |= _mm_movemask_ps(_mm_cmpgt_ps(d, deep));
-          if (old) nearer |= _mm_movemask_ps(_mm_cmplt_ps(d, _mm_loadu_ps(old + at)));
-          const int bit = 8 * y + 4 * static_cast<int>(half);
-          touched_slice |= static_cast<std::uint64_t>(_mm_movemask_ps(_mm_cmplt_ps(d, reach))) << bit;
-          inside_slice |= static_cast<std::uint64_t>(_mm_movemask_ps(_mm_cmple_ps(d, within))) << bit;
-        }
-      }
-      touched[static_cast<std::size_t>(z)] = touched_slice;
-      inside[static_cast<std::size_t>(z)] = inside_slice;
-    }
-    is_in_band = near != 0;
-    is_nearer = old == nullptr || nearer != 0;
-    is_hollow = shallow == 0;
-  }
-};
-
 void RemovalEditor::remove_in_brick(const Shape& shape, const glm::ivec3& low, std::size_t page_index,
                                     std::size_t index, RemovalReport& report) {
   const Volume& base = next_->base();
@@ -362,7 +234,10 @@ void RemovalEditor::remove_in_brick(const Shape& shape, const glm::ivec3& low, s
   const Brick* old = old_page ? old_page->bricks[index].get() : nullptr;
   if (old && old->is_hollow) return;
   const glm::vec3 corner(base.frame.world_from_volume(glm::dvec3(low)) - shape.sweep.start_world);
-  const BrickSweep sweep(shape, corner, old ? old->distance.data() : nullptr);
+  const glm::vec3 middle = corner + shape.voxel_step(3.5f, 3.5f, 3.5f);
+  const bool is_ball = shape.projection(middle) - shape.brick_extent_along() >= shape.length;
+  BrickSweep sweep;
+  kernels_->sweep_brick(shape, &corner.x, is_ball, old ? old->distance.data() : nullptr, sweep);
   if (!sweep.is_in_band) return;
 
   // Distances: the nearer of old and new, and the bits that follow.
@@ -374,7 +249,7 @@ void RemovalEditor::remove_in_brick(const Shape& shape, const glm::ivec3& low, s
       std::uint64_t kept = 0;
       for (std::size_t i = 0; i < 64; i += 4) {
         float* at = brick->distance.data() + 64 * z + i;
-        const __m128 d = _mm_min_ps(_mm_loadu_ps(at), _mm_load_ps(sweep.distance.data() + 64 * z + i));
+        const __m128 d = _mm_min_ps(_mm_loadu_ps(at), _mm_load_ps(sweep.distance + 64 * z + i));
         _mm_storeu_ps(at, d);
         kept |= static_cast<std::uint64_t>(_mm_movemask_ps(_mm_cmpgt_ps(d, zero))) << i;
       }
@@ -390,9 +265,8 @@ void RemovalEditor::remove_in_brick(const Shape& shape, const glm::ivec3& low, s
     for (std::uint64_t left = sweep.touched[z] & ~(seen ? seen->full[z] : 0); left != 0; left &= left - 1) {
       const int bit = std::countr_zero(left);
       const glm::ivec3 in(bit % k_brick, bit / k_brick, static_cast<int>(z));
-      const glm::vec3 c = corner + static_cast<float>(in.x) * shape.ax + static_cast<float>(in.y) * shape.ay +
-                          static_cast<float>(in.z) * shape.az;
-      if (shape.sweep.continues && glm::dot(c, shape.along) < -shape.voxel_reach) continue;
+      const glm::vec3 c = corner + shape.voxel_step(static_cast<float>(in.x), static_cast<float>(in.y), static_cast<float>(in.z));
+      if (shape.sweep.continues && shape.projection(c) < -shape.voxel_reach) continue;
       if (mask == nullptr) {
         if (brick == nullptr) brick = &editable_brick(editable_page(page_index), index);
         if (!brick->mask) {
@@ -419,9 +293,9 @@ std::int64_t RemovalEditor::mark(const Shape& shape, RemovalMask& mask, const gl
   if (is_inside)
     std::fill(samples, samples + words, k_all);
   else if (mask.n == shape.n)
-    shape.sample(centre, samples);
+    kernels_->sample(shape, &centre.x, shape.is_past_end(centre), samples);
   else
-    Shape(shape.sweep, *next_, mask.n).sample(centre, samples);  // a large ball where a small one was: rare
+    kernels_->sample(Shape(shape.sweep, *next_, mask.n), &centre.x, shape.is_past_end(centre), samples);  // rare: a large ball where a small one was
   std::uint64_t* at = mask.words.data() + in_brick * words;
   std::uint64_t any = 0, all = k_all;
   for (std::size_t w = 0; w < words; ++w) {

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "volume/field.h"
+#include "volume/removal_kernels.h"
 #include "volume/traversal.h"
 #include "volume/version.h"
 
@@ -32,7 +33,9 @@ class RemovalEditor {
  public:
   /// `solids`: a sample counts as removed matter when any of these fields is >= 0 there. Borrows their
   /// volume.
-  RemovalEditor(std::shared_ptr<const Version> start, std::vector<Field> solids);
+  /// `kernels`: which variant of the inner loops; all give the same bits.
+  RemovalEditor(std::shared_ptr<const Version> start, std::vector<Field> solids,
+                const RemovalKernels& kernels = best_removal_kernels());
 
   /// Edits the working state; readers see nothing until publish().
   RemovalReport remove(const Sweep& sweep);
@@ -46,8 +49,7 @@ class RemovalEditor {
   const Version& working() const noexcept { return *next_; }
 
  private:
-  struct Shape;       // what one call to remove() needs everywhere
-  struct BrickSweep;  // the sweep seen from one brick
+  struct Shape;
 
   Page& editable_page(std::size_t index);
   Brick& editable_brick(Page& page, std::size_t index);
@@ -64,6 +66,7 @@ class RemovalEditor {
 
   std::shared_ptr<Version> next_;
   std::vector<Field> solids_;
+  const RemovalKernels* kernels_;
   std::uint64_t stroke_ = 1;
 };
 

@@ -152,6 +152,34 @@ TEST(Removal, ContinuingASweepChangesNothing) {
   }
 }
 
+TEST(Removal, EightLanesGiveTheBitsOfFour) {
+  if (!__builtin_cpu_supports("avx2")) GTEST_SKIP() << "no AVX2 here";
+  for (const Frame& frame : frames())
+    for (const double radius : {1.3, 6.0}) {
+      const auto base = block({60, 50, 44}, frame);
+      std::uint64_t hashes[2];
+      std::int64_t units[2];
+      for (const int wide : {0, 1}) {
+        RemovalEditor editor(std::make_shared<Version>(base), {Field(*base, Shape{})},
+                             wide ? k_removal_kernels_8 : k_removal_kernels_4);
+        std::mt19937_64 random(23);
+        std::uniform_real_distribution<double> index(5, 40);
+        glm::dvec3 at = frame.world_from_volume({20, 20, 20});
+        for (int i = 0; i < 60; ++i) {
+          const glm::dvec3 aim = frame.world_from_volume({index(random), index(random), index(random)});
+          const glm::dvec3 to = at + (i % 3 ? 0.02 : 0.4) * (aim - at);
+          editor.remove({at, to, radius, i > 0});
+          at = to;
+        }
+        hashes[wide] = editor.working().content_hash();
+        units[wide] = editor.working().ledger().total();
+      }
+      EXPECT_EQ(hashes[0], hashes[1]);
+      EXPECT_EQ(units[0], units[1]);
+      EXPECT_GT(units[0], 10000);
+    }
+}
+
 TEST(Removal, OldVersionsStayAsTheyWere) {
   const auto base = block({40, 40, 40}, Frame());
   const Field field(*base, Shape{});

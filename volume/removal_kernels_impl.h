@@ -1,0 +1,87 @@
+// Included by the two variants, each inside its own unnamed namespace after it has defined `Lanes`.
+
+inline float dot3(const float a[3], const float b[3]) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+
+void sweep_brick(const SweepShape& shape, const float corner[3], bool is_ball, const float* old, BrickSweep& out) {
+  using V = Lanes::V;
+  const V zero = Lanes::all(0), length = Lanes::all(shape.length), radius = Lanes::all(shape.radius);
+  const V band = Lanes::all(shape.band), deep = Lanes::all(-shape.band);
+  const V reach = Lanes::all(shape.voxel_reach), within = Lanes::all(-shape.voxel_reach);
+  const V ux = Lanes::all(shape.along[0]), uy = Lanes::all(shape.along[1]), uz = Lanes::all(shape.along[2]);
+  constexpr int k_parts = 8 / Lanes::k_count;  // vectors in a row of eight voxels
+  V step[3][k_parts];
+  float from[3];
+  for (int a = 0; a < 3; ++a) {
+    for (int p = 0; p < k_parts; ++p) step[a][p] = Lanes::mul(Lanes::counting(p * Lanes::k_count), Lanes::all(shape.ax[a]));
+    from[a] = is_ball ? corner[a] - shape.length * shape.along[a] : corner[a];
+  }
+  unsigned near = 0, nearer = 0, shallow = 0;
+  for (int z = 0; z < 8; ++z) {
+    std::uint64_t touched = 0, inside = 0;
+    for (int y = 0; y < 8; ++y) {
+      float row[3];
+      for (int a = 0; a < 3; ++a)
+        row[a] = (from[a] + static_cast<float>(y) * shape.ay[a]) + static_cast<float>(z) * shape.az[a];
+      for (int p = 0; p < k_parts; ++p) {
+        const int at = 64 * z + 8 * y + p * Lanes::k_count;
+        V qx = Lanes::add(Lanes::all(row[0]), step[0][p]), qy = Lanes::add(Lanes::all(row[1]), step[1][p]);
+        V qz = Lanes::add(Lanes::all(row[2]), step[2][p]);
+        if (!is_ball) {
+          const V wt = Lanes::add(Lanes::add(Lanes::mul(qx, ux), Lanes::mul(qy, uy)), Lanes::mul(qz, uz));
+          const V t = Lanes::min(Lanes::max(wt, zero), length);
+          qx = Lanes::sub(qx, Lanes::mul(t, ux));
+          qy = Lanes::sub(qy, Lanes::mul(t, uy));
+          qz = Lanes::sub(qz, Lanes::mul(t, uz));
+        }
+        const V square = Lanes::add(Lanes::add(Lanes::mul(qx, qx), Lanes::mul(qy, qy)), Lanes::mul(qz, qz));
+        const V d = Lanes::max(Lanes::sub(Lanes::root(square), radius), deep);
+        Lanes::store(out.distance + at, d);
+        near |= Lanes::less(d, band);
+        shallow |= Lanes::less(deep, d);
+        if (old) nearer |= Lanes::less(d, Lanes::load(old + at));
+        const int bit = 8 * y + p * Lanes::k_count;
+        touched |= static_cast<std::uint64_t>(Lanes::less(d, reach)) << bit;
+        inside |= static_cast<std::uint64_t>(Lanes::less_equal(d, within)) << bit;
+      }
+    }
+    out.touched[z] = touched;
+    out.inside[z] = inside;
+  }
+  out.is_in_band = near != 0;
+  out.is_nearer = old == nullptr || nearer != 0;
+  out.is_hollow = shallow == 0;
+}
+
+// Squared distances by the expansion |c + o|^2 = |c|^2 + 2 c.o + |o|^2, and |w - t u|^2 = |w|^2 + t (t - 2 w.u).
+template <bool IsBall>
+void sample_voxel(const SweepShape& shape, const float c[3], std::uint64_t* words) {
+  using V = Lanes::V;
+  const V cc = Lanes::all(dot3(c, c) - shape.radius * shape.radius), ct = Lanes::all(dot3(c, shape.along));
+  const V x = Lanes::all(2 * dot3(c, shape.ax)), y = Lanes::all(2 * dot3(c, shape.ay)), z = Lanes::all(2 * dot3(c, shape.az));
+  const V tx = Lanes::all(dot3(shape.ax, shape.along)), ty = Lanes::all(dot3(shape.ay, shape.along));
+  const V tz = Lanes::all(dot3(shape.az, shape.along)), zero = Lanes::all(0), end = Lanes::all(shape.length);
+  const int count = shape.n * shape.n * shape.n;
+  for (int word = 0; word < count / 64; ++word) {
+    std::uint64_t bits = 0;
+    for (int i = 0; i < 64; i += Lanes::k_count) {
+      const int at = 64 * word + i;
+      const V ox = Lanes::load(shape.offset_x + at), oy = Lanes::load(shape.offset_y + at), oz = Lanes::load(shape.offset_z + at);
+      const V base = Lanes::add(cc, Lanes::add(Lanes::mul(oy, y), Lanes::mul(oz, z)));
+      V d = Lanes::add(Lanes::add(base, Lanes::mul(ox, x)), Lanes::load(shape.offset_squared + at));
+      if constexpr (!IsBall) {
+        const V wt = Lanes::add(Lanes::add(ct, Lanes::add(Lanes::mul(oy, ty), Lanes::mul(oz, tz))), Lanes::mul(ox, tx));
+        const V t = Lanes::min(Lanes::max(wt, zero), end);
+        d = Lanes::add(d, Lanes::mul(t, Lanes::sub(t, Lanes::add(wt, wt))));
+      }
+      bits |= static_cast<std::uint64_t>(Lanes::less_equal(d, zero)) << i;
+    }
+    words[word] = bits;
+  }
+}
+
+void sample(const SweepShape& shape, const float c[3], bool is_ball, std::uint64_t* words) {
+  if (!is_ball) return sample_voxel<false>(shape, c, words);
+  float end[3];
+  for (int a = 0; a < 3; ++a) end[a] = c[a] - shape.length * shape.along[a];
+  sample_voxel<true>(shape, end, words);
+}
