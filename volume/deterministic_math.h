@@ -31,8 +31,14 @@ inline double deterministic_sin(double x) noexcept {
   constexpr double k_pi_high = 0x1.921fb544p+1, k_pi_low = 0x1.0b4611a626331p-33;  // pi in two parts
   const double k = std::floor(x / (k_pi_high + k_pi_low) + 0.5);
   const double r = (x - k * k_pi_high) - k * k_pi_low;
-  double sum = 1;
-  for (int n = 20; n >= 2; n -= 2) sum = 1 - sum * r * r / (n * (n + 1));
+  constexpr double k_terms[] = {1.0 / 51090942171709440000.0, -1.0 / 121645100408832000.0, 1.0 / 355687428096000.0,
+                                -1.0 / 1307674368000.0,       1.0 / 6227020800.0,         -1.0 / 39916800.0,
+                                1.0 / 362880.0,               -1.0 / 5040.0,              1.0 / 120.0,
+                                -1.0 / 6.0};  // (-1)^k / (2k + 1)!, highest first
+  const double square = r * r;
+  double sum = 0;
+  for (const double term : k_terms) sum = (sum + term) * square;
+  sum += 1;
   const bool is_odd = k - 2 * std::floor(k / 2) != 0;
   return is_odd ? -sum * r : sum * r;
 }
