@@ -1,5 +1,6 @@
 #include "data-tools/atomic_file.h"
 
+#include <algorithm>
 #include <cerrno>
 #include <cstring>
 #include <fcntl.h>
@@ -31,6 +32,13 @@ bool sync_path(const std::string& path, int flags) {
 
 }  // namespace
 
+bool has_extension(const std::string& path, const std::string& end) {
+  if (path.size() < end.size()) return false;
+  return std::equal(
+      end.begin(), end.end(), path.end() - static_cast<std::ptrdiff_t>(end.size()),
+      [](char e, char p) { return e == (p >= 'A' && p <= 'Z' ? static_cast<char>(p - 'A' + 'a') : p); });
+}
+
 std::string file_name(const std::string& path) {
   std::string trimmed = path;
   while (trimmed.size() > 1 && trimmed.back() == '/') trimmed.pop_back();
@@ -38,12 +46,21 @@ std::string file_name(const std::string& path) {
   return name.empty() ? trimmed : name;
 }
 
-Status write_atomically(const std::string& path, const std::function<Status(const std::string&)>& write) {
+Status check_writable(const std::string& path) {
   const fs::path target(path);
   const fs::path folder = target.has_parent_path() ? target.parent_path() : fs::path(".");
   std::error_code ignored;
   if (!fs::is_directory(folder, ignored)) return cannot_write(path, "its folder does not exist");
   if (fs::is_directory(target, ignored)) return cannot_write(path, "there is a folder of that name");
+  if (::access(folder.c_str(), W_OK) != 0) return cannot_write(path, std::strerror(errno));
+  return std::nullopt;
+}
+
+Status write_atomically(const std::string& path, const std::function<Status(const std::string&)>& write) {
+  const fs::path target(path);
+  const fs::path folder = target.has_parent_path() ? target.parent_path() : fs::path(".");
+  std::error_code ignored;
+  if (Status error = check_writable(path)) return error;
   // The extension stays last: writers choose the format by it (".nii.gz" has two).
   const std::string name = target.filename().string();
   const fs::path temporary = folder / (".trephine-" + std::to_string(::getpid()) + "-" + name);

@@ -1,8 +1,10 @@
 #include "data-tools/dicom.h"
 
 #include <cmath>
+#include <cstdio>
 #include <cstring>
 #include <filesystem>
+#include <fstream>
 #include <set>
 #include <vtkCallbackCommand.h>
 #include <vtkDICOMDirectory.h>
@@ -31,6 +33,7 @@ using volume::Volume;
 
 namespace {
 
+constexpr int k_scan_depth = 2;  // folders in the folder that are looked into
 constexpr double k_air = -1000, k_lowest_hounsfield = -1024;
 
 /// What VTK would have printed, and the caller's wish to stop.
@@ -64,6 +67,35 @@ struct Listener {
 struct Rescale {
   double slope = 1, intercept = 0;
 };
+
+bool has_dicom_magic(const std::string& path) {
+  std::ifstream in(path, std::ios::binary);
+  char bytes[132] = {};
+  in.read(bytes, 132);
+  return in.gcount() == 132 && std::memcmp(bytes + 128, "DICM", 4) == 0;
+}
+
+std::string short_number(double v) {
+  char text[40];
+  std::snprintf(text, sizeof text, "%g", v);
+  return text;
+}
+
+/// The last line of a VTK message that says something, without addresses and paths.
+std::string last_line(const std::string& message) {
+  std::size_t end = message.find_last_not_of(" \n\r");
+  if (end == std::string::npos) return "";
+  const std::size_t start = message.rfind('\n', end);
+  std::string line = message.substr(start == std::string::npos ? 0 : start + 1,
+                                    end - (start == std::string::npos ? 0 : start + 1) + 1);
+  if (const std::size_t at = line.rfind("): "); at != std::string::npos) line.erase(0, at + 3);
+  for (std::size_t slash; (slash = line.find('/')) != std::string::npos;) {  // a path becomes its last part
+    const std::size_t stop = std::min(line.find_first_of(" ,;:", slash), line.size());
+    line.replace(slash, stop - slash, file_name(line.substr(slash, stop - slash)));
+    if (line.find('/') == slash) break;
+  }
+  return line.substr(0, 160);
+}
 
 /// What the files of one series say about each slice.
 struct Series {
@@ -106,8 +138,14 @@ Result<Series> read_series_facts(vtkDICOMMetaData* meta, vtkIntArray* files, vtk
     place.thickness = get(DC::SliceThickness).AsDouble();
     series.places.push_back(place);
     Rescale rescale;
-    if (get(DC::RescaleSlope).IsValid())
-      rescale = {get(DC::RescaleSlope).AsDouble(), get(DC::RescaleIntercept).AsDouble()};
+    if (get(DC::RescaleSlope).IsValid()) rescale.slope = get(DC::RescaleSlope).AsDouble();
+    if (get(DC::RescaleIntercept).IsValid()) rescale.intercept = get(DC::RescaleIntercept).AsDouble();
+    if (rescale.slope == 0 || !std::isfinite(rescale.slope) || !std::isfinite(rescale.intercept))
+      return fail("an image's rescale slope or intercept is no usable number", std::to_string(rescale.slope),
+                  "a slope that is not 0");
+    if (get(DC::PhotometricInterpretation).AsString() == "MONOCHROME1")
+      return fail("the images are inverted", "MONOCHROME1: high values are dark",
+                  "MONOCHROME2, as CT and MR are");
     series.rescales.push_back(rescale);
     modalities.insert(get(DC::Modality).AsString());
     if (k == 0) {
@@ -167,7 +205,7 @@ Result<OpenedVolume> open_dicom(const std::string& path, const OpenOptions& opti
   vtkNew<vtkStringArray> single;
   if (fs::is_directory(path)) {
     directory->SetDirectoryName(path.c_str());
-    directory->SetScanDepth(2);
+    directory->SetScanDepth(k_scan_depth);
     directory->IgnoreDicomdirOn();
   } else {
     single->InsertNextValue(path);
@@ -181,13 +219,36 @@ Result<OpenedVolume> open_dicom(const std::string& path, const OpenOptions& opti
                  fs::is_directory(path) ? "a folder without DICOM images" : "a file without an image",
                  "a folder that holds the slices of one series",
                  "point at the folder with the scanner's files"};
+  // A file that is DICOM but shows no image would leave a hole at an end of the stack, where no gap tells of
+  // it.
+  std::vector<std::string> notices;
+  if (fs::is_directory(path)) {
+    int dicom_files = 0, other_files = 0, images = 0;
+    std::error_code error;
+    for (fs::recursive_directory_iterator it(path, error), end; it != end; it.increment(error)) {
+      if (it.depth() >= k_scan_depth) it.disable_recursion_pending();
+      if (!it->is_regular_file(error) || it->path().filename() == "DICOMDIR") continue;
+      ++(has_dicom_magic(it->path().string()) ? dicom_files : other_files);
+    }
+    for (int s = 0; s < series_count; ++s)
+      images += static_cast<int>(directory->GetFileNamesForSeries(s)->GetNumberOfValues());
+    if (images < dicom_files)
+      return Error{"some DICOM files of the folder hold no readable image", where,
+                   std::to_string(dicom_files - images) + " of " + std::to_string(dicom_files) + " files",
+                   "an image in every file",
+                   "copy them again; move reports and plans, which hold no image, elsewhere"};
+    if (const int ignored = dicom_files + other_files - images; ignored > 0)
+      notices.push_back(std::to_string(ignored) + (ignored == 1 ? " file" : " files") +
+                        " in the folder that are no DICOM were left out");
+  }
   if (series_count > 1) {
     std::string found = std::to_string(series_count) + " series:";
     for (int s = 0; s < std::min(series_count, 8); ++s) {
       const auto& record = directory->GetSeriesRecord(s);
       found += (s ? ", " : " ") + record.Get(DC::Modality).AsString() + " number " +
                record.Get(DC::SeriesNumber).AsString() + " with " +
-               std::to_string(directory->GetFileNamesForSeries(s)->GetNumberOfValues()) + " files";
+               std::to_string(directory->GetFileNamesForSeries(s)->GetNumberOfValues()) + " files (such as " +
+               file_name(directory->GetFileNamesForSeries(s)->GetValue(0)) + ")";
     }
     return Error{"the folder holds several series", where, found, "one series",
                  "move the files of one series to a folder of their own"};
@@ -204,12 +265,7 @@ Result<OpenedVolume> open_dicom(const std::string& path, const OpenOptions& opti
   reader->UpdateInformation();
   vtkDICOMMetaData* meta = reader->GetMetaData();
   const auto broken = [&](const std::string& what) {
-    return Error{what, where,
-                 listener.first_error.substr(
-                     listener.first_error.rfind(
-                         '\n', listener.first_error.size() > 1 ? listener.first_error.size() - 2 : 0) +
-                         1,
-                     160),
+    return Error{what, where, last_line(listener.first_error),
                  "complete images in a transfer syntax that vtk-dicom and GDCM read",
                  "copy the files again, or convert them, for example with gdcmconv --raw"};
   };
@@ -246,7 +302,7 @@ Result<OpenedVolume> open_dicom(const std::string& path, const OpenOptions& opti
     return Error{"the pixels are of a kind that trephine does not hold", where,
                  image->GetScalarTypeAsString(), "whole numbers of 8 or 16 bits", "convert the series"};
 
-  OpenedVolume opened{std::move(made).value(), "DICOM", series.modality, {}, 0};
+  OpenedVolume opened{std::move(made).value(), "DICOM", series.modality, std::move(notices), 0};
   Volume& volume = opened.volume;
   volume.is_hounsfield = series.modality == "CT";
   const std::size_t slice = static_cast<std::size_t>(size.x) * static_cast<std::size_t>(size.y);
@@ -279,7 +335,7 @@ Result<OpenedVolume> open_dicom(const std::string& path, const OpenOptions& opti
                    "whole numbers from -32768 to 32767",
                    "export without rescaling, or scale the values to whole numbers"};
   if (size.z == 1)
-    opened.notices.push_back("one slice only: its thickness of " + std::to_string(stack.frame.spacing().z) +
+    opened.notices.push_back("one slice only: its thickness of " + short_number(stack.frame.spacing().z) +
                              " mm stands for the distance of slices");
   return opened;
 }

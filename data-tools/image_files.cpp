@@ -26,23 +26,16 @@ using volume::Volume;
 
 namespace {
 
-bool ends_with(const std::string& path, const char* end) {
-  std::string lower = path;
-  std::transform(lower.begin(), lower.end(), lower.begin(),
-                 [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; });
-  return lower.ends_with(end);
-}
-
 struct Format {
   itk::ImageIOBase::Pointer io;
   std::string name;
 };
 Format format_of(const std::string& path) {
-  if (ends_with(path, ".mha") || ends_with(path, ".mhd"))
+  if (has_extension(path, ".mha") || has_extension(path, ".mhd"))
     return {itk::MetaImageIO::New().GetPointer(), "MetaImage"};
-  if (ends_with(path, ".nrrd") || ends_with(path, ".nhdr"))
+  if (has_extension(path, ".nrrd") || has_extension(path, ".nhdr"))
     return {itk::NrrdImageIO::New().GetPointer(), "NRRD"};
-  if (ends_with(path, ".nii") || ends_with(path, ".nii.gz"))
+  if (has_extension(path, ".nii") || has_extension(path, ".nii.gz"))
     return {itk::NiftiImageIO::New().GetPointer(), "NIfTI"};
   return {nullptr, ""};
 }
@@ -52,7 +45,9 @@ std::string reason(const itk::ExceptionObject& e) {
   std::string text = e.GetDescription() ? e.GetDescription() : "";
   if (const auto at = text.rfind("): "); at != std::string::npos) text = text.substr(at + 3);
   if (const auto slash = text.find('/'); slash != std::string::npos) text = text.substr(0, slash);
-  return text.substr(0, 160);
+  if (const auto line = text.find("[nrrd]"); line != std::string::npos)
+    text = "its data end before its header says";
+  return text.substr(0, text.find('\n')).substr(0, 160);
 }
 
 std::optional<double> convert_any(itk::IOComponentEnum type, const void* data, Volume& volume,
@@ -96,9 +91,9 @@ std::string text_of(double v) {
   return text;
 }
 
-/// ITK reads on past the end of a short .mha: what is missing from it, in words, or "".
+/// ITK reads on past the end of a short MetaImage: what is missing from it, in words, or "".
 std::string missing_bytes(const std::string& path, std::size_t voxel_bytes) {
-  if (!ends_with(path, ".mha")) return "";
+  if (!has_extension(path, ".mha") && !has_extension(path, ".mhd")) return "";
   std::ifstream in(path, std::ios::binary);
   std::string head(1 << 16, '\0');
   in.read(head.data(), static_cast<std::streamsize>(head.size()));
@@ -112,7 +107,21 @@ std::string missing_bytes(const std::string& path, std::size_t voxel_bytes) {
     if (at > marker) return "";
     expected = static_cast<std::size_t>(std::strtoull(head.c_str() + at + 21, nullptr, 10));
   }
-  const std::size_t held = static_cast<std::size_t>(fs::file_size(path)) - (line_end + 1);
+  // The voxels follow the header, or lie in a file beside it.
+  std::string data = head.substr(head.find('=', marker) + 1, line_end - head.find('=', marker) - 1);
+  data.erase(0, data.find_first_not_of(' '));
+  data.erase(data.find_last_not_of(" \r") + 1);
+  std::size_t held = 0;
+  if (data == "LOCAL") {
+    held = static_cast<std::size_t>(fs::file_size(path)) - (line_end + 1);
+  } else {
+    std::error_code error;
+    const fs::path beside = fs::path(path).parent_path() / data;
+    if (data.starts_with("LIST") || data.find('%') != std::string::npos)
+      return "voxels spread over several files";
+    held = static_cast<std::size_t>(fs::file_size(beside, error));
+    if (error) return "no file " + file_name(data) + " with the voxels";
+  }
   return held < expected ? std::to_string(held) + " of " + std::to_string(expected) + " bytes of voxels" : "";
 }
 
@@ -122,6 +131,10 @@ Status write_image(const std::string& path, const glm::ivec3& size, const volume
     return Error{"this is no volume format that trephine writes", file_name(path),
                  fs::path(path).extension().string(), ".mha, .nrrd, .nii or .nii.gz",
                  "choose one of these extensions"};
+  for (const char* extension : {".mha", ".nrrd", ".nii", ".nii.gz"})
+    if (has_extension(path, extension) && !path.ends_with(extension))
+      return Error{"the extension must be in lower case", file_name(path), "", extension,
+                   "rename the output"};
   return write_atomically(path, [&](const std::string& temporary) -> Status {
     const Format format = format_of(path);
     try {
@@ -141,7 +154,7 @@ Status write_image(const std::string& path, const glm::ivec3& size, const volume
         region.SetSize(a, static_cast<itk::SizeValueType>(size[i]));
       }
       format.io->SetIORegion(region);
-      format.io->SetUseCompression(ends_with(path, ".gz"));
+      format.io->SetUseCompression(has_extension(path, ".gz"));
       format.io->WriteImageInformation();
       format.io->Write(data);
     } catch (const itk::ExceptionObject& e) {
@@ -155,8 +168,8 @@ Status write_image(const std::string& path, const glm::ivec3& size, const volume
 }  // namespace
 
 bool is_writable_volume_file(const std::string& path) {
-  return ends_with(path, ".mha") || ends_with(path, ".nrrd") || ends_with(path, ".nii") ||
-         ends_with(path, ".nii.gz");
+  return has_extension(path, ".mha") || has_extension(path, ".nrrd") || has_extension(path, ".nii") ||
+         has_extension(path, ".nii.gz");
 }
 
 Result<OpenedVolume> open_image_file(const std::string& path, const OpenOptions& options) {

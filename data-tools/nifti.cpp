@@ -65,7 +65,7 @@ std::optional<double> convert(const nifti_image& image, Volume& volume, bool& is
 
 /// niftilib takes what it gets: does the file hold all its voxels? A compressed one is read to its checksum.
 bool is_whole(const std::string& path, const nifti_image& image) {
-  if (!path.ends_with(".gz")) {
+  if (!has_extension(path, ".gz")) {
     std::error_code error;
     const auto held = std::filesystem::file_size(image.iname, error);
     return !error && held >= static_cast<std::size_t>(image.iname_offset) +
@@ -78,7 +78,8 @@ bool is_whole(const std::string& path, const nifti_image& image) {
   int got = 0;
   while ((got = gzread(file, part.data(), static_cast<unsigned>(part.size()))) > 0)
     held += static_cast<std::size_t>(got);
-  const bool is_good = got == 0 && gzclose_r(file) == Z_OK;
+  const bool is_closed = gzclose_r(file) == Z_OK;
+  const bool is_good = got == 0 && is_closed;
   return is_good && held >= static_cast<std::size_t>(image.iname_offset) +
                                 image.nvox * static_cast<std::size_t>(image.nbyper);
 }

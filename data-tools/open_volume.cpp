@@ -37,9 +37,9 @@ Result<OpenedVolume> open_by_kind(const std::string& path, const OpenOptions& op
   if (fs::file_size(path, error) == 0)
     return Error{"the file is empty", where, "0 bytes", "a scan", "copy or export it again"};
   for (const char* extension : {".mha", ".mhd", ".nrrd", ".nhdr"})
-    if (path.ends_with(extension)) return open_image_file(path, options);
-  if (path.ends_with(".nii") || path.ends_with(".nii.gz")) return open_nifti(path, options);
-  if (has_dicom_magic(path) || path.ends_with(".dcm")) return open_dicom(path, options);
+    if (has_extension(path, extension)) return open_image_file(path, options);
+  if (has_extension(path, ".nii") || has_extension(path, ".nii.gz")) return open_nifti(path, options);
+  if (has_dicom_magic(path) || has_extension(path, ".dcm")) return open_dicom(path, options);
   return Error{"this is no scan that trephine reads", where, "a file of another kind",
                "a DICOM folder, .mha, .mhd, .nrrd, .nii or .nii.gz",
                "convert it, or point at the folder with the scanner's files"};

@@ -61,6 +61,8 @@ ServoRecord ServoCore::step(const volume::Version& version, const Pose& pose, do
   }
   record.force_world = guard_.step(wanted, faults);
   record.faults = guard_.faults();
+  // Without a force there is no hand on the tool: nothing is cut.
+  if (record.faults & k_latched_faults) record.pose.is_pressed = false;
   return record;
 }
 
@@ -139,10 +141,15 @@ void ServoLoop::run() noexcept {
     if (late > period) overruns_.fetch_add(1, std::memory_order_relaxed);
     if (late > watchdog) faults |= fault_stale_scene;
 
-    // One version for the whole step; device time is the tick's own, so that nothing depends on the clock.
-    const volume::Version* version = channel_->adopt(reader_);
+    // Wishes first, then one version for the whole step: a wish is published after the version that it is
+    // about. Device time is the tick's own, so that nothing depends on the clock.
+    if (wants_reset_.exchange(false, std::memory_order_relaxed)) {
+      core_.reset();
+      faults = 0;
+    }
     dvec3 free_point;
     while (restarts_.pop(free_point)) core_.restart_at(free_point);
+    const volume::Version* version = channel_->adopt(reader_);
     const double t = static_cast<double>(tick) / options_.rate_hz;
     if (!device_->read(t, pose)) faults |= fault_lost_device;
     const ServoRecord record = core_.step(*version, pose, t, faults);

@@ -84,6 +84,9 @@ class ServoLoop {
   Ring<ServoRecord>& records() noexcept { return ring_; }
   /// Asks the servo to put the proxy on a free point (volume frame) at its next tick, with force from zero.
   void request_restart(const glm::dvec3& free_point_volume) noexcept;
+  /// Clears latched faults at the next tick; the proxy starts anew at the HIP, the force from zero. A person
+  /// asks for it, once the cause is gone.
+  void request_reset() noexcept { wants_reset_ = true; }
   ServoReport report() const;
 
  private:
@@ -98,7 +101,7 @@ class ServoLoop {
   Histogram step_times_, lateness_;
   std::atomic<std::uint64_t> ticks_{0}, overruns_{0};
   std::atomic<std::uint32_t> faults_{0};
-  std::atomic<bool> is_stopping_{false};
+  std::atomic<bool> is_stopping_{false}, wants_reset_{false};
   std::atomic<int> refused_{0};  // 1 scheduling, 2 memory
   int reader_ = -1;
   std::thread thread_;

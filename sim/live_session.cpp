@@ -48,10 +48,11 @@ void LiveSession::run() {
 }
 
 void LiveSession::consume(const haptics::ServoRecord& record) {
-  remember_place(places_, scene_->base->frame.volume_from_world(record.proxy_world));
+  if ((record.faults & haptics::k_latched_faults) == 0)
+    remember_place(places_, scene_->base->frame.volume_from_world(record.proxy_world));
   const EditOutcome outcome = edits_.consume(record);
   if (outcome.is_changed) channel_.publish(edits_.current());
-  if (trace_.size() < 1'000'000) trace_.push_back(record);
+  if (trace_.size() < trace_limit_) trace_.push_back(record);
   const std::lock_guard guard(lock_);
   state_.newest = record;
   if (outcome.is_changed) {
@@ -67,13 +68,16 @@ void LiveSession::consume(const haptics::ServoRecord& record) {
 void LiveSession::travel(bool is_redo) {
   const EditOutcome outcome = is_redo ? edits_.redo() : edits_.undo();
   if (!outcome.is_changed) return;
-  if (const glm::dvec3* free = edits_.last_free(places_)) servo_.request_restart(*free);
+  // The version first: a proxy set free before it would walk back into the hole that is about to close.
   channel_.publish(edits_.current());
+  if (const glm::dvec3* free = edits_.last_free(places_)) servo_.request_restart(*free);
   const std::lock_guard guard(lock_);
   state_.version = edits_.current();
   state_.changed = united(state_.changed, outcome.box);
   state_.removed_mm3 = edits_.removed_mm3();
   state_.strokes = edits_.stroke_count();
+  state_.can_undo = edits_.can_undo();
+  state_.can_redo = edits_.can_redo();
 }
 
 LiveState LiveSession::look() {

@@ -39,10 +39,14 @@ class LiveSession {
 
   void undo() { requests_.fetch_add(1); }
   void redo() { requests_.fetch_add(1 << 16); }
+  /// After a latched fault whose cause is gone.
+  void reset_faults() noexcept { servo_.request_reset(); }
   /// Takes the news; `changed` starts empty again.
   LiveState look();
   haptics::ServoReport servo_report() const { return servo_.report(); }
-  /// The ticks that the edit thread saw, at most a million; after stop().
+  /// Keeps up to `ticks` records for trace(); call before start(). None are kept otherwise.
+  void keep_trace(std::size_t ticks) { trace_limit_ = ticks; }
+  /// The ticks that the edit thread saw; after stop().
   const std::vector<haptics::ServoRecord>& trace() const noexcept { return trace_; }
   const EditSession& edits() const noexcept { return edits_; }
 
@@ -57,6 +61,7 @@ class LiveSession {
   haptics::ServoLoop servo_;
   std::vector<glm::dvec3> places_;
   std::vector<haptics::ServoRecord> trace_;
+  std::size_t trace_limit_ = 0;
   std::mutex lock_;  // between edit thread and look(); never the servo
   LiveState state_;
   std::atomic<int> requests_{0};  // undos in the low half, redos in the high half

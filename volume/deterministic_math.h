@@ -31,9 +31,15 @@ inline double deterministic_sin(double x) noexcept {
   constexpr double k_pi_high = 0x1.921fb544p+1, k_pi_low = 0x1.0b4611a626331p-33;  // pi in two parts
   const double k = std::floor(x / (k_pi_high + k_pi_low) + 0.5);
   const double r = (x - k * k_pi_high) - k * k_pi_low;
-  constexpr double k_terms[] = {1.0 / 51090942171709440000.0, -1.0 / 121645100408832000.0, 1.0 / 355687428096000.0,
-                                -1.0 / 1307674368000.0,       1.0 / 6227020800.0,         -1.0 / 39916800.0,
-                                1.0 / 362880.0,               -1.0 / 5040.0,              1.0 / 120.0,
+  constexpr double k_terms[] = {1.0 / 51090942171709440000.0,
+                                -1.0 / 121645100408832000.0,
+                                1.0 / 355687428096000.0,
+                                -1.0 / 1307674368000.0,
+                                1.0 / 6227020800.0,
+                                -1.0 / 39916800.0,
+                                1.0 / 362880.0,
+                                -1.0 / 5040.0,
+                                1.0 / 120.0,
                                 -1.0 / 6.0};  // (-1)^k / (2k + 1)!, highest first
   const double square = r * r;
   double sum = 0;

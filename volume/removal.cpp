@@ -43,7 +43,9 @@ struct RemovalEditor::Shape : SweepShape {
     }
     voxel_reach = static_cast<float>(0.5 * frame.diagonal_mm() * 1.0001 + 1e-5);
     for (int i = 0; i < n * n * n; ++i) {
-      const auto offset = [this](int k) { return (static_cast<float>(k) + 0.5f) / static_cast<float>(n) - 0.5f; };
+      const auto offset = [this](int k) {
+        return (static_cast<float>(k) + 0.5f) / static_cast<float>(n) - 0.5f;
+      };
       offset_x[i] = offset(i % n), offset_y[i] = offset(i / n % n), offset_z[i] = offset(i / (n * n));
       float square = 0;
       for (int a = 0; a < 3; ++a) {
@@ -59,11 +61,13 @@ struct RemovalEditor::Shape : SweepShape {
   /// Half the extent of a brick's voxel centres along a unit direction.
   float brick_extent(const glm::vec3& direction) const {
     constexpr float k_half = 0.5f * (k_brick - 1);
-    return k_half * (std::abs(dot(direction, ax)) + std::abs(dot(direction, ay)) + std::abs(dot(direction, az))) + 1e-4f;
+    return k_half *
+               (std::abs(dot(direction, ax)) + std::abs(dot(direction, ay)) + std::abs(dot(direction, az))) +
+           1e-4f;
   }
   float brick_extent_along() const { return brick_extent({along[0], along[1], along[2]}); }
-  /// Is nothing to do in the brick whose middle is at w? It lies beyond the band, by the plane through the nearest
-  /// point of the sweep's axis, or wholly behind a continued sweep.
+  /// Is nothing to do in the brick whose middle is at w? It lies beyond the band, by the plane through the
+  /// nearest point of the sweep's axis, or wholly behind a continued sweep.
   bool misses_brick(const glm::vec3& w) const {
     const float wt = projection(w);
     if (sweep.continues && length > 0 && wt < -brick_extent_along() - voxel_reach) return true;
@@ -73,7 +77,8 @@ struct RemovalEditor::Shape : SweepShape {
   }
   bool is_past_end(const glm::vec3& c) const { return projection(c) >= length + voxel_reach || length == 0; }
   glm::vec3 voxel_step(float x, float y, float z) const {
-    return {x * ax[0] + y * ay[0] + z * az[0], x * ax[1] + y * ay[1] + z * az[1], x * ax[2] + y * ay[2] + z * az[2]};
+    return {x * ax[0] + y * ay[0] + z * az[0], x * ax[1] + y * ay[1] + z * az[1],
+            x * ax[2] + y * ay[2] + z * az[2]};
   }
 };
 
@@ -265,7 +270,8 @@ void RemovalEditor::remove_in_brick(const Shape& shape, const glm::ivec3& low, s
     for (std::uint64_t left = sweep.touched[z] & ~(seen ? seen->full[z] : 0); left != 0; left &= left - 1) {
       const int bit = std::countr_zero(left);
       const glm::ivec3 in(bit % k_brick, bit / k_brick, static_cast<int>(z));
-      const glm::vec3 c = corner + shape.voxel_step(static_cast<float>(in.x), static_cast<float>(in.y), static_cast<float>(in.z));
+      const glm::vec3 c = corner + shape.voxel_step(static_cast<float>(in.x), static_cast<float>(in.y),
+                                                    static_cast<float>(in.z));
       if (shape.sweep.continues && shape.projection(c) < -shape.voxel_reach) continue;
       if (mask == nullptr) {
         if (brick == nullptr) brick = &editable_brick(editable_page(page_index), index);
@@ -295,7 +301,8 @@ std::int64_t RemovalEditor::mark(const Shape& shape, RemovalMask& mask, const gl
   else if (mask.n == shape.n)
     kernels_->sample(shape, &centre.x, shape.is_past_end(centre), samples);
   else
-    kernels_->sample(Shape(shape.sweep, *next_, mask.n), &centre.x, shape.is_past_end(centre), samples);  // rare: a large ball where a small one was
+    kernels_->sample(Shape(shape.sweep, *next_, mask.n), &centre.x, shape.is_past_end(centre),
+                     samples);  // rare: a large ball where a small one was
   std::uint64_t* at = mask.words.data() + in_brick * words;
   std::uint64_t any = 0, all = k_all;
   for (std::size_t w = 0; w < words; ++w) {

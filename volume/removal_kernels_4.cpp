@@ -10,7 +10,9 @@ struct Lanes {
   using V = __m128;
   static constexpr int k_count = 4;
   static V all(float v) { return _mm_set1_ps(v); }
-  static V counting(int first) { return _mm_add_ps(_mm_setr_ps(0, 1, 2, 3), _mm_set1_ps(static_cast<float>(first))); }
+  static V counting(int first) {
+    return _mm_add_ps(_mm_setr_ps(0, 1, 2, 3), _mm_set1_ps(static_cast<float>(first)));
+  }
   static V load(const float* p) { return _mm_loadu_ps(p); }
   static void store(float* p, V v) { _mm_storeu_ps(p, v); }
   static V add(V a, V b) { return _mm_add_ps(a, b); }

@@ -2,7 +2,8 @@
 
 inline float dot3(const float a[3], const float b[3]) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
 
-void sweep_brick(const SweepShape& shape, const float corner[3], bool is_ball, const float* old, BrickSweep& out) {
+void sweep_brick(const SweepShape& shape, const float corner[3], bool is_ball, const float* old,
+                 BrickSweep& out) {
   using V = Lanes::V;
   const V zero = Lanes::all(0), length = Lanes::all(shape.length), radius = Lanes::all(shape.radius);
   const V band = Lanes::all(shape.band), deep = Lanes::all(-shape.band);
@@ -12,7 +13,8 @@ void sweep_brick(const SweepShape& shape, const float corner[3], bool is_ball, c
   V step[3][k_parts];
   float from[3];
   for (int a = 0; a < 3; ++a) {
-    for (int p = 0; p < k_parts; ++p) step[a][p] = Lanes::mul(Lanes::counting(p * Lanes::k_count), Lanes::all(shape.ax[a]));
+    for (int p = 0; p < k_parts; ++p)
+      step[a][p] = Lanes::mul(Lanes::counting(p * Lanes::k_count), Lanes::all(shape.ax[a]));
     from[a] = is_ball ? corner[a] - shape.length * shape.along[a] : corner[a];
   }
   unsigned near = 0, nearer = 0, shallow = 0;
@@ -52,12 +54,14 @@ void sweep_brick(const SweepShape& shape, const float corner[3], bool is_ball, c
   out.is_hollow = shallow == 0;
 }
 
-// Squared distances by the expansion |c + o|^2 = |c|^2 + 2 c.o + |o|^2, and |w - t u|^2 = |w|^2 + t (t - 2 w.u).
+// Squared distances by the expansion |c + o|^2 = |c|^2 + 2 c.o + |o|^2, and |w - t u|^2 = |w|^2 + t (t - 2
+// w.u).
 template <bool IsBall>
 void sample_voxel(const SweepShape& shape, const float c[3], std::uint64_t* words) {
   using V = Lanes::V;
   const V cc = Lanes::all(dot3(c, c) - shape.radius * shape.radius), ct = Lanes::all(dot3(c, shape.along));
-  const V x = Lanes::all(2 * dot3(c, shape.ax)), y = Lanes::all(2 * dot3(c, shape.ay)), z = Lanes::all(2 * dot3(c, shape.az));
+  const V x = Lanes::all(2 * dot3(c, shape.ax)), y = Lanes::all(2 * dot3(c, shape.ay)),
+          z = Lanes::all(2 * dot3(c, shape.az));
   const V tx = Lanes::all(dot3(shape.ax, shape.along)), ty = Lanes::all(dot3(shape.ay, shape.along));
   const V tz = Lanes::all(dot3(shape.az, shape.along)), zero = Lanes::all(0), end = Lanes::all(shape.length);
   const int count = shape.n * shape.n * shape.n;
@@ -65,11 +69,13 @@ void sample_voxel(const SweepShape& shape, const float c[3], std::uint64_t* word
     std::uint64_t bits = 0;
     for (int i = 0; i < 64; i += Lanes::k_count) {
       const int at = 64 * word + i;
-      const V ox = Lanes::load(shape.offset_x + at), oy = Lanes::load(shape.offset_y + at), oz = Lanes::load(shape.offset_z + at);
+      const V ox = Lanes::load(shape.offset_x + at), oy = Lanes::load(shape.offset_y + at),
+              oz = Lanes::load(shape.offset_z + at);
       const V base = Lanes::add(cc, Lanes::add(Lanes::mul(oy, y), Lanes::mul(oz, z)));
       V d = Lanes::add(Lanes::add(base, Lanes::mul(ox, x)), Lanes::load(shape.offset_squared + at));
       if constexpr (!IsBall) {
-        const V wt = Lanes::add(Lanes::add(ct, Lanes::add(Lanes::mul(oy, ty), Lanes::mul(oz, tz))), Lanes::mul(ox, tx));
+        const V wt = Lanes::add(Lanes::add(ct, Lanes::add(Lanes::mul(oy, ty), Lanes::mul(oz, tz))),
+                                Lanes::mul(ox, tx));
         const V t = Lanes::min(Lanes::max(wt, zero), end);
         d = Lanes::add(d, Lanes::mul(t, Lanes::sub(t, Lanes::add(wt, wt))));
       }

@@ -180,6 +180,7 @@ Result<Outcome> run_demo(const DemoArguments& arguments) {
   sim::LiveSession live(device, scene, method, &burr, {});
   notice("touching and drilling, live, for " +
          std::to_string(static_cast<int>(std::ceil(script.end_time()))) + " s ...");
+  live.keep_trace(100'000);
   if (volume::Status error = live.start()) return *error;
   Moment touching, drilling;
   ProgressLine progress("drilling");

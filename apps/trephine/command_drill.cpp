@@ -22,6 +22,7 @@ Result<Outcome> run_drill(const DrillArguments& arguments) {
   if (!data_tools::is_writable_volume_file(arguments.output))
     return Error{"this is no volume format that trephine writes", data_tools::file_name(arguments.output), "",
                  ".mha, .nrrd, .nii or .nii.gz", "choose one of these extensions"};
+  if (volume::Status error = data_tools::check_writable(arguments.output)) return *error;
   auto path = open_path(arguments.path);
   if (!path) return path.error();
   auto opened = open_source(arguments.source);
@@ -77,10 +78,7 @@ Result<Outcome> run_drill(const DrillArguments& arguments) {
   for (const auto& [name, mm3] : by_label.items())
     outcome.text += format_text("  %s %.2f mm3\n", name.c_str(), mm3.get<double>());
   outcome.text += "written to " + arguments.output + "\n";
-  if (run.edits().removed_mm3() == 0)
-    notice(
-        "note: the burr removed nothing; a path in the patient frame (LPS, mm) must meet the shape with the "
-        "button pressed");
+  if (run.edits().removed_mm3() == 0) say_where(scene, path.value());
   return outcome;
 }
 

@@ -62,6 +62,7 @@ Result<Outcome> run_phantom(const PhantomArguments& arguments) {
   if (!data_tools::is_writable_volume_file(arguments.output))
     return Error{"this is no volume format that trephine writes", data_tools::file_name(arguments.output), "",
                  ".mha, .nrrd, .nii or .nii.gz", "choose one of these extensions"};
+  if (volume::Status error = data_tools::check_writable(arguments.output)) return *error;
   data_tools::PhantomOptions options;
   if (!arguments.size.empty()) {
     auto size = parse_triple(arguments.size, "--size");
@@ -144,6 +145,7 @@ Result<Outcome> run_mesh(const MeshArguments& arguments) {
   if (!data_tools::is_mesh_file(arguments.output))
     return Error{"this is no mesh format that trephine writes", data_tools::file_name(arguments.output), "",
                  ".stl, .ply, .obj or .vtp", "choose one of these extensions"};
+  if (volume::Status error = data_tools::check_writable(arguments.output)) return *error;
   auto opened = open_source(arguments.source);
   if (!opened) return opened.error();
   Source& source = opened.value();

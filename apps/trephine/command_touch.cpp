@@ -45,6 +45,11 @@ Result<Outcome> run_touch(const TouchArguments& arguments) {
                  "above 0, at most 1", ""};
   if (volume::Status error = check_rate(arguments.rate)) return *error;
 
+  haptics::Material material;
+  material.stiffness = arguments.stiffness;
+  if (volume::Status error = parse_friction(arguments.friction, material)) return *error;
+  if (volume::Status error = data_tools::check_writable(arguments.output)) return *error;
+
   // The path first: it is cheap to be wrong about.
   auto path = open_path(arguments.path);
   if (!path) return path.error();
@@ -54,9 +59,7 @@ Result<Outcome> run_touch(const TouchArguments& arguments) {
   auto made = make_scene(source, arguments.shape);
   if (!made) return made.error();
   haptics::TouchScene& scene = made.value();
-  haptics::Material& material = scene.shapes[0].material;
-  material.stiffness = arguments.stiffness;
-  if (volume::Status error = parse_friction(arguments.friction, material)) return *error;
+  scene.shapes[0].material = material;
   haptics::ImplicitProxy method;
   if (volume::Status error = method.prepare(scene)) return *error;
   haptics::ForceOptions force;
@@ -138,13 +141,17 @@ Result<Outcome> run_touch(const TouchArguments& arguments) {
   json["bits_seconds"] = source.bits_seconds;
   json["memory"] = memory_report(scene, version);
   json["file"] = data_tools::file_name(arguments.output);
-  outcome.text = format_text(
-      "%zu steps, %zu in contact, strongest force %.2f N\nfall-throughs %ld, stuck %ld\n"
-      "step in contact: p50 %.2f us, p99.9 %.2f us\nfrom start to the first step %.2f s\nwritten to %s\n",
-      times.size(), contact_us.size(), strongest, judge.fall_throughs(), stuck,
-      json["step_us"]["contact"]["p50"].get<double>(), json["step_us"]["contact"]["p999"].get<double>(),
-      first_touch_seconds, arguments.output.c_str());
-  if (contact_us.empty()) notice("note: the path never touched the shape");
+  outcome.text = format_text("%zu steps, %zu in contact, strongest force %.2f N\n", times.size(),
+                             contact_us.size(), strongest);
+  outcome.text += format_text("fell through the surface: %ld times; stuck at rest: %ld steps\n",
+                              judge.fall_throughs(), stuck);
+  if (!contact_us.empty())
+    outcome.text += format_text("a step in contact took %.2f us (median), %.2f us (99.9 %%)\n",
+                                json["step_us"]["contact"]["p50"].get<double>(),
+                                json["step_us"]["contact"]["p999"].get<double>());
+  outcome.text += format_text("from start to the first step %.2f s\nwritten to %s\n", first_touch_seconds,
+                              arguments.output.c_str());
+  if (contact_us.empty()) say_where(scene, path.value());
   return outcome;
 }
 

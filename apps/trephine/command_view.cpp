@@ -2,6 +2,7 @@
 #include "apps/trephine/text.h"
 #include "apps/view/render_window.h"
 #include "apps/view/view_window.h"
+#include "data-tools/atomic_file.h"
 #include "volume/work_counters.h"
 
 namespace trephine::app {
@@ -18,6 +19,14 @@ Result<Outcome> run_view(const ViewArguments& arguments) {
                  "an X display",
                  "use --screenshot OUT.png for a picture, or run under xvfb-run",
                  volume::ErrorKind::missing_here};
+  if (!arguments.screenshot.empty()) {
+    if (!data_tools::has_extension(arguments.screenshot, ".png"))
+      return Error{"this is no picture format that trephine writes",
+                   data_tools::file_name(arguments.screenshot), "", ".png", "choose this extension"};
+    if (volume::Status error = data_tools::check_writable(arguments.screenshot)) return *error;
+  }
+  if (arguments.seconds && !view::has_display())
+    notice("note: there is no display; the picture is drawn without a window");
   auto opened = open_source(arguments.source);
   if (!opened) return opened.error();
   Source& source = opened.value();
@@ -50,7 +59,7 @@ Result<Outcome> run_view(const ViewArguments& arguments) {
                            {"step_p99_us", r.servo.step_p99_us},
                            {"faults", r.servo.faults}};
   outcome.text =
-      format_text("%zu triangles, %d frames, first after %.2f s, removed %.1f mm3 in %zu strokes\n",
+      format_text("%zu triangles; frames: %d, the first after %.2f s, removed: %.1f mm3, strokes: %zu\n",
                   r.triangles, r.frames, r.first_frame_seconds, r.removed_mm3, r.strokes);
   if (!r.servo.notice.empty()) notice("note: " + r.servo.notice);
   return outcome;

@@ -101,22 +101,29 @@ int main(int argc, char** argv) {
   c->add_flag("--open", mesh.is_open, "Leave holes where the shape reaches the border of the scan");
 
   app::TouchArguments touch;
-  c = add("touch", "Play a path of the haptic interface point over a shape, open loop",
-          "  trephine touch SCANS/HEAD --path path.csv -o steps.csv\n"
+  c = add("touch", "Play a path of the stylus over a shape: where it is held, and the force",
+          "  trephine touch head --path docs/examples/path.csv -o steps.csv\n"
           "  trephine touch head --label dura --path path.csv -o steps.csv --rate 4000 --json",
           touch, app::run_touch);
   add_source(c, touch.source);
   add_shape_options(c, touch.shape);
-  c->add_option("--path", touch.path, "CSV t,x,y,z[,qx,qy,qz,qw][,button]; s, mm, patient frame LPS")
+  c->add_option("--path", touch.path,
+                "CSV with t,x,y,z[,qx,qy,qz,qw][,button]: seconds; mm with x to the patient's left, y to the "
+                "back, z up (LPS); pressed throughout without a button")
       ->required()
       ->type_name("PATH.csv");
   c->add_option("-o,--output", touch.output, "A row for every step")->required()->type_name("STEPS.csv");
   c->add_option("--method", touch.method, "How the proxy is kept on the surface: implicit")
       ->capture_default_str();
-  c->add_option("--stiffness", touch.stiffness, "N/mm")->capture_default_str();
+  c->add_option("--stiffness", touch.stiffness, "Of the surface, N/mm")
+      ->capture_default_str()
+      ->type_name("N/MM");
   c->add_option("--friction", touch.friction, "Static and dynamic coefficient (default 0.2,0.15)")
       ->type_name("S,D");
-  c->add_option("--alpha", touch.alpha, "Weight of the newest force at 1 kHz")->capture_default_str();
+  c->add_option("--alpha", touch.alpha,
+                "Smoothing of the force: weight of the newest value at 1 kHz; 1 = none")
+      ->capture_default_str()
+      ->type_name("A");
   c->add_option("--rate", touch.rate, "Servo steps a second")->capture_default_str()->type_name("HZ");
 
   app::DrillArguments drill;
@@ -127,13 +134,17 @@ int main(int argc, char** argv) {
   add_source(c, drill.source);
   add_shape_options(c, drill.shape);
   c->add_option("--burr-diameter", drill.burr_diameter, "mm")->required()->type_name("MM");
-  c->add_option("--path", drill.path, "CSV t,x,y,z[,qx,qy,qz,qw][,button]; s, mm, patient frame LPS")
+  c->add_option("--path", drill.path,
+                "CSV with t,x,y,z[,qx,qy,qz,qw][,button]: seconds; mm with x to the patient's left, y to the "
+                "back, z up (LPS); pressed throughout without a button")
       ->required()
       ->type_name("PATH.csv");
   c->add_option("--rate", drill.rate, "Servo steps a second")->capture_default_str()->type_name("HZ");
   c->add_option("--removal-rate", drill.removal_rate, "mm3/s that the burr can take away")
       ->capture_default_str();
-  c->add_flag("--kinematic", drill.is_kinematic, "The path is the burr's centre; everything it sweeps goes");
+  c->add_flag("--kinematic", drill.is_kinematic,
+              "The path is the burr's centre and everything it sweeps goes; without this it is the burr's "
+              "lowest point, and bone is removed where it presses");
   c->add_option("-o,--output", drill.output, ".mha, .nrrd, .nii or .nii.gz")->required();
 
   app::ViewArguments view;
@@ -176,7 +187,7 @@ int main(int argc, char** argv) {
   } catch (const CLI::ParseError& e) {
     const std::string name = argc > 1 ? argv[1] : "";
     return finish(
-        "error", wants_json,
+        name.starts_with("-") ? "" : name, wants_json,
         Error{e.what(), name.starts_with("-") ? "" : name, "", "",
               "see: trephine " + (name.empty() || name.starts_with("-") ? "" : name + " ") + "--help"});
   }

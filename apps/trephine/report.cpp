@@ -37,7 +37,8 @@ Json new_report(const std::string& name) {
 }
 
 Json error_report(const std::string& name, const volume::Error& error) {
-  Json json = new_report(name);
+  Json json = new_report("error");
+  json["command"] = name;
   json["error"] = {{"what", error.what},
                    {"where", error.where},
                    {"found", error.found},

@@ -3,6 +3,7 @@
 #include <charconv>
 #include <cmath>
 #include <fstream>
+#include <glm/common.hpp>
 
 #include "apps/trephine/text.h"
 #include "data-tools/atomic_file.h"
@@ -36,7 +37,9 @@ Result<volume::Shape> parse_window(const std::string& window) {
     if (error != std::errc() || end != ends[i].data() + ends[i].size() || !std::isfinite(values[i]))
       return bad;
   }
-  if (!(values[0] <= values[1])) return bad;
+  if (!(values[0] <= values[1]))
+    return Error{"the window's lower end lies above its upper end", "--window", window, "LO:HI with LO <= HI",
+                 "swap them"};
   shape.low = values[0];
   shape.high = values[1];
   return shape;
@@ -131,6 +134,27 @@ Result<haptics::PosePath> open_path(const std::string& path) {
     return Error{"there is no such path file", where, "", "a CSV file t,x,y,z[,qx,qy,qz,qw][,button]",
                  "check the spelling"};
   return haptics::PosePath::read_csv(file, where);
+}
+
+void say_where(const haptics::TouchScene& scene, const haptics::PosePath& path) {
+  const volume::Volume& base = *scene.base;
+  glm::dvec3 shape_low(1e300), shape_high(-1e300), path_low(1e300), path_high(-1e300);
+  for (int z = 0; z < base.size.z; ++z)
+    for (int y = 0; y < base.size.y; ++y)
+      for (int x = 0; x < base.size.x; ++x) {
+        if (!scene.shapes[0].bits->is_solid({x, y, z})) continue;
+        const glm::dvec3 p = base.frame.world_from_volume({x, y, z});
+        shape_low = glm::min(shape_low, p), shape_high = glm::max(shape_high, p);
+      }
+  for (const haptics::PosePath::Sample& s : path.samples())
+    path_low = glm::min(path_low, s.pose.position_world),
+    path_high = glm::max(path_high, s.pose.position_world);
+  const auto box = [](const glm::dvec3& a, const glm::dvec3& b) {
+    return format_text("x %.0f to %.0f, y %.0f to %.0f, z %.0f to %.0f mm", a.x, b.x, a.y, b.y, a.z, b.z);
+  };
+  notice("note: the path never met the shape with the button pressed\n  the shape lies within " +
+         box(shape_low, shape_high) + "\n  the path runs within   " + box(path_low, path_high) +
+         "\n  (x to the patient's left, y to the back, z up)");
 }
 
 volume::Status check_rate(double rate_hz) {

@@ -34,6 +34,8 @@ volume::Result<volume::Shape> choose_shape(const Source& source, const ShapeChoi
 volume::Result<haptics::TouchScene> make_scene(Source& source, const ShapeChoice& choice);
 /// A path file, or what is wrong with it.
 volume::Result<haptics::PosePath> open_path(const std::string& path);
+/// When a path met nothing: says where the shape lies and where the path went.
+void say_where(const haptics::TouchScene& scene, const haptics::PosePath& path);
 /// Options that several commands share.
 volume::Status check_rate(double rate_hz);
 volume::Status check_burr(double diameter_mm);

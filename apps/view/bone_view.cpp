@@ -9,7 +9,7 @@
 #include <vtkArrowSource.h>
 #include <vtkCamera.h>
 #include <vtkCellArray.h>
-#include <vtkConeSource.h>
+#include <vtkDiskSource.h>
 #include <vtkFloatArray.h>
 #include <vtkLight.h>
 #include <vtkLineSource.h>
@@ -28,6 +28,8 @@
 #include <vtkSphereSource.h>
 #include <vtkTextActor.h>
 #include <vtkTextProperty.h>
+#include <vtkTransform.h>
+#include <vtkTransformPolyDataFilter.h>
 #include <vtkTubeFilter.h>
 #include <vtkTypeInt64Array.h>
 #include <vtkUnsignedCharArray.h>
@@ -117,7 +119,7 @@ struct BoneView::Parts {
   vtkNew<vtkRenderer> renderer;
   std::map<std::tuple<int, int, int>, vtkSmartPointer<vtkActor>> chunks;
   std::size_t triangles = 0;
-  vtkSmartPointer<vtkActor> burr, shaft, grip, proxy, arrow, leash;
+  vtkSmartPointer<vtkActor> burr, shaft, grip, proxy, arrow, leash, ring;
   vtkNew<vtkLineSource> leash_line;
   vtkNew<vtkTextActor> corner, foot;
 };
@@ -178,11 +180,23 @@ BoneView::BoneView(vtkRenderWindow* window, bool has_shading) : parts_(std::make
   p.arrow = make_actor(arrow->GetOutputPort(), 0.10, 0.62, 0.90);
   p.leash = make_actor(p.leash_line->GetOutputPort(), 0.98, 0.80, 0.10);
   p.leash->GetProperty()->SetLineWidth(2);
+  // The disk's axis is z; turned so that it points along +x like the other sources.
+  vtkNew<vtkDiskSource> disk;
+  disk->SetInnerRadius(0.82);
+  disk->SetOuterRadius(1);
+  disk->SetCircumferentialResolution(48);
+  vtkNew<vtkTransform> turn;
+  turn->RotateY(90);
+  vtkNew<vtkTransformPolyDataFilter> turned;
+  turned->SetInputConnection(disk->GetOutputPort());
+  turned->SetTransform(turn);
+  p.ring = make_actor(turned->GetOutputPort(), 0.98, 0.80, 0.10);
+  p.ring->GetProperty()->LightingOff();
   p.burr->GetProperty()->SetSpecular(0.9);
   p.arrow->GetProperty()->SetAmbient(0.35);
   p.proxy->GetProperty()->SetAmbient(0.4);
-  for (vtkActor* a :
-       {p.burr.Get(), p.shaft.Get(), p.grip.Get(), p.proxy.Get(), p.arrow.Get(), p.leash.Get()}) {
+  for (vtkActor* a : {p.burr.Get(), p.shaft.Get(), p.grip.Get(), p.proxy.Get(), p.arrow.Get(), p.leash.Get(),
+                      p.ring.Get()}) {
     a->VisibilityOff();
     a->PickableOff();
     p.renderer->AddActor(a);
@@ -246,6 +260,10 @@ void BoneView::show(const StylusLook& s) {
   place(p.proxy, s.proxy_world, {1, 0, 0}, 0.7, 0.7);
   p.leash_line->SetPoint1(s.proxy_world.x, s.proxy_world.y, s.proxy_world.z);
   p.leash_line->SetPoint2(s.hip_world.x, s.hip_world.y, s.hip_world.z);
+  p.ring->SetVisibility(s.is_visible && s.has_ring);
+  const double above = glm::length(s.burr_centre_world - s.ring_world);
+  const double wide = 1.15 * size + 0.25 * std::max(0.0, above - size);
+  place(p.ring, s.ring_world + 0.4 * s.ring_normal_world, s.ring_normal_world, wide, wide);
   const double force = glm::length(s.force_world);
   p.arrow->SetVisibility(is_touching && force > 0.02);
   // 12 mm a newton, from beside the burr, so that it is not hidden in it.

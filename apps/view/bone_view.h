@@ -23,6 +23,9 @@ struct StylusLook {
   bool has_contact = false;
   glm::dvec3 proxy_world{0.0};
   glm::dvec3 force_world{0.0};
+  /// Depth cue: a ring on the bone below the burr, which closes in as the burr comes near; none when not set.
+  bool has_ring = false;
+  glm::dvec3 ring_world{0.0}, ring_normal_world{0, 0, 1};
 };
 
 /// One renderer in one window. One thread: the one that draws.

@@ -1,6 +1,7 @@
 #include "apps/view/view_window.h"
 
 #include <algorithm>
+#include <cctype>
 #include <chrono>
 #include <cstdio>
 #include <functional>
@@ -221,16 +222,18 @@ vtkStandardNewMacro(StylusStyle)
   void act(const std::string& key, bool has_control, vtkRenderWindowInteractor* interactor) {
     if ((has_control && key == "z") || key == "u")
       live_->undo();
-    else if ((has_control && key == "y") || key == "R")
+    else if ((has_control && key == "y") || key == "y")
       live_->redo();
+    else if (key == "f")
+      live_->reset_faults();
     else if (key == "q" || key == "Escape")
       interactor->TerminateApp();
     else if (key == "Up")
       depth_mm_ = std::min(12.0, depth_mm_ + 0.5);
     else if (key == "Down")
       depth_mm_ = std::max(0.5, depth_mm_ - 0.5);
-    else if (key.size() == 1 && std::string("aplrsi").find(key[0]) != std::string::npos)
-      view_.look_from(static_cast<char>(key[0] - 'a' + 'A'));
+    else if (key.size() == 1 && std::string("aplrsiAPLRSI").find(key[0]) != std::string::npos)
+      view_.look_from(static_cast<char>(std::toupper(key[0])));
     else if (key == "0")
       view_.look_from(0);
   }
@@ -263,6 +266,15 @@ vtkStandardNewMacro(StylusStyle)
     look.burr_centre_world =
         look.proxy_world +
         look.burr_radius * (look.has_contact ? state.newest.normal_world : look.shaft_direction);
+    // The depth cue: where the burr would land.
+    const Ray down{look.burr_centre_world + 20.0 * look.shaft_direction, -look.shaft_direction};
+    if (const double landing = distance_to_solid(scene_, *version_, down); landing >= 0) {
+      look.has_ring = true;
+      look.ring_world = down.origin + landing * down.direction;
+      int cells = 0;
+      look.ring_normal_world = haptics::outward_normal(
+          scene_.shapes[0], *version_, scene_.base->frame.volume_from_world(look.ring_world), cells);
+    }
     view_.show(look);
     const haptics::ServoReport servo = live_->servo_report();
     char text[400];
@@ -271,10 +283,12 @@ vtkStandardNewMacro(StylusStyle)
                   "%.1f \xc2\xb5s%s",
                   glm::length(state.newest.force_world), state.removed_mm3, state.strokes,
                   state.strokes == 1 ? "" : "s", depth_mm_, options_.rate_hz, servo.step_p50_us,
-                  servo.faults & haptics::k_latched_faults ? "\nFAULT: the force is off" : "");
+                  servo.faults & haptics::k_latched_faults
+                      ? "\nFAULT: the force is off; press f when its cause is gone"
+                      : "");
     view_.show_text(text,
                     "left: press and drill   wheel: depth   right: turn   middle: move   Ctrl+wheel: zoom   "
-                    "u: undo   R: redo   A P L R S I: views   q: quit");
+                    "u: undo   y: redo   a p l r s i: views   q: quit");
     view_.render();
     ++report_.frames;
     frame_ms_.push_back(1e3 * seconds_since(begin));

@@ -35,7 +35,7 @@ struct WindowReport {
 
 /// Runs until the window closes. Needs a display unless offscreen. Mouse: move to ride the surface, left
 /// button to press and drill, wheel for depth, right button to orbit, middle to pan, Ctrl + wheel to zoom;
-/// Ctrl+Z / Ctrl+Y or U / R to undo and redo; A P L R S I for views; Q to quit.
+/// u or Ctrl+Z to undo, y or Ctrl+Y to redo; a p l r s i for views; f to clear a fault; q to quit.
 volume::Result<WindowReport> run_window(const haptics::TouchScene& scene, const WindowOptions& options);
 
 }  // namespace trephine::view

@@ -241,7 +241,10 @@ TEST_F(Command, BadInputIsSaidAndWritesNothing) {
       {"touch s.mha --path good.csv -o o.csv --iso 5000", 2, "empty"},
       {"touch s.mha --path good.csv -o o.csv --label bone", 2, "no labels"},
       {"touch s.mha --path good.csv -o o.csv --window 9", 2, "LO:HI"},
-      {"touch s.mha --path good.csv -o o.csv --window 9:3", 2, "LO:HI"},
+      {"touch s.mha --path good.csv -o o.csv --window 9:3", 2, "swap"},
+      {"view s.mha --screenshot o.jpg", 2, ".png"},
+      {"drill s.mha --path good.csv -o nowhere/o.mha --burr-diameter 3", 2, "folder does not exist"},
+      {"info UPPER.NII.GZ", 2, "no such file"},
       {"touch s.mha --path good.csv -o o.csv --iso 3 --window 1:2", 2, "one of them"},
       {"drill s.mha --path good.csv -o o.mha --burr-diameter -3", 2, "burr"},
       {"drill s.mha --path good.csv -o o.xyz --burr-diameter 3", 2, "format"},
@@ -270,7 +273,9 @@ TEST_F(Command, BadInputIsSaidAndWritesNothing) {
   const Ended r = run("info nowhere --json");
   EXPECT_EQ(r.exit_code, 2);
   const Json error = Json::parse(r.out);
-  EXPECT_EQ(keys_of(error), with_common({"error"}));
+  EXPECT_EQ(keys_of(error), with_common({"command", "error"}));
+  EXPECT_EQ(error["schema"], "trephine.error/1");
+  EXPECT_EQ(error["command"], "info");
   EXPECT_EQ(keys_of(error["error"]), (std::set<std::string>{"what", "where", "found", "expected", "remedy"}));
 }
 
@@ -351,6 +356,7 @@ TEST_F(Command, ExamplesOfReadmeAndHelpRun) {
         arguments.replace(at, from.size(), to);
     };
     replace("SCANS/HEAD", "head.mha");
+    replace("docs/examples/", TREPHINE_SOURCE_DIR "/docs/examples/");
     if (!arguments.starts_with("phantom"))
       replace(" head ", arguments.find("--label") == std::string::npos ? " head.mha " : " head ");
     replace("--spacing 0.6", "--spacing 2.5");

@@ -190,6 +190,30 @@ std::string mha(const std::string& changes) {
   return header + "ElementDataFile = LOCAL\n" + std::string(4096, '\1');
 }
 
+TEST(Files, HeaderWithTooFewVoxelsBesideItIsRefused) {
+  const Scratch scratch;
+  ASSERT_FALSE(write_volume(scratch / "a.mha", oblique()).has_value());
+  const std::string whole = read_text(scratch / "a.mha"), local = "ElementDataFile = LOCAL\n";
+  const std::size_t at = whole.find(local);
+  write_text(scratch / "b.mhd", whole.substr(0, at) + "ElementDataFile = b.raw\n");
+  expect_refused(scratch / "b.mhd", "no file b.raw");
+  const std::string voxels = whole.substr(at + local.size());
+  write_text(scratch / "b.raw", voxels.substr(0, voxels.size() / 2));
+  expect_refused(scratch / "b.mhd", "bytes of voxels");
+  write_text(scratch / "b.raw", voxels);
+  EXPECT_TRUE(open_volume(scratch / "b.mhd").is_ok());
+}
+
+TEST(Files, ExtensionsMayBeUpperCaseToReadAndSayHowToWrite) {
+  const Scratch scratch;
+  ASSERT_FALSE(write_volume(scratch / "a.nii.gz", oblique()).has_value());
+  fs::copy(scratch / "a.nii.gz", scratch / "A.NII.GZ");
+  EXPECT_TRUE(open_volume(scratch / "A.NII.GZ").is_ok());
+  const volume::Status refused = write_volume(scratch / "B.NII.GZ", oblique());
+  ASSERT_TRUE(refused.has_value());
+  EXPECT_NE(refused->message().find("lower case"), std::string::npos);
+}
+
 TEST(Files, ImpossibleHeadersAreRefused) {
   const Scratch scratch;
   const std::string type = "ElementType = MET_SHORT\n", size = "DimSize = 4 4 4\n";
@@ -375,6 +399,20 @@ TEST_F(Golden, MissingDuplicateAndMixedSlicesAreRefused) {
     for (const char* name : {"01.dcm", "02.dcm", "03.dcm"})
       fs::copy(real_data() + "/dicom_cases/dcmqi_ct3/" + name, scratch.path / name);
     expect_refused(scratch.path.string(), "2 series");
+  }
+  for (const std::size_t bytes : {std::size_t{0}, std::size_t{3000}}) {
+    const Scratch scratch;  // the last slice is cut before its image: no gap would tell of it
+    for (const fs::path& f : files) fs::copy(f, scratch.path / f.filename());
+    fs::resize_file(scratch.path / files.back().filename(), bytes);
+    const auto opened = open_volume(scratch.path.string());
+    if (bytes > 0) {
+      ASSERT_FALSE(opened.is_ok());
+      EXPECT_NE(opened.error().message().find("1 of 20 files"), std::string::npos) << opened.error().message();
+    } else {
+      ASSERT_TRUE(opened.is_ok());  // an empty file is no DICOM: said
+      ASSERT_EQ(opened.value().notices.size(), 1u);
+      EXPECT_NE(opened.value().notices[0].find("1 file in the folder"), std::string::npos);
+    }
   }
   {
     const Scratch scratch;  // a truncated slice

@@ -140,6 +140,45 @@ TEST(ServoLoop, LostDeviceAndFullRingFadeTheForce) {
   }
 }
 
+TEST(ServoCore, NothingIsCutWhileAFaultHolds) {
+  const TouchScene scene = scenes::phantom_scene("sphere", grid(32));
+  const volume::Version version(scene.base);
+  ImplicitProxy method;
+  ASSERT_FALSE(method.prepare(scene).has_value());
+  ServoCore core(scene, method, {}, 1e-3);
+  EXPECT_TRUE(core.step(version, {{0, 0, 50}}, 0, 0).pose.is_pressed);
+  EXPECT_FALSE(core.step(version, {{0, 0, 40}}, 0, fault_lost_device).pose.is_pressed);
+  EXPECT_FALSE(core.step(version, {{0, 0, 40}}, 0, 0).pose.is_pressed);
+  core.reset();
+  EXPECT_TRUE(core.step(version, {{0, 0, 50}}, 0, 0).pose.is_pressed);
+}
+
+TEST(ServoLoop, AFaultIsClearedOnRequest) {
+  const TouchScene scene = scenes::phantom_scene("sphere", grid(32));
+  volume::VersionChannel channel(std::make_shared<volume::Version>(scene.base));
+  ImplicitProxy method;
+  ASSERT_FALSE(method.prepare(scene).has_value());
+  const PosePath wish = PosePath::from_samples({{0, {{0, 0, 50}}}, {0.05, {{0, 0, 42}}}}, "test").value();
+  VirtualDevice device(wish, {});
+  ServoOptions options;
+  options.ring_capacity = 64;
+  ServoLoop loop(device, channel, scene, method, options);
+  ASSERT_FALSE(loop.start().has_value());
+  const auto wait_until = [&](auto&& done) {
+    for (int i = 0; i < 1000 && !done(); ++i) std::this_thread::sleep_for(std::chrono::milliseconds(2));
+    return done();
+  };
+  EXPECT_TRUE(wait_until([&] { return (loop.report().faults & fault_full_ring) != 0; }));
+  ServoRecord record;
+  loop.request_reset();
+  EXPECT_TRUE(wait_until([&] {
+    while (loop.records().pop(record)) {
+    }
+    return (loop.report().faults & k_latched_faults) == 0;
+  }));
+  loop.stop();
+}
+
 TEST(ServoLoop, RefusesImpossibleRates) {
   const TouchScene scene = scenes::phantom_scene("sphere", grid(16));
   volume::VersionChannel channel(std::make_shared<volume::Version>(scene.base));

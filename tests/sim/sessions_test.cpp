@@ -126,6 +126,7 @@ TEST(LiveSession, DrillsOnItsThreadsAndUndoes) {
                         .value();
   haptics::VirtualDevice device(wish, {});
   LiveSession live(device, scene, method, &burr, {});
+  live.keep_trace(100'000);
   ASSERT_FALSE(live.start().has_value());
   double most = 0;
   bool saw_change = false;
