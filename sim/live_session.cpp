@@ -42,6 +42,12 @@ void LiveSession::run() {
       travel(is_redo);
       left -= is_redo ? 1 << 16 : 1;
     }
+    std::optional<glm::dvec3> landing;
+    {
+      const std::lock_guard guard(lock_);
+      landing.swap(landing_);
+    }
+    if (landing) servo_.request_restart(*landing);
     if (is_last_round) return;
     if (!was_busy) std::this_thread::sleep_for(std::chrono::microseconds(200));
   }
@@ -78,6 +84,11 @@ void LiveSession::travel(bool is_redo) {
   state_.strokes = edits_.stroke_count();
   state_.can_undo = edits_.can_undo();
   state_.can_redo = edits_.can_redo();
+}
+
+void LiveSession::set_down(const glm::dvec3& free_point_volume) {
+  const std::lock_guard guard(lock_);
+  landing_ = free_point_volume;
 }
 
 LiveState LiveSession::look() {

@@ -4,6 +4,7 @@
 #include <atomic>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <thread>
 #include <vector>
 
@@ -39,6 +40,9 @@ class LiveSession {
 
   void undo() { requests_.fetch_add(1); }
   void redo() { requests_.fetch_add(1 << 16); }
+  /// Sets the tool down at a free point (volume frame), as a hand that lifts it over: the proxy does not pass through
+  /// what lies between. The device must be there too.
+  void set_down(const glm::dvec3& free_point_volume);
   /// After a latched fault whose cause is gone.
   void reset_faults() noexcept { servo_.request_reset(); }
   /// Takes the news; `changed` starts empty again.
@@ -64,6 +68,7 @@ class LiveSession {
   std::size_t trace_limit_ = 0;
   std::mutex lock_;  // between edit thread and look(); never the servo
   LiveState state_;
+  std::optional<glm::dvec3> landing_;
   std::atomic<int> requests_{0};  // undos in the low half, redos in the high half
   std::atomic<bool> is_stopping_{false};
   std::thread thread_;

@@ -28,6 +28,7 @@ bool MouseDevice::read(double t, haptics::Pose& pose) noexcept {
   constexpr double k_seconds = 0.015;
   const double dt = t - time_;
   if (dt > 0) position_ += dt / (dt + k_seconds) * (wish_ - position_);
+  if (is_jumping_.exchange(false)) position_ = wish_;
   time_ = t;
   pose.position_world = position_;
   pose.orientation = {1, 0, 0, 0};

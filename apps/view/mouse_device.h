@@ -19,13 +19,15 @@ class MouseDevice final : public haptics::Device {
   void write(const glm::dvec3&) noexcept override {}
 
   void set(const glm::dvec3& wish_world, bool is_pressed) noexcept;
+  /// Lifted over: the next read() is at the wish, without a way there.
+  void jump() noexcept { is_jumping_ = true; }
 
  private:
   // A sequence lock for one writer: odd while it writes. The reader tries a few times and else keeps its last
   // wish.
   std::atomic<unsigned> sequence_{0};
   std::atomic<double> x_, y_, z_;
-  std::atomic<bool> is_pressed_{false};
+  std::atomic<bool> is_pressed_{false}, is_jumping_{false};
   glm::dvec3 wish_, position_;
   bool pressed_ = false;
   double time_ = 0;

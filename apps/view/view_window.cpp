@@ -247,7 +247,16 @@ vtkStandardNewMacro(StylusStyle)
     const double hit = distance_to_solid(scene_, *version_, ray);
     if (hit >= 0) reach_ = hit;
     const double along = hit >= 0 ? hit + (is_pressed_ ? depth_mm_ : 0.3) : std::max(0.0, reach_ - 8);
-    mouse_->set(ray.origin + along * ray.direction, is_pressed_ && hit >= 0);
+    const dvec3 wish = ray.origin + along * ray.direction;
+    mouse_->set(wish, is_pressed_ && hit >= 0);
+    // A cursor that jumps lifts the stylus over; it is not dragged through the bone.
+    constexpr double k_jump_mm = 8;
+    if (glm::length(wish - wish_) > k_jump_mm) {
+      const double above = hit >= 0 ? std::max(0.0, hit - 1.5 * scene_.base->frame.diagonal_mm()) : along;
+      live_->set_down(scene_.base->frame.volume_from_world(ray.origin + above * ray.direction));
+      mouse_->jump();
+    }
+    wish_ = wish;
 
     // News from the other threads: the version, its changed chunks, the newest tick.
     const sim::LiveState state = live_->look();
@@ -306,6 +315,7 @@ vtkStandardNewMacro(StylusStyle)
   std::shared_ptr<const volume::Version> version_;
   bool is_pressed_ = false;
   double depth_mm_ = 2, reach_ = 300;
+  dvec3 wish_{1e9};
   Clock::time_point started_;
   std::vector<double> frame_ms_;
   WindowReport report_;
