@@ -1,4 +1,5 @@
 // The trephine command as its users meet it: exit codes, keys of its JSON, its CSV, its errors, its pictures.
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdio>
@@ -277,6 +278,42 @@ TEST_F(Command, BadInputIsSaidAndWritesNothing) {
   EXPECT_EQ(error["schema"], "trephine.error/1");
   EXPECT_EQ(error["command"], "info");
   EXPECT_EQ(keys_of(error["error"]), (std::set<std::string>{"what", "where", "found", "expected", "remedy"}));
+}
+
+// A real scanner's noisy bone, entered and left at random for twenty seconds, and a burr that works its way
+// about in it.
+TEST_F(Command, OnARealSkullNothingFallsThrough) {
+  const char* given = std::getenv("TREPHINE_DATA");
+  const std::string data = given ? given : TREPHINE_SOURCE_DIR "/../shared/data";
+  if (!fs::exists(data + "/skull_phantom")) GTEST_SKIP() << "no real data: set TREPHINE_DATA";
+  ASSERT_EQ(
+      std::system(("tar xJf '" + data + "/skull_phantom/bone_1mm.dicom.tar.xz' -C '" + folder_.string() + "'")
+                      .c_str()),
+      0);
+  std::ostringstream path;
+  path << "t,x,y,z\n";
+  std::uint32_t state = 12345;
+  const auto random = [&state] {
+    return static_cast<double>(state = state * 1664525u + 1013904223u) / 4294967296.0 - 0.5;
+  };
+  double at[3] = {0, 60, 800}, velocity[3] = {0, 0, 0};
+  const double low[3] = {-70, 30, 700}, high[3] = {70, 210, 828};
+  for (int i = 0; i < 20000; ++i) {
+    for (int a = 0; a < 3; ++a) {
+      velocity[a] = 0.98 * velocity[a] + 0.12 * random();
+      at[a] += velocity[a];
+      if (at[a] < low[a] || at[a] > high[a])
+        at[a] = std::clamp(at[a], low[a], high[a]), velocity[a] = -velocity[a];
+    }
+    path << i * 1e-3 << ',' << at[0] << ',' << at[1] << ',' << at[2] << '\n';
+  }
+  write("walk.csv", path.str());
+  const Json touch = json("touch bone_1mm --path walk.csv -o steps.csv");
+  EXPECT_EQ(touch["fall_throughs"], 0);
+  EXPECT_GT(touch["step_us"]["contact"]["count"], 2000);
+  EXPECT_LT(touch["memory"]["held_over_voxels"], 1.3);
+  const Json drill = json("drill bone_1mm --burr-diameter 4 --path walk.csv -o drilled.mha");
+  EXPECT_GT(drill["removed_mm3_total"], 20);
 }
 
 TEST_F(Command, NoHounsfieldUnitsNoDefault) {
