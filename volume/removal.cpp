@@ -12,7 +12,6 @@ namespace trephine::volume {
 
 namespace {
 
-constexpr int k_brick_voxels = k_brick * k_brick * k_brick;
 constexpr std::uint64_t k_all = ~std::uint64_t{0};
 
 /// Largest fineness a mask has; 4 where the ball spans many voxels, 8 where it is small.
