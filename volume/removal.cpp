@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <cstring>
 #include <emmintrin.h>
 #include <glm/geometric.hpp>
 #include <glm/gtc/matrix_access.hpp>
@@ -74,7 +75,6 @@ struct RemovalEditor::Shape : SweepShape {
     const float far = std::sqrt(glm::dot(q, q));
     return far > 0 && far - brick_extent(q / far) > radius + band;
   }
-  bool is_past_end(const glm::vec3& c) const { return projection(c) >= length + voxel_reach || length == 0; }
   glm::vec3 voxel_step(float x, float y, float z) const {
     return {x * ax[0] + y * ay[0] + z * az[0], x * ax[1] + y * ay[1] + z * az[1],
             x * ax[2] + y * ay[2] + z * az[2]};
@@ -244,21 +244,11 @@ void RemovalEditor::remove_in_brick(const Shape& shape, const glm::ivec3& low, s
   kernels_->sweep_brick(shape, &corner.x, is_ball, old ? old->distance.data() : nullptr, sweep);
   if (!sweep.is_in_band) return;
 
-  // Distances: the nearer of old and new, and the bits that follow.
   Brick* brick = nullptr;
   if (sweep.is_nearer) {
     brick = &editable_brick(editable_page(page_index), index);
-    const __m128 zero = _mm_setzero_ps();
-    for (std::size_t z = 0; z < k_brick; ++z) {
-      std::uint64_t kept = 0;
-      for (std::size_t i = 0; i < 64; i += 4) {
-        float* at = brick->distance.data() + 64 * z + i;
-        const __m128 d = _mm_min_ps(_mm_loadu_ps(at), _mm_load_ps(sweep.distance + 64 * z + i));
-        _mm_storeu_ps(at, d);
-        kept |= static_cast<std::uint64_t>(_mm_movemask_ps(_mm_cmpgt_ps(d, zero))) << i;
-      }
-      brick->kept[z] = kept;
-    }
+    std::memcpy(brick->distance.data(), sweep.distance, sizeof sweep.distance);
+    std::copy_n(sweep.kept, k_brick, brick->kept.begin());
   }
 
   // Masks: voxels wholly inside are filled, those on the surface sampled; behind a continued sweep all is
@@ -266,12 +256,13 @@ void RemovalEditor::remove_in_brick(const Shape& shape, const glm::ivec3& low, s
   RemovalMask* mask = nullptr;
   for (std::size_t z = 0; z < k_brick; ++z) {
     const RemovalMask* seen = brick ? brick->mask.get() : old ? old->mask.get() : nullptr;
-    for (std::uint64_t left = sweep.touched[z] & ~(seen ? seen->full[z] : 0); left != 0; left &= left - 1) {
+    const std::uint64_t ahead = shape.sweep.continues ? sweep.ahead[z] : k_all;
+    for (std::uint64_t left = sweep.touched[z] & ahead & ~(seen ? seen->full[z] : 0); left != 0;
+         left &= left - 1) {
       const int bit = std::countr_zero(left);
       const glm::ivec3 in(bit % k_brick, bit / k_brick, static_cast<int>(z));
       const glm::vec3 c = corner + shape.voxel_step(static_cast<float>(in.x), static_cast<float>(in.y),
                                                     static_cast<float>(in.z));
-      if (shape.sweep.continues && shape.projection(c) < -shape.voxel_reach) continue;
       if (mask == nullptr) {
         if (brick == nullptr) brick = &editable_brick(editable_page(page_index), index);
         if (!brick->mask) {
@@ -281,8 +272,15 @@ void RemovalEditor::remove_in_brick(const Shape& shape, const glm::ivec3& low, s
         }
         mask = &editable_mask(*brick, shape.n);
       }
-      report.removed_units += mark(shape, *mask, low + in, 64 * z + static_cast<std::size_t>(bit), c,
-                                   (sweep.inside[z] >> bit & 1) != 0);
+      std::uint64_t samples[8];
+      if (sweep.inside[z] >> bit & 1)
+        std::fill_n(samples, mask->words_per_voxel(), k_all);
+      else if (mask->n == shape.n)
+        kernels_->sample(shape, &c.x, (sweep.past_end[z] >> bit & 1) != 0, samples);
+      else
+        kernels_->sample(Shape(shape.sweep, *next_, mask->n), &c.x, false,
+                         samples);  // a large ball where a small one was
+      report.removed_units += mark(*mask, low + in, 64 * z + static_cast<std::size_t>(bit), samples);
     }
   }
   if (brick) {
@@ -291,28 +289,20 @@ void RemovalEditor::remove_in_brick(const Shape& shape, const glm::ivec3& low, s
   }
 }
 
-std::int64_t RemovalEditor::mark(const Shape& shape, RemovalMask& mask, const glm::ivec3& voxel,
-                                 std::size_t in_brick, const glm::vec3& centre, bool is_inside) {
+std::int64_t RemovalEditor::mark(RemovalMask& mask, const glm::ivec3& voxel, std::size_t in_brick,
+                                 std::uint64_t* samples) {
   const auto words = static_cast<std::size_t>(mask.words_per_voxel());
-  std::uint64_t samples[8];
-  if (is_inside)
-    std::fill(samples, samples + words, k_all);
-  else if (mask.n == shape.n)
-    kernels_->sample(shape, &centre.x, shape.is_past_end(centre), samples);
-  else
-    kernels_->sample(Shape(shape.sweep, *next_, mask.n), &centre.x, shape.is_past_end(centre),
-                     samples);  // rare: a large ball where a small one was
   std::uint64_t* at = mask.words.data() + in_brick * words;
   std::uint64_t any = 0, all = k_all;
   for (std::size_t w = 0; w < words; ++w) {
     samples[w] &= ~at[w];
-    at[w] |= samples[w];
     any |= samples[w];
-    all &= at[w];
   }
+  if (any == 0) return 0;
+  for (std::size_t w = 0; w < words; ++w) all &= at[w] |= samples[w];
   if (all == k_all) mask.full[in_brick / 64] |= std::uint64_t{1} << (in_brick % 64);
   const Volume& base = next_->base();
-  if (any == 0 || !base.contains(voxel)) return 0;
+  if (!base.contains(voxel)) return 0;
   const std::int64_t units = count_solid(mask, voxel, in_brick, samples);
   const std::size_t label = base.labels.is_empty() ? 0 : base.labels[base.index(voxel.x, voxel.y, voxel.z)];
   std::vector<std::int64_t>& ledger = next_->ledger_.units_by_label;

@@ -57,10 +57,9 @@ class RemovalEditor {
   void classify(RemovalMask& mask, const glm::ivec3& low) const;
   void remove_in_brick(const Shape& shape, const glm::ivec3& low, std::size_t page, std::size_t index,
                        RemovalReport& report);
-  /// Marks the samples of a voxel that the sweep removes; returns the solid ones that are new, in ledger
-  /// units.
-  std::int64_t mark(const Shape& shape, RemovalMask& mask, const glm::ivec3& voxel, std::size_t in_brick,
-                    const glm::vec3& centre, bool is_inside);
+  /// Marks `samples` (n^3 bits, left as those that are new) as removed; returns the solid ones that are new,
+  /// in ledger units.
+  std::int64_t mark(RemovalMask& mask, const glm::ivec3& voxel, std::size_t in_brick, std::uint64_t* samples);
   std::int64_t count_solid(const RemovalMask& mask, const glm::ivec3& voxel, std::size_t in_brick,
                            const std::uint64_t* fresh) const;
 

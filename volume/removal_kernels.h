@@ -22,11 +22,14 @@ struct SweepShape {
   alignas(32) float offset_squared[512];
 };
 
-/// A brick's worth of distances to one sweep, and what follows from them, as bits laid out like Brick::kept.
+/// A brick after one sweep, and what follows from the sweep's distances, as bits laid out like Brick::kept.
 struct BrickSweep {
-  alignas(32) float distance[512];  ///< mm, clamped below at -band
+  alignas(32) float distance[512];  ///< the nearer of old and new, mm, within +-band
+  std::uint64_t kept[8];            ///< that distance is > 0
   std::uint64_t touched[8];         ///< the voxel's cube may meet the swept ball
   std::uint64_t inside[8];          ///< the voxel's cube lies in it
+  std::uint64_t ahead[8];           ///< the cube does not lie wholly behind the sweep's start
+  std::uint64_t past_end[8];        ///< the cube lies wholly past its end, where the sweep is a ball
   bool is_in_band, is_nearer, is_hollow;
 };
 

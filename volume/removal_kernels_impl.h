@@ -8,6 +8,8 @@ void sweep_brick(const SweepShape& shape, const float corner[3], bool is_ball, c
   const V zero = Lanes::all(0), length = Lanes::all(shape.length), radius = Lanes::all(shape.radius);
   const V band = Lanes::all(shape.band), deep = Lanes::all(-shape.band);
   const V reach = Lanes::all(shape.voxel_reach), within = Lanes::all(-shape.voxel_reach);
+  // A sweep of no length is a ball everywhere.
+  const V beyond = Lanes::all(shape.length > 0 ? shape.length + shape.voxel_reach : -1e30f);
   const V ux = Lanes::all(shape.along[0]), uy = Lanes::all(shape.along[1]), uz = Lanes::all(shape.along[2]);
   constexpr int k_parts = 8 / Lanes::k_count;  // vectors in a row of eight voxels
   V step[3][k_parts];
@@ -19,7 +21,7 @@ void sweep_brick(const SweepShape& shape, const float corner[3], bool is_ball, c
   }
   unsigned near = 0, nearer = 0, shallow = 0;
   for (int z = 0; z < 8; ++z) {
-    std::uint64_t touched = 0, inside = 0;
+    std::uint64_t kept = 0, touched = 0, inside = 0, ahead = 0, past_end = 0;
     for (int y = 0; y < 8; ++y) {
       float row[3];
       for (int a = 0; a < 3; ++a)
@@ -28,8 +30,11 @@ void sweep_brick(const SweepShape& shape, const float corner[3], bool is_ball, c
         const int at = 64 * z + 8 * y + p * Lanes::k_count;
         V qx = Lanes::add(Lanes::all(row[0]), step[0][p]), qy = Lanes::add(Lanes::all(row[1]), step[1][p]);
         V qz = Lanes::add(Lanes::all(row[2]), step[2][p]);
+        const int bit = 8 * y + p * Lanes::k_count;
         if (!is_ball) {
           const V wt = Lanes::add(Lanes::add(Lanes::mul(qx, ux), Lanes::mul(qy, uy)), Lanes::mul(qz, uz));
+          ahead |= static_cast<std::uint64_t>(Lanes::less_equal(within, wt)) << bit;
+          past_end |= static_cast<std::uint64_t>(Lanes::less_equal(beyond, wt)) << bit;
           const V t = Lanes::min(Lanes::max(wt, zero), length);
           qx = Lanes::sub(qx, Lanes::mul(t, ux));
           qy = Lanes::sub(qy, Lanes::mul(t, uy));
@@ -37,17 +42,22 @@ void sweep_brick(const SweepShape& shape, const float corner[3], bool is_ball, c
         }
         const V square = Lanes::add(Lanes::add(Lanes::mul(qx, qx), Lanes::mul(qy, qy)), Lanes::mul(qz, qz));
         const V d = Lanes::max(Lanes::sub(Lanes::root(square), radius), deep);
-        Lanes::store(out.distance + at, d);
+        const V before = old ? Lanes::load(old + at) : band;
+        const V merged = Lanes::min(before, d);
+        Lanes::store(out.distance + at, merged);
         near |= Lanes::less(d, band);
         shallow |= Lanes::less(deep, d);
-        if (old) nearer |= Lanes::less(d, Lanes::load(old + at));
-        const int bit = 8 * y + p * Lanes::k_count;
+        nearer |= Lanes::less(d, before);
+        kept |= static_cast<std::uint64_t>(Lanes::less(zero, merged)) << bit;
         touched |= static_cast<std::uint64_t>(Lanes::less(d, reach)) << bit;
         inside |= static_cast<std::uint64_t>(Lanes::less_equal(d, within)) << bit;
       }
     }
+    out.kept[z] = kept;
     out.touched[z] = touched;
     out.inside[z] = inside;
+    out.ahead[z] = is_ball ? ~std::uint64_t{0} : ahead;
+    out.past_end[z] = is_ball ? ~std::uint64_t{0} : past_end;
   }
   out.is_in_band = near != 0;
   out.is_nearer = old == nullptr || nearer != 0;
