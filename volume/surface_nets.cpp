@@ -513,9 +513,22 @@ class NetBuilder {
       d[0] = at[0], d[1] = at[1], d[2] = at[k_row], d[3] = at[k_row + 1];
       d[4] = at[k_slice], d[5] = at[k_slice + 1], d[6] = at[k_slice + k_row], d[7] = at[k_slice + k_row + 1];
     } else {
-      for (int i = 0; i < 8; ++i)
-        d[i] = static_cast<float>(
-            version.distance_at(cell.x + (i & 1), cell.y + (i >> 1 & 1), cell.z + (i >> 2 & 1)));
+      // The corners lie in up to eight bricks; those along x mostly in one.
+      const auto band = static_cast<float>(version.band_mm());
+      bool is_any = false;
+      for (int i = 0; i < 8; i += 2) {
+        const glm::ivec3 v(cell.x, cell.y + (i >> 1 & 1), cell.z + (i >> 2 & 1));
+        const bool is_row = v.y >= 0 && v.z >= 0 && v.y < volume_.size.y && v.z < volume_.size.z;
+        const Brick* brick = nullptr;
+        for (int x = 0; x < 2; ++x) {
+          const int vx = v.x + x;
+          const bool is_in = is_row && vx >= 0 && vx < volume_.size.x;
+          if (is_in && (x == 0 || (vx & 7) == 0 || v.x < 0)) brick = version.brick_at(vx, v.y, v.z);
+          d[i + x] = is_in && brick ? brick->distance[Brick::index(vx & 7, v.y & 7, v.z & 7)] : band;
+          is_any = is_any || (is_in && brick != nullptr);
+        }
+      }
+      if (!is_any) return false;
     }
     return std::any_of(d, d + 8, [](float value) { return value <= 0; });
   }
