@@ -61,6 +61,10 @@ void LiveSession::consume(const haptics::ServoRecord& record) {
   if (trace_.size() < trace_limit_) trace_.push_back(record);
   const std::lock_guard guard(lock_);
   state_.newest = record;
+  note(outcome);
+}
+
+void LiveSession::note(const EditOutcome& outcome) {
   if (outcome.is_changed) {
     state_.version = edits_.current();
     state_.changed = united(state_.changed, outcome.box);
@@ -78,12 +82,7 @@ void LiveSession::travel(bool is_redo) {
   channel_.publish(edits_.current());
   if (const glm::dvec3* free = edits_.last_free(places_)) servo_.request_restart(*free);
   const std::lock_guard guard(lock_);
-  state_.version = edits_.current();
-  state_.changed = united(state_.changed, outcome.box);
-  state_.removed_mm3 = edits_.removed_mm3();
-  state_.strokes = edits_.stroke_count();
-  state_.can_undo = edits_.can_undo();
-  state_.can_redo = edits_.can_redo();
+  note(outcome);
 }
 
 void LiveSession::set_down(const glm::dvec3& free_point_volume) {

@@ -58,6 +58,7 @@ class LiveSession {
   void run();
   void consume(const haptics::ServoRecord& record);
   void travel(bool is_redo);
+  void note(const EditOutcome& outcome);  // with lock_ held
 
   const haptics::TouchScene* scene_;
   EditSession edits_;

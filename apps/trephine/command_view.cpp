@@ -12,13 +12,7 @@ using volume::Result;
 
 Result<Outcome> run_view(const ViewArguments& arguments) {
   if (volume::Status error = check_burr(arguments.burr_diameter)) return *error;
-  if (arguments.screenshot.empty() && !view::has_display())
-    return Error{"there is no display to open a window on",
-                 "",
-                 "DISPLAY is not set",
-                 "an X display",
-                 "use --screenshot OUT.png for a picture, or run under xvfb-run",
-                 volume::ErrorKind::missing_here};
+  if (arguments.screenshot.empty() && !view::has_display()) return view::no_display();
   if (!arguments.screenshot.empty()) {
     if (!data_tools::has_extension(arguments.screenshot, ".png"))
       return Error{"this is no picture format that trephine writes",

@@ -33,6 +33,15 @@ bool has_display() {
   return display != nullptr && *display != '\0';
 }
 
+volume::Error no_display() {
+  return {"there is no display to open a window on",
+          "",
+          "DISPLAY is not set",
+          "an X display",
+          "use --screenshot OUT.png for a picture",
+          volume::ErrorKind::missing_here};
+}
+
 namespace {
 
 /// A core OpenGL context of Mesa's surfaceless platform, and a VTK window that draws into its own

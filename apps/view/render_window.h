@@ -12,6 +12,8 @@ namespace trephine::view {
 
 /// Is there an X display to open a window on?
 bool has_display();
+/// What to say when a window is wanted and there is none.
+volume::Error no_display();
 
 /// Owns an OpenGL context and a VTK window that draws into it. One thread.
 class DrawSurface {

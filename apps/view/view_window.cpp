@@ -330,13 +330,7 @@ Result<WindowReport> run_window(const haptics::TouchScene& scene, const WindowOp
     if (!surface) return surface.error();
     return Window(scene, options, surface.value()->window()).draw_once(start);
   }
-  if (!has_display())
-    return Error{"there is no display to open a window on",
-                 "",
-                 "DISPLAY is not set",
-                 "an X display",
-                 "use --screenshot OUT.png for a picture, or run under xvfb-run",
-                 volume::ErrorKind::missing_here};
+  if (!has_display()) return no_display();
   vtkNew<vtkRenderWindow> window;
   window->SetSize(1200, 900);
   window->SetMultiSamples(4);
