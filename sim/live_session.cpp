@@ -42,6 +42,10 @@ void LiveSession::run() {
       travel(is_redo);
       left -= is_redo ? 1 << 16 : 1;
     }
+    if (wants_reset_.exchange(false)) {
+      servo_.request_reset();
+      if (const glm::dvec3* free = edits_.last_free(places_)) servo_.request_restart(*free);
+    }
     std::optional<glm::dvec3> landing;
     {
       const std::lock_guard guard(lock_);

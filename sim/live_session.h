@@ -40,11 +40,12 @@ class LiveSession {
 
   void undo() { requests_.fetch_add(1); }
   void redo() { requests_.fetch_add(1 << 16); }
-  /// Sets the tool down at a free point (volume frame), as a hand that lifts it over: the proxy does not pass through
-  /// what lies between. The device must be there too.
+  /// Sets the tool down at a free point (volume frame), as a hand that lifts it over: the proxy does not pass
+  /// through what lies between. The device must be there too.
   void set_down(const glm::dvec3& free_point_volume);
-  /// After a latched fault whose cause is gone.
-  void reset_faults() noexcept { servo_.request_reset(); }
+  /// After a latched fault whose cause is gone: the force comes back from zero, and the proxy from the last
+  /// free place.
+  void reset_faults() noexcept { wants_reset_ = true; }
   /// Takes the news; `changed` starts empty again.
   LiveState look();
   haptics::ServoReport servo_report() const { return servo_.report(); }
@@ -71,7 +72,7 @@ class LiveSession {
   LiveState state_;
   std::optional<glm::dvec3> landing_;
   std::atomic<int> requests_{0};  // undos in the low half, redos in the high half
-  std::atomic<bool> is_stopping_{false};
+  std::atomic<bool> is_stopping_{false}, wants_reset_{false};
   std::thread thread_;
 };
 

@@ -362,11 +362,11 @@ TEST_F(Command, WindowOpensUnderXvfbDrawsAndCloses) {
   if (std::system("command -v xvfb-run >/dev/null") != 0) GTEST_SKIP() << "no xvfb-run";
   ASSERT_EQ(run("phantom shell --size 64 -o s.mha").exit_code, 0);
   const Ended r =
-      run("view s.mha --seconds 1.5 --screenshot w.png --json", "xvfb-run -a -s '-screen 0 1280x1024x24'");
+      run("view s.mha --seconds 3 --screenshot w.png --json", "xvfb-run -a -s '-screen 0 1280x1024x24'");
   ASSERT_EQ(r.exit_code, 0) << r.err;
   const Json view = Json::parse(r.out);
   EXPECT_EQ(view["is_offscreen"], false);
-  EXPECT_GT(view["frames"], 5);
+  EXPECT_GT(view["frames"], 2);
   EXPECT_GT(view["servo"]["ticks"], 1000);
   EXPECT_EQ(view["servo"]["faults"].get<int>() & (1 | 16 | 32), 0);
   EXPECT_GT(fs::file_size(folder_ / "w.png"), 10000u);

@@ -145,7 +145,8 @@ void expect_refused(const std::string& path, const char* word) {
   ASSERT_FALSE(opened.is_ok()) << path;
   const std::string message = opened.error().message();
   EXPECT_NE(message.find(word), std::string::npos) << message;
-  EXPECT_EQ(message.find(fs::temp_directory_path().string() + "/"), std::string::npos) << "a full path: " << message;
+  EXPECT_EQ(message.find(fs::temp_directory_path().string() + "/"), std::string::npos)
+      << "a full path: " << message;
   EXPECT_FALSE(opened.error().where.empty()) << message;
 }
 
@@ -407,7 +408,8 @@ TEST_F(Golden, MissingDuplicateAndMixedSlicesAreRefused) {
     const auto opened = open_volume(scratch.path.string());
     if (bytes > 0) {
       ASSERT_FALSE(opened.is_ok());
-      EXPECT_NE(opened.error().message().find("1 of 20 files"), std::string::npos) << opened.error().message();
+      EXPECT_NE(opened.error().message().find("1 of 20 files"), std::string::npos)
+          << opened.error().message();
     } else {
       ASSERT_TRUE(opened.is_ok());  // an empty file is no DICOM: said
       ASSERT_EQ(opened.value().notices.size(), 1u);

@@ -172,8 +172,7 @@ TEST(ServoLoop, AFaultIsClearedOnRequest) {
   ServoRecord record;
   loop.request_reset();
   EXPECT_TRUE(wait_until([&] {
-    while (loop.records().pop(record)) {
-    }
+    while (loop.records().pop(record)) {}
     return (loop.report().faults & k_latched_faults) == 0;
   }));
   loop.stop();

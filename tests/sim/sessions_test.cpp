@@ -49,7 +49,8 @@ TEST(Lockstep, SameInputSameBits) {
   }
   EXPECT_EQ(hashes[0], hashes[1]);
   EXPECT_EQ(forces[0], forces[1]);
-  // The same on every compiler, preset and x86-64 CPU; a change of the phantom or of removal changes it knowingly.
+  // The same on every compiler, preset and x86-64 CPU; a change of the phantom or of removal changes it
+  // knowingly.
   EXPECT_EQ(hashes[0], 9417461461550874069ull);
   EXPECT_EQ(std::bit_cast<std::uint64_t>(forces[0].z), 4597345573958413389ull);
 }
@@ -151,6 +152,10 @@ TEST(LiveSession, DrillsOnItsThreadsAndUndoes) {
   EXPECT_TRUE(wait_until([](const LiveState& s) { return s.removed_mm3 == 0 && s.version->is_untouched(); }));
   live.redo();
   EXPECT_TRUE(wait_until([&](const LiveState& s) { return s.removed_mm3 > 5; }));
+  live.reset_faults();  // harmless when there is none
+  const double asked_at = live.look().newest.t;
+  EXPECT_TRUE(wait_until([&](const LiveState& s) { return s.newest.t > asked_at + 0.05; }));
+  EXPECT_EQ(live.look().newest.faults & haptics::k_latched_faults, 0u);
   live.stop();
   EXPECT_EQ(live.servo_report().faults & (haptics::fault_not_finite | haptics::fault_full_ring), 0u);
   std::uint64_t tick = 0;
