@@ -178,9 +178,10 @@ ServoReport ServoLoop::report() const {
   r.late_max_us = lateness_.max_us();
   r.faults = faults_.load();
   const int refused = refused_.load();
-  if (refused & 1)
-    r.notice += "real-time scheduling was refused (allow it: rtprio in /etc/security/limits.d); ";
-  if (refused & 2) r.notice += "locking memory was refused (allow it: memlock in /etc/security/limits.d); ";
+  if (refused & 1) r.notice = "real-time scheduling was refused (allow it: rtprio in /etc/security/limits.d)";
+  if (refused & 2)
+    r.notice += std::string(r.notice.empty() ? "" : "; ") +
+                "locking memory was refused (allow it: memlock in /etc/security/limits.d)";
   return r;
 }
 
