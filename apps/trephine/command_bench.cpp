@@ -39,10 +39,13 @@ void bench_surface(int size, Outcome& outcome) {
                     ratio, row.our_triangles, row.peer_triangles);
   }
   outcome.text += format_text(
-      "32^3 chunk with surface: p50 %.1f us, p99 %.1f us; under a burr: p50 %.1f us, p99 %.1f us\n",
-      r.surface_chunk.p50, r.surface_chunk.p99, r.drilled_chunk.p50, r.drilled_chunk.p99);
+      "32^3 chunk with surface: p50 %.1f us, p99 %.1f us; under a burr (up to %zu vertices): p50 %.1f us, "
+      "p99 %.1f us\n",
+      r.surface_chunk.p50, r.surface_chunk.p99, r.drilled_chunk_vertices, r.drilled_chunk.p50,
+      r.drilled_chunk.p99);
   outcome.json["surfaces"] = rows;
   outcome.json["surface_chunk_us"] = to_json(r.surface_chunk);
+  outcome.json["drilled_chunk_vertices"] = r.drilled_chunk_vertices;
   outcome.json["drilled_chunk_us"] = to_json(r.drilled_chunk);
 }
 

@@ -416,7 +416,8 @@ TEST_F(Command, AuditSaysZeroMismatches) {
 
 TEST_F(Command, BenchmarksHaveTheirKeys) {
   const Json surface = json("bench surface --size 64");
-  EXPECT_EQ(keys_of(surface), with_common({"surfaces", "surface_chunk_us", "drilled_chunk_us"}));
+  EXPECT_EQ(keys_of(surface),
+            with_common({"surfaces", "surface_chunk_us", "drilled_chunk_us", "drilled_chunk_vertices"}));
   ASSERT_EQ(surface["surfaces"].size(), 4u);
   for (const Json& row : surface["surfaces"]) EXPECT_GT(row["ratio_to_peer"], 0);
   const Json load = json("bench load head");

@@ -15,6 +15,7 @@ struct SurfaceRow {
   std::size_t our_triangles = 0, peer_triangles = 0;
 };
 struct SurfaceResult {
+  std::size_t drilled_chunk_vertices = 0;  ///< of the largest chunk under the burr
   std::vector<SurfaceRow> rows;
   StepTimes surface_chunk;  ///< any 32^3 chunk of the shell that holds surface, us
   StepTimes
