@@ -37,6 +37,8 @@ class ForceModel {
   ForceModel(const ForceOptions& options, double dt);
   /// Servo thread.
   glm::dvec3 step(const ProxyStep& proxy, const glm::dvec3& hip_world, const TouchScene& scene) noexcept;
+  /// The next stretch starts anew, without damping against the last one; the smoothed force goes on.
+  void let_go() noexcept { had_contact_ = false; }
   /// As if never touched: the force starts from zero.
   void reset() noexcept;
   double alpha() const noexcept { return alpha_; }

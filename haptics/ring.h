@@ -4,6 +4,7 @@
 #include <atomic>
 #include <cstddef>
 #include <memory>
+#include <utility>
 
 namespace trephine::haptics {
 
@@ -11,6 +12,7 @@ namespace trephine::haptics {
 template <class T>
 class Ring {
  public:
+  Ring(Ring&& other) noexcept : slots_(std::move(other.slots_)), mask_(other.mask_) {}  ///< before any use
   explicit Ring(std::size_t capacity) {
     std::size_t size = 1;
     while (size < capacity) size *= 2;
@@ -25,6 +27,11 @@ class Ring {
     written_.store(at + 1, std::memory_order_release);
     return true;
   }
+  /// Producer: what the consumer has not read yet, and how many pushes will succeed.
+  std::size_t size() const noexcept {
+    return written_.load(std::memory_order_relaxed) - read_.load(std::memory_order_acquire);
+  }
+  std::size_t room() const noexcept { return mask_ + 1 - size(); }
   /// Consumer. False when there is nothing new.
   bool pop(T& value) noexcept {
     const std::size_t at = read_.load(std::memory_order_relaxed);

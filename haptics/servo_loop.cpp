@@ -13,14 +13,6 @@ using glm::dvec3;
 
 namespace {
 
-constexpr double k_farthest_mm = 1e6;  // a pose beyond this is a broken device, not a place
-
-bool is_place(const dvec3& p) noexcept {
-  for (int a = 0; a < 3; ++a)
-    if (!(std::abs(p[a]) <= k_farthest_mm)) return false;
-  return true;
-}
-
 std::int64_t now_ns() noexcept {
   timespec t{};
   clock_gettime(CLOCK_MONOTONIC, &t);
@@ -34,58 +26,20 @@ void sleep_until(std::int64_t ns) noexcept {
 
 }  // namespace
 
-ServoCore::ServoCore(const TouchScene& scene, const ProxyMethod& method, const ForceOptions& options,
-                     double dt)
-    : scene_(&scene), method_(&method), force_(options, dt), guard_(options, dt) {}
-
-ServoRecord ServoCore::step(const volume::Version& version, const Pose& pose, double t,
-                            std::uint32_t faults) noexcept {
-  ServoRecord record;
-  record.tick = tick_++;
-  record.t = t;
-  record.version = version.serial();
-  record.pose = pose;
-  dvec3 wanted(0);
-  if (is_place(pose.position_world)) {
-    step_ = method_->step(*scene_, version, state_, {pose.position_world});
-    wanted = force_.step(step_, pose.position_world, *scene_);
-    record.proxy_world = step_.proxy_world;
-    record.normal_world = step_.normal_world;
-    record.has_contact = step_.has_contact;
-    record.is_buried = step_.is_buried;
-    record.shape = step_.shape;
-    record.side = step_.side;
-  } else {
-    record.pose.position_world = dvec3(0);
-    faults |= fault_not_finite;
+ServoLoop::ServoLoop(std::span<Device* const> devices, volume::VersionChannel& channel,
+                     const TouchScene& scene, const ProxyMethod& method, const ServoOptions& options,
+                     std::uint64_t first_tick)
+    : channel_(&channel), options_(options), first_tick_(first_tick), ring_(options.ring_capacity) {
+  TREPHINE_ASSERT(!devices.empty() && devices.size() <= k_max_hands);
+  for (Device* device : devices) {
+    hands_.push_back({device, ServoCore(scene, method, options.force, 1 / options.rate_hz, first_tick), {}});
+    hands_.back().core.set_hand(static_cast<std::uint8_t>(hands_.size() - 1));
   }
-  record.force_world = guard_.step(wanted, faults);
-  record.faults = guard_.faults();
-  // Without a force there is no hand on the tool: nothing is cut.
-  if (record.faults & k_latched_faults) record.pose.is_pressed = false;
-  return record;
-}
-
-void ServoCore::restart_at(const dvec3& free_point_volume) noexcept {
-  state_ = ProxyState{};
-  state_.has_proxy = true;
-  state_.proxy_volume = free_point_volume;
-  force_.reset();
-}
-
-void ServoCore::reset() noexcept {
-  state_ = ProxyState{};
-  force_.reset();
-  guard_.reset();
 }
 
 ServoLoop::ServoLoop(Device& device, volume::VersionChannel& channel, const TouchScene& scene,
                      const ProxyMethod& method, const ServoOptions& options)
-    : device_(&device),
-      channel_(&channel),
-      options_(options),
-      core_(scene, method, options.force, 1 / options.rate_hz),
-      ring_(options.ring_capacity) {}
+    : ServoLoop(std::array{&device}, channel, scene, method, options) {}
 
 ServoLoop::~ServoLoop() { stop(); }
 
@@ -93,10 +47,15 @@ volume::Status ServoLoop::start() {
   if (!(options_.rate_hz >= 250 && options_.rate_hz <= 10000))
     return volume::Error{"the servo rate is out of range", "", std::to_string(options_.rate_hz) + " Hz",
                          "250 to 10000 Hz", ""};
-  if (volume::Status error = device_->open()) return error;
+  for (std::size_t h = 0; h < hands_.size(); ++h) {
+    volume::Status error = hands_[h].device->open();
+    if (!error) continue;
+    while (h-- > 0) hands_[h].device->close();
+    return error;
+  }
   reader_ = channel_->open_reader();
   if (reader_ < 0) {
-    device_->close();
+    for (Hand& hand : hands_) hand.device->close();
     return volume::Error{"too many servo loops read one scene", "", "",
                          "at most " + std::to_string(volume::VersionChannel::k_readers),
                          "stop another loop first"};
@@ -111,63 +70,92 @@ void ServoLoop::stop() {
   is_stopping_ = true;
   thread_.join();
   channel_->close_reader(reader_);
-  device_->close();
+  for (Hand& hand : hands_) hand.device->close();
 }
 
-void ServoLoop::request_restart(const dvec3& free_point_volume) noexcept {
-  restarts_.push(free_point_volume);
+void ServoLoop::request_restart(const dvec3& free_point_volume, std::size_t hand) noexcept {
+  hands_[hand].restarts.push(free_point_volume);
+}
+
+bool request_realtime(int priority) noexcept {
+  sched_param wanted{};
+  wanted.sched_priority = priority;
+  return pthread_setschedparam(pthread_self(), SCHED_FIFO, &wanted) == 0;
 }
 
 void ServoLoop::run() noexcept {
   _MM_SET_FLUSH_ZERO_MODE(_MM_FLUSH_ZERO_ON);
   _MM_SET_DENORMALS_ZERO_MODE(_MM_DENORMALS_ZERO_ON);
   if (options_.wants_realtime) {
-    sched_param priority{};
-    priority.sched_priority = 80;
-    if (pthread_setschedparam(pthread_self(), SCHED_FIFO, &priority) != 0) refused_ |= 1;
+    if (!request_realtime(80)) refused_ |= 1;
     if (mlockall(MCL_CURRENT) != 0) refused_ |= 2;
   }
   const auto period = static_cast<std::int64_t>(std::llround(1e9 / options_.rate_hz));
   const auto watchdog = static_cast<std::int64_t>(options_.watchdog_seconds * 1e9);
   const std::int64_t start = now_ns();
   std::int64_t due = start;
-  Pose pose;
-  std::uint32_t faults = 0;
   for (std::uint64_t tick = 0; !is_stopping_.load(std::memory_order_relaxed); ++tick, due += period) {
     sleep_until(due);
     const std::int64_t begin = now_ns();
     const std::int64_t late = begin - due;
     lateness_.add(static_cast<std::uint64_t>(late > 0 ? late : 0));
     if (late > period) overruns_.fetch_add(1, std::memory_order_relaxed);
-    if (late > watchdog) faults |= fault_stale_scene;
-
-    // Wishes first, then one version for the whole step: a wish is published after the version that it is
-    // about. Device time is the tick's own, so that nothing depends on the clock.
-    if (wants_reset_.exchange(false, std::memory_order_relaxed)) {
-      core_.reset();
-      faults = 0;
-    }
-    dvec3 free_point;
-    while (restarts_.pop(free_point)) core_.restart_at(free_point);
-    const volume::Version* version = channel_->adopt(reader_);
-    const double t = static_cast<double>(tick) / options_.rate_hz;
-    if (!device_->read(t, pose)) faults |= fault_lost_device;
-    const ServoRecord record = core_.step(*version, pose, t, faults);
-    device_->write(record.force_world);
-    if (!ring_.push(record)) faults |= fault_full_ring;
-    faults_.store(record.faults | faults, std::memory_order_relaxed);
+    this->tick(tick, late > watchdog ? fault_stale_scene : 0u);
     ticks_.store(tick + 1, std::memory_order_relaxed);
     step_times_.add(static_cast<std::uint64_t>(now_ns() - begin));
     // After a long gap the missed ticks are not made up for.
     if (late > 8 * period) due = begin;
   }
-  device_->write(dvec3(0));
+  for (Hand& hand : hands_) hand.device->write(dvec3(0));
+}
+
+void ServoLoop::tick(std::uint64_t tick, std::uint32_t faults) noexcept {
+  // Device time is the tick's own, so that nothing depends on the clock.
+  const double t = static_cast<double>(tick) / options_.rate_hz;
+  std::uint32_t seen = 0;
+
+  // A tick that cannot be told to the edits is not felt either: the replay must know every step.
+  if (ring_.room() < hands_.size()) {
+    dropped_.fetch_add(1, std::memory_order_relaxed);
+    for (Hand& hand : hands_) {
+      hand.faults |= faults | fault_full_ring;
+      hand.device->read(t, hand.pose);
+      hand.device->write(hand.core.skip(hand.faults));
+      seen |= hand.faults;
+    }
+    faults_.store(seen, std::memory_order_relaxed);
+    return;
+  }
+  const bool is_reset = wants_reset_.exchange(false, std::memory_order_relaxed);
+  const volume::Version* version = channel_->adopt(reader_);
+  const bool is_lagging = static_cast<double>(ring_.size()) >
+                          options_.lag_seconds * options_.rate_hz * static_cast<double>(hands_.size());
+  for (Hand& hand : hands_) {
+    ServoInput input;
+    if (is_reset) hand.faults = 0;
+    input.is_reset = is_reset;
+    // A way out is told before its version is published, so it is here when the version is.
+    WayOut way;
+    while (hand.ways.pop(way)) hand.core.offer(way);
+    while (hand.restarts.pop(input.restart_volume)) input.is_restarted = true;
+    hand.faults |= faults;
+    if (is_lagging) hand.faults |= fault_stale_scene;
+    if (!hand.device->read(t, hand.pose)) hand.faults |= fault_lost_device;
+    input.pose = hand.pose;
+    input.faults = hand.faults;
+    const ServoRecord record = hand.core.step(*version, input);
+    hand.device->write(record.force_world);
+    ring_.push(record);
+    seen |= record.faults | hand.faults;
+  }
+  faults_.store(seen, std::memory_order_relaxed);
 }
 
 ServoReport ServoLoop::report() const {
   ServoReport r;
   r.ticks = ticks_.load();
   r.overruns = overruns_.load();
+  r.dropped = dropped_.load();
   r.step_p50_us = step_times_.percentile_us(50);
   r.step_p99_us = step_times_.percentile_us(99);
   r.step_p999_us = step_times_.percentile_us(99.9);

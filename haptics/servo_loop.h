@@ -3,56 +3,23 @@
 
 #include <atomic>
 #include <memory>
+#include <span>
 #include <string>
 #include <thread>
+#include <vector>
 
 #include "haptics/device.h"
-#include "haptics/force.h"
 #include "haptics/histogram.h"
 #include "haptics/ring.h"
+#include "haptics/servo_core.h"
 
 namespace trephine::haptics {
-
-/// What one tick did, for the edit thread, recordings and displays.
-struct ServoRecord {
-  std::uint64_t tick = 0;
-  double t = 0;               ///< s since the start
-  std::uint64_t version = 0;  ///< serial of the version the tick saw
-  Pose pose;
-  glm::dvec3 proxy_world{0.0}, normal_world{0.0}, force_world{0.0};
-  bool has_contact = false, is_buried = false;
-  int shape = -1, side = 0;
-  std::uint32_t faults = 0;
-};
-
-/// The work of one tick, shared by the live loop and the lockstep of sim. Holds all state of the feel.
-class ServoCore {
- public:
-  /// Borrows scene and method, which was prepared for it.
-  ServoCore(const TouchScene& scene, const ProxyMethod& method, const ForceOptions& options, double dt);
-  /// Servo thread. `faults` were seen outside this tick. A pose that is no place gives no force and a latched
-  /// fault.
-  ServoRecord step(const volume::Version& version, const Pose& pose, double t, std::uint32_t faults) noexcept;
-  /// The proxy starts anew at a free point and the force from zero.
-  void restart_at(const glm::dvec3& free_point_volume) noexcept;
-  void reset() noexcept;
-  const ProxyStep& last_step() const noexcept { return step_; }
-  const ProxyState& proxy_state() const noexcept { return state_; }
-
- private:
-  const TouchScene* scene_;
-  const ProxyMethod* method_;
-  ForceModel force_;
-  ForceGuard guard_;
-  ProxyState state_;
-  ProxyStep step_;
-  std::uint64_t tick_ = 0;
-};
 
 struct ServoOptions {
   double rate_hz = 1000;  ///< 250 to 10000
   ForceOptions force;
   double watchdog_seconds = 0.1;  ///< a tick later than this fades the force
+  double lag_seconds = 0.5;       ///< edits farther behind than this make the scene stale: the force fades
   std::size_t ring_capacity = 4096;
   bool wants_realtime = true;  ///< SCHED_FIFO and locked memory, when allowed
 };
@@ -60,51 +27,73 @@ struct ServoOptions {
 /// Figures of a running or finished loop.
 struct ServoReport {
   std::uint64_t ticks = 0, overruns = 0;  ///< overrun: a tick that began a whole period late
+  std::uint64_t dropped = 0;              ///< ticks for whose records the ring had no room
   double step_p50_us = 0, step_p99_us = 0, step_p999_us = 0, step_max_us = 0;
   double late_p50_us = 0, late_p99_us = 0, late_p999_us = 0, late_max_us = 0;  ///< wake-up after its due time
   std::uint32_t faults = 0;
   std::string notice;  ///< what real-time help was refused, in words; empty when all was granted
 };
 
+/// One thread for all hands: every device is read, felt and answered in each tick, on one version.
 class ServoLoop {
  public:
-  /// Borrows everything for its life.
+  static constexpr std::size_t k_max_hands = 4;
+
+  /// Borrows everything for its life. `first_tick`: where the count goes on (a resumed session).
+  ServoLoop(std::span<Device* const> devices, volume::VersionChannel& channel, const TouchScene& scene,
+            const ProxyMethod& method, const ServoOptions& options, std::uint64_t first_tick = 0);
+  /// One hand.
   ServoLoop(Device& device, volume::VersionChannel& channel, const TouchScene& scene,
             const ProxyMethod& method, const ServoOptions& options);
   ~ServoLoop();
   ServoLoop(const ServoLoop&) = delete;
   ServoLoop& operator=(const ServoLoop&) = delete;
 
-  /// Opens the device and starts the thread.
+  /// Opens the devices and starts the thread. A device that does not open closes those before it.
   volume::Status start();
-  /// Stops the thread and closes the device; a second call does nothing.
+  /// Stops the thread and closes the devices; a second call does nothing.
   void stop();
 
-  /// Consumer's end of the records; one thread.
+  /// Consumer's end of the records, a tick's hands in order; one thread. When the ring is full, whole ticks
+  /// are dropped: the proxies stand still, the force fades out, and the fault is latched.
   Ring<ServoRecord>& records() noexcept { return ring_; }
-  /// Asks the servo to put the proxy on a free point (volume frame) at its next tick, with force from zero.
-  void request_restart(const glm::dvec3& free_point_volume) noexcept;
-  /// Clears latched faults at the next tick; the proxy starts anew at the HIP, the force from zero. A person
-  /// asks for it, once the cause is gone.
+  /// Asks the servo to put a hand's proxy on a free point (volume frame) at its next tick, with force from
+  /// zero. These requests come from one thread, the edit thread.
+  void request_restart(const glm::dvec3& free_point_volume, std::size_t hand = 0) noexcept;
+  /// Tells the servo the way out of matter that grows in a version about to be published.
+  void offer_way_out(const WayOut& way, std::size_t hand = 0) noexcept { hands_[hand].ways.push(way); }
+  /// Clears latched faults of all hands at the next tick; their proxies start anew at the HIP, the force from
+  /// zero. A person asks for it, once the cause is gone.
   void request_reset() noexcept { wants_reset_ = true; }
   ServoReport report() const;
 
  private:
+  struct Hand {
+    Device* device;
+    ServoCore core;
+    Pose pose;
+    std::uint32_t faults = 0;
+    Ring<glm::dvec3> restarts{16};
+    Ring<WayOut> ways{16};
+  };
   void run() noexcept;
+  void tick(std::uint64_t tick, std::uint32_t faults) noexcept;
 
-  Device* device_;
+  std::vector<Hand> hands_;
   volume::VersionChannel* channel_;
   ServoOptions options_;
-  ServoCore core_;
+  std::uint64_t first_tick_ = 0;
   Ring<ServoRecord> ring_;
-  Ring<glm::dvec3> restarts_{16};
   Histogram step_times_, lateness_;
-  std::atomic<std::uint64_t> ticks_{0}, overruns_{0};
+  std::atomic<std::uint64_t> ticks_{0}, overruns_{0}, dropped_{0};
   std::atomic<std::uint32_t> faults_{0};
   std::atomic<bool> is_stopping_{false}, wants_reset_{false};
   std::atomic<int> refused_{0};  // 1 scheduling, 2 memory
   int reader_ = -1;
   std::thread thread_;
 };
+
+/// Asks the kernel to run the calling thread before ordinary ones; false when that is not allowed.
+bool request_realtime(int priority) noexcept;
 
 }  // namespace trephine::haptics

@@ -1,6 +1,9 @@
 #include "sim/edit_session.h"
 
+#include <algorithm>
+#include <array>
 #include <glm/common.hpp>
+#include <glm/geometric.hpp>
 
 #include "volume/traversal.h"
 
@@ -14,6 +17,15 @@ std::vector<volume::Field> fields_of(const haptics::TouchScene& scene) {
   for (const haptics::TouchShape& shape : scene.shapes) fields.push_back(shape.field);
   return fields;
 }
+
+/// Keeps places farther than half a voxel from the last one; when there are too many the older half is
+/// dropped.
+void remember_place(std::vector<glm::dvec3>& places, const glm::dvec3& place) {
+  constexpr std::size_t k_most = 4096;
+  if (!places.empty() && glm::length(places.back() - place) < 0.5) return;
+  if (places.size() >= k_most) places.erase(places.begin(), places.begin() + k_most / 2);
+  places.push_back(place);
+}
 }  // namespace
 
 volume::VoxelBox united(const volume::VoxelBox& a, const volume::VoxelBox& b) noexcept {
@@ -22,22 +34,33 @@ volume::VoxelBox united(const volume::VoxelBox& a, const volume::VoxelBox& b) no
   return {glm::min(a.low, b.low), glm::max(a.high, b.high)};
 }
 
-EditSession::EditSession(const haptics::TouchScene& scene, Tool* tool, double dt)
+EditSession::EditSession(const haptics::TouchScene& scene, std::span<Tool* const> tools, double dt)
     : scene_(&scene),
-      tool_(tool),
       dt_(dt),
       editor_(std::make_shared<volume::Version>(scene.base), fields_of(scene)),
       current_(editor_.publish()) {
+  for (Tool* tool : tools) hands_.push_back({tool, false, {}});
   history_.push_back({current_, k_nothing});
 }
 
+EditSession::EditSession(const haptics::TouchScene& scene, Tool* tool, double dt)
+    : EditSession(scene, std::array{tool}, dt) {}
+
 EditOutcome EditSession::consume(const haptics::ServoRecord& tick) {
-  if (!tick.pose.is_pressed || tool_ == nullptr) {
-    if (is_pressed_) end_stroke();
+  Hand& hand = hands_[tick.hand];
+  const bool is_at_home = !tick.is_led && !tick.is_buried && (tick.faults & haptics::k_latched_faults) == 0;
+  if (is_at_home) remember_place(hand.places, scene_->base->frame.volume_from_world(tick.proxy_world));
+  if (!tick.pose.is_pressed || hand.tool == nullptr) {
+    if (hand.is_pressed) {
+      hand.is_pressed = false;
+      hand.tool->lift();
+      if (std::none_of(hands_.begin(), hands_.end(), [](const Hand& h) { return h.is_pressed; }))
+        end_stroke();
+    }
     return {};
   }
-  is_pressed_ = true;
-  const volume::RemovalReport report = tool_->apply(tick, dt_, editor_);
+  hand.is_pressed = is_pressed_ = true;
+  const volume::RemovalReport report = hand.tool->apply(tick, dt_, editor_);
   if (report.bricks_changed == 0) return {};
   current_ = editor_.publish();
   is_stroke_changed_ = true;
@@ -45,8 +68,30 @@ EditOutcome EditSession::consume(const haptics::ServoRecord& tick) {
   return {true, report.box};
 }
 
+EditOutcome EditSession::apply(const Command& command) {
+  switch (command.kind) {
+    case Command::Kind::undo:
+      return undo();
+    case Command::Kind::redo:
+      return redo();
+    case Command::Kind::set_tool:
+      if (command.hand < hands_.size() && hands_[command.hand].tool)
+        hands_[command.hand].tool->set(command.name, command.value);
+      return {};
+    case Command::Kind::resume:
+      end_stroke();
+      return {};
+    case Command::Kind::note:
+      break;
+  }
+  return {};
+}
+
 void EditSession::end_stroke() {
-  if (tool_) tool_->lift();
+  for (Hand& hand : hands_) {
+    if (hand.tool) hand.tool->lift();
+    hand.is_pressed = false;
+  }
   is_pressed_ = false;
   if (!is_stroke_changed_) return;
   editor_.end_stroke();
@@ -91,15 +136,45 @@ std::vector<double> EditSession::removed_mm3_by_label() const {
   return result;
 }
 
-const glm::dvec3* EditSession::last_free(std::span<const glm::dvec3> places) const noexcept {
-  for (std::size_t i = places.size(); i-- > 0;) {
-    const glm::ivec3 v = volume::voxel_of(places[i]);
-    bool is_free = true;
-    for (const haptics::TouchShape& shape : scene_->shapes)
-      if (scene_->base->contains(v) && shape.bits->is_solid(v) && current_->is_kept(v)) is_free = false;
-    if (is_free) return &places[i];
-  }
+bool EditSession::is_free(const glm::dvec3& place) const noexcept {
+  const glm::ivec3 v = volume::voxel_of(place);
+  if (!scene_->base->contains(v) || !current_->is_kept(v)) return true;
+  return std::none_of(scene_->shapes.begin(), scene_->shapes.end(),
+                      [&](const haptics::TouchShape& shape) { return shape.bits->is_solid(v); });
+}
+
+const glm::dvec3* EditSession::last_free(std::size_t hand) const noexcept {
+  const std::vector<glm::dvec3>& places = hands_[hand].places;
+  for (std::size_t i = places.size(); i-- > 0;)
+    if (is_free(places[i])) return &places[i];
   return nullptr;
+}
+
+std::optional<haptics::WayOut> EditSession::way_out(std::size_t hand) const {
+  const glm::dvec3* free = last_free(hand);
+  if (free == nullptr) return std::nullopt;
+  const std::vector<glm::dvec3>& places = hands_[hand].places;
+  // Back along the path; from each place straight on to the oldest one that lies beside it.
+  constexpr double k_beside = 1;  // voxels
+  const auto last = static_cast<std::size_t>(free - places.data());
+  std::vector<glm::dvec3> way;
+  for (std::size_t i = places.size() - 1;;) {
+    way.push_back(places[i]);
+    if (i == last) break;
+    std::size_t next = last;
+    while (next + 1 < i && glm::length(places[next] - places[i]) > k_beside) ++next;
+    i = next;
+  }
+  haptics::WayOut result;
+  result.version = current_->serial();
+  const std::size_t stride =
+      (way.size() + haptics::WayOut::k_most_places - 1) / haptics::WayOut::k_most_places;
+  for (std::size_t i = stride - 1; i < way.size(); i += stride) result.places_volume[result.count++] = way[i];
+  if (way.size() % stride != 0) {
+    if (result.count == haptics::WayOut::k_most_places) --result.count;
+    result.places_volume[result.count++] = way.back();
+  }
+  return result;
 }
 
 }  // namespace trephine::sim

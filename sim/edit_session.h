@@ -2,7 +2,9 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "sim/tool.h"
@@ -15,14 +17,31 @@ struct EditOutcome {
   volume::VoxelBox box{glm::ivec3(0), glm::ivec3(-1)};  ///< voxels that may look different now
 };
 
-/// Runs one tool over servo ticks and keeps a version for each finished stroke (button pressed to released).
-/// One thread: the edit thread, or the only one in lockstep.
+/// A wish that changes the state beside the ticks. Recordable: a session is ticks and commands in order.
+struct Command {
+  enum class Kind : std::uint8_t {
+    undo = 0,
+    redo = 1,
+    set_tool = 2,  ///< `name` = `value` for the tool of `hand`
+    note = 3,      ///< `name` is a remark or an event; changes nothing
+    resume = 4,    ///< a session goes on: strokes end, every proxy and force starts afresh
+  };
+  Kind kind = Kind::note;
+  std::uint8_t hand = 0;
+  std::string name;
+  double value = 0;
+};
+
+/// Runs a tool for each hand over servo ticks and keeps a version for each finished stroke: from the first
+/// pressed button to the last released one. One thread: the edit thread, or the only one in lockstep.
 class EditSession {
  public:
-  /// Borrows scene and tool; a null tool only touches. `dt` is the servo's period, s.
+  /// Borrows scene and tools, one a hand; a null tool only touches. `dt` is the servo's period, s.
+  EditSession(const haptics::TouchScene& scene, std::span<Tool* const> tools, double dt);
   EditSession(const haptics::TouchScene& scene, Tool* tool, double dt);
 
   EditOutcome consume(const haptics::ServoRecord& tick);
+  EditOutcome apply(const Command& command);
   /// Ends an open stroke and goes back (or forward) by one. Nothing changes at the end of the history.
   EditOutcome undo();
   EditOutcome redo();
@@ -33,20 +52,30 @@ class EditSession {
   const std::shared_ptr<const volume::Version>& current() const noexcept { return current_; }
   /// Number of finished strokes that are applied.
   std::size_t stroke_count() const noexcept { return position_; }
+  bool is_in_stroke() const noexcept { return is_pressed_; }
   double removed_mm3() const noexcept;
   /// By label; one entry for volumes without labels.
   std::vector<double> removed_mm3_by_label() const;
+  std::size_t hand_count() const noexcept { return hands_.size(); }
 
-  /// Of the places (volume frame, oldest first) where a proxy was, the last one that is free now; null when
-  /// none is.
-  const glm::dvec3* last_free(std::span<const glm::dvec3> places) const noexcept;
+  /// Of the places (volume frame) where a hand's proxy was, the newest that is free now; null when none is.
+  const glm::dvec3* last_free(std::size_t hand = 0) const noexcept;
+  /// From where a hand's proxy was back along its path, loops left out, to the newest place that is free in
+  /// the current version. Nothing when none is free.
+  std::optional<haptics::WayOut> way_out(std::size_t hand = 0) const;
 
  private:
+  struct Hand {
+    Tool* tool;
+    bool is_pressed = false;
+    std::vector<glm::dvec3> places;  ///< where the proxy was, volume frame, thinned out, oldest first
+  };
   void end_stroke();
   EditOutcome go_to(std::size_t position);
+  bool is_free(const glm::dvec3& place) const noexcept;
 
   const haptics::TouchScene* scene_;
-  Tool* tool_;
+  std::vector<Hand> hands_;
   double dt_;
   volume::RemovalEditor editor_;
   std::shared_ptr<const volume::Version> current_;

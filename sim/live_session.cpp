@@ -1,16 +1,30 @@
 #include "sim/live_session.h"
 
+#include <array>
 #include <chrono>
 
 namespace trephine::sim {
 
 LiveSession::LiveSession(haptics::Device& device, const haptics::TouchScene& scene,
-                         const haptics::ProxyMethod& method, Tool* tool, const haptics::ServoOptions& options)
+                         const haptics::ProxyMethod& method, Tool* tool, const haptics::ServoOptions& options,
+                         SessionWriter* recorder)
+    : LiveSession(std::array{&device}, scene, method, EditSession(scene, tool, 1 / options.rate_hz), options,
+                  recorder) {}
+
+LiveSession::LiveSession(std::span<haptics::Device* const> devices, const haptics::TouchScene& scene,
+                         const haptics::ProxyMethod& method, EditSession edits,
+                         const haptics::ServoOptions& options, SessionWriter* recorder,
+                         std::uint64_t first_tick)
     : scene_(&scene),
-      edits_(scene, tool, 1 / options.rate_hz),
+      edits_(std::move(edits)),
       channel_(edits_.current()),
-      servo_(device, channel_, scene, method, options) {
-  state_.version = edits_.current();
+      servo_(devices, channel_, scene, method, options, first_tick),
+      recorder_(recorder),
+      wants_realtime_(options.wants_realtime) {
+  TREPHINE_ASSERT(devices.size() == edits_.hand_count());
+  state_.hands.resize(devices.size());
+  const std::lock_guard guard(lock_);
+  note({true, {glm::ivec3(0), glm::ivec3(-1)}});
 }
 
 LiveSession::~LiveSession() { stop(); }
@@ -29,43 +43,64 @@ void LiveSession::stop() {
 }
 
 void LiveSession::run() {
+  // Before ordinary threads, behind the servo: late edits are felt too.
+  if (wants_realtime_) haptics::request_realtime(40);
   haptics::ServoRecord record;
+  std::vector<Command> commands;
+  std::vector<std::pair<std::size_t, glm::dvec3>> landings;
   for (;;) {
     const bool is_last_round = is_stopping_.load();
     bool was_busy = false;
-    while (servo_.records().pop(record)) {
+    for (int i = 0; i < 256 && servo_.records().pop(record); ++i) {
       consume(record);
       was_busy = true;
     }
-    for (int left = requests_.exchange(0); left > 0;) {
-      const bool is_redo = left >= 1 << 16;
-      travel(is_redo);
-      left -= is_redo ? 1 << 16 : 1;
-    }
-    if (wants_reset_.exchange(false)) {
-      servo_.request_reset();
-      if (const glm::dvec3* free = edits_.last_free(places_)) servo_.request_restart(*free);
-    }
-    std::optional<glm::dvec3> landing;
     {
       const std::lock_guard guard(lock_);
-      landing.swap(landing_);
+      commands.swap(commands_);
+      landings.swap(landings_);
     }
-    if (landing) servo_.request_restart(*landing);
-    if (is_last_round) return;
+    for (const Command& command : commands) carry_out(command);
+    commands.clear();
+    if (wants_reset_.exchange(false)) {
+      servo_.request_reset();
+      for (std::size_t h = 0; h < edits_.hand_count(); ++h)
+        if (const glm::dvec3* free = edits_.last_free(h)) servo_.request_restart(*free, h);
+    }
+    for (const auto& [hand, place] : landings) servo_.request_restart(place, hand);
+    landings.clear();
+    if (is_last_round && !was_busy) return;
     if (!was_busy) std::this_thread::sleep_for(std::chrono::microseconds(200));
   }
 }
 
 void LiveSession::consume(const haptics::ServoRecord& record) {
-  if ((record.faults & haptics::k_latched_faults) == 0)
-    remember_place(places_, scene_->base->frame.volume_from_world(record.proxy_world));
   const EditOutcome outcome = edits_.consume(record);
   if (outcome.is_changed) channel_.publish(edits_.current());
+  if (recorder_) recorder_->add(record, edits_, outcome);
   if (trace_.size() < trace_limit_) trace_.push_back(record);
   const std::lock_guard guard(lock_);
-  state_.newest = record;
+  state_.hands[record.hand] = record;
+  if (record.hand == 0) state_.newest = record;
   note(outcome);
+}
+
+void LiveSession::carry_out(const Command& command) {
+  const EditOutcome outcome = edits_.apply(command);
+  if (outcome.is_changed) {
+    // The way out first: the servo must know it when the matter is there.
+    for (std::size_t h = 0; h < edits_.hand_count(); ++h)
+      if (const std::optional<haptics::WayOut> way = edits_.way_out(h)) servo_.offer_way_out(*way, h);
+    channel_.publish(edits_.current());
+  }
+  if (recorder_) recorder_->add(command, edits_, outcome);
+  const std::lock_guard guard(lock_);
+  note(outcome);
+}
+
+void LiveSession::apply(Command command) {
+  const std::lock_guard guard(lock_);
+  commands_.push_back(std::move(command));
 }
 
 void LiveSession::note(const EditOutcome& outcome) {
@@ -79,19 +114,9 @@ void LiveSession::note(const EditOutcome& outcome) {
   state_.can_redo = edits_.can_redo();
 }
 
-void LiveSession::travel(bool is_redo) {
-  const EditOutcome outcome = is_redo ? edits_.redo() : edits_.undo();
-  if (!outcome.is_changed) return;
-  // The version first: a proxy set free before it would walk back into the hole that is about to close.
-  channel_.publish(edits_.current());
-  if (const glm::dvec3* free = edits_.last_free(places_)) servo_.request_restart(*free);
+void LiveSession::set_down(const glm::dvec3& free_point_volume, std::size_t hand) {
   const std::lock_guard guard(lock_);
-  note(outcome);
-}
-
-void LiveSession::set_down(const glm::dvec3& free_point_volume) {
-  const std::lock_guard guard(lock_);
-  landing_ = free_point_volume;
+  landings_.emplace_back(hand, free_point_volume);
 }
 
 LiveState LiveSession::look() {

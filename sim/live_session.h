@@ -5,17 +5,20 @@
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <span>
 #include <thread>
 #include <vector>
 
+#include "haptics/servo_loop.h"
 #include "sim/edit_session.h"
-#include "sim/lockstep.h"
+#include "sim/session_writer.h"
 
 namespace trephine::sim {
 
 /// What a display needs, copied at one moment.
 struct LiveState {
-  haptics::ServoRecord newest;
+  haptics::ServoRecord newest;              ///< of the first hand
+  std::vector<haptics::ServoRecord> hands;  ///< the newest of each
   std::shared_ptr<const volume::Version> version;
   volume::VoxelBox changed{glm::ivec3(0), glm::ivec3(-1)};  ///< since the last look
   double removed_mm3 = 0;
@@ -27,9 +30,13 @@ struct LiveState {
 /// rate.
 class LiveSession {
  public:
-  /// Borrows everything for its life; the method was prepared for the scene.
+  /// Borrows everything for its life; the method was prepared for the scene. One hand.
   LiveSession(haptics::Device& device, const haptics::TouchScene& scene, const haptics::ProxyMethod& method,
-              Tool* tool, const haptics::ServoOptions& options);
+              Tool* tool, const haptics::ServoOptions& options, SessionWriter* recorder = nullptr);
+  /// Several hands in one servo loop, or a session that goes on from `edits` at `first_tick`.
+  LiveSession(std::span<haptics::Device* const> devices, const haptics::TouchScene& scene,
+              const haptics::ProxyMethod& method, EditSession edits, const haptics::ServoOptions& options,
+              SessionWriter* recorder = nullptr, std::uint64_t first_tick = 0);
   ~LiveSession();
   LiveSession(const LiveSession&) = delete;
   LiveSession& operator=(const LiveSession&) = delete;
@@ -38,11 +45,13 @@ class LiveSession {
   /// Stops the servo, lets the edits finish what it recorded, and joins. A second call does nothing.
   void stop();
 
-  void undo() { requests_.fetch_add(1); }
-  void redo() { requests_.fetch_add(1 << 16); }
+  /// Any thread. Commands are applied in order, between ticks, and recorded.
+  void apply(Command command);
+  void undo() { apply({Command::Kind::undo, 0, {}, 0}); }
+  void redo() { apply({Command::Kind::redo, 0, {}, 0}); }
   /// Sets the tool down at a free point (volume frame), as a hand that lifts it over: the proxy does not pass
   /// through what lies between. The device must be there too.
-  void set_down(const glm::dvec3& free_point_volume);
+  void set_down(const glm::dvec3& free_point_volume, std::size_t hand = 0);
   /// After a latched fault whose cause is gone: the force comes back from zero, and the proxy from the last
   /// free place.
   void reset_faults() noexcept { wants_reset_ = true; }
@@ -58,20 +67,21 @@ class LiveSession {
  private:
   void run();
   void consume(const haptics::ServoRecord& record);
-  void travel(bool is_redo);
+  void carry_out(const Command& command);
   void note(const EditOutcome& outcome);  // with lock_ held
 
   const haptics::TouchScene* scene_;
   EditSession edits_;
   volume::VersionChannel channel_;
   haptics::ServoLoop servo_;
-  std::vector<glm::dvec3> places_;
+  SessionWriter* recorder_;
+  bool wants_realtime_;
   std::vector<haptics::ServoRecord> trace_;
   std::size_t trace_limit_ = 0;
-  std::mutex lock_;  // between edit thread and look(); never the servo
+  std::mutex lock_;  // between edit thread and others; never the servo
   LiveState state_;
-  std::optional<glm::dvec3> landing_;
-  std::atomic<int> requests_{0};  // undos in the low half, redos in the high half
+  std::vector<Command> commands_;
+  std::vector<std::pair<std::size_t, glm::dvec3>> landings_;
   std::atomic<bool> is_stopping_{false}, wants_reset_{false};
   std::thread thread_;
 };

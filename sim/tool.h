@@ -1,7 +1,9 @@
 // What an instrument does to the volume at each tick of the servo.
 #pragma once
 
-#include "haptics/servo_loop.h"
+#include <string_view>
+
+#include "haptics/servo_core.h"
 #include "volume/removal.h"
 
 namespace trephine::sim {
@@ -15,6 +17,9 @@ class Tool {
                                       volume::RemovalEditor& editor) = 0;
   /// The stroke is over: the next tick starts afresh.
   virtual void lift() = 0;
+  /// Sets one of the instrument's settings by the name that recordings use; false when it has no such setting
+  /// or the value is out of range. Between strokes.
+  virtual bool set(std::string_view name, double value) = 0;
 };
 
 }  // namespace trephine::sim

@@ -87,6 +87,17 @@ RemovalEditor::RemovalEditor(std::shared_ptr<const Version> start, std::vector<F
   reset(std::move(start));
 }
 
+RemovalEditor::RemovalEditor(const RemovalEditor& other)
+    : next_(std::make_shared<Version>(*other.next_)),
+      solids_(other.solids_),
+      kernels_(other.kernels_),
+      stroke_(other.stroke_) {}
+
+RemovalEditor& RemovalEditor::operator=(const RemovalEditor& other) {
+  RemovalEditor copy(other);
+  return *this = std::move(copy);
+}
+
 void RemovalEditor::reset(std::shared_ptr<const Version> start) {
   const std::uint64_t serial = next_ ? std::max(next_->serial_, start->serial_) : start->serial_;
   next_ = std::make_shared<Version>(*start);

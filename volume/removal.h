@@ -36,6 +36,11 @@ class RemovalEditor {
   /// `kernels`: which variant of the inner loops; all give the same bits.
   RemovalEditor(std::shared_ptr<const Version> start, std::vector<Field> solids,
                 const RemovalKernels& kernels = best_removal_kernels());
+  /// A second editor that goes on from here on its own. Between strokes, with everything published.
+  RemovalEditor(const RemovalEditor& other);
+  RemovalEditor& operator=(const RemovalEditor& other);
+  RemovalEditor(RemovalEditor&&) = default;
+  RemovalEditor& operator=(RemovalEditor&&) = default;
 
   /// Edits the working state; readers see nothing until publish().
   RemovalReport remove(const Sweep& sweep);

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
-#include <cmath>
 #include <cstring>
 #include <emmintrin.h>
 #include <glm/common.hpp>

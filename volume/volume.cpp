@@ -1,8 +1,11 @@
 #include "volume/volume.h"
 
+#include <cstring>
 #include <fstream>
 #include <limits>
 #include <sys/mman.h>
+
+#include "volume/mix_hash.h"
 
 namespace trephine::volume {
 
@@ -24,6 +27,35 @@ int Volume::label_value(const std::string& name) const noexcept {
   for (std::size_t i = 0; i < label_names.size(); ++i)
     if (label_names[i] == name) return static_cast<int>(i);
   return -1;
+}
+
+std::uint64_t content_hash(const Volume& volume) noexcept {
+  MixHash hash;
+  for (int a = 0; a < 3; ++a) hash.add(static_cast<std::uint64_t>(volume.size[a]));
+  hash.add(static_cast<std::uint64_t>(volume.is_hounsfield));
+  for (int a = 0; a < 3; ++a) {
+    hash.add(volume.frame.origin()[a]);
+    for (int b = 0; b < 3; ++b) hash.add(volume.frame.axes()[a][b]);
+  }
+  // Four lanes: a single chain of multiplications would wait for itself.
+  const auto add_bytes = [&hash](const void* data, std::size_t bytes) {
+    MixHash lanes[4];
+    std::uint64_t words[4];
+    const char* at = static_cast<const char*>(data);
+    for (; bytes >= sizeof words; bytes -= sizeof words, at += sizeof words) {
+      std::memcpy(words, at, sizeof words);
+      for (int i = 0; i < 4; ++i) lanes[i].add(words[i]);
+    }
+    std::memset(words, 0, sizeof words);
+    std::memcpy(words, at, bytes);
+    for (int i = 0; i < 4; ++i) {
+      lanes[i].add(words[i]);
+      hash.add(lanes[i].value());
+    }
+  };
+  add_bytes(volume.voxels.data(), volume.voxels.bytes());
+  add_bytes(volume.labels.data(), volume.labels.bytes());
+  return hash.value();
 }
 
 std::size_t available_memory_bytes() {

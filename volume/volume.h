@@ -37,6 +37,9 @@ struct Volume {
 /// not positive, overflows, or does not fit in this machine's free memory.
 Result<Volume> make_volume(const glm::ivec3& size, const Frame& frame, bool with_labels = false);
 
+/// Hash of a scan: its grid, its voxels and its labels. Equal scans, equal hash; some GB/s.
+std::uint64_t content_hash(const Volume& volume) noexcept;
+
 /// Memory that could still be used, bytes, as the kernel estimates it.
 std::size_t available_memory_bytes();
 

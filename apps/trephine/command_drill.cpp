@@ -47,7 +47,7 @@ Result<Outcome> run_drill(const DrillArguments& arguments) {
     if (i % 256 == 0 && !progress(static_cast<double>(i) / static_cast<double>(times.size())))
       return interrupted("drilling");
     const auto begin = Clock::now();
-    run.step(path.value().at(times[i]), times[i]);
+    run.step(path.value().at(times[i]));
     if (run.last_edit().is_changed)
       tick_us.push_back(std::chrono::duration<double, std::micro>(Clock::now() - begin).count());
   }

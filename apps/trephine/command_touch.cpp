@@ -92,7 +92,7 @@ Result<Outcome> run_touch(const TouchArguments& arguments) {
     haptics::Pose pose = path.value().at(times[i]);
     if (i == 0) first_touch_seconds = process_seconds();
     const auto begin = Clock::now();
-    const haptics::ServoRecord record = servo.step(version, pose, times[i], 0);
+    const haptics::ServoRecord record = servo.step(version, {pose});
     const double us = std::chrono::duration<double, std::micro>(Clock::now() - begin).count();
     (record.has_contact ? contact_us : free_us).push_back(us);
     const haptics::ProxyStep& step = servo.last_step();

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "apps/view/bone_view.h"
+#include "haptics/servo_loop.h"
 #include "modules/drilling/burr.h"
 
 namespace trephine::view {

@@ -25,6 +25,21 @@ void Burr::lift() {
   free_mm_ = owed_mm3_ = 0;
 }
 
+bool Burr::set(std::string_view name, double value) {
+  if (name == "is_kinematic" && (value == 0 || value == 1))
+    options_.is_kinematic = value == 1;
+  else if (name == "diameter" && value > 0 && value <= 30)
+    options_.radius = 0.5 * value;
+  else if (name == "removal_rate" && value > 0 && value <= 1e5)
+    options_.removal_rate = value;
+  else if (name == "feed_limit" && value > 0 && value <= 1e4)
+    options_.feed_limit = value;
+  else
+    return false;
+  lift();
+  return true;
+}
+
 double Burr::sweep_to(const dvec3& centre, volume::RemovalEditor& editor, volume::RemovalReport& report) {
   const volume::RemovalReport one =
       editor.remove({has_centre_ ? centre_ : centre, centre, options_.radius, has_centre_});

@@ -25,6 +25,8 @@ class Burr final : public sim::Tool {
   volume::RemovalReport apply(const haptics::ServoRecord& tick, double dt,
                               volume::RemovalEditor& editor) override;
   void lift() override;
+  /// "diameter" and "feed_limit" (mm, mm/s), "removal_rate" (mm^3/s), "is_kinematic" (0 or 1).
+  bool set(std::string_view name, double value) override;
 
   const BurrOptions& options() const noexcept { return options_; }
   /// Where the ball is, world frame; meaningful while has_centre().

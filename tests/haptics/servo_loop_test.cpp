@@ -66,11 +66,11 @@ TEST(ServoCore, ForceIsFiniteAndLatchedOnBadPoses) {
   ASSERT_FALSE(method.prepare(scene).has_value());
   for (const double bad : {std::nan(""), std::numeric_limits<double>::infinity(), 1e300}) {
     ServoCore core(scene, method, {}, 1e-3);
-    core.step(version, {{0, 0, 60}}, 0, 0);
-    for (int i = 0; i < 100; ++i) core.step(version, {{0, 0, 40}}, 0, 0);
-    ServoRecord r = core.step(version, {{0, bad, 40}}, 0, 0);
+    core.step(version, {{{0, 0, 60}}});
+    for (int i = 0; i < 100; ++i) core.step(version, {{{0, 0, 40}}});
+    ServoRecord r = core.step(version, {{{0, bad, 40}}});
     EXPECT_EQ(r.force_world, glm::dvec3(0));
-    r = core.step(version, {{0, 0, 40}}, 0, 0);
+    r = core.step(version, {{{0, 0, 40}}});
     EXPECT_EQ(r.force_world, glm::dvec3(0));
     EXPECT_TRUE(r.faults & fault_not_finite);
   }
@@ -146,11 +146,11 @@ TEST(ServoCore, NothingIsCutWhileAFaultHolds) {
   ImplicitProxy method;
   ASSERT_FALSE(method.prepare(scene).has_value());
   ServoCore core(scene, method, {}, 1e-3);
-  EXPECT_TRUE(core.step(version, {{0, 0, 50}}, 0, 0).pose.is_pressed);
-  EXPECT_FALSE(core.step(version, {{0, 0, 40}}, 0, fault_lost_device).pose.is_pressed);
-  EXPECT_FALSE(core.step(version, {{0, 0, 40}}, 0, 0).pose.is_pressed);
+  EXPECT_TRUE(core.step(version, {{{0, 0, 50}}}).pose.is_pressed);
+  EXPECT_FALSE(core.step(version, {{{0, 0, 40}}, fault_lost_device}).pose.is_pressed);
+  EXPECT_FALSE(core.step(version, {{{0, 0, 40}}}).pose.is_pressed);
   core.reset();
-  EXPECT_TRUE(core.step(version, {{0, 0, 50}}, 0, 0).pose.is_pressed);
+  EXPECT_TRUE(core.step(version, {{{0, 0, 50}}}).pose.is_pressed);
 }
 
 TEST(ServoLoop, AFaultIsClearedOnRequest) {

@@ -78,7 +78,7 @@ TEST(ServoQuiet, HundredThousandStepsNeitherAllocateNorLock) {
     is_watched = true;
     const volume::Version* version = channel.adopt(reader);
     device.read(i * 1e-3, pose);
-    const ServoRecord record = core.step(*version, pose, i * 1e-3, 0);
+    const ServoRecord record = core.step(*version, {pose});
     device.write(record.force_world);
     ring.push(record);
     histogram.add(100);

@@ -49,7 +49,7 @@ double drill(const haptics::TouchScene& scene, const haptics::PosePath& path, do
   EXPECT_FALSE(method.prepare(scene).has_value());
   Burr burr(options);
   sim::Lockstep run(scene, method, &burr, {}, rate);
-  for (const double t : haptics::servo_times(path, rate)) run.step(path.at(t), t);
+  for (const double t : haptics::servo_times(path, rate)) run.step(path.at(t));
   if (end) *end = run.edits().current();
   return run.edits().removed_mm3();
 }
@@ -152,7 +152,7 @@ TEST(Drilling, TheProxyNeverFallsThroughWhileItDrills) {
   const haptics::PosePath path = scenes::rough_walk(dvec3(-9, -9, -7), dvec3(9, 9, 3), 0.4, 15000, 21);
   for (const auto& s : path.samples()) {
     seen = run.edits().current();
-    run.step(s.pose, s.t);
+    run.step(s.pose);
     const auto& step = run.last_step();
     judge.look({std::span(step.path_volume.data(), static_cast<std::size_t>(step.waypoint_count)),
                 scene.base->frame.volume_from_world(s.pose.position_world), step.has_contact,

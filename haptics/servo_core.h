@@ -1,0 +1,123 @@
+// The work of one servo tick: pose in, proxy and force out. Shared by the live loop, lockstep and replay.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "haptics/force.h"
+#include "haptics/pose_path.h"
+
+namespace trephine::haptics {
+
+/// Work done on the hand, N mm: the sum of F_k (x_{k+1} - x_k) over the holds (Hannaford & Ryu 2006, eq. 5).
+struct EnergyLedger {
+  double contact = 0;    ///< surfaces, friction and what smoothing leaves of them
+  double growth = 0;     ///< while the proxy was led out of matter that grew
+  double discarded = 0;  ///< stored by growth in the spring, had the proxy jumped out; never rendered
+};
+
+/// What one tick did, for the edit thread, recordings and displays. Input and output: a tick can be run
+/// again.
+struct ServoRecord {
+  std::uint64_t tick = 0;
+  double t = 0;               ///< s since the start
+  std::uint64_t version = 0;  ///< serial of the version the tick saw
+  Pose pose;                  ///< not pressed while a fault is latched or the proxy is led out
+  glm::dvec3 proxy_world{0.0}, normal_world{0.0}, force_world{0.0};
+  bool has_contact = false, is_buried = false;
+  bool is_led = false;  ///< matter grew over the proxy and it is on its way out
+  int shape = -1, side = 0;
+  std::uint32_t faults = 0;
+  std::uint32_t raised = 0;  ///< faults seen outside this tick's work: an input
+  bool is_reset = false, is_restarted = false;
+  glm::dvec3 restart_volume{0.0};  ///< meaningful when restarted
+  std::uint8_t hand = 0;
+  EnergyLedger energy;  ///< since the start
+};
+
+/// All that a tick is told.
+struct ServoInput {
+  Pose pose;
+  std::uint32_t faults = 0;  ///< seen outside: latched ones stay raised until a reset
+  bool is_reset = false;     ///< forget everything first
+  bool is_restarted = false;
+  glm::dvec3 restart_volume{0.0};  ///< then set the proxy on this free point, the force from zero
+};
+
+/// The way back of a proxy over which matter grows in `version`: where it had been, newest first, to a place
+/// that is free then.
+struct WayOut {
+  static constexpr std::size_t k_most_places = 64;
+  std::uint64_t version = 0;
+  std::uint32_t count = 0;  ///< at least one place
+  std::array<glm::dvec3, k_most_places> places_volume;
+};
+
+/// How a proxy is led out: in tenths of a second over the length of a burr hole, with less force than a
+/// resting hand holds against.
+inline constexpr double k_lead_speed = 100;    ///< mm/s
+inline constexpr double k_lead_force = 3;      ///< N
+inline constexpr double k_lead_recovery = 10;  ///< N/s, at which the full force comes back afterwards
+
+/// Holds all state of the feel; plain data, so that a copy saves it.
+class ServoCore {
+ public:
+  /// Borrows scene and method, which was prepared for it.
+  ServoCore(const TouchScene& scene, const ProxyMethod& method, const ForceOptions& options, double dt,
+            std::uint64_t first_tick = 0);
+  void set_hand(std::uint8_t hand) noexcept { hand_ = hand; }
+
+  /// Servo thread. A pose that is no place gives no force and a latched fault.
+  ServoRecord step(const volume::Version& version, const ServoInput& input) noexcept;
+  /// A tick that nobody can be told about: the proxy stays, the force goes on fading. Gives the force.
+  glm::dvec3 skip(std::uint32_t faults) noexcept;
+  /// From the first version on whose serial is the way's, a buried proxy is led out along it.
+  void offer(const WayOut& way) noexcept;
+  void restart_at(const glm::dvec3& free_point_volume) noexcept;
+  void reset() noexcept;
+
+  std::uint64_t next_tick() const noexcept { return tick_; }
+  const ProxyStep& last_step() const noexcept { return step_; }
+  const ProxyState& proxy_state() const noexcept { return state_; }
+
+ private:
+  void begin_lead(const volume::Version& version, const glm::dvec3& hip_world) noexcept;
+  void lead(const glm::dvec3& hip_world) noexcept;
+  void account(const ServoRecord& record) noexcept;
+
+  const TouchScene* scene_;
+  const ProxyMethod* method_;
+  ForceModel force_;
+  ForceGuard guard_;
+  double dt_, force_limit_;
+  ProxyState state_;
+  ProxyStep step_;
+  std::uint64_t tick_ = 0;
+  std::uint8_t hand_ = 0;
+  int touched_ = 0;  ///< shape of the newest contact
+  glm::dvec3 wanted_{0.0};
+
+  WayOut way_;
+  bool has_way_ = false, is_led_ = false;
+  std::uint32_t next_place_ = 0;
+  glm::dvec3 anchor_volume_{0.0};
+  double cap_;  ///< N, of the force after a lead
+
+  EnergyLedger energy_;
+  glm::dvec3 last_force_{0.0}, last_position_{0.0};
+  bool had_position_ = false, was_led_ = false;
+};
+
+/// While it lives, this thread flushes denormals to zero, as a servo thread does: the same bits in a replay.
+class DenormalsFlushed {
+ public:
+  DenormalsFlushed() noexcept;
+  ~DenormalsFlushed();
+  DenormalsFlushed(const DenormalsFlushed&) = delete;
+  DenormalsFlushed& operator=(const DenormalsFlushed&) = delete;
+
+ private:
+  unsigned before_;
+};
+
+}  // namespace trephine::haptics

@@ -1,0 +1,438 @@
+#include "sim/session_format.h"
+
+#include <bit>
+#include <charconv>
+#include <cmath>
+#include <cstring>
+#include <type_traits>
+
+#include "haptics/servo_loop.h"
+#include "volume/mix_hash.h"
+
+namespace trephine::sim {
+
+using glm::dvec3;
+using volume::Error;
+using volume::Result;
+
+static_assert(std::endian::native == std::endian::little, "session files are little endian");
+
+namespace {
+
+// First byte of an item: flags of a tick below 0x80, another kind from there on.
+enum TickFlag : std::uint8_t {
+  tick_jumps = 1,
+  has_position = 2,
+  has_orientation = 4,
+  is_pressed_flag = 8,
+  has_version = 16,
+  has_extras = 32,
+  has_force = 64,
+};
+enum ExtraFlag : std::uint8_t {
+  has_raised = 1,
+  reset_flag = 2,
+  restart_flag = 4,
+  hand_flag = 8,
+  contact_flag = 16
+};
+constexpr std::uint8_t k_command = 0x80, k_version = 0x81, k_hash = 0x82;
+
+template <class T>
+void put(std::string& out, const T& value) {
+  static_assert(std::is_trivially_copyable_v<T>);
+  const std::size_t at = out.size();
+  out.resize(at + sizeof value);
+  std::memcpy(out.data() + at, &value, sizeof value);
+}
+
+template <class T>
+bool get(std::string_view& in, T& value) {
+  static_assert(std::is_trivially_copyable_v<T>);
+  if (in.size() < sizeof value) return false;
+  std::memcpy(&value, in.data(), sizeof value);
+  in.remove_prefix(sizeof value);
+  return true;
+}
+
+bool same_bits(const dvec3& a, const dvec3& b) { return std::memcmp(&a, &b, sizeof a) == 0; }
+bool same_bits(const glm::dquat& a, const glm::dquat& b) { return std::memcmp(&a, &b, sizeof a) == 0; }
+
+Error broken(const char* what) {
+  return {"the session's record is broken", "", what, "what trephine wrote",
+          "only the part before it can be used"};
+}
+
+std::string text_of(double v) {
+  char text[40];
+  return std::string(text, std::to_chars(text, text + sizeof text, v).ptr);
+}
+
+}  // namespace
+
+std::uint32_t output_check(const haptics::ServoRecord& r) noexcept {
+  volume::MixHash hash;
+  for (const dvec3* v : {&r.proxy_world, &r.normal_world, &r.force_world})
+    for (int a = 0; a < 3; ++a) hash.add((*v)[a]);
+  hash.add(static_cast<std::uint64_t>(r.has_contact) | static_cast<std::uint64_t>(r.is_buried) << 1 |
+           static_cast<std::uint64_t>(r.is_led) << 2 | static_cast<std::uint64_t>(r.pose.is_pressed) << 3 |
+           static_cast<std::uint64_t>(static_cast<std::uint8_t>(r.shape)) << 8 |
+           static_cast<std::uint64_t>(static_cast<std::uint8_t>(r.side)) << 16 |
+           static_cast<std::uint64_t>(r.faults) << 32);
+  return static_cast<std::uint32_t>(hash.value() ^ hash.value() >> 32);
+}
+
+void ItemEncoder::add(const haptics::ServoRecord& r) {
+  haptics::ServoRecord& last = last_[r.hand];
+  const bool is_first = !has_last_[r.hand];
+  if (bytes_.empty()) first_tick_ = r.tick;
+  std::uint8_t flags = 0, extras = 0;
+  if (is_first || r.tick != last.tick + 1) flags |= tick_jumps;
+  if (is_first || !same_bits(r.pose.position_world, last.pose.position_world)) flags |= has_position;
+  if (is_first || !same_bits(r.pose.orientation, last.pose.orientation)) flags |= has_orientation;
+  if (r.pose.is_pressed) flags |= is_pressed_flag;
+  if (is_first || r.version != last.version) flags |= has_version;
+  const glm::vec3 force(r.force_world);
+  if (force != glm::vec3(0)) flags |= has_force;
+  if (r.raised != 0) extras |= has_raised;
+  if (r.is_reset) extras |= reset_flag;
+  if (r.is_restarted) extras |= restart_flag;
+  if (r.hand != 0) extras |= hand_flag;
+  if (r.has_contact != ((flags & has_force) != 0)) extras |= contact_flag;  // contact is where the force is
+  if (extras != 0) flags |= has_extras;
+  put(bytes_, flags);
+  if (flags & has_extras) put(bytes_, extras);
+  if (extras & hand_flag) put(bytes_, r.hand);
+  if (flags & tick_jumps) put(bytes_, r.tick);
+  if (flags & has_position) put(bytes_, r.pose.position_world);
+  if (flags & has_orientation) put(bytes_, r.pose.orientation);
+  if (flags & has_version) put(bytes_, r.version);
+  if (extras & has_raised) put(bytes_, r.raised);
+  if (extras & restart_flag) put(bytes_, r.restart_volume);
+  if (flags & has_force) put(bytes_, force);
+  put(bytes_, output_check(r));
+  last = r;
+  has_last_[r.hand] = true;
+}
+
+void ItemEncoder::add(const CommandItem& item) {
+  const Command& c = item.command;
+  put(bytes_, k_command);
+  put(bytes_, static_cast<std::uint8_t>(c.kind));
+  put(bytes_, c.hand);
+  put(bytes_, c.value);
+  const auto length = static_cast<std::uint16_t>(std::min<std::size_t>(c.name.size(), 4096));
+  put(bytes_, length);
+  bytes_.append(c.name, 0, length);
+}
+
+void ItemEncoder::add(const VersionItem& item) {
+  put(bytes_, k_version);
+  put(bytes_, item.serial);
+  put(bytes_, item.last_tick);
+  put(bytes_, item.removed_units);
+}
+
+void ItemEncoder::add(const HashItem& item) {
+  put(bytes_, k_hash);
+  put(bytes_, item.serial);
+  put(bytes_, item.hash);
+}
+
+std::string ItemEncoder::take() {
+  has_last_ = {};
+  return std::exchange(bytes_, {});
+}
+
+Result<LogItem> ItemDecoder::next() {
+  std::uint8_t flags = 0;
+  if (!get(bytes_, flags)) return broken("it ends early");
+  if (flags >= 0x80) {
+    bool is_whole = false;
+    LogItem item;
+    if (flags == k_version) {
+      VersionItem v;
+      is_whole = get(bytes_, v.serial) && get(bytes_, v.last_tick) && get(bytes_, v.removed_units);
+      item = v;
+    } else if (flags == k_hash) {
+      HashItem h;
+      is_whole = get(bytes_, h.serial) && get(bytes_, h.hash);
+      item = h;
+    } else if (flags == k_command) {
+      Command c;
+      std::uint8_t kind = 0;
+      std::uint16_t length = 0;
+      is_whole = get(bytes_, kind) && get(bytes_, c.hand) && get(bytes_, c.value) && get(bytes_, length) &&
+                 bytes_.size() >= length;
+      if (is_whole && kind > static_cast<std::uint8_t>(Command::Kind::resume))
+        return broken("an unknown command");
+      if (is_whole && c.hand >= last_.size()) return broken("a command for a hand that cannot be");
+      if (is_whole) {
+        c.kind = static_cast<Command::Kind>(kind);
+        c.name = bytes_.substr(0, length);
+        bytes_.remove_prefix(length);
+      }
+      item = CommandItem{std::move(c)};
+    } else {
+      return broken("an unknown item");
+    }
+    if (!is_whole) return broken("it ends early");
+    return item;
+  }
+
+  std::uint8_t extras = 0, hand = 0;
+  if (flags & has_extras && !get(bytes_, extras)) return broken("it ends early");
+  if (extras & hand_flag && !get(bytes_, hand)) return broken("it ends early");
+  if (hand >= last_.size()) return broken("a hand that cannot be");
+  TickItem item;
+  haptics::ServoRecord& r = item.record;
+  const std::uint8_t needed = tick_jumps | has_position | has_orientation | has_version;
+  if (has_last_[hand]) {
+    r.tick = last_[hand].tick + 1;
+    r.pose = last_[hand].pose;
+    r.version = last_[hand].version;
+  } else if ((flags & needed) != needed) {
+    return broken("a tick without its beginning");
+  }
+  r.hand = hand;
+  r.pose.is_pressed = (flags & is_pressed_flag) != 0;
+  r.is_reset = (extras & reset_flag) != 0;
+  r.is_restarted = (extras & restart_flag) != 0;
+  glm::vec3 force(0);
+  const bool is_whole = (!(flags & tick_jumps) || get(bytes_, r.tick)) &&
+                        (!(flags & has_position) || get(bytes_, r.pose.position_world)) &&
+                        (!(flags & has_orientation) || get(bytes_, r.pose.orientation)) &&
+                        (!(flags & has_version) || get(bytes_, r.version)) &&
+                        (!(extras & has_raised) || get(bytes_, r.raised)) &&
+                        (!(extras & restart_flag) || get(bytes_, r.restart_volume)) &&
+                        (!(flags & has_force) || get(bytes_, force)) && get(bytes_, item.check);
+  if (!is_whole) return broken("it ends early");
+  for (int a = 0; a < 3; ++a)
+    if (!(std::abs(r.restart_volume[a]) < 1e9)) return broken("a place that cannot be");
+  r.force_world = force;
+  r.has_contact = ((flags & has_force) != 0) != ((extras & contact_flag) != 0);
+  last_[hand] = r;
+  has_last_[hand] = true;
+  return LogItem{std::move(item)};
+}
+
+std::uint64_t block_checksum(const BlockHead& head, std::string_view payload) noexcept {
+  volume::MixHash hash;
+  hash.add(std::uint64_t{head.magic} << 32 | head.kind);
+  hash.add(head.number);
+  hash.add(head.first_tick);
+  hash.add(head.length);
+  std::uint64_t word = 0;
+  for (; payload.size() >= sizeof word; payload.remove_prefix(sizeof word)) {
+    std::memcpy(&word, payload.data(), sizeof word);
+    hash.add(word);
+  }
+  word = 0;
+  std::memcpy(&word, payload.data(), payload.size());
+  hash.add(word);
+  return hash.value();
+}
+
+// ---- header: lines of key=value, so that a person can read it in the file -----------------------------
+
+std::string encode(const SessionHeader& h) {
+  std::string out;
+  const auto line = [&out](const std::string& key, const std::string& value) {
+    out += key + '=';
+    for (const char c : value) out += c == '\n' || c == '\r' ? ' ' : c;
+    out += '\n';
+  };
+  const auto number = [&line](const std::string& key, double value) { line(key, text_of(value)); };
+  number("revision", h.revision);
+  line("program", h.program);
+  line("case", h.case_name);
+  number("builtin", h.is_builtin);
+  number("size_x", h.size.x);
+  number("size_y", h.size.y);
+  number("size_z", h.size.z);
+  number("rate", h.rate_hz);
+  line("method", h.method);
+  number("smoothing_alpha", h.force.smoothing_alpha);
+  number("force_limit", h.force.force_limit);
+  number("slew_limit", h.force.slew_limit);
+  number("fade_seconds", h.force.fade_seconds);
+  for (const ShapeSpec& s : h.shapes) {
+    line("shape", s.shape.name);
+    number("low", s.shape.low);
+    number("high", s.shape.high);
+    number("label", s.shape.label);
+    number("stiffness", s.material.stiffness);
+    number("damping", s.material.damping);
+    number("static_friction", s.material.static_friction);
+    number("dynamic_friction", s.material.dynamic_friction);
+    number("sides", static_cast<int>(s.sides));
+  }
+  for (const ToolSpec& t : h.tools) {
+    line("tool", t.name);
+    for (const auto& [name, value] : t.settings) number("set." + name, value);
+  }
+  return out;
+}
+
+Result<SessionHeader> decode_header(std::string_view text) {
+  SessionHeader h;
+  int lines = 0;
+  const auto fail = [&lines](std::string_view found, const char* expected) {
+    return Error{"the session's header is broken", "line " + std::to_string(lines),
+                 std::string(found.substr(0, 80)), expected,
+                 "the file was not written by trephine, or was changed"};
+  };
+  while (!text.empty()) {
+    ++lines;
+    const std::string_view line = text.substr(0, text.find('\n'));
+    text.remove_prefix(std::min(text.size(), line.size() + 1));
+    const std::size_t equals = line.find('=');
+    if (equals == std::string_view::npos) return fail(line, "key=value");
+    const std::string_view key = line.substr(0, equals), value = line.substr(equals + 1);
+    double number = 0;
+    const auto [end, error] = std::from_chars(value.data(), value.data() + value.size(), number);
+    const bool is_number = error == std::errc() && end == value.data() + value.size() && number == number;
+    const auto whole = [&](double low, double high) {
+      return is_number && number >= low && number <= high &&
+             number == static_cast<double>(static_cast<int>(number));
+    };
+    const auto between = [&](double low, double high) {
+      return is_number && number >= low && number <= high;
+    };
+    ShapeSpec* shape = h.shapes.empty() ? nullptr : &h.shapes.back();
+    bool is_good = true;
+    if (key == "program") {
+      h.program = value;
+    } else if (key == "case") {
+      h.case_name = value;
+    } else if (key == "method") {
+      h.method = value;
+    } else if (key == "shape") {
+      if ((is_good = h.shapes.size() < haptics::TouchScene::k_max_shapes)) {
+        h.shapes.emplace_back();
+        h.shapes.back().shape.name = value;
+      }
+    } else if (key == "tool") {
+      if ((is_good = h.tools.size() < haptics::ServoLoop::k_max_hands))
+        h.tools.push_back({std::string(value), {}});
+    } else if (key.starts_with("set.")) {
+      if ((is_good = is_number && !h.tools.empty() && h.tools.back().settings.size() < 64))
+        h.tools.back().settings.emplace_back(key.substr(4), number);
+    } else if (key == "revision") {
+      if ((is_good = whole(0, 1e9))) h.revision = static_cast<std::uint32_t>(number);
+    } else if (key == "builtin") {
+      if ((is_good = whole(0, 1))) h.is_builtin = number == 1;
+    } else if (key == "size_x" || key == "size_y" || key == "size_z") {
+      if ((is_good = whole(1, 1 << 20))) h.size[key.back() - 'x'] = static_cast<int>(number);
+    } else if (key == "rate") {
+      if ((is_good = between(1, 1e6))) h.rate_hz = number;
+    } else if (key == "smoothing_alpha") {
+      if ((is_good = between(1e-9, 1))) h.force.smoothing_alpha = number;
+    } else if (key == "force_limit") {
+      if ((is_good = between(0, 1e3))) h.force.force_limit = number;
+    } else if (key == "slew_limit") {
+      if ((is_good = between(0, 1e9))) h.force.slew_limit = number;
+    } else if (key == "fade_seconds") {
+      if ((is_good = between(1e-9, 1e3))) h.force.fade_seconds = number;
+    } else if (shape == nullptr) {
+      is_good = false;
+    } else if (key == "low") {
+      if ((is_good = is_number)) shape->shape.low = number;
+    } else if (key == "high") {
+      if ((is_good = is_number)) shape->shape.high = number;
+    } else if (key == "label") {
+      if ((is_good = whole(-1, 255))) shape->shape.label = static_cast<int>(number);
+    } else if (key == "stiffness") {
+      if ((is_good = between(0, 1e6))) shape->material.stiffness = number;
+    } else if (key == "damping") {
+      if ((is_good = between(0, 1e6))) shape->material.damping = number;
+    } else if (key == "static_friction") {
+      if ((is_good = between(0, 1e3))) shape->material.static_friction = number;
+    } else if (key == "dynamic_friction") {
+      if ((is_good = between(0, 1e3))) shape->material.dynamic_friction = number;
+    } else if (key == "sides") {
+      if ((is_good = whole(0, 3))) shape->sides = static_cast<haptics::Sides>(static_cast<int>(number));
+    } else {
+      is_good = false;
+    }
+    if (!is_good) return fail(line, "a key of this layout and a value in its range");
+  }
+  if (h.shapes.empty() || h.tools.empty() || h.size.x < 1 || h.size.y < 1 || h.size.z < 1)
+    return fail("", "a size, at least one shape and one hand");
+  return h;
+}
+
+std::string encode(const SessionEnd& e) {
+  std::string out;
+  put(out, e.ticks);
+  put(out, e.dropped);
+  put(out, e.serial);
+  put(out, e.hash);
+  put(out, e.removed_mm3);
+  return out;
+}
+
+Result<SessionEnd> decode_end(std::string_view in) {
+  SessionEnd e;
+  if (get(in, e.ticks) && get(in, e.dropped) && get(in, e.serial) && get(in, e.hash) &&
+      get(in, e.removed_mm3) && in.empty())
+    return e;
+  return broken("an end of another length");
+}
+
+std::string encode_scan(const volume::Volume& scan) {
+  std::string out;
+  put(out, scan.size);
+  put(out, scan.frame.origin());
+  put(out, scan.frame.axes());
+  put(out, static_cast<std::uint8_t>(scan.is_hounsfield));
+  put(out, static_cast<std::uint8_t>(!scan.labels.is_empty()));
+  put(out, static_cast<std::uint16_t>(scan.label_names.size()));
+  for (const std::string& name : scan.label_names) {
+    put(out, static_cast<std::uint16_t>(std::min<std::size_t>(name.size(), 256)));
+    out.append(name, 0, 256);
+  }
+  const auto append = [&out](const auto& buffer) {
+    out.append(reinterpret_cast<const char*>(buffer.span().data()), buffer.bytes());
+  };
+  append(scan.voxels);
+  append(scan.labels);
+  return out;
+}
+
+Result<volume::Volume> decode_scan(std::string_view in) {
+  glm::ivec3 size;
+  dvec3 origin;
+  glm::dmat3 axes;
+  std::uint8_t is_hounsfield = 0, has_labels = 0;
+  std::uint16_t names = 0;
+  if (!(get(in, size) && get(in, origin) && get(in, axes) && get(in, is_hounsfield) && get(in, has_labels) &&
+        get(in, names)))
+    return broken("a scan that ends early");
+  std::vector<std::string> label_names;
+  for (int i = 0; i < names; ++i) {
+    std::uint16_t length = 0;
+    if (!get(in, length) || length > 256 || in.size() < length) return broken("a scan that ends early");
+    label_names.emplace_back(in.substr(0, length));
+    in.remove_prefix(length);
+  }
+  // The voxels that are there decide before anything is allocated.
+  std::uint64_t count = 1;
+  for (int a = 0; a < 3; ++a) {
+    if (size[a] < 1 || size[a] > 1 << 20) return broken("a scan of a size that cannot be");
+    count *= static_cast<std::uint64_t>(size[a]);
+  }
+  if (in.size() != count * (has_labels ? 3 : 2)) return broken("a scan of another size");
+  const Result<volume::Frame> frame = volume::Frame::from_axes(origin, axes);
+  if (!frame) return frame.error();
+  Result<volume::Volume> made = volume::make_volume(size, frame.value(), has_labels != 0);
+  if (!made) return made.error();
+  volume::Volume& scan = made.value();
+  scan.is_hounsfield = is_hounsfield != 0;
+  scan.label_names = std::move(label_names);
+  std::memcpy(scan.voxels.data(), in.data(), scan.voxels.bytes());
+  if (has_labels) std::memcpy(scan.labels.data(), in.data() + scan.voxels.bytes(), scan.labels.bytes());
+  return made;
+}
+
+}  // namespace trephine::sim

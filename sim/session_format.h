@@ -1,0 +1,129 @@
+// The session file: what is written where. docs/file-formats.md is the description for other programs.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <string_view>
+#include <variant>
+#include <vector>
+
+#include "sim/edit_session.h"
+
+namespace trephine::sim {
+
+/// The layout of the file. A newer one is refused, by name.
+inline constexpr std::uint32_t k_session_layout = 1;
+/// The arithmetic of servo and edits: raised with every change that gives other bits for the same input. A
+/// session of another revision opens for viewing and cannot be verified.
+inline constexpr std::uint32_t k_replay_revision = 1;
+
+struct ToolSpec {
+  std::string name;  ///< "burr", or empty for a hand that only touches
+  std::vector<std::pair<std::string, double>> settings;
+};
+
+struct ShapeSpec {
+  volume::Shape shape;
+  haptics::Material material;
+  haptics::Sides sides = haptics::Sides::front;
+};
+
+/// All that a replay needs beside the scan itself. Nothing of a patient: a scan is named only when its name
+/// was chosen for it (a case, a phantom).
+struct SessionHeader {
+  std::uint32_t revision = k_replay_revision;
+  std::string program;    ///< version, commit and compiler
+  std::string case_name;  ///< of a case folder or a built-in phantom; else empty
+  bool is_builtin = false;
+  glm::ivec3 size{0};
+  double rate_hz = 1000;
+  std::string method = "implicit";
+  haptics::ForceOptions force;
+  std::vector<ShapeSpec> shapes;
+  std::vector<ToolSpec> tools;  ///< one a hand
+};
+
+/// What the servo did in a tick, with all that led to it.
+struct TickItem {
+  haptics::ServoRecord record;  ///< inputs exact; of the outputs the force (as float), contact and version
+  std::uint32_t check = 0;      ///< of all outputs, exact
+};
+struct CommandItem {
+  Command command;
+};
+/// A version was made: its serial, the last tick that went into it, and all that was removed so far.
+struct VersionItem {
+  std::uint64_t serial = 0, last_tick = 0;
+  std::int64_t removed_units = 0;
+};
+/// Hash of a version's whole content; arrives somewhat after the version.
+struct HashItem {
+  std::uint64_t serial = 0, hash = 0;
+};
+using LogItem = std::variant<TickItem, CommandItem, VersionItem, HashItem>;
+
+/// The end of a session that was closed in order.
+struct SessionEnd {
+  std::uint64_t ticks = 0, dropped = 0, serial = 0, hash = 0;
+  double removed_mm3 = 0;
+};
+
+/// Of everything that a tick's step answered, bit by bit.
+std::uint32_t output_check(const haptics::ServoRecord& record) noexcept;
+
+std::string encode(const SessionHeader& header);
+volume::Result<SessionHeader> decode_header(std::string_view text);
+std::string encode(const SessionEnd& end);
+volume::Result<SessionEnd> decode_end(std::string_view bytes);
+
+/// The scan itself, for sessions that carry it.
+std::string encode_scan(const volume::Volume& scan);
+volume::Result<volume::Volume> decode_scan(std::string_view bytes);
+
+/// Items of one block, each told relative to the one before; a block stands for itself.
+class ItemEncoder {
+ public:
+  void add(const haptics::ServoRecord& record);
+  void add(const CommandItem& item);
+  void add(const VersionItem& item);
+  void add(const HashItem& item);
+  bool is_empty() const noexcept { return bytes_.empty(); }
+  std::uint64_t first_tick() const noexcept { return first_tick_; }
+  /// What was added since the last call.
+  std::string take();
+
+ private:
+  std::string bytes_;
+  std::uint64_t first_tick_ = 0;
+  std::array<haptics::ServoRecord, 4> last_;
+  std::array<bool, 4> has_last_{};
+};
+
+/// Reads a block's items. Every read is checked: broken bytes give an Error, never more.
+class ItemDecoder {
+ public:
+  explicit ItemDecoder(std::string_view bytes) : bytes_(bytes) {}
+  bool is_at_end() const noexcept { return bytes_.empty(); }
+  volume::Result<LogItem> next();
+
+ private:
+  std::string_view bytes_;
+  std::array<haptics::ServoRecord, 4> last_;
+  std::array<bool, 4> has_last_{};
+};
+
+/// Blocks: kind, length, number, first tick, payload, checksum.
+enum class BlockKind : std::uint32_t { header = 'H', scan_hash = 'C', scan = 'V', log = 'L', end = 'E' };
+struct BlockHead {
+  std::uint32_t magic = 0, kind = 0;
+  std::uint64_t number = 0, first_tick = 0, length = 0;
+};
+inline constexpr std::uint32_t k_block_magic = 0x42505254;       // "TRPB"
+inline constexpr std::string_view k_session_magic = "TREPHSES";  // then the layout, 4 bytes, and 4 of zero
+inline constexpr std::uint64_t k_longest_block = std::uint64_t{1} << 34;
+
+std::uint64_t block_checksum(const BlockHead& head, std::string_view payload) noexcept;
+
+}  // namespace trephine::sim

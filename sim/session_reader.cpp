@@ -1,0 +1,155 @@
+#include "sim/session_reader.h"
+
+#include <cstring>
+
+namespace trephine::sim {
+
+using volume::Error;
+using volume::Result;
+using volume::Status;
+
+Result<SessionReader> SessionReader::open(const std::string& path) {
+  SessionReader r;
+  r.where_ = path.substr(path.find_last_of('/') + 1);
+  r.file_.open(path, std::ios::binary | std::ios::ate);
+  const auto no_session = [&r](const char* found) {
+    return Error{"this is no session of trephine", r.where_, found, "a file that --record has written", ""};
+  };
+  const std::streamoff end = r.file_ ? static_cast<std::streamoff>(r.file_.tellg()) : -1;
+  if (end < 0 || end == std::numeric_limits<std::streamoff>::max())
+    return Error{"the session cannot be opened", r.where_, "", "a file that can be read",
+                 "check the spelling"};
+  const auto size = static_cast<std::uint64_t>(end);
+  r.file_.seekg(0);
+  char magic[16] = {};
+  if (!r.file_.read(magic, sizeof magic)) return no_session("fewer than 16 bytes");
+  if (std::string_view(magic, 8) != k_session_magic) return no_session("another kind of file");
+  std::uint32_t layout = 0;
+  std::memcpy(&layout, magic + 8, sizeof layout);
+  if (layout > k_session_layout)
+    return Error{"the session was written by a newer trephine", r.where_, "layout " + std::to_string(layout),
+                 "layout " + std::to_string(k_session_layout) + " or older", "open it with that version"};
+  if (layout == 0) return no_session("layout 0");
+
+  // Block by block, as far as all is whole.
+  r.whole_bytes_ = sizeof magic;
+  bool has_header = false;
+  std::string payload;
+  while (size - r.whole_bytes_ >= sizeof(BlockHead) + 8) {
+    BlockHead head;
+    r.file_.seekg(static_cast<std::streamoff>(r.whole_bytes_));
+    if (!r.file_.read(reinterpret_cast<char*>(&head), sizeof head)) break;
+    const std::uint64_t at = r.whole_bytes_ + sizeof head;
+    if (head.magic != k_block_magic || head.number != r.block_count_ || head.length > size - at - 8) break;
+    payload.resize(head.length);
+    std::uint64_t check = 0;
+    if (!r.file_.read(payload.data(), static_cast<std::streamsize>(head.length))) break;
+    if (!r.file_.read(reinterpret_cast<char*>(&check), sizeof check)) break;
+    if (check != block_checksum(head, payload)) break;
+    switch (static_cast<BlockKind>(head.kind)) {
+      case BlockKind::header: {
+        Result<SessionHeader> header = decode_header(payload);
+        if (!header) return header.error();
+        r.header_ = std::move(header).value();
+        has_header = true;
+        break;
+      }
+      case BlockKind::scan_hash: {
+        std::uint64_t hash = 0;
+        if (payload.size() == sizeof hash) {
+          std::memcpy(&hash, payload.data(), sizeof hash);
+          r.scan_hash_ = hash;
+        }
+        break;
+      }
+      case BlockKind::scan:
+        r.scan_at_ = at;
+        r.scan_length_ = head.length;
+        break;
+      case BlockKind::log:
+        r.logs_.push_back({at, head.length});
+        r.end_.reset();  // it went on
+        break;
+      case BlockKind::end: {
+        Result<SessionEnd> last = decode_end(payload);
+        if (last) r.end_ = last.value();
+        break;
+      }
+      default:
+        break;  // a kind that this program does not need
+    }
+    r.whole_bytes_ = at + head.length + 8;
+    ++r.block_count_;
+  }
+  if (!has_header) return no_session("its header is not whole");
+  r.file_.clear();
+  r.lost_bytes_ = size - r.whole_bytes_;
+
+  // Damage in the middle is told from a torn end by whole blocks after it.
+  if (r.lost_bytes_ > sizeof(BlockHead)) {
+    std::string rest(static_cast<std::size_t>(std::min<std::uint64_t>(r.lost_bytes_, 1 << 24)), '\0');
+    r.file_.seekg(static_cast<std::streamoff>(r.whole_bytes_));
+    r.file_.read(rest.data(), static_cast<std::streamsize>(rest.size()));
+    r.file_.clear();
+    r.is_damaged_ = rest.find("TRPB", 4) != std::string::npos;
+  }
+  // The newest tick is in the last block that has one.
+  for (std::size_t b = r.logs_.size(); b-- > 0 && r.tick_count_ == 0;) {
+    Result<std::string> bytes = r.read(r.logs_[b]);
+    if (!bytes) return bytes.error();
+    ItemDecoder decoder(bytes.value());
+    while (!decoder.is_at_end()) {
+      Result<LogItem> item = decoder.next();
+      if (!item) return item.error();
+      if (const auto* tick = std::get_if<TickItem>(&item.value()))
+        r.tick_count_ = std::max(r.tick_count_, tick->record.tick + 1);
+    }
+  }
+  return r;
+}
+
+Result<std::string> SessionReader::read(const Span& span) {
+  std::string bytes(span.length, '\0');
+  file_.clear();
+  file_.seekg(static_cast<std::streamoff>(span.at));
+  if (!file_.read(bytes.data(), static_cast<std::streamsize>(span.length)))
+    return Error{"the session cannot be read any more", where_, "", "a file that stays", ""};
+  return bytes;
+}
+
+Result<volume::Volume> SessionReader::scan() {
+  Result<std::string> bytes = read({scan_at_, scan_length_});
+  if (!bytes) return bytes.error();
+  return decode_scan(bytes.value());
+}
+
+Result<bool> SessionReader::next(LogItem& item) {
+  while (!decoder_ || decoder_->is_at_end()) {
+    if (decoder_) place_ = {place_.block + 1, 0};
+    decoder_.reset();
+    if (place_.block >= logs_.size()) return false;
+    Result<std::string> bytes = read(logs_[place_.block]);
+    if (!bytes) return bytes.error();
+    payload_ = std::move(bytes).value();
+    decoder_ = std::make_unique<ItemDecoder>(payload_);
+  }
+  Result<LogItem> read = decoder_->next();
+  if (!read) return read.error();
+  ++place_.items;
+  item = std::move(read).value();
+  return true;
+}
+
+Status SessionReader::go_to(const Place& place) {
+  decoder_.reset();
+  place_ = {place.block, 0};
+  LogItem item;
+  while (place_.items < place.items) {
+    const Result<bool> read = next(item);
+    if (!read) return read.error();
+    if (!read.value()) break;
+  }
+  return std::nullopt;
+}
+
+}  // namespace trephine::sim

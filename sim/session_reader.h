@@ -1,0 +1,64 @@
+// Reads a session, whole or cut short.
+#pragma once
+
+#include <fstream>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "sim/session_format.h"
+
+namespace trephine::sim {
+
+/// open() checks every block; what follows the last whole one is left out and said. One thread.
+class SessionReader {
+ public:
+  /// Error when the file is no session, is of a newer layout, or not even its header is whole.
+  static volume::Result<SessionReader> open(const std::string& path);
+
+  const SessionHeader& header() const noexcept { return header_; }
+  /// Nothing when the session ended before it was known.
+  std::optional<std::uint64_t> scan_hash() const noexcept { return scan_hash_; }
+  bool has_scan() const noexcept { return scan_length_ > 0; }
+  volume::Result<volume::Volume> scan();
+  /// Nothing when the program was stopped in the middle.
+  const std::optional<SessionEnd>& end() const noexcept { return end_; }
+  std::uint64_t whole_bytes() const noexcept { return whole_bytes_; }
+  std::uint64_t block_count() const noexcept { return block_count_; }
+  /// Bytes after the last whole block: a torn end, or damage when more blocks follow.
+  std::uint64_t lost_bytes() const noexcept { return lost_bytes_; }
+  bool is_damaged() const noexcept { return is_damaged_; }
+  /// One past the newest tick of any hand; the length of the session in ticks.
+  std::uint64_t tick_count() const noexcept { return tick_count_; }
+
+  /// The next item in the order in which the edits saw them; false after the last one.
+  volume::Result<bool> next(LogItem& item);
+  /// Where next() is, to come back to; a block and how many of its items are done.
+  struct Place {
+    std::size_t block = 0, items = 0;
+  };
+  Place place() const noexcept { return place_; }
+  volume::Status go_to(const Place& place);
+
+ private:
+  struct Span {
+    std::uint64_t at = 0, length = 0;
+  };
+  volume::Result<std::string> read(const Span& span);
+
+  std::string where_;
+  std::ifstream file_;
+  SessionHeader header_;
+  std::optional<std::uint64_t> scan_hash_;
+  std::uint64_t scan_at_ = 0, scan_length_ = 0;
+  std::optional<SessionEnd> end_;
+  std::uint64_t whole_bytes_ = 0, block_count_ = 0, lost_bytes_ = 0, tick_count_ = 0;
+  bool is_damaged_ = false;
+  std::vector<Span> logs_;
+  Place place_;
+  std::string payload_;
+  std::unique_ptr<ItemDecoder> decoder_;
+};
+
+}  // namespace trephine::sim

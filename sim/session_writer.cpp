@@ -1,0 +1,238 @@
+#include "sim/session_writer.h"
+
+#include <cerrno>
+#include <chrono>
+#include <cstring>
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "haptics/servo_loop.h"
+
+namespace trephine::sim {
+
+using volume::Error;
+using volume::Result;
+using volume::Status;
+
+namespace {
+
+Error disk_error(const char* what, const std::string& where, int number) {
+  Error error{what,
+              where,
+              std::strerror(number),
+              "a folder that can be written, with room",
+              "",
+              volume::ErrorKind::missing_here};
+  if (number == ENOSPC)
+    error.remedy = "free some space, or record elsewhere; what was recorded so far is kept";
+  if (number == EROFS || number == EACCES) error.remedy = "record into a folder of your own";
+  return error;
+}
+
+std::string name_of(const std::string& path) { return path.substr(path.find_last_of('/') + 1); }
+
+/// The file's name lasts only when its folder is synced too.
+void sync_folder(const std::string& path) {
+  const std::size_t slash = path.find_last_of('/');
+  const std::string folder = slash == std::string::npos ? "." : slash == 0 ? "/" : path.substr(0, slash);
+  if (const int f = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC); f >= 0) {
+    ::fsync(f);
+    ::close(f);
+  }
+}
+
+}  // namespace
+
+SessionWriter::SessionWriter(int file, std::string where, const WriterOptions& options)
+    : file_(file), where_(std::move(where)), options_(options) {}
+
+Result<std::unique_ptr<SessionWriter>> SessionWriter::create(const std::string& path,
+                                                             const SessionHeader& header,
+                                                             std::shared_ptr<const volume::Volume> scan,
+                                                             const WriterOptions& options) {
+  const std::string where = name_of(path);
+  const int file = ::open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0644);
+  if (file < 0 && errno == EEXIST)
+    return Error{"there is a file of that name already", where, "", "a new name for a new session",
+                 "choose another name, or go on with it: trephine resume " + where};
+  if (file < 0) return disk_error("the session cannot be recorded", where, errno);
+  std::unique_ptr<SessionWriter> writer(new SessionWriter(file, where, options));
+  std::string preamble(k_session_magic);
+  const std::uint32_t layout[2] = {k_session_layout, 0};
+  preamble.append(reinterpret_cast<const char*>(layout), sizeof layout);
+  if (::write(file, preamble.data(), preamble.size()) != static_cast<ssize_t>(preamble.size()))
+    writer->fail(errno);
+  writer->bytes_written_ += preamble.size();
+  writer->write_block(BlockKind::header, 0, encode(header));
+  if (const Status error = writer->status()) {
+    writer.reset();
+    ::unlink(path.c_str());
+    return *error;
+  }
+  sync_folder(path);
+  if (options.is_embedding) writer->write_block(BlockKind::scan, 0, encode_scan(*scan));
+  writer->scan_ = std::move(scan);
+  writer->writer_ = std::thread([w = writer.get()] { w->write_loop(); });
+  writer->background_ = std::thread([w = writer.get()] { w->background_loop(); });
+  return writer;
+}
+
+Result<std::unique_ptr<SessionWriter>> SessionWriter::append(const std::string& path, std::uint64_t length,
+                                                             std::uint64_t blocks,
+                                                             const WriterOptions& options) {
+  const std::string where = name_of(path);
+  const int file = ::open(path.c_str(), O_WRONLY | O_CLOEXEC);
+  if (file < 0) return disk_error("the session cannot be continued", where, errno);
+  std::unique_ptr<SessionWriter> writer(new SessionWriter(file, where, options));
+  if (::ftruncate(file, static_cast<off_t>(length)) != 0 || ::lseek(file, 0, SEEK_END) < 0)
+    return disk_error("the session cannot be continued", where, errno);
+  writer->bytes_written_ = length;
+  writer->next_block_ = blocks;
+  writer->writer_ = std::thread([w = writer.get()] { w->write_loop(); });
+  writer->background_ = std::thread([w = writer.get()] { w->background_loop(); });
+  return writer;
+}
+
+SessionWriter::~SessionWriter() {
+  stop_threads();
+  if (file_ >= 0) ::close(file_);
+}
+
+void SessionWriter::stop_threads() {
+  {
+    const std::lock_guard guard(lock_);
+    is_stopping_ = true;
+  }
+  write_wake_.notify_all();
+  background_wake_.notify_all();
+  if (writer_.joinable()) writer_.join();
+  if (background_.joinable()) background_.join();
+}
+
+void SessionWriter::add(const haptics::ServoRecord& record, const EditSession& edits,
+                        const EditOutcome& outcome) {
+  const std::lock_guard guard(lock_);
+  items_.add(record);
+  last_tick_ = record.tick;
+  if (outcome.is_changed) note_version(edits, record.tick);
+  if (was_in_stroke_ && !edits.is_in_stroke()) ask_sync(edits.current());
+  was_in_stroke_ = edits.is_in_stroke();
+}
+
+void SessionWriter::add(const Command& command, const EditSession& edits, const EditOutcome& outcome) {
+  const std::lock_guard guard(lock_);
+  items_.add(CommandItem{command});
+  if (outcome.is_changed) note_version(edits, last_tick_);
+  ask_sync(edits.is_in_stroke() ? nullptr : edits.current());
+  was_in_stroke_ = edits.is_in_stroke();
+}
+
+void SessionWriter::note_version(const EditSession& edits, std::uint64_t tick) {
+  items_.add(VersionItem{edits.current()->serial(), tick, edits.current()->ledger().total()});
+}
+
+void SessionWriter::ask_sync(std::shared_ptr<const volume::Version> version) {
+  if (version && version->serial() != hashed_serial_) {
+    hashed_serial_ = version->serial();
+    to_hash_ = std::move(version);
+  }
+  wants_sync_ = true;
+}
+
+void SessionWriter::write_loop() {
+  if (options_.wants_realtime) haptics::request_realtime(30);
+  const auto period = std::chrono::duration<double>(options_.block_seconds);
+  std::unique_lock guard(lock_);
+  for (;;) {
+    write_wake_.wait_for(guard, period, [this] { return is_stopping_; });
+    const bool is_last = is_stopping_, wants_sync = std::exchange(wants_sync_, false);
+    if (!items_.is_empty()) {
+      const std::uint64_t first_tick = items_.first_tick();
+      const std::string payload = items_.take();
+      guard.unlock();
+      write_block(BlockKind::log, first_tick, payload);
+      guard.lock();
+    }
+    if (wants_sync) background_wake_.notify_one();
+    if (is_last) return;
+  }
+}
+
+void SessionWriter::background_loop() {
+  // First the scan's hash, which takes a moment for a large one.
+  if (scan_) {
+    const std::uint64_t hash = volume::content_hash(*scan_);
+    write_block(BlockKind::scan_hash, 0, std::string(reinterpret_cast<const char*>(&hash), sizeof hash));
+    scan_.reset();
+  }
+  const auto period = std::chrono::duration<double>(options_.sync_seconds);
+  std::unique_lock guard(lock_);
+  for (;;) {
+    if (!is_stopping_) background_wake_.wait_for(guard, period);
+    const bool is_last = is_stopping_;
+    const std::shared_ptr<const volume::Version> version = std::exchange(to_hash_, nullptr);
+    guard.unlock();
+    // A version between strokes is never written again, so another thread may read all of it.
+    std::uint64_t hash = 0;
+    if (version) hash = version->content_hash();
+    ::fdatasync(file_);
+    guard.lock();
+    if (version) items_.add(HashItem{version->serial(), hash});
+    if (is_last) return;
+  }
+}
+
+void SessionWriter::write_block(BlockKind kind, std::uint64_t first_tick, const std::string& payload) {
+  const std::lock_guard guard(file_lock_);
+  {
+    const std::lock_guard inner(lock_);
+    if (status_) return;
+  }
+  const BlockHead head{k_block_magic, static_cast<std::uint32_t>(kind), next_block_++, first_tick,
+                       payload.size()};
+  const std::uint64_t check = block_checksum(head, payload);
+  std::string bytes(reinterpret_cast<const char*>(&head), sizeof head);
+  bytes += payload;
+  bytes.append(reinterpret_cast<const char*>(&check), sizeof check);
+  for (std::size_t done = 0; done < bytes.size();) {
+    const ssize_t n = ::write(file_, bytes.data() + done, bytes.size() - done);
+    if (n < 0 && errno == EINTR) continue;
+    if (n <= 0) {
+      const int number = n < 0 ? errno : ENOSPC;
+      // Back to the last whole block, so that the file ends well.
+      if (::ftruncate(file_, static_cast<off_t>(bytes_written_.load())) != 0) {}
+      return fail(number);
+    }
+    done += static_cast<std::size_t>(n);
+  }
+  bytes_written_ += bytes.size();
+}
+
+void SessionWriter::fail(int number) {
+  const std::lock_guard guard(lock_);
+  if (!status_) status_ = disk_error("the recording ended early", where_, number);
+}
+
+Status SessionWriter::status() const {
+  const std::lock_guard guard(lock_);
+  return status_;
+}
+
+Status SessionWriter::finish(const EditSession& edits, std::uint64_t dropped) {
+  stop_threads();
+  if (file_ < 0) return status();
+  if (!items_.is_empty()) {
+    const std::uint64_t first_tick = items_.first_tick();
+    write_block(BlockKind::log, first_tick, items_.take());
+  }
+  const volume::Version& version = *edits.current();
+  write_block(BlockKind::end, last_tick_,
+              encode(SessionEnd{last_tick_ + 1, dropped, version.serial(), version.content_hash(),
+                                edits.removed_mm3()}));
+  if (::fsync(file_) != 0) fail(errno);
+  ::close(std::exchange(file_, -1));
+  return status();
+}
+
+}  // namespace trephine::sim
