@@ -29,7 +29,7 @@ void sleep_until(std::int64_t ns) noexcept {
 ServoLoop::ServoLoop(std::span<Device* const> devices, volume::VersionChannel& channel,
                      const TouchScene& scene, const ProxyMethod& method, const ServoOptions& options,
                      std::uint64_t first_tick)
-    : channel_(&channel), options_(options), first_tick_(first_tick), ring_(options.ring_capacity) {
+    : channel_(&channel), options_(options), ring_(options.ring_capacity) {
   TREPHINE_ASSERT(!devices.empty() && devices.size() <= k_max_hands);
   for (Device* device : devices) {
     hands_.push_back({device, ServoCore(scene, method, options.force, 1 / options.rate_hz, first_tick), {}});

@@ -82,7 +82,6 @@ class ServoLoop {
   std::vector<Hand> hands_;
   volume::VersionChannel* channel_;
   ServoOptions options_;
-  std::uint64_t first_tick_ = 0;
   Ring<ServoRecord> ring_;
   Histogram step_times_, lateness_;
   std::atomic<std::uint64_t> ticks_{0}, overruns_{0}, dropped_{0};

@@ -4,7 +4,12 @@ namespace trephine::sim {
 
 Lockstep::Lockstep(const haptics::TouchScene& scene, const haptics::ProxyMethod& method, Tool* tool,
                    const haptics::ForceOptions& force, double rate_hz, SessionWriter* recorder)
-    : edits_(scene, tool, 1 / rate_hz), servo_(scene, method, force, 1 / rate_hz), recorder_(recorder) {}
+    : Lockstep(scene, method, EditSession(scene, tool, 1 / rate_hz), force, rate_hz, recorder, 0) {}
+
+Lockstep::Lockstep(const haptics::TouchScene& scene, const haptics::ProxyMethod& method, EditSession edits,
+                   const haptics::ForceOptions& force, double rate_hz, SessionWriter* recorder,
+                   std::uint64_t first_tick)
+    : edits_(std::move(edits)), servo_(scene, method, force, 1 / rate_hz, first_tick), recorder_(recorder) {}
 
 haptics::ServoRecord Lockstep::step(const haptics::Pose& pose) {
   haptics::ServoInput input;

@@ -12,6 +12,10 @@ class Lockstep {
   /// everything when not null.
   Lockstep(const haptics::TouchScene& scene, const haptics::ProxyMethod& method, Tool* tool,
            const haptics::ForceOptions& force, double rate_hz, SessionWriter* recorder = nullptr);
+  /// Goes on from `edits` (of one hand) at `first_tick`.
+  Lockstep(const haptics::TouchScene& scene, const haptics::ProxyMethod& method, EditSession edits,
+           const haptics::ForceOptions& force, double rate_hz, SessionWriter* recorder,
+           std::uint64_t first_tick);
 
   /// One tick. The servo sees the version that the tick before left.
   haptics::ServoRecord step(const haptics::Pose& pose);

@@ -177,7 +177,9 @@ Result<Outcome> run_demo(const DemoArguments& arguments) {
   burr_options.radius = k_burr_radius;
   burr_options.removal_rate = k_removal_rate;
   drilling::Burr burr(burr_options);
-  sim::LiveSession live(device, scene, method, &burr, {});
+  auto recorder = start_recording(arguments.record, source, scene, method, {}, burr_options);
+  if (!recorder) return recorder.error();
+  sim::LiveSession live(device, scene, method, &burr, {}, recorder.value().get());
   notice("touching and drilling, live, for " +
          std::to_string(static_cast<int>(std::ceil(script.end_time()))) + " s ...");
   live.keep_trace(100'000);
@@ -216,6 +218,8 @@ Result<Outcome> run_demo(const DemoArguments& arguments) {
   live.stop();
   const sim::LiveState last = live.look();
   const haptics::ServoReport servo = live.servo_report();
+  if (volume::Status error = finish_recording(recorder.value().get(), live.edits(), servo.dropped))
+    return *error;
 
   // Was the bone opened, and what did the hand feel?
   const bool is_through = first_solid(scene, *last.version, site.point + 5.0 * site.normal,

@@ -38,7 +38,11 @@ Result<Outcome> run_drill(const DrillArguments& arguments) {
   burr_options.is_kinematic = arguments.is_kinematic;
   burr_options.removal_rate = arguments.removal_rate;
   drilling::Burr burr(burr_options);
-  sim::Lockstep run(scene, method, &burr, {}, arguments.rate);
+  haptics::ServoOptions servo;
+  servo.rate_hz = arguments.rate;
+  auto recorder = start_recording(arguments.record, source, scene, method, servo, burr_options);
+  if (!recorder) return recorder.error();
+  sim::Lockstep run(scene, method, &burr, servo.force, arguments.rate, recorder.value().get());
 
   const std::vector<double> times = haptics::servo_times(path.value(), arguments.rate);
   std::vector<double> tick_us;
@@ -52,6 +56,7 @@ Result<Outcome> run_drill(const DrillArguments& arguments) {
       tick_us.push_back(std::chrono::duration<double, std::micro>(Clock::now() - begin).count());
   }
   const volume::Version& version = *run.edits().current();
+  if (volume::Status error = finish_recording(recorder.value().get(), run.edits(), 0)) return *error;
   auto result = data_tools::operated_volume(version);
   if (!result) return result.error();
   if (volume::Status error = data_tools::write_volume(arguments.output, result.value())) return *error;

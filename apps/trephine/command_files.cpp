@@ -104,6 +104,7 @@ Result<Outcome> run_phantom(const PhantomArguments& arguments) {
 }
 
 Result<Outcome> run_info(const InfoArguments& arguments) {
+  if (is_session_file(arguments.source)) return describe_session_file(arguments.source);
   auto opened = open_source(arguments.source);
   if (!opened) return opened.error();
   const Source& source = opened.value();
@@ -124,6 +125,22 @@ Result<Outcome> run_info(const InfoArguments& arguments) {
   json["max"] = *high;
   json["mean"] = mean;
   json["labels"] = v.label_names;
+  if (source.plan) {
+    Json structures = Json::array();
+    for (const data_tools::CaseStructure& s : source.plan->structures)
+      structures.push_back({{"name", s.shape.name},
+                            {"shape", describe(s.shape, v.is_hounsfield)},
+                            {"touchable", s.is_touchable},
+                            {"forbidden", s.is_forbidden}});
+    json["structures"] = structures;
+    Json trajectories = Json::array();
+    for (const data_tools::CaseTrajectory& t : source.plan->trajectories)
+      trajectories.push_back({{"name", t.name},
+                              {"entry", {t.entry_world.x, t.entry_world.y, t.entry_world.z}},
+                              {"target", {t.target_world.x, t.target_world.y, t.target_world.z}},
+                              {"diameter", t.diameter}});
+    json["trajectories"] = trajectories;
+  }
   json["notices"] = source.notices;
   json["read_seconds"] = source.read_seconds;
   const glm::dvec3 near = v.frame.origin(), far = v.frame.world_from_volume(glm::dvec3(v.size - 1));
@@ -133,6 +150,14 @@ Result<Outcome> run_info(const InfoArguments& arguments) {
       format_text("  from (%.1f, %.1f, %.1f) to (%.1f, %.1f, %.1f) mm, patient frame LPS%s\n", near.x, near.y,
                   near.z, far.x, far.y, far.z, v.frame.is_orthogonal() ? "" : ", sheared") +
       format_text("  values %d to %d%s, mean %.1f\n", *low, *high, v.is_hounsfield ? " HU" : "", mean);
+  if (source.plan)
+    for (const data_tools::CaseStructure& s : source.plan->structures)
+      outcome.text += "  structure " + s.shape.name + ": " + describe(s.shape, v.is_hounsfield) +
+                      (s.is_touchable ? "" : ", not touched") + (s.is_forbidden ? ", forbidden" : "") + "\n";
+  if (source.plan)
+    for (const data_tools::CaseTrajectory& t : source.plan->trajectories)
+      outcome.text += format_text("  trajectory %s: %.1f mm long\n", t.name.c_str(),
+                                  glm::length(t.target_world - t.entry_world));
   if (!v.label_names.empty()) {
     outcome.text += "  labels:";
     for (const std::string& name : v.label_names) outcome.text += " " + name;

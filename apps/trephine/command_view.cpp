@@ -1,3 +1,5 @@
+#include <filesystem>
+
 #include "apps/trephine/commands.h"
 #include "apps/trephine/text.h"
 #include "apps/view/render_window.h"
@@ -26,7 +28,25 @@ Result<Outcome> run_view(const ViewArguments& arguments) {
   Source& source = opened.value();
   auto scene = make_scene(source, arguments.shape);
   if (!scene) return scene.error();
+  // The recording that was asked for, or one for the time when something goes wrong.
+  const bool has_window = view::has_display() && (arguments.screenshot.empty() || arguments.seconds);
+  RecordChoice record = arguments.record;
+  const bool is_autosave = record.file.empty() && has_window && !arguments.has_no_autosave;
+  if (is_autosave) record.file = autosave_path();
+  haptics::ServoOptions servo;
+  drilling::BurrOptions burr;
+  burr.radius = 0.5 * arguments.burr_diameter;
+  std::unique_ptr<sim::SessionWriter> recorder;
+  if (has_window) {
+    auto started = start_recording(record, source, scene.value(), haptics::ImplicitProxy(), servo, burr);
+    if (!started && !is_autosave) return started.error();
+    if (!started) notice("note: the session is not saved: " + started.error().message());
+    if (started) recorder = std::move(started).value();
+  } else if (!record.file.empty()) {
+    return Error{"without a window there is nothing to record", "--record", "", "a display", ""};
+  }
   view::WindowOptions options;
+  options.recorder = recorder.get();
   options.burr.radius = 0.5 * arguments.burr_diameter;
   options.seconds = arguments.seconds;
   options.screenshot = arguments.screenshot;
@@ -55,6 +75,15 @@ Result<Outcome> run_view(const ViewArguments& arguments) {
   outcome.text =
       format_text("%zu triangles; frames: %d, the first after %.2f s, removed: %.1f mm3, strokes: %zu\n",
                   r.triangles, r.frames, r.first_frame_seconds, r.removed_mm3, r.strokes);
+  if (r.recording) notice("note: " + r.recording->message());
+  if (is_autosave && recorder && r.strokes == 0 && r.removed_mm3 == 0) {
+    recorder.reset();
+    std::error_code ignored;
+    std::filesystem::remove(record.file, ignored);  // nothing was done in it
+  } else if (recorder) {
+    outcome.json["session"] = data_tools::file_name(record.file);
+    outcome.text += "session: " + record.file + "  (again: trephine replay, onward: trephine resume)\n";
+  }
   if (!r.servo.notice.empty()) notice("note: " + r.servo.notice);
   return outcome;
 }

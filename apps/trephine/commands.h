@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "apps/trephine/recording.h"
 #include "apps/trephine/report.h"
 #include "apps/trephine/source.h"
 
@@ -44,6 +45,7 @@ struct DrillArguments {
   ShapeChoice shape;
   double burr_diameter = 4, rate = 1000, removal_rate = 30;
   bool is_kinematic = false;
+  RecordChoice record;
 };
 volume::Result<Outcome> run_drill(const DrillArguments& arguments);
 
@@ -52,6 +54,8 @@ struct ViewArguments {
   ShapeChoice shape;
   double burr_diameter = 4;
   std::optional<double> seconds;
+  RecordChoice record;
+  bool has_no_autosave = false;
 };
 volume::Result<Outcome> run_view(const ViewArguments& arguments);
 
@@ -59,8 +63,33 @@ struct DemoArguments {
   std::string source = "head", output = "out";
   ShapeChoice shape;
   bool has_no_window = false;
+  RecordChoice record;
 };
 volume::Result<Outcome> run_demo(const DemoArguments& arguments);
+
+struct ReplayArguments {
+  std::string session, case_source, output, steps, screenshot;
+  std::optional<double> until;
+  bool is_verifying = false;
+};
+volume::Result<Outcome> run_replay(const ReplayArguments& arguments);
+
+struct ResumeArguments {
+  std::string session, case_source, path;
+};
+volume::Result<Outcome> run_resume(const ResumeArguments& arguments);
+
+struct ImportArguments {
+  std::string source, output, name, labels;
+  ShapeChoice shape;
+};
+volume::Result<Outcome> run_import(const ImportArguments& arguments);
+
+struct DoctorArguments {
+  std::string output;
+  double seconds = 3;
+};
+volume::Result<Outcome> run_doctor(const DoctorArguments& arguments);
 
 struct BenchArguments {
   std::string what, source;

@@ -23,9 +23,20 @@ void add_shape_options(CLI::App* command, app::ShapeChoice& shape) {
 
 void add_source(CLI::App* command, std::string& source) {
   command
-      ->add_option("SRC", source,
-                   "DICOM folder, .mha, .mhd, .nrrd, .nii(.gz), or head (built in; ./head is a path)")
+      ->add_option(
+          "SRC", source,
+          "DICOM folder, case folder, .mha, .mhd, .nrrd, .nii(.gz), or head (built in; ./head is a path)")
       ->required();
+}
+
+void add_record(CLI::App* command, app::RecordChoice& record) {
+  command->add_option("--record", record.file, "Write the session to this new file")->type_name("FILE");
+  command->add_flag("--embed", record.is_embedding, "Keep the scan in the session too (large)");
+}
+
+void add_case(CLI::App* command, std::string& session, std::string& source) {
+  command->add_option("SESSION", session, "A file that --record wrote")->required();
+  command->add_option("--case", source, "The case or scan that was operated on")->type_name("SRC");
 }
 
 /// Says the outcome or the error in the form that was asked for, and gives the exit code.
@@ -87,9 +98,21 @@ int main(int argc, char** argv) {
       ->type_name("FILE");
 
   app::InfoArguments info;
-  c = add("info", "Say what a scan holds and where it lies",
+  c = add("info", "Say what a scan, a case or a session holds",
           "  trephine info SCANS/HEAD\n  trephine info head --json", info, app::run_info);
   add_source(c, info.source);
+
+  app::ImportArguments import;
+  c = add("import", "Make a case of a scan: volumes in open formats and a plan to edit",
+          "  trephine import SCANS/HEAD -o head-case\n  trephine import scan.nii.gz --labels bones.nii.gz -o "
+          "spine-case",
+          import, app::run_import);
+  add_source(c, import.source);
+  add_shape_options(c, import.shape);
+  c->add_option("--labels", import.labels, "Labels on the grid of the scan")->type_name("FILE");
+  c->add_option("--name", import.name, "Of the case, never a patient's (default: the folder's)")
+      ->type_name("NAME");
+  c->add_option("-o,--output", import.output, "A new folder")->required()->type_name("CASE");
 
   app::MeshArguments mesh;
   c = add("mesh", "Write the surface of a shape as a mesh",
@@ -146,6 +169,7 @@ int main(int argc, char** argv) {
               "The path is the burr's centre and everything it sweeps goes; without this it is the burr's "
               "lowest point, and bone is removed where it presses");
   c->add_option("-o,--output", drill.output, ".mha, .nrrd, .nii or .nii.gz")->required();
+  add_record(c, drill.record);
 
   app::ViewArguments view;
   c = add("view", "Open a window to touch and drill with the mouse",
@@ -156,6 +180,8 @@ int main(int argc, char** argv) {
   c->add_option("--screenshot", view.screenshot, "Write a picture; without --seconds no window is opened")
       ->type_name("OUT.png");
   c->add_option("--seconds", view.seconds, "Close the window by itself after so long")->type_name("S");
+  add_record(c, view.record);
+  c->add_flag("--no-autosave", view.has_no_autosave, "Do not keep the session in ~/.local/state/trephine");
 
   app::DemoArguments demo;
   c = add("demo", "Touch, slide and drill a burr hole by itself; pictures and a report",
@@ -164,6 +190,34 @@ int main(int argc, char** argv) {
   add_shape_options(c, demo.shape);
   c->add_option("-o,--output", demo.output, "Folder for pictures and report.json")->capture_default_str();
   c->add_flag("--no-window", demo.has_no_window, "Do not open a window at the end");
+  add_record(c, demo.record);
+
+  app::ReplayArguments replay;
+  c = add("replay", "Run a recorded session again",
+          "  trephine replay drill.session --verify\n"
+          "  trephine replay drill.session --case head-case --until 12.5 -o then.mha --screenshot then.png",
+          replay, app::run_replay);
+  add_case(c, replay.session, replay.case_source);
+  c->add_flag("--verify", replay.is_verifying, "Compare every force, volume and voxel with the recording");
+  c->add_option("--until", replay.until, "Stop at this time, s")->type_name("S");
+  c->add_option("-o,--output", replay.output, "Write what is left then: .mha, .nrrd, .nii or .nii.gz");
+  c->add_option("--steps", replay.steps, "Write a row for every tick")->type_name("STEPS.csv");
+  c->add_option("--screenshot", replay.screenshot, "Write a picture of what is left then")
+      ->type_name("OUT.png");
+
+  app::ResumeArguments resume;
+  c = add("resume", "Go on with a session where it stopped",
+          "  trephine resume drill.session\n  trephine resume drill.session --path path.csv", resume,
+          app::run_resume);
+  add_case(c, resume.session, resume.case_source);
+  c->add_option("--path", resume.path, "Go on with a path instead of a window")->type_name("PATH.csv");
+
+  app::DoctorArguments doctor;
+  c = add("doctor", "Look at this machine: what is missing, and what mends it",
+          "  trephine doctor\n  trephine doctor --json", doctor, app::run_doctor);
+  c->add_option("-o,--output", doctor.output, "Picture of the timer's lateness (default: doctor-timer.svg)")
+      ->type_name("OUT.svg");
+  c->add_option("--seconds", doctor.seconds, "How long the timer is watched")->capture_default_str();
 
   app::BenchArguments bench;
   c = add("bench", "Measure, beside peers in the same run",

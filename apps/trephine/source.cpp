@@ -53,7 +53,8 @@ Result<Source> open_source(const std::string& src) {
     auto made = data_tools::make_phantom("head");
     if (!made) return made.error();
     source.volume = std::make_shared<const volume::Volume>(std::move(made).value());
-    source.name = "head";
+    source.name = source.case_name = "head";
+    source.is_builtin = true;
     source.format = "phantom";
     source.modality = "CT";
     source.read_seconds = seconds_since(start);
@@ -62,9 +63,18 @@ Result<Source> open_source(const std::string& src) {
   ProgressLine line("reading");
   data_tools::OpenOptions options;
   options.progress = [&line](double share) { return line(share); };
-  auto opened = data_tools::open_volume(src, options);
-  if (!opened) return opened.error();
-  data_tools::OpenedVolume& o = opened.value();
+  data_tools::OpenedVolume o;
+  if (data_tools::is_case_folder(src)) {
+    auto opened = data_tools::open_case(src, options);
+    if (!opened) return opened.error();
+    source.case_name = opened.value().plan.name;
+    source.plan = std::move(opened.value().plan);
+    o = std::move(opened.value().scan);
+  } else {
+    auto opened = data_tools::open_volume(src, options);
+    if (!opened) return opened.error();
+    o = std::move(opened).value();
+  }
   source.volume = std::make_shared<const volume::Volume>(std::move(o.volume));
   source.name = data_tools::file_name(src);
   source.format = o.format;
@@ -110,19 +120,39 @@ Result<volume::Shape> choose_shape(const Source& source, const ShapeChoice& choi
 }
 
 Result<haptics::TouchScene> make_scene(Source& source, const ShapeChoice& choice) {
-  Result<volume::Shape> shape = choose_shape(source, choice);
-  if (!shape) return shape.error();
+  std::vector<std::pair<volume::Shape, haptics::Material>> shapes;
+  const bool is_chosen = choice.iso || !choice.window.empty() || !choice.label.empty();
+  if (source.plan && !is_chosen) {
+    for (const data_tools::CaseStructure& s : source.plan->structures) {
+      if (!s.is_touchable) continue;
+      haptics::Material m;
+      m.stiffness = s.material.stiffness.value_or(m.stiffness);
+      m.damping = s.material.damping.value_or(m.damping);
+      m.static_friction = s.material.static_friction.value_or(m.static_friction);
+      m.dynamic_friction = s.material.dynamic_friction.value_or(m.dynamic_friction);
+      shapes.emplace_back(s.shape, m);
+    }
+    if (shapes.empty() || shapes.size() > haptics::TouchScene::k_max_shapes)
+      return Error{"the case has no fitting number of structures to touch", source.name,
+                   std::to_string(shapes.size()), "1 to " + std::to_string(haptics::TouchScene::k_max_shapes),
+                   "set touchable = true or false in case.toml"};
+  } else {
+    Result<volume::Shape> shape = choose_shape(source, choice);
+    if (!shape) return shape.error();
+    shapes.emplace_back(shape.value(), haptics::Material{});
+  }
   const auto start = Clock::now();
   haptics::TouchScene scene;
   scene.base = source.volume;
-  auto bits =
-      std::make_shared<const volume::Occupancy>(volume::Occupancy::build(*source.volume, shape.value()));
-  if (bits->count_solid() == 0)
-    return Error{"the shape is empty", source.name,
-                 describe(shape.value(), source.volume->is_hounsfield) + ": no voxel",
-                 "at least one solid voxel", "see the range of its values with: trephine info SRC"};
-  scene.shapes.push_back(
-      {volume::Field(*source.volume, shape.value()), std::move(bits), {}, haptics::Sides::front});
+  for (const auto& [shape, material] : shapes) {
+    auto bits = std::make_shared<const volume::Occupancy>(volume::Occupancy::build(*source.volume, shape));
+    if (bits->count_solid() == 0)
+      return Error{"the shape is empty", source.name,
+                   describe(shape, source.volume->is_hounsfield) + ": no voxel", "at least one solid voxel",
+                   "see the range of its values with: trephine info SRC"};
+    scene.shapes.push_back(
+        {volume::Field(*source.volume, shape), std::move(bits), material, haptics::Sides::front});
+  }
   source.bits_seconds = seconds_since(start);
   return scene;
 }

@@ -1,4 +1,4 @@
-// SRC: a scan that open_volume reads, or the built-in head; and which shape of it is meant.
+// SRC: a scan that open_volume reads, a case, or the built-in head; and which shape of it is meant.
 #pragma once
 
 #include <optional>
@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "apps/trephine/report.h"
+#include "data-tools/case_folder.h"
 #include "haptics/pose_path.h"
 #include "haptics/touch_scene.h"
 #include "volume/version.h"
@@ -21,6 +22,9 @@ struct ShapeChoice {
 struct Source {
   std::shared_ptr<const volume::Volume> volume;
   std::string name, format, modality;  ///< what to call it: never a path
+  std::string case_name;               ///< a name that was chosen for it, to be written down; else empty
+  bool is_builtin = false;
+  std::optional<data_tools::CasePlan> plan;  ///< of a case
   std::vector<std::string> notices;
   double read_seconds = 0, bits_seconds = 0;
 };
@@ -30,7 +34,7 @@ volume::Result<Source> open_source(const std::string& src);
 /// The shape that is meant; CT without a choice is bone from 300 HU, which is said. Error when there is no
 /// default.
 volume::Result<volume::Shape> choose_shape(const Source& source, const ShapeChoice& choice);
-/// A scene with that one shape, its bits made.
+/// A scene with that one shape, its bits made. A case without a choice gives all its touchable structures.
 volume::Result<haptics::TouchScene> make_scene(Source& source, const ShapeChoice& choice);
 /// A path file, or what is wrong with it.
 volume::Result<haptics::PosePath> open_path(const std::string& path);

@@ -120,6 +120,19 @@ Result<std::unique_ptr<DrawSurface>> make_offscreen(int width, int height) {
                volume::ErrorKind::missing_here};
 }
 
+Result<std::string> describe_gl() {
+  auto surface = make_offscreen(16, 16);
+  if (!surface) return surface.error();
+  const std::string all = surface.value()->window()->ReportCapabilities();
+  const auto after = [&all](const std::string& key) {
+    const std::size_t at = all.find(key);
+    if (at == std::string::npos) return std::string("unknown");
+    const std::size_t start = all.find_first_not_of(' ', at + key.size());
+    return all.substr(start, all.find('\n', start) - start);
+  };
+  return after("OpenGL renderer string:") + ", OpenGL " + after("OpenGL version string:");
+}
+
 volume::Status write_png(vtkRenderWindow* window, const std::string& path) {
   vtkNew<vtkWindowToImageFilter> grab;
   grab->SetInput(window);

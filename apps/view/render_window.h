@@ -26,6 +26,10 @@ class DrawSurface {
 /// found.
 volume::Result<std::unique_ptr<DrawSurface>> make_offscreen(int width, int height);
 
+/// Which OpenGL draws, in words: "llvmpipe (LLVM 15), 4.5 (Core Profile) Mesa 22.3". Makes a context and
+/// drops it.
+volume::Result<std::string> describe_gl();
+
 /// Writes what the window shows as PNG, atomically.
 volume::Status write_png(vtkRenderWindow* window, const std::string& path);
 

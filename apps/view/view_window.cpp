@@ -138,16 +138,21 @@ vtkStandardNewMacro(StylusStyle)
   Result<WindowReport> run(Clock::time_point start) {
     haptics::ImplicitProxy method;
     if (volume::Status error = method.prepare(scene_)) return *error;
-    const auto untouched = std::make_shared<const volume::Version>(scene_.base);
-    fill(untouched);
-    drilling::Burr burr(options_.burr);
+    drilling::Burr own_burr(options_.burr);
+    drilling::Burr* burr = options_.start ? options_.start->burr : &own_burr;
+    sim::EditSession edits =
+        options_.start ? options_.start->edits : sim::EditSession(scene_, burr, 1 / options_.rate_hz);
+    const std::shared_ptr<const volume::Version> first = edits.current();
+    fill(first);
     MouseDevice mouse(outside_point());
     haptics::ServoOptions servo;
     servo.rate_hz = options_.rate_hz;
-    sim::LiveSession live(mouse, scene_, method, &burr, servo);
+    haptics::Device* devices[] = {&mouse};
+    sim::LiveSession live(devices, scene_, method, std::move(edits), servo, options_.recorder,
+                          options_.start ? options_.start->first_tick : 0);
     live_ = &live;
     mouse_ = &mouse;
-    version_ = untouched;
+    version_ = first;
 
     vtkNew<vtkRenderWindowInteractor> interactor;
     vtkNew<StylusStyle> style;
@@ -177,6 +182,7 @@ vtkStandardNewMacro(StylusStyle)
     live.stop();
     const sim::LiveState last = live.look();
     report_.servo = live.servo_report();
+    if (options_.recorder) report_.recording = options_.recorder->finish(live.edits(), report_.servo.dropped);
     report_.removed_mm3 = last.removed_mm3;
     report_.strokes = last.strokes;
     report_.triangles = view_.triangle_count();

@@ -7,8 +7,16 @@
 #include "apps/view/bone_view.h"
 #include "haptics/servo_loop.h"
 #include "modules/drilling/burr.h"
+#include "sim/session_writer.h"
 
 namespace trephine::view {
+
+/// Where a session goes on: the state that it had reached, and the tool that is part of it.
+struct WindowStart {
+  sim::EditSession edits;
+  drilling::Burr* burr;
+  std::uint64_t first_tick = 0;
+};
 
 struct WindowOptions {
   drilling::BurrOptions burr;
@@ -21,12 +29,15 @@ struct WindowOptions {
   bool is_offscreen = false;
   /// What has already been cut, to look at; null for the untouched volume.
   std::shared_ptr<const volume::Version> version;
+  sim::SessionWriter* recorder = nullptr;  ///< told of everything; finished when the window closes
+  std::optional<WindowStart> start;        ///< nothing: from the untouched volume
 };
 
 /// What happened in the window.
 struct WindowReport {
   haptics::ServoReport servo;
   double removed_mm3 = 0;
+  volume::Status recording;  ///< how the recording ended, when it ended badly
   std::size_t strokes = 0;
   int frames = 0;
   double frame_p50_ms = 0, frame_p99_ms = 0;

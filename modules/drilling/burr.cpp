@@ -25,6 +25,14 @@ void Burr::lift() {
   free_mm_ = owed_mm3_ = 0;
 }
 
+sim::ToolSpec BurrOptions::spec() const {
+  return {"burr",
+          {{"diameter", 2 * radius},
+           {"removal_rate", removal_rate},
+           {"feed_limit", feed_limit},
+           {"is_kinematic", is_kinematic ? 1 : 0}}};
+}
+
 bool Burr::set(std::string_view name, double value) {
   if (name == "is_kinematic" && (value == 0 || value == 1))
     options_.is_kinematic = value == 1;

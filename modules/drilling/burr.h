@@ -1,6 +1,7 @@
 // A spherical burr: bone is removed where the ball sweeps, at a rate that the drill can do.
 #pragma once
 
+#include "sim/session_format.h"
 #include "sim/tool.h"
 
 namespace trephine::drilling {
@@ -11,6 +12,9 @@ struct BurrOptions {
       30;                  ///< mm^3/s that the burr can take away in contact, until the physical rate exists
   double feed_limit = 40;  ///< mm/s, the ball's fastest way through matter
   bool is_kinematic = false;  ///< the pose is the ball's centre; everything it sweeps goes, touched or not
+
+  /// As recordings name it.
+  sim::ToolSpec spec() const;
 };
 
 /// In contact the ball starts tangent to the surface on which the proxy rests (centre = proxy + radius

@@ -2,72 +2,11 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
-#include <cstdlib>
-#include <filesystem>
-#include <fstream>
-#include <gtest/gtest.h>
-#include <nlohmann/json.hpp>
-#include <set>
-#include <sstream>
-#include <sys/wait.h>
 
+#include "tests/apps/command_fixture.h"
+
+namespace trephine::command_tests {
 namespace {
-
-namespace fs = std::filesystem;
-using Json = nlohmann::json;
-
-struct Ended {
-  int exit_code;
-  std::string out, err;
-};
-
-class Command : public ::testing::Test {
- protected:
-  Command() {
-    std::string name = (fs::temp_directory_path() / "trephine-test-XXXXXX").string();
-    folder_ = ::mkdtemp(name.data());
-  }
-  ~Command() override { fs::remove_all(folder_); }
-
-  std::string file(const std::string& name) const { return (folder_ / name).string(); }
-  static std::string read(const std::string& path) {
-    std::ifstream in(path, std::ios::binary);
-    return {std::istreambuf_iterator<char>(in), {}};
-  }
-  void write(const std::string& name, const std::string& text) const {
-    std::ofstream(folder_ / name, std::ios::binary) << text;
-  }
-
-  /// Runs trephine in the scratch folder, without a display unless `prefix` brings one.
-  Ended run(const std::string& arguments, const std::string& prefix = "env -u DISPLAY") const {
-    const std::string command = "cd '" + folder_.string() + "' && " + prefix + " '" TREPHINE_COMMAND "' " +
-                                arguments + " >.out 2>.err </dev/null";
-    const int status = std::system(command.c_str());
-    return {WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status), read(file(".out")),
-            read(file(".err"))};
-  }
-  Json json(const std::string& arguments) const {
-    const Ended r = run(arguments + " --json");
-    EXPECT_EQ(r.exit_code, 0) << arguments << "\n" << r.out << r.err;
-    return Json::parse(r.out, nullptr, false);
-  }
-  /// A file that a failing command left behind, or "".
-  std::string leftovers(const std::set<std::string>& expected) const {
-    for (const auto& entry : fs::directory_iterator(folder_)) {
-      const std::string name = entry.path().filename().string();
-      if (name != ".out" && name != ".err" && !expected.contains(name)) return name;
-    }
-    return "";
-  }
-  void write_press(const char* name, double depth) const {
-    std::ostringstream path;
-    path << "t,x,y,z\n0,0.3,0.2,60\n0.2,0.3,0.2,46\n0.6,0.3,0.2," << 45 - depth << "\n1,0.3,0.2,"
-         << 45 - depth << "\n1.2,8.3,0.2," << 45 - depth << "\n";
-    write(name, path.str());
-  }
-  fs::path folder_;
-};
 
 std::set<std::string> keys_of(const Json& json) {
   std::set<std::string> keys;
@@ -83,8 +22,8 @@ std::set<std::string> with_common(std::set<std::string> keys) {
 TEST_F(Command, VersionAndHelpEndWithZeroAndExamples) {
   EXPECT_EQ(run("--version").exit_code, 0);
   EXPECT_NE(run("--version").out.find("trephine 0.1.0"), std::string::npos);
-  for (const char* name :
-       {"", "phantom", "info", "mesh", "touch", "drill", "view", "demo", "bench", "audit"}) {
+  for (const char* name : {"", "phantom", "info", "mesh", "touch", "drill", "view", "demo", "bench", "audit",
+                           "replay", "resume", "import", "doctor"}) {
     const Ended r = run(std::string(name) + " --help");
     EXPECT_EQ(r.exit_code, 0) << name;
     EXPECT_NE(r.out.find("Examples:\n  trephine"), std::string::npos) << name;
@@ -435,3 +374,4 @@ TEST_F(Command, InterruptEndsWith130AndWritesNothing) {
 }
 
 }  // namespace
+}  // namespace trephine::command_tests

@@ -26,6 +26,7 @@ const std::map<std::string, std::vector<std::string>> k_outsiders{
     {"itk", {"data-tools/image_files.cpp"}},
     {"CLI/", {"apps/trephine/main.cpp"}},
     {"nlohmann/", {"apps/trephine/", "tests/"}},
+    {"toml.hpp", {"data-tools/case_folder.cpp"}},
     {"openvdb/", {}},
     {"Q", {}},
     {"tbb/", {}},

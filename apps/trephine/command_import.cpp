@@ -1,0 +1,117 @@
+// import: a scan becomes a case folder.
+#include <filesystem>
+
+#include "apps/trephine/commands.h"
+#include "apps/trephine/text.h"
+#include "data-tools/atomic_file.h"
+#include "data-tools/case_folder.h"
+
+namespace trephine::app {
+
+using volume::Error;
+using volume::Result;
+using volume::Status;
+
+namespace {
+
+/// The labels of a file on the scan's grid, copied into `scan`.
+Status add_labels(volume::Volume& scan, const std::string& file) {
+  data_tools::OpenOptions options;
+  options.maps_padding = false;
+  auto opened = data_tools::open_volume(file, options);
+  if (!opened) return opened.error();
+  const volume::Volume& labels = opened.value().volume;
+  const std::string where = data_tools::file_name(file);
+  const auto text = [](const glm::ivec3& s) { return format_text("%d x %d x %d", s.x, s.y, s.z); };
+  if (labels.size != scan.size)
+    return Error{"the labels lie on another grid than the scan", where, text(labels.size), text(scan.size),
+                 "resample them to the scan first"};
+  for (int corner = 0; corner < 8; ++corner) {
+    const glm::dvec3 at = glm::dvec3(scan.size - 1) * glm::dvec3(corner & 1, corner >> 1 & 1, corner >> 2);
+    const double off = glm::length(labels.frame.world_from_volume(at) - scan.frame.world_from_volume(at));
+    if (off > 0.01)
+      return Error{"the labels lie elsewhere than the scan", where,
+                   format_text("a corner is %.2f mm off", off), "the same place",
+                   "resample them to the scan first"};
+  }
+  int highest = 0;
+  scan.labels = volume::Buffer<std::uint8_t>(scan.voxels.size());
+  for (std::size_t i = 0; i < scan.voxels.size(); ++i) {
+    const int v = labels.voxels[i];
+    if (v < 0 || v > 255)
+      return Error{"a label is out of range", where, std::to_string(v), "0 to 255", "renumber the labels"};
+    highest = std::max(highest, v);
+    scan.labels[i] = static_cast<std::uint8_t>(v);
+  }
+  if (highest == 0) return Error{"there is no label in it", where, "0 everywhere", "labels from 1 up", ""};
+  scan.label_names = {"background"};
+  for (int v = 1; v <= highest; ++v) scan.label_names.push_back("label-" + std::to_string(v));
+  return std::nullopt;
+}
+
+}  // namespace
+
+Result<Outcome> run_import(const ImportArguments& arguments) {
+  namespace fs = std::filesystem;
+  fs::path target(arguments.output);
+  if (!target.has_filename()) target = target.parent_path();
+  const std::string name = arguments.name.empty() ? target.filename().string() : arguments.name;
+  std::error_code error;
+  if (fs::exists(target, error))
+    return Error{"there is something of that name already", target.filename().string(), "",
+                 "the name of a new folder", "choose another name, or remove it first"};
+  const auto start = Clock::now();
+  auto opened = open_source(arguments.source);
+  if (!opened) return opened.error();
+  Source& source = opened.value();
+  std::shared_ptr<const volume::Volume> scan = source.volume;
+  if (!arguments.labels.empty()) {
+    auto copy = volume::make_volume(scan->size, scan->frame);
+    if (!copy) return copy.error();
+    std::copy(scan->voxels.span().begin(), scan->voxels.span().end(), copy.value().voxels.data());
+    copy.value().is_hounsfield = scan->is_hounsfield;
+    if (Status bad = add_labels(copy.value(), arguments.labels)) return *bad;
+    scan = std::make_shared<const volume::Volume>(std::move(copy).value());
+    source.volume = scan;
+  }
+
+  data_tools::CasePlan plan = source.plan.value_or(data_tools::CasePlan{});
+  plan.name = name;
+  plan.modality = source.modality;
+  plan.is_hounsfield = scan->is_hounsfield;
+  plan.label_names = scan->label_names;
+  if (!source.plan || arguments.shape.iso || !arguments.shape.window.empty() ||
+      !arguments.shape.label.empty()) {
+    plan.structures.clear();
+    auto shape = choose_shape(source, arguments.shape);
+    if (!shape) return shape.error();
+    plan.structures.push_back({shape.value(), true, false, {}});
+    // Every label is there to be made touchable or forbidden.
+    for (std::size_t i = 1; i < scan->label_names.size(); ++i) {
+      volume::Shape label;
+      label.name = scan->label_names[i];
+      label.label = static_cast<int>(i);
+      if (label.label != shape.value().label) plan.structures.push_back({label, false, false, {}});
+    }
+  }
+  ProgressLine progress("importing");
+  if (Status bad =
+          data_tools::write_case(target.string(), plan, *scan, [&](double share) { return progress(share); }))
+    return *bad;
+  const bool is_straight = scan->frame.is_orthogonal();
+  if (!is_straight) notice("note: the sheared volume was resampled to right angles, as .mha needs it");
+
+  Outcome outcome{new_report("import"), "", exit_done};
+  outcome.json["source"] = source.name;
+  outcome.json["case"] = name;
+  outcome.json["structures"] = plan.structures.size();
+  outcome.json["labels"] = plan.label_names;
+  outcome.json["is_resampled"] = !is_straight;
+  outcome.json["seconds"] = seconds_since(start);
+  outcome.text = "case " + name + ": " + std::to_string(plan.structures.size()) + " structure" +
+                 (plan.structures.size() == 1 ? "" : "s") + ", written to " + arguments.output + "\n  edit " +
+                 (target / "case.toml").string() + " to name structures, materials and the plan\n";
+  return outcome;
+}
+
+}  // namespace trephine::app

@@ -1,0 +1,224 @@
+// replay and resume: what was recorded, again and onward.
+#include <fstream>
+
+#include "apps/trephine/commands.h"
+#include "apps/trephine/recording.h"
+#include "apps/trephine/steps_csv.h"
+#include "apps/trephine/text.h"
+#include "apps/view/render_window.h"
+#include "apps/view/view_window.h"
+#include "data-tools/atomic_file.h"
+#include "data-tools/open_volume.h"
+#include "data-tools/operated_volume.h"
+#include "sim/lockstep.h"
+
+namespace trephine::app {
+
+using volume::Error;
+using volume::Result;
+using volume::Status;
+
+namespace {
+
+std::string hash_text(std::uint64_t hash) {
+  return format_text("%016llx", static_cast<unsigned long long>(hash));
+}
+
+Status check_outputs(const std::string& output, const std::string& steps) {
+  if (!output.empty()) {
+    if (!data_tools::is_writable_volume_file(output))
+      return Error{"this is no volume format that trephine writes", data_tools::file_name(output), "",
+                   ".mha, .nrrd, .nii or .nii.gz", "choose one of these extensions"};
+    if (Status error = data_tools::check_writable(output)) return error;
+  }
+  return steps.empty() ? std::nullopt : data_tools::check_writable(steps);
+}
+
+}  // namespace
+
+Result<Outcome> run_replay(const ReplayArguments& arguments) {
+  if (Status error = check_outputs(arguments.output, arguments.steps)) return *error;
+  if (arguments.until && !(*arguments.until >= 0))
+    return Error{"the time is out of range", "--until", std::to_string(*arguments.until), "0 s or more", ""};
+  auto opened = open_session(arguments.session, arguments.case_source);
+  if (!opened) return opened.error();
+  OpenedSession& session = *opened.value();
+  sim::Replay& replay = *session.replay;
+  const double rate = session.reader->header().rate_hz;
+  if (arguments.is_verifying)
+    if (Status why = replay.why_not_verifiable()) {
+      why->where = data_tools::file_name(arguments.session);
+      return *why;
+    }
+
+  const std::uint64_t all = session.reader->tick_count();
+  const std::uint64_t end =
+      arguments.until ? std::min(all, static_cast<std::uint64_t>(std::llround(*arguments.until * rate)))
+                      : all;
+  ProgressLine progress("replaying");
+  std::string csv = arguments.steps.empty() ? "" : k_steps_header;
+  double strongest = 0;
+  const auto start = Clock::now();
+  for (std::uint64_t n = 0; replay.next_tick() < end; ++n) {
+    if (n % 1024 == 0 && !progress(static_cast<double>(replay.next_tick()) / static_cast<double>(end)))
+      return interrupted("the replay");
+    const Result<bool> stepped = replay.step();
+    if (!stepped) return stepped.error();
+    if (!stepped.value()) break;
+    const haptics::ServoRecord& r = replay.record();
+    strongest = std::max(strongest, glm::length(r.force_world));
+    if (!arguments.steps.empty())
+      append_step(
+          csv, r.t, r,
+          r.has_contact ? session.scene.shapes[static_cast<std::size_t>(r.shape)].field.shape().name : "");
+  }
+  const double seconds = seconds_since(start);
+  const sim::EditSession& edits = replay.edits();
+  const std::uint64_t hash = edits.current()->content_hash();
+  std::optional<sim::Mismatch> mismatch = replay.mismatch();
+  // The end says the whole state once more.
+  if (const auto& last = session.reader->end(); last && end == all && !mismatch) {
+    if (last->hash != hash) mismatch = sim::Mismatch{all, "voxels", hash_text(last->hash), hash_text(hash)};
+    if (last->removed_mm3 != edits.removed_mm3())
+      mismatch = sim::Mismatch{all, "removed volume", std::to_string(last->removed_mm3),
+                               std::to_string(edits.removed_mm3())};
+  }
+  if (!arguments.steps.empty())
+    if (Status error = data_tools::write_file_atomically(arguments.steps, csv)) return *error;
+  if (!arguments.output.empty()) {
+    auto result = data_tools::operated_volume(*edits.current());
+    if (!result) return result.error();
+    if (Status error = data_tools::write_volume(arguments.output, result.value())) return *error;
+  }
+  if (!arguments.screenshot.empty()) {
+    view::WindowOptions options;
+    options.screenshot = arguments.screenshot;
+    options.title = data_tools::file_name(arguments.session);
+    options.is_offscreen = true;
+    options.version = edits.current();
+    auto shown = view::run_window(session.scene, options);
+    if (!shown) return shown.error();
+  }
+
+  const sim::Replay::Counts& counts = replay.counts();
+  Outcome outcome{new_report("replay"), "", exit_done};
+  Json& json = outcome.json;
+  json["session"] = data_tools::file_name(arguments.session);
+  json["ticks"] = counts.ticks;
+  json["dropped_ticks"] = counts.dropped;
+  json["commands"] = counts.commands;
+  json["versions"] = counts.versions;
+  json["strokes"] = edits.stroke_count();
+  json["removed_mm3_total"] = edits.removed_mm3();
+  json["content_hash"] = hash_text(hash);
+  json["strongest_force_n"] = strongest;
+  json["replay_seconds"] = seconds;
+  json["speed"] = seconds > 0 ? static_cast<double>(replay.next_tick()) / rate / seconds : 0;
+  json["is_closed"] = session.reader->end().has_value();
+  outcome.text = format_text(
+      "%.1f s replayed in %.2f s: %llu commands, %zu strokes, %.2f mm3 removed, at most %.2f N\n",
+      static_cast<double>(replay.next_tick()) / rate, seconds,
+      static_cast<unsigned long long>(counts.commands), edits.stroke_count(), edits.removed_mm3(), strongest);
+  if (arguments.is_verifying) {
+    json["is_same"] = !mismatch.has_value();
+    if (mismatch) {
+      json["mismatch"] = {{"tick", mismatch->tick},
+                          {"what", mismatch->what},
+                          {"recorded", mismatch->recorded},
+                          {"replayed", mismatch->replayed}};
+      outcome.text += "NOT the same: " + mismatch->what + " at tick " + std::to_string(mismatch->tick) +
+                      "\n  recorded: " + mismatch->recorded + "\n  replayed: " + mismatch->replayed + "\n";
+      outcome.exit_code = exit_check_failed;
+    } else {
+      outcome.text += format_text("the same to the bit: %llu forces, %llu versions, voxel hash %s\n",
+                                  static_cast<unsigned long long>(counts.ticks),
+                                  static_cast<unsigned long long>(counts.versions), hash_text(hash).c_str());
+    }
+  }
+  return outcome;
+}
+
+Result<Outcome> run_resume(const ResumeArguments& arguments) {
+  if (arguments.path.empty() && !view::has_display()) {
+    Error error = view::no_display();
+    error.remedy = "without a display give a path to go on with: --path PATH.csv";
+    return error;
+  }
+  std::optional<haptics::PosePath> path;
+  if (!arguments.path.empty()) {
+    auto read = open_path(arguments.path);
+    if (!read) return read.error();
+    path = std::move(read).value();
+  }
+  auto opened = open_session(arguments.session, arguments.case_source);
+  if (!opened) return opened.error();
+  OpenedSession& session = *opened.value();
+  sim::Replay& replay = *session.replay;
+  const sim::SessionHeader& header = session.reader->header();
+  const std::string where = data_tools::file_name(arguments.session);
+  if (Status why = replay.why_not_verifiable()) {
+    why->what = "the session cannot be continued, only viewed";
+    why->where = where;
+    why->remedy = "go on with it in the version that recorded it";
+    return *why;
+  }
+  if (session.reader->is_damaged())
+    return Error{"the session is damaged and cannot be continued", where, "blocks after the damage",
+                 "a whole file", "replay it, and write what is left with -o"};
+  if (header.tools.size() != 1)
+    return Error{"only sessions of one hand can be continued here", where,
+                 std::to_string(header.tools.size()), "1", ""};
+  if (Status error = replay.seek(session.reader->tick_count())) return *error;
+  if (replay.mismatch())
+    return Error{"the session does not replay as it was recorded", where, replay.mismatch()->what,
+                 "the same bits", "see where: trephine replay --verify"};
+  const std::uint64_t first_tick = replay.next_tick();
+  auto made = sim::SessionWriter::append(arguments.session, session.reader->whole_bytes(),
+                                         session.reader->block_count());
+  if (!made) return made.error();
+  sim::SessionWriter& writer = *made.value();
+  sim::EditSession edits = replay.edits();
+  const double before = edits.removed_mm3();
+  const sim::Command command{sim::Command::Kind::resume, 0, "", 0};
+  const sim::EditOutcome outcome_of = edits.apply(command);
+  writer.add(command, edits, outcome_of);
+
+  Outcome outcome{new_report("resume"), "", exit_done};
+  outcome.json["session"] = where;
+  outcome.json["from_seconds"] = static_cast<double>(first_tick) / header.rate_hz;
+  outcome.json["removed_mm3_before"] = before;
+  double after = 0;
+  if (path) {
+    sim::Lockstep run(session.scene, session.method, std::move(edits), header.force, header.rate_hz, &writer,
+                      first_tick);
+    ProgressLine progress("going on");
+    const std::vector<double> times = haptics::servo_times(*path, header.rate_hz);
+    for (std::size_t i = 0; i < times.size(); ++i) {
+      if (i % 256 == 0 && !progress(static_cast<double>(i) / static_cast<double>(times.size()))) break;
+      run.step(path->at(times[i]));
+    }
+    if (Status error = writer.finish(run.edits(), 0)) return *error;
+    after = run.edits().removed_mm3();
+    if (is_interrupted()) {
+      Error error = interrupted("going on");
+      error.what = "going on was interrupted; what was done is in the session";
+      return error;
+    }
+  } else {
+    view::WindowOptions options;
+    options.title = where;
+    options.burr = session.burrs[0]->options();
+    options.rate_hz = header.rate_hz;
+    options.recorder = &writer;
+    options.start = view::WindowStart{std::move(edits), session.burrs[0].get(), first_tick};
+    auto shown = view::run_window(session.scene, options);
+    if (!shown) return shown.error();
+    after = shown.value().removed_mm3;
+  }
+  outcome.json["removed_mm3_total"] = after;
+  outcome.text = format_text("went on at %.1f s; removed %.2f mm3 before, %.2f mm3 now\n",
+                             static_cast<double>(first_tick) / header.rate_hz, before, after);
+  return outcome;
+}
+
+}  // namespace trephine::app

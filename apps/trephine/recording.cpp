@@ -1,0 +1,232 @@
+#include "apps/trephine/recording.h"
+
+#include <algorithm>
+#include <cstdlib>
+#include <ctime>
+#include <filesystem>
+#include <fstream>
+#include <unistd.h>
+
+#include "apps/trephine/build_info.h"
+#include "apps/trephine/text.h"
+#include "data-tools/atomic_file.h"
+
+namespace trephine::app {
+
+namespace fs = std::filesystem;
+using volume::Error;
+using volume::Result;
+using volume::Status;
+
+Result<std::unique_ptr<sim::SessionWriter>> start_recording(const RecordChoice& choice, const Source& source,
+                                                            const haptics::TouchScene& scene,
+                                                            const haptics::ProxyMethod& method,
+                                                            const haptics::ServoOptions& options,
+                                                            const drilling::BurrOptions& burr) {
+  if (choice.file.empty()) {
+    if (choice.is_embedding)
+      return Error{"there is no session to embed the scan in", "--embed", "", "--record FILE too", ""};
+    return std::unique_ptr<sim::SessionWriter>();
+  }
+  sim::SessionHeader header = sim::describe_session(scene, method, options, {burr.spec()});
+  header.program =
+      std::string("trephine ") + TREPHINE_VERSION + " (" + TREPHINE_COMMIT + ", " + TREPHINE_COMPILER + ")";
+  header.case_name = source.case_name;
+  header.is_builtin = source.is_builtin;
+  sim::WriterOptions writer;
+  writer.is_embedding = choice.is_embedding;
+  return sim::SessionWriter::create(choice.file, header, source.volume, writer);
+}
+
+Status finish_recording(sim::SessionWriter* writer, const sim::EditSession& edits, std::uint64_t dropped) {
+  return writer ? writer->finish(edits, dropped) : std::nullopt;
+}
+
+bool is_session_file(const std::string& path) {
+  std::ifstream in(path, std::ios::binary);
+  char magic[8] = {};
+  return in.read(magic, sizeof magic) && std::string_view(magic, sizeof magic) == sim::k_session_magic;
+}
+
+Result<std::unique_ptr<OpenedSession>> open_session(const std::string& path, const std::string& case_source) {
+  auto result = std::make_unique<OpenedSession>();
+  Result<sim::SessionReader> reader = sim::SessionReader::open(path);
+  if (!reader) return reader.error();
+  result->reader = std::make_unique<sim::SessionReader>(std::move(reader).value());
+  sim::SessionReader& session = *result->reader;
+  const sim::SessionHeader& header = session.header();
+  const std::string where = data_tools::file_name(path);
+  if (session.is_damaged())
+    notice("note: the session is damaged; only what lies before the damage is used");
+  else if (!session.end())
+    notice("note: the session was not closed; it ends with the last block that was written");
+
+  // The scan.
+  if (!case_source.empty()) {
+    Result<Source> opened = open_source(case_source);
+    if (!opened) return opened.error();
+    result->source = std::move(opened).value();
+  } else if (session.has_scan()) {
+    Result<volume::Volume> scan = session.scan();
+    if (!scan) return scan.error();
+    result->source.volume = std::make_shared<const volume::Volume>(std::move(scan).value());
+    result->source.name = header.case_name.empty() ? "embedded scan" : header.case_name;
+    result->source.case_name = header.case_name;
+    result->source.format = "session";
+  } else if (header.is_builtin && header.case_name == "head") {
+    Result<Source> opened = open_source("head");
+    if (!opened) return opened.error();
+    result->source = std::move(opened).value();
+  } else {
+    return Error{"the scan of this session is needed", where,
+                 header.case_name.empty() ? "a session of a scan without a name"
+                                          : "a session of case " + header.case_name,
+                 "--case SRC: the case or scan that was operated on",
+                 "record with --embed to keep the scan in the session"};
+  }
+  Result<haptics::TouchScene> scene = sim::scene_of(session, result->source.volume);
+  if (!scene) {
+    Error error = scene.error();
+    error.where = where;
+    return error;
+  }
+  result->scene = std::move(scene).value();
+
+  // The method and the tools.
+  if (header.method != result->method.name())
+    return Error{"this program does not have the session's proxy method", where, header.method,
+                 result->method.name(), "open it with the version that recorded it"};
+  if (Status error = result->method.prepare(result->scene)) return *error;
+  std::vector<sim::Tool*> tools;
+  for (const sim::ToolSpec& spec : header.tools) {
+    if (!spec.name.empty() && spec.name != "burr")
+      return Error{"this program does not have the session's tool", where, spec.name, "burr",
+                   "open it with the version that recorded it"};
+    result->burrs.push_back(spec.name.empty() ? nullptr
+                                              : std::make_unique<drilling::Burr>(drilling::BurrOptions{}));
+    tools.push_back(result->burrs.back().get());
+    for (const auto& [name, value] : spec.settings)
+      if (tools.back() && !tools.back()->set(name, value))
+        return Error{"this program does not have the session's setting of a tool", where,
+                     name + " = " + std::to_string(value), "a setting of " + spec.name, ""};
+  }
+  result->replay = std::make_unique<sim::Replay>(session, result->scene, result->method, tools);
+  return result;
+}
+
+std::string autosave_path() {
+  const char* state = std::getenv("XDG_STATE_HOME");
+  const char* home = std::getenv("HOME");
+  fs::path folder;
+  if (state && *state == '/')
+    folder = state;
+  else if (home && *home == '/')
+    folder = fs::path(home) / ".local" / "state";
+  else
+    return {};
+  folder = folder / "trephine" / "sessions";
+  std::error_code error;
+  fs::create_directories(folder, error);
+  if (error) return {};
+  // The newest few stay; they can be large.
+  constexpr std::size_t k_kept = 9;
+  std::vector<fs::path> old;
+  for (fs::directory_iterator it(folder, error), end; !error && it != end; it.increment(error))
+    if (it->path().extension() == ".session") old.push_back(it->path());
+  std::sort(old.begin(), old.end());
+  for (std::size_t i = 0; i + k_kept < old.size(); ++i) fs::remove(old[i], error);
+  std::time_t now = std::time(nullptr);
+  std::tm local{};
+  localtime_r(&now, &local);
+  char name[64];
+  std::strftime(name, sizeof name, "%Y-%m-%d-%H%M%S", &local);
+  return (folder / (std::string(name) + "-" + std::to_string(getpid()) + ".session")).string();
+}
+
+Result<Outcome> describe_session_file(const std::string& path) {
+  Result<sim::SessionReader> opened = sim::SessionReader::open(path);
+  if (!opened) return opened.error();
+  sim::SessionReader& session = opened.value();
+  const sim::SessionHeader& h = session.header();
+  std::uint64_t ticks = 0, contact = 0, undos = 0, redos = 0, dropped = 0, versions = 0, last = 0;
+  std::uint32_t faults = 0;
+  double strongest = 0;
+  std::int64_t units = 0;
+  bool has_last = false;
+  for (sim::LogItem item;;) {
+    const Result<bool> read = session.next(item);
+    if (!read) return read.error();
+    if (!read.value()) break;
+    if (const auto* tick = std::get_if<sim::TickItem>(&item)) {
+      const haptics::ServoRecord& r = tick->record;
+      if (r.hand == 0) {
+        if (has_last) dropped += r.tick - last - 1;
+        last = r.tick;
+        has_last = true;
+        ++ticks;
+      }
+      contact += r.has_contact;
+      faults |= r.raised;
+      strongest = std::max(strongest, glm::length(r.force_world));
+    } else if (const auto* command = std::get_if<sim::CommandItem>(&item)) {
+      undos += command->command.kind == sim::Command::Kind::undo;
+      redos += command->command.kind == sim::Command::Kind::redo;
+    } else if (const auto* version = std::get_if<sim::VersionItem>(&item)) {
+      ++versions;
+      units = version->removed_units;
+    }
+  }
+  const double seconds = static_cast<double>(session.tick_count()) / h.rate_hz;
+  Outcome outcome{new_report("info"), "", exit_done};
+  Json& json = outcome.json;
+  json["session"] = data_tools::file_name(path);
+  json["recorded_by"] = h.program;
+  json["revision"] = h.revision;
+  json["is_verifiable"] = h.revision == sim::k_replay_revision;
+  json["case"] = h.case_name;
+  json["has_scan"] = session.has_scan();
+  json["scan_hash"] = session.scan_hash()
+                          ? format_text("%016llx", static_cast<unsigned long long>(*session.scan_hash()))
+                          : std::string();
+  json["size"] = {h.size.x, h.size.y, h.size.z};
+  json["rate_hz"] = h.rate_hz;
+  json["method"] = h.method;
+  json["hands"] = h.tools.size();
+  json["seconds"] = seconds;
+  json["ticks"] = ticks;
+  json["dropped_ticks"] = dropped;
+  json["contact_ticks"] = contact;
+  json["strongest_force_n"] = strongest;
+  json["undos"] = undos;
+  json["redos"] = redos;
+  json["versions"] = versions;
+  json["removed_units"] = units;
+  json["raised_faults"] = faults;
+  json["is_closed"] = session.end().has_value();
+  json["is_damaged"] = session.is_damaged();
+  json["lost_bytes"] = session.lost_bytes();
+  if (session.end()) json["removed_mm3"] = session.end()->removed_mm3;
+  outcome.text = data_tools::file_name(path) + ": a session of " +
+                 (h.case_name.empty() ? std::string("a scan without a name") : "case " + h.case_name) +
+                 (session.has_scan() ? ", the scan included" : "") + "\n" +
+                 format_text("  %.1f s at %.0f Hz, %zu hand%s, method %s\n", seconds, h.rate_hz,
+                             h.tools.size(), h.tools.size() == 1 ? "" : "s", h.method.c_str()) +
+                 format_text("  in contact for %.1f s, at most %.2f N; undone %llu, redone %llu\n",
+                             static_cast<double>(contact) / h.rate_hz, strongest,
+                             static_cast<unsigned long long>(undos), static_cast<unsigned long long>(redos)) +
+                 "  recorded by " + h.program + "\n";
+  if (session.end())
+    outcome.text += format_text("  removed %.2f mm3 at its end\n", session.end()->removed_mm3);
+  if (dropped > 0)
+    outcome.text +=
+        format_text("  %llu ticks were dropped (full ring)\n", static_cast<unsigned long long>(dropped));
+  if (session.is_damaged())
+    outcome.text += "  damaged: what follows the damage is left out\n";
+  else if (!session.end())
+    outcome.text += "  not closed: the program was stopped; go on with trephine resume\n";
+  if (h.revision != sim::k_replay_revision)
+    outcome.text += "  of older arithmetic: it can be viewed, not verified\n";
+  return outcome;
+}
+
+}  // namespace trephine::app

@@ -1,0 +1,55 @@
+// Sessions as the commands use them: recorded beside a run, opened with the scan they belong to.
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "apps/trephine/source.h"
+#include "haptics/implicit_proxy.h"
+#include "modules/drilling/burr.h"
+#include "sim/replay.h"
+#include "sim/session_writer.h"
+
+namespace trephine::app {
+
+/// --record FILE [--embed]
+struct RecordChoice {
+  std::string file;
+  bool is_embedding = false;
+};
+
+/// Starts the recording that is asked for; null without one.
+volume::Result<std::unique_ptr<sim::SessionWriter>> start_recording(const RecordChoice& choice,
+                                                                    const Source& source,
+                                                                    const haptics::TouchScene& scene,
+                                                                    const haptics::ProxyMethod& method,
+                                                                    const haptics::ServoOptions& options,
+                                                                    const drilling::BurrOptions& burr);
+/// Ends it; a recording that ended early is said, and what was written is kept.
+volume::Status finish_recording(sim::SessionWriter* writer, const sim::EditSession& edits,
+                                std::uint64_t dropped);
+
+/// Is this a file that --record wrote?
+bool is_session_file(const std::string& path);
+
+/// A session with everything that its replay borrows. Not to be moved once opened.
+struct OpenedSession {
+  std::unique_ptr<sim::SessionReader> reader;
+  Source source;
+  haptics::TouchScene scene;
+  haptics::ImplicitProxy method;
+  std::vector<std::unique_ptr<drilling::Burr>> burrs;
+  std::unique_ptr<sim::Replay> replay;
+};
+/// Finds the scan: `case_source` when given, in the session itself, or the built-in one that it names.
+volume::Result<std::unique_ptr<OpenedSession>> open_session(const std::string& path,
+                                                            const std::string& case_source);
+
+/// Where view keeps its sessions: $XDG_STATE_HOME/trephine/sessions (~/.local/state/...). Made when missing;
+/// only the newest of earlier ones are kept. Empty when there is no such place.
+std::string autosave_path();
+
+/// What `info SESSION` says.
+volume::Result<Outcome> describe_session_file(const std::string& path);
+
+}  // namespace trephine::app

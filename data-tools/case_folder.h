@@ -1,0 +1,65 @@
+// A case: one scan with its structures, materials and plan, in a folder of open formats.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "data-tools/open_volume.h"
+#include "volume/shape.h"
+
+namespace trephine::data_tools {
+
+/// How a structure answers to touch; what is left out is the scene's default.
+struct CaseMaterial {
+  std::optional<double> stiffness;         ///< N/mm
+  std::optional<double> damping;           ///< N s/mm
+  std::optional<double> static_friction;   ///< coefficient
+  std::optional<double> dynamic_friction;  ///< coefficient
+};
+
+struct CaseStructure {
+  volume::Shape shape;        ///< by window or by label, as in the volume
+  bool is_touchable = true;   ///< held by the proxy
+  bool is_forbidden = false;  ///< must not be cut
+  CaseMaterial material;
+};
+
+/// Where a tool should go: from the skin side to the end, world frame (LPS, mm).
+struct CaseTrajectory {
+  std::string name;
+  glm::dvec3 entry_world{0.0}, target_world{0.0};
+  double diameter = 0;  ///< mm, 0: not planned
+};
+
+/// case.toml. docs/file-formats.md describes every key.
+struct CasePlan {
+  static constexpr int k_schema = 1;
+  std::string name;  ///< chosen for the case; never of a patient
+  std::string modality;
+  bool is_hounsfield = false;
+  std::vector<std::string> label_names;
+  std::vector<CaseStructure> structures;
+  std::vector<CaseTrajectory> trajectories;
+};
+
+struct OpenedCase {
+  CasePlan plan;
+  OpenedVolume scan;
+};
+
+/// Is this a folder with a case.toml in it?
+bool is_case_folder(const std::string& path);
+/// Reads plan and volumes. Unknown keys, wrong types and impossible values are errors that name the line.
+volume::Result<OpenedCase> open_case(const std::string& path, const OpenOptions& options = {});
+/// Reads case.toml alone; `where` names it in errors.
+volume::Result<CasePlan> parse_case(const std::string& text, const std::string& where);
+/// The text of case.toml, with a remark where a person would edit.
+std::string case_text(const CasePlan& plan, bool has_labels);
+
+/// Writes volume.mha, labels.mha (when there are labels) and case.toml into a new folder that is there whole
+/// or not at all. An existing folder is refused. `progress` may cancel.
+volume::Status write_case(const std::string& path, const CasePlan& plan, const volume::Volume& scan,
+                          const Progress& progress = {});
+
+}  // namespace trephine::data_tools

@@ -1,0 +1,173 @@
+// Cases and sessions by command: import, --record, info, replay, resume, doctor.
+#include <csignal>
+
+#include "tests/apps/command_fixture.h"
+
+namespace trephine::command_tests {
+namespace {
+
+TEST_F(Command, ARecordedDrillReplaysVerifiesAndGoesOn) {
+  ASSERT_EQ(run("phantom sphere --size 48 --psf 1 -o s.mha").exit_code, 0);
+  write_press("p.csv", 2);
+  const Json drill = json("drill s.mha --burr-diameter 4 --path p.csv -o d.mha --record d.session");
+  const Json info = json("info d.session");
+  EXPECT_EQ(info["session"], "d.session");
+  EXPECT_EQ(info["case"], "") << "a file's name may be a patient's";
+  EXPECT_EQ(info["is_closed"], true);
+  EXPECT_EQ(info["ticks"], drill["steps"]);
+  EXPECT_DOUBLE_EQ(info["removed_mm3"], drill["removed_mm3_total"].get<double>());
+  EXPECT_EQ(read(file("d.session")).find("s.mha"), std::string::npos);
+
+  // Without the scan it says what it needs; with another one it refuses; with its own it is the same.
+  const Ended missing = run("replay d.session --verify");
+  EXPECT_EQ(missing.exit_code, 2);
+  EXPECT_NE(missing.err.find("--case SRC"), std::string::npos);
+  ASSERT_EQ(run("phantom sphere --size 48 --psf 1.2 -o other.mha").exit_code, 0);
+  const Ended wrong = run("replay d.session --case other.mha");
+  EXPECT_EQ(wrong.exit_code, 2);
+  EXPECT_NE(wrong.err.find("not the one of the session"), std::string::npos);
+  const Json replay = json("replay d.session --case s.mha --verify -o again.mha --steps steps.csv");
+  EXPECT_EQ(replay["is_same"], true);
+  EXPECT_EQ(replay["content_hash"], drill["content_hash"]);
+  EXPECT_EQ(read(file("again.mha")), read(file("d.mha")));
+  const std::string steps = read(file("steps.csv"));
+  EXPECT_EQ(static_cast<std::size_t>(std::count(steps.begin(), steps.end(), '\n')),
+            drill["steps"].get<std::size_t>() + 1);
+  // A moment of it.
+  const Json half = json("replay d.session --case s.mha --until 0.5 --screenshot half.png");
+  EXPECT_EQ(half["ticks"], 500);
+  EXPECT_LT(half["removed_mm3_total"], replay["removed_mm3_total"]);
+  EXPECT_GT(fs::file_size(folder_ / "half.png"), 2000u);
+
+  // Onward, as one session.
+  write("more.csv", "t,x,y,z\n0,-20,0.2,46\n0.3,-20,0.2,38\n0.6,-20,0.2,36\n");
+  const Json resume = json("resume d.session --case s.mha --path more.csv");
+  EXPECT_DOUBLE_EQ(resume["removed_mm3_before"], drill["removed_mm3_total"].get<double>());
+  EXPECT_GT(resume["removed_mm3_total"], resume["removed_mm3_before"]);
+  const Json whole = json("replay d.session --case s.mha --verify");
+  EXPECT_EQ(whole["is_same"], true);
+  EXPECT_DOUBLE_EQ(whole["removed_mm3_total"], resume["removed_mm3_total"].get<double>());
+
+  // A recording never overwrites.
+  const Ended taken = run("drill s.mha --burr-diameter 4 --path p.csv -o d2.mha --record d.session");
+  EXPECT_EQ(taken.exit_code, 2);
+  EXPECT_NE(taken.err.find("already"), std::string::npos);
+}
+
+TEST_F(Command, VerifyFindsTheTickWhereARecordingLies) {
+  ASSERT_EQ(run("phantom sphere --size 48 --psf 1 -o s.mha").exit_code, 0);
+  write_press("p.csv", 2);
+  ASSERT_EQ(run("drill s.mha --burr-diameter 4 --path p.csv -o d.mha --record d.session --embed").exit_code,
+            0);
+  EXPECT_EQ(run("replay d.session --verify").exit_code, 0) << "the scan is in it";
+  // Another stiffness in the header, with its checksum put right by writing the session anew, cannot be done
+  // from outside; a stiffness that is a lie in the same number of bytes is found by the checksum.
+  std::string bytes = read(file("d.session"));
+  const std::size_t at = bytes.find("stiffness=0.5");
+  ASSERT_NE(at, std::string::npos);
+  bytes[at + 12] = '6';
+  write("lie.session", bytes);
+  const Ended lie = run("replay lie.session --verify");
+  EXPECT_EQ(lie.exit_code, 2);
+}
+
+TEST_F(Command, ACaseIsASourceEverywhere) {
+  ASSERT_EQ(run("phantom head --spacing 2.5 -o head.mha --labels labels.mha").exit_code, 0);
+  const Json import = json("import head.mha --labels labels.mha -o my-case");
+  EXPECT_EQ(import["case"], "my-case");
+  EXPECT_EQ(import["structures"], 9);
+  const Json info = json("info my-case");
+  EXPECT_EQ(info["format"], "case");
+  EXPECT_EQ(info["structures"].size(), 9u);
+  const Ended again = run("import head.mha -o my-case");
+  EXPECT_EQ(again.exit_code, 2);
+  EXPECT_NE(again.err.find("already"), std::string::npos);
+
+  // A person edits the plan: names, a second touchable structure with a material, a trajectory.
+  std::string text = read(file("my-case/case.toml"));
+  const auto replace = [&text](const std::string& from, const std::string& to) {
+    const std::size_t at = text.find(from);
+    ASSERT_NE(at, std::string::npos) << from;
+    text.replace(at, from.size(), to);
+  };
+  replace("\"label-4\"\nlabel = 4\ntouchable = false",
+          "\"dura\"\nlabel = 4\nforbidden = true\nstiffness = 0.2");
+  text +=
+      "\n[[trajectories]]\nname = \"T9 left\"\nentry = [10, -20, 30]\ntarget = [10, 20, 30]\ndiameter = "
+      "5.5\n";
+  write("my-case/case.toml", text);
+  const Json edited = json("info my-case");
+  EXPECT_EQ(edited["structures"][4]["forbidden"], true);
+  EXPECT_EQ(edited["structures"][4]["touchable"], true);
+  EXPECT_EQ(edited["trajectories"][0]["diameter"], 5.5);
+  write("path.csv", "t,x,y,z\n0,0,-10,100\n0.5,0,-10,50\n");
+  const Json touch = json("touch my-case --path path.csv -o steps.csv");
+  EXPECT_GT(touch["max_force_n"], 0);
+  EXPECT_EQ(touch["counters"]["shapes_with_bits"], 2);
+  EXPECT_EQ(run("mesh my-case --label label-2 -o bone.stl").exit_code, 0);
+  EXPECT_EQ(run("view my-case --screenshot v.png").exit_code, 0);
+
+  // What is wrong with a case is said by line.
+  const auto expect_fault = [&](const std::string& broken, const std::string& what, const std::string& line) {
+    write("my-case/case.toml", broken);
+    const Ended r = run("info my-case");
+    EXPECT_EQ(r.exit_code, 2) << what;
+    EXPECT_NE(r.err.find(what), std::string::npos) << r.err;
+    if (!line.empty()) {
+      EXPECT_NE(r.err.find("line " + line), std::string::npos) << r.err;
+    }
+  };
+  expect_fault("schema = 1\nname = \"x\"\nsurprise = 2\n", "no such key", "3");
+  expect_fault("schema = 2\nname = \"x\"\n", "newer", "");
+  expect_fault("schema = 1\nname = \n", "no TOML", "2");
+  expect_fault("name = \"x\"\n", "schema", "");
+  expect_fault("schema = 1\nname = \"x\"\n[[structures]]\nname = \"a\"\nlow = \"b\"\n", "out of range", "5");
+  expect_fault("schema = 1\nname = \"x\"\n[[structures]]\nname = \"a\"\n", "not said", "3");
+  expect_fault("schema = 1\nname = \"x\"\n[[structures]]\nname = \"a\"\nlow = 5\nhigh = 1\n", "lower end",
+               "3");
+}
+
+TEST_F(Command, ImportWritesAllOrNothing) {
+  ASSERT_EQ(run("phantom sphere --size 24 -o s.mha").exit_code, 0);
+  ASSERT_EQ(run("phantom sphere --size 16 -o small.mha").exit_code, 0);
+  EXPECT_EQ(run("import s.mha --labels small.mha -o c").exit_code, 2);
+  EXPECT_EQ(run("import none.mha -o c").exit_code, 2);
+  EXPECT_EQ(run("import s.mha --iso 99999 -o no/such/c").exit_code, 3);
+  EXPECT_EQ(leftovers({"s.mha", "small.mha"}), "");
+}
+
+TEST_F(Command, BadSessionsAreSaidSo) {
+  write("x.session", "not a session at all");
+  for (const char* command : {"replay x.session", "resume x.session --path p.csv", "replay none.session"}) {
+    const Ended r = run(command);
+    EXPECT_EQ(r.exit_code, 2) << command;
+    EXPECT_TRUE(r.err.starts_with("error: ")) << r.err;
+  }
+  write("newer.session", std::string("TREPHSES\x09\0\0\0\0\0\0\0", 16));
+  EXPECT_NE(run("info newer.session").err.find("newer trephine"), std::string::npos);
+}
+
+TEST_F(Command, DoctorSaysFaultsWithRemediesAndDrawsTheTimer) {
+  const Ended r = run("doctor --seconds 0.3 --json -o t.svg");
+  EXPECT_EQ(r.exit_code, 3) << "there is no display here";
+  const Json doctor = Json::parse(r.out, nullptr, false);
+  EXPECT_EQ(doctor["schema"], "trephine.doctor/1");
+  EXPECT_GE(doctor["faults"], 1);
+  EXPECT_EQ(doctor["timer_late_us"]["count"], 300);
+  std::set<std::string> names;
+  for (const Json& f : doctor["findings"]) {
+    names.insert(f["name"]);
+    if (f["is_fault"]) {
+      EXPECT_NE(f["remedy"], "") << f["name"];
+    }
+  }
+  for (const char* name :
+       {"display", "OpenGL", "scheduling", "locked memory", "timer", "memory", "sessions", "devices"})
+    EXPECT_TRUE(names.contains(name)) << name;
+  const std::string svg = read(file("t.svg"));
+  EXPECT_TRUE(svg.starts_with("<svg"));
+  EXPECT_NE(svg.find("99 %"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace trephine::command_tests
