@@ -26,14 +26,41 @@ if(TREPHINE_SANITIZE)
   add_link_options(-fsanitize=${TREPHINE_SANITIZE})
 endif()
 
-# trephine_library(NAME SOURCES ... [USES public targets] [LINKS private targets])
+# Calls inside a library stay inside it: the servo pays nothing for a library's being shared.
+add_compile_options($<$<COMPILE_LANGUAGE:CXX>:-fno-semantic-interposition>)
+
+# An installed program finds its libraries beside it, wherever the prefix is.
+set(CMAKE_INSTALL_RPATH "$ORIGIN/../${CMAKE_INSTALL_LIBDIR};$ORIGIN")
+
+# trephine_library(NAME SOURCES ... [USES public targets] [LINKS private targets] [PACKAGE library|command])
+# With PACKAGE it is installed: shared (unless BUILD_SHARED_LIBS is off), with its headers' folder in the package dev.
 function(trephine_library name)
-  cmake_parse_arguments(arg "" "" "SOURCES;USES;LINKS" ${ARGN})
-  add_library(trephine_${name} STATIC ${arg_SOURCES})
+  cmake_parse_arguments(arg "" "PACKAGE" "SOURCES;USES;LINKS" ${ARGN})
+  if(arg_PACKAGE)
+    add_library(trephine_${name} ${arg_SOURCES})
+  else()
+    add_library(trephine_${name} STATIC ${arg_SOURCES})
+  endif()
   add_library(trephine::${name} ALIAS trephine_${name})
-  set_target_properties(trephine_${name} PROPERTIES POSITION_INDEPENDENT_CODE ON)
-  target_include_directories(trephine_${name} PUBLIC ${PROJECT_SOURCE_DIR})
-  target_link_libraries(trephine_${name} PUBLIC ${arg_USES} PRIVATE trephine_flags ${arg_LINKS})
+  set_target_properties(trephine_${name} PROPERTIES
+    POSITION_INDEPENDENT_CODE ON
+    OUTPUT_NAME trephine-${name}
+    EXPORT_NAME ${name}
+    VERSION ${PROJECT_VERSION}
+    SOVERSION ${PROJECT_VERSION_MAJOR}.${PROJECT_VERSION_MINOR}) # before 1.0 every minor version may break
+  target_compile_features(trephine_${name} PUBLIC cxx_std_20)
+  target_include_directories(trephine_${name} PUBLIC
+    $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}> $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}/trephine>)
+  target_link_libraries(trephine_${name} PUBLIC ${arg_USES} PRIVATE $<BUILD_INTERFACE:trephine_flags> ${arg_LINKS})
+  if(arg_PACKAGE)
+    install(TARGETS trephine_${name} EXPORT trephine-${name}
+      LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT ${arg_PACKAGE} NAMELINK_COMPONENT dev
+      ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT dev)
+    install(EXPORT trephine-${name} NAMESPACE trephine:: DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/trephine COMPONENT dev)
+    file(RELATIVE_PATH folder ${PROJECT_SOURCE_DIR} ${CMAKE_CURRENT_SOURCE_DIR})
+    install(DIRECTORY ${CMAKE_CURRENT_SOURCE_DIR}/ DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/trephine/${folder} COMPONENT dev
+      FILES_MATCHING PATTERN "*.h" PATTERN "*_impl.h" EXCLUDE)
+  endif()
 endfunction()
 
 # trephine_test(NAME SOURCES ... [LINKS targets]): one GoogleTest program, each case its own ctest

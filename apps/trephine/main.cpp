@@ -60,6 +60,7 @@ int main(int argc, char** argv) {
   CLI::App cli{"trephine: surgery on real CT and MRI volumes that you can feel"};
   cli.set_version_flag("--version", std::string("trephine ") + TREPHINE_VERSION + " (" + TREPHINE_COMMIT +
                                         ", " + TREPHINE_COMPILER + ")");
+  cli.name("trephine");
   cli.require_subcommand(1);
   cli.footer(
       "Examples:\n  trephine demo\n  trephine info SCANS/HEAD\n  trephine view SCANS/HEAD\n  trephine "

@@ -1,0 +1,43 @@
+#!/usr/bin/env bash
+# deb_test.sh BUILD: makes the .deb packages, installs them with dpkg into a scratch root and runs the command there.
+set -euo pipefail
+build=$1
+scratch=$(mktemp -d)
+trap 'rm -rf "$scratch"' EXIT
+(cd "$build" && cpack -G DEB -B "$scratch/deb" >"$scratch/log" 2>&1) || { cat "$scratch/log"; exit 1; }
+cd "$scratch"
+field() { dpkg-deb -f "$1" "$2"; }
+for name in libtrephine0.1 libtrephine-dev trephine trephine-window; do
+  ls deb/"$name"_*.deb >/dev/null 2>&1 || { echo "there is no package $name"; exit 1; }
+done
+library=$(field deb/libtrephine0.1_*.deb Depends) command=$(field deb/trephine_*.deb Depends)
+window=$(field deb/trephine-window_*.deb Depends) dev=$(field deb/libtrephine-dev_*.deb Depends)
+refuse() { if echo "$2" | grep -qiE "$3"; then echo "$1 depends on what it does not need: $2"; exit 1; fi; }
+demand() { echo "$2" | grep -qE "$3" || { echo "$1 lacks $3: $2"; exit 1; }; }
+refuse library "$library" 'vtk|itk|qt|openvdb|tbb'
+refuse command "$command" 'qt5'
+demand library "$library" 'libc6'
+demand command "$command" 'libtrephine0.1 \(= 0.1.0\)'
+demand command "$command" 'libvtk9.1'
+demand window "$window" 'libqt5widgets5'
+demand window "$window" 'trephine \(= 0.1.0\)'
+demand dev "$dev" 'libtrephine0.1 \(= 0.1.0\)'
+demand dev "$dev" 'libglm-dev'
+# Into a root of its own; what it depends on is the machine's.
+mkdir -p root/var/lib/dpkg/{info,updates} root/var/lib/dpkg/triggers
+touch root/var/lib/dpkg/{status,available}
+dpkg --root="$scratch/root" --force-not-root --force-depends --force-script-chrootless --log=/dev/null -i deb/*.deb >log 2>&1 ||
+  { cat log; exit 1; }
+export LD_LIBRARY_PATH=$scratch/root/usr/lib/$(dpkg-architecture -qDEB_HOST_MULTIARCH)
+root/usr/bin/trephine phantom sphere --size 24 -o s.mha >/dev/null
+root/usr/bin/trephine info s.mha | grep -q MetaImage
+env -u DISPLAY root/usr/bin/trephine view s.mha --iso 300 --screenshot s.png >/dev/null
+[ -s s.png ]
+[ -s root/usr/share/applications/trephine.desktop ] && [ -s root/usr/share/icons/hicolor/scalable/apps/trephine.svg ]
+[ -s root/usr/lib/udev/rules.d/60-trephine.rules ]
+# With a display the window comes from its own package.
+if command -v xvfb-run >/dev/null; then
+  XDG_STATE_HOME=$scratch/state xvfb-run -a -s '-screen 0 1024x768x24' root/usr/bin/trephine view s.mha --iso 300 --seconds 1 --json >view.json
+  grep -q '"window": "qt"' view.json || { echo "the window's package was not used"; cat view.json; exit 1; }
+fi
+echo "packages: $(ls deb | tr '\n' ' ')"

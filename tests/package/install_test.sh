@@ -1,0 +1,32 @@
+#!/usr/bin/env bash
+# install_test.sh BUILD SOURCE: installs into a scratch prefix, builds an outside project against it and runs both.
+set -euo pipefail
+build=$1 source=$2
+scratch=$(mktemp -d)
+trap 'rm -rf "$scratch"' EXIT
+cmake --install "$build" --prefix "$scratch/prefix" >/dev/null
+cmake -S "$source/tests/package/outside" -B "$scratch/outside" -DCMAKE_PREFIX_PATH="$scratch/prefix" >"$scratch/log" 2>&1 ||
+  { cat "$scratch/log"; exit 1; }
+cmake --build "$scratch/outside" >"$scratch/log" 2>&1 || { cat "$scratch/log"; exit 1; }
+env -u LD_LIBRARY_PATH "$scratch/outside/outside"
+for file in bin/trephine share/man/man1/trephine.1 share/man/man1/trephine-drill.1 lib/udev/rules.d/60-trephine.rules \
+  share/bash-completion/completions/trephine; do
+  [ -s "$scratch/prefix/$file" ] || { echo "missing: $file"; exit 1; }
+done
+# Moved elsewhere it still runs: libraries are found beside it.
+mv "$scratch/prefix" "$scratch/elsewhere"
+cd "$scratch"
+"$scratch/elsewhere/bin/trephine" phantom sphere --size 16 -o s.mha >/dev/null
+"$scratch/elsewhere/bin/trephine" info s.mha --json | grep -q '"trephine.info/1"'
+# Servo core links neither VTK nor OpenVDB nor Qt nor TBB.
+library=$(find "$scratch/elsewhere" -name 'libtrephine-haptics.so.0.1')
+if ldd "$library" | grep -Ei 'vtk|openvdb|qt5|tbb|itk'; then echo "the servo's library links what it does not need"; exit 1; fi
+# Completion completes.
+. "$scratch/elsewhere/share/bash-completion/completions/trephine"
+COMP_WORDS=(trephine dr) COMP_CWORD=1
+_trephine
+[ "${COMPREPLY[*]}" = drill ] || { echo "completion of 'dr' is '${COMPREPLY[*]}'"; exit 1; }
+COMP_WORDS=(trephine drill --kin) COMP_CWORD=2
+_trephine
+[ "${COMPREPLY[*]}" = --kinematic ] || { echo "completion of '--kin' is '${COMPREPLY[*]}'"; exit 1; }
+echo "installed, found, moved and completed"
