@@ -6,7 +6,6 @@ function(help_of name result)
   if(failed)
     message(FATAL_ERROR "${COMMAND} ${name} --help failed")
   endif()
-  # CMake's lists know no semicolons or brackets in their items; help texts have none of the first.
   set(${result} "${text}" PARENT_SCOPE)
 endfunction()
 
@@ -38,7 +37,8 @@ ${see}
 endfunction()
 
 help_of("" top)
-string(REGEX MATCH "Subcommands:\n.*" list "${top}")
+string(REGEX MATCH "Subcommands:\n.*\nExamples" list "${top}")
+string(REPLACE ";" "," list "${list}")
 string(REGEX MATCHALL "\n  [a-z]+ +[^\n]*" lines "${list}")
 set(names "")
 set(markdown "# The command line\n\nWhat `trephine --help` and `trephine COMMAND --help` say. Exit codes: 0 done, 1 a check failed, 2 bad input, 3 this machine lacks something, 130 interrupted.\n\n    ")
@@ -60,9 +60,6 @@ _trephine() {
 foreach(line ${lines})
   string(REGEX REPLACE "\n  ([a-z]+) +([^\n]*)" "\\1" name "${line}")
   string(REGEX REPLACE "\n  ([a-z]+) +([^\n]*)" "\\2" summary "${line}")
-  if(name STREQUAL "head") # the example after the list
-    continue()
-  endif()
   help_of(${name} text)
   string(STRIP "${text}" text)
   list(APPEND names ${name})
