@@ -1,4 +1,5 @@
 # Runs COMMAND --help for itself and every subcommand, and writes cli.md, man pages and bash completion into OUTPUT.
+file(REMOVE_RECURSE ${OUTPUT}/man)
 file(MAKE_DIRECTORY ${OUTPUT}/man)
 
 function(help_of name result)

@@ -50,9 +50,7 @@ double cranium(const dvec3& p, double inward) {
 struct Face {
   double bone = 1e3, tooth = 1e3, air = 1e3;
 };
-Face face(const dvec3& p) {
-  Face f;
-  if (p.z > -8 || p.z < -124) return f;
+void upper_face(const dvec3& p, Face& f) {
   // Brow, cheek bone, arch and upper jaw.
   double bone = capsule(p, {4, -84, -25}, {44, -70, -24}, 6.5, 5.5);
   bone = blend(bone, capsule(p, {44, -70, -24}, {48, -66, -46}, 5.0, 7.0), 6);
@@ -73,7 +71,11 @@ Face face(const dvec3& p) {
   const double nose = ellipsoid(p - dvec3(0, -92, -57), {8.5, 24, 13});
   bone = carve(bone, nose, 3);
   bone = carve(bone, ellipsoid(p - dvec3(17, -58, -60), {7, 12, 9}), 2);
+  f.bone = bone;
   f.air = std::min(nose + 1.5, ellipsoid(p - dvec3(17, -58, -60), {6.5, 11.5, 8.5}));
+}
+
+double lower_jaw(const dvec3& p) {
   // Lower jaw: condyle, ramus, body, chin.
   double jaw = capsule(p, {50, -14, -50}, {49, -20, -72}, 5.0, 6.0);
   jaw = blend(jaw, capsule(p, {52, -42, -58}, {48, -30, -82}, 2.6, 6.0), 8);
@@ -82,7 +84,14 @@ Face face(const dvec3& p) {
   jaw = blend(jaw, capsule(p, {30, -66, -108}, {0, -91, -113}, 7.0, 7.5), 8);
   jaw = blend(jaw, capsule(p, {36, -50, -95}, {22, -80, -99}, 4.5, 4.5), 8);
   jaw = blend(jaw, capsule(p, {22, -80, -99}, {0, -90, -100}, 4.5, 4.5), 6);
-  f.bone = std::min(bone, jaw);
+  return jaw;
+}
+
+Face face(const dvec3& p) {
+  Face f;
+  if (p.z > -8 || p.z < -124 || p.y > 25) return f;  // nothing of it is near enough to blend with
+  if (p.z > -102) upper_face(p, f);
+  if (p.z < -30) f.bone = std::min(f.bone, lower_jaw(p));
   // Eight teeth a quarter along an arch.
   if (p.z < -74 && p.z > -104 && p.y < -40 && p.x < 34) {
     for (int i = 0; i < 8; ++i) {
@@ -126,14 +135,41 @@ HeadSample sample_head(const dvec3& world, double voxel_mm) noexcept {
     if (a >= 0.5) tissue = kind;
   };
 
-  // Skin: dome, face and neck.
+  // Inside the brain case: dura, fluid, folded brain, ventricles.
+  const auto paint_brain_case = [&](double inside) {
+    if (inside >= edge) return;
+    paint(std::max(inside, -(inside + 1.1)), 85, HeadTissue::dura);
+    paint(inside + 1.1, 9, HeadTissue::cerebrospinal_fluid);
+    const double fissure = 1.1 - p.x;  // between the hemispheres
+    // Deeper than any fold reaches, where every share below is whole, there is none to be computed.
+    const double fold =
+        inside < -8.1 - edge
+            ? 0.0
+            : 1.9 * std::abs(wave(world + 5.0 * dvec3(wave(world, 47), wave(world, 53), 0), 24)) * 2.0;
+    double brain = inside + 2.2 + std::max(0.0, 2.4 - fold);
+    if (p.z > -5) brain = std::max(brain, fissure);
+    paint(brain, 37, HeadTissue::brain);
+    if (brain < -3.5) paint(brain + 3.5, 27, HeadTissue::brain);  // white matter
+    const double ventricle = std::min(capsule(p, {7, -26, 8}, {10, 18, 12}, 4.5, 6.0),
+                                      capsule(p, {10, 18, 12}, {22, 30, -6}, 6.0, 3.0));
+    paint(ventricle, 6, HeadTissue::ventricle);
+  };
+
+  // Deep in the upper brain there is nothing else, and no table whose exact thickness would matter.
   const double outer = cranium(p, 0);
+  if (outer < -24 && p.z > -8) {
+    paint(outer, 45, HeadTissue::soft_tissue);
+    paint_brain_case(outer + 4);
+    return {hu, tissue, 0};
+  }
+
+  // Skin: dome, face and neck.
   double skin = ellipsoid(p - dvec3(0, 2, 1), {77, 96, 76});
   skin = blend(skin, ellipsoid(p - dvec3(0, -46, -62), {60, 60, 66}), 20);
   skin = blend(skin, ellipsoid(p - dvec3(0, 6, -36), {79, 78, 46}), 16);
   skin = blend(skin, capsule(p, {0, -94, -36}, {0, -104, -58}, 7, 8), 10);
   skin = blend(skin, capsule(p, {0, 12, -60}, {0, 20, -140}, 56, 54), 20);
-  if (skin > 2 * edge) return {hu, tissue};
+  if (skin > 2 * edge) return {hu, tissue, skin - 2 * edge};
   paint(skin, 45, HeadTissue::soft_tissue);
   if (skin < -1.8)
     paint(std::max(skin + 1.8, -(skin + 5.0)), -70, HeadTissue::soft_tissue);  // fat below the skin
@@ -171,22 +207,8 @@ HeadSample sample_head(const dvec3& world, double voxel_mm) noexcept {
   if (f.air < edge && tissue == HeadTissue::soft_tissue) paint(f.air, -950, HeadTissue::air);
   if (mastoid < -3 && outside > -2) paint(1.2 - 2.4 * std::abs(wave(world, 9)), -500, HeadTissue::air);
 
-  // Inside the brain case: dura, fluid, folded brain, ventricles.
-  if (inside < edge) {
-    paint(std::max(inside, -(inside + 1.1)), 85, HeadTissue::dura);
-    paint(inside + 1.1, 9, HeadTissue::cerebrospinal_fluid);
-    const double fissure = 1.1 - p.x;  // between the hemispheres
-    const double fold =
-        1.9 * std::abs(wave(world + 5.0 * dvec3(wave(world, 47), wave(world, 53), 0), 24)) * 2.0;
-    double brain = inside + 2.2 + std::max(0.0, 2.4 - fold);
-    if (p.z > -5) brain = std::max(brain, fissure);
-    paint(brain, 37, HeadTissue::brain);
-    if (brain < -3.5) paint(brain + 3.5, 27, HeadTissue::brain);  // white matter
-    const double ventricle = std::min(capsule(p, {7, -26, 8}, {10, 18, 12}, 4.5, 6.0),
-                                      capsule(p, {10, 18, 12}, {22, 30, -6}, 6.0, 3.0));
-    paint(ventricle, 6, HeadTissue::ventricle);
-  }
-  return {hu, tissue};
+  paint_brain_case(inside);
+  return {hu, tissue, 0};
 }
 
 }  // namespace trephine::data_tools

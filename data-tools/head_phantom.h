@@ -28,7 +28,10 @@ inline constexpr glm::dvec3 k_head_low{-86, -112, -124}, k_head_high{86, 104, 82
 struct HeadSample {
   double hounsfield;
   HeadTissue tissue;
+  double clear_mm;  ///< in open air: about how far the skin is, up to a factor of k_head_steepness; else 0
 };
+/// How much faster than distance the skin's measure grows: it is of first order.
+inline constexpr double k_head_steepness = 3;
 HeadSample sample_head(const glm::dvec3& p_world, double voxel_mm) noexcept;
 
 }  // namespace trephine::data_tools

@@ -232,13 +232,18 @@ Result<Volume> make_phantom(const std::string& name, const PhantomOptions& optio
   if (is_head) {
     for (const char* tissue : k_head_tissue_names) result.label_names.emplace_back(tissue);
     const double voxel_mm = std::max({spacing.x, spacing.y, spacing.z});
+    const double step_mm = glm::length(result.frame.axes()[0]);
     volume::parallel_for(size.z, options.threads, [&](int z) {
       for (int y = 0; y < size.y; ++y)
-        for (int x = 0; x < size.x; ++x) {
+        for (int x = 0; x < size.x;) {
           const HeadSample s = sample_head(result.frame.world_from_volume(dvec3(x, y, z)), voxel_mm);
-          const std::size_t i = result.index(x, y, z);
-          values[i] = static_cast<float>(s.hounsfield);
-          result.labels[i] = static_cast<std::uint8_t>(s.tissue);
+          // Open air goes on for as long as the skin is far.
+          const int same = 1 + static_cast<int>(s.clear_mm / (k_head_steepness * step_mm));
+          for (const int end = std::min(x + same, size.x); x < end; ++x) {
+            const std::size_t i = result.index(x, y, z);
+            values[i] = static_cast<float>(s.hounsfield);
+            result.labels[i] = static_cast<std::uint8_t>(s.tissue);
+          }
         }
     });
   } else {

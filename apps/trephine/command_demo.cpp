@@ -238,8 +238,8 @@ Result<Outcome> run_demo(const DemoArguments& arguments) {
   std::vector<std::string> pictures;
   const auto start_drawing = Clock::now();
   {
-    view::BoneView picture(surface.value()->window(), true);
-    view::ChunkWorker worker(scene, 0, 2);
+    view::BoneView picture(surface.value()->window(), false);
+    view::ChunkWorker worker(scene, 2);
     const auto update = [&](const std::shared_ptr<const volume::Version>& version, bool is_first) {
       const glm::ivec3 centre(source.volume->frame.volume_from_world(site.point)),
           reach(glm::ivec3(32.0 / source.volume->frame.spacing()));
@@ -249,7 +249,7 @@ Result<Outcome> run_demo(const DemoArguments& arguments) {
         worker.request(version, glm::max(centre - reach, 0),
                        glm::min(centre + reach, source.volume->size - 1));
       worker.finish();
-      for (const view::ChunkMesh& mesh : worker.take()) picture.show(mesh);
+      for (const view::ChunkMesh& mesh : worker.take()) picture.bone().show(mesh);
     };
     const auto save = [&](const char* name) -> volume::Status {
       picture.render();
@@ -343,7 +343,7 @@ Result<Outcome> run_demo(const DemoArguments& arguments) {
     view::WindowOptions options;
     options.burr = burr_options;
     options.title = source.name;
-    if (auto shown = view::run_window(scene, options); !shown) return shown.error();
+    if (auto shown = view::run_window(view::borrowed(scene), options); !shown) return shown.error();
   }
   return outcome;
 }

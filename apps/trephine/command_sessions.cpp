@@ -51,6 +51,17 @@ Result<Outcome> run_replay(const ReplayArguments& arguments) {
       return *why;
     }
 
+  if (arguments.wants_window) {
+    view::WindowOptions options;
+    options.title = data_tools::file_name(arguments.session);
+    options.rate_hz = rate;
+    if (!session.burrs.empty() && session.burrs[0]) options.burr = session.burrs[0]->options();
+    options.replay = &replay;
+    options.replay_seconds = static_cast<double>(session.reader->tick_count()) / rate;
+    auto shown = view::run_window(view::borrowed(session.scene), options);
+    if (!shown) return shown.error();
+    return Outcome{new_report("replay"), "", exit_done};
+  }
   const std::uint64_t all = session.reader->tick_count();
   const std::uint64_t end =
       arguments.until ? std::min(all, static_cast<std::uint64_t>(std::llround(*arguments.until * rate)))
@@ -96,7 +107,7 @@ Result<Outcome> run_replay(const ReplayArguments& arguments) {
     options.title = data_tools::file_name(arguments.session);
     options.is_offscreen = true;
     options.version = edits.current();
-    auto shown = view::run_window(session.scene, options);
+    auto shown = view::run_window(view::borrowed(session.scene), options);
     if (!shown) return shown.error();
   }
 
@@ -211,7 +222,7 @@ Result<Outcome> run_resume(const ResumeArguments& arguments) {
     options.rate_hz = header.rate_hz;
     options.recorder = &writer;
     options.start = view::WindowStart{std::move(edits), session.burrs[0].get(), first_tick};
-    auto shown = view::run_window(session.scene, options);
+    auto shown = view::run_window(view::borrowed(session.scene), options);
     if (!shown) return shown.error();
     after = shown.value().removed_mm3;
   }

@@ -12,6 +12,63 @@ namespace trephine::app {
 using volume::Error;
 using volume::Result;
 
+namespace {
+
+/// What the window asks for while it is open: scans, and recordings of what is done to them.
+class Host {
+ public:
+  Host(Source source, bool is_autosaving) : source_(std::move(source)), is_autosaving_(is_autosaving) {}
+
+  Result<view::OpenedScene> open(const std::string& path, const drilling::BurrOptions& burr) {
+    Result<Source> opened = open_source(path);
+    if (!opened) return opened.error();
+    Source source = std::move(opened).value();
+    ShapeChoice choice;
+    // A person can move the window from here; a program would have been asked for a shape.
+    if (!source.volume->is_hounsfield && !source.plan) choice.iso = brighter_half(*source.volume);
+    Result<haptics::TouchScene> scene = make_scene(source, choice);
+    if (!scene) return scene.error();
+    source_ = std::move(source);
+    return wrap(std::move(scene).value(), burr);
+  }
+
+  Result<view::OpenedScene> reshape(double low, double high, const drilling::BurrOptions& burr) {
+    ShapeChoice choice;
+    choice.window =
+        format_text("%.17g:", low) + (std::isfinite(high) ? format_text("%.17g", high) : std::string());
+    Result<haptics::TouchScene> scene = make_scene(source_, choice);
+    if (!scene) return scene.error();
+    return wrap(std::move(scene).value(), burr);
+  }
+
+ private:
+  static double brighter_half(const volume::Volume& v) {
+    const auto [low, high] = std::minmax_element(v.voxels.span().begin(), v.voxels.span().end());
+    return 0.5 * (*low + *high);
+  }
+
+  Result<view::OpenedScene> wrap(haptics::TouchScene scene, const drilling::BurrOptions& burr) {
+    view::OpenedScene opened;
+    opened.title = source_.name;
+    if (is_autosaving_) {
+      RecordChoice record;
+      record.file = autosave_path();
+      auto started = start_recording(record, source_, scene, haptics::ImplicitProxy(), {}, burr);
+      if (started) {
+        opened.recorder = std::move(started).value();
+        opened.session_file = record.file;
+      }
+    }
+    opened.scene = std::make_shared<const haptics::TouchScene>(std::move(scene));
+    return opened;
+  }
+
+  Source source_;
+  bool is_autosaving_;
+};
+
+}  // namespace
+
 Result<Outcome> run_view(const ViewArguments& arguments) {
   if (volume::Status error = check_burr(arguments.burr_diameter)) return *error;
   if (arguments.screenshot.empty() && !view::has_display()) return view::no_display();
@@ -26,62 +83,73 @@ Result<Outcome> run_view(const ViewArguments& arguments) {
   auto opened = open_source(arguments.source);
   if (!opened) return opened.error();
   Source& source = opened.value();
-  auto scene = make_scene(source, arguments.shape);
-  if (!scene) return scene.error();
-  // The recording that was asked for, or one for the time when something goes wrong.
-  const bool has_window = view::has_display() && (arguments.screenshot.empty() || arguments.seconds);
-  RecordChoice record = arguments.record;
-  const bool is_autosave = record.file.empty() && has_window && !arguments.has_no_autosave;
-  if (is_autosave) record.file = autosave_path();
-  haptics::ServoOptions servo;
-  drilling::BurrOptions burr;
-  burr.radius = 0.5 * arguments.burr_diameter;
-  std::unique_ptr<sim::SessionWriter> recorder;
-  if (has_window) {
-    auto started = start_recording(record, source, scene.value(), haptics::ImplicitProxy(), servo, burr);
-    if (!started && !is_autosave) return started.error();
-    if (!started) notice("note: the session is not saved: " + started.error().message());
-    if (started) recorder = std::move(started).value();
-  } else if (!record.file.empty()) {
-    return Error{"without a window there is nothing to record", "--record", "", "a display", ""};
-  }
+  auto made = make_scene(source, arguments.shape);
+  if (!made) return made.error();
+  const auto scene = std::make_shared<const haptics::TouchScene>(std::move(made).value());
+
   view::WindowOptions options;
-  options.recorder = recorder.get();
   options.burr.radius = 0.5 * arguments.burr_diameter;
   options.seconds = arguments.seconds;
   options.screenshot = arguments.screenshot;
   options.title = source.name;
   // A screenshot alone needs no window; --seconds asks for one.
   options.is_offscreen = !view::has_display() || (!arguments.screenshot.empty() && !arguments.seconds);
-  auto shown = view::run_window(scene.value(), options);
+
+  // The recording that was asked for, or one for the time when something goes wrong.
+  RecordChoice record = arguments.record;
+  const bool is_autosave = record.file.empty() && !options.is_offscreen && !arguments.has_no_autosave;
+  if (is_autosave) record.file = autosave_path();
+  if (options.is_offscreen && !record.file.empty())
+    return Error{"without a window there is nothing to record", "--record", "", "a display", ""};
+  auto started = start_recording(record, source, *scene, haptics::ImplicitProxy(), {}, options.burr);
+  if (!started && !is_autosave) return started.error();
+  if (!started) notice("note: the session is not saved: " + started.error().message());
+  const std::unique_ptr<sim::SessionWriter> recorder = started ? std::move(started).value() : nullptr;
+  options.recorder = recorder.get();
+  if (recorder) options.session_file = record.file;
+
+  const auto host = std::make_shared<Host>(source, is_autosave);
+  options.host.open = [host, burr = options.burr](const std::string& path) { return host->open(path, burr); };
+  options.host.reshape = [host, burr = options.burr](double low, double high) {
+    return host->reshape(low, high, burr);
+  };
+
+  const double ready_seconds = process_seconds();
+  auto shown = view::run_window(scene, options);
   if (!shown) return shown.error();
   const view::WindowReport& r = shown.value();
   Outcome outcome{new_report("view"), "", exit_done};
-  outcome.json["source"] = source.name;
-  outcome.json["is_offscreen"] = options.is_offscreen;
-  outcome.json["first_frame_seconds"] = r.first_frame_seconds;
-  outcome.json["frames"] = r.frames;
-  outcome.json["frame_ms"] = {{"p50", r.frame_p50_ms}, {"p99", r.frame_p99_ms}};
-  outcome.json["triangles"] = r.triangles;
-  outcome.json["counters"] = {{"surfaces_made", volume::work_counters().surfaces.load()},
-                              {"gl_contexts_made", volume::work_counters().gl_contexts.load()}};
-  outcome.json["removed_mm3_total"] = r.removed_mm3;
-  outcome.json["strokes"] = r.strokes;
-  outcome.json["servo"] = {{"ticks", r.servo.ticks},
-                           {"overruns", r.servo.overruns},
-                           {"step_p50_us", r.servo.step_p50_us},
-                           {"step_p99_us", r.servo.step_p99_us},
-                           {"faults", r.servo.faults}};
+  Json& json = outcome.json;
+  json["source"] = source.name;
+  json["is_offscreen"] = options.is_offscreen;
+  json["window"] = r.window;
+  json["first_frame_seconds"] = r.first_frame_seconds;
+  json["open_to_touch_seconds"] = ready_seconds + r.first_frame_seconds;
+  json["frames"] = r.frames;
+  json["frame_ms"] = {{"p50", r.frame_p50_ms}, {"p99", r.frame_p99_ms}};
+  json["drilling_frames"] = r.drilling_frames;
+  json["drilling_frame_ms"] = {{"p50", r.drilling_p50_ms}, {"p99", r.drilling_p99_ms}};
+  json["triangles"] = r.triangles;
+  json["counters"] = {{"surfaces_made", volume::work_counters().surfaces.load()},
+                      {"gl_contexts_made", volume::work_counters().gl_contexts.load()}};
+  json["removed_mm3_total"] = r.removed_mm3;
+  json["strokes"] = r.strokes;
+  json["servo"] = {{"ticks", r.servo.ticks},
+                   {"overruns", r.servo.overruns},
+                   {"step_p50_us", r.servo.step_p50_us},
+                   {"step_p99_us", r.servo.step_p99_us},
+                   {"late_p50_us", r.servo.late_p50_us},
+                   {"late_p99_us", r.servo.late_p99_us},
+                   {"faults", r.servo.faults}};
   outcome.text =
       format_text("%zu triangles; frames: %d, the first after %.2f s, removed: %.1f mm3, strokes: %zu\n",
                   r.triangles, r.frames, r.first_frame_seconds, r.removed_mm3, r.strokes);
   if (r.recording) notice("note: " + r.recording->message());
   if (is_autosave && recorder && r.strokes == 0 && r.removed_mm3 == 0) {
-    recorder.reset();
     std::error_code ignored;
     std::filesystem::remove(record.file, ignored);  // nothing was done in it
   } else if (recorder) {
-    outcome.json["session"] = data_tools::file_name(record.file);
+    json["session"] = data_tools::file_name(record.file);
     outcome.text += "session: " + record.file + "  (again: trephine replay, onward: trephine resume)\n";
   }
   if (!r.servo.notice.empty()) notice("note: " + r.servo.notice);

@@ -50,7 +50,7 @@ struct DrillArguments {
 volume::Result<Outcome> run_drill(const DrillArguments& arguments);
 
 struct ViewArguments {
-  std::string source, screenshot;
+  std::string source = "head", screenshot;
   ShapeChoice shape;
   double burr_diameter = 4;
   std::optional<double> seconds;
@@ -70,7 +70,7 @@ volume::Result<Outcome> run_demo(const DemoArguments& arguments);
 struct ReplayArguments {
   std::string session, case_source, output, steps, screenshot;
   std::optional<double> until;
-  bool is_verifying = false;
+  bool is_verifying = false, wants_window = false;
 };
 volume::Result<Outcome> run_replay(const ReplayArguments& arguments);
 

@@ -21,12 +21,9 @@ void add_shape_options(CLI::App* command, app::ShapeChoice& shape) {
   command->add_option("--label", shape.label, "Solid where the volume has this label")->type_name("NAME");
 }
 
-void add_source(CLI::App* command, std::string& source) {
-  command
-      ->add_option(
-          "SRC", source,
-          "DICOM folder, case folder, .mha, .mhd, .nrrd, .nii(.gz), or head (built in; ./head is a path)")
-      ->required();
+CLI::Option* add_source(CLI::App* command, std::string& source) {
+  const char* help = "DICOM folder, case folder, .mha, .mhd, .nrrd, .nii(.gz), or head (built in; ./head is a path)";
+  return command->add_option("SRC", source, help)->required();
 }
 
 void add_record(CLI::App* command, app::RecordChoice& record) {
@@ -175,7 +172,7 @@ int main(int argc, char** argv) {
   app::ViewArguments view;
   c = add("view", "Open a window to touch and drill with the mouse",
           "  trephine view SCANS/HEAD\n  trephine view head --screenshot head.png", view, app::run_view);
-  add_source(c, view.source);
+  add_source(c, view.source)->required(false);
   add_shape_options(c, view.shape);
   c->add_option("--burr-diameter", view.burr_diameter, "mm")->capture_default_str()->type_name("MM");
   c->add_option("--screenshot", view.screenshot, "Write a picture; without --seconds no window is opened")
@@ -199,6 +196,7 @@ int main(int argc, char** argv) {
           "  trephine replay drill.session --case head-case --until 12.5 -o then.mha --screenshot then.png",
           replay, app::run_replay);
   add_case(c, replay.session, replay.case_source);
+  c->add_flag("--window", replay.wants_window, "Play it in the window: pause, seek, speed, forces");
   c->add_flag("--verify", replay.is_verifying, "Compare every force, volume and voxel with the recording");
   c->add_option("--until", replay.until, "Stop at this time, s")->type_name("S");
   c->add_option("-o,--output", replay.output, "Write what is left then: .mha, .nrrd, .nii or .nii.gz");

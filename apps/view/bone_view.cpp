@@ -42,49 +42,6 @@ using glm::dvec3;
 
 namespace {
 
-constexpr double k_bone[3] = {0.93, 0.87, 0.76}, k_cut[3] = {0.80, 0.42, 0.32};
-
-vtkSmartPointer<vtkPolyData> to_poly_data(const ChunkMesh& mesh) {
-  const auto count = static_cast<vtkIdType>(mesh.vertices.size());
-  vtkNew<vtkFloatArray> points, normals;
-  vtkNew<vtkUnsignedCharArray> colors;
-  points->SetNumberOfComponents(3);
-  normals->SetNumberOfComponents(3);
-  colors->SetNumberOfComponents(3);
-  normals->SetName("Normals");
-  colors->SetName("Colors");
-  points->SetNumberOfTuples(count);
-  normals->SetNumberOfTuples(count);
-  colors->SetNumberOfTuples(count);
-  for (vtkIdType i = 0; i < count; ++i) {
-    const auto at = static_cast<std::size_t>(i);
-    const double fresh = static_cast<double>(mesh.freshness[at]);
-    for (int a = 0; a < 3; ++a) {
-      points->SetTypedComponent(i, a, mesh.vertices[at][a]);
-      normals->SetTypedComponent(i, a, mesh.normals[at][a]);
-      colors->SetTypedComponent(
-          i, a, static_cast<unsigned char>(255 * (k_bone[a] + fresh * (k_cut[a] - k_bone[a]))));
-    }
-  }
-  vtkNew<vtkPoints> vtk_points;
-  vtk_points->SetData(points);
-  vtkNew<vtkTypeInt64Array> offsets, connectivity;
-  const auto triangles = static_cast<vtkIdType>(mesh.triangles.size() / 3);
-  offsets->SetNumberOfValues(triangles + 1);
-  connectivity->SetNumberOfValues(3 * triangles);
-  for (vtkIdType t = 0; t <= triangles; ++t) offsets->SetValue(t, 3 * t);
-  for (vtkIdType i = 0; i < 3 * triangles; ++i)
-    connectivity->SetValue(i, mesh.triangles[static_cast<std::size_t>(i)]);
-  vtkNew<vtkCellArray> cells;
-  cells->SetData(offsets, connectivity);
-  auto data = vtkSmartPointer<vtkPolyData>::New();
-  data->SetPoints(vtk_points);
-  data->SetPolys(cells);
-  data->GetPointData()->SetNormals(normals);
-  data->GetPointData()->SetScalars(colors);
-  return data;
-}
-
 /// Places a unit source that points along +x at `origin`, scaled, along `direction`.
 void place(vtkActor* actor, const dvec3& origin, dvec3 direction, double length, double width) {
   direction = glm::length(direction) > 0 ? glm::normalize(direction) : dvec3(1, 0, 0);
@@ -116,19 +73,29 @@ vtkSmartPointer<vtkActor> make_actor(vtkAlgorithmOutput* source, double r, doubl
 
 struct BoneView::Parts {
   vtkRenderWindow* window;
-  vtkNew<vtkRenderer> renderer;
-  std::map<std::tuple<int, int, int>, vtkSmartPointer<vtkActor>> chunks;
-  std::size_t triangles = 0;
+  vtkNew<vtkRenderer> renderer;  // the bone, and in pictures everything
+  vtkNew<vtkRenderer> front;     // live: what is drawn on top of the kept picture
+  std::unique_ptr<BoneLayer> bone;
   vtkSmartPointer<vtkActor> burr, shaft, grip, proxy, arrow, leash, ring;
   vtkNew<vtkLineSource> leash_line;
   vtkNew<vtkTextActor> corner, foot;
 };
 
-BoneView::BoneView(vtkRenderWindow* window, bool has_shading) : parts_(std::make_unique<Parts>()) {
+BoneView::BoneView(vtkRenderWindow* window, bool is_live) : parts_(std::make_unique<Parts>()) {
   ++volume::work_counters().gl_contexts;
   Parts& p = *parts_;
   p.window = window;
   window->AddRenderer(p.renderer);
+  if (is_live) {
+    window->SetMultiSamples(0);  // the kept picture has one sample a pixel
+    window->AddRenderer(p.front);
+    p.front->SetActiveCamera(p.renderer->GetActiveCamera());
+    p.front->SetTwoSidedLighting(true);
+    p.front->AutomaticLightCreationOff();
+    p.front->UseFXAAOn();
+  }
+  p.bone = std::make_unique<BoneLayer>(window, p.renderer, p.front, is_live);
+  vtkRenderer* on_top = is_live ? p.front.Get() : p.renderer.Get();
   p.renderer->SetBackground(0.10, 0.12, 0.16);
   p.renderer->SetBackground2(0.30, 0.34, 0.40);
   p.renderer->GradientBackgroundOn();
@@ -143,12 +110,13 @@ BoneView::BoneView(vtkRenderWindow* window, bool has_shading) : parts_(std::make
     l->SetIntensity(strength);
     l->SetColor(1.0, 0.98 - 0.05 * warm, 0.96 - 0.12 * warm);
     p.renderer->AddLight(l);
+    if (is_live) p.front->AddLight(l);
   };
   light(-0.7, 0.9, 1.0, 0.82, 1);
   light(1.0, 0.1, 0.7, 0.32, 0);
   light(0.1, -1.0, 0.3, 0.14, 0);
 
-  if (has_shading) {
+  if (!is_live) {
     vtkNew<vtkRenderStepsPass> steps;
     vtkNew<vtkSSAOPass> shading;
     shading->SetRadius(9);  // mm: the size of hollows that should read as hollow
@@ -174,8 +142,8 @@ BoneView::BoneView(vtkRenderWindow* window, bool has_shading) : parts_(std::make
   arrow->SetTipResolution(32);
   arrow->SetShaftResolution(32);
   p.burr = make_actor(ball->GetOutputPort(), 0.72, 0.75, 0.80);
-  p.shaft = make_actor(rod->GetOutputPort(), 0.62, 0.65, 0.70);
-  p.grip = make_actor(rod->GetOutputPort(), 0.16, 0.33, 0.55);
+  p.shaft = make_actor(rod->GetOutputPort(), 0.78, 0.80, 0.84);
+  p.grip = make_actor(rod->GetOutputPort(), 0.26, 0.47, 0.74);
   p.proxy = make_actor(dot->GetOutputPort(), 0.98, 0.80, 0.10);
   p.arrow = make_actor(arrow->GetOutputPort(), 0.10, 0.62, 0.90);
   p.leash = make_actor(p.leash_line->GetOutputPort(), 0.98, 0.80, 0.10);
@@ -199,7 +167,7 @@ BoneView::BoneView(vtkRenderWindow* window, bool has_shading) : parts_(std::make
                       p.ring.Get()}) {
     a->VisibilityOff();
     a->PickableOff();
-    p.renderer->AddActor(a);
+    on_top->AddActor(a);
   }
 
   for (vtkTextActor* text : {p.corner.GetPointer(), p.foot.GetPointer()}) {
@@ -208,7 +176,7 @@ BoneView::BoneView(vtkRenderWindow* window, bool has_shading) : parts_(std::make
     text->GetTextProperty()->SetColor(0.94, 0.95, 0.97);
     text->GetTextProperty()->SetLineSpacing(1.25);
     text->GetPositionCoordinate()->SetCoordinateSystemToNormalizedViewport();
-    p.renderer->AddActor2D(text);
+    on_top->AddActor2D(text);
   }
   p.corner->SetPosition(0.018, 0.975);
   p.corner->GetTextProperty()->SetVerticalJustificationToTop();
@@ -220,32 +188,8 @@ BoneView::BoneView(vtkRenderWindow* window, bool has_shading) : parts_(std::make
 BoneView::~BoneView() = default;
 
 vtkRenderer* BoneView::renderer() { return parts_->renderer; }
-std::size_t BoneView::triangle_count() const noexcept { return parts_->triangles; }
-
-void BoneView::show(const ChunkMesh& mesh) {
-  Parts& p = *parts_;
-  vtkSmartPointer<vtkActor>& actor = p.chunks[{mesh.chunk.x, mesh.chunk.y, mesh.chunk.z}];
-  if (actor)
-    p.triangles -= static_cast<std::size_t>(
-        static_cast<vtkPolyDataMapper*>(actor->GetMapper())->GetInput()->GetNumberOfPolys());
-  if (mesh.triangles.empty()) {
-    if (actor) p.renderer->RemoveActor(actor);
-    p.chunks.erase({mesh.chunk.x, mesh.chunk.y, mesh.chunk.z});
-    return;
-  }
-  if (!actor) {
-    actor = vtkSmartPointer<vtkActor>::New();
-    vtkNew<vtkPolyDataMapper> mapper;
-    mapper->ScalarVisibilityOn();
-    actor->SetMapper(mapper);
-    actor->GetProperty()->SetSpecular(0.18);
-    actor->GetProperty()->SetSpecularPower(22);
-    actor->GetProperty()->SetAmbient(0.06);
-    p.renderer->AddActor(actor);
-  }
-  p.triangles += mesh.triangles.size() / 3;
-  static_cast<vtkPolyDataMapper*>(actor->GetMapper())->SetInputData(to_poly_data(mesh));
-}
+BoneLayer& BoneView::bone() { return *parts_->bone; }
+const BoneLayer& BoneView::bone() const { return *parts_->bone; }
 
 void BoneView::show(const StylusLook& s) {
   Parts& p = *parts_;
@@ -289,17 +233,11 @@ void BoneView::look(const dvec3& target, const dvec3& from, const dvec3& up, dou
 }
 
 void BoneView::bounds(dvec3& low, dvec3& high) const {
-  low = dvec3(1e300);
-  high = dvec3(-1e300);
-  for (const auto& [key, actor] : parts_->chunks) {
-    const double* b = actor->GetBounds();
-    low = glm::min(low, dvec3(b[0], b[2], b[4]));
-    high = glm::max(high, dvec3(b[1], b[3], b[5]));
-  }
+  parts_->bone->bounds(low, high);
   if (low.x > high.x) low = dvec3(-50), high = dvec3(50);
 }
 
-void BoneView::look_from(char side) {
+void BoneView::look_from(char side, const dvec3& low, const dvec3& high) {
   // LPS: +x left, +y back, +z up.
   dvec3 from(0.55, -0.75, 0.38), up(0, 0, 1);
   switch (side) {
@@ -324,15 +262,10 @@ void BoneView::look_from(char side) {
     default:
       break;
   }
-  dvec3 low, high;
-  bounds(low, high);
   look(0.5 * (low + high), from, up,
        0.86 * glm::length(high - low) / (2 * std::tan(14 * 3.14159265358979 / 180)));
 }
 
-void BoneView::render() {
-  parts_->renderer->ResetCameraClippingRange();
-  parts_->window->Render();
-}
+void BoneView::render() { parts_->bone->render(); }
 
 }  // namespace trephine::view

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "apps/view/chunk_meshes.h"
+#include "apps/view/bone_layer.h"
 
 class vtkRenderer;
 class vtkRenderWindow;
@@ -28,27 +28,28 @@ struct StylusLook {
   glm::dvec3 ring_world{0.0}, ring_normal_world{0, 0, 1};
 };
 
-/// One renderer in one window. One thread: the one that draws.
+/// Everything in one window. One thread: the one that draws.
 class BoneView {
  public:
-  /// Adds its renderer to the window; `has_shading` turns ambient occlusion on (pictures, not live frames).
-  BoneView(vtkRenderWindow* window, bool has_shading);
+  /// Adds its renderers to the window. Live: frames cost what changed in them. Not live: pictures, with
+  /// ambient occlusion in the image.
+  BoneView(vtkRenderWindow* window, bool is_live);
   ~BoneView();
   BoneView(const BoneView&) = delete;
   BoneView& operator=(const BoneView&) = delete;
 
-  void show(const ChunkMesh& mesh);
+  BoneLayer& bone();
+  const BoneLayer& bone() const;
   void show(const StylusLook& stylus);
   /// Lines of text in the upper left corner, and one below in the middle.
   void show_text(const std::string& corner, const std::string& foot);
   /// Camera `distance` mm from `target` along `from` (unit), `up` upward.
   void look(const glm::dvec3& target, const glm::dvec3& from, const glm::dvec3& up, double distance);
-  /// All of the bone, seen from one of A P L R S I, or from the front left above (0).
-  void look_from(char side);
+  /// All of a world box, seen from one of A P L R S I, or from the front left above (0).
+  void look_from(char side, const glm::dvec3& low, const glm::dvec3& high);
   void render();
 
   vtkRenderer* renderer();
-  std::size_t triangle_count() const noexcept;
   /// World box of what is shown.
   void bounds(glm::dvec3& low, glm::dvec3& high) const;
 

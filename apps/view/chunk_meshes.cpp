@@ -1,11 +1,62 @@
 #include "apps/view/chunk_meshes.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <glm/matrix.hpp>
+#include <glm/vector_relational.hpp>
+#include <map>
+
+#include "volume/traversal.h"
 
 namespace trephine::view {
+
+using glm::dvec3;
+
+namespace {
+
+/// Share of the sky over p (volume frame) that is open, by twenty rays of three looks each; a near wall
+/// darkens more than a far one. `voxel_from_mm` scales along each axis.
+float openness_at(const haptics::TouchScene& scene, const volume::Version& version, const dvec3& p,
+                  const dvec3& normal_world) {
+  static const std::array<dvec3, 20> k_directions = [] {  // corners of a dodecahedron
+    std::array<dvec3, 20> d;
+    std::size_t n = 0;
+    const double golden = 0.5 * (1 + std::sqrt(5.0));
+    for (int i = 0; i < 8; ++i) d[n++] = dvec3(i & 1 ? 1 : -1, i & 2 ? 1 : -1, i & 4 ? 1 : -1);
+    for (int i = 0; i < 4; ++i) {
+      const double a = (i & 1 ? 1 : -1) / golden, b = (i & 2 ? 1 : -1) * golden;
+      d[n++] = {0, a, b}, d[n++] = {a, b, 0}, d[n++] = {b, 0, a};
+    }
+    for (dvec3& v : d) v = glm::normalize(v);
+    return d;
+  }();
+  constexpr struct { double mm, darkness; } k_looks[] = {{2, 1}, {5, 0.75}, {11, 0.45}};
+  const volume::Frame& frame = scene.base->frame;
+  const dvec3 start = p + frame.vector_volume_from_world(0.6 * frame.diagonal_mm() * normal_world);
+  double seen = 0, open = 0;
+  for (const dvec3& direction : k_directions) {
+    const double weight = glm::dot(direction, normal_world);
+    if (weight <= 0.25) continue;  // grazing rays meet the stairs of their own surface
+    seen += weight;
+    double light = 1;
+    for (const auto& look : k_looks) {
+      const glm::ivec3 v = volume::voxel_of(start + frame.vector_volume_from_world(look.mm * direction));
+      if (!scene.base->contains(v)) break;
+      bool is_solid = false;
+      for (const haptics::TouchShape& shape : scene.shapes) is_solid = is_solid || shape.bits->is_solid(v);
+      if (!is_solid || !version.is_kept(v)) continue;
+      light = 1 - look.darkness;
+      break;
+    }
+    open += weight * light;
+  }
+  return seen > 0 ? static_cast<float>(open / seen) : 1.0f;
+}
+
+}  // namespace
 
 ChunkMesh make_chunk_mesh(const haptics::TouchScene& scene, std::size_t shape, const volume::Version& version,
                           const glm::ivec3& chunk, volume::NetScratch* scratch) {
@@ -13,30 +64,101 @@ ChunkMesh make_chunk_mesh(const haptics::TouchScene& scene, std::size_t shape, c
   const volume::SurfaceSource source{&touch.field, &version, touch.bits.get(), false};
   const volume::Mesh mesh = volume::surface_net_chunk(source, chunk, scratch);
   const volume::Buffer<glm::vec3> normals = volume::vertex_normals(source, mesh, 1);
-  const volume::Frame& frame = scene.base->frame;
+  const volume::Volume& base = *scene.base;
+  const volume::Frame& frame = base.frame;
   ChunkMesh result;
   result.chunk = chunk;
+  result.shape = shape;
   result.version = version.serial();
-  result.normals.assign(normals.span().begin(), normals.span().end());
-  result.triangles.assign(mesh.triangles.span().begin(), mesh.triangles.span().end());
+  DrawMesh& fine = result.fine;
+  fine.normals.assign(normals.span().begin(), normals.span().end());
+  fine.triangles.assign(mesh.triangles.span().begin(), mesh.triangles.span().end());
   if (glm::determinant(frame.axes()) < 0)
-    for (std::size_t t = 0; t + 2 < result.triangles.size(); t += 3)
-      std::swap(result.triangles[t + 1], result.triangles[t + 2]);
-  result.vertices.reserve(mesh.vertices.size());
+    for (std::size_t t = 0; t + 2 < fine.triangles.size(); t += 3)
+      std::swap(fine.triangles[t + 1], fine.triangles[t + 2]);
+  const std::size_t count = mesh.vertices.size();
+  for (auto* values : {&fine.freshness, &fine.openness, &fine.density}) values->reserve(count);
+  fine.vertices.reserve(count);
   const double voxel = 0.5 * frame.diagonal_mm();
-  for (const glm::vec3& p : mesh.vertices.span()) {
-    result.vertices.emplace_back(frame.world_from_volume(glm::dvec3(p)));
+  for (std::size_t i = 0; i < count; ++i) {
+    const dvec3 p(mesh.vertices[i]), normal(fine.normals[i]);
+    fine.vertices.emplace_back(frame.world_from_volume(p));
     float fresh = 0;
-    if (version.is_near_cut(glm::dvec3(p)))
-      fresh = static_cast<float>(
-          std::clamp(1.6 - std::abs(version.distance(glm::dvec3(p))) / voxel * 1.6, 0.0, 1.0));
-    result.freshness.push_back(fresh);
+    if (version.is_near_cut(p))
+      fresh = static_cast<float>(std::clamp(1.6 - std::abs(version.distance(p)) / voxel * 1.6, 0.0, 1.0));
+    fine.freshness.push_back(fresh);
+    fine.openness.push_back(openness_at(scene, version, p, normal));
+    float density = 1;
+    if (base.is_hounsfield && !touch.field.shape().is_label()) {
+      const double below = touch.field.shape().low +
+                           touch.field.value(p - frame.vector_volume_from_world(1.4 * voxel * normal));
+      density = static_cast<float>(std::clamp((below - 250) / 1100, 0.0, 1.0));
+    }
+    fine.density.push_back(density);
+  }
+  // Enough to turn a skull by: three voxels to a cube, or four of a large scan.
+  const double cells = base.voxels.size() > 20'000'000 ? 4 : 3;
+  // The outermost two layers of cells are its neighbours' too.
+  std::vector<bool> is_border(count);
+  const glm::vec3 low(volume::k_chunk * chunk), high = low + static_cast<float>(volume::k_chunk - 2);
+  for (std::size_t i = 0; i < count; ++i) {
+    const glm::vec3& p = mesh.vertices[i];
+    is_border[i] = glm::any(glm::lessThan(p, low)) || glm::any(glm::greaterThanEqual(p, high));
+  }
+  result.coarse = clustered(fine, cells * std::cbrt(frame.voxel_mm3()), is_border);
+  return result;
+}
+
+DrawMesh clustered(const DrawMesh& mesh, double cell, const std::vector<bool>& stays) {
+  DrawMesh result;
+  std::map<std::array<int, 3>, std::uint32_t> cubes;
+  std::vector<std::uint32_t> cube_of(mesh.vertices.size());
+  std::vector<float> counts;
+  for (std::size_t i = 0; i < mesh.vertices.size(); ++i) {
+    if (stays[i]) {
+      cube_of[i] = static_cast<std::uint32_t>(counts.size());
+      result.vertices.push_back(mesh.vertices[i]);
+      result.normals.push_back(mesh.normals[i]);
+      result.freshness.push_back(mesh.freshness[i]);
+      result.openness.push_back(mesh.openness[i]);
+      result.density.push_back(mesh.density[i]);
+      counts.push_back(1);
+      continue;
+    }
+    const dvec3 at = glm::floor(dvec3(mesh.vertices[i]) / cell);
+    const auto [it, is_new] =
+        cubes.try_emplace({static_cast<int>(at.x), static_cast<int>(at.y), static_cast<int>(at.z)},
+                          static_cast<std::uint32_t>(counts.size()));
+    const std::size_t c = it->second;
+    cube_of[i] = it->second;
+    if (is_new) {
+      result.vertices.emplace_back(0.0f);
+      result.normals.emplace_back(0.0f);
+      for (auto* values : {&result.freshness, &result.openness, &result.density}) values->push_back(0);
+      counts.push_back(0);
+    }
+    result.vertices[c] += mesh.vertices[i];
+    result.normals[c] += mesh.normals[i];
+    result.freshness[c] += mesh.freshness[i];
+    result.openness[c] += mesh.openness[i];
+    result.density[c] += mesh.density[i];
+    counts[c] += 1;
+  }
+  for (std::size_t c = 0; c < counts.size(); ++c) {
+    result.vertices[c] /= counts[c];
+    const float length = glm::length(result.normals[c]);
+    result.normals[c] = length > 0 ? result.normals[c] / length : glm::vec3(0, 0, 1);
+    for (auto* values : {&result.freshness, &result.openness, &result.density}) (*values)[c] /= counts[c];
+  }
+  for (std::size_t t = 0; t + 2 < mesh.triangles.size(); t += 3) {
+    const std::uint32_t a = cube_of[mesh.triangles[t]], b = cube_of[mesh.triangles[t + 1]],
+                        c = cube_of[mesh.triangles[t + 2]];
+    if (a != b && b != c && c != a) result.triangles.insert(result.triangles.end(), {a, b, c});
   }
   return result;
 }
 
-ChunkWorker::ChunkWorker(const haptics::TouchScene& scene, std::size_t shape, int threads)
-    : scene_(&scene), shape_(shape) {
+ChunkWorker::ChunkWorker(const haptics::TouchScene& scene, int threads) : scene_(&scene) {
   for (int t = 0; t < threads; ++t) threads_.emplace_back([this] { run(); });
 }
 
@@ -56,7 +178,6 @@ void ChunkWorker::request_all(std::shared_ptr<const volume::Version> version) {
 void ChunkWorker::request(std::shared_ptr<const volume::Version> version, const glm::ivec3& low,
                           const glm::ivec3& high) {
   const volume::ChunkRange range = volume::chunks_touching(low, high, scene_->base->size);
-  const volume::Occupancy& bits = *scene_->shapes[shape_].bits;
   {
     const std::lock_guard guard(lock_);
     version_ = std::move(version);
@@ -66,8 +187,9 @@ void ChunkWorker::request(std::shared_ptr<const volume::Version> version, const 
           // A chunk far from anything solid has no surface; distances are in blocks of four voxels.
           const glm::ivec3 middle =
               glm::min(volume::k_chunk * glm::ivec3(x, y, z) + volume::k_chunk / 2, scene_->base->size - 1);
-          if (bits.empty_distance(middle) > volume::k_chunk / 8 + 2) continue;
-          waiting_.insert({z, y, x});
+          for (std::size_t s = 0; s < scene_->shapes.size(); ++s)
+            if (scene_->shapes[s].bits->empty_distance(middle) <= volume::k_chunk / 8 + 2)
+              waiting_.insert({z, y, x, s});
         }
   }
   wake_.notify_all();
@@ -104,8 +226,9 @@ void ChunkWorker::run() {
     busy_.insert(chosen);
     const std::shared_ptr<const volume::Version> version = version_;
     guard.unlock();
-    ChunkMesh mesh = make_chunk_mesh(
-        *scene_, shape_, *version, {std::get<2>(chosen), std::get<1>(chosen), std::get<0>(chosen)}, &scratch);
+    ChunkMesh mesh =
+        make_chunk_mesh(*scene_, std::get<3>(chosen), *version,
+                        {std::get<2>(chosen), std::get<1>(chosen), std::get<0>(chosen)}, &scratch);
     guard.lock();
     done_.push_back(std::move(mesh));
     busy_.erase(chosen);

@@ -16,26 +16,38 @@
 
 namespace trephine::view {
 
-/// One chunk ready to draw: world-frame vertices (mm), unit normals, and how much of each vertex is a fresh
-/// cut.
-struct ChunkMesh {
-  glm::ivec3 chunk{0};
-  std::uint64_t version = 0;  ///< serial of the version it shows
+/// Vertices in the world frame (mm), unit normals, and what their colour is made of.
+struct DrawMesh {
   std::vector<glm::vec3> vertices, normals;
   std::vector<float> freshness;  ///< 0 old bone, 1 cut
+  std::vector<float> openness;   ///< share of the sky that a vertex sees: 0 in a crevice, 1 in the open
+  std::vector<float> density;    ///< of the matter just below, 0 spongy to 1 compact; 1 without HU
   std::vector<std::uint32_t> triangles;
+};
+
+/// One chunk ready to draw, and the same with far fewer triangles for pictures in motion.
+struct ChunkMesh {
+  glm::ivec3 chunk{0};
+  std::size_t shape = 0;
+  std::uint64_t version = 0;  ///< serial of the version it shows
+  DrawMesh fine, coarse;
 };
 
 /// Meshes one chunk of a shape in a version.
 ChunkMesh make_chunk_mesh(const haptics::TouchScene& scene, std::size_t shape, const volume::Version& version,
                           const glm::ivec3& chunk, volume::NetScratch* scratch = nullptr);
 
+/// Vertices that share a cube of `cell` mm become one, at their mean; what is left of the triangles
+/// (Rossignac & Borrel 1993). Vertices that are marked stay as they are: along a chunk's border, where its
+/// neighbour has the same ones, so that nothing gapes.
+DrawMesh clustered(const DrawMesh& mesh, double cell, const std::vector<bool>& stays);
+
 /// Meshes chunks on threads of its own, newest version first come. request() and take() may be called from
 /// any thread.
 class ChunkWorker {
  public:
-  /// Borrows the scene for its life.
-  ChunkWorker(const haptics::TouchScene& scene, std::size_t shape, int threads = 1);
+  /// Borrows the scene for its life; meshes all of its shapes.
+  explicit ChunkWorker(const haptics::TouchScene& scene, int threads = 1);
   ~ChunkWorker();
   ChunkWorker(const ChunkWorker&) = delete;
   ChunkWorker& operator=(const ChunkWorker&) = delete;
@@ -54,11 +66,11 @@ class ChunkWorker {
   void run();
 
   const haptics::TouchScene* scene_;
-  std::size_t shape_;
   mutable std::mutex lock_;
   std::condition_variable wake_, idle_;
   std::shared_ptr<const volume::Version> version_;
-  std::set<std::tuple<int, int, int>> waiting_, busy_;
+  using Key = std::tuple<int, int, int, std::size_t>;  // z, y, x, shape
+  std::set<Key> waiting_, busy_;
   std::vector<ChunkMesh> done_;
   bool is_stopping_ = false;
   std::vector<std::thread> threads_;

@@ -1,12 +1,14 @@
-// The window in which a person without a device touches and drills.
+// The window in which a person without a device touches and drills: what it is asked for, what it reports.
 #pragma once
 
+#include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 
-#include "apps/view/bone_view.h"
 #include "haptics/servo_loop.h"
 #include "modules/drilling/burr.h"
+#include "sim/replay.h"
 #include "sim/session_writer.h"
 
 namespace trephine::view {
@@ -16,6 +18,22 @@ struct WindowStart {
   sim::EditSession edits;
   drilling::Burr* burr;
   std::uint64_t first_tick = 0;
+};
+
+/// A scene that a person opened from within the window, with all that it needs while it lives.
+struct OpenedScene {
+  std::shared_ptr<const haptics::TouchScene> scene;
+  std::string title;
+  std::unique_ptr<sim::SessionWriter> recorder;
+  std::string session_file;  ///< where the recorder writes; empty without
+};
+
+/// What only the program around a window can do: find and read scans, begin recordings.
+struct WindowHost {
+  /// A folder, a file or "head". Off the drawing thread.
+  std::function<volume::Result<OpenedScene>(const std::string& source)> open;
+  /// The scan that was opened last, with another window of intensities.
+  std::function<volume::Result<OpenedScene>(double low, double high)> reshape;
 };
 
 struct WindowOptions {
@@ -30,24 +48,45 @@ struct WindowOptions {
   /// What has already been cut, to look at; null for the untouched volume.
   std::shared_ptr<const volume::Version> version;
   sim::SessionWriter* recorder = nullptr;  ///< told of everything; finished when the window closes
+  std::string session_file;                ///< where it writes
   std::optional<WindowStart> start;        ///< nothing: from the untouched volume
+  sim::Replay* replay = nullptr;           ///< plays this instead of operating
+  double replay_seconds = 0;               ///< its length
+  WindowHost host;                         ///< without functions nothing else can be opened
+  double width = 1100, height = 760;       ///< pixels
 };
 
 /// What happened in the window.
 struct WindowReport {
+  std::string window = "none";  ///< "qt", "plain" or "none" (offscreen)
   haptics::ServoReport servo;
   double removed_mm3 = 0;
-  volume::Status recording;  ///< how the recording ended, when it ended badly
   std::size_t strokes = 0;
-  int frames = 0;
-  double frame_p50_ms = 0, frame_p99_ms = 0;
-  double first_frame_seconds = 0;  ///< from the call to the first complete picture
+  int frames = 0, drilling_frames = 0;
+  double frame_p50_ms = 0, frame_p99_ms = 0;        ///< of all frames
+  double drilling_p50_ms = 0, drilling_p99_ms = 0;  ///< of those in which bone was being cut
+  double first_frame_seconds = 0;                   ///< from the call to the first picture with bone to touch
   std::size_t triangles = 0;
+  volume::Status recording;  ///< how the recording ended, when it ended badly
 };
 
-/// Runs until the window closes. Needs a display unless offscreen. Mouse: move to ride the surface, left
-/// button to press and drill, wheel for depth, right button to orbit, middle to pan, Ctrl + wheel to zoom;
-/// u or Ctrl+Z to undo, y or Ctrl+Y to redo; a p l r s i for views; f to clear a fault; q to quit.
-volume::Result<WindowReport> run_window(const haptics::TouchScene& scene, const WindowOptions& options);
+/// A scene that outlives the window.
+inline std::shared_ptr<const haptics::TouchScene> borrowed(const haptics::TouchScene& scene) {
+  return {std::shared_ptr<void>(), &scene};
+}
+
+/// Runs until the window closes. The full window comes from its own library when that is installed
+/// (libtrephine-window, Qt); otherwise, and in programs that embed, a plain one with mouse and keys: move to
+/// ride the surface, left button to press and drill, wheel for depth, right button to orbit, middle to pan,
+/// Ctrl + wheel to zoom; u or Ctrl+Z to undo, y or Ctrl+Y to redo; a p l r s i for views; f to clear a fault;
+/// q to quit.
+volume::Result<WindowReport> run_window(std::shared_ptr<const haptics::TouchScene> scene,
+                                        const WindowOptions& options);
+volume::Result<WindowReport> run_plain_window(const haptics::TouchScene& scene, const WindowOptions& options);
+
+/// The entry of the window's library.
+using RunQtWindow = volume::Result<WindowReport> (*)(std::shared_ptr<const haptics::TouchScene>,
+                                                     const WindowOptions&);
+inline constexpr const char* k_qt_window_entry = "trephine_run_qt_window";
 
 }  // namespace trephine::view

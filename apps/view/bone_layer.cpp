@@ -1,0 +1,507 @@
+#include "apps/view/bone_layer.h"
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cmath>
+#include <glm/common.hpp>
+#include <map>
+#include <vector>
+#include <vtkActor.h>
+#include <vtkCallbackCommand.h>
+#include <vtkCamera.h>
+#include <vtkCellArray.h>
+#include <vtkFloatArray.h>
+#include <vtkMatrix4x4.h>
+#include <vtkNew.h>
+#include <vtkPlane.h>
+#include <vtkPointData.h>
+#include <vtkPoints.h>
+#include <vtkPolyData.h>
+#include <vtkPolyDataMapper.h>
+#include <vtkProperty.h>
+#include <vtkRect.h>
+#include <vtkRenderWindow.h>
+#include <vtkRenderer.h>
+#include <vtkSmartPointer.h>
+#include <vtkTypeInt64Array.h>
+#include <vtkUnsignedCharArray.h>
+#include <vtk_glew.h>
+
+#include "apps/view/picture_cache.h"
+
+namespace trephine::view {
+
+using glm::dvec3;
+using Clock = std::chrono::steady_clock;
+
+namespace {
+
+constexpr int k_group = 4;               // chunks along the edge of a coarse group
+constexpr double k_rest_seconds = 0.12;  // the view stands still before the full picture is begun
+constexpr double k_batch_ms = 30;        // of a frame, for the full picture
+
+/// Colours that people with any colour vision tell apart: bone and cut differ in lightness too.
+struct Tint {
+  dvec3 spongy, compact, cut_spongy, cut_compact;
+};
+constexpr Tint k_tints[] = {{{0.84, 0.71, 0.55}, {0.95, 0.90, 0.80}, {0.55, 0.20, 0.15}, {0.86, 0.60, 0.48}},
+                            {{0.35, 0.55, 0.75}, {0.55, 0.75, 0.92}, {0.16, 0.30, 0.50}, {0.30, 0.48, 0.70}},
+                            {{0.80, 0.62, 0.20}, {0.95, 0.80, 0.35}, {0.50, 0.36, 0.05}, {0.70, 0.52, 0.12}},
+                            {{0.35, 0.62, 0.48}, {0.55, 0.80, 0.66}, {0.12, 0.36, 0.26}, {0.25, 0.52, 0.40}}};
+
+vtkSmartPointer<vtkPolyData> to_poly_data(const std::vector<const DrawMesh*>& meshes, std::size_t shape) {
+  std::size_t vertices = 0, triangles = 0;
+  for (const DrawMesh* m : meshes) vertices += m->vertices.size(), triangles += m->triangles.size() / 3;
+  vtkNew<vtkFloatArray> points, normals;
+  vtkNew<vtkUnsignedCharArray> colors;
+  for (vtkDataArray* a : std::initializer_list<vtkDataArray*>{points, normals, colors}) {
+    a->SetNumberOfComponents(3);
+    a->SetNumberOfTuples(static_cast<vtkIdType>(vertices));
+  }
+  colors->SetName("Colors");
+  normals->SetName("Normals");
+  vtkNew<vtkTypeInt64Array> offsets, connectivity;
+  offsets->SetNumberOfValues(static_cast<vtkIdType>(triangles + 1));
+  connectivity->SetNumberOfValues(static_cast<vtkIdType>(3 * triangles));
+  float *p = points->GetPointer(0), *n = normals->GetPointer(0);
+  unsigned char* c = colors->GetPointer(0);
+  vtkTypeInt64* index = connectivity->GetPointer(0);
+  const Tint& tint = k_tints[shape % std::size(k_tints)];
+  std::size_t first = 0;
+  for (const DrawMesh* m : meshes) {
+    for (std::size_t i = 0; i < m->vertices.size(); ++i) {
+      const double fresh = static_cast<double>(m->freshness[i]), density = static_cast<double>(m->density[i]);
+      const dvec3 old = glm::mix(tint.spongy, tint.compact, density),
+                  cut = glm::mix(tint.cut_spongy, tint.cut_compact, density);
+      // Half of the light comes from the sky.
+      const double light = 0.28 + 0.72 * static_cast<double>(m->openness[i]);
+      const dvec3 color = light * glm::mix(old, cut, fresh);
+      for (int a = 0; a < 3; ++a) {
+        *p++ = m->vertices[i][a];
+        *n++ = m->normals[i][a];
+        *c++ = static_cast<unsigned char>(255 * std::clamp(color[a], 0.0, 1.0));
+      }
+    }
+    for (const std::uint32_t v : m->triangles) *index++ = static_cast<vtkTypeInt64>(first + v);
+    first += m->vertices.size();
+  }
+  for (std::size_t t = 0; t <= triangles; ++t)
+    offsets->SetValue(static_cast<vtkIdType>(t), static_cast<vtkTypeInt64>(3 * t));
+  vtkNew<vtkPoints> vtk_points;
+  vtk_points->SetData(points);
+  vtkNew<vtkCellArray> cells;
+  cells->SetData(offsets, connectivity);
+  auto data = vtkSmartPointer<vtkPolyData>::New();
+  data->SetPoints(vtk_points);
+  data->SetPolys(cells);
+  data->GetPointData()->SetNormals(normals);
+  data->GetPointData()->SetScalars(colors);
+  return data;
+}
+
+vtkPolyDataMapper* mapper_of(vtkActor* actor) { return static_cast<vtkPolyDataMapper*>(actor->GetMapper()); }
+
+}  // namespace
+
+class BoneLayer::Painter {
+ public:
+  Painter(vtkRenderWindow* window, vtkRenderer* bone, vtkRenderer* tools, bool is_live);
+  ~Painter();
+  Painter(const Painter&) = delete;
+  Painter& operator=(const Painter&) = delete;
+
+  void show(const ChunkMesh& mesh);
+  void clear();
+  void set_clip(const dvec3& origin, const dvec3& normal);
+  void render();
+  void expose();
+  bool is_complete() const noexcept { return is_fine_; }
+  std::size_t triangle_count() const noexcept { return triangles_; }
+  std::size_t coarse_triangle_count() const;
+  void bounds(dvec3& low, dvec3& high) const;
+  std::size_t drawn_triangles() const noexcept { return drawn_triangles_; }
+
+ private:
+  using Key = std::array<int, 4>;  // chunk and shape
+  struct Chunk {
+    vtkSmartPointer<vtkActor> actor;
+    dvec3 low{0.0}, high{0.0};
+    std::size_t triangles = 0;
+    DrawMesh coarse;
+  };
+  struct Group {  // of coarse chunks
+    vtkSmartPointer<vtkActor> actor;
+    std::vector<Key> chunks;
+    std::size_t triangles = 0;
+    bool is_stale = true;
+  };
+  struct Rectangle {
+    double low_x = 1e9, low_y = 1e9, high_x = -1e9, high_y = -1e9;
+    bool is_empty() const { return low_x > high_x; }
+    double area() const { return (high_x - low_x) * (high_y - low_y); }
+    void add(const Rectangle& other);
+    bool meets(const Rectangle& other) const;
+  };
+  enum class Pass { nothing, everything, coarse, batch, rectangle };
+
+  vtkSmartPointer<vtkActor> make_actor(std::size_t shape) const;
+  Rectangle on_screen(const dvec3& low, const dvec3& high) const;
+  void refresh_groups();
+  void draw_all_once();
+  void prepare_coarse();
+  void prepare_batch();
+  void prepare_rectangle();
+  void on_start();
+  void on_end();
+
+  vtkRenderWindow* window_;
+  vtkRenderer *bone_, *tools_;
+  bool is_live_;
+  std::map<Key, Chunk> chunks_;
+  std::map<Key, Group> groups_;
+  vtkNew<vtkPlane> clip_;
+  bool is_clipped_ = false;
+  std::size_t triangles_ = 0, drawn_triangles_ = 0;
+
+  // The kept pictures: the one that is seen, and the one that is being made in full.
+  PictureCache seen_, coming_;
+  Pass pass_ = Pass::everything;
+  bool can_keep_ = true, is_fine_ = false, is_first_batch_ = true, is_last_batch_ = false;
+  std::vector<Key> to_draw_;  ///< chunks that the coming picture still lacks
+  Rectangle changed_;         ///< where the picture that is seen is no longer true
+  std::array<double, 16> seen_from_{};
+  std::array<int, 2> seen_size_{};
+  std::chrono::steady_clock::time_point moved_at_;
+  double triangles_per_ms_ = 3000;  ///< measured
+};
+
+void BoneLayer::Painter::Rectangle::add(const Rectangle& other) {
+  low_x = std::min(low_x, other.low_x), low_y = std::min(low_y, other.low_y);
+  high_x = std::max(high_x, other.high_x), high_y = std::max(high_y, other.high_y);
+}
+
+bool BoneLayer::Painter::Rectangle::meets(const Rectangle& other) const {
+  return low_x <= other.high_x && other.low_x <= high_x && low_y <= other.high_y && other.low_y <= high_y;
+}
+
+BoneLayer::Painter::Painter(vtkRenderWindow* window, vtkRenderer* bone, vtkRenderer* tools, bool is_live)
+    : window_(window), bone_(bone), tools_(tools), is_live_(is_live) {
+  if (!is_live) return;
+  vtkNew<vtkCallbackCommand> start, end;
+  start->SetClientData(this);
+  start->SetCallback(
+      [](vtkObject*, unsigned long, void* self, void*) { static_cast<Painter*>(self)->on_start(); });
+  end->SetClientData(this);
+  end->SetCallback(
+      [](vtkObject*, unsigned long, void* self, void*) { static_cast<Painter*>(self)->on_end(); });
+  bone->AddObserver(vtkCommand::StartEvent, start);
+  bone->AddObserver(vtkCommand::EndEvent, end);
+  // On top of the bone, into the same depth: nothing is cleared in between.
+  tools->PreserveColorBufferOn();
+  tools->PreserveDepthBufferOn();
+  vtkNew<vtkCallbackCommand> before_tools;
+  before_tools->SetClientData(this);
+  before_tools->SetCallback([](vtkObject*, unsigned long, void* self, void*) {
+    auto* layer = static_cast<Painter*>(self);
+    if (layer->pass_ == Pass::nothing || layer->pass_ == Pass::batch) layer->seen_.restore();
+  });
+  tools->AddObserver(vtkCommand::StartEvent, before_tools);
+}
+
+BoneLayer::Painter::~Painter() {
+  if (!is_live_) return;
+  window_->MakeCurrent();
+  if (window_->IsCurrent()) seen_.release(), coming_.release();
+}
+
+vtkSmartPointer<vtkActor> BoneLayer::Painter::make_actor(std::size_t shape) const {
+  auto actor = vtkSmartPointer<vtkActor>::New();
+  vtkNew<vtkPolyDataMapper> mapper;
+  mapper->ScalarVisibilityOn();
+  if (is_clipped_) mapper->AddClippingPlane(clip_);
+  actor->SetMapper(mapper);
+  actor->GetProperty()->SetSpecular(shape == 0 ? 0.16 : 0.25);
+  actor->GetProperty()->SetSpecularPower(22);
+  actor->GetProperty()->SetAmbient(0.10);
+  actor->PickableOff();
+  return actor;
+}
+
+void BoneLayer::Painter::show(const ChunkMesh& mesh) {
+  const Key key{mesh.chunk.x, mesh.chunk.y, mesh.chunk.z, static_cast<int>(mesh.shape)};
+  const auto known = chunks_.find(key);
+  if (mesh.fine.triangles.empty() && known == chunks_.end()) return;
+  Key group_key = key;
+  for (std::size_t a = 0; a < 3; ++a) group_key[a] /= k_group;
+  groups_[group_key].is_stale = true;
+
+  // Where it was and where it is, the picture is no longer true.
+  Chunk& chunk = chunks_[key];
+  triangles_ -= chunk.triangles;
+  if (chunk.actor) changed_.add(on_screen(chunk.low, chunk.high));
+  if (mesh.fine.triangles.empty()) {
+    bone_->RemoveActor(chunk.actor);
+    chunks_.erase(key);
+    return;
+  }
+  chunk.low = dvec3(1e300), chunk.high = dvec3(-1e300);
+  for (const glm::vec3& v : mesh.fine.vertices)
+    chunk.low = glm::min(chunk.low, dvec3(v)), chunk.high = glm::max(chunk.high, dvec3(v));
+  chunk.triangles = mesh.fine.triangles.size() / 3;
+  triangles_ += chunk.triangles;
+  if (is_live_) {
+    chunk.coarse = mesh.coarse;
+    changed_.add(on_screen(chunk.low, chunk.high));
+    if (!is_fine_) to_draw_.push_back(key);
+  }
+  if (!chunk.actor) {
+    chunk.actor = make_actor(mesh.shape);
+    bone_->AddActor(chunk.actor);
+    groups_[group_key].chunks.push_back(key);
+  }
+  mapper_of(chunk.actor)->SetInputData(to_poly_data({&mesh.fine}, mesh.shape));
+}
+
+void BoneLayer::Painter::clear() {
+  for (const auto& [key, chunk] : chunks_) bone_->RemoveActor(chunk.actor);
+  for (const auto& [key, group] : groups_)
+    if (group.actor) bone_->RemoveActor(group.actor);
+  chunks_.clear();
+  groups_.clear();
+  to_draw_.clear();
+  triangles_ = 0;
+  seen_from_ = {};
+}
+
+void BoneLayer::Painter::set_clip(const dvec3& origin, const dvec3& normal) {
+  const bool is_clipped = normal != dvec3(0);
+  if (is_clipped) {
+    clip_->SetOrigin(origin.x, origin.y, origin.z);
+    clip_->SetNormal(normal.x, normal.y, normal.z);
+  }
+  if (is_clipped != is_clipped_) {
+    is_clipped_ = is_clipped;
+    const auto apply = [&](vtkActor* actor) {
+      if (actor == nullptr) return;
+      mapper_of(actor)->RemoveAllClippingPlanes();
+      if (is_clipped) mapper_of(actor)->AddClippingPlane(clip_);
+    };
+    for (const auto& [key, chunk] : chunks_) apply(chunk.actor);
+    for (const auto& [key, group] : groups_) apply(group.actor);
+  }
+  seen_from_ = {};  // another picture
+}
+
+std::size_t BoneLayer::Painter::coarse_triangle_count() const {
+  std::size_t count = 0;
+  for (const auto& [key, chunk] : chunks_) count += chunk.coarse.triangles.size() / 3;
+  return count;
+}
+
+void BoneLayer::Painter::bounds(dvec3& low, dvec3& high) const {
+  low = dvec3(1e300), high = dvec3(-1e300);
+  for (const auto& [key, chunk] : chunks_) low = glm::min(low, chunk.low), high = glm::max(high, chunk.high);
+}
+
+BoneLayer::Painter::Rectangle BoneLayer::Painter::on_screen(const dvec3& low, const dvec3& high) const {
+  Rectangle r;
+  const int* size = window_->GetSize();
+  if (size[0] <= 0 || size[1] <= 0) return r;
+  vtkMatrix4x4* m = bone_->GetActiveCamera()->GetCompositeProjectionTransformMatrix(
+      static_cast<double>(size[0]) / size[1], -1, 1);
+  for (int corner = 0; corner < 8; ++corner) {
+    const double p[4] = {corner & 1 ? high.x : low.x, corner & 2 ? high.y : low.y,
+                         corner & 4 ? high.z : low.z, 1};
+    double q[4];
+    m->MultiplyPoint(p, q);
+    if (q[3] <= 0) return {0, 0, static_cast<double>(size[0]), static_cast<double>(size[1])};
+    const double x = 0.5 * (q[0] / q[3] + 1) * size[0], y = 0.5 * (q[1] / q[3] + 1) * size[1];
+    r.low_x = std::min(r.low_x, x - 2), r.high_x = std::max(r.high_x, x + 2);
+    r.low_y = std::min(r.low_y, y - 2), r.high_y = std::max(r.high_y, y + 2);
+  }
+  r.low_x = std::max(r.low_x, 0.0), r.low_y = std::max(r.low_y, 0.0);
+  r.high_x = std::min<double>(r.high_x, size[0]), r.high_y = std::min<double>(r.high_y, size[1]);
+  return r.low_x < r.high_x && r.low_y < r.high_y ? r : Rectangle{};
+}
+
+void BoneLayer::Painter::refresh_groups() {
+  for (auto& [key, group] : groups_) {
+    if (!group.is_stale) continue;
+    group.is_stale = false;
+    group.triangles = 0;
+    std::vector<const DrawMesh*> meshes;
+    for (const Key& k : group.chunks)
+      if (const auto it = chunks_.find(k); it != chunks_.end()) {
+        meshes.push_back(&it->second.coarse);
+        group.triangles += it->second.coarse.triangles.size() / 3;
+      }
+    if (!group.actor) {
+      group.actor = make_actor(static_cast<std::size_t>(key[3]));
+      bone_->AddActor(group.actor);
+    }
+    mapper_of(group.actor)->SetInputData(to_poly_data(meshes, static_cast<std::size_t>(key[3])));
+  }
+}
+
+void BoneLayer::Painter::draw_all_once() {
+  pass_ = Pass::everything;
+  for (const auto& [key, chunk] : chunks_) chunk.actor->VisibilityOn();
+  for (const auto& [key, group] : groups_)
+    if (group.actor) group.actor->VisibilityOff();
+  drawn_triangles_ = triangles_;
+  bone_->DrawOn();
+  bone_->PreserveColorBufferOff();
+  bone_->PreserveDepthBufferOff();
+}
+
+void BoneLayer::Painter::prepare_coarse() {
+  draw_all_once();
+  pass_ = Pass::coarse;
+  refresh_groups();
+  drawn_triangles_ = 0;
+  for (const auto& [key, chunk] : chunks_) chunk.actor->VisibilityOff();
+  for (const auto& [key, group] : groups_) group.actor->VisibilityOn(), drawn_triangles_ += group.triangles;
+}
+
+void BoneLayer::Painter::prepare_batch() {
+  draw_all_once();
+  pass_ = Pass::batch;
+  for (const auto& [key, chunk] : chunks_) chunk.actor->VisibilityOff();
+  const double most = std::max(20000.0, triangles_per_ms_ * k_batch_ms);
+  drawn_triangles_ = 0;
+  while (!to_draw_.empty() && static_cast<double>(drawn_triangles_) < most) {
+    if (const auto it = chunks_.find(to_draw_.back()); it != chunks_.end()) {
+      it->second.actor->VisibilityOn();
+      drawn_triangles_ += it->second.triangles;
+    }
+    to_draw_.pop_back();
+  }
+  is_last_batch_ = to_draw_.empty();
+  if (!is_first_batch_) {
+    bone_->PreserveColorBufferOn();
+    bone_->PreserveDepthBufferOn();
+  }
+}
+
+void BoneLayer::Painter::prepare_rectangle() {
+  draw_all_once();
+  pass_ = Pass::rectangle;
+  drawn_triangles_ = 0;
+  for (const auto& [key, chunk] : chunks_) {
+    const bool is_there = on_screen(chunk.low, chunk.high).meets(changed_);
+    chunk.actor->SetVisibility(is_there);
+    if (is_there) drawn_triangles_ += chunk.triangles;
+  }
+  const int x = static_cast<int>(changed_.low_x), y = static_cast<int>(changed_.low_y);
+  bone_->GetActiveCamera()->SetScissorRect(vtkRecti(x, y, static_cast<int>(std::ceil(changed_.high_x)) - x,
+                                                    static_cast<int>(std::ceil(changed_.high_y)) - y));
+  bone_->GetActiveCamera()->SetUseScissor(true);
+}
+
+void BoneLayer::Painter::expose() {
+  draw_all_once();
+  bone_->ResetCameraClippingRange();
+  is_fine_ = true;
+  changed_ = {};
+  to_draw_.clear();
+}
+
+void BoneLayer::Painter::on_start() {
+  if (pass_ == Pass::rectangle) seen_.restore();
+  if (pass_ == Pass::batch && !is_first_batch_) coming_.restore();
+}
+
+void BoneLayer::Painter::on_end() {
+  bone_->GetActiveCamera()->SetUseScissor(false);  // the instruments share the camera
+  const int* size = window_->GetSize();
+  if (pass_ == Pass::batch)
+    can_keep_ = coming_.save(size[0], size[1]);
+  else if (pass_ != Pass::nothing)
+    can_keep_ = seen_.save(size[0], size[1]);
+}
+
+void BoneLayer::Painter::render() {
+  if (!is_live_) {
+    draw_all_once();
+    bone_->ResetCameraClippingRange();
+    window_->Render();
+    return;
+  }
+  // Has the view changed since the kept picture?
+  vtkCamera* camera = bone_->GetActiveCamera();
+  const int* size = window_->GetSize();
+  std::array<double, 16> from;
+  std::copy_n(camera->GetModelViewTransformMatrix()->GetData(), 16, from.begin());
+  from[15] = camera->GetViewAngle();
+  const double broad = 0.35 * size[0] * size[1];
+  const bool has_moved = from != seen_from_ || size[0] != seen_size_[0] || size[1] != seen_size_[1] ||
+                         !can_keep_ || !seen_.is_filled() ||
+                         (!changed_.is_empty() && changed_.area() > broad);
+  const auto now = Clock::now();
+  if (has_moved) {
+    seen_from_ = from;
+    seen_size_ = {size[0], size[1]};
+    moved_at_ = now;
+    bone_->ResetCameraClippingRange();
+    changed_ = {};
+    to_draw_.clear();
+    for (const auto& [key, chunk] : chunks_) to_draw_.push_back(key);
+    is_first_batch_ = true;
+    is_fine_ = static_cast<double>(triangles_) < triangles_per_ms_ * k_batch_ms || !can_keep_;
+    if (is_fine_) {
+      draw_all_once();
+      to_draw_.clear();
+    } else {
+      prepare_coarse();
+    }
+  } else if (!is_fine_ && std::chrono::duration<double>(now - moved_at_).count() > k_rest_seconds) {
+    prepare_batch();
+  } else if (is_fine_ && !changed_.is_empty()) {
+    prepare_rectangle();
+  } else {
+    pass_ = Pass::nothing;
+    drawn_triangles_ = 0;
+    bone_->DrawOff();
+  }
+  const bool was_changed = !changed_.is_empty();
+  if (pass_ == Pass::rectangle) changed_ = {};
+  const auto begin = Clock::now();
+  window_->Render();
+
+  // How fast is this machine's drawing? Only frames with enough to measure tell.
+  if (drawn_triangles_ > 15000) {
+    glFinish();
+    const double ms = 1e3 * std::chrono::duration<double>(Clock::now() - begin).count();
+    triangles_per_ms_ =
+        0.8 * triangles_per_ms_ + 0.2 * static_cast<double>(drawn_triangles_) / std::max(ms, 0.1);
+  }
+  // A window system that draws on its own shows what is kept.
+  const bool was_batch = std::exchange(pass_, Pass::nothing) == Pass::batch;
+  if (can_keep_) bone_->DrawOff();
+  if (was_batch) {
+    is_first_batch_ = false;
+    if (is_last_batch_ && can_keep_) {
+      seen_.swap(coming_);
+      is_fine_ = true;
+      // What changed while it was made was drawn too, but perhaps over what was there before.
+      if (!was_changed) changed_ = {};
+    }
+  }
+}
+
+BoneLayer::BoneLayer(vtkRenderWindow* window, vtkRenderer* bone, vtkRenderer* tools, bool is_live)
+    : painter_(std::make_unique<Painter>(window, bone, tools, is_live)) {}
+BoneLayer::~BoneLayer() = default;
+void BoneLayer::show(const ChunkMesh& mesh) { painter_->show(mesh); }
+void BoneLayer::clear() { painter_->clear(); }
+void BoneLayer::set_clip(const dvec3& origin, const dvec3& normal) { painter_->set_clip(origin, normal); }
+void BoneLayer::expose() { painter_->expose(); }
+void BoneLayer::render() { painter_->render(); }
+bool BoneLayer::is_complete() const noexcept { return painter_->is_complete(); }
+std::size_t BoneLayer::triangle_count() const noexcept { return painter_->triangle_count(); }
+std::size_t BoneLayer::coarse_triangle_count() const { return painter_->coarse_triangle_count(); }
+std::size_t BoneLayer::drawn_triangles() const noexcept { return painter_->drawn_triangles(); }
+void BoneLayer::bounds(dvec3& low, dvec3& high) const { painter_->bounds(low, high); }
+
+}  // namespace trephine::view

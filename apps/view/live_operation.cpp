@@ -1,0 +1,124 @@
+#include "apps/view/live_operation.h"
+
+#include <algorithm>
+#include <glm/geometric.hpp>
+
+namespace trephine::view {
+
+using glm::dvec3;
+
+namespace {
+
+constexpr std::size_t k_most_times = 1 << 20;  // frames whose time is kept: hours
+
+sim::EditSession first_state(const haptics::TouchScene& scene, const WindowOptions& options,
+                             drilling::Burr& own) {
+  return options.start ? options.start->edits : sim::EditSession(scene, &own, 1 / options.rate_hz);
+}
+
+haptics::ServoOptions servo_options(const WindowOptions& options) {
+  haptics::ServoOptions servo;
+  servo.rate_hz = options.rate_hz;
+  return servo;
+}
+
+double percentile(std::vector<float> values, double p) {
+  if (values.empty()) return 0;
+  std::sort(values.begin(), values.end());
+  return static_cast<double>(values[std::min(
+      values.size() - 1, static_cast<std::size_t>(p / 100 * static_cast<double>(values.size())))]);
+}
+
+}  // namespace
+
+LiveOperation::LiveOperation(const haptics::TouchScene& scene, const WindowOptions& options,
+                             vtkRenderWindow* window)
+    : scene_(&scene),
+      options_(options),
+      own_burr_(options.burr),
+      picture_(scene, window, true),
+      mouse_(picture_.outside_point()),
+      devices_{&mouse_},
+      live_(devices_, scene, method_, first_state(scene, options_, own_burr_), servo_options(options),
+            options.recorder, options.start ? options.start->first_tick : 0),
+      burr_diameter_(2 * (options.start ? options.start->burr->options().radius : options.burr.radius)) {
+  state_ = live_.look();
+  version_ = state_.version;
+}
+
+LiveOperation::~LiveOperation() { finish(); }
+
+volume::Status LiveOperation::start() {
+  if (volume::Status error = method_.prepare(*scene_)) return error;
+  picture_.request_all(version_);
+  if (volume::Status error = live_.start()) return error;
+  is_started_ = true;
+  return std::nullopt;
+}
+
+const WindowReport& LiveOperation::finish() {
+  if (is_finished_) return report_;
+  is_finished_ = true;
+  live_.stop();
+  state_ = live_.look();
+  version_ = state_.version;
+  report_.servo = live_.servo_report();
+  if (options_.recorder) report_.recording = options_.recorder->finish(live_.edits(), report_.servo.dropped);
+  report_.removed_mm3 = state_.removed_mm3;
+  report_.strokes = state_.strokes;
+  report_.triangles = picture_.triangle_count();
+  report_.frame_p50_ms = percentile(frame_ms_, 50), report_.frame_p99_ms = percentile(frame_ms_, 99);
+  report_.drilling_frames = static_cast<int>(drilling_ms_.size());
+  report_.drilling_p50_ms = percentile(drilling_ms_, 50),
+  report_.drilling_p99_ms = percentile(drilling_ms_, 99);
+  return report_;
+}
+
+void LiveOperation::set_depth(double mm) { depth_mm_ = std::clamp(mm, 0.5, 12.0); }
+
+void LiveOperation::set_burr_diameter(double mm) {
+  burr_diameter_ = std::clamp(mm, 0.5, 12.0);
+  live_.apply({sim::Command::Kind::set_tool, 0, "diameter", burr_diameter_});
+}
+
+std::string LiveOperation::fault_text() const {
+  const std::uint32_t faults = state_.newest.faults & haptics::k_latched_faults;
+  if (faults == 0) return {};
+  std::string why;
+  if (faults & haptics::fault_lost_device) why = "the device does not answer";
+  if (faults & haptics::fault_not_finite) why = "the device sent no number";
+  if (faults & haptics::fault_full_ring) why = "the edits stood still";
+  if (faults & haptics::fault_stale_scene) why = "the computer was busy elsewhere";
+  return "The force is off: " + why + ". Press F to go on.";
+}
+
+void LiveOperation::frame() {
+  // The hand's wish: on the surface under the cursor, and into it while the button is down.
+  const Ray ray = picture_.ray_at(x_, y_);
+  const double hit = picture_.distance_to_solid(*version_, ray);
+  if (hit >= 0) reach_ = hit;
+  const double along = hit >= 0 ? hit + (is_pressed_ ? depth_mm_ : 0.3) : std::max(0.0, reach_ - 8);
+  const dvec3 wish = ray.origin + along * ray.direction;
+  mouse_.set(wish, is_pressed_ && hit >= 0);
+  // A cursor that jumps lifts the stylus over; it is not dragged through the bone.
+  constexpr double k_jump_mm = 8;
+  if (glm::length(wish - wish_) > k_jump_mm) {
+    const double above = hit >= 0 ? std::max(0.0, hit - 1.5 * scene_->base->frame.diagonal_mm()) : along;
+    live_.set_down(scene_->base->frame.volume_from_world(ray.origin + above * ray.direction));
+    mouse_.jump();
+  }
+  wish_ = wish;
+
+  // News from the other threads: the version, its changed chunks, the newest tick.
+  state_ = live_.look();
+  version_ = state_.version;
+  picture_.request(version_, state_.changed);
+  picture_.show_stylus(state_.newest, 0.5 * burr_diameter_, *version_, -ray.direction);
+  const double ms = picture_.draw();
+  ++report_.frames;
+  if (frame_ms_.size() < k_most_times) frame_ms_.push_back(static_cast<float>(ms));
+  const bool is_cutting = state_.changed.low.x <= state_.changed.high.x && state_.newest.pose.is_pressed;
+  if (is_cutting && drilling_ms_.size() < k_most_times) drilling_ms_.push_back(static_cast<float>(ms));
+}
+
+}  // namespace trephine::view

@@ -1,0 +1,68 @@
+// A person operates: cursor and buttons become a stylus, the live session becomes pictures.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "apps/view/mouse_device.h"
+#include "apps/view/operation_picture.h"
+#include "apps/view/view_window.h"
+#include "haptics/implicit_proxy.h"
+#include "sim/live_session.h"
+
+namespace trephine::view {
+
+/// No windowing toolkit in here: a window calls it at its own rate. One thread: the one that draws.
+class LiveOperation {
+ public:
+  /// Borrows scene, recorder and window.
+  LiveOperation(const haptics::TouchScene& scene, const WindowOptions& options, vtkRenderWindow* window);
+  ~LiveOperation();
+
+  /// Asks for the first pictures and starts servo and edits.
+  volume::Status start();
+  /// Stops them, ends the recording, and says what happened. A second call says the same.
+  const WindowReport& finish();
+
+  /// Where the cursor is: shares of the picture's width and height from the lower left.
+  void point(double x, double y) { x_ = x, y_ = y; }
+  void press(bool is_down) { is_pressed_ = is_down; }
+  bool is_pressed() const noexcept { return is_pressed_; }
+  /// How far a pressed stylus wants to go below the surface, mm.
+  void set_depth(double mm);
+  double depth() const noexcept { return depth_mm_; }
+  void set_burr_diameter(double mm);
+  double burr_diameter() const noexcept { return burr_diameter_; }
+  void undo() { live_.undo(); }
+  void redo() { live_.redo(); }
+  void reset_faults() { live_.reset_faults(); }
+
+  /// One frame: the stylus moves on, news are fetched, the picture is drawn.
+  void frame();
+  const sim::LiveState& state() const noexcept { return state_; }
+  haptics::ServoReport servo() const { return live_.servo_report(); }
+  /// Latched faults in words, with what mends them; empty when there are none.
+  std::string fault_text() const;
+  OperationPicture& picture() noexcept { return picture_; }
+  const std::shared_ptr<const volume::Version>& version() const noexcept { return version_; }
+
+ private:
+  const haptics::TouchScene* scene_;
+  WindowOptions options_;
+  haptics::ImplicitProxy method_;
+  drilling::Burr own_burr_;
+  OperationPicture picture_;
+  MouseDevice mouse_;
+  haptics::Device* devices_[1];
+  sim::LiveSession live_;
+  sim::LiveState state_;
+  std::shared_ptr<const volume::Version> version_;
+  double x_ = 0.5, y_ = 0.5, depth_mm_ = 2, reach_ = 300, burr_diameter_;
+  bool is_pressed_ = false, is_finished_ = false, is_started_ = false;
+  glm::dvec3 wish_{1e9};
+  std::vector<float> frame_ms_, drilling_ms_;
+  WindowReport report_;
+};
+
+}  // namespace trephine::view

@@ -1,0 +1,184 @@
+#include "apps/view/operation_picture.h"
+
+#include <algorithm>
+#include <bit>
+#include <chrono>
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+#include <vtkCamera.h>
+#include <vtkRenderWindow.h>
+#include <vtkRenderer.h>
+
+#include "haptics/implicit_proxy.h"
+#include "volume/traversal.h"
+
+namespace trephine::view {
+
+using glm::dvec3;
+
+namespace {
+constexpr int k_threads = 2;  // meshing; ordinary ones, so that servo and edits go first
+}
+
+OperationPicture::OperationPicture(const haptics::TouchScene& scene, vtkRenderWindow* window, bool is_live)
+    : scene_(&scene), window_(window), view_(window, is_live) {
+  worker_ = std::make_unique<ChunkWorker>(scene, k_threads);
+  // The box of the solid voxels, so that the camera need not wait for the surface.
+  glm::ivec3 low = scene.base->size, high(-1);
+  for (const haptics::TouchShape& shape : scene.shapes)
+    for (int z = 0; z < scene.base->size.z; ++z)
+      for (int y = 0; y < scene.base->size.y; ++y) {
+        const std::uint64_t* row = shape.bits->row(y, z);
+        for (int w = 0; w < shape.bits->words_per_row(); ++w) {
+          if (row[w] == 0) continue;
+          low = glm::min(low, glm::ivec3(64 * w + std::countr_zero(row[w]), y, z));
+          high = glm::max(high, glm::ivec3(64 * w + 63 - std::countl_zero(row[w]), y, z));
+        }
+      }
+  low_ = dvec3(1e300), high_ = dvec3(-1e300);
+  for (int corner = 0; corner < 8; ++corner) {
+    const dvec3 p = scene.base->frame.world_from_volume(
+        dvec3(corner & 1 ? high.x : low.x, corner & 2 ? high.y : low.y, corner & 4 ? high.z : low.z));
+    low_ = glm::min(low_, p), high_ = glm::max(high_, p);
+  }
+}
+
+void OperationPicture::request_all(const std::shared_ptr<const volume::Version>& version) {
+  worker_->request_all(version);
+}
+
+void OperationPicture::request(const std::shared_ptr<const volume::Version>& version,
+                               const volume::VoxelBox& changed) {
+  if (changed.low.x <= changed.high.x) worker_->request(version, changed.low, changed.high);
+}
+
+void OperationPicture::wait() {
+  worker_->finish();
+  for (const ChunkMesh& mesh : worker_->take()) view_.bone().show(mesh);
+}
+
+void OperationPicture::preview(std::unique_ptr<haptics::TouchScene> shapes,
+                               const std::shared_ptr<const volume::Version>& version) {
+  worker_.reset();  // before the shapes that it borrows
+  preview_ = std::move(shapes);
+  worker_ = std::make_unique<ChunkWorker>(preview_ ? *preview_ : *scene_, k_threads);
+  view_.bone().clear();
+  worker_->request_all(version);
+}
+
+void OperationPicture::set_clip(const ClipChoice& choice) {
+  clip_ = choice;
+  const dvec3 middle = 0.5 * (low_ + high_);
+  clip_normal_ = dvec3(0);
+  switch (choice.axis) {
+    case ClipChoice::Axis::none:
+      break;
+    case ClipChoice::Axis::left:
+      clip_normal_ = {-1, 0, 0};
+      break;
+    case ClipChoice::Axis::back:
+      clip_normal_ = {0, 1, 0};
+      break;
+    case ClipChoice::Axis::up:
+      clip_normal_ = {0, 0, -1};
+      break;
+    case ClipChoice::Axis::view: {
+      double n[3];
+      view_.renderer()->GetActiveCamera()->GetDirectionOfProjection(n);
+      clip_normal_ = {n[0], n[1], n[2]};
+      break;
+    }
+  }
+  const double reach = 0.5 * glm::dot(high_ - low_, glm::abs(clip_normal_));
+  clip_origin_ = middle + (2 * choice.share - 1) * reach * clip_normal_;
+  view_.bone().set_clip(clip_origin_, clip_normal_);
+}
+
+Ray OperationPicture::ray_at(double x, double y) {
+  vtkRenderer* renderer = view_.renderer();
+  const int* size = window_->GetSize();
+  dvec3 ends[2];
+  for (int i = 0; i < 2; ++i) {
+    renderer->SetDisplayPoint(x * size[0], y * size[1], i);
+    renderer->DisplayToWorld();
+    double world[4];
+    renderer->GetWorldPoint(world);
+    ends[i] = dvec3(world[0], world[1], world[2]) / world[3];
+  }
+  return {ends[0], glm::normalize(ends[1] - ends[0])};
+}
+
+double OperationPicture::distance_to_solid(const volume::Version& version, const Ray& ray) const {
+  constexpr double k_far = 5000;
+  const volume::Frame& frame = scene_->base->frame;
+  // Past the plane that cuts the picture open; matter that it lies in is no surface.
+  double from = 0;
+  bool is_inside = false;
+  if (clip_normal_ != dvec3(0))
+    if (const double along = glm::dot(ray.direction, clip_normal_); along > 1e-9)
+      from = std::clamp(glm::dot(clip_origin_ - ray.origin, clip_normal_) / along, 0.0, k_far);
+  is_inside = from > 0;
+  double hit = -1;
+  volume::traverse(frame.volume_from_world(ray.origin + from * ray.direction),
+                   frame.volume_from_world(ray.origin + (from + k_far) * ray.direction),
+                   {glm::ivec3(0), scene_->base->size - 1}, [&](const volume::VoxelVisit& v) {
+                     bool is_solid = false;
+                     for (const haptics::TouchShape& shape : scene_->shapes)
+                       is_solid = is_solid || (shape.bits->is_solid(v.voxel) && version.is_kept(v.voxel));
+                     if (is_solid && !is_inside) {
+                       hit = from + k_far * v.t_enter;
+                       return false;
+                     }
+                     is_inside = is_solid && is_inside;
+                     return true;
+                   });
+  return hit;
+}
+
+dvec3 OperationPicture::outside_point() const {
+  const volume::Volume& base = *scene_->base;
+  const dvec3 low = base.frame.world_from_volume(dvec3(0)),
+              high = base.frame.world_from_volume(dvec3(base.size - 1));
+  return 0.5 * (low + high) + dvec3(0, 0, glm::length(high - low));
+}
+
+dvec3 OperationPicture::normal_at(const volume::Version& version, const dvec3& p_world) const {
+  int cells = 0;
+  return haptics::outward_normal(scene_->shapes[0], version, scene_->base->frame.volume_from_world(p_world),
+                                 cells);
+}
+
+void OperationPicture::show_stylus(const haptics::ServoRecord& record, double burr_radius,
+                                   const volume::Version& version, const dvec3& toward_viewer) {
+  StylusLook look;
+  look.hip_world = record.pose.position_world;
+  look.has_contact = record.has_contact;
+  look.proxy_world = record.has_contact ? record.proxy_world : look.hip_world;
+  look.force_world = record.force_world;
+  look.burr_radius = burr_radius;
+  // The shaft leans between the surface's normal and the viewer, as a hand would hold it.
+  look.shaft_direction = toward_viewer;
+  if (const dvec3 normal = normal_at(version, look.proxy_world); normal != dvec3(0))
+    look.shaft_direction = glm::normalize(0.7 * normal + 0.5 * toward_viewer + dvec3(0, 0, 0.25));
+  look.burr_centre_world =
+      look.proxy_world + burr_radius * (record.has_contact ? record.normal_world : look.shaft_direction);
+  // The depth cue: where the burr would land.
+  const Ray down{look.burr_centre_world + 20.0 * look.shaft_direction, -look.shaft_direction};
+  if (const double landing = distance_to_solid(version, down); landing >= 0) {
+    look.has_ring = true;
+    look.ring_world = down.origin + landing * down.direction;
+    look.ring_normal_world = normal_at(version, look.ring_world);
+  }
+  view_.show(look);
+}
+
+double OperationPicture::draw() {
+  const auto begin = std::chrono::steady_clock::now();
+  for (const ChunkMesh& mesh : worker_->take()) view_.bone().show(mesh);
+  view_.render();
+  return 1e3 * std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+}
+
+bool OperationPicture::is_complete() const { return worker_->remaining() == 0 && view_.bone().is_complete(); }
+
+}  // namespace trephine::view

@@ -1,0 +1,73 @@
+// An operation as a picture: bone, cut and stylus at one moment, whoever moves them on.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <optional>
+
+#include "apps/view/bone_view.h"
+#include "haptics/servo_core.h"
+#include "volume/traversal.h"
+
+namespace trephine::view {
+
+struct Ray {
+  glm::dvec3 origin, direction;  // world, unit direction
+};
+
+/// Cuts the picture open by a plane that faces the viewer, or an axis of the patient.
+struct ClipChoice {
+  enum class Axis { none, left, back, up, view } axis = Axis::none;
+  double share = 0.5;  ///< of the way through the bone, 0 to 1
+};
+
+/// Borrows the scene. One thread: the one that draws.
+class OperationPicture {
+ public:
+  OperationPicture(const haptics::TouchScene& scene, vtkRenderWindow* window, bool is_live);
+
+  /// Asks for the surface of a version, all of it or where it changed. wait: until all of it is there.
+  void request_all(const std::shared_ptr<const volume::Version>& version);
+  void request(const std::shared_ptr<const volume::Version>& version, const volume::VoxelBox& changed);
+  void wait();
+  /// Shows other shapes of the same scan for a while (a window that a person is choosing), or again its own.
+  void preview(std::unique_ptr<haptics::TouchScene> shapes,
+               const std::shared_ptr<const volume::Version>& version);
+  void set_clip(const ClipChoice& choice);
+  const ClipChoice& clip() const noexcept { return clip_; }
+
+  /// The stylus as a tick left it. `toward_viewer`: where an untouched stylus leans.
+  void show_stylus(const haptics::ServoRecord& record, double burr_radius, const volume::Version& version,
+                   const glm::dvec3& toward_viewer);
+  void show_text(const std::string& corner, const std::string& foot) { view_.show_text(corner, foot); }
+  /// All of the bone, seen from one of A P L R S I, or from the front left above (0).
+  void look_from(char side) { view_.look_from(side, low_, high_); }
+  /// Takes finished chunks in and draws. Milliseconds that it took.
+  double draw();
+
+  /// Through the picture at (x, y), shares of its width and height from the lower left.
+  Ray ray_at(double x, double y);
+  /// Where the ray first meets the solid of any shape, mm along it, in the part that is not clipped away;
+  /// negative when it does not.
+  double distance_to_solid(const volume::Version& version, const Ray& ray) const;
+  /// Above everything, where an idle stylus waits.
+  glm::dvec3 outside_point() const;
+  /// Unit normal of the first shape's surface, out of the solid; 0 where it is flat.
+  glm::dvec3 normal_at(const volume::Version& version, const glm::dvec3& p_world) const;
+
+  BoneView& view() noexcept { return view_; }
+  std::size_t triangle_count() const { return view_.bone().triangle_count(); }
+  bool is_complete() const;
+
+ private:
+  const haptics::TouchScene* scene_;
+  vtkRenderWindow* window_;
+  BoneView view_;
+  std::unique_ptr<haptics::TouchScene> preview_;
+  std::unique_ptr<ChunkWorker> worker_;
+  ClipChoice clip_;
+  glm::dvec3 low_{0.0}, high_{0.0};  ///< world box of all that is solid
+  glm::dvec3 clip_origin_{0.0}, clip_normal_{0.0};
+};
+
+}  // namespace trephine::view

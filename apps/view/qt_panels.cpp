@@ -1,0 +1,101 @@
+#include "apps/view/qt_panels.h"
+
+#include <QFontMetrics>
+#include <QPainter>
+#include <algorithm>
+#include <utility>
+
+namespace trephine::view {
+
+ForceBar::ForceBar(QWidget* parent) : QWidget(parent) {
+  setObjectName("force_bar");
+  setAccessibleName("Force");
+}
+
+QSize ForceBar::sizeHint() const {
+  const int line = fontMetrics().height();
+  return {12 * line, 3 * line};
+}
+
+void ForceBar::show_force(double newtons, double limit) {
+  force_ = newtons;
+  limit_ = limit;
+  peak_ = std::max(newtons, 0.985 * peak_);
+  setToolTip(QString("%1 N").arg(newtons, 0, 'f', 2));
+  update();
+}
+
+void ForceBar::paintEvent(QPaintEvent*) {
+  QPainter painter(this);
+  painter.setRenderHint(QPainter::Antialiasing);
+  const int line = fontMetrics().height();
+  const QRectF bar(0.5, line + 3.5, width() - 1, line);
+  painter.setPen(palette().color(QPalette::Mid));
+  painter.setBrush(palette().color(QPalette::Base));
+  painter.drawRoundedRect(bar, 4, 4);
+  const auto x_of = [&](double n) { return bar.left() + bar.width() * std::clamp(n / limit_, 0.0, 1.0); };
+  const bool is_strong = force_ > 0.5 * limit_;
+  painter.setPen(Qt::NoPen);
+  painter.setBrush(is_strong ? QColor(240, 180, 40) : QColor(60, 130, 200));
+  painter.drawRoundedRect(QRectF(bar.left(), bar.top(), x_of(force_) - bar.left(), bar.height()), 4, 4);
+  painter.setPen(QPen(palette().color(QPalette::WindowText), 2));
+  painter.drawLine(QPointF(x_of(peak_), bar.top() - 2), QPointF(x_of(peak_), bar.bottom() + 2));
+  painter.setPen(palette().color(QPalette::WindowText));
+  painter.drawText(QRectF(0, 0, width(), line + 2), Qt::AlignLeft | Qt::AlignVCenter, "Force");
+  painter.drawText(
+      QRectF(0, 0, width(), line + 2), Qt::AlignRight | Qt::AlignVCenter,
+      QString("%1 N%2").arg(force_, 0, 'f', 2).arg(force_ >= 0.98 * limit_ ? ", at its limit" : ""));
+}
+
+HelpOverlay::HelpOverlay(QWidget* parent) : QWidget(parent) {
+  setObjectName("help_overlay");
+  hide();
+}
+
+void HelpOverlay::paintEvent(QPaintEvent*) {
+  static const std::pair<const char*, const char*> k_rows[] = {
+      {"Move the mouse", "the stylus rides on the bone under the cursor"},
+      {"Hold left, or Space", "press: feel the bone and drill"},
+      {"Wheel, Up, Down", "how deep the press wants to go"},
+      {"Drag right", "turn the picture"},
+      {"Drag middle, Shift + right", "move the picture"},
+      {"Ctrl + wheel", "nearer, farther"},
+      {"+  and  -", "a larger, a smaller burr"},
+      {"Ctrl+Z, Ctrl+Y  (U, Y)", "undo, redo a stroke"},
+      {"A P L R S I,  0", "see it from the front, back, left, right, above, below; all of it"},
+      {"C", "cut the picture open"},
+      {"F", "force on again after a fault"},
+      {"Ctrl+O, or drop a folder", "open a scan"},
+      {"Ctrl+S", "save the operated volume"},
+      {"Ctrl + +, Ctrl + -", "larger, smaller text"},
+      {"F1", "this help"}};
+  QPainter painter(this);
+  painter.setRenderHint(QPainter::Antialiasing);
+  QFont font = this->font();
+  painter.setFont(font);
+  const QFontMetrics metrics(font);
+  const int line = static_cast<int>(1.55 * metrics.height());
+  int left = 0, right = 0;
+  for (const auto& [key, meaning] : k_rows)
+    left = std::max(left, metrics.horizontalAdvance(key)),
+    right = std::max(right, metrics.horizontalAdvance(meaning));
+  const int rows = static_cast<int>(std::size(k_rows)), gap = 2 * metrics.height();
+  const QRect box(0, 0, left + gap + right + 2 * gap, (rows + 1) * line + gap);
+  const QRect placed = QRect(rect().center() - box.center(), box.size());
+  painter.setPen(QColor(255, 255, 255, 60));
+  painter.setBrush(QColor(18, 22, 30, 225));
+  painter.drawRoundedRect(placed, 12, 12);
+  int y = placed.top() + gap / 2;
+  for (const auto& [key, meaning] : k_rows) {
+    painter.setPen(QColor(246, 201, 68));
+    painter.drawText(QRect(placed.left() + gap, y, left, line), Qt::AlignRight | Qt::AlignVCenter, key);
+    painter.setPen(QColor(236, 239, 244));
+    painter.drawText(QRect(placed.left() + 2 * gap + left, y, right, line), Qt::AlignLeft | Qt::AlignVCenter,
+                     meaning);
+    y += line;
+  }
+  painter.setPen(QColor(170, 178, 190));
+  painter.drawText(QRect(placed.left(), y, placed.width(), line), Qt::AlignCenter, "click to close");
+}
+
+}  // namespace trephine::view

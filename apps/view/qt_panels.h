@@ -1,0 +1,39 @@
+// Small widgets of the window: the force bar, and what a person turns and presses beside the picture.
+#pragma once
+
+#include <QWidget>
+
+namespace trephine::view {
+
+/// Force in newtons as a bar with its limit; blue, yellow from half of the limit on, and marked at the limit,
+/// so that neither colour nor length alone says it.
+class ForceBar : public QWidget {
+  Q_OBJECT
+
+ public:
+  explicit ForceBar(QWidget* parent = nullptr);
+  /// N; `limit` is the most that a device would be asked for.
+  void show_force(double newtons, double limit);
+  QSize sizeHint() const override;
+  QSize minimumSizeHint() const override { return sizeHint(); }
+
+ protected:
+  void paintEvent(QPaintEvent* event) override;
+
+ private:
+  double force_ = 0, limit_ = 8, peak_ = 0;
+};
+
+/// Keys and mouse in two columns, over the picture; a click or a key closes it.
+class HelpOverlay : public QWidget {
+  Q_OBJECT
+
+ public:
+  explicit HelpOverlay(QWidget* parent);
+
+ protected:
+  void paintEvent(QPaintEvent* event) override;
+  void mousePressEvent(QMouseEvent*) override { hide(); }
+};
+
+}  // namespace trephine::view

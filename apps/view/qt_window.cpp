@@ -1,0 +1,730 @@
+#include "apps/view/qt_window.h"
+
+#include <QApplication>
+#include <QCloseEvent>
+#include <QComboBox>
+#include <QDockWidget>
+#include <QDoubleSpinBox>
+#include <QDragEnterEvent>
+#include <QFile>
+#include <QFileDialog>
+#include <QGridLayout>
+#include <QGroupBox>
+#include <QKeyEvent>
+#include <QLabel>
+#include <QMenuBar>
+#include <QMessageBox>
+#include <QMimeData>
+#include <QPushButton>
+#include <QSettings>
+#include <QSlider>
+#include <QStatusBar>
+#include <QStyleFactory>
+#include <QSurfaceFormat>
+#include <QTemporaryDir>
+#include <QVBoxLayout>
+#include <QVTKOpenGLNativeWidget.h>
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <vtkGenericOpenGLRenderWindow.h>
+#include <vtkNew.h>
+#include <vtkRenderWindowInteractor.h>
+#include <vtkRenderer.h>
+
+#include "apps/view/render_window.h"
+#include "apps/view/stylus_style.h"
+#include "data-tools/atomic_file.h"
+#include "data-tools/mesh_files.h"
+#include "data-tools/open_volume.h"
+#include "data-tools/operated_volume.h"
+
+namespace trephine::view {
+
+using volume::Error;
+using volume::Status;
+using Clock = std::chrono::steady_clock;
+
+namespace {
+
+double seconds_since(Clock::time_point start) {
+  return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+constexpr const char* k_volume_filter = "Volumes (*.mha *.nrrd *.nii.gz *.nii)";
+constexpr const char* k_mesh_filter = "Meshes (*.stl *.ply *.obj *.vtp)";
+
+QSlider* make_slider(const char* name, int low, int high, int value) {
+  auto* slider = new QSlider(Qt::Horizontal);
+  slider->setObjectName(name);
+  slider->setRange(low, high);
+  slider->setValue(value);
+  slider->setFocusPolicy(Qt::NoFocus);
+  return slider;
+}
+
+QPushButton* make_button(const char* name, const QString& text, const char* tip) {
+  auto* button = new QPushButton(text);
+  button->setObjectName(name);
+  button->setToolTip(tip);
+  button->setFocusPolicy(Qt::NoFocus);
+  return button;
+}
+
+}  // namespace
+
+void apply_look() {
+  QApplication::setStyle(QStyleFactory::create("Fusion"));
+  QPalette p;
+  p.setColor(QPalette::Window, QColor(37, 42, 51));
+  p.setColor(QPalette::WindowText, QColor(232, 236, 242));
+  p.setColor(QPalette::Base, QColor(26, 30, 37));
+  p.setColor(QPalette::AlternateBase, QColor(44, 50, 60));
+  p.setColor(QPalette::Text, QColor(232, 236, 242));
+  p.setColor(QPalette::Button, QColor(55, 63, 76));
+  p.setColor(QPalette::ButtonText, QColor(238, 241, 246));
+  p.setColor(QPalette::ToolTipBase, QColor(18, 22, 30));
+  p.setColor(QPalette::ToolTipText, QColor(236, 239, 244));
+  p.setColor(QPalette::Highlight, QColor(60, 130, 200));
+  p.setColor(QPalette::HighlightedText, Qt::white);
+  p.setColor(QPalette::Mid, QColor(92, 102, 118));
+  for (const QPalette::ColorRole role : {QPalette::Text, QPalette::ButtonText, QPalette::WindowText})
+    p.setColor(QPalette::Disabled, role, QColor(128, 136, 148));
+  QApplication::setPalette(p);
+}
+
+MainWindow::MainWindow(std::shared_ptr<const haptics::TouchScene> scene, const WindowOptions& options)
+    : options_(options), opened_at_(Clock::now()), last_tick_(Clock::now()) {
+  setObjectName("main_window");
+  setAcceptDrops(true);
+  resize(static_cast<int>(options.width), static_cast<int>(options.height));
+  report_.window = "qt";
+  build_panel();
+  if (options.replay) build_replay_panel();
+  build_menu();
+  servo_ = new QLabel;
+  servo_->setObjectName("servo");
+  fault_ = new QLabel;
+  fault_->setObjectName("fault");
+  notice_ = new QLabel;
+  notice_->setObjectName("notice");
+  statusBar()->addWidget(servo_);
+  statusBar()->addWidget(notice_, 1);
+  statusBar()->addPermanentWidget(fault_);
+  begin(std::move(scene));
+  help_ = new HelpOverlay(this);
+  connect(&timer_, &QTimer::timeout, this, &MainWindow::tick);
+  timer_.start(16);
+  preview_timer_.setSingleShot(true);
+  connect(&preview_timer_, &QTimer::timeout, this, &MainWindow::preview_shape);
+}
+
+MainWindow::~MainWindow() {
+  timer_.stop();
+  if (opening_.valid()) opening_.wait();
+  operation_.reset();  // while the canvas that it draws on lives
+  replay_.reset();
+}
+
+void MainWindow::begin(std::shared_ptr<const haptics::TouchScene> scene) {
+  operation_.reset();
+  scene_ = std::move(scene);
+  canvas_ = new QVTKOpenGLNativeWidget;
+  canvas_->setObjectName("canvas");
+  canvas_->setMinimumSize(320, 240);
+  canvas_->setMouseTracking(true);
+  canvas_->setFocusPolicy(Qt::StrongFocus);
+  vtkNew<vtkGenericOpenGLRenderWindow> window;
+  canvas_->setRenderWindow(window);
+  setCentralWidget(canvas_);
+  OperationPicture* drawn = nullptr;
+  if (options_.replay) {
+    replay_ = std::make_unique<ReplayOperation>(*scene_, *options_.replay, options_.rate_hz,
+                                                options_.replay_seconds, 2 * options_.burr.radius, window);
+    replay_->start();
+    drawn = &replay_->picture();
+  } else {
+    operation_ = std::make_unique<LiveOperation>(*scene_, options_, window);
+    if (const Status error = operation_->start()) tell(*error);
+    drawn = &operation_->picture();
+  }
+  drawn->look_from(0);
+  vtkNew<StylusStyle> style;
+  style->SetDefaultRenderer(drawn->view().renderer());
+  style->on_press = [this](bool is_down) {
+    if (operation_) operation_->press(is_down);
+  };
+  style->on_wheel = [this](int way) { depth_->setValue(depth_->value() + way); };
+  style->on_key = [](const std::string&, bool) {};
+  canvas_->interactor()->SetInteractorStyle(style);
+  canvas_->setFocus();
+  setWindowTitle(QString::fromStdString(options_.title) + " - trephine");
+  const volume::Shape& shape = scene_->shapes[0].field.shape();
+  const bool can_reshape = operation_ && !shape.is_label() && options_.host.reshape;
+  for (QWidget* w : std::initializer_list<QWidget*>{low_, high_}) w->setEnabled(can_reshape);
+  for (QDoubleSpinBox* box : {low_, high_}) {
+    const QSignalBlocker quiet(box);
+    const double value = box == low_ ? shape.low : shape.high;
+    box->setValue(std::isfinite(value) ? value : value > 0 ? box->maximum() : box->minimum());
+  }
+  forget_preview();
+}
+
+OperationPicture* MainWindow::picture() {
+  return operation_ ? &operation_->picture() : replay_ ? &replay_->picture() : nullptr;
+}
+
+std::shared_ptr<const volume::Version> MainWindow::version() const {
+  return operation_ ? operation_->version() : replay_->edits().current();
+}
+
+// ---- what stands beside the picture ---------------------------------------------------------------------
+
+void MainWindow::build_panel() {
+  auto* dock = new QDockWidget("Tools", this);
+  dock->setObjectName("tools");
+  dock->setFeatures(QDockWidget::DockWidgetMovable);
+  auto* panel = new QWidget;
+  auto* column = new QVBoxLayout(panel);
+  column->setSpacing(10);
+  force_bar_ = new ForceBar;
+  column->addWidget(force_bar_);
+  removed_ = new QLabel("nothing removed yet");
+  removed_->setObjectName("removed");
+  column->addWidget(removed_);
+
+  auto* tool = new QGroupBox("Burr");
+  auto* grid = new QGridLayout(tool);
+  burr_ = new QDoubleSpinBox;
+  burr_->setObjectName("burr");
+  burr_->setRange(0.5, 12);
+  burr_->setSingleStep(0.5);
+  burr_->setDecimals(1);
+  burr_->setSuffix(" mm");
+  burr_->setValue(2 * options_.burr.radius);
+  burr_->setToolTip("Diameter, as surgeons order it  (+ and -)");
+  connect(burr_, QOverload<double>::of(&QDoubleSpinBox::valueChanged), this, [this](double mm) {
+    options_.burr.radius = 0.5 * mm;
+    if (operation_) operation_->set_burr_diameter(mm);
+  });
+  depth_ = make_slider("depth", 1, 24, 4);
+  depth_->setToolTip("How deep a press wants to go below the surface  (wheel)");
+  auto* depth_text = new QLabel("2.0 mm");
+  connect(depth_, &QSlider::valueChanged, this, [this, depth_text](int half_mm) {
+    depth_text->setText(QString("%1 mm").arg(0.5 * half_mm, 0, 'f', 1));
+    if (operation_) operation_->set_depth(0.5 * half_mm);
+  });
+  grid->addWidget(new QLabel("Diameter"), 0, 0);
+  grid->addWidget(burr_, 0, 1, 1, 2);
+  grid->addWidget(new QLabel("Press"), 1, 0);
+  grid->addWidget(depth_, 1, 1);
+  grid->addWidget(depth_text, 1, 2);
+  undo_ = make_button("undo", "Undo", "Take the last stroke back  (Ctrl+Z)");
+  redo_ = make_button("redo", "Redo", "Do it again  (Ctrl+Y)");
+  connect(undo_, &QPushButton::clicked, this, [this] { operation_->undo(); });
+  connect(redo_, &QPushButton::clicked, this, [this] { operation_->redo(); });
+  auto* history = new QHBoxLayout;
+  history->addWidget(undo_);
+  history->addWidget(redo_);
+  grid->addLayout(history, 2, 0, 1, 3);
+  column->addWidget(tool);
+
+  auto* look = new QGroupBox("View");
+  auto* views = new QGridLayout(look);
+  const std::pair<char, const char*> sides[] = {{'A', "Front"}, {'P', "Back"},  {'L', "Left"},
+                                                {'R', "Right"}, {'S', "Above"}, {'I', "Below"}};
+  for (int i = 0; i < 6; ++i) {
+    const char side = sides[i].first;
+    auto* button = make_button(QString("view_%1").arg(side).toLatin1(),
+                               QString("%1  %2").arg(side).arg(sides[i].second), "");
+    connect(button, &QPushButton::clicked, this, [this, side] { picture()->look_from(side); });
+    views->addWidget(button, i / 2, i % 2);
+  }
+  clip_ = new QComboBox;
+  clip_->setObjectName("clip");
+  clip_->setFocusPolicy(Qt::NoFocus);
+  clip_->addItems(
+      {"Not cut open", "Open from the left", "Open from the front", "Open from above", "Open toward me"});
+  clip_share_ = make_slider("clip_share", 0, 100, 50);
+  clip_share_->setEnabled(false);
+  connect(clip_, QOverload<int>::of(&QComboBox::currentIndexChanged), this, [this] { set_clip(); });
+  connect(clip_share_, &QSlider::valueChanged, this, [this] { set_clip(); });
+  views->addWidget(clip_, 3, 0, 1, 2);
+  views->addWidget(clip_share_, 4, 0, 1, 2);
+  column->addWidget(look);
+
+  auto* shape = new QGroupBox("What is solid");
+  auto* form = new QGridLayout(shape);
+  const auto box_of = [this](const char* name, double value) {
+    auto* box = new QDoubleSpinBox;
+    box->setObjectName(name);
+    box->setRange(-2000, 4000);
+    box->setDecimals(0);
+    box->setSingleStep(25);
+    box->setValue(value);
+    connect(box, QOverload<double>::of(&QDoubleSpinBox::valueChanged), this,
+            [this] { preview_timer_.start(120); });
+    return box;
+  };
+  low_ = box_of("low", 300);
+  high_ = box_of("high", 4000);
+  use_shape_ = make_button("use_shape", "Use", "Operate on this shape, from the untouched scan");
+  keep_shape_ = make_button("keep_shape", "Back", "Show the shape that is operated on");
+  connect(use_shape_, &QPushButton::clicked, this, &MainWindow::use_shape);
+  connect(keep_shape_, &QPushButton::clicked, this, [this] {
+    picture()->preview(nullptr, version());
+    const volume::Shape& now = scene_->shapes[0].field.shape();
+    for (QDoubleSpinBox* box : {low_, high_}) {
+      const QSignalBlocker quiet(box);
+      const double value = box == low_ ? now.low : now.high;
+      box->setValue(std::isfinite(value) ? value : value > 0 ? box->maximum() : box->minimum());
+    }
+    forget_preview();
+  });
+  form->addWidget(new QLabel("from"), 0, 0);
+  form->addWidget(low_, 0, 1);
+  form->addWidget(new QLabel("to"), 1, 0);
+  form->addWidget(high_, 1, 1);
+  form->addWidget(use_shape_, 2, 0);
+  form->addWidget(keep_shape_, 2, 1);
+  column->addWidget(shape);
+  column->addStretch(1);
+  for (QWidget* w : std::initializer_list<QWidget*>{tool, shape}) w->setVisible(options_.replay == nullptr);
+  auto* hint = new QLabel("F1: keys and mouse");
+  hint->setEnabled(false);
+  column->addWidget(hint);
+  dock->setWidget(panel);
+  addDockWidget(Qt::RightDockWidgetArea, dock);
+}
+
+void MainWindow::build_replay_panel() {
+  auto* dock = new QDockWidget("Session", this);
+  dock->setFeatures(QDockWidget::NoDockWidgetFeatures);
+  auto* panel = new QWidget;
+  auto* row = new QHBoxLayout(panel);
+  play_ = make_button("play", "Pause", "Space");
+  session_slider_ = make_slider("session_time", 0, static_cast<int>(1000 * options_.replay_seconds), 0);
+  session_time_ = new QLabel;
+  session_time_->setObjectName("session_clock");
+  speed_ = new QComboBox;
+  speed_->setObjectName("speed");
+  speed_->setFocusPolicy(Qt::NoFocus);
+  for (const double s : {0.25, 0.5, 1.0, 2.0, 5.0, 20.0}) speed_->addItem(QString("%1 x").arg(s), s);
+  speed_->setCurrentIndex(2);
+  row->addWidget(play_);
+  row->addWidget(session_slider_, 1);
+  row->addWidget(session_time_);
+  row->addWidget(speed_);
+  connect(play_, &QPushButton::clicked, this, [this] {
+    if (!replay_->is_playing() && replay_->seconds() >= replay_->length())
+      if (const Status error = replay_->seek(0)) return tell(*error);
+    replay_->play(!replay_->is_playing());
+  });
+  connect(session_slider_, &QSlider::sliderMoved, this, [this](int ms) {
+    if (const Status error = replay_->seek(1e-3 * ms)) tell(*error);
+  });
+  connect(speed_, QOverload<int>::of(&QComboBox::currentIndexChanged), this,
+          [this] { replay_->set_speed(speed_->currentData().toDouble()); });
+  dock->setWidget(panel);
+  addDockWidget(Qt::BottomDockWidgetArea, dock);
+}
+
+void MainWindow::build_menu() {
+  const auto add = [this](QMenu* menu, const char* name, const QString& text, const QKeySequence& keys,
+                          auto action) {
+    QAction* a = menu->addAction(text);
+    a->setObjectName(name);
+    if (!keys.isEmpty()) a->setShortcut(keys);
+    connect(a, &QAction::triggered, this, action);
+    return a;
+  };
+  QMenu* file = menuBar()->addMenu("&File");
+  if (options_.host.open) {
+    add(file, "open_folder", "&Open a scanner's folder or a case ...", QKeySequence::Open, [this] {
+      const QString path = QFileDialog::getExistingDirectory(this, "Open a scanner's folder or a case");
+      if (!path.isEmpty()) open_source(path);
+    });
+    add(file, "open_file", "Open a &file ...", QKeySequence("Ctrl+Shift+O"), [this] {
+      const QString path = QFileDialog::getOpenFileName(
+          this, "Open a scan", {}, "Scans (*.mha *.mhd *.nrrd *.nhdr *.nii *.nii.gz *.dcm);;All files (*)");
+      if (!path.isEmpty()) open_source(path);
+    });
+    add(file, "open_head", "Open the built-in &head", {}, [this] { open_source("head"); });
+    file->addSeparator();
+  }
+  add(file, "save_volume", "&Save the operated volume ...", QKeySequence::Save, [this] {
+    ask_path_and_save("Save the operated volume", "operated.nii.gz", k_volume_filter,
+                      &MainWindow::save_volume);
+  });
+  add(file, "save_mesh", "Save its &mesh ...", {},
+      [this] { ask_path_and_save("Save the mesh", "operated.stl", k_mesh_filter, &MainWindow::save_mesh); });
+  if (!options_.replay)
+    add(file, "save_session", "Save the s&ession ...", {}, [this] {
+      ask_path_and_save("Save the session", "operation.session", "Sessions (*.session)",
+                        &MainWindow::save_session);
+    });
+  add(file, "save_picture", "Save the &picture ...", QKeySequence("Ctrl+P"), [this] {
+    ask_path_and_save("Save the picture", "operation.png", "Pictures (*.png)", &MainWindow::save_picture);
+  });
+  file->addSeparator();
+  add(file, "quit", "&Quit", QKeySequence::Quit, [this] { close(); });
+
+  QMenu* edit = menuBar()->addMenu("&Edit");
+  undo_action_ =
+      add(edit, "undo_action", "&Undo the stroke", QKeySequence::Undo, [this] { operation_->undo(); });
+  redo_action_ = add(edit, "redo_action", "&Redo it", QKeySequence("Ctrl+Y"), [this] { operation_->redo(); });
+  QMenu* view = menuBar()->addMenu("&View");
+  add(view, "view_all", "&All of it", {}, [this] { picture()->look_from(0); });
+  add(view, "larger_text", "&Larger text", QKeySequence::ZoomIn, [this] { scale_text(1.15); });
+  add(view, "smaller_text", "S&maller text", QKeySequence::ZoomOut, [this] { scale_text(1 / 1.15); });
+  QAction* sound = add(view, "sound", "&Sound of contact and drill", {}, [this](bool is_on) {
+    is_sound_on_ = is_on && sound_.start();
+    if (!is_on) sound_.stop();
+    if (is_on && !is_sound_on_) notice_->setText("There is no sound device.");
+  });
+  sound->setCheckable(true);
+  QMenu* help = menuBar()->addMenu("&Help");
+  add(help, "help", "&Keys and mouse", QKeySequence("F1"), [this] {
+    help_->setGeometry(rect());
+    help_->raise();
+    help_->setVisible(!help_->isVisible());
+  });
+  add(help, "about", "&About trephine", {}, [this] {
+    QMessageBox::about(
+        this, "trephine",
+        "Surgery on real CT and MRI volumes that you can feel.\nFor training and research. Not a medical "
+        "device.\nLicence: Apache-2.0");
+  });
+}
+
+// ---- what a person does ---------------------------------------------------------------------------------
+
+void MainWindow::keyPressEvent(QKeyEvent* event) {
+  help_->hide();
+  const bool is_plain = (event->modifiers() & (Qt::ControlModifier | Qt::AltModifier)) == 0;
+  if (!is_plain) return QMainWindow::keyPressEvent(event);
+  switch (event->key()) {
+    case Qt::Key_Space:
+      if (event->isAutoRepeat()) return;
+      if (operation_) operation_->press(true);
+      if (replay_) play_->click();
+      return;
+    case Qt::Key_U:
+      if (operation_) operation_->undo();
+      return;
+    case Qt::Key_Y:
+      if (operation_) operation_->redo();
+      return;
+    case Qt::Key_F:
+      if (operation_) operation_->reset_faults();
+      return;
+    case Qt::Key_C:
+      clip_->setCurrentIndex(clip_->currentIndex() == 0 ? clip_->count() - 1 : 0);
+      return;
+    case Qt::Key_Plus:
+    case Qt::Key_Equal:
+      burr_->stepUp();
+      return;
+    case Qt::Key_Minus:
+      burr_->stepDown();
+      return;
+    case Qt::Key_Up:
+    case Qt::Key_Down:
+      depth_->setValue(depth_->value() + (event->key() == Qt::Key_Up ? 1 : -1));
+      return;
+    case Qt::Key_A:
+    case Qt::Key_P:
+    case Qt::Key_L:
+    case Qt::Key_R:
+    case Qt::Key_S:
+    case Qt::Key_I:
+      picture()->look_from(static_cast<char>(event->key()));
+      return;
+    case Qt::Key_0:
+      picture()->look_from(0);
+      return;
+    default:
+      QMainWindow::keyPressEvent(event);
+  }
+}
+
+void MainWindow::keyReleaseEvent(QKeyEvent* event) {
+  if (event->key() == Qt::Key_Space && !event->isAutoRepeat() && operation_) operation_->press(false);
+  QMainWindow::keyReleaseEvent(event);
+}
+
+void MainWindow::dragEnterEvent(QDragEnterEvent* event) {
+  if (options_.host.open && event->mimeData()->hasUrls()) event->acceptProposedAction();
+}
+
+void MainWindow::dropEvent(QDropEvent* event) {
+  const QList<QUrl> urls = event->mimeData()->urls();
+  if (!urls.isEmpty()) open_source(urls.first().toLocalFile());
+}
+
+void MainWindow::resizeEvent(QResizeEvent* event) {
+  QMainWindow::resizeEvent(event);
+  if (help_) help_->setGeometry(rect());
+}
+
+void MainWindow::scale_text(double factor) {
+  QFont font = QApplication::font();
+  font.setPointSizeF(std::clamp(font.pointSizeF() * factor, 6.0, 30.0));
+  QApplication::setFont(font);
+}
+
+void MainWindow::set_clip() {
+  using Axis = ClipChoice::Axis;
+  constexpr Axis axes[] = {Axis::none, Axis::left, Axis::back, Axis::up, Axis::view};
+  clip_share_->setEnabled(clip_->currentIndex() > 0);
+  picture()->set_clip({axes[clip_->currentIndex()], 0.01 * clip_share_->value()});
+}
+
+void MainWindow::preview_shape() {
+  if (!operation_ || low_->value() > high_->value()) return;
+  auto shown = std::make_unique<haptics::TouchScene>();
+  volume::Shape shape;
+  shape.low = low_->value();
+  if (high_->value() < high_->maximum()) shape.high = high_->value();
+  shown->base = scene_->base;
+  shown->shapes.push_back(
+      {volume::Field(*scene_->base, shape),
+       std::make_shared<const volume::Occupancy>(volume::Occupancy::build(*scene_->base, shape)),
+       {},
+       haptics::Sides::front});
+  picture()->preview(std::move(shown), version());
+  is_previewing_ = true;
+  use_shape_->setEnabled(true);
+  keep_shape_->setEnabled(true);
+}
+
+void MainWindow::forget_preview() {
+  is_previewing_ = false;
+  use_shape_->setEnabled(false);
+  keep_shape_->setEnabled(false);
+}
+
+void MainWindow::use_shape() {
+  if (operation_->state().removed_mm3 > 0 &&
+      QMessageBox::question(this, "trephine",
+                            "The new shape starts from the untouched scan. What was done so far stays in "
+                            "its session file. Go on?") != QMessageBox::Yes)
+    return;
+  const double high =
+      high_->value() < high_->maximum() ? high_->value() : std::numeric_limits<double>::infinity();
+  opening_ = std::async(std::launch::async, [reshape = options_.host.reshape, low = low_->value(), high] {
+    return reshape(low, high);
+  });
+}
+
+void MainWindow::open_source(const QString& source) {
+  if (!options_.host.open || opening_.valid()) return;
+  notice_->setText("opening ...");
+  opening_ = std::async(std::launch::async,
+                        [open = options_.host.open, path = source.toStdString()] { return open(path); });
+}
+
+void MainWindow::take_opened() {
+  if (!opening_.valid() || opening_.wait_for(std::chrono::seconds(0)) != std::future_status::ready) return;
+  volume::Result<OpenedScene> opened = opening_.get();
+  notice_->clear();
+  if (!opened) return tell(opened.error());
+  OpenedScene& o = opened.value();
+  if (operation_) operation_->finish();
+  operation_.reset();
+  recorder_ = std::move(o.recorder);
+  options_.recorder = recorder_.get();
+  options_.session_file = o.session_file;
+  options_.start.reset();
+  options_.title = o.title;
+  clip_->setCurrentIndex(0);
+  begin(std::move(o.scene));
+}
+
+void MainWindow::tell(const Error& error) {
+  auto* box = new QMessageBox(QMessageBox::Warning, "trephine", QString::fromStdString(error.message()),
+                              QMessageBox::Ok, this);
+  box->setObjectName("error");
+  box->setAttribute(Qt::WA_DeleteOnClose);
+  box->open();
+}
+
+// ---- saving ---------------------------------------------------------------------------------------------
+
+void MainWindow::ask_path_and_save(const char* title, const char* suggestion, const char* filter,
+                                   Status (MainWindow::*save)(const QString&)) {
+  const QString path = QFileDialog::getSaveFileName(this, title, suggestion, filter);
+  if (path.isEmpty()) return;
+  QApplication::setOverrideCursor(Qt::WaitCursor);
+  const Status error = (this->*save)(path);
+  QApplication::restoreOverrideCursor();
+  if (error) return tell(*error);
+  notice_->setText("saved " + path.section('/', -1));
+}
+
+Status MainWindow::save_volume(const QString& path) {
+  const std::string file = path.toStdString();
+  if (!data_tools::is_writable_volume_file(file))
+    return Error{"this is no volume format that trephine writes", data_tools::file_name(file), "",
+                 ".mha, .nrrd, .nii or .nii.gz", "choose one of these extensions"};
+  const auto result = data_tools::operated_volume(*version());
+  if (!result) return result.error();
+  return data_tools::write_volume(file, result.value());
+}
+
+Status MainWindow::save_mesh(const QString& path) {
+  const std::string file = path.toStdString();
+  if (!data_tools::is_mesh_file(file))
+    return Error{"this is no mesh format that trephine writes", data_tools::file_name(file), "",
+                 ".stl, .ply, .obj or .vtp", "choose one of these extensions"};
+  const std::shared_ptr<const volume::Version> now = version();
+  const haptics::TouchShape& shape = scene_->shapes[0];
+  return data_tools::write_mesh(file, volume::surface_net({&shape.field, now.get(), shape.bits.get(), false}),
+                                scene_->base->frame);
+}
+
+Status MainWindow::save_session(const QString& path) {
+  if (options_.session_file.empty())
+    return Error{"this session is not recorded", "", "", "a place for it", "start with --record FILE",
+                 volume::ErrorKind::missing_here};
+  QFile::remove(path);
+  if (QFile::copy(QString::fromStdString(options_.session_file), path)) return std::nullopt;
+  return Error{"the session cannot be written",
+               path.section('/', -1).toStdString(),
+               "",
+               "a folder that may be written",
+               "choose another place",
+               volume::ErrorKind::missing_here};
+}
+
+Status MainWindow::save_picture(const QString& path) {
+  if (!path.endsWith(".png", Qt::CaseInsensitive))
+    return Error{"this is no picture format that trephine writes", path.section('/', -1).toStdString(), "",
+                 ".png", "choose this extension"};
+  // What the canvas shows: the widget's own pixels, without panels.
+  const QImage image = canvas_->grabFramebuffer();
+  if (!image.isNull() && image.save(path)) return std::nullopt;
+  return Error{"the picture cannot be written",
+               path.section('/', -1).toStdString(),
+               "",
+               "a folder that may be written",
+               "choose another place",
+               volume::ErrorKind::missing_here};
+}
+
+// ---- the frame ------------------------------------------------------------------------------------------
+
+void MainWindow::tick() {
+  take_opened();
+  const double elapsed = seconds_since(last_tick_);
+  last_tick_ = Clock::now();
+  if (!vtkGenericOpenGLRenderWindow::SafeDownCast(canvas_->renderWindow())->GetReadyForRendering() ||
+      canvas_->width() < 2)
+    return;
+  if (operation_) {
+    // The cursor in shares of the picture, wherever the last event came from.
+    const QPoint at = canvas_->mapFromGlobal(QCursor::pos());
+    operation_->point(static_cast<double>(at.x()) / canvas_->width(),
+                      1 - static_cast<double>(at.y()) / canvas_->height());
+    operation_->frame();
+  } else if (replay_) {
+    if (const Status error = replay_->frame(elapsed)) {
+      replay_->play(false);
+      tell(*error);
+    }
+  }
+  if (!has_first_frame_ && picture()->triangle_count() > 0) {
+    has_first_frame_ = true;
+    report_.first_frame_seconds = seconds_since(opened_at_);
+  }
+  show_state();
+  if (options_.seconds && seconds_since(opened_at_) > *options_.seconds) close();
+}
+
+void MainWindow::show_state() {
+  const haptics::ServoRecord& record = operation_ ? operation_->state().newest : replay_->record();
+  const double force = glm::length(record.force_world);
+  force_bar_->show_force(force, haptics::ForceOptions().force_limit);
+  if (is_sound_on_) sound_.show(force, record.pose.is_pressed, record.has_contact);
+  const double removed = operation_ ? operation_->state().removed_mm3 : replay_->edits().removed_mm3();
+  const std::size_t strokes = operation_ ? operation_->state().strokes : replay_->edits().stroke_count();
+  removed_->setText(removed > 0 ? QString("%1 mm\u00b3 removed, %2 stroke%3")
+                                      .arg(removed, 0, 'f', 1)
+                                      .arg(strokes)
+                                      .arg(strokes == 1 ? "" : "s")
+                                : QString("nothing removed yet"));
+  const bool can_undo = operation_ && operation_->state().can_undo,
+             can_redo = operation_ && operation_->state().can_redo;
+  undo_->setEnabled(can_undo), undo_action_->setEnabled(can_undo);
+  redo_->setEnabled(can_redo), redo_action_->setEnabled(can_redo);
+  if (operation_) {
+    const haptics::ServoReport servo = operation_->servo();
+    servo_->setText(QString("servo %1 Hz   step %2 \u00b5s   late %3 \u00b5s")
+                        .arg(options_.rate_hz, 0, 'f', 0)
+                        .arg(servo.step_p50_us, 0, 'f', 1)
+                        .arg(servo.late_p50_us, 0, 'f', 0));
+    const std::string fault = operation_->fault_text();
+    const Status recording = options_.recorder ? options_.recorder->status() : std::nullopt;
+    fault_->setText(!fault.empty() ? QString::fromStdString("\u26a0 " + fault)
+                    : recording
+                        ? QString::fromStdString("\u26a0 " + recording->what + ": " + recording->found)
+                    : record.is_led ? QString("led out of the bone that grew back")
+                                    : QString("ready"));
+    fault_->setStyleSheet(fault.empty() && !recording ? "" : "color: #f6c944; font-weight: bold");
+  } else {
+    play_->setText(replay_->is_playing() ? "Pause" : "Play");
+    if (!session_slider_->isSliderDown())
+      session_slider_->setValue(static_cast<int>(1000 * replay_->seconds()));
+    session_time_->setText(
+        QString("%1 / %2 s").arg(replay_->seconds(), 0, 'f', 1).arg(replay_->length(), 0, 'f', 1));
+    servo_->setText(QString("replay at %1 Hz").arg(options_.rate_hz, 0, 'f', 0));
+    fault_->setText(record.faults & haptics::k_latched_faults ? "\u26a0 the force was off here" : "");
+  }
+}
+
+WindowReport MainWindow::finish() {
+  timer_.stop();
+  if (operation_) {
+    const double first = report_.first_frame_seconds;
+    report_ = operation_->finish();
+    report_.window = "qt";
+    report_.first_frame_seconds = first;
+  }
+  return report_;
+}
+
+void MainWindow::closeEvent(QCloseEvent* event) {
+  if (!options_.screenshot.empty())
+    if (const Status error = save_picture(QString::fromStdString(options_.screenshot))) tell(*error);
+  finish();
+  QMainWindow::closeEvent(event);
+}
+
+}  // namespace trephine::view
+
+extern "C" trephine::volume::Result<trephine::view::WindowReport> trephine_run_qt_window(
+    std::shared_ptr<const trephine::haptics::TouchScene> scene, const trephine::view::WindowOptions& options);
+
+/// The entry of this library, which run_window finds by name.
+trephine::volume::Result<trephine::view::WindowReport> trephine_run_qt_window(
+    std::shared_ptr<const trephine::haptics::TouchScene> scene,
+    const trephine::view::WindowOptions& options) {
+  using namespace trephine::view;
+  // Qt's file dialogs would write down which folders were visited; they may do so in a folder that is thrown
+  // away.
+  static const QTemporaryDir k_forgotten;
+  QSettings::setPath(QSettings::NativeFormat, QSettings::UserScope, k_forgotten.path());
+  QSurfaceFormat format = QVTKOpenGLNativeWidget::defaultFormat();
+  format.setSamples(0);
+  QSurfaceFormat::setDefaultFormat(format);
+  std::unique_ptr<QApplication> own;
+  static int argc = 1;
+  static char name[] = "trephine";
+  static char* argv[] = {name, nullptr};
+  if (QApplication::instance() == nullptr) own = std::make_unique<QApplication>(argc, argv);
+  QApplication::setAttribute(Qt::AA_DontUseNativeDialogs);
+  apply_look();
+  MainWindow window(std::move(scene), options);
+  window.show();
+  QApplication::exec();
+  return window.finish();
+}

@@ -1,0 +1,106 @@
+// The full window: menu, tool panel, picture, status line. Made for a person without a device.
+#pragma once
+
+#include <QMainWindow>
+#include <QTimer>
+#include <chrono>
+#include <future>
+#include <memory>
+
+#include "apps/view/live_operation.h"
+#include "apps/view/qt_panels.h"
+#include "apps/view/qt_sound.h"
+#include "apps/view/replay_operation.h"
+#include "apps/view/view_window.h"
+
+class QCheckBox;
+class QComboBox;
+class QDoubleSpinBox;
+class QLabel;
+class QPushButton;
+class QSlider;
+class QVTKOpenGLNativeWidget;
+
+namespace trephine::view {
+
+/// One operation or one replay at a time. Everything on the thread of the widgets; only opening a scan waits
+/// on another. Remembers nothing from one run to the next: no recent files, no folders.
+class MainWindow : public QMainWindow {
+  Q_OBJECT
+
+ public:
+  /// Borrows what the options borrow.
+  MainWindow(std::shared_ptr<const haptics::TouchScene> scene, const WindowOptions& options);
+  ~MainWindow() override;
+
+  /// Opens another scan in the background; errors are shown, the old operation stays then.
+  void open_source(const QString& source);
+  volume::Status save_volume(const QString& path);
+  volume::Status save_mesh(const QString& path);
+  volume::Status save_session(const QString& path);
+  volume::Status save_picture(const QString& path);
+  void scale_text(double factor);
+
+  /// Null in a replay, and the other way round.
+  LiveOperation* operation() noexcept { return operation_.get(); }
+  ReplayOperation* replay() noexcept { return replay_.get(); }
+  QVTKOpenGLNativeWidget* canvas() noexcept { return canvas_; }
+  bool is_opening() const { return opening_.valid(); }
+  /// Ends the operation and says what happened in the window.
+  WindowReport finish();
+
+ protected:
+  void closeEvent(QCloseEvent* event) override;
+  void dragEnterEvent(QDragEnterEvent* event) override;
+  void dropEvent(QDropEvent* event) override;
+  void keyPressEvent(QKeyEvent* event) override;
+  void keyReleaseEvent(QKeyEvent* event) override;
+  void resizeEvent(QResizeEvent* event) override;
+
+ private:
+  void build_menu();
+  void build_panel();
+  void build_replay_panel();
+  void begin(std::shared_ptr<const haptics::TouchScene> scene);
+  void tick();
+  void take_opened();
+  void show_state();
+  void preview_shape();
+  void use_shape();
+  void forget_preview();
+  void set_clip();
+  void tell(const volume::Error& error);
+  void ask_path_and_save(const char* title, const char* suggestion, const char* filter,
+                         volume::Status (MainWindow::*save)(const QString&));
+  std::shared_ptr<const volume::Version> version() const;
+  OperationPicture* picture();
+
+  WindowOptions options_;
+  std::shared_ptr<const haptics::TouchScene> scene_;
+  std::unique_ptr<sim::SessionWriter> recorder_;  ///< of a scan opened from here
+  QVTKOpenGLNativeWidget* canvas_ = nullptr;
+  std::unique_ptr<LiveOperation> operation_;
+  std::unique_ptr<ReplayOperation> replay_;
+  std::future<volume::Result<OpenedScene>> opening_;
+  DrillSound sound_;
+  WindowReport report_;
+  bool has_first_frame_ = false, is_sound_on_ = false, is_previewing_ = false;
+  std::chrono::steady_clock::time_point opened_at_, last_tick_;
+  QTimer timer_, preview_timer_;
+
+  ForceBar* force_bar_ = nullptr;
+  QLabel *removed_ = nullptr, *servo_ = nullptr, *fault_ = nullptr, *notice_ = nullptr,
+         *session_time_ = nullptr;
+  QDoubleSpinBox *burr_ = nullptr, *low_ = nullptr, *high_ = nullptr;
+  QSlider *depth_ = nullptr, *clip_share_ = nullptr, *session_slider_ = nullptr;
+  QComboBox *clip_ = nullptr, *speed_ = nullptr;
+  QPushButton *undo_ = nullptr, *redo_ = nullptr, *use_shape_ = nullptr, *keep_shape_ = nullptr,
+              *play_ = nullptr;
+  QAction *undo_action_ = nullptr, *redo_action_ = nullptr;
+  HelpOverlay* help_ = nullptr;
+};
+
+/// A dark palette that leaves the light to the bone, and keeps its contrast for every kind of sight.
+void apply_look();
+
+}  // namespace trephine::view

@@ -1,0 +1,44 @@
+#include "apps/view/replay_operation.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace trephine::view {
+
+ReplayOperation::ReplayOperation(const haptics::TouchScene& scene, sim::Replay& replay, double rate_hz,
+                                 double seconds, double burr_diameter, vtkRenderWindow* window)
+    : replay_(&replay),
+      rate_hz_(rate_hz),
+      seconds_(seconds),
+      burr_radius_(0.5 * burr_diameter),
+      picture_(scene, window, true) {}
+
+void ReplayOperation::start() {
+  picture_.request_all(replay_->edits().current());
+  replay_->take_changed();
+}
+
+void ReplayOperation::set_speed(double speed) { speed_ = std::clamp(speed, 0.1, 100.0); }
+
+double ReplayOperation::seconds() const { return static_cast<double>(replay_->next_tick()) / rate_hz_; }
+
+volume::Status ReplayOperation::seek(double seconds) {
+  now_ = std::clamp(seconds, 0.0, seconds_);
+  return replay_->seek(static_cast<std::uint64_t>(std::llround(now_ * rate_hz_)));
+}
+
+volume::Status ReplayOperation::frame(double elapsed) {
+  volume::Status error;
+  if (is_playing_) {
+    error = seek(now_ + speed_ * elapsed);
+    if (now_ >= seconds_) is_playing_ = false;
+  }
+  const std::shared_ptr<const volume::Version> version = replay_->edits().current();
+  picture_.request(version, replay_->take_changed());
+  const glm::dvec3 viewer = -picture_.ray_at(0.5, 0.5).direction;
+  if (replay_->next_tick() > 0) picture_.show_stylus(replay_->record(), burr_radius_, *version, viewer);
+  picture_.draw();
+  return error;
+}
+
+}  // namespace trephine::view

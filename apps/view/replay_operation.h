@@ -1,0 +1,42 @@
+// A recorded session played in a picture: forward at any speed, paused, and to any moment.
+#pragma once
+
+#include <memory>
+
+#include "apps/view/operation_picture.h"
+#include "sim/replay.h"
+
+namespace trephine::view {
+
+/// No windowing toolkit in here. One thread: the one that draws. Borrows scene, replay and window.
+class ReplayOperation {
+ public:
+  /// `rate_hz` and `seconds` of the session; `burr_diameter` as it began, mm.
+  ReplayOperation(const haptics::TouchScene& scene, sim::Replay& replay, double rate_hz, double seconds,
+                  double burr_diameter, vtkRenderWindow* window);
+
+  void start();
+  void play(bool is_playing) { is_playing_ = is_playing; }
+  bool is_playing() const noexcept { return is_playing_; }
+  /// Times real time; 0.1 to 100.
+  void set_speed(double speed);
+  double speed() const noexcept { return speed_; }
+  volume::Status seek(double seconds);
+  double seconds() const;
+  double length() const noexcept { return seconds_; }
+
+  /// One frame, `elapsed` s after the last one.
+  volume::Status frame(double elapsed);
+  const haptics::ServoRecord& record() const noexcept { return replay_->record(); }
+  const sim::EditSession& edits() const { return replay_->edits(); }
+  OperationPicture& picture() noexcept { return picture_; }
+
+ private:
+  sim::Replay* replay_;
+  double rate_hz_, seconds_, burr_radius_;
+  OperationPicture picture_;
+  bool is_playing_ = true;
+  double speed_ = 1, now_ = 0;
+};
+
+}  // namespace trephine::view
