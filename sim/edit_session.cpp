@@ -98,6 +98,11 @@ void EditSession::end_stroke() {
   history_.resize(position_ + 1);  // a new stroke ends the redo line
   history_.push_back({current_, stroke_box_});
   ++position_;
+  if (position_ > k_most_strokes) {
+    history_.erase(history_.begin());
+    --position_;
+    ++forgotten_;
+  }
   is_stroke_changed_ = false;
   stroke_box_ = k_nothing;
 }

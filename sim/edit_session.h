@@ -50,8 +50,11 @@ class EditSession {
 
   /// The newest published version.
   const std::shared_ptr<const volume::Version>& current() const noexcept { return current_; }
+  /// Strokes that can be taken back; older ones stay in the bone for good, so that an hour's work fits in
+  /// memory.
+  static constexpr std::size_t k_most_strokes = 256;
   /// Number of finished strokes that are applied.
-  std::size_t stroke_count() const noexcept { return position_; }
+  std::size_t stroke_count() const noexcept { return forgotten_ + position_; }
   bool is_in_stroke() const noexcept { return is_pressed_; }
   double removed_mm3() const noexcept;
   /// By label; one entry for volumes without labels.
@@ -83,8 +86,8 @@ class EditSession {
     std::shared_ptr<const volume::Version> version;
     volume::VoxelBox box;  ///< what the stroke that led here changed
   };
-  std::vector<Entry> history_;  ///< ends of strokes, oldest first; [0] is the untouched volume
-  std::size_t position_ = 0;
+  std::vector<Entry> history_;  ///< ends of strokes, oldest first; [0] is what can be gone back to
+  std::size_t position_ = 0, forgotten_ = 0;
   bool is_pressed_ = false, is_stroke_changed_ = false;
   volume::VoxelBox stroke_box_{glm::ivec3(0), glm::ivec3(-1)};
 };

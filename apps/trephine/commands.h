@@ -91,6 +91,14 @@ struct DoctorArguments {
 };
 volume::Result<Outcome> run_doctor(const DoctorArguments& arguments);
 
+struct SoakArguments {
+  std::string source = "head", session;
+  ShapeChoice shape;
+  double seconds = 3600, rate = 1000;
+  std::uint64_t seed = 1;
+};
+volume::Result<Outcome> run_soak(const SoakArguments& arguments);
+
 struct BenchArguments {
   std::string what, source;
   int size = 512;

@@ -22,7 +22,8 @@ void add_shape_options(CLI::App* command, app::ShapeChoice& shape) {
 }
 
 CLI::Option* add_source(CLI::App* command, std::string& source) {
-  const char* help = "DICOM folder, case folder, .mha, .mhd, .nrrd, .nii(.gz), or head (built in; ./head is a path)";
+  const char* help =
+      "DICOM folder, case folder, .mha, .mhd, .nrrd, .nii(.gz), or head (built in; ./head is a path)";
   return command->add_option("SRC", source, help)->required();
 }
 
@@ -217,6 +218,18 @@ int main(int argc, char** argv) {
   c->add_option("-o,--output", doctor.output, "Picture of the timer's lateness (default: doctor-timer.svg)")
       ->type_name("OUT.svg");
   c->add_option("--seconds", doctor.seconds, "How long the timer is watched")->capture_default_str();
+
+  app::SoakArguments soak;
+  c = add("soak", "Drill, undo and redo live for a long time, and check memory and bits",
+          "  trephine soak --seconds 60\n  trephine soak SCANS/HEAD --seconds 3600 --json", soak,
+          app::run_soak);
+  add_source(c, soak.source)->required(false);
+  add_shape_options(c, soak.shape);
+  c->add_option("--seconds", soak.seconds, "How long")->capture_default_str();
+  c->add_option("--rate", soak.rate, "Servo steps a second")->capture_default_str()->type_name("HZ");
+  c->add_option("--seed", soak.seed, "Of the hand's ways")->capture_default_str();
+  c->add_option("--record", soak.session, "Keep the session (it is replayed and removed otherwise)")
+      ->type_name("FILE");
 
   app::BenchArguments bench;
   c = add("bench", "Measure, beside peers in the same run",

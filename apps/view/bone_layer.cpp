@@ -5,6 +5,7 @@
 #include <chrono>
 #include <cmath>
 #include <glm/common.hpp>
+#include <glm/vector_relational.hpp>
 #include <map>
 #include <vector>
 #include <vtkActor.h>
@@ -239,7 +240,10 @@ void BoneLayer::Painter::show(const ChunkMesh& mesh) {
   // Where it was and where it is, the picture is no longer true.
   Chunk& chunk = chunks_[key];
   triangles_ -= chunk.triangles;
-  if (chunk.actor) changed_.add(on_screen(chunk.low, chunk.high));
+  const bool is_known = chunk.actor != nullptr;
+  const dvec3 old_low = glm::max(chunk.low, mesh.changed_low),
+              old_high = glm::min(chunk.high, mesh.changed_high);
+  if (is_known && glm::all(glm::lessThan(old_low, old_high))) changed_.add(on_screen(old_low, old_high));
   if (mesh.fine.triangles.empty()) {
     bone_->RemoveActor(chunk.actor);
     chunks_.erase(key);
@@ -252,7 +256,9 @@ void BoneLayer::Painter::show(const ChunkMesh& mesh) {
   triangles_ += chunk.triangles;
   if (is_live_) {
     chunk.coarse = mesh.coarse;
-    changed_.add(on_screen(chunk.low, chunk.high));
+    const dvec3 low = is_known ? glm::max(chunk.low, mesh.changed_low) : chunk.low;
+    const dvec3 high = is_known ? glm::min(chunk.high, mesh.changed_high) : chunk.high;
+    if (glm::all(glm::lessThan(low, high))) changed_.add(on_screen(low, high));
     if (!is_fine_) to_draw_.push_back(key);
   }
   if (!chunk.actor) {

@@ -161,7 +161,7 @@ BoneView::BoneView(vtkRenderWindow* window, bool is_live) : parts_(std::make_uni
   p.ring = make_actor(turned->GetOutputPort(), 0.98, 0.80, 0.10);
   p.ring->GetProperty()->LightingOff();
   p.burr->GetProperty()->SetSpecular(0.9);
-  p.arrow->GetProperty()->SetAmbient(0.35);
+  for (vtkActor* a : {p.arrow.Get(), p.grip.Get(), p.shaft.Get()}) a->GetProperty()->SetAmbient(0.35);
   p.proxy->GetProperty()->SetAmbient(0.4);
   for (vtkActor* a : {p.burr.Get(), p.shaft.Get(), p.grip.Get(), p.proxy.Get(), p.arrow.Get(), p.leash.Get(),
                       p.ring.Get()}) {

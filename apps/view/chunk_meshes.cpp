@@ -9,6 +9,7 @@
 #include <glm/vector_relational.hpp>
 #include <map>
 
+#include "sim/edit_session.h"
 #include "volume/traversal.h"
 
 namespace trephine::view {
@@ -177,6 +178,7 @@ void ChunkWorker::request_all(std::shared_ptr<const volume::Version> version) {
 
 void ChunkWorker::request(std::shared_ptr<const volume::Version> version, const glm::ivec3& low,
                           const glm::ivec3& high) {
+  const volume::VoxelBox box{low, high};
   const volume::ChunkRange range = volume::chunks_touching(low, high, scene_->base->size);
   {
     const std::lock_guard guard(lock_);
@@ -188,8 +190,10 @@ void ChunkWorker::request(std::shared_ptr<const volume::Version> version, const 
           const glm::ivec3 middle =
               glm::min(volume::k_chunk * glm::ivec3(x, y, z) + volume::k_chunk / 2, scene_->base->size - 1);
           for (std::size_t s = 0; s < scene_->shapes.size(); ++s)
-            if (scene_->shapes[s].bits->empty_distance(middle) <= volume::k_chunk / 8 + 2)
-              waiting_.insert({z, y, x, s});
+            if (scene_->shapes[s].bits->empty_distance(middle) <= volume::k_chunk / 8 + 2) {
+              volume::VoxelBox& known = waiting_.try_emplace({z, y, x, s}, box).first->second;
+              known = sim::united(known, box);
+            }
         }
   }
   wake_.notify_all();
@@ -217,11 +221,11 @@ void ChunkWorker::run() {
     // A chunk that another thread is making waits, so that its results arrive in order.
     const auto next = [this] {
       return std::find_if(waiting_.begin(), waiting_.end(),
-                          [this](const auto& c) { return !busy_.contains(c); });
+                          [this](const auto& w) { return !busy_.contains(w.first); });
     };
     wake_.wait(guard, [&] { return is_stopping_ || next() != waiting_.end(); });
     if (is_stopping_) return;
-    const auto chosen = *next();
+    const auto [chosen, box] = *next();
     waiting_.erase(chosen);
     busy_.insert(chosen);
     const std::shared_ptr<const volume::Version> version = version_;
@@ -229,6 +233,17 @@ void ChunkWorker::run() {
     ChunkMesh mesh =
         make_chunk_mesh(*scene_, std::get<3>(chosen), *version,
                         {std::get<2>(chosen), std::get<1>(chosen), std::get<0>(chosen)}, &scratch);
+    // The surface moves with the voxels on either side; so does the light on it, a little farther.
+    constexpr double k_margin_mm = 3;
+    const double margin = 2 * scene_->base->frame.diagonal_mm() + k_margin_mm;
+    mesh.changed_low = dvec3(1e300), mesh.changed_high = dvec3(-1e300);
+    for (int corner = 0; corner < 8; ++corner) {
+      const dvec3 p = scene_->base->frame.world_from_volume(dvec3(corner & 1 ? box.high.x : box.low.x,
+                                                                  corner & 2 ? box.high.y : box.low.y,
+                                                                  corner & 4 ? box.high.z : box.low.z));
+      mesh.changed_low = glm::min(mesh.changed_low, p - margin);
+      mesh.changed_high = glm::max(mesh.changed_high, p + margin);
+    }
     guard.lock();
     done_.push_back(std::move(mesh));
     busy_.erase(chosen);

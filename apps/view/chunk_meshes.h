@@ -4,6 +4,7 @@
 
 #include <atomic>
 #include <condition_variable>
+#include <map>
 #include <memory>
 #include <mutex>
 #include <set>
@@ -13,6 +14,7 @@
 
 #include "haptics/touch_scene.h"
 #include "volume/surface_nets.h"
+#include "volume/traversal.h"
 
 namespace trephine::view {
 
@@ -29,7 +31,8 @@ struct DrawMesh {
 struct ChunkMesh {
   glm::ivec3 chunk{0};
   std::size_t shape = 0;
-  std::uint64_t version = 0;  ///< serial of the version it shows
+  std::uint64_t version = 0;                       ///< serial of the version it shows
+  glm::dvec3 changed_low{0.0}, changed_high{0.0};  ///< world box outside which it is as it was before
   DrawMesh fine, coarse;
 };
 
@@ -70,7 +73,8 @@ class ChunkWorker {
   std::condition_variable wake_, idle_;
   std::shared_ptr<const volume::Version> version_;
   using Key = std::tuple<int, int, int, std::size_t>;  // z, y, x, shape
-  std::set<Key> waiting_, busy_;
+  std::map<Key, volume::VoxelBox> waiting_;            // and where each has changed
+  std::set<Key> busy_;
   std::vector<ChunkMesh> done_;
   bool is_stopping_ = false;
   std::vector<std::thread> threads_;

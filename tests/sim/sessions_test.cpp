@@ -86,6 +86,30 @@ TEST(Lockstep, UndoAndRedoByStrokeAreExact) {
   EXPECT_EQ(run.edits().current()->content_hash(), hash[3]);
 }
 
+TEST(Lockstep, TheOldestStrokesCannotBeTakenBackAndFreeTheirMemory) {
+  const haptics::TouchScene scene = flat_bone();
+  haptics::ImplicitProxy method;
+  ASSERT_FALSE(method.prepare(scene).has_value());
+  drilling::Burr burr({0.5, 60, 400, true});
+  EditSession edits(scene, &burr, 1e-3);
+  haptics::ServoRecord tick;
+  const std::size_t strokes = EditSession::k_most_strokes + 30;
+  for (std::size_t i = 0; i < strokes; ++i) {
+    for (const bool is_pressed : {true, false}) {
+      tick.pose = {{-12 + 0.08 * static_cast<double>(i), 0, -1}, {1, 0, 0, 0}, is_pressed};
+      edits.consume(tick);
+    }
+  }
+  EXPECT_EQ(edits.stroke_count(), strokes);
+  std::size_t undone = 0;
+  while (edits.undo().is_changed) ++undone;
+  EXPECT_EQ(undone, EditSession::k_most_strokes);
+  EXPECT_EQ(edits.stroke_count(), 30u);
+  EXPECT_GT(edits.removed_mm3(), 0);
+  while (edits.redo().is_changed) {}
+  EXPECT_EQ(edits.stroke_count(), strokes);
+}
+
 /// A plate of 3 mm, faces at z = +-1.5: thin bone, to be drilled from either side.
 haptics::TouchScene thin_bone() {
   data_tools::PhantomOptions o;

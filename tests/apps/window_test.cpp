@@ -1,0 +1,387 @@
+// Clicks through the window as a person would: open, touch, drill, undo, save, quit. Needs an X display.
+#include <QAction>
+#include <QApplication>
+#include <QComboBox>
+#include <QDoubleSpinBox>
+#include <QDropEvent>
+#include <QFileDialog>
+#include <QLabel>
+#include <QLineEdit>
+#include <QMessageBox>
+#include <QMimeData>
+#include <QPushButton>
+#include <QSlider>
+#include <QSurfaceFormat>
+#include <QTest>
+#include <QVTKOpenGLNativeWidget.h>
+#include <filesystem>
+#include <glm/geometric.hpp>
+#include <gtest/gtest.h>
+
+#include "apps/view/qt_window.h"
+#include "data-tools/open_volume.h"
+#include "tests/scenes/scenes.h"
+
+namespace trephine::view {
+namespace {
+
+namespace fs = std::filesystem;
+
+data_tools::PhantomOptions small(int size) {
+  data_tools::PhantomOptions o;
+  o.size = glm::ivec3(size);
+  o.psf_sigma_voxels = 1;
+  return o;
+}
+
+std::shared_ptr<const haptics::TouchScene> ball(int size) {
+  return std::make_shared<const haptics::TouchScene>(scenes::phantom_scene("sphere", small(size)));
+}
+
+/// Does what the dialog that comes next is asked: types a path and accepts.
+void answer_dialog_with(const std::string& path) {
+  QTimer::singleShot(400, [path] {
+    auto* dialog = qobject_cast<QFileDialog*>(QApplication::activeModalWidget());
+    ASSERT_NE(dialog, nullptr);
+    auto* name = dialog->findChild<QLineEdit*>("fileNameEdit");
+    ASSERT_NE(name, nullptr);
+    name->setText(QString::fromStdString(path));
+    QTest::keyClick(name, Qt::Key_Return);
+  });
+}
+
+class Window : public ::testing::Test {
+ protected:
+  Window() {
+    std::string name = (fs::temp_directory_path() / "trephine-window-XXXXXX").string();
+    folder_ = mkdtemp(name.data());
+    scene_ = ball(64);
+    options_.title = "ball";
+    options_.width = 900;
+    options_.height = 680;
+    session_ = (folder_ / "a.session").string();
+    recorder_ =
+        sim::SessionWriter::create(
+            session_, sim::describe_session(*scene_, haptics::ImplicitProxy(), {}, {options_.burr.spec()}),
+            scene_->base)
+            .value();
+    options_.recorder = recorder_.get();
+    options_.session_file = session_;
+    options_.host.open = [](const std::string& source) -> volume::Result<OpenedScene> {
+      if (source.find("bad") != std::string::npos)
+        return volume::Error{"there is no such file or folder", "bad", "", "a scan", "check the spelling"};
+      OpenedScene opened;
+      opened.scene = ball(40);
+      opened.title = "another ball";
+      return opened;
+    };
+    options_.host.reshape = [this](double low, double) -> volume::Result<OpenedScene> {
+      reshaped_low_ = low;
+      OpenedScene opened;
+      opened.scene = ball(48);
+      opened.title = "reshaped";
+      return opened;
+    };
+  }
+  ~Window() override { fs::remove_all(folder_); }
+
+  template <class T>
+  T* child(MainWindow& window, const char* name) {
+    T* found = window.findChild<T*>(name);
+    EXPECT_NE(found, nullptr) << name;
+    return found;
+  }
+  /// Keeps a picture of the whole window when somebody wants to look.
+  static void keep(MainWindow& window, const char* name) {
+    if (const char* folder = std::getenv("TREPHINE_SCREENSHOTS"))
+      window.grab().save(QString("%1/%2.png").arg(folder, name));
+  }
+
+  fs::path folder_;
+  std::string session_;
+  std::shared_ptr<const haptics::TouchScene> scene_;
+  std::unique_ptr<sim::SessionWriter> recorder_;
+  WindowOptions options_;
+  double reshaped_low_ = 0;
+};
+
+TEST_F(Window, TouchDrillUndoSaveAndQuit) {
+  WindowReport report;
+  {
+    MainWindow window(scene_, options_);
+    window.show();
+    ASSERT_TRUE(QTest::qWaitForWindowExposed(&window));
+    ASSERT_TRUE(QTest::qWaitFor(
+        [&] {
+          return window.operation()->picture().is_complete() &&
+                 window.operation()->picture().triangle_count() > 1000;
+        },
+        10000));
+    const QPoint middle = window.canvas()->rect().center();
+
+    // Touch: the stylus rides on what is under the cursor.
+    QTest::mouseMove(window.canvas(), middle);
+    EXPECT_TRUE(QTest::qWaitFor([&] { return window.operation()->state().newest.has_contact; }, 3000));
+    EXPECT_EQ(window.operation()->state().removed_mm3, 0);
+    EXPECT_FALSE(child<QPushButton>(window, "undo")->isEnabled());
+
+    // Drill: hold the button.
+    QTest::mousePress(window.canvas(), Qt::LeftButton, {}, middle);
+    EXPECT_TRUE(QTest::qWaitFor([&] { return window.operation()->state().removed_mm3 > 3; }, 5000));
+    keep(window, "drilling");
+    QTest::mouseRelease(window.canvas(), Qt::LeftButton, {}, middle);
+    EXPECT_TRUE(QTest::qWaitFor([&] { return window.operation()->state().strokes == 1; }, 2000));
+    EXPECT_TRUE(child<QLabel>(window, "removed")->text().contains("1 stroke"));
+
+    // Undo by button, redo by key, undo by menu.
+    const double removed = window.operation()->state().removed_mm3;
+    QTest::mouseClick(child<QPushButton>(window, "undo"), Qt::LeftButton);
+    EXPECT_TRUE(QTest::qWaitFor([&] { return window.operation()->state().removed_mm3 == 0; }, 2000));
+    QTest::keyClick(&window, Qt::Key_Y);
+    EXPECT_TRUE(QTest::qWaitFor([&] { return window.operation()->state().removed_mm3 == removed; }, 2000));
+    // A trackpad's way: Space presses, too.
+    child<QDoubleSpinBox>(window, "burr")->setValue(6);
+    QTest::keyPress(&window, Qt::Key_Space);
+    EXPECT_TRUE(QTest::qWaitFor([&] { return window.operation()->state().removed_mm3 > removed + 2; }, 5000));
+    QTest::keyRelease(&window, Qt::Key_Space);
+    EXPECT_TRUE(QTest::qWaitFor([&] { return window.operation()->state().strokes == 2; }, 2000));
+
+    // Views, depth, clip plane, help, larger text: everything that is there answers.
+    const int depth = child<QSlider>(window, "depth")->value();
+    QTest::keyClick(&window, Qt::Key_Up);
+    EXPECT_EQ(child<QSlider>(window, "depth")->value(), depth + 1);
+    for (const char* view : {"view_A", "view_P", "view_L", "view_R", "view_S", "view_I"})
+      QTest::mouseClick(child<QPushButton>(window, view), Qt::LeftButton);
+    QTest::keyClick(&window, Qt::Key_0);
+    QTest::keyClick(&window, Qt::Key_C);
+    EXPECT_EQ(window.operation()->picture().clip().axis, ClipChoice::Axis::view);
+    QTest::qWait(400);
+    keep(window, "open");
+    QTest::keyClick(&window, Qt::Key_C);
+    child<QAction>(window, "help")->trigger();
+    EXPECT_TRUE(child<HelpOverlay>(window, "help_overlay")->isVisible());
+    QTest::qWait(100);
+    keep(window, "help");
+    QTest::mouseClick(child<HelpOverlay>(window, "help_overlay"), Qt::LeftButton);
+    EXPECT_FALSE(child<HelpOverlay>(window, "help_overlay")->isVisible());
+    const double points = QApplication::font().pointSizeF();
+    window.scale_text(1.5);
+    EXPECT_GT(QApplication::font().pointSizeF(), points);
+    QTest::qWait(50);
+    keep(window, "large-text");
+    window.scale_text(1 / 1.5);
+
+    // Saving, by menu and dialog.
+    const std::string volume = (folder_ / "left.mha").string();
+    answer_dialog_with(volume);
+    child<QAction>(window, "save_volume")->trigger();
+    const auto saved = data_tools::open_volume(volume);
+    ASSERT_TRUE(saved.is_ok());
+    EXPECT_EQ(saved.value().volume.size, scene_->base->size);
+    EXPECT_FALSE(window.save_mesh(QString::fromStdString((folder_ / "left.stl").string())).has_value());
+    EXPECT_GT(fs::file_size(folder_ / "left.stl"), 10000u);
+    EXPECT_FALSE(window.save_picture(QString::fromStdString((folder_ / "left.png").string())).has_value());
+    EXPECT_GT(fs::file_size(folder_ / "left.png"), 5000u);
+    EXPECT_FALSE(
+        window.save_session(QString::fromStdString((folder_ / "copy.session").string())).has_value());
+    EXPECT_TRUE(window.save_volume("left.doc").has_value());
+    EXPECT_TRUE(window.save_picture("/no/such/folder/a.png").has_value());
+
+    child<QAction>(window, "quit")->trigger();
+    EXPECT_FALSE(window.isVisible());
+    report = window.finish();
+  }
+  EXPECT_EQ(report.window, "qt");
+  EXPECT_EQ(report.strokes, 2u);
+  EXPECT_GT(report.frames, 30);
+  EXPECT_GT(report.drilling_frames, 3);
+  EXPECT_FALSE(report.recording.has_value());
+  EXPECT_EQ(report.servo.faults & haptics::k_latched_faults, 0u);
+  // What was done is in the session, to the bit; a copy taken in the middle is a session too.
+  for (const std::string& file : {session_, (folder_ / "copy.session").string()}) {
+    auto opened = sim::SessionReader::open(file);
+    ASSERT_TRUE(opened.is_ok()) << file;
+    haptics::ImplicitProxy method;
+    ASSERT_FALSE(method.prepare(*scene_).has_value());
+    drilling::Burr burr{drilling::BurrOptions{}};
+    sim::Replay replay(opened.value(), *scene_, method, {&burr});
+    while (replay.step().value()) {}
+    EXPECT_FALSE(replay.mismatch().has_value()) << replay.mismatch()->what;
+    EXPECT_GT(replay.edits().removed_mm3(), 3);
+  }
+}
+
+TEST_F(Window, OpensOthersShowsErrorsAndTakesAnotherShape) {
+  options_.recorder = nullptr;
+  MainWindow window(scene_, options_);
+  window.show();
+  ASSERT_TRUE(QTest::qWaitForWindowExposed(&window));
+  const auto wait_opened = [&] { return QTest::qWaitFor([&] { return !window.is_opening(); }, 5000); };
+  window.open_source("bad");
+  ASSERT_TRUE(wait_opened());
+  auto* box = window.findChild<QMessageBox*>("error");
+  ASSERT_NE(box, nullptr);
+  EXPECT_TRUE(box->text().contains("no such file"));
+  EXPECT_TRUE(box->text().contains("check the spelling"));
+  box->close();
+  EXPECT_TRUE(window.windowTitle().startsWith("ball"));
+
+  // A folder is dropped.
+  QMimeData mime;
+  mime.setUrls({QUrl::fromLocalFile("/some/scan")});
+  QDragEnterEvent enter(QPoint(50, 50), Qt::CopyAction, &mime, Qt::LeftButton, {});
+  QApplication::sendEvent(&window, &enter);
+  EXPECT_TRUE(enter.isAccepted());
+  QDropEvent drop(QPointF(50, 50), Qt::CopyAction, &mime, Qt::LeftButton, {});
+  QApplication::sendEvent(&window, &drop);
+  ASSERT_TRUE(wait_opened());
+  EXPECT_TRUE(QTest::qWaitFor([&] { return window.windowTitle().startsWith("another ball"); }, 2000));
+  EXPECT_TRUE(QTest::qWaitFor([&] { return window.operation()->picture().triangle_count() > 500; }, 5000));
+
+  // Another window of intensities: seen at once, used when wanted.
+  const std::size_t before = window.operation()->picture().triangle_count();
+  child<QDoubleSpinBox>(window, "low")->setValue(1500);
+  EXPECT_TRUE(QTest::qWaitFor(
+      [&] {
+        const std::size_t now = window.operation()->picture().triangle_count();
+        return now != before && now > 100;
+      },
+      3000));
+  EXPECT_TRUE(child<QPushButton>(window, "use_shape")->isEnabled());
+  QTest::mouseClick(child<QPushButton>(window, "keep_shape"), Qt::LeftButton);
+  EXPECT_EQ(child<QDoubleSpinBox>(window, "low")->value(), 300);
+  EXPECT_TRUE(
+      QTest::qWaitFor([&] { return window.operation()->picture().triangle_count() == before; }, 3000));
+  child<QDoubleSpinBox>(window, "low")->setValue(1200);
+  QTest::qWait(200);
+  QTest::mouseClick(child<QPushButton>(window, "use_shape"), Qt::LeftButton);
+  EXPECT_TRUE(QTest::qWaitFor([&] { return window.windowTitle().startsWith("reshaped"); }, 5000));
+  EXPECT_EQ(reshaped_low_, 1200);
+  window.close();
+}
+
+TEST_F(Window, PlaysASessionPausedAtAnySpeedAndToAnyMoment) {
+  // A session to play: a burr that goes into the ball.
+  {
+    haptics::ImplicitProxy method;
+    ASSERT_FALSE(method.prepare(*scene_).has_value());
+    drilling::Burr burr(options_.burr);
+    sim::EditSession edits(*scene_, &burr, 1e-3);
+    haptics::ServoCore core(*scene_, method, {}, 1e-3);
+    for (int i = 0; i < 2000; ++i) {
+      const haptics::ServoRecord record =
+          core.step(*edits.current(), {{{0, 0, 60 - 0.01 * i}, {1, 0, 0, 0}, true}});
+      const sim::EditOutcome outcome = edits.consume(record);
+      recorder_->add(record, edits, outcome);
+    }
+    ASSERT_FALSE(recorder_->finish(edits, 0).has_value());
+  }
+  auto opened = sim::SessionReader::open(session_);
+  ASSERT_TRUE(opened.is_ok());
+  haptics::ImplicitProxy method;
+  ASSERT_FALSE(method.prepare(*scene_).has_value());
+  drilling::Burr burr{drilling::BurrOptions{}};
+  sim::Replay replay(opened.value(), *scene_, method, {&burr});
+  options_.recorder = nullptr;
+  options_.replay = &replay;
+  options_.replay_seconds = 2;
+  MainWindow window(scene_, options_);
+  window.show();
+  ASSERT_TRUE(QTest::qWaitForWindowExposed(&window));
+  EXPECT_TRUE(QTest::qWaitFor([&] { return window.replay()->seconds() > 0.2; }, 5000));
+  QTest::keyClick(&window, Qt::Key_Space);
+  EXPECT_FALSE(window.replay()->is_playing());
+  const double paused = window.replay()->seconds();
+  QTest::qWait(100);
+  EXPECT_EQ(window.replay()->seconds(), paused);
+  EXPECT_FALSE(window.replay()->seek(1.9).has_value());
+  QTest::qWait(60);
+  EXPECT_NEAR(window.replay()->seconds(), 1.9, 0.01);
+  const double late = window.replay()->edits().removed_mm3();
+  EXPECT_GT(late, 1);
+  EXPECT_GT(glm::length(window.replay()->record().force_world), 0);
+  keep(window, "replay");
+  EXPECT_FALSE(window.replay()->seek(0.3).has_value());
+  EXPECT_LT(window.replay()->edits().removed_mm3(), late);
+  child<QComboBox>(window, "speed")->setCurrentIndex(5);
+  QTest::mouseClick(child<QPushButton>(window, "play"), Qt::LeftButton);
+  EXPECT_TRUE(QTest::qWaitFor([&] { return window.replay()->seconds() >= 2; }, 2000))
+      << "at 20 times real time";
+  EXPECT_FALSE(replay.mismatch().has_value());
+  window.close();
+}
+
+TEST_F(Window, FramesCostWhatChangedInThem) {
+  options_.recorder = nullptr;
+  scene_ = ball(256);
+  MainWindow window(scene_, options_);
+  window.show();
+  ASSERT_TRUE(QTest::qWaitForWindowExposed(&window));
+  OperationPicture& picture = window.operation()->picture();
+  ASSERT_TRUE(
+      QTest::qWaitFor([&] { return picture.is_complete() && picture.triangle_count() > 50000; }, 15000));
+  // At rest nothing of the bone is sent again; the picture is the same as one drawn as a whole.
+  QTest::mouseMove(window.canvas(), QPoint(5, 5));
+  QTest::qWait(150);
+  EXPECT_EQ(picture.view().bone().drawn_triangles(), 0u);
+  const QImage kept = window.canvas()->grabFramebuffer();
+  picture.look_from('A');
+  ASSERT_TRUE(QTest::qWaitFor([&] { return picture.is_complete(); }, 15000));
+  picture.look_from(0);
+  ASSERT_TRUE(QTest::qWaitFor(
+      [&] { return picture.is_complete() && picture.view().bone().drawn_triangles() == 0; }, 15000));
+  const QImage whole = window.canvas()->grabFramebuffer();
+  ASSERT_EQ(kept.size(), whole.size());
+  int different = 0;
+  for (int y = 0; y < kept.height(); ++y)
+    for (int x = 0; x < kept.width(); ++x)
+      different += std::abs(qGray(kept.pixel(x, y)) - qGray(whole.pixel(x, y))) > 24;
+  EXPECT_LT(different, kept.width() * kept.height() / 1000);
+  // While it is drilled only what lies around the burr is.
+  const QPoint middle = window.canvas()->rect().center();
+  QTest::mouseMove(window.canvas(), middle);
+  QTest::mousePress(window.canvas(), Qt::LeftButton, {}, middle);
+  std::size_t most = 0;
+  ASSERT_TRUE(QTest::qWaitFor(
+      [&] {
+        most = std::max(most, picture.view().bone().drawn_triangles());
+        return window.operation()->state().removed_mm3 > 5;
+      },
+      8000));
+  QTest::mouseRelease(window.canvas(), Qt::LeftButton, {}, middle);
+  EXPECT_GT(most, 0u);
+  EXPECT_LT(most, picture.triangle_count() / 3);
+  window.close();
+}
+
+TEST(DrillVoice, IsSilentAtRestHumsWhenPressedAndNeverClips) {
+  DrillVoice voice;
+  std::vector<std::int16_t> samples(DrillVoice::k_rate);
+  const auto loudness = [&](double force, bool is_pressed, bool has_contact) {
+    voice.fill(samples.data(), static_cast<int>(samples.size()), force, is_pressed, has_contact);
+    double sum = 0;
+    for (std::size_t i = samples.size() / 2; i < samples.size(); ++i) sum += std::abs(samples[i]);
+    return sum / static_cast<double>(samples.size() / 2);
+  };
+  EXPECT_LT(loudness(0, false, false), 1);
+  const double free = loudness(0, true, false), cutting = loudness(4, true, true);
+  EXPECT_GT(free, 300);
+  EXPECT_GT(cutting, 1.2 * free);
+  EXPECT_LT(loudness(0, false, false), 60) << "it runs down";
+  loudness(1e6, true, true);
+  for (const std::int16_t s : samples) ASSERT_LE(std::abs(s), 22000);
+}
+
+}  // namespace
+}  // namespace trephine::view
+
+int main(int argc, char** argv) {
+  ::testing::InitGoogleTest(&argc, argv);
+  QSurfaceFormat format = QVTKOpenGLNativeWidget::defaultFormat();
+  format.setSamples(0);
+  QSurfaceFormat::setDefaultFormat(format);
+  QApplication::setAttribute(Qt::AA_DontUseNativeDialogs);
+  QApplication app(argc, argv);
+  trephine::view::apply_look();
+  return RUN_ALL_TESTS();
+}
