@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
 # ./test.sh              builds the release preset and runs the quick suites
 # ./test.sh NAME         only tests whose name matches NAME
-# ./test.sh --all [P]    also core, debug, asan, tsan and clang, or only preset P of these
+# ./test.sh --all [P]    also core, debug, asan, tsan, clang, fuzz, package and soak, or only part P of these
+#                        (TREPHINE_FUZZ_SECONDS a fuzzer, TREPHINE_SOAK_SECONDS, TREPHINE_KILLS)
 set -euo pipefail
 cd "$(dirname "$0")"
 . cmake/setup.sh
@@ -19,7 +20,28 @@ run_tests() { # PRESET [CTEST OPTIONS ...]
 
 if [ "${1:-}" = --all ]; then
   install_packages $packages_core $packages_files $packages_app $packages_test $packages_all
-  for preset in ${2:-core debug asan tsan clang release}; do
+  export TREPHINE_KILLS=${TREPHINE_KILLS:-200}
+  for preset in ${2:-core debug asan tsan clang fuzz release package soak}; do
+    case $preset in
+      fuzz)
+        echo "== fuzz"
+        build_preset fuzz all -DTREPHINE_WITH_TESTS=OFF
+        tests/fuzz/run.sh build/fuzz "${TREPHINE_FUZZ_SECONDS:-60}"
+        continue
+        ;;
+      package)
+        echo "== package"
+        build_preset release all -DTREPHINE_WITH_TESTS=ON
+        tests/package/deb_test.sh build/release
+        continue
+        ;;
+      soak)
+        echo "== soak"
+        build_preset release trephine
+        XDG_STATE_HOME=$TMPDIR build/release/bin/trephine soak --seconds "${TREPHINE_SOAK_SECONDS:-60}"
+        continue
+        ;;
+    esac
     build_preset "$preset" all -DTREPHINE_WITH_TESTS=ON
     if [ "$preset" = release ] || [ "$preset" = debug ]; then run_tests "$preset"; else run_tests "$preset" -E "^Golden"; fi
   done

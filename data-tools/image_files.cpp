@@ -10,6 +10,7 @@
 #include <itkNiftiImageIO.h>
 #include <itkNrrdImageIO.h>
 #include <itkObjectFactoryBase.h>
+#include <sstream>
 
 #include "data-tools/atomic_file.h"
 #include "data-tools/quiet_streams.h"
@@ -91,6 +92,47 @@ std::string text_of(double v) {
   return text;
 }
 
+/// ITK's reader trusts a MetaImage's header: it divides by what it finds and loops as often as it is told.
+/// What no reader should be shown, in words, or "".
+std::string metaimage_header_fault(const std::string& path) {
+  if (!has_extension(path, ".mha") && !has_extension(path, ".mhd")) return "";
+  std::ifstream in(path, std::ios::binary);
+  int dimensions = 0, lines = 0;
+  for (std::string line; std::getline(in, line) && lines < 1000; ++lines) {
+    if (line.size() > 4096) return "a header line of " + std::to_string(line.size()) + " characters";
+    for (const char c : line)
+      if ((static_cast<unsigned char>(c) < 0x20 && c != '\t' && c != '\r') ||
+          static_cast<unsigned char>(c) >= 0x7f)
+        return "a header that is no plain text";
+    const std::size_t equals = line.find('=');
+    if (equals == std::string::npos) return "a header line without key = value";
+    std::string key = line.substr(0, equals);
+    key.erase(std::min(key.size(), key.find_last_not_of(" \t") + 1));
+    if (key == "ElementDataFile") return dimensions > 0 ? "" : "no NDims before its data";
+    std::istringstream values(line.substr(equals + 1));
+    const auto is_vector = [&](int count) {
+      double v = 0;
+      int n = 0;
+      while (values >> v && std::isfinite(v)) ++n;
+      return n == count && values.eof();
+    };
+    if (key == "NDims") {
+      if (dimensions != 0 || !(values >> dimensions) || dimensions < 1 || dimensions > 8)
+        return "a number of dimensions that cannot be";
+    } else if (key == "DimSize" || key == "ElementSpacing" || key == "ElementSize" || key == "Offset" ||
+               key == "Origin" || key == "Position" || key == "CenterOfRotation") {
+      if (dimensions == 0 || !is_vector(dimensions)) return key + " without a number for each dimension";
+    } else if (key == "TransformMatrix" || key == "Rotation" || key == "Orientation") {
+      if (dimensions == 0 || !is_vector(dimensions * dimensions))
+        return key + " without a number for each pair of dimensions";
+    } else if (key == "ElementNumberOfChannels" || key == "CompressedDataSize" || key == "HeaderSize") {
+      long long v = -2;
+      if (!(values >> v) || v < (key == "HeaderSize" ? -1 : 1)) return key + " of no use";
+    }
+  }
+  return "no data after its header";
+}
+
 /// ITK reads on past the end of a short MetaImage: what is missing from it, in words, or "".
 std::string missing_bytes(const std::string& path, std::size_t voxel_bytes) {
   if (!has_extension(path, ".mha") && !has_extension(path, ".mhd")) return "";
@@ -104,8 +146,7 @@ std::string missing_bytes(const std::string& path, std::size_t voxel_bytes) {
   std::size_t expected = voxel_bytes;
   if (head.find("CompressedData = True") < marker) {
     const std::size_t at = head.find("CompressedDataSize = ");
-    if (at > marker) return "";
-    expected = static_cast<std::size_t>(std::strtoull(head.c_str() + at + 21, nullptr, 10));
+    expected = at > marker ? 1 : static_cast<std::size_t>(std::strtoull(head.c_str() + at + 21, nullptr, 10));
   }
   // The voxels follow the header, or lie in a file beside it.
   std::string data = head.substr(head.find('=', marker) + 1, line_end - head.find('=', marker) - 1);
@@ -179,6 +220,7 @@ Result<OpenedVolume> open_image_file(const std::string& path, const OpenOptions&
     return Error{"the " + format.name + " file cannot be read", where, found,
                  "a complete file of that format", "copy or export it again"};
   };
+  if (const std::string fault = metaimage_header_fault(path); !fault.empty()) return broken(fault);
   const QuietStreams quiet;
   try {
     itk::ImageIOBase& io = *format.io;

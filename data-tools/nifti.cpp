@@ -1,5 +1,6 @@
 #include "data-tools/nifti.h"
 
+#include <cstdlib>
 #include <filesystem>
 #include <glm/geometric.hpp>
 #include <memory>
@@ -93,6 +94,10 @@ Result<OpenedVolume> open_nifti(const std::string& path, const OpenOptions& opti
                  "copy or export it again"};
   };
   nifti_set_debug_level(0);
+  // Looked at first, because the library's conversion of a broken header talks to the person itself.
+  const std::unique_ptr<nifti_1_header, decltype(&std::free)> header(
+      nifti_read_header(path.c_str(), nullptr, 0), &std::free);
+  if (!header || !nifti_hdr_looks_good(header.get())) return broken("no NIfTI header");
   const Image image(nifti_image_read(path.c_str(), 0), &nifti_image_free);
   if (!image) return broken("no NIfTI header");
   if (image->ndim < 3 || image->nt > 1 || image->nu > 1 || image->nv > 1 || image->nw > 1)

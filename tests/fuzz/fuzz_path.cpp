@@ -1,0 +1,23 @@
+// A path file of any bytes.
+#include <cstdint>
+#include <cstdlib>
+#include <sstream>
+
+#include "haptics/pose_path.h"
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  using namespace trephine;
+  std::istringstream in(std::string(reinterpret_cast<const char*>(data), size));
+  const auto read = haptics::PosePath::read_csv(in, "fuzz");
+  if (!read) return 0;
+  // What was read can be sampled and written, and read again to the same.
+  const haptics::PosePath& path = read.value();
+  (void)path.at(path.start_time());
+  (void)path.at(0.5 * (path.start_time() + path.end_time()));
+  std::ostringstream out;
+  path.write_csv(out);
+  std::istringstream again(out.str());
+  const auto second = haptics::PosePath::read_csv(again, "again");
+  if (!second || second.value().samples().size() != path.samples().size()) std::abort();
+  return 0;
+}

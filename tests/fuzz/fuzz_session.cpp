@@ -1,0 +1,85 @@
+// A session file of any bytes: read to its end, and replayed on a small scan.
+#include <cstdint>
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <unistd.h>
+
+#include "haptics/implicit_proxy.h"
+#include "modules/drilling/burr.h"
+#include "sim/replay.h"
+
+namespace {
+
+using namespace trephine;
+
+std::shared_ptr<const volume::Volume> small_scan() {
+  auto made = volume::make_volume(glm::ivec3(16), volume::Frame()).value();
+  for (std::size_t i = 0; i < made.voxels.size(); ++i)
+    made.voxels[i] = i < made.voxels.size() / 2 ? 1000 : -1000;
+  return std::make_shared<const volume::Volume>(std::move(made));
+}
+
+/// Blocks whose checksums are right, so that what lies behind them is reached.
+std::string as_session(const std::uint8_t* data, std::size_t size) {
+  std::string bytes(sim::k_session_magic);
+  const std::uint32_t layout[2] = {sim::k_session_layout, 0};
+  bytes.append(reinterpret_cast<const char*>(layout), sizeof layout);
+  std::uint64_t number = 0;
+  const auto add = [&](sim::BlockKind kind, const std::string& payload) {
+    const sim::BlockHead head{sim::k_block_magic, static_cast<std::uint32_t>(kind), number++, 0,
+                              payload.size()};
+    const std::uint64_t check = sim::block_checksum(head, payload);
+    bytes.append(reinterpret_cast<const char*>(&head), sizeof head);
+    bytes += payload;
+    bytes.append(reinterpret_cast<const char*>(&check), sizeof check);
+  };
+  sim::SessionHeader header;
+  header.size = glm::ivec3(16);
+  header.shapes.emplace_back();
+  header.tools.push_back({"burr", {{"diameter", 3}}});
+  add(sim::BlockKind::header, sim::encode(header));
+  // The first byte says what the rest is.
+  const std::string payload(reinterpret_cast<const char*>(data) + 1, size - 1);
+  constexpr sim::BlockKind kinds[] = {sim::BlockKind::log, sim::BlockKind::log, sim::BlockKind::end,
+                                      sim::BlockKind::scan};
+  add(kinds[data[0] & 3], payload);
+  return bytes;
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  if (size < 2) return 0;
+  static const std::string k_path =
+      (std::filesystem::temp_directory_path() / "trephine-fuzz-session-").string() + std::to_string(getpid());
+  static const auto k_scan = small_scan();
+  // Even: raw bytes as a file; odd: bytes within a frame that is right.
+  const std::string bytes =
+      data[0] & 4 ? as_session(data, size) : std::string(reinterpret_cast<const char*>(data) + 1, size - 1);
+  std::ofstream(k_path, std::ios::binary).write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+  auto opened = sim::SessionReader::open(k_path);
+  if (!opened) return 0;
+  sim::SessionReader& session = opened.value();
+  if (session.has_scan()) (void)session.scan();
+  auto scene = sim::scene_of(session, k_scan);
+  if (!scene) return 0;
+  haptics::ImplicitProxy method;
+  if (method.prepare(scene.value())) return 0;
+  std::vector<drilling::Burr> burrs(session.header().tools.size(), drilling::Burr(drilling::BurrOptions{}));
+  std::vector<sim::Tool*> tools;
+  for (drilling::Burr& burr : burrs) tools.push_back(&burr);
+  sim::Replay replay(session, scene.value(), method, tools);
+  for (int i = 0; i < 2000; ++i) {
+    const auto stepped = replay.step();
+    if (!stepped || !stepped.value()) break;
+    // Whatever the file says, no force is beyond its limit.
+    const glm::dvec3& f = replay.record().force_world;
+    if (!(f.x * f.x + f.y * f.y + f.z * f.z <=
+          1.0001 * session.header().force.force_limit * session.header().force.force_limit))
+      std::abort();
+  }
+  (void)replay.seek(0);
+  return 0;
+}
