@@ -26,7 +26,7 @@ install_packages() {
     { echo "error: the packages could not be installed: ${missing[*]}" >&2; return 3; }
 }
 
-# build_preset PRESET [TARGET] [CMAKE OPTIONS ...]: into build/PRESET; quiet unless something fails.
+# build_preset PRESET ["TARGETS"] [CMAKE OPTIONS ...]: into build/PRESET; quiet unless something fails.
 build_preset() {
   local preset=$1 target=${2:-all}
   shift $(($# > 1 ? 2 : 1))
@@ -34,5 +34,5 @@ build_preset() {
   mkdir -p build
   local log="build/configure-$preset.log"
   cmake --preset "$preset" "$@" >"$log" 2>&1 || { cat "$log" >&2; return 1; }
-  cmake --build "build/$preset" --target "$target"
+  cmake --build "build/$preset" --target $target
 }

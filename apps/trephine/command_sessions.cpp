@@ -123,6 +123,9 @@ Result<Outcome> run_replay(const ReplayArguments& arguments) {
   json["removed_mm3_total"] = edits.removed_mm3();
   json["content_hash"] = hash_text(hash);
   json["strongest_force_n"] = strongest;
+  const haptics::EnergyLedger& energy = replay.record().energy;
+  json["energy_n_mm"] = {
+      {"contact", energy.contact}, {"growth", energy.growth}, {"growth_discarded", energy.discarded}};
   json["replay_seconds"] = seconds;
   json["speed"] = seconds > 0 ? static_cast<double>(replay.next_tick()) / rate / seconds : 0;
   json["is_closed"] = session.reader->end().has_value();

@@ -103,8 +103,7 @@ int main(int argc, char** argv) {
 
   app::ImportArguments import;
   c = add("import", "Make a case of a scan: volumes in open formats and a plan to edit",
-          "  trephine import SCANS/HEAD -o head-case\n  trephine import scan.nii.gz --labels bones.nii.gz -o "
-          "spine-case",
+          "  trephine import SCANS/HEAD -o head-case\n  trephine import head --name training -o training-case",
           import, app::run_import);
   add_source(c, import.source);
   add_shape_options(c, import.shape);

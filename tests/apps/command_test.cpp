@@ -316,7 +316,7 @@ TEST_F(Command, ExamplesOfReadmeAndHelpRun) {
   fs::create_directory(folder_ / "SCANS");
   ASSERT_EQ(run("phantom head --spacing 2.5 -o head.mha").exit_code, 0);
   std::string examples = read(TREPHINE_SOURCE_DIR "/README.md");
-  for (const char* name : {"phantom", "info", "mesh", "touch", "drill", "view"})
+  for (const char* name : {"phantom", "info", "import", "mesh", "touch", "drill", "view"})
     examples += run(std::string(name) + " --help").out;
   write("path.csv", "t,x,y,z\n0,40,-30,90\n0.3,30,-25,50\n0.5,32,-25,50\n");
   std::istringstream lines(examples);
@@ -333,7 +333,7 @@ TEST_F(Command, ExamplesOfReadmeAndHelpRun) {
     };
     replace("SCANS/HEAD", "head.mha");
     replace("docs/examples/", TREPHINE_SOURCE_DIR "/docs/examples/");
-    if (!arguments.starts_with("phantom"))
+    if (!arguments.starts_with("phantom") && arguments.find("--record") == std::string::npos)
       replace(" head ", arguments.find("--label") == std::string::npos ? " head.mha " : " head ");
     replace("--spacing 0.6", "--spacing 2.5");
     replace("--size 256", "--size 64");
