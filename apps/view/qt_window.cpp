@@ -3,16 +3,12 @@
 #include <QApplication>
 #include <QCloseEvent>
 #include <QComboBox>
-#include <QDockWidget>
 #include <QDoubleSpinBox>
 #include <QDragEnterEvent>
 #include <QFile>
 #include <QFileDialog>
-#include <QGridLayout>
-#include <QGroupBox>
 #include <QKeyEvent>
 #include <QLabel>
-#include <QMenuBar>
 #include <QMessageBox>
 #include <QMimeData>
 #include <QPushButton>
@@ -22,7 +18,6 @@
 #include <QStyleFactory>
 #include <QSurfaceFormat>
 #include <QTemporaryDir>
-#include <QVBoxLayout>
 #include <QVTKOpenGLNativeWidget.h>
 #include <cmath>
 #include <glm/geometric.hpp>
@@ -48,26 +43,6 @@ namespace {
 
 double seconds_since(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
-}
-
-constexpr const char* k_volume_filter = "Volumes (*.mha *.nrrd *.nii.gz *.nii)";
-constexpr const char* k_mesh_filter = "Meshes (*.stl *.ply *.obj *.vtp)";
-
-QSlider* make_slider(const char* name, int low, int high, int value) {
-  auto* slider = new QSlider(Qt::Horizontal);
-  slider->setObjectName(name);
-  slider->setRange(low, high);
-  slider->setValue(value);
-  slider->setFocusPolicy(Qt::NoFocus);
-  return slider;
-}
-
-QPushButton* make_button(const char* name, const QString& text, const char* tip) {
-  auto* button = new QPushButton(text);
-  button->setObjectName(name);
-  button->setToolTip(tip);
-  button->setFocusPolicy(Qt::NoFocus);
-  return button;
 }
 
 }  // namespace
@@ -175,225 +150,6 @@ OperationPicture* MainWindow::picture() {
 
 std::shared_ptr<const volume::Version> MainWindow::version() const {
   return operation_ ? operation_->version() : replay_->edits().current();
-}
-
-// ---- what stands beside the picture ---------------------------------------------------------------------
-
-void MainWindow::build_panel() {
-  auto* dock = new QDockWidget("Tools", this);
-  dock->setObjectName("tools");
-  dock->setFeatures(QDockWidget::DockWidgetMovable);
-  auto* panel = new QWidget;
-  auto* column = new QVBoxLayout(panel);
-  column->setSpacing(10);
-  force_bar_ = new ForceBar;
-  column->addWidget(force_bar_);
-  removed_ = new QLabel("nothing removed yet");
-  removed_->setObjectName("removed");
-  column->addWidget(removed_);
-
-  auto* tool = new QGroupBox("Burr");
-  auto* grid = new QGridLayout(tool);
-  burr_ = new QDoubleSpinBox;
-  burr_->setObjectName("burr");
-  burr_->setRange(0.5, 12);
-  burr_->setSingleStep(0.5);
-  burr_->setDecimals(1);
-  burr_->setSuffix(" mm");
-  burr_->setValue(2 * options_.burr.radius);
-  burr_->setToolTip("Diameter, as surgeons order it  (+ and -)");
-  connect(burr_, QOverload<double>::of(&QDoubleSpinBox::valueChanged), this, [this](double mm) {
-    options_.burr.radius = 0.5 * mm;
-    if (operation_) operation_->set_burr_diameter(mm);
-  });
-  depth_ = make_slider("depth", 1, 24, 4);
-  depth_->setToolTip("How deep a press wants to go below the surface  (wheel)");
-  auto* depth_text = new QLabel("2.0 mm");
-  connect(depth_, &QSlider::valueChanged, this, [this, depth_text](int half_mm) {
-    depth_text->setText(QString("%1 mm").arg(0.5 * half_mm, 0, 'f', 1));
-    if (operation_) operation_->set_depth(0.5 * half_mm);
-  });
-  grid->addWidget(new QLabel("Diameter"), 0, 0);
-  grid->addWidget(burr_, 0, 1, 1, 2);
-  grid->addWidget(new QLabel("Press"), 1, 0);
-  grid->addWidget(depth_, 1, 1);
-  grid->addWidget(depth_text, 1, 2);
-  undo_ = make_button("undo", "Undo", "Take the last stroke back  (Ctrl+Z)");
-  redo_ = make_button("redo", "Redo", "Do it again  (Ctrl+Y)");
-  connect(undo_, &QPushButton::clicked, this, [this] { operation_->undo(); });
-  connect(redo_, &QPushButton::clicked, this, [this] { operation_->redo(); });
-  auto* history = new QHBoxLayout;
-  history->addWidget(undo_);
-  history->addWidget(redo_);
-  grid->addLayout(history, 2, 0, 1, 3);
-  column->addWidget(tool);
-
-  auto* look = new QGroupBox("View");
-  auto* views = new QGridLayout(look);
-  const std::pair<char, const char*> sides[] = {{'A', "Front"}, {'P', "Back"},  {'L', "Left"},
-                                                {'R', "Right"}, {'S', "Above"}, {'I', "Below"}};
-  for (int i = 0; i < 6; ++i) {
-    const char side = sides[i].first;
-    auto* button = make_button(QString("view_%1").arg(side).toLatin1(),
-                               QString("%1  %2").arg(side).arg(sides[i].second), "");
-    connect(button, &QPushButton::clicked, this, [this, side] { picture()->look_from(side); });
-    views->addWidget(button, i / 2, i % 2);
-  }
-  clip_ = new QComboBox;
-  clip_->setObjectName("clip");
-  clip_->setFocusPolicy(Qt::NoFocus);
-  clip_->addItems(
-      {"Not cut open", "Open from the left", "Open from the front", "Open from above", "Open toward me"});
-  clip_share_ = make_slider("clip_share", 0, 100, 50);
-  clip_share_->setEnabled(false);
-  connect(clip_, QOverload<int>::of(&QComboBox::currentIndexChanged), this, [this] { set_clip(); });
-  connect(clip_share_, &QSlider::valueChanged, this, [this] { set_clip(); });
-  views->addWidget(clip_, 3, 0, 1, 2);
-  views->addWidget(clip_share_, 4, 0, 1, 2);
-  column->addWidget(look);
-
-  auto* shape = new QGroupBox("What is solid");
-  auto* form = new QGridLayout(shape);
-  const auto box_of = [this](const char* name, double value) {
-    auto* box = new QDoubleSpinBox;
-    box->setObjectName(name);
-    box->setRange(-2000, 4000);
-    box->setDecimals(0);
-    box->setSingleStep(25);
-    box->setValue(value);
-    connect(box, QOverload<double>::of(&QDoubleSpinBox::valueChanged), this,
-            [this] { preview_timer_.start(120); });
-    return box;
-  };
-  low_ = box_of("low", 300);
-  high_ = box_of("high", 4000);
-  use_shape_ = make_button("use_shape", "Use", "Operate on this shape, from the untouched scan");
-  keep_shape_ = make_button("keep_shape", "Back", "Show the shape that is operated on");
-  connect(use_shape_, &QPushButton::clicked, this, &MainWindow::use_shape);
-  connect(keep_shape_, &QPushButton::clicked, this, [this] {
-    picture()->preview(nullptr, version());
-    const volume::Shape& now = scene_->shapes[0].field.shape();
-    for (QDoubleSpinBox* box : {low_, high_}) {
-      const QSignalBlocker quiet(box);
-      const double value = box == low_ ? now.low : now.high;
-      box->setValue(std::isfinite(value) ? value : value > 0 ? box->maximum() : box->minimum());
-    }
-    forget_preview();
-  });
-  form->addWidget(new QLabel("from"), 0, 0);
-  form->addWidget(low_, 0, 1);
-  form->addWidget(new QLabel("to"), 1, 0);
-  form->addWidget(high_, 1, 1);
-  form->addWidget(use_shape_, 2, 0);
-  form->addWidget(keep_shape_, 2, 1);
-  column->addWidget(shape);
-  column->addStretch(1);
-  for (QWidget* w : std::initializer_list<QWidget*>{tool, shape}) w->setVisible(options_.replay == nullptr);
-  auto* hint = new QLabel("F1: keys and mouse");
-  hint->setEnabled(false);
-  column->addWidget(hint);
-  dock->setWidget(panel);
-  addDockWidget(Qt::RightDockWidgetArea, dock);
-}
-
-void MainWindow::build_replay_panel() {
-  auto* dock = new QDockWidget("Session", this);
-  dock->setFeatures(QDockWidget::NoDockWidgetFeatures);
-  auto* panel = new QWidget;
-  auto* row = new QHBoxLayout(panel);
-  play_ = make_button("play", "Pause", "Space");
-  session_slider_ = make_slider("session_time", 0, static_cast<int>(1000 * options_.replay_seconds), 0);
-  session_time_ = new QLabel;
-  session_time_->setObjectName("session_clock");
-  speed_ = new QComboBox;
-  speed_->setObjectName("speed");
-  speed_->setFocusPolicy(Qt::NoFocus);
-  for (const double s : {0.25, 0.5, 1.0, 2.0, 5.0, 20.0}) speed_->addItem(QString("%1 x").arg(s), s);
-  speed_->setCurrentIndex(2);
-  row->addWidget(play_);
-  row->addWidget(session_slider_, 1);
-  row->addWidget(session_time_);
-  row->addWidget(speed_);
-  connect(play_, &QPushButton::clicked, this, [this] {
-    if (!replay_->is_playing() && replay_->seconds() >= replay_->length())
-      if (const Status error = replay_->seek(0)) return tell(*error);
-    replay_->play(!replay_->is_playing());
-  });
-  connect(session_slider_, &QSlider::sliderMoved, this, [this](int ms) {
-    if (const Status error = replay_->seek(1e-3 * ms)) tell(*error);
-  });
-  connect(speed_, QOverload<int>::of(&QComboBox::currentIndexChanged), this,
-          [this] { replay_->set_speed(speed_->currentData().toDouble()); });
-  dock->setWidget(panel);
-  addDockWidget(Qt::BottomDockWidgetArea, dock);
-}
-
-void MainWindow::build_menu() {
-  const auto add = [this](QMenu* menu, const char* name, const QString& text, const QKeySequence& keys,
-                          auto action) {
-    QAction* a = menu->addAction(text);
-    a->setObjectName(name);
-    if (!keys.isEmpty()) a->setShortcut(keys);
-    connect(a, &QAction::triggered, this, action);
-    return a;
-  };
-  QMenu* file = menuBar()->addMenu("&File");
-  if (options_.host.open) {
-    add(file, "open_folder", "&Open a scanner's folder or a case ...", QKeySequence::Open, [this] {
-      const QString path = QFileDialog::getExistingDirectory(this, "Open a scanner's folder or a case");
-      if (!path.isEmpty()) open_source(path);
-    });
-    add(file, "open_file", "Open a &file ...", QKeySequence("Ctrl+Shift+O"), [this] {
-      const QString path = QFileDialog::getOpenFileName(
-          this, "Open a scan", {}, "Scans (*.mha *.mhd *.nrrd *.nhdr *.nii *.nii.gz *.dcm);;All files (*)");
-      if (!path.isEmpty()) open_source(path);
-    });
-    add(file, "open_head", "Open the built-in &head", {}, [this] { open_source("head"); });
-    file->addSeparator();
-  }
-  add(file, "save_volume", "&Save the operated volume ...", QKeySequence::Save, [this] {
-    ask_path_and_save("Save the operated volume", "operated.nii.gz", k_volume_filter,
-                      &MainWindow::save_volume);
-  });
-  add(file, "save_mesh", "Save its &mesh ...", {},
-      [this] { ask_path_and_save("Save the mesh", "operated.stl", k_mesh_filter, &MainWindow::save_mesh); });
-  if (!options_.replay)
-    add(file, "save_session", "Save the s&ession ...", {}, [this] {
-      ask_path_and_save("Save the session", "operation.session", "Sessions (*.session)",
-                        &MainWindow::save_session);
-    });
-  add(file, "save_picture", "Save the &picture ...", QKeySequence("Ctrl+P"), [this] {
-    ask_path_and_save("Save the picture", "operation.png", "Pictures (*.png)", &MainWindow::save_picture);
-  });
-  file->addSeparator();
-  add(file, "quit", "&Quit", QKeySequence::Quit, [this] { close(); });
-
-  QMenu* edit = menuBar()->addMenu("&Edit");
-  undo_action_ =
-      add(edit, "undo_action", "&Undo the stroke", QKeySequence::Undo, [this] { operation_->undo(); });
-  redo_action_ = add(edit, "redo_action", "&Redo it", QKeySequence("Ctrl+Y"), [this] { operation_->redo(); });
-  QMenu* view = menuBar()->addMenu("&View");
-  add(view, "view_all", "&All of it", {}, [this] { picture()->look_from(0); });
-  add(view, "larger_text", "&Larger text", QKeySequence::ZoomIn, [this] { scale_text(1.15); });
-  add(view, "smaller_text", "S&maller text", QKeySequence::ZoomOut, [this] { scale_text(1 / 1.15); });
-  QAction* sound = add(view, "sound", "&Sound of contact and drill", {}, [this](bool is_on) {
-    is_sound_on_ = is_on && sound_.start();
-    if (!is_on) sound_.stop();
-    if (is_on && !is_sound_on_) notice_->setText("There is no sound device.");
-  });
-  sound->setCheckable(true);
-  QMenu* help = menuBar()->addMenu("&Help");
-  add(help, "help", "&Keys and mouse", QKeySequence("F1"), [this] {
-    help_->setGeometry(rect());
-    help_->raise();
-    help_->setVisible(!help_->isVisible());
-  });
-  add(help, "about", "&About trephine", {}, [this] {
-    QMessageBox::about(
-        this, "trephine",
-        "Surgery on real CT and MRI volumes that you can feel.\nFor training and research. Not a medical "
-        "device.\nLicence: Apache-2.0");
-  });
 }
 
 // ---- what a person does ---------------------------------------------------------------------------------
