@@ -369,6 +369,11 @@ Status write_case(const std::string& path, const CasePlan& plan, const volume::V
   if (fs::exists(target, error))
     return Error{"there is something of that name already", where, "", "the name of a new folder",
                  "choose another name, or remove it first"};
+  // What is written must be understood again.
+  if (const Result<CasePlan> again =
+          parse_case(case_text(plan, !scan.labels.is_empty()), where + "/" + k_plan_file);
+      !again)
+    return again.error();
   std::string made = target.string() + ".part-XXXXXX";
   if (mkdtemp(made.data()) == nullptr)
     return Error{"the case cannot be written",

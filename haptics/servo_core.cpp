@@ -53,13 +53,17 @@ ServoRecord ServoCore::step(const volume::Version& version, const ServoInput& in
   wanted_ = dvec3(0);
   const dvec3& hip = input.pose.position_world;
   if (is_place(hip) && (faults & fault_not_finite) == 0) {
-    if (is_led_ && has_way_ && version.serial() >= way_.version) begin_lead(version, hip);
+    const bool has_grown = has_pending_ && version.serial() >= pending_.version;
+    if (has_grown) {
+      way_ = pending_;
+      has_pending_ = false;
+      if (is_led_) begin_lead(hip);
+    }
     if (!is_led_) {
       step_ = method_->step(*scene_, version, state_, {hip});
       if (step_.has_contact) touched_ = step_.shape;
-      if (step_.is_buried) begin_lead(version, hip);
+      if (step_.is_buried && has_grown) begin_lead(hip);
     }
-    if (has_way_ && version.serial() >= way_.version && !is_led_) has_way_ = false;  // it was not needed
     if (is_led_) lead(hip);
     cap_ = is_led_ ? k_lead_force : std::min(force_limit_, cap_ + k_lead_recovery * dt_);
     wanted_ = clamped(force_.step(step_, hip, *scene_), cap_);
@@ -82,7 +86,7 @@ ServoRecord ServoCore::step(const volume::Version& version, const ServoInput& in
   account(record);
   record.energy = energy_;
   if (is_led_ && next_place_ == way_.count) {
-    is_led_ = has_way_ = false;  // arrived: from here on the method holds it
+    is_led_ = false;  // arrived: from here on the method holds it
     state_ = ProxyState{};
     state_.has_proxy = true;
     state_.proxy_volume = anchor_volume_;
@@ -90,19 +94,22 @@ ServoRecord ServoCore::step(const volume::Version& version, const ServoInput& in
   return record;
 }
 
-dvec3 ServoCore::skip(std::uint32_t faults) noexcept {
-  ++tick_;
+dvec3 ServoCore::skip(std::uint32_t faults, std::uint64_t count) noexcept {
   had_position_ = false;
-  return last_force_ = guard_.step(wanted_, faults);
+  tick_ += count;
+  for (; count > 0; --count) {
+    last_force_ = guard_.step(wanted_, faults);
+    if (guard_.is_faded()) break;
+  }
+  return last_force_;
 }
 
 void ServoCore::offer(const WayOut& way) noexcept {
-  way_ = way;
-  has_way_ = way.count > 0;
+  pending_ = way;
+  has_pending_ = way.count > 0;
 }
 
-void ServoCore::begin_lead(const volume::Version& version, const dvec3& hip_world) noexcept {
-  if (!has_way_ || version.serial() < way_.version) return;
+void ServoCore::begin_lead(const dvec3& hip_world) noexcept {
   const volume::Frame& frame = scene_->base->frame;
   const dvec3 out = frame.world_from_volume(way_.places_volume[way_.count - 1]);
   if (!is_led_) {
@@ -114,7 +121,6 @@ void ServoCore::begin_lead(const volume::Version& version, const dvec3& hip_worl
         0.5 * scene_->shapes[static_cast<std::size_t>(touched_)].material.stiffness * reach * reach;
   }
   next_place_ = 0;
-  has_way_ = false;
   is_led_ = true;
 }
 
@@ -145,9 +151,10 @@ void ServoCore::lead(const dvec3& hip_world) noexcept {
 
 void ServoCore::account(const ServoRecord& record) noexcept {
   const dvec3& position = record.pose.position_world;
-  if (had_position_)
+  const bool has_position = (record.raised & fault_not_finite) == 0;
+  if (had_position_ && has_position)
     (was_led_ ? energy_.growth : energy_.contact) += glm::dot(last_force_, position - last_position_);
-  had_position_ = (record.raised & fault_not_finite) == 0;
+  had_position_ = has_position;
   was_led_ = record.is_led;
   last_force_ = record.force_world;
   last_position_ = position;
@@ -163,7 +170,7 @@ void ServoCore::restart_at(const dvec3& free_point_volume) noexcept {
 
 void ServoCore::reset() noexcept {
   state_ = ProxyState{};
-  is_led_ = has_way_ = false;
+  is_led_ = false;
   cap_ = force_limit_;
   force_.reset();
   guard_.reset();

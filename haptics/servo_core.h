@@ -69,9 +69,10 @@ class ServoCore {
 
   /// Servo thread. A pose that is no place gives no force and a latched fault.
   ServoRecord step(const volume::Version& version, const ServoInput& input) noexcept;
-  /// A tick that nobody can be told about: the proxy stays, the force goes on fading. Gives the force.
-  glm::dvec3 skip(std::uint32_t faults) noexcept;
-  /// From the first version on whose serial is the way's, a buried proxy is led out along it.
+  /// Ticks that nobody can be told about: the proxy stays, the force goes on fading. Gives the force.
+  glm::dvec3 skip(std::uint32_t faults, std::uint64_t count = 1) noexcept;
+  /// When the first version is seen whose serial is the way's or later, a proxy that it buries, or that is
+  /// being led, goes this way. One way may be pending: a later offer stands for an earlier one.
   void offer(const WayOut& way) noexcept;
   void restart_at(const glm::dvec3& free_point_volume) noexcept;
   void reset() noexcept;
@@ -81,7 +82,7 @@ class ServoCore {
   const ProxyState& proxy_state() const noexcept { return state_; }
 
  private:
-  void begin_lead(const volume::Version& version, const glm::dvec3& hip_world) noexcept;
+  void begin_lead(const glm::dvec3& hip_world) noexcept;
   void lead(const glm::dvec3& hip_world) noexcept;
   void account(const ServoRecord& record) noexcept;
 
@@ -97,8 +98,8 @@ class ServoCore {
   int touched_ = 0;  ///< shape of the newest contact
   glm::dvec3 wanted_{0.0};
 
-  WayOut way_;
-  bool has_way_ = false, is_led_ = false;
+  WayOut pending_, way_;  ///< of a version that is still to come, and of the one that has
+  bool has_pending_ = false, is_led_ = false;
   std::uint32_t next_place_ = 0;
   glm::dvec3 anchor_volume_{0.0};
   double cap_;  ///< N, of the force after a lead

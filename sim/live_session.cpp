@@ -2,6 +2,8 @@
 
 #include <array>
 #include <chrono>
+#include <deque>
+#include <iterator>
 
 namespace trephine::sim {
 
@@ -46,7 +48,7 @@ void LiveSession::run() {
   // Before ordinary threads, behind the servo: late edits are felt too.
   if (wants_realtime_) haptics::request_realtime(40);
   haptics::ServoRecord record;
-  std::vector<Command> commands;
+  std::deque<Command> commands;
   std::vector<std::pair<std::size_t, glm::dvec3>> landings;
   for (;;) {
     const bool is_last_round = is_stopping_.load();
@@ -57,11 +59,13 @@ void LiveSession::run() {
     }
     {
       const std::lock_guard guard(lock_);
-      commands.swap(commands_);
+      commands.insert(commands.end(), std::make_move_iterator(commands_.begin()),
+                      std::make_move_iterator(commands_.end()));
+      commands_.clear();
       landings.swap(landings_);
     }
-    for (const Command& command : commands) carry_out(command);
-    commands.clear();
+    for (; !commands.empty() && (is_ready_for_command() || is_last_round); commands.pop_front())
+      carry_out(commands.front());
     if (wants_reset_.exchange(false)) {
       servo_.request_reset();
       for (std::size_t h = 0; h < edits_.hand_count(); ++h)
@@ -76,6 +80,7 @@ void LiveSession::run() {
 
 void LiveSession::consume(const haptics::ServoRecord& record) {
   const EditOutcome outcome = edits_.consume(record);
+  if (record.hand + 1u == edits_.hand_count()) seen_version_ = record.version;
   if (outcome.is_changed) channel_.publish(edits_.current());
   if (recorder_) recorder_->add(record, edits_, outcome);
   if (trace_.size() < trace_limit_) trace_.push_back(record);
@@ -91,6 +96,7 @@ void LiveSession::carry_out(const Command& command) {
     // The way out first: the servo must know it when the matter is there.
     for (std::size_t h = 0; h < edits_.hand_count(); ++h)
       if (const std::optional<haptics::WayOut> way = edits_.way_out(h)) servo_.offer_way_out(*way, h);
+    growth_version_ = edits_.current()->serial();
     channel_.publish(edits_.current());
   }
   if (recorder_) recorder_->add(command, edits_, outcome);

@@ -68,6 +68,9 @@ class LiveSession {
   void run();
   void consume(const haptics::ServoRecord& record);
   void carry_out(const Command& command);
+  /// May another command be applied? Not before the servo has seen the version in which the last one let
+  /// matter grow: it keeps one way out at a time.
+  bool is_ready_for_command() const noexcept { return seen_version_ >= growth_version_; }
   void note(const EditOutcome& outcome);  // with lock_ held
 
   const haptics::TouchScene* scene_;
@@ -81,6 +84,7 @@ class LiveSession {
   std::mutex lock_;  // between edit thread and others; never the servo
   LiveState state_;
   std::vector<Command> commands_;
+  std::uint64_t seen_version_ = 0, growth_version_ = 0;  // edit thread
   std::vector<std::pair<std::size_t, glm::dvec3>> landings_;
   std::atomic<bool> is_stopping_{false}, wants_reset_{false};
   std::thread thread_;

@@ -21,7 +21,7 @@ haptics::ServoRecord Lockstep::step(const haptics::Pose& pose) {
   }
   last_edit_ = edits_.consume(record);
   if (recorder_) recorder_->add(record, edits_, last_edit_);
-  return record;
+  return last_record_ = record;
 }
 
 EditOutcome Lockstep::apply(const Command& command) {

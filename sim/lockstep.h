@@ -27,12 +27,14 @@ class Lockstep {
   const EditSession& edits() const noexcept { return edits_; }
   const haptics::ProxyStep& last_step() const noexcept { return servo_.last_step(); }
   const EditOutcome& last_edit() const noexcept { return last_edit_; }
+  const haptics::ServoRecord& last_record() const noexcept { return last_record_; }
 
  private:
   EditSession edits_;
   haptics::ServoCore servo_;
   SessionWriter* recorder_;
   EditOutcome last_edit_;
+  haptics::ServoRecord last_record_;
 };
 
 }  // namespace trephine::sim

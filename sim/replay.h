@@ -40,7 +40,8 @@ class Replay {
   volume::Status why_not_verifiable() const;
   /// The next tick of any hand, and the commands before it. False at the end of the session.
   volume::Result<bool> step();
-  /// To the last tick before `tick`, forward or back; back goes by way of kept states.
+  /// To the last tick before `tick`, forward or back; back goes by way of kept states. From the session's
+  /// last tick on: to its very end, with the commands that follow.
   volume::Status seek(std::uint64_t tick);
 
   const haptics::ServoRecord& record() const noexcept { return record_; }  ///< as replayed, exact

@@ -325,7 +325,7 @@ Result<SessionHeader> decode_header(std::string_view text) {
     } else if (key == "size_x" || key == "size_y" || key == "size_z") {
       if ((is_good = whole(1, 1 << 20))) h.size[key.back() - 'x'] = static_cast<int>(number);
     } else if (key == "rate") {
-      if ((is_good = between(1, 1e6))) h.rate_hz = number;
+      if ((is_good = between(1, 1e5))) h.rate_hz = number;
     } else if (key == "smoothing_alpha") {
       if ((is_good = between(1e-9, 1))) h.force.smoothing_alpha = number;
     } else if (key == "force_limit") {
@@ -333,7 +333,7 @@ Result<SessionHeader> decode_header(std::string_view text) {
     } else if (key == "slew_limit") {
       if ((is_good = between(0, 1e9))) h.force.slew_limit = number;
     } else if (key == "fade_seconds") {
-      if ((is_good = between(1e-9, 1e3))) h.force.fade_seconds = number;
+      if ((is_good = between(1e-9, 10))) h.force.fade_seconds = number;
     } else if (shape == nullptr) {
       is_good = false;
     } else if (key == "low") {

@@ -90,6 +90,7 @@ class ItemEncoder {
   void add(const VersionItem& item);
   void add(const HashItem& item);
   bool is_empty() const noexcept { return bytes_.empty(); }
+  std::size_t size() const noexcept { return bytes_.size(); }
   std::uint64_t first_tick() const noexcept { return first_tick_; }
   /// What was added since the last call.
   std::string take();

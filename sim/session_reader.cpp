@@ -86,12 +86,13 @@ Result<SessionReader> SessionReader::open(const std::string& path) {
   r.lost_bytes_ = size - r.whole_bytes_;
 
   // Damage in the middle is told from a torn end by whole blocks after it.
-  if (r.lost_bytes_ > sizeof(BlockHead)) {
-    std::string rest(static_cast<std::size_t>(std::min<std::uint64_t>(r.lost_bytes_, 1 << 24)), '\0');
-    r.file_.seekg(static_cast<std::streamoff>(r.whole_bytes_));
+  constexpr std::uint64_t k_chunk = 1 << 24;
+  for (std::uint64_t at = r.whole_bytes_ + 4; at + 4 <= size && !r.is_damaged_; at += k_chunk) {
+    std::string rest(static_cast<std::size_t>(std::min(size - at, k_chunk + 3)), '\0');  // 3: across the seam
+    r.file_.seekg(static_cast<std::streamoff>(at));
     r.file_.read(rest.data(), static_cast<std::streamsize>(rest.size()));
     r.file_.clear();
-    r.is_damaged_ = rest.find("TRPB", 4) != std::string::npos;
+    r.is_damaged_ = rest.find("TRPB") != std::string::npos;
   }
   // The newest tick is in the last block that has one.
   for (std::size_t b = r.logs_.size(); b-- > 0 && r.tick_count_ == 0;) {
@@ -102,7 +103,7 @@ Result<SessionReader> SessionReader::open(const std::string& path) {
       Result<LogItem> item = decoder.next();
       if (!item) return item.error();
       if (const auto* tick = std::get_if<TickItem>(&item.value()))
-        r.tick_count_ = std::max(r.tick_count_, tick->record.tick + 1);
+        r.tick_count_ = std::max(r.tick_count_, std::min(tick->record.tick, ~std::uint64_t{1}) + 1);
     }
   }
   return r;

@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cstring>
 #include <fcntl.h>
+#include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -44,8 +45,8 @@ void sync_folder(const std::string& path) {
 
 }  // namespace
 
-SessionWriter::SessionWriter(int file, std::string where, const WriterOptions& options)
-    : file_(file), where_(std::move(where)), options_(options) {}
+SessionWriter::SessionWriter(int file, std::string path, const WriterOptions& options)
+    : file_(file), path_(std::move(path)), where_(name_of(path_)), options_(options) {}
 
 Result<std::unique_ptr<SessionWriter>> SessionWriter::create(const std::string& path,
                                                              const SessionHeader& header,
@@ -57,7 +58,8 @@ Result<std::unique_ptr<SessionWriter>> SessionWriter::create(const std::string& 
     return Error{"there is a file of that name already", where, "", "a new name for a new session",
                  "choose another name, or go on with it: trephine resume " + where};
   if (file < 0) return disk_error("the session cannot be recorded", where, errno);
-  std::unique_ptr<SessionWriter> writer(new SessionWriter(file, where, options));
+  std::unique_ptr<SessionWriter> writer(new SessionWriter(file, path, options));
+  ::flock(file, LOCK_EX | LOCK_NB);  // it is new: nobody else has it
   std::string preamble(k_session_magic);
   const std::uint32_t layout[2] = {k_session_layout, 0};
   preamble.append(reinterpret_cast<const char*>(layout), sizeof layout);
@@ -84,7 +86,12 @@ Result<std::unique_ptr<SessionWriter>> SessionWriter::append(const std::string& 
   const std::string where = name_of(path);
   const int file = ::open(path.c_str(), O_WRONLY | O_CLOEXEC);
   if (file < 0) return disk_error("the session cannot be continued", where, errno);
-  std::unique_ptr<SessionWriter> writer(new SessionWriter(file, where, options));
+  if (::flock(file, LOCK_EX | LOCK_NB) != 0) {
+    ::close(file);
+    return Error{"the session is being recorded right now", where, "another trephine writes it", "",
+                 "close that one first"};
+  }
+  std::unique_ptr<SessionWriter> writer(new SessionWriter(file, path, options));
   if (::ftruncate(file, static_cast<off_t>(length)) != 0 || ::lseek(file, 0, SEEK_END) < 0)
     return disk_error("the session cannot be continued", where, errno);
   writer->bytes_written_ = length;
@@ -92,6 +99,14 @@ Result<std::unique_ptr<SessionWriter>> SessionWriter::append(const std::string& 
   writer->writer_ = std::thread([w = writer.get()] { w->write_loop(); });
   writer->background_ = std::thread([w = writer.get()] { w->background_loop(); });
   return writer;
+}
+
+bool SessionWriter::is_being_written(const std::string& path) {
+  const int file = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  if (file < 0) return false;
+  const bool is_taken = ::flock(file, LOCK_SH | LOCK_NB) != 0;
+  ::close(file);
+  return is_taken;
 }
 
 SessionWriter::~SessionWriter() {
@@ -114,6 +129,7 @@ void SessionWriter::add(const haptics::ServoRecord& record, const EditSession& e
                         const EditOutcome& outcome) {
   const std::lock_guard guard(lock_);
   items_.add(record);
+  seal_if_long();
   last_tick_ = record.tick;
   if (outcome.is_changed) note_version(edits, record.tick);
   if (was_in_stroke_ && !edits.is_in_stroke()) ask_sync(edits.current());
@@ -129,6 +145,7 @@ void SessionWriter::add(const Command& command, const EditSession& edits, const 
 }
 
 void SessionWriter::note_version(const EditSession& edits, std::uint64_t tick) {
+  has_edits_ = true;
   items_.add(VersionItem{edits.current()->serial(), tick, edits.current()->ledger().total()});
 }
 
@@ -140,21 +157,37 @@ void SessionWriter::ask_sync(std::shared_ptr<const volume::Version> version) {
   wants_sync_ = true;
 }
 
+void SessionWriter::seal_if_long() {
+  // A run faster than real time makes no longer blocks than a live one: damage costs one of them.
+  constexpr std::size_t k_longest = 1 << 14;
+  if (items_.size() < k_longest) return;
+  const std::uint64_t first_tick = items_.first_tick();
+  sealed_.emplace_back(first_tick, items_.take());
+}
+
+void SessionWriter::write_items(std::unique_lock<std::mutex>& guard) {
+  std::vector<std::pair<std::uint64_t, std::string>> blocks = std::exchange(sealed_, {});
+  if (!items_.is_empty()) {
+    const std::uint64_t first_tick = items_.first_tick();
+    blocks.emplace_back(first_tick, items_.take());
+  }
+  guard.unlock();
+  for (const auto& [first_tick, payload] : blocks) write_block(BlockKind::log, first_tick, payload);
+  guard.lock();
+}
+
 void SessionWriter::write_loop() {
-  if (options_.wants_realtime) haptics::request_realtime(30);
+  if (options_.wants_realtime) haptics::request_realtime(50);
   const auto period = std::chrono::duration<double>(options_.block_seconds);
   std::unique_lock guard(lock_);
   for (;;) {
     write_wake_.wait_for(guard, period, [this] { return is_stopping_; });
     const bool is_last = is_stopping_, wants_sync = std::exchange(wants_sync_, false);
-    if (!items_.is_empty()) {
-      const std::uint64_t first_tick = items_.first_tick();
-      const std::string payload = items_.take();
-      guard.unlock();
-      write_block(BlockKind::log, first_tick, payload);
-      guard.lock();
+    write_items(guard);
+    if (wants_sync) {
+      is_sync_due_ = true;
+      background_wake_.notify_one();
     }
-    if (wants_sync) background_wake_.notify_one();
     if (is_last) return;
   }
 }
@@ -169,14 +202,15 @@ void SessionWriter::background_loop() {
   const auto period = std::chrono::duration<double>(options_.sync_seconds);
   std::unique_lock guard(lock_);
   for (;;) {
-    if (!is_stopping_) background_wake_.wait_for(guard, period);
+    background_wake_.wait_for(guard, period, [this] { return is_stopping_ || is_sync_due_; });
+    is_sync_due_ = false;
     const bool is_last = is_stopping_;
     const std::shared_ptr<const volume::Version> version = std::exchange(to_hash_, nullptr);
     guard.unlock();
     // A version between strokes is never written again, so another thread may read all of it.
     std::uint64_t hash = 0;
     if (version) hash = version->content_hash();
-    ::fdatasync(file_);
+    if (::fdatasync(file_) != 0) fail(errno);
     guard.lock();
     if (version) items_.add(HashItem{version->serial(), hash});
     if (is_last) return;
@@ -222,9 +256,9 @@ Status SessionWriter::status() const {
 Status SessionWriter::finish(const EditSession& edits, std::uint64_t dropped) {
   stop_threads();
   if (file_ < 0) return status();
-  if (!items_.is_empty()) {
-    const std::uint64_t first_tick = items_.first_tick();
-    write_block(BlockKind::log, first_tick, items_.take());
+  {
+    std::unique_lock guard(lock_);
+    write_items(guard);
   }
   const volume::Version& version = *edits.current();
   write_block(BlockKind::end, last_tick_,
@@ -232,6 +266,7 @@ Status SessionWriter::finish(const EditSession& edits, std::uint64_t dropped) {
                                 edits.removed_mm3()}));
   if (::fsync(file_) != 0) fail(errno);
   ::close(std::exchange(file_, -1));
+  if (options_.is_removed_when_empty && !has_edits()) ::unlink(path_.c_str());
   return status();
 }
 

@@ -7,21 +7,24 @@
 #include <mutex>
 #include <string>
 #include <thread>
+#include <utility>
+#include <vector>
 
 #include "sim/session_format.h"
 
 namespace trephine::sim {
 
 struct WriterOptions {
-  bool is_embedding = false;     ///< the scan goes into the file too
-  bool wants_realtime = true;    ///< writes go before ordinary threads, when allowed
-  double block_seconds = 0.025;  ///< what a killed program can lose is this and a scheduler's whim
+  bool is_embedding = false;           ///< the scan goes into the file too
+  bool wants_realtime = true;          ///< writes go before ordinary threads, when allowed
+  double block_seconds = 0.025;        ///< what a killed program can lose is this and a scheduler's whim
+  bool is_removed_when_empty = false;  ///< nothing was cut: finish() takes the file away again
   double sync_seconds = 1;  ///< what a power cut can lose; ends of strokes and commands are synced at once
 };
 
 /// Appends checksummed blocks from a thread of its own; whoever adds items never waits for the disk. The
 /// first failure (a full disk) ends the recording, not the session: what was written stays readable.
-/// add() from one thread, the edit thread.
+/// add() from one thread, the edit thread. While it lives no other writer can take the file.
 class SessionWriter {
  public:
   /// Creates the file; an existing one is never overwritten. Borrows nothing: the scan is held.
@@ -33,6 +36,8 @@ class SessionWriter {
   static volume::Result<std::unique_ptr<SessionWriter>> append(const std::string& path, std::uint64_t length,
                                                                std::uint64_t blocks,
                                                                const WriterOptions& options = {});
+  /// Does some program write this file at the moment?
+  static bool is_being_written(const std::string& path);
   ~SessionWriter();
   SessionWriter(const SessionWriter&) = delete;
   SessionWriter& operator=(const SessionWriter&) = delete;
@@ -41,6 +46,8 @@ class SessionWriter {
   void add(const haptics::ServoRecord& record, const EditSession& edits, const EditOutcome& outcome);
   /// A command that the edits have applied.
   void add(const Command& command, const EditSession& edits, const EditOutcome& outcome);
+  /// Was anything cut?
+  bool has_edits() const noexcept { return has_edits_.load(); }
   /// Writes the rest and the end, syncs and closes. The first failure of the whole recording, if any.
   volume::Status finish(const EditSession& edits, std::uint64_t dropped);
   /// The first failure so far.
@@ -48,29 +55,33 @@ class SessionWriter {
   std::uint64_t bytes_written() const noexcept { return bytes_written_.load(); }
 
  private:
-  SessionWriter(int file, std::string where, const WriterOptions& options);
+  SessionWriter(int file, std::string path, const WriterOptions& options);
   void note_version(const EditSession& edits, std::uint64_t tick);
+  void seal_if_long();
   void ask_sync(std::shared_ptr<const volume::Version> version);
   void write_loop();
   void background_loop();
+  void write_items(std::unique_lock<std::mutex>& guard);
   void write_block(BlockKind kind, std::uint64_t first_tick, const std::string& payload);
   void fail(int error_number);
   void stop_threads();
 
   int file_;
-  std::string where_;
+  std::string path_, where_;
   WriterOptions options_;
   std::shared_ptr<const volume::Volume> scan_;  ///< until its hash is written
   mutable std::mutex lock_;                     ///< items and wishes; held for copies only
   std::mutex file_lock_;
   std::condition_variable write_wake_, background_wake_;
   ItemEncoder items_;
+  std::vector<std::pair<std::uint64_t, std::string>> sealed_;  ///< full blocks, with their first ticks
   std::shared_ptr<const volume::Version> to_hash_;
-  bool wants_sync_ = false, is_stopping_ = false;
+  bool wants_sync_ = false, is_sync_due_ = false, is_stopping_ = false;
   volume::Status status_;
   std::uint64_t next_block_ = 0, last_tick_ = 0, hashed_serial_ = 0;
   bool was_in_stroke_ = false;
   std::atomic<std::uint64_t> bytes_written_{0};
+  std::atomic<bool> has_edits_{false};
   std::thread writer_, background_;
 };
 

@@ -190,9 +190,9 @@ Result<Outcome> run_doctor(const DoctorArguments& arguments) {
   findings.push_back({"memory", format_text("%.1f GB could be used", free_gb),
                       free_gb < 2 ? "close other programs: a large scan needs 1 GB and more" : "",
                       free_gb < 2});
-  const std::string saves = autosave_path();
+  const std::string saves = autosave_folder();
   std::error_code error;
-  const auto space = std::filesystem::space(std::filesystem::path(saves).parent_path(), error);
+  const auto space = std::filesystem::space(saves, error);
   if (saves.empty() || error)
     findings.push_back({"sessions", "there is no place to keep them",
                         "set HOME or XDG_STATE_HOME to a folder of yours", true});

@@ -23,6 +23,7 @@ Result<Outcome> run_drill(const DrillArguments& arguments) {
     return Error{"this is no volume format that trephine writes", data_tools::file_name(arguments.output), "",
                  ".mha, .nrrd, .nii or .nii.gz", "choose one of these extensions"};
   if (volume::Status error = data_tools::check_writable(arguments.output)) return *error;
+  if (volume::Status error = check_record(arguments.record)) return *error;
   auto path = open_path(arguments.path);
   if (!path) return path.error();
   auto opened = open_source(arguments.source);
@@ -48,8 +49,11 @@ Result<Outcome> run_drill(const DrillArguments& arguments) {
   std::vector<double> tick_us;
   ProgressLine progress("drilling");
   for (std::size_t i = 0; i < times.size(); ++i) {
-    if (i % 256 == 0 && !progress(static_cast<double>(i) / static_cast<double>(times.size())))
+    if (i % 256 == 0 && !progress(static_cast<double>(i) / static_cast<double>(times.size()))) {
+      if (recorder.value() && !finish_recording(recorder.value().get(), run.edits(), 0))
+        notice("the session up to here is kept: " + data_tools::file_name(arguments.record.file));
       return interrupted("drilling");
+    }
     const auto begin = Clock::now();
     run.step(path.value().at(times[i]));
     if (run.last_edit().is_changed)
@@ -83,6 +87,14 @@ Result<Outcome> run_drill(const DrillArguments& arguments) {
   for (const auto& [name, mm3] : by_label.items())
     outcome.text += format_text("  %s %.2f mm3\n", name.c_str(), mm3.get<double>());
   outcome.text += "written to " + arguments.output + "\n";
+  if (const haptics::ServoRecord& last = run.last_record(); last.has_contact) {
+    const double held = glm::length(last.proxy_world - last.pose.position_world);
+    if (held > 3)
+      notice(
+          format_text("note: at its end the path is %.0f mm inside the bone, and the burr is held; lift it "
+                      "before it moves aside",
+                      held));
+  }
   if (run.edits().removed_mm3() == 0) say_where(scene, path.value());
   return outcome;
 }

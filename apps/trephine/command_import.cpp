@@ -80,7 +80,7 @@ Result<Outcome> run_import(const ImportArguments& arguments) {
   plan.modality = source.modality;
   plan.is_hounsfield = scan->is_hounsfield;
   plan.label_names = scan->label_names;
-  if (!source.plan || arguments.shape.iso || !arguments.shape.window.empty() ||
+  if (!source.plan || !arguments.labels.empty() || arguments.shape.iso || !arguments.shape.window.empty() ||
       !arguments.shape.label.empty()) {
     plan.structures.clear();
     auto shape = choose_shape(source, arguments.shape);

@@ -38,6 +38,12 @@ Status check_outputs(const std::string& output, const std::string& steps) {
 
 Result<Outcome> run_replay(const ReplayArguments& arguments) {
   if (Status error = check_outputs(arguments.output, arguments.steps)) return *error;
+  if (!arguments.screenshot.empty()) {
+    if (!data_tools::has_extension(arguments.screenshot, ".png"))
+      return Error{"this is no picture format that trephine writes",
+                   data_tools::file_name(arguments.screenshot), "", ".png", "choose this extension"};
+    if (Status error = data_tools::check_writable(arguments.screenshot)) return *error;
+  }
   if (arguments.until && !(*arguments.until >= 0))
     return Error{"the time is out of range", "--until", std::to_string(*arguments.until), "0 s or more", ""};
   auto opened = open_session(arguments.session, arguments.case_source);
@@ -70,8 +76,10 @@ Result<Outcome> run_replay(const ReplayArguments& arguments) {
   std::string csv = arguments.steps.empty() ? "" : k_steps_header;
   double strongest = 0;
   const auto start = Clock::now();
-  for (std::uint64_t n = 0; replay.next_tick() < end; ++n) {
-    if (n % 1024 == 0 && !progress(static_cast<double>(replay.next_tick()) / static_cast<double>(end)))
+  for (std::uint64_t n = 0; replay.next_tick() < end || end == all;
+       ++n) {  // commands may follow the last tick
+    if (n % 1024 == 0 && !progress(static_cast<double>(replay.next_tick()) /
+                                   static_cast<double>(std::max<std::uint64_t>(end, 1))))
       return interrupted("the replay");
     const Result<bool> stepped = replay.step();
     if (!stepped) return stepped.error();
@@ -94,6 +102,11 @@ Result<Outcome> run_replay(const ReplayArguments& arguments) {
       mismatch = sim::Mismatch{all, "removed volume", std::to_string(last->removed_mm3),
                                std::to_string(edits.removed_mm3())};
   }
+  if (session.reader->is_damaged() && !mismatch)
+    mismatch = sim::Mismatch{
+        all, "file",
+        format_text("damaged at byte %llu", static_cast<unsigned long long>(session.reader->whole_bytes())),
+        "what lies before that is the same"};
   if (!arguments.steps.empty())
     if (Status error = data_tools::write_file_atomically(arguments.steps, csv)) return *error;
   if (!arguments.output.empty()) {
@@ -133,6 +146,8 @@ Result<Outcome> run_replay(const ReplayArguments& arguments) {
       "%.1f s replayed in %.2f s: %llu commands, %zu strokes, %.2f mm3 removed, at most %.2f N\n",
       static_cast<double>(replay.next_tick()) / rate, seconds,
       static_cast<unsigned long long>(counts.commands), edits.stroke_count(), edits.removed_mm3(), strongest);
+  for (const std::string& file : {arguments.output, arguments.steps, arguments.screenshot})
+    if (!file.empty()) outcome.text += "written to " + file + "\n";
   if (arguments.is_verifying) {
     json["is_same"] = !mismatch.has_value();
     if (mismatch) {
@@ -182,6 +197,10 @@ Result<Outcome> run_resume(const ResumeArguments& arguments) {
   if (header.tools.size() != 1)
     return Error{"only sessions of one hand can be continued here", where,
                  std::to_string(header.tools.size()), "1", ""};
+  if (!path && (session.burrs[0] == nullptr || !(header.rate_hz >= 250 && header.rate_hz <= 10000)))
+    return Error{"this session cannot go on in the window", where,
+                 session.burrs[0] ? std::to_string(header.rate_hz) + " Hz" : "a hand without a tool",
+                 "a burr, and 250 to 10000 Hz", "give a path to go on with: --path PATH.csv"};
   if (Status error = replay.seek(session.reader->tick_count())) return *error;
   if (replay.mismatch())
     return Error{"the session does not replay as it was recorded", where, replay.mismatch()->what,
@@ -223,6 +242,7 @@ Result<Outcome> run_resume(const ResumeArguments& arguments) {
     options.title = where;
     options.burr = session.burrs[0]->options();
     options.rate_hz = header.rate_hz;
+    options.force = header.force;
     options.recorder = &writer;
     options.start = view::WindowStart{std::move(edits), session.burrs[0].get(), first_tick};
     auto shown = view::run_window(view::borrowed(session.scene), options);

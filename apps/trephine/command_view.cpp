@@ -1,5 +1,3 @@
-#include <filesystem>
-
 #include "apps/trephine/commands.h"
 #include "apps/trephine/text.h"
 #include "apps/view/render_window.h"
@@ -17,7 +15,10 @@ namespace {
 /// What the window asks for while it is open: scans, and recordings of what is done to them.
 class Host {
  public:
-  Host(Source source, bool is_autosaving) : source_(std::move(source)), is_autosaving_(is_autosaving) {}
+  /// `record`: what was asked for at the start; what is opened later goes on in FILE-2, FILE-3 and so on, or
+  /// in autosaves.
+  Host(Source source, RecordChoice record, bool is_autosaving)
+      : source_(std::move(source)), record_(std::move(record)), is_autosaving_(is_autosaving) {}
 
   Result<view::OpenedScene> open(const std::string& path, const drilling::BurrOptions& burr) {
     Result<Source> opened = open_source(path);
@@ -50,21 +51,25 @@ class Host {
   Result<view::OpenedScene> wrap(haptics::TouchScene scene, const drilling::BurrOptions& burr) {
     view::OpenedScene opened;
     opened.title = source_.name;
-    if (is_autosaving_) {
-      RecordChoice record;
+    RecordChoice record = record_;
+    if (is_autosaving_)
       record.file = autosave_path();
+    else if (!record.file.empty())
+      record.file = format_text("%s-%d", record_.file.c_str(), ++opened_);
+    if (!record.file.empty()) {
       auto started = start_recording(record, source_, scene, haptics::ImplicitProxy(), {}, burr);
-      if (started) {
-        opened.recorder = std::move(started).value();
-        opened.session_file = record.file;
-      }
+      if (!started) return started.error();
+      opened.recorder = std::move(started).value();
+      opened.session_file = record.file;
     }
     opened.scene = std::make_shared<const haptics::TouchScene>(std::move(scene));
     return opened;
   }
 
   Source source_;
+  RecordChoice record_;
   bool is_autosaving_;
+  int opened_ = 1;
 };
 
 }  // namespace
@@ -98,7 +103,11 @@ Result<Outcome> run_view(const ViewArguments& arguments) {
   // The recording that was asked for, or one for the time when something goes wrong.
   RecordChoice record = arguments.record;
   const bool is_autosave = record.file.empty() && !options.is_offscreen && !arguments.has_no_autosave;
-  if (is_autosave) record.file = autosave_path();
+  if (is_autosave) {
+    prune_autosaves();
+    record.file = autosave_path();
+    record.is_autosave = true;
+  }
   if (options.is_offscreen && !record.file.empty())
     return Error{"without a window there is nothing to record", "--record", "", "a display", ""};
   auto started = start_recording(record, source, *scene, haptics::ImplicitProxy(), {}, options.burr);
@@ -108,7 +117,7 @@ Result<Outcome> run_view(const ViewArguments& arguments) {
   options.recorder = recorder.get();
   if (recorder) options.session_file = record.file;
 
-  const auto host = std::make_shared<Host>(source, is_autosave);
+  const auto host = std::make_shared<Host>(source, record, is_autosave);
   options.host.open = [host, burr = options.burr](const std::string& path) { return host->open(path, burr); };
   options.host.reshape = [host, burr = options.burr](double low, double high) {
     return host->reshape(low, high, burr);
@@ -145,10 +154,7 @@ Result<Outcome> run_view(const ViewArguments& arguments) {
       format_text("%zu triangles; frames: %d, the first after %.2f s, removed: %.1f mm3, strokes: %zu\n",
                   r.triangles, r.frames, r.first_frame_seconds, r.removed_mm3, r.strokes);
   if (r.recording) notice("note: " + r.recording->message());
-  if (is_autosave && recorder && r.strokes == 0 && r.removed_mm3 == 0) {
-    std::error_code ignored;
-    std::filesystem::remove(record.file, ignored);  // nothing was done in it
-  } else if (recorder) {
+  if (recorder && (!is_autosave || recorder->has_edits())) {
     json["session"] = data_tools::file_name(record.file);
     outcome.text += "session: " + record.file + "  (again: trephine replay, onward: trephine resume)\n";
   }

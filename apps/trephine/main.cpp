@@ -1,6 +1,7 @@
 // The command line: what people type, turned into the arguments of commands.h. The only file that knows
 // CLI11.
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cstdio>
 #include <functional>
 
@@ -33,7 +34,7 @@ void add_record(CLI::App* command, app::RecordChoice& record) {
 }
 
 void add_case(CLI::App* command, std::string& session, std::string& source) {
-  command->add_option("SESSION", session, "A file that --record wrote")->required();
+  command->add_option("SESSION", session, "A recorded session")->required();
   command->add_option("--case", source, "The case or scan that was operated on")->type_name("SRC");
 }
 
@@ -102,9 +103,10 @@ int main(int argc, char** argv) {
   add_source(c, info.source);
 
   app::ImportArguments import;
-  c = add("import", "Make a case of a scan: volumes in open formats and a plan to edit",
-          "  trephine import SCANS/HEAD -o head-case\n  trephine import head --name training -o training-case",
-          import, app::run_import);
+  c = add(
+      "import", "Make a case of a scan: volumes in open formats and a plan to edit",
+      "  trephine import SCANS/HEAD -o head-case\n  trephine import head --name training -o training-case",
+      import, app::run_import);
   add_source(c, import.source);
   add_shape_options(c, import.shape);
   c->add_option("--labels", import.labels, "Labels on the grid of the scan")->type_name("FILE");
@@ -251,6 +253,14 @@ int main(int argc, char** argv) {
     return cli.exit(e);
   } catch (const CLI::ParseError& e) {
     const std::string name = argc > 1 ? argv[1] : "";
+    const auto is_known = [&cli](const std::string& n) {
+      const auto all = cli.get_subcommands([](CLI::App*) { return true; });
+      return std::any_of(all.begin(), all.end(), [&n](const CLI::App* a) { return a->get_name() == n; });
+    };
+    if (!name.empty() && !name.starts_with("-") && !is_known(name))
+      return finish(name, wants_json,
+                    Error{"there is no such command", "", name, "one that trephine --help lists",
+                          "check the spelling"});
     return finish(
         name.starts_with("-") ? "" : name, wants_json,
         Error{e.what(), name.starts_with("-") ? "" : name, "", "",

@@ -1,6 +1,7 @@
 #include "apps/trephine/recording.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cstdlib>
 #include <ctime>
 #include <filesystem>
@@ -17,6 +18,15 @@ namespace fs = std::filesystem;
 using volume::Error;
 using volume::Result;
 using volume::Status;
+
+Status check_record(const RecordChoice& choice) {
+  std::error_code error;
+  if (choice.file.empty() || !fs::exists(choice.file, error)) return std::nullopt;
+  return Error{
+      "there is a file of that name already", data_tools::file_name(choice.file), "",
+      "a new name for a new session",
+      "choose another name, or go on with it: trephine resume " + data_tools::file_name(choice.file)};
+}
 
 Result<std::unique_ptr<sim::SessionWriter>> start_recording(const RecordChoice& choice, const Source& source,
                                                             const haptics::TouchScene& scene,
@@ -35,6 +45,7 @@ Result<std::unique_ptr<sim::SessionWriter>> start_recording(const RecordChoice& 
   header.is_builtin = source.is_builtin;
   sim::WriterOptions writer;
   writer.is_embedding = choice.is_embedding;
+  writer.is_removed_when_empty = choice.is_autosave;
   return sim::SessionWriter::create(choice.file, header, source.volume, writer);
 }
 
@@ -57,8 +68,10 @@ Result<std::unique_ptr<OpenedSession>> open_session(const std::string& path, con
   const sim::SessionHeader& header = session.header();
   const std::string where = data_tools::file_name(path);
   if (session.is_damaged())
-    notice("note: the session is damaged; only what lies before the damage is used");
-  else if (!session.end())
+    notice(format_text("note: the session is damaged at byte %llu; only the %.1f s before that are used",
+                       static_cast<unsigned long long>(session.whole_bytes()),
+                       static_cast<double>(session.tick_count()) / header.rate_hz));
+  else if (!session.end() && !sim::SessionWriter::is_being_written(path))
     notice("note: the session was not closed; it ends with the last block that was written");
 
   // The scan.
@@ -82,7 +95,8 @@ Result<std::unique_ptr<OpenedSession>> open_session(const std::string& path, con
                  header.case_name.empty() ? "a session of a scan without a name"
                                           : "a session of case " + header.case_name,
                  "--case SRC: the case or scan that was operated on",
-                 "record with --embed to keep the scan in the session"};
+                 header.case_name.empty() ? "give the scan that was operated on: --case SRC"
+                                          : "give it: --case " + header.case_name};
   }
   Result<haptics::TouchScene> scene = sim::scene_of(session, result->source.volume);
   if (!scene) {
@@ -114,7 +128,7 @@ Result<std::unique_ptr<OpenedSession>> open_session(const std::string& path, con
   return result;
 }
 
-std::string autosave_path() {
+std::string autosave_folder() {
   const char* state = std::getenv("XDG_STATE_HOME");
   const char* home = std::getenv("HOME");
   fs::path folder;
@@ -127,20 +141,35 @@ std::string autosave_path() {
   folder = folder / "trephine" / "sessions";
   std::error_code error;
   fs::create_directories(folder, error);
-  if (error) return {};
-  // The newest few stay; they can be large.
-  constexpr std::size_t k_kept = 9;
-  std::vector<fs::path> old;
-  for (fs::directory_iterator it(folder, error), end; !error && it != end; it.increment(error))
-    if (it->path().extension() == ".session") old.push_back(it->path());
-  std::sort(old.begin(), old.end());
-  for (std::size_t i = 0; i + k_kept < old.size(); ++i) fs::remove(old[i], error);
-  std::time_t now = std::time(nullptr);
+  return error ? std::string() : folder.string();
+}
+
+std::string autosave_path() {
+  const std::string folder = autosave_folder();
+  if (folder.empty()) return {};
+  const std::time_t now = std::time(nullptr);
   std::tm local{};
   localtime_r(&now, &local);
   char name[64];
   std::strftime(name, sizeof name, "%Y-%m-%d-%H%M%S", &local);
-  return (folder / (std::string(name) + "-" + std::to_string(getpid()) + ".session")).string();
+  static std::atomic<int> count{0};  // several in one second of one program
+  return (fs::path(folder) /
+          (std::string(name) + "-" + std::to_string(getpid()) + "-" + std::to_string(++count) + ".session"))
+      .string();
+}
+
+void prune_autosaves() {
+  constexpr std::size_t k_kept = 20;
+  const std::string folder = autosave_folder();
+  if (folder.empty()) return;
+  std::error_code error;
+  std::vector<std::pair<fs::file_time_type, fs::path>> old;
+  for (fs::directory_iterator it(folder, error), end; !error && it != end; it.increment(error))
+    if (it->path().extension() == ".session")
+      old.emplace_back(fs::last_write_time(it->path(), error), it->path());
+  std::sort(old.begin(), old.end());
+  for (std::size_t i = 0; i + k_kept < old.size(); ++i)
+    if (!sim::SessionWriter::is_being_written(old[i].second.string())) fs::remove(old[i].second, error);
 }
 
 Result<Outcome> describe_session_file(const std::string& path) {
@@ -160,8 +189,8 @@ Result<Outcome> describe_session_file(const std::string& path) {
     if (const auto* tick = std::get_if<sim::TickItem>(&item)) {
       const haptics::ServoRecord& r = tick->record;
       if (r.hand == 0) {
-        if (has_last) dropped += r.tick - last - 1;
-        last = r.tick;
+        if (has_last && r.tick > last) dropped += r.tick - last - 1;
+        last = std::max(last, r.tick);
         has_last = true;
         ++ticks;
       }
@@ -221,7 +250,11 @@ Result<Outcome> describe_session_file(const std::string& path) {
     outcome.text +=
         format_text("  %llu ticks were dropped (full ring)\n", static_cast<unsigned long long>(dropped));
   if (session.is_damaged())
-    outcome.text += "  damaged: what follows the damage is left out\n";
+    outcome.text += format_text("  damaged at byte %llu: the %llu bytes from there on are left out\n",
+                                static_cast<unsigned long long>(session.whole_bytes()),
+                                static_cast<unsigned long long>(session.lost_bytes()));
+  else if (sim::SessionWriter::is_being_written(path))
+    outcome.text += "  being recorded right now\n";
   else if (!session.end())
     outcome.text += "  not closed: the program was stopped; go on with trephine resume\n";
   if (h.revision != sim::k_replay_revision)

@@ -16,8 +16,11 @@ namespace trephine::app {
 struct RecordChoice {
   std::string file;
   bool is_embedding = false;
+  bool is_autosave = false;  ///< taken away again when nothing was cut
 };
 
+/// What would keep it from being started, before any work is done for it.
+volume::Status check_record(const RecordChoice& choice);
 /// Starts the recording that is asked for; null without one.
 volume::Result<std::unique_ptr<sim::SessionWriter>> start_recording(const RecordChoice& choice,
                                                                     const Source& source,
@@ -45,9 +48,13 @@ struct OpenedSession {
 volume::Result<std::unique_ptr<OpenedSession>> open_session(const std::string& path,
                                                             const std::string& case_source);
 
-/// Where view keeps its sessions: $XDG_STATE_HOME/trephine/sessions (~/.local/state/...). Made when missing;
-/// only the newest of earlier ones are kept. Empty when there is no such place.
+/// Where view keeps its sessions: $XDG_STATE_HOME/trephine/sessions (~/.local/state/...), made when missing;
+/// empty when there is no such place.
+std::string autosave_folder();
+/// A new name in it; empty likewise.
 std::string autosave_path();
+/// Keeps the twenty that were written last; none that is being written goes.
+void prune_autosaves();
 
 /// What `info SESSION` says.
 volume::Result<Outcome> describe_session_file(const std::string& path);

@@ -149,6 +149,7 @@ class BoneLayer::Painter {
   vtkSmartPointer<vtkActor> make_actor(std::size_t shape) const;
   Rectangle on_screen(const dvec3& low, const dvec3& high) const;
   void refresh_groups();
+  void fit_clipping_range();
   void draw_all_once();
   void prepare_coarse();
   void prepare_batch();
@@ -405,9 +406,20 @@ void BoneLayer::Painter::prepare_rectangle() {
   bone_->GetActiveCamera()->SetUseScissor(true);
 }
 
+/// By all of the bone, whatever is drawn of it at the moment, with room for the instruments.
+void BoneLayer::Painter::fit_clipping_range() {
+  constexpr double k_room_mm = 150;
+  dvec3 low, high;
+  bounds(low, high);
+  if (low.x > high.x) return;
+  const double box[6] = {low.x - k_room_mm,  high.x + k_room_mm, low.y - k_room_mm,
+                         high.y + k_room_mm, low.z - k_room_mm,  high.z + k_room_mm};
+  bone_->ResetCameraClippingRange(box);
+}
+
 void BoneLayer::Painter::expose() {
   draw_all_once();
-  bone_->ResetCameraClippingRange();
+  fit_clipping_range();
   is_fine_ = true;
   changed_ = {};
   to_draw_.clear();
@@ -430,7 +442,7 @@ void BoneLayer::Painter::on_end() {
 void BoneLayer::Painter::render() {
   if (!is_live_) {
     draw_all_once();
-    bone_->ResetCameraClippingRange();
+    fit_clipping_range();
     window_->Render();
     return;
   }
@@ -449,7 +461,7 @@ void BoneLayer::Painter::render() {
     seen_from_ = from;
     seen_size_ = {size[0], size[1]};
     moved_at_ = now;
-    bone_->ResetCameraClippingRange();
+    fit_clipping_range();
     changed_ = {};
     to_draw_.clear();
     for (const auto& [key, chunk] : chunks_) to_draw_.push_back(key);

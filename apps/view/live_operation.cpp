@@ -19,6 +19,7 @@ sim::EditSession first_state(const haptics::TouchScene& scene, const WindowOptio
 haptics::ServoOptions servo_options(const WindowOptions& options) {
   haptics::ServoOptions servo;
   servo.rate_hz = options.rate_hz;
+  servo.force = options.force;
   return servo;
 }
 

@@ -27,7 +27,11 @@ class LiveOperation {
 
   /// Where the cursor is: shares of the picture's width and height from the lower left.
   void point(double x, double y) { x_ = x, y_ = y; }
-  void press(bool is_down) { is_pressed_ = is_down; }
+  void press(bool is_down) {
+    if (is_pressed_ && !is_down)
+      wish_ = glm::dvec3(1e9);  // released: the stylus is lifted off, wherever it is held
+    is_pressed_ = is_down;
+  }
   bool is_pressed() const noexcept { return is_pressed_; }
   /// How far a pressed stylus wants to go below the surface, mm.
   void set_depth(double mm);

@@ -65,22 +65,30 @@ void HelpOverlay::paintEvent(QPaintEvent*) {
       {"A P L R S I,  0", "see it from the front, back, left, right, above, below; all of it"},
       {"C", "cut the picture open"},
       {"F", "force on again after a fault"},
-      {"Ctrl+O, or drop a folder", "open a scan"},
-      {"Ctrl+S", "save the operated volume"},
+      {"Ctrl+O, or drop a folder", "open a scan (a file: Ctrl+Shift+O)"},
+      {"Ctrl+S, Ctrl+P", "save the operated volume, a picture"},
       {"Ctrl + +, Ctrl + -", "larger, smaller text"},
       {"F1", "this help"}};
   QPainter painter(this);
   painter.setRenderHint(QPainter::Antialiasing);
   QFont font = this->font();
+  // As large as the text elsewhere, or smaller where that does not fit.
+  const int rows = static_cast<int>(std::size(k_rows));
+  int line = 0, left = 0, right = 0, gap = 0;
+  QRect box;
+  for (;;) {
+    const QFontMetrics metrics(font);
+    line = static_cast<int>(1.55 * metrics.height());
+    gap = 2 * metrics.height();
+    left = right = 0;
+    for (const auto& [key, meaning] : k_rows)
+      left = std::max(left, metrics.horizontalAdvance(key)),
+      right = std::max(right, metrics.horizontalAdvance(meaning));
+    box = QRect(0, 0, left + gap + right + 2 * gap, (rows + 1) * line + gap);
+    if ((box.width() <= width() && box.height() <= height()) || font.pointSizeF() < 6) break;
+    font.setPointSizeF(0.93 * font.pointSizeF());
+  }
   painter.setFont(font);
-  const QFontMetrics metrics(font);
-  const int line = static_cast<int>(1.55 * metrics.height());
-  int left = 0, right = 0;
-  for (const auto& [key, meaning] : k_rows)
-    left = std::max(left, metrics.horizontalAdvance(key)),
-    right = std::max(right, metrics.horizontalAdvance(meaning));
-  const int rows = static_cast<int>(std::size(k_rows)), gap = 2 * metrics.height();
-  const QRect box(0, 0, left + gap + right + 2 * gap, (rows + 1) * line + gap);
   const QRect placed = QRect(rect().center() - box.center(), box.size());
   painter.setPen(QColor(255, 255, 255, 60));
   painter.setBrush(QColor(18, 22, 30, 225));

@@ -1,5 +1,6 @@
 #include "apps/view/qt_window.h"
 
+#include <QAction>
 #include <QApplication>
 #include <QCloseEvent>
 #include <QComboBox>
@@ -7,6 +8,7 @@
 #include <QDragEnterEvent>
 #include <QFile>
 #include <QFileDialog>
+#include <QFileInfo>
 #include <QKeyEvent>
 #include <QLabel>
 #include <QMessageBox>
@@ -108,6 +110,7 @@ void MainWindow::begin(std::shared_ptr<const haptics::TouchScene> scene) {
   canvas_->setMinimumSize(320, 240);
   canvas_->setMouseTracking(true);
   canvas_->setFocusPolicy(Qt::StrongFocus);
+  canvas_->installEventFilter(this);
   vtkNew<vtkGenericOpenGLRenderWindow> window;
   canvas_->setRenderWindow(window);
   setCentralWidget(canvas_);
@@ -215,6 +218,12 @@ void MainWindow::dragEnterEvent(QDragEnterEvent* event) {
 void MainWindow::dropEvent(QDropEvent* event) {
   const QList<QUrl> urls = event->mimeData()->urls();
   if (!urls.isEmpty()) open_source(urls.first().toLocalFile());
+}
+
+bool MainWindow::eventFilter(QObject* object, QEvent* event) {
+  // Whoever points at the picture means it with the keys, too.
+  if (object == canvas_ && event->type() == QEvent::Enter) canvas_->setFocus();
+  return QMainWindow::eventFilter(object, event);
 }
 
 void MainWindow::resizeEvent(QResizeEvent* event) {
@@ -342,6 +351,8 @@ Status MainWindow::save_session(const QString& path) {
   if (options_.session_file.empty())
     return Error{"this session is not recorded", "", "", "a place for it", "start with --record FILE",
                  volume::ErrorKind::missing_here};
+  if (QFileInfo(path) == QFileInfo(QString::fromStdString(options_.session_file)))
+    return std::nullopt;  // it is there
   QFile::remove(path);
   if (QFile::copy(QString::fromStdString(options_.session_file), path)) return std::nullopt;
   return Error{"the session cannot be written",

@@ -184,8 +184,9 @@ void MainWindow::build_replay_panel() {
       if (const Status error = replay_->seek(0)) return tell(*error);
     replay_->play(!replay_->is_playing());
   });
-  connect(session_slider_, &QSlider::sliderMoved, this, [this](int ms) {
-    if (const Status error = replay_->seek(1e-3 * ms)) tell(*error);
+  session_slider_->setPageStep(static_cast<int>(100 * options_.replay_seconds));
+  connect(session_slider_, &QSlider::actionTriggered, this, [this] {
+    if (const Status error = replay_->seek(1e-3 * session_slider_->sliderPosition())) tell(*error);
   });
   connect(speed_, QOverload<int>::of(&QComboBox::currentIndexChanged), this,
           [this] { replay_->set_speed(speed_->currentData().toDouble()); });
@@ -237,6 +238,7 @@ void MainWindow::build_menu() {
   undo_action_ =
       add(edit, "undo_action", "&Undo the stroke", QKeySequence::Undo, [this] { operation_->undo(); });
   redo_action_ = add(edit, "redo_action", "&Redo it", QKeySequence("Ctrl+Y"), [this] { operation_->redo(); });
+  redo_action_->setShortcuts({QKeySequence("Ctrl+Y"), QKeySequence("Ctrl+Shift+Z")});
   QMenu* view = menuBar()->addMenu("&View");
   add(view, "view_all", "&All of it", {}, [this] { picture()->look_from(0); });
   add(view, "larger_text", "&Larger text", QKeySequence::ZoomIn, [this] { scale_text(1.15); });

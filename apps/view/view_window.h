@@ -39,6 +39,7 @@ struct WindowHost {
 struct WindowOptions {
   drilling::BurrOptions burr;
   double rate_hz = 1000;
+  haptics::ForceOptions force;
   std::optional<double> seconds;  ///< close by itself after so long
   std::string screenshot;         ///< PNG at the end; empty for none
   std::string title = "trephine";

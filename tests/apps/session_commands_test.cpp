@@ -54,21 +54,36 @@ TEST_F(Command, ARecordedDrillReplaysVerifiesAndGoesOn) {
   EXPECT_NE(taken.err.find("already"), std::string::npos);
 }
 
-TEST_F(Command, VerifyFindsTheTickWhereARecordingLies) {
+TEST_F(Command, VerifyRefusesAChangedFileAndSaysWhere) {
   ASSERT_EQ(run("phantom sphere --size 48 --psf 1 -o s.mha").exit_code, 0);
   write_press("p.csv", 2);
   ASSERT_EQ(run("drill s.mha --burr-diameter 4 --path p.csv -o d.mha --record d.session --embed").exit_code,
             0);
   EXPECT_EQ(run("replay d.session --verify").exit_code, 0) << "the scan is in it";
-  // Another stiffness in the header, with its checksum put right by writing the session anew, cannot be done
-  // from outside; a stiffness that is a lie in the same number of bytes is found by the checksum.
-  std::string bytes = read(file("d.session"));
+  const std::string whole = read(file("d.session"));
+  // A header that lies cannot be read at all.
+  std::string bytes = whole;
   const std::size_t at = bytes.find("stiffness=0.5");
   ASSERT_NE(at, std::string::npos);
   bytes[at + 12] = '6';
   write("lie.session", bytes);
-  const Ended lie = run("replay lie.session --verify");
-  EXPECT_EQ(lie.exit_code, 2);
+  EXPECT_EQ(run("replay lie.session --verify").exit_code, 2);
+  // Damage in the middle of the log: the part before it is the same, and that is not enough.
+  bytes = whole;
+  bytes[bytes.size() - 20000] = static_cast<char>(bytes[bytes.size() - 20000] ^ 0x55);
+  write("damaged.session", bytes);
+  const Ended damaged = run("replay damaged.session --verify --json");
+  EXPECT_EQ(damaged.exit_code, 1);
+  const Json report = Json::parse(damaged.out, nullptr, false);
+  EXPECT_EQ(report["is_same"], false);
+  EXPECT_EQ(report["mismatch"]["what"], "file");
+  EXPECT_GT(report["ticks"], 100) << "blocks are short, so most of it is there";
+  EXPECT_EQ(run("resume damaged.session --path p.csv").exit_code, 2);
+  // A torn end is no damage: it replays as far as it goes, and goes on.
+  write("torn.session", whole.substr(0, whole.size() - 3000));
+  EXPECT_EQ(run("replay torn.session --verify").exit_code, 0);
+  EXPECT_EQ(run("resume torn.session --path p.csv").exit_code, 0);
+  EXPECT_EQ(run("replay torn.session --verify").exit_code, 0);
 }
 
 TEST_F(Command, ACaseIsASourceEverywhere) {
