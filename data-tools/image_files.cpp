@@ -251,6 +251,12 @@ Result<OpenedVolume> open_image_file(const std::string& path, const OpenOptions&
       error.where = where;
       return error;
     }
+    // The file first, the memory for it then. A product that wraps is larger than any file, too.
+    std::size_t promised = io.GetComponentSize();
+    for (int i = 0; i < 3; ++i)
+      if (__builtin_mul_overflow(promised, static_cast<std::size_t>(size[i]), &promised))
+        return broken("a size that cannot be");
+    if (const std::string gap = missing_bytes(path, promised); !gap.empty()) return broken(gap);
     Result<Volume> made = volume::make_volume(size, frame.value());
     if (!made) {
       Error error = made.error();
@@ -265,7 +271,6 @@ Result<OpenedVolume> open_image_file(const std::string& path, const OpenOptions&
                    "",
                    "crop or resample it",
                    volume::ErrorKind::missing_here};
-    if (const std::string gap = missing_bytes(path, bytes); !gap.empty()) return broken(gap);
     itk::ImageIORegion region(io.GetNumberOfDimensions());
     for (unsigned a = 0; a < io.GetNumberOfDimensions(); ++a) region.SetSize(a, io.GetDimensions(a));
     io.SetIORegion(region);

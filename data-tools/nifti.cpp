@@ -119,6 +119,8 @@ Result<OpenedVolume> open_nifti(const std::string& path, const OpenOptions& opti
     error.where = where;
     return error;
   }
+  // The file first, the memory for it then.
+  if (!is_whole(path, *image)) return broken("fewer voxels than its header promises");
   Result<Volume> made = volume::make_volume({image->nx, image->ny, image->nz}, frame.value());
   if (!made) {
     Error error = made.error();
@@ -139,8 +141,7 @@ Result<OpenedVolume> open_nifti(const std::string& path, const OpenOptions& opti
 
   if (options.progress && !options.progress(0))
     return Error{"reading was interrupted", where, "", "", "", volume::ErrorKind::interrupted};
-  if (!is_whole(path, *image) || nifti_image_load(image.get()) != 0)
-    return broken("fewer voxels than its header promises");
+  if (nifti_image_load(image.get()) != 0) return broken("fewer voxels than its header promises");
   bool is_known = false;
   const std::optional<double> misfit = convert(*image, opened.volume, is_known);
   if (!is_known) return broken(std::string("voxels of kind ") + nifti_datatype_string(image->datatype));

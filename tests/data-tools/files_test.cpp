@@ -226,7 +226,7 @@ TEST(Files, ImpossibleHeadersAreRefused) {
       {"DimSize = 0 4 4\n" + type, ""},
       {"DimSize = -3 4 4\n" + type, ""},
       {"DimSize = 40000 40000 40000\n" + type, ""},
-      {"DimSize = 30000 30000 30000\n" + type, "memory"},
+      {"DimSize = 30000 30000 30000\n" + type, "bytes of voxels"},
       {"DimSize = 999999999999 4 4\n" + type, ""},
   };
   for (const auto& [changes, word] : faults) {
