@@ -143,7 +143,7 @@ Result<Outcome> run_replay(const ReplayArguments& arguments) {
   json["speed"] = seconds > 0 ? static_cast<double>(replay.next_tick()) / rate / seconds : 0;
   json["is_closed"] = session.reader->end().has_value();
   outcome.text = format_text(
-      "%.1f s replayed in %.2f s: %llu commands, %zu strokes, %.2f mm3 removed, at most %.2f N\n",
+      "%.1f s replayed in %.2f s; commands: %llu, strokes: %zu, removed: %.2f mm3, at most %.2f N\n",
       static_cast<double>(replay.next_tick()) / rate, seconds,
       static_cast<unsigned long long>(counts.commands), edits.stroke_count(), edits.removed_mm3(), strongest);
   for (const std::string& file : {arguments.output, arguments.steps, arguments.screenshot})
