@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <glm/vec3.hpp>
+#include <string>
 
 #include "haptics/proxy_method.h"
 
@@ -28,6 +29,9 @@ enum FaultBit : std::uint32_t {
 };
 inline constexpr std::uint32_t k_latched_faults =
     fault_not_finite | fault_stale_scene | fault_lost_device | fault_full_ring;
+
+/// The latched faults in words, for events and people: "full ring, lost device".
+std::string fault_names(std::uint32_t faults);
 
 /// Spring and damper between HIP and proxy: F = K (proxy - HIP) + B d/dt (proxy - HIP), then exponential
 /// smoothing f_n = a x_n + (1 - a) f_(n-1) (thesis of the volume haptics toolkit, eq. 4.1).

@@ -25,6 +25,7 @@ LiveSession::LiveSession(std::span<haptics::Device* const> devices, const haptic
       wants_realtime_(options.wants_realtime) {
   TREPHINE_ASSERT(devices.size() == edits_.hand_count());
   state_.hands.resize(devices.size());
+  noted_faults_.resize(devices.size());
   const std::lock_guard guard(lock_);
   note({true, {glm::ivec3(0), glm::ivec3(-1)}});
 }
@@ -83,6 +84,12 @@ void LiveSession::consume(const haptics::ServoRecord& record) {
   if (record.hand + 1u == edits_.hand_count()) seen_version_ = record.version;
   if (outcome.is_changed) channel_.publish(edits_.current());
   if (recorder_) recorder_->add(record, edits_, outcome);
+  // A fault is an event of the session.
+  std::uint32_t& noted = noted_faults_[record.hand];
+  const std::uint32_t latched = record.faults & haptics::k_latched_faults, fresh = latched & ~noted;
+  if (fresh != 0) carry_out({Command::Kind::note, record.hand, "fault: " + haptics::fault_names(fresh), 0});
+  if (latched == 0 && noted != 0) carry_out({Command::Kind::note, record.hand, "faults cleared", 0});
+  noted = latched;
   if (trace_.size() < trace_limit_) trace_.push_back(record);
   const std::lock_guard guard(lock_);
   state_.hands[record.hand] = record;

@@ -179,6 +179,7 @@ Result<Outcome> describe_session_file(const std::string& path) {
   const sim::SessionHeader& h = session.header();
   std::uint64_t ticks = 0, contact = 0, undos = 0, redos = 0, dropped = 0, versions = 0, last = 0;
   std::uint32_t faults = 0;
+  Json events = Json::array();
   double strongest = 0;
   std::int64_t units = 0;
   bool has_last = false;
@@ -200,6 +201,10 @@ Result<Outcome> describe_session_file(const std::string& path) {
     } else if (const auto* command = std::get_if<sim::CommandItem>(&item)) {
       undos += command->command.kind == sim::Command::Kind::undo;
       redos += command->command.kind == sim::Command::Kind::redo;
+      if (command->command.kind == sim::Command::Kind::note)
+        events.push_back({{"after_seconds", static_cast<double>(last) / h.rate_hz},
+                          {"hand", command->command.hand},
+                          {"text", command->command.name}});
     } else if (const auto* version = std::get_if<sim::VersionItem>(&item)) {
       ++versions;
       units = version->removed_units;
@@ -231,6 +236,7 @@ Result<Outcome> describe_session_file(const std::string& path) {
   json["versions"] = versions;
   json["removed_units"] = units;
   json["raised_faults"] = faults;
+  json["events"] = events;
   json["is_closed"] = session.end().has_value();
   json["is_damaged"] = session.is_damaged();
   json["lost_bytes"] = session.lost_bytes();
@@ -244,6 +250,10 @@ Result<Outcome> describe_session_file(const std::string& path) {
                              static_cast<double>(contact) / h.rate_hz, strongest,
                              static_cast<unsigned long long>(undos), static_cast<unsigned long long>(redos)) +
                  "  recorded by " + h.program + "\n";
+  for (std::size_t i = 0; i < std::min<std::size_t>(events.size(), 20); ++i)
+    outcome.text += format_text("  at %.2f s, hand %d: ", events[i]["after_seconds"].get<double>(),
+                                events[i]["hand"].get<int>() + 1) +
+                    events[i]["text"].get<std::string>() + "\n";
   if (session.end())
     outcome.text += format_text("  removed %.2f mm3 at its end\n", session.end()->removed_mm3);
   if (dropped > 0)

@@ -694,6 +694,17 @@ TEST(Session, AFullRingAndSlowEditsFadeTheForceAndReplay) {
     EXPECT_EQ(v.hash, live.edits().current()->content_hash());
     EXPECT_EQ(v.counts.dropped, report.dropped);
     EXPECT_EQ(report.dropped > 0, is_full);
+    // The fault and its end are events of the session.
+    auto opened = SessionReader::open(path);
+    ASSERT_TRUE(opened.is_ok());
+    std::vector<std::string> events;
+    for (LogItem item; opened.value().next(item).value();)
+      if (const auto* command = std::get_if<CommandItem>(&item))
+        if (command->command.kind == Command::Kind::note) events.push_back(command->command.name);
+    ASSERT_GE(events.size(), 2u);
+    EXPECT_NE(events.front().find(is_full ? "full ring" : "stale scene"), std::string::npos)
+        << events.front();
+    EXPECT_EQ(events.back(), "faults cleared");
     // From the fault on the force falls to nothing within the fade's 50 ms.
     std::uint64_t faulty = 0;
     for (const haptics::ServoRecord& r : live.trace()) {
