@@ -228,7 +228,7 @@ std::uint64_t block_checksum(const BlockHead& head, std::string_view payload) no
     hash.add(word);
   }
   word = 0;
-  std::memcpy(&word, payload.data(), payload.size());
+  if (!payload.empty()) std::memcpy(&word, payload.data(), payload.size());
   hash.add(word);
   return hash.value();
 }
@@ -393,7 +393,7 @@ std::string encode_scan(const volume::Volume& scan) {
     out.append(name, 0, 256);
   }
   const auto append = [&out](const auto& buffer) {
-    out.append(reinterpret_cast<const char*>(buffer.span().data()), buffer.bytes());
+    if (!buffer.is_empty()) out.append(reinterpret_cast<const char*>(buffer.span().data()), buffer.bytes());
   };
   append(scan.voxels);
   append(scan.labels);

@@ -47,7 +47,7 @@ std::uint64_t content_hash(const Volume& volume) noexcept {
       for (int i = 0; i < 4; ++i) lanes[i].add(words[i]);
     }
     std::memset(words, 0, sizeof words);
-    std::memcpy(words, at, bytes);
+    if (bytes > 0) std::memcpy(words, at, bytes);
     for (int i = 0; i < 4; ++i) {
       lanes[i].add(words[i]);
       hash.add(lanes[i].value());
