@@ -91,3 +91,8 @@ write_man(trephine "trephine" "surgery on real CT and MRI volumes that you can f
 string(REGEX REPLACE "[ \t]+\n" "\n" markdown "${markdown}")
 file(WRITE ${OUTPUT}/trephine.bash "${completion}")
 file(WRITE ${OUTPUT}/cli.md "${markdown}")
+file(GLOB pages ${OUTPUT}/man/*.1)
+execute_process(COMMAND gzip -9nf ${pages} RESULT_VARIABLE failed)
+if(failed)
+  message(FATAL_ERROR "gzip of the man pages failed")
+endif()
