@@ -170,8 +170,9 @@ class BoneLayer::Painter {
   PictureCache seen_, coming_;
   Pass pass_ = Pass::everything;
   bool can_keep_ = true, is_fine_ = false, is_first_batch_ = true, is_last_batch_ = false;
-  std::vector<Key> to_draw_;  ///< chunks that the coming picture still lacks
-  Rectangle changed_;         ///< where the picture that is seen is no longer true
+  std::vector<Key> to_draw_;                       ///< chunks that the coming picture still lacks
+  Rectangle changed_;                              ///< where the picture that is seen is no longer true
+  dvec3 fitted_low_{1e300}, fitted_high_{-1e300};  ///< bounds that the camera's planes enclose
   std::array<double, 16> seen_from_{};
   std::array<int, 2> seen_size_{};
   std::chrono::steady_clock::time_point moved_at_;
@@ -375,7 +376,7 @@ void BoneLayer::Painter::prepare_batch() {
   draw_all_once();
   pass_ = Pass::batch;
   for (const auto& [key, chunk] : chunks_) chunk.actor->VisibilityOff();
-  const double most = std::max(20000.0, triangles_per_ms_ * k_batch_ms);
+  const double most = std::max(60000.0, triangles_per_ms_ * k_batch_ms);
   drawn_triangles_ = 0;
   while (!to_draw_.empty() && static_cast<double>(drawn_triangles_) < most) {
     if (const auto it = chunks_.find(to_draw_.back()); it != chunks_.end()) {
@@ -412,6 +413,7 @@ void BoneLayer::Painter::fit_clipping_range() {
   dvec3 low, high;
   bounds(low, high);
   if (low.x > high.x) return;
+  fitted_low_ = low, fitted_high_ = high;
   const double box[6] = {low.x - k_room_mm,  high.x + k_room_mm, low.y - k_room_mm,
                          high.y + k_room_mm, low.z - k_room_mm,  high.z + k_room_mm};
   bone_->ResetCameraClippingRange(box);
@@ -452,6 +454,11 @@ void BoneLayer::Painter::render() {
   std::array<double, 16> from;
   std::copy_n(camera->GetModelViewTransformMatrix()->GetData(), 16, from.begin());
   from[15] = camera->GetViewAngle();
+  // Chunks that come while a scan is opened may lie outside what the camera's planes were set for.
+  dvec3 low, high;
+  bounds(low, high);
+  if (glm::any(glm::lessThan(low, fitted_low_)) || glm::any(glm::greaterThan(high, fitted_high_)))
+    seen_.forget();
   const double broad = 0.35 * size[0] * size[1];
   const bool has_moved = from != seen_from_ || size[0] != seen_size_[0] || size[1] != seen_size_[1] ||
                          !can_keep_ || !seen_.is_filled() ||

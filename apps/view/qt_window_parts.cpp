@@ -10,6 +10,8 @@
 #include <QMenuBar>
 #include <QMessageBox>
 #include <QPushButton>
+#include <QScrollArea>
+#include <QScrollBar>
 #include <QSlider>
 #include <QVBoxLayout>
 #include <cmath>
@@ -157,7 +159,14 @@ void MainWindow::build_panel() {
   auto* hint = new QLabel("F1: keys and mouse");
   hint->setEnabled(false);
   column->addWidget(hint);
-  dock->setWidget(panel);
+  // In a low window the panel scrolls.
+  auto* scroll = new QScrollArea;
+  scroll->setWidget(panel);
+  scroll->setWidgetResizable(true);
+  scroll->setFrameShape(QFrame::NoFrame);
+  scroll->setHorizontalScrollBarPolicy(Qt::ScrollBarAlwaysOff);
+  scroll->setMinimumWidth(panel->minimumSizeHint().width() + scroll->verticalScrollBar()->sizeHint().width());
+  dock->setWidget(scroll);
   addDockWidget(Qt::RightDockWidgetArea, dock);
 }
 
