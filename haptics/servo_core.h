@@ -9,7 +9,8 @@
 
 namespace trephine::haptics {
 
-/// Work done on the hand, N mm: the sum of F_k (x_{k+1} - x_k) over the holds (Hannaford & Ryu 2006, eq. 5).
+/// Work done on the hand, N mm: the sum of F_k (x_{k+1} - x_k) over the holds (passivity observer, Hannaford
+/// & Ryu 2002).
 struct EnergyLedger {
   double contact = 0;    ///< surfaces, friction and what smoothing leaves of them
   double growth = 0;     ///< while the proxy was led out of matter that grew

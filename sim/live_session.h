@@ -84,7 +84,7 @@ class LiveSession {
   std::mutex lock_;  // between edit thread and others; never the servo
   LiveState state_;
   std::vector<Command> commands_;
-  std::vector<std::uint32_t> noted_faults_;  // of each hand, edit thread
+  std::vector<std::uint32_t> noted_faults_;              // of each hand, edit thread
   std::uint64_t seen_version_ = 0, growth_version_ = 0;  // edit thread
   std::vector<std::pair<std::size_t, glm::dvec3>> landings_;
   std::atomic<bool> is_stopping_{false}, wants_reset_{false};

@@ -211,6 +211,7 @@ void SessionWriter::background_loop() {
     std::uint64_t hash = 0;
     if (version) hash = version->content_hash();
     if (::fdatasync(file_) != 0) fail(errno);
+    ++sync_count_;
     guard.lock();
     if (version) items_.add(HashItem{version->serial(), hash});
     if (is_last) return;

@@ -52,6 +52,8 @@ class SessionWriter {
   volume::Status finish(const EditSession& edits, std::uint64_t dropped);
   /// The first failure so far.
   volume::Status status() const;
+  /// How often the file was made safe against a power cut.
+  int sync_count() const noexcept { return sync_count_.load(); }
   std::uint64_t bytes_written() const noexcept { return bytes_written_.load(); }
 
  private:
@@ -82,6 +84,7 @@ class SessionWriter {
   bool was_in_stroke_ = false;
   std::atomic<std::uint64_t> bytes_written_{0};
   std::atomic<bool> has_edits_{false};
+  std::atomic<int> sync_count_{0};
   std::thread writer_, background_;
 };
 

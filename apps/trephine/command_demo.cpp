@@ -153,12 +153,10 @@ Result<Outcome> run_demo(const DemoArguments& arguments) {
          (arguments.source == "head" ? std::string("the built-in head")
                                      : data_tools::file_name(arguments.source)) +
          " ...");
-  auto opened = open_source(arguments.source);
+  auto opened = open_touch(arguments.source, arguments.shape);
   if (!opened) return opened.error();
-  Source& source = opened.value();
-  auto made = make_scene(source, arguments.shape);
-  if (!made) return made.error();
-  const haptics::TouchScene& scene = made.value();
+  const Source& source = opened.value().source;
+  const haptics::TouchScene& scene = opened.value().scene;
   haptics::ImplicitProxy method;
   if (volume::Status error = method.prepare(scene)) return *error;
   const double ready_seconds = seconds_since(begin);

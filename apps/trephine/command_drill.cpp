@@ -26,12 +26,10 @@ Result<Outcome> run_drill(const DrillArguments& arguments) {
   if (volume::Status error = check_record(arguments.record)) return *error;
   auto path = open_path(arguments.path);
   if (!path) return path.error();
-  auto opened = open_source(arguments.source);
+  auto opened = open_touch(arguments.source, arguments.shape);
   if (!opened) return opened.error();
-  Source& source = opened.value();
-  auto made = make_scene(source, arguments.shape);
-  if (!made) return made.error();
-  haptics::TouchScene& scene = made.value();
+  const Source& source = opened.value().source;
+  haptics::TouchScene& scene = opened.value().scene;
   haptics::ImplicitProxy method;
   if (volume::Status error = method.prepare(scene)) return *error;
   drilling::BurrOptions burr_options;
@@ -80,7 +78,7 @@ Result<Outcome> run_drill(const DrillArguments& arguments) {
       by_label[i < source.volume->label_names.size() ? source.volume->label_names[i] : "all"] = removed[i];
   json["removed_mm3"] = by_label;
   json["tick_us"] = percentiles(tick_us);
-  json["content_hash"] = format_text("%016llx", static_cast<unsigned long long>(version.content_hash()));
+  json["content_hash"] = hash_text(version.content_hash());
   json["memory"] = memory_report(scene, version);
   json["file"] = data_tools::file_name(arguments.output);
   outcome.text = format_text("removed %.2f mm3 in %zu steps\n", run.edits().removed_mm3(), times.size());

@@ -171,12 +171,10 @@ Result<Outcome> run_mesh(const MeshArguments& arguments) {
     return Error{"this is no mesh format that trephine writes", data_tools::file_name(arguments.output), "",
                  ".stl, .ply, .obj or .vtp", "choose one of these extensions"};
   if (volume::Status error = data_tools::check_writable(arguments.output)) return *error;
-  auto opened = open_source(arguments.source);
+  auto opened = open_touch(arguments.source, arguments.shape);
   if (!opened) return opened.error();
-  Source& source = opened.value();
-  auto scene = make_scene(source, arguments.shape);
-  if (!scene) return scene.error();
-  const haptics::TouchShape& shape = scene.value().shapes[0];
+  const Source& source = opened.value().source;
+  const haptics::TouchShape& shape = opened.value().scene.shapes[0];
   const auto start = Clock::now();
   const volume::Mesh mesh = volume::surface_net({&shape.field, nullptr, shape.bits.get(), arguments.is_open});
   const double seconds = seconds_since(start);

@@ -20,10 +20,6 @@ using volume::Status;
 
 namespace {
 
-std::string hash_text(std::uint64_t hash) {
-  return format_text("%016llx", static_cast<unsigned long long>(hash));
-}
-
 Status check_outputs(const std::string& output, const std::string& steps) {
   if (!output.empty()) {
     if (!data_tools::is_writable_volume_file(output))

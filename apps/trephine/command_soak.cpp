@@ -78,12 +78,10 @@ Result<Outcome> run_soak(const SoakArguments& arguments) {
                  "10 to 1000000 s", ""};
   if (!(arguments.rate >= 250 && arguments.rate <= 10000))
     return Error{"the rate is out of range", "--rate", std::to_string(arguments.rate), "250 to 10000 Hz", ""};
-  auto opened = open_source(arguments.source);
+  auto opened = open_touch(arguments.source, arguments.shape);
   if (!opened) return opened.error();
-  Source& source = opened.value();
-  auto made = make_scene(source, arguments.shape);
-  if (!made) return made.error();
-  const haptics::TouchScene& scene = made.value();
+  const Source& source = opened.value().source;
+  const haptics::TouchScene& scene = opened.value().scene;
   haptics::ImplicitProxy method;
   if (volume::Status error = method.prepare(scene)) return *error;
   auto path = random_strokes(scene, arguments.seconds, arguments.seed);
@@ -196,7 +194,7 @@ Result<Outcome> run_soak(const SoakArguments& arguments) {
                    {"late_p99_us", servo.late_p99_us},
                    {"overruns", servo.overruns},
                    {"faults", servo.faults}};
-  json["content_hash"] = format_text("%016llx", static_cast<unsigned long long>(hash));
+  json["content_hash"] = hash_text(hash);
   outcome.text = format_text(
       "%llu ticks, %llu versions, %d undos, %d redos; memory %.0f MB in the second quarter, %.0f MB in the "
       "last: %s\n"

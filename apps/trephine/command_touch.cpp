@@ -53,12 +53,10 @@ Result<Outcome> run_touch(const TouchArguments& arguments) {
   // The path first: it is cheap to be wrong about.
   auto path = open_path(arguments.path);
   if (!path) return path.error();
-  auto opened = open_source(arguments.source);
+  auto opened = open_touch(arguments.source, arguments.shape);
   if (!opened) return opened.error();
-  Source& source = opened.value();
-  auto made = make_scene(source, arguments.shape);
-  if (!made) return made.error();
-  haptics::TouchScene& scene = made.value();
+  const Source& source = opened.value().source;
+  haptics::TouchScene& scene = opened.value().scene;
   scene.shapes[0].material = material;
   haptics::ImplicitProxy method;
   if (volume::Status error = method.prepare(scene)) return *error;

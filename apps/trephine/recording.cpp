@@ -219,9 +219,7 @@ Result<Outcome> describe_session_file(const std::string& path) {
   json["is_verifiable"] = h.revision == sim::k_replay_revision;
   json["case"] = h.case_name;
   json["has_scan"] = session.has_scan();
-  json["scan_hash"] = session.scan_hash()
-                          ? format_text("%016llx", static_cast<unsigned long long>(*session.scan_hash()))
-                          : std::string();
+  json["scan_hash"] = session.scan_hash() ? hash_text(*session.scan_hash()) : std::string();
   json["size"] = {h.size.x, h.size.y, h.size.z};
   json["rate_hz"] = h.rate_hz;
   json["method"] = h.method;

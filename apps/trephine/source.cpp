@@ -157,6 +157,14 @@ Result<haptics::TouchScene> make_scene(Source& source, const ShapeChoice& choice
   return scene;
 }
 
+Result<OpenedTouch> open_touch(const std::string& src, const ShapeChoice& choice) {
+  Result<Source> source = open_source(src);
+  if (!source) return source.error();
+  Result<haptics::TouchScene> scene = make_scene(source.value(), choice);
+  if (!scene) return scene.error();
+  return OpenedTouch{std::move(source).value(), std::move(scene).value()};
+}
+
 Result<haptics::PosePath> open_path(const std::string& path) {
   const std::string where = data_tools::file_name(path);
   std::ifstream file(path);

@@ -1,17 +1,17 @@
 // Small helpers of the commands: sentences with numbers, and time.
 #pragma once
 
-#include <chrono>
 #include <cstdarg>
+#include <cstdint>
 #include <cstdio>
 #include <string>
 
+#include "apps/view/clock.h"
+
 namespace trephine::app {
 
-using Clock = std::chrono::steady_clock;
-inline double seconds_since(Clock::time_point start) {
-  return std::chrono::duration<double>(Clock::now() - start).count();
-}
+using view::Clock;
+using view::seconds_since;
 
 /// printf into a string, at most 1000 characters.
 inline std::string format_text(const char* format, ...) __attribute__((format(printf, 1, 2)));
@@ -22,6 +22,11 @@ inline std::string format_text(const char* format, ...) {
   std::vsnprintf(text, sizeof text, format, arguments);
   va_end(arguments);
   return text;
+}
+
+/// A content hash as reports show it.
+inline std::string hash_text(std::uint64_t hash) {
+  return format_text("%016llx", static_cast<unsigned long long>(hash));
 }
 
 }  // namespace trephine::app

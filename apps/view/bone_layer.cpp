@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <chrono>
 #include <cmath>
 #include <glm/common.hpp>
 #include <glm/vector_relational.hpp>
@@ -29,12 +28,12 @@
 #include <vtkUnsignedCharArray.h>
 #include <vtk_glew.h>
 
+#include "apps/view/clock.h"
 #include "apps/view/picture_cache.h"
 
 namespace trephine::view {
 
 using glm::dvec3;
-using Clock = std::chrono::steady_clock;
 
 namespace {
 
@@ -175,7 +174,7 @@ class BoneLayer::Painter {
   dvec3 fitted_low_{1e300}, fitted_high_{-1e300};  ///< bounds that the camera's planes enclose
   std::array<double, 16> seen_from_{};
   std::array<int, 2> seen_size_{};
-  std::chrono::steady_clock::time_point moved_at_;
+  Clock::time_point moved_at_;
   double triangles_per_ms_ = 3000;  ///< measured
 };
 
@@ -480,7 +479,7 @@ void BoneLayer::Painter::render() {
     } else {
       prepare_coarse();
     }
-  } else if (!is_fine_ && std::chrono::duration<double>(now - moved_at_).count() > k_rest_seconds) {
+  } else if (!is_fine_ && seconds_since(moved_at_) > k_rest_seconds) {
     prepare_batch();
   } else if (is_fine_ && !changed_.is_empty()) {
     prepare_rectangle();
@@ -497,7 +496,7 @@ void BoneLayer::Painter::render() {
   // How fast is this machine's drawing? Only frames with enough to measure tell.
   if (drawn_triangles_ > 15000) {
     glFinish();
-    const double ms = 1e3 * std::chrono::duration<double>(Clock::now() - begin).count();
+    const double ms = 1e3 * seconds_since(begin);
     triangles_per_ms_ =
         0.8 * triangles_per_ms_ + 0.2 * static_cast<double>(drawn_triangles_) / std::max(ms, 0.1);
   }

@@ -2,13 +2,13 @@
 
 #include <algorithm>
 #include <bit>
-#include <chrono>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <vtkCamera.h>
 #include <vtkRenderWindow.h>
 #include <vtkRenderer.h>
 
+#include "apps/view/clock.h"
 #include "haptics/implicit_proxy.h"
 #include "volume/traversal.h"
 
@@ -173,10 +173,10 @@ void OperationPicture::show_stylus(const haptics::ServoRecord& record, double bu
 }
 
 double OperationPicture::draw() {
-  const auto begin = std::chrono::steady_clock::now();
+  const auto begin = Clock::now();
   for (const ChunkMesh& mesh : worker_->take()) view_.bone().show(mesh);
   view_.render();
-  return 1e3 * std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  return 1e3 * seconds_since(begin);
 }
 
 bool OperationPicture::is_complete() const { return worker_->remaining() == 0 && view_.bone().is_complete(); }

@@ -28,6 +28,7 @@
 #include <vtkRenderWindowInteractor.h>
 #include <vtkRenderer.h>
 
+#include "apps/view/clock.h"
 #include "apps/view/render_window.h"
 #include "apps/view/stylus_style.h"
 #include "data-tools/atomic_file.h"
@@ -39,15 +40,6 @@ namespace trephine::view {
 
 using volume::Error;
 using volume::Status;
-using Clock = std::chrono::steady_clock;
-
-namespace {
-
-double seconds_since(Clock::time_point start) {
-  return std::chrono::duration<double>(Clock::now() - start).count();
-}
-
-}  // namespace
 
 void apply_look() {
   QApplication::setStyle(QStyleFactory::create("Fusion"));

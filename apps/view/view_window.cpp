@@ -1,7 +1,6 @@
 #include "apps/view/view_window.h"
 
 #include <cctype>
-#include <chrono>
 #include <cstdio>
 #include <dlfcn.h>
 #include <glm/geometric.hpp>
@@ -11,6 +10,7 @@
 #include <vtkRenderWindowInteractor.h>
 #include <vtkRenderer.h>
 
+#include "apps/view/clock.h"
 #include "apps/view/live_operation.h"
 #include "apps/view/render_window.h"
 #include "apps/view/stylus_style.h"
@@ -19,13 +19,8 @@ namespace trephine::view {
 
 using glm::dvec3;
 using volume::Result;
-using Clock = std::chrono::steady_clock;
 
 namespace {
-
-double seconds_since(Clock::time_point start) {
-  return std::chrono::duration<double>(Clock::now() - start).count();
-}
 
 Result<WindowReport> draw_once(const haptics::TouchScene& scene, const WindowOptions& options) {
   const auto start = Clock::now();

@@ -178,6 +178,45 @@ TEST(ServoLoop, AFaultIsClearedOnRequest) {
   loop.stop();
 }
 
+/// Holds the servo up once, as a machine does that was busy elsewhere.
+class HoldingDevice final : public Device {
+ public:
+  volume::Status open() override { return std::nullopt; }
+  void close() noexcept override {}
+  DeviceCapabilities capabilities() const override { return {}; }
+  bool read(double t, Pose& pose) noexcept override {
+    pose.position_world = {0, 0, 42};
+    if (t >= 0.1 && !was_held_.exchange(true)) std::this_thread::sleep_for(std::chrono::milliseconds(250));
+    return true;
+  }
+  void write(const glm::dvec3&) noexcept override {}
+
+ private:
+  std::atomic<bool> was_held_{false};
+};
+
+TEST(ServoLoop, ALateWakeFadesTheForceAndLatches) {
+  const TouchScene scene = scenes::phantom_scene("sphere", grid(32));
+  volume::VersionChannel channel(std::make_shared<volume::Version>(scene.base));
+  ImplicitProxy method;
+  ASSERT_FALSE(method.prepare(scene).has_value());
+  HoldingDevice device;
+  ServoLoop loop(device, channel, scene, method, {});
+  ASSERT_FALSE(loop.start().has_value());
+  while (loop.report().ticks < 400) std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  loop.stop();
+  ServoRecord record;
+  std::uint64_t faulty = 0;
+  while (loop.records().pop(record)) {
+    if (faulty == 0 && (record.faults & fault_stale_scene)) faulty = record.tick;
+    if (faulty != 0 && record.tick > faulty + 51) {
+      ASSERT_EQ(record.force_world, glm::dvec3(0));
+      ASSERT_FALSE(record.pose.is_pressed);
+    }
+  }
+  EXPECT_GE(faulty, 100u);
+}
+
 TEST(ServoLoop, RefusesImpossibleRates) {
   const TouchScene scene = scenes::phantom_scene("sphere", grid(16));
   volume::VersionChannel channel(std::make_shared<volume::Version>(scene.base));

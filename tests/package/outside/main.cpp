@@ -18,7 +18,8 @@ int main() {
   scene.base = base;
   const volume::Shape bone;
   scene.shapes.push_back({volume::Field(*base, bone),
-                          std::make_shared<const volume::Occupancy>(volume::Occupancy::build(*base, bone)), {}});
+                          std::make_shared<const volume::Occupancy>(volume::Occupancy::build(*base, bone)),
+                          {}});
   haptics::ImplicitProxy method;
   if (method.prepare(scene)) return 3;
   const volume::Version version(base);

@@ -1,0 +1,13 @@
+// Time as windows and commands measure it.
+#pragma once
+
+#include <chrono>
+
+namespace trephine::view {
+
+using Clock = std::chrono::steady_clock;
+inline double seconds_since(Clock::time_point start) {
+  return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+}  // namespace trephine::view

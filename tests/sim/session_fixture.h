@@ -1,0 +1,140 @@
+// Sessions in tests: a small plate of bone, a burr, a folder, and a verdict on a replay.
+#pragma once
+
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <glm/geometric.hpp>
+#include <gtest/gtest.h>
+#include <memory>
+#include <string>
+
+#include "haptics/implicit_proxy.h"
+#include "modules/drilling/burr.h"
+#include "sim/lockstep.h"
+#include "sim/replay.h"
+#include "sim/session_writer.h"
+#include "tests/scenes/scenes.h"
+
+namespace trephine::sim {
+
+using glm::dvec3;
+namespace fs = std::filesystem;
+
+inline haptics::TouchScene small_bone() {
+  data_tools::PhantomOptions o;
+  o.size = glm::ivec3(48);
+  o.spacing_mm = dvec3(0.5);
+  o.psf_sigma_voxels = 1;
+  o.parameters = {{"thickness", 4}, {"angle", 10}};
+  return scenes::phantom_scene("plate", o);
+}
+
+inline const drilling::BurrOptions k_burr{1.5, 60, 40, false};
+
+inline std::vector<ToolSpec> burr_spec() {
+  return {{"burr",
+           {{"diameter", 2 * k_burr.radius},
+            {"removal_rate", k_burr.removal_rate},
+            {"feed_limit", k_burr.feed_limit}}}};
+}
+
+/// A folder of its own, gone afterwards.
+struct Folder {
+  fs::path path;
+  Folder() {
+    std::string name = (fs::temp_directory_path() / "trephine-session-XXXXXX").string();
+    path = mkdtemp(name.data());
+  }
+  ~Folder() { fs::remove_all(path); }
+  std::string file(const char* name) const { return (path / name).string(); }
+};
+
+/// The scene, a method and a burr: everything that a run borrows.
+struct Bench {
+  haptics::TouchScene scene = small_bone();
+  haptics::ImplicitProxy method;
+  drilling::Burr burr{k_burr};
+  Bench() { EXPECT_FALSE(method.prepare(scene).has_value()); }
+  SessionHeader header(double rate = 1000) {
+    haptics::ServoOptions options;
+    options.rate_hz = rate;
+    SessionHeader h = describe_session(scene, method, options, burr_spec());
+    h.program = "test";
+    h.case_name = "small bone";
+    return h;
+  }
+  std::unique_ptr<SessionWriter> writer(const std::string& path, double rate = 1000,
+                                        const WriterOptions& options = {}) {
+    auto made = SessionWriter::create(path, header(rate), scene.base, options);
+    EXPECT_TRUE(made.is_ok()) << (made ? "" : made.error().message());
+    return std::move(made).value();
+  }
+};
+
+struct Verdict {
+  std::optional<Mismatch> mismatch;
+  Replay::Counts counts;
+  std::uint64_t hash = 0;
+  double removed = 0;
+  std::string error;
+};
+
+inline Verdict replay(const std::string& path) {
+  Verdict v;
+  Bench bench;
+  auto opened = SessionReader::open(path);
+  if (!opened) return v.error = opened.error().message(), v;
+  SessionReader& session = opened.value();
+  auto scene = scene_of(session, bench.scene.base);
+  if (!scene) return v.error = scene.error().message(), v;
+  std::vector<drilling::Burr> burrs(session.header().tools.size(), drilling::Burr(drilling::BurrOptions{}));
+  std::vector<Tool*> tools;
+  for (drilling::Burr& burr : burrs) tools.push_back(&burr);
+  Replay run(session, scene.value(), bench.method, tools);
+  for (;;) {
+    const auto stepped = run.step();
+    if (!stepped) return v.error = stepped.error().message(), v;
+    if (!stepped.value()) break;
+  }
+  v.mismatch = run.mismatch();
+  v.counts = run.counts();
+  v.hash = run.edits().current()->content_hash();
+  v.removed = run.edits().removed_mm3();
+  return v;
+}
+
+inline void expect_same(const Verdict& v) {
+  EXPECT_EQ(v.error, "");
+  if (v.mismatch)
+    ADD_FAILURE() << v.mismatch->what << " at tick " << v.mismatch->tick << ": recorded "
+                  << v.mismatch->recorded << ", replayed " << v.mismatch->replayed;
+}
+
+/// Up and down over the plate, drilling, for `seconds`.
+inline haptics::PosePath drilling_wish(double seconds) {
+  std::vector<haptics::PosePath::Sample> samples;
+  for (double t = 0; t < seconds; t += 0.05) {
+    const double phase = std::fmod(t, 0.6);
+    const double z = phase < 0.1 ? 5 - 20 * phase : phase < 0.45 ? 3 - 12 * (phase - 0.1) : 5;
+    samples.push_back(
+        {t, {{4 * std::sin(3 * t), 3 * std::cos(2 * t), z}, {1, 0, 0, 0}, phase > 0.08 && phase < 0.5}});
+  }
+  return haptics::PosePath::from_samples(samples, "test").value();
+}
+
+/// Records a lockstep run with undos; gives the hash.
+inline std::uint64_t record_lockstep(const std::string& path, int ticks) {
+  Bench bench;
+  auto writer = bench.writer(path);
+  Lockstep run(bench.scene, bench.method, &bench.burr, {}, 1000, writer.get());
+  const haptics::PosePath wish = drilling_wish(10);
+  for (int i = 0; i < ticks; ++i) {
+    run.step(wish.at(1e-3 * i));
+    if (i % 500 == 250) run.undo();
+  }
+  EXPECT_FALSE(writer->finish(run.edits(), 0).has_value());
+  return run.edits().current()->content_hash();
+}
+
+}  // namespace trephine::sim

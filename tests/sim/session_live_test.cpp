@@ -1,0 +1,425 @@
+// Sessions while they happen: under load, killed, with two hands, in any interleaving, resumed.
+#include <atomic>
+#include <chrono>
+#include <csignal>
+#include <deque>
+#include <random>
+#include <sys/mman.h>
+#include <sys/wait.h>
+#include <thread>
+#include <unistd.h>
+
+#include "sim/live_session.h"
+#include "tests/sim/session_fixture.h"
+
+namespace trephine::sim {
+namespace {
+
+/// Something else that wants the processors, while it lives.
+class CpuLoad {
+ public:
+  explicit CpuLoad(int threads) {
+    for (int i = 0; i < threads; ++i)
+      threads_.emplace_back([this] {
+        volatile double x = 1;
+        while (!is_over_) x = x * 1.0000001 + 1e-9;
+      });
+  }
+  ~CpuLoad() {
+    is_over_ = true;
+    for (std::thread& t : threads_) t.join();
+  }
+
+ private:
+  std::atomic<bool> is_over_{false};
+  std::vector<std::thread> threads_;
+};
+
+/// Drives a live session under load with `undos` in contact, and records it.
+void record_live(const std::string& path, int undos, double rate, std::uint64_t* hash, double* removed) {
+  Bench bench;
+  auto writer = bench.writer(path, rate);
+  haptics::VirtualDevice device(drilling_wish(60), {});
+  haptics::ServoOptions options;
+  options.rate_hz = rate;
+  LiveSession live(device, bench.scene, bench.method, &bench.burr, options, writer.get());
+  const CpuLoad load(3);
+  ASSERT_FALSE(live.start().has_value());
+  int done = 0;
+  for (int i = 0; i < 20000 && done < undos; ++i) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    const LiveState s = live.look();
+    if (s.newest.faults & haptics::k_latched_faults) live.reset_faults();
+    // While the burr is in its hole: the bone grows over it.
+    if (s.can_undo && s.newest.pose.is_pressed && s.newest.has_contact && s.newest.t > 0.15 * (done + 1)) {
+      live.undo();
+      if (++done % 5 == 0) live.redo();
+      if (done == 7) live.apply({Command::Kind::set_tool, 0, "diameter", 2});
+      std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    }
+  }
+  EXPECT_EQ(done, undos);
+  live.stop();
+  *hash = live.edits().current()->content_hash();
+  *removed = live.edits().removed_mm3();
+  const volume::Status status = writer->finish(live.edits(), live.servo_report().dropped);
+  EXPECT_FALSE(status.has_value()) << status->message();
+}
+
+TEST(Session, ALiveRunUnderLoadWithUndosInContactReplaysToTheBit) {
+  const Folder folder;
+  const std::string path = folder.file("live.session");
+  std::uint64_t hash = 0;
+  double removed = 0;
+  record_live(path, 20, 500, &hash, &removed);
+  if (const char* keep = std::getenv("TREPHINE_KEEP_SESSION"))
+    fs::copy_file(path, keep, fs::copy_options::overwrite_existing);
+  // Twice at a time: nothing is shared between replays.
+  Verdict first, second;
+  std::thread other([&] { second = replay(path); });
+  first = replay(path);
+  other.join();
+  expect_same(first);
+  expect_same(second);
+  EXPECT_EQ(first.hash, hash);
+  EXPECT_EQ(second.hash, hash);
+  EXPECT_EQ(first.removed, removed);
+  EXPECT_GE(first.counts.commands, 20u);
+  EXPECT_GT(first.counts.versions, 50u);
+  EXPECT_GT(first.counts.hashes, 3u);
+  auto opened = SessionReader::open(path);
+  ASSERT_TRUE(opened.is_ok());
+  ASSERT_TRUE(opened.value().end().has_value());
+  EXPECT_EQ(opened.value().end()->hash, hash);
+  EXPECT_EQ(opened.value().lost_bytes(), 0u);
+}
+
+// Recorded live by a g++ 12 release build under load, with 20 undos in contact: every compiler and preset
+// must come to the same bits.
+TEST(Session, ARecordingOfAnotherBuildReplaysToTheBit) {
+  const std::string path = TREPHINE_SOURCE_DIR "/tests/sim/live-20-undos.session";
+  const Verdict v = replay(path);
+  expect_same(v);
+  auto opened = SessionReader::open(path);
+  ASSERT_TRUE(opened.is_ok());
+  ASSERT_TRUE(opened.value().end().has_value());
+  EXPECT_EQ(v.hash, opened.value().end()->hash);
+  EXPECT_EQ(v.removed, opened.value().end()->removed_mm3);
+  EXPECT_GE(v.counts.commands, 20u);
+  EXPECT_GT(v.removed, 0);
+}
+
+// The two threads of a live session as a model, in random step: ticks run ahead of the edits, undos and redos
+// come in bursts, also while a tool is led out. Whatever the interleaving, the replay is the same.
+TEST(Session, AnyInterleavingOfServoAndEditsReplaysToTheBit) {
+  const Folder folder;
+  std::mt19937 random(4);
+  int led_ticks = 0, commands = 0;
+  for (int round = 0; round < 12; ++round) {
+    const std::string path = folder.file("model.session");
+    fs::remove(path);
+    Bench bench;
+    auto writer = bench.writer(path);
+    EditSession edits(bench.scene, &bench.burr, 1e-3);
+    haptics::ServoCore core(bench.scene, bench.method, {}, 1e-3);
+    std::deque<haptics::ServoRecord> ring;
+    std::deque<Command> waiting;
+    std::shared_ptr<const volume::Version> published = edits.current();
+    std::uint64_t seen = 0, grown = 0;
+    const haptics::PosePath wish = drilling_wish(20);
+    for (int tick = 0; tick < 3000;) {
+      if (random() % 3 != 0 && ring.size() < 40) {
+        haptics::ServoInput input;
+        input.pose = wish.at(1e-3 * tick++);
+        ring.push_back(core.step(*published, input));
+        led_ticks += ring.back().is_led;
+      }
+      if (random() % 3 != 0 && !ring.empty()) {
+        const haptics::ServoRecord record = ring.front();
+        ring.pop_front();
+        const EditOutcome outcome = edits.consume(record);
+        seen = record.version;
+        if (outcome.is_changed) published = edits.current();
+        writer->add(record, edits, outcome);
+      }
+      if (random() % 300 == 0)
+        for (unsigned i = 0, n = 1 + random() % 4; i < n; ++i)
+          waiting.push_back({random() % 3 == 0 ? Command::Kind::redo : Command::Kind::undo, 0, "", 0});
+      // As LiveSession does: one growth at a time.
+      while (!waiting.empty() && seen >= grown) {
+        const EditOutcome outcome = edits.apply(waiting.front());
+        if (outcome.is_changed) {
+          if (const auto way = edits.way_out()) core.offer(*way);
+          grown = edits.current()->serial();
+          published = edits.current();
+        }
+        writer->add(waiting.front(), edits, outcome);
+        waiting.pop_front();
+        ++commands;
+      }
+    }
+    EXPECT_FALSE(writer->finish(edits, 0).has_value());
+    const Verdict v = replay(path);
+    expect_same(v);
+    EXPECT_EQ(v.hash, edits.current()->content_hash());
+  }
+  EXPECT_GT(led_ticks, 100);
+  EXPECT_GT(commands, 100);
+}
+
+/// A burr whose work takes long, now and then.
+class SlowTool final : public Tool {
+ public:
+  explicit SlowTool(int milliseconds) : milliseconds_(milliseconds) {}
+  volume::RemovalReport apply(const haptics::ServoRecord& tick, double dt,
+                              volume::RemovalEditor& editor) override {
+    if (tick.tick == 100) std::this_thread::sleep_for(std::chrono::milliseconds(milliseconds_));
+    return burr_.apply(tick, dt, editor);
+  }
+  void lift() override { burr_.lift(); }
+  bool set(std::string_view name, double value) override { return burr_.set(name, value); }
+
+ private:
+  int milliseconds_;
+  drilling::Burr burr_{k_burr};
+};
+
+// One stated answer for each: a full ring drops whole ticks and fades the force; edits far behind make the
+// scene stale. Both latch, both are in the recording, both replay.
+TEST(Session, AFullRingAndSlowEditsFadeTheForceAndReplay) {
+  const Folder folder;
+  for (const bool is_full : {true, false}) {
+    const std::string path = folder.file(is_full ? "full.session" : "slow.session");
+    Bench bench;
+    auto writer = bench.writer(path);
+    SlowTool slow(is_full ? 300 : 700);
+    haptics::VirtualDevice device(
+        haptics::PosePath::from_samples(
+            {{0, {{0, 0, 1.5}, {1, 0, 0, 0}, true}}, {3, {{0, 0, 0.5}, {1, 0, 0, 0}, true}}}, "test")
+            .value(),
+        {});
+    haptics::ServoOptions options;
+    if (is_full) options.ring_capacity = 64;
+    LiveSession live(device, bench.scene, bench.method, &slow, options, writer.get());
+    live.keep_trace(100000);
+    ASSERT_FALSE(live.start().has_value());
+    const auto wait_until = [&](auto&& done) {
+      for (int i = 0; i < 2000; ++i) {
+        if (done(live.look())) return true;
+        std::this_thread::sleep_for(std::chrono::milliseconds(2));
+      }
+      return false;
+    };
+    const std::uint32_t fault = is_full ? haptics::fault_full_ring : haptics::fault_stale_scene;
+    EXPECT_TRUE(
+        wait_until([&](const LiveState& s) { return (s.newest.faults & fault) && s.newest.tick > 500; }));
+    const std::uint64_t seen_at = live.look().newest.tick;
+    EXPECT_TRUE(wait_until([&](const LiveState& s) { return s.newest.tick > seen_at + 80; }));
+    EXPECT_EQ(live.look().newest.force_world, dvec3(0));
+    live.reset_faults();
+    EXPECT_TRUE(
+        wait_until([&](const LiveState& s) { return (s.newest.faults & haptics::k_latched_faults) == 0; }));
+    EXPECT_TRUE(wait_until([&](const LiveState& s) { return s.newest.tick > 1500; }));
+    live.stop();
+    const haptics::ServoReport report = live.servo_report();
+    EXPECT_FALSE(writer->finish(live.edits(), report.dropped).has_value());
+    const Verdict v = replay(path);
+    expect_same(v);
+    EXPECT_EQ(v.hash, live.edits().current()->content_hash());
+    EXPECT_EQ(v.counts.dropped, report.dropped);
+    EXPECT_EQ(report.dropped > 0, is_full);
+    // The fault and its end are events of the session.
+    auto opened = SessionReader::open(path);
+    ASSERT_TRUE(opened.is_ok());
+    std::vector<std::string> events;
+    for (LogItem item; opened.value().next(item).value();)
+      if (const auto* command = std::get_if<CommandItem>(&item))
+        if (command->command.kind == Command::Kind::note) events.push_back(command->command.name);
+    ASSERT_GE(events.size(), 2u);
+    EXPECT_NE(events.front().find(is_full ? "full ring" : "stale scene"), std::string::npos)
+        << events.front();
+    EXPECT_EQ(events.back(), "faults cleared");
+    // From the fault on the force falls to nothing within the fade's 50 ms.
+    std::uint64_t faulty = 0;
+    for (const haptics::ServoRecord& r : live.trace()) {
+      if (faulty == 0 && (r.faults & fault)) faulty = r.tick;
+      if (faulty != 0 && (r.faults & fault) && r.tick > faulty + 51) {
+        EXPECT_EQ(r.force_world, dvec3(0)) << r.tick;
+      }
+    }
+    EXPECT_GT(faulty, 0u);
+  }
+}
+
+TEST(Session, TwoHandsShareAServoAndAHistory) {
+  const Folder folder;
+  const std::string path = folder.file("two.session");
+  Bench bench;
+  drilling::Burr second(k_burr);
+  SessionHeader header = bench.header();
+  header.tools.push_back(header.tools[0]);
+  auto writer = SessionWriter::create(path, header, bench.scene.base).value();
+  const auto wish = [](double x) {
+    return haptics::PosePath::from_samples({{0, {{x, 0, 6}, {1, 0, 0, 0}, false}},
+                                            {0.1, {{x, 0, 3}, {1, 0, 0, 0}, true}},
+                                            {0.5, {{x, 0, 0.5}, {1, 0, 0, 0}, true}},
+                                            {0.6, {{x, 0, 6}, {1, 0, 0, 0}, false}}},
+                                           "test")
+        .value();
+  };
+  haptics::VirtualDevice left(wish(-4), {}), right(wish(4), {});
+  right.lose_at(0.8);
+  haptics::Device* devices[] = {&left, &right};
+  Tool* tools[] = {&bench.burr, &second};
+  LiveSession live(devices, bench.scene, bench.method, EditSession(bench.scene, tools, 1e-3), {},
+                   writer.get());
+  live.keep_trace(100000);
+  ASSERT_FALSE(live.start().has_value());
+  for (int i = 0; i < 3000 && live.look().newest.t < 1.0; ++i)
+    std::this_thread::sleep_for(std::chrono::milliseconds(2));
+  live.stop();
+  EXPECT_FALSE(writer->finish(live.edits(), live.servo_report().dropped).has_value());
+  // Both drilled, as one stroke; a tick's two hands saw one version.
+  EXPECT_EQ(live.edits().stroke_count(), 1u);
+  EXPECT_GT(live.edits().removed_mm3(), 5);
+  const auto& trace = live.trace();
+  bool left_contact = false, right_contact = false;
+  for (std::size_t i = 0; i + 1 < trace.size(); i += 2) {
+    ASSERT_EQ(trace[i].tick, trace[i + 1].tick);
+    ASSERT_EQ(trace[i].version, trace[i + 1].version);
+    ASSERT_EQ(trace[i].hand, 0);
+    ASSERT_EQ(trace[i + 1].hand, 1);
+    left_contact = left_contact || trace[i].has_contact;
+    right_contact = right_contact || trace[i + 1].has_contact;
+  }
+  EXPECT_TRUE(left_contact && right_contact);
+  // A lost device takes its own force away, not the other hand's.
+  EXPECT_TRUE(trace.back().faults & haptics::fault_lost_device);
+  EXPECT_EQ(trace[trace.size() - 2].faults & haptics::k_latched_faults, 0u);
+  const Verdict v = replay(path);
+  expect_same(v);
+  EXPECT_EQ(v.hash, live.edits().current()->content_hash());
+}
+
+TEST(Session, GoesOnWhereItStopped) {
+  const Folder folder;
+  const std::string path = folder.file("a.session");
+  record_lockstep(path, 700);
+  // As if killed: the end and a piece of the last block are gone.
+  fs::resize_file(path, fs::file_size(path) - 100);
+  Bench bench;
+  auto opened = SessionReader::open(path);
+  ASSERT_TRUE(opened.is_ok());
+  SessionReader& session = opened.value();
+  EXPECT_FALSE(session.end().has_value());
+  Replay before(session, bench.scene, bench.method, {&bench.burr});
+  ASSERT_FALSE(before.seek(session.tick_count()).has_value());
+  const std::uint64_t first_tick = before.next_tick();
+  auto writer = SessionWriter::append(path, session.whole_bytes(), session.block_count()).value();
+  EditSession edits = before.edits();
+  const Command command{Command::Kind::resume, 0, "", 0};
+  const EditOutcome outcome = edits.apply(command);
+  writer->add(command, edits, outcome);
+  haptics::VirtualDevice device(drilling_wish(10), {});
+  haptics::Device* devices[] = {&device};
+  LiveSession live(devices, bench.scene, bench.method, std::move(edits), {}, writer.get(), first_tick);
+  ASSERT_FALSE(live.start().has_value());
+  for (int i = 0; i < 3000 && live.look().newest.tick < first_tick + 400; ++i)
+    std::this_thread::sleep_for(std::chrono::milliseconds(2));
+  live.undo();
+  live.stop();
+  EXPECT_FALSE(writer->finish(live.edits(), live.servo_report().dropped).has_value());
+  const Verdict v = replay(path);
+  expect_same(v);
+  EXPECT_EQ(v.hash, live.edits().current()->content_hash());
+  EXPECT_GE(v.counts.ticks, first_tick + 400);
+}
+
+// What is promised against a power cut: the end of a stroke, and a command, are synced at once.
+TEST(Session, EndsOfStrokesAndCommandsAreSyncedAtOnce) {
+  const Folder folder;
+  Bench bench;
+  WriterOptions options;
+  options.sync_seconds = 1000;  // only what is asked for
+  auto writer = bench.writer(folder.file("a.session"), 1000, options);
+  Lockstep run(bench.scene, bench.method, &bench.burr, {}, 1000, writer.get());
+  const auto wait_for = [&](int syncs) {
+    for (int i = 0; i < 2000 && writer->sync_count() < syncs; ++i)
+      std::this_thread::sleep_for(std::chrono::milliseconds(2));
+    return writer->sync_count() >= syncs;
+  };
+  for (int i = 0; i < 30; ++i) run.step({{0, 0, 3.0 - 0.1 * i}, {1, 0, 0, 0}, true});
+  std::this_thread::sleep_for(std::chrono::milliseconds(100));
+  EXPECT_EQ(writer->sync_count(), 0) << "not in the middle of a stroke";
+  run.step({{0, 0, 3}, {1, 0, 0, 0}, false});
+  EXPECT_TRUE(wait_for(1));
+  run.undo();
+  EXPECT_TRUE(wait_for(2));
+  EXPECT_FALSE(writer->finish(run.edits(), 0).has_value());
+}
+
+// kill -9 at any moment, with the processors busy, loses at most the last 100 ms.
+TEST(Session, KilledAtAnyMomentAtMostATenthOfASecondIsLost) {
+  const Folder folder;
+  Bench bench;
+  const char* wish_count = std::getenv("TREPHINE_KILLS");
+  const int kills = wish_count ? std::atoi(wish_count) : 25;
+  auto* newest = static_cast<std::atomic<std::uint64_t>*>(
+      mmap(nullptr, 4096, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0));
+  ASSERT_NE(newest, MAP_FAILED);
+  std::mt19937 random(11);
+  std::uint64_t worst = 0, most = 0;
+  int replayed = 0, stalls = 0;
+  for (int k = 0; k < kills; ++k) {
+    const std::string path = folder.file(("kill" + std::to_string(k)).c_str());
+    newest->store(0);
+    const pid_t child = fork();
+    if (child == 0) {
+      auto writer = bench.writer(path);
+      haptics::VirtualDevice device(drilling_wish(10), {});
+      LiveSession live(device, bench.scene, bench.method, &bench.burr, {}, writer.get());
+      const CpuLoad load(3);
+      if (live.start()) _exit(1);
+      for (;;) {
+        newest->store(live.servo_report().ticks);
+        std::this_thread::sleep_for(std::chrono::microseconds(500));
+      }
+    }
+    ASSERT_GT(child, 0);
+    while (newest->load() == 0) std::this_thread::sleep_for(std::chrono::microseconds(200));
+    // A machine that stands still for everybody says nothing about us; then this process oversleeps, too.
+    const std::chrono::microseconds wait(random() % 250'000);
+    const auto begin = std::chrono::steady_clock::now();
+    std::this_thread::sleep_for(wait);
+    const bool has_stalled = std::chrono::steady_clock::now() - begin > wait + std::chrono::milliseconds(30);
+    stalls += has_stalled;
+    const std::uint64_t then = newest->load();  // done when the signal is sent
+    kill(child, SIGKILL);
+    int status = 0;
+    waitpid(child, &status, 0);
+    ASSERT_TRUE(WIFSIGNALED(status));
+    auto opened = SessionReader::open(path);
+    ASSERT_TRUE(opened.is_ok()) << opened.error().message();
+    const std::uint64_t kept = opened.value().tick_count();
+    const std::uint64_t lost = then > kept ? then - kept : 0;
+    worst = std::max(worst, lost);
+    most = std::max(most, kept);
+    if (!has_stalled) {
+      EXPECT_LE(lost, 100u) << "of " << then;
+    }
+    if (k % 8 == 0) {
+      expect_same(replay(path));
+      ++replayed;
+    }
+    fs::remove(path);
+  }
+  munmap(newest, 4096);
+  EXPECT_GT(most, 50u);
+  EXPECT_GT(replayed, 0);
+  EXPECT_LE(stalls, kills / 2);
+  RecordProperty("worst_loss_ticks", static_cast<int>(worst));
+  std::printf("%d kills: at most %llu ms lost\n", kills, static_cast<unsigned long long>(worst));
+}
+
+}  // namespace
+}  // namespace trephine::sim
