@@ -55,7 +55,7 @@ std::vector<double> watch_timer(double seconds, bool& is_realtime) {
 /// Bars on a logarithmic scale of lateness, three to an octave, with the percentiles marked.
 std::string timer_picture(const std::vector<double>& late) {
   constexpr int k_bars = 42;
-  constexpr double k_first = 1, k_width = 860, k_height = 360, k_left = 70, k_top = 70;
+  constexpr double k_first = 1, k_width = 860, k_height = 326, k_left = 70, k_top = 104;
   std::vector<int> bars(k_bars, 0);
   for (const double us : late)
     ++bars[static_cast<std::size_t>(
@@ -88,13 +88,13 @@ std::string timer_picture(const std::vector<double>& late) {
     double p;
     const char *name, *color;
     double y;
-  } marks[] = {{50, "half", "#1b7f5c", 84}, {99, "99 %", "#b5651d", 106}, {100, "latest", "#a02c2c", 128}};
+  } marks[] = {{50, "half", "#14694b", 62}, {99, "99 %", "#b5651d", 80}, {100, "latest", "#a02c2c", 98}};
   for (const auto& m : marks) {
     const double us = percentile(late, m.p), x = x_of(us);
     svg += format_text(
-        "<line x1=\"%.1f\" x2=\"%.1f\" y1=\"70\" y2=\"430\" stroke=\"%s\" stroke-width=\"2\" "
+        "<line x1=\"%.1f\" x2=\"%.1f\" y1=\"%.0f\" y2=\"430\" stroke=\"%s\" stroke-width=\"2\" "
         "stroke-dasharray=\"6 4\"/>\n",
-        x, x, m.color);
+        x, x, m.y - 12, m.color);
     svg +=
         format_text("<text x=\"%.1f\" y=\"%.0f\" fill=\"%s\" text-anchor=\"%s\">%s %.0f \xc2\xb5s</text>\n",
                     x + (x > 800 ? -6 : 6), m.y, m.color, x > 800 ? "end" : "start", m.name, us);
