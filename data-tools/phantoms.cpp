@@ -32,6 +32,17 @@ const std::vector<PhantomInfo> k_catalogue{
     {"plate", "a tilted plate", {{"thickness", "mm", 6}, {"angle", "degrees from the xy plane", 30}}},
     {"torus", "a ring about z", {{"major", "mm to the tube's middle", 35}, {"minor", "mm, tube radius", 14}}},
     {"gyroid", "a labyrinth", {{"period", "mm", 30}}},
+    {"groove",
+     "a half space with a V-groove, turned off the axes",
+     {{"angle", "degrees between its walls", 90}, {"depth", "mm", 20}}},
+    {"corner",
+     "an inner corner of three walls, turned off the axes",
+     {{"offset", "mm from the middle along each wall's normal", 20}}},
+    {"slot", "a half space with a slot, turned off the axes", {{"width", "mm", 8}, {"depth", "mm", 20}}},
+    {"cone",
+     "a cone with its tip 20 mm above the middle, turned off the axes",
+     {{"angle", "degrees from its axis to its side", 30}}},
+    {"steps", "a staircase, turned off the axes", {{"rise", "mm", 3}, {"run", "mm", 6}}},
     {"shell",
      "a skull-like shell between 0.36 and 0.42 of the box, with two holes",
      {{"noise", "HU, +- uniform", 20}}},
@@ -57,12 +68,22 @@ dvec3 tilted_normal(double degrees) {
   return {volume::deterministic_sin(degrees * k_degree), 0, volume::deterministic_cos(degrees * k_degree)};
 }
 
+/// A frame that follows no lattice plane: turned by 17 degrees about z, then by 11 about x.
+const dvec3 k_across{0.9563047559630354, 0.29237170472273677, 0.0},
+    k_along{-0.2870000130267722, 0.9387347441136001, 0.1908089953765448},
+    k_up{0.055787151254673206, -0.18247154975911864, 0.981627183447664};
+
 /// One analytic shape with its parameters looked up once.
 struct AnalyticShape {
-  enum class Kind { sphere, plane, plate, torus, gyroid, shell } kind;
+  enum class Kind { sphere, plane, plate, torus, gyroid, groove, corner, slot, cone, steps, shell } kind;
   double a = 0, b = 0;
   dvec3 normal{0, 0, 1};
+  double sine = 0, cosine = 1;
 
+  void set_angle(double radians) {
+    sine = volume::deterministic_sin(radians);
+    cosine = volume::deterministic_cos(radians);
+  }
   AnalyticShape(const std::string& name, const Parameters& given) {
     const auto get = [&](const char* key) { return parameter(name, given, key); };
     if (name == "sphere")
@@ -75,6 +96,16 @@ struct AnalyticShape {
       kind = Kind::torus, a = get("major"), b = get("minor");
     else if (name == "gyroid")
       kind = Kind::gyroid, a = 360 * k_degree / get("period");
+    else if (name == "groove")
+      kind = Kind::groove, a = 0.5 * get("angle") * k_degree, b = get("depth"), set_angle(a);
+    else if (name == "corner")
+      kind = Kind::corner, a = get("offset");
+    else if (name == "slot")
+      kind = Kind::slot, a = 0.5 * get("width"), b = get("depth");
+    else if (name == "cone")
+      kind = Kind::cone, a = get("angle") * k_degree, set_angle(a);
+    else if (name == "steps")
+      kind = Kind::steps, a = get("rise"), b = get("run");
     else
       kind = Kind::shell;
   }
@@ -99,6 +130,27 @@ struct AnalyticShape {
         const double f = s.x * c.y + s.y * c.z + s.z * c.x;
         const dvec3 slope(c.x * c.y - s.z * s.x, c.y * c.z - s.x * s.y, c.z * c.x - s.y * s.z);
         return f / std::max(a * glm::length(slope), 1e-9);
+      }
+      case Kind::groove: {
+        const double x = std::abs(glm::dot(p, k_across)), z = glm::dot(p, k_up);
+        return std::max(z, (z + b) * sine - x * cosine);
+      }
+      case Kind::corner:
+        return std::min({glm::dot(p, k_across), glm::dot(p, k_along), glm::dot(p, k_up)}) + a;
+      case Kind::slot: {
+        const double x = std::abs(glm::dot(p, k_across)), z = glm::dot(p, k_up);
+        return std::max(z, std::min(a - x, z + b));
+      }
+      case Kind::cone: {
+        const double x = glm::dot(p, k_across), y = glm::dot(p, k_along), z = glm::dot(p, k_up);
+        return std::sqrt(x * x + y * y) * cosine + (z - 20) * sine;
+      }
+      case Kind::steps: {
+        const double x = glm::dot(p, k_across), z = glm::dot(p, k_up), middle = std::floor(x / b);
+        double nearest = 1e9;
+        for (int k = -2; k <= 2; ++k)
+          nearest = std::min(nearest, std::max((middle + k) * b - x, z - (middle + k) * a));
+        return nearest;
       }
       case Kind::shell: {
         const double r = glm::length(p);

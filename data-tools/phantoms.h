@@ -43,7 +43,8 @@ std::span<const PhantomInfo> phantom_catalogue();
 volume::Result<volume::Volume> make_phantom(const std::string& name, const PhantomOptions& options = {});
 
 /// Signed distance (mm, negative inside) of an analytic phantom at a world point, near its surface to first
-/// order (exact for sphere, plane, plate and torus). The judge of every accuracy test.
+/// order (exact for sphere, plane, plate and torus, and away from the edges of groove, corner, slot, cone and
+/// steps). The judge of every accuracy test.
 double phantom_distance(const std::string& name, const std::map<std::string, double>& parameters,
                         const glm::dvec3& p_world);
 

@@ -6,7 +6,7 @@
 namespace trephine::haptics {
 
 glm::dvec3 apply_friction(const volume::Frame& frame, const Material& material, const glm::dvec3& hip_world,
-                          ProxyStep& step, bool& is_sticking) noexcept {
+                          int landing, ProxyStep& step, bool& is_sticking) noexcept {
   const auto waypoint = [&step](int i) -> glm::dvec3& {
     return step.path_volume[static_cast<std::size_t>(i)];
   };
@@ -19,13 +19,7 @@ glm::dvec3 apply_friction(const volume::Frame& frame, const Material& material, 
   const double slide = tangential(ideal_world - frame.world_from_volume(waypoint(0)));
   is_sticking = slide <= (is_sticking ? material.static_friction : material.dynamic_friction) * depth;
 
-  // Where the surface fell away from under the proxy, the first leg is the way down to it and stays.
-  int first = 0;
-  if (step.waypoint_count > 1) {
-    const glm::dvec3 drop = waypoint(1) - waypoint(0);
-    constexpr double k_support = 0.1;  // voxels: twice what a step lifts the proxy
-    if (glm::dot(drop, drop) > k_support * k_support) first = 1;
-  }
+  const int first = std::min(landing, step.waypoint_count - 1);
   if (is_sticking) {
     step.waypoint_count = first + 1;
     return waypoint(first);

@@ -9,9 +9,9 @@ namespace trephine::haptics {
 
 /// Shortens step.path_volume (its end is the frictionless proxy) so that the tangential spring force stays
 /// within the cone of `material`. Returns the new proxy: a waypoint, or a point inside the last leg left,
-/// which the caller checks again, since rounding may have moved it across a voxel's face. Call while contact
-/// lasts, not on its first step.
+/// which the caller checks again, since rounding may have moved it across a voxel's face. The legs up to
+/// waypoint `landing` led down to the surface and stay. Call while contact lasts, not on its first step.
 glm::dvec3 apply_friction(const volume::Frame& frame, const Material& material, const glm::dvec3& hip_world,
-                          ProxyStep& step, bool& is_sticking) noexcept;
+                          int landing, ProxyStep& step, bool& is_sticking) noexcept;
 
 }  // namespace trephine::haptics

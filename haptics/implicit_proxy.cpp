@@ -181,7 +181,14 @@ ProxyStep ImplicitProxy::step(const TouchScene& scene, const volume::Version& ve
   if (result.has_contact) {
     if (state.had_contact) {
       const Material& material = scene.shapes[static_cast<std::size_t>(result.shape)].material;
-      proxy = apply_friction(frame, material, input.hip_world, result, state.is_sticking);
+      // Where the surface fell away from under the proxy, the first leg is the way down to it.
+      int landing = 0;
+      if (result.waypoint_count > 1) {
+        const dvec3 drop = result.path_volume[1] - result.path_volume[0];
+        constexpr double k_support = 0.1;  // voxels: twice what a step lifts the proxy
+        if (glm::dot(drop, drop) > k_support * k_support) landing = 1;
+      }
+      proxy = apply_friction(frame, material, input.hip_world, landing, result, state.is_sticking);
       // A leg that friction shortened ends where rounding put it: look again.
       if (const int last = result.waypoint_count - 1; last > 0) {
         std::uint32_t after = state.inside;

@@ -32,7 +32,7 @@ struct ProxyInput {
 
 /// Longest path a step reports: start, and two points an iteration, and the end.
 inline constexpr int k_max_iterations = 8;
-inline constexpr int k_max_waypoints = 2 * k_max_iterations + 2;
+inline constexpr int k_max_waypoints = 32;
 
 struct ProxyStep {
   glm::dvec3 proxy_world{0.0};

@@ -29,6 +29,7 @@ Result<Frame> Frame::from_axes(const glm::dvec3& origin_world, const glm::dmat3&
   frame.origin_ = origin_world;
   frame.axes_ = axes_mm;
   frame.inverse_ = glm::inverse(axes_mm);
+  frame.spacing_ = {glm::length(axes_mm[0]), glm::length(axes_mm[1]), glm::length(axes_mm[2])};
   return frame;
 }
 
@@ -42,10 +43,6 @@ Result<Frame> Frame::from_spacing(const glm::dvec3& origin_world, const glm::dve
   return from_axes(origin_world, axes);
 }
 
-glm::dvec3 Frame::spacing() const noexcept {
-  return {glm::length(axes_[0]), glm::length(axes_[1]), glm::length(axes_[2])};
-}
-
 double Frame::voxel_mm3() const noexcept { return std::abs(glm::determinant(axes_)); }
 
 double Frame::diagonal_mm() const noexcept {
@@ -56,7 +53,7 @@ double Frame::diagonal_mm() const noexcept {
 }
 
 bool Frame::is_orthogonal() const noexcept {
-  const glm::dvec3 s = spacing();
+  const glm::dvec3& s = spacing_;
   return std::abs(glm::dot(axes_[0], axes_[1])) < 1e-5 * s.x * s.y &&
          std::abs(glm::dot(axes_[0], axes_[2])) < 1e-5 * s.x * s.z &&
          std::abs(glm::dot(axes_[1], axes_[2])) < 1e-5 * s.y * s.z;

@@ -30,16 +30,17 @@ class Frame {
 
   const glm::dvec3& origin() const noexcept { return origin_; }
   const glm::dmat3& axes() const noexcept { return axes_; }
-  glm::dvec3 spacing() const noexcept;  ///< mm, length of each axis step
-  double voxel_mm3() const noexcept;    ///< volume of a voxel
-  double diagonal_mm() const noexcept;  ///< longest diagonal of a voxel
-  bool is_orthogonal() const noexcept;  ///< no shear beyond 1e-5 of a right angle
+  const glm::dvec3& spacing() const noexcept { return spacing_; }  ///< mm, length of each axis step
+  double voxel_mm3() const noexcept;                               ///< volume of a voxel
+  double diagonal_mm() const noexcept;                             ///< longest diagonal of a voxel
+  bool is_orthogonal() const noexcept;                             ///< no shear beyond 1e-5 of a right angle
   friend bool operator==(const Frame&, const Frame&) = default;
 
  private:
   glm::dvec3 origin_{0.0};
   glm::dmat3 axes_{1.0};
   glm::dmat3 inverse_{1.0};
+  glm::dvec3 spacing_{1.0};
 };
 
 }  // namespace trephine::volume

@@ -14,12 +14,13 @@ bool is_in_grid(const glm::ivec3& size, int x, int y, int z) {
 std::array<double, 3> plain(const glm::dvec3& p) { return {p.x, p.y, p.z}; }
 }  // namespace
 
-bool FallThroughJudge::meets_solid(const glm::dvec3& a, const glm::dvec3& b) const {
-  for (const ExactVisit& v :
-       exact_traversal(plain(a), plain(b), {0, 0, 0}, {size_.x - 1, size_.y - 1, size_.z - 1}))
-    if (solid_(v.voxel[0], v.voxel[1], v.voxel[2])) return true;
-  return false;
-}
+FallThroughJudge::FallThroughJudge(const glm::ivec3& size, SolidVoxels solid)
+    : meets_solid_([size, solid = std::move(solid)](const glm::dvec3& a, const glm::dvec3& b) {
+        for (const ExactVisit& v :
+             exact_traversal(plain(a), plain(b), {0, 0, 0}, {size.x - 1, size.y - 1, size.z - 1}))
+          if (solid(v.voxel[0], v.voxel[1], v.voxel[2])) return true;
+        return false;
+      }) {}
 
 void FallThroughJudge::look(const StepUnderJudgement& step) {
   ++steps_;
@@ -28,22 +29,22 @@ void FallThroughJudge::look(const StepUnderJudgement& step) {
     if (step.is_buried) ++buried_starts_;
     last_ = proxy;
     has_last_ = true;
-    is_inside_ = meets_solid(proxy, proxy);  // begins inside matter: there is nothing to hold it out of
+    is_inside_ = meets_solid_(proxy, proxy);  // begins inside matter: there is nothing to hold it out of
     return;
   }
   if (is_inside_) {
-    is_inside_ = meets_solid(proxy, proxy);
+    is_inside_ = meets_solid_(proxy, proxy);
     last_ = proxy;
     return;
   }
   bool fell = step.path_volume.front() != last_;  // a path that does not begin at the proxy is a jump
-  if (step.path_volume.size() == 1) fell = fell || meets_solid(proxy, proxy);
+  if (step.path_volume.size() == 1) fell = fell || meets_solid_(proxy, proxy);
   for (std::size_t i = 1; i < step.path_volume.size(); ++i)
-    fell = fell || meets_solid(step.path_volume[i - 1], step.path_volume[i]);
+    fell = fell || meets_solid_(step.path_volume[i - 1], step.path_volume[i]);
   if (!step.has_contact) fell = fell || proxy != step.hip_volume;
   if (fell) {
     ++fall_throughs_;
-    is_inside_ = meets_solid(proxy, proxy);
+    is_inside_ = meets_solid_(proxy, proxy);
   }
   last_ = proxy;
 }

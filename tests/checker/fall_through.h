@@ -21,7 +21,11 @@ struct StepUnderJudgement {
 
 class FallThroughJudge {
  public:
-  FallThroughJudge(const glm::ivec3& size, SolidVoxels solid) : size_(size), solid_(std::move(solid)) {}
+  /// The solid is the union of the cubes of solid voxels.
+  FallThroughJudge(const glm::ivec3& size, SolidVoxels solid);
+  /// The solid is whatever this says a segment (or a point, twice) meets; volume frame.
+  using MeetsSolid = std::function<bool(const glm::dvec3&, const glm::dvec3&)>;
+  explicit FallThroughJudge(MeetsSolid meets_solid) : meets_solid_(std::move(meets_solid)) {}
 
   /// Looks at one step; steps come in order. Only proxies in free space (touching from the front) are judged.
   void look(const StepUnderJudgement& step);
@@ -33,10 +37,7 @@ class FallThroughJudge {
   long buried_starts() const { return buried_starts_; }
 
  private:
-  bool meets_solid(const glm::dvec3& a, const glm::dvec3& b) const;
-
-  glm::ivec3 size_;
-  SolidVoxels solid_;
+  MeetsSolid meets_solid_;
   glm::dvec3 last_{0.0};
   bool has_last_ = false, is_inside_ = false;
   long steps_ = 0, fall_throughs_ = 0, buried_starts_ = 0;

@@ -1,0 +1,270 @@
+#include "haptics/smooth_walls.h"
+
+#include <algorithm>
+#include <cmath>
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+
+namespace trephine::haptics {
+
+using glm::dvec3;
+using glm::ivec3;
+
+namespace {
+
+constexpr double k_rounding = 1e-11;  // share of a patch's magnitude that its evaluation may be off
+constexpr double k_short =
+    0.998;                        // of a free step that is taken, so that a way never ends on the wall itself
+constexpr int k_max_proofs = 24;  // evaluations in one cube before the way counts as blocked
+
+}  // namespace
+
+double free_step(double c, double slope, double bend) noexcept {
+  const double root = std::sqrt(std::max(0.0, slope * slope - 2 * bend * c));
+  const double denominator = slope + root;
+  return denominator > 0 ? -2 * c / denominator : 1e300;
+}
+
+double rounding_of(const volume::Slope& slope, const volume::QuadraticPatch::BendBound& bend) noexcept {
+  const dvec3& g = slope.gradient;
+  return k_rounding * (1 + std::abs(slope.value) + std::abs(g.x) + std::abs(g.y) + std::abs(g.z) +
+                       bend.own.x + bend.own.y + bend.own.z);
+}
+
+const volume::QuadraticPatch::BendBound& SmoothWalls::bend_of(Cached& kept) noexcept {
+  if (!kept.has_bend) {
+    kept.bend = kept.patch.bend_bound();
+    kept.has_bend = true;
+  }
+  return kept.bend;
+}
+
+SmoothWalls::Cached& SmoothWalls::patch(int key, const ivec3& v) noexcept {
+  for (int i = 0; i < count_; ++i)
+    if (Cached& kept = kept_[static_cast<std::size_t>(i)]; kept.key == key && kept.voxel == v) return kept;
+  count_ = std::min(count_ + 1, k_kept);
+  Cached& fresh = kept_[static_cast<std::size_t>(next_)];
+  next_ = next_ + 1 == k_kept ? 0 : next_ + 1;
+  fresh.key = key;
+  fresh.voxel = v;
+  fresh.has_bend = false;
+  if (key == k_cut)
+    fresh.patch.load_distance(*version_, v);
+  else
+    fresh.patch.load(scene_->shapes[static_cast<std::size_t>(key)].field, v);
+  ++counters_->cells;
+  return fresh;
+}
+
+bool SmoothWalls::is_near_cut(const ivec3& v) const noexcept {
+  if (!is_cut_) return false;
+  const ivec3 last = scene_->base->size - 1;
+  const ivec3 low(std::clamp(v.x - 1, 0, last.x), std::clamp(v.y - 1, 0, last.y),
+                  std::clamp(v.z - 1, 0, last.z));
+  const ivec3 high(std::clamp(v.x + 1, 0, last.x), std::clamp(v.y + 1, 0, last.y),
+                   std::clamp(v.z + 1, 0, last.z));
+  for (int z = low.z >> 3; z <= high.z >> 3; ++z)
+    for (int y = low.y >> 3; y <= high.y >> 3; ++y)
+      for (int x = low.x >> 3; x <= high.x >> 3; ++x)
+        if (version_->brick_at(8 * x, 8 * y, 8 * z) != nullptr) return true;
+  return false;
+}
+
+bool SmoothWalls::is_air_around(const TouchShape& shape, const ivec3& v) const noexcept {
+  const volume::Occupancy& bits = *shape.bits;
+  const ivec3& size = scene_->base->size;
+  const int x0 = std::max(v.x - 1, 0), x1 = std::min(v.x + 1, size.x - 1);
+  if (x0 > x1) return true;
+  for (int z = std::max(v.z - 1, 0); z <= std::min(v.z + 1, size.z - 1); ++z)
+    for (int y = std::max(v.y - 1, 0); y <= std::min(v.y + 1, size.y - 1); ++y) {
+      const std::uint64_t* row = bits.row(y, z);
+      std::uint64_t few = row[x0 >> 6] >> (x0 & 63);
+      if ((x0 >> 6) != (x1 >> 6)) few |= row[x1 >> 6] << (64 - (x0 & 63));
+      if (few & ((2ull << (x1 - x0)) - 1)) return false;
+    }
+  return true;
+}
+
+volume::Jet SmoothWalls::jet(const Wall& wall, const dvec3& p) noexcept {
+  const ivec3 v = volume::voxel_of(p);
+  volume::Jet jet = patch(wall.is_cut ? k_cut : wall.shape, v).patch.jet(p - dvec3(v));
+  if (wall.is_back) {
+    jet.value = -jet.value;
+    jet.gradient = -jet.gradient;
+    jet.bend_own = -jet.bend_own;
+    jet.bend_cross = -jet.bend_cross;
+  }
+  return jet;
+}
+
+volume::Slope SmoothWalls::slope(const Wall& wall, const dvec3& p) noexcept {
+  const ivec3 v = volume::voxel_of(p);
+  volume::Slope slope = patch(wall.is_cut ? k_cut : wall.shape, v).patch.slope(p - dvec3(v));
+  if (wall.is_back) {
+    slope.value = -slope.value;
+    slope.gradient = -slope.gradient;
+  }
+  return slope;
+}
+
+volume::QuadraticPatch::BendBound SmoothWalls::bend_bound(const Wall& wall, const dvec3& a, const dvec3& b,
+                                                          bool& is_whole) noexcept {
+  const ivec3 va = volume::voxel_of(a), vb = volume::voxel_of(b);
+  volume::QuadraticPatch::BendBound bound{dvec3(0), dvec3(0)};
+  const ivec3 low = glm::min(va, vb), high = glm::max(va, vb), span = high - low + 1;
+  is_whole = span.x * span.y * span.z <= 4;
+  if (!is_whole) {
+    for (const ivec3& v : {va, vb}) {
+      const auto& here = bend_of(patch(wall.is_cut ? k_cut : wall.shape, v));
+      bound.own = glm::max(bound.own, here.own);
+      bound.cross = glm::max(bound.cross, here.cross);
+    }
+    return bound;
+  }
+  for (int z = low.z; z <= high.z; ++z)
+    for (int y = low.y; y <= high.y; ++y)
+      for (int x = low.x; x <= high.x; ++x) {
+        const auto& here = bend_of(patch(wall.is_cut ? k_cut : wall.shape, {x, y, z}));
+        bound.own = glm::max(bound.own, here.own);
+        bound.cross = glm::max(bound.cross, here.cross);
+      }
+  return bound;
+}
+
+bool SmoothWalls::is_solid(int shape, const dvec3& p) noexcept {
+  if (slope({shape, false, false}, p).value < 0) return false;
+  return !is_near_cut(volume::voxel_of(p)) || slope({shape, true, false}, p).value >= 0;
+}
+
+int SmoothWalls::walls_at(int shape, bool is_inside, const dvec3& p, std::array<Wall, 2>& walls) noexcept {
+  const bool has_cut = is_near_cut(volume::voxel_of(p));
+  walls[0] = {shape, false, is_inside};
+  if (!has_cut) return 1;
+  walls[1] = {shape, true, is_inside};
+  if (is_inside) return 2;
+  // Free is where either lets it: the one that is farther off decides.
+  const auto depth = [&](const Wall& wall) {
+    const volume::Slope s = slope(wall, p);
+    const double steepness = glm::length(s.gradient);
+    return steepness > 0 ? s.value / steepness : s.value < 0 ? -1e300 : 1e300;
+  };
+  if (depth(walls[1]) < depth(walls[0])) walls[0] = walls[1];
+  return 1;
+}
+
+double SmoothWalls::reach_in_cube(int shape, bool is_inside, const ivec3& v, const dvec3& a,
+                                  const dvec3& along, double t0, double t1, double least_step,
+                                  Wall& blocker) noexcept {
+  const bool has_cut = is_near_cut(v);
+  const dvec3 origin = a - dvec3(v);
+  // How far field or cut alone prove the way free from t, forward or backward.
+  const auto proven = [&](bool is_cut, double t, double direction) {
+    Cached& kept = patch(is_cut ? k_cut : shape, v);
+    const volume::Slope s = kept.patch.slope(origin + t * along);
+    const auto& bend = bend_of(kept);
+    const double sign = is_inside ? -1.0 : 1.0;
+    const double c = sign * s.value + rounding_of(s, bend);
+    if (c >= 0) return 0.0;
+    return free_step(c, sign * direction * glm::dot(s.gradient, along), bend.along(along));
+  };
+  const auto step_from = [&](double t, double direction, bool& by_cut) {
+    by_cut = false;
+    const double by_field = proven(false, t, direction);
+    if (!has_cut) return by_field;
+    // From outside one of the two suffices; from inside both must hold.
+    if (!is_inside && by_field >= t1 - t0) return by_field;
+    const double other = proven(true, t, direction);
+    by_cut = is_inside ? other < by_field : other > by_field;
+    return by_cut ? other : by_field;
+  };
+  double t = t0, end = t1;
+  bool by_cut = false;
+  for (int i = 0; i < k_max_proofs; ++i) {
+    const double forward = step_from(t, 1, by_cut);
+    if (t + forward >= end) return t1;
+    if (forward < least_step) break;
+    t += k_short * forward;
+    bool ignored = false;
+    const double backward = step_from(end, -1, ignored);
+    if (end - backward <= t) return t1;
+    if (backward > least_step) end -= backward;
+  }
+  blocker = {shape, by_cut, is_inside};
+  return t;
+}
+
+void SmoothWalls::pass(int shape, const ivec3& v, const dvec3& a, const dvec3& along, double t0, double t1,
+                       std::uint32_t& inside, double& t_changed) noexcept {
+  const int steps = 1 + static_cast<int>(8 * (t1 - t0) * glm::length(along));
+  const bool was = inside >> shape & 1u;
+  const bool has_cut = is_near_cut(v);
+  for (int i = 1; i <= std::min(steps, 16); ++i) {
+    const double t = t0 + (t1 - t0) * i / std::min(steps, 16);
+    const dvec3 p = a - dvec3(v) + t * along;
+    const bool is_now =
+        patch(shape, v).patch.slope(p).value >= 0 && (!has_cut || patch(k_cut, v).patch.slope(p).value >= 0);
+    if (is_now == was) continue;
+    inside ^= 1u << shape;
+    t_changed = t;
+    return;
+  }
+  t_changed = t1;
+}
+
+Reach SmoothWalls::reach(const dvec3& a, const dvec3& b, std::uint32_t& inside, double tolerance) noexcept {
+  const dvec3 along = b - a;
+  const double length = glm::length(along);
+  if (!(length > 0)) return {};
+  const double least_step = tolerance / length;
+  const int count = static_cast<int>(scene_->shapes.size());
+
+  const auto cube = [&](const ivec3& v, double t0, double t1, Reach& reach, bool is_known_near) {
+    for (int s = 0; s < count; ++s) {
+      const TouchShape& shape = scene_->shapes[static_cast<std::size_t>(s)];
+      double from = t0;
+      for (int turn = 0; turn < 4 && from < reach.t; ++turn) {
+        const bool is_inside = inside >> s & 1u;
+        if (!is_inside && !is_known_near && is_air_around(shape, v)) break;
+        if (holds(shape.sides, is_inside ? Sides::back : Sides::front)) {
+          Wall wall;
+          const double free =
+              reach_in_cube(s, is_inside, v, a, along, from, std::min(t1, reach.t), least_step, wall);
+          if (free < std::min(t1, reach.t)) reach = {free, true, wall};
+          break;
+        }
+        pass(s, v, a, along, from, std::min(t1, reach.t), inside, from);
+        if (from >= t1) break;
+      }
+    }
+  };
+
+  Reach reach;
+  const ivec3 first = volume::voxel_of(a);
+  if (first == volume::voxel_of(b)) {
+    ++counters_->voxels;
+    cube(first, 0, 1, reach, true);
+    return reach;
+  }
+  // A cube's polynomial reads one voxel around it, so matter shows one voxel beyond the grid.
+  const volume::VoxelBox box{ivec3(-1), scene_->base->size};
+  volume::VoxelWalk walk(volume::Segment(a, b), box);
+  while (!walk.is_done()) {
+    const ivec3 v = walk.voxel();
+    ++counters_->voxels;
+    if (inside == 0 && scene_->base->contains(v)) {
+      int far = 255;
+      for (const TouchShape& shape : scene_->shapes) far = std::min(far, shape.bits->empty_distance(v));
+      if (far > 1) {
+        const ivec3 block(v.x >> 2, v.y >> 2, v.z >> 2);
+        walk.advance_past({4 * (block - (far - 2)), 4 * (block + (far - 1)) - 1});
+        continue;
+      }
+    }
+    cube(v, walk.t_enter(), walk.t_exit(), reach, false);
+    if (reach.is_blocked) return reach;
+    walk.advance();
+  }
+  return reach;
+}
+
+}  // namespace trephine::haptics

@@ -1,0 +1,96 @@
+// The smooth solids of a scene, one servo step long: exact crossings of a way with them, and the walls at a
+// point.
+#pragma once
+
+#include <array>
+
+#include "haptics/proxy_method.h"
+#include "volume/quadratic_patch.h"
+#include "volume/traversal.h"
+
+namespace trephine::haptics {
+
+/// A smooth function that the proxy must keep below 0: a shape's field, its cut, or one of them turned round.
+struct Wall {
+  int shape = -1;
+  bool is_cut = false;   ///< the distance to what was removed; else the field of the scan
+  bool is_back = false;  ///< holds the proxy inside: the function is minus the field
+  friend bool operator==(const Wall&, const Wall&) = default;
+};
+
+/// How far a way is free.
+struct Reach {
+  double t = 1;  ///< [0, t] is free; 1 when nothing is in the way
+  bool is_blocked = false;
+  Wall wall;  ///< what blocks
+};
+
+/// Borrows scene, version and counters for one step. A point is solid for a shape where the smooth
+/// reconstructions (volume/quadratic_patch.h) say g >= 0 and d >= 0. Polynomials are kept for the few cubes
+/// that a step meets. Servo thread: no allocation, every loop bounded.
+class SmoothWalls {
+ public:
+  SmoothWalls(const TouchScene& scene, const volume::Version& version, ProxyCounters& counters) noexcept
+      : scene_(&scene), version_(&version), counters_(&counters), is_cut_(!version.is_untouched()) {}
+
+  /// How far from a toward b (volume frame) the proxy may go: proven by bounds on the polynomials of every
+  /// cube that the way meets, so that no solid however thin is passed. Stops within `tolerance` voxels before
+  /// the first wall, or where a proof would take too long. `inside` says in which solids the way runs, and is
+  /// brought up to date where a shape lets it pass.
+  Reach reach(const glm::dvec3& a, const glm::dvec3& b, std::uint32_t& inside, double tolerance) noexcept;
+
+  /// Is p in the solid of the shape?
+  bool is_solid(int shape, const glm::dvec3& p) noexcept;
+  /// Derivatives of a wall's function at p; its value is negative where it is free.
+  volume::Jet jet(const Wall& wall, const glm::dvec3& p) noexcept;
+  volume::Slope slope(const Wall& wall, const glm::dvec3& p) noexcept;
+  /// Bound of |second derivative| of the wall's function over all cubes of the box that a and b span; over
+  /// the cubes of a and b alone, and not `is_whole`, where the box holds more than four.
+  volume::QuadraticPatch::BendBound bend_bound(const Wall& wall, const glm::dvec3& a, const glm::dvec3& b,
+                                               bool& is_whole) noexcept;
+  /// Would this wall alone, kept, leave every way free that it leaves free? So where one shape is touched
+  /// from outside.
+  bool is_only_wall(const Wall& wall) const noexcept { return scene_->shapes.size() == 1 && !wall.is_back; }
+  /// May the cube of voxel v hold something cut?
+  bool is_near_cut(const glm::ivec3& v) const noexcept;
+
+  /// The walls of one shape on which p, on the side `is_inside`, may rest: the most free one from outside,
+  /// field and cut from inside. Returns how many.
+  int walls_at(int shape, bool is_inside, const glm::dvec3& p, std::array<Wall, 2>& walls) noexcept;
+
+ private:
+  struct Cached {
+    volume::QuadraticPatch patch;
+    volume::QuadraticPatch::BendBound bend;
+    glm::ivec3 voxel;
+    int key;  ///< shape, or k_cut
+    bool has_bend;
+  };
+  static constexpr int k_cut = 1000, k_kept = 6;
+
+  Cached& patch(int key, const glm::ivec3& v) noexcept;
+  static const volume::QuadraticPatch::BendBound& bend_of(Cached& kept) noexcept;
+  bool is_air_around(const TouchShape& shape, const glm::ivec3& v) const noexcept;
+  /// One shape over [t0, t1] of the way a + t along, all in cube v. Returns how far it is free.
+  double reach_in_cube(int shape, bool is_inside, const glm::ivec3& v, const glm::dvec3& a,
+                       const glm::dvec3& along, double t0, double t1, double least_step,
+                       Wall& blocker) noexcept;
+  /// Follows a shape that does not hold: changes `inside` where the way passes its surface.
+  void pass(int shape, const glm::ivec3& v, const glm::dvec3& a, const glm::dvec3& along, double t0,
+            double t1, std::uint32_t& inside, double& t_changed) noexcept;
+
+  const TouchScene* scene_;
+  const volume::Version* version_;
+  ProxyCounters* counters_;
+  bool is_cut_;
+  std::array<Cached, k_kept> kept_;
+  int next_ = 0, count_ = 0;
+};
+
+/// The longest step tau with c + slope tau + bend tau^2 / 2 <= 0 for c < 0, bend >= 0: how far a value that
+/// is c here stays negative.
+double free_step(double c, double slope, double bend) noexcept;
+/// What rounding may have added to a value of a patch.
+double rounding_of(const volume::Slope& slope, const volume::QuadraticPatch::BendBound& bend) noexcept;
+
+}  // namespace trephine::haptics

@@ -1,0 +1,600 @@
+#include "haptics/subvoxel_proxy.h"
+
+#include <algorithm>
+#include <cmath>
+#include <glm/geometric.hpp>
+
+#include "haptics/friction.h"
+#include "haptics/smooth_walls.h"
+
+namespace trephine::haptics {
+
+using glm::dvec3;
+
+namespace {
+
+constexpr double k_gap = 1e-7;      // voxels: how far before a wall the proxy rests
+constexpr double k_touch = 2e-3;    // voxels: nearer than this is on the wall
+constexpr double k_landing = 1e-3;  // voxels: how near to a wall a straight way must get
+constexpr double k_settled = 2e-4;  // voxels: the Newton step whose square is nothing
+constexpr double k_exact = 1e-7;    // voxels: what may be left
+constexpr int k_max_stages = 8;     // legs of surface a step may run along
+constexpr int k_max_newton = 8;     // Newton steps a stage
+constexpr double k_stage = 1.5;     // voxels: the longest leg of surface
+constexpr double k_shortest_stage = 0.01;
+constexpr double k_least_bend = 0.25;  // of the reduced Hessian; below it a step would run away
+constexpr double k_short_step = 0.02;  // voxels
+constexpr int k_max_planes = 4;
+
+/// A wall seen from a point, in mm: what it asks of a displacement p is normal . p <= room.
+struct Plane {
+  Wall wall;
+  bool is_frozen;    ///< a tangent plane met earlier in this step, without curvature
+  dvec3 normal;      ///< unit, world, into the solid
+  double room;       ///< mm to the place just before the wall; negative beyond it
+  double steepness;  ///< of the function, per mm
+  volume::Jet jet;
+};
+
+/// The walls at one point; those beyond `count` are never read.
+struct Planes {
+  int count = 0;
+  std::array<Plane, k_max_planes> all;
+
+  Plane& operator[](int i) noexcept { return all[static_cast<std::size_t>(i)]; }
+  const Plane& operator[](int i) const noexcept { return all[static_cast<std::size_t>(i)]; }
+  void copy_from(const Planes& other) noexcept {
+    count = other.count;
+    for (int i = 0; i < count; ++i) (*this)[i] = other[i];
+  }
+};
+
+struct FrozenPlane {
+  dvec3 point_world, normal;
+};
+
+/// Two unit vectors that complete n to a frame (Duff et al. 2017).
+void tangents(const dvec3& n, dvec3& u, dvec3& w) noexcept {
+  const double sign = n.z >= 0 ? 1.0 : -1.0;
+  const double a = -1 / (sign + n.z), b = n.x * n.y * a;
+  u = {1 + sign * n.x * n.x * a, sign * b, -sign * n.x};
+  w = {b, sign + n.y * n.y * a, -n.y};
+}
+
+class Slide {
+ public:
+  Slide(const TouchScene& scene, const volume::Version& version, ProxyState& state, const dvec3& hip_world,
+        ProxyStep& result) noexcept
+      : scene_(scene),
+        frame_(version.base().frame),
+        walls_(scene, version, result.counters),
+        state_(state),
+        hip_world_(hip_world),
+        hip_(frame_.volume_from_world(hip_world)),
+        result_(result) {
+    const dvec3 spacing = frame_.spacing();
+    voxel_mm_ = std::min(std::min(spacing.x, spacing.y), spacing.z);
+  }
+
+  void run() noexcept;
+
+ private:
+  double energy(const dvec3& p) const noexcept {
+    const dvec3 d = frame_.vector_world_from_volume(hip_ - p);
+    return glm::dot(d, d);
+  }
+  void add(const dvec3& p) noexcept {
+    if (result_.waypoint_count < k_max_waypoints)
+      result_.path_volume[static_cast<std::size_t>(result_.waypoint_count++)] = p;
+  }
+  /// Keeps the nearest waypoint and what touches there.
+  void note(const dvec3& p) noexcept {
+    const double e = energy(p);
+    if (e < best_energy_) {
+      best_energy_ = e;
+      best_count_ = result_.waypoint_count;
+      best_inside_ = inside_;
+    }
+  }
+  bool has_friction(int shape) const noexcept {
+    const Material& material = scene_.shapes[static_cast<std::size_t>(shape)].material;
+    return material.static_friction > 0 || material.dynamic_friction > 0;
+  }
+  void touch(const Plane& plane) noexcept {
+    result_.shape = plane.wall.shape;
+    result_.side = plane.wall.is_back ? -1 : 1;
+    result_.normal_world = -plane.normal;
+  }
+  /// Newton's steps square their error: p after q leaves about p^3 / q^2.
+  bool is_last(double square, double square_before) const noexcept {
+    const double unit = voxel_mm_ * voxel_mm_;
+    if (square < k_settled * k_settled * unit) return true;
+    return square < k_short_step * k_short_step * unit &&
+           square * square * square < k_exact * k_exact * unit * square_before * square_before;
+  }
+  bool begin() noexcept;
+  void planes_at(const dvec3& p, double within, Planes& planes) noexcept;
+  void plane_of(const Wall& wall, const dvec3& p, Plane& plane) noexcept;
+  dvec3 single_step(const Plane& plane, const dvec3& to_hip) const noexcept;
+  dvec3 joint_step(const Planes& planes, const dvec3& to_hip) const noexcept;
+  /// Back to the walls, and nowhere else.
+  static dvec3 step_back(const Planes& planes) noexcept {
+    dvec3 p = planes[0].room * planes[0].normal;
+    for (int k = 1; k < planes.count; ++k)
+      p += std::min(0.0, planes[k].room - glm::dot(planes[k].normal, p)) * planes[k].normal;
+    return p;
+  }
+  bool look_again(Planes& planes, const dvec3& at, const dvec3& p) noexcept;
+  bool is_held_by_friction(const dvec3& from, dvec3& to, Planes& planes) noexcept;
+  bool solve(const dvec3& from, double limit, dvec3& to, Planes& planes, bool& is_settled) noexcept;
+  bool go(const dvec3& from, const dvec3& to, const Planes& first, const Planes& last, dvec3& at) noexcept;
+  bool is_short_way_free(const Plane& first, const Plane& last, const dvec3& from, const dvec3& middle,
+                         const dvec3& to) noexcept;
+  void remember(const dvec3& p, const Plane& plane) noexcept;
+  void finish() noexcept;
+
+  const TouchScene& scene_;
+  const volume::Frame& frame_;
+  SmoothWalls walls_;
+  ProxyState& state_;
+  const dvec3 hip_world_, hip_;
+  ProxyStep& result_;
+  double voxel_mm_;
+  std::uint32_t inside_ = 0, best_inside_ = 0;
+  int best_count_ = 1, landing_ = 0;
+  double best_energy_ = 1e300;
+  Planes planes_, moved_;
+  std::array<FrozenPlane, 3> met_;
+  int met_count_ = 0;
+  bool is_rubbed_ = false;    ///< friction has had its say
+  bool is_in_solid_ = false;  ///< the point of the last planes_at() was
+};
+
+/// The first step, and a proxy over which matter has grown, start at the HIP, inside whatever is there.
+bool Slide::begin() noexcept {
+  const int count = static_cast<int>(scene_.shapes.size());
+  bool is_fresh = !state_.has_proxy;
+  inside_ = state_.inside;
+  if (!is_fresh)
+    for (int s = 0; s < count; ++s) {
+      // A side that does not hold may have been passed by a change of the scene; one that holds is looked at
+      // below.
+      const bool was = inside_ >> s & 1u;
+      if (holds(scene_.shapes[static_cast<std::size_t>(s)].sides, was ? Sides::back : Sides::front)) continue;
+      if (walls_.is_solid(s, state_.proxy_volume) != was) inside_ ^= 1u << s;
+    }
+  if (!is_fresh) {
+    planes_at(state_.proxy_volume, k_touch * voxel_mm_, planes_);
+    if (!is_in_solid_) return true;
+    result_.is_buried = true;
+  }
+  state_ = ProxyState{};
+  state_.has_proxy = true;
+  state_.proxy_volume = hip_;
+  for (int s = 0; s < count; ++s)
+    if (walls_.is_solid(s, hip_)) state_.inside |= 1u << s;
+  result_.proxy_world = hip_world_;
+  add(hip_);
+  return false;
+}
+
+void Slide::plane_of(const Wall& wall, const dvec3& p, Plane& plane) noexcept {
+  plane.wall = wall;
+  plane.is_frozen = false;
+  plane.jet = walls_.jet(wall, p);
+  const dvec3 gradient = frame_.gradient_world_from_volume(plane.jet.gradient);
+  plane.steepness = glm::length(gradient);
+  if (!(plane.steepness > 0)) return;
+  const double inverse = 1 / plane.steepness;
+  plane.normal = inverse * gradient;
+  plane.room = -inverse * plane.jet.value - k_gap * voxel_mm_;
+}
+
+/// The walls that p touches; `within` in mm. Newest first, then the frozen ones that speak against going back
+/// there.
+void Slide::planes_at(const dvec3& p, double within, Planes& planes) noexcept {
+  int& count = planes.count;
+  count = 0;
+  is_in_solid_ = false;
+  for (int s = 0; s < static_cast<int>(scene_.shapes.size()) && count < k_max_planes; ++s) {
+    const bool is_inside = inside_ >> s & 1u;
+    if (!holds(scene_.shapes[static_cast<std::size_t>(s)].sides, is_inside ? Sides::back : Sides::front))
+      continue;
+    std::array<Wall, 2> walls;
+    const int found = walls_.walls_at(s, is_inside, p, walls);
+    for (int i = 0; i < found && count < k_max_planes; ++i) {
+      Plane& plane = planes[count];
+      plane_of(walls[static_cast<std::size_t>(i)], p, plane);
+      is_in_solid_ = is_in_solid_ || plane.jet.value >= 0;
+      if (plane.steepness > 0 && plane.room < within) ++count;
+    }
+  }
+  if (count == 0 || met_count_ == 0) return;
+  const dvec3 here = frame_.world_from_volume(p);
+  for (int i = met_count_ - 1; i >= 0 && count < k_max_planes; --i) {
+    const FrozenPlane& met = met_[static_cast<std::size_t>(i)];
+    const dvec3& normal = planes[0].normal;
+    // A corner that opens outward keeps both planes; around an edge the old one means nothing.
+    const double apart = glm::dot(met.normal, normal), room = glm::dot(met.normal, met.point_world - here);
+    if (apart > 0.9995 || room < 0 || glm::dot(normal, met.point_world - here) > 0) continue;
+    Plane& plane = planes[count++];
+    plane.is_frozen = true;
+    plane.normal = met.normal;
+    plane.room = room;
+    plane.steepness = 1;
+  }
+}
+
+void Slide::remember(const dvec3& p, const Plane& plane) noexcept {
+  if (met_count_ == static_cast<int>(met_.size())) {
+    std::move(met_.begin() + 1, met_.end(), met_.begin());
+    --met_count_;
+  }
+  met_[static_cast<std::size_t>(met_count_++)] = {frame_.world_from_volume(p), plane.normal};
+}
+
+/// Newton's step for the nearest point to the HIP on one wall (mm, world): along it by the reduced Hessian 1
+/// + lambda (tangential second derivatives), and to it along its normal, to second order.
+dvec3 Slide::single_step(const Plane& plane, const dvec3& to_hip) const noexcept {
+  const dvec3& n = plane.normal;
+  dvec3 u, w;
+  tangents(n, u, w);
+  const double hip_u = glm::dot(to_hip, u), hip_w = glm::dot(to_hip, w);
+  if (plane.is_frozen) return plane.room * n + hip_u * u + hip_w * w;
+  const double inverse = 1 / plane.steepness;
+  const double lambda = inverse * std::max(0.0, glm::dot(to_hip, n) - plane.room);
+  const dvec3 u_voxel = frame_.vector_volume_from_world(u), w_voxel = frame_.vector_volume_from_world(w);
+  const dvec3 n_voxel = frame_.vector_volume_from_world(n);
+  const dvec3 bend_u = plane.jet.bend(u_voxel), bend_w = plane.jet.bend(w_voxel);
+  const double uu = glm::dot(bend_u, u_voxel), uw = glm::dot(bend_u, w_voxel), ww = glm::dot(bend_w, w_voxel);
+  const double un = glm::dot(bend_u, n_voxel), wn = glm::dot(bend_w, n_voxel);
+  double a = 1 + lambda * uu, c = 1 + lambda * ww;
+  const double b = lambda * uw;
+  if (a < k_least_bend || c < k_least_bend || (a - k_least_bend) * (c - k_least_bend) < b * b) {
+    const double half = 0.5 * (a - c), least = 0.5 * (a + c) - std::sqrt(half * half + b * b);
+    a += k_least_bend - least;
+    c += k_least_bend - least;
+  }
+  const double ru = hip_u - lambda * plane.room * un, rw = hip_w - lambda * plane.room * wn;
+  const double share = 1 / (a * c - b * b);
+  const double pu = share * (c * ru - b * rw), pw = share * (a * rw - b * ru);
+  const dvec3 p = plane.room * n + pu * u + pw * w;
+  // A short step follows the wall to second order.
+  if (const double most = k_short_step * voxel_mm_; pu * pu + pw * pw > most * most) return p;
+  return p - inverse *
+                 (0.5 * (pu * pu * uu + pw * pw * ww) + pu * pw * uw + plane.room * (pu * un + pw * wn)) * n;
+}
+
+/// The same with several walls: the first active set whose step keeps off all others and pulls at none.
+dvec3 Slide::joint_step(const Planes& planes, const dvec3& to_hip) const noexcept {
+  const int count = planes.count;
+  const auto at = [&](int i) -> const Plane& { return planes[i]; };
+  const double tolerance = 1e-9 * voxel_mm_;
+  const auto is_kept = [&](const dvec3& p) {
+    for (int k = 0; k < count; ++k)
+      if (glm::dot(at(k).normal, p) > at(k).room + tolerance) return false;
+    return true;
+  };
+  for (int i = 0; i < count; ++i) {
+    if (glm::dot(to_hip, at(i).normal) <= at(i).room) continue;
+    const dvec3 p = single_step(at(i), to_hip);
+    if (is_kept(p)) return p;
+  }
+  dvec3 spare = at(0).room * at(0).normal;
+  for (int i = 0; i < count; ++i)
+    for (int j = i + 1; j < count; ++j) {
+      const dvec3 &m = at(i).normal, &n = at(j).normal;
+      const double c = glm::dot(m, n), s = 1 - c * c;
+      if (s < 1e-8) continue;
+      const auto coefficients = [&](double a, double b) { return (a - c * b) / s * m + (b - c * a) / s * n; };
+      const double ri = glm::dot(to_hip, m) - at(i).room, rj = glm::dot(to_hip, n) - at(j).room;
+      const double pull_i = (ri - c * rj) / s, pull_j = (rj - c * ri) / s;
+      if (pull_i < 0 || pull_j < 0) continue;
+      const dvec3 e = glm::cross(m, n) / std::sqrt(s), e_voxel = frame_.vector_volume_from_world(e);
+      double bend = 1;
+      for (const auto& [pull, k] : {std::pair(pull_i, i), std::pair(pull_j, j)})
+        if (!at(k).is_frozen) bend += pull / at(k).steepness * glm::dot(at(k).jet.bend(e_voxel), e_voxel);
+      const dvec3 base = coefficients(at(i).room, at(j).room);
+      const dvec3 p = base + glm::dot(to_hip, e) / std::max(k_least_bend, bend) * e;
+      if (is_kept(p)) return p;
+      spare = base;
+    }
+  for (int i = 0; i < count; ++i)
+    for (int j = i + 1; j < count; ++j)
+      for (int k = j + 1; k < count; ++k) {
+        const dvec3 ij = glm::cross(at(i).normal, at(j).normal), jk = glm::cross(at(j).normal, at(k).normal),
+                    ki = glm::cross(at(k).normal, at(i).normal);
+        const double volume = glm::dot(at(i).normal, jk);
+        if (std::abs(volume) < 1e-8) continue;
+        const dvec3 p = (at(i).room * jk + at(j).room * ki + at(k).room * ij) / volume;
+        if (is_kept(p)) return p;
+      }
+  return spare;
+}
+
+/// From a point on walls to the nearest place to the HIP on them, at most `limit` mm away. Not yet proven
+/// free. False when the walls let go.
+bool Slide::solve(const dvec3& from, double limit, dvec3& to, Planes& planes, bool& is_settled) noexcept {
+  const dvec3 start = frame_.world_from_volume(from);
+  dvec3 at = start;
+  to = from;
+  bool only_back = false;
+  is_settled = false;
+  double last_square = 0;
+  for (int i = 0; i < k_max_newton; ++i) {
+    ++result_.counters.iterations;
+    dvec3 p(0);
+    if (only_back) {
+      for (int k = 0; k < planes.count; ++k)
+        p += std::min(planes.count == 1 ? 1e300 : 0.0, planes[k].room - glm::dot(planes[k].normal, p)) *
+             planes[k].normal;
+    } else {
+      const dvec3 to_hip = hip_world_ - at;
+      p = planes.count == 1 ? single_step(planes[0], to_hip) : joint_step(planes, to_hip);
+    }
+    // A stage ends on a sphere around its start; from there on only back to the wall.
+    const dvec3 far = at + p - start;
+    const double square = glm::dot(far, far);
+    if (!only_back && square > limit * limit) {
+      p = start + (limit / std::sqrt(square)) * far - at;
+      only_back = true;
+    } else if (is_last(glm::dot(p, p), last_square)) {
+      is_settled = !only_back;
+      at += p;
+      to = frame_.volume_from_world(at);
+      return true;
+    }
+    last_square = only_back ? 0 : glm::dot(p, p);
+    at += p;
+    to = frame_.volume_from_world(at);
+    if (!look_again(planes, to, p)) return false;
+  }
+  return true;
+}
+
+/// The same planes from another point, p (mm) away. False when a wall is flat there.
+bool Slide::look_again(Planes& planes, const dvec3& at, const dvec3& p) noexcept {
+  for (int k = 0; k < planes.count; ++k) {
+    Plane& plane = planes[k];
+    if (plane.is_frozen) {
+      plane.room -= glm::dot(plane.normal, p);
+    } else {
+      plane_of(plane.wall, at, plane);
+      if (!(plane.steepness > 0)) return false;
+    }
+  }
+  return true;
+}
+
+/// Coulomb friction on a slide along one stage (cone of Salisbury and Tarr 1997): the proxy stays, or trails
+/// its frictionless place by a share of the spring's stretch. Moves `to` and its planes. True when it stays.
+bool Slide::is_held_by_friction(const dvec3& from, dvec3& to, Planes& planes) noexcept {
+  const Material& material = scene_.shapes[static_cast<std::size_t>(planes[0].wall.shape)].material;
+  const dvec3 begin = frame_.world_from_volume(from), end = frame_.world_from_volume(to), slide = end - begin;
+  const double stretch = glm::length(hip_world_ - end), length = glm::length(slide);
+  const double hold = state_.is_sticking ? material.static_friction : material.dynamic_friction;
+  state_.is_sticking = length <= hold * stretch;
+  const double back = material.dynamic_friction * stretch;
+  if (state_.is_sticking || back >= length) return true;
+  dvec3 at = end, p = (-back / length) * slide;
+  for (int i = 0; i < k_max_newton; ++i) {
+    at += p;
+    to = frame_.volume_from_world(at);
+    if (!look_again(planes, to, p)) return true;
+    p = step_back(planes);
+    if (glm::dot(p, p) < k_settled * k_settled * voxel_mm_ * voxel_mm_) break;
+  }
+  to = frame_.volume_from_world(at + p);
+  return false;
+}
+
+/// Both legs of a short way along one wall, proven by the wall's slopes at its ends and the bounds of its
+/// bending.
+bool Slide::is_short_way_free(const Plane& first, const Plane& last, const dvec3& from, const dvec3& middle,
+                              const dvec3& to) noexcept {
+  bool is_up_whole = false, is_down_whole = false;
+  const auto up_bound = walls_.bend_bound(first.wall, from, middle, is_up_whole);
+  const auto down_bound = walls_.bend_bound(first.wall, middle, to, is_down_whole);
+  if (!is_up_whole || !is_down_whole) return false;
+  const dvec3 up = middle - from, down = middle - to;
+  const volume::Slope end = walls_.slope(last.wall, to);
+  const double c = first.jet.value + rounding_of(first.jet, up_bound),
+               d = end.value + rounding_of(end, down_bound);
+  return c < 0 && d < 0 && free_step(c, glm::dot(first.jet.gradient, up), up_bound.along(up)) >= 1 &&
+         free_step(d, glm::dot(end.gradient, down), down_bound.along(down)) >= 1;
+}
+
+/// From one place on the walls to another through a point lifted off them, each leg proven. `at`: how far it
+/// came.
+bool Slide::go(const dvec3& from, const dvec3& to, const Planes& first, const Planes& last,
+               dvec3& at) noexcept {
+  const dvec3 along = to - from;
+  const int count = first.count;
+  dvec3 out(0);
+  double lift = 0;
+  for (int k = 0; k < count; ++k) {
+    out -= first[k].normal + last[k].normal;
+    if (first[k].is_frozen) continue;
+    // The way rises by what bending may take from it in half its length.
+    bool is_whole = false;
+    const double bend = walls_.bend_bound(first[k].wall, from, to, is_whole).along(along) / 8;
+    const double slope = std::max(
+        0.0, 0.5 * std::max(glm::dot(first[k].jet.gradient, along), -glm::dot(last[k].jet.gradient, along)));
+    lift = std::max(lift, (bend + slope) / std::min(first[k].steepness, last[k].steepness));
+  }
+  const double size = glm::length(out);
+  if (!(size > 1e-6)) return false;
+  // Between several walls the way out is steeper than to each of them.
+  double least = 1;
+  if (count > 1)
+    for (int k = 0; k < count; ++k) least = std::min(least, -glm::dot(out, first[k].normal) / size);
+  lift = std::min((1.5 * lift + 1e-5 * voxel_mm_) / std::max(0.1, least), 0.5 * voxel_mm_);
+  const dvec3 middle = from + 0.5 * along + frame_.vector_volume_from_world(lift / size * out);
+  if (count == 1 && walls_.is_only_wall(first[0].wall) &&
+      is_short_way_free(first[0], last[0], from, middle, to)) {
+    add(middle);
+    add(to);
+    at = to;
+    return true;
+  }
+  std::uint32_t inside = inside_;
+  const Reach up = walls_.reach(from, middle, inside, k_landing);
+  if (up.is_blocked) {
+    at = from + up.t * (middle - from);
+    if (up.t <= 0) return false;
+    inside_ = inside;
+    add(at);
+    return false;
+  }
+  add(middle);
+  inside_ = inside;
+  at = middle;
+  const Reach down = walls_.reach(middle, to, inside, k_landing);
+  if (down.is_blocked) {
+    at = middle + down.t * (to - middle);
+    if (down.t > 0) {
+      inside_ = inside;
+      add(at);
+    }
+    return false;
+  }
+  inside_ = inside;
+  at = to;
+  add(to);
+  return true;
+}
+
+void Slide::run() noexcept {
+  if (!begin()) return;
+  dvec3 at = state_.proxy_volume;
+  add(at);
+  note(at);
+  Planes &planes = planes_, &moved = moved_;
+  for (int stage = 0; stage < k_max_stages && result_.waypoint_count + 4 <= k_max_waypoints; ++stage) {
+    // Straight to the HIP, unless a wall that is touched here faces it.
+    if (stage > 0) planes_at(at, k_touch * voxel_mm_, planes);
+    const dvec3 to_hip = hip_world_ - frame_.world_from_volume(at);
+    bool is_facing = false;
+    for (int k = 0; k < planes.count; ++k)
+      if (const Plane& p = planes[k]; !p.is_frozen)
+        is_facing = is_facing || glm::dot(p.normal, to_hip) > std::max(p.room, 0.0);
+    if (!is_facing) {
+      const Reach straight = walls_.reach(at, hip_, inside_, k_landing);
+      if (!straight.is_blocked) {
+        add(hip_);
+        note(hip_);
+        break;
+      }
+      if (straight.t > 0) {
+        at += straight.t * (hip_ - at);
+        add(at);
+        note(at);
+        if (result_.shape < 0) landing_ = result_.waypoint_count - 1;
+      }
+      planes_at(at, 4 * k_touch * voxel_mm_, planes);
+      if (planes.count == 0) {
+        // A proof that took too long: hold the plane of what stopped it.
+        plane_of(straight.wall, at, planes[0]);
+        planes.count = planes[0].steepness > 0 ? 1 : 0;
+      }
+      if (planes.count == 0) break;
+    }
+    if (result_.shape < 0) touch(planes[0]);
+    // Along the walls, as far as it leads nearer.
+    const double energy_here = energy(at);
+    dvec3 to = at;
+    bool is_settled = false, is_lower = false;
+    double gone = 0;
+    for (double limit = k_stage * voxel_mm_; limit > k_shortest_stage * voxel_mm_;
+         limit = 0.3 * std::min(limit, gone)) {
+      moved.copy_from(planes);
+      if (!solve(at, limit, to, moved, is_settled)) break;
+      gone = glm::length(frame_.vector_world_from_volume(to - at));
+      is_lower = energy(to) < energy_here;
+      if (is_lower || gone < 1e-9 * voxel_mm_) break;
+    }
+    if (!is_lower) break;
+    if (stage == 0 && is_settled && landing_ == 0 && state_.had_contact &&
+        has_friction(planes[0].wall.shape)) {
+      is_rubbed_ = true;
+      if (is_held_by_friction(at, to, moved)) break;
+    }
+    const dvec3 before = at;
+    const bool has_arrived = go(before, to, planes, moved, at);
+    note(at);
+    if (has_arrived) {
+      touch(moved[0]);
+      if (is_rubbed_) break;
+      // Settled on walls that all still face the HIP: nothing is nearer.
+      if (is_settled) {
+        const dvec3 rest = hip_world_ - frame_.world_from_volume(at);
+        bool is_held = true;
+        for (int k = 0; k < moved.count; ++k)
+          is_held = is_held && !moved[k].is_frozen && glm::dot(moved[k].normal, rest) > 0;
+        if (is_held) break;
+      }
+    } else if (at == before) {
+      break;
+    }
+    remember(before, planes[0]);
+  }
+  finish();
+}
+
+/// The nearest waypoint, then friction along the way to it.
+void Slide::finish() noexcept {
+  result_.waypoint_count = best_count_;
+  dvec3 proxy = result_.path_volume[static_cast<std::size_t>(best_count_ - 1)];
+  result_.has_contact = proxy != hip_;
+  std::uint32_t inside = best_inside_;
+  if (!result_.has_contact) {
+    result_.normal_world = dvec3(0);
+    result_.shape = -1;
+    result_.side = 0;
+  } else if (state_.had_contact) {
+    if (!is_rubbed_ && has_friction(result_.shape)) {
+      const Material& material = scene_.shapes[static_cast<std::size_t>(result_.shape)].material;
+      proxy = apply_friction(frame_, material, hip_world_, landing_, result_, state_.is_sticking);
+      // A leg that friction shortened ends where rounding put it: look again.
+      if (const int last = result_.waypoint_count - 1; last > 0) {
+        const dvec3 start = result_.path_volume[static_cast<std::size_t>(last - 1)];
+        std::uint32_t after = inside;
+        if (walls_.reach(start, proxy, after, k_landing).is_blocked) {
+          proxy = start;
+          --result_.waypoint_count;
+        }
+      } else {
+        inside = state_.inside;
+      }
+    }
+  } else {
+    state_.is_sticking = true;
+  }
+  state_.had_contact = result_.has_contact;
+  state_.proxy_volume = proxy;
+  state_.inside = inside;
+  result_.proxy_world = frame_.world_from_volume(proxy);
+}
+
+}  // namespace
+
+volume::Status SubvoxelProxy::prepare(const TouchScene& scene) {
+  if (scene.shapes.size() > TouchScene::k_max_shapes)
+    return volume::Error{"too many shapes to touch at once", "scene", std::to_string(scene.shapes.size()),
+                         "at most " + std::to_string(TouchScene::k_max_shapes),
+                         "make fewer shapes touchable"};
+  for (const TouchShape& shape : scene.shapes)
+    if (!shape.bits)
+      return volume::Error{"a touchable shape has no bits", shape.field.shape().name, "", "", ""};
+  return std::nullopt;
+}
+
+ProxyStep SubvoxelProxy::step(const TouchScene& scene, const volume::Version& version, ProxyState& state,
+                              const ProxyInput& input) const noexcept {
+  ProxyStep result;
+  result.normal_world = dvec3(0);
+  Slide(scene, version, state, input.hip_world, result).run();
+  return result;
+}
+
+}  // namespace trephine::haptics

@@ -1,0 +1,336 @@
+#include "haptics/subvoxel_proxy.h"
+
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <gtest/gtest.h>
+
+#include "tests/checker/fall_through.h"
+#include "tests/checker/smooth_judge.h"
+#include "tests/scenes/scenes.h"
+#include "volume/deterministic_math.h"
+#include "volume/removal.h"
+
+namespace trephine::haptics {
+namespace {
+
+using glm::dvec3;
+
+data_tools::PhantomOptions grid(int size, double psf, double shear = 0) {
+  data_tools::PhantomOptions o;
+  o.size = glm::ivec3(size);
+  o.psf_sigma_voxels = psf;
+  o.shear_degrees = shear;
+  return o;
+}
+
+/// The judge's own solid: intensities and distances, read as splines by its own code.
+checker::SmoothSolid judged_solid(const TouchScene& scene,
+                                  const std::shared_ptr<const volume::Version>& version) {
+  const volume::Volume& base = *scene.base;
+  std::vector<checker::Samples> fields{[&base](int x, int y, int z) {
+    return base.contains({x, y, z}) ? base.voxels[base.index(x, y, z)] - 300.0 : -1000.0;
+  }};
+  if (!version->is_untouched())
+    fields.emplace_back([version](int x, int y, int z) { return version->distance_at(x, y, z); });
+  return checker::SmoothSolid(fields);
+}
+
+/// Plays HIP positions and judges each step.
+struct Play {
+  TouchScene scene;
+  std::shared_ptr<const volume::Version> version;
+  SubvoxelProxy method;
+  ProxyState state;
+  checker::FallThroughJudge judge;
+  long contacts = 0;
+
+  explicit Play(TouchScene s)
+      : scene(std::move(s)),
+        version(std::make_shared<volume::Version>(scene.base)),
+        judge(
+            [this](const dvec3& a, const dvec3& b) { return !judged_solid(scene, version).is_free(a, b); }) {
+    EXPECT_FALSE(method.prepare(scene).has_value());
+  }
+  void no_friction() {
+    scene.shapes[0].material.static_friction = scene.shapes[0].material.dynamic_friction = 0;
+  }
+  ProxyStep step(const dvec3& hip_world) {
+    const ProxyStep s = method.step(scene, *version, state, {hip_world});
+    judge.look({std::span(s.path_volume.data(), static_cast<std::size_t>(s.waypoint_count)),
+                scene.base->frame.volume_from_world(hip_world), s.has_contact, s.is_buried});
+    contacts += s.has_contact;
+    return s;
+  }
+};
+
+TEST(SubvoxelProxy, FreeMotionFollowsTheHipExactly) {
+  Play play(scenes::phantom_scene("sphere", grid(64, 1)));
+  for (int i = 0; i < 50; ++i) {
+    const dvec3 hip(50.0 + i * 0.1, 40, 10);
+    const ProxyStep s = play.step(hip);
+    EXPECT_FALSE(s.has_contact);
+    EXPECT_LT(glm::length(s.proxy_world - hip), 1e-12);
+  }
+  EXPECT_EQ(play.judge.fall_throughs(), 0);
+}
+
+TEST(SubvoxelProxy, IsWithinAFiftiethOfAVoxelOfASphereAndFollowsTheHip) {
+  for (const double shear : {0.0, 20.0}) {
+    Play play(scenes::phantom_scene("sphere", grid(256, 1.5, shear)));
+    play.no_friction();
+    const double voxel = 120.0 / 256;
+    const PosePath path = scenes::sphere_slide(45, 1.0, 100, 3);
+    double sum = 0, worst_tangential = 0, angle = 0;
+    long count = 0;
+    for (const auto& sample : path.samples()) {
+      const ProxyStep s = play.step(sample.pose.position_world);
+      if (!s.has_contact || sample.t < 0.1) continue;
+      const dvec3 hip = sample.pose.position_world;
+      // What the blur itself does to a sphere: its surface comes in by about sigma^2 / R.
+      const double floor = (1.5 * 1.5 + 0.25) * voxel * voxel / 45;
+      const double error = glm::length(s.proxy_world) - (45 - floor);
+      sum += error * error;
+      ++count;
+      const double sine = glm::length(glm::cross(glm::normalize(s.proxy_world - hip), glm::normalize(hip)));
+      angle += sine * sine;
+      worst_tangential =
+          std::max(worst_tangential, glm::length(glm::cross(s.proxy_world, glm::normalize(hip))));
+    }
+    EXPECT_GT(count, 2800);
+    EXPECT_EQ(play.judge.fall_throughs(), 0);
+    EXPECT_LT(std::sqrt(sum / static_cast<double>(count)), 0.02 * voxel);
+    EXPECT_LT(std::sqrt(angle / static_cast<double>(count)), 0.5 / 57.3);
+    EXPECT_LT(worst_tangential, 0.02);
+  }
+}
+
+/// Sphere and torus from outside and within, gyroid, groove and corner, sharp and blurred: after each step
+/// the proxy is where an independent, slow descent ends.
+TEST(SubvoxelProxy, RestsWhereTheIdealProxyRests) {
+  const struct {
+    const char* name;
+    dvec3 begin, end;
+    double psf;
+  } cases[] = {
+      {"torus", {49.2, 3, 14.5}, {20, 40, 5}, 1.5},      {"gyroid", {7.5, 0, 0}, {-6, 2, 1.5}, 1.0},
+      {"groove", {0, 0, -5}, {6, 4, -30}, 0.7},          {"corner", {-10, -10, -10}, {-30, -24, -26}, 0.7},
+      {"corner", {-10, -12, -10}, {-22, -30, -23}, 0.0}, {"cone", {1.4, -4.5, 24.5}, {1.5, -1.5, 8}, 1.0},
+      {"groove", {0, 0, -8}, {-6, 6, -30}, 0.0},         {"steps", {1, 1, 3}, {9, 2, -3}, 1.0}};
+  for (const auto& c : cases) {
+    Play play(scenes::phantom_scene(c.name, grid(96, c.psf)));
+    play.no_friction();
+    const auto solid = judged_solid(play.scene, play.version);
+    const volume::Frame& frame = play.scene.base->frame;
+    constexpr int k_steps = 240;
+    dvec3 last = c.begin;
+    int compared = 0;
+    double worst = 0;
+    for (int i = 0; i <= k_steps; ++i) {
+      const dvec3 hip = c.begin + (static_cast<double>(i) / k_steps) * (c.end - c.begin);
+      const dvec3 before = play.state.proxy_volume;
+      const ProxyStep s = play.step(hip);
+      if (i > 0 && i % 24 == 0 && s.has_contact) {
+        const dvec3 ideal = checker::sweep_ideal_proxy(
+            solid, frame.axes(), before, frame.volume_from_world(last), frame.volume_from_world(hip), 4);
+        const double off = glm::length(ideal - play.state.proxy_volume);
+        const auto e = [&](const dvec3& p) { return glm::length(frame.world_from_volume(p) - hip); };
+        // In a valley a millionth of a voxel of height is a thousandth along it.
+        EXPECT_LT(off, 1e-3) << c.name << " psf " << c.psf << " step " << i;
+        EXPECT_LT(e(play.state.proxy_volume) - e(ideal), 1e-6 * frame.spacing().x) << c.name << " " << i;
+        worst = std::max(worst, off);
+        ++compared;
+      }
+      last = hip;
+    }
+    EXPECT_GT(compared, 2) << c.name;
+    EXPECT_EQ(play.judge.fall_throughs(), 0) << c.name;
+    RecordProperty(c.name, std::to_string(worst));
+  }
+}
+
+TEST(SubvoxelProxy, NeverFallsThroughThinPlatesAtAnySpeed) {
+  for (const double thickness : {0.94, 1.41, 1.88})        // 1, 1.5 and 2 voxels
+    for (const double speed : {0.05, 2.0, 10.0, 400.0}) {  // mm a step
+      data_tools::PhantomOptions o = grid(128, 0);
+      o.parameters = {{"thickness", thickness}, {"angle", 37}};
+      Play play(scenes::phantom_scene("plate", o));
+      dvec3 hip(0, 0, 50);
+      play.step(hip);
+      while (hip.z > -50) {
+        hip += dvec3(0.13 * speed, 0.07 * speed, -speed);
+        if (std::abs(hip.x) > 40) hip.x = 0;
+        play.step(hip);
+      }
+      EXPECT_EQ(play.judge.fall_throughs(), 0) << thickness << " " << speed;
+      EXPECT_GT(play.contacts, 0);
+    }
+}
+
+TEST(SubvoxelProxy, NeverFallsThroughARoughWalk) {
+  for (const char* name : {"gyroid", "shell", "corner", "groove"})
+    for (const double psf : {0.0, 0.7}) {
+      Play play(scenes::phantom_scene(name, grid(96, psf, 12)));
+      const PosePath path = scenes::rough_walk(dvec3(-55), dvec3(55), 3.0, 4000, 5);
+      for (const auto& sample : path.samples()) {
+        const ProxyStep s = play.step(sample.pose.position_world);
+        ASSERT_TRUE(std::isfinite(s.proxy_world.x + s.proxy_world.y + s.proxy_world.z));
+      }
+      EXPECT_EQ(play.judge.fall_throughs(), 0) << name << " " << psf;
+      EXPECT_EQ(play.judge.buried_starts(), 0) << name << " " << psf;
+      EXPECT_GT(play.contacts, 1000);
+    }
+}
+
+TEST(SubvoxelProxy, HoldsInADrilledCavityAndNeverSticksThere) {
+  Play play(scenes::phantom_scene("plane", [] {
+    auto o = grid(96, 1);
+    o.parameters = {{"angle", 0}};
+    return o;
+  }()));
+  play.no_friction();
+  volume::RemovalEditor editor(play.version, {play.scene.shapes[0].field});
+  play.step({0, 0, 5});
+  for (int i = 0; i < 100; ++i) play.step({0, 0, -6});
+  EXPECT_NEAR(glm::length(play.step({0, 0, -6}).proxy_world - dvec3(0, 0, -6)), 6, 0.05);
+  editor.remove({{0, 0, 2}, {0, 0, -8}, 4});
+  play.version = editor.publish();
+  for (int i = 0; i < 20; ++i) play.step({0, 0, -6});
+  EXPECT_FALSE(play.step({0, 0, -6}).has_contact);
+  // Push against floor and wall of the hole from inside: a ball's cavity, known exactly.
+  double worst = 0;
+  for (int i = 0; i < 4000; ++i) {
+    const double a = i * 0.01;
+    const dvec3 hip(8 * std::cos(a), 8 * std::sin(a), -9 - 5 * std::sin(0.37 * a));
+    const ProxyStep s = play.step(hip);
+    if (i < 2 || hip.z > -8) continue;
+    // The spline draws a ball of R voxels in by 1 / (4 R).
+    const double voxel = 120.0 / 96, radius = 4 - 0.25 * voxel * voxel / 4;
+    const dvec3 middle(0, 0, -8), ideal = middle + radius * glm::normalize(hip - middle);
+    worst = std::max(worst, glm::length(s.proxy_world - ideal));
+  }
+  EXPECT_LT(worst, 0.2 * 120 / 96);  // the hand is a radius beyond the wall: slope errors count double
+  EXPECT_EQ(play.judge.fall_throughs(), 0);
+  EXPECT_GT(play.contacts, 3000);
+}
+
+TEST(SubvoxelProxy, BackSideHoldsAProxyInTheSolid) {
+  TouchScene scene = scenes::phantom_scene("sphere", grid(96, 1));
+  scene.shapes[0].sides = Sides::both;
+  SubvoxelProxy method;
+  ProxyState state;
+  const volume::Version version(scene.base);
+  method.step(scene, version, state, {dvec3(0)});
+  EXPECT_EQ(state.inside, 1u);
+  ProxyStep s;
+  for (int i = 0; i < 600; ++i) s = method.step(scene, version, state, {dvec3(0.1 * i, 0.02 * i, 0)});
+  EXPECT_TRUE(s.has_contact);
+  EXPECT_EQ(s.side, -1);
+  EXPECT_NEAR(glm::length(s.proxy_world), 45, 0.1);
+  EXPECT_LT(glm::dot(s.normal_world, glm::normalize(s.proxy_world)), -0.999);
+  scene.shapes[0].sides = Sides::front;
+  for (int i = 0; i < 600; ++i) s = method.step(scene, version, state, {dvec3(0.1 * i, 0.02 * i, 0)});
+  EXPECT_FALSE(s.has_contact);
+  for (int i = 0; i < 600; ++i)
+    s = method.step(scene, version, state, {dvec3(60 - 0.1 * i, 12 - 0.02 * i, 0)});
+  EXPECT_TRUE(s.has_contact);
+  EXPECT_EQ(s.side, 1);
+}
+
+TEST(SubvoxelProxy, GrowthOverTheProxyIsSaidAndGivesNoForce) {
+  Play play(scenes::phantom_scene("plane", [] {
+    auto o = grid(64, 1);
+    o.parameters = {{"angle", 0}};
+    return o;
+  }()));
+  const auto untouched = play.version;
+  volume::RemovalEditor editor(play.version, {play.scene.shapes[0].field});
+  editor.remove({{0, 0, 0}, {0, 0, -15}, 8});
+  play.version = editor.publish();
+  play.step({0, 0, 10});
+  play.step({0, 0, -10});
+  play.version = untouched;
+  const ProxyStep s = play.step({0, 0, -10});
+  EXPECT_TRUE(s.is_buried);
+  EXPECT_FALSE(s.has_contact);
+}
+
+TEST(SubvoxelProxy, FrictionHoldsStillAndTrailsByTheCone) {
+  Play play(scenes::phantom_scene("plane", [] {
+    auto o = grid(128, 1.5);
+    o.parameters = {{"angle", 10}};
+    return o;
+  }()));
+  const dvec3 n(std::sin(10 / 57.29577951308232), 0, std::cos(10 / 57.29577951308232)), x(n.z, 0, -n.x);
+  play.step(0.3 * x + 5.0 * n);
+  for (int i = 0; i < 20; ++i) play.step(0.3 * x - 2.0 * n);
+  const dvec3 held = play.step(0.3 * x - 2.0 * n).proxy_world;
+  ProxyStep s;
+  for (int i = 0; i < 2000; ++i) s = play.step(0.6 * x - 2.0 * n);
+  EXPECT_LT(glm::length(s.proxy_world - held), 1e-9);  // within the static cone nothing creeps
+  double at = 0.6;
+  for (int i = 0; i < 300; ++i) {
+    at += 0.05;
+    s = play.step(at * x - 2.0 * n);
+  }
+  const double depth = glm::dot(s.proxy_world, n) + 2;
+  EXPECT_NEAR(at - glm::dot(s.proxy_world, x), 0.15 * depth, 0.02);
+  EXPECT_EQ(play.judge.fall_throughs(), 0);
+}
+
+TEST(SubvoxelProxy, TwoShapesHoldTogether) {
+  // Bone at z < 0 and a label at x < 0: the proxy rests in the edge between them.
+  TouchScene scene;
+  volume::Volume base = volume::make_volume(glm::ivec3(40), volume::Frame(), true).value();
+  base.label_names = {"", "wall"};
+  for (int z = 0; z < 40; ++z)
+    for (int y = 0; y < 40; ++y)
+      for (int x = 0; x < 40; ++x) {
+        base.voxels[base.index(x, y, z)] = static_cast<std::int16_t>(300 + 200 * (20 - z));
+        base.labels[base.index(x, y, z)] = x < 20;
+      }
+  scene.base = std::make_shared<const volume::Volume>(std::move(base));
+  volume::Shape wall;
+  wall.label = 1;
+  for (const volume::Shape& shape : {volume::Shape{}, wall})
+    scene.shapes.push_back(
+        {volume::Field(*scene.base, shape),
+         std::make_shared<const volume::Occupancy>(volume::Occupancy::build(*scene.base, shape)),
+         Material{0.5, 0, 0, 0}, Sides::front});
+  SubvoxelProxy method;
+  ProxyState state;
+  const volume::Version version(scene.base);
+  for (int i = 0; i <= 200; ++i) {
+    const double t = i / 200.0;
+    const dvec3 hip(28 - 12 * t, 15 + 4 * t, 26 - 9 * t);
+    const ProxyStep s = method.step(scene, version, state, {hip});
+    if (hip.x < 19 && hip.z < 19.5) {
+      ASSERT_NEAR(s.proxy_world.x, 19.5, 1e-3) << i;
+      ASSERT_NEAR(s.proxy_world.z, 20, 1e-3) << i;
+      ASSERT_NEAR(s.proxy_world.y, hip.y, 1e-3) << i;
+    }
+  }
+}
+
+TEST(SubvoxelProxy, WorkDoesNotGrowWithTheVolume) {
+  long work[2] = {0, 0};
+  for (const int i : {0, 1}) {
+    data_tools::PhantomOptions o;
+    o.size = glm::ivec3(i == 0 ? 50 : 200);
+    o.spacing_mm = dvec3(0.5);
+    o.parameters = {{"radius", 10}};
+    TouchScene scene = scenes::phantom_scene("sphere", o);
+    SubvoxelProxy method;
+    ProxyState state;
+    const volume::Version version(scene.base);
+    const PosePath path = scenes::sphere_slide(10, 0.5, 50, 1);
+    for (const auto& sample : path.samples()) {
+      const ProxyStep s = method.step(scene, version, state, {sample.pose.position_world});
+      work[i] += s.counters.voxels + s.counters.cells + s.counters.iterations;
+    }
+  }
+  EXPECT_EQ(work[0], work[1]);
+  EXPECT_GT(work[0], 1000);
+}
+
+}  // namespace
+}  // namespace trephine::haptics

@@ -1,0 +1,98 @@
+#include "volume/quadratic_patch.h"
+
+#include <glm/geometric.hpp>
+#include <gtest/gtest.h>
+
+#include "data-tools/phantoms.h"
+#include "tests/checker/smooth_judge.h"
+#include "volume/deterministic_math.h"
+#include "volume/removal.h"
+
+namespace trephine::volume {
+namespace {
+
+using glm::dvec3;
+using glm::ivec3;
+
+Volume noisy(const ivec3& size) {
+  Volume v = make_volume(size, Frame(), true).value();
+  for (std::size_t i = 0; i < v.voxels.size(); ++i) {
+    v.voxels[i] = static_cast<std::int16_t>(-1024 + static_cast<int>(hash_bits(i) % 4096));
+    v.labels[i] = static_cast<std::uint8_t>(hash_bits(i + 77) % 3);
+  }
+  v.label_names = {"air", "a", "b"};
+  return v;
+}
+
+double random(std::uint64_t i) { return static_cast<double>(hash_bits(i) >> 11) * 0x1p-53; }
+
+TEST(QuadraticPatch, IsTheSumOfSplinesEverywhereWithItsDerivativesAndBounds) {
+  const auto base = std::make_shared<const Volume>(noisy({11, 9, 10}));
+  RemovalEditor editor(std::make_shared<Version>(base), {Field(*base, Shape{})});
+  editor.remove({{3, 4, 5}, {8, 4, 2}, 2.5});
+  const auto version = editor.publish();
+  Shape window, label;
+  window.low = -100, window.high = 900;
+  label.label = 2;
+  const Field fields[] = {Field(*base, Shape{}), Field(*base, window), Field(*base, label)};
+  std::vector<checker::Samples> samples;
+  for (const Field& f : fields) samples.push_back([&f](int x, int y, int z) { return f.at(x, y, z); });
+  samples.push_back([&](int x, int y, int z) { return version->distance_at(x, y, z); });
+  const checker::SmoothSolid judge(samples);
+
+  std::uint64_t n = 0;
+  for (int trial = 0; trial < 3000; ++trial) {
+    const ivec3 v(static_cast<int>(random(n + 6) * 15) - 2, static_cast<int>(random(n + 7) * 13) - 2,
+                  static_cast<int>(random(n + 8) * 14) - 2);
+    const dvec3 u(random(n) - 0.5, random(n + 1) - 0.5, random(n + 2) - 0.5);
+    const dvec3 way(random(n + 3) - 0.5, random(n + 4) - 0.5, random(n + 5) - 0.5);
+    n += 9;
+    for (std::size_t f = 0; f < samples.size(); ++f) {
+      QuadraticPatch patch;
+      if (f < 3)
+        patch.load(fields[f], v);
+      else
+        patch.load_distance(*version, v);
+      const Slope s = patch.slope(u);
+      const Jet j = patch.jet(u);
+      const double scale = 1e-9 * (f < 2 ? 4000 : 1);
+      ASSERT_NEAR(s.value, judge.value(f, dvec3(v) + u), scale) << f;
+      ASSERT_EQ(s.value, j.value);
+      ASSERT_EQ(s.gradient, j.gradient);
+      ASSERT_LE(s.value, patch.most() + scale);
+      ASSERT_GE(s.value, patch.least() - scale);
+      // Derivatives against differences of the values, which are exact to rounding for polynomials this low.
+      const double h = 1e-4;
+      const dvec3 ahead = u + h * way, behind = u - h * way;
+      const double slope = (patch.slope(ahead).value - patch.slope(behind).value) / (2 * h);
+      ASSERT_NEAR(slope, glm::dot(s.gradient, way), 1e-7 * (f < 2 ? 4000 : 1));
+      const double bend = glm::dot(patch.slope(ahead).gradient - patch.slope(behind).gradient, way) / (2 * h);
+      ASSERT_NEAR(bend, glm::dot(j.bend(way), way), 1e-7 * (f < 2 ? 8000 : 2));
+      ASSERT_LE(std::abs(glm::dot(j.bend(way), way)), patch.bend_bound().along(way) * (1 + 1e-12) + scale);
+    }
+  }
+}
+
+TEST(QuadraticPatch, NeighbouringCubesAgreeInValueAndSlope) {
+  const Volume base = noisy({8, 8, 8});
+  const Field field(base, Shape{});
+  for (int axis = 0; axis < 3; ++axis) {
+    ivec3 a(3, 4, 3), b = a;
+    b[axis] += 1;
+    QuadraticPatch low, high;
+    low.load(field, a);
+    high.load(field, b);
+    for (std::uint64_t n = 0; n < 50; ++n) {
+      dvec3 u(random(3 * n) - 0.5, random(3 * n + 1) - 0.5, random(3 * n + 2) - 0.5);
+      u[axis] = 0.5;
+      dvec3 w = u;
+      w[axis] = -0.5;
+      const Slope s = low.slope(u), t = high.slope(w);
+      EXPECT_NEAR(s.value, t.value, 1e-9);
+      EXPECT_LT(glm::length(s.gradient - t.gradient), 1e-8);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace trephine::volume

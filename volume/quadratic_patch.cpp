@@ -1,0 +1,108 @@
+#include "volume/quadratic_patch.h"
+
+namespace trephine::volume {
+
+namespace {
+
+/// Four int16 as two pairs of doubles.
+void widen(const std::int16_t* row, __m128d& low, __m128d& high) noexcept {
+  const __m128i four = _mm_loadl_epi64(reinterpret_cast<const __m128i*>(row));
+  const __m128i wide = _mm_srai_epi32(_mm_unpacklo_epi16(four, four), 16);
+  low = _mm_cvtepi32_pd(wide);
+  high = _mm_cvtepi32_pd(_mm_shuffle_epi32(wide, _MM_SHUFFLE(3, 2, 3, 2)));
+}
+
+}  // namespace
+
+void QuadraticPatch::load(const Field& field, const glm::ivec3& v) noexcept {
+  const Volume& volume = field.volume();
+  const Shape& shape = field.shape();
+  const glm::ivec3& size = volume.size;
+  const bool is_inside =
+      v.x >= 1 && v.y >= 1 && v.z >= 1 && v.x + 1 < size.x && v.y + 1 < size.y && v.z + 1 < size.z;
+  if (is_inside && !shape.is_label()) {
+    const std::size_t row = static_cast<std::size_t>(size.x), slice = row * static_cast<std::size_t>(size.y);
+    const std::size_t first = volume.index(v.x - 1, v.y - 1, v.z - 1);
+    if (first + 2 * slice + 2 * row + 3 < volume.voxels.size()) {  // the fourth sample of the last row exists
+      const std::int16_t* base = volume.voxels.data() + first;
+      const __m128d from = _mm_set1_pd(shape.low), to = _mm_set1_pd(shape.high);
+      const bool is_open = shape.high > 1e300;
+      for (std::size_t k = 0; k < 3; ++k)
+        for (std::size_t j = 0; j < 3; ++j) {
+          __m128d low, high;
+          widen(base + k * slice + j * row, low, high);
+          Lanes g(_mm_sub_pd(low, from), _mm_sub_pd(high, from));
+          if (!is_open) g = smaller(g, Lanes(_mm_sub_pd(to, low), _mm_sub_pd(to, high)));
+          rows_[k][j] = g;
+        }
+      return;
+    }
+  }
+  for (int k = 0; k < 3; ++k)
+    for (int j = 0; j < 3; ++j) {
+      const int y = v.y + j - 1, z = v.z + k - 1;
+      rows_[k][j] = Lanes(field.at(v.x - 1, y, z), field.at(v.x, y, z), field.at(v.x + 1, y, z));
+    }
+}
+
+void QuadraticPatch::load_distance(const Version& version, const glm::ivec3& v) noexcept {
+  const int bx = v.x & (k_brick - 1), by = v.y & (k_brick - 1), bz = v.z & (k_brick - 1);
+  const auto is_within = [](int b) { return b >= 1 && b + 2 < k_brick; };
+  if (is_within(bx) && is_within(by) && is_within(bz) && version.base().contains(v) &&
+      version.base().contains(v + 1)) {
+    if (const Brick* brick = version.brick_at(v.x, v.y, v.z)) {
+      for (int k = 0; k < 3; ++k)
+        for (int j = 0; j < 3; ++j) {
+          const __m128 four =
+              _mm_loadu_ps(brick->distance.data() + Brick::index(bx - 1, by + j - 1, bz + k - 1));
+          rows_[k][j] = Lanes(_mm_cvtps_pd(four), _mm_cvtps_pd(_mm_movehl_ps(four, four)));
+        }
+      return;
+    }
+  }
+  for (int k = 0; k < 3; ++k)
+    for (int j = 0; j < 3; ++j) {
+      const int y = v.y + j - 1, z = v.z + k - 1;
+      rows_[k][j] = Lanes(version.distance_at(v.x - 1, y, z), version.distance_at(v.x, y, z),
+                          version.distance_at(v.x + 1, y, z));
+    }
+}
+
+QuadraticPatch::BendBound QuadraticPatch::bend_bound() const noexcept {
+  const auto second = [](const Lanes& a, const Lanes& b, const Lanes& c) { return magnitude(a - b - b + c); };
+  Lanes yy(0, 0, 0), zz = yy, yz = yy, xy = yy, xz = yy;
+  double xx = 0;
+  for (int k = 0; k < 3; ++k) {
+    yy = larger(yy, second(rows_[k][0], rows_[k][1], rows_[k][2]));
+    zz = larger(zz, second(rows_[0][k], rows_[1][k], rows_[2][k]));
+    for (int j = 0; j < 3; ++j) {
+      const Lanes step = rows_[k][j].step();
+      xx = std::max(xx, std::abs(step.second() - step.first()));
+    }
+    for (int j = 0; j < 2; ++j) {
+      xy = larger(xy, magnitude((rows_[k][j + 1] - rows_[k][j]).step()));
+      xz = larger(xz, magnitude((rows_[j + 1][k] - rows_[j][k]).step()));
+    }
+  }
+  for (int k = 0; k < 2; ++k)
+    for (int j = 0; j < 2; ++j)
+      yz = larger(yz, magnitude(rows_[k + 1][j + 1] - rows_[k + 1][j] - rows_[k][j + 1] + rows_[k][j]));
+  const auto most2 = [](const Lanes& a) { return std::max(a.first(), a.second()); };
+  return {{xx, yy.most3(), zz.most3()}, {yz.most3(), most2(xz), most2(xy)}};
+}
+
+double QuadraticPatch::least() const noexcept {
+  Lanes all = rows_[0][0];
+  for (int k = 0; k < 3; ++k)
+    for (int j = 0; j < 3; ++j) all = smaller(all, rows_[k][j]);
+  return std::min(std::min(all.first(), all.second()), all.third());
+}
+
+double QuadraticPatch::most() const noexcept {
+  Lanes all = rows_[0][0];
+  for (int k = 0; k < 3; ++k)
+    for (int j = 0; j < 3; ++j) all = larger(all, rows_[k][j]);
+  return all.most3();
+}
+
+}  // namespace trephine::volume

@@ -1,0 +1,148 @@
+// The smooth reconstruction of a field: a tensor product of quadratic B-splines over 3 x 3 x 3 voxels, one
+// polynomial for the cube of each voxel, value and slope continuous everywhere (Unser 1999, eq. 6). Weights
+// are positive and sum to 1: a value lies between its samples', and where all are air nothing is solid.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <emmintrin.h>
+#include <glm/vec3.hpp>
+
+#include "volume/field.h"
+#include "volume/version.h"
+
+namespace trephine::volume {
+
+/// Value and first derivatives, per voxel step.
+struct Slope {
+  double value;
+  glm::dvec3 gradient;
+};
+
+/// Value, first and second derivatives, per voxel step.
+struct Jet : Slope {
+  glm::dvec3 bend_own;    ///< xx, yy, zz
+  glm::dvec3 bend_cross;  ///< yz, xz, xy
+  /// The matrix of second derivatives times v.
+  glm::dvec3 bend(const glm::dvec3& v) const noexcept {
+    return {bend_own.x * v.x + bend_cross.z * v.y + bend_cross.y * v.z,
+            bend_cross.z * v.x + bend_own.y * v.y + bend_cross.x * v.z,
+            bend_cross.y * v.x + bend_cross.x * v.y + bend_own.z * v.z};
+  }
+};
+
+/// The polynomial of one voxel's cube. Plain data of 320 bytes; queries take points relative to the voxel's
+/// centre, each coordinate in [-0.5, 0.5] up to rounding, allocate nothing and cost 10 - 25 ns.
+class QuadraticPatch {
+ public:
+  /// Of a shape's field around voxel v, anywhere.
+  void load(const Field& field, const glm::ivec3& v) noexcept;
+  /// Of the distance (mm) to what was removed.
+  void load_distance(const Version& version, const glm::ivec3& v) noexcept;
+
+  Slope slope(const glm::dvec3& p) const noexcept {
+    const Weights y(p.y), z(p.z);
+    Lanes flat[3], steep[3];
+    for (int j = 0; j < 3; ++j) {
+      flat[j] = z.value[0] * rows_[0][j] + z.value[1] * rows_[1][j] + z.value[2] * rows_[2][j];
+      steep[j] = z.slope[0] * rows_[0][j] + z.slope[1] * rows_[1][j] + z.slope[2] * rows_[2][j];
+    }
+    const Lanes c = y.value[0] * flat[0] + y.value[1] * flat[1] + y.value[2] * flat[2];
+    const Lanes cy = y.slope[0] * flat[0] + y.slope[1] * flat[1] + y.slope[2] * flat[2];
+    const Lanes cz = y.value[0] * steep[0] + y.value[1] * steep[1] + y.value[2] * steep[2];
+    const Weights w(p.x);
+    const Lanes x(w.value), dx(w.slope);
+    return {dot(c, x), {dot(c, dx), dot(cy, x), dot(cz, x)}};
+  }
+
+  Jet jet(const glm::dvec3& p) const noexcept {
+    const Weights y(p.y), z(p.z);
+    Lanes flat[3], steep[3], bent[3];
+    for (int j = 0; j < 3; ++j) {
+      flat[j] = z.value[0] * rows_[0][j] + z.value[1] * rows_[1][j] + z.value[2] * rows_[2][j];
+      steep[j] = z.slope[0] * rows_[0][j] + z.slope[1] * rows_[1][j] + z.slope[2] * rows_[2][j];
+      bent[j] = rows_[0][j] - rows_[1][j] - rows_[1][j] + rows_[2][j];
+    }
+    const Lanes c = y.value[0] * flat[0] + y.value[1] * flat[1] + y.value[2] * flat[2];
+    const Lanes cy = y.slope[0] * flat[0] + y.slope[1] * flat[1] + y.slope[2] * flat[2];
+    const Lanes cz = y.value[0] * steep[0] + y.value[1] * steep[1] + y.value[2] * steep[2];
+    const Lanes cyz = y.slope[0] * steep[0] + y.slope[1] * steep[1] + y.slope[2] * steep[2];
+    const Lanes cyy = flat[0] - flat[1] - flat[1] + flat[2];
+    const Lanes czz = y.value[0] * bent[0] + y.value[1] * bent[1] + y.value[2] * bent[2];
+    const Weights w(p.x);
+    const Lanes x(w.value), dx(w.slope), dxx(1, -2, 1);
+    Jet jet;
+    jet.value = dot(c, x);
+    jet.gradient = {dot(c, dx), dot(cy, x), dot(cz, x)};
+    jet.bend_own = {dot(c, dxx), dot(cyy, x), dot(czz, x)};
+    jet.bend_cross = {dot(cyz, x), dot(cz, dx), dot(cy, dx)};
+    return jet;
+  }
+
+  /// Bounds of |second derivative| over the cube: own = max |xx|, |yy|, |zz|, cross = max |yz|, |xz|, |xy|. A
+  /// second difference of the samples is where each second derivative comes from, with positive weights.
+  struct BendBound {
+    glm::dvec3 own, cross;
+    /// Bounds |v . (second derivatives) v|.
+    double along(const glm::dvec3& v) const noexcept {
+      return own.x * v.x * v.x + own.y * v.y * v.y + own.z * v.z * v.z +
+             2 * (cross.x * std::abs(v.y * v.z) + cross.y * std::abs(v.x * v.z) +
+                  cross.z * std::abs(v.x * v.y));
+    }
+  };
+  BendBound bend_bound() const noexcept;
+
+  /// No value in the cube lies outside [least, most].
+  double least() const noexcept;
+  double most() const noexcept;
+
+ private:
+  /// Three samples along x, and a fourth lane that weighs nothing.
+  struct Lanes {
+    __m128d low, high;
+    Lanes() = default;
+    Lanes(__m128d l, __m128d h) noexcept : low(l), high(h) {}
+    Lanes(double a, double b, double c) noexcept : low(_mm_set_pd(b, a)), high(_mm_set_sd(c)) {}
+    explicit Lanes(const double* v) noexcept : Lanes(v[0], v[1], v[2]) {}
+    friend Lanes operator+(const Lanes& a, const Lanes& b) noexcept {
+      return {_mm_add_pd(a.low, b.low), _mm_add_pd(a.high, b.high)};
+    }
+    friend Lanes operator-(const Lanes& a, const Lanes& b) noexcept {
+      return {_mm_sub_pd(a.low, b.low), _mm_sub_pd(a.high, b.high)};
+    }
+    friend Lanes operator*(double s, const Lanes& a) noexcept {
+      const __m128d all = _mm_set1_pd(s);
+      return {_mm_mul_pd(all, a.low), _mm_mul_pd(all, a.high)};
+    }
+    friend double dot(const Lanes& a, const Lanes& b) noexcept {
+      const __m128d sum = _mm_add_pd(_mm_mul_pd(a.low, b.low), _mm_mul_pd(a.high, b.high));
+      return _mm_cvtsd_f64(_mm_add_sd(sum, _mm_unpackhi_pd(sum, sum)));
+    }
+    friend Lanes larger(const Lanes& a, const Lanes& b) noexcept {
+      return {_mm_max_pd(a.low, b.low), _mm_max_pd(a.high, b.high)};
+    }
+    friend Lanes smaller(const Lanes& a, const Lanes& b) noexcept {
+      return {_mm_min_pd(a.low, b.low), _mm_min_pd(a.high, b.high)};
+    }
+    friend Lanes magnitude(const Lanes& a) noexcept {
+      const __m128d sign = _mm_set1_pd(-0.0);
+      return {_mm_andnot_pd(sign, a.low), _mm_andnot_pd(sign, a.high)};
+    }
+    double first() const noexcept { return _mm_cvtsd_f64(low); }
+    double second() const noexcept { return _mm_cvtsd_f64(_mm_unpackhi_pd(low, low)); }
+    double third() const noexcept { return _mm_cvtsd_f64(high); }
+    double most3() const noexcept { return std::max(std::max(first(), second()), third()); }
+    /// Differences of neighbours; two of them, the third lane is 0.
+    Lanes step() const noexcept { return {_mm_sub_pd(_mm_shuffle_pd(low, high, 1), low), _mm_setzero_pd()}; }
+  };
+  struct Weights {
+    double value[3], slope[3];
+    explicit Weights(double u) noexcept
+        : value{0.5 * (0.5 - u) * (0.5 - u), 0.75 - u * u, 0.5 * (0.5 + u) * (0.5 + u)},
+          slope{u - 0.5, -2 * u, u + 0.5} {}
+  };
+
+  Lanes rows_[3][3];  ///< [z][y], along x; what the fourth lane holds counts nothing
+};
+
+}  // namespace trephine::volume
