@@ -3,7 +3,7 @@
 
 #include "apps/trephine/commands.h"
 #include "apps/trephine/text.h"
-#include "haptics/implicit_proxy.h"
+#include "haptics/subvoxel_proxy.h"
 #include "tests/bench/benchmarks.h"
 #include "tests/checker/traversal_audit.h"
 
@@ -85,7 +85,7 @@ volume::Status bench_load(const std::string& src, Outcome& outcome) {
   const double after_read = process_seconds();
   auto scene = make_scene(source, {});
   if (!scene) return scene.error();
-  haptics::ImplicitProxy method;
+  haptics::SubvoxelProxy method;
   if (volume::Status error = method.prepare(scene.value())) return error;
   const volume::Version version(source.volume);
   haptics::ProxyState state;

@@ -13,6 +13,7 @@
 #include "apps/view/view_window.h"
 #include "data-tools/atomic_file.h"
 #include "haptics/implicit_proxy.h"
+#include "haptics/subvoxel_proxy.h"
 #include "modules/drilling/burr.h"
 #include "sim/live_session.h"
 #include "volume/traversal.h"
@@ -157,7 +158,7 @@ Result<Outcome> run_demo(const DemoArguments& arguments) {
   if (!opened) return opened.error();
   const Source& source = opened.value().source;
   const haptics::TouchScene& scene = opened.value().scene;
-  haptics::ImplicitProxy method;
+  haptics::SubvoxelProxy method;
   if (volume::Status error = method.prepare(scene)) return *error;
   const double ready_seconds = seconds_since(begin);
   const volume::Version untouched(source.volume);

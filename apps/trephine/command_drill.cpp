@@ -4,7 +4,7 @@
 #include "data-tools/atomic_file.h"
 #include "data-tools/open_volume.h"
 #include "data-tools/operated_volume.h"
-#include "haptics/implicit_proxy.h"
+#include "haptics/subvoxel_proxy.h"
 #include "modules/drilling/burr.h"
 #include "sim/lockstep.h"
 
@@ -30,7 +30,7 @@ Result<Outcome> run_drill(const DrillArguments& arguments) {
   if (!opened) return opened.error();
   const Source& source = opened.value().source;
   haptics::TouchScene& scene = opened.value().scene;
-  haptics::ImplicitProxy method;
+  haptics::SubvoxelProxy method;
   if (volume::Status error = method.prepare(scene)) return *error;
   drilling::BurrOptions burr_options;
   burr_options.radius = 0.5 * arguments.burr_diameter;

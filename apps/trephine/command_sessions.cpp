@@ -218,7 +218,7 @@ Result<Outcome> run_resume(const ResumeArguments& arguments) {
   outcome.json["removed_mm3_before"] = before;
   double after = 0;
   if (path) {
-    sim::Lockstep run(session.scene, session.method, std::move(edits), header.force, header.rate_hz, &writer,
+    sim::Lockstep run(session.scene, *session.method, std::move(edits), header.force, header.rate_hz, &writer,
                       first_tick);
     ProgressLine progress("going on");
     const std::vector<double> times = haptics::servo_times(*path, header.rate_hz);
@@ -237,6 +237,7 @@ Result<Outcome> run_resume(const ResumeArguments& arguments) {
     view::WindowOptions options;
     options.title = where;
     options.burr = session.burrs[0]->options();
+    options.method = header.method;
     options.rate_hz = header.rate_hz;
     options.force = header.force;
     options.recorder = &writer;

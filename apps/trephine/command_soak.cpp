@@ -9,6 +9,7 @@
 #include "apps/trephine/commands.h"
 #include "apps/trephine/text.h"
 #include "data-tools/atomic_file.h"
+#include "haptics/subvoxel_proxy.h"
 #include "sim/live_session.h"
 #include "volume/traversal.h"
 
@@ -82,7 +83,7 @@ Result<Outcome> run_soak(const SoakArguments& arguments) {
   if (!opened) return opened.error();
   const Source& source = opened.value().source;
   const haptics::TouchScene& scene = opened.value().scene;
-  haptics::ImplicitProxy method;
+  haptics::SubvoxelProxy method;
   if (volume::Status error = method.prepare(scene)) return *error;
   auto path = random_strokes(scene, arguments.seconds, arguments.seed);
   if (!path) return path.error();

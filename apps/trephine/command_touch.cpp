@@ -7,8 +7,8 @@
 #include "apps/trephine/steps_csv.h"
 #include "apps/trephine/text.h"
 #include "data-tools/atomic_file.h"
-#include "haptics/implicit_proxy.h"
-#include "tests/checker/fall_through.h"
+#include "haptics/methods.h"
+#include "tests/checker/volume_samples.h"
 #include "volume/work_counters.h"
 
 namespace trephine::app {
@@ -35,8 +35,9 @@ volume::Status parse_friction(const std::string& text, haptics::Material& materi
 }  // namespace
 
 Result<Outcome> run_touch(const TouchArguments& arguments) {
-  if (arguments.method != "implicit")
-    return Error{"there is no such method", "--method", arguments.method, "implicit", ""};
+  auto made_method = haptics::make_method(arguments.method);
+  if (!made_method) return made_method.error();
+  haptics::ProxyMethod& method = *made_method.value();
   if (!(arguments.stiffness > 0 && arguments.stiffness <= 100))
     return Error{"the stiffness is out of range", "--stiffness", std::to_string(arguments.stiffness),
                  "above 0, at most 100 N/mm", ""};
@@ -58,7 +59,6 @@ Result<Outcome> run_touch(const TouchArguments& arguments) {
   const Source& source = opened.value().source;
   haptics::TouchScene& scene = opened.value().scene;
   scene.shapes[0].material = material;
-  haptics::ImplicitProxy method;
   if (volume::Status error = method.prepare(scene)) return *error;
   haptics::ForceOptions force;
   force.smoothing_alpha = arguments.alpha;
@@ -68,12 +68,13 @@ Result<Outcome> run_touch(const TouchArguments& arguments) {
   // The judge reads voxels, not bits.
   const volume::Shape& shape = scene.shapes[0].field.shape();
   const volume::Volume& base = *source.volume;
-  const checker::SolidVoxels solid = [&](int x, int y, int z) {
-    const std::size_t i = base.index(x, y, z);
-    return shape.is_label() ? base.labels[i] == shape.label
-                            : base.voxels[i] >= shape.low && base.voxels[i] <= shape.high;
-  };
-  checker::FallThroughJudge judge(base.size, solid);
+  const checker::SolidVoxels solid = checker::solid_voxels(source.volume, shape);
+  const checker::SmoothSolid smooth = checker::smooth_solid(source.volume, shape);
+  const bool is_smooth = haptics::find_method(arguments.method)->solid == haptics::MethodInfo::Solid::smooth;
+  checker::FallThroughJudge judge =
+      is_smooth ? checker::FallThroughJudge(
+                      [&smooth](const glm::dvec3& a, const glm::dvec3& b) { return !smooth.is_free(a, b); })
+                : checker::FallThroughJudge(base.size, solid);
   const glm::dvec3 axes[3] = {base.frame.axes()[0], base.frame.axes()[1], base.frame.axes()[2]};
 
   const std::vector<double> times = haptics::servo_times(path.value(), arguments.rate);
@@ -101,12 +102,15 @@ Result<Outcome> run_touch(const TouchArguments& arguments) {
         total.iterations += step.counters.iterations;
     worst.voxels = std::max(worst.voxels, step.counters.voxels);
     strongest = std::max(strongest, glm::length(record.force_world));
-    // Stuck: at rest, farther than a voxel from where a frictionless proxy on the same cubes would be.
+    // Stuck: at rest, farther than a voxel from where a frictionless proxy on the same solid would be. On
+    // cubes each tick is looked at, on the smooth solid, which takes milliseconds, the tenth of each rest.
     resting = record.has_contact && glm::length(pose.position_world - last_hip) < 1e-6 ? resting + 1 : 0;
     last_hip = pose.position_world;
-    if (resting >= 10) {
-      const glm::dvec3 rest =
-          checker::resting_point_on_cubes(base.size, solid, axes, servo.proxy_state().proxy_volume, hip);
+    if (is_smooth ? resting == 10 : resting >= 10) {
+      const glm::dvec3& at = servo.proxy_state().proxy_volume;
+      const glm::dvec3 rest = is_smooth
+                                  ? checker::sweep_ideal_proxy(smooth, base.frame.axes(), at, hip, hip, 1)
+                                  : checker::resting_point_on_cubes(base.size, solid, axes, at, hip);
       const double off = glm::length(base.frame.world_from_volume(rest) - record.proxy_world);
       const double allowed = base.frame.diagonal_mm() +
                              material.static_friction * glm::length(record.proxy_world - pose.position_world);

@@ -3,6 +3,7 @@
 #include "apps/view/render_window.h"
 #include "apps/view/view_window.h"
 #include "data-tools/atomic_file.h"
+#include "haptics/subvoxel_proxy.h"
 #include "volume/work_counters.h"
 
 namespace trephine::app {
@@ -57,7 +58,7 @@ class Host {
     else if (!record.file.empty())
       record.file = format_text("%s-%d", record_.file.c_str(), ++opened_);
     if (!record.file.empty()) {
-      auto started = start_recording(record, source_, scene, haptics::ImplicitProxy(), {}, burr);
+      auto started = start_recording(record, source_, scene, haptics::SubvoxelProxy(), {}, burr);
       if (!started) return started.error();
       opened.recorder = std::move(started).value();
       opened.session_file = record.file;
@@ -110,7 +111,7 @@ Result<Outcome> run_view(const ViewArguments& arguments) {
   }
   if (options.is_offscreen && !record.file.empty())
     return Error{"without a window there is nothing to record", "--record", "", "a display", ""};
-  auto started = start_recording(record, source, *scene, haptics::ImplicitProxy(), {}, options.burr);
+  auto started = start_recording(record, source, *scene, haptics::SubvoxelProxy(), {}, options.burr);
   if (!started && !is_autosave) return started.error();
   if (!started) notice("note: the session is not saved: " + started.error().message());
   const std::unique_ptr<sim::SessionWriter> recorder = started ? std::move(started).value() : nullptr;

@@ -34,7 +34,7 @@ struct MeshArguments {
 volume::Result<Outcome> run_mesh(const MeshArguments& arguments);
 
 struct TouchArguments {
-  std::string source, path, output, method = "implicit", friction;
+  std::string source, path, output, method = haptics::k_default_method, friction;
   ShapeChoice shape;
   double stiffness = 0.5, alpha = 0.3, rate = 1000;
 };

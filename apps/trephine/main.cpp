@@ -136,7 +136,7 @@ int main(int argc, char** argv) {
       ->required()
       ->type_name("PATH.csv");
   c->add_option("-o,--output", touch.output, "A row for every step")->required()->type_name("STEPS.csv");
-  c->add_option("--method", touch.method, "How the proxy is kept on the surface: implicit")
+  c->add_option("--method", touch.method, "How the proxy is kept on the surface: " + haptics::method_names())
       ->capture_default_str();
   c->add_option("--stiffness", touch.stiffness, "Of the surface, N/mm")
       ->capture_default_str()

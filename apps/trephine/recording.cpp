@@ -107,10 +107,12 @@ Result<std::unique_ptr<OpenedSession>> open_session(const std::string& path, con
   result->scene = std::move(scene).value();
 
   // The method and the tools.
-  if (header.method != result->method.name())
+  auto method = haptics::make_method(header.method);
+  if (!method)
     return Error{"this program does not have the session's proxy method", where, header.method,
-                 result->method.name(), "open it with the version that recorded it"};
-  if (Status error = result->method.prepare(result->scene)) return *error;
+                 haptics::method_names(), "open it with the version that recorded it"};
+  result->method = std::move(method).value();
+  if (Status error = result->method->prepare(result->scene)) return *error;
   std::vector<sim::Tool*> tools;
   for (const sim::ToolSpec& spec : header.tools) {
     if (!spec.name.empty() && spec.name != "burr")
@@ -124,7 +126,7 @@ Result<std::unique_ptr<OpenedSession>> open_session(const std::string& path, con
         return Error{"this program does not have the session's setting of a tool", where,
                      name + " = " + std::to_string(value), "a setting of " + spec.name, ""};
   }
-  result->replay = std::make_unique<sim::Replay>(session, result->scene, result->method, tools);
+  result->replay = std::make_unique<sim::Replay>(session, result->scene, *result->method, tools);
   return result;
 }
 

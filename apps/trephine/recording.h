@@ -5,7 +5,7 @@
 #include <string>
 
 #include "apps/trephine/source.h"
-#include "haptics/implicit_proxy.h"
+#include "haptics/methods.h"
 #include "modules/drilling/burr.h"
 #include "sim/replay.h"
 #include "sim/session_writer.h"
@@ -40,7 +40,7 @@ struct OpenedSession {
   std::unique_ptr<sim::SessionReader> reader;
   Source source;
   haptics::TouchScene scene;
-  haptics::ImplicitProxy method;
+  std::unique_ptr<haptics::ProxyMethod> method;
   std::vector<std::unique_ptr<drilling::Burr>> burrs;
   std::unique_ptr<sim::Replay> replay;
 };

@@ -36,11 +36,12 @@ LiveOperation::LiveOperation(const haptics::TouchScene& scene, const WindowOptio
                              vtkRenderWindow* window)
     : scene_(&scene),
       options_(options),
+      method_(haptics::make_method(options.method).value()),
       own_burr_(options.burr),
       picture_(scene, window, true),
       mouse_(picture_.outside_point()),
       devices_{&mouse_},
-      live_(devices_, scene, method_, first_state(scene, options_, own_burr_), servo_options(options),
+      live_(devices_, scene, *method_, first_state(scene, options_, own_burr_), servo_options(options),
             options.recorder, options.start ? options.start->first_tick : 0),
       burr_diameter_(2 * (options.start ? options.start->burr->options().radius : options.burr.radius)) {
   state_ = live_.look();
@@ -50,7 +51,7 @@ LiveOperation::LiveOperation(const haptics::TouchScene& scene, const WindowOptio
 LiveOperation::~LiveOperation() { finish(); }
 
 volume::Status LiveOperation::start() {
-  if (volume::Status error = method_.prepare(*scene_)) return error;
+  if (volume::Status error = method_->prepare(*scene_)) return error;
   picture_.request_all(version_);
   if (volume::Status error = live_.start()) return error;
   is_started_ = true;

@@ -8,7 +8,7 @@
 #include "apps/view/mouse_device.h"
 #include "apps/view/operation_picture.h"
 #include "apps/view/view_window.h"
-#include "haptics/implicit_proxy.h"
+#include "haptics/methods.h"
 #include "sim/live_session.h"
 
 namespace trephine::view {
@@ -54,7 +54,7 @@ class LiveOperation {
  private:
   const haptics::TouchScene* scene_;
   WindowOptions options_;
-  haptics::ImplicitProxy method_;
+  std::unique_ptr<haptics::ProxyMethod> method_;
   drilling::Burr own_burr_;
   OperationPicture picture_;
   MouseDevice mouse_;

@@ -6,6 +6,7 @@
 #include <optional>
 #include <string>
 
+#include "haptics/methods.h"
 #include "haptics/servo_loop.h"
 #include "modules/drilling/burr.h"
 #include "sim/replay.h"
@@ -38,6 +39,7 @@ struct WindowHost {
 
 struct WindowOptions {
   drilling::BurrOptions burr;
+  std::string method = haptics::k_default_method;  ///< a name that make_method() knows
   double rate_hz = 1000;
   haptics::ForceOptions force;
   std::optional<double> seconds;  ///< close by itself after so long

@@ -58,7 +58,7 @@ TEST_F(Command, PhantomInfoMeshTouchDrillHaveTheirKeys) {
   for (const char* phase : {"contact", "free"})
     EXPECT_EQ(keys_of(touch["step_us"][phase]),
               (std::set<std::string>{"count", "p50", "p99", "p999", "max"}));
-  EXPECT_EQ(touch["method"], "implicit");
+  EXPECT_EQ(touch["method"], "subvoxel");
   EXPECT_EQ(touch["fall_throughs"], 0);
   EXPECT_EQ(touch["counters"]["surfaces_made"], 0);
   EXPECT_EQ(touch["counters"]["gl_contexts_made"], 0);

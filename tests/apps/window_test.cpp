@@ -21,6 +21,7 @@
 
 #include "apps/view/qt_window.h"
 #include "data-tools/open_volume.h"
+#include "haptics/subvoxel_proxy.h"
 #include "tests/scenes/scenes.h"
 
 namespace trephine::view {
@@ -63,7 +64,7 @@ class Window : public ::testing::Test {
     session_ = (folder_ / "a.session").string();
     recorder_ =
         sim::SessionWriter::create(
-            session_, sim::describe_session(*scene_, haptics::ImplicitProxy(), {}, {options_.burr.spec()}),
+            session_, sim::describe_session(*scene_, haptics::SubvoxelProxy(), {}, {options_.burr.spec()}),
             scene_->base)
             .value();
     options_.recorder = recorder_.get();
@@ -202,7 +203,7 @@ TEST_F(Window, TouchDrillUndoSaveAndQuit) {
   for (const std::string& file : {session_, (folder_ / "copy.session").string()}) {
     auto opened = sim::SessionReader::open(file);
     ASSERT_TRUE(opened.is_ok()) << file;
-    haptics::ImplicitProxy method;
+    haptics::SubvoxelProxy method;
     ASSERT_FALSE(method.prepare(*scene_).has_value());
     drilling::Burr burr{drilling::BurrOptions{}};
     sim::Replay replay(opened.value(), *scene_, method, {&burr});
@@ -264,7 +265,7 @@ TEST_F(Window, OpensOthersShowsErrorsAndTakesAnotherShape) {
 TEST_F(Window, PlaysASessionPausedAtAnySpeedAndToAnyMoment) {
   // A session to play: a burr that goes into the ball.
   {
-    haptics::ImplicitProxy method;
+    haptics::SubvoxelProxy method;
     ASSERT_FALSE(method.prepare(*scene_).has_value());
     drilling::Burr burr(options_.burr);
     sim::EditSession edits(*scene_, &burr, 1e-3);
@@ -279,7 +280,7 @@ TEST_F(Window, PlaysASessionPausedAtAnySpeedAndToAnyMoment) {
   }
   auto opened = sim::SessionReader::open(session_);
   ASSERT_TRUE(opened.is_ok());
-  haptics::ImplicitProxy method;
+  haptics::SubvoxelProxy method;
   ASSERT_FALSE(method.prepare(*scene_).has_value());
   drilling::Burr burr{drilling::BurrOptions{}};
   sim::Replay replay(opened.value(), *scene_, method, {&burr});

@@ -4,8 +4,7 @@
 #include <glm/geometric.hpp>
 #include <gtest/gtest.h>
 
-#include "tests/checker/fall_through.h"
-#include "tests/checker/smooth_judge.h"
+#include "tests/checker/volume_samples.h"
 #include "tests/scenes/scenes.h"
 #include "volume/deterministic_math.h"
 #include "volume/removal.h"
@@ -23,16 +22,9 @@ data_tools::PhantomOptions grid(int size, double psf, double shear = 0) {
   return o;
 }
 
-/// The judge's own solid: intensities and distances, read as splines by its own code.
 checker::SmoothSolid judged_solid(const TouchScene& scene,
                                   const std::shared_ptr<const volume::Version>& version) {
-  const volume::Volume& base = *scene.base;
-  std::vector<checker::Samples> fields{[&base](int x, int y, int z) {
-    return base.contains({x, y, z}) ? base.voxels[base.index(x, y, z)] - 300.0 : -1000.0;
-  }};
-  if (!version->is_untouched())
-    fields.emplace_back([version](int x, int y, int z) { return version->distance_at(x, y, z); });
-  return checker::SmoothSolid(fields);
+  return checker::smooth_solid(scene.base, scene.shapes[0].field.shape(), version);
 }
 
 /// Plays HIP positions and judges each step.

@@ -1,0 +1,60 @@
+#include "haptics/methods.h"
+
+#include "haptics/implicit_proxy.h"
+#include "haptics/subvoxel_proxy.h"
+
+namespace trephine::haptics {
+
+namespace {
+
+using Solid = MethodInfo::Solid;
+
+struct Entry {
+  MethodInfo info;
+  std::unique_ptr<ProxyMethod> (*make)();
+};
+
+template <class Method>
+std::unique_ptr<ProxyMethod> make() {
+  return std::make_unique<Method>();
+}
+
+constexpr Entry k_entries[] = {
+    {{"subvoxel", "exact contact with the smooth reconstruction, all walls at once", "this project",
+      Solid::smooth},
+     make<SubvoxelProxy>},
+    {{"implicit", "voxel cubes as walls, iterated ray casts", "thesis of the volume haptics toolkit, 3.4.1.1",
+      Solid::cubes},
+     make<ImplicitProxy>},
+};
+
+}  // namespace
+
+std::span<const MethodInfo> method_catalogue() {
+  static const auto infos = [] {
+    std::array<MethodInfo, std::size(k_entries)> all{};
+    for (std::size_t i = 0; i < all.size(); ++i) all[i] = k_entries[i].info;
+    return all;
+  }();
+  return infos;
+}
+
+std::string method_names() {
+  std::string names;
+  for (const Entry& entry : k_entries) names += (names.empty() ? "" : ", ") + std::string(entry.info.name);
+  return names;
+}
+
+const MethodInfo* find_method(const std::string& name) {
+  for (const Entry& entry : k_entries)
+    if (name == entry.info.name) return &entry.info;
+  return nullptr;
+}
+
+volume::Result<std::unique_ptr<ProxyMethod>> make_method(const std::string& name) {
+  for (const Entry& entry : k_entries)
+    if (name == entry.info.name) return entry.make();
+  return volume::Error{"there is no such method", "--method", name, method_names(), "choose one of these"};
+}
+
+}  // namespace trephine::haptics

@@ -1,0 +1,39 @@
+#include "tests/checker/volume_samples.h"
+
+#include <algorithm>
+
+namespace trephine::checker {
+
+namespace {
+
+using volume::Shape;
+using volume::Version;
+using volume::Volume;
+
+double field(const Volume& base, const Shape& shape, int x, int y, int z) {
+  const bool is_inside = x >= 0 && y >= 0 && z >= 0 && x < base.size.x && y < base.size.y && z < base.size.z;
+  const auto i = static_cast<std::size_t>((static_cast<long long>(z) * base.size.y + y) * base.size.x + x);
+  if (shape.label >= 0) return is_inside && base.labels[i] == shape.label ? 0.5 : -0.5;
+  if (!is_inside) return -1000;
+  const double intensity = base.voxels[i];
+  return std::min(intensity - shape.low, shape.high - intensity);
+}
+
+}  // namespace
+
+SolidVoxels solid_voxels(std::shared_ptr<const Volume> base, const Shape& shape,
+                         std::shared_ptr<const Version> version) {
+  return [base = std::move(base), shape, version = std::move(version)](int x, int y, int z) {
+    return field(*base, shape, x, y, z) >= 0 && (!version || version->distance_at(x, y, z) > 0);
+  };
+}
+
+SmoothSolid smooth_solid(std::shared_ptr<const Volume> base, const Shape& shape,
+                         std::shared_ptr<const Version> version) {
+  std::vector<Samples> fields{[base, shape](int x, int y, int z) { return field(*base, shape, x, y, z); }};
+  if (version && !version->is_untouched())
+    fields.emplace_back([version](int x, int y, int z) { return version->distance_at(x, y, z); });
+  return SmoothSolid(std::move(fields));
+}
+
+}  // namespace trephine::checker

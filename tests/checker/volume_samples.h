@@ -1,0 +1,22 @@
+// A volume's shape and cuts as plain samples, for the judges: read from voxels and distances, never from
+// bits.
+#pragma once
+
+#include <memory>
+
+#include "tests/checker/fall_through.h"
+#include "tests/checker/smooth_judge.h"
+#include "volume/shape.h"
+#include "volume/version.h"
+
+namespace trephine::checker {
+
+/// Is the voxel solid for the shape, and not removed? Asked inside the grid only. Null version: untouched.
+SolidVoxels solid_voxels(std::shared_ptr<const volume::Volume> base, const volume::Shape& shape,
+                         std::shared_ptr<const volume::Version> version = nullptr);
+
+/// The smooth solid of the shape and of what was removed.
+SmoothSolid smooth_solid(std::shared_ptr<const volume::Volume> base, const volume::Shape& shape,
+                         std::shared_ptr<const volume::Version> version = nullptr);
+
+}  // namespace trephine::checker
