@@ -18,6 +18,7 @@ struct WayEnd {
   bool is_back = false;  ///< stopped on the way out of a solid
 };
 
+/// Is voxel v in the solid of the shape?
 inline bool is_solid(const TouchScene& scene, const volume::Version& version, std::size_t shape,
                      const glm::ivec3& v) noexcept {
   return scene.base->contains(v) && scene.shapes[shape].bits->is_solid(v) && version.is_kept(v);
@@ -66,5 +67,13 @@ inline WayEnd find_barrier(const TouchScene& scene, const volume::Version& versi
   }
   return {};
 }
+
+/// For methods whose walls are cubes. The first step, and a proxy over which matter has grown, start at the
+/// HIP, inside whatever is there: sets state and path, and returns true. Else the step goes on.
+bool begin_on_cubes(const TouchScene& scene, const volume::Version& version, const glm::dvec3& hip_volume,
+                    ProxyState& state, ProxyStep& result) noexcept;
+/// Keeps `proxy_volume` for the next step.
+void end_on_cubes(const TouchScene& scene, const volume::Version& version, const glm::dvec3& proxy_volume,
+                  ProxyState& state, ProxyStep& result) noexcept;
 
 }  // namespace trephine::haptics

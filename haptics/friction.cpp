@@ -39,4 +39,11 @@ glm::dvec3 apply_friction(const volume::Frame& frame, const Material& material, 
   return waypoint(step.waypoint_count - 1);
 }
 
+int landing_of_first_leg(const ProxyStep& step) noexcept {
+  if (step.waypoint_count < 2) return 0;
+  const glm::dvec3 drop = step.path_volume[1] - step.path_volume[0];
+  constexpr double k_support = 0.1;
+  return glm::dot(drop, drop) > k_support * k_support ? 1 : 0;
+}
+
 }  // namespace trephine::haptics

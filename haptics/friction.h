@@ -14,4 +14,8 @@ namespace trephine::haptics {
 glm::dvec3 apply_friction(const volume::Frame& frame, const Material& material, const glm::dvec3& hip_world,
                           int landing, ProxyStep& step, bool& is_sticking) noexcept;
 
+/// The landing for methods whose first leg leads down to the surface where that fell away from under the
+/// proxy: 1 when it is longer than a tenth of a voxel, twice what a step may lift the proxy; else 0.
+int landing_of_first_leg(const ProxyStep& step) noexcept;
+
 }  // namespace trephine::haptics

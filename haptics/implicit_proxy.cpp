@@ -39,30 +39,12 @@ dvec3 guarded_move(const TouchScene& scene, const volume::Version& version, cons
   return start;
 }
 
-/// Bit s: point p lies in the solid of shape s.
-std::uint32_t solids_at(const TouchScene& scene, const volume::Version& version, const dvec3& p) noexcept {
-  const glm::ivec3 v = volume::voxel_of(p);
-  std::uint32_t bits = 0;
-  for (std::size_t s = 0; s < scene.shapes.size(); ++s)
-    if (is_solid(scene, version, s, v)) bits |= 1u << s;
-  return bits;
-}
-
 }  // namespace
 
 ImplicitProxy::ImplicitProxy(int iterations) noexcept
     : iterations_(std::clamp(iterations, 1, k_max_iterations)) {}
 
-volume::Status ImplicitProxy::prepare(const TouchScene& scene) {
-  if (scene.shapes.size() > TouchScene::k_max_shapes)
-    return volume::Error{"too many shapes to touch at once", "scene", std::to_string(scene.shapes.size()),
-                         "at most " + std::to_string(TouchScene::k_max_shapes),
-                         "make fewer shapes touchable"};
-  for (const TouchShape& shape : scene.shapes)
-    if (!shape.bits)
-      return volume::Error{"a touchable shape has no bits", shape.field.shape().name, "", "", ""};
-  return std::nullopt;
-}
+volume::Status ImplicitProxy::prepare(const TouchScene& scene) { return check_touchable(scene); }
 
 dvec3 outward_normal(const TouchShape& shape, const volume::Version& version, const dvec3& p,
                      int& cells) noexcept {
@@ -90,25 +72,8 @@ ProxyStep ImplicitProxy::step(const TouchScene& scene, const volume::Version& ve
   ProxyStep result;
   result.normal_world = dvec3(0);
 
-  // The first step, and a proxy over which matter has grown, start at the HIP, inside whatever is there.
-  bool is_fresh = !state.has_proxy;
-  if (!is_fresh) {
-    const glm::ivec3 v = volume::voxel_of(state.proxy_volume);
-    for (std::size_t s = 0; s < scene.shapes.size(); ++s) {
-      const bool was = state.inside >> s & 1u;
-      if (is_solid(scene, version, s, v) != was &&
-          holds(scene.shapes[s].sides, was ? Sides::back : Sides::front))
-        result.is_buried = is_fresh = true;
-    }
-  }
-  if (is_fresh) {
-    state = ProxyState{};
-    state.has_proxy = true;
-    state.proxy_volume = hip;
-    state.inside = solids_at(scene, version, hip);
+  if (begin_on_cubes(scene, version, hip, state, result)) {
     result.proxy_world = input.hip_world;
-    result.path_volume[0] = hip;
-    result.waypoint_count = 1;
     return result;
   }
 
@@ -181,14 +146,8 @@ ProxyStep ImplicitProxy::step(const TouchScene& scene, const volume::Version& ve
   if (result.has_contact) {
     if (state.had_contact) {
       const Material& material = scene.shapes[static_cast<std::size_t>(result.shape)].material;
-      // Where the surface fell away from under the proxy, the first leg is the way down to it.
-      int landing = 0;
-      if (result.waypoint_count > 1) {
-        const dvec3 drop = result.path_volume[1] - result.path_volume[0];
-        constexpr double k_support = 0.1;  // voxels: twice what a step lifts the proxy
-        if (glm::dot(drop, drop) > k_support * k_support) landing = 1;
-      }
-      proxy = apply_friction(frame, material, input.hip_world, landing, result, state.is_sticking);
+      proxy = apply_friction(frame, material, input.hip_world, landing_of_first_leg(result), result,
+                             state.is_sticking);
       // A leg that friction shortened ends where rounding put it: look again.
       if (const int last = result.waypoint_count - 1; last > 0) {
         std::uint32_t after = state.inside;
@@ -202,10 +161,7 @@ ProxyStep ImplicitProxy::step(const TouchScene& scene, const volume::Version& ve
       state.is_sticking = true;
     }
   }
-  state.had_contact = result.has_contact;
-  state.proxy_volume = proxy;
-  state.inside = solids_at(scene, version, proxy);
-  result.proxy_world = frame.world_from_volume(proxy);
+  end_on_cubes(scene, version, proxy, state, result);
   return result;
 }
 

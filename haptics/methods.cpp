@@ -1,6 +1,8 @@
 #include "haptics/methods.h"
 
+#include "haptics/explicit_proxy.h"
 #include "haptics/implicit_proxy.h"
+#include "haptics/path_proxy.h"
 #include "haptics/subvoxel_proxy.h"
 
 namespace trephine::haptics {
@@ -26,6 +28,12 @@ constexpr Entry k_entries[] = {
     {{"implicit", "voxel cubes as walls, iterated ray casts", "thesis of the volume haptics toolkit, 3.4.1.1",
       Solid::cubes},
      make<ImplicitProxy>},
+    {{"path", "voxel cubes as walls, A* around their corners",
+      "thesis of the volume haptics toolkit, 3.4.1.2", Solid::cubes},
+     make<PathProxy>},
+    {{"explicit", "triangles of the surface net made where the motion goes, a god-object on them",
+      "thesis of the volume haptics toolkit, 3.4.2; Zilles and Salisbury 1995", Solid::net},
+     make<ExplicitProxy>},
 };
 
 }  // namespace

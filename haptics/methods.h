@@ -13,9 +13,9 @@ struct MethodInfo {
   const char* name;
   const char* meaning;
   const char* source;  ///< whom it follows
-  /// What the method promises not to enter, and a judge tests: the cubes of solid voxels, or the smooth
-  /// reconstruction.
-  enum class Solid { cubes, smooth } solid;
+  /// What the method promises not to enter, and a judge tests: the cubes of solid voxels, the smooth
+  /// reconstruction, or what the surface net encloses.
+  enum class Solid { cubes, smooth, net } solid;
 };
 
 inline constexpr const char* k_default_method = "subvoxel";

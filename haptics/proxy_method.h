@@ -15,15 +15,17 @@ struct ProxyCounters {
   int voxels = 0;      ///< visited by traversals
   int cells = 0;       ///< read for fields and normals
   int iterations = 0;  ///< collision queries
+  int triangles = 0;   ///< made or read
 };
 
 /// What a method keeps from step to step. Plain data: copying it saves and restores a method.
 struct ProxyState {
   bool has_proxy = false;
   glm::dvec3 proxy_volume{0.0};
-  std::uint32_t inside = 0;  ///< bit s: the proxy lies in the solid of shape s (touched from the back)
-  bool had_contact = false;  ///< in the last step
-  bool is_sticking = false;  ///< static friction holds
+  std::uint32_t inside = 0;   ///< bit s: the proxy lies in the solid of shape s (touched from the back)
+  bool had_contact = false;   ///< in the last step
+  bool is_sticking = false;   ///< static friction holds
+  std::uint64_t version = 0;  ///< the last one seen, for methods that look for growth only where it may be
 };
 
 struct ProxyInput {
@@ -46,6 +48,9 @@ struct ProxyStep {
       path_volume;  ///< from the old proxy to the new one, each leg checked
   ProxyCounters counters;
 };
+
+/// Few enough shapes, each with its bits: what every method asks of a scene.
+volume::Status check_touchable(const TouchScene& scene);
 
 class ProxyMethod {
  public:

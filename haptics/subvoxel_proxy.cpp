@@ -578,16 +578,7 @@ void Slide::finish() noexcept {
 
 }  // namespace
 
-volume::Status SubvoxelProxy::prepare(const TouchScene& scene) {
-  if (scene.shapes.size() > TouchScene::k_max_shapes)
-    return volume::Error{"too many shapes to touch at once", "scene", std::to_string(scene.shapes.size()),
-                         "at most " + std::to_string(TouchScene::k_max_shapes),
-                         "make fewer shapes touchable"};
-  for (const TouchShape& shape : scene.shapes)
-    if (!shape.bits)
-      return volume::Error{"a touchable shape has no bits", shape.field.shape().name, "", "", ""};
-  return std::nullopt;
-}
+volume::Status SubvoxelProxy::prepare(const TouchScene& scene) { return check_touchable(scene); }
 
 ProxyStep SubvoxelProxy::step(const TouchScene& scene, const volume::Version& version, ProxyState& state,
                               const ProxyInput& input) const noexcept {

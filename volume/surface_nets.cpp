@@ -11,6 +11,7 @@
 
 #include "volume/parallel.h"
 #include "volume/surface_net_cases.h"
+#include "volume/surface_net_vertices.h"
 #include "volume/work_counters.h"
 
 namespace trephine::volume {
@@ -42,11 +43,8 @@ class NetBuilder {
         words_((voxels_.x + 63) / 64),
         bits_(static_cast<std::size_t>(words_) * static_cast<std::size_t>(voxels_.y) *
               static_cast<std::size_t>(voxels_.z)),
-        is_cut_(source.version != nullptr && !source.version->is_untouched()) {
-    const Shape& shape = source.field->shape();
-    low_ = static_cast<float>(shape.low);
-    is_plain_window_ = !shape.is_label() && std::isinf(shape.high);
-  }
+        is_cut_(source.version != nullptr && !source.version->is_untouched()),
+        vertices_(source) {}
 
   /// In one pass, for boxes of few cells: into room for the worst case of a layer, grown layer by layer.
   Mesh build_small(NetScratch& scratch) {
@@ -355,7 +353,7 @@ class NetBuilder {
   void place_queued(const Slabs& slabs, glm::vec3* vertices) const {
     for (std::size_t i = slabs.queued - std::min(slabs.queued, k_queue); i < slabs.queued; ++i) {
       const Queued& slot = slabs.queue[i % k_queue];
-      place(slot.cell, *slot.net, vertices + slot.first);
+      vertices_.place(slot.cell, *slot.net, vertices + slot.first);
     }
   }
   /// Writes a layer's vertices and triangles from where `at` says; returns where the next layer starts.
@@ -367,7 +365,7 @@ class NetBuilder {
       id = number_row(y, z, id, slabs, [&](const glm::ivec3& cell, const NetCase& net, std::uint32_t first) {
         prefetch(first_ + cell);
         Queued& slot = slabs.queue[slabs.queued++ % k_queue];
-        if (slabs.queued > k_queue) place(slot.cell, *slot.net, vertices + slot.first);
+        if (slabs.queued > k_queue) vertices_.place(slot.cell, *slot.net, vertices + slot.first);
         slot = {first_ + cell, first, &net};
       });
       const EdgeLimits limits = edge_limits(y, z);
@@ -446,134 +444,6 @@ class NetBuilder {
       _mm_prefetch(reinterpret_cast<const char*>(v + at), _MM_HINT_T0);
   }
 
-  /// Vertices of a cell: for each patch the mean of its crossings.
-  void place(const glm::ivec3& cell, const NetCase& net, glm::vec3* out) const {
-    alignas(16) float g[8], d[8];
-    const bool is_inside = cell.x >= 0 && cell.y >= 0 && cell.z >= 0 && cell.x + 1 < volume_.size.x &&
-                           cell.y + 1 < volume_.size.y && cell.z + 1 < volume_.size.z;
-    bool is_cut = false;
-    if (is_inside && is_plain_window_) {
-      const std::size_t row = static_cast<std::size_t>(volume_.size.x),
-                        slice = row * static_cast<std::size_t>(volume_.size.y);
-      const std::int16_t* v = volume_.voxels.data() + volume_.index(cell.x, cell.y, cell.z);
-      const auto pair = [](const std::int16_t* at) {
-        int both;
-        std::memcpy(&both, at, sizeof both);
-        return _mm_cvtsi32_si128(both);
-      };
-      const __m128i near = _mm_unpacklo_epi32(pair(v), pair(v + row)),
-                    far = _mm_unpacklo_epi32(pair(v + slice), pair(v + slice + row));
-      const auto less_low = [this](__m128i four) {  // the low four int16, as floats
-        return _mm_sub_ps(_mm_cvtepi32_ps(_mm_srai_epi32(_mm_unpacklo_epi16(four, four), 16)),
-                          _mm_set1_ps(low_));
-      };
-      _mm_store_ps(g, less_low(near));
-      _mm_store_ps(g + 4, less_low(far));
-    } else {
-      for (int i = 0; i < 8; ++i)
-        g[i] = static_cast<float>(
-            source_.field->at(cell.x + (i & 1), cell.y + (i >> 1 & 1), cell.z + (i >> 2 & 1)));
-    }
-    if (is_cut_) is_cut = cut_distances(cell, d);
-    if (net.patch_count == 1) {
-      *out = glm::vec3(cell) + (is_cut ? mean_crossing<true>(g, d, net) : mean_crossing<false>(g, d, net));
-      return;
-    }
-    std::array<glm::vec3, 4> sum{};
-    std::array<int, 4> count{};
-    for (int e = 0; e < 12; ++e) {
-      if (!(net.edges >> e & 1)) continue;
-      const int axis = e / 4, low = net_edge_corner(e), high = low | 1 << axis;
-      const bool is_low_solid = g[low] >= 0 && (!is_cut || d[low] > 0);
-      const int in = is_low_solid ? low : high, air = is_low_solid ? high : low;
-      // From the solid end: where the first of the two fields leaves.
-      float t = 1;
-      if (g[air] < 0) t = g[in] / (g[in] - g[air]);
-      if (is_cut && d[air] <= 0) t = std::min(t, d[in] / (d[in] - d[air]));
-      glm::vec3 p(static_cast<float>(low & 1), static_cast<float>(low >> 1 & 1),
-                  static_cast<float>(low >> 2 & 1));
-      p[axis] = is_low_solid ? t : 1 - t;
-      const std::size_t patch = net.patch_of_edge[static_cast<std::size_t>(e)];
-      sum[patch] += p;
-      ++count[patch];
-    }
-    for (std::size_t k = 0; k < net.patch_count; ++k)
-      out[k] = glm::vec3(cell) + sum[k] / static_cast<float>(count[k]);
-  }
-
-  /// Distances to the cut at a cell's corners; whether any corner was removed (else d may not be filled).
-  bool cut_distances(const glm::ivec3& cell, float* d) const {
-    const Version& version = *source_.version;
-    const glm::ivec3 in = cell & (k_brick - 1);
-    if (in.x < k_brick - 1 && in.y < k_brick - 1 && in.z < k_brick - 1 && volume_.contains(cell)) {
-      const Brick* brick = version.brick_at(cell.x, cell.y, cell.z);
-      if (brick == nullptr) return false;
-      const float* at = brick->distance.data() + Brick::index(in.x, in.y, in.z);
-      constexpr std::size_t k_row = k_brick, k_slice = k_brick * k_brick;
-      d[0] = at[0], d[1] = at[1], d[2] = at[k_row], d[3] = at[k_row + 1];
-      d[4] = at[k_slice], d[5] = at[k_slice + 1], d[6] = at[k_slice + k_row], d[7] = at[k_slice + k_row + 1];
-    } else {
-      // The corners lie in up to eight bricks; those along x mostly in one.
-      const auto band = static_cast<float>(version.band_mm());
-      bool is_any = false;
-      for (int i = 0; i < 8; i += 2) {
-        const glm::ivec3 v(cell.x, cell.y + (i >> 1 & 1), cell.z + (i >> 2 & 1));
-        const bool is_row = v.y >= 0 && v.z >= 0 && v.y < volume_.size.y && v.z < volume_.size.z;
-        const Brick* brick = nullptr;
-        for (int x = 0; x < 2; ++x) {
-          const int vx = v.x + x;
-          const bool is_in = is_row && vx >= 0 && vx < volume_.size.x;
-          if (is_in && (x == 0 || (vx & 7) == 0 || v.x < 0)) brick = version.brick_at(vx, v.y, v.z);
-          d[i + x] = is_in && brick ? brick->distance[Brick::index(vx & 7, v.y & 7, v.z & 7)] : band;
-          is_any = is_any || (is_in && brick != nullptr);
-        }
-      }
-      if (!is_any) return false;
-    }
-    return std::any_of(d, d + 8, [](float value) { return value <= 0; });
-  }
-
-  /// All twelve edges at once; those not crossed add nothing. From its solid end an edge runs to where the
-  /// first of the two fields leaves.
-  template <bool IsCut>
-  static glm::vec3 mean_crossing(const float* g, const float* d, const NetCase& net) {
-    const __m128 zero = _mm_setzero_ps(), one = _mm_set1_ps(1);
-    const auto choose = [](__m128 mask, __m128 yes, __m128 no) {
-      return _mm_or_ps(_mm_and_ps(mask, yes), _mm_andnot_ps(mask, no));
-    };
-    const auto ratio = [](__m128 from, __m128 to) { return _mm_div_ps(from, _mm_sub_ps(from, to)); };
-    const auto along = [&](__m128 g0, __m128 g1, __m128 d0, __m128 d1) {
-      __m128 solid0 = _mm_cmpge_ps(g0, zero), solid1 = _mm_cmpge_ps(g1, zero), t = ratio(g0, g1);
-      if constexpr (IsCut) {
-        const __m128 tg = t, td = ratio(d0, d1);
-        const __m128 up = _mm_min_ps(choose(solid1, one, tg), choose(_mm_cmple_ps(d1, zero), td, one));
-        const __m128 down = _mm_max_ps(choose(solid0, zero, tg), choose(_mm_cmple_ps(d0, zero), td, zero));
-        solid0 = _mm_and_ps(solid0, _mm_cmpgt_ps(d0, zero));
-        solid1 = _mm_and_ps(solid1, _mm_cmpgt_ps(d1, zero));
-        t = choose(solid0, up, down);
-      }
-      return _mm_and_ps(_mm_xor_ps(solid0, solid1), t);
-    };
-    const auto total = [](__m128 v) {
-      const __m128 pairs = _mm_add_ps(v, _mm_movehl_ps(v, v));
-      return _mm_cvtss_f32(_mm_add_ss(pairs, _mm_shuffle_ps(pairs, pairs, 1)));
-    };
-    const __m128 gl = _mm_load_ps(g), gh = _mm_load_ps(g + 4);  // corners 0-3 and 4-7
-    const __m128 dl = IsCut ? _mm_load_ps(d) : zero, dh = IsCut ? _mm_load_ps(d + 4) : zero;
-    const auto even = [](__m128 low, __m128 high) {
-      return _mm_shuffle_ps(low, high, _MM_SHUFFLE(2, 0, 2, 0));
-    };
-    const auto odd = [](__m128 low, __m128 high) {
-      return _mm_shuffle_ps(low, high, _MM_SHUFFLE(3, 1, 3, 1));
-    };
-    const auto front = [](__m128 low, __m128 high) { return _mm_movelh_ps(low, high); };
-    const auto back = [](__m128 low, __m128 high) { return _mm_movehl_ps(high, low); };
-    const float x = total(along(even(gl, gh), odd(gl, gh), even(dl, dh), odd(dl, dh)));
-    const float y = total(along(front(gl, gh), back(gl, gh), front(dl, dh), back(dl, dh)));
-    const float z = total(along(gl, gh, dl, dh));
-    return net.inverse_count * glm::vec3(x + net.corner_sum[0], y + net.corner_sum[1], z + net.corner_sum[2]);
-  }
-
   SurfaceSource source_;
   const Volume& volume_;
   glm::ivec3 first_, cells_;
@@ -583,8 +453,7 @@ class NetBuilder {
   Buffer<std::uint64_t> bits_;
   std::vector<std::uint64_t> busy_;
   bool is_cut_;
-  float low_ = 0;
-  bool is_plain_window_ = false;
+  NetVertices vertices_;
 };
 
 }  // namespace

@@ -8,7 +8,9 @@
 #include "apps/trephine/text.h"
 #include "data-tools/atomic_file.h"
 #include "haptics/methods.h"
+#include "tests/checker/mesh_judge.h"
 #include "tests/checker/volume_samples.h"
+#include "volume/surface_nets.h"
 #include "volume/work_counters.h"
 
 namespace trephine::app {
@@ -70,11 +72,24 @@ Result<Outcome> run_touch(const TouchArguments& arguments) {
   const volume::Volume& base = *source.volume;
   const checker::SolidVoxels solid = checker::solid_voxels(source.volume, shape);
   const checker::SmoothSolid smooth = checker::smooth_solid(source.volume, shape);
-  const bool is_smooth = haptics::find_method(arguments.method)->solid == haptics::MethodInfo::Solid::smooth;
+  using Solid = haptics::MethodInfo::Solid;
+  const Solid promised = haptics::find_method(arguments.method)->solid;
+  const bool is_smooth = promised == Solid::smooth;
+  std::unique_ptr<checker::MeshWall> net;
+  const volume::WorkCounters& work = volume::work_counters();
+  if (promised == Solid::net) {
+    const volume::Mesh mesh =
+        volume::surface_net({&scene.shapes[0].field, nullptr, scene.shapes[0].bits.get()});
+    net = std::make_unique<checker::MeshWall>(mesh.vertices.span(), mesh.triangles.span());
+  }
+  const auto surfaces_of_the_judge = work.surfaces.load();
   checker::FallThroughJudge judge =
-      is_smooth ? checker::FallThroughJudge(
-                      [&smooth](const glm::dvec3& a, const glm::dvec3& b) { return !smooth.is_free(a, b); })
-                : checker::FallThroughJudge(base.size, solid);
+      net         ? checker::FallThroughJudge([&net](const glm::dvec3& a, const glm::dvec3& b) {
+        return a == b ? net->is_inside(a) : net->is_crossed(a, b);
+      })
+      : is_smooth ? checker::FallThroughJudge(
+                        [&smooth](const glm::dvec3& a, const glm::dvec3& b) { return !smooth.is_free(a, b); })
+                  : checker::FallThroughJudge(base.size, solid);
   const glm::dvec3 axes[3] = {base.frame.axes()[0], base.frame.axes()[1], base.frame.axes()[2]};
 
   const std::vector<double> times = haptics::servo_times(path.value(), arguments.rate);
@@ -127,12 +142,11 @@ Result<Outcome> run_touch(const TouchArguments& arguments) {
   json["method"] = method.name();
   json["steps"] = times.size();
   json["step_us"] = {{"contact", percentiles(contact_us)}, {"free", percentiles(free_us)}};
-  const volume::WorkCounters& work = volume::work_counters();
   json["counters"] = {{"voxels", total.voxels},
                       {"cells", total.cells},
                       {"iterations", total.iterations},
                       {"most_voxels_in_a_step", worst.voxels},
-                      {"surfaces_made", work.surfaces.load()},
+                      {"surfaces_made", work.surfaces.load() - surfaces_of_the_judge},
                       {"gl_contexts_made", work.gl_contexts.load()},
                       {"shapes_with_bits", work.occupancies.load()}};
   json["fall_throughs"] = judge.fall_throughs();

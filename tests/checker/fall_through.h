@@ -29,6 +29,7 @@ class FallThroughJudge {
 
   /// Looks at one step; steps come in order. Only proxies in free space (touching from the front) are judged.
   void look(const StepUnderJudgement& step);
+  bool meets_solid(const glm::dvec3& a, const glm::dvec3& b) const { return meets_solid_(a, b); }
   /// Forget the last proxy: the tool was set elsewhere.
   void restart() { has_last_ = false; }
 

@@ -1,7 +1,11 @@
 #include "tests/checker/mesh_judge.h"
 
 #include <algorithm>
+#include <cmath>
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
 #include <numeric>
+#include <set>
 #include <vector>
 
 namespace trephine::checker {
@@ -72,6 +76,93 @@ MeshVerdict judge_mesh(std::span<const glm::vec3> vertices, std::span<const std:
     if (reached != count) ++verdict.pinched_vertices;
   }
   return verdict;
+}
+
+namespace {
+
+glm::ivec3 cube_of(const glm::dvec3& p) {
+  return {static_cast<int>(std::floor(p.x)), static_cast<int>(std::floor(p.y)),
+          static_cast<int>(std::floor(p.z))};
+}
+std::uint64_t key_of(int x, int y, int z) {
+  const auto part = [](int i) { return static_cast<std::uint64_t>(i + (1 << 20)); };
+  return part(x) << 42 | part(y) << 21 | part(z);
+}
+
+using Long = long double;
+struct LongVector {
+  Long x, y, z;
+};
+LongVector minus(const glm::dvec3& a, const glm::dvec3& b) {
+  return {static_cast<Long>(a.x) - b.x, static_cast<Long>(a.y) - b.y, static_cast<Long>(a.z) - b.z};
+}
+LongVector cross(const LongVector& a, const LongVector& b) {
+  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+}
+Long dot(const LongVector& a, const LongVector& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+
+/// Are a and b on different sides of the triangle's plane, with the segment between them inside its three
+/// edges?
+bool crosses(const glm::dvec3& a, const glm::dvec3& b, const glm::dvec3& u, const glm::dvec3& v,
+             const glm::dvec3& w) {
+  const LongVector normal = cross(minus(v, u), minus(w, u));
+  const Long from = dot(minus(a, u), normal), to = dot(minus(b, u), normal);
+  if ((from > 0) == (to > 0) || from == to) return false;
+  const LongVector way = minus(b, a);
+  const auto side = [&](const glm::dvec3& p, const glm::dvec3& q) {
+    return dot(way, cross(minus(p, a), minus(q, a)));
+  };
+  const Long x = side(u, v), y = side(v, w), z = side(w, u);
+  return (x >= 0 && y >= 0 && z >= 0) || (x <= 0 && y <= 0 && z <= 0);
+}
+
+}  // namespace
+
+MeshWall::MeshWall(std::span<const glm::vec3> vertices, std::span<const std::uint32_t> triangles)
+    : vertices_(vertices.begin(), vertices.end()), triangles_(triangles.begin(), triangles.end()) {
+  for (std::size_t i = 0; i < triangles_.size(); i += 3) {
+    glm::vec3 low = vertices_[triangles_[i]], high = low;
+    for (std::size_t k = 1; k < 3; ++k) {
+      low = glm::min(low, vertices_[triangles_[i + k]]);
+      high = glm::max(high, vertices_[triangles_[i + k]]);
+    }
+    top_ = std::max(top_, high.z);
+    const glm::ivec3 first = cube_of(low), last = cube_of(high);
+    for (int z = first.z; z <= last.z; ++z)
+      for (int y = first.y; y <= last.y; ++y)
+        for (int x = first.x; x <= last.x; ++x)
+          by_cube_[key_of(x, y, z)].push_back(static_cast<std::uint32_t>(i));
+  }
+}
+
+int MeshWall::crossings(const glm::dvec3& a, const glm::dvec3& b) const {
+  std::set<std::uint32_t> crossed;
+  // Every cube near the way, in steps of half a cube, and their neighbours.
+  const double length = glm::length(b - a);
+  const int steps = 1 + static_cast<int>(2 * length);
+  glm::ivec3 last(1 << 19);
+  for (int s = 0; s <= steps; ++s) {
+    const glm::ivec3 cube = cube_of(a + (static_cast<double>(s) / steps) * (b - a));
+    if (cube == last) continue;
+    last = cube;
+    for (int z = -1; z <= 1; ++z)
+      for (int y = -1; y <= 1; ++y)
+        for (int x = -1; x <= 1; ++x) {
+          const auto found = by_cube_.find(key_of(cube.x + x, cube.y + y, cube.z + z));
+          if (found == by_cube_.end()) continue;
+          for (const std::uint32_t i : found->second)
+            if (crosses(a, b, glm::dvec3(vertices_[triangles_[i]]), glm::dvec3(vertices_[triangles_[i + 1]]),
+                        glm::dvec3(vertices_[triangles_[i + 2]])))
+              crossed.insert(i);
+        }
+  }
+  return static_cast<int>(crossed.size());
+}
+
+bool MeshWall::is_inside(const glm::dvec3& p) const {
+  // Up, a little off the axes, so that no edge is met.
+  const double up = static_cast<double>(top_) + 1 - p.z;
+  return up > 0 && crossings(p, p + up * glm::dvec3(0.0113, 0.0071, 1)) % 2 == 1;
 }
 
 }  // namespace trephine::checker

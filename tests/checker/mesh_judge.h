@@ -4,6 +4,8 @@
 #include <cstdint>
 #include <glm/vec3.hpp>
 #include <span>
+#include <unordered_map>
+#include <vector>
 
 namespace trephine::checker {
 
@@ -19,5 +21,23 @@ struct MeshVerdict {
   }
 };
 MeshVerdict judge_mesh(std::span<const glm::vec3> vertices, std::span<const std::uint32_t> triangles);
+
+/// Does a way cross a mesh? Every triangle near it is asked, in extended precision; triangles are found by
+/// the unit cubes that their boxes meet, so vertices should be in voxels.
+class MeshWall {
+ public:
+  MeshWall(std::span<const glm::vec3> vertices, std::span<const std::uint32_t> triangles);
+  bool is_crossed(const glm::dvec3& a, const glm::dvec3& b) const { return crossings(a, b) > 0; }
+  /// Triangles that the way crosses.
+  int crossings(const glm::dvec3& a, const glm::dvec3& b) const;
+  /// Is p inside the closed mesh? By the crossings of a way out.
+  bool is_inside(const glm::dvec3& p) const;
+
+ private:
+  std::vector<glm::vec3> vertices_;
+  std::vector<std::uint32_t> triangles_;
+  std::unordered_map<std::uint64_t, std::vector<std::uint32_t>> by_cube_;
+  float top_ = -1e30f;
+};
 
 }  // namespace trephine::checker

@@ -1,5 +1,7 @@
 #include "volume/surface_nets.h"
 
+#include <array>
+#include <bit>
 #include <cmath>
 #include <cstring>
 #include <glm/geometric.hpp>
@@ -11,6 +13,7 @@
 
 #include "data-tools/phantoms.h"
 #include "tests/checker/mesh_judge.h"
+#include "volume/local_net.h"
 #include "volume/removal.h"
 #include "volume/surface_net_cases.h"
 
@@ -209,6 +212,41 @@ TEST(SurfaceNets, RemeshingTouchedChunksEqualsTheWholeAfterEdits) {
   for (const auto& [key, mesh] : chunks) add_triangles(mesh, chunked);
   EXPECT_TRUE(whole == chunked);
   EXPECT_TRUE(judge(full).is_closed_manifold());
+}
+
+TEST(LocalNet, MakesTheTrianglesOfTheWholeSurfaceBitForBit) {
+  for (const double share : {0.1, 0.5}) {
+    const auto base = std::make_shared<const Volume>(noise_volume({17, 14, 15}, 11, share));
+    RemovalEditor editor(std::make_shared<Version>(base), {Field(*base, Shape{})});
+    editor.remove({{3, 4, 5}, {11, 7, 9}, 3.2});
+    const auto version = editor.publish();
+    const Field field(*base, Shape{});
+    const Occupancy bits = Occupancy::build(*base, Shape{});
+    const SurfaceSource source{&field, version.get(), &bits};
+    const Mesh mesh = surface_net(source);
+    using Bits = std::array<std::uint32_t, 9>;
+    const auto bits_of = [](const glm::vec3& a, const glm::vec3& b, const glm::vec3& c) {
+      Bits all;
+      std::size_t i = 0;
+      for (const glm::vec3& v : {a, b, c})
+        for (int k = 0; k < 3; ++k) all[i++] = std::bit_cast<std::uint32_t>(v[k]);
+      return all;
+    };
+    std::set<Bits> whole, local;
+    for (std::size_t t = 0; t < mesh.triangles.size(); t += 3)
+      whole.insert(bits_of(mesh.vertices[mesh.triangles[t]], mesh.vertices[mesh.triangles[t + 1]],
+                           mesh.vertices[mesh.triangles[t + 2]]));
+    const LocalNet net(source);
+    for (int z = -1; z < base->size.z; ++z)
+      for (int y = -1; y < base->size.y; ++y)
+        for (int x = -1; x < base->size.x; ++x)
+          net.quads_of_cell({x, y, z}, [&](const NetQuad& q) {
+            local.insert(bits_of(q.corners[0], q.corners[1], q.corners[2]));
+            local.insert(bits_of(q.corners[0], q.corners[2], q.corners[3]));
+          });
+    EXPECT_GT(whole.size(), 1000u);
+    EXPECT_EQ(whole, local);
+  }
 }
 
 }  // namespace

@@ -1,0 +1,49 @@
+#include "haptics/barrier.h"
+
+namespace trephine::haptics {
+
+namespace {
+
+/// Bit s: point p lies in the solid of shape s.
+std::uint32_t solids_at(const TouchScene& scene, const volume::Version& version,
+                        const glm::dvec3& p) noexcept {
+  const glm::ivec3 v = volume::voxel_of(p);
+  std::uint32_t bits = 0;
+  for (std::size_t s = 0; s < scene.shapes.size(); ++s)
+    if (is_solid(scene, version, s, v)) bits |= 1u << s;
+  return bits;
+}
+
+}  // namespace
+
+bool begin_on_cubes(const TouchScene& scene, const volume::Version& version, const glm::dvec3& hip,
+                    ProxyState& state, ProxyStep& result) noexcept {
+  bool is_fresh = !state.has_proxy;
+  if (!is_fresh) {
+    const glm::ivec3 v = volume::voxel_of(state.proxy_volume);
+    for (std::size_t s = 0; s < scene.shapes.size(); ++s) {
+      const bool was = state.inside >> s & 1u;
+      if (is_solid(scene, version, s, v) != was &&
+          holds(scene.shapes[s].sides, was ? Sides::back : Sides::front))
+        result.is_buried = is_fresh = true;
+    }
+  }
+  if (!is_fresh) return false;
+  state = ProxyState{};
+  state.has_proxy = true;
+  state.proxy_volume = hip;
+  state.inside = solids_at(scene, version, hip);
+  result.path_volume[0] = hip;
+  result.waypoint_count = 1;
+  return true;
+}
+
+void end_on_cubes(const TouchScene& scene, const volume::Version& version, const glm::dvec3& proxy,
+                  ProxyState& state, ProxyStep& result) noexcept {
+  state.had_contact = result.has_contact;
+  state.proxy_volume = proxy;
+  state.inside = solids_at(scene, version, proxy);
+  result.proxy_world = version.base().frame.world_from_volume(proxy);
+}
+
+}  // namespace trephine::haptics

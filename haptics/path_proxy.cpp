@@ -1,0 +1,210 @@
+#include "haptics/path_proxy.h"
+
+#include <algorithm>
+#include <glm/geometric.hpp>
+
+#include "haptics/barrier.h"
+#include "haptics/friction.h"
+#include "haptics/implicit_proxy.h"
+
+namespace trephine::haptics {
+
+using glm::dvec3;
+using glm::ivec3;
+
+namespace {
+
+constexpr int k_max_nodes = 192;      // voxels a search may open
+constexpr int k_max_idle = 24;        // opened in a row without getting nearer: the target cannot be reached
+constexpr int k_max_length = 24;      // voxels a path may be long
+constexpr double k_margin = 0x1p-10;  // voxels: how far before a wall the proxy stops
+
+/// One voxel reached by a search.
+struct Node {
+  ivec3 voxel;
+  float cost, estimate;  ///< mm so far; and all the way
+  std::int16_t parent;
+  std::int16_t length;
+  bool is_closed;
+};
+
+/// A* over free voxels that share faces (Hart, Nilsson and Raphael 1968), near a plane.
+class VoxelSearch {
+ public:
+  VoxelSearch(const TouchScene& scene, const volume::Version& version, std::uint32_t inside,
+              ProxyCounters& counters) noexcept
+      : scene_(scene), version_(version), inside_(inside), counters_(counters) {}
+
+  /// From `start` toward `target` (volume frame), through voxels whose centres lie within `depth` voxels of
+  /// the plane through `point` with `normal` (volume frame gradient, unit). Returns the node nearest to the
+  /// target.
+  int run(const ivec3& start, const dvec3& target, const dvec3& point, const dvec3& normal,
+          double depth) noexcept {
+    target_ = target;
+    const ivec3 goal = volume::voxel_of(target);
+    count_ = 0;
+    open(start, 0, -1, 0);
+    int best = 0, idle = 0;
+    for (int i = 0; i < k_max_nodes && idle < k_max_idle; ++i) {
+      int next = -1;
+      for (int n = 0; n < count_; ++n)
+        if (!at(n).is_closed && (next < 0 || at(n).estimate < at(next).estimate)) next = n;
+      if (next < 0) break;
+      at(next).is_closed = true;
+      ++idle;
+      if (at(next).estimate - at(next).cost < at(best).estimate - at(best).cost) best = next, idle = 0;
+      if (at(next).voxel == goal || at(next).length == k_max_length) break;
+      for (int axis = 0; axis < 3; ++axis)
+        for (int step = -1; step <= 1; step += 2) {
+          ivec3 v = at(next).voxel;
+          v[axis] += step;
+          if (std::abs(glm::dot(dvec3(v) - point, normal)) > depth || !is_free(v)) continue;
+          const auto cost = at(next).cost + static_cast<float>(version_.base().frame.spacing()[axis]);
+          open(v, cost, static_cast<std::int16_t>(next), static_cast<std::int16_t>(at(next).length + 1));
+        }
+    }
+    return best;
+  }
+  Node& at(int i) noexcept { return nodes_[static_cast<std::size_t>(i)]; }
+
+ private:
+  bool is_free(const ivec3& v) noexcept {
+    ++counters_.voxels;
+    for (std::size_t s = 0; s < scene_.shapes.size(); ++s) {
+      const bool was = inside_ >> s & 1u;
+      if (is_solid(scene_, version_, s, v) != was) return false;
+    }
+    return true;
+  }
+  void open(const ivec3& v, float cost, std::int16_t parent, std::int16_t length) noexcept {
+    for (int n = 0; n < count_; ++n)
+      if (at(n).voxel == v) {
+        if (!at(n).is_closed && cost < at(n).cost) {
+          at(n).estimate += cost - at(n).cost;
+          at(n).cost = cost;
+          at(n).parent = parent;
+          at(n).length = length;
+        }
+        return;
+      }
+    if (count_ == k_max_nodes) return;
+    const dvec3 left = version_.base().frame.vector_world_from_volume(target_ - dvec3(v));
+    at(count_++) = {v, cost, cost + static_cast<float>(glm::length(left)), parent, length, false};
+  }
+
+  const TouchScene& scene_;
+  const volume::Version& version_;
+  std::uint32_t inside_;
+  ProxyCounters& counters_;
+  dvec3 target_{0.0};
+  std::array<Node, k_max_nodes> nodes_;
+  int count_ = 0;
+};
+
+/// Keeps p inside the cube of voxel v, a little off its faces.
+dvec3 within(const dvec3& p, const ivec3& v) noexcept {
+  dvec3 q = p;
+  for (int a = 0; a < 3; ++a) q[a] = std::clamp(p[a], v[a] - 0.5 + k_margin, v[a] + 0.5 - k_margin);
+  return q;
+}
+
+}  // namespace
+
+volume::Status PathProxy::prepare(const TouchScene& scene) { return check_touchable(scene); }
+
+ProxyStep PathProxy::step(const TouchScene& scene, const volume::Version& version, ProxyState& state,
+                          const ProxyInput& input) const noexcept {
+  const volume::Frame& frame = version.base().frame;
+  const dvec3 hip = frame.volume_from_world(input.hip_world);
+  ProxyStep result;
+  result.normal_world = dvec3(0);
+  if (begin_on_cubes(scene, version, hip, state, result)) {
+    result.proxy_world = input.hip_world;
+    return result;
+  }
+  const auto add = [&result](const dvec3& p) {
+    result.path_volume[static_cast<std::size_t>(result.waypoint_count++)] = p;
+  };
+  const auto energy = [&](const dvec3& p) {
+    const dvec3 d = frame.vector_world_from_volume(hip - p);
+    return glm::dot(d, d);
+  };
+  add(state.proxy_volume);
+  int landing = 0;
+  std::uint32_t inside = state.inside;
+  ++result.counters.iterations;
+  const WayEnd way = find_barrier(scene, version, state.proxy_volume, hip, inside, result.counters);
+  if (!way.is_blocked) {
+    add(hip);
+  } else {
+    // To the wall; the voxel before it is free, and so is the way there.
+    dvec3 p = within(state.proxy_volume + way.t * (hip - state.proxy_volume), way.before);
+    std::uint32_t after = state.inside;
+    if (find_barrier(scene, version, state.proxy_volume, p, after, result.counters).is_blocked)
+      p = state.proxy_volume;
+    else if (energy(p) < energy(state.proxy_volume))
+      add(p);
+    else
+      p = state.proxy_volume;
+    const ivec3 start = volume::voxel_of(p);
+    const TouchShape& shape = scene.shapes[static_cast<std::size_t>(way.shape)];
+    dvec3 normal = outward_normal(shape, version, p, result.counters.cells);
+    if (way.is_back) normal = -normal;
+    const dvec3 p_world = frame.world_from_volume(p);
+    const double depth = glm::dot(input.hip_world - p_world, normal);
+    if (depth >= 0 || normal == dvec3(0)) {
+      // A normal along the motion says nothing about this wall: its face does.
+      dvec3 facet(0);
+      facet[way.face.axis] = -way.face.step;
+      normal = glm::normalize(frame.gradient_world_from_volume(facet));
+    }
+    landing = landing_of_first_leg(result);
+    result.has_contact = true;
+    result.normal_world = normal;
+    result.shape = way.shape;
+    result.side = way.is_back ? -1 : 1;
+    const dvec3 projected_world = input.hip_world - glm::dot(input.hip_world - p_world, normal) * normal;
+    VoxelSearch search(scene, version, inside, result.counters);
+    const dvec3 across = glm::normalize(frame.vector_volume_from_world(normal));
+    const int found = search.run(start, frame.volume_from_world(projected_world), p, across, k_depth);
+    // The point where the way from that voxel's centre to the HIP leaves it.
+    const ivec3 v = search.at(found).voxel;
+    const dvec3 centre(v), out = hip - centre;
+    double leave = 1;
+    for (int a = 0; a < 3; ++a)
+      if (out[a] != 0) leave = std::min(leave, 0.5 / std::abs(out[a]));
+    const dvec3 candidate = within(centre + leave * out, v);
+    if (energy(candidate) < energy(p)) {
+      std::array<ivec3, k_max_length + 1> chain;
+      int length = 0;
+      for (int n = found; n > 0; n = search.at(n).parent)
+        chain[static_cast<std::size_t>(length++)] = search.at(n).voxel;
+      // Through the centres of the voxels; each leg stays in two cubes that share a face.
+      if (length > 0) add(dvec3(start));
+      for (int i = length - 1; i >= 0; --i) add(dvec3(chain[static_cast<std::size_t>(i)]));
+      add(candidate);
+    }
+  }
+  dvec3 proxy = result.path_volume[static_cast<std::size_t>(result.waypoint_count - 1)];
+  if (result.has_contact) {
+    if (state.had_contact) {
+      const Material& material = scene.shapes[static_cast<std::size_t>(result.shape)].material;
+      proxy = apply_friction(frame, material, input.hip_world, landing, result, state.is_sticking);
+    } else {
+      state.is_sticking = true;
+    }
+  }
+  if (result.waypoint_count > 1) {
+    // A leg that friction shortened ends where rounding put it: look again.
+    std::uint32_t after = state.inside;
+    const dvec3 begin = result.path_volume[static_cast<std::size_t>(result.waypoint_count - 2)];
+    if (result.has_contact && find_barrier(scene, version, begin, proxy, after, result.counters).is_blocked) {
+      proxy = begin;
+      --result.waypoint_count;
+    }
+  }
+  end_on_cubes(scene, version, proxy, state, result);
+  return result;
+}
+
+}  // namespace trephine::haptics

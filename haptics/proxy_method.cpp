@@ -1,0 +1,16 @@
+#include "haptics/proxy_method.h"
+
+namespace trephine::haptics {
+
+volume::Status check_touchable(const TouchScene& scene) {
+  if (scene.shapes.size() > TouchScene::k_max_shapes)
+    return volume::Error{"too many shapes to touch at once", "scene", std::to_string(scene.shapes.size()),
+                         "at most " + std::to_string(TouchScene::k_max_shapes),
+                         "make fewer shapes touchable"};
+  for (const TouchShape& shape : scene.shapes)
+    if (!shape.bits)
+      return volume::Error{"a touchable shape has no bits", shape.field.shape().name, "", "", ""};
+  return std::nullopt;
+}
+
+}  // namespace trephine::haptics
