@@ -1,5 +1,6 @@
 #include "haptics/methods.h"
 
+#include "haptics/baseline_proxies.h"
 #include "haptics/explicit_proxy.h"
 #include "haptics/implicit_proxy.h"
 #include "haptics/path_proxy.h"
@@ -34,6 +35,14 @@ constexpr Entry k_entries[] = {
     {{"explicit", "triangles of the surface net made where the motion goes, a god-object on them",
       "thesis of the volume haptics toolkit, 3.4.2; Zilles and Salisbury 1995", Solid::net},
      make<ExplicitProxy>},
+    {{"raystep", "fixed steps along the motion, nearest voxels, binary transfer functions",
+      "chapter on touching multiple isosurfaces, 3", Solid::nothing},
+     make<RaystepProxy>},
+    {{"plane", "a tangent plane, found at a tenth of the rate",
+      "Adachi, Kumano and Ogino 1995; Mark et al. 1996", Solid::nothing},
+     make<PlaneProxy>},
+    {{"gradient", "a force field without a proxy", "Avila and Sobierajski 1996", Solid::nothing},
+     make<GradientProxy>},
 };
 
 }  // namespace

@@ -14,8 +14,9 @@ struct MethodInfo {
   const char* meaning;
   const char* source;  ///< whom it follows
   /// What the method promises not to enter, and a judge tests: the cubes of solid voxels, the smooth
-  /// reconstruction, or what the surface net encloses.
-  enum class Solid { cubes, smooth, net } solid;
+  /// reconstruction, or what the surface net encloses. The older baselines promise
+  /// nothing, and are judged by cubes.
+  enum class Solid { cubes, smooth, net, nothing } solid;
 };
 
 inline constexpr const char* k_default_method = "subvoxel";

@@ -18,6 +18,13 @@ struct ProxyCounters {
   int triangles = 0;   ///< made or read
 };
 
+/// The plane that method `plane` touches between two looks at the volume.
+struct PlaneMemory {
+  glm::dvec3 point_world{0.0}, normal_world{0.0};
+  double recovery = 0;  ///< mm that are given back over the next ticks
+  int shape = -1, age = 0, recovery_left = 0;
+};
+
 /// What a method keeps from step to step. Plain data: copying it saves and restores a method.
 struct ProxyState {
   bool has_proxy = false;
@@ -26,6 +33,7 @@ struct ProxyState {
   bool had_contact = false;   ///< in the last step
   bool is_sticking = false;   ///< static friction holds
   std::uint64_t version = 0;  ///< the last one seen, for methods that look for growth only where it may be
+  PlaneMemory plane;
 };
 
 struct ProxyInput {
