@@ -1,8 +1,16 @@
 // bench and audit.
 #include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
 
 #include "apps/trephine/commands.h"
+#include "apps/trephine/feel_report.h"
 #include "apps/trephine/text.h"
+#include "data-tools/atomic_file.h"
+#include "data-tools/open_volume.h"
 #include "haptics/subvoxel_proxy.h"
 #include "tests/bench/benchmarks.h"
 #include "tests/checker/traversal_audit.h"
@@ -109,6 +117,123 @@ volume::Status bench_load(const std::string& src, Outcome& outcome) {
   return std::nullopt;
 }
 
+/// One scene as plain files: volume.mha, hip.csv and, where the exact answer is known, ideal.csv.
+volume::Status export_scene(const std::string& folder, const bench::FeelScene& scene) {
+  const std::filesystem::path place = std::filesystem::path(folder) / bench::feel_id(scene);
+  std::error_code failed;
+  std::filesystem::create_directories(place, failed);
+  if (failed)
+    return Error{"the folder cannot be made", data_tools::file_name(folder), failed.message(),
+                 "a place that may be written", "choose another with --export"};
+  if (volume::Status error = data_tools::write_volume((place / "volume.mha").string(), *scene.scene.base))
+    return error;
+  std::ostringstream hip, ideal;
+  scene.path.write_csv(hip);
+  if (volume::Status error = data_tools::write_file_atomically((place / "hip.csv").string(), hip.str()))
+    return error;
+  if (!scene.nearest) return std::nullopt;
+  ideal << "t,proxy_x,proxy_y,proxy_z\n";
+  for (const auto& sample : scene.path.samples()) {
+    const glm::dvec3& at = sample.pose.position_world;
+    const glm::dvec3 p = scene.distance(at) < 0 ? scene.nearest(at) : at;
+    ideal << format_text("%.17g,%.17g,%.17g,%.17g\n", sample.t, p.x, p.y, p.z);
+  }
+  return data_tools::write_file_atomically((place / "ideal.csv").string(), ideal.str());
+}
+
+/// scene,proxy_x,proxy_y,proxy_z[,us]: a row a step, in the order of hip.csv.
+Result<bench::FeelAnswers> read_answers(const std::string& path) {
+  std::ifstream in(path);
+  const std::string where = data_tools::file_name(path);
+  if (!in)
+    return Error{"the answers cannot be read", where, "", "a file of scene,proxy_x,proxy_y,proxy_z[,us]", ""};
+  bench::FeelAnswers answers;
+  answers.program = std::filesystem::path(path).stem().string();
+  std::string line;
+  for (int number = 1; std::getline(in, line); ++number) {
+    if (number == 1 && line.rfind("scene,", 0) == 0) continue;
+    if (line.empty()) continue;
+    const std::size_t comma = line.find(',');
+    double x = 0, y = 0, z = 0, us = 0;
+    char extra = 0;
+    const int read = comma == std::string::npos
+                         ? 0
+                         : std::sscanf(line.c_str() + comma, ",%lf,%lf,%lf,%lf%c", &x, &y, &z, &us, &extra);
+    if (read < 3 || read > 4 || !std::isfinite(x + y + z + us))
+      return Error{"the answers have a line that is none", where + ", line " + std::to_string(number), line,
+                   "scene,proxy_x,proxy_y,proxy_z[,us]", "one line a step of hip.csv, numbers in mm"};
+    const std::string scene = line.substr(0, comma);
+    answers.proxies_world[scene].emplace_back(x, y, z);
+    if (read == 4) answers.us[scene].push_back(us);
+  }
+  if (answers.proxies_world.empty())
+    return Error{"the answers are empty", where, "", "scene,proxy_x,proxy_y,proxy_z[,us]", ""};
+  return answers;
+}
+
+/// The built-in scenes, and a scan when one is given, with every method.
+volume::Status bench_feel(const BenchArguments& arguments, Outcome& outcome) {
+  if (arguments.output.empty())
+    return Error{"there is no folder for the charts", "-o", "", "-o DIR", "for example -o out/"};
+  std::error_code failed;
+  std::filesystem::create_directories(arguments.output, failed);
+  if (failed)
+    return Error{"the folder cannot be made", data_tools::file_name(arguments.output), failed.message(),
+                 "a place that may be written", "choose another with -o"};
+  bench::FeelOptions options;
+  options.is_quick = arguments.is_quick;
+  options.only = arguments.only;
+  std::vector<std::string> known;
+  options.look = [&](const bench::FeelScene& scene) -> volume::Status {
+    known.push_back(bench::feel_id(scene));
+    return arguments.export_folder.empty() ? std::nullopt : export_scene(arguments.export_folder, scene);
+  };
+  if (!arguments.score.empty()) {
+    auto answers = read_answers(arguments.score);
+    if (!answers) return answers.error();
+    options.answers = std::move(answers).value();
+  }
+  if (!arguments.source.empty()) {
+    auto opened = open_touch(arguments.source, {});
+    if (!opened) return opened.error();
+    haptics::TouchScene& scene = opened.value().scene;
+    scene.shapes[0].material.static_friction = scene.shapes[0].material.dynamic_friction = 0;
+    for (const double speed : {10.0, 100.0})
+      options.more.push_back({opened.value().source.name,
+                              "as scanned",
+                              format_text("slide %.0f mm/s", speed),
+                              "real",
+                              scene,
+                              bench::slide_over(scene, speed, 1, arguments.is_quick ? 1500 : 3100),
+                              {},
+                              {}});
+  }
+  ProgressLine progress("feeling");
+  options.progress = [&progress](double share) { return progress(share); };
+  const bench::FeelReport report = bench::run_feel(options);
+  if (report.is_stopped) return interrupted("the benchmark");
+  if (report.failure) return report.failure;
+  if (known.empty())
+    return Error{"no scene has such a name", "--only", arguments.only,
+                 "part of a name such as sphere-psf-1.5-slide-100-mm-s", ""};
+  if (options.answers)
+    for (const auto& [id, proxies] : options.answers->proxies_world)
+      if (std::find(known.begin(), known.end(), id) == known.end())
+        return Error{"the answers name a scene that was not played", data_tools::file_name(arguments.score),
+                     id, "one of the folders that --export writes",
+                     "play the same set: --quick or not, and --only"};
+  Json machine = new_report("bench-feel");
+  machine.erase("schema");
+  if (volume::Status error = write_feel_report(report, arguments.output, arguments.is_quick, machine))
+    return error;
+  outcome.json["rows"] = feel_rows(report);
+  outcome.json["output"] = data_tools::file_name(arguments.output);
+  outcome.text = feel_summary(report) +
+                 "charts and tables: " + (std::filesystem::path(arguments.output) / "index.html").string() +
+                 "\n";
+  return std::nullopt;
+}
+
 }  // namespace
 
 Result<Outcome> run_bench(const BenchArguments& arguments) {
@@ -123,8 +248,10 @@ Result<Outcome> run_bench(const BenchArguments& arguments) {
   else if (arguments.what == "load") {
     if (volume::Status error = bench_load(arguments.source.empty() ? "head" : arguments.source, outcome))
       return *error;
+  } else if (arguments.what == "feel") {
+    if (volume::Status error = bench_feel(arguments, outcome)) return *error;
   } else {
-    return Error{"there is no such benchmark", "", arguments.what, "surface, step or load", ""};
+    return Error{"there is no such benchmark", "", arguments.what, "surface, step, load or feel", ""};
   }
   return outcome;
 }

@@ -100,8 +100,9 @@ struct SoakArguments {
 volume::Result<Outcome> run_soak(const SoakArguments& arguments);
 
 struct BenchArguments {
-  std::string what, source;
+  std::string what, source, output, only, export_folder, score;
   int size = 512;
+  bool is_quick = false;
 };
 volume::Result<Outcome> run_bench(const BenchArguments& arguments);
 

@@ -234,11 +234,22 @@ int main(int argc, char** argv) {
 
   app::BenchArguments bench;
   c = add("bench", "Measure, beside peers in the same run",
-          "  trephine bench surface\n  trephine bench step --json\n  trephine bench load SCANS/HEAD", bench,
-          app::run_bench);
-  c->add_option("WHAT", bench.what, "surface, step or load")->required();
+          "  trephine bench surface\n  trephine bench step --json\n  trephine bench load SCANS/HEAD\n"
+          "  trephine bench feel -o out/ --quick",
+          bench, app::run_bench);
+  c->add_option("WHAT", bench.what, "surface, step, load or feel")->required();
   c->add_option("SRC", bench.source, "For load");
-  c->add_option("--size", bench.size, "Voxels along each axis")->capture_default_str();
+  c->add_option("--size", bench.size, "Voxels along each axis (surface and step)")->capture_default_str();
+  c->add_option("-o,--output", bench.output, "Folder for the tables, charts and page of feel")
+      ->type_name("DIR");
+  c->add_flag("--quick", bench.is_quick, "Feel in under a minute: smaller and fewer scenes");
+  c->add_option("--only", bench.only, "Feel scenes whose name holds this, for example sphere")
+      ->type_name("TEXT");
+  c->add_option("--export", bench.export_folder,
+                "Write each scene of feel for other programs: volume, hand, answer")
+      ->type_name("DIR");
+  c->add_option("--score", bench.score, "Put another program's answers to them on the chart")
+      ->type_name("STEPS.csv");
 
   app::AuditArguments audit;
   c = add("audit", "Judge voxel traversal by exact arithmetic on adversarial rays",

@@ -1,0 +1,364 @@
+#include "tests/bench/feel.h"
+
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <memory>
+
+#include "haptics/methods.h"
+#include "haptics/servo_core.h"
+#include "tests/checker/mesh_judge.h"
+#include "tests/checker/volume_samples.h"
+#include "tests/scenes/scenes.h"
+#include "volume/surface_nets.h"
+#include "volume/traversal.h"
+
+namespace trephine::bench {
+
+using glm::dvec3;
+using haptics::MethodInfo;
+
+namespace {
+
+double percentile(std::vector<double> values, double p) {
+  std::sort(values.begin(), values.end());
+  return values[static_cast<std::size_t>(std::ceil(p / 100 * static_cast<double>(values.size()))) - 1];
+}
+
+/// RMS of what a moving mean of 50 ms (the 20 Hz and below) leaves, over runs of contact.
+double rough_above_20_hz(const std::vector<double>& force, const std::vector<bool>& contact) {
+  constexpr int k_half = 25;
+  double square = 0;
+  long count = 0;
+  const int n = static_cast<int>(force.size());
+  for (int i = 100 + k_half; i + k_half < n; ++i) {
+    double sum = 0;
+    bool is_whole = true;
+    for (int k = i - k_half; k <= i + k_half && is_whole; ++k) {
+      is_whole = contact[static_cast<std::size_t>(k)];
+      sum += force[static_cast<std::size_t>(k)];
+    }
+    if (!is_whole) continue;
+    const double rest = force[static_cast<std::size_t>(i)] - sum / (2 * k_half + 1);
+    square += rest * rest;
+    ++count;
+  }
+  return count > 0 ? std::sqrt(square / static_cast<double>(count)) : 0;
+}
+
+/// The judges of one scene, made once for all methods.
+struct Judges {
+  checker::SolidVoxels voxels;
+  checker::SmoothSolid smooth;
+  std::unique_ptr<checker::MeshWall> net;
+
+  explicit Judges(const haptics::TouchScene& scene)
+      : voxels(checker::solid_voxels(scene.base, scene.shapes[0].field.shape())),
+        smooth(checker::smooth_solid(scene.base, scene.shapes[0].field.shape())) {
+    const volume::Mesh mesh =
+        volume::surface_net({&scene.shapes[0].field, nullptr, scene.shapes[0].bits.get()});
+    net = std::make_unique<checker::MeshWall>(mesh.vertices.span(), mesh.triangles.span());
+  }
+  checker::FallThroughJudge fall_through(MethodInfo::Solid solid, const glm::ivec3& size) const {
+    if (solid == MethodInfo::Solid::smooth)
+      return checker::FallThroughJudge(
+          [this](const dvec3& a, const dvec3& b) { return !smooth.is_free(a, b); });
+    if (solid == MethodInfo::Solid::net)
+      return checker::FallThroughJudge([this](const dvec3& a, const dvec3& b) {
+        return a == b ? net->is_inside(a) : net->is_crossed(a, b);
+      });
+    return checker::FallThroughJudge(size, voxels);
+  }
+};
+
+/// What is the same for every method: where an exact hand would be.
+struct Ideal {
+  std::vector<dvec3> nearest_world;
+  explicit Ideal(const FeelScene& s) {
+    if (!s.nearest) return;
+    for (const auto& sample : s.path.samples())
+      nearest_world.push_back(s.nearest(sample.pose.position_world));
+  }
+};
+
+constexpr std::size_t k_dropped = MinimumOfRuns::k_dropped;
+
+FeelRow measure(const FeelScene& s, const Judges& judges, const Ideal& ideal, const MethodInfo& info,
+                bool is_quick) {
+  const volume::Volume& base = *s.scene.base;
+  const volume::Frame& frame = base.frame;
+  const double voxel = std::min({frame.spacing().x, frame.spacing().y, frame.spacing().z});
+  const auto& samples = s.path.samples();
+  FeelRow row;
+  row.scene = s.name, row.variant = s.variant, row.motion = s.motion, row.group = s.group,
+  row.method = info.name;
+  row.size = base.size.x;
+  row.steps = static_cast<long>(samples.size());
+  const auto method = haptics::make_method(info.name).value();
+  if (method->prepare(s.scene)) return row;
+  const volume::Version version(s.scene.base);
+  row.bytes = s.scene.shapes[0].bits->bytes() + version.bytes();
+
+  // Judged once.
+  haptics::ForceOptions raw_force, default_force;
+  raw_force.smoothing_alpha = 1;
+  haptics::ForceModel raw(raw_force, 1e-3), smoothed(default_force, 1e-3);
+  checker::FallThroughJudge judge = judges.fall_through(info.solid, base.size);
+  haptics::ProxyState state;
+  std::vector<double> raw_n, smoothed_n, tangential;
+  std::vector<bool> contact;
+  double distance_square = 0, floor_square = 0, angle_square = 0, force_square = 0, jump = 0, worst = 0;
+  long distance_count = 0, floor_count = 0, ideal_count = 0, jumps = 0, compared = 0, away = 0;
+  const std::size_t every = is_quick ? 199 : 211;
+  glm::ivec3 last_voxel(-100);
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    const dvec3& hip = samples[i].pose.position_world;
+    const dvec3 hip_volume = frame.volume_from_world(hip), before = state.proxy_volume;
+    const bool had_proxy = state.has_proxy;
+    const haptics::ProxyStep step = method->step(s.scene, version, state, {hip});
+    judge.look({std::span(step.path_volume.data(), static_cast<std::size_t>(step.waypoint_count)), hip_volume,
+                step.has_contact, step.is_buried});
+    row.voxels += step.counters.voxels, row.cells += step.counters.cells;
+    row.triangles += step.counters.triangles, row.queries += step.counters.iterations;
+    raw_n.push_back(glm::length(raw.step(step, hip, s.scene)));
+    smoothed_n.push_back(glm::length(smoothed.step(step, hip, s.scene)));
+    contact.push_back(step.has_contact);
+    const glm::ivec3 at_voxel = volume::voxel_of(glm::clamp(state.proxy_volume, dvec3(-1e6), dvec3(1e6)));
+    if (step.has_contact && i > k_dropped && contact[i - 1] && at_voxel != last_voxel) {
+      jump += std::abs(raw_n[i] - raw_n[i - 1]);
+      ++jumps;
+    }
+    last_voxel = at_voxel;
+    if (i < k_dropped || !step.has_contact) {
+      away = 0;
+      continue;
+    }
+    ++row.contacts;
+    if (s.distance && s.distance(hip) < 0) {
+      const double d = s.distance(step.proxy_world);
+      distance_square += d * d;
+      ++distance_count;
+    }
+    if (!ideal.nearest_world.empty() && s.distance(hip) < -0.2) {
+      const dvec3& wanted = ideal.nearest_world[i];
+      const dvec3 push = step.proxy_world - hip, right = wanted - hip;
+      const dvec3 n = right / glm::length(right);
+      const dvec3 off = step.proxy_world - wanted;
+      tangential.push_back(glm::length(off - glm::dot(off, n) * n));
+      const double cosine = glm::dot(push, right) / std::max(1e-12, glm::length(push) * glm::length(right));
+      const double degrees = 57.29577951308232 * std::acos(std::clamp(cosine, -1.0, 1.0));
+      angle_square += degrees * degrees;
+      const double newtons = s.scene.shapes[0].material.stiffness * glm::length(off);
+      force_square += newtons * newtons;
+      ++ideal_count;
+    }
+    // Stuck: more than a voxel along the surface from where an exact hand would be, ten steps in a row.
+    if (!tangential.empty() && !ideal.nearest_world.empty() && tangential.back() > voxel) {
+      if (++away == 10) ++row.stuck;
+    } else {
+      away = 0;
+    }
+    // An independent proxy on the same solid, from where this one began the step.
+    if (i % every == 0 && had_proxy && info.solid == MethodInfo::Solid::smooth) {
+      const dvec3 last_hip = frame.volume_from_world(samples[i - 1].pose.position_world);
+      const dvec3 independent =
+          checker::sweep_ideal_proxy(judges.smooth, frame.axes(), before, last_hip, hip_volume, 4);
+      worst = std::max(worst,
+                       glm::length(frame.vector_world_from_volume(independent - state.proxy_volume)) / voxel);
+      if (s.distance) {
+        const double d = s.distance(frame.world_from_volume(independent));
+        floor_square += d * d;
+        ++floor_count;
+      }
+      ++compared;
+    }
+    if (i % every == 0 && had_proxy && info.solid == MethodInfo::Solid::cubes) {
+      const dvec3 axes[3] = {frame.axes()[0], frame.axes()[1], frame.axes()[2]};
+      const dvec3 independent =
+          checker::resting_point_on_cubes(base.size, judges.voxels, axes, before, hip_volume);
+      worst = std::max(worst,
+                       glm::length(frame.vector_world_from_volume(independent - state.proxy_volume)) / voxel);
+      ++compared;
+    }
+  }
+  const auto root = [](double square, long count) -> std::optional<double> {
+    if (count == 0) return std::nullopt;
+    return std::sqrt(square / static_cast<double>(count));
+  };
+  row.fall_throughs = judge.fall_throughs();
+  if (compared > 0) row.method_error_voxels = worst;
+  if (const auto rms = root(distance_square, distance_count)) row.total_rms_voxels = *rms / voxel;
+  if (const auto rms = root(floor_square, floor_count)) row.floor_rms_voxels = *rms / voxel;
+  row.direction_rms_deg = root(angle_square, ideal_count);
+  row.force_rms_n = root(force_square, ideal_count);
+  if (!tangential.empty()) {
+    row.tangential_p50_mm = percentile(tangential, 50);
+    row.tangential_p99_mm = percentile(tangential, 99);
+  }
+  row.rough_n = rough_above_20_hz(raw_n, contact);
+  row.rough_smoothed_n = rough_above_20_hz(smoothed_n, contact);
+  row.jump_n = jumps > 0 ? jump / static_cast<double>(jumps) : 0;
+  const double steps = static_cast<double>(samples.size());
+  row.voxels /= steps, row.cells /= steps, row.triangles /= steps, row.queries /= steps;
+
+  // Timed apart from the judges.
+  MinimumOfRuns minima;
+  for (int run = 0; run < MinimumOfRuns::k_runs; ++run) {
+    haptics::ProxyState timed;
+    for (std::size_t i = 0; i < samples.size(); ++i) {
+      const haptics::ProxyInput input{samples[i].pose.position_world};
+      const auto start = Clock::now();
+      const haptics::ProxyStep step = method->step(s.scene, version, timed, input);
+      const double us = 1e6 * seconds_since(start);
+      if (step.has_contact) minima.add(i, us);
+    }
+  }
+  row.time_us = minima.result();
+  return row;
+}
+
+/// The same errors for another program's answers; falls are places more than a voxel inside the analytic
+/// shape.
+FeelRow score(const FeelScene& s, const Ideal& ideal, const FeelAnswers& answers) {
+  const std::string id = feel_id(s);
+  const auto& proxies = answers.proxies_world.at(id);
+  const auto& samples = s.path.samples();
+  const glm::dvec3& spacing = s.scene.base->frame.spacing();
+  const double voxel = std::min({spacing.x, spacing.y, spacing.z});
+  FeelRow row;
+  row.scene = s.name, row.variant = s.variant, row.motion = s.motion, row.group = s.group,
+  row.method = answers.program;
+  row.size = s.scene.base->size.x;
+  row.steps = static_cast<long>(proxies.size());
+  std::vector<double> force, tangential, times;
+  std::vector<bool> contact;
+  double distance_square = 0, angle_square = 0, force_square = 0;
+  const double stiffness = s.scene.shapes[0].material.stiffness;
+  bool was_inside = false;
+  for (std::size_t i = 0; i < std::min(proxies.size(), samples.size()); ++i) {
+    const dvec3 &hip = samples[i].pose.position_world, &proxy = proxies[i];
+    contact.push_back(proxy != hip);
+    force.push_back(stiffness * glm::length(proxy - hip));
+    const double d = s.distance ? s.distance(proxy) : 0;
+    const bool is_inside = d < -voxel;
+    if (is_inside && !was_inside) ++row.fall_throughs;
+    was_inside = is_inside;
+    if (i < k_dropped || !contact.back()) continue;
+    ++row.contacts;
+    distance_square += d * d;
+    if (ideal.nearest_world.empty()) continue;
+    const dvec3 right = ideal.nearest_world[i] - hip, off = proxy - ideal.nearest_world[i];
+    const dvec3 n = right / std::max(1e-12, glm::length(right));
+    tangential.push_back(glm::length(off - glm::dot(off, n) * n));
+    const double cosine = glm::dot(proxy - hip, n) / std::max(1e-12, glm::length(proxy - hip));
+    const double degrees = 57.29577951308232 * std::acos(std::clamp(cosine, -1.0, 1.0));
+    angle_square += degrees * degrees;
+    force_square += stiffness * stiffness * glm::dot(off, off);
+  }
+  const auto count = static_cast<double>(std::max(1L, row.contacts));
+  if (s.distance && row.contacts > 0) row.total_rms_voxels = std::sqrt(distance_square / count) / voxel;
+  if (!tangential.empty()) {
+    row.direction_rms_deg = std::sqrt(angle_square / static_cast<double>(tangential.size()));
+    row.force_rms_n = std::sqrt(force_square / static_cast<double>(tangential.size()));
+    row.tangential_p50_mm = percentile(tangential, 50);
+    row.tangential_p99_mm = percentile(tangential, 99);
+  }
+  row.rough_n = rough_above_20_hz(force, contact);
+  if (const auto us = answers.us.find(id); us != answers.us.end()) {
+    MinimumOfRuns steps;
+    for (std::size_t i = 0; i < us->second.size(); ++i)
+      if (i < contact.size() && contact[i]) steps.add(i, us->second[i]);
+    row.time_us = steps.result();
+  }
+  return row;
+}
+
+/// Forces along the sphere, raw and smoothed.
+FeelTrace trace(const FeelScene& s, const MethodInfo& info) {
+  FeelTrace result{info.name, {}, {}, {}};
+  const auto method = haptics::make_method(info.name).value();
+  if (method->prepare(s.scene)) return result;
+  const volume::Version version(s.scene.base);
+  haptics::ForceOptions raw_force;
+  raw_force.smoothing_alpha = 1;
+  haptics::ForceModel raw(raw_force, 1e-3), smoothed(haptics::ForceOptions{}, 1e-3);
+  haptics::ProxyState state;
+  for (const auto& sample : s.path.samples()) {
+    const dvec3& hip = sample.pose.position_world;
+    const haptics::ProxyStep step = method->step(s.scene, version, state, {hip});
+    result.t.push_back(sample.t);
+    result.raw_n.push_back(glm::length(raw.step(step, hip, s.scene)));
+    result.smoothed_n.push_back(glm::length(smoothed.step(step, hip, s.scene)));
+    if (result.t.size() >= 700) break;
+  }
+  return result;
+}
+
+void scale(bool is_quick, FeelReport& report) {
+  for (const bool is_rising : {false, true})
+    for (const int n : {50, 100, 200, 400, 800}) {
+      if (n > (is_quick ? 200 : 800)) continue;
+      const auto voxels =
+          static_cast<std::size_t>(n) * static_cast<std::size_t>(n) * static_cast<std::size_t>(n);
+      if (8 * voxels > volume::available_memory_bytes()) continue;
+      data_tools::PhantomOptions o;
+      o.size = glm::ivec3(n);
+      o.psf_sigma_voxels = 1.5;
+      o.spacing_mm = dvec3(is_rising ? 12.0 / n : 12.0 / 50);
+      o.parameters = {{"radius", 4.5}};
+      haptics::TouchScene scene = scenes::phantom_scene("sphere", o);
+      scene.shapes[0].material = {0.5, 0.001, 0, 0};
+      const haptics::PosePath path = scenes::sphere_slide(4.5, 0.5, 50, 2);
+      const volume::Version version(scene.base);
+      for (const MethodInfo& info : haptics::method_catalogue()) {
+        const auto method = haptics::make_method(info.name).value();
+        if (method->prepare(scene)) continue;
+        MinimumOfRuns minima;
+        for (int run = 0; run < MinimumOfRuns::k_runs; ++run) {
+          haptics::ProxyState state;
+          for (std::size_t i = 0; i < path.samples().size(); ++i) {
+            const auto start = Clock::now();
+            const haptics::ProxyStep step =
+                method->step(scene, version, state, {path.samples()[i].pose.position_world});
+            const double us = 1e6 * seconds_since(start);
+            if (step.has_contact) minima.add(i, us);
+          }
+        }
+        report.scaling.push_back({info.name, is_rising, n, minima.result()});
+      }
+    }
+}
+
+}  // namespace
+
+FeelReport run_feel(const FeelOptions& options) {
+  FeelReport report;
+  const double total = static_cast<double>(feel_scene_count(options.is_quick) + options.more.size()) + 3;
+  double done = 0;
+  const auto play = [&](const FeelScene& s) {
+    done += 1;
+    const std::string id = feel_id(s);
+    if (id.find(options.only) == std::string::npos) return true;
+    if (options.look && (report.failure = options.look(s))) return false;
+    const Judges judges(s.scene);
+    const Ideal ideal(s);
+    for (const MethodInfo& info : haptics::method_catalogue()) {
+      if (options.progress && !options.progress(done / total)) {
+        report.is_stopped = true;
+        return false;
+      }
+      report.rows.push_back(measure(s, judges, ideal, info, options.is_quick));
+      if (s.name == "sphere" && s.variant == "psf 1.5" && s.motion == "slide 100 mm/s")
+        report.traces.push_back(trace(s, info));
+    }
+    if (options.answers && options.answers->proxies_world.contains(id))
+      report.rows.push_back(score(s, ideal, *options.answers));
+    return true;
+  };
+  for_feel_scenes(options.is_quick, options.only, [&](FeelScene&& s) { return play(s); });
+  for (const FeelScene& s : options.more)
+    if (!report.is_stopped && !report.failure) play(s);
+  if (!report.is_stopped && !report.failure && options.only.empty()) scale(options.is_quick, report);
+  return report;
+}
+
+}  // namespace trephine::bench

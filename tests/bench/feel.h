@@ -1,0 +1,104 @@
+// Every way of touching a volume on one chart of run time against error: the rows behind `trephine bench
+// feel`.
+#pragma once
+
+#include <functional>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "haptics/pose_path.h"
+#include "haptics/touch_scene.h"
+#include "tests/bench/measure.h"
+
+namespace trephine::bench {
+
+/// A scene with a motion of the HIP over it. Numbers that a scene does not have are absent.
+struct FeelScene {
+  std::string name;     ///< "sphere"
+  std::string variant;  ///< "psf 1.5", "noise 20 HU", ...
+  std::string motion;   ///< "slide 100 mm/s"
+  std::string group;    ///< "smooth", "sharp", "rough" or "real": what is asked of it
+  haptics::TouchScene scene;
+  haptics::PosePath path;
+  /// Signed distance to the analytic shape (mm, negative inside) at a world point; empty for scans.
+  std::function<double(const glm::dvec3&)> distance;
+  /// The nearest point of the analytic shape to a HIP, where the shape is smooth; empty elsewhere.
+  std::function<glm::dvec3(const glm::dvec3&)> nearest;
+};
+
+/// One method on one scene. Errors in voxels (the shortest step of the grid) or as named; absent where the
+/// scene or the method has none.
+struct FeelRow {
+  std::string scene, variant, motion, group, method;
+  int size = 0;
+  long steps = 0, contacts = 0;
+  std::optional<double>
+      method_error_voxels;                  ///< largest distance from an independent proxy on the same solid
+  std::optional<double> total_rms_voxels;   ///< distance from the analytic surface
+  std::optional<double> floor_rms_voxels;   ///< the same of the independent proxy: what the samples hold
+  std::optional<double> direction_rms_deg;  ///< of the raw force
+  std::optional<double> tangential_p50_mm, tangential_p99_mm;
+  std::optional<double> force_rms_n;  ///< raw force less that of the ideal proxy
+  double rough_n = 0;                 ///< RMS of the raw force above 20 Hz
+  double rough_smoothed_n = 0;        ///< the same at the default smoothing
+  double jump_n = 0;                  ///< mean change of the raw force where the proxy enters another voxel
+  long fall_throughs = 0, stuck = 0;
+  StepTimes time_us;
+  double voxels = 0, cells = 0, triangles = 0, queries = 0;  ///< a step
+  std::size_t bytes = 0;                                     ///< held beside the voxels
+};
+
+struct FeelScaling {
+  std::string method;
+  bool is_rising = false;  ///< the same box in ever smaller voxels; else the same voxels in ever larger boxes
+  int size = 0;
+  StepTimes time_us;
+};
+
+/// |force| along a slide.
+struct FeelTrace {
+  std::string method;
+  std::vector<double> t, raw_n, smoothed_n;
+};
+
+/// What another program answered to an exported scene: a proxy a step, in the order of hip.csv.
+struct FeelAnswers {
+  std::string program;                                           ///< its name on the chart
+  std::map<std::string, std::vector<glm::dvec3>> proxies_world;  ///< by the scene's id
+  std::map<std::string, std::vector<double>> us;                 ///< a step, where it said so
+};
+
+/// "sphere-psf-1.5-slide-100-mm-s": a scene's name in files.
+std::string feel_id(const std::string& name, const std::string& variant, const std::string& motion);
+inline std::string feel_id(const FeelScene& s) { return feel_id(s.name, s.variant, s.motion); }
+
+struct FeelOptions {
+  bool is_quick = false;
+  std::string only;  ///< play scenes whose id holds this; empty for all
+  std::optional<FeelAnswers> answers;
+  /// Called with each scene before it is played: exports, say. A failure ends the run.
+  std::function<volume::Status(const FeelScene&)> look;
+  std::vector<FeelScene> more;           ///< scans, say; played after the built-in scenes
+  std::function<bool(double)> progress;  ///< share done; false stops
+};
+
+struct FeelReport {
+  std::vector<FeelRow> rows;
+  std::vector<FeelScaling> scaling;
+  std::vector<FeelTrace> traces;
+  bool is_stopped = false;
+  volume::Status failure;
+};
+
+/// The built-in scenes; quick ones are smaller and fewer. Made one at a time, those whose id holds
+/// `only`; `use` says whether to go on.
+void for_feel_scenes(bool is_quick, const std::string& only, const std::function<bool(FeelScene&&)>& use);
+std::size_t feel_scene_count(bool is_quick);
+FeelReport run_feel(const FeelOptions& options);
+
+/// HIP positions over a scan's surface from above, for `more`: down along -z and over it.
+haptics::PosePath slide_over(const haptics::TouchScene& scene, double speed, double depth, int samples);
+
+}  // namespace trephine::bench

@@ -1,0 +1,332 @@
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <glm/geometric.hpp>
+
+#include "tests/bench/feel.h"
+#include "tests/scenes/scenes.h"
+#include "volume/deterministic_math.h"
+
+namespace trephine::bench {
+
+using glm::dvec3;
+
+namespace {
+
+using Parameters = std::map<std::string, double>;
+using Distance = std::function<double(const dvec3&)>;
+
+dvec3 slope_of(const Distance& distance, const dvec3& p) {
+  constexpr double h = 1e-4;
+  return dvec3(distance(p + dvec3(h, 0, 0)) - distance(p - dvec3(h, 0, 0)),
+               distance(p + dvec3(0, h, 0)) - distance(p - dvec3(0, h, 0)),
+               distance(p + dvec3(0, 0, h)) - distance(p - dvec3(0, 0, h))) /
+         (2 * h);
+}
+
+dvec3 on_surface(const Distance& distance, dvec3 p) {
+  for (int i = 0; i < 30; ++i) {
+    const dvec3 g = slope_of(distance, p);
+    p -= distance(p) / std::max(1e-6, glm::dot(g, g)) * g;
+  }
+  return p;
+}
+
+/// The nearest surface point: Newton on the surface, then steps that take out the tangential rest.
+dvec3 nearest_on(const Distance& distance, const dvec3& hip) {
+  dvec3 p = on_surface(distance, hip);
+  for (int i = 0; i < 60; ++i) {
+    const dvec3 n = glm::normalize(slope_of(distance, p));
+    const dvec3 rest = (hip - p) - glm::dot(hip - p, n) * n;
+    p = on_surface(distance, p + 0.7 * rest);
+    if (glm::dot(rest, rest) < 1e-18) break;
+  }
+  return p;
+}
+
+/// Walks over a smooth surface from `start` toward `heading`, turning round at the edge of the box; the HIP
+/// lies `depth` below it. One sample a ms; the first comes from `depth` above.
+std::vector<dvec3> surface_walk(const Distance& distance, dvec3 start, dvec3 heading, double speed,
+                                double depth, int samples) {
+  std::vector<dvec3> hips;
+  dvec3 p = on_surface(distance, start);
+  double side = 1;
+  for (int i = 0; i < samples; ++i) {
+    const dvec3 n = glm::normalize(slope_of(distance, p));
+    hips.push_back(p + (i == 0 ? 1.0 : -depth) * n);
+    heading = glm::normalize(heading - glm::dot(heading, n) * n);
+    const dvec3 next = on_surface(distance, p + side * speed * 1e-3 * heading);
+    if (std::max({std::abs(next.x), std::abs(next.y), std::abs(next.z)}) > 50)
+      side = -side;
+    else
+      p = next;
+  }
+  return hips;
+}
+
+haptics::PosePath path_of(const std::vector<dvec3>& hips) {
+  std::vector<haptics::PosePath::Sample> samples;
+  for (std::size_t i = 0; i < hips.size(); ++i)
+    samples.push_back({1e-3 * static_cast<double>(i), {hips[i], {1, 0, 0, 0}, true}});
+  return haptics::PosePath::from_samples(std::move(samples), "feel").value();
+}
+
+/// Between points at constant speed.
+std::vector<dvec3> polyline(const std::vector<dvec3>& corners, double speed) {
+  std::vector<dvec3> hips;
+  for (std::size_t i = 1; i < corners.size(); ++i) {
+    const double length = glm::length(corners[i] - corners[i - 1]);
+    const int steps = std::max(1, static_cast<int>(1000 * length / speed));
+    for (int k = 0; k < steps; ++k)
+      hips.push_back(corners[i - 1] + (static_cast<double>(k) / steps) * (corners[i] - corners[i - 1]));
+  }
+  return hips;
+}
+
+struct Grid {
+  double psf = 1.5, noise = 0, shear = 0;
+  bool is_binary = false, is_anisotropic = false;
+};
+
+haptics::TouchScene make_scene(const std::string& phantom, const Parameters& parameters, int size,
+                               const Grid& grid) {
+  data_tools::PhantomOptions o;
+  o.psf_sigma_voxels = grid.psf;
+  o.shear_degrees = grid.shear;
+  o.parameters = parameters;
+  const double spacing = 120.0 / size;
+  if (grid.is_anisotropic)
+    o.spacing_mm = spacing * dvec3(1, 1, 1.25 / 0.48);
+  else
+    o.size = glm::ivec3(size);
+  volume::Volume made = data_tools::make_phantom(phantom, o).value();
+  if (grid.is_binary)
+    for (auto& v : made.voxels.span()) v = v >= 300 ? 1600 : -1000;
+  if (grid.noise > 0)
+    for (std::size_t i = 0; i < made.voxels.size(); ++i)
+      made.voxels[i] = static_cast<std::int16_t>(std::clamp(
+          made.voxels[i] + std::floor(grid.noise * volume::hash_normal(7, i) + 0.5), -1024.0, 3071.0));
+  haptics::TouchScene scene;
+  scene.base = std::make_shared<const volume::Volume>(std::move(made));
+  const volume::Shape shape;
+  scene.shapes.push_back(
+      {volume::Field(*scene.base, shape),
+       std::make_shared<const volume::Occupancy>(volume::Occupancy::build(*scene.base, shape)),
+       haptics::Material{0.5, 0.001, 0, 0}, haptics::Sides::front});
+  return scene;
+}
+
+/// What is made when its turn comes.
+struct Plan {
+  std::string name, variant, motion, group, phantom;
+  Parameters parameters;
+  Grid grid;
+  std::function<std::vector<dvec3>(const Distance&, int samples)> hips;
+};
+
+std::vector<Plan> plans(bool is_quick) {
+  std::vector<Plan> all;
+  const auto slide = [](dvec3 start, dvec3 heading, double speed, double depth = 1) {
+    return [=](const Distance& d, int samples) {
+      return surface_walk(d, start, heading, speed, depth, samples);
+    };
+  };
+  const dvec3 over(0.62, 0.31, 0.72), heading(0.4, 0.8, -0.3);
+  const Grid soft{}, sharp{0, 0, 0, false, false};
+  // Smooth shapes, one motion.
+  for (const double angle : {0.0, 30.0, 45.0, 23.7})
+    all.push_back({angle == 23.7 ? "plane, any" : "plane " + std::to_string(static_cast<int>(angle)),
+                   "psf 1.5",
+                   "slide 100 mm/s",
+                   "smooth",
+                   "plane",
+                   {{"angle", angle}, {"offset", angle == 23.7 ? 3.3 : 0}},
+                   soft,
+                   slide({3, 2, 1}, {1, 0.63, 0}, 100)});
+  all.push_back(
+      {"torus", "psf 1.5", "slide 100 mm/s", "smooth", "torus", {}, soft, slide({49, 3, 1}, heading, 100)});
+  all.push_back({"gyroid",
+                 "psf 1.5",
+                 "slide 100 mm/s",
+                 "smooth",
+                 "gyroid",
+                 {},
+                 soft,
+                 slide({7.5, 0, 0}, heading, 100)});
+  // The sphere, every way.
+  for (const double speed : {10.0, 100.0, 500.0})
+    all.push_back({"sphere",
+                   "psf 1.5",
+                   "slide " + std::to_string(static_cast<int>(speed)) + " mm/s",
+                   "smooth",
+                   "sphere",
+                   {},
+                   soft,
+                   slide(45.0 * glm::normalize(over), heading, speed)});
+  const auto around = [over](double depth_low, double depth_high, double hz, double tremor) {
+    return [=](const Distance&, int samples) {
+      std::vector<dvec3> hips;
+      for (int i = 0; i < samples; ++i) {
+        const double t = 1e-3 * i, phase = 6.283185307179586 * hz * t;
+        const double depth =
+            0.5 * (depth_low + depth_high) - 0.5 * (depth_high - depth_low) * std::cos(phase);
+        dvec3 n = glm::normalize(glm::normalize(over) + 0.05 * t * dvec3(0.3, -0.8, 0.2));
+        dvec3 p = (45 - depth) * n;
+        for (int a = 0; a < 3; ++a)
+          p[a] += tremor * std::sin(6.283185307179586 * (8 + 2 * a) * t + a) +
+                  0.1 * tremor * volume::hash_normal(5, static_cast<std::uint64_t>(3 * i + a));
+        hips.push_back(p);
+      }
+      return hips;
+    };
+  };
+  all.push_back({"sphere", "psf 1.5", "modest contact", "smooth", "sphere", {}, soft, around(-2, 2, 0.5, 0)});
+  all.push_back({"sphere", "psf 1.5", "rapid contact", "smooth", "sphere", {}, soft, around(-1, 1, 12.5, 0)});
+  all.push_back({"sphere", "psf 1.5", "poke", "smooth", "sphere", {}, soft, around(-5, 3, 2, 0)});
+  all.push_back({"sphere", "psf 1.5", "tremor", "smooth", "sphere", {}, soft, around(1.5, 2, 1, 0.3)});
+  const auto variant = [&](const std::string& name, const Grid& grid, const std::string& group) {
+    all.push_back({"sphere",
+                   name,
+                   "slide 100 mm/s",
+                   group,
+                   "sphere",
+                   {},
+                   grid,
+                   slide(45.0 * glm::normalize(over), heading, 100)});
+  };
+  variant("psf 0", {0, 0, 0, false, false}, "rough");
+  variant("psf 0.7", {0.7, 0, 0, false, false}, "rough");
+  variant("psf 1", {1, 0, 0, false, false}, "rough");
+  variant("psf 2", {2, 0, 0, false, false}, "smooth");
+  variant("binary", {0, 0, 0, true, false}, "rough");
+  variant("noise 20 HU", {1.5, 20, 0, false, false}, "rough");
+  variant("0.48 x 0.48 x 1.25", {1.5, 0, 0, false, true}, "smooth");
+  variant("sheared 15 degrees", {1.5, 0, 15, false, false}, "smooth");
+  // Thin and sharp ones.
+  const double voxel = 120.0 / (is_quick ? 128 : 512);
+  for (const double thick : {1.0, 1.5, 2.0})
+    all.push_back(
+        {"plate",
+         std::to_string(thick).substr(0, 3) + " voxels",
+         "cross at 2 m/s",
+         "sharp",
+         "plate",
+         {{"thickness", thick * voxel}, {"angle", 37}},
+         sharp,
+         [](const Distance&, int) {
+           return polyline({{0, 0, 45}, {8, 5, -45}, {-12, 3, 45}, {2, 20, -45}, {5, -9, 45}}, 2000);
+         }});
+  const auto along = [](std::vector<dvec3> corners, double speed) {
+    return [corners, speed](const Distance&, int) { return polyline(corners, speed); };
+  };
+  // Groove: down into it, pressed below its ground, circles across and along it.
+  const auto circles = [](dvec3 middle, double radius, double speed) {
+    return [=](const Distance&, int samples) {
+      std::vector<dvec3> hips{middle + dvec3(0, 0, 12)};
+      for (int i = 1; i < samples; ++i) {
+        const double a = speed * 1e-3 * i / radius;
+        hips.push_back(middle + radius * dvec3(std::cos(a), std::sin(a), 0.3 * std::sin(0.7 * a)));
+      }
+      return hips;
+    };
+  };
+  for (const double psf : {1.0, 0.0}) {
+    const Grid grid{psf, 0, 0, false, false};
+    const std::string soft_name = psf > 0 ? "psf 1" : "psf 0";
+    for (const double angle : {30.0, 90.0})
+      all.push_back({"groove " + std::to_string(static_cast<int>(angle)),
+                     soft_name,
+                     "circle",
+                     "sharp",
+                     "groove",
+                     {{"angle", angle}},
+                     grid,
+                     circles({-1, 4, -24}, 4, 60)});
+    all.push_back(
+        {"corner", soft_name, "trap", "sharp", "corner", {}, grid, circles({-22, -24, -23}, 5, 60)});
+    all.push_back({"slot", soft_name, "circle", "sharp", "slot", {}, grid, circles({-1, 4, -22}, 6, 60)});
+    all.push_back({"cone",
+                   soft_name,
+                   "over the tip",
+                   "sharp",
+                   "cone",
+                   {},
+                   grid,
+                   along({{-20, -8, 18}, {14, 4, 17}, {-6, -16, 16}, {10, 12, 12}}, 100)});
+    all.push_back({"steps",
+                   soft_name,
+                   "slide 60 mm/s",
+                   "sharp",
+                   "steps",
+                   {},
+                   grid,
+                   along({{-25, 3, 0}, {25, 12, 17}, {-25, 8, -13}}, 60)});
+  }
+  if (is_quick) {
+    std::erase_if(all, [](const Plan& p) {
+      return p.name == "plane 45" || p.motion == "modest contact" || p.variant == "psf 2" ||
+             p.variant == "1.5 voxels" || (p.group == "sharp" && p.variant == "psf 0" && p.name != "corner");
+    });
+  }
+  return all;
+}
+
+}  // namespace
+
+std::string feel_id(const std::string& name, const std::string& variant, const std::string& motion) {
+  std::string id;
+  for (const char c : name + " " + variant + " " + motion)
+    if (std::isalnum(static_cast<unsigned char>(c)) || c == '.')
+      id += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    else if (!id.empty() && id.back() != '-')
+      id += '-';
+  return id;
+}
+
+std::size_t feel_scene_count(bool is_quick) { return plans(is_quick).size(); }
+
+void for_feel_scenes(bool is_quick, const std::string& only, const std::function<bool(FeelScene&&)>& use) {
+  const int size = is_quick ? 128 : 512, samples = is_quick ? 1500 : 3100;
+  for (const Plan& plan : plans(is_quick)) {
+    if (feel_id(plan.name, plan.variant, plan.motion).find(only) == std::string::npos) continue;
+    const Distance distance = [phantom = plan.phantom, parameters = plan.parameters](const dvec3& p) {
+      return data_tools::phantom_distance(phantom, parameters, p);
+    };
+    FeelScene scene{plan.name,
+                    plan.variant,
+                    plan.motion,
+                    plan.group,
+                    make_scene(plan.phantom, plan.parameters, size, plan.grid),
+                    path_of(plan.hips(distance, samples)),
+                    distance,
+                    {}};
+    if (plan.group != "sharp")
+      scene.nearest = [distance](const dvec3& hip) { return nearest_on(distance, hip); };
+    if (!use(std::move(scene))) return;
+  }
+}
+
+haptics::PosePath slide_over(const haptics::TouchScene& scene, double speed, double depth, int samples) {
+  // The first solid voxel under each place of a line across the middle, from above, with the HIP `depth`
+  // below it.
+  const volume::Volume& base = *scene.base;
+  const volume::Frame& frame = base.frame;
+  const glm::ivec3 size = base.size;
+  std::vector<dvec3> hips;
+  const double step = 1e-3 * speed / frame.spacing().x;
+  double x = 0.3 * size.x, side = 1;
+  double height = -1;
+  for (int i = 0; i < samples; ++i) {
+    x += side * step;
+    if (x > 0.7 * size.x || x < 0.3 * size.x) side = -side, x += 2 * side * step;
+    const double y = 0.45 * size.y + 0.1 * size.y * (x / size.x);
+    int z = size.z - 1;
+    while (z > 0 && !scene.shapes[0].bits->is_solid({static_cast<int>(x), static_cast<int>(y), z})) --z;
+    height = height < 0 ? z : height + 0.05 * (z - height);
+    hips.push_back(frame.world_from_volume({x, y, height - depth / frame.spacing().z}));
+    if (i == 0) hips.back() = frame.world_from_volume({x, y, static_cast<double>(size.z) + 3});
+  }
+  return path_of(hips);
+}
+
+}  // namespace trephine::bench
