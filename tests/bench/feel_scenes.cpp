@@ -169,7 +169,7 @@ std::vector<Plan> plans(bool is_quick) {
       for (int i = 0; i < samples; ++i) {
         const double t = 1e-3 * i, phase = 6.283185307179586 * hz * t;
         const double depth =
-            0.5 * (depth_low + depth_high) - 0.5 * (depth_high - depth_low) * std::cos(phase);
+            i == 0 ? -3 : 0.5 * (depth_low + depth_high) - 0.5 * (depth_high - depth_low) * std::cos(phase);
         dvec3 n = glm::normalize(glm::normalize(over) + 0.05 * t * dvec3(0.3, -0.8, 0.2));
         dvec3 p = (45 - depth) * n;
         for (int a = 0; a < 3; ++a)
@@ -220,9 +220,9 @@ std::vector<Plan> plans(bool is_quick) {
     return [corners, speed](const Distance&, int) { return polyline(corners, speed); };
   };
   // Groove: down into it, pressed below its ground, circles across and along it.
-  const auto circles = [](dvec3 middle, double radius, double speed) {
+  const auto circles = [](dvec3 start, dvec3 middle, double radius, double speed) {
     return [=](const Distance&, int samples) {
-      std::vector<dvec3> hips{middle + dvec3(0, 0, 12)};
+      std::vector<dvec3> hips{start};
       for (int i = 1; i < samples; ++i) {
         const double a = speed * 1e-3 * i / radius;
         hips.push_back(middle + radius * dvec3(std::cos(a), std::sin(a), 0.3 * std::sin(0.7 * a)));
@@ -241,10 +241,10 @@ std::vector<Plan> plans(bool is_quick) {
                      "groove",
                      {{"angle", angle}},
                      grid,
-                     circles({-1, 4, -24}, 4, 60)});
+                     circles({0, 0, -10}, {-1, 4, -24}, 4, 60)});
     all.push_back(
-        {"corner", soft_name, "trap", "sharp", "corner", {}, grid, circles({-22, -24, -23}, 5, 60)});
-    all.push_back({"slot", soft_name, "circle", "sharp", "slot", {}, grid, circles({-1, 4, -22}, 6, 60)});
+        {"corner", soft_name, "trap", "sharp", "corner", {}, grid, circles({0, 0, 0}, {-22, -24, -23}, 5, 60)});
+    all.push_back({"slot", soft_name, "circle", "sharp", "slot", {}, grid, circles({0, 0, -10}, {-1, 4, -22}, 6, 60)});
     all.push_back({"cone",
                    soft_name,
                    "over the tip",

@@ -164,6 +164,7 @@ bool SmoothSolid::is_free(const dvec3& a, const dvec3& b) const {
 dvec3 sweep_ideal_proxy(const SmoothSolid& solid, const glm::dmat3& axes, const dvec3& proxy,
                         const dvec3& hip_from, const dvec3& hip_to, int substeps) {
   const glm::dmat3 inverse = glm::inverse(axes);
+  const double voxel = std::min({glm::length(axes[0]), glm::length(axes[1]), glm::length(axes[2])});
   dvec3 at = proxy;
   for (int s = 1; s <= substeps; ++s) {
     const dvec3 hip = hip_from + (static_cast<double>(s) / substeps) * (hip_to - hip_from);
@@ -181,9 +182,10 @@ dvec3 sweep_ideal_proxy(const SmoothSolid& solid, const glm::dmat3& axes, const 
       }
       return p + free * (q - p);
     };
-    // Downhill: a probe step in each of many directions, the step halved when none helps.
+    // Downhill: a probe step in each of many directions, the step halved when none helps. A small first step, so that
+    // nothing is jumped over.
     at = advance(at, hip);
-    for (double step = 0.2; step > 2e-8 && energy(at) > 0;) {
+    for (double step = 0.05 * voxel; step > 1e-7 * voxel && energy(at) > 0;) {
       const dvec3 to_hip = glm::normalize(axes * (hip - at));
       dvec3 u = glm::cross(to_hip, std::abs(to_hip.x) < 0.6 ? dvec3(1, 0, 0) : dvec3(0, 1, 0));
       u = glm::normalize(u);
