@@ -107,27 +107,26 @@ volume::Slope SmoothWalls::slope(const Wall& wall, const dvec3& p) noexcept {
   return slope;
 }
 
-volume::QuadraticPatch::BendBound SmoothWalls::bend_bound(const Wall& wall, const dvec3& a, const dvec3& b,
-                                                          bool& is_whole) noexcept {
-  const ivec3 va = volume::voxel_of(a), vb = volume::voxel_of(b);
-  volume::QuadraticPatch::BendBound bound{dvec3(0), dvec3(0)};
-  const ivec3 low = glm::min(va, vb), high = glm::max(va, vb), span = high - low + 1;
+volume::QuadraticPatch::BendBound SmoothWalls::bend_bound(const Wall& wall, const ivec3& low,
+                                                          const ivec3& high, bool& is_whole) noexcept {
+  const int key = wall.is_cut ? k_cut : wall.shape;
+  is_whole = true;
+  volume::QuadraticPatch::BendBound bound = bend_of(patch(key, low));
+  if (low == high) return bound;
+  const auto add = [&](const ivec3& v) {
+    const auto& here = bend_of(patch(key, v));
+    bound.own = glm::max(bound.own, here.own);
+    bound.cross = glm::max(bound.cross, here.cross);
+  };
+  const ivec3 span = high - low + 1;
   is_whole = span.x * span.y * span.z <= 4;
   if (!is_whole) {
-    for (const ivec3& v : {va, vb}) {
-      const auto& here = bend_of(patch(wall.is_cut ? k_cut : wall.shape, v));
-      bound.own = glm::max(bound.own, here.own);
-      bound.cross = glm::max(bound.cross, here.cross);
-    }
+    add(high);
     return bound;
   }
   for (int z = low.z; z <= high.z; ++z)
     for (int y = low.y; y <= high.y; ++y)
-      for (int x = low.x; x <= high.x; ++x) {
-        const auto& here = bend_of(patch(wall.is_cut ? k_cut : wall.shape, {x, y, z}));
-        bound.own = glm::max(bound.own, here.own);
-        bound.cross = glm::max(bound.cross, here.cross);
-      }
+      for (int x = low.x; x <= high.x; ++x) add({x, y, z});
   return bound;
 }
 

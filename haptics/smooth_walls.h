@@ -44,10 +44,10 @@ class SmoothWalls {
   /// Derivatives of a wall's function at p; its value is negative where it is free.
   volume::Jet jet(const Wall& wall, const glm::dvec3& p) noexcept;
   volume::Slope slope(const Wall& wall, const glm::dvec3& p) noexcept;
-  /// Bound of |second derivative| of the wall's function over all cubes of the box that a and b span; over
-  /// the cubes of a and b alone, and not `is_whole`, where the box holds more than four.
-  volume::QuadraticPatch::BendBound bend_bound(const Wall& wall, const glm::dvec3& a, const glm::dvec3& b,
-                                               bool& is_whole) noexcept;
+  /// Bound of |second derivative| of the wall's function over all voxels of the box low .. high; over its two
+  /// ends alone, and not `is_whole`, where the box holds more than four.
+  volume::QuadraticPatch::BendBound bend_bound(const Wall& wall, const glm::ivec3& low,
+                                               const glm::ivec3& high, bool& is_whole) noexcept;
   /// Would this wall alone, kept, leave every way free that it leaves free? So where one shape is touched
   /// from outside.
   bool is_only_wall(const Wall& wall) const noexcept { return scene_->shapes.size() == 1 && !wall.is_back; }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
 #include "haptics/friction.h"
@@ -129,7 +130,7 @@ class Slide {
   bool solve(const dvec3& from, double limit, dvec3& to, Planes& planes, bool& is_settled) noexcept;
   bool go(const dvec3& from, const dvec3& to, const Planes& first, const Planes& last, dvec3& at) noexcept;
   bool is_short_way_free(const Plane& first, const Plane& last, const dvec3& from, const dvec3& middle,
-                         const dvec3& to) noexcept;
+                         const dvec3& to, const volume::QuadraticPatch::BendBound& bound) noexcept;
   void remember(const dvec3& p, const Plane& plane) noexcept;
   void finish() noexcept;
 
@@ -388,20 +389,15 @@ bool Slide::is_held_by_friction(const dvec3& from, dvec3& to, Planes& planes) no
   return false;
 }
 
-/// Both legs of a short way along one wall, proven by the wall's slopes at its ends and the bounds of its
+/// Both legs of a short way along one wall, proven by the wall's slopes at its ends and a bound of its
 /// bending.
 bool Slide::is_short_way_free(const Plane& first, const Plane& last, const dvec3& from, const dvec3& middle,
-                              const dvec3& to) noexcept {
-  bool is_up_whole = false, is_down_whole = false;
-  const auto up_bound = walls_.bend_bound(first.wall, from, middle, is_up_whole);
-  const auto down_bound = walls_.bend_bound(first.wall, middle, to, is_down_whole);
-  if (!is_up_whole || !is_down_whole) return false;
+                              const dvec3& to, const volume::QuadraticPatch::BendBound& bound) noexcept {
   const dvec3 up = middle - from, down = middle - to;
   const volume::Slope end = walls_.slope(last.wall, to);
-  const double c = first.jet.value + rounding_of(first.jet, up_bound),
-               d = end.value + rounding_of(end, down_bound);
-  return c < 0 && d < 0 && free_step(c, glm::dot(first.jet.gradient, up), up_bound.along(up)) >= 1 &&
-         free_step(d, glm::dot(end.gradient, down), down_bound.along(down)) >= 1;
+  const double c = first.jet.value + rounding_of(first.jet, bound), d = end.value + rounding_of(end, bound);
+  return c < 0 && d < 0 && free_step(c, glm::dot(first.jet.gradient, up), bound.along(up)) >= 1 &&
+         free_step(d, glm::dot(end.gradient, down), bound.along(down)) >= 1;
 }
 
 /// From one place on the walls to another through a point lifted off them, each leg proven. `at`: how far it
@@ -412,12 +408,16 @@ bool Slide::go(const dvec3& from, const dvec3& to, const Planes& first, const Pl
   const int count = first.count;
   dvec3 out(0);
   double lift = 0;
+  const glm::ivec3 va = volume::voxel_of(from), vb = volume::voxel_of(to);
+  const glm::ivec3 low = glm::min(va, vb), high = glm::max(va, vb);
+  volume::QuadraticPatch::BendBound bound;
+  bool is_whole = false;
   for (int k = 0; k < count; ++k) {
     out -= first[k].normal + last[k].normal;
     if (first[k].is_frozen) continue;
     // The way rises by what bending may take from it in half its length.
-    bool is_whole = false;
-    const double bend = walls_.bend_bound(first[k].wall, from, to, is_whole).along(along) / 8;
+    bound = walls_.bend_bound(first[k].wall, low, high, is_whole);
+    const double bend = bound.along(along) / 8;
     const double slope = std::max(
         0.0, 0.5 * std::max(glm::dot(first[k].jet.gradient, along), -glm::dot(last[k].jet.gradient, along)));
     lift = std::max(lift, (bend + slope) / std::min(first[k].steepness, last[k].steepness));
@@ -430,12 +430,15 @@ bool Slide::go(const dvec3& from, const dvec3& to, const Planes& first, const Pl
     for (int k = 0; k < count; ++k) least = std::min(least, -glm::dot(out, first[k].normal) / size);
   lift = std::min((1.5 * lift + 1e-5 * voxel_mm_) / std::max(0.1, least), 0.5 * voxel_mm_);
   const dvec3 middle = from + 0.5 * along + frame_.vector_volume_from_world(lift / size * out);
-  if (count == 1 && walls_.is_only_wall(first[0].wall) &&
-      is_short_way_free(first[0], last[0], from, middle, to)) {
-    add(middle);
-    add(to);
-    at = to;
-    return true;
+  if (count == 1 && is_whole && walls_.is_only_wall(first[0].wall)) {
+    const glm::ivec3 vm = volume::voxel_of(middle), low3 = glm::min(low, vm), high3 = glm::max(high, vm);
+    if (low3 != low || high3 != high) bound = walls_.bend_bound(first[0].wall, low3, high3, is_whole);
+    if (is_whole && is_short_way_free(first[0], last[0], from, middle, to, bound)) {
+      add(middle);
+      add(to);
+      at = to;
+      return true;
+    }
   }
   std::uint32_t inside = inside_;
   const Reach up = walls_.reach(from, middle, inside, k_landing);

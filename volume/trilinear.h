@@ -15,8 +15,9 @@ struct CellPoint {
   glm::dvec3 at;
   explicit CellPoint(const glm::dvec3& p) noexcept {
     for (int a = 0; a < 3; ++a) {
-      const double low = std::floor(p[a]);
-      cell[a] = static_cast<int>(low);
+      int low = static_cast<int>(p[a]);
+      low -= p[a] < low;
+      cell[a] = low;
       at[a] = p[a] - low;
     }
   }
