@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "volume/field.h"
@@ -16,6 +17,14 @@ struct Material {
   double static_friction = 0.2;  ///< coefficient of the cone
   double dynamic_friction = 0.15;
 };
+
+/// Error when a value is out of its range; the error says which.
+volume::Status check_material(const Material& material);
+
+/// The haptic window of a graphics transfer function, piecewise linear over rising intensities: what is more
+/// opaque than `threshold` can be touched. Error unless that is one stretch.
+volume::Result<volume::Shape> window_of_opacity(std::span<const double> intensities,
+                                                std::span<const double> opacities, double threshold);
 
 /// A side from which a surface holds the proxy: front = the free space, back = the solid.
 enum class Sides { none = 0, front = 1, back = 2, both = 3 };

@@ -23,6 +23,14 @@ class Buffer {
   Buffer() = default;
   explicit Buffer(std::size_t count)
       : data_(static_cast<T*>(allocate_pages(count * sizeof(T)))), count_(count) {}
+  /// Looks at memory of another, which stays there unchanged for this buffer's life.
+  static Buffer borrow(const T* data, std::size_t count) {
+    Buffer buffer;
+    // Borrowed memory is only ever read: whoever borrows hands out const volumes.
+    buffer.data_ = {const_cast<T*>(data), Free{false}};
+    buffer.count_ = count;
+    return buffer;
+  }
   Buffer(Buffer&& other) noexcept : data_(std::move(other.data_)), count_(std::exchange(other.count_, 0)) {}
   Buffer& operator=(Buffer&& other) noexcept {
     data_ = std::move(other.data_);
@@ -42,7 +50,10 @@ class Buffer {
 
  private:
   struct Free {
-    void operator()(T* p) const noexcept { std::free(p); }
+    bool is_owned = true;
+    void operator()(T* p) const noexcept {
+      if (is_owned) std::free(p);
+    }
   };
   std::unique_ptr<T, Free> data_;
   std::size_t count_ = 0;
