@@ -2,7 +2,10 @@
 
 namespace trephine::haptics {
 
-volume::Status check_touchable(const TouchScene& scene) {
+volume::Status check_touchable(const TouchScene& scene, bool has_radius) {
+  if (scene.tool_radius > 0 && !has_radius)
+    return volume::Error{"this method has no radius", "--radius", std::to_string(scene.tool_radius) + " mm",
+                         "0, a point", "use --method subvoxel for a round tool"};
   if (scene.shapes.size() > TouchScene::k_max_shapes)
     return volume::Error{"too many shapes to touch at once", "scene", std::to_string(scene.shapes.size()),
                          "at most " + std::to_string(TouchScene::k_max_shapes),

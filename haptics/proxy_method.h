@@ -57,8 +57,9 @@ struct ProxyStep {
   ProxyCounters counters;
 };
 
-/// Few enough shapes, each with its bits: what every method asks of a scene.
-volume::Status check_touchable(const TouchScene& scene);
+/// Few enough shapes, each with its bits: what every method asks of a scene. Error also for a tool with a
+/// radius where the method has none.
+volume::Status check_touchable(const TouchScene& scene, bool has_radius = false);
 
 class ProxyMethod {
  public:

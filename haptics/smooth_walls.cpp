@@ -50,6 +50,8 @@ SmoothWalls::Cached& SmoothWalls::patch(int key, const ivec3& v) noexcept {
   fresh.has_bend = false;
   if (key == k_cut)
     fresh.patch.load_distance(*version_, v);
+  else if (is_round_)
+    offset(static_cast<std::size_t>(key)).load(v, fresh.patch);
   else
     fresh.patch.load(scene_->shapes[static_cast<std::size_t>(key)].field, v);
   ++counters_->cells;
@@ -223,7 +225,9 @@ Reach SmoothWalls::reach(const dvec3& a, const dvec3& b, std::uint32_t& inside, 
       double from = t0;
       for (int turn = 0; turn < 4 && from < reach.t; ++turn) {
         const bool is_inside = inside >> s & 1u;
-        if (!is_inside && !is_known_near && is_air_around(shape, v)) break;
+        if (!is_inside && !is_known_near &&
+            (is_round_ ? offset(static_cast<std::size_t>(s)).is_free_around(v) : is_air_around(shape, v)))
+          break;
         if (holds(shape.sides, is_inside ? Sides::back : Sides::front)) {
           Wall wall;
           const double free =
@@ -245,12 +249,23 @@ Reach SmoothWalls::reach(const dvec3& a, const dvec3& b, std::uint32_t& inside, 
     return reach;
   }
   // A cube's polynomial reads one voxel around it, so matter shows one voxel beyond the grid.
-  const volume::VoxelBox box{ivec3(-1), scene_->base->size};
+  const ivec3 size = grid_size();
+  const volume::VoxelBox box{ivec3(-1), size};
   volume::VoxelWalk walk(volume::Segment(a, b), box);
   while (!walk.is_done()) {
     const ivec3 v = walk.voxel();
     ++counters_->voxels;
-    if (inside == 0 && scene_->base->contains(v)) {
+    if (is_round_ && inside == 0) {
+      volume::VoxelBox free = offset(0).free_box(v);
+      for (std::size_t i = 1; i < scene_->shapes.size(); ++i) {
+        const volume::VoxelBox other = offset(i).free_box(v);
+        free = {glm::max(free.low, other.low), glm::min(free.high, other.high)};
+      }
+      if (free.contains(v)) {
+        walk.advance_past(free);
+        continue;
+      }
+    } else if (inside == 0 && scene_->base->contains(v)) {
       int far = 255;
       for (const TouchShape& shape : scene_->shapes) far = std::min(far, shape.bits->empty_distance(v));
       if (far > 1) {

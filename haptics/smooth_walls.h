@@ -25,13 +25,24 @@ struct Reach {
   Wall wall;  ///< what blocks
 };
 
-/// Borrows scene, version and counters for one step. A point is solid for a shape where the smooth
-/// reconstructions (volume/quadratic_patch.h) say g >= 0 and d >= 0. Polynomials are kept for the few cubes
-/// that a step meets. Servo thread: no allocation, every loop bounded.
+/// Borrows scene, version and counters for one step. For a tool with a radius the points are those of its
+/// middle, and the solid is where its offset field says so (volume/offset_field.h). For a point tool a point
+/// is solid for a shape where the smooth reconstructions (volume/quadratic_patch.h) say g >= 0 and d >= 0.
+/// Polynomials are kept for the few cubes that a step meets. Servo thread: no allocation, every loop bounded.
 class SmoothWalls {
  public:
   SmoothWalls(const TouchScene& scene, const volume::Version& version, ProxyCounters& counters) noexcept
-      : scene_(&scene), version_(&version), counters_(&counters), is_cut_(!version.is_untouched()) {}
+      : scene_(&scene),
+        version_(&version),
+        counters_(&counters),
+        is_round_(scene.tool_radius > 0 && !scene.shapes.empty()),
+        is_cut_(!is_round_ && !version.is_untouched()) {}
+
+  /// The frame that all points are in: the volume's, or that of the offset fields where the tool has a
+  /// radius.
+  const volume::Frame& frame() const noexcept {
+    return is_round_ ? scene_->shapes[0].offset->frame() : scene_->base->frame;
+  }
 
   /// How far from a toward b (volume frame) the proxy may go: proven by bounds on the polynomials of every
   /// cube that the way meets, so that no solid however thin is passed. Stops within `tolerance` voxels before
@@ -68,6 +79,11 @@ class SmoothWalls {
   };
   static constexpr int k_cut = 1000, k_kept = 6;
 
+  const volume::OffsetField& offset(std::size_t shape) const noexcept {
+    const auto& newer = version_->offsets();
+    return shape < newer.size() && newer[shape] ? *newer[shape] : *scene_->shapes[shape].offset;
+  }
+  glm::ivec3 grid_size() const noexcept { return is_round_ ? offset(0).size() : scene_->base->size; }
   Cached& patch(int key, const glm::ivec3& v) noexcept;
   static const volume::QuadraticPatch::BendBound& bend_of(Cached& kept) noexcept;
   bool is_air_around(const TouchShape& shape, const glm::ivec3& v) const noexcept;
@@ -82,7 +98,7 @@ class SmoothWalls {
   const TouchScene* scene_;
   const volume::Version* version_;
   ProxyCounters* counters_;
-  bool is_cut_;
+  bool is_round_, is_cut_;
   std::array<Cached, k_kept> kept_;
   int next_ = 0, count_ = 0;
 };

@@ -67,8 +67,9 @@ class Slide {
   Slide(const TouchScene& scene, const volume::Version& version, ProxyState& state, const dvec3& hip_world,
         ProxyStep& result) noexcept
       : scene_(scene),
-        frame_(version.base().frame),
         walls_(scene, version, result.counters),
+        frame_(walls_.frame()),
+        base_(version.base().frame),
         state_(state),
         hip_world_(hip_world),
         hip_(frame_.volume_from_world(hip_world)),
@@ -83,6 +84,20 @@ class Slide {
   double energy(const dvec3& p) const noexcept {
     const dvec3 d = frame_.vector_world_from_volume(hip_ - p);
     return glm::dot(d, d);
+  }
+  bool is_round() const noexcept { return &frame_ != &base_; }
+  /// A point of the walls' frame in the volume's.
+  dvec3 in_volume(const dvec3& p) const noexcept {
+    if (!is_round()) return p;
+    return base_.volume_from_world(p == hip_ ? hip_world_ : frame_.world_from_volume(p));
+  }
+  /// The path is told in the volume's frame, and begins and ends where the state says.
+  void report_path() noexcept {
+    if (!is_round()) return;
+    for (int i = 0; i < result_.waypoint_count; ++i) {
+      dvec3& p = result_.path_volume[static_cast<std::size_t>(i)];
+      p = i == 0 && p == start_ ? before_ : in_volume(p);
+    }
   }
   void add(const dvec3& p) noexcept {
     if (result_.waypoint_count < k_max_waypoints)
@@ -135,10 +150,11 @@ class Slide {
   void finish() noexcept;
 
   const TouchScene& scene_;
-  const volume::Frame& frame_;
   SmoothWalls walls_;
+  const volume::Frame &frame_, &base_;  ///< of the walls, in which all points here are, and of the volume
   ProxyState& state_;
   const dvec3 hip_world_, hip_;
+  dvec3 start_{0.0}, before_{0.0};  ///< the proxy of the last step, in the walls' frame and in the volume's
   ProxyStep& result_;
   double voxel_mm_;
   std::uint32_t inside_ = 0, best_inside_ = 0;
@@ -156,26 +172,30 @@ bool Slide::begin() noexcept {
   const int count = static_cast<int>(scene_.shapes.size());
   bool is_fresh = !state_.has_proxy;
   inside_ = state_.inside;
+  before_ = state_.proxy_volume;
+  start_ = is_round() ? frame_.volume_from_world(base_.world_from_volume(state_.proxy_volume))
+                      : state_.proxy_volume;
   if (!is_fresh)
     for (int s = 0; s < count; ++s) {
       // A side that does not hold may have been passed by a change of the scene; one that holds is looked at
       // below.
       const bool was = inside_ >> s & 1u;
       if (holds(scene_.shapes[static_cast<std::size_t>(s)].sides, was ? Sides::back : Sides::front)) continue;
-      if (walls_.is_solid(s, state_.proxy_volume) != was) inside_ ^= 1u << s;
+      if (walls_.is_solid(s, start_) != was) inside_ ^= 1u << s;
     }
   if (!is_fresh) {
-    planes_at(state_.proxy_volume, k_touch * voxel_mm_, planes_);
+    planes_at(start_, k_touch * voxel_mm_, planes_);
     if (!is_in_solid_) return true;
     result_.is_buried = true;
   }
   state_ = ProxyState{};
   state_.has_proxy = true;
-  state_.proxy_volume = hip_;
+  state_.proxy_volume = in_volume(hip_);
   for (int s = 0; s < count; ++s)
     if (walls_.is_solid(s, hip_)) state_.inside |= 1u << s;
   result_.proxy_world = hip_world_;
   add(hip_);
+  report_path();
   return false;
 }
 
@@ -469,7 +489,7 @@ bool Slide::go(const dvec3& from, const dvec3& to, const Planes& first, const Pl
 
 void Slide::run() noexcept {
   if (!begin()) return;
-  dvec3 at = state_.proxy_volume;
+  dvec3 at = start_;
   add(at);
   note(at);
   Planes &planes = planes_, &moved = moved_;
@@ -574,14 +594,24 @@ void Slide::finish() noexcept {
     state_.is_sticking = true;
   }
   state_.had_contact = result_.has_contact;
-  state_.proxy_volume = proxy;
   state_.inside = inside;
+  result_.path_volume[static_cast<std::size_t>(result_.waypoint_count - 1)] = proxy;
   result_.proxy_world = frame_.world_from_volume(proxy);
+  report_path();
+  state_.proxy_volume = result_.path_volume[static_cast<std::size_t>(result_.waypoint_count - 1)];
 }
 
 }  // namespace
 
-volume::Status SubvoxelProxy::prepare(const TouchScene& scene) { return check_touchable(scene); }
+volume::Status SubvoxelProxy::prepare(const TouchScene& scene) {
+  if (volume::Status error = check_touchable(scene, true)) return error;
+  if (scene.tool_radius > 0)
+    for (const TouchShape& shape : scene.shapes)
+      if (!shape.offset || shape.offset->radius_mm() != scene.tool_radius)
+        return volume::Error{"a shape has no offset field for the tool's radius", shape.field.shape().name,
+                             "", "", "set_tool_radius() makes it"};
+  return std::nullopt;
+}
 
 ProxyStep SubvoxelProxy::step(const TouchScene& scene, const volume::Version& version, ProxyState& state,
                               const ProxyInput& input) const noexcept {

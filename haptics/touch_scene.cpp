@@ -23,6 +23,29 @@ volume::Status check_material(const Material& m) {
   return std::nullopt;
 }
 
+volume::Status set_tool_radius(TouchScene& scene, double radius, int threads) {
+  if (radius == 0) {
+    scene.tool_radius = 0;
+    for (TouchShape& shape : scene.shapes) shape.offset = nullptr;
+    return std::nullopt;
+  }
+  if (!(radius > 0 && radius <= 6))
+    return Error{"the tool's radius is out of range", "radius", std::to_string(radius) + " mm", "0 to 6 mm",
+                 ""};
+  for (const TouchShape& shape : scene.shapes)
+    if (holds(shape.sides, Sides::back))
+      return Error{"a tool with a radius cannot be held from within", shape.field.shape().name,
+                   "its back is touchable", "shapes touched from the front",
+                   "use a point, or touch the front alone"};
+  for (TouchShape& shape : scene.shapes) {
+    auto made = volume::OffsetField::build(shape.field, *shape.bits, nullptr, radius, threads);
+    if (!made) return made.error();
+    shape.offset = std::move(made).value();
+  }
+  scene.tool_radius = radius;
+  return std::nullopt;
+}
+
 volume::Result<volume::Shape> window_of_opacity(std::span<const double> intensities,
                                                 std::span<const double> opacities, double threshold) {
   const auto wrong = [](const char* what, double found, const char* expected) {

@@ -7,6 +7,7 @@
 
 #include "volume/field.h"
 #include "volume/occupancy.h"
+#include "volume/offset_field.h"
 
 namespace trephine::haptics {
 
@@ -37,6 +38,8 @@ struct TouchShape {
   std::shared_ptr<const volume::Occupancy> bits;
   Material material;
   Sides sides = Sides::front;
+  std::shared_ptr<const volume::OffsetField> offset =
+      nullptr;  ///< of the untouched volume; where the tool has a radius
 };
 
 /// Shapes of one volume in the order in which ties go. Constant while a servo runs on it.
@@ -44,6 +47,12 @@ struct TouchScene {
   static constexpr std::size_t k_max_shapes = 8;
   std::shared_ptr<const volume::Volume> base;
   std::vector<TouchShape> shapes;
+  double tool_radius = 0;  ///< mm; above 0 every shape needs its offset field
 };
+
+/// Gives the scene a round tool: makes the offset fields of its shapes, which takes seconds for large volumes
+/// and small radii. 0 makes it a point again. Error when the radius is out of range or a shape also holds
+/// from its back.
+volume::Status set_tool_radius(TouchScene& scene, double radius_mm, int threads = 0);
 
 }  // namespace trephine::haptics

@@ -40,6 +40,9 @@ class QuadraticPatch {
   /// Of the distance (mm) to what was removed.
   void load_distance(const Version& version, const glm::ivec3& v) noexcept;
 
+  /// Of 27 samples from anywhere: [z][y][x].
+  void set_row(int y, int z, double a, double b, double c) noexcept { rows_[z][y] = Lanes(a, b, c); }
+
   Slope slope(const glm::dvec3& p) const noexcept {
     const Weights y(p.y), z(p.z);
     Lanes flat[3], steep[3];

@@ -40,6 +40,8 @@ class Ref {
   T* object_ = nullptr;
 };
 
+class OffsetField;
+
 /// Voxels along the edge of a brick, and bricks along the edge of a page.
 inline constexpr int k_brick = 8;
 inline constexpr int k_page = 8;
@@ -146,6 +148,11 @@ class Version {
   /// Does any brick meet those words of row (y, z)?
   bool has_brick(int y, int z, int first_word, int count) const noexcept;
 
+  /// Offset fields for a round tool, one a touchable shape, made from this version or from one that had more
+  /// left; empty when there are none. A tool that they hold off may hover where more was removed since, and
+  /// never enters.
+  const std::vector<std::shared_ptr<const OffsetField>>& offsets() const noexcept { return offsets_; }
+
   /// Hash (FNV-1a, 64 bit) of everything removed: distances, kept bits and masks. Equal states, equal hash.
   std::uint64_t content_hash() const noexcept;
 
@@ -162,6 +169,7 @@ class Version {
   glm::ivec3 pages_size_;
   std::vector<Ref<Page>> pages_;
   RemovalLedger ledger_;
+  std::vector<std::shared_ptr<const OffsetField>> offsets_;
   double band_mm_;
   int brick_count_ = 0;
   std::uint64_t serial_ = 0;

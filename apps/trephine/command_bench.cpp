@@ -198,15 +198,14 @@ volume::Status bench_feel(const BenchArguments& arguments, Outcome& outcome) {
     if (!opened) return opened.error();
     haptics::TouchScene& scene = opened.value().scene;
     scene.shapes[0].material.static_friction = scene.shapes[0].material.dynamic_friction = 0;
-    for (const double speed : {10.0, 100.0})
-      options.more.push_back({opened.value().source.name,
-                              "as scanned",
-                              format_text("slide %.0f mm/s", speed),
-                              "real",
-                              scene,
-                              bench::slide_over(scene, speed, 1, arguments.is_quick ? 1500 : 3100),
-                              {},
-                              {}});
+    for (const double speed : {10.0, 100.0}) {
+      bench::FeelScene more;
+      more.name = opened.value().source.name, more.variant = "as scanned", more.group = "real";
+      more.motion = format_text("slide %.0f mm/s", speed);
+      more.scene = scene;
+      more.path = bench::slide_over(scene, speed, 1, arguments.is_quick ? 1500 : 3100);
+      options.more.push_back(std::move(more));
+    }
   }
   ProgressLine progress("feeling");
   options.progress = [&progress](double share) { return progress(share); };

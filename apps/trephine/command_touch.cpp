@@ -61,6 +61,9 @@ Result<Outcome> run_touch(const TouchArguments& arguments) {
   const Source& source = opened.value().source;
   haptics::TouchScene& scene = opened.value().scene;
   scene.shapes[0].material = material;
+  const auto offset_begin = Clock::now();
+  if (volume::Status error = haptics::set_tool_radius(scene, arguments.radius)) return *error;
+  const double offset_seconds = std::chrono::duration<double>(Clock::now() - offset_begin).count();
   if (volume::Status error = method.prepare(scene)) return *error;
   haptics::ForceOptions force;
   force.smoothing_alpha = arguments.alpha;
@@ -71,7 +74,15 @@ Result<Outcome> run_touch(const TouchArguments& arguments) {
   const volume::Shape& shape = scene.shapes[0].field.shape();
   const volume::Volume& base = *source.volume;
   const checker::SolidVoxels solid = checker::solid_voxels(source.volume, shape);
-  const checker::SmoothSolid smooth = checker::smooth_solid(source.volume, shape);
+  // A round tool's middle is judged by the samples of its offset field, in that field's frame.
+  const volume::OffsetField* offset = scene.shapes[0].offset.get();
+  const checker::SmoothSolid smooth =
+      offset ? checker::SmoothSolid({[offset](int x, int y, int z) { return offset->at(x, y, z); }})
+             : checker::smooth_solid(source.volume, shape);
+  const volume::Frame& judged_frame = offset ? offset->frame() : base.frame;
+  const auto judged = [&](const glm::dvec3& p) {
+    return offset ? judged_frame.volume_from_world(base.frame.world_from_volume(p)) : p;
+  };
   using Solid = haptics::MethodInfo::Solid;
   const Solid promised = haptics::find_method(arguments.method)->solid;
   const bool is_smooth = promised == Solid::smooth;
@@ -87,8 +98,9 @@ Result<Outcome> run_touch(const TouchArguments& arguments) {
       net         ? checker::FallThroughJudge([&net](const glm::dvec3& a, const glm::dvec3& b) {
         return a == b ? net->is_inside(a) : net->is_crossed(a, b);
       })
-      : is_smooth ? checker::FallThroughJudge(
-                        [&smooth](const glm::dvec3& a, const glm::dvec3& b) { return !smooth.is_free(a, b); })
+      : is_smooth ? checker::FallThroughJudge([&smooth, &judged](const glm::dvec3& a, const glm::dvec3& b) {
+          return !smooth.is_free(judged(a), judged(b));
+        })
                   : checker::FallThroughJudge(base.size, solid);
   const glm::dvec3 axes[3] = {base.frame.axes()[0], base.frame.axes()[1], base.frame.axes()[2]};
 
@@ -123,10 +135,11 @@ Result<Outcome> run_touch(const TouchArguments& arguments) {
     last_hip = pose.position_world;
     if (is_smooth ? resting == 10 : resting >= 10) {
       const glm::dvec3& at = servo.proxy_state().proxy_volume;
-      const glm::dvec3 rest = is_smooth
-                                  ? checker::sweep_ideal_proxy(smooth, base.frame.axes(), at, hip, hip, 1)
-                                  : checker::resting_point_on_cubes(base.size, solid, axes, at, hip);
-      const double off = glm::length(base.frame.world_from_volume(rest) - record.proxy_world);
+      const glm::dvec3 rest = is_smooth ? checker::sweep_ideal_proxy(smooth, judged_frame.axes(), judged(at),
+                                                                     judged(hip), judged(hip), 1)
+                                        : checker::resting_point_on_cubes(base.size, solid, axes, at, hip);
+      const double off =
+          glm::length((is_smooth ? judged_frame : base.frame).world_from_volume(rest) - record.proxy_world);
       const double allowed = base.frame.diagonal_mm() +
                              material.static_friction * glm::length(record.proxy_world - pose.position_world);
       if (off > allowed) ++stuck;
@@ -150,6 +163,11 @@ Result<Outcome> run_touch(const TouchArguments& arguments) {
                       {"surfaces_made", work.surfaces.load() - surfaces_of_the_judge},
                       {"gl_contexts_made", work.gl_contexts.load()},
                       {"shapes_with_bits", work.occupancies.load()}};
+  if (offset)
+    json["tool"] = {{"radius_mm", arguments.radius},
+                    {"step_mm", offset->step_mm()},
+                    {"bytes", offset->bytes()},
+                    {"seconds", offset_seconds}};
   json["fall_throughs"] = judge.fall_throughs();
   json["stuck"] = stuck;
   json["max_force_n"] = strongest;

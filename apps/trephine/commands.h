@@ -36,7 +36,7 @@ volume::Result<Outcome> run_mesh(const MeshArguments& arguments);
 struct TouchArguments {
   std::string source, path, output, method = haptics::k_default_method, friction;
   ShapeChoice shape;
-  double stiffness = 0.5, alpha = 0.3, rate = 1000;
+  double stiffness = 0.5, alpha = 0.3, rate = 1000, radius = 0;
 };
 volume::Result<Outcome> run_touch(const TouchArguments& arguments);
 

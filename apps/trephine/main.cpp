@@ -138,6 +138,9 @@ int main(int argc, char** argv) {
   c->add_option("-o,--output", touch.output, "A row for every step")->required()->type_name("STEPS.csv");
   c->add_option("--method", touch.method, "How the proxy is kept on the surface: " + haptics::method_names())
       ->capture_default_str();
+  c->add_option("--radius", touch.radius, "Of the tool's tip, 0 (a point) to 6 mm")
+      ->capture_default_str()
+      ->type_name("MM");
   c->add_option("--stiffness", touch.stiffness, "Of the surface, N/mm")
       ->capture_default_str()
       ->type_name("N/MM");

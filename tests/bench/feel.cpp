@@ -49,19 +49,35 @@ double rough_above_20_hz(const std::vector<double>& force, const std::vector<boo
 struct Judges {
   checker::SolidVoxels voxels;
   checker::SmoothSolid smooth;
+  const volume::Frame &base,
+      &frame;  ///< of the volume, and of the smooth solid: the offset field's for a round tool
   std::unique_ptr<checker::MeshWall> net;
 
-  explicit Judges(const haptics::TouchScene& scene)
-      : voxels(checker::solid_voxels(scene.base, scene.shapes[0].field.shape())),
-        smooth(checker::smooth_solid(scene.base, scene.shapes[0].field.shape())) {
-    const volume::Mesh mesh =
-        volume::surface_net({&scene.shapes[0].field, nullptr, scene.shapes[0].bits.get()});
+  explicit Judges(const FeelScene& s)
+      : voxels(checker::solid_voxels(s.scene.base, s.scene.shapes[0].field.shape(), s.version)),
+        smooth(smooth_of(s)),
+        base(s.scene.base->frame),
+        frame(offset_of(s) ? offset_of(s)->frame() : base) {
+    const haptics::TouchShape& shape = s.scene.shapes[0];
+    const volume::Mesh mesh = volume::surface_net({&shape.field, s.version.get(), shape.bits.get()});
     net = std::make_unique<checker::MeshWall>(mesh.vertices.span(), mesh.triangles.span());
+  }
+  static std::shared_ptr<const volume::OffsetField> offset_of(const FeelScene& s) {
+    return s.version && !s.version->offsets().empty() ? s.version->offsets()[0] : s.scene.shapes[0].offset;
+  }
+  static checker::SmoothSolid smooth_of(const FeelScene& s) {
+    if (const auto offset = offset_of(s))
+      return checker::SmoothSolid({[offset](int x, int y, int z) { return offset->at(x, y, z); }});
+    return checker::smooth_solid(s.scene.base, s.scene.shapes[0].field.shape(), s.version);
+  }
+  /// A point of the volume's frame in the smooth solid's.
+  dvec3 to(const dvec3& p) const {
+    return &frame == &base ? p : frame.volume_from_world(base.world_from_volume(p));
   }
   checker::FallThroughJudge fall_through(MethodInfo::Solid solid, const glm::ivec3& size) const {
     if (solid == MethodInfo::Solid::smooth)
       return checker::FallThroughJudge(
-          [this](const dvec3& a, const dvec3& b) { return !smooth.is_free(a, b); });
+          [this](const dvec3& a, const dvec3& b) { return !smooth.is_free(to(a), to(b)); });
     if (solid == MethodInfo::Solid::net)
       return checker::FallThroughJudge([this](const dvec3& a, const dvec3& b) {
         return a == b ? net->is_inside(a) : net->is_crossed(a, b);
@@ -92,11 +108,14 @@ FeelRow measure(const FeelScene& s, const Judges& judges, const Ideal& ideal, co
   row.scene = s.name, row.variant = s.variant, row.motion = s.motion, row.group = s.group,
   row.method = info.name;
   row.size = base.size.x;
-  row.steps = static_cast<long>(samples.size());
+  row.radius_mm = s.radius_mm;
   const auto method = haptics::make_method(info.name).value();
   if (method->prepare(s.scene)) return row;
-  const volume::Version version(s.scene.base);
+  const volume::Version untouched(s.scene.base);
+  const volume::Version& version = s.version ? *s.version : untouched;
+  row.steps = static_cast<long>(samples.size());
   row.bytes = s.scene.shapes[0].bits->bytes() + version.bytes();
+  if (s.scene.shapes[0].offset) row.bytes += s.scene.shapes[0].offset->bytes();
 
   // Judged once.
   haptics::ForceOptions raw_force, default_force;
@@ -161,11 +180,12 @@ FeelRow measure(const FeelScene& s, const Judges& judges, const Ideal& ideal, co
     if (i % every == 0 && had_proxy && info.solid == MethodInfo::Solid::smooth) {
       const dvec3 last_hip = frame.volume_from_world(samples[i - 1].pose.position_world);
       const dvec3 independent =
-          checker::sweep_ideal_proxy(judges.smooth, frame.axes(), before, last_hip, hip_volume, 4);
-      worst = std::max(worst,
-                       glm::length(frame.vector_world_from_volume(independent - state.proxy_volume)) / voxel);
+          checker::sweep_ideal_proxy(judges.smooth, judges.frame.axes(), judges.to(before),
+                                     judges.to(last_hip), judges.to(hip_volume), 4);
+      const dvec3 off = judges.frame.vector_world_from_volume(independent - judges.to(state.proxy_volume));
+      worst = std::max(worst, glm::length(off) / voxel);
       if (s.distance) {
-        const double d = s.distance(frame.world_from_volume(independent));
+        const double d = s.distance(judges.frame.world_from_volume(independent));
         floor_square += d * d;
         ++floor_count;
       }
@@ -339,14 +359,16 @@ FeelReport run_feel(const FeelOptions& options) {
     const std::string id = feel_id(s);
     if (id.find(options.only) == std::string::npos) return true;
     if (options.look && (report.failure = options.look(s))) return false;
-    const Judges judges(s.scene);
+    const Judges judges(s);
     const Ideal ideal(s);
     for (const MethodInfo& info : haptics::method_catalogue()) {
       if (options.progress && !options.progress(done / total)) {
         report.is_stopped = true;
         return false;
       }
-      report.rows.push_back(measure(s, judges, ideal, info, options.is_quick));
+      FeelRow row = measure(s, judges, ideal, info, options.is_quick);
+      if (row.steps == 0) continue;  // a method without a radius
+      report.rows.push_back(std::move(row));
       if (s.name == "sphere" && s.variant == "psf 1.5" && s.motion == "slide 100 mm/s")
         report.traces.push_back(trace(s, info));
     }

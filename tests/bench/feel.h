@@ -16,13 +16,16 @@ namespace trephine::bench {
 
 /// A scene with a motion of the HIP over it. Numbers that a scene does not have are absent.
 struct FeelScene {
-  std::string name;     ///< "sphere"
-  std::string variant;  ///< "psf 1.5", "noise 20 HU", ...
-  std::string motion;   ///< "slide 100 mm/s"
-  std::string group;    ///< "smooth", "sharp", "rough" or "real": what is asked of it
+  std::string name;      ///< "sphere"
+  std::string variant;   ///< "psf 1.5", "noise 20 HU", ...
+  std::string motion;    ///< "slide 100 mm/s"
+  double radius_mm = 0;  ///< of the tool
+  std::string group;     ///< "smooth", "sharp", "rough" or "real": what is asked of it
   haptics::TouchScene scene;
   haptics::PosePath path;
-  /// Signed distance to the analytic shape (mm, negative inside) at a world point; empty for scans.
+  std::shared_ptr<const volume::Version> version = nullptr;  ///< what was drilled before; null: untouched
+  /// Signed distance (mm, negative inside) from a point to where the tool's middle may not be; empty for
+  /// scans.
   std::function<double(const glm::dvec3&)> distance;
   /// The nearest point of the analytic shape to a HIP, where the shape is smooth; empty elsewhere.
   std::function<glm::dvec3(const glm::dvec3&)> nearest;
@@ -33,6 +36,7 @@ struct FeelScene {
 struct FeelRow {
   std::string scene, variant, motion, group, method;
   int size = 0;
+  double radius_mm = 0;
   long steps = 0, contacts = 0;
   std::optional<double>
       method_error_voxels;                  ///< largest distance from an independent proxy on the same solid

@@ -6,12 +6,15 @@
 #include "tests/bench/feel.h"
 #include "tests/scenes/scenes.h"
 #include "volume/deterministic_math.h"
+#include "volume/removal.h"
 
 namespace trephine::bench {
 
 using glm::dvec3;
 
 namespace {
+
+constexpr double k_hole_radius = 4;  // mm
 
 using Parameters = std::map<std::string, double>;
 using Distance = std::function<double(const dvec3&)>;
@@ -122,6 +125,8 @@ struct Plan {
   Parameters parameters;
   Grid grid;
   std::function<std::vector<dvec3>(const Distance&, int samples)> hips;
+  double radius = 0;      ///< of the tool, mm
+  bool has_hole = false;  ///< a burr hole is drilled first: 4 mm radius, along -z at the origin, 8 mm deep
 };
 
 std::vector<Plan> plans(bool is_quick) {
@@ -242,9 +247,16 @@ std::vector<Plan> plans(bool is_quick) {
                      {{"angle", angle}},
                      grid,
                      circles({0, 0, -10}, {-1, 4, -24}, 4, 60)});
+    all.push_back({"corner",
+                   soft_name,
+                   "trap",
+                   "sharp",
+                   "corner",
+                   {},
+                   grid,
+                   circles({0, 0, 0}, {-22, -24, -23}, 5, 60)});
     all.push_back(
-        {"corner", soft_name, "trap", "sharp", "corner", {}, grid, circles({0, 0, 0}, {-22, -24, -23}, 5, 60)});
-    all.push_back({"slot", soft_name, "circle", "sharp", "slot", {}, grid, circles({0, 0, -10}, {-1, 4, -22}, 6, 60)});
+        {"slot", soft_name, "circle", "sharp", "slot", {}, grid, circles({0, 0, -10}, {-1, 4, -22}, 6, 60)});
     all.push_back({"cone",
                    soft_name,
                    "over the tip",
@@ -262,6 +274,50 @@ std::vector<Plan> plans(bool is_quick) {
                    grid,
                    along({{-25, 3, 0}, {25, 12, 17}, {-25, 8, -13}}, 60)});
   }
+  // Round tools, on the sphere and in a burr hole drilled in the same run.
+  const auto in_hole = [](double radius) {
+    return [radius](const Distance&, int samples) {
+      std::vector<dvec3> hips{{0, 0, 12}};
+      for (int i = 1; i < samples; ++i) {
+        const double a = 0.015 * i, reach = k_hole_radius - radius + 2;
+        hips.push_back({reach * std::cos(a), reach * std::sin(a), -4 - 5 * std::sin(0.31 * a)});
+      }
+      return hips;
+    };
+  };
+  all.push_back({"burr hole",
+                 "psf 1.5",
+                 "round its wall",
+                 "sharp",
+                 "plane",
+                 {{"angle", 0}},
+                 soft,
+                 in_hole(0),
+                 0,
+                 true});
+  for (const double radius : {0.5, 2.0, 6.0}) {
+    const std::string name =
+        "psf 1.5, radius " + std::to_string(radius).substr(0, radius < 1 ? 3 : 1) + " mm";
+    all.push_back({"sphere",
+                   name,
+                   "slide 100 mm/s",
+                   "smooth",
+                   "sphere",
+                   {},
+                   soft,
+                   slide((45 + radius) * glm::normalize(over), heading, 100),
+                   radius});
+    all.push_back({"burr hole",
+                   name,
+                   "round its wall",
+                   "sharp",
+                   "plane",
+                   {{"angle", 0}},
+                   soft,
+                   in_hole(radius),
+                   radius,
+                   true});
+  }
   if (is_quick) {
     std::erase_if(all, [](const Plan& p) {
       return p.name == "plane 45" || p.motion == "modest contact" || p.variant == "psf 2" ||
@@ -269,6 +325,16 @@ std::vector<Plan> plans(bool is_quick) {
     });
   }
   return all;
+}
+
+/// A burr hole, and the tool's field after it.
+void drill_hole(FeelScene& scene) {
+  const haptics::TouchShape& shape = scene.scene.shapes[0];
+  volume::RemovalEditor editor(std::make_shared<volume::Version>(scene.scene.base), {shape.field});
+  const volume::RemovalReport report = editor.remove({{0, 0, 3}, {0, 0, -4}, k_hole_radius});
+  if (shape.offset)
+    editor.attach({shape.offset->updated(shape.field, *shape.bits, editor.working(), report.box)});
+  scene.version = editor.publish();
 }
 
 }  // namespace
@@ -289,18 +355,23 @@ void for_feel_scenes(bool is_quick, const std::string& only, const std::function
   const int size = is_quick ? 128 : 512, samples = is_quick ? 1500 : 3100;
   for (const Plan& plan : plans(is_quick)) {
     if (feel_id(plan.name, plan.variant, plan.motion).find(only) == std::string::npos) continue;
-    const Distance distance = [phantom = plan.phantom, parameters = plan.parameters](const dvec3& p) {
-      return data_tools::phantom_distance(phantom, parameters, p);
+    // Where the middle of the tool may be.
+    const Distance distance = [phantom = plan.phantom, parameters = plan.parameters,
+                               radius = plan.radius](const dvec3& p) {
+      return data_tools::phantom_distance(phantom, parameters, p) - radius;
     };
-    FeelScene scene{plan.name,
-                    plan.variant,
-                    plan.motion,
-                    plan.group,
-                    make_scene(plan.phantom, plan.parameters, size, plan.grid),
-                    path_of(plan.hips(distance, samples)),
-                    distance,
-                    {}};
-    if (plan.group != "sharp")
+    FeelScene scene;
+    scene.name = plan.name, scene.variant = plan.variant, scene.motion = plan.motion,
+    scene.group = plan.group;
+    scene.radius_mm = plan.radius;
+    scene.scene = make_scene(plan.phantom, plan.parameters, size, plan.grid);
+    scene.path = path_of(plan.hips(distance, samples));
+    if (haptics::set_tool_radius(scene.scene, plan.radius)) continue;
+    if (plan.has_hole)
+      drill_hole(scene);
+    else
+      scene.distance = distance;
+    if (plan.group != "sharp" && !plan.has_hole)
       scene.nearest = [distance](const dvec3& hip) { return nearest_on(distance, hip); };
     if (!use(std::move(scene))) return;
   }

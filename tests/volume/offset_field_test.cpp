@@ -1,0 +1,161 @@
+#include "volume/offset_field.h"
+
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <gtest/gtest.h>
+
+#include "data-tools/phantoms.h"
+#include "volume/deterministic_math.h"
+#include "volume/removal.h"
+
+namespace trephine::volume {
+namespace {
+
+using glm::dvec3;
+using glm::ivec3;
+
+struct Made {
+  std::shared_ptr<const Volume> base;
+  Field field;
+  Occupancy bits;
+};
+
+Made phantom(const std::string& name, int size, double shear = 0,
+             std::map<std::string, double> parameters = {}) {
+  data_tools::PhantomOptions o;
+  o.size = ivec3(size);
+  o.psf_sigma_voxels = 1;
+  o.shear_degrees = shear;
+  o.parameters = std::move(parameters);
+  auto base = std::make_shared<const Volume>(data_tools::make_phantom(name, o).value());
+  return {base, Field(*base, Shape{}), Occupancy::build(*base, Shape{})};
+}
+
+/// Calls check(world point, u) for lattice points where u is not clamped.
+template <class Check>
+long for_band(const OffsetField& f, Check&& check) {
+  long count = 0;
+  for (int z = 0; z < f.size().z; ++z)
+    for (int y = 0; y < f.size().y; ++y)
+      for (int x = 0; x < f.size().x; ++x)
+        if (const double u = f.at(x, y, z); std::abs(u) < 0.5 * f.far_mm()) {
+          check(f.frame().world_from_volume(dvec3(x, y, z)), u);
+          ++count;
+        }
+  return count;
+}
+
+TEST(OffsetField, IsTheDistanceToASphereLessTheRadius) {
+  for (const double shear : {0.0, 18.0})
+    for (const double radius : {1.0, 2.0, 6.0}) {
+      const Made m = phantom("sphere", 96, shear, {{"radius", 25}});
+      const auto f = OffsetField::build(m.field, m.bits, nullptr, radius).value();
+      // The blur draws the ball in a little; how much is taken from the field itself, the rest must be exact.
+      double least = 1e9, most = -1e9;
+      const long count = for_band(*f, [&](const dvec3& p, double u) {
+        const double error = u - (radius - (glm::length(p) - 25));
+        least = std::min(least, error), most = std::max(most, error);
+      });
+      EXPECT_GT(count, 1000);
+      EXPECT_LT(most - least, 0.06) << radius << " " << shear;  // the samples of a blurred ball hold no more
+      EXPECT_LT(std::abs(0.5 * (least + most)), 0.15);
+      // Inside and outside.
+      const dvec3 middle = f->frame().volume_from_world(dvec3(0));
+      EXPECT_EQ(f->at(static_cast<int>(middle.x), static_cast<int>(middle.y), static_cast<int>(middle.z)),
+                f->far_mm());
+      EXPECT_EQ(f->at(0, 0, 0), -f->far_mm());
+      EXPECT_EQ(f->at(-5, 2, 900), -f->far_mm());
+    }
+}
+
+/// In a labyrinth, against the nearest of many points of its surface.
+TEST(OffsetField, IsTheNearestDistanceInALabyrinth) {
+  const Made m = phantom("gyroid", 64, 0, {{"period", 40}});
+  const auto f = OffsetField::build(m.field, m.bits, nullptr, 3).value();
+  // Points of the smooth surface, found along all edges of half a voxel by bisection.
+  std::vector<dvec3> surface;
+  const auto value = [&](const dvec3& p) {
+    QuadraticPatch patch;
+    const ivec3 v = voxel_of(p);
+    patch.load(m.field, v);
+    return patch.slope(p - dvec3(v)).value;
+  };
+  for (double z = 20; z < 44; z += 0.5)
+    for (double y = 20; y < 44; y += 0.5)
+      for (double x = 20; x < 44; x += 0.5)
+        for (int axis = 0; axis < 3; ++axis) {
+          dvec3 a(x, y, z), b = a;
+          b[axis] += 0.5;
+          double va = value(a);
+          if ((va < 0) == (value(b) < 0)) continue;
+          for (int i = 0; i < 30; ++i) {
+            const dvec3 c = 0.5 * (a + b);
+            const double vc = value(c);
+            if ((vc < 0) == (va < 0))
+              a = c, va = vc;
+            else
+              b = c;
+          }
+          surface.push_back(m.base->frame.world_from_volume(a));
+        }
+  ASSERT_GT(surface.size(), 5000u);
+  double worst = 0;
+  long compared = 0;
+  for_band(*f, [&](const dvec3& p, double u) {
+    const dvec3 v = m.base->frame.volume_from_world(p);
+    if (u > 2) return;  // nearer than the points are to each other, or in the solid
+    if (std::min({v.x, v.y, v.z}) < 28 || std::max({v.x, v.y, v.z}) > 36) return;
+    double nearest = 1e9;
+    for (const dvec3& s : surface) nearest = std::min(nearest, glm::length(p - s));
+    // Where two sheets are equally near the sampled one may be the farther, by a share of a voxel (1.9 mm).
+    EXPECT_LT(3 - nearest, u + 0.1);
+    worst = std::max(worst, u - (3 - nearest));
+    ++compared;
+  });
+  EXPECT_GT(compared, 100);
+  EXPECT_LT(worst, 0.15);  // half the spacing of the points, seen from 1 mm
+}
+
+TEST(OffsetField, AnUpdateAfterACutEqualsANewField) {
+  const Made m = phantom("plane", 128, 0, {{"angle", 20}});
+  const auto start = std::make_shared<const Version>(m.base);
+  const auto before = OffsetField::build(m.field, m.bits, nullptr, 2).value();
+  RemovalEditor editor(start, {m.field});
+  const RemovalReport report = editor.remove({{0, 0, 3}, {3, 2, -12}, 5});
+  const auto version = editor.publish();
+  OffsetField::Work part, whole;
+  const auto updated = before->updated(m.field, m.bits, *version, report.box, 1, &part);
+  const auto rebuilt = OffsetField::build(m.field, m.bits, version.get(), 2, 0, &whole).value();
+  EXPECT_LT(part.cells, whole.cells / 2);
+  long differ = 0;
+  double worst = 0;
+  for (int z = 0; z < before->size().z; ++z)
+    for (int y = 0; y < before->size().y; ++y)
+      for (int x = 0; x < before->size().x; ++x) {
+        worst = std::max(worst, std::abs(updated->at(x, y, z) - rebuilt->at(x, y, z)));
+        differ += updated->at(x, y, z) != before->at(x, y, z);
+        // What was cut sets the tool free, nowhere else.
+        ASSERT_LE(updated->at(x, y, z), before->at(x, y, z) + 1e-3);
+      }
+  EXPECT_LT(worst, 1e-3);
+  EXPECT_GT(differ, 100);
+  // In the hole there is room for the tool.
+  const dvec3 in_hole = updated->frame().volume_from_world(dvec3(2, 1.5, -9));
+  const ivec3 v(glm::round(in_hole));
+  EXPECT_GT(before->at(v.x, v.y, v.z), 0);
+  EXPECT_LT(updated->at(v.x, v.y, v.z), 0);
+}
+
+TEST(OffsetField, DoesNotDependOnThreadsAndRefusesBadRadii) {
+  const Made m = phantom("torus", 64);
+  const auto one = OffsetField::build(m.field, m.bits, nullptr, 2, 1).value();
+  const auto two = OffsetField::build(m.field, m.bits, nullptr, 2, 2).value();
+  for (int z = 0; z < one->size().z; ++z)
+    for (int y = 0; y < one->size().y; ++y)
+      for (int x = 0; x < one->size().x; ++x) ASSERT_EQ(one->at(x, y, z), two->at(x, y, z));
+  for (const double radius : {0.0, -1.0, 21.0, std::nan("")})
+    EXPECT_FALSE(OffsetField::build(m.field, m.bits, nullptr, radius)) << radius;
+}
+
+}  // namespace
+}  // namespace trephine::volume

@@ -1,0 +1,84 @@
+// Where the middle of a round tool may be: the distance to a solid, less the tool's radius, near that offset
+// surface.
+#pragma once
+
+#include <array>
+#include <memory>
+#include <vector>
+
+#include "volume/field.h"
+#include "volume/occupancy.h"
+#include "volume/quadratic_patch.h"
+#include "volume/traversal.h"
+#include "volume/version.h"
+
+namespace trephine::volume {
+
+/// u = radius - distance to the smooth solid of a shape and its cuts (mm): positive where the tool's middle
+/// must not be. Sampled on a lattice of its own, as fine as the radius needs (a twelfth of it, but no finer
+/// than the voxels), in bricks that exist only near u = 0; elsewhere +-far_mm(). Distances are exact to about
+/// a thousandth of a step where the nearest point is unique. Immutable; updates share the bricks that they do
+/// not change.
+class OffsetField {
+ public:
+  static constexpr int k_edge = 8;  ///< samples along the edge of a brick
+  struct Brick {
+    std::array<float, k_edge * k_edge * k_edge> u;
+  };
+  /// What a build did.
+  struct Work {
+    std::size_t samples = 0;  ///< points of the surface
+    std::size_t cells = 0;    ///< reached by their distance
+    double seconds = 0;
+  };
+
+  /// Of the whole volume. `version` null: untouched. Error when the radius is not above 0 and at most 20 mm,
+  /// or larger than the volume. threads 0 = all.
+  static Result<std::shared_ptr<const OffsetField>> build(const Field& field, const Occupancy& bits,
+                                                          const Version* version, double radius_mm,
+                                                          int threads = 0, Work* work = nullptr);
+  /// The same after voxels low .. high were cut (more of them, or none put back). Edit or worker thread.
+  std::shared_ptr<const OffsetField> updated(const Field& field, const Occupancy& bits,
+                                             const Version& version, const VoxelBox& changed, int threads = 1,
+                                             Work* work = nullptr) const;
+
+  const Frame& frame() const noexcept { return frame_; }  ///< of the lattice
+  const glm::ivec3& size() const noexcept { return size_; }
+  double radius_mm() const noexcept { return radius_; }
+  double step_mm() const noexcept { return step_; }
+  double far_mm() const noexcept { return far_; }
+  std::size_t bytes() const noexcept;
+
+  /// u at a lattice point; beyond the lattice nothing is solid.
+  double at(int x, int y, int z) const noexcept;
+  /// Samples around lattice point v.
+  void load(const glm::ivec3& v, QuadraticPatch& patch) const noexcept;
+  /// Is every sample that the cube of v reads far from the solid?
+  bool is_free_around(const glm::ivec3& v) const noexcept;
+  /// Lattice points low .. high around v that are all free; v alone, or nothing (low > high), where that is
+  /// near.
+  VoxelBox free_box(const glm::ivec3& v) const noexcept;
+
+ private:
+  struct Slot {
+    std::shared_ptr<const Brick> brick;  ///< null: uniform
+    bool is_solid = false;               ///< when uniform
+  };
+  class Builder;
+
+  OffsetField() = default;
+  glm::ivec3 steps_within(double mm) const noexcept;
+  std::size_t slot_index(const glm::ivec3& b) const noexcept {
+    return static_cast<std::size_t>(b.x + slots_size_.x * (b.y + slots_size_.y * b.z));
+  }
+  bool contains(const glm::ivec3& v) const noexcept {
+    return v.x >= 0 && v.y >= 0 && v.z >= 0 && v.x < size_.x && v.y < size_.y && v.z < size_.z;
+  }
+
+  Frame frame_;
+  glm::ivec3 size_{0}, slots_size_{0};
+  double radius_ = 0, step_ = 0, far_ = 0;
+  std::vector<Slot> slots_;
+};
+
+}  // namespace trephine::volume
