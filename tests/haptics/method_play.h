@@ -68,7 +68,7 @@ struct Play {
  private:
   bool meets_solid(const glm::dvec3& a, const glm::dvec3& b) const {
     if (solid == MethodInfo::Solid::smooth) return !smooth->is_free(a, b);
-    if (solid == MethodInfo::Solid::cubes) return cubes->meets_solid(a, b);
+    if (solid != MethodInfo::Solid::net) return cubes->meets_solid(a, b);
     return a == b ? net->is_inside(a) : net->is_crossed(a, b);
   }
   std::unique_ptr<checker::SmoothSolid> smooth;

@@ -113,7 +113,7 @@ TEST(OffsetField, IsTheNearestDistanceInALabyrinth) {
     ++compared;
   });
   EXPECT_GT(compared, 100);
-  EXPECT_LT(worst, 0.15);  // half the spacing of the points, seen from 1 mm
+  EXPECT_LT(worst, 0.2);  // what the spacing of the points, 0.9 mm, hides from 1 mm away
 }
 
 TEST(OffsetField, AnUpdateAfterACutEqualsANewField) {

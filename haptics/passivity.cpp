@@ -1,0 +1,47 @@
+#include "haptics/passivity.h"
+
+#include <algorithm>
+#include <cmath>
+#include <glm/geometric.hpp>
+
+namespace trephine::haptics {
+
+using glm::dvec3;
+
+PassivityController::PassivityController(double allowance, int delay_ticks) noexcept
+    : allowance_(allowance), delay_(std::clamp(delay_ticks, 0, k_most_delay)) {
+  under_way_.fill(dvec3(0));
+}
+
+dvec3 PassivityController::step(const dvec3& wanted, const dvec3& x) noexcept {
+  dvec3 force = wanted;
+  if (has_last_) {
+    const dvec3 moved = x - last_x_;
+    energy_ += glm::dot(under_way_[0], moved);
+    if (moved != dvec3(0)) move_ = moved;
+    // What the next hold will give when the hand goes on as it went.
+    double store = allowance_ - energy_;
+    for (int i = 1; i <= delay_; ++i) store -= glm::dot(under_way_[static_cast<std::size_t>(i)], move_);
+    store = std::max(0.0, store);
+    const double give = glm::dot(wanted, move_);
+    if (give > store) {
+      force -= (give - store) / glm::dot(move_, move_) * move_;
+      ++cuts_;
+    }
+  }
+  for (int i = 0; i < delay_; ++i)
+    under_way_[static_cast<std::size_t>(i)] = under_way_[static_cast<std::size_t>(i) + 1];
+  under_way_[static_cast<std::size_t>(delay_)] = force;
+  last_x_ = x;
+  has_last_ = true;
+  return force;
+}
+
+void PassivityController::reset() noexcept {
+  energy_ = 0;
+  has_last_ = false;
+  move_ = dvec3(0);
+  under_way_.fill(dvec3(0));
+}
+
+}  // namespace trephine::haptics

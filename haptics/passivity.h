@@ -1,0 +1,42 @@
+// Passivity observer and controller in the time domain (after Hannaford and Ryu 2002, and the bounding of
+// energy of Kim and Ryu 2010): a rendered surface may take energy and give it back, never make it.
+#pragma once
+
+#include <array>
+#include <glm/vec3.hpp>
+
+namespace trephine::haptics {
+
+/// Watches the work done on the hand, sum of F_k . (x_{k+1} - x_k), and lets the force give no more along the
+/// motion than was taken before: on the way out its part along the motion is cut to what the store still
+/// holds. No damping is added, so nothing rings on coarse encoders. What a step gives too much, because the
+/// hand goes faster than in the step before, is at most that step's energy, and is owed. Plain data; servo
+/// thread: no allocation, no waiting.
+class PassivityController {
+ public:
+  static constexpr int k_most_delay = 4;
+  /// `allowance`: N mm that may be given beyond what was taken. `delay_ticks`: whole ticks from this call to
+  /// the hold that renders its force, 0 (the next one) to k_most_delay; forces under way are counted as
+  /// given.
+  explicit PassivityController(double allowance = 0, int delay_ticks = 0) noexcept;
+
+  /// The force to render in place of `wanted` at position x (mm). Once a tick, with what is measured.
+  glm::dvec3 step(const glm::dvec3& wanted, const glm::dvec3& x) noexcept;
+  /// Work done on the hand so far, N mm; positive is energy that came from nowhere.
+  double energy() const noexcept { return energy_; }
+  /// Ticks in which the force was cut.
+  long cuts() const noexcept { return cuts_; }
+  /// What was taken counts no more: contact was lost, or the scene changed.
+  void reset() noexcept;
+
+ private:
+  double allowance_;
+  int delay_;
+  std::array<glm::dvec3, k_most_delay + 1> under_way_{};  ///< oldest first; [0] was held since the last call
+  glm::dvec3 last_x_{0.0}, move_{0.0};                    ///< move_: the newest motion that was seen
+  double energy_ = 0;
+  long cuts_ = 0;
+  bool has_last_ = false;
+};
+
+}  // namespace trephine::haptics

@@ -1,0 +1,462 @@
+#include "tests/bench/stability.h"
+
+#include <algorithm>
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <memory>
+
+#include "haptics/force.h"
+#include "haptics/methods.h"
+#include "haptics/passivity.h"
+#include "haptics/subvoxel_proxy.h"
+#include "tests/checker/mesh_judge.h"
+#include "tests/checker/volume_samples.h"
+#include "tests/scenes/scenes.h"
+#include "volume/deterministic_math.h"
+#include "volume/removal.h"
+#include "volume/surface_nets.h"
+
+namespace trephine::bench {
+
+using glm::dvec3;
+using haptics::MethodInfo;
+
+namespace {
+
+double uniform(std::uint64_t seed, std::uint64_t i) {
+  return static_cast<double>(volume::hash_bits(volume::hash_bits(seed) ^ i) >> 11) * 0x1p-53;
+}
+
+/// The judge of one method on one scene, remade when the version changes.
+class Judge {
+ public:
+  Judge(const haptics::TouchScene& scene, MethodInfo::Solid solid)
+      : scene_(scene), solid_(solid), judge([this](const dvec3& a, const dvec3& b) { return meets(a, b); }) {}
+  void set_version(std::shared_ptr<const volume::Version> version) {
+    const volume::Shape& shape = scene_.shapes[0].field.shape();
+    version_ = std::move(version);
+    if (solid_ == MethodInfo::Solid::smooth)
+      smooth_ = std::make_unique<checker::SmoothSolid>(checker::smooth_solid(scene_.base, shape, version_));
+    else if (solid_ == MethodInfo::Solid::cubes)
+      cubes_ = std::make_unique<checker::FallThroughJudge>(
+          scene_.base->size, checker::solid_voxels(scene_.base, shape, version_));
+    else {
+      const volume::Mesh mesh =
+          volume::surface_net({&scene_.shapes[0].field, version_.get(), scene_.shapes[0].bits.get()});
+      net_ = std::make_unique<checker::MeshWall>(mesh.vertices.span(), mesh.triangles.span());
+    }
+  }
+
+ private:
+  bool meets(const dvec3& a, const dvec3& b) const {
+    if (smooth_) return !smooth_->is_free(a, b);
+    if (cubes_) return cubes_->meets_solid(a, b);
+    return a == b ? net_->is_inside(a) : net_->is_crossed(a, b);
+  }
+  const haptics::TouchScene& scene_;
+  MethodInfo::Solid solid_;
+  std::shared_ptr<const volume::Version> version_;
+  std::unique_ptr<checker::SmoothSolid> smooth_;
+  std::unique_ptr<checker::FallThroughJudge> cubes_;
+  std::unique_ptr<checker::MeshWall> net_;
+
+ public:
+  checker::FallThroughJudge judge;
+};
+
+/// Random motion in the scene's box at all speeds up to 10 m/s, with jumps to new starts, cuts and undos.
+AttackRow attack(const std::string& name, const haptics::TouchScene& scene, const MethodInfo& info,
+                 long steps, std::uint64_t seed) {
+  AttackRow row;
+  row.method = info.name, row.scene = name;
+  const auto method = haptics::make_method(info.name).value();
+  if (method->prepare(scene)) return row;
+  const volume::Frame& frame = scene.base->frame;
+  const dvec3 size(scene.base->size);
+  Judge judge(scene, info.solid);
+  std::shared_ptr<const volume::Version> version = std::make_shared<volume::Version>(scene.base);
+  const auto untouched = version;
+  volume::RemovalEditor editor(version, {scene.shapes[0].field});
+  judge.set_version(version);
+  haptics::ProxyState state;
+  const double voxel = frame.spacing().x;
+  dvec3 hip = frame.world_from_volume(0.5 * size), velocity(0);
+  std::uint64_t n = 0;
+  const auto random = [&] { return uniform(seed, n++); };
+  // An explicit surface is judged by a whole mesh, which a cut makes anew: rarely.
+  const long cut_every = info.solid == MethodInfo::Solid::net ? 4000 : 400;
+  double speed = 1;
+  for (long i = 0; i < steps; ++i) {
+    if (i % 2000 == 0) {  // a new start anywhere, then forget what was
+      hip = frame.world_from_volume(dvec3(random(), random(), random()) * (size + 8.0) - 4.0);
+      state = {};
+      judge.judge.restart();
+    }
+    if (i % 50 == 0) {
+      // Speeds from a hundredth of a mm to 10 mm a step, evenly over the decades.
+      speed = std::pow(10.0, -2 + 3 * random());
+      velocity = glm::normalize(dvec3(random() - 0.5, random() - 0.5, random() - 0.5)) * speed;
+    }
+    if (i % cut_every == cut_every / 2) {
+      const dvec3 to = hip + 3 * voxel * dvec3(random() - 0.5, random() - 0.5, random() - 0.5);
+      editor.remove({hip, to, (1 + 3 * random()) * voxel});
+      version = editor.publish();
+      judge.set_version(version);
+    }
+    if (i % (5 * cut_every) == 5 * cut_every - 1) {
+      editor.reset(untouched);
+      version = editor.publish();
+      judge.set_version(version);
+    }
+    const dvec3 before = hip;
+    hip += velocity + 0.3 * speed * dvec3(random() - 0.5, random() - 0.5, random() - 0.5);
+    dvec3 v = frame.volume_from_world(hip);
+    for (int a = 0; a < 3; ++a)
+      if (v[a] < -4 || v[a] > size[a] + 3) {
+        v[a] = std::clamp(v[a], -4.0, size[a] + 3);
+        velocity = -velocity;
+      }
+    hip = frame.world_from_volume(v);
+    row.fastest_mm_s = std::max(row.fastest_mm_s, 1000 * glm::length(hip - before));
+    const haptics::ProxyStep step = method->step(scene, *version, state, {hip});
+    judge.judge.look({std::span(step.path_volume.data(), static_cast<std::size_t>(step.waypoint_count)),
+                      frame.volume_from_world(hip), step.has_contact, step.is_buried});
+    row.contacts += step.has_contact;
+    row.not_finite += !std::isfinite(step.proxy_world.x + step.proxy_world.y + step.proxy_world.z +
+                                     step.normal_world.x + step.normal_world.y + step.normal_world.z);
+    ++row.steps;
+  }
+  row.fall_throughs = judge.judge.fall_throughs();
+  row.buried = judge.judge.buried_starts();
+  return row;
+}
+
+haptics::TouchScene attack_scene(const std::string& phantom, double psf, bool is_binary, bool is_noisy,
+                                 std::map<std::string, double> parameters = {}) {
+  data_tools::PhantomOptions o;
+  o.size = glm::ivec3(64);
+  o.psf_sigma_voxels = psf;
+  o.shear_degrees = 7;
+  o.parameters = std::move(parameters);
+  volume::Volume made = data_tools::make_phantom(phantom, o).value();
+  for (std::size_t i = 0; i < made.voxels.size(); ++i) {
+    auto& v = made.voxels[i];
+    if (is_binary) v = v >= 300 ? 1600 : -1000;
+    if (is_noisy)
+      v = static_cast<std::int16_t>(std::clamp(v + 200 * volume::hash_normal(3, i), -1024.0, 3071.0));
+  }
+  haptics::TouchScene scene;
+  scene.base = std::make_shared<const volume::Volume>(std::move(made));
+  const volume::Shape shape;
+  scene.shapes.push_back(
+      {volume::Field(*scene.base, shape),
+       std::make_shared<const volume::Occupancy>(volume::Occupancy::build(*scene.base, shape)),
+       haptics::Material{}, haptics::Sides::front});
+  return scene;
+}
+
+/// A device of one moving mass on a surface, without a hand or with a constant push; positions in mm.
+struct Device {
+  double mass = 0.05, damping = 0.002;  // kg, N s/mm
+  double coulomb = 0, encoder = 0;      // N; mm
+  dvec3 x{0.0}, v{0.0};
+  double lost = 0;  // N mm, to damping and friction
+
+  /// Holds `force` for dt in substeps.
+  void hold(const dvec3& force, double dt) {
+    constexpr int k_substeps = 40;
+    const double h = dt / k_substeps;
+    for (int i = 0; i < k_substeps; ++i) {
+      dvec3 total = force - damping * v;
+      lost += h * damping * glm::dot(v, v);
+      const double speed = glm::length(v);
+      if (speed > 0 && coulomb > 0) {
+        const double most = speed * mass / (1000 * h);  // no more than stops it
+        total -= std::min(coulomb, most) / speed * v;
+        lost += h * std::min(coulomb, most) * speed;
+      }
+      v += 1000 * h / mass * total;  // 1 N = 1000 kg mm/s2
+      x += h * v;
+    }
+  }
+  dvec3 measured() const {
+    return encoder > 0 ? dvec3(std::floor(x.x / encoder + 0.5), std::floor(x.y / encoder + 0.5),
+                               std::floor(x.z / encoder + 0.5)) *
+                             encoder
+                       : x;
+  }
+};
+
+struct Surface {
+  std::string name;
+  haptics::TouchScene scene;
+  dvec3 start{0.0}, normal{0, 0, 1};  ///< a place on it, and its way out
+};
+
+std::vector<Surface> surfaces() {
+  std::vector<Surface> all;
+  data_tools::PhantomOptions o;
+  o.size = glm::ivec3(48);
+  o.psf_sigma_voxels = 1.5;
+  const auto settled = [](Surface s) {
+    // Where the surface is, by touching it.
+    haptics::SubvoxelProxy method;
+    haptics::ProxyState state;
+    const volume::Version version(s.scene.base);
+    if (method.prepare(s.scene)) return s;
+    haptics::ProxyStep step = method.step(s.scene, version, state, {s.start + 8.0 * s.normal});
+    for (int i = 0; i < 200; ++i)
+      step = method.step(s.scene, version, state, {s.start + (8 - 0.06 * i) * s.normal});
+    s.start = step.proxy_world;
+    s.normal = step.normal_world;
+    return s;
+  };
+  Surface wall{"wall", {}, {0.3, 0.2, 0}, {0, 0, 1}};
+  o.parameters = {{"angle", 0}};
+  wall.scene = scenes::phantom_scene("plane", o);
+  all.push_back(settled(wall));
+  Surface sphere{"sphere", {}, dvec3(0, 0, 30), {0, 0, 1}};
+  o.parameters = {{"radius", 30}};
+  sphere.scene = scenes::phantom_scene("sphere", o);
+  all.push_back(settled(sphere));
+  Surface burr = sphere;
+  burr.name = "3 mm burr";
+  burr.start = dvec3(0, 0, 31.5);
+  if (!haptics::set_tool_radius(burr.scene, 1.5)) all.push_back(settled(burr));
+  for (Surface& s : all) s.scene.shapes[0].material = {1, 0, 0, 0};
+  return all;
+}
+
+/// Does a small motion in contact die out? The device starts pressed half a mm deep at the balance of a
+/// constant push, with a kick.
+bool is_stable(Surface& surface, double stiffness, double damping, double rate, double alpha,
+               int delay_ticks) {
+  haptics::Material& material = surface.scene.shapes[0].material;
+  material = {stiffness, damping, 0, 0};
+  haptics::SubvoxelProxy method;
+  if (method.prepare(surface.scene)) return false;
+  const volume::Version version(surface.scene.base);
+  haptics::ForceOptions options;
+  options.smoothing_alpha = alpha;
+  const double dt = 1 / rate;
+  haptics::ForceModel model(options, dt);
+  haptics::ProxyState state;
+  Device device;
+  const double depth = 0.5;
+  const dvec3 push = -stiffness * depth * surface.normal;
+  device.x = surface.start + 0.5 * surface.normal;
+  method.step(surface.scene, version, state, {device.x});
+  device.x = surface.start - depth * surface.normal;
+  // Settle the filter at the balance, then kick by 5 mm/s.
+  std::vector<dvec3> pipe(static_cast<std::size_t>(delay_ticks) + 1, -push);
+  for (int i = 0; i < 300; ++i) {
+    const haptics::ProxyStep step = method.step(surface.scene, version, state, {device.x});
+    model.step(step, device.x, surface.scene);
+  }
+  device.v = -5.0 * surface.normal;
+  const double duration = 2.0;
+  const auto ticks = static_cast<long>(duration * rate);
+  double early = 0, late = 0;
+  for (long i = 0; i < ticks; ++i) {
+    const haptics::ProxyStep step = method.step(surface.scene, version, state, {device.x});
+    const dvec3 force = model.step(step, device.x, surface.scene);
+    pipe[static_cast<std::size_t>(i % static_cast<long>(pipe.size()))] = force;
+    const dvec3& delayed = pipe[static_cast<std::size_t>((i + 1) % static_cast<long>(pipe.size()))];
+    device.hold(delayed + push, dt);
+    const double off = std::abs(glm::dot(device.x - surface.start, surface.normal) + depth);
+    if (!(off < depth)) return false;  // left the surface or sank: it grew
+    if (i > ticks / 10 && i < ticks * 3 / 10) early = std::max(early, off);
+    if (i > ticks * 8 / 10) late = std::max(late, off);
+  }
+  return late <= early;
+}
+
+/// Largest K that passes, within half a per cent.
+double bisect(double guess, const std::function<bool(double)>& passes) {
+  double low = guess, high = guess;
+  for (int i = 0; i < 20 && passes(high); ++i) low = high, high *= 1.5;
+  for (int i = 0; i < 20 && !passes(low); ++i) high = low, low /= 1.5;
+  while (high > 1.005 * low) {
+    const double middle = 0.5 * (low + high);
+    (passes(middle) ? low : high) = middle;
+  }
+  return 0.5 * (low + high);
+}
+
+/// Work that a surface does on a hand which moves it sinusoidally in contact, over whole cycles, less what
+/// the device's own damping takes: no more than nothing for a passive one, at any frequency. 2 to 400 ticks a
+/// cycle.
+bool is_passive(Surface& surface, double stiffness, double damping, double rate) {
+  surface.scene.shapes[0].material = {stiffness, damping, 0, 0};
+  haptics::SubvoxelProxy method;
+  if (method.prepare(surface.scene)) return false;
+  const volume::Version version(surface.scene.base);
+  haptics::ForceOptions options;
+  options.smoothing_alpha = 1;
+  const double dt = 1 / rate, b = Device{}.damping;
+  for (const int ticks : {2, 3, 4, 6, 10, 30, 100, 400}) {
+    haptics::ForceModel model(options, dt);
+    haptics::ProxyState state;
+    method.step(surface.scene, version, state, {surface.start + 0.5 * surface.normal});
+    const double omega = 2 * 3.14159265358979 / (ticks * dt), amplitude = 0.1, depth = 0.5;
+    const auto place = [&](long i) {
+      const double phase = 0.3 + 2 * 3.14159265358979 * static_cast<double>(i) / ticks;
+      return surface.start - (depth + amplitude * std::sin(phase)) * surface.normal;
+    };
+    double given = 0;
+    constexpr int k_cycles = 8;
+    for (long i = 0; i < static_cast<long>(k_cycles + 2) * ticks; ++i) {
+      const haptics::ProxyStep step = method.step(surface.scene, version, state, {place(i)});
+      const dvec3 force = model.step(step, place(i), surface.scene);
+      if (i >= 2L * ticks) given += glm::dot(force, place(i + 1) - place(i));
+    }
+    const double lost = 0.5 * b * amplitude * amplitude * omega * omega * dt * ticks * k_cycles;
+    if (given > lost) return false;
+  }
+  return true;
+}
+
+/// The stiffness at which a device of mass m and damping b on a sampled, delayed and smoothed spring begins
+/// to ring: at some frequency the spring's force lags so far that it cancels the damping (Nyquist's
+/// condition, solved by bisection).
+double ringing_stiffness(double mass, double b, double dead_time, double period, double alpha) {
+  // Phase lag and gain of hold, delay and of the filter a / (1 - (1 - a) / z).
+  const auto lag = [&](double w) {
+    return w * dead_time +
+           std::atan2((1 - alpha) * std::sin(w * period), 1 - (1 - alpha) * std::cos(w * period));
+  };
+  const auto gain = [&](double w) {
+    const double re = 1 - (1 - alpha) * std::cos(w * period), im = (1 - alpha) * std::sin(w * period);
+    const double x = 0.5 * w * period;
+    return alpha / std::sqrt(re * re + im * im) * (x > 0 ? std::sin(x) / x : 1);
+  };
+  double low = 1e-3, high = 3.1 / period;
+  for (int i = 0; i < 200; ++i) {
+    const double w = 0.5 * (low + high);
+    // K g cos = m w^2 and K g sin = b w: below the frequency of ringing the lag is too small.
+    (std::tan(std::min(lag(w), 1.57)) * mass * w < 1000 * b ? low : high) = w;
+  }
+  const double w = 0.5 * (low + high);
+  return b * w / (gain(w) * std::sin(lag(w)));
+}
+
+}  // namespace
+
+std::vector<AttackRow> run_attack(const AttackOptions& options) {
+  std::vector<std::pair<std::string, haptics::TouchScene>> scenes{
+      {"corner", attack_scene("corner", 0.7, false, false)},
+      {"corner, binary", attack_scene("corner", 0, true, false)},
+      {"groove 30", attack_scene("groove", 0.7, false, false, {{"angle", 30}})},
+      {"gyroid, noisy", attack_scene("gyroid", 0.5, false, true)},
+      {"plate of a voxel", attack_scene("plate", 0, false, false, {{"thickness", 1.9}, {"angle", 37}})},
+      {"shell", attack_scene("shell", 0, false, false)}};
+  scenes.insert(scenes.end(), options.more.begin(), options.more.end());
+  std::vector<const MethodInfo*> methods;
+  for (const MethodInfo& info : haptics::method_catalogue()) {
+    const bool is_named =
+        std::find(options.methods.begin(), options.methods.end(), info.name) != options.methods.end();
+    if (options.methods.empty() ? info.solid != MethodInfo::Solid::nothing : is_named)
+      methods.push_back(&info);
+  }
+  std::vector<AttackRow> rows;
+  const std::size_t runs = scenes.size() * methods.size();
+  const long steps = std::max(2000L, options.steps / static_cast<long>(std::max<std::size_t>(1, runs)));
+  for (const auto& [name, scene] : scenes)
+    for (const MethodInfo* info : methods) {
+      if (options.progress && !options.progress(static_cast<double>(rows.size()) / static_cast<double>(runs)))
+        return rows;
+      rows.push_back(attack(name, scene, *info, steps, options.seed + rows.size()));
+    }
+  return rows;
+}
+
+std::vector<StiffnessRow> run_stiffness_maps(const std::function<bool(double)>& progress) {
+  std::vector<StiffnessRow> rows;
+  std::vector<Surface> all = surfaces();
+  const double b = Device{}.damping;
+  const double rates[] = {250, 500, 1000, 2500, 5000, 10000};
+  const double total = static_cast<double>(all.size()) * 6 * 4;
+  double done = 0;
+  for (Surface& surface : all)
+    for (const double rate : rates) {
+      const double period = 1 / rate;
+      const struct {
+        double alpha;
+        int delay;
+        double damping;
+      } cases[] = {{1, 0, 0}, {0.3, 0, 0}, {1, 2, 0}};
+      for (const auto& c : cases) {
+        if (progress && !progress(done++ / total)) return rows;
+        // The smoothing's weight is one at 1 kHz; at this rate it is what keeps the time constant.
+        const double alpha = c.alpha < 1 ? 1 - std::pow(1 - c.alpha, 1000 * period) : 1;
+        StiffnessRow row{
+            surface.name, "stable without a hand", rate, c.alpha, c.delay * period, c.damping, 0, 0, 0};
+        const double dead_time = (0.5 + c.delay) * period;
+        row.rule = (b + c.damping) / (dead_time + period * (1 - alpha) / alpha);
+        row.theory = ringing_stiffness(Device{}.mass, b, dead_time, period, alpha);
+        row.simulated = bisect(
+            row.theory, [&](double k) { return is_stable(surface, k, c.damping, rate, c.alpha, c.delay); });
+        rows.push_back(row);
+      }
+      if (progress && !progress(done++ / total)) return rows;
+      StiffnessRow row{surface.name, "passive for any hand", rate, 1, 0, 0, 0, 0, 0};
+      row.theory = row.rule = 2 * b / period;
+      row.simulated = bisect(row.theory, [&](double k) { return is_passive(surface, k, 0, rate); });
+      rows.push_back(row);
+    }
+  return rows;
+}
+
+std::vector<EnergyRow> run_energy_test() {
+  std::vector<EnergyRow> rows;
+  std::vector<Surface> all = surfaces();
+  Surface& surface = all[0];
+  const double rate = 1000, dt = 1 / rate;
+  Device plain;
+  plain.coulomb = 0.05, plain.encoder = 0.02;
+  for (const int delay : {0, 1})
+    for (const double over : {0.5, 0.9, 1.5, 3.0}) {
+      EnergyRow row;
+      row.stiffness_over_bound = over, row.delay_ticks = delay;
+      const double stiffness = over * 2 * plain.damping / dt;
+      surface.scene.shapes[0].material = {stiffness, 0, 0, 0};
+      haptics::SubvoxelProxy method;
+      if (method.prepare(surface.scene)) continue;
+      const volume::Version version(surface.scene.base);
+      for (const bool has_controller : {false, true}) {
+        haptics::ForceOptions options;
+        options.smoothing_alpha = 1;
+        haptics::ForceModel model(options, dt);
+        haptics::PassivityController controller(0, delay);
+        haptics::ProxyState state;
+        Device device = plain;
+        device.x = surface.start + 2.0 * surface.normal;
+        dvec3 held(0), last_force(0), last_place = device.x;
+        double given = 0, one_step = 0, least = 0;
+        for (int i = 0; i < 20000; ++i) {
+          const dvec3 x = device.measured();
+          const double work = glm::dot(held, device.x - last_place);
+          given += work;
+          one_step = std::max(one_step, std::abs(work));
+          least = std::min(least, device.lost - given);
+          const haptics::ProxyStep step = method.step(surface.scene, version, state, {x});
+          dvec3 force = model.step(step, x, surface.scene);
+          if (has_controller) force = controller.step(force, x);
+          held = delay > 0 ? last_force : force;
+          last_force = force;
+          last_place = device.x;
+          // A hand that pushes 0.5 N, trembling at a few frequencies.
+          const double t = i * dt;
+          const dvec3 hand = -(0.5 + 0.2 * std::sin(40 * t) + 0.1 * std::sin(711 * t)) * surface.normal;
+          device.hold(held + hand, dt);
+        }
+        (has_controller ? row.balance_with : row.balance_without) = least;
+        row.one_step = one_step;
+        row.share_cut = static_cast<double>(controller.cuts()) / 20000;
+      }
+      rows.push_back(row);
+    }
+  return rows;
+}
+
+}  // namespace trephine::bench

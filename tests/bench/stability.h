@@ -1,0 +1,56 @@
+// Stability under attack: nothing falls through, and no energy comes from nowhere. The rows behind `trephine
+// bench stability`.
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "haptics/touch_scene.h"
+
+namespace trephine::bench {
+
+/// One method on one scene under random motion, drilled and undone under the tool; every step judged.
+struct AttackRow {
+  std::string method, scene;
+  long steps = 0, contacts = 0, fall_throughs = 0, buried = 0, not_finite = 0;
+  double fastest_mm_s = 0;
+};
+struct AttackOptions {
+  long steps = 1'000'000;  ///< in all
+  std::uint64_t seed = 1;
+  std::vector<std::pair<std::string, haptics::TouchScene>> more;  ///< scans
+  std::vector<std::string> methods;                               ///< empty: all that promise a solid
+  std::function<bool(double)> progress;
+};
+std::vector<AttackRow> run_attack(const AttackOptions& options);
+
+/// The largest stiffness (N/mm) that a simulated device bears at one rate, found by bisection, beside the
+/// bound of theory.
+struct StiffnessRow {
+  std::string surface;  ///< "wall", "sphere", "3 mm burr"
+  std::string what;     ///< "stable without a hand" or "passive for any hand"
+  double rate_hz = 0, alpha = 1, delay_s = 0, damping = 0;  ///< of the servo; damping of the surface, N s/mm
+  double simulated = 0;
+  double theory = 0;  ///< exact for a sampled spring: the frequency at which phase and gain both say so
+  double rule = 0;    ///< the rule of thumb
+};
+/// Rules: stable without a hand to K = (b + B) / (T / 2 + delay), smoothing's T (1 - alpha) / alpha included;
+/// passive for any hand to K = 2 (b - B) / T (Colgate and Schenkel 1997), which is exact. The device: 0.05
+/// kg, 0.002 N s/mm.
+std::vector<StiffnessRow> run_stiffness_maps(const std::function<bool(double)>& progress);
+
+/// Energy (N mm) of device, contact and friction together, inside and outside the bound of passivity; with
+/// Coulomb friction and an encoder of 0.02 mm in the device, with and without a delay of a tick.
+struct EnergyRow {
+  double stiffness_over_bound = 0;
+  int delay_ticks = 0;
+  /// The least, over a run of 20 s, of what the device lost to damping and friction less what the surface
+  /// gave: below 0 energy came from nowhere. Without the controller, and with it.
+  double balance_without = 0, balance_with = 0;
+  double one_step = 0;   ///< the worst energy of one step in the run with the controller
+  double share_cut = 0;  ///< ticks in which the controller cut the force
+};
+std::vector<EnergyRow> run_energy_test();
+
+}  // namespace trephine::bench
