@@ -12,7 +12,9 @@
 #include "data-tools/atomic_file.h"
 #include "data-tools/open_volume.h"
 #include "haptics/subvoxel_proxy.h"
+#include "apps/view/chart.h"
 #include "tests/bench/benchmarks.h"
+#include "tests/bench/stability.h"
 #include "tests/checker/traversal_audit.h"
 
 namespace trephine::app {
@@ -233,6 +235,126 @@ volume::Status bench_feel(const BenchArguments& arguments, Outcome& outcome) {
   return std::nullopt;
 }
 
+/// One map: what the simulated device bore, as dots, and what theory says, as lines.
+view::Chart stiffness_chart(const std::vector<bench::StiffnessRow>& rows, const std::string& what, const char* title) {
+  view::Chart chart{title, "servo rate (Hz)", "stiffness (N/mm)", true, true, {}};
+  std::size_t color = 0;
+  for (const auto& [alpha, delay, name] : {std::tuple(1.0, 0, "raw"), std::tuple(0.3, 0, "smoothed, alpha 0.3 at 1 kHz"),
+                                           std::tuple(1.0, 2, "two ticks late")}) {
+    view::ChartSeries dots{"", {}, {}, false, view::chart_color(color), 9};
+    view::ChartSeries theory{name, {}, {}, true, view::chart_color(color), 2},
+        rule{std::string(name) + ", rule of thumb", {}, {}, true, view::chart_color(color), 1.2f, true};
+    ++color;
+    for (const bench::StiffnessRow& row : rows) {
+      if (row.what != what || row.alpha != alpha || std::lround(row.delay_s * row.rate_hz) != delay) continue;
+      dots.x.push_back(row.rate_hz), dots.y.push_back(row.simulated);
+      if (row.surface != "wall") continue;
+      theory.x.push_back(row.rate_hz), theory.y.push_back(row.theory);
+      rule.x.push_back(row.rate_hz), rule.y.push_back(row.rule);
+    }
+    if (dots.x.empty()) continue;
+    if (color == 1) dots.name = "simulated: wall, sphere, 3 mm burr";
+    chart.series.push_back(theory);
+    if (what != "passive for any hand") chart.series.push_back(rule);
+    chart.series.push_back(dots);
+  }
+  return chart;
+}
+
+/// Random attacks, maps and energies; on a scan too when one is given.
+volume::Status bench_stability(const BenchArguments& arguments, Outcome& outcome) {
+  if (arguments.steps < 1000 || arguments.steps > 10'000'000'000)
+    return Error{"the number of steps is out of range", "--steps", std::to_string(arguments.steps),
+                 "1000 to 10000000000", ""};
+  bench::AttackOptions options;
+  options.steps = arguments.steps;
+  if (!arguments.source.empty()) {
+    auto opened = open_touch(arguments.source, {});
+    if (!opened) return opened.error();
+    options.more.emplace_back(opened.value().source.name, opened.value().scene);
+  }
+  if (!arguments.output.empty()) {
+    std::error_code failed;
+    std::filesystem::create_directories(arguments.output, failed);
+    if (failed)
+      return Error{"the folder cannot be made", data_tools::file_name(arguments.output), failed.message(),
+                   "a place that may be written", "choose another with -o"};
+  }
+  ProgressLine progress("attacking");
+  bool is_stopped = false;
+  options.progress = [&](double share) { return !(is_stopped = !progress(share)); };
+  const std::vector<bench::AttackRow> attacks = bench::run_attack(options);
+  if (is_stopped) return interrupted("the attack");
+  const std::vector<bench::StiffnessRow> maps = bench::run_stiffness_maps(options.progress);
+  if (is_stopped) return interrupted("the maps");
+  const std::vector<bench::EnergyRow> energies = bench::run_energy_test();
+
+  long falls = 0, steps = 0;
+  outcome.text += format_text("%-9s %-20s %10s %10s %6s %6s\n", "method", "scene", "steps", "contacts", "fell", "buried");
+  std::string csv = "method,scene,steps,contacts,fall_throughs,buried,not_finite,fastest_mm_s\n";
+  for (const bench::AttackRow& row : attacks) {
+    falls += row.fall_throughs + row.not_finite, steps += row.steps;
+    outcome.text += format_text("%-9s %-20s %10ld %10ld %6ld %6ld\n", row.method.c_str(), row.scene.c_str(), row.steps,
+                                row.contacts, row.fall_throughs, row.buried);
+    std::string scene = row.scene;
+    std::replace(scene.begin(), scene.end(), ',', ';');
+    csv += format_text("%s,%s,%ld,%ld,%ld,%ld,%ld,%.0f\n", row.method.c_str(), scene.c_str(), row.steps, row.contacts,
+                       row.fall_throughs, row.buried, row.not_finite, row.fastest_mm_s);
+    outcome.json["attacks"].push_back({{"method", row.method},
+                                       {"scene", row.scene},
+                                       {"steps", row.steps},
+                                       {"contacts", row.contacts},
+                                       {"fall_throughs", row.fall_throughs},
+                                       {"buried", row.buried},
+                                       {"not_finite", row.not_finite},
+                                       {"fastest_mm_s", row.fastest_mm_s}});
+  }
+  outcome.text += format_text("%ld steps at up to 10 m/s, cut and undone under the tool: fell through %ld times\n", steps, falls);
+  std::string map_csv = "surface,what,rate_hz,alpha,delay_s,simulated,theory,rule\n";
+  double worst = 0;
+  for (const bench::StiffnessRow& row : maps) {
+    worst = std::max(worst, std::abs(row.simulated / row.theory - 1));
+    map_csv += format_text("%s,%s,%g,%g,%g,%.4f,%.4f,%.4f\n", row.surface.c_str(), row.what.c_str(), row.rate_hz, row.alpha,
+                           row.delay_s, row.simulated, row.theory, row.rule);
+    outcome.json["stiffness"].push_back({{"surface", row.surface},
+                                         {"what", row.what},
+                                         {"rate_hz", row.rate_hz},
+                                         {"alpha", row.alpha},
+                                         {"delay_s", row.delay_s},
+                                         {"simulated", row.simulated},
+                                         {"theory", row.theory},
+                                         {"rule", row.rule}});
+  }
+  outcome.text += format_text("largest stiffness, 250 Hz to 10 kHz: within %.1f %% of theory\n", 100 * worst);
+  for (const bench::EnergyRow& row : energies) {
+    outcome.text += format_text("energy at %.1f times the bound, %d ticks late: %.3f N mm, with the controller %.3f (a step: %.3f)\n",
+                                row.stiffness_over_bound, row.delay_ticks, row.balance_without, row.balance_with, row.one_step);
+    outcome.json["energy"].push_back({{"stiffness_over_bound", row.stiffness_over_bound},
+                                      {"delay_ticks", row.delay_ticks},
+                                      {"balance_without", row.balance_without},
+                                      {"balance_with", row.balance_with},
+                                      {"one_step", row.one_step},
+                                      {"share_cut", row.share_cut}});
+  }
+  outcome.exit_code = falls > 0 ? exit_check_failed : exit_done;
+  if (arguments.output.empty()) return std::nullopt;
+  const auto path = [&](const char* name) { return (std::filesystem::path(arguments.output) / name).string(); };
+  if (volume::Status error = data_tools::write_file_atomically(path("attacks.csv"), csv)) return error;
+  if (volume::Status error = data_tools::write_file_atomically(path("stiffness.csv"), map_csv)) return error;
+  if (volume::Status error = data_tools::write_file_atomically(path("stability.json"), outcome.json.dump(1) + "\n"))
+    return error;
+  if (volume::Status error = view::write_chart(
+          stiffness_chart(maps, "stable without a hand", "Stiffness that stays stable without a hand"),
+          path("stable-stiffness.png")))
+    return error;
+  if (volume::Status error = view::write_chart(
+          stiffness_chart(maps, "passive for any hand", "Stiffness that is passive for any hand"),
+          path("passive-stiffness.png")))
+    return error;
+  outcome.text += "tables and maps: " + arguments.output + "\n";
+  return std::nullopt;
+}
+
 }  // namespace
 
 Result<Outcome> run_bench(const BenchArguments& arguments) {
@@ -249,8 +371,10 @@ Result<Outcome> run_bench(const BenchArguments& arguments) {
       return *error;
   } else if (arguments.what == "feel") {
     if (volume::Status error = bench_feel(arguments, outcome)) return *error;
+  } else if (arguments.what == "stability") {
+    if (volume::Status error = bench_stability(arguments, outcome)) return *error;
   } else {
-    return Error{"there is no such benchmark", "", arguments.what, "surface, step, load or feel", ""};
+    return Error{"there is no such benchmark", "", arguments.what, "surface, step, load, feel or stability", ""};
   }
   return outcome;
 }

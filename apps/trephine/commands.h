@@ -102,6 +102,7 @@ volume::Result<Outcome> run_soak(const SoakArguments& arguments);
 struct BenchArguments {
   std::string what, source, output, only, export_folder, score;
   int size = 512;
+  std::int64_t steps = 1'000'000;
   bool is_quick = false;
 };
 volume::Result<Outcome> run_bench(const BenchArguments& arguments);

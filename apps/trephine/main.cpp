@@ -238,13 +238,15 @@ int main(int argc, char** argv) {
   app::BenchArguments bench;
   c = add("bench", "Measure, beside peers in the same run",
           "  trephine bench surface\n  trephine bench step --json\n  trephine bench load SCANS/HEAD\n"
-          "  trephine bench feel -o out/ --quick",
+          "  trephine bench feel -o out/ --quick\n"
+          "  trephine bench stability SCANS/HEAD --steps 100000000 -o out/",
           bench, app::run_bench);
-  c->add_option("WHAT", bench.what, "surface, step, load or feel")->required();
-  c->add_option("SRC", bench.source, "For load");
+  c->add_option("WHAT", bench.what, "surface, step, load, feel or stability")->required();
+  c->add_option("SRC", bench.source, "A scan: for load; one more scene for feel and stability");
   c->add_option("--size", bench.size, "Voxels along each axis (surface and step)")->capture_default_str();
-  c->add_option("-o,--output", bench.output, "Folder for the tables, charts and page of feel")
+  c->add_option("-o,--output", bench.output, "Folder for the tables and charts of feel and stability")
       ->type_name("DIR");
+  c->add_option("--steps", bench.steps, "Random steps of stability, in all")->capture_default_str();
   c->add_flag("--quick", bench.is_quick, "Feel in under a minute: smaller and fewer scenes");
   c->add_option("--only", bench.only, "Feel scenes whose name holds this, for example sphere")
       ->type_name("TEXT");

@@ -34,7 +34,8 @@ struct Range {
 void set_axis(vtkAxis* axis, const std::string& title, bool is_log, Range range) {
   axis->SetTitle(title);
   axis->SetLogScale(is_log);
-  axis->GetTitleProperties()->SetFontSize(16);
+  axis->GetTitleProperties()->SetFontSize(15);
+  axis->GetTitleProperties()->SetVerticalJustificationToTop();
   axis->GetTitleProperties()->SetBold(0);
   axis->GetLabelProperties()->SetFontSize(14);
   axis->GetPen()->SetColor(90, 90, 90);
@@ -84,6 +85,9 @@ volume::Status write_chart(const Chart& chart, const std::string& path, int widt
   vtkNew<vtkChartXY> plot;
   view->GetScene()->AddItem(plot);
   plot->SetTitle(chart.title);
+  plot->SetRenderEmpty(true);
+  plot->GetAxis(vtkAxis::TOP)->SetVisible(false);
+  plot->GetAxis(vtkAxis::RIGHT)->SetVisible(false);
   plot->GetTitleProperties()->SetFontSize(20);
   plot->SetShowLegend(true);
   plot->GetLegend()->SetHorizontalAlignment(vtkChartLegend::RIGHT);
