@@ -187,6 +187,7 @@ void Replay::run_command(const Command& command) {
   ++counts_.commands;
   const EditOutcome outcome = state_->edits.apply(command);
   if (command.kind == Command::Kind::set_tool) state_->settings.push_back(command);
+  if (command.kind == Command::Kind::resume) ++counts_.resumes;
   if (command.kind == Command::Kind::resume)
     for (std::size_t h = 0; h < state_->cores.size(); ++h) {
       state_->cores[h] =

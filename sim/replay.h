@@ -46,13 +46,18 @@ class Replay {
 
   const haptics::ServoRecord& record() const noexcept { return record_; }  ///< as replayed, exact
   const glm::dvec3& recorded_force() const noexcept { return recorded_force_; }
+  /// What the method did in that tick, and the version it saw.
+  const haptics::ProxyStep& proxy_step() const noexcept { return state_->cores[record_.hand].last_step(); }
+  const std::shared_ptr<const volume::Version>& seen_version() const noexcept {
+    return state_->versions.front();
+  }
   const EditSession& edits() const noexcept { return state_->edits; }
   std::uint64_t next_tick() const noexcept { return state_->next_tick; }
   const std::optional<Mismatch>& mismatch() const noexcept { return mismatch_; }
   /// Voxels that may look different since the last call.
   volume::VoxelBox take_changed() noexcept;
   struct Counts {
-    std::uint64_t ticks = 0, dropped = 0, commands = 0, versions = 0, hashes = 0;
+    std::uint64_t ticks = 0, dropped = 0, commands = 0, versions = 0, hashes = 0, resumes = 0;
   };
   const Counts& counts() const noexcept { return counts_; }
 

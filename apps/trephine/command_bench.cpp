@@ -8,14 +8,17 @@
 
 #include "apps/trephine/commands.h"
 #include "apps/trephine/feel_report.h"
+#include "apps/trephine/recording.h"
 #include "apps/trephine/text.h"
+#include "apps/view/chart.h"
 #include "data-tools/atomic_file.h"
 #include "data-tools/open_volume.h"
 #include "haptics/subvoxel_proxy.h"
-#include "apps/view/chart.h"
 #include "tests/bench/benchmarks.h"
 #include "tests/bench/stability.h"
+#include "tests/checker/force_judge.h"
 #include "tests/checker/traversal_audit.h"
+#include "tests/checker/volume_samples.h"
 
 namespace trephine::app {
 
@@ -236,11 +239,13 @@ volume::Status bench_feel(const BenchArguments& arguments, Outcome& outcome) {
 }
 
 /// One map: what the simulated device bore, as dots, and what theory says, as lines.
-view::Chart stiffness_chart(const std::vector<bench::StiffnessRow>& rows, const std::string& what, const char* title) {
+view::Chart stiffness_chart(const std::vector<bench::StiffnessRow>& rows, const std::string& what,
+                            const char* title) {
   view::Chart chart{title, "servo rate (Hz)", "stiffness (N/mm)", true, true, {}};
   std::size_t color = 0;
-  for (const auto& [alpha, delay, name] : {std::tuple(1.0, 0, "raw"), std::tuple(0.3, 0, "smoothed, alpha 0.3 at 1 kHz"),
-                                           std::tuple(1.0, 2, "two ticks late")}) {
+  for (const auto& [alpha, delay, name] :
+       {std::tuple(1.0, 0, "raw"), std::tuple(0.3, 0, "smoothed, alpha 0.3 at 1 kHz"),
+        std::tuple(1.0, 2, "two ticks late")}) {
     view::ChartSeries dots{"", {}, {}, false, view::chart_color(color), 9};
     view::ChartSeries theory{name, {}, {}, true, view::chart_color(color), 2},
         rule{std::string(name) + ", rule of thumb", {}, {}, true, view::chart_color(color), 1.2f, true};
@@ -290,16 +295,17 @@ volume::Status bench_stability(const BenchArguments& arguments, Outcome& outcome
   const std::vector<bench::EnergyRow> energies = bench::run_energy_test();
 
   long falls = 0, steps = 0;
-  outcome.text += format_text("%-9s %-20s %10s %10s %6s %6s\n", "method", "scene", "steps", "contacts", "fell", "buried");
+  outcome.text +=
+      format_text("%-9s %-20s %10s %10s %6s %6s\n", "method", "scene", "steps", "contacts", "fell", "buried");
   std::string csv = "method,scene,steps,contacts,fall_throughs,buried,not_finite,fastest_mm_s\n";
   for (const bench::AttackRow& row : attacks) {
     falls += row.fall_throughs + row.not_finite, steps += row.steps;
-    outcome.text += format_text("%-9s %-20s %10ld %10ld %6ld %6ld\n", row.method.c_str(), row.scene.c_str(), row.steps,
-                                row.contacts, row.fall_throughs, row.buried);
+    outcome.text += format_text("%-9s %-20s %10ld %10ld %6ld %6ld\n", row.method.c_str(), row.scene.c_str(),
+                                row.steps, row.contacts, row.fall_throughs, row.buried);
     std::string scene = row.scene;
     std::replace(scene.begin(), scene.end(), ',', ';');
-    csv += format_text("%s,%s,%ld,%ld,%ld,%ld,%ld,%.0f\n", row.method.c_str(), scene.c_str(), row.steps, row.contacts,
-                       row.fall_throughs, row.buried, row.not_finite, row.fastest_mm_s);
+    csv += format_text("%s,%s,%ld,%ld,%ld,%ld,%ld,%.0f\n", row.method.c_str(), scene.c_str(), row.steps,
+                       row.contacts, row.fall_throughs, row.buried, row.not_finite, row.fastest_mm_s);
     outcome.json["attacks"].push_back({{"method", row.method},
                                        {"scene", row.scene},
                                        {"steps", row.steps},
@@ -309,13 +315,14 @@ volume::Status bench_stability(const BenchArguments& arguments, Outcome& outcome
                                        {"not_finite", row.not_finite},
                                        {"fastest_mm_s", row.fastest_mm_s}});
   }
-  outcome.text += format_text("%ld steps at up to 10 m/s, cut and undone under the tool: fell through %ld times\n", steps, falls);
+  outcome.text += format_text(
+      "%ld steps at up to 10 m/s, cut and undone under the tool: fell through %ld times\n", steps, falls);
   std::string map_csv = "surface,what,rate_hz,alpha,delay_s,simulated,theory,rule\n";
   double worst = 0;
   for (const bench::StiffnessRow& row : maps) {
     worst = std::max(worst, std::abs(row.simulated / row.theory - 1));
-    map_csv += format_text("%s,%s,%g,%g,%g,%.4f,%.4f,%.4f\n", row.surface.c_str(), row.what.c_str(), row.rate_hz, row.alpha,
-                           row.delay_s, row.simulated, row.theory, row.rule);
+    map_csv += format_text("%s,%s,%g,%g,%g,%.4f,%.4f,%.4f\n", row.surface.c_str(), row.what.c_str(),
+                           row.rate_hz, row.alpha, row.delay_s, row.simulated, row.theory, row.rule);
     outcome.json["stiffness"].push_back({{"surface", row.surface},
                                          {"what", row.what},
                                          {"rate_hz", row.rate_hz},
@@ -327,8 +334,9 @@ volume::Status bench_stability(const BenchArguments& arguments, Outcome& outcome
   }
   outcome.text += format_text("largest stiffness, 250 Hz to 10 kHz: within %.1f %% of theory\n", 100 * worst);
   for (const bench::EnergyRow& row : energies) {
-    outcome.text += format_text("energy at %.1f times the bound, %d ticks late: %.3f N mm, with the controller %.3f (a step: %.3f)\n",
-                                row.stiffness_over_bound, row.delay_ticks, row.balance_without, row.balance_with, row.one_step);
+    outcome.text += format_text(
+        "energy at %.1f times the bound, %d ticks late: %.3f N mm, with the controller %.3f (a step: %.3f)\n",
+        row.stiffness_over_bound, row.delay_ticks, row.balance_without, row.balance_with, row.one_step);
     outcome.json["energy"].push_back({{"stiffness_over_bound", row.stiffness_over_bound},
                                       {"delay_ticks", row.delay_ticks},
                                       {"balance_without", row.balance_without},
@@ -338,10 +346,13 @@ volume::Status bench_stability(const BenchArguments& arguments, Outcome& outcome
   }
   outcome.exit_code = falls > 0 ? exit_check_failed : exit_done;
   if (arguments.output.empty()) return std::nullopt;
-  const auto path = [&](const char* name) { return (std::filesystem::path(arguments.output) / name).string(); };
+  const auto path = [&](const char* name) {
+    return (std::filesystem::path(arguments.output) / name).string();
+  };
   if (volume::Status error = data_tools::write_file_atomically(path("attacks.csv"), csv)) return error;
   if (volume::Status error = data_tools::write_file_atomically(path("stiffness.csv"), map_csv)) return error;
-  if (volume::Status error = data_tools::write_file_atomically(path("stability.json"), outcome.json.dump(1) + "\n"))
+  if (volume::Status error =
+          data_tools::write_file_atomically(path("stability.json"), outcome.json.dump(1) + "\n"))
     return error;
   if (volume::Status error = view::write_chart(
           stiffness_chart(maps, "stable without a hand", "Stiffness that stays stable without a hand"),
@@ -374,12 +385,135 @@ Result<Outcome> run_bench(const BenchArguments& arguments) {
   } else if (arguments.what == "stability") {
     if (volume::Status error = bench_stability(arguments, outcome)) return *error;
   } else {
-    return Error{"there is no such benchmark", "", arguments.what, "surface, step, load, feel or stability", ""};
+    return Error{"there is no such benchmark", "", arguments.what, "surface, step, load, feel or stability",
+                 ""};
   }
   return outcome;
 }
 
+namespace {
+
+/// Replays a session and has every tick judged: the path met no solid, the force obeys its law, the ledger
+/// adds up.
+Result<Outcome> audit_session(const AuditArguments& arguments) {
+  auto opened = open_session(arguments.session, arguments.case_source);
+  if (!opened) return opened.error();
+  OpenedSession& session = *opened.value();
+  sim::Replay& replay = *session.replay;
+  if (volume::Status why = replay.why_not_verifiable()) {
+    why->where = data_tools::file_name(arguments.session);
+    return *why;
+  }
+  const sim::SessionHeader& header = session.reader->header();
+  const haptics::TouchScene& scene = session.scene;
+  using Solid = haptics::MethodInfo::Solid;
+  const Solid promised = haptics::find_method(header.method)->solid;
+
+  // One judge a hand; what is solid is the version that the tick saw.
+  std::shared_ptr<const volume::Version> seen;
+  std::vector<checker::SmoothSolid> smooth;
+  std::vector<checker::FallThroughJudge> cubes;
+  const auto meets = [&](const glm::dvec3& a, const glm::dvec3& b) {
+    for (std::size_t s = 0; s < scene.shapes.size(); ++s)
+      if (promised == Solid::smooth ? !smooth[s].is_free(a, b) : cubes[s].meets_solid(a, b)) return true;
+    return false;
+  };
+  const std::size_t hands = std::max<std::size_t>(1, header.tools.size());
+  checker::ForceLaw law;
+  law.dt = 1 / header.rate_hz;
+  law.alpha = header.force.smoothing_alpha, law.limit = header.force.force_limit;
+  law.slew = header.force.slew_limit, law.fade_seconds = header.force.fade_seconds;
+  std::vector<checker::FallThroughJudge> falls(hands, checker::FallThroughJudge(meets));
+  std::vector<checker::ForceJudge> forces(hands, checker::ForceJudge(law));
+
+  ProgressLine progress("auditing");
+  const std::uint64_t all = std::max<std::uint64_t>(1, session.reader->tick_count());
+  std::uint64_t dropped = 0, resumes = 0;
+  long led = 0, judged = 0;
+  for (std::uint64_t n = 0;; ++n) {
+    if (n % 256 == 0 && !progress(static_cast<double>(replay.next_tick()) / static_cast<double>(all)))
+      return interrupted("the audit");
+    const Result<bool> stepped = replay.step();
+    if (!stepped) return stepped.error();
+    if (!stepped.value()) break;
+    const haptics::ServoRecord& r = replay.record();
+    if (replay.seen_version() != seen) {
+      seen = replay.seen_version();
+      smooth.clear();
+      cubes.clear();
+      for (const haptics::TouchShape& shape : scene.shapes) {
+        smooth.push_back(checker::smooth_solid(scene.base, shape.field.shape(), seen));
+        cubes.emplace_back(scene.base->size, checker::solid_voxels(scene.base, shape.field.shape(), seen));
+      }
+    }
+    const bool is_fresh = replay.counts().resumes != resumes;
+    if (is_fresh || replay.counts().dropped != dropped)
+      for (std::size_t h = 0; h < hands; ++h) {
+        forces[h].restart(is_fresh);
+        falls[h].restart();
+      }
+    resumes = replay.counts().resumes, dropped = replay.counts().dropped;
+
+    const haptics::ProxyStep& step = replay.proxy_step();
+    const bool is_lost = (r.raised & haptics::fault_not_finite) != 0;
+    checker::ForceTick tick;
+    tick.position = r.pose.position_world, tick.proxy = r.proxy_world, tick.force = r.force_world;
+    if (r.has_contact) {
+      const haptics::Material& material = scene.shapes[static_cast<std::size_t>(r.shape)].material;
+      tick.stiffness = material.stiffness, tick.damping = material.damping;
+    }
+    tick.has_contact = r.has_contact, tick.is_buried = r.is_buried, tick.is_led = r.is_led;
+    tick.is_reset = r.is_reset, tick.is_restarted = r.is_restarted;
+    tick.is_not_finite = is_lost, tick.is_fading = (r.faults & haptics::k_latched_faults) != 0;
+    tick.contact_energy = r.energy.contact, tick.growth_energy = r.energy.growth;
+    forces[r.hand].look(tick);
+    // A proxy that is led out of matter that grew over it is no free proxy; nor has a lost pose moved one.
+    if (r.is_led || r.is_reset || r.is_restarted) falls[r.hand].restart();
+    if (r.is_led) ++led;
+    if (!r.is_led && !is_lost) {
+      falls[r.hand].look({std::span(step.path_volume.data(), static_cast<std::size_t>(step.waypoint_count)),
+                          scene.base->frame.volume_from_world(r.pose.position_world), step.has_contact,
+                          step.is_buried});
+      ++judged;
+    }
+  }
+  long fell = 0, wrong = 0;
+  double worst_force = 0, worst_energy = 0;
+  for (std::size_t h = 0; h < hands; ++h) {
+    fell += falls[h].fall_throughs(), wrong += forces[h].wrong_forces();
+    worst_force = std::max(worst_force, forces[h].worst_force_n());
+    worst_energy = std::max(worst_energy, forces[h].worst_energy_nmm());
+  }
+  const bool is_same = !replay.mismatch().has_value(), is_balanced = worst_energy < 1e-6;
+  const bool is_certified = fell == 0 && wrong == 0 && is_same && is_balanced;
+  Outcome outcome{new_report("audit-session"), "", is_certified ? exit_done : exit_check_failed};
+  outcome.json["session"] = data_tools::file_name(arguments.session);
+  outcome.json["method"] = header.method;
+  outcome.json["ticks"] = replay.counts().ticks;
+  outcome.json["ticks_judged"] = judged;
+  outcome.json["ticks_led"] = led;
+  outcome.json["dropped"] = replay.counts().dropped;
+  outcome.json["fall_throughs"] = fell;
+  outcome.json["wrong_forces"] = wrong;
+  outcome.json["worst_force_n"] = worst_force;
+  outcome.json["worst_energy_nmm"] = worst_energy;
+  outcome.json["is_same_as_recorded"] = is_same;
+  outcome.json["is_certified"] = is_certified;
+  outcome.text = format_text(
+      "%llu ticks with %s: fell through %ld times; %ld forces off their law (worst %.1e N); ledger within "
+      "%.1e N mm; "
+      "%s as recorded\n%s\n",
+      static_cast<unsigned long long>(replay.counts().ticks), header.method.c_str(), fell, wrong, worst_force,
+      worst_energy, is_same ? "the same bits" : "not the same", is_certified ? "certified" : "NOT certified");
+  return outcome;
+}
+
+}  // namespace
+
 Result<Outcome> run_audit(const AuditArguments& arguments) {
+  if (!arguments.session.empty()) return audit_session(arguments);
+  if (!arguments.case_source.empty())
+    return Error{"there is no session to audit", "--case", arguments.case_source, "SESSION too", ""};
   checker::TraversalAudit total;
   ProgressLine progress("auditing");
   constexpr std::uint64_t k_part = 1'000'000;

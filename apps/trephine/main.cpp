@@ -257,9 +257,14 @@ int main(int argc, char** argv) {
       ->type_name("STEPS.csv");
 
   app::AuditArguments audit;
-  c = add("audit", "Judge voxel traversal by exact arithmetic on adversarial rays",
-          "  trephine audit --rays 100000000", audit, app::run_audit);
-  c->add_option("--rays", audit.rays, "How many")->capture_default_str();
+  c = add("audit", "Judge every tick of a session, or voxel traversal, by code that shares nothing with them",
+          "  trephine audit drill.session --case head-case\n  trephine audit --rays 100000000", audit,
+          app::run_audit);
+  c->add_option("SESSION", audit.session, "What drill or view recorded; without it, traversal is judged");
+  c->add_option("--case", audit.case_source,
+                "The scan that was operated on, when the session does not hold it")
+      ->type_name("SRC");
+  c->add_option("--rays", audit.rays, "How many rays")->capture_default_str();
   c->add_option("--seed", audit.seed, "Which")->capture_default_str();
 
   for (int i = 1; i < argc; ++i) wants_json = wants_json || std::string_view(argv[i]) == "--json";

@@ -4,7 +4,9 @@
 
 #include "tests/checker/exact_traversal.h"
 #include "tests/checker/fall_through.h"
+#include "tests/checker/force_judge.h"
 #include "tests/checker/mesh_judge.h"
+#include "tests/checker/smooth_judge.h"
 
 namespace trephine::checker {
 namespace {
@@ -100,6 +102,48 @@ TEST(ExactTraversal, KnowsTheRuleOfTheMovedLine) {
   ASSERT_EQ(down.size(), 4u);
   EXPECT_EQ(down[1].voxel, up[2].voxel);
   EXPECT_EQ(down[2].voxel, up[1].voxel);
+}
+
+/// The judge of forces knows the law, and sees what breaks it.
+TEST(ForceJudge, AcceptsTheLawAndCatchesAForceOrALedgerThatIsOff) {
+  for (const int wrong : {0, 1, 2}) {
+    ForceLaw law;
+    ForceJudge judge(law);
+    double smoothed = 0, last = 0, energy = 0, last_x = 0, last_stretch = 0;
+    for (int i = 0; i < 300; ++i) {
+      const double x = -0.01 * i, stretch = -x, k = 0.5, b = 0.001;
+      const double spring = k * stretch + (i > 0 ? b / law.dt * (stretch - last_stretch) : 0);
+      smoothed = law.alpha * spring + (1 - law.alpha) * smoothed;
+      double force = smoothed;
+      if (std::abs(force - last) > law.slew * law.dt)
+        force = last + (force > last ? 1 : -1) * law.slew * law.dt;
+      if (i > 0) energy += last * (x - last_x);
+      ForceTick tick;
+      tick.position = {x, 0, 0}, tick.proxy = {0, 0, 0};
+      tick.force = {wrong == 1 && i == 200 ? force + 0.01 : force, 0, 0};
+      tick.stiffness = k, tick.damping = b, tick.has_contact = true;
+      tick.contact_energy = energy + (wrong == 2 && i > 100 ? 0.001 : 0);
+      judge.look(tick);
+      last = force, last_x = x, last_stretch = stretch;
+      if (wrong == 1 && i == 200) energy += 0.01 * -0.01;
+    }
+    EXPECT_EQ(judge.ticks(), 300);
+    EXPECT_EQ(judge.wrong_forces(), wrong == 1 ? 1 : 0) << wrong;
+    EXPECT_EQ(judge.worst_energy_nmm() > 1e-4, wrong == 2) << wrong << " " << judge.worst_energy_nmm();
+  }
+}
+
+/// A way through a wall of one voxel is met, one beside it is not, and a wall that was cut lets it pass.
+TEST(SmoothSolid, MeetsWhatAWayCrossesHoweverThin) {
+  const Samples wall = [](int x, int, int) { return x == 5 ? 1.0 : -1.0; };
+  const SmoothSolid solid({wall});
+  EXPECT_TRUE(solid.is_solid({5, 0.3, 0.2}));
+  EXPECT_FALSE(solid.is_free({0, 0, 0}, {10, 0.4, 0.7}));
+  EXPECT_TRUE(solid.is_free({0, 0, 0}, {4, 3, 2}));
+  EXPECT_FALSE(solid.is_free({5, 0, 0}, {5, 0, 0}));
+  const SmoothSolid cut({wall, [](int, int y, int) { return y - 10.0; }});
+  EXPECT_TRUE(cut.is_free({0, 0, 0}, {10, 0.4, 0.7}));
+  EXPECT_FALSE(cut.is_free({0, 14, 0}, {10, 14.4, 0.7}));
 }
 
 }  // namespace

@@ -1,0 +1,52 @@
+// Judges a servo's forces and its energy ledger from what a tick reports, by the law as the documents state
+// it: spring and damper, smoothing, limits, slew, fades. Shares no code with haptics.
+#pragma once
+
+#include <cstdint>
+#include <glm/vec3.hpp>
+
+namespace trephine::checker {
+
+/// The law's numbers: N, s; smoothing at 1 kHz.
+struct ForceLaw {
+  double dt = 1e-3, alpha = 0.3, limit = 8, slew = 1000, fade_seconds = 0.05;
+  double lead_force = 3, lead_recovery = 10;  ///< N while a proxy is led out of matter, and N/s after that
+};
+
+/// One tick as reported.
+struct ForceTick {
+  glm::dvec3 position{0.0}, proxy{0.0}, force{0.0};
+  double stiffness = 0, damping = 0;  ///< of the touched surface
+  bool has_contact = false, is_buried = false, is_led = false, is_reset = false, is_restarted = false;
+  bool is_not_finite = false;                    ///< the position was no number
+  bool is_fading = false;                        ///< a latched fault is on
+  double contact_energy = 0, growth_energy = 0;  ///< the ledger after this tick, N mm
+};
+
+class ForceJudge {
+ public:
+  explicit ForceJudge(const ForceLaw& law);
+  void look(const ForceTick& tick);
+  /// Ticks were lost, or the servo was made anew: what came before is unknown. `is_fresh`: made anew,
+  /// everything zero.
+  void restart(bool is_fresh);
+
+  long ticks() const { return ticks_; }
+  long wrong_forces() const { return wrong_forces_; }
+  double worst_force_n() const { return worst_force_; }
+  double worst_energy_nmm() const {
+    return worst_energy_;
+  }  ///< of the ledger against the forces and motions themselves
+
+ private:
+  ForceLaw law_;
+  double alpha_;
+  glm::dvec3 smoothed_{0.0}, stretch_{0.0}, last_{0.0}, last_position_{0.0};
+  double fade_ = 1, cap_, contact_ = 0, growth_ = 0;
+  bool had_contact_ = false, was_led_ = false, had_position_ = false;
+  int unsure_ = 0;  ///< ticks until smoothing has forgotten what was not seen
+  long ticks_ = 0, wrong_forces_ = 0;
+  double worst_force_ = 0, worst_energy_ = 0;
+};
+
+}  // namespace trephine::checker
