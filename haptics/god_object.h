@@ -30,10 +30,10 @@ struct HoldingPlane {
 glm::dvec3 nearest_allowed(const glm::dvec3& wish, const std::array<HoldingPlane, 3>& planes,
                            int count) noexcept;
 
-/// Does the way a + t d, t in [0, 1], cross the triangle? Signs of the three edge functions are the same for
-/// both triangles at an edge, so a way between them meets at least one (watertight; after Woop, Benthin and
-/// Wald 2013, with zero counted as inside). `facing` < 0: the way goes against the triangle's normal.
-/// Degenerate triangles are missed.
+/// Does the way a + t d, t in [0, 1], cross the triangle? Watertight at edges and vertices: corners are
+/// projected along the way, once and alike for all their triangles, and edges are decided exactly (after
+/// Woop, Benthin and Wald 2013; zero counts as inside). `facing` < 0: the way goes against the triangle's
+/// normal. Degenerate triangles are missed.
 bool crosses_triangle(const glm::dvec3& a, const glm::dvec3& d, const glm::dvec3& v0, const glm::dvec3& v1,
                       const glm::dvec3& v2, double& t, double& facing) noexcept;
 

