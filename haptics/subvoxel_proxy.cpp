@@ -140,6 +140,7 @@ class Slide {
       p += std::min(0.0, planes[k].room - glm::dot(planes[k].normal, p)) * planes[k].normal;
     return p;
   }
+  double farthest_back() const noexcept { return 16 * k_stage * k_stage * voxel_mm_ * voxel_mm_; }
   bool look_again(Planes& planes, const dvec3& at, const dvec3& p) noexcept;
   bool is_held_by_friction(const dvec3& from, dvec3& to, Planes& planes) noexcept;
   bool solve(const dvec3& from, double limit, dvec3& to, Planes& planes, bool& is_settled) noexcept;
@@ -353,9 +354,12 @@ bool Slide::solve(const dvec3& from, double limit, dvec3& to, Planes& planes, bo
       const dvec3 to_hip = hip_world_ - at;
       p = planes.count == 1 ? single_step(planes[0], to_hip) : joint_step(planes, to_hip);
     }
+    // Where a wall is nearly flat it may lie anywhere: no place to go to.
+    if (only_back && !(glm::dot(p, p) <= farthest_back())) return false;
     // A stage ends on a sphere around its start; from there on only back to the wall.
     const dvec3 far = at + p - start;
     const double square = glm::dot(far, far);
+    if (!(square >= 0)) return false;
     if (!only_back && square > limit * limit) {
       p = start + (limit / std::sqrt(square)) * far - at;
       only_back = true;
@@ -403,6 +407,7 @@ bool Slide::is_held_by_friction(const dvec3& from, dvec3& to, Planes& planes) no
     to = frame_.volume_from_world(at);
     if (!look_again(planes, to, p)) return true;
     p = step_back(planes);
+    if (!(glm::dot(p, p) <= farthest_back())) return true;
     if (glm::dot(p, p) < k_settled * k_settled * voxel_mm_ * voxel_mm_) break;
   }
   to = frame_.volume_from_world(at + p);
