@@ -37,7 +37,7 @@ constexpr Entry k_entries[] = {
       "thesis of the volume haptics toolkit, 3.4.2; Zilles and Salisbury 1995", Solid::net},
      make<ExplicitProxy>},
     {{"mesh", "the whole surface as a polygonal model, a god-object on its triangles",
-      "Zilles and Salisbury 1995", Solid::net},
+      "Zilles and Salisbury 1995", Solid::net, true},
      make<MeshProxy>},
     {{"raystep", "fixed steps along the motion, nearest voxels, binary transfer functions",
       "chapter on touching multiple isosurfaces, 3", Solid::nothing},

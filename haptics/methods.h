@@ -17,6 +17,7 @@ struct MethodInfo {
   /// reconstruction, or what the surface net encloses. The older baselines promise
   /// nothing, and are judged by cubes.
   enum class Solid { cubes, smooth, net, nothing } solid;
+  bool is_of_untouched = false;  ///< it is a model of the volume before any cut
 };
 
 inline constexpr const char* k_default_method = "subvoxel";

@@ -97,13 +97,13 @@ AttackRow attack(const std::string& name, const haptics::TouchScene& scene, cons
       speed = std::pow(10.0, -2 + 3 * random());
       velocity = glm::normalize(dvec3(random() - 0.5, random() - 0.5, random() - 0.5)) * speed;
     }
-    if (i % cut_every == cut_every / 2) {
+    if (i % cut_every == cut_every / 2 && !info.is_of_untouched) {
       const dvec3 to = hip + 3 * voxel * dvec3(random() - 0.5, random() - 0.5, random() - 0.5);
       editor.remove({hip, to, (1 + 3 * random()) * voxel});
       version = editor.publish();
       judge.set_version(version);
     }
-    if (i % (5 * cut_every) == 5 * cut_every - 1) {
+    if (i % (5 * cut_every) == 5 * cut_every - 1 && !info.is_of_untouched) {
       editor.reset(untouched);
       version = editor.publish();
       judge.set_version(version);
