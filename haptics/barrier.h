@@ -72,8 +72,9 @@ inline WayEnd find_barrier(const TouchScene& scene, const volume::Version& versi
 /// HIP, inside whatever is there: sets state and path, and returns true. Else the step goes on.
 bool begin_on_cubes(const TouchScene& scene, const volume::Version& version, const glm::dvec3& hip_volume,
                     ProxyState& state, ProxyStep& result) noexcept;
-/// Keeps `proxy_volume` for the next step.
-void end_on_cubes(const TouchScene& scene, const volume::Version& version, const glm::dvec3& proxy_volume,
-                  ProxyState& state, ProxyStep& result) noexcept;
+/// Ends the step at the path's last waypoint: friction along the way to it, which has led down to the surface
+/// at waypoint `landing`, and the state for the next step.
+void end_on_cubes(const TouchScene& scene, const volume::Version& version, const glm::dvec3& hip_world,
+                  int landing, ProxyState& state, ProxyStep& result) noexcept;
 
 }  // namespace trephine::haptics

@@ -145,34 +145,15 @@ ProxyStep ExplicitProxy::step(const TouchScene& scene, const volume::Version& ve
   const double gap = k_facet_gap * std::min(std::min(spacing.x, spacing.y), spacing.z);
   const int landing = move_god_object(frame, input.hip_world, state.proxy_volume, gap, caster, result);
   const dvec3 before = state.proxy_volume;
-  dvec3 proxy = result.path_volume[static_cast<std::size_t>(result.waypoint_count - 1)];
-  if (result.has_contact) {
-    if (state.had_contact) {
-      const Material& material = scene.shapes[static_cast<std::size_t>(result.shape)].material;
-      proxy = apply_friction(frame, material, input.hip_world, landing, result, state.is_sticking);
-      // A leg that friction shortened ends where rounding put it: look again.
-      if (const int last = result.waypoint_count - 1; last > 0) {
-        FacetHit hit;
-        const dvec3 begin = result.path_volume[static_cast<std::size_t>(last - 1)];
-        if (caster(begin, proxy, hit)) {
-          proxy = begin;
-          --result.waypoint_count;
-        }
-      }
-    } else {
-      state.is_sticking = true;
-    }
-  }
-  state.had_contact = result.has_contact;
+  end_on_facets(frame, scene, input.hip_world, landing, caster, state, result);
+  const dvec3& proxy = state.proxy_volume;
   state.version = version.serial();
-  state.proxy_volume = proxy;
   // Inside only where a side does not hold; looked at when the proxy moved without contact.
   if (proxy != before && (state.inside != 0 || !result.has_contact)) {
     state.inside = 0;
     for (int s = 0; s < static_cast<int>(scene.shapes.size()); ++s)
       if (caster.is_behind(s, proxy)) state.inside |= 1u << s;
   }
-  result.proxy_world = frame.world_from_volume(proxy);
   return result;
 }
 

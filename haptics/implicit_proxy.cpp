@@ -142,26 +142,7 @@ ProxyStep ImplicitProxy::step(const TouchScene& scene, const volume::Version& ve
 
   // The nearest candidate, then friction along the way to it.
   result.waypoint_count = best_count;
-  dvec3 proxy = result.path_volume[static_cast<std::size_t>(best_count - 1)];
-  if (result.has_contact) {
-    if (state.had_contact) {
-      const Material& material = scene.shapes[static_cast<std::size_t>(result.shape)].material;
-      proxy = apply_friction(frame, material, input.hip_world, landing_of_first_leg(result), result,
-                             state.is_sticking);
-      // A leg that friction shortened ends where rounding put it: look again.
-      if (const int last = result.waypoint_count - 1; last > 0) {
-        std::uint32_t after = state.inside;
-        const dvec3 begin = result.path_volume[static_cast<std::size_t>(last - 1)];
-        if (find_barrier(scene, version, begin, proxy, after, result.counters).is_blocked) {
-          proxy = begin;
-          --result.waypoint_count;
-        }
-      }
-    } else {
-      state.is_sticking = true;
-    }
-  }
-  end_on_cubes(scene, version, proxy, state, result);
+  end_on_cubes(scene, version, input.hip_world, landing_of_first_leg(result), state, result);
   return result;
 }
 

@@ -62,27 +62,7 @@ ProxyStep MeshProxy::step(const TouchScene& scene, const volume::Version& versio
     return is_hit;
   };
   const int landing = move_god_object(frame, input.hip_world, state.proxy_volume, gap_, cast, result);
-  dvec3 proxy = result.path_volume[static_cast<std::size_t>(result.waypoint_count - 1)];
-  if (result.has_contact) {
-    if (state.had_contact) {
-      const Material& material = scene.shapes[static_cast<std::size_t>(result.shape)].material;
-      proxy = apply_friction(frame, material, input.hip_world, landing, result, state.is_sticking);
-      // A leg that friction shortened ends where rounding put it: look again.
-      if (const int last = result.waypoint_count - 1; last > 0) {
-        FacetHit hit;
-        const dvec3 begin = result.path_volume[static_cast<std::size_t>(last - 1)];
-        if (cast(begin, proxy, hit)) {
-          proxy = begin;
-          --result.waypoint_count;
-        }
-      }
-    } else {
-      state.is_sticking = true;
-    }
-  }
-  state.had_contact = result.has_contact;
-  state.proxy_volume = proxy;
-  result.proxy_world = frame.world_from_volume(proxy);
+  end_on_facets(frame, scene, input.hip_world, landing, cast, state, result);
   return result;
 }
 

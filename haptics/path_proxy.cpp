@@ -185,25 +185,7 @@ ProxyStep PathProxy::step(const TouchScene& scene, const volume::Version& versio
       add(candidate);
     }
   }
-  dvec3 proxy = result.path_volume[static_cast<std::size_t>(result.waypoint_count - 1)];
-  if (result.has_contact) {
-    if (state.had_contact) {
-      const Material& material = scene.shapes[static_cast<std::size_t>(result.shape)].material;
-      proxy = apply_friction(frame, material, input.hip_world, landing, result, state.is_sticking);
-    } else {
-      state.is_sticking = true;
-    }
-  }
-  if (result.waypoint_count > 1) {
-    // A leg that friction shortened ends where rounding put it: look again.
-    std::uint32_t after = state.inside;
-    const dvec3 begin = result.path_volume[static_cast<std::size_t>(result.waypoint_count - 2)];
-    if (result.has_contact && find_barrier(scene, version, begin, proxy, after, result.counters).is_blocked) {
-      proxy = begin;
-      --result.waypoint_count;
-    }
-  }
-  end_on_cubes(scene, version, proxy, state, result);
+  end_on_cubes(scene, version, input.hip_world, landing, state, result);
   return result;
 }
 

@@ -109,14 +109,7 @@ haptics::TouchScene make_scene(const std::string& phantom, const Parameters& par
     for (std::size_t i = 0; i < made.voxels.size(); ++i)
       made.voxels[i] = static_cast<std::int16_t>(std::clamp(
           made.voxels[i] + std::floor(grid.noise * volume::hash_normal(7, i) + 0.5), -1024.0, 3071.0));
-  haptics::TouchScene scene;
-  scene.base = std::make_shared<const volume::Volume>(std::move(made));
-  const volume::Shape shape;
-  scene.shapes.push_back(
-      {volume::Field(*scene.base, shape),
-       std::make_shared<const volume::Occupancy>(volume::Occupancy::build(*scene.base, shape)),
-       haptics::Material{0.5, 0.001, 0, 0}, haptics::Sides::front});
-  return scene;
+  return scenes::scene_of(std::move(made), {0.5, 0.001, 0, 0});
 }
 
 /// What is made when its turn comes.

@@ -145,14 +145,7 @@ haptics::TouchScene attack_scene(const std::string& phantom, double psf, bool is
     if (is_noisy)
       v = static_cast<std::int16_t>(std::clamp(v + 200 * volume::hash_normal(3, i), -1024.0, 3071.0));
   }
-  haptics::TouchScene scene;
-  scene.base = std::make_shared<const volume::Volume>(std::move(made));
-  const volume::Shape shape;
-  scene.shapes.push_back(
-      {volume::Field(*scene.base, shape),
-       std::make_shared<const volume::Occupancy>(volume::Occupancy::build(*scene.base, shape)),
-       haptics::Material{}, haptics::Sides::front});
-  return scene;
+  return scenes::scene_of(std::move(made));
 }
 
 /// A device of one moving mass on a surface, without a hand or with a constant push; positions in mm.

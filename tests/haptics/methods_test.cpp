@@ -113,6 +113,26 @@ TEST_P(Methods, HoldsWhileItIsDrilledAndUndoneUnderTheTool) {
   EXPECT_GT(play.contacts, 500);
 }
 
+TEST_P(Methods, HoldsInADrilledCavityAndReachesFartherAfterRemoval) {
+  if (std::string(GetParam()) == "mesh") GTEST_SKIP() << "a model of what is untouched does not change";
+  Play play(GetParam(), scenes::phantom_scene("plane", grid(96, 1, 0, {{"angle", 0}})));
+  volume::RemovalEditor editor(play.version, {play.scene.shapes[0].field});
+  play.step({0, 0, 5});
+  for (int i = 0; i < 100; ++i) play.step({0, 0, -6});
+  EXPECT_NEAR(glm::length(play.step({0, 0, -6}).proxy_world - dvec3(0, 0, -6)), 6, 1.25);
+  editor.remove({{0, 0, 2}, {0, 0, -8}, 4});
+  play.set_version(editor.publish());
+  for (int i = 0; i < 200; ++i) play.step({0, 0, -6});
+  EXPECT_FALSE(play.step({0, 0, -6}).has_contact);
+  // Push against floor and wall of the hole from inside.
+  for (int i = 0; i < 4000; ++i) {
+    const double a = i * 0.01;
+    play.step({8 * std::cos(a), 8 * std::sin(a), -9 - 5 * std::sin(0.37 * a)});
+  }
+  EXPECT_EQ(play.judge.fall_throughs(), 0);
+  EXPECT_GT(play.contacts, 3000);
+}
+
 TEST_P(Methods, BackSideHoldsAProxyInTheSolid) {
   TouchScene scene = scenes::phantom_scene("sphere", grid(96, 1));
   scene.shapes[0].sides = Sides::both;

@@ -1,74 +1,21 @@
 #include "haptics/subvoxel_proxy.h"
 
 #include <cmath>
-#include <glm/geometric.hpp>
-#include <gtest/gtest.h>
 
-#include "tests/checker/volume_samples.h"
-#include "tests/scenes/scenes.h"
-#include "volume/deterministic_math.h"
-#include "volume/removal.h"
+#include "tests/haptics/method_play.h"
 
 namespace trephine::haptics {
 namespace {
 
 using glm::dvec3;
 
-data_tools::PhantomOptions grid(int size, double psf, double shear = 0) {
-  data_tools::PhantomOptions o;
-  o.size = glm::ivec3(size);
-  o.psf_sigma_voxels = psf;
-  o.shear_degrees = shear;
-  return o;
-}
-
-checker::SmoothSolid judged_solid(const TouchScene& scene,
-                                  const std::shared_ptr<const volume::Version>& version) {
-  return checker::smooth_solid(scene.base, scene.shapes[0].field.shape(), version);
-}
-
-/// Plays HIP positions and judges each step.
-struct Play {
-  TouchScene scene;
-  std::shared_ptr<const volume::Version> version;
-  SubvoxelProxy method;
-  ProxyState state;
-  checker::FallThroughJudge judge;
-  long contacts = 0;
-
-  explicit Play(TouchScene s)
-      : scene(std::move(s)),
-        version(std::make_shared<volume::Version>(scene.base)),
-        judge(
-            [this](const dvec3& a, const dvec3& b) { return !judged_solid(scene, version).is_free(a, b); }) {
-    EXPECT_FALSE(method.prepare(scene).has_value());
-  }
-  void no_friction() {
-    scene.shapes[0].material.static_friction = scene.shapes[0].material.dynamic_friction = 0;
-  }
-  ProxyStep step(const dvec3& hip_world) {
-    const ProxyStep s = method.step(scene, *version, state, {hip_world});
-    judge.look({std::span(s.path_volume.data(), static_cast<std::size_t>(s.waypoint_count)),
-                scene.base->frame.volume_from_world(hip_world), s.has_contact, s.is_buried});
-    contacts += s.has_contact;
-    return s;
-  }
+struct SubvoxelPlay : Play {
+  explicit SubvoxelPlay(TouchScene s) : Play("subvoxel", std::move(s)) {}
 };
-
-TEST(SubvoxelProxy, FreeMotionFollowsTheHipExactly) {
-  Play play(scenes::phantom_scene("sphere", grid(64, 1)));
-  for (int i = 0; i < 50; ++i) {
-    const dvec3 hip(50.0 + i * 0.1, 40, 10);
-    const ProxyStep s = play.step(hip);
-    EXPECT_FALSE(s.has_contact);
-    EXPECT_LT(glm::length(s.proxy_world - hip), 1e-12);
-  }
-  EXPECT_EQ(play.judge.fall_throughs(), 0);
-}
 
 TEST(SubvoxelProxy, IsWithinAFiftiethOfAVoxelOfASphereAndFollowsTheHip) {
   for (const double shear : {0.0, 20.0}) {
-    Play play(scenes::phantom_scene("sphere", grid(256, 1.5, shear)));
+    SubvoxelPlay play(scenes::phantom_scene("sphere", grid(256, 1.5, shear)));
     play.no_friction();
     const double voxel = 120.0 / 256;
     const PosePath path = scenes::sphere_slide(45, 1.0, 100, 3);
@@ -109,9 +56,10 @@ TEST(SubvoxelProxy, RestsWhereTheIdealProxyRests) {
       {"corner", {-10, -12, -10}, {-22, -30, -23}, 0.0}, {"cone", {1.4, -4.5, 24.5}, {1.5, -1.5, 8}, 1.0},
       {"groove", {0, 0, -8}, {-6, 6, -30}, 0.0},         {"steps", {1, 1, 3}, {9, 2, -3}, 1.0}};
   for (const auto& c : cases) {
-    Play play(scenes::phantom_scene(c.name, grid(96, c.psf)));
+    SubvoxelPlay play(scenes::phantom_scene(c.name, grid(96, c.psf)));
     play.no_friction();
-    const auto solid = judged_solid(play.scene, play.version);
+    const auto solid =
+        checker::smooth_solid(play.scene.base, play.scene.shapes[0].field.shape(), play.version);
     const volume::Frame& frame = play.scene.base->frame;
     constexpr int k_steps = 240;
     dvec3 last = c.begin;
@@ -140,52 +88,15 @@ TEST(SubvoxelProxy, RestsWhereTheIdealProxyRests) {
   }
 }
 
-TEST(SubvoxelProxy, NeverFallsThroughThinPlatesAtAnySpeed) {
-  for (const double thickness : {0.94, 1.41, 1.88})        // 1, 1.5 and 2 voxels
-    for (const double speed : {0.05, 2.0, 10.0, 400.0}) {  // mm a step
-      data_tools::PhantomOptions o = grid(128, 0);
-      o.parameters = {{"thickness", thickness}, {"angle", 37}};
-      Play play(scenes::phantom_scene("plate", o));
-      dvec3 hip(0, 0, 50);
-      play.step(hip);
-      while (hip.z > -50) {
-        hip += dvec3(0.13 * speed, 0.07 * speed, -speed);
-        if (std::abs(hip.x) > 40) hip.x = 0;
-        play.step(hip);
-      }
-      EXPECT_EQ(play.judge.fall_throughs(), 0) << thickness << " " << speed;
-      EXPECT_GT(play.contacts, 0);
-    }
-}
-
-TEST(SubvoxelProxy, NeverFallsThroughARoughWalk) {
-  for (const char* name : {"gyroid", "shell", "corner", "groove"})
-    for (const double psf : {0.0, 0.7}) {
-      Play play(scenes::phantom_scene(name, grid(96, psf, 12)));
-      const PosePath path = scenes::rough_walk(dvec3(-55), dvec3(55), 3.0, 4000, 5);
-      for (const auto& sample : path.samples()) {
-        const ProxyStep s = play.step(sample.pose.position_world);
-        ASSERT_TRUE(std::isfinite(s.proxy_world.x + s.proxy_world.y + s.proxy_world.z));
-      }
-      EXPECT_EQ(play.judge.fall_throughs(), 0) << name << " " << psf;
-      EXPECT_EQ(play.judge.buried_starts(), 0) << name << " " << psf;
-      EXPECT_GT(play.contacts, 1000);
-    }
-}
-
 TEST(SubvoxelProxy, HoldsInADrilledCavityAndNeverSticksThere) {
-  Play play(scenes::phantom_scene("plane", [] {
-    auto o = grid(96, 1);
-    o.parameters = {{"angle", 0}};
-    return o;
-  }()));
+  SubvoxelPlay play(scenes::phantom_scene("plane", grid(96, 1, 0, {{"angle", 0}})));
   play.no_friction();
   volume::RemovalEditor editor(play.version, {play.scene.shapes[0].field});
   play.step({0, 0, 5});
   for (int i = 0; i < 100; ++i) play.step({0, 0, -6});
   EXPECT_NEAR(glm::length(play.step({0, 0, -6}).proxy_world - dvec3(0, 0, -6)), 6, 0.05);
   editor.remove({{0, 0, 2}, {0, 0, -8}, 4});
-  play.version = editor.publish();
+  play.set_version(editor.publish());
   for (int i = 0; i < 20; ++i) play.step({0, 0, -6});
   EXPECT_FALSE(play.step({0, 0, -6}).has_contact);
   // Push against floor and wall of the hole from inside: a ball's cavity, known exactly.
@@ -205,53 +116,8 @@ TEST(SubvoxelProxy, HoldsInADrilledCavityAndNeverSticksThere) {
   EXPECT_GT(play.contacts, 3000);
 }
 
-TEST(SubvoxelProxy, BackSideHoldsAProxyInTheSolid) {
-  TouchScene scene = scenes::phantom_scene("sphere", grid(96, 1));
-  scene.shapes[0].sides = Sides::both;
-  SubvoxelProxy method;
-  ProxyState state;
-  const volume::Version version(scene.base);
-  method.step(scene, version, state, {dvec3(0)});
-  EXPECT_EQ(state.inside, 1u);
-  ProxyStep s;
-  for (int i = 0; i < 600; ++i) s = method.step(scene, version, state, {dvec3(0.1 * i, 0.02 * i, 0)});
-  EXPECT_TRUE(s.has_contact);
-  EXPECT_EQ(s.side, -1);
-  EXPECT_NEAR(glm::length(s.proxy_world), 45, 0.1);
-  EXPECT_LT(glm::dot(s.normal_world, glm::normalize(s.proxy_world)), -0.999);
-  scene.shapes[0].sides = Sides::front;
-  for (int i = 0; i < 600; ++i) s = method.step(scene, version, state, {dvec3(0.1 * i, 0.02 * i, 0)});
-  EXPECT_FALSE(s.has_contact);
-  for (int i = 0; i < 600; ++i)
-    s = method.step(scene, version, state, {dvec3(60 - 0.1 * i, 12 - 0.02 * i, 0)});
-  EXPECT_TRUE(s.has_contact);
-  EXPECT_EQ(s.side, 1);
-}
-
-TEST(SubvoxelProxy, GrowthOverTheProxyIsSaidAndGivesNoForce) {
-  Play play(scenes::phantom_scene("plane", [] {
-    auto o = grid(64, 1);
-    o.parameters = {{"angle", 0}};
-    return o;
-  }()));
-  const auto untouched = play.version;
-  volume::RemovalEditor editor(play.version, {play.scene.shapes[0].field});
-  editor.remove({{0, 0, 0}, {0, 0, -15}, 8});
-  play.version = editor.publish();
-  play.step({0, 0, 10});
-  play.step({0, 0, -10});
-  play.version = untouched;
-  const ProxyStep s = play.step({0, 0, -10});
-  EXPECT_TRUE(s.is_buried);
-  EXPECT_FALSE(s.has_contact);
-}
-
 TEST(SubvoxelProxy, FrictionHoldsStillAndTrailsByTheCone) {
-  Play play(scenes::phantom_scene("plane", [] {
-    auto o = grid(128, 1.5);
-    o.parameters = {{"angle", 10}};
-    return o;
-  }()));
+  SubvoxelPlay play(scenes::phantom_scene("plane", grid(128, 1.5, 0, {{"angle", 10}})));
   const dvec3 n(std::sin(10 / 57.29577951308232), 0, std::cos(10 / 57.29577951308232)), x(n.z, 0, -n.x);
   play.step(0.3 * x + 5.0 * n);
   for (int i = 0; i < 20; ++i) play.step(0.3 * x - 2.0 * n);
@@ -301,27 +167,6 @@ TEST(SubvoxelProxy, TwoShapesHoldTogether) {
       ASSERT_NEAR(s.proxy_world.y, hip.y, 1e-3) << i;
     }
   }
-}
-
-TEST(SubvoxelProxy, WorkDoesNotGrowWithTheVolume) {
-  long work[2] = {0, 0};
-  for (const int i : {0, 1}) {
-    data_tools::PhantomOptions o;
-    o.size = glm::ivec3(i == 0 ? 50 : 200);
-    o.spacing_mm = dvec3(0.5);
-    o.parameters = {{"radius", 10}};
-    TouchScene scene = scenes::phantom_scene("sphere", o);
-    SubvoxelProxy method;
-    ProxyState state;
-    const volume::Version version(scene.base);
-    const PosePath path = scenes::sphere_slide(10, 0.5, 50, 1);
-    for (const auto& sample : path.samples()) {
-      const ProxyStep s = method.step(scene, version, state, {sample.pose.position_world});
-      work[i] += s.counters.voxels + s.counters.cells + s.counters.iterations;
-    }
-  }
-  EXPECT_EQ(work[0], work[1]);
-  EXPECT_GT(work[0], 1000);
 }
 
 }  // namespace

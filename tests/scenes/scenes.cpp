@@ -11,13 +11,17 @@ namespace trephine::scenes {
 haptics::TouchScene phantom_scene(const std::string& name, const data_tools::PhantomOptions& options) {
   auto made = data_tools::make_phantom(name, options);
   if (!made) volume::broken_promise(made.error().message().c_str(), __FILE__, __LINE__);
+  return scene_of(std::move(made).value());
+}
+
+haptics::TouchScene scene_of(volume::Volume&& volume, const haptics::Material& material) {
   haptics::TouchScene scene;
-  scene.base = std::make_shared<const volume::Volume>(std::move(made).value());
+  scene.base = std::make_shared<const volume::Volume>(std::move(volume));
   const volume::Shape shape;
   scene.shapes.push_back(
       {volume::Field(*scene.base, shape),
-       std::make_shared<const volume::Occupancy>(volume::Occupancy::build(*scene.base, shape)),
-       haptics::Material{}, haptics::Sides::front});
+       std::make_shared<const volume::Occupancy>(volume::Occupancy::build(*scene.base, shape)), material,
+       haptics::Sides::front});
   return scene;
 }
 

@@ -13,6 +13,9 @@ namespace trephine::scenes {
 /// A phantom touched at iso 300. Aborts the test on bad options (they are ours).
 haptics::TouchScene phantom_scene(const std::string& name, const data_tools::PhantomOptions& options);
 
+/// A volume touched at iso 300.
+haptics::TouchScene scene_of(volume::Volume&& volume, const haptics::Material& material = {});
+
 /// Back and forth over the sphere of phantom "sphere" (radius mm), `depth` mm inside it, at `speed` mm/s for
 /// `seconds`: a great circle tilted so that it follows no lattice plane. Sampled at 1 kHz.
 haptics::PosePath sphere_slide(double radius, double depth, double speed, double seconds);
