@@ -83,22 +83,27 @@ AttackRow attack(const std::string& name, const haptics::TouchScene& scene, cons
   dvec3 hip = frame.world_from_volume(0.5 * size), velocity(0);
   std::uint64_t n = 0;
   const auto random = [&] { return uniform(seed, n++); };
+  // In this order with every compiler.
+  const auto random_point = [&] {
+    const double x = random(), y = random(), z = random();
+    return dvec3(x, y, z);
+  };
   // An explicit surface is judged by a whole mesh, which a cut makes anew: rarely.
   const long cut_every = info.solid == MethodInfo::Solid::net ? 4000 : 400;
   double speed = 1;
   for (long i = 0; i < steps; ++i) {
     if (i % 2000 == 0) {  // a new start anywhere, then forget what was
-      hip = frame.world_from_volume(dvec3(random(), random(), random()) * (size + 8.0) - 4.0);
+      hip = frame.world_from_volume(random_point() * (size + 8.0) - 4.0);
       state = {};
       judge.judge.restart();
     }
     if (i % 50 == 0) {
       // Speeds from a hundredth of a mm to 10 mm a step, evenly over the decades.
       speed = std::pow(10.0, -2 + 3 * random());
-      velocity = glm::normalize(dvec3(random() - 0.5, random() - 0.5, random() - 0.5)) * speed;
+      velocity = glm::normalize((random_point() - 0.5)) * speed;
     }
     if (i % cut_every == cut_every / 2 && !info.is_of_untouched) {
-      const dvec3 to = hip + 3 * voxel * dvec3(random() - 0.5, random() - 0.5, random() - 0.5);
+      const dvec3 to = hip + 3 * voxel * (random_point() - 0.5);
       editor.remove({hip, to, (1 + 3 * random()) * voxel});
       version = editor.publish();
       judge.set_version(version);
@@ -109,7 +114,7 @@ AttackRow attack(const std::string& name, const haptics::TouchScene& scene, cons
       judge.set_version(version);
     }
     const dvec3 before = hip;
-    hip += velocity + 0.3 * speed * dvec3(random() - 0.5, random() - 0.5, random() - 0.5);
+    hip += velocity + 0.3 * speed * (random_point() - 0.5);
     dvec3 v = frame.volume_from_world(hip);
     for (int a = 0; a < 3; ++a)
       if (v[a] < -4 || v[a] > size[a] + 3) {

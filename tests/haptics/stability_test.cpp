@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <limits>
+#include <map>
 
 #include "haptics/passivity.h"
 #include "haptics/servo_core.h"
@@ -51,8 +52,9 @@ TEST(Stability, TheAttackCatchesMethodsThatPromiseNothing) {
   bench::AttackOptions options;
   options.steps = 36'000;
   options.methods = {"raystep", "plane", "gradient"};
-  for (const bench::AttackRow& row : bench::run_attack(options))
-    EXPECT_GT(row.fall_throughs, 0) << row.method << " on " << row.scene;
+  std::map<std::string, long> falls;
+  for (const bench::AttackRow& row : bench::run_attack(options)) falls[row.method] += row.fall_throughs;
+  for (const std::string& method : options.methods) EXPECT_GT(falls[method], 10) << method;
 }
 
 TEST(Stability, StiffnessMapsAgreeWithTheory) {
