@@ -9,6 +9,7 @@
 #include <mutex>
 
 #include "volume/parallel.h"
+#include "volume/work_counters.h"
 
 namespace trephine::volume {
 
@@ -343,6 +344,7 @@ Result<std::shared_ptr<const OffsetField>> OffsetField::build(const Field& field
                                                               const Version* version, double radius,
                                                               int threads, Work* work) {
   const auto begin = std::chrono::steady_clock::now();
+  ++work_counters().offset_fields;
   const Frame& base = field.volume().frame;
   const dvec3 extent = base.spacing() * dvec3(field.volume().size);
   if (!(radius > 0 && radius <= 20) || radius > std::max({extent.x, extent.y, extent.z}))
@@ -384,6 +386,7 @@ std::shared_ptr<const OffsetField> OffsetField::updated(const Field& field, cons
                                                         const Version& version, const VoxelBox& changed,
                                                         int threads, Work* work) const {
   const auto begin = std::chrono::steady_clock::now();
+  ++work_counters().offset_fields;
   std::shared_ptr<OffsetField> result(new OffsetField(*this));
   const double reach = radius_ + (k_band + 1) * step_;
   const Frame& base = field.volume().frame;

@@ -10,6 +10,7 @@ namespace trephine::volume {
 struct WorkCounters {
   std::atomic<long> surfaces{0};     ///< whole surfaces and chunks extracted
   std::atomic<long> occupancies{0};  ///< bit fields made, one a shape
+  std::atomic<long> offset_fields{0};  ///< for tools with a radius, updates included
   std::atomic<long> gl_contexts{0};  ///< windows and pictures begun
 };
 

@@ -161,6 +161,7 @@ Result<Outcome> run_touch(const TouchArguments& arguments) {
                       {"iterations", total.iterations},
                       {"most_voxels_in_a_step", worst.voxels},
                       {"surfaces_made", work.surfaces.load() - surfaces_of_the_judge},
+                      {"offset_fields_made", work.offset_fields.load()},
                       {"gl_contexts_made", work.gl_contexts.load()},
                       {"shapes_with_bits", work.occupancies.load()}};
   if (offset)

@@ -128,8 +128,14 @@ TEST_F(Command, TouchTakesAMethodAndARadius) {
   const Json round = json("touch s.mha --path p.csv -o t.csv --radius 2");
   EXPECT_EQ(round["tool"]["radius_mm"], 2);
   EXPECT_EQ(round["fall_throughs"], 0);
-  // A point makes no distance field.
-  EXPECT_FALSE(json("touch s.mha --path p.csv -o t.csv").contains("tool"));
+  // What a scene does not need is not made: a point needs no distance field, no surface and no search.
+  const Json point = json("touch s.mha --path p.csv -o t.csv");
+  EXPECT_FALSE(point.contains("tool"));
+  for (const char* unused : {"offset_fields_made", "surfaces_made", "gl_contexts_made"})
+    EXPECT_EQ(point["counters"][unused], 0) << unused;
+  EXPECT_EQ(point["counters"]["shapes_with_bits"], 1);
+  EXPECT_EQ(round["counters"]["offset_fields_made"], 1);
+  EXPECT_EQ(round["counters"]["surfaces_made"], 0);
   const struct {
     const char *arguments, *word;
   } bad[] = {{"touch s.mha --path p.csv -o t.csv --method gost", "subvoxel, implicit, path, explicit"},
