@@ -24,7 +24,8 @@ struct trephine_scene {
   std::shared_ptr<const volume::Volume> base;
   haptics::TouchScene touch;
   std::unique_ptr<volume::Version> version;
-  std::unique_ptr<haptics::ProxyMethod> method;
+  std::shared_ptr<haptics::ProxyMethod> method;  ///< shared with hands, which may outlive a change
+  std::uint64_t generation = 0;                  ///< of prepare(): hands of an earlier one do not step
   bool is_prepared = false;
   std::array<trephine_surface, haptics::TouchScene::k_max_shapes> surfaces;
   // The newest motion that surfaces were asked about, and what it met.
@@ -35,6 +36,8 @@ struct trephine_scene {
 
 struct trephine_hand {
   const trephine_scene* scene;
+  std::shared_ptr<const haptics::ProxyMethod> method;
+  std::uint64_t generation;
   haptics::ServoCore core;
 };
 
@@ -85,6 +88,9 @@ int add_shape(trephine_scene* scene, const char* name, double low, double high,
   int index = -1;
   guarded(error, [&]() -> volume::Status {
     if (scene == nullptr) return bad("there is no scene", "NULL", "a scene from trephine_scene_create");
+    if (std::isinf(low) && std::isinf(high))
+      return bad("the window holds everything, or nothing",
+                 std::to_string(low) + " to " + std::to_string(high), "at least one finite end");
     if (std::isnan(low) || std::isnan(high) || !(low <= high))
       return bad("the window is empty or no window", std::to_string(low) + " to " + std::to_string(high),
                  "low <= high");
@@ -111,6 +117,9 @@ void look_along(trephine_scene& scene, const dvec3& start, const dvec3& end) noe
   haptics::ProxyCounters counters;
   haptics::SmoothWalls walls(scene.touch, *scene.version, counters);
   const dvec3 a = frame.volume_from_world(start), b = frame.volume_from_world(end);
+  for (const dvec3& p : {a, b})
+    for (int k = 0; k < 3; ++k)
+      if (!(std::abs(p[k]) < 0.25 * volume::k_traversal_limit)) return;
   std::uint32_t inside = 0;
   for (int s = 0; s < static_cast<int>(scene.touch.shapes.size()); ++s)
     if (walls.is_solid(s, a)) inside |= 1u << s;
@@ -214,6 +223,7 @@ int trephine_scene_set_sides(trephine_scene* scene, int shape, int sides, trephi
     if (sides < TREPHINE_NONE || sides > TREPHINE_BOTH)
       return bad("there is no such side", std::to_string(sides), "TREPHINE_NONE, FRONT, BACK or BOTH");
     scene->touch.shapes[static_cast<std::size_t>(shape)].sides = static_cast<haptics::Sides>(sides);
+    scene->has_motion = false;
     return std::nullopt;
   });
 }
@@ -239,6 +249,7 @@ int trephine_scene_prepare(trephine_scene* scene, trephine_error* error) {
             volume::Occupancy::build(*scene->base, shape.field.shape()));
     if (volume::Status status = scene->method->prepare(scene->touch)) return status;
     scene->has_motion = false;
+    ++scene->generation;
     scene->is_prepared = true;
     return std::nullopt;
   });
@@ -253,7 +264,8 @@ trephine_hand* trephine_hand_create(const trephine_scene* scene, double rate_hz,
     if (!scene->is_prepared)
       return bad("the scene is not prepared", scene->touch.shapes.empty() ? "no shapes" : "changed since",
                  "trephine_scene_prepare before hands are made");
-    hand.reset(new trephine_hand{scene, haptics::ServoCore(scene->touch, *scene->method, {}, 1 / rate_hz)});
+    hand.reset(new trephine_hand{scene, scene->method, scene->generation,
+                                 haptics::ServoCore(scene->touch, *scene->method, {}, 1 / rate_hz)});
     return std::nullopt;
   });
   return code == TREPHINE_OK ? hand.release() : nullptr;
@@ -263,7 +275,7 @@ void trephine_hand_destroy(trephine_hand* hand) { delete hand; }
 
 int trephine_hand_step(trephine_hand* hand, const double position[3], trephine_touch* touch) {
   if (hand == nullptr || position == nullptr || touch == nullptr) return TREPHINE_BAD_ARGUMENT;
-  if (!hand->scene->is_prepared) return TREPHINE_NOT_PREPARED;
+  if (!hand->scene->is_prepared || hand->generation != hand->scene->generation) return TREPHINE_NOT_PREPARED;
   haptics::ServoInput input;
   input.pose.position_world = {position[0], position[1], position[2]};
   const haptics::ServoRecord record = hand->core.step(*hand->scene->version, input);

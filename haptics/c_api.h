@@ -4,7 +4,8 @@
  * result and, when `error` is not NULL, in words. Nothing throws, prints or exits.
  *
  * Threads: a scene is set up by one thread and then not changed while hands step. Each hand belongs to one
- * thread at a time; several hands may step on one scene at once. trephine_hand_step and
+ * thread at a time; several hands may step on one scene at once. Materials and sides take
+ * effect at once; after another shape or method prepare again and make the hands anew. trephine_hand_step and
  * trephine_intersect_surface neither allocate nor lock nor wait. The voxels are borrowed: they must stay
  * where they are, unchanged, until the scene is destroyed. */
 #ifndef TREPHINE_HAPTICS_C_API_H
@@ -23,7 +24,8 @@ enum trephine_code {
   TREPHINE_OK = 0,
   TREPHINE_BAD_ARGUMENT = 1,
   TREPHINE_NO_MEMORY = 2,
-  TREPHINE_NOT_PREPARED = 3 /* the scene changed since, or before, trephine_scene_prepare */
+  TREPHINE_NOT_PREPARED =
+      3 /* shapes or method changed since trephine_scene_prepare, or hands are from before it */
 };
 enum trephine_side { TREPHINE_NONE = 0, TREPHINE_FRONT = 1, TREPHINE_BACK = 2, TREPHINE_BOTH = 3 };
 

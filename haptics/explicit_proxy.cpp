@@ -20,7 +20,7 @@ class NetCaster {
   bool operator()(const dvec3& a, const dvec3& b, FacetHit& hit) const noexcept {
     if (a == b) return false;
     bool is_hit = false;
-    for (int s = 0; s < static_cast<int>(scene_.shapes.size()); ++s) is_hit = cast(s, a, b, hit) || is_hit;
+    for (int s = 0; s < static_cast<int>(scene_.shapes.size()); ++s) is_hit = cast(s, a, b, hit, is_hit);
     return is_hit;
   }
 
@@ -58,15 +58,15 @@ class NetCaster {
     return volume::LocalNet({&shape.field, &version_, shape.bits.get()});
   }
 
-  bool cast(int s, const dvec3& a, const dvec3& b, FacetHit& hit) const noexcept {
+  /// `is_hit`: another shape was met at hit.t; only what is nearer counts.
+  bool cast(int s, const dvec3& a, const dvec3& b, FacetHit& hit, bool is_hit) const noexcept {
     const TouchShape& shape = scene_.shapes[static_cast<std::size_t>(s)];
     const bool is_front = holds(shape.sides, Sides::front), is_back = holds(shape.sides, Sides::back);
-    if (!is_front && !is_back) return false;
+    if (!is_front && !is_back) return is_hit;
     const volume::LocalNet net = net_of(s);
     const dvec3 way = b - a;
     // Cells are cubes between voxel centres: the traversal's voxels, moved by half a step.
     const volume::VoxelBox box{ivec3(-1), scene_.base->size - 1};
-    bool is_hit = false;
     volume::VoxelWalk walk(volume::Segment(a - 0.5, b - 0.5), box);
     while (!walk.is_done()) {
       const ivec3& cell = walk.voxel();

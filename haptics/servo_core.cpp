@@ -5,6 +5,8 @@
 #include <glm/geometric.hpp>
 #include <xmmintrin.h>
 
+#include "volume/traversal.h"
+
 namespace trephine::haptics {
 
 using glm::dvec3;
@@ -16,6 +18,14 @@ constexpr double k_farthest_mm = 1e6;  // a pose beyond this is a broken device,
 bool is_place(const dvec3& p) noexcept {
   for (int a = 0; a < 3; ++a)
     if (!(std::abs(p[a]) <= k_farthest_mm)) return false;
+  return true;
+}
+
+/// Where voxels can still be counted, however small they are.
+bool is_in_reach(const volume::Frame& frame, const dvec3& p) noexcept {
+  const dvec3 v = frame.volume_from_world(p);
+  for (int a = 0; a < 3; ++a)
+    if (!(std::abs(v[a]) < 0.25 * volume::k_traversal_limit)) return false;
   return true;
 }
 
@@ -52,7 +62,7 @@ ServoRecord ServoCore::step(const volume::Version& version, const ServoInput& in
   std::uint32_t faults = input.faults;
   wanted_ = dvec3(0);
   const dvec3& hip = input.pose.position_world;
-  if (is_place(hip) && (faults & fault_not_finite) == 0) {
+  if (is_place(hip) && is_in_reach(scene_->base->frame, hip) && (faults & fault_not_finite) == 0) {
     const bool has_grown = has_pending_ && version.serial() >= pending_.version;
     if (has_grown) {
       way_ = pending_;

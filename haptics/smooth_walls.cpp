@@ -219,7 +219,14 @@ Reach SmoothWalls::reach(const dvec3& a, const dvec3& b, std::uint32_t& inside, 
   const double least_step = tolerance / length;
   const int count = static_cast<int>(scene_->shapes.size());
 
+  // Where a shape let the way pass, so that what lies behind a wall met by a later shape is taken back.
+  struct Passed {
+    int shape;
+    double t;
+  };
   const auto cube = [&](const ivec3& v, double t0, double t1, Reach& reach, bool is_known_near) {
+    std::array<Passed, 4 * TouchScene::k_max_shapes> passed;
+    std::size_t passes = 0;
     for (int s = 0; s < count; ++s) {
       const TouchShape& shape = scene_->shapes[static_cast<std::size_t>(s)];
       double from = t0;
@@ -235,10 +242,14 @@ Reach SmoothWalls::reach(const dvec3& a, const dvec3& b, std::uint32_t& inside, 
           if (free < std::min(t1, reach.t)) reach = {free, true, wall};
           break;
         }
+        const std::uint32_t before = inside;
         pass(s, v, a, along, from, std::min(t1, reach.t), inside, from);
+        if (inside != before) passed[passes++] = {s, from};
         if (from >= t1) break;
       }
     }
+    for (std::size_t i = 0; i < passes; ++i)
+      if (passed[i].t > reach.t) inside ^= 1u << passed[i].shape;
   };
 
   Reach reach;

@@ -128,6 +128,13 @@ class Slide {
     return square < k_short_step * k_short_step * unit &&
            square * square * square < k_exact * k_exact * unit * square_before * square_before;
   }
+  /// Bit s: p lies in the solid of shape s.
+  std::uint32_t solids_at(const dvec3& p) noexcept {
+    std::uint32_t bits = 0;
+    for (int s = 0; s < static_cast<int>(scene_.shapes.size()); ++s)
+      if (walls_.is_solid(s, p)) bits |= 1u << s;
+    return bits;
+  }
   bool begin() noexcept;
   void planes_at(const dvec3& p, double within, Planes& planes) noexcept;
   void plane_of(const Wall& wall, const dvec3& p, Plane& plane) noexcept;
@@ -192,8 +199,7 @@ bool Slide::begin() noexcept {
   state_ = ProxyState{};
   state_.has_proxy = true;
   state_.proxy_volume = in_volume(hip_);
-  for (int s = 0; s < count; ++s)
-    if (walls_.is_solid(s, hip_)) state_.inside |= 1u << s;
+  state_.inside = solids_at(hip_);
   result_.proxy_world = hip_world_;
   add(hip_);
   report_path();
@@ -525,7 +531,17 @@ void Slide::run() noexcept {
         plane_of(straight.wall, at, planes[0]);
         planes.count = planes[0].steepness > 0 ? 1 : 0;
       }
-      if (planes.count == 0) break;
+      if (planes.count == 0) {
+        // Flat matter without a normal: held where it is, facing back along the way.
+        if (result_.shape < 0) {
+          const dvec3 back = frame_.world_from_volume(at) - hip_world_;
+          const double length = glm::length(back);
+          result_.shape = straight.wall.shape;
+          result_.side = straight.wall.is_back ? -1 : 1;
+          if (length > 0) result_.normal_world = back / length;
+        }
+        break;
+      }
     }
     if (result_.shape < 0) touch(planes[0]);
     // Along the walls, as far as it leads nearer.
@@ -586,14 +602,13 @@ void Slide::finish() noexcept {
       // A leg that friction shortened ends where rounding put it: look again.
       if (const int last = result_.waypoint_count - 1; last > 0) {
         const dvec3 start = result_.path_volume[static_cast<std::size_t>(last - 1)];
-        std::uint32_t after = inside;
+        std::uint32_t after = solids_at(start);
         if (walls_.reach(start, proxy, after, k_landing).is_blocked) {
           proxy = start;
           --result_.waypoint_count;
         }
-      } else {
-        inside = state_.inside;
       }
+      inside = solids_at(proxy);
     }
   } else {
     state_.is_sticking = true;

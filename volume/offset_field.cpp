@@ -87,6 +87,18 @@ class SmoothSurface {
     return is_found;
   }
 
+  /// Surface points between a solid place and a free one, by bisection: for what is too thin for gradients.
+  void bisect(dvec3 solid, dvec3 free, std::vector<SurfacePoint>& points) const {
+    if (!is_solid(solid) || is_solid(free)) return;
+    for (int i = 0; i < 24; ++i) {
+      const dvec3 middle = 0.5 * (solid + free);
+      (is_solid(middle) ? solid : free) = middle;
+    }
+    bool is_cut = false;
+    if (has_cut()) is_cut = std::abs(jet(true, solid).value) * 100 < std::abs(jet(false, solid).value);
+    points.push_back({glm::vec3(frame_.world_from_volume(solid)), is_cut});
+  }
+
   /// Distance (mm) from x to the surface near `from`: Newton on the surface with its curvature, never longer
   /// than to `from`.
   double distance(const dvec3& x_world, const SurfacePoint& from) const {
@@ -176,8 +188,19 @@ class OffsetField::Builder {
                                         word(w, y, z - 1) & word(w, y, z + 1));
           for (; edge != 0; edge &= edge - 1) {
             const ivec3 v(64 * w + std::countr_zero(edge), y, z);
+            if (v.x < low.x || v.x > high.x) continue;
             SurfacePoint point;
-            if (v.x >= low.x && v.x <= high.x && surface_.project(v, point)) points.push_back(point);
+            const bool is_found = surface_.project(v, point);
+            if (is_found) points.push_back(point);
+            // A sheet of one voxel has two sides and, in its middle, no slope that leads to them.
+            for (int axis = 0; axis < 3; ++axis) {
+              ivec3 before = v, after = v;
+              --before[axis], ++after[axis];
+              const bool is_before = is_solid_voxel(before), is_after = is_solid_voxel(after);
+              if (is_found && (is_before || is_after)) continue;
+              if (!is_before) surface_.bisect(dvec3(v), dvec3(before), points);
+              if (!is_after) surface_.bisect(dvec3(v), dvec3(after), points);
+            }
           }
         }
   }

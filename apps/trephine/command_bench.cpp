@@ -157,6 +157,7 @@ Result<bench::FeelAnswers> read_answers(const std::string& path) {
   std::string line;
   for (int number = 1; std::getline(in, line); ++number) {
     if (number == 1 && line.rfind("scene,", 0) == 0) continue;
+    if (!line.empty() && line.back() == '\r') line.pop_back();
     if (line.empty()) continue;
     const std::size_t comma = line.find(',');
     double x = 0, y = 0, z = 0, us = 0;
@@ -320,7 +321,8 @@ volume::Status bench_stability(const BenchArguments& arguments, Outcome& outcome
   std::string map_csv = "surface,what,rate_hz,alpha,delay_s,simulated,theory,rule\n";
   double worst = 0;
   for (const bench::StiffnessRow& row : maps) {
-    worst = std::max(worst, std::abs(row.simulated / row.theory - 1));
+    const double off = std::abs(row.simulated / row.theory - 1);
+    if (!(off <= worst)) worst = off;
     map_csv += format_text("%s,%s,%g,%g,%g,%.4f,%.4f,%.4f\n", row.surface.c_str(), row.what.c_str(),
                            row.rate_hz, row.alpha, row.delay_s, row.simulated, row.theory, row.rule);
     outcome.json["stiffness"].push_back({{"surface", row.surface},
@@ -409,13 +411,19 @@ Result<Outcome> audit_session(const AuditArguments& arguments) {
   using Solid = haptics::MethodInfo::Solid;
   const Solid promised = haptics::find_method(header.method)->solid;
 
+  if (promised != Solid::smooth && promised != Solid::cubes)
+    return Error{"there is no judge for the session's proxy method", data_tools::file_name(arguments.session),
+                 header.method, "subvoxel, implicit or path", ""};
+
   // One judge a hand; what is solid is the version that the tick saw.
   std::shared_ptr<const volume::Version> seen;
   std::vector<checker::SmoothSolid> smooth;
   std::vector<checker::FallThroughJudge> cubes;
   const auto meets = [&](const glm::dvec3& a, const glm::dvec3& b) {
-    for (std::size_t s = 0; s < scene.shapes.size(); ++s)
+    for (std::size_t s = 0; s < scene.shapes.size(); ++s) {
+      if (!haptics::holds(scene.shapes[s].sides, haptics::Sides::front)) continue;
       if (promised == Solid::smooth ? !smooth[s].is_free(a, b) : cubes[s].meets_solid(a, b)) return true;
+    }
     return false;
   };
   const std::size_t hands = std::max<std::size_t>(1, header.tools.size());

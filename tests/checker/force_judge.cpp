@@ -32,6 +32,7 @@ void ForceJudge::look(const ForceTick& t) {
     had_contact_ = false;
     fade_ = 1;
     cap_ = law_.limit;
+    is_lost_ = false;
   }
   if (t.is_restarted) {
     smoothed_ = dvec3(0);
@@ -58,8 +59,10 @@ void ForceJudge::look(const ForceTick& t) {
       wanted = shortened(smoothed_, cap_);
     }
   }
+  // A position that was none leaves nothing to trust until a reset.
+  is_lost_ = is_lost_ || t.is_not_finite;
   dvec3 force(0);
-  if (!t.is_not_finite) {
+  if (!is_lost_) {
     if (t.is_fading) fade_ = std::max(0.0, fade_ - law_.dt / law_.fade_seconds);
     force = shortened(t.is_fading ? fade_ * wanted : wanted, law_.limit);
     const dvec3 change = force - last_;

@@ -43,7 +43,7 @@ class ForceJudge {
   double alpha_;
   glm::dvec3 smoothed_{0.0}, stretch_{0.0}, last_{0.0}, last_position_{0.0};
   double fade_ = 1, cap_, contact_ = 0, growth_ = 0;
-  bool had_contact_ = false, was_led_ = false, had_position_ = false;
+  bool had_contact_ = false, was_led_ = false, had_position_ = false, is_lost_ = false;
   int unsure_ = 0;  ///< ticks until smoothing has forgotten what was not seen
   long ticks_ = 0, wrong_forces_ = 0;
   double worst_force_ = 0, worst_energy_ = 0;

@@ -93,6 +93,7 @@ int main(int argc, char** argv) {
   const int hard = trephine_scene_add_opacity_ramp(scene, "hard", hu, opacity, 4, 0.5, &error);
   CHECK(soft == 0 && hard == 1);
   CHECK(trephine_scene_add_window(scene, "none", 10, 5, &error) == -1);
+  CHECK(trephine_scene_add_window(scene, "everything", -INFINITY, INFINITY, &error) == -1);
   const double two[4] = {1, 0, 1, 0};
   CHECK(trephine_scene_add_opacity_ramp(scene, "two", hu, two, 4, 0.5, &error) == -1);
   CHECK(strstr(error.text, "stretch") != NULL);
@@ -149,6 +150,17 @@ int main(int argc, char** argv) {
   memcpy(again, point, sizeof again);
   CHECK(trephine_intersect_surface(again, below, point, normal, &side, outer) == 1);
   CHECK(fabs(point[2] - again[2]) < 1e-4);
+
+  /* A side that is taken away is gone at once; a hand from before another method does not step. */
+  CHECK(trephine_scene_set_sides(scene, soft, TREPHINE_NONE, &error) == TREPHINE_OK);
+  CHECK(trephine_intersect_surface(above, below, point, normal, &side, outer) == 0);
+  CHECK(trephine_scene_set_method(scene, "implicit", &error) == TREPHINE_OK);
+  CHECK(trephine_hand_step(hand, above, &touch) == TREPHINE_NOT_PREPARED);
+  CHECK(trephine_scene_prepare(scene, &error) == TREPHINE_OK);
+  CHECK(trephine_hand_step(hand, above, &touch) == TREPHINE_NOT_PREPARED);
+  trephine_hand* newer = trephine_hand_create(scene, 1000, &error);
+  CHECK(newer != NULL && trephine_hand_step(newer, above, &touch) == TREPHINE_OK);
+  trephine_hand_destroy(newer);
 
   trephine_hand_destroy(hand);
   trephine_hand_destroy(NULL);

@@ -1,6 +1,7 @@
 // What every method that promises a solid must keep, whichever solid that is.
 #include "haptics/methods.h"
 
+#include <array>
 #include <bit>
 #include <cmath>
 #include <map>
@@ -189,6 +190,39 @@ TEST_P(Methods, FrictionHoldsStillAndTrailsByTheCone) {
   }
   EXPECT_NEAR(hip.x - s.proxy_world.x, 0.15 * (s.proxy_world.z - hip.z), 0.1);
   EXPECT_EQ(play.judge.fall_throughs(), 0);
+}
+
+/// Two shapes over one another: the nearer one holds, in whichever order they are listed; and a proxy that
+/// began in the upper one is held by the lower one when it is pressed on.
+TEST_P(Methods, TheNearerOfTwoShapesHolds) {
+  for (const bool is_bone_first : {false, true}) {
+    TouchScene scene = scenes::phantom_scene("plane", grid(64, 2, 0, {{"angle", 0}}));
+    volume::Shape skin, bone;
+    skin.low = -300, skin.high = 700, bone.low = 700;
+    scene.shapes.clear();
+    for (const volume::Shape& shape : is_bone_first ? std::array{bone, skin} : std::array{skin, bone})
+      scene.shapes.push_back(
+          {volume::Field(*scene.base, shape),
+           std::make_shared<const volume::Occupancy>(volume::Occupancy::build(*scene.base, shape)),
+           Material{0.5, 0.001, 0, 0}, Sides::front});
+    const auto method = make_method(GetParam()).value();
+    ASSERT_FALSE(method->prepare(scene).has_value());
+    const volume::Version version(scene.base);
+    ProxyState state;
+    ProxyStep s = method->step(scene, version, state, {{1, 1, 20}});
+    for (const double z : {20.0, -8.0, -8.0}) s = method->step(scene, version, state, {{1, 1, z}});
+    EXPECT_TRUE(s.has_contact) << is_bone_first;
+    EXPECT_EQ(s.shape, is_bone_first ? 1 : 0);
+    EXPECT_GT(s.proxy_world.z, 0.3);  // on the skin, above the middle of the edge
+    // From within the skin: down to the bone, pressed on for some steps.
+    state = {};
+    method->step(scene, version, state, {{1, 1, 0.2}});
+    for (int i = 0; i < 60; ++i) s = method->step(scene, version, state, {{1 + 0.01 * i, 1, 0.2 - 0.1 * i}});
+    EXPECT_TRUE(s.has_contact) << is_bone_first;
+    EXPECT_FALSE(s.is_buried);
+    EXPECT_EQ(s.shape, is_bone_first ? 0 : 1);
+    EXPECT_GT(s.proxy_world.z, -2);
+  }
 }
 
 TEST_P(Methods, FarAwayAndHugeStepsAreHarmless) {

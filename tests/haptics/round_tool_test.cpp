@@ -94,6 +94,26 @@ TEST(RoundTool, StaysOutOfWhatIsNarrowerAndNeverFallsThrough) {
   }
 }
 
+/// A sheet of one voxel, flat or tilted, holds a round tool on both sides.
+TEST(RoundTool, AThinSheetHoldsItFromBothSides) {
+  for (const double angle : {0.0, 23.0, 37.0})
+    for (const double side : {1.0, -1.0}) {
+      // A voxel is 1.25 mm; the sheet lies through voxel centres.
+      RoundPlay play(scenes::phantom_scene("plate", grid(95, 0, 0, {{"thickness", 1.35}, {"angle", angle}})),
+                     3);
+      const double a = angle / 57.29577951308232;
+      const dvec3 n = side * dvec3(std::sin(a), 0, std::cos(a)), along(std::cos(a), 0, -std::sin(a));
+      play.step(12.0 * n);
+      ProxyStep s;
+      for (int i = 0; i < 300; ++i) s = play.step((12 - 0.05 * i) * n);
+      for (int i = 0; i < 300; ++i) {
+        s = play.step(-3.0 * n + 0.05 * i * along);
+        ASSERT_NEAR(glm::dot(s.proxy_world, n), 3.3, 1.0) << angle << " " << side << " " << i;
+      }
+      EXPECT_EQ(play.judge.fall_throughs(), 0);
+    }
+}
+
 TEST(RoundTool, HoversOverAFreshHoleUntilItsFieldIsThereAndNeverTrustsOneFromBeforeGrowth) {
   RoundPlay play(scenes::phantom_scene("plane", grid(96, 1, 0, {{"angle", 0}})), 2);
   volume::RemovalEditor editor(play.version, {play.scene.shapes[0].field});
