@@ -38,10 +38,9 @@ dvec3 PassivityController::step(const dvec3& wanted, const dvec3& x) noexcept {
 }
 
 void PassivityController::reset() noexcept {
+  // Forces that are under way will still be held, and are counted then.
   energy_ = 0;
-  has_last_ = false;
   move_ = dvec3(0);
-  under_way_.fill(dvec3(0));
 }
 
 }  // namespace trephine::haptics

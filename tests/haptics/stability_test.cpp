@@ -103,6 +103,16 @@ TEST(Passivity, ASpringThatGivesMoreThanItTookIsCut) {
   }
 }
 
+TEST(Passivity, AResetForgetsTheStoreButNotForcesUnderWay) {
+  PassivityController controller(0, 2);
+  for (int i = 0; i < 10; ++i) controller.step({1, 0, 0}, {-0.01 * i, 0, 0});
+  EXPECT_LT(controller.energy(), 0);
+  controller.reset();
+  EXPECT_EQ(controller.energy(), 0);
+  controller.step({0, 0, 0}, {0, 0, 0});  // the force of two ticks ago is still held on the way out
+  EXPECT_NEAR(controller.energy(), 0.09, 1e-12);
+}
+
 /// Whatever comes in: what goes out is a number below the limit, and a fault that stays is said.
 TEST(Poison, NoInputGetsANumberOutThatIsNone) {
   for (const MethodInfo& info : method_catalogue()) {
