@@ -42,29 +42,12 @@ bool begin_on_cubes(const TouchScene& scene, const volume::Version& version, con
 
 void end_on_cubes(const TouchScene& scene, const volume::Version& version, const glm::dvec3& hip_world,
                   int landing, ProxyState& state, ProxyStep& result) noexcept {
-  const volume::Frame& frame = version.base().frame;
-  glm::dvec3 proxy = result.path_volume[static_cast<std::size_t>(result.waypoint_count - 1)];
-  if (result.has_contact) {
-    if (state.had_contact) {
-      const Material& material = scene.shapes[static_cast<std::size_t>(result.shape)].material;
-      proxy = apply_friction(frame, material, hip_world, landing, result, state.is_sticking);
-      // A leg that friction shortened ends where rounding put it: look again.
-      if (const int last = result.waypoint_count - 1; last > 0) {
-        std::uint32_t after = state.inside;
-        const glm::dvec3 begin = result.path_volume[static_cast<std::size_t>(last - 1)];
-        if (find_barrier(scene, version, begin, proxy, after, result.counters).is_blocked) {
-          proxy = begin;
-          --result.waypoint_count;
-        }
-      }
-    } else {
-      state.is_sticking = true;
-    }
-  }
-  state.had_contact = result.has_contact;
-  state.proxy_volume = proxy;
-  state.inside = solids_at(scene, version, proxy);
-  result.proxy_world = frame.world_from_volume(proxy);
+  const auto is_blocked = [&](const glm::dvec3& a, const glm::dvec3& b) {
+    std::uint32_t after = state.inside;
+    return find_barrier(scene, version, a, b, after, result.counters).is_blocked;
+  };
+  end_with_friction(version.base().frame, scene, hip_world, landing, is_blocked, state, result);
+  state.inside = solids_at(scene, version, state.proxy_volume);
 }
 
 }  // namespace trephine::haptics

@@ -145,7 +145,11 @@ ProxyStep ExplicitProxy::step(const TouchScene& scene, const volume::Version& ve
   const double gap = k_facet_gap * std::min(std::min(spacing.x, spacing.y), spacing.z);
   const int landing = move_god_object(frame, input.hip_world, state.proxy_volume, gap, caster, result);
   const dvec3 before = state.proxy_volume;
-  end_on_facets(frame, scene, input.hip_world, landing, caster, state, result);
+  const auto is_blocked = [&](const dvec3& a, const dvec3& b) {
+    FacetHit hit;
+    return caster(a, b, hit);
+  };
+  end_with_friction(frame, scene, input.hip_world, landing, is_blocked, state, result);
   const dvec3& proxy = state.proxy_volume;
   state.version = version.serial();
   // Inside only where a side does not hold; looked at when the proxy moved without contact.

@@ -100,32 +100,4 @@ int move_god_object(const volume::Frame& frame, const glm::dvec3& hip_world, con
   return landing;
 }
 
-/// Ends the step at the path's last waypoint: friction, the way looked at again, and the state for the next
-/// step.
-template <class Cast>
-void end_on_facets(const volume::Frame& frame, const TouchScene& scene, const glm::dvec3& hip_world,
-                   int landing, Cast&& cast, ProxyState& state, ProxyStep& result) noexcept {
-  glm::dvec3 proxy = result.path_volume[static_cast<std::size_t>(result.waypoint_count - 1)];
-  if (result.has_contact) {
-    if (state.had_contact) {
-      const Material& material = scene.shapes[static_cast<std::size_t>(result.shape)].material;
-      proxy = apply_friction(frame, material, hip_world, landing, result, state.is_sticking);
-      // A leg that friction shortened ends where rounding put it: look again.
-      if (const int last = result.waypoint_count - 1; last > 0) {
-        FacetHit hit;
-        const glm::dvec3 begin = result.path_volume[static_cast<std::size_t>(last - 1)];
-        if (cast(begin, proxy, hit)) {
-          proxy = begin;
-          --result.waypoint_count;
-        }
-      }
-    } else {
-      state.is_sticking = true;
-    }
-  }
-  state.had_contact = result.has_contact;
-  state.proxy_volume = proxy;
-  result.proxy_world = frame.world_from_volume(proxy);
-}
-
 }  // namespace trephine::haptics

@@ -62,7 +62,11 @@ ProxyStep MeshProxy::step(const TouchScene& scene, const volume::Version& versio
     return is_hit;
   };
   const int landing = move_god_object(frame, input.hip_world, state.proxy_volume, gap_, cast, result);
-  end_on_facets(frame, scene, input.hip_world, landing, cast, state, result);
+  const auto is_blocked = [&](const dvec3& a, const dvec3& b) {
+    FacetHit hit;
+    return cast(a, b, hit);
+  };
+  end_with_friction(frame, scene, input.hip_world, landing, is_blocked, state, result);
   return result;
 }
 

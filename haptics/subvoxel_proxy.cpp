@@ -224,15 +224,20 @@ void Slide::planes_at(const dvec3& p, double within, Planes& planes) noexcept {
   int& count = planes.count;
   count = 0;
   is_in_solid_ = false;
-  for (int s = 0; s < static_cast<int>(scene_.shapes.size()) && count < k_max_planes; ++s) {
+  for (int s = 0; s < static_cast<int>(scene_.shapes.size()); ++s) {
     const bool is_inside = inside_ >> s & 1u;
     if (!holds(scene_.shapes[static_cast<std::size_t>(s)].sides, is_inside ? Sides::back : Sides::front))
       continue;
     std::array<Wall, 2> walls;
     const int found = walls_.walls_at(s, is_inside, p, walls);
-    for (int i = 0; i < found && count < k_max_planes; ++i) {
+    for (int i = 0; i < found; ++i) {
+      const Wall& wall = walls[static_cast<std::size_t>(i)];
+      if (count == k_max_planes) {  // more than can be held at once are still looked at
+        is_in_solid_ = is_in_solid_ || walls_.slope(wall, p).value >= 0;
+        continue;
+      }
       Plane& plane = planes[count];
-      plane_of(walls[static_cast<std::size_t>(i)], p, plane);
+      plane_of(wall, p, plane);
       is_in_solid_ = is_in_solid_ || plane.jet.value >= 0;
       if (plane.steepness > 0 && plane.room < within) ++count;
     }
@@ -351,15 +356,12 @@ bool Slide::solve(const dvec3& from, double limit, dvec3& to, Planes& planes, bo
   double last_square = 0;
   for (int i = 0; i < k_max_newton; ++i) {
     ++result_.counters.iterations;
+    const dvec3 to_hip = hip_world_ - at;
     dvec3 p(0);
-    if (only_back) {
-      for (int k = 0; k < planes.count; ++k)
-        p += std::min(planes.count == 1 ? 1e300 : 0.0, planes[k].room - glm::dot(planes[k].normal, p)) *
-             planes[k].normal;
-    } else {
-      const dvec3 to_hip = hip_world_ - at;
+    if (only_back)
+      p = step_back(planes);
+    else
       p = planes.count == 1 ? single_step(planes[0], to_hip) : joint_step(planes, to_hip);
-    }
     // Where a wall is nearly flat it may lie anywhere: no place to go to.
     if (only_back && !(glm::dot(p, p) <= farthest_back())) return false;
     // A stage ends on a sphere around its start; from there on only back to the wall.
@@ -566,9 +568,9 @@ void Slide::run() noexcept {
     const dvec3 before = at;
     const bool has_arrived = go(before, to, planes, moved, at);
     note(at);
+    if (has_arrived) touch(moved[0]);
+    if (is_rubbed_) break;  // friction has said how far; what stopped the way earlier is for the next step
     if (has_arrived) {
-      touch(moved[0]);
-      if (is_rubbed_) break;
       // Settled on walls that all still face the HIP: nothing is nearer.
       if (is_settled) {
         const dvec3 rest = hip_world_ - frame_.world_from_volume(at);

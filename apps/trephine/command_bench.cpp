@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <sstream>
@@ -161,13 +162,16 @@ Result<bench::FeelAnswers> read_answers(const std::string& path) {
     if (line.empty()) continue;
     const std::size_t comma = line.find(',');
     double x = 0, y = 0, z = 0, us = 0;
-    char extra = 0;
-    const int read = comma == std::string::npos
-                         ? 0
-                         : std::sscanf(line.c_str() + comma, ",%lf,%lf,%lf,%lf%c", &x, &y, &z, &us, &extra);
-    if (read < 3 || read > 4 || !std::isfinite(x + y + z + us))
+    int used = 0, used_with_us = 0;
+    const char* rest = comma == std::string::npos ? "" : line.c_str() + comma;
+    const int read = std::sscanf(rest, ",%lf,%lf,%lf%n,%lf%n", &x, &y, &z, &used, &us, &used_with_us);
+    const int all = static_cast<int>(std::strlen(rest));
+    if (!(read == 3 && used == all) && !(read == 4 && used_with_us == all))
       return Error{"the answers have a line that is none", where + ", line " + std::to_string(number), line,
                    "scene,proxy_x,proxy_y,proxy_z[,us]", "one line a step of hip.csv, numbers in mm"};
+    if (!std::isfinite(x + y + z + us))
+      return Error{"the answers have a number that is none", where + ", line " + std::to_string(number), line,
+                   "finite numbers", ""};
     const std::string scene = line.substr(0, comma);
     answers.proxies_world[scene].emplace_back(x, y, z);
     if (read == 4) answers.us[scene].push_back(us);

@@ -65,6 +65,8 @@ std::vector<Column> columns() {
           {"cells", [](R r) { return number(r.cells); }},
           {"triangles", [](R r) { return number(r.triangles); }},
           {"queries", [](R r) { return number(r.queries); }},
+          {"field_s", [](R r) { return number(r.field_s); }},
+          {"field_update_s", [](R r) { return number(r.field_update_s); }},
           {"bytes", [](R r) { return std::to_string(r.bytes); }}};
 }
 

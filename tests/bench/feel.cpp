@@ -109,6 +109,7 @@ FeelRow measure(const FeelScene& s, const Judges& judges, const Ideal& ideal, co
   row.method = info.name;
   row.size = base.size.x;
   row.radius_mm = s.radius_mm;
+  row.field_s = s.field_s, row.field_update_s = s.field_update_s;
   const auto method = haptics::make_method(info.name).value();
   if (method->prepare(s.scene)) return row;
   const volume::Version untouched(s.scene.base);

@@ -23,6 +23,8 @@ struct FeelScene {
   std::string group;     ///< "smooth", "sharp", "rough" or "real": what is asked of it
   haptics::TouchScene scene;
   haptics::PosePath path;
+  double field_s = 0;         ///< to make the tool's offset field, before the first step
+  double field_update_s = 0;  ///< to bring it up to date after the hole, off the servo
   std::shared_ptr<const volume::Version> version = nullptr;  ///< what was drilled before; null: untouched
   /// Signed distance (mm, negative inside) from a point to where the tool's middle may not be; empty for
   /// scans.
@@ -51,6 +53,7 @@ struct FeelRow {
   long fall_throughs = 0, stuck = 0;
   StepTimes time_us;
   double voxels = 0, cells = 0, triangles = 0, queries = 0;  ///< a step
+  double field_s = 0, field_update_s = 0;                    ///< of the offset field, as in the scene
   std::size_t bytes = 0;                                     ///< held beside the voxels
 };
 

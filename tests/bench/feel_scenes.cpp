@@ -325,8 +325,10 @@ void drill_hole(FeelScene& scene) {
   const haptics::TouchShape& shape = scene.scene.shapes[0];
   volume::RemovalEditor editor(std::make_shared<volume::Version>(scene.scene.base), {shape.field});
   const volume::RemovalReport report = editor.remove({{0, 0, 3}, {0, 0, -4}, k_hole_radius});
+  volume::OffsetField::Work work;
   if (shape.offset)
-    editor.attach({shape.offset->updated(shape.field, *shape.bits, editor.working(), report.box)});
+    editor.attach({shape.offset->updated(shape.field, *shape.bits, editor.working(), report.box, 1, &work)});
+  scene.field_update_s = work.seconds;
   scene.version = editor.publish();
 }
 
@@ -359,7 +361,9 @@ void for_feel_scenes(bool is_quick, const std::string& only, const std::function
     scene.radius_mm = plan.radius;
     scene.scene = make_scene(plan.phantom, plan.parameters, size, plan.grid);
     scene.path = path_of(plan.hips(distance, samples));
+    const auto begin = Clock::now();
     if (haptics::set_tool_radius(scene.scene, plan.radius)) continue;
+    if (plan.radius > 0) scene.field_s = seconds_since(begin);
     if (plan.has_hole)
       drill_hole(scene);
     else
