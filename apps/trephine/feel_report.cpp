@@ -222,7 +222,10 @@ std::string html_page(const FeelReport& report, bool is_quick, const Json& machi
       "<code>plane</code> and <code>gradient</code> are the field's older methods, kept honest. What each "
       "number "
       "means, and where each method is weak, is in docs/accuracy.md.</p>";
-  page += "<p class=dim>" + escaped(machine.dump()) + "</p>";
+  page += "<p class=dim>";
+  for (const auto& [key, value] : machine.items())
+    page += escaped(key) + " " + escaped(value.is_string() ? value.get<std::string>() : value.dump()) + ". ";
+  page += "</p>";
 
   // One line a method over the smooth scenes, and what went wrong anywhere.
   page +=
@@ -231,6 +234,7 @@ std::string html_page(const FeelReport& report, bool is_quick, const Json& machi
       "direction, degrees RMS<th>tangential p99, mm<th>rough, N<th>fell through<th>stuck</tr>";
   for (const std::string& name : methods_of(report)) {
     const Glance g(report, name);
+    if (g.p50.empty()) continue;
     const auto count = [](long n) { return format_text(n > 0 ? "<td class=bad>%ld" : "<td>%ld", n); };
     page += format_text("<tr%s><td>%s<td>%.2f / %.2f<td>%.4f<td>%.2f<td>%.3f<td>%.4f",
                         name == haptics::k_default_method ? " class=ours" : "", escaped(name).c_str(),
@@ -244,18 +248,24 @@ std::string html_page(const FeelReport& report, bool is_quick, const Json& machi
       "</table><p class=dim>Medians over the smooth scenes; fell through and stuck are sums over all "
       "scenes.</p>";
 
-  page +=
-      "<h2>Error of the surface</h2><img src=time-against-surface-error.png alt='run time against surface "
-      "error'>"
-      "<h2>Error of the force's direction</h2><img src=time-against-direction-error.png alt='run time "
-      "against "
-      "direction error'><p class=dim>The red line: hands tell directions apart from 25.6 degrees (Barbagli "
-      "et al. "
-      "2006, without sight).</p>"
-      "<h2>Size of the volume</h2><img src=scaling.png alt='run time against size'>"
-      "<h2>Force along a slide</h2><img src=force-raw.png alt='raw force'><img src=force-smoothed.png "
-      "alt='smoothed force'><p class=dim>Hands tell forces apart from about 7 % (Pang, Tan and Durlach "
-      "1991).</p>";
+  const bool has_smooth = std::any_of(report.rows.begin(), report.rows.end(),
+                                      [](const FeelRow& row) { return row.group == "smooth"; });
+  if (has_smooth)
+    page +=
+        "<h2>Error of the surface</h2><img src=time-against-surface-error.png alt='run time against surface "
+        "error'>"
+        "<h2>Error of the force's direction</h2><img src=time-against-direction-error.png alt='run time "
+        "against "
+        "direction error'><p class=dim>The red line: hands tell directions apart from 25.6 degrees (Barbagli "
+        "et al. "
+        "2006, without sight).</p>";
+  if (!report.scaling.empty())
+    page += "<h2>Size of the volume</h2><img src=scaling.png alt='run time against size'>";
+  if (!report.traces.empty())
+    page +=
+        "<h2>Force along a slide</h2><img src=force-raw.png alt='raw force'><img src=force-smoothed.png "
+        "alt='smoothed "
+        "force'><p class=dim>Hands tell forces apart from about 7 % (Pang, Tan and Durlach 1991).</p>";
 
   page += "<h2>Every scene</h2>";
   std::string last;
@@ -344,6 +354,7 @@ std::string feel_summary(const FeelReport& report) {
                                  "surface vx", "direction", "tangential p99", "fell", "stuck");
   for (const std::string& name : methods_of(report)) {
     const Glance g(report, name);
+    if (g.p50.empty()) continue;
     text += format_text("%-9s %6.2f / %6.2f %11.4f %8.2f deg %11.3f mm %6ld %6ld\n", name.c_str(),
                         median(g.p50), median(g.p999), median(g.surface), median(g.direction),
                         median(g.tangential), g.falls, g.stuck);
@@ -398,8 +409,13 @@ Status write_feel_report(const FeelReport& report, const std::string& folder, bo
       {"scaling.png", scaling_chart(report)},
       {"force-raw.png", force_chart(report, false)},
       {"force-smoothed.png", force_chart(report, true)}};
-  for (const auto& picture : pictures)
+  for (const auto& picture : pictures) {
+    // Of a part of the scenes some charts would be empty.
+    const bool is_empty = std::all_of(picture.chart.series.begin(), picture.chart.series.end(),
+                                      [](const view::ChartSeries& series) { return series.x.empty(); });
+    if (is_empty) continue;
     if (Status error = view::write_chart(picture.chart, path(picture.name))) return error;
+  }
   return data_tools::write_file_atomically(path("index.html"), html_page(report, is_quick, machine));
 }
 

@@ -45,10 +45,12 @@ TEST_F(Command, BenchFeelPutsEveryMethodOnOneChart) {
   EXPECT_EQ(methods, (std::set<std::string>{"subvoxel", "implicit", "path", "explicit", "mesh", "raystep",
                                             "plane", "gradient"}));
   EXPECT_EQ(feel["rows"].size(), rows.size());
-  for (const char* name :
-       {"feel.json", "index.html", "time-against-surface-error.png", "time-against-direction-error.png",
-        "scaling.png", "force-raw.png", "force-smoothed.png"})
+  for (const char* name : {"feel.json", "index.html", "time-against-surface-error.png",
+                           "time-against-direction-error.png", "force-raw.png", "force-smoothed.png"})
     EXPECT_GT(fs::file_size(folder_ / "out" / name), 1000u) << name;
+  // One scene says nothing of sizes: no empty chart.
+  EXPECT_FALSE(fs::exists(folder_ / "out" / "scaling.png"));
+  EXPECT_EQ(read(file("out/index.html")).find("scaling.png"), std::string::npos);
   EXPECT_NE(read(file("out/index.html")).find("subvoxel"), std::string::npos);
 
   // The challenge: the exact answers, handed in as another program's, are scored as exact; half a mm off is
