@@ -6,14 +6,13 @@ namespace trephine::haptics {
 
 namespace {
 
-/// Bit s: point p lies in the solid of shape s.
-std::uint32_t solids_at(const TouchScene& scene, const volume::Version& version,
-                        const glm::dvec3& p) noexcept {
+/// The shapes in whose solid p lies.
+ShapeSet solids_at(const TouchScene& scene, const volume::Version& version, const glm::dvec3& p) noexcept {
   const glm::ivec3 v = volume::voxel_of(p);
-  std::uint32_t bits = 0;
+  ShapeSet found;
   for (std::size_t s = 0; s < scene.shapes.size(); ++s)
-    if (is_solid(scene, version, s, v)) bits |= 1u << s;
-  return bits;
+    if (is_solid(scene, version, s, v)) found.set(static_cast<int>(s), true);
+  return found;
 }
 
 }  // namespace
@@ -24,16 +23,14 @@ bool begin_on_cubes(const TouchScene& scene, const volume::Version& version, con
   if (!is_fresh) {
     const glm::ivec3 v = volume::voxel_of(state.proxy_volume);
     for (std::size_t s = 0; s < scene.shapes.size(); ++s) {
-      const bool was = state.inside >> s & 1u;
+      const bool was = state.inside.contains(static_cast<int>(s));
       if (is_solid(scene, version, s, v) != was &&
-          holds(scene.shapes[s].sides, was ? Sides::back : Sides::front))
+          holds(scene, state.let_through, static_cast<int>(s), side_of(was)))
         result.is_buried = is_fresh = true;
     }
   }
   if (!is_fresh) return false;
-  state = ProxyState{};
-  state.has_proxy = true;
-  state.proxy_volume = hip;
+  state.begin_at(hip);
   state.inside = solids_at(scene, version, hip);
   result.path_volume[0] = hip;
   result.waypoint_count = 1;
@@ -43,8 +40,8 @@ bool begin_on_cubes(const TouchScene& scene, const volume::Version& version, con
 void end_on_cubes(const TouchScene& scene, const volume::Version& version, const glm::dvec3& hip_world,
                   int landing, ProxyState& state, ProxyStep& result) noexcept {
   const auto is_blocked = [&](const glm::dvec3& a, const glm::dvec3& b) {
-    std::uint32_t after = state.inside;
-    return find_barrier(scene, version, a, b, after, result.counters).is_blocked;
+    ShapeSet after = state.inside;
+    return find_barrier(scene, version, a, b, state.let_through, after, result.counters).is_blocked;
   };
   end_with_friction(version.base().frame, scene, hip_world, landing, is_blocked, state, result);
   state.inside = solids_at(scene, version, state.proxy_volume);

@@ -25,32 +25,34 @@ inline bool is_solid(const TouchScene& scene, const volume::Version& version, st
 }
 
 /// The first voxel, seen from `start`, that a shape does not let the proxy enter (volume frame, exact).
-/// `inside` says in which solids the proxy is, and is brought up to date where a shape lets it pass.
+/// `let_through`: shapes that hold nothing now. `inside` says in which solids the proxy is, and is brought up
+/// to date where a shape lets it pass.
 inline WayEnd find_barrier(const TouchScene& scene, const volume::Version& version, const glm::dvec3& start,
-                           const glm::dvec3& end, std::uint32_t& inside, ProxyCounters& counters) noexcept {
+                           const glm::dvec3& end, const ShapeSet& let_through, ShapeSet& inside,
+                           ProxyCounters& counters) noexcept {
   // One voxel of air around the grid, so that a solid may also be left through its border.
   const volume::VoxelBox box{glm::ivec3(-1), scene.base->size};
   volume::VoxelWalk walk(volume::Segment(start, end), box);
   glm::ivec3 before = walk.voxel();
-  const std::size_t count = scene.shapes.size();
+  const auto count = static_cast<int>(scene.shapes.size());
   while (!walk.is_done()) {
     const glm::ivec3& v = walk.voxel();
     ++counters.voxels;
     const bool is_in_grid = scene.base->contains(v);
-    for (std::size_t s = 0; s < count; ++s) {
-      const TouchShape& shape = scene.shapes[s];
+    for (int s = 0; s < count; ++s) {
+      const TouchShape& shape = scene.shapes[static_cast<std::size_t>(s)];
       const bool is_now = is_in_grid && shape.bits->is_solid(v) && version.is_kept(v);
-      const bool was = inside >> s & 1u;
+      const bool was = inside.contains(s);
       if (is_now == was) continue;
-      if (walk.face().axis >= 0 && holds(shape.sides, was ? Sides::back : Sides::front))
-        return {true, walk.t_enter(), before, walk.face(), static_cast<int>(s), was};
-      inside ^= 1u << s;
+      if (walk.face().axis >= 0 && holds(scene, let_through, s, side_of(was)))
+        return {true, walk.t_enter(), before, walk.face(), s, was};
+      inside.flip(s);
     }
     before = v;
     // Nothing solid for a while: leave the empty box in one go.
-    if (is_in_grid && inside == 0 && count > 0) {
+    if (is_in_grid && inside.is_empty() && count > 0) {
       int far = scene.shapes[0].bits->empty_distance(v);
-      for (std::size_t s = 1; s < count; ++s) far = std::min(far, scene.shapes[s].bits->empty_distance(v));
+      for (const TouchShape& shape : scene.shapes) far = std::min(far, shape.bits->empty_distance(v));
       if (far > 0) {
         const glm::ivec3 block(v.x >> 2, v.y >> 2, v.z >> 2);
         const volume::VoxelBox empty{4 * (block - (far - 1)), 4 * (block + far) - 1};

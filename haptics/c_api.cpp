@@ -115,14 +115,14 @@ void look_along(trephine_scene& scene, const dvec3& start, const dvec3& end) noe
   if (start == end) return;
   const volume::Frame& frame = scene.base->frame;
   haptics::ProxyCounters counters;
-  haptics::SmoothWalls walls(scene.touch, *scene.version, counters);
+  const haptics::ShapeSet none;
+  haptics::SmoothWalls walls(scene.touch, *scene.version, none, counters);
   const dvec3 a = frame.volume_from_world(start), b = frame.volume_from_world(end);
   for (const dvec3& p : {a, b})
     for (int k = 0; k < 3; ++k)
       if (!(std::abs(p[k]) < 0.25 * volume::k_traversal_limit)) return;
-  std::uint32_t inside = 0;
-  for (int s = 0; s < static_cast<int>(scene.touch.shapes.size()); ++s)
-    if (walls.is_solid(s, a)) inside |= 1u << s;
+  haptics::ShapeSet inside;
+  for (int s = 0; s < static_cast<int>(scene.touch.shapes.size()); ++s) inside.set(s, walls.is_solid(s, a));
   constexpr double k_before = 1e-6;  // voxels
   const haptics::Reach reach = walls.reach(a, b, inside, k_before);
   if (!reach.is_blocked) return;

@@ -14,8 +14,13 @@ namespace {
 /// Casts ways against the nets of all shapes.
 class NetCaster {
  public:
-  NetCaster(const TouchScene& scene, const volume::Version& version, ProxyCounters& counters) noexcept
-      : scene_(scene), version_(version), frame_(version.base().frame), counters_(counters) {}
+  NetCaster(const TouchScene& scene, const volume::Version& version, const ShapeSet& let_through,
+            ProxyCounters& counters) noexcept
+      : scene_(scene),
+        version_(version),
+        let_through_(let_through),
+        frame_(version.base().frame),
+        counters_(counters) {}
 
   bool operator()(const dvec3& a, const dvec3& b, FacetHit& hit) const noexcept {
     if (a == b) return false;
@@ -61,7 +66,8 @@ class NetCaster {
   /// `is_hit`: another shape was met at hit.t; only what is nearer counts.
   bool cast(int s, const dvec3& a, const dvec3& b, FacetHit& hit, bool is_hit) const noexcept {
     const TouchShape& shape = scene_.shapes[static_cast<std::size_t>(s)];
-    const bool is_front = holds(shape.sides, Sides::front), is_back = holds(shape.sides, Sides::back);
+    const bool is_front = holds(scene_, let_through_, s, Sides::front),
+               is_back = holds(scene_, let_through_, s, Sides::back);
     if (!is_front && !is_back) return is_hit;
     const volume::LocalNet net = net_of(s);
     const dvec3 way = b - a;
@@ -103,6 +109,7 @@ class NetCaster {
 
   const TouchScene& scene_;
   const volume::Version& version_;
+  const ShapeSet& let_through_;
   const volume::Frame& frame_;
   ProxyCounters& counters_;
 };
@@ -117,24 +124,21 @@ ProxyStep ExplicitProxy::step(const TouchScene& scene, const volume::Version& ve
   const dvec3 hip = frame.volume_from_world(input.hip_world);
   ProxyStep result;
   result.normal_world = dvec3(0);
-  const NetCaster caster(scene, version, result.counters);
+  const NetCaster caster(scene, version, state.let_through, result.counters);
 
   // The first step, and a proxy over which matter has grown, start at the HIP, inside whatever is there.
   bool is_fresh = !state.has_proxy;
   if (!is_fresh && state.version != version.serial())
     for (int s = 0; s < static_cast<int>(scene.shapes.size()); ++s) {
-      const bool was = state.inside >> s & 1u, is_now = caster.is_behind(s, state.proxy_volume);
-      if (was != is_now &&
-          holds(scene.shapes[static_cast<std::size_t>(s)].sides, was ? Sides::back : Sides::front))
+      const bool was = state.inside.contains(s), is_now = caster.is_behind(s, state.proxy_volume);
+      if (was != is_now && holds(scene, state.let_through, s, side_of(was)))
         result.is_buried = is_fresh = true;
     }
   if (is_fresh) {
-    state = ProxyState{};
-    state.has_proxy = true;
-    state.proxy_volume = hip;
+    state.begin_at(hip);
     state.version = version.serial();
     for (int s = 0; s < static_cast<int>(scene.shapes.size()); ++s)
-      if (caster.is_behind(s, hip)) state.inside |= 1u << s;
+      state.inside.set(s, caster.is_behind(s, hip));
     result.proxy_world = input.hip_world;
     result.path_volume[0] = hip;
     result.waypoint_count = 1;
@@ -153,10 +157,9 @@ ProxyStep ExplicitProxy::step(const TouchScene& scene, const volume::Version& ve
   const dvec3& proxy = state.proxy_volume;
   state.version = version.serial();
   // Inside only where a side does not hold; looked at when the proxy moved without contact.
-  if (proxy != before && (state.inside != 0 || !result.has_contact)) {
-    state.inside = 0;
+  if (proxy != before && (!state.inside.is_empty() || !result.has_contact)) {
     for (int s = 0; s < static_cast<int>(scene.shapes.size()); ++s)
-      if (caster.is_behind(s, proxy)) state.inside |= 1u << s;
+      state.inside.set(s, caster.is_behind(s, proxy));
   }
   return result;
 }

@@ -36,7 +36,7 @@ ForceModel::ForceModel(const ForceOptions& options, double dt) : alpha_(options.
 dvec3 ForceModel::step(const ProxyStep& proxy, const dvec3& hip_world, const TouchScene& scene) noexcept {
   dvec3 force(0);
   if (proxy.has_contact) {
-    const Material& material = scene.shapes[static_cast<std::size_t>(proxy.shape)].material;
+    const Material& material = material_of(scene, proxy.shape, proxy.side);
     const dvec3 stretch = proxy.proxy_world - hip_world;
     force = material.stiffness * stretch;
     if (had_contact_) force += (material.damping / dt_) * (stretch - stretch_);

@@ -26,7 +26,7 @@ void end_with_friction(const volume::Frame& frame, const TouchScene& scene, cons
                        int landing, IsBlocked&& is_blocked, ProxyState& state, ProxyStep& step) noexcept {
   glm::dvec3 proxy = step.path_volume[static_cast<std::size_t>(step.waypoint_count - 1)];
   if (step.has_contact && state.had_contact) {
-    const Material& material = scene.shapes[static_cast<std::size_t>(step.shape)].material;
+    const Material& material = material_of(scene, step.shape, step.side);
     proxy = apply_friction(frame, material, hip_world, landing, step, state.is_sticking);
     // A leg that friction shortened ends where rounding put it: look again.
     if (const int last = step.waypoint_count - 1; last > 0) {

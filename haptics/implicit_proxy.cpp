@@ -26,10 +26,10 @@ dvec3 stop_before(const dvec3& start, const dvec3& end, const WayEnd& hit) noexc
 
 /// Moves from `start` toward `end`; stops short where something is in the way. The result was traversed.
 dvec3 guarded_move(const TouchScene& scene, const volume::Version& version, const dvec3& start, dvec3 end,
-                   std::uint32_t& inside, ProxyCounters& counters) noexcept {
+                   const ShapeSet& let_through, ShapeSet& inside, ProxyCounters& counters) noexcept {
   for (int attempt = 0; attempt < 3; ++attempt) {
-    std::uint32_t after = inside;
-    const WayEnd way = find_barrier(scene, version, start, end, after, counters);
+    ShapeSet after = inside;
+    const WayEnd way = find_barrier(scene, version, start, end, let_through, after, counters);
     if (!way.is_blocked) {
       inside = after;
       return end;
@@ -86,12 +86,13 @@ ProxyStep ImplicitProxy::step(const TouchScene& scene, const volume::Version& ve
   };
   dvec3 start = state.proxy_volume, target = hip;
   add(start);
-  std::uint32_t inside = state.inside;
+  ShapeSet inside = state.inside;
   int best_count = 1;
   double best_energy = 1e300;
   for (int i = 0; i < iterations_; ++i) {
     ++result.counters.iterations;
-    const WayEnd way = find_barrier(scene, version, start, target, inside, result.counters);
+    const WayEnd way =
+        find_barrier(scene, version, start, target, state.let_through, inside, result.counters);
     if (!way.is_blocked) {
       add(target);
       if (const double e = energy(target); e < best_energy) {
@@ -104,7 +105,7 @@ ProxyStep ImplicitProxy::step(const TouchScene& scene, const volume::Version& ve
     // To the wall: in the last free voxel. Only a bend out of the traversed way needs a look.
     dvec3 p = stop_before(start, target, way);
     if (volume::voxel_of(start) != way.before)
-      p = guarded_move(scene, version, start, p, inside, result.counters);
+      p = guarded_move(scene, version, start, p, state.let_through, inside, result.counters);
     // The plane of the wall, facing the proxy; a normal along the motion would pull it through.
     const TouchShape& shape = scene.shapes[static_cast<std::size_t>(way.shape)];
     dvec3 normal = outward_normal(shape, version, p, result.counters.cells);
@@ -126,7 +127,7 @@ ProxyStep ImplicitProxy::step(const TouchScene& scene, const volume::Version& ve
     const dvec3 lifted = p + (k_lift / glm::length(direction)) * direction;
     start = volume::voxel_of(lifted) == volume::voxel_of(p)
                 ? lifted
-                : guarded_move(scene, version, p, lifted, inside, result.counters);
+                : guarded_move(scene, version, p, lifted, state.let_through, inside, result.counters);
     add(start);
     if (const double e = energy(start); e < best_energy) {
       best_energy = e;

@@ -37,9 +37,7 @@ ProxyStep MeshProxy::step(const TouchScene& scene, const volume::Version& versio
   result.normal_world = dvec3(0);
   const dvec3 hip = frame.volume_from_world(input.hip_world);
   if (!state.has_proxy) {
-    state = ProxyState{};
-    state.has_proxy = true;
-    state.proxy_volume = hip;
+    state.begin_at(hip);
     result.proxy_world = input.hip_world;
     result.path_volume[0] = hip;
     result.waypoint_count = 1;
@@ -49,14 +47,15 @@ ProxyStep MeshProxy::step(const TouchScene& scene, const volume::Version& versio
     const dvec3 from = frame.world_from_volume(a), to = frame.world_from_volume(b);
     bool is_hit = false;
     for (std::size_t s = 0; s < trees_.size(); ++s) {
-      const Sides sides = scene.shapes[s].sides;
+      const int shape = static_cast<int>(s);
       FacetHit one;
-      if (!trees_[s].cast(from, to, holds(sides, Sides::front), holds(sides, Sides::back), one,
+      if (!trees_[s].cast(from, to, holds(scene, state.let_through, shape, Sides::front),
+                          holds(scene, state.let_through, shape, Sides::back), one,
                           result.counters.triangles) ||
           (is_hit && one.t >= hit.t))
         continue;
       hit = one;
-      hit.shape = static_cast<int>(s);
+      hit.shape = shape;
       is_hit = true;
     }
     return is_hit;

@@ -31,7 +31,7 @@ struct Node {
 /// A* over free voxels that share faces (Hart, Nilsson and Raphael 1968), near a plane.
 class VoxelSearch {
  public:
-  VoxelSearch(const TouchScene& scene, const volume::Version& version, std::uint32_t inside,
+  VoxelSearch(const TouchScene& scene, const volume::Version& version, const ShapeSet& inside,
               ProxyCounters& counters) noexcept
       : scene_(scene), version_(version), inside_(inside), counters_(counters) {}
 
@@ -71,7 +71,7 @@ class VoxelSearch {
   bool is_free(const ivec3& v) noexcept {
     ++counters_.voxels;
     for (std::size_t s = 0; s < scene_.shapes.size(); ++s) {
-      const bool was = inside_ >> s & 1u;
+      const bool was = inside_.contains(static_cast<int>(s));
       if (is_solid(scene_, version_, s, v) != was) return false;
     }
     return true;
@@ -94,7 +94,7 @@ class VoxelSearch {
 
   const TouchScene& scene_;
   const volume::Version& version_;
-  std::uint32_t inside_;
+  ShapeSet inside_;
   ProxyCounters& counters_;
   dvec3 target_{0.0};
   std::array<Node, k_max_nodes> nodes_;
@@ -131,16 +131,18 @@ ProxyStep PathProxy::step(const TouchScene& scene, const volume::Version& versio
   };
   add(state.proxy_volume);
   int landing = 0;
-  std::uint32_t inside = state.inside;
+  ShapeSet inside = state.inside;
   ++result.counters.iterations;
-  const WayEnd way = find_barrier(scene, version, state.proxy_volume, hip, inside, result.counters);
+  const WayEnd way =
+      find_barrier(scene, version, state.proxy_volume, hip, state.let_through, inside, result.counters);
   if (!way.is_blocked) {
     add(hip);
   } else {
     // To the wall; the voxel before it is free, and so is the way there.
     dvec3 p = within(state.proxy_volume + way.t * (hip - state.proxy_volume), way.before);
-    std::uint32_t after = state.inside;
-    if (find_barrier(scene, version, state.proxy_volume, p, after, result.counters).is_blocked)
+    ShapeSet after = state.inside;
+    if (find_barrier(scene, version, state.proxy_volume, p, state.let_through, after, result.counters)
+            .is_blocked)
       p = state.proxy_volume;
     else if (energy(p) < energy(state.proxy_volume))
       add(p);

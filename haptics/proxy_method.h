@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <glm/vec3.hpp>
 
+#include "haptics/shape_set.h"
 #include "haptics/touch_scene.h"
 #include "volume/version.h"
 
@@ -29,15 +30,39 @@ struct PlaneMemory {
 struct ProxyState {
   bool has_proxy = false;
   glm::dvec3 proxy_volume{0.0};
-  std::uint32_t inside = 0;   ///< bit s: the proxy lies in the solid of shape s (touched from the back)
+  ShapeSet inside;            ///< shapes in whose solid the proxy lies (touched from the back)
+  ShapeSet let_through;       ///< shapes that hold nothing now, whatever the scene says; set by the host
   bool had_contact = false;   ///< in the last step
   bool is_sticking = false;   ///< static friction holds
   std::uint64_t version = 0;  ///< the last one seen, for methods that look for growth only where it may be
   PlaneMemory plane;
+
+  /// As if it had never touched; what the host has set stays.
+  void forget() noexcept {
+    const ShapeSet kept = let_through;
+    *this = ProxyState{};
+    let_through = kept;
+  }
+  /// The same, on a place.
+  void begin_at(const glm::dvec3& place_volume) noexcept {
+    forget();
+    has_proxy = true;
+    proxy_volume = place_volume;
+  }
 };
+
+/// Does this side of the shape hold a proxy now?
+inline bool holds(const TouchScene& scene, const ShapeSet& let_through, int shape, Sides side) noexcept {
+  const auto s = static_cast<std::size_t>(shape);
+  const Sides sides =
+      s < scene.shapes.size() ? scene.shapes[s].sides : scene.meshes[s - scene.shapes.size()].sides;
+  return holds(sides, side) && !let_through.contains(shape);
+}
 
 struct ProxyInput {
   glm::dvec3 hip_world{0.0};  ///< haptic interface point, mm; finite
+  std::span<const Placement> movers =
+      {};  ///< where the scene's moving meshes are now; empty: where they start
 };
 
 /// Longest path a step reports: start, and two points an iteration, and the end.

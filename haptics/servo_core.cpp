@@ -97,9 +97,7 @@ ServoRecord ServoCore::step(const volume::Version& version, const ServoInput& in
   record.energy = energy_;
   if (is_led_ && next_place_ == way_.count) {
     is_led_ = false;  // arrived: from here on the method holds it
-    state_ = ProxyState{};
-    state_.has_proxy = true;
-    state_.proxy_volume = anchor_volume_;
+    state_.begin_at(anchor_volume_);
   }
   return record;
 }
@@ -127,8 +125,7 @@ void ServoCore::begin_lead(const dvec3& hip_world) noexcept {
     anchor_volume_ = frame.volume_from_world(hip_world);
     force_.let_go();
     const double reach = glm::length(out - hip_world);
-    energy_.discarded +=
-        0.5 * scene_->shapes[static_cast<std::size_t>(touched_)].material.stiffness * reach * reach;
+    energy_.discarded += 0.5 * material_of(*scene_, touched_, 1).stiffness * reach * reach;
   }
   next_place_ = 0;
   is_led_ = true;
@@ -171,15 +168,13 @@ void ServoCore::account(const ServoRecord& record) noexcept {
 }
 
 void ServoCore::restart_at(const dvec3& free_point_volume) noexcept {
-  state_ = ProxyState{};
-  state_.has_proxy = true;
-  state_.proxy_volume = free_point_volume;
+  state_.begin_at(free_point_volume);
   is_led_ = false;
   force_.reset();
 }
 
 void ServoCore::reset() noexcept {
-  state_ = ProxyState{};
+  state_.forget();
   is_led_ = false;
   cap_ = force_limit_;
   force_.reset();

@@ -60,7 +60,7 @@ SmoothWalls::Cached& SmoothWalls::patch(int key, const ivec3& v) noexcept {
 
 bool SmoothWalls::is_near_cut(const ivec3& v) const noexcept {
   if (!is_cut_) return false;
-  const ivec3 last = scene_->base->size - 1;
+  const ivec3 last = volume_->size - 1;
   const ivec3 low(std::clamp(v.x - 1, 0, last.x), std::clamp(v.y - 1, 0, last.y),
                   std::clamp(v.z - 1, 0, last.z));
   const ivec3 high(std::clamp(v.x + 1, 0, last.x), std::clamp(v.y + 1, 0, last.y),
@@ -74,7 +74,7 @@ bool SmoothWalls::is_near_cut(const ivec3& v) const noexcept {
 
 bool SmoothWalls::is_air_around(const TouchShape& shape, const ivec3& v) const noexcept {
   const volume::Occupancy& bits = *shape.bits;
-  const ivec3& size = scene_->base->size;
+  const ivec3& size = volume_->size;
   const int x0 = std::max(v.x - 1, 0), x1 = std::min(v.x + 1, size.x - 1);
   if (x0 > x1) return true;
   for (int z = std::max(v.z - 1, 0); z <= std::min(v.z + 1, size.z - 1); ++z)
@@ -109,9 +109,23 @@ volume::Slope SmoothWalls::slope(const Wall& wall, const dvec3& p) noexcept {
   return slope;
 }
 
-volume::QuadraticPatch::BendBound SmoothWalls::bend_bound(const Wall& wall, const ivec3& low,
-                                                          const ivec3& high, bool& is_whole) noexcept {
-  const int key = wall.is_cut ? k_cut : wall.shape;
+volume::QuadraticPatch::BendBound SmoothWalls::bend_bound(const Wall& wall, const dvec3& a, const dvec3& b,
+                                                          bool& is_whole) noexcept {
+  const ivec3 va = volume::voxel_of(a), vb = volume::voxel_of(b);
+  return bend_over(wall.is_cut ? k_cut : wall.shape, glm::min(va, vb), glm::max(va, vb), is_whole);
+}
+
+void SmoothWalls::widen(const Wall& wall, const dvec3& a, const dvec3& b, const dvec3& m,
+                        volume::QuadraticPatch::BendBound& bound, bool& is_whole) noexcept {
+  const ivec3 va = volume::voxel_of(a), vb = volume::voxel_of(b), vm = volume::voxel_of(m);
+  const ivec3 low = glm::min(va, vb), high = glm::max(va, vb);
+  const ivec3 low3 = glm::min(low, vm), high3 = glm::max(high, vm);
+  if (low3 != low || high3 != high)
+    bound = bend_over(wall.is_cut ? k_cut : wall.shape, low3, high3, is_whole);
+}
+
+volume::QuadraticPatch::BendBound SmoothWalls::bend_over(int key, const ivec3& low, const ivec3& high,
+                                                         bool& is_whole) noexcept {
   is_whole = true;
   volume::QuadraticPatch::BendBound bound = bend_of(patch(key, low));
   if (low == high) return bound;
@@ -137,7 +151,7 @@ bool SmoothWalls::is_solid(int shape, const dvec3& p) noexcept {
   return !is_near_cut(volume::voxel_of(p)) || slope({shape, true, false}, p).value >= 0;
 }
 
-int SmoothWalls::walls_at(int shape, bool is_inside, const dvec3& p, std::array<Wall, 2>& walls) noexcept {
+int SmoothWalls::walls_at(int shape, bool is_inside, const dvec3& p, double, Few& walls) noexcept {
   const bool has_cut = is_near_cut(volume::voxel_of(p));
   walls[0] = {shape, false, is_inside};
   if (!has_cut) return 1;
@@ -195,9 +209,9 @@ double SmoothWalls::reach_in_cube(int shape, bool is_inside, const ivec3& v, con
 }
 
 void SmoothWalls::pass(int shape, const ivec3& v, const dvec3& a, const dvec3& along, double t0, double t1,
-                       std::uint32_t& inside, double& t_changed) noexcept {
+                       ShapeSet& inside, double& t_changed) noexcept {
   const int steps = 1 + static_cast<int>(8 * (t1 - t0) * glm::length(along));
-  const bool was = inside >> shape & 1u;
+  const bool was = inside.contains(shape);
   const bool has_cut = is_near_cut(v);
   for (int i = 1; i <= std::min(steps, 16); ++i) {
     const double t = t0 + (t1 - t0) * i / std::min(steps, 16);
@@ -205,19 +219,18 @@ void SmoothWalls::pass(int shape, const ivec3& v, const dvec3& a, const dvec3& a
     const bool is_now =
         patch(shape, v).patch.slope(p).value >= 0 && (!has_cut || patch(k_cut, v).patch.slope(p).value >= 0);
     if (is_now == was) continue;
-    inside ^= 1u << shape;
+    inside.flip(shape);
     t_changed = t;
     return;
   }
   t_changed = t1;
 }
 
-Reach SmoothWalls::reach(const dvec3& a, const dvec3& b, std::uint32_t& inside, double tolerance) noexcept {
+Reach SmoothWalls::reach(const dvec3& a, const dvec3& b, ShapeSet& inside, double tolerance) noexcept {
   const dvec3 along = b - a;
   const double length = glm::length(along);
   if (!(length > 0)) return {};
   const double least_step = tolerance / length;
-  const int count = static_cast<int>(scene_->shapes.size());
 
   // Where a shape let the way pass, so that what lies behind a wall met by a later shape is taken back.
   struct Passed {
@@ -225,31 +238,31 @@ Reach SmoothWalls::reach(const dvec3& a, const dvec3& b, std::uint32_t& inside, 
     double t;
   };
   const auto cube = [&](const ivec3& v, double t0, double t1, Reach& reach, bool is_known_near) {
-    std::array<Passed, 4 * TouchScene::k_max_shapes> passed;
+    std::array<Passed, 32> passed;
     std::size_t passes = 0;
-    for (int s = 0; s < count; ++s) {
+    for (int s = next_shape(0); s < ShapeSet::k_most; s = next_shape(s + 1)) {
       const TouchShape& shape = scene_->shapes[static_cast<std::size_t>(s)];
       double from = t0;
       for (int turn = 0; turn < 4 && from < reach.t; ++turn) {
-        const bool is_inside = inside >> s & 1u;
+        const bool is_inside = inside.contains(s);
         if (!is_inside && !is_known_near &&
             (is_round_ ? offset(static_cast<std::size_t>(s)).is_free_around(v) : is_air_around(shape, v)))
           break;
-        if (holds(shape.sides, is_inside ? Sides::back : Sides::front)) {
+        if (holds(s, side_of(is_inside))) {
           Wall wall;
           const double free =
               reach_in_cube(s, is_inside, v, a, along, from, std::min(t1, reach.t), least_step, wall);
           if (free < std::min(t1, reach.t)) reach = {free, true, wall};
           break;
         }
-        const std::uint32_t before = inside;
+        const ShapeSet before = inside;
         pass(s, v, a, along, from, std::min(t1, reach.t), inside, from);
-        if (inside != before) passed[passes++] = {s, from};
+        if (inside != before && passes < passed.size()) passed[passes++] = {s, from};
         if (from >= t1) break;
       }
     }
     for (std::size_t i = 0; i < passes; ++i)
-      if (passed[i].t > reach.t) inside ^= 1u << passed[i].shape;
+      if (passed[i].t > reach.t) inside.flip(passed[i].shape);
   };
 
   Reach reach;
@@ -266,19 +279,21 @@ Reach SmoothWalls::reach(const dvec3& a, const dvec3& b, std::uint32_t& inside, 
   while (!walk.is_done()) {
     const ivec3 v = walk.voxel();
     ++counters_->voxels;
-    if (is_round_ && inside == 0) {
-      volume::VoxelBox free = offset(0).free_box(v);
-      for (std::size_t i = 1; i < scene_->shapes.size(); ++i) {
-        const volume::VoxelBox other = offset(i).free_box(v);
+    if (is_round_ && inside.is_empty()) {
+      const int first = next_shape(0);
+      volume::VoxelBox free = offset(static_cast<std::size_t>(first)).free_box(v);
+      for (int s = next_shape(first + 1); s < ShapeSet::k_most; s = next_shape(s + 1)) {
+        const volume::VoxelBox other = offset(static_cast<std::size_t>(s)).free_box(v);
         free = {glm::max(free.low, other.low), glm::min(free.high, other.high)};
       }
       if (free.contains(v)) {
         walk.advance_past(free);
         continue;
       }
-    } else if (inside == 0 && scene_->base->contains(v)) {
+    } else if (inside.is_empty() && volume_->contains(v)) {
       int far = 255;
-      for (const TouchShape& shape : scene_->shapes) far = std::min(far, shape.bits->empty_distance(v));
+      for (int s = next_shape(0); s < ShapeSet::k_most; s = next_shape(s + 1))
+        far = std::min(far, scene_->shapes[static_cast<std::size_t>(s)].bits->empty_distance(v));
       if (far > 1) {
         const ivec3 block(v.x >> 2, v.y >> 2, v.z >> 2);
         walk.advance_past({4 * (block - (far - 2)), 4 * (block + (far - 1)) - 1});

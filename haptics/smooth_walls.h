@@ -31,43 +31,68 @@ struct Reach {
 /// Polynomials are kept for the few cubes that a step meets. Servo thread: no allocation, every loop bounded.
 class SmoothWalls {
  public:
-  SmoothWalls(const TouchScene& scene, const volume::Version& version, ProxyCounters& counters) noexcept
+  SmoothWalls(const TouchScene& scene, const volume::Version& version, const ShapeSet& let_through,
+              ProxyCounters& counters) noexcept
+      : SmoothWalls(scene, version, let_through, counters, 0, static_cast<int>(scene.shapes.size()),
+                    nullptr) {}
+  /// For the shapes begin .. end - 1 alone, all of the version's volume, and of them only the ones in `near`
+  /// (null: all).
+  SmoothWalls(const TouchScene& scene, const volume::Version& version, const ShapeSet& let_through,
+              ProxyCounters& counters, int begin, int end, const ShapeSet* near) noexcept
       : scene_(&scene),
+        volume_(&version.base()),
         version_(&version),
+        let_through_(&let_through),
         counters_(&counters),
-        is_round_(scene.tool_radius > 0 && !scene.shapes.empty()),
+        near_(near),
+        begin_(begin),
+        end_(end),
+        is_round_(scene.tool_radius > 0 && begin < end),
         is_cut_(!is_round_ && !version.is_untouched()) {}
 
   /// The frame that all points are in: the volume's, or that of the offset fields where the tool has a
   /// radius.
   const volume::Frame& frame() const noexcept {
-    return is_round_ ? scene_->shapes[0].offset->frame() : scene_->base->frame;
+    return is_round_ ? scene_->shapes[static_cast<std::size_t>(begin_)].offset->frame() : volume_->frame;
+  }
+
+  /// The first shape from `s` on; ShapeSet::k_most after the last.
+  int next_shape(int s) const noexcept {
+    if (near_) s = near_->next(s < begin_ ? begin_ : s);
+    return s < end_ ? s : ShapeSet::k_most;
+  }
+  bool holds(int shape, Sides side) const noexcept {
+    return haptics::holds(*scene_, *let_through_, shape, side);
   }
 
   /// How far from a toward b (volume frame) the proxy may go: proven by bounds on the polynomials of every
   /// cube that the way meets, so that no solid however thin is passed. Stops within `tolerance` voxels before
   /// the first wall, or where a proof would take too long. `inside` says in which solids the way runs, and is
   /// brought up to date where a shape lets it pass.
-  Reach reach(const glm::dvec3& a, const glm::dvec3& b, std::uint32_t& inside, double tolerance) noexcept;
+  Reach reach(const glm::dvec3& a, const glm::dvec3& b, ShapeSet& inside, double tolerance) noexcept;
 
   /// Is p in the solid of the shape?
   bool is_solid(int shape, const glm::dvec3& p) noexcept;
   /// Derivatives of a wall's function at p; its value is negative where it is free.
   volume::Jet jet(const Wall& wall, const glm::dvec3& p) noexcept;
   volume::Slope slope(const Wall& wall, const glm::dvec3& p) noexcept;
-  /// Bound of |second derivative| of the wall's function over all voxels of the box low .. high; over its two
+  /// Bound of |second derivative| of the wall's function over the voxels of the box of a and b; over its two
   /// ends alone, and not `is_whole`, where the box holds more than four.
-  volume::QuadraticPatch::BendBound bend_bound(const Wall& wall, const glm::ivec3& low,
-                                               const glm::ivec3& high, bool& is_whole) noexcept;
+  volume::QuadraticPatch::BendBound bend_bound(const Wall& wall, const glm::dvec3& a, const glm::dvec3& b,
+                                               bool& is_whole) noexcept;
+  /// Makes such a bound one over the box of a, b and m.
+  void widen(const Wall& wall, const glm::dvec3& a, const glm::dvec3& b, const glm::dvec3& m,
+             volume::QuadraticPatch::BendBound& bound, bool& is_whole) noexcept;
   /// Would this wall alone, kept, leave every way free that it leaves free? So where one shape is touched
   /// from outside.
-  bool is_only_wall(const Wall& wall) const noexcept { return scene_->shapes.size() == 1 && !wall.is_back; }
+  bool is_only_wall(const Wall& wall) const noexcept { return end_ - begin_ == 1 && !wall.is_back; }
   /// May the cube of voxel v hold something cut?
   bool is_near_cut(const glm::ivec3& v) const noexcept;
 
   /// The walls of one shape on which p, on the side `is_inside`, may rest: the most free one from outside,
-  /// field and cut from inside. Returns how many.
-  int walls_at(int shape, bool is_inside, const glm::dvec3& p, std::array<Wall, 2>& walls) noexcept;
+  /// field and cut from inside. Returns how many; `within` is for walls of other kinds.
+  using Few = std::array<Wall, 2>;
+  int walls_at(int shape, bool is_inside, const glm::dvec3& p, double within, Few& walls) noexcept;
 
  private:
   struct Cached {
@@ -83,7 +108,9 @@ class SmoothWalls {
     const auto& newer = version_->offsets();
     return shape < newer.size() && newer[shape] ? *newer[shape] : *scene_->shapes[shape].offset;
   }
-  glm::ivec3 grid_size() const noexcept { return is_round_ ? offset(0).size() : scene_->base->size; }
+  glm::ivec3 grid_size() const noexcept {
+    return is_round_ ? offset(static_cast<std::size_t>(begin_)).size() : volume_->size;
+  }
   Cached& patch(int key, const glm::ivec3& v) noexcept;
   static const volume::QuadraticPatch::BendBound& bend_of(Cached& kept) noexcept;
   bool is_air_around(const TouchShape& shape, const glm::ivec3& v) const noexcept;
@@ -93,11 +120,18 @@ class SmoothWalls {
                        Wall& blocker) noexcept;
   /// Follows a shape that does not hold: changes `inside` where the way passes its surface.
   void pass(int shape, const glm::ivec3& v, const glm::dvec3& a, const glm::dvec3& along, double t0,
-            double t1, std::uint32_t& inside, double& t_changed) noexcept;
+            double t1, ShapeSet& inside, double& t_changed) noexcept;
+
+  volume::QuadraticPatch::BendBound bend_over(int key, const glm::ivec3& low, const glm::ivec3& high,
+                                              bool& is_whole) noexcept;
 
   const TouchScene* scene_;
+  const volume::Volume* volume_;
   const volume::Version* version_;
+  const ShapeSet* let_through_;
   ProxyCounters* counters_;
+  const ShapeSet* near_;
+  int begin_, end_;  ///< of its shapes
   bool is_round_, is_cut_;
   std::array<Cached, k_kept> kept_;
   int next_ = 0, count_ = 0;

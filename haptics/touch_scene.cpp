@@ -23,6 +23,25 @@ volume::Status check_material(const Material& m) {
   return std::nullopt;
 }
 
+namespace {
+template <class Touchable>
+const Material& material_on(const Touchable& touchable, int side) noexcept {
+  return side < 0 && touchable.back_material ? *touchable.back_material : touchable.material;
+}
+}  // namespace
+
+const Material& material_of(const TouchScene& scene, int shape, int side) noexcept {
+  const auto s = static_cast<std::size_t>(shape);
+  if (s < scene.shapes.size()) return material_on(scene.shapes[s], side);
+  return material_on(scene.meshes[s - scene.shapes.size()], side);
+}
+
+const std::string& name_of(const TouchScene& scene, int shape) noexcept {
+  const auto s = static_cast<std::size_t>(shape);
+  return s < scene.shapes.size() ? scene.shapes[s].field.shape().name
+                                 : scene.meshes[s - scene.shapes.size()].name;
+}
+
 volume::Status set_tool_radius(TouchScene& scene, double radius, int threads) {
   if (radius == 0) {
     scene.tool_radius = 0;

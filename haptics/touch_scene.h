@@ -1,8 +1,12 @@
-// What can be touched: the shapes of one volume, each with its bits and its material.
+// What can be touched: shapes of volumes, each with its bits and its material, and polygonal models.
 #pragma once
 
+#include <glm/gtc/quaternion.hpp>
+#include <glm/vec3.hpp>
 #include <memory>
+#include <optional>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "volume/field.h"
@@ -32,6 +36,8 @@ enum class Sides { none = 0, front = 1, back = 2, both = 3 };
 constexpr bool holds(Sides sides, Sides one) {
   return (static_cast<int>(sides) & static_cast<int>(one)) != 0;
 }
+/// From where a proxy is held that is inside a solid, or outside.
+constexpr Sides side_of(bool is_inside) { return is_inside ? Sides::back : Sides::front; }
 
 struct TouchShape {
   volume::Field field;
@@ -40,15 +46,53 @@ struct TouchShape {
   Sides sides = Sides::front;
   std::shared_ptr<const volume::OffsetField> offset =
       nullptr;  ///< of the untouched volume; where the tool has a radius
+  std::optional<Material> back_material = std::nullopt;  ///< where it is touched from within; else the same
 };
 
-/// Shapes of one volume in the order in which ties go. Constant while a servo runs on it.
+/// Where a rigid thing is: its frame in the world.
+struct Placement {
+  glm::dvec3 position_world{0.0};  ///< mm
+  glm::dquat rotation{1, 0, 0, 0};
+
+  glm::dvec3 world_from_local(const glm::dvec3& p) const noexcept { return position_world + rotation * p; }
+  glm::dvec3 local_from_world(const glm::dvec3& p) const noexcept {
+    return glm::conjugate(rotation) * (p - position_world);
+  }
+  friend bool operator==(const Placement&, const Placement&) = default;
+};
+
+class MeshTree;
+
+/// A polygonal model. A closed one is touched from its front; a sheet may hold from both sides.
+struct TouchMesh {
+  std::string name;
+  std::shared_ptr<const MeshTree> tree;
+  Material material;
+  Sides sides = Sides::front;
+  Placement placement;  ///< where it lies, or starts
+  int mover = -1;       ///< 0 to k_max_movers - 1: its placement comes with every step; -1: it stays
+  std::optional<Material> back_material = std::nullopt;
+};
+
+/// Shapes in the order in which ties go; those of one volume one after another, the base's first. Constant
+/// while a servo runs on it. Shape s is shapes[s], and after these meshes[s - shapes.size()].
 struct TouchScene {
-  static constexpr std::size_t k_max_shapes = 8;
+  static constexpr std::size_t k_max_shapes = 8;  ///< of one volume, for methods that touch one volume
+  static constexpr int k_max_movers = 8;
   std::shared_ptr<const volume::Volume> base;
   std::vector<TouchShape> shapes;
   double tool_radius = 0;  ///< mm; above 0 every shape needs its offset field
+  std::vector<TouchMesh> meshes = {};
+  std::vector<std::shared_ptr<const volume::Volume>> others = {};  ///< further volumes of shapes; not cut
 };
+
+/// What answers where `shape` is touched on `side` (1 front, -1 back).
+const Material& material_of(const TouchScene& scene, int shape, int side) noexcept;
+/// For people: the name of a shape or mesh.
+const std::string& name_of(const TouchScene& scene, int shape) noexcept;
+inline int shape_count(const TouchScene& scene) noexcept {
+  return static_cast<int>(scene.shapes.size() + scene.meshes.size());
+}
 
 /// Gives the scene a round tool: makes the offset fields of its shapes, which takes seconds for large volumes
 /// and small radii. 0 makes it a point again. Error when the radius is out of range or a shape also holds

@@ -1,0 +1,34 @@
+// A few of the shapes of a scene.
+#pragma once
+
+#include <array>
+#include <bit>
+#include <cstdint>
+
+namespace trephine::haptics {
+
+/// Plain data of 16 bytes.
+class ShapeSet {
+ public:
+  static constexpr int k_most = 128;
+
+  constexpr bool contains(int s) const noexcept { return words_[word(s)] >> (s & 63) & 1u; }
+  constexpr void flip(int s) noexcept { words_[word(s)] ^= std::uint64_t{1} << (s & 63); }
+  constexpr void set(int s, bool is_in) noexcept {
+    if (contains(s) != is_in) flip(s);
+  }
+  constexpr bool is_empty() const noexcept { return (words_[0] | words_[1]) == 0; }
+  /// The first member from `s` on; k_most when there is none.
+  constexpr int next(int s) const noexcept {
+    for (std::size_t w = word(s); s < k_most; s = static_cast<int>(64 * ++w))
+      if (const std::uint64_t rest = words_[w] >> (s & 63); rest != 0) return s + std::countr_zero(rest);
+    return k_most;
+  }
+  friend constexpr bool operator==(const ShapeSet&, const ShapeSet&) = default;
+
+ private:
+  static constexpr std::size_t word(int s) noexcept { return static_cast<std::size_t>(s) >> 6; }
+  std::array<std::uint64_t, 2> words_{};
+};
+
+}  // namespace trephine::haptics
