@@ -25,7 +25,7 @@ bool begin_on_cubes(const TouchScene& scene, const volume::Version& version, con
     for (std::size_t s = 0; s < scene.shapes.size(); ++s) {
       const bool was = state.inside.contains(static_cast<int>(s));
       if (is_solid(scene, version, s, v) != was &&
-          holds(scene, state.let_through, static_cast<int>(s), side_of(was)))
+          holds(scene, state.around.let_through, static_cast<int>(s), side_of(was)))
         result.is_buried = is_fresh = true;
     }
   }
@@ -41,7 +41,7 @@ void end_on_cubes(const TouchScene& scene, const volume::Version& version, const
                   int landing, ProxyState& state, ProxyStep& result) noexcept {
   const auto is_blocked = [&](const glm::dvec3& a, const glm::dvec3& b) {
     ShapeSet after = state.inside;
-    return find_barrier(scene, version, a, b, state.let_through, after, result.counters).is_blocked;
+    return find_barrier(scene, version, a, b, state.around.let_through, after, result.counters).is_blocked;
   };
   end_with_friction(version.base().frame, scene, hip_world, landing, is_blocked, state, result);
   state.inside = solids_at(scene, version, state.proxy_volume);

@@ -81,7 +81,7 @@ ProxyStep RaystepProxy::step(const TouchScene& scene, const volume::Version& ver
       dvec3 normal =
           voxel_normal(scene.shapes[static_cast<std::size_t>(s)].field, frame, v, result.counters.cells);
       const bool is_front = glm::dot(start - p, normal) >= 0 && glm::dot(end - p, normal) <= 0;
-      if (!holds(scene, state.let_through, s, side_of(!is_front))) break;
+      if (!holds(scene, state.around.let_through, s, side_of(!is_front))) break;
       if (!is_front) normal = -normal;
       result.has_contact = true;
       result.shape = s;
@@ -115,7 +115,7 @@ ProxyStep PlaneProxy::step(const TouchScene& scene, const volume::Version& versi
     plane.shape = -1;
     for (std::size_t s = 0; s < scene.shapes.size() && plane.shape < 0; ++s) {
       const TouchShape& shape = scene.shapes[s];
-      if (state.let_through.contains(static_cast<int>(s))) continue;
+      if (state.around.let_through.contains(static_cast<int>(s))) continue;
       const dvec3 normal = outward_normal(shape, version, p, result.counters.cells);
       const double slope = glm::length(frame.gradient_world_from_volume(shape.field.smooth_gradient(p)));
       result.counters.cells += 40;
@@ -162,7 +162,7 @@ ProxyStep GradientProxy::step(const TouchScene& scene, const volume::Version& ve
   const dvec3 p = frame.volume_from_world(hip);
   for (std::size_t s = 0; s < scene.shapes.size(); ++s) {
     const TouchShape& shape = scene.shapes[s];
-    if (state.let_through.contains(static_cast<int>(s))) continue;
+    if (state.around.let_through.contains(static_cast<int>(s))) continue;
     result.counters.cells += 8;
     double depth = shape.field.value(p);
     if (depth < 0) continue;

@@ -5,9 +5,9 @@
  *
  * Threads: a scene is set up by one thread and then not changed while hands step. Each hand belongs to one
  * thread at a time; several hands may step on one scene at once. Materials and sides take
- * effect at once; after another shape or method prepare again and make the hands anew. trephine_hand_step and
- * trephine_intersect_surface neither allocate nor lock nor wait. The voxels are borrowed: they must stay
- * where they are, unchanged, until the scene is destroyed. */
+ * effect at once, but not with method "scene-sequential"; after another shape or method prepare again and
+ * make the hands anew. trephine_hand_step and trephine_intersect_surface neither allocate nor lock nor wait.
+ * The voxels are borrowed: they must stay where they are, unchanged, until the scene is destroyed. */
 #ifndef TREPHINE_HAPTICS_C_API_H
 #define TREPHINE_HAPTICS_C_API_H
 

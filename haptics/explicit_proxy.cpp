@@ -124,14 +124,14 @@ ProxyStep ExplicitProxy::step(const TouchScene& scene, const volume::Version& ve
   const dvec3 hip = frame.volume_from_world(input.hip_world);
   ProxyStep result;
   result.normal_world = dvec3(0);
-  const NetCaster caster(scene, version, state.let_through, result.counters);
+  const NetCaster caster(scene, version, state.around.let_through, result.counters);
 
   // The first step, and a proxy over which matter has grown, start at the HIP, inside whatever is there.
   bool is_fresh = !state.has_proxy;
   if (!is_fresh && state.version != version.serial())
     for (int s = 0; s < static_cast<int>(scene.shapes.size()); ++s) {
       const bool was = state.inside.contains(s), is_now = caster.is_behind(s, state.proxy_volume);
-      if (was != is_now && holds(scene, state.let_through, s, side_of(was)))
+      if (was != is_now && holds(scene, state.around.let_through, s, side_of(was)))
         result.is_buried = is_fresh = true;
     }
   if (is_fresh) {

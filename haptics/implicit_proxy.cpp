@@ -92,7 +92,7 @@ ProxyStep ImplicitProxy::step(const TouchScene& scene, const volume::Version& ve
   for (int i = 0; i < iterations_; ++i) {
     ++result.counters.iterations;
     const WayEnd way =
-        find_barrier(scene, version, start, target, state.let_through, inside, result.counters);
+        find_barrier(scene, version, start, target, state.around.let_through, inside, result.counters);
     if (!way.is_blocked) {
       add(target);
       if (const double e = energy(target); e < best_energy) {
@@ -105,7 +105,7 @@ ProxyStep ImplicitProxy::step(const TouchScene& scene, const volume::Version& ve
     // To the wall: in the last free voxel. Only a bend out of the traversed way needs a look.
     dvec3 p = stop_before(start, target, way);
     if (volume::voxel_of(start) != way.before)
-      p = guarded_move(scene, version, start, p, state.let_through, inside, result.counters);
+      p = guarded_move(scene, version, start, p, state.around.let_through, inside, result.counters);
     // The plane of the wall, facing the proxy; a normal along the motion would pull it through.
     const TouchShape& shape = scene.shapes[static_cast<std::size_t>(way.shape)];
     dvec3 normal = outward_normal(shape, version, p, result.counters.cells);
@@ -127,7 +127,7 @@ ProxyStep ImplicitProxy::step(const TouchScene& scene, const volume::Version& ve
     const dvec3 lifted = p + (k_lift / glm::length(direction)) * direction;
     start = volume::voxel_of(lifted) == volume::voxel_of(p)
                 ? lifted
-                : guarded_move(scene, version, p, lifted, state.let_through, inside, result.counters);
+                : guarded_move(scene, version, p, lifted, state.around.let_through, inside, result.counters);
     add(start);
     if (const double e = energy(start); e < best_energy) {
       best_energy = e;

@@ -10,9 +10,16 @@ namespace trephine::haptics {
 using glm::dvec3;
 
 volume::Status MeshProxy::prepare(const TouchScene& scene) {
-  if (volume::Status error = check_touchable(scene)) return error;
+  if (volume::Status error = check_touchable(scene, true, true)) return error;
   trees_.clear();
   gap_ = 1e-5;
+  for (const TouchMesh& mesh : scene.meshes) {
+    if (!mesh.tree) return volume::Error{"a mesh has no tree", mesh.name, "", "", ""};
+    if (mesh.mover >= 0)
+      return volume::Error{"this method holds meshes still", mesh.name, "a mesh that moves", "",
+                           "use --method scene"};
+    gap_ = std::min(gap_, mesh.tree->gap());
+  }
   const volume::Frame& frame = scene.base->frame;
   const glm::dmat3& axes = frame.axes();
   const bool is_mirrored = glm::dot(glm::cross(axes[0], axes[1]), axes[2]) < 0;
@@ -46,17 +53,23 @@ ProxyStep MeshProxy::step(const TouchScene& scene, const volume::Version& versio
   const auto cast = [&](const dvec3& a, const dvec3& b, FacetHit& hit) {
     const dvec3 from = frame.world_from_volume(a), to = frame.world_from_volume(b);
     bool is_hit = false;
-    for (std::size_t s = 0; s < trees_.size(); ++s) {
-      const int shape = static_cast<int>(s);
+    const auto ask = [&](const MeshTree& tree, int shape, const Placement& placement) {
       FacetHit one;
-      if (!trees_[s].cast(from, to, holds(scene, state.let_through, shape, Sides::front),
-                          holds(scene, state.let_through, shape, Sides::back), one,
-                          result.counters.triangles) ||
+      if (!tree.cast(placement.local_from_world(from), placement.local_from_world(to), scene.tool_radius,
+                     holds(scene, state.around.let_through, shape, Sides::front),
+                     holds(scene, state.around.let_through, shape, Sides::back), one,
+                     result.counters.triangles) ||
           (is_hit && one.t >= hit.t))
-        continue;
+        return;
       hit = one;
+      if (shape >= static_cast<int>(trees_.size())) hit.normal_world = placement.rotation * one.normal_world;
       hit.shape = shape;
       is_hit = true;
+    };
+    for (std::size_t s = 0; s < trees_.size(); ++s) ask(trees_[s], static_cast<int>(s), Placement{});
+    for (std::size_t m = 0; m < scene.meshes.size(); ++m) {
+      const TouchMesh& mesh = scene.meshes[m];
+      ask(*mesh.tree, static_cast<int>(trees_.size() + m), mesh.placement);
     }
     return is_hit;
   };

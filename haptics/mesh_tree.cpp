@@ -11,6 +11,11 @@ namespace trephine::haptics {
 
 using glm::dvec3;
 
+namespace {
+constexpr int k_max_newton = 32;
+constexpr double k_near = 1e-12;  // of the way: nearer than this is met
+}  // namespace
+
 MeshTree::MeshTree(std::vector<dvec3> vertices, std::vector<std::uint32_t> triangles)
     : vertices_(std::move(vertices)), triangles_(std::move(triangles)) {
   const auto count = static_cast<std::uint32_t>(triangles_.size() / 3);
@@ -135,6 +140,87 @@ bool MeshTree::cast(const dvec3& a, const dvec3& b, bool is_front, bool is_back,
       hit.t = t;
       hit.normal_world = facing < 0 ? normal : -normal;
       hit.side = facing < 0 ? 1 : -1;
+      hit.triangle = i / 3;
+    }
+  }
+  return nearest <= 1;
+}
+
+dvec3 nearest_on_triangle(const dvec3& p, const dvec3& a, const dvec3& b, const dvec3& c,
+                          TriangleFeature* feature) noexcept {
+  const auto on = [feature](TriangleFeature f, const dvec3& q) {
+    if (feature) *feature = f;
+    return q;
+  };
+  using enum TriangleFeature;
+  const dvec3 ab = b - a, ac = c - a, ap = p - a;
+  const double d1 = glm::dot(ab, ap), d2 = glm::dot(ac, ap);
+  if (d1 <= 0 && d2 <= 0) return on(corner, a);
+  const dvec3 bp = p - b;
+  const double d3 = glm::dot(ab, bp), d4 = glm::dot(ac, bp);
+  if (d3 >= 0 && d4 <= d3) return on(corner, b);
+  const double vc = d1 * d4 - d3 * d2;
+  if (vc <= 0 && d1 >= 0 && d3 <= 0) return on(edge_ab, a + d1 / (d1 - d3) * ab);
+  const dvec3 cp = p - c;
+  const double d5 = glm::dot(ab, cp), d6 = glm::dot(ac, cp);
+  if (d6 >= 0 && d5 <= d6) return on(corner, c);
+  const double vb = d5 * d2 - d1 * d6;
+  if (vb <= 0 && d2 >= 0 && d6 <= 0) return on(edge_ac, a + d2 / (d2 - d6) * ac);
+  const double va = d3 * d6 - d5 * d4;
+  if (va <= 0 && d4 - d3 >= 0 && d5 - d6 >= 0)
+    return on(edge_bc, b + (d4 - d3) / ((d4 - d3) + (d5 - d6)) * (c - b));
+  const double share = 1 / (va + vb + vc);
+  return on(face, a + (vb * share) * ab + (vc * share) * ac);
+}
+
+bool MeshTree::cast_ball(const dvec3& a, const dvec3& b, double radius, bool is_front, bool is_back,
+                         FacetHit& hit, int& looked) const noexcept {
+  if (nodes_.empty() || a == b) return false;
+  const dvec3 way = b - a;
+  const double length = glm::length(way);
+  double nearest = std::numeric_limits<double>::infinity();
+  const dvec3 low = glm::min(a, b) - radius, high = glm::max(a, b) + radius;
+  std::array<std::uint32_t, k_deepest> stack;
+  std::size_t depth = 0;
+  stack[depth++] = 0;
+  while (depth > 0) {
+    const std::uint32_t n = stack[--depth];
+    const Node& node = nodes_[n];
+    if (node.low.x > high.x || node.low.y > high.y || node.low.z > high.z || node.high.x < low.x ||
+        node.high.y < low.y || node.high.z < low.z)
+      continue;
+    if (node.count == 0) {
+      stack[depth++] = node.first;
+      stack[depth++] = n + 1;
+      continue;
+    }
+    for (std::uint32_t i = node.first; i < node.first + node.count; ++i) {
+      const auto [p, q, r] = corners(i);
+      const dvec3 across = glm::cross(q - p, r - p);
+      const bool is_before = glm::dot(across, a - p) >= 0;
+      if (is_before ? !is_front : !is_back) continue;
+      ++looked;
+      // The distance to a triangle, which is convex, is convex along the way: Newton's steps from before the
+      // first crossing never pass it, and once it rises nothing is met any more.
+      double t = 0;
+      for (int k = 0; k < k_max_newton; ++k) {
+        const dvec3 at = a + t * way, off = at - nearest_on_triangle(at, p, q, r);
+        const double distance = glm::length(off), approach = -glm::dot(off, way);
+        if (!(approach > 0)) break;  // goes past, or away
+        const double left = distance - radius;
+        if (left <= k_near * length || k + 1 == k_max_newton) {
+          if (t < nearest) {
+            nearest = t;
+            hit.t = t;
+            hit.normal_world = distance > 0 ? off / distance : glm::normalize(-way);
+            hit.side = is_before ? 1 : -1;
+            hit.triangle = i;
+          }
+          break;
+        }
+        t += left * distance / approach;
+        if (!(t <= 1 && t < nearest)) break;
+      }
     }
   }
   return nearest <= 1;

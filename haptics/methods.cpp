@@ -5,6 +5,7 @@
 #include "haptics/implicit_proxy.h"
 #include "haptics/mesh_proxy.h"
 #include "haptics/path_proxy.h"
+#include "haptics/scene_proxy.h"
 #include "haptics/subvoxel_proxy.h"
 
 namespace trephine::haptics {
@@ -36,9 +37,14 @@ constexpr Entry k_entries[] = {
     {{"explicit", "triangles of the surface net made where the motion goes, a god-object on them",
       "thesis of the volume haptics toolkit, 3.4.2; Zilles and Salisbury 1995", Solid::net},
      make<ExplicitProxy>},
-    {{"mesh", "the whole surface as a polygonal model, a god-object on its triangles",
-      "Zilles and Salisbury 1995", Solid::net, true},
+    {{"mesh",
+      "the whole surface as a polygonal model, a god-object on its triangles; with a radius a virtual ball",
+      "Zilles and Salisbury 1995; Ruspini, Kolarov and Khatib 1997", Solid::net, true},
      make<MeshProxy>},
+    {{"scene", "volumes and polygonal models in one solve", "this project", Solid::smooth}, make<SceneProxy>},
+    {{"scene-sequential", "a god-object on the models, then each volume after it",
+      "thesis of the volume haptics toolkit, 4.2.2", Solid::cubes},
+     make<SequentialProxy>},
     {{"raystep", "fixed steps along the motion, nearest voxels, binary transfer functions",
       "chapter on touching multiple isosurfaces, 3", Solid::nothing},
      make<RaystepProxy>},

@@ -133,15 +133,15 @@ ProxyStep PathProxy::step(const TouchScene& scene, const volume::Version& versio
   int landing = 0;
   ShapeSet inside = state.inside;
   ++result.counters.iterations;
-  const WayEnd way =
-      find_barrier(scene, version, state.proxy_volume, hip, state.let_through, inside, result.counters);
+  const WayEnd way = find_barrier(scene, version, state.proxy_volume, hip, state.around.let_through, inside,
+                                  result.counters);
   if (!way.is_blocked) {
     add(hip);
   } else {
     // To the wall; the voxel before it is free, and so is the way there.
     dvec3 p = within(state.proxy_volume + way.t * (hip - state.proxy_volume), way.before);
     ShapeSet after = state.inside;
-    if (find_barrier(scene, version, state.proxy_volume, p, state.let_through, after, result.counters)
+    if (find_barrier(scene, version, state.proxy_volume, p, state.around.let_through, after, result.counters)
             .is_blocked)
       p = state.proxy_volume;
     else if (energy(p) < energy(state.proxy_volume))

@@ -2,7 +2,14 @@
 
 namespace trephine::haptics {
 
-volume::Status check_touchable(const TouchScene& scene, bool has_radius) {
+volume::Status check_touchable(const TouchScene& scene, bool has_radius, bool has_meshes) {
+  if (!scene.meshes.empty() && !has_meshes)
+    return volume::Error{"this method touches volumes alone", "--method",
+                         std::to_string(scene.meshes.size()) + " meshes", "no mesh", "use --method scene"};
+  for (const TouchShape& shape : scene.shapes)
+    if (&shape.field.volume() != scene.base.get())
+      return volume::Error{"this method touches one volume", shape.field.shape().name, "a second volume", "",
+                           "use --method scene"};
   if (scene.tool_radius > 0 && !has_radius)
     return volume::Error{"this method has no radius", "--radius", std::to_string(scene.tool_radius) + " mm",
                          "0, a point", "use --method subvoxel for a round tool"};

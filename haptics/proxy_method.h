@@ -26,22 +26,34 @@ struct PlaneMemory {
   int shape = -1, age = 0, recovery_left = 0;
 };
 
+/// What is around a proxy, touched or not.
+struct Surroundings {
+  ShapeSet let_through;  ///< shapes that hold nothing now, whatever the scene says; set by the host
+  /// For scenes of many shapes: those within near_radius mm of near_middle; none are known where that is 0.
+  ShapeSet near;
+  glm::dvec3 near_middle_world{0.0};
+  double near_radius = 0;
+  bool has_placements = false;
+  std::array<Placement, TouchScene::k_max_movers> placements;  ///< of moving meshes, in the last step
+};
+
 /// What a method keeps from step to step. Plain data: copying it saves and restores a method.
 struct ProxyState {
   bool has_proxy = false;
   glm::dvec3 proxy_volume{0.0};
   ShapeSet inside;            ///< shapes in whose solid the proxy lies (touched from the back)
-  ShapeSet let_through;       ///< shapes that hold nothing now, whatever the scene says; set by the host
   bool had_contact = false;   ///< in the last step
   bool is_sticking = false;   ///< static friction holds
   std::uint64_t version = 0;  ///< the last one seen, for methods that look for growth only where it may be
   PlaneMemory plane;
+  glm::dvec3 on_meshes_world{0.0};  ///< the god-object on meshes of method scene-sequential
+  Surroundings around;
 
-  /// As if it had never touched; what the host has set stays.
+  /// As if it had never touched; what is around it stays.
   void forget() noexcept {
-    const ShapeSet kept = let_through;
+    const Surroundings kept = around;
     *this = ProxyState{};
-    let_through = kept;
+    around = kept;
   }
   /// The same, on a place.
   void begin_at(const glm::dvec3& place_volume) noexcept {
@@ -82,9 +94,9 @@ struct ProxyStep {
   ProxyCounters counters;
 };
 
-/// Few enough shapes, each with its bits: what every method asks of a scene. Error also for a tool with a
-/// radius where the method has none.
-volume::Status check_touchable(const TouchScene& scene, bool has_radius = false);
+/// Few enough shapes of one volume, each with its bits: what most methods ask of a scene. Error also for a
+/// tool with a radius, or meshes, where the method has none.
+volume::Status check_touchable(const TouchScene& scene, bool has_radius = false, bool has_meshes = false);
 
 class ProxyMethod {
  public:

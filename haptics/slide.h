@@ -420,6 +420,12 @@ void Slide<Walls>::run() noexcept {
         if (result_.shape < 0) landing_ = result_.waypoint_count - 1;
       }
       planes_at(at, 4 * k_touch * voxel_mm_, planes);
+      if constexpr (requires { walls_.is_mesh(0); }) {
+        // What stopped the way holds, whatever else is near.
+        bool is_held = !walls_.is_mesh(straight.wall.shape) || planes.count == k_max_planes;
+        for (int k = 0; k < planes.count; ++k) is_held = is_held || planes[k].wall == straight.wall;
+        if (!is_held) plane_of(straight.wall, at, planes[planes.count++]);
+      }
       if (planes.count == 0) {
         // A proof that took too long: hold the plane of what stopped it.
         plane_of(straight.wall, at, planes[0]);

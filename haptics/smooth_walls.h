@@ -13,8 +13,9 @@ namespace trephine::haptics {
 /// A smooth function that the proxy must keep below 0: a shape's field, its cut, or one of them turned round.
 struct Wall {
   int shape = -1;
-  bool is_cut = false;   ///< the distance to what was removed; else the field of the scan
-  bool is_back = false;  ///< holds the proxy inside: the function is minus the field
+  bool is_cut = false;      ///< the distance to what was removed; else the field of the scan
+  bool is_back = false;     ///< holds the proxy inside: the function is minus the field
+  std::uint32_t facet = 0;  ///< of a mesh
   friend bool operator==(const Wall&, const Wall&) = default;
 };
 

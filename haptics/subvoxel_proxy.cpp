@@ -20,7 +20,7 @@ ProxyStep SubvoxelProxy::step(const TouchScene& scene, const volume::Version& ve
                               const ProxyInput& input) const noexcept {
   ProxyStep result;
   result.normal_world = dvec3(0);
-  SmoothWalls walls(scene, version, state.let_through, result.counters);
+  SmoothWalls walls(scene, version, state.around.let_through, result.counters);
   Slide(scene, walls, version.base().frame, state, input.hip_world, result).run();
   return result;
 }

@@ -69,8 +69,8 @@ struct TouchMesh {
   std::shared_ptr<const MeshTree> tree;
   Material material;
   Sides sides = Sides::front;
-  Placement placement;  ///< where it lies, or starts
-  int mover = -1;       ///< 0 to k_max_movers - 1: its placement comes with every step; -1: it stays
+  Placement placement = {};  ///< where it lies, or starts
+  int mover = -1;            ///< 0 to k_max_movers - 1: its placement comes with every step; -1: it stays
   std::optional<Material> back_material = std::nullopt;
 };
 

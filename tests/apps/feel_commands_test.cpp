@@ -42,8 +42,8 @@ TEST_F(Command, BenchFeelPutsEveryMethodOnOneChart) {
     EXPECT_LT(std::stod(row.at("tangential_p99_mm")), 0.02);
     EXPECT_GT(std::stod(row.at("us_p50")), 0);
   }
-  EXPECT_EQ(methods, (std::set<std::string>{"subvoxel", "implicit", "path", "explicit", "mesh", "raystep",
-                                            "plane", "gradient"}));
+  EXPECT_EQ(methods, (std::set<std::string>{"subvoxel", "implicit", "path", "explicit", "mesh", "scene",
+                                            "scene-sequential", "raystep", "plane", "gradient"}));
   EXPECT_EQ(feel["rows"].size(), rows.size());
   for (const char* name : {"feel.json", "index.html", "time-against-surface-error.png",
                            "time-against-direction-error.png", "force-raw.png", "force-smoothed.png"})
@@ -121,8 +121,8 @@ TEST_F(Command, AuditCertifiesEveryTickOfASession) {
 TEST_F(Command, TouchTakesAMethodAndARadius) {
   ASSERT_EQ(run("phantom sphere --size 48 --psf 1.5 -o s.mha").exit_code, 0);
   write_press("p.csv", 1);
-  for (const char* method :
-       {"subvoxel", "implicit", "path", "explicit", "mesh", "raystep", "plane", "gradient"}) {
+  for (const char* method : {"subvoxel", "implicit", "path", "explicit", "mesh", "scene", "scene-sequential",
+                             "raystep", "plane", "gradient"}) {
     const Json touch = json(std::string("touch s.mha --path p.csv -o t.csv --method ") + method);
     EXPECT_EQ(touch["method"], method);
     EXPECT_GT(touch["max_force_n"].get<double>(), 0.05) << method;

@@ -6,6 +6,7 @@
 #include <memory>
 
 #include "haptics/force.h"
+#include "haptics/mesh_tree.h"
 #include "haptics/methods.h"
 #include "haptics/passivity.h"
 #include "haptics/subvoxel_proxy.h"
@@ -31,7 +32,20 @@ double uniform(std::uint64_t seed, std::uint64_t i) {
 class Judge {
  public:
   Judge(const haptics::TouchScene& scene, MethodInfo::Solid solid)
-      : scene_(scene), solid_(solid), judge([this](const dvec3& a, const dvec3& b) { return meets(a, b); }) {}
+      : scene_(scene), solid_(solid), judge([this](const dvec3& a, const dvec3& b) { return meets(a, b); }) {
+    // Vertices as the volume counts; scenes for judging have them where floats hold them exactly.
+    for (const haptics::TouchMesh& mesh : scene.meshes) {
+      std::vector<glm::vec3> vertices;
+      std::vector<std::uint32_t> triangles;
+      for (std::uint32_t t = 0; t < mesh.tree->triangle_count(); ++t)
+        for (const dvec3& corner : mesh.tree->corners(t)) {
+          triangles.push_back(static_cast<std::uint32_t>(vertices.size()));
+          vertices.push_back(
+              glm::vec3(scene.base->frame.volume_from_world(mesh.placement.world_from_local(corner))));
+        }
+      meshes_.push_back(std::make_unique<checker::MeshWall>(vertices, triangles));
+    }
+  }
   void set_version(std::shared_ptr<const volume::Version> version) {
     const volume::Shape& shape = scene_.shapes[0].field.shape();
     version_ = std::move(version);
@@ -49,6 +63,8 @@ class Judge {
 
  private:
   bool meets(const dvec3& a, const dvec3& b) const {
+    for (const auto& mesh : meshes_)
+      if (a == b ? mesh->is_inside(a) : mesh->is_crossed(a, b)) return true;
     if (smooth_) return !smooth_->is_free(a, b);
     if (cubes_) return cubes_->meets_solid(a, b);
     return a == b ? net_->is_inside(a) : net_->is_crossed(a, b);
@@ -59,6 +75,7 @@ class Judge {
   std::unique_ptr<checker::SmoothSolid> smooth_;
   std::unique_ptr<checker::FallThroughJudge> cubes_;
   std::unique_ptr<checker::MeshWall> net_;
+  std::vector<std::unique_ptr<checker::MeshWall>> meshes_;
 
  public:
   checker::FallThroughJudge judge;
@@ -70,7 +87,7 @@ AttackRow attack(const std::string& name, const haptics::TouchScene& scene, cons
   AttackRow row;
   row.method = info.name, row.scene = name;
   const auto method = haptics::make_method(info.name).value();
-  if (method->prepare(scene)) return row;
+  if (method->prepare(scene)) return row;  // not a scene for this method
   const volume::Frame& frame = scene.base->frame;
   const dvec3 size(scene.base->size);
   Judge judge(scene, info.solid);
@@ -151,6 +168,23 @@ haptics::TouchScene attack_scene(const std::string& phantom, double psf, bool is
       v = static_cast<std::int16_t>(std::clamp(v + 200 * volume::hash_normal(3, i), -1024.0, 3071.0));
   }
   return scenes::scene_of(std::move(made));
+}
+
+/// The surface of a torus as a polygonal model, through a gyroid of bone.
+haptics::TouchScene pierced_scene() {
+  haptics::TouchScene scene = attack_scene("gyroid", 0.7, false, false);
+  const haptics::TouchScene torus = attack_scene("torus", 0.7, false, false);
+  const volume::Mesh net = volume::surface_net({&torus.shapes[0].field, nullptr, torus.shapes[0].bits.get()});
+  const volume::Frame& frame = scene.base->frame;
+  std::vector<dvec3> vertices;
+  for (const glm::vec3& v : net.vertices.span()) vertices.push_back(frame.world_from_volume(dvec3(v)));
+  haptics::TouchMesh mesh;
+  mesh.name = "torus";
+  mesh.tree = std::make_shared<haptics::MeshTree>(
+      std::move(vertices),
+      std::vector<std::uint32_t>(net.triangles.data(), net.triangles.data() + net.triangles.size()));
+  scene.meshes = {mesh};
+  return scene;
 }
 
 /// A device of one moving mass on a surface, without a hand or with a constant push; positions in mm.
@@ -347,7 +381,8 @@ std::vector<AttackRow> run_attack(const AttackOptions& options) {
       {"groove 30", attack_scene("groove", 0.7, false, false, {{"angle", 30}})},
       {"gyroid, noisy", attack_scene("gyroid", 0.5, false, true)},
       {"plate of a voxel", attack_scene("plate", 0, false, false, {{"thickness", 1.9}, {"angle", 37}})},
-      {"shell", attack_scene("shell", 0, false, false)}};
+      {"shell", attack_scene("shell", 0, false, false)},
+      {"gyroid pierced by a mesh", pierced_scene()}};
   scenes.insert(scenes.end(), options.more.begin(), options.more.end());
   std::vector<const MethodInfo*> methods;
   for (const MethodInfo& info : haptics::method_catalogue()) {
@@ -357,13 +392,18 @@ std::vector<AttackRow> run_attack(const AttackOptions& options) {
       methods.push_back(&info);
   }
   std::vector<AttackRow> rows;
+  std::size_t done = 0;
   const std::size_t runs = scenes.size() * methods.size();
   const long steps = std::max(2000L, options.steps / static_cast<long>(std::max<std::size_t>(1, runs)));
   for (const auto& [name, scene] : scenes)
     for (const MethodInfo* info : methods) {
-      if (options.progress && !options.progress(static_cast<double>(rows.size()) / static_cast<double>(runs)))
+      if (options.progress && !options.progress(static_cast<double>(done) / static_cast<double>(runs)))
         return rows;
-      rows.push_back(attack(name, scene, *info, steps, options.seed + rows.size()));
+      ++done;
+      // The sequential pipeline promises nothing of models.
+      if (!scene.meshes.empty() && std::string(info->name) == "scene-sequential") continue;
+      AttackRow row = attack(name, scene, *info, steps, options.seed + done);
+      if (row.steps > 0) rows.push_back(std::move(row));
     }
   return rows;
 }
