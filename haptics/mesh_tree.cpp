@@ -14,6 +14,24 @@ using glm::dvec3;
 namespace {
 constexpr int k_max_newton = 32;
 constexpr double k_near = 1e-12;  // of the way: nearer than this is met
+
+/// May a + t way, t in [0, most], come within `radius` of the box? A little larger than rounding.
+bool meets_box(const dvec3& a, const dvec3& way, double most, const dvec3& box_low, const dvec3& box_high,
+               double radius) noexcept {
+  double from = 0, to = most;
+  for (int k = 0; k < 3; ++k) {
+    const double slack = radius + 1e-12 * (std::abs(a[k]) + std::abs(box_low[k]) + std::abs(box_high[k]));
+    const double low = box_low[k] - slack - a[k], high = box_high[k] + slack - a[k];
+    if (way[k] == 0) {
+      if (low > 0 || high < 0) return false;
+      continue;
+    }
+    const double inverse = 1 / way[k], t0 = low * inverse, t1 = high * inverse;
+    from = std::max(from, std::min(t0, t1) * (1 - 1e-12) - 1e-300);
+    to = std::min(to, std::max(t0, t1) * (1 + 1e-12) + 1e-300);
+  }
+  return from <= to;
+}
 }  // namespace
 
 MeshTree::MeshTree(std::vector<dvec3> vertices, std::vector<std::uint32_t> triangles)
@@ -100,21 +118,8 @@ bool MeshTree::cast(const dvec3& a, const dvec3& b, bool is_front, bool is_back,
   if (nodes_.empty() || a == b) return false;
   const dvec3 way = b - a;
   double nearest = std::numeric_limits<double>::infinity();
-  // The box of the way, a little larger than rounding, is enough for short ways; far ones are few.
   const auto meets = [&](const Node& node) {
-    double from = 0, to = std::min(1.0, nearest);
-    for (int k = 0; k < 3; ++k) {
-      const double slack = 1e-12 * (std::abs(a[k]) + std::abs(node.low[k]) + std::abs(node.high[k]));
-      const double low = node.low[k] - slack - a[k], high = node.high[k] + slack - a[k];
-      if (way[k] == 0) {
-        if (low > 0 || high < 0) return false;
-        continue;
-      }
-      const double inverse = 1 / way[k], t0 = low * inverse, t1 = high * inverse;
-      from = std::max(from, std::min(t0, t1) * (1 - 1e-12) - 1e-300);
-      to = std::min(to, std::max(t0, t1) * (1 + 1e-12) + 1e-300);
-    }
-    return from <= to;
+    return meets_box(a, way, std::min(1.0, nearest), node.low, node.high, 0);
   };
   std::array<std::uint32_t, k_deepest> stack;
   std::size_t depth = 0;
@@ -179,16 +184,13 @@ bool MeshTree::cast_ball(const dvec3& a, const dvec3& b, double radius, bool is_
   const dvec3 way = b - a;
   const double length = glm::length(way);
   double nearest = std::numeric_limits<double>::infinity();
-  const dvec3 low = glm::min(a, b) - radius, high = glm::max(a, b) + radius;
   std::array<std::uint32_t, k_deepest> stack;
   std::size_t depth = 0;
   stack[depth++] = 0;
   while (depth > 0) {
     const std::uint32_t n = stack[--depth];
     const Node& node = nodes_[n];
-    if (node.low.x > high.x || node.low.y > high.y || node.low.z > high.z || node.high.x < low.x ||
-        node.high.y < low.y || node.high.z < low.z)
-      continue;
+    if (!meets_box(a, way, std::min(1.0, nearest), node.low, node.high, radius)) continue;
     if (node.count == 0) {
       stack[depth++] = node.first;
       stack[depth++] = n + 1;

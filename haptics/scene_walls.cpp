@@ -13,6 +13,10 @@ using glm::ivec3;
 
 namespace {
 
+constexpr double k_step = 0.5;         // mm, of the scene's frame where models alone could be coarser
+constexpr double k_steps_across = 40;  // a model is at least this large in it
+constexpr double k_least_gap = 5e-8;   // of a step of the scene's frame: half of what the slide keeps
+
 /// The box of a shape's voxels, two voxels larger all round, in the world. low > high: there is no matter.
 SceneLayout::Box matter_box(const TouchShape& shape) {
   const volume::Volume& base = shape.field.volume();
@@ -97,6 +101,8 @@ volume::Result<SceneLayout> SceneLayout::of(const TouchScene& scene) {
   layout.movers_.fill(-1);
   for (const TouchMesh& mesh : scene.meshes) {
     if (!mesh.tree) return Error{"a mesh has no tree", mesh.name, "", "", ""};
+    const double size = glm::length(mesh.tree->high() - mesh.tree->low());
+    if (mesh.tree->triangle_count() > 0 && size > 0) finest = std::min(finest, size / k_steps_across);
     if (mesh.mover >= TouchScene::k_max_movers)
       return too_many("too many meshes that move", mesh.mover + 1, TouchScene::k_max_movers);
     if (mesh.mover >= 0) {
@@ -109,7 +115,7 @@ volume::Result<SceneLayout> SceneLayout::of(const TouchScene& scene) {
                                            : Box{mesh.tree->low(), mesh.tree->high()});
   }
   auto frame = volume::Frame::from_spacing(scene.base ? scene.base->frame.origin() : dvec3(0),
-                                           dvec3(finest < 1e300 ? finest : 0.5));
+                                           dvec3(scene.shapes.empty() ? std::min(finest, k_step) : finest));
   if (!frame) return frame.error();
   layout.frame_ = frame.value();
   for (Part& part : layout.parts_)
@@ -158,8 +164,11 @@ bool SceneWalls::reach_mesh(int shape, const dvec3& a, const dvec3& b, double to
   if (!tree_of(shape).cast(from, to, scene_.tool_radius, is_front, is_back, hit, counters_.triangles) ||
       (reach.is_blocked && hit.t >= reach.t))
     return false;
-  const double before = hit.t - 0.5 * tolerance / glm::length(b - a);
-  reach.t = std::max(before, 0.5 * hit.t);
+  // Before the facet along the way, and never so close that rounding could put the proxy behind it.
+  const double step = frame().spacing().x, before = hit.t - 0.5 * tolerance / glm::length(b - a);
+  const double approach = -glm::dot(to - from, hit.normal_world);
+  const double most = approach > 0 ? hit.t - k_least_gap * step / approach : 0;
+  reach.t = std::clamp(std::max(before, 0.5 * hit.t), 0.0, std::max(0.0, most));
   reach.is_blocked = true;
   reach.wall = {shape, false, hit.side < 0, hit.triangle};
   return true;

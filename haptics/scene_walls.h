@@ -28,7 +28,7 @@ class SceneLayout {
   /// Error when shapes of a volume do not stand together, or volumes, shapes or movers are too many.
   static volume::Result<SceneLayout> of(const TouchScene& scene);
 
-  /// Axis-aligned, as fine as the finest volume; 0.5 mm where there is none.
+  /// Axis-aligned, as fine as the finest volume, 0.5 mm where there is none, finer where a model is tiny.
   const volume::Frame& frame() const noexcept { return frame_; }
   const std::vector<Part>& parts() const noexcept { return parts_; }
   /// The mesh that each mover moves, as a shape; -1: none.

@@ -7,6 +7,8 @@
 #include "apps/trephine/steps_csv.h"
 #include "apps/trephine/text.h"
 #include "data-tools/atomic_file.h"
+#include "data-tools/mesh_reading.h"
+#include "haptics/mesh_tree.h"
 #include "haptics/methods.h"
 #include "tests/checker/mesh_judge.h"
 #include "tests/checker/volume_samples.h"
@@ -34,10 +36,54 @@ volume::Status parse_friction(const std::string& text, haptics::Material& materi
   return std::nullopt;
 }
 
+/// Puts the models into the scene.
+volume::Status add_meshes(const TouchArguments& arguments, const haptics::Material& material,
+                          haptics::TouchScene& scene) {
+  glm::dvec3 at(0);
+  char extra = 0;
+  if (!arguments.mesh_at.empty() &&
+      (std::sscanf(arguments.mesh_at.c_str(), "%lf,%lf,%lf%c", &at.x, &at.y, &at.z, &extra) != 3 ||
+       !(glm::length(at) <= 1e6)))
+    return Error{"the models' place is not three numbers", "--mesh-at", arguments.mesh_at,
+                 "X,Y,Z in mm, for example 0,-90,20", ""};
+  for (const std::string& file : arguments.meshes) {
+    auto model = data_tools::read_polygon_model(file, arguments.mesh_scale);
+    if (!model) return model.error();
+    haptics::TouchMesh mesh;
+    mesh.name = data_tools::file_name(file);
+    mesh.material = material;
+    mesh.placement.position_world = at;
+    mesh.tree = std::make_shared<haptics::MeshTree>(std::move(model.value().vertices),
+                                                    std::move(model.value().triangles));
+    scene.meshes.push_back(std::move(mesh));
+  }
+  return std::nullopt;
+}
+
+/// Judges for the models, in the volume's frame.
+std::vector<std::unique_ptr<checker::MeshWall>> mesh_walls(const haptics::TouchScene& scene) {
+  std::vector<std::unique_ptr<checker::MeshWall>> walls;
+  for (const haptics::TouchMesh& mesh : scene.meshes) {
+    std::vector<glm::dvec3> vertices;
+    std::vector<std::uint32_t> triangles;
+    double longest = 1;
+    for (std::uint32_t t = 0; t < mesh.tree->triangle_count(); ++t)
+      for (const glm::dvec3& corner : mesh.tree->corners(t)) {
+        triangles.push_back(static_cast<std::uint32_t>(vertices.size()));
+        vertices.push_back(scene.base->frame.volume_from_world(mesh.placement.world_from_local(corner)));
+        longest = std::max(longest, glm::length(vertices.back() - vertices[3 * t]));
+      }
+    walls.push_back(std::make_unique<checker::MeshWall>(vertices, triangles, std::max(1.0, longest / 8)));
+  }
+  return walls;
+}
+
 }  // namespace
 
 Result<Outcome> run_touch(const TouchArguments& arguments) {
-  auto made_method = haptics::make_method(arguments.method);
+  const bool needs_scene = !arguments.meshes.empty() && arguments.method == haptics::k_default_method;
+  const std::string method_name = needs_scene ? "scene" : arguments.method;
+  auto made_method = haptics::make_method(method_name);
   if (!made_method) return made_method.error();
   haptics::ProxyMethod& method = *made_method.value();
   if (!(arguments.stiffness > 0 && arguments.stiffness <= 100))
@@ -61,6 +107,7 @@ Result<Outcome> run_touch(const TouchArguments& arguments) {
   const Source& source = opened.value().source;
   haptics::TouchScene& scene = opened.value().scene;
   scene.shapes[0].material = material;
+  if (volume::Status error = add_meshes(arguments, material, scene)) return *error;
   const auto offset_begin = Clock::now();
   if (volume::Status error = haptics::set_tool_radius(scene, arguments.radius)) return *error;
   const double offset_seconds = std::chrono::duration<double>(Clock::now() - offset_begin).count();
@@ -84,7 +131,7 @@ Result<Outcome> run_touch(const TouchArguments& arguments) {
     return offset ? judged_frame.volume_from_world(base.frame.world_from_volume(p)) : p;
   };
   using Solid = haptics::MethodInfo::Solid;
-  const Solid promised = haptics::find_method(arguments.method)->solid;
+  const Solid promised = haptics::find_method(method_name)->solid;
   const bool is_smooth = promised == Solid::smooth;
   std::unique_ptr<checker::MeshWall> net;
   const volume::WorkCounters& work = volume::work_counters();
@@ -94,13 +141,21 @@ Result<Outcome> run_touch(const TouchArguments& arguments) {
     net = std::make_unique<checker::MeshWall>(mesh.vertices.span(), mesh.triangles.span());
   }
   const auto surfaces_of_the_judge = work.surfaces.load();
+  const auto models = method_name == "scene-sequential" ? std::vector<std::unique_ptr<checker::MeshWall>>()
+                                                        : mesh_walls(scene);
+  const auto meets_models = [&models](const glm::dvec3& a, const glm::dvec3& b) {
+    for (const auto& wall : models)
+      if (a != b && wall->is_entered(a, b)) return true;
+    return false;
+  };
   checker::FallThroughJudge judge =
-      net         ? checker::FallThroughJudge([&net](const glm::dvec3& a, const glm::dvec3& b) {
-        return a == b ? net->is_inside(a) : net->is_crossed(a, b);
+      net ? checker::FallThroughJudge([&net, &meets_models](const glm::dvec3& a, const glm::dvec3& b) {
+        return (a == b ? net->is_inside(a) : net->is_crossed(a, b)) || meets_models(a, b);
       })
-      : is_smooth ? checker::FallThroughJudge([&smooth, &judged](const glm::dvec3& a, const glm::dvec3& b) {
-          return !smooth.is_free(judged(a), judged(b));
-        })
+      : is_smooth ? checker::FallThroughJudge(
+                        [&smooth, &judged, &meets_models](const glm::dvec3& a, const glm::dvec3& b) {
+                          return !smooth.is_free(judged(a), judged(b)) || meets_models(a, b);
+                        })
                   : checker::FallThroughJudge(base.size, solid);
   const glm::dvec3 axes[3] = {base.frame.axes()[0], base.frame.axes()[1], base.frame.axes()[2]};
 
@@ -130,10 +185,11 @@ Result<Outcome> run_touch(const TouchArguments& arguments) {
     worst.voxels = std::max(worst.voxels, step.counters.voxels);
     strongest = std::max(strongest, glm::length(record.force_world));
     // Stuck: at rest, farther than a voxel from where a frictionless proxy on the same solid would be. On
-    // cubes each tick is looked at, on the smooth solid, which takes milliseconds, the tenth of each rest.
+    // cubes each tick is looked at, on the smooth solid, which takes milliseconds, the tenth of each rest;
+    // with models about, none.
     resting = record.has_contact && glm::length(pose.position_world - last_hip) < 1e-6 ? resting + 1 : 0;
     last_hip = pose.position_world;
-    if (is_smooth ? resting == 10 : resting >= 10) {
+    if (models.empty() && (is_smooth ? resting == 10 : resting >= 10)) {
       const glm::dvec3& at = servo.proxy_state().proxy_volume;
       const glm::dvec3 rest = is_smooth ? checker::sweep_ideal_proxy(smooth, judged_frame.axes(), judged(at),
                                                                      judged(hip), judged(hip), 1)
@@ -144,7 +200,7 @@ Result<Outcome> run_touch(const TouchArguments& arguments) {
                              material.static_friction * glm::length(record.proxy_world - pose.position_world);
       if (off > allowed) ++stuck;
     }
-    append_step(csv, times[i], record, shape.name);
+    append_step(csv, times[i], record, record.has_contact ? name_of(scene, record.shape) : "");
   }
   if (volume::Status error = data_tools::write_file_atomically(arguments.output, csv)) return *error;
 
@@ -169,6 +225,9 @@ Result<Outcome> run_touch(const TouchArguments& arguments) {
                     {"step_mm", offset->step_mm()},
                     {"bytes", offset->bytes()},
                     {"seconds", offset_seconds}};
+  for (const haptics::TouchMesh& mesh : scene.meshes)
+    json["meshes"].push_back(
+        {{"name", mesh.name}, {"triangles", mesh.tree->triangle_count()}, {"bytes", mesh.tree->bytes()}});
   json["fall_throughs"] = judge.fall_throughs();
   json["stuck"] = stuck;
   json["max_force_n"] = strongest;

@@ -126,7 +126,8 @@ int main(int argc, char** argv) {
   app::TouchArguments touch;
   c = add("touch", "Play a path of the stylus over a shape: where it is held, and the force",
           "  trephine touch head --path docs/examples/path.csv -o steps.csv\n"
-          "  trephine touch head --label dura --path path.csv -o steps.csv --rate 4000 --json",
+          "  trephine touch head --label dura --path path.csv -o steps.csv --rate 4000 --json\n"
+          "  trephine touch head --mesh retractor.ply --mesh-at 0,-90,20 --path path.csv -o steps.csv",
           touch, app::run_touch);
   add_source(c, touch.source);
   add_shape_options(c, touch.shape);
@@ -141,6 +142,16 @@ int main(int argc, char** argv) {
   c->add_option("--radius", touch.radius, "Of the tool's tip, 0 (a point) to 6 mm")
       ->capture_default_str()
       ->type_name("MM");
+  c->add_option(
+       "--mesh", touch.meshes,
+       "A polygonal model to touch too (.ply, .ply.gz, .obj, .stl, .vtk, .vtp); may come again; with "
+       "--method scene unless another is named")
+      ->type_name("FILE");
+  c->add_option("--mesh-scale", touch.mesh_scale, "Of the models: 1000 for metres")
+      ->capture_default_str()
+      ->type_name("MM");
+  c->add_option("--mesh-at", touch.mesh_at, "Where the models' origin lies, mm (LPS); 0,0,0 unless given")
+      ->type_name("X,Y,Z");
   c->add_option("--stiffness", touch.stiffness, "Of the surface, N/mm")
       ->capture_default_str()
       ->type_name("N/MM");

@@ -118,6 +118,33 @@ TEST_F(Command, AuditCertifiesEveryTickOfASession) {
   EXPECT_LT(audit["worst_energy_nmm"].get<double>(), 1e-9);
 }
 
+TEST_F(Command, TouchTakesModelsBesideTheVolume) {
+  ASSERT_EQ(run("phantom sphere --size 48 --psf 1.5 -o s.mha").exit_code, 0);
+  ASSERT_EQ(run("phantom torus --size 48 --psf 1.5 -o t.mha").exit_code, 0);
+  ASSERT_EQ(run("mesh t.mha -o torus.ply").exit_code, 0);
+  write_press("p.csv", 1);
+  // The ring stands above the sphere: the stylus meets it, and not the sphere.
+  const Json ring = json("touch s.mha --path p.csv -o t.csv --mesh torus.ply --mesh-at 35,0,45");
+  EXPECT_EQ(ring["method"], "scene");
+  EXPECT_EQ(ring["fall_throughs"], 0);
+  ASSERT_EQ(ring["meshes"].size(), 1u);
+  EXPECT_EQ(ring["meshes"][0]["name"], "torus.ply");
+  EXPECT_GT(ring["meshes"][0]["triangles"].get<int>(), 1000);
+  EXPECT_GT(ring["max_force_n"].get<double>(), 0.05);
+  EXPECT_NE(read(file("t.csv")).find("torus.ply"), std::string::npos);
+  const struct {
+    const char *arguments, *word;
+  } bad[] = {{"--mesh nothing.ply", ".ply.gz"},
+             {"--mesh torus.ply --mesh-at 1,2", "X,Y,Z"},
+             {"--mesh torus.ply --mesh-scale 0", "mm per unit"},
+             {"--mesh torus.ply --method implicit", "--method scene"}};
+  for (const auto& b : bad) {
+    const Ended answer = run(std::string("touch s.mha --path p.csv -o t.csv ") + b.arguments);
+    EXPECT_EQ(answer.exit_code, 2) << b.arguments;
+    EXPECT_NE(answer.err.find(b.word), std::string::npos) << answer.err;
+  }
+}
+
 TEST_F(Command, TouchTakesAMethodAndARadius) {
   ASSERT_EQ(run("phantom sphere --size 48 --psf 1.5 -o s.mha").exit_code, 0);
   write_press("p.csv", 1);

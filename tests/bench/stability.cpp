@@ -64,7 +64,7 @@ class Judge {
  private:
   bool meets(const dvec3& a, const dvec3& b) const {
     for (const auto& mesh : meshes_)
-      if (a == b ? mesh->is_inside(a) : mesh->is_crossed(a, b)) return true;
+      if (a == b ? mesh->is_inside(a) : mesh->is_entered(a, b)) return true;
     if (smooth_) return !smooth_->is_free(a, b);
     if (cubes_) return cubes_->meets_solid(a, b);
     return a == b ? net_->is_inside(a) : net_->is_crossed(a, b);

@@ -119,15 +119,21 @@ bool crosses(const glm::dvec3& a, const glm::dvec3& b, const glm::dvec3& u, cons
 }  // namespace
 
 MeshWall::MeshWall(std::span<const glm::vec3> vertices, std::span<const std::uint32_t> triangles)
-    : vertices_(vertices.begin(), vertices.end()), triangles_(triangles.begin(), triangles.end()) {
+    : MeshWall(std::vector<glm::dvec3>(vertices.begin(), vertices.end()), triangles, 1) {}
+
+MeshWall::MeshWall(std::span<const glm::dvec3> vertices, std::span<const std::uint32_t> triangles,
+                   double cube)
+    : vertices_(vertices.begin(), vertices.end()),
+      triangles_(triangles.begin(), triangles.end()),
+      cube_(cube) {
   for (std::size_t i = 0; i < triangles_.size(); i += 3) {
-    glm::vec3 low = vertices_[triangles_[i]], high = low;
+    glm::dvec3 low = vertices_[triangles_[i]], high = low;
     for (std::size_t k = 1; k < 3; ++k) {
       low = glm::min(low, vertices_[triangles_[i + k]]);
       high = glm::max(high, vertices_[triangles_[i + k]]);
     }
     top_ = std::max(top_, high.z);
-    const glm::ivec3 first = cube_of(low), last = cube_of(high);
+    const glm::ivec3 first = cube_of(low / cube_), last = cube_of(high / cube_);
     for (int z = first.z; z <= last.z; ++z)
       for (int y = first.y; y <= last.y; ++y)
         for (int x = first.x; x <= last.x; ++x)
@@ -135,14 +141,14 @@ MeshWall::MeshWall(std::span<const glm::vec3> vertices, std::span<const std::uin
   }
 }
 
-int MeshWall::crossings(const glm::dvec3& a, const glm::dvec3& b) const {
+std::set<std::uint32_t> MeshWall::crossed(const glm::dvec3& a, const glm::dvec3& b) const {
   std::set<std::uint32_t> crossed;
   // Every cube near the way, in steps of half a cube, and their neighbours.
-  const double length = glm::length(b - a);
+  const double length = glm::length(b - a) / cube_;
   const int steps = 1 + static_cast<int>(2 * length);
   glm::ivec3 last(1 << 19);
   for (int s = 0; s <= steps; ++s) {
-    const glm::ivec3 cube = cube_of(a + (static_cast<double>(s) / steps) * (b - a));
+    const glm::ivec3 cube = cube_of((a + (static_cast<double>(s) / steps) * (b - a)) / cube_);
     if (cube == last) continue;
     last = cube;
     for (int z = -1; z <= 1; ++z)
@@ -151,17 +157,26 @@ int MeshWall::crossings(const glm::dvec3& a, const glm::dvec3& b) const {
           const auto found = by_cube_.find(key_of(cube.x + x, cube.y + y, cube.z + z));
           if (found == by_cube_.end()) continue;
           for (const std::uint32_t i : found->second)
-            if (crosses(a, b, glm::dvec3(vertices_[triangles_[i]]), glm::dvec3(vertices_[triangles_[i + 1]]),
-                        glm::dvec3(vertices_[triangles_[i + 2]])))
+            if (crosses(a, b, vertices_[triangles_[i]], vertices_[triangles_[i + 1]],
+                        vertices_[triangles_[i + 2]]))
               crossed.insert(i);
         }
   }
-  return static_cast<int>(crossed.size());
+  return crossed;
+}
+
+bool MeshWall::is_entered(const glm::dvec3& a, const glm::dvec3& b) const {
+  for (const std::uint32_t i : crossed(a, b)) {
+    const glm::dvec3 &p = vertices_[triangles_[i]], &q = vertices_[triangles_[i + 1]],
+                     &r = vertices_[triangles_[i + 2]];
+    if (glm::dot(b - a, glm::cross(q - p, r - p)) < 0) return true;
+  }
+  return false;
 }
 
 bool MeshWall::is_inside(const glm::dvec3& p) const {
   // Up, a little off the axes, so that no edge is met.
-  const double up = static_cast<double>(top_) + 1 - p.z;
+  const double up = top_ + cube_ - p.z;
   return up > 0 && crossings(p, p + up * glm::dvec3(0.0113, 0.0071, 1)) % 2 == 1;
 }
 

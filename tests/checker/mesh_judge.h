@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <glm/vec3.hpp>
+#include <set>
 #include <span>
 #include <unordered_map>
 #include <vector>
@@ -23,21 +24,30 @@ struct MeshVerdict {
 MeshVerdict judge_mesh(std::span<const glm::vec3> vertices, std::span<const std::uint32_t> triangles);
 
 /// Does a way cross a mesh? Every triangle near it is asked, in extended precision; triangles are found by
-/// the unit cubes that their boxes meet, so vertices should be in voxels.
+/// the cubes that their boxes meet.
 class MeshWall {
  public:
+  /// In voxels: cubes of one.
   MeshWall(std::span<const glm::vec3> vertices, std::span<const std::uint32_t> triangles);
+  MeshWall(std::span<const glm::dvec3> vertices, std::span<const std::uint32_t> triangles, double cube);
   bool is_crossed(const glm::dvec3& a, const glm::dvec3& b) const { return crossings(a, b) > 0; }
   /// Triangles that the way crosses.
-  int crossings(const glm::dvec3& a, const glm::dvec3& b) const;
+  int crossings(const glm::dvec3& a, const glm::dvec3& b) const {
+    return static_cast<int>(crossed(a, b).size());
+  }
+  /// Does the way cross a triangle from its front?
+  bool is_entered(const glm::dvec3& a, const glm::dvec3& b) const;
   /// Is p inside the closed mesh? By the crossings of a way out.
   bool is_inside(const glm::dvec3& p) const;
 
  private:
-  std::vector<glm::vec3> vertices_;
+  std::set<std::uint32_t> crossed(const glm::dvec3& a, const glm::dvec3& b) const;
+
+  std::vector<glm::dvec3> vertices_;
   std::vector<std::uint32_t> triangles_;
+  double cube_;
   std::unordered_map<std::uint64_t, std::vector<std::uint32_t>> by_cube_;
-  float top_ = -1e30f;
+  double top_ = -1e300;
 };
 
 }  // namespace trephine::checker

@@ -9,6 +9,8 @@
 #include <zlib.h>
 
 #include "data-tools/atomic_file.h"
+#include "data-tools/mesh_files.h"
+#include "data-tools/mesh_reading.h"
 #include "data-tools/open_volume.h"
 #include "data-tools/phantoms.h"
 #include "tests/checker/mesh_judge.h"
@@ -421,6 +423,77 @@ TEST_F(Golden, MissingDuplicateAndMixedSlicesAreRefused) {
     for (const fs::path& f : files) fs::copy(f, scratch.path / f.filename());
     fs::resize_file(scratch.path / files[5].filename(), fs::file_size(files[5]) / 2);
     EXPECT_FALSE(open_volume(scratch.path.string()).is_ok());
+  }
+}
+
+TEST(PolygonModels, ComeBackFromEveryFormatAsTheyWereWritten) {
+  const Scratch scratch;
+  const Volume base = make_phantom("torus", {}).value();
+  const volume::Shape bone;
+  const volume::Field field(base, bone);
+  const volume::Mesh mesh = volume::surface_net({&field, nullptr, nullptr});
+  std::vector<std::string> files{scratch / "m.ply", scratch / "m.obj", scratch / "m.stl", scratch / "m.vtp"};
+  for (const std::string& file : files) ASSERT_FALSE(write_mesh(file, mesh, base.frame)) << file;
+  const std::string ply = read_text(files[0]);
+  files.push_back(scratch / "m.ply.gz");
+  gzFile packed = gzopen(files.back().c_str(), "wb");
+  ASSERT_EQ(gzwrite(packed, ply.data(), static_cast<unsigned>(ply.size())), static_cast<int>(ply.size()));
+  gzclose(packed);
+  for (const std::string& file : files) {
+    const auto model = read_polygon_model(file, 2);
+    ASSERT_TRUE(model) << model.error().message();
+    ASSERT_EQ(model.value().triangles.size(), mesh.triangles.size()) << file;
+    for (std::size_t i = 0; i < mesh.triangles.size(); i += 97) {
+      const glm::dvec3 wanted =
+          2.0 * base.frame.world_from_volume(glm::dvec3(mesh.vertices[mesh.triangles[i]]));
+      const glm::dvec3 found = model.value().vertices[model.value().triangles[i]];
+      ASSERT_LT(glm::length(found - wanted), 1e-4) << file << " " << i;
+    }
+  }
+}
+
+TEST(PolygonModels, DamagedOnesAreRefusedInWordsWithoutNoise) {
+  const Scratch scratch;
+  const std::string head =
+      "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
+      "element face 1\nproperty list uchar int vertex_indices\nend_header\n";
+  const struct {
+    const char *name, *text, *word;
+  } bad[] = {
+      {"cut.ply", "0 0 0\n1 0 0\n", "too early"},
+      {"none.obj", "# nothing\n", "no polygon"},
+      {"far.ply", "0 0 0\n1 0 0\n0 1e30 0\n3 0 1 2\n", "no place"},
+      {"what.ply", nullptr, "head"},
+      {"what.txt", "hello", ".vtp"},
+  };
+  for (const auto& b : bad) {
+    const std::string file = scratch / b.name;
+    write_text(file, b.text ? (file.ends_with(".ply") ? head : "") + b.text : "no ply");
+    testing::internal::CaptureStderr();
+    const auto model = read_polygon_model(file);
+    EXPECT_EQ(testing::internal::GetCapturedStderr(), "") << b.name;
+    ASSERT_FALSE(model) << b.name;
+    EXPECT_NE(model.error().message().find(b.word), std::string::npos) << model.error().message();
+  }
+  write_text(scratch / "good.ply", head + "0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n");
+  EXPECT_TRUE(read_polygon_model(scratch / "good.ply"));
+  for (const double scale : {0.0, -1.0, 1e9}) EXPECT_FALSE(read_polygon_model(scratch / "good.ply", scale));
+  EXPECT_FALSE(read_polygon_model(scratch / "missing.ply"));
+}
+
+TEST(PolygonModels, RealOnesAreRead) {
+  const std::string data = real_data();
+  if (data.empty() || !fs::exists(data + "/meshes")) GTEST_SKIP() << "no real data here";
+  const std::pair<const char*, std::size_t> expected[] = {{"horse.ply", 96966},
+                                                          {"dragon_vrip_res2.ply.gz", 202520},
+                                                          {"spot.obj", 5856},
+                                                          {"brain/Model_35_pons.vtk", 5000}};
+  for (const auto& [name, triangles] : expected) {
+    const auto model = read_polygon_model(data + "/meshes/" + name);
+    ASSERT_TRUE(model) << name;
+    EXPECT_NEAR(static_cast<double>(model.value().triangles.size() / 3), static_cast<double>(triangles),
+                name[0] == 'b' ? 5000 : 0)
+        << name;
   }
 }
 
