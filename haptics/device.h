@@ -11,9 +11,12 @@ namespace trephine::haptics {
 struct DeviceCapabilities {
   std::string name;
   int degrees_of_freedom = 3;
-  double max_force = 8;           ///< N
-  double max_stiffness = 1;       ///< N/mm
+  double max_force = 8;           ///< N; 0: renders none
+  double max_stiffness = 1;       ///< N/mm; 0: not said
   double workspace_radius = 100;  ///< mm
+  double max_slew = 0;            ///< N/s; 0: not said
+  double mass = 0;                ///< kg, of what moves with the hand; 0: not said
+  double damping = 0;             ///< N s/mm, of its own; 0: not said
 };
 
 /// open() and close() on any thread; read() and write() on the servo thread only, neither may allocate or
@@ -36,7 +39,7 @@ class PlaybackDevice final : public Device {
   explicit PlaybackDevice(PosePath path) : path_(std::move(path)) {}
   volume::Status open() override { return std::nullopt; }
   void close() noexcept override {}
-  DeviceCapabilities capabilities() const override { return {"playback", 6, 0, 0, 1e6}; }
+  DeviceCapabilities capabilities() const override { return {"playback", 6, 0, 0, 1e6, 0, 0, 0}; }
   bool read(double t, Pose& pose) noexcept override {
     pose = path_.at(path_.start_time() + t);
     return true;
@@ -63,7 +66,9 @@ class VirtualDevice final : public Device {
   VirtualDevice(PosePath wish, const HandModel& hand);
   volume::Status open() override;
   void close() noexcept override {}
-  DeviceCapabilities capabilities() const override { return {"virtual", 3, 8, 1, 1e3}; }
+  DeviceCapabilities capabilities() const override {
+    return {"virtual", 3, 8, 1, 1e3, 0, hand_.mass, hand_.device_damping};
+  }
   bool read(double t, Pose& pose) noexcept override;
   void write(const glm::dvec3& force_world) noexcept override { force_ = force_world; }
 

@@ -38,9 +38,14 @@ dvec3 ForceModel::step(const ProxyStep& proxy, const dvec3& hip_world, const Tou
   if (proxy.has_contact) {
     const Material& material = material_of(scene, proxy.shape, proxy.side);
     const dvec3 stretch = proxy.proxy_world - hip_world;
-    force = material.stiffness * stretch;
+    force = stiffness_at(scene, proxy.shape, proxy.side, proxy.proxy_world, proxy.normal_world) * stretch;
     if (had_contact_) force += (material.damping / dt_) * (stretch - stretch_);
+    if (had_contact_ && material.viscosity > 0) {
+      const dvec3 moved = hip_world - hip_, &n = proxy.normal_world;
+      force -= (material.viscosity / dt_) * (moved - glm::dot(moved, n) * n);
+    }
     stretch_ = stretch;
+    hip_ = hip_world;
   }
   had_contact_ = proxy.has_contact;
   if (proxy.is_buried) {

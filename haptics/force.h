@@ -16,6 +16,9 @@ struct ForceOptions {
   double force_limit = 8;      ///< N
   double slew_limit = 1000;    ///< N/s
   double fade_seconds = 0.05;  ///< from full force to none after a fault
+  /// Surfaces give a hand no more energy than they took (haptics/passivity.h). Off: nothing of it is run.
+  bool is_passive = false;
+  int delay_ticks = 0;  ///< of the device, for that
 };
 
 /// Reasons why the force was limited or taken away. Latched faults stay until reset().
@@ -33,7 +36,8 @@ inline constexpr std::uint32_t k_latched_faults =
 /// The latched faults in words, for events and people: "full ring, lost device".
 std::string fault_names(std::uint32_t faults);
 
-/// Spring and damper between HIP and proxy: F = K (proxy - HIP) + B d/dt (proxy - HIP), then exponential
+/// Spring and damper between HIP and proxy: F = K (proxy - HIP) + B d/dt (proxy - HIP), less the material's
+/// viscosity times the motion along the surface, then exponential
 /// smoothing f_n = a x_n + (1 - a) f_(n-1) (thesis of the volume haptics toolkit, eq. 4.1).
 class ForceModel {
  public:
@@ -49,7 +53,7 @@ class ForceModel {
 
  private:
   double alpha_, dt_;
-  glm::dvec3 smoothed_{0.0}, stretch_{0.0};
+  glm::dvec3 smoothed_{0.0}, stretch_{0.0}, hip_{0.0};
   bool had_contact_ = false;
 };
 

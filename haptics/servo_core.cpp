@@ -45,7 +45,90 @@ ServoCore::ServoCore(const TouchScene& scene, const ProxyMethod& method, const F
       dt_(dt),
       force_limit_(options.force_limit),
       tick_(first_tick),
-      cap_(options.force_limit) {}
+      cap_(options.force_limit),
+      passivity_(0, options.delay_ticks),
+      is_passive_(options.is_passive) {
+  for (int s = 0; s < shape_count(scene); ++s)
+    has_pops_ =
+        has_pops_ || material_of(scene, s, 1).pop_force > 0 || material_of(scene, s, -1).pop_force > 0;
+}
+
+const char* event_name(TouchEvent::Kind kind) noexcept {
+  constexpr const char* k_names[] = {"touched",   "untouched", "popped",         "rearmed",
+                                     "not ready", "ready",     "lost resistance"};
+  return k_names[kind];
+}
+
+namespace {
+void add_event(ServoRecord& record, TouchEvent::Kind kind, int shape) noexcept {
+  if (record.event_count < ServoRecord::k_most_events)
+    record.events[record.event_count++] = {kind, static_cast<std::int16_t>(shape)};
+}
+}  // namespace
+
+void ServoCore::let_through_what_is_off() noexcept {
+  ShapeSet& off = state_.around.let_through;
+  off = untouchable_;
+  for (int s = not_ready_.next(0); s < ShapeSet::k_most; s = not_ready_.next(s + 1)) off.set(s, true);
+  if (popped_shape_ >= 0) off.set(popped_shape_, true);
+}
+
+void ServoCore::set_touchable(int shape, bool is_touchable) noexcept {
+  untouchable_.set(shape, !is_touchable);
+  let_through_what_is_off();
+}
+
+void ServoCore::set_ready(int shape, bool is_ready) noexcept {
+  not_ready_.set(shape, !is_ready);
+  let_through_what_is_off();
+}
+
+void ServoCore::set_placement(int mover, const Placement& placement) noexcept {
+  const auto m = static_cast<std::size_t>(mover);
+  for (const TouchMesh& mesh : scene_->meshes)  // those before it that were never set stay where they start
+    if (mesh.mover >= static_cast<int>(placement_count_) && mesh.mover < mover)
+      placements_[static_cast<std::size_t>(mesh.mover)] = mesh.placement;
+  placements_[m] = placement;
+  placement_count_ = std::max(placement_count_, m + 1);
+}
+
+/// A surface that is pressed harder than it bears gives way; one that gave way holds again when the tool is
+/// some way from there.
+void ServoCore::pop_through(const dvec3& hip, ServoRecord& record) noexcept {
+  if (popped_shape_ >= 0) {
+    const Material& material = material_of(*scene_, popped_shape_, 1);
+    if (glm::length(hip - popped_at_world_) < material.pop_rearm) return;
+    add_event(record, TouchEvent::rearmed, std::exchange(popped_shape_, -1));
+    let_through_what_is_off();
+    return;
+  }
+  if (!step_.has_contact || is_led_) return;
+  const Material& material = material_of(*scene_, step_.shape, step_.side);
+  const double pressed =
+      glm::dot(step_.proxy_world - hip, step_.normal_world) *
+      stiffness_at(*scene_, step_.shape, step_.side, step_.proxy_world, step_.normal_world);
+  if (!(material.pop_force > 0) || pressed <= material.pop_force) return;
+  popped_shape_ = step_.shape;
+  popped_at_world_ = hip;
+  add_event(record, TouchEvent::popped, popped_shape_);
+  let_through_what_is_off();  // from the next tick on
+}
+
+/// What changed since the last tick.
+void ServoCore::tell(ServoRecord& record) noexcept {
+  const int shape = record.has_contact ? record.shape : -1;
+  if (shape != last_shape_) {
+    if (last_shape_ >= 0) add_event(record, TouchEvent::untouched, last_shape_);
+    if (shape >= 0) add_event(record, TouchEvent::touched, shape);
+    last_shape_ = shape;
+  }
+  if (not_ready_ == told_not_ready_) return;
+  for (int s = 0; s < shape_count(*scene_); ++s) {
+    if (not_ready_.contains(s) == told_not_ready_.contains(s)) continue;
+    add_event(record, not_ready_.contains(s) ? TouchEvent::not_ready : TouchEvent::ready, s);
+  }
+  told_not_ready_ = not_ready_;
+}
 
 ServoRecord ServoCore::step(const volume::Version& version, const ServoInput& input) noexcept {
   if (input.is_reset) reset();
@@ -70,13 +153,23 @@ ServoRecord ServoCore::step(const volume::Version& version, const ServoInput& in
       if (is_led_) begin_lead(hip);
     }
     if (!is_led_) {
-      step_ = method_->step(*scene_, version, state_, {hip});
+      step_ = method_->step(*scene_, version, state_, {hip, std::span(placements_.data(), placement_count_)});
       if (step_.has_contact) touched_ = step_.shape;
       if (step_.is_buried && has_grown) begin_lead(hip);
     }
     if (is_led_) lead(hip);
     cap_ = is_led_ ? k_lead_force : std::min(force_limit_, cap_ + k_lead_recovery * dt_);
     wanted_ = clamped(force_.step(step_, hip, *scene_), cap_);
+    active_ = dvec3(0);
+    if (!effects_.is_empty()) {
+      const EffectForces forces = effects_.step(*scene_, step_, wanted_, hip, dt_);
+      wanted_ += forces.rendered_world;
+      active_ = forces.active_world;
+      if (forces.has_lost_resistance) add_event(record, TouchEvent::lost_resistance, step_.shape);
+    }
+    if (is_passive_) wanted_ = passivity_.step(wanted_, hip);
+    wanted_ += active_;
+    if (has_pops_) pop_through(hip, record);
     record.proxy_world = step_.proxy_world;
     record.normal_world = step_.normal_world;
     record.has_contact = step_.has_contact;
@@ -93,6 +186,7 @@ ServoRecord ServoCore::step(const volume::Version& version, const ServoInput& in
   record.faults = guard_.faults();
   // Without a force there is no hand on the tool, and a tool on its way out rests: nothing is cut.
   if ((record.faults & k_latched_faults) || is_led_) record.pose.is_pressed = false;
+  tell(record);
   account(record);
   record.energy = energy_;
   if (is_led_ && next_place_ == way_.count) {
@@ -159,18 +253,35 @@ void ServoCore::lead(const dvec3& hip_world) noexcept {
 void ServoCore::account(const ServoRecord& record) noexcept {
   const dvec3& position = record.pose.position_world;
   const bool has_position = (record.raised & fault_not_finite) == 0;
-  if (had_position_ && has_position)
-    (was_led_ ? energy_.growth : energy_.contact) += glm::dot(last_force_, position - last_position_);
+  if (had_position_ && has_position) account_motion(position - last_position_);
   had_position_ = has_position;
   was_led_ = record.is_led;
   last_force_ = record.force_world;
+  last_active_ = active_;
+  last_normal_ = record.normal_world;
   last_position_ = position;
+}
+
+void ServoCore::account_motion(const dvec3& moved) noexcept {
+  const double work = glm::dot(last_force_, moved);
+  if (was_led_) {
+    energy_.growth += work;
+    return;
+  }
+  // Where the guard limits the force it limits all its parts alike; what is active counts at most its whole.
+  const double active = last_active_ == dvec3(0) ? 0 : glm::dot(last_active_, moved);
+  energy_.active += active;
+  energy_.contact += active == 0 ? work : work - active;
+  if (last_normal_ != dvec3(0))
+    energy_.friction +=
+        work - active - glm::dot(last_force_ - last_active_, last_normal_) * glm::dot(moved, last_normal_);
 }
 
 void ServoCore::restart_at(const dvec3& free_point_volume) noexcept {
   state_.begin_at(free_point_volume);
   is_led_ = false;
   force_.reset();
+  passivity_.reset();
 }
 
 void ServoCore::reset() noexcept {
@@ -179,6 +290,10 @@ void ServoCore::reset() noexcept {
   cap_ = force_limit_;
   force_.reset();
   guard_.reset();
+  passivity_.reset();
+  effects_.reset();
+  popped_shape_ = -1;
+  let_through_what_is_off();
 }
 
 DenormalsFlushed::DenormalsFlushed() noexcept : before_(_mm_getcsr()) {

@@ -4,7 +4,9 @@
 #include <array>
 #include <cstdint>
 
+#include "haptics/effects.h"
 #include "haptics/force.h"
+#include "haptics/passivity.h"
 #include "haptics/pose_path.h"
 
 namespace trephine::haptics {
@@ -12,10 +14,28 @@ namespace trephine::haptics {
 /// Work done on the hand, N mm: the sum of F_k (x_{k+1} - x_k) over the holds (passivity observer, Hannaford
 /// & Ryu 2002).
 struct EnergyLedger {
-  double contact = 0;    ///< surfaces, friction and what smoothing leaves of them
+  double contact = 0;    ///< surfaces, friction, what smoothing leaves of them, and springs and dampers
+  double friction = 0;   ///< of contact: the part along the surface
+  double active = 0;     ///< effects that may give energy; at most EffectRack::k_power
   double growth = 0;     ///< while the proxy was led out of matter that grew
   double discarded = 0;  ///< stored by growth in the spring, had the proxy jumped out; never rendered
 };
+
+/// Something that a tick noticed.
+struct TouchEvent {
+  enum Kind : std::uint8_t {
+    touched,          ///< a shape, that was not in the tick before
+    untouched,        ///< a shape is touched no more
+    popped,           ///< pressed through a shape
+    rearmed,          ///< a shape that was pressed through may hold again
+    not_ready,        ///< a shape that is wanted cannot hold: its bits are not there yet
+    ready,            ///< now it can
+    lost_resistance,  ///< a track left its tissue (haptics/effects.h)
+  } kind = touched;
+  std::int16_t shape = -1;
+};
+/// For people and reports: "touched", "popped", ...
+const char* event_name(TouchEvent::Kind kind) noexcept;
 
 /// What one tick did, for the edit thread, recordings and displays. Input and output: a tick can be run
 /// again.
@@ -34,6 +54,9 @@ struct ServoRecord {
   glm::dvec3 restart_volume{0.0};  ///< meaningful when restarted
   std::uint8_t hand = 0;
   EnergyLedger energy;  ///< since the start
+  static constexpr std::size_t k_most_events = 6;
+  std::uint8_t event_count = 0;  ///< those beyond the array are dropped
+  std::array<TouchEvent, k_most_events> events;
 };
 
 /// All that a tick is told.
@@ -67,6 +90,14 @@ class ServoCore {
   ServoCore(const TouchScene& scene, const ProxyMethod& method, const ForceOptions& options, double dt,
             std::uint64_t first_tick = 0);
   void set_hand(std::uint8_t hand) noexcept { hand_ = hand; }
+  /// Forces beside the surfaces'. Before the first tick, or between two.
+  EffectRack& effects() noexcept { return effects_; }
+  /// Between two ticks: may this shape hold the hand, and are its bits there? One that is wanted and not
+  /// ready lets the hand through, and the next tick says so. Both are true at the start.
+  void set_touchable(int shape, bool is_touchable) noexcept;
+  void set_ready(int shape, bool is_ready) noexcept;
+  /// Between two ticks: where the scene's moving meshes are.
+  void set_placement(int mover, const Placement& placement) noexcept;
 
   /// Servo thread. A pose that is no place gives no force and a latched fault.
   ServoRecord step(const volume::Version& version, const ServoInput& input) noexcept;
@@ -81,11 +112,16 @@ class ServoCore {
   std::uint64_t next_tick() const noexcept { return tick_; }
   const ProxyStep& last_step() const noexcept { return step_; }
   const ProxyState& proxy_state() const noexcept { return state_; }
+  const EnergyLedger& energy() const noexcept { return energy_; }
 
  private:
   void begin_lead(const glm::dvec3& hip_world) noexcept;
   void lead(const glm::dvec3& hip_world) noexcept;
   void account(const ServoRecord& record) noexcept;
+  void account_motion(const glm::dvec3& moved) noexcept;
+  void pop_through(const glm::dvec3& hip_world, ServoRecord& record) noexcept;
+  void tell(ServoRecord& record) noexcept;
+  void let_through_what_is_off() noexcept;
 
   const TouchScene* scene_;
   const ProxyMethod* method_;
@@ -97,7 +133,7 @@ class ServoCore {
   std::uint64_t tick_ = 0;
   std::uint8_t hand_ = 0;
   int touched_ = 0;  ///< shape of the newest contact
-  glm::dvec3 wanted_{0.0};
+  glm::dvec3 wanted_{0.0}, active_{0.0};
 
   WayOut pending_, way_;  ///< of a version that is still to come, and of the one that has
   bool has_pending_ = false, is_led_ = false;
@@ -105,8 +141,19 @@ class ServoCore {
   glm::dvec3 anchor_volume_{0.0};
   double cap_;  ///< N, of the force after a lead
 
+  EffectRack effects_;
+  PassivityController passivity_;
+  bool is_passive_;
+  std::array<Placement, TouchScene::k_max_movers> placements_;
+  std::size_t placement_count_ = 0;  ///< of them set: the first ones
+  ShapeSet untouchable_, not_ready_, told_not_ready_;
+  int last_shape_ = -1;    ///< touched in the last tick
+  int popped_shape_ = -1;  ///< pressed through, and not yet armed again
+  bool has_pops_ = false;  ///< some material of the scene gives way
+  glm::dvec3 popped_at_world_{0.0};
+
   EnergyLedger energy_;
-  glm::dvec3 last_force_{0.0}, last_position_{0.0};
+  glm::dvec3 last_force_{0.0}, last_active_{0.0}, last_normal_{0.0}, last_position_{0.0};
   bool had_position_ = false, was_led_ = false;
 };
 

@@ -1,5 +1,6 @@
 #include "haptics/touch_scene.h"
 
+#include <algorithm>
 #include <cmath>
 #include <string>
 
@@ -20,6 +21,23 @@ volume::Status check_material(const Material& m) {
   if (!(m.dynamic_friction >= 0 && m.dynamic_friction <= m.static_friction))
     return wrong("the dynamic friction is out of range", m.dynamic_friction,
                  "a coefficient of 0 to the static one");
+  if (!(m.viscosity >= 0 && m.viscosity <= 0.05))
+    return wrong("the viscosity is out of range", m.viscosity, "0 to 0.05 N s/mm");
+  if (!(m.pop_force >= 0 && m.pop_force <= 100))
+    return wrong("the force of pop-through is out of range", m.pop_force, "0 (never) to 100 N");
+  if (!(m.pop_rearm >= 0 && m.pop_rearm <= 100))
+    return wrong("the way of pop-through is out of range", m.pop_rearm, "0 to 100 mm");
+  return std::nullopt;
+}
+
+volume::Status check_ramp(const StiffnessRamp& ramp) {
+  if (!(ramp.dense_intensity > ramp.intensity) || !std::isfinite(ramp.dense_intensity - ramp.intensity))
+    return Error{"the ramp's intensities do not rise", "stiffness by intensity",
+                 std::to_string(ramp.intensity) + " to " + std::to_string(ramp.dense_intensity),
+                 "two rising intensities", ""};
+  if (!(ramp.dense_stiffness > 0 && ramp.dense_stiffness <= 100))
+    return Error{"the stiffness is out of range", "stiffness by intensity",
+                 std::to_string(ramp.dense_stiffness), "above 0, at most 100 N/mm", ""};
   return std::nullopt;
 }
 
@@ -34,6 +52,34 @@ const Material& material_of(const TouchScene& scene, int shape, int side) noexce
   const auto s = static_cast<std::size_t>(shape);
   if (s < scene.shapes.size()) return material_on(scene.shapes[s], side);
   return material_on(scene.meshes[s - scene.shapes.size()], side);
+}
+
+double stiffness_at(const TouchScene& scene, int shape, int side, const glm::dvec3& place,
+                    const glm::dvec3& normal) noexcept {
+  const double stiffness = material_of(scene, shape, side).stiffness;
+  const auto s = static_cast<std::size_t>(shape);
+  if (s >= scene.shapes.size() || !scene.shapes[s].ramp) return stiffness;
+  const StiffnessRamp& ramp = *scene.shapes[s].ramp;
+  const volume::Volume& base = scene.shapes[s].field.volume();
+  const glm::dvec3& spacing = base.frame.spacing();
+  const double voxel = std::min(std::min(spacing.x, spacing.y), spacing.z);
+  const glm::dvec3 p = base.frame.volume_from_world(place - voxel * normal);
+  const glm::ivec3 cell(static_cast<int>(std::floor(p.x)), static_cast<int>(std::floor(p.y)),
+                        static_cast<int>(std::floor(p.z)));
+  const glm::dvec3 u = p - glm::dvec3(cell);
+  double intensity = 0, weights = 0;
+  for (int corner = 0; corner < 8; ++corner) {
+    const glm::ivec3 at = cell + glm::ivec3(corner & 1, corner >> 1 & 1, corner >> 2 & 1);
+    if (!base.contains(at)) continue;
+    const double w =
+        (corner & 1 ? u.x : 1 - u.x) * (corner & 2 ? u.y : 1 - u.y) * (corner & 4 ? u.z : 1 - u.z);
+    intensity += w * base.voxels[base.index(at.x, at.y, at.z)];
+    weights += w;
+  }
+  if (!(weights > 0)) return stiffness;
+  const double share =
+      std::clamp((intensity / weights - ramp.intensity) / (ramp.dense_intensity - ramp.intensity), 0.0, 1.0);
+  return stiffness + share * (ramp.dense_stiffness - stiffness);
 }
 
 const std::string& name_of(const TouchScene& scene, int shape) noexcept {

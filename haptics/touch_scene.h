@@ -21,10 +21,23 @@ struct Material {
   double damping = 0.001;        ///< N s/mm
   double static_friction = 0.2;  ///< coefficient of the cone
   double dynamic_friction = 0.15;
+  double viscosity = 0;  ///< N s/mm, against motion along the surface
+  double pop_force = 0;  ///< N: pressed harder, the surface lets the tool through; 0: never
+  double pop_rearm = 2;  ///< mm that a tool let through goes before the surface may hold it again
+};
+
+/// Harder where the scan is denser: between two intensities the stiffness goes from the material's to
+/// `stiffness`, linearly.
+struct StiffnessRamp {
+  double intensity = 0, dense_intensity = 0;
+  double dense_stiffness = 0.5;  ///< N/mm, at dense_intensity and above
 };
 
 /// Error when a value is out of its range; the error says which.
 volume::Status check_material(const Material& material);
+
+/// The same for a ramp.
+volume::Status check_ramp(const StiffnessRamp& ramp);
 
 /// The haptic window of a graphics transfer function, piecewise linear over rising intensities: what is more
 /// opaque than `threshold` can be touched. Error unless that is one stretch.
@@ -47,6 +60,7 @@ struct TouchShape {
   std::shared_ptr<const volume::OffsetField> offset =
       nullptr;  ///< of the untouched volume; where the tool has a radius
   std::optional<Material> back_material = std::nullopt;  ///< where it is touched from within; else the same
+  std::optional<StiffnessRamp> ramp = std::nullopt;      ///< stiffness by what lies a voxel under the surface
 };
 
 /// Where a rigid thing is: its frame in the world.
@@ -88,6 +102,9 @@ struct TouchScene {
 
 /// What answers where `shape` is touched on `side` (1 front, -1 back).
 const Material& material_of(const TouchScene& scene, int shape, int side) noexcept;
+/// N/mm, where `shape` is touched at a place with this normal toward the tool.
+double stiffness_at(const TouchScene& scene, int shape, int side, const glm::dvec3& place_world,
+                    const glm::dvec3& normal_world) noexcept;
 /// For people: the name of a shape or mesh.
 const std::string& name_of(const TouchScene& scene, int shape) noexcept;
 inline int shape_count(const TouchScene& scene) noexcept {

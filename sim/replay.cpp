@@ -34,7 +34,7 @@ SessionHeader describe_session(const haptics::TouchScene& scene, const haptics::
   h.method = method.name();
   h.force = options.force;
   for (const haptics::TouchShape& s : scene.shapes)
-    h.shapes.push_back({s.field.shape(), s.material, s.sides});
+    h.shapes.push_back({s.field.shape(), s.material, s.sides, s.ramp});
   h.tools = std::move(tools);
   return h;
 }
@@ -58,6 +58,7 @@ Result<haptics::TouchScene> scene_of(const SessionReader& session,
     if (s.shape.is_label() && scan->labels.is_empty()) return no_match("no labels", "label " + s.shape.name);
     auto bits = std::make_shared<const volume::Occupancy>(volume::Occupancy::build(*scan, s.shape));
     scene.shapes.push_back({volume::Field(*scan, s.shape), std::move(bits), s.material, s.sides});
+    scene.shapes.back().ramp = s.ramp;
   }
   scene.base = std::move(scan);
   return scene;

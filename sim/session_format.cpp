@@ -256,6 +256,12 @@ std::string encode(const SessionHeader& h) {
   number("force_limit", h.force.force_limit);
   number("slew_limit", h.force.slew_limit);
   number("fade_seconds", h.force.fade_seconds);
+  // What is not as usual.
+  const auto unless = [&number](const char* key, double value, double usual) {
+    if (value != usual) number(key, value);
+  };
+  unless("passive", h.force.is_passive, 0);
+  unless("delay_ticks", h.force.delay_ticks, 0);
   for (const ShapeSpec& s : h.shapes) {
     line("shape", s.shape.name);
     number("low", s.shape.low);
@@ -266,6 +272,15 @@ std::string encode(const SessionHeader& h) {
     number("static_friction", s.material.static_friction);
     number("dynamic_friction", s.material.dynamic_friction);
     number("sides", static_cast<int>(s.sides));
+    const haptics::Material usual;
+    unless("viscosity", s.material.viscosity, usual.viscosity);
+    unless("pop_force", s.material.pop_force, usual.pop_force);
+    unless("pop_rearm", s.material.pop_rearm, usual.pop_rearm);
+    if (s.ramp) {
+      number("ramp_intensity", s.ramp->intensity);
+      number("ramp_dense_intensity", s.ramp->dense_intensity);
+      number("ramp_dense_stiffness", s.ramp->dense_stiffness);
+    }
   }
   for (const ToolSpec& t : h.tools) {
     line("tool", t.name);
@@ -334,6 +349,11 @@ Result<SessionHeader> decode_header(std::string_view text) {
       if ((is_good = between(0, 1e9))) h.force.slew_limit = number;
     } else if (key == "fade_seconds") {
       if ((is_good = between(1e-9, 10))) h.force.fade_seconds = number;
+    } else if (key == "passive") {
+      if ((is_good = whole(0, 1))) h.force.is_passive = number == 1;
+    } else if (key == "delay_ticks") {
+      if ((is_good = whole(0, haptics::PassivityController::k_most_delay)))
+        h.force.delay_ticks = static_cast<int>(number);
     } else if (shape == nullptr) {
       is_good = false;
     } else if (key == "low") {
@@ -346,6 +366,21 @@ Result<SessionHeader> decode_header(std::string_view text) {
       if ((is_good = between(0, 1e6))) shape->material.stiffness = number;
     } else if (key == "damping") {
       if ((is_good = between(0, 1e6))) shape->material.damping = number;
+    } else if (key == "viscosity") {
+      if ((is_good = between(0, 1))) shape->material.viscosity = number;
+    } else if (key == "pop_force") {
+      if ((is_good = between(0, 1e3))) shape->material.pop_force = number;
+    } else if (key == "pop_rearm") {
+      if ((is_good = between(0, 1e3))) shape->material.pop_rearm = number;
+    } else if (key.starts_with("ramp_")) {
+      haptics::StiffnessRamp& ramp = shape->ramp ? *shape->ramp : shape->ramp.emplace();
+      is_good = between(-1e6, 1e6);
+      if (key == "ramp_intensity")
+        ramp.intensity = number;
+      else if (key == "ramp_dense_intensity")
+        ramp.dense_intensity = number;
+      else
+        ramp.dense_stiffness = number;
     } else if (key == "static_friction") {
       if ((is_good = between(0, 1e3))) shape->material.static_friction = number;
     } else if (key == "dynamic_friction") {

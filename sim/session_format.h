@@ -28,6 +28,7 @@ struct ShapeSpec {
   volume::Shape shape;
   haptics::Material material;
   haptics::Sides sides = haptics::Sides::front;
+  std::optional<haptics::StiffnessRamp> ramp = std::nullopt;
 };
 
 /// All that a replay needs beside the scan itself. Nothing of a patient: a scan is named only when its name

@@ -2,6 +2,7 @@
 #include <cmath>
 #include <cstdio>
 #include <glm/geometric.hpp>
+#include <map>
 
 #include "apps/trephine/commands.h"
 #include "apps/trephine/steps_csv.h"
@@ -33,6 +34,20 @@ volume::Status parse_friction(const std::string& text, haptics::Material& materi
                  "S,D with 2 >= S >= D >= 0, for example 0.2,0.15", ""};
   material.static_friction = s;
   material.dynamic_friction = d;
+  return std::nullopt;
+}
+
+/// "A,B,K": intensities and the stiffness at the second.
+volume::Status parse_ramp(const std::string& text, std::optional<haptics::StiffnessRamp>& ramp) {
+  if (text.empty()) return std::nullopt;
+  char extra = 0;
+  haptics::StiffnessRamp r;
+  if (std::sscanf(text.c_str(), "%lf,%lf,%lf%c", &r.intensity, &r.dense_intensity, &r.dense_stiffness,
+                  &extra) != 3)
+    return Error{"the stiffness ramp is not three numbers", "--stiffness-ramp", text,
+                 "A,B,K, for example 300,1500,1.0", ""};
+  if (volume::Status error = haptics::check_ramp(r)) return error;
+  ramp = r;
   return std::nullopt;
 }
 
@@ -97,6 +112,17 @@ Result<Outcome> run_touch(const TouchArguments& arguments) {
   haptics::Material material;
   material.stiffness = arguments.stiffness;
   if (volume::Status error = parse_friction(arguments.friction, material)) return *error;
+  material.viscosity = arguments.viscosity;
+  material.pop_force = arguments.pop_force;
+  if (volume::Status error = haptics::check_material(material)) return *error;
+  std::optional<haptics::StiffnessRamp> ramp;
+  if (volume::Status error = parse_ramp(arguments.stiffness_ramp, ramp)) return *error;
+  haptics::EffectRack effects;
+  for (const std::string& words : arguments.effects) {
+    auto effect = haptics::parse_effect(words);
+    if (!effect) return effect.error();
+    if (volume::Status error = effects.add(effect.value())) return *error;
+  }
   if (volume::Status error = data_tools::check_writable(arguments.output)) return *error;
 
   // The path first: it is cheap to be wrong about.
@@ -107,6 +133,7 @@ Result<Outcome> run_touch(const TouchArguments& arguments) {
   const Source& source = opened.value().source;
   haptics::TouchScene& scene = opened.value().scene;
   scene.shapes[0].material = material;
+  scene.shapes[0].ramp = ramp;
   if (volume::Status error = add_meshes(arguments, material, scene)) return *error;
   const auto offset_begin = Clock::now();
   if (volume::Status error = haptics::set_tool_radius(scene, arguments.radius)) return *error;
@@ -114,7 +141,10 @@ Result<Outcome> run_touch(const TouchArguments& arguments) {
   if (volume::Status error = method.prepare(scene)) return *error;
   haptics::ForceOptions force;
   force.smoothing_alpha = arguments.alpha;
+  force.is_passive = arguments.is_passive;
   haptics::ServoCore servo(scene, method, force, 1 / arguments.rate);
+  servo.effects() = effects;
+  std::map<std::string, long> events;
   const volume::Version version(source.volume);
 
   // The judge reads voxels, not bits.
@@ -183,6 +213,10 @@ Result<Outcome> run_touch(const TouchArguments& arguments) {
     total.voxels += step.counters.voxels, total.cells += step.counters.cells,
         total.iterations += step.counters.iterations;
     worst.voxels = std::max(worst.voxels, step.counters.voxels);
+    for (std::size_t e = 0; e < record.event_count; ++e)
+      if (++events[haptics::event_name(record.events[e].kind)] > 0 &&
+          record.events[e].kind == haptics::TouchEvent::popped)
+        judge.restart();  // let through, as asked
     strongest = std::max(strongest, glm::length(record.force_world));
     // Stuck: at rest, farther than a voxel from where a frictionless proxy on the same solid would be. On
     // cubes each tick is looked at, on the smooth solid, which takes milliseconds, the tenth of each rest;
@@ -228,6 +262,10 @@ Result<Outcome> run_touch(const TouchArguments& arguments) {
   for (const haptics::TouchMesh& mesh : scene.meshes)
     json["meshes"].push_back(
         {{"name", mesh.name}, {"triangles", mesh.tree->triangle_count()}, {"bytes", mesh.tree->bytes()}});
+  json["events"] = events;
+  const haptics::EnergyLedger& energy = servo.energy();
+  json["energy_nmm"] = {
+      {"contact", energy.contact}, {"friction", energy.friction}, {"active", energy.active}};
   json["fall_throughs"] = judge.fall_throughs();
   json["stuck"] = stuck;
   json["max_force_n"] = strongest;

@@ -7,6 +7,7 @@
 
 #include "apps/trephine/build_info.h"
 #include "apps/trephine/commands.h"
+#include "haptics/effects.h"
 
 namespace {
 
@@ -127,6 +128,7 @@ int main(int argc, char** argv) {
   c = add("touch", "Play a path of the stylus over a shape: where it is held, and the force",
           "  trephine touch head --path docs/examples/path.csv -o steps.csv\n"
           "  trephine touch head --label dura --path path.csv -o steps.csv --rate 4000 --json\n"
+          "  trephine touch head --path path.csv -o steps.csv --effect \"viscous damping=0.004\" --passive\n"
           "  trephine touch head --mesh retractor.ply --mesh-at 0,-90,20 --path path.csv -o steps.csv",
           touch, app::run_touch);
   add_source(c, touch.source);
@@ -155,6 +157,20 @@ int main(int argc, char** argv) {
   c->add_option("--stiffness", touch.stiffness, "Of the surface, N/mm")
       ->capture_default_str()
       ->type_name("N/MM");
+  c->add_option("--stiffness-ramp", touch.stiffness_ramp,
+                "Harder where the scan is denser: from --stiffness at intensity A to K (N/mm) at B and above")
+      ->type_name("A,B,K");
+  c->add_option("--viscosity", touch.viscosity, "Along the surface, 0 to 0.05 N s/mm")
+      ->capture_default_str()
+      ->type_name("N.S/MM");
+  c->add_option("--pop-through", touch.pop_force, "Pressed harder than this the surface gives way; 0: never")
+      ->capture_default_str()
+      ->type_name("N");
+  c->add_option("--effect", touch.effects,
+                "A force beside the surface's: a name of " + haptics::effect_names() +
+                    " and its parameters in quotes; may come again")
+      ->type_name("WORDS");
+  c->add_flag("--passive", touch.is_passive, "Surfaces give the hand no more energy than they took");
   c->add_option("--friction", touch.friction, "Static and dynamic coefficient (default 0.2,0.15)")
       ->type_name("S,D");
   c->add_option("--alpha", touch.alpha,

@@ -52,9 +52,10 @@ TEST_F(Command, PhantomInfoMeshTouchDrillHaveTheirKeys) {
 
   write_press("p.csv", 2);
   const Json touch = json("touch s.mha --path p.csv -o steps.csv");
-  EXPECT_EQ(keys_of(touch), with_common({"source", "shape", "method", "steps", "step_us", "counters",
-                                         "fall_throughs", "stuck", "max_force_n", "open_to_touch_seconds",
-                                         "read_seconds", "bits_seconds", "memory", "file"}));
+  EXPECT_EQ(keys_of(touch),
+            with_common({"source", "shape", "method", "steps", "step_us", "counters", "events", "energy_nmm",
+                         "fall_throughs", "stuck", "max_force_n", "open_to_touch_seconds", "read_seconds",
+                         "bits_seconds", "memory", "file"}));
   for (const char* phase : {"contact", "free"})
     EXPECT_EQ(keys_of(touch["step_us"][phase]),
               (std::set<std::string>{"count", "p50", "p99", "p999", "max"}));
@@ -129,6 +130,9 @@ TEST_F(Command, KinematicVolumesAgreeAtAllRatesAndVoxelSizes) {
 
 TEST_F(Command, ThroughTheProxyVolumesAgreeAtRatesAndVoxelSizes) {
   // Flat bone; 3 mm deep and 8 mm along.
+  write("retractor.ply",
+        "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
+        "element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n9 0 0\n0 9 0\n3 0 1 2\n");
   write("path.csv", "t,x,y,z\n0,-4,0,3\n0.3,-4,0,0\n2.3,-4,0,-3\n6.3,4,0,-3\n6.8,4,0,4\n");
   std::vector<double> volumes;
   for (const char* spacing : {"0.5", "0.6", "0.75"}) {

@@ -167,16 +167,23 @@ TEST_F(Command, TouchTakesAMethodAndARadius) {
   EXPECT_EQ(round["counters"]["surfaces_made"], 0);
   const struct {
     const char *arguments, *word;
-  } bad[] = {{"touch s.mha --path p.csv -o t.csv --method gost", "subvoxel, implicit, path, explicit"},
-             {"touch s.mha --path p.csv -o t.csv --radius 7", "0 to 6 mm"},
-             {"touch s.mha --path p.csv -o t.csv --radius -1", "0 to 6 mm"},
-             {"touch s.mha --path p.csv -o t.csv --radius 2 --method implicit", "--method subvoxel"},
-             {"touch s.mha --path p.csv -o t.csv --stiffness -1", "100 N/mm"},
-             {"touch s.mha --path p.csv -o t.csv --alpha 0", "at most 1"},
-             {"bench feel", "-o DIR"},
-             {"bench feel -o out --quick --only nothing", "part of a name"},
-             {"bench stability --steps 10", "1000 to"},
-             {"audit --case s.mha", "SESSION"}};
+  } bad[] = {
+      {"touch s.mha --path p.csv -o t.csv --method gost", "subvoxel, implicit, path, explicit"},
+      {"touch s.mha --path p.csv -o t.csv --radius 7", "0 to 6 mm"},
+      {"touch s.mha --path p.csv -o t.csv --radius -1", "0 to 6 mm"},
+      {"touch s.mha --path p.csv -o t.csv --radius 2 --method implicit", "--method subvoxel"},
+      {"touch s.mha --path p.csv -o t.csv --stiffness -1", "100 N/mm"},
+      {"touch s.mha --path p.csv -o t.csv --effect hum", "vibration, gravity, texture"},
+      {"touch s.mha --path p.csv -o t.csv --effect 'spring stiff=1'", "anchor=X,Y,Z, stiffness=NUMBER"},
+      {"touch s.mha --path p.csv -o t.csv --effect 'viscous damping=5'", "0.02"},
+      {"touch s.mha --path p.csv -o t.csv --stiffness-ramp 300,200,1", "rising"},
+      {"touch s.mha --path p.csv -o t.csv --viscosity -1", "0.05 N s/mm"},
+      {"touch s.mha --path p.csv -o t.csv --pop-through -1", "100 N"},
+      {"touch s.mha --path p.csv -o t.csv --alpha 0", "at most 1"},
+      {"bench feel", "-o DIR"},
+      {"bench feel -o out --quick --only nothing", "part of a name"},
+      {"bench stability --steps 10", "1000 to"},
+      {"audit --case s.mha", "SESSION"}};
   for (const auto& b : bad) {
     const Ended r = run(b.arguments);
     EXPECT_EQ(r.exit_code, 2) << b.arguments;

@@ -22,12 +22,15 @@ const std::map<std::string, std::set<std::string>> k_may_use{
 };
 /// Third-party headers and the only places that may include them.
 const std::map<std::string, std::vector<std::string>> k_outsiders{
-    {"vtk", {"apps/view/", "data-tools/dicom.cpp", "tests/bench/peer_", "tests/apps/window_test.cpp"}},
+    {"vtk", {"apps/view/", "data-tools/dicom.cpp", "data-tools/mesh_reading.cpp", "tests/bench/peer_", "tests/apps/window_test.cpp"}},
     {"itk", {"data-tools/image_files.cpp"}},
     {"CLI/", {"apps/trephine/main.cpp"}},
     {"nlohmann/", {"apps/trephine/", "tests/"}},
     {"toml.hpp", {"data-tools/case_folder.cpp"}},
-    {"openvdb/", {}},
+    {"openvdb/", {"tests/bench/peer_"}},
+    {"nanovdb/", {"tests/bench/peer_"}},
+    {"embree3/", {"tests/bench/peer_"}},
+    {"fcl/", {"tests/bench/peer_"}},
     {"Q", {"apps/view/qt_", "tests/apps/window_test.cpp"}},
     {"tbb/", {}},
     {"gtest/", {"tests/"}},
