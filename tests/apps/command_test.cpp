@@ -130,9 +130,6 @@ TEST_F(Command, KinematicVolumesAgreeAtAllRatesAndVoxelSizes) {
 
 TEST_F(Command, ThroughTheProxyVolumesAgreeAtRatesAndVoxelSizes) {
   // Flat bone; 3 mm deep and 8 mm along.
-  write("retractor.ply",
-        "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
-        "element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n9 0 0\n0 9 0\n3 0 1 2\n");
   write("path.csv", "t,x,y,z\n0,-4,0,3\n0.3,-4,0,0\n2.3,-4,0,-3\n6.3,4,0,-3\n6.8,4,0,4\n");
   std::vector<double> volumes;
   for (const char* spacing : {"0.5", "0.6", "0.75"}) {
@@ -322,6 +319,9 @@ TEST_F(Command, ExamplesOfReadmeAndHelpRun) {
   std::string examples = read(TREPHINE_SOURCE_DIR "/README.md");
   for (const char* name : {"phantom", "info", "import", "mesh", "touch", "drill", "view"})
     examples += run(std::string(name) + " --help").out;
+  write("retractor.ply",
+        "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
+        "element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n9 0 0\n0 9 0\n3 0 1 2\n");
   write("path.csv", "t,x,y,z\n0,40,-30,90\n0.3,30,-25,50\n0.5,32,-25,50\n");
   std::istringstream lines(examples);
   int count = 0;
