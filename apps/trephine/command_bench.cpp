@@ -16,6 +16,8 @@
 #include "data-tools/open_volume.h"
 #include "haptics/subvoxel_proxy.h"
 #include "tests/bench/benchmarks.h"
+#include "tests/bench/peers.h"
+#include "tests/bench/rays.h"
 #include "tests/bench/stability.h"
 #include "tests/checker/force_judge.h"
 #include "tests/checker/traversal_audit.h"
@@ -90,6 +92,35 @@ void bench_step(int size, Outcome& outcome) {
       "removal tick, ball of 12 voxels at 50 mm/s, version published: p50 %.1f us, p99 %.1f us, p99.9 %.1f "
       "us\n",
       r.removal_tick.p50, r.removal_tick.p99, r.removal_tick.p999);
+}
+
+void bench_rays(int size, Outcome& outcome) {
+  Json rows = Json::array();
+  outcome.text += format_text("%-8s %-7s %10s %10s %10s %8s %8s %10s\n", "volume", "rays", "one ns",
+                              "many ns", "NanoVDB ns", "ratio", "many", "it differs");
+  for (const bench::RayRow& r : bench::run_ray_benchmark(size)) {
+    const bool has_peer = r.peer_ns > 0;
+    rows.push_back({{"volume", r.volume},
+                    {"rays", r.rays},
+                    {"size", r.size},
+                    {"count", r.count},
+                    {"hits", r.hits},
+                    {"one_ns", r.one_ns},
+                    {"many_ns", r.many_ns},
+                    {"peer_ns", has_peer ? Json(r.peer_ns) : Json()},
+                    {"ratio_to_peer", has_peer ? Json(r.peer_ns / r.one_ns) : Json()},
+                    {"ratio_of_many", has_peer ? Json(r.peer_ns / r.many_ns) : Json()},
+                    {"peer_differs", r.peer_differs},
+                    {"mismatches", r.mismatches}});
+    outcome.text +=
+        format_text("%-8s %-7s %10.0f %10.0f %10.0f %8.2f %8.2f %10ld\n", r.volume.c_str(), r.rays.c_str(),
+                    r.one_ns, r.many_ns, r.peer_ns, has_peer ? r.peer_ns / r.one_ns : 0,
+                    has_peer ? r.peer_ns / r.many_ns : 0, r.peer_differs);
+    if (r.mismatches > 0) outcome.exit_code = exit_check_failed;
+  }
+  if (bench::peers().nanovdb_version.empty())
+    outcome.text += "NanoVDB was not there when this was built: no ratio\n";
+  outcome.json["rays"] = rows;
 }
 
 volume::Status bench_load(const std::string& src, Outcome& outcome) {
@@ -383,6 +414,8 @@ Result<Outcome> run_bench(const BenchArguments& arguments) {
     bench_surface(arguments.size, outcome);
   else if (arguments.what == "step")
     bench_step(arguments.size, outcome);
+  else if (arguments.what == "rays")
+    bench_rays(arguments.size, outcome);
   else if (arguments.what == "load") {
     if (volume::Status error = bench_load(arguments.source.empty() ? "head" : arguments.source, outcome))
       return *error;
@@ -391,8 +424,8 @@ Result<Outcome> run_bench(const BenchArguments& arguments) {
   } else if (arguments.what == "stability") {
     if (volume::Status error = bench_stability(arguments, outcome)) return *error;
   } else {
-    return Error{"there is no such benchmark", "", arguments.what, "surface, step, load, feel or stability",
-                 ""};
+    return Error{"there is no such benchmark", "", arguments.what,
+                 "surface, step, rays, load, feel or stability", ""};
   }
   return outcome;
 }

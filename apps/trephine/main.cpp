@@ -268,9 +268,10 @@ int main(int argc, char** argv) {
           "  trephine bench feel -o out/ --quick\n"
           "  trephine bench stability SCANS/HEAD --steps 100000000 -o out/",
           bench, app::run_bench);
-  c->add_option("WHAT", bench.what, "surface, step, load, feel or stability")->required();
+  c->add_option("WHAT", bench.what, "surface, step, rays, load, feel or stability")->required();
   c->add_option("SRC", bench.source, "A scan: for load; one more scene for feel and stability");
-  c->add_option("--size", bench.size, "Voxels along each axis (surface and step)")->capture_default_str();
+  c->add_option("--size", bench.size, "Voxels along each axis (surface, step and rays)")
+      ->capture_default_str();
   c->add_option("-o,--output", bench.output, "Folder for the tables and charts of feel and stability")
       ->type_name("DIR");
   c->add_option("--steps", bench.steps, "Random steps of stability, in all")->capture_default_str();

@@ -197,7 +197,7 @@ TEST_F(Command, BadInputIsSaidAndWritesNothing) {
       {"phantom sphere -o o.mha --spacing -1", 2, "spacing"},
       {"phantom sphere -o o.mha --set radius", 2, "key=value"},
       {"view s.mha", 3, "no display"},
-      {"bench nothing", 2, "surface, step, load, feel or stability"},
+      {"bench nothing", 2, "surface, step, rays, load, feel or stability"},
       {"frobnicate", 2, ""},
       {"touch --frobnicate", 2, ""},
       {"", 2, ""},
@@ -363,6 +363,12 @@ TEST_F(Command, BenchmarksHaveTheirKeys) {
             with_common({"surfaces", "surface_chunk_us", "drilled_chunk_us", "drilled_chunk_vertices"}));
   ASSERT_EQ(surface["surfaces"].size(), 4u);
   for (const Json& row : surface["surfaces"]) EXPECT_GT(row["ratio_to_peer"], 0);
+  const Json rays = json("bench rays --size 64");
+  ASSERT_EQ(rays["rays"].size(), 6u);
+  for (const Json& row : rays["rays"]) {
+    EXPECT_EQ(row["mismatches"], 0);
+    EXPECT_GT(row["hits"], 1000);
+  }
   const Json load = json("bench load head");
   EXPECT_EQ(keys_of(load), with_common({"source", "voxels", "seconds", "memory", "ratio_to_peer"}));
   EXPECT_TRUE(load["ratio_to_peer"].is_null());

@@ -6,6 +6,7 @@
 
 #include "haptics/methods.h"
 #include "haptics/servo_core.h"
+#include "tests/bench/peers.h"
 #include "tests/checker/mesh_judge.h"
 #include "tests/checker/volume_samples.h"
 #include "tests/scenes/scenes.h"
@@ -98,8 +99,23 @@ struct Ideal {
 
 constexpr std::size_t k_dropped = MinimumOfRuns::k_dropped;
 
-FeelRow measure(const FeelScene& s, const Judges& judges, const Ideal& ideal, const MethodInfo& info,
+/// What is put on the chart: our methods, and peers.
+struct Contender {
+  MethodInfo info;
+  std::function<std::unique_ptr<haptics::ProxyMethod>()> make;
+  bool is_for_radius = false;  ///< alone
+};
+std::vector<Contender> contenders() {
+  std::vector<Contender> all;
+  for (const MethodInfo& info : haptics::method_catalogue())
+    all.push_back({info, [name = std::string(info.name)] { return haptics::make_method(name).value(); }});
+  for (const Peer& peer : peers().methods) all.push_back({peer.info, peer.make, peer.is_for_radius});
+  return all;
+}
+
+FeelRow measure(const FeelScene& s, const Judges& judges, const Ideal& ideal, const Contender& contender,
                 bool is_quick) {
+  const MethodInfo& info = contender.info;
   const volume::Volume& base = *s.scene.base;
   const volume::Frame& frame = base.frame;
   const double voxel = std::min({frame.spacing().x, frame.spacing().y, frame.spacing().z});
@@ -110,7 +126,8 @@ FeelRow measure(const FeelScene& s, const Judges& judges, const Ideal& ideal, co
   row.size = base.size.x;
   row.radius_mm = s.radius_mm;
   row.field_s = s.field_s, row.field_update_s = s.field_update_s;
-  const auto method = haptics::make_method(info.name).value();
+  if (contender.is_for_radius && s.radius_mm == 0) return row;
+  const auto method = contender.make();
   if (method->prepare(s.scene)) return row;
   const volume::Version untouched(s.scene.base);
   const volume::Version& version = s.version ? *s.version : untouched;
@@ -294,9 +311,9 @@ FeelRow score(const FeelScene& s, const Ideal& ideal, const FeelAnswers& answers
 }
 
 /// Forces along the sphere, raw and smoothed.
-FeelTrace trace(const FeelScene& s, const MethodInfo& info) {
-  FeelTrace result{info.name, {}, {}, {}};
-  const auto method = haptics::make_method(info.name).value();
+FeelTrace trace(const FeelScene& s, const Contender& contender) {
+  FeelTrace result{contender.info.name, {}, {}, {}};
+  const auto method = contender.make();
   if (method->prepare(s.scene)) return result;
   const volume::Version version(s.scene.base);
   haptics::ForceOptions raw_force;
@@ -355,6 +372,8 @@ FeelReport run_feel(const FeelOptions& options) {
   FeelReport report;
   const double total = static_cast<double>(feel_scene_count(options.is_quick) + options.more.size()) + 3;
   double done = 0;
+  const std::vector<Contender> all = contenders();
+  for (const Peer& peer : peers().methods) report.peers.emplace_back(peer.info.name, peer.version);
   const auto play = [&](const FeelScene& s) {
     done += 1;
     const std::string id = feel_id(s);
@@ -362,16 +381,16 @@ FeelReport run_feel(const FeelOptions& options) {
     if (options.look && (report.failure = options.look(s))) return false;
     const Judges judges(s);
     const Ideal ideal(s);
-    for (const MethodInfo& info : haptics::method_catalogue()) {
+    for (const Contender& contender : all) {
       if (options.progress && !options.progress(done / total)) {
         report.is_stopped = true;
         return false;
       }
-      FeelRow row = measure(s, judges, ideal, info, options.is_quick);
+      FeelRow row = measure(s, judges, ideal, contender, options.is_quick);
       if (row.steps == 0) continue;  // a method without a radius
       report.rows.push_back(std::move(row));
       if (s.name == "sphere" && s.variant == "psf 1.5" && s.motion == "slide 100 mm/s")
-        report.traces.push_back(trace(s, info));
+        report.traces.push_back(trace(s, contender));
     }
     if (options.answers && options.answers->proxies_world.contains(id))
       report.rows.push_back(score(s, ideal, *options.answers));

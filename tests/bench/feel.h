@@ -95,6 +95,7 @@ struct FeelReport {
   std::vector<FeelRow> rows;
   std::vector<FeelScaling> scaling;
   std::vector<FeelTrace> traces;
+  std::vector<std::pair<std::string, std::string>> peers;  ///< name and version of those that were there
   bool is_stopped = false;
   volume::Status failure;
 };

@@ -1,0 +1,111 @@
+// Embree: a god-object whose ways are cast against the whole surface by its robust traversal, in single
+// precision.
+#include <embree3/rtcore.h>
+#include <glm/geometric.hpp>
+
+#include "haptics/god_object.h"
+#include "tests/bench/peers.h"
+#include "volume/surface_nets.h"
+
+namespace trephine::bench {
+
+namespace {
+
+using glm::dvec3;
+
+class EmbreeProxy final : public haptics::ProxyMethod {
+ public:
+  EmbreeProxy() : device_(rtcNewDevice(nullptr)) {}
+  ~EmbreeProxy() override {
+    if (scene_) rtcReleaseScene(scene_);
+    rtcReleaseDevice(device_);
+  }
+  EmbreeProxy(const EmbreeProxy&) = delete;
+  EmbreeProxy& operator=(const EmbreeProxy&) = delete;
+
+  const char* name() const noexcept override { return "Embree"; }
+  volume::Status prepare(const haptics::TouchScene& scene) override {
+    if (volume::Status error = haptics::check_touchable(scene)) return error;
+    if (scene_) rtcReleaseScene(scene_);
+    scene_ = rtcNewScene(device_);
+    rtcSetSceneFlags(scene_, RTC_SCENE_FLAG_ROBUST);
+    const haptics::TouchShape& shape = scene.shapes[0];
+    const volume::Mesh net = volume::surface_net({&shape.field, nullptr, shape.bits.get()});
+    RTCGeometry geometry = rtcNewGeometry(device_, RTC_GEOMETRY_TYPE_TRIANGLE);
+    auto* vertices = static_cast<float*>(rtcSetNewGeometryBuffer(
+        geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 3 * sizeof(float), net.vertices.size()));
+    for (std::size_t i = 0; i < net.vertices.size(); ++i)
+      for (int a = 0; a < 3; ++a) vertices[3 * i + static_cast<std::size_t>(a)] = net.vertices[i][a];
+    auto* triangles =
+        static_cast<unsigned*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
+                                                       3 * sizeof(unsigned), net.triangles.size() / 3));
+    std::copy(net.triangles.data(), net.triangles.data() + net.triangles.size(), triangles);
+    rtcCommitGeometry(geometry);
+    rtcAttachGeometry(scene_, geometry);
+    rtcReleaseGeometry(geometry);
+    rtcCommitScene(scene_);
+    return std::nullopt;
+  }
+  haptics::ProxyStep step(const haptics::TouchScene& scene, const volume::Version& version,
+                          haptics::ProxyState& state,
+                          const haptics::ProxyInput& input) const noexcept override {
+    const volume::Frame& frame = version.base().frame;
+    haptics::ProxyStep result;
+    result.normal_world = dvec3(0);
+    const dvec3 hip = frame.volume_from_world(input.hip_world);
+    if (!state.has_proxy) {
+      state.begin_at(hip);
+      result.proxy_world = input.hip_world;
+      result.path_volume[0] = hip;
+      result.waypoint_count = 1;
+      return result;
+    }
+    const auto cast = [&](const dvec3& a, const dvec3& b, haptics::FacetHit& hit) {
+      RTCIntersectContext context;
+      rtcInitIntersectContext(&context);
+      RTCRayHit ray{};
+      const dvec3 way = b - a;
+      ray.ray.org_x = static_cast<float>(a.x), ray.ray.org_y = static_cast<float>(a.y),
+      ray.ray.org_z = static_cast<float>(a.z);
+      ray.ray.dir_x = static_cast<float>(way.x), ray.ray.dir_y = static_cast<float>(way.y),
+      ray.ray.dir_z = static_cast<float>(way.z);
+      ray.ray.tnear = 0, ray.ray.tfar = 1, ray.ray.mask = ~0u;
+      ray.hit.geomID = ray.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
+      rtcIntersect1(scene_, &context, &ray);
+      ++result.counters.triangles;
+      if (ray.hit.geomID == RTC_INVALID_GEOMETRY_ID) return false;
+      const dvec3 out(ray.hit.Ng_x, ray.hit.Ng_y, ray.hit.Ng_z);
+      if (glm::dot(out, way) >= 0) return false;  // the front alone
+      hit.t = static_cast<double>(ray.ray.tfar);
+      hit.normal_world = glm::normalize(frame.gradient_world_from_volume(out));
+      hit.shape = 0, hit.side = 1;
+      return true;
+    };
+    const glm::dvec3& spacing = frame.spacing();
+    const double gap = 1e-3 * std::min({spacing.x, spacing.y, spacing.z});  // above single precision
+    const int landing =
+        haptics::move_god_object(frame, input.hip_world, state.proxy_volume, gap, cast, result);
+    const auto is_blocked = [&](const dvec3& a, const dvec3& b) {
+      haptics::FacetHit hit;
+      return cast(a, b, hit);
+    };
+    haptics::end_with_friction(frame, scene, input.hip_world, landing, is_blocked, state, result);
+    return result;
+  }
+
+ private:
+  RTCDevice device_;
+  RTCScene scene_ = nullptr;
+};
+
+}  // namespace
+
+Peer embree_peer() {
+  return {{"Embree", "a god-object on the whole surface, ways cast by Embree", "Wald et al. 2014",
+           haptics::MethodInfo::Solid::net, true},
+          RTC_VERSION_STRING,
+          false,
+          [] { return std::unique_ptr<haptics::ProxyMethod>(std::make_unique<EmbreeProxy>()); }};
+}
+
+}  // namespace trephine::bench

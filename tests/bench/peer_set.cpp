@@ -1,0 +1,31 @@
+// The entry of the peers' library.
+#include "tests/bench/peers.h"
+
+extern "C" const trephine::bench::PeerSet* trephine_peer_set() {
+  using namespace trephine::bench;
+  static const PeerSet set{
+      {
+#ifdef TREPHINE_HAS_EMBREE
+          embree_peer(),
+#endif
+#ifdef TREPHINE_HAS_OPENVDB
+          openvdb_peer(),
+#endif
+#ifdef TREPHINE_HAS_FCL
+          fcl_peer(),
+#endif
+      },
+#ifdef TREPHINE_HAS_NANOVDB
+      TREPHINE_HAS_NANOVDB,
+      make_nano_grid,
+      free_nano_grid,
+      run_nano_rays,
+#else
+      "",
+      nullptr,
+      nullptr,
+      nullptr,
+#endif
+  };
+  return &set;
+}

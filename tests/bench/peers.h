@@ -1,0 +1,37 @@
+// Public libraries as peers on the chart of feel: those that were there when this was built.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "haptics/methods.h"
+#include "tests/bench/peer_nanovdb.h"
+
+namespace trephine::bench {
+
+/// A proxy made of another library's queries.
+struct Peer {
+  haptics::MethodInfo info;
+  std::string version;
+  bool is_for_radius = false;  ///< for scenes with a radius alone: its preparation takes too long for all
+  std::unique_ptr<haptics::ProxyMethod> (*make)();
+};
+
+/// All of them: a library of its own, loaded when a benchmark asks, so that nothing else links them.
+struct PeerSet {
+  std::vector<Peer> methods;
+  std::string nanovdb_version;  ///< empty: was not there
+  NanoGrid* (*make_nano_grid)(const unsigned long long*, int, const int[3]) = nullptr;
+  void (*free_nano_grid)(NanoGrid*) = nullptr;
+  double (*run_nano_rays)(const NanoGrid&, const double*, int, int*, float) = nullptr;
+};
+/// Those beside this program; empty when their library is not there.
+const PeerSet& peers();
+
+/// What each file of peers offers, when it was built.
+Peer embree_peer();
+Peer openvdb_peer();
+Peer fcl_peer();
+
+}  // namespace trephine::bench

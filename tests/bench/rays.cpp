@@ -1,0 +1,102 @@
+#include "tests/bench/rays.h"
+
+#include <glm/geometric.hpp>
+
+#include "tests/bench/measure.h"
+#include "tests/bench/peers.h"
+#include "tests/scenes/scenes.h"
+#include "volume/deterministic_math.h"
+#include "volume/rays.h"
+
+namespace trephine::bench {
+
+using glm::dvec3;
+
+namespace {
+
+constexpr int k_count = 65536, k_side = 256;
+
+std::vector<volume::Ray> random_rays(const dvec3& size) {
+  std::uint64_t n = 0;
+  const auto uniform = [&n] { return static_cast<double>(volume::hash_bits(++n) >> 11) * 0x1p-53; };
+  const auto point = [&uniform] {
+    const double x = uniform(), y = uniform(), z = uniform();
+    return dvec3(x, y, z);
+  };
+  std::vector<volume::Ray> rays;
+  while (rays.size() < k_count) {
+    const dvec3 direction = glm::normalize(point() - 0.5), middle = size * (0.5 + 0.3 * (point() - 0.5));
+    rays.push_back({middle - 0.9 * size.x * direction, middle + 0.9 * size.x * direction});
+  }
+  return rays;
+}
+
+/// Through an eye, a row of the picture after the other.
+std::vector<volume::Ray> image_rays(const dvec3& size) {
+  std::vector<volume::Ray> rays;
+  const dvec3 eye = size * dvec3(0.53, -0.9, 0.61);
+  for (int y = 0; y < k_side; ++y)
+    for (int x = 0; x < k_side; ++x) {
+      const dvec3 through = size * dvec3(0.1 + 0.8 * (x + 0.5) / k_side, 0.5, 0.1 + 0.8 * (y + 0.5) / k_side);
+      rays.push_back({eye, eye + 2.0 * (through - eye)});
+    }
+  return rays;
+}
+
+}  // namespace
+
+std::vector<RayRow> run_ray_benchmark(int size) {
+  std::vector<RayRow> rows;
+  const PeerSet& set = peers();
+  for (const char* name : {"sphere", "gyroid", "shell"}) {
+    data_tools::PhantomOptions o;
+    o.size = glm::ivec3(size);
+    o.psf_sigma_voxels = 1;
+    const haptics::TouchScene scene = scenes::phantom_scene(name, o);
+    const volume::Occupancy& bits = *scene.shapes[0].bits;
+    const int extent[3] = {bits.size().x, bits.size().y, bits.size().z};
+    NanoGrid* grid = set.make_nano_grid
+                         ? set.make_nano_grid(reinterpret_cast<const unsigned long long*>(bits.row(0, 0)),
+                                              bits.words_per_row(), extent)
+                         : nullptr;
+    for (const bool is_image : {false, true}) {
+      const std::vector<volume::Ray> rays =
+          is_image ? image_rays(dvec3(bits.size())) : random_rays(dvec3(bits.size()));
+      RayRow row{name, is_image ? "image" : "random", size, static_cast<long>(rays.size())};
+      std::vector<volume::RayHit> one(rays.size()), many(rays.size());
+      std::vector<double> flat;
+      for (const volume::Ray& r : rays)
+        for (const dvec3* p : {&r.start, &r.end})
+          for (int a = 0; a < 3; ++a) flat.push_back((*p)[a]);
+      std::vector<int> theirs(3 * rays.size());
+      row.one_ns = row.many_ns = row.peer_ns = 1e300;
+      const double ns = 1e9 / static_cast<double>(rays.size());
+      for (int run = 0; run < 5; ++run) {
+        auto start = Clock::now();
+        for (std::size_t i = 0; i < rays.size(); ++i) one[i] = volume::first_hit(bits, rays[i]);
+        row.one_ns = std::min(row.one_ns, ns * seconds_since(start));
+        start = Clock::now();
+        volume::first_hits(bits, rays, many);
+        row.many_ns = std::min(row.many_ns, ns * seconds_since(start));
+        if (grid)
+          row.peer_ns =
+              std::min(row.peer_ns, ns * set.run_nano_rays(*grid, flat.data(), static_cast<int>(rays.size()),
+                                                           theirs.data(), 1e-3f));
+      }
+      if (!grid) row.peer_ns = 0;
+      for (std::size_t i = 0; i < rays.size(); ++i) {
+        row.hits += one[i].is_hit;
+        row.mismatches += one[i].voxel != many[i].voxel || one[i].t != many[i].t;
+        if (grid)
+          row.peer_differs +=
+              one[i].is_hit ? one[i].voxel != glm::ivec3(theirs[3 * i], theirs[3 * i + 1], theirs[3 * i + 2])
+                            : theirs[3 * i] >= 0;
+      }
+      rows.push_back(row);
+    }
+    if (grid) set.free_nano_grid(grid);
+  }
+  return rows;
+}
+
+}  // namespace trephine::bench
