@@ -62,11 +62,15 @@ class OpenVdbProxy final : public haptics::ProxyMethod {
     for (int i = 0; state.has_proxy && i < 3 && at != target; ++i) {
       ++result.counters.iterations;
       const double length = glm::length(target - at);
-      const openvdb::Vec3d eye(at.x, at.y, at.z),
-          direction((target.x - at.x) / length, (target.y - at.y) / length, (target.z - at.z) / length);
-      const openvdb::math::Ray<double> ray(eye, direction, 1e-9, length);
+      // It looks for a change of sign between voxels: ways of a part of a voxel begin before and end after.
+      constexpr double k_margin = 1.5;
+      const dvec3 along = (target - at) / length, from = at - k_margin * along;
+      const openvdb::math::Ray<double> ray(openvdb::Vec3d(from.x, from.y, from.z),
+                                           openvdb::Vec3d(along.x, along.y, along.z), 1e-9,
+                                           length + 2 * k_margin);
       openvdb::Vec3d place(0.0), world_normal(0.0);  // its world is the volume frame
-      if (!intersector_->intersectsWS(ray, place, world_normal)) {
+      if (!intersector_->intersectsWS(ray, place, world_normal) ||
+          glm::dot(dvec3(place.x(), place.y(), place.z()) - at, along) > length) {
         at = target;
         break;
       }
