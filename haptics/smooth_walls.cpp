@@ -52,8 +52,10 @@ SmoothWalls::Cached& SmoothWalls::patch(int key, const ivec3& v) noexcept {
     fresh.patch.load_distance(*version_, v);
   else if (is_round_)
     offset(static_cast<std::size_t>(key)).load(v, fresh.patch);
+  else if (const TouchShape& shape = scene_->shapes[static_cast<std::size_t>(key)]; shape.soft)
+    shape.soft->load(v, fresh.patch);
   else
-    fresh.patch.load(scene_->shapes[static_cast<std::size_t>(key)].field, v);
+    fresh.patch.load(shape.field, v);
   ++counters_->cells;
   return fresh;
 }

@@ -88,6 +88,12 @@ const std::string& name_of(const TouchScene& scene, int shape) noexcept {
                                  : scene.meshes[s - scene.shapes.size()].name;
 }
 
+void soften(TouchScene& scene, int threads) {
+  for (TouchShape& shape : scene.shapes)
+    if (volume::SoftField::is_two_valued(shape.field, *shape.bits))
+      shape.soft = volume::SoftField::build(*shape.bits, threads);
+}
+
 volume::Status set_tool_radius(TouchScene& scene, double radius, int threads) {
   if (radius == 0) {
     scene.tool_radius = 0;

@@ -12,6 +12,7 @@
 #include "volume/field.h"
 #include "volume/occupancy.h"
 #include "volume/offset_field.h"
+#include "volume/soft_field.h"
 
 namespace trephine::haptics {
 
@@ -59,6 +60,8 @@ struct TouchShape {
   Sides sides = Sides::front;
   std::shared_ptr<const volume::OffsetField> offset =
       nullptr;  ///< of the untouched volume; where the tool has a radius
+  std::shared_ptr<const volume::SoftField> soft =
+      nullptr;  ///< in place of the field, where that is binary; for methods that touch the smooth solid
   std::optional<Material> back_material = std::nullopt;  ///< where it is touched from within; else the same
   std::optional<StiffnessRamp> ramp = std::nullopt;      ///< stiffness by what lies a voxel under the surface
 };
@@ -110,6 +113,10 @@ const std::string& name_of(const TouchScene& scene, int shape) noexcept;
 inline int shape_count(const TouchScene& scene) noexcept {
   return static_cast<int>(scene.shapes.size() + scene.meshes.size());
 }
+
+/// Makes labels and thresholded shapes smooth (volume/soft_field.h): tenths of a second for large volumes.
+/// Shapes with more than two values near their surface stay as they are.
+void soften(TouchScene& scene, int threads = 0);
 
 /// Gives the scene a round tool: makes the offset fields of its shapes, which takes seconds for large volumes
 /// and small radii. 0 makes it a point again. Error when the radius is out of range or a shape also holds

@@ -34,7 +34,7 @@ SessionHeader describe_session(const haptics::TouchScene& scene, const haptics::
   h.method = method.name();
   h.force = options.force;
   for (const haptics::TouchShape& s : scene.shapes)
-    h.shapes.push_back({s.field.shape(), s.material, s.sides, s.ramp});
+    h.shapes.push_back({s.field.shape(), s.material, s.sides, s.ramp, s.soft != nullptr});
   h.tools = std::move(tools);
   return h;
 }
@@ -59,6 +59,7 @@ Result<haptics::TouchScene> scene_of(const SessionReader& session,
     auto bits = std::make_shared<const volume::Occupancy>(volume::Occupancy::build(*scan, s.shape));
     scene.shapes.push_back({volume::Field(*scan, s.shape), std::move(bits), s.material, s.sides});
     scene.shapes.back().ramp = s.ramp;
+    if (s.is_soft) scene.shapes.back().soft = volume::SoftField::build(*scene.shapes.back().bits);
   }
   scene.base = std::move(scan);
   return scene;

@@ -276,6 +276,7 @@ std::string encode(const SessionHeader& h) {
     unless("viscosity", s.material.viscosity, usual.viscosity);
     unless("pop_force", s.material.pop_force, usual.pop_force);
     unless("pop_rearm", s.material.pop_rearm, usual.pop_rearm);
+    unless("soft", s.is_soft, 0);
     if (s.ramp) {
       number("ramp_intensity", s.ramp->intensity);
       number("ramp_dense_intensity", s.ramp->dense_intensity);
@@ -366,6 +367,8 @@ Result<SessionHeader> decode_header(std::string_view text) {
       if ((is_good = between(0, 1e6))) shape->material.stiffness = number;
     } else if (key == "damping") {
       if ((is_good = between(0, 1e6))) shape->material.damping = number;
+    } else if (key == "soft") {
+      if ((is_good = whole(0, 1))) shape->is_soft = number == 1;
     } else if (key == "viscosity") {
       if ((is_good = between(0, 1))) shape->material.viscosity = number;
     } else if (key == "pop_force") {

@@ -29,6 +29,7 @@ struct ShapeSpec {
   haptics::Material material;
   haptics::Sides sides = haptics::Sides::front;
   std::optional<haptics::StiffnessRamp> ramp = std::nullopt;
+  bool is_soft = false;  ///< its field was made smooth
 };
 
 /// All that a replay needs beside the scan itself. Nothing of a patient: a scan is named only when its name

@@ -487,7 +487,7 @@ Result<Outcome> audit_session(const AuditArguments& arguments) {
       smooth.clear();
       cubes.clear();
       for (const haptics::TouchShape& shape : scene.shapes) {
-        smooth.push_back(checker::smooth_solid(scene.base, shape.field.shape(), seen));
+        smooth.push_back(checker::smooth_solid(scene.base, shape.field.shape(), seen, shape.soft));
         cubes.emplace_back(scene.base->size, checker::solid_voxels(scene.base, shape.field.shape(), seen));
       }
     }

@@ -128,7 +128,8 @@ Result<Outcome> run_touch(const TouchArguments& arguments) {
   // The path first: it is cheap to be wrong about.
   auto path = open_path(arguments.path);
   if (!path) return path.error();
-  auto opened = open_touch(arguments.source, arguments.shape);
+  auto opened = open_touch(arguments.source, arguments.shape,
+                           haptics::find_method(method_name)->solid == haptics::MethodInfo::Solid::smooth);
   if (!opened) return opened.error();
   const Source& source = opened.value().source;
   haptics::TouchScene& scene = opened.value().scene;
@@ -155,7 +156,7 @@ Result<Outcome> run_touch(const TouchArguments& arguments) {
   const volume::OffsetField* offset = scene.shapes[0].offset.get();
   const checker::SmoothSolid smooth =
       offset ? checker::SmoothSolid({[offset](int x, int y, int z) { return offset->at(x, y, z); }})
-             : checker::smooth_solid(source.volume, shape);
+             : checker::smooth_solid(source.volume, shape, nullptr, scene.shapes[0].soft);
   const volume::Frame& judged_frame = offset ? offset->frame() : base.frame;
   const auto judged = [&](const glm::dvec3& p) {
     return offset ? judged_frame.volume_from_world(base.frame.world_from_volume(p)) : p;

@@ -119,7 +119,7 @@ Result<volume::Shape> choose_shape(const Source& source, const ShapeChoice& choi
   return shape;
 }
 
-Result<haptics::TouchScene> make_scene(Source& source, const ShapeChoice& choice) {
+Result<haptics::TouchScene> make_scene(Source& source, const ShapeChoice& choice, bool is_soft) {
   std::vector<std::pair<volume::Shape, haptics::Material>> shapes;
   const bool is_chosen = choice.iso || !choice.window.empty() || !choice.label.empty();
   if (source.plan && !is_chosen) {
@@ -153,14 +153,15 @@ Result<haptics::TouchScene> make_scene(Source& source, const ShapeChoice& choice
     scene.shapes.push_back(
         {volume::Field(*source.volume, shape), std::move(bits), material, haptics::Sides::front});
   }
+  if (is_soft) haptics::soften(scene);
   source.bits_seconds = seconds_since(start);
   return scene;
 }
 
-Result<OpenedTouch> open_touch(const std::string& src, const ShapeChoice& choice) {
+Result<OpenedTouch> open_touch(const std::string& src, const ShapeChoice& choice, bool is_soft) {
   Result<Source> source = open_source(src);
   if (!source) return source.error();
-  Result<haptics::TouchScene> scene = make_scene(source.value(), choice);
+  Result<haptics::TouchScene> scene = make_scene(source.value(), choice, is_soft);
   if (!scene) return scene.error();
   return OpenedTouch{std::move(source).value(), std::move(scene).value()};
 }
@@ -216,7 +217,8 @@ std::string describe(const volume::Shape& shape, bool is_hounsfield) {
 
 Json memory_report(const haptics::TouchScene& scene, const volume::Version& version) {
   std::size_t bits = 0;
-  for (const haptics::TouchShape& shape : scene.shapes) bits += shape.bits->bytes();
+  for (const haptics::TouchShape& shape : scene.shapes)
+    bits += shape.bits->bytes() + (shape.soft ? shape.soft->bytes() : 0);
   const std::size_t base = scene.base->bytes(), tables = version.bytes();
   return {{"voxels_bytes", scene.base->voxels.bytes()},
           {"base_bytes", base},

@@ -35,13 +35,16 @@ volume::Result<Source> open_source(const std::string& src);
 /// default.
 volume::Result<volume::Shape> choose_shape(const Source& source, const ShapeChoice& choice);
 /// A scene with that one shape, its bits made. A case without a choice gives all its touchable structures.
-volume::Result<haptics::TouchScene> make_scene(Source& source, const ShapeChoice& choice);
+volume::Result<haptics::TouchScene> make_scene(Source& source, const ShapeChoice& choice,
+                                               bool is_soft = true);
 /// Both at once: what most commands begin with. The scene borrows the scan that the source holds.
 struct OpenedTouch {
   Source source;
   haptics::TouchScene scene;
 };
-volume::Result<OpenedTouch> open_touch(const std::string& src, const ShapeChoice& choice);
+/// `is_soft`: binary shapes are made smooth, for methods that touch the smooth solid.
+volume::Result<OpenedTouch> open_touch(const std::string& src, const ShapeChoice& choice,
+                                       bool is_soft = true);
 /// A path file, or what is wrong with it.
 volume::Result<haptics::PosePath> open_path(const std::string& path);
 /// When a path met nothing: says where the shape lies and where the path went.

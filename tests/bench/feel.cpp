@@ -69,7 +69,8 @@ struct Judges {
   static checker::SmoothSolid smooth_of(const FeelScene& s) {
     if (const auto offset = offset_of(s))
       return checker::SmoothSolid({[offset](int x, int y, int z) { return offset->at(x, y, z); }});
-    return checker::smooth_solid(s.scene.base, s.scene.shapes[0].field.shape(), s.version);
+    return checker::smooth_solid(s.scene.base, s.scene.shapes[0].field.shape(), s.version,
+                                 s.scene.shapes[0].soft);
   }
   /// A point of the volume's frame in the smooth solid's.
   dvec3 to(const dvec3& p) const {
@@ -133,6 +134,7 @@ FeelRow measure(const FeelScene& s, const Judges& judges, const Ideal& ideal, co
   const volume::Version& version = s.version ? *s.version : untouched;
   row.steps = static_cast<long>(samples.size());
   row.bytes = s.scene.shapes[0].bits->bytes() + version.bytes();
+  if (s.scene.shapes[0].soft) row.bytes += s.scene.shapes[0].soft->bytes();
   if (s.scene.shapes[0].offset) row.bytes += s.scene.shapes[0].offset->bytes();
 
   // Judged once.

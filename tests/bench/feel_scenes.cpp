@@ -362,6 +362,7 @@ void for_feel_scenes(bool is_quick, const std::string& only, const std::function
     scene.scene = make_scene(plan.phantom, plan.parameters, size, plan.grid);
     scene.path = path_of(plan.hips(distance, samples));
     const auto begin = Clock::now();
+    haptics::soften(scene.scene);
     if (haptics::set_tool_radius(scene.scene, plan.radius)) continue;
     if (plan.radius > 0) scene.field_s = seconds_since(begin);
     if (plan.has_hole)

@@ -50,7 +50,8 @@ class Judge {
     const volume::Shape& shape = scene_.shapes[0].field.shape();
     version_ = std::move(version);
     if (solid_ == MethodInfo::Solid::smooth)
-      smooth_ = std::make_unique<checker::SmoothSolid>(checker::smooth_solid(scene_.base, shape, version_));
+      smooth_ = std::make_unique<checker::SmoothSolid>(
+          checker::smooth_solid(scene_.base, shape, version_, scene_.shapes[0].soft));
     else if (solid_ == MethodInfo::Solid::cubes)
       cubes_ = std::make_unique<checker::FallThroughJudge>(
           scene_.base->size, checker::solid_voxels(scene_.base, shape, version_));
@@ -167,7 +168,9 @@ haptics::TouchScene attack_scene(const std::string& phantom, double psf, bool is
     if (is_noisy)
       v = static_cast<std::int16_t>(std::clamp(v + 200 * volume::hash_normal(3, i), -1024.0, 3071.0));
   }
-  return scenes::scene_of(std::move(made));
+  haptics::TouchScene scene = scenes::scene_of(std::move(made));
+  haptics::soften(scene);
+  return scene;
 }
 
 /// The surface of a torus as a polygonal model, through a gyroid of bone.

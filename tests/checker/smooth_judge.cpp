@@ -182,8 +182,8 @@ dvec3 sweep_ideal_proxy(const SmoothSolid& solid, const glm::dmat3& axes, const 
       }
       return p + free * (q - p);
     };
-    // Downhill: a probe step in each of many directions, the step halved when none helps. A small first step, so that
-    // nothing is jumped over.
+    // Downhill: a probe step in each of many directions, the step halved when none helps. A small first step,
+    // so that nothing is jumped over.
     at = advance(at, hip);
     for (double step = 0.05 * voxel; step > 1e-7 * voxel && energy(at) > 0;) {
       const dvec3 to_hip = glm::normalize(axes * (hip - at));

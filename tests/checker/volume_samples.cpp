@@ -29,8 +29,13 @@ SolidVoxels solid_voxels(std::shared_ptr<const Volume> base, const Shape& shape,
 }
 
 SmoothSolid smooth_solid(std::shared_ptr<const Volume> base, const Shape& shape,
-                         std::shared_ptr<const Version> version) {
-  std::vector<Samples> fields{[base, shape](int x, int y, int z) { return field(*base, shape, x, y, z); }};
+                         std::shared_ptr<const Version> version,
+                         std::shared_ptr<const volume::SoftField> soft) {
+  std::vector<Samples> fields;
+  if (soft)
+    fields.emplace_back([soft](int x, int y, int z) { return soft->at(x, y, z); });
+  else
+    fields.emplace_back([base, shape](int x, int y, int z) { return field(*base, shape, x, y, z); });
   if (version && !version->is_untouched())
     fields.emplace_back([version](int x, int y, int z) { return version->distance_at(x, y, z); });
   return SmoothSolid(std::move(fields));

@@ -7,6 +7,7 @@
 #include "tests/checker/fall_through.h"
 #include "tests/checker/smooth_judge.h"
 #include "volume/shape.h"
+#include "volume/soft_field.h"
 #include "volume/version.h"
 
 namespace trephine::checker {
@@ -15,8 +16,9 @@ namespace trephine::checker {
 SolidVoxels solid_voxels(std::shared_ptr<const volume::Volume> base, const volume::Shape& shape,
                          std::shared_ptr<const volume::Version> version = nullptr);
 
-/// The smooth solid of the shape and of what was removed.
+/// The smooth solid of the shape and of what was removed; `soft`: where the shape was made smooth.
 SmoothSolid smooth_solid(std::shared_ptr<const volume::Volume> base, const volume::Shape& shape,
-                         std::shared_ptr<const volume::Version> version = nullptr);
+                         std::shared_ptr<const volume::Version> version = nullptr,
+                         std::shared_ptr<const volume::SoftField> soft = nullptr);
 
 }  // namespace trephine::checker

@@ -49,7 +49,8 @@ struct Play {
   void set_version(std::shared_ptr<const volume::Version> next) {
     version = std::move(next);
     const volume::Shape& shape = scene.shapes[0].field.shape();
-    smooth = std::make_unique<checker::SmoothSolid>(checker::smooth_solid(scene.base, shape, version));
+    smooth = std::make_unique<checker::SmoothSolid>(
+        checker::smooth_solid(scene.base, shape, version, scene.shapes[0].soft));
     cubes = std::make_unique<checker::FallThroughJudge>(scene.base->size,
                                                         checker::solid_voxels(scene.base, shape, version));
     if (solid != MethodInfo::Solid::net) return;

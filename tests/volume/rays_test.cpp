@@ -1,0 +1,77 @@
+// First hits of rays: the voxel that visiting every voxel in exact order finds.
+#include "volume/rays.h"
+
+#include <gtest/gtest.h>
+
+#include "data-tools/phantoms.h"
+#include "tests/checker/exact_traversal.h"
+#include "volume/deterministic_math.h"
+#include "volume/removal.h"
+
+namespace trephine::volume {
+namespace {
+
+using glm::dvec3;
+using glm::ivec3;
+
+TEST(Rays, FindTheVoxelThatAnExactWalkFinds) {
+  for (const char* name : {"gyroid", "shell", "corner"}) {
+    data_tools::PhantomOptions o;
+    o.size = {61, 48, 70};
+    auto base = std::make_shared<Volume>(data_tools::make_phantom(name, o).value());
+    const Shape bone;
+    const Occupancy bits = Occupancy::build(*base, bone);
+    auto version = std::make_shared<Version>(base);
+    RemovalEditor editor(version, {Field(*base, bone)});
+    editor.remove({{0, 0, 0}, {12, 9, 30}, 6});
+    const auto cut = editor.publish();
+    std::vector<Ray> rays;
+    for (std::uint64_t n = 0; n < 6000; ++n) {
+      const auto number = [&n](std::uint64_t k) {
+        return static_cast<double>(hash_bits(97 * n + k) >> 11) * 0x1p-53;
+      };
+      Ray ray{dvec3(number(0), number(1), number(2)) * 90.0 - 12.0,
+              dvec3(number(3), number(4), number(5)) * 90.0 - 12.0};
+      // Through lattice points, along axes, on planes between voxels.
+      if (n % 5 == 1)
+        for (dvec3* p : {&ray.start, &ray.end}) *p = glm::floor(*p) + 0.5;
+      if (n % 5 == 2) ray.end = ray.start + 40.0 * dvec3(n % 2, n / 2 % 2, n / 4 % 2) + dvec3(0, 0, n % 3);
+      if (n % 5 == 3) ray.start = glm::floor(ray.start);
+      if (n % 997 == 4) ray.start *= 1e6;
+      rays.push_back(ray);
+    }
+    std::vector<RayHit> all(rays.size());
+    for (const Version* seen : {static_cast<const Version*>(nullptr), cut.get()}) {
+      first_hits(bits, rays, all, seen, 2);
+      long hits = 0;
+      for (std::size_t i = 0; i < rays.size(); ++i) {
+        const Ray& r = rays[i];
+        RayHit wanted;
+        for (const auto& v :
+             checker::exact_traversal({r.start.x, r.start.y, r.start.z}, {r.end.x, r.end.y, r.end.z},
+                                      {0, 0, 0}, {base->size.x - 1, base->size.y - 1, base->size.z - 1})) {
+          const ivec3 at(v.voxel[0], v.voxel[1], v.voxel[2]);
+          if (!bits.is_solid(at) || (seen && !seen->is_kept(at))) continue;
+          wanted.is_hit = true;
+          wanted.voxel = at;
+          break;
+        }
+        const RayHit found = first_hit(bits, r, seen);
+        ASSERT_EQ(found.is_hit, wanted.is_hit) << name << " " << i;
+        ASSERT_EQ(found.voxel, wanted.voxel) << name << " " << i;
+        ASSERT_EQ(all[i].voxel, wanted.voxel);
+        ASSERT_EQ(all[i].t, found.t);
+        hits += found.is_hit;
+        // t and face: where that voxel is entered.
+        if (!found.is_hit || found.face.axis < 0) continue;
+        const int a = found.face.axis;
+        const double plane = found.voxel[a] - 0.5 * found.face.step;
+        ASSERT_NEAR(r.start[a] + found.t * (r.end[a] - r.start[a]), plane, 1e-9 * (1 + std::abs(r.start[a])));
+      }
+      EXPECT_GT(hits, 1000);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace trephine::volume

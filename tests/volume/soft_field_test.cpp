@@ -1,0 +1,168 @@
+// Binary shapes made smooth: the blur against its sum, signs kept, thin things kept, and how far the surface
+// is from the shape that was thresholded.
+#include "volume/soft_field.h"
+
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <gtest/gtest.h>
+
+#include "data-tools/phantoms.h"
+#include "volume/deterministic_math.h"
+
+namespace trephine::volume {
+namespace {
+
+using glm::dvec3;
+using glm::ivec3;
+
+/// A phantom, thresholded.
+struct Binary {
+  Volume volume;
+  Shape shape;
+  Occupancy bits;
+  Binary(const std::string& name, int size, std::map<std::string, double> parameters)
+      : volume(make(name, size, std::move(parameters))), bits(Occupancy::build(volume, shape)) {}
+  static Volume make(const std::string& name, int size, std::map<std::string, double> parameters) {
+    data_tools::PhantomOptions o;
+    o.size = ivec3(size);
+    o.parameters = std::move(parameters);
+    Volume v = data_tools::make_phantom(name, o).value();
+    for (auto& x : v.voxels.span()) x = x >= 300 ? 1600 : -1000;
+    return v;
+  }
+  bool is_solid(const ivec3& v) const { return volume.contains(v) && bits.is_solid(v); }
+};
+
+TEST(SoftField, IsTheBlurOfTheSolidWhereNothingIsThin) {
+  const Binary b("sphere", 48, {{"radius", 40}});
+  const auto soft = SoftField::build(b.bits, 2);
+  double sum = 0;
+  for (int k = -4; k <= 4; ++k) sum += std::exp(-0.5 * k * k / 2.25);
+  long checked = 0, near = 0;
+  for (std::uint64_t n = 0; n < 40000; ++n) {
+    const ivec3 v(static_cast<int>(hash_bits(3 * n) % 52) - 2,
+                  static_cast<int>(hash_bits(3 * n + 1) % 52) - 2,
+                  static_cast<int>(hash_bits(3 * n + 2) % 52) - 2);
+    const double g = soft->at(v.x, v.y, v.z);
+    const bool is_in = b.is_solid(v);
+    ASSERT_EQ(g > 0, is_in);
+    if (std::abs(g) == 0.5) continue;  // far from the surface, or where the grid cuts the sphere
+    double blurred = -0.5;
+    for (int z = -4; z <= 4; ++z)
+      for (int y = -4; y <= 4; ++y)
+        for (int x = -4; x <= 4; ++x)
+          if (b.is_solid(v + ivec3(x, y, z)))
+            blurred += std::exp(-0.5 * (x * x + y * y + z * z) / 2.25) / (sum * sum * sum);
+    const double wanted = is_in ? std::max(blurred, 0.01) : std::min(blurred, -0.01);
+    ASSERT_NEAR(g, wanted, 1e-6);
+    near += std::abs(g) < 0.2;
+    ++checked;
+  }
+  EXPECT_GT(checked, 1500);
+  EXPECT_GT(near, 300);
+}
+
+TEST(SoftField, KeepsPlatesAndRodsOfAVoxelAndEveryVoxelsSide) {
+  Volume v = Binary::make("sphere", 40, {{"radius", 1}});
+  for (auto& x : v.voxels.span()) x = -1000;
+  for (int a = 0; a < 40; ++a)
+    for (int c = 0; c < 40; ++c) v.voxels[v.index(a, c, 12)] = 1600;    // a plate
+  for (int a = 0; a < 40; ++a) v.voxels[v.index(20, a, 30)] = 1600;     // a rod
+  for (int a = 0; a < 20; ++a) v.voxels[v.index(a, 5 + a, 22)] = 1600;  // voxels that touch at edges
+  const Shape bone;
+  const Occupancy bits = Occupancy::build(v, bone);
+  const auto soft = SoftField::build(bits);
+  for (int z = 0; z < 40; ++z)
+    for (int y = 0; y < 40; ++y)
+      for (int x = 0; x < 40; ++x) {
+        ASSERT_EQ(soft->at(x, y, z) > 0, bits.is_solid({x, y, z}));
+        if (bits.is_solid({x, y, z})) {
+          ASSERT_EQ(soft->at(x, y, z), 0.5);
+        }
+      }
+  // And their smooth solids are what they were.
+  QuadraticPatch patch;
+  for (const ivec3& at : {ivec3(20, 20, 12), ivec3(3, 33, 12)}) {
+    soft->load(at, patch);
+    EXPECT_GT(patch.slope(dvec3(0)).value, 0.2);
+  }
+}
+
+TEST(SoftField, ItsSurfaceIsThatOfTheShapeThatWasThresholded) {
+  for (const auto& [name, parameters, most_rms] :
+       {std::tuple("sphere", std::map<std::string, double>{{"radius", 45}}, 0.08),
+        std::tuple("plane", std::map<std::string, double>{{"angle", 23.7}, {"offset", 3.3}}, 0.08)}) {
+    const Binary b(name, 128, parameters);
+    const auto soft = SoftField::build(b.bits);
+    const Field field(b.volume, b.shape);
+    double square[2] = {0, 0}, slope[2] = {0, 0};
+    long count = 0;
+    for (std::uint64_t n = 0; n < 60000; ++n) {
+      const ivec3 v(static_cast<int>(hash_bits(3 * n) % 100) + 14,
+                    static_cast<int>(hash_bits(3 * n + 1) % 100) + 14,
+                    static_cast<int>(hash_bits(3 * n + 2) % 100) + 14);
+      QuadraticPatch patches[2];
+      soft->load(v, patches[0]);
+      patches[1].load(field, v);
+      // Along z through the cube: where is the surface, and how far is that from the truth?
+      bool has_both = true;
+      double off[2], angle[2];
+      for (int k = 0; k < 2; ++k) {
+        double low = -0.5, high = 0.5;
+        const double at_low = patches[k].slope({0, 0, low}).value,
+                     at_high = patches[k].slope({0, 0, high}).value;
+        has_both = has_both && (at_low > 0) != (at_high > 0);
+        for (int i = 0; i < 40; ++i) {
+          const double middle = 0.5 * (low + high);
+          ((patches[k].slope({0, 0, middle}).value > 0) == (at_low > 0) ? low : high) = middle;
+        }
+        const dvec3 p = b.volume.frame.world_from_volume(dvec3(v) + dvec3(0, 0, low));
+        const auto distance = [&](const dvec3& q) {
+          return data_tools::phantom_distance(name, parameters, q);
+        };
+        const double voxel = b.volume.frame.spacing().x;
+        off[k] = distance(p) / voxel;
+        const dvec3 out =
+            glm::normalize(dvec3(distance(p + dvec3(1e-4, 0, 0)) - distance(p - dvec3(1e-4, 0, 0)),
+                                 distance(p + dvec3(0, 1e-4, 0)) - distance(p - dvec3(0, 1e-4, 0)),
+                                 distance(p + dvec3(0, 0, 1e-4)) - distance(p - dvec3(0, 0, 1e-4))));
+        const dvec3 found = -glm::normalize(patches[k].slope({0, 0, low}).gradient);
+        angle[k] = std::acos(std::clamp(glm::dot(out, found), -1.0, 1.0)) * 57.29577951308232;
+      }
+      if (!has_both) continue;
+      ++count;
+      for (int k = 0; k < 2; ++k) square[k] += off[k] * off[k], slope[k] += angle[k] * angle[k];
+    }
+    ASSERT_GT(count, 200) << name;
+    const double rms = std::sqrt(square[0] / static_cast<double>(count)),
+                 raw = std::sqrt(square[1] / static_cast<double>(count));
+    const double degrees = std::sqrt(slope[0] / static_cast<double>(count)),
+                 raw_degrees = std::sqrt(slope[1] / static_cast<double>(count));
+    EXPECT_LT(rms, most_rms) << name << " raw " << raw;
+    EXPECT_LT(rms, 0.5 * raw) << name;
+    EXPECT_LT(degrees, 3) << name << " raw " << raw_degrees;
+    EXPECT_LT(degrees, 0.5 * raw_degrees) << name;
+  }
+}
+
+TEST(SoftField, KnowsWhatIsTwoValuedAndGivesTheSameBitsForAnyThreads) {
+  const Binary b("gyroid", 64, {});
+  const Field field(b.volume, b.shape);
+  EXPECT_TRUE(SoftField::is_two_valued(field, b.bits));
+  data_tools::PhantomOptions o;
+  o.size = ivec3(64);
+  const Volume grey = data_tools::make_phantom("gyroid", o).value();
+  const Field grey_field(grey, b.shape);
+  EXPECT_FALSE(SoftField::is_two_valued(grey_field, Occupancy::build(grey, b.shape)));
+  const auto one = SoftField::build(b.bits, 1), two = SoftField::build(b.bits, 2);
+  for (int z = -1; z < 65; ++z)
+    for (int y = -1; y < 65; ++y)
+      for (int x = -1; x < 65; ++x) ASSERT_EQ(one->at(x, y, z), two->at(x, y, z));
+  EXPECT_GT(one->bytes(), 10000u);
+  QuadraticPatch patch;
+  one->load({0, 31, 63}, patch);  // the border
+  EXPECT_TRUE(std::isfinite(patch.slope(dvec3(0)).value));
+}
+
+}  // namespace
+}  // namespace trephine::volume

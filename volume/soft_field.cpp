@@ -1,0 +1,205 @@
+#include "volume/soft_field.h"
+
+#include <bit>
+#include <cmath>
+
+#include "volume/deterministic_math.h"
+#include "volume/parallel.h"
+
+namespace trephine::volume {
+
+using glm::ivec3;
+
+namespace {
+
+constexpr int k_edge = SoftField::k_edge, k_reach = SoftField::k_reach;
+constexpr int k_guard = 2;                   // voxels around a brick whose conflicts count
+constexpr int k_mid = k_edge + 2 * k_guard;  // samples that are blurred, along an edge
+constexpr int k_wide = k_mid + 2 * k_reach;  // bits that this needs
+
+/// Bits x0 .. x0 + count - 1 (count <= 32) of row (y, z); air outside the grid.
+std::uint32_t bits_of_row(const Occupancy& bits, int x0, int y, int z, int count) noexcept {
+  const ivec3& size = bits.size();
+  if (y < 0 || z < 0 || y >= size.y || z >= size.z) return 0;
+  const std::uint64_t* row = bits.row(y, z);
+  const int words = bits.words_per_row();
+  const auto word = [&](int w) { return w >= 0 && w < words ? row[w] : 0; };
+  const int w = x0 >> 6, shift = x0 & 63;
+  std::uint64_t few = word(w) >> shift;
+  if (shift > 0) few |= word(w + 1) << (64 - shift);
+  return static_cast<std::uint32_t>(few & ((std::uint64_t{1} << count) - 1));
+}
+
+std::array<float, 2 * k_reach + 1> kernel() {
+  std::array<double, 2 * k_reach + 1> exact{};
+  double sum = 0;
+  for (int k = -k_reach; k <= k_reach; ++k)
+    sum += exact[static_cast<std::size_t>(k + k_reach)] =
+        deterministic_exp(-0.5 * k * k / (SoftField::k_sigma * SoftField::k_sigma));
+  std::array<float, 2 * k_reach + 1> weights{};
+  for (std::size_t k = 0; k < weights.size(); ++k) weights[k] = static_cast<float>(exact[k] / sum);
+  return weights;
+}
+
+/// Rooms of one thread.
+struct Scratch {
+  std::array<std::uint32_t, static_cast<std::size_t>(k_wide) * k_wide> rows;  ///< [z][y], bits along x
+  std::array<float, static_cast<std::size_t>(k_wide) * k_wide * k_mid> x_done;
+  std::array<float, static_cast<std::size_t>(k_wide) * k_mid * k_mid> xy_done;
+  std::array<float, static_cast<std::size_t>(k_mid) * k_mid * k_mid> blurred;
+};
+
+/// The samples of one brick whose first voxel is `corner`.
+void fill(const std::array<float, 2 * k_reach + 1>& weights, Scratch& s, std::array<float, 512>& brick) {
+  const auto at3 = [](int x, int y, int z, int ny) {
+    return static_cast<std::size_t>(x + k_mid * (y + ny * z));
+  };
+  const auto solid = [&s](int x, int y, int z) {  // of the wide window
+    return (s.rows[static_cast<std::size_t>(y + k_wide * z)] >> x & 1u) != 0;
+  };
+  constexpr int k_taps = 2 * k_reach + 1;
+  // Sums of the kernel for every pattern of taps would be 512 entries: along x one look-up is enough.
+  std::array<float, 1 << k_taps> sums;
+  for (std::size_t pattern = 0; pattern < sums.size(); ++pattern) {
+    float sum = 0;
+    for (int k = 0; k < k_taps; ++k)
+      if (pattern >> k & 1u) sum += weights[static_cast<std::size_t>(k)];
+    sums[pattern] = sum;
+  }
+  for (int z = 0; z < k_wide; ++z)
+    for (int y = 0; y < k_wide; ++y)
+      for (int x = 0; x < k_mid; ++x)
+        s.x_done[at3(x, y, z, k_wide)] =
+            sums[s.rows[static_cast<std::size_t>(y + k_wide * z)] >> x & ((1u << k_taps) - 1)];
+  for (int z = 0; z < k_wide; ++z)
+    for (int y = 0; y < k_mid; ++y)
+      for (int x = 0; x < k_mid; ++x) {
+        float sum = 0;
+        for (int k = 0; k < k_taps; ++k)
+          sum += weights[static_cast<std::size_t>(k)] * s.x_done[at3(x, y + k, z, k_wide)];
+        s.xy_done[at3(x, y, z, k_mid)] = sum;
+      }
+  for (int z = 0; z < k_mid; ++z)
+    for (int y = 0; y < k_mid; ++y)
+      for (int x = 0; x < k_mid; ++x) {
+        float sum = -0.5f;
+        for (int k = 0; k < k_taps; ++k)
+          sum += weights[static_cast<std::size_t>(k)] * s.xy_done[at3(x, y, z + k, k_mid)];
+        s.blurred[at3(x, y, z, k_mid)] = sum;
+      }
+  for (int z = 0; z < k_edge; ++z)
+    for (int y = 0; y < k_edge; ++y)
+      for (int x = 0; x < k_edge; ++x) {
+        bool is_thin = false;
+        for (int dz = -k_guard; dz <= k_guard && !is_thin; ++dz)
+          for (int dy = -k_guard; dy <= k_guard && !is_thin; ++dy)
+            for (int dx = -k_guard; dx <= k_guard && !is_thin; ++dx) {
+              const int mx = x + k_guard + dx, my = y + k_guard + dy, mz = z + k_guard + dz;
+              const float g = s.blurred[at3(mx, my, mz, k_mid)];
+              const bool is_in = solid(mx + k_reach, my + k_reach, mz + k_reach);
+              is_thin = (is_in ? -g : g) > static_cast<float>(SoftField::k_conflict);
+            }
+        const bool is_in = solid(x + k_guard + k_reach, y + k_guard + k_reach, z + k_guard + k_reach);
+        const float g = s.blurred[at3(x + k_guard, y + k_guard, z + k_guard, k_mid)];
+        constexpr float k_least = static_cast<float>(SoftField::k_least);
+        brick[static_cast<std::size_t>(x + k_edge * (y + k_edge * z))] = is_thin ? (is_in ? 0.5f : -0.5f)
+                                                                         : is_in ? std::max(g, k_least)
+                                                                                 : std::min(g, -k_least);
+      }
+}
+
+}  // namespace
+
+std::shared_ptr<const SoftField> SoftField::build(const Occupancy& bits, int threads) {
+  auto made = std::make_shared<SoftField>();
+  made->size_ = bits.size();
+  made->slots_size_ = (bits.size() + k_edge - 1) / k_edge;
+  const ivec3 n = made->slots_size_;
+  made->slots_.resize(static_cast<std::size_t>(n.x) * static_cast<std::size_t>(n.y) *
+                      static_cast<std::size_t>(n.z));
+  const auto weights = kernel();
+  parallel_for(n.z, threads, [&](int bz) {
+    auto scratch = std::make_unique<Scratch>();
+    for (int by = 0; by < n.y; ++by)
+      for (int bx = 0; bx < n.x; ++bx) {
+        const ivec3 corner = k_edge * ivec3(bx, by, bz);
+        Slot& slot = made->slots_[made->slot_index(bx, by, bz)];
+        // Solid and air within two voxels of the brick?
+        int count = 0;
+        for (int z = -k_guard; z < k_edge + k_guard; ++z)
+          for (int y = -k_guard; y < k_edge + k_guard; ++y)
+            count += std::popcount(
+                bits_of_row(bits, corner.x - k_guard, corner.y + y, corner.z + z, k_edge + 2 * k_guard));
+        slot.is_solid = count > 0;
+        if (count == 0 || count == k_mid * k_mid * k_mid) continue;
+        const ivec3 first = corner - (k_guard + k_reach);
+        for (int z = 0; z < k_wide; ++z)
+          for (int y = 0; y < k_wide; ++y)
+            scratch->rows[static_cast<std::size_t>(y + k_wide * z)] =
+                bits_of_row(bits, first.x, first.y + y, first.z + z, k_wide);
+        auto brick = std::make_unique<Brick>();
+        fill(weights, *scratch, *brick);
+        slot.brick = std::move(brick);
+      }
+  });
+  return made;
+}
+
+bool SoftField::is_two_valued(const Field& field, const Occupancy& bits) {
+  if (field.shape().is_label()) return true;
+  const Volume& volume = field.volume();
+  const ivec3& size = volume.size;
+  // Along rows, on both sides of every change: two intensities, whatever they are.
+  bool has_solid = false, has_air = false;
+  std::int16_t solid = 0, air = 0;
+  for (int z = 0; z < size.z; ++z)
+    for (int y = 0; y < size.y; ++y)
+      for (int x = 1; x < size.x; ++x) {
+        const bool is_in = bits.is_solid({x, y, z});
+        if (is_in == bits.is_solid({x - 1, y, z})) continue;
+        const std::int16_t here = volume.voxels[volume.index(x, y, z)],
+                           before = volume.voxels[volume.index(x - 1, y, z)];
+        const std::int16_t of_solid = is_in ? here : before, of_air = is_in ? before : here;
+        if ((has_solid && of_solid != solid) || (has_air && of_air != air)) return false;
+        solid = of_solid, air = of_air;
+        has_solid = has_air = true;
+      }
+  return has_solid;
+}
+
+double SoftField::at(int x, int y, int z) const noexcept {
+  if (x < 0 || y < 0 || z < 0 || x >= size_.x || y >= size_.y || z >= size_.z) return -0.5;
+  const Slot& slot = slots_[slot_index(x >> 3, y >> 3, z >> 3)];
+  if (!slot.brick) return slot.is_solid ? 0.5 : -0.5;
+  return static_cast<double>(
+      (*slot.brick)[static_cast<std::size_t>((x & 7) + k_edge * ((y & 7) + k_edge * (z & 7)))]);
+}
+
+void SoftField::load(const ivec3& v, QuadraticPatch& patch) const noexcept {
+  const int bx = v.x & 7, by = v.y & 7, bz = v.z & 7;
+  const auto is_within = [](int b) { return b >= 1 && b <= 6; };
+  const bool is_in_grid =
+      v.x >= 0 && v.y >= 0 && v.z >= 0 && v.x + 1 < size_.x && v.y + 1 < size_.y && v.z + 1 < size_.z;
+  const Slot* slot = is_in_grid && is_within(bx) && is_within(by) && is_within(bz)
+                         ? &slots_[slot_index(v.x >> 3, v.y >> 3, v.z >> 3)]
+                         : nullptr;
+  for (int k = 0; k < 3; ++k)
+    for (int j = 0; j < 3; ++j) {
+      if (slot && slot->brick) {
+        const float* row = slot->brick->data() + (bx - 1) + k_edge * ((by + j - 1) + k_edge * (bz + k - 1));
+        patch.set_row(j, k, static_cast<double>(row[0]), static_cast<double>(row[1]),
+                      static_cast<double>(row[2]));
+      } else {
+        const int y = v.y + j - 1, z = v.z + k - 1;
+        patch.set_row(j, k, at(v.x - 1, y, z), at(v.x, y, z), at(v.x + 1, y, z));
+      }
+    }
+}
+
+std::size_t SoftField::bytes() const noexcept {
+  std::size_t bricks = 0;
+  for (const Slot& slot : slots_) bricks += slot.brick != nullptr;
+  return bricks * sizeof(Brick) + slots_.size() * sizeof(Slot);
+}
+
+}  // namespace trephine::volume

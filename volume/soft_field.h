@@ -1,0 +1,51 @@
+// A binary shape made smooth: labels and thresholded data have stair-steps, which nobody segmented.
+#pragma once
+
+#include <array>
+#include <memory>
+#include <vector>
+
+#include "volume/field.h"
+#include "volume/occupancy.h"
+#include "volume/quadratic_patch.h"
+
+namespace trephine::volume {
+
+/// g = the solid blurred by a Gaussian of 1.5 voxels, less one half, with the sign of every voxel kept as it
+/// is (in the manner of Whitaker 2000, "Reducing aliasing artifacts in iso-surfaces of binary volumes"):
+/// where the blur would take a voxel to the other side by much - plates and rods of a voxel or two - the
+/// shape stays as it is within two voxels. Samples in bricks that exist only near the surface; +-0.5
+/// elsewhere, air outside the grid. Immutable; queries from any thread.
+class SoftField {
+ public:
+  static constexpr int k_edge = 8;  ///< samples along the edge of a brick
+  static constexpr double k_sigma = 1.5;
+  static constexpr int k_reach = 4;        ///< voxels from the middle of the kernel
+  static constexpr double k_least = 0.01;  ///< of |g| at a voxel
+  static constexpr double k_conflict = 0.1;
+
+  /// Of the solid voxels alone. threads 0 = all; the same bits for any number.
+  static std::shared_ptr<const SoftField> build(const Occupancy& bits, int threads = 0);
+  /// Does a shape have but two values near its surface? A label does; so do thresholded intensities.
+  static bool is_two_valued(const Field& field, const Occupancy& bits);
+
+  double at(int x, int y, int z) const noexcept;
+  /// Samples around voxel v, anywhere.
+  void load(const glm::ivec3& v, QuadraticPatch& patch) const noexcept;
+  const glm::ivec3& size() const noexcept { return size_; }
+  std::size_t bytes() const noexcept;
+
+ private:
+  using Brick = std::array<float, k_edge * k_edge * k_edge>;
+  struct Slot {
+    std::unique_ptr<const Brick> brick;  ///< null: uniform
+    bool is_solid = false;               ///< when uniform
+  };
+  std::size_t slot_index(int bx, int by, int bz) const noexcept {
+    return static_cast<std::size_t>(bx + slots_size_.x * (by + slots_size_.y * bz));
+  }
+  glm::ivec3 size_{0}, slots_size_{0};
+  std::vector<Slot> slots_;
+};
+
+}  // namespace trephine::volume
