@@ -234,8 +234,14 @@ volume::Status bench_feel(const BenchArguments& arguments, Outcome& outcome) {
     if (!answers) return answers.error();
     options.answers = std::move(answers).value();
   }
-  if (!arguments.source.empty()) {
-    auto opened = open_touch(arguments.source, {});
+  // The scan that was named, and the spine of the real data where those are.
+  std::vector<std::string> scans;
+  if (!arguments.source.empty()) scans.push_back(arguments.source);
+  if (const char* data = std::getenv("TREPHINE_DATA"); data && arguments.only.empty())
+    if (const auto spine = std::filesystem::path(data) / "spine_lumbar" / "example_ct.nii.gz"; exists(spine))
+      scans.push_back(spine.string());
+  for (const std::string& scan : scans) {
+    auto opened = open_touch(scan, {});
     if (!opened) return opened.error();
     haptics::TouchScene& scene = opened.value().scene;
     scene.shapes[0].material.static_friction = scene.shapes[0].material.dynamic_friction = 0;
@@ -267,6 +273,8 @@ volume::Status bench_feel(const BenchArguments& arguments, Outcome& outcome) {
   if (volume::Status error = write_feel_report(report, arguments.output, arguments.is_quick, machine))
     return error;
   outcome.json["rows"] = feel_rows(report);
+  outcome.json["peers"] = feel_peers(report);
+  outcome.json["split"] = feel_split(report);
   outcome.json["output"] = data_tools::file_name(arguments.output);
   outcome.text = feel_summary(report) +
                  "charts and tables: " + (std::filesystem::path(arguments.output) / "index.html").string() +

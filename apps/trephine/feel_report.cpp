@@ -21,6 +21,7 @@ using volume::Status;
 namespace {
 
 // Thresholds of perception, as lines to hold errors against.
+constexpr double k_force_threshold_n = 0.035;  // 7 % of what a millimetre of 0.5 N/mm gives
 constexpr double k_direction_threshold_deg =
     25.6;  // hand alone: Barbagli, Salisbury, Ho, Spence and Tan 2006
 
@@ -84,7 +85,10 @@ std::array<std::uint8_t, 3> color_of(const std::string& method) {
   const auto all = haptics::method_catalogue();
   for (std::size_t i = 0; i < all.size(); ++i)
     if (method == all[i].name) return view::chart_color(i);
-  return view::chart_color(7);
+  constexpr const char* k_peers[] = {"Embree", "OpenVDB", "FCL"};
+  for (std::size_t i = 0; i < std::size(k_peers); ++i)
+    if (method == k_peers[i]) return view::chart_color(all.size() + i);
+  return view::chart_color(all.size() + std::size(k_peers));  // a score
 }
 
 /// What a method did over the scenes of a report: medians over the smooth ones, sums over all.
@@ -177,6 +181,29 @@ view::Chart scaling_chart(const FeelReport& report) {
   return chart;
 }
 
+/// Pressing with a target seen 60 times a second: raw, and smoothed.
+view::Chart pressing_chart(const FeelReport& report) {
+  view::Chart chart{"Pressing at 3 Hz, the target refreshed at 60 Hz: raw (thin) and smoothed, alpha 0.3",
+                    "time (s)",
+                    "force (N)",
+                    false,
+                    false,
+                    {}};
+  for (const auto& trace : report.traces) {
+    if (!trace.is_pressing || (trace.method != "subvoxel" && trace.method != "raystep")) continue;
+    for (const bool is_smoothed : {false, true}) {
+      view::ChartSeries line{trace.method + (is_smoothed ? ", smoothed" : ", raw"),
+                             trace.t,
+                             is_smoothed ? trace.smoothed_n : trace.raw_n,
+                             true,
+                             color_of(trace.method),
+                             is_smoothed ? 3.0f : 1.0f};
+      chart.series.push_back(line);
+    }
+  }
+  return chart;
+}
+
 view::Chart force_chart(const FeelReport& report, bool is_smoothed) {
   view::Chart chart{is_smoothed ? "Force along a slide over a sphere, 1 mm deep, smoothed (alpha 0.3)"
                                 : "Force along a slide over a sphere, 1 mm deep, raw",
@@ -186,7 +213,7 @@ view::Chart force_chart(const FeelReport& report, bool is_smoothed) {
                     false,
                     {}};
   for (const auto& trace : report.traces) {
-    if (trace.method == "plane" || trace.method == "gradient") continue;
+    if (trace.method == "plane" || trace.method == "gradient" || trace.is_pressing) continue;
     view::ChartSeries line{
         trace.method, {}, {}, true, color_of(trace.method), trace.method == "subvoxel" ? 3.0f : 1.5f};
     for (std::size_t i = 300; i < trace.t.size(); ++i) {
@@ -252,6 +279,10 @@ std::string html_page(const FeelReport& report, bool is_quick, const Json& machi
                                       [](const FeelRow& row) { return row.group == "smooth"; });
   if (has_smooth)
     page +=
+        "<h2>Error of the force</h2><img src=time-against-force-error.png alt='run time against force error'>"
+        "<p class=dim>At a depth of about 1 mm and 0.5 N/mm. The red line: hands tell forces apart from "
+        "about "
+        "7 % (Pang, Tan and Durlach 1991).</p>"
         "<h2>Error of the surface</h2><img src=time-against-surface-error.png alt='run time against surface "
         "error'>"
         "<h2>Error of the force's direction</h2><img src=time-against-direction-error.png alt='run time "
@@ -265,9 +296,25 @@ std::string html_page(const FeelReport& report, bool is_quick, const Json& machi
     page +=
         "<h2>Force along a slide</h2><img src=force-raw.png alt='raw force'><img src=force-smoothed.png "
         "alt='smoothed "
-        "force'><p class=dim>Hands tell forces apart from about 7 % (Pang, Tan and Durlach 1991).</p>";
+        "force'><h2>Pressing, with a slow target</h2><img src=force-pressing.png alt='force while pressing'>"
+        "<p class=dim>The target is seen 60 times a second and the servo runs 1000 times: the raw force "
+        "climbs "
+        "in steps, and smoothing turns them into a lag. Hands tell forces apart from about 7 % (Pang, Tan "
+        "and Durlach 1991).</p>";
 
-  page += "<h2>Every scene</h2>";
+  if (!report.split.empty()) {
+    page +=
+        "<h2>Where the time of an explicit step goes</h2><table><tr><th>method<th>traversal, us<th>net, "
+        "us<th>god-object and rest, us</tr>";
+    for (const auto& s : report.split)
+      page += format_text("<tr><td>%s<td>%.3f<td>%.3f<td>%.3f</tr>", s.method.c_str(), s.traversal_us,
+                          s.net_us, s.rest_us);
+    page += "</table>";
+  }
+  page += "<p class=dim>Peers in this run: ";
+  for (const auto& [name, version] : report.peers) page += escaped(name + " " + version) + ". ";
+  if (report.peers.empty()) page += "none were installed when this was built.";
+  page += "</p><h2>Every scene</h2>";
   std::string last;
   for (const FeelRow& row : report.rows) {
     const std::string title = row.scene + ", " + row.variant + ", " + row.motion;
@@ -349,6 +396,25 @@ Json feel_rows(const FeelReport& report) {
   return rows;
 }
 
+Json feel_peers(const FeelReport& report) {
+  Json peers = Json::array();
+  for (const auto& [name, version] : report.peers)
+    if (std::any_of(report.rows.begin(), report.rows.end(),
+                    [&name = name](const FeelRow& r) { return r.method == name; }))
+      peers.push_back({{"name", name}, {"version", version}});
+  return peers;
+}
+
+Json feel_split(const FeelReport& report) {
+  Json rows = Json::array();
+  for (const auto& s : report.split)
+    rows.push_back({{"method", s.method},
+                    {"traversal_us", s.traversal_us},
+                    {"net_us", s.net_us},
+                    {"rest_us", s.rest_us}});
+  return rows;
+}
+
 std::string feel_summary(const FeelReport& report) {
   std::string text = format_text("%-9s %14s %12s %12s %14s %6s %6s\n", "method", "p50 / p99.9 us",
                                  "surface vx", "direction", "tangential p99", "fell", "stuck");
@@ -385,6 +451,8 @@ Status write_feel_report(const FeelReport& report, const std::string& folder, bo
   if (Status error = data_tools::write_file_atomically(path("feel.csv"), csv)) return error;
   Json json = {
       {"is_quick", is_quick}, {"machine", machine}, {"rows", feel_rows(report)}, {"scaling", Json::array()}};
+  json["peers"] = feel_peers(report);
+  json["split"] = feel_split(report);
   for (const auto& s : report.scaling)
     json["scaling"].push_back({{"method", s.method},
                                {"density", s.is_rising ? "rising" : "fixed"},
@@ -406,7 +474,13 @@ Status write_feel_report(const FeelReport& report, const std::string& folder, bo
            report, "Run time against the error of the force's direction, smooth scenes",
            "direction error, RMS (degrees)", [](const FeelRow& r) { return r.direction_rms_deg; }, 1e-3,
            k_direction_threshold_deg, "told apart by hand (25.6 degrees)")},
+      {"time-against-force-error.png",
+       time_against(
+           report, "Run time against the error of the force, smooth scenes", "force error, RMS (N)",
+           [](const FeelRow& r) { return r.force_rms_n; }, 1e-4, k_force_threshold_n,
+           "told apart by hand (7 % of 0.5 N)")},
       {"scaling.png", scaling_chart(report)},
+      {"force-pressing.png", pressing_chart(report)},
       {"force-raw.png", force_chart(report, false)},
       {"force-smoothed.png", force_chart(report, true)}};
   for (const auto& picture : pictures) {

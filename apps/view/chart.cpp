@@ -57,22 +57,41 @@ void set_axis(vtkAxis* axis, const std::string& title, bool is_log, Range range)
     }
     axis->SetCustomTickPositions(places, names);
   } else {
-    const double room = 0.04 * std::max(range.high - range.low, 1e-12);
-    axis->SetRange(range.low >= 0 ? std::max(0.0, range.low - room) : range.low - room, range.high + room);
+    // About five short marks, which leave room for the title.
+    const double rough = std::max(range.high - range.low, 1e-12) / 5,
+                 decade = std::pow(10, std::floor(std::log10(rough)));
+    const double step = decade * (rough > 5 * decade ? 10 : rough > 2 * decade ? 5 : rough > decade ? 2 : 1);
+    const double low = step * std::floor(range.low / step), high = step * std::ceil(range.high / step);
+    axis->SetRange(low, high);
+    vtkNew<vtkDoubleArray> places;
+    vtkNew<vtkStringArray> names;
+    for (int i = 0; low + i * step <= high + 0.5 * step; ++i) {
+      places->InsertNextValue(low + i * step);
+      char text[32];
+      std::snprintf(text, sizeof text, "%.6g", std::abs(low + i * step) < 1e-9 * step ? 0 : low + i * step);
+      names->InsertNextValue(text);
+    }
+    axis->SetCustomTickPositions(places, names);
   }
 }
 
 }  // namespace
 
 std::array<std::uint8_t, 3> chart_color(std::size_t i) {
-  constexpr std::array<std::array<std::uint8_t, 3>, 8> k_colors{{{213, 94, 0},
-                                                                 {0, 114, 178},
-                                                                 {0, 158, 115},
-                                                                 {204, 121, 167},
-                                                                 {86, 180, 233},
-                                                                 {230, 159, 0},
-                                                                 {100, 100, 100},
-                                                                 {0, 0, 0}}};
+  constexpr std::array<std::array<std::uint8_t, 3>, 14> k_colors{{{213, 94, 0},
+                                                                  {0, 114, 178},
+                                                                  {0, 158, 115},
+                                                                  {204, 121, 167},
+                                                                  {86, 180, 233},
+                                                                  {230, 159, 0},
+                                                                  {100, 100, 100},
+                                                                  {0, 0, 0},
+                                                                  {148, 90, 40},
+                                                                  {120, 80, 190},
+                                                                  {150, 170, 0},
+                                                                  {190, 0, 90},
+                                                                  {0, 90, 90},
+                                                                  {180, 180, 180}}};
   return k_colors[i % k_colors.size()];
 }
 

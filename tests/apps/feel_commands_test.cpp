@@ -42,11 +42,15 @@ TEST_F(Command, BenchFeelPutsEveryMethodOnOneChart) {
     EXPECT_LT(std::stod(row.at("tangential_p99_mm")), 0.02);
     EXPECT_GT(std::stod(row.at("us_p50")), 0);
   }
+  for (const Json& peer : feel["peers"]) EXPECT_EQ(methods.erase(peer["name"]), 1u) << peer;
   EXPECT_EQ(methods, (std::set<std::string>{"subvoxel", "implicit", "path", "explicit", "mesh", "scene",
                                             "scene-sequential", "raystep", "plane", "gradient"}));
   EXPECT_EQ(feel["rows"].size(), rows.size());
-  for (const char* name : {"feel.json", "index.html", "time-against-surface-error.png",
-                           "time-against-direction-error.png", "force-raw.png", "force-smoothed.png"})
+  ASSERT_EQ(feel["split"].size(), 1u);
+  for (const char* part : {"traversal_us", "net_us", "rest_us"}) EXPECT_GT(feel["split"][0][part], 0) << part;
+  for (const char* name :
+       {"feel.json", "index.html", "time-against-surface-error.png", "time-against-direction-error.png",
+        "time-against-force-error.png", "force-raw.png", "force-smoothed.png", "force-pressing.png"})
     EXPECT_GT(fs::file_size(folder_ / "out" / name), 1000u) << name;
   // One scene says nothing of sizes: no empty chart.
   EXPECT_FALSE(fs::exists(folder_ / "out" / "scaling.png"));
@@ -96,7 +100,7 @@ TEST_F(Command, BenchStabilityAttacksAScanAndDrawsItsMaps) {
     on_scan += row["scene"] == "g.mha" ? 1 : 0;
   }
   EXPECT_GT(steps, 25000);
-  EXPECT_EQ(on_scan, 5);
+  EXPECT_EQ(on_scan, 7);
   for (const Json& row : stability["stiffness"])
     EXPECT_NEAR(row["simulated"].get<double>() / row["theory"].get<double>(), 1, 0.05);
   for (const char* name :

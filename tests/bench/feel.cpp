@@ -10,6 +10,7 @@
 #include "tests/checker/mesh_judge.h"
 #include "tests/checker/volume_samples.h"
 #include "tests/scenes/scenes.h"
+#include "volume/local_net.h"
 #include "volume/surface_nets.h"
 #include "volume/traversal.h"
 
@@ -104,7 +105,7 @@ constexpr std::size_t k_dropped = MinimumOfRuns::k_dropped;
 struct Contender {
   MethodInfo info;
   std::function<std::unique_ptr<haptics::ProxyMethod>()> make;
-  bool is_for_radius = false;  ///< alone
+  bool is_for_radius = false;  ///< of 2 mm alone
 };
 std::vector<Contender> contenders() {
   std::vector<Contender> all;
@@ -127,7 +128,7 @@ FeelRow measure(const FeelScene& s, const Judges& judges, const Ideal& ideal, co
   row.size = base.size.x;
   row.radius_mm = s.radius_mm;
   row.field_s = s.field_s, row.field_update_s = s.field_update_s;
-  if (contender.is_for_radius && s.radius_mm == 0) return row;
+  if (contender.is_for_radius && (s.radius_mm != 2 || s.group != "smooth")) return row;
   const auto method = contender.make();
   if (method->prepare(s.scene)) return row;
   const volume::Version untouched(s.scene.base);
@@ -312,9 +313,10 @@ FeelRow score(const FeelScene& s, const Ideal& ideal, const FeelAnswers& answers
   return row;
 }
 
-/// Forces along the sphere, raw and smoothed.
-FeelTrace trace(const FeelScene& s, const Contender& contender) {
-  FeelTrace result{contender.info.name, {}, {}, {}};
+/// Forces along the sphere, raw and smoothed; or pressing into it at 3 Hz with a target that is refreshed 60
+/// times a second, as a scene graph does (figure 27 of the thesis of the volume haptics toolkit).
+FeelTrace trace(const FeelScene& s, const Contender& contender, bool is_pressing) {
+  FeelTrace result{contender.info.name, is_pressing, {}, {}, {}};
   const auto method = contender.make();
   if (method->prepare(s.scene)) return result;
   const volume::Version version(s.scene.base);
@@ -322,8 +324,19 @@ FeelTrace trace(const FeelScene& s, const Contender& contender) {
   raw_force.smoothing_alpha = 1;
   haptics::ForceModel raw(raw_force, 1e-3), smoothed(haptics::ForceOptions{}, 1e-3);
   haptics::ProxyState state;
+  const dvec3 out = glm::normalize(s.path.samples()[0].pose.position_world);
+  dvec3 seen(0);
   for (const auto& sample : s.path.samples()) {
-    const dvec3& hip = sample.pose.position_world;
+    dvec3 hip = sample.pose.position_world;
+    if (is_pressing) {
+      const auto tick = static_cast<long>(result.t.size());
+      if (tick % 17 == 0) {
+        const double t = 1e-3 * static_cast<double>(tick);
+        seen = (45.5 - 1.5 * std::sin(6.283185307179586 * 3 * t)) *
+               glm::normalize(out + 0.05 * t * dvec3(0.3, -0.8, 0.2));
+      }
+      hip = seen;
+    }
     const haptics::ProxyStep step = method->step(s.scene, version, state, {hip});
     result.t.push_back(sample.t);
     result.raw_n.push_back(glm::length(raw.step(step, hip, s.scene)));
@@ -331,6 +344,51 @@ FeelTrace trace(const FeelScene& s, const Contender& contender) {
     if (result.t.size() >= 700) break;
   }
   return result;
+}
+
+/// Of `explicit` along a slide: the traversal alone on the legs of its paths, with the net of the cells it
+/// names, and the whole step.
+FeelSplit split_of_explicit(const FeelScene& s) {
+  FeelSplit split{"explicit"};
+  const auto method = haptics::make_method("explicit").value();
+  const volume::Version version(s.scene.base);
+  const haptics::TouchShape& shape = s.scene.shapes[0];
+  if (method->prepare(s.scene)) return split;
+  const volume::LocalNet net({&shape.field, &version, shape.bits.get()});
+  const volume::VoxelBox box{glm::ivec3(-1), s.scene.base->size - 1};
+  std::vector<double> traversal, nets, whole;
+  long quads = 0, cells = 0;
+  haptics::ProxyState state;
+  for (const auto& sample : s.path.samples()) {
+    const dvec3& hip = sample.pose.position_world;
+    auto start = Clock::now();
+    const haptics::ProxyStep step = method->step(s.scene, version, state, {hip});
+    const double all = 1e6 * seconds_since(start);
+    if (!step.has_contact) continue;
+    // The same legs, and the last look toward the hand.
+    const auto legs = [&](auto&& use) {
+      const dvec3 hip_volume = s.scene.base->frame.volume_from_world(hip);
+      for (int i = 0; i < step.waypoint_count; ++i) {
+        const dvec3& a = step.path_volume[static_cast<std::size_t>(i)];
+        const dvec3& b =
+            i + 1 < step.waypoint_count ? step.path_volume[static_cast<std::size_t>(i) + 1] : hip_volume;
+        volume::VoxelWalk walk(volume::Segment(a - 0.5, b - 0.5), box);
+        for (int n = 0; !walk.is_done() && n < 4; ++n, walk.advance()) use(walk.voxel());
+      }
+    };
+    start = Clock::now();
+    legs([&](const glm::ivec3&) { ++cells; });
+    const double walk_us = 1e6 * seconds_since(start);
+    start = Clock::now();
+    legs([&](const glm::ivec3& cell) { net.quads_of_cell(cell, [&](const volume::NetQuad&) { ++quads; }); });
+    const double net_us = 1e6 * seconds_since(start) - walk_us;
+    traversal.push_back(walk_us), nets.push_back(std::max(0.0, net_us)), whole.push_back(all);
+  }
+  if (whole.empty() || quads + cells == 0) return split;
+  split.traversal_us = percentile(traversal, 50);
+  split.net_us = percentile(nets, 50);
+  split.rest_us = std::max(0.0, percentile(whole, 50) - split.traversal_us - split.net_us);
+  return split;
 }
 
 void scale(bool is_quick, FeelReport& report) {
@@ -392,8 +450,11 @@ FeelReport run_feel(const FeelOptions& options) {
       if (row.steps == 0) continue;  // a method without a radius
       report.rows.push_back(std::move(row));
       if (s.name == "sphere" && s.variant == "psf 1.5" && s.motion == "slide 100 mm/s")
-        report.traces.push_back(trace(s, contender));
+        for (const bool is_pressing : {false, true})
+          report.traces.push_back(trace(s, contender, is_pressing));
     }
+    if (s.name == "sphere" && s.variant == "psf 1.5" && s.motion == "slide 100 mm/s" && s.radius_mm == 0)
+      report.split.push_back(split_of_explicit(s));
     if (options.answers && options.answers->proxies_world.contains(id))
       report.rows.push_back(score(s, ideal, *options.answers));
     return true;

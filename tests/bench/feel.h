@@ -64,9 +64,10 @@ struct FeelScaling {
   StepTimes time_us;
 };
 
-/// |force| along a slide.
+/// |force| along a slide, or while the hand presses and the target is seen less often than the servo runs.
 struct FeelTrace {
   std::string method;
+  bool is_pressing = false;
   std::vector<double> t, raw_n, smoothed_n;
 };
 
@@ -91,7 +92,15 @@ struct FeelOptions {
   std::function<bool(double)> progress;  ///< share done; false stops
 };
 
+/// Where the time of a step goes that makes its surface as it moves (table V of the thesis of the volume
+/// haptics toolkit): medians over contact steps, us.
+struct FeelSplit {
+  std::string method;
+  double traversal_us = 0, net_us = 0, rest_us = 0;
+};
+
 struct FeelReport {
+  std::vector<FeelSplit> split;
   std::vector<FeelRow> rows;
   std::vector<FeelScaling> scaling;
   std::vector<FeelTrace> traces;

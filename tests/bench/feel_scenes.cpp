@@ -3,6 +3,7 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 
+#include "haptics/device.h"
 #include "tests/bench/feel.h"
 #include "tests/scenes/scenes.h"
 #include "volume/deterministic_math.h"
@@ -182,6 +183,29 @@ std::vector<Plan> plans(bool is_quick) {
   all.push_back({"sphere", "psf 1.5", "rapid contact", "smooth", "sphere", {}, soft, around(-1, 1, 12.5, 0)});
   all.push_back({"sphere", "psf 1.5", "poke", "smooth", "sphere", {}, soft, around(-5, 3, 2, 0)});
   all.push_back({"sphere", "psf 1.5", "tremor", "smooth", "sphere", {}, soft, around(1.5, 2, 1, 0.3)});
+  // A hand that wants to slide along and press, and yields: mass, spring and tremor, felt through an encoder.
+  const auto by_hand = [over](const Distance& distance, int samples) {
+    std::vector<haptics::PosePath::Sample> wish;
+    for (int i = 0; i < samples + 400; ++i) {
+      const double t = 1e-3 * i, a = 0.9 * t;
+      const dvec3 n = glm::normalize(glm::normalize(over) + dvec3(0.6 * a, -0.4 * std::sin(a), 0.1));
+      const double depth = i < 300 ? -2 : 1.5 + std::sin(2.5 * t);
+      dvec3 p = (45 - depth) * n;
+      for (int k = 0; k < 3; ++k) p[k] += 0.1 * std::sin(6.283185307179586 * (8 + k) * t + k);
+      wish.push_back({t, {p, {1, 0, 0, 0}, true}});
+    }
+    haptics::VirtualDevice hand(haptics::PosePath::from_samples(std::move(wish), "hand").value(), {});
+    std::vector<dvec3> hips;
+    for (int i = 0; i < samples; ++i) {
+      haptics::Pose pose;
+      if (!hand.read(1e-3 * i, pose)) break;
+      hips.push_back(pose.position_world);
+      const double d = distance(pose.position_world);
+      hand.write(d < 0 ? -0.5 * d * glm::normalize(slope_of(distance, pose.position_world)) : dvec3(0));
+    }
+    return hips;
+  };
+  all.push_back({"sphere", "psf 1.5", "simulated hand", "smooth", "sphere", {}, soft, by_hand});
   const auto variant = [&](const std::string& name, const Grid& grid, const std::string& group) {
     all.push_back({"sphere",
                    name,

@@ -14,7 +14,7 @@ namespace trephine::bench {
 struct Peer {
   haptics::MethodInfo info;
   std::string version;
-  bool is_for_radius = false;  ///< for scenes with a radius alone: its preparation takes too long for all
+  bool is_for_radius = false;  ///< for a ball of 2 mm alone: its steps take too long for all
   std::unique_ptr<haptics::ProxyMethod> (*make)();
 };
 
