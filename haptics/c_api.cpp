@@ -8,6 +8,7 @@
 #include <memory>
 #include <new>
 
+#include "haptics/mesh_tree.h"
 #include "haptics/methods.h"
 #include "haptics/servo_core.h"
 #include "haptics/smooth_walls.h"
@@ -74,6 +75,25 @@ volume::Error bad(const char* what, const std::string& found, const char* expect
   return {what, "C API", found, expected, "see haptics/c_api.h"};
 }
 
+bool is_number(const double v[3]) noexcept {
+  for (int a = 0; a < 3; ++a)
+    if (!std::isfinite(v[a]) || std::abs(v[a]) > 1e8) return false;
+  return true;
+}
+
+/// A window or a mesh of the scene.
+volume::Status check_any(const trephine_scene* scene, int shape) {
+  if (scene == nullptr) return bad("there is no scene", "NULL", "a scene from trephine_scene_create");
+  if (shape < 0 || shape >= haptics::shape_count(scene->touch))
+    return bad("there is no such shape", std::to_string(shape), "an index of a window or mesh");
+  return std::nullopt;
+}
+
+haptics::Material& material_in(trephine_scene& scene, int shape) {
+  const auto s = static_cast<std::size_t>(shape), windows = scene.touch.shapes.size();
+  return s < windows ? scene.touch.shapes[s].material : scene.touch.meshes[s - windows].material;
+}
+
 volume::Status check_shape(const trephine_scene* scene, int shape) {
   if (scene == nullptr) return bad("there is no scene", "NULL", "a scene from trephine_scene_create");
   const int count = static_cast<int>(scene->touch.shapes.size());
@@ -96,6 +116,8 @@ int add_shape(trephine_scene* scene, const char* name, double low, double high,
                  "low <= high");
     if (scene->touch.shapes.size() == haptics::TouchScene::k_max_shapes)
       return bad("there are too many shapes", "one more than 8", "at most 8");
+    if (!scene->touch.meshes.empty())
+      return bad("a window comes after a mesh", name ? name : "", "windows first, then meshes");
     volume::Shape shape;
     shape.name = name ? name : "";
     shape.low = low, shape.high = high;
@@ -133,12 +155,6 @@ void look_along(trephine_scene& scene, const dvec3& start, const dvec3& end) noe
   scene.normal = length > 0 ? out / length : glm::normalize(start - end);
   scene.met_shape = reach.wall.shape;
   scene.met_side = reach.wall.is_back ? TREPHINE_BACK : TREPHINE_FRONT;
-}
-
-bool is_number(const double v[3]) noexcept {
-  for (int a = 0; a < 3; ++a)
-    if (!std::isfinite(v[a]) || std::abs(v[a]) > 1e8) return false;
-  return true;
 }
 
 }  // namespace
@@ -207,22 +223,71 @@ int trephine_scene_add_opacity_ramp(trephine_scene* scene, const char* name, con
 int trephine_scene_set_material(trephine_scene* scene, int shape, const trephine_material* material,
                                 trephine_error* error) {
   return guarded(error, [&]() -> volume::Status {
-    if (volume::Status status = check_shape(scene, shape)) return status;
+    if (volume::Status status = check_any(scene, shape)) return status;
     if (material == nullptr) return bad("there is no material", "NULL", "a trephine_material");
-    const haptics::Material m{material->stiffness, material->damping, material->static_friction,
-                              material->dynamic_friction};
+    haptics::Material m = material_of(scene->touch, shape, 1);
+    m.stiffness = material->stiffness, m.damping = material->damping;
+    m.static_friction = material->static_friction, m.dynamic_friction = material->dynamic_friction;
     if (volume::Status status = haptics::check_material(m)) return status;
-    scene->touch.shapes[static_cast<std::size_t>(shape)].material = m;
+    material_in(*scene, shape) = m;
+    return std::nullopt;
+  });
+}
+
+int trephine_scene_add_mesh(trephine_scene* scene, const char* name, const double* vertices,
+                            size_t vertex_count, const uint32_t* triangles, size_t triangle_count, int mover,
+                            trephine_error* error) {
+  int index = -1;
+  guarded(error, [&]() -> volume::Status {
+    if (scene == nullptr) return bad("there is no scene", "NULL", "a scene from trephine_scene_create");
+    if (vertices == nullptr || triangles == nullptr || triangle_count < 1 || triangle_count > (1u << 28))
+      return bad("the mesh has no triangles", std::to_string(triangle_count), "one triangle or more");
+    if (mover < -1 || mover >= haptics::TouchScene::k_max_movers)
+      return bad("there is no such mover", std::to_string(mover), "-1, or 0 to 7");
+    if (haptics::shape_count(scene->touch) >= haptics::ShapeSet::k_most)
+      return bad("too many shapes and meshes", std::to_string(haptics::ShapeSet::k_most + 1), "128");
+    std::vector<dvec3> places(vertex_count);
+    for (std::size_t i = 0; i < vertex_count; ++i) {
+      if (!is_number(vertices + 3 * i))
+        return bad("a vertex is no place", "vertex " + std::to_string(i), "finite, within 100 km");
+      places[i] = {vertices[3 * i], vertices[3 * i + 1], vertices[3 * i + 2]};
+    }
+    std::vector<std::uint32_t> corners(triangles, triangles + 3 * triangle_count);
+    for (const std::uint32_t c : corners)
+      if (c >= vertex_count)
+        return bad("a triangle names a vertex that is not there", std::to_string(c), "below vertex_count");
+    haptics::TouchMesh mesh;
+    mesh.name = name ? name : "";
+    mesh.tree = std::make_shared<haptics::MeshTree>(std::move(places), std::move(corners));
+    mesh.mover = mover;
+    scene->touch.meshes.push_back(std::move(mesh));
+    scene->is_prepared = false;
+    index = haptics::shape_count(scene->touch) - 1;
+    return std::nullopt;
+  });
+  return index;
+}
+
+int trephine_scene_set_pop_through(trephine_scene* scene, int shape, double force, double rearm,
+                                   trephine_error* error) {
+  return guarded(error, [&]() -> volume::Status {
+    if (volume::Status status = check_any(scene, shape)) return status;
+    haptics::Material m = material_of(scene->touch, shape, 1);
+    m.pop_force = force, m.pop_rearm = rearm;
+    if (volume::Status status = haptics::check_material(m)) return status;
+    material_in(*scene, shape) = m;
     return std::nullopt;
   });
 }
 
 int trephine_scene_set_sides(trephine_scene* scene, int shape, int sides, trephine_error* error) {
   return guarded(error, [&]() -> volume::Status {
-    if (volume::Status status = check_shape(scene, shape)) return status;
+    if (volume::Status status = check_any(scene, shape)) return status;
     if (sides < TREPHINE_NONE || sides > TREPHINE_BOTH)
       return bad("there is no such side", std::to_string(sides), "TREPHINE_NONE, FRONT, BACK or BOTH");
-    scene->touch.shapes[static_cast<std::size_t>(shape)].sides = static_cast<haptics::Sides>(sides);
+    const auto s = static_cast<std::size_t>(shape), windows = scene->touch.shapes.size();
+    (s < windows ? scene->touch.shapes[s].sides : scene->touch.meshes[s - windows].sides) =
+        static_cast<haptics::Sides>(sides);
     scene->has_motion = false;
     return std::nullopt;
   });
@@ -289,6 +354,34 @@ int trephine_hand_step(trephine_hand* hand, const double position[3], trephine_t
   touch->side = !record.has_contact ? TREPHINE_NONE : record.side < 0 ? TREPHINE_BACK : TREPHINE_FRONT;
   touch->faults = record.faults;
   return TREPHINE_OK;
+}
+
+int trephine_hand_set_touchable(trephine_hand* hand, int shape, int is_touchable) {
+  if (hand == nullptr || shape < 0 || shape >= haptics::shape_count(hand->scene->touch))
+    return TREPHINE_BAD_ARGUMENT;
+  hand->core.set_touchable(shape, is_touchable != 0);
+  return TREPHINE_OK;
+}
+
+int trephine_hand_set_mesh_placement(trephine_hand* hand, int mover, const double position[3],
+                                     const double rotation[4]) {
+  if (hand == nullptr || position == nullptr || rotation == nullptr || mover < 0 ||
+      mover >= haptics::TouchScene::k_max_movers || !is_number(position))
+    return TREPHINE_BAD_ARGUMENT;
+  const glm::dquat turn(rotation[0], rotation[1], rotation[2], rotation[3]);
+  const double length = glm::length(turn);
+  if (!(length > 1e-6 && length < 1e6)) return TREPHINE_BAD_ARGUMENT;
+  hand->core.set_placement(mover, {{position[0], position[1], position[2]}, turn / length});
+  return TREPHINE_OK;
+}
+
+int trephine_hand_add_effect(trephine_hand* hand, const char* words, trephine_error* error) {
+  return guarded(error, [&]() -> volume::Status {
+    if (hand == nullptr || words == nullptr) return bad("an argument is missing", "NULL", "a hand and words");
+    auto effect = haptics::parse_effect(words);
+    if (!effect) return effect.error();
+    return hand->core.effects().add(effect.value());
+  });
 }
 
 void trephine_hand_reset(trephine_hand* hand) {

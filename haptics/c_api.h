@@ -74,9 +74,19 @@ int trephine_scene_add_window(trephine_scene* scene, const char* name, double lo
 int trephine_scene_add_opacity_ramp(trephine_scene* scene, const char* name, const double* intensities,
                                     const double* opacities, size_t count, double threshold,
                                     trephine_error* error);
+/* A polygonal model: vertices (mm, x y z each) and triangles (three vertices each, counter-clockwise from
+ * outside), copied. For method "scene". It counts as a shape after the windows, which come first: its index,
+ * or -1. `mover`: 0 to 7 for a model that hands place each tick, -1 for one that stays. */
+int trephine_scene_add_mesh(trephine_scene* scene, const char* name, const double* vertices,
+                            size_t vertex_count, const uint32_t* triangles, size_t triangle_count, int mover,
+                            trephine_error* error);
+/* Pressed harder than `force` (N, 0: never) the shape lets the hand through, until that has gone `rearm` mm
+ * from there. Before hands are made. */
+int trephine_scene_set_pop_through(trephine_scene* scene, int shape, double force, double rearm,
+                                   trephine_error* error);
 int trephine_scene_set_material(trephine_scene* scene, int shape, const trephine_material* material,
                                 trephine_error* error);
-/* From which sides the shape holds: TREPHINE_FRONT (the default), TREPHINE_BACK or TREPHINE_BOTH, or
+/* From which sides the shape or mesh holds: TREPHINE_FRONT (the default), TREPHINE_BACK or TREPHINE_BOTH, or
  * TREPHINE_NONE. */
 int trephine_scene_set_sides(trephine_scene* scene, int shape, int sides, trephine_error* error);
 /* "subvoxel" (the default), "implicit", ...: see trephine touch --help. */
@@ -90,6 +100,15 @@ trephine_hand* trephine_hand_create(const trephine_scene* scene, double rate_hz,
 void trephine_hand_destroy(trephine_hand* hand);
 /* One step at the device's position. A position that is no number gives no force and a latched fault. */
 int trephine_hand_step(trephine_hand* hand, const double position[3], trephine_touch* touch);
+/* May the shape hold this hand? From the next step on; all may at first. */
+int trephine_hand_set_touchable(trephine_hand* hand, int shape, int is_touchable);
+/* Where the model with this mover is from the next step on: mm, and a unit quaternion w x y z. A model that
+ * moves onto the tool takes it along. */
+int trephine_hand_set_mesh_placement(trephine_hand* hand, int mover, const double position[3],
+                                     const double rotation[4]);
+/* An effect beside the surfaces' forces, in words: "viscous damping=0.004", "line start=0,0,9 ahead=0,0,-1
+ * resistance=2": see trephine touch --help. At most 8. */
+int trephine_hand_add_effect(trephine_hand* hand, const char* words, trephine_error* error);
 /* Forgets contact and faults. */
 void trephine_hand_reset(trephine_hand* hand);
 

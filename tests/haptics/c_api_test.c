@@ -12,6 +12,8 @@
   X(trephine_abi_version) X(trephine_scene_create) X(trephine_scene_destroy) X(trephine_scene_add_window)              \
   X(trephine_scene_add_opacity_ramp) X(trephine_scene_set_material) X(trephine_scene_set_sides)                        \
   X(trephine_scene_set_method) X(trephine_scene_prepare) X(trephine_hand_create) X(trephine_hand_destroy)              \
+  X(trephine_scene_add_mesh) X(trephine_scene_set_pop_through) X(trephine_hand_set_touchable)                          \
+  X(trephine_hand_set_mesh_placement) X(trephine_hand_add_effect)                                                      \
   X(trephine_hand_step) X(trephine_hand_reset) X(trephine_surface_get) X(trephine_intersect_surface)
 #define DECLARE(name) static __typeof__(&name) p_##name;
 FUNCTIONS(DECLARE)
@@ -36,6 +38,11 @@ FUNCTIONS(DECLARE)
 #define trephine_hand_reset p_trephine_hand_reset
 #define trephine_surface_get p_trephine_surface_get
 #define trephine_intersect_surface p_trephine_intersect_surface
+#define trephine_scene_add_mesh p_trephine_scene_add_mesh
+#define trephine_scene_set_pop_through p_trephine_scene_set_pop_through
+#define trephine_hand_set_touchable p_trephine_hand_set_touchable
+#define trephine_hand_set_mesh_placement p_trephine_hand_set_mesh_placement
+#define trephine_hand_add_effect p_trephine_hand_add_effect
 #endif
 
 static int failures = 0;
@@ -161,6 +168,50 @@ int main(int argc, char** argv) {
   trephine_hand* newer = trephine_hand_create(scene, 1000, &error);
   CHECK(newer != NULL && trephine_hand_step(newer, above, &touch) == TREPHINE_OK);
   trephine_hand_destroy(newer);
+
+  /* A model that moves, through the ball: a plate that lifts the tool. */
+  const double corners[12] = {-30, -30, 0, 30, -30, 0, 30, 30, 0, -30, 30, 0};
+  const uint32_t plate[6] = {0, 1, 2, 0, 2, 3}, wrong[3] = {0, 1, 7};
+  CHECK(trephine_scene_set_sides(scene, soft, TREPHINE_FRONT, &error) == TREPHINE_OK);
+  CHECK(trephine_scene_add_mesh(scene, "bad", corners, 4, wrong, 1, -1, &error) == -1);
+  CHECK(trephine_scene_add_mesh(scene, "bad", corners, 4, plate, 2, 9, &error) == -1);
+  const int lift = trephine_scene_add_mesh(scene, "plate", corners, 4, plate, 2, 0, &error);
+  CHECK(lift == 2 && trephine_scene_add_window(scene, "late", 1, 2, &error) == -1);
+  CHECK(trephine_scene_prepare(scene, &error) == TREPHINE_BAD_ARGUMENT && strstr(error.text, "scene") != NULL);
+  CHECK(trephine_scene_set_method(scene, "scene", &error) == TREPHINE_OK);
+  CHECK(trephine_scene_set_pop_through(scene, soft, -1, 0, &error) == TREPHINE_BAD_ARGUMENT);
+  CHECK(trephine_scene_set_pop_through(scene, soft, 1.5, 2, &error) == TREPHINE_OK);
+  CHECK(trephine_scene_prepare(scene, &error) == TREPHINE_OK);
+  trephine_hand* lifted = trephine_hand_create(scene, 1000, &error);
+  CHECK(lifted != NULL);
+  const double level[4] = {1, 0, 0, 0}, none[4] = {0, 0, 0, 0};
+  double rest[3] = {0, 0, 16}, place[3] = {0, 0, 10};
+  CHECK(trephine_hand_set_mesh_placement(lifted, 0, place, none) == TREPHINE_BAD_ARGUMENT);
+  CHECK(trephine_hand_set_mesh_placement(lifted, 9, place, level) == TREPHINE_BAD_ARGUMENT);
+  CHECK(trephine_hand_set_mesh_placement(lifted, 0, place, level) == TREPHINE_OK);
+  CHECK(trephine_hand_step(lifted, rest, &touch) == TREPHINE_OK && !touch.has_contact);
+  for (int i = 0; i <= 200; ++i) {
+    place[2] = 10 + 0.04 * i;
+    CHECK(trephine_hand_set_mesh_placement(lifted, 0, place, level) == TREPHINE_OK);
+    CHECK(trephine_hand_step(lifted, rest, &touch) == TREPHINE_OK);
+  }
+  CHECK(touch.has_contact && touch.shape == lift && fabs(touch.proxy[2] - 18) < 1e-3);
+  CHECK(trephine_hand_set_touchable(lifted, lift, 0) == TREPHINE_OK);
+  CHECK(trephine_hand_set_touchable(lifted, 7, 0) == TREPHINE_BAD_ARGUMENT);
+  CHECK(trephine_hand_step(lifted, rest, &touch) == TREPHINE_OK && !touch.has_contact);
+  /* Into the ball until it gives way. */
+  double strongest = 0;
+  for (int i = 0; i <= 600; ++i) {
+    rest[2] = 16 - 0.01 * i;
+    CHECK(trephine_hand_step(lifted, rest, &touch) == TREPHINE_OK);
+    strongest = fmax(strongest, touch.force[2]);
+  }
+  CHECK(strongest > 1.3 && strongest < 1.7 && !touch.has_contact);
+  CHECK(trephine_hand_add_effect(lifted, "hum", &error) == TREPHINE_BAD_ARGUMENT && strstr(error.text, "viscous"));
+  CHECK(trephine_hand_add_effect(lifted, "constant force=0,0,0.5", &error) == TREPHINE_OK);
+  for (int i = 0; i <= 200; ++i) CHECK(trephine_hand_step(lifted, rest, &touch) == TREPHINE_OK);
+  CHECK(fabs(touch.force[2] - 0.5) < 1e-6);
+  trephine_hand_destroy(lifted);
 
   trephine_hand_destroy(hand);
   trephine_hand_destroy(NULL);
