@@ -337,6 +337,10 @@ volume::Status bench_stability(const BenchArguments& arguments, Outcome& outcome
   const std::vector<bench::StiffnessRow> maps = bench::run_stiffness_maps(options.progress);
   if (is_stopped) return interrupted("the maps");
   const std::vector<bench::EnergyRow> energies = bench::run_energy_test();
+  // An hour of contact, a minute where few steps were asked for.
+  const bench::SoakRow soak = bench::run_contact_soak(
+      options.steps >= 1'000'000 ? 3'600'000 : bench::SoakRow::k_early, options.progress);
+  if (is_stopped) return interrupted("the soak");
 
   long falls = 0, steps = 0;
   outcome.text +=
@@ -361,6 +365,16 @@ volume::Status bench_stability(const BenchArguments& arguments, Outcome& outcome
   }
   outcome.text += format_text(
       "%ld steps at up to 10 m/s, cut and undone under the tool: fell through %ld times\n", steps, falls);
+  outcome.text += format_text(
+      "%.1f minutes of simulated contact: proxy drift %.1e mm, energy made %.2f N mm at most, hash %016llx\n",
+      static_cast<double>(soak.steps) / 60e3, soak.drift_mm, soak.most_energy,
+      static_cast<unsigned long long>(soak.hash));
+  outcome.json["soak"] = {{"steps", soak.steps},
+                          {"contacts", soak.contacts},
+                          {"not_finite", soak.not_finite},
+                          {"drift_mm", soak.drift_mm},
+                          {"most_energy_nmm", soak.most_energy},
+                          {"hash", format_text("%016llx", static_cast<unsigned long long>(soak.hash))}};
   std::string map_csv = "surface,what,rate_hz,alpha,delay_s,simulated,theory,rule\n";
   double worst = 0;
   for (const bench::StiffnessRow& row : maps) {

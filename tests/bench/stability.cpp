@@ -9,11 +9,13 @@
 #include "haptics/mesh_tree.h"
 #include "haptics/methods.h"
 #include "haptics/passivity.h"
+#include "haptics/servo_core.h"
 #include "haptics/subvoxel_proxy.h"
 #include "tests/checker/mesh_judge.h"
 #include "tests/checker/volume_samples.h"
 #include "tests/scenes/scenes.h"
 #include "volume/deterministic_math.h"
+#include "volume/mix_hash.h"
 #include "volume/removal.h"
 #include "volume/surface_nets.h"
 
@@ -446,6 +448,68 @@ std::vector<StiffnessRow> run_stiffness_maps(const std::function<bool(double)>& 
       rows.push_back(row);
     }
   return rows;
+}
+
+SoakRow run_contact_soak(long steps, const std::function<bool(double)>& progress) {
+  SoakRow row;
+  haptics::TouchScene scene = attack_scene("gyroid", 0.7, false, false);
+  scene.shapes[0].material = {0.5, 0.001, 0.2, 0.15};
+  const auto method = haptics::make_method(haptics::k_default_method).value();
+  if (method->prepare(scene)) return row;
+  std::shared_ptr<const volume::Version> version = std::make_shared<volume::Version>(scene.base);
+  const auto untouched = version;
+  volume::RemovalEditor editor(version, {scene.shapes[0].field});
+  haptics::ServoCore core(scene, *method, {}, 1e-3);
+  Device device;
+  device.encoder = 0.02;
+  volume::MixHash hash;
+  dvec3 held(0);
+  for (long i = 0; i < steps; ++i) {
+    if (progress && i % 100'000 == 0 && !progress(0.5 * static_cast<double>(i) / static_cast<double>(steps)))
+      return row;
+    const double t = 1e-3 * static_cast<double>(i % 600'000);
+    // Where the hand wants to be: a slow walk through walls and holes, with tremor.
+    dvec3 wish;
+    for (int a = 0; a < 3; ++a)
+      wish[a] = 22 * volume::deterministic_sin(0.31 * (a + 1.3) * t + a) +
+                0.1 * volume::deterministic_sin(6.283185307179586 * (8 + a) * t);
+    const dvec3 x = device.measured();
+    if (i % 5000 == 2500) {
+      editor.remove({x, x, 2});
+      version = editor.publish();
+    }
+    if (i % 40'000 == 39'999) {
+      editor.reset(untouched);
+      version = editor.publish();
+    }
+    haptics::ServoInput input;
+    input.pose.position_world = x;
+    const haptics::ServoRecord r = core.step(*version, input);
+    held = r.force_world;
+    for (const dvec3* v : {&r.proxy_world, &r.normal_world, &r.force_world})
+      for (int a = 0; a < 3; ++a) hash.add((*v)[a]);
+    row.contacts += r.has_contact;
+    row.not_finite += !std::isfinite(glm::length(r.proxy_world) + glm::length(r.force_world));
+    row.most_energy = std::max(row.most_energy, r.energy.contact);
+    device.hold(held + 0.3 * (wish - device.x) - 0.006 * device.v, 1e-3);
+    ++row.steps;
+    if (row.steps == SoakRow::k_early) row.early_hash = hash.value();
+  }
+  row.hash = hash.value();
+  // A hand that holds still, pressed into a wall.
+  haptics::ProxyState state;
+  const dvec3 free(7.5, 0, 0), hip(7.5, 0.4, 3.1);
+  method->step(scene, *untouched, state, {free});
+  for (int i = 0; i < 200; ++i) method->step(scene, *untouched, state, {free + (i / 199.0) * (hip - free)});
+  const dvec3 begin = method->step(scene, *untouched, state, {hip}).proxy_world;
+  for (long i = 0; i < steps; ++i) {
+    if (progress && i % 100'000 == 0 &&
+        !progress(0.5 + 0.5 * static_cast<double>(i) / static_cast<double>(steps)))
+      return row;
+    row.drift_mm = std::max(row.drift_mm,
+                            glm::length(method->step(scene, *untouched, state, {hip}).proxy_world - begin));
+  }
+  return row;
 }
 
 std::vector<EnergyRow> run_energy_test() {

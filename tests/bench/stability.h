@@ -53,4 +53,16 @@ struct EnergyRow {
 };
 std::vector<EnergyRow> run_energy_test();
 
+/// Simulated contact without end: a hand of mass, spring and tremor on a gyroid of bone with friction, cut
+/// under the tool; and a hand that holds still.
+struct SoakRow {
+  long steps = 0, contacts = 0, not_finite = 0;
+  std::uint64_t hash = 0;        ///< of every answer, for other compilers and builds
+  std::uint64_t early_hash = 0;  ///< after the first k_early steps
+  static constexpr long k_early = 60'000;
+  double drift_mm = 0;     ///< of the proxy under the hand that holds still, over as many steps
+  double most_energy = 0;  ///< N mm that surfaces had given, at most, over what they had taken
+};
+SoakRow run_contact_soak(long steps, const std::function<bool(double)>& progress = {});
+
 }  // namespace trephine::bench

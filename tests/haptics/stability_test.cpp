@@ -57,6 +57,21 @@ TEST(Stability, TheAttackCatchesMethodsThatPromiseNothing) {
   for (const std::string& method : options.methods) EXPECT_GT(falls[method], 10) << method;
 }
 
+/// An hour of simulated contact, a few minutes in checked builds.
+TEST(Stability, AnHourOfContactDriftsNowhereAndGivesTheSameBitsOnEveryCompiler) {
+  const bool is_whole = attack_steps() >= 1'000'000;
+  const bench::SoakRow soak = bench::run_contact_soak(is_whole ? 3'600'000 : bench::SoakRow::k_early);
+  EXPECT_EQ(soak.not_finite, 0);
+  EXPECT_GT(soak.contacts, soak.steps / 4);
+  EXPECT_LT(soak.drift_mm, 1e-9);
+  EXPECT_LT(soak.most_energy, 1.0);  // what is stored in a spring when matter comes back under the tool
+  // A change of the arithmetic changes these knowingly.
+  EXPECT_EQ(soak.early_hash, 1115485312871891109u);
+  if (is_whole) {
+    EXPECT_EQ(soak.hash, 15174813747921137752u);
+  }
+}
+
 TEST(Stability, StiffnessMapsAgreeWithTheory) {
   long rows = 0;
   for (const bench::StiffnessRow& row : bench::run_stiffness_maps({})) {
