@@ -27,14 +27,22 @@ class OpenVdbProxy final : public haptics::ProxyMethod {
     grid_ = Grid::create(3.0f);
     grid_->setGridClass(openvdb::GRID_LEVEL_SET);
     Grid::Accessor accessor = grid_->getAccessor();
+    const volume::Occupancy& bits = *scene.shapes[0].bits;
+    const auto is_in_at = [&](int x, int y, int z) {
+      return base.contains({x, y, z}) && bits.is_solid({x, y, z});
+    };
     for (int z = 1; z + 1 < base.size.z; ++z)
       for (int y = 1; y + 1 < base.size.y; ++y)
         for (int x = 1; x + 1 < base.size.x; ++x) {
-          const bool is_in = field.at(x, y, z) >= 0;
+          if (bits.empty_distance({x, y, z}) > 1) {
+            x |= 3;  // nothing near this block
+            continue;
+          }
+          const bool is_in = is_in_at(x, y, z);
           bool is_near = false;
           for (int k = -2; k <= 2 && !is_near; ++k)
-            is_near = (field.at(x + k, y, z) >= 0) != is_in || (field.at(x, y + k, z) >= 0) != is_in ||
-                      (field.at(x, y, z + k) >= 0) != is_in;
+            is_near = is_in_at(x + k, y, z) != is_in || is_in_at(x, y + k, z) != is_in ||
+                      is_in_at(x, y, z + k) != is_in;
           if (is_near) {
             const dvec3 slope = field.gradient(dvec3(x, y, z));
             accessor.setValue({x, y, z},
