@@ -128,8 +128,11 @@ Result<Outcome> run_touch(const TouchArguments& arguments) {
   // The path first: it is cheap to be wrong about.
   auto path = open_path(arguments.path);
   if (!path) return path.error();
+  if (!(arguments.blur >= 0 && arguments.blur <= 10))
+    return Error{"the blur is out of range", "--blur", std::to_string(arguments.blur), "0 to 10 voxels", ""};
   auto opened = open_touch(arguments.source, arguments.shape,
-                           haptics::find_method(method_name)->solid == haptics::MethodInfo::Solid::smooth);
+                           haptics::find_method(method_name)->solid == haptics::MethodInfo::Solid::smooth,
+                           arguments.blur);
   if (!opened) return opened.error();
   const Source& source = opened.value().source;
   haptics::TouchScene& scene = opened.value().scene;

@@ -36,7 +36,7 @@ volume::Result<Outcome> run_mesh(const MeshArguments& arguments);
 struct TouchArguments {
   std::string source, path, output, method = haptics::k_default_method, friction;
   ShapeChoice shape;
-  double stiffness = 0.5, alpha = 0.3, rate = 1000, radius = 0;
+  double stiffness = 0.5, alpha = 0.3, rate = 1000, radius = 0, blur = 0;
   std::vector<std::string> meshes;   ///< files of polygonal models
   double mesh_scale = 1;             ///< mm per unit of theirs
   std::string mesh_at;               ///< x,y,z: where their origin lies; empty: 0,0,0

@@ -154,6 +154,11 @@ int main(int argc, char** argv) {
       ->type_name("MM");
   c->add_option("--mesh-at", touch.mesh_at, "Where the models' origin lies, mm (LPS); 0,0,0 unless given")
       ->type_name("X,Y,Z");
+  c->add_option("--blur", touch.blur,
+                "Gaussian over the scan before it is touched: sigma in voxels, 1.4 for the seven taps of the "
+                "ray-step method's source")
+      ->capture_default_str()
+      ->type_name("VOXELS");
   c->add_option("--stiffness", touch.stiffness, "Of the surface, N/mm")
       ->capture_default_str()
       ->type_name("N/MM");

@@ -9,6 +9,7 @@
 #include "data-tools/atomic_file.h"
 #include "data-tools/open_volume.h"
 #include "data-tools/phantoms.h"
+#include "volume/gaussian.h"
 #include "volume/work_counters.h"
 
 namespace trephine::app {
@@ -158,9 +159,15 @@ Result<haptics::TouchScene> make_scene(Source& source, const ShapeChoice& choice
   return scene;
 }
 
-Result<OpenedTouch> open_touch(const std::string& src, const ShapeChoice& choice, bool is_soft) {
+Result<OpenedTouch> open_touch(const std::string& src, const ShapeChoice& choice, bool is_soft,
+                               double blur_voxels) {
   Result<Source> source = open_source(src);
   if (!source) return source.error();
+  if (blur_voxels > 0) {
+    auto blurred = volume::gaussian_blurred(*source.value().volume, glm::dvec3(blur_voxels));
+    if (!blurred) return blurred.error();
+    source.value().volume = std::make_shared<const volume::Volume>(std::move(blurred).value());
+  }
   Result<haptics::TouchScene> scene = make_scene(source.value(), choice, is_soft);
   if (!scene) return scene.error();
   return OpenedTouch{std::move(source).value(), std::move(scene).value()};

@@ -42,9 +42,10 @@ struct OpenedTouch {
   Source source;
   haptics::TouchScene scene;
 };
-/// `is_soft`: binary shapes are made smooth, for methods that touch the smooth solid.
-volume::Result<OpenedTouch> open_touch(const std::string& src, const ShapeChoice& choice,
-                                       bool is_soft = true);
+/// `is_soft`: binary shapes are made smooth, for methods that touch the smooth solid. `blur_voxels`: sigma of
+/// a Gaussian over the intensities, first.
+volume::Result<OpenedTouch> open_touch(const std::string& src, const ShapeChoice& choice, bool is_soft = true,
+                                       double blur_voxels = 0);
 /// A path file, or what is wrong with it.
 volume::Result<haptics::PosePath> open_path(const std::string& path);
 /// When a path met nothing: says where the shape lies and where the path went.

@@ -158,6 +158,9 @@ TEST_F(Command, TouchTakesAMethodAndARadius) {
     EXPECT_EQ(touch["method"], method);
     EXPECT_GT(touch["max_force_n"].get<double>(), 0.05) << method;
   }
+  EXPECT_GT(
+      json("touch s.mha --path p.csv -o t.csv --method raystep --blur 1.4")["max_force_n"].get<double>(),
+      0.05);
   const Json round = json("touch s.mha --path p.csv -o t.csv --radius 2");
   EXPECT_EQ(round["tool"]["radius_mm"], 2);
   EXPECT_EQ(round["fall_throughs"], 0);
@@ -177,6 +180,7 @@ TEST_F(Command, TouchTakesAMethodAndARadius) {
       {"touch s.mha --path p.csv -o t.csv --radius -1", "0 to 6 mm"},
       {"touch s.mha --path p.csv -o t.csv --radius 2 --method implicit", "--method subvoxel"},
       {"touch s.mha --path p.csv -o t.csv --stiffness -1", "100 N/mm"},
+      {"touch s.mha --path p.csv -o t.csv --blur -1", "10 voxels"},
       {"touch s.mha --path p.csv -o t.csv --effect hum", "vibration, gravity, texture"},
       {"touch s.mha --path p.csv -o t.csv --effect 'spring stiff=1'", "anchor=X,Y,Z, stiffness=NUMBER"},
       {"touch s.mha --path p.csv -o t.csv --effect 'viscous damping=5'", "0.02"},
