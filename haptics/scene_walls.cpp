@@ -260,14 +260,14 @@ volume::Slope SceneWalls::slope(const Wall& wall, const dvec3& p) noexcept {
   return {own.value, own.gradient * part(i).from_scene};
 }
 
-volume::QuadraticPatch::BendBound SceneWalls::bend_bound(const Wall& wall, const dvec3& a, const dvec3& b,
+volume::QuadraticPatch::BendBound SceneWalls::bend_bound(const Wall& wall, const Span& span,
                                                          bool& is_whole) noexcept {
   is_whole = false;
   // A straight way along a facet, or along a ball's tangent at one, does not bend into it.
   if (is_mesh(wall.shape)) return {dvec3(0), dvec3(0)};
   const int i = part_of(wall.shape);
   const volume::QuadraticPatch::BendBound own =
-      walls_of(i).bend_bound(wall, in_part(i, a), in_part(i, b), is_whole);
+      walls_of(i).bend_bound(wall, {in_part(i, span.a), in_part(i, span.b)}, is_whole);
   // |second derivatives| seen along the scene's axes.
   const glm::dmat3 map(glm::abs(part(i).from_scene[0]), glm::abs(part(i).from_scene[1]),
                        glm::abs(part(i).from_scene[2]));

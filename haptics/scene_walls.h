@@ -61,11 +61,15 @@ class SceneWalls {
   bool is_solid(int shape, const glm::dvec3& p) noexcept;
   volume::Jet jet(const Wall& wall, const glm::dvec3& p) noexcept;
   volume::Slope slope(const Wall& wall, const glm::dvec3& p) noexcept;
-  volume::QuadraticPatch::BendBound bend_bound(const Wall& wall, const glm::dvec3& a, const glm::dvec3& b,
-                                               bool& is_whole) noexcept;
+  /// Two points: each volume has voxels of its own.
+  struct Span {
+    const glm::dvec3 &a, &b;
+    Span(const glm::dvec3& from, const glm::dvec3& to) noexcept : a(from), b(to) {}
+  };
+  volume::QuadraticPatch::BendBound bend_bound(const Wall& wall, const Span& span, bool& is_whole) noexcept;
   bool is_only_wall(const Wall&) const noexcept { return false; }
-  void widen(const Wall&, const glm::dvec3&, const glm::dvec3&, const glm::dvec3&,
-             volume::QuadraticPatch::BendBound&, bool&) const noexcept {}
+  void widen(const Wall&, const Span&, const glm::dvec3&, volume::QuadraticPatch::BendBound&,
+             bool&) const noexcept {}
   using Few = std::array<Wall, 4>;
   /// Of a mesh: the facets within `within` mm of the tool, but those that others keep it away from.
   int walls_at(int shape, bool is_inside, const glm::dvec3& p, double within, Few& walls) noexcept;

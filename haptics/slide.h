@@ -335,13 +335,14 @@ bool Slide<Walls>::go(const glm::dvec3& from, const glm::dvec3& to, const Planes
   const int count = first.count;
   glm::dvec3 out(0);
   double lift = 0;
+  const typename Walls::Span span(from, to);
   volume::QuadraticPatch::BendBound bound;
   bool is_whole = false;
   for (int k = 0; k < count; ++k) {
     out -= first[k].normal + last[k].normal;
     if (first[k].is_frozen) continue;
     // The way rises by what bending may take from it in half its length.
-    bound = walls_.bend_bound(first[k].wall, from, to, is_whole);
+    bound = walls_.bend_bound(first[k].wall, span, is_whole);
     const double bend = bound.along(along) / 8;
     const double slope = std::max(
         0.0, 0.5 * std::max(glm::dot(first[k].jet.gradient, along), -glm::dot(last[k].jet.gradient, along)));
@@ -356,7 +357,7 @@ bool Slide<Walls>::go(const glm::dvec3& from, const glm::dvec3& to, const Planes
   lift = std::min((1.5 * lift + 1e-5 * voxel_mm_) / std::max(0.1, least), 0.5 * voxel_mm_);
   const glm::dvec3 middle = from + 0.5 * along + frame_.vector_volume_from_world(lift / size * out);
   if (count == 1 && is_whole && walls_.is_only_wall(first[0].wall)) {
-    walls_.widen(first[0].wall, from, to, middle, bound, is_whole);
+    walls_.widen(first[0].wall, span, middle, bound, is_whole);
     if (is_whole && is_short_way_free(first[0], last[0], from, middle, to, bound)) {
       add(middle);
       add(to);

@@ -111,23 +111,16 @@ volume::Slope SmoothWalls::slope(const Wall& wall, const dvec3& p) noexcept {
   return slope;
 }
 
-volume::QuadraticPatch::BendBound SmoothWalls::bend_bound(const Wall& wall, const dvec3& a, const dvec3& b,
-                                                          bool& is_whole) noexcept {
-  const ivec3 va = volume::voxel_of(a), vb = volume::voxel_of(b);
-  return bend_over(wall.is_cut ? k_cut : wall.shape, glm::min(va, vb), glm::max(va, vb), is_whole);
-}
-
-void SmoothWalls::widen(const Wall& wall, const dvec3& a, const dvec3& b, const dvec3& m,
+void SmoothWalls::widen(const Wall& wall, const Span& span, const dvec3& m,
                         volume::QuadraticPatch::BendBound& bound, bool& is_whole) noexcept {
-  const ivec3 va = volume::voxel_of(a), vb = volume::voxel_of(b), vm = volume::voxel_of(m);
-  const ivec3 low = glm::min(va, vb), high = glm::max(va, vb);
-  const ivec3 low3 = glm::min(low, vm), high3 = glm::max(high, vm);
-  if (low3 != low || high3 != high)
-    bound = bend_over(wall.is_cut ? k_cut : wall.shape, low3, high3, is_whole);
+  const ivec3 v = volume::voxel_of(m), low = glm::min(span.low, v), high = glm::max(span.high, v);
+  if (low != span.low || high != span.high) bound = bend_bound(wall, Span(low, high), is_whole);
 }
 
-volume::QuadraticPatch::BendBound SmoothWalls::bend_over(int key, const ivec3& low, const ivec3& high,
-                                                         bool& is_whole) noexcept {
+volume::QuadraticPatch::BendBound SmoothWalls::bend_bound(const Wall& wall, const Span& span,
+                                                          bool& is_whole) noexcept {
+  const int key = wall.is_cut ? k_cut : wall.shape;
+  const ivec3 &low = span.low, &high = span.high;
   is_whole = true;
   volume::QuadraticPatch::BendBound bound = bend_of(patch(key, low));
   if (low == high) return bound;
@@ -136,8 +129,8 @@ volume::QuadraticPatch::BendBound SmoothWalls::bend_over(int key, const ivec3& l
     bound.own = glm::max(bound.own, here.own);
     bound.cross = glm::max(bound.cross, here.cross);
   };
-  const ivec3 span = high - low + 1;
-  is_whole = span.x * span.y * span.z <= 4;
+  const ivec3 extent = high - low + 1;
+  is_whole = extent.x * extent.y * extent.z <= 4;
   if (!is_whole) {
     add(high);
     return bound;

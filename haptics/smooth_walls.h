@@ -3,6 +3,7 @@
 #pragma once
 
 #include <array>
+#include <glm/common.hpp>
 
 #include "haptics/proxy_method.h"
 #include "volume/quadratic_patch.h"
@@ -77,12 +78,18 @@ class SmoothWalls {
   /// Derivatives of a wall's function at p; its value is negative where it is free.
   volume::Jet jet(const Wall& wall, const glm::dvec3& p) noexcept;
   volume::Slope slope(const Wall& wall, const glm::dvec3& p) noexcept;
-  /// Bound of |second derivative| of the wall's function over the voxels of the box of a and b; over its two
-  /// ends alone, and not `is_whole`, where the box holds more than four.
-  volume::QuadraticPatch::BendBound bend_bound(const Wall& wall, const glm::dvec3& a, const glm::dvec3& b,
-                                               bool& is_whole) noexcept;
-  /// Makes such a bound one over the box of a, b and m.
-  void widen(const Wall& wall, const glm::dvec3& a, const glm::dvec3& b, const glm::dvec3& m,
+  /// The voxels of the box of two points.
+  struct Span {
+    glm::ivec3 low, high;
+    Span(const glm::dvec3& a, const glm::dvec3& b) noexcept
+        : Span(volume::voxel_of(a), volume::voxel_of(b)) {}
+    Span(const glm::ivec3& a, const glm::ivec3& b) noexcept : low(glm::min(a, b)), high(glm::max(a, b)) {}
+  };
+  /// Bound of |second derivative| of the wall's function over the voxels of a span; over its two ends alone,
+  /// and not `is_whole`, where it holds more than four.
+  volume::QuadraticPatch::BendBound bend_bound(const Wall& wall, const Span& span, bool& is_whole) noexcept;
+  /// Makes such a bound one over the box of the span and m.
+  void widen(const Wall& wall, const Span& span, const glm::dvec3& m,
              volume::QuadraticPatch::BendBound& bound, bool& is_whole) noexcept;
   /// Would this wall alone, kept, leave every way free that it leaves free? So where one shape is touched
   /// from outside.
@@ -122,9 +129,6 @@ class SmoothWalls {
   /// Follows a shape that does not hold: changes `inside` where the way passes its surface.
   void pass(int shape, const glm::ivec3& v, const glm::dvec3& a, const glm::dvec3& along, double t0,
             double t1, ShapeSet& inside, double& t_changed) noexcept;
-
-  volume::QuadraticPatch::BendBound bend_over(int key, const glm::ivec3& low, const glm::ivec3& high,
-                                              bool& is_whole) noexcept;
 
   const TouchScene* scene_;
   const volume::Volume* volume_;

@@ -31,6 +31,12 @@ struct Jet : Slope {
   }
 };
 
+/// Does this processor run the wide kernels (AVX2)? The same bits either way.
+extern const bool k_has_wide_patches;
+void slope_of_patch_wide(const double* rows, const double p[3], double out[4]) noexcept;
+void jet_of_patch_wide(const double* rows, const double p[3], double out[10]) noexcept;
+void bend_bound_of_patch_wide(const double* rows, double out[6]) noexcept;
+
 /// The polynomial of one voxel's cube. Plain data of 320 bytes; queries take points relative to the voxel's
 /// centre, each coordinate in [-0.5, 0.5] up to rounding, allocate nothing and cost 10 - 25 ns.
 class QuadraticPatch {
@@ -44,6 +50,11 @@ class QuadraticPatch {
   void set_row(int y, int z, double a, double b, double c) noexcept { rows_[z][y] = Lanes(a, b, c); }
 
   Slope slope(const glm::dvec3& p) const noexcept {
+    if (k_has_wide_patches) {
+      double out[4];
+      slope_of_patch_wide(samples(), &p.x, out);
+      return {out[0], {out[1], out[2], out[3]}};
+    }
     const Weights y(p.y), z(p.z);
     Lanes flat[3], steep[3];
     for (int j = 0; j < 3; ++j) {
@@ -59,6 +70,11 @@ class QuadraticPatch {
   }
 
   Jet jet(const glm::dvec3& p) const noexcept {
+    if (k_has_wide_patches) {
+      double out[10];
+      jet_of_patch_wide(samples(), &p.x, out);
+      return {{out[0], {out[1], out[2], out[3]}}, {out[4], out[5], out[6]}, {out[7], out[8], out[9]}};
+    }
     const Weights y(p.y), z(p.z);
     Lanes flat[3], steep[3], bent[3];
     for (int j = 0; j < 3; ++j) {
@@ -144,6 +160,8 @@ class QuadraticPatch {
         : value{0.5 * (0.5 - u) * (0.5 - u), 0.75 - u * u, 0.5 * (0.5 + u) * (0.5 + u)},
           slope{u - 0.5, -2 * u, u + 0.5} {}
   };
+
+  const double* samples() const noexcept { return reinterpret_cast<const double*>(&rows_[0][0]); }
 
   Lanes rows_[3][3];  ///< [z][y], along x; what the fourth lane holds counts nothing
 };
