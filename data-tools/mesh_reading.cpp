@@ -1,16 +1,20 @@
 #include "data-tools/mesh_reading.h"
 
 #include <algorithm>
+#include <bit>
+#include <charconv>
 #include <cmath>
 #include <filesystem>
+#include <map>
 #include <sstream>
+#include <string_view>
+#include <utility>
 #include <vtkCallbackCommand.h>
 #include <vtkCellArray.h>
 #include <vtkCellArrayIterator.h>
 #include <vtkCommand.h>
 #include <vtkNew.h>
 #include <vtkOBJReader.h>
-#include <vtkPLYReader.h>
 #include <vtkPoints.h>
 #include <vtkPolyData.h>
 #include <vtkPolyDataReader.h>
@@ -48,55 +52,190 @@ volume::Result<std::string> unpacked(const std::string& path) {
   int got = -1;
   while (file && (got = gzread(file, block.data(), static_cast<unsigned>(block.size()))) > 0)
     text.append(block.data(), static_cast<std::size_t>(got));
-  const bool is_whole = file && got == 0 && gzclose(file) == Z_OK;
-  if (!is_whole)
+  const bool is_closed = file && gzclose(file) == Z_OK;
+  if (!is_closed || got != 0)
     return Error{"the model cannot be read to its end", file_name(path), "", "a whole .ply or .ply.gz", ""};
   return text;
 }
 
-/// VTK reads what is left of a cut .ply, with a line on stderr for each thing that is not: is there enough of
-/// it?
-volume::Status check_ply(const std::string& text, const std::string& name) {
+/// Does every polygon and strip name corners that are there?
+volume::Status check_corners(vtkPolyData* raw, const std::string& name) {
+  if (raw == nullptr) return std::nullopt;
+  const vtkIdType count = raw->GetPoints() ? raw->GetNumberOfPoints() : 0;
+  for (vtkCellArray* cells : {raw->GetPolys(), raw->GetStrips()}) {
+    if (cells == nullptr) continue;
+    const auto corners = vtk::TakeSmartPointer(cells->NewIterator());
+    for (corners->GoToFirstCell(); !corners->IsDoneWithTraversal(); corners->GoToNextCell()) {
+      vtkIdType n = 0;
+      const vtkIdType* ids = nullptr;
+      corners->GetCurrentCell(n, ids);
+      for (vtkIdType k = 0; k < n; ++k)
+        if (ids[k] < 0 || ids[k] >= count)
+          return Error{"a polygon names a corner that is not there", name, std::to_string(ids[k]),
+                       "0 to " + std::to_string(count - 1), "the file is damaged"};
+    }
+  }
+  return std::nullopt;
+}
+
+/// A property of a .ply element: a number, or a list with its count.
+struct PlyProperty {
+  std::string name;
+  int size = 4, count_size = 0;       ///< bytes; count_size 0: no list
+  char kind = 'f', count_kind = 'u';  ///< f floating, i signed, u unsigned
+};
+struct PlyElement {
+  std::string name;
+  std::size_t count = 0;
+  std::vector<PlyProperty> properties;
+};
+
+/// Bytes and kind of a .ply type; 0 bytes for another word.
+int ply_type(const std::string& word, char& kind) {
+  static const std::map<std::string, std::pair<int, char>> k_types{
+      {"char", {1, 'i'}},  {"int8", {1, 'i'}},    {"uchar", {1, 'u'}},  {"uint8", {1, 'u'}},
+      {"short", {2, 'i'}}, {"int16", {2, 'i'}},   {"ushort", {2, 'u'}}, {"uint16", {2, 'u'}},
+      {"int", {4, 'i'}},   {"int32", {4, 'i'}},   {"uint", {4, 'u'}},   {"uint32", {4, 'u'}},
+      {"float", {4, 'f'}}, {"float32", {4, 'f'}}, {"double", {8, 'f'}}, {"float64", {8, 'f'}}};
+  const auto found = k_types.find(word);
+  if (found == k_types.end()) return 0;
+  kind = found->second.second;
+  return found->second.first;
+}
+
+/// Reads numbers one after another, as text or as bytes; never beyond the end.
+class PlyNumbers {
+ public:
+  PlyNumbers(std::string_view body, bool is_text, bool is_big)
+      : rest_(body), is_text_(is_text), is_big_(is_big) {}
+  bool is_over() const { return is_over_; }
+  std::size_t left() const { return rest_.size(); }
+  double next(int size, char kind) {
+    if (is_text_) return next_word();
+    if (rest_.size() < static_cast<std::size_t>(size)) {
+      is_over_ = true;
+      return 0;
+    }
+    unsigned char bytes[8] = {};
+    for (int k = 0; k < size; ++k)
+      bytes[is_big_ ? size - 1 - k : k] = static_cast<unsigned char>(rest_[static_cast<std::size_t>(k)]);
+    rest_.remove_prefix(static_cast<std::size_t>(size));
+    std::uint64_t bits = 0;
+    for (int k = 0; k < 8; ++k) bits |= std::uint64_t{bytes[k]} << (8 * k);
+    if (kind == 'f')
+      return size == 8 ? std::bit_cast<double>(bits)
+                       : static_cast<double>(std::bit_cast<float>(static_cast<std::uint32_t>(bits)));
+    if (kind == 'i' && size < 8 && bits >> (8 * size - 1) & 1u)
+      return static_cast<double>(bits) - std::ldexp(1.0, 8 * size);
+    return static_cast<double>(bits);
+  }
+
+ private:
+  double next_word() {
+    const std::size_t start = rest_.find_first_not_of(" \t\r\n");
+    if (start == std::string_view::npos) {
+      is_over_ = true;
+      return 0;
+    }
+    rest_.remove_prefix(start);
+    double value = 0;
+    const auto [end, error] = std::from_chars(rest_.data(), rest_.data() + rest_.size(), value);
+    if (error != std::errc()) is_over_ = true;
+    rest_.remove_prefix(static_cast<std::size_t>(end - rest_.data()));
+    return value;
+  }
+  std::string_view rest_;
+  bool is_text_, is_big_, is_over_ = false;
+};
+
+/// VTK's reader crashes on corners that are not there, and reads what is left of a cut file.
+volume::Result<PolygonModel> read_ply(const std::string& text, const std::string& name) {
   const Error cut{"the model ends too early", name, "", "as many vertices and faces as its head says",
                   "fetch the file again"};
-  std::istringstream head(text.substr(0, 1 << 16));
-  std::string line;
-  std::size_t lines = 0, least = 0, count = 0;
-  bool is_binary = false, is_ply = false, is_done = false;
-  while (!is_done && std::getline(head, line)) {
-    std::istringstream words(line);
-    std::string word, type, of;
+  const Error no_head{"this is no .ply model", name, "", "a head from \"ply\" to \"end_header\"", ""};
+  std::vector<PlyElement> elements;
+  bool is_text = false, is_big = false, is_done = false, is_first = true;
+  std::size_t at = 0;
+  while (!is_done && at < std::min<std::size_t>(text.size(), 1 << 16)) {
+    const std::size_t end = std::min(text.find('\n', at), text.size());
+    std::istringstream words(text.substr(at, end - at));
+    at = end + 1;
+    std::string word, type;
     words >> word >> type;
-    is_ply = is_ply || word == "ply";
-    if (word == "format") is_binary = type != "ascii";
-    if (word == "element") {
-      words >> count;
-      if (!words || count > (1u << 30)) return cut;
-      lines += count;
-    }
-    const auto size_of = [](const std::string& t) -> std::size_t {
-      if (t.ends_with("char") || t.ends_with("int8")) return 1;
-      if (t.ends_with("short") || t.ends_with("int16")) return 2;
-      return t == "double" || t == "float64" ? 8 : 4;
-    };
-    if (word == "property" && type == "list") {
-      words >> type >> of;
-      least += count * (size_of(type) + 3 * size_of(of));
+    if (std::exchange(is_first, false)) {
+      if (word != "ply") return no_head;
+    } else if (word == "format") {
+      is_text = type == "ascii", is_big = type == "binary_big_endian";
+    } else if (word == "element") {
+      PlyElement element;
+      element.name = type;
+      if (!(words >> element.count) || element.count > (1u << 30)) return no_head;
+      elements.push_back(element);
     } else if (word == "property") {
-      least += count * size_of(type);
+      if (elements.empty()) return no_head;
+      PlyProperty p;
+      if (type == "list") {
+        words >> type;
+        p.count_size = ply_type(type, p.count_kind);
+        if (p.count_size == 0) return no_head;
+        words >> type;
+      }
+      p.size = ply_type(type, p.kind);
+      if (p.size == 0 || !(words >> p.name)) return no_head;
+      elements.back().properties.push_back(p);
     }
     is_done = word == "end_header";
   }
-  if (!is_ply || !is_done)
-    return Error{"this is no .ply model", name, "", "a head from \"ply\" to \"end_header\"", ""};
-  const auto body = static_cast<std::size_t>(head.tellg());
-  if (is_binary ? text.size() < body + least
-                : static_cast<std::size_t>(
-                      std::count(text.begin() + static_cast<std::ptrdiff_t>(body), text.end(), '\n')) +
-                          1 <
-                      lines)
-    return cut;
-  return std::nullopt;
+  if (!is_done) return no_head;
+  PlyNumbers numbers(std::string_view(text).substr(std::min(at, text.size())), is_text, is_big);
+  PolygonModel model;
+  std::vector<double> corners;
+  for (const PlyElement& element : elements) {
+    // Each row takes a byte at least: a count that cannot be is refused before it takes memory.
+    if (!element.properties.empty() && element.count > numbers.left()) return cut;
+    for (std::size_t i = 0; i < element.count; ++i) {
+      glm::dvec3 place(0);
+      for (const PlyProperty& p : element.properties) {
+        if (p.count_size == 0) {
+          const double value = numbers.next(p.size, p.kind);
+          if (element.name == "vertex" && p.name.size() == 1 && p.name[0] >= 'x' && p.name[0] <= 'z')
+            place[p.name[0] - 'x'] = value;
+          continue;
+        }
+        const double count = numbers.next(p.count_size, p.count_kind);
+        if (!(count >= 0 && count <= static_cast<double>(numbers.left()))) return cut;
+        corners.clear();
+        for (int k = 0; k < static_cast<int>(count) && !numbers.is_over(); ++k)
+          corners.push_back(numbers.next(p.size, p.kind));
+        if (element.name != "face" || !p.name.starts_with("vertex_ind")) continue;
+        for (const double corner : corners)
+          if (!(corner >= 0 && corner < static_cast<double>(model.vertices.size())))
+            return Error{"a polygon names a corner that is not there", name, std::to_string(corner),
+                         "0 to " + std::to_string(model.vertices.size()) + " less 1", "the file is damaged"};
+        for (std::size_t k = 2; k < corners.size(); ++k)  // a fan
+          for (const double corner : {corners[0], corners[k - 1], corners[k]})
+            model.triangles.push_back(static_cast<std::uint32_t>(corner));
+      }
+      if (numbers.is_over()) return cut;
+      if (element.name == "vertex") model.vertices.push_back(place);
+    }
+  }
+  return model;
+}
+
+/// Scaled, with every corner a place.
+volume::Result<PolygonModel> checked(PolygonModel model, double scale, const std::string& name,
+                                     const std::string& heard) {
+  for (std::size_t i = 0; i < model.vertices.size(); ++i) {
+    glm::dvec3& p = model.vertices[i];
+    p *= scale;
+    for (int a = 0; a < 3; ++a)
+      if (!(std::abs(p[a]) <= 1e6))
+        return Error{"a corner of the model is no place", name, "vertex " + std::to_string(i),
+                     "coordinates within 1000 m", ""};
+  }
+  if (model.triangles.empty()) return Error{"the model holds no polygon", name, heard.substr(0, 200), "", ""};
+  return model;
 }
 
 }  // namespace
@@ -105,7 +244,8 @@ volume::Result<PolygonModel> read_polygon_model(const std::string& path, double 
   if (!(scale > 0 && scale <= 1e6))
     return Error{"the scale of a model is out of range", file_name(path), std::to_string(scale),
                  "mm per unit, above 0, at most a million", ""};
-  if (!std::filesystem::is_regular_file(path))
+  std::error_code failed;
+  if (!std::filesystem::is_regular_file(path, failed))
     return Error{"there is no such model", path, "", ".ply, .ply.gz, .obj, .stl, .vtk or .vtp", ""};
   const QuietStreams quiet;
   std::string heard;
@@ -113,19 +253,22 @@ volume::Result<PolygonModel> read_polygon_model(const std::string& path, double 
   triangles->PassLinesOff();
   triangles->PassVertsOff();
   listen_to(triangles, heard);
+  // The filter believes every corner that a file names: they are looked at first.
+  volume::Status damage;
   const auto read = [&](auto& reader) {
     listen_to(reader, heard);
-    triangles->SetInputConnection(reader->GetOutputPort());
+    reader->Update();
+    vtkPolyData* raw = reader->GetOutput();
+    if ((damage = check_corners(raw, file_name(path)))) return;
+    triangles->SetInputData(raw);
     triangles->Update();
   };
   if (has_extension(path, ".ply.gz") || has_extension(path, ".ply")) {
     auto text = unpacked(path);  // plain files come as they are
     if (!text) return text.error();
-    if (volume::Status error = check_ply(text.value(), file_name(path))) return *error;
-    vtkNew<vtkPLYReader> reader;
-    reader->ReadFromInputStringOn();
-    reader->SetInputString(text.value());
-    read(reader);
+    auto model = read_ply(text.value(), file_name(path));
+    if (!model) return model.error();
+    return checked(std::move(model).value(), scale, file_name(path), "");
   } else if (has_extension(path, ".obj")) {
     vtkNew<vtkOBJReader> reader;
     reader->SetFileName(path.c_str());
@@ -146,37 +289,25 @@ volume::Result<PolygonModel> read_polygon_model(const std::string& path, double 
     return Error{"this is no model that can be read", file_name(path), "",
                  ".ply, .ply.gz, .obj, .stl, .vtk or .vtp", ""};
   }
+  if (damage) return *damage;
   vtkPolyData* made = triangles->GetOutput();
   PolygonModel model;
   if (made && made->GetPoints() && made->GetPolys()) {
-    model.vertices.reserve(static_cast<std::size_t>(made->GetNumberOfPoints()));
     for (vtkIdType i = 0; i < made->GetNumberOfPoints(); ++i) {
       double p[3];
       made->GetPoint(i, p);
-      const glm::dvec3 place = scale * glm::dvec3(p[0], p[1], p[2]);
-      for (int a = 0; a < 3; ++a)
-        if (!(std::abs(place[a]) <= 1e6))
-          return Error{"a corner of the model is no place", file_name(path), "vertex " + std::to_string(i),
-                       "coordinates within 1000 m", ""};
-      model.vertices.push_back(place);
+      model.vertices.emplace_back(p[0], p[1], p[2]);
     }
     const auto corners = vtk::TakeSmartPointer(made->GetPolys()->NewIterator());
     for (corners->GoToFirstCell(); !corners->IsDoneWithTraversal(); corners->GoToNextCell()) {
       vtkIdType count = 0;
       const vtkIdType* ids = nullptr;
       corners->GetCurrentCell(count, ids);
-      if (count != 3) continue;
-      for (int k = 0; k < 3; ++k) {
-        if (ids[k] < 0 || ids[k] >= made->GetNumberOfPoints())
-          return Error{"a triangle names a corner that is not there", file_name(path), std::to_string(ids[k]),
-                       "", "the file is damaged"};
+      for (vtkIdType k = 0; count == 3 && k < 3; ++k)
         model.triangles.push_back(static_cast<std::uint32_t>(ids[k]));
-      }
     }
   }
-  if (model.triangles.empty())
-    return Error{"the model holds no polygon", file_name(path), heard.substr(0, 200), "", ""};
-  return model;
+  return checked(std::move(model), scale, file_name(path), heard);
 }
 
 }  // namespace trephine::data_tools

@@ -15,8 +15,9 @@ struct PolygonModel {
   std::vector<std::uint32_t> triangles;  ///< three vertices each, counter-clockwise from outside
 };
 
-/// Reads .ply, .ply.gz, .obj, .stl, .vtk or .vtp; polygons and strips become triangles, `scale` (mm per unit)
-/// is applied. Error when there is no such file, nothing to touch in it, or a corner is no place.
+/// Reads .ply, .ply.gz (in our own code: VTK 9.1 crashes on damaged ones), .obj, .stl, .vtk or .vtp; polygons
+/// and strips become triangles, `scale` (mm per unit) is applied. Error when there is no such file, nothing
+/// to touch in it, or a corner is no place.
 volume::Result<PolygonModel> read_polygon_model(const std::string& path, double scale = 1);
 
 }  // namespace trephine::data_tools

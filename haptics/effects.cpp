@@ -227,7 +227,7 @@ EffectForces EffectRack::step(const TouchScene& scene, const ProxyStep& proxy, c
       if (line->shape >= 0 && line->shape < static_cast<int>(scene.shapes.size())) {
         const volume::Field& field = scene.shapes[static_cast<std::size_t>(line->shape)].field;
         is_in = field.value(field.volume().frame.volume_from_world(hip)) >= 0;
-        sum.has_lost_resistance = sum.has_lost_resistance || (slot.was_in && !is_in && depth > 0);
+        if (slot.was_in && !is_in && depth > 0) sum.has_lost_resistance = true, sum.lost_shape = line->shape;
         slot.was_in = is_in;
       }
       if (!slot.has_track) slot.track_end = std::max(0.0, depth);

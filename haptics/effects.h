@@ -77,6 +77,7 @@ struct EffectForces {
   glm::dvec3 rendered_world{0.0};    ///< N; of springs and dampers, which store or take energy
   glm::dvec3 active_world{0.0};      ///< N; of those that may give some
   bool has_lost_resistance = false;  ///< a tip left the shape through which its track went
+  int lost_shape = -1;               ///< that shape
 };
 
 /// The effects of one hand with their memory. Plain data. An empty rack costs one comparison.

@@ -199,6 +199,7 @@ bool MeshTree::cast_ball(const dvec3& a, const dvec3& b, double radius, bool is_
     for (std::uint32_t i = node.first; i < node.first + node.count; ++i) {
       const auto [p, q, r] = corners(i);
       const dvec3 across = glm::cross(q - p, r - p);
+      if (!(glm::dot(across, across) > 0)) continue;  // degenerate
       const bool is_before = glm::dot(across, a - p) >= 0;
       if (is_before ? !is_front : !is_back) continue;
       ++looked;

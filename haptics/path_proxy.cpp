@@ -31,9 +31,9 @@ struct Node {
 /// A* over free voxels that share faces (Hart, Nilsson and Raphael 1968), near a plane.
 class VoxelSearch {
  public:
-  VoxelSearch(const TouchScene& scene, const volume::Version& version, const ShapeSet& inside,
-              ProxyCounters& counters) noexcept
-      : scene_(scene), version_(version), inside_(inside), counters_(counters) {}
+  VoxelSearch(const TouchScene& scene, const volume::Version& version, const ShapeSet& let_through,
+              const ShapeSet& inside, ProxyCounters& counters) noexcept
+      : scene_(scene), version_(version), let_through_(let_through), inside_(inside), counters_(counters) {}
 
   /// From `start` toward `target` (volume frame), through voxels whose centres lie within `depth` voxels of
   /// the plane through `point` with `normal` (volume frame gradient, unit). Returns the node nearest to the
@@ -71,6 +71,7 @@ class VoxelSearch {
   bool is_free(const ivec3& v) noexcept {
     ++counters_.voxels;
     for (std::size_t s = 0; s < scene_.shapes.size(); ++s) {
+      if (let_through_.contains(static_cast<int>(s))) continue;
       const bool was = inside_.contains(static_cast<int>(s));
       if (is_solid(scene_, version_, s, v) != was) return false;
     }
@@ -94,7 +95,7 @@ class VoxelSearch {
 
   const TouchScene& scene_;
   const volume::Version& version_;
-  ShapeSet inside_;
+  ShapeSet let_through_, inside_;
   ProxyCounters& counters_;
   dvec3 target_{0.0};
   std::array<Node, k_max_nodes> nodes_;
@@ -166,7 +167,7 @@ ProxyStep PathProxy::step(const TouchScene& scene, const volume::Version& versio
     result.shape = way.shape;
     result.side = way.is_back ? -1 : 1;
     const dvec3 projected_world = input.hip_world - glm::dot(input.hip_world - p_world, normal) * normal;
-    VoxelSearch search(scene, version, inside, result.counters);
+    VoxelSearch search(scene, version, state.around.let_through, inside, result.counters);
     const dvec3 across = glm::normalize(frame.vector_volume_from_world(normal));
     const int found = search.run(start, frame.volume_from_world(projected_world), p, across, k_depth);
     // The point where the way from that voxel's centre to the HIP leaves it.

@@ -46,6 +46,7 @@ struct ProxyState {
   bool is_sticking = false;   ///< static friction holds
   std::uint64_t version = 0;  ///< the last one seen, for methods that look for growth only where it may be
   PlaneMemory plane;
+  bool has_on_meshes = false;
   glm::dvec3 on_meshes_world{0.0};  ///< the god-object on meshes of method scene-sequential
   Surroundings around;
 

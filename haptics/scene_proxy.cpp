@@ -152,6 +152,7 @@ ProxyStep SequentialProxy::step(const TouchScene& scene, const volume::Version& 
   if (!state.has_proxy) {
     state.begin_at(base.volume_from_world(hip));
     state.on_meshes_world = hip;
+    state.has_on_meshes = true;
     for (std::size_t i = 0; i < volumes_.size(); ++i) {
       ProxyState own;
       method_->step(volumes_[i], untouched_[i] ? *untouched_[i] : version, own, {hip});
@@ -163,7 +164,9 @@ ProxyStep SequentialProxy::step(const TouchScene& scene, const volume::Version& 
     result.waypoint_count = 1;
     return result;
   }
-  // The god-object on the meshes.
+  // The god-object on the meshes; set anew where the proxy was.
+  if (!state.has_on_meshes) state.on_meshes_world = base.world_from_volume(state.proxy_volume);
+  state.has_on_meshes = true;
   const Placements placements = placements_of(scene, input);
   static const volume::Frame world;
   const auto cast = [&](const dvec3& a, const dvec3& b, FacetHit& hit) {

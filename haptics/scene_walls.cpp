@@ -102,7 +102,9 @@ volume::Result<SceneLayout> SceneLayout::of(const TouchScene& scene) {
   for (const TouchMesh& mesh : scene.meshes) {
     if (!mesh.tree) return Error{"a mesh has no tree", mesh.name, "", "", ""};
     const double size = glm::length(mesh.tree->high() - mesh.tree->low());
-    if (mesh.tree->triangle_count() > 0 && size > 0) finest = std::min(finest, size / k_steps_across);
+    // Where there are volumes their voxels say how far a leg goes: a tiny model would make all legs tiny.
+    if (scene.shapes.empty() && mesh.tree->triangle_count() > 0 && size > 0)
+      finest = std::min(finest, size / k_steps_across);
     if (mesh.mover >= TouchScene::k_max_movers)
       return too_many("too many meshes that move", mesh.mover + 1, TouchScene::k_max_movers);
     if (mesh.mover >= 0) {

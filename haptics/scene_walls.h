@@ -55,6 +55,10 @@ class SceneWalls {
   bool holds(int shape, Sides side) const noexcept {
     return haptics::holds(scene_, state_.around.let_through, shape, side);
   }
+  /// As in SmoothWalls; a mesh has no inside, and its facets know their sides.
+  bool may_hold(int shape, bool is_inside) const noexcept {
+    return is_mesh(shape) || holds(shape, side_of(is_inside));
+  }
   /// As SmoothWalls::reach; `but`: a shape that is not asked.
   Reach reach(const glm::dvec3& a, const glm::dvec3& b, ShapeSet& inside, double tolerance,
               int but = -1) noexcept;

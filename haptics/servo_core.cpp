@@ -28,6 +28,11 @@ bool is_in_reach(const volume::Frame& frame, const dvec3& p) noexcept {
     if (!(std::abs(v[a]) < 0.25 * volume::k_traversal_limit)) return false;
   return true;
 }
+bool is_in_reach(const TouchScene& scene, const dvec3& p) noexcept {
+  for (const auto& other : scene.others)
+    if (!is_in_reach(other->frame, p)) return false;
+  return is_in_reach(scene.base->frame, p);
+}
 
 dvec3 clamped(const dvec3& v, double most) noexcept {
   const double size = glm::length(v);
@@ -96,7 +101,7 @@ void ServoCore::set_placement(int mover, const Placement& placement) noexcept {
 /// some way from there.
 void ServoCore::pop_through(const dvec3& hip, ServoRecord& record) noexcept {
   if (popped_shape_ >= 0) {
-    const Material& material = material_of(*scene_, popped_shape_, 1);
+    const Material& material = material_of(*scene_, popped_shape_, popped_side_);
     if (glm::length(hip - popped_at_world_) < material.pop_rearm) return;
     add_event(record, TouchEvent::rearmed, std::exchange(popped_shape_, -1));
     let_through_what_is_off();
@@ -109,6 +114,7 @@ void ServoCore::pop_through(const dvec3& hip, ServoRecord& record) noexcept {
       stiffness_at(*scene_, step_.shape, step_.side, step_.proxy_world, step_.normal_world);
   if (!(material.pop_force > 0) || pressed <= material.pop_force) return;
   popped_shape_ = step_.shape;
+  popped_side_ = step_.side;
   popped_at_world_ = hip;
   add_event(record, TouchEvent::popped, popped_shape_);
   let_through_what_is_off();  // from the next tick on
@@ -145,7 +151,7 @@ ServoRecord ServoCore::step(const volume::Version& version, const ServoInput& in
   std::uint32_t faults = input.faults;
   wanted_ = dvec3(0);
   const dvec3& hip = input.pose.position_world;
-  if (is_place(hip) && is_in_reach(scene_->base->frame, hip) && (faults & fault_not_finite) == 0) {
+  if (is_place(hip) && is_in_reach(*scene_, hip) && (faults & fault_not_finite) == 0) {
     const bool has_grown = has_pending_ && version.serial() >= pending_.version;
     if (has_grown) {
       way_ = pending_;
@@ -165,7 +171,7 @@ ServoRecord ServoCore::step(const volume::Version& version, const ServoInput& in
       const EffectForces forces = effects_.step(*scene_, step_, wanted_, hip, dt_);
       wanted_ += forces.rendered_world;
       active_ = forces.active_world;
-      if (forces.has_lost_resistance) add_event(record, TouchEvent::lost_resistance, step_.shape);
+      if (forces.has_lost_resistance) add_event(record, TouchEvent::lost_resistance, forces.lost_shape);
     }
     if (is_passive_) wanted_ = passivity_.step(wanted_, hip);
     wanted_ += active_;
@@ -192,6 +198,7 @@ ServoRecord ServoCore::step(const volume::Version& version, const ServoInput& in
   if (is_led_ && next_place_ == way_.count) {
     is_led_ = false;  // arrived: from here on the method holds it
     state_.begin_at(anchor_volume_);
+    state_.around.has_placements = false;  // what moved meanwhile moved past it
   }
   return record;
 }
@@ -257,7 +264,11 @@ void ServoCore::account(const ServoRecord& record) noexcept {
   had_position_ = has_position;
   was_led_ = record.is_led;
   last_force_ = record.force_world;
-  last_active_ = active_;
+  // Where the guard limits the force it limits all its parts alike.
+  const double wanted = glm::dot(wanted_, wanted_);
+  last_active_ = active_ == dvec3(0) || !(wanted > 0)
+                     ? dvec3(0)
+                     : active_ * std::min(1.0, std::sqrt(glm::dot(last_force_, last_force_) / wanted));
   last_normal_ = record.normal_world;
   last_position_ = position;
 }
@@ -268,7 +279,6 @@ void ServoCore::account_motion(const dvec3& moved) noexcept {
     energy_.growth += work;
     return;
   }
-  // Where the guard limits the force it limits all its parts alike; what is active counts at most its whole.
   const double active = last_active_ == dvec3(0) ? 0 : glm::dot(last_active_, moved);
   energy_.active += active;
   energy_.contact += active == 0 ? work : work - active;
@@ -279,6 +289,7 @@ void ServoCore::account_motion(const dvec3& moved) noexcept {
 
 void ServoCore::restart_at(const dvec3& free_point_volume) noexcept {
   state_.begin_at(free_point_volume);
+  state_.around.has_placements = false;
   is_led_ = false;
   force_.reset();
   passivity_.reset();

@@ -147,9 +147,9 @@ class ServoCore {
   std::array<Placement, TouchScene::k_max_movers> placements_;
   std::size_t placement_count_ = 0;  ///< of them set: the first ones
   ShapeSet untouchable_, not_ready_, told_not_ready_;
-  int last_shape_ = -1;    ///< touched in the last tick
-  int popped_shape_ = -1;  ///< pressed through, and not yet armed again
-  bool has_pops_ = false;  ///< some material of the scene gives way
+  int last_shape_ = -1;                      ///< touched in the last tick
+  int popped_shape_ = -1, popped_side_ = 1;  ///< pressed through, and not yet armed again
+  bool has_pops_ = false;                    ///< some material of the scene gives way
   glm::dvec3 popped_at_world_{0.0};
 
   EnergyLedger energy_;

@@ -189,7 +189,7 @@ void Slide<Walls>::planes_at(const glm::dvec3& p, double within, Planes& planes)
   is_in_solid_ = false;
   for (int s = walls_.next_shape(0); s < ShapeSet::k_most; s = walls_.next_shape(s + 1)) {
     const bool is_inside = inside_.contains(s);
-    if (!walls_.holds(s, side_of(is_inside))) continue;
+    if (!walls_.may_hold(s, is_inside)) continue;
     typename Walls::Few walls;
     const int found = walls_.walls_at(s, is_inside, p, within, walls);
     for (int i = 0; i < found; ++i) {
@@ -424,7 +424,8 @@ void Slide<Walls>::run() noexcept {
       if constexpr (requires { walls_.is_mesh(0); }) {
         // What stopped the way holds, whatever else is near.
         bool is_held = !walls_.is_mesh(straight.wall.shape) || planes.count == k_max_planes;
-        for (int k = 0; k < planes.count; ++k) is_held = is_held || planes[k].wall == straight.wall;
+        for (int k = 0; k < planes.count; ++k)
+          is_held = is_held || (!planes[k].is_frozen && planes[k].wall == straight.wall);
         if (!is_held) plane_of(straight.wall, at, planes[planes.count++]);
       }
       if (planes.count == 0) {

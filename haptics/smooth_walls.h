@@ -67,6 +67,9 @@ class SmoothWalls {
     return haptics::holds(*scene_, *let_through_, shape, side);
   }
 
+  /// May the shape have a wall for a proxy inside or outside of it?
+  bool may_hold(int shape, bool is_inside) const noexcept { return holds(shape, side_of(is_inside)); }
+
   /// How far from a toward b (volume frame) the proxy may go: proven by bounds on the polynomials of every
   /// cube that the way meets, so that no solid however thin is passed. Stops within `tolerance` voxels before
   /// the first wall, or where a proof would take too long. `inside` says in which solids the way runs, and is

@@ -31,7 +31,8 @@ volume::Status check_material(const Material& m) {
 }
 
 volume::Status check_ramp(const StiffnessRamp& ramp) {
-  if (!(ramp.dense_intensity > ramp.intensity) || !std::isfinite(ramp.dense_intensity - ramp.intensity))
+  if (!(ramp.dense_intensity > ramp.intensity) || !(std::abs(ramp.intensity) <= 1e9) ||
+      !(std::abs(ramp.dense_intensity) <= 1e9))
     return Error{"the ramp's intensities do not rise", "stiffness by intensity",
                  std::to_string(ramp.intensity) + " to " + std::to_string(ramp.dense_intensity),
                  "two rising intensities", ""};
@@ -63,7 +64,8 @@ double stiffness_at(const TouchScene& scene, int shape, int side, const glm::dve
   const volume::Volume& base = scene.shapes[s].field.volume();
   const glm::dvec3& spacing = base.frame.spacing();
   const double voxel = std::min(std::min(spacing.x, spacing.y), spacing.z);
-  const glm::dvec3 p = base.frame.volume_from_world(place - voxel * normal);
+  const glm::dvec3 p = base.frame.volume_from_world(side < 0 ? place + voxel * normal
+                                                             : place - (scene.tool_radius + voxel) * normal);
   const glm::ivec3 cell(static_cast<int>(std::floor(p.x)), static_cast<int>(std::floor(p.y)),
                         static_cast<int>(std::floor(p.z)));
   const glm::dvec3 u = p - glm::dvec3(cell);

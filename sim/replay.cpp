@@ -26,6 +26,21 @@ std::string newtons(const glm::dvec3& f) {
 }
 }  // namespace
 
+volume::Status check_recordable(const haptics::TouchScene& scene) {
+  const auto no_words = [](const char* found) {
+    return Error{"this scene cannot be recorded", "session", found,
+                 "up to 8 shapes of one volume, touched with a point", "touch it without --record"};
+  };
+  if (!scene.meshes.empty()) return no_words("polygonal models");
+  if (scene.tool_radius > 0) return no_words("a tool with a radius");
+  if (scene.shapes.size() > haptics::TouchScene::k_max_shapes) return no_words("more shapes");
+  for (const haptics::TouchShape& s : scene.shapes) {
+    if (&s.field.volume() != scene.base.get()) return no_words("several volumes");
+    if (s.back_material) return no_words("a material for the back");
+  }
+  return std::nullopt;
+}
+
 SessionHeader describe_session(const haptics::TouchScene& scene, const haptics::ProxyMethod& method,
                                const haptics::ServoOptions& options, std::vector<ToolSpec> tools) {
   SessionHeader h;

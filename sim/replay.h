@@ -15,6 +15,9 @@
 namespace trephine::sim {
 
 /// What a session says of a scene, its method and its tools.
+/// Error when the scene holds what a session's header has no words for: meshes, further volumes, a tool with
+/// a radius, materials of backs, more shapes than one volume has.
+volume::Status check_recordable(const haptics::TouchScene& scene);
 SessionHeader describe_session(const haptics::TouchScene& scene, const haptics::ProxyMethod& method,
                                const haptics::ServoOptions& options, std::vector<ToolSpec> tools);
 /// The session's shapes on a scan, their bits made. Error when the scan is not the session's.

@@ -377,13 +377,15 @@ Result<SessionHeader> decode_header(std::string_view text) {
       if ((is_good = between(0, 1e3))) shape->material.pop_rearm = number;
     } else if (key.starts_with("ramp_")) {
       haptics::StiffnessRamp& ramp = shape->ramp ? *shape->ramp : shape->ramp.emplace();
-      is_good = between(-1e6, 1e6);
+      is_good = between(-1e9, 1e9);
       if (key == "ramp_intensity")
         ramp.intensity = number;
       else if (key == "ramp_dense_intensity")
         ramp.dense_intensity = number;
-      else
+      else if (key == "ramp_dense_stiffness")
         ramp.dense_stiffness = number;
+      else
+        is_good = false;
     } else if (key == "static_friction") {
       if ((is_good = between(0, 1e3))) shape->material.static_friction = number;
     } else if (key == "dynamic_friction") {
@@ -397,6 +399,8 @@ Result<SessionHeader> decode_header(std::string_view text) {
   }
   if (h.shapes.empty() || h.tools.empty() || h.size.x < 1 || h.size.y < 1 || h.size.z < 1)
     return fail("", "a size, at least one shape and one hand");
+  for (const ShapeSpec& s : h.shapes)
+    if (s.ramp && haptics::check_ramp(*s.ramp)) return fail("ramp", "a ramp of rising intensities");
   return h;
 }
 

@@ -36,16 +36,11 @@ RayHit walk_exactly(const Occupancy& bits, const Ray& ray, const Version* versio
   return {};
 }
 
-/// The same in plain arithmetic, in coordinates in which voxel i is [i, i + 1). It knows where it may be
-/// wrong, which is nearly nowhere, and gives up there.
+/// The same in plain arithmetic. It knows where it may be wrong, which is nearly nowhere, and gives up there.
 class PlainWalk {
  public:
   PlainWalk(const Occupancy& bits, const Ray& ray, const Version* version) noexcept
-      : size_(bits.size()),
-        bits_(bits),
-        version_(version),
-        start_(ray.start + 0.5),
-        way_(ray.end - ray.start) {
+      : size_(bits.size()), bits_(bits), version_(version), start_(ray.start), way_(ray.end - ray.start) {
     for (int a = 0; a < 3; ++a) {
       step_[a] = way_[a] > 0 ? 1 : way_[a] < 0 ? -1 : 0;
       inverse_[a] = step_[a] != 0 ? 1 / way_[a] : 0;
@@ -74,7 +69,8 @@ class PlainWalk {
   }
 
  private:
-  double parameter(int a, int plane) const noexcept { return (plane - start_[a]) * inverse_[a]; }
+  /// Where the lower face of voxel `plane` is crossed.
+  double parameter(int a, int plane) const noexcept { return ((plane - 0.5) - start_[a]) * inverse_[a]; }
 
   /// To the voxel after `plane` of `axis`; false when it is outside.
   bool go(int axis, int plane, double t) noexcept {
@@ -82,7 +78,7 @@ class PlainWalk {
     axis_ = axis;
     for (int b = 0; b < 3; ++b) {
       if (b == axis) continue;
-      const double p = start_[b] + t * way_[b];
+      const double p = start_[b] + t * way_[b] + 0.5;
       const int k = static_cast<int>(p);  // not negative, or outside
       const double part = p - k;
       is_sure_ = is_sure_ && (step_[b] == 0 || (part > k_doubt && part < 1 - k_doubt));
@@ -95,7 +91,7 @@ class PlainWalk {
 
   /// The first voxel inside the grid.
   bool enter() noexcept {
-    voxel_ = voxel_of(start_ - 0.5);
+    voxel_ = voxel_of(start_);
     const bool is_in = voxel_.x >= 0 && voxel_.y >= 0 && voxel_.z >= 0 && voxel_.x < size_.x &&
                        voxel_.y < size_.y && voxel_.z < size_.z;
     if (is_in) return true;
@@ -159,6 +155,9 @@ class PlainWalk {
 }  // namespace
 
 RayHit first_hit(const Occupancy& bits, const Ray& ray, const Version* version) noexcept {
+  for (const dvec3* p : {&ray.start, &ray.end})
+    for (int a = 0; a < 3; ++a)
+      if (!(std::abs((*p)[a]) < k_traversal_limit)) return {};
   if (const auto hit = PlainWalk(bits, ray, version).run()) return *hit;
   return walk_exactly(bits, ray, version);
 }

@@ -22,8 +22,9 @@ struct RayHit {
 };
 
 /// The first solid voxel on the ray: the one that visiting every voxel in turn would find
-/// (volume/traversal.h). Empty blocks are crossed in one step. `version`: what was cut is not solid; null:
-/// nothing was.
+/// (volume/traversal.h). Empty blocks are crossed in one step. No hit where a
+/// coordinate is no number or not below k_traversal_limit: cut endless rays at the grid's box. `version`:
+/// what was cut is not solid; null: nothing was.
 RayHit first_hit(const Occupancy& bits, const Ray& ray, const Version* version = nullptr) noexcept;
 
 /// The same for many rays. `hits` is as long as `rays`. threads 0 = all cores.

@@ -161,6 +161,13 @@ bool SoftField::is_two_valued(const Field& field, const Occupancy& bits) {
                            before = volume.voxels[volume.index(x - 1, y, z)];
         const std::int16_t of_solid = is_in ? here : before, of_air = is_in ? before : here;
         if ((has_solid && of_solid != solid) || (has_air && of_air != air)) return false;
+        // A grey ramp across x has the same pair in every row; one more voxel tells.
+        if (x + 1 < size.x && bits.is_solid({x + 1, y, z}) == is_in &&
+            volume.voxels[volume.index(x + 1, y, z)] != here)
+          return false;
+        if (x >= 2 && bits.is_solid({x - 2, y, z}) != is_in &&
+            volume.voxels[volume.index(x - 2, y, z)] != before)
+          return false;
         solid = of_solid, air = of_air;
         has_solid = has_air = true;
       }

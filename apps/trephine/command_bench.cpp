@@ -238,7 +238,8 @@ volume::Status bench_feel(const BenchArguments& arguments, Outcome& outcome) {
   std::vector<std::string> scans;
   if (!arguments.source.empty()) scans.push_back(arguments.source);
   if (const char* data = std::getenv("TREPHINE_DATA"); data && arguments.only.empty())
-    if (const auto spine = std::filesystem::path(data) / "spine_lumbar" / "example_ct.nii.gz"; exists(spine))
+    if (const auto spine = std::filesystem::path(data) / "spine_lumbar" / "example_ct.nii.gz";
+        std::filesystem::exists(spine, failed))
       scans.push_back(spine.string());
   for (const std::string& scan : scans) {
     auto opened = open_touch(scan, {});

@@ -227,7 +227,8 @@ Result<Outcome> run_touch(const TouchArguments& arguments) {
     // with models about, none.
     resting = record.has_contact && glm::length(pose.position_world - last_hip) < 1e-6 ? resting + 1 : 0;
     last_hip = pose.position_world;
-    if (models.empty() && (is_smooth ? resting == 10 : resting >= 10)) {
+    if (models.empty() && (is_smooth || scene.tool_radius == 0) &&
+        (is_smooth ? resting == 10 : resting >= 10)) {
       const glm::dvec3& at = servo.proxy_state().proxy_volume;
       const glm::dvec3 rest = is_smooth ? checker::sweep_ideal_proxy(smooth, judged_frame.axes(), judged(at),
                                                                      judged(hip), judged(hip), 1)

@@ -38,6 +38,7 @@ Result<std::unique_ptr<sim::SessionWriter>> start_recording(const RecordChoice& 
       return Error{"there is no session to embed the scan in", "--embed", "", "--record FILE too", ""};
     return std::unique_ptr<sim::SessionWriter>();
   }
+  if (volume::Status error = sim::check_recordable(scene)) return *error;
   sim::SessionHeader header = sim::describe_session(scene, method, options, {burr.spec()});
   header.program =
       std::string("trephine ") + TREPHINE_VERSION + " (" + TREPHINE_COMMIT + ", " + TREPHINE_COMPILER + ")";

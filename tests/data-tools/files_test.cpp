@@ -463,6 +463,7 @@ TEST(PolygonModels, DamagedOnesAreRefusedInWordsWithoutNoise) {
       {"cut.ply", "0 0 0\n1 0 0\n", "too early"},
       {"none.obj", "# nothing\n", "no polygon"},
       {"far.ply", "0 0 0\n1 0 0\n0 1e30 0\n3 0 1 2\n", "no place"},
+      {"index.ply", "0 0 0\n1 0 0\n0 1 0\n3 0 1 99999999\n", "not there"},
       {"what.ply", nullptr, "head"},
       {"what.txt", "hello", ".vtp"},
   };
@@ -477,6 +478,20 @@ TEST(PolygonModels, DamagedOnesAreRefusedInWordsWithoutNoise) {
   }
   write_text(scratch / "good.ply", head + "0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n");
   EXPECT_TRUE(read_polygon_model(scratch / "good.ply"));
+  // A polygon that the triangle filter would have cut up; quads without any points.
+  std::string quad = head;
+  quad.replace(quad.find("vertex 3"), 8, "vertex 4");
+  write_text(scratch / "quad.ply", quad + "0 0 0\n1 0 0\n1 1 0\n0 1 0\n4 0 1 2 999999\n");
+  write_text(scratch / "none.vtk",
+             "# vtk DataFile Version 3.0\nno points\nASCII\nDATASET POLYDATA\nPOLYGONS 1 5\n4 0 1 2 3\n");
+  write_text(scratch / "bad.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 99999\n");
+  write_text(
+      scratch / "huge.ply",
+      "ply\nformat binary_little_endian 1.0\nelement vertex 1000000000\nproperty double x\nend_header\nabc");
+  write_text(scratch / "end.ply", "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nend_header");
+  for (const char* name : {"quad.ply", "none.vtk", "bad.obj", "huge.ply", "end.ply"})
+    EXPECT_FALSE(read_polygon_model(scratch / name)) << name;
+  EXPECT_FALSE(read_polygon_model(std::string(300, 'a') + ".ply"));
   for (const double scale : {0.0, -1.0, 1e9}) EXPECT_FALSE(read_polygon_model(scratch / "good.ply", scale));
   EXPECT_FALSE(read_polygon_model(scratch / "missing.ply"));
 }

@@ -204,6 +204,17 @@ TEST(Material, IsHarderWhereTheScanIsDenserAndThickAlongTheSurface) {
   EXPECT_NEAR(last, 2, 0.01);
   touch.proxy_world = {0, 0, 8};
   EXPECT_NEAR(ForceModel(raw, k_dt).step(touch, {0, 0, 7}, scene).z, 0.5, 1e-12);
+  // A ball's middle lies its radius above what it touches; from within, bone lies outward.
+  scene.tool_radius = 3;
+  touch.proxy_world = {0, 0, 3 - 6};
+  EXPECT_NEAR(ForceModel(raw, k_dt).step(touch, {0, 0, -4}, scene).z, 2, 0.01);
+  scene.tool_radius = 0;
+  touch.side = -1;
+  touch.normal_world = {0, 0, -1};
+  touch.proxy_world = {0, 0, 3};
+  EXPECT_NEAR(ForceModel(raw, k_dt).step(touch, {0, 0, 4}, scene).z, -0.5, 0.01);
+  touch.side = 1;
+  touch.normal_world = {0, 0, 1};
   scene.shapes[0].ramp.reset();
   scene.shapes[0].material.viscosity = 0.01;
   scene.shapes[0].material.damping = 0;
@@ -310,6 +321,18 @@ TEST(ServoCore, TheLedgerTellsFrictionAndActiveForcesApart) {
   ASSERT_FALSE(servo.core.effects().add(parse_effect("constant force=0.5,0,0").value()).has_value());
   for (double x = 20; x < 24; x += 0.02) servo.step({x, 0, 5});
   EXPECT_NEAR(servo.core.energy().active, 2, 0.05);
+  // What the guard takes away was not given.
+  const EnergyLedger before = servo.core.energy();
+  ServoInput lost;
+  lost.faults = fault_lost_device;
+  lost.pose.position_world = {24, 0, 5};
+  for (int i = 0; i < 200; ++i) servo.core.step(servo.version, lost);
+  for (int i = 0; i < 500; ++i) {
+    lost.pose.position_world.x += 0.02;
+    servo.core.step(servo.version, lost);
+  }
+  EXPECT_NEAR(servo.core.energy().active, before.active, 0.02);
+  EXPECT_NEAR(servo.core.energy().contact, before.contact, 0.02);
 }
 
 TEST(ServoCore, APassiveOneGivesBackNoMoreThanItTookAndEffectsThatAreOffChangeNothing) {
@@ -332,6 +355,7 @@ TEST(ServoCore, APassiveOneGivesBackNoMoreThanItTookAndEffectsThatAreOffChangeNo
   EXPECT_GT(most[0], 5);    // smoothing lags: energy from nowhere
   EXPECT_LT(most[1], 0.3);  // at most a step's
   Servo plain(scene_of_plane()), other(scene_of_plane());
+  ASSERT_FALSE(other.core.effects().add(parse_effect("constant force=0,0,3").value()).has_value());
   other.core.effects().clear();
   for (int i = 0; i < 500; ++i) {
     const dvec3 hip(0.01 * i, 0, 1 - 0.01 * i);

@@ -339,6 +339,56 @@ TEST(SceneProxy, AHundredShapesOutOfReachAreNotLookedAt) {
   EXPECT_TRUE(make_method("scene").value()->prepare(many).has_value());  // 129
 }
 
+TEST(SceneProxy, ATinyModelDoesNotSlowTheSlideOnBone) {
+  TouchScene scene = scenes::phantom_scene("sphere", grid(96, 1.5));
+  scene.shapes[0].material = k_smooth;
+  TouchMesh tip{"needle tip", box(dvec3(-0.02), dvec3(0.02)), k_smooth};
+  tip.placement.position_world = {0, 0, 70};
+  scene.meshes = {tip};
+  Player player(scene);
+  double worst = 0;
+  long i = 0;
+  const PosePath path = scenes::sphere_slide(45, 1, 500, 1);
+  for (const auto& sample : path.samples()) {
+    const ProxyStep s = player.step(sample.pose.position_world);
+    if (++i > 100)
+      worst = std::max(worst, glm::length(glm::cross(glm::normalize(s.proxy_world),
+                                                     glm::normalize(sample.pose.position_world))) *
+                                  45);
+  }
+  EXPECT_LT(worst, 0.2);
+}
+
+TEST(SceneProxy, TheSequentialGodObjectStartsWhereTheProxyWasSet) {
+  // A plate between the origin and the hand.
+  TouchScene scene = of_meshes({{"plate", box({-30, -30, 9}, {30, 30, 11}), k_smooth}});
+  Player player(scene, "scene-sequential");
+  player.step({0, 0, 20});
+  player.state.begin_at(player.scene.base->frame.volume_from_world({0, 0, 18}));
+  const ProxyStep s = player.step({0, 0, 19});
+  EXPECT_FALSE(s.has_contact);
+  EXPECT_NEAR(s.proxy_world.z, 19, 1e-9);
+}
+
+TEST(SceneProxy, AMeshThatHoldsFromItsBackIsARoom) {
+  const dvec3 low(-10, -8, -6), high(10, 8, 6);
+  TouchMesh room{"room", box(low, high), k_smooth};
+  room.sides = Sides::back;
+  Player player(of_meshes({room}));
+  player.step(dvec3(0));
+  long contacts = 0;
+  const PosePath path = scenes::rough_walk(dvec3(-14, -12, -10), dvec3(14, 12, 10), 0.9, 8000, 5);
+  for (const auto& sample : path.samples()) {
+    for (int k = 0; k < 3; ++k) player.step(sample.pose.position_world);
+    const ProxyStep s = player.step(sample.pose.position_world);
+    ASSERT_TRUE(is_in_box(s.proxy_world, low, high));
+    // At rest in the corner nearest to the hand.
+    ASSERT_LT(glm::length(s.proxy_world - glm::clamp(sample.pose.position_world, low, high)), 1e-4);
+    contacts += s.has_contact;
+  }
+  EXPECT_GT(contacts, 1000);
+}
+
 TEST(SceneProxy, ARefusedSceneSaysWhatIsWrong) {
   TouchScene scene = of_meshes({{"a", box(dvec3(-1), dvec3(1)), k_smooth}, {"b", nullptr, k_smooth}});
   EXPECT_TRUE(make_method("scene").value()->prepare(scene).has_value());

@@ -1,7 +1,9 @@
 // First hits of rays: the voxel that visiting every voxel in exact order finds.
 #include "volume/rays.h"
 
+#include <cmath>
 #include <gtest/gtest.h>
+#include <limits>
 
 #include "data-tools/phantoms.h"
 #include "tests/checker/exact_traversal.h"
@@ -71,6 +73,32 @@ TEST(Rays, FindTheVoxelThatAnExactWalkFinds) {
       EXPECT_GT(hits, 1000);
     }
   }
+}
+
+TEST(Rays, WithoutEndOrNumberMeetNothing) {
+  const Volume base = data_tools::make_phantom("sphere", {}).value();
+  const Shape bone;
+  const Occupancy bits = Occupancy::build(base, bone);
+  const dvec3 middle = 0.5 * dvec3(base.size);
+  EXPECT_TRUE(first_hit(bits, {middle - dvec3(1e8, 0, 0), middle}).is_hit);
+  for (const double far : {1e10, -1e300, std::numeric_limits<double>::infinity(), std::nan("")})
+    for (int a = 0; a < 3; ++a) {
+      Ray ray{middle - dvec3(200, 0, 0), middle};
+      ray.end[a] = far;
+      EXPECT_FALSE(first_hit(bits, ray).is_hit);
+      std::swap(ray.start, ray.end);
+      EXPECT_FALSE(first_hit(bits, ray).is_hit);
+    }
+}
+
+TEST(Rays, StartJustBelowAPlaneInTheVoxelBelowIt) {
+  Volume base = data_tools::make_phantom("sphere", {}).value();
+  for (auto& v : base.voxels.span()) v = -1000;
+  base.voxels[base.index(0, 5, 5)] = 1600;
+  const Occupancy bits = Occupancy::build(base, Shape{});
+  const RayHit hit = first_hit(bits, {{0.49999999999999994, 5, 5}, {9, 5.1, 5.2}});
+  EXPECT_TRUE(hit.is_hit);
+  EXPECT_EQ(hit.voxel, ivec3(0, 5, 5));
 }
 
 }  // namespace

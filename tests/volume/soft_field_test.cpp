@@ -154,6 +154,11 @@ TEST(SoftField, KnowsWhatIsTwoValuedAndGivesTheSameBitsForAnyThreads) {
   const Volume grey = data_tools::make_phantom("gyroid", o).value();
   const Field grey_field(grey, b.shape);
   EXPECT_FALSE(SoftField::is_two_valued(grey_field, Occupancy::build(grey, b.shape)));
+  o.psf_sigma_voxels = 1.5;
+  o.parameters = {{"angle", 90}};  // grey along x alone
+  const Volume wall = data_tools::make_phantom("plane", o).value();
+  const Field wall_field(wall, b.shape);
+  EXPECT_FALSE(SoftField::is_two_valued(wall_field, Occupancy::build(wall, b.shape)));
   const auto one = SoftField::build(b.bits, 1), two = SoftField::build(b.bits, 2);
   for (int z = -1; z < 65; ++z)
     for (int y = -1; y < 65; ++y)
