@@ -332,7 +332,8 @@ TEST_F(Command, ExamplesOfReadmeAndHelpRun) {
     if (arguments.starts_with("demo")) continue;  // has a test of its own
     // Small volumes: the same words, less to compute.
     const auto replace = [&arguments](const std::string& from, const std::string& to) {
-      if (const std::size_t at = arguments.find(from); at != std::string::npos)
+      for (std::size_t at = arguments.find(from); at != std::string::npos;
+           at = arguments.find(from, at + to.size()))
         arguments.replace(at, from.size(), to);
     };
     replace("SCANS/HEAD", "head.mha");
