@@ -26,6 +26,7 @@ ForceOptions within_limits(const ForceOptions& options, const DeviceCapabilities
   ForceOptions limited = options;
   if (device.max_force > 0) limited.force_limit = std::min(options.force_limit, device.max_force);
   if (device.max_slew > 0) limited.slew_limit = std::min(options.slew_limit, device.max_slew);
+  if (device.damping > 0) limited.device_damping = device.damping;
   return limited;
 }
 

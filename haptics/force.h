@@ -18,7 +18,8 @@ struct ForceOptions {
   double fade_seconds = 0.05;  ///< from full force to none after a fault
   /// Surfaces give a hand no more energy than they took (haptics/passivity.h). Off: nothing of it is run.
   bool is_passive = false;
-  int delay_ticks = 0;  ///< of the device, for that
+  int delay_ticks = 0;        ///< of the device, for that
+  double device_damping = 0;  ///< N s/mm, of the device: so much it takes itself, for that; 0 when not known
 };
 
 /// Reasons why the force was limited or taken away. Latched faults stay until reset().

@@ -8,8 +8,11 @@ namespace trephine::haptics {
 
 using glm::dvec3;
 
-PassivityController::PassivityController(double allowance, int delay_ticks) noexcept
-    : allowance_(allowance), delay_(std::clamp(delay_ticks, 0, k_most_delay)) {
+PassivityController::PassivityController(double allowance, int delay_ticks,
+                                         double device_damping_over_dt) noexcept
+    : allowance_(allowance),
+      damping_(device_damping_over_dt),
+      delay_(std::clamp(delay_ticks, 0, k_most_delay)) {
   under_way_.fill(dvec3(0));
 }
 
@@ -17,12 +20,15 @@ dvec3 PassivityController::step(const dvec3& wanted, const dvec3& x) noexcept {
   dvec3 force = wanted;
   if (has_last_) {
     const dvec3 moved = x - last_x_;
-    energy_ += glm::dot(under_way_[0], moved);
+    energy_ += glm::dot(under_way_[0], moved) - damping_ * glm::dot(moved, moved);
     if (moved != dvec3(0)) move_ = moved;
     // What the next hold will give when the hand goes on as it went.
     double store = allowance_ - energy_;
-    for (int i = 1; i <= delay_; ++i) store -= glm::dot(under_way_[static_cast<std::size_t>(i)], move_);
-    store = std::max(0.0, store);
+    // Forces that are late meet a hand that may be faster by then.
+    const double faster = delay_ > 0 ? 2 : 1;
+    for (int i = 1; i <= delay_; ++i)
+      store -= faster * std::max(0.0, glm::dot(under_way_[static_cast<std::size_t>(i)], move_));
+    store = std::max(0.0, store) / faster;
     const double give = glm::dot(wanted, move_);
     if (give > store) {
       force -= (give - store) / glm::dot(move_, move_) * move_;

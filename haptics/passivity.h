@@ -18,7 +18,10 @@ class PassivityController {
   /// `allowance`: N mm that may be given beyond what was taken. `delay_ticks`: whole ticks from this call to
   /// the hold that renders its force, 0 (the next one) to k_most_delay; forces under way are counted as
   /// given.
-  explicit PassivityController(double allowance = 0, int delay_ticks = 0) noexcept;
+  /// `device_damping_over_dt`: of the device's own damping, N/mm; what it takes out of the hand's motion may
+  /// be given. 0 when it is not known.
+  explicit PassivityController(double allowance = 0, int delay_ticks = 0,
+                               double device_damping_over_dt = 0) noexcept;
 
   /// The force to render in place of `wanted` at position x (mm). Once a tick, with what is measured.
   glm::dvec3 step(const glm::dvec3& wanted, const glm::dvec3& x) noexcept;
@@ -30,7 +33,7 @@ class PassivityController {
   void reset() noexcept;
 
  private:
-  double allowance_;
+  double allowance_, damping_;
   int delay_;
   std::array<glm::dvec3, k_most_delay + 1> under_way_{};  ///< oldest first; [0] was held since the last call
   glm::dvec3 last_x_{0.0}, move_{0.0};                    ///< move_: the newest motion that was seen

@@ -51,7 +51,7 @@ ServoCore::ServoCore(const TouchScene& scene, const ProxyMethod& method, const F
       force_limit_(options.force_limit),
       tick_(first_tick),
       cap_(options.force_limit),
-      passivity_(0, options.delay_ticks),
+      passivity_(0, options.delay_ticks, options.device_damping / dt),
       is_passive_(options.is_passive) {
   for (int s = 0; s < shape_count(scene); ++s)
     has_pops_ =

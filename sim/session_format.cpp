@@ -262,6 +262,7 @@ std::string encode(const SessionHeader& h) {
   };
   unless("passive", h.force.is_passive, 0);
   unless("delay_ticks", h.force.delay_ticks, 0);
+  unless("device_damping", h.force.device_damping, 0);
   for (const ShapeSpec& s : h.shapes) {
     line("shape", s.shape.name);
     number("low", s.shape.low);
@@ -355,6 +356,8 @@ Result<SessionHeader> decode_header(std::string_view text) {
     } else if (key == "delay_ticks") {
       if ((is_good = whole(0, haptics::PassivityController::k_most_delay)))
         h.force.delay_ticks = static_cast<int>(number);
+    } else if (key == "device_damping") {
+      if ((is_good = between(0, 10))) h.force.device_damping = number;
     } else if (shape == nullptr) {
       is_good = false;
     } else if (key == "low") {

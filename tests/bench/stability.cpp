@@ -532,7 +532,7 @@ std::vector<EnergyRow> run_energy_test() {
         haptics::ForceOptions options;
         options.smoothing_alpha = 1;
         haptics::ForceModel model(options, dt);
-        haptics::PassivityController controller(0, delay);
+        haptics::PassivityController controller(0, delay, plain.damping / dt);
         haptics::ProxyState state;
         Device device = plain;
         device.x = surface.start + 2.0 * surface.normal;
