@@ -7,6 +7,8 @@
 #include <sys/mman.h>
 #include <time.h>
 
+#include "haptics/coupling.h"
+
 namespace trephine::haptics {
 
 using glm::dvec3;
@@ -47,6 +49,18 @@ volume::Status ServoLoop::start() {
   if (!(options_.rate_hz >= 250 && options_.rate_hz <= 10000))
     return volume::Error{"the servo rate is out of range", "", std::to_string(options_.rate_hz) + " Hz",
                          "250 to 10000 Hz", ""};
+  // What is recorded is what was asked for, so nothing is limited here in silence.
+  for (const Hand& hand : hands_) {
+    const DeviceCapabilities device = hand.device->capabilities();
+    const ForceOptions limited = within_limits(options_.force, device);
+    if (limited.force_limit < options_.force.force_limit || limited.slew_limit < options_.force.slew_limit)
+      return volume::Error{"the limits of force are beyond what the device renders", device.name,
+                           std::to_string(options_.force.force_limit) + " N, " +
+                               std::to_string(options_.force.slew_limit) + " N/s",
+                           "at most " + std::to_string(limited.force_limit) + " N, " +
+                               std::to_string(limited.slew_limit) + " N/s",
+                           "use within_limits() (haptics/coupling.h)"};
+  }
   for (std::size_t h = 0; h < hands_.size(); ++h) {
     volume::Status error = hands_[h].device->open();
     if (!error) continue;

@@ -5,7 +5,9 @@
 #include <limits>
 #include <set>
 
+#include "haptics/coupling.h"
 #include "haptics/implicit_proxy.h"
+#include "haptics/subvoxel_proxy.h"
 #include "tests/scenes/scenes.h"
 
 namespace trephine::haptics {
@@ -215,6 +217,31 @@ TEST(ServoLoop, ALateWakeFadesTheForceAndLatches) {
     }
   }
   EXPECT_GE(faulty, 100u);
+}
+
+TEST(ServoLoop, RefusesMoreForceThanADeviceRenders) {
+  class WeakDevice final : public Device {
+   public:
+    volume::Status open() override { return std::nullopt; }
+    void close() noexcept override {}
+    DeviceCapabilities capabilities() const override { return {"weak", 3, 3.3, 0.6, 80, 0, 0.05, 0.002}; }
+    bool read(double, Pose&) noexcept override { return true; }
+    void write(const glm::dvec3&) noexcept override {}
+  };
+  const TouchScene scene = scenes::phantom_scene("sphere", grid(32));
+  volume::VersionChannel channel(std::make_shared<volume::Version>(scene.base));
+  SubvoxelProxy method;
+  ASSERT_FALSE(method.prepare(scene).has_value());
+  WeakDevice device;
+  ServoOptions options;
+  ServoLoop strong(device, channel, scene, method, options);
+  const volume::Status refused = strong.start();
+  ASSERT_TRUE(refused.has_value());
+  EXPECT_NE(refused->message().find("weak"), std::string::npos);
+  options.force = within_limits(options.force, device.capabilities());
+  ServoLoop fitting(device, channel, scene, method, options);
+  EXPECT_FALSE(fitting.start().has_value());
+  fitting.stop();
 }
 
 TEST(ServoLoop, RefusesImpossibleRates) {
