@@ -78,7 +78,7 @@ void set_axis(vtkAxis* axis, const std::string& title, bool is_log, Range range)
 }  // namespace
 
 std::array<std::uint8_t, 3> chart_color(std::size_t i) {
-  constexpr std::array<std::array<std::uint8_t, 3>, 14> k_colors{{{213, 94, 0},
+  constexpr std::array<std::array<std::uint8_t, 3>, 16> k_colors{{{213, 94, 0},
                                                                   {0, 114, 178},
                                                                   {0, 158, 115},
                                                                   {204, 121, 167},
@@ -91,7 +91,9 @@ std::array<std::uint8_t, 3> chart_color(std::size_t i) {
                                                                   {150, 170, 0},
                                                                   {190, 0, 90},
                                                                   {0, 90, 90},
-                                                                  {180, 180, 180}}};
+                                                                  {180, 180, 180},
+                                                                  {255, 110, 110},
+                                                                  {90, 200, 160}}};
   return k_colors[i % k_colors.size()];
 }
 

@@ -43,8 +43,10 @@ TEST_F(Command, BenchFeelPutsEveryMethodOnOneChart) {
     EXPECT_GT(std::stod(row.at("us_p50")), 0);
   }
   for (const Json& peer : feel["peers"]) EXPECT_EQ(methods.erase(peer["name"]), 1u) << peer;
-  EXPECT_EQ(methods, (std::set<std::string>{"subvoxel", "implicit", "path", "explicit", "mesh", "scene",
-                                            "scene-sequential", "raystep", "plane", "gradient"}));
+  const std::string help = run("touch --help").out;
+  EXPECT_GE(methods.size(), 10u);
+  for (const std::string& method : methods) EXPECT_NE(help.find(method), std::string::npos) << method;
+
   EXPECT_EQ(feel["rows"].size(), rows.size());
   ASSERT_EQ(feel["split"].size(), 1u);
   for (const char* part : {"traversal_us", "net_us", "rest_us"}) EXPECT_GT(feel["split"][0][part], 0) << part;

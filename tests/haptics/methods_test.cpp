@@ -300,7 +300,8 @@ TEST(MethodNames, EveryMethodGivesTheSameBitsOnEveryCompiler) {
       for (const dvec3& v : {step.proxy_world, step.normal_world})
         for (int a = 0; a < 3; ++a) hash = (hash ^ std::bit_cast<std::uint64_t>(v[a])) * 1099511628211ull;
     }
-    EXPECT_EQ(hash, golden.at(info.name)) << info.name << " " << std::hex << hash;
+    EXPECT_EQ(hash, golden.contains(info.name) ? golden.at(info.name) : 0)
+        << info.name << " 0x" << std::hex << hash;
   }
 }
 
