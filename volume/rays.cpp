@@ -137,7 +137,8 @@ class PlainWalk {
       voxel_[a] += step_[a];
       t_ = t;
       axis_ = a;
-      if (voxel_[a] >> 2 != block[a]) return voxel_[a] >= 0 && voxel_[a] < size_[a] ? 0 : -1;
+      if (voxel_[a] < 0 || voxel_[a] >= size_[a]) return -1;  // also within a block that the grid cuts
+      if (voxel_[a] >> 2 != block[a]) return 0;
       next[a] = parameter(a, voxel_[a] + (step_[a] > 0));
     }
   }
