@@ -117,7 +117,7 @@ TEST(SoftField, ItsSurfaceIsThatOfTheShapeThatWasThresholded) {
           ((patches[k].slope({0, 0, middle}).value > 0) == (at_low > 0) ? low : high) = middle;
         }
         const dvec3 p = b.volume.frame.world_from_volume(dvec3(v) + dvec3(0, 0, low));
-        const auto distance = [&](const dvec3& q) {
+        const auto distance = [&name = name, &parameters = parameters](const dvec3& q) {
           return data_tools::phantom_distance(name, parameters, q);
         };
         const double voxel = b.volume.frame.spacing().x;
