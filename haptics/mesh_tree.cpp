@@ -115,39 +115,25 @@ void MeshTree::refit(std::span<const dvec3> vertices) {
 
 bool MeshTree::cast(const dvec3& a, const dvec3& b, bool is_front, bool is_back, FacetHit& hit,
                     int& looked) const noexcept {
-  if (nodes_.empty() || a == b) return false;
+  if (a == b) return false;
   const dvec3 way = b - a;
   double nearest = std::numeric_limits<double>::infinity();
   const auto meets = [&](const Node& node) {
     return meets_box(a, way, std::min(1.0, nearest), node.low, node.high, 0);
   };
-  std::array<std::uint32_t, k_deepest> stack;
-  std::size_t depth = 0;
-  stack[depth++] = 0;
-  while (depth > 0) {
-    const std::uint32_t n = stack[--depth];
-    const Node& node = nodes_[n];
-    if (!meets(node)) continue;
-    if (node.count == 0) {
-      stack[depth++] = node.first;
-      stack[depth++] = n + 1;
-      continue;
-    }
-    for (std::uint32_t i = 3 * node.first; i < 3 * (node.first + node.count); i += 3) {
-      const dvec3 &p = vertices_[triangles_[i]], &q = vertices_[triangles_[i + 1]],
-                  &r = vertices_[triangles_[i + 2]];
-      double t = 0, facing = 0;
-      ++looked;
-      if (!crosses_triangle(a, way, p, q, r, t, facing) || t >= nearest) continue;
-      if (facing < 0 ? !is_front : !is_back) continue;
-      const dvec3 normal = glm::normalize(glm::cross(q - p, r - p));
-      nearest = t;
-      hit.t = t;
-      hit.normal_world = facing < 0 ? normal : -normal;
-      hit.side = facing < 0 ? 1 : -1;
-      hit.triangle = i / 3;
-    }
-  }
+  for_triangles(meets, [&](std::uint32_t i) {
+    const auto [p, q, r] = corners(i);
+    double t = 0, facing = 0;
+    ++looked;
+    if (!crosses_triangle(a, way, p, q, r, t, facing) || t >= nearest) return;
+    if (facing < 0 ? !is_front : !is_back) return;
+    const dvec3 normal = glm::normalize(glm::cross(q - p, r - p));
+    nearest = t;
+    hit.t = t;
+    hit.normal_world = facing < 0 ? normal : -normal;
+    hit.side = facing < 0 ? 1 : -1;
+    hit.triangle = i;
+  });
   return nearest <= 1;
 }
 
@@ -180,52 +166,41 @@ dvec3 nearest_on_triangle(const dvec3& p, const dvec3& a, const dvec3& b, const 
 
 bool MeshTree::cast_ball(const dvec3& a, const dvec3& b, double radius, bool is_front, bool is_back,
                          FacetHit& hit, int& looked) const noexcept {
-  if (nodes_.empty() || a == b) return false;
+  if (a == b) return false;
   const dvec3 way = b - a;
   const double length = glm::length(way);
   double nearest = std::numeric_limits<double>::infinity();
-  std::array<std::uint32_t, k_deepest> stack;
-  std::size_t depth = 0;
-  stack[depth++] = 0;
-  while (depth > 0) {
-    const std::uint32_t n = stack[--depth];
-    const Node& node = nodes_[n];
-    if (!meets_box(a, way, std::min(1.0, nearest), node.low, node.high, radius)) continue;
-    if (node.count == 0) {
-      stack[depth++] = node.first;
-      stack[depth++] = n + 1;
-      continue;
-    }
-    for (std::uint32_t i = node.first; i < node.first + node.count; ++i) {
-      const auto [p, q, r] = corners(i);
-      const dvec3 across = glm::cross(q - p, r - p);
-      if (!(glm::dot(across, across) > 0)) continue;  // degenerate
-      const bool is_before = glm::dot(across, a - p) >= 0;
-      if (is_before ? !is_front : !is_back) continue;
-      ++looked;
-      // The distance to a triangle, which is convex, is convex along the way: Newton's steps from before the
-      // first crossing never pass it, and once it rises nothing is met any more.
-      double t = 0;
-      for (int k = 0; k < k_max_newton; ++k) {
-        const dvec3 at = a + t * way, off = at - nearest_on_triangle(at, p, q, r);
-        const double distance = glm::length(off), approach = -glm::dot(off, way);
-        if (!(approach > 0)) break;  // goes past, or away
-        const double left = distance - radius;
-        if (left <= k_near * length || k + 1 == k_max_newton) {
-          if (t < nearest) {
-            nearest = t;
-            hit.t = t;
-            hit.normal_world = distance > 0 ? off / distance : glm::normalize(-way);
-            hit.side = is_before ? 1 : -1;
-            hit.triangle = i;
-          }
-          break;
-        }
-        t += left * distance / approach;
-        if (!(t <= 1 && t < nearest)) break;
+  const auto meets = [&](const Node& node) {
+    return meets_box(a, way, std::min(1.0, nearest), node.low, node.high, radius);
+  };
+  for_triangles(meets, [&](std::uint32_t i) {
+    const auto [p, q, r] = corners(i);
+    const dvec3 across = glm::cross(q - p, r - p);
+    if (!(glm::dot(across, across) > 0)) return;  // degenerate
+    const bool is_before = glm::dot(across, a - p) >= 0;
+    if (is_before ? !is_front : !is_back) return;
+    ++looked;
+    // The distance to a triangle, which is convex, is convex along the way: Newton's steps from before the
+    // first crossing never pass it, and once it rises nothing is met any more.
+    double t = 0;
+    for (int k = 0; k < k_max_newton; ++k) {
+      const dvec3 at = a + t * way, off = at - nearest_on_triangle(at, p, q, r);
+      const double distance = glm::length(off), approach = -glm::dot(off, way);
+      if (!(approach > 0)) return;  // goes past, or away
+      const double left = distance - radius;
+      if (left <= k_near * length || k + 1 == k_max_newton) {
+        if (t >= nearest) return;
+        nearest = t;
+        hit.t = t;
+        hit.normal_world = distance > 0 ? off / distance : glm::normalize(-way);
+        hit.side = is_before ? 1 : -1;
+        hit.triangle = i;
+        return;
       }
+      t += left * distance / approach;
+      if (!(t <= 1 && t < nearest)) return;
     }
-  }
+  });
   return nearest <= 1;
 }
 

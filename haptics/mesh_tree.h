@@ -77,6 +77,9 @@ class MeshTree {
   std::uint32_t build(std::uint32_t begin, std::uint32_t end, std::span<const glm::dvec3> centres,
                       std::vector<std::uint32_t>& order, int depth);
   void bound_leaf(Node& node) const;
+  /// Calls use(triangle) for those in the leaves that `meets` leads to, asked anew at every node.
+  template <class Meets, class Use>
+  void for_triangles(Meets&& meets, Use&& use) const noexcept;
 
   std::vector<glm::dvec3> vertices_;
   std::vector<std::uint32_t> triangles_;  ///< in the leaves' order
@@ -90,8 +93,8 @@ enum class TriangleFeature { face, corner, edge_ab, edge_bc, edge_ac };
 glm::dvec3 nearest_on_triangle(const glm::dvec3& p, const glm::dvec3& a, const glm::dvec3& b,
                                const glm::dvec3& c, TriangleFeature* feature = nullptr) noexcept;
 
-template <class Use>
-void MeshTree::for_near(const glm::dvec3& p, double reach, Use&& use) const noexcept {
+template <class Meets, class Use>
+void MeshTree::for_triangles(Meets&& meets, Use&& use) const noexcept {
   if (nodes_.empty()) return;
   std::array<std::uint32_t, k_deepest> stack;
   std::size_t depth = 0;
@@ -99,21 +102,29 @@ void MeshTree::for_near(const glm::dvec3& p, double reach, Use&& use) const noex
   while (depth > 0) {
     const std::uint32_t n = stack[--depth];
     const Node& node = nodes_[n];
-    const glm::dvec3 off = p - glm::clamp(p, node.low, node.high);
-    if (!(glm::dot(off, off) <= reach * reach)) continue;
+    if (!meets(node)) continue;
     if (node.count == 0) {
       stack[depth++] = node.first;
       stack[depth++] = n + 1;
       continue;
     }
-    for (std::uint32_t t = node.first; t < node.first + node.count; ++t) {
-      const auto [a, b, c] = corners(t);
-      const glm::dvec3 nearest = nearest_on_triangle(p, a, b, c), normal = glm::cross(b - a, c - a);
-      const double distance = glm::length(p - nearest), size = glm::length(normal);
-      if (!(distance <= reach) || !(size > 0)) continue;
-      use(Near{t, nearest, normal / size, distance, glm::dot(normal, p - a) >= 0});
-    }
+    for (std::uint32_t t = node.first; t < node.first + node.count; ++t) use(t);
   }
+}
+
+template <class Use>
+void MeshTree::for_near(const glm::dvec3& p, double reach, Use&& use) const noexcept {
+  const auto is_near = [&](const Node& node) {
+    const glm::dvec3 off = p - glm::clamp(p, node.low, node.high);
+    return glm::dot(off, off) <= reach * reach;
+  };
+  for_triangles(is_near, [&](std::uint32_t t) {
+    const auto [a, b, c] = corners(t);
+    const glm::dvec3 nearest = nearest_on_triangle(p, a, b, c), normal = glm::cross(b - a, c - a);
+    const double distance = glm::length(p - nearest), size = glm::length(normal);
+    if (!(distance <= reach) || !(size > 0)) return;
+    use(Near{t, nearest, normal / size, distance, glm::dot(normal, p - a) >= 0});
+  });
 }
 
 }  // namespace trephine::haptics

@@ -18,11 +18,15 @@ constexpr double k_look_around = 8;  // mm beyond what a step needs, so that few
 
 using Placements = std::array<Placement, TouchScene::k_max_movers>;
 
-Placements placements_of(const TouchScene& scene, const ProxyInput& input) noexcept {
+/// Of the meshes that move; however many stand still.
+Placements placements_of(const TouchScene& scene, const SceneLayout& layout,
+                         const ProxyInput& input) noexcept {
   Placements now;
-  for (const TouchMesh& mesh : scene.meshes)
-    if (const auto m = static_cast<std::size_t>(mesh.mover); mesh.mover >= 0)
-      now[m] = m < input.movers.size() ? input.movers[m] : mesh.placement;
+  for (std::size_t m = 0; m < now.size(); ++m)
+    if (const int shape = layout.movers()[m]; shape >= 0)
+      now[m] = m < input.movers.size()
+                   ? input.movers[m]
+                   : scene.meshes[static_cast<std::size_t>(shape) - scene.shapes.size()].placement;
   return now;
 }
 
@@ -78,7 +82,7 @@ ProxyStep SceneProxy::step(const TouchScene& scene, const volume::Version& versi
   Surroundings& around = state.around;
   ProxyStep result;
   result.normal_world = dvec3(0);
-  const Placements now = placements_of(scene, input);
+  const Placements now = placements_of(scene, layout_, input);
   dvec3 start = state.has_proxy ? base.world_from_volume(state.proxy_volume) : input.hip_world;
   const bool has_moved = state.has_proxy && around.has_placements && now != around.placements;
   if (has_moved) {
@@ -129,9 +133,10 @@ volume::Status SequentialProxy::prepare(const TouchScene& scene) {
   if (scene.tool_radius > 0) return check_touchable(scene);
   auto layout = SceneLayout::of(scene);
   if (!layout) return layout.error();
+  layout_ = std::move(layout).value();
   volumes_.clear(), first_shape_.clear(), untouched_.clear();
   method_ = std::make_unique<ImplicitProxy>();
-  for (const SceneLayout::Part& part : layout.value().parts()) {
+  for (const SceneLayout::Part& part : layout_.parts()) {
     TouchScene one;
     one.base = part.untouched ? part.untouched->shared_base() : scene.base;
     one.shapes.assign(scene.shapes.begin() + part.begin, scene.shapes.begin() + part.end);
@@ -167,7 +172,7 @@ ProxyStep SequentialProxy::step(const TouchScene& scene, const volume::Version& 
   // The god-object on the meshes; set anew where the proxy was.
   if (!state.has_on_meshes) state.on_meshes_world = base.world_from_volume(state.proxy_volume);
   state.has_on_meshes = true;
-  const Placements placements = placements_of(scene, input);
+  const Placements placements = placements_of(scene, layout_, input);
   static const volume::Frame world;
   const auto cast = [&](const dvec3& a, const dvec3& b, FacetHit& hit) {
     bool is_hit = false;

@@ -32,6 +32,7 @@ class SequentialProxy final : public ProxyMethod {
                  const ProxyInput& input) const noexcept override;
 
  private:
+  SceneLayout layout_;
   std::vector<TouchScene> volumes_;  ///< one a volume, the base first
   std::vector<int> first_shape_;     ///< of each
   std::vector<std::shared_ptr<const volume::Version>> untouched_;

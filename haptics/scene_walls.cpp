@@ -5,6 +5,7 @@
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <glm/matrix.hpp>
+#include <new>
 
 namespace trephine::haptics {
 
@@ -143,11 +144,14 @@ int SceneWalls::part_of(int shape) const noexcept {
 }
 
 SmoothWalls& SceneWalls::walls_of(int i) noexcept {
-  auto& walls = walls_[static_cast<std::size_t>(i)];
-  if (!walls)
-    walls.emplace(scene_, part(i).untouched ? *part(i).untouched : version_, state_.around.let_through,
-                  counters_, part(i).begin, part(i).end, &state_.around.near);
-  return *walls;
+  SmoothWalls& walls = walls_[static_cast<std::size_t>(i)].walls;
+  if (bool& is_made = is_made_[static_cast<std::size_t>(i)]; !is_made) {
+    is_made = true;
+    new (&walls)
+        SmoothWalls(scene_, part(i).untouched ? *part(i).untouched : version_, state_.around.let_through,
+                    counters_, part(i).begin, part(i).end, &state_.around.near);
+  }
+  return walls;
 }
 
 const Placement& SceneWalls::placement_of(int shape) const noexcept {

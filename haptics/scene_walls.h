@@ -3,7 +3,7 @@
 #pragma once
 
 #include <array>
-#include <optional>
+#include <type_traits>
 #include <vector>
 
 #include "haptics/mesh_tree.h"
@@ -102,7 +102,14 @@ class SceneWalls {
   const ProxyState& state_;
   std::span<const Placement> placements_;
   ProxyCounters& counters_;
-  std::array<std::optional<SmoothWalls>, SceneLayout::k_max_volumes> walls_;
+  /// Not touched before walls_of() makes it: an optional would clear 18 kB in every step.
+  union Maybe {
+    SmoothWalls walls;
+    Maybe() noexcept {}
+  };
+  static_assert(std::is_trivially_destructible_v<SmoothWalls>);
+  std::array<Maybe, SceneLayout::k_max_volumes> walls_;
+  std::array<bool, SceneLayout::k_max_volumes> is_made_{};
 };
 
 }  // namespace trephine::haptics

@@ -1,4 +1,4 @@
-// bench and audit.
+// bench.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -9,7 +9,6 @@
 
 #include "apps/trephine/commands.h"
 #include "apps/trephine/feel_report.h"
-#include "apps/trephine/recording.h"
 #include "apps/trephine/text.h"
 #include "apps/view/chart.h"
 #include "data-tools/atomic_file.h"
@@ -19,9 +18,6 @@
 #include "tests/bench/peers.h"
 #include "tests/bench/rays.h"
 #include "tests/bench/stability.h"
-#include "tests/checker/force_judge.h"
-#include "tests/checker/traversal_audit.h"
-#include "tests/checker/volume_samples.h"
 
 namespace trephine::app {
 
@@ -450,166 +446,6 @@ Result<Outcome> run_bench(const BenchArguments& arguments) {
     return Error{"there is no such benchmark", "", arguments.what,
                  "surface, step, rays, load, feel or stability", ""};
   }
-  return outcome;
-}
-
-namespace {
-
-/// Replays a session and has every tick judged: the path met no solid, the force obeys its law, the ledger
-/// adds up.
-Result<Outcome> audit_session(const AuditArguments& arguments) {
-  auto opened = open_session(arguments.session, arguments.case_source);
-  if (!opened) return opened.error();
-  OpenedSession& session = *opened.value();
-  sim::Replay& replay = *session.replay;
-  if (volume::Status why = replay.why_not_verifiable()) {
-    why->where = data_tools::file_name(arguments.session);
-    return *why;
-  }
-  const sim::SessionHeader& header = session.reader->header();
-  const haptics::TouchScene& scene = session.scene;
-  using Solid = haptics::MethodInfo::Solid;
-  const Solid promised = haptics::find_method(header.method)->solid;
-
-  if (promised != Solid::smooth && promised != Solid::cubes)
-    return Error{"there is no judge for the session's proxy method", data_tools::file_name(arguments.session),
-                 header.method, "subvoxel, implicit or path", ""};
-
-  // One judge a hand; what is solid is the version that the tick saw.
-  std::shared_ptr<const volume::Version> seen;
-  std::vector<checker::SmoothSolid> smooth;
-  std::vector<checker::FallThroughJudge> cubes;
-  const auto meets = [&](const glm::dvec3& a, const glm::dvec3& b) {
-    for (std::size_t s = 0; s < scene.shapes.size(); ++s) {
-      if (!haptics::holds(scene.shapes[s].sides, haptics::Sides::front)) continue;
-      if (promised == Solid::smooth ? !smooth[s].is_free(a, b) : cubes[s].meets_solid(a, b)) return true;
-    }
-    return false;
-  };
-  const std::size_t hands = std::max<std::size_t>(1, header.tools.size());
-  checker::ForceLaw law;
-  law.dt = 1 / header.rate_hz;
-  law.alpha = header.force.smoothing_alpha, law.limit = header.force.force_limit;
-  law.slew = header.force.slew_limit, law.fade_seconds = header.force.fade_seconds;
-  std::vector<checker::FallThroughJudge> falls(hands, checker::FallThroughJudge(meets));
-  std::vector<checker::ForceJudge> forces(hands, checker::ForceJudge(law));
-
-  ProgressLine progress("auditing");
-  const std::uint64_t all = std::max<std::uint64_t>(1, session.reader->tick_count());
-  std::uint64_t dropped = 0, resumes = 0;
-  long led = 0, judged = 0;
-  for (std::uint64_t n = 0;; ++n) {
-    if (n % 256 == 0 && !progress(static_cast<double>(replay.next_tick()) / static_cast<double>(all)))
-      return interrupted("the audit");
-    const Result<bool> stepped = replay.step();
-    if (!stepped) return stepped.error();
-    if (!stepped.value()) break;
-    const haptics::ServoRecord& r = replay.record();
-    if (replay.seen_version() != seen) {
-      seen = replay.seen_version();
-      smooth.clear();
-      cubes.clear();
-      for (const haptics::TouchShape& shape : scene.shapes) {
-        smooth.push_back(checker::smooth_solid(scene.base, shape.field.shape(), seen, shape.soft));
-        cubes.emplace_back(scene.base->size, checker::solid_voxels(scene.base, shape.field.shape(), seen));
-      }
-    }
-    const bool is_fresh = replay.counts().resumes != resumes;
-    if (is_fresh || replay.counts().dropped != dropped)
-      for (std::size_t h = 0; h < hands; ++h) {
-        forces[h].restart(is_fresh);
-        falls[h].restart();
-      }
-    resumes = replay.counts().resumes, dropped = replay.counts().dropped;
-
-    const haptics::ProxyStep& step = replay.proxy_step();
-    const bool is_lost = (r.raised & haptics::fault_not_finite) != 0;
-    checker::ForceTick tick;
-    tick.position = r.pose.position_world, tick.proxy = r.proxy_world, tick.force = r.force_world;
-    if (r.has_contact) {
-      const haptics::Material& material = scene.shapes[static_cast<std::size_t>(r.shape)].material;
-      tick.stiffness = material.stiffness, tick.damping = material.damping;
-    }
-    tick.has_contact = r.has_contact, tick.is_buried = r.is_buried, tick.is_led = r.is_led;
-    tick.is_reset = r.is_reset, tick.is_restarted = r.is_restarted;
-    tick.is_not_finite = is_lost, tick.is_fading = (r.faults & haptics::k_latched_faults) != 0;
-    tick.contact_energy = r.energy.contact, tick.growth_energy = r.energy.growth;
-    forces[r.hand].look(tick);
-    // A proxy that is led out of matter that grew over it is no free proxy; nor has a lost pose moved one.
-    if (r.is_led || r.is_reset || r.is_restarted) falls[r.hand].restart();
-    if (r.is_led) ++led;
-    if (!r.is_led && !is_lost) {
-      falls[r.hand].look({std::span(step.path_volume.data(), static_cast<std::size_t>(step.waypoint_count)),
-                          scene.base->frame.volume_from_world(r.pose.position_world), step.has_contact,
-                          step.is_buried});
-      ++judged;
-    }
-  }
-  long fell = 0, wrong = 0;
-  double worst_force = 0, worst_energy = 0;
-  for (std::size_t h = 0; h < hands; ++h) {
-    fell += falls[h].fall_throughs(), wrong += forces[h].wrong_forces();
-    worst_force = std::max(worst_force, forces[h].worst_force_n());
-    worst_energy = std::max(worst_energy, forces[h].worst_energy_nmm());
-  }
-  const bool is_same = !replay.mismatch().has_value(), is_balanced = worst_energy < 1e-6;
-  const bool is_certified = fell == 0 && wrong == 0 && is_same && is_balanced;
-  Outcome outcome{new_report("audit-session"), "", is_certified ? exit_done : exit_check_failed};
-  outcome.json["session"] = data_tools::file_name(arguments.session);
-  outcome.json["method"] = header.method;
-  outcome.json["ticks"] = replay.counts().ticks;
-  outcome.json["ticks_judged"] = judged;
-  outcome.json["ticks_led"] = led;
-  outcome.json["dropped"] = replay.counts().dropped;
-  outcome.json["fall_throughs"] = fell;
-  outcome.json["wrong_forces"] = wrong;
-  outcome.json["worst_force_n"] = worst_force;
-  outcome.json["worst_energy_nmm"] = worst_energy;
-  outcome.json["is_same_as_recorded"] = is_same;
-  outcome.json["is_certified"] = is_certified;
-  outcome.text = format_text(
-      "%llu ticks with %s: fell through %ld times; %ld forces off their law (worst %.1e N); ledger within "
-      "%.1e N mm; "
-      "%s as recorded\n%s\n",
-      static_cast<unsigned long long>(replay.counts().ticks), header.method.c_str(), fell, wrong, worst_force,
-      worst_energy, is_same ? "the same bits" : "not the same", is_certified ? "certified" : "NOT certified");
-  return outcome;
-}
-
-}  // namespace
-
-Result<Outcome> run_audit(const AuditArguments& arguments) {
-  if (!arguments.session.empty()) return audit_session(arguments);
-  if (!arguments.case_source.empty())
-    return Error{"there is no session to audit", "--case", arguments.case_source, "SESSION too", ""};
-  checker::TraversalAudit total;
-  ProgressLine progress("auditing");
-  constexpr std::uint64_t k_part = 1'000'000;
-  for (std::uint64_t done = 0; done < arguments.rays; done += k_part) {
-    const checker::TraversalAudit part =
-        checker::audit_traversal(done, std::min(k_part, arguments.rays - done), arguments.seed);
-    total.rays += part.rays, total.voxels += part.voxels, total.mismatches += part.mismatches,
-        total.reverse_mismatches += part.reverse_mismatches;
-    total.worst_t_ulp = std::max(total.worst_t_ulp, part.worst_t_ulp);
-    if (total.first_mismatch.empty()) total.first_mismatch = part.first_mismatch;
-    if (!progress(static_cast<double>(done + k_part) / static_cast<double>(arguments.rays)))
-      return interrupted("the audit");
-  }
-  const bool is_clean = total.mismatches + total.reverse_mismatches == 0;
-  Outcome outcome{new_report("audit"), "", is_clean ? exit_done : exit_check_failed};
-  outcome.json["rays"] = total.rays;
-  outcome.json["voxels"] = total.voxels;
-  outcome.json["mismatches"] = total.mismatches;
-  outcome.json["reverse_mismatches"] = total.reverse_mismatches;
-  outcome.json["worst_t_ulp"] = total.worst_t_ulp;
-  outcome.json["first_mismatch"] = total.first_mismatch;
-  outcome.text = format_text(
-      "%llu adversarial rays, %llu voxels: %llu mismatches, %llu in reverse, entry parameters within %.2f "
-      "ulp\n",
-      static_cast<unsigned long long>(total.rays), static_cast<unsigned long long>(total.voxels),
-      static_cast<unsigned long long>(total.mismatches),
-      static_cast<unsigned long long>(total.reverse_mismatches), total.worst_t_ulp);
-  if (!total.first_mismatch.empty()) outcome.text += total.first_mismatch + "\n";
   return outcome;
 }
 
