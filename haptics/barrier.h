@@ -3,7 +3,8 @@
 
 #include <algorithm>
 
-#include "haptics/proxy_method.h"
+#include "haptics/friction.h"
+#include "haptics/solid_grid.h"
 #include "volume/traversal.h"
 
 namespace trephine::haptics {
@@ -18,30 +19,23 @@ struct WayEnd {
   bool is_back = false;  ///< stopped on the way out of a solid
 };
 
-/// Is voxel v in the solid of the shape?
-inline bool is_solid(const TouchScene& scene, const volume::Version& version, std::size_t shape,
-                     const glm::ivec3& v) noexcept {
-  return scene.base->contains(v) && scene.shapes[shape].bits->is_solid(v) && version.is_kept(v);
-}
-
-/// The first voxel, seen from `start`, that a shape does not let the proxy enter (volume frame, exact).
+/// The first voxel, seen from `start`, that a shape does not let the proxy enter (the grid's frame, exact).
 /// `let_through`: shapes that hold nothing now. `inside` says in which solids the proxy is, and is brought up
 /// to date where a shape lets it pass.
-inline WayEnd find_barrier(const TouchScene& scene, const volume::Version& version, const glm::dvec3& start,
-                           const glm::dvec3& end, const ShapeSet& let_through, ShapeSet& inside,
-                           ProxyCounters& counters) noexcept {
+template <class Grid>
+WayEnd find_barrier(const TouchScene& scene, const Grid& grid, const glm::dvec3& start, const glm::dvec3& end,
+                    const ShapeSet& let_through, ShapeSet& inside, ProxyCounters& counters) noexcept {
   // One voxel of air around the grid, so that a solid may also be left through its border.
-  const volume::VoxelBox box{glm::ivec3(-1), scene.base->size};
+  const volume::VoxelBox box{glm::ivec3(-1), grid.size()};
   volume::VoxelWalk walk(volume::Segment(start, end), box);
   glm::ivec3 before = walk.voxel();
   const auto count = static_cast<int>(scene.shapes.size());
   while (!walk.is_done()) {
     const glm::ivec3& v = walk.voxel();
     ++counters.voxels;
-    const bool is_in_grid = scene.base->contains(v);
+    const bool is_in_grid = grid.contains(v);
     for (int s = 0; s < count; ++s) {
-      const TouchShape& shape = scene.shapes[static_cast<std::size_t>(s)];
-      const bool is_now = is_in_grid && shape.bits->is_solid(v) && version.is_kept(v);
+      const bool is_now = is_in_grid && grid.is_solid_within(static_cast<std::size_t>(s), v);
       const bool was = inside.contains(s);
       if (is_now == was) continue;
       if (walk.face().axis >= 0 && holds(scene, let_through, s, side_of(was)))
@@ -51,11 +45,8 @@ inline WayEnd find_barrier(const TouchScene& scene, const volume::Version& versi
     before = v;
     // Nothing solid for a while: leave the empty box in one go.
     if (is_in_grid && inside.is_empty() && count > 0) {
-      int far = scene.shapes[0].bits->empty_distance(v);
-      for (const TouchShape& shape : scene.shapes) far = std::min(far, shape.bits->empty_distance(v));
-      if (far > 0) {
-        const glm::ivec3 block(v.x >> 2, v.y >> 2, v.z >> 2);
-        const volume::VoxelBox empty{4 * (block - (far - 1)), 4 * (block + far) - 1};
+      const volume::VoxelBox empty = grid.empty_box(v, 0, scene.shapes.size());
+      if (empty.low.x <= empty.high.x && empty.low.y <= empty.high.y && empty.low.z <= empty.high.z) {
         walk.advance_past(empty);
         // The voxel before is the neighbour on the other side of the face.
         if (!walk.is_done()) {
@@ -70,13 +61,50 @@ inline WayEnd find_barrier(const TouchScene& scene, const volume::Version& versi
   return {};
 }
 
+/// The shapes in whose solid p lies.
+template <class Grid>
+ShapeSet solids_at(const TouchScene& scene, const Grid& grid, const glm::dvec3& p) noexcept {
+  const glm::ivec3 v = volume::voxel_of(p);
+  ShapeSet found;
+  for (std::size_t s = 0; s < scene.shapes.size(); ++s)
+    if (grid.is_solid(s, v)) found.set(static_cast<int>(s), true);
+  return found;
+}
+
 /// For methods whose walls are cubes. The first step, and a proxy over which matter has grown, start at the
 /// HIP, inside whatever is there: sets state and path, and returns true. Else the step goes on.
-bool begin_on_cubes(const TouchScene& scene, const volume::Version& version, const glm::dvec3& hip_volume,
-                    ProxyState& state, ProxyStep& result) noexcept;
+template <class Grid>
+bool begin_on_cubes(const TouchScene& scene, const Grid& grid, const glm::dvec3& hip, ProxyState& state,
+                    ProxyStep& result) noexcept {
+  bool is_fresh = !state.has_proxy;
+  if (!is_fresh) {
+    const glm::ivec3 v = volume::voxel_of(state.proxy_volume);
+    for (std::size_t s = 0; s < scene.shapes.size(); ++s) {
+      const bool was = state.inside.contains(static_cast<int>(s));
+      if (grid.is_solid(s, v) != was &&
+          holds(scene, state.around.let_through, static_cast<int>(s), side_of(was)))
+        result.is_buried = is_fresh = true;
+    }
+  }
+  if (!is_fresh) return false;
+  state.begin_at(hip);
+  state.inside = solids_at(scene, grid, hip);
+  result.path_volume[0] = hip;
+  result.waypoint_count = 1;
+  return true;
+}
+
 /// Ends the step at the path's last waypoint: friction along the way to it, which has led down to the surface
 /// at waypoint `landing`, and the state for the next step.
-void end_on_cubes(const TouchScene& scene, const volume::Version& version, const glm::dvec3& hip_world,
-                  int landing, ProxyState& state, ProxyStep& result) noexcept;
+template <class Grid>
+void end_on_cubes(const TouchScene& scene, const Grid& grid, const glm::dvec3& hip_world, int landing,
+                  ProxyState& state, ProxyStep& result) noexcept {
+  const auto is_blocked = [&](const glm::dvec3& a, const glm::dvec3& b) {
+    ShapeSet after = state.inside;
+    return find_barrier(scene, grid, a, b, state.around.let_through, after, result.counters).is_blocked;
+  };
+  end_with_friction(grid.frame(), scene, hip_world, landing, is_blocked, state, result);
+  state.inside = solids_at(scene, grid, state.proxy_volume);
+}
 
 }  // namespace trephine::haptics

@@ -5,7 +5,7 @@
 #include <glm/geometric.hpp>
 
 #include "haptics/barrier.h"
-#include "haptics/implicit_proxy.h"
+#include "haptics/solid_grid.h"
 
 namespace trephine::haptics {
 
@@ -39,9 +39,9 @@ dvec3 voxel_normal(const volume::Field& field, const volume::Frame& frame, const
 
 /// The first shape whose binary transfer function holds voxel v, or -1.
 int shape_at(const TouchScene& scene, const volume::Version& version, const ivec3& v) noexcept {
-  if (!scene.base->contains(v)) return -1;
+  const VoxelGrid grid(scene, version);
   for (std::size_t s = 0; s < scene.shapes.size(); ++s)
-    if (is_solid(scene, version, s, v)) return static_cast<int>(s);
+    if (grid.is_solid(s, v)) return static_cast<int>(s);
   return -1;
 }
 

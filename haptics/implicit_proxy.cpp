@@ -4,7 +4,6 @@
 #include <glm/geometric.hpp>
 
 #include "haptics/barrier.h"
-#include "haptics/friction.h"
 
 namespace trephine::haptics {
 
@@ -25,11 +24,12 @@ dvec3 stop_before(const dvec3& start, const dvec3& end, const WayEnd& hit) noexc
 }
 
 /// Moves from `start` toward `end`; stops short where something is in the way. The result was traversed.
-dvec3 guarded_move(const TouchScene& scene, const volume::Version& version, const dvec3& start, dvec3 end,
+template <class Grid>
+dvec3 guarded_move(const TouchScene& scene, const Grid& grid, const dvec3& start, dvec3 end,
                    const ShapeSet& let_through, ShapeSet& inside, ProxyCounters& counters) noexcept {
   for (int attempt = 0; attempt < 3; ++attempt) {
     ShapeSet after = inside;
-    const WayEnd way = find_barrier(scene, version, start, end, let_through, after, counters);
+    const WayEnd way = find_barrier(scene, grid, start, end, let_through, after, counters);
     if (!way.is_blocked) {
       inside = after;
       return end;
@@ -39,42 +39,14 @@ dvec3 guarded_move(const TouchScene& scene, const volume::Version& version, cons
   return start;
 }
 
-}  // namespace
-
-ImplicitProxy::ImplicitProxy(int iterations) noexcept
-    : iterations_(std::clamp(iterations, 1, k_max_iterations)) {}
-
-volume::Status ImplicitProxy::prepare(const TouchScene& scene) { return check_touchable(scene); }
-
-dvec3 outward_normal(const TouchShape& shape, const volume::Version& version, const dvec3& p,
-                     int& cells) noexcept {
-  const volume::Frame& frame = version.base().frame;
-  const auto unit = [](const dvec3& v) {
-    const double length = glm::length(v);
-    return length > 0 ? v / length : dvec3(0);
-  };
-  cells += 8;
-  const dvec3 slope = frame.gradient_world_from_volume(shape.field.smooth_gradient(p));
-  if (!version.is_near_cut(p)) return unit(-slope);
-  // Solid = {g >= 0} and {d > 0}: the boundary is the one that leaves less.
-  cells += 3;
-  const dvec3 cut_slope = frame.gradient_world_from_volume(version.distance_gradient(p));
-  const double steepness = glm::length(slope), cut_steepness = glm::length(cut_slope);
-  if (cut_steepness <= 0) return unit(-slope);
-  const double to_field = steepness > 0 ? shape.field.value(p) / steepness : 1e300;
-  return version.distance(p) / cut_steepness < to_field ? unit(-cut_slope) : unit(-slope);
-}
-
-ProxyStep ImplicitProxy::step(const TouchScene& scene, const volume::Version& version, ProxyState& state,
-                              const ProxyInput& input) const noexcept {
-  const volume::Frame& frame = version.base().frame;
+template <class Grid>
+void step_on_cubes(const TouchScene& scene, const Grid& grid, int iterations, const ProxyInput& input,
+                   ProxyState& state, ProxyStep& result) noexcept {
+  const volume::Frame& frame = grid.frame();
   const dvec3 hip = frame.volume_from_world(input.hip_world);
-  ProxyStep result;
-  result.normal_world = dvec3(0);
-
-  if (begin_on_cubes(scene, version, hip, state, result)) {
+  if (begin_on_cubes(scene, grid, hip, state, result)) {
     result.proxy_world = input.hip_world;
-    return result;
+    return;
   }
 
   const auto add = [&result](const dvec3& p) {
@@ -89,10 +61,10 @@ ProxyStep ImplicitProxy::step(const TouchScene& scene, const volume::Version& ve
   ShapeSet inside = state.inside;
   int best_count = 1;
   double best_energy = 1e300;
-  for (int i = 0; i < iterations_; ++i) {
+  for (int i = 0; i < iterations; ++i) {
     ++result.counters.iterations;
     const WayEnd way =
-        find_barrier(scene, version, start, target, state.around.let_through, inside, result.counters);
+        find_barrier(scene, grid, start, target, state.around.let_through, inside, result.counters);
     if (!way.is_blocked) {
       add(target);
       if (const double e = energy(target); e < best_energy) {
@@ -105,10 +77,9 @@ ProxyStep ImplicitProxy::step(const TouchScene& scene, const volume::Version& ve
     // To the wall: in the last free voxel. Only a bend out of the traversed way needs a look.
     dvec3 p = stop_before(start, target, way);
     if (volume::voxel_of(start) != way.before)
-      p = guarded_move(scene, version, start, p, state.around.let_through, inside, result.counters);
+      p = guarded_move(scene, grid, start, p, state.around.let_through, inside, result.counters);
     // The plane of the wall, facing the proxy; a normal along the motion would pull it through.
-    const TouchShape& shape = scene.shapes[static_cast<std::size_t>(way.shape)];
-    dvec3 normal = outward_normal(shape, version, p, result.counters.cells);
+    dvec3 normal = grid.normal(static_cast<std::size_t>(way.shape), p, result.counters.cells);
     if (way.is_back) normal = -normal;
     const dvec3 p_world = frame.world_from_volume(p);
     dvec3 facet(0);
@@ -127,7 +98,7 @@ ProxyStep ImplicitProxy::step(const TouchScene& scene, const volume::Version& ve
     const dvec3 lifted = p + (k_lift / glm::length(direction)) * direction;
     start = volume::voxel_of(lifted) == volume::voxel_of(p)
                 ? lifted
-                : guarded_move(scene, version, p, lifted, state.around.let_through, inside, result.counters);
+                : guarded_move(scene, grid, p, lifted, state.around.let_through, inside, result.counters);
     add(start);
     if (const double e = energy(start); e < best_energy) {
       best_energy = e;
@@ -143,8 +114,22 @@ ProxyStep ImplicitProxy::step(const TouchScene& scene, const volume::Version& ve
 
   // The nearest candidate, then friction along the way to it.
   result.waypoint_count = best_count;
-  end_on_cubes(scene, version, input.hip_world, landing_of_first_leg(result), state, result);
-  return result;
+  end_on_cubes(scene, grid, input.hip_world, landing_of_first_leg(result), state, result);
+}
+
+}  // namespace
+
+ImplicitProxy::ImplicitProxy(int iterations) noexcept
+    : iterations_(std::clamp(iterations, 1, k_max_iterations)) {}
+
+volume::Status ImplicitProxy::prepare(const TouchScene& scene) { return check_touchable(scene, true); }
+
+ProxyStep ImplicitProxy::step(const TouchScene& scene, const volume::Version& version, ProxyState& state,
+                              const ProxyInput& input) const noexcept {
+  return step_on_grid(scene, version, state, input,
+                      [&](const auto& grid, ProxyState& on_grid, ProxyStep& result) {
+                        step_on_cubes(scene, grid, iterations_, input, on_grid, result);
+                      });
 }
 
 }  // namespace trephine::haptics

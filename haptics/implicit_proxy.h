@@ -25,9 +25,4 @@ class ImplicitProxy final : public ProxyMethod {
   int iterations_;
 };
 
-/// Unit normal (world) of a shape's surface at p (volume frame), out of the solid: of the scan's field, or of
-/// the cut where that is nearer. Zero where the field is flat. Adds the cells it reads to `cells`.
-glm::dvec3 outward_normal(const TouchShape& shape, const volume::Version& version, const glm::dvec3& p,
-                          int& cells) noexcept;
-
 }  // namespace trephine::haptics

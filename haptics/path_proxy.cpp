@@ -4,8 +4,6 @@
 #include <glm/geometric.hpp>
 
 #include "haptics/barrier.h"
-#include "haptics/friction.h"
-#include "haptics/implicit_proxy.h"
 
 namespace trephine::haptics {
 
@@ -29,11 +27,12 @@ struct Node {
 };
 
 /// A* over free voxels that share faces (Hart, Nilsson and Raphael 1968), near a plane.
+template <class Grid>
 class VoxelSearch {
  public:
-  VoxelSearch(const TouchScene& scene, const volume::Version& version, const ShapeSet& let_through,
-              const ShapeSet& inside, ProxyCounters& counters) noexcept
-      : scene_(scene), version_(version), let_through_(let_through), inside_(inside), counters_(counters) {}
+  VoxelSearch(const TouchScene& scene, const Grid& grid, const ShapeSet& let_through, const ShapeSet& inside,
+              ProxyCounters& counters) noexcept
+      : scene_(scene), grid_(grid), let_through_(let_through), inside_(inside), counters_(counters) {}
 
   /// From `start` toward `target` (volume frame), through voxels whose centres lie within `depth` voxels of
   /// the plane through `point` with `normal` (volume frame gradient, unit). Returns the node nearest to the
@@ -59,7 +58,7 @@ class VoxelSearch {
           ivec3 v = at(next).voxel;
           v[axis] += step;
           if (std::abs(glm::dot(dvec3(v) - point, normal)) > depth || !is_free(v)) continue;
-          const auto cost = at(next).cost + static_cast<float>(version_.base().frame.spacing()[axis]);
+          const auto cost = at(next).cost + static_cast<float>(grid_.frame().spacing()[axis]);
           open(v, cost, static_cast<std::int16_t>(next), static_cast<std::int16_t>(at(next).length + 1));
         }
     }
@@ -73,7 +72,7 @@ class VoxelSearch {
     for (std::size_t s = 0; s < scene_.shapes.size(); ++s) {
       if (let_through_.contains(static_cast<int>(s))) continue;
       const bool was = inside_.contains(static_cast<int>(s));
-      if (is_solid(scene_, version_, s, v) != was) return false;
+      if (grid_.is_solid(s, v) != was) return false;
     }
     return true;
   }
@@ -89,12 +88,12 @@ class VoxelSearch {
         return;
       }
     if (count_ == k_max_nodes) return;
-    const dvec3 left = version_.base().frame.vector_world_from_volume(target_ - dvec3(v));
+    const dvec3 left = grid_.frame().vector_world_from_volume(target_ - dvec3(v));
     at(count_++) = {v, cost, cost + static_cast<float>(glm::length(left)), parent, length, false};
   }
 
   const TouchScene& scene_;
-  const volume::Version& version_;
+  const Grid& grid_;
   ShapeSet let_through_, inside_;
   ProxyCounters& counters_;
   dvec3 target_{0.0};
@@ -109,19 +108,14 @@ dvec3 within(const dvec3& p, const ivec3& v) noexcept {
   return q;
 }
 
-}  // namespace
-
-volume::Status PathProxy::prepare(const TouchScene& scene) { return check_touchable(scene); }
-
-ProxyStep PathProxy::step(const TouchScene& scene, const volume::Version& version, ProxyState& state,
-                          const ProxyInput& input) const noexcept {
-  const volume::Frame& frame = version.base().frame;
+template <class Grid>
+void step_on_cubes(const TouchScene& scene, const Grid& grid, const ProxyInput& input, ProxyState& state,
+                   ProxyStep& result) noexcept {
+  const volume::Frame& frame = grid.frame();
   const dvec3 hip = frame.volume_from_world(input.hip_world);
-  ProxyStep result;
-  result.normal_world = dvec3(0);
-  if (begin_on_cubes(scene, version, hip, state, result)) {
+  if (begin_on_cubes(scene, grid, hip, state, result)) {
     result.proxy_world = input.hip_world;
-    return result;
+    return;
   }
   const auto add = [&result](const dvec3& p) {
     result.path_volume[static_cast<std::size_t>(result.waypoint_count++)] = p;
@@ -134,15 +128,15 @@ ProxyStep PathProxy::step(const TouchScene& scene, const volume::Version& versio
   int landing = 0;
   ShapeSet inside = state.inside;
   ++result.counters.iterations;
-  const WayEnd way = find_barrier(scene, version, state.proxy_volume, hip, state.around.let_through, inside,
-                                  result.counters);
+  const WayEnd way =
+      find_barrier(scene, grid, state.proxy_volume, hip, state.around.let_through, inside, result.counters);
   if (!way.is_blocked) {
     add(hip);
   } else {
     // To the wall; the voxel before it is free, and so is the way there.
     dvec3 p = within(state.proxy_volume + way.t * (hip - state.proxy_volume), way.before);
     ShapeSet after = state.inside;
-    if (find_barrier(scene, version, state.proxy_volume, p, state.around.let_through, after, result.counters)
+    if (find_barrier(scene, grid, state.proxy_volume, p, state.around.let_through, after, result.counters)
             .is_blocked)
       p = state.proxy_volume;
     else if (energy(p) < energy(state.proxy_volume))
@@ -150,8 +144,7 @@ ProxyStep PathProxy::step(const TouchScene& scene, const volume::Version& versio
     else
       p = state.proxy_volume;
     const ivec3 start = volume::voxel_of(p);
-    const TouchShape& shape = scene.shapes[static_cast<std::size_t>(way.shape)];
-    dvec3 normal = outward_normal(shape, version, p, result.counters.cells);
+    dvec3 normal = grid.normal(static_cast<std::size_t>(way.shape), p, result.counters.cells);
     if (way.is_back) normal = -normal;
     const dvec3 p_world = frame.world_from_volume(p);
     const double depth = glm::dot(input.hip_world - p_world, normal);
@@ -167,9 +160,10 @@ ProxyStep PathProxy::step(const TouchScene& scene, const volume::Version& versio
     result.shape = way.shape;
     result.side = way.is_back ? -1 : 1;
     const dvec3 projected_world = input.hip_world - glm::dot(input.hip_world - p_world, normal) * normal;
-    VoxelSearch search(scene, version, state.around.let_through, inside, result.counters);
+    VoxelSearch search(scene, grid, state.around.let_through, inside, result.counters);
     const dvec3 across = glm::normalize(frame.vector_volume_from_world(normal));
-    const int found = search.run(start, frame.volume_from_world(projected_world), p, across, k_depth);
+    const int found =
+        search.run(start, frame.volume_from_world(projected_world), p, across, PathProxy::k_depth);
     // The point where the way from that voxel's centre to the HIP leaves it.
     const ivec3 v = search.at(found).voxel;
     const dvec3 centre(v), out = hip - centre;
@@ -188,8 +182,19 @@ ProxyStep PathProxy::step(const TouchScene& scene, const volume::Version& versio
       add(candidate);
     }
   }
-  end_on_cubes(scene, version, input.hip_world, landing, state, result);
-  return result;
+  end_on_cubes(scene, grid, input.hip_world, landing, state, result);
+}
+
+}  // namespace
+
+volume::Status PathProxy::prepare(const TouchScene& scene) { return check_touchable(scene, true); }
+
+ProxyStep PathProxy::step(const TouchScene& scene, const volume::Version& version, ProxyState& state,
+                          const ProxyInput& input) const noexcept {
+  return step_on_grid(scene, version, state, input,
+                      [&](const auto& grid, ProxyState& on_grid, ProxyStep& result) {
+                        step_on_cubes(scene, grid, input, on_grid, result);
+                      });
 }
 
 }  // namespace trephine::haptics

@@ -2,6 +2,15 @@
 
 namespace trephine::haptics {
 
+volume::Status check_offsets(const TouchScene& scene) {
+  if (scene.tool_radius > 0)
+    for (const TouchShape& shape : scene.shapes)
+      if (!shape.offset || shape.offset->radius_mm() != scene.tool_radius)
+        return volume::Error{"a shape has no offset field for the tool's radius", shape.field.shape().name,
+                             "", "", "set_tool_radius() makes it"};
+  return std::nullopt;
+}
+
 volume::Status check_touchable(const TouchScene& scene, bool has_radius, bool has_meshes) {
   if (!scene.meshes.empty() && !has_meshes)
     return volume::Error{"this method touches volumes alone", "--method",
@@ -20,7 +29,7 @@ volume::Status check_touchable(const TouchScene& scene, bool has_radius, bool ha
   for (const TouchShape& shape : scene.shapes)
     if (!shape.bits)
       return volume::Error{"a touchable shape has no bits", shape.field.shape().name, "", "", ""};
-  return std::nullopt;
+  return check_offsets(scene);
 }
 
 }  // namespace trephine::haptics

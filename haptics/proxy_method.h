@@ -98,6 +98,8 @@ struct ProxyStep {
 /// Few enough shapes of one volume, each with its bits: what most methods ask of a scene. Error also for a
 /// tool with a radius, or meshes, where the method has none.
 volume::Status check_touchable(const TouchScene& scene, bool has_radius = false, bool has_meshes = false);
+/// Has a scene whose tool has a radius the offset fields for it?
+volume::Status check_offsets(const TouchScene& scene);
 
 class ProxyMethod {
  public:

@@ -65,11 +65,7 @@ void look_around(const TouchScene& scene, const SceneLayout& layout, const Place
 }  // namespace
 
 volume::Status SceneProxy::prepare(const TouchScene& scene) {
-  if (scene.tool_radius > 0)
-    for (const TouchShape& shape : scene.shapes)
-      if (!shape.offset || shape.offset->radius_mm() != scene.tool_radius)
-        return volume::Error{"a shape has no offset field for the tool's radius", shape.field.shape().name,
-                             "", "", "set_tool_radius() makes it"};
+  if (volume::Status error = check_offsets(scene)) return error;
   auto layout = SceneLayout::of(scene);
   if (!layout) return layout.error();
   layout_ = std::move(layout).value();
@@ -130,7 +126,7 @@ ProxyStep SceneProxy::step(const TouchScene& scene, const volume::Version& versi
 }
 
 volume::Status SequentialProxy::prepare(const TouchScene& scene) {
-  if (scene.tool_radius > 0) return check_touchable(scene);
+  if (volume::Status error = check_offsets(scene)) return error;
   auto layout = SceneLayout::of(scene);
   if (!layout) return layout.error();
   layout_ = std::move(layout).value();
@@ -138,6 +134,7 @@ volume::Status SequentialProxy::prepare(const TouchScene& scene) {
   method_ = std::make_unique<ImplicitProxy>();
   for (const SceneLayout::Part& part : layout_.parts()) {
     TouchScene one;
+    one.tool_radius = scene.tool_radius;
     one.base = part.untouched ? part.untouched->shared_base() : scene.base;
     one.shapes.assign(scene.shapes.begin() + part.begin, scene.shapes.begin() + part.end);
     if (volume::Status error = method_->prepare(one)) return error;
@@ -182,7 +179,7 @@ ProxyStep SequentialProxy::step(const TouchScene& scene, const volume::Version& 
       const Placement& placement =
           mesh.mover < 0 ? mesh.placement : placements[static_cast<std::size_t>(mesh.mover)];
       FacetHit one;
-      if (!mesh.tree->cast(placement.local_from_world(a), placement.local_from_world(b), 0,
+      if (!mesh.tree->cast(placement.local_from_world(a), placement.local_from_world(b), scene.tool_radius,
                            holds(scene, state.around.let_through, shape, Sides::front),
                            holds(scene, state.around.let_through, shape, Sides::back), one,
                            result.counters.triangles) ||

@@ -116,8 +116,7 @@ class SmoothWalls {
   static constexpr int k_cut = 1000, k_kept = 6;
 
   const volume::OffsetField& offset(std::size_t shape) const noexcept {
-    const auto& newer = version_->offsets();
-    return shape < newer.size() && newer[shape] ? *newer[shape] : *scene_->shapes[shape].offset;
+    return offset_of(*scene_, *version_, shape);
   }
   glm::ivec3 grid_size() const noexcept {
     return is_round_ ? offset(static_cast<std::size_t>(begin_)).size() : volume_->size;

@@ -6,15 +6,7 @@ namespace trephine::haptics {
 
 using glm::dvec3;
 
-volume::Status SubvoxelProxy::prepare(const TouchScene& scene) {
-  if (volume::Status error = check_touchable(scene, true)) return error;
-  if (scene.tool_radius > 0)
-    for (const TouchShape& shape : scene.shapes)
-      if (!shape.offset || shape.offset->radius_mm() != scene.tool_radius)
-        return volume::Error{"a shape has no offset field for the tool's radius", shape.field.shape().name,
-                             "", "", "set_tool_radius() makes it"};
-  return std::nullopt;
-}
+volume::Status SubvoxelProxy::prepare(const TouchScene& scene) { return check_touchable(scene, true); }
 
 ProxyStep SubvoxelProxy::step(const TouchScene& scene, const volume::Version& version, ProxyState& state,
                               const ProxyInput& input) const noexcept {

@@ -13,6 +13,7 @@
 #include "volume/occupancy.h"
 #include "volume/offset_field.h"
 #include "volume/soft_field.h"
+#include "volume/version.h"
 
 namespace trephine::haptics {
 
@@ -103,6 +104,12 @@ struct TouchScene {
   std::vector<std::shared_ptr<const volume::Volume>> others = {};  ///< further volumes of shapes; not cut
 };
 
+/// The offset field that `shape` is touched with: the newest that the version carries.
+inline const volume::OffsetField& offset_of(const TouchScene& scene, const volume::Version& version,
+                                            std::size_t shape) noexcept {
+  const auto& newer = version.offsets();
+  return shape < newer.size() && newer[shape] ? *newer[shape] : *scene.shapes[shape].offset;
+}
 /// What answers where `shape` is touched on `side` (1 front, -1 back).
 const Material& material_of(const TouchScene& scene, int shape, int side) noexcept;
 /// N/mm, where `shape` is touched at a place with this normal toward the tool.

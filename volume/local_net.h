@@ -3,37 +3,41 @@
 #pragma once
 
 #include <array>
+#include <utility>
 
-#include "volume/surface_net_vertices.h"
-#include "volume/traversal.h"
+#include "volume/cell_samples.h"
 
 namespace trephine::volume {
 
-/// Two triangles (0, 1, 2) and (0, 2, 3) around one crossed grid edge; volume frame, seen from the free side
+/// Two triangles (0, 1, 2) and (0, 2, 3) around one crossed grid edge; in voxels, seen from the free side
 /// counter-clockwise (in a right-handed frame).
 struct NetQuad {
   std::array<glm::vec3, 4> corners;
 };
 
-/// Any thread; allocates nothing. Borrows field, version and bits, which must be there.
+/// Any thread; allocates nothing. `Samples`: see volume/cell_samples.h.
+template <class Samples>
 class LocalNet {
  public:
-  explicit LocalNet(const SurfaceSource& source) : source_(source), vertices_(source) {}
+  explicit LocalNet(const Samples& samples) : samples_(samples) {}
 
-  /// Is voxel v solid? Outside the grid nothing is.
-  bool is_solid(const glm::ivec3& v) const noexcept {
-    return source_.field->volume().contains(v) && source_.bits->is_solid(v) &&
-           (source_.version == nullptr || source_.version->is_kept(v));
-  }
-  /// Corners of a cell that are solid, bit i at (i & 1, i >> 1 & 1, i >> 2 & 1).
-  int config(const glm::ivec3& cell) const noexcept {
-    int bits = 0;
-    for (int i = 0; i < 8; ++i)
-      bits |= static_cast<int>(is_solid(cell + glm::ivec3(i & 1, i >> 1 & 1, i >> 2 & 1))) << i;
-    return bits;
-  }
+  int config(const glm::ivec3& cell) const noexcept { return config_of(samples_, cell); }
+
   /// The quad around the crossed edge from voxel `low` one step along `axis`.
-  NetQuad quad(const glm::ivec3& low, int axis) const noexcept;
+  NetQuad quad(const glm::ivec3& low, int axis) const noexcept {
+    // The four cells around the edge, counter-clockwise seen from its high end.
+    const int first = (axis + 1) % 3, second = (axis + 2) % 3;
+    NetQuad quad;
+    const int corners[4] = {1 << first | 1 << second, 1 << second, 0, 1 << first};
+    for (std::size_t i = 0; i < 4; ++i) {
+      const int corner = corners[i];
+      const glm::ivec3 cell = low - glm::ivec3(corner & 1, corner >> 1 & 1, corner >> 2 & 1);
+      quad.corners[i] = vertex(cell, net_edge(axis, corner));
+    }
+    // Solid at the low end faces its high end; else turned round.
+    if (!samples_.is_solid(low)) std::swap(quad.corners[1], quad.corners[3]);
+    return quad;
+  }
 
   /// Calls use(quad) for every quad that the inside of `cell` may meet: those around its crossed edges, at
   /// most twelve. A quad lies in the four cells around its edge.
@@ -47,11 +51,32 @@ class LocalNet {
       use(quad(cell + glm::ivec3(corner & 1, corner >> 1 & 1, corner >> 2 & 1), axis));
     }
   }
+  /// The same, as use(a, b, c) for each triangle.
+  template <class Use>
+  void triangles_of_cell(const glm::ivec3& cell, Use&& use) const noexcept {
+    quads_of_cell(cell, [&](const NetQuad& quad) {
+      use(quad.corners[0], quad.corners[1], quad.corners[2]);
+      use(quad.corners[0], quad.corners[2], quad.corners[3]);
+    });
+  }
 
  private:
-  glm::vec3 vertex(const glm::ivec3& cell, int edge) const noexcept;
-  SurfaceSource source_;
-  NetVertices vertices_;
+  /// The vertex of the cell's patch that holds one of its edges.
+  glm::vec3 vertex(const glm::ivec3& cell, int edge) const noexcept {
+    const int bits = config(cell);
+    const NetCase* net = &k_net_cases[0][static_cast<std::size_t>(bits)];
+    if (net->pinch_face >= 0) {
+      glm::ivec3 other = cell;
+      other[net->pinch_face / 2] += net->pinch_face % 2 ? 1 : -1;
+      if (k_net_cases[0][static_cast<std::size_t>(config(other))].pinch_face == (net->pinch_face ^ 1))
+        net = &k_net_cases[1][static_cast<std::size_t>(bits)];
+    }
+    std::array<glm::vec3, 4> all;
+    samples_.place(cell, *net, all.data());
+    return all[net->patch_of_edge[static_cast<std::size_t>(edge)]];
+  }
+
+  Samples samples_;
 };
 
 }  // namespace trephine::volume

@@ -12,7 +12,7 @@
 #include "apps/view/render_window.h"
 #include "apps/view/view_window.h"
 #include "data-tools/atomic_file.h"
-#include "haptics/implicit_proxy.h"
+#include "haptics/solid_grid.h"
 #include "haptics/subvoxel_proxy.h"
 #include "modules/drilling/burr.h"
 #include "sim/live_session.h"

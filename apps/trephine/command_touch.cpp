@@ -11,8 +11,7 @@
 #include "data-tools/mesh_reading.h"
 #include "haptics/mesh_tree.h"
 #include "haptics/methods.h"
-#include "tests/checker/mesh_judge.h"
-#include "tests/checker/volume_samples.h"
+#include "tests/scenes/promise.h"
 #include "volume/surface_nets.h"
 #include "volume/work_counters.h"
 
@@ -151,30 +150,21 @@ Result<Outcome> run_touch(const TouchArguments& arguments) {
   std::map<std::string, long> events;
   const volume::Version version(source.volume);
 
-  // The judge reads voxels, not bits.
-  const volume::Shape& shape = scene.shapes[0].field.shape();
+  // The judge reads samples, not bits.
   const volume::Volume& base = *source.volume;
-  const checker::SolidVoxels solid = checker::solid_voxels(source.volume, shape);
+  const checker::SolidVoxels solid = checker::solid_voxels(source.volume, scene.shapes[0].field.shape());
+  const haptics::MethodInfo& info = *haptics::find_method(method_name);
+  const bool is_smooth = info.solid == haptics::MethodInfo::Solid::smooth;
+  const volume::WorkCounters& work = volume::work_counters();
+  const scenes::Promise promise(info, scene);
+  const auto surfaces_of_the_judge = work.surfaces.load();
   // A round tool's middle is judged by the samples of its offset field, in that field's frame.
-  const volume::OffsetField* offset = scene.shapes[0].offset.get();
-  const checker::SmoothSolid smooth =
-      offset ? checker::SmoothSolid({[offset](int x, int y, int z) { return offset->at(x, y, z); }})
-             : checker::smooth_solid(source.volume, shape, nullptr, scene.shapes[0].soft);
+  const auto offset = scenes::touched_offset(scene, nullptr);
+  const checker::SmoothSolid smooth = scenes::touched_smooth_solid(scene, nullptr);
   const volume::Frame& judged_frame = offset ? offset->frame() : base.frame;
   const auto judged = [&](const glm::dvec3& p) {
     return offset ? judged_frame.volume_from_world(base.frame.world_from_volume(p)) : p;
   };
-  using Solid = haptics::MethodInfo::Solid;
-  const Solid promised = haptics::find_method(method_name)->solid;
-  const bool is_smooth = promised == Solid::smooth;
-  std::unique_ptr<checker::MeshWall> net;
-  const volume::WorkCounters& work = volume::work_counters();
-  if (promised == Solid::net) {
-    const volume::Mesh mesh =
-        volume::surface_net({&scene.shapes[0].field, nullptr, scene.shapes[0].bits.get()});
-    net = std::make_unique<checker::MeshWall>(mesh.vertices.span(), mesh.triangles.span());
-  }
-  const auto surfaces_of_the_judge = work.surfaces.load();
   const auto models = method_name == "scene-sequential" ? std::vector<std::unique_ptr<checker::MeshWall>>()
                                                         : mesh_walls(scene);
   const auto meets_models = [&models](const glm::dvec3& a, const glm::dvec3& b) {
@@ -182,15 +172,8 @@ Result<Outcome> run_touch(const TouchArguments& arguments) {
       if (a != b && wall->is_entered(a, b)) return true;
     return false;
   };
-  checker::FallThroughJudge judge =
-      net ? checker::FallThroughJudge([&net, &meets_models](const glm::dvec3& a, const glm::dvec3& b) {
-        return (a == b ? net->is_inside(a) : net->is_crossed(a, b)) || meets_models(a, b);
-      })
-      : is_smooth ? checker::FallThroughJudge(
-                        [&smooth, &judged, &meets_models](const glm::dvec3& a, const glm::dvec3& b) {
-                          return !smooth.is_free(judged(a), judged(b)) || meets_models(a, b);
-                        })
-                  : checker::FallThroughJudge(base.size, solid);
+  checker::FallThroughJudge judge(
+      [&](const glm::dvec3& a, const glm::dvec3& b) { return promise.meets(a, b) || meets_models(a, b); });
   const glm::dvec3 axes[3] = {base.frame.axes()[0], base.frame.axes()[1], base.frame.axes()[2]};
 
   const std::vector<double> times = haptics::servo_times(path.value(), arguments.rate);
@@ -244,10 +227,12 @@ Result<Outcome> run_touch(const TouchArguments& arguments) {
   if (volume::Status error = data_tools::write_file_atomically(arguments.output, csv)) return *error;
 
   Outcome outcome{new_report("touch"), "",
-                  judge.fall_throughs() > 0 && promised != Solid::nothing ? exit_check_failed : exit_done};
+                  judge.fall_throughs() > 0 && info.solid != haptics::MethodInfo::Solid::nothing
+                      ? exit_check_failed
+                      : exit_done};
   Json& json = outcome.json;
   json["source"] = source.name;
-  json["shape"] = describe(shape, base.is_hounsfield);
+  json["shape"] = describe(scene.shapes[0].field.shape(), base.is_hounsfield);
   json["method"] = method.name();
   json["steps"] = times.size();
   json["step_us"] = {{"contact", percentiles(contact_us)}, {"free", percentiles(free_us)}};

@@ -154,8 +154,8 @@ TEST_F(Command, TouchTakesModelsBesideTheVolume) {
 TEST_F(Command, TouchTakesAMethodAndARadius) {
   ASSERT_EQ(run("phantom sphere --size 48 --psf 1.5 -o s.mha").exit_code, 0);
   write_press("p.csv", 1);
-  for (const char* method : {"subvoxel", "implicit", "path", "explicit", "mesh", "scene", "scene-sequential",
-                             "raystep", "plane", "gradient"}) {
+  for (const char* method : {"subvoxel", "implicit", "path", "explicit", "explicit-cubes", "mesh", "scene",
+                             "scene-sequential", "raystep", "plane", "gradient"}) {
     const Json touch = json(std::string("touch s.mha --path p.csv -o t.csv --method ") + method);
     EXPECT_EQ(touch["method"], method);
     EXPECT_GT(touch["max_force_n"].get<double>(), 0.05) << method;
@@ -166,6 +166,11 @@ TEST_F(Command, TouchTakesAMethodAndARadius) {
   const Json round = json("touch s.mha --path p.csv -o t.csv --radius 2");
   EXPECT_EQ(round["tool"]["radius_mm"], 2);
   EXPECT_EQ(round["fall_throughs"], 0);
+  for (const char* method : {"implicit", "path", "explicit", "explicit-cubes", "scene", "scene-sequential"}) {
+    const Json other = json(std::string("touch s.mha --path p.csv -o t.csv --radius 2 --method ") + method);
+    EXPECT_EQ(other["fall_throughs"], 0) << method;
+    EXPECT_GT(other["max_force_n"].get<double>(), 0.05) << method;
+  }
   // What a scene does not need is not made: a point needs no distance field, no surface and no search.
   const Json point = json("touch s.mha --path p.csv -o t.csv");
   EXPECT_FALSE(point.contains("tool"));
@@ -180,7 +185,7 @@ TEST_F(Command, TouchTakesAMethodAndARadius) {
       {"touch s.mha --path p.csv -o t.csv --method gost", "subvoxel, implicit, path, explicit"},
       {"touch s.mha --path p.csv -o t.csv --radius 7", "0 to 6 mm"},
       {"touch s.mha --path p.csv -o t.csv --radius -1", "0 to 6 mm"},
-      {"touch s.mha --path p.csv -o t.csv --radius 2 --method implicit", "--method subvoxel"},
+      {"touch s.mha --path p.csv -o t.csv --radius 2 --method raystep", "--method subvoxel"},
       {"touch s.mha --path p.csv -o t.csv --stiffness -1", "100 N/mm"},
       {"touch s.mha --path p.csv -o t.csv --blur -1", "10 voxels"},
       {"touch s.mha --path p.csv -o t.csv --effect hum", "vibration, gravity, texture"},

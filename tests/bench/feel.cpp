@@ -2,16 +2,15 @@
 
 #include <cmath>
 #include <glm/geometric.hpp>
+#include <map>
 #include <memory>
 
 #include "haptics/methods.h"
 #include "haptics/servo_core.h"
 #include "tests/bench/peers.h"
-#include "tests/checker/mesh_judge.h"
-#include "tests/checker/volume_samples.h"
+#include "tests/scenes/promise.h"
 #include "tests/scenes/scenes.h"
 #include "volume/local_net.h"
-#include "volume/surface_nets.h"
 #include "volume/traversal.h"
 
 namespace trephine::bench {
@@ -50,43 +49,31 @@ double rough_above_20_hz(const std::vector<double>& force, const std::vector<boo
 /// The judges of one scene, made once for all methods.
 struct Judges {
   checker::SolidVoxels voxels;
+  std::shared_ptr<const volume::OffsetField> offset;
   checker::SmoothSolid smooth;
   const volume::Frame &base,
       &frame;  ///< of the volume, and of the smooth solid: the offset field's for a round tool
-  std::unique_ptr<checker::MeshWall> net;
 
   explicit Judges(const FeelScene& s)
       : voxels(checker::solid_voxels(s.scene.base, s.scene.shapes[0].field.shape(), s.version)),
-        smooth(smooth_of(s)),
+        offset(scenes::touched_offset(s.scene, s.version.get())),
+        smooth(scenes::touched_smooth_solid(s.scene, s.version)),
         base(s.scene.base->frame),
-        frame(offset_of(s) ? offset_of(s)->frame() : base) {
-    const haptics::TouchShape& shape = s.scene.shapes[0];
-    const volume::Mesh mesh = volume::surface_net({&shape.field, s.version.get(), shape.bits.get()});
-    net = std::make_unique<checker::MeshWall>(mesh.vertices.span(), mesh.triangles.span());
-  }
-  static std::shared_ptr<const volume::OffsetField> offset_of(const FeelScene& s) {
-    return s.version && !s.version->offsets().empty() ? s.version->offsets()[0] : s.scene.shapes[0].offset;
-  }
-  static checker::SmoothSolid smooth_of(const FeelScene& s) {
-    if (const auto offset = offset_of(s))
-      return checker::SmoothSolid({[offset](int x, int y, int z) { return offset->at(x, y, z); }});
-    return checker::smooth_solid(s.scene.base, s.scene.shapes[0].field.shape(), s.version,
-                                 s.scene.shapes[0].soft);
-  }
+        frame(offset ? offset->frame() : base) {}
   /// A point of the volume's frame in the smooth solid's.
   dvec3 to(const dvec3& p) const {
     return &frame == &base ? p : frame.volume_from_world(base.world_from_volume(p));
   }
-  checker::FallThroughJudge fall_through(MethodInfo::Solid solid, const glm::ivec3& size) const {
-    if (solid == MethodInfo::Solid::smooth)
-      return checker::FallThroughJudge(
-          [this](const dvec3& a, const dvec3& b) { return !smooth.is_free(to(a), to(b)); });
-    if (solid == MethodInfo::Solid::net)
-      return checker::FallThroughJudge([this](const dvec3& a, const dvec3& b) {
-        return a == b ? net->is_inside(a) : net->is_crossed(a, b);
-      });
-    return checker::FallThroughJudge(size, voxels);
+  /// One for all methods that promise the same.
+  checker::FallThroughJudge fall_through(const FeelScene& s, const MethodInfo& method) {
+    auto& promise = promises[{method.solid, method.is_of_untouched}];
+    if (!promise) promise = std::make_unique<scenes::Promise>(method, s.scene, s.version);
+    return checker::FallThroughJudge(
+        [&promise](const dvec3& a, const dvec3& b) { return promise->meets(a, b); });
   }
+
+ private:
+  std::map<std::pair<MethodInfo::Solid, bool>, std::unique_ptr<scenes::Promise>> promises;
 };
 
 /// What is the same for every method: where an exact hand would be.
@@ -115,7 +102,7 @@ std::vector<Contender> contenders() {
   return all;
 }
 
-FeelRow measure(const FeelScene& s, const Judges& judges, const Ideal& ideal, const Contender& contender,
+FeelRow measure(const FeelScene& s, Judges& judges, const Ideal& ideal, const Contender& contender,
                 bool is_quick) {
   const MethodInfo& info = contender.info;
   const volume::Volume& base = *s.scene.base;
@@ -142,7 +129,7 @@ FeelRow measure(const FeelScene& s, const Judges& judges, const Ideal& ideal, co
   haptics::ForceOptions raw_force, default_force;
   raw_force.smoothing_alpha = 1;
   haptics::ForceModel raw(raw_force, 1e-3), smoothed(default_force, 1e-3);
-  checker::FallThroughJudge judge = judges.fall_through(info.solid, base.size);
+  checker::FallThroughJudge judge = judges.fall_through(s, info);
   haptics::ProxyState state;
   std::vector<double> raw_n, smoothed_n, tangential;
   std::vector<bool> contact;
@@ -354,7 +341,7 @@ FeelSplit split_of_explicit(const FeelScene& s) {
   const volume::Version version(s.scene.base);
   const haptics::TouchShape& shape = s.scene.shapes[0];
   if (method->prepare(s.scene)) return split;
-  const volume::LocalNet net({&shape.field, &version, shape.bits.get()});
+  const volume::LocalNet net{volume::VoxelSamples({&shape.field, &version, shape.bits.get()})};
   const volume::VoxelBox box{glm::ivec3(-1), s.scene.base->size - 1};
   std::vector<double> traversal, nets, whole;
   long quads = 0, cells = 0;
@@ -439,7 +426,7 @@ FeelReport run_feel(const FeelOptions& options) {
     const std::string id = feel_id(s);
     if (id.find(options.only) == std::string::npos) return true;
     if (options.look && (report.failure = options.look(s))) return false;
-    const Judges judges(s);
+    Judges judges(s);
     const Ideal ideal(s);
     for (const Contender& contender : all) {
       if (options.progress && !options.progress(done / total)) {

@@ -11,8 +11,7 @@
 #include "haptics/passivity.h"
 #include "haptics/servo_core.h"
 #include "haptics/subvoxel_proxy.h"
-#include "tests/checker/mesh_judge.h"
-#include "tests/checker/volume_samples.h"
+#include "tests/scenes/promise.h"
 #include "tests/scenes/scenes.h"
 #include "volume/deterministic_math.h"
 #include "volume/mix_hash.h"
@@ -33,8 +32,10 @@ double uniform(std::uint64_t seed, std::uint64_t i) {
 /// The judge of one method on one scene, remade when the version changes.
 class Judge {
  public:
-  Judge(const haptics::TouchScene& scene, MethodInfo::Solid solid)
-      : scene_(scene), solid_(solid), judge([this](const dvec3& a, const dvec3& b) { return meets(a, b); }) {
+  Judge(const haptics::TouchScene& scene, const MethodInfo& method)
+      : scene_(scene),
+        method_(method),
+        judge([this](const dvec3& a, const dvec3& b) { return meets(a, b); }) {
     // Vertices as the volume counts; scenes for judging have them where floats hold them exactly.
     for (const haptics::TouchMesh& mesh : scene.meshes) {
       std::vector<glm::vec3> vertices;
@@ -49,35 +50,18 @@ class Judge {
     }
   }
   void set_version(std::shared_ptr<const volume::Version> version) {
-    const volume::Shape& shape = scene_.shapes[0].field.shape();
-    version_ = std::move(version);
-    if (solid_ == MethodInfo::Solid::smooth)
-      smooth_ = std::make_unique<checker::SmoothSolid>(
-          checker::smooth_solid(scene_.base, shape, version_, scene_.shapes[0].soft));
-    else if (solid_ == MethodInfo::Solid::cubes)
-      cubes_ = std::make_unique<checker::FallThroughJudge>(
-          scene_.base->size, checker::solid_voxels(scene_.base, shape, version_));
-    else {
-      const volume::Mesh mesh =
-          volume::surface_net({&scene_.shapes[0].field, version_.get(), scene_.shapes[0].bits.get()});
-      net_ = std::make_unique<checker::MeshWall>(mesh.vertices.span(), mesh.triangles.span());
-    }
+    promise_ = std::make_unique<scenes::Promise>(method_, scene_, std::move(version));
   }
 
  private:
   bool meets(const dvec3& a, const dvec3& b) const {
     for (const auto& mesh : meshes_)
       if (a == b ? mesh->is_inside(a) : mesh->is_entered(a, b)) return true;
-    if (smooth_) return !smooth_->is_free(a, b);
-    if (cubes_) return cubes_->meets_solid(a, b);
-    return a == b ? net_->is_inside(a) : net_->is_crossed(a, b);
+    return promise_->meets(a, b);
   }
   const haptics::TouchScene& scene_;
-  MethodInfo::Solid solid_;
-  std::shared_ptr<const volume::Version> version_;
-  std::unique_ptr<checker::SmoothSolid> smooth_;
-  std::unique_ptr<checker::FallThroughJudge> cubes_;
-  std::unique_ptr<checker::MeshWall> net_;
+  const MethodInfo& method_;
+  std::unique_ptr<scenes::Promise> promise_;
   std::vector<std::unique_ptr<checker::MeshWall>> meshes_;
 
  public:
@@ -93,7 +77,7 @@ AttackRow attack(const std::string& name, const haptics::TouchScene& scene, cons
   if (method->prepare(scene)) return row;  // not a scene for this method
   const volume::Frame& frame = scene.base->frame;
   const dvec3 size(scene.base->size);
-  Judge judge(scene, info.solid);
+  Judge judge(scene, info);
   std::shared_ptr<const volume::Version> version = std::make_shared<volume::Version>(scene.base);
   const auto untouched = version;
   volume::RemovalEditor editor(version, {scene.shapes[0].field});
@@ -109,7 +93,9 @@ AttackRow attack(const std::string& name, const haptics::TouchScene& scene, cons
     return dvec3(x, y, z);
   };
   // An explicit surface is judged by a whole mesh, which a cut makes anew: rarely.
-  const long cut_every = info.solid == MethodInfo::Solid::net ? 4000 : 400;
+  const bool is_of_triangles =
+      info.solid == MethodInfo::Solid::net || info.solid == MethodInfo::Solid::marching_cubes;
+  const long cut_every = is_of_triangles ? 4000 : 400;
   double speed = 1;
   for (long i = 0; i < steps; ++i) {
     if (i % 2000 == 0) {  // a new start anywhere, then forget what was

@@ -255,7 +255,8 @@ struct Servo {
 
 class Surfaces : public testing::TestWithParam<const char*> {};
 INSTANTIATE_TEST_SUITE_P(All, Surfaces,
-                         testing::Values("subvoxel", "implicit", "path", "explicit", "mesh", "scene"));
+                         testing::Values("subvoxel", "implicit", "path", "explicit", "explicit-cubes", "mesh",
+                                         "scene"));
 
 TEST_P(Surfaces, GiveWayWhenPressedHarderThanTheyBearAndHoldAgainSomeWayOff) {
   TouchScene scene = scene_of_plane();

@@ -5,11 +5,9 @@
 #include <gtest/gtest.h>
 
 #include "haptics/methods.h"
-#include "tests/checker/mesh_judge.h"
-#include "tests/checker/volume_samples.h"
+#include "tests/scenes/promise.h"
 #include "tests/scenes/scenes.h"
 #include "volume/removal.h"
-#include "volume/surface_nets.h"
 
 namespace trephine::haptics {
 
@@ -27,7 +25,6 @@ struct Play {
   TouchScene scene;
   std::shared_ptr<const volume::Version> version;
   std::unique_ptr<ProxyMethod> method;
-  MethodInfo::Solid solid;
   ProxyState state;
   checker::FallThroughJudge judge;
   long contacts = 0;
@@ -36,8 +33,7 @@ struct Play {
       : scene(std::move(s)),
         version(std::make_shared<volume::Version>(scene.base)),
         method(make_method(name).value()),
-        solid(find_method(name)->solid),
-        judge([this](const glm::dvec3& a, const glm::dvec3& b) { return meets_solid(a, b); }) {
+        judge([this](const glm::dvec3& a, const glm::dvec3& b) { return promise->meets(a, b); }) {
     EXPECT_FALSE(method->prepare(scene).has_value());
     set_version(version);
   }
@@ -48,15 +44,7 @@ struct Play {
   /// Goes on with another version, as a servo does between two steps.
   void set_version(std::shared_ptr<const volume::Version> next) {
     version = std::move(next);
-    const volume::Shape& shape = scene.shapes[0].field.shape();
-    smooth = std::make_unique<checker::SmoothSolid>(
-        checker::smooth_solid(scene.base, shape, version, scene.shapes[0].soft));
-    cubes = std::make_unique<checker::FallThroughJudge>(scene.base->size,
-                                                        checker::solid_voxels(scene.base, shape, version));
-    if (solid != MethodInfo::Solid::net) return;
-    const volume::Mesh mesh =
-        volume::surface_net({&scene.shapes[0].field, version.get(), scene.shapes[0].bits.get()});
-    net = std::make_unique<checker::MeshWall>(mesh.vertices.span(), mesh.triangles.span());
+    promise = std::make_unique<scenes::Promise>(*find_method(method->name()), scene, version);
   }
   ProxyStep step(const glm::dvec3& hip_world) {
     const ProxyStep s = method->step(scene, *version, state, {hip_world});
@@ -67,14 +55,7 @@ struct Play {
   }
 
  private:
-  bool meets_solid(const glm::dvec3& a, const glm::dvec3& b) const {
-    if (solid == MethodInfo::Solid::smooth) return !smooth->is_free(a, b);
-    if (solid != MethodInfo::Solid::net) return cubes->meets_solid(a, b);
-    return a == b ? net->is_inside(a) : net->is_crossed(a, b);
-  }
-  std::unique_ptr<checker::SmoothSolid> smooth;
-  std::unique_ptr<checker::FallThroughJudge> cubes;
-  std::unique_ptr<checker::MeshWall> net;
+  std::unique_ptr<scenes::Promise> promise;
 };
 
 }  // namespace trephine::haptics

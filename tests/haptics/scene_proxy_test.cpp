@@ -400,7 +400,7 @@ TEST(SceneProxy, ARefusedSceneSaysWhatIsWrong) {
   EXPECT_TRUE(make_method("scene").value()->prepare(scene).has_value());
   scene.meshes.pop_back();
   EXPECT_FALSE(make_method("scene").value()->prepare(scene).has_value());
-  for (const char* name : {"mesh", "subvoxel", "implicit", "explicit", "path", "raystep"})
+  for (const char* name : {"mesh", "subvoxel", "implicit", "explicit", "explicit-cubes", "path", "raystep"})
     EXPECT_TRUE(make_method(name).value()->prepare(scene).has_value()) << name;
 }
 

@@ -13,7 +13,9 @@
 
 #include "data-tools/phantoms.h"
 #include "tests/checker/mesh_judge.h"
+#include "volume/cell_mesh.h"
 #include "volume/local_net.h"
+#include "volume/marching_cubes.h"
 #include "volume/removal.h"
 #include "volume/surface_net_cases.h"
 
@@ -236,7 +238,7 @@ TEST(LocalNet, MakesTheTrianglesOfTheWholeSurfaceBitForBit) {
     for (std::size_t t = 0; t < mesh.triangles.size(); t += 3)
       whole.insert(bits_of(mesh.vertices[mesh.triangles[t]], mesh.vertices[mesh.triangles[t + 1]],
                            mesh.vertices[mesh.triangles[t + 2]]));
-    const LocalNet net(source);
+    const LocalNet net{VoxelSamples(source)};
     for (int z = -1; z < base->size.z; ++z)
       for (int y = -1; y < base->size.y; ++y)
         for (int x = -1; x < base->size.x; ++x)
@@ -247,6 +249,75 @@ TEST(LocalNet, MakesTheTrianglesOfTheWholeSurfaceBitForBit) {
     EXPECT_GT(whole.size(), 1000u);
     EXPECT_EQ(whole, local);
   }
+}
+
+/// On any noise: closed, facing out, no edge with four triangles, and between two neighbouring voxels exactly
+/// where one is solid.
+TEST(MarchingCubes, SeparatesSolidFromFreeOnAnyNoise) {
+  for (const double share : {0.1, 0.5, 0.9})
+    for (const bool is_cut : {false, true}) {
+      const auto base = std::make_shared<const Volume>(noise_volume({13, 12, 14}, 3, share));
+      RemovalEditor editor(std::make_shared<Version>(base), {Field(*base, Shape{})});
+      if (is_cut) editor.remove({{3, 4, 5}, {9, 7, 9}, 3.2});
+      const auto version = editor.publish();
+      const Field field(*base, Shape{});
+      const Occupancy bits = Occupancy::build(*base, Shape{});
+      const LocalCubes cubes{VoxelSamples({&field, version.get(), &bits})};
+      const Mesh mesh = mesh_of_cells(cubes, base->size);
+      const checker::MeshVerdict verdict = judge(mesh);
+      EXPECT_EQ(verdict.boundary_edges, 0u);
+      EXPECT_EQ(verdict.twisted_edges, 0u);
+      EXPECT_EQ(verdict.crowded_edges, 0u);
+      EXPECT_GT(verdict.signed_volume, 0);
+      const checker::MeshWall wall(mesh.vertices.span(), mesh.triangles.span());
+      const auto solid = [&](const glm::ivec3& v) {
+        return base->contains(v) && bits.is_solid(v) && version->is_kept(v);
+      };
+      long crossed = 0;
+      for (int z = -1; z < base->size.z; ++z)
+        for (int y = -1; y < base->size.y; ++y)
+          for (int x = -1; x < base->size.x; ++x)
+            for (int axis = 0; axis < 3; ++axis) {
+              const glm::ivec3 v(x, y, z);
+              glm::ivec3 next = v;
+              ++next[axis];
+              // A hair aside, where no vertex lies on the way; the ends must not lie on the surface.
+              const glm::dvec3 aside(1.1e-5, 0.7e-5, 0.9e-5);
+              const bool is_one = solid(v) != solid(next);
+              ASSERT_EQ(wall.crossings(glm::dvec3(v) + aside, glm::dvec3(next) + aside) % 2, is_one ? 1 : 0)
+                  << x << " " << y << " " << z << " " << axis;
+              crossed += is_one;
+            }
+      EXPECT_GT(crossed, 500);
+    }
+}
+
+/// The volume of a ball, and its vertices on the sphere as near as linear interpolation comes.
+TEST(MarchingCubes, IsOfTheSurface) {
+  const data_tools::PhantomOptions options = [] {
+    data_tools::PhantomOptions o;
+    o.size = glm::ivec3(64);
+    o.psf_sigma_voxels = 1.5;
+    return o;
+  }();
+  const auto base = std::make_shared<const Volume>(data_tools::make_phantom("sphere", options).value());
+  const Shape shape{};
+  const Field field(*base, shape);
+  const Occupancy bits = Occupancy::build(*base, shape);
+  const Mesh mesh = mesh_of_cells(LocalCubes{VoxelSamples({&field, nullptr, &bits})}, base->size);
+  const MeshVerdict verdict = judge(mesh);
+  EXPECT_TRUE(verdict.is_closed_manifold());
+  const glm::dvec3& spacing = base->frame.spacing();
+  EXPECT_NEAR(
+      verdict.signed_volume * spacing.x * spacing.y * spacing.z / (4.0 / 3 * 3.14159265358979 * 45 * 45 * 45),
+      1, 0.02);
+  double worst = 0;
+  for (const glm::vec3& v : mesh.vertices.span()) {
+    const double off =
+        data_tools::phantom_distance("sphere", {}, base->frame.world_from_volume(glm::dvec3(v)));
+    worst = std::max(worst, std::abs(off) / base->frame.spacing().x);
+  }
+  EXPECT_LT(worst, 0.2);
 }
 
 }  // namespace

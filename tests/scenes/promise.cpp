@@ -1,0 +1,67 @@
+#include "tests/scenes/promise.h"
+
+#include "volume/cell_mesh.h"
+#include "volume/local_net.h"
+#include "volume/marching_cubes.h"
+
+namespace trephine::scenes {
+
+using haptics::MethodInfo;
+
+std::shared_ptr<const volume::OffsetField> touched_offset(const haptics::TouchScene& scene,
+                                                          const volume::Version* version) {
+  if (scene.tool_radius <= 0) return nullptr;
+  if (version && !version->offsets().empty()) return version->offsets()[0];
+  return scene.shapes[0].offset;
+}
+
+checker::SmoothSolid touched_smooth_solid(const haptics::TouchScene& scene,
+                                          std::shared_ptr<const volume::Version> version) {
+  if (const auto offset = touched_offset(scene, version.get()))
+    return checker::SmoothSolid({[offset](int x, int y, int z) { return offset->at(x, y, z); }});
+  return checker::smooth_solid(scene.base, scene.shapes[0].field.shape(), std::move(version),
+                               scene.shapes[0].soft);
+}
+
+Promise::Promise(const MethodInfo& method, const haptics::TouchScene& scene,
+                 std::shared_ptr<const volume::Version> version)
+    : base_(scene.base) {
+  using Solid = MethodInfo::Solid;
+  const haptics::TouchShape& shape = scene.shapes[0];
+  if (method.is_of_untouched) version = nullptr;
+  // A model of triangles has its own way of being round; its middle at least stays outside.
+  if (!method.is_of_untouched) offset_ = touched_offset(scene, version.get());
+  if (method.solid == Solid::smooth) {
+    smooth_ = std::make_unique<checker::SmoothSolid>(touched_smooth_solid(scene, version));
+    return;
+  }
+  if (method.solid == Solid::cubes || method.solid == Solid::nothing) {
+    cubes_ = offset_ ? std::make_unique<checker::FallThroughJudge>(
+                           offset_->size(),
+                           [field = offset_](int x, int y, int z) { return field->at(x, y, z) >= 0; })
+                     : std::make_unique<checker::FallThroughJudge>(
+                           base_->size, checker::solid_voxels(base_, shape.field.shape(), version));
+    return;
+  }
+  const volume::SurfaceSource source{&shape.field, version.get(), shape.bits.get()};
+  using volume::LocalCubes, volume::LocalNet, volume::mesh_of_cells;
+  const bool is_net = method.solid == Solid::net;
+  const volume::Mesh mesh =
+      offset_ ? (is_net ? mesh_of_cells(LocalNet{volume::OffsetSamples(*offset_)}, offset_->size())
+                        : mesh_of_cells(LocalCubes{volume::OffsetSamples(*offset_)}, offset_->size(), false))
+              : (is_net ? volume::surface_net(source)
+                        : mesh_of_cells(LocalCubes{volume::VoxelSamples(source)}, base_->size, false));
+  triangles_ = std::make_unique<checker::MeshWall>(mesh.vertices.span(), mesh.triangles.span());
+}
+
+bool Promise::meets(const glm::dvec3& from, const glm::dvec3& to) const {
+  const auto in_samples = [this](const glm::dvec3& p) {
+    return offset_ ? offset_->frame().volume_from_world(base_->frame.world_from_volume(p)) : p;
+  };
+  const glm::dvec3 a = in_samples(from), b = in_samples(to);
+  if (smooth_) return !smooth_->is_free(a, b);
+  if (cubes_) return cubes_->meets_solid(a, b);
+  return a == b ? triangles_->is_inside(a) : triangles_->is_crossed(a, b);
+}
+
+}  // namespace trephine::scenes

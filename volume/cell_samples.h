@@ -1,0 +1,93 @@
+// What a surface net or marching cubes asks of the samples around one cell: the voxels of a shape, or the
+// lattice of an offset field.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "volume/offset_field.h"
+#include "volume/surface_net_vertices.h"
+
+namespace trephine::volume {
+
+/// A shape's voxels and their cuts. Borrows field, version and bits, which must be there. Any thread;
+/// allocates nothing.
+class VoxelSamples {
+ public:
+  explicit VoxelSamples(const SurfaceSource& source) : source_(source), vertices_(source) {}
+
+  /// Is voxel v solid? Outside the grid nothing is.
+  bool is_solid(const glm::ivec3& v) const noexcept {
+    return source_.field->volume().contains(v) && source_.bits->is_solid(v) &&
+           (source_.version == nullptr || source_.version->is_kept(v));
+  }
+  /// The vertices of a cell, one for each patch of its case.
+  void place(const glm::ivec3& cell, const NetCase& net, glm::vec3* out) const {
+    vertices_.place(cell, net, out);
+  }
+  /// How far from solid voxel `in` to free voxel `air`, its neighbour, the surface lies: 0 to 1. Where the
+  /// first of the field and the cut leaves.
+  float crossing(const glm::ivec3& in, const glm::ivec3& air) const noexcept {
+    const auto value = [this](const glm::ivec3& v) {
+      return static_cast<float>(source_.field->at(v.x, v.y, v.z));
+    };
+    const float inside = value(in), outside = value(air);
+    float t = outside < 0 ? inside / (inside - outside) : 1;
+    if (source_.version == nullptr || source_.version->is_untouched()) return t;
+    const auto distance = [this](const glm::ivec3& v) {
+      return static_cast<float>(source_.version->distance_at(v.x, v.y, v.z));
+    };
+    if (const float d = distance(air); d <= 0) t = std::min(t, distance(in) / (distance(in) - d));
+    return t;
+  }
+
+ private:
+  SurfaceSource source_;
+  NetVertices vertices_;
+};
+
+/// The lattice of an offset field. Borrows it. Any thread; allocates nothing.
+class OffsetSamples {
+ public:
+  explicit OffsetSamples(const OffsetField& field) : field_(field) {}
+
+  bool is_solid(const glm::ivec3& v) const noexcept { return field_.at(v.x, v.y, v.z) >= 0; }
+  void place(const glm::ivec3& cell, const NetCase& net, glm::vec3* out) const noexcept {
+    std::array<glm::vec3, 4> sum{};
+    std::array<int, 4> count{};
+    for (int e = 0; e < 12; ++e) {
+      if (!(net.edges >> e & 1)) continue;
+      const int axis = e / 4, corner = net_edge_corner(e);
+      const glm::ivec3 at(corner & 1, corner >> 1 & 1, corner >> 2 & 1);
+      glm::ivec3 low = cell + at, high = low;
+      ++high[axis];
+      glm::vec3 p(at);
+      p[axis] = is_solid(low) ? crossing(low, high) : 1 - crossing(high, low);
+      const std::size_t patch = net.patch_of_edge[static_cast<std::size_t>(e)];
+      sum[patch] += p;
+      ++count[patch];
+    }
+    for (std::size_t k = 0; k < net.patch_count; ++k)
+      out[k] = glm::vec3(cell) + sum[k] / static_cast<float>(count[k]);
+  }
+  float crossing(const glm::ivec3& in, const glm::ivec3& air) const noexcept {
+    const auto inside = static_cast<float>(field_.at(in.x, in.y, in.z)),
+               outside = static_cast<float>(field_.at(air.x, air.y, air.z));
+    return inside / (inside - outside);
+  }
+
+ private:
+  const OffsetField& field_;
+};
+
+/// Corners of a cell that are solid, bit i at (i & 1, i >> 1 & 1, i >> 2 & 1).
+template <class Samples>
+int config_of(const Samples& samples, const glm::ivec3& cell) noexcept {
+  int bits = 0;
+  for (int i = 0; i < 8; ++i)
+    bits |= static_cast<int>(samples.is_solid(cell + glm::ivec3(i & 1, i >> 1 & 1, i >> 2 & 1))) << i;
+  return bits;
+}
+
+}  // namespace trephine::volume
