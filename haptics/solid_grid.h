@@ -14,6 +14,10 @@ namespace trephine::haptics {
 glm::dvec3 outward_normal(const TouchShape& shape, const volume::Version& version, const glm::dvec3& p,
                           int& cells) noexcept;
 
+/// May a proxy be set down at this place (volume frame), whichever solid its method touches: the cubes, or
+/// what is smooth? Of the shapes of the scene's first volume.
+bool is_free(const TouchScene& scene, const volume::Version& version, const glm::dvec3& place) noexcept;
+
 /// The voxels of a scene's volume, for a point. Borrows both. Any thread.
 class VoxelGrid {
  public:

@@ -5,7 +5,7 @@
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
-#include "volume/traversal.h"
+#include "haptics/solid_grid.h"
 
 namespace trephine::sim {
 
@@ -40,7 +40,7 @@ EditSession::EditSession(const haptics::TouchScene& scene, std::span<Tool* const
       editor_(std::make_shared<volume::Version>(scene.base), fields_of(scene)),
       current_(editor_.publish()) {
   for (Tool* tool : tools) hands_.push_back({tool, false, {}});
-  history_.push_back({current_, k_nothing});
+  history_.push_back({current_, k_nothing, k_nothing});
 }
 
 EditSession::EditSession(const haptics::TouchScene& scene, Tool* tool, double dt)
@@ -63,6 +63,7 @@ EditOutcome EditSession::consume(const haptics::ServoRecord& tick) {
   const volume::RemovalReport report = hand.tool->apply(tick, dt_, editor_);
   if (report.bricks_changed == 0) return {};
   current_ = editor_.publish();
+  note_cut(report.box);
   is_stroke_changed_ = true;
   stroke_box_ = united(stroke_box_, report.box);
   return {true, report.box};
@@ -81,6 +82,11 @@ EditOutcome EditSession::apply(const Command& command) {
     case Command::Kind::resume:
       end_stroke();
       return {};
+    case Command::Kind::offsets:
+      if (const auto serial = static_cast<std::uint64_t>(command.value);
+          const std::optional<OffsetJob> job = job_of(serial))
+        return attach(serial, job->make(*scene_, 0));
+      return {};
     case Command::Kind::note:
       break;
   }
@@ -96,7 +102,9 @@ void EditSession::end_stroke() {
   if (!is_stroke_changed_) return;
   editor_.end_stroke();
   history_.resize(position_ + 1);  // a new stroke ends the redo line
-  history_.push_back({current_, stroke_box_});
+  volume::VoxelBox owed = owed_;
+  for (const Cut& cut : cuts_) owed = united(owed, cut.box);
+  history_.push_back({current_, stroke_box_, owed});
   ++position_;
   if (position_ > k_most_strokes) {
     history_.erase(history_.begin());
@@ -111,9 +119,62 @@ EditOutcome EditSession::go_to(std::size_t position) {
   const volume::VoxelBox box = history_[std::max(position, position_)].box;
   position_ = position;
   editor_.reset(history_[position].version);
+  owed_ = history_[position].owed;
+  cuts_.clear();
   // A fresh serial for the old contents, so that every adopted version has its own.
   current_ = editor_.publish();
-  return {true, box};
+  if (owed_.low.x <= owed_.high.x) cuts_.push_back({current_, k_nothing});
+  return {true, box, true};
+}
+
+OffsetJob::Offsets OffsetJob::make(const haptics::TouchScene& scene, int threads) const {
+  Offsets made;
+  for (std::size_t s = 0; s < scene.shapes.size(); ++s)
+    made.push_back(before[s]->updated(scene.shapes[s].field, *scene.shapes[s].bits, *version, box, threads));
+  return made;
+}
+
+void EditSession::note_cut(const volume::VoxelBox& box) {
+  if (scene_->tool_radius > 0) cuts_.push_back({current_, box});
+}
+
+std::optional<OffsetJob> EditSession::job_of(std::uint64_t serial) const {
+  OffsetJob job;
+  job.box = owed_;
+  for (const Cut& cut : cuts_) {
+    job.box = united(job.box, cut.box);
+    if (cut.version->serial() == serial) {
+      job.version = cut.version;
+      break;
+    }
+  }
+  if (!job.version) return std::nullopt;
+  job.before = current_->offsets();
+  if (job.before.empty())
+    for (const haptics::TouchShape& shape : scene_->shapes) job.before.push_back(shape.offset);
+  return job;
+}
+
+std::optional<OffsetJob> EditSession::offset_job() const {
+  return cuts_.empty() ? std::nullopt : job_of(cuts_.back().version->serial());
+}
+
+EditOutcome EditSession::attach(std::uint64_t serial, OffsetJob::Offsets offsets) {
+  const auto made_from = std::find_if(cuts_.begin(), cuts_.end(),
+                                      [serial](const Cut& cut) { return cut.version->serial() == serial; });
+  if (made_from == cuts_.end()) return {};
+  cuts_.erase(cuts_.begin(), std::next(made_from));
+  owed_ = k_nothing;
+  editor_.attach(std::move(offsets));
+  current_ = editor_.publish();
+  // The state between strokes keeps what it has now, for whoever comes back to it.
+  if (!is_stroke_changed_) {
+    Entry& here = history_[position_];
+    here.version = current_;
+    here.owed = k_nothing;
+    for (const Cut& cut : cuts_) here.owed = united(here.owed, cut.box);
+  }
+  return {true, k_nothing};
 }
 
 EditOutcome EditSession::undo() {
@@ -141,17 +202,10 @@ std::vector<double> EditSession::removed_mm3_by_label() const {
   return result;
 }
 
-bool EditSession::is_free(const glm::dvec3& place) const noexcept {
-  const glm::ivec3 v = volume::voxel_of(place);
-  if (!scene_->base->contains(v) || !current_->is_kept(v)) return true;
-  return std::none_of(scene_->shapes.begin(), scene_->shapes.end(),
-                      [&](const haptics::TouchShape& shape) { return shape.bits->is_solid(v); });
-}
-
 const glm::dvec3* EditSession::last_free(std::size_t hand) const noexcept {
   const std::vector<glm::dvec3>& places = hands_[hand].places;
   for (std::size_t i = places.size(); i-- > 0;)
-    if (is_free(places[i])) return &places[i];
+    if (haptics::is_free(*scene_, *current_, places[i])) return &places[i];
   return nullptr;
 }
 

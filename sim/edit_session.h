@@ -15,6 +15,7 @@ namespace trephine::sim {
 struct EditOutcome {
   bool is_changed = false;
   volume::VoxelBox box{glm::ivec3(0), glm::ivec3(-1)};  ///< voxels that may look different now
+  bool may_grow = false;  ///< matter may be where none was: hands in it need a way out
 };
 
 /// A wish that changes the state beside the ticks. Recordable: a session is ticks and commands in order.
@@ -25,11 +26,23 @@ struct Command {
     set_tool = 2,  ///< `name` = `value` for the tool of `hand`
     note = 3,      ///< `name` is a remark or an event; changes nothing
     resume = 4,    ///< a session goes on: strokes end, every proxy and force starts afresh
+    offsets = 5,   ///< offset fields made from the version of serial `value` are felt from here on
   };
   Kind kind = Kind::note;
   std::uint8_t hand = 0;
   std::string name;
   double value = 0;
+};
+
+/// Offset fields that a round tool needs anew: those of `version` in `box`. Made on any thread, from
+/// immutable things alone.
+struct OffsetJob {
+  std::shared_ptr<const volume::Version> version;
+  volume::VoxelBox box{glm::ivec3(0), glm::ivec3(-1)};
+  using Offsets = std::vector<std::shared_ptr<const volume::OffsetField>>;
+  Offsets before;  ///< one a shape
+  /// Milliseconds to tens of them, by the size of the box and of the tool; the same bits whatever `threads`.
+  Offsets make(const haptics::TouchScene& scene, int threads = 1) const;
 };
 
 /// Runs a tool for each hand over servo ticks and keeps a version for each finished stroke: from the first
@@ -45,6 +58,13 @@ class EditSession {
   /// Ends an open stroke and goes back (or forward) by one. Nothing changes at the end of the history.
   EditOutcome undo();
   EditOutcome redo();
+  /// What was cut since the offset fields of the current version were made; nothing when they are up to date,
+  /// or the tool is a point. Until its fields are attached a round tool hovers there.
+  std::optional<OffsetJob> offset_job() const;
+  bool has_stale_offsets() const noexcept { return !cuts_.empty(); }
+  /// The job's fields are felt from the next version on. Nothing happens when the version is none that led to
+  /// the current one, after an undo say.
+  EditOutcome attach(std::uint64_t serial, OffsetJob::Offsets offsets);
   bool can_undo() const noexcept { return position_ > 0 || is_stroke_changed_; }
   bool can_redo() const noexcept { return position_ + 1 < history_.size(); }
 
@@ -73,9 +93,10 @@ class EditSession {
     bool is_pressed = false;
     std::vector<glm::dvec3> places;  ///< where the proxy was, volume frame, thinned out, oldest first
   };
+  void note_cut(const volume::VoxelBox& box);
+  std::optional<OffsetJob> job_of(std::uint64_t serial) const;
   void end_stroke();
   EditOutcome go_to(std::size_t position);
-  bool is_free(const glm::dvec3& place) const noexcept;
 
   const haptics::TouchScene* scene_;
   std::vector<Hand> hands_;
@@ -84,10 +105,18 @@ class EditSession {
   std::shared_ptr<const volume::Version> current_;
   struct Entry {
     std::shared_ptr<const volume::Version> version;
-    volume::VoxelBox box;  ///< what the stroke that led here changed
+    volume::VoxelBox box;   ///< what the stroke that led here changed
+    volume::VoxelBox owed;  ///< where its offset fields are older than it is
   };
   std::vector<Entry> history_;  ///< ends of strokes, oldest first; [0] is what can be gone back to
   std::size_t position_ = 0, forgotten_ = 0;
+  /// Versions since the offset fields in use were made: what was cut there already, and then by each.
+  volume::VoxelBox owed_{glm::ivec3(0), glm::ivec3(-1)};
+  struct Cut {
+    std::shared_ptr<const volume::Version> version;
+    volume::VoxelBox box;
+  };
+  std::vector<Cut> cuts_;
   bool is_pressed_ = false, is_stroke_changed_ = false;
   volume::VoxelBox stroke_box_{glm::ivec3(0), glm::ivec3(-1)};
 };

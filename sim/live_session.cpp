@@ -35,6 +35,10 @@ LiveSession::~LiveSession() { stop(); }
 volume::Status LiveSession::start() {
   if (volume::Status error = servo_.start()) return error;
   is_stopping_ = false;
+  if (scene_->tool_radius > 0) {
+    offsets_.is_stopping = offsets_.is_busy = false;
+    offset_thread_ = std::thread([this] { make_offsets(); });
+  }
   thread_ = std::thread([this] { run(); });
   return std::nullopt;
 }
@@ -43,6 +47,69 @@ void LiveSession::stop() {
   servo_.stop();
   is_stopping_ = true;
   if (thread_.joinable()) thread_.join();
+  if (!offset_thread_.joinable()) return;
+  {
+    const std::lock_guard guard(offsets_.lock);
+    offsets_.is_stopping = true;
+  }
+  offsets_.news.notify_one();
+  offset_thread_.join();
+  offsets_.job = std::nullopt;
+  offsets_.made = std::nullopt;
+}
+
+/// Offset thread: one job after another.
+void LiveSession::make_offsets() {
+  std::unique_lock guard(offsets_.lock);
+  for (;;) {
+    offsets_.news.wait(guard, [this] { return offsets_.job || offsets_.is_stopping; });
+    if (offsets_.is_stopping) return;
+    const OffsetJob job = *std::exchange(offsets_.job, std::nullopt);
+    guard.unlock();
+    const auto begin = std::chrono::steady_clock::now();
+    OffsetJob::Offsets made = job.make(*scene_);
+    const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    guard.lock();
+    offsets_.made = std::move(made);
+    offsets_.longest_seconds = std::max(offsets_.longest_seconds, seconds);
+    ++offsets_.count;
+  }
+}
+
+/// Edit thread: attaches what was made, and asks for more. What was made of a state that was undone since is
+/// left.
+void LiveSession::take_offsets() {
+  std::optional<OffsetJob::Offsets> made;
+  {
+    const std::lock_guard guard(offsets_.lock);
+    if (offsets_.is_busy && !offsets_.made) return;
+    made = std::exchange(offsets_.made, std::nullopt);
+    offsets_.is_busy = false;
+  }
+  if (made) {
+    const EditOutcome outcome = edits_.attach(offsets_.serial, std::move(*made));
+    if (outcome.is_changed) {
+      channel_.publish(edits_.current());
+      const Command command{Command::Kind::offsets, 0, {}, static_cast<double>(offsets_.serial)};
+      if (recorder_) recorder_->add(command, edits_, outcome);
+      const std::lock_guard guard(lock_);
+      note(outcome);
+    }
+  }
+  std::optional<OffsetJob> job = edits_.offset_job();
+  if (!job) return;
+  offsets_.serial = job->version->serial();
+  {
+    const std::lock_guard guard(offsets_.lock);
+    offsets_.job = std::move(job);
+    offsets_.is_busy = true;
+  }
+  offsets_.news.notify_one();
+}
+
+LiveSession::OffsetReport LiveSession::offset_report() {
+  const std::lock_guard guard(offsets_.lock);
+  return {offsets_.count, offsets_.longest_seconds};
 }
 
 void LiveSession::run() {
@@ -72,6 +139,7 @@ void LiveSession::run() {
       for (std::size_t h = 0; h < edits_.hand_count(); ++h)
         if (const glm::dvec3* free = edits_.last_free(h)) servo_.request_restart(*free, h);
     }
+    if (scene_->tool_radius > 0 && !is_last_round) take_offsets();
     for (const auto& [hand, place] : landings) servo_.request_restart(place, hand);
     landings.clear();
     if (is_last_round && !was_busy) return;

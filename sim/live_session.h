@@ -2,6 +2,7 @@
 #pragma once
 
 #include <atomic>
+#include <condition_variable>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -63,6 +64,12 @@ class LiveSession {
   /// The ticks that the edit thread saw; after stop().
   const std::vector<haptics::ServoRecord>& trace() const noexcept { return trace_; }
   const EditSession& edits() const noexcept { return edits_; }
+  /// Of a round tool: how often its offset fields were made anew, and the longest that took.
+  struct OffsetReport {
+    std::uint64_t count = 0;
+    double longest_seconds = 0;
+  };
+  OffsetReport offset_report();
 
  private:
   void run();
@@ -72,6 +79,8 @@ class LiveSession {
   /// matter grow: it keeps one way out at a time.
   bool is_ready_for_command() const noexcept { return seen_version_ >= growth_version_; }
   void note(const EditOutcome& outcome);  // with lock_ held
+  void take_offsets();
+  void make_offsets();
 
   const haptics::TouchScene* scene_;
   EditSession edits_;
@@ -89,6 +98,19 @@ class LiveSession {
   std::vector<std::pair<std::size_t, glm::dvec3>> landings_;
   std::atomic<bool> is_stopping_{false}, wants_reset_{false};
   std::thread thread_;
+
+  // Offset fields of a round tool, made on a thread of their own that edits never wait for.
+  struct OffsetWork {
+    std::mutex lock;
+    std::condition_variable news;
+    std::optional<OffsetJob> job;            ///< to be made
+    std::optional<OffsetJob::Offsets> made;  ///< of it
+    std::uint64_t serial = 0;                ///< of the job that is under way
+    bool is_busy = false, is_stopping = false;
+    double longest_seconds = 0;
+    std::uint64_t count = 0;
+  } offsets_;
+  std::thread offset_thread_;
 };
 
 }  // namespace trephine::sim

@@ -21,12 +21,18 @@ haptics::ServoRecord Lockstep::step(const haptics::Pose& pose) {
   }
   last_edit_ = edits_.consume(record);
   if (recorder_) recorder_->add(record, edits_, last_edit_);
+  // A round tool's fields follow a while after the cuts, as they do live.
+  ticks_owed_ = edits_.has_stale_offsets() ? ticks_owed_ + 1 : 0;
+  if (ticks_owed_ == k_offsets_every) {
+    apply({Command::Kind::offsets, 0, {}, static_cast<double>(edits_.current()->serial())});
+    ticks_owed_ = 0;
+  }
   return last_record_ = record;
 }
 
 EditOutcome Lockstep::apply(const Command& command) {
   const EditOutcome outcome = edits_.apply(command);
-  if (outcome.is_changed)
+  if (outcome.may_grow)
     if (const std::optional<haptics::WayOut> way = edits_.way_out()) servo_.offer(*way);
   if (recorder_) recorder_->add(command, edits_, outcome);
   return outcome;

@@ -25,6 +25,8 @@ class Lockstep {
   EditOutcome apply(const Command& command);
 
   const EditSession& edits() const noexcept { return edits_; }
+  /// Ticks from a cut to the offset fields that know it, where the tool is round.
+  static constexpr int k_offsets_every = 50;
   const haptics::ProxyStep& last_step() const noexcept { return servo_.last_step(); }
   const EditOutcome& last_edit() const noexcept { return last_edit_; }
   const haptics::ServoRecord& last_record() const noexcept { return last_record_; }
@@ -35,6 +37,7 @@ class Lockstep {
   SessionWriter* recorder_;
   EditOutcome last_edit_;
   haptics::ServoRecord last_record_;
+  int ticks_owed_ = 0;
 };
 
 }  // namespace trephine::sim

@@ -28,15 +28,13 @@ std::string newtons(const glm::dvec3& f) {
 
 volume::Status check_recordable(const haptics::TouchScene& scene) {
   const auto no_words = [](const char* found) {
-    return Error{"this scene cannot be recorded", "session", found,
-                 "up to 8 shapes of one volume, touched with a point", "touch it without --record"};
+    return Error{"this scene cannot be recorded", "session", found, "up to 8 shapes of one volume",
+                 "touch it without --record"};
   };
   if (!scene.meshes.empty()) return no_words("polygonal models");
-  if (scene.tool_radius > 0) return no_words("a tool with a radius");
   if (scene.shapes.size() > haptics::TouchScene::k_max_shapes) return no_words("more shapes");
   for (const haptics::TouchShape& s : scene.shapes) {
     if (&s.field.volume() != scene.base.get()) return no_words("several volumes");
-    if (s.back_material) return no_words("a material for the back");
   }
   return std::nullopt;
 }
@@ -49,7 +47,8 @@ SessionHeader describe_session(const haptics::TouchScene& scene, const haptics::
   h.method = method.name();
   h.force = options.force;
   for (const haptics::TouchShape& s : scene.shapes)
-    h.shapes.push_back({s.field.shape(), s.material, s.sides, s.ramp, s.soft != nullptr});
+    h.shapes.push_back({s.field.shape(), s.material, s.sides, s.ramp, s.soft != nullptr, s.back_material});
+  h.tool_radius = scene.tool_radius;
   h.tools = std::move(tools);
   return h;
 }
@@ -74,9 +73,11 @@ Result<haptics::TouchScene> scene_of(const SessionReader& session,
     auto bits = std::make_shared<const volume::Occupancy>(volume::Occupancy::build(*scan, s.shape));
     scene.shapes.push_back({volume::Field(*scan, s.shape), std::move(bits), s.material, s.sides});
     scene.shapes.back().ramp = s.ramp;
+    scene.shapes.back().back_material = s.back_material;
     if (s.is_soft) scene.shapes.back().soft = volume::SoftField::build(*scene.shapes.back().bits);
   }
   scene.base = std::move(scan);
+  if (Status error = haptics::set_tool_radius(scene, header.tool_radius)) return *error;
   return scene;
 }
 
@@ -93,11 +94,18 @@ Replay::Replay(SessionReader& session, const haptics::TouchScene& scene, const h
   for (const Command& setting : state_->settings) state_->edits.apply(setting);
 }
 
+haptics::ServoCore Replay::make_core(std::size_t hand, std::uint64_t first_tick) const {
+  haptics::ServoCore core(*scene_, *method_, session_->header().force, dt_, first_tick);
+  core.set_hand(static_cast<std::uint8_t>(hand));
+  for (const std::string& words : session_->header().effects)
+    if (const auto effect = haptics::parse_effect(words)) core.effects().add(effect.value());
+  return core;
+}
+
 Replay::State Replay::fresh_state() const {
   State state{EditSession(*scene_, tools_, dt_), {}, {}, {}, {}, 0, {}};
   for (std::size_t h = 0; h < tools_.size(); ++h) {
-    state.cores.emplace_back(*scene_, *method_, session_->header().force, dt_);
-    state.cores.back().set_hand(static_cast<std::uint8_t>(h));
+    state.cores.push_back(make_core(h, 0));
     for (const auto& [name, value] : session_->header().tools[h].settings)
       state.settings.push_back({Command::Kind::set_tool, static_cast<std::uint8_t>(h), name, value});
   }
@@ -206,12 +214,8 @@ void Replay::run_command(const Command& command) {
   if (command.kind == Command::Kind::set_tool) state_->settings.push_back(command);
   if (command.kind == Command::Kind::resume) ++counts_.resumes;
   if (command.kind == Command::Kind::resume)
-    for (std::size_t h = 0; h < state_->cores.size(); ++h) {
-      state_->cores[h] =
-          haptics::ServoCore(*scene_, *method_, session_->header().force, dt_, state_->next_tick);
-      state_->cores[h].set_hand(static_cast<std::uint8_t>(h));
-    }
-  if (outcome.is_changed)
+    for (std::size_t h = 0; h < state_->cores.size(); ++h) state_->cores[h] = make_core(h, state_->next_tick);
+  if (outcome.may_grow)
     for (std::size_t h = 0; h < state_->cores.size(); ++h)
       if (const std::optional<haptics::WayOut> way = state_->edits.way_out(h)) state_->cores[h].offer(*way);
   note_change(outcome);

@@ -14,10 +14,10 @@
 
 namespace trephine::sim {
 
-/// What a session says of a scene, its method and its tools.
-/// Error when the scene holds what a session's header has no words for: meshes, further volumes, a tool with
-/// a radius, materials of backs, more shapes than one volume has.
+/// Error when the scene holds what a session's header has no words for: meshes, further volumes, more shapes
+/// than one volume has.
 volume::Status check_recordable(const haptics::TouchScene& scene);
+/// What a session says of a scene, its method and its tools.
 SessionHeader describe_session(const haptics::TouchScene& scene, const haptics::ProxyMethod& method,
                                const haptics::ServoOptions& options, std::vector<ToolSpec> tools);
 /// The session's shapes on a scan, their bits made. Error when the scan is not the session's.
@@ -75,6 +75,7 @@ class Replay {
     std::uint64_t next_tick = 0;
     SessionReader::Place place;
   };
+  haptics::ServoCore make_core(std::size_t hand, std::uint64_t first_tick) const;
   State fresh_state() const;
   volume::Status restore(const State& state);
   volume::Status run_tick(const TickItem& item);

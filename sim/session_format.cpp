@@ -164,7 +164,7 @@ Result<LogItem> ItemDecoder::next() {
       std::uint16_t length = 0;
       is_whole = get(bytes_, kind) && get(bytes_, c.hand) && get(bytes_, c.value) && get(bytes_, length) &&
                  bytes_.size() >= length;
-      if (is_whole && kind > static_cast<std::uint8_t>(Command::Kind::resume))
+      if (is_whole && kind > static_cast<std::uint8_t>(Command::Kind::offsets))
         return broken("an unknown command");
       if (is_whole && c.hand >= last_.size()) return broken("a command for a hand that cannot be");
       if (is_whole) {
@@ -257,26 +257,32 @@ std::string encode(const SessionHeader& h) {
   number("slew_limit", h.force.slew_limit);
   number("fade_seconds", h.force.fade_seconds);
   // What is not as usual.
-  const auto unless = [&number](const char* key, double value, double usual) {
+  const auto unless = [&number](const std::string& key, double value, double usual) {
     if (value != usual) number(key, value);
   };
   unless("passive", h.force.is_passive, 0);
   unless("delay_ticks", h.force.delay_ticks, 0);
   unless("device_damping", h.force.device_damping, 0);
+  unless("tool_radius", h.tool_radius, 0);
+  for (const std::string& words : h.effects) line("effect", words);
+  const auto material = [&](const std::string& prefix, const haptics::Material& m) {
+    number(prefix + "stiffness", m.stiffness);
+    number(prefix + "damping", m.damping);
+    number(prefix + "static_friction", m.static_friction);
+    number(prefix + "dynamic_friction", m.dynamic_friction);
+    const haptics::Material usual;
+    unless(prefix + "viscosity", m.viscosity, usual.viscosity);
+    unless(prefix + "pop_force", m.pop_force, usual.pop_force);
+    unless(prefix + "pop_rearm", m.pop_rearm, usual.pop_rearm);
+  };
   for (const ShapeSpec& s : h.shapes) {
     line("shape", s.shape.name);
     number("low", s.shape.low);
     number("high", s.shape.high);
     number("label", s.shape.label);
-    number("stiffness", s.material.stiffness);
-    number("damping", s.material.damping);
-    number("static_friction", s.material.static_friction);
-    number("dynamic_friction", s.material.dynamic_friction);
+    material("", s.material);
     number("sides", static_cast<int>(s.sides));
-    const haptics::Material usual;
-    unless("viscosity", s.material.viscosity, usual.viscosity);
-    unless("pop_force", s.material.pop_force, usual.pop_force);
-    unless("pop_rearm", s.material.pop_rearm, usual.pop_rearm);
+    if (s.back_material) material("back_", *s.back_material);
     unless("soft", s.is_soft, 0);
     if (s.ramp) {
       number("ramp_intensity", s.ramp->intensity);
@@ -290,6 +296,29 @@ std::string encode(const SessionHeader& h) {
   }
   return out;
 }
+
+namespace {
+/// Where a shape keeps the number of its material, or of its back's, that a key names; null for other keys.
+double* place_of(ShapeSpec& shape, std::string_view key) {
+  using haptics::Material;
+  Material* material = &shape.material;
+  static constexpr std::pair<std::string_view, double Material::*> k_numbers[] = {
+      {"stiffness", &Material::stiffness},
+      {"damping", &Material::damping},
+      {"static_friction", &Material::static_friction},
+      {"dynamic_friction", &Material::dynamic_friction},
+      {"viscosity", &Material::viscosity},
+      {"pop_force", &Material::pop_force},
+      {"pop_rearm", &Material::pop_rearm}};
+  if (constexpr std::string_view k_back = "back_"; key.starts_with(k_back)) {
+    key.remove_prefix(k_back.size());
+    material = shape.back_material ? &*shape.back_material : &shape.back_material.emplace();
+  }
+  for (const auto& [name, number] : k_numbers)
+    if (key == name) return &(material->*number);
+  return nullptr;
+}
+}  // namespace
 
 Result<SessionHeader> decode_header(std::string_view text) {
   SessionHeader h;
@@ -358,26 +387,24 @@ Result<SessionHeader> decode_header(std::string_view text) {
         h.force.delay_ticks = static_cast<int>(number);
     } else if (key == "device_damping") {
       if ((is_good = between(0, 10))) h.force.device_damping = number;
+    } else if (key == "tool_radius") {
+      if ((is_good = between(0, 6))) h.tool_radius = number;
+    } else if (key == "effect") {
+      if ((is_good =
+               h.effects.size() < haptics::EffectRack::k_most && haptics::parse_effect(std::string(value))))
+        h.effects.emplace_back(value);
     } else if (shape == nullptr) {
       is_good = false;
+    } else if (double* place = place_of(*shape, key)) {
+      if ((is_good = between(0, 1e6))) *place = number;
     } else if (key == "low") {
       if ((is_good = is_number)) shape->shape.low = number;
     } else if (key == "high") {
       if ((is_good = is_number)) shape->shape.high = number;
     } else if (key == "label") {
       if ((is_good = whole(-1, 255))) shape->shape.label = static_cast<int>(number);
-    } else if (key == "stiffness") {
-      if ((is_good = between(0, 1e6))) shape->material.stiffness = number;
-    } else if (key == "damping") {
-      if ((is_good = between(0, 1e6))) shape->material.damping = number;
     } else if (key == "soft") {
       if ((is_good = whole(0, 1))) shape->is_soft = number == 1;
-    } else if (key == "viscosity") {
-      if ((is_good = between(0, 1))) shape->material.viscosity = number;
-    } else if (key == "pop_force") {
-      if ((is_good = between(0, 1e3))) shape->material.pop_force = number;
-    } else if (key == "pop_rearm") {
-      if ((is_good = between(0, 1e3))) shape->material.pop_rearm = number;
     } else if (key.starts_with("ramp_")) {
       haptics::StiffnessRamp& ramp = shape->ramp ? *shape->ramp : shape->ramp.emplace();
       is_good = between(-1e9, 1e9);
@@ -389,10 +416,6 @@ Result<SessionHeader> decode_header(std::string_view text) {
         ramp.dense_stiffness = number;
       else
         is_good = false;
-    } else if (key == "static_friction") {
-      if ((is_good = between(0, 1e3))) shape->material.static_friction = number;
-    } else if (key == "dynamic_friction") {
-      if ((is_good = between(0, 1e3))) shape->material.dynamic_friction = number;
     } else if (key == "sides") {
       if ((is_good = whole(0, 3))) shape->sides = static_cast<haptics::Sides>(static_cast<int>(number));
     } else {

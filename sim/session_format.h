@@ -17,7 +17,7 @@ namespace trephine::sim {
 inline constexpr std::uint32_t k_session_layout = 1;
 /// The arithmetic of servo and edits: raised with every change that gives other bits for the same input. A
 /// session of another revision opens for viewing and cannot be verified.
-inline constexpr std::uint32_t k_replay_revision = 1;
+inline constexpr std::uint32_t k_replay_revision = 2;
 
 struct ToolSpec {
   std::string name;  ///< "burr", or empty for a hand that only touches
@@ -30,6 +30,7 @@ struct ShapeSpec {
   haptics::Sides sides = haptics::Sides::front;
   std::optional<haptics::StiffnessRamp> ramp = std::nullopt;
   bool is_soft = false;  ///< its field was made smooth
+  std::optional<haptics::Material> back_material = std::nullopt;
 };
 
 /// All that a replay needs beside the scan itself. Nothing of a patient: a scan is named only when its name
@@ -43,6 +44,8 @@ struct SessionHeader {
   double rate_hz = 1000;
   std::string method = "implicit";
   haptics::ForceOptions force;
+  double tool_radius = 0;            ///< mm; 0: a point
+  std::vector<std::string> effects;  ///< as haptics::parse_effect reads them
   std::vector<ShapeSpec> shapes;
   std::vector<ToolSpec> tools;  ///< one a hand
 };

@@ -140,6 +140,7 @@ void SessionWriter::add(const Command& command, const EditSession& edits, const 
   const std::lock_guard guard(lock_);
   items_.add(CommandItem{command});
   if (outcome.is_changed) note_version(edits, last_tick_);
+  if (command.kind == Command::Kind::offsets) return;  // nobody's wish, many times a second
   ask_sync(edits.is_in_stroke() ? nullptr : edits.current());
   was_in_stroke_ = edits.is_in_stroke();
 }

@@ -22,6 +22,7 @@ constexpr double k_steps_a_radius = 12;  // of the lattice
 constexpr double k_band = 2.5;           // steps on either side of the offset surface that are sampled
 constexpr double k_refined = 2.2;        // steps within which distances are exact
 constexpr int k_max_newton = 10;
+constexpr int k_max_rim_steps = 24;
 constexpr int k_tile = 96;  // lattice points along the edge of what is built at once
 
 /// A point of the smooth surface.
@@ -87,6 +88,18 @@ class SmoothSurface {
     return is_found;
   }
 
+  /// The place nearest to a voxel's centre where a cut meets the scan's surface, if one is within 1.5 voxels.
+  bool project_to_rim(const ivec3& v, SurfacePoint& out) const {
+    if (!has_cut() || !version_->is_near_cut(dvec3(v))) return false;
+    const double reach = 1.5 * frame_.spacing().x;
+    dvec3 found(0);
+    if (!(distance_to_rim(frame_.world_from_volume(dvec3(v)), frame_.world_from_volume(dvec3(v)), reach,
+                          found) < reach))
+      return false;
+    out = {glm::vec3(found), true};
+    return true;
+  }
+
   /// Surface points between a solid place and a free one, by bisection: for what is too thin for gradients.
   void bisect(dvec3 solid, dvec3 free, std::vector<SurfacePoint>& points) const {
     if (!is_solid(solid) || is_solid(free)) return;
@@ -99,12 +112,22 @@ class SmoothSurface {
     points.push_back({glm::vec3(frame_.world_from_volume(solid)), is_cut});
   }
 
-  /// Distance (mm) from x to the surface near `from`: Newton on the surface with its curvature, never longer
-  /// than to `from`.
+  /// Distance (mm) from x to the surface near `from`, never longer than to `from`.
   double distance(const dvec3& x_world, const SurfacePoint& from) const {
-    dvec3 y(from.at_world);
+    const dvec3 start(from.at_world);
+    dvec3 reached = start;
+    double best = distance_within(x_world, from, reached);
+    if (!has_cut() || !version_->is_near_cut(frame_.volume_from_world(start))) return best;
+    // The other field may bound the solid nearer to x, and so may the rim, which is no smooth surface.
+    best = distance_to_rim(x_world, start, distance_to_rim(x_world, reached, best, reached), reached);
+    return std::min(best, distance_within(x_world, {from.at_world, !from.is_cut}, reached = start));
+  }
+
+ private:
+  /// The same on the one field whose surface `from` is on: Newton with its curvature. y: where it ended.
+  double distance_within(const dvec3& x_world, const SurfacePoint& from, dvec3& y) const {
     const dvec3 first = x_world - y;
-    double best = std::sqrt(glm::dot(first, first));
+    const double best = std::sqrt(glm::dot(first, first));
     for (int i = 0; i < k_max_newton; ++i) {
       const Jet j = jet(from.is_cut, frame_.volume_from_world(y));
       const dvec3 gradient = frame_.gradient_world_from_volume(j.gradient);
@@ -138,7 +161,35 @@ class SmoothSurface {
     return best;
   }
 
- private:
+  /// Distance (mm) from x to the curve near `from` where a cut meets the scan's surface: there both fields
+  /// are 0; where that is goes to `found`. At most `most`, with `found` as it was.
+  double distance_to_rim(const dvec3& x_world, dvec3 y, double most, dvec3& found) const {
+    const double close = 1e-3 * frame_.spacing().x;
+    for (int i = 0; i < k_max_rim_steps; ++i) {
+      const dvec3 p = frame_.volume_from_world(y);
+      const Jet scan = jet(false, p), cut = jet(true, p);
+      const dvec3 a = frame_.gradient_world_from_volume(scan.gradient),
+                  b = frame_.gradient_world_from_volume(cut.gradient);
+      // The shortest step that makes both 0, and along the curve toward x.
+      const double aa = glm::dot(a, a), bb = glm::dot(b, b), ab = glm::dot(a, b), det = aa * bb - ab * ab;
+      if (!(det > 1e-6 * aa * bb)) return most;
+      // On the rim, if not yet at its nearest place, which steps come to slowly where it bends around x.
+      const dvec3 rest = x_world - y;
+      if (scan.value * scan.value < close * close * aa && cut.value * cut.value < close * close * bb)
+        if (const double distance = std::sqrt(glm::dot(rest, rest)); distance < most)
+          most = distance, found = y;
+      const double s = (-scan.value * bb + cut.value * ab) / det,
+                   t = (-cut.value * aa + scan.value * ab) / det;
+      const dvec3 along = glm::normalize(glm::cross(a, b));
+      dvec3 step = s * a + t * b + glm::dot(x_world - y, along) * along;
+      const double length = std::sqrt(glm::dot(step, step)), limit = 1.5 * frame_.spacing().x;
+      if (length > limit) step *= limit / length;
+      y += step;
+      if (length < close) return most;
+    }
+    return most;
+  }
+
   const Field& field_;
   const Version* version_;
   const Frame& frame_;
@@ -149,8 +200,14 @@ class SmoothSurface {
 /// Fills the bricks of a box of lattice points, tile by tile.
 class OffsetField::Builder {
  public:
-  Builder(OffsetField& out, const Field& field, const Occupancy& bits, const Version* version)
-      : out_(out), field_(field), bits_(bits), version_(version), surface_(field, version) {}
+  Builder(OffsetField& out, const Field& field, const Occupancy& bits, const Version* version,
+          bool is_after_removal)
+      : out_(out),
+        field_(field),
+        bits_(bits),
+        version_(version),
+        is_after_removal_(is_after_removal),
+        surface_(field, version) {}
 
   void run(const ivec3& low, const ivec3& high, int threads, Work& work) {
     const ivec3 first = low / k_tile, last = high / k_tile, count = last - first + 1;
@@ -192,6 +249,7 @@ class OffsetField::Builder {
             SurfacePoint point;
             const bool is_found = surface_.project(v, point);
             if (is_found) points.push_back(point);
+            if (SurfacePoint rim; surface_.project_to_rim(v, rim)) points.push_back(rim);
             // A sheet of one voxel has two sides and, in its middle, no slope that leads to them.
             for (int axis = 0; axis < 3; ++axis) {
               ivec3 before = v, after = v;
@@ -311,9 +369,11 @@ class OffsetField::Builder {
                   nearest.data() + cell_index(b * k_edge + ivec3(0, k % k_edge, k / k_edge) - from);
               is_reached = std::any_of(row, row + k_edge, [](std::uint32_t p) { return p != k_none; });
             }
+          Slot& slot = out_.slots_[out_.slot_index(b)];
+          const Slot before = slot;
           if (!is_reached) {
-            out_.slots_[out_.slot_index(b)] = {nullptr,
-                                               surface_.is_solid(voxel(dvec3(b * k_edge + k_edge / 2)))};
+            const bool is_solid = surface_.is_solid(voxel(dvec3(b * k_edge + k_edge / 2)));
+            if (!is_after_removal_ || !is_solid) slot = {nullptr, is_solid};
             continue;
           }
           auto brick = std::make_shared<Brick>();
@@ -336,11 +396,14 @@ class OffsetField::Builder {
             } else if (surface_.is_solid(voxel(dvec3(v)))) {
               u = out_.far_;
             }
+            // Where matter was taken the tool is nowhere held that it was not before, whatever rounding says.
+            if (is_after_removal_)
+              u = std::min(u, before.brick ? static_cast<double>(before.brick->u[static_cast<std::size_t>(k)])
+                                           : (before.is_solid ? out_.far_ : -out_.far_));
             brick->u[static_cast<std::size_t>(k)] = static_cast<float>(u);
             is_near = is_near || std::abs(u) < out_.far_;
             is_solid = is_solid || u > 0;
           }
-          Slot& slot = out_.slots_[out_.slot_index(b)];
           slot.is_solid = is_solid;
           slot.brick = is_near || has_both(*brick) ? std::move(brick) : nullptr;
         }
@@ -360,6 +423,7 @@ class OffsetField::Builder {
   const Field& field_;
   const Occupancy& bits_;
   const Version* version_;
+  bool is_after_removal_;  ///< the field had bricks before, of a solid that held this one
   SmoothSurface surface_;
 };
 
@@ -399,7 +463,8 @@ Result<std::shared_ptr<const OffsetField>> OffsetField::build(const Field& field
                         static_cast<std::size_t>(result->slots_size_.y) *
                         static_cast<std::size_t>(result->slots_size_.z));
   Work done;
-  Builder(*result, field, bits, version).run(ivec3(0), result->slots_size_ * k_edge - 1, threads, done);
+  Builder(*result, field, bits, version, false)
+      .run(ivec3(0), result->slots_size_ * k_edge - 1, threads, done);
   done.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   if (work) *work = done;
   return std::shared_ptr<const OffsetField>(std::move(result));
@@ -423,7 +488,7 @@ std::shared_ptr<const OffsetField> OffsetField::updated(const Field& field, cons
   low = glm::clamp(low, ivec3(0), slots_size_ - 1) * k_edge;
   high = glm::clamp(high, ivec3(0), slots_size_ - 1) * k_edge + (k_edge - 1);
   Work done;
-  Builder(*result, field, bits, &version).run(low, high, threads, done);
+  Builder(*result, field, bits, &version, true).run(low, high, threads, done);
   done.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   if (work) *work = done;
   return result;

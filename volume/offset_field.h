@@ -37,7 +37,8 @@ class OffsetField {
   static Result<std::shared_ptr<const OffsetField>> build(const Field& field, const Occupancy& bits,
                                                           const Version* version, double radius_mm,
                                                           int threads = 0, Work* work = nullptr);
-  /// The same after voxels low .. high were cut (more of them, or none put back). Edit or worker thread.
+  /// The same after voxels low .. high were cut, and none put back: nowhere larger than before, so that a
+  /// tool that was free stays free. Any thread but the servo's.
   std::shared_ptr<const OffsetField> updated(const Field& field, const Occupancy& bits,
                                              const Version& version, const VoxelBox& changed, int threads = 1,
                                              Work* work = nullptr) const;

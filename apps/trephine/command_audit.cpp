@@ -1,5 +1,6 @@
 // audit.
 #include <algorithm>
+#include <glm/geometric.hpp>
 
 #include "apps/trephine/commands.h"
 #include "apps/trephine/recording.h"
@@ -8,7 +9,7 @@
 #include "haptics/methods.h"
 #include "tests/checker/force_judge.h"
 #include "tests/checker/traversal_audit.h"
-#include "tests/checker/volume_samples.h"
+#include "tests/scenes/promise.h"
 
 namespace trephine::app {
 
@@ -16,6 +17,56 @@ using volume::Error;
 using volume::Result;
 
 namespace {
+
+const haptics::Material& touched_material(const haptics::TouchScene& scene, const haptics::ServoRecord& r) {
+  const haptics::TouchShape& shape = scene.shapes[static_cast<std::size_t>(r.shape)];
+  return r.side < 0 && shape.back_material ? *shape.back_material : shape.material;
+}
+
+/// By the ramp as the documents state it: from the intensity a voxel under the surface.
+double stiffness_there(const haptics::TouchScene& scene, const haptics::ServoRecord& r) {
+  const haptics::TouchShape& shape = scene.shapes[static_cast<std::size_t>(r.shape)];
+  const double soft = touched_material(scene, r).stiffness;
+  if (!shape.ramp) return soft;
+  const glm::dvec3& spacing = scene.base->frame.spacing();
+  const double voxel = std::min({spacing.x, spacing.y, spacing.z});
+  const double under = r.side < 0 ? voxel : -(scene.tool_radius + voxel);
+  const auto intensity = checker::intensity_at(
+      *scene.base, scene.base->frame.volume_from_world(r.proxy_world + under * r.normal_world));
+  if (!intensity) return soft;
+  const haptics::StiffnessRamp& ramp = *shape.ramp;
+  if (*intensity <= ramp.intensity) return soft;
+  if (*intensity >= ramp.dense_intensity) return ramp.dense_stiffness;
+  return soft + (ramp.dense_stiffness - soft) * (*intensity - ramp.intensity) /
+                    (ramp.dense_intensity - ramp.intensity);
+}
+
+/// One hand's judges, and what gave way under it.
+struct Hand {
+  checker::FallThroughJudge falls;
+  checker::ForceJudge force;
+  int popped_shape = -1;
+  double rearm = 0;
+  glm::dvec3 popped_at{0.0};
+
+  /// A surface pressed harder than it bears lets the next ticks through, until the hand is away from there.
+  void pop(const haptics::TouchScene& scene, const haptics::ServoRecord& r) {
+    const glm::dvec3& at = r.pose.position_world;
+    if (popped_shape >= 0) {
+      if (glm::length(at - popped_at) < rearm) return;
+      popped_shape = -1;
+      falls.restart();  // it may be inside
+      return;
+    }
+    if (!r.has_contact || r.is_led) return;
+    const haptics::Material& material = touched_material(scene, r);
+    const double pressed = stiffness_there(scene, r) * glm::dot(r.proxy_world - at, r.normal_world);
+    if (!(material.pop_force > 0) || !(pressed > material.pop_force)) return;
+    popped_shape = r.shape;
+    rearm = material.pop_rearm;
+    popped_at = at;
+  }
+};
 
 /// Replays a session and has every tick judged: the path met no solid, the force obeys its law, the ledger
 /// adds up.
@@ -35,26 +86,23 @@ Result<Outcome> audit_session(const AuditArguments& arguments) {
 
   if (promised != Solid::smooth && promised != Solid::cubes)
     return Error{"there is no judge for the session's proxy method", data_tools::file_name(arguments.session),
-                 header.method, "subvoxel, implicit or path", ""};
+                 header.method, "a method that touches the smooth solid or voxels", ""};
 
-  // The law that the judge knows: spring, damper, smoothing, and the guard.
-  bool is_plain = !header.force.is_passive;
-  for (const haptics::TouchShape& s : scene.shapes)
-    is_plain = is_plain && !s.ramp && s.material.viscosity == 0 && s.material.pop_force == 0;
-  if (!is_plain)
-    return Error{"there is no judge for the session's forces", data_tools::file_name(arguments.session),
-                 "a stiffness ramp, viscosity, pop-through or the passivity controller",
-                 "springs, dampers and friction alone", "trephine replay --verify compares its bits"};
+  // The law that the judge knows: spring, damper, viscosity, smoothing, controller and guard.
+  if (!header.effects.empty())
+    return Error{"there is no judge for the session's effects", data_tools::file_name(arguments.session),
+                 header.effects.front(), "forces of surfaces alone",
+                 "trephine replay --verify compares its bits"};
 
-  // One judge a hand; what is solid is the version that the tick saw.
+  // What is solid is the version that the tick saw, less what a hand was let through.
   std::shared_ptr<const volume::Version> seen;
-  std::vector<checker::SmoothSolid> smooth;
-  std::vector<checker::FallThroughJudge> cubes;
+  std::vector<scenes::Promise> solids;
+  Hand* at_work = nullptr;
   const auto meets = [&](const glm::dvec3& a, const glm::dvec3& b) {
-    for (std::size_t s = 0; s < scene.shapes.size(); ++s) {
-      if (!haptics::holds(scene.shapes[s].sides, haptics::Sides::front)) continue;
-      if (promised == Solid::smooth ? !smooth[s].is_free(a, b) : cubes[s].meets_solid(a, b)) return true;
-    }
+    for (std::size_t s = 0; s < scene.shapes.size(); ++s)
+      if (haptics::holds(scene.shapes[s].sides, haptics::Sides::front) &&
+          at_work->popped_shape != static_cast<int>(s) && solids[s].meets(a, b))
+        return true;
     return false;
   };
   const std::size_t hands = std::max<std::size_t>(1, header.tools.size());
@@ -62,8 +110,9 @@ Result<Outcome> audit_session(const AuditArguments& arguments) {
   law.dt = 1 / header.rate_hz;
   law.alpha = header.force.smoothing_alpha, law.limit = header.force.force_limit;
   law.slew = header.force.slew_limit, law.fade_seconds = header.force.fade_seconds;
-  std::vector<checker::FallThroughJudge> falls(hands, checker::FallThroughJudge(meets));
-  std::vector<checker::ForceJudge> forces(hands, checker::ForceJudge(law));
+  law.is_passive = header.force.is_passive, law.delay_ticks = header.force.delay_ticks;
+  law.device_damping = header.force.device_damping;
+  std::vector<Hand> judges(hands, Hand{checker::FallThroughJudge(meets), checker::ForceJudge(law)});
 
   ProgressLine progress("auditing");
   const std::uint64_t all = std::max<std::uint64_t>(1, session.reader->tick_count());
@@ -78,18 +127,16 @@ Result<Outcome> audit_session(const AuditArguments& arguments) {
     const haptics::ServoRecord& r = replay.record();
     if (replay.seen_version() != seen) {
       seen = replay.seen_version();
-      smooth.clear();
-      cubes.clear();
-      for (const haptics::TouchShape& shape : scene.shapes) {
-        smooth.push_back(checker::smooth_solid(scene.base, shape.field.shape(), seen, shape.soft));
-        cubes.emplace_back(scene.base->size, checker::solid_voxels(scene.base, shape.field.shape(), seen));
-      }
+      solids.clear();
+      for (std::size_t shape = 0; shape < scene.shapes.size(); ++shape)
+        solids.emplace_back(*haptics::find_method(header.method), scene, seen, shape);
     }
     const bool is_fresh = replay.counts().resumes != resumes;
     if (is_fresh || replay.counts().dropped != dropped)
-      for (std::size_t h = 0; h < hands; ++h) {
-        forces[h].restart(is_fresh);
-        falls[h].restart();
+      for (Hand& hand : judges) {
+        hand.force.restart(is_fresh);
+        hand.falls.restart();
+        if (is_fresh) hand.popped_shape = -1;
       }
     resumes = replay.counts().resumes, dropped = replay.counts().dropped;
 
@@ -97,31 +144,38 @@ Result<Outcome> audit_session(const AuditArguments& arguments) {
     const bool is_lost = (r.raised & haptics::fault_not_finite) != 0;
     checker::ForceTick tick;
     tick.position = r.pose.position_world, tick.proxy = r.proxy_world, tick.force = r.force_world;
+    tick.normal = r.normal_world;
     if (r.has_contact) {
-      const haptics::Material& material = scene.shapes[static_cast<std::size_t>(r.shape)].material;
-      tick.stiffness = material.stiffness, tick.damping = material.damping;
+      const haptics::Material& material = touched_material(scene, r);
+      tick.stiffness = stiffness_there(scene, r);
+      tick.damping = material.damping, tick.viscosity = material.viscosity;
     }
     tick.has_contact = r.has_contact, tick.is_buried = r.is_buried, tick.is_led = r.is_led;
     tick.is_reset = r.is_reset, tick.is_restarted = r.is_restarted;
     tick.is_not_finite = is_lost, tick.is_fading = (r.faults & haptics::k_latched_faults) != 0;
     tick.contact_energy = r.energy.contact, tick.growth_energy = r.energy.growth;
-    forces[r.hand].look(tick);
+    tick.friction_energy = r.energy.friction;
+    Hand& hand = judges[r.hand];
+    at_work = &hand;
+    hand.force.look(tick);
     // A proxy that is led out of matter that grew over it is no free proxy; nor has a lost pose moved one.
-    if (r.is_led || r.is_reset || r.is_restarted) falls[r.hand].restart();
+    if (r.is_led || r.is_reset || r.is_restarted) hand.falls.restart();
+    if (r.is_reset) hand.popped_shape = -1;
     if (r.is_led) ++led;
     if (!r.is_led && !is_lost) {
-      falls[r.hand].look({std::span(step.path_volume.data(), static_cast<std::size_t>(step.waypoint_count)),
-                          scene.base->frame.volume_from_world(r.pose.position_world), step.has_contact,
-                          step.is_buried});
+      hand.falls.look({std::span(step.path_volume.data(), static_cast<std::size_t>(step.waypoint_count)),
+                       scene.base->frame.volume_from_world(r.pose.position_world), step.has_contact,
+                       step.is_buried});
       ++judged;
     }
+    if (!is_lost) hand.pop(scene, r);
   }
   long fell = 0, wrong = 0;
   double worst_force = 0, worst_energy = 0;
-  for (std::size_t h = 0; h < hands; ++h) {
-    fell += falls[h].fall_throughs(), wrong += forces[h].wrong_forces();
-    worst_force = std::max(worst_force, forces[h].worst_force_n());
-    worst_energy = std::max(worst_energy, forces[h].worst_energy_nmm());
+  for (const Hand& hand : judges) {
+    fell += hand.falls.fall_throughs(), wrong += hand.force.wrong_forces();
+    worst_force = std::max(worst_force, hand.force.worst_force_n());
+    worst_energy = std::max(worst_energy, hand.force.worst_energy_nmm());
   }
   const bool is_same = !replay.mismatch().has_value(), is_balanced = worst_energy < 1e-6;
   const bool is_certified = fell == 0 && wrong == 0 && is_same && is_balanced;

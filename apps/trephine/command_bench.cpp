@@ -5,7 +5,10 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <spawn.h>
 #include <sstream>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include "apps/trephine/commands.h"
 #include "apps/trephine/feel_report.h"
@@ -208,6 +211,87 @@ Result<bench::FeelAnswers> read_answers(const std::string& path) {
   return answers;
 }
 
+/// An archive's files in a folder of their own, gone afterwards.
+class Unpacked {
+ public:
+  Unpacked() = default;
+  Unpacked(const Unpacked&) = delete;
+  Unpacked& operator=(const Unpacked&) = delete;
+  ~Unpacked() {
+    std::error_code ignored;
+    if (!folder_.empty()) std::filesystem::remove_all(folder_, ignored);
+  }
+  /// False when there is no such archive, or the system's tar cannot read it.
+  bool unpack(const std::filesystem::path& archive) {
+    std::error_code failed;
+    if (!std::filesystem::exists(archive, failed)) return false;
+    std::string name = (std::filesystem::temp_directory_path(failed) / "trephine-XXXXXX").string();
+    if (failed || ::mkdtemp(name.data()) == nullptr) return false;
+    folder_ = name;
+    std::string from = archive.string(), tar = "tar", extract = "-xJf", into = "-C";
+    char* const words[] = {tar.data(), extract.data(), from.data(), into.data(), folder_.data(), nullptr};
+    pid_t child = 0;
+    int status = 1;
+    return ::posix_spawnp(&child, "tar", nullptr, nullptr, words, environ) == 0 &&
+           ::waitpid(child, &status, 0) == child && status == 0;
+  }
+  const std::string& folder() const noexcept { return folder_; }
+
+ private:
+  std::string folder_;
+};
+
+bench::FeelScene real_scene(const std::string& name, const std::string& motion, haptics::TouchScene scene,
+                            haptics::PosePath path) {
+  for (haptics::TouchShape& shape : scene.shapes)
+    shape.material.static_friction = shape.material.dynamic_friction = 0;
+  bench::FeelScene real;
+  real.name = name, real.variant = "as scanned", real.motion = motion, real.group = "real";
+  real.radius_mm = scene.tool_radius;
+  real.scene = std::move(scene);
+  real.path = std::move(path);
+  return real;
+}
+
+/// What a hand did, over the scan that it did it to: a session, or a path over `source`.
+Result<bench::FeelScene> recorded_hand(const std::string& file, const std::string& source) {
+  constexpr std::size_t k_most = 20'000;
+  if (!is_session_file(file)) {
+    auto path = open_path(file);
+    if (!path) return path.error();
+    if (source.empty())
+      return Error{"a path is of no scan", "--hand", data_tools::file_name(file), "SRC too",
+                   "for example: trephine bench feel head --hand path.csv -o out/"};
+    auto opened = open_touch(source, {});
+    if (!opened) return opened.error();
+    std::vector<haptics::PosePath::Sample> samples;
+    for (const double t : haptics::servo_times(path.value(), 1000))
+      if (samples.size() < k_most) samples.push_back({t, path.value().at(t)});
+    auto played = haptics::PosePath::from_samples(std::move(samples), data_tools::file_name(file));
+    if (!played) return played.error();
+    return real_scene(opened.value().source.name, "recorded hand", std::move(opened.value().scene),
+                      std::move(played).value());
+  }
+  auto opened = open_session(file, source);
+  if (!opened) return opened.error();
+  OpenedSession& session = *opened.value();
+  std::vector<haptics::PosePath::Sample> samples;
+  sim::LogItem item;
+  while (samples.size() < k_most) {
+    const Result<bool> read = session.reader->next(item);
+    if (!read) return read.error();
+    if (!read.value()) break;
+    const auto* tick = std::get_if<sim::TickItem>(&item);
+    if (tick == nullptr || tick->record.hand != 0) continue;
+    samples.push_back(
+        {static_cast<double>(tick->record.tick) / session.reader->header().rate_hz, tick->record.pose});
+  }
+  auto played = haptics::PosePath::from_samples(std::move(samples), data_tools::file_name(file));
+  if (!played) return played.error();
+  return real_scene(session.source.name, "recorded hand", std::move(session.scene),
+                    std::move(played).value());
+}
+
 /// The built-in scenes, and a scan when one is given, with every method.
 volume::Status bench_feel(const BenchArguments& arguments, Outcome& outcome) {
   if (arguments.output.empty())
@@ -230,26 +314,33 @@ volume::Status bench_feel(const BenchArguments& arguments, Outcome& outcome) {
     if (!answers) return answers.error();
     options.answers = std::move(answers).value();
   }
-  // The scan that was named, and the spine of the real data where those are.
+  // The scan that was named, and those of the real data where they are.
   std::vector<std::string> scans;
-  if (!arguments.source.empty()) scans.push_back(arguments.source);
-  if (const char* data = std::getenv("TREPHINE_DATA"); data && arguments.only.empty())
-    if (const auto spine = std::filesystem::path(data) / "spine_lumbar" / "example_ct.nii.gz";
+  if (!arguments.source.empty() && arguments.hand.empty()) scans.push_back(arguments.source);
+  Unpacked skull;
+  if (const char* data = std::getenv("TREPHINE_DATA"); data && arguments.only.empty()) {
+    const std::filesystem::path folder(data);
+    if (const auto spine = folder / "spine_lumbar" / "example_ct.nii.gz";
         std::filesystem::exists(spine, failed))
       scans.push_back(spine.string());
+    if (skull.unpack(folder / "skull_phantom" / "bone_1mm.dicom.tar.xz")) scans.push_back(skull.folder());
+  }
   for (const std::string& scan : scans) {
     auto opened = open_touch(scan, {});
     if (!opened) return opened.error();
     haptics::TouchScene& scene = opened.value().scene;
-    scene.shapes[0].material.static_friction = scene.shapes[0].material.dynamic_friction = 0;
-    for (const double speed : {10.0, 100.0}) {
-      bench::FeelScene more;
-      more.name = opened.value().source.name, more.variant = "as scanned", more.group = "real";
-      more.motion = format_text("slide %.0f mm/s", speed);
-      more.scene = scene;
-      more.path = bench::slide_over(scene, speed, 1, arguments.is_quick ? 1500 : 3100);
-      options.more.push_back(std::move(more));
+    for (const double speed : {100.0, 10.0}) {
+      if (arguments.is_quick && speed < 100) continue;
+      options.more.push_back(
+          real_scene(scan == skull.folder() ? "skull" : opened.value().source.name,
+                     format_text("slide %.0f mm/s", speed), scene,
+                     bench::slide_over(scene, speed, 1, arguments.is_quick ? 1500 : 3100)));
     }
+  }
+  if (!arguments.hand.empty()) {
+    auto hand = recorded_hand(arguments.hand, arguments.source);
+    if (!hand) return hand.error();
+    options.more.push_back(std::move(hand).value());
   }
   ProgressLine progress("feeling");
   options.progress = [&progress](double share) { return progress(share); };
@@ -325,6 +416,14 @@ volume::Status bench_stability(const BenchArguments& arguments, Outcome& outcome
     if (failed)
       return Error{"the folder cannot be made", data_tools::file_name(arguments.output), failed.message(),
                    "a place that may be written", "choose another with -o"};
+  }
+  if (!arguments.only.empty()) {
+    for (const haptics::MethodInfo& info : haptics::method_catalogue())
+      if (std::string(info.name).find(arguments.only) != std::string::npos)
+        options.methods.emplace_back(info.name);
+    if (options.methods.empty())
+      return Error{"no method has such a name", "--only", arguments.only,
+                   "part of one of " + haptics::method_names(), ""};
   }
   ProgressLine progress("attacking");
   bool is_stopped = false;

@@ -176,7 +176,7 @@ Result<Outcome> run_demo(const DemoArguments& arguments) {
   burr_options.radius = k_burr_radius;
   burr_options.removal_rate = k_removal_rate;
   drilling::Burr burr(burr_options);
-  auto recorder = start_recording(arguments.record, source, scene, method, {}, burr_options);
+  auto recorder = start_recording(arguments.record, source, scene, method, {}, burr_options.spec());
   if (!recorder) return recorder.error();
   sim::LiveSession live(device, scene, method, &burr, {}, recorder.value().get());
   notice("touching and drilling, live, for " +

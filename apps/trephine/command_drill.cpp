@@ -4,7 +4,7 @@
 #include "data-tools/atomic_file.h"
 #include "data-tools/open_volume.h"
 #include "data-tools/operated_volume.h"
-#include "haptics/subvoxel_proxy.h"
+#include "haptics/methods.h"
 #include "modules/drilling/burr.h"
 #include "sim/lockstep.h"
 
@@ -24,22 +24,37 @@ Result<Outcome> run_drill(const DrillArguments& arguments) {
                  ".mha, .nrrd, .nii or .nii.gz", "choose one of these extensions"};
   if (volume::Status error = data_tools::check_writable(arguments.output)) return *error;
   if (volume::Status error = check_record(arguments.record)) return *error;
+  if (arguments.is_round && arguments.is_kinematic)
+    return Error{"a burr that is not held by the bone has no round touch", "--round", "--kinematic",
+                 "one of the two", ""};
+  if (arguments.is_round && arguments.burr_diameter > 12)
+    return Error{"the burr is too large for a round touch", "--burr-diameter",
+                 std::to_string(arguments.burr_diameter), "at most 12 mm", "leave --round out"};
   auto path = open_path(arguments.path);
   if (!path) return path.error();
-  auto opened = open_touch(arguments.source, arguments.shape);
+  auto made = haptics::make_method(arguments.method);
+  if (!made) return made.error();
+  const haptics::ProxyMethod& method = *made.value();
+  auto opened =
+      open_touch(arguments.source, arguments.shape,
+                 haptics::find_method(arguments.method)->solid == haptics::MethodInfo::Solid::smooth);
   if (!opened) return opened.error();
   const Source& source = opened.value().source;
   haptics::TouchScene& scene = opened.value().scene;
-  haptics::SubvoxelProxy method;
-  if (volume::Status error = method.prepare(scene)) return *error;
   drilling::BurrOptions burr_options;
   burr_options.radius = 0.5 * arguments.burr_diameter;
   burr_options.is_kinematic = arguments.is_kinematic;
+  burr_options.is_round = arguments.is_round;
   burr_options.removal_rate = arguments.removal_rate;
   drilling::Burr burr(burr_options);
+  if (arguments.is_round)
+    if (volume::Status error =
+            haptics::set_tool_radius(scene, drilling::touch_radius(burr_options, *scene.base)))
+      return *error;
+  if (volume::Status error = made.value()->prepare(scene)) return *error;
   haptics::ServoOptions servo;
   servo.rate_hz = arguments.rate;
-  auto recorder = start_recording(arguments.record, source, scene, method, servo, burr_options);
+  auto recorder = start_recording(arguments.record, source, scene, method, servo, burr_options.spec());
   if (!recorder) return recorder.error();
   sim::Lockstep run(scene, method, &burr, servo.force, arguments.rate, recorder.value().get());
 
@@ -69,6 +84,8 @@ Result<Outcome> run_drill(const DrillArguments& arguments) {
   json["shape"] = describe(scene.shapes[0].field.shape(), source.volume->is_hounsfield);
   json["burr_diameter_mm"] = arguments.burr_diameter;
   json["is_kinematic"] = arguments.is_kinematic;
+  json["is_round"] = arguments.is_round;
+  json["method"] = method.name();
   json["steps"] = times.size();
   json["removed_mm3_total"] = run.edits().removed_mm3();
   Json by_label = Json::object();

@@ -99,7 +99,7 @@ Result<Outcome> run_soak(const SoakArguments& arguments) {
   servo_options.rate_hz = arguments.rate;
   drilling::Burr burr(options);
   haptics::VirtualDevice device(path.value(), {});
-  auto recorder = start_recording(record, source, scene, method, servo_options, options);
+  auto recorder = start_recording(record, source, scene, method, servo_options, options.spec());
   if (!recorder) return recorder.error();
   sim::LiveSession live(device, scene, method, &burr, servo_options, recorder.value().get());
   if (volume::Status error = live.start()) return *error;

@@ -123,6 +123,7 @@ Result<Outcome> run_touch(const TouchArguments& arguments) {
     if (volume::Status error = effects.add(effect.value())) return *error;
   }
   if (volume::Status error = data_tools::check_writable(arguments.output)) return *error;
+  if (volume::Status error = check_record(arguments.record)) return *error;
 
   // The path first: it is cheap to be wrong about.
   auto path = open_path(arguments.path);
@@ -147,8 +148,13 @@ Result<Outcome> run_touch(const TouchArguments& arguments) {
   force.is_passive = arguments.is_passive;
   haptics::ServoCore servo(scene, method, force, 1 / arguments.rate);
   servo.effects() = effects;
+  haptics::ServoOptions recorded;
+  recorded.rate_hz = arguments.rate, recorded.force = force;
+  auto recorder = start_recording(arguments.record, source, scene, method, recorded, {}, arguments.effects);
+  if (!recorder) return recorder.error();
+  const sim::EditSession edits(scene, nullptr, 1 / arguments.rate);
+  const volume::Version& version = *edits.current();
   std::map<std::string, long> events;
-  const volume::Version version(source.volume);
 
   // The judge reads samples, not bits.
   const volume::Volume& base = *source.volume;
@@ -189,10 +195,12 @@ Result<Outcome> run_touch(const TouchArguments& arguments) {
       return interrupted("the touch");
     haptics::Pose pose = path.value().at(times[i]);
     if (i == 0) first_touch_seconds = process_seconds();
+    const haptics::DenormalsFlushed flushed;  // as everywhere else that a session comes from
     const auto begin = Clock::now();
     const haptics::ServoRecord record = servo.step(version, {pose});
     const double us = std::chrono::duration<double, std::micro>(Clock::now() - begin).count();
     (record.has_contact ? contact_us : free_us).push_back(us);
+    if (recorder.value()) recorder.value()->add(record, edits, {});
     const haptics::ProxyStep& step = servo.last_step();
     const glm::dvec3 hip = base.frame.volume_from_world(pose.position_world);
     judge.look({std::span(step.path_volume.data(), static_cast<std::size_t>(step.waypoint_count)), hip,
@@ -224,6 +232,7 @@ Result<Outcome> run_touch(const TouchArguments& arguments) {
     }
     append_step(csv, times[i], record, record.has_contact ? name_of(scene, record.shape) : "");
   }
+  if (volume::Status error = finish_recording(recorder.value().get(), edits, 0)) return *error;
   if (volume::Status error = data_tools::write_file_atomically(arguments.output, csv)) return *error;
 
   Outcome outcome{new_report("touch"), "",

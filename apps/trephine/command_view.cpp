@@ -52,13 +52,16 @@ class Host {
   Result<view::OpenedScene> wrap(haptics::TouchScene scene, const drilling::BurrOptions& burr) {
     view::OpenedScene opened;
     opened.title = source_.name;
+    if (burr.is_round)
+      if (volume::Status error = haptics::set_tool_radius(scene, drilling::touch_radius(burr, *scene.base)))
+        return *error;
     RecordChoice record = record_;
     if (is_autosaving_)
       record.file = autosave_path();
     else if (!record.file.empty())
       record.file = format_text("%s-%d", record_.file.c_str(), ++opened_);
     if (!record.file.empty()) {
-      auto started = start_recording(record, source_, scene, haptics::SubvoxelProxy(), {}, burr);
+      auto started = start_recording(record, source_, scene, haptics::SubvoxelProxy(), {}, burr.spec());
       if (!started) return started.error();
       opened.recorder = std::move(started).value();
       opened.session_file = record.file;
@@ -91,10 +94,15 @@ Result<Outcome> run_view(const ViewArguments& arguments) {
   Source& source = opened.value();
   auto made = make_scene(source, arguments.shape);
   if (!made) return made.error();
-  const auto scene = std::make_shared<const haptics::TouchScene>(std::move(made).value());
 
   view::WindowOptions options;
   options.burr.radius = 0.5 * arguments.burr_diameter;
+  options.burr.is_round = arguments.is_round;
+  if (arguments.is_round)
+    if (volume::Status error =
+            haptics::set_tool_radius(made.value(), drilling::touch_radius(options.burr, *made.value().base)))
+      return *error;
+  const auto scene = std::make_shared<const haptics::TouchScene>(std::move(made).value());
   options.seconds = arguments.seconds;
   options.screenshot = arguments.screenshot;
   options.title = source.name;
@@ -111,7 +119,7 @@ Result<Outcome> run_view(const ViewArguments& arguments) {
   }
   if (options.is_offscreen && !record.file.empty())
     return Error{"without a window there is nothing to record", "--record", "", "a display", ""};
-  auto started = start_recording(record, source, *scene, haptics::SubvoxelProxy(), {}, options.burr);
+  auto started = start_recording(record, source, *scene, haptics::SubvoxelProxy(), {}, options.burr.spec());
   if (!started && !is_autosave) return started.error();
   if (!started) notice("note: the session is not saved: " + started.error().message());
   const std::unique_ptr<sim::SessionWriter> recorder = started ? std::move(started).value() : nullptr;

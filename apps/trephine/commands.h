@@ -44,6 +44,7 @@ struct TouchArguments {
   std::string stiffness_ramp;        ///< HU0,HU1,K1
   double viscosity = 0, pop_force = 0;
   bool is_passive = false;
+  RecordChoice record;
 };
 volume::Result<Outcome> run_touch(const TouchArguments& arguments);
 
@@ -51,7 +52,8 @@ struct DrillArguments {
   std::string source, path, output;
   ShapeChoice shape;
   double burr_diameter = 4, rate = 1000, removal_rate = 30;
-  bool is_kinematic = false;
+  bool is_kinematic = false, is_round = false;
+  std::string method = haptics::k_default_method;
   RecordChoice record;
 };
 volume::Result<Outcome> run_drill(const DrillArguments& arguments);
@@ -60,6 +62,7 @@ struct ViewArguments {
   std::string source = "head", screenshot;
   ShapeChoice shape;
   double burr_diameter = 4;
+  bool is_round = false;
   std::optional<double> seconds;
   RecordChoice record;
   bool has_no_autosave = false;
@@ -107,7 +110,7 @@ struct SoakArguments {
 volume::Result<Outcome> run_soak(const SoakArguments& arguments);
 
 struct BenchArguments {
-  std::string what, source, output, only, export_folder, score;
+  std::string what, source, output, only, export_folder, score, hand;
   int size = 512;
   std::int64_t steps = 1'000'000;
   bool is_quick = false;

@@ -62,6 +62,7 @@ std::vector<Column> columns() {
           {"us_p50", [](R r) { return number(r.time_us.p50, "%.3f"); }},
           {"us_p99", [](R r) { return number(r.time_us.p99, "%.3f"); }},
           {"us_p999", [](R r) { return number(r.time_us.p999, "%.3f"); }},
+          {"instructions", [](R r) { return number(r.instructions, "%.0f"); }},
           {"voxels", [](R r) { return number(r.voxels); }},
           {"cells", [](R r) { return number(r.cells); }},
           {"triangles", [](R r) { return number(r.triangles); }},
@@ -311,6 +312,17 @@ std::string html_page(const FeelReport& report, bool is_quick, const Json& machi
                           s.net_us, s.rest_us);
     page += "</table>";
   }
+  std::string counted;
+  for (const FeelRow& row : report.rows)
+    if (row.instructions)
+      counted += format_text("<tr><td>%s<td>%.0f<td>%.2f<td>%.1f<td>%.1f<td>%.1f</tr>", row.method.c_str(),
+                             *row.instructions, row.time_us.p50, row.voxels, row.cells, row.triangles);
+  if (!counted.empty())
+    page +=
+        "<h2>Work of a step</h2><p class=dim>On the sphere at 100 mm/s, in contact; instructions are counted "
+        "one by one, so that they are the same on every machine of this kind.</p>"
+        "<table><tr><th>method<th>instructions<th>p50, us<th>voxels<th>cells<th>triangles</tr>" +
+        counted + "</table>";
   page += "<p class=dim>Peers in this run: ";
   for (const auto& [name, version] : report.peers) page += escaped(name + " " + version) + ". ";
   if (report.peers.empty()) page += "none were installed when this was built.";
@@ -388,6 +400,7 @@ Json feel_rows(const FeelReport& report) {
          {"stuck", r.stuck},
          {"step_us",
           {{"p50", r.time_us.p50}, {"p99", r.time_us.p99}, {"p999", r.time_us.p999}, {"max", r.time_us.max}}},
+         {"instructions", put(r.instructions)},
          {"voxels", r.voxels},
          {"cells", r.cells},
          {"triangles", r.triangles},

@@ -29,6 +29,10 @@ CLI::Option* add_source(CLI::App* command, std::string& source) {
   return command->add_option("SRC", source, help)->required();
 }
 
+constexpr const char* k_round_help =
+    "The bone is touched with the whole ball of the burr (to 12 mm), whose middle the hand holds, instead of "
+    "its lowest point";
+
 void add_record(CLI::App* command, app::RecordChoice& record) {
   command->add_option("--record", record.file, "Write the session to this new file")->type_name("FILE");
   command->add_flag("--embed", record.is_embedding, "Keep the scan in the session too (large)");
@@ -183,6 +187,7 @@ int main(int argc, char** argv) {
       ->capture_default_str()
       ->type_name("A");
   c->add_option("--rate", touch.rate, "Servo steps a second")->capture_default_str()->type_name("HZ");
+  add_record(c, touch.record);
 
   app::DrillArguments drill;
   c = add("drill", "Play a path of a burr and write what is left",
@@ -204,6 +209,9 @@ int main(int argc, char** argv) {
               "The path is the burr's centre and everything it sweeps goes; without this it is the burr's "
               "lowest point, and bone is removed where it presses");
   c->add_option("-o,--output", drill.output, ".mha, .nrrd, .nii or .nii.gz")->required();
+  c->add_flag("--round", drill.is_round, k_round_help);
+  c->add_option("--method", drill.method, "How the proxy is kept on the surface: " + haptics::method_names())
+      ->capture_default_str();
   add_record(c, drill.record);
 
   app::ViewArguments view;
@@ -215,6 +223,7 @@ int main(int argc, char** argv) {
   c->add_option("--screenshot", view.screenshot, "Write a picture; without --seconds no window is opened")
       ->type_name("OUT.png");
   c->add_option("--seconds", view.seconds, "Close the window by itself after so long")->type_name("S");
+  c->add_flag("--round", view.is_round, k_round_help);
   add_record(c, view.record);
   c->add_flag("--no-autosave", view.has_no_autosave, "Do not keep the session in ~/.local/state/trephine");
 
@@ -281,8 +290,12 @@ int main(int argc, char** argv) {
       ->type_name("DIR");
   c->add_option("--steps", bench.steps, "Random steps of stability, in all")->capture_default_str();
   c->add_flag("--quick", bench.is_quick, "Feel in under a minute: smaller and fewer scenes");
-  c->add_option("--only", bench.only, "Feel scenes whose name holds this, for example sphere")
+  c->add_option("--only", bench.only,
+                "Feel scenes whose name holds this, for example sphere; methods of stability likewise")
       ->type_name("TEXT");
+  c->add_option("--hand", bench.hand,
+                "A recorded hand for one more scene of feel: a session, or a path over SRC")
+      ->type_name("FILE");
   c->add_option("--export", bench.export_folder,
                 "Write each scene of feel for other programs: volume, hand, answer")
       ->type_name("DIR");

@@ -32,14 +32,16 @@ Result<std::unique_ptr<sim::SessionWriter>> start_recording(const RecordChoice& 
                                                             const haptics::TouchScene& scene,
                                                             const haptics::ProxyMethod& method,
                                                             const haptics::ServoOptions& options,
-                                                            const drilling::BurrOptions& burr) {
+                                                            const sim::ToolSpec& tool,
+                                                            std::vector<std::string> effects) {
   if (choice.file.empty()) {
     if (choice.is_embedding)
       return Error{"there is no session to embed the scan in", "--embed", "", "--record FILE too", ""};
     return std::unique_ptr<sim::SessionWriter>();
   }
   if (volume::Status error = sim::check_recordable(scene)) return *error;
-  sim::SessionHeader header = sim::describe_session(scene, method, options, {burr.spec()});
+  sim::SessionHeader header = sim::describe_session(scene, method, options, {tool});
+  header.effects = std::move(effects);
   header.program =
       std::string("trephine ") + TREPHINE_VERSION + " (" + TREPHINE_COMMIT + ", " + TREPHINE_COMPILER + ")";
   header.case_name = source.case_name;

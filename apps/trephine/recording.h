@@ -22,12 +22,10 @@ struct RecordChoice {
 /// What would keep it from being started, before any work is done for it.
 volume::Status check_record(const RecordChoice& choice);
 /// Starts the recording that is asked for; null without one.
-volume::Result<std::unique_ptr<sim::SessionWriter>> start_recording(const RecordChoice& choice,
-                                                                    const Source& source,
-                                                                    const haptics::TouchScene& scene,
-                                                                    const haptics::ProxyMethod& method,
-                                                                    const haptics::ServoOptions& options,
-                                                                    const drilling::BurrOptions& burr);
+volume::Result<std::unique_ptr<sim::SessionWriter>> start_recording(
+    const RecordChoice& choice, const Source& source, const haptics::TouchScene& scene,
+    const haptics::ProxyMethod& method, const haptics::ServoOptions& options, const sim::ToolSpec& tool,
+    std::vector<std::string> effects = {});
 /// Ends it; a recording that ended early is said, and what was written is kept.
 volume::Status finish_recording(sim::SessionWriter* writer, const sim::EditSession& edits,
                                 std::uint64_t dropped);

@@ -79,6 +79,7 @@ const WindowReport& LiveOperation::finish() {
 void LiveOperation::set_depth(double mm) { depth_mm_ = std::clamp(mm, 0.5, 12.0); }
 
 void LiveOperation::set_burr_diameter(double mm) {
+  if (scene_->tool_radius > 0) return;  // its touch was made for the ball it has
   burr_diameter_ = std::clamp(mm, 0.5, 12.0);
   live_.apply({sim::Command::Kind::set_tool, 0, "diameter", burr_diameter_});
 }
@@ -99,13 +100,16 @@ void LiveOperation::frame() {
   const Ray ray = picture_.ray_at(x_, y_);
   const double hit = picture_.distance_to_solid(*version_, ray);
   if (hit >= 0) reach_ = hit;
-  const double along = hit >= 0 ? hit + (is_pressed_ ? depth_mm_ : 0.3) : std::max(0.0, reach_ - 8);
+  const double middle = scene_->tool_radius;  // of a round tool, above what it touches
+  const double along =
+      hit >= 0 ? hit - middle + (is_pressed_ ? depth_mm_ : 0.3) : std::max(0.0, reach_ - middle - 8);
   const dvec3 wish = ray.origin + along * ray.direction;
   mouse_.set(wish, is_pressed_ && hit >= 0);
   // A cursor that jumps lifts the stylus over; it is not dragged through the bone.
   constexpr double k_jump_mm = 8;
   if (glm::length(wish - wish_) > k_jump_mm) {
-    const double above = hit >= 0 ? std::max(0.0, hit - 1.5 * scene_->base->frame.diagonal_mm()) : along;
+    const double above =
+        hit >= 0 ? std::max(0.0, hit - middle - 1.5 * scene_->base->frame.diagonal_mm()) : along;
     live_.set_down(scene_->base->frame.volume_from_world(ray.origin + above * ray.direction));
     mouse_.jump();
   }

@@ -158,10 +158,16 @@ void OperationPicture::show_stylus(const haptics::ServoRecord& record, double bu
   look.burr_radius = burr_radius;
   // The shaft leans between the surface's normal and the viewer, as a hand would hold it.
   look.shaft_direction = toward_viewer;
-  if (const dvec3 normal = normal_at(version, look.proxy_world); normal != dvec3(0))
+  const bool is_round = scene_->tool_radius > 0;  // then the proxy is the burr's middle
+  const dvec3 touched = is_round && record.has_contact
+                            ? look.proxy_world - scene_->tool_radius * record.normal_world
+                            : look.proxy_world;
+  if (const dvec3 normal = normal_at(version, touched); normal != dvec3(0))
     look.shaft_direction = glm::normalize(0.7 * normal + 0.5 * toward_viewer + dvec3(0, 0, 0.25));
-  look.burr_centre_world =
-      look.proxy_world + burr_radius * (record.has_contact ? record.normal_world : look.shaft_direction);
+  look.burr_centre_world = is_round
+                               ? look.proxy_world
+                               : look.proxy_world + burr_radius * (record.has_contact ? record.normal_world
+                                                                                      : look.shaft_direction);
   // The depth cue: where the burr would land.
   const Ray down{look.burr_centre_world + 20.0 * look.shaft_direction, -look.shaft_direction};
   if (const double landing = distance_to_solid(version, down); landing >= 0) {

@@ -68,7 +68,9 @@ void MainWindow::build_panel() {
   burr_->setDecimals(1);
   burr_->setSuffix(" mm");
   burr_->setValue(2 * options_.burr.radius);
-  burr_->setToolTip("Diameter, as surgeons order it  (+ and -)");
+  burr_->setEnabled(!options_.burr.is_round);
+  burr_->setToolTip(options_.burr.is_round ? "Touched with its whole ball, which was measured at the start"
+                                           : "Diameter, as surgeons order it  (+ and -)");
   connect(burr_, QOverload<double>::of(&QDoubleSpinBox::valueChanged), this, [this](double mm) {
     options_.burr.radius = 0.5 * mm;
     if (operation_) operation_->set_burr_diameter(mm);

@@ -25,17 +25,27 @@ void Burr::lift() {
   free_mm_ = owed_mm3_ = 0;
 }
 
+double touch_radius(const BurrOptions& options, const volume::Volume& volume) noexcept {
+  const dvec3& spacing = volume.frame.spacing();
+  const double step = std::max(options.radius / 12, std::min({spacing.x, spacing.y, spacing.z}));
+  return std::max(0.5 * options.radius, options.radius - step);
+}
+
 sim::ToolSpec BurrOptions::spec() const {
-  return {"burr",
-          {{"diameter", 2 * radius},
-           {"removal_rate", removal_rate},
-           {"feed_limit", feed_limit},
-           {"is_kinematic", is_kinematic ? 1 : 0}}};
+  sim::ToolSpec spec{"burr",
+                     {{"diameter", 2 * radius},
+                      {"removal_rate", removal_rate},
+                      {"feed_limit", feed_limit},
+                      {"is_kinematic", is_kinematic ? 1 : 0}}};
+  if (is_round) spec.settings.emplace_back("is_round", 1);  // what is not as usual
+  return spec;
 }
 
 bool Burr::set(std::string_view name, double value) {
   if (name == "is_kinematic" && (value == 0 || value == 1))
     options_.is_kinematic = value == 1;
+  else if (name == "is_round" && (value == 0 || value == 1))
+    options_.is_round = value == 1;
   else if (name == "diameter" && value > 0 && value <= 30)
     options_.radius = 0.5 * value;
   else if (name == "removal_rate" && value > 0 && value <= 1e5)
@@ -91,7 +101,7 @@ volume::RemovalReport Burr::apply(const haptics::ServoRecord& tick, double dt,
   if (!tick.has_contact && !has_centre_) return report;
   owed_mm3_ = std::min(owed_mm3_ + budget(dt), budget(k_credit_seconds + dt));
   if (tick.has_contact) {
-    turn_axis(tick, dt);
+    if (!options_.is_round) turn_axis(tick, dt);  // else the axis stays 0
     if (!has_centre_) owed_mm3_ -= sweep_to(tick.proxy_world + options_.radius * axis_, editor, report);
   }
 

@@ -12,16 +12,23 @@ struct BurrOptions {
       30;                  ///< mm^3/s that the burr can take away in contact, until the physical rate exists
   double feed_limit = 40;  ///< mm/s, the ball's fastest way through matter
   bool is_kinematic = false;  ///< the pose is the ball's centre; everything it sweeps goes, touched or not
+  bool is_round = false;      ///< the hand holds the ball's centre, and the scene's tool has its radius
 
   /// As recordings name it.
   sim::ToolSpec spec() const;
 };
 
+/// Of the ball that touches in place of a round burr, mm: a step of its offset field less than it cuts, so
+/// that it has room in its own hole, whose axis that field does not resolve finer.
+double touch_radius(const BurrOptions& options, const volume::Volume& volume) noexcept;
+
 /// In contact the ball starts tangent to the surface on which the proxy rests (centre = proxy + radius
 /// normal) and sinks toward the HIP as fast as the removal rate allows: its lowest point, seen along the axis
 /// of approach, ends on the HIP and never passes it. So a proxy that never enters matter still removes it,
 /// and the hole depends neither on voxel size nor on servo rate
-/// (docs/decisions/0003-the-burr-follows-the-hip.md). The physical rate replaces `budget()` when it comes.
+/// (docs/decisions/0003-the-burr-follows-the-hip.md). A round one is touched with all of its ball
+/// (haptics::set_tool_radius): its centre starts at the proxy and moves toward the HIP, by the same rate. The
+/// physical rate replaces `budget()` when it comes.
 class Burr final : public sim::Tool {
  public:
   explicit Burr(const BurrOptions& options) : options_(options) {}
@@ -29,7 +36,7 @@ class Burr final : public sim::Tool {
   volume::RemovalReport apply(const haptics::ServoRecord& tick, double dt,
                               volume::RemovalEditor& editor) override;
   void lift() override;
-  /// "diameter" and "feed_limit" (mm, mm/s), "removal_rate" (mm^3/s), "is_kinematic" (0 or 1).
+  /// "diameter" and "feed_limit" (mm, mm/s), "removal_rate" (mm^3/s), "is_kinematic", "is_round" (0 or 1).
   bool set(std::string_view name, double value) override;
 
   const BurrOptions& options() const noexcept { return options_; }

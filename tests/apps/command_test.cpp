@@ -68,8 +68,8 @@ TEST_F(Command, PhantomInfoMeshTouchDrillHaveTheirKeys) {
 
   const Json drill = json("drill s.mha --burr-diameter 4 --path p.csv -o d.mha");
   EXPECT_EQ(keys_of(drill),
-            with_common({"source", "shape", "burr_diameter_mm", "is_kinematic", "steps", "removed_mm3",
-                         "removed_mm3_total", "tick_us", "content_hash", "memory", "file"}));
+            with_common({"source", "shape", "burr_diameter_mm", "is_kinematic", "is_round", "method", "steps",
+                         "removed_mm3", "removed_mm3_total", "tick_us", "content_hash", "memory", "file"}));
   EXPECT_GT(drill["removed_mm3_total"], 5);
   EXPECT_EQ(json("info d.mha")["size"], Json::array({48, 48, 48}));
 }

@@ -91,6 +91,40 @@ TEST_F(Command, BenchFeelPutsEveryMethodOnOneChart) {
   EXPECT_NE(bad.err.find("nowhere"), std::string::npos);
 }
 
+TEST_F(Command, BenchFeelPlaysARecordedHandAndCountsInstructions) {
+  ASSERT_EQ(run("phantom sphere --size 48 --psf 1.5 -o s.mha").exit_code, 0);
+  write_press("p.csv", 2);
+  json("drill s.mha --burr-diameter 4 --path p.csv -o d.mha --record d.session");
+  for (const char* what :
+       {"s.mha --hand p.csv --only cone", "s.mha --hand d.session --only sphere-psf-1.5-slide-100"}) {
+    const Json feel = json(std::string("bench feel --quick -o out ") + what);
+    const bool is_counted = std::string(what).find("sphere") != std::string::npos;
+    long recorded = 0, counted = 0;
+    for (const Json& row : feel["rows"]) {
+      if (row["motion"] == "recorded hand") {
+        ++recorded;
+        EXPECT_GT(row["contacts"], 100) << row;
+        if (row["method"] == "subvoxel") {
+          EXPECT_EQ(row["fall_throughs"], 0);
+        }
+      }
+      if (row["instructions"].is_null()) continue;
+      ++counted;
+      EXPECT_GT(row["instructions"], 500) << row;
+      EXPECT_LT(row["instructions"], 1'000'000) << row;
+    }
+    EXPECT_GT(recorded, 8);
+    if (!is_counted) {
+      EXPECT_EQ(counted, 0);
+    } else {
+      EXPECT_TRUE(counted == 0 || counted >= 4) << counted;  // none where processes may not be traced
+    }
+  }
+  const Ended bad = run("bench feel --quick --hand p.csv -o out");
+  EXPECT_EQ(bad.exit_code, 2);
+  EXPECT_NE(bad.err.find("SRC"), std::string::npos);
+}
+
 TEST_F(Command, BenchStabilityAttacksAScanAndDrawsItsMaps) {
   ASSERT_EQ(run("phantom gyroid --size 40 --psf 1 -o g.mha").exit_code, 0);
   const Json stability = json("bench stability g.mha --steps 30000 -o out");
@@ -102,7 +136,7 @@ TEST_F(Command, BenchStabilityAttacksAScanAndDrawsItsMaps) {
     on_scan += row["scene"] == "g.mha" ? 1 : 0;
   }
   EXPECT_GT(steps, 25000);
-  EXPECT_EQ(on_scan, 7);
+  EXPECT_EQ(on_scan, 8);
   for (const Json& row : stability["stiffness"])
     EXPECT_NEAR(row["simulated"].get<double>() / row["theory"].get<double>(), 1, 0.05);
   for (const char* name :
@@ -149,6 +183,32 @@ TEST_F(Command, TouchTakesModelsBesideTheVolume) {
     EXPECT_EQ(answer.exit_code, 2) << b.arguments;
     EXPECT_NE(answer.err.find(b.word), std::string::npos) << answer.err;
   }
+}
+
+/// What touch can do, a session holds, a replay repeats to the bit, and an audit certifies.
+TEST_F(Command, ATouchIsRecordedReplayedAndAudited) {
+  ASSERT_EQ(run("phantom sphere --size 48 --psf 1.5 -o s.mha").exit_code, 0);
+  write_press("p.csv", 3);
+  const std::string options[] = {"--stiffness-ramp 300,1500,1", "--viscosity 0.01 --passive",
+                                 "--pop-through 0.6", "--method implicit --radius 2",
+                                 "--radius 2 --passive --pop-through 0.8 --stiffness-ramp 0,1500,1"};
+  for (const std::string& o : options) {
+    fs::remove(folder_ / "t.session");
+    const Json touch = json("touch s.mha --path p.csv -o t.csv --record t.session " + o);
+    EXPECT_EQ(touch["events"].value("popped", 0) > 0, o.find("pop") != std::string::npos) << o;
+    const Json replay = json("replay t.session --case s.mha --verify");
+    EXPECT_EQ(replay["is_same"], true) << o;
+    const Json audit = json("audit t.session --case s.mha");
+    EXPECT_EQ(audit["is_certified"], true) << o << audit;
+    EXPECT_EQ(audit["ticks"], touch["steps"]);
+  }
+  // Effects are repeated, but there is no judge for them.
+  fs::remove(folder_ / "t.session");
+  json("touch s.mha --path p.csv -o t.csv --record t.session --effect 'viscous damping=0.004'");
+  EXPECT_EQ(json("replay t.session --case s.mha --verify")["is_same"], true);
+  const Ended refused = run("audit t.session --case s.mha");
+  EXPECT_EQ(refused.exit_code, 2);
+  EXPECT_NE(refused.err.find("viscous"), std::string::npos) << refused.err;
 }
 
 TEST_F(Command, TouchTakesAMethodAndARadius) {
@@ -198,6 +258,7 @@ TEST_F(Command, TouchTakesAMethodAndARadius) {
       {"bench feel", "-o DIR"},
       {"bench feel -o out --quick --only nothing", "part of a name"},
       {"bench stability --steps 10", "1000 to"},
+      {"bench stability --only nothing", "subvoxel"},
       {"audit --case s.mha", "SESSION"}};
   for (const auto& b : bad) {
     const Ended r = run(b.arguments);

@@ -52,6 +52,7 @@ struct FeelRow {
   double jump_n = 0;                  ///< mean change of the raw force where the proxy enters another voxel
   long fall_throughs = 0, stuck = 0;
   StepTimes time_us;
+  std::optional<double> instructions;  ///< a step in contact, counted one by one; on one scene
   double voxels = 0, cells = 0, triangles = 0, queries = 0;  ///< a step
   double field_s = 0, field_update_s = 0;                    ///< of the offset field, as in the scene
   std::size_t bytes = 0;                                     ///< held beside the voxels

@@ -21,12 +21,45 @@ void ForceJudge::restart(bool is_fresh) {
   if (!is_fresh) unsure_ = static_cast<int>(0.8 / law_.dt);
 }
 
+dvec3 ForceJudge::passive(const dvec3& wanted, const dvec3& position) {
+  // A force sent now is held from `delay` ticks on; until then older ones are.
+  const auto delay = static_cast<std::size_t>(law_.delay_ticks);
+  const auto sent_before = [&](std::size_t ticks) {
+    return ticks <= sent_.size() ? sent_[sent_.size() - ticks] : dvec3(0);
+  };
+  dvec3 force = wanted;
+  if (!measured_.empty()) {
+    const dvec3 moved = position - measured_.back();
+    given_ +=
+        glm::dot(sent_before(delay + 1), moved) - law_.device_damping / law_.dt * glm::dot(moved, moved);
+    if (glm::length(moved) > 0) motion_ = moved;
+    // What is under way meets a hand that may be twice as fast by then.
+    const double haste = delay > 0 ? 2 : 1;
+    double left = -given_;
+    for (std::size_t k = 1; k <= delay; ++k)
+      left -= haste * std::max(0.0, glm::dot(sent_before(delay + 1 - k), motion_));
+    const double most = std::max(0.0, left) / haste, gives = glm::dot(wanted, motion_);
+    if (gives > most) force = wanted - (gives - most) / glm::dot(motion_, motion_) * motion_;
+  }
+  sent_.push_back(force);
+  measured_.push_back(position);
+  if (sent_.size() > 64) {
+    sent_.erase(sent_.begin(), sent_.begin() + 32);
+    measured_.erase(measured_.begin(), measured_.begin() + 32);
+  }
+  return force;
+}
+
 void ForceJudge::look(const ForceTick& t) {
   ++ticks_;
   const auto shortened = [](const dvec3& v, double most) {
     const double size = glm::length(v);
     return size > most ? v * (most / size) : v;
   };
+  if (t.is_reset || t.is_restarted) {
+    given_ = 0;
+    motion_ = dvec3(0);
+  }
   if (t.is_reset) {
     smoothed_ = last_ = dvec3(0);
     had_contact_ = false;
@@ -46,8 +79,13 @@ void ForceJudge::look(const ForceTick& t) {
     if (t.has_contact) {
       const dvec3 stretch = t.proxy - t.position;
       spring = t.stiffness * stretch;
-      if (had_contact_) spring += t.damping / law_.dt * (stretch - stretch_);
+      if (had_contact_) {
+        spring += t.damping / law_.dt * (stretch - stretch_);
+        const dvec3 moved = t.position - contact_position_;
+        spring -= t.viscosity / law_.dt * (moved - glm::dot(moved, t.normal) * t.normal);
+      }
       stretch_ = stretch;
+      contact_position_ = t.position;
     }
     had_contact_ = t.has_contact;
     cap_ = t.is_led ? law_.lead_force : std::min(law_.limit, cap_ + law_.lead_recovery * law_.dt);
@@ -58,6 +96,7 @@ void ForceJudge::look(const ForceTick& t) {
       smoothed_ = alpha_ * spring + (1 - alpha_) * smoothed_;
       wanted = shortened(smoothed_, cap_);
     }
+    if (law_.is_passive) wanted = passive(wanted, t.position);
   }
   // A position that was none leaves nothing to trust until a reset.
   is_lost_ = is_lost_ || t.is_not_finite;
@@ -79,11 +118,16 @@ void ForceJudge::look(const ForceTick& t) {
 
   // The ledger: work of the force that was held over the motion that followed.
   const bool has_position = !t.is_not_finite;
-  if (had_position_ && has_position)
-    (was_led_ ? growth_ : contact_) += glm::dot(last_, t.position - last_position_);
-  worst_energy_ = std::max(
-      worst_energy_, std::max(std::abs(contact_ - t.contact_energy), std::abs(growth_ - t.growth_energy)));
-  contact_ = t.contact_energy, growth_ = t.growth_energy;
+  if (had_position_ && has_position) {
+    const dvec3 moved = t.position - last_position_;
+    (was_led_ ? growth_ : contact_) += glm::dot(last_, moved);
+    if (!was_led_ && glm::length(last_normal_) > 0)
+      friction_ += glm::dot(last_, moved - glm::dot(moved, last_normal_) * last_normal_);
+  }
+  worst_energy_ = std::max({worst_energy_, std::abs(contact_ - t.contact_energy),
+                            std::abs(growth_ - t.growth_energy), std::abs(friction_ - t.friction_energy)});
+  contact_ = t.contact_energy, growth_ = t.growth_energy, friction_ = t.friction_energy;
+  last_normal_ = t.normal;
   had_position_ = has_position;
   last_position_ = t.position;
   was_led_ = t.is_led;

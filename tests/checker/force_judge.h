@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <glm/vec3.hpp>
+#include <vector>
 
 namespace trephine::checker {
 
@@ -11,16 +12,22 @@ namespace trephine::checker {
 struct ForceLaw {
   double dt = 1e-3, alpha = 0.3, limit = 8, slew = 1000, fade_seconds = 0.05;
   double lead_force = 3, lead_recovery = 10;  ///< N while a proxy is led out of matter, and N/s after that
+  /// The passivity controller: what surfaces give along the hand's motion is cut to what they took.
+  bool is_passive = false;
+  int delay_ticks = 0;
+  double device_damping = 0;  ///< N s/mm
 };
 
 /// One tick as reported.
 struct ForceTick {
   glm::dvec3 position{0.0}, proxy{0.0}, force{0.0};
-  double stiffness = 0, damping = 0;  ///< of the touched surface
+  glm::dvec3 normal{0.0};
+  double stiffness = 0, damping = 0, viscosity = 0;  ///< of the touched surface
   bool has_contact = false, is_buried = false, is_led = false, is_reset = false, is_restarted = false;
   bool is_not_finite = false;                    ///< the position was no number
   bool is_fading = false;                        ///< a latched fault is on
   double contact_energy = 0, growth_energy = 0;  ///< the ledger after this tick, N mm
+  double friction_energy = 0;                    ///< of contact: along the surface
 };
 
 class ForceJudge {
@@ -41,8 +48,16 @@ class ForceJudge {
  private:
   ForceLaw law_;
   double alpha_;
-  glm::dvec3 smoothed_{0.0}, stretch_{0.0}, last_{0.0}, last_position_{0.0};
-  double fade_ = 1, cap_, contact_ = 0, growth_ = 0;
+  /// What the controller leaves of a force wanted at a place.
+  glm::dvec3 passive(const glm::dvec3& wanted, const glm::dvec3& position);
+
+  glm::dvec3 smoothed_{0.0}, stretch_{0.0}, contact_position_{0.0}, last_{0.0}, last_position_{0.0};
+  std::vector<glm::dvec3> sent_;      ///< by the controller, every tick; the newest last
+  std::vector<glm::dvec3> measured_;  ///< where the hand was then
+  double given_ = 0;                  ///< N mm, of forces that were held, less what the device damps
+  glm::dvec3 motion_{0.0};            ///< the newest that was one
+  glm::dvec3 last_normal_{0.0};
+  double fade_ = 1, cap_, contact_ = 0, growth_ = 0, friction_ = 0;
   bool had_contact_ = false, was_led_ = false, had_position_ = false, is_lost_ = false;
   int unsure_ = 0;  ///< ticks until smoothing has forgotten what was not seen
   long ticks_ = 0, wrong_forces_ = 0;

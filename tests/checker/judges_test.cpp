@@ -133,6 +133,63 @@ TEST(ForceJudge, AcceptsTheLawAndCatchesAForceOrALedgerThatIsOff) {
   }
 }
 
+/// Across a wall at a constant depth: viscosity pulls back, and its work is friction's.
+TEST(ForceJudge, KnowsViscosityAndTheLedgerOfFriction) {
+  for (const int wrong : {0, 1, 2}) {
+    ForceLaw law;
+    law.alpha = 1;
+    ForceJudge judge(law);
+    double friction = 0, last = 0;
+    for (int i = 0; i < 100; ++i) {
+      const double speed = 20, viscosity = 0.004;  // mm/s, N s/mm
+      const double drag = i > 0 ? -viscosity * speed : 0;
+      if (i > 0) friction += last * speed * law.dt;
+      ForceTick tick;
+      tick.position = {speed * law.dt * i, 0, -1}, tick.proxy = {speed * law.dt * i, 0, 0};
+      tick.normal = {0, 0, 1};
+      tick.force = {wrong == 1 ? 0.9 * drag : drag, 0, 0.5};
+      tick.stiffness = 0.5, tick.viscosity = viscosity, tick.has_contact = true;
+      tick.contact_energy = friction;
+      tick.friction_energy = wrong == 2 ? 0 : friction;
+      judge.look(tick);
+      last = drag;
+    }
+    EXPECT_EQ(judge.wrong_forces() > 0, wrong == 1) << judge.worst_force_n();
+    EXPECT_EQ(judge.worst_energy_nmm() > 1e-5, wrong > 0) << judge.worst_energy_nmm();
+  }
+}
+
+/// Into a spring and out of it by steps of the same length: held forces give back more than they took, and
+/// the controller cuts what is too much at the end.
+TEST(ForceJudge, KnowsThePassivityController) {
+  for (const int wrong : {0, 1}) {
+    ForceLaw law;
+    law.alpha = 1, law.slew = 1e9, law.is_passive = true;
+    ForceJudge judge(law);
+    const double step = 0.02, k = 0.5;
+    double taken = 0, last = 0, depth = 0;
+    long cut = 0;
+    for (int i = 0; i < 200; ++i) {
+      const bool is_out = i > 100;
+      const double before = depth;
+      depth += i == 0 ? 0 : is_out ? -step : step;
+      taken += last * (depth - before);
+      double force = k * depth;
+      // Going out at the pace of the last step, the next hold gives force * step.
+      if (is_out && force * step > std::max(0.0, taken)) force = std::max(0.0, taken) / step, ++cut;
+      ForceTick tick;
+      tick.position = {0, 0, -depth}, tick.normal = {0, 0, 1};
+      tick.force = {0, 0, wrong ? k * depth : force};
+      tick.stiffness = k, tick.has_contact = true;
+      tick.contact_energy = -taken;
+      judge.look(tick);
+      last = force;
+    }
+    EXPECT_GT(cut, 0);
+    EXPECT_EQ(judge.wrong_forces() > 0, wrong == 1) << judge.worst_force_n();
+  }
+}
+
 /// A way through a wall of one voxel is met, one beside it is not, and a wall that was cut lets it pass.
 TEST(SmoothSolid, MeetsWhatAWayCrossesHoweverThin) {
   const Samples wall = [](int x, int, int) { return x == 5 ? 1.0 : -1.0; };

@@ -1,6 +1,7 @@
 #include "tests/checker/volume_samples.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace trephine::checker {
 
@@ -26,6 +27,26 @@ SolidVoxels solid_voxels(std::shared_ptr<const Volume> base, const Shape& shape,
   return [base = std::move(base), shape, version = std::move(version)](int x, int y, int z) {
     return field(*base, shape, x, y, z) >= 0 && (!version || version->distance_at(x, y, z) > 0);
   };
+}
+
+std::optional<double> intensity_at(const Volume& base, const glm::dvec3& p) {
+  double sum = 0, share = 0;
+  const auto near = [](double coordinate, int voxel) {
+    return std::max(0.0, 1 - std::abs(coordinate - voxel));
+  };
+  for (int z = static_cast<int>(std::floor(p.z)); z <= static_cast<int>(std::floor(p.z)) + 1; ++z)
+    for (int y = static_cast<int>(std::floor(p.y)); y <= static_cast<int>(std::floor(p.y)) + 1; ++y)
+      for (int x = static_cast<int>(std::floor(p.x)); x <= static_cast<int>(std::floor(p.x)) + 1; ++x) {
+        if (x < 0 || y < 0 || z < 0 || x >= base.size.x || y >= base.size.y || z >= base.size.z) continue;
+        const double w = near(p.x, x) * near(p.y, y) * near(p.z, z);
+        const auto i = (static_cast<std::size_t>(z) * static_cast<std::size_t>(base.size.y) +
+                        static_cast<std::size_t>(y)) *
+                           static_cast<std::size_t>(base.size.x) +
+                       static_cast<std::size_t>(x);
+        sum += w * base.voxels[i];
+        share += w;
+      }
+  return share > 0 ? std::optional(sum / share) : std::nullopt;
 }
 
 SmoothSolid smooth_solid(std::shared_ptr<const Volume> base, const Shape& shape,

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 
 #include "tests/checker/fall_through.h"
 #include "tests/checker/smooth_judge.h"
@@ -15,6 +16,10 @@ namespace trephine::checker {
 /// Is the voxel solid for the shape, and not removed? Asked inside the grid only. Null version: untouched.
 SolidVoxels solid_voxels(std::shared_ptr<const volume::Volume> base, const volume::Shape& shape,
                          std::shared_ptr<const volume::Version> version = nullptr);
+
+/// The intensity at p (volume frame), linear between voxels; of the voxels that there are where p is near the
+/// border. Nothing outside.
+std::optional<double> intensity_at(const volume::Volume& base, const glm::dvec3& p);
 
 /// The smooth solid of the shape and of what was removed; `soft`: where the shape was made smooth.
 SmoothSolid smooth_solid(std::shared_ptr<const volume::Volume> base, const volume::Shape& shape,

@@ -9,30 +9,31 @@ namespace trephine::scenes {
 using haptics::MethodInfo;
 
 std::shared_ptr<const volume::OffsetField> touched_offset(const haptics::TouchScene& scene,
-                                                          const volume::Version* version) {
+                                                          const volume::Version* version, std::size_t shape) {
   if (scene.tool_radius <= 0) return nullptr;
-  if (version && !version->offsets().empty()) return version->offsets()[0];
-  return scene.shapes[0].offset;
+  if (version && shape < version->offsets().size() && version->offsets()[shape])
+    return version->offsets()[shape];
+  return scene.shapes[shape].offset;
 }
 
 checker::SmoothSolid touched_smooth_solid(const haptics::TouchScene& scene,
-                                          std::shared_ptr<const volume::Version> version) {
-  if (const auto offset = touched_offset(scene, version.get()))
+                                          std::shared_ptr<const volume::Version> version, std::size_t shape) {
+  if (const auto offset = touched_offset(scene, version.get(), shape))
     return checker::SmoothSolid({[offset](int x, int y, int z) { return offset->at(x, y, z); }});
-  return checker::smooth_solid(scene.base, scene.shapes[0].field.shape(), std::move(version),
-                               scene.shapes[0].soft);
+  const haptics::TouchShape& touched = scene.shapes[shape];
+  return checker::smooth_solid(scene.base, touched.field.shape(), std::move(version), touched.soft);
 }
 
 Promise::Promise(const MethodInfo& method, const haptics::TouchScene& scene,
-                 std::shared_ptr<const volume::Version> version)
+                 std::shared_ptr<const volume::Version> version, std::size_t index)
     : base_(scene.base) {
   using Solid = MethodInfo::Solid;
-  const haptics::TouchShape& shape = scene.shapes[0];
+  const haptics::TouchShape& shape = scene.shapes[index];
   if (method.is_of_untouched) version = nullptr;
   // A model of triangles has its own way of being round; its middle at least stays outside.
-  if (!method.is_of_untouched) offset_ = touched_offset(scene, version.get());
+  if (!method.is_of_untouched) offset_ = touched_offset(scene, version.get(), index);
   if (method.solid == Solid::smooth) {
-    smooth_ = std::make_unique<checker::SmoothSolid>(touched_smooth_solid(scene, version));
+    smooth_ = std::make_unique<checker::SmoothSolid>(touched_smooth_solid(scene, version, index));
     return;
   }
   if (method.solid == Solid::cubes || method.solid == Solid::nothing) {

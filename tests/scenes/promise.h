@@ -9,14 +9,14 @@
 
 namespace trephine::scenes {
 
-/// The solid of a scene's first shape in one version, or, for a round tool, where its middle must not be. The
-/// smooth solid and the cubes are read sample by sample with the judges' code; of triangles every one is
+/// The solid of one of a scene's shapes in one version, or, for a round tool, where its middle must not be.
+/// The smooth solid and the cubes are read sample by sample with the judges' code; of triangles every one is
 /// asked, in extended precision.
 class Promise {
  public:
   /// `version` null: untouched. Keeps what it needs of the scene but not the scene.
   Promise(const haptics::MethodInfo& method, const haptics::TouchScene& scene,
-          std::shared_ptr<const volume::Version> version = nullptr);
+          std::shared_ptr<const volume::Version> version = nullptr, std::size_t shape = 0);
 
   /// Does the segment from a to b (volume frame), or the point where both are one, meet the solid?
   bool meets(const glm::dvec3& a, const glm::dvec3& b) const;
@@ -29,11 +29,13 @@ class Promise {
   std::unique_ptr<checker::MeshWall> triangles_;
 };
 
-/// The offset field in which a scene's first shape is touched; null for a point.
+/// The offset field in which a shape is touched; null for a point.
 std::shared_ptr<const volume::OffsetField> touched_offset(const haptics::TouchScene& scene,
-                                                          const volume::Version* version);
-/// The smooth solid of a scene's first shape, in the frame of touched_offset() where there is one.
+                                                          const volume::Version* version,
+                                                          std::size_t shape = 0);
+/// The smooth solid of a shape, in the frame of touched_offset() where there is one.
 checker::SmoothSolid touched_smooth_solid(const haptics::TouchScene& scene,
-                                          std::shared_ptr<const volume::Version> version);
+                                          std::shared_ptr<const volume::Version> version,
+                                          std::size_t shape = 0);
 
 }  // namespace trephine::scenes

@@ -1,0 +1,213 @@
+// Sessions of a round tool: its offset fields follow the cuts, off the servo, and a replay repeats when.
+#include <chrono>
+#include <thread>
+
+#include "haptics/methods.h"
+#include "sim/live_session.h"
+#include "tests/sim/session_fixture.h"
+
+namespace trephine::sim {
+namespace {
+
+/// A burr whose middle the hand holds, on the small bone.
+struct RoundBench {
+  haptics::TouchScene scene = small_bone();
+  std::unique_ptr<haptics::ProxyMethod> method = haptics::make_method("subvoxel").value();
+  drilling::BurrOptions options;
+  drilling::Burr burr{options};
+
+  RoundBench() {
+    options.radius = 1.5, options.removal_rate = 60, options.is_round = true;
+    burr = drilling::Burr(options);
+    EXPECT_FALSE(
+        haptics::set_tool_radius(scene, drilling::touch_radius(options, *scene.base), 1).has_value());
+    EXPECT_FALSE(method->prepare(scene).has_value());
+  }
+  std::unique_ptr<SessionWriter> writer(const std::string& path, double rate = 1000) {
+    haptics::ServoOptions servo;
+    servo.rate_hz = rate;
+    SessionHeader h = describe_session(scene, *method, servo, {options.spec()});
+    return SessionWriter::create(path, h, scene.base).value();
+  }
+};
+
+Verdict replay_round(const std::string& path) {
+  Verdict v;
+  auto opened = SessionReader::open(path);
+  if (!opened) return v.error = opened.error().message(), v;
+  SessionReader& session = opened.value();
+  EXPECT_EQ(session.header().tool_radius, 1.0);
+  auto scene = scene_of(session, small_bone().base);
+  if (!scene) return v.error = scene.error().message(), v;
+  const auto method = haptics::make_method(session.header().method).value();
+  EXPECT_FALSE(method->prepare(scene.value()).has_value());
+  drilling::Burr burr{drilling::BurrOptions{}};
+  Replay run(session, scene.value(), *method, {&burr});
+  for (;;) {
+    const auto stepped = run.step();
+    if (!stepped) return v.error = stepped.error().message(), v;
+    if (!stepped.value()) break;
+  }
+  v.mismatch = run.mismatch();
+  v.counts = run.counts();
+  v.hash = run.edits().current()->content_hash();
+  v.removed = run.edits().removed_mm3();
+  return v;
+}
+
+/// How much freer the field in use is than one made anew from the version; mm. Above the field's own accuracy
+/// a ball could enter what is left.
+double too_free(const haptics::TouchScene& scene, const EditSession& edits) {
+  const volume::OffsetField& used = haptics::offset_of(scene, *edits.current(), 0);
+  const auto fresh = volume::OffsetField::build(scene.shapes[0].field, *scene.shapes[0].bits,
+                                                edits.current().get(), scene.tool_radius, 1)
+                         .value();
+  double worst = -1e9;
+  for (int z = 0; z < used.size().z; ++z)
+    for (int y = 0; y < used.size().y; ++y)
+      for (int x = 0; x < used.size().x; ++x)
+        // Where the surface of where the middle may be is, by either of them.
+        if (std::abs(fresh->at(x, y, z)) < 0.5 * fresh->far_mm())
+          worst = std::max(worst, fresh->at(x, y, z) - used.at(x, y, z));
+  return worst;
+}
+
+TEST(RoundSession, DrillsByItsWholeBallAndItsFieldIsNeverTooFree) {
+  const Folder folder;
+  const std::string path = folder.file("round.session");
+  std::uint64_t hash = 0;
+  double removed = 0;
+  {
+    RoundBench bench;
+    auto writer = bench.writer(path);
+    Lockstep run(bench.scene, *bench.method, &bench.burr, {}, 1000, writer.get());
+    const haptics::PosePath wish = drilling_wish(10);
+    int stale = 0, contacts = 0;
+    for (int i = 0; i < 3000; ++i) {
+      const haptics::ServoRecord r = run.step(wish.at(1e-3 * i));
+      EXPECT_FALSE(r.is_buried) << i;
+      contacts += r.has_contact;
+      stale += run.edits().has_stale_offsets();
+      if (i % 500 == 250) run.undo();
+      if (i % 500 == 300) run.redo();
+      if (i % 250 == 125) {
+        EXPECT_LT(too_free(bench.scene, run.edits()), 0.1) << i;
+      }
+    }
+    EXPECT_GT(contacts, 500);
+    EXPECT_GT(stale, 100);  // it hovers over fresh cuts, for a while
+    EXPECT_GT(run.edits().removed_mm3(), 20);
+    hash = run.edits().current()->content_hash();
+    removed = run.edits().removed_mm3();
+    EXPECT_FALSE(writer->finish(run.edits(), 0).has_value());
+  }
+  const Verdict v = replay_round(path);
+  expect_same(v);
+  EXPECT_EQ(v.hash, hash);
+  EXPECT_EQ(v.removed, removed);
+  EXPECT_GT(v.counts.commands, 20u);  // undos, redos, and when fields came
+}
+
+/// Undone in contact a point is led to a place that is free of the smooth solid too, not of voxels alone: it
+/// is never buried there again.
+TEST(RoundSession, APointIsLedOutOfTheSmoothSolidToo) {
+  haptics::TouchScene scene = small_bone();
+  const auto method = haptics::make_method("subvoxel").value();
+  ASSERT_FALSE(method->prepare(scene).has_value());
+  long buried = 0, led = 0;
+  for (int round = 0; round < 4; ++round) {
+    drilling::Burr burr(k_burr);
+    Lockstep run(scene, *method, &burr, {}, 1000);
+    const haptics::PosePath wish = drilling_wish(20);
+    for (int i = 0; i < 8000; ++i) {
+      const haptics::ServoRecord r = run.step(wish.at(1e-3 * i + 0.013 * round));
+      buried += r.is_buried;
+      led += r.is_led;
+      if (i % 500 == (13 * round + 250) % 500) run.undo();
+      if (i % 500 == 300) run.redo();
+    }
+  }
+  EXPECT_GT(led, 100);
+  EXPECT_EQ(buried, 0);
+}
+
+/// The hole of a ball: pressed straight down, then held still, it ends where its middle is the hand's.
+TEST(RoundSession, ReachesTheHandThroughWhatItCut) {
+  RoundBench bench;
+  Lockstep run(bench.scene, *bench.method, &bench.burr, {}, 1000);
+  haptics::ServoRecord r;
+  for (int i = 0; i < 4000; ++i) {
+    const double z = std::max(1.0, 6 - 0.004 * i);
+    r = run.step({{0, 0, z}, {1, 0, 0, 0}, i > 100});
+  }
+  EXPECT_FALSE(r.has_contact);
+  EXPECT_EQ(r.proxy_world, r.pose.position_world);
+  // Undone in the hole: led out, and never inside what is there again.
+  EXPECT_TRUE(run.undo().is_changed || run.edits().is_in_stroke());
+  bool was_led = false;
+  for (int i = 0; i < 500; ++i) {
+    r = run.step({{0, 0, 1}, {1, 0, 0, 0}, false});
+    was_led = was_led || r.is_led;
+  }
+  EXPECT_TRUE(was_led);
+  EXPECT_FALSE(r.is_led);
+  EXPECT_TRUE(r.has_contact);
+  EXPECT_GT(r.proxy_world.z, 2 + 1.0 - 0.3);  // a radius above the plate's top
+}
+
+TEST(RoundSession, LiveUndoneInContactReplaysToTheBit) {
+  const Folder folder;
+  const std::string path = folder.file("live.session");
+  RoundBench bench;
+  auto writer = bench.writer(path, 500);
+  haptics::VirtualDevice device(drilling_wish(60), {});
+  haptics::ServoOptions options;
+  options.rate_hz = 500;
+  LiveSession live(device, bench.scene, *bench.method, &bench.burr, options, writer.get());
+  ASSERT_FALSE(live.start().has_value());
+  int done = 0;
+  for (int i = 0; i < 20000 && done < 6; ++i) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    const LiveState s = live.look();
+    if (s.newest.faults & haptics::k_latched_faults) live.reset_faults();
+    if (s.can_undo && s.newest.pose.is_pressed && s.newest.has_contact && s.newest.t > 0.3 * (done + 1)) {
+      live.undo();
+      if (++done % 3 == 0) live.redo();
+    }
+  }
+  EXPECT_EQ(done, 6);
+  live.stop();
+  EXPECT_GT(live.offset_report().count, 5u);
+  EXPECT_GT(live.offset_report().longest_seconds, 0);
+  EXPECT_LT(too_free(bench.scene, live.edits()), 0.1);
+  const std::uint64_t hash = live.edits().current()->content_hash();
+  EXPECT_FALSE(writer->finish(live.edits(), live.servo_report().dropped).has_value());
+  const Verdict v = replay_round(path);
+  expect_same(v);
+  EXPECT_EQ(v.hash, hash);
+  EXPECT_GT(v.counts.commands, 10u);
+}
+
+/// What a header says of a scene comes back.
+TEST(RoundSession, AHeaderKeepsRadiusBackAndEffects) {
+  RoundBench bench;
+  bench.scene.shapes[0].back_material =
+      haptics::Material{.stiffness = 0.3, .viscosity = 0.01, .pop_force = 2};
+  SessionHeader h = describe_session(bench.scene, *bench.method, {}, {bench.options.spec()});
+  h.effects = {"viscous damping=0.004", "plane point=0,0,1 normal=0,0,1 stiffness=0.2"};
+  const auto read = decode_header(encode(h));
+  ASSERT_TRUE(read.is_ok()) << read.error().message();
+  EXPECT_EQ(read.value().tool_radius, 1.0);
+  EXPECT_EQ(read.value().effects, h.effects);
+  ASSERT_TRUE(read.value().shapes[0].back_material.has_value());
+  EXPECT_EQ(read.value().shapes[0].back_material->stiffness, 0.3);
+  EXPECT_EQ(read.value().shapes[0].back_material->viscosity, 0.01);
+  EXPECT_EQ(read.value().shapes[0].back_material->pop_force, 2);
+  EXPECT_EQ(read.value().shapes[0].material.stiffness, bench.scene.shapes[0].material.stiffness);
+  EXPECT_EQ(encode(read.value()), encode(h));
+  h.effects = {"hum"};
+  EXPECT_FALSE(decode_header(encode(h)).is_ok());
+}
+
+}  // namespace
+}  // namespace trephine::sim
