@@ -363,6 +363,17 @@ int trephine_hand_set_touchable(trephine_hand* hand, int shape, int is_touchable
   return TREPHINE_OK;
 }
 
+int trephine_hand_set_ready(trephine_hand* hand, int shape, const int low[3], const int high[3]) {
+  if (hand == nullptr || shape < 0 || shape >= haptics::shape_count(hand->scene->touch) ||
+      (low == nullptr) != (high == nullptr))
+    return TREPHINE_BAD_ARGUMENT;
+  if (low == nullptr)
+    hand->core.set_ready(shape, true);
+  else
+    hand->core.set_ready(shape, {{low[0], low[1], low[2]}, {high[0], high[1], high[2]}});
+  return TREPHINE_OK;
+}
+
 int trephine_hand_set_mesh_placement(trephine_hand* hand, int mover, const double position[3],
                                      const double rotation[4]) {
   if (hand == nullptr || position == nullptr || rotation == nullptr || mover < 0 ||

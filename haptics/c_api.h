@@ -102,6 +102,9 @@ void trephine_hand_destroy(trephine_hand* hand);
 int trephine_hand_step(trephine_hand* hand, const double position[3], trephine_touch* touch);
 /* May the shape hold this hand? From the next step on; all may at first. */
 int trephine_hand_set_touchable(trephine_hand* hand, int shape, int is_touchable);
+/* Of a shape's bits only those of voxels low .. high are there yet: elsewhere it lets the hand through, which
+ * is an event. Both NULL: all are there, as at the start. */
+int trephine_hand_set_ready(trephine_hand* hand, int shape, const int low[3], const int high[3]);
 /* Where the model with this mover is from the next step on: mm, and a unit quaternion w x y z. A model that
  * moves onto the tool takes it along. */
 int trephine_hand_set_mesh_placement(trephine_hand* hand, int mover, const double position[3],

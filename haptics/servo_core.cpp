@@ -83,7 +83,46 @@ void ServoCore::set_touchable(int shape, bool is_touchable) noexcept {
   let_through_what_is_off();
 }
 
+void ServoCore::set_ready(int shape, const volume::VoxelBox& voxels) noexcept {
+  set_ready(shape, false);
+  if (part_count_ < parts_.size()) parts_[part_count_++] = {shape, voxels};
+}
+
+/// A shape of which a part is ready holds where that is: around hand and proxy, with what is read beside
+/// them.
+void ServoCore::look_at_parts(const volume::Frame& base, const dvec3& hip) noexcept {
+  bool is_changed = false;
+  for (std::size_t i = 0; i < part_count_; ++i) {
+    const auto& [shape, voxels] = parts_[i];
+    const auto s = static_cast<std::size_t>(shape);
+    const volume::Volume& of = s < scene_->shapes.size() ? scene_->shapes[s].field.volume() : *scene_->base;
+    const dvec3 at = of.frame.volume_from_world(hip);
+    const dvec3 proxy =
+        state_.has_proxy ? of.frame.volume_from_world(base.world_from_volume(state_.proxy_volume)) : at;
+    bool is_within = true;
+    for (int a = 0; a < 3; ++a) {
+      constexpr double k_beside = 3;  // voxels
+      dvec3 along(0);
+      along[a] = 1;
+      const double reach =
+          k_beside + scene_->tool_radius * glm::length(of.frame.gradient_world_from_volume(along));
+      // Beyond the volume's border there is nothing to wait for.
+      const double low = std::max(0.0, std::min(at[a], proxy[a]) - reach),
+                   high = std::min(of.size[a] - 1.0, std::max(at[a], proxy[a]) + reach);
+      is_within = is_within && (low > high || (low >= voxels.low[a] && high <= voxels.high[a]));
+    }
+    is_changed = is_changed || not_ready_.contains(shape) == is_within;
+    not_ready_.set(shape, !is_within);
+  }
+  if (is_changed) let_through_what_is_off();
+}
+
 void ServoCore::set_ready(int shape, bool is_ready) noexcept {
+  for (std::size_t i = 0; i < part_count_; ++i)
+    if (parts_[i].shape == shape) {
+      parts_[i] = parts_[--part_count_];
+      break;
+    }
   not_ready_.set(shape, !is_ready);
   let_through_what_is_off();
 }
@@ -158,6 +197,7 @@ ServoRecord ServoCore::step(const volume::Version& version, const ServoInput& in
       has_pending_ = false;
       if (is_led_) begin_lead(hip);
     }
+    if (part_count_ > 0) look_at_parts(version.base().frame, hip);
     if (!is_led_) {
       step_ = method_->step(*scene_, version, state_, {hip, std::span(placements_.data(), placement_count_)});
       if (step_.has_contact) touched_ = step_.shape;

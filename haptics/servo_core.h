@@ -8,6 +8,7 @@
 #include "haptics/force.h"
 #include "haptics/passivity.h"
 #include "haptics/pose_path.h"
+#include "volume/traversal.h"
 
 namespace trephine::haptics {
 
@@ -96,6 +97,11 @@ class ServoCore {
   /// ready lets the hand through, and the next tick says so. Both are true at the start.
   void set_touchable(int shape, bool is_touchable) noexcept;
   void set_ready(int shape, bool is_ready) noexcept;
+  /// Of the shape's bits only those of these voxels are there yet (none where low > high): it is ready while
+  /// hand and proxy stay within them, a few voxels off their border. Of k_most_parts shapes at a time; a
+  /// further one is not ready at all.
+  void set_ready(int shape, const volume::VoxelBox& voxels) noexcept;
+  static constexpr std::size_t k_most_parts = 8;
   /// Between two ticks: where the scene's moving meshes are.
   void set_placement(int mover, const Placement& placement) noexcept;
 
@@ -122,6 +128,7 @@ class ServoCore {
   void pop_through(const glm::dvec3& hip_world, ServoRecord& record) noexcept;
   void tell(ServoRecord& record) noexcept;
   void let_through_what_is_off() noexcept;
+  void look_at_parts(const volume::Frame& base, const glm::dvec3& hip_world) noexcept;
 
   const TouchScene* scene_;
   const ProxyMethod* method_;
@@ -147,6 +154,12 @@ class ServoCore {
   std::array<Placement, TouchScene::k_max_movers> placements_;
   std::size_t placement_count_ = 0;  ///< of them set: the first ones
   ShapeSet untouchable_, not_ready_, told_not_ready_;
+  struct Part {  ///< of a shape that is ready
+    int shape;
+    volume::VoxelBox voxels;
+  };
+  std::array<Part, k_most_parts> parts_;
+  std::size_t part_count_ = 0;
   int last_shape_ = -1;                      ///< touched in the last tick
   int popped_shape_ = -1, popped_side_ = 1;  ///< pressed through, and not yet armed again
   bool has_pops_ = false;                    ///< some material of the scene gives way

@@ -12,7 +12,7 @@
   X(trephine_abi_version) X(trephine_scene_create) X(trephine_scene_destroy) X(trephine_scene_add_window)              \
   X(trephine_scene_add_opacity_ramp) X(trephine_scene_set_material) X(trephine_scene_set_sides)                        \
   X(trephine_scene_set_method) X(trephine_scene_prepare) X(trephine_hand_create) X(trephine_hand_destroy)              \
-  X(trephine_scene_add_mesh) X(trephine_scene_set_pop_through) X(trephine_hand_set_touchable)                          \
+  X(trephine_scene_add_mesh) X(trephine_scene_set_pop_through) X(trephine_hand_set_touchable) X(trephine_hand_set_ready)                          \
   X(trephine_hand_set_mesh_placement) X(trephine_hand_add_effect)                                                      \
   X(trephine_hand_step) X(trephine_hand_reset) X(trephine_surface_get) X(trephine_intersect_surface)
 #define DECLARE(name) static __typeof__(&name) p_##name;
@@ -41,6 +41,7 @@ FUNCTIONS(DECLARE)
 #define trephine_scene_add_mesh p_trephine_scene_add_mesh
 #define trephine_scene_set_pop_through p_trephine_scene_set_pop_through
 #define trephine_hand_set_touchable p_trephine_hand_set_touchable
+#define trephine_hand_set_ready p_trephine_hand_set_ready
 #define trephine_hand_set_mesh_placement p_trephine_hand_set_mesh_placement
 #define trephine_hand_add_effect p_trephine_hand_add_effect
 #endif
@@ -198,6 +199,13 @@ int main(int argc, char** argv) {
   CHECK(touch.has_contact && touch.shape == lift && fabs(touch.proxy[2] - 18) < 1e-3);
   CHECK(trephine_hand_set_touchable(lifted, lift, 0) == TREPHINE_OK);
   CHECK(trephine_hand_set_touchable(lifted, 7, 0) == TREPHINE_BAD_ARGUMENT);
+  {
+    const int low[3] = {0, 0, 0}, high[3] = {1, 1, 1};
+    CHECK(trephine_hand_set_ready(lifted, 0, low, high) == TREPHINE_OK);
+    CHECK(trephine_hand_set_ready(lifted, 0, NULL, NULL) == TREPHINE_OK);
+    CHECK(trephine_hand_set_ready(lifted, 0, low, NULL) == TREPHINE_BAD_ARGUMENT);
+    CHECK(trephine_hand_set_ready(lifted, 7, low, high) == TREPHINE_BAD_ARGUMENT);
+  }
   CHECK(trephine_hand_step(lifted, rest, &touch) == TREPHINE_OK && !touch.has_contact);
   /* Into the ball until it gives way. */
   double strongest = 0;

@@ -308,6 +308,42 @@ TEST_P(Surfaces, AreSwitchedOffAndOnAndSayWhenTheyAreNotReady) {
   EXPECT_STREQ(event_name(TouchEvent::lost_resistance), "lost resistance");
 }
 
+/// Bits that come from the top down: where they are the plane holds, where they are not an event says so, and
+/// never a hole without one.
+TEST_P(Surfaces, AreReadyWhereTheirBitsAreAndSayWhereTheyAreNot) {
+  Servo servo(scene_of_plane(), GetParam());
+  const volume::Frame& frame = servo.scene.base->frame;
+  const glm::ivec3 last = servo.scene.base->size - 1;
+  // The half with x > 0 is there.
+  const int middle = volume::voxel_of(frame.volume_from_world({0, 0, 0})).x;
+  servo.core.set_ready(0, volume::VoxelBox{{middle, 0, 0}, last});
+  const double voxel = frame.spacing().x;
+  servo.step({8 * voxel, 0.1, 5});
+  for (double z = 5; z > -2; z -= 0.05) servo.step({8 * voxel, 0.1, z});
+  EXPECT_TRUE(servo.step({8 * voxel, 0.1, -2}).has_contact);
+  EXPECT_EQ(servo.count(TouchEvent::not_ready), 0);
+  // Slid toward the other half: let go before the border, and said.
+  bool was_held = true;
+  for (double x = 8 * voxel; x > -8 * voxel; x -= 0.05) {
+    was_held = servo.step({x, 0.1, -2}).has_contact;
+    EXPECT_EQ(was_held, servo.count(TouchEvent::not_ready) == 0) << x;
+  }
+  EXPECT_FALSE(was_held);
+  for (double z = -2; z < 5; z += 0.05) servo.step({-8 * voxel, 0.1, z});
+  // The rest comes: it holds everywhere.
+  servo.core.set_ready(0, volume::VoxelBox{{0, 0, 0}, last});
+  for (double z = 5; z > -2; z -= 0.05) servo.step({-8 * voxel, 0.1, z});
+  EXPECT_TRUE(servo.step({-8 * voxel, 0.1, -2}).has_contact);
+  EXPECT_EQ(servo.count(TouchEvent::ready), 1);
+  // Nothing of it; and all of it, said in one word.
+  servo.core.set_ready(0, volume::VoxelBox{{0, 0, 0}, {-1, -1, -1}});
+  EXPECT_FALSE(servo.step({-8 * voxel, 0.1, -2}).has_contact);
+  EXPECT_EQ(servo.count(TouchEvent::not_ready), 2);
+  servo.core.set_ready(0, true);
+  servo.step({-8 * voxel, 0.1, 5});
+  EXPECT_EQ(servo.count(TouchEvent::ready), 2);
+}
+
 TEST(ServoCore, TheLedgerTellsFrictionAndActiveForcesApart) {
   TouchScene scene = scene_of_plane();
   scene.shapes[0].material = {0.5, 0, 0.3, 0.3};
