@@ -150,6 +150,21 @@ void step_on_triangles(const TouchScene& scene, const Grid& grid, std::uint64_t 
 
 }  // namespace
 
+bool is_behind_triangles(const TouchScene& scene, const volume::Version& version, std::size_t shape,
+                         const dvec3& place) noexcept {
+  ProxyCounters counters;
+  const ShapeSet none;
+  const auto is_behind = [&](const auto& grid, const dvec3& p) {
+    using Grid = std::decay_t<decltype(grid)>;
+    const int s = static_cast<int>(shape);
+    return SurfaceCaster<Grid, volume::LocalNet>(scene, grid, none, counters).is_behind(s, p) ||
+           SurfaceCaster<Grid, volume::LocalCubes>(scene, grid, none, counters).is_behind(s, p);
+  };
+  if (scene.tool_radius <= 0) return is_behind(VoxelGrid(scene, version), place);
+  const OffsetGrid grid(scene, version);
+  return is_behind(grid, grid.frame().volume_from_world(version.base().frame.world_from_volume(place)));
+}
+
 volume::Status ExplicitProxy::prepare(const TouchScene& scene) { return check_touchable(scene, true); }
 
 ProxyStep ExplicitProxy::step(const TouchScene& scene, const volume::Version& version, ProxyState& state,

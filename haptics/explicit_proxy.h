@@ -27,6 +27,10 @@ class ExplicitProxy : public ProxyMethod {
   Surface surface_;
 };
 
+/// Does p (volume frame) lie behind the triangles of a shape, of the net or of marching cubes?
+bool is_behind_triangles(const TouchScene& scene, const volume::Version& version, std::size_t shape,
+                         const glm::dvec3& place) noexcept;
+
 /// On marching cubes (Lorensen and Cline 1987).
 class ExplicitCubesProxy final : public ExplicitProxy {
  public:

@@ -177,7 +177,10 @@ void ServoCore::tell(ServoRecord& record) noexcept {
 
 ServoRecord ServoCore::step(const volume::Version& version, const ServoInput& input) noexcept {
   if (input.is_reset) reset();
-  if (input.is_restarted) restart_at(input.restart_volume);
+  // A place that is none can only come from a file.
+  const dvec3 restart = scene_->base->frame.world_from_volume(input.restart_volume);
+  if (input.is_restarted && is_place(restart) && is_in_reach(*scene_, restart))
+    restart_at(input.restart_volume);
   ServoRecord record;
   record.tick = tick_++;
   record.t = static_cast<double>(record.tick) * dt_;

@@ -2,6 +2,7 @@
 
 #include <glm/geometric.hpp>
 
+#include "haptics/explicit_proxy.h"
 #include "haptics/smooth_walls.h"
 #include "volume/quadratic_patch.h"
 
@@ -43,6 +44,7 @@ bool is_free(const TouchScene& scene, const volume::Version& version, const dvec
     if (&scene.shapes[s].field.volume() != scene.base.get()) break;
     if (is_round ? lattice.is_solid(s, v) : voxels.is_solid(s, v)) return false;
     if (walls.is_solid(static_cast<int>(s), p)) return false;
+    if (is_behind_triangles(scene, version, s, place)) return false;
   }
   return true;
 }

@@ -14,8 +14,8 @@ namespace trephine::haptics {
 glm::dvec3 outward_normal(const TouchShape& shape, const volume::Version& version, const glm::dvec3& p,
                           int& cells) noexcept;
 
-/// May a proxy be set down at this place (volume frame), whichever solid its method touches: the cubes, or
-/// what is smooth? Of the shapes of the scene's first volume.
+/// May a proxy be set down at this place (volume frame), whichever solid its method touches: cubes, triangles
+/// or what is smooth? Of the shapes of the scene's first volume. Microseconds; not for the servo.
 bool is_free(const TouchScene& scene, const volume::Version& version, const glm::dvec3& place) noexcept;
 
 /// The voxels of a scene's volume, for a point. Borrows both. Any thread.
@@ -67,9 +67,7 @@ class OffsetGrid {
 
   const volume::Frame& frame() const noexcept { return scene_.shapes[0].offset->frame(); }
   const glm::ivec3& size() const noexcept { return scene_.shapes[0].offset->size(); }
-  bool contains(const glm::ivec3& v) const noexcept {
-    return v.x >= 0 && v.y >= 0 && v.z >= 0 && v.x < size().x && v.y < size().y && v.z < size().z;
-  }
+  bool contains(const glm::ivec3& v) const noexcept { return scene_.shapes[0].offset->contains(v); }
   bool is_solid(std::size_t shape, const glm::ivec3& v) const noexcept { return is_solid_within(shape, v); }
   bool is_solid_within(std::size_t shape, const glm::ivec3& v) const noexcept {
     return samples(shape).is_solid(v);

@@ -105,10 +105,15 @@ struct TouchScene {
 };
 
 /// The offset field that `shape` is touched with: the newest that the version carries.
+inline const std::shared_ptr<const volume::OffsetField>& shared_offset_of(const TouchScene& scene,
+                                                                          const volume::Version& version,
+                                                                          std::size_t shape) noexcept {
+  const auto& newer = version.offsets();
+  return shape < newer.size() && newer[shape] ? newer[shape] : scene.shapes[shape].offset;
+}
 inline const volume::OffsetField& offset_of(const TouchScene& scene, const volume::Version& version,
                                             std::size_t shape) noexcept {
-  const auto& newer = version.offsets();
-  return shape < newer.size() && newer[shape] ? *newer[shape] : *scene.shapes[shape].offset;
+  return *shared_offset_of(scene, version, shape);
 }
 /// What answers where `shape` is touched on `side` (1 front, -1 back).
 const Material& material_of(const TouchScene& scene, int shape, int side) noexcept;

@@ -130,12 +130,22 @@ EditOutcome EditSession::go_to(std::size_t position) {
 OffsetJob::Offsets OffsetJob::make(const haptics::TouchScene& scene, int threads) const {
   Offsets made;
   for (std::size_t s = 0; s < scene.shapes.size(); ++s)
-    made.push_back(before[s]->updated(scene.shapes[s].field, *scene.shapes[s].bits, *version, box, threads));
+    made.push_back(
+        &scene.shapes[s].field.volume() == scene.base.get()
+            ? before[s]->updated(scene.shapes[s].field, *scene.shapes[s].bits, *version, box, threads)
+            : before[s]);  // of another volume, which is not cut
   return made;
 }
 
 void EditSession::note_cut(const volume::VoxelBox& box) {
-  if (scene_->tool_radius > 0) cuts_.push_back({current_, box});
+  if (scene_->tool_radius <= 0) return;
+  // Fields that never come must not keep every version.
+  constexpr std::size_t k_most = 4096;
+  if (cuts_.size() == k_most) {
+    owed_ = united(owed_, cuts_.front().box);
+    cuts_.erase(cuts_.begin());
+  }
+  cuts_.push_back({current_, box});
 }
 
 std::optional<OffsetJob> EditSession::job_of(std::uint64_t serial) const {

@@ -64,10 +64,11 @@ void LiveSession::make_offsets() {
   for (;;) {
     offsets_.news.wait(guard, [this] { return offsets_.job || offsets_.is_stopping; });
     if (offsets_.is_stopping) return;
-    const OffsetJob job = *std::exchange(offsets_.job, std::nullopt);
+    std::optional<OffsetJob> job = std::exchange(offsets_.job, std::nullopt);
     guard.unlock();
     const auto begin = std::chrono::steady_clock::now();
-    OffsetJob::Offsets made = job.make(*scene_);
+    OffsetJob::Offsets made = job->make(*scene_);
+    job.reset();  // perhaps the last to hold a version: freed while nobody waits
     const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
     guard.lock();
     offsets_.made = std::move(made);

@@ -1,4 +1,5 @@
-// Live operation: the servo on its thread, the edits on theirs, and whoever draws on a third.
+// Live operation: the servo on its thread, the edits on theirs, whoever draws on a third, and where the tool
+// is round its offset fields on a fourth.
 #pragma once
 
 #include <atomic>
@@ -27,8 +28,8 @@ struct LiveState {
   bool can_undo = false, can_redo = false;
 };
 
-/// Starts and joins the edit thread; the servo never waits for it. Drawing threads call look() at their own
-/// rate.
+/// Starts and joins the edit thread, and that of offset fields; the servo never waits for them. Drawing
+/// threads call look() at their own rate.
 class LiveSession {
  public:
   /// Borrows everything for its life; the method was prepared for the scene. One hand.

@@ -24,6 +24,8 @@ class Lockstep {
   EditOutcome redo() { return apply({Command::Kind::redo, 0, {}, 0}); }
   EditOutcome apply(const Command& command);
 
+  /// Forces beside the surfaces'. Before the first step.
+  haptics::EffectRack& effects() noexcept { return servo_.effects(); }
   const EditSession& edits() const noexcept { return edits_; }
   /// Ticks from a cut to the offset fields that know it, where the tool is round.
   static constexpr int k_offsets_every = 50;

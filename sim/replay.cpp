@@ -39,6 +39,13 @@ volume::Status check_recordable(const haptics::TouchScene& scene) {
   return std::nullopt;
 }
 
+haptics::EffectRack effects_of(const SessionHeader& header) {
+  haptics::EffectRack rack;
+  for (const std::string& words : header.effects)  // looked at when the header was read
+    if (const auto effect = haptics::parse_effect(words)) rack.add(effect.value());
+  return rack;
+}
+
 SessionHeader describe_session(const haptics::TouchScene& scene, const haptics::ProxyMethod& method,
                                const haptics::ServoOptions& options, std::vector<ToolSpec> tools) {
   SessionHeader h;
@@ -97,8 +104,7 @@ Replay::Replay(SessionReader& session, const haptics::TouchScene& scene, const h
 haptics::ServoCore Replay::make_core(std::size_t hand, std::uint64_t first_tick) const {
   haptics::ServoCore core(*scene_, *method_, session_->header().force, dt_, first_tick);
   core.set_hand(static_cast<std::uint8_t>(hand));
-  for (const std::string& words : session_->header().effects)
-    if (const auto effect = haptics::parse_effect(words)) core.effects().add(effect.value());
+  core.effects() = effects_of(session_->header());
   return core;
 }
 

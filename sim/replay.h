@@ -17,6 +17,8 @@ namespace trephine::sim {
 /// Error when the scene holds what a session's header has no words for: meshes, further volumes, more shapes
 /// than one volume has.
 volume::Status check_recordable(const haptics::TouchScene& scene);
+/// The effects that a header names.
+haptics::EffectRack effects_of(const SessionHeader& header);
 /// What a session says of a scene, its method and its tools.
 SessionHeader describe_session(const haptics::TouchScene& scene, const haptics::ProxyMethod& method,
                                const haptics::ServoOptions& options, std::vector<ToolSpec> tools);

@@ -167,6 +167,9 @@ Result<LogItem> ItemDecoder::next() {
       if (is_whole && kind > static_cast<std::uint8_t>(Command::Kind::offsets))
         return broken("an unknown command");
       if (is_whole && c.hand >= last_.size()) return broken("a command for a hand that cannot be");
+      if (is_whole && kind == static_cast<std::uint8_t>(Command::Kind::offsets) &&
+          !(c.value >= 0 && c.value <= 0x1p53))
+        return broken("a version that cannot be");
       if (is_whole) {
         c.kind = static_cast<Command::Kind>(kind);
         c.name = bytes_.substr(0, length);
@@ -425,8 +428,11 @@ Result<SessionHeader> decode_header(std::string_view text) {
   }
   if (h.shapes.empty() || h.tools.empty() || h.size.x < 1 || h.size.y < 1 || h.size.z < 1)
     return fail("", "a size, at least one shape and one hand");
-  for (const ShapeSpec& s : h.shapes)
+  for (const ShapeSpec& s : h.shapes) {
     if (s.ramp && haptics::check_ramp(*s.ramp)) return fail("ramp", "a ramp of rising intensities");
+    if (haptics::check_material(s.material) || (s.back_material && haptics::check_material(*s.back_material)))
+      return fail("a material", "a material as trephine has them");
+  }
   return h;
 }
 

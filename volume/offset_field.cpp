@@ -88,10 +88,12 @@ class SmoothSurface {
     return is_found;
   }
 
-  /// The place nearest to a voxel's centre where a cut meets the scan's surface, if one is within 1.5 voxels.
+  /// The place nearest to a voxel's centre where a cut meets the scan's surface, if one is within 1.5 of its
+  /// longest steps.
   bool project_to_rim(const ivec3& v, SurfacePoint& out) const {
     if (!has_cut() || !version_->is_near_cut(dvec3(v))) return false;
-    const double reach = 1.5 * frame_.spacing().x;
+    const dvec3& spacing = frame_.spacing();
+    const double reach = 1.5 * std::max({spacing.x, spacing.y, spacing.z});
     dvec3 found(0);
     if (!(distance_to_rim(frame_.world_from_volume(dvec3(v)), frame_.world_from_volume(dvec3(v)), reach,
                           found) < reach))
@@ -369,7 +371,7 @@ class OffsetField::Builder {
                   nearest.data() + cell_index(b * k_edge + ivec3(0, k % k_edge, k / k_edge) - from);
               is_reached = std::any_of(row, row + k_edge, [](std::uint32_t p) { return p != k_none; });
             }
-          Slot& slot = out_.slots_[out_.slot_index(b)];
+          Slot& slot = out_.own_slot(b);
           const Slot before = slot;
           if (!is_reached) {
             const bool is_solid = surface_.is_solid(voxel(dvec3(b * k_edge + k_edge / 2)));
@@ -459,9 +461,11 @@ Result<std::shared_ptr<const OffsetField>> OffsetField::build(const Field& field
   if (!frame) return frame.error();
   result->frame_ = frame.value();
   result->slots_size_ = (result->size_ + (k_edge - 1)) / k_edge;
-  result->slots_.resize(static_cast<std::size_t>(result->slots_size_.x) *
-                        static_cast<std::size_t>(result->slots_size_.y) *
-                        static_cast<std::size_t>(result->slots_size_.z));
+  result->pages_size_ = (result->slots_size_ + 3) / 4;
+  result->pages_.resize(static_cast<std::size_t>(result->pages_size_.x) *
+                        static_cast<std::size_t>(result->pages_size_.y) *
+                        static_cast<std::size_t>(result->pages_size_.z));
+  result->own_pages(ivec3(0), result->slots_size_ - 1);
   Work done;
   Builder(*result, field, bits, version, false)
       .run(ivec3(0), result->slots_size_ * k_edge - 1, threads, done);
@@ -487,11 +491,21 @@ std::shared_ptr<const OffsetField> OffsetField::updated(const Field& field, cons
         high = (ivec3(glm::ceil(lattice(changed.high))) + beyond) / k_edge;
   low = glm::clamp(low, ivec3(0), slots_size_ - 1) * k_edge;
   high = glm::clamp(high, ivec3(0), slots_size_ - 1) * k_edge + (k_edge - 1);
+  result->own_pages(low / k_edge, high / k_edge);
   Work done;
   Builder(*result, field, bits, &version, true).run(low, high, threads, done);
   done.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   if (work) *work = done;
   return result;
+}
+
+void OffsetField::own_pages(const ivec3& low, const ivec3& high) {
+  for (int z = low.z >> 2; z <= high.z >> 2; ++z)
+    for (int y = low.y >> 2; y <= high.y >> 2; ++y)
+      for (int x = low.x >> 2; x <= high.x >> 2; ++x) {
+        auto& page = pages_[page_index({4 * x, 4 * y, 4 * z})];
+        page = page ? std::make_shared<Page>(*page) : std::make_shared<Page>();
+      }
 }
 
 /// Lattice steps along each axis that a ball of `mm` reaches, sheared axes included.
@@ -507,13 +521,14 @@ ivec3 OffsetField::steps_within(double mm) const noexcept {
 
 std::size_t OffsetField::bytes() const noexcept {
   std::size_t bricks = 0;
-  for (const Slot& slot : slots_) bricks += slot.brick != nullptr;
-  return slots_.size() * sizeof(Slot) + bricks * sizeof(Brick);
+  for (const auto& page : pages_)
+    for (const Slot& slot : page->entries) bricks += slot.brick != nullptr;
+  return pages_.size() * (sizeof(Page) + sizeof pages_[0]) + bricks * sizeof(Brick);
 }
 
 double OffsetField::at(int x, int y, int z) const noexcept {
   if (!contains({x, y, z})) return -far_;
-  const Slot& slot = slots_[slot_index({x >> 3, y >> 3, z >> 3})];
+  const Slot& slot = this->slot({x >> 3, y >> 3, z >> 3});
   if (!slot.brick) return slot.is_solid ? far_ : -far_;
   return static_cast<double>(
       slot.brick->u[static_cast<std::size_t>(((z & 7) * k_edge + (y & 7)) * k_edge + (x & 7))]);
@@ -523,7 +538,7 @@ void OffsetField::load(const ivec3& v, QuadraticPatch& patch) const noexcept {
   const int bx = v.x & 7, by = v.y & 7, bz = v.z & 7;
   const auto is_within = [](int b) { return b >= 1 && b + 1 < k_edge; };
   if (is_within(bx) && is_within(by) && is_within(bz) && contains(v)) {
-    if (const Brick* brick = slots_[slot_index({v.x >> 3, v.y >> 3, v.z >> 3})].brick.get()) {
+    if (const Brick* brick = slot({v.x >> 3, v.y >> 3, v.z >> 3}).brick.get()) {
       for (int k = 0; k < 3; ++k)
         for (int j = 0; j < 3; ++j) {
           const float* row = brick->u.data() +
@@ -546,7 +561,7 @@ bool OffsetField::is_free_around(const ivec3& v) const noexcept {
   for (int z = low.z; z <= high.z; ++z)
     for (int y = low.y; y <= high.y; ++y)
       for (int x = low.x; x <= high.x; ++x) {
-        const Slot& slot = slots_[slot_index({x, y, z})];
+        const Slot& slot = this->slot({x, y, z});
         if (slot.brick || slot.is_solid) return false;
       }
   return true;
@@ -555,7 +570,7 @@ bool OffsetField::is_free_around(const ivec3& v) const noexcept {
 VoxelBox OffsetField::free_box(const ivec3& v) const noexcept {
   if (!contains(v) || !is_free_around(v)) return {ivec3(0), ivec3(-1)};
   const ivec3 b = v >> 3;
-  const Slot& slot = slots_[slot_index(b)];
+  const Slot& slot = this->slot(b);
   if (slot.brick || slot.is_solid) return {ivec3(0), ivec3(-1)};
   // Within a free brick, but for its faces, whose cubes read the neighbours.
   const ivec3 low = b * k_edge + 1, high = b * k_edge + (k_edge - 2);

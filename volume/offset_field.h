@@ -50,6 +50,9 @@ class OffsetField {
   double far_mm() const noexcept { return far_; }
   std::size_t bytes() const noexcept;
 
+  bool contains(const glm::ivec3& v) const noexcept {
+    return v.x >= 0 && v.y >= 0 && v.z >= 0 && v.x < size_.x && v.y < size_.y && v.z < size_.z;
+  }
   /// u at a lattice point; beyond the lattice nothing is solid.
   double at(int x, int y, int z) const noexcept;
   /// Samples around lattice point v.
@@ -69,17 +72,27 @@ class OffsetField {
 
   OffsetField() = default;
   glm::ivec3 steps_within(double mm) const noexcept;
-  std::size_t slot_index(const glm::ivec3& b) const noexcept {
-    return static_cast<std::size_t>(b.x + slots_size_.x * (b.y + slots_size_.y * b.z));
+  /// 4 x 4 x 4 bricks, shared by the fields that an operation leaves behind.
+  struct Page {
+    std::array<Slot, 64> entries;
+  };
+  std::size_t page_index(const glm::ivec3& b) const noexcept {
+    return static_cast<std::size_t>((b.x >> 2) + pages_size_.x * ((b.y >> 2) + pages_size_.y * (b.z >> 2)));
   }
-  bool contains(const glm::ivec3& v) const noexcept {
-    return v.x >= 0 && v.y >= 0 && v.z >= 0 && v.x < size_.x && v.y < size_.y && v.z < size_.z;
+  static std::size_t slot_in_page(const glm::ivec3& b) noexcept {
+    return static_cast<std::size_t>((b.x & 3) | (b.y & 3) << 2 | (b.z & 3) << 4);
   }
+  const Slot& slot(const glm::ivec3& b) const noexcept {
+    return pages_[page_index(b)]->entries[slot_in_page(b)];
+  }
+  /// While it is made: every page that holds bricks low .. high is this field's own.
+  void own_pages(const glm::ivec3& low, const glm::ivec3& high);
+  Slot& own_slot(const glm::ivec3& b) noexcept { return pages_[page_index(b)]->entries[slot_in_page(b)]; }
 
   Frame frame_;
-  glm::ivec3 size_{0}, slots_size_{0};
+  glm::ivec3 size_{0}, slots_size_{0}, pages_size_{0};
   double radius_ = 0, step_ = 0, far_ = 0;
-  std::vector<Slot> slots_;
+  std::vector<std::shared_ptr<Page>> pages_;  ///< not written once the field is handed out
 };
 
 }  // namespace trephine::volume

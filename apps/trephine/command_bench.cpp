@@ -253,43 +253,57 @@ bench::FeelScene real_scene(const std::string& name, const std::string& motion, 
   return real;
 }
 
-/// What a hand did, over the scan that it did it to: a session, or a path over `source`.
-Result<bench::FeelScene> recorded_hand(const std::string& file, const std::string& source) {
+/// A path a thousand times a second, as the chart plays it.
+Result<haptics::PosePath> at_a_kilohertz(const haptics::PosePath& path, const std::string& where) {
   constexpr std::size_t k_most = 20'000;
-  if (!is_session_file(file)) {
-    auto path = open_path(file);
-    if (!path) return path.error();
-    if (source.empty())
-      return Error{"a path is of no scan", "--hand", data_tools::file_name(file), "SRC too",
-                   "for example: trephine bench feel head --hand path.csv -o out/"};
-    auto opened = open_touch(source, {});
-    if (!opened) return opened.error();
-    std::vector<haptics::PosePath::Sample> samples;
-    for (const double t : haptics::servo_times(path.value(), 1000))
-      if (samples.size() < k_most) samples.push_back({t, path.value().at(t)});
-    auto played = haptics::PosePath::from_samples(std::move(samples), data_tools::file_name(file));
-    if (!played) return played.error();
-    return real_scene(opened.value().source.name, "recorded hand", std::move(opened.value().scene),
-                      std::move(played).value());
-  }
-  auto opened = open_session(file, source);
-  if (!opened) return opened.error();
-  OpenedSession& session = *opened.value();
+  std::vector<haptics::PosePath::Sample> samples;
+  for (const double t : haptics::servo_times(path, 1000))
+    if (samples.size() < k_most) samples.push_back({t, path.at(t)});
+  return haptics::PosePath::from_samples(std::move(samples), where);
+}
+
+/// Where a session's first hand was; poses that were no place are left out.
+Result<haptics::PosePath> hand_of(sim::SessionReader& session, const std::string& where) {
+  constexpr double k_most_seconds = 20;
   std::vector<haptics::PosePath::Sample> samples;
   sim::LogItem item;
-  while (samples.size() < k_most) {
-    const Result<bool> read = session.reader->next(item);
+  for (;;) {
+    const Result<bool> read = session.next(item);
     if (!read) return read.error();
     if (!read.value()) break;
     const auto* tick = std::get_if<sim::TickItem>(&item);
-    if (tick == nullptr || tick->record.hand != 0) continue;
-    samples.push_back(
-        {static_cast<double>(tick->record.tick) / session.reader->header().rate_hz, tick->record.pose});
+    if (tick == nullptr || tick->record.hand != 0 || (tick->record.raised & haptics::fault_not_finite))
+      continue;
+    samples.push_back({static_cast<double>(tick->record.tick) / session.header().rate_hz, tick->record.pose});
+    if (samples.back().t - samples.front().t > k_most_seconds) break;
   }
-  auto played = haptics::PosePath::from_samples(std::move(samples), data_tools::file_name(file));
-  if (!played) return played.error();
-  return real_scene(session.source.name, "recorded hand", std::move(session.scene),
-                    std::move(played).value());
+  return haptics::PosePath::from_samples(std::move(samples), where);
+}
+
+/// What a hand did, over the scan that it did it to: a session, or a path over `source`.
+Result<bench::FeelScene> recorded_hand(const std::string& file, const std::string& source) {
+  const std::string where = data_tools::file_name(file);
+  const auto play = [&](const std::string& name, haptics::TouchScene& scene,
+                        const Result<haptics::PosePath>& path) -> Result<bench::FeelScene> {
+    if (!path) return path.error();
+    auto played = at_a_kilohertz(path.value(), where);
+    if (!played) return played.error();
+    return real_scene(name, "recorded hand", std::move(scene), std::move(played).value());
+  };
+  if (is_session_file(file)) {
+    auto opened = open_session(file, source);
+    if (!opened) return opened.error();
+    OpenedSession& session = *opened.value();
+    return play(session.source.name, session.scene, hand_of(*session.reader, where));
+  }
+  if (source.empty())
+    return Error{"a path is of no scan", "--hand", where, "SRC too",
+                 "for example: trephine bench feel head --hand path.csv -o out/"};
+  const auto path = open_path(file);
+  if (!path) return path.error();
+  auto opened = open_touch(source, {});
+  if (!opened) return opened.error();
+  return play(opened.value().source.name, opened.value().scene, path);
 }
 
 /// The built-in scenes, and a scan when one is given, with every method.
@@ -305,8 +319,10 @@ volume::Status bench_feel(const BenchArguments& arguments, Outcome& outcome) {
   options.is_quick = arguments.is_quick;
   options.only = arguments.only;
   std::vector<std::string> known;
+  bool is_any = false;  // of the built-in ones
   options.look = [&](const bench::FeelScene& scene) -> volume::Status {
     known.push_back(bench::feel_id(scene));
+    is_any = is_any || scene.group != "real";
     return arguments.export_folder.empty() ? std::nullopt : export_scene(arguments.export_folder, scene);
   };
   if (!arguments.score.empty()) {
@@ -347,7 +363,7 @@ volume::Status bench_feel(const BenchArguments& arguments, Outcome& outcome) {
   const bench::FeelReport report = bench::run_feel(options);
   if (report.is_stopped) return interrupted("the benchmark");
   if (report.failure) return report.failure;
-  if (known.empty())
+  if (!is_any)
     return Error{"no scene has such a name", "--only", arguments.only,
                  "part of a name such as sphere-psf-1.5-slide-100-mm-s", ""};
   if (options.answers)
@@ -527,6 +543,8 @@ Result<Outcome> run_bench(const BenchArguments& arguments) {
   if (arguments.size < 64 || arguments.size > 800)
     return Error{"the size is out of range", "--size", std::to_string(arguments.size), "64 to 800 voxels",
                  ""};
+  if (!arguments.hand.empty() && arguments.what != "feel")
+    return Error{"this benchmark plays no hand", "--hand", arguments.what, "feel", ""};
   Outcome outcome{new_report("bench-" + arguments.what), "", exit_done};
   if (arguments.what == "surface")
     bench_surface(arguments.size, outcome);

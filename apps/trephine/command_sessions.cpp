@@ -193,10 +193,13 @@ Result<Outcome> run_resume(const ResumeArguments& arguments) {
   if (header.tools.size() != 1)
     return Error{"only sessions of one hand can be continued here", where,
                  std::to_string(header.tools.size()), "1", ""};
-  if (!path && (session.burrs[0] == nullptr || !(header.rate_hz >= 250 && header.rate_hz <= 10000)))
+  if (!path && (session.burrs[0] == nullptr || !header.effects.empty() ||
+                !(header.rate_hz >= 250 && header.rate_hz <= 10000)))
     return Error{"this session cannot go on in the window", where,
-                 session.burrs[0] ? std::to_string(header.rate_hz) + " Hz" : "a hand without a tool",
-                 "a burr, and 250 to 10000 Hz", "give a path to go on with: --path PATH.csv"};
+                 session.burrs[0] == nullptr ? "a hand without a tool"
+                 : header.effects.empty()    ? std::to_string(header.rate_hz) + " Hz"
+                                             : header.effects.front(),
+                 "a burr, no effects, and 250 to 10000 Hz", "give a path to go on with: --path PATH.csv"};
   if (Status error = replay.seek(session.reader->tick_count())) return *error;
   if (replay.mismatch())
     return Error{"the session does not replay as it was recorded", where, replay.mismatch()->what,
@@ -220,6 +223,7 @@ Result<Outcome> run_resume(const ResumeArguments& arguments) {
   if (path) {
     sim::Lockstep run(session.scene, *session.method, std::move(edits), header.force, header.rate_hz, &writer,
                       first_tick);
+    run.effects() = sim::effects_of(header);
     ProgressLine progress("going on");
     const std::vector<double> times = haptics::servo_times(*path, header.rate_hz);
     for (std::size_t i = 0; i < times.size(); ++i) {

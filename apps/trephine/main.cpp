@@ -290,8 +290,9 @@ int main(int argc, char** argv) {
       ->type_name("DIR");
   c->add_option("--steps", bench.steps, "Random steps of stability, in all")->capture_default_str();
   c->add_flag("--quick", bench.is_quick, "Feel in under a minute: smaller and fewer scenes");
-  c->add_option("--only", bench.only,
-                "Feel scenes whose name holds this, for example sphere; methods of stability likewise")
+  c->add_option(
+       "--only", bench.only,
+       "Built-in scenes of feel whose name holds this, for example sphere; methods of stability likewise")
       ->type_name("TEXT");
   c->add_option("--hand", bench.hand,
                 "A recorded hand for one more scene of feel: a session, or a path over SRC")

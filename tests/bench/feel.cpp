@@ -458,7 +458,7 @@ FeelReport run_feel(const FeelOptions& options) {
       FeelRow row = measure(s, judges, ideal, contender, options.is_quick);
       if (row.steps == 0) continue;  // a method without a radius
       // Not of peers: their threads would not be there.
-      const bool is_short = row.time_us.p50 < 2.5;  // others take minutes to be counted
+      const bool is_short = row.voxels < 60 && row.triangles < 25;  // others take minutes to be counted
       if (is_reference(s) && haptics::find_method(row.method) && (is_short || !options.is_quick))
         row.instructions = instructions_a_step(s, contender, options.is_quick);
       report.rows.push_back(std::move(row));

@@ -39,9 +39,17 @@ std::string as_session(const std::uint8_t* data, std::size_t size) {
   header.size = glm::ivec3(16);
   header.shapes.emplace_back();
   header.tools.push_back({"burr", {{"diameter", 3}}});
-  add(sim::BlockKind::header, sim::encode(header));
   // The first byte says what the rest is.
   const std::string payload(reinterpret_cast<const char*>(data) + 1, size - 1);
+  if (data[0] & 8) {  // a round tool
+    header.tool_radius = 1;
+    header.tools.back().settings.emplace_back("is_round", 1);
+  }
+  if (data[0] & 16) {  // words after a header that is right
+    add(sim::BlockKind::header, sim::encode(header) + payload);
+    return bytes;
+  }
+  add(sim::BlockKind::header, sim::encode(header));
   constexpr sim::BlockKind kinds[] = {sim::BlockKind::log, sim::BlockKind::log, sim::BlockKind::end,
                                       sim::BlockKind::scan};
   add(kinds[data[0] & 3], payload);

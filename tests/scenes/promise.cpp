@@ -11,9 +11,7 @@ using haptics::MethodInfo;
 std::shared_ptr<const volume::OffsetField> touched_offset(const haptics::TouchScene& scene,
                                                           const volume::Version* version, std::size_t shape) {
   if (scene.tool_radius <= 0) return nullptr;
-  if (version && shape < version->offsets().size() && version->offsets()[shape])
-    return version->offsets()[shape];
-  return scene.shapes[shape].offset;
+  return version ? haptics::shared_offset_of(scene, *version, shape) : scene.shapes[shape].offset;
 }
 
 checker::SmoothSolid touched_smooth_solid(const haptics::TouchScene& scene,

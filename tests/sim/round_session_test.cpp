@@ -108,27 +108,35 @@ TEST(RoundSession, DrillsByItsWholeBallAndItsFieldIsNeverTooFree) {
   EXPECT_GT(v.counts.commands, 20u);  // undos, redos, and when fields came
 }
 
-/// Undone in contact a point is led to a place that is free of the smooth solid too, not of voxels alone: it
-/// is never buried there again.
-TEST(RoundSession, APointIsLedOutOfTheSmoothSolidToo) {
-  haptics::TouchScene scene = small_bone();
-  const auto method = haptics::make_method("subvoxel").value();
-  ASSERT_FALSE(method->prepare(scene).has_value());
-  long buried = 0, led = 0;
-  for (int round = 0; round < 4; ++round) {
-    drilling::Burr burr(k_burr);
-    Lockstep run(scene, *method, &burr, {}, 1000);
-    const haptics::PosePath wish = drilling_wish(20);
-    for (int i = 0; i < 8000; ++i) {
-      const haptics::ServoRecord r = run.step(wish.at(1e-3 * i + 0.013 * round));
-      buried += r.is_buried;
-      led += r.is_led;
-      if (i % 500 == (13 * round + 250) % 500) run.undo();
-      if (i % 500 == 300) run.redo();
+/// Undone in contact a tool is led to a place that is free of what its method touches, not of voxels alone:
+/// it is never buried there again.
+TEST(RoundSession, EveryMethodIsLedOutOfItsOwnSolid) {
+  for (const char* name :
+       {"subvoxel", "implicit", "path", "explicit", "explicit-cubes", "scene", "scene-sequential"})
+    for (const double radius : {0.0, 1.0}) {
+      haptics::TouchScene scene = small_bone();
+      ASSERT_FALSE(haptics::set_tool_radius(scene, radius, 1).has_value());
+      const auto method = haptics::make_method(name).value();
+      ASSERT_FALSE(method->prepare(scene).has_value());
+      long buried = 0, led = 0;
+      for (int round = 0; round < (radius > 0 ? 1 : 2); ++round) {
+        drilling::BurrOptions options = k_burr;
+        options.is_round = radius > 0;
+        drilling::Burr burr(options);
+        Lockstep run(scene, *method, &burr, {}, 1000);
+        const haptics::PosePath wish = drilling_wish(20);
+        for (int i = 0; i < 2500; ++i) {
+          const haptics::ServoRecord r = run.step(wish.at(1e-3 * i + 0.013 * round));
+          buried += r.is_buried;
+          led += r.is_led;
+          if (i % 500 == (13 * round + 250) % 500) run.undo();
+          if (i % 500 == 300) run.redo();
+        }
+      }
+      EXPECT_GT(led, 5) << name << " " << radius;
+      // A cut may move a vertex of the net outward, over a proxy that rests there; nothing else buries one.
+      EXPECT_LE(buried, std::string(name) == "explicit" ? 3 : 0) << name << " " << radius;
     }
-  }
-  EXPECT_GT(led, 100);
-  EXPECT_EQ(buried, 0);
 }
 
 /// The hole of a ball: pressed straight down, then held still, it ends where its middle is the hand's.
@@ -143,7 +151,7 @@ TEST(RoundSession, ReachesTheHandThroughWhatItCut) {
   EXPECT_FALSE(r.has_contact);
   EXPECT_EQ(r.proxy_world, r.pose.position_world);
   // Undone in the hole: led out, and never inside what is there again.
-  EXPECT_TRUE(run.undo().is_changed || run.edits().is_in_stroke());
+  EXPECT_TRUE(run.undo().is_changed);
   bool was_led = false;
   for (int i = 0; i < 500; ++i) {
     r = run.step({{0, 0, 1}, {1, 0, 0, 0}, false});

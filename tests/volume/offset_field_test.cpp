@@ -151,38 +151,46 @@ TEST(OffsetField, AnUpdateAfterACutEqualsANewField) {
 
 /// The rims of crossing cuts, where no surface is smooth: by samples of the judge's own solid.
 TEST(OffsetField, IsTheDistanceToRimsOfCuts) {
-  const Made m = phantom("plane", 96, 0, {{"angle", 20}});
-  RemovalEditor editor(std::make_shared<Version>(m.base), {m.field});
-  editor.remove({{0, 0, 3}, {3, 2, -6}, 5});
-  editor.remove({{7, 1, 3}, {7, 1, -4}, 4});
-  const auto version = editor.publish();
-  const auto field = OffsetField::build(m.field, m.bits, version.get(), 2).value();
-  const checker::SmoothSolid solid = checker::smooth_solid(m.base, Shape{}, version);
-  const double voxel = m.base->frame.spacing().x;
-  double worst = 0;
-  int count = 0;
-  for_band(*field, [&](const dvec3& at, double u) {
-    // Some of those above the rims.
-    const double above = data_tools::phantom_distance("plane", {{"angle", 20}}, at);
-    if (above < 0.5 || above > 2 || glm::length(at - dvec3(4, 1, at.z)) > 9 || count++ % 10 != 0) return;
-    const dvec3 p = m.base->frame.volume_from_world(at);
-    double nearest = 1e9;
-    dvec3 place(0);
-    const auto look = [&](const dvec3& middle, double reach, double step) {
-      for (double z = -reach; z <= reach; z += step)
-        for (double y = -reach; y <= reach; y += step)
-          for (double x = -reach; x <= reach; x += step) {
-            const dvec3 q = middle + dvec3(x, y, z);
-            if (const double d = voxel * glm::length(q - p); d < nearest && solid.is_solid(q))
-              nearest = d, place = q;
-          }
-    };
-    look(p, 3.5, 0.25);
-    look(dvec3(place), 0.3, 0.05);
-    worst = std::max(worst, std::abs(2 - nearest - u));
-  });
-  EXPECT_GT(count, 150);
-  EXPECT_LT(worst, 0.07);  // samples of the judge lie 0.06 mm apart
+  for (const double slice : {1.25, 2.5}) {
+    data_tools::PhantomOptions o;
+    o.size = slice > 2 ? ivec3(96, 96, 48) : ivec3(96);
+    o.spacing_mm = dvec3(1.25, 1.25, slice);
+    o.psf_sigma_voxels = 1;
+    o.parameters = {{"angle", 20}};
+    const auto base = std::make_shared<const Volume>(data_tools::make_phantom("plane", o).value());
+    const Made m{base, Field(*base, Shape{}), Occupancy::build(*base, Shape{})};
+    RemovalEditor editor(std::make_shared<Version>(m.base), {m.field});
+    editor.remove({{0, 0, 3}, {3, 2, -6}, 5});
+    editor.remove({{7, 1, 3}, {7, 1, -4}, 4});
+    const auto version = editor.publish();
+    const auto field = OffsetField::build(m.field, m.bits, version.get(), 2).value();
+    const checker::SmoothSolid solid = checker::smooth_solid(m.base, Shape{}, version);
+    double worst = 0;
+    int count = 0;
+    for_band(*field, [&](const dvec3& at, double u) {
+      // Some of those above the rims.
+      const double above = data_tools::phantom_distance("plane", {{"angle", 20}}, at);
+      if (above < 0.5 || above > 2 || glm::length(at - dvec3(4, 1, at.z)) > 9 || count++ % 10 != 0) return;
+      const dvec3 p = m.base->frame.volume_from_world(at);
+      double nearest = 1e9;
+      dvec3 place(0);
+      const auto look = [&](const dvec3& middle, double reach, double step) {
+        for (double z = -reach; z <= reach; z += step)
+          for (double y = -reach; y <= reach; y += step)
+            for (double x = -reach; x <= reach; x += step) {
+              const dvec3 q = middle + dvec3(x, y, z);
+              if (const double d = glm::length(m.base->frame.vector_world_from_volume(q - p));
+                  d < nearest && solid.is_solid(q))
+                nearest = d, place = q;
+            }
+      };
+      look(p, 2.75, 0.25);
+      look(dvec3(place), 0.3, 0.05);
+      worst = std::max(worst, std::abs(2 - nearest - u));
+    });
+    EXPECT_GT(count, 100) << slice;
+    EXPECT_LT(worst, 0.06 * slice) << slice;  // the judge's own samples lie up to 0.05 slices apart
+  }
 }
 
 TEST(OffsetField, DoesNotDependOnThreadsAndRefusesBadRadii) {
