@@ -342,6 +342,8 @@ TEST_F(Command, ExamplesOfReadmeAndHelpRun) {
       replace(" head ", arguments.find("--label") == std::string::npos ? " head.mha " : " head ");
     replace("--spacing 0.6", "--spacing 2.5");
     replace("--size 256", "--size 64");
+    if (arguments.starts_with("bench feel")) replace("--quick", "--quick --only cone");
+    if (arguments.starts_with("bench stability")) arguments += " --steps 20000";
     if (arguments.starts_with("view") && arguments.find("--screenshot") == std::string::npos)
       arguments += " --screenshot view.png";
     const Ended r = run(arguments);
