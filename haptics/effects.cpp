@@ -162,7 +162,8 @@ volume::Result<Effect> parse_effect(const std::string& text) {
   const auto* found = std::find_if(std::begin(k_effects), std::end(k_effects),
                                    [&](const Description& d) { return name == d.name; });
   if (found == std::end(k_effects))
-    return Error{"there is no such effect", "--effect", name, effect_names(), "choose one of these"};
+    return Error{"there is no such effect", "--effect", name, effect_names(),
+                 "choose one of these, with its parameters in the same quotes"};
   Effect effect{found->make()};
   const std::vector<Parameter> parameters = found->parameters(effect.kind);
   while (words >> word) {

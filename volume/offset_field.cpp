@@ -150,6 +150,7 @@ class SmoothSurface {
       const double ru = glm::dot(to_x, u), rw = glm::dot(to_x, w), share = 1 / (a * c - b * b);
       dvec3 step = room * n + share * ((c * ru - b * rw) * u + (a * rw - b * ru) * w);
       const double length = std::sqrt(glm::dot(step, step)), limit = 1.5 * frame_.spacing().x;
+      if (!(length < 1e300)) break;  // nothing to follow here
       if (length > limit) step *= limit / length;
       y += step;
       if (length < 1e-3 * frame_.spacing().x) {
@@ -185,6 +186,7 @@ class SmoothSurface {
       const dvec3 along = glm::normalize(glm::cross(a, b));
       dvec3 step = s * a + t * b + glm::dot(x_world - y, along) * along;
       const double length = std::sqrt(glm::dot(step, step)), limit = 1.5 * frame_.spacing().x;
+      if (!(length < 1e300)) return most;
       if (length > limit) step *= limit / length;
       y += step;
       if (length < close) return most;

@@ -86,7 +86,8 @@ Result<Outcome> audit_session(const AuditArguments& arguments) {
 
   if (promised != Solid::smooth && promised != Solid::cubes)
     return Error{"there is no judge for the session's proxy method", data_tools::file_name(arguments.session),
-                 header.method, "a method that touches the smooth solid or voxels", ""};
+                 header.method, "a method that touches the smooth solid or voxels",
+                 "trephine replay --verify compares its bits"};
 
   // The law that the judge knows: spring, damper, viscosity, smoothing, controller and guard.
   if (!header.effects.empty())

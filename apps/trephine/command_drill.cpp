@@ -18,11 +18,14 @@ Result<Outcome> run_drill(const DrillArguments& arguments) {
   if (volume::Status error = check_rate(arguments.rate)) return *error;
   if (!(arguments.removal_rate > 0 && arguments.removal_rate <= 1e5))
     return Error{"the removal rate is out of range", "--removal-rate", std::to_string(arguments.removal_rate),
-                 "above 0 mm3/s", ""};
+                 "above 0, at most 100000 mm3/s", ""};
   if (!data_tools::is_writable_volume_file(arguments.output))
     return Error{"this is no volume format that trephine writes", data_tools::file_name(arguments.output), "",
                  ".mha, .nrrd, .nii or .nii.gz", "choose one of these extensions"};
   if (volume::Status error = data_tools::check_writable(arguments.output)) return *error;
+  if (volume::Status error =
+          check_apart(arguments.output, {arguments.source, arguments.path, arguments.record.file}))
+    return *error;
   if (volume::Status error = check_record(arguments.record)) return *error;
   if (arguments.is_round && arguments.is_kinematic)
     return Error{"a burr that is not held by the bone has no round touch", "--round", "--kinematic",
@@ -51,7 +54,11 @@ Result<Outcome> run_drill(const DrillArguments& arguments) {
     if (volume::Status error =
             haptics::set_tool_radius(scene, drilling::touch_radius(burr_options, *scene.base)))
       return *error;
-  if (volume::Status error = made.value()->prepare(scene)) return *error;
+  if (volume::Status error = made.value()->prepare(scene)) {
+    if (arguments.is_round && error->where == "--radius")
+      error->where = "--round with --method " + arguments.method;
+    return *error;
+  }
   haptics::ServoOptions servo;
   servo.rate_hz = arguments.rate;
   auto recorder = start_recording(arguments.record, source, scene, method, servo, burr_options.spec());
@@ -60,6 +67,7 @@ Result<Outcome> run_drill(const DrillArguments& arguments) {
 
   const std::vector<double> times = haptics::servo_times(path.value(), arguments.rate);
   std::vector<double> tick_us;
+  bool has_met = false;
   ProgressLine progress("drilling");
   for (std::size_t i = 0; i < times.size(); ++i) {
     if (i % 256 == 0 && !progress(static_cast<double>(i) / static_cast<double>(times.size()))) {
@@ -69,6 +77,7 @@ Result<Outcome> run_drill(const DrillArguments& arguments) {
     }
     const auto begin = Clock::now();
     run.step(path.value().at(times[i]));
+    has_met = has_met || run.last_record().has_contact;
     if (run.last_edit().is_changed)
       tick_us.push_back(std::chrono::duration<double, std::micro>(Clock::now() - begin).count());
   }
@@ -85,6 +94,7 @@ Result<Outcome> run_drill(const DrillArguments& arguments) {
   json["burr_diameter_mm"] = arguments.burr_diameter;
   json["is_kinematic"] = arguments.is_kinematic;
   json["is_round"] = arguments.is_round;
+  if (arguments.is_round) json["touch_radius_mm"] = scene.tool_radius;
   json["method"] = method.name();
   json["steps"] = times.size();
   json["removed_mm3_total"] = run.edits().removed_mm3();
@@ -104,13 +114,22 @@ Result<Outcome> run_drill(const DrillArguments& arguments) {
   outcome.text += "written to " + arguments.output + "\n";
   if (const haptics::ServoRecord& last = run.last_record(); last.has_contact) {
     const double held = glm::length(last.proxy_world - last.pose.position_world);
+    const glm::ivec3 hand =
+        volume::voxel_of(source.volume->frame.volume_from_world(last.pose.position_world));
+    const bool is_inside =
+        source.volume->contains(hand) && version.is_kept(hand) && scene.shapes[0].bits->is_solid(hand);
     if (held > 3)
-      notice(
-          format_text("note: at its end the path is %.0f mm inside the bone, and the burr is held; lift it "
-                      "before it moves aside",
-                      held));
+      notice(format_text(
+          is_inside ? "note: at its end the path is %.0f mm inside the bone, and the burr is held; lift "
+                      "it before it moves aside"
+                    : "note: at its end the hand is %.0f mm from the burr, which is caught under bone; "
+                      "lift it the way it came",
+          held));
   }
-  if (run.edits().removed_mm3() == 0) say_where(scene, path.value());
+  if (run.edits().removed_mm3() == 0 && has_met)
+    notice("note: the burr met the shape and took nothing: it is smaller than what voxels can show");
+  else if (run.edits().removed_mm3() == 0)
+    say_where(scene, path.value());
   return outcome;
 }
 

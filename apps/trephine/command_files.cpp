@@ -171,6 +171,7 @@ Result<Outcome> run_mesh(const MeshArguments& arguments) {
     return Error{"this is no mesh format that trephine writes", data_tools::file_name(arguments.output), "",
                  ".stl, .ply, .obj or .vtp", "choose one of these extensions"};
   if (volume::Status error = data_tools::check_writable(arguments.output)) return *error;
+  if (volume::Status error = check_apart(arguments.output, {arguments.source})) return *error;
   auto opened = open_touch(arguments.source, arguments.shape);
   if (!opened) return opened.error();
   const Source& source = opened.value().source;

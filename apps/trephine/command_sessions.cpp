@@ -34,6 +34,8 @@ Status check_outputs(const std::string& output, const std::string& steps) {
 
 Result<Outcome> run_replay(const ReplayArguments& arguments) {
   if (Status error = check_outputs(arguments.output, arguments.steps)) return *error;
+  for (const std::string& output : {arguments.output, arguments.steps, arguments.screenshot})
+    if (Status error = check_apart(output, {arguments.session, arguments.case_source})) return *error;
   if (!arguments.screenshot.empty()) {
     if (!data_tools::has_extension(arguments.screenshot, ".png"))
       return Error{"this is no picture format that trephine writes",

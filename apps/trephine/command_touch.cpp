@@ -45,7 +45,10 @@ volume::Status parse_ramp(const std::string& text, std::optional<haptics::Stiffn
                   &extra) != 3)
     return Error{"the stiffness ramp is not three numbers", "--stiffness-ramp", text,
                  "A,B,K, for example 300,1500,1.0", ""};
-  if (volume::Status error = haptics::check_ramp(r)) return error;
+  if (volume::Status error = haptics::check_ramp(r)) {
+    error->where = "--stiffness-ramp";
+    return error;
+  }
   ramp = r;
   return std::nullopt;
 }
@@ -113,7 +116,10 @@ Result<Outcome> run_touch(const TouchArguments& arguments) {
   if (volume::Status error = parse_friction(arguments.friction, material)) return *error;
   material.viscosity = arguments.viscosity;
   material.pop_force = arguments.pop_force;
-  if (volume::Status error = haptics::check_material(material)) return *error;
+  if (volume::Status error = haptics::check_material(material)) {
+    error->where = "--stiffness, --friction, --viscosity or --pop-through";
+    return *error;
+  }
   std::optional<haptics::StiffnessRamp> ramp;
   if (volume::Status error = parse_ramp(arguments.stiffness_ramp, ramp)) return *error;
   haptics::EffectRack effects;
@@ -123,6 +129,9 @@ Result<Outcome> run_touch(const TouchArguments& arguments) {
     if (volume::Status error = effects.add(effect.value())) return *error;
   }
   if (volume::Status error = data_tools::check_writable(arguments.output)) return *error;
+  if (volume::Status error =
+          check_apart(arguments.output, {arguments.source, arguments.path, arguments.record.file}))
+    return *error;
   if (volume::Status error = check_record(arguments.record)) return *error;
 
   // The path first: it is cheap to be wrong about.
@@ -140,7 +149,10 @@ Result<Outcome> run_touch(const TouchArguments& arguments) {
   scene.shapes[0].ramp = ramp;
   if (volume::Status error = add_meshes(arguments, material, scene)) return *error;
   const auto offset_begin = Clock::now();
-  if (volume::Status error = haptics::set_tool_radius(scene, arguments.radius)) return *error;
+  if (volume::Status error = haptics::set_tool_radius(scene, arguments.radius)) {
+    if (error->where == "radius") error->where = "--radius";
+    return *error;
+  }
   const double offset_seconds = std::chrono::duration<double>(Clock::now() - offset_begin).count();
   if (volume::Status error = method.prepare(scene)) return *error;
   haptics::ForceOptions force;
@@ -150,7 +162,12 @@ Result<Outcome> run_touch(const TouchArguments& arguments) {
   servo.effects() = effects;
   haptics::ServoOptions recorded;
   recorded.rate_hz = arguments.rate, recorded.force = force;
-  auto recorder = start_recording(arguments.record, source, scene, method, recorded, {}, arguments.effects);
+  RecordChoice record_choice = arguments.record;
+  if (arguments.blur > 0 && !record_choice.file.empty() && !record_choice.is_embedding) {
+    record_choice.is_embedding = true;
+    notice("note: what was touched is a blurred scan: it is kept in the session");
+  }
+  auto recorder = start_recording(record_choice, source, scene, method, recorded, {}, arguments.effects);
   if (!recorder) return recorder.error();
   const sim::EditSession edits(scene, nullptr, 1 / arguments.rate);
   const volume::Version& version = *edits.current();

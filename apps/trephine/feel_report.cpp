@@ -93,14 +93,21 @@ std::array<std::uint8_t, 3> color_of(const std::string& method) {
 }
 
 /// What a method did over the scenes of a report: medians over the smooth ones, sums over all.
+bool has_smooth(const FeelReport& report) {
+  return std::any_of(report.rows.begin(), report.rows.end(),
+                     [](const FeelRow& row) { return row.group == "smooth"; });
+}
+
+/// Of the smooth scenes, or of all where none was played.
 struct Glance {
   std::vector<double> p50, p999, surface, direction, tangential, rough;
   long falls = 0, stuck = 0;
   Glance(const FeelReport& report, const std::string& method) {
+    const bool is_all = !has_smooth(report);
     for (const FeelRow& row : report.rows) {
       if (row.method != method) continue;
       falls += row.fall_throughs, stuck += row.stuck;
-      if (row.group != "smooth") continue;
+      if (row.group != "smooth" && !is_all) continue;
       rough.push_back(row.rough_n);
       if (row.time_us.count > 0) p50.push_back(row.time_us.p50), p999.push_back(row.time_us.p999);
       if (row.total_rms_voxels) surface.push_back(*row.total_rms_voxels);
@@ -272,13 +279,9 @@ std::string html_page(const FeelReport& report, bool is_quick, const Json& machi
     page += count(g.stuck);
     page += "</tr>";
   }
-  page +=
-      "</table><p class=dim>Medians over the smooth scenes; fell through and stuck are sums over all "
-      "scenes.</p>";
-
-  const bool has_smooth = std::any_of(report.rows.begin(), report.rows.end(),
-                                      [](const FeelRow& row) { return row.group == "smooth"; });
-  if (has_smooth)
+  page += std::string("</table><p class=dim>Medians over ") + (has_smooth(report) ? "the smooth" : "all") +
+          " scenes; fell through and stuck are sums over all scenes.</p>";
+  if (has_smooth(report))
     page +=
         "<h2>Error of the force</h2><img src=time-against-force-error.png alt='run time against force error'>"
         "<p class=dim>At a depth of about 1 mm and 0.5 N/mm. The red line: hands tell forces apart from "
@@ -320,12 +323,17 @@ std::string html_page(const FeelReport& report, bool is_quick, const Json& machi
   if (!counted.empty())
     page +=
         "<h2>Work of a step</h2><p class=dim>On the sphere at 100 mm/s, in contact; instructions are counted "
-        "one by one, so that they are the same on every machine of this kind.</p>"
+        "one by one, so that they are the same on every machine of this kind. Of the longest steps they are "
+        "counted "
+        "in the full set only.</p>"
         "<table><tr><th>method<th>instructions<th>p50, us<th>voxels<th>cells<th>triangles</tr>" +
         counted + "</table>";
   page += "<p class=dim>Peers in this run: ";
-  for (const auto& [name, version] : report.peers) page += escaped(name + " " + version) + ". ";
-  if (report.peers.empty()) page += "none were installed when this was built.";
+  const Json peers = feel_peers(report);
+  for (const Json& peer : peers)
+    page += escaped(peer["name"].get<std::string>() + " " + peer["version"].get<std::string>()) + ". ";
+  if (peers.empty())
+    page += report.peers.empty() ? "none were installed when this was built." : "none plays these scenes.";
   page += "</p><h2>Every scene</h2>";
   std::string last;
   for (const FeelRow& row : report.rows) {
@@ -429,12 +437,12 @@ Json feel_split(const FeelReport& report) {
 }
 
 std::string feel_summary(const FeelReport& report) {
-  std::string text = format_text("%-9s %14s %12s %12s %14s %6s %6s\n", "method", "p50 / p99.9 us",
+  std::string text = format_text("%-16s %14s %12s %12s %14s %6s %6s\n", "method", "p50 / p99.9 us",
                                  "surface vx", "direction", "tangential p99", "fell", "stuck");
   for (const std::string& name : methods_of(report)) {
     const Glance g(report, name);
     if (g.p50.empty()) continue;
-    text += format_text("%-9s %6.2f / %6.2f %11.4f %8.2f deg %11.3f mm %6ld %6ld\n", name.c_str(),
+    text += format_text("%-16s %6.2f / %6.2f %11.4f %8.2f deg %11.3f mm %6ld %6ld\n", name.c_str(),
                         median(g.p50), median(g.p999), median(g.surface), median(g.direction),
                         median(g.tangential), g.falls, g.stuck);
   }

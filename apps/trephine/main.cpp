@@ -30,8 +30,9 @@ CLI::Option* add_source(CLI::App* command, std::string& source) {
 }
 
 constexpr const char* k_round_help =
-    "The bone is touched with the whole ball of the burr (to 12 mm), whose middle the hand holds, instead of "
-    "its lowest point";
+    "The bone is touched with the burr's ball, whose middle the hand holds, instead of its lowest point: a "
+    "voxel "
+    "or a twelfth smaller than it cuts, so that it has room in its own hole; to 12 mm";
 
 void add_record(CLI::App* command, app::RecordChoice& record) {
   command->add_option("--record", record.file, "Write the session to this new file")->type_name("FILE");

@@ -6,6 +6,7 @@
 #include <ctime>
 #include <filesystem>
 #include <fstream>
+#include <sstream>
 #include <unistd.h>
 
 #include "apps/trephine/build_info.h"
@@ -177,6 +178,20 @@ void prune_autosaves() {
     if (!sim::SessionWriter::is_being_written(old[i].second.string())) fs::remove(old[i].second, error);
 }
 
+namespace {
+/// What was felt, as the header says it: its lines from the force on.
+std::vector<std::string> settings_of(const sim::SessionHeader& header) {
+  std::istringstream lines(sim::encode(header));
+  std::vector<std::string> all;
+  bool is_setting = false;
+  for (std::string line; std::getline(lines, line);) {
+    is_setting = is_setting || line.starts_with("smoothing_alpha=");
+    if (is_setting) all.push_back(line);
+  }
+  return all;
+}
+}  // namespace
+
 Result<Outcome> describe_session_file(const std::string& path) {
   Result<sim::SessionReader> opened = sim::SessionReader::open(path);
   if (!opened) return opened.error();
@@ -229,6 +244,7 @@ Result<Outcome> describe_session_file(const std::string& path) {
   json["rate_hz"] = h.rate_hz;
   json["method"] = h.method;
   json["hands"] = h.tools.size();
+  json["settings"] = settings_of(h);
   json["seconds"] = seconds;
   json["ticks"] = ticks;
   json["dropped_ticks"] = dropped;
@@ -252,7 +268,13 @@ Result<Outcome> describe_session_file(const std::string& path) {
                  format_text("  in contact for %.1f s, at most %.2f N; undone %llu, redone %llu\n",
                              static_cast<double>(contact) / h.rate_hz, strongest,
                              static_cast<unsigned long long>(undos), static_cast<unsigned long long>(redos)) +
-                 "  recorded by " + h.program + "\n";
+                 "  recorded by " + h.program + "\n  ";
+  const std::vector<std::string> settings = settings_of(h);
+  for (std::size_t i = 0; i < settings.size(); ++i) {
+    const bool is_new_line = settings[i].starts_with("shape=") || settings[i].starts_with("tool=");
+    outcome.text += (i == 0 ? "" : is_new_line ? "\n  " : ", ") + settings[i];
+  }
+  outcome.text += "\n";
   for (std::size_t i = 0; i < std::min<std::size_t>(events.size(), 20); ++i)
     outcome.text += format_text("  at %.2f s, hand %d: ", events[i]["after_seconds"].get<double>(),
                                 events[i]["hand"].get<int>() + 1) +

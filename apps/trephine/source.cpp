@@ -2,6 +2,7 @@
 
 #include <charconv>
 #include <cmath>
+#include <filesystem>
 #include <fstream>
 #include <glm/common.hpp>
 
@@ -180,6 +181,20 @@ Result<haptics::PosePath> open_path(const std::string& path) {
     return Error{"there is no such path file", where, "", "a CSV file t,x,y,z[,qx,qy,qz,qw][,button]",
                  "check the spelling"};
   return haptics::PosePath::read_csv(file, where);
+}
+
+volume::Status check_apart(const std::string& output, std::initializer_list<std::string> others) {
+  namespace fs = std::filesystem;
+  for (const std::string& other : others) {
+    std::error_code ignored;
+    if (other.empty() || output.empty()) continue;
+    if (fs::path(output).lexically_normal() != fs::path(other).lexically_normal() &&
+        !fs::equivalent(output, other, ignored))
+      continue;
+    return Error{"the output would replace a file that is in use", data_tools::file_name(output), "",
+                 "a name of its own", "choose another name with -o"};
+  }
+  return std::nullopt;
 }
 
 void say_where(const haptics::TouchScene& scene, const haptics::PosePath& path) {

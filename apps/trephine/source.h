@@ -1,6 +1,7 @@
 // SRC: a scan that open_volume reads, a case, or the built-in head; and which shape of it is meant.
 #pragma once
 
+#include <initializer_list>
 #include <optional>
 #include <string>
 #include <vector>
@@ -48,6 +49,8 @@ volume::Result<OpenedTouch> open_touch(const std::string& src, const ShapeChoice
                                        double blur_voxels = 0);
 /// A path file, or what is wrong with it.
 volume::Result<haptics::PosePath> open_path(const std::string& path);
+/// Error when `output` is one of the files that a command reads or records: nothing that was given is lost.
+volume::Status check_apart(const std::string& output, std::initializer_list<std::string> others);
 /// When a path met nothing: says where the shape lies and where the path went.
 void say_where(const haptics::TouchScene& scene, const haptics::PosePath& path);
 /// Options that several commands share.

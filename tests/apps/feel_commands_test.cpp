@@ -185,6 +185,48 @@ TEST_F(Command, TouchTakesModelsBesideTheVolume) {
   }
 }
 
+/// Nothing that a user named is lost to an output of the same name.
+TEST_F(Command, OutputsReplaceNoInput) {
+  ASSERT_EQ(run("phantom sphere --size 32 --psf 1.5 -o s.mha").exit_code, 0);
+  write_press("p.csv", 1);
+  json("drill s.mha --burr-diameter 4 --path p.csv -o d.mha --record d.session");
+  const std::string scan = read(file("s.mha")), path = read(file("p.csv")), session = read(file("d.session"));
+  for (const char* arguments :
+       {"touch s.mha --path p.csv -o p.csv", "touch s.mha --path p.csv -o ./p.csv",
+        "touch s.mha --path p.csv -o t.session --record t.session",
+        "drill s.mha --burr-diameter 4 --path p.csv -o s.mha", "replay d.session --case s.mha -o s.mha",
+        "replay d.session --case s.mha --steps d.session"}) {
+    const Ended r = run(arguments);
+    EXPECT_EQ(r.exit_code, 2) << arguments;
+    EXPECT_NE(r.err.find("would replace"), std::string::npos) << arguments << r.err;
+  }
+  EXPECT_EQ(read(file("s.mha")), scan);
+  EXPECT_EQ(read(file("p.csv")), path);
+  EXPECT_EQ(read(file("d.session")), session);
+  EXPECT_FALSE(fs::exists(folder_ / "t.session"));
+}
+
+/// A session says what was felt; one of a blurred scan brings it along.
+TEST_F(Command, SessionsSayWhatWasFelt) {
+  ASSERT_EQ(run("phantom sphere --size 48 --psf 1.5 -o s.mha").exit_code, 0);
+  write_press("p.csv", 1);
+  json("touch s.mha --path p.csv -o t.csv --record t.session --blur 1 --radius 2 --viscosity 0.01");
+  const Json info = json("info t.session");
+  EXPECT_EQ(info["has_scan"], true);
+  const std::string settings = info["settings"].dump();
+  for (const char* word : {"tool_radius=2", "viscosity=0.01", "stiffness=0.5"})
+    EXPECT_NE(settings.find(word), std::string::npos) << word << settings;
+  EXPECT_EQ(json("replay t.session --verify")["is_same"], true);
+  const Json round = json("drill s.mha --burr-diameter 8 --round --path p.csv -o d.mha");
+  EXPECT_GT(round["touch_radius_mm"], 1);
+  EXPECT_LT(round["touch_radius_mm"], 4);
+  const Ended tiny = run("drill s.mha --burr-diameter 0.1 --path p.csv -o d2.mha");
+  EXPECT_NE(tiny.err.find("smaller than what voxels can show"), std::string::npos) << tiny.err;
+  const Ended flat = run("drill s.mha --burr-diameter 4 --round --method gradient --path p.csv -o d3.mha");
+  EXPECT_EQ(flat.exit_code, 2);
+  EXPECT_NE(flat.err.find("--round with --method gradient"), std::string::npos) << flat.err;
+}
+
 /// What touch can do, a session holds, a replay repeats to the bit, and an audit certifies.
 TEST_F(Command, ATouchIsRecordedReplayedAndAudited) {
   ASSERT_EQ(run("phantom sphere --size 48 --psf 1.5 -o s.mha").exit_code, 0);

@@ -368,6 +368,7 @@ FeelSplit split_of_explicit(const FeelScene& s) {
   const volume::VoxelBox box{glm::ivec3(-1), s.scene.base->size - 1};
   std::vector<double> traversal, nets, whole;
   long quads = 0, cells = 0;
+  double corners = 0;
   haptics::ProxyState state;
   for (const auto& sample : s.path.samples()) {
     const dvec3& hip = sample.pose.position_world;
@@ -390,11 +391,18 @@ FeelSplit split_of_explicit(const FeelScene& s) {
     legs([&](const glm::ivec3&) { ++cells; });
     const double walk_us = 1e6 * seconds_since(start);
     start = Clock::now();
-    legs([&](const glm::ivec3& cell) { net.quads_of_cell(cell, [&](const volume::NetQuad&) { ++quads; }); });
+    legs([&](const glm::ivec3& cell) {
+      net.quads_of_cell(cell, [&](const volume::NetQuad& quad) {
+        ++quads;
+        // Looked at, so that it is made.
+        for (const glm::vec3& corner : quad.corners)
+          corners += static_cast<double>(corner.x + corner.y + corner.z);
+      });
+    });
     const double net_us = 1e6 * seconds_since(start) - walk_us;
     traversal.push_back(walk_us), nets.push_back(std::max(0.0, net_us)), whole.push_back(all);
   }
-  if (whole.empty() || quads + cells == 0) return split;
+  if (whole.empty() || quads + cells == 0 || !std::isfinite(corners)) return split;
   split.traversal_us = percentile(traversal, 50);
   split.net_us = percentile(nets, 50);
   split.rest_us = std::max(0.0, percentile(whole, 50) - split.traversal_us - split.net_us);
