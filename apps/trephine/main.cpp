@@ -91,7 +91,9 @@ int main(int argc, char** argv) {
                     "  trephine phantom plate --set thickness=2 --set angle=30 -o plate.nrrd\n"
                     "  trephine phantom head --spacing 0.6 -o head.nii.gz --labels head-labels.nii.gz",
                     phantom, app::run_phantom);
-  c->add_option("NAME", phantom.name, "sphere, plane, plate, torus, gyroid, shell or head")->required();
+  c->add_option("NAME", phantom.name,
+                "sphere, plane, plate, torus, gyroid, shell, groove, corner, slot, cone, steps or head")
+      ->required();
   c->add_option("--size", phantom.size, "Voxels along each axis")->type_name("N|X,Y,Z");
   c->add_option("--spacing", phantom.spacing, "Voxel size, mm")->type_name("S|X,Y,Z");
   c->add_option("--psf", phantom.psf, "Scanner blur: sigma in voxels, 0 to 2")->type_name("SIGMA");
@@ -308,7 +310,10 @@ int main(int argc, char** argv) {
   c = add("audit", "Judge every tick of a session, or voxel traversal, by code that shares nothing with them",
           "  trephine audit drill.session --case head-case\n  trephine audit --rays 100000000", audit,
           app::run_audit);
-  c->add_option("SESSION", audit.session, "What drill or view recorded; without it, traversal is judged");
+  c->add_option("SESSION", audit.session,
+                "What touch, drill or view recorded, of a method on voxels or the smooth solid and without "
+                "effects; without it, "
+                "traversal is judged");
   c->add_option("--case", audit.case_source,
                 "The scan that was operated on, when the session does not hold it")
       ->type_name("SRC");
