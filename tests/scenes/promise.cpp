@@ -49,7 +49,8 @@ Promise::Promise(const MethodInfo& method, const haptics::TouchScene& scene,
       offset_ ? (is_net ? mesh_of_cells(LocalNet{volume::OffsetSamples(*offset_)}, offset_->size())
                         : mesh_of_cells(LocalCubes{volume::OffsetSamples(*offset_)}, offset_->size(), false))
               : (is_net ? volume::surface_net(source)
-                        : mesh_of_cells(LocalCubes{volume::VoxelSamples(source)}, base_->size, false));
+                        : mesh_of_cells(LocalCubes{volume::VoxelSamples(source)}, base_->size, false,
+                                        shape.bits.get()));
   triangles_ = std::make_unique<checker::MeshWall>(mesh.vertices.span(), mesh.triangles.span());
 }
 

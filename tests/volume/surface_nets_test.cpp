@@ -264,6 +264,9 @@ TEST(MarchingCubes, SeparatesSolidFromFreeOnAnyNoise) {
       const Occupancy bits = Occupancy::build(*base, Shape{});
       const LocalCubes cubes{VoxelSamples({&field, version.get(), &bits})};
       const Mesh mesh = mesh_of_cells(cubes, base->size);
+      const Mesh passed = mesh_of_cells(cubes, base->size, true, &bits);
+      EXPECT_TRUE(std::equal(mesh.triangles.span().begin(), mesh.triangles.span().end(),
+                             passed.triangles.span().begin(), passed.triangles.span().end()));
       const checker::MeshVerdict verdict = judge(mesh);
       EXPECT_EQ(verdict.boundary_edges, 0u);
       EXPECT_EQ(verdict.twisted_edges, 0u);
@@ -304,7 +307,8 @@ TEST(MarchingCubes, IsOfTheSurface) {
   const Shape shape{};
   const Field field(*base, shape);
   const Occupancy bits = Occupancy::build(*base, shape);
-  const Mesh mesh = mesh_of_cells(LocalCubes{VoxelSamples({&field, nullptr, &bits})}, base->size);
+  const Mesh mesh =
+      mesh_of_cells(LocalCubes{VoxelSamples({&field, nullptr, &bits})}, base->size, true, &bits);
   const MeshVerdict verdict = judge(mesh);
   EXPECT_TRUE(verdict.is_closed_manifold());
   const glm::dvec3& spacing = base->frame.spacing();
