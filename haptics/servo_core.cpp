@@ -99,18 +99,19 @@ void ServoCore::look_at_parts(const volume::Frame& base, const dvec3& hip) noexc
     const dvec3 at = of.frame.volume_from_world(hip);
     const dvec3 proxy =
         state_.has_proxy ? of.frame.volume_from_world(base.world_from_volume(state_.proxy_volume)) : at;
-    bool is_within = true;
+    bool is_within = true, is_beside = false;
     for (int a = 0; a < 3; ++a) {
       constexpr double k_beside = 3;  // voxels
       dvec3 along(0);
       along[a] = 1;
       const double reach =
           k_beside + scene_->tool_radius * glm::length(of.frame.gradient_world_from_volume(along));
-      // Beyond the volume's border there is nothing to wait for.
       const double low = std::max(0.0, std::min(at[a], proxy[a]) - reach),
                    high = std::min(of.size[a] - 1.0, std::max(at[a], proxy[a]) + reach);
-      is_within = is_within && (low > high || (low >= voxels.low[a] && high <= voxels.high[a]));
+      is_beside = is_beside || low > high;
+      is_within = is_within && low >= voxels.low[a] && high <= voxels.high[a];
     }
+    is_within = is_within || is_beside;  // beyond the volume's border there is nothing to wait for
     is_changed = is_changed || not_ready_.contains(shape) == is_within;
     not_ready_.set(shape, !is_within);
   }
@@ -177,10 +178,11 @@ void ServoCore::tell(ServoRecord& record) noexcept {
 
 ServoRecord ServoCore::step(const volume::Version& version, const ServoInput& input) noexcept {
   if (input.is_reset) reset();
-  // A place that is none can only come from a file.
-  const dvec3 restart = scene_->base->frame.world_from_volume(input.restart_volume);
-  if (input.is_restarted && is_place(restart) && is_in_reach(*scene_, restart))
-    restart_at(input.restart_volume);
+  if (input.is_restarted) {
+    // A place that is none can only come from a file.
+    const dvec3 place = scene_->base->frame.world_from_volume(input.restart_volume);
+    if (is_place(place) && is_in_reach(*scene_, place)) restart_at(input.restart_volume);
+  }
   ServoRecord record;
   record.tick = tick_++;
   record.t = static_cast<double>(record.tick) * dt_;

@@ -2,8 +2,6 @@
 
 #include <glm/geometric.hpp>
 
-#include "haptics/explicit_proxy.h"
-#include "haptics/smooth_walls.h"
 #include "volume/quadratic_patch.h"
 
 namespace trephine::haptics {
@@ -27,26 +25,6 @@ dvec3 outward_normal(const TouchShape& shape, const volume::Version& version, co
   if (cut_steepness <= 0) return unit(-slope);
   const double to_field = steepness > 0 ? shape.field.value(p) / steepness : 1e300;
   return version.distance(p) / cut_steepness < to_field ? unit(-cut_slope) : unit(-slope);
-}
-
-bool is_free(const TouchScene& scene, const volume::Version& version, const dvec3& place) noexcept {
-  if (scene.shapes.empty()) return true;
-  const bool is_round = scene.tool_radius > 0;
-  const OffsetGrid lattice(scene, version);
-  const VoxelGrid voxels(scene, version);
-  const dvec3 p =
-      is_round ? lattice.frame().volume_from_world(version.base().frame.world_from_volume(place)) : place;
-  const glm::ivec3 v = volume::voxel_of(p);
-  ProxyCounters counters;
-  const ShapeSet none;
-  SmoothWalls walls(scene, version, none, counters);
-  for (std::size_t s = 0; s < scene.shapes.size(); ++s) {
-    if (&scene.shapes[s].field.volume() != scene.base.get()) break;
-    if (is_round ? lattice.is_solid(s, v) : voxels.is_solid(s, v)) return false;
-    if (walls.is_solid(static_cast<int>(s), p)) return false;
-    if (is_behind_triangles(scene, version, s, place)) return false;
-  }
-  return true;
 }
 
 dvec3 OffsetGrid::normal(std::size_t shape, const dvec3& p, int& cells) const noexcept {

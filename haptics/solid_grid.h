@@ -14,10 +14,6 @@ namespace trephine::haptics {
 glm::dvec3 outward_normal(const TouchShape& shape, const volume::Version& version, const glm::dvec3& p,
                           int& cells) noexcept;
 
-/// May a proxy be set down at this place (volume frame), whichever solid its method touches: cubes, triangles
-/// or what is smooth? Of the shapes of the scene's first volume. Microseconds; not for the servo.
-bool is_free(const TouchScene& scene, const volume::Version& version, const glm::dvec3& place) noexcept;
-
 /// The voxels of a scene's volume, for a point. Borrows both. Any thread.
 class VoxelGrid {
  public:

@@ -68,6 +68,7 @@ Result<Outcome> run_drill(const DrillArguments& arguments) {
   const std::vector<double> times = haptics::servo_times(path.value(), arguments.rate);
   std::vector<double> tick_us;
   bool has_met = false;
+  long hovering = 0;  // ticks in which a round burr may feel what is gone
   ProgressLine progress("drilling");
   for (std::size_t i = 0; i < times.size(); ++i) {
     if (i % 256 == 0 && !progress(static_cast<double>(i) / static_cast<double>(times.size()))) {
@@ -78,6 +79,7 @@ Result<Outcome> run_drill(const DrillArguments& arguments) {
     const auto begin = Clock::now();
     run.step(path.value().at(times[i]));
     has_met = has_met || run.last_record().has_contact;
+    hovering += run.edits().has_stale_offsets() && run.last_record().has_contact;
     if (run.last_edit().is_changed)
       tick_us.push_back(std::chrono::duration<double, std::micro>(Clock::now() - begin).count());
   }
@@ -94,7 +96,10 @@ Result<Outcome> run_drill(const DrillArguments& arguments) {
   json["burr_diameter_mm"] = arguments.burr_diameter;
   json["is_kinematic"] = arguments.is_kinematic;
   json["is_round"] = arguments.is_round;
-  if (arguments.is_round) json["touch_radius_mm"] = scene.tool_radius;
+  if (arguments.is_round) {
+    json["touch_radius_mm"] = scene.tool_radius;
+    json["ticks_hovering"] = hovering;
+  }
   json["method"] = method.name();
   json["steps"] = times.size();
   json["removed_mm3_total"] = run.edits().removed_mm3();

@@ -146,6 +146,10 @@ Result<Outcome> run_view(const ViewArguments& arguments) {
   json["frames"] = r.frames;
   json["frame_ms"] = {{"p50", r.frame_p50_ms}, {"p99", r.frame_p99_ms}};
   json["drilling_frames"] = r.drilling_frames;
+  if (arguments.is_round)
+    json["round_tool"] = {{"touch_radius_mm", scene->tool_radius},
+                          {"field_updates", r.offset_updates},
+                          {"longest_update_s", r.longest_offset_update_seconds}};
   json["drilling_frame_ms"] = {{"p50", r.drilling_p50_ms}, {"p99", r.drilling_p99_ms}};
   json["triangles"] = r.triangles;
   json["counters"] = {{"surfaces_made", volume::work_counters().surfaces.load()},

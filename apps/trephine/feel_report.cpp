@@ -324,8 +324,7 @@ std::string html_page(const FeelReport& report, bool is_quick, const Json& machi
     page +=
         "<h2>Work of a step</h2><p class=dim>On the sphere at 100 mm/s, in contact; instructions are counted "
         "one by one, so that they are the same on every machine of this kind. Of the longest steps they are "
-        "counted "
-        "in the full set only.</p>"
+        "counted in the full set only.</p>"
         "<table><tr><th>method<th>instructions<th>p50, us<th>voxels<th>cells<th>triangles</tr>" +
         counted + "</table>";
   page += "<p class=dim>Peers in this run: ";

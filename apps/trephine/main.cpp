@@ -30,9 +30,8 @@ CLI::Option* add_source(CLI::App* command, std::string& source) {
 }
 
 constexpr const char* k_round_help =
-    "The bone is touched with the burr's ball, whose middle the hand holds, instead of its lowest point: a "
-    "voxel "
-    "or a twelfth smaller than it cuts, so that it has room in its own hole; to 12 mm";
+    "The bone is touched with the burr's ball, whose middle the hand holds, instead of its lowest point; a "
+    "voxel or a twelfth smaller than it cuts, so that it has room in its own hole; to 12 mm";
 
 void add_record(CLI::App* command, app::RecordChoice& record) {
   command->add_option("--record", record.file, "Write the session to this new file")->type_name("FILE");
@@ -312,8 +311,7 @@ int main(int argc, char** argv) {
           app::run_audit);
   c->add_option("SESSION", audit.session,
                 "What touch, drill or view recorded, of a method on voxels or the smooth solid and without "
-                "effects; without it, "
-                "traversal is judged");
+                "effects; without it, traversal is judged");
   c->add_option("--case", audit.case_source,
                 "The scan that was operated on, when the session does not hold it")
       ->type_name("SRC");

@@ -192,7 +192,7 @@ volume::Status check_apart(const std::string& output, std::initializer_list<std:
         !fs::equivalent(output, other, ignored))
       continue;
     return Error{"the output would replace a file that is in use", data_tools::file_name(output), "",
-                 "a name of its own", "choose another name with -o"};
+                 "a name of its own", "choose another name for it"};
   }
   return std::nullopt;
 }

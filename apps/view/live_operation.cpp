@@ -65,6 +65,9 @@ const WindowReport& LiveOperation::finish() {
   state_ = live_.look();
   version_ = state_.version;
   report_.servo = live_.servo_report();
+  const sim::LiveSession::OffsetReport offsets = live_.offset_report();
+  report_.offset_updates = offsets.count;
+  report_.longest_offset_update_seconds = offsets.longest_seconds;
   if (options_.recorder) report_.recording = options_.recorder->finish(live_.edits(), report_.servo.dropped);
   report_.removed_mm3 = state_.removed_mm3;
   report_.strokes = state_.strokes;

@@ -70,6 +70,8 @@ struct WindowReport {
   double drilling_p50_ms = 0, drilling_p99_ms = 0;  ///< of those in which bone was being cut
   double first_frame_seconds = 0;                   ///< from the call to the first picture with bone to touch
   std::size_t triangles = 0;
+  std::uint64_t offset_updates = 0;  ///< of a round tool's fields, and the longest of them
+  double longest_offset_update_seconds = 0;
   volume::Status recording;  ///< how the recording ended, when it ended badly
 };
 

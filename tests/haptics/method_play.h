@@ -1,6 +1,7 @@
 // A proxy method at play, each step judged by what the method promises not to enter.
 #pragma once
 
+#include <algorithm>
 #include <glm/geometric.hpp>
 #include <gtest/gtest.h>
 
@@ -19,6 +20,13 @@ inline data_tools::PhantomOptions grid(int size, double psf, double shear = 0,
   o.shear_degrees = shear;
   o.parameters = std::move(parameters);
   return o;
+}
+
+/// For suites over methods: "explicit_cubes".
+inline std::string suite_name(const testing::TestParamInfo<const char*>& info) {
+  std::string name = info.param;
+  std::replace(name.begin(), name.end(), '-', '_');
+  return name;
 }
 
 struct Play {

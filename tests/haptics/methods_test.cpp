@@ -19,11 +19,7 @@ class Methods : public testing::TestWithParam<const char*> {};
 INSTANTIATE_TEST_SUITE_P(All, Methods,
                          testing::Values("implicit", "path", "explicit", "explicit-cubes", "subvoxel", "mesh",
                                          "scene", "scene-sequential"),
-                         [](const auto& info) {
-                           std::string name = info.param;
-                           std::replace(name.begin(), name.end(), '-', '_');
-                           return name;
-                         });
+                         suite_name);
 
 TEST_P(Methods, FreeMotionFollowsTheHipExactly) {
   Play play(GetParam(), scenes::phantom_scene("sphere", grid(64, 1)));

@@ -26,11 +26,7 @@ class RoundMethods : public testing::TestWithParam<const char*> {};
 INSTANTIATE_TEST_SUITE_P(All, RoundMethods,
                          testing::Values("subvoxel", "scene", "scene-sequential", "implicit", "path",
                                          "explicit", "explicit-cubes"),
-                         [](const auto& info) {
-                           std::string name = info.param;
-                           std::replace(name.begin(), name.end(), '-', '_');
-                           return name;
-                         });
+                         suite_name);
 
 TEST_P(RoundMethods, RestsARadiusAboveASphereAtAnyRadius) {
   for (const double radius : {0.5, 2.0, 6.0}) {

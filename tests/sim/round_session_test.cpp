@@ -31,30 +31,6 @@ struct RoundBench {
   }
 };
 
-Verdict replay_round(const std::string& path) {
-  Verdict v;
-  auto opened = SessionReader::open(path);
-  if (!opened) return v.error = opened.error().message(), v;
-  SessionReader& session = opened.value();
-  EXPECT_EQ(session.header().tool_radius, 1.0);
-  auto scene = scene_of(session, small_bone().base);
-  if (!scene) return v.error = scene.error().message(), v;
-  const auto method = haptics::make_method(session.header().method).value();
-  EXPECT_FALSE(method->prepare(scene.value()).has_value());
-  drilling::Burr burr{drilling::BurrOptions{}};
-  Replay run(session, scene.value(), *method, {&burr});
-  for (;;) {
-    const auto stepped = run.step();
-    if (!stepped) return v.error = stepped.error().message(), v;
-    if (!stepped.value()) break;
-  }
-  v.mismatch = run.mismatch();
-  v.counts = run.counts();
-  v.hash = run.edits().current()->content_hash();
-  v.removed = run.edits().removed_mm3();
-  return v;
-}
-
 /// How much freer the field in use is than one made anew from the version; mm. Above the field's own accuracy
 /// a ball could enter what is left.
 double too_free(const haptics::TouchScene& scene, const EditSession& edits) {
@@ -101,7 +77,8 @@ TEST(RoundSession, DrillsByItsWholeBallAndItsFieldIsNeverTooFree) {
     removed = run.edits().removed_mm3();
     EXPECT_FALSE(writer->finish(run.edits(), 0).has_value());
   }
-  const Verdict v = replay_round(path);
+  const Verdict v = replay(path);
+  EXPECT_EQ(v.tool_radius, 1.0);
   expect_same(v);
   EXPECT_EQ(v.hash, hash);
   EXPECT_EQ(v.removed, removed);
@@ -190,7 +167,8 @@ TEST(RoundSession, LiveUndoneInContactReplaysToTheBit) {
   EXPECT_LT(too_free(bench.scene, live.edits()), 0.1);
   const std::uint64_t hash = live.edits().current()->content_hash();
   EXPECT_FALSE(writer->finish(live.edits(), live.servo_report().dropped).has_value());
-  const Verdict v = replay_round(path);
+  const Verdict v = replay(path);
+  EXPECT_EQ(v.tool_radius, 1.0);
   expect_same(v);
   EXPECT_EQ(v.hash, hash);
   EXPECT_GE(v.counts.commands, 8u);  // six undos, two redos, and when fields came

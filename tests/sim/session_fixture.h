@@ -10,6 +10,7 @@
 #include <string>
 
 #include "haptics/implicit_proxy.h"
+#include "haptics/methods.h"
 #include "modules/drilling/burr.h"
 #include "sim/lockstep.h"
 #include "sim/replay.h"
@@ -76,22 +77,25 @@ struct Verdict {
   std::optional<Mismatch> mismatch;
   Replay::Counts counts;
   std::uint64_t hash = 0;
-  double removed = 0;
+  double removed = 0, tool_radius = 0;
   std::string error;
 };
 
+/// On the small bone, with the session's own method.
 inline Verdict replay(const std::string& path) {
   Verdict v;
-  Bench bench;
   auto opened = SessionReader::open(path);
   if (!opened) return v.error = opened.error().message(), v;
   SessionReader& session = opened.value();
-  auto scene = scene_of(session, bench.scene.base);
+  auto scene = scene_of(session, small_bone().base);
   if (!scene) return v.error = scene.error().message(), v;
+  const auto method = haptics::make_method(session.header().method).value();
+  if (const volume::Status refused = method->prepare(scene.value())) return v.error = refused->message(), v;
+  v.tool_radius = session.header().tool_radius;
   std::vector<drilling::Burr> burrs(session.header().tools.size(), drilling::Burr(drilling::BurrOptions{}));
   std::vector<Tool*> tools;
   for (drilling::Burr& burr : burrs) tools.push_back(&burr);
-  Replay run(session, scene.value(), bench.method, tools);
+  Replay run(session, scene.value(), *method, tools);
   for (;;) {
     const auto stepped = run.step();
     if (!stepped) return v.error = stepped.error().message(), v;
