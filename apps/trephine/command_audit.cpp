@@ -41,6 +41,35 @@ double stiffness_there(const haptics::TouchScene& scene, const haptics::ServoRec
                     (ramp.dense_intensity - ramp.intensity);
 }
 
+/// The judge's law of an effect that a header names.
+checker::EffectLaw law_of(const std::string& words) {
+  using Kind = checker::EffectLaw::Kind;
+  const haptics::Effect effect = haptics::parse_effect(words).value();  // looked at when the header was read
+  checker::EffectLaw law;
+  law.most = effect.most;
+  if (const auto* e = std::get_if<haptics::ConstantForce>(&effect.kind))
+    law.place = e->force_world;
+  else if (const auto* e = std::get_if<haptics::Viscosity>(&effect.kind))
+    law.kind = Kind::viscous, law.strength = e->damping;
+  else if (const auto* e = std::get_if<haptics::Spring>(&effect.kind))
+    law.kind = Kind::spring, law.place = e->anchor_world, law.strength = e->stiffness;
+  else if (const auto* e = std::get_if<haptics::LineTrack>(&effect.kind))
+    law.kind = Kind::line, law.place = e->start_world, law.direction = e->ahead_world,
+    law.strength = e->stiffness, law.other = e->resistance;
+  else if (const auto* e = std::get_if<haptics::PlaneStop>(&effect.kind))
+    law.kind = Kind::plane, law.place = e->point_world, law.direction = e->normal_world,
+    law.strength = e->stiffness;
+  else if (const auto* e = std::get_if<haptics::Vibration>(&effect.kind))
+    law.kind = Kind::vibration, law.direction = e->direction_world, law.strength = e->amplitude,
+    law.other = e->frequency_hz;
+  else if (const auto* e = std::get_if<haptics::GravityCompensation>(&effect.kind))
+    law.kind = Kind::gravity, law.direction = e->up_world, law.strength = e->mass;
+  else if (const auto* e = std::get_if<haptics::Texture>(&effect.kind))
+    law.kind = Kind::texture, law.direction = e->direction_world, law.strength = e->height,
+    law.other = e->wavelength;
+  return law;
+}
+
 /// One hand's judges, and what gave way under it.
 struct Hand {
   checker::FallThroughJudge falls;
@@ -89,12 +118,6 @@ Result<Outcome> audit_session(const AuditArguments& arguments) {
                  header.method, "a method that touches the smooth solid or voxels",
                  "trephine replay --verify compares its bits"};
 
-  // The law that the judge knows: spring, damper, viscosity, smoothing, controller and guard.
-  if (!header.effects.empty())
-    return Error{"there is no judge for the session's effects", data_tools::file_name(arguments.session),
-                 header.effects.front(), "forces of surfaces alone",
-                 "trephine replay --verify compares its bits"};
-
   // What is solid is the version that the tick saw, less what a hand was let through.
   std::shared_ptr<const volume::Version> seen;
   std::vector<scenes::Promise> solids;
@@ -113,6 +136,7 @@ Result<Outcome> audit_session(const AuditArguments& arguments) {
   law.slew = header.force.slew_limit, law.fade_seconds = header.force.fade_seconds;
   law.is_passive = header.force.is_passive, law.delay_ticks = header.force.delay_ticks;
   law.device_damping = header.force.device_damping;
+  for (const std::string& words : header.effects) law.effects.push_back(law_of(words));
   std::vector<Hand> judges(hands, Hand{checker::FallThroughJudge(meets), checker::ForceJudge(law)});
 
   ProgressLine progress("auditing");
@@ -155,7 +179,7 @@ Result<Outcome> audit_session(const AuditArguments& arguments) {
     tick.is_reset = r.is_reset, tick.is_restarted = r.is_restarted;
     tick.is_not_finite = is_lost, tick.is_fading = (r.faults & haptics::k_latched_faults) != 0;
     tick.contact_energy = r.energy.contact, tick.growth_energy = r.energy.growth;
-    tick.friction_energy = r.energy.friction;
+    tick.friction_energy = r.energy.friction, tick.active_energy = r.energy.active;
     Hand& hand = judges[r.hand];
     at_work = &hand;
     hand.force.look(tick);

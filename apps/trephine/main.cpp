@@ -310,8 +310,8 @@ int main(int argc, char** argv) {
           "  trephine audit drill.session --case head-case\n  trephine audit --rays 100000000", audit,
           app::run_audit);
   c->add_option("SESSION", audit.session,
-                "What touch, drill or view recorded, of a method on voxels or the smooth solid and without "
-                "effects; without it, traversal is judged");
+                "What touch, drill or view recorded, of a method on voxels or the smooth solid; without it, "
+                "traversal is judged");
   c->add_option("--case", audit.case_source,
                 "The scan that was operated on, when the session does not hold it")
       ->type_name("SRC");

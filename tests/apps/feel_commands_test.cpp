@@ -243,16 +243,22 @@ TEST_F(Command, ATouchIsRecordedReplayedAndAudited) {
     EXPECT_EQ(audit["is_certified"], true) << o << audit;
     EXPECT_EQ(audit["ticks"], touch["steps"]);
   }
-  // Effects are repeated, but there is no judge for them.
-  fs::remove(folder_ / "t.session");
-  json("touch s.mha --path p.csv -o t.csv --record t.session --effect 'viscous damping=0.004'");
-  EXPECT_EQ(json("replay t.session --case s.mha --verify")["is_same"], true);
-  // Gone on with, they go on too.
-  json("resume t.session --case s.mha --path p.csv");
-  EXPECT_EQ(json("replay t.session --case s.mha --verify")["is_same"], true);
-  const Ended refused = run("audit t.session --case s.mha");
-  EXPECT_EQ(refused.exit_code, 2);
-  EXPECT_NE(refused.err.find("viscous"), std::string::npos) << refused.err;
+  // Every effect, one by one and some together; gone on with, they go on too.
+  for (const char* effects :
+       {"--effect 'constant force=0.5,0.1,0'", "--effect 'viscous damping=0.004'",
+        "--effect 'spring anchor=0,0,60 stiffness=0.05'",
+        "--effect 'line start=0,0,50 ahead=0,0,-1 resistance=0.5'",
+        "--effect 'plane point=0,0,47 normal=0,0,1'", "--effect 'vibration amplitude=0.2 frequency=90'",
+        "--effect 'gravity mass=0.1'", "--effect 'texture height=0.1 wavelength=2'",
+        "--effect 'texture height=0.2' --effect 'vibration amplitude=0.5' --effect viscous --passive "
+        "--radius 1"}) {
+    fs::remove(folder_ / "t.session");
+    json(std::string("touch s.mha --path p.csv -o t.csv --record t.session ") + effects);
+    json("resume t.session --case s.mha --path p.csv");
+    EXPECT_EQ(json("replay t.session --case s.mha --verify")["is_same"], true);
+    const Json audit = json("audit t.session --case s.mha");
+    EXPECT_EQ(audit["is_certified"], true) << effects << audit;
+  }
 }
 
 TEST_F(Command, TouchTakesAMethodAndARadius) {

@@ -9,7 +9,10 @@ namespace trephine::checker {
 using glm::dvec3;
 
 ForceJudge::ForceJudge(const ForceLaw& law)
-    : law_(law), alpha_(1 - std::pow(1 - law.alpha, 1000 * law.dt)), cap_(law.limit) {}
+    : law_(law),
+      alpha_(1 - std::pow(1 - law.alpha, 1000 * law.dt)),
+      cap_(law.limit),
+      effects_(law.effects, law.dt) {}
 
 void ForceJudge::restart(bool is_fresh) {
   const ForceLaw law = law_;
@@ -61,6 +64,7 @@ void ForceJudge::look(const ForceTick& t) {
     motion_ = dvec3(0);
   }
   if (t.is_reset) {
+    effects_.reset();
     smoothed_ = last_ = dvec3(0);
     had_contact_ = false;
     fade_ = 1;
@@ -73,7 +77,7 @@ void ForceJudge::look(const ForceTick& t) {
   }
   if (t.is_led && !was_led_) had_contact_ = false;
 
-  dvec3 wanted(0);
+  dvec3 wanted(0), active(0);
   if (!t.is_not_finite) {
     dvec3 spring(0);
     if (t.has_contact) {
@@ -96,7 +100,14 @@ void ForceJudge::look(const ForceTick& t) {
       smoothed_ = alpha_ * spring + (1 - alpha_) * smoothed_;
       wanted = shortened(smoothed_, cap_);
     }
+    EffectJudge::Forces effects;
+    if (!effects_.is_empty()) {
+      effects = effects_.look(t.position, t.proxy, t.normal, t.has_contact, wanted);
+      wanted += effects.rendered;
+    }
     if (law_.is_passive) wanted = passive(wanted, t.position);
+    wanted += effects.active;
+    active = effects.active;
   }
   // A position that was none leaves nothing to trust until a reset.
   is_lost_ = is_lost_ || t.is_not_finite;
@@ -120,13 +131,24 @@ void ForceJudge::look(const ForceTick& t) {
   const bool has_position = !t.is_not_finite;
   if (had_position_ && has_position) {
     const dvec3 moved = t.position - last_position_;
-    (was_led_ ? growth_ : contact_) += glm::dot(last_, moved);
-    if (!was_led_ && glm::length(last_normal_) > 0)
-      friction_ += glm::dot(last_, moved - glm::dot(moved, last_normal_) * last_normal_);
+    const dvec3 passive = last_ - last_active_;
+    if (was_led_) {
+      growth_ += glm::dot(last_, moved);
+    } else {
+      contact_ += glm::dot(passive, moved);
+      active_ += glm::dot(last_active_, moved);
+      if (glm::length(last_normal_) > 0)
+        friction_ += glm::dot(passive, moved - glm::dot(moved, last_normal_) * last_normal_);
+    }
   }
-  worst_energy_ = std::max({worst_energy_, std::abs(contact_ - t.contact_energy),
-                            std::abs(growth_ - t.growth_energy), std::abs(friction_ - t.friction_energy)});
-  contact_ = t.contact_energy, growth_ = t.growth_energy, friction_ = t.friction_energy;
+  worst_energy_ =
+      std::max({worst_energy_, std::abs(contact_ - t.contact_energy), std::abs(growth_ - t.growth_energy),
+                std::abs(friction_ - t.friction_energy), std::abs(active_ - t.active_energy)});
+  contact_ = t.contact_energy, growth_ = t.growth_energy, friction_ = t.friction_energy,
+  active_ = t.active_energy;
+  // What limits a force limits all its parts alike.
+  const double whole = glm::length(wanted);
+  last_active_ = whole > 0 ? active * std::min(1.0, glm::length(t.force) / whole) : dvec3(0);
   last_normal_ = t.normal;
   had_position_ = has_position;
   last_position_ = t.position;

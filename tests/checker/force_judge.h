@@ -6,6 +6,8 @@
 #include <glm/vec3.hpp>
 #include <vector>
 
+#include "tests/checker/effect_judge.h"
+
 namespace trephine::checker {
 
 /// The law's numbers: N, s; smoothing at 1 kHz.
@@ -16,6 +18,7 @@ struct ForceLaw {
   bool is_passive = false;
   int delay_ticks = 0;
   double device_damping = 0;  ///< N s/mm
+  std::vector<EffectLaw> effects;
 };
 
 /// One tick as reported.
@@ -28,6 +31,7 @@ struct ForceTick {
   bool is_fading = false;                        ///< a latched fault is on
   double contact_energy = 0, growth_energy = 0;  ///< the ledger after this tick, N mm
   double friction_energy = 0;                    ///< of contact: along the surface
+  double active_energy = 0;                      ///< of effects that may give some
 };
 
 class ForceJudge {
@@ -56,12 +60,13 @@ class ForceJudge {
   std::vector<glm::dvec3> measured_;  ///< where the hand was then
   double given_ = 0;                  ///< N mm, of forces that were held, less what the device damps
   glm::dvec3 motion_{0.0};            ///< the newest that was one
-  glm::dvec3 last_normal_{0.0};
-  double fade_ = 1, cap_, contact_ = 0, growth_ = 0, friction_ = 0;
+  glm::dvec3 last_normal_{0.0}, last_active_{0.0};
+  double fade_ = 1, cap_, contact_ = 0, growth_ = 0, friction_ = 0, active_ = 0;
   bool had_contact_ = false, was_led_ = false, had_position_ = false, is_lost_ = false;
   int unsure_ = 0;  ///< ticks until smoothing has forgotten what was not seen
   long ticks_ = 0, wrong_forces_ = 0;
   double worst_force_ = 0, worst_energy_ = 0;
+  EffectJudge effects_;
 };
 
 }  // namespace trephine::checker

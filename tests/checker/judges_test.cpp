@@ -190,6 +190,33 @@ TEST(ForceJudge, KnowsThePassivityController) {
   }
 }
 
+/// A push and a spring in the air: an effect that is left out is seen, and so is energy on the wrong account.
+TEST(ForceJudge, KnowsEffects) {
+  for (const int wrong : {0, 1, 2}) {
+    ForceLaw law;
+    law.slew = 1e9;
+    law.effects.resize(2);
+    law.effects[0].place = {0.5, 0, 0};
+    law.effects[1].kind = EffectLaw::Kind::spring;
+    law.effects[1].strength = 0.1;
+    ForceJudge judge(law);
+    double active = 0, contact = 0, last_spring = 0;
+    for (int i = 0; i < 100; ++i) {
+      const double x = 0.01 * i, spring = -0.1 * x;
+      if (i > 0) active += 0.5 * 0.01, contact += last_spring * 0.01;
+      ForceTick tick;
+      tick.position = tick.proxy = {x, 0, 0};
+      tick.force = {wrong == 1 ? 0.5 : 0.5 + spring, 0, 0};
+      tick.contact_energy = wrong == 2 ? active + contact : contact;
+      tick.active_energy = wrong == 2 ? 0 : active;
+      judge.look(tick);
+      last_spring = spring;
+    }
+    EXPECT_EQ(judge.wrong_forces() > 0, wrong == 1) << judge.worst_force_n();
+    EXPECT_EQ(judge.worst_energy_nmm() > 1e-4, wrong > 0) << judge.worst_energy_nmm();
+  }
+}
+
 /// A way through a wall of one voxel is met, one beside it is not, and a wall that was cut lets it pass.
 TEST(SmoothSolid, MeetsWhatAWayCrossesHoweverThin) {
   const Samples wall = [](int x, int, int) { return x == 5 ? 1.0 : -1.0; };

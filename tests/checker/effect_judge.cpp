@@ -1,0 +1,94 @@
+#include "tests/checker/effect_judge.h"
+
+#include <algorithm>
+#include <cmath>
+#include <glm/geometric.hpp>
+
+namespace trephine::checker {
+
+using glm::dvec3;
+
+namespace {
+constexpr double k_turn = 6.283185307179586;
+constexpr double k_power = 500;            // N mm/s that active effects may give
+constexpr double k_velocity_time = 0.003;  // s over which a hand's velocity is averaged
+
+dvec3 shortened(const dvec3& v, double most) {
+  const double size = glm::length(v);
+  return size > most ? v * (most / size) : v;
+}
+}  // namespace
+
+EffectJudge::EffectJudge(std::vector<EffectLaw> laws, double dt) : laws_(std::move(laws)), dt_(dt) {
+  reset();
+}
+
+void EffectJudge::reset() {
+  track_end_.assign(laws_.size(), -1);
+  turns_.assign(laws_.size(), 0);
+  velocity_ = dvec3(0);
+  has_last_ = false;
+}
+
+EffectJudge::Forces EffectJudge::look(const dvec3& at, const dvec3& proxy, const dvec3& normal,
+                                      bool has_contact, const dvec3& contact_force) {
+  if (has_last_) {
+    const double share = std::min(1.0, dt_ / k_velocity_time);
+    velocity_ = (1 - share) * velocity_ + share / dt_ * (at - last_);
+  }
+  last_ = at;
+  has_last_ = true;
+  Forces sum;
+  using Kind = EffectLaw::Kind;
+  for (std::size_t i = 0; i < laws_.size(); ++i) {
+    const EffectLaw& law = laws_[i];
+    const dvec3 from = at - law.place;
+    const double along = glm::dot(from, law.direction);
+    dvec3 force(0);
+    bool is_active = true;
+    switch (law.kind) {
+      case Kind::constant:
+        force = law.place;
+        break;
+      case Kind::viscous:
+        force = -law.strength * velocity_, is_active = false;
+        break;
+      case Kind::spring:
+        force = -law.strength * from, is_active = false;
+        break;
+      case Kind::line: {
+        force = -law.strength * (from - along * law.direction), is_active = false;
+        double& end = track_end_[i];
+        if (end < 0) end = std::max(0.0, along);
+        // Pushed harder than it resists the track grows until the push is what it resists.
+        end = std::max(end, along - law.other / law.strength);
+        force -= law.strength * std::max(0.0, along - end) * law.direction;
+        break;
+      }
+      case Kind::plane:
+        force = law.strength * std::max(0.0, -along) * law.direction, is_active = false;
+        break;
+      case Kind::vibration:
+        turns_[i] += std::min(law.other * dt_, 0.25);
+        force = law.strength * std::sin(k_turn * std::fmod(turns_[i], 1.0)) * law.direction;
+        break;
+      case Kind::gravity:
+        force = 9.80665 * law.strength * law.direction;
+        break;
+      case Kind::texture:
+        if (has_contact) {
+          const dvec3 in_surface = law.direction - glm::dot(law.direction, normal) * normal;
+          const double slope = k_turn * law.strength / law.other *
+                               std::cos(k_turn * glm::dot(proxy, law.direction) / law.other);
+          force = -std::max(0.0, glm::dot(contact_force, normal)) * slope * in_surface;
+        }
+        break;
+    }
+    (is_active ? sum.active : sum.rendered) += shortened(force, law.most);
+  }
+  if (const double speed = glm::length(velocity_); speed > 0)
+    sum.active = shortened(sum.active, k_power / speed);
+  return sum;
+}
+
+}  // namespace trephine::checker

@@ -1,0 +1,41 @@
+// What effects should add to a force, from their documents (docs/file-formats.md). Shares no code with
+// haptics.
+#pragma once
+
+#include <glm/vec3.hpp>
+#include <vector>
+
+namespace trephine::checker {
+
+/// One effect, its directions of length 1.
+struct EffectLaw {
+  enum class Kind { constant, viscous, spring, line, plane, vibration, gravity, texture };
+  Kind kind = Kind::constant;
+  glm::dvec3 place{0.0};      ///< anchor, start or point, mm; of a constant one its force, N
+  glm::dvec3 direction{0.0};  ///< ahead, normal, up, or along which
+  double strength = 0;        ///< N s/mm, N/mm, N, kg or mm, by its kind
+  double other = 0;           ///< resistance N, frequency Hz or wavelength mm
+  double most = 3;            ///< N
+};
+
+class EffectJudge {
+ public:
+  EffectJudge(std::vector<EffectLaw> laws, double dt);
+  struct Forces {
+    glm::dvec3 rendered{0.0}, active{0.0};  ///< N: of springs and dampers, and of what may give energy
+  };
+  /// Once a tick. `contact_force`: of the surface, before effects.
+  Forces look(const glm::dvec3& position, const glm::dvec3& proxy, const glm::dvec3& normal, bool has_contact,
+              const glm::dvec3& contact_force);
+  void reset();
+  bool is_empty() const { return laws_.empty(); }
+
+ private:
+  std::vector<EffectLaw> laws_;
+  std::vector<double> track_end_, turns_;  ///< of each; no track: negative
+  double dt_;
+  glm::dvec3 last_{0.0}, velocity_{0.0};
+  bool has_last_ = false;
+};
+
+}  // namespace trephine::checker
