@@ -146,7 +146,9 @@ void look_along(trephine_scene& scene, const dvec3& start, const dvec3& end) noe
   haptics::ShapeSet inside;
   for (int s = 0; s < static_cast<int>(scene.touch.shapes.size()); ++s) inside.set(s, walls.is_solid(s, a));
   constexpr double k_before = 1e-6;  // voxels
-  const haptics::Reach reach = walls.reach(a, b, inside, k_before);
+  const dvec3& spacing = frame.spacing();
+  const haptics::Reach reach =
+      walls.reach(a, b, inside, k_before * std::min({spacing.x, spacing.y, spacing.z}));
   if (!reach.is_blocked) return;
   const dvec3 p = a + reach.t * (b - a);
   const dvec3 out = -frame.gradient_world_from_volume(walls.slope(reach.wall, p).gradient);

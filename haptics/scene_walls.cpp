@@ -171,7 +171,7 @@ bool SceneWalls::reach_mesh(int shape, const dvec3& a, const dvec3& b, double to
       (reach.is_blocked && hit.t >= reach.t))
     return false;
   // Before the facet along the way, and never so close that rounding could put the proxy behind it.
-  const double step = frame().spacing().x, before = hit.t - 0.5 * tolerance / glm::length(b - a);
+  const double step = frame().spacing().x, before = hit.t - 0.5 * tolerance / (step * glm::length(b - a));
   const double approach = -glm::dot(to - from, hit.normal_world);
   const double most = approach > 0 ? hit.t - k_least_gap * step / approach : 0;
   reach.t = std::clamp(std::max(before, 0.5 * hit.t), 0.0, std::max(0.0, most));

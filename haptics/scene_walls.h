@@ -72,6 +72,9 @@ class SceneWalls {
   };
   volume::QuadraticPatch::BendBound bend_bound(const Wall& wall, const Span& span, bool& is_whole) noexcept;
   bool is_only_wall(const Wall&) const noexcept { return false; }
+  double longest_leg(const Wall& wall, double usual) noexcept {
+    return is_mesh(wall.shape) ? usual : walls_of(part_of(wall.shape)).longest_leg(wall, usual);
+  }
   void widen(const Wall&, const Span&, const glm::dvec3&, volume::QuadraticPatch::BendBound&,
              bool&) const noexcept {}
   using Few = std::array<Wall, 4>;

@@ -16,6 +16,7 @@ namespace trephine::haptics {
 inline constexpr double k_gap = 1e-7;      // voxels: how far before a wall the proxy rests
 inline constexpr double k_touch = 2e-3;    // voxels: nearer than this is on the wall
 inline constexpr double k_landing = 1e-3;  // voxels: how near to a wall a straight way must get
+static_assert(k_landing < k_touch, "a way that a wall stopped must end where that wall is touched");
 inline constexpr double k_settled = 2e-4;  // voxels: the Newton step whose square is nothing
 inline constexpr double k_exact = 1e-7;    // voxels: what may be left
 inline constexpr int k_max_stages = 8;     // legs of surface a step may run along
@@ -54,6 +55,8 @@ class Slide {
     const glm::dvec3 d = frame_.vector_world_from_volume(hip_ - p);
     return glm::dot(d, d);
   }
+  /// mm: the same along every axis and for every wall, whatever their voxels.
+  double landing() const noexcept { return k_landing * voxel_mm_; }
   bool is_elsewhere() const noexcept { return &frame_ != &base_; }
   /// A point of the walls' frame in the volume's.
   glm::dvec3 in_volume(const glm::dvec3& p) const noexcept {
@@ -366,7 +369,7 @@ bool Slide<Walls>::go(const glm::dvec3& from, const glm::dvec3& to, const Planes
     }
   }
   ShapeSet inside = inside_;
-  const Reach up = walls_.reach(from, middle, inside, k_landing);
+  const Reach up = walls_.reach(from, middle, inside, landing());
   if (up.is_blocked) {
     at = from + up.t * (middle - from);
     if (up.t <= 0) return false;
@@ -377,7 +380,7 @@ bool Slide<Walls>::go(const glm::dvec3& from, const glm::dvec3& to, const Planes
   add(middle);
   inside_ = inside;
   at = middle;
-  const Reach down = walls_.reach(middle, to, inside, k_landing);
+  const Reach down = walls_.reach(middle, to, inside, landing());
   if (down.is_blocked) {
     at = middle + down.t * (to - middle);
     if (down.t > 0) {
@@ -408,7 +411,7 @@ void Slide<Walls>::run() noexcept {
       if (const Plane& p = planes[k]; !p.is_frozen)
         is_facing = is_facing || glm::dot(p.normal, to_hip) > std::max(p.room, 0.0);
     if (!is_facing) {
-      const Reach straight = walls_.reach(at, hip_, inside_, k_landing);
+      const Reach straight = walls_.reach(at, hip_, inside_, landing());
       if (!straight.is_blocked) {
         add(hip_);
         note(hip_);
@@ -451,8 +454,10 @@ void Slide<Walls>::run() noexcept {
     glm::dvec3 to = at;
     bool is_settled = false, is_lower = false;
     double gone = 0;
-    for (double limit = k_stage * voxel_mm_; limit > k_shortest_stage * voxel_mm_;
-         limit = 0.3 * std::min(limit, gone)) {
+    double longest = k_stage * voxel_mm_;
+    for (int k = 0; k < planes.count; ++k)
+      if (!planes[k].is_frozen) longest = walls_.longest_leg(planes[k].wall, longest);
+    for (double limit = longest; limit > k_shortest_stage * voxel_mm_; limit = 0.3 * std::min(limit, gone)) {
       moved.copy_from(planes);
       if (!solve(at, limit, to, moved, is_settled)) break;
       gone = glm::length(frame_.vector_world_from_volume(to - at));
@@ -505,7 +510,7 @@ void Slide<Walls>::finish() noexcept {
       if (const int last = result_.waypoint_count - 1; last > 0) {
         const glm::dvec3 start = result_.path_volume[static_cast<std::size_t>(last - 1)];
         ShapeSet after = solids_at(start);
-        if (walls_.reach(start, proxy, after, k_landing).is_blocked) {
+        if (walls_.reach(start, proxy, after, landing()).is_blocked) {
           proxy = start;
           --result_.waypoint_count;
         }

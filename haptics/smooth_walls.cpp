@@ -31,12 +31,19 @@ double rounding_of(const volume::Slope& slope, const volume::QuadraticPatch::Ben
                        bend.own.x + bend.own.y + bend.own.z);
 }
 
-const volume::QuadraticPatch::BendBound& SmoothWalls::bend_of(Cached& kept) noexcept {
+const volume::QuadraticPatch::BendBound& SmoothWalls::bend_of(Cached& kept) const noexcept {
   if (!kept.has_bend) {
     kept.bend = kept.patch.bend_bound();
     kept.has_bend = true;
+    if (kept.key == k_cut && is_fine_) rescale(kept.bend, version_->lattice().scale());
   }
   return kept.bend;
+}
+
+volume::Slope SmoothWalls::cut_slope(const volume::CutLattice::Point& at) noexcept {
+  volume::Slope slope = patch(k_cut, at.sample).patch.slope(at.at);
+  if (is_fine_) rescale(slope, version_->lattice().scale());
+  return slope;
 }
 
 SmoothWalls::Cached& SmoothWalls::patch(int key, const ivec3& v) noexcept {
@@ -62,16 +69,8 @@ SmoothWalls::Cached& SmoothWalls::patch(int key, const ivec3& v) noexcept {
 
 bool SmoothWalls::is_near_cut(const ivec3& v) const noexcept {
   if (!is_cut_) return false;
-  const ivec3 last = volume_->size - 1;
-  const ivec3 low(std::clamp(v.x - 1, 0, last.x), std::clamp(v.y - 1, 0, last.y),
-                  std::clamp(v.z - 1, 0, last.z));
-  const ivec3 high(std::clamp(v.x + 1, 0, last.x), std::clamp(v.y + 1, 0, last.y),
-                   std::clamp(v.z + 1, 0, last.z));
-  for (int z = low.z >> 3; z <= high.z >> 3; ++z)
-    for (int y = low.y >> 3; y <= high.y >> 3; ++y)
-      for (int x = low.x >> 3; x <= high.x >> 3; ++x)
-        if (version_->brick_at(8 * x, 8 * y, 8 * z) != nullptr) return true;
-  return false;
+  const volume::CutLattice& lattice = version_->lattice();
+  return version_->has_brick(lattice.low_of(v) - 1, lattice.high_of(v) + 1);
 }
 
 bool SmoothWalls::is_air_around(const TouchShape& shape, const ivec3& v) const noexcept {
@@ -90,8 +89,16 @@ bool SmoothWalls::is_air_around(const TouchShape& shape, const ivec3& v) const n
 }
 
 volume::Jet SmoothWalls::jet(const Wall& wall, const dvec3& p) noexcept {
-  const ivec3 v = volume::voxel_of(p);
-  volume::Jet jet = patch(wall.is_cut ? k_cut : wall.shape, v).patch.jet(p - dvec3(v));
+  volume::Jet jet;
+  if (wall.is_cut) {
+    const volume::CutLattice& lattice = version_->lattice();
+    const volume::CutLattice::Point at = lattice.point_of(p);
+    jet = patch(k_cut, at.sample).patch.jet(at.at);
+    if (is_fine_) rescale(jet, lattice.scale());
+  } else {
+    const ivec3 v = volume::voxel_of(p);
+    jet = patch(wall.shape, v).patch.jet(p - dvec3(v));
+  }
   if (wall.is_back) {
     jet.value = -jet.value;
     jet.gradient = -jet.gradient;
@@ -102,8 +109,13 @@ volume::Jet SmoothWalls::jet(const Wall& wall, const dvec3& p) noexcept {
 }
 
 volume::Slope SmoothWalls::slope(const Wall& wall, const dvec3& p) noexcept {
-  const ivec3 v = volume::voxel_of(p);
-  volume::Slope slope = patch(wall.is_cut ? k_cut : wall.shape, v).patch.slope(p - dvec3(v));
+  volume::Slope slope;
+  if (wall.is_cut) {
+    slope = cut_slope(version_->lattice().point_of(p));
+  } else {
+    const ivec3 v = volume::voxel_of(p);
+    slope = patch(wall.shape, v).patch.slope(p - dvec3(v));
+  }
   if (wall.is_back) {
     slope.value = -slope.value;
     slope.gradient = -slope.gradient;
@@ -111,16 +123,29 @@ volume::Slope SmoothWalls::slope(const Wall& wall, const dvec3& p) noexcept {
   return slope;
 }
 
+SmoothWalls::CubeSpan SmoothWalls::cubes_of(const Wall& wall, const dvec3& a, const dvec3& b) const noexcept {
+  const volume::CutLattice& lattice = version_->lattice();
+  const ivec3 u = wall.is_cut ? lattice.point_of(a).sample : volume::voxel_of(a),
+              v = wall.is_cut ? lattice.point_of(b).sample : volume::voxel_of(b);
+  return {glm::min(u, v), glm::max(u, v)};
+}
+
 void SmoothWalls::widen(const Wall& wall, const Span& span, const dvec3& m,
                         volume::QuadraticPatch::BendBound& bound, bool& is_whole) noexcept {
-  const ivec3 v = volume::voxel_of(m), low = glm::min(span.low, v), high = glm::max(span.high, v);
-  if (low != span.low || high != span.high) bound = bend_bound(wall, Span(low, high), is_whole);
+  const CubeSpan cubes = cubes_of(wall, span.a, span.b), at = cubes_of(wall, m, m),
+                 both(glm::min(cubes.first, at.first), glm::max(cubes.second, at.second));
+  if (both != cubes) bound = bound_over(wall, both, is_whole);
 }
 
 volume::QuadraticPatch::BendBound SmoothWalls::bend_bound(const Wall& wall, const Span& span,
                                                           bool& is_whole) noexcept {
+  return bound_over(wall, cubes_of(wall, span.a, span.b), is_whole);
+}
+
+volume::QuadraticPatch::BendBound SmoothWalls::bound_over(const Wall& wall, const CubeSpan& cubes,
+                                                          bool& is_whole) noexcept {
   const int key = wall.is_cut ? k_cut : wall.shape;
-  const ivec3 &low = span.low, &high = span.high;
+  const auto& [low, high] = cubes;
   is_whole = true;
   volume::QuadraticPatch::BendBound bound = bend_of(patch(key, low));
   if (low == high) return bound;
@@ -162,15 +187,22 @@ int SmoothWalls::walls_at(int shape, bool is_inside, const dvec3& p, double, Few
   return 1;
 }
 
-double SmoothWalls::reach_in_cube(int shape, bool is_inside, const ivec3& v, const dvec3& a,
-                                  const dvec3& along, double t0, double t1, double least_step,
-                                  Wall& blocker) noexcept {
-  const bool has_cut = is_near_cut(v);
-  const dvec3 origin = a - dvec3(v);
+double SmoothWalls::reach_in_piece(int shape, bool is_inside, const ivec3& v, const ivec3* sample,
+                                   const Way& way, double t0, double t1, Wall& blocker) noexcept {
+  const dvec3 &a = way.a, &along = way.along, origin = a - dvec3(v);
+  const volume::CutLattice& lattice = version_->lattice();
+  const auto in_cube = [&](double t) {
+    const dvec3 p = origin + t * along;
+    return is_fine_ ? p * lattice.scale() - dvec3(*sample - lattice.centre_of(v)) : p;
+  };
   // How far field or cut alone prove the way free from t, forward or backward.
   const auto proven = [&](bool is_cut, double t, double direction) {
-    Cached& kept = patch(is_cut ? k_cut : shape, v);
-    const volume::Slope s = kept.patch.slope(origin + t * along);
+    volume::Slope s;
+    Cached& kept = patch(is_cut ? k_cut : shape, is_cut ? *sample : v);
+    if (is_cut)
+      s = cut_slope({*sample, in_cube(t)});
+    else
+      s = kept.patch.slope(origin + t * along);
     const auto& bend = bend_of(kept);
     const double sign = is_inside ? -1.0 : 1.0;
     const double c = sign * s.value + rounding_of(s, bend);
@@ -180,7 +212,7 @@ double SmoothWalls::reach_in_cube(int shape, bool is_inside, const ivec3& v, con
   const auto step_from = [&](double t, double direction, bool& by_cut) {
     by_cut = false;
     const double by_field = proven(false, t, direction);
-    if (!has_cut) return by_field;
+    if (sample == nullptr) return by_field;
     // From outside one of the two suffices; from inside both must hold.
     if (!is_inside && by_field >= t1 - t0) return by_field;
     const double other = proven(true, t, direction);
@@ -192,15 +224,57 @@ double SmoothWalls::reach_in_cube(int shape, bool is_inside, const ivec3& v, con
   for (int i = 0; i < k_max_proofs; ++i) {
     const double forward = step_from(t, 1, by_cut);
     if (t + forward >= end) return t1;
-    if (forward < least_step) break;
+    if (forward < way.least_step) break;
     t += k_short * forward;
     bool ignored = false;
     const double backward = step_from(end, -1, ignored);
     if (end - backward <= t) return t1;
-    if (backward > least_step) end -= backward;
+    if (backward > way.least_step) end -= backward;
   }
   blocker = {shape, by_cut, is_inside};
   return t;
+}
+
+double SmoothWalls::reach_in_cube(int shape, bool is_inside, const ivec3& v, const Way& way, double t0,
+                                  double t1, Wall& blocker) noexcept {
+  if (!is_near_cut(v)) return reach_in_piece(shape, is_inside, v, nullptr, way, t0, t1, blocker);
+  const volume::CutLattice& lattice = version_->lattice();
+  if (!is_fine_) {
+    const ivec3 sample = lattice.centre_of(v);
+    return reach_in_piece(shape, is_inside, v, &sample, way, t0, t1, blocker);
+  }
+  // Where there is no matter the cut need not be asked.
+  if (!is_inside && patch(shape, v).patch.most() < 0) return t1;
+  // The pieces of the way in the cubes of samples. Rounding may leave a rest before or behind them.
+  const volume::Segment in_samples(lattice.lattice_from_volume(way.a),
+                                   lattice.lattice_from_volume(way.a + way.along));
+  volume::VoxelWalk walk(in_samples, {lattice.low_of(v), lattice.high_of(v)});
+  ivec3 sample = lattice.point_of(way.a + 0.5 * (t0 + t1) * way.along).sample;
+  sample = glm::clamp(sample, lattice.low_of(v), lattice.high_of(v));
+  for (double t = t0; t < t1;) {
+    double end = t1;
+    if (!walk.is_done()) {
+      sample = walk.voxel();
+      // Within a hollow brick, but for its faces, whose cubes read the neighbours, all is free.
+      if (!is_inside && lattice.contains(sample)) {
+        const volume::Brick* brick = version_->brick_at(sample);
+        const volume::VoxelBox core{(sample >> 3 << 3) + 1, (sample >> 3 << 3) + (volume::k_brick - 2)};
+        if (brick && brick->is_hollow && core.contains(sample)) {
+          walk.advance_past(core);
+          t = walk.is_done() ? t1 : std::max(t, walk.t_enter());
+          continue;
+        }
+      }
+      end = std::clamp(walk.t_exit(), t, t1);
+      walk.advance();
+      if (walk.is_done()) end = t1;
+    }
+    ++counters_->voxels;
+    const double free = reach_in_piece(shape, is_inside, v, &sample, way, t, end, blocker);
+    if (free < end) return free;
+    t = end;
+  }
+  return t1;
 }
 
 void SmoothWalls::pass(int shape, const ivec3& v, const dvec3& a, const dvec3& along, double t0, double t1,
@@ -210,9 +284,9 @@ void SmoothWalls::pass(int shape, const ivec3& v, const dvec3& a, const dvec3& a
   const bool has_cut = is_near_cut(v);
   for (int i = 1; i <= std::min(steps, 16); ++i) {
     const double t = t0 + (t1 - t0) * i / std::min(steps, 16);
-    const dvec3 p = a - dvec3(v) + t * along;
-    const bool is_now =
-        patch(shape, v).patch.slope(p).value >= 0 && (!has_cut || patch(k_cut, v).patch.slope(p).value >= 0);
+    const dvec3 p = a + t * along;
+    const bool is_now = patch(shape, v).patch.slope(p - dvec3(v)).value >= 0 &&
+                        (!has_cut || slope({shape, true, false}, p).value >= 0);
     if (is_now == was) continue;
     inside.flip(shape);
     t_changed = t;
@@ -223,9 +297,9 @@ void SmoothWalls::pass(int shape, const ivec3& v, const dvec3& a, const dvec3& a
 
 Reach SmoothWalls::reach(const dvec3& a, const dvec3& b, ShapeSet& inside, double tolerance) noexcept {
   const dvec3 along = b - a;
-  const double length = glm::length(along);
+  const double length = glm::length(frame().vector_world_from_volume(along));
   if (!(length > 0)) return {};
-  const double least_step = tolerance / length;
+  const Way way{a, along, tolerance / length};
 
   // Where a shape let the way pass, so that what lies behind a wall met by a later shape is taken back.
   struct Passed {
@@ -245,8 +319,7 @@ Reach SmoothWalls::reach(const dvec3& a, const dvec3& b, ShapeSet& inside, doubl
           break;
         if (holds(s, side_of(is_inside))) {
           Wall wall;
-          const double free =
-              reach_in_cube(s, is_inside, v, a, along, from, std::min(t1, reach.t), least_step, wall);
+          const double free = reach_in_cube(s, is_inside, v, way, from, std::min(t1, reach.t), wall);
           if (free < std::min(t1, reach.t)) reach = {free, true, wall};
           break;
         }

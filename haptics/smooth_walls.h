@@ -2,8 +2,10 @@
 // point.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <glm/common.hpp>
+#include <utility>
 
 #include "haptics/proxy_method.h"
 #include "volume/quadratic_patch.h"
@@ -50,7 +52,8 @@ class SmoothWalls {
         begin_(begin),
         end_(end),
         is_round_(scene.tool_radius > 0 && begin < end),
-        is_cut_(!is_round_ && !version.is_untouched()) {}
+        is_cut_(!is_round_ && !version.is_untouched()),
+        is_fine_(!version.lattice().is_of_voxels()) {}
 
   /// The frame that all points are in: the volume's, or that of the offset fields where the tool has a
   /// radius.
@@ -71,7 +74,7 @@ class SmoothWalls {
   bool may_hold(int shape, bool is_inside) const noexcept { return holds(shape, side_of(is_inside)); }
 
   /// How far from a toward b (volume frame) the proxy may go: proven by bounds on the polynomials of every
-  /// cube that the way meets, so that no solid however thin is passed. Stops within `tolerance` voxels before
+  /// cube that the way meets, so that no solid however thin is passed. Stops within `tolerance` mm before
   /// the first wall, or where a proof would take too long. `inside` says in which solids the way runs, and is
   /// brought up to date where a shape lets it pass.
   Reach reach(const glm::dvec3& a, const glm::dvec3& b, ShapeSet& inside, double tolerance) noexcept;
@@ -81,19 +84,23 @@ class SmoothWalls {
   /// Derivatives of a wall's function at p; its value is negative where it is free.
   volume::Jet jet(const Wall& wall, const glm::dvec3& p) noexcept;
   volume::Slope slope(const Wall& wall, const glm::dvec3& p) noexcept;
-  /// The voxels of the box of two points.
+  /// The cubes of the box of two points: voxels, and where a cut is asked about its samples.
   struct Span {
-    glm::ivec3 low, high;
-    Span(const glm::dvec3& a, const glm::dvec3& b) noexcept
-        : Span(volume::voxel_of(a), volume::voxel_of(b)) {}
-    Span(const glm::ivec3& a, const glm::ivec3& b) noexcept : low(glm::min(a, b)), high(glm::max(a, b)) {}
+    glm::dvec3 a, b;
+    Span(const glm::dvec3& from, const glm::dvec3& to) noexcept : a(from), b(to) {}
   };
-  /// Bound of |second derivative| of the wall's function over the voxels of a span; over its two ends alone,
+  /// Bound of |second derivative| of the wall's function over the cubes of a span; over its two ends alone,
   /// and not `is_whole`, where it holds more than four.
   volume::QuadraticPatch::BendBound bend_bound(const Wall& wall, const Span& span, bool& is_whole) noexcept;
   /// Makes such a bound one over the box of the span and m.
   void widen(const Wall& wall, const Span& span, const glm::dvec3& m,
              volume::QuadraticPatch::BendBound& bound, bool& is_whole) noexcept;
+  /// The longest leg (mm) along a wall that its function can be followed over: beyond its band a cut's
+  /// distance is flat.
+  double longest_leg(const Wall& wall, double usual) const noexcept {
+    constexpr double k_bands = 2.2;
+    return wall.is_cut ? std::min(usual, k_bands * version_->band_mm()) : usual;
+  }
   /// Would this wall alone, kept, leave every way free that it leaves free? So where one shape is touched
   /// from outside.
   bool is_only_wall(const Wall& wall) const noexcept { return end_ - begin_ == 1 && !wall.is_back; }
@@ -109,8 +116,8 @@ class SmoothWalls {
   struct Cached {
     volume::QuadraticPatch patch;
     volume::QuadraticPatch::BendBound bend;
-    glm::ivec3 voxel;
-    int key;  ///< shape, or k_cut
+    glm::ivec3 voxel;  ///< of a cut the sample
+    int key;           ///< shape, or k_cut
     bool has_bend;
   };
   static constexpr int k_cut = 1000, k_kept = 6;
@@ -122,12 +129,27 @@ class SmoothWalls {
     return is_round_ ? offset(static_cast<std::size_t>(begin_)).size() : volume_->size;
   }
   Cached& patch(int key, const glm::ivec3& v) noexcept;
-  static const volume::QuadraticPatch::BendBound& bend_of(Cached& kept) noexcept;
+  /// Bounds in the frame of all points, also of a cut's patch, which is per lattice step.
+  const volume::QuadraticPatch::BendBound& bend_of(Cached& kept) const noexcept;
+  /// Value and derivatives of the cut, per voxel step, from the patch around a sample.
+  volume::Slope cut_slope(const volume::CutLattice::Point& at) noexcept;
+  using CubeSpan = std::pair<glm::ivec3, glm::ivec3>;
+  CubeSpan cubes_of(const Wall& wall, const glm::dvec3& a, const glm::dvec3& b) const noexcept;
+  volume::QuadraticPatch::BendBound bound_over(const Wall& wall, const CubeSpan& cubes,
+                                               bool& is_whole) noexcept;
   bool is_air_around(const TouchShape& shape, const glm::ivec3& v) const noexcept;
-  /// One shape over [t0, t1] of the way a + t along, all in cube v. Returns how far it is free.
-  double reach_in_cube(int shape, bool is_inside, const glm::ivec3& v, const glm::dvec3& a,
-                       const glm::dvec3& along, double t0, double t1, double least_step,
+  /// A way a + t along, and the steps of t below which nothing is proven.
+  struct Way {
+    const glm::dvec3 &a, &along;
+    double least_step;
+  };
+  /// One shape over [t0, t1] of the way, all in cube v. Returns how far it is free: t1, or less where
+  /// `blocker` is.
+  double reach_in_cube(int shape, bool is_inside, const glm::ivec3& v, const Way& way, double t0, double t1,
                        Wall& blocker) noexcept;
+  /// The same where the cut, if there is one, has one polynomial: all in the cube of `sample`.
+  double reach_in_piece(int shape, bool is_inside, const glm::ivec3& v, const glm::ivec3* sample,
+                        const Way& way, double t0, double t1, Wall& blocker) noexcept;
   /// Follows a shape that does not hold: changes `inside` where the way passes its surface.
   void pass(int shape, const glm::ivec3& v, const glm::dvec3& a, const glm::dvec3& along, double t0,
             double t1, ShapeSet& inside, double& t_changed) noexcept;
@@ -140,6 +162,7 @@ class SmoothWalls {
   const ShapeSet* near_;
   int begin_, end_;  ///< of its shapes
   bool is_round_, is_cut_;
+  bool is_fine_;  ///< the lattice of cuts is finer than the voxels
   std::array<Cached, k_kept> kept_;
   int next_ = 0, count_ = 0;
 };

@@ -96,6 +96,22 @@ void soften(TouchScene& scene, int threads) {
       shape.soft = volume::SoftField::build(*shape.bits, threads);
 }
 
+std::shared_ptr<volume::Version> untouched(const TouchScene& scene) {
+  return scene.lattice ? std::make_shared<volume::Version>(scene.base, *scene.lattice)
+                       : std::make_shared<volume::Version>(scene.base);
+}
+
+volume::Status set_smallest_burr(TouchScene& scene, double diameter) {
+  scene.lattice.reset();
+  scene.smallest_burr = 0;
+  if (diameter == 0) return std::nullopt;
+  auto lattice = volume::CutLattice::for_burr(*scene.base, diameter);
+  if (!lattice) return lattice.error();
+  scene.lattice = lattice.value();
+  scene.smallest_burr = diameter;
+  return std::nullopt;
+}
+
 volume::Status set_tool_radius(TouchScene& scene, double radius, int threads) {
   if (radius == 0) {
     scene.tool_radius = 0;

@@ -102,7 +102,12 @@ struct TouchScene {
   double tool_radius = 0;  ///< mm; above 0 every shape needs its offset field
   std::vector<TouchMesh> meshes = {};
   std::vector<std::shared_ptr<const volume::Volume>> others = {};  ///< further volumes of shapes; not cut
+  double smallest_burr = 0;  ///< mm, diameter, of all that may cut; 0: nothing is finer than the voxels
+  std::optional<volume::CutLattice> lattice = std::nullopt;  ///< where cuts are sampled, for such a burr
 };
+
+/// The base with nothing removed, ready to be cut.
+std::shared_ptr<volume::Version> untouched(const TouchScene& scene);
 
 /// The offset field that `shape` is touched with: the newest that the version carries.
 inline const std::shared_ptr<const volume::OffsetField>& shared_offset_of(const TouchScene& scene,
@@ -129,6 +134,10 @@ inline int shape_count(const TouchScene& scene) noexcept {
 /// Makes labels and thresholded shapes smooth (volume/soft_field.h): tenths of a second for large volumes.
 /// Shapes with more than two values near their surface stay as they are.
 void soften(TouchScene& scene, int threads = 0);
+
+/// Makes ready for burrs of this diameter (mm) and larger, whatever the slices; 0: for cuts on the voxels.
+/// Before anything is cut. Error when the scan is too coarse, with the smallest burr that works on it.
+volume::Status set_smallest_burr(TouchScene& scene, double diameter_mm);
 
 /// Gives the scene a round tool: makes the offset fields of its shapes, which takes seconds for large volumes
 /// and small radii. 0 makes it a point again. Error when the radius is out of range or a shape also holds

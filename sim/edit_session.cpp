@@ -37,7 +37,7 @@ volume::VoxelBox united(const volume::VoxelBox& a, const volume::VoxelBox& b) no
 EditSession::EditSession(const haptics::TouchScene& scene, std::span<Tool* const> tools, double dt)
     : scene_(&scene),
       dt_(dt),
-      editor_(std::make_shared<volume::Version>(scene.base), fields_of(scene)),
+      editor_(haptics::untouched(scene), fields_of(scene)),
       current_(editor_.publish()) {
   for (Tool* tool : tools) hands_.push_back({tool, false, {}});
   history_.push_back({current_, k_nothing, k_nothing});
@@ -200,15 +200,13 @@ EditOutcome EditSession::redo() {
 }
 
 double EditSession::removed_mm3() const noexcept {
-  return static_cast<double>(current_->ledger().total()) / volume::RemovalLedger::k_units_per_voxel *
-         scene_->base->frame.voxel_mm3();
+  return current_->mm3_of(current_->ledger().total());
 }
 
 std::vector<double> EditSession::removed_mm3_by_label() const {
   std::vector<double> result;
   for (const std::int64_t units : current_->ledger().units_by_label)
-    result.push_back(static_cast<double>(units) / volume::RemovalLedger::k_units_per_voxel *
-                     scene_->base->frame.voxel_mm3());
+    result.push_back(current_->mm3_of(units));
   return result;
 }
 

@@ -56,6 +56,7 @@ SessionHeader describe_session(const haptics::TouchScene& scene, const haptics::
   for (const haptics::TouchShape& s : scene.shapes)
     h.shapes.push_back({s.field.shape(), s.material, s.sides, s.ramp, s.soft != nullptr, s.back_material});
   h.tool_radius = scene.tool_radius;
+  h.smallest_burr = scene.smallest_burr;
   h.tools = std::move(tools);
   return h;
 }
@@ -85,6 +86,7 @@ Result<haptics::TouchScene> scene_of(const SessionReader& session,
   }
   scene.base = std::move(scan);
   if (Status error = haptics::set_tool_radius(scene, header.tool_radius)) return *error;
+  if (Status error = haptics::set_smallest_burr(scene, header.smallest_burr)) return *error;
   return scene;
 }
 

@@ -267,6 +267,7 @@ std::string encode(const SessionHeader& h) {
   unless("delay_ticks", h.force.delay_ticks, 0);
   unless("device_damping", h.force.device_damping, 0);
   unless("tool_radius", h.tool_radius, 0);
+  unless("smallest_burr", h.smallest_burr, 0);
   for (const std::string& words : h.effects) line("effect", words);
   const auto material = [&](const std::string& prefix, const haptics::Material& m) {
     number(prefix + "stiffness", m.stiffness);
@@ -392,6 +393,8 @@ Result<SessionHeader> decode_header(std::string_view text) {
       if ((is_good = between(0, 10))) h.force.device_damping = number;
     } else if (key == "tool_radius") {
       if ((is_good = between(0, 6))) h.tool_radius = number;
+    } else if (key == "smallest_burr") {
+      if ((is_good = between(0, 1e3))) h.smallest_burr = number;
     } else if (key == "effect") {
       if ((is_good =
                h.effects.size() < haptics::EffectRack::k_most && haptics::parse_effect(std::string(value))))

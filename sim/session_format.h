@@ -14,10 +14,11 @@
 namespace trephine::sim {
 
 /// The layout of the file. A newer one is refused, by name.
-inline constexpr std::uint32_t k_session_layout = 2;  // 2: round tools, effects, materials of backs
+inline constexpr std::uint32_t k_session_layout =
+    3;  // 2: round tools, effects, materials of backs; 3: the smallest burr
 /// The arithmetic of servo and edits: raised with every change that gives other bits for the same input. A
 /// session of another revision opens for viewing and cannot be verified.
-inline constexpr std::uint32_t k_replay_revision = 2;
+inline constexpr std::uint32_t k_replay_revision = 3;
 
 struct ToolSpec {
   std::string name;  ///< "burr", or empty for a hand that only touches
@@ -45,6 +46,7 @@ struct SessionHeader {
   std::string method = "implicit";
   haptics::ForceOptions force;
   double tool_radius = 0;            ///< mm; 0: a point
+  double smallest_burr = 0;          ///< mm, for which cuts are sampled; 0: on the voxels
   std::vector<std::string> effects;  ///< as haptics::parse_effect reads them
   std::vector<ShapeSpec> shapes;
   std::vector<ToolSpec> tools;  ///< one a hand

@@ -35,11 +35,7 @@ class VoxelSamples {
     const float inside = value(in), outside = value(air);
     float t = outside < 0 ? inside / (inside - outside) : 1;
     if (source_.version == nullptr || source_.version->is_untouched()) return t;
-    const auto distance = [this](const glm::ivec3& v) {
-      return static_cast<float>(source_.version->distance_at(v.x, v.y, v.z));
-    };
-    if (const float d = distance(air); d <= 0) t = std::min(t, distance(in) / (distance(in) - d));
-    return t;
+    return std::min(t, cut_crossing(*source_.version, in, air));
   }
 
  private:

@@ -1,6 +1,9 @@
 // The continuous field of a shape, trilinear between voxel centres; g >= 0 is solid.
 #pragma once
 
+#include <algorithm>
+#include <cmath>
+#include <glm/common.hpp>
 #include <glm/vec3.hpp>
 
 #include "volume/shape.h"
@@ -8,16 +11,23 @@
 
 namespace trephine::volume {
 
+/// What a field is beyond the grid, next to a voxel where it is `g`: never solid, so also where g is 0.
+inline double beyond_border(double g) noexcept {
+  constexpr double k_least = 1e-9;
+  return -std::max(std::abs(g), k_least);
+}
+
 /// Borrows its volume. Every query is noexcept, allocates nothing and takes points in the volume frame.
 class Field {
  public:
-  Field(const Volume& volume, const Shape& shape) noexcept
-      : volume_(&volume), shape_(shape), outside_(shape.outside()) {}
+  Field(const Volume& volume, const Shape& shape) noexcept : volume_(&volume), shape_(shape) {}
 
-  /// g at a voxel centre; Shape::outside() beyond the grid.
+  /// g at a voxel centre. Beyond the grid -|g| of the nearest voxel: air, and the surface of a solid that
+  /// reaches the border lies half a voxel out, on the face of its voxels, in every unit of intensity.
   double at(int x, int y, int z) const noexcept {
-    if (!volume_->contains({x, y, z})) return outside_;
-    return at_index(volume_->index(x, y, z));
+    if (volume_->contains({x, y, z})) return at_index(volume_->index(x, y, z));
+    const glm::ivec3 v = glm::clamp(glm::ivec3(x, y, z), glm::ivec3(0), volume_->size - 1);
+    return beyond_border(at_index(volume_->index(v.x, v.y, v.z)));
   }
   /// g of the voxel stored at `index`, which is not checked.
   double at_index(std::size_t index) const noexcept {
@@ -39,7 +49,6 @@ class Field {
  private:
   const Volume* volume_;
   Shape shape_;
-  double outside_;
 };
 
 }  // namespace trephine::volume

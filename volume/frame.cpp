@@ -22,7 +22,7 @@ Result<Frame> Frame::from_axes(const glm::dvec3& origin_world, const glm::dmat3&
   // The share of a box's volume that the axes span: 1 when orthogonal, 0 when dependent.
   const double box = glm::length(axes_mm[0]) * glm::length(axes_mm[1]) * glm::length(axes_mm[2]);
   const double spanned = std::abs(glm::determinant(axes_mm));
-  if (!(box > 1e-12) || !(spanned > 1e-6 * box))
+  if (!(box > 1e-200) || !(spanned > 1e-6 * box))
     return Error{"the frame is singular", "", "axes in mm " + found.str(),
                  "three independent axes with a spacing above zero", "re-export the volume from its source"};
   Frame frame;

@@ -41,12 +41,10 @@ class SmoothSurface {
 
   bool has_cut() const { return version_ != nullptr; }
   Jet jet(bool is_cut, const dvec3& p_volume) const {
+    if (is_cut) return cut_jet(*version_, p_volume);
     const ivec3 v = voxel_of(p_volume);
     QuadraticPatch patch;
-    if (is_cut)
-      patch.load_distance(*version_, v);
-    else
-      patch.load(field_, v);
+    patch.load(field_, v);
     return patch.jet(p_volume - dvec3(v));
   }
   bool is_solid(const dvec3& p_volume) const {

@@ -45,12 +45,11 @@ void QuadraticPatch::load(const Field& field, const glm::ivec3& v) noexcept {
     }
 }
 
-void QuadraticPatch::load_distance(const Version& version, const glm::ivec3& v) noexcept {
-  const int bx = v.x & (k_brick - 1), by = v.y & (k_brick - 1), bz = v.z & (k_brick - 1);
+void QuadraticPatch::load_distance(const Version& version, const glm::ivec3& s) noexcept {
+  const int bx = s.x & (k_brick - 1), by = s.y & (k_brick - 1), bz = s.z & (k_brick - 1);
   const auto is_within = [](int b) { return b >= 1 && b + 2 < k_brick; };
-  if (is_within(bx) && is_within(by) && is_within(bz) && version.base().contains(v) &&
-      version.base().contains(v + 1)) {
-    if (const Brick* brick = version.brick_at(v.x, v.y, v.z)) {
+  if (is_within(bx) && is_within(by) && is_within(bz) && version.lattice().contains(s)) {
+    if (const Brick* brick = version.brick_at(s)) {
       for (int k = 0; k < 3; ++k)
         for (int j = 0; j < 3; ++j) {
           const __m128 four =
@@ -62,10 +61,19 @@ void QuadraticPatch::load_distance(const Version& version, const glm::ivec3& v) 
   }
   for (int k = 0; k < 3; ++k)
     for (int j = 0; j < 3; ++j) {
-      const int y = v.y + j - 1, z = v.z + k - 1;
-      rows_[k][j] = Lanes(version.distance_at(v.x - 1, y, z), version.distance_at(v.x, y, z),
-                          version.distance_at(v.x + 1, y, z));
+      const int y = s.y + j - 1, z = s.z + k - 1;
+      rows_[k][j] = Lanes(version.distance_of({s.x - 1, y, z}), version.distance_of({s.x, y, z}),
+                          version.distance_of({s.x + 1, y, z}));
     }
+}
+
+Jet cut_jet(const Version& version, const glm::dvec3& p) noexcept {
+  const CutLattice::Point at = version.lattice().point_of(p);
+  QuadraticPatch patch;
+  patch.load_distance(version, at.sample);
+  Jet jet = patch.jet(at.at);
+  rescale(jet, version.lattice().scale());
+  return jet;
 }
 
 const bool k_has_wide_patches = __builtin_cpu_supports("avx2");

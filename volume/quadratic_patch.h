@@ -31,6 +31,14 @@ struct Jet : Slope {
   }
 };
 
+/// Derivatives per step as those per `k` steps along each axis.
+inline void rescale(Slope& s, const glm::dvec3& k) noexcept { s.gradient *= k; }
+inline void rescale(Jet& j, const glm::dvec3& k) noexcept {
+  j.gradient *= k;
+  j.bend_own *= k * k;
+  j.bend_cross *= glm::dvec3(k.y * k.z, k.x * k.z, k.x * k.y);
+}
+
 /// Does this processor run the wide kernels (AVX2)? The same bits either way.
 extern const bool k_has_wide_patches;
 void slope_of_patch_wide(const double* rows, const double p[3], double out[4]) noexcept;
@@ -43,8 +51,8 @@ class QuadraticPatch {
  public:
   /// Of a shape's field around voxel v, anywhere.
   void load(const Field& field, const glm::ivec3& v) noexcept;
-  /// Of the distance (mm) to what was removed.
-  void load_distance(const Version& version, const glm::ivec3& v) noexcept;
+  /// Of the distance (mm) to what was removed, around a sample of the version's lattice: per lattice step.
+  void load_distance(const Version& version, const glm::ivec3& s) noexcept;
 
   /// Of 27 samples from anywhere: [z][y][x].
   void set_row(int y, int z, double a, double b, double c) noexcept { rows_[z][y] = Lanes(a, b, c); }
@@ -110,6 +118,10 @@ class QuadraticPatch {
     }
   };
   BendBound bend_bound() const noexcept;
+  friend void rescale(BendBound& b, const glm::dvec3& k) noexcept {
+    b.own *= k * k;
+    b.cross *= glm::dvec3(k.y * k.z, k.x * k.z, k.x * k.y);
+  }
 
   /// No value in the cube lies outside [least, most].
   double least() const noexcept;
@@ -165,5 +177,8 @@ class QuadraticPatch {
 
   Lanes rows_[3][3];  ///< [z][y], along x; what the fourth lane holds counts nothing
 };
+
+/// The distance to what was removed at p and its derivatives, mm per voxel step (volume frame).
+Jet cut_jet(const Version& version, const glm::dvec3& p) noexcept;
 
 }  // namespace trephine::volume

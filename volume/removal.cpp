@@ -4,7 +4,7 @@
 #include <bit>
 #include <cmath>
 #include <cstring>
-#include <emmintrin.h>
+#include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <glm/gtc/matrix_access.hpp>
 #include <glm/matrix.hpp>
@@ -15,10 +15,42 @@ namespace {
 
 constexpr std::uint64_t k_all = ~std::uint64_t{0};
 
-/// Largest fineness a mask has; 4 where the ball spans many voxels, 8 where it is small.
-int samples_per_edge(double radius_mm, const Frame& frame) {
-  const glm::dvec3 s = frame.spacing();
-  return radius_mm < 4 * std::max({s.x, s.y, s.z}) ? 8 : 4;
+/// Where samples of a ball's distance are a step h apart, the splines through them are nearer to a wall that
+/// bends by 1/r than the samples say: by h^2/(8r) along a hole, twice that at its round end. Samples are
+/// taken as much less as lies between.
+constexpr double k_spline_share = 3.0 / 16;
+/// Of the radius, at most: a ball of a step or two is no longer one.
+constexpr double k_most_allowance = 0.02;
+
+double allowance(double radius_mm, const Frame& lattice) {
+  const glm::dvec3& h = lattice.spacing();
+  const double square = (h.x * h.x + h.y * h.y + h.z * h.z) / 3;
+  return radius_mm > 0 ? std::min(k_spline_share * square / radius_mm, k_most_allowance * radius_mm) : 0;
+}
+
+/// How finely a ball is counted: 4 points along a cell's edge where it spans many cells, 8 where it is small.
+/// Its volume is then within 0.1 %.
+int points_per_edge(double radius_mm, const Frame& lattice) {
+  const glm::dvec3& h = lattice.spacing();
+  return radius_mm < 8 * std::max({h.x, h.y, h.z}) ? 8 : 4;
+}
+
+CellPoints cell_points(int n, const Frame& lattice) {
+  CellPoints points;
+  points.n = n;
+  for (int i = 0; i < n * n * n; ++i) {
+    const auto offset = [n](int k) { return (static_cast<float>(k) + 0.5f) / static_cast<float>(n) - 0.5f; };
+    points.x[i] = offset(i % n), points.y[i] = offset(i / n % n), points.z[i] = offset(i / (n * n));
+    float square = 0;
+    for (int a = 0; a < 3; ++a) {
+      const float o = points.x[i] * static_cast<float>(lattice.axes()[0][a]) +
+                      points.y[i] * static_cast<float>(lattice.axes()[1][a]) +
+                      points.z[i] * static_cast<float>(lattice.axes()[2][a]);
+      square += o * o;
+    }
+    points.squared[i] = square;
+  }
+  return points;
 }
 
 }  // namespace
@@ -26,12 +58,14 @@ int samples_per_edge(double radius_mm, const Frame& frame) {
 /// What one call to remove() needs everywhere.
 struct RemovalEditor::Shape : SweepShape {
   Sweep sweep;
+  int n;  ///< points along a cell's edge
 
-  Shape(const Sweep& s, const Version& version, int fineness) : sweep(s) {
-    const Frame& frame = version.base().frame;
-    n = fineness;
+  Shape(const Sweep& s, const Version& version)
+      : sweep(s), n(points_per_edge(s.radius_mm, version.lattice().frame())) {
+    const Frame& frame = version.lattice().frame();
     radius = static_cast<float>(s.radius_mm);
     band = static_cast<float>(version.band_mm());
+    allowance = static_cast<float>(volume::allowance(s.radius_mm, frame));
     const glm::dvec3 d = s.end_world - s.start_world;
     const double l = glm::length(d);
     length = static_cast<float>(l);
@@ -41,41 +75,29 @@ struct RemovalEditor::Shape : SweepShape {
       ay[a] = static_cast<float>(frame.axes()[1][a]);
       az[a] = static_cast<float>(frame.axes()[2][a]);
     }
-    voxel_reach = static_cast<float>(0.5 * frame.diagonal_mm() * 1.0001 + 1e-5);
-    for (int i = 0; i < n * n * n; ++i) {
-      const auto offset = [this](int k) {
-        return (static_cast<float>(k) + 0.5f) / static_cast<float>(n) - 0.5f;
-      };
-      offset_x[i] = offset(i % n), offset_y[i] = offset(i / n % n), offset_z[i] = offset(i / (n * n));
-      float square = 0;
-      for (int a = 0; a < 3; ++a) {
-        const float o = offset_x[i] * ax[a] + offset_y[i] * ay[a] + offset_z[i] * az[a];
-        square += o * o;
-      }
-      offset_squared[i] = square;
-    }
+    cell_reach = static_cast<float>(0.5 * frame.diagonal_mm() * 1.0001);
+    cell_reach += 1e-6f * (cell_reach + radius + length);  // rounding
   }
 
   static float dot(const glm::vec3& v, const float* w) { return v.x * w[0] + v.y * w[1] + v.z * w[2]; }
   float projection(const glm::vec3& w) const { return dot(w, along); }
-  /// Half the extent of a brick's voxel centres along a unit direction.
+  /// Half the extent of a brick's samples along a unit direction.
   float brick_extent(const glm::vec3& direction) const {
     constexpr float k_half = 0.5f * (k_brick - 1);
-    return k_half *
-               (std::abs(dot(direction, ax)) + std::abs(dot(direction, ay)) + std::abs(dot(direction, az))) +
-           1e-4f;
+    return 1.0001f * k_half *
+           (std::abs(dot(direction, ax)) + std::abs(dot(direction, ay)) + std::abs(dot(direction, az)));
   }
   float brick_extent_along() const { return brick_extent({along[0], along[1], along[2]}); }
   /// Is nothing to do in the brick whose middle is at w? It lies beyond the band, by the plane through the
   /// nearest point of the sweep's axis, or wholly behind a continued sweep.
   bool misses_brick(const glm::vec3& w) const {
     const float wt = projection(w);
-    if (sweep.continues && length > 0 && wt < -brick_extent_along() - voxel_reach) return true;
+    if (sweep.continues && length > 0 && wt < -brick_extent_along() - cell_reach) return true;
     const glm::vec3 q = w - std::clamp(wt, 0.0f, length) * glm::vec3(along[0], along[1], along[2]);
     const float far = std::sqrt(glm::dot(q, q));
-    return far > 0 && far - brick_extent(q / far) > radius + band;
+    return far > 0 && far - brick_extent(q / far) > radius + allowance + band;
   }
-  glm::vec3 voxel_step(float x, float y, float z) const {
+  glm::vec3 lattice_step(float x, float y, float z) const {
     return {x * ax[0] + y * ay[0] + z * az[0], x * ax[1] + y * ay[1] + z * az[1],
             x * ax[2] + y * ay[2] + z * az[2]};
   }
@@ -84,6 +106,10 @@ struct RemovalEditor::Shape : SweepShape {
 RemovalEditor::RemovalEditor(std::shared_ptr<const Version> start, std::vector<Field> solids,
                              const RemovalKernels& kernels)
     : solids_(std::move(solids)), kernels_(&kernels) {
+  const Frame& lattice = start->lattice().frame();
+  auto points = std::make_shared<std::array<CellPoints, 2>>();
+  *points = {cell_points(4, lattice), cell_points(8, lattice)};
+  points_ = std::move(points);
   reset(std::move(start));
 }
 
@@ -91,6 +117,7 @@ RemovalEditor::RemovalEditor(const RemovalEditor& other)
     : next_(std::make_shared<Version>(*other.next_)),
       solids_(other.solids_),
       kernels_(other.kernels_),
+      points_(other.points_),
       stroke_(other.stroke_) {}
 
 RemovalEditor& RemovalEditor::operator=(const RemovalEditor& other) {
@@ -112,33 +139,43 @@ std::shared_ptr<const Version> RemovalEditor::publish() {
   return done;
 }
 
-Page& RemovalEditor::editable_page(std::size_t index) {
-  Ref<Page>& page = next_->pages_[index];
-  if (!page || page->serial != next_->serial_) {
-    auto* fresh = new Page;
-    if (page) fresh->bricks = page->bricks;
-    fresh->serial = next_->serial_;
-    page = Ref<Page>(fresh);
+namespace {
+/// The T of this slot for version `serial`: what is there, or a copy of it, or an empty one.
+template <class T, class Copy>
+T& editable(Ref<T>& slot, std::uint64_t serial, Copy&& copy) {
+  if (!slot || slot->serial != serial) {
+    auto* fresh = new T;
+    if (slot) copy(*slot, *fresh);
+    fresh->serial = serial;
+    slot = Ref<T>(fresh);
   }
-  return *page;
+  return *slot;
+}
+}  // namespace
+
+Ref<Brick>& RemovalEditor::editable_slot(const glm::ivec3& s) {
+  Region& region = editable(next_->regions_[next_->region_index(s)], next_->serial_,
+                            [](const Region& old, Region& fresh) { fresh.pages = old.pages; });
+  Page& page = editable(region.pages[Version::page_index(s)], next_->serial_,
+                        [](const Page& old, Page& fresh) { fresh.bricks = old.bricks; });
+  return page.bricks[Version::brick_index(s)];
 }
 
-Brick& RemovalEditor::editable_brick(Page& page, std::size_t index) {
-  Ref<Brick>& brick = page.bricks[index];
-  if (brick && brick->serial == next_->serial_) return *brick;
-  auto* fresh = new Brick;
-  if (brick) {
-    fresh->distance = brick->distance;
-    fresh->kept = brick->kept;
-    fresh->mask = brick->mask;
-  } else {
+Brick& RemovalEditor::editable_brick(const glm::ivec3& s) {
+  Ref<Brick>& brick = editable_slot(s);
+  if (!brick) {
+    auto* fresh = new Brick;
     fresh->distance.fill(static_cast<float>(next_->band_mm_));
     fresh->kept.fill(k_all);
+    fresh->serial = next_->serial_;
+    brick = Ref<Brick>(fresh);
     ++next_->brick_count_;
   }
-  fresh->serial = next_->serial_;
-  brick = Ref<Brick>(fresh);
-  return *brick;
+  return editable(brick, next_->serial_, [](const Brick& old, Brick& fresh) {
+    fresh.distance = old.distance;
+    fresh.kept = old.kept;
+    fresh.mask = old.mask;
+  });
 }
 
 RemovalMask& RemovalEditor::editable_mask(Brick& brick, int n) {
@@ -151,19 +188,76 @@ RemovalMask& RemovalEditor::editable_mask(Brick& brick, int n) {
   return *brick.mask;
 }
 
+namespace {
+
+constexpr int k_cells = k_brick + 2;  // of a brick and its neighbours, along an edge
+
+/// Which of the 10^3 samples around a brick are solid in the base: the trilinear field, rows of ten bits.
+class SolidSamples {
+ public:
+  SolidSamples(const Field& field, const CutLattice& lattice, const glm::ivec3& first) {
+    // Voxels of all cells that the samples lie in, then one axis after another: the lattice nests in their
+    // cells.
+    std::array<std::array<int, k_cells>, 3> cell;
+    std::array<std::array<double, k_cells>, 3> share;
+    glm::ivec3 low, count;
+    for (int a = 0; a < 3; ++a) {
+      const auto axis = static_cast<std::size_t>(a);
+      const int k = lattice.per_voxel()[a], centre = lattice.centre_of(glm::ivec3(0))[a];
+      for (int i = 0; i < k_cells; ++i) {
+        const int steps = first[a] + i - centre;
+        const int c = steps >= 0 ? steps / k : -((-steps + k - 1) / k);
+        cell[axis][static_cast<std::size_t>(i)] = c;
+        share[axis][static_cast<std::size_t>(i)] = static_cast<double>(steps - c * k) / k;
+      }
+      low[a] = cell[axis][0];
+      count[a] = cell[axis][k_cells - 1] + 2 - low[a];
+    }
+    const auto lerp = [](double a, double b, double t) { return t == 0 ? a : a + t * (b - a); };
+    std::array<double, 12> row;
+    std::array<std::array<double, k_cells>, 12> slice;
+    std::array<std::array<std::array<double, k_cells>, k_cells>, 12> box;
+    for (int z = 0; z < count.z; ++z) {
+      for (int y = 0; y < count.y; ++y) {
+        for (int x = 0; x < count.x; ++x)
+          row[static_cast<std::size_t>(x)] = field.at(low.x + x, low.y + y, low.z + z);
+        for (std::size_t i = 0; i < k_cells; ++i) {
+          const auto c = static_cast<std::size_t>(cell[0][i] - low.x);
+          slice[static_cast<std::size_t>(y)][i] = lerp(row[c], row[c + 1], share[0][i]);
+        }
+      }
+      for (std::size_t j = 0; j < k_cells; ++j)
+        for (std::size_t i = 0; i < k_cells; ++i) {
+          const auto c = static_cast<std::size_t>(cell[1][j] - low.y);
+          box[static_cast<std::size_t>(z)][j][i] = lerp(slice[c][i], slice[c + 1][i], share[1][j]);
+        }
+    }
+    for (std::size_t k = 0; k < k_cells; ++k)
+      for (std::size_t j = 0; j < k_cells; ++j) {
+        const auto c = static_cast<std::size_t>(cell[2][k] - low.z);
+        unsigned bits = 0;
+        for (std::size_t i = 0; i < k_cells; ++i)
+          bits |= static_cast<unsigned>(lerp(box[c][j][i], box[c + 1][j][i], share[2][k]) >= 0) << i;
+        rows_[k][j] = bits;
+      }
+  }
+  unsigned row(std::size_t y, std::size_t z) const { return rows_[z][y]; }
+
+ private:
+  std::array<std::array<unsigned, k_cells>, k_cells> rows_;
+};
+
+}  // namespace
+
 void RemovalEditor::classify(RemovalMask& mask, const glm::ivec3& low) const {
-  // A voxel's cube lies in cells whose corners are its 27 neighbours; a trilinear value lies between its
-  // corners'. Rows of ten bits, ANDed (ORed) with their neighbours along x, then over nine rows.
-  constexpr int k_edge = k_brick + 2;
+  // A cell lies among its 27 samples, and a trilinear value lies between its corners'. Rows of ten bits,
+  // ANDed (ORed) with their neighbours along x, then over nine rows.
   for (const Field& field : solids_) {
-    std::array<std::array<unsigned, k_edge>, k_edge> all, any;
-    for (std::size_t z = 0; z < k_edge; ++z)
-      for (std::size_t y = 0; y < k_edge; ++y) {
-        unsigned row = 0;
-        for (int x = 0; x < k_edge; ++x)
-          row |= static_cast<unsigned>(field.at(low.x + x - 1, low.y + static_cast<int>(y) - 1,
-                                                low.z + static_cast<int>(z) - 1) >= 0)
-                 << x;
+    const SolidSamples samples(field, next_->lattice_, low - 1);
+    std::array<std::array<unsigned, k_cells>, k_cells> all, any;
+    for (std::size_t z = 0; z < k_cells; ++z)
+      for (std::size_t y = 0; y < k_cells; ++y) {
+        const unsigned row = samples.row(y, z);
         all[z][y] = row & row >> 1 & row >> 2;
         any[z][y] = row | row >> 1 | row >> 2;
       }
@@ -182,12 +276,12 @@ void RemovalEditor::classify(RemovalMask& mask, const glm::ivec3& low) const {
   for (std::uint64_t& slice : mask.base_air) slice = ~slice;
 }
 
-std::int64_t RemovalEditor::count_solid(const RemovalMask& mask, const glm::ivec3& voxel,
+std::int64_t RemovalEditor::count_solid(const RemovalMask& mask, const glm::ivec3& sample,
                                         std::size_t in_brick, const std::uint64_t* fresh) const {
   const std::uint64_t bit = std::uint64_t{1} << (in_brick % 64);
   const std::size_t slice = in_brick / 64;
   if (mask.base_air[slice] & bit) return 0;
-  const int words = mask.words_per_voxel(), n = mask.n;
+  const int words = mask.words_per_cell(), n = mask.n;
   std::int64_t count = 0;
   if (mask.base_solid[slice] & bit) {
     for (int w = 0; w < words; ++w) count += std::popcount(fresh[w]);
@@ -196,7 +290,8 @@ std::int64_t RemovalEditor::count_solid(const RemovalMask& mask, const glm::ivec
       for (std::uint64_t left = fresh[w]; left != 0; left &= left - 1) {
         const int s = 64 * w + std::countr_zero(left);
         const glm::dvec3 offset(s % n, s / n % n, s / (n * n));
-        const glm::dvec3 p = glm::dvec3(voxel) + (offset + 0.5) / static_cast<double>(n) - 0.5;
+        const glm::dvec3 p = next_->lattice_.volume_from_lattice(
+            glm::dvec3(sample) + (offset + 0.5) / static_cast<double>(n) - 0.5);
         for (const Field& field : solids_)
           if (field.value(p) >= 0) {
             ++count;
@@ -204,66 +299,75 @@ std::int64_t RemovalEditor::count_solid(const RemovalMask& mask, const glm::ivec
           }
       }
   }
-  return count * (RemovalLedger::k_units_per_voxel / (n * n * n));
+  return count * (RemovalLedger::k_units_per_cell / (n * n * n));
 }
 
 RemovalReport RemovalEditor::remove(const Sweep& sweep) {
   RemovalReport report;
-  const Volume& base = next_->base();
-  const Shape shape(sweep, *next_, samples_per_edge(sweep.radius_mm, base.frame));
+  const CutLattice& lattice = next_->lattice_;
+  const Shape shape(sweep, *next_);
 
-  // The box of voxels within radius + band of the sweep: a ball spans |row of the inverse| voxels along an
+  // The box of samples within radius + band of the sweep: a ball spans |row of the inverse| steps along an
   // axis.
-  const double reach = sweep.radius_mm + next_->band_mm_;
-  const glm::dvec3 a = base.frame.volume_from_world(sweep.start_world);
-  const glm::dvec3 b = base.frame.volume_from_world(sweep.end_world);
-  const glm::dmat3 inverse = glm::inverse(base.frame.axes());
+  const double reach = sweep.radius_mm + next_->band_mm_ + static_cast<double>(shape.allowance);
+  const glm::dvec3 a = lattice.frame().volume_from_world(sweep.start_world);
+  const glm::dvec3 b = lattice.frame().volume_from_world(sweep.end_world);
+  const glm::dmat3 inverse = glm::inverse(lattice.frame().axes());
   glm::ivec3 low(0), high(0);
   for (int i = 0; i < 3; ++i) {
     const double extent = reach * glm::length(glm::row(inverse, i));
-    const double limit = base.size[i] - 1;
+    const double limit = lattice.size()[i] - 1;
     low[i] = static_cast<int>(std::clamp(std::ceil(std::min(a[i], b[i]) - extent), 0.0, limit + 1));
     high[i] = static_cast<int>(std::clamp(std::floor(std::max(a[i], b[i]) + extent), -1.0, limit));
     if (low[i] > high[i]) return report;
   }
-  report.box = {low, high};
+  // A sample shapes the voxel it lies in and those beside it.
+  const glm::ivec3 last = next_->base().size - 1;
+  report.box = {glm::clamp(lattice.voxel_of(low), glm::ivec3(0), last),
+                glm::clamp(lattice.voxel_of(high), glm::ivec3(0), last)};
 
-  const glm::ivec3 first = low / k_brick, last = high / k_brick;
-  for (int z = first.z; z <= last.z; ++z)
-    for (int y = first.y; y <= last.y; ++y)
-      for (int x = first.x; x <= last.x; ++x) {
+  const glm::ivec3 first_brick = low / k_brick, last_brick = high / k_brick;
+  for (int z = first_brick.z; z <= last_brick.z; ++z)
+    for (int y = first_brick.y; y <= last_brick.y; ++y)
+      for (int x = first_brick.x; x <= last_brick.x; ++x) {
         const glm::ivec3 corner = k_brick * glm::ivec3(x, y, z);
-        const glm::dvec3 middle = base.frame.world_from_volume(glm::dvec3(corner) + 0.5 * (k_brick - 1));
-        const glm::vec3 w(middle - sweep.start_world);
-        if (shape.misses_brick(w)) continue;
-        remove_in_brick(shape, corner, next_->page_index(corner.x >> 6, corner.y >> 6, corner.z >> 6),
-                        Version::brick_index(corner.x, corner.y, corner.z), report);
+        const glm::dvec3 middle = lattice.frame().world_from_volume(glm::dvec3(corner) + 0.5 * (k_brick - 1));
+        if (!shape.misses_brick(glm::vec3(middle - sweep.start_world)))
+          remove_in_brick(shape, corner, report);
       }
   return report;
 }
 
-void RemovalEditor::remove_in_brick(const Shape& shape, const glm::ivec3& low, std::size_t page_index,
-                                    std::size_t index, RemovalReport& report) {
-  const Volume& base = next_->base();
-  const Page* old_page = next_->pages_[page_index].get();
-  const Brick* old = old_page ? old_page->bricks[index].get() : nullptr;
+void RemovalEditor::remove_in_brick(const Shape& shape, const glm::ivec3& low, RemovalReport& report) {
+  const Brick* old = next_->brick_at(low);
   if (old && old->is_hollow) return;
-  const glm::vec3 corner(base.frame.world_from_volume(glm::dvec3(low)) - shape.sweep.start_world);
-  const glm::vec3 middle = corner + shape.voxel_step(3.5f, 3.5f, 3.5f);
-  const bool is_ball = shape.projection(middle) - shape.brick_extent_along() >= shape.length;
+  const glm::vec3 corner(next_->lattice_.frame().world_from_volume(glm::dvec3(low)) -
+                         shape.sweep.start_world);
+  const glm::vec3 middle = corner + shape.lattice_step(3.5f, 3.5f, 3.5f);
+  // Past the end with all points of its cells, not its samples alone.
+  const bool is_ball =
+      shape.projection(middle) - shape.brick_extent_along() - shape.cell_reach >= shape.length;
   BrickSweep sweep;
   kernels_->sweep_brick(shape, &corner.x, is_ball, old ? old->distance.data() : nullptr, sweep);
   if (!sweep.is_in_band) return;
 
   Brick* brick = nullptr;
   if (sweep.is_nearer) {
-    brick = &editable_brick(editable_page(page_index), index);
+    brick = &editable_brick(low);
     std::memcpy(brick->distance.data(), sweep.distance, sizeof sweep.distance);
     std::copy_n(sweep.kept, k_brick, brick->kept.begin());
   }
+  mark_cells(shape, sweep, corner, low, old, brick, report);
+  if (brick == nullptr) return;
+  ++report.bricks_changed;
+  // Deep inside every cell is wholly within one sweep or another, so that all its points are marked.
+  if (sweep.is_hollow) editable_slot(low) = next_->hollow_;
+}
 
-  // Masks: voxels wholly inside are filled, those on the surface sampled; behind a continued sweep all is
-  // done.
+/// Masks: cells wholly inside are filled, those on the surface sampled; behind a continued sweep all is done.
+void RemovalEditor::mark_cells(const Shape& shape, const BrickSweep& sweep, const glm::vec3& corner,
+                               const glm::ivec3& low, const Brick* old, Brick*& brick,
+                               RemovalReport& report) {
   RemovalMask* mask = nullptr;
   for (std::size_t z = 0; z < k_brick; ++z) {
     const RemovalMask* seen = brick ? brick->mask.get() : old ? old->mask.get() : nullptr;
@@ -272,10 +376,10 @@ void RemovalEditor::remove_in_brick(const Shape& shape, const glm::ivec3& low, s
          left &= left - 1) {
       const int bit = std::countr_zero(left);
       const glm::ivec3 in(bit % k_brick, bit / k_brick, static_cast<int>(z));
-      const glm::vec3 c = corner + shape.voxel_step(static_cast<float>(in.x), static_cast<float>(in.y),
-                                                    static_cast<float>(in.z));
+      const glm::vec3 c = corner + shape.lattice_step(static_cast<float>(in.x), static_cast<float>(in.y),
+                                                      static_cast<float>(in.z));
       if (mask == nullptr) {
-        if (brick == nullptr) brick = &editable_brick(editable_page(page_index), index);
+        if (brick == nullptr) brick = &editable_brick(low);
         if (!brick->mask) {
           brick->mask = Ref<RemovalMask>(new RemovalMask(shape.n));
           classify(*brick->mask, low);
@@ -283,38 +387,38 @@ void RemovalEditor::remove_in_brick(const Shape& shape, const glm::ivec3& low, s
         }
         mask = &editable_mask(*brick, shape.n);
       }
-      std::uint64_t samples[8];
-      if (sweep.inside[z] >> bit & 1)
-        std::fill_n(samples, mask->words_per_voxel(), k_all);
-      else if (mask->n == shape.n)
-        kernels_->sample(shape, &c.x, (sweep.past_end[z] >> bit & 1) != 0, samples);
-      else
-        kernels_->sample(Shape(shape.sweep, *next_, mask->n), &c.x, false,
-                         samples);  // a large ball where a small one was
-      report.removed_units += mark(*mask, low + in, 64 * z + static_cast<std::size_t>(bit), samples);
+      // A ball is counted at its own fineness, whatever came before: the order of cuts makes no difference.
+      std::uint64_t points[8], coarse = 0;
+      const bool is_past_end = (sweep.past_end[z] >> bit & 1) != 0;
+      if (sweep.inside[z] >> bit & 1) {
+        std::fill_n(points, mask->words_per_cell(), k_all);
+      } else if (mask->n == shape.n) {
+        kernels_->sample(shape, (*points_)[shape.n == 8], &c.x, is_past_end, points);
+      } else {
+        kernels_->sample(shape, (*points_)[0], &c.x, is_past_end, &coarse);
+        refine_points(coarse, points);
+      }
+      report.removed_units += mark(*mask, low + in, 64 * z + static_cast<std::size_t>(bit), points);
     }
-  }
-  if (brick) {
-    brick->is_hollow = sweep.is_hollow;
-    ++report.bricks_changed;
   }
 }
 
-std::int64_t RemovalEditor::mark(RemovalMask& mask, const glm::ivec3& voxel, std::size_t in_brick,
-                                 std::uint64_t* samples) {
-  const auto words = static_cast<std::size_t>(mask.words_per_voxel());
+std::int64_t RemovalEditor::mark(RemovalMask& mask, const glm::ivec3& sample, std::size_t in_brick,
+                                 std::uint64_t* points) {
+  const auto words = static_cast<std::size_t>(mask.words_per_cell());
   std::uint64_t* at = mask.words.data() + in_brick * words;
   std::uint64_t any = 0, all = k_all;
   for (std::size_t w = 0; w < words; ++w) {
-    samples[w] &= ~at[w];
-    any |= samples[w];
+    points[w] &= ~at[w];
+    any |= points[w];
   }
   if (any == 0) return 0;
-  for (std::size_t w = 0; w < words; ++w) all &= at[w] |= samples[w];
+  for (std::size_t w = 0; w < words; ++w) all &= at[w] |= points[w];
   if (all == k_all) mask.full[in_brick / 64] |= std::uint64_t{1} << (in_brick % 64);
   const Volume& base = next_->base();
+  const glm::ivec3 voxel = next_->lattice_.voxel_of(sample);
   if (!base.contains(voxel)) return 0;
-  const std::int64_t units = count_solid(mask, voxel, in_brick, samples);
+  const std::int64_t units = count_solid(mask, sample, in_brick, points);
   const std::size_t label = base.labels.is_empty() ? 0 : base.labels[base.index(voxel.x, voxel.y, voxel.z)];
   std::vector<std::int64_t>& ledger = next_->ledger_.units_by_label;
   ledger[std::min(label, ledger.size() - 1)] += units;

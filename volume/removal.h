@@ -1,6 +1,7 @@
 // Removal of what a moving ball sweeps: the edit under every burr and saw.
 #pragma once
 
+#include <array>
 #include <memory>
 #include <vector>
 
@@ -11,7 +12,9 @@
 
 namespace trephine::volume {
 
-/// A ball of `radius_mm` moved along a straight line, world frame.
+/// A ball of `radius_mm` moved along a straight line, world frame. It leaves its own hole, to be felt and
+/// seen, where the version's lattice was made for such a radius; a smaller one is cut as far as the lattice
+/// shows it.
 struct Sweep {
   glm::dvec3 start_world{0.0};
   glm::dvec3 end_world{0.0};
@@ -22,7 +25,7 @@ struct Sweep {
 
 /// What one sweep changed.
 struct RemovalReport {
-  std::int64_t removed_units = 0;  ///< newly removed solid samples, RemovalLedger units
+  std::int64_t removed_units = 0;  ///< newly removed solid points, RemovalLedger units
   int bricks_changed = 0;
   VoxelBox box{glm::ivec3(0), glm::ivec3(-1)};  ///< voxels that may have changed; empty when low > high
 };
@@ -31,7 +34,7 @@ struct RemovalReport {
 /// or in another order gives the same masks, ledger and kept bits.
 class RemovalEditor {
  public:
-  /// `solids`: a sample counts as removed matter when any of these fields is >= 0 there. Borrows their
+  /// `solids`: a point counts as removed matter when any of these fields is >= 0 there. Borrows their
   /// volume.
   /// `kernels`: which variant of the inner loops; all give the same bits.
   RemovalEditor(std::shared_ptr<const Version> start, std::vector<Field> solids,
@@ -61,21 +64,24 @@ class RemovalEditor {
  private:
   struct Shape;
 
-  Page& editable_page(std::size_t index);
-  Brick& editable_brick(Page& page, std::size_t index);
+  /// The brick at sample `s`, to be written; whole regions, pages and bricks of older versions are copied.
+  Ref<Brick>& editable_slot(const glm::ivec3& s);
+  Brick& editable_brick(const glm::ivec3& s);
   RemovalMask& editable_mask(Brick& brick, int n);
   void classify(RemovalMask& mask, const glm::ivec3& low) const;
-  void remove_in_brick(const Shape& shape, const glm::ivec3& low, std::size_t page, std::size_t index,
-                       RemovalReport& report);
-  /// Marks `samples` (n^3 bits, left as those that are new) as removed; returns the solid ones that are new,
-  /// in ledger units.
-  std::int64_t mark(RemovalMask& mask, const glm::ivec3& voxel, std::size_t in_brick, std::uint64_t* samples);
-  std::int64_t count_solid(const RemovalMask& mask, const glm::ivec3& voxel, std::size_t in_brick,
+  void remove_in_brick(const Shape& shape, const glm::ivec3& low, RemovalReport& report);
+  void mark_cells(const Shape& shape, const BrickSweep& sweep, const glm::vec3& corner, const glm::ivec3& low,
+                  const Brick* old, Brick*& brick, RemovalReport& report);
+  /// Marks `points` (n^3 bits, left as those that are new) of the cell around a sample as removed; returns
+  /// the solid ones that are new, in ledger units.
+  std::int64_t mark(RemovalMask& mask, const glm::ivec3& sample, std::size_t in_brick, std::uint64_t* points);
+  std::int64_t count_solid(const RemovalMask& mask, const glm::ivec3& sample, std::size_t in_brick,
                            const std::uint64_t* fresh) const;
 
   std::shared_ptr<Version> next_;
   std::vector<Field> solids_;
   const RemovalKernels* kernels_;
+  std::shared_ptr<const std::array<CellPoints, 2>> points_;  ///< 4^3 and 8^3 a cell
   std::uint64_t stroke_ = 1;
 };
 

@@ -5,11 +5,13 @@ inline float dot3(const float a[3], const float b[3]) { return a[0] * b[0] + a[1
 void sweep_brick(const SweepShape& shape, const float corner[3], bool is_ball, const float* old,
                  BrickSweep& out) {
   using V = Lanes::V;
-  const V zero = Lanes::all(0), length = Lanes::all(shape.length), radius = Lanes::all(shape.radius);
+  const V zero = Lanes::all(0), length = Lanes::all(shape.length),
+          radius = Lanes::all(shape.radius + shape.allowance);
   const V band = Lanes::all(shape.band), deep = Lanes::all(-shape.band);
-  const V reach = Lanes::all(shape.voxel_reach), within = Lanes::all(-shape.voxel_reach);
+  const V reach = Lanes::all(shape.cell_reach - shape.allowance),
+          within = Lanes::all(-shape.cell_reach - shape.allowance), behind = Lanes::all(-shape.cell_reach);
   // A sweep of no length is a ball everywhere.
-  const V beyond = Lanes::all(shape.length > 0 ? shape.length + shape.voxel_reach : -1e30f);
+  const V beyond = Lanes::all(shape.length > 0 ? shape.length + shape.cell_reach : -1e30f);
   const V ux = Lanes::all(shape.along[0]), uy = Lanes::all(shape.along[1]), uz = Lanes::all(shape.along[2]);
   constexpr int k_parts = 8 / Lanes::k_count;  // vectors in a row of eight voxels
   V step[3][k_parts];
@@ -33,7 +35,7 @@ void sweep_brick(const SweepShape& shape, const float corner[3], bool is_ball, c
         const int bit = 8 * y + p * Lanes::k_count;
         if (!is_ball) {
           const V wt = Lanes::add(Lanes::add(Lanes::mul(qx, ux), Lanes::mul(qy, uy)), Lanes::mul(qz, uz));
-          ahead |= static_cast<std::uint64_t>(Lanes::less_equal(within, wt)) << bit;
+          ahead |= static_cast<std::uint64_t>(Lanes::less_equal(behind, wt)) << bit;
           past_end |= static_cast<std::uint64_t>(Lanes::less_equal(beyond, wt)) << bit;
           const V t = Lanes::min(Lanes::max(wt, zero), length);
           qx = Lanes::sub(qx, Lanes::mul(t, ux));
@@ -46,7 +48,7 @@ void sweep_brick(const SweepShape& shape, const float corner[3], bool is_ball, c
         const V merged = Lanes::min(before, d);
         Lanes::store(out.distance + at, merged);
         near |= Lanes::less(d, band);
-        shallow |= Lanes::less(deep, d);
+        shallow |= Lanes::less(deep, merged);
         nearer |= Lanes::less(d, before);
         kept |= static_cast<std::uint64_t>(Lanes::less(zero, merged)) << bit;
         touched |= static_cast<std::uint64_t>(Lanes::less(d, reach)) << bit;
@@ -67,22 +69,22 @@ void sweep_brick(const SweepShape& shape, const float corner[3], bool is_ball, c
 // Squared distances by the expansion |c + o|^2 = |c|^2 + 2 c.o + |o|^2, and |w - t u|^2 = |w|^2 + t (t - 2
 // w.u).
 template <bool IsBall>
-void sample_voxel(const SweepShape& shape, const float c[3], std::uint64_t* words) {
+void sample_cell(const SweepShape& shape, const CellPoints& points, const float c[3], std::uint64_t* words) {
   using V = Lanes::V;
   const V cc = Lanes::all(dot3(c, c) - shape.radius * shape.radius), ct = Lanes::all(dot3(c, shape.along));
   const V x = Lanes::all(2 * dot3(c, shape.ax)), y = Lanes::all(2 * dot3(c, shape.ay)),
           z = Lanes::all(2 * dot3(c, shape.az));
   const V tx = Lanes::all(dot3(shape.ax, shape.along)), ty = Lanes::all(dot3(shape.ay, shape.along));
   const V tz = Lanes::all(dot3(shape.az, shape.along)), zero = Lanes::all(0), end = Lanes::all(shape.length);
-  const int count = shape.n * shape.n * shape.n;
+  const int count = points.n * points.n * points.n;
   for (int word = 0; word < count / 64; ++word) {
     std::uint64_t bits = 0;
     for (int i = 0; i < 64; i += Lanes::k_count) {
       const int at = 64 * word + i;
-      const V ox = Lanes::load(shape.offset_x + at), oy = Lanes::load(shape.offset_y + at),
-              oz = Lanes::load(shape.offset_z + at);
+      const V ox = Lanes::load(points.x + at), oy = Lanes::load(points.y + at),
+              oz = Lanes::load(points.z + at);
       const V base = Lanes::add(cc, Lanes::add(Lanes::mul(oy, y), Lanes::mul(oz, z)));
-      V d = Lanes::add(Lanes::add(base, Lanes::mul(ox, x)), Lanes::load(shape.offset_squared + at));
+      V d = Lanes::add(Lanes::add(base, Lanes::mul(ox, x)), Lanes::load(points.squared + at));
       if constexpr (!IsBall) {
         const V wt = Lanes::add(Lanes::add(ct, Lanes::add(Lanes::mul(oy, ty), Lanes::mul(oz, tz))),
                                 Lanes::mul(ox, tx));
@@ -95,9 +97,10 @@ void sample_voxel(const SweepShape& shape, const float c[3], std::uint64_t* word
   }
 }
 
-void sample(const SweepShape& shape, const float c[3], bool is_ball, std::uint64_t* words) {
-  if (!is_ball) return sample_voxel<false>(shape, c, words);
+void sample(const SweepShape& shape, const CellPoints& points, const float c[3], bool is_ball,
+            std::uint64_t* words) {
+  if (!is_ball) return sample_cell<false>(shape, points, c, words);
   float end[3];
   for (int a = 0; a < 3; ++a) end[a] = c[a] - shape.length * shape.along[a];
-  sample_voxel<true>(shape, end, words);
+  sample_cell<true>(shape, points, end, words);
 }

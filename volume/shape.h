@@ -17,8 +17,6 @@ struct Shape {
 
   bool is_label() const noexcept { return label >= 0; }
   bool is_solid(std::int16_t intensity) const noexcept { return intensity >= low && intensity <= high; }
-  /// g outside the grid: air, the same on every side and for every window.
-  double outside() const noexcept { return is_label() ? -0.5 : -1000.0; }
 };
 
 }  // namespace trephine::volume

@@ -175,7 +175,10 @@ bool SoftField::is_two_valued(const Field& field, const Occupancy& bits) {
 }
 
 double SoftField::at(int x, int y, int z) const noexcept {
-  if (x < 0 || y < 0 || z < 0 || x >= size_.x || y >= size_.y || z >= size_.z) return -0.5;
+  if (x < 0 || y < 0 || z < 0 || x >= size_.x || y >= size_.y || z >= size_.z) {
+    const ivec3 v = glm::clamp(ivec3(x, y, z), ivec3(0), size_ - 1);
+    return beyond_border(at(v.x, v.y, v.z));
+  }
   const Slot& slot = slots_[slot_index(x >> 3, y >> 3, z >> 3)];
   if (!slot.brick) return slot.is_solid ? 0.5 : -0.5;
   return static_cast<double>(

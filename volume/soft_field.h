@@ -15,7 +15,7 @@ namespace trephine::volume {
 /// is (in the manner of Whitaker 2000, "Reducing aliasing artifacts in iso-surfaces of binary volumes"):
 /// where the blur would take a voxel to the other side by much - plates and rods of a voxel or two - the
 /// shape stays as it is within two voxels. Samples in bricks that exist only near the surface; +-0.5
-/// elsewhere, air outside the grid. Immutable; queries from any thread.
+/// elsewhere; beyond the grid as Field is. Immutable; queries from any thread.
 class SoftField {
  public:
   static constexpr int k_edge = 8;  ///< samples along the edge of a brick

@@ -12,6 +12,22 @@
 
 namespace trephine::volume {
 
+/// How far from voxel `in`, kept, to its neighbour `air` the cut lies, 0 to 1; more than 1 where none does.
+/// Linear between the samples on the edge.
+inline float cut_crossing(const Version& version, const glm::ivec3& in, const glm::ivec3& air) noexcept {
+  const CutLattice& lattice = version.lattice();
+  const glm::ivec3 step = air - in, start = lattice.centre_of(in);
+  const glm::ivec3 length = glm::abs(step) * lattice.per_voxel();
+  const int count = std::max({length.x, length.y, length.z});
+  auto before = static_cast<float>(version.distance_of(start));
+  for (int i = 1; i <= count; ++i) {
+    const auto d = static_cast<float>(version.distance_of(start + i * step));
+    if (d <= 0) return (static_cast<float>(i - 1) + before / (before - d)) / static_cast<float>(count);
+    before = d;
+  }
+  return 2;
+}
+
 /// Borrows what its source borrows. Any thread; allocates nothing.
 class NetVertices {
  public:
@@ -52,7 +68,8 @@ class NetVertices {
             source_.field->at(cell.x + (i & 1), cell.y + (i >> 1 & 1), cell.z + (i >> 2 & 1)));
     }
     if (is_cut_) is_cut = cut_distances(cell, d);
-    if (net.patch_count == 1) {
+    const bool is_fine = is_cut && !source_.version->lattice().is_of_voxels();
+    if (net.patch_count == 1 && !is_fine) {
       *out = glm::vec3(cell) + (is_cut ? mean_crossing<true>(g, d, net) : mean_crossing<false>(g, d, net));
       return;
     }
@@ -66,7 +83,12 @@ class NetVertices {
       // From the solid end: where the first of the two fields leaves.
       float t = 1;
       if (g[air] < 0) t = g[in] / (g[in] - g[air]);
-      if (is_cut && d[air] <= 0) t = std::min(t, d[in] / (d[in] - d[air]));
+      if (is_fine) {
+        const auto corner = [&cell](int i) { return cell + glm::ivec3(i & 1, i >> 1 & 1, i >> 2 & 1); };
+        t = std::min(t, cut_crossing(*source_.version, corner(in), corner(air)));
+      } else if (is_cut && d[air] <= 0) {
+        t = std::min(t, d[in] / (d[in] - d[air]));
+      }
       glm::vec3 p(static_cast<float>(low & 1), static_cast<float>(low >> 1 & 1),
                   static_cast<float>(low >> 2 & 1));
       p[axis] = is_low_solid ? t : 1 - t;
@@ -82,28 +104,33 @@ class NetVertices {
   /// Distances to the cut at a cell's corners; whether any corner was removed (else d may not be filled).
   bool cut_distances(const glm::ivec3& cell, float* d) const {
     const Version& version = *source_.version;
-    const glm::ivec3 in = cell & (k_brick - 1);
-    if (in.x < k_brick - 1 && in.y < k_brick - 1 && in.z < k_brick - 1 && volume_.contains(cell)) {
-      const Brick* brick = version.brick_at(cell.x, cell.y, cell.z);
+    const CutLattice& lattice = version.lattice();
+    const glm::ivec3 low = lattice.centre_of(cell), high = low + lattice.per_voxel();
+    if (low >> 3 == high >> 3 && lattice.contains(low)) {
+      const Brick* brick = version.brick_at(low);
       if (brick == nullptr) return false;
-      const float* at = brick->distance.data() + Brick::index(in.x, in.y, in.z);
-      constexpr std::size_t k_row = k_brick, k_slice = k_brick * k_brick;
-      d[0] = at[0], d[1] = at[1], d[2] = at[k_row], d[3] = at[k_row + 1];
-      d[4] = at[k_slice], d[5] = at[k_slice + 1], d[6] = at[k_slice + k_row], d[7] = at[k_slice + k_row + 1];
+      const glm::ivec3 from = low & (k_brick - 1), to = high & (k_brick - 1);
+      const float* at = brick->distance.data();
+      d[0] = at[Brick::index(from.x, from.y, from.z)], d[1] = at[Brick::index(to.x, from.y, from.z)];
+      d[2] = at[Brick::index(from.x, to.y, from.z)], d[3] = at[Brick::index(to.x, to.y, from.z)];
+      d[4] = at[Brick::index(from.x, from.y, to.z)], d[5] = at[Brick::index(to.x, from.y, to.z)];
+      d[6] = at[Brick::index(from.x, to.y, to.z)], d[7] = at[Brick::index(to.x, to.y, to.z)];
     } else {
       // The corners lie in up to eight bricks; those along x mostly in one.
       const auto band = static_cast<float>(version.band_mm());
       bool is_any = false;
       for (int i = 0; i < 8; i += 2) {
-        const glm::ivec3 v(cell.x, cell.y + (i >> 1 & 1), cell.z + (i >> 2 & 1));
-        const bool is_row = v.y >= 0 && v.z >= 0 && v.y < volume_.size.y && v.z < volume_.size.z;
         const Brick* brick = nullptr;
+        glm::ivec3 of(-1);
         for (int x = 0; x < 2; ++x) {
-          const int vx = v.x + x;
-          const bool is_in = is_row && vx >= 0 && vx < volume_.size.x;
-          if (is_in && (x == 0 || (vx & 7) == 0 || v.x < 0)) brick = version.brick_at(vx, v.y, v.z);
-          d[i + x] = is_in && brick ? brick->distance[Brick::index(vx & 7, v.y & 7, v.z & 7)] : band;
-          is_any = is_any || (is_in && brick != nullptr);
+          const glm::ivec3 s(x ? high.x : low.x, i >> 1 & 1 ? high.y : low.y, i >> 2 & 1 ? high.z : low.z);
+          if (s >> 3 != of) {
+            of = s >> 3;
+            brick = lattice.contains(s) ? version.brick_at(s) : nullptr;
+          }
+          d[i + x] =
+              brick && lattice.contains(s) ? brick->distance[Brick::index(s.x & 7, s.y & 7, s.z & 7)] : band;
+          is_any = is_any || brick != nullptr;
         }
       }
       if (!is_any) return false;

@@ -151,7 +151,6 @@ class NetBuilder {
     const int from = std::clamp(first_.x >> 6, 0, source_words - 1);
     const int count = std::clamp((first_.x + voxels_.x - 1) >> 6, 0, source_words - 1) - from + 1;
     std::vector<std::uint64_t> row(static_cast<std::size_t>(source_words));
-    bool is_row_cut = true;
     for (int y = 0; y < voxels_.y; ++y) {
       std::uint64_t* out = bit_row(y, z);
       const int gy = first_.y + y;
@@ -163,8 +162,7 @@ class NetBuilder {
         std::copy_n(source_.bits->row(gy, gz) + from, count, row.data() + from);
       else
         threshold_row(volume_, source_.field->shape(), gy, gz, row.data());
-      if (is_cut_ && (y == 0 || (gy & 7) == 0)) is_row_cut = source_.version->has_brick(gy, gz, from, count);
-      if (is_cut_ && is_row_cut) source_.version->mask_row(gy, gz, from, count, row.data() + from);
+      if (is_cut_) source_.version->mask_row(gy, gz, from, count, row.data() + from);
       // Local bit i is voxel first + i: shift the row by `first` bits, zeros outside.
       for (int w = 0; w < words_; ++w) {
         const int start = first_.x + 64 * w;

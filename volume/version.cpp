@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <bit>
+#include <glm/common.hpp>
+#include <glm/vector_relational.hpp>
 #include <numeric>
 
 #include "volume/trilinear.h"
@@ -28,109 +30,183 @@ RemovalMask* RemovalMask::refined() const {
   fine->base_solid = base_solid;
   fine->base_air = base_air;
   fine->full = full;
-  for (std::size_t voxel = 0; voxel < words.size(); ++voxel) {
-    const std::uint64_t coarse = words[voxel];
-    for (unsigned k = 0; k < 8; ++k)
-      for (unsigned j = 0; j < 8; ++j)
-        for (unsigned i = 0; i < 8; ++i)
-          if (coarse >> ((k / 2 * 4 + j / 2) * 4 + i / 2) & 1u)
-            fine->words[8 * voxel + k] |= 1ull << (8 * j + i);
-  }
+  for (std::size_t cell = 0; cell < words.size(); ++cell) refine_points(words[cell], &fine->words[8 * cell]);
   return fine;
+}
+
+void refine_points(std::uint64_t coarse, std::uint64_t fine[8]) noexcept {
+  for (unsigned k = 0; k < 4; ++k) {
+    // A slice of 4 x 4 bits: each bit twice along x, each row twice along y, the slice twice along z.
+    std::uint64_t slice = 0;
+    for (unsigned j = 0; j < 4; ++j) {
+      const std::uint64_t row = coarse >> (16 * k + 4 * j) & 0xfu;
+      const std::uint64_t wide =
+          (row & 1u) * 3u | (row >> 1 & 1u) * 12u | (row >> 2 & 1u) * 48u | (row >> 3) * 192u;
+      slice |= (wide | wide << 8) << (16 * j);
+    }
+    fine[2 * k] = fine[2 * k + 1] = slice;
+  }
 }
 
 std::int64_t RemovalLedger::total() const noexcept {
   return std::accumulate(units_by_label.begin(), units_by_label.end(), std::int64_t{0});
 }
 
-Version::Version(std::shared_ptr<const Volume> base) : base_(std::move(base)) {
-  pages_size_ = (base_->size + (k_page_voxels - 1)) / k_page_voxels;
-  pages_.resize(static_cast<std::size_t>(pages_size_.x) * static_cast<std::size_t>(pages_size_.y) *
-                static_cast<std::size_t>(pages_size_.z));
+Version::Version(std::shared_ptr<const Volume> base) : Version(base, CutLattice(*base)) {}
+
+Version::Version(std::shared_ptr<const Volume> base, const CutLattice& lattice)
+    : base_(std::move(base)), lattice_(lattice) {
+  TREPHINE_ASSERT(lattice_.size() == base_->size * lattice_.per_voxel() + 2 * CutLattice::k_margin);
+  regions_size_ = (lattice_.size() + (k_region_samples - 1)) / k_region_samples;
+  regions_.resize(static_cast<std::size_t>(regions_size_.x) * static_cast<std::size_t>(regions_size_.y) *
+                  static_cast<std::size_t>(regions_size_.z));
   ledger_.units_by_label.resize(std::max<std::size_t>(1, base_->label_names.size()));
-  band_mm_ = 1.05 * base_->frame.diagonal_mm();
+  band_mm_ = 1.05 * lattice_.frame().diagonal_mm();
+  auto* hollow = new Brick;
+  hollow->distance.fill(-static_cast<float>(band_mm_));
+  hollow->kept.fill(0);
+  hollow->is_hollow = true;
+  hollow_ = Ref<Brick>(hollow);
+}
+
+/// Calls each(region, page, brick, Brick) by rising place.
+template <class Each>
+void Version::for_bricks(Each&& each) const {
+  for (std::size_t r = 0; r < regions_.size(); ++r) {
+    if (!regions_[r]) continue;
+    for (std::size_t p = 0; p < regions_[r]->pages.size(); ++p) {
+      const Page* page = regions_[r]->pages[p].get();
+      if (page == nullptr) continue;
+      for (std::size_t b = 0; b < page->bricks.size(); ++b)
+        if (page->bricks[b]) each(r, p, b, *page->bricks[b]);
+    }
+  }
 }
 
 std::size_t Version::bytes() const noexcept {
-  std::size_t sum = sizeof(Version) + pages_.size() * sizeof(Ref<Page>);
-  for (const auto& page : pages_) {
-    if (!page) continue;
-    sum += sizeof(Page);
-    for (const auto& brick : page->bricks)
-      if (brick)
-        sum += sizeof(Brick) + (brick->mask ? brick->mask->words.size() * 8 + sizeof(RemovalMask) : 0);
+  std::size_t sum = sizeof(Version) + regions_.size() * sizeof(Ref<Region>) + sizeof(Brick);
+  for (const auto& region : regions_) {
+    if (!region) continue;
+    sum += sizeof(Region);
+    for (const auto& page : region->pages) sum += page ? sizeof(Page) : 0;
   }
+  for_bricks([&sum](std::size_t, std::size_t, std::size_t, const Brick& brick) {
+    if (brick.is_hollow) return;
+    sum += sizeof(Brick) + (brick.mask ? brick.mask->words.size() * 8 + sizeof(RemovalMask) : 0);
+  });
   return sum;
+}
+
+bool Version::has_brick(const glm::ivec3& low, const glm::ivec3& high) const noexcept {
+  if (brick_count_ == 0) return false;
+  const glm::ivec3 last = lattice_.size() - 1;
+  if (glm::any(glm::greaterThan(low, last)) || glm::any(glm::lessThan(high, glm::ivec3(0)))) return false;
+  const glm::ivec3 from = glm::max(low, glm::ivec3(0)) >> 3, to = glm::min(high, last) >> 3;
+  for (int z = from.z; z <= to.z; ++z)
+    for (int y = from.y; y <= to.y; ++y)
+      for (int x = from.x; x <= to.x; ++x) {
+        const glm::ivec3 s(8 * x, 8 * y, 8 * z);
+        const Page* page = page_at(s);
+        if (page == nullptr)
+          x |= 7;  // on to the next page
+        else if (page->bricks[brick_index(s)])
+          return true;
+      }
+  return false;
 }
 
 namespace {
 CellCorners distance_corners(const Version& version, const glm::ivec3& c) noexcept {
   CellCorners d;
   for (int k = 0; k < 8; ++k)
-    d[static_cast<std::size_t>(k)] =
-        version.distance_at(c.x + (k & 1), c.y + (k >> 1 & 1), c.z + (k >> 2 & 1));
+    d[static_cast<std::size_t>(k)] = version.distance_of(c + glm::ivec3(k & 1, k >> 1 & 1, k >> 2 & 1));
   return d;
 }
 }  // namespace
 
 double Version::distance(const glm::dvec3& p) const noexcept {
-  const CellPoint q(p);
+  const CellPoint q(lattice_.lattice_from_volume(p));
   return trilinear_value(distance_corners(*this, q.cell), q.at);
 }
 
 glm::dvec3 Version::distance_gradient(const glm::dvec3& p) const noexcept {
-  const CellPoint q(p);
-  return trilinear_gradient(distance_corners(*this, q.cell), q.at);
+  const CellPoint q(lattice_.lattice_from_volume(p));
+  return lattice_.scale() * trilinear_gradient(distance_corners(*this, q.cell), q.at);
 }
 
 bool Version::is_near_cut(const glm::dvec3& p) const noexcept {
   if (brick_count_ == 0) return false;
-  const glm::ivec3 c = CellPoint(p).cell;
-  for (int k = 0; k < 8; ++k) {
-    const glm::ivec3 v(c.x + (k & 1), c.y + (k >> 1 & 1), c.z + (k >> 2 & 1));
-    if (base_->contains(v) && brick_at(v.x, v.y, v.z) != nullptr) return true;
-  }
-  return false;
+  const glm::ivec3 c = CellPoint(lattice_.lattice_from_volume(p)).cell;
+  return has_brick(c, c + 1);
+}
+
+double Version::removed_share(const glm::ivec3& v) const noexcept {
+  const glm::ivec3 low = lattice_.low_of(v), high = lattice_.high_of(v);
+  if (!has_brick(low, high)) return 0;
+  double removed = 0;
+  for (int z = low.z; z <= high.z; ++z)
+    for (int y = low.y; y <= high.y; ++y)
+      for (int x = low.x; x <= high.x; ++x) {
+        const Brick* brick = brick_at({x, y, z});
+        if (brick == nullptr || !(brick->mask || brick->is_hollow)) continue;
+        if (brick->is_hollow) {
+          removed += 1;
+          continue;
+        }
+        const RemovalMask& mask = *brick->mask;
+        const auto words = static_cast<std::size_t>(mask.words_per_cell());
+        const std::uint64_t* at = mask.words.data() + words * Brick::index(x & 7, y & 7, z & 7);
+        int points = 0;
+        for (std::size_t w = 0; w < words; ++w) points += std::popcount(at[w]);
+        removed += static_cast<double>(points) / (mask.n * mask.n * mask.n);
+      }
+  const glm::ivec3& k = lattice_.per_voxel();
+  return removed / (k.x * k.y * k.z);
 }
 
 void Version::mask_row(int y, int z, int first_word, int count, std::uint64_t* words) const noexcept {
   if (brick_count_ == 0) return;
   for (int w = 0; w < count; ++w) {
-    const Page* page = page_at(64 * (first_word + w), y, z);
-    if (page == nullptr || words[w] == 0) continue;
-    const Ref<Brick>* line = &page->bricks[brick_index(0, y, z)];
-    for (int b = 0; b < k_page; ++b)
-      if (line[b]) words[w] &= ~((~line[b]->kept_row(y & 7, z & 7) & 0xffu) << (8 * b));
+    if (words[w] == 0 || !has_brick(y, z, first_word + w, 1)) continue;
+    glm::ivec3 s = lattice_.centre_of({64 * (first_word + w), y, z});
+    if (lattice_.is_of_voxels()) {
+      for (int b = 0; b < 8; ++b, s.x += k_brick) {
+        if (s.x >= lattice_.size().x) break;
+        if (const Brick* brick = brick_at(s))
+          words[w] &= ~((~brick->kept_row(s.y & 7, s.z & 7) & 0xffu) << (8 * b));
+      }
+      continue;
+    }
+    const Brick* brick = nullptr;
+    int of = -1;
+    for (int b = 0; b < 64 && s.x < lattice_.size().x; ++b, s.x += lattice_.per_voxel().x) {
+      if (s.x >> 3 != of) {
+        brick = brick_at(s);
+        of = s.x >> 3;
+      }
+      if (brick && !brick->is_kept(s.x & 7, s.y & 7, s.z & 7)) words[w] &= ~(std::uint64_t{1} << b);
+    }
   }
 }
 
 bool Version::has_brick(int y, int z, int first_word, int count) const noexcept {
-  for (int w = first_word; w < first_word + count; ++w) {
-    const Page* page = page_at(64 * w, y, z);
-    if (page == nullptr) continue;
-    const Ref<Brick>* line = &page->bricks[brick_index(0, y, z)];
-    if (std::any_of(line, line + k_page, [](const Ref<Brick>& brick) { return static_cast<bool>(brick); }))
-      return true;
-  }
-  return false;
+  return has_brick(lattice_.centre_of({64 * first_word, y, z}),
+                   lattice_.centre_of({64 * (first_word + count) - 1, y, z}));
 }
 
 std::uint64_t Version::content_hash() const noexcept {
   std::uint64_t hash = 14695981039346656037ull;
   const auto add = [&hash](std::uint64_t value) { hash = (hash ^ value) * 1099511628211ull; };
-  for (std::size_t p = 0; p < pages_.size(); ++p) {
-    if (!pages_[p]) continue;
-    for (std::size_t b = 0; b < pages_[p]->bricks.size(); ++b) {
-      const Brick* brick = pages_[p]->bricks[b].get();
-      if (brick == nullptr) continue;
-      add(p);
-      add(b);
-      for (const float d : brick->distance) add(std::bit_cast<std::uint32_t>(d));
-      for (const std::uint64_t slice : brick->kept) add(slice);
-      if (brick->mask)
-        for (const std::uint64_t word : brick->mask->words) add(word);
-    }
-  }
+  for_bricks([&](std::size_t region, std::size_t page, std::size_t index, const Brick& brick) {
+    add(region);
+    add(page);
+    add(index);
+    if (brick.is_hollow) return;
+    for (const float d : brick.distance) add(std::bit_cast<std::uint32_t>(d));
+    for (const std::uint64_t slice : brick.kept) add(slice);
+    if (brick.mask)
+      for (const std::uint64_t word : brick.mask->words) add(word);
+  });
   return hash;
 }
 

@@ -1,5 +1,5 @@
-// The operated state of a volume: an immutable table of small bricks that hold, only near cuts, what was
-// removed.
+// The operated state of a volume: an immutable table of small bricks of a cut lattice that hold, only near
+// cuts, what was removed.
 #pragma once
 
 #include <array>
@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "volume/cut_lattice.h"
 #include "volume/volume.h"
 
 namespace trephine::volume {
@@ -42,39 +43,45 @@ class Ref {
 
 class OffsetField;
 
-/// Voxels along the edge of a brick, and bricks along the edge of a page.
+/// Samples of the cut lattice along the edge of a brick, bricks along that of a page, pages along that of a
+/// region.
 inline constexpr int k_brick = 8;
 inline constexpr int k_page = 8;
-inline constexpr int k_page_voxels = k_brick * k_page;
+inline constexpr int k_page_samples = k_brick * k_page;
+inline constexpr int k_region_samples = k_page_samples * k_page;
 
-/// Which sample points of each voxel were removed: n^3 bits a voxel, n = 4 or 8, sample (i, j, k) at
-/// ((i + 0.5) / n - 0.5, ...) from the voxel's centre. Only edits and ledgers read it.
+/// Which points of each lattice cell (the cube around a sample) were removed: n^3 bits a cell, n = 4 or 8,
+/// point (i, j, k) at ((i + 0.5) / n - 0.5, ...) from the sample. Only edits and ledgers read it.
 struct RemovalMask {
   explicit RemovalMask(int samples_per_edge);
   std::atomic<int> references{1};
   std::uint64_t stroke = 0;  ///< the stroke that may still write it
   int n;
-  std::vector<std::uint64_t> words;  ///< words_per_voxel() for each voxel of the brick, x fastest
-  /// Voxels whose whole cube is solid (or air) in the base, laid out as Brick::kept: spares the ledger's
-  /// samples.
+  std::vector<std::uint64_t> words;  ///< words_per_cell() for each cell of the brick, x fastest
+  /// Cells that are wholly solid (or air) in the base, laid out as Brick::kept: spares the ledger's points.
   std::array<std::uint64_t, k_brick> base_solid{}, base_air{};
-  /// Voxels all of whose samples are removed, laid out as Brick::kept.
+  /// Cells all of whose points are removed, laid out as Brick::kept.
   std::array<std::uint64_t, k_brick> full{};
 
-  int words_per_voxel() const noexcept { return n * n * n / 64; }
+  int words_per_cell() const noexcept { return n * n * n / 64; }
   RemovalMask* copy() const;
-  /// The same samples at twice the fineness (4 -> 8).
+  /// The same points at twice the fineness (4 -> 8).
   RemovalMask* refined() const;
 };
 
-/// 8 x 8 x 8 voxels near a cut. Immutable once its version is published.
+/// Each bit of a word of 4^3 points as the 2^3 of 8^3 points in its place.
+void refine_points(std::uint64_t coarse, std::uint64_t fine[8]) noexcept;
+
+/// 8 x 8 x 8 samples near a cut. Immutable once its version is published.
 struct Brick {
   std::atomic<int> references{1};
   std::uint64_t serial = 0;                                 ///< the version that made it
   std::array<float, k_brick * k_brick * k_brick> distance;  ///< mm to the swept tool, negative inside
   std::array<std::uint64_t, k_brick> kept;                  ///< a slice each, byte = row, bit = x: d > 0
   Ref<RemovalMask> mask;
-  bool is_hollow = false;  ///< every voxel lies deep inside the removal: nothing is left to change
+  /// Every cell lies deep inside the removal: nothing is left to change. All such bricks of a volume are one,
+  /// without a mask.
+  bool is_hollow = false;
 
   static constexpr std::size_t index(int x, int y, int z) noexcept {
     return static_cast<std::size_t>((z * k_brick + y) * k_brick + x);
@@ -94,9 +101,16 @@ struct Page {
   std::array<Ref<Brick>, k_page * k_page * k_page> bricks;
 };
 
-/// What was removed so far, in whole samples: 512 units are one voxel.
+/// 8 x 8 x 8 pages.
+struct Region {
+  std::atomic<int> references{1};
+  std::uint64_t serial = 0;
+  std::array<Ref<Page>, k_page * k_page * k_page> pages;
+};
+
+/// What was removed so far, in whole points: 512 units are one cell of the cut lattice.
 struct RemovalLedger {
-  static constexpr std::int64_t k_units_per_voxel = 512;
+  static constexpr std::int64_t k_units_per_cell = 512;
   std::vector<std::int64_t> units_by_label;  ///< at least one entry; index is the label, 0 without labels
   std::int64_t total() const noexcept;
 };
@@ -104,48 +118,68 @@ struct RemovalLedger {
 /// One state of the operated volume. Immutable when published; readers need no lock.
 class Version {
  public:
-  /// The volume untouched.
+  /// The volume untouched, to be cut on its own voxels.
   explicit Version(std::shared_ptr<const Volume> base);
+  /// The volume untouched. `lattice`: of this volume.
+  Version(std::shared_ptr<const Volume> base, const CutLattice& lattice);
 
   const Volume& base() const noexcept { return *base_; }
   const std::shared_ptr<const Volume>& shared_base() const noexcept { return base_; }
+  const CutLattice& lattice() const noexcept { return lattice_; }
   std::uint64_t serial() const noexcept { return serial_; }
   bool is_untouched() const noexcept { return brick_count_ == 0; }
   int brick_count() const noexcept { return brick_count_; }
   const RemovalLedger& ledger() const noexcept { return ledger_; }
+  /// What so many units of the ledger are in mm^3.
+  double mm3_of(std::int64_t units) const noexcept {
+    return static_cast<double>(units) / static_cast<double>(RemovalLedger::k_units_per_cell) *
+           lattice_.frame().voxel_mm3();
+  }
   double band_mm() const noexcept { return band_mm_; }
   std::size_t bytes() const noexcept;  ///< of tables, bricks and masks
 
-  /// The page or brick that holds voxel (x, y, z), or null where nothing was cut. v lies inside the grid.
-  const Page* page_at(int x, int y, int z) const noexcept {
-    return pages_[page_index(x >> 6, y >> 6, z >> 6)].get();
+  /// The page that holds a sample, or null where nothing was cut. The sample lies inside the lattice.
+  const Page* page_at(const glm::ivec3& s) const noexcept {
+    const Region* region = regions_[region_index(s)].get();
+    return region ? region->pages[page_index(s)].get() : nullptr;
   }
-  const Brick* brick_at(int x, int y, int z) const noexcept {
-    const Page* page = page_at(x, y, z);
-    return page ? page->bricks[brick_index(x, y, z)].get() : nullptr;
+  /// The same for the brick.
+  const Brick* brick_at(const glm::ivec3& s) const noexcept {
+    const Page* page = page_at(s);
+    return page ? page->bricks[brick_index(s)].get() : nullptr;
   }
+  /// Is there a brick with any of the samples low .. high? Those beyond the lattice do not count.
+  bool has_brick(const glm::ivec3& low, const glm::ivec3& high) const noexcept;
+  /// Distance (mm) of a sample to the swept tool, clamped to +-band; +band where nothing was cut or beyond
+  /// the lattice.
+  double distance_of(const glm::ivec3& s) const noexcept {
+    if (!lattice_.contains(s)) return band_mm_;
+    const Brick* brick = brick_at(s);
+    return brick ? static_cast<double>(brick->distance[Brick::index(s.x & 7, s.y & 7, s.z & 7)]) : band_mm_;
+  }
+
   /// Is the voxel's centre outside every removal (d > 0)? v lies inside the grid.
   bool is_kept(const glm::ivec3& v) const noexcept {
-    const Brick* brick = brick_at(v.x, v.y, v.z);
-    return brick == nullptr || brick->is_kept(v.x & 7, v.y & 7, v.z & 7);
+    const glm::ivec3 s = lattice_.centre_of(v);
+    const Brick* brick = brick_at(s);
+    return brick == nullptr || brick->is_kept(s.x & 7, s.y & 7, s.z & 7);
   }
-  /// Distance (mm) of a voxel's centre to the swept tool, clamped to +-band; +band where nothing was cut or
-  /// outside the grid.
+  /// The distance at a voxel's centre, anywhere.
   double distance_at(int x, int y, int z) const noexcept {
-    if (!base_->contains({x, y, z})) return band_mm_;
-    const Brick* brick = brick_at(x, y, z);
-    return brick ? static_cast<double>(brick->distance[Brick::index(x & 7, y & 7, z & 7)]) : band_mm_;
+    return distance_of(lattice_.centre_of({x, y, z}));
   }
-  /// Trilinear distance at p (volume frame).
+  /// Trilinear distance between samples at p (volume frame).
   double distance(const glm::dvec3& p) const noexcept;
   /// Gradient of the trilinear distance, mm per voxel step.
   glm::dvec3 distance_gradient(const glm::dvec3& p) const noexcept;
   /// Is there a brick in the cell of p or touching it?
   bool is_near_cut(const glm::dvec3& p) const noexcept;
-  /// ANDs the kept bits of `count` words (64 voxels each) of row (y, z), from `first_word` on, into `words`.
+  /// The share of a voxel's cube that was removed, 0 to 1, by the masks: only where no stroke is under way.
+  double removed_share(const glm::ivec3& v) const noexcept;
+  /// ANDs is_kept() of `count` words (64 voxels each) of row (y, z), from `first_word` on, into `words`.
   void mask_row(int y, int z, int first_word, int count, std::uint64_t* words) const noexcept;
 
-  /// Does any brick meet those words of row (y, z)?
+  /// May mask_row change those words of row (y, z)?
   bool has_brick(int y, int z, int first_word, int count) const noexcept;
 
   /// Offset fields for a round tool, one a touchable shape, made from this version or from one that had more
@@ -158,16 +192,27 @@ class Version {
 
  private:
   friend class RemovalEditor;
-  std::size_t page_index(int px, int py, int pz) const noexcept {
-    return static_cast<std::size_t>(px + pages_size_.x * (py + pages_size_.y * pz));
+  static std::size_t in_eight(int x, int y, int z) noexcept {
+    return static_cast<std::size_t>((x & 7) + 8 * ((y & 7) + 8 * (z & 7)));
   }
-  static std::size_t brick_index(int x, int y, int z) noexcept {
-    return static_cast<std::size_t>((x >> 3 & 7) + k_page * ((y >> 3 & 7) + k_page * (z >> 3 & 7)));
+  std::size_t region_index(const glm::ivec3& s) const noexcept {
+    return static_cast<std::size_t>((s.x >> 9) +
+                                    regions_size_.x * ((s.y >> 9) + regions_size_.y * (s.z >> 9)));
   }
+  static std::size_t page_index(const glm::ivec3& s) noexcept {
+    return in_eight(s.x >> 6, s.y >> 6, s.z >> 6);
+  }
+  static std::size_t brick_index(const glm::ivec3& s) noexcept {
+    return in_eight(s.x >> 3, s.y >> 3, s.z >> 3);
+  }
+  template <class Each>
+  void for_bricks(Each&& each) const;
 
   std::shared_ptr<const Volume> base_;
-  glm::ivec3 pages_size_;
-  std::vector<Ref<Page>> pages_;
+  CutLattice lattice_;
+  glm::ivec3 regions_size_;
+  std::vector<Ref<Region>> regions_;
+  Ref<Brick> hollow_;  ///< what every hollow brick is
   RemovalLedger ledger_;
   std::vector<std::shared_ptr<const OffsetField>> offsets_;
   double band_mm_;

@@ -157,7 +157,11 @@ Result<Outcome> run_demo(const DemoArguments& arguments) {
   auto opened = open_touch(arguments.source, arguments.shape);
   if (!opened) return opened.error();
   const Source& source = opened.value().source;
-  const haptics::TouchScene& scene = opened.value().scene;
+  haptics::TouchScene& scene = opened.value().scene;
+  drilling::BurrOptions burr_options;
+  burr_options.radius = k_burr_radius;
+  burr_options.removal_rate = k_removal_rate;
+  if (volume::Status error = make_ready_for(burr_options, 2 * k_burr_radius, scene)) return *error;
   haptics::SubvoxelProxy method;
   if (volume::Status error = method.prepare(scene)) return *error;
   const double ready_seconds = seconds_since(begin);
@@ -172,9 +176,6 @@ Result<Outcome> run_demo(const DemoArguments& arguments) {
   haptics::HandModel hand;
   hand.stiffness = 0.25;
   haptics::VirtualDevice device(script, hand);
-  drilling::BurrOptions burr_options;
-  burr_options.radius = k_burr_radius;
-  burr_options.removal_rate = k_removal_rate;
   drilling::Burr burr(burr_options);
   auto recorder = start_recording(arguments.record, source, scene, method, {}, burr_options.spec());
   if (!recorder) return recorder.error();

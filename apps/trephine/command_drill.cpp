@@ -49,11 +49,10 @@ Result<Outcome> run_drill(const DrillArguments& arguments) {
   burr_options.is_kinematic = arguments.is_kinematic;
   burr_options.is_round = arguments.is_round;
   burr_options.removal_rate = arguments.removal_rate;
+  if (volume::Status error =
+          make_ready_for(burr_options, arguments.smallest_burr.value_or(arguments.burr_diameter), scene))
+    return *error;
   drilling::Burr burr(burr_options);
-  if (arguments.is_round)
-    if (volume::Status error =
-            haptics::set_tool_radius(scene, drilling::touch_radius(burr_options, *scene.base)))
-      return *error;
   if (volume::Status error = made.value()->prepare(scene)) {
     if (arguments.is_round && error->where == "--radius")
       error->where = "--round with --method " + arguments.method;
@@ -132,7 +131,7 @@ Result<Outcome> run_drill(const DrillArguments& arguments) {
           held));
   }
   if (run.edits().removed_mm3() == 0 && has_met)
-    notice("note: the burr met the shape and took nothing: it is smaller than what voxels can show");
+    notice("note: the burr met the shape and took nothing: the path did not press, or not for long");
   else if (run.edits().removed_mm3() == 0)
     say_where(scene, path.value());
   return outcome;

@@ -82,7 +82,7 @@ Result<Outcome> run_soak(const SoakArguments& arguments) {
   auto opened = open_touch(arguments.source, arguments.shape);
   if (!opened) return opened.error();
   const Source& source = opened.value().source;
-  const haptics::TouchScene& scene = opened.value().scene;
+  haptics::TouchScene& scene = opened.value().scene;
   haptics::SubvoxelProxy method;
   if (volume::Status error = method.prepare(scene)) return *error;
   auto path = random_strokes(scene, arguments.seconds, arguments.seed);
@@ -95,6 +95,8 @@ Result<Outcome> run_soak(const SoakArguments& arguments) {
     return Error{"there is no place for the session", "", "neither HOME nor XDG_STATE_HOME", "--record FILE",
                  ""};
   drilling::BurrOptions options;
+  constexpr double k_smallest = 2;  // mm, of the burrs below
+  if (volume::Status error = make_ready_for(options, k_smallest, scene)) return *error;
   haptics::ServoOptions servo_options;
   servo_options.rate_hz = arguments.rate;
   drilling::Burr burr(options);
@@ -127,7 +129,8 @@ Result<Outcome> run_soak(const SoakArguments& arguments) {
       const std::size_t all = state.strokes >= 10 ? state.strokes : 1;
       for (std::size_t i = 0; i < all; ++i) live.undo(), ++undos;
       if (random() % 4 == 0) live.redo(), ++redos;
-      live.apply({sim::Command::Kind::set_tool, 0, "diameter", 2 + static_cast<double>(random() % 9) * 0.5});
+      live.apply({sim::Command::Kind::set_tool, 0, "diameter",
+                  k_smallest + static_cast<double>(random() % 9) * 0.5});
     }
     if (t >= next_sample) {
       resident_mb.push_back(static_cast<double>(resident_bytes()) / 1e6);

@@ -21,7 +21,7 @@ class Host {
   Host(Source source, RecordChoice record, bool is_autosaving)
       : source_(std::move(source)), record_(std::move(record)), is_autosaving_(is_autosaving) {}
 
-  Result<view::OpenedScene> open(const std::string& path, const drilling::BurrOptions& burr) {
+  Result<view::OpenedScene> open(const std::string& path, drilling::BurrOptions burr) {
     Result<Source> opened = open_source(path);
     if (!opened) return opened.error();
     Source source = std::move(opened).value();
@@ -34,7 +34,7 @@ class Host {
     return wrap(std::move(scene).value(), burr);
   }
 
-  Result<view::OpenedScene> reshape(double low, double high, const drilling::BurrOptions& burr) {
+  Result<view::OpenedScene> reshape(double low, double high, drilling::BurrOptions burr) {
     ShapeChoice choice;
     choice.window =
         format_text("%.17g:", low) + (std::isfinite(high) ? format_text("%.17g", high) : std::string());
@@ -49,12 +49,10 @@ class Host {
     return 0.5 * (*low + *high);
   }
 
-  Result<view::OpenedScene> wrap(haptics::TouchScene scene, const drilling::BurrOptions& burr) {
+  Result<view::OpenedScene> wrap(haptics::TouchScene scene, drilling::BurrOptions burr) {
     view::OpenedScene opened;
     opened.title = source_.name;
-    if (burr.is_round)
-      if (volume::Status error = haptics::set_tool_radius(scene, drilling::touch_radius(burr, *scene.base)))
-        return *error;
+    if (volume::Status error = make_ready_for(burr, burr.smallest, scene)) return *error;
     RecordChoice record = record_;
     if (is_autosaving_)
       record.file = autosave_path();
@@ -98,10 +96,10 @@ Result<Outcome> run_view(const ViewArguments& arguments) {
   view::WindowOptions options;
   options.burr.radius = 0.5 * arguments.burr_diameter;
   options.burr.is_round = arguments.is_round;
-  if (arguments.is_round)
-    if (volume::Status error =
-            haptics::set_tool_radius(made.value(), drilling::touch_radius(options.burr, *made.value().base)))
-      return *error;
+  // Other burrs may be chosen in the window: a fine one leaves its hole too, unless a finer yet is named.
+  constexpr double k_fine_burr = 2;
+  const double smallest = arguments.smallest_burr.value_or(std::min(arguments.burr_diameter, k_fine_burr));
+  if (volume::Status error = make_ready_for(options.burr, smallest, made.value())) return *error;
   const auto scene = std::make_shared<const haptics::TouchScene>(std::move(made).value());
   options.seconds = arguments.seconds;
   options.screenshot = arguments.screenshot;

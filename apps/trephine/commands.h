@@ -52,6 +52,7 @@ struct DrillArguments {
   std::string source, path, output;
   ShapeChoice shape;
   double burr_diameter = 4, rate = 1000, removal_rate = 30;
+  std::optional<double> smallest_burr;  ///< mm
   bool is_kinematic = false, is_round = false;
   std::string method = haptics::k_default_method;
   RecordChoice record;
@@ -62,6 +63,7 @@ struct ViewArguments {
   std::string source = "head", screenshot;
   ShapeChoice shape;
   double burr_diameter = 4;
+  std::optional<double> smallest_burr;  ///< mm
   bool is_round = false;
   std::optional<double> seconds;
   RecordChoice record;

@@ -199,6 +199,11 @@ int main(int argc, char** argv) {
   add_source(c, drill.source);
   add_shape_options(c, drill.shape);
   c->add_option("--burr-diameter", drill.burr_diameter, "mm")->required()->type_name("MM");
+  c->add_option(
+       "--smallest-burr", drill.smallest_burr,
+       "The smallest burr that will cut in this session, mm: the finer it is the finer cuts are sampled "
+       "(default: the burr)")
+      ->type_name("MM");
   c->add_option("--path", drill.path,
                 "CSV with t,x,y,z[,qx,qy,qz,qw][,button]: seconds; mm with x to the patient's left, y to the "
                 "back, z up (LPS); pressed throughout without a button")
@@ -222,6 +227,11 @@ int main(int argc, char** argv) {
   add_source(c, view.source)->required(false);
   add_shape_options(c, view.shape);
   c->add_option("--burr-diameter", view.burr_diameter, "mm")->capture_default_str()->type_name("MM");
+  c->add_option(
+       "--smallest-burr", view.smallest_burr,
+       "The smallest burr that can be chosen in the window, mm: the finer it is the finer cuts are sampled "
+       "(default: 2, or the burr if that is smaller)")
+      ->type_name("MM");
   c->add_option("--screenshot", view.screenshot, "Write a picture; without --seconds no window is opened")
       ->type_name("OUT.png");
   c->add_option("--seconds", view.seconds, "Close the window by itself after so long")->type_name("S");

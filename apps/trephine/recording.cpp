@@ -122,8 +122,9 @@ Result<std::unique_ptr<OpenedSession>> open_session(const std::string& path, con
     if (!spec.name.empty() && spec.name != "burr")
       return Error{"this program does not have the session's tool", where, spec.name, "burr",
                    "open it with the version that recorded it"};
-    result->burrs.push_back(spec.name.empty() ? nullptr
-                                              : std::make_unique<drilling::Burr>(drilling::BurrOptions{}));
+    drilling::BurrOptions options;
+    options.smallest = header.smallest_burr;
+    result->burrs.push_back(spec.name.empty() ? nullptr : std::make_unique<drilling::Burr>(options));
     tools.push_back(result->burrs.back().get());
     for (const auto& [name, value] : spec.settings)
       if (tools.back() && !tools.back()->set(name, value))

@@ -229,6 +229,19 @@ volume::Status check_burr(double diameter_mm) {
                ""};
 }
 
+volume::Status make_ready_for(drilling::BurrOptions& burr, double smallest, haptics::TouchScene& scene) {
+  if (burr.is_round) return haptics::set_tool_radius(scene, drilling::touch_radius(burr, *scene.base));
+  if (!(smallest > 0 && smallest <= 2 * burr.radius))
+    return Error{"the smallest burr is out of range", "--smallest-burr", text_of(smallest),
+                 "above 0, at most the burr's " + text_of(2 * burr.radius) + " mm", ""};
+  if (volume::Status error = haptics::set_smallest_burr(scene, smallest)) {
+    error->where = smallest < 2 * burr.radius ? "--smallest-burr" : "--burr-diameter";
+    return error;
+  }
+  burr.smallest = smallest;
+  return std::nullopt;
+}
+
 std::string describe(const volume::Shape& shape, bool is_hounsfield) {
   if (shape.is_label()) return "label " + shape.name;
   const std::string unit = is_hounsfield ? " HU" : "";

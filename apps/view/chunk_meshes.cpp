@@ -81,12 +81,14 @@ ChunkMesh make_chunk_mesh(const haptics::TouchScene& scene, std::size_t shape, c
   for (auto* values : {&fine.freshness, &fine.openness, &fine.density}) values->reserve(count);
   fine.vertices.reserve(count);
   const double voxel = 0.5 * frame.diagonal_mm();
+  const double fresh_mm =
+      std::min(voxel, 0.95 * version.band_mm());  // from the cut, where it is drawn as fresh
   for (std::size_t i = 0; i < count; ++i) {
     const dvec3 p(mesh.vertices[i]), normal(fine.normals[i]);
     fine.vertices.emplace_back(frame.world_from_volume(p));
     float fresh = 0;
     if (version.is_near_cut(p))
-      fresh = static_cast<float>(std::clamp(1.6 - std::abs(version.distance(p)) / voxel * 1.6, 0.0, 1.0));
+      fresh = static_cast<float>(std::clamp(1.6 - std::abs(version.distance(p)) / fresh_mm * 1.6, 0.0, 1.0));
     fine.freshness.push_back(fresh);
     fine.openness.push_back(openness_at(scene, version, p, normal));
     float density = 1;

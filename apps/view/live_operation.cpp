@@ -83,7 +83,8 @@ void LiveOperation::set_depth(double mm) { depth_mm_ = std::clamp(mm, 0.5, 12.0)
 
 void LiveOperation::set_burr_diameter(double mm) {
   if (scene_->tool_radius > 0) return;  // its touch was made for the ball it has
-  burr_diameter_ = std::clamp(mm, 0.5, 12.0);
+  burr_diameter_ =
+      std::clamp(mm, std::max(0.5, scene_->smallest_burr), std::max(12.0, scene_->smallest_burr));
   live_.apply({sim::Command::Kind::set_tool, 0, "diameter", burr_diameter_});
 }
 

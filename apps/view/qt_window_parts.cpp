@@ -63,7 +63,7 @@ void MainWindow::build_panel() {
   auto* grid = new QGridLayout(tool);
   burr_ = new QDoubleSpinBox;
   burr_->setObjectName("burr");
-  burr_->setRange(0.5, 12);
+  burr_->setRange(std::max(0.5, options_.burr.smallest), 12);
   burr_->setSingleStep(0.5);
   burr_->setDecimals(1);
   burr_->setSuffix(" mm");

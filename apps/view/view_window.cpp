@@ -28,7 +28,7 @@ Result<WindowReport> draw_once(const haptics::TouchScene& scene, const WindowOpt
   if (!surface) return surface.error();
   OperationPicture picture(scene, surface.value()->window(), false);
   const auto version =
-      options.version ? options.version : std::make_shared<const volume::Version>(scene.base);
+      options.version ? options.version : haptics::untouched(scene);
   picture.request_all(version);
   picture.wait();
   picture.look_from(0);

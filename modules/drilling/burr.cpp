@@ -46,7 +46,7 @@ bool Burr::set(std::string_view name, double value) {
     options_.is_kinematic = value == 1;
   else if (name == "is_round" && (value == 0 || value == 1))
     options_.is_round = value == 1;
-  else if (name == "diameter" && value > 0 && value <= 30)
+  else if (name == "diameter" && value > 0 && value >= options_.smallest && value <= 30)
     options_.radius = 0.5 * value;
   else if (name == "removal_rate" && value > 0 && value <= 1e5)
     options_.removal_rate = value;
@@ -66,8 +66,7 @@ double Burr::sweep_to(const dvec3& centre, volume::RemovalEditor& editor, volume
   report.removed_units += one.removed_units;
   report.bricks_changed += one.bricks_changed;
   if (one.bricks_changed > 0) report.box = sim::united(report.box, one.box);
-  return static_cast<double>(one.removed_units) / volume::RemovalLedger::k_units_per_voxel *
-         editor.working().base().frame.voxel_mm3();
+  return editor.working().mm3_of(one.removed_units);
 }
 
 void Burr::turn_axis(const haptics::ServoRecord& tick, double dt) noexcept {

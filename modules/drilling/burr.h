@@ -13,6 +13,7 @@ struct BurrOptions {
   double feed_limit = 40;  ///< mm/s, the ball's fastest way through matter
   bool is_kinematic = false;  ///< the pose is the ball's centre; everything it sweeps goes, touched or not
   bool is_round = false;      ///< the hand holds the ball's centre, and the scene's tool has its radius
+  double smallest = 0;        ///< mm, diameter: a smaller one would leave no hole in the session's lattice
 
   /// As recordings name it.
   sim::ToolSpec spec() const;

@@ -220,7 +220,11 @@ TEST_F(Command, SessionsSayWhatWasFelt) {
   EXPECT_GT(round["ticks_hovering"], 0);
   EXPECT_LT(round["ticks_hovering"], round["steps"]);
   const Ended tiny = run("drill s.mha --burr-diameter 0.1 --path p.csv -o d2.mha");
-  EXPECT_NE(tiny.err.find("smaller than what voxels can show"), std::string::npos) << tiny.err;
+  EXPECT_EQ(tiny.exit_code, 2);
+  EXPECT_NE(tiny.err.find("--burr-diameter: the burr is too small"), std::string::npos) << tiny.err;
+  EXPECT_NE(tiny.err.find("at least 0.178 mm"), std::string::npos) << tiny.err;
+  // What is named works.
+  json("drill s.mha --burr-diameter 0.178 --path p.csv -o d2.mha");
   const Ended flat = run("drill s.mha --burr-diameter 4 --round --method gradient --path p.csv -o d3.mha");
   EXPECT_EQ(flat.exit_code, 2);
   EXPECT_NE(flat.err.find("--round with --method gradient"), std::string::npos) << flat.err;

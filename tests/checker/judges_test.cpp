@@ -220,12 +220,12 @@ TEST(ForceJudge, KnowsEffects) {
 /// A way through a wall of one voxel is met, one beside it is not, and a wall that was cut lets it pass.
 TEST(SmoothSolid, MeetsWhatAWayCrossesHoweverThin) {
   const Samples wall = [](int x, int, int) { return x == 5 ? 1.0 : -1.0; };
-  const SmoothSolid solid({wall});
+  const SmoothSolid solid(wall);
   EXPECT_TRUE(solid.is_solid({5, 0.3, 0.2}));
   EXPECT_FALSE(solid.is_free({0, 0, 0}, {10, 0.4, 0.7}));
   EXPECT_TRUE(solid.is_free({0, 0, 0}, {4, 3, 2}));
   EXPECT_FALSE(solid.is_free({5, 0, 0}, {5, 0, 0}));
-  const SmoothSolid cut({wall, [](int, int y, int) { return y - 10.0; }});
+  const SmoothSolid cut({{wall}, {[](int, int y, int) { return y - 10.0; }}});
   EXPECT_TRUE(cut.is_free({0, 0, 0}, {10, 0.4, 0.7}));
   EXPECT_FALSE(cut.is_free({0, 14, 0}, {10, 14.4, 0.7}));
 }

@@ -91,15 +91,22 @@ bool is_free_polynomial(const std::vector<Coefficients>& fields, int depth) {
 
 }  // namespace
 
+namespace {
+ivec3 nearest_sample(const dvec3& q) {
+  return {static_cast<int>(std::floor(q.x + 0.5)), static_cast<int>(std::floor(q.y + 0.5)),
+          static_cast<int>(std::floor(q.z + 0.5))};
+}
+}  // namespace
+
 double SmoothSolid::value(std::size_t f, const dvec3& p) const {
-  const ivec3 v(static_cast<int>(std::floor(p.x + 0.5)), static_cast<int>(std::floor(p.y + 0.5)),
-                static_cast<int>(std::floor(p.z + 0.5)));
+  const dvec3 q = p * dvec3(fields_[f].per_voxel);
+  const ivec3 v = nearest_sample(q);
   double sum = 0;
   for (int k = -1; k <= 1; ++k)
     for (int j = -1; j <= 1; ++j)
       for (int i = -1; i <= 1; ++i)
-        sum += basis(p.x - (v.x + i)) * basis(p.y - (v.y + j)) * basis(p.z - (v.z + k)) *
-               fields_[f](v.x + i, v.y + j, v.z + k);
+        sum += basis(q.x - (v.x + i)) * basis(q.y - (v.y + j)) * basis(q.z - (v.z + k)) *
+               fields_[f].samples(v.x + i, v.y + j, v.z + k);
   return sum;
 }
 
@@ -109,9 +116,12 @@ bool SmoothSolid::is_solid(const dvec3& p) const {
   return true;
 }
 
-bool SmoothSolid::is_free_piece(const dvec3& a, const dvec3& b, const ivec3& v) const {
+/// Of a segment in one cube of every field.
+bool SmoothSolid::is_free_piece(const dvec3& from, const dvec3& to) const {
   std::vector<Coefficients> all;
-  for (const Samples& field : fields_) {
+  for (const auto& [field, per_voxel] : fields_) {
+    const dvec3 a = from * dvec3(per_voxel), b = to * dvec3(per_voxel);
+    const ivec3 v = nearest_sample(0.5 * (a + b));
     double samples[3][3][3], most = -1e300;
     for (int k = 0; k < 3; ++k)
       for (int j = 0; j < 3; ++j)
@@ -146,18 +156,16 @@ bool SmoothSolid::is_free_piece(const dvec3& a, const dvec3& b, const ivec3& v) 
 bool SmoothSolid::is_free(const dvec3& a, const dvec3& b) const {
   // Cut at every plane between cubes.
   std::vector<double> cuts{0, 1};
-  for (int axis = 0; axis < 3; ++axis) {
-    const double low = std::min(a[axis], b[axis]), high = std::max(a[axis], b[axis]);
-    for (double plane = std::floor(low) - 0.5; plane <= high + 0.5; plane += 1)
-      if (plane > low && plane < high) cuts.push_back((plane - a[axis]) / (b[axis] - a[axis]));
-  }
+  for (const SampledField& field : fields_)
+    for (int axis = 0; axis < 3; ++axis) {
+      const double k = field.per_voxel[axis], low = k * std::min(a[axis], b[axis]),
+                   high = k * std::max(a[axis], b[axis]);
+      for (double plane = std::floor(low) - 0.5; plane <= high + 0.5; plane += 1)
+        if (plane > low && plane < high) cuts.push_back((plane / k - a[axis]) / (b[axis] - a[axis]));
+    }
   std::sort(cuts.begin(), cuts.end());
-  for (std::size_t i = 1; i < cuts.size(); ++i) {
-    const dvec3 from = a + cuts[i - 1] * (b - a), to = a + cuts[i] * (b - a), middle = 0.5 * (from + to);
-    const ivec3 v(static_cast<int>(std::floor(middle.x + 0.5)), static_cast<int>(std::floor(middle.y + 0.5)),
-                  static_cast<int>(std::floor(middle.z + 0.5)));
-    if (!is_free_piece(from, to, v)) return false;
-  }
+  for (std::size_t i = 1; i < cuts.size(); ++i)
+    if (!is_free_piece(a + cuts[i - 1] * (b - a), a + cuts[i] * (b - a))) return false;
   return true;
 }
 

@@ -13,12 +13,20 @@ namespace trephine::checker {
 /// Sample of a field at a voxel, anywhere (it says itself what lies outside its grid).
 using Samples = std::function<double(int, int, int)>;
 
+/// A field and its lattice: sample n lies at n / per_voxel in the volume frame.
+struct SampledField {
+  Samples samples;
+  glm::ivec3 per_voxel{1};
+};
+
 /// Solid where every field is >= 0: a shape's own, and the distance to what was removed.
 class SmoothSolid {
  public:
-  explicit SmoothSolid(std::vector<Samples> fields) : fields_(std::move(fields)) {}
+  explicit SmoothSolid(std::vector<SampledField> fields) : fields_(std::move(fields)) {}
+  /// Of one field on the voxels.
+  explicit SmoothSolid(Samples field) : fields_{{std::move(field), glm::ivec3(1)}} {}
 
-  /// Value of field f at p (volume frame), by the sum over 27 samples.
+  /// Value of field f at p (volume frame), by the sum over 27 of its samples.
   double value(std::size_t f, const glm::dvec3& p) const;
   bool is_solid(const glm::dvec3& p) const;
   /// The segment meets no solid: decided on the Bernstein form of the polynomials it cuts from each cube,
@@ -27,8 +35,8 @@ class SmoothSolid {
   bool is_free(const glm::dvec3& a, const glm::dvec3& b) const;
 
  private:
-  bool is_free_piece(const glm::dvec3& a, const glm::dvec3& b, const glm::ivec3& voxel) const;
-  std::vector<Samples> fields_;
+  bool is_free_piece(const glm::dvec3& a, const glm::dvec3& b) const;
+  std::vector<SampledField> fields_;
 };
 
 /// Ideal proxy: descent of |p - HIP| (mm, `axes_mm`: columns of the volume's frame) in the free space of

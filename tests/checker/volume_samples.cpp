@@ -12,12 +12,19 @@ using volume::Version;
 using volume::Volume;
 
 double field(const Volume& base, const Shape& shape, int x, int y, int z) {
-  const bool is_inside = x >= 0 && y >= 0 && z >= 0 && x < base.size.x && y < base.size.y && z < base.size.z;
-  const auto i = static_cast<std::size_t>((static_cast<long long>(z) * base.size.y + y) * base.size.x + x);
-  if (shape.label >= 0) return is_inside && base.labels[i] == shape.label ? 0.5 : -0.5;
-  if (!is_inside) return -1000;
-  const double intensity = base.voxels[i];
-  return std::min(intensity - shape.low, shape.high - intensity);
+  // Beyond the grid: the nearest voxel's value, as air.
+  const auto nearest = [](int i, int size) { return i < 0 ? 0 : i >= size ? size - 1 : i; };
+  const int nx = nearest(x, base.size.x), ny = nearest(y, base.size.y), nz = nearest(z, base.size.z);
+  const auto i = static_cast<std::size_t>((static_cast<long long>(nz) * base.size.y + ny) * base.size.x + nx);
+  double value = 0;
+  if (shape.label >= 0) {
+    value = base.labels[i] == shape.label ? 0.5 : -0.5;
+  } else {
+    const double intensity = base.voxels[i];
+    value = std::min(intensity - shape.low, shape.high - intensity);
+  }
+  if (nx == x && ny == y && nz == z) return value;
+  return value == 0 ? -1e-9 : value < 0 ? value : -value;
 }
 
 }  // namespace
@@ -52,13 +59,19 @@ std::optional<double> intensity_at(const Volume& base, const glm::dvec3& p) {
 SmoothSolid smooth_solid(std::shared_ptr<const Volume> base, const Shape& shape,
                          std::shared_ptr<const Version> version,
                          std::shared_ptr<const volume::SoftField> soft) {
-  std::vector<Samples> fields;
+  std::vector<SampledField> fields;
   if (soft)
-    fields.emplace_back([soft](int x, int y, int z) { return soft->at(x, y, z); });
+    fields.push_back({[soft](int x, int y, int z) { return soft->at(x, y, z); }});
   else
-    fields.emplace_back([base, shape](int x, int y, int z) { return field(*base, shape, x, y, z); });
-  if (version && !version->is_untouched())
-    fields.emplace_back([version](int x, int y, int z) { return version->distance_at(x, y, z); });
+    fields.push_back({[base, shape](int x, int y, int z) { return field(*base, shape, x, y, z); }});
+  if (version && !version->is_untouched()) {
+    // The samples of the cut, counted from the one on the centre of voxel 0.
+    const glm::ivec3 first = version->lattice().centre_of(glm::ivec3(0));
+    fields.push_back({[version, first](int x, int y, int z) {
+                        return version->distance_of(first + glm::ivec3(x, y, z));
+                      },
+                      version->lattice().per_voxel()});
+  }
   return SmoothSolid(std::move(fields));
 }
 

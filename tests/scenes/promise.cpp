@@ -17,7 +17,7 @@ std::shared_ptr<const volume::OffsetField> touched_offset(const haptics::TouchSc
 checker::SmoothSolid touched_smooth_solid(const haptics::TouchScene& scene,
                                           std::shared_ptr<const volume::Version> version, std::size_t shape) {
   if (const auto offset = touched_offset(scene, version.get(), shape))
-    return checker::SmoothSolid({[offset](int x, int y, int z) { return offset->at(x, y, z); }});
+    return checker::SmoothSolid([offset](int x, int y, int z) { return offset->at(x, y, z); });
   const haptics::TouchShape& touched = scene.shapes[shape];
   return checker::smooth_solid(scene.base, touched.field.shape(), std::move(version), touched.soft);
 }

@@ -50,8 +50,8 @@ TEST(Lockstep, SameInputSameBits) {
   EXPECT_EQ(forces[0], forces[1]);
   // The same on every compiler, preset and x86-64 CPU; a change of the phantom or of removal changes it
   // knowingly.
-  EXPECT_EQ(hashes[0], 9417461461550874069ull);
-  EXPECT_EQ(std::bit_cast<std::uint64_t>(forces[0].z), 4597345573958413389ull);
+  EXPECT_EQ(hashes[0], 16858554636058654643ull);
+  EXPECT_EQ(std::bit_cast<std::uint64_t>(forces[0].z), 4597345573958413375ull);
 }
 
 TEST(Lockstep, UndoAndRedoByStrokeAreExact) {
@@ -165,7 +165,8 @@ TEST(Lockstep, GrowthLeadsTheToolOutToTheSideItCameFrom) {
     EXPECT_GT(r.energy.discarded, 0.5);   // what a jump would have stored
     EXPECT_EQ(r.energy.growth, 0);        // a hand that stays receives no work
     EXPECT_TRUE(r.has_contact);
-    EXPECT_EQ(run.edits().removed_mm3(), 0);
+    // But for what the first bite of a ball that touches takes.
+    EXPECT_LT(run.edits().removed_mm3(), 0.05);
     // Afterwards the surface holds it as ever, the full force coming back over tenths of a second.
     for (int i = 0; i < 600; ++i) {
       r = run.step({hand, {1, 0, 0, 0}, false});

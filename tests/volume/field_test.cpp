@@ -102,15 +102,52 @@ TEST(Field, SmoothGradientIsContinuousAcrossCells) {
   }
 }
 
-TEST(Field, OutsideIsOneNegativeConstantWhateverTheWindow) {
-  Volume v = make_volume({4, 4, 4}, Frame()).value();
-  for (auto& x : v.voxels.span()) x = 500;
-  Shape a, b;
-  b.low = -2000;
-  EXPECT_EQ(Field(v, a).value({-7, 2, 2}), -1000);
-  EXPECT_EQ(Field(v, b).value({-7, 2, 2}), -1000);
-  EXPECT_EQ(Field(v, a).at(4, 0, 0), -1000);
-  EXPECT_EQ(Field(v, a).at(3, 0, 0), 200);
+/// Where along -x the trilinear field of a solid that fills the grid reaches 0.
+double border_of(const Volume& v, const Shape& shape) {
+  const Field field(v, shape);
+  double solid = 1, air = -1.5;
+  for (int i = 0; i < 60; ++i) {
+    const double middle = 0.5 * (solid + air);
+    (field.value({middle, 2.3, 1.8}) >= 0 ? solid : air) = middle;
+  }
+  return solid;
+}
+
+TEST(Field, ASolidEndsHalfAVoxelBeyondTheGridInEveryUnit) {
+  // Hounsfield units, a 12-bit scanner's own, an 8-bit mask, dense metal; windows that are open and not.
+  for (const auto& [intensity, low, high] : {std::tuple(1600.0, 300.0, 1e9),
+                                             {301.0, 300.0, 1e9},
+                                             {4000.0, 1324.0, 1e9},
+                                             {1.0, 0.5, 1e9},
+                                             {255.0, 128.0, 1e9},
+                                             {32000.0, 300.0, 1e9},
+                                             {700.0, 300.0, 1600.0},
+                                             {-500.0, -2000.0, 300.0}}) {
+    Volume v = make_volume({4, 5, 4}, Frame()).value();
+    for (auto& x : v.voxels.span()) x = static_cast<std::int16_t>(intensity);
+    Shape shape;
+    shape.low = low, shape.high = high;
+    EXPECT_NEAR(border_of(v, shape), -0.5, 1e-12) << intensity;
+    const Field field(v, shape);
+    for (const glm::ivec3& out : {glm::ivec3(-1, 0, 0), {4, 4, 3}, {-7, 9, 2}, {2, 5, -3}})
+      EXPECT_LT(field.at(out.x, out.y, out.z), 0);
+    EXPECT_LT(field.value({-7, 2, 2}), 0);
+  }
+  Volume labelled = make_volume({4, 5, 4}, Frame(), true).value();
+  for (auto& x : labelled.labels.span()) x = 3;
+  Shape label;
+  label.label = 3;
+  EXPECT_NEAR(border_of(labelled, label), -0.5, 1e-12);
+}
+
+TEST(Field, BeyondTheGridThereIsAirAlsoWhereTheFieldIsNoughtOrAir) {
+  Volume v = make_volume({3, 3, 3}, Frame()).value();
+  Shape shape;
+  for (auto& x : v.voxels.span()) x = 300;
+  EXPECT_EQ(Field(v, shape).at(0, 0, 0), 0);
+  EXPECT_LT(Field(v, shape).at(-1, 0, 0), 0);
+  for (auto& x : v.voxels.span()) x = -1000;
+  EXPECT_EQ(Field(v, shape).at(-1, 0, 0), -1300);
 }
 
 TEST(Gaussian, ImpulseBecomesTheKernelAndMassStays) {

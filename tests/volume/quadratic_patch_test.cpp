@@ -38,7 +38,7 @@ TEST(QuadraticPatch, IsTheSumOfSplinesEverywhereWithItsDerivativesAndBounds) {
   std::vector<checker::Samples> samples;
   for (const Field& f : fields) samples.push_back([&f](int x, int y, int z) { return f.at(x, y, z); });
   samples.push_back([&](int x, int y, int z) { return version->distance_at(x, y, z); });
-  const checker::SmoothSolid judge(samples);
+  const checker::SmoothSolid judge({{samples[0]}, {samples[1]}, {samples[2]}, {samples[3]}});
 
   std::uint64_t n = 0;
   for (int trial = 0; trial < 3000; ++trial) {
@@ -52,7 +52,7 @@ TEST(QuadraticPatch, IsTheSumOfSplinesEverywhereWithItsDerivativesAndBounds) {
       if (f < 3)
         patch.load(fields[f], v);
       else
-        patch.load_distance(*version, v);
+        patch.load_distance(*version, version->lattice().centre_of(v));
       const Slope s = patch.slope(u);
       const Jet j = patch.jet(u);
       const double scale = 1e-9 * (f < 2 ? 4000 : 1);

@@ -2,8 +2,11 @@
 
 #include <algorithm>
 #include <atomic>
+#include <cmath>
+#include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <gtest/gtest.h>
+#include <limits>
 #include <random>
 #include <thread>
 
@@ -33,66 +36,163 @@ std::vector<Frame> frames() {
           Frame::from_axes({1, 2, 3}, sheared).value()};
 }
 
-// Distances, kept bits and masks against a brute force that walks every voxel and sample in double precision.
+/// What distances are taken less than to the ball, as the document of removal says: 3/16 h^2 / r, at most 2 %
+/// of r.
+double documented_allowance(double radius, const Frame& lattice) {
+  const glm::dvec3& h = lattice.spacing();
+  return std::min(3.0 / 16 * glm::dot(h, h) / 3 / radius, 0.02 * radius);
+}
+
+struct BruteForceCase {
+  Frame frame;
+  glm::ivec3 size;
+  double radius;
+  double smallest_burr;  ///< mm; 0: cut on the voxels
+};
+
+// Distances, kept bits and masks against a brute force that walks every sample and point in double precision.
+void expect_brute_force(const BruteForceCase& c) {
+  const Frame& frame = c.frame;
+  const auto base = block(c.size, frame);
+  // Half of it is no bone, with a surface that crosses cells.
+  for (int z = 0; z < c.size.z; ++z)
+    for (int y = 0; y < c.size.y; ++y)
+      for (int x = 0; x < c.size.x; ++x)
+        base->voxels[base->index(x, y, z)] = static_cast<std::int16_t>(1000 - 41 * x - 13 * y);
+  const Field field(*base, Shape{});
+  const CutLattice lattice =
+      c.smallest_burr > 0 ? CutLattice::for_burr(*base, c.smallest_burr).value() : CutLattice(*base);
+  RemovalEditor editor(std::make_shared<Version>(base, lattice), {field});
+  std::vector<Sweep> sweeps;
+  std::mt19937_64 random(3);
+  std::uniform_real_distribution<double> share(-0.1, 0.9);
+  const glm::dvec3 extent(c.size);
+  glm::dvec3 at = frame.world_from_volume(0.4 * extent);
+  for (int i = 0; i < 5; ++i) {
+    const glm::dvec3 to =
+        frame.world_from_volume(glm::dvec3(share(random), share(random), share(random)) * extent);
+    sweeps.push_back({at, to, c.radius, i > 0});
+    at = to;
+  }
+  std::int64_t units = 0;
+  for (const Sweep& s : sweeps) units += editor.remove(s).removed_units;
+  const auto version = editor.publish();
+  EXPECT_EQ(version->ledger().total(), units);
+
+  const double allowance = documented_allowance(c.radius, lattice.frame());
+  std::int64_t expected_units = 0;
+  long disagreements = 0;
+  for (int z = 0; z < lattice.size().z; ++z)
+    for (int y = 0; y < lattice.size().y; ++y)
+      for (int x = 0; x < lattice.size().x; ++x) {
+        const glm::ivec3 sample(x, y, z);
+        const glm::dvec3 p = lattice.frame().world_from_volume(sample);
+        double d = 1e9;
+        for (const Sweep& s : sweeps) d = std::min(d, capsule_distance(p, s));
+        d -= allowance;
+        const double clamped = std::clamp(d, -version->band_mm(), version->band_mm());
+        ASSERT_NEAR(version->distance_of(sample), clamped, 2e-5);
+        const Brick* brick = version->brick_at(sample);
+        if (std::abs(d) > 1e-5) {
+          ASSERT_EQ(brick == nullptr || brick->is_kept(x & 7, y & 7, z & 7), d > 0);
+        }
+        const RemovalMask* mask = brick ? brick->mask.get() : nullptr;
+        const int n = mask ? mask->n : 4;
+        if (d > 2 * version->band_mm() && !mask) continue;
+        for (int s = 0; s < n * n * n; ++s) {
+          const glm::dvec3 offset = (glm::dvec3(s % n, s / n % n, s / (n * n)) + 0.5) / double(n) - 0.5;
+          const glm::dvec3 in_lattice = glm::dvec3(sample) + offset,
+                           q = lattice.frame().world_from_volume(in_lattice);
+          double e = 1e9;
+          for (const Sweep& sweep : sweeps) e = std::min(e, capsule_distance(q, sweep));
+          const bool is_removed = (brick && brick->is_hollow) ||
+                                  (mask && (mask->words[Brick::index(x & 7, y & 7, z & 7) *
+                                                            static_cast<std::size_t>(mask->words_per_cell()) +
+                                                        static_cast<std::size_t>(s / 64)] >>
+                                                (s % 64) &
+                                            1));
+          if (is_removed != (e <= 0)) {
+            ++disagreements;
+            ASSERT_LT(std::abs(e), 2e-5);  // single precision on the very surface
+          }
+          const glm::dvec3 in_volume = lattice.volume_from_lattice(in_lattice);
+          if (is_removed && base->contains(lattice.voxel_of(sample)) && field.value(in_volume) >= 0)
+            expected_units += RemovalLedger::k_units_per_cell / (n * n * n);
+        }
+      }
+  EXPECT_EQ(units, expected_units);
+  EXPECT_LT(disagreements, 30);
+  EXPECT_GT(units, 1000);
+}
+
 TEST(Removal, EqualsBruteForceInEveryFrame) {
   for (const Frame& frame : frames())
-    for (const double radius : {1.1, 4.0}) {
-      const auto base = block({40, 36, 30}, frame);
-      const Field field(*base, Shape{});
-      RemovalEditor editor(std::make_shared<Version>(base), {field});
-      std::vector<Sweep> sweeps;
-      std::mt19937_64 random(3);
-      std::uniform_real_distribution<double> index(8, 28);
-      glm::dvec3 at = frame.world_from_volume({15, 15, 12});
-      for (int i = 0; i < 5; ++i) {
-        const glm::dvec3 to = frame.world_from_volume({index(random), index(random), index(random)});
-        sweeps.push_back({at, to, radius, i > 0});
-        at = to;
-      }
-      std::int64_t units = 0;
-      for (const Sweep& s : sweeps) units += editor.remove(s).removed_units;
-      const auto version = editor.publish();
-      EXPECT_EQ(version->ledger().total(), units);
+    for (const double radius : {1.1, 4.0}) expect_brute_force({frame, {30, 26, 22}, radius, 0});
+}
 
-      std::int64_t expected_units = 0;
-      int disagreements = 0;
-      for (int z = 0; z < base->size.z; ++z)
-        for (int y = 0; y < base->size.y; ++y)
-          for (int x = 0; x < base->size.x; ++x) {
-            const glm::dvec3 p = frame.world_from_volume({x, y, z});
-            double d = 1e9;
-            for (const Sweep& s : sweeps) d = std::min(d, capsule_distance(p, s));
-            const double clamped = std::clamp(d, -version->band_mm(), version->band_mm());
-            ASSERT_NEAR(version->distance_at(x, y, z), clamped, 2e-5);
-            if (std::abs(d) > 1e-5) {
-              ASSERT_EQ(version->is_kept({x, y, z}), d > 0);
-            }
-            const Brick* brick = version->brick_at(x, y, z);
-            const RemovalMask* mask = brick ? brick->mask.get() : nullptr;
-            const int n = mask ? mask->n : 4;
-            for (int s = 0; s < n * n * n; ++s) {
-              const glm::dvec3 offset = (glm::dvec3(s % n, s / n % n, s / (n * n)) + 0.5) / double(n) - 0.5;
-              const glm::dvec3 q = frame.world_from_volume(glm::dvec3(x, y, z) + offset);
-              double e = 1e9;
-              for (const Sweep& sweep : sweeps) e = std::min(e, capsule_distance(q, sweep));
-              const bool is_removed =
-                  mask && (mask->words[Brick::index(x & 7, y & 7, z & 7) *
-                                           static_cast<std::size_t>(mask->words_per_voxel()) +
-                                       static_cast<std::size_t>(s / 64)] >>
-                               (s % 64) &
-                           1);
-              if (is_removed != (e <= 0)) {
-                ++disagreements;
-                ASSERT_LT(std::abs(e), 2e-5);  // single precision on the very surface
-              }
-              const bool is_solid = field.value(glm::dvec3(x, y, z) + offset) >= 0;
-              if (is_removed && is_solid) expected_units += RemovalLedger::k_units_per_voxel / (n * n * n);
-            }
-          }
-      EXPECT_EQ(units, expected_units);
-      EXPECT_LT(disagreements, 20);
-      EXPECT_GT(units, 1000);
+TEST(Removal, EqualsBruteForceOnFineLattices) {
+  for (const Frame& frame : frames()) expect_brute_force({frame, {10, 9, 8}, 1.3, 2.4});
+  expect_brute_force({Frame::from_spacing({0, 0, 0}, {0.4, 0.4, 4.8}).value(), {14, 12, 4}, 1.0, 2.0});
+}
+
+TEST(CutLattice, IsNearIsotropicAndHasASampleOnEveryVoxelCentre) {
+  for (const Frame& frame : frames())
+    for (const double burr : {0.5, 1.0, 3.0, 20.0}) {
+      const auto base = block({9, 11, 7}, frame);
+      const CutLattice lattice = CutLattice::for_burr(*base, burr).value();
+      for (int a = 0; a < 3; ++a) {
+        EXPECT_EQ(lattice.per_voxel()[a] % 2, 1);
+        EXPECT_LE(lattice.frame().spacing()[a], 0.5 * burr / CutLattice::k_samples_a_radius * (1 + 1e-9));
+      }
+      for (const glm::ivec3& v : {glm::ivec3(0), glm::ivec3(3, 10, 6), glm::ivec3(-1, 11, 2)}) {
+        const glm::ivec3 s = lattice.centre_of(v);
+        EXPECT_LT(glm::length(lattice.frame().world_from_volume(s) - frame.world_from_volume(v)), 1e-11);
+        EXPECT_EQ(lattice.voxel_of(s), v);
+        EXPECT_EQ(lattice.voxel_of(lattice.low_of(v)), v);
+        EXPECT_EQ(lattice.voxel_of(lattice.high_of(v)), v);
+        EXPECT_EQ(lattice.voxel_of(lattice.high_of(v) + 1), v + 1);
+      }
+      const CutLattice::Point p = lattice.point_of({2.3, 4.49, 5.51});
+      EXPECT_LT(
+          glm::length(lattice.volume_from_lattice(glm::dvec3(p.sample) + p.at) - glm::dvec3(2.3, 4.49, 5.51)),
+          1e-12);
+      for (int a = 0; a < 3; ++a) EXPECT_LE(std::abs(p.at[a]), 0.5 + 1e-12);
     }
+}
+
+TEST(CutLattice, RefusesABurrThatIsTooSmallAndNamesTheSmallestThatWorks) {
+  const auto base = block({8, 8, 8}, Frame::from_spacing({0, 0, 0}, {0.5, 0.5, 5}).value());
+  const auto refused = CutLattice::for_burr(*base, 0.05);
+  ASSERT_FALSE(refused);
+  EXPECT_NE(refused.error().expected.find("at least"), std::string::npos) << refused.error().message();
+  const double smallest = CutLattice::smallest_burr_mm(*base);
+  EXPECT_TRUE(CutLattice::for_burr(*base, smallest));
+  EXPECT_TRUE(CutLattice::for_burr(*base, 0.5));
+  EXPECT_FALSE(CutLattice::for_burr(*base, 0.99 * smallest));
+  EXPECT_FALSE(CutLattice::for_burr(*base, 0));
+  EXPECT_FALSE(CutLattice::for_burr(*base, std::nan("")));
+}
+
+/// A cut is the same whatever came before it: a large ball over fine scratches is counted as over fresh bone.
+TEST(Removal, AnOrderOfSmallAndLargeBallsMakesNoDifference) {
+  const auto base = block({40, 40, 40}, Frame::from_spacing({0, 0, 0}, glm::dvec3(0.25)).value());
+  const Field field(*base, Shape{});
+  std::vector<Sweep> sweeps;
+  for (int i = 0; i < 6; ++i)
+    sweeps.push_back({{3 + 0.5 * i, 3, 4}, {4 + 0.5 * i, 6, 6.1}, i % 2 ? 2.1 : 0.4});
+  const auto run = [&](const std::vector<Sweep>& order) {
+    RemovalEditor editor(std::make_shared<Version>(base), {field});
+    for (const Sweep& s : order) editor.remove(s);
+    return editor.publish();
+  };
+  const auto forward = run(sweeps);
+  std::reverse(sweeps.begin(), sweeps.end());
+  const auto backward = run(sweeps);
+  EXPECT_EQ(forward->ledger().total(), backward->ledger().total());
+  for (int z = 0; z < 40; ++z)
+    for (int y = 0; y < 40; ++y)
+      for (int x = 0; x < 40; ++x)
+        ASSERT_EQ(forward->removed_share({x, y, z}), backward->removed_share({x, y, z}));
 }
 
 TEST(Removal, IsIdempotentAndOrderFree) {
@@ -206,17 +306,21 @@ TEST(Removal, OldVersionsStayAsTheyWere) {
 TEST(Removal, MaskedRowsEqualKeptBits) {
   const auto base = block({150, 30, 30}, Frame());
   const Field field(*base, Shape{});
-  RemovalEditor editor(std::make_shared<Version>(base), {field});
-  editor.remove({{20, 15, 15}, {130, 12, 14}, 5});
-  const auto version = editor.publish();
-  for (int z = 0; z < 30; ++z)
-    for (int y = 0; y < 30; ++y) {
-      std::uint64_t words[3];
-      threshold_row(*base, Shape{}, y, z, words);
-      version->mask_row(y, z, 0, 3, words);
-      for (int x = 0; x < 150; ++x)
-        ASSERT_EQ(words[x / 64] >> (x % 64) & 1, version->is_kept({x, y, z}) ? 1u : 0u);
-    }
+  for (const double smallest_burr : {0.0, 4.0}) {
+    const CutLattice lattice =
+        smallest_burr > 0 ? CutLattice::for_burr(*base, smallest_burr).value() : CutLattice(*base);
+    RemovalEditor editor(std::make_shared<Version>(base, lattice), {field});
+    editor.remove({{20, 15, 15}, {130, 12, 14}, 5});
+    const auto version = editor.publish();
+    for (int z = 0; z < 30; ++z)
+      for (int y = 0; y < 30; ++y) {
+        std::uint64_t words[3];
+        threshold_row(*base, Shape{}, y, z, words);
+        version->mask_row(y, z, 0, 3, words);
+        for (int x = 0; x < 150; ++x)
+          ASSERT_EQ(words[x / 64] >> (x % 64) & 1, version->is_kept({x, y, z}) ? 1u : 0u);
+      }
+  }
 }
 
 // Readers walk whatever version is newest while the writer makes more: every version they see is consistent

@@ -184,11 +184,13 @@ TEST(SurfaceNets, ChunksEqualTheWholeBitForBit) {
 
 // After every edit only the chunks that touch the changed box are remade; the result is that of a full
 // remesh.
-TEST(SurfaceNets, RemeshingTouchedChunksEqualsTheWholeAfterEdits) {
+void expect_chunks_follow_edits(double smallest_burr) {
   auto base = std::make_shared<Volume>(noise_volume({80, 66, 70}, 9, 0.7));
   const Field field(*base, Shape{});
   const Occupancy bits = Occupancy::build(*base, Shape{});
-  RemovalEditor editor(std::make_shared<Version>(base), {field});
+  const CutLattice lattice =
+      smallest_burr > 0 ? CutLattice::for_burr(*base, smallest_burr).value() : CutLattice(*base);
+  RemovalEditor editor(std::make_shared<Version>(base, lattice), {field});
   std::map<std::tuple<int, int, int>, Mesh> chunks;
   const glm::ivec3 grid = chunk_grid(base->size);
   std::shared_ptr<const Version> version = editor.publish();
@@ -214,7 +216,13 @@ TEST(SurfaceNets, RemeshingTouchedChunksEqualsTheWholeAfterEdits) {
   for (const auto& [key, mesh] : chunks) add_triangles(mesh, chunked);
   EXPECT_TRUE(whole == chunked);
   EXPECT_TRUE(judge(full).is_closed_manifold());
+  for (const glm::vec3& v : full.vertices.span()) ASSERT_TRUE(std::isfinite(v.x + v.y + v.z));
+  for (const glm::vec3& n : vertex_normals({&field, version.get()}, full).span())
+    ASSERT_NEAR(glm::length(n), 1, 1e-4);
 }
+
+TEST(SurfaceNets, RemeshingTouchedChunksEqualsTheWholeAfterEdits) { expect_chunks_follow_edits(0); }
+TEST(SurfaceNets, RemeshingOnAFineLatticeEqualsTheWholeToo) { expect_chunks_follow_edits(6); }
 
 TEST(LocalNet, MakesTheTrianglesOfTheWholeSurfaceBitForBit) {
   for (const double share : {0.1, 0.5}) {
