@@ -161,7 +161,8 @@ void step_on_cubes(const TouchScene& scene, const Grid& grid, const ProxyInput& 
     result.side = way.is_back ? -1 : 1;
     const dvec3 projected_world = input.hip_world - glm::dot(input.hip_world - p_world, normal) * normal;
     VoxelSearch search(scene, grid, state.around.let_through, inside, result.counters);
-    const dvec3 across = glm::normalize(frame.vector_volume_from_world(normal));
+    // A normal is a covector: per voxel step it is axes^T n.
+    const dvec3 across = glm::normalize(normal * frame.axes());
     const int found =
         search.run(start, frame.volume_from_world(projected_world), p, across, PathProxy::k_depth);
     // The point where the way from that voxel's centre to the HIP leaves it.

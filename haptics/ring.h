@@ -31,7 +31,8 @@ class Ring {
   std::size_t size() const noexcept {
     return written_.load(std::memory_order_relaxed) - read_.load(std::memory_order_acquire);
   }
-  std::size_t room() const noexcept { return mask_ + 1 - size(); }
+  std::size_t room() const noexcept { return capacity() - size(); }
+  std::size_t capacity() const noexcept { return mask_ + 1; }
   /// Consumer. False when there is nothing new.
   bool pop(T& value) noexcept {
     const std::size_t at = read_.load(std::memory_order_relaxed);

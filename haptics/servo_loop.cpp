@@ -1,5 +1,6 @@
 #include "haptics/servo_loop.h"
 
+#include <algorithm>
 #include <cmath>
 #include <pmmintrin.h>
 #include <pthread.h>
@@ -26,12 +27,19 @@ void sleep_until(std::int64_t ns) noexcept {
   while (clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &t, nullptr) != 0) {}
 }
 
+std::size_t ring_capacity(const ServoOptions& options, std::size_t hands) {
+  if (options.ring_capacity > 0) return options.ring_capacity;
+  constexpr double k_least = 4096, k_most = 1 << 20;
+  const double lag = options.lag_seconds * options.rate_hz * static_cast<double>(hands);
+  return static_cast<std::size_t>(std::clamp(2 * lag, k_least, k_most));
+}
+
 }  // namespace
 
 ServoLoop::ServoLoop(std::span<Device* const> devices, volume::VersionChannel& channel,
                      const TouchScene& scene, const ProxyMethod& method, const ServoOptions& options,
                      std::uint64_t first_tick)
-    : channel_(&channel), options_(options), ring_(options.ring_capacity) {
+    : channel_(&channel), options_(options), ring_(ring_capacity(options, devices.size())) {
   TREPHINE_ASSERT(!devices.empty() && devices.size() <= k_max_hands);
   for (Device* device : devices) {
     hands_.push_back({device, ServoCore(scene, method, options.force, 1 / options.rate_hz, first_tick), {}});
@@ -46,6 +54,9 @@ ServoLoop::ServoLoop(Device& device, volume::VersionChannel& channel, const Touc
 ServoLoop::~ServoLoop() { stop(); }
 
 volume::Status ServoLoop::start() {
+  if (thread_.joinable())
+    return volume::Error{"the servo loop runs already", "", "a second start", "one start, then stop",
+                         "stop it first"};
   if (!(options_.rate_hz >= 250 && options_.rate_hz <= 10000))
     return volume::Error{"the servo rate is out of range", "", std::to_string(options_.rate_hz) + " Hz",
                          "250 to 10000 Hz", ""};
@@ -142,8 +153,11 @@ void ServoLoop::tick(std::uint64_t tick, std::uint32_t faults) noexcept {
   }
   const bool is_reset = wants_reset_.exchange(false, std::memory_order_relaxed);
   const volume::Version* version = channel_->adopt(reader_);
-  const bool is_lagging = static_cast<double>(ring_.size()) >
-                          options_.lag_seconds * options_.rate_hz * static_cast<double>(hands_.size());
+  // The force fades before the ring is full, at every rate and size of it.
+  const double waiting = static_cast<double>(ring_.size());
+  const bool is_lagging =
+      waiting > options_.lag_seconds * options_.rate_hz * static_cast<double>(hands_.size()) ||
+      waiting > 0.5 * static_cast<double>(ring_.capacity());
   for (Hand& hand : hands_) {
     ServoInput input;
     if (is_reset) hand.faults = 0;

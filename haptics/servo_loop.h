@@ -20,7 +20,9 @@ struct ServoOptions {
   ForceOptions force;
   double watchdog_seconds = 0.1;  ///< a tick later than this fades the force
   double lag_seconds = 0.5;       ///< edits farther behind than this make the scene stale: the force fades
-  std::size_t ring_capacity = 4096;
+  /// Records of ticks on their way to the edits; 0: twice what `lag_seconds` fill at this rate. In a smaller
+  /// one half of it makes the scene stale.
+  std::size_t ring_capacity = 0;
   bool wants_realtime = true;  ///< SCHED_FIFO and locked memory, when allowed
 };
 
@@ -49,7 +51,8 @@ class ServoLoop {
   ServoLoop(const ServoLoop&) = delete;
   ServoLoop& operator=(const ServoLoop&) = delete;
 
-  /// Opens the devices and starts the thread. A device that does not open closes those before it.
+  /// Opens the devices and starts the thread. A device that does not open closes those before it. Error when
+  /// the loop runs.
   volume::Status start();
   /// Stops the thread and closes the devices; a second call does nothing.
   void stop();

@@ -37,7 +37,8 @@ class SmoothSurface {
   SmoothSurface(const Field& field, const Version* version)
       : field_(field),
         version_(version != nullptr && !version->is_untouched() ? version : nullptr),
-        frame_(field.volume().frame) {}
+        frame_(field.volume().frame),
+        finest_(std::min({frame_.spacing().x, frame_.spacing().y, frame_.spacing().z})) {}
 
   bool has_cut() const { return version_ != nullptr; }
   Jet jet(bool is_cut, const dvec3& p_volume) const {
@@ -52,14 +53,14 @@ class SmoothSurface {
     return version_ == nullptr || jet(true, p_volume).value >= 0;
   }
 
-  /// The surface point nearest to a voxel's centre, along its gradient; false where there is none within 1.5
-  /// voxels.
-  bool project(const ivec3& v, SurfacePoint& out) const {
+  /// The surface point nearest to a place, along its gradient; false where there is none within 1.5 cells.
+  /// `cells`: how many of them a voxel has along each axis.
+  bool project(const dvec3& from, const dvec3& cells, SurfacePoint& out) const {
     bool is_found = false;
     double nearest = 1e300;
     for (const bool is_cut : {false, true}) {
       if (is_cut && !has_cut()) continue;
-      dvec3 p(v);
+      dvec3 p = from;
       bool is_near = true;
       for (int i = 0; i < 8 && is_near; ++i) {
         const Jet j = jet(is_cut, p);
@@ -70,14 +71,14 @@ class SmoothSurface {
         }
         const dvec3 step = (j.value / square) * j.gradient;
         p -= step;
-        const dvec3 off = p - dvec3(v);
+        const dvec3 off = (p - from) * cells;
         is_near = glm::dot(off, off) < 1.5 * 1.5;
-        if (glm::dot(step, step) < 1e-12) break;
+        if (glm::dot(step * cells, step * cells) < 1e-12) break;
       }
       if (!is_near) continue;
       // On the surface of one field, and in the solid of the other.
       if (has_cut() && jet(!is_cut, p).value < 0) continue;
-      const dvec3 off = p - dvec3(v);
+      const dvec3 off = (p - from) * cells;
       if (glm::dot(off, off) >= nearest) continue;
       nearest = glm::dot(off, off);
       out = {glm::vec3(frame_.world_from_volume(p)), is_cut};
@@ -86,16 +87,15 @@ class SmoothSurface {
     return is_found;
   }
 
-  /// The place nearest to a voxel's centre where a cut meets the scan's surface, if one is within 1.5 of its
-  /// longest steps.
-  bool project_to_rim(const ivec3& v, SurfacePoint& out) const {
-    if (!has_cut() || !version_->is_near_cut(dvec3(v))) return false;
-    const dvec3& spacing = frame_.spacing();
-    const double reach = 1.5 * std::max({spacing.x, spacing.y, spacing.z});
+  /// The place nearest to `from` where a cut meets the scan's surface, if one is within 1.5 of the longest
+  /// steps of its cell.
+  bool project_to_rim(const dvec3& from, const dvec3& cells, SurfacePoint& out) const {
+    if (!has_cut() || !version_->is_near_cut(from)) return false;
+    const dvec3 steps = frame_.spacing() / cells;
+    const double reach = 1.5 * std::max({steps.x, steps.y, steps.z});
+    const dvec3 from_world = frame_.world_from_volume(from);
     dvec3 found(0);
-    if (!(distance_to_rim(frame_.world_from_volume(dvec3(v)), frame_.world_from_volume(dvec3(v)), reach,
-                          found) < reach))
-      return false;
+    if (!(distance_to_rim(from_world, from_world, reach, found) < reach)) return false;
     out = {glm::vec3(found), true};
     return true;
   }
@@ -147,11 +147,11 @@ class SmoothSurface {
       if (least < 0.5) a += 0.5 - least, c += 0.5 - least;
       const double ru = glm::dot(to_x, u), rw = glm::dot(to_x, w), share = 1 / (a * c - b * b);
       dvec3 step = room * n + share * ((c * ru - b * rw) * u + (a * rw - b * ru) * w);
-      const double length = std::sqrt(glm::dot(step, step)), limit = 1.5 * frame_.spacing().x;
+      const double length = std::sqrt(glm::dot(step, step)), limit = longest_step(from.is_cut);
       if (!(length < 1e300)) break;  // nothing to follow here
       if (length > limit) step *= limit / length;
       y += step;
-      if (length < 1e-3 * frame_.spacing().x) {
+      if (length < 1e-3 * finest_) {
         // A cut's surface goes on in the air beyond its rim, where it bounds nothing; so does the scan's
         // within a cut.
         if (has_cut() && jet(!from.is_cut, frame_.volume_from_world(y)).value < 0) return best;
@@ -165,7 +165,7 @@ class SmoothSurface {
   /// Distance (mm) from x to the curve near `from` where a cut meets the scan's surface: there both fields
   /// are 0; where that is goes to `found`. At most `most`, with `found` as it was.
   double distance_to_rim(const dvec3& x_world, dvec3 y, double most, dvec3& found) const {
-    const double close = 1e-3 * frame_.spacing().x;
+    const double close = 1e-3 * finest_;
     for (int i = 0; i < k_max_rim_steps; ++i) {
       const dvec3 p = frame_.volume_from_world(y);
       const Jet scan = jet(false, p), cut = jet(true, p);
@@ -183,7 +183,7 @@ class SmoothSurface {
                    t = (-cut.value * aa + scan.value * ab) / det;
       const dvec3 along = glm::normalize(glm::cross(a, b));
       dvec3 step = s * a + t * b + glm::dot(x_world - y, along) * along;
-      const double length = std::sqrt(glm::dot(step, step)), limit = 1.5 * frame_.spacing().x;
+      const double length = std::sqrt(glm::dot(step, step)), limit = longest_step(true);
       if (!(length < 1e300)) return most;
       if (length > limit) step *= limit / length;
       y += step;
@@ -192,9 +192,16 @@ class SmoothSurface {
     return most;
   }
 
+  /// Of Newton (mm): beyond its band the distance to a cut is flat.
+  double longest_step(bool is_cut) const {
+    const double usual = 1.5 * finest_;
+    return is_cut && version_ ? std::min(usual, 2 * version_->band_mm()) : usual;
+  }
+
   const Field& field_;
   const Version* version_;
   const Frame& frame_;
+  double finest_;  ///< of the spacing, mm
 };
 
 }  // namespace
@@ -233,36 +240,105 @@ class OffsetField::Builder {
     if (version_ != nullptr && bits != 0) version_->mask_row(y, z, w, 1, &bits);
     return bits;
   }
+  /// Voxels of a word with solid and free ones among themselves and their 26 neighbours, or next to a cut
+  /// that their centres may not show.
+  std::uint64_t mixed_word(int w, int y, int z) const {
+    std::uint64_t all = ~std::uint64_t{0}, any = 0;
+    for (int dz = -1; dz <= 1; ++dz)
+      for (int dy = -1; dy <= 1; ++dy) {
+        const std::uint64_t here = word(w, y + dy, z + dz), before = word(w - 1, y + dy, z + dz),
+                            after = word(w + 1, y + dy, z + dz);
+        const std::uint64_t left = here << 1 | before >> 63, right = here >> 1 | after << 63;
+        all &= here & left & right;
+        any |= here | left | right;
+      }
+    std::uint64_t mixed = any & ~all;
+    if (version_ == nullptr || version_->is_untouched() || any == 0) return mixed;
+    const CutLattice& lattice = version_->lattice();
+    if (lattice.is_of_voxels()) return mixed;
+    const ivec3 first(64 * w, y, z);
+    if (!version_->has_brick(lattice.low_of(first), lattice.high_of(first + ivec3(63, 0, 0)))) return mixed;
+    for (int b = 0; b < 64; ++b) {
+      const ivec3 v = first + ivec3(b, 0, 0);
+      if ((any >> b & 1) && version_->has_brick(lattice.low_of(v), lattice.high_of(v)))
+        mixed |= std::uint64_t{1} << b;
+    }
+    return mixed;
+  }
 
-  /// Surface points of the solid voxels at the surface in a box of voxels.
+  /// What is known of the voxels of a box by their bits and those around them.
+  class VoxelKinds {
+   public:
+    enum Kind : std::uint8_t { free, mixed, solid };
+    VoxelKinds(const Builder& builder, const ivec3& low, const ivec3& high)
+        : low_(low), high_(high), size_(glm::max(high - low + 1, ivec3(0))) {
+      kinds_.resize(static_cast<std::size_t>(size_.x) * static_cast<std::size_t>(size_.y) *
+                    static_cast<std::size_t>(size_.z));
+      for (int z = low.z; z <= high.z; ++z)
+        for (int y = low.y; y <= high.y; ++y)
+          for (int w = low.x >> 6; w <= high.x >> 6; ++w) {
+            const std::uint64_t of_mixed = builder.mixed_word(w, y, z), of_solid = builder.word(w, y, z);
+            if ((of_mixed | of_solid) == 0) continue;
+            for (int x = std::max(low.x, 64 * w); x <= std::min(high.x, 64 * w + 63); ++x)
+              kinds_[index({x, y, z})] = of_mixed >> (x & 63) & 1   ? mixed
+                                         : of_solid >> (x & 63) & 1 ? solid
+                                                                    : free;
+          }
+    }
+    /// Beyond the box nothing is solid: it ends where the grid does, or beyond all that is asked.
+    Kind at(const ivec3& v) const {
+      const bool is_in = v.x >= low_.x && v.y >= low_.y && v.z >= low_.z && v.x <= high_.x &&
+                         v.y <= high_.y && v.z <= high_.z;
+      return is_in ? kinds_[index(v)] : free;
+    }
+
+   private:
+    std::size_t index(const ivec3& v) const {
+      const ivec3 in = v - low_;
+      return static_cast<std::size_t>(in.x) +
+             static_cast<std::size_t>(size_.x) *
+                 (static_cast<std::size_t>(in.y) +
+                  static_cast<std::size_t>(size_.y) * static_cast<std::size_t>(in.z));
+    }
+    ivec3 low_, high_, size_;
+    std::vector<Kind> kinds_;
+  };
+
+  /// Surface points in a box of voxels, as near to each other as the lattice is fine: each voxel is divided
+  /// where it is longer than a step.
   void sample_surface(const ivec3& low, const ivec3& high, std::vector<SurfacePoint>& points) const {
+    const dvec3 cells = glm::max(glm::ceil(field_.volume().frame.spacing() / out_.step_ - 1e-9), dvec3(1));
+    const ivec3 count(cells);
     for (int z = low.z; z <= high.z; ++z)
       for (int y = low.y; y <= high.y; ++y)
-        for (int w = low.x >> 6; w <= high.x >> 6; ++w) {
-          const std::uint64_t here = word(w, y, z);
-          if (here == 0) continue;
-          const std::uint64_t left = here << 1 | word(w - 1, y, z) >> 63,
-                              right = here >> 1 | word(w + 1, y, z) << 63;
-          std::uint64_t edge = here & ~(left & right & word(w, y - 1, z) & word(w, y + 1, z) &
-                                        word(w, y, z - 1) & word(w, y, z + 1));
-          for (; edge != 0; edge &= edge - 1) {
+        for (int w = low.x >> 6; w <= high.x >> 6; ++w)
+          for (std::uint64_t edge = mixed_word(w, y, z); edge != 0; edge &= edge - 1) {
             const ivec3 v(64 * w + std::countr_zero(edge), y, z);
             if (v.x < low.x || v.x > high.x) continue;
-            SurfacePoint point;
-            const bool is_found = surface_.project(v, point);
-            if (is_found) points.push_back(point);
-            if (SurfacePoint rim; surface_.project_to_rim(v, rim)) points.push_back(rim);
-            // A sheet of one voxel has two sides and, in its middle, no slope that leads to them.
-            for (int axis = 0; axis < 3; ++axis) {
-              ivec3 before = v, after = v;
-              --before[axis], ++after[axis];
-              const bool is_before = is_solid_voxel(before), is_after = is_solid_voxel(after);
-              if (is_found && (is_before || is_after)) continue;
-              if (!is_before) surface_.bisect(dvec3(v), dvec3(before), points);
-              if (!is_after) surface_.bisect(dvec3(v), dvec3(after), points);
+            bool is_found = false;
+            for (int i = 0; i < count.x * count.y * count.z; ++i) {
+              const ivec3 in(i % count.x, i / count.x % count.y, i / (count.x * count.y));
+              const dvec3 from = dvec3(v) + (dvec3(in) + 0.5) / cells - 0.5;
+              SurfacePoint point;
+              if (surface_.project(from, cells, point)) {
+                points.push_back(point);
+                is_found = true;
+              }
+              if (SurfacePoint rim; surface_.project_to_rim(from, cells, rim)) points.push_back(rim);
             }
+            if (is_solid_voxel(v)) sample_sheet(v, is_found, points);
           }
-        }
+  }
+  /// A sheet of one voxel has two sides and, in its middle, no slope that leads to them.
+  void sample_sheet(const ivec3& v, bool is_found, std::vector<SurfacePoint>& points) const {
+    for (int axis = 0; axis < 3; ++axis) {
+      ivec3 before = v, after = v;
+      --before[axis], ++after[axis];
+      const bool is_before = is_solid_voxel(before), is_after = is_solid_voxel(after);
+      if (is_found && (is_before || is_after)) continue;
+      if (!is_before) surface_.bisect(dvec3(v), dvec3(before), points);
+      if (!is_after) surface_.bisect(dvec3(v), dvec3(after), points);
+    }
   }
 
   void build_tile(const ivec3& low, const ivec3& high, Work& work) {
@@ -274,9 +350,15 @@ class OffsetField::Builder {
     };
     const ivec3 halo = out_.steps_within(reach) + 1;
     const ivec3 from = low - halo, to = high + halo, size = to - from + 1;
+    const ivec3 voxel_low = glm::max(ivec3(glm::floor(voxel(dvec3(from)))), ivec3(0)),
+                voxel_high = glm::min(ivec3(glm::ceil(voxel(dvec3(to)))), field_.volume().size - 1);
+    const VoxelKinds kinds(*this, voxel_low, voxel_high);
+    const auto is_matter = [&](const dvec3& p) {
+      const VoxelKinds::Kind kind = kinds.at(voxel_of(p));
+      return kind == VoxelKinds::mixed ? surface_.is_solid(p) : kind == VoxelKinds::solid;
+    };
     std::vector<SurfacePoint> points;
-    sample_surface(glm::max(ivec3(glm::floor(voxel(dvec3(from)))), ivec3(0)),
-                   glm::min(ivec3(glm::ceil(voxel(dvec3(to)))), field_.volume().size - 1), points);
+    sample_surface(voxel_low, voxel_high, points);
     work.samples += points.size();
 
     // Nearest points spread outward, nearest first (a brush fire with distances to the points themselves).
@@ -344,7 +426,7 @@ class OffsetField::Builder {
               static_cast<int>(i / (static_cast<std::size_t>(size.x) * static_cast<std::size_t>(size.y))));
           // Outward: the way to the nearest point never leads through the solid. Inward only as deep as a
           // small radius needs samples there.
-          if (is_solid_voxel(voxel_of(voxel(dvec3(from + c)))) && !(square[i] < inner * inner)) continue;
+          if (!(square[i] < inner * inner) && is_matter(voxel(dvec3(from + c)))) continue;
           const std::uint32_t p = nearest[i];
           const glm::vec3 at = world_of(c);
           const bool is_inner =
@@ -374,7 +456,8 @@ class OffsetField::Builder {
           Slot& slot = out_.own_slot(b);
           const Slot before = slot;
           if (!is_reached) {
-            const bool is_solid = surface_.is_solid(voxel(dvec3(b * k_edge + k_edge / 2)));
+            const bool is_solid =
+                has_matter(kinds, voxel(dvec3(b * k_edge)), voxel(dvec3(b * k_edge + (k_edge - 1))));
             if (!is_after_removal_ || !is_solid) slot = {nullptr, is_solid};
             continue;
           }
@@ -388,14 +471,13 @@ class OffsetField::Builder {
             if (nearest[i] != k_none) {
               double distance = std::sqrt(static_cast<double>(square[i]));
               // In the solid itself the distance has the other sign.
-              const bool is_within =
-                  distance < inner_reach() + 2 * out_.step_ && surface_.is_solid(voxel(dvec3(v)));
+              const bool is_within = is_matter(voxel(dvec3(v)));
               if (std::abs((is_within ? -distance : distance) - out_.radius_) < k_refined * out_.step_)
                 distance = surface_.distance(out_.frame_.world_from_volume(dvec3(v)), points[nearest[i]]);
               if (is_within) distance = -distance;
               u = std::clamp(out_.radius_ - distance, -out_.far_, out_.far_);
               ++work.cells;
-            } else if (surface_.is_solid(voxel(dvec3(v)))) {
+            } else if (is_matter(voxel(dvec3(v)))) {
               u = out_.far_;
             }
             // Where matter was taken the tool is nowhere held that it was not before, whatever rounding says.
@@ -409,6 +491,24 @@ class OffsetField::Builder {
           slot.is_solid = is_solid;
           slot.brick = is_near || has_both(*brick) ? std::move(brick) : nullptr;
         }
+  }
+
+  /// Is there any matter in a box that holds no surface? Where that was missed the tool is held off.
+  bool has_matter(const VoxelKinds& kinds, const dvec3& low, const dvec3& high) const {
+    const ivec3 first = voxel_of(low), last = voxel_of(high);
+    for (int z = first.z; z <= last.z; ++z)
+      for (int y = first.y; y <= last.y; ++y)
+        for (int x = first.x; x <= last.x; ++x)
+          if (const VoxelKinds::Kind kind = kinds.at({x, y, z}); kind != VoxelKinds::free) {
+            if (kind == VoxelKinds::solid) return true;
+            // Of a mixed voxel what lies in the box.
+            const dvec3 v(x, y, z), from = glm::max(low, v - 0.5), to = glm::min(high, v + 0.5);
+            for (int corner = 0; corner < 8; ++corner)
+              if (surface_.is_solid(
+                      {corner & 1 ? to.x : from.x, corner & 2 ? to.y : from.y, corner & 4 ? to.z : from.z}))
+                return true;
+          }
+    return false;
   }
 
   /// How deep in the solid (mm) samples may lie that count.

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <atomic>
+#include <exception>
+#include <system_error>
 #include <thread>
 #include <vector>
 
@@ -14,8 +16,9 @@ inline int thread_count(int wanted) {
   return wanted > 0 ? wanted : cores;
 }
 
-/// Calls body(i) once for each i in [0, count), handed out one by one; returns when all are done.
-/// body must not throw and must write only what belongs to i.
+/// Calls body(i) once for each i in [0, count), handed out one by one; returns when all are done. body must
+/// write only what belongs to i. Where it throws (no memory, say) the rest is left, and the first exception
+/// comes out of this call.
 template <class Body>
 void parallel_for(int count, int threads, const Body& body) {
   threads = std::min(thread_count(threads), count);
@@ -24,12 +27,25 @@ void parallel_for(int count, int threads, const Body& body) {
     return;
   }
   std::atomic<int> next{0};
-  const auto work = [&] {
-    for (int i = next.fetch_add(1); i < count; i = next.fetch_add(1)) body(i);
+  std::atomic<bool> has_failed{false};
+  std::exception_ptr failure;
+  const auto work = [&]() noexcept {
+    try {
+      for (int i = next.fetch_add(1); i < count && !has_failed; i = next.fetch_add(1)) body(i);
+    } catch (...) {
+      if (!has_failed.exchange(true)) failure = std::current_exception();
+    }
   };
-  std::vector<std::jthread> helpers;
-  for (int t = 1; t < threads; ++t) helpers.emplace_back(work);
-  work();
+  {
+    std::vector<std::jthread> helpers;
+    try {
+      for (int t = 1; t < threads; ++t) helpers.emplace_back(work);
+    } catch (const std::system_error&) {
+      // Fewer threads than wished for: those that there are do it all.
+    }
+    work();
+  }
+  if (failure) std::rethrow_exception(failure);
 }
 
 }  // namespace trephine::volume

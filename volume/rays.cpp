@@ -77,11 +77,11 @@ class PlainWalk {
     t_ = t;
     axis_ = axis;
     for (int b = 0; b < 3; ++b) {
-      if (b == axis) continue;
+      if (b == axis || step_[b] == 0) continue;  // not along b: where it began, to the last bit
       const double p = start_[b] + t * way_[b] + 0.5;
       const int k = static_cast<int>(p);  // not negative, or outside
       const double part = p - k;
-      is_sure_ = is_sure_ && (step_[b] == 0 || (part > k_doubt && part < 1 - k_doubt));
+      is_sure_ = is_sure_ && part > k_doubt && part < 1 - k_doubt;
       if (p < 0 || k >= size_[b]) return false;
       voxel_[b] = k;
     }

@@ -230,7 +230,8 @@ volume::Status check_burr(double diameter_mm) {
 }
 
 volume::Status make_ready_for(drilling::BurrOptions& burr, double smallest, haptics::TouchScene& scene) {
-  if (burr.is_round) return haptics::set_tool_radius(scene, drilling::touch_radius(burr, *scene.base));
+  // Its touch was made for this ball, and it stays as long as the session.
+  if (burr.is_round) smallest = 2 * burr.radius;
   if (!(smallest > 0 && smallest <= 2 * burr.radius))
     return Error{"the smallest burr is out of range", "--smallest-burr", text_of(smallest),
                  "above 0, at most the burr's " + text_of(2 * burr.radius) + " mm", ""};
@@ -239,7 +240,8 @@ volume::Status make_ready_for(drilling::BurrOptions& burr, double smallest, hapt
     return error;
   }
   burr.smallest = smallest;
-  return std::nullopt;
+  return burr.is_round ? haptics::set_tool_radius(scene, drilling::touch_radius(burr, *scene.base))
+                       : std::nullopt;
 }
 
 std::string describe(const volume::Shape& shape, bool is_hounsfield) {

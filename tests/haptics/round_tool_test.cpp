@@ -1,5 +1,6 @@
 // A tool with a radius: its middle keeps a radius away from the solid, whatever the size of the voxels.
 #include <cmath>
+#include <random>
 #include <set>
 
 #include "tests/haptics/method_play.h"
@@ -158,6 +159,84 @@ TEST(RoundTool, OtherMethodsAndBadRadiiAreRefusedInWords) {
   EXPECT_TRUE(set_tool_radius(scene, 2).has_value());
   EXPECT_FALSE(set_tool_radius(scene, 0).has_value());
   EXPECT_EQ(scene.shapes[0].offset, nullptr);
+}
+
+/// A block or wall under thick slices, with the intensity falling linearly off its faces.
+TouchScene thick_slices(const dvec3& spacing, const dvec3& extent, double half_thickness) {
+  const glm::ivec3 size(glm::ceil(extent / spacing));
+  volume::Volume v = volume::make_volume(
+                         size, volume::Frame::from_spacing(-0.5 * spacing * dvec3(size - 1), spacing).value())
+                         .value();
+  for (int z = 0; z < size.z; ++z)
+    for (int y = 0; y < size.y; ++y)
+      for (int x = 0; x < size.x; ++x) {
+        const double depth = half_thickness - std::abs(v.frame.world_from_volume({x, y, z}).x);
+        v.voxels[v.index(x, y, z)] =
+            static_cast<std::int16_t>(300 + std::clamp(1000 * depth, -9000.0, 9000.0));
+      }
+  return scenes::scene_of(std::move(v));
+}
+
+/// A wall of 1 mm between slices of 3 and 5 mm is not passed, and a ball's middle stays its radius away.
+TEST(RoundTool, AThinWallUnderThickSlicesIsNotPassed) {
+  for (const double slice : {3.0, 5.0})
+    for (const double radius : {0.5, 1.0, 2.0}) {
+      RoundPlay play(thick_slices({0.4, 0.4, slice}, {24, 24, 40}, 0.5), radius);
+      std::mt19937_64 random(3);
+      std::uniform_real_distribution<double> part(-1, 1);
+      int passed = 0;
+      double nearest = 1e9;
+      for (int push = 0; push < 200; ++push) {
+        const double y = 7 * part(random), z = 12 * part(random), along = part(random), up = 4 * part(random);
+        const dvec3 from(-6, y, z), to(4, y + 3 * along, z + up);
+        play.state = {};
+        for (int i = 0; i <= 60; ++i) {
+          const ProxyStep s = play.step(from + (i / 60.0) * (to - from));
+          nearest = std::min(nearest, -s.proxy_world.x - 0.5);
+        }
+        passed +=
+            play.state.has_proxy && play.scene.base->frame.world_from_volume(play.state.proxy_volume).x > 0;
+      }
+      EXPECT_EQ(passed, 0) << slice << " " << radius;
+      // A sheet of two voxels loses some of its height to the splines.
+      EXPECT_GT(nearest, radius - 0.1 - 0.02 * radius - 0.15) << slice << " " << radius;
+    }
+}
+
+/// A round burr has room in its own hole under thick slices.
+TEST(RoundTool, GoesDownItsOwnHoleUnderThickSlices) {
+  constexpr double k_radius = 3, k_touch = 2.5;  // what it cuts, and what it touches with
+  TouchScene scene = thick_slices({0.5, 0.5, 3}, {30, 30, 48}, 12);
+  const volume::CutLattice lattice = volume::CutLattice::for_burr(*scene.base, 2 * k_radius).value();
+  volume::RemovalEditor editor(std::make_shared<volume::Version>(scene.base, lattice),
+                               {scene.shapes[0].field});
+  const dvec3 start(-18, 2.1, -3.2), end(1.3, -3.4, 4.7);
+  editor.remove({start, end, k_radius, false});
+  RoundPlay play(std::move(scene), k_touch);
+  const auto cut = editor.publish();
+  auto field =
+      volume::OffsetField::build(play.scene.shapes[0].field, *play.scene.shapes[0].bits, cut.get(), k_touch);
+  ASSERT_TRUE(field);
+  editor.attach({field.value()});
+  play.set_version(editor.publish());
+  double worst = 0;
+  ProxyStep last;
+  for (int i = 0; i <= 300; ++i) {
+    const dvec3 hip = start + (i / 300.0) * (end - start);
+    last = play.step(hip);
+    worst = std::max(worst, glm::length(last.proxy_world - hip));
+  }
+  EXPECT_LT(worst, 1e-6);
+  // At its end, and at its side, there is the room between the two balls, as far as a lattice of that step
+  // shows it.
+  for (const dvec3& way :
+       {glm::normalize(end - start), glm::normalize(glm::cross(end - start, dvec3(0, 0, 1)))}) {
+    for (int i = 1; i <= 60; ++i) last = play.step(end + (i / 20.0) * way);
+    EXPECT_TRUE(last.has_contact);
+    EXPECT_NEAR(glm::dot(last.proxy_world - end, way), k_radius - k_touch, 0.2);
+    for (int i = 60; i >= 0; --i) last = play.step(end + (i / 20.0) * way);
+  }
+  EXPECT_EQ(play.judge.fall_throughs(), 0);
 }
 
 }  // namespace

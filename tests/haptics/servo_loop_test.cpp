@@ -142,6 +142,37 @@ TEST(ServoLoop, LostDeviceAndFullRingFadeTheForce) {
   }
 }
 
+/// At every rate edits that are late by 0.7 s make the scene stale, and lose no tick.
+TEST(ServoLoop, LateEditsFadeTheForceBeforeTheRingIsFullAtEveryRate) {
+  const TouchScene scene = scenes::phantom_scene("sphere", grid(32));
+  volume::VersionChannel channel(std::make_shared<volume::Version>(scene.base));
+  ImplicitProxy method;
+  ASSERT_FALSE(method.prepare(scene).has_value());
+  const PosePath wish = PosePath::from_samples({{0, {{0, 0, 50}}}, {0.05, {{0, 0, 42}}}}, "test").value();
+  for (const double rate : {1000.0, 10000.0}) {
+    VirtualDevice device(wish, {});
+    ServoOptions options;
+    options.rate_hz = rate;
+    options.watchdog_seconds = 10;  // of this machine's own delays nothing is asked here
+    ServoLoop loop(device, channel, scene, method, options);
+    ASSERT_FALSE(loop.start().has_value());
+    // Asked to start once more it says so, and goes on.
+    const volume::Status again = loop.start();
+    ASSERT_TRUE(again.has_value());
+    EXPECT_NE(again->message().find("runs already"), std::string::npos);
+    for (int i = 0; i < 5000 && static_cast<double>(loop.report().ticks) < 0.7 * rate; ++i)
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    loop.stop();
+    EXPECT_TRUE(loop.report().faults & fault_stale_scene) << rate;
+    EXPECT_FALSE(loop.report().faults & fault_full_ring) << rate;
+    EXPECT_EQ(loop.report().dropped, 0u) << rate;
+    ServoRecord record;
+    glm::dvec3 last(1);
+    while (loop.records().pop(record)) last = record.force_world;
+    EXPECT_EQ(last, glm::dvec3(0)) << rate;
+  }
+}
+
 TEST(ServoCore, NothingIsCutWhileAFaultHolds) {
   const TouchScene scene = scenes::phantom_scene("sphere", grid(32));
   const volume::Version version(scene.base);

@@ -19,6 +19,7 @@ struct RoundBench {
   RoundBench() {
     options.radius = 1.5, options.removal_rate = 60, options.is_round = true;
     burr = drilling::Burr(options);
+    EXPECT_FALSE(haptics::set_smallest_burr(scene, 2 * options.radius).has_value());
     EXPECT_FALSE(
         haptics::set_tool_radius(scene, drilling::touch_radius(options, *scene.base), 1).has_value());
     EXPECT_FALSE(method->prepare(scene).has_value());

@@ -1,13 +1,16 @@
 // First hits of rays: the voxel that visiting every voxel in exact order finds.
 #include "volume/rays.h"
 
+#include <atomic>
 #include <cmath>
 #include <gtest/gtest.h>
 #include <limits>
+#include <new>
 
 #include "data-tools/phantoms.h"
 #include "tests/checker/exact_traversal.h"
 #include "volume/deterministic_math.h"
+#include "volume/parallel.h"
 #include "volume/removal.h"
 
 namespace trephine::volume {
@@ -99,6 +102,29 @@ TEST(Rays, StartJustBelowAPlaneInTheVoxelBelowIt) {
   const RayHit hit = first_hit(bits, {{0.49999999999999994, 5, 5}, {9, 5.1, 5.2}});
   EXPECT_TRUE(hit.is_hit);
   EXPECT_EQ(hit.voxel, ivec3(0, 5, 5));
+  // Along an axis too, where a sum with 0.5 rounds to the next row.
+  for (auto& v : base.voxels.span()) v = -1000;
+  base.voxels[base.index(9, 0, 5)] = base.voxels[base.index(9, 1, 6)] = 1600;
+  const Occupancy rows = Occupancy::build(base, Shape{});
+  EXPECT_EQ(first_hit(rows, {{-3, 0.49999999999999994, 5}, {20, 0.49999999999999994, 5}}).voxel,
+            ivec3(9, 0, 5));
+  EXPECT_FALSE(first_hit(rows, {{-3, 0.49999999999999994, 6}, {20, 0.49999999999999994, 6}}).is_hit);
+}
+
+TEST(Parallel, WhatABodyThrowsComesOutOfTheCall) {
+  for (const int threads : {1, 2, 5}) {
+    std::atomic<int> done{0};
+    EXPECT_THROW(parallel_for(1000, threads,
+                              [&done](int i) {
+                                if (i == 10) throw std::bad_alloc();
+                                ++done;
+                              }),
+                 std::bad_alloc);
+    EXPECT_LT(done.load(), 1000);
+    done = 0;
+    parallel_for(1000, threads, [&done](int) { ++done; });
+    EXPECT_EQ(done.load(), 1000);
+  }
 }
 
 }  // namespace
