@@ -16,11 +16,12 @@ PassivityController::PassivityController(double allowance, int delay_ticks,
   under_way_.fill(dvec3(0));
 }
 
-dvec3 PassivityController::step(const dvec3& wanted, const dvec3& x) noexcept {
+dvec3 PassivityController::step(const dvec3& wanted, const dvec3& x, const dvec3& p) noexcept {
   dvec3 force = wanted;
   if (has_last_) {
     const dvec3 moved = x - last_x_;
-    energy_ += glm::dot(under_way_[0], moved) - damping_ * glm::dot(moved, moved);
+    const double lost = std::max(0.0, -glm::dot(under_way_[0], p - last_p_));
+    energy_ += glm::dot(under_way_[0], moved) + lost - damping_ * glm::dot(moved, moved);
     if (moved != dvec3(0)) move_ = moved;
     // What the next hold will give when the hand goes on as it went.
     double store = allowance_ - energy_;
@@ -39,8 +40,14 @@ dvec3 PassivityController::step(const dvec3& wanted, const dvec3& x) noexcept {
     under_way_[static_cast<std::size_t>(i)] = under_way_[static_cast<std::size_t>(i) + 1];
   under_way_[static_cast<std::size_t>(delay_)] = force;
   last_x_ = x;
+  last_p_ = p;
   has_last_ = true;
   return force;
+}
+
+void PassivityController::lose_sight() noexcept {
+  energy_ = std::max(0.0, energy_);
+  has_last_ = false;
 }
 
 void PassivityController::reset() noexcept {

@@ -9,9 +9,10 @@ namespace trephine::haptics {
 
 /// Watches the work done on the hand, sum of F_k . (x_{k+1} - x_k), and lets the force give no more along the
 /// motion than was taken before: on the way out its part along the motion is cut to what the store still
-/// holds. No damping is added, so nothing rings on coarse encoders. What a step gives too much, because the
-/// hand goes faster than in the step before, is at most that step's energy, and is owed. Plain data; servo
-/// thread: no allocation, no waiting.
+/// holds. What a proxy that yields takes for good (friction, bone that gives way: -F_k . (p_{k+1} - p_k)
+/// where that is above 0) is no store: it is heat, and may not be given back. No damping is added, so nothing
+/// rings on coarse encoders. What a step gives too much, because the hand goes faster than in the step
+/// before, is at most that step's energy, and is owed. Plain data; servo thread: no allocation, no waiting.
 class PassivityController {
  public:
   static constexpr int k_most_delay = 4;
@@ -23,9 +24,16 @@ class PassivityController {
   explicit PassivityController(double allowance = 0, int delay_ticks = 0,
                                double device_damping_over_dt = 0) noexcept;
 
-  /// The force to render in place of `wanted` at position x (mm). Once a tick, with what is measured.
-  glm::dvec3 step(const glm::dvec3& wanted, const glm::dvec3& x) noexcept;
-  /// Work done on the hand so far, N mm; positive is energy that came from nowhere.
+  /// The force to render in place of `wanted` at position x (mm), with the proxy at p. Once a tick, with what
+  /// is measured; without contact p is x.
+  glm::dvec3 step(const glm::dvec3& wanted, const glm::dvec3& x, const glm::dvec3& p) noexcept;
+  /// What became of the last step's force: others limited it further, or let it out more slowly.
+  void tell_rendered(const glm::dvec3& force) noexcept {
+    under_way_[static_cast<std::size_t>(delay_)] = force;
+  }
+  /// Ticks were lost, in which the hand went where nobody saw: what is owed stays, the store does not.
+  void lose_sight() noexcept;
+  /// Work done on the hand so far less what friction took, N mm; positive is energy that came from nowhere.
   double energy() const noexcept { return energy_; }
   /// Ticks in which the force was cut.
   long cuts() const noexcept { return cuts_; }
@@ -36,7 +44,7 @@ class PassivityController {
   double allowance_, damping_;
   int delay_;
   std::array<glm::dvec3, k_most_delay + 1> under_way_{};  ///< oldest first; [0] was held since the last call
-  glm::dvec3 last_x_{0.0}, move_{0.0};                    ///< move_: the newest motion that was seen
+  glm::dvec3 last_x_{0.0}, last_p_{0.0}, move_{0.0};      ///< move_: the newest motion that was seen
   double energy_ = 0;
   long cuts_ = 0;
   bool has_last_ = false;

@@ -102,8 +102,8 @@ ProxyStep SceneProxy::step(const TouchScene& scene, const volume::Version& versi
       look_around(scene, layout_, moving, start, pushed, around);
       SceneWalls walls(scene, layout_, version, state, moving, result.counters);
       ShapeSet inside = state.inside;
-      const Reach way =
-          walls.reach(frame.volume_from_world(start), frame.volume_from_world(pushed), inside, 1e-3 * frame.spacing().x, shape);
+      const Reach way = walls.reach(frame.volume_from_world(start), frame.volume_from_world(pushed), inside,
+                                    1e-3 * frame.spacing().x, shape);
       if (way.is_blocked) {
         // Between two walls that close: let go.
         result.is_buried = true;

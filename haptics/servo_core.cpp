@@ -218,7 +218,7 @@ ServoRecord ServoCore::step(const volume::Version& version, const ServoInput& in
       active_ = forces.active_world;
       if (forces.has_lost_resistance) add_event(record, TouchEvent::lost_resistance, forces.lost_shape);
     }
-    if (is_passive_) wanted_ = passivity_.step(wanted_, hip);
+    if (is_passive_) wanted_ = passivity_.step(wanted_, hip, step_.has_contact ? step_.proxy_world : hip);
     wanted_ += active_;
     if (has_pops_) pop_through(hip, record);
     record.proxy_world = step_.proxy_world;
@@ -235,6 +235,10 @@ ServoRecord ServoCore::step(const volume::Version& version, const ServoInput& in
   record.raised = faults;
   record.force_world = guard_.step(wanted_, faults);
   record.faults = guard_.faults();
+  if (is_passive_) {
+    passivity_.tell_rendered(passive_part(record.force_world));
+    if (faults & fault_not_finite) passivity_.lose_sight();
+  }
   // Without a force there is no hand on the tool, and a tool on its way out rests: nothing is cut.
   if ((record.faults & k_latched_faults) || is_led_) record.pose.is_pressed = false;
   tell(record);
@@ -248,8 +252,16 @@ ServoRecord ServoCore::step(const volume::Version& version, const ServoInput& in
   return record;
 }
 
+/// Of a force that the guard let out, what effects did not make: it limits all parts alike.
+dvec3 ServoCore::passive_part(const dvec3& rendered) const noexcept {
+  const double wanted = glm::dot(wanted_, wanted_);
+  if (active_ == dvec3(0) || !(wanted > 0)) return rendered;
+  return rendered - active_ * std::min(1.0, std::sqrt(glm::dot(rendered, rendered) / wanted));
+}
+
 dvec3 ServoCore::skip(std::uint32_t faults, std::uint64_t count) noexcept {
   had_position_ = false;
+  if (is_passive_) passivity_.lose_sight();
   tick_ += count;
   for (; count > 0; --count) {
     last_force_ = guard_.step(wanted_, faults);
@@ -309,11 +321,7 @@ void ServoCore::account(const ServoRecord& record) noexcept {
   had_position_ = has_position;
   was_led_ = record.is_led;
   last_force_ = record.force_world;
-  // Where the guard limits the force it limits all its parts alike.
-  const double wanted = glm::dot(wanted_, wanted_);
-  last_active_ = active_ == dvec3(0) || !(wanted > 0)
-                     ? dvec3(0)
-                     : active_ * std::min(1.0, std::sqrt(glm::dot(last_force_, last_force_) / wanted));
+  last_active_ = active_ == dvec3(0) ? dvec3(0) : last_force_ - passive_part(last_force_);
   last_normal_ = record.normal_world;
   last_position_ = position;
 }

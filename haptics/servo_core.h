@@ -123,6 +123,7 @@ class ServoCore {
  private:
   void begin_lead(const glm::dvec3& hip_world) noexcept;
   void lead(const glm::dvec3& hip_world) noexcept;
+  glm::dvec3 passive_part(const glm::dvec3& rendered) const noexcept;
   void account(const ServoRecord& record) noexcept;
   void account_motion(const glm::dvec3& moved) noexcept;
   void pop_through(const glm::dvec3& hip_world, ServoRecord& record) noexcept;

@@ -31,7 +31,8 @@ std::size_t ring_capacity(const ServoOptions& options, std::size_t hands) {
   if (options.ring_capacity > 0) return options.ring_capacity;
   constexpr double k_least = 4096, k_most = 1 << 20;
   const double lag = options.lag_seconds * options.rate_hz * static_cast<double>(hands);
-  return static_cast<std::size_t>(std::clamp(2 * lag, k_least, k_most));
+  // A rate that is no number is refused later, by start().
+  return static_cast<std::size_t>(2 * lag > k_least ? std::min(2 * lag, k_most) : k_least);
 }
 
 }  // namespace

@@ -57,6 +57,7 @@ Result<Outcome> run_replay(const ReplayArguments& arguments) {
 
   if (arguments.wants_window) {
     view::WindowOptions options;
+    options.wants_to_end = is_interrupted;
     options.title = data_tools::file_name(arguments.session);
     options.rate_hz = rate;
     if (!session.burrs.empty() && session.burrs[0]) options.burr = session.burrs[0]->options();
@@ -114,6 +115,7 @@ Result<Outcome> run_replay(const ReplayArguments& arguments) {
   }
   if (!arguments.screenshot.empty()) {
     view::WindowOptions options;
+    options.wants_to_end = is_interrupted;
     options.screenshot = arguments.screenshot;
     options.title = data_tools::file_name(arguments.session);
     options.is_offscreen = true;
@@ -241,6 +243,7 @@ Result<Outcome> run_resume(const ResumeArguments& arguments) {
     }
   } else {
     view::WindowOptions options;
+    options.wants_to_end = is_interrupted;
     options.title = where;
     options.burr = session.burrs[0]->options();
     options.method = header.method;

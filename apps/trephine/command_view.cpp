@@ -102,6 +102,7 @@ Result<Outcome> run_view(const ViewArguments& arguments) {
   if (volume::Status error = make_ready_for(options.burr, smallest, made.value())) return *error;
   const auto scene = std::make_shared<const haptics::TouchScene>(std::move(made).value());
   options.seconds = arguments.seconds;
+  options.wants_to_end = is_interrupted;
   options.screenshot = arguments.screenshot;
   options.title = source.name;
   // A screenshot alone needs no window; --seconds asks for one.
@@ -134,7 +135,7 @@ Result<Outcome> run_view(const ViewArguments& arguments) {
   auto shown = view::run_window(scene, options);
   if (!shown) return shown.error();
   const view::WindowReport& r = shown.value();
-  Outcome outcome{new_report("view"), "", exit_done};
+  Outcome outcome{new_report("view"), "", is_interrupted() ? exit_interrupted : exit_done};
   Json& json = outcome.json;
   json["source"] = source.name;
   json["is_offscreen"] = options.is_offscreen;

@@ -97,6 +97,7 @@ void listen_for_interrupt() {
   action.sa_handler = [](int) { g_interrupted = true; };
   action.sa_flags = SA_RESETHAND;  // a second Ctrl-C ends the program at once
   sigaction(SIGINT, &action, nullptr);
+  sigaction(SIGTERM, &action, nullptr);
 }
 volume::Error interrupted(const std::string& what) {
   return {what + " was interrupted; nothing was written", "", "", "", "", volume::ErrorKind::interrupted};

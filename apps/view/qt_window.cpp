@@ -198,6 +198,13 @@ void MainWindow::keyPressEvent(QKeyEvent* event) {
   }
 }
 
+/// Keys and buttons that are let go elsewhere are never told: a window that is not in front does not drill.
+bool MainWindow::event(QEvent* event) {
+  const bool is_left = event->type() == QEvent::WindowDeactivate || event->type() == QEvent::Hide;
+  if (is_left && operation_) operation_->press(false);
+  return QMainWindow::event(event);
+}
+
 void MainWindow::keyReleaseEvent(QKeyEvent* event) {
   if (event->key() == Qt::Key_Space && !event->isAutoRepeat() && operation_) operation_->press(false);
   QMainWindow::keyReleaseEvent(event);
@@ -373,6 +380,10 @@ Status MainWindow::save_picture(const QString& path) {
 // ---- the frame ------------------------------------------------------------------------------------------
 
 void MainWindow::tick() {
+  if ((options_.seconds && seconds_since(opened_at_) > *options_.seconds) || options_.wants_to_end()) {
+    QApplication::closeAllWindows();  // dialogs too
+    return;
+  }
   take_opened();
   const double elapsed = seconds_since(last_tick_);
   last_tick_ = Clock::now();
@@ -396,7 +407,6 @@ void MainWindow::tick() {
     report_.first_frame_seconds = seconds_since(opened_at_);
   }
   show_state();
-  if (options_.seconds && seconds_since(opened_at_) > *options_.seconds) close();
 }
 
 void MainWindow::show_state() {

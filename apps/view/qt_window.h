@@ -57,6 +57,7 @@ class MainWindow : public QMainWindow {
   void keyReleaseEvent(QKeyEvent* event) override;
   void resizeEvent(QResizeEvent* event) override;
   bool eventFilter(QObject* object, QEvent* event) override;
+  bool event(QEvent* event) override;
 
  private:
   void build_menu();

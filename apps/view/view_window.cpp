@@ -27,8 +27,7 @@ Result<WindowReport> draw_once(const haptics::TouchScene& scene, const WindowOpt
   auto surface = make_offscreen(1200, 900);
   if (!surface) return surface.error();
   OperationPicture picture(scene, surface.value()->window(), false);
-  const auto version =
-      options.version ? options.version : haptics::untouched(scene);
+  const auto version = options.version ? options.version : haptics::untouched(scene);
   picture.request_all(version);
   picture.wait();
   picture.look_from(0);
@@ -130,7 +129,8 @@ Result<WindowReport> run_plain_window(const haptics::TouchScene& scene, const Wi
                         "zoom   u: undo   "
                         "y: redo   a p l r s i: views   q: quit");
     l->operation->frame();
-    if (l->options->seconds && seconds_since(l->started) > *l->options->seconds)
+    if ((l->options->seconds && seconds_since(l->started) > *l->options->seconds) ||
+        l->options->wants_to_end())
       l->interactor->TerminateApp();
   });
   interactor->AddObserver(vtkCommand::TimerEvent, tick);

@@ -43,7 +43,9 @@ struct WindowOptions {
   double rate_hz = 1000;
   haptics::ForceOptions force;
   std::optional<double> seconds;  ///< close by itself after so long
-  std::string screenshot;         ///< PNG at the end; empty for none
+  /// Asked in every frame: true closes the window in order, as its own button does.
+  std::function<bool()> wants_to_end = [] { return false; };
+  std::string screenshot;  ///< PNG at the end; empty for none
   std::string title = "trephine";
   /// Draw the first frame and the screenshot into memory, no window (no display, or a screenshot is all that
   /// is wanted).

@@ -107,6 +107,34 @@ class Window : public ::testing::Test {
   double reshaped_low_ = 0;
 };
 
+/// Space or the mouse button may be let go over another window, which is not told here.
+TEST_F(Window, DrillsNothingOnceItIsNoLongerInFront) {
+  MainWindow window(scene_, options_);
+  window.show();
+  ASSERT_TRUE(QTest::qWaitForWindowExposed(&window));
+  ASSERT_TRUE(QTest::qWaitFor([&] { return window.operation()->picture().triangle_count() > 1000; }, 10000));
+  const QPoint middle = window.canvas()->rect().center();
+  for (const bool is_key : {true, false}) {
+    QTest::mouseMove(window.canvas(), middle);
+    ASSERT_TRUE(QTest::qWaitFor([&] { return window.operation()->state().newest.has_contact; }, 3000));
+    const double before = window.operation()->state().removed_mm3;
+    if (is_key)
+      QTest::keyPress(&window, Qt::Key_Space);
+    else
+      QTest::mousePress(window.canvas(), Qt::LeftButton, {}, middle);
+    ASSERT_TRUE(QTest::qWaitFor([&] { return window.operation()->state().removed_mm3 > before + 1; }, 5000));
+    QEvent other(QEvent::WindowDeactivate);
+    QApplication::sendEvent(&window, &other);
+    ASSERT_TRUE(QTest::qWaitFor([&] { return !window.operation()->state().newest.pose.is_pressed; }, 2000));
+    const double left = window.operation()->state().removed_mm3;
+    QTest::qWait(300);
+    EXPECT_EQ(window.operation()->state().removed_mm3, left);
+    QTest::keyRelease(&window, Qt::Key_Space);
+    QTest::mouseRelease(window.canvas(), Qt::LeftButton, {}, middle);
+  }
+  window.close();
+}
+
 TEST_F(Window, TouchDrillUndoSaveAndQuit) {
   WindowReport report;
   {

@@ -532,7 +532,7 @@ std::vector<EnergyRow> run_energy_test() {
           least = std::min(least, device.lost - given);
           const haptics::ProxyStep step = method.step(surface.scene, version, state, {x});
           dvec3 force = model.step(step, x, surface.scene);
-          if (has_controller) force = controller.step(force, x);
+          if (has_controller) force = controller.step(force, x, step.has_contact ? step.proxy_world : x);
           held = delay > 0 ? last_force : force;
           last_force = force;
           last_place = device.x;

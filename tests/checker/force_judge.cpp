@@ -24,7 +24,7 @@ void ForceJudge::restart(bool is_fresh) {
   if (!is_fresh) unsure_ = static_cast<int>(0.8 / law_.dt);
 }
 
-dvec3 ForceJudge::passive(const dvec3& wanted, const dvec3& position) {
+dvec3 ForceJudge::passive(const dvec3& wanted, const dvec3& position, const dvec3& proxy) {
   // A force sent now is held from `delay` ticks on; until then older ones are.
   const auto delay = static_cast<std::size_t>(law_.delay_ticks);
   const auto sent_before = [&](std::size_t ticks) {
@@ -33,8 +33,10 @@ dvec3 ForceJudge::passive(const dvec3& wanted, const dvec3& position) {
   dvec3 force = wanted;
   if (!measured_.empty()) {
     const dvec3 moved = position - measured_.back();
-    given_ +=
-        glm::dot(sent_before(delay + 1), moved) - law_.device_damping / law_.dt * glm::dot(moved, moved);
+    const dvec3 held = sent_before(delay + 1), yielded = proxy - proxies_.back();
+    // A proxy that yields to the force makes heat of it, which is not to be had back.
+    const double heat = std::max(0.0, -glm::dot(held, yielded));
+    given_ += glm::dot(held, moved) + heat - law_.device_damping / law_.dt * glm::dot(moved, moved);
     if (glm::length(moved) > 0) motion_ = moved;
     // What is under way meets a hand that may be twice as fast by then.
     const double haste = delay > 0 ? 2 : 1;
@@ -46,9 +48,13 @@ dvec3 ForceJudge::passive(const dvec3& wanted, const dvec3& position) {
   }
   sent_.push_back(force);
   measured_.push_back(position);
+  proxies_.push_back(proxy);
   if (sent_.size() > 64) {
     sent_.erase(sent_.begin(), sent_.begin() + 32);
-    measured_.erase(measured_.begin(), measured_.begin() + 32);
+    if (measured_.size() > 32) {
+      measured_.erase(measured_.begin(), measured_.end() - 32);
+      proxies_.erase(proxies_.begin(), proxies_.end() - 32);
+    }
   }
   return force;
 }
@@ -105,7 +111,7 @@ void ForceJudge::look(const ForceTick& t) {
       effects = effects_.look(t.position, t.proxy, t.normal, t.has_contact, wanted);
       wanted += effects.rendered;
     }
-    if (law_.is_passive) wanted = passive(wanted, t.position);
+    if (law_.is_passive) wanted = passive(wanted, t.position, t.has_contact ? t.proxy : t.position);
     wanted += effects.active;
     active = effects.active;
   }
@@ -154,6 +160,14 @@ void ForceJudge::look(const ForceTick& t) {
   last_position_ = t.position;
   was_led_ = t.is_led;
   last_ = t.force;
+  if (!law_.is_passive) return;
+  // What was let out is what does work, whatever was asked for.
+  if (!sent_.empty()) sent_.back() = last_ - last_active_;
+  if (t.is_not_finite) {
+    given_ = std::max(0.0, given_);
+    measured_.clear();
+    proxies_.clear();
+  }
 }
 
 }  // namespace trephine::checker

@@ -53,13 +53,14 @@ class ForceJudge {
   ForceLaw law_;
   double alpha_;
   /// What the controller leaves of a force wanted at a place.
-  glm::dvec3 passive(const glm::dvec3& wanted, const glm::dvec3& position);
+  glm::dvec3 passive(const glm::dvec3& wanted, const glm::dvec3& position, const glm::dvec3& proxy);
 
   glm::dvec3 smoothed_{0.0}, stretch_{0.0}, contact_position_{0.0}, last_{0.0}, last_position_{0.0};
   std::vector<glm::dvec3> sent_;      ///< by the controller, every tick; the newest last
   std::vector<glm::dvec3> measured_;  ///< where the hand was then
-  double given_ = 0;                  ///< N mm, of forces that were held, less what the device damps
-  glm::dvec3 motion_{0.0};            ///< the newest that was one
+  std::vector<glm::dvec3> proxies_;   ///< and the proxy; the hand itself without contact
+  double given_ = 0;        ///< N mm, of forces that were held, less what the device damps, plus heat
+  glm::dvec3 motion_{0.0};  ///< the newest that was one
   glm::dvec3 last_normal_{0.0}, last_active_{0.0};
   double fade_ = 1, cap_, contact_ = 0, growth_ = 0, friction_ = 0, active_ = 0;
   bool had_contact_ = false, was_led_ = false, had_position_ = false, is_lost_ = false;

@@ -103,7 +103,7 @@ TEST(Passivity, ASpringThatGivesMoreThanItTookIsCut) {
     const double x = i <= 200 ? -0.01 * i : -0.01 * (400 - i);
     given += last_force * (x - last_x);
     const double wanted = (i <= 200 ? 1.0 : 2.0) * -x;
-    last_force = controller.step({wanted, 0, 0}, {x, 0, 0}).x;
+    last_force = controller.step({wanted, 0, 0}, {x, 0, 0}, dvec3(0)).x;
     last_x = x;
     EXPECT_LE(last_force, wanted + 1e-12);
   }
@@ -114,18 +114,62 @@ TEST(Passivity, ASpringThatGivesMoreThanItTookIsCut) {
   PassivityController quiet(0.021);
   for (int i = 0; i <= 400; ++i) {
     const double x = i <= 200 ? -0.01 * i : -0.01 * (400 - i);
-    EXPECT_NEAR(quiet.step({-x, 0, 0}, {x, 0, 0}).x, -x, 1e-9);
+    EXPECT_NEAR(quiet.step({-x, 0, 0}, {x, 0, 0}, dvec3(0)).x, -x, 1e-9);
   }
 }
 
 TEST(Passivity, AResetForgetsTheStoreButNotForcesUnderWay) {
   PassivityController controller(0, 2);
-  for (int i = 0; i < 10; ++i) controller.step({1, 0, 0}, {-0.01 * i, 0, 0});
+  for (int i = 0; i < 10; ++i) controller.step({1, 0, 0}, {-0.01 * i, 0, 0}, dvec3(0));
   EXPECT_LT(controller.energy(), 0);
   controller.reset();
   EXPECT_EQ(controller.energy(), 0);
-  controller.step({0, 0, 0}, {0, 0, 0});  // the force of two ticks ago is still held on the way out
+  controller.step({0, 0, 0}, {0, 0, 0}, dvec3(0));  // the force of two ticks ago is still held on the way out
   EXPECT_NEAR(controller.energy(), 0.09, 1e-12);
+}
+
+/// What friction took is heat. A surface that makes energy is cut the same after 150 mm of sliding as before.
+TEST(Passivity, WhatFrictionTookMayNotBeGivenBack) {
+  double most[2] = {0, 0};
+  for (const double slide : {0.0, 150.0}) {
+    PassivityController controller;
+    double given = 0;  // by the normal force alone
+    dvec3 x(0, 0, -0.1), last_x = x, force(0);
+    const auto tick = [&](const dvec3& to, double stiffness) {
+      x = to;
+      given += force.z * (x.z - last_x.z);
+      // The proxy lies on the plane z = 0 and trails the hand by its friction.
+      const dvec3 proxy(x.x - 0.3 * -x.z, 0, 0);
+      force = controller.step(stiffness * (proxy - x), x, proxy);
+      last_x = x;
+    };
+    for (int i = 0; i <= 1000; ++i) tick({slide * i / 1000, 0, -0.1}, 12);
+    // In with 6 N/mm, out with 12: each time 3 N mm from nowhere, if nobody looked.
+    for (int push = 0; push < 5; ++push)
+      for (int i = 0; i <= 200; ++i)
+        tick({slide, 0, -0.1 - 0.01 * (i <= 100 ? i : 200 - i)}, i <= 100 ? 6 : 12);
+    most[slide > 0] = given;
+  }
+  EXPECT_LT(most[0], 0.15);
+  EXPECT_LT(most[1], 0.15);  // a step's energy, 12 N/mm x 1 mm x 0.01 mm
+}
+
+/// What the guard lets out later than it was asked for is given all the same.
+TEST(Passivity, SeesWhatWasRenderedInPlaceOfWhatItAskedFor) {
+  PassivityController controller;
+  controller.step({1, 0, 0}, {0, 0, 0}, dvec3(0));
+  controller.tell_rendered({3, 0, 0});
+  controller.step({0, 0, 0}, {0.5, 0, 0}, dvec3(0));
+  EXPECT_NEAR(controller.energy(), 1.5, 1e-12);
+  // Out of sight the debt stays and a store does not.
+  controller.lose_sight();
+  EXPECT_NEAR(controller.energy(), 1.5, 1e-12);
+  controller.step({1, 0, 0}, {0, 0, 0}, dvec3(0));
+  controller.tell_rendered({1, 0, 0});
+  controller.step({1, 0, 0}, {-5, 0, 0}, dvec3(0));
+  EXPECT_NEAR(controller.energy(), -3.5, 1e-12);
+  controller.lose_sight();
+  EXPECT_EQ(controller.energy(), 0);
 }
 
 /// Whatever comes in: what goes out is a number below the limit, and a fault that stays is said.
