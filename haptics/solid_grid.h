@@ -45,7 +45,7 @@ class VoxelGrid {
   }
   Samples samples(std::size_t shape) const noexcept {
     const TouchShape& touched = scene_.shapes[shape];
-    return Samples({&touched.field, &version_, touched.bits.get()});
+    return Samples({&touched.field, &version_, touched.bits.get(), false, true});
   }
 
  private:

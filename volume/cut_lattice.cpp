@@ -21,6 +21,9 @@ glm::ivec3 division(const glm::dvec3& spacing, double step) {
     const int k = static_cast<int>(std::clamp(least, 1.0, 1e6));
     per_voxel[a] = k | 1;
   }
+  // One, or three and more along every axis: surface nets need a sample inside each face where cells of two
+  // sizes meet.
+  if (per_voxel != glm::ivec3(1)) per_voxel = glm::max(per_voxel, glm::ivec3(3));
   return per_voxel;
 }
 

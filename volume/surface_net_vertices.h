@@ -6,9 +6,12 @@
 #include <cmath>
 #include <cstring>
 #include <emmintrin.h>
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
 
 #include "volume/surface_net_cases.h"
 #include "volume/surface_nets.h"
+#include "volume/trilinear.h"
 
 namespace trephine::volume {
 
@@ -26,6 +29,58 @@ inline float cut_crossing(const Version& version, const glm::ivec3& in, const gl
     before = d;
   }
   return 2;
+}
+
+/// Where the zero surfaces of two fields meet near p, both trilinear between the corners of a cell, or as
+/// near to it as the cell allows; p where their tangent planes are parallel. In the cell's own coordinates, 0
+/// to 1.
+inline glm::vec3 common_edge(const float* g, const float* d, const glm::vec3& p) noexcept {
+  CellCorners of_g, of_d;
+  std::copy_n(g, 8, of_g.begin());
+  std::copy_n(d, 8, of_d.begin());
+  glm::dvec3 at(p);
+  constexpr int k_steps = 2;  // Newton's; the fields are nearly linear
+  for (int i = 0; i < k_steps; ++i) {
+    const glm::dvec3 a = trilinear_gradient(of_g, at), b = trilinear_gradient(of_d, at);
+    const double u = -trilinear_value(of_g, at), v = -trilinear_value(of_d, at);
+    const double aa = glm::dot(a, a), bb = glm::dot(b, b), ab = glm::dot(a, b), det = aa * bb - ab * ab;
+    if (!(det > 1e-3 * aa * bb)) return p;
+    at += (u * bb - v * ab) / det * a + (v * aa - u * ab) / det * b;
+    at = glm::clamp(at, glm::dvec3(0), glm::dvec3(1));
+  }
+  return glm::vec3(at);
+}
+
+/// The vertices of a cell's patches (its own coordinates): the mean of a patch's crossings, and where it is
+/// crossed by the field and by the cut a point of their common edge. Corner i of `solid` is that of `net`. A
+/// crossing lies where the first of the two leaves; in the middle where neither does.
+inline void place_patches(const float* g, const float* d, bool is_cut, int solid, const NetCase& net,
+                          bool is_sharp, glm::vec3* out) noexcept {
+  struct Patch {
+    glm::vec3 sum{0};
+    int by_field = 0, by_cut = 0;
+  };
+  std::array<Patch, 4> patches;
+  for (int e = 0; e < 12; ++e) {
+    if (!(net.edges >> e & 1)) continue;
+    const int axis = e / 4, low = net_edge_corner(e), high = low | 1 << axis;
+    const bool is_low_solid = solid >> low & 1;
+    const int in = is_low_solid ? low : high, air = is_low_solid ? high : low;
+    const float none = 2, by_field = g[air] < 0 ? g[in] / (g[in] - g[air]) : none,
+                by_cut = is_cut && d[air] <= 0 ? d[in] / (d[in] - d[air]) : none;
+    const float first = std::min(by_field, by_cut), t = first < none ? first : 0.5f;
+    glm::vec3 p(static_cast<float>(low & 1), static_cast<float>(low >> 1 & 1),
+                static_cast<float>(low >> 2 & 1));
+    p[axis] = is_low_solid ? t : 1 - t;
+    Patch& patch = patches[net.patch_of_edge[static_cast<std::size_t>(e)]];
+    patch.sum += p;
+    ++(by_cut < by_field ? patch.by_cut : patch.by_field);
+  }
+  for (std::size_t k = 0; k < net.patch_count; ++k) {
+    const Patch& patch = patches[k];
+    out[k] = patch.sum / static_cast<float>(patch.by_field + patch.by_cut);
+    if (is_sharp && patch.by_cut > 0 && patch.by_field > 0) out[k] = common_edge(g, d, out[k]);
+  }
 }
 
 /// Borrows what its source borrows. Any thread; allocates nothing.
@@ -69,26 +124,34 @@ class NetVertices {
     }
     if (is_cut_) is_cut = cut_distances(cell, d);
     const bool is_fine = is_cut && !source_.version->lattice().is_of_voxels();
-    if (net.patch_count == 1 && !is_fine) {
+    if (is_fine) return place_by_edges(cell, g, net, out);
+    // One surface alone: all twelve edges at once.
+    const auto is_air = [](float value) { return value < 0; };
+    const bool may_be_rim = is_cut && !source_.is_of_voxels && std::any_of(g, g + 8, is_air);
+    if (net.patch_count == 1 && !may_be_rim) {
       *out = glm::vec3(cell) + (is_cut ? mean_crossing<true>(g, d, net) : mean_crossing<false>(g, d, net));
       return;
     }
+    int solid = 0;
+    for (int i = 0; i < 8; ++i) solid |= static_cast<int>(g[i] >= 0 && (!is_cut || d[i] > 0)) << i;
+    place_patches(g, d, is_cut, solid, net, !source_.is_of_voxels, out);
+    for (std::size_t k = 0; k < net.patch_count; ++k) out[k] += glm::vec3(cell);
+  }
+
+ private:
+  /// On a lattice finer than the voxels the cut is followed along each edge.
+  void place_by_edges(const glm::ivec3& cell, const float* g, const NetCase& net, glm::vec3* out) const {
+    const auto corner = [&cell](int i) { return cell + glm::ivec3(i & 1, i >> 1 & 1, i >> 2 & 1); };
     std::array<glm::vec3, 4> sum{};
     std::array<int, 4> count{};
     for (int e = 0; e < 12; ++e) {
       if (!(net.edges >> e & 1)) continue;
       const int axis = e / 4, low = net_edge_corner(e), high = low | 1 << axis;
-      const bool is_low_solid = g[low] >= 0 && (!is_cut || d[low] > 0);
+      const glm::ivec3 at = corner(low);
+      const bool is_low_solid = g[low] >= 0 && source_.version->distance_at(at.x, at.y, at.z) > 0;
       const int in = is_low_solid ? low : high, air = is_low_solid ? high : low;
-      // From the solid end: where the first of the two fields leaves.
-      float t = 1;
-      if (g[air] < 0) t = g[in] / (g[in] - g[air]);
-      if (is_fine) {
-        const auto corner = [&cell](int i) { return cell + glm::ivec3(i & 1, i >> 1 & 1, i >> 2 & 1); };
-        t = std::min(t, cut_crossing(*source_.version, corner(in), corner(air)));
-      } else if (is_cut && d[air] <= 0) {
-        t = std::min(t, d[in] / (d[in] - d[air]));
-      }
+      float t = g[air] < 0 ? g[in] / (g[in] - g[air]) : 1;
+      t = std::min(t, cut_crossing(*source_.version, corner(in), corner(air)));
       glm::vec3 p(static_cast<float>(low & 1), static_cast<float>(low >> 1 & 1),
                   static_cast<float>(low >> 2 & 1));
       p[axis] = is_low_solid ? t : 1 - t;
@@ -99,8 +162,6 @@ class NetVertices {
     for (std::size_t k = 0; k < net.patch_count; ++k)
       out[k] = glm::vec3(cell) + sum[k] / static_cast<float>(count[k]);
   }
-
- private:
   /// Distances to the cut at a cell's corners; whether any corner was removed (else d may not be filled).
   bool cut_distances(const glm::ivec3& cell, float* d) const {
     const Version& version = *source_.version;

@@ -7,8 +7,12 @@
 #include <emmintrin.h>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
+#include <mutex>
+#include <optional>
+#include <span>
 #include <vector>
 
+#include "volume/fine_net.h"
 #include "volume/parallel.h"
 #include "volume/surface_net_cases.h"
 #include "volume/surface_net_vertices.h"
@@ -44,7 +48,22 @@ class NetBuilder {
         bits_(static_cast<std::size_t>(words_) * static_cast<std::size_t>(voxels_.y) *
               static_cast<std::size_t>(voxels_.z)),
         is_cut_(source.version != nullptr && !source.version->is_untouched()),
-        vertices_(source) {}
+        vertices_(source) {
+    if (!is_cut_ || source.is_of_voxels || source.version->lattice().is_of_voxels()) return;
+    fine_.emplace(source, VoxelBox{first_cell, first_cell + cells - 1});
+    if (fine_->is_empty()) {
+      fine_.reset();
+      return;
+    }
+    fine_bits_.assign(bits_.size(), 0);
+    fine_->for_fine_cells([&](const glm::ivec3& cell) {
+      const glm::ivec3 at = cell - first_;
+      if (at.x < 0 || at.y < 0 || at.z < 0 || at.x >= voxels_.x || at.y >= voxels_.y || at.z >= voxels_.z)
+        return;
+      fine_bits_[row_index(at.y, at.z) + static_cast<std::size_t>(at.x >> 6)] |= std::uint64_t{1}
+                                                                                 << (at.x & 63);
+    });
+  }
 
   /// In one pass, for boxes of few cells: into room for the worst case of a layer, grown layer by layer.
   Mesh build_small(NetScratch& scratch) {
@@ -71,12 +90,8 @@ class NetBuilder {
       at = emit_layer(z, at, slabs, vertices.data(), triangles.data());
     }
     place_queued(slabs, vertices.data());
-    Mesh mesh;
-    mesh.vertices = Buffer<glm::vec3>(at.vertices);
-    mesh.triangles = Buffer<std::uint32_t>(3 * static_cast<std::size_t>(at.triangles));
-    std::copy_n(vertices.data(), mesh.vertices.size(), mesh.vertices.data());
-    std::copy_n(triangles.data(), mesh.triangles.size(), mesh.triangles.data());
-    return mesh;
+    return joined({vertices.data(), at.vertices},
+                  {triangles.data(), 3 * static_cast<std::size_t>(at.triangles)});
   }
 
   Mesh build() {
@@ -110,10 +125,29 @@ class NetBuilder {
       }
       place_queued(slabs, mesh.vertices.data());
     });
-    return mesh;
+    return fine_ ? joined(mesh.vertices.span(), mesh.triangles.span()) : std::move(mesh);
   }
 
  private:
+  /// The net of the voxels with that of the fine lattice near cuts.
+  Mesh joined(std::span<const glm::vec3> vertices, std::span<const std::uint32_t> triangles) {
+    std::vector<glm::vec3> fine_vertices;
+    std::vector<std::uint32_t> fine_triangles;
+    if (fine_) {
+      FineNet::CoarseVertices beside;
+      for (const auto& [cell, vertex] : beside_) beside.emplace(FineNet::key(cell), vertex);
+      fine_->make(beside, static_cast<std::uint32_t>(vertices.size()), fine_vertices, fine_triangles);
+    }
+    Mesh mesh;
+    mesh.vertices = Buffer<glm::vec3>(vertices.size() + fine_vertices.size());
+    mesh.triangles = Buffer<std::uint32_t>(triangles.size() + fine_triangles.size());
+    std::copy(fine_vertices.begin(), fine_vertices.end(),
+              std::copy(vertices.begin(), vertices.end(), mesh.vertices.data()));
+    std::copy(fine_triangles.begin(), fine_triangles.end(),
+              std::copy(triangles.begin(), triangles.end(), mesh.triangles.data()));
+    return mesh;
+  }
+
   struct Queued {
     glm::ivec3 cell;
     std::uint32_t first;
@@ -137,10 +171,20 @@ class NetBuilder {
     std::size_t queued = 0;
   };
 
-  std::uint64_t* bit_row(int y, int z) {
-    return bits_.data() + static_cast<std::size_t>(words_) *
-                              (static_cast<std::size_t>(y) +
-                               static_cast<std::size_t>(voxels_.y) * static_cast<std::size_t>(z));
+  std::size_t row_index(int y, int z) const {
+    return static_cast<std::size_t>(words_) *
+           (static_cast<std::size_t>(y) + static_cast<std::size_t>(voxels_.y) * static_cast<std::size_t>(z));
+  }
+  std::uint64_t* bit_row(int y, int z) { return bits_.data() + row_index(y, z); }
+  /// Fine cells of row (y, z), one word; and those one cell lower along x, in its place.
+  std::uint64_t fine_word(int y, int z, int w) const {
+    return fine_ ? fine_bits_[row_index(y, z) + static_cast<std::size_t>(w)] : 0;
+  }
+  std::uint64_t fine_word_before(int y, int z, int w) const {
+    return fine_word(y, z, w) << 1 | (w > 0 ? fine_word(y, z, w - 1) >> 63 : 0);
+  }
+  bool is_fine(const glm::ivec3& cell) const {
+    return fine_word(cell.y, cell.z, cell.x >> 6) >> (cell.x & 63) & 1;
   }
   const std::uint64_t* bit_row(int y, int z) const { return const_cast<NetBuilder*>(this)->bit_row(y, z); }
 
@@ -221,6 +265,7 @@ class NetBuilder {
     if (plain.pinch_face < 0) return plain;
     glm::ivec3 other = cell;
     other[plain.pinch_face / 2] += plain.pinch_face % 2 ? 1 : -1;
+    if (fine_ && is_fine(other)) return fine_->coarse_case(first_ + cell, config);
     const bool is_pinched_too =
         k_net_cases[0][static_cast<std::size_t>(config_at(other))].pinch_face == (plain.pinch_face ^ 1);
     return k_net_cases[is_pinched_too ? 1 : 0][static_cast<std::size_t>(config)];
@@ -260,11 +305,20 @@ class NetBuilder {
   struct CrossedEdges {
     std::uint64_t x, y, z;
   };
-  static CrossedEdges crossed_edges(const RowWords& r, const EdgeLimits& limits, int w) {
+  CrossedEdges crossed_edges(const RowWords& r, const EdgeLimits& limits, int y, int z, int w) const {
     const std::uint64_t along = range_mask(w, limits.along_low, limits.along_high),
                         across = range_mask(w, limits.across_low, limits.across_high);
-    return {limits.has_x ? (r.r00 ^ r.s00) & along : 0, limits.has_y ? (r.r00 ^ r.r10) & across : 0,
-            limits.has_z ? (r.r00 ^ r.r01) & across : 0};
+    CrossedEdges e{limits.has_x ? (r.r00 ^ r.s00) & along : 0, limits.has_y ? (r.r00 ^ r.r10) & across : 0,
+                   limits.has_z ? (r.r00 ^ r.r01) & across : 0};
+    if (fine_ && y > 0 && z > 0) {
+      // Edges that a fine cell touches are left to the fine net.
+      const std::uint64_t here = fine_word(y, z, w) | fine_word_before(y, z, w);
+      e.x &= ~(fine_word(y, z, w) | fine_word(y - 1, z, w) | fine_word(y, z - 1, w) |
+               fine_word(y - 1, z - 1, w));
+      e.y &= ~(here | fine_word(y, z - 1, w) | fine_word_before(y, z - 1, w));
+      e.z &= ~(here | fine_word(y - 1, z, w) | fine_word_before(y - 1, z, w));
+    }
+    return e;
   }
 
   struct CellSpan {
@@ -309,11 +363,12 @@ class NetBuilder {
         if (active == 0) continue;
         busy |= std::uint64_t{1} << (w & 63);
         if (is_here)
-          for (std::uint64_t left = active & range_mask(w, xs.low, xs.high); left != 0; left &= left - 1) {
+          for (std::uint64_t left = active & ~fine_word(y, z, w) & range_mask(w, xs.low, xs.high); left != 0;
+               left &= left - 1) {
             const int i = std::countr_zero(left);
             layer.vertices += case_of(config_of(r, i), {64 * w + i, y, z}).patch_count;
           }
-        const CrossedEdges e = crossed_edges(r, limits, w);
+        const CrossedEdges e = crossed_edges(r, limits, y, z, w);
         layer.triangles +=
             2 * static_cast<std::uint32_t>(std::popcount(e.x) + std::popcount(e.y) + std::popcount(e.z));
       }
@@ -331,8 +386,8 @@ class NetBuilder {
     const NetCase** cases = slabs.cases[slabs.now].data() + slabs.width * static_cast<std::size_t>(y);
     for_busy_words(y, z, [&](int w) {
       const RowWords r = row_words(y, z, w);
-      for (std::uint64_t left = active_cells(r) & range_mask(w, xs.low, xs.high); left != 0;
-           left &= left - 1) {
+      for (std::uint64_t left = active_cells(r) & ~fine_word(y, z, w) & range_mask(w, xs.low, xs.high);
+           left != 0; left &= left - 1) {
         const int i = std::countr_zero(left), x = 64 * w + i;
         const int config = config_of(r, i);
         const NetCase& net = case_of(config, {x, y, z});
@@ -362,6 +417,7 @@ class NetBuilder {
       // The scan was read a whole pass ago: cells wait in a short queue while their voxels come from memory.
       id = number_row(y, z, id, slabs, [&](const glm::ivec3& cell, const NetCase& net, std::uint32_t first) {
         prefetch(first_ + cell);
+        if (fine_ && fine_->is_beside(first_ + cell)) remember_beside(first_ + cell, {first, &net});
         Queued& slot = slabs.queue[slabs.queued++ % k_queue];
         if (slabs.queued > k_queue) vertices_.place(slot.cell, *slot.net, vertices + slot.first);
         slot = {first_ + cell, first, &net};
@@ -371,7 +427,7 @@ class NetBuilder {
       const IdRows rows = id_rows(slabs, y);
       for_busy_words(y, z, [&](int w) {
         const RowWords r = row_words(y, z, w);
-        const CrossedEdges e = crossed_edges(r, limits, w);
+        const CrossedEdges e = crossed_edges(r, limits, y, z, w);
         out = emit_quads<0>(e.x, r.r00, w, y, rows, slabs, out);
         out = emit_quads<1>(e.y, r.r00, w, y, rows, slabs, out);
         out = emit_quads<2>(e.z, r.r00, w, y, rows, slabs, out);
@@ -433,6 +489,10 @@ class NetBuilder {
            slabs.cases[slab][at]->patch_of_edge[static_cast<std::size_t>(net_edge(axis, corner))];
   }
 
+  void remember_beside(const glm::ivec3& cell, const FineNet::CoarseVertex& vertex) const {
+    const std::lock_guard lock(beside_mutex_);
+    beside_.emplace_back(cell, vertex);
+  }
   void prefetch(const glm::ivec3& cell) const {
     const glm::ivec3 last = volume_.size - 1, low = glm::clamp(cell, glm::ivec3(0), last),
                      high = glm::min(low + 1, last);
@@ -452,6 +512,10 @@ class NetBuilder {
   std::vector<std::uint64_t> busy_;
   bool is_cut_;
   NetVertices vertices_;
+  std::optional<FineNet> fine_;  ///< where the lattice of cuts is finer than the voxels
+  std::vector<std::uint64_t> fine_bits_;
+  mutable std::mutex beside_mutex_;  ///< layers are made by several threads
+  mutable std::vector<std::pair<glm::ivec3, FineNet::CoarseVertex>> beside_;
 };
 
 }  // namespace

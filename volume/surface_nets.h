@@ -27,6 +27,9 @@ struct SurfaceSource {
   const Version* version = nullptr;  ///< null: the base
   const Occupancy* bits = nullptr;   ///< bits of the field's shape; null: thresholded on the way
   bool is_open = false;              ///< leave holes where the solid reaches the grid's border
+  /// The net of the voxels alone, every vertex the mean of its crossings: what a proxy touches cell by cell
+  /// (volume/local_net.h). Else cuts are as fine as their lattice, and their rims sharp.
+  bool is_of_voxels = false;
 };
 
 /// The whole surface. One vertex for each surface patch of a cell (a cell = eight voxel centres); ambiguous

@@ -5,7 +5,9 @@
 #include <array>
 #include <atomic>
 #include <cstdint>
+#include <glm/common.hpp>
 #include <glm/vec3.hpp>
+#include <glm/vector_relational.hpp>
 #include <memory>
 #include <utility>
 #include <vector>
@@ -150,6 +152,36 @@ class Version {
   }
   /// Is there a brick with any of the samples low .. high? Those beyond the lattice do not count.
   bool has_brick(const glm::ivec3& low, const glm::ivec3& high) const noexcept;
+  /// Calls each(first sample, Brick) for the bricks with any of the samples low .. high, by rising place.
+  template <class Each>
+  void for_bricks_in(const glm::ivec3& low, const glm::ivec3& high, Each&& each) const {
+    const glm::ivec3 first = glm::max(low, glm::ivec3(0)), last = glm::min(high, lattice_.size() - 1);
+    if (brick_count_ == 0 || glm::any(glm::greaterThan(first, last))) return;
+    // The parts 0 .. 7 along each axis of what begins at `from`, each `edge` samples long, that hold any of
+    // them.
+    const auto for_parts = [&](const glm::ivec3& from, int edge, auto&& visit) {
+      const glm::ivec3 a = glm::max((first - from) / edge, glm::ivec3(0)),
+                       b = glm::min((last - from) / edge, glm::ivec3(7));
+      for (int z = a.z; z <= b.z; ++z)
+        for (int y = a.y; y <= b.y; ++y)
+          for (int x = a.x; x <= b.x; ++x) visit(from + edge * glm::ivec3(x, y, z), in_eight(x, y, z));
+    };
+    const glm::ivec3 region_low = first >> 9, region_high = last >> 9;
+    for (int z = region_low.z; z <= region_high.z; ++z)
+      for (int y = region_low.y; y <= region_high.y; ++y)
+        for (int x = region_low.x; x <= region_high.x; ++x) {
+          const glm::ivec3 corner = k_region_samples * glm::ivec3(x, y, z);
+          const Region* region = regions_[region_index(corner)].get();
+          if (region == nullptr) continue;
+          for_parts(corner, k_page_samples, [&](const glm::ivec3& of_page, std::size_t p) {
+            const Page* page = region->pages[p].get();
+            if (page == nullptr) return;
+            for_parts(of_page, k_brick, [&](const glm::ivec3& of_brick, std::size_t b) {
+              if (page->bricks[b]) each(of_brick, *page->bricks[b]);
+            });
+          });
+        }
+  }
   /// Distance (mm) of a sample to the swept tool, clamped to +-band; +band where nothing was cut or beyond
   /// the lattice.
   double distance_of(const glm::ivec3& s) const noexcept {

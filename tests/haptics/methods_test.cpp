@@ -271,7 +271,7 @@ TEST_P(Methods, WorkDoesNotGrowWithTheVolume) {
 TEST(MethodNames, EveryMethodGivesTheSameBitsOnEveryCompiler) {
   const std::map<std::string, std::uint64_t> golden{{"subvoxel", 0x2a12e60e007eec49},
                                                     {"implicit", 0x578ffbd3bed5e6b},
-                                                    {"path", 0x86e4ffac20dcd4ff},
+                                                    {"path", 0x91ae7d281121f381},
                                                     {"explicit", 0x6ace4ed5cffd791e},
                                                     {"explicit-cubes", 0x446202545e9e238a},
                                                     {"mesh", 0x2d971335c4dae3c8},

@@ -42,7 +42,7 @@ Promise::Promise(const MethodInfo& method, const haptics::TouchScene& scene,
                            base_->size, checker::solid_voxels(base_, shape.field.shape(), version));
     return;
   }
-  const volume::SurfaceSource source{&shape.field, version.get(), shape.bits.get()};
+  const volume::SurfaceSource source{&shape.field, version.get(), shape.bits.get(), false, true};
   using volume::LocalCubes, volume::LocalNet, volume::mesh_of_cells;
   const bool is_net = method.solid == Solid::net;
   const volume::Mesh mesh =
