@@ -142,7 +142,7 @@ Result<Outcome> audit_session(const AuditArguments& arguments) {
   ProgressLine progress("auditing");
   const std::uint64_t all = std::max<std::uint64_t>(1, session.reader->tick_count());
   std::uint64_t dropped = 0, resumes = 0;
-  long led = 0, judged = 0;
+  long led = 0;
   for (std::uint64_t n = 0;; ++n) {
     if (n % 256 == 0 && !progress(static_cast<double>(replay.next_tick()) / static_cast<double>(all)))
       return interrupted("the audit");
@@ -152,6 +152,7 @@ Result<Outcome> audit_session(const AuditArguments& arguments) {
     const haptics::ServoRecord& r = replay.record();
     if (replay.seen_version() != seen) {
       seen = replay.seen_version();
+      for (Hand& hand : judges) hand.falls.solid_changed();
       solids.clear();
       for (std::size_t shape = 0; shape < scene.shapes.size(); ++shape)
         solids.emplace_back(*haptics::find_method(header.method), scene, seen, shape);
@@ -191,19 +192,19 @@ Result<Outcome> audit_session(const AuditArguments& arguments) {
       hand.falls.look({std::span(step.path_volume.data(), static_cast<std::size_t>(step.waypoint_count)),
                        scene.base->frame.volume_from_world(r.pose.position_world), step.has_contact,
                        step.is_buried});
-      ++judged;
     }
     if (!is_lost) hand.pop(scene, r);
   }
-  long fell = 0, wrong = 0;
+  long fell = 0, wrong = 0, judged = 0;
   double worst_force = 0, worst_energy = 0;
   for (const Hand& hand : judges) {
     fell += hand.falls.fall_throughs(), wrong += hand.force.wrong_forces();
+    judged += hand.falls.judged();
     worst_force = std::max(worst_force, hand.force.worst_force_n());
     worst_energy = std::max(worst_energy, hand.force.worst_energy_nmm());
   }
   const bool is_same = !replay.mismatch().has_value(), is_balanced = worst_energy < 1e-6;
-  const bool is_certified = fell == 0 && wrong == 0 && is_same && is_balanced;
+  const bool is_certified = fell == 0 && wrong == 0 && is_same && is_balanced && judged > 0;
   Outcome outcome{new_report("audit-session"), "", is_certified ? exit_done : exit_check_failed};
   outcome.json["session"] = data_tools::file_name(arguments.session);
   outcome.json["method"] = header.method;
@@ -218,11 +219,14 @@ Result<Outcome> audit_session(const AuditArguments& arguments) {
   outcome.json["is_same_as_recorded"] = is_same;
   outcome.json["is_certified"] = is_certified;
   outcome.text = format_text(
-      "%llu ticks with %s: fell through %ld times; %ld forces off their law (worst %.1e N); ledger within "
+      "%llu ticks with %s, %ld of them judged: fell through %ld times; %ld forces off their law (worst %.1e "
+      "N); ledger "
+      "within "
       "%.1e N mm; "
       "%s as recorded\n%s\n",
-      static_cast<unsigned long long>(replay.counts().ticks), header.method.c_str(), fell, wrong, worst_force,
-      worst_energy, is_same ? "the same bits" : "not the same", is_certified ? "certified" : "NOT certified");
+      static_cast<unsigned long long>(replay.counts().ticks), header.method.c_str(), judged, fell, wrong,
+      worst_force, worst_energy, is_same ? "the same bits" : "not the same",
+      is_certified ? "certified" : "NOT certified");
   return outcome;
 }
 

@@ -134,6 +134,7 @@ FeelRow measure(const FeelScene& s, Judges& judges, const Ideal& ideal, const Co
   haptics::ProxyState state;
   std::vector<double> raw_n, smoothed_n, tangential;
   std::vector<bool> contact;
+  dvec3 last_force(0);
   double distance_square = 0, floor_square = 0, angle_square = 0, force_square = 0, jump = 0, worst = 0;
   long distance_count = 0, floor_count = 0, ideal_count = 0, jumps = 0, compared = 0, away = 0;
   const std::size_t every = is_quick ? 199 : 211;
@@ -147,7 +148,11 @@ FeelRow measure(const FeelScene& s, Judges& judges, const Ideal& ideal, const Co
                 step.has_contact, step.is_buried});
     row.voxels += step.counters.voxels, row.cells += step.counters.cells;
     row.triangles += step.counters.triangles, row.queries += step.counters.iterations;
-    raw_n.push_back(glm::length(raw.step(step, hip, s.scene)));
+    const dvec3 force = raw.step(step, hip, s.scene);
+    if (i > k_dropped && step.has_contact && contact[i - 1])
+      row.most_change_n = std::max(row.most_change_n, glm::length(force - last_force));
+    last_force = force;
+    raw_n.push_back(glm::length(force));
     smoothed_n.push_back(glm::length(smoothed.step(step, hip, s.scene)));
     contact.push_back(step.has_contact);
     const glm::ivec3 at_voxel = volume::voxel_of(glm::clamp(state.proxy_volume, dvec3(-1e6), dvec3(1e6)));
@@ -214,6 +219,7 @@ FeelRow measure(const FeelScene& s, Judges& judges, const Ideal& ideal, const Co
     return std::sqrt(square / static_cast<double>(count));
   };
   row.fall_throughs = judge.fall_throughs();
+  row.buried = judge.buried_starts();
   if (compared > 0) row.method_error_voxels = worst;
   if (const auto rms = root(distance_square, distance_count)) row.total_rms_voxels = *rms / voxel;
   if (const auto rms = root(floor_square, floor_count)) row.floor_rms_voxels = *rms / voxel;

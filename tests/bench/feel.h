@@ -50,7 +50,9 @@ struct FeelRow {
   double rough_n = 0;                 ///< RMS of the raw force above 20 Hz
   double rough_smoothed_n = 0;        ///< the same at the default smoothing
   double jump_n = 0;                  ///< mean change of the raw force where the proxy enters another voxel
+  double most_change_n = 0;           ///< largest change of the raw force between two ticks in contact
   long fall_throughs = 0, stuck = 0;
+  long buried = 0;  ///< steps that said that matter grew; nothing grows in these scenes
   StepTimes time_us;
   std::optional<double> instructions;  ///< a step in contact, counted one by one; on one scene
   double voxels = 0, cells = 0, triangles = 0, queries = 0;  ///< a step

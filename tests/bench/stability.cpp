@@ -51,6 +51,7 @@ class Judge {
   }
   void set_version(std::shared_ptr<const volume::Version> version) {
     promise_ = std::make_unique<scenes::Promise>(method_, scene_, std::move(version));
+    judge.solid_changed();
   }
 
  private:

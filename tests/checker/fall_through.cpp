@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "tests/checker/exact_traversal.h"
 
@@ -24,9 +25,15 @@ FallThroughJudge::FallThroughJudge(const glm::ivec3& size, SolidVoxels solid)
 
 void FallThroughJudge::look(const StepUnderJudgement& step) {
   ++steps_;
+  judged_ += has_last_ && !is_inside_;
   const glm::dvec3 proxy = step.path_volume.back();
+  const bool may_have_grown = std::exchange(has_changed_, false);
   if (step.is_buried || !has_last_) {
-    if (step.is_buried) ++buried_starts_;
+    if (step.is_buried) {
+      ++buried_starts_;
+      // A proxy that was inside already had nothing to be held out of.
+      if (has_last_ && !is_inside_ && !(may_have_grown && meets_solid_(last_, last_))) ++fall_throughs_;
+    }
     last_ = proxy;
     has_last_ = true;
     is_inside_ = meets_solid_(proxy, proxy);  // begins inside matter: there is nothing to hold it out of

@@ -32,16 +32,22 @@ class FallThroughJudge {
   bool meets_solid(const glm::dvec3& a, const glm::dvec3& b) const { return meets_solid_(a, b); }
   /// Forget the last proxy: the tool was set elsewhere.
   void restart() { has_last_ = false; }
+  /// From the next step on the solid is another: `meets_solid` answers for it. Only such a step may say that
+  /// matter grew over its proxy, and only where the new solid holds the last proxy; any other that says so
+  /// counts as a fall-through.
+  void solid_changed() { has_changed_ = true; }
 
   long steps() const { return steps_; }
+  /// Of these, those that could have been found to fall: the proxy before was known, and free.
+  long judged() const { return judged_; }
   long fall_throughs() const { return fall_throughs_; }
-  long buried_starts() const { return buried_starts_; }
+  long buried_starts() const { return buried_starts_; }  ///< steps that said so, rightly or not
 
  private:
   MeetsSolid meets_solid_;
   glm::dvec3 last_{0.0};
-  bool has_last_ = false, is_inside_ = false;
-  long steps_ = 0, fall_throughs_ = 0, buried_starts_ = 0;
+  bool has_last_ = false, is_inside_ = false, has_changed_ = false;
+  long steps_ = 0, judged_ = 0, fall_throughs_ = 0, buried_starts_ = 0;
 };
 
 /// Where a frictionless proxy on the same voxel cubes would rest: from `proxy` downhill in |p - HIP| (mm)

@@ -29,6 +29,11 @@ TEST(FallThroughJudge, AcceptsAProxyThatStaysOut) {
   look(judge, {{5, 5, 6}, {5, 5, 4.6}}, {5, 5, 1}, true);
   EXPECT_EQ(judge.fall_throughs(), 0);
   EXPECT_EQ(judge.steps(), 3);
+  EXPECT_EQ(judge.judged(), 2);  // the first has nothing before it
+  judge.restart();
+  look(judge, {{5, 5, 2}}, {5, 5, 2}, false);
+  look(judge, {{5, 5, 2}, {5, 5, 1}}, {5, 5, 1}, false);
+  EXPECT_EQ(judge.judged(), 2);  // nor is there anything to hold a proxy out of that began inside
 }
 
 TEST(FallThroughJudge, FindsAPathThroughMatterEvenIfBothEndsAreFree) {
@@ -54,11 +59,33 @@ TEST(FallThroughJudge, FindsAProxyInMatterAJumpAndALostContact) {
 }
 
 TEST(FallThroughJudge, CountsAStartBuriedByGrowthApart) {
-  FallThroughJudge judge = floor_judge();
+  int top = 4;
+  FallThroughJudge judge({10, 10, 10}, [&top](int, int, int z) { return z <= top; });
   look(judge, {{5, 5, 8}}, {5, 5, 8}, false);
+  top = 8;
+  judge.solid_changed();
   look(judge, {{5, 5, 2}}, {5, 5, 2}, false, true);
   EXPECT_EQ(judge.fall_throughs(), 0);
   EXPECT_EQ(judge.buried_starts(), 1);
+}
+
+/// A method that says "buried" to be let through is not believed: nothing changed, or not where its proxy
+/// was.
+TEST(FallThroughJudge, AMethodDoesNotAcquitItselfBySayingThatMatterGrew) {
+  FallThroughJudge unchanged = floor_judge();
+  look(unchanged, {{5, 5, 8}}, {5, 5, 8}, false);
+  for (int i = 0; i < 3; ++i) {
+    look(unchanged, {{5, 5, -3}}, {5, 5, -3}, false, true);
+    look(unchanged, {{5, 5, 8}}, {5, 5, 8}, false, true);
+  }
+  EXPECT_EQ(unchanged.fall_throughs(), 6);
+  int top = 4;
+  FallThroughJudge elsewhere({10, 10, 10}, [&top](int, int, int z) { return z <= top; });
+  look(elsewhere, {{5, 5, 8}}, {5, 5, 8}, false);
+  top = 6;
+  elsewhere.solid_changed();
+  look(elsewhere, {{5, 5, -3}}, {5, 5, -3}, false, true);
+  EXPECT_EQ(elsewhere.fall_throughs(), 1);
 }
 
 TEST(RestingPoint, RollsToThePlaceAboveTheHip) {

@@ -67,10 +67,9 @@ SmoothSolid smooth_solid(std::shared_ptr<const Volume> base, const Shape& shape,
   if (version && !version->is_untouched()) {
     // The samples of the cut, counted from the one on the centre of voxel 0.
     const glm::ivec3 first = version->lattice().centre_of(glm::ivec3(0));
-    fields.push_back({[version, first](int x, int y, int z) {
-                        return version->distance_of(first + glm::ivec3(x, y, z));
-                      },
-                      version->lattice().per_voxel()});
+    fields.push_back(
+        {[version, first](int x, int y, int z) { return version->distance_of(first + glm::ivec3(x, y, z)); },
+         version->lattice().per_voxel()});
   }
   return SmoothSolid(std::move(fields));
 }

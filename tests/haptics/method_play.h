@@ -53,6 +53,7 @@ struct Play {
   void set_version(std::shared_ptr<const volume::Version> next) {
     version = std::move(next);
     promise = std::make_unique<scenes::Promise>(*find_method(method->name()), scene, version);
+    judge.solid_changed();
   }
   ProxyStep step(const glm::dvec3& hip_world) {
     const ProxyStep s = method->step(scene, *version, state, {hip_world});
