@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <cmath>
 #include <cstring>
 #include <glm/geometric.hpp>
@@ -33,6 +34,7 @@ struct trephine_scene {
   dvec3 start{0.0}, end{0.0}, point{0.0}, normal{0.0};
   bool has_motion = false;
   int met_shape = -1, met_side = TREPHINE_NONE;
+  mutable std::atomic<int> users{1};  ///< whoever made it, and its hands
 };
 
 struct trephine_hand {
@@ -43,6 +45,11 @@ struct trephine_hand {
 };
 
 namespace {
+
+/// One user fewer; the last one takes the scene along.
+void release(const trephine_scene* scene) noexcept {
+  if (scene && scene->users.fetch_sub(1) == 1) delete scene;
+}
 
 int fail(trephine_error* error, int code, const volume::Error& what) noexcept {
   if (error) {
@@ -200,7 +207,7 @@ trephine_scene* trephine_scene_create(const int16_t* voxels, const int size[3], 
   return code == TREPHINE_OK ? scene.release() : nullptr;
 }
 
-void trephine_scene_destroy(trephine_scene* scene) { delete scene; }
+void trephine_scene_destroy(trephine_scene* scene) { release(scene); }
 
 int trephine_scene_add_window(trephine_scene* scene, const char* name, double low, double high,
                               trephine_error* error) {
@@ -314,6 +321,10 @@ int trephine_scene_prepare(trephine_scene* scene, trephine_error* error) {
       if (!shape.bits)
         shape.bits = std::make_shared<const volume::Occupancy>(
             volume::Occupancy::build(*scene->base, shape.field.shape()));
+    // Labels and thresholded data are touched smooth, where the method touches what is smooth.
+    for (haptics::TouchShape& shape : scene->touch.shapes) shape.soft = nullptr;
+    if (haptics::find_method(scene->method->name())->solid == haptics::MethodInfo::Solid::smooth)
+      haptics::soften(scene->touch);
     if (volume::Status status = scene->method->prepare(scene->touch)) return status;
     scene->has_motion = false;
     ++scene->generation;
@@ -333,12 +344,18 @@ trephine_hand* trephine_hand_create(const trephine_scene* scene, double rate_hz,
                  "trephine_scene_prepare before hands are made");
     hand.reset(new trephine_hand{scene, scene->method, scene->generation,
                                  haptics::ServoCore(scene->touch, *scene->method, {}, 1 / rate_hz)});
+    ++scene->users;
     return std::nullopt;
   });
   return code == TREPHINE_OK ? hand.release() : nullptr;
 }
 
-void trephine_hand_destroy(trephine_hand* hand) { delete hand; }
+void trephine_hand_destroy(trephine_hand* hand) {
+  if (hand == nullptr) return;
+  const trephine_scene* scene = hand->scene;
+  delete hand;
+  release(scene);
+}
 
 int trephine_hand_step(trephine_hand* hand, const double position[3], trephine_touch* touch) {
   if (hand == nullptr || position == nullptr || touch == nullptr) return TREPHINE_BAD_ARGUMENT;

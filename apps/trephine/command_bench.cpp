@@ -91,6 +91,11 @@ void bench_step(int size, Outcome& outcome) {
       "removal tick, ball of 12 voxels at 50 mm/s, version published: p50 %.1f us, p99 %.1f us, p99.9 %.1f "
       "us\n",
       r.removal_tick.p50, r.removal_tick.p99, r.removal_tick.p999);
+  outcome.json["removal_tick_over_scratches_us"] = to_json(r.removal_tick_over_scratches);
+  outcome.text +=
+      format_text("  over scratches of a ball of one voxel: p50 %.1f us, p99 %.1f us, p99.9 %.1f us\n",
+                  r.removal_tick_over_scratches.p50, r.removal_tick_over_scratches.p99,
+                  r.removal_tick_over_scratches.p999);
 }
 
 void bench_rays(int size, Outcome& outcome) {
