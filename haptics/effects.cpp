@@ -204,7 +204,7 @@ void EffectRack::reset() noexcept {
 }
 
 EffectForces EffectRack::step(const TouchScene& scene, const ProxyStep& proxy, const dvec3& contact_force,
-                              const dvec3& hip, double dt) noexcept {
+                              const dvec3& hip, double dt, const volume::Version* cuts) noexcept {
   EffectForces sum;
   if (has_last_) velocity_ += std::min(1.0, dt / k_velocity_seconds) * ((hip - last_) / dt - velocity_);
   last_ = hip;
@@ -227,7 +227,10 @@ EffectForces EffectRack::step(const TouchScene& scene, const ProxyStep& proxy, c
       bool is_in = true;
       if (line->shape >= 0 && line->shape < static_cast<int>(scene.shapes.size())) {
         const volume::Field& field = scene.shapes[static_cast<std::size_t>(line->shape)].field;
-        is_in = field.value(field.volume().frame.volume_from_world(hip)) >= 0;
+        const dvec3 at = field.volume().frame.volume_from_world(hip);
+        is_in = field.value(at) >= 0;
+        if (is_in && cuts && &field.volume() == &cuts->base() && !cuts->is_untouched())
+          is_in = cuts->distance(at) > 0;
         if (slot.was_in && !is_in && depth > 0) sum.has_lost_resistance = true, sum.lost_shape = line->shape;
         slot.was_in = is_in;
       }

@@ -91,9 +91,9 @@ class EffectRack {
   bool is_empty() const noexcept { return count_ == 0; }
   std::size_t size() const noexcept { return count_; }
 
-  /// Servo thread; once a tick, `dt` s after the last.
+  /// Servo thread; once a tick, `dt` s after the last. `cuts`: of the scene's base; null: untouched.
   EffectForces step(const TouchScene& scene, const ProxyStep& proxy, const glm::dvec3& contact_force,
-                    const glm::dvec3& hip_world, double dt) noexcept;
+                    const glm::dvec3& hip_world, double dt, const volume::Version* cuts = nullptr) noexcept;
   /// Forgets motion and tracks.
   void reset() noexcept;
 

@@ -213,7 +213,7 @@ ServoRecord ServoCore::step(const volume::Version& version, const ServoInput& in
     wanted_ = clamped(force_.step(step_, hip, *scene_), cap_);
     active_ = dvec3(0);
     if (!effects_.is_empty()) {
-      const EffectForces forces = effects_.step(*scene_, step_, wanted_, hip, dt_);
+      const EffectForces forces = effects_.step(*scene_, step_, wanted_, hip, dt_, &version);
       wanted_ += forces.rendered_world;
       active_ = forces.active_world;
       if (forces.has_lost_resistance) add_event(record, TouchEvent::lost_resistance, forces.lost_shape);

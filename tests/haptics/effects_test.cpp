@@ -9,6 +9,7 @@
 #include "haptics/methods.h"
 #include "haptics/servo_core.h"
 #include "tests/scenes/scenes.h"
+#include "volume/removal.h"
 
 namespace trephine::haptics {
 namespace {
@@ -118,6 +119,31 @@ TEST(Effects, ATrackResistsOnlyWhereItIsMadeLongerAndSaysWhereItsTissueEnds) {
   }
   EXPECT_GT(least, -0.01);
   EXPECT_LT(given, -1.9);  // one millimetre more of track, at 2 N
+}
+
+/// Where bone was cut a line meets no resistance, and says when it comes through.
+TEST(Effects, ALineFeelsNoBoneThatWasCut) {
+  Effect effect = parse_effect("line start=0,0,2 ahead=0,0,-1 stiffness=1 resistance=2").value();
+  std::get<LineTrack>(effect.kind).shape = 0;
+  const TouchScene scene = scene_of_plane();
+  volume::RemovalEditor editor(std::make_shared<volume::Version>(scene.base), {scene.shapes[0].field});
+  editor.remove({{0, 0, -20}, {0, 0, -30}, 5, false});  // a cavity from z = -15 down
+  const auto cut = editor.publish();
+  for (const bool is_cut : {false, true}) {
+    EffectRack rack;
+    ASSERT_FALSE(rack.add(effect).has_value());
+    bool has_lost = false;
+    EffectForces f;
+    for (double z = 1.9; z > -20; z -= 0.01) {
+      f = rack.step(scene, {}, {}, {0, 0, z}, k_dt, is_cut ? cut.get() : nullptr);
+      has_lost = has_lost || f.has_lost_resistance;
+      if (z > -14 && z < -4) {
+        EXPECT_NEAR(f.rendered_world.z, 2, 0.02);
+      }
+    }
+    EXPECT_EQ(has_lost, is_cut);
+    EXPECT_NEAR(f.rendered_world.z, is_cut ? 0 : 2, 0.02);
+  }
 }
 
 TEST(Effects, ActiveOnesGiveAMovingHandNoMoreThanTheirPower) {

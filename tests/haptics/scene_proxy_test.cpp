@@ -315,6 +315,46 @@ TEST(SceneProxy, TwoVolumesInFramesOfTheirOwnAreHeldTogether) {
   EXPECT_NE(error->remedy.find("scene"), std::string::npos);
 }
 
+/// Flat bone in voxels of 0.5 and, beside it, of 0.05 mm: a hand that slides over the seam is followed on
+/// both sides.
+TEST(SceneProxy, DoesNotStickWhereVolumesOfUnlikeVoxelsMeet) {
+  const auto slab = [](const dvec3& low, const dvec3& extent, double spacing) {
+    const glm::ivec3 size(extent / spacing);
+    volume::Volume v =
+        volume::make_volume(size, volume::Frame::from_spacing(low + 0.5 * spacing, dvec3(spacing)).value())
+            .value();
+    for (int z = 0; z < size.z; ++z)
+      for (int y = 0; y < size.y; ++y)
+        for (int x = 0; x < size.x; ++x) {
+          const double height = v.frame.world_from_volume({x, y, z}).z;
+          v.voxels[v.index(x, y, z)] =
+              static_cast<std::int16_t>(300 - std::clamp(1000 * height, -9000.0, 9000.0));
+        }
+    return scenes::scene_of(std::move(v));
+  };
+  TouchScene scene = slab({-12, -3, -6}, {12, 6, 10}, 0.5);
+  const TouchScene fine =
+      slab({-2, -3, -2}, {6, 6, 4}, 0.05);  // over the coarse one's border, whose edge is round
+  scene.others = {fine.base};
+  scene.shapes.push_back(fine.shapes[0]);
+  for (TouchShape& shape : scene.shapes) shape.material = k_smooth;
+  Player player(scene);
+  player.step({-6, 0, 2});
+  long stuck = 0, contacts = 0, fine_touched = 0;
+  for (int i = 0; i < 3000; ++i) {
+    const double t = 1e-3 * i, x = -0.5 - 3 * std::cos(2.1 * t * 3), depth = std::min(0.4, t);
+    const ProxyStep s = player.step({x, 1.2 * std::sin(3 * t), -depth});
+    ASSERT_FALSE(s.is_buried) << i;
+    if (i < 500) continue;
+    contacts += s.has_contact;
+    fine_touched += s.shape == 1;
+    stuck += std::abs(s.proxy_world.x - x) > 0.05 || std::abs(s.proxy_world.z) > 0.05;
+  }
+  EXPECT_EQ(contacts, 2500);
+  EXPECT_GT(fine_touched, 500);
+  EXPECT_EQ(stuck, 0);
+}
+
 TEST(SceneProxy, AHundredShapesOutOfReachAreNotLookedAt) {
   TouchScene one = scenes::phantom_scene("sphere", grid(96, 1.5));
   one.shapes[0].material = k_smooth;
