@@ -86,7 +86,7 @@ void FineNet::find_fine_cells(const VoxelBox& reach) {
   for (const Block& block : storage_)
     for (int i = 0; i < 27; ++i) {
       const ivec3 cell = block.cell + ivec3(i % 3, i / 3 % 3, i / 9) - 1;
-      if (!is_fine(cell)) beside_.emplace(key(cell), cell);
+      if (!is_fine(cell)) beside_.insert(key(cell));
     }
 }
 
@@ -228,7 +228,6 @@ void FineNet::place(Block& block, std::uint32_t first_id, std::vector<glm::vec3>
         for (std::size_t k = 0; k < net.patch_count; ++k)
           vertices.emplace_back(glm::vec3(block.cell) + (glm::vec3(in) + out[k]) / glm::vec3(k_));
       }
-  block.has_vertices = true;
 }
 
 std::uint32_t FineNet::coarse_vertex(const ivec3& cell, const Edge& edge,

@@ -4,8 +4,8 @@
 
 #include <array>
 #include <cstdint>
-#include <functional>
 #include <unordered_map>
+#include <unordered_set>
 #include <vector>
 
 #include "volume/surface_net_cases.h"
@@ -22,7 +22,7 @@ namespace trephine::volume {
 /// inside it are read as if solid corners were apart, as the coarse case has it, so that both sides agree.
 /// Closed and manifold as the net of the voxels is.
 ///
-/// Borrows the source, whose version must be finer than its voxels. One thread.
+/// Borrows the source, whose version must be finer than its voxels. Questions from any thread, make() on one.
 class FineNet {
  public:
   /// Where the coarse net has its vertices: the first of a cell's patches, and its case. Asked for coarse
@@ -66,7 +66,6 @@ class FineNet {
     std::array<double, 8> corners{};   ///< of the field
     std::vector<std::uint8_t> solid;   ///< (k + 1)^3 samples, x fastest
     std::vector<std::uint32_t> first;  ///< k^3 lattice cells: first vertex; only of cells in reach
-    bool has_vertices = false;
   };
   struct Edge {
     glm::ivec3 low;  ///< lattice sample
@@ -103,7 +102,7 @@ class FineNet {
   glm::ivec3 k_, origin_;  ///< samples a voxel, and the sample on voxel 0
   std::vector<Block> storage_;
   std::unordered_map<std::uint64_t, std::size_t> blocks_;  ///< by cell
-  std::unordered_map<std::uint64_t, glm::ivec3> beside_;
+  std::unordered_set<std::uint64_t> beside_;               ///< coarse cells
 };
 
 }  // namespace trephine::volume

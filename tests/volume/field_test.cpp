@@ -48,6 +48,22 @@ TEST(Volume, RefusesImpossibleSizesBeforeAllocating) {
 }
 
 // A linear function is reproduced exactly; its gradient in the world is the constant it was made with.
+/// Scans in metres and micro-CT are frames like any other; what has no volume is none.
+TEST(Frame, OfMetresAndMicrometresIsAFrame) {
+  for (const double spacing : {1e-6, 5e-5, 5e-4, 0.005, 1.0, 1e4}) {
+    const auto frame = Frame::from_spacing({1, 2, 3}, glm::dvec3(spacing, spacing, 6 * spacing));
+    ASSERT_TRUE(frame) << spacing;
+    const glm::dvec3 p(12.25, -3.5, 7.125);
+    const glm::dvec3 back = frame.value().volume_from_world(frame.value().world_from_volume(p));
+    EXPECT_LT(glm::length(back - p), 1e-9 / spacing * 1e-6 + 1e-9) << spacing;
+  }
+  for (const glm::dvec3& bad : {glm::dvec3(0, 1, 1), glm::dvec3(1, -1, 1), glm::dvec3(1, 1, std::nan(""))})
+    EXPECT_FALSE(Frame::from_spacing({0, 0, 0}, bad));
+  glm::dmat3 flat(1.0);
+  flat[2] = flat[0] + 1e-9 * flat[1];
+  EXPECT_FALSE(Frame::from_axes({0, 0, 0}, flat));
+}
+
 TEST(Field, LinearFunctionAndItsWorldGradientAreExact) {
   Volume v = make_volume({20, 18, 16}, sheared_frame()).value();
   const glm::dvec3 slope_volume(7, -4, 11);  // per voxel, whole so that int16 holds it
