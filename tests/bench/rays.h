@@ -11,11 +11,11 @@ struct RayRow {
   std::string rays;    ///< "random", or "image": neighbours are alike
   int size = 0;
   long count = 0, hits = 0;
-  double one_ns = 0;      ///< a ray, one at a time
-  double many_ns = 0;     ///< a ray, all at once on one thread
+  double one_ns = 0;      ///< a ray
   double peer_ns = 0;     ///< NanoVDB; 0: was not there
-  long peer_differs = 0;  ///< rays on which it names another voxel; ours is exact (trephine audit)
-  long mismatches = 0;    ///< of ours, one at a time and all at once
+  long peer_differs = 0;  ///< rays on which it names another voxel
+  long judged = 0;        ///< rays that were walked again in exact arithmetic
+  long mismatches = 0;    ///< of these, on which ours named another voxel
 };
 /// Least of five runs over size^3 voxels.
 std::vector<RayRow> run_ray_benchmark(int size);

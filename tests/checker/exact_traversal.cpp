@@ -236,6 +236,15 @@ const char* ray_family_name(int family) {
   return k_names[family];
 }
 
+std::optional<std::array<int, 3>> first_solid(const std::array<double, 3>& start,
+                                              const std::array<double, 3>& end,
+                                              const std::array<int, 3>& size,
+                                              const std::function<bool(int, int, int)>& is_solid) {
+  for (const ExactVisit& v : exact_traversal(start, end, {0, 0, 0}, {size[0] - 1, size[1] - 1, size[2] - 1}))
+    if (is_solid(v.voxel[0], v.voxel[1], v.voxel[2])) return v.voxel;
+  return std::nullopt;
+}
+
 AdversarialRay adversarial_ray(std::uint64_t number, std::uint64_t seed) {
   std::uint64_t state = (number + 1) * 0x9e3779b97f4a7c15ull ^ seed * 0xd1342543de82ef95ull;
   const auto next = [&state] {  // xorshift64*

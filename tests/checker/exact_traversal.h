@@ -4,6 +4,8 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -21,6 +23,12 @@ struct ExactVisit {
 /// all finite doubles.
 std::vector<ExactVisit> exact_traversal(const std::array<double, 3>& start, const std::array<double, 3>& end,
                                         const std::array<int, 3>& low, const std::array<int, 3>& high);
+
+/// The first voxel of the segment, in a grid of `size`, that is solid; none when it meets none.
+std::optional<std::array<int, 3>> first_solid(const std::array<double, 3>& start,
+                                              const std::array<double, 3>& end,
+                                              const std::array<int, 3>& size,
+                                              const std::function<bool(int, int, int)>& is_solid);
 
 /// A segment from one of the families that break traversals; family = number % k_ray_families.
 struct AdversarialRay {

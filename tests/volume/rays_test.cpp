@@ -52,15 +52,12 @@ TEST(Rays, FindTheVoxelThatAnExactWalkFinds) {
       for (std::size_t i = 0; i < rays.size(); ++i) {
         const Ray& r = rays[i];
         RayHit wanted;
-        for (const auto& v :
-             checker::exact_traversal({r.start.x, r.start.y, r.start.z}, {r.end.x, r.end.y, r.end.z},
-                                      {0, 0, 0}, {base->size.x - 1, base->size.y - 1, base->size.z - 1})) {
-          const ivec3 at(v.voxel[0], v.voxel[1], v.voxel[2]);
-          if (!bits.is_solid(at) || (seen && !seen->is_kept(at))) continue;
-          wanted.is_hit = true;
-          wanted.voxel = at;
-          break;
-        }
+        const auto exact =
+            checker::first_solid({r.start.x, r.start.y, r.start.z}, {r.end.x, r.end.y, r.end.z},
+                                 {base->size.x, base->size.y, base->size.z}, [&](int x, int y, int z) {
+                                   return bits.is_solid({x, y, z}) && (!seen || seen->is_kept({x, y, z}));
+                                 });
+        if (exact) wanted = {true, 0, {(*exact)[0], (*exact)[1], (*exact)[2]}, {}};
         const RayHit found = first_hit(bits, r, seen);
         ASSERT_EQ(found.is_hit, wanted.is_hit) << name << " " << i;
         ASSERT_EQ(found.voxel, wanted.voxel) << name << " " << i;
