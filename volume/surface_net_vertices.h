@@ -39,7 +39,7 @@ inline glm::vec3 common_edge(const float* g, const float* d, const glm::vec3& p)
   std::copy_n(g, 8, of_g.begin());
   std::copy_n(d, 8, of_d.begin());
   glm::dvec3 at(p);
-  constexpr int k_steps = 2;  // Newton's; the fields are nearly linear
+  constexpr int k_steps = 4;  // Newton's; under thick slices the scan's field bends within a cell
   for (int i = 0; i < k_steps; ++i) {
     const glm::dvec3 a = trilinear_gradient(of_g, at), b = trilinear_gradient(of_d, at);
     const double u = -trilinear_value(of_g, at), v = -trilinear_value(of_d, at);

@@ -185,7 +185,11 @@ TEST(Session, TornAtAnyByteTheWholeBlocksStay) {
   in.read(bytes.data(), static_cast<std::streamsize>(size));
   std::mt19937 random(5);
   std::uint64_t last_ticks = 0;
-  for (std::size_t cut = 0; cut < size; cut += 1 + random() % 97) {
+  // To the whole file: how long its last block is depends on the hour.
+  std::vector<std::size_t> cuts;
+  for (std::size_t cut = 0; cut < size; cut += 1 + random() % 97) cuts.push_back(cut);
+  cuts.push_back(size);
+  for (const std::size_t cut : cuts) {
     const std::string torn = folder.file("torn.session");
     std::ofstream(torn, std::ios::binary).write(bytes.data(), static_cast<std::streamsize>(cut));
     auto opened = SessionReader::open(torn);
