@@ -16,10 +16,13 @@
 #include "apps/view/chart.h"
 #include "data-tools/atomic_file.h"
 #include "data-tools/open_volume.h"
+#include "data-tools/operated_volume.h"
+#include "haptics/methods.h"
 #include "haptics/subvoxel_proxy.h"
 #include "tests/bench/benchmarks.h"
 #include "tests/bench/peers.h"
 #include "tests/bench/rays.h"
+#include "tests/bench/scorer.h"
 #include "tests/bench/stability.h"
 
 namespace trephine::app {
@@ -156,7 +159,8 @@ volume::Status bench_load(const std::string& src, Outcome& outcome) {
   return std::nullopt;
 }
 
-/// One scene as plain files: volume.mha, hip.csv and, where the exact answer is known, ideal.csv.
+/// One scene as plain files: volume.mha as it is touched (drilled, say), scene.json, hip.csv and, where the
+/// exact answer is known, ideal.csv.
 volume::Status export_scene(const std::string& folder, const bench::FeelScene& scene) {
   const std::filesystem::path place = std::filesystem::path(folder) / bench::feel_id(scene);
   std::error_code failed;
@@ -164,18 +168,34 @@ volume::Status export_scene(const std::string& folder, const bench::FeelScene& s
   if (failed)
     return Error{"the folder cannot be made", data_tools::file_name(folder), failed.message(),
                  "a place that may be written", "choose another with --export"};
-  if (volume::Status error = data_tools::write_volume((place / "volume.mha").string(), *scene.scene.base))
+  std::optional<volume::Volume> drilled;
+  if (scene.version) {
+    auto operated = data_tools::operated_volume(*scene.version);
+    if (!operated) return operated.error();
+    drilled = std::move(operated).value();
+  }
+  if (volume::Status error =
+          data_tools::write_volume((place / "volume.mha").string(), drilled ? *drilled : *scene.scene.base))
+    return error;
+  const volume::Shape& shape = scene.scene.shapes[0].field.shape();
+  const Json says{{"id", bench::feel_id(scene)},
+                  {"radius_mm", scene.radius_mm},
+                  {"solid_from", shape.low},
+                  {"stiffness_n_mm", scene.scene.shapes[0].material.stiffness},
+                  {"rate_hz", 1000}};
+  if (volume::Status error =
+          data_tools::write_file_atomically((place / "scene.json").string(), says.dump(2) + "\n"))
     return error;
   std::ostringstream hip, ideal;
   scene.path.write_csv(hip);
   if (volume::Status error = data_tools::write_file_atomically((place / "hip.csv").string(), hip.str()))
     return error;
-  if (!scene.nearest) return std::nullopt;
+  if (!scene.distance) return std::nullopt;
+  const bench::Ideal exact(scene);
   ideal << "t,proxy_x,proxy_y,proxy_z\n";
-  for (const auto& sample : scene.path.samples()) {
-    const glm::dvec3& at = sample.pose.position_world;
-    const glm::dvec3 p = scene.distance(at) < 0 ? scene.nearest(at) : at;
-    ideal << format_text("%.17g,%.17g,%.17g,%.17g\n", sample.t, p.x, p.y, p.z);
+  for (std::size_t i = 0; i < exact.on_shape().proxies.size(); ++i) {
+    const glm::dvec3& p = exact.on_shape().proxies[i];
+    ideal << format_text("%.17g,%.17g,%.17g,%.17g\n", scene.path.samples()[i].t, p.x, p.y, p.z);
   }
   return data_tools::write_file_atomically((place / "ideal.csv").string(), ideal.str());
 }
@@ -321,13 +341,21 @@ volume::Status bench_feel(const BenchArguments& arguments, Outcome& outcome) {
   bench::FeelOptions options;
   options.is_quick = arguments.is_quick;
   options.only = arguments.only;
-  std::vector<std::string> known;
   bool is_any = false;  // of the built-in ones
   options.look = [&](const bench::FeelScene& scene) -> volume::Status {
-    known.push_back(bench::feel_id(scene));
     is_any = is_any || scene.group != "real";
     return arguments.export_folder.empty() ? std::nullopt : export_scene(arguments.export_folder, scene);
   };
+  // Our own answers too, in the form that --score reads.
+  std::ostringstream ours;
+  ours << "scene,proxy_x,proxy_y,proxy_z\n";
+  if (!arguments.export_folder.empty())
+    options.answered = [&ours](const bench::FeelScene& scene, const std::string& method,
+                               const std::vector<glm::dvec3>& proxies) {
+      if (method != haptics::k_default_method) return;
+      for (const glm::dvec3& p : proxies)
+        ours << format_text("%s,%.17g,%.17g,%.17g\n", bench::feel_id(scene).c_str(), p.x, p.y, p.z);
+    };
   if (!arguments.score.empty()) {
     auto answers = read_answers(arguments.score);
     if (!answers) return answers.error();
@@ -361,20 +389,29 @@ volume::Status bench_feel(const BenchArguments& arguments, Outcome& outcome) {
     if (!hand) return hand.error();
     options.more.push_back(std::move(hand).value());
   }
+  if (options.answers) {
+    std::vector<std::string> known;
+    for (const std::string& id : bench::feel_scene_ids(arguments.is_quick))
+      if (id.find(arguments.only) != std::string::npos) known.push_back(id);
+    for (const bench::FeelScene& scene : options.more) known.push_back(bench::feel_id(scene));
+    for (const auto& [id, proxies] : options.answers->proxies_world)
+      if (std::find(known.begin(), known.end(), id) == known.end())
+        return Error{"the answers name a scene that is not played", data_tools::file_name(arguments.score),
+                     id, "one of the folders that --export writes",
+                     "play the same set: --quick or not, and --only"};
+  }
   ProgressLine progress("feeling");
   options.progress = [&progress](double share) { return progress(share); };
   const bench::FeelReport report = bench::run_feel(options);
   if (report.is_stopped) return interrupted("the benchmark");
   if (report.failure) return report.failure;
+  if (!arguments.export_folder.empty())
+    if (volume::Status error = data_tools::write_file_atomically(
+            (std::filesystem::path(arguments.export_folder) / "our-answers.csv").string(), ours.str()))
+      return error;
   if (!is_any)
     return Error{"no scene has such a name", "--only", arguments.only,
                  "part of a name such as sphere-psf-1.5-slide-100-mm-s", ""};
-  if (options.answers)
-    for (const auto& [id, proxies] : options.answers->proxies_world)
-      if (std::find(known.begin(), known.end(), id) == known.end())
-        return Error{"the answers name a scene that was not played", data_tools::file_name(arguments.score),
-                     id, "one of the folders that --export writes",
-                     "play the same set: --quick or not, and --only"};
   Json machine = new_report("bench-feel");
   machine.erase("schema");
   if (volume::Status error = write_feel_report(report, arguments.output, arguments.is_quick, machine))

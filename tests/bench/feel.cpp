@@ -1,5 +1,6 @@
 #include "tests/bench/feel.h"
 
+#include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <map>
@@ -9,6 +10,7 @@
 #include "haptics/servo_core.h"
 #include "tests/bench/instructions.h"
 #include "tests/bench/peers.h"
+#include "tests/bench/scorer.h"
 #include "tests/scenes/promise.h"
 #include "tests/scenes/scenes.h"
 #include "volume/local_net.h"
@@ -26,44 +28,24 @@ double percentile(std::vector<double> values, double p) {
   return values[static_cast<std::size_t>(std::ceil(p / 100 * static_cast<double>(values.size()))) - 1];
 }
 
-/// RMS of what a moving mean of 50 ms (the 20 Hz and below) leaves, over runs of contact.
-double rough_above_20_hz(const std::vector<double>& force, const std::vector<bool>& contact) {
-  constexpr int k_half = 25;
-  double square = 0;
-  long count = 0;
-  const int n = static_cast<int>(force.size());
-  for (int i = 100 + k_half; i + k_half < n; ++i) {
-    double sum = 0;
-    bool is_whole = true;
-    for (int k = i - k_half; k <= i + k_half && is_whole; ++k) {
-      is_whole = contact[static_cast<std::size_t>(k)];
-      sum += force[static_cast<std::size_t>(k)];
-    }
-    if (!is_whole) continue;
-    const double rest = force[static_cast<std::size_t>(i)] - sum / (2 * k_half + 1);
-    square += rest * rest;
-    ++count;
-  }
-  return count > 0 ? std::sqrt(square / static_cast<double>(count)) : 0;
-}
-
 /// The judges of one scene, made once for all methods.
 struct Judges {
-  checker::SolidVoxels voxels;
-  std::shared_ptr<const volume::OffsetField> offset;
-  checker::SmoothSolid smooth;
-  const volume::Frame &base,
-      &frame;  ///< of the volume, and of the smooth solid: the offset field's for a round tool
+  Ideal ideal;
 
-  explicit Judges(const FeelScene& s)
-      : voxels(checker::solid_voxels(s.scene.base, s.scene.shapes[0].field.shape(), s.version)),
-        offset(scenes::touched_offset(s.scene, s.version.get())),
-        smooth(scenes::touched_smooth_solid(s.scene, s.version)),
-        base(s.scene.base->frame),
-        frame(offset ? offset->frame() : base) {}
-  /// A point of the volume's frame in the smooth solid's.
-  dvec3 to(const dvec3& p) const {
-    return &frame == &base ? p : frame.volume_from_world(base.world_from_volume(p));
+  explicit Judges(const FeelScene& s) : ideal(s) {}
+  /// RMS distance of an exact hand on the smooth solid from the analytic surface.
+  double floor_voxels(const FeelScene& s) {
+    if (floor_) return *floor_;
+    double square = 0;
+    long count = 0;
+    const std::vector<dvec3>& proxies = ideal.on_smooth_solid().proxies;
+    for (std::size_t i = MinimumOfRuns::k_dropped; i < proxies.size(); ++i) {
+      if (proxies[i] == s.path.samples()[i].pose.position_world) continue;
+      square += s.distance(proxies[i]) * s.distance(proxies[i]);
+      ++count;
+    }
+    floor_ = std::sqrt(square / static_cast<double>(std::max(1L, count))) / ideal.voxel();
+    return *floor_;
   }
   /// One for all methods that promise the same.
   checker::FallThroughJudge fall_through(const FeelScene& s, const MethodInfo& method) {
@@ -75,19 +57,8 @@ struct Judges {
 
  private:
   std::map<std::pair<MethodInfo::Solid, bool>, std::unique_ptr<scenes::Promise>> promises;
+  std::optional<double> floor_;
 };
-
-/// What is the same for every method: where an exact hand would be.
-struct Ideal {
-  std::vector<dvec3> nearest_world;
-  explicit Ideal(const FeelScene& s) {
-    if (!s.nearest) return;
-    for (const auto& sample : s.path.samples())
-      nearest_world.push_back(s.nearest(sample.pose.position_world));
-  }
-};
-
-constexpr std::size_t k_dropped = MinimumOfRuns::k_dropped;
 
 /// What is put on the chart: our methods, and peers.
 struct Contender {
@@ -103,12 +74,11 @@ std::vector<Contender> contenders() {
   return all;
 }
 
-FeelRow measure(const FeelScene& s, Judges& judges, const Ideal& ideal, const Contender& contender,
-                bool is_quick) {
+FeelRow measure(const FeelScene& s, Judges& judges, const Contender& contender,
+                const decltype(FeelOptions::answered)& answered) {
   const MethodInfo& info = contender.info;
   const volume::Volume& base = *s.scene.base;
   const volume::Frame& frame = base.frame;
-  const double voxel = std::min({frame.spacing().x, frame.spacing().y, frame.spacing().z});
   const auto& samples = s.path.samples();
   FeelRow row;
   row.scene = s.name, row.variant = s.variant, row.motion = s.motion, row.group = s.group,
@@ -127,111 +97,28 @@ FeelRow measure(const FeelScene& s, Judges& judges, const Ideal& ideal, const Co
   if (s.scene.shapes[0].offset) row.bytes += s.scene.shapes[0].offset->bytes();
 
   // Judged once.
-  haptics::ForceOptions raw_force, default_force;
-  raw_force.smoothing_alpha = 1;
-  haptics::ForceModel raw(raw_force, 1e-3), smoothed(default_force, 1e-3);
   checker::FallThroughJudge judge = judges.fall_through(s, info);
+  const ExactHand* same_solid = nullptr;
+  if (info.solid == MethodInfo::Solid::smooth) same_solid = &judges.ideal.on_smooth_solid();
+  if (info.solid == MethodInfo::Solid::cubes && s.radius_mm == 0) same_solid = &judges.ideal.on_cubes();
+  Scorer scorer(s, judges.ideal, same_solid);
   haptics::ProxyState state;
-  std::vector<double> raw_n, smoothed_n, tangential;
-  std::vector<bool> contact;
-  dvec3 last_force(0);
-  double distance_square = 0, floor_square = 0, angle_square = 0, force_square = 0, jump = 0, worst = 0;
-  long distance_count = 0, floor_count = 0, ideal_count = 0, jumps = 0, compared = 0, away = 0;
-  const std::size_t every = is_quick ? 199 : 211;
-  glm::ivec3 last_voxel(-100);
+  std::vector<dvec3> answers;
   for (std::size_t i = 0; i < samples.size(); ++i) {
     const dvec3& hip = samples[i].pose.position_world;
-    const dvec3 hip_volume = frame.volume_from_world(hip), before = state.proxy_volume;
-    const bool had_proxy = state.has_proxy;
     const haptics::ProxyStep step = method->step(s.scene, version, state, {hip});
-    judge.look({std::span(step.path_volume.data(), static_cast<std::size_t>(step.waypoint_count)), hip_volume,
-                step.has_contact, step.is_buried});
+    judge.look({std::span(step.path_volume.data(), static_cast<std::size_t>(step.waypoint_count)),
+                frame.volume_from_world(hip), step.has_contact, step.is_buried});
+    scorer.look(i, step);
     row.voxels += step.counters.voxels, row.cells += step.counters.cells;
     row.triangles += step.counters.triangles, row.queries += step.counters.iterations;
-    const dvec3 force = raw.step(step, hip, s.scene);
-    if (i > k_dropped && step.has_contact && contact[i - 1])
-      row.most_change_n = std::max(row.most_change_n, glm::length(force - last_force));
-    last_force = force;
-    raw_n.push_back(glm::length(force));
-    smoothed_n.push_back(glm::length(smoothed.step(step, hip, s.scene)));
-    contact.push_back(step.has_contact);
-    const glm::ivec3 at_voxel = volume::voxel_of(glm::clamp(state.proxy_volume, dvec3(-1e6), dvec3(1e6)));
-    if (step.has_contact && i > k_dropped && contact[i - 1] && at_voxel != last_voxel) {
-      jump += std::abs(raw_n[i] - raw_n[i - 1]);
-      ++jumps;
-    }
-    last_voxel = at_voxel;
-    if (i < k_dropped || !step.has_contact) {
-      away = 0;
-      continue;
-    }
-    ++row.contacts;
-    if (s.distance && s.distance(hip) < 0) {
-      const double d = s.distance(step.proxy_world);
-      distance_square += d * d;
-      ++distance_count;
-    }
-    if (!ideal.nearest_world.empty() && s.distance(hip) < -0.2) {
-      const dvec3& wanted = ideal.nearest_world[i];
-      const dvec3 push = step.proxy_world - hip, right = wanted - hip;
-      const dvec3 n = right / glm::length(right);
-      const dvec3 off = step.proxy_world - wanted;
-      tangential.push_back(glm::length(off - glm::dot(off, n) * n));
-      const double cosine = glm::dot(push, right) / std::max(1e-12, glm::length(push) * glm::length(right));
-      const double degrees = 57.29577951308232 * std::acos(std::clamp(cosine, -1.0, 1.0));
-      angle_square += degrees * degrees;
-      const double newtons = s.scene.shapes[0].material.stiffness * glm::length(off);
-      force_square += newtons * newtons;
-      ++ideal_count;
-    }
-    // Stuck: more than a voxel along the surface from where an exact hand would be, ten steps in a row.
-    if (!tangential.empty() && !ideal.nearest_world.empty() && tangential.back() > voxel) {
-      if (++away == 10) ++row.stuck;
-    } else {
-      away = 0;
-    }
-    // An independent proxy on the same solid, from where this one began the step.
-    if (i % every == 0 && had_proxy && info.solid == MethodInfo::Solid::smooth) {
-      const dvec3 last_hip = frame.volume_from_world(samples[i - 1].pose.position_world);
-      const dvec3 independent =
-          checker::sweep_ideal_proxy(judges.smooth, judges.frame.axes(), judges.to(before),
-                                     judges.to(last_hip), judges.to(hip_volume), 4);
-      const dvec3 off = judges.frame.vector_world_from_volume(independent - judges.to(state.proxy_volume));
-      worst = std::max(worst, glm::length(off) / voxel);
-      if (s.distance) {
-        const double d = s.distance(judges.frame.world_from_volume(independent));
-        floor_square += d * d;
-        ++floor_count;
-      }
-      ++compared;
-    }
-    if (i % every == 0 && had_proxy && info.solid == MethodInfo::Solid::cubes) {
-      const dvec3 axes[3] = {frame.axes()[0], frame.axes()[1], frame.axes()[2]};
-      const dvec3 independent =
-          checker::resting_point_on_cubes(base.size, judges.voxels, axes, before, hip_volume);
-      worst = std::max(worst,
-                       glm::length(frame.vector_world_from_volume(independent - state.proxy_volume)) / voxel);
-      ++compared;
-    }
+    answers.push_back(step.has_contact ? step.proxy_world : hip);
   }
-  const auto root = [](double square, long count) -> std::optional<double> {
-    if (count == 0) return std::nullopt;
-    return std::sqrt(square / static_cast<double>(count));
-  };
+  if (answered) answered(s, info.name, answers);
   row.fall_throughs = judge.fall_throughs();
   row.buried = judge.buried_starts();
-  if (compared > 0) row.method_error_voxels = worst;
-  if (const auto rms = root(distance_square, distance_count)) row.total_rms_voxels = *rms / voxel;
-  if (const auto rms = root(floor_square, floor_count)) row.floor_rms_voxels = *rms / voxel;
-  row.direction_rms_deg = root(angle_square, ideal_count);
-  row.force_rms_n = root(force_square, ideal_count);
-  if (!tangential.empty()) {
-    row.tangential_p50_mm = percentile(tangential, 50);
-    row.tangential_p99_mm = percentile(tangential, 99);
-  }
-  row.rough_n = rough_above_20_hz(raw_n, contact);
-  row.rough_smoothed_n = rough_above_20_hz(smoothed_n, contact);
-  row.jump_n = jumps > 0 ? jump / static_cast<double>(jumps) : 0;
+  if (s.distance && info.solid == MethodInfo::Solid::smooth) row.floor_rms_voxels = judges.floor_voxels(s);
+  scorer.finish(row);
   const double steps = static_cast<double>(samples.size());
   row.voxels /= steps, row.cells /= steps, row.triangles /= steps, row.queries /= steps;
 
@@ -273,59 +160,27 @@ std::optional<double> instructions_a_step(const FeelScene& s, const Contender& c
   return static_cast<double>(*all) / static_cast<double>(count);
 }
 
-/// The same errors for another program's answers; falls are places more than a voxel inside the analytic
-/// shape.
+/// The same errors for another program's answers.
 FeelRow score(const FeelScene& s, const Ideal& ideal, const FeelAnswers& answers) {
   const std::string id = feel_id(s);
   const auto& proxies = answers.proxies_world.at(id);
   const auto& samples = s.path.samples();
-  const glm::dvec3& spacing = s.scene.base->frame.spacing();
-  const double voxel = std::min({spacing.x, spacing.y, spacing.z});
   FeelRow row;
   row.scene = s.name, row.variant = s.variant, row.motion = s.motion, row.group = s.group,
   row.method = answers.program;
   row.size = s.scene.base->size.x;
+  row.radius_mm = s.radius_mm;
   row.steps = static_cast<long>(proxies.size());
-  std::vector<double> force, tangential, times;
-  std::vector<bool> contact;
-  double distance_square = 0, angle_square = 0, force_square = 0;
-  const double stiffness = s.scene.shapes[0].material.stiffness;
-  bool was_inside = false;
+  Scorer scorer(s, ideal);
+  MinimumOfRuns times;
+  const auto us = answers.us.find(id);
   for (std::size_t i = 0; i < std::min(proxies.size(), samples.size()); ++i) {
-    const dvec3 &hip = samples[i].pose.position_world, &proxy = proxies[i];
-    contact.push_back(proxy != hip);
-    force.push_back(stiffness * glm::length(proxy - hip));
-    const double d = s.distance ? s.distance(proxy) : 0;
-    const bool is_inside = d < -voxel;
-    if (is_inside && !was_inside) ++row.fall_throughs;
-    was_inside = is_inside;
-    if (i < k_dropped || !contact.back()) continue;
-    ++row.contacts;
-    distance_square += d * d;
-    if (ideal.nearest_world.empty()) continue;
-    const dvec3 right = ideal.nearest_world[i] - hip, off = proxy - ideal.nearest_world[i];
-    const dvec3 n = right / std::max(1e-12, glm::length(right));
-    tangential.push_back(glm::length(off - glm::dot(off, n) * n));
-    const double cosine = glm::dot(proxy - hip, n) / std::max(1e-12, glm::length(proxy - hip));
-    const double degrees = 57.29577951308232 * std::acos(std::clamp(cosine, -1.0, 1.0));
-    angle_square += degrees * degrees;
-    force_square += stiffness * stiffness * glm::dot(off, off);
+    const haptics::ProxyStep step = step_of_answer(proxies[i], samples[i].pose.position_world);
+    scorer.look(i, step);
+    if (us != answers.us.end() && i < us->second.size() && step.has_contact) times.add(i, us->second[i]);
   }
-  const auto count = static_cast<double>(std::max(1L, row.contacts));
-  if (s.distance && row.contacts > 0) row.total_rms_voxels = std::sqrt(distance_square / count) / voxel;
-  if (!tangential.empty()) {
-    row.direction_rms_deg = std::sqrt(angle_square / static_cast<double>(tangential.size()));
-    row.force_rms_n = std::sqrt(force_square / static_cast<double>(tangential.size()));
-    row.tangential_p50_mm = percentile(tangential, 50);
-    row.tangential_p99_mm = percentile(tangential, 99);
-  }
-  row.rough_n = rough_above_20_hz(force, contact);
-  if (const auto us = answers.us.find(id); us != answers.us.end()) {
-    MinimumOfRuns steps;
-    for (std::size_t i = 0; i < us->second.size(); ++i)
-      if (i < contact.size() && contact[i]) steps.add(i, us->second[i]);
-    row.time_us = steps.result();
-  }
+  scorer.finish(row);
+  row.time_us = times.result();
   return row;
 }
 
@@ -454,7 +309,7 @@ void scale(bool is_quick, FeelReport& report) {
 
 FeelReport run_feel(const FeelOptions& options) {
   FeelReport report;
-  const double total = static_cast<double>(feel_scene_count(options.is_quick) + options.more.size()) + 3;
+  const double total = static_cast<double>(feel_scene_ids(options.is_quick).size() + options.more.size()) + 3;
   double done = 0;
   const std::vector<Contender> all = contenders();
   for (const Peer& peer : peers().methods) report.peers.emplace_back(peer.info.name, peer.version);
@@ -463,13 +318,12 @@ FeelReport run_feel(const FeelOptions& options) {
     const std::string id = feel_id(s);
     if (options.look && (report.failure = options.look(s))) return false;
     Judges judges(s);
-    const Ideal ideal(s);
     for (const Contender& contender : all) {
       if (options.progress && !options.progress(done / total)) {
         report.is_stopped = true;
         return false;
       }
-      FeelRow row = measure(s, judges, ideal, contender, options.is_quick);
+      FeelRow row = measure(s, judges, contender, options.answered);
       if (row.steps == 0) continue;  // a method without a radius
       // Not of peers: their threads would not be there.
       const bool is_short = row.voxels < 60 && row.triangles < 25;  // others take minutes to be counted
@@ -482,7 +336,7 @@ FeelReport run_feel(const FeelOptions& options) {
     }
     if (is_reference(s)) report.split.push_back(split_of_explicit(s));
     if (options.answers && options.answers->proxies_world.contains(id))
-      report.rows.push_back(score(s, ideal, *options.answers));
+      report.rows.push_back(score(s, judges.ideal, *options.answers));
     return true;
   };
   for_feel_scenes(options.is_quick, options.only, [&](FeelScene&& s) { return play(s); });

@@ -29,8 +29,6 @@ struct FeelScene {
   /// Signed distance (mm, negative inside) from a point to where the tool's middle may not be; empty for
   /// scans.
   std::function<double(const glm::dvec3&)> distance;
-  /// The nearest point of the analytic shape to a HIP, where the shape is smooth; empty elsewhere.
-  std::function<glm::dvec3(const glm::dvec3&)> nearest;
 };
 
 /// One method on one scene. Errors in voxels (the shortest step of the grid) or as named; absent where the
@@ -41,17 +39,23 @@ struct FeelRow {
   double radius_mm = 0;
   long steps = 0, contacts = 0;
   std::optional<double>
-      method_error_voxels;                  ///< largest distance from an independent proxy on the same solid
+      method_error_voxels;  ///< largest distance, over all steps, from an exact hand on the same solid
   std::optional<double> total_rms_voxels;   ///< distance from the analytic surface
-  std::optional<double> floor_rms_voxels;   ///< the same of the independent proxy: what the samples hold
+  std::optional<double> floor_rms_voxels;   ///< the same of an exact hand on the smooth solid of the samples
+  std::optional<double> deepest_voxels;     ///< in the analytic shape
+  std::optional<double> most_off_mm;        ///< largest distance from an exact hand on the analytic shape
   std::optional<double> direction_rms_deg;  ///< of the raw force
   std::optional<double> tangential_p50_mm, tangential_p99_mm;
-  std::optional<double> force_rms_n;  ///< raw force less that of the ideal proxy
-  double rough_n = 0;                 ///< RMS of the raw force above 20 Hz
-  double rough_smoothed_n = 0;        ///< the same at the default smoothing
-  double jump_n = 0;                  ///< mean change of the raw force where the proxy enters another voxel
-  double most_change_n = 0;           ///< largest change of the raw force between two ticks in contact
+  std::optional<double> force_rms_n;  ///< stiffness times the distance from the exact hand's proxy
+  std::optional<double>
+      rendered_rms_n;           ///< force with damping and smoothing, less stiffness times exact offset
+  double rough_n = 0;           ///< RMS of the raw force above 20 Hz
+  double rough_smoothed_n = 0;  ///< the same at the default smoothing
+  double jump_n = 0;            ///< mean change of the raw force where the proxy enters another voxel
+  double most_change_n = 0;     ///< largest change of the raw force between two ticks in contact
   long fall_throughs = 0, stuck = 0;
+  long parted = 0;  ///< times that the proxy came to rest in another place than the exact hand's
+  long missed = 0;  ///< steps without contact where the exact hand presses by more than a voxel
   long buried = 0;  ///< steps that said that matter grew; nothing grows in these scenes
   StepTimes time_us;
   std::optional<double> instructions;  ///< a step in contact, counted one by one; on one scene
@@ -87,6 +91,9 @@ inline std::string feel_id(const FeelScene& s) { return feel_id(s.name, s.varian
 
 struct FeelOptions {
   bool is_quick = false;
+  /// Called with what a method answered to a scene, a proxy a step.
+  std::function<void(const FeelScene&, const std::string& method, const std::vector<glm::dvec3>& proxies)>
+      answered;
   std::string only;  ///< play scenes whose id holds this; empty for all
   std::optional<FeelAnswers> answers;
   /// Called with each scene before it is played: exports, say. A failure ends the run.
@@ -115,7 +122,7 @@ struct FeelReport {
 /// The built-in scenes; quick ones are smaller and fewer. Made one at a time, those whose id holds
 /// `only`; `use` says whether to go on.
 void for_feel_scenes(bool is_quick, const std::string& only, const std::function<bool(FeelScene&&)>& use);
-std::size_t feel_scene_count(bool is_quick);
+std::vector<std::string> feel_scene_ids(bool is_quick);
 FeelReport run_feel(const FeelOptions& options);
 
 /// HIP positions over a scan's surface from above, for `more`: down along -z and over it.

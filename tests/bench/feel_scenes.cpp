@@ -36,18 +36,6 @@ dvec3 on_surface(const Distance& distance, dvec3 p) {
   return p;
 }
 
-/// The nearest surface point: Newton on the surface, then steps that take out the tangential rest.
-dvec3 nearest_on(const Distance& distance, const dvec3& hip) {
-  dvec3 p = on_surface(distance, hip);
-  for (int i = 0; i < 60; ++i) {
-    const dvec3 n = glm::normalize(slope_of(distance, p));
-    const dvec3 rest = (hip - p) - glm::dot(hip - p, n) * n;
-    p = on_surface(distance, p + 0.7 * rest);
-    if (glm::dot(rest, rest) < 1e-18) break;
-  }
-  return p;
-}
-
 /// Walks over a smooth surface from `start` toward `heading`, turning round at the edge of the box; the HIP
 /// lies `depth` below it. One sample a ms; the first comes from `depth` above.
 std::vector<dvec3> surface_walk(const Distance& distance, dvec3 start, dvec3 heading, double speed,
@@ -85,6 +73,18 @@ std::vector<dvec3> polyline(const std::vector<dvec3>& corners, double speed) {
       hips.push_back(corners[i - 1] + (static_cast<double>(k) / steps) * (corners[i] - corners[i - 1]));
   }
   return hips;
+}
+
+/// The same way at five times the speed for 12 ms, then held for 48, again and again.
+template <class Hips>
+auto held(Hips hips) {
+  return [hips](const Distance& distance, int samples) {
+    const std::vector<dvec3> way = hips(distance, samples + 60);
+    std::vector<dvec3> result;
+    for (std::size_t i = 0; i < static_cast<std::size_t>(samples); ++i)
+      result.push_back(way[i / 60 * 60 + 5 * std::min<std::size_t>(i % 60, 12)]);
+    return result;
+  };
 }
 
 struct Grid {
@@ -206,6 +206,14 @@ std::vector<Plan> plans(bool is_quick) {
     return hips;
   };
   all.push_back({"sphere", "psf 1.5", "simulated hand", "smooth", "sphere", {}, soft, by_hand});
+  all.push_back({"sphere",
+                 "psf 1.5",
+                 "slide 100 mm/s, held",
+                 "smooth",
+                 "sphere",
+                 {},
+                 soft,
+                 held(slide(45.0 * glm::normalize(over), heading, 100))});
   const auto variant = [&](const std::string& name, const Grid& grid, const std::string& group) {
     all.push_back({"sphere",
                    name,
@@ -264,6 +272,14 @@ std::vector<Plan> plans(bool is_quick) {
                      {{"angle", angle}},
                      grid,
                      circles({0, 0, -10}, {-1, 4, -24}, 4, 60)});
+    all.push_back({"groove 90",
+                   soft_name,
+                   "circle, held",
+                   "sharp",
+                   "groove",
+                   {{"angle", 90}},
+                   grid,
+                   held(circles({0, 0, -10}, {-1, 4, -24}, 4, 60))});
     all.push_back({"corner",
                    soft_name,
                    "trap",
@@ -312,6 +328,16 @@ std::vector<Plan> plans(bool is_quick) {
                  in_hole(0),
                  0,
                  true});
+  all.push_back({"burr hole",
+                 "psf 1.5",
+                 "round its wall, held",
+                 "sharp",
+                 "plane",
+                 {{"angle", 0}},
+                 soft,
+                 held(in_hole(0)),
+                 0,
+                 true});
   for (const double radius : {0.5, 2.0, 6.0}) {
     const std::string name =
         "psf 1.5, radius " + std::to_string(radius).substr(0, radius < 1 ? 3 : 1) + " mm";
@@ -344,11 +370,26 @@ std::vector<Plan> plans(bool is_quick) {
   return all;
 }
 
+constexpr double k_hole_top = 3, k_hole_end = -4;  // of the middle of the burr, mm
+
+/// From p to the half space under z = 0 after drill_hole(): a body of revolution, bounded by the plane
+/// outside the hole, the wall and the round end.
+double distance_to_drilled(const dvec3& p) {
+  const double rho = std::hypot(p.x, p.y), z = p.z;
+  const double to_plane = std::hypot(std::max(0.0, k_hole_radius - rho), z);
+  const double to_wall = std::hypot(rho - k_hole_radius, z - std::clamp(z, k_hole_end, 0.0));
+  double nearest = std::min(to_plane, to_wall);
+  if (z < k_hole_end) nearest = std::min(nearest, std::abs(k_hole_radius - std::hypot(rho, z - k_hole_end)));
+  const bool is_free =
+      z > 0 || (rho < k_hole_radius && z > k_hole_end) || std::hypot(rho, z - k_hole_end) < k_hole_radius;
+  return is_free ? nearest : -nearest;
+}
+
 /// A burr hole, and the tool's field after it.
 void drill_hole(FeelScene& scene) {
   const haptics::TouchShape& shape = scene.scene.shapes[0];
   volume::RemovalEditor editor(std::make_shared<volume::Version>(scene.scene.base), {shape.field});
-  const volume::RemovalReport report = editor.remove({{0, 0, 3}, {0, 0, -4}, k_hole_radius});
+  const volume::RemovalReport report = editor.remove({{0, 0, k_hole_top}, {0, 0, k_hole_end}, k_hole_radius});
   volume::OffsetField::Work work;
   if (shape.offset)
     editor.attach({shape.offset->updated(shape.field, *shape.bits, editor.working(), report.box, 1, &work)});
@@ -368,7 +409,11 @@ std::string feel_id(const std::string& name, const std::string& variant, const s
   return id;
 }
 
-std::size_t feel_scene_count(bool is_quick) { return plans(is_quick).size(); }
+std::vector<std::string> feel_scene_ids(bool is_quick) {
+  std::vector<std::string> ids;
+  for (const Plan& plan : plans(is_quick)) ids.push_back(feel_id(plan.name, plan.variant, plan.motion));
+  return ids;
+}
 
 void for_feel_scenes(bool is_quick, const std::string& only, const std::function<bool(FeelScene&&)>& use) {
   const int size = is_quick ? 128 : 512, samples = is_quick ? 1500 : 3100;
@@ -389,12 +434,11 @@ void for_feel_scenes(bool is_quick, const std::string& only, const std::function
     haptics::soften(scene.scene);
     if (haptics::set_tool_radius(scene.scene, plan.radius)) continue;
     if (plan.radius > 0) scene.field_s = seconds_since(begin);
-    if (plan.has_hole)
+    scene.distance = distance;
+    if (plan.has_hole) {
       drill_hole(scene);
-    else
-      scene.distance = distance;
-    if (plan.group != "sharp" && !plan.has_hole)
-      scene.nearest = [distance](const dvec3& hip) { return nearest_on(distance, hip); };
+      scene.distance = [radius = plan.radius](const dvec3& p) { return distance_to_drilled(p) - radius; };
+    }
     if (!use(std::move(scene))) return;
   }
 }

@@ -1,10 +1,15 @@
 // The judges can say no: each is shown the fault that it is there to find.
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <glm/geometric.hpp>
 #include <gtest/gtest.h>
 #include <vector>
 
 #include "tests/checker/exact_traversal.h"
 #include "tests/checker/fall_through.h"
 #include "tests/checker/force_judge.h"
+#include "tests/checker/ideal_hand.h"
 #include "tests/checker/mesh_judge.h"
 #include "tests/checker/smooth_judge.h"
 
@@ -95,6 +100,43 @@ TEST(RestingPoint, RollsToThePlaceAboveTheHip) {
   EXPECT_NEAR(rest.x, 7.3, 1e-9);
   EXPECT_NEAR(rest.y, 6.2, 1e-9);
   EXPECT_NEAR(rest.z, 4.5, 1e-9);
+}
+
+/// From a place above straight to where the HIP rests.
+dvec3 rest_of(const Clearance& wall, const dvec3& above, const dvec3& hip) {
+  return follow_exactly(wall, 0.5, above, above, hip);
+}
+
+TEST(ExactHand, RestsWhereAlgebraSays) {
+  const Clearance ball = [](const dvec3& p) { return glm::length(p) - 10; };
+  EXPECT_LT(glm::length(rest_of(ball, {3, -2, 12}, {3, -2, 6}) - 10.0 / 7 * dvec3(3, -2, 6)), 1e-5);
+  // V-grooves along y, and a corner of three walls: on one side, on the edge, in the corner.
+  for (const double half : {15.0, 45.0}) {
+    const double c = std::cos(half * 0.017453292519943295), s = std::sin(half * 0.017453292519943295);
+    const Clearance groove = [=](const dvec3& p) { return std::min(c * p.x + s * p.z, -c * p.x + s * p.z); };
+    const dvec3 hip(3, 4, -12);
+    EXPECT_LT(glm::length(rest_of(groove, {0, 1, 20}, hip) - dvec3(0, 4, 0)), 1e-4);
+    const dvec3 beside(9, 4, 1), n(-c, 0, s);
+    EXPECT_LT(glm::length(rest_of(groove, {0, 1, 20}, beside) - (beside - glm::dot(beside, n) * n)), 1e-4);
+  }
+  const Clearance corner = [](const dvec3& p) { return std::min({p.x, p.y, p.z}); };
+  EXPECT_LT(glm::length(rest_of(corner, {5, 6, 7}, {-3, -1, -2})), 1e-4);
+  EXPECT_LT(glm::length(rest_of(corner, {5, 6, 7}, {-3, 2, -1}) - dvec3(0, 2, 0)), 1e-4);
+}
+
+TEST(ExactHand, FollowsTheSideItIsOnAndGoesOverEdges) {
+  // A plate a voxel thick: whatever the HIP does below it, the proxy stays above.
+  const Clearance plate = [](const dvec3& p) { return std::abs(p.z) - 0.25; };
+  EXPECT_LT(glm::length(rest_of(plate, {0, 0, 5}, {7, 3, -30}) - dvec3(7, 3, 0.25)), 1e-4);
+  // A step down: held on top until the HIP is past the edge, then at the foot of the wall.
+  const Clearance step = [](const dvec3& p) { return std::max(p.z, p.x); };
+  const dvec3 above(-4, 0, 1), below(-1, 0, -2), past(1, 0, -2);
+  const dvec3 held = follow_exactly(step, 0.5, above, above, below);
+  EXPECT_LT(glm::length(held - dvec3(-1, 0, 0)), 1e-4);
+  EXPECT_LT(glm::length(follow_exactly(step, 0.5, held, below, past) - past), 1e-4);
+  // One that starts in the wall is led out.
+  EXPECT_LT(glm::length(follow_exactly(plate, 0.5, {0, 0, 0.1}, {0, 0, -1}, {0, 0, -1}) - dvec3(0, 0, 0.25)),
+            1e-4);
 }
 
 TEST(MeshJudge, FindsEveryKindOfFault) {

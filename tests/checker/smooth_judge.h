@@ -26,6 +26,7 @@ class SmoothSolid {
   /// Of one field on the voxels.
   explicit SmoothSolid(Samples field) : fields_{{std::move(field), glm::ivec3(1)}} {}
 
+  std::size_t field_count() const { return fields_.size(); }
   /// Value of field f at p (volume frame), by the sum over 27 of its samples.
   double value(std::size_t f, const glm::dvec3& p) const;
   bool is_solid(const glm::dvec3& p) const;

@@ -1,0 +1,294 @@
+#include "tests/bench/scorer.h"
+
+#include <algorithm>
+#include <cmath>
+#include <glm/geometric.hpp>
+
+#include "tests/checker/fall_through.h"
+#include "tests/checker/volume_samples.h"
+#include "tests/scenes/promise.h"
+#include "volume/traversal.h"
+
+namespace trephine::bench {
+
+using glm::dvec3;
+
+namespace {
+
+constexpr std::size_t k_dropped = MinimumOfRuns::k_dropped;
+
+double percentile(std::vector<double> values, double p) {
+  std::sort(values.begin(), values.end());
+  return values[static_cast<std::size_t>(std::ceil(p / 100 * static_cast<double>(values.size()))) - 1];
+}
+
+/// RMS of what a moving mean of 50 ms (the 20 Hz and below) leaves, over runs of contact.
+double rough_above_20_hz(const std::vector<double>& force, const std::vector<bool>& contact) {
+  constexpr int k_half = 25;
+  double square = 0;
+  long count = 0;
+  const int n = static_cast<int>(force.size());
+  for (int i = 100 + k_half; i + k_half < n; ++i) {
+    double sum = 0;
+    bool is_whole = true;
+    for (int k = i - k_half; k <= i + k_half && is_whole; ++k) {
+      is_whole = contact[static_cast<std::size_t>(k)];
+      sum += force[static_cast<std::size_t>(k)];
+    }
+    if (!is_whole) continue;
+    const double rest = force[static_cast<std::size_t>(i)] - sum / (2 * k_half + 1);
+    square += rest * rest;
+    ++count;
+  }
+  return count > 0 ? std::sqrt(square / static_cast<double>(count)) : 0;
+}
+
+haptics::ForceOptions without_smoothing() {
+  haptics::ForceOptions options;
+  options.smoothing_alpha = 1;
+  return options;
+}
+
+/// The smooth solid of every shape, as a clearance (world frame).
+checker::Clearance clearance_of(const FeelScene& s) {
+  struct Part {
+    checker::SmoothSolid solid;
+    volume::Frame frame;
+  };
+  std::vector<Part> parts;
+  for (std::size_t i = 0; i < s.scene.shapes.size(); ++i) {
+    const auto offset = scenes::touched_offset(s.scene, s.version.get(), i);
+    parts.push_back({scenes::touched_smooth_solid(s.scene, s.version, i),
+                     offset ? offset->frame() : s.scene.base->frame});
+  }
+  return [parts = std::move(parts)](const dvec3& p) {
+    double clearance = 1e300;
+    for (const Part& part : parts) {
+      const dvec3 q = part.frame.volume_from_world(p);
+      double solid = 1e300;
+      for (std::size_t f = 0; f < part.solid.field_count(); ++f)
+        solid = std::min(solid, part.solid.value(f, q));
+      clearance = std::min(clearance, -solid);
+    }
+    return clearance;
+  };
+}
+
+ExactHand::Go go_on(checker::Clearance clearance, double voxel) {
+  return [clearance = std::move(clearance), voxel](const dvec3& proxy, const dvec3& from, const dvec3& to) {
+    return checker::follow_exactly(clearance, voxel, proxy, from, to);
+  };
+}
+
+ExactHand::Go go_on_cubes(const FeelScene& s) {
+  return [solid = checker::solid_voxels(s.scene.base, s.scene.shapes[0].field.shape(), s.version),
+          base = s.scene.base](const dvec3& proxy, const dvec3&, const dvec3& to) {
+    const volume::Frame& frame = base->frame;
+    const dvec3 axes[3] = {frame.axes()[0], frame.axes()[1], frame.axes()[2]};
+    return frame.world_from_volume(checker::resting_point_on_cubes(
+        base->size, solid, axes, frame.volume_from_world(proxy), frame.volume_from_world(to)));
+  };
+}
+
+}  // namespace
+
+Ideal::Ideal(const FeelScene& scene) : scene_(scene), of_smooth_(clearance_of(scene)) {
+  const dvec3& spacing = scene.scene.base->frame.spacing();
+  voxel_ = std::min({spacing.x, spacing.y, spacing.z});
+  if (scene.distance) on_shape_ = made(go_on(scene.distance, voxel_));
+}
+
+ExactHand Ideal::made(ExactHand::Go go) const {
+  ExactHand hand{std::move(go), {}};
+  dvec3 last(0);
+  for (const auto& sample : scene_.path.samples()) {
+    const dvec3& hip = sample.pose.position_world;
+    hand.proxies.push_back(hand.proxies.empty() ? hip : hand.go(hand.proxies.back(), last, hip));
+    last = hip;
+  }
+  return hand;
+}
+
+const ExactHand& Ideal::on_smooth_solid() const {
+  if (!on_smooth_.go) on_smooth_ = made(go_on(of_smooth_, voxel_));
+  return on_smooth_;
+}
+
+const ExactHand& Ideal::on_cubes() const {
+  if (!on_cubes_.go) on_cubes_ = made(go_on_cubes(scene_));
+  return on_cubes_;
+}
+
+const ExactHand& Ideal::judge() const {
+  const bool is_blunt = scene_.group == "sharp" && scene_.radius_mm == 0;
+  return is_blunt || !scene_.distance ? on_smooth_solid() : on_shape_;
+}
+
+double Ideal::depth(const dvec3& p) const {
+  if (!scene_.distance) return 0;
+  const double deep = -scene_.distance(p);
+  return scene_.radius_mm > 0 || deep <= 0 || of_smooth_(p) < 0 ? deep : 0;
+}
+
+const dvec3& Beside::at(std::size_t i) {
+  if (!own_) return hand_.proxies[i];
+  own_ = hand_.go(*own_, hip(i > 0 ? i - 1 : 0), hip(i));
+  return *own_;
+}
+
+Beside::Verdict Beside::judge(std::size_t i, const dvec3& proxy, bool is_away) {
+  away_ = is_away ? away_ + 1 : 0;
+  if (away_ == 0) return Verdict::with_it;
+  if (away_ < 10) return Verdict::away;
+  away_ = 0;
+  const dvec3 down = hand_.go(proxy, hip(i), hip(i));
+  if (glm::length(down - proxy) > voxel_) return Verdict::stuck;
+  own_ = down;
+  return Verdict::parted;
+}
+
+Scorer::Scorer(const FeelScene& scene, const Ideal& ideal, const ExactHand* same_solid)
+    : scene_(scene),
+      ideal_(ideal),
+      raw_(without_smoothing(), 1e-3),
+      smoothed_(haptics::ForceOptions{}, 1e-3),
+      on_shape_(ideal.on_shape(), scene, ideal.voxel()),
+      judged_(ideal.judge(), scene, ideal.voxel()) {
+  if (same_solid != nullptr) on_same_.emplace(*same_solid, scene, ideal.voxel());
+}
+
+void Scorer::look(std::size_t i, const haptics::ProxyStep& step) {
+  const dvec3& hip = scene_.path.samples()[i].pose.position_world;
+  const double voxel = ideal_.voxel(), stiffness = scene_.scene.shapes[0].material.stiffness;
+  const dvec3 force = raw_.step(step, hip, scene_.scene), smoothed = smoothed_.step(step, hip, scene_.scene);
+  const bool had_contact = i > k_dropped && step.has_contact && contact_.back();
+  if (had_contact) most_change_ = std::max(most_change_, glm::length(force - last_force_));
+  last_force_ = force;
+  raw_n_.push_back(glm::length(force));
+  contact_.push_back(step.has_contact);
+  smoothed_n_.push_back(glm::length(smoothed));
+  const dvec3 place = scene_.scene.base->frame.volume_from_world(step.proxy_world);
+  const glm::ivec3 at_voxel = volume::voxel_of(glm::clamp(place, dvec3(-1e6), dvec3(1e6)));
+  if (had_contact && at_voxel != last_voxel_) {
+    jump_ += std::abs(raw_n_[i] - raw_n_[i - 1]);
+    ++jumps_;
+  }
+  last_voxel_ = at_voxel;
+
+  const dvec3 proxy = step.has_contact ? step.proxy_world : hip;
+  if (on_same_) {
+    const double off = glm::length(proxy - on_same_->at(i));
+    pending_same_.push_back(off);
+    const Beside::Verdict verdict = on_same_->judge(i, proxy, off > voxel);
+    if (verdict == Beside::Verdict::with_it || verdict == Beside::Verdict::stuck)
+      most_from_same_ =
+          std::max(most_from_same_, *std::max_element(pending_same_.begin(), pending_same_.end()));
+    if (verdict != Beside::Verdict::away) pending_same_.clear();
+  }
+
+  const dvec3 wanted = judged_.at(i), right = wanted - hip;
+  const dvec3 exact = scene_.distance ? on_shape_.at(i) : wanted;
+  if (i < k_dropped) return;
+  if (step.has_contact) ++contacts_;
+  // No contact where there should be one is an error like any other.
+  const double pressed = glm::length(right);
+  const bool is_missed = !step.has_contact && pressed > voxel, counts = step.has_contact || is_missed;
+  if (is_missed) ++missed_;
+  if (scene_.distance) {
+    const double deep = ideal_.depth(proxy);
+    deepest_ = std::max(deepest_, deep);
+    const bool is_inside = deep > (scene_.radius_mm > 0 ? 0.1 * voxel + 0.02 * scene_.radius_mm : voxel);
+    if (is_inside && !was_inside_) ++entered_;
+    was_inside_ = is_inside;
+  }
+  if (scene_.distance && counts && exact != hip) {
+    Errors e;
+    const dvec3 offset = exact - hip, off = proxy - exact, n = glm::normalize(offset);
+    e.distance = scene_.distance(proxy);
+    e.off = glm::length(off);
+    e.aside = glm::length(off - glm::dot(off, n) * n);
+    e.unrendered = glm::length(smoothed - stiffness * offset);
+    e.is_pressed = glm::length(offset) > 0.2;
+    if (step.has_contact) {
+      const double cosine = glm::dot(proxy - hip, n) / std::max(1e-12, glm::length(proxy - hip));
+      e.degrees = 57.29577951308232 * std::acos(std::clamp(cosine, -1.0, 1.0));
+    }
+    pending_.push_back(e);
+  }
+  // Stuck: more than a voxel along the surface from where an exact hand would be, ten steps in a row, and
+  // held there by nothing.
+  const dvec3 off = proxy - wanted, n = right / std::max(1e-12, pressed);
+  const bool is_away = counts && pressed > 0 && glm::length(off - glm::dot(off, n) * n) > voxel;
+  switch (judged_.judge(i, proxy, is_away)) {
+    case Beside::Verdict::away:
+      return;
+    case Beside::Verdict::stuck:
+      ++stuck_;
+      break;
+    case Beside::Verdict::parted:
+      ++parted_;
+      on_shape_.part(proxy);
+      pending_.clear();
+      break;
+    case Beside::Verdict::with_it:
+      break;
+  }
+  add_errors();
+}
+
+void Scorer::add_errors() {
+  for (const Errors& e : pending_) {
+    distance_square_ += e.distance * e.distance;
+    ++distance_count_;
+    if (!e.is_pressed) continue;
+    most_off_ = std::max(most_off_, e.off);
+    tangential_.push_back(e.aside);
+    off_square_ += e.off * e.off;
+    rendered_square_ += e.unrendered * e.unrendered;
+    if (!e.degrees) continue;
+    angle_square_ += *e.degrees * *e.degrees;
+    ++angle_count_;
+  }
+  pending_.clear();
+}
+
+void Scorer::finish(FeelRow& row) {
+  add_errors();
+  const auto root = [](double square, std::size_t count) -> std::optional<double> {
+    if (count == 0) return std::nullopt;
+    return std::sqrt(square / static_cast<double>(count));
+  };
+  row.contacts = contacts_;
+  row.fall_throughs += entered_;
+  row.stuck = stuck_, row.parted = parted_, row.missed = missed_;
+  if (on_same_) row.method_error_voxels = most_from_same_ / ideal_.voxel();
+  if (const auto rms = root(distance_square_, static_cast<std::size_t>(distance_count_)))
+    row.total_rms_voxels = *rms / ideal_.voxel();
+  if (scene_.distance) row.deepest_voxels = deepest_ / ideal_.voxel();
+  row.direction_rms_deg = root(angle_square_, static_cast<std::size_t>(angle_count_));
+  if (!tangential_.empty()) {
+    row.force_rms_n = scene_.scene.shapes[0].material.stiffness * *root(off_square_, tangential_.size());
+    row.rendered_rms_n = root(rendered_square_, tangential_.size());
+    row.most_off_mm = most_off_;
+    row.tangential_p50_mm = percentile(tangential_, 50);
+    row.tangential_p99_mm = percentile(tangential_, 99);
+  }
+  row.rough_n = rough_above_20_hz(raw_n_, contact_);
+  row.rough_smoothed_n = rough_above_20_hz(smoothed_n_, contact_);
+  row.jump_n = jumps_ > 0 ? jump_ / static_cast<double>(jumps_) : 0;
+  row.most_change_n = most_change_;
+}
+
+haptics::ProxyStep step_of_answer(const dvec3& proxy, const dvec3& hip) {
+  haptics::ProxyStep step;
+  step.proxy_world = proxy;
+  step.has_contact = proxy != hip;
+  if (step.has_contact) {
+    step.normal_world = glm::normalize(proxy - hip);
+    step.shape = 0;
+    step.side = 1;
+  }
+  return step;
+}
+
+}  // namespace trephine::bench

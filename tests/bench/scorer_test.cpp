@@ -1,0 +1,141 @@
+// The chart's columns can be other than zero: each is shown the fault that it is there to find.
+#include "tests/bench/scorer.h"
+
+#include <functional>
+#include <glm/geometric.hpp>
+#include <gtest/gtest.h>
+
+#include "haptics/methods.h"
+
+namespace trephine::bench {
+namespace {
+
+using glm::dvec3;
+using haptics::ProxyStep;
+
+FeelScene scene_named(const std::string& id) {
+  std::optional<FeelScene> found;
+  for_feel_scenes(true, id, [&](FeelScene&& s) {
+    found = std::move(s);
+    return false;
+  });
+  return std::move(found).value();
+}
+
+/// The default method's steps over a scene, and what is said of them after `spoil` touched each.
+class Scored {
+ public:
+  explicit Scored(const std::string& id) : scene_(scene_named(id)), ideal_(scene_) {
+    const auto method = haptics::make_method(haptics::k_default_method).value();
+    EXPECT_FALSE(method->prepare(scene_.scene));
+    const volume::Version untouched(scene_.scene.base);
+    haptics::ProxyState state;
+    for (const auto& sample : scene_.path.samples())
+      steps_.push_back(method->step(scene_.scene, scene_.version ? *scene_.version : untouched, state,
+                                    {sample.pose.position_world}));
+  }
+  using Spoil = std::function<void(std::size_t, ProxyStep&)>;
+  FeelRow score(const Spoil& spoil = [](std::size_t, ProxyStep&) {}) const {
+    Scorer scorer(scene_, ideal_, &ideal_.on_smooth_solid());
+    for (std::size_t i = 0; i < steps_.size(); ++i) {
+      ProxyStep step = steps_[i];
+      spoil(i, step);
+      scorer.look(i, step);
+    }
+    FeelRow row;
+    scorer.finish(row);
+    return row;
+  }
+  const std::vector<ProxyStep>& steps() const { return steps_; }
+  double voxel() const { return ideal_.voxel(); }
+
+ private:
+  FeelScene scene_;
+  Ideal ideal_;
+  std::vector<ProxyStep> steps_;
+};
+
+TEST(Scorer, SeesAProxyThatSticksInAGrooveAndWhileTheHandRests) {
+  const Scored scored("groove-90-psf-1-circle-held");
+  EXPECT_EQ(scored.score().stuck, 0);
+  EXPECT_EQ(scored.score().parted, 0);
+  // It stays behind for 40 steps, most of which the hand rests.
+  const FeelRow stuck = scored.score([&](std::size_t i, ProxyStep& step) {
+    if (i % 300 >= 240 && i % 300 < 280) step.proxy_world = scored.steps()[i / 300 * 300 + 239].proxy_world;
+  });
+  EXPECT_GE(stuck.stuck, 3);
+  EXPECT_GT(stuck.method_error_voxels.value(), 1);
+}
+
+TEST(Scorer, SeesAStuckBallInABurrHole) {
+  const Scored scored("burr-hole-psf-1.5-round-its-wall");
+  EXPECT_EQ(scored.score().stuck, 0);
+  const FeelRow stuck = scored.score([&](std::size_t i, ProxyStep& step) {
+    if (i > 400 && i < 430 && step.has_contact) step.proxy_world = scored.steps()[400].proxy_world;
+  });
+  EXPECT_GE(stuck.stuck, 1);
+}
+
+TEST(Scorer, CountsContactThatIsNotThere) {
+  const Scored scored("sphere-psf-1.5-slide-100-mm-s");
+  const FeelRow right = scored.score();
+  EXPECT_EQ(right.missed, 0);
+  const FeelRow row = scored.score([](std::size_t i, ProxyStep& step) {
+    if (i >= 500 && i < 520) step = ProxyStep{};
+  });
+  EXPECT_EQ(row.missed, 20);
+  EXPECT_GT(row.force_rms_n.value(), 1.5 * right.force_rms_n.value());
+}
+
+TEST(Scorer, KnowsOneLeapAmongAllSteps) {
+  const Scored scored("sphere-psf-1.5-slide-100-mm-s");
+  const FeelRow right = scored.score();
+  EXPECT_LT(right.method_error_voxels.value(), 1e-4);
+  EXPECT_LT(right.most_change_n, 0.05);
+  // One step of 1500, 3 mm along the surface.
+  const FeelRow row = scored.score([](std::size_t i, ProxyStep& step) {
+    if (i != 777) return;
+    const dvec3 aside = 3.0 * glm::normalize(glm::cross(step.normal_world, dvec3(1, 2, 3)));
+    step.proxy_world = glm::length(step.proxy_world) * glm::normalize(step.proxy_world + aside);
+  });
+  EXPECT_NEAR(row.method_error_voxels.value() * scored.voxel(), 3, 0.1);
+  EXPECT_NEAR(row.most_off_mm.value(), 3, 0.1);
+  EXPECT_GT(row.most_change_n, 1);
+}
+
+TEST(Scorer, ScoresExactAnswersAsExactAndHalfAMillimetreAsThat) {
+  const FeelScene scene = scene_named("sphere-psf-1.5-slide-100-mm-s");
+  const Ideal ideal(scene);
+  for (const double off : {0.0, 0.5}) {
+    Scorer scorer(scene, ideal);
+    for (std::size_t i = 0; i < ideal.on_shape().proxies.size(); ++i) {
+      const dvec3& exact = ideal.on_shape().proxies[i];
+      scorer.look(i, step_of_answer(exact + off * glm::normalize(exact),
+                                    scene.path.samples()[i].pose.position_world));
+    }
+    FeelRow row;
+    scorer.finish(row);
+    EXPECT_NEAR(row.total_rms_voxels.value() * ideal.voxel(), off, 1e-6);
+    EXPECT_NEAR(row.most_off_mm.value(), off, 1e-6);
+    EXPECT_NEAR(row.tangential_p99_mm.value(), 0, 1e-6);
+    EXPECT_EQ(row.fall_throughs + row.stuck + row.missed, 0);
+  }
+}
+
+TEST(Scorer, CallsAProxyInMatterAFall) {
+  const auto sunk = [](double mm) {
+    return [mm](std::size_t i, ProxyStep& step) {
+      if (i == 800) step.proxy_world -= mm * glm::normalize(step.proxy_world);
+    };
+  };
+  const Scored point("sphere-psf-1.5-slide-100-mm-s");
+  EXPECT_EQ(point.score(sunk(0.5 * point.voxel())).fall_throughs, 0);
+  EXPECT_EQ(point.score(sunk(1.2 * point.voxel())).fall_throughs, 1);
+  // A ball is judged to a tenth of a voxel and 2 % of its radius.
+  const Scored ball("sphere-psf-1.5-radius-2-mm-slide-100-mm-s");
+  EXPECT_EQ(ball.score().fall_throughs, 0);
+  EXPECT_EQ(ball.score(sunk(0.25 * ball.voxel())).fall_throughs, 1);
+}
+
+}  // namespace
+}  // namespace trephine::bench
