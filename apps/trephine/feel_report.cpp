@@ -351,8 +351,9 @@ std::string html_page(const FeelReport& report, bool is_quick, const Json& machi
       page +=
           "</h3>"
           "<table><tr><th>method<th>p50<th>p99<th>p99.9 us<th>method error<th>surface<th>floor "
-          "(voxels)<th>direction (deg)<th>tangential p99 (mm)<th>force (N)<th>rough (N)<th>jump (N)<th>fell "
-          "through<th>stuck</tr>";
+          "(voxels)<th>deepest (voxels)<th>farthest off (mm)<th>direction (deg)<th>tangential p99 "
+          "(mm)<th>force "
+          "(N)<th>rendered (N)<th>rough (N)<th>jump (N)<th>fell through<th>stuck<th>missed</tr>";
       last = title;
     }
     const auto count = [](long n) { return format_text(n > 0 ? "<td class=bad>%ld" : "<td>%ld", n); };
@@ -361,11 +362,12 @@ std::string html_page(const FeelReport& report, bool is_quick, const Json& machi
     for (const std::string& cell :
          {number(row.time_us.p50, "%.2f"), number(row.time_us.p99, "%.2f"), number(row.time_us.p999, "%.2f"),
           number(row.method_error_voxels, "%.2g"), number(row.total_rms_voxels, "%.4f"),
-          number(row.floor_rms_voxels, "%.4f"), number(row.direction_rms_deg, "%.2f"),
-          number(row.tangential_p99_mm, "%.3f"), number(row.force_rms_n, "%.4f"), number(row.rough_n, "%.4f"),
-          number(row.jump_n, "%.4f")})
+          number(row.floor_rms_voxels, "%.4f"), number(row.deepest_voxels, "%.2f"),
+          number(row.most_off_mm, "%.2f"), number(row.direction_rms_deg, "%.2f"),
+          number(row.tangential_p99_mm, "%.3f"), number(row.force_rms_n, "%.4f"),
+          number(row.rendered_rms_n, "%.4f"), number(row.rough_n, "%.4f"), number(row.jump_n, "%.4f")})
       page += "<td>" + cell;
-    page += count(row.fall_throughs) + count(row.stuck) + "</tr>";
+    page += count(row.fall_throughs) + count(row.stuck) + count(row.missed) + "</tr>";
   }
   page += (last.empty() ? "" : "</table>");
   page +=

@@ -65,16 +65,24 @@ struct Contender {
   MethodInfo info;
   std::function<std::unique_ptr<haptics::ProxyMethod>()> make;
   bool is_for_radius = false;  ///< of 2 mm alone
+  bool is_peer = false;
 };
 std::vector<Contender> contenders() {
   std::vector<Contender> all;
   for (const MethodInfo& info : haptics::method_catalogue())
     all.push_back({info, [name = std::string(info.name)] { return haptics::make_method(name).value(); }});
-  for (const Peer& peer : peers().methods) all.push_back({peer.info, peer.make, peer.is_for_radius});
+  for (const Peer& peer : peers().methods) all.push_back({peer.info, peer.make, peer.is_for_radius, true});
   return all;
 }
 
-FeelRow measure(const FeelScene& s, Judges& judges, const Contender& contender,
+/// A contender that played a scene once, under the judges' eyes.
+struct Played {
+  const Contender* contender;
+  std::unique_ptr<haptics::ProxyMethod> method;
+  FeelRow row;
+};
+
+FeelRow measure(const FeelScene& s, Judges& judges, const Contender& contender, haptics::ProxyMethod& method,
                 const decltype(FeelOptions::answered)& answered) {
   const MethodInfo& info = contender.info;
   const volume::Volume& base = *s.scene.base;
@@ -87,8 +95,7 @@ FeelRow measure(const FeelScene& s, Judges& judges, const Contender& contender,
   row.radius_mm = s.radius_mm;
   row.field_s = s.field_s, row.field_update_s = s.field_update_s;
   if (contender.is_for_radius && (s.radius_mm != 2 || s.group != "smooth")) return row;
-  const auto method = contender.make();
-  if (method->prepare(s.scene)) return row;
+  if (method.prepare(s.scene)) return row;
   const volume::Version untouched(s.scene.base);
   const volume::Version& version = s.version ? *s.version : untouched;
   row.steps = static_cast<long>(samples.size());
@@ -106,7 +113,7 @@ FeelRow measure(const FeelScene& s, Judges& judges, const Contender& contender,
   std::vector<dvec3> answers;
   for (std::size_t i = 0; i < samples.size(); ++i) {
     const dvec3& hip = samples[i].pose.position_world;
-    const haptics::ProxyStep step = method->step(s.scene, version, state, {hip});
+    const haptics::ProxyStep step = method.step(s.scene, version, state, {hip});
     judge.look({std::span(step.path_volume.data(), static_cast<std::size_t>(step.waypoint_count)),
                 frame.volume_from_world(hip), step.has_contact, step.is_buried});
     scorer.look(i, step);
@@ -115,27 +122,36 @@ FeelRow measure(const FeelScene& s, Judges& judges, const Contender& contender,
     answers.push_back(step.has_contact ? step.proxy_world : hip);
   }
   if (answered) answered(s, info.name, answers);
-  row.fall_throughs = judge.fall_throughs();
+  // What a peer promises is its own; it falls where the scorer says so.
+  if (!contender.is_peer) row.fall_throughs = judge.fall_throughs();
   row.buried = judge.buried_starts();
   if (s.distance && info.solid == MethodInfo::Solid::smooth) row.floor_rms_voxels = judges.floor_voxels(s);
   scorer.finish(row);
   const double steps = static_cast<double>(samples.size());
   row.voxels /= steps, row.cells /= steps, row.triangles /= steps, row.queries /= steps;
 
-  // Timed apart from the judges.
-  MinimumOfRuns minima;
-  for (int run = 0; run < MinimumOfRuns::k_runs; ++run) {
-    haptics::ProxyState timed;
-    for (std::size_t i = 0; i < samples.size(); ++i) {
-      const haptics::ProxyInput input{samples[i].pose.position_world};
-      const auto start = Clock::now();
-      const haptics::ProxyStep step = method->step(s.scene, version, timed, input);
-      const double us = 1e6 * seconds_since(start);
-      if (step.has_contact) minima.add(i, us);
-    }
-  }
-  row.time_us = minima.result();
   return row;
+}
+
+/// Times of a step in contact, apart from the judges: contenders take turns, run by run, so that what the
+/// machine does meanwhile meets all of them.
+void time_in_turns(const FeelScene& s, std::vector<Played>& all) {
+  const volume::Version untouched(s.scene.base);
+  const volume::Version& version = s.version ? *s.version : untouched;
+  const auto& samples = s.path.samples();
+  std::vector<MinimumOfRuns> minima(all.size());
+  for (int run = 0; run < MinimumOfRuns::k_runs; ++run)
+    for (std::size_t c = 0; c < all.size(); ++c) {
+      haptics::ProxyState timed;
+      for (std::size_t i = 0; i < samples.size(); ++i) {
+        const haptics::ProxyInput input{samples[i].pose.position_world};
+        const auto start = Clock::now();
+        const haptics::ProxyStep step = all[c].method->step(s.scene, version, timed, input);
+        const double us = 1e6 * seconds_since(start);
+        if (step.has_contact) minima[c].add(i, us);
+      }
+    }
+  for (std::size_t c = 0; c < all.size(); ++c) all[c].row.time_us = minima[c].result();
 }
 
 bool is_reference(const FeelScene& s) {
@@ -318,21 +334,27 @@ FeelReport run_feel(const FeelOptions& options) {
     const std::string id = feel_id(s);
     if (options.look && (report.failure = options.look(s))) return false;
     Judges judges(s);
+    std::vector<Played> playing;
     for (const Contender& contender : all) {
       if (options.progress && !options.progress(done / total)) {
         report.is_stopped = true;
         return false;
       }
-      FeelRow row = measure(s, judges, contender, options.answered);
-      if (row.steps == 0) continue;  // a method without a radius
+      Played played{&contender, contender.make(), {}};
+      played.row = measure(s, judges, contender, *played.method, options.answered);
+      if (played.row.steps > 0) playing.push_back(std::move(played));  // others are without a radius
+    }
+    time_in_turns(s, playing);
+    for (Played& played : playing) {
+      FeelRow& row = played.row;
       // Not of peers: their threads would not be there.
       const bool is_short = row.voxels < 60 && row.triangles < 25;  // others take minutes to be counted
-      if (is_reference(s) && haptics::find_method(row.method) && (is_short || !options.is_quick))
-        row.instructions = instructions_a_step(s, contender, options.is_quick);
+      if (is_reference(s) && !played.contender->is_peer && (is_short || !options.is_quick))
+        row.instructions = instructions_a_step(s, *played.contender, options.is_quick);
       report.rows.push_back(std::move(row));
       if (s.name == "sphere" && s.variant == "psf 1.5" && s.motion == "slide 100 mm/s")
         for (const bool is_pressing : {false, true})
-          report.traces.push_back(trace(s, contender, is_pressing));
+          report.traces.push_back(trace(s, *played.contender, is_pressing));
     }
     if (is_reference(s)) report.split.push_back(split_of_explicit(s));
     if (options.answers && options.answers->proxies_world.contains(id))

@@ -73,17 +73,27 @@ class OpenVdbProxy final : public haptics::ProxyMethod {
       // It looks for a change of sign between voxels: ways of a part of a voxel begin before and end after.
       constexpr double k_margin = 1.5;
       const dvec3 along = (target - at) / length, from = at - k_margin * along;
-      const openvdb::math::Ray<double> ray(openvdb::Vec3d(from.x, from.y, from.z),
-                                           openvdb::Vec3d(along.x, along.y, along.z), 1e-9,
-                                           length + 2 * k_margin);
-      openvdb::Vec3d place(0.0), world_normal(0.0);  // its world is the volume frame
-      if (!intersector_->intersectsWS(ray, place, world_normal) ||
-          glm::dot(dvec3(place.x(), place.y(), place.z()) - at, along) > length) {
+      const auto cast = [&](double begin, dvec3& met, dvec3& out) {
+        const openvdb::math::Ray<double> ray(openvdb::Vec3d(from.x, from.y, from.z),
+                                             openvdb::Vec3d(along.x, along.y, along.z), begin,
+                                             length + 2 * k_margin);
+        openvdb::Vec3d place(0.0), normal(0.0);  // its world is the volume frame
+        if (!intersector_->intersectsWS(ray, place, normal)) return false;
+        met = {place.x(), place.y(), place.z()};
+        out = {normal.x(), normal.y(), normal.z()};
+        return true;
+      };
+      // What lies behind the proxy is no hit; the ray goes on from there.
+      constexpr double k_behind = 0.05;
+      dvec3 met(0), out(0);
+      bool is_met = cast(1e-9, met, out);
+      for (int more = 0; is_met && more < 4 && glm::dot(met - at, along) < -k_behind; ++more)
+        is_met = cast(glm::dot(met - from, along) + k_behind, met, out);
+      const double reached = glm::dot(met - at, along);
+      if (!is_met || reached < -k_behind || reached > length) {
         at = target;
         break;
       }
-      const dvec3 met(place.x(), place.y(), place.z());
-      dvec3 out(world_normal.x(), world_normal.y(), world_normal.z());
       out = glm::normalize(frame.gradient_world_from_volume(out));
       if (glm::dot(out, frame.vector_world_from_volume(target - at)) >= 0) break;
       result.has_contact = true;
