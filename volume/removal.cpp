@@ -161,21 +161,15 @@ Ref<Brick>& RemovalEditor::editable_slot(const glm::ivec3& s) {
   return page.bricks[Version::brick_index(s)];
 }
 
-Brick& RemovalEditor::editable_brick(const glm::ivec3& s) {
-  Ref<Brick>& brick = editable_slot(s);
-  if (!brick) {
-    auto* fresh = new Brick;
-    fresh->distance.fill(static_cast<float>(next_->band_mm_));
-    fresh->kept.fill(k_all);
-    fresh->serial = next_->serial_;
-    brick = Ref<Brick>(fresh);
-    ++next_->brick_count_;
-  }
-  return editable(brick, next_->serial_, [](const Brick& old, Brick& fresh) {
-    fresh.distance = old.distance;
-    fresh.kept = old.kept;
-    fresh.mask = old.mask;
-  });
+Brick& RemovalEditor::swept_brick(const glm::ivec3& s, const BrickSweep& sweep) {
+  Ref<Brick>& slot = editable_slot(s);
+  if (!slot) ++next_->brick_count_;
+  Brick& brick =
+      editable(slot, next_->serial_, [](const Brick& old, Brick& fresh) { fresh.mask = old.mask; });
+  // The nearer of old and new, where nothing is nearer too.
+  std::memcpy(brick.distance.data(), sweep.distance, sizeof sweep.distance);
+  std::copy_n(sweep.kept, k_brick, brick.kept.begin());
+  return brick;
 }
 
 RemovalMask& RemovalEditor::editable_mask(Brick& brick, int n) {
@@ -351,12 +345,7 @@ void RemovalEditor::remove_in_brick(const Shape& shape, const glm::ivec3& low, R
   kernels_->sweep_brick(shape, &corner.x, is_ball, old ? old->distance.data() : nullptr, sweep);
   if (!sweep.is_in_band) return;
 
-  Brick* brick = nullptr;
-  if (sweep.is_nearer) {
-    brick = &editable_brick(low);
-    std::memcpy(brick->distance.data(), sweep.distance, sizeof sweep.distance);
-    std::copy_n(sweep.kept, k_brick, brick->kept.begin());
-  }
+  Brick* brick = sweep.is_nearer ? &swept_brick(low, sweep) : nullptr;
   mark_cells(shape, sweep, corner, low, old, brick, report);
   if (brick == nullptr) return;
   ++report.bricks_changed;
@@ -369,6 +358,11 @@ void RemovalEditor::mark_cells(const Shape& shape, const BrickSweep& sweep, cons
                                const glm::ivec3& low, const Brick* old, Brick*& brick,
                                RemovalReport& report) {
   RemovalMask* mask = nullptr;
+  const CutLattice& lattice = next_->lattice_;
+  const Volume& base = next_->base();
+  // Most bricks lie wholly in the volume, and most volumes have no labels: then no voxel is looked up.
+  const bool is_plain = base.labels.is_empty() && base.contains(lattice.voxel_of(low)) &&
+                        base.contains(lattice.voxel_of(low + k_brick - 1));
   for (std::size_t z = 0; z < k_brick; ++z) {
     const RemovalMask* seen = brick ? brick->mask.get() : old ? old->mask.get() : nullptr;
     const std::uint64_t ahead = shape.sweep.continues ? sweep.ahead[z] : k_all;
@@ -379,7 +373,7 @@ void RemovalEditor::mark_cells(const Shape& shape, const BrickSweep& sweep, cons
       const glm::vec3 c = corner + shape.lattice_step(static_cast<float>(in.x), static_cast<float>(in.y),
                                                       static_cast<float>(in.z));
       if (mask == nullptr) {
-        if (brick == nullptr) brick = &editable_brick(low);
+        if (brick == nullptr) brick = &swept_brick(low, sweep);
         if (!brick->mask) {
           brick->mask = Ref<RemovalMask>(new RemovalMask(shape.n));
           classify(*brick->mask, low);
@@ -398,13 +392,21 @@ void RemovalEditor::mark_cells(const Shape& shape, const BrickSweep& sweep, cons
         kernels_->sample(shape, (*points_)[0], &c.x, is_past_end, &coarse);
         refine_points(coarse, points);
       }
-      report.removed_units += mark(*mask, low + in, 64 * z + static_cast<std::size_t>(bit), points);
+      const auto in_brick = 64 * z + static_cast<std::size_t>(bit);
+      if (!mark(*mask, in_brick, points)) continue;
+      const glm::ivec3 voxel = is_plain ? glm::ivec3(0) : lattice.voxel_of(low + in);
+      if (!is_plain && !base.contains(voxel)) continue;
+      const std::int64_t units = count_solid(*mask, low + in, in_brick, points);
+      const std::size_t label =
+          base.labels.is_empty() ? 0 : base.labels[base.index(voxel.x, voxel.y, voxel.z)];
+      std::vector<std::int64_t>& ledger = next_->ledger_.units_by_label;
+      ledger[std::min(label, ledger.size() - 1)] += units;
+      report.removed_units += units;
     }
   }
 }
 
-std::int64_t RemovalEditor::mark(RemovalMask& mask, const glm::ivec3& sample, std::size_t in_brick,
-                                 std::uint64_t* points) {
+bool RemovalEditor::mark(RemovalMask& mask, std::size_t in_brick, std::uint64_t* points) {
   const auto words = static_cast<std::size_t>(mask.words_per_cell());
   std::uint64_t* at = mask.words.data() + in_brick * words;
   std::uint64_t any = 0, all = k_all;
@@ -412,17 +414,10 @@ std::int64_t RemovalEditor::mark(RemovalMask& mask, const glm::ivec3& sample, st
     points[w] &= ~at[w];
     any |= points[w];
   }
-  if (any == 0) return 0;
+  if (any == 0) return false;
   for (std::size_t w = 0; w < words; ++w) all &= at[w] |= points[w];
   if (all == k_all) mask.full[in_brick / 64] |= std::uint64_t{1} << (in_brick % 64);
-  const Volume& base = next_->base();
-  const glm::ivec3 voxel = next_->lattice_.voxel_of(sample);
-  if (!base.contains(voxel)) return 0;
-  const std::int64_t units = count_solid(mask, sample, in_brick, points);
-  const std::size_t label = base.labels.is_empty() ? 0 : base.labels[base.index(voxel.x, voxel.y, voxel.z)];
-  std::vector<std::int64_t>& ledger = next_->ledger_.units_by_label;
-  ledger[std::min(label, ledger.size() - 1)] += units;
-  return units;
+  return true;
 }
 
 }  // namespace trephine::volume

@@ -66,7 +66,8 @@ class RemovalEditor {
 
   /// The brick at sample `s`, to be written; whole regions, pages and bricks of older versions are copied.
   Ref<Brick>& editable_slot(const glm::ivec3& s);
-  Brick& editable_brick(const glm::ivec3& s);
+  /// The brick of sample s, its own, after the sweep.
+  Brick& swept_brick(const glm::ivec3& s, const BrickSweep& sweep);
   RemovalMask& editable_mask(Brick& brick, int n);
   void classify(RemovalMask& mask, const glm::ivec3& low) const;
   void remove_in_brick(const Shape& shape, const glm::ivec3& low, RemovalReport& report);
@@ -74,7 +75,7 @@ class RemovalEditor {
                   const Brick* old, Brick*& brick, RemovalReport& report);
   /// Marks `points` (n^3 bits, left as those that are new) of the cell around a sample as removed; returns
   /// the solid ones that are new, in ledger units.
-  std::int64_t mark(RemovalMask& mask, const glm::ivec3& sample, std::size_t in_brick, std::uint64_t* points);
+  bool mark(RemovalMask& mask, std::size_t in_brick, std::uint64_t* points);
   std::int64_t count_solid(const RemovalMask& mask, const glm::ivec3& sample, std::size_t in_brick,
                            const std::uint64_t* fresh) const;
 

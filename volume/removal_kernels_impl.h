@@ -67,31 +67,59 @@ void sweep_brick(const SweepShape& shape, const float corner[3], bool is_ball, c
 }
 
 // Squared distances by the expansion |c + o|^2 = |c|^2 + 2 c.o + |o|^2, and |w - t u|^2 = |w|^2 + t (t - 2
-// w.u).
-template <bool IsBall>
+// w.u). The points of a cell are a grid: what depends on x, on y or on z alone is made once.
+template <int N>
+struct CellGrid {
+  static constexpr int k_row = N < Lanes::k_count ? N : Lanes::k_count;  // points of a row in one vector
+  static constexpr int k_x = N / k_row;                                  // vectors along x
+  static constexpr int k_rows = Lanes::k_count / k_row;                  // rows in one vector
+  static constexpr int k_y = N / k_rows;                                 // vectors along y
+};
+
+/// o.v for the offsets o of a grid, by their parts along x, y and z.
+template <int N>
+struct GridDot {
+  Lanes::V along_x[CellGrid<N>::k_x], along_y[CellGrid<N>::k_y], along_z[N];
+
+  GridDot(const CellPoints& points, float x, float y, float z) {
+    using G = CellGrid<N>;
+    for (int i = 0; i < G::k_x; ++i)
+      along_x[i] = Lanes::mul(Lanes::load(points.x + i * Lanes::k_count), Lanes::all(x));
+    for (int j = 0; j < G::k_y; ++j)
+      along_y[j] = Lanes::mul(Lanes::load(points.y + j * G::k_rows * N), Lanes::all(y));
+    for (int k = 0; k < N; ++k) along_z[k] = Lanes::mul(Lanes::all(points.z[k * N * N]), Lanes::all(z));
+  }
+};
+
+template <bool IsBall, int N>
 void sample_cell(const SweepShape& shape, const CellPoints& points, const float c[3], std::uint64_t* words) {
   using V = Lanes::V;
-  const V cc = Lanes::all(dot3(c, c) - shape.radius * shape.radius), ct = Lanes::all(dot3(c, shape.along));
-  const V x = Lanes::all(2 * dot3(c, shape.ax)), y = Lanes::all(2 * dot3(c, shape.ay)),
-          z = Lanes::all(2 * dot3(c, shape.az));
-  const V tx = Lanes::all(dot3(shape.ax, shape.along)), ty = Lanes::all(dot3(shape.ay, shape.along));
-  const V tz = Lanes::all(dot3(shape.az, shape.along)), zero = Lanes::all(0), end = Lanes::all(shape.length);
-  const int count = points.n * points.n * points.n;
-  for (int word = 0; word < count / 64; ++word) {
+  using G = CellGrid<N>;
+  const V cc = Lanes::all(dot3(c, c) - shape.radius * shape.radius);
+  const GridDot<N> twice(points, 2 * dot3(c, shape.ax), 2 * dot3(c, shape.ay), 2 * dot3(c, shape.az));
+  const GridDot<N> forward(points, dot3(shape.ax, shape.along), dot3(shape.ay, shape.along),
+                           dot3(shape.az, shape.along));
+  const V ct = Lanes::all(dot3(c, shape.along)), zero = Lanes::all(0), end = Lanes::all(shape.length);
+  constexpr int k_slices_a_word = 64 / (N * N);
+  for (int word = 0; word < N * N * N / 64; ++word) {
     std::uint64_t bits = 0;
-    for (int i = 0; i < 64; i += Lanes::k_count) {
-      const int at = 64 * word + i;
-      const V ox = Lanes::load(points.x + at), oy = Lanes::load(points.y + at),
-              oz = Lanes::load(points.z + at);
-      const V base = Lanes::add(cc, Lanes::add(Lanes::mul(oy, y), Lanes::mul(oz, z)));
-      V d = Lanes::add(Lanes::add(base, Lanes::mul(ox, x)), Lanes::load(points.squared + at));
-      if constexpr (!IsBall) {
-        const V wt = Lanes::add(Lanes::add(ct, Lanes::add(Lanes::mul(oy, ty), Lanes::mul(oz, tz))),
-                                Lanes::mul(ox, tx));
-        const V t = Lanes::min(Lanes::max(wt, zero), end);
-        d = Lanes::add(d, Lanes::mul(t, Lanes::sub(t, Lanes::add(wt, wt))));
+    for (int slice = 0; slice < k_slices_a_word; ++slice) {
+      const int k = word * k_slices_a_word + slice;
+      for (int j = 0; j < G::k_y; ++j) {
+        const V base = Lanes::add(cc, Lanes::add(twice.along_y[j], twice.along_z[k]));
+        for (int i = 0; i < G::k_x; ++i) {
+          const int in_word = slice * N * N + j * G::k_rows * N + i * Lanes::k_count;
+          V d = Lanes::add(Lanes::add(base, twice.along_x[i]),
+                           Lanes::load(points.squared + 64 * word + in_word));
+          if constexpr (!IsBall) {
+            const V wt = Lanes::add(Lanes::add(ct, Lanes::add(forward.along_y[j], forward.along_z[k])),
+                                    forward.along_x[i]);
+            const V t = Lanes::min(Lanes::max(wt, zero), end);
+            d = Lanes::add(d, Lanes::mul(t, Lanes::sub(t, Lanes::add(wt, wt))));
+          }
+          bits |= static_cast<std::uint64_t>(Lanes::less_equal(d, zero)) << in_word;
+        }
       }
-      bits |= static_cast<std::uint64_t>(Lanes::less_equal(d, zero)) << i;
     }
     words[word] = bits;
   }
@@ -99,8 +127,12 @@ void sample_cell(const SweepShape& shape, const CellPoints& points, const float 
 
 void sample(const SweepShape& shape, const CellPoints& points, const float c[3], bool is_ball,
             std::uint64_t* words) {
-  if (!is_ball) return sample_cell<false>(shape, points, c, words);
+  const bool is_fine = points.n == 8;
+  if (!is_ball)
+    return is_fine ? sample_cell<false, 8>(shape, points, c, words)
+                   : sample_cell<false, 4>(shape, points, c, words);
   float end[3];
   for (int a = 0; a < 3; ++a) end[a] = c[a] - shape.length * shape.along[a];
-  sample_cell<true>(shape, points, end, words);
+  return is_fine ? sample_cell<true, 8>(shape, points, end, words)
+                 : sample_cell<true, 4>(shape, points, end, words);
 }

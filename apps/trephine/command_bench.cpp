@@ -94,6 +94,16 @@ void bench_step(int size, Outcome& outcome) {
       "removal tick, ball of 12 voxels at 50 mm/s, version published: p50 %.1f us, p99 %.1f us, p99.9 %.1f "
       "us\n",
       r.removal_tick.p50, r.removal_tick.p99, r.removal_tick.p999);
+  outcome.json["csg_tick_us"] = r.csg_tick.count > 0 ? to_json(r.csg_tick) : Json();
+  outcome.json["csg_tick_with_capsule_us"] = r.csg_tick.count > 0 ? to_json(r.csg_tick_with_capsule) : Json();
+  if (r.csg_tick.count > 0)
+    outcome.text += format_text(
+        "  OpenVDB's csgDifference: p50 %.0f us (%.0f times ours), with the swept ball's level set %.0f us "
+        "(%.0f)\n",
+        r.csg_tick.p50, r.csg_tick.p50 / r.removal_tick.p50, r.csg_tick_with_capsule.p50,
+        r.csg_tick_with_capsule.p50 / r.removal_tick.p50);
+  else
+    outcome.text += "  OpenVDB was not there when this was built: no ratio\n";
   outcome.json["removal_tick_over_scratches_us"] = to_json(r.removal_tick_over_scratches);
   outcome.text +=
       format_text("  over scratches of a ball of one voxel: p50 %.1f us, p99 %.1f us, p99.9 %.1f us\n",

@@ -5,6 +5,7 @@
 
 #include "haptics/implicit_proxy.h"
 #include "tests/bench/peer_flying_edges.h"
+#include "tests/bench/peers.h"
 #include "tests/scenes/scenes.h"
 #include "volume/removal.h"
 #include "volume/surface_nets.h"
@@ -178,6 +179,17 @@ StepResult run_step_benchmark(int size) {
   const haptics::TouchScene bone = scenes::phantom_scene("plane", o);
   result.removal_tick = time_removal(bone, false);
   result.removal_tick_over_scratches = time_removal(bone, true);
+  if (peers().csg_ticks != nullptr) {
+    const dvec3 way = 0.05 * glm::normalize(dvec3(1, 0.3, -0.2));
+    const CsgTicks ticks = peers().csg_ticks(0.25, 3, &way.x, 1, 400);
+    MinimumOfRuns difference, with_capsule;
+    for (std::size_t i = 20; i < ticks.difference_us.size(); ++i) {
+      difference.add(i, ticks.difference_us[i]);
+      with_capsule.add(i, ticks.with_capsule_us[i]);
+    }
+    result.csg_tick = difference.result();
+    result.csg_tick_with_capsule = with_capsule.result();
+  }
   return result;
 }
 

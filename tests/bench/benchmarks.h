@@ -35,6 +35,8 @@ struct StepResult {
   double voxels_a_step = 0;
   std::vector<ScalingRow> fixed_density;  ///< spacing 120/512 mm, 50^3 and up
   StepTimes removal_tick;                 ///< ball of 12 voxels at 50 mm/s, new version published
+  StepTimes csg_tick;                     ///< the same by OpenVDB's csgDifference; count 0: was not there
+  StepTimes csg_tick_with_capsule;        ///< and with the making of the swept ball's level set
   StepTimes removal_tick_over_scratches;  ///< the same where a ball of one voxel went all over before
 };
 StepResult run_step_benchmark(int size);

@@ -26,6 +26,9 @@ extern "C" const trephine::bench::PeerSet* trephine_peer_set() {
       nullptr,
       nullptr,
 #endif
+#ifdef TREPHINE_HAS_OPENVDB
+      csg_ticks,
+#endif
   };
   return &set;
 }

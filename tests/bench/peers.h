@@ -18,6 +18,14 @@ struct Peer {
   std::unique_ptr<haptics::ProxyMethod> (*make)();
 };
 
+/// A ball moved through a half space of level sets, tick by tick, by csgDifference alone and with the swept
+/// ball's level set.
+struct CsgTicks {
+  std::vector<double> difference_us, with_capsule_us;
+};
+/// `way`: mm a tick.
+CsgTicks csg_ticks(double spacing, double radius, const double* way, int lanes, int ticks);
+
 /// All of them: a library of its own, loaded when a benchmark asks, so that nothing else links them.
 struct PeerSet {
   std::vector<Peer> methods;
@@ -25,6 +33,7 @@ struct PeerSet {
   NanoGrid* (*make_nano_grid)(const unsigned long long*, int, const int[3]) = nullptr;
   void (*free_nano_grid)(NanoGrid*) = nullptr;
   double (*run_nano_rays)(const NanoGrid&, const double*, int, int*, float) = nullptr;
+  CsgTicks (*csg_ticks)(double, double, const double*, int, int) = nullptr;
 };
 /// Those beside this program; empty when their library is not there.
 const PeerSet& peers();
