@@ -528,14 +528,21 @@ volume::Status bench_stability(const BenchArguments& arguments, Outcome& outcome
   outcome.text += format_text(
       "%ld steps at up to 10 m/s, cut and undone under the tool: fell through %ld times\n", steps, falls);
   outcome.text += format_text(
-      "%.1f minutes of simulated contact: proxy drift %.1e mm, energy made %.2f N mm at most, hash %016llx\n",
-      static_cast<double>(soak.steps) / 60e3, soak.drift_mm, soak.most_energy,
-      static_cast<unsigned long long>(soak.hash));
+      "%.1f minutes of simulated contact: proxy drift %.1e mm, hash %016llx; without friction (%.1f minutes, "
+      "%.0f %% in "
+      "contact) energy made %.4f N mm at most\n",
+      static_cast<double>(soak.steps) / 60e3, soak.drift_mm, static_cast<unsigned long long>(soak.hash),
+      static_cast<double>(soak.frictionless_steps) / 60e3,
+      100.0 * static_cast<double>(soak.frictionless_contacts) /
+          static_cast<double>(std::max(1L, soak.frictionless_steps)),
+      soak.most_made);
   outcome.json["soak"] = {{"steps", soak.steps},
                           {"contacts", soak.contacts},
                           {"not_finite", soak.not_finite},
                           {"drift_mm", soak.drift_mm},
-                          {"most_energy_nmm", soak.most_energy},
+                          {"most_made_nmm", soak.most_made},
+                          {"frictionless_steps", soak.frictionless_steps},
+                          {"frictionless_contacts", soak.frictionless_contacts},
                           {"hash", format_text("%016llx", static_cast<unsigned long long>(soak.hash))}};
   std::string map_csv = "surface,what,rate_hz,alpha,delay_s,simulated,theory,rule\n";
   double worst = 0;
@@ -556,9 +563,15 @@ volume::Status bench_stability(const BenchArguments& arguments, Outcome& outcome
   outcome.text += format_text("largest stiffness, 250 Hz to 10 kHz: within %.1f %% of theory\n", 100 * worst);
   for (const bench::EnergyRow& row : energies) {
     outcome.text += format_text(
-        "energy at %.1f times the bound, %d ticks late: %.3f N mm, with the controller %.3f (a step: %.3f)\n",
-        row.stiffness_over_bound, row.delay_ticks, row.balance_without, row.balance_with, row.one_step);
-    outcome.json["energy"].push_back({{"stiffness_over_bound", row.stiffness_over_bound},
+        "energy on %s at %.1f times the bound, %d ticks late: %.3f N mm (made at most %.3f), with the "
+        "controller %.3f "
+        "(a step: %.3f)\n",
+        row.surface.c_str(), row.stiffness_over_bound, row.delay_ticks, row.balance_without, row.most_made,
+        row.balance_with, row.one_step);
+    outcome.json["energy"].push_back({{"surface", row.surface},
+                                      {"contact_share", row.contact_share},
+                                      {"most_made", row.most_made},
+                                      {"stiffness_over_bound", row.stiffness_over_bound},
                                       {"delay_ticks", row.delay_ticks},
                                       {"balance_without", row.balance_without},
                                       {"balance_with", row.balance_with},

@@ -437,6 +437,56 @@ std::vector<StiffnessRow> run_stiffness_maps(const std::function<bool(double)>& 
   return rows;
 }
 
+namespace {
+
+/// Where the hand of the soak wants to be: a slow walk through walls and holes, with tremor.
+dvec3 wish_at(double t) {
+  dvec3 wish;
+  for (int a = 0; a < 3; ++a)
+    wish[a] = 22 * volume::deterministic_sin(0.31 * (a + 1.3) * t + a) +
+              0.1 * volume::deterministic_sin(6.283185307179586 * (8 + a) * t);
+  return wish;
+}
+
+/// Energy from nowhere: what a surface gave and holds, less what the device lost, above its least so far.
+struct EnergyMade {
+  double given = 0, least = 0, most = 0;
+  void look(double work, double stored, double lost) {
+    given += work;
+    const double now = given + stored - lost;
+    least = std::min(least, now);
+    most = std::max(most, now - least);
+  }
+};
+
+/// The soak's hand on the same bone, without friction and cuts.
+void soak_without_friction(haptics::TouchScene scene, long steps, SoakRow& row) {
+  scene.shapes[0].material = {0.5, 0, 0, 0};
+  const auto method = haptics::make_method(haptics::k_default_method).value();
+  if (method->prepare(scene)) return;
+  const volume::Version version(scene.base);
+  haptics::ServoCore core(scene, *method, {}, 1e-3);
+  Device device;
+  EnergyMade made;
+  dvec3 held(0), last = device.x;
+  for (long i = 0; i < steps; ++i) {
+    const double work = glm::dot(held, device.x - last);
+    last = device.x;
+    haptics::ServoInput input;
+    input.pose.position_world = device.x;
+    const haptics::ServoRecord r = core.step(version, input);
+    const dvec3 stretch = r.has_contact ? r.proxy_world - device.x : dvec3(0);
+    made.look(work, 0.25 * glm::dot(stretch, stretch), device.lost);
+    held = r.force_world;
+    row.frictionless_contacts += r.has_contact;
+    ++row.frictionless_steps;
+    device.hold(held + 0.3 * (wish_at(1e-3 * static_cast<double>(i)) - device.x) - 0.006 * device.v, 1e-3);
+  }
+  row.most_made = made.most;
+}
+
+}  // namespace
+
 SoakRow run_contact_soak(long steps, const std::function<bool(double)>& progress) {
   SoakRow row;
   haptics::TouchScene scene = attack_scene("gyroid", 0.7, false, false);
@@ -455,12 +505,7 @@ SoakRow run_contact_soak(long steps, const std::function<bool(double)>& progress
     if (progress && i % 100'000 == 0 && !progress(0.5 * static_cast<double>(i) / static_cast<double>(steps)))
       return row;
     const double t = 1e-3 * static_cast<double>(i % 600'000);
-    // Where the hand wants to be: a slow walk through walls and holes, with tremor.
-    dvec3 wish;
-    for (int a = 0; a < 3; ++a)
-      wish[a] = 22 * volume::deterministic_sin(0.31 * (a + 1.3) * t + a) +
-                0.1 * volume::deterministic_sin(6.283185307179586 * (8 + a) * t);
-    const dvec3 x = device.measured();
+    const dvec3 wish = wish_at(t), x = device.measured();
     if (i % 5000 == 2500) {
       editor.remove({x, x, 2});
       version = editor.publish();
@@ -477,12 +522,12 @@ SoakRow run_contact_soak(long steps, const std::function<bool(double)>& progress
       for (int a = 0; a < 3; ++a) hash.add((*v)[a]);
     row.contacts += r.has_contact;
     row.not_finite += !std::isfinite(glm::length(r.proxy_world) + glm::length(r.force_world));
-    row.most_energy = std::max(row.most_energy, r.energy.contact);
     device.hold(held + 0.3 * (wish - device.x) - 0.006 * device.v, 1e-3);
     ++row.steps;
     if (row.steps == SoakRow::k_early) row.early_hash = hash.value();
   }
   row.hash = hash.value();
+  soak_without_friction(scene, std::min(steps, 600'000L), row);
   // A hand that holds still, pressed into a wall.
   haptics::ProxyState state;
   const dvec3 free(7.5, 0, 0), hip(7.5, 0.4, 3.1);
@@ -501,53 +546,70 @@ SoakRow run_contact_soak(long steps, const std::function<bool(double)>& progress
 
 std::vector<EnergyRow> run_energy_test() {
   std::vector<EnergyRow> rows;
-  std::vector<Surface> all = surfaces();
-  Surface& surface = all[0];
   const double rate = 1000, dt = 1 / rate;
   Device plain;
   plain.coulomb = 0.05, plain.encoder = 0.02;
-  for (const int delay : {0, 1})
-    for (const double over : {0.5, 0.9, 1.5, 3.0}) {
-      EnergyRow row;
-      row.stiffness_over_bound = over, row.delay_ticks = delay;
-      const double stiffness = over * 2 * plain.damping / dt;
-      surface.scene.shapes[0].material = {stiffness, 0, 0, 0};
-      haptics::SubvoxelProxy method;
-      if (method.prepare(surface.scene)) continue;
-      const volume::Version version(surface.scene.base);
-      for (const bool has_controller : {false, true}) {
-        haptics::ForceOptions options;
-        options.smoothing_alpha = 1;
-        haptics::ForceModel model(options, dt);
-        haptics::PassivityController controller(0, delay, plain.damping / dt);
-        haptics::ProxyState state;
-        Device device = plain;
-        device.x = surface.start + 2.0 * surface.normal;
-        dvec3 held(0), last_force(0), last_place = device.x;
-        double given = 0, one_step = 0, least = 0;
-        for (int i = 0; i < 20000; ++i) {
-          const dvec3 x = device.measured();
-          const double work = glm::dot(held, device.x - last_place);
-          given += work;
-          one_step = std::max(one_step, std::abs(work));
-          least = std::min(least, device.lost - given);
-          const haptics::ProxyStep step = method.step(surface.scene, version, state, {x});
-          dvec3 force = model.step(step, x, surface.scene);
-          if (has_controller) force = controller.step(force, x, step.has_contact ? step.proxy_world : x);
-          held = delay > 0 ? last_force : force;
-          last_force = force;
-          last_place = device.x;
-          // A hand that pushes 0.5 N, trembling at a few frequencies.
-          const double t = i * dt;
-          const dvec3 hand = -(0.5 + 0.2 * std::sin(40 * t) + 0.1 * std::sin(711 * t)) * surface.normal;
-          device.hold(held + hand, dt);
+  std::vector<Surface> all = surfaces();
+  all.resize(2);  // wall and sphere
+  Surface groove{"groove", attack_scene("groove", 0.7, false, false, {{"angle", 90}}), {0, 0, 0}, {0, 0, 1}};
+  groove.normal = glm::normalize(dvec3(0.0558, -0.1825, 0.9816));  // the phantom's way up
+  groove.start = -20.0 * groove.normal;                            // its bottom
+  all.push_back(std::move(groove));
+  for (Surface& surface : all)
+    for (const int delay : {0, 1})
+      for (const double over : {0.5, 0.9, 1.5, 3.0}) {
+        EnergyRow row;
+        row.surface = surface.name;
+        row.stiffness_over_bound = over, row.delay_ticks = delay;
+        const double stiffness = over * 2 * plain.damping / dt;
+        surface.scene.shapes[0].material = {stiffness, 0, 0, 0};
+        haptics::SubvoxelProxy method;
+        if (method.prepare(surface.scene)) continue;
+        const volume::Version version(surface.scene.base);
+        for (const bool has_controller : {false, true}) {
+          haptics::ForceOptions options;
+          options.smoothing_alpha = 1;
+          haptics::ForceModel model(options, dt);
+          haptics::PassivityController controller(0, delay, plain.damping / dt);
+          haptics::ProxyState state;
+          Device device = plain;
+          device.x = surface.start + 2.0 * surface.normal;
+          dvec3 held(0), last_force(0), last_place = device.x;
+          EnergyMade made;
+          double one_step = 0, least = 0;
+          long contacts = 0;
+          constexpr int k_ticks = 20000;
+          for (int i = 0; i < k_ticks; ++i) {
+            const dvec3 x = device.measured();
+            const double work = glm::dot(held, device.x - last_place);
+            one_step = std::max(one_step, std::abs(work));
+            const haptics::ProxyStep step = method.step(surface.scene, version, state, {x});
+            const dvec3 stretch = step.has_contact ? step.proxy_world - x : dvec3(0);
+            made.look(work, 0.5 * stiffness * glm::dot(stretch, stretch), device.lost);
+            least = std::min(least, device.lost - made.given);
+            contacts += step.has_contact;
+            dvec3 force = model.step(step, x, surface.scene);
+            if (has_controller) force = controller.step(force, x, step.has_contact ? step.proxy_world : x);
+            held = delay > 0 ? last_force : force;
+            last_force = force;
+            last_place = device.x;
+            // A hand that pushes 0.5 N, trembling at a few frequencies, into the surface and along it.
+            const double t = i * dt;
+            const dvec3 aside = glm::normalize(glm::cross(surface.normal, dvec3(0.3, 1, 0.2)));
+            const dvec3 off = device.x - surface.start;
+            const dvec3 wish = (surface.name == "wall" ? 0.0 : 2 * std::sin(3 * t)) * aside;
+            const dvec3 hand = -(0.5 + 0.2 * std::sin(40 * t) + 0.1 * std::sin(711 * t)) * surface.normal +
+                               0.1 * (wish - off + glm::dot(off, surface.normal) * surface.normal);
+            device.hold(held + hand, dt);
+          }
+          row.contact_share = static_cast<double>(contacts) / k_ticks;
+          if (!has_controller) row.most_made = made.most;
+          (has_controller ? row.balance_with : row.balance_without) = least;
+          row.one_step = one_step;
+          row.share_cut = static_cast<double>(controller.cuts()) / k_ticks;
         }
-        (has_controller ? row.balance_with : row.balance_without) = least;
-        row.one_step = one_step;
-        row.share_cut = static_cast<double>(controller.cuts()) / 20000;
+        rows.push_back(row);
       }
-      rows.push_back(row);
-    }
   return rows;
 }
 

@@ -40,14 +40,20 @@ struct StiffnessRow {
 /// kg, 0.002 N s/mm.
 std::vector<StiffnessRow> run_stiffness_maps(const std::function<bool(double)>& progress);
 
-/// Energy (N mm) of device, contact and friction together, inside and outside the bound of passivity; with
-/// Coulomb friction and an encoder of 0.02 mm in the device, with and without a delay of a tick.
+/// Energy (N mm) that a surface makes from nowhere, inside and outside the bound of passivity, under a hand
+/// that presses and trembles; a device with Coulomb friction and an encoder of 0.02 mm, with and without a
+/// delay of a tick. The surface has no friction, which would hide it.
 struct EnergyRow {
+  std::string surface;  ///< "wall", "sphere", "groove"
   double stiffness_over_bound = 0;
   int delay_ticks = 0;
+  double contact_share = 0;  ///< of the ticks
   /// The least, over a run of 20 s, of what the device lost to damping and friction less what the surface
   /// gave: below 0 energy came from nowhere. Without the controller, and with it.
   double balance_without = 0, balance_with = 0;
+  /// The largest rise above its least so far of what the surface gave and holds in its spring, less what the
+  /// device lost; without the controller.
+  double most_made = 0;
   double one_step = 0;   ///< the worst energy of one step in the run with the controller
   double share_cut = 0;  ///< ticks in which the controller cut the force
 };
@@ -60,8 +66,11 @@ struct SoakRow {
   std::uint64_t hash = 0;        ///< of every answer, for other compilers and builds
   std::uint64_t early_hash = 0;  ///< after the first k_early steps
   static constexpr long k_early = 60'000;
-  double drift_mm = 0;     ///< of the proxy under the hand that holds still, over as many steps
-  double most_energy = 0;  ///< N mm that surfaces had given, at most, over what they had taken
+  double drift_mm = 0;  ///< of the proxy under the hand that holds still, over as many steps
+  /// N mm made from nowhere by the same bone without friction and cuts, under the same hand: the largest rise
+  /// above its least so far of what the surface gave and holds in its spring, less what the device lost.
+  double most_made = 0;
+  long frictionless_steps = 0, frictionless_contacts = 0;
 };
 SoakRow run_contact_soak(long steps, const std::function<bool(double)>& progress = {});
 
