@@ -63,6 +63,10 @@ class QuadraticPatch {
       slope_of_patch_wide(samples(), &p.x, out);
       return {out[0], {out[1], out[2], out[3]}};
     }
+    return narrow_slope(p);
+  }
+  /// The same without AVX2.
+  Slope narrow_slope(const glm::dvec3& p) const noexcept {
     const Weights y(p.y), z(p.z);
     Lanes flat[3], steep[3];
     for (int j = 0; j < 3; ++j) {
@@ -83,6 +87,9 @@ class QuadraticPatch {
       jet_of_patch_wide(samples(), &p.x, out);
       return {{out[0], {out[1], out[2], out[3]}}, {out[4], out[5], out[6]}, {out[7], out[8], out[9]}};
     }
+    return narrow_jet(p);
+  }
+  Jet narrow_jet(const glm::dvec3& p) const noexcept {
     const Weights y(p.y), z(p.z);
     Lanes flat[3], steep[3], bent[3];
     for (int j = 0; j < 3; ++j) {

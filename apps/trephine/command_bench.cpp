@@ -505,12 +505,12 @@ volume::Status bench_stability(const BenchArguments& arguments, Outcome& outcome
   if (is_stopped) return interrupted("the soak");
 
   long falls = 0, steps = 0;
-  outcome.text += format_text("%-16s %-20s %10s %10s %6s %6s\n", "method", "scene", "steps", "contacts",
+  outcome.text += format_text("%-16s %-36s %10s %10s %6s %6s\n", "method", "scene", "steps", "contacts",
                               "fell", "buried");
   std::string csv = "method,scene,steps,contacts,fall_throughs,buried,not_finite,fastest_mm_s\n";
   for (const bench::AttackRow& row : attacks) {
     falls += row.fall_throughs + row.not_finite, steps += row.steps;
-    outcome.text += format_text("%-16s %-20s %10ld %10ld %6ld %6ld\n", row.method.c_str(), row.scene.c_str(),
+    outcome.text += format_text("%-16s %-36s %10ld %10ld %6ld %6ld\n", row.method.c_str(), row.scene.c_str(),
                                 row.steps, row.contacts, row.fall_throughs, row.buried);
     std::string scene = row.scene;
     std::replace(scene.begin(), scene.end(), ',', ';');

@@ -29,6 +29,11 @@ double uniform(std::uint64_t seed, std::uint64_t i) {
   return static_cast<double>(volume::hash_bits(volume::hash_bits(seed) ^ i) >> 11) * 0x1p-53;
 }
 
+/// A tool in matter that may not get out. Such scenes stay uncut: the judge knows one field from within.
+bool is_held_from_within(const haptics::TouchScene& scene) {
+  return scene.shapes[0].sides == haptics::Sides::back;
+}
+
 /// The judge of one method on one scene, remade when the version changes.
 class Judge {
  public:
@@ -50,7 +55,13 @@ class Judge {
     }
   }
   void set_version(std::shared_ptr<const volume::Version> version) {
-    promise_ = std::make_unique<scenes::Promise>(method_, scene_, std::move(version));
+    if (is_held_from_within(scene_)) {
+      outside_.emplace(scenes::touched_smooth_solid(scene_, nullptr).complement());
+    } else {
+      promises_.clear();
+      for (std::size_t i = 0; i < scene_.shapes.size(); ++i)
+        promises_.push_back(std::make_unique<scenes::Promise>(method_, scene_, version, i));
+    }
     judge.solid_changed();
   }
 
@@ -58,11 +69,14 @@ class Judge {
   bool meets(const dvec3& a, const dvec3& b) const {
     for (const auto& mesh : meshes_)
       if (a == b ? mesh->is_inside(a) : mesh->is_entered(a, b)) return true;
-    return promise_->meets(a, b);
+    if (outside_) return !outside_->is_free(a, b);
+    return std::any_of(promises_.begin(), promises_.end(),
+                       [&](const auto& promise) { return promise->meets(a, b); });
   }
   const haptics::TouchScene& scene_;
   const MethodInfo& method_;
-  std::unique_ptr<scenes::Promise> promise_;
+  std::vector<std::unique_ptr<scenes::Promise>> promises_;  ///< a shape each
+  std::optional<checker::SmoothSolid> outside_;             ///< for a tool that is held from within
   std::vector<std::unique_ptr<checker::MeshWall>> meshes_;
 
  public:
@@ -76,15 +90,28 @@ AttackRow attack(const std::string& name, const haptics::TouchScene& scene, cons
   row.method = info.name, row.scene = name;
   const auto method = haptics::make_method(info.name).value();
   if (method->prepare(scene)) return row;  // not a scene for this method
+  if (is_held_from_within(scene) && info.solid != MethodInfo::Solid::smooth) return row;  // nor for its judge
   const volume::Frame& frame = scene.base->frame;
   const dvec3 size(scene.base->size);
   Judge judge(scene, info);
   std::shared_ptr<const volume::Version> version = std::make_shared<volume::Version>(scene.base);
   const auto untouched = version;
-  volume::RemovalEditor editor(version, {scene.shapes[0].field});
+  std::vector<volume::Field> solids;
+  for (const haptics::TouchShape& shape : scene.shapes) solids.push_back(shape.field);
+  volume::RemovalEditor editor(version, solids);
+  // What was cut is felt by a round tool when its fields have followed, here at once.
+  const auto publish = [&](const volume::VoxelBox* changed) {
+    std::vector<std::shared_ptr<const volume::OffsetField>> offsets;
+    for (std::size_t s = 0; scene.tool_radius > 0 && changed && s < scene.shapes.size(); ++s)
+      offsets.push_back(
+          haptics::shared_offset_of(scene, *version, s)
+              ->updated(scene.shapes[s].field, *scene.shapes[s].bits, editor.working(), *changed));
+    if (scene.tool_radius > 0) editor.attach(std::move(offsets));
+    return editor.publish();
+  };
   judge.set_version(version);
   haptics::ProxyState state;
-  const double voxel = frame.spacing().x;
+  const double voxel = std::min({frame.spacing().x, frame.spacing().y, frame.spacing().z});
   dvec3 hip = frame.world_from_volume(0.5 * size), velocity(0);
   std::uint64_t n = 0;
   const auto random = [&] { return uniform(seed, n++); };
@@ -96,7 +123,8 @@ AttackRow attack(const std::string& name, const haptics::TouchScene& scene, cons
   // An explicit surface is judged by a whole mesh, which a cut makes anew: rarely.
   const bool is_of_triangles =
       info.solid == MethodInfo::Solid::net || info.solid == MethodInfo::Solid::marching_cubes;
-  const long cut_every = is_of_triangles ? 4000 : 400;
+  const bool is_cut = !info.is_of_untouched && !is_held_from_within(scene);
+  const long cut_every = is_of_triangles ? 4000 : scene.tool_radius > 0 ? 2000 : 400;
   double speed = 1;
   for (long i = 0; i < steps; ++i) {
     if (i % 2000 == 0) {  // a new start anywhere, then forget what was
@@ -109,15 +137,15 @@ AttackRow attack(const std::string& name, const haptics::TouchScene& scene, cons
       speed = std::pow(10.0, -2 + 3 * random());
       velocity = glm::normalize((random_point() - 0.5)) * speed;
     }
-    if (i % cut_every == cut_every / 2 && !info.is_of_untouched) {
+    if (i % cut_every == cut_every / 2 && is_cut) {
       const dvec3 to = hip + 3 * voxel * (random_point() - 0.5);
-      editor.remove({hip, to, (1 + 3 * random()) * voxel});
-      version = editor.publish();
+      const volume::RemovalReport report = editor.remove({hip, to, (1 + 3 * random()) * voxel});
+      version = publish(&report.box);
       judge.set_version(version);
     }
-    if (i % (5 * cut_every) == 5 * cut_every - 1 && !info.is_of_untouched) {
+    if (i % (5 * cut_every) == 5 * cut_every - 1 && is_cut) {
       editor.reset(untouched);
-      version = editor.publish();
+      version = publish(nullptr);
       judge.set_version(version);
     }
     const dvec3 before = hip;
@@ -144,9 +172,12 @@ AttackRow attack(const std::string& name, const haptics::TouchScene& scene, cons
 }
 
 haptics::TouchScene attack_scene(const std::string& phantom, double psf, bool is_binary, bool is_noisy,
-                                 std::map<std::string, double> parameters = {}) {
+                                 std::map<std::string, double> parameters = {}, double slice = 1) {
   data_tools::PhantomOptions o;
-  o.size = glm::ivec3(64);
+  if (slice == 1)
+    o.size = glm::ivec3(64);
+  else
+    o.spacing_mm = 120.0 / 64 * dvec3(0.7, 0.7, 0.7 * slice);
   o.psf_sigma_voxels = psf;
   o.shear_degrees = 7;
   o.parameters = std::move(parameters);
@@ -159,6 +190,30 @@ haptics::TouchScene attack_scene(const std::string& phantom, double psf, bool is
   }
   haptics::TouchScene scene = scenes::scene_of(std::move(made));
   haptics::soften(scene);
+  return scene;
+}
+
+haptics::TouchScene with_radius(haptics::TouchScene scene, double radius) {
+  if (haptics::set_tool_radius(scene, radius)) scene.shapes.clear();
+  return scene;
+}
+
+/// Bone, and beside it the softer rest of its blurred edge as a shape of its own.
+haptics::TouchScene two_shapes_scene() {
+  haptics::TouchScene scene = attack_scene("gyroid", 1.5, false, false);
+  volume::Shape rind;
+  rind.name = "rind", rind.low = -400, rind.high = 300;
+  haptics::TouchShape second = scene.shapes[0];
+  second.field = volume::Field(*scene.base, rind);
+  second.bits = std::make_shared<const volume::Occupancy>(volume::Occupancy::build(*scene.base, rind));
+  second.soft = nullptr;
+  scene.shapes.push_back(std::move(second));
+  return scene;
+}
+
+haptics::TouchScene held_from_within_scene() {
+  haptics::TouchScene scene = attack_scene("gyroid", 1, false, false);
+  scene.shapes[0].sides = haptics::Sides::back;
   return scene;
 }
 
@@ -374,6 +429,13 @@ std::vector<AttackRow> run_attack(const AttackOptions& options) {
       {"gyroid, noisy", attack_scene("gyroid", 0.5, false, true)},
       {"plate of a voxel", attack_scene("plate", 0, false, false, {{"thickness", 1.9}, {"angle", 37}})},
       {"shell", attack_scene("shell", 0, false, false)},
+      {"gyroid, slices 1:3", attack_scene("gyroid", 0.7, false, false, {}, 3)},
+      {"corner, binary, slices 1:8", attack_scene("corner", 0, true, false, {}, 8)},
+      {"gyroid, two shapes", two_shapes_scene()},
+      {"gyroid, from within", held_from_within_scene()},
+      {"gyroid, ball of 1.5 mm", with_radius(attack_scene("gyroid", 0.7, false, false), 1.5)},
+      {"groove, slices 1:3, ball of 2.5 mm",
+       with_radius(attack_scene("groove", 0.7, false, false, {{"angle", 60}}, 3), 2.5)},
       {"gyroid pierced by a mesh", pierced_scene()}};
   scenes.insert(scenes.end(), options.more.begin(), options.more.end());
   std::vector<const MethodInfo*> methods;

@@ -26,6 +26,10 @@ class SmoothSolid {
   /// Of one field on the voxels.
   explicit SmoothSolid(Samples field) : fields_{{std::move(field), glm::ivec3(1)}} {}
 
+  /// What this solid of one field leaves: for judging a tool that is held from within.
+  SmoothSolid complement() const {
+    return SmoothSolid([field = fields_[0].samples](int x, int y, int z) { return -field(x, y, z); });
+  }
   std::size_t field_count() const { return fields_.size(); }
   /// Value of field f at p (volume frame), by the sum over 27 of its samples.
   double value(std::size_t f, const glm::dvec3& p) const;

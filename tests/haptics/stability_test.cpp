@@ -17,17 +17,19 @@ namespace {
 
 using glm::dvec3;
 
-/// A million steps, fewer where each takes twenty times as long; TREPHINE_ATTACK_STEPS says another number.
+#if defined(NDEBUG) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+constexpr bool k_is_fast_build = true;
+#else
+constexpr bool k_is_fast_build = false;
+#endif
+
+/// Fewer where each takes twenty times as long; TREPHINE_ATTACK_STEPS says another number.
 long attack_steps() {
   if (const char* wanted = std::getenv("TREPHINE_ATTACK_STEPS")) return std::atol(wanted);
-#if defined(NDEBUG) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
-  return 1'000'000;
-#else
-  return 60'000;
-#endif
+  return k_is_fast_build ? 400'000 : 60'000;
 }
 
-TEST(Stability, NothingFallsThroughInAMillionRandomStepsCutAndUndoneUnderTheTool) {
+TEST(Stability, NothingFallsThroughInRandomStepsCutAndUndoneUnderTheTool) {
   bench::AttackOptions options;
   options.steps = attack_steps();
   long steps = 0, contacts = 0, buried = 0;
@@ -42,7 +44,7 @@ TEST(Stability, NothingFallsThroughInAMillionRandomStepsCutAndUndoneUnderTheTool
   EXPECT_GE(steps, options.steps * 8 / 10);  // few methods touch models
   EXPECT_GT(contacts, steps / 4);
   EXPECT_GT(fastest, 9000);
-  if (steps > 500'000) {
+  if (steps > 300'000) {
     EXPECT_GT(buried, 0);  // undo over the tool was met
   }
 }
@@ -59,7 +61,7 @@ TEST(Stability, TheAttackCatchesMethodsThatPromiseNothing) {
 
 /// An hour of simulated contact, a few minutes in checked builds.
 TEST(Stability, AnHourOfContactDriftsNowhereAndGivesTheSameBitsOnEveryCompiler) {
-  const bool is_whole = attack_steps() >= 1'000'000;
+  const bool is_whole = k_is_fast_build;
   const bench::SoakRow soak = bench::run_contact_soak(is_whole ? 3'600'000 : bench::SoakRow::k_early);
   EXPECT_EQ(soak.not_finite, 0);
   EXPECT_GT(soak.contacts, soak.steps / 4);
