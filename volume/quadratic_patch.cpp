@@ -84,6 +84,10 @@ QuadraticPatch::BendBound QuadraticPatch::bend_bound() const noexcept {
     bend_bound_of_patch_wide(samples(), out);
     return {{out[0], out[1], out[2]}, {out[3], out[4], out[5]}};
   }
+  return narrow_bend_bound();
+}
+
+QuadraticPatch::BendBound QuadraticPatch::narrow_bend_bound() const noexcept {
   const auto second = [](const Lanes& a, const Lanes& b, const Lanes& c) { return magnitude(a - b - b + c); };
   Lanes yy(0, 0, 0), zz = yy, yz = yy, xy = yy, xz = yy;
   double xx = 0;

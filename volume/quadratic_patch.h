@@ -125,6 +125,7 @@ class QuadraticPatch {
     }
   };
   BendBound bend_bound() const noexcept;
+  BendBound narrow_bend_bound() const noexcept;  ///< the same without AVX2
   friend void rescale(BendBound& b, const glm::dvec3& k) noexcept {
     b.own *= k * k;
     b.cross *= glm::dvec3(k.y * k.z, k.x * k.z, k.x * k.y);

@@ -73,6 +73,33 @@ TEST(QuadraticPatch, IsTheSumOfSplinesEverywhereWithItsDerivativesAndBounds) {
   }
 }
 
+/// Both branches on one machine: the same bits, so that a session recorded with one replays with the other.
+TEST(QuadraticPatch, WideAndNarrowKernelsGiveTheSameBits) {
+  if (!k_has_wide_patches) GTEST_SKIP() << "no AVX2 here";
+  std::uint64_t n = 0;
+  for (int trial = 0; trial < 20'000; ++trial) {
+    QuadraticPatch patch;
+    const double scale = trial % 3 == 0 ? 1e-6 : trial % 3 == 1 ? 1 : 3000;
+    for (int z = 0; z < 3; ++z)
+      for (int y = 0; y < 3; ++y, n += 3)
+        patch.set_row(y, z, scale * (random(n) - 0.5), scale * (random(n + 1) - 0.5),
+                      scale * (random(n + 2) - 0.5));
+    const dvec3 p(random(n) - 0.5, random(n + 1) - 0.5, random(n + 2) - 0.5);
+    n += 3;
+    const Slope wide = patch.slope(p), narrow = patch.narrow_slope(p);
+    ASSERT_EQ(wide.value, narrow.value);
+    ASSERT_EQ(wide.gradient, narrow.gradient);
+    const Jet wide_jet = patch.jet(p), narrow_jet = patch.narrow_jet(p);
+    ASSERT_EQ(wide_jet.value, narrow_jet.value);
+    ASSERT_EQ(wide_jet.gradient, narrow_jet.gradient);
+    ASSERT_EQ(wide_jet.bend_own, narrow_jet.bend_own);
+    ASSERT_EQ(wide_jet.bend_cross, narrow_jet.bend_cross);
+    const auto wide_bound = patch.bend_bound(), narrow_bound = patch.narrow_bend_bound();
+    ASSERT_EQ(wide_bound.own, narrow_bound.own);
+    ASSERT_EQ(wide_bound.cross, narrow_bound.cross);
+  }
+}
+
 TEST(QuadraticPatch, NeighbouringCubesAgreeInValueAndSlope) {
   const Volume base = noisy({8, 8, 8});
   const Field field(base, Shape{});

@@ -1,0 +1,68 @@
+// The thread that makes the surface, beside the one that cuts: for the sanitizers too, without a window.
+#include <chrono>
+#include <gtest/gtest.h>
+#include <map>
+
+#include "apps/view/chunk_meshes.h"
+#include "tests/scenes/scenes.h"
+#include "volume/removal.h"
+
+namespace trephine::view {
+namespace {
+
+haptics::TouchScene shell(int size) {
+  data_tools::PhantomOptions options;
+  options.size = glm::ivec3(size);
+  return scenes::phantom_scene("shell", options);
+}
+
+TEST(ChunkWorker, ShowsTheLastVersionWhateverWasCutMeanwhile) {
+  const haptics::TouchScene scene = shell(48);
+  const auto untouched = std::make_shared<volume::Version>(scene.base);
+  volume::RemovalEditor editor(untouched, {scene.shapes[0].field});
+  ChunkWorker worker(scene, 2);
+  worker.request_all(untouched);
+  std::map<std::tuple<int, int, int>, ChunkMesh> shown;
+  const auto show = [&] {
+    for (ChunkMesh& mesh : worker.take()) {
+      const glm::ivec3 c = mesh.chunk;
+      shown[{c.z, c.y, c.x}] = std::move(mesh);
+    }
+  };
+  std::shared_ptr<const volume::Version> version = untouched;
+  for (int i = 0; i < 60; ++i) {
+    const glm::dvec3 at(-30 + i, 12, 36);
+    const volume::RemovalReport report = editor.remove({at, at + glm::dvec3(1, 0, 0), 5});
+    if (i == 40) editor.reset(untouched);
+    version = editor.publish();
+    if (i == 40)
+      worker.request_all(version);
+    else
+      worker.request(version, report.box.low, report.box.high);
+    if (i % 7 == 0) show();
+  }
+  worker.finish();
+  show();
+  EXPECT_EQ(worker.remaining(), 0);
+  ASSERT_GT(shown.size(), 3u);
+  std::size_t triangles = 0;
+  for (const auto& [key, mesh] : shown) {
+    const ChunkMesh right = make_chunk_mesh(scene, 0, *version, mesh.chunk);
+    EXPECT_EQ(mesh.fine.vertices, right.fine.vertices);
+    EXPECT_EQ(mesh.fine.triangles, right.fine.triangles);
+    triangles += right.fine.triangles.size() / 3;
+  }
+  EXPECT_GT(triangles, 5000u);
+}
+
+TEST(ChunkWorker, EndsWithWorkLeft) {
+  const haptics::TouchScene scene = shell(64);
+  for (int i = 0; i < 5; ++i) {
+    ChunkWorker worker(scene, 2);
+    worker.request_all(std::make_shared<volume::Version>(scene.base));
+    std::this_thread::sleep_for(std::chrono::milliseconds(i));
+  }
+}
+
+}  // namespace
+}  // namespace trephine::view
