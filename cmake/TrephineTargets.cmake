@@ -63,11 +63,18 @@ function(trephine_library name)
   endif()
 endfunction()
 
-# trephine_test(NAME SOURCES ... [LINKS targets]): one GoogleTest program, each case its own ctest
+# trephine_test(NAME SOURCES ... [LINKS targets] [REALTIME filter]): one GoogleTest program, each case its own
+# ctest; cases that the filter names wait for the clock, and run one at a time
 function(trephine_test name)
-  cmake_parse_arguments(arg "" "" "SOURCES;LINKS" ${ARGN})
+  cmake_parse_arguments(arg "" "REALTIME" "SOURCES;LINKS" ${ARGN})
   add_executable(${name} ${arg_SOURCES})
   target_include_directories(${name} PRIVATE ${PROJECT_SOURCE_DIR})
   target_link_libraries(${name} PRIVATE ${arg_LINKS} trephine_flags GTest::gtest_main)
-  gtest_discover_tests(${name} DISCOVERY_MODE PRE_TEST PROPERTIES TIMEOUT 300)
+  if(arg_REALTIME)
+    gtest_discover_tests(${name} DISCOVERY_MODE PRE_TEST TEST_FILTER "${arg_REALTIME}" TEST_LIST ${name}_realtime
+      PROPERTIES TIMEOUT 300 RESOURCE_LOCK clock)
+    gtest_discover_tests(${name} DISCOVERY_MODE PRE_TEST TEST_FILTER "-${arg_REALTIME}" PROPERTIES TIMEOUT 300)
+  else()
+    gtest_discover_tests(${name} DISCOVERY_MODE PRE_TEST PROPERTIES TIMEOUT 300)
+  endif()
 endfunction()
