@@ -2,7 +2,7 @@
 # ./test.sh              builds the release preset and runs the quick suites
 # ./test.sh NAME         only tests whose name matches NAME
 # ./test.sh --all [P]    also core, debug, asan, tsan, clang, fuzz, package and soak, or only part P of these
-#                        (TREPHINE_FUZZ_SECONDS a fuzzer, TREPHINE_SOAK_SECONDS, TREPHINE_KILLS)
+#                        (TREPHINE_FUZZ_SECONDS a fuzzer, TREPHINE_SOAK_SECONDS, TREPHINE_ATTACK_STEPS, TREPHINE_KILLS)
 set -euo pipefail
 cd "$(dirname "$0")"
 . cmake/setup.sh
@@ -39,6 +39,7 @@ if [ "${1:-}" = --all ]; then
         echo "== soak"
         build_preset release trephine
         XDG_STATE_HOME=$TMPDIR build/release/bin/trephine soak --seconds "${TREPHINE_SOAK_SECONDS:-60}"
+        build/release/bin/trephine bench stability --steps "${TREPHINE_ATTACK_STEPS:-3000000}"
         continue
         ;;
     esac

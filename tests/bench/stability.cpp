@@ -448,7 +448,7 @@ std::vector<AttackRow> run_attack(const AttackOptions& options) {
   std::vector<AttackRow> rows;
   std::size_t done = 0;
   const std::size_t runs = scenes.size() * methods.size();
-  const long steps = std::max(2000L, options.steps / static_cast<long>(std::max<std::size_t>(1, runs)));
+  const long steps = std::max(250L, options.steps / static_cast<long>(std::max<std::size_t>(1, runs)));
   for (const auto& [name, scene] : scenes)
     for (const MethodInfo* info : methods) {
       if (options.progress && !options.progress(static_cast<double>(done) / static_cast<double>(runs)))
