@@ -98,7 +98,7 @@ TEST_F(Command, StepsAreExactCsv) {
       EXPECT_EQ(cells[14], "bone");
       EXPECT_EQ(cells[15], "front");
       const double proxy = std::hypot(std::stod(cells[4]), std::stod(cells[5]), std::stod(cells[6]));
-      EXPECT_NEAR(proxy, 45, 2.0);
+      EXPECT_NEAR(proxy, 44.93, 0.04);  // what the blur leaves of 45 mm
       deepest = std::max(deepest, std::stod(cells[6]) - std::stod(cells[3]));
     }
   }
