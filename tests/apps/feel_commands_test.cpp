@@ -1,5 +1,7 @@
 // The chart, the attack and the audit as their users meet them.
+#include "haptics/methods.h"
 #include "tests/apps/command_fixture.h"
+#include "tests/sim/session_fixture.h"
 
 namespace trephine::command_tests {
 namespace {
@@ -171,6 +173,52 @@ TEST_F(Command, AuditCertifiesEveryTickOfASession) {
   EXPECT_EQ(audit["wrong_forces"], 0);
   EXPECT_LT(audit["worst_force_n"].get<double>(), 1e-9);
   EXPECT_LT(audit["worst_energy_nmm"].get<double>(), 1e-9);
+}
+
+/// The default method with a fault: for one step the proxy lies elsewhere.
+class FaultyMethod final : public haptics::ProxyMethod {
+ public:
+  FaultyMethod(long step, const glm::dvec3& aside) : step_(step), aside_(aside) {}
+  const char* name() const noexcept override { return right_->name(); }
+  volume::Status prepare(const haptics::TouchScene& scene) override { return right_->prepare(scene); }
+  haptics::ProxyStep step(const haptics::TouchScene& scene, const volume::Version& version,
+                          haptics::ProxyState& state,
+                          const haptics::ProxyInput& input) const noexcept override {
+    haptics::ProxyStep step = right_->step(scene, version, state, input);
+    if (++count_ == step_) step.proxy_world += aside_;
+    return step;
+  }
+
+ private:
+  std::unique_ptr<haptics::ProxyMethod> right_ = haptics::make_method(haptics::k_default_method).value();
+  long step_;
+  glm::dvec3 aside_;
+  mutable long count_ = 0;
+};
+
+/// The audit can say no: a recording whose proxy was elsewhere in one tick of 600, or whose force was, is
+/// refused.
+TEST_F(Command, AuditRefusesASessionWithOneWrongTick) {
+  for (const double aside : {0.0, 1e-9, 2.0}) {
+    const haptics::TouchScene scene = sim::small_bone();
+    FaultyMethod method(300, {0, 0, -aside});
+    ASSERT_FALSE(method.prepare(scene).has_value());
+    drilling::Burr burr(sim::k_burr);
+    sim::SessionHeader header = sim::describe_session(scene, method, {}, sim::burr_spec());
+    header.program = "test";
+    const std::string path = file(("wrong" + std::to_string(aside * 1e9) + ".session").c_str());
+    sim::WriterOptions options;
+    options.is_embedding = true;
+    auto writer = sim::SessionWriter::create(path, header, scene.base, options);
+    ASSERT_TRUE(writer.is_ok());
+    sim::Lockstep run(scene, method, &burr, {}, 1000, writer.value().get());
+    for (int i = 0; i < 600; ++i) run.step({{0.3, 0.2, std::max(1.0, 5 - 0.02 * i)}, {1, 0, 0, 0}, i > 400});
+    ASSERT_FALSE(writer.value()->finish(run.edits(), 0).has_value());
+    const Ended audit = this->run("audit '" + path + "' --json");
+    ASSERT_EQ(audit.exit_code, aside > 0 ? 1 : 0) << audit.err;
+    EXPECT_EQ(Json::parse(audit.out)["is_same_as_recorded"], aside == 0);
+    EXPECT_EQ(Json::parse(audit.out)["is_certified"], aside == 0);
+  }
 }
 
 TEST_F(Command, TouchTakesModelsBesideTheVolume) {
