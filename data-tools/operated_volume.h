@@ -6,7 +6,8 @@
 namespace trephine::data_tools {
 
 /// The base with every voxel moved toward air (-1000 HU; the lowest value without HU) in proportion to what
-/// was removed of it. Labels of voxels that are wholly gone become 0.
+/// was removed of it. `version` is frozen, or nobody cuts meanwhile. Labels of voxels that are wholly gone
+/// become 0.
 volume::Result<volume::Volume> operated_volume(const volume::Version& version);
 
 }  // namespace trephine::data_tools

@@ -118,7 +118,7 @@ RemovalEditor::RemovalEditor(const RemovalEditor& other)
       solids_(other.solids_),
       kernels_(other.kernels_),
       points_(other.points_),
-      stroke_(other.stroke_) {}
+      stroke_(other.stroke_ + 1) {}  // whatever it touches, it copies first
 
 RemovalEditor& RemovalEditor::operator=(const RemovalEditor& other) {
   RemovalEditor copy(other);
@@ -129,10 +129,12 @@ void RemovalEditor::reset(std::shared_ptr<const Version> start) {
   const std::uint64_t serial = next_ ? std::max(next_->serial_, start->serial_) : start->serial_;
   next_ = std::make_shared<Version>(*start);
   next_->serial_ = serial + 1;
-  ++stroke_;
+  next_->stroke_ = 0;
+  end_stroke();
 }
 
 std::shared_ptr<const Version> RemovalEditor::publish() {
+  next_->frozen_strokes_ = frozen_strokes_;
   std::shared_ptr<const Version> done = std::move(next_);
   next_ = std::make_shared<Version>(*done);
   ++next_->serial_;
@@ -178,7 +180,7 @@ RemovalMask& RemovalEditor::editable_mask(Brick& brick, int n) {
     brick.mask = Ref<RemovalMask>(mask->refined());
   else if (mask->stroke != stroke_)
     brick.mask = Ref<RemovalMask>(mask->copy());
-  brick.mask->stroke = stroke_;
+  brick.mask->stroke = next_->stroke_ = stroke_;
   return *brick.mask;
 }
 

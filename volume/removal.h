@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <atomic>
 #include <memory>
 #include <vector>
 
@@ -55,7 +56,14 @@ class RemovalEditor {
     next_->offsets_ = std::move(offsets);
   }
   /// From here on masks of published versions are never written again.
-  void end_stroke() { ++stroke_; }
+  void end_stroke() noexcept { frozen_strokes_->store(stroke_++, std::memory_order_release); }
+  /// The working state as a version that readers on any thread may keep and read whole, in the middle of a
+  /// stroke too. Changes no bits: the stroke goes on as if nobody had asked, on copies of the masks that it
+  /// touches.
+  std::shared_ptr<const Version> freeze() {
+    end_stroke();
+    return publish();
+  }
   /// Goes on from another version (undo, redo).
   void reset(std::shared_ptr<const Version> start);
 
@@ -83,7 +91,9 @@ class RemovalEditor {
   std::vector<Field> solids_;
   const RemovalKernels* kernels_;
   std::shared_ptr<const std::array<CellPoints, 2>> points_;  ///< 4^3 and 8^3 a cell
-  std::uint64_t stroke_ = 1;
+  std::uint64_t stroke_ = 1;                                 ///< whose masks may be written in place
+  std::shared_ptr<std::atomic<std::uint64_t>> frozen_strokes_ =
+      std::make_shared<std::atomic<std::uint64_t>>(0);
 };
 
 }  // namespace trephine::volume

@@ -206,7 +206,12 @@ class Version {
   glm::dvec3 distance_gradient(const glm::dvec3& p) const noexcept;
   /// Is there a brick in the cell of p or touching it?
   bool is_near_cut(const glm::dvec3& p) const noexcept;
-  /// The share of a voxel's cube that was removed, 0 to 1, by the masks: only where no stroke is under way.
+  /// May threads beside the edit thread read masks (removed_share(), content_hash())? Those of an unfrozen
+  /// version change while its stroke goes on; all the rest of a version never does.
+  bool is_frozen() const noexcept {
+    return !frozen_strokes_ || stroke_ <= frozen_strokes_->load(std::memory_order_acquire);
+  }
+  /// The share of a voxel's cube that was removed, 0 to 1, by the masks.
   double removed_share(const glm::ivec3& v) const noexcept;
   /// ANDs is_kept() of `count` words (64 voxels each) of row (y, z), from `first_word` on, into `words`.
   void mask_row(int y, int z, int first_word, int count, std::uint64_t* words) const noexcept;
@@ -247,9 +252,11 @@ class Version {
   Ref<Brick> hollow_;  ///< what every hollow brick is
   RemovalLedger ledger_;
   std::vector<std::shared_ptr<const OffsetField>> offsets_;
+  std::shared_ptr<const std::atomic<std::uint64_t>> frozen_strokes_;  ///< the editor's; null: never edited
   double band_mm_;
   int brick_count_ = 0;
   std::uint64_t serial_ = 0;
+  std::uint64_t stroke_ = 0;  ///< the last that wrote its masks
 };
 
 /// Hands the newest version to readers that must never wait. One writer; up to k_readers readers.

@@ -280,6 +280,50 @@ TEST(Removal, EightLanesGiveTheBitsOfFour) {
     }
 }
 
+/// A frozen version is read whole on another thread while its stroke goes on; the stroke ends as if nobody
+/// had.
+TEST(Removal, AFrozenVersionMayBeKeptInTheMiddleOfAStroke) {
+  const auto base = block({40, 40, 40}, Frame());
+  const auto drill = [&](bool is_frozen, std::vector<std::shared_ptr<const Version>>& kept) {
+    RemovalEditor editor(std::make_shared<Version>(base), {Field(*base, Shape{})});
+    std::vector<std::thread> readers;
+    for (int i = 0; i < 60; ++i) {
+      const glm::dvec3 from(8 + 0.3 * i, 15, 20 + 0.05 * i);
+      editor.remove({from, from + glm::dvec3(0.3, 0, 0.05), 4, i > 0});
+      const auto seen = editor.publish();
+      EXPECT_FALSE(seen->is_frozen());
+      if (!is_frozen || i % 20 != 10) continue;
+      const auto frozen = editor.freeze();
+      EXPECT_TRUE(frozen->is_frozen());
+      EXPECT_TRUE(seen->is_frozen());
+      kept.push_back(frozen);
+      readers.emplace_back([frozen] {
+        const std::uint64_t hash = frozen->content_hash();
+        for (int again = 0; again < 20; ++again) EXPECT_EQ(frozen->content_hash(), hash);
+      });
+    }
+    for (std::thread& reader : readers) reader.join();
+    editor.end_stroke();
+    return editor.publish();
+  };
+  std::vector<std::shared_ptr<const Version>> kept;
+  const auto with = drill(true, kept), without = drill(false, kept);
+  EXPECT_EQ(with->content_hash(), without->content_hash());
+  EXPECT_EQ(with->ledger().total(), without->ledger().total());
+  // What was kept holds the shares of its own moment: as much as its ledger says.
+  ASSERT_EQ(kept.size(), 3u);
+  double last = 0;
+  for (const auto& version : kept) {
+    double removed = 0;
+    for (int z = 0; z < 40; ++z)
+      for (int y = 0; y < 40; ++y)
+        for (int x = 0; x < 40; ++x) removed += version->removed_share({x, y, z});
+    EXPECT_NEAR(removed, version->mm3_of(version->ledger().total()), 1e-6);
+    EXPECT_GT(removed, last);
+    last = removed;
+  }
+}
+
 TEST(Removal, OldVersionsStayAsTheyWere) {
   const auto base = block({40, 40, 40}, Frame());
   const Field field(*base, Shape{});
