@@ -118,7 +118,10 @@ RemovalEditor::RemovalEditor(const RemovalEditor& other)
       solids_(other.solids_),
       kernels_(other.kernels_),
       points_(other.points_),
-      stroke_(other.stroke_ + 1) {}  // whatever it touches, it copies first
+      frozen_strokes_(std::make_shared<std::atomic<std::uint64_t>>(0)) {
+  next_->stroke_ = 0;
+  next_->frozen_strokes_ = frozen_strokes_;
+}
 
 RemovalEditor& RemovalEditor::operator=(const RemovalEditor& other) {
   RemovalEditor copy(other);
@@ -130,11 +133,21 @@ void RemovalEditor::reset(std::shared_ptr<const Version> start) {
   next_ = std::make_shared<Version>(*start);
   next_->serial_ = serial + 1;
   next_->stroke_ = 0;
+  next_->frozen_strokes_ = frozen_strokes_;
   end_stroke();
 }
 
+std::uint64_t RemovalEditor::next_stroke() noexcept {
+  static std::atomic<std::uint64_t> last{0};
+  return ++last;
+}
+
+void RemovalEditor::end_stroke() noexcept {
+  frozen_strokes_->store(stroke_, std::memory_order_release);
+  stroke_ = next_stroke();
+}
+
 std::shared_ptr<const Version> RemovalEditor::publish() {
-  next_->frozen_strokes_ = frozen_strokes_;
   std::shared_ptr<const Version> done = std::move(next_);
   next_ = std::make_shared<Version>(*done);
   ++next_->serial_;

@@ -56,7 +56,7 @@ class RemovalEditor {
     next_->offsets_ = std::move(offsets);
   }
   /// From here on masks of published versions are never written again.
-  void end_stroke() noexcept { frozen_strokes_->store(stroke_++, std::memory_order_release); }
+  void end_stroke() noexcept;
   /// The working state as a version that readers on any thread may keep and read whole, in the middle of a
   /// stroke too. Changes no bits: the stroke goes on as if nobody had asked, on copies of the masks that it
   /// touches.
@@ -81,17 +81,19 @@ class RemovalEditor {
   void remove_in_brick(const Shape& shape, const glm::ivec3& low, RemovalReport& report);
   void mark_cells(const Shape& shape, const BrickSweep& sweep, const glm::vec3& corner, const glm::ivec3& low,
                   const Brick* old, Brick*& brick, RemovalReport& report);
-  /// Marks `points` (n^3 bits, left as those that are new) of the cell around a sample as removed; returns
-  /// the solid ones that are new, in ledger units.
+  /// Marks `points` (n^3 bits, left as those that are new) of the cell as removed; false when none was new.
   bool mark(RemovalMask& mask, std::size_t in_brick, std::uint64_t* points);
   std::int64_t count_solid(const RemovalMask& mask, const glm::ivec3& sample, std::size_t in_brick,
                            const std::uint64_t* fresh) const;
+
+  /// Of all editors, so that masks that they share are never written by two.
+  static std::uint64_t next_stroke() noexcept;
 
   std::shared_ptr<Version> next_;
   std::vector<Field> solids_;
   const RemovalKernels* kernels_;
   std::shared_ptr<const std::array<CellPoints, 2>> points_;  ///< 4^3 and 8^3 a cell
-  std::uint64_t stroke_ = 1;                                 ///< whose masks may be written in place
+  std::uint64_t stroke_ = next_stroke();                     ///< whose masks may be written in place
   std::shared_ptr<std::atomic<std::uint64_t>> frozen_strokes_ =
       std::make_shared<std::atomic<std::uint64_t>>(0);
 };

@@ -239,6 +239,10 @@ Result<bench::FeelAnswers> read_answers(const std::string& path) {
     answers.proxies_world[scene].emplace_back(x, y, z);
     if (read == 4) answers.us[scene].push_back(us);
   }
+  for (const auto& [scene, us] : answers.us)
+    if (us.size() != answers.proxies_world[scene].size())
+      return Error{"the answers name times for some steps only", where, scene,
+                   "us in every row of a scene, or in none", ""};
   if (answers.proxies_world.empty())
     return Error{"the answers are empty", where, "", "scene,proxy_x,proxy_y,proxy_z[,us]", ""};
   return answers;

@@ -66,6 +66,7 @@ std::vector<Column> columns() {
           {"stuck", [](R r) { return std::to_string(r.stuck); }},
           {"parted", [](R r) { return std::to_string(r.parted); }},
           {"missed", [](R r) { return std::to_string(r.missed); }},
+          {"ghosts", [](R r) { return std::to_string(r.ghosts); }},
           {"us_p50", [](R r) { return number(r.time_us.p50, "%.3f"); }},
           {"us_p99", [](R r) { return number(r.time_us.p99, "%.3f"); }},
           {"us_p999", [](R r) { return number(r.time_us.p999, "%.3f"); }},
@@ -353,7 +354,7 @@ std::string html_page(const FeelReport& report, bool is_quick, const Json& machi
           "<table><tr><th>method<th>p50<th>p99<th>p99.9 us<th>method error<th>surface<th>floor "
           "(voxels)<th>deepest (voxels)<th>farthest off (mm)<th>direction (deg)<th>tangential p99 "
           "(mm)<th>force "
-          "(N)<th>rendered (N)<th>rough (N)<th>jump (N)<th>fell through<th>stuck<th>missed</tr>";
+          "(N)<th>rendered (N)<th>rough (N)<th>jump (N)<th>fell through<th>stuck<th>missed<th>ghosts</tr>";
       last = title;
     }
     const auto count = [](long n) { return format_text(n > 0 ? "<td class=bad>%ld" : "<td>%ld", n); };
@@ -367,7 +368,7 @@ std::string html_page(const FeelReport& report, bool is_quick, const Json& machi
           number(row.tangential_p99_mm, "%.3f"), number(row.force_rms_n, "%.4f"),
           number(row.rendered_rms_n, "%.4f"), number(row.rough_n, "%.4f"), number(row.jump_n, "%.4f")})
       page += "<td>" + cell;
-    page += count(row.fall_throughs) + count(row.stuck) + count(row.missed) + "</tr>";
+    page += count(row.fall_throughs) + count(row.stuck) + count(row.missed) + count(row.ghosts) + "</tr>";
   }
   page += (last.empty() ? "" : "</table>");
   page +=
@@ -421,6 +422,7 @@ Json feel_rows(const FeelReport& report) {
          {"stuck", r.stuck},
          {"parted", r.parted},
          {"missed", r.missed},
+         {"ghosts", r.ghosts},
          {"step_us",
           {{"p50", r.time_us.p50}, {"p99", r.time_us.p99}, {"p999", r.time_us.p999}, {"max", r.time_us.max}}},
          {"instructions", put(r.instructions)},

@@ -2,6 +2,7 @@
 #include <chrono>
 #include <gtest/gtest.h>
 #include <map>
+#include <thread>
 
 #include "apps/view/chunk_meshes.h"
 #include "tests/scenes/scenes.h"

@@ -105,7 +105,7 @@ TEST_F(Command, AChallengersAnswersAreScoredAsOurs) {
       for (const char* column :
            {"steps", "contacts", "total_rms_voxels", "deepest_voxels", "most_off_mm", "direction_rms_deg",
             "tangential_p50_mm", "tangential_p99_mm", "force_rms_n", "rendered_rms_n", "rough_n", "jump_n",
-            "most_change_n", "fall_throughs", "stuck", "parted", "missed"})
+            "most_change_n", "fall_throughs", "stuck", "parted", "missed", "ghosts"})
         EXPECT_EQ(ours[column], theirs[column]) << column;
     }
   }

@@ -95,6 +95,8 @@ FeelRow measure(const FeelScene& s, Judges& judges, const Contender& contender, 
   row.radius_mm = s.radius_mm;
   row.field_s = s.field_s, row.field_update_s = s.field_update_s;
   if (contender.is_for_radius && (s.radius_mm != 2 || s.group != "smooth")) return row;
+  // What was made before the hole was drilled knows nothing of it.
+  if (s.version && (contender.is_peer || info.is_of_untouched)) return row;
   if (method.prepare(s.scene)) return row;
   const volume::Version untouched(s.scene.base);
   const volume::Version& version = s.version ? *s.version : untouched;
@@ -357,6 +359,14 @@ FeelReport run_feel(const FeelOptions& options) {
           report.traces.push_back(trace(s, *played.contender, is_pressing));
     }
     if (is_reference(s)) report.split.push_back(split_of_explicit(s));
+    if (options.answers && options.answers->proxies_world.contains(id) &&
+        options.answers->proxies_world.at(id).size() != s.path.samples().size()) {
+      report.failure = volume::Error{"the answers to a scene have another number of steps", id,
+                                     std::to_string(options.answers->proxies_world.at(id).size()) + " rows",
+                                     std::to_string(s.path.samples().size()) + ", as in hip.csv",
+                                     "answer every step; play the same set, --quick or not"};
+      return false;
+    }
     if (options.answers && options.answers->proxies_world.contains(id))
       report.rows.push_back(score(s, judges.ideal, *options.answers));
     return true;

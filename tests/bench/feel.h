@@ -29,6 +29,7 @@ struct FeelScene {
   /// Signed distance (mm, negative inside) from a point to where the tool's middle may not be; empty for
   /// scans.
   std::function<double(const glm::dvec3&)> distance;
+  double plate_mm = 0;  ///< its thickness, where the shape is a plate
 };
 
 /// One method on one scene. Errors in voxels (the shortest step of the grid) or as named; absent where the
@@ -55,6 +56,8 @@ struct FeelRow {
   double most_change_n = 0;     ///< largest change of the raw force between two ticks in contact
   long fall_throughs = 0, stuck = 0;
   long parted = 0;  ///< times that the proxy came to rest in another place than the exact hand's
+  long ghosts =
+      0;  ///< steps in contact where the exact hand is free, the proxy more than a voxel from the HIP
   long missed = 0;  ///< steps without contact where the exact hand presses by more than a voxel
   long buried = 0;  ///< steps that said that matter grew; nothing grows in these scenes
   StepTimes time_us;

@@ -308,12 +308,17 @@ std::vector<Plan> plans(bool is_quick) {
                    along({{-25, 3, 0}, {25, 12, 17}, {-25, 8, -13}}, 60)});
   }
   // Round tools, on the sphere and in a burr hole drilled in the same run.
-  const auto in_hole = [](double radius) {
-    return [radius](const Distance&, int samples) {
-      std::vector<dvec3> hips{{0, 0, 12}};
-      for (int i = 1; i < samples; ++i) {
-        const double a = 0.015 * i, reach = k_hole_radius - radius + 2;
-        hips.push_back({reach * std::cos(a), reach * std::sin(a), -4 - 5 * std::sin(0.31 * a)});
+  // Down its axis, then out to the wall, and round it from under the rim to its round end; or over the rim
+  // too.
+  const auto in_hole = [](double radius, bool is_over_rim = false) {
+    return [=](const Distance&, int samples) {
+      std::vector<dvec3> hips;
+      for (int i = 0; i < samples; ++i) {
+        const double a = 0.015 * i, down = std::min(1.0, i / 60.0),
+                     out = std::clamp((i - 60) / 40.0, 0.0, 1.0);
+        const double reach = out * (k_hole_radius - radius + 2);
+        const double z = is_over_rim ? -4 - 5 * std::sin(0.31 * a) : -5 - 3.5 * std::sin(0.31 * a);
+        hips.push_back({reach * std::cos(a), reach * std::sin(a), 12 + down * (z - 12)});
       }
       return hips;
     };
@@ -337,6 +342,16 @@ std::vector<Plan> plans(bool is_quick) {
                  soft,
                  held(in_hole(0)),
                  0,
+                 true});
+  all.push_back({"burr hole",
+                 "psf 1.5, radius 2 mm",
+                 "round and over its rim",
+                 "sharp",
+                 "plane",
+                 {{"angle", 0}},
+                 soft,
+                 in_hole(2, true),
+                 2,
                  true});
   for (const double radius : {0.5, 2.0, 6.0}) {
     const std::string name =
@@ -435,6 +450,7 @@ void for_feel_scenes(bool is_quick, const std::string& only, const std::function
     if (haptics::set_tool_radius(scene.scene, plan.radius)) continue;
     if (plan.radius > 0) scene.field_s = seconds_since(begin);
     scene.distance = distance;
+    if (plan.phantom == "plate") scene.plate_mm = plan.parameters.at("thickness");
     if (plan.has_hole) {
       drill_hole(scene);
       scene.distance = [radius = plan.radius](const dvec3& p) { return distance_to_drilled(p) - radius; };

@@ -72,13 +72,14 @@ class OpenVdbProxy final : public haptics::ProxyMethod {
       const double behind = 0.05 * voxel_;
       dvec3 met(0), out(0);
       bool is_met = cast(1e-9, met, out);
-      for (int more = 0; is_met && more < 4 && glm::dot(met - at, along) < -behind; ++more)
+      // Nor is a place where the ray leaves matter.
+      const auto is_no_hit = [&] { return glm::dot(met - at, along) < -behind || glm::dot(out, along) >= 0; };
+      for (int more = 0; is_met && more < 8 && is_no_hit(); ++more)
         is_met = cast(glm::dot(met - from, along) + behind, met, out);
-      if (!is_met || glm::dot(met - at, along) > length) {
+      if (!is_met || is_no_hit() || glm::dot(met - at, along) > length) {
         at = target;
         break;
       }
-      if (glm::dot(out, along) >= 0) break;
       result.has_contact = true;
       result.shape = 0, result.side = 1;
       result.normal_world = out;

@@ -124,10 +124,11 @@ const ExactHand& Ideal::judge() const {
   return is_blunt || !scene_.distance ? on_smooth_solid() : on_shape_;
 }
 
-double Ideal::depth(const dvec3& p) const {
-  if (!scene_.distance) return 0;
+bool Ideal::is_fallen(const dvec3& p) const {
   const double deep = -scene_.distance(p);
-  return scene_.radius_mm > 0 || deep <= 0 || of_smooth_(p) < 0 ? deep : 0;
+  if (scene_.radius_mm > 0) return deep > 0.1 * voxel_ + 0.02 * scene_.radius_mm;
+  // Of a sharp shape the samples hold a blunt one, outside of which a point is free.
+  return deep > voxel_ && (scene_.group != "sharp" || of_smooth_(p) < 0);
 }
 
 const dvec3& Beside::at(std::size_t i) {
@@ -141,8 +142,8 @@ Beside::Verdict Beside::judge(std::size_t i, const dvec3& proxy, bool is_away) {
   if (away_ == 0) return Verdict::with_it;
   if (away_ < 10) return Verdict::away;
   away_ = 0;
-  const dvec3 down = hand_.go(proxy, hip(i), hip(i));
-  if (glm::length(down - proxy) > voxel_) return Verdict::stuck;
+  const dvec3 free = hand_.go(proxy, proxy, proxy), down = hand_.go(free, hip(i), hip(i));
+  if (glm::length(down - free) > voxel_) return Verdict::stuck;
   own_ = down;
   return Verdict::parted;
 }
@@ -160,14 +161,17 @@ Scorer::Scorer(const FeelScene& scene, const Ideal& ideal, const ExactHand* same
 void Scorer::look(std::size_t i, const haptics::ProxyStep& step) {
   const dvec3& hip = scene_.path.samples()[i].pose.position_world;
   const double voxel = ideal_.voxel(), stiffness = scene_.scene.shapes[0].material.stiffness;
+  // Less than a thousandth of a voxel is no contact, whoever says so.
+  const bool has_contact = step.has_contact && glm::length(step.proxy_world - hip) > 1e-3 * voxel;
   const dvec3 force = raw_.step(step, hip, scene_.scene), smoothed = smoothed_.step(step, hip, scene_.scene);
-  const bool had_contact = i > k_dropped && step.has_contact && contact_.back();
+  const bool had_contact = i > k_dropped && has_contact && contact_.back();
   if (had_contact) most_change_ = std::max(most_change_, glm::length(force - last_force_));
   last_force_ = force;
   raw_n_.push_back(glm::length(force));
-  contact_.push_back(step.has_contact);
+  contact_.push_back(has_contact);
   smoothed_n_.push_back(glm::length(smoothed));
-  const dvec3 place = scene_.scene.base->frame.volume_from_world(step.proxy_world);
+  const dvec3 proxy = has_contact ? step.proxy_world : hip;
+  const dvec3 place = scene_.scene.base->frame.volume_from_world(proxy);
   const glm::ivec3 at_voxel = volume::voxel_of(glm::clamp(place, dvec3(-1e6), dvec3(1e6)));
   if (had_contact && at_voxel != last_voxel_) {
     jump_ += std::abs(raw_n_[i] - raw_n_[i - 1]);
@@ -175,51 +179,47 @@ void Scorer::look(std::size_t i, const haptics::ProxyStep& step) {
   }
   last_voxel_ = at_voxel;
 
-  const dvec3 proxy = step.has_contact ? step.proxy_world : hip;
   if (on_same_) {
     const double off = glm::length(proxy - on_same_->at(i));
     pending_same_.push_back(off);
     const Beside::Verdict verdict = on_same_->judge(i, proxy, off > voxel);
-    if (verdict == Beside::Verdict::with_it || verdict == Beside::Verdict::stuck)
-      most_from_same_ =
-          std::max(most_from_same_, *std::max_element(pending_same_.begin(), pending_same_.end()));
-    if (verdict != Beside::Verdict::away) pending_same_.clear();
+    if (verdict == Beside::Verdict::parted) pending_same_.clear();
+    if (verdict != Beside::Verdict::away) add_from_same();
   }
 
-  const dvec3 wanted = judged_.at(i), right = wanted - hip;
-  const dvec3 exact = scene_.distance ? on_shape_.at(i) : wanted;
+  const dvec3 wanted = judged_.at(i), exact = scene_.distance ? on_shape_.at(i) : wanted;
+  look_for_falls(proxy);
   if (i < k_dropped) return;
-  if (step.has_contact) ++contacts_;
-  // No contact where there should be one is an error like any other.
-  const double pressed = glm::length(right);
-  const bool is_missed = !step.has_contact && pressed > voxel, counts = step.has_contact || is_missed;
-  if (is_missed) ++missed_;
-  if (scene_.distance) {
-    const double deep = ideal_.depth(proxy);
-    deepest_ = std::max(deepest_, deep);
-    const bool is_inside = deep > (scene_.radius_mm > 0 ? 0.1 * voxel + 0.02 * scene_.radius_mm : voxel);
-    if (is_inside && !was_inside_) ++entered_;
-    was_inside_ = is_inside;
+  contacts_ += has_contact;
+  // No contact where there should be one, or one where there should be none, is an error like any other.
+  const bool is_missed = !has_contact && glm::length(wanted - hip) > voxel;
+  missed_ += is_missed;
+  ghosts_ += wanted == hip && glm::length(proxy - hip) > voxel;
+  if (!has_contact && !is_missed) {
+    judged_.judge(i, proxy, false);
+    return;
   }
-  if (scene_.distance && counts && exact != hip) {
+  if (scene_.distance) {
     Errors e;
-    const dvec3 offset = exact - hip, off = proxy - exact, n = glm::normalize(offset);
-    e.distance = scene_.distance(proxy);
-    e.off = glm::length(off);
-    e.aside = glm::length(off - glm::dot(off, n) * n);
+    const dvec3 offset = exact - hip, off = proxy - exact;
+    e.distance = exact != hip ? scene_.distance(proxy) : glm::length(off);
+    e.off = e.aside = glm::length(off);
     e.unrendered = glm::length(smoothed - stiffness * offset);
-    e.is_pressed = glm::length(offset) > 0.2;
-    if (step.has_contact) {
-      const double cosine = glm::dot(proxy - hip, n) / std::max(1e-12, glm::length(proxy - hip));
-      e.degrees = 57.29577951308232 * std::acos(std::clamp(cosine, -1.0, 1.0));
+    e.is_pressed = std::max(glm::length(offset), exact == hip ? e.off : 0.0) > 0.2;
+    if (exact != hip) {
+      const dvec3 n = glm::normalize(offset);
+      e.aside = glm::length(off - glm::dot(off, n) * n);
+      if (has_contact) {
+        const double cosine = glm::dot(proxy - hip, n) / std::max(1e-12, glm::length(proxy - hip));
+        e.degrees = 57.29577951308232 * std::acos(std::clamp(cosine, -1.0, 1.0));
+      }
     }
     pending_.push_back(e);
   }
-  // Stuck: more than a voxel along the surface from where an exact hand would be, ten steps in a row, and
-  // held there by nothing.
-  const dvec3 off = proxy - wanted, n = right / std::max(1e-12, pressed);
-  const bool is_away = counts && pressed > 0 && glm::length(off - glm::dot(off, n) * n) > voxel;
-  switch (judged_.judge(i, proxy, is_away)) {
+  // Stuck: more than a voxel from where an exact hand would be, ten steps in a row, and held there by
+  // nothing. Where contact is missed in matter there is no proxy that might have parted.
+  const bool is_lost = is_missed && ideal_.is_in_matter(hip);
+  switch (judged_.judge(i, proxy, !is_lost && glm::length(proxy - wanted) > voxel)) {
     case Beside::Verdict::away:
       return;
     case Beside::Verdict::stuck:
@@ -234,6 +234,27 @@ void Scorer::look(std::size_t i, const haptics::ProxyStep& step) {
       break;
   }
   add_errors();
+}
+
+/// In the shape, or through a plate: on plates the way from the last proxy is looked at, not its ends alone.
+void Scorer::look_for_falls(const dvec3& proxy) {
+  if (!scene_.distance) return;
+  deepest_ = std::max(deepest_, -scene_.distance(proxy));
+  bool is_inside = ideal_.is_fallen(proxy);
+  if (scene_.plate_mm > 0 && last_proxy_) {
+    const int parts = 1 + static_cast<int>(10 * glm::length(proxy - *last_proxy_) / scene_.plate_mm);
+    for (int k = 0; k <= parts && !is_inside; ++k)
+      is_inside = -scene_.distance(*last_proxy_ + (static_cast<double>(k) / parts) * (proxy - *last_proxy_)) >
+                  0.4 * scene_.plate_mm;
+  }
+  entered_ += is_inside && !was_inside_;
+  was_inside_ = is_inside;
+  last_proxy_ = proxy;
+}
+
+void Scorer::add_from_same() {
+  for (const double off : pending_same_) most_from_same_ = std::max(most_from_same_, off);
+  pending_same_.clear();
 }
 
 void Scorer::add_errors() {
@@ -254,13 +275,14 @@ void Scorer::add_errors() {
 
 void Scorer::finish(FeelRow& row) {
   add_errors();
+  add_from_same();
   const auto root = [](double square, std::size_t count) -> std::optional<double> {
     if (count == 0) return std::nullopt;
     return std::sqrt(square / static_cast<double>(count));
   };
   row.contacts = contacts_;
-  row.fall_throughs += entered_;
-  row.stuck = stuck_, row.parted = parted_, row.missed = missed_;
+  row.fall_throughs = std::max(row.fall_throughs, entered_);
+  row.stuck = stuck_, row.parted = parted_, row.missed = missed_, row.ghosts = ghosts_;
   if (on_same_) row.method_error_voxels = most_from_same_ / ideal_.voxel();
   if (const auto rms = root(distance_square_, static_cast<std::size_t>(distance_count_)))
     row.total_rms_voxels = *rms / ideal_.voxel();

@@ -31,9 +31,13 @@ class Ideal {
   /// Which of them says that a proxy is stuck: samples of a sharp shape hold a blunt one, where a point
   /// rests.
   const ExactHand& judge() const;
-  /// How deep (mm) a proxy lies in the analytic shape; 0 where a point lies outside of its samples' smooth
-  /// solid.
-  double depth(const glm::dvec3& p) const;
+  /// Is a proxy so deep in the analytic shape that nothing excuses it? More than a voxel; of a ball, a tenth
+  /// of one and 2 % of its radius.
+  bool is_fallen(const glm::dvec3& p) const;
+  /// Is p in the solid that the judge's hand is on?
+  bool is_in_matter(const glm::dvec3& p) const {
+    return (scene_.distance ? scene_.distance(p) : of_smooth_(p)) < 0;
+  }
   double voxel() const { return voxel_; }
 
  private:
@@ -82,8 +86,8 @@ class Scorer {
   /// `same_solid`: of the solid that the method promises, or null.
   Scorer(const FeelScene& scene, const Ideal& ideal, const ExactHand* same_solid = nullptr);
   void look(std::size_t i, const haptics::ProxyStep& step);
-  /// Errors, forces and counts. Falls are added for proxies that came more than a voxel into the analytic
-  /// shape; of a ball, a tenth of one and 2 % of its radius.
+  /// Errors, forces and counts. Of falls those that are counted here stand where they are more than the
+  /// row's.
   void finish(FeelRow& row);
 
  private:
@@ -94,6 +98,8 @@ class Scorer {
     bool is_pressed = false;
   };
   void add_errors();
+  void add_from_same();
+  void look_for_falls(const glm::dvec3& proxy);
 
   const FeelScene& scene_;
   const Ideal& ideal_;
@@ -108,12 +114,14 @@ class Scorer {
   std::vector<bool> contact_;
   double distance_square_ = 0, angle_square_ = 0, off_square_ = 0, rendered_square_ = 0, jump_ = 0;
   double most_change_ = 0, most_off_ = 0, deepest_ = 0, most_from_same_ = 0;
-  long contacts_ = 0, distance_count_ = 0, angle_count_ = 0, jumps_ = 0, missed_ = 0;
+  long contacts_ = 0, distance_count_ = 0, angle_count_ = 0, jumps_ = 0, missed_ = 0, ghosts_ = 0;
   long stuck_ = 0, parted_ = 0, entered_ = 0;
   bool was_inside_ = false;
+  std::optional<glm::dvec3> last_proxy_;
 };
 
-/// A way of a program that says no more than its proxies: contact is where the proxy is not at the HIP.
+/// A way of a program that says no more than its proxies: contact is where the proxy is not at the HIP, by
+/// more than a thousandth of a voxel.
 haptics::ProxyStep step_of_answer(const glm::dvec3& proxy, const glm::dvec3& hip);
 
 }  // namespace trephine::bench

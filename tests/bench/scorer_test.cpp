@@ -1,6 +1,7 @@
 // The chart's columns can be other than zero: each is shown the fault that it is there to find.
 #include "tests/bench/scorer.h"
 
+#include <cmath>
 #include <functional>
 #include <glm/geometric.hpp>
 #include <gtest/gtest.h>
@@ -16,6 +17,7 @@ using haptics::ProxyStep;
 FeelScene scene_named(const std::string& id) {
   std::optional<FeelScene> found;
   for_feel_scenes(true, id, [&](FeelScene&& s) {
+    if (feel_id(s) != id) return true;
     found = std::move(s);
     return false;
   });
@@ -47,6 +49,7 @@ class Scored {
     return row;
   }
   const std::vector<ProxyStep>& steps() const { return steps_; }
+  const std::vector<dvec3>& exact() const { return ideal_.on_shape().proxies; }
   double voxel() const { return ideal_.voxel(); }
 
  private:
@@ -68,10 +71,19 @@ TEST(Scorer, SeesAProxyThatSticksInAGrooveAndWhileTheHandRests) {
 }
 
 TEST(Scorer, SeesAStuckBallInABurrHole) {
-  const Scored scored("burr-hole-psf-1.5-round-its-wall");
+  const Scored scored("burr-hole-psf-1.5-radius-2-mm-round-its-wall");
+  // It is in the hole, and on its wall.
+  long on_wall = 0;
+  for (std::size_t i = 200; i < scored.exact().size(); ++i) {
+    const dvec3& p = scored.exact()[i];
+    EXPECT_LT(p.z, 0);
+    EXPECT_LT(std::hypot(p.x, p.y), 2.001);
+    on_wall += std::hypot(p.x, p.y) > 1.99;
+  }
+  EXPECT_GT(on_wall, 300);
   EXPECT_EQ(scored.score().stuck, 0);
   const FeelRow stuck = scored.score([&](std::size_t i, ProxyStep& step) {
-    if (i > 400 && i < 430 && step.has_contact) step.proxy_world = scored.steps()[400].proxy_world;
+    if (i > 400 && i < 480 && step.has_contact) step.proxy_world = scored.steps()[400].proxy_world;
   });
   EXPECT_GE(stuck.stuck, 1);
 }
@@ -87,20 +99,47 @@ TEST(Scorer, CountsContactThatIsNotThere) {
   EXPECT_GT(row.force_rms_n.value(), 1.5 * right.force_rms_n.value());
 }
 
+/// A proxy that stays on the surface when the hand has left it.
+TEST(Scorer, CountsContactThatShouldNotBe) {
+  const Scored scored("sphere-psf-1.5-poke");
+  EXPECT_EQ(scored.score().ghosts, 0);
+  std::size_t last_contact = 0;
+  const FeelRow row = scored.score([&](std::size_t i, ProxyStep& step) {
+    if (step.has_contact)
+      last_contact = i;
+    else if (last_contact > 0)
+      step = scored.steps()[last_contact];
+  });
+  EXPECT_GT(row.ghosts, 100);
+  EXPECT_GT(row.force_rms_n.value(), 0.3);
+  EXPECT_GT(row.stuck, 0);
+}
+
+/// A proxy that goes through a plate between two looks is seen on its way.
+TEST(Scorer, SeesAPlateThatIsPassed) {
+  const Scored scored("plate-2.0-voxels-cross-at-2-m-s");
+  EXPECT_EQ(scored.score().fall_throughs, 0);
+  const FeelRow row = scored.score([](std::size_t, ProxyStep& step) { step = ProxyStep{}; });
+  EXPECT_GE(row.fall_throughs, 3);
+  EXPECT_GE(row.missed, 20);
+}
+
 TEST(Scorer, KnowsOneLeapAmongAllSteps) {
   const Scored scored("sphere-psf-1.5-slide-100-mm-s");
   const FeelRow right = scored.score();
   EXPECT_LT(right.method_error_voxels.value(), 1e-4);
   EXPECT_LT(right.most_change_n, 0.05);
-  // One step of 1500, 3 mm along the surface.
-  const FeelRow row = scored.score([](std::size_t i, ProxyStep& step) {
-    if (i != 777) return;
-    const dvec3 aside = 3.0 * glm::normalize(glm::cross(step.normal_world, dvec3(1, 2, 3)));
-    step.proxy_world = glm::length(step.proxy_world) * glm::normalize(step.proxy_world + aside);
-  });
-  EXPECT_NEAR(row.method_error_voxels.value() * scored.voxel(), 3, 0.1);
-  EXPECT_NEAR(row.most_off_mm.value(), 3, 0.1);
-  EXPECT_GT(row.most_change_n, 1);
+  // One step of 1500, the last one too, 3 mm along the surface.
+  for (const std::size_t leap : {777u, 1499u}) {
+    const FeelRow row = scored.score([leap](std::size_t i, ProxyStep& step) {
+      if (i != leap) return;
+      const dvec3 aside = 3.0 * glm::normalize(glm::cross(step.normal_world, dvec3(1, 2, 3)));
+      step.proxy_world = glm::length(step.proxy_world) * glm::normalize(step.proxy_world + aside);
+    });
+    EXPECT_NEAR(row.method_error_voxels.value() * scored.voxel(), 3, 0.1);
+    EXPECT_NEAR(row.most_off_mm.value(), 3, 0.1);
+    EXPECT_GT(row.most_change_n, 1);
+  }
 }
 
 TEST(Scorer, ScoresExactAnswersAsExactAndHalfAMillimetreAsThat) {

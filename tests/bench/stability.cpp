@@ -124,7 +124,7 @@ AttackRow attack(const std::string& name, const haptics::TouchScene& scene, cons
   const bool is_of_triangles =
       info.solid == MethodInfo::Solid::net || info.solid == MethodInfo::Solid::marching_cubes;
   const bool is_cut = !info.is_of_untouched && !is_held_from_within(scene);
-  const long cut_every = is_of_triangles ? 4000 : scene.tool_radius > 0 ? 2000 : 400;
+  const long cut_every = is_of_triangles || scene.tool_radius > 0 ? 1000 : 400;
   double speed = 1;
   for (long i = 0; i < steps; ++i) {
     if (i % 2000 == 0) {  // a new start anywhere, then forget what was
@@ -143,7 +143,8 @@ AttackRow attack(const std::string& name, const haptics::TouchScene& scene, cons
       version = publish(&report.box);
       judge.set_version(version);
     }
-    if (i % (5 * cut_every) == 5 * cut_every - 1 && is_cut) {
+    if (i % (2 * cut_every) == 2 * cut_every - cut_every / 4 && is_cut) {
+      ++row.undos;
       editor.reset(untouched);
       version = publish(nullptr);
       judge.set_version(version);
@@ -667,7 +668,7 @@ std::vector<EnergyRow> run_energy_test() {
           row.contact_share = static_cast<double>(contacts) / k_ticks;
           if (!has_controller) row.most_made = made.most;
           (has_controller ? row.balance_with : row.balance_without) = least;
-          row.one_step = one_step;
+          (has_controller ? row.one_step : row.one_step_without) = one_step;
           row.share_cut = static_cast<double>(controller.cuts()) / k_ticks;
         }
         rows.push_back(row);

@@ -14,6 +14,7 @@ namespace trephine::bench {
 struct AttackRow {
   std::string method, scene;
   long steps = 0, contacts = 0, fall_throughs = 0, buried = 0, not_finite = 0;
+  long undos = 0;  ///< times that all that was cut came back under the tool
   double fastest_mm_s = 0;
 };
 struct AttackOptions {
@@ -54,8 +55,9 @@ struct EnergyRow {
   /// The largest rise above its least so far of what the surface gave and holds in its spring, less what the
   /// device lost; without the controller.
   double most_made = 0;
-  double one_step = 0;   ///< the worst energy of one step in the run with the controller
-  double share_cut = 0;  ///< ticks in which the controller cut the force
+  double one_step = 0,
+         one_step_without = 0;  ///< the worst energy of one step, with the controller and without
+  double share_cut = 0;         ///< ticks in which the controller cut the force
 };
 std::vector<EnergyRow> run_energy_test();
 

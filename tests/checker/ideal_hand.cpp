@@ -146,9 +146,12 @@ dvec3 Wall::settled(dvec3 at, const dvec3& hip) const {
 }
 
 dvec3 Wall::led_out(dvec3 p) const {
-  for (int i = 0; i < 20 && clearance_(p) < 0; ++i) {
+  // Deep in even matter slopes are rounding: never more than a step at a time.
+  for (int i = 0; i < 60 && clearance_(p) < 0; ++i) {
     const dvec3 g = slope(p, 1e-4 * step_);
-    p += (1e-7 * step_ - clearance_(p) / std::max(1e-18, glm::dot(g, g))) * g;
+    const dvec3 out = (1e-7 * step_ - clearance_(p) / std::max(1e-18, glm::dot(g, g))) * g;
+    const double length = glm::length(out);
+    p += length > step_ ? (step_ / length) * out : out;
   }
   return p;
 }

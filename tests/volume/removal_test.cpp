@@ -310,6 +310,17 @@ TEST(Removal, AFrozenVersionMayBeKeptInTheMiddleOfAStroke) {
   const auto with = drill(true, kept), without = drill(false, kept);
   EXPECT_EQ(with->content_hash(), without->content_hash());
   EXPECT_EQ(with->ledger().total(), without->ledger().total());
+  // Another editor that goes on from a frozen version leaves it as it is, and so does a copy of one.
+  RemovalEditor first(std::make_shared<Version>(base), {Field(*base, Shape{})});
+  first.remove({{20, 20, 20}, {20, 20, 20}, 4});
+  const auto seen = first.freeze();
+  const std::uint64_t hash = seen->content_hash();
+  RemovalEditor second(seen, {Field(*base, Shape{})}), copy(first);
+  EXPECT_TRUE(copy.publish()->is_frozen());
+  for (RemovalEditor* editor : {&second, &copy, &first}) {
+    editor->remove({{20.3, 20, 20.1}, {20.6, 20, 20.1}, 4});
+    EXPECT_EQ(seen->content_hash(), hash);
+  }
   // What was kept holds the shares of its own moment: as much as its ledger says.
   ASSERT_EQ(kept.size(), 3u);
   double last = 0;
