@@ -6,7 +6,10 @@
 #include <cmath>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
+#include <glm/matrix.hpp>
+#include <glm/vector_relational.hpp>
 #include <mutex>
+#include <optional>
 
 #include "volume/parallel.h"
 #include "volume/smooth_surface.h"
@@ -24,27 +27,180 @@ constexpr double k_band = 2.5;           // steps on either side of the offset s
 constexpr double k_refined = 2.2;        // steps within which distances are exact
 constexpr int k_tile = 96;               // lattice points along the edge of what is built at once
 
+/// A box of lattice points, and how far from it others are.
+struct Box {
+  dvec3 low, high;
+  double shortest_step;  ///< mm, of all directions
+  /// mm; on sheared lattices no more than that.
+  double distance(const dvec3& at) const {
+    return shortest_step * glm::length(glm::max(glm::max(low - at, at - high), dvec3(0)));
+  }
+};
+
+/// |A e| >= |e| / sqrt(|(A^T A)^-1|): no step in the world is shorter.
+double shortest_step(const Frame& lattice) {
+  const glm::dmat3 inverse = glm::inverse(glm::transpose(lattice.axes()) * lattice.axes());
+  double norm = 0;
+  for (int a = 0; a < 3; ++a)
+    norm = std::max(norm, std::abs(inverse[a].x) + std::abs(inverse[a].y) + std::abs(inverse[a].z));
+  return 1 / std::sqrt(norm);
+}
+
+/// The points of a surface that are nearest to the lattice points of a box. They spread from point to point
+/// outward, nearest first: a brush fire with distances to the surface itself.
+class Fire {
+ public:
+  static constexpr std::uint32_t k_none = ~0u;
+
+  /// Of the lattice points of `wanted` and `halo` more on each side; borrows the points.
+  Fire(const Frame& lattice, const Box& wanted, const ivec3& halo, const std::vector<SurfacePoint>& points)
+      : lattice_(lattice),
+        wanted_(wanted),
+        low_(ivec3(wanted.low) - halo),
+        size_(ivec3(wanted.high) + halo - low_ + 1),
+        points_(points) {
+    const std::size_t cells = static_cast<std::size_t>(size_.x) * static_cast<std::size_t>(size_.y) *
+                              static_cast<std::size_t>(size_.z);
+    nearest_.assign(cells, k_none);
+    square_.assign(cells, 1e30f);
+    burnt_.assign(cells, -1);
+  }
+
+  /// As far as `reach` (mm), through points that are no matter, and `inner` mm into it. `is_matter`: of a
+  /// lattice point.
+  template <class IsMatter>
+  void spread(double step, double reach, double inner, const IsMatter& is_matter) {
+    const float limit = static_cast<float>(reach * reach), deepest = static_cast<float>(inner * inner);
+    half_step_ = static_cast<float>(0.5 * step), most_ = limit;
+    buckets_.resize(static_cast<std::size_t>(reach / step * 2) + 3);
+    for (std::uint32_t p = 0; p < points_.size(); ++p) {
+      const ivec3 c = ivec3(glm::floor(lattice_.volume_from_world(dvec3(points_[p].at_world)))) - low_;
+      for (int k = 0; k < 8; ++k) {
+        const ivec3 corner = c + ivec3(k & 1, k >> 1 & 1, k >> 2 & 1);
+        if (contains(corner)) offer(index(corner), world_of(corner), p);
+      }
+    }
+    // The 26 neighbours: how far in memory and in the world.
+    std::array<glm::vec3, 27> away;
+    std::array<std::ptrdiff_t, 27> jump;
+    for (std::size_t n = 0; n < 27; ++n) {
+      away[n] = glm::vec3(lattice_.vector_world_from_volume(dvec3(neighbour(n))));
+      jump[n] = static_cast<std::ptrdiff_t>(index(ivec3(1) + neighbour(n))) -
+                static_cast<std::ptrdiff_t>(index(ivec3(1)));
+    }
+    for (; burning_ < buckets_.size(); ++burning_)
+      for (std::size_t k = 0; k < buckets_[burning_].size(); ++k) {
+        const std::size_t i = buckets_[burning_][k];
+        if (burnt_[i] == square_[i]) continue;  // another point came here first, and was nearer
+        burnt_[i] = square_[i];
+        const ivec3 c = place(i);
+        // Too far to be of use where it is wanted.
+        if (std::sqrt(static_cast<double>(square_[i])) + wanted_.distance(dvec3(low_ + c)) > reach) continue;
+        // Outward: the way to the nearest point never leads through the solid. Inward only as deep as a
+        // small radius needs samples there.
+        if (!(square_[i] < deepest) && is_matter(low_ + c)) continue;
+        const std::uint32_t p = nearest_[i];
+        const glm::vec3 at = world_of(c);
+        const bool is_inner =
+            c.x > 0 && c.y > 0 && c.z > 0 && c.x + 1 < size_.x && c.y + 1 < size_.y && c.z + 1 < size_.z;
+        for (std::size_t n = 0; n < 27; ++n)
+          if (n != 13 && (is_inner || contains(c + neighbour(n))))
+            offer(static_cast<std::size_t>(static_cast<std::ptrdiff_t>(i) + jump[n]), at + away[n], p);
+      }
+  }
+
+  /// The nearest point's number at lattice point v; k_none where none came.
+  std::uint32_t nearest(const ivec3& v) const { return nearest_[index(v - low_)]; }
+  double distance(const ivec3& v) const { return std::sqrt(static_cast<double>(square_[index(v - low_)])); }
+
+ private:
+  static ivec3 neighbour(std::size_t n) {
+    const int i = static_cast<int>(n);
+    return {i % 3 - 1, i / 3 % 3 - 1, i / 9 - 1};
+  }
+  bool contains(const ivec3& c) const {
+    return c.x >= 0 && c.y >= 0 && c.z >= 0 && c.x < size_.x && c.y < size_.y && c.z < size_.z;
+  }
+  std::size_t index(const ivec3& c) const {
+    return static_cast<std::size_t>(c.x) +
+           static_cast<std::size_t>(size_.x) *
+               (static_cast<std::size_t>(c.y) +
+                static_cast<std::size_t>(size_.y) * static_cast<std::size_t>(c.z));
+  }
+  ivec3 place(std::size_t i) const {
+    const std::size_t x = static_cast<std::size_t>(size_.x), y = static_cast<std::size_t>(size_.y);
+    return {static_cast<int>(i % x), static_cast<int>(i / x % y), static_cast<int>(i / (x * y))};
+  }
+  glm::vec3 world_of(const ivec3& c) const { return glm::vec3(lattice_.world_from_volume(dvec3(low_ + c))); }
+  /// Point number `point` to cell i, which is inside the box and at `at`.
+  void offer(std::size_t i, const glm::vec3& at, std::uint32_t point) {
+    const glm::vec3 d = at - points_[point].at_world;
+    const float s = glm::dot(d, d);
+    if (s >= square_[i] || s > most_) return;
+    square_[i] = s;
+    nearest_[i] = point;
+    // Never into a bucket that has burnt: a point may be nearer to a neighbour than to the cell it came from.
+    const std::size_t bucket = std::max(burning_, static_cast<std::size_t>(std::sqrt(s) / half_step_));
+    buckets_[std::min(bucket, buckets_.size() - 1)].push_back(static_cast<std::uint32_t>(i));
+  }
+
+  const Frame& lattice_;
+  const Box& wanted_;
+  ivec3 low_, size_;
+  const std::vector<SurfacePoint>& points_;
+  std::vector<std::uint32_t> nearest_;
+  std::vector<float> square_;  ///< of the distance, mm
+  std::vector<float> burnt_;   ///< what that was when the cell handed its point on
+  std::vector<std::vector<std::uint32_t>> buckets_;
+  std::size_t burning_ = 0;
+  float half_step_ = 0, most_ = 0;
+};
+
 }  // namespace
 
 /// Fills the bricks of a box of lattice points, tile by tile.
 class OffsetField::Builder {
  public:
+  /// `before`: the field of a solid that held all of this one; null when there is none. `changed`: the voxels
+  /// in which the two differ.
   Builder(OffsetField& out, const Field& field, const Occupancy& bits, const Version* version,
-          bool is_after_removal)
+          const OffsetField* before, const VoxelBox& changed)
       : out_(out),
         field_(field),
         bits_(bits),
         version_(version),
-        is_after_removal_(is_after_removal),
-        surface_(field, version) {}
+        before_(before),
+        surface_(field, version),
+        shortest_step_(shortest_step(out.frame_)) {
+    if (!before_) return;
+    // A changed sample of a cut reaches 1.5 samples far.
+    const CutLattice& cuts = version_->lattice();
+    const auto lattice_of = [&](const dvec3& sample) {
+      return out_.frame_.volume_from_world(
+          field_.volume().frame.world_from_volume(cuts.volume_from_lattice(sample)));
+    };
+    changed_ = {lattice_of(dvec3(cuts.low_of(changed.low)) - 1.5),
+                lattice_of(dvec3(cuts.high_of(changed.high)) + 1.5), shortest_step_};
+  }
 
-  void run(const ivec3& low, const ivec3& high, int threads, Work& work) {
-    const ivec3 first = low / k_tile, last = high / k_tile, count = last - first + 1;
+  /// Lattice points whose distance may be another than before.
+  VoxelBox reach() const {
+    if (!before_) return {ivec3(0), out_.slots_size_ * k_edge - 1};
+    const ivec3 beyond = out_.steps_within(out_.radius_ + out_.far_) + 1,
+                last = out_.slots_size_ * k_edge - 1;
+    return {glm::clamp(ivec3(glm::floor(changed_.low)) - beyond, ivec3(0), last),
+            glm::clamp(ivec3(glm::ceil(changed_.high)) + beyond, ivec3(0), last)};
+  }
+
+  void run(int threads, Work& work) {
+    const VoxelBox all = reach();
+    out_.own_pages(all.low / k_edge, all.high / k_edge);
+    const ivec3 first = all.low / k_tile, last = all.high / k_tile, count = last - first + 1;
     std::mutex mutex;
     parallel_for(count.x * count.y * count.z, threads, [&](int i) {
       const ivec3 tile = first + ivec3(i % count.x, i / count.x % count.y, i / (count.x * count.y));
       Work part;
-      build_tile(glm::max(low, tile * k_tile), glm::min(high, tile * k_tile + (k_tile - 1)), part);
+      build_tile(glm::max(all.low, tile * k_tile), glm::min(all.high, tile * k_tile + (k_tile - 1)), part);
       const std::lock_guard lock(mutex);
       work.samples += part.samples;
       work.cells += part.cells;
@@ -52,6 +208,57 @@ class OffsetField::Builder {
   }
 
  private:
+  /// May the distance at v be another than before? Not where what changed is farther than the surface was,
+  /// nor where there is still matter as near.
+  bool is_stale(const ivec3& v) const {
+    const double u = before_->at(v.x, v.y, v.z);
+    if (u <= -out_.far_) return false;  // was free, and stays so
+    return changed_.distance(dvec3(v)) <= std::abs(out_.radius_ - u) + 0.1 * out_.step_ &&
+           !has_matter_within(v, out_.radius_ - u);
+  }
+  /// Is there matter within `distance` mm of lattice point v, and no doubt about it?
+  bool has_matter_within(const ivec3& v, double distance) const {
+    const dvec3 at = out_.frame_.world_from_volume(dvec3(v)), p = voxel(dvec3(v));
+    // In matter the distance is a depth, which only small tools ask for.
+    if (surface_.is_solid(p)) return out_.radius_ >= out_.far_;
+    if (!(distance > 0) || !surface_.has_cut()) return false;
+    // Toward where the solid was, where cuts end and where the scan begins; a two hundredth of a step more
+    // than asked, by which the tool may hover.
+    dvec3 uphill(0), across(0);
+    const double here = before_->at(v.x, v.y, v.z);
+    for (int a = 0; a < 3; ++a) {
+      ivec3 step(0);
+      step[a] = 1;
+      const ivec3 next = v + step, last = v - step;
+      const double after = before_->at(next.x, next.y, next.z), before = before_->at(last.x, last.y, last.z);
+      across[a] = after - before;
+      // The lower one may be beyond the band.
+      uphill[a] = after > before ? after - here : here - before;
+    }
+    const Frame& frame = field_.volume().frame;
+    for (const dvec3& toward :
+         {out_.frame_.gradient_world_from_volume(across), out_.frame_.gradient_world_from_volume(uphill),
+          frame.gradient_world_from_volume(surface_.jet(true, p).gradient),
+          frame.gradient_world_from_volume(surface_.jet(false, p).gradient)}) {
+      const double steepness = glm::length(toward);
+      if (!(steepness > 0)) continue;
+      const dvec3 q = frame.volume_from_world(at + (distance + 0.005 * out_.step_) / steepness * toward);
+      if (field_.volume().contains(voxel_of(q)) && surface_.is_solid(q)) return true;
+    }
+    return false;
+  }
+  /// The stale ones of lattice points low .. high, row by row, and their box.
+  VoxelBox find_stale(const ivec3& low, const ivec3& high, std::vector<bool>& stale) const {
+    VoxelBox box{high + 1, low - 1};
+    for (int z = low.z; z <= high.z; ++z)
+      for (int y = low.y; y <= high.y; ++y)
+        for (int x = low.x; x <= high.x; ++x) {
+          stale.push_back(is_stale({x, y, z}));
+          if (stale.back()) box = {glm::min(box.low, ivec3(x, y, z)), glm::max(box.high, ivec3(x, y, z))};
+        }
+    return box;
+  }
+
   /// Bits of 64 voxels of row (y, z), without what was cut; nothing outside the grid.
   std::uint64_t word(int w, int y, int z) const {
     const ivec3& size = field_.volume().size;
@@ -60,51 +267,51 @@ class OffsetField::Builder {
     if (version_ != nullptr && bits != 0) version_->mask_row(y, z, w, 1, &bits);
     return bits;
   }
-  /// Voxels of a word with solid and free ones among themselves and their 26 neighbours, or next to a cut
-  /// that their centres may not show.
-  std::uint64_t mixed_word(int w, int y, int z) const {
-    std::uint64_t all = ~std::uint64_t{0}, any = 0;
-    for (int dz = -1; dz <= 1; ++dz)
-      for (int dy = -1; dy <= 1; ++dy) {
-        const std::uint64_t here = word(w, y + dy, z + dz), before = word(w - 1, y + dy, z + dz),
-                            after = word(w + 1, y + dy, z + dz);
-        const std::uint64_t left = here << 1 | before >> 63, right = here >> 1 | after << 63;
-        all &= here & left & right;
-        any |= here | left | right;
-      }
-    std::uint64_t mixed = any & ~all;
-    if (version_ == nullptr || version_->is_untouched() || any == 0) return mixed;
-    const CutLattice& lattice = version_->lattice();
-    if (lattice.is_of_voxels()) return mixed;
-    const ivec3 first(64 * w, y, z);
-    if (!version_->has_brick(lattice.low_of(first), lattice.high_of(first + ivec3(63, 0, 0)))) return mixed;
-    for (int b = 0; b < 64; ++b) {
-      const ivec3 v = first + ivec3(b, 0, 0);
-      if ((any >> b & 1) && version_->has_brick(lattice.low_of(v), lattice.high_of(v)))
-        mixed |= std::uint64_t{1} << b;
-    }
-    return mixed;
-  }
 
   /// What is known of the voxels of a box by their bits and those around them.
   class VoxelKinds {
    public:
+    /// mixed: solid and free ones among itself and its 26 neighbours, or next to a cut that their centres may
+    /// not show.
     enum Kind : std::uint8_t { free, mixed, solid };
     VoxelKinds(const Builder& builder, const ivec3& low, const ivec3& high)
         : low_(low), high_(high), size_(glm::max(high - low + 1, ivec3(0))) {
       kinds_.resize(static_cast<std::size_t>(size_.x) * static_cast<std::size_t>(size_.y) *
                     static_cast<std::size_t>(size_.z));
+      if (kinds_.empty()) return;
+      // Every word once, and one more on each side.
+      const int first = (low.x >> 6) - 1, words = (high.x >> 6) - first + 2;
+      std::vector<std::uint64_t> bits;
+      for (int z = low.z - 1; z <= high.z + 1; ++z)
+        for (int y = low.y - 1; y <= high.y + 1; ++y)
+          for (int w = first; w < first + words; ++w) bits.push_back(builder.word(w, y, z));
+      const auto row = [&](int y, int z) {
+        return bits.data() + static_cast<std::size_t>(words) *
+                                 static_cast<std::size_t>(y - low.y + 1 + (size_.y + 2) * (z - low.z + 1));
+      };
       for (int z = low.z; z <= high.z; ++z)
         for (int y = low.y; y <= high.y; ++y)
           for (int w = low.x >> 6; w <= high.x >> 6; ++w) {
-            const std::uint64_t of_mixed = builder.mixed_word(w, y, z), of_solid = builder.word(w, y, z);
-            if ((of_mixed | of_solid) == 0) continue;
+            std::uint64_t all = ~std::uint64_t{0}, any = 0;
+            for (int dz = -1; dz <= 1; ++dz)
+              for (int dy = -1; dy <= 1; ++dy) {
+                const std::uint64_t* here = row(y + dy, z + dz) + (w - first);
+                const std::uint64_t left = here[0] << 1 | here[-1] >> 63,
+                                    right = here[0] >> 1 | here[1] << 63;
+                all &= here[0] & left & right;
+                any |= here[0] | left | right;
+              }
+            if (any == 0) continue;
+            const std::uint64_t of_mixed = (any & ~all) | builder.cut_word(w, y, z, any),
+                                of_solid = row(y, z)[w - first];
             for (int x = std::max(low.x, 64 * w); x <= std::min(high.x, 64 * w + 63); ++x)
               kinds_[index({x, y, z})] = of_mixed >> (x & 63) & 1   ? mixed
                                          : of_solid >> (x & 63) & 1 ? solid
                                                                     : free;
           }
     }
+    const ivec3& low() const { return low_; }
+    const ivec3& high() const { return high_; }
     /// Beyond the box nothing is solid: it ends where the grid does, or beyond all that is asked.
     Kind at(const ivec3& v) const {
       const bool is_in = v.x >= low_.x && v.y >= low_.y && v.z >= low_.z && v.x <= high_.x &&
@@ -123,31 +330,57 @@ class OffsetField::Builder {
     ivec3 low_, high_, size_;
     std::vector<Kind> kinds_;
   };
+  /// Those of the voxels `any` of a word that cuts on finer samples may divide.
+  std::uint64_t cut_word(int w, int y, int z, std::uint64_t any) const {
+    if (version_ == nullptr || version_->is_untouched()) return 0;
+    const CutLattice& lattice = version_->lattice();
+    const ivec3 first(64 * w, y, z);
+    if (lattice.is_of_voxels() ||
+        !version_->has_brick(lattice.low_of(first), lattice.high_of(first + ivec3(63, 0, 0))))
+      return 0;
+    std::uint64_t cut = 0;
+    for (; any != 0; any &= any - 1) {
+      const ivec3 v = first + ivec3(std::countr_zero(any), 0, 0);
+      if (version_->has_brick(lattice.low_of(v), lattice.high_of(v))) cut |= any & (~any + 1);
+    }
+    return cut;
+  }
 
-  /// Surface points in a box of voxels, as near to each other as the lattice is fine: each voxel is divided
+  /// Surface points in the mixed voxels, as near to each other as the lattice is fine: each voxel is divided
   /// where it is longer than a step.
-  void sample_surface(const ivec3& low, const ivec3& high, std::vector<SurfacePoint>& points) const {
+  /// Those more than `reach` mm from where they are wanted are left out.
+  std::vector<SurfacePoint> sample_surface(const VoxelKinds& kinds, const Box& wanted, double reach) const {
+    const Frame& frame = field_.volume().frame;
+    std::vector<SurfacePoint> points;
     const dvec3 cells = glm::max(glm::ceil(field_.volume().frame.spacing() / out_.step_ - 1e-9), dvec3(1));
-    const ivec3 count(cells);
+    const ivec3 count(cells), &low = kinds.low(), &high = kinds.high();
+    // From a voxel's middle to a point drawn from it.
+    const dvec3& spacing = frame.spacing();
+    const dvec3 steps = spacing / cells;
+    const double margin =
+        0.5 * (spacing.x + spacing.y + spacing.z) + 1.5 * std::max({steps.x, steps.y, steps.z});
     for (int z = low.z; z <= high.z; ++z)
       for (int y = low.y; y <= high.y; ++y)
-        for (int w = low.x >> 6; w <= high.x >> 6; ++w)
-          for (std::uint64_t edge = mixed_word(w, y, z); edge != 0; edge &= edge - 1) {
-            const ivec3 v(64 * w + std::countr_zero(edge), y, z);
-            if (v.x < low.x || v.x > high.x) continue;
-            bool is_found = false;
-            for (int i = 0; i < count.x * count.y * count.z; ++i) {
-              const ivec3 in(i % count.x, i / count.x % count.y, i / (count.x * count.y));
-              const dvec3 from = dvec3(v) + (dvec3(in) + 0.5) / cells - 0.5;
-              SurfacePoint point;
-              if (surface_.project(from, cells, point)) {
-                points.push_back(point);
-                is_found = true;
-              }
-              if (SurfacePoint rim; surface_.project_to_rim(from, cells, rim)) points.push_back(rim);
+        for (int x = low.x; x <= high.x; ++x) {
+          const ivec3 v(x, y, z);
+          if (kinds.at(v) != VoxelKinds::mixed) continue;
+          if (wanted.distance(out_.frame_.volume_from_world(frame.world_from_volume(dvec3(v)))) >
+              reach + margin)
+            continue;
+          bool is_found = false;
+          for (int i = 0; i < count.x * count.y * count.z; ++i) {
+            const ivec3 in(i % count.x, i / count.x % count.y, i / (count.x * count.y));
+            const dvec3 from = dvec3(v) + (dvec3(in) + 0.5) / cells - 0.5;
+            SurfacePoint point;
+            if (surface_.project(from, cells, point)) {
+              points.push_back(point);
+              is_found = true;
             }
-            if (is_solid_voxel(v)) sample_sheet(v, is_found, points);
+            if (SurfacePoint rim; surface_.project_to_rim(from, cells, rim)) points.push_back(rim);
           }
+          if (is_solid_voxel(v)) sample_sheet(v, is_found, points);
+        }
+    return points;
   }
   /// A sheet of one voxel has two sides and, in its middle, no slope that leads to them.
   void sample_sheet(const ivec3& v, bool is_found, std::vector<SurfacePoint>& points) const {
@@ -161,192 +394,169 @@ class OffsetField::Builder {
     }
   }
 
-  void build_tile(const ivec3& low, const ivec3& high, Work& work) {
-    const Frame& frame = field_.volume().frame;
-    const double reach = out_.radius_ + (k_band + 1) * out_.step_;
-    // The lattice is aligned with the volume's axes: a box of it is a box of voxels.
-    const auto voxel = [&](const dvec3& p) {
-      return frame.volume_from_world(out_.frame_.world_from_volume(p));
-    };
-    const ivec3 halo = out_.steps_within(reach) + 1;
-    const ivec3 from = low - halo, to = high + halo, size = to - from + 1;
-    const ivec3 voxel_low = glm::max(ivec3(glm::floor(voxel(dvec3(from)))), ivec3(0)),
-                voxel_high = glm::min(ivec3(glm::ceil(voxel(dvec3(to)))), field_.volume().size - 1);
-    const VoxelKinds kinds(*this, voxel_low, voxel_high);
-    const auto is_matter = [&](const dvec3& p) {
-      const VoxelKinds::Kind kind = kinds.at(voxel_of(p));
-      return kind == VoxelKinds::mixed ? surface_.is_solid(p) : kind == VoxelKinds::solid;
-    };
-    std::vector<SurfacePoint> points;
-    sample_surface(voxel_low, voxel_high, points);
-    work.samples += points.size();
-
-    // Nearest points spread outward, nearest first (a brush fire with distances to the points themselves).
-    constexpr std::uint32_t k_none = ~0u;
-    const std::size_t cells = static_cast<std::size_t>(size.x) * static_cast<std::size_t>(size.y) *
-                              static_cast<std::size_t>(size.z);
-    std::vector<std::uint32_t> nearest;
-    std::vector<float> square;
-    const auto cell_index = [&](const ivec3& c) {
-      return static_cast<std::size_t>(c.x) +
-             static_cast<std::size_t>(size.x) *
-                 (static_cast<std::size_t>(c.y) +
-                  static_cast<std::size_t>(size.y) * static_cast<std::size_t>(c.z));
-    };
-    const auto world_of = [&](const ivec3& c) {
-      return glm::vec3(out_.frame_.world_from_volume(dvec3(from + c)));
-    };
-    if (!points.empty()) {
-      nearest.assign(cells, k_none);
-      square.assign(cells, 1e30f);
-      const float step = static_cast<float>(out_.step_), limit = static_cast<float>(reach);
-      std::vector<std::vector<std::uint32_t>> buckets(static_cast<std::size_t>(reach / out_.step_ * 2) + 3);
-      const float most = limit * limit;
-      const float inner = static_cast<float>(inner_reach());
-      std::size_t burning = 0;
-      // Cell i is inside the box, `at` its place.
-      const auto offer = [&](std::size_t i, const glm::vec3& at, std::uint32_t point) {
-        const glm::vec3 d = at - points[point].at_world;
-        const float s = glm::dot(d, d);
-        if (s >= square[i] || s > most) return;
-        square[i] = s;
-        nearest[i] = point;
-        // Never into a bucket that has burnt: a point may be nearer to a neighbour than to the cell it came
-        // from.
-        const std::size_t bucket = std::max(burning, static_cast<std::size_t>(2 * std::sqrt(s) / step));
-        buckets[std::min(bucket, buckets.size() - 1)].push_back(static_cast<std::uint32_t>(i));
-      };
-      const auto contains = [&](const ivec3& c) {
-        return c.x >= 0 && c.y >= 0 && c.z >= 0 && c.x < size.x && c.y < size.y && c.z < size.z;
-      };
-      for (std::uint32_t p = 0; p < points.size(); ++p) {
-        const dvec3 at = out_.frame_.volume_from_world(dvec3(points[p].at_world));
-        const ivec3 c = ivec3(glm::floor(at)) - from;
-        for (int k = 0; k < 8; ++k) {
-          const ivec3 corner = c + ivec3(k & 1, k >> 1 & 1, k >> 2 & 1);
-          if (contains(corner)) offer(cell_index(corner), world_of(corner), p);
-        }
-      }
-      // The 26 neighbours: how far in memory and in the world.
-      std::array<glm::vec3, 27> away;
-      std::array<std::ptrdiff_t, 27> jump;
-      for (int n = 0; n < 27; ++n) {
-        const ivec3 d(n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1);
-        const auto k = static_cast<std::size_t>(n);
-        away[k] = glm::vec3(out_.frame_.vector_world_from_volume(dvec3(d)));
-        jump[k] =
-            d.x + static_cast<std::ptrdiff_t>(size.x) * (d.y + static_cast<std::ptrdiff_t>(size.y) * d.z);
-      }
-      for (; burning < buckets.size(); ++burning)
-        for (std::size_t k = 0; k < buckets[burning].size(); ++k) {
-          const std::size_t i = buckets[burning][k];
-          const ivec3 c(
-              static_cast<int>(i % static_cast<std::size_t>(size.x)),
-              static_cast<int>(i / static_cast<std::size_t>(size.x) % static_cast<std::size_t>(size.y)),
-              static_cast<int>(i / (static_cast<std::size_t>(size.x) * static_cast<std::size_t>(size.y))));
-          // Outward: the way to the nearest point never leads through the solid. Inward only as deep as a
-          // small radius needs samples there.
-          if (!(square[i] < inner * inner) && is_matter(voxel(dvec3(from + c)))) continue;
-          const std::uint32_t p = nearest[i];
-          const glm::vec3 at = world_of(c);
-          const bool is_inner =
-              c.x > 0 && c.y > 0 && c.z > 0 && c.x + 1 < size.x && c.y + 1 < size.y && c.z + 1 < size.z;
-          for (std::size_t n = 0; n < 27; ++n)
-            if (n != 13 &&
-                (is_inner || contains(c + ivec3(static_cast<int>(n % 3) - 1, static_cast<int>(n / 3 % 3) - 1,
-                                                static_cast<int>(n / 9) - 1))))
-              offer(static_cast<std::size_t>(static_cast<std::ptrdiff_t>(i) + jump[n]), at + away[n], p);
-        }
+  /// Tells of lattice points and of boxes of them whether there is matter.
+  class Matter {
+   public:
+    Matter(const Builder& builder, const VoxelKinds& kinds) : builder_(builder), kinds_(kinds) {}
+    bool operator()(const ivec3& v) const {
+      const dvec3 p = builder_.voxel(dvec3(v));
+      const VoxelKinds::Kind kind = kinds_.at(voxel_of(p));
+      return kind == VoxelKinds::mixed ? builder_.surface_.is_solid(p) : kind == VoxelKinds::solid;
+    }
+    /// Of a box that holds no surface. Where that was missed the tool is held off.
+    bool is_in(const ivec3& from, const ivec3& to) const {
+      const dvec3 low = builder_.voxel(dvec3(from)), high = builder_.voxel(dvec3(to));
+      const ivec3 first = voxel_of(low), last = voxel_of(high);
+      for (int z = first.z; z <= last.z; ++z)
+        for (int y = first.y; y <= last.y; ++y)
+          for (int x = first.x; x <= last.x; ++x) {
+            const VoxelKinds::Kind kind = kinds_.at({x, y, z});
+            if (kind == VoxelKinds::solid) return true;
+            if (kind == VoxelKinds::mixed &&
+                has_solid_corner(glm::max(low, dvec3(x, y, z) - 0.5), glm::min(high, dvec3(x, y, z) + 0.5)))
+              return true;
+          }
+      return false;
     }
 
-    // Bricks: those with anything near the offset surface are kept.
+   private:
+    bool has_solid_corner(const dvec3& low, const dvec3& high) const {
+      for (int corner = 0; corner < 8; ++corner)
+        if (builder_.surface_.is_solid(
+                {corner & 1 ? high.x : low.x, corner & 2 ? high.y : low.y, corner & 4 ? high.z : low.z}))
+          return true;
+      return false;
+    }
+    const Builder& builder_;
+    const VoxelKinds& kinds_;
+  };
+
+  void build_tile(ivec3 low, ivec3 high, Work& work) {
+    // After a cut only what it changed; `stale` is of all of the tile.
+    const ivec3 stale_low = low, stale_size = high - low + 1;
+    std::vector<bool> stale;
+    if (before_) {
+      const VoxelBox box = find_stale(low, high, stale);
+      low = box.low, high = box.high;
+      if (glm::any(glm::greaterThan(low, high))) return;
+    }
+    const auto is_wanted = [&](const ivec3& v) {
+      if (!before_) return true;
+      if (glm::any(glm::lessThan(v, low)) || glm::any(glm::greaterThan(v, high))) return false;
+      const ivec3 c = v - stale_low;
+      return static_cast<bool>(
+          stale[static_cast<std::size_t>(c.x + stale_size.x * (c.y + stale_size.y * c.z))]);
+    };
+
+    const double reach = out_.radius_ + (k_band + 1) * out_.step_;
+    const ivec3 halo = out_.steps_within(reach) + 1;
+    // The lattice is aligned with the volume's axes: a box of it is a box of voxels.
+    const ivec3 voxel_low = glm::max(ivec3(glm::floor(voxel(dvec3(low - halo)))), ivec3(0)),
+                voxel_high = glm::min(ivec3(glm::ceil(voxel(dvec3(high + halo)))), field_.volume().size - 1);
+    const VoxelKinds kinds(*this, voxel_low, voxel_high);
+    const Matter is_matter(*this, kinds);
+    const Box wanted{dvec3(low), dvec3(high), shortest_step_};
+    const std::vector<SurfacePoint> points = sample_surface(kinds, wanted, reach);
+    work.samples += points.size();
+    std::optional<Fire> fire;
+    if (!points.empty()) {
+      fire.emplace(out_.frame_, wanted, halo, points);
+      fire->spread(out_.step_, reach, inner_reach(), is_matter);
+    }
+
     const ivec3 first = low / k_edge, last = high / k_edge;
     for (int bz = first.z; bz <= last.z; ++bz)
       for (int by = first.y; by <= last.y; ++by)
         for (int bx = first.x; bx <= last.x; ++bx) {
-          const ivec3 b(bx, by, bz);
+          const ivec3 corner = ivec3(bx, by, bz) * k_edge;
+          Slot& slot = out_.own_slot({bx, by, bz});
           // Where the fire never came a brick is all free or all solid.
-          bool is_reached = false;
-          if (!points.empty())
-            for (int k = 0; k < k_edge * k_edge && !is_reached; ++k) {
-              const std::uint32_t* row =
-                  nearest.data() + cell_index(b * k_edge + ivec3(0, k % k_edge, k / k_edge) - from);
-              is_reached = std::any_of(row, row + k_edge, [](std::uint32_t p) { return p != k_none; });
-            }
-          Slot& slot = out_.own_slot(b);
-          const Slot before = slot;
-          if (!is_reached) {
-            const bool is_solid =
-                has_matter(kinds, voxel(dvec3(b * k_edge)), voxel(dvec3(b * k_edge + (k_edge - 1))));
-            if (!is_after_removal_ || !is_solid) slot = {nullptr, is_solid};
-            continue;
-          }
-          auto brick = std::make_shared<Brick>();
-          bool is_near = false, is_solid = false;
-          for (int k = 0; k < k_edge * k_edge * k_edge; ++k) {
-            const ivec3 v = b * k_edge + ivec3(k % k_edge, k / k_edge % k_edge, k / (k_edge * k_edge));
-            double u = -out_.far_;
-            const ivec3 c = v - from;
-            const std::size_t i = cell_index(c);
-            if (nearest[i] != k_none) {
-              double distance = std::sqrt(static_cast<double>(square[i]));
-              // In the solid itself the distance has the other sign.
-              const bool is_within = is_matter(voxel(dvec3(v)));
-              if (std::abs((is_within ? -distance : distance) - out_.radius_) < k_refined * out_.step_)
-                distance = surface_.distance(out_.frame_.world_from_volume(dvec3(v)), points[nearest[i]]);
-              if (is_within) distance = -distance;
-              u = std::clamp(out_.radius_ - distance, -out_.far_, out_.far_);
-              ++work.cells;
-            } else if (is_matter(voxel(dvec3(v)))) {
-              u = out_.far_;
-            }
-            // Where matter was taken the tool is nowhere held that it was not before, whatever rounding says.
-            if (is_after_removal_)
-              u = std::min(u, before.brick ? static_cast<double>(before.brick->u[static_cast<std::size_t>(k)])
-                                           : (before.is_solid ? out_.far_ : -out_.far_));
-            brick->u[static_cast<std::size_t>(k)] = static_cast<float>(u);
-            is_near = is_near || std::abs(u) < out_.far_;
-            is_solid = is_solid || u > 0;
-          }
-          slot.is_solid = is_solid;
-          slot.brick = is_near || has_both(*brick) ? std::move(brick) : nullptr;
+          if (!before_ && !is_reached(fire, corner))
+            slot = {nullptr, is_matter.is_in(corner, corner + (k_edge - 1))};
+          else
+            fill(slot, corner, is_wanted, fire, points, is_matter, work);
         }
   }
-
-  /// Is there any matter in a box that holds no surface? Where that was missed the tool is held off.
-  bool has_matter(const VoxelKinds& kinds, const dvec3& low, const dvec3& high) const {
-    const ivec3 first = voxel_of(low), last = voxel_of(high);
-    for (int z = first.z; z <= last.z; ++z)
-      for (int y = first.y; y <= last.y; ++y)
-        for (int x = first.x; x <= last.x; ++x)
-          if (const VoxelKinds::Kind kind = kinds.at({x, y, z}); kind != VoxelKinds::free) {
-            if (kind == VoxelKinds::solid) return true;
-            // Of a mixed voxel what lies in the box.
-            const dvec3 v(x, y, z), from = glm::max(low, v - 0.5), to = glm::min(high, v + 0.5);
-            for (int corner = 0; corner < 8; ++corner)
-              if (surface_.is_solid(
-                      {corner & 1 ? to.x : from.x, corner & 2 ? to.y : from.y, corner & 4 ? to.z : from.z}))
-                return true;
-          }
+  static bool is_reached(const std::optional<Fire>& fire, const ivec3& corner) {
+    for (int k = 0; fire && k < k_edge * k_edge * k_edge; ++k)
+      if (fire->nearest(corner + in_brick(k)) != Fire::k_none) return true;
     return false;
   }
+  static ivec3 in_brick(int k) { return {k % k_edge, k / k_edge % k_edge, k / (k_edge * k_edge)}; }
 
+  /// The wanted samples of the brick at `corner`. It is kept where anything is near the offset surface.
+  template <class IsWanted>
+  void fill(Slot& slot, const ivec3& corner, const IsWanted& is_wanted, const std::optional<Fire>& fire,
+            const std::vector<SurfacePoint>& points, const Matter& is_matter, Work& work) const {
+    const float far = static_cast<float>(out_.far_);
+    auto brick = slot.brick ? std::make_shared<Brick>(*slot.brick) : std::make_shared<Brick>();
+    if (!slot.brick) brick->u.fill(slot.is_solid ? far : -far);
+    bool is_changed = false;
+    for (int k = 0; k < k_edge * k_edge * k_edge; ++k) {
+      const ivec3 v = corner + in_brick(k);
+      if (!is_wanted(v)) continue;
+      float& u = brick->u[static_cast<std::size_t>(k)];
+      const float now = static_cast<float>(sample(v, fire, points, is_matter, work));
+      // Where matter was taken the tool is nowhere held that it was not before, whatever rounding says.
+      if (before_ && now >= u) continue;
+      u = now;
+      is_changed = true;
+    }
+    if (!is_changed) return;
+    const auto [least, most] = std::minmax_element(brick->u.begin(), brick->u.end());
+    const bool is_near = *least > -far ? *least < far : *most > -far;
+    slot.is_solid = *most > 0;
+    slot.brick = is_near ? std::move(brick) : nullptr;
+  }
+  /// u at lattice point v.
+  double sample(const ivec3& v, const std::optional<Fire>& fire, const std::vector<SurfacePoint>& points,
+                const Matter& is_matter, Work& work) const {
+    const std::uint32_t nearest = fire ? fire->nearest(v) : Fire::k_none;
+    const bool is_within = is_matter(v);
+    if (nearest == Fire::k_none) return is_within ? out_.far_ : -out_.far_;
+    ++work.cells;
+    // In the solid itself the distance has the other sign.
+    const double sign = is_within ? -1 : 1, spread = fire->distance(v);
+    const bool is_refined = std::abs(sign * spread - out_.radius_) < k_refined * out_.step_;
+    const double distance = is_refined ? refined(v, *fire, points) : spread;
+    return std::clamp(out_.radius_ - sign * distance, -out_.far_, out_.far_);
+  }
+
+  /// The exact distance of lattice point v. Where the nearest point leads to no nearest place, as on rims,
+  /// those of the neighbours may.
+  double refined(const ivec3& v, const Fire& fire, const std::vector<SurfacePoint>& points) const {
+    const dvec3 at = out_.frame_.world_from_volume(dvec3(v));
+    const std::uint32_t nearest = fire.nearest(v);
+    bool is_found = false;
+    double distance = surface_.distance(at, points[nearest], is_found);
+    for (int k = 0; k < 6 && !is_found; ++k) {
+      ivec3 beside = v;
+      beside[k / 2] += k % 2 ? 1 : -1;
+      const std::uint32_t other = fire.nearest(beside);
+      if (other != Fire::k_none && other != nearest)
+        distance = std::min(distance, surface_.distance(at, points[other], is_found));
+    }
+    return distance;
+  }
+
+  /// Volume frame.
+  dvec3 voxel(const dvec3& lattice) const {
+    return field_.volume().frame.volume_from_world(out_.frame_.world_from_volume(lattice));
+  }
   /// How deep in the solid (mm) samples may lie that count.
   double inner_reach() const { return std::max(0.0, (k_band + 1) * out_.step_ - out_.radius_); }
   bool is_solid_voxel(const ivec3& v) const {
     return field_.volume().contains(v) && bits_.is_solid(v) && (version_ == nullptr || version_->is_kept(v));
-  }
-  static bool has_both(const Brick& brick) {
-    const auto [low, high] = std::minmax_element(brick.u.begin(), brick.u.end());
-    return *low < 0 && *high > 0;
   }
 
   OffsetField& out_;
   const Field& field_;
   const Occupancy& bits_;
   const Version* version_;
-  bool is_after_removal_;  ///< the field had bricks before, of a solid that held this one
+  const OffsetField* before_;
   SmoothSurface surface_;
+  double shortest_step_;  ///< of the lattice, mm
+  Box changed_{};         ///< where cuts may differ
 };
 
 Result<std::shared_ptr<const OffsetField>> OffsetField::build(const Field& field, const Occupancy& bits,
@@ -385,10 +595,8 @@ Result<std::shared_ptr<const OffsetField>> OffsetField::build(const Field& field
   result->pages_.resize(static_cast<std::size_t>(result->pages_size_.x) *
                         static_cast<std::size_t>(result->pages_size_.y) *
                         static_cast<std::size_t>(result->pages_size_.z));
-  result->own_pages(ivec3(0), result->slots_size_ - 1);
   Work done;
-  Builder(*result, field, bits, version, false)
-      .run(ivec3(0), result->slots_size_ * k_edge - 1, threads, done);
+  Builder(*result, field, bits, version, nullptr, {}).run(threads, done);
   done.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   if (work) *work = done;
   return std::shared_ptr<const OffsetField>(std::move(result));
@@ -400,20 +608,8 @@ std::shared_ptr<const OffsetField> OffsetField::updated(const Field& field, cons
   const auto begin = std::chrono::steady_clock::now();
   ++work_counters().offset_fields;
   std::shared_ptr<OffsetField> result(new OffsetField(*this));
-  const double reach = radius_ + (k_band + 1) * step_;
-  const Frame& base = field.volume().frame;
-  const ivec3 beyond = steps_within(reach) + 2;
-  const auto lattice = [&](const ivec3& v) {
-    return frame_.volume_from_world(base.world_from_volume(dvec3(v)));
-  };
-  // Whole bricks of all that may have changed.
-  ivec3 low = (ivec3(glm::floor(lattice(changed.low))) - beyond) / k_edge,
-        high = (ivec3(glm::ceil(lattice(changed.high))) + beyond) / k_edge;
-  low = glm::clamp(low, ivec3(0), slots_size_ - 1) * k_edge;
-  high = glm::clamp(high, ivec3(0), slots_size_ - 1) * k_edge + (k_edge - 1);
-  result->own_pages(low / k_edge, high / k_edge);
   Work done;
-  Builder(*result, field, bits, &version, true).run(low, high, threads, done);
+  Builder(*result, field, bits, &version, this, changed).run(threads, done);
   done.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   if (work) *work = done;
   return result;

@@ -59,11 +59,37 @@ void QuadraticPatch::load_distance(const Version& version, const glm::ivec3& s) 
       return;
     }
   }
+  const glm::ivec3 low = s - 1, high = s + 1;
+  if (!version.lattice().contains(low) || !version.lattice().contains(high)) {
+    for (int k = 0; k < 3; ++k)
+      for (int j = 0; j < 3; ++j) {
+        const int y = low.y + j, z = low.z + k;
+        rows_[k][j] = Lanes(version.distance_of({low.x, y, z}), version.distance_of({s.x, y, z}),
+                            version.distance_of({high.x, y, z}));
+      }
+    return;
+  }
+  // Across bricks: one or two along each axis.
+  const glm::ivec3 parts = high / k_brick - low / k_brick;
+  const Brick* bricks[8] = {};
+  for (int c = 0; c < 8; ++c)
+    if ((c & 1) <= parts.x && (c >> 1 & 1) <= parts.y && (c >> 2) <= parts.z)
+      bricks[c] = version.brick_at({c & 1 ? high.x : low.x, c & 2 ? high.y : low.y, c & 4 ? high.z : low.z});
+  const auto part = [](int at, int from) { return at / k_brick - from / k_brick; };
+  const int px[3] = {0, part(s.x, low.x), parts.x};
+  const double nothing = version.band_mm();
   for (int k = 0; k < 3; ++k)
     for (int j = 0; j < 3; ++j) {
-      const int y = s.y + j - 1, z = s.z + k - 1;
-      rows_[k][j] = Lanes(version.distance_of({s.x - 1, y, z}), version.distance_of({s.x, y, z}),
-                          version.distance_of({s.x + 1, y, z}));
+      const int y = low.y + j, z = low.z + k;
+      const int corner = 2 * part(y, low.y) + 4 * part(z, low.z);
+      const std::size_t row = Brick::index(0, y & (k_brick - 1), z & (k_brick - 1));
+      const auto at = [&](int i) {
+        const Brick* brick = bricks[corner + px[i]];
+        return brick ? static_cast<double>(
+                           brick->distance[row + static_cast<std::size_t>((low.x + i) & (k_brick - 1))])
+                     : nothing;
+      };
+      rows_[k][j] = Lanes(at(0), at(1), at(2));
     }
 }
 

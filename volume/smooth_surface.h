@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
+#include <optional>
 #include <vector>
 
 #include "volume/field.h"
@@ -33,6 +34,9 @@ class SmoothSurface {
         finest_(std::min({frame_.spacing().x, frame_.spacing().y, frame_.spacing().z})) {}
 
   bool has_cut() const { return version_ != nullptr; }
+  bool is_near_cut(const SurfacePoint& p) const {
+    return has_cut() && version_->is_near_cut(frame_.volume_from_world(glm::dvec3(p.at_world)));
+  }
   Jet jet(bool is_cut, const glm::dvec3& p_volume) const {
     if (is_cut) return cut_jet(*version_, p_volume);
     const glm::ivec3 v = voxel_of(p_volume);
@@ -104,24 +108,32 @@ class SmoothSurface {
     points.push_back({glm::vec3(frame_.world_from_volume(solid)), is_cut});
   }
 
-  /// Distance (mm) from x to the surface near `from`, never longer than to `from`.
-  double distance(const glm::dvec3& x_world, const SurfacePoint& from) const {
-    const glm::dvec3 start(from.at_world);
-    glm::dvec3 reached = start;
-    double best = distance_within(x_world, from, reached);
-    if (!has_cut() || !version_->is_near_cut(frame_.volume_from_world(start))) return best;
-    // The other field may bound the solid nearer to x, and so may the rim, which is no smooth surface.
-    best = distance_to_rim(x_world, start, distance_to_rim(x_world, reached, best, reached), reached);
-    return std::min(best, distance_within(x_world, {from.at_world, !from.is_cut}, reached = start));
+  /// Distance (mm) from x to the surface near `from`, never longer than to `from`. `is_found`: from there led
+  /// a way to a nearest place, on either field or on the rim between them.
+  double distance(const glm::dvec3& x_world, const SurfacePoint& from, bool& is_found) const {
+    const glm::dvec3 start(from.at_world), off = x_world - start;
+    const double longest = std::sqrt(glm::dot(off, off));
+    glm::dvec3 reached = start, other = start;
+    const std::optional<double> here = distance_within(x_world, from.is_cut, reached);
+    // The other field may bound the solid nearer to x.
+    const std::optional<double> there =
+        is_near_cut(from) ? distance_within(x_world, !from.is_cut, other) : std::nullopt;
+    double best = std::min({longest, here.value_or(longest), there.value_or(longest)});
+    // The rim lies on both: it is nearest only where one of them has no nearest place that bounds the solid.
+    if (is_near_cut(from) && !(here && there)) {
+      glm::dvec3 rim(0);
+      best = distance_to_rim(x_world, reached, distance_to_rim(x_world, start, best, rim), rim);
+    }
+    is_found = here || there || best < longest;
+    return best;
   }
 
  private:
-  /// The same on the one field whose surface `from` is on: Newton with its curvature. y: where it ended.
-  double distance_within(const glm::dvec3& x_world, const SurfacePoint& from, glm::dvec3& y) const {
-    const glm::dvec3 first = x_world - y;
-    const double best = std::sqrt(glm::dot(first, first));
+  /// Distance from x to the surface of one field near y, by Newton with its curvature. y: where it ended.
+  /// Nothing where that bounds no solid, or was not found.
+  std::optional<double> distance_within(const glm::dvec3& x_world, bool is_cut, glm::dvec3& y) const {
     for (int i = 0; i < k_max_newton; ++i) {
-      const Jet j = jet(from.is_cut, frame_.volume_from_world(y));
+      const Jet j = jet(is_cut, frame_.volume_from_world(y));
       const glm::dvec3 gradient = frame_.gradient_world_from_volume(j.gradient);
       const double steepness = std::sqrt(glm::dot(gradient, gradient));
       if (!(steepness > 0)) break;
@@ -141,25 +153,26 @@ class SmoothSurface {
       if (least < 0.5) a += 0.5 - least, c += 0.5 - least;
       const double ru = glm::dot(to_x, u), rw = glm::dot(to_x, w), share = 1 / (a * c - b * b);
       glm::dvec3 step = room * n + share * ((c * ru - b * rw) * u + (a * rw - b * ru) * w);
-      const double length = std::sqrt(glm::dot(step, step)), limit = longest_step(from.is_cut);
+      const double length = std::sqrt(glm::dot(step, step)), limit = longest_step(is_cut);
       if (!(length < 1e300)) break;  // nothing to follow here
       if (length > limit) step *= limit / length;
       y += step;
       if (length < 1e-3 * finest_) {
         // A cut's surface goes on in the air beyond its rim, where it bounds nothing; so does the scan's
         // within a cut.
-        if (has_cut() && jet(!from.is_cut, frame_.volume_from_world(y)).value < 0) return best;
+        if (has_cut() && jet(!is_cut, frame_.volume_from_world(y)).value < 0) return {};
         const glm::dvec3 rest = x_world - y;
-        return std::min(best, std::sqrt(glm::dot(rest, rest)));
+        return std::sqrt(glm::dot(rest, rest));
       }
     }
-    return best;
+    return {};
   }
 
   /// Distance (mm) from x to the curve near `from` where a cut meets the scan's surface: there both fields
   /// are 0; where that is goes to `found`. At most `most`, with `found` as it was.
   double distance_to_rim(const glm::dvec3& x_world, glm::dvec3 y, double most, glm::dvec3& found) const {
     const double close = 1e-3 * finest_;
+    double last_along = 0, last_step = 0;
     for (int i = 0; i < k_max_rim_steps; ++i) {
       const glm::dvec3 p = frame_.volume_from_world(y);
       const Jet scan = jet(false, p), cut = jet(true, p);
@@ -175,12 +188,23 @@ class SmoothSurface {
           most = distance, found = y;
       const double s = (-scan.value * bb + cut.value * ab) / det,
                    t = (-cut.value * aa + scan.value * ab) / det;
-      const glm::dvec3 along = glm::normalize(glm::cross(a, b));
-      glm::dvec3 step = s * a + t * b + glm::dot(x_world - y, along) * along;
+      const glm::dvec3 along = glm::normalize(glm::cross(a, b)), back = s * a + t * b;
+      // More than twice as far as `most`, as far as slopes tell.
+      if (i == 0) {
+        const glm::dvec3 there = y + back - x_world, aside = there - glm::dot(there, along) * along;
+        if (glm::dot(aside, aside) > 4 * most * most) return most;
+      }
+      // Where the curve bends around x what is left along it falls by less than each step: by the secant.
+      const double left = glm::dot(x_world - y, along);
+      double onward = left;
+      if (last_step != 0)
+        if (const double fall = (last_along - left) / last_step; fall > 0.1 && fall < 1) onward = left / fall;
+      glm::dvec3 step = back + onward * along;
       const double length = std::sqrt(glm::dot(step, step)), limit = longest_step(true);
       if (!(length < 1e300)) return most;
-      if (length > limit) step *= limit / length;
-      y += step;
+      const double share = length > limit ? limit / length : 1;
+      last_along = left, last_step = share * onward;
+      y += share * step;
       if (length < close) return most;
     }
     return most;

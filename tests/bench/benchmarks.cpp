@@ -2,8 +2,10 @@
 
 #include <glm/geometric.hpp>
 #include <memory>
+#include <utility>
 
 #include "haptics/implicit_proxy.h"
+#include "sim/edit_session.h"
 #include "tests/bench/peer_flying_edges.h"
 #include "tests/bench/peers.h"
 #include "tests/scenes/scenes.h"
@@ -149,6 +151,46 @@ StepTimes time_removal(const haptics::TouchScene& bone, bool has_scratches) {
   return minima.result();
 }
 
+/// Ticks of a burr as a live session plays them, with a clock of its own: what was cut while a field is made
+/// goes into the next.
+void time_hover(StepResult& result) {
+  data_tools::PhantomOptions o = grid(128, 1.5);
+  o.spacing_mm = dvec3(0.5);
+  haptics::TouchScene bone = scenes::phantom_scene("plane", o);
+  const haptics::TouchShape& shape = bone.shapes[0];
+  std::shared_ptr<const volume::OffsetField> field =
+      volume::OffsetField::build(shape.field, *shape.bits, nullptr, 2).value();
+  volume::RemovalEditor editor(std::make_shared<volume::Version>(bone.base), {shape.field});
+  std::vector<double> updates, hovers;
+  const auto at = [](double t_ms) {
+    // Down by 3 mm, then on in a wave, 10 mm/s.
+    const double way = 0.01 * t_ms;
+    return dvec3(-20 + std::max(0.0, way - 5), 3 * std::sin(0.3 * way), std::max(-3.0, 2 - way));
+  };
+  std::vector<double> waiting;  // when what no field knows was cut, ms
+  volume::VoxelBox box{glm::ivec3(0), glm::ivec3(-1)};
+  double busy_until = 0;
+  std::vector<double> in_work;
+  for (int tick = 0; tick < 4000; ++tick) {
+    const volume::RemovalReport report = editor.remove({at(tick), at(tick + 1), 2, true});
+    if (report.bricks_changed > 0) {
+      waiting.push_back(tick);
+      box = sim::united(box, report.box);
+    }
+    if (tick < busy_until || waiting.empty()) continue;
+    for (const double cut : in_work) hovers.push_back(busy_until - cut);
+    in_work = std::exchange(waiting, {});
+    const auto version = editor.publish();
+    const auto begin = Clock::now();
+    field = field->updated(shape.field, *shape.bits, *version,
+                           std::exchange(box, {glm::ivec3(0), glm::ivec3(-1)}));
+    updates.push_back(1e3 * seconds_since(begin));
+    busy_until = tick + updates.back();
+  }
+  result.field_update_ms = times_of(std::move(updates));
+  result.hover_ms = times_of(std::move(hovers));
+}
+
 }  // namespace
 
 StepResult run_step_benchmark(int size) {
@@ -179,6 +221,7 @@ StepResult run_step_benchmark(int size) {
   const haptics::TouchScene bone = scenes::phantom_scene("plane", o);
   result.removal_tick = time_removal(bone, false);
   result.removal_tick_over_scratches = time_removal(bone, true);
+  time_hover(result);
   if (peers().csg_ticks != nullptr) {
     const dvec3 way = 0.05 * glm::normalize(dvec3(1, 0.3, -0.2));
     MinimumOfRuns difference, with_capsule;

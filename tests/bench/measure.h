@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <utility>
 #include <vector>
 
 namespace trephine::bench {
@@ -19,6 +20,18 @@ struct StepTimes {
   std::size_t count = 0;
   double p50 = 0, p99 = 0, p999 = 0, max = 0;
 };
+
+inline StepTimes times_of(std::vector<double> values) {
+  std::sort(values.begin(), values.end());
+  StepTimes times;
+  times.count = values.size();
+  if (values.empty()) return times;
+  const auto at = [&](double p) {
+    return values[static_cast<std::size_t>(std::ceil(p / 100 * static_cast<double>(values.size()))) - 1];
+  };
+  times.p50 = at(50), times.p99 = at(99), times.p999 = at(99.9), times.max = values.back();
+  return times;
+}
 
 /// Collects the minimum of each step over identical runs.
 class MinimumOfRuns {
@@ -35,15 +48,7 @@ class MinimumOfRuns {
     std::vector<double> values;
     for (std::size_t i = k_dropped; i < least_.size(); ++i)
       if (least_[i] < 1e299) values.push_back(least_[i]);
-    std::sort(values.begin(), values.end());
-    StepTimes times;
-    times.count = values.size();
-    if (values.empty()) return times;
-    const auto at = [&](double p) {
-      return values[static_cast<std::size_t>(std::ceil(p / 100 * static_cast<double>(values.size()))) - 1];
-    };
-    times.p50 = at(50), times.p99 = at(99), times.p999 = at(99.9), times.max = values.back();
-    return times;
+    return times_of(std::move(values));
   }
 
  private:

@@ -190,6 +190,25 @@ TEST(OffsetField, IsTheNearestDistanceInALabyrinth) {
   EXPECT_LT(worst, 0.2);  // what the spacing of the points, 0.9 mm, hides from 1 mm away
 }
 
+/// Distance (mm) from p to the nearest place of a solid within reach, by samples of it.
+double nearest_solid(const checker::SmoothSolid& solid, const Volume& base, const dvec3& p, double reach) {
+  double nearest = 1e9;
+  dvec3 place = p;
+  const auto look = [&](const dvec3 middle, double wide, double step) {
+    for (double z = -wide; z <= wide; z += step)
+      for (double y = -wide; y <= wide; y += step)
+        for (double x = -wide; x <= wide; x += step) {
+          const dvec3 q = middle + dvec3(x, y, z);
+          if (const double d = glm::length(q - p);
+              d < nearest && solid.is_solid(base.frame.volume_from_world(q)))
+            nearest = d, place = q;
+        }
+  };
+  look(p, reach, 0.15);
+  for (const double step : {0.05, 0.01}) look(place, 6 * step, step);
+  return nearest;
+}
+
 TEST(OffsetField, AnUpdateAfterACutEqualsANewField) {
   const Made m = phantom("plane", 128, 0, {{"angle", 20}});
   const auto start = std::make_shared<const Version>(m.base);
@@ -201,18 +220,28 @@ TEST(OffsetField, AnUpdateAfterACutEqualsANewField) {
   const auto updated = before->updated(m.field, m.bits, *version, report.box, 1, &part);
   const auto rebuilt = OffsetField::build(m.field, m.bits, version.get(), 2, 0, &whole).value();
   EXPECT_LT(part.cells, whole.cells / 2);
-  long differ = 0;
+  const checker::SmoothSolid solid = checker::smooth_solid(m.base, Shape{}, version);
+  long differ = 0, doubted = 0;
   double too_solid = 0, too_free = 0;
   for (int z = 0; z < before->size().z; ++z)
     for (int y = 0; y < before->size().y; ++y)
       for (int x = 0; x < before->size().x; ++x) {
-        too_solid = std::max(too_solid, updated->at(x, y, z) - rebuilt->at(x, y, z));
+        // An update keeps what it had where there is still matter as near, to half a hundredth of a step; a
+        // new field may miss that on rims, and is exact within 2.2 steps alone.
+        const double more = updated->at(x, y, z) - rebuilt->at(x, y, z), allowed = 0.006 * updated->step_mm();
+        if (more > allowed && std::abs(updated->at(x, y, z)) < 2.2 * updated->step_mm()) {
+          const dvec3 at = updated->frame().world_from_volume(dvec3(x, y, z));
+          EXPECT_LT(nearest_solid(solid, *m.base, at, 4.5), 2 - updated->at(x, y, z) + 0.02);
+          ++doubted;
+        }
+        too_solid = std::max(too_solid, more);
         too_free = std::max(too_free, rebuilt->at(x, y, z) - updated->at(x, y, z));
         differ += updated->at(x, y, z) != before->at(x, y, z);
         // What was cut sets the tool free, nowhere else.
         ASSERT_LE(updated->at(x, y, z), before->at(x, y, z));
       }
-  EXPECT_LT(too_solid, 1e-3);
+  EXPECT_LT(doubted, 50);
+  EXPECT_LT(too_solid, 0.05);
   EXPECT_LT(too_free, 0.05);  // what either may hide on the hole's rim
   EXPECT_GT(differ, 100);
   // In the hole there is room for the tool.
@@ -220,6 +249,55 @@ TEST(OffsetField, AnUpdateAfterACutEqualsANewField) {
   const ivec3 v(glm::round(in_hole));
   EXPECT_GT(before->at(v.x, v.y, v.z), 0);
   EXPECT_LT(updated->at(v.x, v.y, v.z), 0);
+}
+
+/// Update after update while a burr moves on, in thick and sheared slices too, each nowhere larger than the
+/// one before: errors must not add up.
+TEST(OffsetField, AChainOfUpdatesStaysTheDistance) {
+  for (const Slices& s : {Slices{{0.5, 0.5, 0.5}, 0}, {{0.5, 0.5, 2.5}, 0}, {{0.5, 0.5, 1.5}, 25}})
+    for (const double radius : {0.5, 1.0, 2.0}) {
+      SCOPED_TRACE(testing::Message() << s.spacing.z << " mm, " << s.shear << " degrees, " << radius);
+      const Made m = wall(s, dvec3(0, 0, 1), 9, 3);
+      RemovalEditor editor(
+          std::make_shared<Version>(m.base, CutLattice::for_burr(*m.base, 2 * radius).value()), {m.field});
+      const auto untouched = OffsetField::build(m.field, m.bits, nullptr, radius).value();
+      auto field = untouched;
+      std::shared_ptr<const Version> version;
+      dvec3 last(-1, 0, 4.5 + radius);
+      std::size_t cells = 0;
+      for (int k = 1; k <= 25; ++k) {
+        // Down by 2 mm, then on.
+        const dvec3 to(-1 + std::max(0, k - 10) * 0.2, 0.3 * std::sin(0.5 * k),
+                       4.5 + radius - 0.2 * std::min(k, 10));
+        const RemovalReport report = editor.remove({last, to, radius, k > 1});
+        last = to;
+        version = editor.publish();
+        OffsetField::Work work;
+        field = field->updated(m.field, m.bits, *version, report.box, 1, &work);
+        cells = std::max(cells, work.cells);
+      }
+      const checker::SmoothSolid solid = checker::smooth_solid(m.base, Shape{}, version);
+      double too_solid = 0, too_free = 0;
+      int changed = 0, judged = 0;
+      for (int z = 0; z < field->size().z; ++z)
+        for (int y = 0; y < field->size().y; ++y)
+          for (int x = 0; x < field->size().x; ++x) {
+            const double u = field->at(x, y, z);
+            if (std::abs(u) > 1.5 * field->step_mm() || u == untouched->at(x, y, z)) continue;
+            ASSERT_LT(u, untouched->at(x, y, z));
+            if (++changed % (radius < 1 ? 2 : 5) != 0) continue;
+            const double nearest =
+                nearest_solid(solid, *m.base, field->frame().world_from_volume(dvec3(x, y, z)), radius + 1);
+            if (nearest < 0.02) continue;  // in matter, where no sample tells how deep
+            ++judged;
+            too_solid = std::max(too_solid, u - (radius - nearest));
+            too_free = std::max(too_free, radius - nearest - u);
+          }
+      EXPECT_GT(judged, 12);
+      EXPECT_LT(too_solid, 0.1 + 0.02 * radius);
+      EXPECT_LT(too_free, 0.1 + 0.02 * radius);
+      EXPECT_LT(cells, 3000u);
+    }
 }
 
 /// The rims of crossing cuts, where no surface is smooth: by samples of the judge's own solid.
@@ -244,21 +322,7 @@ TEST(OffsetField, IsTheDistanceToRimsOfCuts) {
       // Some of those above the rims.
       const double above = data_tools::phantom_distance("plane", {{"angle", 20}}, at);
       if (above < 0.5 || above > 2 || glm::length(at - dvec3(4, 1, at.z)) > 9 || count++ % 10 != 0) return;
-      const dvec3 p = m.base->frame.volume_from_world(at);
-      double nearest = 1e9;
-      dvec3 place(0);
-      const auto look = [&](const dvec3& middle, double reach, double step) {
-        for (double z = -reach; z <= reach; z += step)
-          for (double y = -reach; y <= reach; y += step)
-            for (double x = -reach; x <= reach; x += step) {
-              const dvec3 q = middle + dvec3(x, y, z);
-              if (const double d = glm::length(m.base->frame.vector_world_from_volume(q - p));
-                  d < nearest && solid.is_solid(q))
-                nearest = d, place = q;
-            }
-      };
-      look(p, 2.75, 0.25);
-      look(dvec3(place), 0.3, 0.05);
+      const double nearest = nearest_solid(solid, *m.base, at, 3.5);
       worst = std::max(worst, std::abs(2 - nearest - u));
     });
     EXPECT_GT(count, 100) << slice;
