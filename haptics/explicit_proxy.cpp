@@ -165,7 +165,17 @@ bool is_behind_triangles(const TouchScene& scene, const volume::Version& version
   return is_behind(grid, grid.frame().volume_from_world(version.base().frame.world_from_volume(place)));
 }
 
-volume::Status ExplicitProxy::prepare(const TouchScene& scene) { return check_touchable(scene, true); }
+volume::Status ExplicitProxy::prepare(const TouchScene& scene) {
+  // Triangles span voxels, so a point feels a hole as wide as they show it.
+  const glm::dvec3& spacing = scene.base->frame.spacing();
+  const double longest = std::max({spacing.x, spacing.y, spacing.z});
+  if (scene.tool_radius <= 0 && scene.smallest_burr > 0 && scene.smallest_burr < longest)
+    return volume::Error{"this method's triangles are too coarse for the smallest burr", "--smallest-burr",
+                         std::to_string(scene.smallest_burr) + " mm",
+                         "no less than the longest side of a voxel, " + std::to_string(longest) + " mm",
+                         "use --method subvoxel, which feels every cut as it is"};
+  return check_touchable(scene, true);
+}
 
 ProxyStep ExplicitProxy::step(const TouchScene& scene, const volume::Version& version, ProxyState& state,
                               const ProxyInput& input) const noexcept {

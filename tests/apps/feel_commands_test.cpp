@@ -153,8 +153,12 @@ TEST_F(Command, BenchStabilityAttacksAScanAndDrawsItsMaps) {
   }
   EXPECT_GT(steps, 25000);
   EXPECT_EQ(on_scan, 8);
-  for (const Json& row : stability["stiffness"])
-    EXPECT_NEAR(row["simulated"].get<double>() / row["theory"].get<double>(), 1, 0.05);
+  for (const Json& row : stability["stiffness"]) {
+    if (row["encoder_mm"] > 0)
+      EXPECT_GT(row["simulated"], 0.98 * row["theory"].get<double>()) << row;
+    else
+      EXPECT_NEAR(row["simulated"].get<double>() / row["theory"].get<double>(), 1, 0.05) << row;
+  }
   for (const char* name :
        {"attacks.csv", "stiffness.csv", "stability.json", "stable-stiffness.png", "passive-stiffness.png"})
     EXPECT_GT(fs::file_size(folder_ / "out" / name), 500u) << name;

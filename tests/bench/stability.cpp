@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <complex>
 #include <glm/geometric.hpp>
 #include <memory>
 
@@ -307,18 +308,26 @@ std::vector<Surface> surfaces() {
   return all;
 }
 
+/// Smoothing's weight of a tick at this rate, of one that is `alpha` at 1 kHz.
+double weight_at(double rate, double alpha) { return alpha < 1 ? 1 - std::pow(1 - alpha, 1000 / rate) : 1; }
+
+/// What lies between a hand and a surface, beside the device's damping.
+struct Loop {
+  double rate, alpha = 1;  ///< Hz; smoothing's weight of a tick at 1 kHz
+  int delay_ticks = 0;
+  double coulomb = 0, encoder = 0;  ///< N, mm
+};
+
 /// Does a small motion in contact die out? The device starts pressed half a mm deep at the balance of a
 /// constant push, with a kick.
-bool is_stable(Surface& surface, double stiffness, double damping, double rate, double alpha,
-               int delay_ticks) {
-  haptics::Material& material = surface.scene.shapes[0].material;
-  material = {stiffness, damping, 0, 0};
+bool is_stable(Surface& surface, double stiffness, const Loop& loop) {
+  surface.scene.shapes[0].material = {stiffness, 0, 0, 0};
   haptics::SubvoxelProxy method;
   if (method.prepare(surface.scene)) return false;
   const volume::Version version(surface.scene.base);
   haptics::ForceOptions options;
-  options.smoothing_alpha = alpha;
-  const double dt = 1 / rate;
+  options.smoothing_alpha = loop.alpha;
+  const double dt = 1 / loop.rate;
   haptics::ForceModel model(options, dt);
   haptics::ProxyState state;
   Device device;
@@ -328,14 +337,14 @@ bool is_stable(Surface& surface, double stiffness, double damping, double rate, 
   method.step(surface.scene, version, state, {device.x});
   device.x = surface.start - depth * surface.normal;
   // Settle the filter at the balance, then kick by 5 mm/s.
-  std::vector<dvec3> pipe(static_cast<std::size_t>(delay_ticks) + 1, -push);
+  std::vector<dvec3> pipe(static_cast<std::size_t>(loop.delay_ticks) + 1, -push);
   for (int i = 0; i < 300; ++i) {
     const haptics::ProxyStep step = method.step(surface.scene, version, state, {device.x});
     model.step(step, device.x, surface.scene);
   }
   device.v = -5.0 * surface.normal;
   const double duration = 2.0;
-  const auto ticks = static_cast<long>(duration * rate);
+  const auto ticks = static_cast<long>(duration * loop.rate);
   double early = 0, late = 0;
   for (long i = 0; i < ticks; ++i) {
     const haptics::ProxyStep step = method.step(surface.scene, version, state, {device.x});
@@ -364,36 +373,65 @@ double bisect(double guess, const std::function<bool(double)>& passes) {
 }
 
 /// Work that a surface does on a hand which moves it sinusoidally in contact, over whole cycles, less what
-/// the device's own damping takes: no more than nothing for a passive one, at any frequency. 2 to 400 ticks a
-/// cycle.
-bool is_passive(Surface& surface, double stiffness, double damping, double rate) {
-  surface.scene.shapes[0].material = {stiffness, damping, 0, 0};
+/// the device's own damping and friction take: no more than nothing for a passive one, at any frequency. 2 to
+/// 1000 ticks a cycle; with an encoder also a hair to either side of one of its edges.
+bool is_passive(Surface& surface, double stiffness, const Loop& loop) {
+  surface.scene.shapes[0].material = {stiffness, 0, 0, 0};
   haptics::SubvoxelProxy method;
   if (method.prepare(surface.scene)) return false;
   const volume::Version version(surface.scene.base);
   haptics::ForceOptions options;
-  options.smoothing_alpha = 1;
-  const double dt = 1 / rate, b = Device{}.damping;
-  for (const int ticks : {2, 3, 4, 6, 10, 30, 100, 400}) {
+  options.smoothing_alpha = loop.alpha;
+  constexpr double k_pi = 3.14159265358979;
+  const double dt = 1 / loop.rate, b = Device{}.damping;
+  struct Motion {
+    int ticks;
+    double amplitude, depth, phase;
+  };
+  std::vector<Motion> motions;
+  for (const int ticks : {2, 3, 4, 6, 10, 30, 100, 400}) motions.push_back({ticks, 0.1, 0.5, 0.3});
+  if (loop.alpha < 1) motions.push_back({1000, 0.1, 0.5, 0.3});
+  if (loop.encoder > 0) motions.push_back({2, 1e-4 * loop.encoder, 25.5 * loop.encoder, 0.5 * k_pi});
+  for (const Motion& m : motions) {
     haptics::ForceModel model(options, dt);
     haptics::ProxyState state;
     method.step(surface.scene, version, state, {surface.start + 0.5 * surface.normal});
-    const double omega = 2 * 3.14159265358979 / (ticks * dt), amplitude = 0.1, depth = 0.5;
-    const auto place = [&](long i) {
-      const double phase = 0.3 + 2 * 3.14159265358979 * static_cast<double>(i) / ticks;
-      return surface.start - (depth + amplitude * std::sin(phase)) * surface.normal;
+    const double omega = 2 * k_pi / (m.ticks * dt);
+    const auto depth_at = [&](long i) {
+      return m.depth + m.amplitude * std::sin(m.phase + 2 * k_pi * static_cast<double>(i) / m.ticks);
     };
+    std::vector<dvec3> pipe(static_cast<std::size_t>(loop.delay_ticks) + 1, dvec3(0));
     double given = 0;
-    constexpr int k_cycles = 8;
-    for (long i = 0; i < static_cast<long>(k_cycles + 2) * ticks; ++i) {
-      const haptics::ProxyStep step = method.step(surface.scene, version, state, {place(i)});
-      const dvec3 force = model.step(step, place(i), surface.scene);
-      if (i >= 2L * ticks) given += glm::dot(force, place(i + 1) - place(i));
+    constexpr int k_cycles = 8, k_settling = 2;
+    for (long i = 0; i < static_cast<long>(k_cycles + k_settling) * m.ticks; ++i) {
+      const double depth = depth_at(i),
+                   seen = loop.encoder > 0 ? std::floor(depth / loop.encoder + 0.5) * loop.encoder : depth;
+      const dvec3 place = surface.start - seen * surface.normal;
+      const haptics::ProxyStep step = method.step(surface.scene, version, state, {place});
+      std::rotate(pipe.begin(), std::next(pipe.begin()), pipe.end());
+      pipe.back() = model.step(step, place, surface.scene);
+      if (i >= static_cast<long>(k_settling) * m.ticks)
+        given -= glm::dot(pipe.front(), surface.normal) * (depth_at(i + 1) - depth);
     }
-    const double lost = 0.5 * b * amplitude * amplitude * omega * omega * dt * ticks * k_cycles;
-    if (given > lost) return false;
+    const double a = m.amplitude, time = dt * m.ticks * k_cycles;
+    if (given > 0.5 * b * a * a * omega * omega * time + 4 * loop.coulomb * a * k_cycles) return false;
   }
   return true;
+}
+
+/// The stiffness up to which a sampled, delayed and smoothed spring on a device of damping b is passive
+/// (Colgate and Schenkel's condition, at the worst of all frequencies).
+double passive_stiffness_of(double b, const Loop& loop) {
+  const double alpha = weight_at(loop.rate, loop.alpha);
+  double least = 1e300;
+  for (int i = 1; i <= 20000; ++i) {
+    const double angle = 3.14159265358979 * i / 20000;
+    const std::complex<double> back = std::polar(1.0, -angle);
+    const double active =
+        std::real((1.0 - back) * std::pow(back, loop.delay_ticks) * alpha / (1.0 - (1 - alpha) * back));
+    if (active > 0) least = std::min(least, b * (1 - std::cos(angle)) * 2 * loop.rate / active);
+  }
+  return least;
 }
 
 /// The stiffness at which a device of mass m and damping b on a sampled, delayed and smoothed spring begins
@@ -468,34 +506,44 @@ std::vector<StiffnessRow> run_stiffness_maps(const std::function<bool(double)>& 
   std::vector<Surface> all = surfaces();
   const double b = Device{}.damping;
   const double rates[] = {250, 500, 1000, 2500, 5000, 10000};
-  const double total = static_cast<double>(all.size()) * 6 * 4;
+  const double total = static_cast<double>(all.size()) * 6 * 7;
   double done = 0;
   for (Surface& surface : all)
     for (const double rate : rates) {
       const double period = 1 / rate;
-      const struct {
-        double alpha;
-        int delay;
-        double damping;
-      } cases[] = {{1, 0, 0}, {0.3, 0, 0}, {1, 2, 0}};
-      for (const auto& c : cases) {
+      for (const Loop& loop : {Loop{rate}, Loop{rate, 0.3}, Loop{rate, 1, 2}}) {
         if (progress && !progress(done++ / total)) return rows;
         // The smoothing's weight is one at 1 kHz; at this rate it is what keeps the time constant.
-        const double alpha = c.alpha < 1 ? 1 - std::pow(1 - c.alpha, 1000 * period) : 1;
-        StiffnessRow row{
-            surface.name, "stable without a hand", rate, c.alpha, c.delay * period, c.damping, 0, 0, 0};
-        const double dead_time = (0.5 + c.delay) * period;
-        row.rule = (b + c.damping) / (dead_time + period * (1 - alpha) / alpha);
+        const double alpha = weight_at(rate, loop.alpha);
+        StiffnessRow row{surface.name,
+                         "stable without a hand",
+                         rate,
+                         loop.alpha,
+                         loop.delay_ticks * period,
+                         0,
+                         0,
+                         0,
+                         0,
+                         0};
+        const double dead_time = (0.5 + loop.delay_ticks) * period;
+        row.rule = b / (dead_time + period * (1 - alpha) / alpha);
         row.theory = ringing_stiffness(Device{}.mass, b, dead_time, period, alpha);
-        row.simulated = bisect(
-            row.theory, [&](double k) { return is_stable(surface, k, c.damping, rate, c.alpha, c.delay); });
+        row.simulated = bisect(row.theory, [&](double k) { return is_stable(surface, k, loop); });
         rows.push_back(row);
       }
-      if (progress && !progress(done++ / total)) return rows;
-      StiffnessRow row{surface.name, "passive for any hand", rate, 1, 0, 0, 0, 0, 0};
-      row.theory = row.rule = 2 * b / period;
-      row.simulated = bisect(row.theory, [&](double k) { return is_passive(surface, k, 0, rate); });
-      rows.push_back(row);
+      for (const Loop& loop : {Loop{rate}, Loop{rate, 0.3}, Loop{rate, 1, 2}, Loop{rate, 1, 0, 0.02, 0.02}}) {
+        if (progress && !progress(done++ / total)) return rows;
+        const double alpha = weight_at(rate, loop.alpha);
+        StiffnessRow row{surface.name, "passive for any hand", rate, loop.alpha, loop.delay_ticks * period,
+                         loop.coulomb, loop.encoder,           0,    0,          0};
+        row.rule = b / (period * (0.5 + loop.delay_ticks + (1 - alpha) / alpha));
+        row.theory = passive_stiffness_of(b, loop);
+        if (loop.encoder > 0)
+          for (double* bound : {&row.rule, &row.theory})
+            *bound = std::min(*bound, 2 * loop.coulomb / loop.encoder);
+        row.simulated = bisect(row.theory, [&](double k) { return is_passive(surface, k, loop); });
+        rows.push_back(row);
+      }
     }
   return rows;
 }

@@ -29,16 +29,18 @@ std::vector<AttackRow> run_attack(const AttackOptions& options);
 /// The largest stiffness (N/mm) that a simulated device bears at one rate, found by bisection, beside the
 /// bound of theory.
 struct StiffnessRow {
-  std::string surface;  ///< "wall", "sphere", "3 mm burr"
-  std::string what;     ///< "stable without a hand" or "passive for any hand"
-  double rate_hz = 0, alpha = 1, delay_s = 0, damping = 0;  ///< of the servo; damping of the surface, N s/mm
+  std::string surface;                         ///< "wall", "sphere", "3 mm burr"
+  std::string what;                            ///< "stable without a hand" or "passive for any hand"
+  double rate_hz = 0, alpha = 1, delay_s = 0;  ///< of the servo
+  double coulomb_n = 0, encoder_mm = 0;        ///< of the device
   double simulated = 0;
   double theory = 0;  ///< exact for a sampled spring: the frequency at which phase and gain both say so
   double rule = 0;    ///< the rule of thumb
 };
-/// Rules: stable without a hand to K = (b + B) / (T / 2 + delay), smoothing's T (1 - alpha) / alpha included;
-/// passive for any hand to K = 2 (b - B) / T (Colgate and Schenkel 1997), which is exact. The device: 0.05
-/// kg, 0.002 N s/mm.
+/// Rules: stable without a hand to K = b / (T / 2 + delay), smoothing's T (1 - alpha) / alpha included;
+/// passive for any hand to K = 2 b / (T + 2 delay) (Colgate and Schenkel 1997), smoothing's delay included
+/// too; with an encoder of step d and Coulomb friction f no more than 2 f / d (Abbott and Okamura 2005). The
+/// device: 0.05 kg, b = 0.002 N s/mm.
 std::vector<StiffnessRow> run_stiffness_maps(const std::function<bool(double)>& progress);
 
 /// Energy (N mm) that a surface makes from nowhere, inside and outside the bound of passivity, under a hand
