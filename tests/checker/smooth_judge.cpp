@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <glm/matrix.hpp>
@@ -98,15 +99,37 @@ ivec3 nearest_sample(const dvec3& q) {
 }
 }  // namespace
 
+std::uint64_t SmoothSolid::next_number() {
+  static std::atomic<std::uint64_t> last{0};
+  return ++last;
+}
+
 double SmoothSolid::value(std::size_t f, const dvec3& p) const {
   const dvec3 q = p * dvec3(fields_[f].per_voxel);
   const ivec3 v = nearest_sample(q);
+  // Most questions are about places near the last ones: the samples of some cubes are kept.
+  struct Cube {
+    std::uint64_t number = 0;
+    std::size_t field = 0;
+    ivec3 middle{0};
+    std::array<double, 27> samples;
+  };
+  thread_local std::array<Cube, 256> kept;
+  Cube& cube = kept[(static_cast<unsigned>(v.x) + 7 * static_cast<unsigned>(v.y) +
+                     43 * static_cast<unsigned>(v.z) + 131 * f) %
+                    kept.size()];
+  if (cube.number != number_ || cube.field != f || cube.middle != v) {
+    cube.number = number_, cube.field = f, cube.middle = v;
+    for (int n = 0; n < 27; ++n)
+      cube.samples[static_cast<std::size_t>(n)] =
+          fields_[f].samples(v.x + n % 3 - 1, v.y + n / 3 % 3 - 1, v.z + n / 9 - 1);
+  }
+  const auto weights = [](double at, int middle) {
+    return std::array<double, 3>{basis(at - (middle - 1)), basis(at - middle), basis(at - (middle + 1))};
+  };
+  const auto x = weights(q.x, v.x), y = weights(q.y, v.y), z = weights(q.z, v.z);
   double sum = 0;
-  for (int k = -1; k <= 1; ++k)
-    for (int j = -1; j <= 1; ++j)
-      for (int i = -1; i <= 1; ++i)
-        sum += basis(q.x - (v.x + i)) * basis(q.y - (v.y + j)) * basis(q.z - (v.z + k)) *
-               fields_[f].samples(v.x + i, v.y + j, v.z + k);
+  for (std::size_t n = 0; n < 27; ++n) sum += x[n % 3] * y[n / 3 % 3] * z[n / 9] * cube.samples[n];
   return sum;
 }
 

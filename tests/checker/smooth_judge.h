@@ -3,6 +3,7 @@
 // volume or haptics.
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <glm/mat3x3.hpp>
 #include <glm/vec3.hpp>
@@ -40,8 +41,10 @@ class SmoothSolid {
   bool is_free(const glm::dvec3& a, const glm::dvec3& b) const;
 
  private:
+  static std::uint64_t next_number();
   bool is_free_piece(const glm::dvec3& a, const glm::dvec3& b) const;
   std::vector<SampledField> fields_;
+  std::uint64_t number_ = next_number();  ///< copies hold the same samples, and share it
 };
 
 /// Ideal proxy: descent of |p - HIP| (mm, `axes_mm`: columns of the volume's frame) in the free space of
