@@ -58,7 +58,10 @@ void finish(const volume::Frame& frame, const dvec3& hip_world, const dvec3& pro
 
 }  // namespace
 
-volume::Status RaystepProxy::prepare(const TouchScene& scene) { return check_touchable(scene); }
+volume::Status RaystepProxy::prepare(const TouchScene& scene) {
+  if (volume::Status error = check_burr_opens_voxels(scene)) return error;
+  return check_touchable(scene);
+}
 
 ProxyStep RaystepProxy::step(const TouchScene& scene, const volume::Version& version, ProxyState& state,
                              const ProxyInput& input) const noexcept {

@@ -166,14 +166,10 @@ bool is_behind_triangles(const TouchScene& scene, const volume::Version& version
 }
 
 volume::Status ExplicitProxy::prepare(const TouchScene& scene) {
-  // Triangles span voxels, so a point feels a hole as wide as they show it.
+  // Triangles span voxels: a hole narrower than a voxel is long does not show in them.
   const glm::dvec3& spacing = scene.base->frame.spacing();
-  const double longest = std::max({spacing.x, spacing.y, spacing.z});
-  if (scene.tool_radius <= 0 && scene.smallest_burr > 0 && scene.smallest_burr < longest)
-    return volume::Error{"this method's triangles are too coarse for the smallest burr", "--smallest-burr",
-                         std::to_string(scene.smallest_burr) + " mm",
-                         "no less than the longest side of a voxel, " + std::to_string(longest) + " mm",
-                         "use --method subvoxel, which feels every cut as it is"};
+  if (volume::Status error = check_smallest_burr(scene, std::max({spacing.x, spacing.y, spacing.z})))
+    return error;
   return check_touchable(scene, true);
 }
 

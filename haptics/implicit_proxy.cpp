@@ -122,7 +122,10 @@ void step_on_cubes(const TouchScene& scene, const Grid& grid, int iterations, co
 ImplicitProxy::ImplicitProxy(int iterations) noexcept
     : iterations_(std::clamp(iterations, 1, k_max_iterations)) {}
 
-volume::Status ImplicitProxy::prepare(const TouchScene& scene) { return check_touchable(scene, true); }
+volume::Status ImplicitProxy::prepare(const TouchScene& scene) {
+  if (volume::Status error = check_burr_opens_voxels(scene)) return error;
+  return check_touchable(scene, true);
+}
 
 ProxyStep ImplicitProxy::step(const TouchScene& scene, const volume::Version& version, ProxyState& state,
                               const ProxyInput& input) const noexcept {

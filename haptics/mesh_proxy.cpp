@@ -11,6 +11,9 @@ using glm::dvec3;
 
 volume::Status MeshProxy::prepare(const TouchScene& scene) {
   if (volume::Status error = check_touchable(scene, true, true)) return error;
+  if (scene.smallest_burr > 0)
+    return volume::Error{"this method does not feel cuts", "--method",
+                         "mesh, which touches what was there at first", "", "use --method subvoxel"};
   trees_.clear();
   gap_ = 1e-5;
   for (const TouchMesh& mesh : scene.meshes) {

@@ -188,7 +188,10 @@ void step_on_cubes(const TouchScene& scene, const Grid& grid, const ProxyInput& 
 
 }  // namespace
 
-volume::Status PathProxy::prepare(const TouchScene& scene) { return check_touchable(scene, true); }
+volume::Status PathProxy::prepare(const TouchScene& scene) {
+  if (volume::Status error = check_burr_opens_voxels(scene)) return error;
+  return check_touchable(scene, true);
+}
 
 ProxyStep PathProxy::step(const TouchScene& scene, const volume::Version& version, ProxyState& state,
                           const ProxyInput& input) const noexcept {

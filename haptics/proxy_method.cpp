@@ -1,5 +1,8 @@
 #include "haptics/proxy_method.h"
 
+#include <algorithm>
+#include <glm/geometric.hpp>
+
 namespace trephine::haptics {
 
 volume::Status check_offsets(const TouchScene& scene) {
@@ -9,6 +12,24 @@ volume::Status check_offsets(const TouchScene& scene) {
         return volume::Error{"a shape has no offset field for the tool's radius", shape.field.shape().name,
                              "", "", "set_tool_radius() makes it"};
   return std::nullopt;
+}
+
+volume::Status check_smallest_burr(const TouchScene& scene, double least) {
+  // A round tool feels offset fields, which know cuts as they are.
+  if (scene.tool_radius > 0 || scene.smallest_burr <= 0 || scene.smallest_burr >= least) return std::nullopt;
+  return volume::Error{"this method is too coarse for the smallest burr", "--smallest-burr",
+                       std::to_string(scene.smallest_burr) + " mm",
+                       "no less than " + std::to_string(least) + " mm on these voxels",
+                       "use --method subvoxel, which feels every cut as it is"};
+}
+
+volume::Status check_burr_opens_voxels(const TouchScene& scene) {
+  const glm::dmat3& axes = scene.base->frame.axes();
+  double diagonal = 0;
+  for (const double y : {-1.0, 1.0})
+    for (const double z : {-1.0, 1.0})
+      diagonal = std::max(diagonal, glm::length(axes[0] + y * axes[1] + z * axes[2]));
+  return check_smallest_burr(scene, diagonal);
 }
 
 volume::Status check_touchable(const TouchScene& scene, bool has_radius, bool has_meshes) {

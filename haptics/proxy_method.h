@@ -98,6 +98,11 @@ struct ProxyStep {
 /// Few enough shapes of one volume, each with its bits: what most methods ask of a scene. Error also for a
 /// tool with a radius, or meshes, where the method has none.
 volume::Status check_touchable(const TouchScene& scene, bool has_radius = false, bool has_meshes = false);
+/// For methods that a point feels cuts by only if they are no narrower than `least` mm: error when the scene
+/// is ready for smaller burrs.
+volume::Status check_smallest_burr(const TouchScene& scene, double least_mm);
+/// The same for methods on whole voxels: a hole as wide as a voxel's diagonal holds a centre everywhere.
+volume::Status check_burr_opens_voxels(const TouchScene& scene);
 /// Has a scene whose tool has a radius the offset fields for it?
 volume::Status check_offsets(const TouchScene& scene);
 

@@ -127,6 +127,7 @@ ProxyStep SceneProxy::step(const TouchScene& scene, const volume::Version& versi
 
 volume::Status SequentialProxy::prepare(const TouchScene& scene) {
   if (volume::Status error = check_offsets(scene)) return error;
+  if (volume::Status error = check_burr_opens_voxels(scene)) return error;
   auto layout = SceneLayout::of(scene);
   if (!layout) return layout.error();
   layout_ = std::move(layout).value();

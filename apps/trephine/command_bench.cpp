@@ -523,22 +523,27 @@ volume::Status bench_stability(const BenchArguments& arguments, Outcome& outcome
   if (is_stopped) return interrupted("the soak");
 
   long falls = 0, steps = 0;
-  outcome.text += format_text("%-16s %-36s %10s %10s %6s %6s\n", "method", "scene", "steps", "contacts",
-                              "fell", "buried");
-  std::string csv = "method,scene,steps,contacts,fall_throughs,buried,not_finite,fastest_mm_s\n";
+  outcome.text += format_text("%-16s %-46s %10s %10s %6s %6s %6s\n", "method", "scene", "steps", "contacts",
+                              "fell", "sunk", "buried");
+  std::string csv =
+      "method,scene,steps,contacts,fall_throughs,judged_by_shape,sunk,buried,not_finite,fastest_mm_s\n";
   for (const bench::AttackRow& row : attacks) {
-    falls += row.fall_throughs + row.not_finite, steps += row.steps;
-    outcome.text += format_text("%-16s %-36s %10ld %10ld %6ld %6ld\n", row.method.c_str(), row.scene.c_str(),
-                                row.steps, row.contacts, row.fall_throughs, row.buried);
+    falls += row.fall_throughs + row.sunk + row.not_finite, steps += row.steps;
+    outcome.text +=
+        format_text("%-16s %-46s %10ld %10ld %6ld %6ld %6ld\n", row.method.c_str(), row.scene.c_str(),
+                    row.steps, row.contacts, row.fall_throughs, row.sunk, row.buried);
     std::string scene = row.scene;
     std::replace(scene.begin(), scene.end(), ',', ';');
-    csv += format_text("%s,%s,%ld,%ld,%ld,%ld,%ld,%.0f\n", row.method.c_str(), scene.c_str(), row.steps,
-                       row.contacts, row.fall_throughs, row.buried, row.not_finite, row.fastest_mm_s);
+    csv += format_text("%s,%s,%ld,%ld,%ld,%ld,%ld,%ld,%ld,%.0f\n", row.method.c_str(), scene.c_str(),
+                       row.steps, row.contacts, row.fall_throughs, row.judged_by_shape, row.sunk, row.buried,
+                       row.not_finite, row.fastest_mm_s);
     outcome.json["attacks"].push_back({{"method", row.method},
                                        {"scene", row.scene},
                                        {"steps", row.steps},
                                        {"contacts", row.contacts},
                                        {"fall_throughs", row.fall_throughs},
+                                       {"judged_by_shape", row.judged_by_shape},
+                                       {"sunk", row.sunk},
                                        {"buried", row.buried},
                                        {"not_finite", row.not_finite},
                                        {"fastest_mm_s", row.fastest_mm_s}});
@@ -589,14 +594,15 @@ volume::Status bench_stability(const BenchArguments& arguments, Outcome& outcome
       100 * worst, least);
   for (const bench::EnergyRow& row : energies) {
     outcome.text += format_text(
-        "energy on %s at %.1f times the bound, %d ticks late: %.3f N mm (made at most %.3f), with the "
-        "controller %.3f "
-        "(a step: %.3f)\n",
-        row.surface.c_str(), row.stiffness_over_bound, row.delay_ticks, row.balance_without, row.most_made,
-        row.balance_with, row.one_step);
+        "energy on %s at %.1f times the bound, %d ticks late: made at most %.3f N mm, with the controller "
+        "%.3f "
+        "(a step: %.3f); in all %.3f and %.3f\n",
+        row.surface.c_str(), row.stiffness_over_bound, row.delay_ticks, row.most_made, row.most_made_with,
+        row.one_step_without, row.balance_without, row.balance_with);
     outcome.json["energy"].push_back({{"surface", row.surface},
                                       {"contact_share", row.contact_share},
                                       {"most_made", row.most_made},
+                                      {"most_made_with", row.most_made_with},
                                       {"stiffness_over_bound", row.stiffness_over_bound},
                                       {"delay_ticks", row.delay_ticks},
                                       {"balance_without", row.balance_without},

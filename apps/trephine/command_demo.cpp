@@ -161,7 +161,7 @@ Result<Outcome> run_demo(const DemoArguments& arguments) {
   drilling::BurrOptions burr_options;
   burr_options.radius = k_burr_radius;
   burr_options.removal_rate = k_removal_rate;
-  if (volume::Status error = make_ready_for(burr_options, 2 * k_burr_radius, scene)) return *error;
+  if (volume::Status error = make_ready_for(burr_options, {}, 2 * k_burr_radius, scene)) return *error;
   haptics::SubvoxelProxy method;
   if (volume::Status error = method.prepare(scene)) return *error;
   const double ready_seconds = seconds_since(begin);

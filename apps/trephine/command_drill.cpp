@@ -50,7 +50,7 @@ Result<Outcome> run_drill(const DrillArguments& arguments) {
   burr_options.is_round = arguments.is_round;
   burr_options.removal_rate = arguments.removal_rate;
   if (volume::Status error =
-          make_ready_for(burr_options, arguments.smallest_burr.value_or(arguments.burr_diameter), scene))
+          make_ready_for(burr_options, arguments.smallest_burr, arguments.burr_diameter, scene))
     return *error;
   drilling::Burr burr(burr_options);
   if (volume::Status error = made.value()->prepare(scene)) {

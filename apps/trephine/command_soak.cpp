@@ -96,7 +96,7 @@ Result<Outcome> run_soak(const SoakArguments& arguments) {
                  ""};
   drilling::BurrOptions options;
   constexpr double k_smallest = 2;  // mm, of the burrs below
-  if (volume::Status error = make_ready_for(options, k_smallest, scene)) return *error;
+  if (volume::Status error = make_ready_for(options, {}, k_smallest, scene)) return *error;
   haptics::ServoOptions servo_options;
   servo_options.rate_hz = arguments.rate;
   drilling::Burr burr(options);

@@ -52,7 +52,7 @@ class Host {
   Result<view::OpenedScene> wrap(haptics::TouchScene scene, drilling::BurrOptions burr) {
     view::OpenedScene opened;
     opened.title = source_.name;
-    if (volume::Status error = make_ready_for(burr, burr.smallest, scene)) return *error;
+    if (volume::Status error = make_ready_for(burr, {}, burr.smallest, scene)) return *error;
     RecordChoice record = record_;
     if (is_autosaving_)
       record.file = autosave_path();
@@ -98,8 +98,9 @@ Result<Outcome> run_view(const ViewArguments& arguments) {
   options.burr.is_round = arguments.is_round;
   // Other burrs may be chosen in the window: a fine one leaves its hole too, unless a finer yet is named.
   constexpr double k_fine_burr = 2;
-  const double smallest = arguments.smallest_burr.value_or(std::min(arguments.burr_diameter, k_fine_burr));
-  if (volume::Status error = make_ready_for(options.burr, smallest, made.value())) return *error;
+  if (volume::Status error = make_ready_for(options.burr, arguments.smallest_burr,
+                                            std::min(arguments.burr_diameter, k_fine_burr), made.value()))
+    return *error;
   const auto scene = std::make_shared<const haptics::TouchScene>(std::move(made).value());
   options.seconds = arguments.seconds;
   options.wants_to_end = is_interrupted;

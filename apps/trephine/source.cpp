@@ -229,9 +229,13 @@ volume::Status check_burr(double diameter_mm) {
                ""};
 }
 
-volume::Status make_ready_for(drilling::BurrOptions& burr, double smallest, haptics::TouchScene& scene) {
-  // Its touch was made for this ball, and it stays as long as the session.
-  if (burr.is_round) smallest = 2 * burr.radius;
+volume::Status make_ready_for(drilling::BurrOptions& burr, std::optional<double> wanted, double usual,
+                              haptics::TouchScene& scene) {
+  // A round tool's touch is made for its own ball, which stays as long as the session.
+  if (burr.is_round && wanted && *wanted != 2 * burr.radius)
+    return Error{"with --round the burr is the smallest, and stays", "--smallest-burr", text_of(*wanted),
+                 "the burr's " + text_of(2 * burr.radius) + " mm", "leave --smallest-burr out"};
+  const double smallest = burr.is_round ? 2 * burr.radius : wanted.value_or(usual);
   if (!(smallest > 0 && smallest <= 2 * burr.radius))
     return Error{"the smallest burr is out of range", "--smallest-burr", text_of(smallest),
                  "above 0, at most the burr's " + text_of(2 * burr.radius) + " mm", ""};

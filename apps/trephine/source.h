@@ -57,9 +57,10 @@ void say_where(const haptics::TouchScene& scene, const haptics::PosePath& path);
 /// Options that several commands share.
 volume::Status check_rate(double rate_hz);
 volume::Status check_burr(double diameter_mm);
-/// Makes a scene ready for a burr, and for smaller ones down to `smallest` (mm, diameter); or for the touch
-/// of a round one, which cuts on the voxels.
-volume::Status make_ready_for(drilling::BurrOptions& burr, double smallest, haptics::TouchScene& scene);
+/// Makes a scene ready for a burr, and for smaller ones down to `wanted`, else `usual` (mm, diameter); or for
+/// the touch of a round one, which is the smallest.
+volume::Status make_ready_for(drilling::BurrOptions& burr, std::optional<double> wanted, double usual,
+                              haptics::TouchScene& scene);
 /// The shape in words, for reports: "300 HU and above", "label dura".
 std::string describe(const volume::Shape& shape, bool is_hounsfield);
 /// Memory by our own accounting: base voxels, labels, bits and tables.

@@ -84,22 +84,81 @@ class Judge {
   checker::FallThroughJudge judge;
 };
 
+/// What is attacked, and where its matter is by closed form (mm, negative inside); none for scans.
+struct Target {
+  std::string name;
+  haptics::TouchScene scene;
+  std::function<double(const dvec3&)> distance = {};
+};
+
+Target with_radius(Target target, double radius) {
+  if (haptics::set_tool_radius(target.scene, radius)) target.scene.shapes.clear();
+  return target;
+}
+
+/// Ready for the smallest balls that the attack cuts with.
+Target fine(Target target) {
+  const dvec3& spacing = target.scene.base->frame.spacing();
+  if (haptics::set_smallest_burr(target.scene, 2 * std::min({spacing.x, spacing.y, spacing.z})))
+    target.scene.shapes.clear();
+  return target;
+}
+
+/// The analytic shape less the swept balls that were cut.
+class CutShape {
+ public:
+  CutShape(const Target& target) : target_(target) {}
+  void cut(const dvec3& a, const dvec3& b, double radius) { sweeps_.push_back({a, b, radius}); }
+  void undo_all() { sweeps_.clear(); }
+  /// Is p deeper than `slack` (mm) in what is left; of a ball, any of its points?
+  bool holds(const dvec3& p, double slack) const {
+    if (is_in(p, slack)) return true;
+    const double r = target_.scene.tool_radius;
+    for (int n = 0; n < 27 && r > 0; ++n)
+      if (const dvec3 way(n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1);
+          n != 13 && is_in(p + r * glm::normalize(way), slack))
+        return true;
+    return false;
+  }
+
+ private:
+  struct Sweep {
+    dvec3 a, b;
+    double radius;
+  };
+  bool is_in(const dvec3& p, double slack) const {
+    // Matter ends where the grid does.
+    const dvec3 v = target_.scene.base->frame.volume_from_world(p);
+    for (int a = 0; a < 3; ++a)
+      if (v[a] < 1 || v[a] > target_.scene.base->size[a] - 2) return false;
+    return target_.distance(p) < -slack && std::none_of(sweeps_.begin(), sweeps_.end(), [&](const Sweep& s) {
+             const dvec3 way = s.b - s.a;
+             const double t = std::clamp(glm::dot(p - s.a, way) / glm::dot(way, way), 0.0, 1.0);
+             return glm::length(p - s.a - t * way) < s.radius + slack;
+           });
+  }
+  const Target& target_;
+  std::vector<Sweep> sweeps_;
+};
+
 /// Random motion in the scene's box at all speeds up to 10 m/s, with jumps to new starts, cuts and undos.
-AttackRow attack(const std::string& name, const haptics::TouchScene& scene, const MethodInfo& info,
-                 long steps, std::uint64_t seed) {
+AttackRow attack(const Target& target, const MethodInfo& info, long steps, std::uint64_t seed,
+                 const AttackOptions& options) {
+  const haptics::TouchScene& scene = target.scene;
   AttackRow row;
-  row.method = info.name, row.scene = name;
+  row.method = info.name, row.scene = target.name;
   const auto method = haptics::make_method(info.name).value();
   if (method->prepare(scene)) return row;  // not a scene for this method
   if (is_held_from_within(scene) && info.solid != MethodInfo::Solid::smooth) return row;  // nor for its judge
   const volume::Frame& frame = scene.base->frame;
   const dvec3 size(scene.base->size);
   Judge judge(scene, info);
-  std::shared_ptr<const volume::Version> version = std::make_shared<volume::Version>(scene.base);
-  const auto untouched = version;
+  const std::shared_ptr<const volume::Version> untouched = haptics::untouched(scene);
+  std::shared_ptr<const volume::Version> version = untouched;
   std::vector<volume::Field> solids;
   for (const haptics::TouchShape& shape : scene.shapes) solids.push_back(shape.field);
   volume::RemovalEditor editor(version, solids);
+  CutShape shape(target);
   // What was cut is felt by a round tool when its fields have followed, here at once.
   const auto publish = [&](const volume::VoxelBox* changed) {
     std::vector<std::shared_ptr<const volume::OffsetField>> offsets;
@@ -113,6 +172,7 @@ AttackRow attack(const std::string& name, const haptics::TouchScene& scene, cons
   judge.set_version(version);
   haptics::ProxyState state;
   const double voxel = std::min({frame.spacing().x, frame.spacing().y, frame.spacing().z});
+  const double slack = 1.5 * std::max({frame.spacing().x, frame.spacing().y, frame.spacing().z});
   dvec3 hip = frame.world_from_volume(0.5 * size), velocity(0);
   std::uint64_t n = 0;
   const auto random = [&] { return uniform(seed, n++); };
@@ -140,13 +200,16 @@ AttackRow attack(const std::string& name, const haptics::TouchScene& scene, cons
     }
     if (i % cut_every == cut_every / 2 && is_cut) {
       const dvec3 to = hip + 3 * voxel * (random_point() - 0.5);
-      const volume::RemovalReport report = editor.remove({hip, to, (1 + 3 * random()) * voxel});
+      const double radius = (1 + 3 * random()) * voxel;
+      const volume::RemovalReport report = editor.remove({hip, to, radius});
+      shape.cut(hip, to, radius);
       version = publish(&report.box);
       judge.set_version(version);
     }
     if (i % (2 * cut_every) == 2 * cut_every - cut_every / 4 && is_cut) {
       ++row.undos;
       editor.reset(untouched);
+      shape.undo_all();
       version = publish(nullptr);
       judge.set_version(version);
     }
@@ -160,7 +223,12 @@ AttackRow attack(const std::string& name, const haptics::TouchScene& scene, cons
       }
     hip = frame.world_from_volume(v);
     row.fastest_mm_s = std::max(row.fastest_mm_s, 1000 * glm::length(hip - before));
-    const haptics::ProxyStep step = method->step(scene, *version, state, {hip});
+    haptics::ProxyStep step = method->step(scene, *version, state, {hip});
+    if (options.spoil) options.spoil(step, frame.volume_from_world(hip), hip);
+    if (target.distance && step.has_contact) {
+      ++row.judged_by_shape;
+      row.sunk += shape.holds(step.proxy_world, slack);
+    }
     judge.judge.look({std::span(step.path_volume.data(), static_cast<std::size_t>(step.waypoint_count)),
                       frame.volume_from_world(hip), step.has_contact, step.is_buried});
     row.contacts += step.has_contact;
@@ -192,11 +260,6 @@ haptics::TouchScene attack_scene(const std::string& phantom, double psf, bool is
   }
   haptics::TouchScene scene = scenes::scene_of(std::move(made));
   haptics::soften(scene);
-  return scene;
-}
-
-haptics::TouchScene with_radius(haptics::TouchScene scene, double radius) {
-  if (haptics::set_tool_radius(scene, radius)) scene.shapes.clear();
   return scene;
 }
 
@@ -461,22 +524,36 @@ double ringing_stiffness(double mass, double b, double dead_time, double period,
 }  // namespace
 
 std::vector<AttackRow> run_attack(const AttackOptions& options) {
-  std::vector<std::pair<std::string, haptics::TouchScene>> scenes{
-      {"corner", attack_scene("corner", 0.7, false, false)},
-      {"corner, binary", attack_scene("corner", 0, true, false)},
-      {"groove 30", attack_scene("groove", 0.7, false, false, {{"angle", 30}})},
-      {"gyroid, noisy", attack_scene("gyroid", 0.5, false, true)},
-      {"plate of a voxel", attack_scene("plate", 0, false, false, {{"thickness", 1.9}, {"angle", 37}})},
-      {"shell", attack_scene("shell", 0, false, false)},
-      {"gyroid, slices 1:3", attack_scene("gyroid", 0.7, false, false, {}, 3)},
-      {"corner, binary, slices 1:8", attack_scene("corner", 0, true, false, {}, 8)},
+  using Parameters = std::map<std::string, double>;
+  const auto target = [](const char* name, const std::string& phantom, double psf, bool is_binary = false,
+                         bool is_noisy = false, const Parameters& parameters = {}, double slice = 1) {
+    return Target{name, attack_scene(phantom, psf, is_binary, is_noisy, parameters, slice),
+                  [phantom, parameters](const dvec3& p) {
+                    return data_tools::phantom_distance(phantom, parameters, p);
+                  }};
+  };
+  const Parameters tilted{{"thickness", 1.9}, {"angle", 37}};
+  std::vector<Target> targets{
+      target("corner", "corner", 0.7),
+      target("corner, binary", "corner", 0, true),
+      target("groove 30", "groove", 0.7, false, false, {{"angle", 30}}),
+      target("gyroid, noisy", "gyroid", 0.5, false, true),
+      target("plate of a voxel", "plate", 0, false, false, tilted),
+      target("shell", "shell", 0),
+      target("gyroid, slices 1:3", "gyroid", 0.7, false, false, {}, 3),
+      target("corner, binary, slices 1:8", "corner", 0, true, false, {}, 8),
+      // As sessions cut: on a lattice finer than the voxels.
+      fine(target("gyroid, fine cuts", "gyroid", 0.7)),
+      fine(target("groove 60, slices 1:3, fine cuts", "groove", 0.7, false, false, {{"angle", 60}}, 3)),
+      fine(target("corner, slices 1:8, fine cuts", "corner", 0.7, false, false, {}, 8)),
       {"gyroid, two shapes", two_shapes_scene()},
       {"gyroid, from within", held_from_within_scene()},
-      {"gyroid, ball of 1.5 mm", with_radius(attack_scene("gyroid", 0.7, false, false), 1.5)},
-      {"groove, slices 1:3, ball of 2.5 mm",
-       with_radius(attack_scene("groove", 0.7, false, false, {{"angle", 60}}, 3), 2.5)},
+      with_radius(target("gyroid, ball of 1.5 mm", "gyroid", 0.7), 1.5),
+      with_radius(fine(target("groove, slices 1:3, fine cuts, ball of 2.5 mm", "groove", 0.7, false, false,
+                              {{"angle", 60}}, 3)),
+                  2.5),
       {"gyroid pierced by a mesh", pierced_scene()}};
-  scenes.insert(scenes.end(), options.more.begin(), options.more.end());
+  for (const auto& [name, scene] : options.more) targets.push_back({name, scene});
   std::vector<const MethodInfo*> methods;
   for (const MethodInfo& info : haptics::method_catalogue()) {
     const bool is_named =
@@ -486,16 +563,16 @@ std::vector<AttackRow> run_attack(const AttackOptions& options) {
   }
   std::vector<AttackRow> rows;
   std::size_t done = 0;
-  const std::size_t runs = scenes.size() * methods.size();
+  const std::size_t runs = targets.size() * methods.size();
   const long steps = std::max(250L, options.steps / static_cast<long>(std::max<std::size_t>(1, runs)));
-  for (const auto& [name, scene] : scenes)
+  for (const Target& target : targets)
     for (const MethodInfo* info : methods) {
       if (options.progress && !options.progress(static_cast<double>(done) / static_cast<double>(runs)))
         return rows;
       ++done;
       // The sequential pipeline promises nothing of models.
-      if (!scene.meshes.empty() && std::string(info->name) == "scene-sequential") continue;
-      AttackRow row = attack(name, scene, *info, steps, options.seed + done);
+      if (!target.scene.meshes.empty() && std::string(info->name) == "scene-sequential") continue;
+      AttackRow row = attack(target, *info, steps, options.seed + done, options);
       if (row.steps > 0) rows.push_back(std::move(row));
     }
   return rows;
@@ -714,7 +791,7 @@ std::vector<EnergyRow> run_energy_test() {
             device.hold(held + hand, dt);
           }
           row.contact_share = static_cast<double>(contacts) / k_ticks;
-          if (!has_controller) row.most_made = made.most;
+          (has_controller ? row.most_made_with : row.most_made) = made.most;
           (has_controller ? row.balance_with : row.balance_without) = least;
           (has_controller ? row.one_step : row.one_step_without) = one_step;
           row.share_cut = static_cast<double>(controller.cuts()) / k_ticks;

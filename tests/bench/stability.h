@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "haptics/proxy_method.h"
 #include "haptics/touch_scene.h"
 
 namespace trephine::bench {
@@ -14,6 +15,9 @@ namespace trephine::bench {
 struct AttackRow {
   std::string method, scene;
   long steps = 0, contacts = 0, fall_throughs = 0, buried = 0, not_finite = 0;
+  /// In contact deep in the analytic shape less what was cut, by code that knows neither samples nor
+  /// triangles: by more than 1.5 of the longest sides of a voxel. Where the scene has such a shape.
+  long sunk = 0, judged_by_shape = 0;
   long undos = 0;  ///< times that all that was cut came back under the tool
   double fastest_mm_s = 0;
 };
@@ -22,6 +26,9 @@ struct AttackOptions {
   std::uint64_t seed = 1;
   std::vector<std::pair<std::string, haptics::TouchScene>> more;  ///< scans
   std::vector<std::string> methods;                               ///< empty: all that promise a solid
+  /// Called after each step, with the HIP (volume frame): what a faulty method would have answered.
+  std::function<void(haptics::ProxyStep& step, const glm::dvec3& hip_volume, const glm::dvec3& hip_world)>
+      spoil;
   std::function<bool(double)> progress;
 };
 std::vector<AttackRow> run_attack(const AttackOptions& options);
@@ -55,8 +62,8 @@ struct EnergyRow {
   /// gave: below 0 energy came from nowhere. Without the controller, and with it.
   double balance_without = 0, balance_with = 0;
   /// The largest rise above its least so far of what the surface gave and holds in its spring, less what the
-  /// device lost; without the controller.
-  double most_made = 0;
+  /// device lost; without the controller, and with it.
+  double most_made = 0, most_made_with = 0;
   double one_step = 0,
          one_step_without = 0;  ///< the worst energy of one step, with the controller and without
   double share_cut = 0;         ///< ticks in which the controller cut the force

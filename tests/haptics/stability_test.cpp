@@ -6,6 +6,7 @@
 #include <cstdlib>
 #include <limits>
 #include <map>
+#include <set>
 
 #include "haptics/passivity.h"
 #include "haptics/servo_core.h"
@@ -33,23 +34,56 @@ long attack_steps() {
 TEST(Stability, NothingFallsThroughInRandomStepsCutAndUndoneUnderTheTool) {
   bench::AttackOptions options;
   options.steps = attack_steps();
-  long steps = 0, contacts = 0, buried = 0, undos = 0;
+  long steps = 0, contacts = 0, buried = 0, undos = 0, by_shape = 0;
   double fastest = 0;
   for (const bench::AttackRow& row : bench::run_attack(options)) {
     EXPECT_EQ(row.fall_throughs, 0) << row.method << " on " << row.scene;
+    EXPECT_EQ(row.sunk, 0) << row.method << " on " << row.scene;
     EXPECT_EQ(row.not_finite, 0) << row.method << " on " << row.scene;
+    by_shape += row.judged_by_shape;
     EXPECT_GT(row.contacts, row.steps / 100) << row.method << " on " << row.scene;
     undos += row.undos;
     fastest = std::max(fastest, row.fastest_mm_s);
     steps += row.steps, contacts += row.contacts, buried += row.buried;
   }
-  EXPECT_GE(steps, options.steps * 8 / 10);  // few methods touch models
+  EXPECT_GE(steps, options.steps * 7 / 10);  // few methods touch models, or small burrs
   EXPECT_GT(contacts, steps / 4);
+  EXPECT_GT(by_shape, contacts / 2);
   EXPECT_GT(fastest, 9000);
   EXPECT_GT(undos, steps / 4000);
   if (steps > 200'000) {
     EXPECT_GT(buried, 0);  // undo over the tool was met
   }
+}
+
+/// The judges of every kind of solid can see, from within and with fine cuts too: a proxy that is moved to
+/// the HIP through what holds it.
+TEST(Stability, TheAttackCatchesAProxyThatIsMovedThroughWalls) {
+  bench::AttackOptions options;
+  options.steps = 36'000;
+  long contacts = 0;
+  options.spoil = [&](ProxyStep& step, const dvec3& hip_volume, const dvec3& hip_world) {
+    if (!step.has_contact || ++contacts % 20 != 0) return;
+    step.proxy_world = hip_world;
+    step.path_volume[0] = hip_volume;
+    step.waypoint_count = 1;
+  };
+  long sunk = 0, by_shape = 0;
+  std::set<std::string> seen;
+  for (const bench::AttackRow& row : bench::run_attack(options)) {
+    if (row.contacts > 30) {
+      EXPECT_GT(row.fall_throughs, 0) << row.method << " on " << row.scene << ", " << row.contacts;
+      seen.insert(row.scene), seen.insert(row.method);
+    }
+    sunk += row.sunk, by_shape += row.judged_by_shape;
+  }
+  for (const MethodInfo& info : method_catalogue()) {
+    EXPECT_TRUE(info.solid == MethodInfo::Solid::nothing || seen.contains(info.name)) << info.name;
+  }
+  for (const char* name : {"gyroid, from within", "gyroid, two shapes", "gyroid, ball of 1.5 mm",
+                           "gyroid, fine cuts", "corner, slices 1:8, fine cuts", "gyroid pierced by a mesh"})
+    EXPECT_TRUE(seen.contains(name)) << name;
+  EXPECT_GT(sunk, by_shape / 200);
 }
 
 /// The judge can see: a proxy that follows the HIP through everything is caught at once.
@@ -100,6 +134,7 @@ TEST(Stability, StiffnessMapsAgreeWithTheory) {
 }
 
 TEST(Stability, EnergyIsNotMadeInsideTheBoundIsBeyondItAndIsHeldByTheController) {
+  double step_inside = 0;  // the worst energy of a step, just inside the bound
   for (const bench::EnergyRow& row : bench::run_energy_test()) {
     SCOPED_TRACE(row.surface + ", " + std::to_string(row.stiffness_over_bound) + " times the bound, delay " +
                  std::to_string(row.delay_ticks));
@@ -107,15 +142,20 @@ TEST(Stability, EnergyIsNotMadeInsideTheBoundIsBeyondItAndIsHeldByTheController)
     if (row.delay_ticks == 0 && row.stiffness_over_bound < 1) {
       EXPECT_GE(row.balance_without, -1e-6);
       EXPECT_LE(row.most_made, row.one_step_without);
+      step_inside = row.one_step_without;
     }
     // The measure can see: beyond the bound, and late, energy is made without the controller.
     if (row.stiffness_over_bound > (row.delay_ticks > 0 ? 0.8 : 2)) {
-      EXPECT_GT(row.most_made, 2);
+      EXPECT_GT(row.most_made, 10 * step_inside);
       EXPECT_LT(row.balance_without, -2);
     }
-    // Three times the bound and a late device are beyond it (docs/accuracy.md).
-    if (row.delay_ticks == 0 || row.stiffness_over_bound < 2) {
-      EXPECT_GE(row.balance_with, -row.one_step);
+    // With it no more than about a step's; three times the bound and a late device are beyond it, and half as
+    // much again beyond the bound and late makes a few steps' (docs/accuracy.md).
+    if (row.delay_ticks == 0) {
+      EXPECT_LT(row.most_made_with, 1.5 * step_inside);
+      EXPECT_GE(row.balance_with, -1e-6);
+    } else if (row.stiffness_over_bound < 2) {
+      EXPECT_LT(row.most_made_with, (row.stiffness_over_bound < 1 ? 2 : 8) * step_inside);
     }
   }
 }
