@@ -1,6 +1,8 @@
 // audit.
 #include <algorithm>
+#include <array>
 #include <glm/geometric.hpp>
+#include <optional>
 
 #include "apps/trephine/commands.h"
 #include "apps/trephine/recording.h"
@@ -143,6 +145,8 @@ Result<Outcome> audit_session(const AuditArguments& arguments) {
   const std::uint64_t all = std::max<std::uint64_t>(1, session.reader->tick_count());
   std::uint64_t dropped = 0, resumes = 0;
   long led = 0;
+  std::optional<std::string> to_plant;
+  if (!arguments.plant.empty()) to_plant = arguments.plant;
   for (std::uint64_t n = 0;; ++n) {
     if (n % 256 == 0 && !progress(static_cast<double>(replay.next_tick()) / static_cast<double>(all)))
       return interrupted("the audit");
@@ -183,18 +187,30 @@ Result<Outcome> audit_session(const AuditArguments& arguments) {
     tick.friction_energy = r.energy.friction, tick.active_energy = r.energy.active;
     Hand& hand = judges[r.hand];
     at_work = &hand;
+    std::array<glm::dvec3, haptics::k_max_waypoints> path = step.path_volume;
+    int waypoints = step.waypoint_count;
+    const glm::dvec3 hip = scene.base->frame.volume_from_world(r.pose.position_world);
+    if (to_plant && r.has_contact && !r.is_led && 2 * replay.counts().ticks > all &&
+        glm::length(r.proxy_world - r.pose.position_world) > 0.1) {
+      if (*to_plant == "force") tick.force.x += 0.01;
+      if (*to_plant == "energy") tick.contact_energy += 0.01;
+      if (*to_plant == "fall") path[0] = hip, waypoints = 1;
+      to_plant.reset();
+    }
     hand.force.look(tick);
     // A proxy that is led out of matter that grew over it is no free proxy; nor has a lost pose moved one.
     if (r.is_led || r.is_reset || r.is_restarted) hand.falls.restart();
     if (r.is_reset) hand.popped_shape = -1;
     if (r.is_led) ++led;
     if (!r.is_led && !is_lost) {
-      hand.falls.look({std::span(step.path_volume.data(), static_cast<std::size_t>(step.waypoint_count)),
-                       scene.base->frame.volume_from_world(r.pose.position_world), step.has_contact,
+      hand.falls.look({std::span(path.data(), static_cast<std::size_t>(waypoints)), hip, step.has_contact,
                        step.is_buried});
     }
     if (!is_lost) hand.pop(scene, r);
   }
+  if (to_plant)
+    return Error{"there is no tick to plant a fault in", data_tools::file_name(arguments.session), "",
+                 "0.1 mm deep in contact in its second half", "audit it without --plant"};
   long fell = 0, wrong = 0, judged = 0;
   double worst_force = 0, worst_energy = 0;
   for (const Hand& hand : judges) {
@@ -233,6 +249,8 @@ Result<Outcome> audit_session(const AuditArguments& arguments) {
 }  // namespace
 
 Result<Outcome> run_audit(const AuditArguments& arguments) {
+  if (!arguments.plant.empty() && arguments.session.empty())
+    return Error{"a fault can be planted in a session alone", "--plant", arguments.plant, "SESSION too", ""};
   if (!arguments.session.empty()) return audit_session(arguments);
   if (!arguments.case_source.empty())
     return Error{"there is no session to audit", "--case", arguments.case_source, "SESSION too", ""};

@@ -327,6 +327,12 @@ int main(int argc, char** argv) {
       ->type_name("SRC");
   c->add_option("--rays", audit.rays, "How many rays")->capture_default_str();
   c->add_option("--seed", audit.seed, "Which")->capture_default_str();
+  c->add_option(
+       "--plant", audit.plant,
+       "Show that the audit sees: one tick of the session falls through, has a force that is 0.01 N off or "
+       "an energy that is, before it is judged: fall, force or energy")
+      ->type_name("FAULT")
+      ->check(CLI::IsMember({"fall", "force", "energy"}));
 
   for (int i = 1; i < argc; ++i) wants_json = wants_json || std::string_view(argv[i]) == "--json";
   try {

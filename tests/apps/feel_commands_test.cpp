@@ -177,6 +177,16 @@ TEST_F(Command, AuditCertifiesEveryTickOfASession) {
   EXPECT_EQ(audit["wrong_forces"], 0);
   EXPECT_LT(audit["worst_force_n"].get<double>(), 1e-9);
   EXPECT_LT(audit["worst_energy_nmm"].get<double>(), 1e-9);
+  // Each of its judges sees the fault that is there for it, and no other does.
+  for (const char* fault : {"fall", "force", "energy"}) {
+    const Ended planted = run(std::string("audit d.session --case s.mha --json --plant ") + fault);
+    EXPECT_EQ(planted.exit_code, 1) << fault << planted.err;
+    const Json seen = Json::parse(planted.out);
+    EXPECT_EQ(seen["is_certified"], false);
+    EXPECT_EQ(seen["fall_throughs"] > 0, std::string(fault) == "fall") << seen;
+    EXPECT_EQ(seen["wrong_forces"] > 0, std::string(fault) == "force") << seen;
+    EXPECT_EQ(seen["worst_energy_nmm"] > 1e-3, std::string(fault) == "energy") << seen;
+  }
 }
 
 /// The default method with a fault: for one step the proxy lies elsewhere.

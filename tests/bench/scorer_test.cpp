@@ -121,6 +121,7 @@ TEST(Scorer, SeesAPlateThatIsPassed) {
   EXPECT_EQ(scored.score().fall_throughs, 0);
   const FeelRow row = scored.score([](std::size_t, ProxyStep& step) { step = ProxyStep{}; });
   EXPECT_GE(row.fall_throughs, 3);
+  EXPECT_GE(row.parted, 1);  // on the other side the hand is as free as the proxy
   EXPECT_GE(row.missed, 20);
 }
 
@@ -140,6 +141,36 @@ TEST(Scorer, KnowsOneLeapAmongAllSteps) {
     EXPECT_NEAR(row.most_off_mm.value(), 3, 0.1);
     EXPECT_GT(row.most_change_n, 1);
   }
+}
+
+/// A proxy that trembles by 0.3 mm along the surface, and one that lies half a voxel deep all the time.
+TEST(Scorer, SeesTremblingAndDepth) {
+  const Scored scored("sphere-psf-1.5-slide-100-mm-s");
+  const FeelRow right = scored.score();
+  const FeelRow trembling = scored.score([](std::size_t i, ProxyStep& step) {
+    if (!step.has_contact) return;
+    const dvec3 aside = (i % 2 ? 0.3 : -0.3) * glm::normalize(glm::cross(step.normal_world, dvec3(1, 2, 3)));
+    step.proxy_world = glm::length(step.proxy_world) * glm::normalize(step.proxy_world + aside);
+  });
+  EXPECT_NEAR(trembling.tangential_p50_mm.value(), 0.3, 0.05);
+  EXPECT_NEAR(trembling.tangential_p99_mm.value(), 0.3, 0.05);
+  EXPECT_GT(trembling.direction_rms_deg.value(), right.direction_rms_deg.value() + 3);
+  EXPECT_GT(trembling.rendered_rms_n.value(), right.rendered_rms_n.value() + 0.005);
+  EXPECT_GT(trembling.rough_n, 2 * right.rough_n);
+  EXPECT_GT(trembling.most_change_n, right.most_change_n + 0.1);
+  // Nearer and farther by turns: the length of the force trembles, smoothed too, and where voxels change.
+  const FeelRow rough = scored.score([](std::size_t i, ProxyStep& step) {
+    if (step.has_contact) step.proxy_world += (i % 2 ? 0.3 : -0.3) * glm::normalize(step.proxy_world);
+  });
+  EXPECT_GT(rough.rough_n, right.rough_n + 0.1);
+  EXPECT_GT(rough.rough_smoothed_n, right.rough_smoothed_n + 0.02);
+  EXPECT_GT(rough.jump_n, right.jump_n + 0.1);
+  const double voxel = scored.voxel();
+  const FeelRow deep = scored.score([voxel](std::size_t, ProxyStep& step) {
+    if (step.has_contact) step.proxy_world -= 0.5 * voxel * glm::normalize(step.proxy_world);
+  });
+  EXPECT_NEAR(deep.deepest_voxels.value(), right.deepest_voxels.value() + 0.5, 0.02);
+  EXPECT_NEAR(deep.total_rms_voxels.value(), right.total_rms_voxels.value() + 0.5, 0.03);
 }
 
 TEST(Scorer, ScoresExactAnswersAsExactAndHalfAMillimetreAsThat) {
