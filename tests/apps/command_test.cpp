@@ -3,6 +3,7 @@
 #include <array>
 #include <cmath>
 
+#include "data-tools/open_volume.h"
 #include "tests/apps/command_fixture.h"
 
 namespace trephine::command_tests {
@@ -254,6 +255,50 @@ TEST_F(Command, OnARealSkullNothingFallsThrough) {
   EXPECT_LT(touch["memory"]["held_over_voxels"], 1.3);
   const Json drill = json("drill bone_1mm --burr-diameter 4 --path walk.csv -o drilled.mha");
   EXPECT_GT(drill["removed_mm3_total"], 20);
+
+  // The same bone as clinical CT would show it: three slices in one.
+  {
+    const auto opened = data_tools::open_volume(file("bone_1mm"));
+    ASSERT_TRUE(opened.is_ok());
+    const volume::Volume& fine = opened.value().volume;
+    const glm::dmat3& axes = fine.frame.axes();
+    // Around where the walk begins.
+    const glm::ivec3 middle(fine.frame.volume_from_world({0, 70, 765})),
+        low = glm::max(middle - glm::ivec3(110, 110, 66), glm::ivec3(0)),
+        high = glm::min(middle + glm::ivec3(110, 110, 66), fine.size);
+    const auto frame =
+        volume::Frame::from_axes(fine.frame.world_from_volume(glm::dvec3(low) + glm::dvec3(0, 0, 1)),
+                                 {axes[0], axes[1], 3.0 * axes[2]});
+    const glm::ivec3 size = high - low;
+    volume::Volume thick = volume::make_volume({size.x, size.y, size.z / 3}, frame.value()).value();
+    for (int z = 0; z < thick.size.z; ++z)
+      for (int y = 0; y < thick.size.y; ++y)
+        for (int x = 0; x < thick.size.x; ++x) {
+          int sum = 0;
+          for (int k = 0; k < 3; ++k) sum += fine.voxels[fine.index(low.x + x, low.y + y, low.z + 3 * z + k)];
+          thick.voxels[thick.index(x, y, z)] = static_cast<std::int16_t>(std::lround(sum / 3.0));
+        }
+    ASSERT_FALSE(data_tools::write_volume(file("thick.mha"), thick).has_value());
+  }
+  // A quarter of the walk: offset fields and judges of round tools take their time.
+  std::string part = path.str();
+  for (std::size_t i = 0, at = 0; i <= 5000; ++i)
+    at = part.find('\n', at) + 1, part.resize(i < 5000 ? part.size() : at);
+  write("part.csv", part);
+  for (const char* radius : {"0", "0.5", "2"}) {
+    const Json felt = json(std::string("touch thick.mha --path part.csv -o steps.csv --radius ") + radius);
+    EXPECT_EQ(felt["fall_throughs"], 0) << radius;
+    EXPECT_GT(felt["step_us"]["contact"]["count"], 500) << radius;
+  }
+  for (const char* burr : {"--burr-diameter 1 --kinematic", "--burr-diameter 4 --round"}) {
+    fs::remove(file("thick.session"));
+    const Json cut =
+        json(std::string("drill thick.mha --path part.csv -o cut.mha --record thick.session ") + burr);
+    EXPECT_GT(cut["removed_mm3_total"], 1) << burr;
+    const Json audit = json("audit thick.session --case thick.mha");
+    EXPECT_EQ(audit["is_certified"], true) << burr << audit;
+    EXPECT_GT(audit["ticks_judged"], 4000) << burr;
+  }
 }
 
 TEST_F(Command, NoHounsfieldUnitsNoDefault) {

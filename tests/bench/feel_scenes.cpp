@@ -90,6 +90,7 @@ auto held(Hips hips) {
 struct Grid {
   double psf = 1.5, noise = 0, shear = 0;
   bool is_binary = false, is_anisotropic = false;
+  double slice_mm = 0;  ///< above 0: voxels of 0.5 x 0.5 x that, and cuts as fine as a 2 mm burr needs
 };
 
 haptics::TouchScene make_scene(const std::string& phantom, const Parameters& parameters, int size,
@@ -99,7 +100,9 @@ haptics::TouchScene make_scene(const std::string& phantom, const Parameters& par
   o.shear_degrees = grid.shear;
   o.parameters = parameters;
   const double spacing = 120.0 / size;
-  if (grid.is_anisotropic)
+  if (grid.slice_mm > 0)
+    o.spacing_mm = dvec3(0.5, 0.5, grid.slice_mm);
+  else if (grid.is_anisotropic)
     o.spacing_mm = spacing * dvec3(1, 1, 1.25 / 0.48);
   else
     o.size = glm::ivec3(size);
@@ -353,6 +356,21 @@ std::vector<Plan> plans(bool is_quick) {
                  in_hole(2, true),
                  2,
                  true});
+  // Clinical slices, drilled as sessions drill: on a lattice finer than the voxels.
+  for (const double radius : {0.0, 2.0}) {
+    Grid thick;
+    thick.psf = 0.7, thick.slice_mm = 3;
+    all.push_back({"burr hole",
+                   radius > 0 ? "slices of 3 mm, radius 2 mm" : "slices of 3 mm",
+                   "round its wall",
+                   "sharp",
+                   "plane",
+                   {{"angle", 0}},
+                   thick,
+                   in_hole(radius),
+                   radius,
+                   true});
+  }
   for (const double radius : {0.5, 2.0, 6.0}) {
     const std::string name =
         "psf 1.5, radius " + std::to_string(radius).substr(0, radius < 1 ? 3 : 1) + " mm";
@@ -403,7 +421,7 @@ double distance_to_drilled(const dvec3& p) {
 /// A burr hole, and the tool's field after it.
 void drill_hole(FeelScene& scene) {
   const haptics::TouchShape& shape = scene.scene.shapes[0];
-  volume::RemovalEditor editor(std::make_shared<volume::Version>(scene.scene.base), {shape.field});
+  volume::RemovalEditor editor(haptics::untouched(scene.scene), {shape.field});
   const volume::RemovalReport report = editor.remove({{0, 0, k_hole_top}, {0, 0, k_hole_end}, k_hole_radius});
   volume::OffsetField::Work work;
   if (shape.offset)
@@ -447,6 +465,7 @@ void for_feel_scenes(bool is_quick, const std::string& only, const std::function
     scene.path = path_of(plan.hips(distance, samples));
     const auto begin = Clock::now();
     haptics::soften(scene.scene);
+    if (plan.grid.slice_mm > 0 && haptics::set_smallest_burr(scene.scene, 2)) continue;
     if (haptics::set_tool_radius(scene.scene, plan.radius)) continue;
     if (plan.radius > 0) scene.field_s = seconds_since(begin);
     scene.distance = distance;
