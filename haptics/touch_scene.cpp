@@ -91,9 +91,21 @@ const std::string& name_of(const TouchScene& scene, int shape) noexcept {
 }
 
 void soften(TouchScene& scene, int threads) {
-  for (TouchShape& shape : scene.shapes)
-    if (volume::SoftField::is_two_valued(shape.field, *shape.bits))
-      shape.soft = volume::SoftField::build(*shape.bits, threads);
+  std::vector<std::size_t> which;
+  for (std::size_t s = 0; s < scene.shapes.size(); ++s)
+    if (volume::SoftField::is_two_valued(scene.shapes[s].field, *scene.shapes[s].bits)) which.push_back(s);
+  soften(scene, which, threads);
+}
+
+void soften(TouchScene& scene, std::span<const std::size_t> which, int threads) {
+  for (const std::size_t s : which) {
+    TouchShape& shape = scene.shapes[s];
+    std::vector<const volume::Occupancy*> beside;
+    for (const std::size_t other : which)
+      if (other != s && &scene.shapes[other].field.volume() == &shape.field.volume())
+        beside.push_back(scene.shapes[other].bits.get());
+    shape.soft = volume::SoftField::build(*shape.bits, threads, beside);
+  }
 }
 
 std::shared_ptr<volume::Version> untouched(const TouchScene& scene) {

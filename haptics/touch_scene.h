@@ -134,6 +134,8 @@ inline int shape_count(const TouchScene& scene) noexcept {
 /// Makes labels and thresholded shapes smooth (volume/soft_field.h): tenths of a second for large volumes.
 /// Shapes with more than two values near their surface stay as they are.
 void soften(TouchScene& scene, int threads = 0);
+/// Those alone.
+void soften(TouchScene& scene, std::span<const std::size_t> which, int threads = 0);
 
 /// Makes ready for burrs of this diameter (mm) and larger, whatever the slices; 0: for cuts on the voxels.
 /// Before anything is cut. Error when the scan is too coarse, with the smallest burr that works on it.

@@ -76,14 +76,16 @@ Result<haptics::TouchScene> scene_of(const SessionReader& session,
     if (const std::uint64_t hash = volume::content_hash(*scan); hash != *session.scan_hash())
       return no_match("voxels with hash " + hexadecimal(hash), "hash " + hexadecimal(*session.scan_hash()));
   haptics::TouchScene scene;
+  std::vector<std::size_t> soft;
   for (const ShapeSpec& s : header.shapes) {
     if (s.shape.is_label() && scan->labels.is_empty()) return no_match("no labels", "label " + s.shape.name);
     auto bits = std::make_shared<const volume::Occupancy>(volume::Occupancy::build(*scan, s.shape));
     scene.shapes.push_back({volume::Field(*scan, s.shape), std::move(bits), s.material, s.sides});
     scene.shapes.back().ramp = s.ramp;
     scene.shapes.back().back_material = s.back_material;
-    if (s.is_soft) scene.shapes.back().soft = volume::SoftField::build(*scene.shapes.back().bits);
+    if (s.is_soft) soft.push_back(scene.shapes.size() - 1);
   }
+  haptics::soften(scene, soft);
   scene.base = std::move(scan);
   if (Status error = haptics::set_tool_radius(scene, header.tool_radius)) return *error;
   if (Status error = haptics::set_smallest_burr(scene, header.smallest_burr)) return *error;

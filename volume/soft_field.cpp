@@ -49,6 +49,52 @@ struct Scratch {
   std::array<float, static_cast<std::size_t>(k_mid) * k_mid * k_mid> blurred;
 };
 
+/// The bits of the wide window that begins at `first`: the shape's own, and of those beside it what lies
+/// within reach of it (a chessboard's distance).
+void gather(const Occupancy& bits, std::span<const Occupancy* const> beside, const ivec3& first, Scratch& s) {
+  constexpr int k_far = k_wide + 2 * SoftField::k_overlap;
+  static_assert(k_far <= 32);
+  const auto row_of = [](int y, int z) { return static_cast<std::size_t>(y + k_wide * z); };
+  for (int z = 0; z < k_wide; ++z)
+    for (int y = 0; y < k_wide; ++y)
+      s.rows[row_of(y, z)] = bits_of_row(bits, first.x, first.y + y, first.z + z, k_wide);
+  if (beside.empty()) return;
+  // Grown along x, then y, then z.
+  std::array<std::uint32_t, static_cast<std::size_t>(k_far) * k_far> along_x;
+  const auto far_row = [](int y, int z) { return static_cast<std::size_t>(y + k_far * z); };
+  for (int z = 0; z < k_far; ++z)
+    for (int y = 0; y < k_far; ++y) {
+      const std::uint32_t row =
+          bits_of_row(bits, first.x - SoftField::k_overlap, first.y + y - SoftField::k_overlap,
+                      first.z + z - SoftField::k_overlap, k_far);
+      std::uint32_t grown = 0;
+      for (int k = 0; k <= 2 * SoftField::k_overlap; ++k) grown |= row >> k;
+      along_x[far_row(y, z)] = grown & ((1u << k_wide) - 1);
+    }
+  std::array<std::uint32_t, static_cast<std::size_t>(k_wide) * k_far> along_y{};
+  for (int z = 0; z < k_far; ++z)
+    for (int y = 0; y < k_wide; ++y)
+      for (int k = 0; k <= 2 * SoftField::k_overlap; ++k) along_y[row_of(y, z)] |= along_x[far_row(y + k, z)];
+  for (int z = 0; z < k_wide; ++z)
+    for (int y = 0; y < k_wide; ++y) {
+      std::uint32_t grown = 0, others = 0;
+      for (int k = 0; k <= 2 * SoftField::k_overlap; ++k) grown |= along_y[row_of(y, z + k)];
+      for (const Occupancy* other : beside)
+        others |= bits_of_row(*other, first.x, first.y + y, first.z + z, k_wide);
+      s.rows[row_of(y, z)] |= grown & others;
+    }
+}
+
+/// How many voxels of the brick and its guard are solid in the window.
+int count_near(const Scratch& s) {
+  int count = 0;
+  for (int z = k_reach; z < k_reach + k_mid; ++z)
+    for (int y = k_reach; y < k_reach + k_mid; ++y)
+      count +=
+          std::popcount(s.rows[static_cast<std::size_t>(y + k_wide * z)] >> k_reach & ((1u << k_mid) - 1));
+  return count;
+}
+
 /// The samples of one brick whose first voxel is `corner`.
 void fill(const std::array<float, 2 * k_reach + 1>& weights, Scratch& s, std::array<float, 512>& brick) {
   const auto at3 = [](int x, int y, int z, int ny) {
@@ -110,7 +156,8 @@ void fill(const std::array<float, 2 * k_reach + 1>& weights, Scratch& s, std::ar
 
 }  // namespace
 
-std::shared_ptr<const SoftField> SoftField::build(const Occupancy& bits, int threads) {
+std::shared_ptr<const SoftField> SoftField::build(const Occupancy& bits, int threads,
+                                                  std::span<const Occupancy* const> beside) {
   auto made = std::make_shared<SoftField>();
   made->size_ = bits.size();
   made->slots_size_ = (bits.size() + k_edge - 1) / k_edge;
@@ -124,19 +171,20 @@ std::shared_ptr<const SoftField> SoftField::build(const Occupancy& bits, int thr
       for (int bx = 0; bx < n.x; ++bx) {
         const ivec3 corner = k_edge * ivec3(bx, by, bz);
         Slot& slot = made->slots_[made->slot_index(bx, by, bz)];
-        // Solid and air within two voxels of the brick?
+        // Solid and air within two voxels of the brick, or as far as the shape goes on beyond itself?
+        const int margin = k_guard + (beside.empty() ? 0 : k_overlap), wide = k_edge + 2 * margin;
         int count = 0;
-        for (int z = -k_guard; z < k_edge + k_guard; ++z)
-          for (int y = -k_guard; y < k_edge + k_guard; ++y)
-            count += std::popcount(
-                bits_of_row(bits, corner.x - k_guard, corner.y + y, corner.z + z, k_edge + 2 * k_guard));
+        for (int z = -margin; z < k_edge + margin; ++z)
+          for (int y = -margin; y < k_edge + margin; ++y)
+            count += std::popcount(bits_of_row(bits, corner.x - margin, corner.y + y, corner.z + z, wide));
         slot.is_solid = count > 0;
-        if (count == 0 || count == k_mid * k_mid * k_mid) continue;
-        const ivec3 first = corner - (k_guard + k_reach);
-        for (int z = 0; z < k_wide; ++z)
-          for (int y = 0; y < k_wide; ++y)
-            scratch->rows[static_cast<std::size_t>(y + k_wide * z)] =
-                bits_of_row(bits, first.x, first.y + y, first.z + z, k_wide);
+        if (count == 0 || count == wide * wide * wide) continue;
+        gather(bits, beside, corner - (k_guard + k_reach), *scratch);
+        if (!beside.empty()) {
+          const int near = count_near(*scratch);
+          slot.is_solid = near > 0;
+          if (near == 0 || near == k_mid * k_mid * k_mid) continue;
+        }
         auto brick = std::make_unique<Brick>();
         fill(weights, *scratch, *brick);
         slot.brick = std::move(brick);

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "volume/field.h"
@@ -24,8 +25,12 @@ class SoftField {
   static constexpr double k_least = 0.01;  ///< of |g| at a voxel
   static constexpr double k_conflict = 0.1;
 
-  /// Of the solid voxels alone. threads 0 = all; the same bits for any number.
-  static std::shared_ptr<const SoftField> build(const Occupancy& bits, int threads = 0);
+  static constexpr int k_overlap = 4;  ///< voxels that a shape goes on into those beside it
+  /// Of the solid voxels alone. `beside`: the bits of other shapes of the volume, softened too. Into those a
+  /// shape goes on for k_overlap voxels, so that two that meet leave no notch between their rounded edges;
+  /// its samples are those of a shape with these voxels. threads 0 = all; the same bits for any number.
+  static std::shared_ptr<const SoftField> build(const Occupancy& bits, int threads = 0,
+                                                std::span<const Occupancy* const> beside = {});
   /// Does a shape have but two values near its surface? A label does; so do thresholded intensities.
   static bool is_two_valued(const Field& field, const Occupancy& bits);
 

@@ -89,7 +89,8 @@ void bench_step(int size, Outcome& outcome) {
   }
   outcome.json["fixed_density"] = rows;
   outcome.json["removal_tick_us"] = to_json(r.removal_tick);
-  outcome.json["removal_tick_ratio_to_peer"] = nullptr;
+  outcome.json["removal_tick_ratio_to_peer"] =
+      r.csg_tick.count > 0 ? Json(r.csg_tick.p50 / r.removal_tick.p50) : Json();
   outcome.text += format_text(
       "removal tick, ball of 12 voxels at 50 mm/s, version published: p50 %.1f us, p99 %.1f us, p99.9 %.1f "
       "us\n",

@@ -105,7 +105,7 @@ TEST_F(Command, StepsAreExactCsv) {
   }
   EXPECT_EQ(count, 1201);  // 1 kHz over 1.2 s, both ends
   EXPECT_GT(contacts, 700);
-  EXPECT_NEAR(deepest, 2, 1.9);
+  EXPECT_NEAR(deepest, 2, 0.1);
 }
 
 // The figures of drilling, from the command: rates within 0.1 %, three voxel sizes within 1 %, the proxy

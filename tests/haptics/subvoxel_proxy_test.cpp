@@ -169,5 +169,51 @@ TEST(SubvoxelProxy, TwoShapesHoldTogether) {
   }
 }
 
+/// Two labels meet in a tilted corner: on their stair-steps the proxy is left behind, on softened ones it
+/// slides along.
+TEST(SubvoxelProxy, TwoBinaryShapesInACornerLetItSlideOnceSoftened) {
+  volume::Volume base = volume::make_volume(glm::ivec3(40, 60, 40), volume::Frame(), true).value();
+  base.label_names = {"", "floor", "wall"};
+  for (int z = 0; z < 40; ++z)
+    for (int y = 0; y < 60; ++y)
+      for (int x = 0; x < 40; ++x)
+        base.labels[base.index(x, y, z)] = static_cast<std::uint8_t>(z < 20 + 0.23 * (y - 30)   ? 1
+                                                                     : x < 20 + 0.17 * (y - 30) ? 2
+                                                                                                : 0);
+  const auto shared = std::make_shared<const volume::Volume>(std::move(base));
+  for (const bool is_soft : {false, true}) {
+    TouchScene scene;
+    scene.base = shared;
+    for (const int label : {1, 2}) {
+      volume::Shape shape;
+      shape.label = label;
+      scene.shapes.push_back(
+          {volume::Field(*scene.base, shape),
+           std::make_shared<const volume::Occupancy>(volume::Occupancy::build(*scene.base, shape)),
+           Material{0.5, 0, 0, 0}, Sides::front});
+    }
+    if (is_soft) soften(scene);
+    SubvoxelProxy method;
+    ASSERT_FALSE(method.prepare(scene));
+    ProxyState state;
+    const volume::Version version(scene.base);
+    long behind = 0, contacts = 0;
+    for (int i = 0; i <= 2000; ++i) {
+      const double t = i / 2000.0, y = 15 + 30 * t, in = std::min(1.0, 20 * t);
+      const dvec3 edge(20 + 0.17 * (y - 30), y, 20 + 0.23 * (y - 30));
+      const dvec3 hip = edge + dvec3(3, 0, 3) - in * dvec3(5, 0, 5);
+      const ProxyStep s = method.step(scene, version, state, {hip});
+      contacts += s.has_contact;
+      behind +=
+          std::abs(s.proxy_world.y - hip.y) > 5;  // the exact edge: 0.7, and what bumps of a voxel hold back
+    }
+    EXPECT_GT(contacts, 1800);
+    if (is_soft)
+      EXPECT_EQ(behind, 0);
+    else
+      EXPECT_GT(behind, 200);
+  }
+}
+
 }  // namespace
 }  // namespace trephine::haptics

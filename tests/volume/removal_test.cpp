@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <chrono>
 #include <cmath>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
@@ -417,7 +418,9 @@ TEST(VersionChannel, ReadersSeeWholeVersionsWhileEditsGoOn) {
     at = to;
     if (i % 3 == 0) std::this_thread::yield();
   }
-  while (looks.load() < 20) std::this_thread::yield();
+  const auto patience = std::chrono::steady_clock::now() + std::chrono::seconds(60);
+  while (looks.load() < 20 && std::chrono::steady_clock::now() < patience) std::this_thread::yield();
+  EXPECT_GE(looks.load(), 20);
   is_over = true;
   readers.clear();
   EXPECT_EQ(torn.load(), 0);

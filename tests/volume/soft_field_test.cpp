@@ -169,5 +169,48 @@ TEST(SoftField, KnowsWhatIsTwoValuedAndGivesTheSameBitsForAnyThreads) {
   EXPECT_TRUE(std::isfinite(patch.slope(dvec3(0)).value));
 }
 
+/// Beside another shape it is the field of a shape that goes on into that one for four voxels.
+TEST(SoftField, GoesOnIntoShapesBesideIt) {
+  const ivec3 size(40, 33, 29);
+  Volume volume = make_volume(size, Frame(), true).value();
+  volume.label_names = {"", "floor", "wall", "wall that goes on"};
+  const auto label = [&](const ivec3& v) { return v.z < 12 + 0.3 * v.x ? 1 : v.x + 0.2 * v.y < 18 ? 2 : 0; };
+  const auto for_voxels = [&](auto&& each) {
+    for (int z = 0; z < size.z; ++z)
+      for (int y = 0; y < size.y; ++y)
+        for (int x = 0; x < size.x; ++x) each(ivec3(x, y, z));
+  };
+  const auto bits_of = [&](int wanted) {
+    Shape shape;
+    shape.label = wanted;
+    return Occupancy::build(volume, shape);
+  };
+  for_voxels([&](const ivec3& v) {
+    volume.labels[volume.index(v.x, v.y, v.z)] = static_cast<std::uint8_t>(label(v));
+  });
+  const Occupancy floor = bits_of(1), wall = bits_of(2);
+  const Occupancy* beside[] = {&floor};
+  const auto soft = SoftField::build(wall, 2, beside);
+  for_voxels([&](const ivec3& v) {
+    bool is_near = label(v) == 2;
+    constexpr int k = SoftField::k_overlap;
+    for (int dz = -k; dz <= k && !is_near; ++dz)
+      for (int dy = -k; dy <= k && !is_near; ++dy)
+        for (int dx = -k; dx <= k && !is_near; ++dx) {
+          const ivec3 other = v + ivec3(dx, dy, dz);
+          is_near = volume.contains(other) && label(other) == 2;
+        }
+    volume.labels[volume.index(v.x, v.y, v.z)] = label(v) != 0 && is_near ? 3 : 0;
+  });
+  const auto whole = SoftField::build(bits_of(3), 1);
+  const auto alone = SoftField::build(wall, 1);
+  long other = 0;
+  for_voxels([&](const ivec3& v) {
+    ASSERT_EQ(soft->at(v.x, v.y, v.z), whole->at(v.x, v.y, v.z));
+    other += soft->at(v.x, v.y, v.z) != alone->at(v.x, v.y, v.z);
+  });
+  EXPECT_GT(other, 1000);
+}
+
 }  // namespace
 }  // namespace trephine::volume
