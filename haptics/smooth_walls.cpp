@@ -285,8 +285,18 @@ void SmoothWalls::pass(int shape, const ivec3& v, const dvec3& a, const dvec3& a
   for (int i = 1; i <= std::min(steps, 16); ++i) {
     const double t = t0 + (t1 - t0) * i / std::min(steps, 16);
     const dvec3 p = a + t * along;
-    const bool is_now = patch(shape, v).patch.slope(p - dvec3(v)).value >= 0 &&
-                        (!has_cut || slope({shape, true, false}, p).value >= 0);
+    // On a surface that rounding might put on either side - where the way enters at a cube's end, as it does
+    // at the border's face - it is not beyond it yet, or the next cube would hold it from there.
+    Cached& kept = patch(shape, v);
+    const volume::Slope scan = kept.patch.slope(p - dvec3(v));
+    const double doubt = rounding_of(scan, bend_of(kept));
+    bool is_solid = scan.value > doubt, is_free = scan.value < -doubt;
+    if (has_cut) {
+      const volume::Slope cut = slope({shape, true, false}, p);
+      is_solid = is_solid && cut.value > 0;
+      is_free = is_free || cut.value < 0;
+    }
+    const bool is_now = was ? !is_free : is_solid;
     if (is_now == was) continue;
     inside.flip(shape);
     t_changed = t;
