@@ -1,6 +1,7 @@
 #include "haptics/proxy_method.h"
 
 #include <algorithm>
+#include <cstdio>
 #include <glm/geometric.hpp>
 
 namespace trephine::haptics {
@@ -17,9 +18,13 @@ volume::Status check_offsets(const TouchScene& scene) {
 volume::Status check_smallest_burr(const TouchScene& scene, double least) {
   // A round tool feels offset fields, which know cuts as they are.
   if (scene.tool_radius > 0 || scene.smallest_burr <= 0 || scene.smallest_burr >= least) return std::nullopt;
+  const auto mm = [](double value) {
+    char words[32];
+    std::snprintf(words, sizeof words, "%.3g mm", value);
+    return std::string(words);
+  };
   return volume::Error{"this method is too coarse for the smallest burr", "--smallest-burr",
-                       std::to_string(scene.smallest_burr) + " mm",
-                       "no less than " + std::to_string(least) + " mm on these voxels",
+                       mm(scene.smallest_burr), "no less than " + mm(1.001 * least) + " on these voxels",
                        "use --method subvoxel, which feels every cut as it is"};
 }
 

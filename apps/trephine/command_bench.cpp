@@ -530,9 +530,12 @@ volume::Status bench_stability(const BenchArguments& arguments, Outcome& outcome
       "method,scene,steps,contacts,fall_throughs,judged_by_shape,sunk,buried,not_finite,fastest_mm_s\n";
   for (const bench::AttackRow& row : attacks) {
     falls += row.fall_throughs + row.sunk + row.not_finite, steps += row.steps;
-    outcome.text +=
-        format_text("%-16s %-46s %10ld %10ld %6ld %6ld %6ld\n", row.method.c_str(), row.scene.c_str(),
-                    row.steps, row.contacts, row.fall_throughs, row.sunk, row.buried);
+    // What was never touched was not tested.
+    outcome.text += format_text("%-16s %-46s %10ld %10ld ", row.method.c_str(), row.scene.c_str(), row.steps,
+                                row.contacts);
+    outcome.text += row.contacts > 0
+                        ? format_text("%6ld %6ld %6ld\n", row.fall_throughs, row.sunk, row.buried)
+                        : format_text("%6s %6s %6s\n", "-", "-", "-");
     std::string scene = row.scene;
     std::replace(scene.begin(), scene.end(), ',', ';');
     csv += format_text("%s,%s,%ld,%ld,%ld,%ld,%ld,%ld,%ld,%.0f\n", row.method.c_str(), scene.c_str(),
@@ -593,13 +596,12 @@ volume::Status bench_stability(const BenchArguments& arguments, Outcome& outcome
       "largest stiffness, 250 Hz to 10 kHz: within %.1f %% of theory; with an encoder and friction at least "
       "%.3f of what theory says suffices\n",
       100 * worst, least);
+  outcome.text += format_text("energy made, N mm:\n  %-7s %8s %6s %10s %12s %8s\n", "on a", "K/bound", "late",
+                              "without", "controlled", "a step");
   for (const bench::EnergyRow& row : energies) {
-    outcome.text += format_text(
-        "energy on %s at %.1f times the bound, %d ticks late: made at most %.3f N mm, with the controller "
-        "%.3f "
-        "(a step: %.3f); in all %.3f and %.3f\n",
-        row.surface.c_str(), row.stiffness_over_bound, row.delay_ticks, row.most_made, row.most_made_with,
-        row.one_step_without, row.balance_without, row.balance_with);
+    outcome.text +=
+        format_text("  %-7s %8.1f %6d %10.3f %12.3f %8.3f\n", row.surface.c_str(), row.stiffness_over_bound,
+                    row.delay_ticks, row.most_made, row.most_made_with, row.one_step_without);
     outcome.json["energy"].push_back({{"surface", row.surface},
                                       {"contact_share", row.contact_share},
                                       {"most_made", row.most_made},

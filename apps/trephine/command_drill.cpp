@@ -54,6 +54,7 @@ Result<Outcome> run_drill(const DrillArguments& arguments) {
     return *error;
   drilling::Burr burr(burr_options);
   if (volume::Status error = made.value()->prepare(scene)) {
+    if (error->where == "--smallest-burr" && !arguments.smallest_burr) error->where = "--burr-diameter";
     if (arguments.is_round && error->where == "--radius")
       error->where = "--round with --method " + arguments.method;
     return *error;

@@ -301,7 +301,8 @@ int main(int argc, char** argv) {
   c->add_option("-o,--output", bench.output, "Folder for the tables and charts of feel and stability")
       ->type_name("DIR");
   c->add_option("--steps", bench.steps, "Random steps of stability, in all")->capture_default_str();
-  c->add_flag("--quick", bench.is_quick, "Feel in under a minute: smaller and fewer scenes");
+  c->add_flag("--quick", bench.is_quick,
+              "Feel with smaller and fewer scenes: a minute, or two with every peer");
   c->add_option(
        "--only", bench.only,
        "Built-in scenes of feel whose name holds this, for example sphere; methods of stability likewise")
@@ -326,7 +327,7 @@ int main(int argc, char** argv) {
                 "The scan that was operated on, when the session does not hold it")
       ->type_name("SRC");
   c->add_option("--rays", audit.rays, "How many rays")->capture_default_str();
-  c->add_option("--seed", audit.seed, "Which")->capture_default_str();
+  c->add_option("--seed", audit.seed, "Which rays: another number, others")->capture_default_str();
   c->add_option(
        "--plant", audit.plant,
        "Show that the audit sees: one tick of the session falls through, has a force that is 0.01 N off or "

@@ -1,6 +1,7 @@
 #include "haptics/subvoxel_proxy.h"
 
 #include <cmath>
+#include <random>
 
 #include "tests/haptics/method_play.h"
 
@@ -213,6 +214,35 @@ TEST(SubvoxelProxy, TwoBinaryShapesInACornerLetItSlideOnceSoftened) {
     else
       EXPECT_GT(behind, 200);
   }
+}
+
+/// A shape that holds from within is entered through the border's face, which is a cube's end too: rounding
+/// must not hold the tip on it.
+TEST(SubvoxelProxy, EntersAShapeHeldFromWithinThroughTheBorder) {
+  glm::dmat3 axes(1.875);
+  axes[2][1] = 0.23;
+  volume::Volume block =
+      volume::make_volume(glm::ivec3(14), volume::Frame::from_axes({3, -7, 11}, axes).value()).value();
+  for (auto& v : block.voxels.span()) v = 1200;
+  TouchScene scene = scenes::scene_of(std::move(block));
+  scene.shapes[0].sides = Sides::back;
+  SubvoxelProxy method;
+  ASSERT_FALSE(method.prepare(scene));
+  const volume::Version version(scene.base);
+  const volume::Frame& frame = scene.base->frame;
+  std::mt19937_64 random(5);
+  std::uniform_real_distribution<double> within(2.5, 10.5), beyond(0.6, 4);
+  long held = 0;
+  for (int i = 0; i < 20000; ++i) {
+    dvec3 out, in;
+    for (int a = 0; a < 3; ++a) out[a] = within(random), in[a] = within(random);
+    out[i % 3] = i / 3 % 2 ? 13 + beyond(random) : -beyond(random);
+    ProxyState state;
+    method.step(scene, version, state, {frame.world_from_volume(out)});
+    const ProxyStep s = method.step(scene, version, state, {frame.world_from_volume(in)});
+    held += s.has_contact || s.is_buried || glm::length(s.proxy_world - frame.world_from_volume(in)) > 1e-9;
+  }
+  EXPECT_EQ(held, 0);
 }
 
 }  // namespace
