@@ -73,12 +73,16 @@ class Fire {
     const float limit = static_cast<float>(reach * reach), deepest = static_cast<float>(inner * inner);
     half_step_ = static_cast<float>(0.5 * step), most_ = limit;
     buckets_.resize(static_cast<std::size_t>(reach / step * 2) + 3);
+    // From each point to the corners of its cell, and of both where it lies on a plane of the lattice, as a
+    // flat face or the grid's border may: on one side alone it might be buried.
+    constexpr double k_on_plane = 0.05;
     for (std::uint32_t p = 0; p < points_.size(); ++p) {
-      const ivec3 c = ivec3(glm::floor(lattice_.volume_from_world(dvec3(points_[p].at_world)))) - low_;
-      for (int k = 0; k < 8; ++k) {
-        const ivec3 corner = c + ivec3(k & 1, k >> 1 & 1, k >> 2 & 1);
-        if (contains(corner)) offer(index(corner), world_of(corner), p);
-      }
+      const dvec3 at = lattice_.volume_from_world(dvec3(points_[p].at_world)) - dvec3(low_);
+      const ivec3 first(glm::floor(at - k_on_plane)), last = ivec3(glm::floor(at + k_on_plane)) + 1;
+      for (int z = first.z; z <= last.z; ++z)
+        for (int y = first.y; y <= last.y; ++y)
+          for (int x = first.x; x <= last.x; ++x)
+            if (contains({x, y, z})) offer(index({x, y, z}), world_of({x, y, z}), p);
     }
     // The 26 neighbours: how far in memory and in the world.
     std::array<glm::vec3, 27> away;

@@ -60,12 +60,14 @@ class SmoothSurface {
       bool is_near = true;
       for (int i = 0; i < 8 && is_near; ++i) {
         const Jet j = jet(is_cut, p);
-        const double square = glm::dot(j.gradient, j.gradient);
+        // The shortest way in the world: in voxels' own units it would lead along thick slices.
+        const glm::dvec3 uphill = frame_.gradient_world_from_volume(j.gradient);
+        const double square = glm::dot(uphill, uphill);
         if (!(square > 0)) {
           is_near = false;
           break;
         }
-        const glm::dvec3 step = (j.value / square) * j.gradient;
+        const glm::dvec3 step = frame_.vector_volume_from_world((j.value / square) * uphill);
         p -= step;
         const glm::dvec3 off = (p - from) * cells;
         is_near = glm::dot(off, off) < 1.5 * 1.5;

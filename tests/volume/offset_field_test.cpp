@@ -251,6 +251,40 @@ TEST(OffsetField, AnUpdateAfterACutEqualsANewField) {
   EXPECT_LT(updated->at(v.x, v.y, v.z), 0);
 }
 
+/// Bone that fills its grid: around each face of the border, thick slices and faces on the lattice's planes
+/// too.
+TEST(OffsetField, IsTheDistanceToTheBorder) {
+  for (const dvec3& spacing :
+       {dvec3(0.5), dvec3(0.5, 0.5, 3), dvec3(0.5, 0.5, 4), dvec3(4, 0.5, 0.5), dvec3(0.5, 0.5, 5)}) {
+    const ivec3 size(glm::ceil(dvec3(16) / spacing));
+    auto block =
+        std::make_shared<Volume>(make_volume(size, Frame::from_spacing({0, 0, 0}, spacing).value()).value());
+    for (auto& v : block->voxels.span()) v = 1200;
+    const Made m{block, Field(*block, Shape{}), Occupancy::build(*block, Shape{})};
+    for (const double radius : {0.8, 1.25, 2.0, 2.5}) {
+      const auto f = OffsetField::build(m.field, m.bits, nullptr, radius).value();
+      double worst = 0;
+      long count = 0;
+      for (int z = 0; z < f->size().z; ++z)
+        for (int y = 0; y < f->size().y; ++y)
+          for (int x = 0; x < f->size().x; ++x) {
+            const dvec3 v = f->frame().world_from_volume(dvec3(x, y, z)) / spacing,
+                        off = glm::max(-0.5 - v, v - (dvec3(size) - 0.5)) * spacing;
+            // Over one face alone: the grid's edges are rounded.
+            int outside = 0, inner = 0;
+            for (int a = 0; a < 3; ++a) outside += off[a] > 1e-9, inner += off[a] < -1.5 * spacing[a];
+            if (outside != 1 || inner != 2) continue;
+            const double exact = radius - std::max({off.x, off.y, off.z});
+            if (std::abs(exact) > 0.9 * f->far_mm()) continue;
+            worst = std::max(worst, std::abs(f->at(x, y, z) - exact));
+            ++count;
+          }
+      EXPECT_GT(count, 500) << spacing.x << " " << spacing.z << " " << radius;
+      EXPECT_LT(worst, 0.02) << spacing.x << " " << spacing.z << " " << radius;
+    }
+  }
+}
+
 /// Update after update while a burr moves on, in thick and sheared slices too, each nowhere larger than the
 /// one before: errors must not add up.
 TEST(OffsetField, AChainOfUpdatesStaysTheDistance) {
