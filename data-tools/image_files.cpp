@@ -1,6 +1,7 @@
 #include "data-tools/image_files.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
@@ -166,6 +167,23 @@ std::string missing_bytes(const std::string& path, std::size_t voxel_bytes) {
   return held < expected ? std::to_string(held) + " of " + std::to_string(expected) + " bytes of voxels" : "";
 }
 
+/// Has a file that was written room for so many bytes of voxels? A gzip file says in its last four bytes how
+/// much it holds.
+bool holds(const std::string& path, std::uint64_t bytes, bool is_gzip) {
+  std::error_code failed;
+  const std::uint64_t size = fs::file_size(path, failed);
+  if (failed) return false;
+  if (!is_gzip) return size >= bytes;
+  std::ifstream in(path, std::ios::binary);
+  std::array<unsigned char, 4> last{};
+  in.seekg(-4, std::ios::end);
+  if (!in.read(reinterpret_cast<char*>(last.data()), 4)) return false;
+  const std::uint32_t held =
+      last[0] | last[1] << 8 | last[2] << 16 | static_cast<std::uint32_t>(last[3]) << 24;
+  constexpr std::uint32_t k_header = 352;  // of NIfTI
+  return held == static_cast<std::uint32_t>(bytes + k_header);
+}
+
 Status write_image(const std::string& path, const glm::ivec3& size, const volume::Frame& frame,
                    itk::IOComponentEnum type, const void* data) {
   if (!is_writable_volume_file(path))
@@ -202,6 +220,14 @@ Status write_image(const std::string& path, const glm::ivec3& size, const volume
       return Error{"the volume cannot be written", file_name(path), reason(e),
                    "a folder that may be written and has room", "choose another place, or make room"};
     }
+    // Some writers say nothing of a full disk.
+    const std::uint64_t voxels = static_cast<std::uint64_t>(size.x) * static_cast<std::uint64_t>(size.y) *
+                                 static_cast<std::uint64_t>(size.z),
+                        bytes = voxels * format.io->GetComponentSize();
+    if (!has_extension(path, ".nrrd") && !holds(temporary, bytes, has_extension(path, ".gz")))
+      return Error{"the volume cannot be written", file_name(path), "a file that is too short",
+                   "a disk with room for " + std::to_string(bytes) + " bytes",
+                   "choose another place, or make room"};
     return std::nullopt;
   });
 }

@@ -1,11 +1,13 @@
 // Reading and writing real formats: one oblique volume through all of them, the golden figures, and every
 // refusal.
+#include <csignal>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <glm/geometric.hpp>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
+#include <sys/resource.h>
 #include <zlib.h>
 
 #include "data-tools/atomic_file.h"
@@ -494,6 +496,25 @@ TEST(PolygonModels, DamagedOnesAreRefusedInWordsWithoutNoise) {
   EXPECT_FALSE(read_polygon_model(std::string(300, 'a') + ".ply"));
   for (const double scale : {0.0, -1.0, 1e9}) EXPECT_FALSE(read_polygon_model(scratch / "good.ply", scale));
   EXPECT_FALSE(read_polygon_model(scratch / "missing.ply"));
+}
+
+/// Where no more bytes may be written, as on a full disk: said, and what was there before is kept.
+TEST(Files, AVolumeThatDoesNotFitReplacesNothing) {
+  const Scratch scratch;
+  const volume::Volume v = make_phantom("sphere", {}).value();
+  for (const char* name : {"a.mha", "a.nii", "a.nii.gz", "a.nrrd"}) {
+    write_text(scratch / name, "old");
+    struct rlimit before {};
+    ASSERT_EQ(::getrlimit(RLIMIT_FSIZE, &before), 0);
+    const auto ignored = std::signal(SIGXFSZ, SIG_IGN);
+    const struct rlimit small { 5000, before.rlim_max };
+    ASSERT_EQ(::setrlimit(RLIMIT_FSIZE, &small), 0);
+    const bool is_refused = write_volume(scratch / name, v).has_value();
+    ASSERT_EQ(::setrlimit(RLIMIT_FSIZE, &before), 0);
+    std::signal(SIGXFSZ, ignored);
+    EXPECT_TRUE(is_refused) << name;
+    EXPECT_EQ(fs::file_size(scratch / name), 3u) << name;
+  }
 }
 
 TEST(PolygonModels, RealOnesAreRead) {
