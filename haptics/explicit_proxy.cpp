@@ -166,11 +166,11 @@ bool is_behind_triangles(const TouchScene& scene, const volume::Version& version
 }
 
 volume::Status ExplicitProxy::prepare(const TouchScene& scene) {
+  if (volume::Status error = check_touchable(scene, true)) return error;
+  if (scene.smallest_burr <= 0) return std::nullopt;
   // Triangles span voxels: a hole narrower than a voxel is long does not show in them.
   const glm::dvec3& spacing = scene.base->frame.spacing();
-  if (volume::Status error = check_smallest_burr(scene, std::max({spacing.x, spacing.y, spacing.z})))
-    return error;
-  return check_touchable(scene, true);
+  return check_smallest_burr(scene, std::max({spacing.x, spacing.y, spacing.z}));
 }
 
 ProxyStep ExplicitProxy::step(const TouchScene& scene, const volume::Version& version, ProxyState& state,

@@ -29,6 +29,7 @@ volume::Status check_smallest_burr(const TouchScene& scene, double least) {
 }
 
 volume::Status check_burr_opens_voxels(const TouchScene& scene) {
+  if (scene.smallest_burr <= 0) return std::nullopt;  // nothing cuts; there may be no volume either
   const glm::dmat3& axes = scene.base->frame.axes();
   double diagonal = 0;
   for (const double y : {-1.0, 1.0})

@@ -101,8 +101,10 @@ void soften(TouchScene& scene, std::span<const std::size_t> which, int threads) 
   for (const std::size_t s : which) {
     TouchShape& shape = scene.shapes[s];
     std::vector<const volume::Occupancy*> beside;
+    // A tool that is held within one of the two may be where the other would go on.
     for (const std::size_t other : which)
-      if (other != s && &scene.shapes[other].field.volume() == &shape.field.volume())
+      if (other != s && shape.sides == Sides::front && scene.shapes[other].sides == Sides::front &&
+          &scene.shapes[other].field.volume() == &shape.field.volume())
         beside.push_back(scene.shapes[other].bits.get());
     shape.soft = volume::SoftField::build(*shape.bits, threads, beside);
   }

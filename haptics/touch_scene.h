@@ -132,7 +132,8 @@ inline int shape_count(const TouchScene& scene) noexcept {
 }
 
 /// Makes labels and thresholded shapes smooth (volume/soft_field.h): tenths of a second for large volumes.
-/// Shapes with more than two values near their surface stay as they are.
+/// Shapes with more than two values near their surface stay as they are. Those touched from the front alone
+/// go on into one another where they meet, so sides come first.
 void soften(TouchScene& scene, int threads = 0);
 /// Those alone.
 void soften(TouchScene& scene, std::span<const std::size_t> which, int threads = 0);

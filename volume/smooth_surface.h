@@ -118,11 +118,12 @@ class SmoothSurface {
     glm::dvec3 reached = start, other = start;
     const std::optional<double> here = distance_within(x_world, from.is_cut, reached);
     // The other field may bound the solid nearer to x.
+    const bool has_other = is_near_cut(from);
     const std::optional<double> there =
-        is_near_cut(from) ? distance_within(x_world, !from.is_cut, other) : std::nullopt;
+        has_other ? distance_within(x_world, !from.is_cut, other) : std::nullopt;
     double best = std::min({longest, here.value_or(longest), there.value_or(longest)});
     // The rim lies on both: it is nearest only where one of them has no nearest place that bounds the solid.
-    if (is_near_cut(from) && !(here && there)) {
+    if (has_other && !(here && there)) {
       glm::dvec3 rim(0);
       best = distance_to_rim(x_world, reached, distance_to_rim(x_world, start, best, rim), rim);
     }

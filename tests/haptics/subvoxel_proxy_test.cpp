@@ -216,6 +216,33 @@ TEST(SubvoxelProxy, TwoBinaryShapesInACornerLetItSlideOnceSoftened) {
   }
 }
 
+/// A tool that is held within one label is as free up to the next one as if that went on nowhere.
+TEST(SubvoxelProxy, WhatHoldsFromWithinIsSoftenedForItself) {
+  volume::Volume base = volume::make_volume(glm::ivec3(30), volume::Frame(), true).value();
+  base.label_names = {"", "room", "wall"};
+  for (int z = 0; z < 30; ++z)
+    for (int y = 0; y < 30; ++y)
+      for (int x = 0; x < 30; ++x) base.labels[base.index(x, y, z)] = x < 15 ? 1 : 2;
+  TouchScene scene;
+  scene.base = std::make_shared<const volume::Volume>(std::move(base));
+  for (const int label : {1, 2}) {
+    volume::Shape shape;
+    shape.label = label;
+    scene.shapes.push_back(
+        {volume::Field(*scene.base, shape),
+         std::make_shared<const volume::Occupancy>(volume::Occupancy::build(*scene.base, shape)),
+         Material{0.5, 0, 0, 0}, label == 1 ? Sides::back : Sides::front});
+  }
+  soften(scene);
+  for (const TouchShape& shape : scene.shapes) {
+    const auto alone = volume::SoftField::build(*shape.bits);
+    for (int x = 0; x < 30; ++x) EXPECT_EQ(shape.soft->at(x, 14, 14), alone->at(x, 14, 14)) << x;
+  }
+  scene.shapes[0].sides = Sides::front;
+  soften(scene);
+  EXPECT_GT(scene.shapes[1].soft->at(13, 14, 14), 0);
+}
+
 /// A shape that holds from within is entered through the border's face, which is a cube's end too: rounding
 /// must not hold the tip on it.
 TEST(SubvoxelProxy, EntersAShapeHeldFromWithinThroughTheBorder) {
