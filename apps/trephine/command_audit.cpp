@@ -9,6 +9,7 @@
 #include "apps/trephine/text.h"
 #include "data-tools/atomic_file.h"
 #include "haptics/methods.h"
+#include "tests/checker/ball_judge.h"
 #include "tests/checker/force_judge.h"
 #include "tests/checker/traversal_audit.h"
 #include "tests/scenes/promise.h"
@@ -71,6 +72,52 @@ checker::EffectLaw law_of(const std::string& words) {
     law.other = e->wavelength;
   return law;
 }
+
+/// A round tip where its field lets it be, beside the scan's own samples and cuts.
+class Ball {
+ public:
+  explicit Ball(const haptics::TouchScene& scene)
+      : scene_(scene), judge_(scene.tool_radius), least_move_(0.01 * scene.tool_radius) {
+    const glm::dvec3& spacing = scene.base->frame.spacing();
+    allowed_ = std::min(0.1, 0.2 * std::max({spacing.x, spacing.y, spacing.z})) + 0.02 * scene.tool_radius;
+  }
+  void set_version(const std::shared_ptr<const volume::Version>& version) {
+    solids_.clear();
+    for (const haptics::TouchShape& shape : scene_.shapes)
+      solids_.push_back(checker::smooth_solid(scene_.base, shape.field.shape(), version, shape.soft));
+    is_new_ = true;
+  }
+  /// `popped`: the shape that gave way; -1 for none. Looks where the tip has moved, and after each cut.
+  void look(const glm::dvec3& middle_world, int popped) {
+    if (!is_new_ && glm::length(middle_world - last_) < least_move_) return;
+    is_new_ = false, last_ = middle_world;
+    const double deep = judge_.sunk_mm(middle_world, [&](const glm::dvec3& at) {
+      const glm::dvec3 p = scene_.base->frame.volume_from_world(at);
+      for (std::size_t s = 0; s < solids_.size(); ++s)
+        if (static_cast<int>(s) != popped && haptics::holds(scene_.shapes[s].sides, haptics::Sides::front) &&
+            solids_[s].is_solid(p))
+          return true;
+      return false;
+    });
+    ++judged_;
+    sunk_ += deep > allowed_;
+    deepest_ = std::max(deepest_, deep);
+  }
+  long judged() const { return judged_; }
+  long sunk() const { return sunk_; }
+  double deepest_mm() const { return deepest_; }
+  double allowed_mm() const { return allowed_; }
+
+ private:
+  const haptics::TouchScene& scene_;
+  checker::BallJudge judge_;
+  double least_move_, allowed_;
+  std::vector<checker::SmoothSolid> solids_;
+  bool is_new_ = true;
+  glm::dvec3 last_{0.0};
+  long judged_ = 0, sunk_ = 0;
+  double deepest_ = 0;
+};
 
 /// One hand's judges, and what gave way under it.
 struct Hand {
@@ -140,6 +187,9 @@ Result<Outcome> audit_session(const AuditArguments& arguments) {
   law.device_damping = header.force.device_damping;
   for (const std::string& words : header.effects) law.effects.push_back(law_of(words));
   std::vector<Hand> judges(hands, Hand{checker::FallThroughJudge(meets), checker::ForceJudge(law)});
+  std::optional<Ball> ball;
+  // Methods on cubes promise no more than these, and a ball of a voxel may lie in the corner of one.
+  if (scene.tool_radius > 0 && promised == Solid::smooth) ball.emplace(scene);
 
   ProgressLine progress("auditing");
   const std::uint64_t all = std::max<std::uint64_t>(1, session.reader->tick_count());
@@ -147,6 +197,10 @@ Result<Outcome> audit_session(const AuditArguments& arguments) {
   long led = 0;
   std::optional<std::string> to_plant;
   if (!arguments.plant.empty()) to_plant = arguments.plant;
+  if (to_plant == "ball" && !ball)
+    return Error{"this fault needs a round tip", "--plant", *to_plant,
+                 "a session of --round or --radius by a method that touches the smooth solid",
+                 "plant another"};
   for (std::uint64_t n = 0;; ++n) {
     if (n % 256 == 0 && !progress(static_cast<double>(replay.next_tick()) / static_cast<double>(all)))
       return interrupted("the audit");
@@ -160,6 +214,7 @@ Result<Outcome> audit_session(const AuditArguments& arguments) {
       solids.clear();
       for (std::size_t shape = 0; shape < scene.shapes.size(); ++shape)
         solids.emplace_back(*haptics::find_method(header.method), scene, seen, shape);
+      if (ball) ball->set_version(seen);
     }
     const bool is_fresh = replay.counts().resumes != resumes;
     if (is_fresh || replay.counts().dropped != dropped)
@@ -190,11 +245,13 @@ Result<Outcome> audit_session(const AuditArguments& arguments) {
     std::array<glm::dvec3, haptics::k_max_waypoints> path = step.path_volume;
     int waypoints = step.waypoint_count;
     const glm::dvec3 hip = scene.base->frame.volume_from_world(r.pose.position_world);
+    glm::dvec3 middle = r.proxy_world;
     if (to_plant && r.has_contact && !r.is_led && 2 * replay.counts().ticks > all &&
         glm::length(r.proxy_world - r.pose.position_world) > 0.1) {
       if (*to_plant == "force") tick.force.x += 0.01;
       if (*to_plant == "energy") tick.contact_energy += 0.01;
       if (*to_plant == "fall") path[0] = hip, waypoints = 1;
+      if (*to_plant == "ball") middle -= 3 * ball->allowed_mm() * r.normal_world;
       to_plant.reset();
     }
     hand.force.look(tick);
@@ -203,8 +260,10 @@ Result<Outcome> audit_session(const AuditArguments& arguments) {
     if (r.is_reset) hand.popped_shape = -1;
     if (r.is_led) ++led;
     if (!r.is_led && !is_lost) {
+      const long before = hand.falls.judged();
       hand.falls.look({std::span(path.data(), static_cast<std::size_t>(waypoints)), hip, step.has_contact,
                        step.is_buried});
+      if (ball && hand.falls.judged() > before && !step.is_buried) ball->look(middle, hand.popped_shape);
     }
     if (!is_lost) hand.pop(scene, r);
   }
@@ -220,7 +279,8 @@ Result<Outcome> audit_session(const AuditArguments& arguments) {
     worst_energy = std::max(worst_energy, hand.force.worst_energy_nmm());
   }
   const bool is_same = !replay.mismatch().has_value(), is_balanced = worst_energy < 1e-6;
-  const bool is_certified = fell == 0 && wrong == 0 && is_same && is_balanced && judged > 0;
+  const bool is_certified = fell == 0 && wrong == 0 && is_same && is_balanced && judged > 0 &&
+                            (!ball || (ball->sunk() == 0 && ball->judged() > 0));
   Outcome outcome{new_report("audit-session"), "", is_certified ? exit_done : exit_check_failed};
   outcome.json["session"] = data_tools::file_name(arguments.session);
   outcome.json["method"] = header.method;
@@ -232,17 +292,24 @@ Result<Outcome> audit_session(const AuditArguments& arguments) {
   outcome.json["wrong_forces"] = wrong;
   outcome.json["worst_force_n"] = worst_force;
   outcome.json["worst_energy_nmm"] = worst_energy;
+  if (ball) {
+    outcome.json["balls_judged"] = ball->judged();
+    outcome.json["balls_sunk"] = ball->sunk();
+    outcome.json["deepest_ball_mm"] = ball->deepest_mm();
+    outcome.json["allowed_ball_mm"] = ball->allowed_mm();
+  }
   outcome.json["is_same_as_recorded"] = is_same;
   outcome.json["is_certified"] = is_certified;
   outcome.text = format_text(
       "%llu ticks with %s, %ld of them judged: fell through %ld times; %ld forces off their law (worst %.1e "
-      "N); ledger "
-      "within "
-      "%.1e N mm; "
-      "%s as recorded\n%s\n",
+      "N); ledger within %.1e N mm; %s as recorded\n",
       static_cast<unsigned long long>(replay.counts().ticks), header.method.c_str(), judged, fell, wrong,
-      worst_force, worst_energy, is_same ? "the same bits" : "not the same",
-      is_certified ? "certified" : "NOT certified");
+      worst_force, worst_energy, is_same ? "the same bits" : "not the same");
+  if (ball)
+    outcome.text +=
+        format_text("the ball at %ld places: %ld times deeper in matter than %.2f mm, %.3f mm at most\n",
+                    ball->judged(), ball->sunk(), ball->allowed_mm(), ball->deepest_mm());
+  outcome.text += is_certified ? "certified\n" : "NOT certified\n";
   return outcome;
 }
 

@@ -331,9 +331,9 @@ int main(int argc, char** argv) {
   c->add_option(
        "--plant", audit.plant,
        "Show that the audit sees: one tick of the session falls through, has a force that is 0.01 N off or "
-       "an energy that is, before it is judged: fall, force or energy")
+       "an energy that is, or a round tip in matter, before it is judged: fall, force, energy or ball")
       ->type_name("FAULT")
-      ->check(CLI::IsMember({"fall", "force", "energy"}));
+      ->check(CLI::IsMember({"fall", "force", "energy", "ball"}));
 
   for (int i = 1; i < argc; ++i) wants_json = wants_json || std::string_view(argv[i]) == "--json";
   try {

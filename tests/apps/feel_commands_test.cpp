@@ -314,8 +314,11 @@ TEST_F(Command, SessionsSayWhatWasFelt) {
 TEST_F(Command, ATouchIsRecordedReplayedAndAudited) {
   ASSERT_EQ(run("phantom sphere --size 48 --psf 1.5 -o s.mha").exit_code, 0);
   write_press("p.csv", 3);
-  const std::string options[] = {"--stiffness-ramp 300,1500,1", "--viscosity 0.01 --passive",
-                                 "--pop-through 0.6", "--method implicit --radius 2",
+  const std::string options[] = {"--stiffness-ramp 300,1500,1",
+                                 "--viscosity 0.01 --passive",
+                                 "--pop-through 0.6",
+                                 "--method implicit --radius 2",
+                                 "--radius 1.5",
                                  "--radius 2 --passive --pop-through 0.8 --stiffness-ramp 0,1500,1"};
   for (const std::string& o : options) {
     fs::remove(folder_ / "t.session");
@@ -326,6 +329,18 @@ TEST_F(Command, ATouchIsRecordedReplayedAndAudited) {
     const Json audit = json("audit t.session --case s.mha");
     EXPECT_EQ(audit["is_certified"], true) << o << audit;
     EXPECT_EQ(audit["ticks"], touch["steps"]);
+    if (o.find("--radius") == std::string::npos || o.find("implicit") != std::string::npos) {
+      EXPECT_EQ(run("audit t.session --case s.mha --plant ball").exit_code, 2);
+      continue;
+    }
+    // A ball that lies in matter is found by samples of the scan, whatever its field says.
+    EXPECT_GT(audit["balls_judged"], 100) << o;
+    EXPECT_LT(audit["deepest_ball_mm"], audit["allowed_ball_mm"]) << o;
+    if (o.find("pop") != std::string::npos) continue;  // in its second half nothing holds the tip
+    const Ended planted = run("audit t.session --case s.mha --json --plant ball");
+    EXPECT_EQ(planted.exit_code, 1) << o;
+    EXPECT_EQ(Json::parse(planted.out)["balls_sunk"], 1) << o;
+    EXPECT_EQ(Json::parse(planted.out)["fall_throughs"], 0) << o;
   }
   // Every effect, one by one and some together; gone on with, they go on too.
   for (const char* effects :

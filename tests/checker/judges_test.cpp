@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 #include <vector>
 
+#include "tests/checker/ball_judge.h"
 #include "tests/checker/exact_traversal.h"
 #include "tests/checker/fall_through.h"
 #include "tests/checker/force_judge.h"
@@ -297,6 +298,25 @@ TEST(SmoothSolid, MeetsWhatAWayCrossesHoweverThin) {
   const SmoothSolid cut({{wall}, {[](int, int y, int) { return y - 10.0; }}});
   EXPECT_TRUE(cut.is_free({0, 0, 0}, {10, 0.4, 0.7}));
   EXPECT_FALSE(cut.is_free({0, 14, 0}, {10, 14.4, 0.7}));
+}
+
+TEST(BallJudge, SaysHowFarABallReachesIntoMatter) {
+  const BallJudge judge(2);
+  const auto floor = [](const dvec3& p) { return p.z <= 0; };
+  const auto slab = [](const dvec3& p) { return p.z <= 0 && p.z > -0.2; };
+  // Never more than the truth, and little less.
+  for (const double deep : {-0.5, 0.0, 0.05, 0.2, 1.0, 1.9}) {
+    const double found = judge.sunk_mm({3, 4, 2 - deep}, floor), truth = std::max(0.0, deep);
+    EXPECT_LE(found, truth + 1e-3);
+    EXPECT_GE(found, truth - 0.015);
+    EXPECT_NEAR(judge.sunk_mm({3, 4, 2 - deep}, slab), found, 0.015);
+  }
+  EXPECT_EQ(judge.sunk_mm({0, 0, -5}, floor), 2);
+  // What floats inside the ball, and an edge.
+  EXPECT_GT(judge.sunk_mm({0, 0, 0}, [](const dvec3& p) { return glm::length(p - dvec3(0.8, 0, 0)) < 0.3; }),
+            1);
+  EXPECT_NEAR(judge.sunk_mm({0, 0, 0}, [](const dvec3& p) { return p.x > 1 && p.y > 1; }), 2 - std::sqrt(2.0),
+              0.05);
 }
 
 }  // namespace
