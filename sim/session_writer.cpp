@@ -52,7 +52,11 @@ Result<std::unique_ptr<SessionWriter>> SessionWriter::create(const std::string& 
                                                              const SessionHeader& header,
                                                              std::shared_ptr<const volume::Volume> scan,
                                                              const WriterOptions& options) {
-  const std::string where = name_of(path);
+  const std::string where = name_of(path), header_text = encode(header);
+  // What could not be read again is not begun.
+  if (const auto readable = decode_header(header_text); !readable)
+    return Error{"this cannot be recorded", where, readable.error().found, "a value in the range of sessions",
+                 ""};
   const int file = ::open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0644);
   if (file < 0 && errno == EEXIST)
     return Error{"there is a file of that name already", where, "", "a new name for a new session",
@@ -66,7 +70,7 @@ Result<std::unique_ptr<SessionWriter>> SessionWriter::create(const std::string& 
   if (::write(file, preamble.data(), preamble.size()) != static_cast<ssize_t>(preamble.size()))
     writer->fail(errno);
   writer->bytes_written_ += preamble.size();
-  writer->write_block(BlockKind::header, 0, encode(header));
+  writer->write_block(BlockKind::header, 0, header_text);
   if (const Status error = writer->status()) {
     writer.reset();
     ::unlink(path.c_str());

@@ -185,7 +185,8 @@ AttackRow attack(const Target& target, const MethodInfo& info, long steps, std::
   const bool is_of_triangles =
       info.solid == MethodInfo::Solid::net || info.solid == MethodInfo::Solid::marching_cubes;
   const bool is_cut = !info.is_of_untouched && !is_held_from_within(scene);
-  const long cut_every = is_of_triangles || scene.tool_radius > 0 ? 1000 : 400;
+  // Short runs are cut and undone too.
+  const long cut_every = std::clamp(steps / 2, 100L, is_of_triangles || scene.tool_radius > 0 ? 1000L : 400L);
   double speed = 1;
   for (long i = 0; i < steps; ++i) {
     if (i % 2000 == 0) {  // a new start anywhere, then forget what was

@@ -18,8 +18,16 @@ using glm::dvec3;
 
 constexpr double k_dt = 1e-3;
 
-TouchScene scene_of_plane() {
+/// Of voxels of 2.5 mm, or as scanners slice.
+struct Slices {
+  double across = 2.5, thick = 2.5, shear = 0;  ///< mm, mm, degrees
+};
+constexpr Slices k_slices[] = {{}, {1.5, 3.75, 0}, {0.8, 9.6, 0}, {1.2, 6, 25}};
+
+TouchScene scene_of_plane(const Slices& slices = {}) {
   data_tools::PhantomOptions o;
+  o.spacing_mm = {slices.across, slices.across, slices.thick};
+  o.shear_degrees = slices.shear;
   o.size = glm::ivec3(48);
   o.psf_sigma_voxels = 1.5;
   o.parameters = {{"angle", 0}};
@@ -125,25 +133,28 @@ TEST(Effects, ATrackResistsOnlyWhereItIsMadeLongerAndSaysWhereItsTissueEnds) {
 TEST(Effects, ALineFeelsNoBoneThatWasCut) {
   Effect effect = parse_effect("line start=0,0,2 ahead=0,0,-1 stiffness=1 resistance=2").value();
   std::get<LineTrack>(effect.kind).shape = 0;
-  const TouchScene scene = scene_of_plane();
-  volume::RemovalEditor editor(std::make_shared<volume::Version>(scene.base), {scene.shapes[0].field});
-  editor.remove({{0, 0, -20}, {0, 0, -30}, 5, false});  // a cavity from z = -15 down
-  const auto cut = editor.publish();
-  for (const bool is_cut : {false, true}) {
-    EffectRack rack;
-    ASSERT_FALSE(rack.add(effect).has_value());
-    bool has_lost = false;
-    EffectForces f;
-    for (double z = 1.9; z > -20; z -= 0.01) {
-      f = rack.step(scene, {}, {}, {0, 0, z}, k_dt, is_cut ? cut.get() : nullptr);
-      has_lost = has_lost || f.has_lost_resistance;
-      if (z > -14 && z < -4) {
-        EXPECT_NEAR(f.rendered_world.z, 2, 0.02);
+  for (const Slices& slices : k_slices)
+    for (const bool is_cut : {false, true}) {
+      SCOPED_TRACE(slices.thick);
+      TouchScene scene = scene_of_plane(slices);
+      ASSERT_FALSE(set_smallest_burr(scene, 10).has_value());
+      volume::RemovalEditor editor(untouched(scene), {scene.shapes[0].field});
+      editor.remove({{0, 0, -20}, {0, 0, -30}, 5, false});  // a cavity from z = -15 down
+      const auto cut = editor.publish();
+      EffectRack rack;
+      ASSERT_FALSE(rack.add(effect).has_value());
+      bool has_lost = false;
+      EffectForces f;
+      for (double z = 1.9; z > -20; z -= 0.01) {
+        f = rack.step(scene, {}, {}, {0, 0, z}, k_dt, is_cut ? cut.get() : nullptr);
+        has_lost = has_lost || f.has_lost_resistance;
+        if (z > -14 && z < -4) {
+          EXPECT_NEAR(f.rendered_world.z, 2, 0.02);
+        }
       }
+      EXPECT_EQ(has_lost, is_cut);
+      EXPECT_NEAR(f.rendered_world.z, is_cut ? 0 : 2, 0.02);
     }
-    EXPECT_EQ(has_lost, is_cut);
-    EXPECT_NEAR(f.rendered_world.z, is_cut ? 0 : 2, 0.02);
-  }
 }
 
 TEST(Effects, ActiveOnesGiveAMovingHandNoMoreThanTheirPower) {
@@ -285,26 +296,29 @@ INSTANTIATE_TEST_SUITE_P(All, Surfaces,
                                          "scene"));
 
 TEST_P(Surfaces, GiveWayWhenPressedHarderThanTheyBearAndHoldAgainSomeWayOff) {
-  TouchScene scene = scene_of_plane();
-  scene.shapes[0].material.pop_force = 2;
-  scene.shapes[0].material.pop_rearm = 3;
-  Servo servo(scene, GetParam());
-  servo.step({0.2, 0.1, 10});
-  double strongest = 0;
-  for (double z = 3; z > -12; z -= 0.01)
-    strongest = std::max(strongest, glm::length(servo.step({0.2, 0.1, z}).force_world));
-  EXPECT_EQ(servo.count(TouchEvent::popped), 1);
-  EXPECT_EQ(servo.count(TouchEvent::rearmed), 1);
-  EXPECT_EQ(servo.count(TouchEvent::touched), 1);
-  EXPECT_EQ(servo.count(TouchEvent::untouched), 1);
-  EXPECT_LT(strongest, 2.1);
-  EXPECT_GT(strongest, 1.9);
-  EXPECT_FALSE(servo.step({0.2, 0.1, -12}).has_contact);
-  // Out again, and in: it holds anew.
-  for (double z = -12; z < 5; z += 0.05) servo.step({0.2, 0.1, z});
-  for (double z = 5; z > -2; z -= 0.05) servo.step({0.2, 0.1, z});
-  EXPECT_TRUE(servo.step({0.2, 0.1, -2}).has_contact);
-  EXPECT_EQ(servo.count(TouchEvent::popped), 1);
+  for (const Slices& slices : k_slices) {
+    SCOPED_TRACE(slices.thick);
+    TouchScene scene = scene_of_plane(slices);
+    scene.shapes[0].material.pop_force = 2;
+    scene.shapes[0].material.pop_rearm = 3;
+    Servo servo(scene, GetParam());
+    servo.step({0.2, 0.1, 10});
+    double strongest = 0;
+    for (double z = 3; z > -12; z -= 0.01)
+      strongest = std::max(strongest, glm::length(servo.step({0.2, 0.1, z}).force_world));
+    EXPECT_EQ(servo.count(TouchEvent::popped), 1);
+    EXPECT_EQ(servo.count(TouchEvent::rearmed), 1);
+    EXPECT_EQ(servo.count(TouchEvent::touched), 1);
+    EXPECT_EQ(servo.count(TouchEvent::untouched), 1);
+    EXPECT_LT(strongest, 2.1);
+    EXPECT_GT(strongest, 1.9);
+    EXPECT_FALSE(servo.step({0.2, 0.1, -12}).has_contact);
+    // Out again, and in: it holds anew.
+    for (double z = -12; z < 5; z += 0.05) servo.step({0.2, 0.1, z});
+    for (double z = 5; z > -2; z -= 0.05) servo.step({0.2, 0.1, z});
+    EXPECT_TRUE(servo.step({0.2, 0.1, -2}).has_contact);
+    EXPECT_EQ(servo.count(TouchEvent::popped), 1);
+  }
 }
 
 TEST_P(Surfaces, AreSwitchedOffAndOnAndSayWhenTheyAreNotReady) {

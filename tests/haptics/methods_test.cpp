@@ -66,45 +66,9 @@ TEST_P(Methods, StaysNearASphereAndFacesOut) {
   }
 }
 
-/// A sphere of 45 mm, or a block that fills its grid to the border, as scanners and programs of the field
-/// give them: thick slices, sheared, in metres or micrometres, as a mask of 0 and 1.
-struct Scan {
-  double slice, shear;  ///< of voxels of 1.5 x 1.5 x 1.5 slice mm; degrees
-  double unit;          ///< of a mm
-  bool is_mask;
-};
-
-TouchScene scene_of_scan(const Scan& scan, bool is_block) {
-  data_tools::PhantomOptions o;
-  o.spacing_mm = 1.5 * dvec3(1, 1, scan.slice);
-  o.shear_degrees = scan.shear;
-  o.psf_sigma_voxels = scan.is_mask ? 0 : 0.8;
-  volume::Volume made = data_tools::make_phantom("sphere", o).value();
-  const volume::Frame& f = made.frame;
-  made.frame = volume::Frame::from_axes(scan.unit * f.origin(), scan.unit * f.axes()).value();
-  for (auto& v : made.voxels.span()) {
-    if (is_block) v = 1600;
-    if (scan.is_mask) v = v >= 300 ? 1 : 0;
-  }
-  TouchScene scene;
-  scene.base = std::make_shared<const volume::Volume>(std::move(made));
-  volume::Shape shape;
-  shape.low = scan.is_mask ? 0.5 : 300;
-  scene.shapes.push_back(
-      {volume::Field(*scene.base, shape),
-       std::make_shared<const volume::Occupancy>(volume::Occupancy::build(*scene.base, shape)),
-       Material{0.5, 0, 0, 0}, Sides::front});
-  soften(scene);
-  return scene;
-}
-
-const Scan k_scans[] = {{1, 0, 1, false},  {2.5, 0, 1, false},   {5, 25, 1, false},
-                        {12, 0, 1, false}, {2, 30, 1, true},     {4, 0, 1, true},
-                        {1, 0, 1, true},   {3, 10, 1e-3, false}, {3, 10, 1e3, true}};
-
 /// What each kind of method keeps of the sphere (mm): what lies between two slices, more on masks, which have
 /// no soft edge. Cubes and their corners are felt as they are.
-double most_off(const std::string& method, const Scan& scan) {
+double most_off(const std::string& method, const scenes::Scan& scan) {
   const double slice = 1.5 * scan.slice;
   using Solid = MethodInfo::Solid;
   const Solid solid = find_method(method)->solid;
@@ -116,10 +80,9 @@ double most_off(const std::string& method, const Scan& scan) {
 /// The same bone beyond every border: it ends half a voxel outside of its last samples, in every unit and
 /// frame.
 TEST_P(Methods, ASolidEndsHalfAVoxelBeyondTheBorder) {
-  for (const Scan& scan : k_scans) {
-    SCOPED_TRACE("slices 1:" + std::to_string(scan.slice) + ", shear " + std::to_string(scan.shear) +
-                 ", unit " + std::to_string(scan.unit) + (scan.is_mask ? ", mask" : ""));
-    Play play(GetParam(), scene_of_scan(scan, true));
+  for (const scenes::Scan& scan : scenes::k_scans) {
+    SCOPED_TRACE(scan.name());
+    Play play(GetParam(), scenes::scan_scene(scan, true));
     play.no_friction();
     const volume::Frame& frame = play.scene.base->frame;
     const dvec3 size(play.scene.base->size);
@@ -142,10 +105,9 @@ TEST_P(Methods, ASolidEndsHalfAVoxelBeyondTheBorder) {
 }
 
 TEST_P(Methods, HoldsInEveryFrameUnitAndMask) {
-  for (const Scan& scan : k_scans) {
-    SCOPED_TRACE("slices 1:" + std::to_string(scan.slice) + ", shear " + std::to_string(scan.shear) +
-                 ", unit " + std::to_string(scan.unit) + (scan.is_mask ? ", mask" : ""));
-    Play play(GetParam(), scene_of_scan(scan, false));
+  for (const scenes::Scan& scan : scenes::k_scans) {
+    SCOPED_TRACE(scan.name());
+    Play play(GetParam(), scenes::scan_scene(scan, false));
     double worst = 0, inside = 0;
     const PosePath path = scenes::sphere_slide(45, 3.0, 100, 1);
     for (const auto& sample : path.samples()) {

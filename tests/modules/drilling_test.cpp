@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "haptics/implicit_proxy.h"
+#include "haptics/methods.h"
 #include "modules/drilling/burr.h"
 #include "sim/lockstep.h"
 #include "tests/checker/fall_through.h"
@@ -161,6 +162,39 @@ TEST(Drilling, TheProxyNeverFallsThroughWhileItDrills) {
   EXPECT_EQ(judge.fall_throughs(), 0);
   EXPECT_EQ(judge.buried_starts(), 0);  // removal never grows over a proxy
   EXPECT_GT(run.edits().removed_mm3(), 50);
+}
+
+/// In every frame and unit: a slanted hole in the middle, and two whose middles lie on the border, which are
+/// half as much. The points by which the ledger counts stand in rows: along an axis of the grid it is less
+/// exact.
+TEST(Drilling, KinematicVolumeIsTheCapsulesInEveryFrameUnitAndMask) {
+  for (const scenes::Scan& scan : scenes::k_scans) {
+    SCOPED_TRACE(scan.name());
+    haptics::TouchScene scene = scenes::scan_scene(scan, true);
+    const volume::Frame& frame = scene.base->frame;
+    const double r = 4.5 * scan.unit, length = 20 * scan.unit;
+    ASSERT_FALSE(haptics::set_smallest_burr(scene, 2 * r).has_value());
+    const auto method = haptics::make_method(haptics::k_default_method).value();
+    ASSERT_FALSE(method->prepare(scene).has_value());
+    const dvec3 size(scene.base->size),
+        middle = frame.world_from_volume(0.5 * (size - 1.0)),
+        face = frame.world_from_volume({-0.5, 0.5 * (size.y - 1), 0.5 * (size.z - 1)}),
+        slant = glm::normalize(dvec3(3, -2, 1.5)), inward = glm::normalize(frame.axes()[0]);
+    const double ball = 4.0 / 3.0 * k_pi * r * r * r, disk = k_pi * r * r;
+    const struct {
+      dvec3 from, to;
+      double exact, allowed;
+    } holes[] = {{middle - 0.5 * length * slant, middle + 0.5 * length * slant, disk * length + ball, 1e-3},
+                 {face - length * slant, face + length * slant, disk * length + 0.5 * ball, 1e-3},
+                 {face - length * inward, face + length * inward, disk * length + 0.5 * ball, 3e-3}};
+    for (const auto& hole : holes) {
+      const auto path = haptics::PosePath::from_samples({{0, {hole.from}}, {0.2, {hole.to}}}, "test").value();
+      Burr burr({r, 30, 20, true});
+      sim::Lockstep run(scene, *method, &burr, {}, 1000);
+      for (const double t : haptics::servo_times(path, 1000)) run.step(path.at(t));
+      EXPECT_NEAR(run.edits().removed_mm3() / hole.exact, 1, hole.allowed);
+    }
+  }
 }
 
 }  // namespace

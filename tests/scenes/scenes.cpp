@@ -14,14 +14,38 @@ haptics::TouchScene phantom_scene(const std::string& name, const data_tools::Pha
   return scene_of(std::move(made).value());
 }
 
-haptics::TouchScene scene_of(volume::Volume&& volume, const haptics::Material& material) {
+haptics::TouchScene scene_of(volume::Volume&& volume, const haptics::Material& material,
+                             const volume::Shape& shape) {
   haptics::TouchScene scene;
   scene.base = std::make_shared<const volume::Volume>(std::move(volume));
-  const volume::Shape shape;
   scene.shapes.push_back(
       {volume::Field(*scene.base, shape),
        std::make_shared<const volume::Occupancy>(volume::Occupancy::build(*scene.base, shape)), material,
        haptics::Sides::front});
+  return scene;
+}
+
+std::string Scan::name() const {
+  return "slices 1:" + std::to_string(slice) + ", shear " + std::to_string(shear) + ", unit " +
+         std::to_string(unit) + (is_mask ? ", mask" : "");
+}
+
+haptics::TouchScene scan_scene(const Scan& scan, bool is_block) {
+  data_tools::PhantomOptions o;
+  o.spacing_mm = 1.5 * glm::dvec3(1, 1, scan.slice);
+  o.shear_degrees = scan.shear;
+  o.psf_sigma_voxels = scan.is_mask ? 0 : 0.8;
+  volume::Volume made = data_tools::make_phantom("sphere", o).value();
+  const volume::Frame& f = made.frame;
+  made.frame = volume::Frame::from_axes(scan.unit * f.origin(), scan.unit * f.axes()).value();
+  for (auto& v : made.voxels.span()) {
+    if (is_block) v = 1600;
+    if (scan.is_mask) v = v >= 300 ? 1 : 0;
+  }
+  volume::Shape shape;
+  if (scan.is_mask) shape.low = 0.5;
+  haptics::TouchScene scene = scene_of(std::move(made), {0.5, 0, 0, 0}, shape);
+  haptics::soften(scene);
   return scene;
 }
 

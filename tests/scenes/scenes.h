@@ -13,8 +13,23 @@ namespace trephine::scenes {
 /// A phantom touched at iso 300. Aborts the test on bad options (they are ours).
 haptics::TouchScene phantom_scene(const std::string& name, const data_tools::PhantomOptions& options);
 
-/// A volume touched at iso 300.
-haptics::TouchScene scene_of(volume::Volume&& volume, const haptics::Material& material = {});
+/// A volume with one shape, at iso 300 unless it is said.
+haptics::TouchScene scene_of(volume::Volume&& volume, const haptics::Material& material = {},
+                             const volume::Shape& shape = {});
+
+/// A scan as scanners and programs of the field give them: thick slices, sheared, in metres or micrometres,
+/// as a mask of 0 and 1.
+struct Scan {
+  double slice, shear;  ///< of voxels of 1.5 x 1.5 x 1.5 slice mm; degrees
+  double unit;          ///< of a mm
+  bool is_mask;
+  std::string name() const;
+};
+inline constexpr Scan k_scans[] = {{1, 0, 1, false},  {2.5, 0, 1, false},   {5, 25, 1, false},
+                                   {12, 0, 1, false}, {2, 30, 1, true},     {4, 0, 1, true},
+                                   {1, 0, 1, true},   {3, 10, 1e-3, false}, {3, 10, 1e3, true}};
+/// Of a sphere of 45 mm (times the unit), or of a block that fills its grid to the border; masks softened.
+haptics::TouchScene scan_scene(const Scan& scan, bool is_block);
 
 /// Back and forth over the sphere of phantom "sphere" (radius mm), `depth` mm inside it, at `speed` mm/s for
 /// `seconds`: a great circle tilted so that it follows no lattice plane. Sampled at 1 kHz.

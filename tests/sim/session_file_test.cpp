@@ -349,5 +349,72 @@ TEST(Session, AFullDiskEndsTheRecordingAndKeepsWhatWasWritten) {
   EXPECT_NE(taken.error().what.find("already"), std::string::npos);
 }
 
+/// In every frame, unit and mask, with points and balls: what is drilled, undone and done again is the same
+/// bits, and so is its replay.
+TEST(Session, DrillsUndoesAndReplaysInEveryFrameUnitAndMask) {
+  const Folder folder;
+  int n = 0;
+  for (const scenes::Scan& scan : scenes::k_scans) {
+    SCOPED_TRACE(scan.name());
+    const bool is_round = n++ % 2 == 0 && scan.unit <= 1;
+    haptics::TouchScene scene = scenes::scan_scene(scan, false);
+    drilling::BurrOptions options;
+    options.radius = 4.5 * scan.unit, options.feed_limit = 40 * scan.unit, options.is_round = is_round;
+    options.removal_rate = 2000 * std::pow(scan.unit, 3);
+    ASSERT_FALSE(haptics::set_smallest_burr(scene, 2 * options.radius).has_value());
+    const double radius = drilling::touch_radius(options, *scene.base);
+    if (is_round) {
+      ASSERT_FALSE(haptics::set_tool_radius(scene, radius).has_value());
+    }
+    const auto method = haptics::make_method(haptics::k_default_method).value();
+    ASSERT_FALSE(method->prepare(scene).has_value());
+    const std::string path = folder.file((std::to_string(n) + ".session").c_str());
+    std::uint64_t hash = 0;
+    double removed = 0;
+    {
+      SessionHeader header = describe_session(scene, *method, {}, {options.spec()});
+      header.program = "test";
+      auto made = SessionWriter::create(path, header, scene.base);
+      ASSERT_EQ(made.is_ok(), scan.unit <= 1);  // sessions hold burrs to 1 m
+      if (!made) continue;
+      const auto writer = std::move(made).value();
+      drilling::Burr burr(options);
+      Lockstep run(scene, *method, &burr, {}, 1000, writer.get());
+      const haptics::PosePath slide =
+          scenes::sphere_slide(45 + (is_round ? radius / scan.unit : 0), 3, 60, 1);
+      int contacts = 0;
+      const auto go = [&](int from, int to, bool is_pressed) {
+        for (int i = from; i < to; ++i) {
+          haptics::Pose pose = slide.at(1e-3 * i);
+          pose.position_world *= scan.unit;
+          pose.is_pressed = is_pressed;
+          const haptics::ServoRecord r = run.step(pose);
+          contacts += r.has_contact;
+          EXPECT_TRUE(glm::length(r.force_world) <= 10.0001) << i;
+        }
+      };
+      const std::uint64_t whole = run.edits().current()->content_hash();
+      go(0, 300, true);
+      go(300, 350, false);
+      const std::uint64_t drilled = run.edits().current()->content_hash();
+      EXPECT_NE(drilled, whole);
+      EXPECT_GT(run.edits().removed_mm3(), 100 * std::pow(scan.unit, 3));
+      run.undo();
+      EXPECT_EQ(run.edits().current()->content_hash(), whole);
+      go(350, 400, false);
+      run.redo();
+      EXPECT_EQ(run.edits().current()->content_hash(), drilled);
+      go(400, 500, true);
+      EXPECT_GT(contacts, 200);
+      hash = run.edits().current()->content_hash(), removed = run.edits().removed_mm3();
+      EXPECT_FALSE(writer->finish(run.edits(), 0).has_value());
+    }
+    const Verdict v = replay(path, scene.base);
+    expect_same(v);
+    EXPECT_EQ(v.hash, hash);
+    EXPECT_EQ(v.removed, removed);
+  }
+}
+
 }  // namespace
 }  // namespace trephine::sim

@@ -81,13 +81,13 @@ struct Verdict {
   std::string error;
 };
 
-/// On the small bone, with the session's own method.
-inline Verdict replay(const std::string& path) {
+/// On the small bone unless it was another, with the session's own method.
+inline Verdict replay(const std::string& path, std::shared_ptr<const volume::Volume> base = nullptr) {
   Verdict v;
   auto opened = SessionReader::open(path);
   if (!opened) return v.error = opened.error().message(), v;
   SessionReader& session = opened.value();
-  auto scene = scene_of(session, small_bone().base);
+  auto scene = scene_of(session, base ? base : small_bone().base);
   if (!scene) return v.error = scene.error().message(), v;
   const auto method = haptics::make_method(session.header().method).value();
   if (const volume::Status refused = method->prepare(scene.value())) return v.error = refused->message(), v;
