@@ -63,8 +63,9 @@ volume::Status RaystepProxy::prepare(const TouchScene& scene) {
   return check_touchable(scene);
 }
 
-ProxyStep RaystepProxy::step(const TouchScene& scene, const volume::Version& version, ProxyState& state,
+ProxyStep RaystepProxy::step(const TouchScene& scene, const ServoScene& seen, ProxyState& state,
                              const ProxyInput& input) const noexcept {
+  const volume::Version& version = *seen.version;
   const volume::Frame& frame = version.base().frame;
   const dvec3& end = input.hip_world;
   ProxyStep result;
@@ -102,8 +103,9 @@ ProxyStep RaystepProxy::step(const TouchScene& scene, const volume::Version& ver
 
 volume::Status PlaneProxy::prepare(const TouchScene& scene) { return check_touchable(scene); }
 
-ProxyStep PlaneProxy::step(const TouchScene& scene, const volume::Version& version, ProxyState& state,
+ProxyStep PlaneProxy::step(const TouchScene& scene, const ServoScene& seen, ProxyState& state,
                            const ProxyInput& input) const noexcept {
+  const volume::Version& version = *seen.version;
   const volume::Frame& frame = version.base().frame;
   const dvec3& hip = input.hip_world;
   ProxyStep result;
@@ -155,8 +157,9 @@ ProxyStep PlaneProxy::step(const TouchScene& scene, const volume::Version& versi
 
 volume::Status GradientProxy::prepare(const TouchScene& scene) { return check_touchable(scene); }
 
-ProxyStep GradientProxy::step(const TouchScene& scene, const volume::Version& version, ProxyState& state,
+ProxyStep GradientProxy::step(const TouchScene& scene, const ServoScene& seen, ProxyState& state,
                               const ProxyInput& input) const noexcept {
+  const volume::Version& version = *seen.version;
   const volume::Frame& frame = version.base().frame;
   const dvec3& hip = input.hip_world;
   ProxyStep result;

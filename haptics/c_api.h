@@ -64,8 +64,8 @@ uint32_t trephine_abi_version(void);
  * voxel step along x, then y, then z. NULL on failure. */
 trephine_scene* trephine_scene_create(const int16_t* voxels, const int size[3], const double origin[3],
                                       const double axes[9], trephine_error* error);
-/* Scenes and hands are destroyed in any order: a scene's memory stays until its last hand is destroyed too. Its
- * surfaces go with the scene, at once for the caller. */
+/* Scenes and hands are destroyed in any order: a scene's memory stays until its last hand is destroyed too.
+ * Its surfaces go with the scene, at once for the caller. */
 void trephine_scene_destroy(trephine_scene* scene);
 /* A shape: intensities low .. high, both included (high may be INFINITY). Its index, or -1. At most 8 shapes.
  */
@@ -93,8 +93,8 @@ int trephine_scene_set_material(trephine_scene* scene, int shape, const trephine
 int trephine_scene_set_sides(trephine_scene* scene, int shape, int sides, trephine_error* error);
 /* "subvoxel" (the default), "implicit", ...: see trephine touch --help. */
 int trephine_scene_set_method(trephine_scene* scene, const char* method, trephine_error* error);
-/* Makes what steps need; shapes with two values near their surface (labels, thresholded data) are made smooth for
- * methods that touch smooth solids. Call after the last change, before hands and surfaces are made. */
+/* Makes what steps need; shapes with two values near their surface (labels, thresholded data) are made smooth
+ * for methods that touch smooth solids. Call after the last change, before hands and surfaces are made. */
 int trephine_scene_prepare(trephine_scene* scene, trephine_error* error);
 
 /* For hosts without a haptics engine: a hand with its proxy and force. `rate_hz`: 250 to 10000 steps a

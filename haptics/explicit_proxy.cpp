@@ -150,7 +150,7 @@ void step_on_triangles(const TouchScene& scene, const Grid& grid, std::uint64_t 
 
 }  // namespace
 
-bool is_behind_triangles(const TouchScene& scene, const volume::Version& version, std::size_t shape,
+bool is_behind_triangles(const TouchScene& scene, const ServoScene& seen, std::size_t shape,
                          const dvec3& place) noexcept {
   ProxyCounters counters;
   const ShapeSet none;
@@ -160,9 +160,9 @@ bool is_behind_triangles(const TouchScene& scene, const volume::Version& version
     return SurfaceCaster<Grid, volume::LocalNet>(scene, grid, none, counters).is_behind(s, p) ||
            SurfaceCaster<Grid, volume::LocalCubes>(scene, grid, none, counters).is_behind(s, p);
   };
-  if (scene.tool_radius <= 0) return is_behind(VoxelGrid(scene, version), place);
-  const OffsetGrid grid(scene, version);
-  return is_behind(grid, grid.frame().volume_from_world(version.base().frame.world_from_volume(place)));
+  if (scene.tool_radius <= 0) return is_behind(VoxelGrid(scene, *seen.version), place);
+  const OffsetGrid grid(scene, seen);
+  return is_behind(grid, grid.frame().volume_from_world(seen.version->base().frame.world_from_volume(place)));
 }
 
 volume::Status ExplicitProxy::prepare(const TouchScene& scene) {
@@ -173,14 +173,14 @@ volume::Status ExplicitProxy::prepare(const TouchScene& scene) {
   return check_smallest_burr(scene, std::max({spacing.x, spacing.y, spacing.z}));
 }
 
-ProxyStep ExplicitProxy::step(const TouchScene& scene, const volume::Version& version, ProxyState& state,
+ProxyStep ExplicitProxy::step(const TouchScene& scene, const ServoScene& seen, ProxyState& state,
                               const ProxyInput& input) const noexcept {
   return step_on_grid(
-      scene, version, state, input, [&](const auto& grid, ProxyState& on_grid, ProxyStep& result) {
+      scene, seen, state, input, [&](const auto& grid, ProxyState& on_grid, ProxyStep& result) {
         if (surface_ == Surface::net)
-          step_on_triangles<volume::LocalNet>(scene, grid, version.serial(), input, on_grid, result);
+          step_on_triangles<volume::LocalNet>(scene, grid, seen.serial(), input, on_grid, result);
         else
-          step_on_triangles<volume::LocalCubes>(scene, grid, version.serial(), input, on_grid, result);
+          step_on_triangles<volume::LocalCubes>(scene, grid, seen.serial(), input, on_grid, result);
       });
 }
 

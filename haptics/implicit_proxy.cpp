@@ -127,9 +127,9 @@ volume::Status ImplicitProxy::prepare(const TouchScene& scene) {
   return check_touchable(scene, true);
 }
 
-ProxyStep ImplicitProxy::step(const TouchScene& scene, const volume::Version& version, ProxyState& state,
+ProxyStep ImplicitProxy::step(const TouchScene& scene, const ServoScene& seen, ProxyState& state,
                               const ProxyInput& input) const noexcept {
-  return step_on_grid(scene, version, state, input,
+  return step_on_grid(scene, seen, state, input,
                       [&](const auto& grid, ProxyState& on_grid, ProxyStep& result) {
                         step_on_cubes(scene, grid, iterations_, input, on_grid, result);
                       });

@@ -40,9 +40,9 @@ volume::Status MeshProxy::prepare(const TouchScene& scene) {
   return std::nullopt;
 }
 
-ProxyStep MeshProxy::step(const TouchScene& scene, const volume::Version& version, ProxyState& state,
+ProxyStep MeshProxy::step(const TouchScene& scene, const ServoScene& seen, ProxyState& state,
                           const ProxyInput& input) const noexcept {
-  const volume::Frame& frame = version.base().frame;
+  const volume::Frame& frame = seen.version->base().frame;
   ProxyStep result;
   result.normal_world = dvec3(0);
   const dvec3 hip = frame.volume_from_world(input.hip_world);

@@ -193,9 +193,9 @@ volume::Status PathProxy::prepare(const TouchScene& scene) {
   return check_touchable(scene, true);
 }
 
-ProxyStep PathProxy::step(const TouchScene& scene, const volume::Version& version, ProxyState& state,
+ProxyStep PathProxy::step(const TouchScene& scene, const ServoScene& seen, ProxyState& state,
                           const ProxyInput& input) const noexcept {
-  return step_on_grid(scene, version, state, input,
+  return step_on_grid(scene, seen, state, input,
                       [&](const auto& grid, ProxyState& on_grid, ProxyStep& result) {
                         step_on_cubes(scene, grid, input, on_grid, result);
                       });

@@ -5,9 +5,9 @@
 #include <cstdint>
 #include <glm/vec3.hpp>
 
+#include "haptics/servo_scene.h"
 #include "haptics/shape_set.h"
 #include "haptics/touch_scene.h"
-#include "volume/version.h"
 
 namespace trephine::haptics {
 
@@ -112,9 +112,9 @@ class ProxyMethod {
   virtual const char* name() const noexcept = 0;
   /// Allocates whatever step() will need. Not for the servo thread.
   virtual volume::Status prepare(const TouchScene& scene) = 0;
-  /// One servo step on one immutable version. Servo thread: no allocation, lock or exception; iterations are
+  /// One servo step on one immutable state. Servo thread: no allocation, lock or exception; iterations are
   /// bounded.
-  virtual ProxyStep step(const TouchScene& scene, const volume::Version& version, ProxyState& state,
+  virtual ProxyStep step(const TouchScene& scene, const ServoScene& seen, ProxyState& state,
                          const ProxyInput& input) const noexcept = 0;
 };
 

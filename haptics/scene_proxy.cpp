@@ -72,9 +72,9 @@ volume::Status SceneProxy::prepare(const TouchScene& scene) {
   return std::nullopt;
 }
 
-ProxyStep SceneProxy::step(const TouchScene& scene, const volume::Version& version, ProxyState& state,
+ProxyStep SceneProxy::step(const TouchScene& scene, const ServoScene& seen, ProxyState& state,
                            const ProxyInput& input) const noexcept {
-  const volume::Frame &base = version.base().frame, &frame = layout_.frame();
+  const volume::Frame &base = seen.version->base().frame, &frame = layout_.frame();
   Surroundings& around = state.around;
   ProxyStep result;
   result.normal_world = dvec3(0);
@@ -100,7 +100,7 @@ ProxyStep SceneProxy::step(const TouchScene& scene, const volume::Version& versi
       const double free = approach > 0 ? std::max(0.0, hit.t - gap / approach) : 0;
       const dvec3 pushed = now[m].world_from_local(a + free * (b - a));
       look_around(scene, layout_, moving, start, pushed, around);
-      SceneWalls walls(scene, layout_, version, state, moving, result.counters);
+      SceneWalls walls(scene, layout_, seen, state, moving, result.counters);
       ShapeSet inside = state.inside;
       const Reach way = walls.reach(frame.volume_from_world(start), frame.volume_from_world(pushed), inside,
                                     1e-3 * frame.spacing().x, shape);
@@ -117,7 +117,7 @@ ProxyStep SceneProxy::step(const TouchScene& scene, const volume::Version& versi
   around.placements = now;
   around.has_placements = true;
   look_around(scene, layout_, now, start, input.hip_world, around);
-  SceneWalls walls(scene, layout_, version, state, now, result.counters);
+  SceneWalls walls(scene, layout_, seen, state, now, result.counters);
   if (result.is_buried) state.forget();
   const bool was_buried = result.is_buried;
   Slide(scene, walls, base, state, input.hip_world, result).run();
@@ -136,7 +136,7 @@ volume::Status SequentialProxy::prepare(const TouchScene& scene) {
   for (const SceneLayout::Part& part : layout_.parts()) {
     TouchScene one;
     one.tool_radius = scene.tool_radius;
-    one.base = part.untouched ? part.untouched->shared_base() : scene.base;
+    one.base = part.untouched ? part.untouched->version->shared_base() : scene.base;
     one.shapes.assign(scene.shapes.begin() + part.begin, scene.shapes.begin() + part.end);
     if (volume::Status error = method_->prepare(one)) return error;
     volumes_.push_back(std::move(one));
@@ -146,9 +146,9 @@ volume::Status SequentialProxy::prepare(const TouchScene& scene) {
   return std::nullopt;
 }
 
-ProxyStep SequentialProxy::step(const TouchScene& scene, const volume::Version& version, ProxyState& state,
+ProxyStep SequentialProxy::step(const TouchScene& scene, const ServoScene& seen, ProxyState& state,
                                 const ProxyInput& input) const noexcept {
-  const volume::Frame& base = version.base().frame;
+  const volume::Frame& base = seen.version->base().frame;
   const dvec3& hip = input.hip_world;
   ProxyStep result;
   result.normal_world = dvec3(0);
@@ -158,7 +158,7 @@ ProxyStep SequentialProxy::step(const TouchScene& scene, const volume::Version& 
     state.has_on_meshes = true;
     for (std::size_t i = 0; i < volumes_.size(); ++i) {
       ProxyState own;
-      method_->step(volumes_[i], untouched_[i] ? *untouched_[i] : version, own, {hip});
+      method_->step(volumes_[i], untouched_[i] ? *untouched_[i] : seen, own, {hip});
       for (int s = 0; s < static_cast<int>(volumes_[i].shapes.size()); ++s)
         state.inside.set(first_shape_[i] + s, own.inside.contains(s));
     }
@@ -217,7 +217,7 @@ ProxyStep SequentialProxy::step(const TouchScene& scene, const volume::Version& 
       own.inside.set(s, state.inside.contains(first + s));
       own.around.let_through.set(s, state.around.let_through.contains(first + s));
     }
-    const ProxyStep one = method_->step(volumes_[i], untouched_[i] ? *untouched_[i] : version, own, {target});
+    const ProxyStep one = method_->step(volumes_[i], untouched_[i] ? *untouched_[i] : seen, own, {target});
     result.counters.voxels += one.counters.voxels;
     result.counters.cells += one.counters.cells;
     for (int s = 0; s < static_cast<int>(volumes_[i].shapes.size()); ++s)

@@ -83,10 +83,11 @@ volume::Result<SceneLayout> SceneLayout::of(const TouchScene& scene) {
       if (&of == &scene.shapes[static_cast<std::size_t>(before.begin)].field.volume())
         return Error{"the shapes of a volume do not stand together", shape.field.shape().name, "", "",
                      "list the shapes of one volume one after another"};
-    std::shared_ptr<const volume::Version> untouched;
+    std::shared_ptr<const ServoScene> untouched;
     if (&of != scene.base.get()) {
       for (const auto& other : scene.others)
-        if (other.get() == &of) untouched = std::make_shared<volume::Version>(other);
+        if (other.get() == &of)
+          untouched = std::make_shared<ServoScene>(std::make_shared<volume::Version>(other));
       if (!untouched)
         return Error{"a shape is of a volume that the scene does not hold", shape.field.shape().name, "", "",
                      "put the volume in TouchScene::others"};
@@ -127,12 +128,12 @@ volume::Result<SceneLayout> SceneLayout::of(const TouchScene& scene) {
   return layout;
 }
 
-SceneWalls::SceneWalls(const TouchScene& scene, const SceneLayout& layout, const volume::Version& version,
+SceneWalls::SceneWalls(const TouchScene& scene, const SceneLayout& layout, const ServoScene& seen,
                        const ProxyState& state, std::span<const Placement> placements,
                        ProxyCounters& counters) noexcept
     : scene_(scene),
       layout_(layout),
-      version_(version),
+      seen_(seen),
       state_(state),
       placements_(placements),
       counters_(counters) {}
@@ -148,7 +149,7 @@ SmoothWalls& SceneWalls::walls_of(int i) noexcept {
   if (bool& is_made = is_made_[static_cast<std::size_t>(i)]; !is_made) {
     is_made = true;
     new (&walls)
-        SmoothWalls(scene_, part(i).untouched ? *part(i).untouched : version_, state_.around.let_through,
+        SmoothWalls(scene_, part(i).untouched ? *part(i).untouched : seen_, state_.around.let_through,
                     counters_, part(i).begin, part(i).end, &state_.around.near);
   }
   return walls;

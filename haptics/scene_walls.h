@@ -16,10 +16,10 @@ class SceneLayout {
  public:
   static constexpr int k_max_volumes = 8;
   struct Part {
-    int begin, end;                                    ///< its shapes
-    std::shared_ptr<const volume::Version> untouched;  ///< null: the base, whose version comes with the step
-    const volume::Frame* frame;                        ///< of its walls
-    glm::dmat3 from_scene;                             ///< maps displacements of the scene's frame to it
+    int begin, end;                               ///< its shapes
+    std::shared_ptr<const ServoScene> untouched;  ///< null: the base, whose state comes with the step
+    const volume::Frame* frame;                   ///< of its walls
+    glm::dmat3 from_scene;                        ///< maps displacements of the scene's frame to it
   };
   struct Box {
     glm::dvec3 low, high;  ///< mm; world, or of a mesh that moves its own frame
@@ -46,7 +46,7 @@ class SceneLayout {
 /// caller sees to it that no other can be met. Servo thread: no allocation, every loop bounded.
 class SceneWalls {
  public:
-  SceneWalls(const TouchScene& scene, const SceneLayout& layout, const volume::Version& version,
+  SceneWalls(const TouchScene& scene, const SceneLayout& layout, const ServoScene& seen,
              const ProxyState& state, std::span<const Placement> placements,
              ProxyCounters& counters) noexcept;
 
@@ -101,7 +101,7 @@ class SceneWalls {
 
   const TouchScene& scene_;
   const SceneLayout& layout_;
-  const volume::Version& version_;
+  const ServoScene& seen_;
   const ProxyState& state_;
   std::span<const Placement> placements_;
   ProxyCounters& counters_;

@@ -176,7 +176,7 @@ void ServoCore::tell(ServoRecord& record) noexcept {
   told_not_ready_ = not_ready_;
 }
 
-ServoRecord ServoCore::step(const volume::Version& version, const ServoInput& input) noexcept {
+ServoRecord ServoCore::step(const ServoScene& seen, const ServoInput& input) noexcept {
   if (input.is_reset) reset();
   if (input.is_restarted) {
     // A place that is none can only come from a file.
@@ -186,7 +186,7 @@ ServoRecord ServoCore::step(const volume::Version& version, const ServoInput& in
   ServoRecord record;
   record.tick = tick_++;
   record.t = static_cast<double>(record.tick) * dt_;
-  record.version = version.serial();
+  record.version = seen.serial();
   record.pose = input.pose;
   record.hand = hand_;
   record.is_reset = input.is_reset;
@@ -196,15 +196,15 @@ ServoRecord ServoCore::step(const volume::Version& version, const ServoInput& in
   wanted_ = dvec3(0);
   const dvec3& hip = input.pose.position_world;
   if (is_place(hip) && is_in_reach(*scene_, hip) && (faults & fault_not_finite) == 0) {
-    const bool has_grown = has_pending_ && version.serial() >= pending_.version;
+    const bool has_grown = has_pending_ && seen.serial() >= pending_.version;
     if (has_grown) {
       way_ = pending_;
       has_pending_ = false;
       if (is_led_) begin_lead(hip);
     }
-    if (part_count_ > 0) look_at_parts(version.base().frame, hip);
+    if (part_count_ > 0) look_at_parts(seen.version->base().frame, hip);
     if (!is_led_) {
-      step_ = method_->step(*scene_, version, state_, {hip, std::span(placements_.data(), placement_count_)});
+      step_ = method_->step(*scene_, seen, state_, {hip, std::span(placements_.data(), placement_count_)});
       if (step_.has_contact) touched_ = step_.shape;
       if (step_.is_buried && has_grown) begin_lead(hip);
     }
@@ -213,7 +213,7 @@ ServoRecord ServoCore::step(const volume::Version& version, const ServoInput& in
     wanted_ = clamped(force_.step(step_, hip, *scene_), cap_);
     active_ = dvec3(0);
     if (!effects_.is_empty()) {
-      const EffectForces forces = effects_.step(*scene_, step_, wanted_, hip, dt_, &version);
+      const EffectForces forces = effects_.step(*scene_, step_, wanted_, hip, dt_, seen.version.get());
       wanted_ += forces.rendered_world;
       active_ = forces.active_world;
       if (forces.has_lost_resistance) add_event(record, TouchEvent::lost_resistance, forces.lost_shape);

@@ -106,7 +106,7 @@ class ServoCore {
   void set_placement(int mover, const Placement& placement) noexcept;
 
   /// Servo thread. A pose that is no place gives no force and a latched fault.
-  ServoRecord step(const volume::Version& version, const ServoInput& input) noexcept;
+  ServoRecord step(const ServoScene& seen, const ServoInput& input) noexcept;
   /// Ticks that nobody can be told about: the proxy stays, the force goes on fading. Gives the force.
   glm::dvec3 skip(std::uint32_t faults, std::uint64_t count = 1) noexcept;
   /// When the first version is seen whose serial is the way's or later, a proxy that it buries, or that is

@@ -37,9 +37,8 @@ std::size_t ring_capacity(const ServoOptions& options, std::size_t hands) {
 
 }  // namespace
 
-ServoLoop::ServoLoop(std::span<Device* const> devices, volume::VersionChannel& channel,
-                     const TouchScene& scene, const ProxyMethod& method, const ServoOptions& options,
-                     std::uint64_t first_tick)
+ServoLoop::ServoLoop(std::span<Device* const> devices, ServoChannel& channel, const TouchScene& scene,
+                     const ProxyMethod& method, const ServoOptions& options, std::uint64_t first_tick)
     : channel_(&channel), options_(options), ring_(ring_capacity(options, devices.size())) {
   TREPHINE_ASSERT(!devices.empty() && devices.size() <= k_max_hands);
   for (Device* device : devices) {
@@ -48,7 +47,7 @@ ServoLoop::ServoLoop(std::span<Device* const> devices, volume::VersionChannel& c
   }
 }
 
-ServoLoop::ServoLoop(Device& device, volume::VersionChannel& channel, const TouchScene& scene,
+ServoLoop::ServoLoop(Device& device, ServoChannel& channel, const TouchScene& scene,
                      const ProxyMethod& method, const ServoOptions& options)
     : ServoLoop(std::array{&device}, channel, scene, method, options) {}
 
@@ -83,8 +82,7 @@ volume::Status ServoLoop::start() {
   if (reader_ < 0) {
     for (Hand& hand : hands_) hand.device->close();
     return volume::Error{"too many servo loops read one scene", "", "",
-                         "at most " + std::to_string(volume::VersionChannel::k_readers),
-                         "stop another loop first"};
+                         "at most " + std::to_string(ServoChannel::k_readers), "stop another loop first"};
   }
   is_stopping_ = false;
   thread_ = std::thread([this] { run(); });
@@ -138,7 +136,7 @@ void ServoLoop::run() noexcept {
 void ServoLoop::tick(std::uint64_t tick, std::uint32_t faults) noexcept {
   // Device time is the tick's own, so that nothing depends on the clock.
   const double t = static_cast<double>(tick) / options_.rate_hz;
-  std::uint32_t seen = 0;
+  std::uint32_t all_faults = 0;
 
   // A tick that cannot be told to the edits is not felt either: the replay must know every step.
   if (ring_.room() < hands_.size()) {
@@ -147,13 +145,13 @@ void ServoLoop::tick(std::uint64_t tick, std::uint32_t faults) noexcept {
       hand.faults |= faults | fault_full_ring;
       hand.device->read(t, hand.pose);
       hand.device->write(hand.core.skip(hand.faults));
-      seen |= hand.faults;
+      all_faults |= hand.faults;
     }
-    faults_.store(seen, std::memory_order_relaxed);
+    faults_.store(all_faults, std::memory_order_relaxed);
     return;
   }
   const bool is_reset = wants_reset_.exchange(false, std::memory_order_relaxed);
-  const volume::Version* version = channel_->adopt(reader_);
+  const ServoScene* seen = channel_->adopt(reader_);
   // The force fades before the ring is full, at every rate and size of it.
   const double waiting = static_cast<double>(ring_.size());
   const bool is_lagging =
@@ -172,12 +170,12 @@ void ServoLoop::tick(std::uint64_t tick, std::uint32_t faults) noexcept {
     if (!hand.device->read(t, hand.pose)) hand.faults |= fault_lost_device;
     input.pose = hand.pose;
     input.faults = hand.faults;
-    const ServoRecord record = hand.core.step(*version, input);
+    const ServoRecord record = hand.core.step(*seen, input);
     hand.device->write(record.force_world);
     ring_.push(record);
-    seen |= record.faults | hand.faults;
+    all_faults |= record.faults | hand.faults;
   }
-  faults_.store(seen, std::memory_order_relaxed);
+  faults_.store(all_faults, std::memory_order_relaxed);
 }
 
 ServoReport ServoLoop::report() const {

@@ -42,11 +42,11 @@ class ServoLoop {
   static constexpr std::size_t k_max_hands = 4;
 
   /// Borrows everything for its life. `first_tick`: where the count goes on (a resumed session).
-  ServoLoop(std::span<Device* const> devices, volume::VersionChannel& channel, const TouchScene& scene,
+  ServoLoop(std::span<Device* const> devices, ServoChannel& channel, const TouchScene& scene,
             const ProxyMethod& method, const ServoOptions& options, std::uint64_t first_tick = 0);
   /// One hand.
-  ServoLoop(Device& device, volume::VersionChannel& channel, const TouchScene& scene,
-            const ProxyMethod& method, const ServoOptions& options);
+  ServoLoop(Device& device, ServoChannel& channel, const TouchScene& scene, const ProxyMethod& method,
+            const ServoOptions& options);
   ~ServoLoop();
   ServoLoop(const ServoLoop&) = delete;
   ServoLoop& operator=(const ServoLoop&) = delete;
@@ -83,7 +83,7 @@ class ServoLoop {
   void tick(std::uint64_t tick, std::uint32_t faults) noexcept;
 
   std::vector<Hand> hands_;
-  volume::VersionChannel* channel_;
+  ServoChannel* channel_;
   ServoOptions options_;
   Ring<ServoRecord> ring_;
   Histogram step_times_, lateness_;

@@ -35,25 +35,25 @@ struct Reach {
 /// Polynomials are kept for the few cubes that a step meets. Servo thread: no allocation, every loop bounded.
 class SmoothWalls {
  public:
-  SmoothWalls(const TouchScene& scene, const volume::Version& version, const ShapeSet& let_through,
+  SmoothWalls(const TouchScene& scene, const ServoScene& seen, const ShapeSet& let_through,
               ProxyCounters& counters) noexcept
-      : SmoothWalls(scene, version, let_through, counters, 0, static_cast<int>(scene.shapes.size()),
-                    nullptr) {}
+      : SmoothWalls(scene, seen, let_through, counters, 0, static_cast<int>(scene.shapes.size()), nullptr) {}
   /// For the shapes begin .. end - 1 alone, all of the version's volume, and of them only the ones in `near`
   /// (null: all).
-  SmoothWalls(const TouchScene& scene, const volume::Version& version, const ShapeSet& let_through,
+  SmoothWalls(const TouchScene& scene, const ServoScene& seen, const ShapeSet& let_through,
               ProxyCounters& counters, int begin, int end, const ShapeSet* near) noexcept
       : scene_(&scene),
-        volume_(&version.base()),
-        version_(&version),
+        volume_(&seen.version->base()),
+        seen_(&seen),
+        version_(seen.version.get()),
         let_through_(&let_through),
         counters_(&counters),
         near_(near),
         begin_(begin),
         end_(end),
         is_round_(scene.tool_radius > 0 && begin < end),
-        is_cut_(!is_round_ && !version.is_untouched()),
-        is_fine_(!version.lattice().is_of_voxels()) {}
+        is_cut_(!is_round_ && !version_->is_untouched()),
+        is_fine_(!version_->lattice().is_of_voxels()) {}
 
   /// The frame that all points are in: the volume's, or that of the offset fields where the tool has a
   /// radius.
@@ -123,7 +123,7 @@ class SmoothWalls {
   static constexpr int k_cut = 1000, k_kept = 6;
 
   const volume::OffsetField& offset(std::size_t shape) const noexcept {
-    return offset_of(*scene_, *version_, shape);
+    return seen_->offset(*scene_, shape);
   }
   glm::ivec3 grid_size() const noexcept {
     return is_round_ ? offset(static_cast<std::size_t>(begin_)).size() : volume_->size;
@@ -156,7 +156,8 @@ class SmoothWalls {
 
   const TouchScene* scene_;
   const volume::Volume* volume_;
-  const volume::Version* version_;
+  const ServoScene* seen_;
+  const volume::Version* version_;  ///< its own
   const ShapeSet* let_through_;
   ProxyCounters* counters_;
   const ShapeSet* near_;

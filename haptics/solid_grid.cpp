@@ -31,7 +31,7 @@ dvec3 OffsetGrid::normal(std::size_t shape, const dvec3& p, int& cells) const no
   cells += 8;
   const glm::ivec3 v = volume::voxel_of(p);
   volume::QuadraticPatch patch;
-  offset_of(scene_, version_, shape).load(v, patch);
+  seen_.offset(scene_, shape).load(v, patch);
   const dvec3 slope = frame().gradient_world_from_volume(patch.slope(p - dvec3(v)).gradient);
   const double steepness = glm::length(slope);
   return steepness > 0 ? -slope / steepness : dvec3(0);

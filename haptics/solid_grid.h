@@ -58,8 +58,7 @@ class VoxelGrid {
 class OffsetGrid {
  public:
   using Samples = volume::OffsetSamples;
-  OffsetGrid(const TouchScene& scene, const volume::Version& version) noexcept
-      : scene_(scene), version_(version) {}
+  OffsetGrid(const TouchScene& scene, const ServoScene& seen) noexcept : scene_(scene), seen_(seen) {}
 
   const volume::Frame& frame() const noexcept { return scene_.shapes[0].offset->frame(); }
   const glm::ivec3& size() const noexcept { return scene_.shapes[0].offset->size(); }
@@ -69,34 +68,34 @@ class OffsetGrid {
     return samples(shape).is_solid(v);
   }
   volume::VoxelBox empty_box(const glm::ivec3& v, std::size_t first, std::size_t last) const noexcept {
-    volume::VoxelBox free = offset_of(scene_, version_, first).free_box(v);
+    volume::VoxelBox free = seen_.offset(scene_, first).free_box(v);
     for (std::size_t s = first + 1; s < last; ++s) {
-      const volume::VoxelBox other = offset_of(scene_, version_, s).free_box(v);
+      const volume::VoxelBox other = seen_.offset(scene_, s).free_box(v);
       free = {glm::max(free.low, other.low), glm::min(free.high, other.high)};
     }
     return free;
   }
   glm::dvec3 normal(std::size_t shape, const glm::dvec3& p, int& cells) const noexcept;
-  Samples samples(std::size_t shape) const noexcept { return Samples(offset_of(scene_, version_, shape)); }
+  Samples samples(std::size_t shape) const noexcept { return Samples(seen_.offset(scene_, shape)); }
 
  private:
   const TouchScene& scene_;
-  const volume::Version& version_;
+  const ServoScene& seen_;
 };
 
 /// Takes one step on the grid that the tool touches: `step(grid, state, result)` sees places in that grid's
 /// frame; what comes out is in the volume's. A proxy that stays, or is at the HIP, is so to the bit.
 template <class Step>
-ProxyStep step_on_grid(const TouchScene& scene, const volume::Version& version, ProxyState& state,
+ProxyStep step_on_grid(const TouchScene& scene, const ServoScene& seen, ProxyState& state,
                        const ProxyInput& input, Step&& step) noexcept {
   ProxyStep result;
   result.normal_world = glm::dvec3(0);
   if (scene.tool_radius <= 0 || scene.shapes.empty()) {
-    step(VoxelGrid(scene, version), state, result);
+    step(VoxelGrid(scene, *seen.version), state, result);
     return result;
   }
-  const OffsetGrid grid(scene, version);
-  const volume::Frame &lattice = grid.frame(), &base = version.base().frame;
+  const OffsetGrid grid(scene, seen);
+  const volume::Frame &lattice = grid.frame(), &base = seen.version->base().frame;
   const glm::dvec3 start = state.proxy_volume,
                    start_on_grid = lattice.volume_from_world(base.world_from_volume(start)),
                    hip_on_grid = lattice.volume_from_world(input.hip_world);

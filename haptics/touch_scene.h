@@ -109,17 +109,6 @@ struct TouchScene {
 /// The base with nothing removed, ready to be cut.
 std::shared_ptr<volume::Version> untouched(const TouchScene& scene);
 
-/// The offset field that `shape` is touched with: the newest that the version carries.
-inline const std::shared_ptr<const volume::OffsetField>& shared_offset_of(const TouchScene& scene,
-                                                                          const volume::Version& version,
-                                                                          std::size_t shape) noexcept {
-  const auto& newer = version.offsets();
-  return shape < newer.size() && newer[shape] ? newer[shape] : scene.shapes[shape].offset;
-}
-inline const volume::OffsetField& offset_of(const TouchScene& scene, const volume::Version& version,
-                                            std::size_t shape) noexcept {
-  return *shared_offset_of(scene, version, shape);
-}
 /// What answers where `shape` is touched on `side` (1 front, -1 back).
 const Material& material_of(const TouchScene& scene, int shape, int side) noexcept;
 /// N/mm, where `shape` is touched at a place with this normal toward the tool.

@@ -38,9 +38,9 @@ EditSession::EditSession(const haptics::TouchScene& scene, std::span<Tool* const
     : scene_(&scene),
       dt_(dt),
       editor_(haptics::untouched(scene), fields_of(scene)),
-      current_(editor_.publish()) {
+      servo_scene_(std::make_shared<haptics::ServoScene>(editor_.publish())) {
   for (Tool* tool : tools) hands_.push_back({tool, false, {}});
-  history_.push_back({current_, k_nothing, k_nothing});
+  history_.push_back({servo_scene_, k_nothing, k_nothing});
 }
 
 EditSession::EditSession(const haptics::TouchScene& scene, Tool* tool, double dt)
@@ -62,7 +62,7 @@ EditOutcome EditSession::consume(const haptics::ServoRecord& tick) {
   hand.is_pressed = is_pressed_ = true;
   const volume::RemovalReport report = hand.tool->apply(tick, dt_, editor_);
   if (report.bricks_changed == 0) return {};
-  current_ = editor_.publish();
+  publish(servo_scene_->offsets);
   note_cut(report.box);
   is_stroke_changed_ = true;
   stroke_box_ = united(stroke_box_, report.box);
@@ -104,7 +104,7 @@ void EditSession::end_stroke() {
   history_.resize(position_ + 1);  // a new stroke ends the redo line
   volume::VoxelBox owed = owed_;
   for (const Cut& cut : cuts_) owed = united(owed, cut.box);
-  history_.push_back({current_, stroke_box_, owed});
+  history_.push_back({servo_scene_, stroke_box_, owed});
   ++position_;
   if (position_ > k_most_strokes) {
     history_.erase(history_.begin());
@@ -115,15 +115,20 @@ void EditSession::end_stroke() {
   stroke_box_ = k_nothing;
 }
 
+/// The working state, by a serial of its own.
+void EditSession::publish(OffsetJob::Offsets offsets) {
+  servo_scene_ = std::make_shared<haptics::ServoScene>(editor_.publish(), std::move(offsets));
+}
+
 EditOutcome EditSession::go_to(std::size_t position) {
   const volume::VoxelBox box = history_[std::max(position, position_)].box;
   position_ = position;
-  editor_.reset(history_[position].version);
+  editor_.reset(history_[position].state->version);
   owed_ = history_[position].owed;
   cuts_.clear();
   // A fresh serial for the old contents, so that every adopted version has its own.
-  current_ = editor_.publish();
-  if (owed_.low.x <= owed_.high.x) cuts_.push_back({current_, k_nothing});
+  publish(history_[position].state->offsets);
+  if (owed_.low.x <= owed_.high.x) cuts_.push_back({current(), k_nothing});
   return {true, box, true};
 }
 
@@ -145,7 +150,7 @@ void EditSession::note_cut(const volume::VoxelBox& box) {
     owed_ = united(owed_, cuts_.front().box);
     cuts_.erase(cuts_.begin());
   }
-  cuts_.push_back({current_, box});
+  cuts_.push_back({current(), box});
 }
 
 std::optional<OffsetJob> EditSession::job_of(std::uint64_t serial) const {
@@ -159,7 +164,7 @@ std::optional<OffsetJob> EditSession::job_of(std::uint64_t serial) const {
     }
   }
   if (!job.version) return std::nullopt;
-  job.before = current_->offsets();
+  job.before = servo_scene_->offsets;
   if (job.before.empty())
     for (const haptics::TouchShape& shape : scene_->shapes) job.before.push_back(shape.offset);
   return job;
@@ -175,12 +180,11 @@ EditOutcome EditSession::attach(std::uint64_t serial, OffsetJob::Offsets offsets
   if (made_from == cuts_.end()) return {};
   cuts_.erase(cuts_.begin(), std::next(made_from));
   owed_ = k_nothing;
-  editor_.attach(std::move(offsets));
-  current_ = editor_.publish();
+  publish(std::move(offsets));
   // The state between strokes keeps what it has now, for whoever comes back to it.
   if (!is_stroke_changed_) {
     Entry& here = history_[position_];
-    here.version = current_;
+    here.state = servo_scene_;
     here.owed = k_nothing;
     for (const Cut& cut : cuts_) here.owed = united(here.owed, cut.box);
   }
@@ -199,21 +203,19 @@ EditOutcome EditSession::redo() {
   return go_to(position_ + 1);
 }
 
-double EditSession::removed_mm3() const noexcept {
-  return current_->mm3_of(current_->ledger().total());
-}
+double EditSession::removed_mm3() const noexcept { return current()->mm3_of(current()->ledger().total()); }
 
 std::vector<double> EditSession::removed_mm3_by_label() const {
   std::vector<double> result;
-  for (const std::int64_t units : current_->ledger().units_by_label)
-    result.push_back(current_->mm3_of(units));
+  for (const std::int64_t units : current()->ledger().units_by_label)
+    result.push_back(current()->mm3_of(units));
   return result;
 }
 
 const glm::dvec3* EditSession::last_free(std::size_t hand) const noexcept {
   const std::vector<glm::dvec3>& places = hands_[hand].places;
   for (std::size_t i = places.size(); i-- > 0;)
-    if (haptics::is_free(*scene_, *current_, places[i])) return &places[i];
+    if (haptics::is_free(*scene_, *servo_scene_, places[i])) return &places[i];
   return nullptr;
 }
 
@@ -233,7 +235,7 @@ std::optional<haptics::WayOut> EditSession::way_out(std::size_t hand) const {
     i = next;
   }
   haptics::WayOut result;
-  result.version = current_->serial();
+  result.version = current()->serial();
   const std::size_t stride =
       (way.size() + haptics::WayOut::k_most_places - 1) / haptics::WayOut::k_most_places;
   for (std::size_t i = stride - 1; i < way.size(); i += stride) result.places_volume[result.count++] = way[i];

@@ -39,7 +39,7 @@ struct Command {
 struct OffsetJob {
   std::shared_ptr<const volume::Version> version;
   volume::VoxelBox box{glm::ivec3(0), glm::ivec3(-1)};
-  using Offsets = std::vector<std::shared_ptr<const volume::OffsetField>>;
+  using Offsets = haptics::ServoScene::OffsetFields;
   Offsets before;  ///< one a shape
   /// Milliseconds to tens of them, by the size of the box and of the tool; the same bits whatever `threads`.
   Offsets make(const haptics::TouchScene& scene, int threads = 1) const;
@@ -69,7 +69,9 @@ class EditSession {
   bool can_redo() const noexcept { return position_ + 1 < history_.size(); }
 
   /// The newest published version.
-  const std::shared_ptr<const volume::Version>& current() const noexcept { return current_; }
+  const std::shared_ptr<const volume::Version>& current() const noexcept { return servo_scene_->version; }
+  /// The same with what a servo needs beside it.
+  const std::shared_ptr<const haptics::ServoScene>& servo_scene() const noexcept { return servo_scene_; }
   /// Strokes that can be taken back; older ones stay in the bone for good, so that an hour's work fits in
   /// memory.
   static constexpr std::size_t k_most_strokes = 256;
@@ -96,15 +98,16 @@ class EditSession {
   void note_cut(const volume::VoxelBox& box);
   std::optional<OffsetJob> job_of(std::uint64_t serial) const;
   void end_stroke();
+  void publish(OffsetJob::Offsets offsets);
   EditOutcome go_to(std::size_t position);
 
   const haptics::TouchScene* scene_;
   std::vector<Hand> hands_;
   double dt_;
   volume::RemovalEditor editor_;
-  std::shared_ptr<const volume::Version> current_;
+  std::shared_ptr<const haptics::ServoScene> servo_scene_;
   struct Entry {
-    std::shared_ptr<const volume::Version> version;
+    std::shared_ptr<const haptics::ServoScene> state;
     volume::VoxelBox box;   ///< what the stroke that led here changed
     volume::VoxelBox owed;  ///< where its offset fields are older than it is
   };

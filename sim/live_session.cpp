@@ -19,7 +19,7 @@ LiveSession::LiveSession(std::span<haptics::Device* const> devices, const haptic
                          std::uint64_t first_tick)
     : scene_(&scene),
       edits_(std::move(edits)),
-      channel_(edits_.current()),
+      channel_(edits_.servo_scene()),
       servo_(devices, channel_, scene, method, options, first_tick),
       recorder_(recorder),
       wants_realtime_(options.wants_realtime) {
@@ -90,7 +90,7 @@ void LiveSession::take_offsets() {
   if (made) {
     const EditOutcome outcome = edits_.attach(offsets_.serial, std::move(*made));
     if (outcome.is_changed) {
-      channel_.publish(edits_.current());
+      channel_.publish(edits_.servo_scene());
       const Command command{Command::Kind::offsets, 0, {}, static_cast<double>(offsets_.serial)};
       if (recorder_) recorder_->add(command, edits_, outcome);
       const std::lock_guard guard(lock_);
@@ -151,7 +151,7 @@ void LiveSession::run() {
 void LiveSession::consume(const haptics::ServoRecord& record) {
   const EditOutcome outcome = edits_.consume(record);
   if (record.hand + 1u == edits_.hand_count()) seen_version_ = record.version;
-  if (outcome.is_changed) channel_.publish(edits_.current());
+  if (outcome.is_changed) channel_.publish(edits_.servo_scene());
   if (recorder_) recorder_->add(record, edits_, outcome);
   // A fault is an event of the session.
   std::uint32_t& noted = noted_faults_[record.hand];
@@ -173,7 +173,7 @@ void LiveSession::carry_out(const Command& command) {
     for (std::size_t h = 0; h < edits_.hand_count(); ++h)
       if (const std::optional<haptics::WayOut> way = edits_.way_out(h)) servo_.offer_way_out(*way, h);
     growth_version_ = edits_.current()->serial();
-    channel_.publish(edits_.current());
+    channel_.publish(edits_.servo_scene());
   }
   if (recorder_) recorder_->add(command, edits_, outcome);
   const std::lock_guard guard(lock_);

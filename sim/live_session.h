@@ -85,7 +85,7 @@ class LiveSession {
 
   const haptics::TouchScene* scene_;
   EditSession edits_;
-  volume::VersionChannel channel_;
+  haptics::ServoChannel channel_;
   haptics::ServoLoop servo_;
   SessionWriter* recorder_;
   bool wants_realtime_;

@@ -17,7 +17,7 @@ haptics::ServoRecord Lockstep::step(const haptics::Pose& pose) {
   haptics::ServoRecord record;
   {
     const haptics::DenormalsFlushed flushed;
-    record = servo_.step(*edits_.current(), input);
+    record = servo_.step(*edits_.servo_scene(), input);
   }
   last_edit_ = edits_.consume(record);
   if (recorder_) recorder_->add(record, edits_, last_edit_);

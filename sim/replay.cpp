@@ -119,7 +119,7 @@ Replay::State Replay::fresh_state() const {
     for (const auto& [name, value] : session_->header().tools[h].settings)
       state.settings.push_back({Command::Kind::set_tool, static_cast<std::uint8_t>(h), name, value});
   }
-  state.versions.push_back(state.edits.current());
+  state.seen.push_back(state.edits.servo_scene());
   return state;
 }
 
@@ -179,20 +179,20 @@ Status Replay::run_tick(const TickItem& item) {
     // Ticks that found no room in the ring: nothing was felt, and the force went on fading.
     if (gap > 0) core.skip(recorded.raised | haptics::fault_full_ring, gap);
     counts_.dropped += gap;
-    auto& versions = state_->versions;
-    while (versions.size() > 1 && versions.front()->serial() < recorded.version &&
-           versions[1]->serial() <= recorded.version)
-      versions.pop_front();
-    if (versions.front()->serial() != recorded.version)
+    auto& seen = state_->seen;
+    while (seen.size() > 1 && seen.front()->serial() < recorded.version &&
+           seen[1]->serial() <= recorded.version)
+      seen.pop_front();
+    if (seen.front()->serial() != recorded.version)
       note(recorded.tick, "version", std::to_string(recorded.version),
-           std::to_string(versions.front()->serial()));
+           std::to_string(seen.front()->serial()));
     haptics::ServoInput input;
     input.pose = recorded.pose;
     input.faults = recorded.raised;
     input.is_reset = recorded.is_reset;
     input.is_restarted = recorded.is_restarted;
     input.restart_volume = recorded.restart_volume;
-    record_ = core.step(*versions.front(), input);
+    record_ = core.step(*seen.front(), input);
   }
   recorded_force_ = recorded.force_world;
   if (output_check(record_) != item.check)
@@ -215,7 +215,7 @@ Status Replay::run_tick(const TickItem& item) {
 void Replay::note_change(const EditOutcome& outcome) {
   if (!outcome.is_changed) return;
   changed_ = united(changed_, outcome.box);
-  state_->versions.push_back(state_->edits.current());
+  state_->seen.push_back(state_->edits.servo_scene());
 }
 
 void Replay::run_command(const Command& command) {

@@ -51,11 +51,9 @@ class Replay {
 
   const haptics::ServoRecord& record() const noexcept { return record_; }  ///< as replayed, exact
   const glm::dvec3& recorded_force() const noexcept { return recorded_force_; }
-  /// What the method did in that tick, and the version it saw.
+  /// What the method did in that tick, and what it saw.
   const haptics::ProxyStep& proxy_step() const noexcept { return state_->cores[record_.hand].last_step(); }
-  const std::shared_ptr<const volume::Version>& seen_version() const noexcept {
-    return state_->versions.front();
-  }
+  const std::shared_ptr<const haptics::ServoScene>& seen() const noexcept { return state_->seen.front(); }
   const EditSession& edits() const noexcept { return state_->edits; }
   std::uint64_t next_tick() const noexcept { return state_->next_tick; }
   const std::optional<Mismatch>& mismatch() const noexcept { return mismatch_; }
@@ -71,7 +69,7 @@ class Replay {
   struct State {
     EditSession edits;
     std::vector<haptics::ServoCore> cores;
-    std::deque<std::shared_ptr<const volume::Version>> versions;               ///< that a coming tick may see
+    std::deque<std::shared_ptr<const haptics::ServoScene>> seen;  ///< or still to be seen by a coming tick
     std::map<std::uint64_t, std::shared_ptr<const volume::Version>> hashable;  ///< whose hash may still come
     std::vector<Command> settings;                                             ///< of tools, since the start
     std::uint64_t next_tick = 0;

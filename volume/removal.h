@@ -50,11 +50,6 @@ class RemovalEditor {
   RemovalReport remove(const Sweep& sweep);
   /// The working state as an immutable version. Masks keep changing in place until end_stroke().
   std::shared_ptr<const Version> publish();
-  /// The next versions carry these (Version::offsets), made from the working state or from one of its
-  /// ancestors since the last reset().
-  void attach(std::vector<std::shared_ptr<const OffsetField>> offsets) {
-    next_->offsets_ = std::move(offsets);
-  }
   /// From here on masks of published versions are never written again.
   void end_stroke() noexcept;
   /// The working state as a version that readers on any thread may keep and read whole, in the middle of a

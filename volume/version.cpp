@@ -210,42 +210,4 @@ std::uint64_t Version::content_hash() const noexcept {
   return hash;
 }
 
-VersionChannel::VersionChannel(std::shared_ptr<const Version> first)
-    : newest_owner_(std::move(first)), newest_(newest_owner_.get()) {}
-
-VersionChannel::~VersionChannel() = default;
-
-void VersionChannel::publish(std::shared_ptr<const Version> version) {
-  newest_.store(version.get());
-  // A reader whose epoch is this or later has loaded `newest_` after the store above.
-  const std::uint64_t epoch = epoch_.fetch_add(1) + 1;
-  retired_.emplace_back(epoch, std::exchange(newest_owner_, std::move(version)));
-  reclaim();
-}
-
-void VersionChannel::reclaim() {
-  std::uint64_t oldest = epoch_.load();
-  for (const Reader& reader : readers_) {
-    const std::uint64_t epoch = reader.epoch.load();
-    if (epoch != 0) oldest = std::min(oldest, epoch);
-  }
-  std::erase_if(retired_, [oldest](const auto& entry) { return entry.first <= oldest; });
-}
-
-int VersionChannel::open_reader() noexcept {
-  for (int i = 0; i < k_readers; ++i)
-    if (!readers_[static_cast<std::size_t>(i)].is_taken.exchange(true)) return i;
-  return -1;
-}
-
-void VersionChannel::close_reader(int reader) noexcept {
-  readers_[static_cast<std::size_t>(reader)].epoch.store(0);
-  readers_[static_cast<std::size_t>(reader)].is_taken.store(false);
-}
-
-const Version* VersionChannel::adopt(int reader) noexcept {
-  readers_[static_cast<std::size_t>(reader)].epoch.store(epoch_.load());
-  return newest_.load();
-}
-
 }  // namespace trephine::volume

@@ -43,8 +43,6 @@ class Ref {
   T* object_ = nullptr;
 };
 
-class OffsetField;
-
 /// Samples of the cut lattice along the edge of a brick, bricks along that of a page, pages along that of a
 /// region.
 inline constexpr int k_brick = 8;
@@ -219,11 +217,6 @@ class Version {
   /// May mask_row change those words of row (y, z)?
   bool has_brick(int y, int z, int first_word, int count) const noexcept;
 
-  /// Offset fields for a round tool, one a touchable shape, made from this version or from one that had more
-  /// left; empty when there are none. A tool that they hold off may hover where more was removed since, and
-  /// never enters.
-  const std::vector<std::shared_ptr<const OffsetField>>& offsets() const noexcept { return offsets_; }
-
   /// Hash (FNV-1a, 64 bit) of everything removed: distances, kept bits and masks. Equal states, equal hash.
   std::uint64_t content_hash() const noexcept;
 
@@ -251,48 +244,11 @@ class Version {
   std::vector<Ref<Region>> regions_;
   Ref<Brick> hollow_;  ///< what every hollow brick is
   RemovalLedger ledger_;
-  std::vector<std::shared_ptr<const OffsetField>> offsets_;
   std::shared_ptr<const std::atomic<std::uint64_t>> frozen_strokes_;  ///< the editor's; null: never edited
   double band_mm_;
   int brick_count_ = 0;
   std::uint64_t serial_ = 0;
   std::uint64_t stroke_ = 0;  ///< the last that wrote its masks
-};
-
-/// Hands the newest version to readers that must never wait. One writer; up to k_readers readers.
-/// A version stays alive until every reader that could have seen it has adopted a later one.
-class VersionChannel {
- public:
-  static constexpr int k_readers = 8;
-
-  explicit VersionChannel(std::shared_ptr<const Version> first);
-  ~VersionChannel();
-  VersionChannel(const VersionChannel&) = delete;
-  VersionChannel& operator=(const VersionChannel&) = delete;
-
-  /// Writer only. Frees what no reader can hold any more.
-  void publish(std::shared_ptr<const Version> version);
-  /// Writer only: versions not yet freed, the newest included.
-  int alive_count() const noexcept { return static_cast<int>(retired_.size()) + 1; }
-
-  /// Takes a reader's place; not for the servo thread. -1 when all are taken.
-  int open_reader() noexcept;
-  void close_reader(int reader) noexcept;
-  /// The newest version, valid until this reader adopts again or closes. Wait-free: one store, one load.
-  const Version* adopt(int reader) noexcept;
-
- private:
-  struct alignas(64) Reader {
-    std::atomic<std::uint64_t> epoch{0};  ///< 0: holds nothing
-    std::atomic<bool> is_taken{false};
-  };
-  void reclaim();
-
-  std::shared_ptr<const Version> newest_owner_;
-  std::atomic<const Version*> newest_;
-  std::atomic<std::uint64_t> epoch_{1};
-  std::array<Reader, k_readers> readers_;
-  std::vector<std::pair<std::uint64_t, std::shared_ptr<const Version>>> retired_;
 };
 
 }  // namespace trephine::volume

@@ -168,7 +168,7 @@ Result<Outcome> audit_session(const AuditArguments& arguments) {
                  "trephine replay --verify compares its bits"};
 
   // What is solid is the version that the tick saw, less what a hand was let through.
-  std::shared_ptr<const volume::Version> seen;
+  std::shared_ptr<const haptics::ServoScene> seen;
   std::vector<scenes::Promise> solids;
   Hand* at_work = nullptr;
   const auto meets = [&](const glm::dvec3& a, const glm::dvec3& b) {
@@ -208,13 +208,13 @@ Result<Outcome> audit_session(const AuditArguments& arguments) {
     if (!stepped) return stepped.error();
     if (!stepped.value()) break;
     const haptics::ServoRecord& r = replay.record();
-    if (replay.seen_version() != seen) {
-      seen = replay.seen_version();
+    if (replay.seen() != seen) {
+      seen = replay.seen();
       for (Hand& hand : judges) hand.falls.solid_changed();
       solids.clear();
       for (std::size_t shape = 0; shape < scene.shapes.size(); ++shape)
         solids.emplace_back(*haptics::find_method(header.method), scene, seen, shape);
-      if (ball) ball->set_version(seen);
+      if (ball) ball->set_version(seen->version);
     }
     const bool is_fresh = replay.counts().resumes != resumes;
     if (is_fresh || replay.counts().dropped != dropped)

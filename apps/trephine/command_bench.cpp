@@ -186,8 +186,8 @@ volume::Status export_scene(const std::string& folder, const bench::FeelScene& s
     return Error{"the folder cannot be made", data_tools::file_name(folder), failed.message(),
                  "a place that may be written", "choose another with --export"};
   std::optional<volume::Volume> drilled;
-  if (scene.version) {
-    auto operated = data_tools::operated_volume(*scene.version);
+  if (scene.drilled) {
+    auto operated = data_tools::operated_volume(*scene.drilled->version);
     if (!operated) return operated.error();
     drilled = std::move(operated).value();
   }

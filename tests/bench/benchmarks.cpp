@@ -9,6 +9,7 @@
 #include "tests/bench/peer_flying_edges.h"
 #include "tests/bench/peers.h"
 #include "tests/scenes/scenes.h"
+#include "volume/channel.h"
 #include "volume/removal.h"
 #include "volume/surface_nets.h"
 
@@ -128,7 +129,7 @@ StepTimes time_removal(const haptics::TouchScene& bone, bool has_scratches) {
   const dvec3 way = glm::normalize(dvec3(1, 0.3, -0.2));
   for (int run = 0; run < MinimumOfRuns::k_runs; ++run) {
     volume::RemovalEditor editor(std::make_shared<volume::Version>(bone.base), {bone.shapes[0].field});
-    volume::VersionChannel channel(editor.publish());
+    volume::Channel<volume::Version> channel(editor.publish());
     for (std::size_t lane = 0; lane < 4; ++lane) {
       // Four strokes of 20 mm, each down a lane of its own.
       const dvec3 start(-20, -10 + 6.5 * static_cast<double>(lane), -5);

@@ -38,8 +38,8 @@ struct StepResult {
   StepTimes csg_tick;                     ///< the same by OpenVDB's csgDifference; count 0: was not there
   StepTimes csg_tick_with_capsule;        ///< and with the making of the swept ball's level set
   StepTimes removal_tick_over_scratches;  ///< the same where a ball of one voxel went all over before
-  /// A 4 mm burr with its round tip in voxels of 0.5 mm at 10 mm/s, ms: how long an update of the offset field
-  /// takes, and from a cut until the field that knows it is there, updates one after another.
+  /// A 4 mm burr with its round tip in voxels of 0.5 mm at 10 mm/s, ms: how long an update of the offset
+  /// field takes, and from a cut until the field that knows it is there, updates one after another.
   StepTimes field_update_ms, hover_ms;
 };
 StepResult run_step_benchmark(int size);

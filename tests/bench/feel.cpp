@@ -50,7 +50,7 @@ struct Judges {
   /// One for all methods that promise the same.
   checker::FallThroughJudge fall_through(const FeelScene& s, const MethodInfo& method) {
     auto& promise = promises[{method.solid, method.is_of_untouched}];
-    if (!promise) promise = std::make_unique<scenes::Promise>(method, s.scene, s.version);
+    if (!promise) promise = std::make_unique<scenes::Promise>(method, s.scene, s.drilled);
     return checker::FallThroughJudge(
         [&promise](const dvec3& a, const dvec3& b) { return promise->meets(a, b); });
   }
@@ -96,12 +96,11 @@ FeelRow measure(const FeelScene& s, Judges& judges, const Contender& contender, 
   row.field_s = s.field_s, row.field_update_s = s.field_update_s;
   if (contender.is_for_radius && (s.radius_mm != 2 || s.group != "smooth")) return row;
   // What was made before the hole was drilled knows nothing of it.
-  if (s.version && (contender.is_peer || info.is_of_untouched)) return row;
+  if (s.drilled && (contender.is_peer || info.is_of_untouched)) return row;
   if (method.prepare(s.scene)) return row;
-  const volume::Version untouched(s.scene.base);
-  const volume::Version& version = s.version ? *s.version : untouched;
+  const haptics::ServoScene seen = s.seen();
   row.steps = static_cast<long>(samples.size());
-  row.bytes = s.scene.shapes[0].bits->bytes() + version.bytes();
+  row.bytes = s.scene.shapes[0].bits->bytes() + seen.version->bytes();
   if (s.scene.shapes[0].soft) row.bytes += s.scene.shapes[0].soft->bytes();
   if (s.scene.shapes[0].offset) row.bytes += s.scene.shapes[0].offset->bytes();
 
@@ -115,7 +114,7 @@ FeelRow measure(const FeelScene& s, Judges& judges, const Contender& contender, 
   std::vector<dvec3> answers;
   for (std::size_t i = 0; i < samples.size(); ++i) {
     const dvec3& hip = samples[i].pose.position_world;
-    const haptics::ProxyStep step = method.step(s.scene, version, state, {hip});
+    const haptics::ProxyStep step = method.step(s.scene, seen, state, {hip});
     judge.look({std::span(step.path_volume.data(), static_cast<std::size_t>(step.waypoint_count)),
                 frame.volume_from_world(hip), step.has_contact, step.is_buried});
     scorer.look(i, step);
@@ -138,8 +137,7 @@ FeelRow measure(const FeelScene& s, Judges& judges, const Contender& contender, 
 /// Times of a step in contact, apart from the judges: contenders take turns, run by run, so that what the
 /// machine does meanwhile meets all of them.
 void time_in_turns(const FeelScene& s, std::vector<Played>& all) {
-  const volume::Version untouched(s.scene.base);
-  const volume::Version& version = s.version ? *s.version : untouched;
+  const haptics::ServoScene seen = s.seen();
   const auto& samples = s.path.samples();
   std::vector<MinimumOfRuns> minima(all.size());
   for (int run = 0; run < MinimumOfRuns::k_runs; ++run)
@@ -148,7 +146,7 @@ void time_in_turns(const FeelScene& s, std::vector<Played>& all) {
       for (std::size_t i = 0; i < samples.size(); ++i) {
         const haptics::ProxyInput input{samples[i].pose.position_world};
         const auto start = Clock::now();
-        const haptics::ProxyStep step = all[c].method->step(s.scene, version, timed, input);
+        const haptics::ProxyStep step = all[c].method->step(s.scene, seen, timed, input);
         const double us = 1e6 * seconds_since(start);
         if (step.has_contact) minima[c].add(i, us);
       }
@@ -164,15 +162,15 @@ bool is_reference(const FeelScene& s) {
 std::optional<double> instructions_a_step(const FeelScene& s, const Contender& contender, bool is_quick) {
   const auto method = contender.make();
   if (method->prepare(s.scene)) return std::nullopt;
-  const volume::Version version(s.scene.base);
+  const haptics::ServoScene seen = s.seen();
   const auto& samples = s.path.samples();
   const std::size_t middle = samples.size() / 2, count = is_quick ? 1 : 8;
   haptics::ProxyState state;
   for (std::size_t i = 0; i < middle; ++i)
-    method->step(s.scene, version, state, {samples[i].pose.position_world});
+    method->step(s.scene, seen, state, {samples[i].pose.position_world});
   const std::optional<long> all = count_instructions([&] {
     for (std::size_t i = middle; i < middle + count; ++i)
-      method->step(s.scene, version, state, {samples[i].pose.position_world});
+      method->step(s.scene, seen, state, {samples[i].pose.position_world});
   });
   if (!all) return std::nullopt;
   return static_cast<double>(*all) / static_cast<double>(count);

@@ -424,10 +424,12 @@ void drill_hole(FeelScene& scene) {
   volume::RemovalEditor editor(haptics::untouched(scene.scene), {shape.field});
   const volume::RemovalReport report = editor.remove({{0, 0, k_hole_top}, {0, 0, k_hole_end}, k_hole_radius});
   volume::OffsetField::Work work;
+  const auto drilled = editor.publish();
+  haptics::ServoScene::OffsetFields offsets;
   if (shape.offset)
-    editor.attach({shape.offset->updated(shape.field, *shape.bits, editor.working(), report.box, 1, &work)});
+    offsets.push_back(shape.offset->updated(shape.field, *shape.bits, *drilled, report.box, 1, &work));
   scene.field_update_s = work.seconds;
-  scene.version = editor.publish();
+  scene.drilled = std::make_shared<haptics::ServoScene>(drilled, std::move(offsets));
 }
 
 }  // namespace

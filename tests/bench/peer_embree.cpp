@@ -46,10 +46,10 @@ class EmbreeProxy final : public haptics::ProxyMethod {
     rtcCommitScene(scene_);
     return std::nullopt;
   }
-  haptics::ProxyStep step(const haptics::TouchScene& scene, const volume::Version& version,
+  haptics::ProxyStep step(const haptics::TouchScene& scene, const haptics::ServoScene&,
                           haptics::ProxyState& state,
                           const haptics::ProxyInput& input) const noexcept override {
-    const volume::Frame& frame = version.base().frame;
+    const volume::Frame& frame = scene.base->frame;
     haptics::ProxyStep result;
     result.normal_world = dvec3(0);
     const dvec3 hip = frame.volume_from_world(input.hip_world);

@@ -38,10 +38,10 @@ class FclProxy final : public haptics::ProxyMethod {
     model_ = model;
     return std::nullopt;
   }
-  haptics::ProxyStep step(const haptics::TouchScene& scene, const volume::Version& version,
+  haptics::ProxyStep step(const haptics::TouchScene& scene, const haptics::ServoScene&,
                           haptics::ProxyState& state,
                           const haptics::ProxyInput& input) const noexcept override {
-    const volume::Frame& frame = version.base().frame;
+    const volume::Frame& frame = scene.base->frame;
     haptics::ProxyStep result;
     result.normal_world = dvec3(0);
     const double radius = std::max(scene.tool_radius, 0.01), near = 0.01;

@@ -41,11 +41,11 @@ class OpenVdbProxy final : public haptics::ProxyMethod {
     intersector_ = std::make_unique<Intersector>(*grid_);
     return std::nullopt;
   }
-  haptics::ProxyStep step(const haptics::TouchScene& scene, const volume::Version& version,
+  haptics::ProxyStep step(const haptics::TouchScene& scene, const haptics::ServoScene&,
                           haptics::ProxyState& state,
                           const haptics::ProxyInput& input) const noexcept override {
     (void)scene;
-    const volume::Frame& frame = version.base().frame;
+    const volume::Frame& frame = scene.base->frame;
     haptics::ProxyStep result;
     result.normal_world = dvec3(0);
     const dvec3& hip = input.hip_world;

@@ -57,8 +57,8 @@ checker::Clearance clearance_of(const FeelScene& s) {
   };
   std::vector<Part> parts;
   for (std::size_t i = 0; i < s.scene.shapes.size(); ++i) {
-    const auto offset = scenes::touched_offset(s.scene, s.version.get(), i);
-    parts.push_back({scenes::touched_smooth_solid(s.scene, s.version, i),
+    const auto offset = scenes::touched_offset(s.scene, s.drilled.get(), i);
+    parts.push_back({scenes::touched_smooth_solid(s.scene, s.drilled, i),
                      offset ? offset->frame() : s.scene.base->frame});
   }
   return [parts = std::move(parts)](const dvec3& p) {
@@ -81,7 +81,8 @@ ExactHand::Go go_on(checker::Clearance clearance, double voxel) {
 }
 
 ExactHand::Go go_on_cubes(const FeelScene& s) {
-  return [solid = checker::solid_voxels(s.scene.base, s.scene.shapes[0].field.shape(), s.version),
+  return [solid = checker::solid_voxels(s.scene.base, s.scene.shapes[0].field.shape(),
+                                        s.drilled ? s.drilled->version : nullptr),
           base = s.scene.base](const dvec3& proxy, const dvec3&, const dvec3& to) {
     const volume::Frame& frame = base->frame;
     const dvec3 axes[3] = {frame.axes()[0], frame.axes()[1], frame.axes()[2]};

@@ -30,11 +30,10 @@ class Scored {
   explicit Scored(const std::string& id) : scene_(scene_named(id)), ideal_(scene_) {
     const auto method = haptics::make_method(haptics::k_default_method).value();
     EXPECT_FALSE(method->prepare(scene_.scene));
-    const volume::Version untouched(scene_.scene.base);
+    const haptics::ServoScene seen = scene_.seen();
     haptics::ProxyState state;
     for (const auto& sample : scene_.path.samples())
-      steps_.push_back(method->step(scene_.scene, scene_.version ? *scene_.version : untouched, state,
-                                    {sample.pose.position_world}));
+      steps_.push_back(method->step(scene_.scene, seen, state, {sample.pose.position_world}));
   }
   using Spoil = std::function<void(std::size_t, ProxyStep&)>;
   FeelRow score(const Spoil& spoil = [](std::size_t, ProxyStep&) {}) const {

@@ -55,13 +55,13 @@ class Judge {
       meshes_.push_back(std::make_unique<checker::MeshWall>(vertices, triangles));
     }
   }
-  void set_version(std::shared_ptr<const volume::Version> version) {
+  void set_seen(std::shared_ptr<const haptics::ServoScene> seen) {
     if (is_held_from_within(scene_)) {
       outside_.emplace(scenes::touched_smooth_solid(scene_, nullptr).complement());
     } else {
       promises_.clear();
       for (std::size_t i = 0; i < scene_.shapes.size(); ++i)
-        promises_.push_back(std::make_unique<scenes::Promise>(method_, scene_, version, i));
+        promises_.push_back(std::make_unique<scenes::Promise>(method_, scene_, seen, i));
     }
     judge.solid_changed();
   }
@@ -154,22 +154,21 @@ AttackRow attack(const Target& target, const MethodInfo& info, long steps, std::
   const dvec3 size(scene.base->size);
   Judge judge(scene, info);
   const std::shared_ptr<const volume::Version> untouched = haptics::untouched(scene);
-  std::shared_ptr<const volume::Version> version = untouched;
+  auto seen = std::make_shared<const haptics::ServoScene>(untouched);
   std::vector<volume::Field> solids;
   for (const haptics::TouchShape& shape : scene.shapes) solids.push_back(shape.field);
-  volume::RemovalEditor editor(version, solids);
+  volume::RemovalEditor editor(untouched, solids);
   CutShape shape(target);
   // What was cut is felt by a round tool when its fields have followed, here at once.
   const auto publish = [&](const volume::VoxelBox* changed) {
-    std::vector<std::shared_ptr<const volume::OffsetField>> offsets;
+    const auto version = editor.publish();
+    haptics::ServoScene::OffsetFields offsets;
     for (std::size_t s = 0; scene.tool_radius > 0 && changed && s < scene.shapes.size(); ++s)
       offsets.push_back(
-          haptics::shared_offset_of(scene, *version, s)
-              ->updated(scene.shapes[s].field, *scene.shapes[s].bits, editor.working(), *changed));
-    if (scene.tool_radius > 0) editor.attach(std::move(offsets));
-    return editor.publish();
+          seen->offset(scene, s).updated(scene.shapes[s].field, *scene.shapes[s].bits, *version, *changed));
+    return std::make_shared<const haptics::ServoScene>(version, std::move(offsets));
   };
-  judge.set_version(version);
+  judge.set_seen(seen);
   haptics::ProxyState state;
   const double voxel = std::min({frame.spacing().x, frame.spacing().y, frame.spacing().z});
   const double slack = 1.5 * std::max({frame.spacing().x, frame.spacing().y, frame.spacing().z});
@@ -204,15 +203,15 @@ AttackRow attack(const Target& target, const MethodInfo& info, long steps, std::
       const double radius = (1 + 3 * random()) * voxel;
       const volume::RemovalReport report = editor.remove({hip, to, radius});
       shape.cut(hip, to, radius);
-      version = publish(&report.box);
-      judge.set_version(version);
+      seen = publish(&report.box);
+      judge.set_seen(seen);
     }
     if (i % (2 * cut_every) == 2 * cut_every - cut_every / 4 && is_cut) {
       ++row.undos;
       editor.reset(untouched);
       shape.undo_all();
-      version = publish(nullptr);
-      judge.set_version(version);
+      seen = publish(nullptr);
+      judge.set_seen(seen);
     }
     const dvec3 before = hip;
     hip += velocity + 0.3 * speed * (random_point() - 0.5);
@@ -224,7 +223,7 @@ AttackRow attack(const Target& target, const MethodInfo& info, long steps, std::
       }
     hip = frame.world_from_volume(v);
     row.fastest_mm_s = std::max(row.fastest_mm_s, 1000 * glm::length(hip - before));
-    haptics::ProxyStep step = method->step(scene, *version, state, {hip});
+    haptics::ProxyStep step = method->step(scene, *seen, state, {hip});
     if (options.spoil) options.spoil(step, frame.volume_from_world(hip), hip);
     if (target.distance && step.has_contact) {
       ++row.judged_by_shape;

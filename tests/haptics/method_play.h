@@ -32,6 +32,7 @@ inline std::string suite_name(const testing::TestParamInfo<const char*>& info) {
 struct Play {
   TouchScene scene;
   std::shared_ptr<const volume::Version> version;
+  std::shared_ptr<const ServoScene> seen;  ///< the same, with the fields of a round tool
   std::unique_ptr<ProxyMethod> method;
   ProxyState state;
   checker::FallThroughJudge judge;
@@ -50,13 +51,14 @@ struct Play {
       shape.material.static_friction = shape.material.dynamic_friction = 0;
   }
   /// Goes on with another version, as a servo does between two steps.
-  void set_version(std::shared_ptr<const volume::Version> next) {
+  void set_version(std::shared_ptr<const volume::Version> next, ServoScene::OffsetFields offsets = {}) {
     version = std::move(next);
-    promise = std::make_unique<scenes::Promise>(*find_method(method->name()), scene, version);
+    seen = std::make_shared<ServoScene>(version, std::move(offsets));
+    promise = std::make_unique<scenes::Promise>(*find_method(method->name()), scene, seen);
     judge.solid_changed();
   }
   ProxyStep step(const glm::dvec3& hip_world) {
-    const ProxyStep s = method->step(scene, *version, state, {hip_world});
+    const ProxyStep s = method->step(scene, *seen, state, {hip_world});
     judge.look({std::span(s.path_volume.data(), static_cast<std::size_t>(s.waypoint_count)),
                 scene.base->frame.volume_from_world(hip_world), s.has_contact, s.is_buried});
     contacts += s.has_contact;

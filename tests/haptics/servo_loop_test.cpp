@@ -87,7 +87,7 @@ TEST(ServoCore, ForceIsFiniteAndLatchedOnBadPoses) {
 
 TEST(ServoLoop, RunsTicksInOrderOnTheNewestVersionAndFeelsTheSurface) {
   const TouchScene scene = scenes::phantom_scene("sphere", grid(64));
-  volume::VersionChannel channel(std::make_shared<volume::Version>(scene.base));
+  ServoChannel channel(std::make_shared<ServoScene>(std::make_shared<volume::Version>(scene.base)));
   ImplicitProxy method;
   ASSERT_FALSE(method.prepare(scene).has_value());
   const PosePath wish =
@@ -116,7 +116,7 @@ TEST(ServoLoop, RunsTicksInOrderOnTheNewestVersionAndFeelsTheSurface) {
 
 TEST(ServoLoop, LostDeviceAndFullRingFadeTheForce) {
   const TouchScene scene = scenes::phantom_scene("sphere", grid(32));
-  volume::VersionChannel channel(std::make_shared<volume::Version>(scene.base));
+  ServoChannel channel(std::make_shared<ServoScene>(std::make_shared<volume::Version>(scene.base)));
   ImplicitProxy method;
   ASSERT_FALSE(method.prepare(scene).has_value());
   const PosePath wish = PosePath::from_samples({{0, {{0, 0, 50}}}, {0.05, {{0, 0, 42}}}}, "test").value();
@@ -152,7 +152,7 @@ TEST(ServoLoop, LostDeviceAndFullRingFadeTheForce) {
 /// At every rate edits that are late by 0.7 s make the scene stale, and lose no tick.
 TEST(ServoLoop, LateEditsFadeTheForceBeforeTheRingIsFullAtEveryRate) {
   const TouchScene scene = scenes::phantom_scene("sphere", grid(32));
-  volume::VersionChannel channel(std::make_shared<volume::Version>(scene.base));
+  ServoChannel channel(std::make_shared<ServoScene>(std::make_shared<volume::Version>(scene.base)));
   ImplicitProxy method;
   ASSERT_FALSE(method.prepare(scene).has_value());
   const PosePath wish = PosePath::from_samples({{0, {{0, 0, 50}}}, {0.05, {{0, 0, 42}}}}, "test").value();
@@ -195,7 +195,7 @@ TEST(ServoCore, NothingIsCutWhileAFaultHolds) {
 
 TEST(ServoLoop, AFaultIsClearedOnRequest) {
   const TouchScene scene = scenes::phantom_scene("sphere", grid(32));
-  volume::VersionChannel channel(std::make_shared<volume::Version>(scene.base));
+  ServoChannel channel(std::make_shared<ServoScene>(std::make_shared<volume::Version>(scene.base)));
   ImplicitProxy method;
   ASSERT_FALSE(method.prepare(scene).has_value());
   const PosePath wish = PosePath::from_samples({{0, {{0, 0, 50}}}, {0.05, {{0, 0, 42}}}}, "test").value();
@@ -237,7 +237,7 @@ class HoldingDevice final : public Device {
 
 TEST(ServoLoop, ALateWakeFadesTheForceAndLatches) {
   const TouchScene scene = scenes::phantom_scene("sphere", grid(32));
-  volume::VersionChannel channel(std::make_shared<volume::Version>(scene.base));
+  ServoChannel channel(std::make_shared<ServoScene>(std::make_shared<volume::Version>(scene.base)));
   ImplicitProxy method;
   ASSERT_FALSE(method.prepare(scene).has_value());
   HoldingDevice device;
@@ -267,7 +267,7 @@ TEST(ServoLoop, RefusesMoreForceThanADeviceRenders) {
     void write(const glm::dvec3&) noexcept override {}
   };
   const TouchScene scene = scenes::phantom_scene("sphere", grid(32));
-  volume::VersionChannel channel(std::make_shared<volume::Version>(scene.base));
+  ServoChannel channel(std::make_shared<ServoScene>(std::make_shared<volume::Version>(scene.base)));
   SubvoxelProxy method;
   ASSERT_FALSE(method.prepare(scene).has_value());
   WeakDevice device;
@@ -284,7 +284,7 @@ TEST(ServoLoop, RefusesMoreForceThanADeviceRenders) {
 
 TEST(ServoLoop, RefusesImpossibleRates) {
   const TouchScene scene = scenes::phantom_scene("sphere", grid(16));
-  volume::VersionChannel channel(std::make_shared<volume::Version>(scene.base));
+  ServoChannel channel(std::make_shared<ServoScene>(std::make_shared<volume::Version>(scene.base)));
   ImplicitProxy method;
   VirtualDevice device(PosePath::from_samples({{0, {{0, 0, 50}}}}, "test").value(), {});
   for (const double rate : {0.0, 249.0, 10001.0, std::nan("")}) {

@@ -63,7 +63,7 @@ TEST(ServoQuiet, AHundredThousandStepsOfEveryMethodNeitherAllocateNorLock) {
   options.size = glm::ivec3(96);
   options.psf_sigma_voxels = 1;
   const TouchScene scene = scenes::phantom_scene("shell", options);
-  volume::VersionChannel channel(std::make_shared<volume::Version>(scene.base));
+  ServoChannel channel(std::make_shared<ServoScene>(std::make_shared<volume::Version>(scene.base)));
   const int reader = channel.open_reader();
   std::vector<std::unique_ptr<ProxyMethod>> methods;
   std::vector<ServoCore> cores;
@@ -82,13 +82,13 @@ TEST(ServoQuiet, AHundredThousandStepsOfEveryMethodNeitherAllocateNorLock) {
   for (int i = 0; i < 100000; ++i) {
     if (i % 5000 == 0) {  // the edit thread's work, not watched
       editor.remove({pose.position_world, pose.position_world, 4});
-      channel.publish(editor.publish());
+      channel.publish(std::make_shared<ServoScene>(editor.publish()));
     }
     is_watched = true;
-    const volume::Version* version = channel.adopt(reader);
+    const ServoScene* seen = channel.adopt(reader);
     device.read(i * 1e-3, pose);
     for (ServoCore& core : cores) {
-      const ServoRecord record = core.step(*version, {pose});
+      const ServoRecord record = core.step(*seen, {pose});
       device.write(record.force_world);
       ring.push(record);
       histogram.add(100);
@@ -145,7 +145,7 @@ TEST(ServoQuiet, NorDoRoundToolsModelsEffectsPassivityAndTheWayOut) {
   }
   const auto untouched = std::make_shared<volume::Version>(scene.base);
   volume::RemovalEditor editor(untouched, {scene.shapes[0].field});
-  volume::VersionChannel channel(editor.publish());
+  ServoChannel channel(std::make_shared<ServoScene>(editor.publish()));
   const int reader = channel.open_reader();
   VirtualDevice device(scenes::rough_walk(glm::dvec3(-50), glm::dvec3(50), 1.0, 40001, 3), {});
   ASSERT_FALSE(device.open().has_value());
@@ -160,7 +160,7 @@ TEST(ServoQuiet, NorDoRoundToolsModelsEffectsPassivityAndTheWayOut) {
       cut_at = is_cut ? i : -1;
       cuts += is_cut;
       const glm::dvec3 free = core.proxy_state().proxy_volume;
-      std::vector<std::shared_ptr<const volume::OffsetField>> offsets;
+      ServoScene::OffsetFields offsets;
       if (is_back) {
         editor.reset(untouched);
       } else {
@@ -169,8 +169,7 @@ TEST(ServoQuiet, NorDoRoundToolsModelsEffectsPassivityAndTheWayOut) {
         offsets.push_back(scene.shapes[0].offset->updated(scene.shapes[0].field, *scene.shapes[0].bits,
                                                           editor.working(), report.box));
       }
-      editor.attach(std::move(offsets));
-      const auto next = editor.publish();
+      const auto next = std::make_shared<ServoScene>(editor.publish(), std::move(offsets));
       WayOut way;
       way.version = next->serial();
       way.count = 2;
@@ -180,14 +179,14 @@ TEST(ServoQuiet, NorDoRoundToolsModelsEffectsPassivityAndTheWayOut) {
       channel.publish(next);
     }
     is_watched = true;
-    const volume::Version* version = channel.adopt(reader);
+    const ServoScene* seen = channel.adopt(reader);
     device.read(i * 1e-3, pose);
     Placement placement;
     placement.position_world = glm::dvec3(0, 0, 1e-3 * i);
     core.set_placement(0, placement);
     ServoInput input{pose};
     input.is_reset = i % 9000 == 8999;
-    const ServoRecord record = core.step(*version, input);
+    const ServoRecord record = core.step(*seen, input);
     if (i % 7000 == 6999) core.skip(0, 5);
     device.write(record.force_world);
     contacts += record.has_contact, led += record.is_led,
@@ -229,7 +228,7 @@ TEST(ServoQuiet, NorDoesTheWholeLoop) {
   options.psf_sigma_voxels = 1;
   const TouchScene scene = scenes::phantom_scene("shell", options);
   volume::RemovalEditor editor(std::make_shared<volume::Version>(scene.base), {scene.shapes[0].field});
-  volume::VersionChannel channel(editor.publish());
+  ServoChannel channel(std::make_shared<ServoScene>(editor.publish()));
   const auto method = make_method(k_default_method).value();
   ASSERT_FALSE(method->prepare(scene).has_value());
   VirtualDevice hand(scenes::rough_walk(glm::dvec3(-50), glm::dvec3(50), 1.0, 60001, 3), {});
@@ -246,7 +245,7 @@ TEST(ServoQuiet, NorDoesTheWholeLoop) {
     while (loop.records().pop(record)) ++records;
     if (i % 20 == 5) {
       editor.remove({record.proxy_world, record.proxy_world, 3});
-      channel.publish(editor.publish());
+      channel.publish(std::make_shared<ServoScene>(editor.publish()));
     }
     if (i % 50 == 7) loop.request_restart(scene.base->frame.volume_from_world(glm::dvec3(0, 0, 58)));
     if (i % 60 == 9) loop.request_reset();

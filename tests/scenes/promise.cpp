@@ -9,29 +9,33 @@ namespace trephine::scenes {
 using haptics::MethodInfo;
 
 std::shared_ptr<const volume::OffsetField> touched_offset(const haptics::TouchScene& scene,
-                                                          const volume::Version* version, std::size_t shape) {
+                                                          const haptics::ServoScene* seen,
+                                                          std::size_t shape) {
   if (scene.tool_radius <= 0) return nullptr;
-  return version ? haptics::shared_offset_of(scene, *version, shape) : scene.shapes[shape].offset;
+  return seen ? seen->shared_offset(scene, shape) : scene.shapes[shape].offset;
 }
 
 checker::SmoothSolid touched_smooth_solid(const haptics::TouchScene& scene,
-                                          std::shared_ptr<const volume::Version> version, std::size_t shape) {
-  if (const auto offset = touched_offset(scene, version.get(), shape))
+                                          std::shared_ptr<const haptics::ServoScene> seen,
+                                          std::size_t shape) {
+  if (const auto offset = touched_offset(scene, seen.get(), shape))
     return checker::SmoothSolid([offset](int x, int y, int z) { return offset->at(x, y, z); });
   const haptics::TouchShape& touched = scene.shapes[shape];
-  return checker::smooth_solid(scene.base, touched.field.shape(), std::move(version), touched.soft);
+  return checker::smooth_solid(scene.base, touched.field.shape(), seen ? seen->version : nullptr,
+                               touched.soft);
 }
 
 Promise::Promise(const MethodInfo& method, const haptics::TouchScene& scene,
-                 std::shared_ptr<const volume::Version> version, std::size_t index)
+                 std::shared_ptr<const haptics::ServoScene> seen, std::size_t index)
     : base_(scene.base) {
   using Solid = MethodInfo::Solid;
   const haptics::TouchShape& shape = scene.shapes[index];
-  if (method.is_of_untouched) version = nullptr;
+  if (method.is_of_untouched) seen = nullptr;
+  const std::shared_ptr<const volume::Version> version = seen ? seen->version : nullptr;
   // A model of triangles has its own way of being round; its middle at least stays outside.
-  if (!method.is_of_untouched) offset_ = touched_offset(scene, version.get(), index);
+  if (!method.is_of_untouched) offset_ = touched_offset(scene, seen.get(), index);
   if (method.solid == Solid::smooth) {
-    smooth_ = std::make_unique<checker::SmoothSolid>(touched_smooth_solid(scene, version, index));
+    smooth_ = std::make_unique<checker::SmoothSolid>(touched_smooth_solid(scene, seen, index));
     return;
   }
   if (method.solid == Solid::cubes || method.solid == Solid::nothing) {

@@ -11,6 +11,7 @@
 #include <random>
 #include <thread>
 
+#include "volume/channel.h"
 #include "volume/occupancy.h"
 #include "volume/surface_nets.h"
 
@@ -382,11 +383,11 @@ TEST(Removal, MaskedRowsEqualKeptBits) {
 // Readers walk whatever version is newest while the writer makes more: every version they see is consistent
 // (its kept bits and its distances agree), and nothing is freed under them. Interleavings are forced by
 // yields.
-TEST(VersionChannel, ReadersSeeWholeVersionsWhileEditsGoOn) {
+TEST(Channel, ReadersSeeWholeVersionsWhileEditsGoOn) {
   const auto base = block({64, 64, 64}, Frame());
   const Field field(*base, Shape{});
   RemovalEditor editor(std::make_shared<Version>(base), {field});
-  VersionChannel channel(editor.publish());
+  Channel<Version> channel(editor.publish());
   std::atomic<bool> is_over{false};
   std::atomic<int> torn{0}, looks{0}, backward{0};
   std::vector<std::jthread> readers;
@@ -430,10 +431,10 @@ TEST(VersionChannel, ReadersSeeWholeVersionsWhileEditsGoOn) {
   EXPECT_GE(most_alive, 1u);
 }
 
-TEST(VersionChannel, KeepsWhatAReaderHolds) {
+TEST(Channel, KeepsWhatAReaderHolds) {
   const auto base = block({32, 32, 32}, Frame());
   RemovalEditor editor(std::make_shared<Version>(base), {});
-  VersionChannel channel(editor.publish());
+  Channel<Version> channel(editor.publish());
   const int reader = channel.open_reader();
   const Version* held = channel.adopt(reader);
   const std::uint64_t serial = held->serial();
