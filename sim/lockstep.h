@@ -28,7 +28,7 @@ class Lockstep {
   haptics::EffectRack& effects() noexcept { return servo_.effects(); }
   const EditSession& edits() const noexcept { return edits_; }
   /// Ticks from a cut to the offset fields that know it, where the tool is round.
-  static constexpr int k_offsets_every = 50;
+  static constexpr int k_offsets_every = 20;
   const haptics::ProxyStep& last_step() const noexcept { return servo_.last_step(); }
   const EditOutcome& last_edit() const noexcept { return last_edit_; }
   const haptics::ServoRecord& last_record() const noexcept { return last_record_; }

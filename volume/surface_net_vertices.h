@@ -167,7 +167,7 @@ class NetVertices {
     const Version& version = *source_.version;
     const CutLattice& lattice = version.lattice();
     const glm::ivec3 low = lattice.centre_of(cell), high = low + lattice.per_voxel();
-    if (low >> 3 == high >> 3 && lattice.contains(low)) {
+    if ((low >> 3) == (high >> 3) && lattice.contains(low)) {
       const Brick* brick = version.brick_at(low);
       if (brick == nullptr) return false;
       const glm::ivec3 from = low & (k_brick - 1), to = high & (k_brick - 1);
@@ -185,7 +185,7 @@ class NetVertices {
         glm::ivec3 of(-1);
         for (int x = 0; x < 2; ++x) {
           const glm::ivec3 s(x ? high.x : low.x, i >> 1 & 1 ? high.y : low.y, i >> 2 & 1 ? high.z : low.z);
-          if (s >> 3 != of) {
+          if ((s >> 3) != of) {
             of = s >> 3;
             brick = lattice.contains(s) ? version.brick_at(s) : nullptr;
           }

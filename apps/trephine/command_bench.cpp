@@ -19,6 +19,7 @@
 #include "data-tools/operated_volume.h"
 #include "haptics/methods.h"
 #include "haptics/subvoxel_proxy.h"
+#include "tests/bench/attack.h"
 #include "tests/bench/benchmarks.h"
 #include "tests/bench/peers.h"
 #include "tests/bench/rays.h"

@@ -5,299 +5,24 @@
 #include <complex>
 #include <glm/geometric.hpp>
 #include <memory>
+#include <optional>
 
 #include "haptics/force.h"
-#include "haptics/mesh_tree.h"
 #include "haptics/methods.h"
 #include "haptics/passivity.h"
 #include "haptics/servo_core.h"
 #include "haptics/subvoxel_proxy.h"
-#include "tests/scenes/promise.h"
+#include "tests/bench/attack.h"
 #include "tests/scenes/scenes.h"
 #include "volume/deterministic_math.h"
 #include "volume/mix_hash.h"
 #include "volume/removal.h"
-#include "volume/surface_nets.h"
 
 namespace trephine::bench {
 
 using glm::dvec3;
-using haptics::MethodInfo;
 
 namespace {
-
-double uniform(std::uint64_t seed, std::uint64_t i) {
-  return static_cast<double>(volume::hash_bits(volume::hash_bits(seed) ^ i) >> 11) * 0x1p-53;
-}
-
-/// A tool in matter that may not get out. Such scenes stay uncut: the judge knows one field from within.
-bool is_held_from_within(const haptics::TouchScene& scene) {
-  return scene.shapes[0].sides == haptics::Sides::back;
-}
-
-/// The judge of one method on one scene, remade when the version changes.
-class Judge {
- public:
-  Judge(const haptics::TouchScene& scene, const MethodInfo& method)
-      : scene_(scene),
-        method_(method),
-        judge([this](const dvec3& a, const dvec3& b) { return meets(a, b); }) {
-    // Vertices as the volume counts; scenes for judging have them where floats hold them exactly.
-    for (const haptics::TouchMesh& mesh : scene.meshes) {
-      std::vector<glm::vec3> vertices;
-      std::vector<std::uint32_t> triangles;
-      for (std::uint32_t t = 0; t < mesh.tree->triangle_count(); ++t)
-        for (const dvec3& corner : mesh.tree->corners(t)) {
-          triangles.push_back(static_cast<std::uint32_t>(vertices.size()));
-          vertices.push_back(
-              glm::vec3(scene.base->frame.volume_from_world(mesh.placement.world_from_local(corner))));
-        }
-      meshes_.push_back(std::make_unique<checker::MeshWall>(vertices, triangles));
-    }
-  }
-  void set_seen(std::shared_ptr<const haptics::ServoScene> seen) {
-    if (is_held_from_within(scene_)) {
-      outside_.emplace(scenes::touched_smooth_solid(scene_, nullptr).complement());
-    } else {
-      promises_.clear();
-      for (std::size_t i = 0; i < scene_.shapes.size(); ++i)
-        promises_.push_back(std::make_unique<scenes::Promise>(method_, scene_, seen, i));
-    }
-    judge.solid_changed();
-  }
-
- private:
-  bool meets(const dvec3& a, const dvec3& b) const {
-    for (const auto& mesh : meshes_)
-      if (a == b ? mesh->is_inside(a) : mesh->is_entered(a, b)) return true;
-    if (outside_) return !outside_->is_free(a, b);
-    return std::any_of(promises_.begin(), promises_.end(),
-                       [&](const auto& promise) { return promise->meets(a, b); });
-  }
-  const haptics::TouchScene& scene_;
-  const MethodInfo& method_;
-  std::vector<std::unique_ptr<scenes::Promise>> promises_;  ///< a shape each
-  std::optional<checker::SmoothSolid> outside_;             ///< for a tool that is held from within
-  std::vector<std::unique_ptr<checker::MeshWall>> meshes_;
-
- public:
-  checker::FallThroughJudge judge;
-};
-
-/// What is attacked, and where its matter is by closed form (mm, negative inside); none for scans.
-struct Target {
-  std::string name;
-  haptics::TouchScene scene;
-  std::function<double(const dvec3&)> distance = {};
-};
-
-Target with_radius(Target target, double radius) {
-  if (haptics::set_tool_radius(target.scene, radius)) target.scene.shapes.clear();
-  return target;
-}
-
-/// Ready for the smallest balls that the attack cuts with.
-Target fine(Target target) {
-  const dvec3& spacing = target.scene.base->frame.spacing();
-  if (haptics::set_smallest_burr(target.scene, 2 * std::min({spacing.x, spacing.y, spacing.z})))
-    target.scene.shapes.clear();
-  return target;
-}
-
-/// The analytic shape less the swept balls that were cut.
-class CutShape {
- public:
-  CutShape(const Target& target) : target_(target) {}
-  void cut(const dvec3& a, const dvec3& b, double radius) { sweeps_.push_back({a, b, radius}); }
-  void undo_all() { sweeps_.clear(); }
-  /// Is p deeper than `slack` (mm) in what is left; of a ball, any of its points?
-  bool holds(const dvec3& p, double slack) const {
-    if (is_in(p, slack)) return true;
-    const double r = target_.scene.tool_radius;
-    for (int n = 0; n < 27 && r > 0; ++n)
-      if (const dvec3 way(n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1);
-          n != 13 && is_in(p + r * glm::normalize(way), slack))
-        return true;
-    return false;
-  }
-
- private:
-  struct Sweep {
-    dvec3 a, b;
-    double radius;
-  };
-  bool is_in(const dvec3& p, double slack) const {
-    // Matter ends where the grid does.
-    const dvec3 v = target_.scene.base->frame.volume_from_world(p);
-    for (int a = 0; a < 3; ++a)
-      if (v[a] < 1 || v[a] > target_.scene.base->size[a] - 2) return false;
-    return target_.distance(p) < -slack && std::none_of(sweeps_.begin(), sweeps_.end(), [&](const Sweep& s) {
-             const dvec3 way = s.b - s.a;
-             const double t = std::clamp(glm::dot(p - s.a, way) / glm::dot(way, way), 0.0, 1.0);
-             return glm::length(p - s.a - t * way) < s.radius + slack;
-           });
-  }
-  const Target& target_;
-  std::vector<Sweep> sweeps_;
-};
-
-/// Random motion in the scene's box at all speeds up to 10 m/s, with jumps to new starts, cuts and undos.
-AttackRow attack(const Target& target, const MethodInfo& info, long steps, std::uint64_t seed,
-                 const AttackOptions& options) {
-  const haptics::TouchScene& scene = target.scene;
-  AttackRow row;
-  row.method = info.name, row.scene = target.name;
-  const auto method = haptics::make_method(info.name).value();
-  if (method->prepare(scene)) return row;  // not a scene for this method
-  if (is_held_from_within(scene) && info.solid != MethodInfo::Solid::smooth) return row;  // nor for its judge
-  const volume::Frame& frame = scene.base->frame;
-  const dvec3 size(scene.base->size);
-  Judge judge(scene, info);
-  const std::shared_ptr<const volume::Version> untouched = haptics::untouched(scene);
-  auto seen = std::make_shared<const haptics::ServoScene>(untouched);
-  std::vector<volume::Field> solids;
-  for (const haptics::TouchShape& shape : scene.shapes) solids.push_back(shape.field);
-  volume::RemovalEditor editor(untouched, solids);
-  CutShape shape(target);
-  // What was cut is felt by a round tool when its fields have followed, here at once.
-  const auto publish = [&](const volume::VoxelBox* changed) {
-    const auto version = editor.publish();
-    haptics::ServoScene::OffsetFields offsets;
-    for (std::size_t s = 0; scene.tool_radius > 0 && changed && s < scene.shapes.size(); ++s)
-      offsets.push_back(
-          seen->offset(scene, s).updated(scene.shapes[s].field, *scene.shapes[s].bits, *version, *changed));
-    return std::make_shared<const haptics::ServoScene>(version, std::move(offsets));
-  };
-  judge.set_seen(seen);
-  haptics::ProxyState state;
-  const double voxel = std::min({frame.spacing().x, frame.spacing().y, frame.spacing().z});
-  const double slack = 1.5 * std::max({frame.spacing().x, frame.spacing().y, frame.spacing().z});
-  dvec3 hip = frame.world_from_volume(0.5 * size), velocity(0);
-  std::uint64_t n = 0;
-  const auto random = [&] { return uniform(seed, n++); };
-  // In this order with every compiler.
-  const auto random_point = [&] {
-    const double x = random(), y = random(), z = random();
-    return dvec3(x, y, z);
-  };
-  // An explicit surface is judged by a whole mesh, which a cut makes anew: rarely.
-  const bool is_of_triangles =
-      info.solid == MethodInfo::Solid::net || info.solid == MethodInfo::Solid::marching_cubes;
-  const bool is_cut = !info.is_of_untouched && !is_held_from_within(scene);
-  // Short runs are cut and undone too.
-  const long cut_every = std::clamp(steps / 2, 100L, is_of_triangles || scene.tool_radius > 0 ? 1000L : 400L);
-  double speed = 1;
-  for (long i = 0; i < steps; ++i) {
-    if (i % 2000 == 0) {  // a new start anywhere, then forget what was
-      hip = frame.world_from_volume(random_point() * (size + 8.0) - 4.0);
-      state = {};
-      judge.judge.restart();
-    }
-    if (i % 50 == 0) {
-      // Speeds from a hundredth of a mm to 10 mm a step, evenly over the decades.
-      speed = std::pow(10.0, -2 + 3 * random());
-      velocity = glm::normalize((random_point() - 0.5)) * speed;
-    }
-    if (i % cut_every == cut_every / 2 && is_cut) {
-      const dvec3 to = hip + 3 * voxel * (random_point() - 0.5);
-      const double radius = (1 + 3 * random()) * voxel;
-      const volume::RemovalReport report = editor.remove({hip, to, radius});
-      shape.cut(hip, to, radius);
-      seen = publish(&report.box);
-      judge.set_seen(seen);
-    }
-    if (i % (2 * cut_every) == 2 * cut_every - cut_every / 4 && is_cut) {
-      ++row.undos;
-      editor.reset(untouched);
-      shape.undo_all();
-      seen = publish(nullptr);
-      judge.set_seen(seen);
-    }
-    const dvec3 before = hip;
-    hip += velocity + 0.3 * speed * (random_point() - 0.5);
-    dvec3 v = frame.volume_from_world(hip);
-    for (int a = 0; a < 3; ++a)
-      if (v[a] < -4 || v[a] > size[a] + 3) {
-        v[a] = std::clamp(v[a], -4.0, size[a] + 3);
-        velocity = -velocity;
-      }
-    hip = frame.world_from_volume(v);
-    row.fastest_mm_s = std::max(row.fastest_mm_s, 1000 * glm::length(hip - before));
-    haptics::ProxyStep step = method->step(scene, *seen, state, {hip});
-    if (options.spoil) options.spoil(step, frame.volume_from_world(hip), hip);
-    if (target.distance && step.has_contact) {
-      ++row.judged_by_shape;
-      row.sunk += shape.holds(step.proxy_world, slack);
-    }
-    judge.judge.look({std::span(step.path_volume.data(), static_cast<std::size_t>(step.waypoint_count)),
-                      frame.volume_from_world(hip), step.has_contact, step.is_buried});
-    row.contacts += step.has_contact;
-    row.not_finite += !std::isfinite(step.proxy_world.x + step.proxy_world.y + step.proxy_world.z +
-                                     step.normal_world.x + step.normal_world.y + step.normal_world.z);
-    ++row.steps;
-  }
-  row.fall_throughs = judge.judge.fall_throughs();
-  row.buried = judge.judge.buried_starts();
-  return row;
-}
-
-haptics::TouchScene attack_scene(const std::string& phantom, double psf, bool is_binary, bool is_noisy,
-                                 std::map<std::string, double> parameters = {}, double slice = 1) {
-  data_tools::PhantomOptions o;
-  if (slice == 1)
-    o.size = glm::ivec3(64);
-  else
-    o.spacing_mm = 120.0 / 64 * dvec3(0.7, 0.7, 0.7 * slice);
-  o.psf_sigma_voxels = psf;
-  o.shear_degrees = 7;
-  o.parameters = std::move(parameters);
-  volume::Volume made = data_tools::make_phantom(phantom, o).value();
-  for (std::size_t i = 0; i < made.voxels.size(); ++i) {
-    auto& v = made.voxels[i];
-    if (is_binary) v = v >= 300 ? 1600 : -1000;
-    if (is_noisy)
-      v = static_cast<std::int16_t>(std::clamp(v + 200 * volume::hash_normal(3, i), -1024.0, 3071.0));
-  }
-  haptics::TouchScene scene = scenes::scene_of(std::move(made));
-  haptics::soften(scene);
-  return scene;
-}
-
-/// Bone, and beside it the softer rest of its blurred edge as a shape of its own.
-haptics::TouchScene two_shapes_scene() {
-  haptics::TouchScene scene = attack_scene("gyroid", 1.5, false, false);
-  volume::Shape rind;
-  rind.name = "rind", rind.low = -400, rind.high = 300;
-  haptics::TouchShape second = scene.shapes[0];
-  second.field = volume::Field(*scene.base, rind);
-  second.bits = std::make_shared<const volume::Occupancy>(volume::Occupancy::build(*scene.base, rind));
-  second.soft = nullptr;
-  scene.shapes.push_back(std::move(second));
-  return scene;
-}
-
-haptics::TouchScene held_from_within_scene() {
-  haptics::TouchScene scene = attack_scene("gyroid", 1, false, false);
-  scene.shapes[0].sides = haptics::Sides::back;
-  return scene;
-}
-
-/// The surface of a torus as a polygonal model, through a gyroid of bone.
-haptics::TouchScene pierced_scene() {
-  haptics::TouchScene scene = attack_scene("gyroid", 0.7, false, false);
-  const haptics::TouchScene torus = attack_scene("torus", 0.7, false, false);
-  const volume::Mesh net = volume::surface_net({&torus.shapes[0].field, nullptr, torus.shapes[0].bits.get()});
-  const volume::Frame& frame = scene.base->frame;
-  std::vector<dvec3> vertices;
-  for (const glm::vec3& v : net.vertices.span()) vertices.push_back(frame.world_from_volume(dvec3(v)));
-  haptics::TouchMesh mesh;
-  mesh.name = "torus";
-  mesh.tree = std::make_shared<haptics::MeshTree>(
-      std::move(vertices),
-      std::vector<std::uint32_t>(net.triangles.data(), net.triangles.data() + net.triangles.size()));
-  scene.meshes = {mesh};
-  return scene;
-}
 
 /// A device of one moving mass on a surface, without a hand or with a constant push; positions in mm.
 struct Device {
@@ -523,61 +248,6 @@ double ringing_stiffness(double mass, double b, double dead_time, double period,
 
 }  // namespace
 
-std::vector<AttackRow> run_attack(const AttackOptions& options) {
-  using Parameters = std::map<std::string, double>;
-  const auto target = [](const char* name, const std::string& phantom, double psf, bool is_binary = false,
-                         bool is_noisy = false, const Parameters& parameters = {}, double slice = 1) {
-    return Target{name, attack_scene(phantom, psf, is_binary, is_noisy, parameters, slice),
-                  [phantom, parameters](const dvec3& p) {
-                    return data_tools::phantom_distance(phantom, parameters, p);
-                  }};
-  };
-  const Parameters tilted{{"thickness", 1.9}, {"angle", 37}};
-  std::vector<Target> targets{
-      target("corner", "corner", 0.7),
-      target("corner, binary", "corner", 0, true),
-      target("groove 30", "groove", 0.7, false, false, {{"angle", 30}}),
-      target("gyroid, noisy", "gyroid", 0.5, false, true),
-      target("plate of a voxel", "plate", 0, false, false, tilted),
-      target("shell", "shell", 0),
-      target("gyroid, slices 1:3", "gyroid", 0.7, false, false, {}, 3),
-      target("corner, binary, slices 1:8", "corner", 0, true, false, {}, 8),
-      // As sessions cut: on a lattice finer than the voxels.
-      fine(target("gyroid, fine cuts", "gyroid", 0.7)),
-      fine(target("groove 60, slices 1:3, fine cuts", "groove", 0.7, false, false, {{"angle", 60}}, 3)),
-      fine(target("corner, slices 1:8, fine cuts", "corner", 0.7, false, false, {}, 8)),
-      {"gyroid, two shapes", two_shapes_scene()},
-      {"gyroid, from within", held_from_within_scene()},
-      with_radius(target("gyroid, ball of 1.5 mm", "gyroid", 0.7), 1.5),
-      with_radius(fine(target("groove, slices 1:3, fine cuts, ball of 2.5 mm", "groove", 0.7, false, false,
-                              {{"angle", 60}}, 3)),
-                  2.5),
-      {"gyroid pierced by a mesh", pierced_scene()}};
-  for (const auto& [name, scene] : options.more) targets.push_back({name, scene});
-  std::vector<const MethodInfo*> methods;
-  for (const MethodInfo& info : haptics::method_catalogue()) {
-    const bool is_named =
-        std::find(options.methods.begin(), options.methods.end(), info.name) != options.methods.end();
-    if (options.methods.empty() ? info.solid != MethodInfo::Solid::nothing : is_named)
-      methods.push_back(&info);
-  }
-  std::vector<AttackRow> rows;
-  std::size_t done = 0;
-  const std::size_t runs = targets.size() * methods.size();
-  const long steps = std::max(250L, options.steps / static_cast<long>(std::max<std::size_t>(1, runs)));
-  for (const Target& target : targets)
-    for (const MethodInfo* info : methods) {
-      if (options.progress && !options.progress(static_cast<double>(done) / static_cast<double>(runs)))
-        return rows;
-      ++done;
-      // The sequential pipeline promises nothing of models.
-      if (!target.scene.meshes.empty() && std::string(info->name) == "scene-sequential") continue;
-      AttackRow row = attack(target, *info, steps, options.seed + done, options);
-      if (row.steps > 0) rows.push_back(std::move(row));
-    }
-  return rows;
-}
-
 std::vector<StiffnessRow> run_stiffness_maps(const std::function<bool(double)>& progress) {
   std::vector<StiffnessRow> rows;
   std::vector<Surface> all = surfaces();
@@ -677,7 +347,7 @@ void soak_without_friction(haptics::TouchScene scene, long steps, SoakRow& row) 
 
 SoakRow run_contact_soak(long steps, const std::function<bool(double)>& progress) {
   SoakRow row;
-  haptics::TouchScene scene = attack_scene("gyroid", 0.7, false, false);
+  haptics::TouchScene scene = attack_scene("gyroid", 0.7);
   scene.shapes[0].material = {0.5, 0.001, 0.2, 0.15};
   const auto method = haptics::make_method(haptics::k_default_method).value();
   if (method->prepare(scene)) return row;

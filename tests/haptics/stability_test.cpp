@@ -10,6 +10,7 @@
 
 #include "haptics/passivity.h"
 #include "haptics/servo_core.h"
+#include "tests/bench/attack.h"
 #include "tests/haptics/method_play.h"
 #include "tests/scenes/golden.h"
 #include "volume/deterministic_math.h"
