@@ -21,7 +21,7 @@ run_tests() { # PRESET [CTEST OPTIONS ...]
     !closing { print; fflush(); next }
     { lines[++count] = $0; skipped += /\(Skipped\)/ }
     END {
-      print skipped + 0 " tests were skipped: no real data (TREPHINE_DATA), AVX2 or Xvfb here"
+      print "tests skipped for want of real data (TREPHINE_DATA), AVX2 or Xvfb: " skipped + 0
       for (i = 1; i <= count; ++i) print lines[i]
     }'
 }

@@ -1,6 +1,7 @@
 // OpenVDB: level-set ray casts from the proxy to the hand, each followed by the tangent plane that was hit.
 #include <glm/geometric.hpp>
 #include <openvdb/openvdb.h>
+#include <openvdb/tools/Interpolation.h>
 #include <openvdb/tools/MeshToVolume.h>
 #include <openvdb/tools/RayIntersector.h>
 
@@ -52,6 +53,11 @@ class OpenVdbProxy final : public haptics::ProxyMethod {
     dvec3 at = state.has_proxy ? frame.world_from_volume(state.proxy_volume) : hip, target = hip;
     result.path_volume[0] = frame.volume_from_world(at);
     const double above = 0.01 * voxel_;
+    // mm to the surface, negative in matter; as far as the narrow band knows.
+    const auto distance = [&](const dvec3& p) {
+      const openvdb::Vec3d place = grid_->transform().worldToIndex(openvdb::Vec3d(p.x, p.y, p.z));
+      return double{openvdb::tools::BoxSampler::sample(grid_->tree(), place)};
+    };
     for (int i = 0; state.has_proxy && i < 3 && at != target; ++i) {
       const double length = glm::length(target - at);
       // It looks for a change of sign between voxels: ways of a part of a voxel begin before and end after.
@@ -77,13 +83,24 @@ class OpenVdbProxy final : public haptics::ProxyMethod {
       for (int more = 0; is_met && more < 8 && is_no_hit(); ++more)
         is_met = cast(glm::dot(met - from, along) + behind, met, out);
       if (!is_met || is_no_hit() || glm::dot(met - at, along) > length) {
-        at = target;
+        // Two changes of sign in one voxel hide each other from the ray: the way's end tells.
+        if (distance(target) >= 0) {
+          at = target;
+        } else {
+          result.has_contact = true;
+          result.shape = 0, result.side = 1;
+          if (result.normal_world == dvec3(0)) result.normal_world = -along;
+        }
         break;
       }
       result.has_contact = true;
       result.shape = 0, result.side = 1;
       result.normal_world = out;
-      at = met + above * out;
+      // Off the surface that the ray met; where another wall is near, out of that as well.
+      dvec3 over = met + above * out;
+      for (int more = 0; more < 4 && distance(over) < 0; ++more) over += (above - distance(over)) * out;
+      if (distance(over) < 0) break;
+      at = over;
       target = hip + (glm::dot(met - hip, out) + above) * out;
       if (glm::length(target - at) < 1e-6 * voxel_) break;
     }
