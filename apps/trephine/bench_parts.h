@@ -1,0 +1,12 @@
+// Parts of the command bench that have a file of their own.
+#pragma once
+
+#include "apps/trephine/commands.h"
+
+namespace trephine::app {
+
+volume::Status bench_feel(const BenchArguments& arguments, Outcome& outcome);
+/// Random attacks, maps and energies; on a scan too when one is given.
+volume::Status bench_stability(const BenchArguments& arguments, Outcome& outcome);
+
+}  // namespace trephine::app

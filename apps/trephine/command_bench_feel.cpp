@@ -1,0 +1,302 @@
+// bench feel.
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <spawn.h>
+#include <sstream>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include "apps/trephine/bench_parts.h"
+#include "apps/trephine/feel_report.h"
+#include "apps/trephine/text.h"
+#include "data-tools/atomic_file.h"
+#include "data-tools/open_volume.h"
+#include "data-tools/operated_volume.h"
+#include "haptics/methods.h"
+#include "tests/bench/peers.h"
+#include "tests/bench/scorer.h"
+
+namespace trephine::app {
+
+using volume::Error;
+using volume::Result;
+
+namespace {
+
+/// One scene as plain files: volume.mha as it is touched (drilled, say), scene.json, hip.csv and, where the
+/// exact answer is known, ideal.csv.
+volume::Status export_scene(const std::string& folder, const bench::FeelScene& scene) {
+  const std::filesystem::path place = std::filesystem::path(folder) / bench::feel_id(scene);
+  std::error_code failed;
+  std::filesystem::create_directories(place, failed);
+  if (failed)
+    return Error{"the folder cannot be made", data_tools::file_name(folder), failed.message(),
+                 "a place that may be written", "choose another with --export"};
+  std::optional<volume::Volume> drilled;
+  if (scene.drilled) {
+    auto operated = data_tools::operated_volume(*scene.drilled->version);
+    if (!operated) return operated.error();
+    drilled = std::move(operated).value();
+  }
+  if (volume::Status error =
+          data_tools::write_volume((place / "volume.mha").string(), drilled ? *drilled : *scene.scene.base))
+    return error;
+  const volume::Shape& shape = scene.scene.shapes[0].field.shape();
+  const Json says{{"id", bench::feel_id(scene)},
+                  {"radius_mm", scene.radius_mm},
+                  {"solid_from", shape.low},
+                  {"stiffness_n_mm", scene.scene.shapes[0].material.stiffness},
+                  {"rate_hz", 1000}};
+  if (volume::Status error =
+          data_tools::write_file_atomically((place / "scene.json").string(), says.dump(2) + "\n"))
+    return error;
+  std::ostringstream hip, ideal;
+  scene.path.write_csv(hip);
+  if (volume::Status error = data_tools::write_file_atomically((place / "hip.csv").string(), hip.str()))
+    return error;
+  if (!scene.distance) return std::nullopt;
+  const bench::Ideal exact(scene);
+  ideal << "t,proxy_x,proxy_y,proxy_z\n";
+  for (std::size_t i = 0; i < exact.on_shape().proxies.size(); ++i) {
+    const glm::dvec3& p = exact.on_shape().proxies[i];
+    ideal << format_text("%.17g,%.17g,%.17g,%.17g\n", scene.path.samples()[i].t, p.x, p.y, p.z);
+  }
+  return data_tools::write_file_atomically((place / "ideal.csv").string(), ideal.str());
+}
+
+/// scene,proxy_x,proxy_y,proxy_z[,us]: a row a step, in the order of hip.csv.
+Result<bench::FeelAnswers> read_answers(const std::string& path) {
+  std::ifstream in(path);
+  const std::string where = data_tools::file_name(path);
+  if (!in)
+    return Error{"the answers cannot be read", where, "", "a file of scene,proxy_x,proxy_y,proxy_z[,us]", ""};
+  bench::FeelAnswers answers;
+  answers.program = std::filesystem::path(path).stem().string();
+  std::string line;
+  for (int number = 1; std::getline(in, line); ++number) {
+    if (number == 1 && line.rfind("scene,", 0) == 0) continue;
+    if (!line.empty() && line.back() == '\r') line.pop_back();
+    if (line.empty()) continue;
+    const std::size_t comma = line.find(',');
+    double x = 0, y = 0, z = 0, us = 0;
+    int used = 0, used_with_us = 0;
+    const char* rest = comma == std::string::npos ? "" : line.c_str() + comma;
+    const int read = std::sscanf(rest, ",%lf,%lf,%lf%n,%lf%n", &x, &y, &z, &used, &us, &used_with_us);
+    const int all = static_cast<int>(std::strlen(rest));
+    if (!(read == 3 && used == all) && !(read == 4 && used_with_us == all))
+      return Error{"the answers have a line that is none", where + ", line " + std::to_string(number), line,
+                   "scene,proxy_x,proxy_y,proxy_z[,us]", "one line a step of hip.csv, numbers in mm"};
+    if (!std::isfinite(x + y + z + us))
+      return Error{"the answers have a number that is none", where + ", line " + std::to_string(number), line,
+                   "finite numbers", ""};
+    const std::string scene = line.substr(0, comma);
+    answers.proxies_world[scene].emplace_back(x, y, z);
+    if (read == 4) answers.us[scene].push_back(us);
+  }
+  for (const auto& [scene, us] : answers.us)
+    if (us.size() != answers.proxies_world[scene].size())
+      return Error{"the answers name times for some steps only", where, scene,
+                   "us in every row of a scene, or in none", ""};
+  if (answers.proxies_world.empty())
+    return Error{"the answers are empty", where, "", "scene,proxy_x,proxy_y,proxy_z[,us]", ""};
+  return answers;
+}
+
+/// An archive's files in a folder of their own, gone afterwards.
+class Unpacked {
+ public:
+  Unpacked() = default;
+  Unpacked(const Unpacked&) = delete;
+  Unpacked& operator=(const Unpacked&) = delete;
+  ~Unpacked() {
+    std::error_code ignored;
+    if (!folder_.empty()) std::filesystem::remove_all(folder_, ignored);
+  }
+  /// False when there is no such archive, or the system's tar cannot read it.
+  bool unpack(const std::filesystem::path& archive) {
+    std::error_code failed;
+    if (!std::filesystem::exists(archive, failed)) return false;
+    std::string name = (std::filesystem::temp_directory_path(failed) / "trephine-XXXXXX").string();
+    if (failed || ::mkdtemp(name.data()) == nullptr) return false;
+    folder_ = name;
+    std::string from = archive.string(), tar = "tar", extract = "-xJf", into = "-C";
+    char* const words[] = {tar.data(), extract.data(), from.data(), into.data(), folder_.data(), nullptr};
+    pid_t child = 0;
+    int status = 1;
+    return ::posix_spawnp(&child, "tar", nullptr, nullptr, words, environ) == 0 &&
+           ::waitpid(child, &status, 0) == child && status == 0;
+  }
+  const std::string& folder() const noexcept { return folder_; }
+
+ private:
+  std::string folder_;
+};
+
+bench::FeelScene real_scene(const std::string& name, const std::string& motion, haptics::TouchScene scene,
+                            haptics::PosePath path) {
+  for (haptics::TouchShape& shape : scene.shapes)
+    shape.material.static_friction = shape.material.dynamic_friction = 0;
+  bench::FeelScene real;
+  real.name = name, real.variant = "as scanned", real.motion = motion, real.group = "real";
+  real.radius_mm = scene.tool_radius;
+  real.scene = std::move(scene);
+  real.path = std::move(path);
+  return real;
+}
+
+/// A path a thousand times a second, as the chart plays it.
+Result<haptics::PosePath> at_a_kilohertz(const haptics::PosePath& path, const std::string& where) {
+  constexpr std::size_t k_most = 20'000;
+  std::vector<haptics::PosePath::Sample> samples;
+  for (const double t : haptics::servo_times(path, 1000))
+    if (samples.size() < k_most) samples.push_back({t, path.at(t)});
+  return haptics::PosePath::from_samples(std::move(samples), where);
+}
+
+/// Where a session's first hand was; poses that were no place are left out.
+Result<haptics::PosePath> hand_of(sim::SessionReader& session, const std::string& where) {
+  constexpr double k_most_seconds = 20;
+  std::vector<haptics::PosePath::Sample> samples;
+  sim::LogItem item;
+  for (;;) {
+    const Result<bool> read = session.next(item);
+    if (!read) return read.error();
+    if (!read.value()) break;
+    const auto* tick = std::get_if<sim::TickItem>(&item);
+    if (tick == nullptr || tick->record.hand != 0 || (tick->record.raised & haptics::fault_not_finite))
+      continue;
+    samples.push_back({static_cast<double>(tick->record.tick) / session.header().rate_hz, tick->record.pose});
+    if (samples.back().t - samples.front().t > k_most_seconds) break;
+  }
+  return haptics::PosePath::from_samples(std::move(samples), where);
+}
+
+/// What a hand did, over the scan that it did it to: a session, or a path over `source`.
+Result<bench::FeelScene> recorded_hand(const std::string& file, const std::string& source) {
+  const std::string where = data_tools::file_name(file);
+  const auto play = [&](const std::string& name, haptics::TouchScene& scene,
+                        const Result<haptics::PosePath>& path) -> Result<bench::FeelScene> {
+    if (!path) return path.error();
+    auto played = at_a_kilohertz(path.value(), where);
+    if (!played) return played.error();
+    return real_scene(name, "recorded hand", std::move(scene), std::move(played).value());
+  };
+  if (is_session_file(file)) {
+    auto opened = open_session(file, source);
+    if (!opened) return opened.error();
+    OpenedSession& session = *opened.value();
+    return play(session.source.name, session.scene, hand_of(*session.reader, where));
+  }
+  if (source.empty())
+    return Error{"a path is of no scan", "--hand", where, "SRC too",
+                 "for example: trephine bench feel head --hand path.csv -o out/"};
+  const auto path = open_path(file);
+  if (!path) return path.error();
+  auto opened = open_touch(source, {});
+  if (!opened) return opened.error();
+  return play(opened.value().source.name, opened.value().scene, path);
+}
+
+}  // namespace
+
+/// The built-in scenes, and a scan when one is given, with every method.
+volume::Status bench_feel(const BenchArguments& arguments, Outcome& outcome) {
+  if (arguments.output.empty())
+    return Error{"there is no folder for the charts", "-o", "", "-o DIR", "for example -o out/"};
+  std::error_code failed;
+  std::filesystem::create_directories(arguments.output, failed);
+  if (failed)
+    return Error{"the folder cannot be made", data_tools::file_name(arguments.output), failed.message(),
+                 "a place that may be written", "choose another with -o"};
+  bench::FeelOptions options;
+  options.is_quick = arguments.is_quick;
+  options.only = arguments.only;
+  bool is_any = false;  // of the built-in ones
+  options.look = [&](const bench::FeelScene& scene) -> volume::Status {
+    is_any = is_any || scene.group != "real";
+    return arguments.export_folder.empty() ? std::nullopt : export_scene(arguments.export_folder, scene);
+  };
+  // Our own answers too, in the form that --score reads.
+  std::ostringstream ours;
+  ours << "scene,proxy_x,proxy_y,proxy_z\n";
+  if (!arguments.export_folder.empty())
+    options.answered = [&ours](const bench::FeelScene& scene, const std::string& method,
+                               const std::vector<glm::dvec3>& proxies) {
+      if (method != haptics::k_default_method) return;
+      for (const glm::dvec3& p : proxies)
+        ours << format_text("%s,%.17g,%.17g,%.17g\n", bench::feel_id(scene).c_str(), p.x, p.y, p.z);
+    };
+  if (!arguments.score.empty()) {
+    auto answers = read_answers(arguments.score);
+    if (!answers) return answers.error();
+    options.answers = std::move(answers).value();
+  }
+  // The scan that was named, and those of the real data where they are.
+  std::vector<std::string> scans;
+  if (!arguments.source.empty() && arguments.hand.empty()) scans.push_back(arguments.source);
+  Unpacked skull;
+  if (const char* data = std::getenv("TREPHINE_DATA"); data && arguments.only.empty()) {
+    const std::filesystem::path folder(data);
+    if (const auto spine = folder / "spine_lumbar" / "example_ct.nii.gz";
+        std::filesystem::exists(spine, failed))
+      scans.push_back(spine.string());
+    if (skull.unpack(folder / "skull_phantom" / "bone_1mm.dicom.tar.xz")) scans.push_back(skull.folder());
+  }
+  for (const std::string& scan : scans) {
+    auto opened = open_touch(scan, {});
+    if (!opened) return opened.error();
+    haptics::TouchScene& scene = opened.value().scene;
+    for (const double speed : {100.0, 10.0}) {
+      if (arguments.is_quick && speed < 100) continue;
+      options.more.push_back(
+          real_scene(scan == skull.folder() ? "skull" : opened.value().source.name,
+                     format_text("slide %.0f mm/s", speed), scene,
+                     bench::slide_over(scene, speed, 1, arguments.is_quick ? 1500 : 3100)));
+    }
+  }
+  if (!arguments.hand.empty()) {
+    auto hand = recorded_hand(arguments.hand, arguments.source);
+    if (!hand) return hand.error();
+    options.more.push_back(std::move(hand).value());
+  }
+  if (options.answers) {
+    std::vector<std::string> known;
+    for (const std::string& id : bench::feel_scene_ids(arguments.is_quick))
+      if (id.find(arguments.only) != std::string::npos) known.push_back(id);
+    for (const bench::FeelScene& scene : options.more) known.push_back(bench::feel_id(scene));
+    for (const auto& [id, proxies] : options.answers->proxies_world)
+      if (std::find(known.begin(), known.end(), id) == known.end())
+        return Error{"the answers name a scene that is not played", data_tools::file_name(arguments.score),
+                     id, "one of the folders that --export writes",
+                     "play the same set: --quick or not, and --only"};
+  }
+  ProgressLine progress("feeling");
+  options.progress = [&progress](double share) { return progress(share); };
+  const bench::FeelReport report = bench::run_feel(options);
+  if (report.is_stopped) return interrupted("the benchmark");
+  if (report.failure) return report.failure;
+  if (!arguments.export_folder.empty())
+    if (volume::Status error = data_tools::write_file_atomically(
+            (std::filesystem::path(arguments.export_folder) / "our-answers.csv").string(), ours.str()))
+      return error;
+  if (!is_any)
+    return Error{"no scene has such a name", "--only", arguments.only,
+                 "part of a name such as sphere-psf-1.5-slide-100-mm-s", ""};
+  Json machine = new_report("bench-feel");
+  machine.erase("schema");
+  if (volume::Status error = write_feel_report(report, arguments.output, arguments.is_quick, machine))
+    return error;
+  outcome.json["rows"] = feel_rows(report);
+  outcome.json["peers"] = feel_peers(report);
+  outcome.json["split"] = feel_split(report);
+  outcome.json["output"] = data_tools::file_name(arguments.output);
+  outcome.text = feel_summary(report) +
+                 "charts and tables: " + (std::filesystem::path(arguments.output) / "index.html").string() +
+                 "\n";
+  return std::nullopt;
+}
+
+}  // namespace trephine::app
