@@ -51,7 +51,7 @@ volume::Status export_scene(const std::string& folder, const bench::FeelScene& s
                   {"stiffness_n_mm", scene.scene.shapes[0].material.stiffness},
                   {"rate_hz", 1000}};
   if (volume::Status error =
-          data_tools::write_file_atomically((place / "scene.json").string(), says.dump(2) + "\n"))
+          data_tools::write_file_atomically((place / "scene.json").string(), text_of_json(says) + "\n"))
     return error;
   std::ostringstream hip, ideal;
   scene.path.write_csv(hip);
@@ -188,7 +188,7 @@ Result<bench::FeelScene> recorded_hand(const std::string& file, const std::strin
     auto opened = open_session(file, source);
     if (!opened) return opened.error();
     OpenedSession& session = *opened.value();
-    return play(session.source.name, session.scene, hand_of(*session.reader, where));
+    return play(session.source.written_name(), session.scene, hand_of(*session.reader, where));
   }
   if (source.empty())
     return Error{"a path is of no scan", "--hand", where, "SRC too",
@@ -197,7 +197,7 @@ Result<bench::FeelScene> recorded_hand(const std::string& file, const std::strin
   if (!path) return path.error();
   auto opened = open_touch(source, {});
   if (!opened) return opened.error();
-  return play(opened.value().source.name, opened.value().scene, path);
+  return play(opened.value().source.written_name(), opened.value().scene, path);
 }
 
 }  // namespace
@@ -252,7 +252,7 @@ volume::Status bench_feel(const BenchArguments& arguments, Outcome& outcome) {
     for (const double speed : {100.0, 10.0}) {
       if (arguments.is_quick && speed < 100) continue;
       options.more.push_back(
-          real_scene(scan == skull.folder() ? "skull" : opened.value().source.name,
+          real_scene(scan == skull.folder() ? "skull" : opened.value().source.written_name(),
                      format_text("slide %.0f mm/s", speed), scene,
                      bench::slide_over(scene, speed, 1, arguments.is_quick ? 1500 : 3100)));
     }

@@ -66,7 +66,7 @@ volume::Status bench_stability(const BenchArguments& arguments, Outcome& outcome
   if (!arguments.source.empty()) {
     auto opened = open_touch(arguments.source, {});
     if (!opened) return opened.error();
-    options.more.emplace_back(opened.value().source.name, opened.value().scene);
+    options.more.emplace_back(opened.value().source.written_name(), opened.value().scene);
   }
   if (!arguments.output.empty()) {
     std::error_code failed;
@@ -194,7 +194,7 @@ volume::Status bench_stability(const BenchArguments& arguments, Outcome& outcome
   if (volume::Status error = data_tools::write_file_atomically(path("attacks.csv"), csv)) return error;
   if (volume::Status error = data_tools::write_file_atomically(path("stiffness.csv"), map_csv)) return error;
   if (volume::Status error =
-          data_tools::write_file_atomically(path("stability.json"), outcome.json.dump(1) + "\n"))
+          data_tools::write_file_atomically(path("stability.json"), text_of_json(outcome.json, 1) + "\n"))
     return error;
   if (volume::Status error = view::write_chart(
           stiffness_chart(maps, "stable without a hand", "Stiffness that stays stable without a hand"),

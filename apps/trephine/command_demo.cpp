@@ -292,7 +292,7 @@ Result<Outcome> run_demo(const DemoArguments& arguments) {
 
   Outcome outcome{new_report("demo"), "", exit_done};
   Json& json = outcome.json;
-  json["source"] = source.name;
+  json["source"] = source.written_name();
   json["shape"] = describe(scene.shapes[0].field.shape(), source.volume->is_hounsfield);
   json["ready_seconds"] = ready_seconds;
   json["live_seconds"] = script.end_time();
@@ -328,10 +328,10 @@ Result<Outcome> run_demo(const DemoArguments& arguments) {
   json["memory"] = memory_report(scene, *last.version);
   json["pictures"] = pictures;
   if (volume::Status error = data_tools::write_file_atomically(
-          (fs::path(arguments.output) / "report.json").string(), json.dump(2) + "\n"))
+          (fs::path(arguments.output) / "report.json").string(), text_of_json(json) + "\n"))
     return *error;
   outcome.text = format_text(
-      "touched and drilled %s: %.0f mm3 of bone removed%s, strongest force %.2f N\nservo: %llu steps, p50 "
+      "touched and drilled %s: %.0f mm3 removed%s, strongest force %.2f N\nservo: %llu steps, p50 "
       "%.1f us, p99 %.1f us\n"
       "pictures and report in %s/\n",
       source.name.c_str(), last.removed_mm3, is_through ? ", the burr hole is through" : "", strongest,

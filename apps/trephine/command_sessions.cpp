@@ -117,7 +117,7 @@ Result<Outcome> run_replay(const ReplayArguments& arguments) {
     view::WindowOptions options;
     options.wants_to_end = is_interrupted;
     options.screenshot = arguments.screenshot;
-    options.title = data_tools::file_name(arguments.session);
+    options.title = session.source.written_name();
     options.is_offscreen = true;
     options.version = edits.current();
     auto shown = view::run_window(view::borrowed(session.scene), options);

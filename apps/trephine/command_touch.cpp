@@ -129,9 +129,9 @@ Result<Outcome> run_touch(const TouchArguments& arguments) {
     if (volume::Status error = effects.add(effect.value())) return *error;
   }
   if (volume::Status error = data_tools::check_writable(arguments.output)) return *error;
-  if (volume::Status error =
-          check_apart(arguments.output, {arguments.source, arguments.path, arguments.record.file}))
-    return *error;
+  std::vector<std::string> in_use = arguments.meshes;
+  in_use.insert(in_use.end(), {arguments.source, arguments.path, arguments.record.file});
+  if (volume::Status error = check_apart(arguments.output, in_use)) return *error;
   if (volume::Status error = check_record(arguments.record)) return *error;
 
   // The path first: it is cheap to be wrong about.

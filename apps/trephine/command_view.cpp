@@ -84,6 +84,7 @@ Result<Outcome> run_view(const ViewArguments& arguments) {
       return Error{"this is no picture format that trephine writes",
                    data_tools::file_name(arguments.screenshot), "", ".png", "choose this extension"};
     if (volume::Status error = data_tools::check_writable(arguments.screenshot)) return *error;
+    if (volume::Status error = check_apart(arguments.screenshot, {arguments.source})) return *error;
   }
   if (arguments.seconds && !view::has_display())
     notice("note: there is no display; the picture is drawn without a window");
@@ -105,7 +106,7 @@ Result<Outcome> run_view(const ViewArguments& arguments) {
   options.seconds = arguments.seconds;
   options.wants_to_end = is_interrupted;
   options.screenshot = arguments.screenshot;
-  options.title = source.name;
+  options.title = arguments.screenshot.empty() ? source.name : source.written_name();
   // A screenshot alone needs no window; --seconds asks for one.
   options.is_offscreen = !view::has_display() || (!arguments.screenshot.empty() && !arguments.seconds);
 

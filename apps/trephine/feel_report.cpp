@@ -267,7 +267,8 @@ std::string html_page(const FeelReport& report, bool is_quick, const Json& machi
       "means, and where each method is weak, is in docs/accuracy.md.</p>";
   page += "<p class=dim>";
   for (const auto& [key, value] : machine.items())
-    page += escaped(key) + " " + escaped(value.is_string() ? value.get<std::string>() : value.dump()) + ". ";
+    page += escaped(key) + " " +
+            escaped(value.is_string() ? value.get<std::string>() : text_of_json(value, -1)) + ". ";
   page += "</p>";
 
   // One line a method over the smooth scenes, and what went wrong anywhere.
@@ -497,7 +498,8 @@ Status write_feel_report(const FeelReport& report, const std::string& folder, bo
                                {"size", s.size},
                                {"p50_us", s.time_us.p50},
                                {"p999_us", s.time_us.p999}});
-  if (Status error = data_tools::write_file_atomically(path("feel.json"), json.dump(1) + "\n")) return error;
+  if (Status error = data_tools::write_file_atomically(path("feel.json"), text_of_json(json, 1) + "\n"))
+    return error;
 
   const struct {
     const char* name;

@@ -47,13 +47,13 @@ void add_case(CLI::App* command, std::string& session, std::string& source) {
 int finish(const std::string& name, bool wants_json, Result<Outcome> result) {
   if (!result) {
     if (wants_json)
-      std::printf("%s\n", app::error_report(name, result.error()).dump(2).c_str());
+      std::printf("%s\n", app::text_of_json(app::error_report(name, result.error())).c_str());
     else
       std::fprintf(stderr, "error: %s\n", result.error().message().c_str());
     return app::exit_code_of(result.error());
   }
   const Outcome& outcome = result.value();
-  std::fputs(wants_json ? (outcome.json.dump(2) + "\n").c_str() : outcome.text.c_str(), stdout);
+  std::fputs(wants_json ? (app::text_of_json(outcome.json) + "\n").c_str() : outcome.text.c_str(), stdout);
   if (std::fflush(stdout) != 0) return app::exit_missing_here;
   return outcome.exit_code;
 }

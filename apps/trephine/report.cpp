@@ -48,6 +48,10 @@ Json error_report(const std::string& name, const volume::Error& error) {
   return json;
 }
 
+std::string text_of_json(const Json& json, int indent) {
+  return json.dump(indent, ' ', false, Json::error_handler_t::replace);
+}
+
 int exit_code_of(const volume::Error& error) {
   switch (error.kind) {
     case volume::ErrorKind::missing_here:

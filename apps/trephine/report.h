@@ -32,6 +32,8 @@ Json new_report(const std::string& name);
 /// The same for an error: schema trephine.error/1, whatever the command.
 Json error_report(const std::string& name, const volume::Error& error);
 int exit_code_of(const volume::Error& error);
+/// As text, whatever bytes are in names: what is no UTF-8 is replaced.
+std::string text_of_json(const Json& json, int indent = 2);
 
 /// Nearest-rank percentiles, in the unit of the values (docs/performance.md). Sorts its copy.
 Json percentiles(std::vector<double> values);

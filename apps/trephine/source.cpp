@@ -183,14 +183,37 @@ Result<haptics::PosePath> open_path(const std::string& path) {
   return haptics::PosePath::read_csv(file, where);
 }
 
-volume::Status check_apart(const std::string& output, std::initializer_list<std::string> others) {
+namespace {
+/// Is `output` what `other` names, a file of the folder that it names, or the voxels beside a header that it
+/// names?
+bool belongs_to(const std::filesystem::path& output, const std::filesystem::path& other) {
   namespace fs = std::filesystem;
+  std::error_code ignored;
+  if (output.lexically_normal() == other.lexically_normal() || fs::equivalent(output, other, ignored))
+    return true;
+  if (!fs::exists(output, ignored)) return false;
+  const fs::path here = fs::weakly_canonical(output, ignored), there = fs::weakly_canonical(other, ignored);
+  if (fs::is_directory(there, ignored)) {
+    const fs::path inside = here.lexically_relative(there);
+    return !inside.empty() && *inside.begin() != "..";
+  }
+  if (here.parent_path() != there.parent_path()) return false;
+  if (data_tools::has_extension(there.string(), ".hdr") || data_tools::has_extension(there.string(), ".img"))
+    return here.stem() == there.stem();
+  if (!data_tools::has_extension(there.string(), ".mhd") &&
+      !data_tools::has_extension(there.string(), ".nhdr"))
+    return false;
+  std::ifstream file(there, std::ios::binary);
+  std::string header(1 << 16, '\0');
+  file.read(header.data(), static_cast<std::streamsize>(header.size()));
+  header.resize(static_cast<std::size_t>(file.gcount()));
+  return header.find(here.filename().string()) != std::string::npos || here.stem() == there.stem();
+}
+}  // namespace
+
+volume::Status check_apart(const std::string& output, const std::vector<std::string>& others) {
   for (const std::string& other : others) {
-    std::error_code ignored;
-    if (other.empty() || output.empty()) continue;
-    if (fs::path(output).lexically_normal() != fs::path(other).lexically_normal() &&
-        !fs::equivalent(output, other, ignored))
-      continue;
+    if (other.empty() || output.empty() || !belongs_to(output, other)) continue;
     return Error{"the output would replace a file that is in use", data_tools::file_name(output), "",
                  "a name of its own", "choose another name for it"};
   }

@@ -1,7 +1,6 @@
 // SRC: a scan that open_volume reads, a case, or the built-in head; and which shape of it is meant.
 #pragma once
 
-#include <initializer_list>
 #include <optional>
 #include <string>
 #include <vector>
@@ -25,6 +24,8 @@ struct Source {
   std::shared_ptr<const volume::Volume> volume;
   std::string name, format, modality;  ///< what to call it: never a path
   std::string case_name;               ///< a name that was chosen for it, to be written down; else empty
+  /// For what is kept in files, pictures too: never what a folder or file is called.
+  std::string written_name() const { return case_name.empty() ? "scan" : case_name; }
   bool is_builtin = false;
   std::optional<data_tools::CasePlan> plan;  ///< of a case
   std::vector<std::string> notices;
@@ -50,8 +51,9 @@ volume::Result<OpenedTouch> open_touch(const std::string& src, const ShapeChoice
                                        double blur_voxels = 0);
 /// A path file, or what is wrong with it.
 volume::Result<haptics::PosePath> open_path(const std::string& path);
-/// Error when `output` is one of the files that a command reads or records: nothing that was given is lost.
-volume::Status check_apart(const std::string& output, std::initializer_list<std::string> others);
+/// Error when `output` is one of the files that a command reads or records, lies among those of a folder, or
+/// holds the voxels of a header: nothing that was given is lost.
+volume::Status check_apart(const std::string& output, const std::vector<std::string>& others);
 /// When a path met nothing: says where the shape lies and where the path went.
 void say_where(const haptics::TouchScene& scene, const haptics::PosePath& path);
 /// Options that several commands share.

@@ -325,6 +325,43 @@ TEST_F(Command, PicturesAreDrawnWithoutADisplay) {
   EXPECT_EQ(png.substr(1, 3), "PNG");
 }
 
+/// What was given is never replaced: files of a folder, voxels beside a header, models, labels.
+TEST_F(Command, NoOutputReplacesAnInput) {
+  ASSERT_EQ(run("phantom sphere --size 24 --spacing 1 -o a.mha").exit_code, 0);
+  ASSERT_EQ(run("import a.mha --iso 300 -o case").exit_code, 0);
+  ASSERT_EQ(run("mesh a.mha --iso 300 -o b.ply").exit_code, 0);
+  write("p.csv", "t,x,y,z\n0,0,0,14\n0.3,0,0,5\n");
+  write("d.mhd",
+        "ObjectType = Image\nNDims = 3\nDimSize = 24 24 24\nElementType = MET_SHORT\nElementSpacing = 1 1 1\n"
+        "ElementDataFile = voxels.raw\n");
+  write("voxels.raw", std::string(2 * 24 * 24 * 24, '\1'));
+  for (const char* command :
+       {"touch case --path p.csv -o case/volume.mha",
+        "touch a.mha --iso 300 --mesh b.ply --path p.csv -o b.ply",
+        "touch d.mhd --iso 300 --path p.csv -o voxels.raw",
+        "drill case --burr-diameter 4 --path p.csv -o case/volume.mha",
+        "phantom head --spacing 8 -o h.mha --labels h.mha", "mesh a.mha --iso 300 -o a.mha"}) {
+    const Ended answer = run(command);
+    EXPECT_EQ(answer.exit_code, 2) << command;
+    EXPECT_FALSE(fs::exists(folder_ / "h.mha"));
+  }
+  EXPECT_EQ(run("info case").exit_code, 0);
+  // A new file may stand there.
+  EXPECT_EQ(run("touch case --path p.csv -o case/steps.csv").exit_code, 0);
+}
+
+/// Names may hold any bytes.
+TEST_F(Command, NamesThatAreNoUtf8DoNotEndAReport) {
+  ASSERT_EQ(run("phantom sphere --size 24 --spacing 1 -o a.mha").exit_code, 0);
+  write("p.csv", "t,x,y,z\n0,0,0,14\n0.3,0,0,5\n");
+  for (const char* command : {"touch a.mha --iso 300 --path p.csv -o \"$(printf 'x\\376.csv')\" --json",
+                              "info \"$(printf 's\\377')\" --json"}) {
+    const Ended answer = run(command);
+    EXPECT_LE(answer.exit_code, 3) << command << answer.err;
+    EXPECT_FALSE(Json::parse(answer.out).empty()) << command;
+  }
+}
+
 TEST_F(Command, DemoLeavesPicturesAndAReport) {
   const Json demo = json("demo -o out --no-window");
   for (const char* name : {"1-touch.png", "2-drilling.png", "3-burr-hole.png"})
