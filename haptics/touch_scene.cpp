@@ -141,7 +141,8 @@ volume::Status set_tool_radius(TouchScene& scene, double radius, int threads) {
                    "its back is touchable", "shapes touched from the front",
                    "use a point, or touch the front alone"};
   for (TouchShape& shape : scene.shapes) {
-    auto made = volume::OffsetField::build(shape.field, *shape.bits, nullptr, radius, threads);
+    auto made = volume::OffsetField::build(shape.field, *shape.bits, nullptr, radius, threads, nullptr,
+                                           shape.soft.get());
     if (!made) return made.error();
     shape.offset = std::move(made).value();
   }

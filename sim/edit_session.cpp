@@ -135,10 +135,10 @@ EditOutcome EditSession::go_to(std::size_t position) {
 OffsetJob::Offsets OffsetJob::make(const haptics::TouchScene& scene, int threads) const {
   Offsets made;
   for (std::size_t s = 0; s < scene.shapes.size(); ++s)
-    made.push_back(
-        &scene.shapes[s].field.volume() == scene.base.get()
-            ? before[s]->updated(scene.shapes[s].field, *scene.shapes[s].bits, *version, box, threads)
-            : before[s]);  // of another volume, which is not cut
+    made.push_back(&scene.shapes[s].field.volume() == scene.base.get()
+                       ? before[s]->updated(scene.shapes[s].field, *scene.shapes[s].bits, *version, box,
+                                            threads, nullptr, scene.shapes[s].soft.get())
+                       : before[s]);  // of another volume, which is not cut
   return made;
 }
 

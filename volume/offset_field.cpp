@@ -35,13 +35,13 @@ class OffsetField::Builder {
   /// `before`: the field of a solid that held all of this one; null when there is none. `changed`: the voxels
   /// in which the two differ.
   Builder(OffsetField& out, const Field& field, const Occupancy& bits, const Version* version,
-          const OffsetField* before, const VoxelBox& changed)
+          const OffsetField* before, const VoxelBox& changed, const SoftField* soft)
       : out_(out),
         field_(field),
         bits_(bits),
         version_(version),
         before_(before),
-        surface_(field, version),
+        surface_(field, version, soft),
         shortest_step_(shortest_step(out.frame_)) {
     if (!before_) return;
     // A changed sample of a cut reaches 1.5 samples far.
@@ -431,9 +431,23 @@ class OffsetField::Builder {
   LatticeBox changed_{};  ///< where cuts may differ
 };
 
+double OffsetField::step_for(double radius, const Volume& volume) noexcept {
+  const dvec3& spacing = volume.frame.spacing();
+  const double voxel = std::min({spacing.x, spacing.y, spacing.z});
+  // A quadratic spline of samples a step h apart lies h^2 / 8 times the sum of second derivatives off, which
+  // is 2 / r for the distance to a point.
+  const double most = 0.9 * std::sqrt(4 * radius * (0.1 + 0.02 * radius));
+  // Scans of metres would need tables for matter that no ball of millimetres is made for.
+  constexpr double k_most_bricks = 1 << 27;
+  const dvec3 extent = spacing * dvec3(volume.size);
+  const double least = std::cbrt(extent.x * extent.y * extent.z / k_most_bricks) / k_edge;
+  return std::max({radius / k_steps_a_radius, std::min(voxel, most), std::min(voxel, least)});
+}
+
 Result<std::shared_ptr<const OffsetField>> OffsetField::build(const Field& field, const Occupancy& bits,
                                                               const Version* version, double radius,
-                                                              int threads, Work* work) {
+                                                              int threads, Work* work,
+                                                              const SoftField* soft) {
   const auto begin = std::chrono::steady_clock::now();
   ++work_counters().offset_fields;
   const Frame& base = field.volume().frame;
@@ -442,7 +456,7 @@ Result<std::shared_ptr<const OffsetField>> OffsetField::build(const Field& field
     return Error{"the tool's radius is out of range", "radius", std::to_string(radius) + " mm",
                  "above 0, at most 20 mm and no larger than the volume", ""};
   const dvec3& spacing = base.spacing();
-  const double step = std::max(radius / k_steps_a_radius, std::min({spacing.x, spacing.y, spacing.z}));
+  const double step = step_for(radius, field.volume());
   std::shared_ptr<OffsetField> result(new OffsetField);
   result->radius_ = radius;
   result->step_ = step;
@@ -468,7 +482,7 @@ Result<std::shared_ptr<const OffsetField>> OffsetField::build(const Field& field
                         static_cast<std::size_t>(result->pages_size_.y) *
                         static_cast<std::size_t>(result->pages_size_.z));
   Work done;
-  Builder(*result, field, bits, version, nullptr, {}).run(threads, done);
+  Builder(*result, field, bits, version, nullptr, {}, soft).run(threads, done);
   done.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   if (work) *work = done;
   return std::shared_ptr<const OffsetField>(std::move(result));
@@ -476,12 +490,13 @@ Result<std::shared_ptr<const OffsetField>> OffsetField::build(const Field& field
 
 std::shared_ptr<const OffsetField> OffsetField::updated(const Field& field, const Occupancy& bits,
                                                         const Version& version, const VoxelBox& changed,
-                                                        int threads, Work* work) const {
+                                                        int threads, Work* work,
+                                                        const SoftField* soft) const {
   const auto begin = std::chrono::steady_clock::now();
   ++work_counters().offset_fields;
   std::shared_ptr<OffsetField> result(new OffsetField(*this));
   Work done;
-  Builder(*result, field, bits, &version, this, changed).run(threads, done);
+  Builder(*result, field, bits, &version, this, changed, soft).run(threads, done);
   done.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   if (work) *work = done;
   return result;

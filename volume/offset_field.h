@@ -9,16 +9,16 @@
 #include "volume/field.h"
 #include "volume/occupancy.h"
 #include "volume/quadratic_patch.h"
+#include "volume/soft_field.h"
 #include "volume/traversal.h"
 #include "volume/version.h"
 
 namespace trephine::volume {
 
 /// u = radius - distance to the smooth solid of a shape and its cuts (mm): positive where the tool's middle
-/// must not be. Sampled on a lattice of its own, as fine as the radius needs (a twelfth of it, but no finer
-/// than the voxels), in bricks that exist only near u = 0; elsewhere +-far_mm(). Distances are exact to about
-/// a thousandth of a step where the nearest point is unique. Immutable; updates share the bricks that they do
-/// not change.
+/// must not be. Sampled on a lattice of its own (step_for), in bricks that exist only near u = 0; elsewhere
+/// +-far_mm(). Distances are exact to about a thousandth of a step where the nearest point is unique.
+/// Immutable; updates share the bricks that they do not change.
 class OffsetField {
  public:
   static constexpr int k_edge = 8;  ///< samples along the edge of a brick
@@ -32,16 +32,21 @@ class OffsetField {
     double seconds = 0;
   };
 
-  /// Of the whole volume. `version` null: untouched. Error when the radius is not above 0 and at most 20 mm,
-  /// or larger than the volume. threads 0 = all.
+  /// The lattice's step (mm) for a ball in a volume: a twelfth of its radius where the voxels are as fine;
+  /// where they are not, as fine as they are; where they are coarse, so fine that around a sharp tip of the
+  /// solid, where the offset surface bends most, splines of its samples are off by less than 0.1 mm and 2 %.
+  static double step_for(double radius_mm, const Volume& volume) noexcept;
+  /// Of the whole volume. `version` null: untouched; `soft`: where the shape was made smooth. Error when the
+  /// radius is not above 0 and at most 20 mm, or larger than the volume. threads 0 = all.
   static Result<std::shared_ptr<const OffsetField>> build(const Field& field, const Occupancy& bits,
                                                           const Version* version, double radius_mm,
-                                                          int threads = 0, Work* work = nullptr);
+                                                          int threads = 0, Work* work = nullptr,
+                                                          const SoftField* soft = nullptr);
   /// The same after voxels low .. high were cut, and none put back: nowhere larger than before, so that a
   /// tool that was free stays free. Any thread but the servo's.
   std::shared_ptr<const OffsetField> updated(const Field& field, const Occupancy& bits,
                                              const Version& version, const VoxelBox& changed, int threads = 1,
-                                             Work* work = nullptr) const;
+                                             Work* work = nullptr, const SoftField* soft = nullptr) const;
 
   const Frame& frame() const noexcept { return frame_; }  ///< of the lattice
   const glm::ivec3& size() const noexcept { return size_; }

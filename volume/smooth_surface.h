@@ -9,6 +9,7 @@
 
 #include "volume/field.h"
 #include "volume/quadratic_patch.h"
+#include "volume/soft_field.h"
 #include "volume/traversal.h"
 #include "volume/version.h"
 
@@ -20,15 +21,17 @@ struct SurfacePoint {
   bool is_cut;
 };
 
-/// The smooth solid, evaluated anywhere. Borrows field and version; queries from any thread, no allocation
-/// but in bisect().
+/// The smooth solid, evaluated anywhere. Borrows field, soft field and version; queries from any thread, no
+/// allocation but in bisect().
 class SmoothSurface {
  public:
   static constexpr int k_max_newton = 10;
   static constexpr int k_max_rim_steps = 24;
 
-  SmoothSurface(const Field& field, const Version* version)
+  /// `soft`: in place of the field's samples; null: none.
+  SmoothSurface(const Field& field, const Version* version, const SoftField* soft)
       : field_(field),
+        soft_(soft),
         version_(version != nullptr && !version->is_untouched() ? version : nullptr),
         frame_(field.volume().frame),
         finest_(std::min({frame_.spacing().x, frame_.spacing().y, frame_.spacing().z})) {}
@@ -41,7 +44,10 @@ class SmoothSurface {
     if (is_cut) return cut_jet(*version_, p_volume);
     const glm::ivec3 v = voxel_of(p_volume);
     QuadraticPatch patch;
-    patch.load(field_, v);
+    if (soft_)
+      soft_->load(v, patch);
+    else
+      patch.load(field_, v);
     return patch.jet(p_volume - glm::dvec3(v));
   }
   bool is_solid(const glm::dvec3& p_volume) const {
@@ -220,6 +226,7 @@ class SmoothSurface {
   }
 
   const Field& field_;
+  const SoftField* soft_;
   const Version* version_;
   const Frame& frame_;
   double finest_;  ///< of the spacing, mm

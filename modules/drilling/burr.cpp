@@ -5,6 +5,7 @@
 #include <glm/geometric.hpp>
 
 #include "sim/edit_session.h"
+#include "volume/offset_field.h"
 
 namespace trephine::drilling {
 
@@ -26,8 +27,7 @@ void Burr::lift() {
 }
 
 double touch_radius(const BurrOptions& options, const volume::Volume& volume) noexcept {
-  const dvec3& spacing = volume.frame.spacing();
-  const double step = std::max(options.radius / 12, std::min({spacing.x, spacing.y, spacing.z}));
+  const double step = volume::OffsetField::step_for(options.radius, volume);
   return std::max(0.5 * options.radius, options.radius - step);
 }
 

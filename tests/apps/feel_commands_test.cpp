@@ -149,7 +149,7 @@ TEST_F(Command, BenchStabilityAttacksAScanAndDrawsItsMaps) {
     EXPECT_EQ(row["fall_throughs"], 0) << row;
     EXPECT_EQ(row["not_finite"], 0);
     steps += row["steps"].get<long>();
-    on_scan += row["scene"] == "g.mha" ? 1 : 0;
+    on_scan += row["scene"] == "scan" ? 1 : 0;
   }
   EXPECT_GT(steps, 25000);
   EXPECT_EQ(on_scan, 8);

@@ -160,8 +160,8 @@ AttackRow attack(const Target& target, const MethodInfo& info, long steps, std::
     const auto version = editor.publish();
     haptics::ServoScene::OffsetFields offsets;
     for (std::size_t s = 0; scene.tool_radius > 0 && changed && s < scene.shapes.size(); ++s)
-      offsets.push_back(
-          seen->offset(scene, s).updated(scene.shapes[s].field, *scene.shapes[s].bits, *version, *changed));
+      offsets.push_back(seen->offset(scene, s).updated(scene.shapes[s].field, *scene.shapes[s].bits, *version,
+                                                       *changed, 1, nullptr, scene.shapes[s].soft.get()));
     return std::make_shared<const haptics::ServoScene>(version, std::move(offsets));
   };
   judge.set_seen(seen);
@@ -181,7 +181,7 @@ AttackRow attack(const Target& target, const MethodInfo& info, long steps, std::
       info.solid == MethodInfo::Solid::net || info.solid == MethodInfo::Solid::marching_cubes;
   const bool is_cut = !info.is_of_untouched && !is_held_from_within(scene);
   // Short runs are cut and undone too.
-  const long cut_every = std::clamp(steps / 2, 100L, is_of_triangles || scene.tool_radius > 0 ? 1000L : 400L);
+  const long cut_every = std::clamp(steps / 2, 200L, is_of_triangles || scene.tool_radius > 0 ? 1000L : 400L);
   double speed = 1;
   for (long i = 0; i < steps; ++i) {
     if (i % 2000 == 0) {  // a new start anywhere, then forget what was
@@ -326,7 +326,7 @@ std::vector<AttackRow> run_attack(const AttackOptions& options) {
       fine(target("corner, slices 1:8, fine cuts", "corner", 0.7, false, false, {}, 8)),
       {"gyroid, two shapes", two_shapes_scene()},
       {"gyroid, from within", held_from_within_scene()},
-      with_radius(target("gyroid, ball of 1.5 mm", "gyroid", 0.7), 1.5),
+      with_radius(target("gyroid, ball of 3 mm", "gyroid", 0.7), 3),
       with_radius(fine(target("groove, slices 1:3, fine cuts, ball of 2.5 mm", "groove", 0.7, false, false,
                               {{"angle", 60}}, 3)),
                   2.5),

@@ -427,7 +427,8 @@ void drill_hole(FeelScene& scene) {
   const auto drilled = editor.publish();
   haptics::ServoScene::OffsetFields offsets;
   if (shape.offset)
-    offsets.push_back(shape.offset->updated(shape.field, *shape.bits, *drilled, report.box, 1, &work));
+    offsets.push_back(
+        shape.offset->updated(shape.field, *shape.bits, *drilled, report.box, 1, &work, shape.soft.get()));
   scene.field_update_s = work.seconds;
   scene.drilled = std::make_shared<haptics::ServoScene>(drilled, std::move(offsets));
 }

@@ -3,6 +3,8 @@
 #include <random>
 #include <set>
 
+#include "tests/checker/ball_judge.h"
+#include "tests/checker/volume_samples.h"
 #include "tests/haptics/method_play.h"
 #include "volume/offset_field.h"
 
@@ -235,6 +237,48 @@ TEST(RoundTool, GoesDownItsOwnHoleUnderThickSlices) {
     for (int i = 60; i >= 0; --i) last = play.step(end + (i / 20.0) * way);
   }
   EXPECT_EQ(play.judge.fall_throughs(), 0);
+}
+
+/// On voxels larger than the ball, and on masks whose threshold is one of their two values, the ball stays
+/// out of the scan's own samples.
+TEST(RoundTool, StaysOutOfCoarseVoxelsAndMasksAtTheirOwnValues) {
+  struct Case {
+    double voxel, slice, radius;
+    bool is_mask;
+  };
+  for (const Case& c : {Case{2, 1, 0.5, false}, Case{3, 1, 1, false}, Case{5, 1, 3, false},
+                        Case{2, 3, 1, false}, Case{1, 1, 1, true}, Case{0.5, 6, 4, true}}) {
+    SCOPED_TRACE(std::to_string(c.voxel) + " x " + std::to_string(c.slice) + ", radius " +
+                 std::to_string(c.radius));
+    data_tools::PhantomOptions o;
+    o.spacing_mm = c.voxel * dvec3(1, 1, c.slice);
+    o.size = glm::ivec3(glm::ceil(dvec3(48) / *o.spacing_mm));
+    o.psf_sigma_voxels = c.is_mask ? 0 : 0.8;
+    o.parameters = {{"radius", 16}};
+    volume::Volume made = data_tools::make_phantom("sphere", o).value();
+    volume::Shape shape;
+    if (c.is_mask) {
+      for (auto& v : made.voxels.span()) v = v >= 300 ? 1 : 0;
+      shape.low = 1;
+    }
+    TouchScene scene = scenes::scene_of(std::move(made), {0.5, 0, 0, 0}, shape);
+    soften(scene);
+    ASSERT_FALSE(set_tool_radius(scene, c.radius).has_value());
+    Play play("subvoxel", std::move(scene));
+    const checker::SmoothSolid solid =
+        checker::smooth_solid(play.scene.base, shape, nullptr, play.scene.shapes[0].soft);
+    const checker::BallJudge judge(c.radius, 300);
+    double deepest = 0;
+    const PosePath path = scenes::sphere_slide(16, 4, 60, 0.5);
+    for (const auto& sample : path.samples()) {
+      const ProxyStep step = play.step((1 + c.radius / 16) * sample.pose.position_world);
+      deepest = std::max(deepest, judge.sunk_mm(step.proxy_world, [&](const dvec3& p) {
+        return solid.is_solid(play.scene.base->frame.volume_from_world(p));
+      }));
+    }
+    EXPECT_GT(play.contacts, 300);
+    EXPECT_LT(deepest, 0.1 + 0.02 * c.radius);
+  }
 }
 
 }  // namespace

@@ -83,7 +83,7 @@ TEST(Stability, TheAttackCatchesAProxyThatIsMovedThroughWalls) {
   for (const MethodInfo& info : method_catalogue()) {
     EXPECT_TRUE(info.solid == MethodInfo::Solid::nothing || seen.contains(info.name)) << info.name;
   }
-  for (const char* name : {"gyroid, from within", "gyroid, two shapes", "gyroid, ball of 1.5 mm",
+  for (const char* name : {"gyroid, from within", "gyroid, two shapes", "gyroid, ball of 3 mm",
                            "gyroid, fine cuts", "corner, slices 1:8, fine cuts", "gyroid pierced by a mesh"})
     EXPECT_TRUE(seen.contains(name)) << name;
   EXPECT_GT(sunk, by_shape / 200);
