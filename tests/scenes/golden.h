@@ -32,6 +32,22 @@ inline constexpr Golden k_golden[] = {
     {3, "soak, its hour", 15450976775875540313u},
     {3, "lockstep, what was removed", 16858554636058654643u},
     {3, "lockstep, last force", 4597345573958413375u},
+    // Fields of round tools on coarse voxels and on masks; the rest as before.
+    {4, "subvoxel", 0x2a12e60e007eec49},
+    {4, "implicit", 0x578ffbd3bed5e6b},
+    {4, "path", 0x91ae7d281121f381},
+    {4, "explicit", 0x6ace4ed5cffd791e},
+    {4, "explicit-cubes", 0x446202545e9e238a},
+    {4, "mesh", 0x2d971335c4dae3c8},
+    {4, "raystep", 0x82d2aea389dee40b},
+    {4, "plane", 0xdb2720fa6d105b0a},
+    {4, "gradient", 0xe6e7d3a41148598b},
+    {4, "scene", 0x686a61933ef2c7e},
+    {4, "scene-sequential", 0x7e6658618de95003},
+    {4, "soak, its first minute", 11875443198531314658u},
+    {4, "soak, its hour", 15450976775875540313u},
+    {4, "lockstep, what was removed", 16858554636058654643u},
+    {4, "lockstep, last force", 4597345573958413375u},
 };
 
 /// Of this revision; 0 where nobody wrote it down, which no answer is.
