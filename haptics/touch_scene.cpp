@@ -134,7 +134,7 @@ volume::Status set_tool_radius(TouchScene& scene, double radius, int threads) {
   }
   if (!(radius > 0 && radius <= 6))
     return Error{"the tool's radius is out of range", "radius", std::to_string(radius) + " mm", "0 to 6 mm",
-                 ""};
+                 "take a smaller ball, or a point"};
   for (const TouchShape& shape : scene.shapes)
     if (holds(shape.sides, Sides::back))
       return Error{"a tool with a radius cannot be held from within", shape.field.shape().name,

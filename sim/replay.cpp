@@ -66,7 +66,7 @@ Result<haptics::TouchScene> scene_of(const SessionReader& session,
   const SessionHeader& header = session.header();
   const auto no_match = [](std::string found, std::string expected) {
     return Error{"the scan is not the one of the session", "", std::move(found), std::move(expected),
-                 "give the scan that was operated on: --case SRC"};
+                 "give the scan that was operated on: --case SRC; no --case where the session holds its own"};
   };
   const auto text_of = [](const glm::ivec3& s) {
     return std::to_string(s.x) + " x " + std::to_string(s.y) + " x " + std::to_string(s.z) + " voxels";

@@ -454,7 +454,7 @@ Result<std::shared_ptr<const OffsetField>> OffsetField::build(const Field& field
   const dvec3 extent = base.spacing() * dvec3(field.volume().size);
   if (!(radius > 0 && radius <= 20) || radius > std::max({extent.x, extent.y, extent.z}))
     return Error{"the tool's radius is out of range", "radius", std::to_string(radius) + " mm",
-                 "above 0, at most 20 mm and no larger than the volume", ""};
+                 "above 0, at most 20 mm and no larger than the volume", "take a smaller ball"};
   const dvec3& spacing = base.spacing();
   const double step = step_for(radius, field.volume());
   std::shared_ptr<OffsetField> result(new OffsetField);

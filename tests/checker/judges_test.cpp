@@ -42,6 +42,16 @@ TEST(FallThroughJudge, AcceptsAProxyThatStaysOut) {
   EXPECT_EQ(judge.judged(), 2);  // nor is there anything to hold a proxy out of that began inside
 }
 
+/// A proxy without contact is at the hand, but for rounding of frames.
+TEST(FallThroughJudge, ForgivesRoundingAndNoMore) {
+  for (const double off : {1e-15, 1e-9}) {
+    FallThroughJudge judge = floor_judge();
+    look(judge, {{5, 5, 8}}, {5, 5, 8}, false);
+    look(judge, {{5, 5, 8}, {5, 5, 7}}, {5, 5, 7 + 4 * off}, false);
+    EXPECT_EQ(judge.fall_throughs(), off > 1e-12) << off;
+  }
+}
+
 TEST(FallThroughJudge, FindsAPathThroughMatterEvenIfBothEndsAreFree) {
   FallThroughJudge judge = floor_judge();
   look(judge, {{5, 5, 8}}, {5, 5, 8}, false);
