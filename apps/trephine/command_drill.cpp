@@ -84,10 +84,12 @@ Result<Outcome> run_drill(const DrillArguments& arguments) {
       tick_us.push_back(std::chrono::duration<double, std::micro>(Clock::now() - begin).count());
   }
   const volume::Version& version = *run.edits().current();
-  if (volume::Status error = finish_recording(recorder.value().get(), run.edits(), 0)) return *error;
+  // A recording that failed takes nothing else with it.
+  const volume::Status not_recorded = finish_recording(recorder.value().get(), run.edits(), 0);
   auto result = data_tools::operated_volume(version);
   if (!result) return result.error();
   if (volume::Status error = data_tools::write_volume(arguments.output, result.value())) return *error;
+  if (not_recorded) return *not_recorded;
 
   Outcome outcome{new_report("drill"), "", exit_done};
   Json& json = outcome.json;

@@ -249,8 +249,10 @@ Result<Outcome> run_touch(const TouchArguments& arguments) {
     }
     append_step(csv, times[i], record, record.has_contact ? name_of(scene, record.shape) : "");
   }
-  if (volume::Status error = finish_recording(recorder.value().get(), edits, 0)) return *error;
+  // A recording that failed takes nothing else with it.
+  const volume::Status not_recorded = finish_recording(recorder.value().get(), edits, 0);
   if (volume::Status error = data_tools::write_file_atomically(arguments.output, csv)) return *error;
+  if (not_recorded) return *not_recorded;
 
   Outcome outcome{new_report("touch"), "",
                   judge.fall_throughs() > 0 && info.solid != haptics::MethodInfo::Solid::nothing
