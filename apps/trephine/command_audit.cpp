@@ -309,6 +309,7 @@ Result<Outcome> audit_session(const AuditArguments& arguments) {
     outcome.text +=
         format_text("the ball at %ld places: %ld times deeper in matter than %.2f mm, %.3f mm at most\n",
                     ball->judged(), ball->sunk(), ball->allowed_mm(), ball->deepest_mm());
+  if (judged == 0) outcome.text += "no tick could be judged: the hand was never free of matter before it\n";
   outcome.text += is_certified ? "certified\n" : "NOT certified\n";
   return outcome;
 }
