@@ -69,7 +69,8 @@ class Replay {
   struct State {
     EditSession edits;
     std::vector<haptics::ServoCore> cores;
-    std::deque<std::shared_ptr<const haptics::ServoScene>> seen;  ///< or still to be seen by a coming tick
+    std::deque<std::shared_ptr<const haptics::ServoScene>>
+        seen;  ///< by the last tick, and may be by a coming one
     std::map<std::uint64_t, std::shared_ptr<const volume::Version>> hashable;  ///< whose hash may still come
     std::vector<Command> settings;                                             ///< of tools, since the start
     std::uint64_t next_tick = 0;

@@ -437,11 +437,11 @@ double OffsetField::step_for(double radius, const Volume& volume) noexcept {
   // A quadratic spline of samples a step h apart lies h^2 / 8 times the sum of second derivatives off, which
   // is 2 / r for the distance to a point.
   const double most = 0.9 * std::sqrt(4 * radius * (0.1 + 0.02 * radius));
-  // Scans of metres would need tables for matter that no ball of millimetres is made for.
-  constexpr double k_most_bricks = 1 << 27;
+  // In seconds, and without tables for the air of scans that are metres wide.
+  constexpr double k_most_points = 1 << 28;
   const dvec3 extent = spacing * dvec3(volume.size);
-  const double least = std::cbrt(extent.x * extent.y * extent.z / k_most_bricks) / k_edge;
-  return std::max({radius / k_steps_a_radius, std::min(voxel, most), std::min(voxel, least)});
+  const double least = std::cbrt(extent.x * extent.y * extent.z / k_most_points);
+  return std::max({radius / k_steps_a_radius, std::min(voxel, std::max(most, least))});
 }
 
 Result<std::shared_ptr<const OffsetField>> OffsetField::build(const Field& field, const Occupancy& bits,

@@ -199,7 +199,8 @@ bool belongs_to(const std::filesystem::path& output, const std::filesystem::path
   }
   if (here.parent_path() != there.parent_path()) return false;
   if (data_tools::has_extension(there.string(), ".hdr") || data_tools::has_extension(there.string(), ".img"))
-    return here.stem() == there.stem();
+    return here.stem() == there.stem() && (data_tools::has_extension(here.string(), ".hdr") ||
+                                           data_tools::has_extension(here.string(), ".img"));
   if (!data_tools::has_extension(there.string(), ".mhd") &&
       !data_tools::has_extension(there.string(), ".nhdr"))
     return false;
@@ -207,15 +208,15 @@ bool belongs_to(const std::filesystem::path& output, const std::filesystem::path
   std::string header(1 << 16, '\0');
   file.read(header.data(), static_cast<std::streamsize>(header.size()));
   header.resize(static_cast<std::size_t>(file.gcount()));
-  return header.find(here.filename().string()) != std::string::npos || here.stem() == there.stem();
+  return header.find(here.filename().string()) != std::string::npos;
 }
 }  // namespace
 
 volume::Status check_apart(const std::string& output, const std::vector<std::string>& others) {
   for (const std::string& other : others) {
     if (other.empty() || output.empty() || !belongs_to(output, other)) continue;
-    return Error{"the output would replace a file that is in use", data_tools::file_name(output), "",
-                 "a name of its own", "choose another name for it"};
+    return Error{"the output would replace a file that was given, or one of a folder that was",
+                 data_tools::file_name(output), "", "a name of its own", "choose another name for it"};
   }
   return std::nullopt;
 }

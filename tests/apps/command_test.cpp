@@ -348,6 +348,9 @@ TEST_F(Command, NoOutputReplacesAnInput) {
   EXPECT_EQ(run("info case").exit_code, 0);
   // A new file may stand there.
   EXPECT_EQ(run("touch case --path p.csv -o case/steps.csv").exit_code, 0);
+  // What was written beside a header before is none of its files.
+  for (int again = 0; again < 2; ++again)
+    EXPECT_EQ(run("touch d.mhd --iso 200 --path p.csv -o d.csv").exit_code, 0);
 }
 
 /// Names may hold any bytes.

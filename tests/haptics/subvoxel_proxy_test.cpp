@@ -170,6 +170,21 @@ TEST(SubvoxelProxy, TwoShapesHoldTogether) {
   }
 }
 
+/// Labels 1 and 2 as shapes; how the first is touched.
+TouchScene scene_of_two_labels(std::shared_ptr<const volume::Volume> base, Sides sides_of_first) {
+  TouchScene scene;
+  scene.base = std::move(base);
+  for (const int label : {1, 2}) {
+    volume::Shape shape;
+    shape.label = label;
+    scene.shapes.push_back(
+        {volume::Field(*scene.base, shape),
+         std::make_shared<const volume::Occupancy>(volume::Occupancy::build(*scene.base, shape)),
+         Material{0.5, 0, 0, 0}, label == 1 ? sides_of_first : Sides::front});
+  }
+  return scene;
+}
+
 /// Two labels meet in a tilted corner: on their stair-steps the proxy is left behind, on softened ones it
 /// slides along.
 TEST(SubvoxelProxy, TwoBinaryShapesInACornerLetItSlideOnceSoftened) {
@@ -183,16 +198,7 @@ TEST(SubvoxelProxy, TwoBinaryShapesInACornerLetItSlideOnceSoftened) {
                                                                                                 : 0);
   const auto shared = std::make_shared<const volume::Volume>(std::move(base));
   for (const bool is_soft : {false, true}) {
-    TouchScene scene;
-    scene.base = shared;
-    for (const int label : {1, 2}) {
-      volume::Shape shape;
-      shape.label = label;
-      scene.shapes.push_back(
-          {volume::Field(*scene.base, shape),
-           std::make_shared<const volume::Occupancy>(volume::Occupancy::build(*scene.base, shape)),
-           Material{0.5, 0, 0, 0}, Sides::front});
-    }
+    TouchScene scene = scene_of_two_labels(shared, Sides::front);
     if (is_soft) soften(scene);
     SubvoxelProxy method;
     ASSERT_FALSE(method.prepare(scene));
@@ -223,16 +229,8 @@ TEST(SubvoxelProxy, WhatHoldsFromWithinIsSoftenedForItself) {
   for (int z = 0; z < 30; ++z)
     for (int y = 0; y < 30; ++y)
       for (int x = 0; x < 30; ++x) base.labels[base.index(x, y, z)] = x < 15 ? 1 : 2;
-  TouchScene scene;
-  scene.base = std::make_shared<const volume::Volume>(std::move(base));
-  for (const int label : {1, 2}) {
-    volume::Shape shape;
-    shape.label = label;
-    scene.shapes.push_back(
-        {volume::Field(*scene.base, shape),
-         std::make_shared<const volume::Occupancy>(volume::Occupancy::build(*scene.base, shape)),
-         Material{0.5, 0, 0, 0}, label == 1 ? Sides::back : Sides::front});
-  }
+  TouchScene scene =
+      scene_of_two_labels(std::make_shared<const volume::Volume>(std::move(base)), Sides::back);
   soften(scene);
   for (const TouchShape& shape : scene.shapes) {
     const auto alone = volume::SoftField::build(*shape.bits);
