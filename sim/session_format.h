@@ -18,7 +18,7 @@ inline constexpr std::uint32_t k_session_layout =
     3;  // 2: round tools, effects, materials of backs; 3: the smallest burr
 /// The arithmetic of servo and edits: raised with every change that gives other bits for the same input. A
 /// session of another revision opens for viewing and cannot be verified.
-inline constexpr std::uint32_t k_replay_revision = 4;
+inline constexpr std::uint32_t k_replay_revision = 5;
 
 struct ToolSpec {
   std::string name;  ///< "burr", or empty for a hand that only touches

@@ -50,8 +50,18 @@ inline constexpr int k_page = 8;
 inline constexpr int k_page_samples = k_brick * k_page;
 inline constexpr int k_region_samples = k_page_samples * k_page;
 
+/// How the points of the cell around a sample are shifted, -0.5 to 0.5 of their step along each axis: each
+/// cell's by its own amount, or they would stand in rows, and a hole along these be counted by few.
+inline glm::vec3 point_shift(const glm::ivec3& sample) noexcept {
+  // Found by trial: of 300 the one whose worst capsule along 15 directions is counted best.
+  constexpr glm::uvec3 k_x(237, 247, 709), k_y(499, 59, 861), k_z(327, 631, 993);
+  const glm::uvec3 s(sample), turn = (s.x * k_x + s.y * k_y + s.z * k_z) & 1023u;
+  return (glm::vec3(glm::ivec3(turn)) - 511.5f) / 1024.0f;
+}
+
 /// Which points of each lattice cell (the cube around a sample) were removed: n^3 bits a cell, n = 4 or 8,
-/// point (i, j, k) at ((i + 0.5) / n - 0.5, ...) from the sample. Only edits and ledgers read it.
+/// point (i, j, k) at ((i + 0.5) + point_shift) / n - 0.5 steps from the sample. Only edits and ledgers read
+/// it.
 struct RemovalMask {
   explicit RemovalMask(int samples_per_edge);
   std::atomic<int> references{1};

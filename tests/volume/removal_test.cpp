@@ -8,6 +8,7 @@
 #include <glm/geometric.hpp>
 #include <gtest/gtest.h>
 #include <limits>
+#include <numbers>
 #include <random>
 #include <thread>
 
@@ -43,6 +44,20 @@ std::vector<Frame> frames() {
 double documented_allowance(double radius, const Frame& lattice) {
   const glm::dvec3& h = lattice.spacing();
   return std::min(3.0 / 16 * glm::dot(h, h) / 3 / radius, 0.02 * radius);
+}
+
+/// Where the points of a cell stand, as the document of masks says: each cell's shifted by a share of their
+/// step, by a table of whole numbers.
+glm::dvec3 documented_offset(const glm::ivec3& sample, int point, int n) {
+  const int table[9] = {237, 499, 327, 247, 59, 631, 709, 861, 993};
+  const int in_cell[3] = {point % n, point / n % n, point / (n * n)};
+  glm::dvec3 offset;
+  for (int a = 0; a < 3; ++a) {
+    const int turn =
+        (table[3 * a] * sample.x + table[3 * a + 1] * sample.y + table[3 * a + 2] * sample.z) & 1023;
+    offset[a] = (in_cell[a] + (turn + 0.5) / 1024) / n - 0.5;
+  }
+  return offset;
 }
 
 struct BruteForceCase {
@@ -102,8 +117,7 @@ void expect_brute_force(const BruteForceCase& c) {
         const int n = mask ? mask->n : 4;
         if (d > 2 * version->band_mm() && !mask) continue;
         for (int s = 0; s < n * n * n; ++s) {
-          const glm::dvec3 offset = (glm::dvec3(s % n, s / n % n, s / (n * n)) + 0.5) / double(n) - 0.5;
-          const glm::dvec3 in_lattice = glm::dvec3(sample) + offset,
+          const glm::dvec3 in_lattice = glm::dvec3(sample) + documented_offset(sample, s, n),
                            q = lattice.frame().world_from_volume(in_lattice);
           double e = 1e9;
           for (const Sweep& sweep : sweeps) e = std::min(e, capsule_distance(q, sweep));
@@ -125,6 +139,30 @@ void expect_brute_force(const BruteForceCase& c) {
   EXPECT_EQ(units, expected_units);
   EXPECT_LT(disagreements, 30);
   EXPECT_GT(units, 1000);
+}
+
+/// Along rows of the grid and across them, of the smallest burr that a lattice is made for and of a larger
+/// one.
+TEST(Removal, VolumesAreTheCapsulesInEveryDirection) {
+  const auto base = block({64, 64, 64}, Frame());
+  const Field field(*base, Shape{});
+  std::mt19937_64 random(11);
+  std::uniform_real_distribution<double> share(0, 1);
+  for (const double radius : {4.5, 9.0})
+    for (const glm::dvec3& way :
+         {glm::dvec3(1, 0, 0), glm::dvec3(0, 1, 0), glm::dvec3(0, 0, 1), glm::dvec3(1, 1, 0),
+          glm::dvec3(0, 1, -1), glm::dvec3(1, 1, 1), glm::dvec3(1, 0.02, 0), glm::dvec3(3, -2, 1.5)}) {
+      const glm::dvec3 along = glm::normalize(way);
+      const double length = 24;
+      const glm::dvec3 start =
+          31.5 - 0.5 * length * along + glm::dvec3(share(random), share(random), share(random));
+      RemovalEditor editor(std::make_shared<Version>(base), {field});
+      editor.remove({start, start + length * along, radius});
+      const double exact = std::numbers::pi * radius * radius * (length + 4.0 / 3 * radius);
+      const auto version = editor.publish();
+      EXPECT_NEAR(version->mm3_of(version->ledger().total()) / exact, 1, 1e-3)
+          << radius << " " << way.x << " " << way.y << " " << way.z;
+    }
 }
 
 TEST(Removal, EqualsBruteForceInEveryFrame) {
