@@ -5,33 +5,62 @@
 #include <algorithm>
 #include <array>
 #include <bit>
-#include <map>
-#include <set>
+#include <cstddef>
+#include <unordered_map>
 #include <vector>
 
+#include "volume/local_net.h"
+#include "volume/marching_cubes.h"
 #include "volume/surface_nets.h"
 
 namespace trephine::volume {
 
-/// The triangles of cells -1 .. size - 1, each once; vertices of the same bits are one. `local`: a LocalNet
-/// or LocalCubes.
+/// Triangles as they come, and the mesh of them.
+class MeshOfTriangles {
+ public:
+  /// `is_joined`: vertices of the same bits are one.
+  explicit MeshOfTriangles(bool is_joined) : is_joined_(is_joined) {}
+
+  void add(const glm::vec3& a, const glm::vec3& b, const glm::vec3& c) {
+    for (const glm::vec3& v : {a, b, c}) triangles_.push_back(number(v));
+  }
+  Mesh mesh() const {
+    Mesh mesh{Buffer<glm::vec3>(vertices_.size()), Buffer<std::uint32_t>(triangles_.size())};
+    std::copy(vertices_.begin(), vertices_.end(), mesh.vertices.data());
+    std::copy(triangles_.begin(), triangles_.end(), mesh.triangles.data());
+    return mesh;
+  }
+
+ private:
+  using Key = std::array<std::uint32_t, 3>;
+  struct Hash {
+    std::size_t operator()(const Key& k) const noexcept {
+      return (std::size_t{k[0]} * 0x9e3779b97f4a7c15u ^ k[1]) * 0x9e3779b97f4a7c15u ^ k[2];
+    }
+  };
+  std::uint32_t number(const glm::vec3& v) {
+    const auto next = static_cast<std::uint32_t>(vertices_.size());
+    if (is_joined_) {
+      const Key key{std::bit_cast<std::uint32_t>(v.x), std::bit_cast<std::uint32_t>(v.y),
+                    std::bit_cast<std::uint32_t>(v.z)};
+      if (const auto [at, is_new] = numbers_.try_emplace(key, next); !is_new) return at->second;
+    }
+    vertices_.push_back(v);
+    return next;
+  }
+
+  bool is_joined_;
+  std::unordered_map<Key, std::uint32_t, Hash> numbers_;
+  std::vector<glm::vec3> vertices_;
+  std::vector<std::uint32_t> triangles_;
+};
+
+/// The triangles of cells -1 .. size - 1.
 /// `bits`: of the voxels, to pass over what is empty.
-template <class Local>
-Mesh mesh_of_cells(const Local& local, const glm::ivec3& size, bool is_joined = true,
+template <class Samples>
+Mesh mesh_of_cells(const LocalCubes<Samples>& cubes, const glm::ivec3& size, bool is_joined = true,
                    const Occupancy* bits = nullptr) {
-  const auto key = [](const glm::vec3& v) {
-    return std::array<std::uint32_t, 3>{std::bit_cast<std::uint32_t>(v.x), std::bit_cast<std::uint32_t>(v.y),
-                                        std::bit_cast<std::uint32_t>(v.z)};
-  };
-  std::map<std::array<std::uint32_t, 3>, std::uint32_t> numbers;
-  std::set<std::array<std::uint32_t, 3>> used;
-  std::vector<glm::vec3> vertices;
-  std::vector<std::uint32_t> triangles;
-  const auto number = [&](const glm::vec3& v) {
-    const auto [at, is_new] = numbers.try_emplace(key(v), static_cast<std::uint32_t>(vertices.size()));
-    if (is_new) vertices.push_back(v);
-    return at->second;
-  };
+  MeshOfTriangles made(is_joined);
   for (int z = -1; z < size.z; ++z)
     for (int y = -1; y < size.y; ++y)
       for (int x = -1; x < size.x; ++x) {
@@ -40,24 +69,28 @@ Mesh mesh_of_cells(const Local& local, const glm::ivec3& size, bool is_joined = 
           x |= 3;
           continue;
         }
-        local.triangles_of_cell({x, y, z}, [&](const glm::vec3& a, const glm::vec3& b, const glm::vec3& c) {
-          if (!is_joined) {
-            for (const glm::vec3& v : {a, b, c}) {
-              triangles.push_back(static_cast<std::uint32_t>(vertices.size()));
-              vertices.push_back(v);
-            }
-            return;
-          }
-          const std::array<std::uint32_t, 3> triangle{number(a), number(b), number(c)};
-          // A net's quad is seen from each of its four cells.
-          if (used.insert(triangle).second)
-            triangles.insert(triangles.end(), triangle.begin(), triangle.end());
+        cubes.triangles_of_cell({x, y, z}, [&](const glm::vec3& a, const glm::vec3& b, const glm::vec3& c) {
+          made.add(a, b, c);
         });
       }
-  Mesh mesh{Buffer<glm::vec3>(vertices.size()), Buffer<std::uint32_t>(triangles.size())};
-  std::copy(vertices.begin(), vertices.end(), mesh.vertices.data());
-  std::copy(triangles.begin(), triangles.end(), mesh.triangles.data());
-  return mesh;
+  return made.mesh();
+}
+
+/// The same of a net, whose quads lie around the grid's crossed edges.
+template <class Samples>
+Mesh mesh_of_cells(const LocalNet<Samples>& net, const glm::ivec3& size) {
+  MeshOfTriangles made(true);
+  for (int z = -1; z < size.z; ++z)
+    for (int y = -1; y < size.y; ++y)
+      for (int x = -1; x < size.x; ++x) {
+        const glm::ivec3 low(x, y, z);
+        const int config = net.config(low);
+        for (int axis = 0; axis < 3; ++axis)
+          if ((config & 1) != (config >> (1 << axis) & 1))
+            net.quad(low, axis).triangles(
+                [&](const glm::vec3& a, const glm::vec3& b, const glm::vec3& c) { made.add(a, b, c); });
+      }
+  return made.mesh();
 }
 
 }  // namespace trephine::volume

@@ -13,6 +13,13 @@ namespace trephine::volume {
 /// counter-clockwise (in a right-handed frame).
 struct NetQuad {
   std::array<glm::vec3, 4> corners;
+
+  /// Calls use(a, b, c) for each.
+  template <class Use>
+  void triangles(Use&& use) const {
+    use(corners[0], corners[1], corners[2]);
+    use(corners[0], corners[2], corners[3]);
+  }
 };
 
 /// Any thread; allocates nothing. `Samples`: see volume/cell_samples.h.
@@ -54,10 +61,7 @@ class LocalNet {
   /// The same, as use(a, b, c) for each triangle.
   template <class Use>
   void triangles_of_cell(const glm::ivec3& cell, Use&& use) const noexcept {
-    quads_of_cell(cell, [&](const NetQuad& quad) {
-      use(quad.corners[0], quad.corners[1], quad.corners[2]);
-      use(quad.corners[0], quad.corners[2], quad.corners[3]);
-    });
+    quads_of_cell(cell, [&](const NetQuad& quad) { quad.triangles(use); });
   }
 
  private:

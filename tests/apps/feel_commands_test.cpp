@@ -143,7 +143,7 @@ TEST_F(Command, BenchFeelPlaysARecordedHand) {
 
 TEST_F(Command, BenchStabilityAttacksAScanAndDrawsItsMaps) {
   ASSERT_EQ(run("phantom gyroid --size 40 --psf 1 -o g.mha").exit_code, 0);
-  const Json stability = json("bench stability g.mha --steps 30000 -o out");
+  const Json stability = json("bench stability g.mha --only scene --steps 10000 -o out");
   long steps = 0, on_scan = 0;
   for (const Json& row : stability["attacks"]) {
     EXPECT_EQ(row["fall_throughs"], 0) << row;
@@ -151,8 +151,8 @@ TEST_F(Command, BenchStabilityAttacksAScanAndDrawsItsMaps) {
     steps += row["steps"].get<long>();
     on_scan += row["scene"] == "scan" ? 1 : 0;
   }
-  EXPECT_GT(steps, 25000);
-  EXPECT_EQ(on_scan, 8);
+  EXPECT_GT(steps, 8000);
+  EXPECT_EQ(on_scan, 2);
   for (const Json& row : stability["stiffness"]) {
     if (row["encoder_mm"] > 0)
       EXPECT_GT(row["simulated"], 0.98 * row["theory"].get<double>()) << row;

@@ -101,10 +101,17 @@ LongVector cross(const LongVector& a, const LongVector& b) {
 }
 Long dot(const LongVector& a, const LongVector& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
 
+constexpr std::uint32_t k_none = ~0u;
+
 /// Are a and b on different sides of the triangle's plane, with the segment between them inside its three
 /// edges?
 bool crosses(const glm::dvec3& a, const glm::dvec3& b, const glm::dvec3& u, const glm::dvec3& v,
              const glm::dvec3& w) {
+  // Boxes that do not touch.
+  for (int i = 0; i < 3; ++i)
+    if (std::max(a[i], b[i]) < std::min({u[i], v[i], w[i]}) ||
+        std::min(a[i], b[i]) > std::max({u[i], v[i], w[i]}))
+      return false;
   const LongVector normal = cross(minus(v, u), minus(w, u));
   const Long from = dot(minus(a, u), normal), to = dot(minus(b, u), normal);
   if ((from > 0) == (to > 0) || from == to) return false;
@@ -136,8 +143,11 @@ MeshWall::MeshWall(std::span<const glm::dvec3> vertices, std::span<const std::ui
     const glm::ivec3 first = cube_of(low / cube_), last = cube_of(high / cube_);
     for (int z = first.z; z <= last.z; ++z)
       for (int y = first.y; y <= last.y; ++y)
-        for (int x = first.x; x <= last.x; ++x)
-          by_cube_[key_of(x, y, z)].push_back(static_cast<std::uint32_t>(i));
+        for (int x = first.x; x <= last.x; ++x) {
+          const auto [newest, is_first] = newest_in_cube_.try_emplace(key_of(x, y, z), k_none);
+          near_.push_back({static_cast<std::uint32_t>(i), newest->second});
+          newest->second = static_cast<std::uint32_t>(near_.size() - 1);
+        }
   }
 }
 
@@ -150,17 +160,21 @@ std::set<std::uint32_t> MeshWall::crossed(const glm::dvec3& a, const glm::dvec3&
   for (int s = 0; s <= steps; ++s) {
     const glm::ivec3 cube = cube_of((a + (static_cast<double>(s) / steps) * (b - a)) / cube_);
     if (cube == last) continue;
-    last = cube;
     for (int z = -1; z <= 1; ++z)
       for (int y = -1; y <= 1; ++y)
         for (int x = -1; x <= 1; ++x) {
-          const auto found = by_cube_.find(key_of(cube.x + x, cube.y + y, cube.z + z));
-          if (found == by_cube_.end()) continue;
-          for (const std::uint32_t i : found->second)
+          const glm::ivec3 here = cube + glm::ivec3(x, y, z), off = glm::abs(here - last);
+          if (std::max({off.x, off.y, off.z}) <= 1) continue;  // was looked into with the last one
+          const auto newest = newest_in_cube_.find(key_of(here.x, here.y, here.z));
+          if (newest == newest_in_cube_.end()) continue;
+          for (std::uint32_t n = newest->second; n != k_none; n = near_[n].next) {
+            const std::uint32_t i = near_[n].triangle;
             if (crosses(a, b, vertices_[triangles_[i]], vertices_[triangles_[i + 1]],
                         vertices_[triangles_[i + 2]]))
               crossed.insert(i);
+          }
         }
+    last = cube;
   }
   return crossed;
 }

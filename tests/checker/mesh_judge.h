@@ -46,7 +46,11 @@ class MeshWall {
   std::vector<glm::dvec3> vertices_;
   std::vector<std::uint32_t> triangles_;
   double cube_;
-  std::unordered_map<std::uint64_t, std::vector<std::uint32_t>> by_cube_;
+  struct Near {
+    std::uint32_t triangle, next;  ///< of the same cube
+  };
+  std::vector<Near> near_;
+  std::unordered_map<std::uint64_t, std::uint32_t> newest_in_cube_;  ///< of near_
   double top_ = -1e300;
 };
 

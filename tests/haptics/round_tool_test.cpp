@@ -14,75 +14,88 @@ namespace {
 using glm::dvec3;
 
 /// A round tool at play, judged by what its method promises of the offset field in use.
+TouchScene with_radius(TouchScene s, double radius) {
+  EXPECT_FALSE(set_tool_radius(s, radius).has_value());
+  return s;
+}
+
 struct RoundPlay : Play {
+  RoundPlay(const TouchScene& round, const std::string& name) : Play(name, round) { no_friction(); }
   RoundPlay(TouchScene s, double radius, const std::string& name = "subvoxel")
-      : Play(name, with_radius(std::move(s), radius)) {
-    no_friction();
-  }
-  static TouchScene with_radius(TouchScene s, double radius) {
-    EXPECT_FALSE(set_tool_radius(s, radius).has_value());
-    return s;
-  }
+      : RoundPlay(with_radius(std::move(s), radius), name) {}
 };
 
-class RoundMethods : public testing::TestWithParam<const char*> {};
-INSTANTIATE_TEST_SUITE_P(All, RoundMethods,
-                         testing::Values("subvoxel", "scene", "scene-sequential", "implicit", "path",
-                                         "explicit", "explicit-cubes"),
-                         suite_name);
+constexpr const char* k_round_methods[] = {"subvoxel", "scene",    "scene-sequential", "implicit",
+                                           "path",     "explicit", "explicit-cubes"};
 
-TEST_P(RoundMethods, RestsARadiusAboveASphereAtAnyRadius) {
+class RoundMethods : public testing::TestWithParam<const char*> {};
+INSTANTIATE_TEST_SUITE_P(All, RoundMethods, testing::ValuesIn(k_round_methods), suite_name);
+
+/// Fields are made once for all methods.
+TEST(RoundTool, RestsARadiusAboveASphereAtAnyRadius) {
   for (const double radius : {0.5, 2.0, 6.0}) {
-    RoundPlay play(scenes::phantom_scene("sphere", grid(128, 1.5)), radius, GetParam());
-    const double step = play.scene.shapes[0].offset->step_mm();
-    using Solid = MethodInfo::Solid;
-    const Solid solid = find_method(GetParam())->solid;
-    double worst = 0, tangential = 0;
+    const TouchScene scene = with_radius(scenes::phantom_scene("sphere", grid(128, 1.5)), radius);
+    const double step = scene.shapes[0].offset->step_mm();
     const PosePath path = scenes::sphere_slide(45 + radius, 1, 100, 2);
-    for (const auto& sample : path.samples()) {
-      const ProxyStep s = play.step(sample.pose.position_world);
-      if (!s.has_contact || sample.t < 0.1) continue;
-      worst = std::max(worst, std::abs(glm::length(s.proxy_world) - 45 - radius));
-      tangential = std::max(
-          tangential, glm::length(glm::cross(s.proxy_world, glm::normalize(sample.pose.position_world))));
-    }
-    EXPECT_GT(play.contacts, 1800);
-    EXPECT_EQ(play.judge.fall_throughs(), 0);
-    // The blur's own is sigma^2 / R = 0.05 mm; on cubes a lattice step more.
-    EXPECT_LT(worst, solid == Solid::cubes ? 1.6 * step : 0.09 + 0.05 * step) << radius;
-    if (solid == Solid::smooth) {
-      EXPECT_LT(tangential, 0.03) << radius;
+    for (const char* name : k_round_methods) {
+      SCOPED_TRACE(std::string(name) + " " + std::to_string(radius));
+      RoundPlay play(scene, name);
+      using Solid = MethodInfo::Solid;
+      const Solid solid = find_method(name)->solid;
+      double worst = 0, tangential = 0;
+      for (const auto& sample : path.samples()) {
+        const ProxyStep s = play.step(sample.pose.position_world);
+        if (!s.has_contact || sample.t < 0.1) continue;
+        worst = std::max(worst, std::abs(glm::length(s.proxy_world) - 45 - radius));
+        tangential = std::max(
+            tangential, glm::length(glm::cross(s.proxy_world, glm::normalize(sample.pose.position_world))));
+      }
+      EXPECT_GT(play.contacts, 1800);
+      EXPECT_EQ(play.judge.fall_throughs(), 0);
+      // The blur's own is sigma^2 / R = 0.05 mm; on cubes a lattice step more.
+      EXPECT_LT(worst, solid == Solid::cubes ? 1.6 * step : 0.09 + 0.05 * step);
+      if (solid == Solid::smooth) {
+        EXPECT_LT(tangential, 0.03);
+      }
     }
   }
 }
 
-TEST_P(RoundMethods, StaysOutOfWhatIsNarrowerAndNeverFallsThrough) {
+TEST(RoundTool, StaysOutOfWhatIsNarrowerAndNeverFallsThrough) {
   // A slot of 8 mm takes a tool of 3 mm radius, not one of 5.
   for (const double radius : {3.0, 5.0}) {
-    RoundPlay play(scenes::phantom_scene("slot", grid(96, 1)), radius, GetParam());
-    play.step({0, 0, 15});
-    ProxyStep s;
-    for (int i = 0; i < 400; ++i) s = play.step(dvec3(0, 0, 15 - 0.1 * i));
-    const double depth = data_tools::phantom_distance("slot", {}, s.proxy_world);
-    EXPECT_NEAR(depth, radius < 4 ? 3 : std::sqrt(25.0 - 16.0), radius < 4 ? 0.3 : 1.1) << radius;
-    EXPECT_EQ(play.judge.fall_throughs(), 0);
-  }
-  for (const char* name : {"gyroid", "corner", "plate"}) {
-    RoundPlay play(scenes::phantom_scene(name, grid(64, 0.7)), 2.5, GetParam());
-    double least = 1e9;
-    const PosePath path = scenes::rough_walk(dvec3(-45), dvec3(45), 3, 3000, 5);
-    bool was_free = false;
-    for (const auto& sample : path.samples()) {
-      const ProxyStep s = play.step(sample.pose.position_world);
-      const double distance = data_tools::phantom_distance(name, {}, s.proxy_world);
-      was_free = was_free || (s.has_contact && distance > 2);
-      if (was_free && s.has_contact) least = std::min(least, distance);
+    const TouchScene scene = with_radius(scenes::phantom_scene("slot", grid(96, 1)), radius);
+    for (const char* method : k_round_methods) {
+      SCOPED_TRACE(std::string(method) + " " + std::to_string(radius));
+      RoundPlay play(scene, method);
+      play.step({0, 0, 15});
+      ProxyStep s;
+      for (int i = 0; i < 400; ++i) s = play.step(dvec3(0, 0, 15 - 0.1 * i));
+      const double depth = data_tools::phantom_distance("slot", {}, s.proxy_world);
+      EXPECT_NEAR(depth, radius < 4 ? 3 : std::sqrt(25.0 - 16.0), radius < 4 ? 0.3 : 1.1);
+      EXPECT_EQ(play.judge.fall_throughs(), 0);
     }
-    EXPECT_EQ(play.judge.fall_throughs(), 0) << name;
-    EXPECT_GT(play.contacts, 300) << name;
-    if (std::string(name) != "gyroid") {  // whose distance is of first order only
-      const bool is_of_cubes = find_method(GetParam())->solid == MethodInfo::Solid::cubes;
-      EXPECT_GT(least, 2.5 - (is_of_cubes ? 1.9 : 0.9)) << name;  // a voxel is 1.9 mm, the blur 1.3
+  }
+  const PosePath path = scenes::rough_walk(dvec3(-45), dvec3(45), 3, 3000, 5);
+  for (const char* name : {"gyroid", "corner", "plate"}) {
+    const TouchScene scene = with_radius(scenes::phantom_scene(name, grid(64, 0.7)), 2.5);
+    for (const char* method : k_round_methods) {
+      SCOPED_TRACE(std::string(method) + " " + name);
+      RoundPlay play(scene, method);
+      double least = 1e9;
+      bool was_free = false;
+      for (const auto& sample : path.samples()) {
+        const ProxyStep s = play.step(sample.pose.position_world);
+        const double distance = data_tools::phantom_distance(name, {}, s.proxy_world);
+        was_free = was_free || (s.has_contact && distance > 2);
+        if (was_free && s.has_contact) least = std::min(least, distance);
+      }
+      EXPECT_EQ(play.judge.fall_throughs(), 0);
+      EXPECT_GT(play.contacts, 300);
+      if (std::string(name) != "gyroid") {  // whose distance is of first order only
+        const bool is_of_cubes = find_method(method)->solid == MethodInfo::Solid::cubes;
+        EXPECT_GT(least, 2.5 - (is_of_cubes ? 1.9 : 0.9));  // a voxel is 1.9 mm, the blur 1.3
+      }
     }
   }
 }

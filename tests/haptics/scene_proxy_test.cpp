@@ -94,7 +94,7 @@ TEST_P(SceneOfScale, APointOnABoxRestsAtTheNearestPlaceOfItsSurface) {
   const dvec3 low = scale * dvec3(-10, -8, -6), high = scale * dvec3(10, 8, 6);
   Player player(of_meshes({{"box", box(low, high), k_smooth}}));
   player.step(scale * dvec3(0, 0, 12));
-  const PosePath path = scenes::rough_walk(dvec3(-14, -12, -10), dvec3(14, 12, 10), 0.9, 20000, 5);
+  const PosePath path = scenes::rough_walk(dvec3(-14, -12, -10), dvec3(14, 12, 10), 0.9, 8000, 5);
   long contacts = 0, rests = 0;
   for (const auto& sample : path.samples()) {
     const dvec3 hip = scale * sample.pose.position_world;
@@ -119,8 +119,8 @@ TEST_P(SceneOfScale, APointOnABoxRestsAtTheNearestPlaceOfItsSurface) {
         << glm::length(off);
     ASSERT_LT(glm::length(outside_box(rest.proxy_world, low, high)), close);
   }
-  EXPECT_GT(contacts, 5000);
-  EXPECT_GT(rests, 5000);
+  EXPECT_GT(contacts, 2000);
+  EXPECT_GT(rests, 2000);
 }
 
 TEST(SceneProxy, ABallRollsRoundFacesEdgesAndCornersAtItsRadius) {

@@ -1,8 +1,6 @@
 #include "tests/scenes/promise.h"
 
 #include "volume/cell_mesh.h"
-#include "volume/local_net.h"
-#include "volume/marching_cubes.h"
 
 namespace trephine::scenes {
 
