@@ -8,6 +8,12 @@ namespace trephine::haptics {
 
 using glm::dvec3;
 
+namespace {
+constexpr double k_softest = 0.02;  // share of the force that is always left
+constexpr double k_softer = 0.8;    // of it is left after a tick that made energy from nowhere
+constexpr double k_firmer = 0.002;  // of what is missing comes back in a tick without contact
+}  // namespace
+
 PassivityController::PassivityController(double allowance, int delay_ticks,
                                          double device_damping_over_dt) noexcept
     : allowance_(allowance),
@@ -17,11 +23,12 @@ PassivityController::PassivityController(double allowance, int delay_ticks,
 }
 
 dvec3 PassivityController::step(const dvec3& wanted, const dvec3& x, const dvec3& p) noexcept {
-  dvec3 force = wanted;
+  dvec3 force = softness_ * wanted;
   if (has_last_) {
     const dvec3 moved = x - last_x_;
     const double lost = std::max(0.0, -glm::dot(under_way_[0], p - last_p_));
-    energy_ += glm::dot(under_way_[0], moved) + lost - damping_ * glm::dot(moved, moved);
+    const double fresh = glm::dot(under_way_[0], moved) + lost - damping_ * glm::dot(moved, moved);
+    energy_ += fresh;
     if (moved != dvec3(0)) move_ = moved;
     // What the next hold will give when the hand goes on as it went.
     double store = allowance_ - energy_;
@@ -30,7 +37,14 @@ dvec3 PassivityController::step(const dvec3& wanted, const dvec3& x, const dvec3
     for (int i = 1; i <= delay_; ++i)
       store -= faster * std::max(0.0, glm::dot(under_way_[static_cast<std::size_t>(i)], move_));
     store = std::max(0.0, store) / faster;
-    const double give = glm::dot(wanted, move_);
+    // Forces under way cannot be taken back: a surface that makes energy late is made softer, until it makes
+    // none. To make it firmer while it is pressed would be energy from nowhere too.
+    if (delay_ > 0 && energy_ > allowance_ && fresh > 0)
+      softness_ = std::max(k_softest, k_softer * softness_);
+    else if (p == x)
+      softness_ += k_firmer * (1 - softness_);
+    force = softness_ * wanted;
+    const double give = glm::dot(force, move_);
     if (give > store) {
       force -= (give - store) / glm::dot(move_, move_) * move_;
       ++cuts_;

@@ -12,7 +12,8 @@ namespace trephine::haptics {
 /// holds. What a proxy that yields takes for good (friction, bone that gives way: -F_k . (p_{k+1} - p_k)
 /// where that is above 0) is no store: it is heat, and may not be given back. No damping is added, so nothing
 /// rings on coarse encoders. What a step gives too much, because the hand goes faster than in the step
-/// before, is at most that step's energy, and is owed. Plain data; servo thread: no allocation, no waiting.
+/// before, is at most that step's energy, and is owed. Where forces are late, what gave too much is made
+/// softer, and firm again out of contact. Plain data; servo thread: no allocation, no waiting.
 class PassivityController {
  public:
   static constexpr int k_most_delay = 4;
@@ -35,6 +36,9 @@ class PassivityController {
   void lose_sight() noexcept;
   /// Work done on the hand so far less what friction took, N mm; positive is energy that came from nowhere.
   double energy() const noexcept { return energy_; }
+  /// The share of the forces wanted that is let through, as far as it is not cut; below 1 only where they are
+  /// late.
+  double softness() const noexcept { return softness_; }
   /// Ticks in which the force was cut.
   long cuts() const noexcept { return cuts_; }
   /// What was taken counts no more: contact was lost, or the scene changed.
@@ -45,7 +49,7 @@ class PassivityController {
   int delay_;
   std::array<glm::dvec3, k_most_delay + 1> under_way_{};  ///< oldest first; [0] was held since the last call
   glm::dvec3 last_x_{0.0}, last_p_{0.0}, move_{0.0};      ///< move_: the newest motion that was seen
-  double energy_ = 0;
+  double energy_ = 0, softness_ = 1;
   long cuts_ = 0;
   bool has_last_ = false;
 };

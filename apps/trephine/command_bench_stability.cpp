@@ -177,6 +177,7 @@ volume::Status bench_stability(const BenchArguments& arguments, Outcome& outcome
                     row.delay_ticks, row.most_made, row.most_made_with, row.one_step_without);
     outcome.json["energy"].push_back({{"surface", row.surface},
                                       {"contact_share", row.contact_share},
+                                      {"contact_share_with", row.contact_share_with},
                                       {"most_made", row.most_made},
                                       {"most_made_with", row.most_made_with},
                                       {"stiffness_over_bound", row.stiffness_over_bound},
@@ -184,7 +185,8 @@ volume::Status bench_stability(const BenchArguments& arguments, Outcome& outcome
                                       {"balance_without", row.balance_without},
                                       {"balance_with", row.balance_with},
                                       {"one_step", row.one_step},
-                                      {"share_cut", row.share_cut}});
+                                      {"share_cut", row.share_cut},
+                                      {"softness", row.softness}});
   }
   outcome.exit_code = falls > 0 ? exit_check_failed : exit_done;
   if (arguments.output.empty()) return std::nullopt;

@@ -443,7 +443,9 @@ std::vector<EnergyRow> run_energy_test() {
             one_step = std::max(one_step, std::abs(work));
             const haptics::ProxyStep step = method.step(surface.scene, version, state, {x});
             const dvec3 stretch = step.has_contact ? step.proxy_world - x : dvec3(0);
-            made.look(work, 0.5 * stiffness * glm::dot(stretch, stretch), device.lost);
+            row.softness = std::min(row.softness, controller.softness());
+            const double rendered = (has_controller ? controller.softness() : 1) * stiffness;
+            made.look(work, 0.5 * rendered * glm::dot(stretch, stretch), device.lost);
             least = std::min(least, device.lost - made.given);
             contacts += step.has_contact;
             dvec3 force = model.step(step, x, surface.scene);
@@ -460,7 +462,8 @@ std::vector<EnergyRow> run_energy_test() {
                                0.1 * (wish - off + glm::dot(off, surface.normal) * surface.normal);
             device.hold(held + hand, dt);
           }
-          row.contact_share = static_cast<double>(contacts) / k_ticks;
+          (has_controller ? row.contact_share_with : row.contact_share) =
+              static_cast<double>(contacts) / k_ticks;
           (has_controller ? row.most_made_with : row.most_made) = made.most;
           (has_controller ? row.balance_with : row.balance_without) = least;
           (has_controller ? row.one_step : row.one_step_without) = one_step;

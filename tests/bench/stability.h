@@ -35,7 +35,7 @@ struct EnergyRow {
   std::string surface;  ///< "wall", "sphere", "groove"
   double stiffness_over_bound = 0;
   int delay_ticks = 0;
-  double contact_share = 0;  ///< of the ticks
+  double contact_share = 0, contact_share_with = 0;  ///< of the ticks, without the controller and with it
   /// The least, over a run of 20 s, of what the device lost to damping and friction less what the surface
   /// gave: below 0 energy came from nowhere. Without the controller, and with it.
   double balance_without = 0, balance_with = 0;
@@ -45,6 +45,7 @@ struct EnergyRow {
   double one_step = 0,
          one_step_without = 0;  ///< the worst energy of one step, with the controller and without
   double share_cut = 0;         ///< ticks in which the controller cut the force
+  double softness = 1;          ///< the least of the controller's
 };
 std::vector<EnergyRow> run_energy_test();
 

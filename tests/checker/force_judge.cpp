@@ -30,21 +30,29 @@ dvec3 ForceJudge::passive(const dvec3& wanted, const dvec3& position, const dvec
   const auto sent_before = [&](std::size_t ticks) {
     return ticks <= sent_.size() ? sent_[sent_.size() - ticks] : dvec3(0);
   };
-  dvec3 force = wanted;
+  dvec3 force = firmness_ * wanted;
   if (!measured_.empty()) {
     const dvec3 moved = position - measured_.back();
     const dvec3 held = sent_before(delay + 1), yielded = proxy - proxies_.back();
     // A proxy that yields to the force makes heat of it, which is not to be had back.
     const double heat = std::max(0.0, -glm::dot(held, yielded));
-    given_ += glm::dot(held, moved) + heat - law_.device_damping / law_.dt * glm::dot(moved, moved);
+    const double gain = glm::dot(held, moved) + heat - law_.device_damping / law_.dt * glm::dot(moved, moved);
+    given_ += gain;
     if (glm::length(moved) > 0) motion_ = moved;
     // What is under way meets a hand that may be twice as fast by then.
     const double haste = delay > 0 ? 2 : 1;
     double left = -given_;
     for (std::size_t k = 1; k <= delay; ++k)
       left -= haste * std::max(0.0, glm::dot(sent_before(delay + 1 - k), motion_));
-    const double most = std::max(0.0, left) / haste, gives = glm::dot(wanted, motion_);
-    if (gives > most) force = wanted - (gives - most) / glm::dot(motion_, motion_) * motion_;
+    // Late, and more energy from nowhere: a fifth softer. Out of contact a five hundredth of what is missing
+    // comes back.
+    if (delay > 0 && given_ > 0 && gain > 0)
+      firmness_ = std::max(0.02, 0.8 * firmness_);
+    else if (proxy == position)
+      firmness_ += 0.002 * (1 - firmness_);
+    force = firmness_ * wanted;
+    const double most = std::max(0.0, left) / haste, gives = glm::dot(force, motion_);
+    if (gives > most) force -= (gives - most) / glm::dot(motion_, motion_) * motion_;
   }
   sent_.push_back(force);
   measured_.push_back(position);

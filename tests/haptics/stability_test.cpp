@@ -11,6 +11,7 @@
 #include "haptics/passivity.h"
 #include "haptics/servo_core.h"
 #include "tests/bench/attack.h"
+#include "tests/checker/force_judge.h"
 #include "tests/haptics/method_play.h"
 #include "tests/scenes/golden.h"
 #include "volume/deterministic_math.h"
@@ -141,7 +142,7 @@ TEST(Stability, EnergyIsNotMadeInsideTheBoundIsBeyondItAndIsHeldByTheController)
   for (const bench::EnergyRow& row : bench::run_energy_test()) {
     SCOPED_TRACE(row.surface + ", " + std::to_string(row.stiffness_over_bound) + " times the bound, delay " +
                  std::to_string(row.delay_ticks));
-    EXPECT_GT(row.contact_share, row.delay_ticks > 0 && row.stiffness_over_bound > 2 ? 0.2 : 0.9);
+    EXPECT_GT(row.contact_share, 0.05);  // beyond the bound it chatters
     if (row.delay_ticks == 0 && row.stiffness_over_bound < 1) {
       EXPECT_GE(row.balance_without, -1e-6);
       EXPECT_LE(row.most_made, row.one_step_without);
@@ -152,14 +153,15 @@ TEST(Stability, EnergyIsNotMadeInsideTheBoundIsBeyondItAndIsHeldByTheController)
       EXPECT_GT(row.most_made, 10 * step_inside);
       EXPECT_LT(row.balance_without, -2);
     }
-    // With it no more than about a step's; three times the bound and a late device are beyond it, and half as
-    // much again beyond the bound and late makes a few steps' (docs/accuracy.md).
+    // With it a step's, which where forces are late may be known a little after it was made.
+    EXPECT_LT(row.most_made_with, (row.delay_ticks > 0 ? 1.2 : 1) * row.one_step);
     if (row.delay_ticks == 0) {
       EXPECT_LT(row.most_made_with, 1.5 * step_inside);
       EXPECT_GE(row.balance_with, -1e-6);
-    } else if (row.stiffness_over_bound < 2) {
-      EXPECT_LT(row.most_made_with, (row.stiffness_over_bound < 1 ? 2 : 8) * step_inside);
     }
+    // The surface is still there.
+    EXPECT_GT(row.contact_share_with, 0.9);
+    EXPECT_GT(row.softness, row.delay_ticks > 0 ? 0.05 : 0.999);
   }
 }
 
@@ -183,6 +185,38 @@ TEST(Passivity, ASpringThatGivesMoreThanItTookIsCut) {
   for (int i = 0; i <= 400; ++i) {
     const double x = i <= 200 ? -0.01 * i : -0.01 * (400 - i);
     EXPECT_NEAR(quiet.step({-x, 0, 0}, {x, 0, 0}, dvec3(0)).x, -x, 1e-9);
+  }
+}
+
+/// In and out of a spring whose force is felt a tick late: each round makes energy, and it is made softer
+/// until it makes none; firm again out of contact. The judge knows how much, and sees a controller that does
+/// not.
+TEST(Passivity, WhatIsLateAndMakesEnergyIsMadeSofter) {
+  for (const bool is_wrong : {false, true}) {
+    PassivityController controller(0, 1);
+    checker::ForceLaw law;
+    law.alpha = 1, law.slew = 1e9, law.is_passive = true, law.delay_ticks = 1;
+    checker::ForceJudge judge(law);
+    double softest = 1, energy = 0;
+    dvec3 last_x(0), last_force(0);
+    for (int i = 0; i < 4000; ++i) {
+      // In slowly, and out at once.
+      const double z = i < 1500 && i % 50 < 49 ? -0.02 * (i % 50) : 0.5, k = 2;
+      const dvec3 x(0, 0, z), proxy(0, 0, std::max(0.0, z)), wanted = k * (proxy - x);
+      dvec3 force = controller.step(wanted, x, proxy);
+      softest = std::min(softest, controller.softness());
+      if (is_wrong && controller.softness() > 0) force /= controller.softness();
+      energy += i > 0 ? glm::dot(last_force, x - last_x) : 0;
+      checker::ForceTick tick;
+      tick.position = x, tick.proxy = proxy, tick.normal = {0, 0, 1}, tick.force = force;
+      tick.stiffness = k, tick.has_contact = z < 0, tick.contact_energy = energy;
+      judge.look(tick);
+      controller.tell_rendered(force);
+      last_x = x, last_force = force;
+    }
+    EXPECT_LT(softest, 0.9);
+    EXPECT_GT(controller.softness(), 0.99);
+    EXPECT_EQ(judge.wrong_forces() > 0, is_wrong) << judge.worst_force_n();
   }
 }
 
