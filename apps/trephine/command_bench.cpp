@@ -119,9 +119,11 @@ void bench_rays(int size, Outcome& outcome) {
                     {"peer_differs", r.peer_differs},
                     {"judged", r.judged},
                     {"mismatches", r.mismatches}});
-    outcome.text += format_text("%-8s %-7s %10.0f %10.0f %8.2f %10ld %8ld %8ld\n", r.volume.c_str(),
-                                r.rays.c_str(), r.one_ns, r.peer_ns, has_peer ? r.peer_ns / r.one_ns : 0,
-                                r.peer_differs, r.judged, r.mismatches);
+    outcome.text += format_text("%-8s %-7s %10.0f ", r.volume.c_str(), r.rays.c_str(), r.one_ns);
+    outcome.text += has_peer
+                        ? format_text("%10.0f %8.2f %10ld", r.peer_ns, r.peer_ns / r.one_ns, r.peer_differs)
+                        : format_text("%10s %8s %10s", "-", "-", "-");
+    outcome.text += format_text(" %8ld %8ld\n", r.judged, r.mismatches);
     if (r.mismatches > 0) outcome.exit_code = exit_check_failed;
   }
   if (bench::peers().nanovdb_version.empty())

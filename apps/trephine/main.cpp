@@ -210,7 +210,8 @@ int main(int argc, char** argv) {
       ->required()
       ->type_name("PATH.csv");
   c->add_option("--rate", drill.rate, "Servo steps a second")->capture_default_str()->type_name("HZ");
-  c->add_option("--removal-rate", drill.removal_rate, "mm3/s that the burr can take away")
+  c->add_option("--removal-rate", drill.removal_rate,
+                "mm3/s that the burr can take away; pushed no faster than that it meets no force")
       ->capture_default_str();
   c->add_flag("--kinematic", drill.is_kinematic,
               "The path is the burr's centre and everything it sweeps goes; without this it is the burr's "
