@@ -281,15 +281,15 @@ TEST_F(Command, OnARealSkullNothingFallsThrough) {
         }
     ASSERT_FALSE(data_tools::write_volume(file("thick.mha"), thick).has_value());
   }
-  // A quarter of the walk: offset fields and judges of round tools take their time.
+  // Three seconds of the walk: offset fields and judges of round tools take their time.
   std::string part = path.str();
-  for (std::size_t i = 0, at = 0; i <= 5000; ++i)
-    at = part.find('\n', at) + 1, part.resize(i < 5000 ? part.size() : at);
+  for (std::size_t i = 0, at = 0; i <= 3000; ++i)
+    at = part.find('\n', at) + 1, part.resize(i < 3000 ? part.size() : at);
   write("part.csv", part);
   for (const char* radius : {"0", "0.5", "2"}) {
     const Json felt = json(std::string("touch thick.mha --path part.csv -o steps.csv --radius ") + radius);
     EXPECT_EQ(felt["fall_throughs"], 0) << radius;
-    EXPECT_GT(felt["step_us"]["contact"]["count"], 500) << radius;
+    EXPECT_GT(felt["step_us"]["contact"]["count"], 200) << radius;
   }
   for (const char* burr : {"--burr-diameter 1 --kinematic", "--burr-diameter 4 --round"}) {
     fs::remove(file("thick.session"));
@@ -298,7 +298,7 @@ TEST_F(Command, OnARealSkullNothingFallsThrough) {
     EXPECT_GT(cut["removed_mm3_total"], 1) << burr;
     const Json audit = json("audit thick.session --case thick.mha");
     EXPECT_EQ(audit["is_certified"], true) << burr << audit;
-    EXPECT_GT(audit["ticks_judged"], 4000) << burr;
+    EXPECT_GT(audit["ticks_judged"], 2500) << burr;
   }
 }
 
