@@ -349,7 +349,20 @@ TEST_F(Command, NoOutputReplacesAnInput) {
   EXPECT_EQ(run("info case").exit_code, 0);
   // A new file may stand there.
   EXPECT_EQ(run("touch case --path p.csv -o case/steps.csv").exit_code, 0);
-  // What was written beside a header before is none of its files.
+  // Voxels that lie elsewhere, and those that many files hold.
+  const std::string head =
+      "ObjectType = Image\nNDims = 3\nDimSize = 24 24 24\nElementType = MET_SHORT\nElementSpacing = 1 1 1\n";
+  fs::create_directory(folder_ / "sub");
+  fs::copy_file(folder_ / "voxels.raw", folder_ / "sub" / "w.raw");
+  fs::create_symlink(folder_ / "sub" / "w.raw", folder_ / "link.raw");
+  write("e.mhd", head + "ElementDataFile = sub/w.raw\n");
+  write("f.mhd", head + "ElementDataFile = link.raw\n");
+  for (const char* header : {"e.mhd", "f.mhd"})
+    EXPECT_EQ(run(std::string("touch ") + header + " --iso 200 --path p.csv -o sub/w.raw").exit_code, 2);
+  EXPECT_EQ(fs::file_size(folder_ / "sub" / "w.raw"), 2u * 24 * 24 * 24);
+  // What was written beside a header before is none of its files, whatever words that holds.
+  for (int again = 0; again < 2; ++again)
+    EXPECT_EQ(run("touch e.mhd --iso 200 --path p.csv -o w.raw").exit_code, 0);
   for (int again = 0; again < 2; ++again)
     EXPECT_EQ(run("touch d.mhd --iso 200 --path p.csv -o d.csv").exit_code, 0);
 }
