@@ -12,6 +12,8 @@ namespace {
 constexpr double k_softest = 0.02;  // share of the force that is always left
 constexpr double k_softer = 0.8;    // of it is left after a tick that made energy from nowhere
 constexpr double k_firmer = 0.002;  // of what is missing comes back in a tick without contact
+constexpr double k_noticed = 0.25;  // of the largest step's energy lately: less is rounding and sampling
+constexpr double k_forget = 0.999;  // of that is left after a tick
 }  // namespace
 
 PassivityController::PassivityController(double allowance, int delay_ticks,
@@ -29,6 +31,7 @@ dvec3 PassivityController::step(const dvec3& wanted, const dvec3& x, const dvec3
     const double lost = std::max(0.0, -glm::dot(under_way_[0], p - last_p_));
     const double fresh = glm::dot(under_way_[0], moved) + lost - damping_ * glm::dot(moved, moved);
     energy_ += fresh;
+    largest_ = std::max(std::abs(fresh), k_forget * largest_);
     if (moved != dvec3(0)) move_ = moved;
     // What the next hold will give when the hand goes on as it went.
     double store = allowance_ - energy_;
@@ -39,7 +42,7 @@ dvec3 PassivityController::step(const dvec3& wanted, const dvec3& x, const dvec3
     store = std::max(0.0, store) / faster;
     // Forces under way cannot be taken back: a surface that makes energy late is made softer, until it makes
     // none. To make it firmer while it is pressed would be energy from nowhere too.
-    if (delay_ > 0 && energy_ > allowance_ && fresh > 0)
+    if (delay_ > 0 && fresh > 0 && energy_ > allowance_ + k_noticed * largest_)
       softness_ = std::max(k_softest, k_softer * softness_);
     else if (p == x)
       softness_ += k_firmer * (1 - softness_);

@@ -49,7 +49,7 @@ class PassivityController {
   int delay_;
   std::array<glm::dvec3, k_most_delay + 1> under_way_{};  ///< oldest first; [0] was held since the last call
   glm::dvec3 last_x_{0.0}, last_p_{0.0}, move_{0.0};      ///< move_: the newest motion that was seen
-  double energy_ = 0, softness_ = 1;
+  double energy_ = 0, softness_ = 1, largest_ = 0;        ///< largest_: energy of a step, lately
   long cuts_ = 0;
   bool has_last_ = false;
 };

@@ -1,6 +1,7 @@
 #include "volume/removal.h"
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
 #include <cstring>
@@ -369,70 +370,122 @@ void RemovalEditor::remove_in_brick(const Shape& shape, const glm::ivec3& low, R
   if (sweep.is_hollow) editable_slot(low) = next_->hollow_;
 }
 
+namespace {
+
+/// Where the points of a brick's cells are shifted to: point_shift() of its samples, by a table for each of
+/// the 512, since a tick asks for many.
+class BrickShifts {
+ public:
+  explicit BrickShifts(const glm::ivec3& low) {
+    const glm::uvec3 turn = point_turn(low);
+    for (std::size_t a = 0; a < 3; ++a) turn_[a] = turn[static_cast<int>(a)];
+  }
+  /// Of the sample in `in_brick`, in steps of the lattice; `share`: of a step that the points are apart.
+  glm::vec3 place(std::size_t in_brick, const glm::ivec3& in, float share) const {
+    float at[4];
+    for (std::size_t a = 0; a < 4; ++a) {
+      const auto turn = static_cast<std::int32_t>((k_turns[in_brick][a] + turn_[a]) & (k_point_turns - 1));
+      at[a] = share * point_shift(turn);
+    }
+    return glm::vec3(in) + glm::vec3(at[0], at[1], at[2]);
+  }
+
+ private:
+  using Turn = std::array<std::uint32_t, 4>;  // four, for wide registers
+  static constexpr std::array<Turn, k_brick* k_brick* k_brick> k_turns = [] {
+    std::array<Turn, k_brick * k_brick * k_brick> all{};
+    for (int z = 0; z < k_brick; ++z)
+      for (int y = 0; y < k_brick; ++y)
+        for (int x = 0; x < k_brick; ++x)
+          for (int a = 0; a < 3; ++a)
+            all[Brick::index(x, y, z)][static_cast<std::size_t>(a)] = point_turn({x, y, z})[a];
+    return all;
+  }();
+  Turn turn_{};
+};
+
+}  // namespace
+
 /// Masks: cells wholly inside are filled, those on the surface sampled; behind a continued sweep all is done.
 void RemovalEditor::mark_cells(const Shape& shape, const BrickSweep& sweep, const glm::vec3& corner,
                                const glm::ivec3& low, const Brick* old, Brick*& brick,
                                RemovalReport& report) {
-  RemovalMask* mask = nullptr;
+  const RemovalMask* seen = brick ? brick->mask.get() : old ? old->mask.get() : nullptr;
+  std::array<std::uint64_t, k_brick> left;
+  std::uint64_t any = 0;
+  for (std::size_t z = 0; z < k_brick; ++z) {
+    left[z] =
+        sweep.touched[z] & (shape.sweep.continues ? sweep.ahead[z] : k_all) & ~(seen ? seen->full[z] : 0);
+    any |= left[z];
+  }
+  if (any == 0) return;
+  if (brick == nullptr) brick = &swept_brick(low, sweep);
+  if (!brick->mask) {
+    brick->mask = Ref<RemovalMask>(new RemovalMask(shape.n));
+    classify(*brick->mask, low);
+    brick->mask->stroke = stroke_;
+  }
+  RemovalMask& mask = editable_mask(*brick, shape.n);
+  if (mask.n == 4)
+    mark_cells_of<1>(shape, sweep, corner, low, left, mask, report);
+  else
+    mark_cells_of<8>(shape, sweep, corner, low, left, mask, report);
+}
+
+template <std::size_t Words>
+void RemovalEditor::mark_cells_of(const Shape& shape, const BrickSweep& sweep, const glm::vec3& corner,
+                                  const glm::ivec3& low, const std::array<std::uint64_t, k_brick>& cells,
+                                  RemovalMask& mask, RemovalReport& report) {
   const float shift_share = 1 / static_cast<float>(shape.n);
+  const BrickShifts shifts(low);
+  const CellPoints& cell_points = (*points_)[shape.n == 8];
+  const bool is_as_fine = mask.n == shape.n;
   const CutLattice& lattice = next_->lattice_;
   const Volume& base = next_->base();
   // Most bricks lie wholly in the volume, and most volumes have no labels: then no voxel is looked up.
   const bool is_plain = base.labels.is_empty() && base.contains(lattice.voxel_of(low)) &&
                         base.contains(lattice.voxel_of(low + k_brick - 1));
-  for (std::size_t z = 0; z < k_brick; ++z) {
-    const RemovalMask* seen = brick ? brick->mask.get() : old ? old->mask.get() : nullptr;
-    const std::uint64_t ahead = shape.sweep.continues ? sweep.ahead[z] : k_all;
-    for (std::uint64_t left = sweep.touched[z] & ahead & ~(seen ? seen->full[z] : 0); left != 0;
-         left &= left - 1) {
+  std::vector<std::int64_t>& ledger = next_->ledger_.units_by_label;
+  for (std::size_t z = 0; z < k_brick; ++z)
+    for (std::uint64_t left = cells[z]; left != 0; left &= left - 1) {
       const int bit = std::countr_zero(left);
-      const glm::ivec3 in(bit % k_brick, bit / k_brick, static_cast<int>(z));
-      if (mask == nullptr) {
-        if (brick == nullptr) brick = &swept_brick(low, sweep);
-        if (!brick->mask) {
-          brick->mask = Ref<RemovalMask>(new RemovalMask(shape.n));
-          classify(*brick->mask, low);
-          brick->mask->stroke = stroke_;
-        }
-        mask = &editable_mask(*brick, shape.n);
-      }
-      // A ball is counted at its own fineness, whatever came before: the order of cuts makes no difference.
-      std::uint64_t points[8], coarse = 0;
-      const bool is_past_end = (sweep.past_end[z] >> bit & 1) != 0;
-      if (sweep.inside[z] >> bit & 1) {
-        std::fill_n(points, mask->words_per_cell(), k_all);
-      } else {
-        // The sample's place with its points' shift.
-        const glm::vec3 at = glm::vec3(in) + shift_share * point_shift(low + in),
-                        c = corner + shape.lattice_step(at.x, at.y, at.z);
-        const bool is_as_fine = mask->n == shape.n;
-        kernels_->sample(shape, (*points_)[shape.n == 8], &c.x, is_past_end, is_as_fine ? points : &coarse);
-        if (!is_as_fine) refine_points(coarse, points);
-      }
       const auto in_brick = 64 * z + static_cast<std::size_t>(bit);
-      if (!mark(*mask, in_brick, points)) continue;
+      const glm::ivec3 in(bit % k_brick, bit / k_brick, static_cast<int>(z));
+      // A ball is counted at its own fineness, whatever came before: the order of cuts makes no difference.
+      std::array<std::uint64_t, Words> points;
+      if (sweep.inside[z] >> bit & 1) {
+        points.fill(k_all);
+      } else {
+        const glm::vec3 at = shifts.place(in_brick, in, shift_share),
+                        c = corner + shape.lattice_step(at.x, at.y, at.z);
+        const bool is_past_end = (sweep.past_end[z] >> bit & 1) != 0;
+        std::uint64_t coarse = 0;
+        kernels_->sample(shape, cell_points, &c.x, is_past_end, is_as_fine ? points.data() : &coarse);
+        if constexpr (Words == 8) {
+          if (!is_as_fine) refine_points(coarse, points.data());
+        }
+      }
+      if (!mark(mask, in_brick, points)) continue;
       const glm::ivec3 voxel = is_plain ? glm::ivec3(0) : lattice.voxel_of(low + in);
       if (!is_plain && !base.contains(voxel)) continue;
-      const std::int64_t units = count_solid(*mask, low + in, in_brick, points);
+      const std::int64_t units = count_solid(mask, low + in, in_brick, points.data());
       const std::size_t label =
           base.labels.is_empty() ? 0 : base.labels[base.index(voxel.x, voxel.y, voxel.z)];
-      std::vector<std::int64_t>& ledger = next_->ledger_.units_by_label;
       ledger[std::min(label, ledger.size() - 1)] += units;
       report.removed_units += units;
     }
-  }
 }
 
-bool RemovalEditor::mark(RemovalMask& mask, std::size_t in_brick, std::uint64_t* points) {
-  const auto words = static_cast<std::size_t>(mask.words_per_cell());
-  std::uint64_t* at = mask.words.data() + in_brick * words;
+template <std::size_t Words>
+bool RemovalEditor::mark(RemovalMask& mask, std::size_t in_brick, std::array<std::uint64_t, Words>& points) {
+  std::uint64_t* at = mask.words.data() + in_brick * Words;
   std::uint64_t any = 0, all = k_all;
-  for (std::size_t w = 0; w < words; ++w) {
+  for (std::size_t w = 0; w < Words; ++w) {
     points[w] &= ~at[w];
     any |= points[w];
   }
   if (any == 0) return false;
-  for (std::size_t w = 0; w < words; ++w) all &= at[w] |= points[w];
+  for (std::size_t w = 0; w < Words; ++w) all &= at[w] |= points[w];
   if (all == k_all) mask.full[in_brick / 64] |= std::uint64_t{1} << (in_brick % 64);
   return true;
 }

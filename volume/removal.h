@@ -76,8 +76,14 @@ class RemovalEditor {
   void remove_in_brick(const Shape& shape, const glm::ivec3& low, RemovalReport& report);
   void mark_cells(const Shape& shape, const BrickSweep& sweep, const glm::vec3& corner, const glm::ivec3& low,
                   const Brick* old, Brick*& brick, RemovalReport& report);
+  /// Of the cells of a brick that `cells` names, with masks of so many words a cell.
+  template <std::size_t Words>
+  void mark_cells_of(const Shape& shape, const BrickSweep& sweep, const glm::vec3& corner,
+                     const glm::ivec3& low, const std::array<std::uint64_t, k_brick>& cells,
+                     RemovalMask& mask, RemovalReport& report);
   /// Marks `points` (n^3 bits, left as those that are new) of the cell as removed; false when none was new.
-  bool mark(RemovalMask& mask, std::size_t in_brick, std::uint64_t* points);
+  template <std::size_t Words>
+  static bool mark(RemovalMask& mask, std::size_t in_brick, std::array<std::uint64_t, Words>& points);
   std::int64_t count_solid(const RemovalMask& mask, const glm::ivec3& sample, std::size_t in_brick,
                            const std::uint64_t* fresh) const;
 

@@ -52,11 +52,21 @@ inline constexpr int k_region_samples = k_page_samples * k_page;
 
 /// How the points of the cell around a sample are shifted, -0.5 to 0.5 of their step along each axis: each
 /// cell's by its own amount, or they would stand in rows, and a hole along these be counted by few.
-inline glm::vec3 point_shift(const glm::ivec3& sample) noexcept {
+inline constexpr int k_point_turns = 1024;
+constexpr float point_shift(std::int32_t turn) noexcept {
+  return (static_cast<float>(turn) - 511.5f) / 1024.0f;
+}
+/// 0 to k_point_turns - 1 along each axis; of a sum of samples the sum, turned on.
+constexpr glm::uvec3 point_turn(const glm::ivec3& sample) noexcept {
   // Found by trial: of 300 the one whose worst capsule along 15 directions is counted best.
-  constexpr glm::uvec3 k_x(237, 247, 709), k_y(499, 59, 861), k_z(327, 631, 993);
-  const glm::uvec3 s(sample), turn = (s.x * k_x + s.y * k_y + s.z * k_z) & 1023u;
-  return (glm::vec3(glm::ivec3(turn)) - 511.5f) / 1024.0f;
+  const glm::uvec3 s(sample);
+  return {(237u * s.x + 499u * s.y + 327u * s.z) % k_point_turns,
+          (247u * s.x + 59u * s.y + 631u * s.z) % k_point_turns,
+          (709u * s.x + 861u * s.y + 993u * s.z) % k_point_turns};
+}
+inline glm::vec3 point_shift(const glm::ivec3& sample) noexcept {
+  const glm::ivec3 turn(point_turn(sample));
+  return {point_shift(turn.x), point_shift(turn.y), point_shift(turn.z)};
 }
 
 /// Which points of each lattice cell (the cube around a sample) were removed: n^3 bits a cell, n = 4 or 8,

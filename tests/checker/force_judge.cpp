@@ -18,8 +18,14 @@ void ForceJudge::restart(bool is_fresh) {
   const ForceLaw law = law_;
   const long ticks = ticks_, wrong = wrong_forces_;
   const double force = worst_force_, energy = worst_energy_;
+  // Lost ticks were not played: a debt of energy stays, and so does what it made soft.
+  const double debt = is_fresh ? 0 : std::max(0.0, given_), firmness = is_fresh ? 1 : firmness_,
+               strongest = is_fresh ? 0 : strongest_;
+  const std::vector<dvec3> sent = is_fresh ? std::vector<dvec3>() : sent_;
+  const dvec3 motion = is_fresh ? dvec3(0) : motion_;
   *this = ForceJudge(law);
   ticks_ = ticks, wrong_forces_ = wrong, worst_force_ = force, worst_energy_ = energy;
+  given_ = debt, firmness_ = firmness, strongest_ = strongest, sent_ = sent, motion_ = motion;
   // Half a second: smoothing forgets in some 20 ticks, fades and the way back from a lead take longer.
   if (!is_fresh) unsure_ = static_cast<int>(0.8 / law_.dt);
 }
@@ -38,15 +44,16 @@ dvec3 ForceJudge::passive(const dvec3& wanted, const dvec3& position, const dvec
     const double heat = std::max(0.0, -glm::dot(held, yielded));
     const double gain = glm::dot(held, moved) + heat - law_.device_damping / law_.dt * glm::dot(moved, moved);
     given_ += gain;
+    strongest_ = std::max(std::abs(gain), 0.999 * strongest_);
     if (glm::length(moved) > 0) motion_ = moved;
     // What is under way meets a hand that may be twice as fast by then.
     const double haste = delay > 0 ? 2 : 1;
     double left = -given_;
     for (std::size_t k = 1; k <= delay; ++k)
       left -= haste * std::max(0.0, glm::dot(sent_before(delay + 1 - k), motion_));
-    // Late, and more energy from nowhere: a fifth softer. Out of contact a five hundredth of what is missing
-    // comes back.
-    if (delay > 0 && given_ > 0 && gain > 0)
+    // Late, and more energy from nowhere, by a quarter of what a step does: a fifth softer. Out of contact a
+    // five hundredth of what is missing comes back.
+    if (delay > 0 && gain > 0 && given_ > 0.25 * strongest_)
       firmness_ = std::max(0.02, 0.8 * firmness_);
     else if (proxy == position)
       firmness_ += 0.002 * (1 - firmness_);

@@ -61,6 +61,7 @@ class ForceJudge {
   std::vector<glm::dvec3> proxies_;   ///< and the proxy; the hand itself without contact
   double given_ = 0;        ///< N mm, of forces that were held, less what the device damps, plus heat
   double firmness_ = 1;     ///< share of late forces that is let through
+  double strongest_ = 0;    ///< energy of a step, lately
   glm::dvec3 motion_{0.0};  ///< the newest that was one
   glm::dvec3 last_normal_{0.0}, last_active_{0.0};
   double fade_ = 1, cap_, contact_ = 0, growth_ = 0, friction_ = 0, active_ = 0;
