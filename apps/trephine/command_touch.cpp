@@ -149,7 +149,7 @@ Result<Outcome> run_touch(const TouchArguments& arguments) {
   scene.shapes[0].ramp = ramp;
   if (volume::Status error = add_meshes(arguments, material, scene)) return *error;
   const auto offset_begin = Clock::now();
-  if (volume::Status error = haptics::set_tool_radius(scene, arguments.radius)) {
+  if (volume::Status error = make_round(scene, arguments.radius)) {
     if (error->where == "radius") error->where = "--radius";
     return *error;
   }

@@ -258,6 +258,18 @@ volume::Status check_apart(const std::string& output, const std::vector<std::str
   return std::nullopt;
 }
 
+volume::Status make_round(haptics::TouchScene& scene, double radius) {
+  const volume::Volume& base = *scene.base;
+  if (radius > 0 && radius <= 20) {
+    const double step = volume::OffsetField::step_for(radius, base);
+    const glm::dvec3 points = base.frame.spacing() / step * glm::dvec3(base.size);
+    const double millions = 1e-6 * points.x * points.y * points.z;
+    if (millions > 10)
+      notice(format_text("making the field of the round tip: %.0f million points ...", millions));
+  }
+  return haptics::set_tool_radius(scene, radius);
+}
+
 void say_where(const haptics::TouchScene& scene, const haptics::PosePath& path) {
   const volume::Volume& base = *scene.base;
   glm::dvec3 shape_low(1e300), shape_high(-1e300), path_low(1e300), path_high(-1e300);
@@ -305,8 +317,7 @@ volume::Status make_ready_for(drilling::BurrOptions& burr, std::optional<double>
     return error;
   }
   burr.smallest = smallest;
-  return burr.is_round ? haptics::set_tool_radius(scene, drilling::touch_radius(burr, *scene.base))
-                       : std::nullopt;
+  return burr.is_round ? make_round(scene, drilling::touch_radius(burr, *scene.base)) : std::nullopt;
 }
 
 std::string describe(const volume::Shape& shape, bool is_hounsfield) {

@@ -54,6 +54,8 @@ volume::Result<haptics::PosePath> open_path(const std::string& path);
 /// Error when `output` is one of the files that a command reads or records, lies among those of a folder, or
 /// holds the voxels of a header: nothing that was given is lost.
 volume::Status check_apart(const std::string& output, const std::vector<std::string>& others);
+/// haptics::set_tool_radius(), and a word on stderr where it takes seconds.
+volume::Status make_round(haptics::TouchScene& scene, double radius);
 /// When a path met nothing: says where the shape lies and where the path went.
 void say_where(const haptics::TouchScene& scene, const haptics::PosePath& path);
 /// Options that several commands share.
