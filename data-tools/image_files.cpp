@@ -178,8 +178,8 @@ bool holds(const std::string& path, std::uint64_t bytes, bool is_gzip) {
   std::array<unsigned char, 4> last{};
   in.seekg(-4, std::ios::end);
   if (!in.read(reinterpret_cast<char*>(last.data()), 4)) return false;
-  const std::uint32_t held =
-      last[0] | last[1] << 8 | last[2] << 16 | static_cast<std::uint32_t>(last[3]) << 24;
+  std::uint32_t held = 0;
+  for (std::size_t i = 4; i-- > 0;) held = held << 8 | last[i];
   constexpr std::uint32_t k_header = 352;  // of NIfTI
   return held == static_cast<std::uint32_t>(bytes + k_header);
 }
