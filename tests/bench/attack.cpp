@@ -183,11 +183,13 @@ AttackRow attack(const Target& target, const MethodInfo& info, long steps, std::
   // Short runs are cut and undone too.
   const long cut_every = std::clamp(steps / 2, 200L, is_of_triangles || scene.tool_radius > 0 ? 1000L : 400L);
   double speed = 1;
+  bool was_free = false;
   for (long i = 0; i < steps; ++i) {
     if (i % 2000 == 0) {  // a new start anywhere, then forget what was
       hip = frame.world_from_volume(random_point() * (size + 8.0) - 4.0);
       state = {};
       judge.judge.restart();
+      was_free = false;
     }
     if (i % 50 == 0) {
       // Speeds from a hundredth of a mm to 10 mm a step, evenly over the decades.
@@ -221,7 +223,9 @@ AttackRow attack(const Target& target, const MethodInfo& info, long steps, std::
     row.fastest_mm_s = std::max(row.fastest_mm_s, 1000 * glm::length(hip - before));
     haptics::ProxyStep step = method->step(scene, *seen, state, {hip});
     if (options.spoil) options.spoil(step, frame.volume_from_world(hip), hip);
-    if (target.distance && step.has_contact) {
+    // A start may lie in matter, or have the ball in it: what holds the tool is judged once it was free.
+    was_free = was_free || (target.distance && !shape.holds(step.proxy_world, 0));
+    if (was_free && step.has_contact) {
       ++row.judged_by_shape;
       row.sunk += shape.holds(step.proxy_world, slack);
     }
