@@ -376,32 +376,22 @@ namespace {
 /// the 512, since a tick asks for many.
 class BrickShifts {
  public:
-  explicit BrickShifts(const glm::ivec3& low) {
-    const glm::uvec3 turn = point_turn(low);
-    for (std::size_t a = 0; a < 3; ++a) turn_[a] = turn[static_cast<int>(a)];
-  }
+  explicit BrickShifts(const glm::ivec3& low) : turn_(point_turn(low)) {}
   /// Of the sample in `in_brick`, in steps of the lattice; `share`: of a step that the points are apart.
   glm::vec3 place(std::size_t in_brick, const glm::ivec3& in, float share) const {
-    float at[4];
-    for (std::size_t a = 0; a < 4; ++a) {
-      const auto turn = static_cast<std::int32_t>((k_turns[in_brick][a] + turn_[a]) & (k_point_turns - 1));
-      at[a] = share * point_shift(turn);
-    }
-    return glm::vec3(in) + glm::vec3(at[0], at[1], at[2]);
+    const glm::ivec3 turn((k_turns[in_brick] + turn_) & (k_point_turns - 1u));
+    return glm::vec3(in) + share * glm::vec3(point_shift(turn.x), point_shift(turn.y), point_shift(turn.z));
   }
 
  private:
-  using Turn = std::array<std::uint32_t, 4>;  // four, for wide registers
-  static constexpr std::array<Turn, k_brick* k_brick* k_brick> k_turns = [] {
-    std::array<Turn, k_brick * k_brick * k_brick> all{};
+  static constexpr std::array<glm::uvec3, k_brick* k_brick* k_brick> k_turns = [] {
+    std::array<glm::uvec3, k_brick * k_brick * k_brick> all{};
     for (int z = 0; z < k_brick; ++z)
       for (int y = 0; y < k_brick; ++y)
-        for (int x = 0; x < k_brick; ++x)
-          for (int a = 0; a < 3; ++a)
-            all[Brick::index(x, y, z)][static_cast<std::size_t>(a)] = point_turn({x, y, z})[a];
+        for (int x = 0; x < k_brick; ++x) all[Brick::index(x, y, z)] = point_turn({x, y, z});
     return all;
   }();
-  Turn turn_{};
+  glm::uvec3 turn_;
 };
 
 }  // namespace

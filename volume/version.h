@@ -50,9 +50,9 @@ inline constexpr int k_page = 8;
 inline constexpr int k_page_samples = k_brick * k_page;
 inline constexpr int k_region_samples = k_page_samples * k_page;
 
+inline constexpr int k_point_turns = 1024;
 /// How the points of the cell around a sample are shifted, -0.5 to 0.5 of their step along each axis: each
 /// cell's by its own amount, or they would stand in rows, and a hole along these be counted by few.
-inline constexpr int k_point_turns = 1024;
 constexpr float point_shift(std::int32_t turn) noexcept {
   return (static_cast<float>(turn) - 511.5f) / 1024.0f;
 }

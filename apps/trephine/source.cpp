@@ -252,8 +252,9 @@ bool belongs_to(const fs::path& output, const fs::path& other) {
 volume::Status check_apart(const std::string& output, const std::vector<std::string>& others) {
   for (const std::string& other : others) {
     if (other.empty() || output.empty() || !belongs_to(output, other)) continue;
-    return Error{"the output would replace a file that was given, or one of a folder that was",
-                 data_tools::file_name(output), "", "a name of its own", "choose another name for it"};
+    return Error{
+        "the output would replace what was given: that file, one of its folder, or the voxels of its header",
+        data_tools::file_name(output), "", "a name of its own", "choose another name for it"};
   }
   return std::nullopt;
 }

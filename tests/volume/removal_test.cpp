@@ -165,6 +165,35 @@ TEST(Removal, VolumesAreTheCapsulesInEveryDirection) {
     }
 }
 
+/// In random places and directions, single balls too (docs/decisions/0012): a bias, a spread and a worst.
+TEST(Removal, VolumesOfRandomCapsulesSpreadLittle) {
+  const auto base = block({40, 40, 40}, Frame());
+  const Field field(*base, Shape{});
+  std::mt19937_64 random(5);
+  std::uniform_real_distribution<double> share(-0.5, 0.5);
+  double worst = 0;
+  for (const double radius : {4.5, 5.0, 7.0, 8.0, 9.0})
+    for (const double length : {0.0, 3.0, 12.0}) {
+      const int count = 100;
+      double sum = 0, squares = 0;
+      for (int i = 0; i < count; ++i) {
+        const auto any = [&] { return glm::dvec3(share(random), share(random), share(random)); };
+        const glm::dvec3 along = glm::normalize(any()), start = 20.0 + any() - 0.5 * length * along;
+        RemovalEditor editor(std::make_shared<Version>(base), {field});
+        editor.remove({start, start + length * along, radius});
+        const auto version = editor.publish();
+        const double exact = std::numbers::pi * radius * radius * (length + 4.0 / 3 * radius),
+                     off = version->mm3_of(version->ledger().total()) / exact - 1;
+        sum += off, squares += off * off;
+        worst = std::max(worst, std::abs(off));
+      }
+      const double mean = sum / count, spread = std::sqrt(squares / count - mean * mean);
+      EXPECT_LT(std::abs(mean), 1e-3) << radius << " " << length;
+      EXPECT_LT(spread, 6e-4) << radius << " " << length;
+    }
+  EXPECT_LT(worst, 2.2e-3);
+}
+
 TEST(Removal, EqualsBruteForceInEveryFrame) {
   for (const Frame& frame : frames())
     for (const double radius : {1.1, 4.0}) expect_brute_force({frame, {30, 26, 22}, radius, 0});
