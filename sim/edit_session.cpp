@@ -5,7 +5,7 @@
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
-#include "haptics/free_place.h"
+#include "haptics/walls/free_place.h"
 
 namespace trephine::sim {
 

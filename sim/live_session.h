@@ -11,7 +11,7 @@
 #include <thread>
 #include <vector>
 
-#include "haptics/servo_loop.h"
+#include "haptics/servo/servo_loop.h"
 #include "sim/edit_session.h"
 #include "sim/session_writer.h"
 

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "haptics/servo_loop.h"
+#include "haptics/servo/servo_loop.h"
 #include "sim/session_reader.h"
 
 namespace trephine::sim {

@@ -6,7 +6,7 @@
 #include <cstring>
 #include <type_traits>
 
-#include "haptics/servo_loop.h"
+#include "haptics/servo/servo_loop.h"
 #include "volume/mix_hash.h"
 
 namespace trephine::sim {

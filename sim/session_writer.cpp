@@ -8,7 +8,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include "haptics/servo_loop.h"
+#include "haptics/servo/servo_loop.h"
 
 namespace trephine::sim {
 

@@ -3,7 +3,7 @@
 
 #include <string_view>
 
-#include "haptics/servo_core.h"
+#include "haptics/servo/servo_core.h"
 #include "volume/removal.h"
 
 namespace trephine::sim {

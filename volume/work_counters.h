@@ -8,10 +8,10 @@ namespace trephine::volume {
 /// Process-wide on purpose, against the house rule: what must be shown is that nobody, anywhere, made a mesh
 /// or a GL context, and a counter that is passed along cannot show that. Nothing reads them but reports.
 struct WorkCounters {
-  std::atomic<long> surfaces{0};     ///< whole surfaces and chunks extracted
-  std::atomic<long> occupancies{0};  ///< bit fields made, one a shape
+  std::atomic<long> surfaces{0};       ///< whole surfaces and chunks extracted
+  std::atomic<long> occupancies{0};    ///< bit fields made, one a shape
   std::atomic<long> offset_fields{0};  ///< for tools with a radius, updates included
-  std::atomic<long> gl_contexts{0};  ///< windows and pictures begun
+  std::atomic<long> gl_contexts{0};    ///< windows and pictures begun
 };
 
 inline WorkCounters& work_counters() noexcept {

@@ -8,7 +8,7 @@
 #include "apps/trephine/recording.h"
 #include "apps/trephine/text.h"
 #include "data-tools/atomic_file.h"
-#include "haptics/methods.h"
+#include "haptics/proxy/methods.h"
 #include "tests/checker/ball_judge.h"
 #include "tests/checker/force_judge.h"
 #include "tests/checker/traversal_audit.h"

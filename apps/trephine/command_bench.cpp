@@ -4,7 +4,7 @@
 #include "apps/trephine/bench_parts.h"
 #include "apps/trephine/text.h"
 #include "data-tools/open_volume.h"
-#include "haptics/subvoxel_proxy.h"
+#include "haptics/proxy/subvoxel_proxy.h"
 #include "tests/bench/benchmarks.h"
 #include "tests/bench/peers.h"
 #include "tests/bench/rays.h"

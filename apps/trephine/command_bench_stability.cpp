@@ -8,7 +8,7 @@
 #include "apps/trephine/text.h"
 #include "apps/view/chart.h"
 #include "data-tools/atomic_file.h"
-#include "haptics/methods.h"
+#include "haptics/proxy/methods.h"
 #include "tests/bench/attack.h"
 #include "tests/bench/stability.h"
 

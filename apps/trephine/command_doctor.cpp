@@ -14,7 +14,7 @@
 #include "apps/trephine/text.h"
 #include "apps/view/render_window.h"
 #include "data-tools/atomic_file.h"
-#include "haptics/servo_loop.h"
+#include "haptics/servo/servo_loop.h"
 
 namespace trephine::app {
 

@@ -4,7 +4,7 @@
 #include "data-tools/atomic_file.h"
 #include "data-tools/open_volume.h"
 #include "data-tools/operated_volume.h"
-#include "haptics/methods.h"
+#include "haptics/proxy/methods.h"
 #include "modules/drilling/burr.h"
 #include "sim/lockstep.h"
 

@@ -9,7 +9,7 @@
 #include "apps/trephine/commands.h"
 #include "apps/trephine/text.h"
 #include "data-tools/atomic_file.h"
-#include "haptics/subvoxel_proxy.h"
+#include "haptics/proxy/subvoxel_proxy.h"
 #include "sim/live_session.h"
 #include "volume/traversal.h"
 

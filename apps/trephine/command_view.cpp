@@ -3,7 +3,7 @@
 #include "apps/view/render_window.h"
 #include "apps/view/view_window.h"
 #include "data-tools/atomic_file.h"
-#include "haptics/subvoxel_proxy.h"
+#include "haptics/proxy/subvoxel_proxy.h"
 #include "volume/work_counters.h"
 
 namespace trephine::app {

@@ -40,7 +40,7 @@ struct TouchArguments {
   std::vector<std::string> meshes;   ///< files of polygonal models
   double mesh_scale = 1;             ///< mm per unit of theirs
   std::string mesh_at;               ///< x,y,z: where their origin lies; empty: 0,0,0
-  std::vector<std::string> effects;  ///< in words (haptics/effects.h)
+  std::vector<std::string> effects;  ///< in words (haptics/force/effects.h)
   std::string stiffness_ramp;        ///< HU0,HU1,K1
   double viscosity = 0, pop_force = 0;
   bool is_passive = false;

@@ -9,7 +9,7 @@
 #include "apps/trephine/text.h"
 #include "apps/view/chart.h"
 #include "data-tools/atomic_file.h"
-#include "haptics/methods.h"
+#include "haptics/proxy/methods.h"
 
 namespace trephine::app {
 

@@ -7,7 +7,7 @@
 
 #include "apps/trephine/build_info.h"
 #include "apps/trephine/commands.h"
-#include "haptics/effects.h"
+#include "haptics/force/effects.h"
 
 namespace {
 

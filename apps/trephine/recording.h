@@ -5,7 +5,7 @@
 #include <string>
 
 #include "apps/trephine/source.h"
-#include "haptics/methods.h"
+#include "haptics/proxy/methods.h"
 #include "modules/drilling/burr.h"
 #include "sim/replay.h"
 #include "sim/session_writer.h"

@@ -7,8 +7,8 @@
 
 #include "apps/trephine/report.h"
 #include "data-tools/case_folder.h"
-#include "haptics/pose_path.h"
-#include "haptics/touch_scene.h"
+#include "haptics/device/pose_path.h"
+#include "haptics/scene/touch_scene.h"
 #include "modules/drilling/burr.h"
 #include "volume/version.h"
 

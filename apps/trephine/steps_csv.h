@@ -4,7 +4,7 @@
 #include <charconv>
 #include <string>
 
-#include "haptics/servo_loop.h"
+#include "haptics/servo/servo_loop.h"
 
 namespace trephine::app {
 

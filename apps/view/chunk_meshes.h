@@ -12,7 +12,7 @@
 #include <tuple>
 #include <vector>
 
-#include "haptics/touch_scene.h"
+#include "haptics/scene/touch_scene.h"
 #include "volume/surface_nets.h"
 #include "volume/traversal.h"
 

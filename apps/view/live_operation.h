@@ -8,7 +8,7 @@
 #include "apps/view/mouse_device.h"
 #include "apps/view/operation_picture.h"
 #include "apps/view/view_window.h"
-#include "haptics/methods.h"
+#include "haptics/proxy/methods.h"
 #include "sim/live_session.h"
 
 namespace trephine::view {

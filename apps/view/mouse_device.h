@@ -3,7 +3,7 @@
 
 #include <atomic>
 
-#include "haptics/device.h"
+#include "haptics/device/device.h"
 
 namespace trephine::view {
 

@@ -9,7 +9,7 @@
 #include <vtkRenderer.h>
 
 #include "apps/view/clock.h"
-#include "haptics/solid_grid.h"
+#include "haptics/walls/solid_grid.h"
 #include "volume/traversal.h"
 
 namespace trephine::view {

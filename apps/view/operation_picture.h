@@ -6,7 +6,7 @@
 #include <optional>
 
 #include "apps/view/bone_view.h"
-#include "haptics/servo_core.h"
+#include "haptics/servo/servo_core.h"
 #include "volume/traversal.h"
 
 namespace trephine::view {

@@ -6,8 +6,8 @@
 #include <optional>
 #include <string>
 
-#include "haptics/methods.h"
-#include "haptics/servo_loop.h"
+#include "haptics/proxy/methods.h"
+#include "haptics/servo/servo_loop.h"
 #include "modules/drilling/burr.h"
 #include "sim/replay.h"
 #include "sim/session_writer.h"

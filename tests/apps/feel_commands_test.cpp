@@ -1,5 +1,5 @@
 // The chart, the attack and the audit as their users meet them.
-#include "haptics/methods.h"
+#include "haptics/proxy/methods.h"
 #include "tests/apps/command_fixture.h"
 #include "tests/sim/session_fixture.h"
 

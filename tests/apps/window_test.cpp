@@ -21,7 +21,7 @@
 
 #include "apps/view/qt_window.h"
 #include "data-tools/open_volume.h"
-#include "haptics/subvoxel_proxy.h"
+#include "haptics/proxy/subvoxel_proxy.h"
 #include "tests/scenes/scenes.h"
 
 namespace trephine::view {

@@ -5,8 +5,8 @@
 #include <glm/geometric.hpp>
 #include <memory>
 
-#include "haptics/mesh_tree.h"
-#include "haptics/methods.h"
+#include "haptics/mesh/mesh_tree.h"
+#include "haptics/proxy/methods.h"
 #include "tests/checker/mesh_judge.h"
 #include "tests/scenes/promise.h"
 #include "tests/scenes/scenes.h"

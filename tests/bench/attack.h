@@ -8,8 +8,8 @@
 #include <utility>
 #include <vector>
 
-#include "haptics/proxy_method.h"
-#include "haptics/touch_scene.h"
+#include "haptics/proxy/proxy_method.h"
+#include "haptics/scene/touch_scene.h"
 
 namespace trephine::bench {
 

@@ -4,7 +4,7 @@
 #include <memory>
 #include <utility>
 
-#include "haptics/implicit_proxy.h"
+#include "haptics/proxy/implicit_proxy.h"
 #include "sim/edit_session.h"
 #include "tests/bench/peer_flying_edges.h"
 #include "tests/bench/peers.h"

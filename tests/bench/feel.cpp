@@ -6,8 +6,8 @@
 #include <map>
 #include <memory>
 
-#include "haptics/methods.h"
-#include "haptics/servo_core.h"
+#include "haptics/proxy/methods.h"
+#include "haptics/servo/servo_core.h"
 #include "tests/bench/instructions.h"
 #include "tests/bench/peers.h"
 #include "tests/bench/scorer.h"

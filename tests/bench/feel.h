@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "haptics/pose_path.h"
-#include "haptics/servo_scene.h"
+#include "haptics/device/pose_path.h"
+#include "haptics/scene/servo_scene.h"
 #include "tests/bench/measure.h"
 
 namespace trephine::bench {

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 
-#include "haptics/device.h"
+#include "haptics/device/device.h"
 #include "tests/bench/feel.h"
 #include "tests/scenes/scenes.h"
 #include "volume/deterministic_math.h"

@@ -3,7 +3,7 @@
 #include <embree3/rtcore.h>
 #include <glm/geometric.hpp>
 
-#include "haptics/god_object.h"
+#include "haptics/mesh/god_object.h"
 #include "tests/bench/peers.h"
 #include "volume/surface_nets.h"
 

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "haptics/methods.h"
+#include "haptics/proxy/methods.h"
 #include "tests/bench/peer_nanovdb.h"
 
 namespace trephine::bench {

@@ -5,8 +5,8 @@
 #include <optional>
 #include <vector>
 
-#include "haptics/force.h"
-#include "haptics/touch_scene.h"
+#include "haptics/force/force.h"
+#include "haptics/scene/touch_scene.h"
 #include "tests/bench/feel.h"
 #include "tests/checker/ideal_hand.h"
 

@@ -6,7 +6,7 @@
 #include <glm/geometric.hpp>
 #include <gtest/gtest.h>
 
-#include "haptics/methods.h"
+#include "haptics/proxy/methods.h"
 
 namespace trephine::bench {
 namespace {

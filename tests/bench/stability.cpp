@@ -7,11 +7,11 @@
 #include <memory>
 #include <optional>
 
-#include "haptics/force.h"
-#include "haptics/methods.h"
-#include "haptics/passivity.h"
-#include "haptics/servo_core.h"
-#include "haptics/subvoxel_proxy.h"
+#include "haptics/force/force.h"
+#include "haptics/force/passivity.h"
+#include "haptics/proxy/methods.h"
+#include "haptics/proxy/subvoxel_proxy.h"
+#include "haptics/servo/servo_core.h"
 #include "tests/bench/attack.h"
 #include "tests/scenes/scenes.h"
 #include "volume/deterministic_math.h"

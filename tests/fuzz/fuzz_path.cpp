@@ -3,7 +3,7 @@
 #include <cstdlib>
 #include <sstream>
 
-#include "haptics/pose_path.h"
+#include "haptics/device/pose_path.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace trephine;

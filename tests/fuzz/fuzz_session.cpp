@@ -6,7 +6,7 @@
 #include <fstream>
 #include <unistd.h>
 
-#include "haptics/implicit_proxy.h"
+#include "haptics/proxy/implicit_proxy.h"
 #include "modules/drilling/burr.h"
 #include "sim/replay.h"
 

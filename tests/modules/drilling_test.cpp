@@ -2,8 +2,8 @@
 #include <glm/geometric.hpp>
 #include <gtest/gtest.h>
 
-#include "haptics/implicit_proxy.h"
-#include "haptics/methods.h"
+#include "haptics/proxy/implicit_proxy.h"
+#include "haptics/proxy/methods.h"
 #include "modules/drilling/burr.h"
 #include "sim/lockstep.h"
 #include "tests/checker/fall_through.h"

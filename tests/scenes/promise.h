@@ -1,9 +1,9 @@
-// What a method promises not to enter (haptics/methods.h), built by the judges from a scene's samples.
+// What a method promises not to enter (haptics/proxy/methods.h), built by the judges from a scene's samples.
 #pragma once
 
 #include <memory>
 
-#include "haptics/methods.h"
+#include "haptics/proxy/methods.h"
 #include "tests/checker/mesh_judge.h"
 #include "tests/checker/volume_samples.h"
 

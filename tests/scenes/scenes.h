@@ -5,8 +5,8 @@
 #include <string>
 
 #include "data-tools/phantoms.h"
-#include "haptics/pose_path.h"
-#include "haptics/touch_scene.h"
+#include "haptics/device/pose_path.h"
+#include "haptics/scene/touch_scene.h"
 
 namespace trephine::scenes {
 

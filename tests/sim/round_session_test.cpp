@@ -2,7 +2,7 @@
 #include <chrono>
 #include <thread>
 
-#include "haptics/methods.h"
+#include "haptics/proxy/methods.h"
 #include "sim/live_session.h"
 #include "tests/sim/session_fixture.h"
 

@@ -9,8 +9,8 @@
 #include <memory>
 #include <string>
 
-#include "haptics/implicit_proxy.h"
-#include "haptics/methods.h"
+#include "haptics/proxy/implicit_proxy.h"
+#include "haptics/proxy/methods.h"
 #include "modules/drilling/burr.h"
 #include "sim/lockstep.h"
 #include "sim/replay.h"

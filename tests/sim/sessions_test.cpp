@@ -4,7 +4,7 @@
 #include <glm/geometric.hpp>
 #include <gtest/gtest.h>
 
-#include "haptics/implicit_proxy.h"
+#include "haptics/proxy/implicit_proxy.h"
 #include "modules/drilling/burr.h"
 #include "sim/live_session.h"
 #include "sim/lockstep.h"

@@ -1,7 +1,7 @@
 // Touches a ball of bone from outside the toolkit's own tree.
 #include <cstdio>
 
-#include "haptics/implicit_proxy.h"
+#include "haptics/proxy/implicit_proxy.h"
 
 int main() {
   using namespace trephine;

@@ -1,0 +1,448 @@
+#include "haptics/c_api/c_api.h"
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <cmath>
+#include <cstring>
+#include <glm/geometric.hpp>
+#include <memory>
+#include <new>
+
+#include "haptics/mesh/mesh_tree.h"
+#include "haptics/proxy/methods.h"
+#include "haptics/servo/servo_core.h"
+#include "haptics/walls/smooth_walls.h"
+
+using namespace trephine;
+using glm::dvec3;
+
+struct trephine_surface {
+  trephine_scene* scene;
+  int shape;
+};
+
+struct trephine_scene {
+  std::shared_ptr<const volume::Volume> base;
+  haptics::TouchScene touch;
+  std::unique_ptr<volume::Version> version;
+  std::shared_ptr<haptics::ProxyMethod> method;  ///< shared with hands, which may outlive a change
+  std::uint64_t generation = 0;                  ///< of prepare(): hands of an earlier one do not step
+  bool is_prepared = false;
+  std::array<trephine_surface, haptics::TouchScene::k_max_shapes> surfaces;
+  // The newest motion that surfaces were asked about, and what it met.
+  dvec3 start{0.0}, end{0.0}, point{0.0}, normal{0.0};
+  bool has_motion = false;
+  int met_shape = -1, met_side = TREPHINE_NONE;
+  mutable std::atomic<int> users{1};  ///< whoever made it, and its hands
+};
+
+struct trephine_hand {
+  const trephine_scene* scene;
+  std::shared_ptr<const haptics::ProxyMethod> method;
+  std::uint64_t generation;
+  haptics::ServoCore core;
+};
+
+namespace {
+
+/// One user fewer; the last one takes the scene along.
+void release(const trephine_scene* scene) noexcept {
+  if (scene && scene->users.fetch_sub(1) == 1) delete scene;
+}
+
+int fail(trephine_error* error, int code, const volume::Error& what) noexcept {
+  if (error) {
+    error->code = code;
+    try {
+      const std::string text = what.message();
+      const std::size_t length = std::min(text.size(), sizeof error->text - 1);
+      std::memcpy(error->text, text.data(), length);
+      error->text[length] = '\0';
+    } catch (...) {
+      error->text[0] = '\0';
+    }
+  }
+  return code;
+}
+
+/// Runs what may throw for want of memory.
+template <class Work>
+int guarded(trephine_error* error, Work&& work) noexcept {
+  if (error) *error = trephine_error{TREPHINE_OK, ""};
+  try {
+    if (const volume::Status status = work()) return fail(error, TREPHINE_BAD_ARGUMENT, *status);
+    return TREPHINE_OK;
+  } catch (const std::exception& e) {
+    return fail(error, TREPHINE_NO_MEMORY, {"there is not enough memory", "", e.what(), "", ""});
+  }
+}
+
+volume::Error bad(const char* what, const std::string& found, const char* expected) {
+  return {what, "C API", found, expected, "see haptics/c_api/c_api.h"};
+}
+
+bool is_number(const double v[3]) noexcept {
+  for (int a = 0; a < 3; ++a)
+    if (!std::isfinite(v[a]) || std::abs(v[a]) > 1e8) return false;
+  return true;
+}
+
+/// A window or a mesh of the scene.
+volume::Status check_any(const trephine_scene* scene, int shape) {
+  if (scene == nullptr) return bad("there is no scene", "NULL", "a scene from trephine_scene_create");
+  if (shape < 0 || shape >= haptics::shape_count(scene->touch))
+    return bad("there is no such shape", std::to_string(shape), "an index of a window or mesh");
+  return std::nullopt;
+}
+
+haptics::Material& material_in(trephine_scene& scene, int shape) {
+  const auto s = static_cast<std::size_t>(shape), windows = scene.touch.shapes.size();
+  return s < windows ? scene.touch.shapes[s].material : scene.touch.meshes[s - windows].material;
+}
+
+volume::Status check_shape(const trephine_scene* scene, int shape) {
+  if (scene == nullptr) return bad("there is no scene", "NULL", "a scene from trephine_scene_create");
+  const int count = static_cast<int>(scene->touch.shapes.size());
+  if (shape < 0 || shape >= count)
+    return bad("there is no such shape", std::to_string(shape),
+               ("0 to " + std::to_string(count - 1)).c_str());
+  return std::nullopt;
+}
+
+int add_shape(trephine_scene* scene, const char* name, double low, double high,
+              trephine_error* error) noexcept {
+  int index = -1;
+  guarded(error, [&]() -> volume::Status {
+    if (scene == nullptr) return bad("there is no scene", "NULL", "a scene from trephine_scene_create");
+    if (std::isinf(low) && std::isinf(high))
+      return bad("the window holds everything, or nothing",
+                 std::to_string(low) + " to " + std::to_string(high), "at least one finite end");
+    if (std::isnan(low) || std::isnan(high) || !(low <= high))
+      return bad("the window is empty or no window", std::to_string(low) + " to " + std::to_string(high),
+                 "low <= high");
+    if (scene->touch.shapes.size() == haptics::TouchScene::k_max_shapes)
+      return bad("there are too many shapes", "one more than 8", "at most 8");
+    if (!scene->touch.meshes.empty())
+      return bad("a window comes after a mesh", name ? name : "", "windows first, then meshes");
+    volume::Shape shape;
+    shape.name = name ? name : "";
+    shape.low = low, shape.high = high;
+    scene->touch.shapes.push_back({volume::Field(*scene->base, shape), nullptr, {}, haptics::Sides::front});
+    scene->is_prepared = false;
+    index = static_cast<int>(scene->touch.shapes.size()) - 1;
+    return std::nullopt;
+  });
+  return index;
+}
+
+/// The first wall on the motion, for all shapes at once.
+void look_along(trephine_scene& scene, const dvec3& start, const dvec3& end) noexcept {
+  scene.start = start, scene.end = end;
+  scene.has_motion = true;
+  scene.met_shape = -1;
+  if (start == end) return;
+  const volume::Frame& frame = scene.base->frame;
+  haptics::ProxyCounters counters;
+  const haptics::ShapeSet none;
+  haptics::SmoothWalls walls(scene.touch, *scene.version, none, counters);
+  const dvec3 a = frame.volume_from_world(start), b = frame.volume_from_world(end);
+  for (const dvec3& p : {a, b})
+    for (int k = 0; k < 3; ++k)
+      if (!(std::abs(p[k]) < 0.25 * volume::k_traversal_limit)) return;
+  haptics::ShapeSet inside;
+  for (int s = 0; s < static_cast<int>(scene.touch.shapes.size()); ++s) inside.set(s, walls.is_solid(s, a));
+  constexpr double k_before = 1e-6;  // voxels
+  const dvec3& spacing = frame.spacing();
+  const haptics::Reach reach =
+      walls.reach(a, b, inside, k_before * std::min({spacing.x, spacing.y, spacing.z}));
+  if (!reach.is_blocked) return;
+  const dvec3 p = a + reach.t * (b - a);
+  const dvec3 out = -frame.gradient_world_from_volume(walls.slope(reach.wall, p).gradient);
+  const double length = glm::length(out);
+  scene.point = frame.world_from_volume(p);
+  scene.normal = length > 0 ? out / length : glm::normalize(start - end);
+  scene.met_shape = reach.wall.shape;
+  scene.met_side = reach.wall.is_back ? TREPHINE_BACK : TREPHINE_FRONT;
+}
+
+}  // namespace
+
+uint32_t trephine_abi_version(void) { return TREPHINE_ABI_VERSION; }
+
+trephine_scene* trephine_scene_create(const int16_t* voxels, const int size[3], const double origin[3],
+                                      const double axes[9], trephine_error* error) {
+  std::unique_ptr<trephine_scene> scene;
+  const int code = guarded(error, [&]() -> volume::Status {
+    if (voxels == nullptr || size == nullptr || origin == nullptr || axes == nullptr)
+      return bad("an argument is missing", "NULL", "voxels, size, origin and axes");
+    double count = 1;
+    for (int a = 0; a < 3; ++a) {
+      if (size[a] < 1 || size[a] > 1 << 20)
+        return bad("the size is out of range", std::to_string(size[a]),
+                   "1 to 1048576 voxels along each axis");
+      count *= size[a];
+    }
+    if (count > 1e11)
+      return bad("the volume is too large", std::to_string(count) + " voxels", "at most 10^11");
+    glm::dmat3 columns;
+    for (int i = 0; i < 9; ++i) columns[i / 3][i % 3] = axes[i];
+    auto frame = volume::Frame::from_axes({origin[0], origin[1], origin[2]}, columns);
+    if (!frame) return frame.error();
+    auto base = std::make_shared<volume::Volume>();
+    base->size = {size[0], size[1], size[2]};
+    base->frame = frame.value();
+    base->voxels = volume::Buffer<std::int16_t>::borrow(voxels, static_cast<std::size_t>(count));
+    scene = std::make_unique<trephine_scene>();
+    scene->base = base;
+    scene->touch.base = base;
+    scene->version = std::make_unique<volume::Version>(base);
+    auto method = haptics::make_method(haptics::k_default_method);
+    if (!method) return method.error();
+    scene->method = std::move(method).value();
+    for (std::size_t s = 0; s < scene->surfaces.size(); ++s)
+      scene->surfaces[s] = {scene.get(), static_cast<int>(s)};
+    return std::nullopt;
+  });
+  return code == TREPHINE_OK ? scene.release() : nullptr;
+}
+
+void trephine_scene_destroy(trephine_scene* scene) { release(scene); }
+
+int trephine_scene_add_window(trephine_scene* scene, const char* name, double low, double high,
+                              trephine_error* error) {
+  return add_shape(scene, name, low, high, error);
+}
+
+int trephine_scene_add_opacity_ramp(trephine_scene* scene, const char* name, const double* intensities,
+                                    const double* opacities, size_t count, double threshold,
+                                    trephine_error* error) {
+  double low = 0, high = 0;
+  const int code = guarded(error, [&]() -> volume::Status {
+    if (intensities == nullptr || opacities == nullptr || count < 1)
+      return bad("the transfer function has no points", std::to_string(count), "one point or more");
+    const auto window = haptics::window_of_opacity({intensities, count}, {opacities, count}, threshold);
+    if (!window) return window.error();
+    low = window.value().low, high = window.value().high;
+    return std::nullopt;
+  });
+  return code == TREPHINE_OK ? add_shape(scene, name, low, high, error) : -1;
+}
+
+int trephine_scene_set_material(trephine_scene* scene, int shape, const trephine_material* material,
+                                trephine_error* error) {
+  return guarded(error, [&]() -> volume::Status {
+    if (volume::Status status = check_any(scene, shape)) return status;
+    if (material == nullptr) return bad("there is no material", "NULL", "a trephine_material");
+    haptics::Material m = material_of(scene->touch, shape, 1);
+    m.stiffness = material->stiffness, m.damping = material->damping;
+    m.static_friction = material->static_friction, m.dynamic_friction = material->dynamic_friction;
+    if (volume::Status status = haptics::check_material(m)) return status;
+    material_in(*scene, shape) = m;
+    return std::nullopt;
+  });
+}
+
+int trephine_scene_add_mesh(trephine_scene* scene, const char* name, const double* vertices,
+                            size_t vertex_count, const uint32_t* triangles, size_t triangle_count, int mover,
+                            trephine_error* error) {
+  int index = -1;
+  guarded(error, [&]() -> volume::Status {
+    if (scene == nullptr) return bad("there is no scene", "NULL", "a scene from trephine_scene_create");
+    if (vertices == nullptr || triangles == nullptr || triangle_count < 1 || triangle_count > (1u << 28))
+      return bad("the mesh has no triangles", std::to_string(triangle_count), "one triangle or more");
+    if (mover < -1 || mover >= haptics::TouchScene::k_max_movers)
+      return bad("there is no such mover", std::to_string(mover), "-1, or 0 to 7");
+    if (haptics::shape_count(scene->touch) >= haptics::ShapeSet::k_most)
+      return bad("too many shapes and meshes", std::to_string(haptics::ShapeSet::k_most + 1), "128");
+    std::vector<dvec3> places(vertex_count);
+    for (std::size_t i = 0; i < vertex_count; ++i) {
+      if (!is_number(vertices + 3 * i))
+        return bad("a vertex is no place", "vertex " + std::to_string(i), "finite, within 100 km");
+      places[i] = {vertices[3 * i], vertices[3 * i + 1], vertices[3 * i + 2]};
+    }
+    std::vector<std::uint32_t> corners(triangles, triangles + 3 * triangle_count);
+    for (const std::uint32_t c : corners)
+      if (c >= vertex_count)
+        return bad("a triangle names a vertex that is not there", std::to_string(c), "below vertex_count");
+    haptics::TouchMesh mesh;
+    mesh.name = name ? name : "";
+    mesh.tree = std::make_shared<haptics::MeshTree>(std::move(places), std::move(corners));
+    mesh.mover = mover;
+    scene->touch.meshes.push_back(std::move(mesh));
+    scene->is_prepared = false;
+    index = haptics::shape_count(scene->touch) - 1;
+    return std::nullopt;
+  });
+  return index;
+}
+
+int trephine_scene_set_pop_through(trephine_scene* scene, int shape, double force, double rearm,
+                                   trephine_error* error) {
+  return guarded(error, [&]() -> volume::Status {
+    if (volume::Status status = check_any(scene, shape)) return status;
+    haptics::Material m = material_of(scene->touch, shape, 1);
+    m.pop_force = force, m.pop_rearm = rearm;
+    if (volume::Status status = haptics::check_material(m)) return status;
+    material_in(*scene, shape) = m;
+    return std::nullopt;
+  });
+}
+
+int trephine_scene_set_sides(trephine_scene* scene, int shape, int sides, trephine_error* error) {
+  return guarded(error, [&]() -> volume::Status {
+    if (volume::Status status = check_any(scene, shape)) return status;
+    if (sides < TREPHINE_NONE || sides > TREPHINE_BOTH)
+      return bad("there is no such side", std::to_string(sides), "TREPHINE_NONE, FRONT, BACK or BOTH");
+    const auto s = static_cast<std::size_t>(shape), windows = scene->touch.shapes.size();
+    (s < windows ? scene->touch.shapes[s].sides : scene->touch.meshes[s - windows].sides) =
+        static_cast<haptics::Sides>(sides);
+    scene->has_motion = false;
+    return std::nullopt;
+  });
+}
+
+int trephine_scene_set_method(trephine_scene* scene, const char* method, trephine_error* error) {
+  return guarded(error, [&]() -> volume::Status {
+    if (scene == nullptr || method == nullptr)
+      return bad("an argument is missing", "NULL", "a scene and a name");
+    auto made = haptics::make_method(method);
+    if (!made) return made.error();
+    scene->method = std::move(made).value();
+    scene->is_prepared = false;
+    return std::nullopt;
+  });
+}
+
+int trephine_scene_prepare(trephine_scene* scene, trephine_error* error) {
+  return guarded(error, [&]() -> volume::Status {
+    if (scene == nullptr) return bad("there is no scene", "NULL", "a scene from trephine_scene_create");
+    for (haptics::TouchShape& shape : scene->touch.shapes)
+      if (!shape.bits)
+        shape.bits = std::make_shared<const volume::Occupancy>(
+            volume::Occupancy::build(*scene->base, shape.field.shape()));
+    // Labels and thresholded data are touched smooth, where the method touches what is smooth.
+    for (haptics::TouchShape& shape : scene->touch.shapes) shape.soft = nullptr;
+    if (haptics::find_method(scene->method->name())->solid == haptics::MethodInfo::Solid::smooth)
+      haptics::soften(scene->touch);
+    if (volume::Status status = scene->method->prepare(scene->touch)) return status;
+    scene->has_motion = false;
+    ++scene->generation;
+    scene->is_prepared = true;
+    return std::nullopt;
+  });
+}
+
+trephine_hand* trephine_hand_create(const trephine_scene* scene, double rate_hz, trephine_error* error) {
+  std::unique_ptr<trephine_hand> hand;
+  const int code = guarded(error, [&]() -> volume::Status {
+    if (scene == nullptr) return bad("there is no scene", "NULL", "a scene from trephine_scene_create");
+    if (!(rate_hz >= 250 && rate_hz <= 10000))
+      return bad("the rate is out of range", std::to_string(rate_hz), "250 to 10000 Hz");
+    if (!scene->is_prepared)
+      return bad("the scene is not prepared", scene->touch.shapes.empty() ? "no shapes" : "changed since",
+                 "trephine_scene_prepare before hands are made");
+    hand.reset(new trephine_hand{scene, scene->method, scene->generation,
+                                 haptics::ServoCore(scene->touch, *scene->method, {}, 1 / rate_hz)});
+    ++scene->users;
+    return std::nullopt;
+  });
+  return code == TREPHINE_OK ? hand.release() : nullptr;
+}
+
+void trephine_hand_destroy(trephine_hand* hand) {
+  if (hand == nullptr) return;
+  const trephine_scene* scene = hand->scene;
+  delete hand;
+  release(scene);
+}
+
+int trephine_hand_step(trephine_hand* hand, const double position[3], trephine_touch* touch) {
+  if (hand == nullptr || position == nullptr || touch == nullptr) return TREPHINE_BAD_ARGUMENT;
+  if (!hand->scene->is_prepared || hand->generation != hand->scene->generation) return TREPHINE_NOT_PREPARED;
+  haptics::ServoInput input;
+  input.pose.position_world = {position[0], position[1], position[2]};
+  const haptics::ServoRecord record = hand->core.step(*hand->scene->version, input);
+  for (int a = 0; a < 3; ++a) {
+    touch->proxy[a] = record.proxy_world[a];
+    touch->normal[a] = record.normal_world[a];
+    touch->force[a] = record.force_world[a];
+  }
+  touch->has_contact = record.has_contact;
+  touch->shape = record.has_contact ? record.shape : -1;
+  touch->side = !record.has_contact ? TREPHINE_NONE : record.side < 0 ? TREPHINE_BACK : TREPHINE_FRONT;
+  touch->faults = record.faults;
+  return TREPHINE_OK;
+}
+
+int trephine_hand_set_touchable(trephine_hand* hand, int shape, int is_touchable) {
+  if (hand == nullptr || shape < 0 || shape >= haptics::shape_count(hand->scene->touch))
+    return TREPHINE_BAD_ARGUMENT;
+  hand->core.set_touchable(shape, is_touchable != 0);
+  return TREPHINE_OK;
+}
+
+int trephine_hand_set_ready(trephine_hand* hand, int shape, const int low[3], const int high[3]) {
+  if (hand == nullptr || shape < 0 || shape >= haptics::shape_count(hand->scene->touch) ||
+      (low == nullptr) != (high == nullptr))
+    return TREPHINE_BAD_ARGUMENT;
+  if (low == nullptr)
+    hand->core.set_ready(shape, true);
+  else
+    hand->core.set_ready(shape, {{low[0], low[1], low[2]}, {high[0], high[1], high[2]}});
+  return TREPHINE_OK;
+}
+
+int trephine_hand_set_mesh_placement(trephine_hand* hand, int mover, const double position[3],
+                                     const double rotation[4]) {
+  if (hand == nullptr || position == nullptr || rotation == nullptr || mover < 0 ||
+      mover >= haptics::TouchScene::k_max_movers || !is_number(position))
+    return TREPHINE_BAD_ARGUMENT;
+  const glm::dquat turn(rotation[0], rotation[1], rotation[2], rotation[3]);
+  const double length = glm::length(turn);
+  if (!(length > 1e-6 && length < 1e6)) return TREPHINE_BAD_ARGUMENT;
+  hand->core.set_placement(mover, {{position[0], position[1], position[2]}, turn / length});
+  return TREPHINE_OK;
+}
+
+int trephine_hand_add_effect(trephine_hand* hand, const char* words, trephine_error* error) {
+  return guarded(error, [&]() -> volume::Status {
+    if (hand == nullptr || words == nullptr) return bad("an argument is missing", "NULL", "a hand and words");
+    auto effect = haptics::parse_effect(words);
+    if (!effect) return effect.error();
+    return hand->core.effects().add(effect.value());
+  });
+}
+
+void trephine_hand_reset(trephine_hand* hand) {
+  if (hand != nullptr) hand->core.reset();
+}
+
+trephine_surface* trephine_surface_get(trephine_scene* scene, int shape, trephine_error* error) {
+  const int code = guarded(error, [&]() -> volume::Status {
+    if (volume::Status status = check_shape(scene, shape)) return status;
+    if (!scene->is_prepared)
+      return bad("the scene is not prepared", "changed since",
+                 "trephine_scene_prepare before surfaces are asked for");
+    return std::nullopt;
+  });
+  return code == TREPHINE_OK ? &scene->surfaces[static_cast<std::size_t>(shape)] : nullptr;
+}
+
+int trephine_intersect_surface(const double start[3], const double end[3], double point[3], double normal[3],
+                               int* side, void* user) {
+  auto* surface = static_cast<trephine_surface*>(user);
+  if (surface == nullptr || start == nullptr || end == nullptr || !is_number(start) || !is_number(end))
+    return 0;
+  trephine_scene& scene = *surface->scene;
+  if (!scene.is_prepared) return 0;
+  const dvec3 a(start[0], start[1], start[2]), b(end[0], end[1], end[2]);
+  if (!scene.has_motion || scene.start != a || scene.end != b) look_along(scene, a, b);
+  if (scene.met_shape != surface->shape) return 0;
+  for (int i = 0; i < 3; ++i) {
+    if (point != nullptr) point[i] = scene.point[i];
+    if (normal != nullptr) normal[i] = scene.normal[i];
+  }
+  if (side != nullptr) *side = scene.met_side;
+  return 1;
+}

@@ -1,0 +1,108 @@
+// What a haptic device is to us.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "haptics/device/pose_path.h"
+
+namespace trephine::haptics {
+
+struct DeviceCapabilities {
+  std::string name;
+  int degrees_of_freedom = 3;
+  double max_force = 8;           ///< N; 0: renders none
+  double max_stiffness = 1;       ///< N/mm; 0: not said
+  double workspace_radius = 100;  ///< mm
+  double max_slew = 0;            ///< N/s; 0: not said
+  double mass = 0;                ///< kg, of what moves with the hand; 0: not said
+  double damping = 0;             ///< N s/mm, of its own; 0: not said
+};
+
+/// open() and close() on any thread; read() and write() on the servo thread only, neither may allocate or
+/// wait.
+class Device {
+ public:
+  virtual ~Device() = default;
+  virtual volume::Status open() = 0;
+  virtual void close() noexcept = 0;
+  virtual DeviceCapabilities capabilities() const = 0;
+  /// The pose at servo time t (s). False when the device no longer answers; `pose` is then untouched.
+  virtual bool read(double t, Pose& pose) noexcept = 0;
+  /// Force in N, world frame, already limited.
+  virtual void write(const glm::dvec3& force_world) noexcept = 0;
+};
+
+/// Plays a path and ignores forces.
+class PlaybackDevice final : public Device {
+ public:
+  explicit PlaybackDevice(PosePath path) : path_(std::move(path)) {}
+  volume::Status open() override { return std::nullopt; }
+  void close() noexcept override {}
+  DeviceCapabilities capabilities() const override { return {"playback", 6, 0, 0, 1e6, 0, 0, 0}; }
+  bool read(double t, Pose& pose) noexcept override {
+    pose = path_.at(path_.start_time() + t);
+    return true;
+  }
+  void write(const glm::dvec3&) noexcept override {}
+
+ private:
+  PosePath path_;
+};
+
+/// The hand behind a virtual device.
+struct HandModel {
+  double mass = 0.05;             ///< kg, of the stylus and what moves with it
+  double device_damping = 0.002;  ///< N s/mm
+  double stiffness = 0.3;         ///< N/mm, from the hand to where it wants to be
+  double damping = 0.006;         ///< N s/mm, likewise
+  double encoder_step = 0.02;     ///< mm; 0: exact
+};
+
+/// A simulated hand that wants to follow a path and yields to the force: mass, spring, damper, encoder.
+/// Semi-implicit Euler at the servo's period.
+class VirtualDevice final : public Device {
+ public:
+  VirtualDevice(PosePath wish, const HandModel& hand);
+  volume::Status open() override;
+  void close() noexcept override {}
+  DeviceCapabilities capabilities() const override {
+    return {"virtual", 3, 8, 1, 1e3, 0, hand_.mass, hand_.device_damping};
+  }
+  bool read(double t, Pose& pose) noexcept override;
+  void write(const glm::dvec3& force_world) noexcept override { force_ = force_world; }
+
+  /// Unplugs the device: read() fails from servo time t on.
+  void lose_at(double t) noexcept { lost_from_ = t; }
+  /// Kinetic energy of the moving mass, N mm.
+  double kinetic_energy() const noexcept;
+
+ private:
+  PosePath wish_;
+  HandModel hand_;
+  glm::dvec3 position_, velocity_{0.0}, force_{0.0};
+  double time_ = 0, lost_from_ = 1e300;
+};
+
+/// Passes a device through and keeps its poses (at most `capacity`, allocated when made) for a path file.
+class Recorder final : public Device {
+ public:
+  Recorder(Device& device, std::size_t capacity) : device_(&device) { samples_.reserve(capacity); }
+  volume::Status open() override { return device_->open(); }
+  void close() noexcept override { device_->close(); }
+  DeviceCapabilities capabilities() const override { return device_->capabilities(); }
+  bool read(double t, Pose& pose) noexcept override;
+  void write(const glm::dvec3& force_world) noexcept override { device_->write(force_world); }
+
+  /// What was recorded; call when the servo has stopped. Error when nothing was.
+  volume::Result<PosePath> path() const { return PosePath::from_samples(samples_, "recording"); }
+  /// Poses that did not fit.
+  std::size_t dropped() const noexcept { return dropped_; }
+
+ private:
+  Device* device_;
+  std::vector<PosePath::Sample> samples_;
+  std::size_t dropped_ = 0;
+};
+
+}  // namespace trephine::haptics

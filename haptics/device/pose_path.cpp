@@ -1,0 +1,171 @@
+#include "haptics/device/pose_path.h"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <istream>
+#include <ostream>
+#include <string_view>
+
+namespace trephine::haptics {
+
+using volume::Error;
+using volume::Result;
+
+namespace {
+
+constexpr std::array<std::string_view, 9> k_columns{"t", "x", "y", "z", "qx", "qy", "qz", "qw", "button"};
+
+std::vector<std::string_view> split(std::string_view line) {
+  std::vector<std::string_view> cells;
+  for (;;) {
+    const std::size_t comma = line.find(',');
+    std::string_view cell = line.substr(0, comma);
+    while (!cell.empty() && (cell.front() == ' ' || cell.front() == '\t')) cell.remove_prefix(1);
+    while (!cell.empty() && (cell.back() == ' ' || cell.back() == '\t' || cell.back() == '\r'))
+      cell.remove_suffix(1);
+    cells.push_back(cell);
+    if (comma == std::string_view::npos) return cells;
+    line.remove_prefix(comma + 1);
+  }
+}
+
+/// Which column of the file holds each of k_columns; -1 where it has none.
+Result<std::array<int, 9>> read_header(std::string_view line, const std::string& where) {
+  std::array<int, 9> column;
+  column.fill(-1);
+  const std::string expected = "t,x,y,z[,qx,qy,qz,qw][,button]";
+  const std::vector<std::string_view> names = split(line);
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    const auto it = std::find(k_columns.begin(), k_columns.end(), names[i]);
+    if (it == k_columns.end() || column[static_cast<std::size_t>(it - k_columns.begin())] >= 0)
+      return Error{"the path has an unknown or repeated column", where + ", line 1",
+                   std::string(names[i].substr(0, 40)), expected, "name the columns in the first line"};
+    column[static_cast<std::size_t>(it - k_columns.begin())] = static_cast<int>(i);
+  }
+  std::string missing;
+  for (std::size_t i = 0; i < 4; ++i)
+    if (column[i] < 0) missing += (missing.empty() ? "" : ", ") + std::string(k_columns[i]);
+  const auto quaternions =
+      std::count_if(column.begin() + 4, column.begin() + 8, [](int c) { return c >= 0; });
+  if (!missing.empty() || (quaternions != 0 && quaternions != 4))
+    return Error{"the path misses columns", where + ", line 1",
+                 missing.empty() ? "part of a quaternion" : "no column " + missing, expected,
+                 "name the columns in the first line, for example t,x,y,z"};
+  return column;
+}
+
+}  // namespace
+
+Result<PosePath> PosePath::from_samples(std::vector<Sample> samples, const std::string& where) {
+  if (samples.empty()) return Error{"the path has no samples", where, "0 rows", "at least one", ""};
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    const Sample& s = samples[i];
+    const std::string at = where + ", sample " + std::to_string(i + 1);
+    for (const double v : {s.t, s.pose.position_world.x, s.pose.position_world.y, s.pose.position_world.z})
+      if (!std::isfinite(v) || std::abs(v) > 1e6)
+        return Error{"the path has a value that is no place or time", at, std::to_string(v),
+                     "finite numbers below 1e6 (s, mm)", ""};
+    const glm::dquat& q = s.pose.orientation;
+    const double length = q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z;
+    if (!(length > 0.25 && length < 4))
+      return Error{"the path has an orientation that is no rotation", at,
+                   "squared length " + std::to_string(length), "a unit quaternion", ""};
+    if (i > 0 && !(s.t > samples[i - 1].t))
+      return Error{"the path goes back in time", at,
+                   std::to_string(s.t) + " s after " + std::to_string(samples[i - 1].t) + " s",
+                   "strictly rising times", "sort the rows and drop repeated times"};
+  }
+  PosePath path;
+  path.samples_ = std::move(samples);
+  return path;
+}
+
+Result<PosePath> PosePath::read_csv(std::istream& in, const std::string& where) {
+  std::string line;
+  if (!std::getline(in, line))
+    return Error{"the path is empty", where, "no first line", "t,x,y,z[,qx,qy,qz,qw][,button]", ""};
+  if (line.starts_with("\xef\xbb\xbf")) line.erase(0, 3);
+  Result<std::array<int, 9>> header = read_header(line, where);
+  if (!header) return header.error();
+  const std::array<int, 9>& column = header.value();
+  const std::size_t width = split(line).size();
+
+  std::vector<Sample> samples;
+  for (int number = 2; std::getline(in, line); ++number) {
+    if (line.empty() || line == "\r") continue;
+    const std::string at = where + ", line " + std::to_string(number);
+    const std::vector<std::string_view> cells = split(line);
+    if (cells.size() != width)
+      return Error{"a row of the path has another number of columns", at, std::to_string(cells.size()),
+                   std::to_string(width), ""};
+    std::array<double, 9> value{0, 0, 0, 0, 0, 0, 0, 1, 1};
+    for (std::size_t c = 0; c < 9; ++c) {
+      if (column[c] < 0) continue;
+      const std::string_view cell = cells[static_cast<std::size_t>(column[c])];
+      const auto [end, error] = std::from_chars(cell.data(), cell.data() + cell.size(), value[c]);
+      if (error != std::errc() || end != cell.data() + cell.size() || !std::isfinite(value[c]))
+        return Error{"a cell of the path is no number", at + ", column " + std::string(k_columns[c]),
+                     std::string(cell.substr(0, 40)), "a finite number with a point", ""};
+    }
+    if (value[8] != 0 && value[8] != 1)
+      return Error{"a button is neither 0 nor 1", at, std::to_string(value[8]), "0 or 1", ""};
+    samples.push_back({value[0],
+                       {{value[1], value[2], value[3]},
+                        glm::dquat(value[7], value[4], value[5], value[6]),
+                        value[8] != 0}});
+    if (samples.size() > 1 && !(samples.back().t > samples[samples.size() - 2].t))
+      return Error{"the path goes back in time", at,
+                   std::string(cells[static_cast<std::size_t>(column[0])]) + " s", "strictly rising times",
+                   "sort the rows and drop repeated times"};
+  }
+  return from_samples(std::move(samples), where);
+}
+
+Pose PosePath::at(double t) const noexcept {
+  if (t <= samples_.front().t) return samples_.front().pose;
+  if (t >= samples_.back().t) return samples_.back().pose;
+  const auto after = std::upper_bound(samples_.begin(), samples_.end(), t,
+                                      [](double time, const Sample& s) { return time < s.t; });
+  const auto before = after - 1;
+  const double f = (t - before->t) / (after->t - before->t);
+  Pose pose = before->pose;
+  pose.position_world += f * (after->pose.position_world - before->pose.position_world);
+  // Normalized linear interpolation on the short way round: + - * / and sqrt only.
+  glm::dquat to = after->pose.orientation;
+  if (glm::dot(pose.orientation, to) < 0) to = -to;
+  pose.orientation = glm::normalize(pose.orientation * (1 - f) + to * f);
+  return pose;
+}
+
+void PosePath::write_csv(std::ostream& out) const {
+  const auto put = [&out](double v, char end) {
+    char text[40];
+    const auto [last, error] = std::to_chars(text, text + sizeof text, v);
+    out.write(text, last - text);
+    out.put(end);
+  };
+  out << "t,x,y,z,qx,qy,qz,qw,button\n";
+  for (const Sample& s : samples_) {
+    const glm::dquat& q = s.pose.orientation;
+    for (const double v :
+         {s.t, s.pose.position_world.x, s.pose.position_world.y, s.pose.position_world.z, q.x, q.y, q.z, q.w})
+      put(v, ',');
+    out << (s.pose.is_pressed ? "1\n" : "0\n");
+  }
+}
+
+std::vector<double> servo_times(const PosePath& path, double rate_hz) {
+  const double start = path.start_time(), end = path.end_time();
+  const auto steps = static_cast<std::size_t>(std::floor((end - start) * rate_hz + 1e-9));
+  std::vector<double> times;
+  times.reserve(steps + 2);
+  for (std::size_t i = 0; i <= steps; ++i)
+    times.push_back(std::min(end, start + static_cast<double>(i) / rate_hz));
+  if (times.back() < end - 1e-9 / rate_hz) times.push_back(end);
+  times.back() = std::min(times.back(), end);
+  return times;
+}
+
+}  // namespace trephine::haptics

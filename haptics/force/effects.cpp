@@ -1,0 +1,275 @@
+#include "haptics/force/effects.h"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <sstream>
+
+#include "volume/deterministic_math.h"
+
+namespace trephine::haptics {
+
+using glm::dvec3;
+using volume::Error;
+
+namespace {
+
+constexpr double k_turn = 6.283185307179586;
+constexpr double k_velocity_seconds = 0.003;  // time constant of the velocity that dampers feel
+
+/// A parameter that words may set: a number or three.
+struct Parameter {
+  const char* name;
+  double* number;
+  dvec3* vector;
+  double low, high;
+};
+
+/// What an effect is called, and its parameters with their ranges.
+struct Description {
+  const char* name;
+  EffectKind (*make)();
+  std::vector<Parameter> (*parameters)(EffectKind&);
+};
+
+template <class Kind>
+EffectKind make() {
+  return Kind{};
+}
+
+constexpr double k_anywhere = 1e6;
+
+const Description k_effects[] = {
+    {"constant", make<ConstantForce>,
+     [](EffectKind& k) {
+       return std::vector<Parameter>{{"force", nullptr, &std::get<ConstantForce>(k).force_world, -20, 20}};
+     }},
+    {"viscous", make<Viscosity>,
+     [](EffectKind& k) {
+       return std::vector<Parameter>{{"damping", &std::get<Viscosity>(k).damping, nullptr, 0, 0.02}};
+     }},
+    {"spring", make<Spring>,
+     [](EffectKind& k) {
+       auto& s = std::get<Spring>(k);
+       return std::vector<Parameter>{{"anchor", nullptr, &s.anchor_world, -k_anywhere, k_anywhere},
+                                     {"stiffness", &s.stiffness, nullptr, 0, 2}};
+     }},
+    {"line", make<LineTrack>,
+     [](EffectKind& k) {
+       auto& l = std::get<LineTrack>(k);
+       return std::vector<Parameter>{{"start", nullptr, &l.start_world, -k_anywhere, k_anywhere},
+                                     {"ahead", nullptr, &l.ahead_world, -k_anywhere, k_anywhere},
+                                     {"stiffness", &l.stiffness, nullptr, 0.01, 2},
+                                     {"resistance", &l.resistance, nullptr, 0, 20}};
+     }},
+    {"plane", make<PlaneStop>,
+     [](EffectKind& k) {
+       auto& p = std::get<PlaneStop>(k);
+       return std::vector<Parameter>{{"point", nullptr, &p.point_world, -k_anywhere, k_anywhere},
+                                     {"normal", nullptr, &p.normal_world, -k_anywhere, k_anywhere},
+                                     {"stiffness", &p.stiffness, nullptr, 0, 2}};
+     }},
+    {"vibration", make<Vibration>,
+     [](EffectKind& k) {
+       auto& v = std::get<Vibration>(k);
+       return std::vector<Parameter>{{"direction", nullptr, &v.direction_world, -k_anywhere, k_anywhere},
+                                     {"amplitude", &v.amplitude, nullptr, 0, 3},
+                                     {"frequency", &v.frequency_hz, nullptr, 1, 1000}};
+     }},
+    {"gravity", make<GravityCompensation>,
+     [](EffectKind& k) {
+       auto& g = std::get<GravityCompensation>(k);
+       return std::vector<Parameter>{{"mass", &g.mass, nullptr, 0, 1},
+                                     {"up", nullptr, &g.up_world, -k_anywhere, k_anywhere}};
+     }},
+    {"texture", make<Texture>,
+     [](EffectKind& k) {
+       auto& t = std::get<Texture>(k);
+       return std::vector<Parameter>{{"direction", nullptr, &t.direction_world, -k_anywhere, k_anywhere},
+                                     {"height", &t.height, nullptr, 0, 1},
+                                     {"wavelength", &t.wavelength, nullptr, 0.05, 100}};
+     }},
+};
+static_assert(std::size(k_effects) == std::variant_size_v<EffectKind>);
+
+/// The directions of an effect, which have a length of 1 when it acts.
+dvec3* direction_of(EffectKind& kind) {
+  if (auto* l = std::get_if<LineTrack>(&kind)) return &l->ahead_world;
+  if (auto* p = std::get_if<PlaneStop>(&kind)) return &p->normal_world;
+  if (auto* v = std::get_if<Vibration>(&kind)) return &v->direction_world;
+  if (auto* g = std::get_if<GravityCompensation>(&kind)) return &g->up_world;
+  if (auto* t = std::get_if<Texture>(&kind)) return &t->direction_world;
+  return nullptr;
+}
+
+bool parse_numbers(const std::string& text, double* out, int count) {
+  const char *at = text.data(), *end = at + text.size();
+  for (int i = 0; i < count; ++i) {
+    const auto [next, error] = std::from_chars(at, end, out[i]);
+    if (error != std::errc() || !std::isfinite(out[i])) return false;
+    at = next;
+    if (i + 1 < count && (at == end || *at++ != ',')) return false;
+  }
+  return at == end;
+}
+
+std::string parameter_names(const Description& description) {
+  EffectKind kind = description.make();
+  std::string names;
+  for (const Parameter& p : description.parameters(kind))
+    names += std::string(p.name) + (p.vector ? "=X,Y,Z, " : "=NUMBER, ");
+  return names + "most=N";
+}
+
+dvec3 clamped(const dvec3& v, double most) noexcept {
+  const double size = glm::length(v);
+  return size > most ? v * (most / size) : v;
+}
+
+}  // namespace
+
+std::string effect_names() {
+  std::string names;
+  for (const Description& d : k_effects) names += (names.empty() ? "" : ", ") + std::string(d.name);
+  return names;
+}
+
+volume::Status check_effect(const Effect& effect) {
+  const Description& description = k_effects[effect.kind.index()];
+  const auto wrong = [&](const char* name, double found, double low, double high) {
+    return Error{"an effect's parameter is out of range", std::string(description.name) + " " + name,
+                 std::to_string(found), std::to_string(low) + " to " + std::to_string(high), ""};
+  };
+  if (!(effect.most > 0 && effect.most <= 20)) return wrong("most", effect.most, 0, 20);
+  EffectKind kind = effect.kind;
+  for (const Parameter& p : description.parameters(kind)) {
+    for (int a = 0; a < (p.vector ? 3 : 1); ++a) {
+      const double value = p.vector ? (*p.vector)[a] : *p.number;
+      if (!(value >= p.low && value <= p.high)) return wrong(p.name, value, p.low, p.high);
+    }
+  }
+  if (const dvec3* direction = direction_of(kind); direction && !(glm::length(*direction) > 1e-9))
+    return Error{"an effect's direction has no length", description.name, "", "a direction, such as 0,0,1",
+                 ""};
+  return std::nullopt;
+}
+
+volume::Result<Effect> parse_effect(const std::string& text) {
+  std::istringstream words(text);
+  std::string name, word;
+  words >> name;
+  const auto* found = std::find_if(std::begin(k_effects), std::end(k_effects),
+                                   [&](const Description& d) { return name == d.name; });
+  if (found == std::end(k_effects))
+    return Error{"there is no such effect", "--effect", name, effect_names(),
+                 "choose one of these, with its parameters in the same quotes"};
+  Effect effect{found->make()};
+  const std::vector<Parameter> parameters = found->parameters(effect.kind);
+  while (words >> word) {
+    const std::size_t equals = word.find('=');
+    const std::string key = word.substr(0, equals),
+                      value = equals == std::string::npos ? "" : word.substr(equals + 1);
+    bool is_read = key == "most" && parse_numbers(value, &effect.most, 1);
+    for (const Parameter& p : parameters)
+      if (key == p.name) {
+        double numbers[3];
+        is_read = parse_numbers(value, numbers, p.vector ? 3 : 1);
+        if (is_read && p.vector) *p.vector = {numbers[0], numbers[1], numbers[2]};
+        if (is_read && p.number) *p.number = numbers[0];
+      }
+    if (!is_read)
+      return Error{"an effect's parameter cannot be read", "--effect " + name, word, parameter_names(*found),
+                   ""};
+  }
+  if (volume::Status error = check_effect(effect)) return *error;
+  return effect;
+}
+
+volume::Status EffectRack::add(const Effect& effect) {
+  if (volume::Status error = check_effect(effect)) return error;
+  if (count_ == k_most)
+    return Error{"too many effects at once", "effects", std::to_string(count_ + 1),
+                 "at most " + std::to_string(k_most), ""};
+  Slot& slot = slots_[count_++];
+  slot = {effect};
+  if (dvec3* direction = direction_of(slot.effect.kind)) *direction = glm::normalize(*direction);
+  return std::nullopt;
+}
+
+void EffectRack::reset() noexcept {
+  has_last_ = false;
+  velocity_ = dvec3(0);
+  for (std::size_t i = 0; i < count_; ++i) slots_[i] = {slots_[i].effect};
+}
+
+EffectForces EffectRack::step(const TouchScene& scene, const ProxyStep& proxy, const dvec3& contact_force,
+                              const dvec3& hip, double dt, const volume::Version* cuts) noexcept {
+  EffectForces sum;
+  if (has_last_) velocity_ += std::min(1.0, dt / k_velocity_seconds) * ((hip - last_) / dt - velocity_);
+  last_ = hip;
+  has_last_ = true;
+  for (std::size_t i = 0; i < count_; ++i) {
+    Slot& slot = slots_[i];
+    const double most = slot.effect.most;
+    const auto render = [&](const dvec3& force) { sum.rendered_world += clamped(force, most); };
+    const auto give = [&](const dvec3& force) { sum.active_world += clamped(force, most); };
+    if (const auto* constant = std::get_if<ConstantForce>(&slot.effect.kind)) {
+      give(constant->force_world);
+    } else if (const auto* viscosity = std::get_if<Viscosity>(&slot.effect.kind)) {
+      render(-viscosity->damping * velocity_);
+    } else if (const auto* spring = std::get_if<Spring>(&slot.effect.kind)) {
+      render(spring->stiffness * (spring->anchor_world - hip));
+    } else if (const auto* line = std::get_if<LineTrack>(&slot.effect.kind)) {
+      const dvec3 off = hip - line->start_world;
+      const double depth = glm::dot(off, line->ahead_world);
+      dvec3 force = -line->stiffness * (off - depth * line->ahead_world);
+      bool is_in = true;
+      if (line->shape >= 0 && line->shape < static_cast<int>(scene.shapes.size())) {
+        const volume::Field& field = scene.shapes[static_cast<std::size_t>(line->shape)].field;
+        const dvec3 at = field.volume().frame.volume_from_world(hip);
+        is_in = field.value(at) >= 0;
+        if (is_in && cuts && &field.volume() == &cuts->base() && !cuts->is_untouched())
+          is_in = cuts->distance(at) > 0;
+        if (slot.was_in && !is_in && depth > 0) sum.has_lost_resistance = true, sum.lost_shape = line->shape;
+        slot.was_in = is_in;
+      }
+      if (!slot.has_track) slot.track_end = std::max(0.0, depth);
+      slot.has_track = true;
+      // What is ahead gives way when it is pushed harder than it resists.
+      double push = line->stiffness * (depth - slot.track_end);
+      const double holds = is_in ? line->resistance : 0;
+      if (push > holds) {
+        slot.track_end = depth - holds / line->stiffness;
+        push = holds;
+      }
+      if (push > 0) force -= push * line->ahead_world;
+      render(force);
+    } else if (const auto* plane = std::get_if<PlaneStop>(&slot.effect.kind)) {
+      const double height = glm::dot(hip - plane->point_world, plane->normal_world);
+      if (height < 0) render(-plane->stiffness * height * plane->normal_world);
+    } else if (const auto* vibration = std::get_if<Vibration>(&slot.effect.kind)) {
+      slot.phase += std::min(vibration->frequency_hz, 0.25 / dt) * dt;
+      slot.phase -= std::floor(slot.phase);
+      give(vibration->amplitude * volume::deterministic_sin(k_turn * slot.phase) *
+           vibration->direction_world);
+    } else if (const auto* gravity = std::get_if<GravityCompensation>(&slot.effect.kind)) {
+      give(9.80665 * gravity->mass * gravity->up_world);
+    } else if (const auto* texture = std::get_if<Texture>(&slot.effect.kind)) {
+      if (!proxy.has_contact) continue;
+      const dvec3& n = proxy.normal_world;
+      const double pressed = std::max(0.0, glm::dot(contact_force, n));
+      const dvec3 along = texture->direction_world - glm::dot(texture->direction_world, n) * n;
+      const double turns = glm::dot(proxy.proxy_world, texture->direction_world) / texture->wavelength;
+      const double slope = texture->height * k_turn / texture->wavelength *
+                           volume::deterministic_cos(k_turn * (turns - std::floor(turns)));
+      give(-pressed * slope * along);
+    }
+  }
+  // Active effects give a moving hand no more than their power.
+  const double speed = glm::length(velocity_);
+  if (speed > 0) sum.active_world = clamped(sum.active_world, k_power / speed);
+  return sum;
+}
+
+}  // namespace trephine::haptics

@@ -1,0 +1,113 @@
+// Forces that no surface makes: tracks, springs, vibrations. Any number up to eight at once, each bounded.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <variant>
+
+#include "haptics/proxy/proxy_method.h"
+
+namespace trephine::haptics {
+
+/// The same push everywhere.
+struct ConstantForce {
+  glm::dvec3 force_world{0.0};  ///< N
+};
+/// Against the motion, like honey.
+struct Viscosity {
+  double damping = 0.002;  ///< N s/mm
+};
+/// To a place.
+struct Spring {
+  glm::dvec3 anchor_world{0.0};
+  double stiffness = 0.1;  ///< N/mm
+};
+/// A straight track: springs hold the tip on it sideways, and making it longer costs a force, the probe's way
+/// through a pedicle (thesis of the volume haptics toolkit, 6.2.3). Going back and forth in what is already
+/// made costs none.
+struct LineTrack {
+  glm::dvec3 start_world{0.0}, ahead_world{0, 0, -1};
+  double stiffness = 0.5;  ///< N/mm, sideways and where the track ends
+  double resistance = 2;   ///< N, of what is ahead
+  int shape = -1;          ///< resists only while the tip is in this shape's solid; -1: everywhere
+};
+/// A half space that pushes out.
+struct PlaneStop {
+  glm::dvec3 point_world{0.0}, normal_world{0, 0, 1};
+  double stiffness = 0.5;  ///< N/mm
+};
+/// Shakes to and fro.
+struct Vibration {
+  glm::dvec3 direction_world{0, 0, 1};
+  double amplitude = 0.3;     ///< N
+  double frequency_hz = 120;  ///< at most a quarter of the servo's rate
+};
+/// Carries what the stylus weighs.
+struct GravityCompensation {
+  double mass = 0.05;  ///< kg
+  glm::dvec3 up_world{0, 0, 1};
+};
+/// Ripples on whatever is touched: a height a sin(2 pi x / wavelength) along a direction, felt as its slope
+/// times the normal force.
+struct Texture {
+  glm::dvec3 direction_world{1, 0, 0};
+  double height = 0.05;   ///< mm
+  double wavelength = 1;  ///< mm
+};
+
+using EffectKind = std::variant<ConstantForce, Viscosity, Spring, LineTrack, PlaneStop, Vibration,
+                                GravityCompensation, Texture>;
+struct Effect {
+  EffectKind kind;
+  double most = 3;  ///< N: never more
+};
+
+/// "constant, viscous, spring, line, plane, vibration, gravity, texture".
+std::string effect_names();
+/// From words: "spring anchor=0,0,10 stiffness=0.2 most=2". Directions need not be unit. Error names the
+/// effect's parameters, or the effects.
+volume::Result<Effect> parse_effect(const std::string& text);
+/// Error when a value is out of its range.
+volume::Status check_effect(const Effect& effect);
+
+/// What effects told in a tick.
+struct EffectForces {
+  glm::dvec3 rendered_world{0.0};    ///< N; of springs and dampers, which store or take energy
+  glm::dvec3 active_world{0.0};      ///< N; of those that may give some
+  bool has_lost_resistance = false;  ///< a tip left the shape through which its track went
+  int lost_shape = -1;               ///< that shape
+};
+
+/// The effects of one hand with their memory. Plain data. An empty rack costs one comparison.
+class EffectRack {
+ public:
+  static constexpr std::size_t k_most = 8;
+  static constexpr double k_power = 500;  ///< N mm/s: what active effects may give a moving hand
+  /// Error when it is full or the effect is out of range. Not for the servo thread.
+  volume::Status add(const Effect& effect);
+  void clear() noexcept { count_ = 0; }
+  bool is_empty() const noexcept { return count_ == 0; }
+  std::size_t size() const noexcept { return count_; }
+
+  /// Servo thread; once a tick, `dt` s after the last. `cuts`: of the scene's base; null: untouched.
+  EffectForces step(const TouchScene& scene, const ProxyStep& proxy, const glm::dvec3& contact_force,
+                    const glm::dvec3& hip_world, double dt, const volume::Version* cuts = nullptr) noexcept;
+  /// Forgets motion and tracks.
+  void reset() noexcept;
+
+ private:
+  struct Slot {
+    Effect effect;
+    double track_end = 0;  ///< mm that a track is long
+    bool has_track = false, was_in = false;
+    double phase = 0;  ///< of a vibration, in turns
+  };
+  std::array<Slot, k_most> slots_;
+  std::size_t count_ = 0;
+  glm::dvec3 last_{0.0}, velocity_{0.0};
+  bool has_last_ = false;
+};
+
+}  // namespace trephine::haptics

@@ -1,0 +1,100 @@
+#include "haptics/force/force.h"
+
+#include <algorithm>
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <utility>
+
+#include "volume/deterministic_math.h"
+
+namespace trephine::haptics {
+
+using glm::dvec3;
+
+namespace {
+bool is_finite(const dvec3& v) noexcept {
+  return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
+}
+}  // namespace
+
+std::string fault_names(std::uint32_t faults) {
+  std::string names;
+  for (const auto& [bit, name] :
+       {std::pair(fault_not_finite, "no number"), std::pair(fault_stale_scene, "stale scene"),
+        std::pair(fault_lost_device, "lost device"), std::pair(fault_full_ring, "full ring")})
+    if (faults & bit) names += (names.empty() ? "" : ", ") + std::string(name);
+  return names;
+}
+
+ForceModel::ForceModel(const ForceOptions& options, double dt) : alpha_(options.smoothing_alpha), dt_(dt) {
+  // (1 - a)^(1000 dt): what is left of an old force after dt is what 1 kHz would have left.
+  const double ticks = 1000 * dt;
+  if (alpha_ < 1 && ticks != 1)
+    alpha_ = 1 - volume::deterministic_exp(ticks * volume::deterministic_log(1 - alpha_));
+}
+
+dvec3 ForceModel::step(const ProxyStep& proxy, const dvec3& hip_world, const TouchScene& scene) noexcept {
+  dvec3 force(0);
+  if (proxy.has_contact) {
+    const Material& material = material_of(scene, proxy.shape, proxy.side);
+    const dvec3 stretch = proxy.proxy_world - hip_world;
+    force = stiffness_at(scene, proxy.shape, proxy.side, proxy.proxy_world, proxy.normal_world) * stretch;
+    if (had_contact_) force += (material.damping / dt_) * (stretch - stretch_);
+    if (had_contact_ && material.viscosity > 0) {
+      const dvec3 moved = hip_world - hip_, &n = proxy.normal_world;
+      force -= (material.viscosity / dt_) * (moved - glm::dot(moved, n) * n);
+    }
+    stretch_ = stretch;
+    hip_ = hip_world;
+  }
+  had_contact_ = proxy.has_contact;
+  if (proxy.is_buried) {
+    reset();
+    return dvec3(0);
+  }
+  smoothed_ = alpha_ * force + (1 - alpha_) * smoothed_;
+  return smoothed_;
+}
+
+void ForceModel::reset() noexcept {
+  smoothed_ = dvec3(0);
+  had_contact_ = false;
+}
+
+dvec3 ForceGuard::step(const dvec3& wanted, std::uint32_t faults) noexcept {
+  momentary_ = 0;
+  dvec3 force = wanted;
+  if (!is_finite(force)) {
+    force = dvec3(0);
+    faults |= fault_not_finite;
+  }
+  latched_ |= faults & k_latched_faults;
+  if (latched_ & fault_not_finite) {
+    last_ = dvec3(0);  // at once: nothing here can be trusted
+    return last_;
+  }
+  if (latched_ != 0) {
+    fade_ = std::max(0.0, fade_ - dt_ / options_.fade_seconds);
+    force *= fade_;
+  }
+  if (const double size = glm::length(force); size > options_.force_limit) {
+    force *= options_.force_limit / size;
+    momentary_ |= fault_magnitude;
+  }
+  const dvec3 change = force - last_;
+  if (const double size = glm::length(change), most = options_.slew_limit * dt_; size > most) {
+    force = last_ + change * (most / size);
+    momentary_ |= fault_slew;
+  }
+  if (latched_ != 0 && fade_ == 0) force = dvec3(0);  // the fade ends in time, whatever the slew
+  last_ = force;
+  return force;
+}
+
+void ForceGuard::reset() noexcept {
+  last_ = dvec3(0);
+  fade_ = 1;
+  latched_ = momentary_ = 0;
+}
+
+}  // namespace trephine::haptics

@@ -1,0 +1,87 @@
+#include "haptics/mesh/god_object.h"
+
+#include <glm/common.hpp>
+
+namespace trephine::haptics {
+
+using glm::dvec3;
+
+dvec3 nearest_allowed(const dvec3& wish, const std::array<HoldingPlane, 3>& planes, int count) noexcept {
+  const auto plane = [&](int i) -> const HoldingPlane& { return planes[static_cast<std::size_t>(i)]; };
+  constexpr double k_slack = 1e-9;  // mm
+  const auto is_allowed = [&](const dvec3& p) {
+    for (int i = 0; i < count; ++i)
+      if (glm::dot(plane(i).normal, p) < plane(i).offset - k_slack) return false;
+    return true;
+  };
+  if (is_allowed(wish)) return wish;
+  const auto missing = [&](int i) { return plane(i).offset - glm::dot(plane(i).normal, wish); };
+  for (int i = count - 1; i >= 0; --i)
+    if (const double m = missing(i); m > 0)
+      if (const dvec3 p = wish + m * plane(i).normal; is_allowed(p)) return p;
+  for (int i = count - 1; i >= 0; --i)
+    for (int j = i - 1; j >= 0; --j) {
+      const double c = glm::dot(plane(i).normal, plane(j).normal), s = 1 - c * c;
+      if (s < 1e-12) continue;
+      const double a = (missing(i) - c * missing(j)) / s, b = (missing(j) - c * missing(i)) / s;
+      if (a < 0 || b < 0) continue;
+      if (const dvec3 p = wish + a * plane(i).normal + b * plane(j).normal; is_allowed(p)) return p;
+    }
+  if (count == 3) {
+    const dvec3 jk = glm::cross(plane(1).normal, plane(2).normal),
+                ki = glm::cross(plane(2).normal, plane(0).normal),
+                ij = glm::cross(plane(0).normal, plane(1).normal);
+    const double volume = glm::dot(plane(0).normal, jk);
+    if (std::abs(volume) > 1e-9)
+      return (plane(0).offset * jk + plane(1).offset * ki + plane(2).offset * ij) / volume;
+  }
+  return wish + std::max(0.0, missing(count - 1)) * plane(count - 1).normal;
+}
+
+namespace {
+
+/// a b as a double and what rounding took (Dekker 1971); no overflow for coordinates of places.
+void exact_product(double a, double b, double& high, double& low) noexcept {
+  constexpr double k_split = 134217729;  // 2^27 + 1
+  high = a * b;
+  const double ta = k_split * a, tb = k_split * b;
+  const double ah = ta - (ta - a), al = a - ah, bh = tb - (tb - b), bl = b - bh;
+  low = ((ah * bh - high) + ah * bl + al * bh) + al * bl;
+}
+
+/// a b - c d with the right sign, whatever rounding does to the products.
+double determinant(double a, double b, double c, double d) noexcept {
+  const double ab = a * b, cd = c * d, value = ab - cd;
+  if (std::abs(value) > 1e-15 * (std::abs(ab) + std::abs(cd))) return value;
+  double p, pe, q, qe;
+  exact_product(a, b, p, pe);
+  exact_product(c, d, q, qe);
+  return (p - q) + (pe - qe);
+}
+
+}  // namespace
+
+bool crosses_triangle(const dvec3& a, const dvec3& d, const dvec3& v0, const dvec3& v1, const dvec3& v2,
+                      double& t, double& facing) noexcept {
+  // Seen along the way, each corner is a point of a plane, rounded once and so the same for all its
+  // triangles; which side of their edges the way passes is then decided exactly.
+  const dvec3 size = glm::abs(d);
+  const int z = size.x > size.y ? (size.x > size.z ? 0 : 2) : (size.y > size.z ? 1 : 2);
+  const int x = z == 2 ? 0 : z + 1, y = x == 2 ? 0 : x + 1;
+  if (!(size[z] > 0)) return false;
+  const double sx = d[x] / d[z], sy = d[y] / d[z];
+  const dvec3 p = v0 - a, q = v1 - a, r = v2 - a;
+  const double px = p[x] - sx * p[z], py = p[y] - sy * p[z];
+  const double qx = q[x] - sx * q[z], qy = q[y] - sy * q[z];
+  const double rx = r[x] - sx * r[z], ry = r[y] - sy * r[z];
+  const double u = determinant(rx, qy, ry, qx), v = determinant(px, ry, py, rx),
+               w = determinant(qx, py, qy, px);
+  if ((u < 0 || v < 0 || w < 0) && (u > 0 || v > 0 || w > 0)) return false;
+  const dvec3 normal = glm::cross(v1 - v0, v2 - v0);
+  facing = glm::dot(d, normal);
+  if (facing == 0) return false;
+  t = glm::dot(p, normal) / facing;
+  return t >= 0 && t <= 1;
+}
+
+}  // namespace trephine::haptics

@@ -1,0 +1,88 @@
+#include "haptics/mesh/mesh_proxy.h"
+
+#include <algorithm>
+
+#include "haptics/proxy/friction.h"
+#include "volume/surface_nets.h"
+
+namespace trephine::haptics {
+
+using glm::dvec3;
+
+volume::Status MeshProxy::prepare(const TouchScene& scene) {
+  if (volume::Status error = check_touchable(scene, true, true)) return error;
+  if (scene.smallest_burr > 0)
+    return volume::Error{"this method does not feel cuts", "--method",
+                         "mesh, which touches what was there at first", "", "use --method subvoxel"};
+  trees_.clear();
+  gap_ = 1e-5;
+  for (const TouchMesh& mesh : scene.meshes) {
+    if (!mesh.tree) return volume::Error{"a mesh has no tree", mesh.name, "", "", ""};
+    if (mesh.mover >= 0)
+      return volume::Error{"this method holds meshes still", mesh.name, "a mesh that moves", "",
+                           "use --method scene"};
+    gap_ = std::min(gap_, mesh.tree->gap());
+  }
+  const volume::Frame& frame = scene.base->frame;
+  const glm::dmat3& axes = frame.axes();
+  const bool is_mirrored = glm::dot(glm::cross(axes[0], axes[1]), axes[2]) < 0;
+  for (const TouchShape& shape : scene.shapes) {
+    const volume::Mesh net = volume::surface_net({&shape.field, nullptr, shape.bits.get()});
+    std::vector<dvec3> vertices(net.vertices.size());
+    for (std::size_t i = 0; i < vertices.size(); ++i)
+      vertices[i] = frame.world_from_volume(dvec3(net.vertices[i]));
+    std::vector<std::uint32_t> triangles(net.triangles.data(), net.triangles.data() + net.triangles.size());
+    if (is_mirrored)
+      for (std::size_t t = 0; t < triangles.size(); t += 3) std::swap(triangles[t + 1], triangles[t + 2]);
+    trees_.emplace_back(std::move(vertices), std::move(triangles));
+    gap_ = std::min(gap_, trees_.back().gap());
+  }
+  return std::nullopt;
+}
+
+ProxyStep MeshProxy::step(const TouchScene& scene, const ServoScene& seen, ProxyState& state,
+                          const ProxyInput& input) const noexcept {
+  const volume::Frame& frame = seen.version->base().frame;
+  ProxyStep result;
+  result.normal_world = dvec3(0);
+  const dvec3 hip = frame.volume_from_world(input.hip_world);
+  if (!state.has_proxy) {
+    state.begin_at(hip);
+    result.proxy_world = input.hip_world;
+    result.path_volume[0] = hip;
+    result.waypoint_count = 1;
+    return result;
+  }
+  const auto cast = [&](const dvec3& a, const dvec3& b, FacetHit& hit) {
+    const dvec3 from = frame.world_from_volume(a), to = frame.world_from_volume(b);
+    bool is_hit = false;
+    const auto ask = [&](const MeshTree& tree, int shape, const Placement& placement) {
+      FacetHit one;
+      if (!tree.cast(placement.local_from_world(from), placement.local_from_world(to), scene.tool_radius,
+                     holds(scene, state.around.let_through, shape, Sides::front),
+                     holds(scene, state.around.let_through, shape, Sides::back), one,
+                     result.counters.triangles) ||
+          (is_hit && one.t >= hit.t))
+        return;
+      hit = one;
+      if (shape >= static_cast<int>(trees_.size())) hit.normal_world = placement.rotation * one.normal_world;
+      hit.shape = shape;
+      is_hit = true;
+    };
+    for (std::size_t s = 0; s < trees_.size(); ++s) ask(trees_[s], static_cast<int>(s), Placement{});
+    for (std::size_t m = 0; m < scene.meshes.size(); ++m) {
+      const TouchMesh& mesh = scene.meshes[m];
+      ask(*mesh.tree, static_cast<int>(trees_.size() + m), mesh.placement);
+    }
+    return is_hit;
+  };
+  const int landing = move_god_object(frame, input.hip_world, state.proxy_volume, gap_, cast, result);
+  const auto is_blocked = [&](const dvec3& a, const dvec3& b) {
+    FacetHit hit;
+    return cast(a, b, hit);
+  };
+  end_with_friction(frame, scene, input.hip_world, landing, is_blocked, state, result);
+  return result;
+}
+
+}  // namespace trephine::haptics

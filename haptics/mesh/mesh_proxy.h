@@ -1,0 +1,24 @@
+// The proxy on polygonal models: a god-object on triangles found by a tree of boxes.
+#pragma once
+
+#include "haptics/mesh/mesh_tree.h"
+#include "haptics/proxy/proxy_method.h"
+
+namespace trephine::haptics {
+
+/// A god-object on up to three facets at once (Zilles and Salisbury 1995). prepare() makes the models: the
+/// whole surface of each shape as it is untouched, in world coordinates; what is cut later stays touchable.
+/// Cost: logarithmic in the triangles.
+class MeshProxy final : public ProxyMethod {
+ public:
+  const char* name() const noexcept override { return "mesh"; }
+  volume::Status prepare(const TouchScene& scene) override;
+  ProxyStep step(const TouchScene& scene, const ServoScene& seen, ProxyState& state,
+                 const ProxyInput& input) const noexcept override;
+
+ private:
+  std::vector<MeshTree> trees_;  ///< one a shape
+  double gap_ = 1e-5;
+};
+
+}  // namespace trephine::haptics

@@ -1,0 +1,130 @@
+// Triangles in a tree of boxes: which one does a way meet first, and which lie near? In double precision
+// throughout, so that a mesh may be in metres or have edges of 10 um, and watertight at edges and vertices.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+#include <glm/vec3.hpp>
+#include <span>
+#include <vector>
+
+#include "haptics/mesh/god_object.h"
+
+namespace trephine::haptics {
+
+/// Immutable but for refit(). Queries: any thread, no allocation.
+class MeshTree {
+ public:
+  MeshTree() = default;
+  /// Triangles look to the free side counter-clockwise. Degenerate ones are kept and never met. n log n.
+  MeshTree(std::vector<glm::dvec3> vertices, std::vector<std::uint32_t> triangles);
+
+  /// The same triangles at other places: boxes anew, the tree as it is. Not while others look.
+  void refit(std::span<const glm::dvec3> vertices);
+
+  /// The first triangle that a ball meets on a side that holds, when its middle goes from a to b; a point
+  /// where the radius (mm) is 0. `looked`: triangles that were asked.
+  bool cast(const glm::dvec3& a, const glm::dvec3& b, double radius, bool is_front, bool is_back,
+            FacetHit& hit, int& looked) const noexcept {
+    return radius > 0 ? cast_ball(a, b, radius, is_front, is_back, hit, looked)
+                      : cast(a, b, is_front, is_back, hit, looked);
+  }
+  /// The point.
+  bool cast(const glm::dvec3& a, const glm::dvec3& b, bool is_front, bool is_back, FacetHit& hit,
+            int& looked) const noexcept;
+
+  /// The ball: where it first comes as near as `radius` to a triangle. One that is nearer already is stopped
+  /// at once when it comes nearer still. Front or back is where the middle starts. The normal points from the
+  /// triangle to the middle.
+  bool cast_ball(const glm::dvec3& a, const glm::dvec3& b, double radius, bool is_front, bool is_back,
+                 FacetHit& hit, int& looked) const noexcept;
+
+  /// A triangle near a point.
+  struct Near {
+    std::uint32_t triangle;  ///< for corners()
+    glm::dvec3 nearest;      ///< its point nearest to the one asked about
+    glm::dvec3 normal;       ///< unit, of its front
+    double distance;         ///< mm
+    bool is_front;           ///< the point lies before its front
+  };
+  /// Calls use(near) for each triangle within `reach` mm of p, in no order; degenerate ones are left out.
+  template <class Use>
+  void for_near(const glm::dvec3& p, double reach, Use&& use) const noexcept;
+  std::array<glm::dvec3, 3> corners(std::uint32_t triangle) const noexcept {
+    return {vertices_[triangles_[3 * triangle]], vertices_[triangles_[3 * triangle + 1]],
+            vertices_[triangles_[3 * triangle + 2]]};
+  }
+  /// The box of all triangles; low > high when there are none.
+  glm::dvec3 low() const noexcept { return nodes_.empty() ? glm::dvec3(1) : nodes_[0].low; }
+  glm::dvec3 high() const noexcept { return nodes_.empty() ? glm::dvec3(-1) : nodes_[0].high; }
+
+  std::size_t triangle_count() const noexcept { return triangles_.size() / 3; }
+  std::size_t bytes() const noexcept;
+  /// mm that a god-object keeps from facets: a thousandth of the shortest edge, at most 1e-5, above rounding.
+  double gap() const noexcept { return gap_; }
+
+ private:
+  struct Node {
+    glm::dvec3 low, high;
+    std::uint32_t first;  ///< of its triangles, or its second child (the first follows it)
+    std::uint32_t count;  ///< of triangles; 0: an inner node
+  };
+  static constexpr std::uint32_t k_leaf = 4;
+  static constexpr int k_deepest = 64;
+
+  std::uint32_t build(std::uint32_t begin, std::uint32_t end, std::span<const glm::dvec3> centres,
+                      std::vector<std::uint32_t>& order, int depth);
+  void bound_leaf(Node& node) const;
+  /// Calls use(triangle) for those in the leaves that `meets` leads to, asked anew at every node.
+  template <class Meets, class Use>
+  void for_triangles(Meets&& meets, Use&& use) const noexcept;
+
+  std::vector<glm::dvec3> vertices_;
+  std::vector<std::uint32_t> triangles_;  ///< in the leaves' order
+  std::vector<Node> nodes_;
+  double gap_ = 1e-5;
+};
+
+/// Where on a triangle a point lies.
+enum class TriangleFeature { face, corner, edge_ab, edge_bc, edge_ac };
+/// The point of triangle (a, b, c) nearest to p (Ericson 2005, 5.1.5).
+glm::dvec3 nearest_on_triangle(const glm::dvec3& p, const glm::dvec3& a, const glm::dvec3& b,
+                               const glm::dvec3& c, TriangleFeature* feature = nullptr) noexcept;
+
+template <class Meets, class Use>
+void MeshTree::for_triangles(Meets&& meets, Use&& use) const noexcept {
+  if (nodes_.empty()) return;
+  std::array<std::uint32_t, k_deepest> stack;
+  std::size_t depth = 0;
+  stack[depth++] = 0;
+  while (depth > 0) {
+    const std::uint32_t n = stack[--depth];
+    const Node& node = nodes_[n];
+    if (!meets(node)) continue;
+    if (node.count == 0) {
+      stack[depth++] = node.first;
+      stack[depth++] = n + 1;
+      continue;
+    }
+    for (std::uint32_t t = node.first; t < node.first + node.count; ++t) use(t);
+  }
+}
+
+template <class Use>
+void MeshTree::for_near(const glm::dvec3& p, double reach, Use&& use) const noexcept {
+  const auto is_near = [&](const Node& node) {
+    const glm::dvec3 off = p - glm::clamp(p, node.low, node.high);
+    return glm::dot(off, off) <= reach * reach;
+  };
+  for_triangles(is_near, [&](std::uint32_t t) {
+    const auto [a, b, c] = corners(t);
+    const glm::dvec3 nearest = nearest_on_triangle(p, a, b, c), normal = glm::cross(b - a, c - a);
+    const double distance = glm::length(p - nearest), size = glm::length(normal);
+    if (!(distance <= reach) || !(size > 0)) return;
+    use(Near{t, nearest, normal / size, distance, glm::dot(normal, p - a) >= 0});
+  });
+}
+
+}  // namespace trephine::haptics

@@ -1,0 +1,190 @@
+#include "haptics/proxy/baseline_proxies.h"
+
+#include <algorithm>
+#include <cmath>
+#include <glm/geometric.hpp>
+
+#include "haptics/walls/barrier.h"
+#include "haptics/walls/solid_grid.h"
+
+namespace trephine::haptics {
+
+using glm::dvec3;
+using glm::ivec3;
+
+namespace {
+
+constexpr int k_max_steps = 4096;  // samples of a way; a faster hand is sampled more coarsely
+
+dvec3 unit(const dvec3& v) noexcept {
+  const double length = glm::length(v);
+  return length > 0 ? v / length : dvec3(0);
+}
+
+/// Central differences of the intensities (of the label's field) at a voxel, toward less of them, world
+/// frame.
+dvec3 voxel_normal(const volume::Field& field, const volume::Frame& frame, const ivec3& v,
+                   int& cells) noexcept {
+  cells += 6;
+  const auto at = [&field](int x, int y, int z) {
+    const volume::Volume& base = field.volume();
+    if (field.shape().is_label() || !base.contains({x, y, z})) return field.at(x, y, z);
+    return static_cast<double>(base.voxels[base.index(x, y, z)]);
+  };
+  const dvec3 slope(at(v.x + 1, v.y, v.z) - at(v.x - 1, v.y, v.z),
+                    at(v.x, v.y + 1, v.z) - at(v.x, v.y - 1, v.z),
+                    at(v.x, v.y, v.z + 1) - at(v.x, v.y, v.z - 1));
+  return unit(-frame.gradient_world_from_volume(slope));
+}
+
+/// The first shape whose binary transfer function holds voxel v, or -1.
+int shape_at(const TouchScene& scene, const volume::Version& version, const ivec3& v) noexcept {
+  const VoxelGrid grid(scene, version);
+  for (std::size_t s = 0; s < scene.shapes.size(); ++s)
+    if (grid.is_solid(s, v)) return static_cast<int>(s);
+  return -1;
+}
+
+void finish(const volume::Frame& frame, const dvec3& hip_world, const dvec3& proxy_world, ProxyState& state,
+            ProxyStep& result) noexcept {
+  result.path_volume[0] = state.has_proxy ? state.proxy_volume : frame.volume_from_world(hip_world);
+  result.path_volume[1] = frame.volume_from_world(proxy_world);
+  result.waypoint_count = 2;
+  result.proxy_world = proxy_world;
+  state.has_proxy = true;
+  state.had_contact = result.has_contact;
+  state.proxy_volume = result.path_volume[1];
+}
+
+}  // namespace
+
+volume::Status RaystepProxy::prepare(const TouchScene& scene) {
+  if (volume::Status error = check_burr_opens_voxels(scene)) return error;
+  return check_touchable(scene);
+}
+
+ProxyStep RaystepProxy::step(const TouchScene& scene, const ServoScene& seen, ProxyState& state,
+                             const ProxyInput& input) const noexcept {
+  const volume::Version& version = *seen.version;
+  const volume::Frame& frame = version.base().frame;
+  const dvec3& end = input.hip_world;
+  ProxyStep result;
+  result.normal_world = dvec3(0);
+  dvec3 proxy = end;
+  const dvec3 start = state.has_proxy ? frame.world_from_volume(state.proxy_volume) : end;
+  const double length = glm::length(end - start);
+  if (state.has_proxy && (length > 0 || state.had_contact)) {
+    const int steps = std::min(k_max_steps, static_cast<int>(std::ceil(length / k_step)));
+    for (int i = 0; i <= steps; ++i) {
+      const double t = steps > 0 ? std::min(1.0, i * (length / steps) / std::max(length, 1e-300)) : 0;
+      const dvec3 p = (1 - t) * start + t * end;
+      const ivec3 v = volume::voxel_of(glm::clamp(frame.volume_from_world(p), dvec3(-1e6), dvec3(1e6)));
+      ++result.counters.voxels;
+      const int s = shape_at(scene, version, v);
+      if (s < 0) continue;
+      dvec3 normal =
+          voxel_normal(scene.shapes[static_cast<std::size_t>(s)].field, frame, v, result.counters.cells);
+      const bool is_front = glm::dot(start - p, normal) >= 0 && glm::dot(end - p, normal) <= 0;
+      if (!holds(scene, state.around.let_through, s, side_of(!is_front))) break;
+      if (!is_front) normal = -normal;
+      result.has_contact = true;
+      result.shape = s;
+      result.side = is_front ? 1 : -1;
+      result.normal_world = normal;
+      // In the tangent plane at the contact, as close to the HIP as it allows.
+      const double depth = glm::dot(end - p, normal);
+      proxy = depth < 0 ? end - depth * normal : p;
+      break;
+    }
+  }
+  finish(frame, end, proxy, state, result);
+  return result;
+}
+
+volume::Status PlaneProxy::prepare(const TouchScene& scene) { return check_touchable(scene); }
+
+ProxyStep PlaneProxy::step(const TouchScene& scene, const ServoScene& seen, ProxyState& state,
+                           const ProxyInput& input) const noexcept {
+  const volume::Version& version = *seen.version;
+  const volume::Frame& frame = version.base().frame;
+  const dvec3& hip = input.hip_world;
+  ProxyStep result;
+  result.normal_world = dvec3(0);
+  PlaneMemory& plane = state.plane;
+  if (!state.has_proxy) plane = PlaneMemory{};
+  if (plane.age % k_ticks_a_plane == 0) {
+    // The surface nearest along the gradient at the HIP, if the HIP lies in a solid or close to one.
+    const dvec3 p = frame.volume_from_world(hip);
+    const bool had = plane.shape >= 0;
+    const double old = had ? glm::dot(hip - plane.point_world, plane.normal_world) : 0;
+    plane.shape = -1;
+    for (std::size_t s = 0; s < scene.shapes.size() && plane.shape < 0; ++s) {
+      const TouchShape& shape = scene.shapes[s];
+      if (state.around.let_through.contains(static_cast<int>(s))) continue;
+      const dvec3 normal = outward_normal(shape, version, p, result.counters.cells);
+      const double slope = glm::length(frame.gradient_world_from_volume(shape.field.smooth_gradient(p)));
+      result.counters.cells += 40;
+      if (!(slope > 0) || normal == dvec3(0)) continue;
+      double height = -shape.field.value(p) / slope;
+      if (version.is_near_cut(p)) height = std::max(height, -version.distance(p));
+      if (std::abs(height) > 3 * frame.diagonal_mm()) continue;
+      plane.shape = static_cast<int>(s);
+      plane.point_world = hip - height * normal;
+      plane.normal_world = normal;
+    }
+    // What a step onto the new plane would be, taken back over the recovery time.
+    plane.recovery =
+        had && plane.shape >= 0 && old < 0 ? old - glm::dot(hip - plane.point_world, plane.normal_world) : 0;
+    plane.recovery_left = k_recovery;
+  }
+  ++plane.age;
+  dvec3 proxy = hip;
+  if (plane.shape >= 0) {
+    const double share = std::max(0, plane.recovery_left) / static_cast<double>(k_recovery);
+    const double depth = glm::dot(hip - plane.point_world, plane.normal_world) + share * plane.recovery;
+    --plane.recovery_left;
+    if (depth < 0) {
+      result.has_contact = true;
+      result.shape = plane.shape;
+      result.side = 1;
+      result.normal_world = plane.normal_world;
+      proxy = hip - depth * plane.normal_world;
+    }
+  }
+  finish(frame, hip, proxy, state, result);
+  return result;
+}
+
+volume::Status GradientProxy::prepare(const TouchScene& scene) { return check_touchable(scene); }
+
+ProxyStep GradientProxy::step(const TouchScene& scene, const ServoScene& seen, ProxyState& state,
+                              const ProxyInput& input) const noexcept {
+  const volume::Version& version = *seen.version;
+  const volume::Frame& frame = version.base().frame;
+  const dvec3& hip = input.hip_world;
+  ProxyStep result;
+  result.normal_world = dvec3(0);
+  dvec3 proxy = hip;
+  const dvec3 p = frame.volume_from_world(hip);
+  for (std::size_t s = 0; s < scene.shapes.size(); ++s) {
+    const TouchShape& shape = scene.shapes[s];
+    if (state.around.let_through.contains(static_cast<int>(s))) continue;
+    result.counters.cells += 8;
+    double depth = shape.field.value(p);
+    if (depth < 0) continue;
+    const double slope = glm::length(frame.gradient_world_from_volume(shape.field.smooth_gradient(p)));
+    depth = slope > 0 ? depth / slope : 0;
+    if (version.is_near_cut(p)) depth = std::min(depth, version.distance(p));
+    if (!(depth > 0)) continue;
+    result.normal_world = outward_normal(shape, version, p, result.counters.cells);
+    result.has_contact = result.normal_world != dvec3(0);
+    result.shape = static_cast<int>(s);
+    result.side = 1;
+    proxy = hip + std::min(depth, 2 * frame.diagonal_mm()) * result.normal_world;
+    break;
+  }
+  finish(frame, hip, proxy, state, result);
+  return result;
+}
+
+}  // namespace trephine::haptics

@@ -1,0 +1,187 @@
+#include "haptics/proxy/explicit_proxy.h"
+
+#include "haptics/mesh/god_object.h"
+#include "haptics/proxy/friction.h"
+#include "haptics/walls/solid_grid.h"
+#include "volume/local_net.h"
+#include "volume/marching_cubes.h"
+
+namespace trephine::haptics {
+
+using glm::dvec3;
+using glm::ivec3;
+
+namespace {
+
+/// Casts ways against the surfaces of all shapes, in the grid's frame. `Local`: makes the triangles of a
+/// cell.
+template <class Grid, template <class> class Local>
+class SurfaceCaster {
+ public:
+  SurfaceCaster(const TouchScene& scene, const Grid& grid, const ShapeSet& let_through,
+                ProxyCounters& counters) noexcept
+      : scene_(scene), grid_(grid), let_through_(let_through), counters_(counters) {}
+
+  bool operator()(const dvec3& a, const dvec3& b, FacetHit& hit) const noexcept {
+    if (a == b) return false;
+    bool is_hit = false;
+    for (int s = 0; s < static_cast<int>(scene_.shapes.size()); ++s) is_hit = cast(s, a, b, hit, is_hit);
+    return is_hit;
+  }
+
+  /// Does p lie behind the surface of the shape? By the first triangle on the way to a free corner of its
+  /// cell.
+  bool is_behind(int s, const dvec3& p) const noexcept {
+    const Surface surface = surface_of(s);
+    ivec3 cell;
+    for (int a = 0; a < 3; ++a) cell[a] = static_cast<int>(std::floor(p[a]));
+    const int bits = surface.config(cell);
+    if (bits == 0 || bits == 255) return bits == 255;
+    int corner = 0;
+    while (bits >> corner & 1) ++corner;
+    const dvec3 way = dvec3(cell + ivec3(corner & 1, corner >> 1 & 1, corner >> 2 & 1)) - p;
+    double nearest = 2, nearest_facing = 0;
+    surface.triangles_of_cell(cell, [&](const glm::vec3& i, const glm::vec3& j, const glm::vec3& k) {
+      double t = 0, facing = 0;
+      if (crosses_triangle(p, way, dvec3(i), dvec3(j), dvec3(k), t, facing) && t < nearest)
+        nearest = t, nearest_facing = facing;
+    });
+    return nearest <= 1 && nearest_facing > 0;
+  }
+
+ private:
+  using Surface = Local<typename Grid::Samples>;
+  Surface surface_of(int s) const noexcept { return Surface(grid_.samples(static_cast<std::size_t>(s))); }
+
+  /// `is_hit`: another shape was met at hit.t; only what is nearer counts.
+  bool cast(int s, const dvec3& a, const dvec3& b, FacetHit& hit, bool is_hit) const noexcept {
+    const bool is_front = holds(scene_, let_through_, s, Sides::front),
+               is_back = holds(scene_, let_through_, s, Sides::back);
+    if (!is_front && !is_back) return is_hit;
+    const Surface surface = surface_of(s);
+    const auto shape = static_cast<std::size_t>(s);
+    const dvec3 way = b - a;
+    // Cells are cubes between voxel centres: the traversal's voxels, moved by half a step.
+    const volume::VoxelBox box{ivec3(-1), grid_.size() - 1};
+    volume::VoxelWalk walk(volume::Segment(a - 0.5, b - 0.5), box);
+    while (!walk.is_done()) {
+      const ivec3& cell = walk.voxel();
+      ++counters_.cells;
+      // A quad reaches beyond its cell: what was hit behind this cell may have something before it in the
+      // next.
+      if (is_hit && hit.t < walk.t_enter()) return true;
+      if (grid_.contains(cell)) {
+        // The cell's far corners lie one voxel on.
+        volume::VoxelBox empty = grid_.empty_box(cell, shape, shape + 1);
+        empty.high -= 1;
+        if (glm::all(glm::lessThanEqual(empty.low, cell)) && glm::all(glm::lessThanEqual(cell, empty.high))) {
+          walk.advance_past(empty);
+          continue;
+        }
+      }
+      surface.triangles_of_cell(cell, [&](const glm::vec3& i, const glm::vec3& j, const glm::vec3& k) {
+        ++counters_.triangles;
+        const dvec3 p(i), q(j), r(k);
+        double t = 0, facing = 0;
+        if (!crosses_triangle(a, way, p, q, r, t, facing) || (is_hit && t >= hit.t)) return;
+        // Triangles look to the free side where the frame is right-handed.
+        const bool is_from_free = facing < 0;
+        if (is_from_free ? !is_front : !is_back) return;
+        const dvec3 normal =
+            glm::normalize(grid_.frame().gradient_world_from_volume(glm::cross(q - p, r - p)));
+        hit = {t, is_from_free ? normal : -normal, s, is_from_free ? 1 : -1};
+        is_hit = true;
+      });
+      walk.advance();
+    }
+    return is_hit;
+  }
+
+  const TouchScene& scene_;
+  const Grid& grid_;
+  const ShapeSet& let_through_;
+  ProxyCounters& counters_;
+};
+
+template <template <class> class Local, class Grid>
+void step_on_triangles(const TouchScene& scene, const Grid& grid, std::uint64_t serial,
+                       const ProxyInput& input, ProxyState& state, ProxyStep& result) noexcept {
+  const volume::Frame& frame = grid.frame();
+  const dvec3 hip = frame.volume_from_world(input.hip_world);
+  const ShapeSet let_through = state.around.let_through;
+  const SurfaceCaster<Grid, Local> caster(scene, grid, let_through, result.counters);
+
+  // The first step, and a proxy over which matter has grown, start at the HIP, inside whatever is there.
+  bool is_fresh = !state.has_proxy;
+  if (!is_fresh && state.version != serial)
+    for (int s = 0; s < static_cast<int>(scene.shapes.size()); ++s) {
+      const bool was = state.inside.contains(s), is_now = caster.is_behind(s, state.proxy_volume);
+      if (was != is_now && holds(scene, state.around.let_through, s, side_of(was)))
+        result.is_buried = is_fresh = true;
+    }
+  if (is_fresh) {
+    state.begin_at(hip);
+    state.version = serial;
+    for (int s = 0; s < static_cast<int>(scene.shapes.size()); ++s)
+      state.inside.set(s, caster.is_behind(s, hip));
+    result.proxy_world = input.hip_world;
+    result.path_volume[0] = hip;
+    result.waypoint_count = 1;
+    return;
+  }
+
+  const glm::dvec3& spacing = frame.spacing();
+  const double gap = k_facet_gap * std::min(std::min(spacing.x, spacing.y), spacing.z);
+  const int landing = move_god_object(frame, input.hip_world, state.proxy_volume, gap, caster, result);
+  const dvec3 before = state.proxy_volume;
+  const auto is_blocked = [&](const dvec3& a, const dvec3& b) {
+    FacetHit hit;
+    return caster(a, b, hit);
+  };
+  end_with_friction(frame, scene, input.hip_world, landing, is_blocked, state, result);
+  const dvec3& proxy = state.proxy_volume;
+  state.version = serial;
+  // Inside only where a side does not hold; looked at when the proxy moved without contact.
+  if (proxy != before && (!state.inside.is_empty() || !result.has_contact)) {
+    for (int s = 0; s < static_cast<int>(scene.shapes.size()); ++s)
+      state.inside.set(s, caster.is_behind(s, proxy));
+  }
+}
+
+}  // namespace
+
+bool is_behind_triangles(const TouchScene& scene, const ServoScene& seen, std::size_t shape,
+                         const dvec3& place) noexcept {
+  ProxyCounters counters;
+  const ShapeSet none;
+  const auto is_behind = [&](const auto& grid, const dvec3& p) {
+    using Grid = std::decay_t<decltype(grid)>;
+    const int s = static_cast<int>(shape);
+    return SurfaceCaster<Grid, volume::LocalNet>(scene, grid, none, counters).is_behind(s, p) ||
+           SurfaceCaster<Grid, volume::LocalCubes>(scene, grid, none, counters).is_behind(s, p);
+  };
+  if (scene.tool_radius <= 0) return is_behind(VoxelGrid(scene, *seen.version), place);
+  const OffsetGrid grid(scene, seen);
+  return is_behind(grid, grid.frame().volume_from_world(seen.version->base().frame.world_from_volume(place)));
+}
+
+volume::Status ExplicitProxy::prepare(const TouchScene& scene) {
+  if (volume::Status error = check_touchable(scene, true)) return error;
+  if (scene.smallest_burr <= 0) return std::nullopt;
+  // Triangles span voxels: a hole narrower than a voxel is long does not show in them.
+  const glm::dvec3& spacing = scene.base->frame.spacing();
+  return check_smallest_burr(scene, std::max({spacing.x, spacing.y, spacing.z}));
+}
+
+ProxyStep ExplicitProxy::step(const TouchScene& scene, const ServoScene& seen, ProxyState& state,
+                              const ProxyInput& input) const noexcept {
+  return step_on_grid(
+      scene, seen, state, input, [&](const auto& grid, ProxyState& on_grid, ProxyStep& result) {
+        if (surface_ == Surface::net)
+          step_on_triangles<volume::LocalNet>(scene, grid, seen.serial(), input, on_grid, result);
+        else
+          step_on_triangles<volume::LocalCubes>(scene, grid, seen.serial(), input, on_grid, result);
+      });
+}
+
+}  // namespace trephine::haptics

@@ -1,0 +1,138 @@
+#include "haptics/proxy/implicit_proxy.h"
+
+#include <algorithm>
+#include <glm/geometric.hpp>
+
+#include "haptics/walls/barrier.h"
+
+namespace trephine::haptics {
+
+using glm::dvec3;
+
+namespace {
+
+constexpr double k_margin = 0x1p-10;  // voxels: how far before a wall the proxy stops
+constexpr double k_lift = 0.05;  // voxels: step off along the normal, so that it climbs the stairs of a slope
+
+/// The point of the way in the last free voxel, just before the wall. Inside that voxel's cube by
+/// construction.
+dvec3 stop_before(const dvec3& start, const dvec3& end, const WayEnd& hit) noexcept {
+  dvec3 p = start + hit.t * (end - start);
+  for (int a = 0; a < 3; ++a)
+    p[a] = std::clamp(p[a], hit.before[a] - 0.5 + k_margin, hit.before[a] + 0.5 - k_margin);
+  return p;
+}
+
+/// Moves from `start` toward `end`; stops short where something is in the way. The result was traversed.
+template <class Grid>
+dvec3 guarded_move(const TouchScene& scene, const Grid& grid, const dvec3& start, dvec3 end,
+                   const ShapeSet& let_through, ShapeSet& inside, ProxyCounters& counters) noexcept {
+  for (int attempt = 0; attempt < 3; ++attempt) {
+    ShapeSet after = inside;
+    const WayEnd way = find_barrier(scene, grid, start, end, let_through, after, counters);
+    if (!way.is_blocked) {
+      inside = after;
+      return end;
+    }
+    end = start + (0.5 * way.t) * (end - start);
+  }
+  return start;
+}
+
+template <class Grid>
+void step_on_cubes(const TouchScene& scene, const Grid& grid, int iterations, const ProxyInput& input,
+                   ProxyState& state, ProxyStep& result) noexcept {
+  const volume::Frame& frame = grid.frame();
+  const dvec3 hip = frame.volume_from_world(input.hip_world);
+  if (begin_on_cubes(scene, grid, hip, state, result)) {
+    result.proxy_world = input.hip_world;
+    return;
+  }
+
+  const auto add = [&result](const dvec3& p) {
+    result.path_volume[static_cast<std::size_t>(result.waypoint_count++)] = p;
+  };
+  const auto energy = [&](const dvec3& p) {
+    const dvec3 d = frame.vector_world_from_volume(hip - p);
+    return glm::dot(d, d);
+  };
+  dvec3 start = state.proxy_volume, target = hip;
+  add(start);
+  ShapeSet inside = state.inside;
+  int best_count = 1;
+  double best_energy = 1e300;
+  for (int i = 0; i < iterations; ++i) {
+    ++result.counters.iterations;
+    const WayEnd way =
+        find_barrier(scene, grid, start, target, state.around.let_through, inside, result.counters);
+    if (!way.is_blocked) {
+      add(target);
+      if (const double e = energy(target); e < best_energy) {
+        best_energy = e;
+        best_count = result.waypoint_count;
+      }
+      break;
+    }
+
+    // To the wall: in the last free voxel. Only a bend out of the traversed way needs a look.
+    dvec3 p = stop_before(start, target, way);
+    if (volume::voxel_of(start) != way.before)
+      p = guarded_move(scene, grid, start, p, state.around.let_through, inside, result.counters);
+    // The plane of the wall, facing the proxy; a normal along the motion would pull it through.
+    dvec3 normal = grid.normal(static_cast<std::size_t>(way.shape), p, result.counters.cells);
+    if (way.is_back) normal = -normal;
+    const dvec3 p_world = frame.world_from_volume(p);
+    dvec3 facet(0);
+    facet[way.face.axis] = -way.face.step;
+    facet = glm::normalize(frame.gradient_world_from_volume(facet));
+    if (glm::dot(input.hip_world - p_world, normal) >= 0) normal = facet;
+    if (!result.has_contact) {
+      result.has_contact = true;
+      result.normal_world = normal;
+      result.shape = way.shape;
+      result.side = way.is_back ? -1 : 1;
+    }
+    // Off the wall along the normal, as far as it is free.
+    add(p);
+    const dvec3 direction = frame.vector_volume_from_world(normal);
+    const dvec3 lifted = p + (k_lift / glm::length(direction)) * direction;
+    start = volume::voxel_of(lifted) == volume::voxel_of(p)
+                ? lifted
+                : guarded_move(scene, grid, p, lifted, state.around.let_through, inside, result.counters);
+    add(start);
+    if (const double e = energy(start); e < best_energy) {
+      best_energy = e;
+      best_count = result.waypoint_count;
+      result.normal_world = normal;
+      result.shape = way.shape;
+      result.side = way.is_back ? -1 : 1;
+    }
+    const double depth = glm::dot(input.hip_world - p_world, normal);
+    if (depth >= 0) break;  // the HIP is on the free side of this wall: nothing to slide to
+    target = frame.volume_from_world(input.hip_world - depth * normal);
+  }
+
+  // The nearest candidate, then friction along the way to it.
+  result.waypoint_count = best_count;
+  end_on_cubes(scene, grid, input.hip_world, landing_of_first_leg(result), state, result);
+}
+
+}  // namespace
+
+ImplicitProxy::ImplicitProxy(int iterations) noexcept
+    : iterations_(std::clamp(iterations, 1, k_max_iterations)) {}
+
+volume::Status ImplicitProxy::prepare(const TouchScene& scene) {
+  if (volume::Status error = check_burr_opens_voxels(scene)) return error;
+  return check_touchable(scene, true);
+}
+
+ProxyStep ImplicitProxy::step(const TouchScene& scene, const ServoScene& seen, ProxyState& state,
+                              const ProxyInput& input) const noexcept {
+  return step_on_grid(scene, seen, state, input,
+                      [&](const auto& grid, ProxyState& on_grid, ProxyStep& result) {
+                        step_on_cubes(scene, grid, iterations_, input, on_grid, result);
+                      });
+}
+
+}  // namespace trephine::haptics

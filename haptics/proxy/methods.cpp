@@ -1,0 +1,90 @@
+#include "haptics/proxy/methods.h"
+
+#include "haptics/mesh/mesh_proxy.h"
+#include "haptics/proxy/baseline_proxies.h"
+#include "haptics/proxy/explicit_proxy.h"
+#include "haptics/proxy/implicit_proxy.h"
+#include "haptics/proxy/path_proxy.h"
+#include "haptics/proxy/scene_proxy.h"
+#include "haptics/proxy/subvoxel_proxy.h"
+
+namespace trephine::haptics {
+
+namespace {
+
+using Solid = MethodInfo::Solid;
+
+struct Entry {
+  MethodInfo info;
+  std::unique_ptr<ProxyMethod> (*make)();
+};
+
+template <class Method>
+std::unique_ptr<ProxyMethod> make() {
+  return std::make_unique<Method>();
+}
+
+constexpr Entry k_entries[] = {
+    {{"subvoxel", "exact contact with the smooth reconstruction, all walls at once", "this project",
+      Solid::smooth},
+     make<SubvoxelProxy>},
+    {{"implicit", "voxel cubes as walls, iterated ray casts", "thesis of the volume haptics toolkit, 3.4.1.1",
+      Solid::cubes},
+     make<ImplicitProxy>},
+    {{"path", "voxel cubes as walls, A* around their corners",
+      "thesis of the volume haptics toolkit, 3.4.1.2", Solid::cubes},
+     make<PathProxy>},
+    {{"explicit", "triangles of the surface net made where the motion goes, a god-object on them",
+      "thesis of the volume haptics toolkit, 3.4.2; Zilles and Salisbury 1995", Solid::net},
+     make<ExplicitProxy>},
+    {{"explicit-cubes", "the same with triangles of marching cubes",
+      "thesis of the volume haptics toolkit, 3.4.2; Lorensen and Cline 1987", Solid::marching_cubes},
+     make<ExplicitCubesProxy>},
+    {{"mesh",
+      "the whole surface as a polygonal model, a god-object on its triangles; with a radius a virtual ball",
+      "Zilles and Salisbury 1995; Ruspini, Kolarov and Khatib 1997", Solid::net, true},
+     make<MeshProxy>},
+    {{"scene", "volumes and polygonal models in one solve", "this project", Solid::smooth}, make<SceneProxy>},
+    {{"scene-sequential", "a god-object on the models, then each volume after it",
+      "thesis of the volume haptics toolkit, 4.2.2", Solid::cubes},
+     make<SequentialProxy>},
+    {{"raystep", "fixed steps along the motion, nearest voxels, binary transfer functions",
+      "chapter on touching multiple isosurfaces, 3", Solid::nothing},
+     make<RaystepProxy>},
+    {{"plane", "a tangent plane, found at a tenth of the rate",
+      "Adachi, Kumano and Ogino 1995; Mark et al. 1996", Solid::nothing},
+     make<PlaneProxy>},
+    {{"gradient", "a force field without a proxy", "Avila and Sobierajski 1996", Solid::nothing},
+     make<GradientProxy>},
+};
+
+}  // namespace
+
+std::span<const MethodInfo> method_catalogue() {
+  static const auto infos = [] {
+    std::array<MethodInfo, std::size(k_entries)> all{};
+    for (std::size_t i = 0; i < all.size(); ++i) all[i] = k_entries[i].info;
+    return all;
+  }();
+  return infos;
+}
+
+std::string method_names() {
+  std::string names;
+  for (const Entry& entry : k_entries) names += (names.empty() ? "" : ", ") + std::string(entry.info.name);
+  return names;
+}
+
+const MethodInfo* find_method(const std::string& name) {
+  for (const Entry& entry : k_entries)
+    if (name == entry.info.name) return &entry.info;
+  return nullptr;
+}
+
+volume::Result<std::unique_ptr<ProxyMethod>> make_method(const std::string& name) {
+  for (const Entry& entry : k_entries)
+    if (name == entry.info.name) return entry.make();
+  return volume::Error{"there is no such method", "--method", name, method_names(), "choose one of these"};
+}
+
+}  // namespace trephine::haptics

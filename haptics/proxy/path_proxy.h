@@ -1,0 +1,22 @@
+// The path-finding proxy: voxel cubes as walls, and a search around their corners.
+#pragma once
+
+#include "haptics/proxy/proxy_method.h"
+
+namespace trephine::haptics {
+
+/// The way to the HIP is traversed exactly; from where a wall stops it, A* over the free voxels finds the one
+/// nearest to the HIP's projection on the wall's plane, within `k_depth` voxels of that plane; the proxy goes
+/// to the point of that voxel's boundary toward the HIP, if that is nearer than where it was stopped (thesis
+/// of the volume haptics toolkit, 3.4.1.2). So it walks around stair-steps where ray casts stop. The search
+/// is bounded, and so is the step.
+class PathProxy final : public ProxyMethod {
+ public:
+  static constexpr double k_depth = 2;  ///< t_depth, voxels
+  const char* name() const noexcept override { return "path"; }
+  volume::Status prepare(const TouchScene& scene) override;
+  ProxyStep step(const TouchScene& scene, const ServoScene& seen, ProxyState& state,
+                 const ProxyInput& input) const noexcept override;
+};
+
+}  // namespace trephine::haptics

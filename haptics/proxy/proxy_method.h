@@ -1,0 +1,121 @@
+// The interface of every way to keep a proxy on a surface.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <glm/vec3.hpp>
+
+#include "haptics/scene/servo_scene.h"
+#include "haptics/scene/shape_set.h"
+#include "haptics/scene/touch_scene.h"
+
+namespace trephine::haptics {
+
+/// Work done in one step; independent of the volume's size.
+struct ProxyCounters {
+  int voxels = 0;      ///< visited by traversals
+  int cells = 0;       ///< read for fields and normals
+  int iterations = 0;  ///< collision queries
+  int triangles = 0;   ///< made or read
+};
+
+/// The plane that method `plane` touches between two looks at the volume.
+struct PlaneMemory {
+  glm::dvec3 point_world{0.0}, normal_world{0.0};
+  double recovery = 0;  ///< mm that are given back over the next ticks
+  int shape = -1, age = 0, recovery_left = 0;
+};
+
+/// What is around a proxy, touched or not.
+struct Surroundings {
+  ShapeSet let_through;  ///< shapes that hold nothing now, whatever the scene says; set by the host
+  /// For scenes of many shapes: those within near_radius mm of near_middle; none are known where that is 0.
+  ShapeSet near;
+  glm::dvec3 near_middle_world{0.0};
+  double near_radius = 0;
+  bool has_placements = false;
+  std::array<Placement, TouchScene::k_max_movers> placements;  ///< of moving meshes, in the last step
+};
+
+/// What a method keeps from step to step. Plain data: copying it saves and restores a method.
+struct ProxyState {
+  bool has_proxy = false;
+  glm::dvec3 proxy_volume{0.0};
+  ShapeSet inside;            ///< shapes in whose solid the proxy lies (touched from the back)
+  bool had_contact = false;   ///< in the last step
+  bool is_sticking = false;   ///< static friction holds
+  std::uint64_t version = 0;  ///< the last one seen, for methods that look for growth only where it may be
+  PlaneMemory plane;
+  bool has_on_meshes = false;
+  glm::dvec3 on_meshes_world{0.0};  ///< the god-object on meshes of method scene-sequential
+  Surroundings around;
+
+  /// As if it had never touched; what is around it stays.
+  void forget() noexcept {
+    const Surroundings kept = around;
+    *this = ProxyState{};
+    around = kept;
+  }
+  /// The same, on a place.
+  void begin_at(const glm::dvec3& place_volume) noexcept {
+    forget();
+    has_proxy = true;
+    proxy_volume = place_volume;
+  }
+};
+
+/// Does this side of the shape hold a proxy now?
+inline bool holds(const TouchScene& scene, const ShapeSet& let_through, int shape, Sides side) noexcept {
+  const auto s = static_cast<std::size_t>(shape);
+  const Sides sides =
+      s < scene.shapes.size() ? scene.shapes[s].sides : scene.meshes[s - scene.shapes.size()].sides;
+  return holds(sides, side) && !let_through.contains(shape);
+}
+
+struct ProxyInput {
+  glm::dvec3 hip_world{0.0};  ///< haptic interface point, mm; finite
+  std::span<const Placement> movers =
+      {};  ///< where the scene's moving meshes are now; empty: where they start
+};
+
+/// Longest path a step reports: start, and two points an iteration, and the end.
+inline constexpr int k_max_iterations = 8;
+inline constexpr int k_max_waypoints = 32;
+
+struct ProxyStep {
+  glm::dvec3 proxy_world{0.0};
+  glm::dvec3 normal_world{0.0};  ///< unit, toward the side of the proxy; 0 without contact
+  bool has_contact = false;
+  int shape = -1;          ///< index of the touched shape
+  int side = 0;            ///< 1 front, -1 back, 0 none
+  bool is_buried = false;  ///< matter grew over the proxy; it was set free at the HIP, without force
+  int waypoint_count = 0;
+  std::array<glm::dvec3, k_max_waypoints>
+      path_volume;  ///< from the old proxy to the new one, each leg checked
+  ProxyCounters counters;
+};
+
+/// Few enough shapes of one volume, each with its bits: what most methods ask of a scene. Error also for a
+/// tool with a radius, or meshes, where the method has none.
+volume::Status check_touchable(const TouchScene& scene, bool has_radius = false, bool has_meshes = false);
+/// For methods that a point feels cuts by only if they are no narrower than `least` mm: error when the scene
+/// is ready for smaller burrs.
+volume::Status check_smallest_burr(const TouchScene& scene, double least_mm);
+/// The same for methods on whole voxels: a hole as wide as a voxel's diagonal holds a centre everywhere.
+volume::Status check_burr_opens_voxels(const TouchScene& scene);
+/// Has a scene whose tool has a radius the offset fields for it?
+volume::Status check_offsets(const TouchScene& scene);
+
+class ProxyMethod {
+ public:
+  virtual ~ProxyMethod() = default;
+  virtual const char* name() const noexcept = 0;
+  /// Allocates whatever step() will need. Not for the servo thread.
+  virtual volume::Status prepare(const TouchScene& scene) = 0;
+  /// One servo step on one immutable state. Servo thread: no allocation, lock or exception; iterations are
+  /// bounded.
+  virtual ProxyStep step(const TouchScene& scene, const ServoScene& seen, ProxyState& state,
+                         const ProxyInput& input) const noexcept = 0;
+};
+
+}  // namespace trephine::haptics

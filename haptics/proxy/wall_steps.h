@@ -1,0 +1,48 @@
+// Steps along smooth walls: where, from a point on them, is the nearest point to the HIP?
+#pragma once
+
+#include <algorithm>
+#include <array>
+
+#include "haptics/walls/smooth_walls.h"
+
+namespace trephine::haptics {
+
+inline constexpr int k_max_planes = 4;        ///< walls that are held at once
+inline constexpr double k_short_step = 0.02;  ///< voxels: shorter steps follow a wall to second order
+
+/// A wall seen from a point, in mm: what it asks of a displacement p is normal . p <= room.
+struct Plane {
+  Wall wall;
+  bool is_frozen;     ///< a tangent plane met earlier in this step, without curvature
+  glm::dvec3 normal;  ///< unit, world, into the solid
+  double room;        ///< mm to the place just before the wall; negative beyond it
+  double steepness;   ///< of the function, per mm
+  volume::Jet jet;
+};
+
+/// The walls at one point; those beyond `count` are never read.
+struct Planes {
+  int count = 0;
+  std::array<Plane, k_max_planes> all;
+
+  Plane& operator[](int i) noexcept { return all[static_cast<std::size_t>(i)]; }
+  const Plane& operator[](int i) const noexcept { return all[static_cast<std::size_t>(i)]; }
+  void copy_from(const Planes& other) noexcept {
+    count = other.count;
+    for (int i = 0; i < count; ++i) (*this)[i] = other[i];
+  }
+};
+
+/// Newton's step for the nearest point to the HIP on one wall (mm, world): along it by the reduced Hessian 1
+/// + lambda (tangential second derivatives), and to it along its normal. `to_hip` and `voxel_mm` in mm;
+/// `frame` of the walls.
+glm::dvec3 single_step(const volume::Frame& frame, double voxel_mm, const Plane& plane,
+                       const glm::dvec3& to_hip) noexcept;
+/// The same with several walls: the first active set whose step keeps off all others and pulls at none.
+glm::dvec3 joint_step(const volume::Frame& frame, double voxel_mm, const Planes& planes,
+                      const glm::dvec3& to_hip) noexcept;
+/// Back to the walls, and nowhere else.
+glm::dvec3 step_back(const Planes& planes) noexcept;
+
+}  // namespace trephine::haptics

@@ -1,0 +1,44 @@
+// What a servo adopts, by one pointer: a state of the operated volume with what was derived of it.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <utility>
+#include <vector>
+
+#include "haptics/scene/touch_scene.h"
+#include "volume/channel.h"
+#include "volume/offset_field.h"
+#include "volume/version.h"
+
+namespace trephine::haptics {
+
+/// Immutable when published.
+struct ServoScene {
+  using OffsetFields = std::vector<std::shared_ptr<const volume::OffsetField>>;
+
+  ServoScene(std::shared_ptr<const volume::Version> seen, OffsetFields fields = {})
+      : version(std::move(seen)), offsets(std::move(fields)) {}
+  /// Borrows the version.
+  ServoScene(const volume::Version& borrowed) noexcept : version(std::shared_ptr<void>(), &borrowed) {}
+
+  std::shared_ptr<const volume::Version> version;
+  /// For the scene's tool radius, one a touchable shape, made of this version or of one that had more left;
+  /// empty where nothing was cut yet: the shapes have their own. A tool that they hold off may hover where
+  /// more was removed since, and never enters.
+  OffsetFields offsets;
+
+  std::uint64_t serial() const noexcept { return version->serial(); }
+  /// What `shape` is touched with by a tool with a radius.
+  const std::shared_ptr<const volume::OffsetField>& shared_offset(const TouchScene& scene,
+                                                                  std::size_t shape) const noexcept {
+    return shape < offsets.size() && offsets[shape] ? offsets[shape] : scene.shapes[shape].offset;
+  }
+  const volume::OffsetField& offset(const TouchScene& scene, std::size_t shape) const noexcept {
+    return *shared_offset(scene, shape);
+  }
+};
+
+using ServoChannel = volume::Channel<ServoScene>;
+
+}  // namespace trephine::haptics

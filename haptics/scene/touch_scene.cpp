@@ -1,0 +1,194 @@
+#include "haptics/scene/touch_scene.h"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+namespace trephine::haptics {
+
+using volume::Error;
+
+volume::Status check_material(const Material& m) {
+  const auto wrong = [](const char* what, double found, const char* expected) {
+    return Error{what, "material", std::to_string(found), expected, ""};
+  };
+  if (!(m.stiffness > 0 && m.stiffness <= 100))
+    return wrong("the stiffness is out of range", m.stiffness, "above 0, at most 100 N/mm");
+  if (!(m.damping >= 0 && m.damping <= 1))
+    return wrong("the damping is out of range", m.damping, "0 to 1 N s/mm");
+  if (!(m.static_friction >= 0 && m.static_friction <= 2))
+    return wrong("the static friction is out of range", m.static_friction, "a coefficient of 0 to 2");
+  if (!(m.dynamic_friction >= 0 && m.dynamic_friction <= m.static_friction))
+    return wrong("the dynamic friction is out of range", m.dynamic_friction,
+                 "a coefficient of 0 to the static one");
+  if (!(m.viscosity >= 0 && m.viscosity <= 0.05))
+    return wrong("the viscosity is out of range", m.viscosity, "0 to 0.05 N s/mm");
+  if (!(m.pop_force >= 0 && m.pop_force <= 100))
+    return wrong("the force of pop-through is out of range", m.pop_force, "0 (never) to 100 N");
+  if (!(m.pop_rearm >= 0 && m.pop_rearm <= 100))
+    return wrong("the way of pop-through is out of range", m.pop_rearm, "0 to 100 mm");
+  return std::nullopt;
+}
+
+volume::Status check_ramp(const StiffnessRamp& ramp) {
+  if (!(ramp.dense_intensity > ramp.intensity) || !(std::abs(ramp.intensity) <= 1e9) ||
+      !(std::abs(ramp.dense_intensity) <= 1e9))
+    return Error{"the ramp's intensities do not rise", "stiffness by intensity",
+                 std::to_string(ramp.intensity) + " to " + std::to_string(ramp.dense_intensity),
+                 "two rising intensities", ""};
+  if (!(ramp.dense_stiffness > 0 && ramp.dense_stiffness <= 100))
+    return Error{"the stiffness is out of range", "stiffness by intensity",
+                 std::to_string(ramp.dense_stiffness), "above 0, at most 100 N/mm", ""};
+  return std::nullopt;
+}
+
+namespace {
+template <class Touchable>
+const Material& material_on(const Touchable& touchable, int side) noexcept {
+  return side < 0 && touchable.back_material ? *touchable.back_material : touchable.material;
+}
+}  // namespace
+
+const Material& material_of(const TouchScene& scene, int shape, int side) noexcept {
+  const auto s = static_cast<std::size_t>(shape);
+  if (s < scene.shapes.size()) return material_on(scene.shapes[s], side);
+  return material_on(scene.meshes[s - scene.shapes.size()], side);
+}
+
+double stiffness_at(const TouchScene& scene, int shape, int side, const glm::dvec3& place,
+                    const glm::dvec3& normal) noexcept {
+  const double stiffness = material_of(scene, shape, side).stiffness;
+  const auto s = static_cast<std::size_t>(shape);
+  if (s >= scene.shapes.size() || !scene.shapes[s].ramp) return stiffness;
+  const StiffnessRamp& ramp = *scene.shapes[s].ramp;
+  const volume::Volume& base = scene.shapes[s].field.volume();
+  const glm::dvec3& spacing = base.frame.spacing();
+  const double voxel = std::min(std::min(spacing.x, spacing.y), spacing.z);
+  const glm::dvec3 p = base.frame.volume_from_world(side < 0 ? place + voxel * normal
+                                                             : place - (scene.tool_radius + voxel) * normal);
+  const glm::ivec3 cell(static_cast<int>(std::floor(p.x)), static_cast<int>(std::floor(p.y)),
+                        static_cast<int>(std::floor(p.z)));
+  const glm::dvec3 u = p - glm::dvec3(cell);
+  double intensity = 0, weights = 0;
+  for (int corner = 0; corner < 8; ++corner) {
+    const glm::ivec3 at = cell + glm::ivec3(corner & 1, corner >> 1 & 1, corner >> 2 & 1);
+    if (!base.contains(at)) continue;
+    const double w =
+        (corner & 1 ? u.x : 1 - u.x) * (corner & 2 ? u.y : 1 - u.y) * (corner & 4 ? u.z : 1 - u.z);
+    intensity += w * base.voxels[base.index(at.x, at.y, at.z)];
+    weights += w;
+  }
+  if (!(weights > 0)) return stiffness;
+  const double share =
+      std::clamp((intensity / weights - ramp.intensity) / (ramp.dense_intensity - ramp.intensity), 0.0, 1.0);
+  return stiffness + share * (ramp.dense_stiffness - stiffness);
+}
+
+const std::string& name_of(const TouchScene& scene, int shape) noexcept {
+  const auto s = static_cast<std::size_t>(shape);
+  return s < scene.shapes.size() ? scene.shapes[s].field.shape().name
+                                 : scene.meshes[s - scene.shapes.size()].name;
+}
+
+void soften(TouchScene& scene, int threads) {
+  std::vector<std::size_t> which;
+  for (std::size_t s = 0; s < scene.shapes.size(); ++s)
+    if (volume::SoftField::is_two_valued(scene.shapes[s].field, *scene.shapes[s].bits)) which.push_back(s);
+  soften(scene, which, threads);
+}
+
+void soften(TouchScene& scene, std::span<const std::size_t> which, int threads) {
+  for (const std::size_t s : which) {
+    TouchShape& shape = scene.shapes[s];
+    std::vector<const volume::Occupancy*> beside;
+    // A tool that is held within one of the two may be where the other would go on.
+    for (const std::size_t other : which)
+      if (other != s && shape.sides == Sides::front && scene.shapes[other].sides == Sides::front &&
+          &scene.shapes[other].field.volume() == &shape.field.volume())
+        beside.push_back(scene.shapes[other].bits.get());
+    shape.soft = volume::SoftField::build(*shape.bits, threads, beside);
+  }
+}
+
+std::shared_ptr<volume::Version> untouched(const TouchScene& scene) {
+  return scene.lattice ? std::make_shared<volume::Version>(scene.base, *scene.lattice)
+                       : std::make_shared<volume::Version>(scene.base);
+}
+
+volume::Status set_smallest_burr(TouchScene& scene, double diameter) {
+  scene.lattice.reset();
+  scene.smallest_burr = 0;
+  if (diameter == 0) return std::nullopt;
+  auto lattice = volume::CutLattice::for_burr(*scene.base, diameter);
+  if (!lattice) return lattice.error();
+  scene.lattice = lattice.value();
+  scene.smallest_burr = diameter;
+  return std::nullopt;
+}
+
+volume::Status set_tool_radius(TouchScene& scene, double radius, int threads) {
+  if (radius == 0) {
+    scene.tool_radius = 0;
+    for (TouchShape& shape : scene.shapes) shape.offset = nullptr;
+    return std::nullopt;
+  }
+  if (!(radius > 0 && radius <= 6))
+    return Error{"the tool's radius is out of range", "radius", std::to_string(radius) + " mm", "0 to 6 mm",
+                 "take a smaller ball, or a point"};
+  for (const TouchShape& shape : scene.shapes)
+    if (holds(shape.sides, Sides::back))
+      return Error{"a tool with a radius cannot be held from within", shape.field.shape().name,
+                   "its back is touchable", "shapes touched from the front",
+                   "use a point, or touch the front alone"};
+  for (TouchShape& shape : scene.shapes) {
+    auto made = volume::OffsetField::build(shape.field, *shape.bits, nullptr, radius, threads, nullptr,
+                                           shape.soft.get());
+    if (!made) return made.error();
+    shape.offset = std::move(made).value();
+  }
+  scene.tool_radius = radius;
+  return std::nullopt;
+}
+
+volume::Result<volume::Shape> window_of_opacity(std::span<const double> intensities,
+                                                std::span<const double> opacities, double threshold) {
+  const auto wrong = [](const char* what, double found, const char* expected) {
+    return Error{what, "opacity ramp", std::to_string(found), expected, ""};
+  };
+  if (!(threshold >= 0 && threshold < 1))
+    return wrong("the threshold is out of range", threshold, "0 or more, below 1");
+  for (std::size_t i = 0; i < intensities.size(); ++i) {
+    if (!std::isfinite(intensities[i]) || !(opacities[i] >= 0 && opacities[i] <= 1))
+      return wrong("a point is out of range", opacities[i], "finite intensities, opacities of 0 to 1");
+    if (i > 0 && !(intensities[i] > intensities[i - 1]))
+      return wrong("the intensities do not rise", intensities[i], "strictly rising intensities");
+  }
+  // The stretch above the threshold; beyond the ends the function goes on as it ends.
+  volume::Shape window;
+  window.low = window.high = 0;
+  int stretches = 0;
+  bool is_above = false;
+  const auto crossing = [&](std::size_t i) {
+    const double share = (threshold - opacities[i - 1]) / (opacities[i] - opacities[i - 1]);
+    return intensities[i - 1] + share * (intensities[i] - intensities[i - 1]);
+  };
+  for (std::size_t i = 0; i < intensities.size(); ++i) {
+    const bool is_now = opacities[i] > threshold;
+    if (is_now && !is_above) {
+      ++stretches;
+      window.low = i == 0 ? -std::numeric_limits<double>::infinity() : crossing(i);
+    }
+    if (!is_now && is_above) window.high = crossing(i);
+    is_above = is_now;
+  }
+  if (is_above) window.high = std::numeric_limits<double>::infinity();
+  if (stretches == 0)
+    return wrong("nothing is opaque enough to be touched", threshold,
+                 "an opacity above the threshold somewhere");
+  if (stretches > 1)
+    return Error{"the opaque intensities are not one stretch", "opacity ramp",
+                 std::to_string(stretches) + " stretches", "one; make a shape of each", ""};
+  return window;
+}
+
+}  // namespace trephine::haptics

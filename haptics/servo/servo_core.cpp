@@ -1,0 +1,369 @@
+#include "haptics/servo/servo_core.h"
+
+#include <algorithm>
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <xmmintrin.h>
+
+#include "volume/traversal.h"
+
+namespace trephine::haptics {
+
+using glm::dvec3;
+
+namespace {
+
+constexpr double k_farthest_mm = 1e6;  // a pose beyond this is a broken device, not a place
+
+bool is_place(const dvec3& p) noexcept {
+  for (int a = 0; a < 3; ++a)
+    if (!(std::abs(p[a]) <= k_farthest_mm)) return false;
+  return true;
+}
+
+/// Where voxels can still be counted, however small they are.
+bool is_in_reach(const volume::Frame& frame, const dvec3& p) noexcept {
+  const dvec3 v = frame.volume_from_world(p);
+  for (int a = 0; a < 3; ++a)
+    if (!(std::abs(v[a]) < 0.25 * volume::k_traversal_limit)) return false;
+  return true;
+}
+bool is_in_reach(const TouchScene& scene, const dvec3& p) noexcept {
+  for (const auto& other : scene.others)
+    if (!is_in_reach(other->frame, p)) return false;
+  return is_in_reach(scene.base->frame, p);
+}
+
+dvec3 clamped(const dvec3& v, double most) noexcept {
+  const double size = glm::length(v);
+  return size > most ? v * (most / size) : v;
+}
+
+}  // namespace
+
+ServoCore::ServoCore(const TouchScene& scene, const ProxyMethod& method, const ForceOptions& options,
+                     double dt, std::uint64_t first_tick)
+    : scene_(&scene),
+      method_(&method),
+      force_(options, dt),
+      guard_(options, dt),
+      dt_(dt),
+      force_limit_(options.force_limit),
+      tick_(first_tick),
+      cap_(options.force_limit),
+      passivity_(0, options.delay_ticks, options.device_damping / dt),
+      is_passive_(options.is_passive) {
+  for (int s = 0; s < shape_count(scene); ++s)
+    has_pops_ =
+        has_pops_ || material_of(scene, s, 1).pop_force > 0 || material_of(scene, s, -1).pop_force > 0;
+}
+
+const char* event_name(TouchEvent::Kind kind) noexcept {
+  constexpr const char* k_names[] = {"touched",   "untouched", "popped",         "rearmed",
+                                     "not ready", "ready",     "lost resistance"};
+  return k_names[kind];
+}
+
+namespace {
+void add_event(ServoRecord& record, TouchEvent::Kind kind, int shape) noexcept {
+  if (record.event_count < ServoRecord::k_most_events)
+    record.events[record.event_count++] = {kind, static_cast<std::int16_t>(shape)};
+}
+}  // namespace
+
+void ServoCore::let_through_what_is_off() noexcept {
+  ShapeSet& off = state_.around.let_through;
+  off = untouchable_;
+  for (int s = not_ready_.next(0); s < ShapeSet::k_most; s = not_ready_.next(s + 1)) off.set(s, true);
+  if (popped_shape_ >= 0) off.set(popped_shape_, true);
+}
+
+void ServoCore::set_touchable(int shape, bool is_touchable) noexcept {
+  untouchable_.set(shape, !is_touchable);
+  let_through_what_is_off();
+}
+
+void ServoCore::set_ready(int shape, const volume::VoxelBox& voxels) noexcept {
+  set_ready(shape, false);
+  if (part_count_ < parts_.size()) parts_[part_count_++] = {shape, voxels};
+}
+
+/// A shape of which a part is ready holds where that is: around hand and proxy, with what is read beside
+/// them.
+void ServoCore::look_at_parts(const volume::Frame& base, const dvec3& hip) noexcept {
+  bool is_changed = false;
+  for (std::size_t i = 0; i < part_count_; ++i) {
+    const auto& [shape, voxels] = parts_[i];
+    const auto s = static_cast<std::size_t>(shape);
+    const volume::Volume& of = s < scene_->shapes.size() ? scene_->shapes[s].field.volume() : *scene_->base;
+    const dvec3 at = of.frame.volume_from_world(hip);
+    const dvec3 proxy =
+        state_.has_proxy ? of.frame.volume_from_world(base.world_from_volume(state_.proxy_volume)) : at;
+    bool is_within = true, is_beside = false;
+    for (int a = 0; a < 3; ++a) {
+      constexpr double k_beside = 3;  // voxels
+      dvec3 along(0);
+      along[a] = 1;
+      const double reach =
+          k_beside + scene_->tool_radius * glm::length(of.frame.gradient_world_from_volume(along));
+      const double low = std::max(0.0, std::min(at[a], proxy[a]) - reach),
+                   high = std::min(of.size[a] - 1.0, std::max(at[a], proxy[a]) + reach);
+      is_beside = is_beside || low > high;
+      is_within = is_within && low >= voxels.low[a] && high <= voxels.high[a];
+    }
+    is_within = is_within || is_beside;  // beyond the volume's border there is nothing to wait for
+    is_changed = is_changed || not_ready_.contains(shape) == is_within;
+    not_ready_.set(shape, !is_within);
+  }
+  if (is_changed) let_through_what_is_off();
+}
+
+void ServoCore::set_ready(int shape, bool is_ready) noexcept {
+  for (std::size_t i = 0; i < part_count_; ++i)
+    if (parts_[i].shape == shape) {
+      parts_[i] = parts_[--part_count_];
+      break;
+    }
+  not_ready_.set(shape, !is_ready);
+  let_through_what_is_off();
+}
+
+void ServoCore::set_placement(int mover, const Placement& placement) noexcept {
+  const auto m = static_cast<std::size_t>(mover);
+  for (const TouchMesh& mesh : scene_->meshes)  // those before it that were never set stay where they start
+    if (mesh.mover >= static_cast<int>(placement_count_) && mesh.mover < mover)
+      placements_[static_cast<std::size_t>(mesh.mover)] = mesh.placement;
+  placements_[m] = placement;
+  placement_count_ = std::max(placement_count_, m + 1);
+}
+
+/// A surface that is pressed harder than it bears gives way; one that gave way holds again when the tool is
+/// some way from there.
+void ServoCore::pop_through(const dvec3& hip, ServoRecord& record) noexcept {
+  if (popped_shape_ >= 0) {
+    const Material& material = material_of(*scene_, popped_shape_, popped_side_);
+    if (glm::length(hip - popped_at_world_) < material.pop_rearm) return;
+    add_event(record, TouchEvent::rearmed, std::exchange(popped_shape_, -1));
+    let_through_what_is_off();
+    return;
+  }
+  if (!step_.has_contact || is_led_) return;
+  const Material& material = material_of(*scene_, step_.shape, step_.side);
+  const double pressed =
+      glm::dot(step_.proxy_world - hip, step_.normal_world) *
+      stiffness_at(*scene_, step_.shape, step_.side, step_.proxy_world, step_.normal_world);
+  if (!(material.pop_force > 0) || pressed <= material.pop_force) return;
+  popped_shape_ = step_.shape;
+  popped_side_ = step_.side;
+  popped_at_world_ = hip;
+  add_event(record, TouchEvent::popped, popped_shape_);
+  let_through_what_is_off();  // from the next tick on
+}
+
+/// What changed since the last tick.
+void ServoCore::tell(ServoRecord& record) noexcept {
+  const int shape = record.has_contact ? record.shape : -1;
+  if (shape != last_shape_) {
+    if (last_shape_ >= 0) add_event(record, TouchEvent::untouched, last_shape_);
+    if (shape >= 0) add_event(record, TouchEvent::touched, shape);
+    last_shape_ = shape;
+  }
+  if (not_ready_ == told_not_ready_) return;
+  for (int s = 0; s < shape_count(*scene_); ++s) {
+    if (not_ready_.contains(s) == told_not_ready_.contains(s)) continue;
+    add_event(record, not_ready_.contains(s) ? TouchEvent::not_ready : TouchEvent::ready, s);
+  }
+  told_not_ready_ = not_ready_;
+}
+
+ServoRecord ServoCore::step(const ServoScene& seen, const ServoInput& input) noexcept {
+  if (input.is_reset) reset();
+  if (input.is_restarted) {
+    // A place that is none can only come from a file.
+    const dvec3 place = scene_->base->frame.world_from_volume(input.restart_volume);
+    if (is_place(place) && is_in_reach(*scene_, place)) restart_at(input.restart_volume);
+  }
+  ServoRecord record;
+  record.tick = tick_++;
+  record.t = static_cast<double>(record.tick) * dt_;
+  record.version = seen.serial();
+  record.pose = input.pose;
+  record.hand = hand_;
+  record.is_reset = input.is_reset;
+  record.is_restarted = input.is_restarted;
+  record.restart_volume = input.restart_volume;
+  std::uint32_t faults = input.faults;
+  wanted_ = dvec3(0);
+  const dvec3& hip = input.pose.position_world;
+  if (is_place(hip) && is_in_reach(*scene_, hip) && (faults & fault_not_finite) == 0) {
+    const bool has_grown = has_pending_ && seen.serial() >= pending_.version;
+    if (has_grown) {
+      way_ = pending_;
+      has_pending_ = false;
+      if (is_led_) begin_lead(hip);
+    }
+    if (part_count_ > 0) look_at_parts(seen.version->base().frame, hip);
+    if (!is_led_) {
+      step_ = method_->step(*scene_, seen, state_, {hip, std::span(placements_.data(), placement_count_)});
+      if (step_.has_contact) touched_ = step_.shape;
+      if (step_.is_buried && has_grown) begin_lead(hip);
+    }
+    if (is_led_) lead(hip);
+    cap_ = is_led_ ? k_lead_force : std::min(force_limit_, cap_ + k_lead_recovery * dt_);
+    wanted_ = clamped(force_.step(step_, hip, *scene_), cap_);
+    active_ = dvec3(0);
+    if (!effects_.is_empty()) {
+      const EffectForces forces = effects_.step(*scene_, step_, wanted_, hip, dt_, seen.version.get());
+      wanted_ += forces.rendered_world;
+      active_ = forces.active_world;
+      if (forces.has_lost_resistance) add_event(record, TouchEvent::lost_resistance, forces.lost_shape);
+    }
+    if (is_passive_) wanted_ = passivity_.step(wanted_, hip, step_.has_contact ? step_.proxy_world : hip);
+    wanted_ += active_;
+    if (has_pops_) pop_through(hip, record);
+    record.proxy_world = step_.proxy_world;
+    record.normal_world = step_.normal_world;
+    record.has_contact = step_.has_contact;
+    record.is_buried = step_.is_buried;
+    record.is_led = is_led_;
+    record.shape = step_.shape;
+    record.side = step_.side;
+  } else {
+    record.pose.position_world = dvec3(0);
+    faults |= fault_not_finite;
+  }
+  record.raised = faults;
+  record.force_world = guard_.step(wanted_, faults);
+  record.faults = guard_.faults();
+  if (is_passive_) {
+    passivity_.tell_rendered(passive_part(record.force_world));
+    if (faults & fault_not_finite) passivity_.lose_sight();
+  }
+  // Without a force there is no hand on the tool, and a tool on its way out rests: nothing is cut.
+  if ((record.faults & k_latched_faults) || is_led_) record.pose.is_pressed = false;
+  tell(record);
+  account(record);
+  record.energy = energy_;
+  if (is_led_ && next_place_ == way_.count) {
+    is_led_ = false;  // arrived: from here on the method holds it
+    state_.begin_at(anchor_volume_);
+    state_.around.has_placements = false;  // what moved meanwhile moved past it
+  }
+  return record;
+}
+
+/// Of a force that the guard let out, what effects did not make: it limits all parts alike.
+dvec3 ServoCore::passive_part(const dvec3& rendered) const noexcept {
+  const double wanted = glm::dot(wanted_, wanted_);
+  if (active_ == dvec3(0) || !(wanted > 0)) return rendered;
+  return rendered - active_ * std::min(1.0, std::sqrt(glm::dot(rendered, rendered) / wanted));
+}
+
+dvec3 ServoCore::skip(std::uint32_t faults, std::uint64_t count) noexcept {
+  had_position_ = false;
+  if (is_passive_) passivity_.lose_sight();
+  tick_ += count;
+  for (; count > 0; --count) {
+    last_force_ = guard_.step(wanted_, faults);
+    if (guard_.is_faded()) break;
+  }
+  return last_force_;
+}
+
+void ServoCore::offer(const WayOut& way) noexcept {
+  pending_ = way;
+  has_pending_ = way.count > 0;
+}
+
+void ServoCore::begin_lead(const dvec3& hip_world) noexcept {
+  const volume::Frame& frame = scene_->base->frame;
+  const dvec3 out = frame.world_from_volume(way_.places_volume[way_.count - 1]);
+  if (!is_led_) {
+    // The spring starts unstretched at the hand, wherever that is.
+    anchor_volume_ = frame.volume_from_world(hip_world);
+    force_.let_go();
+    const double reach = glm::length(out - hip_world);
+    energy_.discarded += 0.5 * material_of(*scene_, touched_, 1).stiffness * reach * reach;
+  }
+  next_place_ = 0;
+  is_led_ = true;
+}
+
+void ServoCore::lead(const dvec3& hip_world) noexcept {
+  const volume::Frame& frame = scene_->base->frame;
+  double left = k_lead_speed * dt_;
+  while (next_place_ < way_.count && left > 0) {
+    const dvec3 way = way_.places_volume[next_place_] - anchor_volume_;
+    const double length = glm::length(frame.vector_world_from_volume(way));
+    if (length <= left) {
+      anchor_volume_ = way_.places_volume[next_place_++];
+      left -= length;
+    } else {
+      anchor_volume_ += (left / length) * way;
+      left = 0;
+    }
+  }
+  step_.proxy_world = frame.world_from_volume(anchor_volume_);
+  const dvec3 out = step_.proxy_world - hip_world;
+  const double length = glm::length(out);
+  step_.normal_world = length > 0 ? out / length : dvec3(0);
+  step_.has_contact = true;
+  step_.shape = touched_;
+  step_.is_buried = false;
+  step_.side = 1;
+  step_.waypoint_count = 0;
+}
+
+void ServoCore::account(const ServoRecord& record) noexcept {
+  const dvec3& position = record.pose.position_world;
+  const bool has_position = (record.raised & fault_not_finite) == 0;
+  if (had_position_ && has_position) account_motion(position - last_position_);
+  had_position_ = has_position;
+  was_led_ = record.is_led;
+  last_force_ = record.force_world;
+  last_active_ = active_ == dvec3(0) ? dvec3(0) : last_force_ - passive_part(last_force_);
+  last_normal_ = record.normal_world;
+  last_position_ = position;
+}
+
+void ServoCore::account_motion(const dvec3& moved) noexcept {
+  const double work = glm::dot(last_force_, moved);
+  if (was_led_) {
+    energy_.growth += work;
+    return;
+  }
+  const double active = last_active_ == dvec3(0) ? 0 : glm::dot(last_active_, moved);
+  energy_.active += active;
+  energy_.contact += active == 0 ? work : work - active;
+  if (last_normal_ != dvec3(0))
+    energy_.friction +=
+        work - active - glm::dot(last_force_ - last_active_, last_normal_) * glm::dot(moved, last_normal_);
+}
+
+void ServoCore::restart_at(const dvec3& free_point_volume) noexcept {
+  state_.begin_at(free_point_volume);
+  state_.around.has_placements = false;
+  is_led_ = false;
+  force_.reset();
+  passivity_.reset();
+}
+
+void ServoCore::reset() noexcept {
+  state_.forget();
+  is_led_ = false;
+  cap_ = force_limit_;
+  force_.reset();
+  guard_.reset();
+  passivity_.reset();
+  effects_.reset();
+  popped_shape_ = -1;
+  let_through_what_is_off();
+}
+
+DenormalsFlushed::DenormalsFlushed() noexcept : before_(_mm_getcsr()) {
+  _mm_setcsr(before_ | 0x8040u);  // flush to zero, denormals are zero
+}
+
+DenormalsFlushed::~DenormalsFlushed() { _mm_setcsr((_mm_getcsr() & ~0x8040u) | (before_ & 0x8040u)); }
+
+}  // namespace trephine::haptics

@@ -1,0 +1,186 @@
+// The work of one servo tick: pose in, proxy and force out. Shared by the live loop, lockstep and replay.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "haptics/device/pose_path.h"
+#include "haptics/force/effects.h"
+#include "haptics/force/force.h"
+#include "haptics/force/passivity.h"
+#include "volume/traversal.h"
+
+namespace trephine::haptics {
+
+/// Work done on the hand, N mm: the sum of F_k (x_{k+1} - x_k) over the holds (passivity observer, Hannaford
+/// & Ryu 2002).
+struct EnergyLedger {
+  double contact = 0;    ///< surfaces, friction, what smoothing leaves of them, and springs and dampers
+  double friction = 0;   ///< of contact: the part along the surface
+  double active = 0;     ///< effects that may give energy; at most EffectRack::k_power
+  double growth = 0;     ///< while the proxy was led out of matter that grew
+  double discarded = 0;  ///< stored by growth in the spring, had the proxy jumped out; never rendered
+};
+
+/// Something that a tick noticed.
+struct TouchEvent {
+  enum Kind : std::uint8_t {
+    touched,          ///< a shape, that was not in the tick before
+    untouched,        ///< a shape is touched no more
+    popped,           ///< pressed through a shape
+    rearmed,          ///< a shape that was pressed through may hold again
+    not_ready,        ///< a shape that is wanted cannot hold: its bits are not there yet
+    ready,            ///< now it can
+    lost_resistance,  ///< a track left its tissue (haptics/force/effects.h)
+  } kind = touched;
+  std::int16_t shape = -1;
+};
+/// For people and reports: "touched", "popped", ...
+const char* event_name(TouchEvent::Kind kind) noexcept;
+
+/// What one tick did, for the edit thread, recordings and displays. Input and output: a tick can be run
+/// again.
+struct ServoRecord {
+  std::uint64_t tick = 0;
+  double t = 0;               ///< s since the start
+  std::uint64_t version = 0;  ///< serial of the version the tick saw
+  Pose pose;                  ///< not pressed while a fault is latched or the proxy is led out
+  glm::dvec3 proxy_world{0.0}, normal_world{0.0}, force_world{0.0};
+  bool has_contact = false, is_buried = false;
+  bool is_led = false;  ///< matter grew over the proxy and it is on its way out
+  int shape = -1, side = 0;
+  std::uint32_t faults = 0;
+  std::uint32_t raised = 0;  ///< faults seen outside this tick's work: an input
+  bool is_reset = false, is_restarted = false;
+  glm::dvec3 restart_volume{0.0};  ///< meaningful when restarted
+  std::uint8_t hand = 0;
+  EnergyLedger energy;  ///< since the start
+  static constexpr std::size_t k_most_events = 6;
+  std::uint8_t event_count = 0;  ///< those beyond the array are dropped
+  std::array<TouchEvent, k_most_events> events;
+};
+
+/// All that a tick is told.
+struct ServoInput {
+  Pose pose;
+  std::uint32_t faults = 0;  ///< seen outside: latched ones stay raised until a reset
+  bool is_reset = false;     ///< forget everything first
+  bool is_restarted = false;
+  glm::dvec3 restart_volume{0.0};  ///< then set the proxy on this free point, the force from zero
+};
+
+/// The way back of a proxy over which matter grows in `version`: where it had been, newest first, to a place
+/// that is free then.
+struct WayOut {
+  static constexpr std::size_t k_most_places = 64;
+  std::uint64_t version = 0;
+  std::uint32_t count = 0;  ///< at least one place
+  std::array<glm::dvec3, k_most_places> places_volume;
+};
+
+/// How a proxy is led out: in tenths of a second over the length of a burr hole, with less force than a
+/// resting hand holds against.
+inline constexpr double k_lead_speed = 100;    ///< mm/s
+inline constexpr double k_lead_force = 3;      ///< N
+inline constexpr double k_lead_recovery = 10;  ///< N/s, at which the full force comes back afterwards
+
+/// Holds all state of the feel; plain data, so that a copy saves it.
+class ServoCore {
+ public:
+  /// Borrows scene and method, which was prepared for it.
+  ServoCore(const TouchScene& scene, const ProxyMethod& method, const ForceOptions& options, double dt,
+            std::uint64_t first_tick = 0);
+  void set_hand(std::uint8_t hand) noexcept { hand_ = hand; }
+  /// Forces beside the surfaces'. Before the first tick, or between two.
+  EffectRack& effects() noexcept { return effects_; }
+  /// Between two ticks: may this shape hold the hand, and are its bits there? One that is wanted and not
+  /// ready lets the hand through, and the next tick says so. Both are true at the start.
+  void set_touchable(int shape, bool is_touchable) noexcept;
+  void set_ready(int shape, bool is_ready) noexcept;
+  /// Of the shape's bits only those of these voxels are there yet (none where low > high): it is ready while
+  /// hand and proxy stay within them, a few voxels off their border. Of k_most_parts shapes at a time; a
+  /// further one is not ready at all.
+  void set_ready(int shape, const volume::VoxelBox& voxels) noexcept;
+  static constexpr std::size_t k_most_parts = 8;
+  /// Between two ticks: where the scene's moving meshes are.
+  void set_placement(int mover, const Placement& placement) noexcept;
+
+  /// Servo thread. A pose that is no place gives no force and a latched fault.
+  ServoRecord step(const ServoScene& seen, const ServoInput& input) noexcept;
+  /// Ticks that nobody can be told about: the proxy stays, the force goes on fading. Gives the force.
+  glm::dvec3 skip(std::uint32_t faults, std::uint64_t count = 1) noexcept;
+  /// When the first version is seen whose serial is the way's or later, a proxy that it buries, or that is
+  /// being led, goes this way. One way may be pending: a later offer stands for an earlier one.
+  void offer(const WayOut& way) noexcept;
+  void restart_at(const glm::dvec3& free_point_volume) noexcept;
+  void reset() noexcept;
+
+  std::uint64_t next_tick() const noexcept { return tick_; }
+  const ProxyStep& last_step() const noexcept { return step_; }
+  const ProxyState& proxy_state() const noexcept { return state_; }
+  const EnergyLedger& energy() const noexcept { return energy_; }
+
+ private:
+  void begin_lead(const glm::dvec3& hip_world) noexcept;
+  void lead(const glm::dvec3& hip_world) noexcept;
+  glm::dvec3 passive_part(const glm::dvec3& rendered) const noexcept;
+  void account(const ServoRecord& record) noexcept;
+  void account_motion(const glm::dvec3& moved) noexcept;
+  void pop_through(const glm::dvec3& hip_world, ServoRecord& record) noexcept;
+  void tell(ServoRecord& record) noexcept;
+  void let_through_what_is_off() noexcept;
+  void look_at_parts(const volume::Frame& base, const glm::dvec3& hip_world) noexcept;
+
+  const TouchScene* scene_;
+  const ProxyMethod* method_;
+  ForceModel force_;
+  ForceGuard guard_;
+  double dt_, force_limit_;
+  ProxyState state_;
+  ProxyStep step_;
+  std::uint64_t tick_ = 0;
+  std::uint8_t hand_ = 0;
+  int touched_ = 0;  ///< shape of the newest contact
+  glm::dvec3 wanted_{0.0}, active_{0.0};
+
+  WayOut pending_, way_;  ///< of a version that is still to come, and of the one that has
+  bool has_pending_ = false, is_led_ = false;
+  std::uint32_t next_place_ = 0;
+  glm::dvec3 anchor_volume_{0.0};
+  double cap_;  ///< N, of the force after a lead
+
+  EffectRack effects_;
+  PassivityController passivity_;
+  bool is_passive_;
+  std::array<Placement, TouchScene::k_max_movers> placements_;
+  std::size_t placement_count_ = 0;  ///< of them set: the first ones
+  ShapeSet untouchable_, not_ready_, told_not_ready_;
+  struct Part {  ///< of a shape that is ready
+    int shape;
+    volume::VoxelBox voxels;
+  };
+  std::array<Part, k_most_parts> parts_;
+  std::size_t part_count_ = 0;
+  int last_shape_ = -1;                      ///< touched in the last tick
+  int popped_shape_ = -1, popped_side_ = 1;  ///< pressed through, and not yet armed again
+  bool has_pops_ = false;                    ///< some material of the scene gives way
+  glm::dvec3 popped_at_world_{0.0};
+
+  EnergyLedger energy_;
+  glm::dvec3 last_force_{0.0}, last_active_{0.0}, last_normal_{0.0}, last_position_{0.0};
+  bool had_position_ = false, was_led_ = false;
+};
+
+/// While it lives, this thread flushes denormals to zero, as a servo thread does: the same bits in a replay.
+class DenormalsFlushed {
+ public:
+  DenormalsFlushed() noexcept;
+  ~DenormalsFlushed();
+  DenormalsFlushed(const DenormalsFlushed&) = delete;
+  DenormalsFlushed& operator=(const DenormalsFlushed&) = delete;
+
+ private:
+  unsigned before_;
+};
+
+}  // namespace trephine::haptics

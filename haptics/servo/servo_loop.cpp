@@ -1,0 +1,203 @@
+#include "haptics/servo/servo_loop.h"
+
+#include <algorithm>
+#include <cmath>
+#include <pmmintrin.h>
+#include <pthread.h>
+#include <sched.h>
+#include <sys/mman.h>
+#include <time.h>
+
+#include "haptics/force/coupling.h"
+
+namespace trephine::haptics {
+
+using glm::dvec3;
+
+namespace {
+
+std::int64_t now_ns() noexcept {
+  timespec t{};
+  clock_gettime(CLOCK_MONOTONIC, &t);
+  return static_cast<std::int64_t>(t.tv_sec) * 1'000'000'000 + t.tv_nsec;
+}
+
+void sleep_until(std::int64_t ns) noexcept {
+  const timespec t{ns / 1'000'000'000, ns % 1'000'000'000};
+  while (clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &t, nullptr) != 0) {}
+}
+
+std::size_t ring_capacity(const ServoOptions& options, std::size_t hands) {
+  if (options.ring_capacity > 0) return options.ring_capacity;
+  constexpr double k_least = 4096, k_most = 1 << 20;
+  const double lag = options.lag_seconds * options.rate_hz * static_cast<double>(hands);
+  // A rate that is no number is refused later, by start().
+  return static_cast<std::size_t>(2 * lag > k_least ? std::min(2 * lag, k_most) : k_least);
+}
+
+}  // namespace
+
+ServoLoop::ServoLoop(std::span<Device* const> devices, ServoChannel& channel, const TouchScene& scene,
+                     const ProxyMethod& method, const ServoOptions& options, std::uint64_t first_tick)
+    : channel_(&channel), options_(options), ring_(ring_capacity(options, devices.size())) {
+  TREPHINE_ASSERT(!devices.empty() && devices.size() <= k_max_hands);
+  for (Device* device : devices) {
+    hands_.push_back({device, ServoCore(scene, method, options.force, 1 / options.rate_hz, first_tick), {}});
+    hands_.back().core.set_hand(static_cast<std::uint8_t>(hands_.size() - 1));
+  }
+}
+
+ServoLoop::ServoLoop(Device& device, ServoChannel& channel, const TouchScene& scene,
+                     const ProxyMethod& method, const ServoOptions& options)
+    : ServoLoop(std::array{&device}, channel, scene, method, options) {}
+
+ServoLoop::~ServoLoop() { stop(); }
+
+volume::Status ServoLoop::start() {
+  if (thread_.joinable())
+    return volume::Error{"the servo loop runs already", "", "a second start", "one start, then stop",
+                         "stop it first"};
+  if (!(options_.rate_hz >= 250 && options_.rate_hz <= 10000))
+    return volume::Error{"the servo rate is out of range", "", std::to_string(options_.rate_hz) + " Hz",
+                         "250 to 10000 Hz", ""};
+  // What is recorded is what was asked for, so nothing is limited here in silence.
+  for (const Hand& hand : hands_) {
+    const DeviceCapabilities device = hand.device->capabilities();
+    const ForceOptions limited = within_limits(options_.force, device);
+    if (limited.force_limit < options_.force.force_limit || limited.slew_limit < options_.force.slew_limit)
+      return volume::Error{"the limits of force are beyond what the device renders", device.name,
+                           std::to_string(options_.force.force_limit) + " N, " +
+                               std::to_string(options_.force.slew_limit) + " N/s",
+                           "at most " + std::to_string(limited.force_limit) + " N, " +
+                               std::to_string(limited.slew_limit) + " N/s",
+                           "use within_limits() (haptics/force/coupling.h)"};
+  }
+  for (std::size_t h = 0; h < hands_.size(); ++h) {
+    volume::Status error = hands_[h].device->open();
+    if (!error) continue;
+    while (h-- > 0) hands_[h].device->close();
+    return error;
+  }
+  reader_ = channel_->open_reader();
+  if (reader_ < 0) {
+    for (Hand& hand : hands_) hand.device->close();
+    return volume::Error{"too many servo loops read one scene", "", "",
+                         "at most " + std::to_string(ServoChannel::k_readers), "stop another loop first"};
+  }
+  is_stopping_ = false;
+  thread_ = std::thread([this] { run(); });
+  return std::nullopt;
+}
+
+void ServoLoop::stop() {
+  if (!thread_.joinable()) return;
+  is_stopping_ = true;
+  thread_.join();
+  channel_->close_reader(reader_);
+  for (Hand& hand : hands_) hand.device->close();
+}
+
+void ServoLoop::request_restart(const dvec3& free_point_volume, std::size_t hand) noexcept {
+  hands_[hand].restarts.push(free_point_volume);
+}
+
+bool request_realtime(int priority) noexcept {
+  sched_param wanted{};
+  wanted.sched_priority = priority;
+  return pthread_setschedparam(pthread_self(), SCHED_FIFO, &wanted) == 0;
+}
+
+void ServoLoop::run() noexcept {
+  _MM_SET_FLUSH_ZERO_MODE(_MM_FLUSH_ZERO_ON);
+  _MM_SET_DENORMALS_ZERO_MODE(_MM_DENORMALS_ZERO_ON);
+  if (options_.wants_realtime) {
+    if (!request_realtime(80)) refused_ |= 1;
+    if (mlockall(MCL_CURRENT) != 0) refused_ |= 2;
+  }
+  const auto period = static_cast<std::int64_t>(std::llround(1e9 / options_.rate_hz));
+  const auto watchdog = static_cast<std::int64_t>(options_.watchdog_seconds * 1e9);
+  const std::int64_t start = now_ns();
+  std::int64_t due = start;
+  for (std::uint64_t tick = 0; !is_stopping_.load(std::memory_order_relaxed); ++tick, due += period) {
+    sleep_until(due);
+    const std::int64_t begin = now_ns();
+    const std::int64_t late = begin - due;
+    lateness_.add(static_cast<std::uint64_t>(late > 0 ? late : 0));
+    if (late > period) overruns_.fetch_add(1, std::memory_order_relaxed);
+    this->tick(tick, late > watchdog ? fault_stale_scene : 0u);
+    ticks_.store(tick + 1, std::memory_order_relaxed);
+    step_times_.add(static_cast<std::uint64_t>(now_ns() - begin));
+    // After a long gap the missed ticks are not made up for.
+    if (late > 8 * period) due = begin;
+  }
+  for (Hand& hand : hands_) hand.device->write(dvec3(0));
+}
+
+void ServoLoop::tick(std::uint64_t tick, std::uint32_t faults) noexcept {
+  // Device time is the tick's own, so that nothing depends on the clock.
+  const double t = static_cast<double>(tick) / options_.rate_hz;
+  std::uint32_t all_faults = 0;
+
+  // A tick that cannot be told to the edits is not felt either: the replay must know every step.
+  if (ring_.room() < hands_.size()) {
+    dropped_.fetch_add(1, std::memory_order_relaxed);
+    for (Hand& hand : hands_) {
+      hand.faults |= faults | fault_full_ring;
+      hand.device->read(t, hand.pose);
+      hand.device->write(hand.core.skip(hand.faults));
+      all_faults |= hand.faults;
+    }
+    faults_.store(all_faults, std::memory_order_relaxed);
+    return;
+  }
+  const bool is_reset = wants_reset_.exchange(false, std::memory_order_relaxed);
+  const ServoScene* seen = channel_->adopt(reader_);
+  // The force fades before the ring is full, at every rate and size of it.
+  const double waiting = static_cast<double>(ring_.size());
+  const bool is_lagging =
+      waiting > options_.lag_seconds * options_.rate_hz * static_cast<double>(hands_.size()) ||
+      waiting > 0.5 * static_cast<double>(ring_.capacity());
+  for (Hand& hand : hands_) {
+    ServoInput input;
+    if (is_reset) hand.faults = 0;
+    input.is_reset = is_reset;
+    // A way out is told before its version is published, so it is here when the version is.
+    WayOut way;
+    while (hand.ways.pop(way)) hand.core.offer(way);
+    while (hand.restarts.pop(input.restart_volume)) input.is_restarted = true;
+    hand.faults |= faults;
+    if (is_lagging) hand.faults |= fault_stale_scene;
+    if (!hand.device->read(t, hand.pose)) hand.faults |= fault_lost_device;
+    input.pose = hand.pose;
+    input.faults = hand.faults;
+    const ServoRecord record = hand.core.step(*seen, input);
+    hand.device->write(record.force_world);
+    ring_.push(record);
+    all_faults |= record.faults | hand.faults;
+  }
+  faults_.store(all_faults, std::memory_order_relaxed);
+}
+
+ServoReport ServoLoop::report() const {
+  ServoReport r;
+  r.ticks = ticks_.load();
+  r.overruns = overruns_.load();
+  r.dropped = dropped_.load();
+  r.step_p50_us = step_times_.percentile_us(50);
+  r.step_p99_us = step_times_.percentile_us(99);
+  r.step_p999_us = step_times_.percentile_us(99.9);
+  r.step_max_us = step_times_.max_us();
+  r.late_p50_us = lateness_.percentile_us(50);
+  r.late_p99_us = lateness_.percentile_us(99);
+  r.late_p999_us = lateness_.percentile_us(99.9);
+  r.late_max_us = lateness_.max_us();
+  r.faults = faults_.load();
+  const int refused = refused_.load();
+  if (refused & 1) r.notice = "real-time scheduling was refused (allow it: rtprio in /etc/security/limits.d)";
+  if (refused & 2)
+    r.notice += std::string(r.notice.empty() ? "" : "; ") +
+                "locking memory was refused (allow it: memlock in /etc/security/limits.d)";
+  return r;
+}
+
+}  // namespace trephine::haptics

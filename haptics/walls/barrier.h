@@ -1,0 +1,110 @@
+// Walks the proxy's way through the voxels until a touchable surface stops it.
+#pragma once
+
+#include <algorithm>
+
+#include "haptics/proxy/friction.h"
+#include "haptics/walls/solid_grid.h"
+#include "volume/traversal.h"
+
+namespace trephine::haptics {
+
+/// Where a way ends. When it is blocked, `before` is the last free voxel and `t` where the way leaves it.
+struct WayEnd {
+  bool is_blocked = false;
+  double t = 1;
+  glm::ivec3 before{0};
+  volume::VoxelFace face;
+  int shape = -1;
+  bool is_back = false;  ///< stopped on the way out of a solid
+};
+
+/// The first voxel, seen from `start`, that a shape does not let the proxy enter (the grid's frame, exact).
+/// `let_through`: shapes that hold nothing now. `inside` says in which solids the proxy is, and is brought up
+/// to date where a shape lets it pass.
+template <class Grid>
+WayEnd find_barrier(const TouchScene& scene, const Grid& grid, const glm::dvec3& start, const glm::dvec3& end,
+                    const ShapeSet& let_through, ShapeSet& inside, ProxyCounters& counters) noexcept {
+  // One voxel of air around the grid, so that a solid may also be left through its border.
+  const volume::VoxelBox box{glm::ivec3(-1), grid.size()};
+  volume::VoxelWalk walk(volume::Segment(start, end), box);
+  glm::ivec3 before = walk.voxel();
+  const auto count = static_cast<int>(scene.shapes.size());
+  while (!walk.is_done()) {
+    const glm::ivec3& v = walk.voxel();
+    ++counters.voxels;
+    const bool is_in_grid = grid.contains(v);
+    for (int s = 0; s < count; ++s) {
+      const bool is_now = is_in_grid && grid.is_solid_within(static_cast<std::size_t>(s), v);
+      const bool was = inside.contains(s);
+      if (is_now == was) continue;
+      if (walk.face().axis >= 0 && holds(scene, let_through, s, side_of(was)))
+        return {true, walk.t_enter(), before, walk.face(), s, was};
+      inside.flip(s);
+    }
+    before = v;
+    // Nothing solid for a while: leave the empty box in one go.
+    if (is_in_grid && inside.is_empty() && count > 0) {
+      const volume::VoxelBox empty = grid.empty_box(v, 0, scene.shapes.size());
+      if (empty.low.x <= empty.high.x && empty.low.y <= empty.high.y && empty.low.z <= empty.high.z) {
+        walk.advance_past(empty);
+        // The voxel before is the neighbour on the other side of the face.
+        if (!walk.is_done()) {
+          before = walk.voxel();
+          before[walk.face().axis] -= walk.face().step;
+        }
+        continue;
+      }
+    }
+    walk.advance();
+  }
+  return {};
+}
+
+/// The shapes in whose solid p lies.
+template <class Grid>
+ShapeSet solids_at(const TouchScene& scene, const Grid& grid, const glm::dvec3& p) noexcept {
+  const glm::ivec3 v = volume::voxel_of(p);
+  ShapeSet found;
+  for (std::size_t s = 0; s < scene.shapes.size(); ++s)
+    if (grid.is_solid(s, v)) found.set(static_cast<int>(s), true);
+  return found;
+}
+
+/// For methods whose walls are cubes. The first step, and a proxy over which matter has grown, start at the
+/// HIP, inside whatever is there: sets state and path, and returns true. Else the step goes on.
+template <class Grid>
+bool begin_on_cubes(const TouchScene& scene, const Grid& grid, const glm::dvec3& hip, ProxyState& state,
+                    ProxyStep& result) noexcept {
+  bool is_fresh = !state.has_proxy;
+  if (!is_fresh) {
+    const glm::ivec3 v = volume::voxel_of(state.proxy_volume);
+    for (std::size_t s = 0; s < scene.shapes.size(); ++s) {
+      const bool was = state.inside.contains(static_cast<int>(s));
+      if (grid.is_solid(s, v) != was &&
+          holds(scene, state.around.let_through, static_cast<int>(s), side_of(was)))
+        result.is_buried = is_fresh = true;
+    }
+  }
+  if (!is_fresh) return false;
+  state.begin_at(hip);
+  state.inside = solids_at(scene, grid, hip);
+  result.path_volume[0] = hip;
+  result.waypoint_count = 1;
+  return true;
+}
+
+/// Ends the step at the path's last waypoint: friction along the way to it, which has led down to the surface
+/// at waypoint `landing`, and the state for the next step.
+template <class Grid>
+void end_on_cubes(const TouchScene& scene, const Grid& grid, const glm::dvec3& hip_world, int landing,
+                  ProxyState& state, ProxyStep& result) noexcept {
+  const auto is_blocked = [&](const glm::dvec3& a, const glm::dvec3& b) {
+    ShapeSet after = state.inside;
+    return find_barrier(scene, grid, a, b, state.around.let_through, after, result.counters).is_blocked;
+  };
+  end_with_friction(grid.frame(), scene, hip_world, landing, is_blocked, state, result);
+  state.inside = solids_at(scene, grid, state.proxy_volume);
+}
+
+}  // namespace trephine::haptics

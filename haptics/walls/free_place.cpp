@@ -1,0 +1,32 @@
+#include "haptics/walls/free_place.h"
+
+#include "haptics/proxy/explicit_proxy.h"
+#include "haptics/walls/smooth_walls.h"
+#include "haptics/walls/solid_grid.h"
+
+namespace trephine::haptics {
+
+using glm::dvec3;
+
+bool is_free(const TouchScene& scene, const ServoScene& seen, const dvec3& place) noexcept {
+  if (scene.shapes.empty()) return true;
+  const bool is_round = scene.tool_radius > 0;
+  const OffsetGrid lattice(scene, seen);
+  const VoxelGrid voxels(scene, *seen.version);
+  const dvec3 p = is_round
+                      ? lattice.frame().volume_from_world(seen.version->base().frame.world_from_volume(place))
+                      : place;
+  const glm::ivec3 v = volume::voxel_of(p);
+  ProxyCounters counters;
+  const ShapeSet none;
+  SmoothWalls walls(scene, seen, none, counters);
+  for (std::size_t s = 0; s < scene.shapes.size(); ++s) {
+    if (&scene.shapes[s].field.volume() != scene.base.get()) break;
+    if (is_round ? lattice.is_solid(s, v) : voxels.is_solid(s, v)) return false;
+    if (walls.is_solid(static_cast<int>(s), p)) return false;
+    if (is_behind_triangles(scene, seen, s, place)) return false;
+  }
+  return true;
+}
+
+}  // namespace trephine::haptics

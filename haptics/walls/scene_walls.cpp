@@ -1,0 +1,340 @@
+#include "haptics/walls/scene_walls.h"
+
+#include <algorithm>
+#include <cmath>
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+#include <glm/matrix.hpp>
+#include <new>
+
+namespace trephine::haptics {
+
+using glm::dvec3;
+using glm::ivec3;
+
+namespace {
+
+constexpr double k_step = 0.5;         // mm, of the scene's frame where models alone could be coarser
+constexpr double k_steps_across = 40;  // a model is at least this large in it
+constexpr double k_least_gap = 5e-8;   // of a step of the scene's frame: half of what the slide keeps
+
+/// The box of a shape's voxels, two voxels larger all round, in the world. low > high: there is no matter.
+SceneLayout::Box matter_box(const TouchShape& shape) {
+  const volume::Volume& base = shape.field.volume();
+  const ivec3& size = base.size;
+  ivec3 low(1 << 30), high(-1);
+  const int words = (size.x + 63) / 64;
+  for (int z = 0; z < size.z; ++z)
+    for (int y = 0; y < size.y; ++y) {
+      const std::uint64_t* row = shape.bits->row(y, z);
+      int first = words, last = -1;
+      for (int w = 0; w < words; ++w)
+        if (row[w]) first = std::min(first, w), last = w;
+      if (last < 0) continue;
+      low = glm::min(low, ivec3(64 * first + std::countr_zero(row[first]), y, z));
+      high = glm::max(high, ivec3(64 * last + 63 - std::countl_zero(row[last]), y, z));
+    }
+  SceneLayout::Box box{dvec3(1e300), dvec3(-1e300)};
+  if (high.x < 0) return box;
+  for (int corner = 0; corner < 8; ++corner) {
+    const dvec3 p(corner & 1 ? high.x + 2 : low.x - 2, corner & 2 ? high.y + 2 : low.y - 2,
+                  corner & 4 ? high.z + 2 : low.z - 2);
+    const dvec3 world = base.frame.world_from_volume(p);
+    box.low = glm::min(box.low, world);
+    box.high = glm::max(box.high, world);
+  }
+  return box;
+}
+
+SceneLayout::Box world_box(const dvec3& low, const dvec3& high, const Placement& placement) {
+  SceneLayout::Box box{dvec3(1e300), dvec3(-1e300)};
+  if (!(low.x <= high.x)) return box;
+  for (int corner = 0; corner < 8; ++corner) {
+    const dvec3 p = placement.world_from_local(
+        {corner & 1 ? high.x : low.x, corner & 2 ? high.y : low.y, corner & 4 ? high.z : low.z});
+    box.low = glm::min(box.low, p);
+    box.high = glm::max(box.high, p);
+  }
+  return box;
+}
+
+}  // namespace
+
+volume::Result<SceneLayout> SceneLayout::of(const TouchScene& scene) {
+  using volume::Error;
+  const auto too_many = [](const char* what, int found, int most) {
+    return Error{what, "scene", std::to_string(found), "at most " + std::to_string(most), ""};
+  };
+  if (shape_count(scene) > ShapeSet::k_most)
+    return too_many("too many shapes and meshes to touch at once", shape_count(scene), ShapeSet::k_most);
+  SceneLayout layout;
+  double finest = 1e300;
+  for (std::size_t s = 0; s < scene.shapes.size(); ++s) {
+    const TouchShape& shape = scene.shapes[s];
+    if (!shape.bits) return Error{"a touchable shape has no bits", shape.field.shape().name, "", "", ""};
+    const volume::Volume& of = shape.field.volume();
+    layout.boxes_.push_back(matter_box(shape));
+    const int index = static_cast<int>(s);
+    if (s > 0 && &of == &scene.shapes[s - 1].field.volume()) {
+      ++layout.parts_.back().end;
+      continue;
+    }
+    for (const Part& before : layout.parts_)
+      if (&of == &scene.shapes[static_cast<std::size_t>(before.begin)].field.volume())
+        return Error{"the shapes of a volume do not stand together", shape.field.shape().name, "", "",
+                     "list the shapes of one volume one after another"};
+    std::shared_ptr<const ServoScene> untouched;
+    if (&of != scene.base.get()) {
+      for (const auto& other : scene.others)
+        if (other.get() == &of)
+          untouched = std::make_shared<ServoScene>(std::make_shared<volume::Version>(other));
+      if (!untouched)
+        return Error{"a shape is of a volume that the scene does not hold", shape.field.shape().name, "", "",
+                     "put the volume in TouchScene::others"};
+    }
+    const volume::Frame* frame = scene.tool_radius > 0 && shape.offset ? &shape.offset->frame() : &of.frame;
+    layout.parts_.push_back({index, index + 1, untouched, frame, glm::dmat3(1)});
+    const dvec3& spacing = of.frame.spacing();
+    finest = std::min({finest, spacing.x, spacing.y, spacing.z});
+  }
+  if (static_cast<int>(layout.parts_.size()) > k_max_volumes)
+    return too_many("too many volumes to touch at once", static_cast<int>(layout.parts_.size()),
+                    k_max_volumes);
+  layout.movers_.fill(-1);
+  for (const TouchMesh& mesh : scene.meshes) {
+    if (!mesh.tree) return Error{"a mesh has no tree", mesh.name, "", "", ""};
+    const double size = glm::length(mesh.tree->high() - mesh.tree->low());
+    // Where there are volumes their voxels say how far a leg goes: a tiny model would make all legs tiny.
+    if (scene.shapes.empty() && mesh.tree->triangle_count() > 0 && size > 0)
+      finest = std::min(finest, size / k_steps_across);
+    if (mesh.mover >= TouchScene::k_max_movers)
+      return too_many("too many meshes that move", mesh.mover + 1, TouchScene::k_max_movers);
+    if (mesh.mover >= 0) {
+      int& moved = layout.movers_[static_cast<std::size_t>(mesh.mover)];
+      if (moved >= 0)
+        return Error{"two meshes have the same mover", mesh.name, std::to_string(mesh.mover), "one each", ""};
+      moved = static_cast<int>(layout.boxes_.size());
+    }
+    layout.boxes_.push_back(mesh.mover < 0 ? world_box(mesh.tree->low(), mesh.tree->high(), mesh.placement)
+                                           : Box{mesh.tree->low(), mesh.tree->high()});
+  }
+  auto frame = volume::Frame::from_spacing(scene.base ? scene.base->frame.origin() : dvec3(0),
+                                           dvec3(scene.shapes.empty() ? std::min(finest, k_step) : finest));
+  if (!frame) return frame.error();
+  layout.frame_ = frame.value();
+  for (Part& part : layout.parts_)
+    for (int k = 0; k < 3; ++k)
+      part.from_scene[k] = part.frame->vector_volume_from_world(layout.frame_.axes()[k]);
+  return layout;
+}
+
+SceneWalls::SceneWalls(const TouchScene& scene, const SceneLayout& layout, const ServoScene& seen,
+                       const ProxyState& state, std::span<const Placement> placements,
+                       ProxyCounters& counters) noexcept
+    : scene_(scene),
+      layout_(layout),
+      seen_(seen),
+      state_(state),
+      placements_(placements),
+      counters_(counters) {}
+
+int SceneWalls::part_of(int shape) const noexcept {
+  int i = 0;
+  while (part(i).end <= shape) ++i;
+  return i;
+}
+
+SmoothWalls& SceneWalls::walls_of(int i) noexcept {
+  SmoothWalls& walls = walls_[static_cast<std::size_t>(i)].walls;
+  if (bool& is_made = is_made_[static_cast<std::size_t>(i)]; !is_made) {
+    is_made = true;
+    new (&walls)
+        SmoothWalls(scene_, part(i).untouched ? *part(i).untouched : seen_, state_.around.let_through,
+                    counters_, part(i).begin, part(i).end, &state_.around.near);
+  }
+  return walls;
+}
+
+const Placement& SceneWalls::placement_of(int shape) const noexcept {
+  const TouchMesh& mesh = mesh_of(shape);
+  return mesh.mover < 0 ? mesh.placement : placements_[static_cast<std::size_t>(mesh.mover)];
+}
+
+bool SceneWalls::reach_mesh(int shape, const dvec3& a, const dvec3& b, double tolerance,
+                            Reach& reach) noexcept {
+  const bool is_front = holds(shape, Sides::front), is_back = holds(shape, Sides::back);
+  if (!is_front && !is_back) return false;
+  const Placement& placement = placement_of(shape);
+  const dvec3 from = placement.local_from_world(frame().world_from_volume(a)),
+              to = placement.local_from_world(frame().world_from_volume(b));
+  FacetHit hit;
+  if (!tree_of(shape).cast(from, to, scene_.tool_radius, is_front, is_back, hit, counters_.triangles) ||
+      (reach.is_blocked && hit.t >= reach.t))
+    return false;
+  // Before the facet along the way, and never so close that rounding could put the proxy behind it.
+  const double step = frame().spacing().x, before = hit.t - 0.5 * tolerance / (step * glm::length(b - a));
+  const double approach = -glm::dot(to - from, hit.normal_world);
+  const double most = approach > 0 ? hit.t - k_least_gap * step / approach : 0;
+  reach.t = std::clamp(std::max(before, 0.5 * hit.t), 0.0, std::max(0.0, most));
+  reach.is_blocked = true;
+  reach.wall = {shape, false, hit.side < 0, hit.triangle};
+  return true;
+}
+
+Reach SceneWalls::reach(const dvec3& a, const dvec3& b, ShapeSet& inside, double tolerance,
+                        int but) noexcept {
+  Reach first;
+  const ShapeSet before = inside;
+  ShapeSet after = inside;
+  int blocking = -1;
+  for (int i = 0; i < static_cast<int>(layout_.parts().size()); ++i) {
+    if (state_.around.near.next(part(i).begin) >= part(i).end) continue;
+    // What this part makes of `inside` counts as far as the way is free of the others.
+    const Reach one = walls_of(i).reach(in_part(i, a), in_part(i, b), after, tolerance);
+    if (one.is_blocked && (!first.is_blocked || one.t < first.t)) first = one, blocking = i;
+  }
+  for (int s = state_.around.near.next(static_cast<int>(scene_.shapes.size())); s < ShapeSet::k_most;
+       s = state_.around.near.next(s + 1))
+    if (s != but && reach_mesh(s, a, b, tolerance, first)) blocking = -1;
+  if (first.is_blocked && after != before) {
+    after = before;
+    const dvec3 end = a + first.t * (b - a);
+    for (int i = 0; i < static_cast<int>(layout_.parts().size()); ++i)
+      if (state_.around.near.next(part(i).begin) < part(i).end)
+        walls_of(i).reach(in_part(i, a), in_part(i, i == blocking ? b : end), after, tolerance);
+  }
+  inside = after;
+  return first;
+}
+
+bool SceneWalls::is_solid(int shape, const dvec3& p) noexcept {
+  if (is_mesh(shape)) return false;
+  const int i = part_of(shape);
+  return walls_of(i).is_solid(shape, in_part(i, p));
+}
+
+volume::Jet SceneWalls::jet(const Wall& wall, const dvec3& p) noexcept {
+  if (is_mesh(wall.shape)) {
+    const Placement& placement = placement_of(wall.shape);
+    const dvec3 at = placement.local_from_world(frame().world_from_volume(p));
+    const auto [u, v, w] = tree_of(wall.shape).corners(wall.facet);
+    const double step = frame().spacing().x;
+    volume::Jet jet{};
+    if (!(scene_.tool_radius > 0)) {
+      dvec3 normal = glm::normalize(glm::cross(v - u, w - u));
+      if (wall.is_back) normal = -normal;
+      jet.value = -glm::dot(normal, at - u);
+      jet.gradient = -step * (placement.rotation * normal);
+      return jet;
+    }
+    // radius - distance: bends as a sphere does round a corner, as a cylinder round an edge.
+    TriangleFeature feature;
+    const dvec3 off = at - nearest_on_triangle(at, u, v, w, &feature);
+    const double distance = glm::length(off);
+    jet.value = scene_.tool_radius - distance;
+    if (!(distance > 0)) return jet;
+    const dvec3 n = placement.rotation * (off / distance);
+    jet.gradient = -step * n;
+    if (feature == TriangleFeature::face) return jet;
+    const double bend = -step * step / distance;
+    jet.bend_own = bend * (1.0 - n * n);
+    jet.bend_cross = -bend * dvec3(n.y * n.z, n.x * n.z, n.x * n.y);
+    if (feature == TriangleFeature::corner) return jet;
+    const dvec3 edge = feature == TriangleFeature::edge_ab   ? v - u
+                       : feature == TriangleFeature::edge_bc ? w - v
+                                                             : w - u;
+    const dvec3 e = placement.rotation * glm::normalize(edge);
+    jet.bend_own -= bend * (e * e);
+    jet.bend_cross -= bend * dvec3(e.y * e.z, e.x * e.z, e.x * e.y);
+    return jet;
+  }
+  const int i = part_of(wall.shape);
+  const glm::dmat3& map = part(i).from_scene;
+  const volume::Jet own = walls_of(i).jet(wall, in_part(i, p));
+  volume::Jet jet;
+  jet.value = own.value;
+  jet.gradient = own.gradient * map;
+  const dvec3 bent[3] = {own.bend(map[0]), own.bend(map[1]), own.bend(map[2])};
+  jet.bend_own = {glm::dot(map[0], bent[0]), glm::dot(map[1], bent[1]), glm::dot(map[2], bent[2])};
+  jet.bend_cross = {glm::dot(map[1], bent[2]), glm::dot(map[0], bent[2]), glm::dot(map[0], bent[1])};
+  return jet;
+}
+
+volume::Slope SceneWalls::slope(const Wall& wall, const dvec3& p) noexcept {
+  if (is_mesh(wall.shape)) return jet(wall, p);
+  const int i = part_of(wall.shape);
+  const volume::Slope own = walls_of(i).slope(wall, in_part(i, p));
+  return {own.value, own.gradient * part(i).from_scene};
+}
+
+volume::QuadraticPatch::BendBound SceneWalls::bend_bound(const Wall& wall, const Span& span,
+                                                         bool& is_whole) noexcept {
+  is_whole = false;
+  // A straight way along a facet, or along a ball's tangent at one, does not bend into it.
+  if (is_mesh(wall.shape)) return {dvec3(0), dvec3(0)};
+  const int i = part_of(wall.shape);
+  const volume::QuadraticPatch::BendBound own =
+      walls_of(i).bend_bound(wall, {in_part(i, span.a), in_part(i, span.b)}, is_whole);
+  // |second derivatives| seen along the scene's axes.
+  const glm::dmat3 map(glm::abs(part(i).from_scene[0]), glm::abs(part(i).from_scene[1]),
+                       glm::abs(part(i).from_scene[2]));
+  const volume::Jet as_jet{{0, dvec3(0)}, own.own, own.cross};
+  const dvec3 bent[3] = {as_jet.bend(map[0]), as_jet.bend(map[1]), as_jet.bend(map[2])};
+  return {{glm::dot(map[0], bent[0]), glm::dot(map[1], bent[1]), glm::dot(map[2], bent[2])},
+          {glm::dot(map[1], bent[2]), glm::dot(map[0], bent[2]), glm::dot(map[0], bent[1])}};
+}
+
+int SceneWalls::walls_at(int shape, bool is_inside, const dvec3& p, double within, Few& walls) noexcept {
+  if (!is_mesh(shape)) {
+    const int i = part_of(shape);
+    SmoothWalls::Few few;
+    const int count = walls_of(i).walls_at(shape, is_inside, in_part(i, p), within, few);
+    std::copy_n(few.begin(), count, walls.begin());
+    return count;
+  }
+  const dvec3 at = placement_of(shape).local_from_world(frame().world_from_volume(p));
+  const MeshTree& tree = tree_of(shape);
+  const double radius = scene_.tool_radius;
+  const bool is_front = holds(shape, Sides::front), is_back = holds(shape, Sides::back);
+  // The nearest few, nearest first.
+  constexpr std::size_t k_most = 12;
+  std::array<MeshTree::Near, k_most> nearest;
+  std::size_t found = 0;
+  tree.for_near(at, radius + within, [&](const MeshTree::Near& one) {
+    ++counters_.triangles;
+    if (one.is_front ? !is_front : !is_back) return;
+    std::size_t place = std::min(found, k_most - 1);
+    if (found == k_most && one.distance >= nearest[place].distance) return;
+    for (; place > 0 && one.distance < nearest[place - 1].distance; --place)
+      nearest[place] = nearest[place - 1];
+    nearest[place] = one;
+    found = std::min(found + 1, k_most);
+  });
+  // One facet bars the way to others that lie wholly behind it: those are left out, so that nothing holds the
+  // tool back at edges that it can go around.
+  const double slack = 1e-9 * frame().spacing().x;
+  std::array<MeshTree::Near, std::tuple_size_v<Few>> kept;
+  int count = 0;
+  for (std::size_t k = 0; k < found && count < static_cast<int>(walls.size()); ++k) {
+    const MeshTree::Near& one = nearest[k];
+    bool is_barred = one.is_front != nearest[0].is_front && !(radius > 0);
+    for (int j = 0; j < count && !is_barred; ++j) {
+      const MeshTree::Near& other = kept[static_cast<std::size_t>(j)];
+      const dvec3 out = radius > 0 ? (at - other.nearest) / std::max(other.distance, 1e-300)
+                                   : (other.is_front ? other.normal : -other.normal);
+      const auto is_before = [&](const dvec3& q) { return glm::dot(out, q - other.nearest) > slack; };
+      if (radius > 0) {
+        is_barred = !is_before(one.nearest);
+      } else {
+        const auto [u, v, w] = tree.corners(one.triangle);
+        is_barred = !is_before(u) && !is_before(v) && !is_before(w);
+      }
+    }
+    if (is_barred) continue;
+    kept[static_cast<std::size_t>(count)] = one;
+    walls[static_cast<std::size_t>(count++)] = {shape, false, !one.is_front, one.triangle};
+  }
+  return count;
+}
+
+}  // namespace trephine::haptics

@@ -1,0 +1,118 @@
+// The walls of a whole scene, one servo step long: the smooth solids of several volumes and the facets of
+// polygonal models, in one frame, so that one solve holds the proxy off all of them.
+#pragma once
+
+#include <array>
+#include <type_traits>
+#include <vector>
+
+#include "haptics/mesh/mesh_tree.h"
+#include "haptics/walls/smooth_walls.h"
+
+namespace trephine::haptics {
+
+/// What of a scene does not change from step to step. Made once, not on the servo thread.
+class SceneLayout {
+ public:
+  static constexpr int k_max_volumes = 8;
+  struct Part {
+    int begin, end;                               ///< its shapes
+    std::shared_ptr<const ServoScene> untouched;  ///< null: the base, whose state comes with the step
+    const volume::Frame* frame;                   ///< of its walls
+    glm::dmat3 from_scene;                        ///< maps displacements of the scene's frame to it
+  };
+  struct Box {
+    glm::dvec3 low, high;  ///< mm; world, or of a mesh that moves its own frame
+  };
+
+  /// Error when shapes of a volume do not stand together, or volumes, shapes or movers are too many.
+  static volume::Result<SceneLayout> of(const TouchScene& scene);
+
+  /// Axis-aligned, as fine as the finest volume, 0.5 mm where there is none, finer where a model is tiny.
+  const volume::Frame& frame() const noexcept { return frame_; }
+  const std::vector<Part>& parts() const noexcept { return parts_; }
+  /// The mesh that each mover moves, as a shape; -1: none.
+  const std::array<int, TouchScene::k_max_movers>& movers() const noexcept { return movers_; }
+  const Box& box(int shape) const noexcept { return boxes_[static_cast<std::size_t>(shape)]; }
+
+ private:
+  volume::Frame frame_;
+  std::vector<Part> parts_;
+  std::vector<Box> boxes_;
+  std::array<int, TouchScene::k_max_movers> movers_;
+};
+
+/// Answers what Slide asks. Borrows everything for one step. Only shapes that `near` names are looked at; the
+/// caller sees to it that no other can be met. Servo thread: no allocation, every loop bounded.
+class SceneWalls {
+ public:
+  SceneWalls(const TouchScene& scene, const SceneLayout& layout, const ServoScene& seen,
+             const ProxyState& state, std::span<const Placement> placements,
+             ProxyCounters& counters) noexcept;
+
+  const volume::Frame& frame() const noexcept { return layout_.frame(); }
+  int next_shape(int s) const noexcept { return state_.around.near.next(s); }
+  bool holds(int shape, Sides side) const noexcept {
+    return haptics::holds(scene_, state_.around.let_through, shape, side);
+  }
+  /// As in SmoothWalls; a mesh has no inside, and its facets know their sides.
+  bool may_hold(int shape, bool is_inside) const noexcept {
+    return is_mesh(shape) || holds(shape, side_of(is_inside));
+  }
+  /// As SmoothWalls::reach; `but`: a shape that is not asked.
+  Reach reach(const glm::dvec3& a, const glm::dvec3& b, ShapeSet& inside, double tolerance,
+              int but = -1) noexcept;
+  bool is_solid(int shape, const glm::dvec3& p) noexcept;
+  volume::Jet jet(const Wall& wall, const glm::dvec3& p) noexcept;
+  volume::Slope slope(const Wall& wall, const glm::dvec3& p) noexcept;
+  /// Two points: each volume has voxels of its own.
+  struct Span {
+    const glm::dvec3 &a, &b;
+    Span(const glm::dvec3& from, const glm::dvec3& to) noexcept : a(from), b(to) {}
+  };
+  volume::QuadraticPatch::BendBound bend_bound(const Wall& wall, const Span& span, bool& is_whole) noexcept;
+  bool is_only_wall(const Wall&) const noexcept { return false; }
+  double longest_leg(const Wall& wall, double usual) noexcept {
+    return is_mesh(wall.shape) ? usual : walls_of(part_of(wall.shape)).longest_leg(wall, usual);
+  }
+  void widen(const Wall&, const Span&, const glm::dvec3&, volume::QuadraticPatch::BendBound&,
+             bool&) const noexcept {}
+  using Few = std::array<Wall, 4>;
+  /// Of a mesh: the facets within `within` mm of the tool, but those that others keep it away from.
+  int walls_at(int shape, bool is_inside, const glm::dvec3& p, double within, Few& walls) noexcept;
+
+  const Placement& placement_of(int mesh_shape) const noexcept;
+  const MeshTree& tree_of(int mesh_shape) const noexcept { return *mesh_of(mesh_shape).tree; }
+  bool is_mesh(int shape) const noexcept { return shape >= static_cast<int>(scene_.shapes.size()); }
+
+ private:
+  const TouchMesh& mesh_of(int shape) const noexcept {
+    return scene_.meshes[static_cast<std::size_t>(shape) - scene_.shapes.size()];
+  }
+  int part_of(int shape) const noexcept;
+  const SceneLayout::Part& part(int i) const noexcept { return layout_.parts()[static_cast<std::size_t>(i)]; }
+  /// Made when first asked.
+  SmoothWalls& walls_of(int part) noexcept;
+  glm::dvec3 in_part(int i, const glm::dvec3& p) const noexcept {
+    return part(i).frame->volume_from_world(frame().world_from_volume(p));
+  }
+  bool reach_mesh(int shape, const glm::dvec3& a, const glm::dvec3& b, double tolerance,
+                  Reach& reach) noexcept;
+
+  const TouchScene& scene_;
+  const SceneLayout& layout_;
+  const ServoScene& seen_;
+  const ProxyState& state_;
+  std::span<const Placement> placements_;
+  ProxyCounters& counters_;
+  /// Not touched before walls_of() makes it: an optional would clear 18 kB in every step.
+  union Maybe {
+    SmoothWalls walls;
+    Maybe() noexcept {}
+  };
+  static_assert(std::is_trivially_destructible_v<SmoothWalls>);
+  std::array<Maybe, SceneLayout::k_max_volumes> walls_;
+  std::array<bool, SceneLayout::k_max_volumes> is_made_{};
+};
+
+}  // namespace trephine::haptics

@@ -1,0 +1,388 @@
+#include "haptics/walls/smooth_walls.h"
+
+#include <algorithm>
+#include <cmath>
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+
+namespace trephine::haptics {
+
+using glm::dvec3;
+using glm::ivec3;
+
+namespace {
+
+constexpr double k_rounding = 1e-11;  // share of a patch's magnitude that its evaluation may be off
+constexpr double k_short =
+    0.998;                        // of a free step that is taken, so that a way never ends on the wall itself
+constexpr int k_max_proofs = 24;  // evaluations in one cube before the way counts as blocked
+
+}  // namespace
+
+double free_step(double c, double slope, double bend) noexcept {
+  const double root = std::sqrt(std::max(0.0, slope * slope - 2 * bend * c));
+  const double denominator = slope + root;
+  return denominator > 0 ? -2 * c / denominator : 1e300;
+}
+
+double rounding_of(const volume::Slope& slope, const volume::QuadraticPatch::BendBound& bend) noexcept {
+  const dvec3& g = slope.gradient;
+  return k_rounding * (1 + std::abs(slope.value) + std::abs(g.x) + std::abs(g.y) + std::abs(g.z) +
+                       bend.own.x + bend.own.y + bend.own.z);
+}
+
+const volume::QuadraticPatch::BendBound& SmoothWalls::bend_of(Cached& kept) const noexcept {
+  if (!kept.has_bend) {
+    kept.bend = kept.patch.bend_bound();
+    kept.has_bend = true;
+    if (kept.key == k_cut && is_fine_) rescale(kept.bend, version_->lattice().scale());
+  }
+  return kept.bend;
+}
+
+volume::Slope SmoothWalls::cut_slope(const volume::CutLattice::Point& at) noexcept {
+  volume::Slope slope = patch(k_cut, at.sample).patch.slope(at.at);
+  if (is_fine_) rescale(slope, version_->lattice().scale());
+  return slope;
+}
+
+SmoothWalls::Cached& SmoothWalls::patch(int key, const ivec3& v) noexcept {
+  for (int i = 0; i < count_; ++i)
+    if (Cached& kept = kept_[static_cast<std::size_t>(i)]; kept.key == key && kept.voxel == v) return kept;
+  count_ = std::min(count_ + 1, k_kept);
+  Cached& fresh = kept_[static_cast<std::size_t>(next_)];
+  next_ = next_ + 1 == k_kept ? 0 : next_ + 1;
+  fresh.key = key;
+  fresh.voxel = v;
+  fresh.has_bend = false;
+  if (key == k_cut)
+    fresh.patch.load_distance(*version_, v);
+  else if (is_round_)
+    offset(static_cast<std::size_t>(key)).load(v, fresh.patch);
+  else if (const TouchShape& shape = scene_->shapes[static_cast<std::size_t>(key)]; shape.soft)
+    shape.soft->load(v, fresh.patch);
+  else
+    fresh.patch.load(shape.field, v);
+  ++counters_->cells;
+  return fresh;
+}
+
+bool SmoothWalls::is_near_cut(const ivec3& v) const noexcept {
+  if (!is_cut_) return false;
+  const volume::CutLattice& lattice = version_->lattice();
+  return version_->has_brick(lattice.low_of(v) - 1, lattice.high_of(v) + 1);
+}
+
+bool SmoothWalls::is_air_around(const TouchShape& shape, const ivec3& v) const noexcept {
+  const volume::Occupancy& bits = *shape.bits;
+  const ivec3& size = volume_->size;
+  const int x0 = std::max(v.x - 1, 0), x1 = std::min(v.x + 1, size.x - 1);
+  if (x0 > x1) return true;
+  for (int z = std::max(v.z - 1, 0); z <= std::min(v.z + 1, size.z - 1); ++z)
+    for (int y = std::max(v.y - 1, 0); y <= std::min(v.y + 1, size.y - 1); ++y) {
+      const std::uint64_t* row = bits.row(y, z);
+      std::uint64_t few = row[x0 >> 6] >> (x0 & 63);
+      if ((x0 >> 6) != (x1 >> 6)) few |= row[x1 >> 6] << (64 - (x0 & 63));
+      if (few & ((2ull << (x1 - x0)) - 1)) return false;
+    }
+  return true;
+}
+
+volume::Jet SmoothWalls::jet(const Wall& wall, const dvec3& p) noexcept {
+  volume::Jet jet;
+  if (wall.is_cut) {
+    const volume::CutLattice& lattice = version_->lattice();
+    const volume::CutLattice::Point at = lattice.point_of(p);
+    jet = patch(k_cut, at.sample).patch.jet(at.at);
+    if (is_fine_) rescale(jet, lattice.scale());
+  } else {
+    const ivec3 v = volume::voxel_of(p);
+    jet = patch(wall.shape, v).patch.jet(p - dvec3(v));
+  }
+  if (wall.is_back) {
+    jet.value = -jet.value;
+    jet.gradient = -jet.gradient;
+    jet.bend_own = -jet.bend_own;
+    jet.bend_cross = -jet.bend_cross;
+  }
+  return jet;
+}
+
+volume::Slope SmoothWalls::slope(const Wall& wall, const dvec3& p) noexcept {
+  volume::Slope slope;
+  if (wall.is_cut) {
+    slope = cut_slope(version_->lattice().point_of(p));
+  } else {
+    const ivec3 v = volume::voxel_of(p);
+    slope = patch(wall.shape, v).patch.slope(p - dvec3(v));
+  }
+  if (wall.is_back) {
+    slope.value = -slope.value;
+    slope.gradient = -slope.gradient;
+  }
+  return slope;
+}
+
+SmoothWalls::CubeSpan SmoothWalls::cubes_of(const Wall& wall, const dvec3& a, const dvec3& b) const noexcept {
+  const volume::CutLattice& lattice = version_->lattice();
+  const ivec3 u = wall.is_cut ? lattice.point_of(a).sample : volume::voxel_of(a),
+              v = wall.is_cut ? lattice.point_of(b).sample : volume::voxel_of(b);
+  return {glm::min(u, v), glm::max(u, v)};
+}
+
+void SmoothWalls::widen(const Wall& wall, const Span& span, const dvec3& m,
+                        volume::QuadraticPatch::BendBound& bound, bool& is_whole) noexcept {
+  const CubeSpan cubes = cubes_of(wall, span.a, span.b), at = cubes_of(wall, m, m),
+                 both(glm::min(cubes.first, at.first), glm::max(cubes.second, at.second));
+  if (both != cubes) bound = bound_over(wall, both, is_whole);
+}
+
+volume::QuadraticPatch::BendBound SmoothWalls::bend_bound(const Wall& wall, const Span& span,
+                                                          bool& is_whole) noexcept {
+  return bound_over(wall, cubes_of(wall, span.a, span.b), is_whole);
+}
+
+volume::QuadraticPatch::BendBound SmoothWalls::bound_over(const Wall& wall, const CubeSpan& cubes,
+                                                          bool& is_whole) noexcept {
+  const int key = wall.is_cut ? k_cut : wall.shape;
+  const auto& [low, high] = cubes;
+  is_whole = true;
+  volume::QuadraticPatch::BendBound bound = bend_of(patch(key, low));
+  if (low == high) return bound;
+  const auto add = [&](const ivec3& v) {
+    const auto& here = bend_of(patch(key, v));
+    bound.own = glm::max(bound.own, here.own);
+    bound.cross = glm::max(bound.cross, here.cross);
+  };
+  const ivec3 extent = high - low + 1;
+  is_whole = extent.x * extent.y * extent.z <= 4;
+  if (!is_whole) {
+    add(high);
+    return bound;
+  }
+  for (int z = low.z; z <= high.z; ++z)
+    for (int y = low.y; y <= high.y; ++y)
+      for (int x = low.x; x <= high.x; ++x) add({x, y, z});
+  return bound;
+}
+
+bool SmoothWalls::is_solid(int shape, const dvec3& p) noexcept {
+  if (slope({shape, false, false}, p).value < 0) return false;
+  return !is_near_cut(volume::voxel_of(p)) || slope({shape, true, false}, p).value >= 0;
+}
+
+int SmoothWalls::walls_at(int shape, bool is_inside, const dvec3& p, double, Few& walls) noexcept {
+  const bool has_cut = is_near_cut(volume::voxel_of(p));
+  walls[0] = {shape, false, is_inside};
+  if (!has_cut) return 1;
+  walls[1] = {shape, true, is_inside};
+  if (is_inside) return 2;
+  // Free is where either lets it: the one that is farther off decides.
+  const auto depth = [&](const Wall& wall) {
+    const volume::Slope s = slope(wall, p);
+    const double steepness = glm::length(s.gradient);
+    return steepness > 0 ? s.value / steepness : s.value < 0 ? -1e300 : 1e300;
+  };
+  if (depth(walls[1]) < depth(walls[0])) walls[0] = walls[1];
+  return 1;
+}
+
+double SmoothWalls::reach_in_piece(int shape, bool is_inside, const ivec3& v, const ivec3* sample,
+                                   const Way& way, double t0, double t1, Wall& blocker) noexcept {
+  const dvec3 &a = way.a, &along = way.along, origin = a - dvec3(v);
+  const volume::CutLattice& lattice = version_->lattice();
+  const auto in_cube = [&](double t) {
+    const dvec3 p = origin + t * along;
+    return is_fine_ ? p * lattice.scale() - dvec3(*sample - lattice.centre_of(v)) : p;
+  };
+  // How far field or cut alone prove the way free from t, forward or backward.
+  const auto proven = [&](bool is_cut, double t, double direction) {
+    volume::Slope s;
+    Cached& kept = patch(is_cut ? k_cut : shape, is_cut ? *sample : v);
+    if (is_cut)
+      s = cut_slope({*sample, in_cube(t)});
+    else
+      s = kept.patch.slope(origin + t * along);
+    const auto& bend = bend_of(kept);
+    const double sign = is_inside ? -1.0 : 1.0;
+    const double c = sign * s.value + rounding_of(s, bend);
+    if (c >= 0) return 0.0;
+    return free_step(c, sign * direction * glm::dot(s.gradient, along), bend.along(along));
+  };
+  const auto step_from = [&](double t, double direction, bool& by_cut) {
+    by_cut = false;
+    const double by_field = proven(false, t, direction);
+    if (sample == nullptr) return by_field;
+    // From outside one of the two suffices; from inside both must hold.
+    if (!is_inside && by_field >= t1 - t0) return by_field;
+    const double other = proven(true, t, direction);
+    by_cut = is_inside ? other < by_field : other > by_field;
+    return by_cut ? other : by_field;
+  };
+  double t = t0, end = t1;
+  bool by_cut = false;
+  for (int i = 0; i < k_max_proofs; ++i) {
+    const double forward = step_from(t, 1, by_cut);
+    if (t + forward >= end) return t1;
+    if (forward < way.least_step) break;
+    t += k_short * forward;
+    bool ignored = false;
+    const double backward = step_from(end, -1, ignored);
+    if (end - backward <= t) return t1;
+    if (backward > way.least_step) end -= backward;
+  }
+  blocker = {shape, by_cut, is_inside};
+  return t;
+}
+
+double SmoothWalls::reach_in_cube(int shape, bool is_inside, const ivec3& v, const Way& way, double t0,
+                                  double t1, Wall& blocker) noexcept {
+  if (!is_near_cut(v)) return reach_in_piece(shape, is_inside, v, nullptr, way, t0, t1, blocker);
+  const volume::CutLattice& lattice = version_->lattice();
+  if (!is_fine_) {
+    const ivec3 sample = lattice.centre_of(v);
+    return reach_in_piece(shape, is_inside, v, &sample, way, t0, t1, blocker);
+  }
+  // Where there is no matter the cut need not be asked.
+  if (!is_inside && patch(shape, v).patch.most() < 0) return t1;
+  // The pieces of the way in the cubes of samples. Rounding may leave a rest before or behind them.
+  const volume::Segment in_samples(lattice.lattice_from_volume(way.a),
+                                   lattice.lattice_from_volume(way.a + way.along));
+  volume::VoxelWalk walk(in_samples, {lattice.low_of(v), lattice.high_of(v)});
+  ivec3 sample = lattice.point_of(way.a + 0.5 * (t0 + t1) * way.along).sample;
+  sample = glm::clamp(sample, lattice.low_of(v), lattice.high_of(v));
+  for (double t = t0; t < t1;) {
+    double end = t1;
+    if (!walk.is_done()) {
+      sample = walk.voxel();
+      // Within a hollow brick, but for its faces, whose cubes read the neighbours, all is free.
+      if (!is_inside && lattice.contains(sample)) {
+        const volume::Brick* brick = version_->brick_at(sample);
+        const volume::VoxelBox core{(sample >> 3 << 3) + 1, (sample >> 3 << 3) + (volume::k_brick - 2)};
+        if (brick && brick->is_hollow && core.contains(sample)) {
+          walk.advance_past(core);
+          t = walk.is_done() ? t1 : std::max(t, walk.t_enter());
+          continue;
+        }
+      }
+      end = std::clamp(walk.t_exit(), t, t1);
+      walk.advance();
+      if (walk.is_done()) end = t1;
+    }
+    ++counters_->voxels;
+    const double free = reach_in_piece(shape, is_inside, v, &sample, way, t, end, blocker);
+    if (free < end) return free;
+    t = end;
+  }
+  return t1;
+}
+
+void SmoothWalls::pass(int shape, const ivec3& v, const dvec3& a, const dvec3& along, double t0, double t1,
+                       ShapeSet& inside, double& t_changed) noexcept {
+  const int steps = 1 + static_cast<int>(8 * (t1 - t0) * glm::length(along));
+  const bool was = inside.contains(shape);
+  const bool has_cut = is_near_cut(v);
+  for (int i = 1; i <= std::min(steps, 16); ++i) {
+    const double t = t0 + (t1 - t0) * i / std::min(steps, 16);
+    const dvec3 p = a + t * along;
+    // On a surface that rounding might put on either side - where the way enters at a cube's end, as it does
+    // at the border's face - it is not beyond it yet, or the next cube would hold it from there.
+    Cached& kept = patch(shape, v);
+    const volume::Slope scan = kept.patch.slope(p - dvec3(v));
+    const double doubt = rounding_of(scan, bend_of(kept));
+    bool is_solid = scan.value > doubt, is_free = scan.value < -doubt;
+    if (has_cut) {
+      const volume::Slope cut = slope({shape, true, false}, p);
+      is_solid = is_solid && cut.value > 0;
+      is_free = is_free || cut.value < 0;
+    }
+    const bool is_now = was ? !is_free : is_solid;
+    if (is_now == was) continue;
+    inside.flip(shape);
+    t_changed = t;
+    return;
+  }
+  t_changed = t1;
+}
+
+Reach SmoothWalls::reach(const dvec3& a, const dvec3& b, ShapeSet& inside, double tolerance) noexcept {
+  const dvec3 along = b - a;
+  const double length = glm::length(frame().vector_world_from_volume(along));
+  if (!(length > 0)) return {};
+  const Way way{a, along, tolerance / length};
+
+  // Where a shape let the way pass, so that what lies behind a wall met by a later shape is taken back.
+  struct Passed {
+    int shape;
+    double t;
+  };
+  const auto cube = [&](const ivec3& v, double t0, double t1, Reach& reach, bool is_known_near) {
+    std::array<Passed, 32> passed;
+    std::size_t passes = 0;
+    for (int s = next_shape(0); s < ShapeSet::k_most; s = next_shape(s + 1)) {
+      const TouchShape& shape = scene_->shapes[static_cast<std::size_t>(s)];
+      double from = t0;
+      for (int turn = 0; turn < 4 && from < reach.t; ++turn) {
+        const bool is_inside = inside.contains(s);
+        if (!is_inside && !is_known_near &&
+            (is_round_ ? offset(static_cast<std::size_t>(s)).is_free_around(v) : is_air_around(shape, v)))
+          break;
+        if (holds(s, side_of(is_inside))) {
+          Wall wall;
+          const double free = reach_in_cube(s, is_inside, v, way, from, std::min(t1, reach.t), wall);
+          if (free < std::min(t1, reach.t)) reach = {free, true, wall};
+          break;
+        }
+        const ShapeSet before = inside;
+        pass(s, v, a, along, from, std::min(t1, reach.t), inside, from);
+        if (inside != before && passes < passed.size()) passed[passes++] = {s, from};
+        if (from >= t1) break;
+      }
+    }
+    for (std::size_t i = 0; i < passes; ++i)
+      if (passed[i].t > reach.t) inside.flip(passed[i].shape);
+  };
+
+  Reach reach;
+  const ivec3 first = volume::voxel_of(a);
+  if (first == volume::voxel_of(b)) {
+    ++counters_->voxels;
+    cube(first, 0, 1, reach, true);
+    return reach;
+  }
+  // A cube's polynomial reads one voxel around it, so matter shows one voxel beyond the grid.
+  const ivec3 size = grid_size();
+  const volume::VoxelBox box{ivec3(-1), size};
+  volume::VoxelWalk walk(volume::Segment(a, b), box);
+  while (!walk.is_done()) {
+    const ivec3 v = walk.voxel();
+    ++counters_->voxels;
+    if (is_round_ && inside.is_empty()) {
+      const int first = next_shape(0);
+      volume::VoxelBox free = offset(static_cast<std::size_t>(first)).free_box(v);
+      for (int s = next_shape(first + 1); s < ShapeSet::k_most; s = next_shape(s + 1)) {
+        const volume::VoxelBox other = offset(static_cast<std::size_t>(s)).free_box(v);
+        free = {glm::max(free.low, other.low), glm::min(free.high, other.high)};
+      }
+      if (free.contains(v)) {
+        walk.advance_past(free);
+        continue;
+      }
+    } else if (inside.is_empty() && volume_->contains(v)) {
+      int far = 255;
+      for (int s = next_shape(0); s < ShapeSet::k_most; s = next_shape(s + 1))
+        far = std::min(far, scene_->shapes[static_cast<std::size_t>(s)].bits->empty_distance(v));
+      if (far > 1) {
+        const ivec3 block(v.x >> 2, v.y >> 2, v.z >> 2);
+        walk.advance_past({4 * (block - (far - 2)), 4 * (block + (far - 1)) - 1});
+        continue;
+      }
+    }
+    cube(v, walk.t_enter(), walk.t_exit(), reach, false);
+    if (reach.is_blocked) return reach;
+    walk.advance();
+  }
+  return reach;
+}
+
+}  // namespace trephine::haptics

@@ -1,0 +1,117 @@
+// The cubes that methods of cubes and nets touch: a scene's voxels, or for a round tool the lattice of its
+// offset fields, where the tool's middle is a point.
+#pragma once
+
+#include <algorithm>
+
+#include "haptics/proxy/proxy_method.h"
+#include "volume/cell_samples.h"
+
+namespace trephine::haptics {
+
+/// Unit normal (world) of a shape's surface at p (volume frame), out of the solid: of the scan's field, or of
+/// the cut where that is nearer. Zero where the field is flat. Adds the cells it reads to `cells`.
+glm::dvec3 outward_normal(const TouchShape& shape, const volume::Version& version, const glm::dvec3& p,
+                          int& cells) noexcept;
+
+/// The voxels of a scene's volume, for a point. Borrows both. Any thread.
+class VoxelGrid {
+ public:
+  using Samples = volume::VoxelSamples;
+  VoxelGrid(const TouchScene& scene, const volume::Version& version) noexcept
+      : scene_(scene), version_(version) {}
+
+  const volume::Frame& frame() const noexcept { return version_.base().frame; }
+  const glm::ivec3& size() const noexcept { return scene_.base->size; }
+  bool contains(const glm::ivec3& v) const noexcept { return scene_.base->contains(v); }
+  bool is_solid(std::size_t shape, const glm::ivec3& v) const noexcept {
+    return contains(v) && is_solid_within(shape, v);
+  }
+  /// The same for a voxel of the grid.
+  bool is_solid_within(std::size_t shape, const glm::ivec3& v) const noexcept {
+    return scene_.shapes[shape].bits->is_solid(v) && version_.is_kept(v);
+  }
+  /// Voxels around v, which is in the grid, that are free of every shape from `first` on to `last`; low >
+  /// high where that is near.
+  volume::VoxelBox empty_box(const glm::ivec3& v, std::size_t first, std::size_t last) const noexcept {
+    int far = scene_.shapes[first].bits->empty_distance(v);
+    for (std::size_t s = first + 1; s < last; ++s)
+      far = std::min(far, scene_.shapes[s].bits->empty_distance(v));
+    const glm::ivec3 block(v.x >> 2, v.y >> 2, v.z >> 2);
+    return {4 * (block - (far - 1)), 4 * (block + far) - 1};
+  }
+  glm::dvec3 normal(std::size_t shape, const glm::dvec3& p, int& cells) const noexcept {
+    return outward_normal(scene_.shapes[shape], version_, p, cells);
+  }
+  Samples samples(std::size_t shape) const noexcept {
+    const TouchShape& touched = scene_.shapes[shape];
+    return Samples({&touched.field, &version_, touched.bits.get(), false, true});
+  }
+
+ private:
+  const TouchScene& scene_;
+  const volume::Version& version_;
+};
+
+/// The lattice of a scene's offset fields, one for all shapes of a volume: solid where the tool's middle must
+/// not be. Borrows both. Any thread.
+class OffsetGrid {
+ public:
+  using Samples = volume::OffsetSamples;
+  OffsetGrid(const TouchScene& scene, const ServoScene& seen) noexcept : scene_(scene), seen_(seen) {}
+
+  const volume::Frame& frame() const noexcept { return scene_.shapes[0].offset->frame(); }
+  const glm::ivec3& size() const noexcept { return scene_.shapes[0].offset->size(); }
+  bool contains(const glm::ivec3& v) const noexcept { return scene_.shapes[0].offset->contains(v); }
+  bool is_solid(std::size_t shape, const glm::ivec3& v) const noexcept { return is_solid_within(shape, v); }
+  bool is_solid_within(std::size_t shape, const glm::ivec3& v) const noexcept {
+    return samples(shape).is_solid(v);
+  }
+  volume::VoxelBox empty_box(const glm::ivec3& v, std::size_t first, std::size_t last) const noexcept {
+    volume::VoxelBox free = seen_.offset(scene_, first).free_box(v);
+    for (std::size_t s = first + 1; s < last; ++s) {
+      const volume::VoxelBox other = seen_.offset(scene_, s).free_box(v);
+      free = {glm::max(free.low, other.low), glm::min(free.high, other.high)};
+    }
+    return free;
+  }
+  glm::dvec3 normal(std::size_t shape, const glm::dvec3& p, int& cells) const noexcept;
+  Samples samples(std::size_t shape) const noexcept { return Samples(seen_.offset(scene_, shape)); }
+
+ private:
+  const TouchScene& scene_;
+  const ServoScene& seen_;
+};
+
+/// Takes one step on the grid that the tool touches: `step(grid, state, result)` sees places in that grid's
+/// frame; what comes out is in the volume's. A proxy that stays, or is at the HIP, is so to the bit.
+template <class Step>
+ProxyStep step_on_grid(const TouchScene& scene, const ServoScene& seen, ProxyState& state,
+                       const ProxyInput& input, Step&& step) noexcept {
+  ProxyStep result;
+  result.normal_world = glm::dvec3(0);
+  if (scene.tool_radius <= 0 || scene.shapes.empty()) {
+    step(VoxelGrid(scene, *seen.version), state, result);
+    return result;
+  }
+  const OffsetGrid grid(scene, seen);
+  const volume::Frame &lattice = grid.frame(), &base = seen.version->base().frame;
+  const glm::dvec3 start = state.proxy_volume,
+                   start_on_grid = lattice.volume_from_world(base.world_from_volume(start)),
+                   hip_on_grid = lattice.volume_from_world(input.hip_world);
+  const bool had_proxy = state.has_proxy;
+  state.proxy_volume = start_on_grid;
+  step(grid, state, result);
+  const auto in_volume = [&](const glm::dvec3& p) {
+    if (had_proxy && p == start_on_grid) return start;
+    return base.volume_from_world(p == hip_on_grid ? input.hip_world : lattice.world_from_volume(p));
+  };
+  state.proxy_volume = in_volume(state.proxy_volume);
+  for (int i = 0; i < result.waypoint_count; ++i) {
+    glm::dvec3& p = result.path_volume[static_cast<std::size_t>(i)];
+    p = in_volume(p);
+  }
+  return result;
+}
+
+}  // namespace trephine::haptics

@@ -1,0 +1,460 @@
+// Effects, couplings, surfaces that give way or are switched off, and what is told about them.
+#include "haptics/force/effects.h"
+
+#include <cmath>
+#include <gtest/gtest.h>
+#include <limits>
+
+#include "haptics/force/coupling.h"
+#include "haptics/proxy/methods.h"
+#include "haptics/servo/servo_core.h"
+#include "tests/scenes/scenes.h"
+#include "volume/removal.h"
+
+namespace trephine::haptics {
+namespace {
+
+using glm::dvec3;
+
+constexpr double k_dt = 1e-3;
+
+/// Of voxels of 2.5 mm, or as scanners slice.
+struct Slices {
+  double across = 2.5, thick = 2.5, shear = 0;  ///< mm, mm, degrees
+};
+constexpr Slices k_slices[] = {{}, {1.5, 3.75, 0}, {0.8, 9.6, 0}, {1.2, 6, 25}};
+
+TouchScene scene_of_plane(const Slices& slices = {}) {
+  data_tools::PhantomOptions o;
+  o.spacing_mm = {slices.across, slices.across, slices.thick};
+  o.shear_degrees = slices.shear;
+  o.size = glm::ivec3(48);
+  o.psf_sigma_voxels = 1.5;
+  o.parameters = {{"angle", 0}};
+  TouchScene scene = scenes::phantom_scene("plane", o);
+  scene.shapes[0].material = {0.5, 0.001, 0, 0};
+  return scene;
+}
+
+struct Rack {
+  TouchScene scene = scene_of_plane();
+  EffectRack rack;
+  explicit Rack(const std::string& words) {
+    const auto effect = parse_effect(words);
+    EXPECT_TRUE(effect) << effect.error().message();
+    EXPECT_FALSE(rack.add(effect.value()).has_value());
+  }
+  EffectForces step(const dvec3& hip, const ProxyStep& proxy = {}, const dvec3& contact = dvec3(0)) {
+    return rack.step(scene, proxy, contact, hip, k_dt);
+  }
+};
+
+void expect_near(const dvec3& a, const dvec3& b, double within) { EXPECT_LT(glm::length(a - b), within); }
+
+TEST(Effects, EachIsItsFormulaAndNeverMoreThanItsBound) {
+  expect_near(Rack("constant force=1,0,-0.5").step({3, 4, 5}).active_world, {1, 0, -0.5}, 1e-15);
+  expect_near(Rack("constant force=0,0,9 most=2").step({}).active_world, {0, 0, 2}, 1e-12);
+  expect_near(Rack("spring anchor=0,0,10 stiffness=0.2").step({5, 0, 10}).rendered_world, {-1, 0, 0}, 1e-15);
+  expect_near(Rack("spring anchor=0,0,10 stiffness=0.2").step({500, 0, 10}).rendered_world, {-3, 0, 0},
+              1e-12);
+  Rack plane("plane point=0,0,2 normal=0,0,4 stiffness=0.5");
+  expect_near(plane.step({0, 0, 3}).rendered_world, dvec3(0), 1e-15);
+  expect_near(plane.step({0, 0, 1}).rendered_world, {0, 0, 0.5}, 1e-15);
+  expect_near(Rack("gravity mass=0.1").step({}).active_world, {0, 0, 0.980665}, 1e-12);
+  Rack honey("viscous damping=0.01");
+  EffectForces f;
+  for (int i = 0; i < 60; ++i) f = honey.step({0.02 * i, 0, 0});  // 20 mm/s
+  expect_near(f.rendered_world, {-0.2, 0, 0}, 1e-6);
+  Rack shaker("vibration direction=1,0,0 amplitude=0.5 frequency=50");
+  double most = 0, mean = 0, crossings = 0, last = 0;
+  for (int i = 0; i < 1000; ++i) {
+    const double x = shaker.step({}).active_world.x;
+    most = std::max(most, std::abs(x));
+    mean += x / 1000;
+    crossings += x * last < 0;
+    last = x;
+  }
+  EXPECT_NEAR(most, 0.5, 1e-3);
+  EXPECT_NEAR(mean, 0, 1e-3);
+  EXPECT_NEAR(crossings, 100, 1);  // 50 Hz for a second
+  // Texture: the slope of its ripples times the pressure.
+  Rack ripples("texture direction=1,0,0 height=0.1 wavelength=2");
+  ProxyStep touch;
+  touch.has_contact = true;
+  touch.normal_world = {0, 0, 1};
+  for (const double x : {0.0, 0.5, 1.0, 1.7}) {
+    touch.proxy_world = {x, 0, 0};
+    const double slope = 0.1 * 3.14159265358979323846 * std::cos(3.14159265358979323846 * x);
+    expect_near(ripples.step({x, 0, -1}, touch, {0, 0, 2}).active_world, {-2 * slope, 0, 0}, 1e-9);
+  }
+}
+
+TEST(Effects, ATrackResistsOnlyWhereItIsMadeLongerAndSaysWhereItsTissueEnds) {
+  // Down into bone (z < 0), from 2 mm above it.
+  Effect effect = parse_effect("line start=0,0,2 ahead=0,0,-1 stiffness=1 resistance=2").value();
+  std::get<LineTrack>(effect.kind).shape = 0;
+  EffectRack rack;
+  ASSERT_FALSE(rack.add(effect).has_value());
+  const TouchScene scene = scene_of_plane();
+  const auto at = [&](double x, double z) { return rack.step(scene, {}, {}, {x, 0, z}, k_dt); };
+  double z = 1.9;
+  for (; z > 0.1; z -= 0.01) EXPECT_LT(at(0, z).rendered_world.z, 1e-12);  // air: nothing
+  for (; z > -6; z -= 0.01) at(0, z);
+  EXPECT_NEAR(at(0, z).rendered_world.z, 2, 0.02);  // bone: its resistance
+  // Back and forth in the track costs nothing; sideways a spring holds.
+  for (double back = z; back < -1; back += 0.01) {
+    const EffectForces f = at(0, back);
+    if (back > z + 2.1) {
+      EXPECT_NEAR(f.rendered_world.z, 0, 1e-9);
+    }
+    EXPECT_FALSE(f.has_lost_resistance);
+  }
+  EXPECT_NEAR(at(0.5, -2).rendered_world.x, -0.5, 1e-12);
+  // Out of the bone: the plunge.
+  bool has_lost = false;
+  for (double up = -2; up < 1; up += 0.01) has_lost = at(0, up).has_lost_resistance || has_lost;
+  EXPECT_TRUE(has_lost);
+  // A cycle in and out takes energy, and never gives any.
+  rack.reset();
+  double given = 0, last_z = 1, least = 1e300;
+  dvec3 held(0);
+  for (int i = 0; i < 20000; ++i) {
+    const double depth = 3 * std::sin(1e-3 * i) - 1;
+    given += held.z * (depth - last_z);
+    last_z = depth;
+    held = at(0, depth).rendered_world;
+    least = std::min(least, -given);
+  }
+  EXPECT_GT(least, -0.01);
+  EXPECT_LT(given, -1.9);  // one millimetre more of track, at 2 N
+}
+
+/// Where bone was cut a line meets no resistance, and says when it comes through.
+TEST(Effects, ALineFeelsNoBoneThatWasCut) {
+  Effect effect = parse_effect("line start=0,0,2 ahead=0,0,-1 stiffness=1 resistance=2").value();
+  std::get<LineTrack>(effect.kind).shape = 0;
+  for (const Slices& slices : k_slices)
+    for (const bool is_cut : {false, true}) {
+      SCOPED_TRACE(slices.thick);
+      TouchScene scene = scene_of_plane(slices);
+      ASSERT_FALSE(set_smallest_burr(scene, 10).has_value());
+      volume::RemovalEditor editor(untouched(scene), {scene.shapes[0].field});
+      editor.remove({{0, 0, -20}, {0, 0, -30}, 5, false});  // a cavity from z = -15 down
+      const auto cut = editor.publish();
+      EffectRack rack;
+      ASSERT_FALSE(rack.add(effect).has_value());
+      bool has_lost = false;
+      EffectForces f;
+      for (double z = 1.9; z > -20; z -= 0.01) {
+        f = rack.step(scene, {}, {}, {0, 0, z}, k_dt, is_cut ? cut.get() : nullptr);
+        has_lost = has_lost || f.has_lost_resistance;
+        if (z > -14 && z < -4) {
+          EXPECT_NEAR(f.rendered_world.z, 2, 0.02);
+        }
+      }
+      EXPECT_EQ(has_lost, is_cut);
+      EXPECT_NEAR(f.rendered_world.z, is_cut ? 0 : 2, 0.02);
+    }
+}
+
+TEST(Effects, ActiveOnesGiveAMovingHandNoMoreThanTheirPower) {
+  Rack push("constant force=20,0,0 most=20");
+  EffectForces f;
+  for (int i = 0; i < 60; ++i) f = push.step({1.0 * i, 0, 0});  // 1 m/s along the push
+  EXPECT_LE(glm::length(f.active_world) * 1000, EffectRack::k_power * 1.001);
+}
+
+TEST(Effects, BadWordsAreAnsweredWithGoodOnes) {
+  for (const char* words :
+       {"", "hum", "spring anchor=1,2", "spring anchor=0,0,0 stiffness=-1", "viscous damping",
+        "vibration amplitude=nan", "line ahead=0,0,0", "texture wavelength=0", "gravity mass=2",
+        "plane most=0", "constant force=99,0,0"}) {
+    const auto effect = parse_effect(words);
+    ASSERT_FALSE(effect) << words;
+    EXPECT_FALSE(effect.error().expected.empty()) << words;
+  }
+  EXPECT_NE(parse_effect("hum").error().message().find("texture"), std::string::npos);
+  EffectRack rack;
+  for (std::size_t i = 0; i < EffectRack::k_most; ++i)
+    EXPECT_FALSE(rack.add(parse_effect("viscous").value()).has_value());
+  EXPECT_TRUE(rack.add(parse_effect("viscous").value()).has_value());
+  EXPECT_TRUE(EffectRack().is_empty());
+}
+
+TEST(Coupling, IsTheStiffestThatTheDeviceBearsAndTheExampleOfItsSource) {
+  const Coupling c = critical_coupling(0.025, 0.008, 1000);
+  EXPECT_NEAR(c.stiffness, 0.594, 0.001);  // 594 N/m
+  EXPECT_NEAR(c.damping, 2 * std::sqrt(c.stiffness * 0.025 / 1000), 1e-12);
+  EXPECT_NEAR(0.5e-3 * c.stiffness + c.damping, 0.008, 1e-12);
+  EXPECT_DOUBLE_EQ(passive_stiffness(0.002, 0.001, 1000), 2);
+  EXPECT_DOUBLE_EQ(passive_stiffness(0.002, 0.003, 1000), 0);
+  // Critically damped: after a jump of the hand the tool comes to it without passing it, within a few
+  // periods.
+  for (const double mass : {0.002, 0.025, 0.2}) {
+    const Coupling k = critical_coupling(mass, 0.02, 1000);
+    VirtualCoupling tool(k, mass, k_dt);
+    tool.step({0, 0, 0}, {});
+    double farthest = 0;
+    dvec3 at;
+    for (int i = 0; i < 3000; ++i) {
+      at = tool.step({10, 0, 0}, {});
+      if (i > 5) farthest = std::max(farthest, at.x);
+    }
+    // The damper is tied to the hand's velocity: its jump throws the tool over once, by less than a fifth.
+    EXPECT_LT(farthest, 12) << mass;
+    EXPECT_NEAR(at.x, 10, 1e-6);
+    // At rest the hand feels what the tool feels.
+    for (int i = 0; i < 3000; ++i) tool.step({10, 0, 0}, {0, 0, 1});
+    expect_near(tool.force_on_hand(), {0, 0, 1}, 1e-6);
+    expect_near(tool.tool_world(), {10, 0, 1 / k.stiffness}, 1e-6);
+  }
+}
+
+TEST(Coupling, DevicesLimitForceSlewAndStiffness) {
+  DeviceCapabilities small{"small", 3, 3.3, 0.6, 80, 500, 0.05, 0.002};
+  const ForceOptions f = within_limits(ForceOptions{}, small);
+  EXPECT_EQ(f.force_limit, 3.3);
+  EXPECT_EQ(f.slew_limit, 500);
+  EXPECT_EQ(within_limits(Material{2, 0, 0, 0}, small).stiffness, 0.6);
+  EXPECT_EQ(within_limits(Material{0.4, 0, 0, 0}, small).stiffness, 0.4);
+  const DeviceCapabilities silent{"mouse", 3, 0, 0, 1e3};
+  EXPECT_EQ(within_limits(ForceOptions{}, silent).force_limit, ForceOptions{}.force_limit);
+}
+
+TEST(Material, IsHarderWhereTheScanIsDenserAndThickAlongTheSurface) {
+  TouchScene scene = scene_of_plane();
+  ProxyStep touch;
+  touch.has_contact = true;
+  touch.shape = 0, touch.side = 1;
+  touch.normal_world = {0, 0, 1};
+  ForceOptions raw;
+  raw.smoothing_alpha = 1;
+  // Where the ramp ends depends on the HU a voxel (2.5 mm) below the place.
+  scene.shapes[0].ramp = StiffnessRamp{300, 1400, 2};
+  double last = 0;
+  for (double z = 4; z > -6; z -= 0.5) {
+    touch.proxy_world = {0, 0, z};
+    const double k = ForceModel(raw, k_dt).step(touch, {0, 0, z - 1}, scene).z;
+    EXPECT_GE(k, last - 1e-12);
+    last = k;
+  }
+  EXPECT_NEAR(last, 2, 0.01);
+  touch.proxy_world = {0, 0, 8};
+  EXPECT_NEAR(ForceModel(raw, k_dt).step(touch, {0, 0, 7}, scene).z, 0.5, 1e-12);
+  // A ball's middle lies its radius above what it touches; from within, bone lies outward.
+  scene.tool_radius = 3;
+  touch.proxy_world = {0, 0, 3 - 6};
+  EXPECT_NEAR(ForceModel(raw, k_dt).step(touch, {0, 0, -4}, scene).z, 2, 0.01);
+  scene.tool_radius = 0;
+  touch.side = -1;
+  touch.normal_world = {0, 0, -1};
+  touch.proxy_world = {0, 0, 3};
+  EXPECT_NEAR(ForceModel(raw, k_dt).step(touch, {0, 0, 4}, scene).z, -0.5, 0.01);
+  touch.side = 1;
+  touch.normal_world = {0, 0, 1};
+  scene.shapes[0].ramp.reset();
+  scene.shapes[0].material.viscosity = 0.01;
+  scene.shapes[0].material.damping = 0;
+  ForceModel model(raw, k_dt);
+  touch.proxy_world = {0, 0, 0};
+  model.step(touch, {0, 0, -1}, scene);
+  touch.proxy_world = {0.05, 0, 0};  // 50 mm/s along, no stretch along
+  expect_near(model.step(touch, {0.05, 0, -1}, scene), {-0.5, 0, 0.5}, 1e-12);
+  // The back has a material of its own.
+  scene.shapes[0].back_material = Material{1.5, 0, 0, 0};
+  EXPECT_EQ(material_of(scene, 0, 1).stiffness, 0.5);
+  EXPECT_EQ(material_of(scene, 0, -1).stiffness, 1.5);
+}
+
+struct Servo {
+  TouchScene scene;
+  volume::Version version;
+  std::unique_ptr<ProxyMethod> method;
+  ServoCore core;
+  std::vector<TouchEvent> events;
+  explicit Servo(TouchScene s, const std::string& name = "subvoxel", const ForceOptions& options = {})
+      : scene(std::move(s)),
+        version(scene.base),
+        method(make_method(name).value()),
+        core((static_cast<void>(method->prepare(scene)), scene), *method, options, k_dt) {}
+  ServoRecord step(const dvec3& hip) {
+    ServoInput input;
+    input.pose.position_world = hip;
+    const ServoRecord r = core.step(version, input);
+    for (std::size_t e = 0; e < r.event_count; ++e) events.push_back(r.events[e]);
+    return r;
+  }
+  long count(TouchEvent::Kind kind) const {
+    return std::count_if(events.begin(), events.end(),
+                         [kind](const TouchEvent& e) { return e.kind == kind; });
+  }
+};
+
+class Surfaces : public testing::TestWithParam<const char*> {};
+INSTANTIATE_TEST_SUITE_P(All, Surfaces,
+                         testing::Values("subvoxel", "implicit", "path", "explicit", "explicit-cubes", "mesh",
+                                         "scene"));
+
+TEST_P(Surfaces, GiveWayWhenPressedHarderThanTheyBearAndHoldAgainSomeWayOff) {
+  for (const Slices& slices : k_slices) {
+    SCOPED_TRACE(slices.thick);
+    TouchScene scene = scene_of_plane(slices);
+    scene.shapes[0].material.pop_force = 2;
+    scene.shapes[0].material.pop_rearm = 3;
+    Servo servo(scene, GetParam());
+    servo.step({0.2, 0.1, 10});
+    double strongest = 0;
+    for (double z = 3; z > -12; z -= 0.01)
+      strongest = std::max(strongest, glm::length(servo.step({0.2, 0.1, z}).force_world));
+    EXPECT_EQ(servo.count(TouchEvent::popped), 1);
+    EXPECT_EQ(servo.count(TouchEvent::rearmed), 1);
+    EXPECT_EQ(servo.count(TouchEvent::touched), 1);
+    EXPECT_EQ(servo.count(TouchEvent::untouched), 1);
+    EXPECT_LT(strongest, 2.1);
+    EXPECT_GT(strongest, 1.9);
+    EXPECT_FALSE(servo.step({0.2, 0.1, -12}).has_contact);
+    // Out again, and in: it holds anew.
+    for (double z = -12; z < 5; z += 0.05) servo.step({0.2, 0.1, z});
+    for (double z = 5; z > -2; z -= 0.05) servo.step({0.2, 0.1, z});
+    EXPECT_TRUE(servo.step({0.2, 0.1, -2}).has_contact);
+    EXPECT_EQ(servo.count(TouchEvent::popped), 1);
+  }
+}
+
+TEST_P(Surfaces, AreSwitchedOffAndOnAndSayWhenTheyAreNotReady) {
+  Servo servo(scene_of_plane(), GetParam());
+  servo.step({0.2, 0.1, 5});
+  servo.core.set_touchable(0, false);
+  for (double z = 5; z > -2; z -= 0.05) EXPECT_FALSE(servo.step({0.2, 0.1, z}).has_contact);
+  for (double z = -2; z < 5; z += 0.05) servo.step({0.2, 0.1, z});
+  servo.core.set_touchable(0, true);
+  for (double z = 5; z > -2; z -= 0.05) servo.step({0.2, 0.1, z});
+  EXPECT_TRUE(servo.step({0.2, 0.1, -2}).has_contact);
+  // Switched on around a tool it holds from the free side only.
+  servo.core.set_touchable(0, false);
+  servo.step({0.2, 0.1, -3});
+  servo.core.set_touchable(0, true);
+  for (int i = 0; i < 20; ++i) EXPECT_FALSE(servo.step({0.2, 0.1, -3}).has_contact);
+  servo.events.clear();
+  servo.core.set_ready(0, false);
+  servo.step({0.2, 0.1, 4});
+  ASSERT_EQ(servo.count(TouchEvent::not_ready), 1);
+  for (double z = 4; z > -2; z -= 0.05) EXPECT_FALSE(servo.step({0.2, 0.1, z}).has_contact);
+  for (double z = -2; z < 4; z += 0.05) servo.step({0.2, 0.1, z});
+  servo.core.set_ready(0, true);
+  for (double z = 4; z > -2; z -= 0.05) servo.step({0.2, 0.1, z});
+  EXPECT_EQ(servo.count(TouchEvent::ready), 1);
+  EXPECT_TRUE(servo.step({0.2, 0.1, -2}).has_contact);
+  EXPECT_STREQ(event_name(TouchEvent::lost_resistance), "lost resistance");
+}
+
+/// Bits that come from the top down: where they are the plane holds, where they are not an event says so, and
+/// never a hole without one.
+TEST_P(Surfaces, AreReadyWhereTheirBitsAreAndSayWhereTheyAreNot) {
+  Servo servo(scene_of_plane(), GetParam());
+  const volume::Frame& frame = servo.scene.base->frame;
+  const glm::ivec3 last = servo.scene.base->size - 1;
+  // The half with x > 0 is there.
+  const int middle = volume::voxel_of(frame.volume_from_world({0, 0, 0})).x;
+  servo.core.set_ready(0, volume::VoxelBox{{middle, 0, 0}, last});
+  const double voxel = frame.spacing().x;
+  servo.step({8 * voxel, 0.1, 5});
+  for (double z = 5; z > -2; z -= 0.05) servo.step({8 * voxel, 0.1, z});
+  EXPECT_TRUE(servo.step({8 * voxel, 0.1, -2}).has_contact);
+  EXPECT_EQ(servo.count(TouchEvent::not_ready), 0);
+  // Slid toward the other half: let go before the border, and said.
+  bool was_held = true;
+  for (double x = 8 * voxel; x > -8 * voxel; x -= 0.05) {
+    was_held = servo.step({x, 0.1, -2}).has_contact;
+    EXPECT_EQ(was_held, servo.count(TouchEvent::not_ready) == 0) << x;
+  }
+  EXPECT_FALSE(was_held);
+  for (double z = -2; z < 5; z += 0.05) servo.step({-8 * voxel, 0.1, z});
+  // The rest comes: it holds everywhere.
+  servo.core.set_ready(0, volume::VoxelBox{{0, 0, 0}, last});
+  for (double z = 5; z > -2; z -= 0.05) servo.step({-8 * voxel, 0.1, z});
+  EXPECT_TRUE(servo.step({-8 * voxel, 0.1, -2}).has_contact);
+  EXPECT_EQ(servo.count(TouchEvent::ready), 1);
+  // Nothing of it; and all of it, said in one word.
+  servo.core.set_ready(0, volume::VoxelBox{{0, 0, 0}, {-1, -1, -1}});
+  EXPECT_FALSE(servo.step({-8 * voxel, 0.1, -2}).has_contact);
+  EXPECT_EQ(servo.count(TouchEvent::not_ready), 2);
+  servo.core.set_ready(0, true);
+  servo.step({-8 * voxel, 0.1, 5});
+  EXPECT_EQ(servo.count(TouchEvent::ready), 2);
+}
+
+TEST(ServoCore, TheLedgerTellsFrictionAndActiveForcesApart) {
+  TouchScene scene = scene_of_plane();
+  scene.shapes[0].material = {0.5, 0, 0.3, 0.3};
+  Servo servo(scene);
+  servo.step({0, 0, 2});
+  for (double z = 2; z > -2; z -= 0.01) servo.step({0, 0, z});
+  for (double x = 0; x < 20; x += 0.02) servo.step({x, 0, -2});
+  EnergyLedger e = servo.core.energy();
+  EXPECT_NEAR(e.contact - e.friction, -0.5 * 0.5 * 2 * 2, 0.05);  // the spring holds it
+  EXPECT_NEAR(e.friction, -0.3 * 1.0 * 20, 0.8);                  // mu N over 20 mm
+  EXPECT_EQ(e.active, 0);
+  ASSERT_FALSE(servo.core.effects().add(parse_effect("constant force=0.5,0,0").value()).has_value());
+  for (double x = 20; x < 24; x += 0.02) servo.step({x, 0, 5});
+  EXPECT_NEAR(servo.core.energy().active, 2, 0.05);
+  // What the guard takes away was not given.
+  const EnergyLedger before = servo.core.energy();
+  ServoInput lost;
+  lost.faults = fault_lost_device;
+  lost.pose.position_world = {24, 0, 5};
+  for (int i = 0; i < 200; ++i) servo.core.step(servo.version, lost);
+  for (int i = 0; i < 500; ++i) {
+    lost.pose.position_world.x += 0.02;
+    servo.core.step(servo.version, lost);
+  }
+  EXPECT_NEAR(servo.core.energy().active, before.active, 0.02);
+  EXPECT_NEAR(servo.core.energy().contact, before.contact, 0.02);
+}
+
+TEST(ServoCore, APassiveOneGivesBackNoMoreThanItTookAndEffectsThatAreOffChangeNothing) {
+  // A surface whose damper makes energy at this rate, under a trembling hand.
+  TouchScene scene = scene_of_plane();
+  scene.shapes[0].material = {4, 0, 0, 0};
+  ForceOptions raw;
+  raw.smoothing_alpha = 0.05;
+  raw.slew_limit = 1e9;
+  double most[2] = {0, 0};
+  for (const bool is_passive : {false, true}) {
+    raw.is_passive = is_passive;
+    Servo servo(scene, "subvoxel", raw);
+    servo.step({0, 0, 1});
+    for (int i = 0; i < 4000; ++i) {
+      const ServoRecord r = servo.step({0, 0, -0.4 + 0.3 * std::sin(0.4 * i)});
+      most[is_passive] = std::max(most[is_passive], r.energy.contact);
+    }
+  }
+  EXPECT_GT(most[0], 5);    // smoothing lags: energy from nowhere
+  EXPECT_LT(most[1], 0.3);  // at most a step's
+  Servo plain(scene_of_plane()), other(scene_of_plane());
+  ASSERT_FALSE(other.core.effects().add(parse_effect("constant force=0,0,3").value()).has_value());
+  other.core.effects().clear();
+  for (int i = 0; i < 500; ++i) {
+    const dvec3 hip(0.01 * i, 0, 1 - 0.01 * i);
+    EXPECT_EQ(plain.step(hip).force_world, other.step(hip).force_world);
+  }
+}
+
+TEST(ServoCore, BadPlacesAndPosesWithEffectsGiveNoBadForce) {
+  Servo servo(scene_of_plane());
+  for (const char* words : {"constant force=1,1,1", "viscous damping=0.02", "spring stiffness=2", "line",
+                            "plane", "vibration", "gravity", "texture"})
+    ASSERT_FALSE(servo.core.effects().add(parse_effect(words).value()).has_value());
+  const double bad[] = {std::nan(""), std::numeric_limits<double>::infinity(), 1e300, -1e7, 1e-310, 1e5};
+  for (int i = 0; i < 3000; ++i) {
+    dvec3 hip(0.01 * i, 0.3, 2 * std::sin(0.02 * i));
+    if (i % 97 == 50) hip[i % 3] = bad[i / 97 % 6];
+    const ServoRecord r = servo.step(hip);
+    ASSERT_TRUE(std::isfinite(glm::length(r.force_world)));
+    ASSERT_LE(glm::length(r.force_world), 8.000001);
+    if (i % 500 == 499) servo.core.reset();
+  }
+}
+
+}  // namespace
+}  // namespace trephine::haptics

@@ -1,0 +1,138 @@
+#include "haptics/force/force.h"
+
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <gtest/gtest.h>
+#include <limits>
+
+#include "haptics/device/device.h"
+#include "tests/scenes/scenes.h"
+
+namespace trephine::haptics {
+namespace {
+
+using glm::dvec3;
+
+ProxyStep contact_at(const dvec3& proxy) {
+  ProxyStep s;
+  s.has_contact = true;
+  s.proxy_world = proxy;
+  s.normal_world = {0, 0, 1};
+  s.shape = 0;
+  s.side = 1;
+  return s;
+}
+
+TouchScene one_shape() {
+  data_tools::PhantomOptions o;
+  o.size = glm::ivec3(8);
+  return scenes::phantom_scene("sphere", o);
+}
+
+TEST(ForceModel, SpringIsExactAtRestAndSmoothingFollowsTheFormula) {
+  const TouchScene scene = one_shape();
+  ForceModel model({}, 1e-3);
+  EXPECT_DOUBLE_EQ(model.alpha(), 0.3);
+  double expected = 0;
+  for (int i = 0; i < 60; ++i) {
+    const dvec3 f = model.step(contact_at({0, 0, 2}), {0, 0, 0}, scene);
+    expected = 0.3 * 1.0 + 0.7 * expected;
+    ASSERT_NEAR(f.z, expected, 1e-12);
+  }
+  EXPECT_NEAR(expected, 1.0, 1e-6);  // 0.5 N/mm x 2 mm
+}
+
+TEST(ForceModel, DampingActsOnTheStretchOfTheSpring) {
+  const TouchScene scene = one_shape();
+  ForceOptions raw;
+  raw.smoothing_alpha = 1;
+  ForceModel model(raw, 1e-3);
+  model.step(contact_at({0, 0, 0}), {0, 0, -1}, scene);
+  const dvec3 f = model.step(contact_at({0, 0, 0}), {0, 0, -1.1}, scene);  // 100 mm/s inward
+  EXPECT_NEAR(f.z, 0.5 * 1.1 + 0.001 * 100, 1e-12);
+}
+
+TEST(ForceModel, SmoothingHasTheSameTimeConstantAtAnyRate) {
+  const TouchScene scene = one_shape();
+  double after_20_ms[3];
+  int i = 0;
+  for (const double rate : {500.0, 1000.0, 10000.0}) {
+    ForceModel model({}, 1 / rate);
+    dvec3 f(0);
+    for (int n = 0; n < static_cast<int>(0.02 * rate); ++n)
+      f = model.step(contact_at({0, 0, 2}), {0, 0, 0}, scene);
+    after_20_ms[i++] = f.z;
+  }
+  EXPECT_NEAR(after_20_ms[0], after_20_ms[1], 1e-12);
+  EXPECT_NEAR(after_20_ms[2], after_20_ms[1], 1e-12);
+}
+
+TEST(ForceGuard, LimitsMagnitudeAndSlew) {
+  ForceGuard guard({}, 1e-3);
+  dvec3 last(0);
+  for (int i = 0; i < 50; ++i) {
+    const dvec3 f = guard.step({0, 0, 100}, 0);
+    ASSERT_LE(glm::length(f - last), 1.0 + 1e-12);
+    ASSERT_LE(glm::length(f), 8 + 1e-12);
+    last = f;
+  }
+  EXPECT_NEAR(last.z, 8, 1e-12);
+  EXPECT_EQ(guard.faults(), fault_magnitude);
+}
+
+TEST(ForceGuard, NotANumberGivesNoForceAndStaysLatched) {
+  for (const double bad : {std::nan(""), std::numeric_limits<double>::infinity()}) {
+    ForceGuard guard({}, 1e-3);
+    guard.step({0, 0, 1}, 0);
+    EXPECT_EQ(guard.step({0, bad, 1}, 0), dvec3(0));
+    EXPECT_EQ(guard.step({0, 0, 1}, 0), dvec3(0));
+    EXPECT_TRUE(guard.faults() & fault_not_finite);
+    guard.reset();
+    EXPECT_NEAR(guard.step({0, 0, 1}, 0).z, 1, 1e-12);
+  }
+}
+
+TEST(ForceGuard, FaultFadesOutWithinTheStatedTime) {
+  for (const std::uint32_t fault : {fault_stale_scene, fault_lost_device, fault_full_ring}) {
+    ForceGuard guard({}, 1e-3);
+    for (int i = 0; i < 20; ++i) guard.step({0, 0, 8}, 0);
+    double last = 8;
+    for (int i = 0; i < 51; ++i) {
+      const double f = guard.step({0, 0, 8}, i == 0 ? fault : 0).z;
+      ASSERT_LE(f, last + 1e-12);
+      last = f;
+    }
+    EXPECT_EQ(last, 0);
+    EXPECT_EQ(guard.faults() & k_latched_faults, fault);
+  }
+}
+
+TEST(VirtualDevice, HandSettlesWhereSpringAndForceBalance) {
+  const PosePath wish = PosePath::from_samples({{0, {{0, 0, 0}}}, {10, {{0, 0, 0}}}}, "test").value();
+  HandModel hand;
+  hand.encoder_step = 0;
+  VirtualDevice device(wish, hand);
+  ASSERT_FALSE(device.open().has_value());
+  Pose pose;
+  for (int i = 0; i < 3000; ++i) {
+    ASSERT_TRUE(device.read(i * 1e-3, pose));
+    device.write({0, 0, 0.6});
+  }
+  EXPECT_NEAR(pose.position_world.z, 0.6 / hand.stiffness, 1e-6);
+  EXPECT_LT(device.kinetic_energy(), 1e-12);
+}
+
+TEST(VirtualDevice, EncoderRoundsAndLossIsReported) {
+  const PosePath wish = PosePath::from_samples({{0, {{0.013, 0, 0}}}, {1, {{0.013, 0, 0}}}}, "test").value();
+  VirtualDevice device(wish, {});
+  ASSERT_FALSE(device.open().has_value());
+  Pose pose;
+  ASSERT_TRUE(device.read(0, pose));
+  EXPECT_DOUBLE_EQ(pose.position_world.x, 0.02);
+  device.lose_at(0.5);
+  EXPECT_TRUE(device.read(0.4, pose));
+  EXPECT_FALSE(device.read(0.5, pose));
+}
+
+}  // namespace
+}  // namespace trephine::haptics

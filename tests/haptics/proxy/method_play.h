@@ -1,0 +1,72 @@
+// A proxy method at play, each step judged by what the method promises not to enter.
+#pragma once
+
+#include <algorithm>
+#include <glm/geometric.hpp>
+#include <gtest/gtest.h>
+
+#include "haptics/proxy/methods.h"
+#include "tests/scenes/promise.h"
+#include "tests/scenes/scenes.h"
+#include "volume/removal.h"
+
+namespace trephine::haptics {
+
+inline data_tools::PhantomOptions grid(int size, double psf, double shear = 0,
+                                       std::map<std::string, double> parameters = {}) {
+  data_tools::PhantomOptions o;
+  o.size = glm::ivec3(size);
+  o.psf_sigma_voxels = psf;
+  o.shear_degrees = shear;
+  o.parameters = std::move(parameters);
+  return o;
+}
+
+/// For suites over methods: "explicit_cubes".
+inline std::string suite_name(const testing::TestParamInfo<const char*>& info) {
+  std::string name = info.param;
+  std::replace(name.begin(), name.end(), '-', '_');
+  return name;
+}
+
+struct Play {
+  TouchScene scene;
+  std::shared_ptr<const volume::Version> version;
+  std::shared_ptr<const ServoScene> seen;  ///< the same, with the fields of a round tool
+  std::unique_ptr<ProxyMethod> method;
+  ProxyState state;
+  checker::FallThroughJudge judge;
+  long contacts = 0;
+
+  Play(const std::string& name, TouchScene s)
+      : scene(std::move(s)),
+        version(std::make_shared<volume::Version>(scene.base)),
+        method(make_method(name).value()),
+        judge([this](const glm::dvec3& a, const glm::dvec3& b) { return promise->meets(a, b); }) {
+    EXPECT_FALSE(method->prepare(scene).has_value());
+    set_version(version);
+  }
+  void no_friction() {
+    for (TouchShape& shape : scene.shapes)
+      shape.material.static_friction = shape.material.dynamic_friction = 0;
+  }
+  /// Goes on with another version, as a servo does between two steps.
+  void set_version(std::shared_ptr<const volume::Version> next, ServoScene::OffsetFields offsets = {}) {
+    version = std::move(next);
+    seen = std::make_shared<ServoScene>(version, std::move(offsets));
+    promise = std::make_unique<scenes::Promise>(*find_method(method->name()), scene, seen);
+    judge.solid_changed();
+  }
+  ProxyStep step(const glm::dvec3& hip_world) {
+    const ProxyStep s = method->step(scene, *seen, state, {hip_world});
+    judge.look({std::span(s.path_volume.data(), static_cast<std::size_t>(s.waypoint_count)),
+                scene.base->frame.volume_from_world(hip_world), s.has_contact, s.is_buried});
+    contacts += s.has_contact;
+    return s;
+  }
+
+ private:
+  std::unique_ptr<scenes::Promise> promise;
+};
+
+}  // namespace trephine::haptics

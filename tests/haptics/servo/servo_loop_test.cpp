@@ -1,0 +1,299 @@
+#include "haptics/servo/servo_loop.h"
+
+#include <cmath>
+#include <gtest/gtest.h>
+#include <limits>
+#include <set>
+
+#include "haptics/force/coupling.h"
+#include "haptics/proxy/implicit_proxy.h"
+#include "haptics/proxy/subvoxel_proxy.h"
+#include "tests/scenes/scenes.h"
+
+namespace trephine::haptics {
+namespace {
+
+data_tools::PhantomOptions grid(int size) {
+  data_tools::PhantomOptions o;
+  o.size = glm::ivec3(size);
+  o.psf_sigma_voxels = 1;
+  return o;
+}
+
+/// Ten seconds at most, however busy the machine is.
+void wait_for_ticks(const ServoLoop& loop, std::uint64_t ticks) {
+  for (int i = 0; i < 2000 && loop.report().ticks < ticks; ++i)
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  ASSERT_GE(loop.report().ticks, ticks);
+}
+
+TEST(Ring, KeepsOrderAndSaysWhenItIsFull) {
+  Ring<int> ring(4);
+  for (int i = 0; i < 4; ++i) EXPECT_TRUE(ring.push(i));
+  EXPECT_FALSE(ring.push(4));
+  int v = -1;
+  for (int i = 0; i < 4; ++i) {
+    ASSERT_TRUE(ring.pop(v));
+    EXPECT_EQ(v, i);
+  }
+  EXPECT_FALSE(ring.pop(v));
+}
+
+TEST(Ring, CarriesEverythingBetweenThreads) {
+  Ring<int> ring(64);
+  long sum = 0;
+  std::thread consumer([&] {
+    int v = 0;
+    for (int seen = 0; seen < 200000;)
+      if (ring.pop(v))
+        sum += v, ++seen;
+      else
+        std::this_thread::yield();
+  });
+  for (int i = 0; i < 200000;)
+    if (ring.push(i))
+      ++i;
+    else
+      std::this_thread::yield();
+  consumer.join();
+  EXPECT_EQ(sum, 200000L * 199999L / 2);
+}
+
+TEST(Histogram, PercentilesAreWithinABucket) {
+  Histogram h;
+  for (std::uint64_t i = 1; i <= 100000; ++i) h.add(i);
+  EXPECT_NEAR(h.percentile_us(50), 50.0, 50.0 * 0.04);
+  EXPECT_NEAR(h.percentile_us(99), 99.0, 99.0 * 0.04);
+  EXPECT_DOUBLE_EQ(h.max_us(), 100.0);
+  EXPECT_EQ(h.count(), 100000u);
+}
+
+TEST(ServoCore, ForceIsFiniteAndLatchedOnBadPoses) {
+  const TouchScene scene = scenes::phantom_scene("sphere", grid(32));
+  const volume::Version version(scene.base);
+  ImplicitProxy method;
+  ASSERT_FALSE(method.prepare(scene).has_value());
+  for (const double bad : {std::nan(""), std::numeric_limits<double>::infinity(), 1e300}) {
+    ServoCore core(scene, method, {}, 1e-3);
+    core.step(version, {{{0, 0, 60}}});
+    for (int i = 0; i < 100; ++i) core.step(version, {{{0, 0, 40}}});
+    ServoRecord r = core.step(version, {{{0, bad, 40}}});
+    EXPECT_EQ(r.force_world, glm::dvec3(0));
+    r = core.step(version, {{{0, 0, 40}}});
+    EXPECT_EQ(r.force_world, glm::dvec3(0));
+    EXPECT_TRUE(r.faults & fault_not_finite);
+  }
+}
+
+TEST(ServoLoop, RunsTicksInOrderOnTheNewestVersionAndFeelsTheSurface) {
+  const TouchScene scene = scenes::phantom_scene("sphere", grid(64));
+  ServoChannel channel(std::make_shared<ServoScene>(std::make_shared<volume::Version>(scene.base)));
+  ImplicitProxy method;
+  ASSERT_FALSE(method.prepare(scene).has_value());
+  const PosePath wish =
+      PosePath::from_samples({{0, {{0, 0, 50}}}, {0.1, {{0, 0, 43}}}, {1, {{0, 0, 43}}}}, "test").value();
+  VirtualDevice device(wish, {});
+  ServoLoop loop(device, channel, scene, method, {});
+  ASSERT_FALSE(loop.start().has_value());
+  ServoRecord record;
+  std::uint64_t expected = 0;
+  double strongest = 0;
+  for (int wait = 0; wait < 2000 && expected < 500; ++wait) {
+    while (loop.records().pop(record)) {
+      ASSERT_EQ(record.tick, expected++);
+      strongest = std::max(strongest, record.force_world.z);
+    }
+    std::this_thread::sleep_for(std::chrono::milliseconds(2));
+  }
+  loop.stop();
+  EXPECT_GE(expected, 500u);
+  EXPECT_GT(strongest, 0.2);
+  const ServoReport report = loop.report();
+  EXPECT_GE(report.ticks, 500u);
+  EXPECT_GT(report.step_p50_us, 0);
+  EXPECT_EQ(report.faults & (fault_lost_device | fault_not_finite), 0u);
+}
+
+TEST(ServoLoop, LostDeviceAndFullRingFadeTheForce) {
+  const TouchScene scene = scenes::phantom_scene("sphere", grid(32));
+  ServoChannel channel(std::make_shared<ServoScene>(std::make_shared<volume::Version>(scene.base)));
+  ImplicitProxy method;
+  ASSERT_FALSE(method.prepare(scene).has_value());
+  const PosePath wish = PosePath::from_samples({{0, {{0, 0, 50}}}, {0.05, {{0, 0, 42}}}}, "test").value();
+  {
+    VirtualDevice device(wish, {});
+    device.lose_at(0.2);
+    ServoOptions options;
+    options.rate_hz = 2000;
+    ServoLoop loop(device, channel, scene, method, options);
+    ASSERT_FALSE(loop.start().has_value());
+    wait_for_ticks(loop, 700);
+    loop.stop();
+    ServoRecord record;
+    while (loop.records().pop(record)) {
+      if (record.t >= 0.26) {
+        ASSERT_EQ(record.force_world, glm::dvec3(0));
+      }
+    }
+    EXPECT_TRUE(loop.report().faults & fault_lost_device);
+  }
+  {
+    VirtualDevice device(wish, {});
+    ServoOptions options;
+    options.ring_capacity = 16;
+    ServoLoop loop(device, channel, scene, method, options);
+    ASSERT_FALSE(loop.start().has_value());
+    wait_for_ticks(loop, 50);
+    loop.stop();
+    EXPECT_TRUE(loop.report().faults & fault_full_ring);
+  }
+}
+
+/// At every rate edits that are late by 0.7 s make the scene stale, and lose no tick.
+TEST(ServoLoop, LateEditsFadeTheForceBeforeTheRingIsFullAtEveryRate) {
+  const TouchScene scene = scenes::phantom_scene("sphere", grid(32));
+  ServoChannel channel(std::make_shared<ServoScene>(std::make_shared<volume::Version>(scene.base)));
+  ImplicitProxy method;
+  ASSERT_FALSE(method.prepare(scene).has_value());
+  const PosePath wish = PosePath::from_samples({{0, {{0, 0, 50}}}, {0.05, {{0, 0, 42}}}}, "test").value();
+  for (const double rate : {1000.0, 10000.0}) {
+    VirtualDevice device(wish, {});
+    ServoOptions options;
+    options.rate_hz = rate;
+    options.watchdog_seconds = 10;  // of this machine's own delays nothing is asked here
+    ServoLoop loop(device, channel, scene, method, options);
+    ASSERT_FALSE(loop.start().has_value());
+    // Asked to start once more it says so, and goes on.
+    const volume::Status again = loop.start();
+    ASSERT_TRUE(again.has_value());
+    EXPECT_NE(again->message().find("runs already"), std::string::npos);
+    for (int i = 0; i < 5000 && static_cast<double>(loop.report().ticks) < 0.7 * rate; ++i)
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    loop.stop();
+    EXPECT_TRUE(loop.report().faults & fault_stale_scene) << rate;
+    EXPECT_FALSE(loop.report().faults & fault_full_ring) << rate;
+    EXPECT_EQ(loop.report().dropped, 0u) << rate;
+    ServoRecord record;
+    glm::dvec3 last(1);
+    while (loop.records().pop(record)) last = record.force_world;
+    EXPECT_EQ(last, glm::dvec3(0)) << rate;
+  }
+}
+
+TEST(ServoCore, NothingIsCutWhileAFaultHolds) {
+  const TouchScene scene = scenes::phantom_scene("sphere", grid(32));
+  const volume::Version version(scene.base);
+  ImplicitProxy method;
+  ASSERT_FALSE(method.prepare(scene).has_value());
+  ServoCore core(scene, method, {}, 1e-3);
+  EXPECT_TRUE(core.step(version, {{{0, 0, 50}}}).pose.is_pressed);
+  EXPECT_FALSE(core.step(version, {{{0, 0, 40}}, fault_lost_device}).pose.is_pressed);
+  EXPECT_FALSE(core.step(version, {{{0, 0, 40}}}).pose.is_pressed);
+  core.reset();
+  EXPECT_TRUE(core.step(version, {{{0, 0, 50}}}).pose.is_pressed);
+}
+
+TEST(ServoLoop, AFaultIsClearedOnRequest) {
+  const TouchScene scene = scenes::phantom_scene("sphere", grid(32));
+  ServoChannel channel(std::make_shared<ServoScene>(std::make_shared<volume::Version>(scene.base)));
+  ImplicitProxy method;
+  ASSERT_FALSE(method.prepare(scene).has_value());
+  const PosePath wish = PosePath::from_samples({{0, {{0, 0, 50}}}, {0.05, {{0, 0, 42}}}}, "test").value();
+  VirtualDevice device(wish, {});
+  ServoOptions options;
+  options.ring_capacity = 64;
+  ServoLoop loop(device, channel, scene, method, options);
+  ASSERT_FALSE(loop.start().has_value());
+  const auto wait_until = [&](auto&& done) {
+    for (int i = 0; i < 1000 && !done(); ++i) std::this_thread::sleep_for(std::chrono::milliseconds(2));
+    return done();
+  };
+  EXPECT_TRUE(wait_until([&] { return (loop.report().faults & fault_full_ring) != 0; }));
+  ServoRecord record;
+  loop.request_reset();
+  EXPECT_TRUE(wait_until([&] {
+    while (loop.records().pop(record)) {}
+    return (loop.report().faults & k_latched_faults) == 0;
+  }));
+  loop.stop();
+}
+
+/// Holds the servo up once, as a machine does that was busy elsewhere.
+class HoldingDevice final : public Device {
+ public:
+  volume::Status open() override { return std::nullopt; }
+  void close() noexcept override {}
+  DeviceCapabilities capabilities() const override { return {}; }
+  bool read(double t, Pose& pose) noexcept override {
+    pose.position_world = {0, 0, 42};
+    if (t >= 0.1 && !was_held_.exchange(true)) std::this_thread::sleep_for(std::chrono::milliseconds(250));
+    return true;
+  }
+  void write(const glm::dvec3&) noexcept override {}
+
+ private:
+  std::atomic<bool> was_held_{false};
+};
+
+TEST(ServoLoop, ALateWakeFadesTheForceAndLatches) {
+  const TouchScene scene = scenes::phantom_scene("sphere", grid(32));
+  ServoChannel channel(std::make_shared<ServoScene>(std::make_shared<volume::Version>(scene.base)));
+  ImplicitProxy method;
+  ASSERT_FALSE(method.prepare(scene).has_value());
+  HoldingDevice device;
+  ServoLoop loop(device, channel, scene, method, {});
+  ASSERT_FALSE(loop.start().has_value());
+  wait_for_ticks(loop, 400);
+  loop.stop();
+  ServoRecord record;
+  std::uint64_t faulty = 0;
+  while (loop.records().pop(record)) {
+    if (faulty == 0 && (record.faults & fault_stale_scene)) faulty = record.tick;
+    if (faulty != 0 && record.tick > faulty + 51) {
+      ASSERT_EQ(record.force_world, glm::dvec3(0));
+      ASSERT_FALSE(record.pose.is_pressed);
+    }
+  }
+  EXPECT_GE(faulty, 100u);
+}
+
+TEST(ServoLoop, RefusesMoreForceThanADeviceRenders) {
+  class WeakDevice final : public Device {
+   public:
+    volume::Status open() override { return std::nullopt; }
+    void close() noexcept override {}
+    DeviceCapabilities capabilities() const override { return {"weak", 3, 3.3, 0.6, 80, 0, 0.05, 0.002}; }
+    bool read(double, Pose&) noexcept override { return true; }
+    void write(const glm::dvec3&) noexcept override {}
+  };
+  const TouchScene scene = scenes::phantom_scene("sphere", grid(32));
+  ServoChannel channel(std::make_shared<ServoScene>(std::make_shared<volume::Version>(scene.base)));
+  SubvoxelProxy method;
+  ASSERT_FALSE(method.prepare(scene).has_value());
+  WeakDevice device;
+  ServoOptions options;
+  ServoLoop strong(device, channel, scene, method, options);
+  const volume::Status refused = strong.start();
+  ASSERT_TRUE(refused.has_value());
+  EXPECT_NE(refused->message().find("weak"), std::string::npos);
+  options.force = within_limits(options.force, device.capabilities());
+  ServoLoop fitting(device, channel, scene, method, options);
+  EXPECT_FALSE(fitting.start().has_value());
+  fitting.stop();
+}
+
+TEST(ServoLoop, RefusesImpossibleRates) {
+  const TouchScene scene = scenes::phantom_scene("sphere", grid(16));
+  ServoChannel channel(std::make_shared<ServoScene>(std::make_shared<volume::Version>(scene.base)));
+  ImplicitProxy method;
+  VirtualDevice device(PosePath::from_samples({{0, {{0, 0, 50}}}}, "test").value(), {});
+  for (const double rate : {0.0, 249.0, 10001.0, std::nan("")}) {
+    ServoOptions options;
+    options.rate_hz = rate;
+    ServoLoop loop(device, channel, scene, method, options);
+    EXPECT_TRUE(loop.start().has_value());
+  }
+}
+
+}  // namespace
+}  // namespace trephine::haptics

@@ -1,0 +1,262 @@
+// A servo step must not allocate, lock or wait: this program replaces malloc and the pthread locks and
+// counts.
+#include <atomic>
+#include <chrono>
+#include <cstdlib>
+#include <dlfcn.h>
+#include <gtest/gtest.h>
+#include <new>
+#include <pthread.h>
+#include <thread>
+
+#include "haptics/force/effects.h"
+#include "haptics/mesh/mesh_tree.h"
+#include "haptics/proxy/methods.h"
+#include "haptics/servo/servo_loop.h"
+#include "tests/scenes/scenes.h"
+#include "volume/offset_field.h"
+#include "volume/removal.h"
+
+namespace {
+thread_local bool is_watched = false;
+std::atomic<long> allocations{0}, locks{0};
+void note(std::atomic<long>& counter) {
+  if (is_watched) counter.fetch_add(1);
+}
+template <class F>
+F* next(const char* name) {
+  return reinterpret_cast<F*>(dlsym(RTLD_NEXT, name));
+}
+}  // namespace
+
+extern "C" {
+void* __libc_malloc(std::size_t);
+void* __libc_calloc(std::size_t, std::size_t);
+void* __libc_realloc(void*, std::size_t);
+void __libc_free(void*);
+void* malloc(std::size_t size) { return note(allocations), __libc_malloc(size); }
+void* calloc(std::size_t n, std::size_t size) { return note(allocations), __libc_calloc(n, size); }
+void* realloc(void* p, std::size_t size) { return note(allocations), __libc_realloc(p, size); }
+void free(void* p) { note(allocations), __libc_free(p); }
+int pthread_mutex_lock(pthread_mutex_t* m) noexcept {
+  note(locks);
+  static auto* real = next<int(pthread_mutex_t*)>("pthread_mutex_lock");
+  return real(m);
+}
+int pthread_cond_wait(pthread_cond_t* c, pthread_mutex_t* m) {
+  note(locks);
+  static auto* real = next<int(pthread_cond_t*, pthread_mutex_t*)>("pthread_cond_wait");
+  return real(c, m);
+}
+int pthread_rwlock_rdlock(pthread_rwlock_t* l) noexcept {
+  note(locks);
+  static auto* real = next<int(pthread_rwlock_t*)>("pthread_rwlock_rdlock");
+  return real(l);
+}
+}
+
+namespace trephine::haptics {
+namespace {
+
+TEST(ServoQuiet, AHundredThousandStepsOfEveryMethodNeitherAllocateNorLock) {
+  data_tools::PhantomOptions options;
+  options.size = glm::ivec3(96);
+  options.psf_sigma_voxels = 1;
+  const TouchScene scene = scenes::phantom_scene("shell", options);
+  ServoChannel channel(std::make_shared<ServoScene>(std::make_shared<volume::Version>(scene.base)));
+  const int reader = channel.open_reader();
+  std::vector<std::unique_ptr<ProxyMethod>> methods;
+  std::vector<ServoCore> cores;
+  for (const MethodInfo& info : method_catalogue()) {
+    methods.push_back(make_method(info.name).value());
+    ASSERT_FALSE(methods.back()->prepare(scene).has_value());
+    cores.emplace_back(scene, *methods.back(), ForceOptions{}, 1e-3);
+  }
+  VirtualDevice device(scenes::rough_walk(glm::dvec3(-50), glm::dvec3(50), 1.0, 100001, 3), {});
+  ASSERT_FALSE(device.open().has_value());
+  Ring<ServoRecord> ring(1 << 20);
+  volume::RemovalEditor editor(std::make_shared<volume::Version>(scene.base), {scene.shapes[0].field});
+  Histogram histogram;
+  long contacts = 0;
+  Pose pose;
+  for (int i = 0; i < 100000; ++i) {
+    if (i % 5000 == 0) {  // the edit thread's work, not watched
+      editor.remove({pose.position_world, pose.position_world, 4});
+      channel.publish(std::make_shared<ServoScene>(editor.publish()));
+    }
+    is_watched = true;
+    const ServoScene* seen = channel.adopt(reader);
+    device.read(i * 1e-3, pose);
+    for (ServoCore& core : cores) {
+      const ServoRecord record = core.step(*seen, {pose});
+      device.write(record.force_world);
+      ring.push(record);
+      histogram.add(100);
+      contacts += record.has_contact;
+    }
+    is_watched = false;
+  }
+  EXPECT_EQ(allocations.load(), 0);
+  EXPECT_EQ(locks.load(), 0);
+  EXPECT_GT(contacts, 5000);
+  // The counters can count.
+  is_watched = true;
+  void* volatile seen = std::malloc(10);  // volatile: compilers know that a freed malloc is nothing
+  std::free(seen);
+  pthread_mutex_t mutex = PTHREAD_MUTEX_INITIALIZER;
+  pthread_mutex_lock(&mutex);
+  pthread_mutex_unlock(&mutex);
+  is_watched = false;
+  EXPECT_EQ(allocations.load(), 2);
+  EXPECT_EQ(locks.load(), 1);
+}
+
+/// Whatever a scene can hold at once: a round tool whose fields follow the cuts, a model, friction and
+/// viscosity, effects, the passivity controller, matter that grows over the tool and leads it out, lost
+/// ticks, resets.
+TEST(ServoQuiet, NorDoRoundToolsModelsEffectsPassivityAndTheWayOut) {
+  allocations = locks = 0;
+  data_tools::PhantomOptions options;
+  options.size = glm::ivec3(96);
+  options.psf_sigma_voxels = 1;
+  TouchScene scene = scenes::phantom_scene("shell", options);
+  scene.shapes[0].material = {0.5, 0.001, 0.3, 0.2};
+  scene.shapes[0].material.viscosity = 0.001;
+  ASSERT_FALSE(set_tool_radius(scene, 2).has_value());
+  TouchMesh block;
+  block.name = "block";
+  block.tree = std::make_shared<MeshTree>(
+      std::vector<glm::dvec3>{{-20, -20, -20}, {20, -20, -20}, {0, 20, -20}, {0, 0, 20}},
+      std::vector<std::uint32_t>{0, 2, 1, 0, 1, 3, 1, 2, 3, 2, 0, 3});
+  block.mover = 0;
+  scene.meshes = {block};
+  const auto method = make_method("scene").value();
+  ASSERT_FALSE(method->prepare(scene).has_value());
+  ForceOptions force;
+  force.is_passive = true;
+  force.delay_ticks = 1;
+  ServoCore core(scene, *method, force, 1e-3);
+  for (const char* effect :
+       {"constant force=0,0,-0.1", "viscous damping=0.001", "spring anchor=0,0,40 stiffness=0.01",
+        "vibration amplitude=0.05 frequency=120"}) {
+    const auto parsed = parse_effect(effect);
+    ASSERT_TRUE(parsed) << effect << " " << parsed.error().what;
+    ASSERT_FALSE(core.effects().add(parsed.value()).has_value());
+  }
+  const auto untouched = std::make_shared<volume::Version>(scene.base);
+  volume::RemovalEditor editor(untouched, {scene.shapes[0].field});
+  ServoChannel channel(std::make_shared<ServoScene>(editor.publish()));
+  const int reader = channel.open_reader();
+  VirtualDevice device(scenes::rough_walk(glm::dvec3(-50), glm::dvec3(50), 1.0, 40001, 3), {});
+  ASSERT_FALSE(device.open().has_value());
+  Pose pose;
+  long contacts = 0, led = 0, mesh_contacts = 0;
+  int cut_at = -1, cuts = 0;
+  for (int i = 0; i < 40000; ++i) {
+    // Cut where it touches; sixty ticks later all is back.
+    const bool is_cut = cut_at < 0 && cuts < 6 && i > 100 && core.last_step().has_contact,
+               is_back = cut_at >= 0 && i == cut_at + 60;
+    if (is_back || is_cut) {
+      cut_at = is_cut ? i : -1;
+      cuts += is_cut;
+      const glm::dvec3 free = core.proxy_state().proxy_volume;
+      ServoScene::OffsetFields offsets;
+      if (is_back) {
+        editor.reset(untouched);
+      } else {
+        const glm::dvec3& at = pose.position_world;
+        const auto report = editor.remove({at, at, 9});
+        offsets.push_back(scene.shapes[0].offset->updated(scene.shapes[0].field, *scene.shapes[0].bits,
+                                                          editor.working(), report.box));
+      }
+      const auto next = std::make_shared<ServoScene>(editor.publish(), std::move(offsets));
+      WayOut way;
+      way.version = next->serial();
+      way.count = 2;
+      way.places_volume[0] = free;
+      way.places_volume[1] = scene.base->frame.volume_from_world(glm::dvec3(0, 0, 58));
+      core.offer(way);
+      channel.publish(next);
+    }
+    is_watched = true;
+    const ServoScene* seen = channel.adopt(reader);
+    device.read(i * 1e-3, pose);
+    Placement placement;
+    placement.position_world = glm::dvec3(0, 0, 1e-3 * i);
+    core.set_placement(0, placement);
+    ServoInput input{pose};
+    input.is_reset = i % 9000 == 8999;
+    const ServoRecord record = core.step(*seen, input);
+    if (i % 7000 == 6999) core.skip(0, 5);
+    device.write(record.force_world);
+    contacts += record.has_contact, led += record.is_led,
+        mesh_contacts += record.has_contact && record.shape == 1;
+    is_watched = false;
+  }
+  EXPECT_EQ(allocations.load(), 0);
+  EXPECT_EQ(locks.load(), 0);
+  EXPECT_GT(contacts, 200);
+  EXPECT_GT(mesh_contacts, 0);
+  EXPECT_GT(led, 0);
+}
+
+/// Watches the thread that reads it.
+class WatchingDevice final : public Device {
+ public:
+  explicit WatchingDevice(Device& device, long ticks) : device_(&device), ticks_(ticks) {}
+  volume::Status open() override { return device_->open(); }
+  void close() noexcept override { device_->close(); }
+  DeviceCapabilities capabilities() const override { return device_->capabilities(); }
+  bool read(double t, Pose& pose) noexcept override {
+    const long n = count_.fetch_add(1);
+    is_watched = n < ticks_;  // the end of a thread is its own affair
+    return device_->read(t, pose);
+  }
+  void write(const glm::dvec3& force) noexcept override { device_->write(force); }
+  long count() const { return count_.load(); }
+
+ private:
+  Device* device_;
+  long ticks_;
+  std::atomic<long> count_{0};
+};
+
+TEST(ServoQuiet, NorDoesTheWholeLoop) {
+  allocations = locks = 0;
+  data_tools::PhantomOptions options;
+  options.size = glm::ivec3(64);
+  options.psf_sigma_voxels = 1;
+  const TouchScene scene = scenes::phantom_scene("shell", options);
+  volume::RemovalEditor editor(std::make_shared<volume::Version>(scene.base), {scene.shapes[0].field});
+  ServoChannel channel(std::make_shared<ServoScene>(editor.publish()));
+  const auto method = make_method(k_default_method).value();
+  ASSERT_FALSE(method->prepare(scene).has_value());
+  VirtualDevice hand(scenes::rough_walk(glm::dvec3(-50), glm::dvec3(50), 1.0, 60001, 3), {});
+  constexpr long k_ticks = 3000;
+  WatchingDevice device(hand, k_ticks);
+  ServoOptions servo;
+  servo.rate_hz = 2000;
+  ServoLoop loop(device, channel, scene, *method, servo);
+  ASSERT_FALSE(loop.start().has_value());
+  ServoRecord record;
+  long records = 0;
+  for (int i = 0; i < 4000 && device.count() < k_ticks;
+       ++i) {  // the edit thread's part; at most twenty seconds
+    while (loop.records().pop(record)) ++records;
+    if (i % 20 == 5) {
+      editor.remove({record.proxy_world, record.proxy_world, 3});
+      channel.publish(std::make_shared<ServoScene>(editor.publish()));
+    }
+    if (i % 50 == 7) loop.request_restart(scene.base->frame.volume_from_world(glm::dvec3(0, 0, 58)));
+    if (i % 60 == 9) loop.request_reset();
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  }
+  loop.stop();
+  EXPECT_GE(device.count(), k_ticks);
+  EXPECT_GT(records, k_ticks / 2);
+  EXPECT_EQ(allocations.load(), 0);
+  EXPECT_EQ(locks.load(), 0);
+}
+
+}  // namespace
+}  // namespace trephine::haptics
