@@ -14,7 +14,7 @@ constexpr volume::VoxelBox k_nothing{glm::ivec3(0), glm::ivec3(-1)};
 
 std::vector<volume::Field> fields_of(const haptics::TouchScene& scene) {
   std::vector<volume::Field> fields;
-  for (const haptics::TouchShape& shape : scene.shapes) fields.push_back(shape.field);
+  for (const haptics::TouchItem& shape : haptics::base_shapes(scene)) fields.push_back(shape.field);
   return fields;
 }
 
@@ -134,11 +134,9 @@ EditOutcome EditSession::go_to(std::size_t position) {
 
 OffsetJob::Offsets OffsetJob::make(const haptics::TouchScene& scene, int threads) const {
   Offsets made;
-  for (std::size_t s = 0; s < scene.shapes.size(); ++s)
-    made.push_back(&scene.shapes[s].field.volume() == scene.base.get()
-                       ? before[s]->updated(scene.shapes[s].field, *scene.shapes[s].bits, *version, box,
-                                            threads, nullptr, scene.shapes[s].soft.get())
-                       : before[s]);  // of another volume, which is not cut
+  for (std::size_t s = 0; s < before.size(); ++s)
+    made.push_back(before[s]->updated(scene.items[s].field, *scene.items[s].bits, *version, box, threads,
+                                      nullptr, scene.items[s].soft.get()));
   return made;
 }
 
@@ -166,7 +164,7 @@ std::optional<OffsetJob> EditSession::job_of(std::uint64_t serial) const {
   if (!job.version) return std::nullopt;
   job.before = servo_scene_->offsets;
   if (job.before.empty())
-    for (const haptics::TouchShape& shape : scene_->shapes) job.before.push_back(shape.offset);
+    for (const haptics::TouchItem& shape : haptics::base_shapes(*scene_)) job.before.push_back(shape.offset);
   return job;
 }
 

@@ -40,7 +40,7 @@ struct OffsetJob {
   std::shared_ptr<const volume::Version> version;
   volume::VoxelBox box{glm::ivec3(0), glm::ivec3(-1)};
   using Offsets = haptics::ServoScene::OffsetFields;
-  Offsets before;  ///< one a shape
+  Offsets before;  ///< one a shape of the base
   /// Milliseconds to tens of them, by the size of the box and of the tool; the same bits whatever `threads`.
   Offsets make(const haptics::TouchScene& scene, int threads = 1) const;
 };

@@ -31,9 +31,10 @@ volume::Status check_recordable(const haptics::TouchScene& scene) {
     return Error{"this scene cannot be recorded", "session", found, "up to 8 shapes of one volume",
                  "touch it without --record"};
   };
-  if (!scene.meshes.empty()) return no_words("polygonal models");
-  if (scene.shapes.size() > haptics::TouchScene::k_max_shapes) return no_words("more shapes");
-  for (const haptics::TouchShape& s : scene.shapes) {
+  for (const haptics::TouchItem& item : scene.items)
+    if (item.is_mesh()) return no_words("polygonal models");
+  if (scene.items.size() > haptics::TouchScene::k_max_shapes) return no_words("more shapes");
+  for (const haptics::TouchItem& s : scene.items) {
     if (&s.field.volume() != scene.base.get()) return no_words("several volumes");
   }
   return std::nullopt;
@@ -53,7 +54,7 @@ SessionHeader describe_session(const haptics::TouchScene& scene, const haptics::
   h.rate_hz = options.rate_hz;
   h.method = method.name();
   h.force = options.force;
-  for (const haptics::TouchShape& s : scene.shapes)
+  for (const haptics::TouchItem& s : scene.items)
     h.shapes.push_back({s.field.shape(), s.material, s.sides, s.ramp, s.soft != nullptr, s.back_material});
   h.tool_radius = scene.tool_radius;
   h.smallest_burr = scene.smallest_burr;
@@ -80,10 +81,10 @@ Result<haptics::TouchScene> scene_of(const SessionReader& session,
   for (const ShapeSpec& s : header.shapes) {
     if (s.shape.is_label() && scan->labels.is_empty()) return no_match("no labels", "label " + s.shape.name);
     auto bits = std::make_shared<const volume::Occupancy>(volume::Occupancy::build(*scan, s.shape));
-    scene.shapes.push_back({volume::Field(*scan, s.shape), std::move(bits), s.material, s.sides});
-    scene.shapes.back().ramp = s.ramp;
-    scene.shapes.back().back_material = s.back_material;
-    if (s.is_soft) soft.push_back(scene.shapes.size() - 1);
+    scene.items.push_back({volume::Field(*scan, s.shape), std::move(bits), s.material, s.sides});
+    scene.items.back().ramp = s.ramp;
+    scene.items.back().back_material = s.back_material;
+    if (s.is_soft) soft.push_back(scene.items.size() - 1);
   }
   haptics::soften(scene, soft);
   scene.base = std::move(scan);

@@ -77,7 +77,7 @@ std::uint32_t output_check(const haptics::ServoRecord& r) noexcept {
   hash.add(static_cast<std::uint64_t>(r.has_contact) | static_cast<std::uint64_t>(r.is_buried) << 1 |
            static_cast<std::uint64_t>(r.is_led) << 2 | static_cast<std::uint64_t>(r.pose.is_pressed) << 3 |
            static_cast<std::uint64_t>(static_cast<std::uint8_t>(r.shape)) << 8 |
-           static_cast<std::uint64_t>(static_cast<std::uint8_t>(r.side)) << 16 |
+           std::uint64_t{r.side == haptics::Side::back ? 0xffu : static_cast<unsigned>(r.side)} << 16 |
            static_cast<std::uint64_t>(r.faults) << 32);
   return static_cast<std::uint32_t>(hash.value() ^ hash.value() >> 32);
 }
@@ -423,7 +423,7 @@ Result<SessionHeader> decode_header(std::string_view text) {
       else
         is_good = false;
     } else if (key == "sides") {
-      if ((is_good = whole(0, 3))) shape->sides = static_cast<haptics::Sides>(static_cast<int>(number));
+      if ((is_good = whole(0, 3))) shape->sides = static_cast<haptics::Side>(static_cast<int>(number));
     } else {
       is_good = false;
     }

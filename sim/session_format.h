@@ -28,7 +28,7 @@ struct ToolSpec {
 struct ShapeSpec {
   volume::Shape shape;
   haptics::Material material;
-  haptics::Sides sides = haptics::Sides::front;
+  haptics::Side sides = haptics::Side::front;
   std::optional<haptics::StiffnessRamp> ramp = std::nullopt;
   bool is_soft = false;  ///< its field was made smooth
   std::optional<haptics::Material> back_material = std::nullopt;

@@ -20,6 +20,7 @@ inline double beyond_border(double g) noexcept {
 /// Borrows its volume. Every query is noexcept, allocates nothing and takes points in the volume frame.
 class Field {
  public:
+  Field() noexcept = default;  ///< of no volume: not to be asked
   Field(const Volume& volume, const Shape& shape) noexcept : volume_(&volume), shape_(shape) {}
 
   /// g at a voxel centre. Beyond the grid -|g| of the nearest voxel: air, and the surface of a solid that
@@ -47,7 +48,7 @@ class Field {
   const Shape& shape() const noexcept { return shape_; }
 
  private:
-  const Volume* volume_;
+  const Volume* volume_ = nullptr;
   Shape shape_;
 };
 

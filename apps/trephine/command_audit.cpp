@@ -22,18 +22,18 @@ using volume::Result;
 namespace {
 
 const haptics::Material& touched_material(const haptics::TouchScene& scene, const haptics::ServoRecord& r) {
-  const haptics::TouchShape& shape = scene.shapes[static_cast<std::size_t>(r.shape)];
-  return r.side < 0 && shape.back_material ? *shape.back_material : shape.material;
+  const haptics::TouchItem& shape = scene.items[static_cast<std::size_t>(r.shape)];
+  return r.side == haptics::Side::back && shape.back_material ? *shape.back_material : shape.material;
 }
 
 /// By the ramp as the documents state it: from the intensity a voxel under the surface.
 double stiffness_there(const haptics::TouchScene& scene, const haptics::ServoRecord& r) {
-  const haptics::TouchShape& shape = scene.shapes[static_cast<std::size_t>(r.shape)];
+  const haptics::TouchItem& shape = scene.items[static_cast<std::size_t>(r.shape)];
   const double soft = touched_material(scene, r).stiffness;
   if (!shape.ramp) return soft;
   const glm::dvec3& spacing = scene.base->frame.spacing();
   const double voxel = std::min({spacing.x, spacing.y, spacing.z});
-  const double under = r.side < 0 ? voxel : -(scene.tool_radius + voxel);
+  const double under = r.side == haptics::Side::back ? voxel : -(scene.tool_radius + voxel);
   const auto intensity = checker::intensity_at(
       *scene.base, scene.base->frame.volume_from_world(r.proxy_world + under * r.normal_world));
   if (!intensity) return soft;
@@ -83,7 +83,7 @@ class Ball {
   }
   void set_version(const std::shared_ptr<const volume::Version>& version) {
     solids_.clear();
-    for (const haptics::TouchShape& shape : scene_.shapes)
+    for (const haptics::TouchItem& shape : base_shapes(scene_))
       solids_.push_back(checker::smooth_solid(scene_.base, shape.field.shape(), version, shape.soft));
     is_new_ = true;
   }
@@ -94,7 +94,7 @@ class Ball {
     const double deep = judge_.sunk_mm(middle_world, [&](const glm::dvec3& at) {
       const glm::dvec3 p = scene_.base->frame.volume_from_world(at);
       for (std::size_t s = 0; s < solids_.size(); ++s)
-        if (static_cast<int>(s) != popped && haptics::holds(scene_.shapes[s].sides, haptics::Sides::front) &&
+        if (static_cast<int>(s) != popped && haptics::holds(scene_.items[s].sides, haptics::Side::front) &&
             solids_[s].is_solid(p))
           return true;
       return false;
@@ -172,8 +172,8 @@ Result<Outcome> audit_session(const AuditArguments& arguments) {
   std::vector<scenes::Promise> solids;
   Hand* at_work = nullptr;
   const auto meets = [&](const glm::dvec3& a, const glm::dvec3& b) {
-    for (std::size_t s = 0; s < scene.shapes.size(); ++s)
-      if (haptics::holds(scene.shapes[s].sides, haptics::Sides::front) &&
+    for (std::size_t s = 0; s < base_shapes(scene).size(); ++s)
+      if (haptics::holds(scene.items[s].sides, haptics::Side::front) &&
           at_work->popped_shape != static_cast<int>(s) && solids[s].meets(a, b))
         return true;
     return false;
@@ -212,7 +212,7 @@ Result<Outcome> audit_session(const AuditArguments& arguments) {
       seen = replay.seen();
       for (Hand& hand : judges) hand.falls.solid_changed();
       solids.clear();
-      for (std::size_t shape = 0; shape < scene.shapes.size(); ++shape)
+      for (std::size_t shape = 0; shape < base_shapes(scene).size(); ++shape)
         solids.emplace_back(*haptics::find_method(header.method), scene, seen, shape);
       if (ball) ball->set_version(seen->version);
     }

@@ -44,11 +44,11 @@ volume::Status export_scene(const std::string& folder, const bench::FeelScene& s
   if (volume::Status error =
           data_tools::write_volume((place / "volume.mha").string(), drilled ? *drilled : *scene.scene.base))
     return error;
-  const volume::Shape& shape = scene.scene.shapes[0].field.shape();
+  const volume::Shape& shape = scene.scene.items[0].field.shape();
   const Json says{{"id", bench::feel_id(scene)},
                   {"radius_mm", scene.radius_mm},
                   {"solid_from", shape.low},
-                  {"stiffness_n_mm", scene.scene.shapes[0].material.stiffness},
+                  {"stiffness_n_mm", scene.scene.items[0].material.stiffness},
                   {"rate_hz", 1000}};
   if (volume::Status error =
           data_tools::write_file_atomically((place / "scene.json").string(), text_of_json(says) + "\n"))
@@ -137,7 +137,7 @@ class Unpacked {
 
 bench::FeelScene real_scene(const std::string& name, const std::string& motion, haptics::TouchScene scene,
                             haptics::PosePath path) {
-  for (haptics::TouchShape& shape : scene.shapes)
+  for (haptics::TouchItem& shape : scene.items)
     shape.material.static_friction = shape.material.dynamic_friction = 0;
   bench::FeelScene real;
   real.name = name, real.variant = "as scanned", real.motion = motion, real.group = "real";

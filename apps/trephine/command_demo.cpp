@@ -42,7 +42,7 @@ double first_solid(const haptics::TouchScene& scene, const volume::Version& vers
   const volume::Frame& frame = scene.base->frame;
   volume::traverse(frame.volume_from_world(a), frame.volume_from_world(b),
                    {glm::ivec3(0), scene.base->size - 1}, [&](const volume::VoxelVisit& v) {
-                     if (!scene.shapes[0].bits->is_solid(v.voxel) || !version.is_kept(v.voxel)) return true;
+                     if (!scene.items[0].bits->is_solid(v.voxel) || !version.is_kept(v.voxel)) return true;
                      hit = v.t_enter;
                      return false;
                    });
@@ -63,7 +63,7 @@ Result<Site> find_site(const haptics::TouchScene& scene, const volume::Version& 
     site.point = outside + hit * (middle - outside);
     int cells = 0;
     site.normal =
-        haptics::outward_normal(scene.shapes[0], version, frame.volume_from_world(site.point), cells);
+        haptics::outward_normal(scene.items[0], version, frame.volume_from_world(site.point), cells);
     if (glm::dot(site.normal, glm::normalize(outside - middle)) < 0.5) continue;
     site.along = glm::normalize(glm::cross(site.normal, dvec3(0.2, -0.35, 1)));
     // Through the bone until 3 mm of the way are free of it.
@@ -71,7 +71,7 @@ Result<Site> find_site(const haptics::TouchScene& scene, const volume::Version& 
     site.thickness = 0;
     for (double depth = 0.25; depth < 20; depth += 0.25) {
       const glm::ivec3 v = volume::voxel_of(frame.volume_from_world(site.point - depth * site.normal));
-      if (scene.base->contains(v) && scene.shapes[0].bits->is_solid(v)) free_from = depth;
+      if (scene.base->contains(v) && scene.items[0].bits->is_solid(v)) free_from = depth;
       if (depth - free_from > 3) {
         site.thickness = free_from;
         break;
@@ -293,7 +293,7 @@ Result<Outcome> run_demo(const DemoArguments& arguments) {
   Outcome outcome{new_report("demo"), "", exit_done};
   Json& json = outcome.json;
   json["source"] = source.written_name();
-  json["shape"] = describe(scene.shapes[0].field.shape(), source.volume->is_hounsfield);
+  json["shape"] = describe(scene.items[0].field.shape(), source.volume->is_hounsfield);
   json["ready_seconds"] = ready_seconds;
   json["live_seconds"] = script.end_time();
   json["drawing_seconds"] = drawing_seconds;

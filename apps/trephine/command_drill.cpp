@@ -94,7 +94,7 @@ Result<Outcome> run_drill(const DrillArguments& arguments) {
   Outcome outcome{new_report("drill"), "", exit_done};
   Json& json = outcome.json;
   json["source"] = source.name;
-  json["shape"] = describe(scene.shapes[0].field.shape(), source.volume->is_hounsfield);
+  json["shape"] = describe(scene.items[0].field.shape(), source.volume->is_hounsfield);
   json["burr_diameter_mm"] = arguments.burr_diameter;
   json["is_kinematic"] = arguments.is_kinematic;
   json["is_round"] = arguments.is_round;
@@ -124,7 +124,7 @@ Result<Outcome> run_drill(const DrillArguments& arguments) {
     const glm::ivec3 hand =
         volume::voxel_of(source.volume->frame.volume_from_world(last.pose.position_world));
     const bool is_inside =
-        source.volume->contains(hand) && version.is_kept(hand) && scene.shapes[0].bits->is_solid(hand);
+        source.volume->contains(hand) && version.is_kept(hand) && scene.items[0].bits->is_solid(hand);
     if (held > 3)
       notice(format_text(
           is_inside ? "note: at its end the path is %.0f mm inside the bone, and the burr is held; lift "

@@ -176,7 +176,7 @@ Result<Outcome> run_mesh(const MeshArguments& arguments) {
   auto opened = open_touch(arguments.source, arguments.shape);
   if (!opened) return opened.error();
   const Source& source = opened.value().source;
-  const haptics::TouchShape& shape = opened.value().scene.shapes[0];
+  const haptics::TouchItem& shape = opened.value().scene.items[0];
   const auto start = Clock::now();
   const volume::Mesh mesh = volume::surface_net({&shape.field, nullptr, shape.bits.get(), arguments.is_open});
   const double seconds = seconds_since(start);

@@ -88,7 +88,7 @@ Result<Outcome> run_replay(const ReplayArguments& arguments) {
     if (!arguments.steps.empty())
       append_step(
           csv, r.t, r,
-          r.has_contact ? session.scene.shapes[static_cast<std::size_t>(r.shape)].field.shape().name : "");
+          r.has_contact ? session.scene.items[static_cast<std::size_t>(r.shape)].field.shape().name : "");
   }
   const double seconds = seconds_since(start);
   const sim::EditSession& edits = replay.edits();

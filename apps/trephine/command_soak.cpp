@@ -49,7 +49,7 @@ Result<haptics::PosePath> random_strokes(const haptics::TouchScene& scene, doubl
     double hit = -1;
     volume::traverse(frame.volume_from_world(start), frame.volume_from_world(end),
                      {glm::ivec3(0), base.size - 1}, [&](const volume::VoxelVisit& v) {
-                       if (!scene.shapes[0].bits->is_solid(v.voxel)) return true;
+                       if (!scene.items[0].bits->is_solid(v.voxel)) return true;
                        hit = v.t_enter;
                        return false;
                      });

@@ -66,13 +66,12 @@ volume::Status add_meshes(const TouchArguments& arguments, const haptics::Materi
   for (const std::string& file : arguments.meshes) {
     auto model = data_tools::read_polygon_model(file, arguments.mesh_scale);
     if (!model) return model.error();
-    haptics::TouchMesh mesh;
-    mesh.name = data_tools::file_name(file);
-    mesh.material = material;
-    mesh.placement.position_world = at;
-    mesh.tree = std::make_shared<haptics::MeshTree>(std::move(model.value().vertices),
-                                                    std::move(model.value().triangles));
-    scene.meshes.push_back(std::move(mesh));
+    scene.items.push_back(
+        haptics::mesh_item(data_tools::file_name(file),
+                           std::make_shared<haptics::MeshTree>(std::move(model.value().vertices),
+                                                               std::move(model.value().triangles)),
+                           material));
+    scene.items.back().placement.position_world = at;
   }
   return std::nullopt;
 }
@@ -80,7 +79,8 @@ volume::Status add_meshes(const TouchArguments& arguments, const haptics::Materi
 /// Judges for the models, in the volume's frame.
 std::vector<std::unique_ptr<checker::MeshWall>> mesh_walls(const haptics::TouchScene& scene) {
   std::vector<std::unique_ptr<checker::MeshWall>> walls;
-  for (const haptics::TouchMesh& mesh : scene.meshes) {
+  for (const haptics::TouchItem& mesh : scene.items) {
+    if (!mesh.is_mesh()) continue;
     std::vector<glm::dvec3> vertices;
     std::vector<std::uint32_t> triangles;
     double longest = 1;
@@ -145,8 +145,8 @@ Result<Outcome> run_touch(const TouchArguments& arguments) {
   if (!opened) return opened.error();
   const Source& source = opened.value().source;
   haptics::TouchScene& scene = opened.value().scene;
-  scene.shapes[0].material = material;
-  scene.shapes[0].ramp = ramp;
+  scene.items[0].material = material;
+  scene.items[0].ramp = ramp;
   if (volume::Status error = add_meshes(arguments, material, scene)) return *error;
   const auto offset_begin = Clock::now();
   if (volume::Status error = make_round(scene, arguments.radius)) {
@@ -175,7 +175,7 @@ Result<Outcome> run_touch(const TouchArguments& arguments) {
 
   // The judge reads samples, not bits.
   const volume::Volume& base = *source.volume;
-  const checker::SolidVoxels solid = checker::solid_voxels(source.volume, scene.shapes[0].field.shape());
+  const checker::SolidVoxels solid = checker::solid_voxels(source.volume, scene.items[0].field.shape());
   const haptics::MethodInfo& info = *haptics::find_method(method_name);
   const bool is_smooth = info.solid == haptics::MethodInfo::Solid::smooth;
   const volume::WorkCounters& work = volume::work_counters();
@@ -247,7 +247,7 @@ Result<Outcome> run_touch(const TouchArguments& arguments) {
                              material.static_friction * glm::length(record.proxy_world - pose.position_world);
       if (off > allowed) ++stuck;
     }
-    append_step(csv, times[i], record, record.has_contact ? name_of(scene, record.shape) : "");
+    append_step(csv, times[i], record, record.has_contact ? name_of(item_of(scene, record.shape)) : "");
   }
   // A recording that failed takes nothing else with it.
   const volume::Status not_recorded = finish_recording(recorder.value().get(), edits, 0);
@@ -260,7 +260,7 @@ Result<Outcome> run_touch(const TouchArguments& arguments) {
                       : exit_done};
   Json& json = outcome.json;
   json["source"] = source.name;
-  json["shape"] = describe(scene.shapes[0].field.shape(), base.is_hounsfield);
+  json["shape"] = describe(scene.items[0].field.shape(), base.is_hounsfield);
   json["method"] = method.name();
   json["steps"] = times.size();
   json["step_us"] = {{"contact", percentiles(contact_us)}, {"free", percentiles(free_us)}};
@@ -277,9 +277,10 @@ Result<Outcome> run_touch(const TouchArguments& arguments) {
                     {"step_mm", offset->step_mm()},
                     {"bytes", offset->bytes()},
                     {"seconds", offset_seconds}};
-  for (const haptics::TouchMesh& mesh : scene.meshes)
-    json["meshes"].push_back(
-        {{"name", mesh.name}, {"triangles", mesh.tree->triangle_count()}, {"bytes", mesh.tree->bytes()}});
+  for (const haptics::TouchItem& item : scene.items)
+    if (item.is_mesh())
+      json["meshes"].push_back(
+          {{"name", item.name}, {"triangles", item.tree->triangle_count()}, {"bytes", item.tree->bytes()}});
   json["events"] = events;
   const haptics::EnergyLedger& energy = servo.energy();
   json["energy_nmm"] = {

@@ -154,8 +154,8 @@ Result<haptics::TouchScene> make_scene(Source& source, const ShapeChoice& choice
       return Error{"the shape is empty", source.name,
                    describe(shape, source.volume->is_hounsfield) + ": no voxel", "at least one solid voxel",
                    "see the range of its values with: trephine info SRC"};
-    scene.shapes.push_back(
-        {volume::Field(*source.volume, shape), std::move(bits), material, haptics::Sides::front});
+    scene.items.push_back(
+        {volume::Field(*source.volume, shape), std::move(bits), material, haptics::Side::front});
   }
   if (is_soft) haptics::soften(scene);
   source.bits_seconds = seconds_since(start);
@@ -277,7 +277,7 @@ void say_where(const haptics::TouchScene& scene, const haptics::PosePath& path) 
   for (int z = 0; z < base.size.z; ++z)
     for (int y = 0; y < base.size.y; ++y)
       for (int x = 0; x < base.size.x; ++x) {
-        if (!scene.shapes[0].bits->is_solid({x, y, z})) continue;
+        if (!scene.items[0].bits->is_solid({x, y, z})) continue;
         const glm::dvec3 p = base.frame.world_from_volume({x, y, z});
         shape_low = glm::min(shape_low, p), shape_high = glm::max(shape_high, p);
       }
@@ -331,8 +331,8 @@ std::string describe(const volume::Shape& shape, bool is_hounsfield) {
 
 Json memory_report(const haptics::TouchScene& scene, const volume::Version& version) {
   std::size_t bits = 0;
-  for (const haptics::TouchShape& shape : scene.shapes)
-    bits += shape.bits->bytes() + (shape.soft ? shape.soft->bytes() : 0);
+  for (const haptics::TouchItem& shape : scene.items)
+    bits += (shape.bits ? shape.bits->bytes() : 0) + (shape.soft ? shape.soft->bytes() : 0);
   const std::size_t base = scene.base->bytes(), tables = version.bytes();
   return {{"voxels_bytes", scene.base->voxels.bytes()},
           {"base_bytes", base},

@@ -27,7 +27,9 @@ inline void append_step(std::string& out, double t, const haptics::ServoRecord& 
   out += record.has_contact ? "1," : "0,";
   out += record.has_contact ? shape : "";
   out += ',';
-  out += record.side > 0 ? "front\n" : record.side < 0 ? "back\n" : "\n";
+  out += record.side == haptics::Side::front  ? "front\n"
+         : record.side == haptics::Side::back ? "back\n"
+                                              : "\n";
 }
 
 }  // namespace trephine::app

@@ -47,7 +47,8 @@ float openness_at(const haptics::TouchScene& scene, const volume::Version& versi
       const glm::ivec3 v = volume::voxel_of(start + frame.vector_volume_from_world(look.mm * direction));
       if (!scene.base->contains(v)) break;
       bool is_solid = false;
-      for (const haptics::TouchShape& shape : scene.shapes) is_solid = is_solid || shape.bits->is_solid(v);
+      for (const haptics::TouchItem& shape : base_shapes(scene))
+        is_solid = is_solid || shape.bits->is_solid(v);
       if (!is_solid || !version.is_kept(v)) continue;
       light = 1 - look.darkness;
       break;
@@ -61,7 +62,7 @@ float openness_at(const haptics::TouchScene& scene, const volume::Version& versi
 
 ChunkMesh make_chunk_mesh(const haptics::TouchScene& scene, std::size_t shape, const volume::Version& version,
                           const glm::ivec3& chunk, volume::NetScratch* scratch) {
-  const haptics::TouchShape& touch = scene.shapes[shape];
+  const haptics::TouchItem& touch = scene.items[shape];
   const volume::SurfaceSource source{&touch.field, &version, touch.bits.get(), false};
   const volume::Mesh mesh = volume::surface_net_chunk(source, chunk, scratch);
   const volume::Buffer<glm::vec3> normals = volume::vertex_normals(source, mesh, 1);
@@ -191,8 +192,8 @@ void ChunkWorker::request(std::shared_ptr<const volume::Version> version, const 
           // A chunk far from anything solid has no surface; distances are in blocks of four voxels.
           const glm::ivec3 middle =
               glm::min(volume::k_chunk * glm::ivec3(x, y, z) + volume::k_chunk / 2, scene_->base->size - 1);
-          for (std::size_t s = 0; s < scene_->shapes.size(); ++s)
-            if (scene_->shapes[s].bits->empty_distance(middle) <= volume::k_chunk / 8 + 2) {
+          for (std::size_t s = 0; s < base_shapes(*scene_).size(); ++s)
+            if (scene_->items[s].bits->empty_distance(middle) <= volume::k_chunk / 8 + 2) {
               volume::VoxelBox& known = waiting_.try_emplace({z, y, x, s}, box).first->second;
               known = sim::united(known, box);
             }

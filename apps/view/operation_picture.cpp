@@ -25,7 +25,7 @@ OperationPicture::OperationPicture(const haptics::TouchScene& scene, vtkRenderWi
   worker_ = std::make_unique<ChunkWorker>(scene, k_threads);
   // The box of the solid voxels, so that the camera need not wait for the surface.
   glm::ivec3 low = scene.base->size, high(-1);
-  for (const haptics::TouchShape& shape : scene.shapes)
+  for (const haptics::TouchItem& shape : base_shapes(scene))
     for (int z = 0; z < scene.base->size.z; ++z)
       for (int y = 0; y < scene.base->size.y; ++y) {
         const std::uint64_t* row = shape.bits->row(y, z);
@@ -123,7 +123,7 @@ double OperationPicture::distance_to_solid(const volume::Version& version, const
                    frame.volume_from_world(ray.origin + (from + k_far) * ray.direction),
                    {glm::ivec3(0), scene_->base->size - 1}, [&](const volume::VoxelVisit& v) {
                      bool is_solid = false;
-                     for (const haptics::TouchShape& shape : scene_->shapes)
+                     for (const haptics::TouchItem& shape : base_shapes(*scene_))
                        is_solid = is_solid || (shape.bits->is_solid(v.voxel) && version.is_kept(v.voxel));
                      if (is_solid && !is_inside) {
                        hit = from + k_far * v.t_enter;
@@ -144,7 +144,7 @@ dvec3 OperationPicture::outside_point() const {
 
 dvec3 OperationPicture::normal_at(const volume::Version& version, const dvec3& p_world) const {
   int cells = 0;
-  return haptics::outward_normal(scene_->shapes[0], version, scene_->base->frame.volume_from_world(p_world),
+  return haptics::outward_normal(scene_->items[0], version, scene_->base->frame.volume_from_world(p_world),
                                  cells);
 }
 

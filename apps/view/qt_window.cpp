@@ -128,7 +128,7 @@ void MainWindow::begin(std::shared_ptr<const haptics::TouchScene> scene) {
   canvas_->interactor()->SetInteractorStyle(style);
   canvas_->setFocus();
   setWindowTitle(QString::fromStdString(options_.title) + " - trephine");
-  const volume::Shape& shape = scene_->shapes[0].field.shape();
+  const volume::Shape& shape = scene_->items[0].field.shape();
   const bool can_reshape = operation_ && !shape.is_label() && options_.host.reshape;
   for (QWidget* w : std::initializer_list<QWidget*>{low_, high_}) w->setEnabled(can_reshape);
   for (QDoubleSpinBox* box : {low_, high_}) {
@@ -250,11 +250,11 @@ void MainWindow::preview_shape() {
   shape.low = low_->value();
   if (high_->value() < high_->maximum()) shape.high = high_->value();
   shown->base = scene_->base;
-  shown->shapes.push_back(
+  shown->items.push_back(
       {volume::Field(*scene_->base, shape),
        std::make_shared<const volume::Occupancy>(volume::Occupancy::build(*scene_->base, shape)),
        {},
-       haptics::Sides::front});
+       haptics::Side::front});
   picture()->preview(std::move(shown), version());
   is_previewing_ = true;
   use_shape_->setEnabled(true);
@@ -341,7 +341,7 @@ Status MainWindow::save_mesh(const QString& path) {
     return Error{"this is no mesh format that trephine writes", data_tools::file_name(file), "",
                  ".stl, .ply, .obj or .vtp", "choose one of these extensions"};
   const std::shared_ptr<const volume::Version> now = version();
-  const haptics::TouchShape& shape = scene_->shapes[0];
+  const haptics::TouchItem& shape = scene_->items[0];
   return data_tools::write_mesh(file, volume::surface_net({&shape.field, now.get(), shape.bits.get(), false}),
                                 scene_->base->frame);
 }

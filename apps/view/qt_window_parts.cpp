@@ -141,7 +141,7 @@ void MainWindow::build_panel() {
   connect(use_shape_, &QPushButton::clicked, this, &MainWindow::use_shape);
   connect(keep_shape_, &QPushButton::clicked, this, [this] {
     picture()->preview(nullptr, version());
-    const volume::Shape& now = scene_->shapes[0].field.shape();
+    const volume::Shape& now = scene_->items[0].field.shape();
     for (QDoubleSpinBox* box : {low_, high_}) {
       const QSignalBlocker quiet(box);
       const double value = box == low_ ? now.low : now.high;

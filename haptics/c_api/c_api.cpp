@@ -91,22 +91,19 @@ bool is_number(const double v[3]) noexcept {
 /// A window or a mesh of the scene.
 volume::Status check_any(const trephine_scene* scene, int shape) {
   if (scene == nullptr) return bad("there is no scene", "NULL", "a scene from trephine_scene_create");
-  if (shape < 0 || shape >= haptics::shape_count(scene->touch))
+  if (shape < 0 || shape >= haptics::item_count(scene->touch))
     return bad("there is no such shape", std::to_string(shape), "an index of a window or mesh");
   return std::nullopt;
 }
 
 haptics::Material& material_in(trephine_scene& scene, int shape) {
-  const auto s = static_cast<std::size_t>(shape), windows = scene.touch.shapes.size();
-  return s < windows ? scene.touch.shapes[s].material : scene.touch.meshes[s - windows].material;
+  return scene.touch.items[static_cast<std::size_t>(shape)].material;
 }
 
 volume::Status check_shape(const trephine_scene* scene, int shape) {
   if (scene == nullptr) return bad("there is no scene", "NULL", "a scene from trephine_scene_create");
-  const int count = static_cast<int>(scene->touch.shapes.size());
-  if (shape < 0 || shape >= count)
-    return bad("there is no such shape", std::to_string(shape),
-               ("0 to " + std::to_string(count - 1)).c_str());
+  if (shape < 0 || shape >= haptics::item_count(scene->touch) || item_of(scene->touch, shape).is_mesh())
+    return bad("there is no such shape", std::to_string(shape), "an index of a window");
   return std::nullopt;
 }
 
@@ -121,16 +118,16 @@ int add_shape(trephine_scene* scene, const char* name, double low, double high,
     if (std::isnan(low) || std::isnan(high) || !(low <= high))
       return bad("the window is empty or no window", std::to_string(low) + " to " + std::to_string(high),
                  "low <= high");
-    if (scene->touch.shapes.size() == haptics::TouchScene::k_max_shapes)
+    if (scene->touch.items.size() == haptics::TouchScene::k_max_shapes)
       return bad("there are too many shapes", "one more than 8", "at most 8");
-    if (!scene->touch.meshes.empty())
+    if (!scene->touch.items.empty() && scene->touch.items.back().is_mesh())
       return bad("a window comes after a mesh", name ? name : "", "windows first, then meshes");
     volume::Shape shape;
     shape.name = name ? name : "";
     shape.low = low, shape.high = high;
-    scene->touch.shapes.push_back({volume::Field(*scene->base, shape), nullptr, {}, haptics::Sides::front});
+    scene->touch.items.push_back({volume::Field(*scene->base, shape), nullptr, {}, haptics::Side::front});
     scene->is_prepared = false;
-    index = static_cast<int>(scene->touch.shapes.size()) - 1;
+    index = static_cast<int>(scene->touch.items.size()) - 1;
     return std::nullopt;
   });
   return index;
@@ -151,7 +148,8 @@ void look_along(trephine_scene& scene, const dvec3& start, const dvec3& end) noe
     for (int k = 0; k < 3; ++k)
       if (!(std::abs(p[k]) < 0.25 * volume::k_traversal_limit)) return;
   haptics::ShapeSet inside;
-  for (int s = 0; s < static_cast<int>(scene.touch.shapes.size()); ++s) inside.set(s, walls.is_solid(s, a));
+  const auto count = static_cast<int>(base_shapes(scene.touch).size());
+  for (int s = 0; s < count; ++s) inside.set(s, walls.is_solid(s, a));
   constexpr double k_before = 1e-6;  // voxels
   const dvec3& spacing = frame.spacing();
   const haptics::Reach reach =
@@ -234,7 +232,7 @@ int trephine_scene_set_material(trephine_scene* scene, int shape, const trephine
   return guarded(error, [&]() -> volume::Status {
     if (volume::Status status = check_any(scene, shape)) return status;
     if (material == nullptr) return bad("there is no material", "NULL", "a trephine_material");
-    haptics::Material m = material_of(scene->touch, shape, 1);
+    haptics::Material m = material_of(scene->touch, shape, haptics::Side::front);
     m.stiffness = material->stiffness, m.damping = material->damping;
     m.static_friction = material->static_friction, m.dynamic_friction = material->dynamic_friction;
     if (volume::Status status = haptics::check_material(m)) return status;
@@ -253,7 +251,7 @@ int trephine_scene_add_mesh(trephine_scene* scene, const char* name, const doubl
       return bad("the mesh has no triangles", std::to_string(triangle_count), "one triangle or more");
     if (mover < -1 || mover >= haptics::TouchScene::k_max_movers)
       return bad("there is no such mover", std::to_string(mover), "-1, or 0 to 7");
-    if (haptics::shape_count(scene->touch) >= haptics::ShapeSet::k_most)
+    if (haptics::item_count(scene->touch) >= haptics::ShapeSet::k_most)
       return bad("too many shapes and meshes", std::to_string(haptics::ShapeSet::k_most + 1), "128");
     std::vector<dvec3> places(vertex_count);
     for (std::size_t i = 0; i < vertex_count; ++i) {
@@ -265,13 +263,11 @@ int trephine_scene_add_mesh(trephine_scene* scene, const char* name, const doubl
     for (const std::uint32_t c : corners)
       if (c >= vertex_count)
         return bad("a triangle names a vertex that is not there", std::to_string(c), "below vertex_count");
-    haptics::TouchMesh mesh;
-    mesh.name = name ? name : "";
-    mesh.tree = std::make_shared<haptics::MeshTree>(std::move(places), std::move(corners));
-    mesh.mover = mover;
-    scene->touch.meshes.push_back(std::move(mesh));
+    scene->touch.items.push_back(haptics::mesh_item(
+        name ? name : "", std::make_shared<haptics::MeshTree>(std::move(places), std::move(corners))));
+    scene->touch.items.back().mover = mover;
     scene->is_prepared = false;
-    index = haptics::shape_count(scene->touch) - 1;
+    index = haptics::item_count(scene->touch) - 1;
     return std::nullopt;
   });
   return index;
@@ -281,7 +277,7 @@ int trephine_scene_set_pop_through(trephine_scene* scene, int shape, double forc
                                    trephine_error* error) {
   return guarded(error, [&]() -> volume::Status {
     if (volume::Status status = check_any(scene, shape)) return status;
-    haptics::Material m = material_of(scene->touch, shape, 1);
+    haptics::Material m = material_of(scene->touch, shape, haptics::Side::front);
     m.pop_force = force, m.pop_rearm = rearm;
     if (volume::Status status = haptics::check_material(m)) return status;
     material_in(*scene, shape) = m;
@@ -294,9 +290,7 @@ int trephine_scene_set_sides(trephine_scene* scene, int shape, int sides, trephi
     if (volume::Status status = check_any(scene, shape)) return status;
     if (sides < TREPHINE_NONE || sides > TREPHINE_BOTH)
       return bad("there is no such side", std::to_string(sides), "TREPHINE_NONE, FRONT, BACK or BOTH");
-    const auto s = static_cast<std::size_t>(shape), windows = scene->touch.shapes.size();
-    (s < windows ? scene->touch.shapes[s].sides : scene->touch.meshes[s - windows].sides) =
-        static_cast<haptics::Sides>(sides);
+    scene->touch.items[static_cast<std::size_t>(shape)].sides = static_cast<haptics::Side>(sides);
     scene->has_motion = false;
     return std::nullopt;
   });
@@ -317,12 +311,12 @@ int trephine_scene_set_method(trephine_scene* scene, const char* method, trephin
 int trephine_scene_prepare(trephine_scene* scene, trephine_error* error) {
   return guarded(error, [&]() -> volume::Status {
     if (scene == nullptr) return bad("there is no scene", "NULL", "a scene from trephine_scene_create");
-    for (haptics::TouchShape& shape : scene->touch.shapes)
-      if (!shape.bits)
+    for (haptics::TouchItem& shape : scene->touch.items)
+      if (!shape.is_mesh() && !shape.bits)
         shape.bits = std::make_shared<const volume::Occupancy>(
             volume::Occupancy::build(*scene->base, shape.field.shape()));
     // Labels and thresholded data are touched smooth, where the method touches what is smooth.
-    for (haptics::TouchShape& shape : scene->touch.shapes) shape.soft = nullptr;
+    for (haptics::TouchItem& shape : scene->touch.items) shape.soft = nullptr;
     if (haptics::find_method(scene->method->name())->solid == haptics::MethodInfo::Solid::smooth)
       haptics::soften(scene->touch);
     if (volume::Status status = scene->method->prepare(scene->touch)) return status;
@@ -340,7 +334,7 @@ trephine_hand* trephine_hand_create(const trephine_scene* scene, double rate_hz,
     if (!(rate_hz >= 250 && rate_hz <= 10000))
       return bad("the rate is out of range", std::to_string(rate_hz), "250 to 10000 Hz");
     if (!scene->is_prepared)
-      return bad("the scene is not prepared", scene->touch.shapes.empty() ? "no shapes" : "changed since",
+      return bad("the scene is not prepared", scene->touch.items.empty() ? "no shapes" : "changed since",
                  "trephine_scene_prepare before hands are made");
     hand.reset(new trephine_hand{scene, scene->method, scene->generation,
                                  haptics::ServoCore(scene->touch, *scene->method, {}, 1 / rate_hz)});
@@ -370,20 +364,20 @@ int trephine_hand_step(trephine_hand* hand, const double position[3], trephine_t
   }
   touch->has_contact = record.has_contact;
   touch->shape = record.has_contact ? record.shape : -1;
-  touch->side = !record.has_contact ? TREPHINE_NONE : record.side < 0 ? TREPHINE_BACK : TREPHINE_FRONT;
+  touch->side = record.has_contact ? static_cast<int>(record.side) : TREPHINE_NONE;
   touch->faults = record.faults;
   return TREPHINE_OK;
 }
 
 int trephine_hand_set_touchable(trephine_hand* hand, int shape, int is_touchable) {
-  if (hand == nullptr || shape < 0 || shape >= haptics::shape_count(hand->scene->touch))
+  if (hand == nullptr || shape < 0 || shape >= haptics::item_count(hand->scene->touch))
     return TREPHINE_BAD_ARGUMENT;
   hand->core.set_touchable(shape, is_touchable != 0);
   return TREPHINE_OK;
 }
 
 int trephine_hand_set_ready(trephine_hand* hand, int shape, const int low[3], const int high[3]) {
-  if (hand == nullptr || shape < 0 || shape >= haptics::shape_count(hand->scene->touch) ||
+  if (hand == nullptr || shape < 0 || shape >= haptics::item_count(hand->scene->touch) ||
       (low == nullptr) != (high == nullptr))
     return TREPHINE_BAD_ARGUMENT;
   if (low == nullptr)

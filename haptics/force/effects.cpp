@@ -225,8 +225,8 @@ EffectForces EffectRack::step(const TouchScene& scene, const ProxyStep& proxy, c
       const double depth = glm::dot(off, line->ahead_world);
       dvec3 force = -line->stiffness * (off - depth * line->ahead_world);
       bool is_in = true;
-      if (line->shape >= 0 && line->shape < static_cast<int>(scene.shapes.size())) {
-        const volume::Field& field = scene.shapes[static_cast<std::size_t>(line->shape)].field;
+      if (line->shape >= 0 && line->shape < item_count(scene) && !item_of(scene, line->shape).is_mesh()) {
+        const volume::Field& field = scene.items[static_cast<std::size_t>(line->shape)].field;
         const dvec3 at = field.volume().frame.volume_from_world(hip);
         is_in = field.value(at) >= 0;
         if (is_in && cuts && &field.volume() == &cuts->base() && !cuts->is_untouched())

@@ -16,7 +16,8 @@ namespace trephine::haptics {
 struct FacetHit {
   double t = 1;
   glm::dvec3 normal_world{0.0};  ///< unit, toward the side that the way came from
-  int shape = -1, side = 0;
+  int shape = -1;
+  Side side = Side::none;
   std::uint32_t triangle = 0;  ///< of a mesh, as its tree counts
 };
 

@@ -9,6 +9,22 @@ namespace trephine::haptics {
 
 using glm::dvec3;
 
+namespace {
+/// The whole surface of a shape, in the world.
+std::shared_ptr<const MeshTree> tree_of(const TouchItem& shape) {
+  const volume::Mesh net = volume::surface_net({&shape.field, nullptr, shape.bits.get()});
+  const volume::Frame& frame = shape.field.volume().frame;
+  const glm::dmat3& axes = frame.axes();
+  std::vector<dvec3> vertices(net.vertices.size());
+  for (std::size_t i = 0; i < vertices.size(); ++i)
+    vertices[i] = frame.world_from_volume(dvec3(net.vertices[i]));
+  std::vector<std::uint32_t> triangles(net.triangles.data(), net.triangles.data() + net.triangles.size());
+  if (glm::dot(glm::cross(axes[0], axes[1]), axes[2]) < 0)
+    for (std::size_t t = 0; t < triangles.size(); t += 3) std::swap(triangles[t + 1], triangles[t + 2]);
+  return std::make_shared<const MeshTree>(std::move(vertices), std::move(triangles));
+}
+}  // namespace
+
 volume::Status MeshProxy::prepare(const TouchScene& scene) {
   if (volume::Status error = check_touchable(scene, true, true)) return error;
   if (scene.smallest_burr > 0)
@@ -16,26 +32,13 @@ volume::Status MeshProxy::prepare(const TouchScene& scene) {
                          "mesh, which touches what was there at first", "", "use --method subvoxel"};
   trees_.clear();
   gap_ = 1e-5;
-  for (const TouchMesh& mesh : scene.meshes) {
-    if (!mesh.tree) return volume::Error{"a mesh has no tree", mesh.name, "", "", ""};
-    if (mesh.mover >= 0)
-      return volume::Error{"this method holds meshes still", mesh.name, "a mesh that moves", "",
+  for (const TouchItem& item : scene.items) {
+    if (item.is_mesh() && !item.tree) return volume::Error{"a mesh has no tree", item.name, "", "", ""};
+    if (item.mover >= 0)
+      return volume::Error{"this method holds meshes still", item.name, "a mesh that moves", "",
                            "use --method scene"};
-    gap_ = std::min(gap_, mesh.tree->gap());
-  }
-  const volume::Frame& frame = scene.base->frame;
-  const glm::dmat3& axes = frame.axes();
-  const bool is_mirrored = glm::dot(glm::cross(axes[0], axes[1]), axes[2]) < 0;
-  for (const TouchShape& shape : scene.shapes) {
-    const volume::Mesh net = volume::surface_net({&shape.field, nullptr, shape.bits.get()});
-    std::vector<dvec3> vertices(net.vertices.size());
-    for (std::size_t i = 0; i < vertices.size(); ++i)
-      vertices[i] = frame.world_from_volume(dvec3(net.vertices[i]));
-    std::vector<std::uint32_t> triangles(net.triangles.data(), net.triangles.data() + net.triangles.size());
-    if (is_mirrored)
-      for (std::size_t t = 0; t < triangles.size(); t += 3) std::swap(triangles[t + 1], triangles[t + 2]);
-    trees_.emplace_back(std::move(vertices), std::move(triangles));
-    gap_ = std::min(gap_, trees_.back().gap());
+    trees_.push_back(item.is_mesh() ? item.tree : tree_of(item));
+    gap_ = std::min(gap_, trees_.back()->gap());
   }
   return std::nullopt;
 }
@@ -56,23 +59,20 @@ ProxyStep MeshProxy::step(const TouchScene& scene, const ServoScene& seen, Proxy
   const auto cast = [&](const dvec3& a, const dvec3& b, FacetHit& hit) {
     const dvec3 from = frame.world_from_volume(a), to = frame.world_from_volume(b);
     bool is_hit = false;
-    const auto ask = [&](const MeshTree& tree, int shape, const Placement& placement) {
+    for (int index = 0; index < item_count(scene); ++index) {
+      const TouchItem& item = item_of(scene, index);
+      const Placement& placement = item.placement;
       FacetHit one;
-      if (!tree.cast(placement.local_from_world(from), placement.local_from_world(to), scene.tool_radius,
-                     holds(scene, state.around.let_through, shape, Sides::front),
-                     holds(scene, state.around.let_through, shape, Sides::back), one,
-                     result.counters.triangles) ||
+      if (!trees_[static_cast<std::size_t>(index)]->cast(
+              placement.local_from_world(from), placement.local_from_world(to), scene.tool_radius,
+              holds(scene, state.around.let_through, index, Side::front),
+              holds(scene, state.around.let_through, index, Side::back), one, result.counters.triangles) ||
           (is_hit && one.t >= hit.t))
-        return;
+        continue;
       hit = one;
-      if (shape >= static_cast<int>(trees_.size())) hit.normal_world = placement.rotation * one.normal_world;
-      hit.shape = shape;
+      if (item.is_mesh()) hit.normal_world = placement.rotation * one.normal_world;
+      hit.shape = index;
       is_hit = true;
-    };
-    for (std::size_t s = 0; s < trees_.size(); ++s) ask(trees_[s], static_cast<int>(s), Placement{});
-    for (std::size_t m = 0; m < scene.meshes.size(); ++m) {
-      const TouchMesh& mesh = scene.meshes[m];
-      ask(*mesh.tree, static_cast<int>(trees_.size() + m), mesh.placement);
     }
     return is_hit;
   };

@@ -17,7 +17,7 @@ class MeshProxy final : public ProxyMethod {
                  const ProxyInput& input) const noexcept override;
 
  private:
-  std::vector<MeshTree> trees_;  ///< one a shape
+  std::vector<std::shared_ptr<const MeshTree>> trees_;  ///< one an item
   double gap_ = 1e-5;
 };
 

@@ -131,7 +131,7 @@ bool MeshTree::cast(const dvec3& a, const dvec3& b, bool is_front, bool is_back,
     nearest = t;
     hit.t = t;
     hit.normal_world = facing < 0 ? normal : -normal;
-    hit.side = facing < 0 ? 1 : -1;
+    hit.side = side_of(facing >= 0);
     hit.triangle = i;
   });
   return nearest <= 1;
@@ -193,7 +193,7 @@ bool MeshTree::cast_ball(const dvec3& a, const dvec3& b, double radius, bool is_
         nearest = t;
         hit.t = t;
         hit.normal_world = distance > 0 ? off / distance : glm::normalize(-way);
-        hit.side = is_before ? 1 : -1;
+        hit.side = side_of(!is_before);
         hit.triangle = i;
         return;
       }

@@ -40,7 +40,7 @@ dvec3 voxel_normal(const volume::Field& field, const volume::Frame& frame, const
 /// The first shape whose binary transfer function holds voxel v, or -1.
 int shape_at(const TouchScene& scene, const volume::Version& version, const ivec3& v) noexcept {
   const VoxelGrid grid(scene, version);
-  for (std::size_t s = 0; s < scene.shapes.size(); ++s)
+  for (std::size_t s = 0; s < scene.items.size(); ++s)
     if (grid.is_solid(s, v)) return static_cast<int>(s);
   return -1;
 }
@@ -83,13 +83,13 @@ ProxyStep RaystepProxy::step(const TouchScene& scene, const ServoScene& seen, Pr
       const int s = shape_at(scene, version, v);
       if (s < 0) continue;
       dvec3 normal =
-          voxel_normal(scene.shapes[static_cast<std::size_t>(s)].field, frame, v, result.counters.cells);
+          voxel_normal(scene.items[static_cast<std::size_t>(s)].field, frame, v, result.counters.cells);
       const bool is_front = glm::dot(start - p, normal) >= 0 && glm::dot(end - p, normal) <= 0;
       if (!holds(scene, state.around.let_through, s, side_of(!is_front))) break;
       if (!is_front) normal = -normal;
       result.has_contact = true;
       result.shape = s;
-      result.side = is_front ? 1 : -1;
+      result.side = side_of(!is_front);
       result.normal_world = normal;
       // In the tangent plane at the contact, as close to the HIP as it allows.
       const double depth = glm::dot(end - p, normal);
@@ -118,8 +118,8 @@ ProxyStep PlaneProxy::step(const TouchScene& scene, const ServoScene& seen, Prox
     const bool had = plane.shape >= 0;
     const double old = had ? glm::dot(hip - plane.point_world, plane.normal_world) : 0;
     plane.shape = -1;
-    for (std::size_t s = 0; s < scene.shapes.size() && plane.shape < 0; ++s) {
-      const TouchShape& shape = scene.shapes[s];
+    for (std::size_t s = 0; s < scene.items.size() && plane.shape < 0; ++s) {
+      const TouchItem& shape = scene.items[s];
       if (state.around.let_through.contains(static_cast<int>(s))) continue;
       const dvec3 normal = outward_normal(shape, version, p, result.counters.cells);
       const double slope = glm::length(frame.gradient_world_from_volume(shape.field.smooth_gradient(p)));
@@ -146,7 +146,7 @@ ProxyStep PlaneProxy::step(const TouchScene& scene, const ServoScene& seen, Prox
     if (depth < 0) {
       result.has_contact = true;
       result.shape = plane.shape;
-      result.side = 1;
+      result.side = Side::front;
       result.normal_world = plane.normal_world;
       proxy = hip - depth * plane.normal_world;
     }
@@ -166,8 +166,8 @@ ProxyStep GradientProxy::step(const TouchScene& scene, const ServoScene& seen, P
   result.normal_world = dvec3(0);
   dvec3 proxy = hip;
   const dvec3 p = frame.volume_from_world(hip);
-  for (std::size_t s = 0; s < scene.shapes.size(); ++s) {
-    const TouchShape& shape = scene.shapes[s];
+  for (std::size_t s = 0; s < scene.items.size(); ++s) {
+    const TouchItem& shape = scene.items[s];
     if (state.around.let_through.contains(static_cast<int>(s))) continue;
     result.counters.cells += 8;
     double depth = shape.field.value(p);
@@ -179,7 +179,7 @@ ProxyStep GradientProxy::step(const TouchScene& scene, const ServoScene& seen, P
     result.normal_world = outward_normal(shape, version, p, result.counters.cells);
     result.has_contact = result.normal_world != dvec3(0);
     result.shape = static_cast<int>(s);
-    result.side = 1;
+    result.side = Side::front;
     proxy = hip + std::min(depth, 2 * frame.diagonal_mm()) * result.normal_world;
     break;
   }

@@ -25,7 +25,7 @@ class SurfaceCaster {
   bool operator()(const dvec3& a, const dvec3& b, FacetHit& hit) const noexcept {
     if (a == b) return false;
     bool is_hit = false;
-    for (int s = 0; s < static_cast<int>(scene_.shapes.size()); ++s) is_hit = cast(s, a, b, hit, is_hit);
+    for (int s = 0; s < static_cast<int>(scene_.items.size()); ++s) is_hit = cast(s, a, b, hit, is_hit);
     return is_hit;
   }
 
@@ -55,8 +55,8 @@ class SurfaceCaster {
 
   /// `is_hit`: another shape was met at hit.t; only what is nearer counts.
   bool cast(int s, const dvec3& a, const dvec3& b, FacetHit& hit, bool is_hit) const noexcept {
-    const bool is_front = holds(scene_, let_through_, s, Sides::front),
-               is_back = holds(scene_, let_through_, s, Sides::back);
+    const bool is_front = holds(scene_, let_through_, s, Side::front),
+               is_back = holds(scene_, let_through_, s, Side::back);
     if (!is_front && !is_back) return is_hit;
     const Surface surface = surface_of(s);
     const auto shape = static_cast<std::size_t>(s);
@@ -89,7 +89,7 @@ class SurfaceCaster {
         if (is_from_free ? !is_front : !is_back) return;
         const dvec3 normal =
             glm::normalize(grid_.frame().gradient_world_from_volume(glm::cross(q - p, r - p)));
-        hit = {t, is_from_free ? normal : -normal, s, is_from_free ? 1 : -1};
+        hit = {t, is_from_free ? normal : -normal, s, side_of(!is_from_free)};
         is_hit = true;
       });
       walk.advance();
@@ -114,7 +114,7 @@ void step_on_triangles(const TouchScene& scene, const Grid& grid, std::uint64_t 
   // The first step, and a proxy over which matter has grown, start at the HIP, inside whatever is there.
   bool is_fresh = !state.has_proxy;
   if (!is_fresh && state.version != serial)
-    for (int s = 0; s < static_cast<int>(scene.shapes.size()); ++s) {
+    for (int s = 0; s < static_cast<int>(scene.items.size()); ++s) {
       const bool was = state.inside.contains(s), is_now = caster.is_behind(s, state.proxy_volume);
       if (was != is_now && holds(scene, state.around.let_through, s, side_of(was)))
         result.is_buried = is_fresh = true;
@@ -122,7 +122,7 @@ void step_on_triangles(const TouchScene& scene, const Grid& grid, std::uint64_t 
   if (is_fresh) {
     state.begin_at(hip);
     state.version = serial;
-    for (int s = 0; s < static_cast<int>(scene.shapes.size()); ++s)
+    for (int s = 0; s < static_cast<int>(scene.items.size()); ++s)
       state.inside.set(s, caster.is_behind(s, hip));
     result.proxy_world = input.hip_world;
     result.path_volume[0] = hip;
@@ -143,7 +143,7 @@ void step_on_triangles(const TouchScene& scene, const Grid& grid, std::uint64_t 
   state.version = serial;
   // Inside only where a side does not hold; looked at when the proxy moved without contact.
   if (proxy != before && (!state.inside.is_empty() || !result.has_contact)) {
-    for (int s = 0; s < static_cast<int>(scene.shapes.size()); ++s)
+    for (int s = 0; s < static_cast<int>(scene.items.size()); ++s)
       state.inside.set(s, caster.is_behind(s, proxy));
   }
 }

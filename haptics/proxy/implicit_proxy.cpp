@@ -90,7 +90,7 @@ void step_on_cubes(const TouchScene& scene, const Grid& grid, int iterations, co
       result.has_contact = true;
       result.normal_world = normal;
       result.shape = way.shape;
-      result.side = way.is_back ? -1 : 1;
+      result.side = side_of(way.is_back);
     }
     // Off the wall along the normal, as far as it is free.
     add(p);
@@ -105,7 +105,7 @@ void step_on_cubes(const TouchScene& scene, const Grid& grid, int iterations, co
       best_count = result.waypoint_count;
       result.normal_world = normal;
       result.shape = way.shape;
-      result.side = way.is_back ? -1 : 1;
+      result.side = side_of(way.is_back);
     }
     const double depth = glm::dot(input.hip_world - p_world, normal);
     if (depth >= 0) break;  // the HIP is on the free side of this wall: nothing to slide to

@@ -69,7 +69,7 @@ class VoxelSearch {
  private:
   bool is_free(const ivec3& v) noexcept {
     ++counters_.voxels;
-    for (std::size_t s = 0; s < scene_.shapes.size(); ++s) {
+    for (std::size_t s = 0; s < scene_.items.size(); ++s) {
       if (let_through_.contains(static_cast<int>(s))) continue;
       const bool was = inside_.contains(static_cast<int>(s));
       if (grid_.is_solid(s, v) != was) return false;
@@ -158,7 +158,7 @@ void step_on_cubes(const TouchScene& scene, const Grid& grid, const ProxyInput& 
     result.has_contact = true;
     result.normal_world = normal;
     result.shape = way.shape;
-    result.side = way.is_back ? -1 : 1;
+    result.side = side_of(way.is_back);
     const dvec3 projected_world = input.hip_world - glm::dot(input.hip_world - p_world, normal) * normal;
     VoxelSearch search(scene, grid, state.around.let_through, inside, result.counters);
     // A normal is a covector: per voxel step it is axes^T n.

@@ -8,8 +8,8 @@ namespace trephine::haptics {
 
 volume::Status check_offsets(const TouchScene& scene) {
   if (scene.tool_radius > 0)
-    for (const TouchShape& shape : scene.shapes)
-      if (!shape.offset || shape.offset->radius_mm() != scene.tool_radius)
+    for (const TouchItem& shape : scene.items)
+      if (!shape.is_mesh() && (!shape.offset || shape.offset->radius_mm() != scene.tool_radius))
         return volume::Error{"a shape has no offset field for the tool's radius", shape.field.shape().name,
                              "", "", "set_tool_radius() makes it"};
   return std::nullopt;
@@ -39,22 +39,26 @@ volume::Status check_burr_opens_voxels(const TouchScene& scene) {
 }
 
 volume::Status check_touchable(const TouchScene& scene, bool has_radius, bool has_meshes) {
-  if (!scene.meshes.empty() && !has_meshes)
-    return volume::Error{"this method touches volumes alone", "--method",
-                         std::to_string(scene.meshes.size()) + " meshes", "no mesh", "use --method scene"};
-  for (const TouchShape& shape : scene.shapes)
+  std::size_t shapes = 0;
+  for (const TouchItem& shape : scene.items) {
+    if (shape.is_mesh() && !has_meshes)
+      return volume::Error{"this method touches volumes alone", "--method", shape.name, "no mesh",
+                           "use --method scene"};
+    if (shape.is_mesh()) continue;
+    ++shapes;
     if (&shape.field.volume() != scene.base.get())
       return volume::Error{"this method touches one volume", shape.field.shape().name, "a second volume", "",
                            "use --method scene"};
+  }
   if (scene.tool_radius > 0 && !has_radius)
     return volume::Error{"this method has no radius", "--radius", std::to_string(scene.tool_radius) + " mm",
                          "0, a point", "use --method subvoxel for a round tool"};
-  if (scene.shapes.size() > TouchScene::k_max_shapes)
-    return volume::Error{"too many shapes to touch at once", "scene", std::to_string(scene.shapes.size()),
+  if (shapes > TouchScene::k_max_shapes)
+    return volume::Error{"too many shapes to touch at once", "scene", std::to_string(shapes),
                          "at most " + std::to_string(TouchScene::k_max_shapes),
                          "make fewer shapes touchable"};
-  for (const TouchShape& shape : scene.shapes)
-    if (!shape.bits)
+  for (const TouchItem& shape : scene.items)
+    if (!shape.is_mesh() && !shape.bits)
       return volume::Error{"a touchable shape has no bits", shape.field.shape().name, "", "", ""};
   return check_offsets(scene);
 }

@@ -65,11 +65,8 @@ struct ProxyState {
 };
 
 /// Does this side of the shape hold a proxy now?
-inline bool holds(const TouchScene& scene, const ShapeSet& let_through, int shape, Sides side) noexcept {
-  const auto s = static_cast<std::size_t>(shape);
-  const Sides sides =
-      s < scene.shapes.size() ? scene.shapes[s].sides : scene.meshes[s - scene.shapes.size()].sides;
-  return holds(sides, side) && !let_through.contains(shape);
+inline bool holds(const TouchScene& scene, const ShapeSet& let_through, int shape, Side side) noexcept {
+  return holds(item_of(scene, shape).sides, side) && !let_through.contains(shape);
 }
 
 struct ProxyInput {
@@ -86,8 +83,8 @@ struct ProxyStep {
   glm::dvec3 proxy_world{0.0};
   glm::dvec3 normal_world{0.0};  ///< unit, toward the side of the proxy; 0 without contact
   bool has_contact = false;
-  int shape = -1;          ///< index of the touched shape
-  int side = 0;            ///< 1 front, -1 back, 0 none
+  int shape = -1;  ///< the touched item
+  Side side = Side::none;
   bool is_buried = false;  ///< matter grew over the proxy; it was set free at the HIP, without force
   int waypoint_count = 0;
   std::array<glm::dvec3, k_max_waypoints>

@@ -24,9 +24,7 @@ Placements placements_of(const TouchScene& scene, const SceneLayout& layout,
   Placements now;
   for (std::size_t m = 0; m < now.size(); ++m)
     if (const int shape = layout.movers()[m]; shape >= 0)
-      now[m] = m < input.movers.size()
-                   ? input.movers[m]
-                   : scene.meshes[static_cast<std::size_t>(shape) - scene.shapes.size()].placement;
+      now[m] = m < input.movers.size() ? input.movers[m] : item_of(scene, shape).placement;
   return now;
 }
 
@@ -35,10 +33,9 @@ double distance_to(const TouchScene& scene, const SceneLayout& layout, const Pla
                    int shape, const dvec3& p_world) noexcept {
   const SceneLayout::Box& box = layout.box(shape);
   if (!(box.low.x <= box.high.x)) return 1e300;
-  const auto mesh = static_cast<std::size_t>(shape) - scene.shapes.size();
   dvec3 p = p_world;
-  if (shape >= static_cast<int>(scene.shapes.size()) && scene.meshes[mesh].mover >= 0)
-    p = placements[static_cast<std::size_t>(scene.meshes[mesh].mover)].local_from_world(p_world);
+  if (const int mover = item_of(scene, shape).mover; mover >= 0)
+    p = placements[static_cast<std::size_t>(mover)].local_from_world(p_world);
   return glm::length(p - glm::clamp(p, box.low, box.high));
 }
 
@@ -58,7 +55,7 @@ void look_around(const TouchScene& scene, const SceneLayout& layout, const Place
   around.near = ShapeSet{};
   around.near_middle_world = hip;
   around.near_radius = reach + k_look_around;
-  for (int s = 0; s < shape_count(scene); ++s)
+  for (int s = 0; s < item_count(scene); ++s)
     if (distance_to(scene, layout, placements, s, hip) <= around.near_radius) around.near.flip(s);
 }
 
@@ -89,10 +86,10 @@ ProxyStep SceneProxy::step(const TouchScene& scene, const ServoScene& seen, Prox
       const Placement before = std::exchange(moving[m], now[m]);
       const int shape = layout_.movers()[m];
       if (before == now[m] || shape < 0) continue;
-      const TouchMesh& mesh = scene.meshes[static_cast<std::size_t>(shape) - scene.shapes.size()];
+      const TouchItem& mesh = item_of(scene, shape);
       const dvec3 a = before.local_from_world(start), b = now[m].local_from_world(start);
-      const bool is_front = holds(scene, around.let_through, shape, Sides::front),
-                 is_back = holds(scene, around.let_through, shape, Sides::back);
+      const bool is_front = holds(scene, around.let_through, shape, Side::front),
+                 is_back = holds(scene, around.let_through, shape, Side::back);
       FacetHit hit;
       if (!mesh.tree->cast(a, b, scene.tool_radius, is_front, is_back, hit, result.counters.triangles))
         continue;
@@ -137,7 +134,7 @@ volume::Status SequentialProxy::prepare(const TouchScene& scene) {
     TouchScene one;
     one.tool_radius = scene.tool_radius;
     one.base = part.untouched ? part.untouched->version->shared_base() : scene.base;
-    one.shapes.assign(scene.shapes.begin() + part.begin, scene.shapes.begin() + part.end);
+    one.items.assign(scene.items.begin() + part.begin, scene.items.begin() + part.end);
     if (volume::Status error = method_->prepare(one)) return error;
     volumes_.push_back(std::move(one));
     first_shape_.push_back(part.begin);
@@ -159,7 +156,7 @@ ProxyStep SequentialProxy::step(const TouchScene& scene, const ServoScene& seen,
     for (std::size_t i = 0; i < volumes_.size(); ++i) {
       ProxyState own;
       method_->step(volumes_[i], untouched_[i] ? *untouched_[i] : seen, own, {hip});
-      for (int s = 0; s < static_cast<int>(volumes_[i].shapes.size()); ++s)
+      for (int s = 0; s < static_cast<int>(volumes_[i].items.size()); ++s)
         state.inside.set(first_shape_[i] + s, own.inside.contains(s));
     }
     result.proxy_world = hip;
@@ -174,15 +171,15 @@ ProxyStep SequentialProxy::step(const TouchScene& scene, const ServoScene& seen,
   static const volume::Frame world;
   const auto cast = [&](const dvec3& a, const dvec3& b, FacetHit& hit) {
     bool is_hit = false;
-    for (std::size_t m = 0; m < scene.meshes.size(); ++m) {
-      const TouchMesh& mesh = scene.meshes[m];
-      const int shape = static_cast<int>(scene.shapes.size() + m);
+    for (int shape = 0; shape < item_count(scene); ++shape) {
+      const TouchItem& mesh = item_of(scene, shape);
+      if (!mesh.is_mesh()) continue;
       const Placement& placement =
           mesh.mover < 0 ? mesh.placement : placements[static_cast<std::size_t>(mesh.mover)];
       FacetHit one;
       if (!mesh.tree->cast(placement.local_from_world(a), placement.local_from_world(b), scene.tool_radius,
-                           holds(scene, state.around.let_through, shape, Sides::front),
-                           holds(scene, state.around.let_through, shape, Sides::back), one,
+                           holds(scene, state.around.let_through, shape, Side::front),
+                           holds(scene, state.around.let_through, shape, Side::back), one,
                            result.counters.triangles) ||
           (is_hit && one.t >= hit.t))
         continue;
@@ -194,7 +191,8 @@ ProxyStep SequentialProxy::step(const TouchScene& scene, const ServoScene& seen,
     return is_hit;
   };
   double gap = 1e-5;
-  for (const TouchMesh& mesh : scene.meshes) gap = std::min(gap, mesh.tree->gap());
+  for (const TouchItem& item : scene.items)
+    if (item.is_mesh()) gap = std::min(gap, item.tree->gap());
   ProxyStep on_meshes;
   move_god_object(world, hip, state.on_meshes_world, gap, cast, on_meshes);
   const dvec3 target = on_meshes.path_volume[static_cast<std::size_t>(on_meshes.waypoint_count - 1)];
@@ -213,14 +211,14 @@ ProxyStep SequentialProxy::step(const TouchScene& scene, const ServoScene& seen,
     ProxyState own = state;
     own.proxy_volume = i == 0 && !untouched_[0] ? state.proxy_volume : frame.volume_from_world(start);
     own.inside = own.around.let_through = ShapeSet{};
-    for (int s = 0; s < static_cast<int>(volumes_[i].shapes.size()); ++s) {
+    for (int s = 0; s < static_cast<int>(volumes_[i].items.size()); ++s) {
       own.inside.set(s, state.inside.contains(first + s));
       own.around.let_through.set(s, state.around.let_through.contains(first + s));
     }
     const ProxyStep one = method_->step(volumes_[i], untouched_[i] ? *untouched_[i] : seen, own, {target});
     result.counters.voxels += one.counters.voxels;
     result.counters.cells += one.counters.cells;
-    for (int s = 0; s < static_cast<int>(volumes_[i].shapes.size()); ++s)
+    for (int s = 0; s < static_cast<int>(volumes_[i].items.size()); ++s)
       inside.set(first + s, own.inside.contains(s));
     result.is_buried = result.is_buried || one.is_buried;
     const double depth =

@@ -85,12 +85,12 @@ class Slide {
     }
   }
   bool has_friction(const Wall& wall) const noexcept {
-    const Material& material = material_of(scene_, wall.shape, wall.is_back ? -1 : 1);
+    const Material& material = material_of(scene_, wall.shape, side_of(wall.is_back));
     return material.static_friction > 0 || material.dynamic_friction > 0;
   }
   void touch(const Plane& plane) noexcept {
     result_.shape = plane.wall.shape;
-    result_.side = plane.wall.is_back ? -1 : 1;
+    result_.side = side_of(plane.wall.is_back);
     result_.normal_world = -plane.normal;
   }
   /// Newton's steps square their error: p after q leaves about p^3 / q^2.
@@ -295,7 +295,7 @@ bool Slide<Walls>::look_again(Planes& planes, const glm::dvec3& at, const glm::d
 template <class Walls>
 bool Slide<Walls>::is_held_by_friction(const glm::dvec3& from, glm::dvec3& to, Planes& planes) noexcept {
   const Wall& wall = planes[0].wall;
-  const Material& material = material_of(scene_, wall.shape, wall.is_back ? -1 : 1);
+  const Material& material = material_of(scene_, wall.shape, side_of(wall.is_back));
   const glm::dvec3 begin = frame_.world_from_volume(from), end = frame_.world_from_volume(to),
                    slide = end - begin;
   const double stretch = glm::length(hip_world_ - end), length = glm::length(slide);
@@ -442,7 +442,7 @@ void Slide<Walls>::run() noexcept {
           const glm::dvec3 back = frame_.world_from_volume(at) - hip_world_;
           const double length = glm::length(back);
           result_.shape = straight.wall.shape;
-          result_.side = straight.wall.is_back ? -1 : 1;
+          result_.side = side_of(straight.wall.is_back);
           if (length > 0) result_.normal_world = back / length;
         }
         break;
@@ -501,9 +501,9 @@ void Slide<Walls>::finish() noexcept {
   if (!result_.has_contact) {
     result_.normal_world = glm::dvec3(0);
     result_.shape = -1;
-    result_.side = 0;
+    result_.side = Side::none;
   } else if (state_.had_contact) {
-    if (!is_rubbed_ && has_friction({result_.shape, false, result_.side < 0})) {
+    if (!is_rubbed_ && has_friction({result_.shape, false, result_.side == Side::back})) {
       const Material& material = material_of(scene_, result_.shape, result_.side);
       proxy = apply_friction(frame_, material, hip_world_, landing_, result_, state_.is_sticking);
       // A leg that friction shortened ends where rounding put it: look again.

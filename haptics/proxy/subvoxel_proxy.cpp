@@ -12,7 +12,7 @@ ProxyStep SubvoxelProxy::step(const TouchScene& scene, const ServoScene& seen, P
                               const ProxyInput& input) const noexcept {
   ProxyStep result;
   result.normal_world = dvec3(0);
-  SmoothWalls walls(scene, seen, state.around.let_through, result.counters);
+  SmoothWalls walls(scene, seen, state.around.let_through, result.counters, 0, item_count(scene), nullptr);
   Slide(scene, walls, seen.version->base().frame, state, input.hip_world, result).run();
   return result;
 }

@@ -23,7 +23,7 @@ struct ServoScene {
   ServoScene(const volume::Version& borrowed) noexcept : version(std::shared_ptr<void>(), &borrowed) {}
 
   std::shared_ptr<const volume::Version> version;
-  /// For the scene's tool radius, one a touchable shape, made of this version or of one that had more left;
+  /// For the scene's tool radius, one a shape of the base, made of this version or of one that had more left;
   /// empty where nothing was cut yet: the shapes have their own. A tool that they hold off may hover where
   /// more was removed since, and never enters.
   OffsetFields offsets;
@@ -32,7 +32,7 @@ struct ServoScene {
   /// What `shape` is touched with by a tool with a radius.
   const std::shared_ptr<const volume::OffsetField>& shared_offset(const TouchScene& scene,
                                                                   std::size_t shape) const noexcept {
-    return shape < offsets.size() && offsets[shape] ? offsets[shape] : scene.shapes[shape].offset;
+    return shape < offsets.size() && offsets[shape] ? offsets[shape] : scene.items[shape].offset;
   }
   const volume::OffsetField& offset(const TouchScene& scene, std::size_t shape) const noexcept {
     return *shared_offset(scene, shape);

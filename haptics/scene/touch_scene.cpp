@@ -42,30 +42,26 @@ volume::Status check_ramp(const StiffnessRamp& ramp) {
   return std::nullopt;
 }
 
-namespace {
-template <class Touchable>
-const Material& material_on(const Touchable& touchable, int side) noexcept {
-  return side < 0 && touchable.back_material ? *touchable.back_material : touchable.material;
-}
-}  // namespace
-
-const Material& material_of(const TouchScene& scene, int shape, int side) noexcept {
-  const auto s = static_cast<std::size_t>(shape);
-  if (s < scene.shapes.size()) return material_on(scene.shapes[s], side);
-  return material_on(scene.meshes[s - scene.shapes.size()], side);
+TouchItem mesh_item(std::string name, std::shared_ptr<const MeshTree> tree, const Material& material) {
+  TouchItem item;
+  item.kind = TouchItem::Kind::mesh;
+  item.name = std::move(name);
+  item.tree = std::move(tree);
+  item.material = material;
+  return item;
 }
 
-double stiffness_at(const TouchScene& scene, int shape, int side, const glm::dvec3& place,
+double stiffness_at(const TouchScene& scene, int index, Side side, const glm::dvec3& place,
                     const glm::dvec3& normal) noexcept {
-  const double stiffness = material_of(scene, shape, side).stiffness;
-  const auto s = static_cast<std::size_t>(shape);
-  if (s >= scene.shapes.size() || !scene.shapes[s].ramp) return stiffness;
-  const StiffnessRamp& ramp = *scene.shapes[s].ramp;
-  const volume::Volume& base = scene.shapes[s].field.volume();
+  const TouchItem& item = item_of(scene, index);
+  const double stiffness = material_of(scene, index, side).stiffness;
+  if (!item.ramp) return stiffness;
+  const StiffnessRamp& ramp = *item.ramp;
+  const volume::Volume& base = item.field.volume();
   const glm::dvec3& spacing = base.frame.spacing();
   const double voxel = std::min(std::min(spacing.x, spacing.y), spacing.z);
-  const glm::dvec3 p = base.frame.volume_from_world(side < 0 ? place + voxel * normal
-                                                             : place - (scene.tool_radius + voxel) * normal);
+  const glm::dvec3 p = base.frame.volume_from_world(
+      side == Side::back ? place + voxel * normal : place - (scene.tool_radius + voxel) * normal);
   const glm::ivec3 cell(static_cast<int>(std::floor(p.x)), static_cast<int>(std::floor(p.y)),
                         static_cast<int>(std::floor(p.z)));
   const glm::dvec3 u = p - glm::dvec3(cell);
@@ -84,28 +80,35 @@ double stiffness_at(const TouchScene& scene, int shape, int side, const glm::dve
   return stiffness + share * (ramp.dense_stiffness - stiffness);
 }
 
-const std::string& name_of(const TouchScene& scene, int shape) noexcept {
-  const auto s = static_cast<std::size_t>(shape);
-  return s < scene.shapes.size() ? scene.shapes[s].field.shape().name
-                                 : scene.meshes[s - scene.shapes.size()].name;
+std::span<const TouchItem> base_shapes(const TouchScene& scene) noexcept {
+  const auto is_other = [&](const TouchItem& item) {
+    return item.is_mesh() || &item.field.volume() != scene.base.get();
+  };
+  return {scene.items.begin(), std::find_if(scene.items.begin(), scene.items.end(), is_other)};
+}
+
+const std::string& name_of(const TouchItem& item) noexcept {
+  return item.is_mesh() ? item.name : item.field.shape().name;
 }
 
 void soften(TouchScene& scene, int threads) {
   std::vector<std::size_t> which;
-  for (std::size_t s = 0; s < scene.shapes.size(); ++s)
-    if (volume::SoftField::is_two_valued(scene.shapes[s].field, *scene.shapes[s].bits)) which.push_back(s);
+  for (std::size_t s = 0; s < scene.items.size(); ++s)
+    if (const TouchItem& item = scene.items[s];
+        !item.is_mesh() && volume::SoftField::is_two_valued(item.field, *item.bits))
+      which.push_back(s);
   soften(scene, which, threads);
 }
 
 void soften(TouchScene& scene, std::span<const std::size_t> which, int threads) {
   for (const std::size_t s : which) {
-    TouchShape& shape = scene.shapes[s];
+    TouchItem& shape = scene.items[s];
     std::vector<const volume::Occupancy*> beside;
     // A tool that is held within one of the two may be where the other would go on.
     for (const std::size_t other : which)
-      if (other != s && shape.sides == Sides::front && scene.shapes[other].sides == Sides::front &&
-          &scene.shapes[other].field.volume() == &shape.field.volume())
-        beside.push_back(scene.shapes[other].bits.get());
+      if (other != s && shape.sides == Side::front && scene.items[other].sides == Side::front &&
+          &scene.items[other].field.volume() == &shape.field.volume())
+        beside.push_back(scene.items[other].bits.get());
     shape.soft = volume::SoftField::build(*shape.bits, threads, beside);
   }
 }
@@ -129,18 +132,19 @@ volume::Status set_smallest_burr(TouchScene& scene, double diameter) {
 volume::Status set_tool_radius(TouchScene& scene, double radius, int threads) {
   if (radius == 0) {
     scene.tool_radius = 0;
-    for (TouchShape& shape : scene.shapes) shape.offset = nullptr;
+    for (TouchItem& shape : scene.items) shape.offset = nullptr;
     return std::nullopt;
   }
   if (!(radius > 0 && radius <= 6))
     return Error{"the tool's radius is out of range", "radius", std::to_string(radius) + " mm", "0 to 6 mm",
                  "take a smaller ball, or a point"};
-  for (const TouchShape& shape : scene.shapes)
-    if (holds(shape.sides, Sides::back))
+  for (const TouchItem& shape : scene.items)
+    if (!shape.is_mesh() && holds(shape.sides, Side::back))
       return Error{"a tool with a radius cannot be held from within", shape.field.shape().name,
                    "its back is touchable", "shapes touched from the front",
                    "use a point, or touch the front alone"};
-  for (TouchShape& shape : scene.shapes) {
+  for (TouchItem& shape : scene.items) {
+    if (shape.is_mesh()) continue;
     auto made = volume::OffsetField::build(shape.field, *shape.bits, nullptr, radius, threads, nullptr,
                                            shape.soft.get());
     if (!made) return made.error();

@@ -46,26 +46,14 @@ volume::Status check_ramp(const StiffnessRamp& ramp);
 volume::Result<volume::Shape> window_of_opacity(std::span<const double> intensities,
                                                 std::span<const double> opacities, double threshold);
 
-/// A side from which a surface holds the proxy: front = the free space, back = the solid.
-enum class Sides { none = 0, front = 1, back = 2, both = 3 };
-constexpr bool holds(Sides sides, Sides one) {
-  return (static_cast<int>(sides) & static_cast<int>(one)) != 0;
-}
+/// A side of a surface, or both: front = toward the free space, back = within the solid. The C interface has
+/// the same numbers.
+enum class Side : std::uint8_t { none = 0, front = 1, back = 2, both = 3 };
+constexpr bool holds(Side sides, Side one) { return (static_cast<int>(sides) & static_cast<int>(one)) != 0; }
 /// From where a proxy is held that is inside a solid, or outside.
-constexpr Sides side_of(bool is_inside) { return is_inside ? Sides::back : Sides::front; }
+constexpr Side side_of(bool is_inside) { return is_inside ? Side::back : Side::front; }
 
-struct TouchShape {
-  volume::Field field;
-  std::shared_ptr<const volume::Occupancy> bits;
-  Material material;
-  Sides sides = Sides::front;
-  std::shared_ptr<const volume::OffsetField> offset =
-      nullptr;  ///< of the untouched volume; where the tool has a radius
-  std::shared_ptr<const volume::SoftField> soft =
-      nullptr;  ///< in place of the field, where that is binary; for methods that touch the smooth solid
-  std::optional<Material> back_material = std::nullopt;  ///< where it is touched from within; else the same
-  std::optional<StiffnessRamp> ramp = std::nullopt;      ///< stiffness by what lies a voxel under the surface
-};
+class MeshTree;
 
 /// Where a rigid thing is: its frame in the world.
 struct Placement {
@@ -79,28 +67,42 @@ struct Placement {
   friend bool operator==(const Placement&, const Placement&) = default;
 };
 
-class MeshTree;
+/// One thing that can be touched. Its place in TouchScene::items is what steps, records and sets name.
+struct TouchItem {
+  enum class Kind : std::uint8_t { voxels, mesh };
 
-/// A polygonal model. A closed one is touched from its front; a sheet may hold from both sides.
-struct TouchMesh {
-  std::string name;
-  std::shared_ptr<const MeshTree> tree;
+  // Voxels: a shape of a volume.
+  volume::Field field;
+  std::shared_ptr<const volume::Occupancy> bits;
   Material material;
-  Sides sides = Sides::front;
+  Side sides = Side::front;
+  std::shared_ptr<const volume::OffsetField> offset =
+      nullptr;  ///< of the untouched volume; where the tool has a radius
+  std::shared_ptr<const volume::SoftField> soft =
+      nullptr;  ///< in place of the field, where that is binary; for methods that touch the smooth solid
+  std::optional<Material> back_material = std::nullopt;  ///< where it is touched from within; else the same
+  std::optional<StiffnessRamp> ramp = std::nullopt;      ///< stiffness by what lies a voxel under the surface
+
+  // Mesh: a polygonal model. A closed one is touched from its front; a sheet may hold from both sides.
+  Kind kind = Kind::voxels;
+  std::string name = {};  ///< of a mesh; voxels have their shape's
+  std::shared_ptr<const MeshTree> tree = nullptr;
   Placement placement = {};  ///< where it lies, or starts
   int mover = -1;            ///< 0 to k_max_movers - 1: its placement comes with every step; -1: it stays
-  std::optional<Material> back_material = std::nullopt;
-};
 
-/// Shapes in the order in which ties go; those of one volume one after another, the base's first. Constant
-/// while a servo runs on it. Shape s is shapes[s], and after these meshes[s - shapes.size()].
+  bool is_mesh() const noexcept { return kind == Kind::mesh; }
+};
+TouchItem mesh_item(std::string name, std::shared_ptr<const MeshTree> tree, const Material& material = {});
+
+/// Items in the order in which ties go; shapes of one volume one after another, the base's first of
+/// all.
+/// Constant while a servo runs on it.
 struct TouchScene {
   static constexpr std::size_t k_max_shapes = 8;  ///< of one volume, for methods that touch one volume
   static constexpr int k_max_movers = 8;
   std::shared_ptr<const volume::Volume> base;
-  std::vector<TouchShape> shapes;
+  std::vector<TouchItem> items;
   double tool_radius = 0;  ///< mm; above 0 every shape needs its offset field
-  std::vector<TouchMesh> meshes = {};
   std::vector<std::shared_ptr<const volume::Volume>> others = {};  ///< further volumes of shapes; not cut
   double smallest_burr = 0;  ///< mm, diameter, of all that may cut; 0: nothing is finer than the voxels
   std::optional<volume::CutLattice> lattice = std::nullopt;  ///< where cuts are sampled, for such a burr
@@ -109,16 +111,22 @@ struct TouchScene {
 /// The base with nothing removed, ready to be cut.
 std::shared_ptr<volume::Version> untouched(const TouchScene& scene);
 
-/// What answers where `shape` is touched on `side` (1 front, -1 back).
-const Material& material_of(const TouchScene& scene, int shape, int side) noexcept;
-/// N/mm, where `shape` is touched at a place with this normal toward the tool.
-double stiffness_at(const TouchScene& scene, int shape, int side, const glm::dvec3& place_world,
-                    const glm::dvec3& normal_world) noexcept;
-/// For people: the name of a shape or mesh.
-const std::string& name_of(const TouchScene& scene, int shape) noexcept;
-inline int shape_count(const TouchScene& scene) noexcept {
-  return static_cast<int>(scene.shapes.size() + scene.meshes.size());
+inline const TouchItem& item_of(const TouchScene& scene, int index) noexcept {
+  return scene.items[static_cast<std::size_t>(index)];
 }
+inline int item_count(const TouchScene& scene) noexcept { return static_cast<int>(scene.items.size()); }
+/// The shapes of the base: the first items.
+std::span<const TouchItem> base_shapes(const TouchScene& scene) noexcept;
+/// What answers where an item is touched on one side.
+inline const Material& material_of(const TouchScene& scene, int index, Side side) noexcept {
+  const TouchItem& item = item_of(scene, index);
+  return side == Side::back && item.back_material ? *item.back_material : item.material;
+}
+/// N/mm, where an item is touched at a place with this normal toward the tool.
+double stiffness_at(const TouchScene& scene, int index, Side side, const glm::dvec3& place_world,
+                    const glm::dvec3& normal_world) noexcept;
+/// For people.
+const std::string& name_of(const TouchItem& item) noexcept;
 
 /// Makes labels and thresholded shapes smooth (volume/soft_field.h): tenths of a second for large volumes.
 /// Shapes with more than two values near their surface stay as they are. Those touched from the front alone

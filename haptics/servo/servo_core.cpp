@@ -53,9 +53,9 @@ ServoCore::ServoCore(const TouchScene& scene, const ProxyMethod& method, const F
       cap_(options.force_limit),
       passivity_(0, options.delay_ticks, options.device_damping / dt),
       is_passive_(options.is_passive) {
-  for (int s = 0; s < shape_count(scene); ++s)
-    has_pops_ =
-        has_pops_ || material_of(scene, s, 1).pop_force > 0 || material_of(scene, s, -1).pop_force > 0;
+  for (int s = 0; s < item_count(scene); ++s)
+    has_pops_ = has_pops_ || material_of(scene, s, Side::front).pop_force > 0 ||
+                material_of(scene, s, Side::back).pop_force > 0;
 }
 
 const char* event_name(TouchEvent::Kind kind) noexcept {
@@ -94,8 +94,8 @@ void ServoCore::look_at_parts(const volume::Frame& base, const dvec3& hip) noexc
   bool is_changed = false;
   for (std::size_t i = 0; i < part_count_; ++i) {
     const auto& [shape, voxels] = parts_[i];
-    const auto s = static_cast<std::size_t>(shape);
-    const volume::Volume& of = s < scene_->shapes.size() ? scene_->shapes[s].field.volume() : *scene_->base;
+    const TouchItem& item = item_of(*scene_, shape);
+    const volume::Volume& of = item.is_mesh() ? *scene_->base : item.field.volume();
     const dvec3 at = of.frame.volume_from_world(hip);
     const dvec3 proxy =
         state_.has_proxy ? of.frame.volume_from_world(base.world_from_volume(state_.proxy_volume)) : at;
@@ -130,7 +130,7 @@ void ServoCore::set_ready(int shape, bool is_ready) noexcept {
 
 void ServoCore::set_placement(int mover, const Placement& placement) noexcept {
   const auto m = static_cast<std::size_t>(mover);
-  for (const TouchMesh& mesh : scene_->meshes)  // those before it that were never set stay where they start
+  for (const TouchItem& mesh : scene_->items)  // those before it that were never set stay where they start
     if (mesh.mover >= static_cast<int>(placement_count_) && mesh.mover < mover)
       placements_[static_cast<std::size_t>(mesh.mover)] = mesh.placement;
   placements_[m] = placement;
@@ -169,7 +169,7 @@ void ServoCore::tell(ServoRecord& record) noexcept {
     last_shape_ = shape;
   }
   if (not_ready_ == told_not_ready_) return;
-  for (int s = 0; s < shape_count(*scene_); ++s) {
+  for (int s = 0; s < item_count(*scene_); ++s) {
     if (not_ready_.contains(s) == told_not_ready_.contains(s)) continue;
     add_event(record, not_ready_.contains(s) ? TouchEvent::not_ready : TouchEvent::ready, s);
   }
@@ -283,7 +283,7 @@ void ServoCore::begin_lead(const dvec3& hip_world) noexcept {
     anchor_volume_ = frame.volume_from_world(hip_world);
     force_.let_go();
     const double reach = glm::length(out - hip_world);
-    energy_.discarded += 0.5 * material_of(*scene_, touched_, 1).stiffness * reach * reach;
+    energy_.discarded += 0.5 * material_of(*scene_, touched_, Side::front).stiffness * reach * reach;
   }
   next_place_ = 0;
   is_led_ = true;
@@ -310,7 +310,7 @@ void ServoCore::lead(const dvec3& hip_world) noexcept {
   step_.has_contact = true;
   step_.shape = touched_;
   step_.is_buried = false;
-  step_.side = 1;
+  step_.side = Side::front;
   step_.waypoint_count = 0;
 }
 

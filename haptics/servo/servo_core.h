@@ -48,7 +48,8 @@ struct ServoRecord {
   glm::dvec3 proxy_world{0.0}, normal_world{0.0}, force_world{0.0};
   bool has_contact = false, is_buried = false;
   bool is_led = false;  ///< matter grew over the proxy and it is on its way out
-  int shape = -1, side = 0;
+  int shape = -1;       ///< the touched item
+  Side side = Side::none;
   std::uint32_t faults = 0;
   std::uint32_t raised = 0;  ///< faults seen outside this tick's work: an input
   bool is_reset = false, is_restarted = false;
@@ -161,9 +162,10 @@ class ServoCore {
   };
   std::array<Part, k_most_parts> parts_;
   std::size_t part_count_ = 0;
-  int last_shape_ = -1;                      ///< touched in the last tick
-  int popped_shape_ = -1, popped_side_ = 1;  ///< pressed through, and not yet armed again
-  bool has_pops_ = false;                    ///< some material of the scene gives way
+  int last_shape_ = -1;    ///< touched in the last tick
+  int popped_shape_ = -1;  ///< pressed through, and not yet armed again
+  Side popped_side_ = Side::front;
+  bool has_pops_ = false;  ///< some material of the scene gives way
   glm::dvec3 popped_at_world_{0.0};
 
   EnergyLedger energy_;

@@ -29,7 +29,7 @@ WayEnd find_barrier(const TouchScene& scene, const Grid& grid, const glm::dvec3&
   const volume::VoxelBox box{glm::ivec3(-1), grid.size()};
   volume::VoxelWalk walk(volume::Segment(start, end), box);
   glm::ivec3 before = walk.voxel();
-  const auto count = static_cast<int>(scene.shapes.size());
+  const auto count = static_cast<int>(scene.items.size());
   while (!walk.is_done()) {
     const glm::ivec3& v = walk.voxel();
     ++counters.voxels;
@@ -45,7 +45,7 @@ WayEnd find_barrier(const TouchScene& scene, const Grid& grid, const glm::dvec3&
     before = v;
     // Nothing solid for a while: leave the empty box in one go.
     if (is_in_grid && inside.is_empty() && count > 0) {
-      const volume::VoxelBox empty = grid.empty_box(v, 0, scene.shapes.size());
+      const volume::VoxelBox empty = grid.empty_box(v, 0, scene.items.size());
       if (empty.low.x <= empty.high.x && empty.low.y <= empty.high.y && empty.low.z <= empty.high.z) {
         walk.advance_past(empty);
         // The voxel before is the neighbour on the other side of the face.
@@ -66,7 +66,7 @@ template <class Grid>
 ShapeSet solids_at(const TouchScene& scene, const Grid& grid, const glm::dvec3& p) noexcept {
   const glm::ivec3 v = volume::voxel_of(p);
   ShapeSet found;
-  for (std::size_t s = 0; s < scene.shapes.size(); ++s)
+  for (std::size_t s = 0; s < scene.items.size(); ++s)
     if (grid.is_solid(s, v)) found.set(static_cast<int>(s), true);
   return found;
 }
@@ -79,7 +79,7 @@ bool begin_on_cubes(const TouchScene& scene, const Grid& grid, const glm::dvec3&
   bool is_fresh = !state.has_proxy;
   if (!is_fresh) {
     const glm::ivec3 v = volume::voxel_of(state.proxy_volume);
-    for (std::size_t s = 0; s < scene.shapes.size(); ++s) {
+    for (std::size_t s = 0; s < scene.items.size(); ++s) {
       const bool was = state.inside.contains(static_cast<int>(s));
       if (grid.is_solid(s, v) != was &&
           holds(scene, state.around.let_through, static_cast<int>(s), side_of(was)))

@@ -9,7 +9,8 @@ namespace trephine::haptics {
 using glm::dvec3;
 
 bool is_free(const TouchScene& scene, const ServoScene& seen, const dvec3& place) noexcept {
-  if (scene.shapes.empty()) return true;
+  const auto count = base_shapes(scene).size();
+  if (count == 0) return true;
   const bool is_round = scene.tool_radius > 0;
   const OffsetGrid lattice(scene, seen);
   const VoxelGrid voxels(scene, *seen.version);
@@ -20,8 +21,7 @@ bool is_free(const TouchScene& scene, const ServoScene& seen, const dvec3& place
   ProxyCounters counters;
   const ShapeSet none;
   SmoothWalls walls(scene, seen, none, counters);
-  for (std::size_t s = 0; s < scene.shapes.size(); ++s) {
-    if (&scene.shapes[s].field.volume() != scene.base.get()) break;
+  for (std::size_t s = 0; s < count; ++s) {
     if (is_round ? lattice.is_solid(s, v) : voxels.is_solid(s, v)) return false;
     if (walls.is_solid(static_cast<int>(s), p)) return false;
     if (is_behind_triangles(scene, seen, s, place)) return false;

@@ -19,7 +19,7 @@ constexpr double k_steps_across = 40;  // a model is at least this large in it
 constexpr double k_least_gap = 5e-8;   // of a step of the scene's frame: half of what the slide keeps
 
 /// The box of a shape's voxels, two voxels larger all round, in the world. low > high: there is no matter.
-SceneLayout::Box matter_box(const TouchShape& shape) {
+SceneLayout::Box matter_box(const TouchItem& shape) {
   const volume::Volume& base = shape.field.volume();
   const ivec3& size = base.size;
   ivec3 low(1 << 30), high(-1);
@@ -60,66 +60,89 @@ SceneLayout::Box world_box(const dvec3& low, const dvec3& high, const Placement&
 
 }  // namespace
 
-volume::Result<SceneLayout> SceneLayout::of(const TouchScene& scene) {
-  using volume::Error;
-  const auto too_many = [](const char* what, int found, int most) {
-    return Error{what, "scene", std::to_string(found), "at most " + std::to_string(most), ""};
+namespace {
+volume::Error too_many(const char* what, int found, int most) {
+  return {what, "scene", std::to_string(found), "at most " + std::to_string(most), ""};
+}
+}  // namespace
+
+volume::Status SceneLayout::add_voxels(const TouchScene& scene, int index) {
+  const TouchItem& shape = item_of(scene, index);
+  if (!shape.bits)
+    return volume::Error{"a touchable shape has no bits", shape.field.shape().name, "", "", ""};
+  const volume::Volume& of = shape.field.volume();
+  boxes_.push_back(matter_box(shape));
+  if (&of == scene.base.get() && static_cast<std::size_t>(index) >= base_shapes(scene).size())
+    return volume::Error{"the shapes of the base are not the first", shape.field.shape().name, "", "",
+                         "list them before models and other volumes"};
+  const auto is_of_same = [&](int other) {
+    const TouchItem& before = item_of(scene, other);
+    return !before.is_mesh() && &before.field.volume() == &of;
   };
-  if (shape_count(scene) > ShapeSet::k_most)
-    return too_many("too many shapes and meshes to touch at once", shape_count(scene), ShapeSet::k_most);
+  if (index > 0 && is_of_same(index - 1)) {
+    ++parts_.back().end;
+    return std::nullopt;
+  }
+  for (const Part& before : parts_)
+    if (is_of_same(before.begin))
+      return volume::Error{"the shapes of a volume do not stand together", shape.field.shape().name, "", "",
+                           "list the shapes of one volume one after another"};
+  std::shared_ptr<const ServoScene> untouched;
+  if (&of != scene.base.get()) {
+    for (const auto& other : scene.others)
+      if (other.get() == &of)
+        untouched = std::make_shared<ServoScene>(std::make_shared<volume::Version>(other));
+    if (!untouched)
+      return volume::Error{"a shape is of a volume that the scene does not hold", shape.field.shape().name,
+                           "", "", "put the volume in TouchScene::others"};
+  }
+  const volume::Frame* frame = scene.tool_radius > 0 && shape.offset ? &shape.offset->frame() : &of.frame;
+  parts_.push_back({index, index + 1, untouched, frame, glm::dmat3(1)});
+  return std::nullopt;
+}
+
+volume::Status SceneLayout::add_mesh(const TouchItem& mesh, int index) {
+  if (!mesh.tree) return volume::Error{"a mesh has no tree", mesh.name, "", "", ""};
+  if (mesh.mover >= TouchScene::k_max_movers)
+    return too_many("too many meshes that move", mesh.mover + 1, TouchScene::k_max_movers);
+  if (mesh.mover >= 0) {
+    int& moved = movers_[static_cast<std::size_t>(mesh.mover)];
+    if (moved >= 0)
+      return volume::Error{"two meshes have the same mover", mesh.name, std::to_string(mesh.mover),
+                           "one each", ""};
+    moved = index;
+  }
+  boxes_.push_back(mesh.mover < 0 ? world_box(mesh.tree->low(), mesh.tree->high(), mesh.placement)
+                                  : Box{mesh.tree->low(), mesh.tree->high()});
+  return std::nullopt;
+}
+
+volume::Result<SceneLayout> SceneLayout::of(const TouchScene& scene) {
+  if (item_count(scene) > ShapeSet::k_most)
+    return too_many("too many shapes and meshes to touch at once", item_count(scene), ShapeSet::k_most);
   SceneLayout layout;
-  double finest = 1e300;
-  for (std::size_t s = 0; s < scene.shapes.size(); ++s) {
-    const TouchShape& shape = scene.shapes[s];
-    if (!shape.bits) return Error{"a touchable shape has no bits", shape.field.shape().name, "", "", ""};
-    const volume::Volume& of = shape.field.volume();
-    layout.boxes_.push_back(matter_box(shape));
-    const int index = static_cast<int>(s);
-    if (s > 0 && &of == &scene.shapes[s - 1].field.volume()) {
-      ++layout.parts_.back().end;
-      continue;
-    }
-    for (const Part& before : layout.parts_)
-      if (&of == &scene.shapes[static_cast<std::size_t>(before.begin)].field.volume())
-        return Error{"the shapes of a volume do not stand together", shape.field.shape().name, "", "",
-                     "list the shapes of one volume one after another"};
-    std::shared_ptr<const ServoScene> untouched;
-    if (&of != scene.base.get()) {
-      for (const auto& other : scene.others)
-        if (other.get() == &of)
-          untouched = std::make_shared<ServoScene>(std::make_shared<volume::Version>(other));
-      if (!untouched)
-        return Error{"a shape is of a volume that the scene does not hold", shape.field.shape().name, "", "",
-                     "put the volume in TouchScene::others"};
-    }
-    const volume::Frame* frame = scene.tool_radius > 0 && shape.offset ? &shape.offset->frame() : &of.frame;
-    layout.parts_.push_back({index, index + 1, untouched, frame, glm::dmat3(1)});
-    const dvec3& spacing = of.frame.spacing();
-    finest = std::min({finest, spacing.x, spacing.y, spacing.z});
+  layout.movers_.fill(-1);
+  for (int i = 0; i < item_count(scene); ++i) {
+    const TouchItem& item = item_of(scene, i);
+    if (volume::Status error = item.is_mesh() ? layout.add_mesh(item, i) : layout.add_voxels(scene, i))
+      return *error;
   }
   if (static_cast<int>(layout.parts_.size()) > k_max_volumes)
     return too_many("too many volumes to touch at once", static_cast<int>(layout.parts_.size()),
                     k_max_volumes);
-  layout.movers_.fill(-1);
-  for (const TouchMesh& mesh : scene.meshes) {
-    if (!mesh.tree) return Error{"a mesh has no tree", mesh.name, "", "", ""};
-    const double size = glm::length(mesh.tree->high() - mesh.tree->low());
-    // Where there are volumes their voxels say how far a leg goes: a tiny model would make all legs tiny.
-    if (scene.shapes.empty() && mesh.tree->triangle_count() > 0 && size > 0)
+  // As fine as the finest voxels. They alone say how far a leg goes where there are any: a tiny model would
+  // make all legs tiny.
+  double finest = layout.parts_.empty() ? k_step : 1e300;
+  for (const TouchItem& item : scene.items) {
+    if (!item.is_mesh()) {
+      const dvec3& spacing = item.field.volume().frame.spacing();
+      finest = std::min({finest, spacing.x, spacing.y, spacing.z});
+    } else if (const double size = glm::length(item.tree->high() - item.tree->low());
+               layout.parts_.empty() && item.tree->triangle_count() > 0 && size > 0) {
       finest = std::min(finest, size / k_steps_across);
-    if (mesh.mover >= TouchScene::k_max_movers)
-      return too_many("too many meshes that move", mesh.mover + 1, TouchScene::k_max_movers);
-    if (mesh.mover >= 0) {
-      int& moved = layout.movers_[static_cast<std::size_t>(mesh.mover)];
-      if (moved >= 0)
-        return Error{"two meshes have the same mover", mesh.name, std::to_string(mesh.mover), "one each", ""};
-      moved = static_cast<int>(layout.boxes_.size());
     }
-    layout.boxes_.push_back(mesh.mover < 0 ? world_box(mesh.tree->low(), mesh.tree->high(), mesh.placement)
-                                           : Box{mesh.tree->low(), mesh.tree->high()});
   }
-  auto frame = volume::Frame::from_spacing(scene.base ? scene.base->frame.origin() : dvec3(0),
-                                           dvec3(scene.shapes.empty() ? std::min(finest, k_step) : finest));
+  auto frame = volume::Frame::from_spacing(scene.base ? scene.base->frame.origin() : dvec3(0), dvec3(finest));
   if (!frame) return frame.error();
   layout.frame_ = frame.value();
   for (Part& part : layout.parts_)
@@ -156,13 +179,13 @@ SmoothWalls& SceneWalls::walls_of(int i) noexcept {
 }
 
 const Placement& SceneWalls::placement_of(int shape) const noexcept {
-  const TouchMesh& mesh = mesh_of(shape);
+  const TouchItem& mesh = item_of(scene_, shape);
   return mesh.mover < 0 ? mesh.placement : placements_[static_cast<std::size_t>(mesh.mover)];
 }
 
 bool SceneWalls::reach_mesh(int shape, const dvec3& a, const dvec3& b, double tolerance,
                             Reach& reach) noexcept {
-  const bool is_front = holds(shape, Sides::front), is_back = holds(shape, Sides::back);
+  const bool is_front = holds(shape, Side::front), is_back = holds(shape, Side::back);
   if (!is_front && !is_back) return false;
   const Placement& placement = placement_of(shape);
   const dvec3 from = placement.local_from_world(frame().world_from_volume(a)),
@@ -177,7 +200,7 @@ bool SceneWalls::reach_mesh(int shape, const dvec3& a, const dvec3& b, double to
   const double most = approach > 0 ? hit.t - k_least_gap * step / approach : 0;
   reach.t = std::clamp(std::max(before, 0.5 * hit.t), 0.0, std::max(0.0, most));
   reach.is_blocked = true;
-  reach.wall = {shape, false, hit.side < 0, hit.triangle};
+  reach.wall = {shape, false, hit.side == Side::back, hit.triangle};
   return true;
 }
 
@@ -193,9 +216,8 @@ Reach SceneWalls::reach(const dvec3& a, const dvec3& b, ShapeSet& inside, double
     const Reach one = walls_of(i).reach(in_part(i, a), in_part(i, b), after, tolerance);
     if (one.is_blocked && (!first.is_blocked || one.t < first.t)) first = one, blocking = i;
   }
-  for (int s = state_.around.near.next(static_cast<int>(scene_.shapes.size())); s < ShapeSet::k_most;
-       s = state_.around.near.next(s + 1))
-    if (s != but && reach_mesh(s, a, b, tolerance, first)) blocking = -1;
+  for (int s = next_shape(0); s < ShapeSet::k_most; s = next_shape(s + 1))
+    if (is_mesh(s) && s != but && reach_mesh(s, a, b, tolerance, first)) blocking = -1;
   if (first.is_blocked && after != before) {
     after = before;
     const dvec3 end = a + first.t * (b - a);
@@ -295,7 +317,7 @@ int SceneWalls::walls_at(int shape, bool is_inside, const dvec3& p, double withi
   const dvec3 at = placement_of(shape).local_from_world(frame().world_from_volume(p));
   const MeshTree& tree = tree_of(shape);
   const double radius = scene_.tool_radius;
-  const bool is_front = holds(shape, Sides::front), is_back = holds(shape, Sides::back);
+  const bool is_front = holds(shape, Side::front), is_back = holds(shape, Side::back);
   // The nearest few, nearest first.
   constexpr std::size_t k_most = 12;
   std::array<MeshTree::Near, k_most> nearest;

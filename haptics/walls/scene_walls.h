@@ -36,6 +36,9 @@ class SceneLayout {
   const Box& box(int shape) const noexcept { return boxes_[static_cast<std::size_t>(shape)]; }
 
  private:
+  volume::Status add_voxels(const TouchScene& scene, int index);
+  volume::Status add_mesh(const TouchItem& mesh, int index);
+
   volume::Frame frame_;
   std::vector<Part> parts_;
   std::vector<Box> boxes_;
@@ -52,7 +55,7 @@ class SceneWalls {
 
   const volume::Frame& frame() const noexcept { return layout_.frame(); }
   int next_shape(int s) const noexcept { return state_.around.near.next(s); }
-  bool holds(int shape, Sides side) const noexcept {
+  bool holds(int shape, Side side) const noexcept {
     return haptics::holds(scene_, state_.around.let_through, shape, side);
   }
   /// As in SmoothWalls; a mesh has no inside, and its facets know their sides.
@@ -82,13 +85,10 @@ class SceneWalls {
   int walls_at(int shape, bool is_inside, const glm::dvec3& p, double within, Few& walls) noexcept;
 
   const Placement& placement_of(int mesh_shape) const noexcept;
-  const MeshTree& tree_of(int mesh_shape) const noexcept { return *mesh_of(mesh_shape).tree; }
-  bool is_mesh(int shape) const noexcept { return shape >= static_cast<int>(scene_.shapes.size()); }
+  const MeshTree& tree_of(int mesh) const noexcept { return *item_of(scene_, mesh).tree; }
+  bool is_mesh(int shape) const noexcept { return item_of(scene_, shape).is_mesh(); }
 
  private:
-  const TouchMesh& mesh_of(int shape) const noexcept {
-    return scene_.meshes[static_cast<std::size_t>(shape) - scene_.shapes.size()];
-  }
   int part_of(int shape) const noexcept;
   const SceneLayout::Part& part(int i) const noexcept { return layout_.parts()[static_cast<std::size_t>(i)]; }
   /// Made when first asked.

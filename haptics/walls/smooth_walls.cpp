@@ -59,7 +59,7 @@ SmoothWalls::Cached& SmoothWalls::patch(int key, const ivec3& v) noexcept {
     fresh.patch.load_distance(*version_, v);
   else if (is_round_)
     offset(static_cast<std::size_t>(key)).load(v, fresh.patch);
-  else if (const TouchShape& shape = scene_->shapes[static_cast<std::size_t>(key)]; shape.soft)
+  else if (const TouchItem& shape = scene_->items[static_cast<std::size_t>(key)]; shape.soft)
     shape.soft->load(v, fresh.patch);
   else
     fresh.patch.load(shape.field, v);
@@ -73,7 +73,7 @@ bool SmoothWalls::is_near_cut(const ivec3& v) const noexcept {
   return version_->has_brick(lattice.low_of(v) - 1, lattice.high_of(v) + 1);
 }
 
-bool SmoothWalls::is_air_around(const TouchShape& shape, const ivec3& v) const noexcept {
+bool SmoothWalls::is_air_around(const TouchItem& shape, const ivec3& v) const noexcept {
   const volume::Occupancy& bits = *shape.bits;
   const ivec3& size = volume_->size;
   const int x0 = std::max(v.x - 1, 0), x1 = std::min(v.x + 1, size.x - 1);
@@ -320,7 +320,7 @@ Reach SmoothWalls::reach(const dvec3& a, const dvec3& b, ShapeSet& inside, doubl
     std::array<Passed, 32> passed;
     std::size_t passes = 0;
     for (int s = next_shape(0); s < ShapeSet::k_most; s = next_shape(s + 1)) {
-      const TouchShape& shape = scene_->shapes[static_cast<std::size_t>(s)];
+      const TouchItem& shape = scene_->items[static_cast<std::size_t>(s)];
       double from = t0;
       for (int turn = 0; turn < 4 && from < reach.t; ++turn) {
         const bool is_inside = inside.contains(s);
@@ -371,7 +371,7 @@ Reach SmoothWalls::reach(const dvec3& a, const dvec3& b, ShapeSet& inside, doubl
     } else if (inside.is_empty() && volume_->contains(v)) {
       int far = 255;
       for (int s = next_shape(0); s < ShapeSet::k_most; s = next_shape(s + 1))
-        far = std::min(far, scene_->shapes[static_cast<std::size_t>(s)].bits->empty_distance(v));
+        far = std::min(far, scene_->items[static_cast<std::size_t>(s)].bits->empty_distance(v));
       if (far > 1) {
         const ivec3 block(v.x >> 2, v.y >> 2, v.z >> 2);
         walk.advance_past({4 * (block - (far - 2)), 4 * (block + (far - 1)) - 1});

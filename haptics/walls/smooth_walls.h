@@ -35,9 +35,11 @@ struct Reach {
 /// Polynomials are kept for the few cubes that a step meets. Servo thread: no allocation, every loop bounded.
 class SmoothWalls {
  public:
+  /// For the base's shapes.
   SmoothWalls(const TouchScene& scene, const ServoScene& seen, const ShapeSet& let_through,
               ProxyCounters& counters) noexcept
-      : SmoothWalls(scene, seen, let_through, counters, 0, static_cast<int>(scene.shapes.size()), nullptr) {}
+      : SmoothWalls(scene, seen, let_through, counters, 0, static_cast<int>(base_shapes(scene).size()),
+                    nullptr) {}
   /// For the shapes begin .. end - 1 alone, all of the version's volume, and of them only the ones in `near`
   /// (null: all).
   SmoothWalls(const TouchScene& scene, const ServoScene& seen, const ShapeSet& let_through,
@@ -58,7 +60,7 @@ class SmoothWalls {
   /// The frame that all points are in: the volume's, or that of the offset fields where the tool has a
   /// radius.
   const volume::Frame& frame() const noexcept {
-    return is_round_ ? scene_->shapes[static_cast<std::size_t>(begin_)].offset->frame() : volume_->frame;
+    return is_round_ ? scene_->items[static_cast<std::size_t>(begin_)].offset->frame() : volume_->frame;
   }
 
   /// The first shape from `s` on; ShapeSet::k_most after the last.
@@ -66,7 +68,7 @@ class SmoothWalls {
     if (near_) s = near_->next(s < begin_ ? begin_ : s);
     return s < end_ ? s : ShapeSet::k_most;
   }
-  bool holds(int shape, Sides side) const noexcept {
+  bool holds(int shape, Side side) const noexcept {
     return haptics::holds(*scene_, *let_through_, shape, side);
   }
 
@@ -137,7 +139,7 @@ class SmoothWalls {
   CubeSpan cubes_of(const Wall& wall, const glm::dvec3& a, const glm::dvec3& b) const noexcept;
   volume::QuadraticPatch::BendBound bound_over(const Wall& wall, const CubeSpan& cubes,
                                                bool& is_whole) noexcept;
-  bool is_air_around(const TouchShape& shape, const glm::ivec3& v) const noexcept;
+  bool is_air_around(const TouchItem& shape, const glm::ivec3& v) const noexcept;
   /// A way a + t along, and the steps of t below which nothing is proven.
   struct Way {
     const glm::dvec3 &a, &along;

@@ -8,7 +8,7 @@ namespace trephine::haptics {
 
 using glm::dvec3;
 
-dvec3 outward_normal(const TouchShape& shape, const volume::Version& version, const dvec3& p,
+dvec3 outward_normal(const TouchItem& shape, const volume::Version& version, const dvec3& p,
                      int& cells) noexcept {
   const volume::Frame& frame = version.base().frame;
   const auto unit = [](const dvec3& v) {

@@ -11,7 +11,7 @@ namespace trephine::haptics {
 
 /// Unit normal (world) of a shape's surface at p (volume frame), out of the solid: of the scan's field, or of
 /// the cut where that is nearer. Zero where the field is flat. Adds the cells it reads to `cells`.
-glm::dvec3 outward_normal(const TouchShape& shape, const volume::Version& version, const glm::dvec3& p,
+glm::dvec3 outward_normal(const TouchItem& shape, const volume::Version& version, const glm::dvec3& p,
                           int& cells) noexcept;
 
 /// The voxels of a scene's volume, for a point. Borrows both. Any thread.
@@ -29,22 +29,22 @@ class VoxelGrid {
   }
   /// The same for a voxel of the grid.
   bool is_solid_within(std::size_t shape, const glm::ivec3& v) const noexcept {
-    return scene_.shapes[shape].bits->is_solid(v) && version_.is_kept(v);
+    return scene_.items[shape].bits->is_solid(v) && version_.is_kept(v);
   }
   /// Voxels around v, which is in the grid, that are free of every shape from `first` on to `last`; low >
   /// high where that is near.
   volume::VoxelBox empty_box(const glm::ivec3& v, std::size_t first, std::size_t last) const noexcept {
-    int far = scene_.shapes[first].bits->empty_distance(v);
+    int far = scene_.items[first].bits->empty_distance(v);
     for (std::size_t s = first + 1; s < last; ++s)
-      far = std::min(far, scene_.shapes[s].bits->empty_distance(v));
+      far = std::min(far, scene_.items[s].bits->empty_distance(v));
     const glm::ivec3 block(v.x >> 2, v.y >> 2, v.z >> 2);
     return {4 * (block - (far - 1)), 4 * (block + far) - 1};
   }
   glm::dvec3 normal(std::size_t shape, const glm::dvec3& p, int& cells) const noexcept {
-    return outward_normal(scene_.shapes[shape], version_, p, cells);
+    return outward_normal(scene_.items[shape], version_, p, cells);
   }
   Samples samples(std::size_t shape) const noexcept {
-    const TouchShape& touched = scene_.shapes[shape];
+    const TouchItem& touched = scene_.items[shape];
     return Samples({&touched.field, &version_, touched.bits.get(), false, true});
   }
 
@@ -60,9 +60,9 @@ class OffsetGrid {
   using Samples = volume::OffsetSamples;
   OffsetGrid(const TouchScene& scene, const ServoScene& seen) noexcept : scene_(scene), seen_(seen) {}
 
-  const volume::Frame& frame() const noexcept { return scene_.shapes[0].offset->frame(); }
-  const glm::ivec3& size() const noexcept { return scene_.shapes[0].offset->size(); }
-  bool contains(const glm::ivec3& v) const noexcept { return scene_.shapes[0].offset->contains(v); }
+  const volume::Frame& frame() const noexcept { return scene_.items[0].offset->frame(); }
+  const glm::ivec3& size() const noexcept { return scene_.items[0].offset->size(); }
+  bool contains(const glm::ivec3& v) const noexcept { return scene_.items[0].offset->contains(v); }
   bool is_solid(std::size_t shape, const glm::ivec3& v) const noexcept { return is_solid_within(shape, v); }
   bool is_solid_within(std::size_t shape, const glm::ivec3& v) const noexcept {
     return samples(shape).is_solid(v);
@@ -90,7 +90,7 @@ ProxyStep step_on_grid(const TouchScene& scene, const ServoScene& seen, ProxySta
                        const ProxyInput& input, Step&& step) noexcept {
   ProxyStep result;
   result.normal_world = glm::dvec3(0);
-  if (scene.tool_radius <= 0 || scene.shapes.empty()) {
+  if (scene.tool_radius <= 0 || scene.items.empty()) {
     step(VoxelGrid(scene, *seen.version), state, result);
     return result;
   }

@@ -20,7 +20,7 @@ haptics::TouchScene shell(int size) {
 TEST(ChunkWorker, ShowsTheLastVersionWhateverWasCutMeanwhile) {
   const haptics::TouchScene scene = shell(48);
   const auto untouched = std::make_shared<volume::Version>(scene.base);
-  volume::RemovalEditor editor(untouched, {scene.shapes[0].field});
+  volume::RemovalEditor editor(untouched, {scene.items[0].field});
   ChunkWorker worker(scene, 2);
   worker.request_all(untouched);
   std::map<std::tuple<int, int, int>, ChunkMesh> shown;

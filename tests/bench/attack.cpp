@@ -28,7 +28,7 @@ double uniform(std::uint64_t seed, std::uint64_t i) {
 
 /// A tool in matter that may not get out. Such scenes stay uncut: the judge knows one field from within.
 bool is_held_from_within(const haptics::TouchScene& scene) {
-  return scene.shapes[0].sides == haptics::Sides::back;
+  return scene.items[0].sides == haptics::Side::back;
 }
 
 /// The judge of one method on one scene, remade when the version changes.
@@ -39,7 +39,8 @@ class Judge {
         method_(method),
         judge([this](const dvec3& a, const dvec3& b) { return meets(a, b); }) {
     // Vertices as the volume counts; scenes for judging have them where floats hold them exactly.
-    for (const haptics::TouchMesh& mesh : scene.meshes) {
+    for (const haptics::TouchItem& mesh : scene.items) {
+      if (!mesh.is_mesh()) continue;
       std::vector<glm::vec3> vertices;
       std::vector<std::uint32_t> triangles;
       for (std::uint32_t t = 0; t < mesh.tree->triangle_count(); ++t)
@@ -56,7 +57,7 @@ class Judge {
       outside_.emplace(scenes::touched_smooth_solid(scene_, nullptr).complement());
     } else {
       promises_.clear();
-      for (std::size_t i = 0; i < scene_.shapes.size(); ++i)
+      for (std::size_t i = 0; i < base_shapes(scene_).size(); ++i)
         promises_.push_back(std::make_unique<scenes::Promise>(method_, scene_, seen, i));
     }
     judge.solid_changed();
@@ -88,7 +89,7 @@ struct Target {
 };
 
 Target with_radius(Target target, double radius) {
-  if (haptics::set_tool_radius(target.scene, radius)) target.scene.shapes.clear();
+  if (haptics::set_tool_radius(target.scene, radius)) target.scene.items.clear();
   return target;
 }
 
@@ -96,7 +97,7 @@ Target with_radius(Target target, double radius) {
 Target fine(Target target) {
   const dvec3& spacing = target.scene.base->frame.spacing();
   if (haptics::set_smallest_burr(target.scene, 2 * std::min({spacing.x, spacing.y, spacing.z})))
-    target.scene.shapes.clear();
+    target.scene.items.clear();
   return target;
 }
 
@@ -152,16 +153,16 @@ AttackRow attack(const Target& target, const MethodInfo& info, long steps, std::
   const std::shared_ptr<const volume::Version> untouched = haptics::untouched(scene);
   auto seen = std::make_shared<const haptics::ServoScene>(untouched);
   std::vector<volume::Field> solids;
-  for (const haptics::TouchShape& shape : scene.shapes) solids.push_back(shape.field);
+  for (const haptics::TouchItem& shape : base_shapes(scene)) solids.push_back(shape.field);
   volume::RemovalEditor editor(untouched, solids);
   CutShape shape(target);
   // What was cut is felt by a round tool when its fields have followed, here at once.
   const auto publish = [&](const volume::VoxelBox* changed) {
     const auto version = editor.publish();
     haptics::ServoScene::OffsetFields offsets;
-    for (std::size_t s = 0; scene.tool_radius > 0 && changed && s < scene.shapes.size(); ++s)
-      offsets.push_back(seen->offset(scene, s).updated(scene.shapes[s].field, *scene.shapes[s].bits, *version,
-                                                       *changed, 1, nullptr, scene.shapes[s].soft.get()));
+    for (std::size_t s = 0; scene.tool_radius > 0 && changed && s < base_shapes(scene).size(); ++s)
+      offsets.push_back(seen->offset(scene, s).updated(scene.items[s].field, *scene.items[s].bits, *version,
+                                                       *changed, 1, nullptr, scene.items[s].soft.get()));
     return std::make_shared<const haptics::ServoScene>(version, std::move(offsets));
   };
   judge.set_seen(seen);
@@ -272,17 +273,17 @@ haptics::TouchScene two_shapes_scene() {
   haptics::TouchScene scene = attack_scene("gyroid", 1.5, false, false);
   volume::Shape rind;
   rind.name = "rind", rind.low = -400, rind.high = 300;
-  haptics::TouchShape second = scene.shapes[0];
+  haptics::TouchItem second = scene.items[0];
   second.field = volume::Field(*scene.base, rind);
   second.bits = std::make_shared<const volume::Occupancy>(volume::Occupancy::build(*scene.base, rind));
   second.soft = nullptr;
-  scene.shapes.push_back(std::move(second));
+  scene.items.push_back(std::move(second));
   return scene;
 }
 
 haptics::TouchScene held_from_within_scene() {
   haptics::TouchScene scene = attack_scene("gyroid", 1, false, false);
-  scene.shapes[0].sides = haptics::Sides::back;
+  scene.items[0].sides = haptics::Side::back;
   return scene;
 }
 
@@ -290,16 +291,15 @@ haptics::TouchScene held_from_within_scene() {
 haptics::TouchScene pierced_scene() {
   haptics::TouchScene scene = attack_scene("gyroid", 0.7, false, false);
   const haptics::TouchScene torus = attack_scene("torus", 0.7, false, false);
-  const volume::Mesh net = volume::surface_net({&torus.shapes[0].field, nullptr, torus.shapes[0].bits.get()});
+  const volume::Mesh net = volume::surface_net({&torus.items[0].field, nullptr, torus.items[0].bits.get()});
   const volume::Frame& frame = scene.base->frame;
   std::vector<dvec3> vertices;
   for (const glm::vec3& v : net.vertices.span()) vertices.push_back(frame.world_from_volume(dvec3(v)));
-  haptics::TouchMesh mesh;
-  mesh.name = "torus";
-  mesh.tree = std::make_shared<haptics::MeshTree>(
-      std::move(vertices),
-      std::vector<std::uint32_t>(net.triangles.data(), net.triangles.data() + net.triangles.size()));
-  scene.meshes = {mesh};
+  scene.items.push_back(haptics::mesh_item(
+      "torus",
+      std::make_shared<haptics::MeshTree>(
+          std::move(vertices),
+          std::vector<std::uint32_t>(net.triangles.data(), net.triangles.data() + net.triangles.size()))));
   return scene;
 }
 
@@ -353,7 +353,7 @@ std::vector<AttackRow> run_attack(const AttackOptions& options) {
         return rows;
       ++done;
       // The sequential pipeline promises nothing of models.
-      if (!target.scene.meshes.empty() && std::string(info->name) == "scene-sequential") continue;
+      if (target.scene.items.back().is_mesh() && std::string(info->name) == "scene-sequential") continue;
       AttackRow row = attack(target, *info, steps, options.seed + done, options);
       if (row.steps > 0) rows.push_back(std::move(row));
     }

@@ -82,7 +82,7 @@ SurfaceResult run_surface_benchmark(int size) {
   volume::NetScratch scratch;
   MinimumOfRuns minima;
   for (int run = 0; run < MinimumOfRuns::k_runs; ++run) {
-    volume::RemovalEditor editor(std::make_shared<volume::Version>(scene.base), {scene.shapes[0].field});
+    volume::RemovalEditor editor(std::make_shared<volume::Version>(scene.base), {scene.items[0].field});
     dvec3 at(-20, 20, 0);
     at.z = std::sqrt(48.0 * 48.0 - 800.0);
     for (std::size_t i = 0; i < 500; ++i) {
@@ -94,7 +94,7 @@ SurfaceResult run_surface_benchmark(int size) {
       const glm::ivec3 chunk = (voxel + 1) / volume::k_chunk;
       const auto start = Clock::now();
       const volume::Mesh mesh = volume::surface_net_chunk(
-          {&scene.shapes[0].field, version.get(), scene.shapes[0].bits.get()}, chunk, &scratch);
+          {&scene.items[0].field, version.get(), scene.items[0].bits.get()}, chunk, &scratch);
       minima.add(i, 1e6 * seconds_since(start));
       result.drilled_chunk_vertices = std::max(result.drilled_chunk_vertices, mesh.vertices.size());
     }
@@ -103,7 +103,7 @@ SurfaceResult run_surface_benchmark(int size) {
 
   // Any chunk that holds surface, all over the shell.
   MinimumOfRuns everywhere;
-  const volume::SurfaceSource whole{&scene.shapes[0].field, nullptr, scene.shapes[0].bits.get()};
+  const volume::SurfaceSource whole{&scene.items[0].field, nullptr, scene.items[0].bits.get()};
   const glm::ivec3 chunks = volume::chunk_grid(scene.base->size);
   for (int run = 0; run < MinimumOfRuns::k_runs; ++run) {
     std::size_t step = 0;
@@ -128,7 +128,7 @@ StepTimes time_removal(const haptics::TouchScene& bone, bool has_scratches) {
   MinimumOfRuns minima;
   const dvec3 way = glm::normalize(dvec3(1, 0.3, -0.2));
   for (int run = 0; run < MinimumOfRuns::k_runs; ++run) {
-    volume::RemovalEditor editor(std::make_shared<volume::Version>(bone.base), {bone.shapes[0].field});
+    volume::RemovalEditor editor(std::make_shared<volume::Version>(bone.base), {bone.items[0].field});
     volume::Channel<volume::Version> channel(editor.publish());
     for (std::size_t lane = 0; lane < 4; ++lane) {
       // Four strokes of 20 mm, each down a lane of its own.
@@ -158,7 +158,7 @@ void time_hover(StepResult& result) {
   data_tools::PhantomOptions o = grid(128, 1.5);
   o.spacing_mm = dvec3(0.5);
   haptics::TouchScene bone = scenes::phantom_scene("plane", o);
-  const haptics::TouchShape& shape = bone.shapes[0];
+  const haptics::TouchItem& shape = bone.items[0];
   std::shared_ptr<const volume::OffsetField> field =
       volume::OffsetField::build(shape.field, *shape.bits, nullptr, 2).value();
   volume::RemovalEditor editor(std::make_shared<volume::Version>(bone.base), {shape.field});

@@ -100,9 +100,9 @@ FeelRow measure(const FeelScene& s, Judges& judges, const Contender& contender, 
   if (method.prepare(s.scene)) return row;
   const haptics::ServoScene seen = s.seen();
   row.steps = static_cast<long>(samples.size());
-  row.bytes = s.scene.shapes[0].bits->bytes() + seen.version->bytes();
-  if (s.scene.shapes[0].soft) row.bytes += s.scene.shapes[0].soft->bytes();
-  if (s.scene.shapes[0].offset) row.bytes += s.scene.shapes[0].offset->bytes();
+  row.bytes = s.scene.items[0].bits->bytes() + seen.version->bytes();
+  if (s.scene.items[0].soft) row.bytes += s.scene.items[0].soft->bytes();
+  if (s.scene.items[0].offset) row.bytes += s.scene.items[0].offset->bytes();
 
   // Judged once.
   checker::FallThroughJudge judge = judges.fall_through(s, info);
@@ -239,7 +239,7 @@ FeelSplit split_of_explicit(const FeelScene& s) {
   FeelSplit split{"explicit"};
   const auto method = haptics::make_method("explicit").value();
   const volume::Version version(s.scene.base);
-  const haptics::TouchShape& shape = s.scene.shapes[0];
+  const haptics::TouchItem& shape = s.scene.items[0];
   if (method->prepare(s.scene)) return split;
   const volume::LocalNet net{volume::VoxelSamples({&shape.field, &version, shape.bits.get()})};
   const volume::VoxelBox box{glm::ivec3(-1), s.scene.base->size - 1};
@@ -299,7 +299,7 @@ void scale(bool is_quick, FeelReport& report) {
       o.spacing_mm = dvec3(is_rising ? 12.0 / n : 12.0 / 50);
       o.parameters = {{"radius", 4.5}};
       haptics::TouchScene scene = scenes::phantom_scene("sphere", o);
-      scene.shapes[0].material = {0.5, 0.001, 0, 0};
+      scene.items[0].material = {0.5, 0.001, 0, 0};
       const haptics::PosePath path = scenes::sphere_slide(4.5, 0.5, 50, 2);
       const volume::Version version(scene.base);
       for (const MethodInfo& info : haptics::method_catalogue()) {

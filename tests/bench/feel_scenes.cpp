@@ -420,7 +420,7 @@ double distance_to_drilled(const dvec3& p) {
 
 /// A burr hole, and the tool's field after it.
 void drill_hole(FeelScene& scene) {
-  const haptics::TouchShape& shape = scene.scene.shapes[0];
+  const haptics::TouchItem& shape = scene.scene.items[0];
   volume::RemovalEditor editor(haptics::untouched(scene.scene), {shape.field});
   const volume::RemovalReport report = editor.remove({{0, 0, k_hole_top}, {0, 0, k_hole_end}, k_hole_radius});
   volume::OffsetField::Work work;
@@ -496,7 +496,7 @@ haptics::PosePath slide_over(const haptics::TouchScene& scene, double speed, dou
     if (x > 0.7 * size.x || x < 0.3 * size.x) side = -side, x += 2 * side * step;
     const double y = 0.45 * size.y + 0.1 * size.y * (x / size.x);
     int z = size.z - 1;
-    while (z > 0 && !scene.shapes[0].bits->is_solid({static_cast<int>(x), static_cast<int>(y), z})) --z;
+    while (z > 0 && !scene.items[0].bits->is_solid({static_cast<int>(x), static_cast<int>(y), z})) --z;
     height = height < 0 ? z : height + 0.05 * (z - height);
     hips.push_back(frame.world_from_volume({x, y, height - depth / frame.spacing().z}));
     if (i == 0) hips.back() = frame.world_from_volume({x, y, static_cast<double>(size.z) + 3});

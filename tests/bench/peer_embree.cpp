@@ -29,7 +29,7 @@ class EmbreeProxy final : public haptics::ProxyMethod {
     if (scene_) rtcReleaseScene(scene_);
     scene_ = rtcNewScene(device_);
     rtcSetSceneFlags(scene_, RTC_SCENE_FLAG_ROBUST);
-    const haptics::TouchShape& shape = scene.shapes[0];
+    const haptics::TouchItem& shape = scene.items[0];
     const volume::Mesh net = volume::surface_net({&shape.field, nullptr, shape.bits.get()});
     RTCGeometry geometry = rtcNewGeometry(device_, RTC_GEOMETRY_TYPE_TRIANGLE);
     auto* vertices = static_cast<float*>(rtcSetNewGeometryBuffer(
@@ -78,7 +78,7 @@ class EmbreeProxy final : public haptics::ProxyMethod {
       if (glm::dot(out, way) >= 0) return false;  // the front alone
       hit.t = static_cast<double>(ray.ray.tfar);
       hit.normal_world = glm::normalize(frame.gradient_world_from_volume(out));
-      hit.shape = 0, hit.side = 1;
+      hit.shape = 0, hit.side = haptics::Side::front;
       return true;
     };
     const glm::dvec3& spacing = frame.spacing();

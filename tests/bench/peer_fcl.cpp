@@ -20,7 +20,7 @@ class FclProxy final : public haptics::ProxyMethod {
   const char* name() const noexcept override { return "FCL"; }
   volume::Status prepare(const haptics::TouchScene& scene) override {
     if (volume::Status error = haptics::check_touchable(scene, true)) return error;
-    const haptics::TouchShape& shape = scene.shapes[0];
+    const haptics::TouchItem& shape = scene.items[0];
     const volume::Frame& frame = scene.base->frame;
     const volume::Mesh net = volume::surface_net({&shape.field, nullptr, shape.bits.get()});
     std::vector<fcl::Vector3d> vertices;
@@ -79,7 +79,7 @@ class FclProxy final : public haptics::ProxyMethod {
       at += t * way;
       if (!is_blocked) break;
       result.has_contact = true;
-      result.shape = 0, result.side = 1;
+      result.shape = 0, result.side = haptics::Side::front;
       result.normal_world = normal;
       target = input.hip_world + glm::dot(at - input.hip_world, normal) * normal;
       if (glm::length(target - at) < 1e-4) break;

@@ -23,7 +23,7 @@ class OpenVdbProxy final : public haptics::ProxyMethod {
   volume::Status prepare(const haptics::TouchScene& scene) override {
     if (volume::Status error = haptics::check_touchable(scene)) return error;
     openvdb::initialize();
-    const haptics::TouchShape& shape = scene.shapes[0];
+    const haptics::TouchItem& shape = scene.items[0];
     const volume::Frame& frame = scene.base->frame;
     const dvec3& spacing = frame.spacing();
     voxel_ = std::min({spacing.x, spacing.y, spacing.z});
@@ -88,13 +88,13 @@ class OpenVdbProxy final : public haptics::ProxyMethod {
           at = target;
         } else {
           result.has_contact = true;
-          result.shape = 0, result.side = 1;
+          result.shape = 0, result.side = haptics::Side::front;
           if (result.normal_world == dvec3(0)) result.normal_world = -along;
         }
         break;
       }
       result.has_contact = true;
-      result.shape = 0, result.side = 1;
+      result.shape = 0, result.side = haptics::Side::front;
       result.normal_world = out;
       // Off the surface that the ray met; where another wall is near, out of that as well.
       dvec3 over = met + above * out;

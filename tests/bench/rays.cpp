@@ -55,7 +55,7 @@ std::vector<RayRow> run_ray_benchmark(int size) {
     o.size = glm::ivec3(size);
     o.psf_sigma_voxels = 1;
     const haptics::TouchScene scene = scenes::phantom_scene(name, o);
-    const volume::Occupancy& bits = *scene.shapes[0].bits;
+    const volume::Occupancy& bits = *scene.items[0].bits;
     const int extent[3] = {bits.size().x, bits.size().y, bits.size().z};
     NanoGrid* grid = set.make_nano_grid
                          ? set.make_nano_grid(reinterpret_cast<const unsigned long long*>(bits.row(0, 0)),

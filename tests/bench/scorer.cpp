@@ -56,7 +56,7 @@ checker::Clearance clearance_of(const FeelScene& s) {
     volume::Frame frame;
   };
   std::vector<Part> parts;
-  for (std::size_t i = 0; i < s.scene.shapes.size(); ++i) {
+  for (std::size_t i = 0; i < s.scene.items.size(); ++i) {
     const auto offset = scenes::touched_offset(s.scene, s.drilled.get(), i);
     parts.push_back({scenes::touched_smooth_solid(s.scene, s.drilled, i),
                      offset ? offset->frame() : s.scene.base->frame});
@@ -81,7 +81,7 @@ ExactHand::Go go_on(checker::Clearance clearance, double voxel) {
 }
 
 ExactHand::Go go_on_cubes(const FeelScene& s) {
-  return [solid = checker::solid_voxels(s.scene.base, s.scene.shapes[0].field.shape(),
+  return [solid = checker::solid_voxels(s.scene.base, s.scene.items[0].field.shape(),
                                         s.drilled ? s.drilled->version : nullptr),
           base = s.scene.base](const dvec3& proxy, const dvec3&, const dvec3& to) {
     const volume::Frame& frame = base->frame;
@@ -161,7 +161,7 @@ Scorer::Scorer(const FeelScene& scene, const Ideal& ideal, const ExactHand* same
 
 void Scorer::look(std::size_t i, const haptics::ProxyStep& step) {
   const dvec3& hip = scene_.path.samples()[i].pose.position_world;
-  const double voxel = ideal_.voxel(), stiffness = scene_.scene.shapes[0].material.stiffness;
+  const double voxel = ideal_.voxel(), stiffness = scene_.scene.items[0].material.stiffness;
   // Less than a thousandth of a voxel is no contact, whoever says so.
   const bool has_contact = step.has_contact && glm::length(step.proxy_world - hip) > 1e-3 * voxel;
   const dvec3 force = raw_.step(step, hip, scene_.scene), smoothed = smoothed_.step(step, hip, scene_.scene);
@@ -290,7 +290,7 @@ void Scorer::finish(FeelRow& row) {
   if (scene_.distance) row.deepest_voxels = deepest_ / ideal_.voxel();
   row.direction_rms_deg = root(angle_square_, static_cast<std::size_t>(angle_count_));
   if (!tangential_.empty()) {
-    row.force_rms_n = scene_.scene.shapes[0].material.stiffness * *root(off_square_, tangential_.size());
+    row.force_rms_n = scene_.scene.items[0].material.stiffness * *root(off_square_, tangential_.size());
     row.rendered_rms_n = root(rendered_square_, tangential_.size());
     row.most_off_mm = most_off_;
     row.tangential_p50_mm = percentile(tangential_, 50);
@@ -309,7 +309,7 @@ haptics::ProxyStep step_of_answer(const dvec3& proxy, const dvec3& hip) {
   if (step.has_contact) {
     step.normal_world = glm::normalize(proxy - hip);
     step.shape = 0;
-    step.side = 1;
+    step.side = haptics::Side::front;
   }
   return step;
 }

@@ -92,7 +92,7 @@ std::vector<Surface> surfaces() {
   burr.name = "3 mm burr";
   burr.start = dvec3(0, 0, 31.5);
   if (!haptics::set_tool_radius(burr.scene, 1.5)) all.push_back(settled(burr));
-  for (Surface& s : all) s.scene.shapes[0].material = {1, 0, 0, 0};
+  for (Surface& s : all) s.scene.items[0].material = {1, 0, 0, 0};
   return all;
 }
 
@@ -109,7 +109,7 @@ struct Loop {
 /// Does a small motion in contact die out? The device starts pressed half a mm deep at the balance of a
 /// constant push, with a kick.
 bool is_stable(Surface& surface, double stiffness, const Loop& loop) {
-  surface.scene.shapes[0].material = {stiffness, 0, 0, 0};
+  surface.scene.items[0].material = {stiffness, 0, 0, 0};
   haptics::SubvoxelProxy method;
   if (method.prepare(surface.scene)) return false;
   const volume::Version version(surface.scene.base);
@@ -164,7 +164,7 @@ double bisect(double guess, const std::function<bool(double)>& passes) {
 /// the device's own damping and friction take: no more than nothing for a passive one, at any frequency. 2 to
 /// 1000 ticks a cycle; with an encoder also a hair to either side of one of its edges.
 bool is_passive(Surface& surface, double stiffness, const Loop& loop) {
-  surface.scene.shapes[0].material = {stiffness, 0, 0, 0};
+  surface.scene.items[0].material = {stiffness, 0, 0, 0};
   haptics::SubvoxelProxy method;
   if (method.prepare(surface.scene)) return false;
   const volume::Version version(surface.scene.base);
@@ -319,7 +319,7 @@ struct EnergyMade {
 
 /// The soak's hand on the same bone, without friction and cuts.
 void soak_without_friction(haptics::TouchScene scene, long steps, SoakRow& row) {
-  scene.shapes[0].material = {0.5, 0, 0, 0};
+  scene.items[0].material = {0.5, 0, 0, 0};
   const auto method = haptics::make_method(haptics::k_default_method).value();
   if (method->prepare(scene)) return;
   const volume::Version version(scene.base);
@@ -348,12 +348,12 @@ void soak_without_friction(haptics::TouchScene scene, long steps, SoakRow& row) 
 SoakRow run_contact_soak(long steps, const std::function<bool(double)>& progress) {
   SoakRow row;
   haptics::TouchScene scene = attack_scene("gyroid", 0.7);
-  scene.shapes[0].material = {0.5, 0.001, 0.2, 0.15};
+  scene.items[0].material = {0.5, 0.001, 0.2, 0.15};
   const auto method = haptics::make_method(haptics::k_default_method).value();
   if (method->prepare(scene)) return row;
   std::shared_ptr<const volume::Version> version = std::make_shared<volume::Version>(scene.base);
   const auto untouched = version;
-  volume::RemovalEditor editor(version, {scene.shapes[0].field});
+  volume::RemovalEditor editor(version, {scene.items[0].field});
   haptics::ServoCore core(scene, *method, {}, 1e-3);
   Device device;
   device.encoder = 0.02;
@@ -420,7 +420,7 @@ std::vector<EnergyRow> run_energy_test() {
         row.surface = surface.name;
         row.stiffness_over_bound = over, row.delay_ticks = delay;
         const double stiffness = over * 2 * plain.damping / dt;
-        surface.scene.shapes[0].material = {stiffness, 0, 0, 0};
+        surface.scene.items[0].material = {stiffness, 0, 0, 0};
         haptics::SubvoxelProxy method;
         if (method.prepare(surface.scene)) continue;
         const volume::Version version(surface.scene.base);

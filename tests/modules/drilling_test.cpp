@@ -26,11 +26,11 @@ haptics::TouchScene block_scene(double spacing, double edge = 24) {
   v.is_hounsfield = true;
   scene.base = std::make_shared<const volume::Volume>(std::move(v));
   const volume::Shape shape;
-  scene.shapes.push_back(
+  scene.items.push_back(
       {volume::Field(*scene.base, shape),
        std::make_shared<const volume::Occupancy>(volume::Occupancy::build(*scene.base, shape)),
        {},
-       haptics::Sides::front});
+       haptics::Side::front});
   return scene;
 }
 
@@ -119,7 +119,7 @@ TEST(Drilling, ThroughTheProxyTheHoleDoesNotDependOnRateOrVoxels) {
       {0.4, 1000}, {0.5, 250}, {0.5, 4000}, {0.6, 250}, {0.6, 1000}};
   for (const auto& [spacing, rate] : settings) {
     haptics::TouchScene scene = flat_bone(spacing);
-    scene.shapes[0].material.static_friction = scene.shapes[0].material.dynamic_friction = 0;
+    scene.items[0].material.static_friction = scene.items[0].material.dynamic_friction = 0;
     volumes.push_back(drill(scene, path, rate, {r, 60, 20, false}));
   }
   // The ball's lowest point reaches 3 mm below z = 0 and moves 6 mm: half a ball and half a cylinder.

@@ -10,7 +10,7 @@ std::shared_ptr<const volume::OffsetField> touched_offset(const haptics::TouchSc
                                                           const haptics::ServoScene* seen,
                                                           std::size_t shape) {
   if (scene.tool_radius <= 0) return nullptr;
-  return seen ? seen->shared_offset(scene, shape) : scene.shapes[shape].offset;
+  return seen ? seen->shared_offset(scene, shape) : scene.items[shape].offset;
 }
 
 checker::SmoothSolid touched_smooth_solid(const haptics::TouchScene& scene,
@@ -18,7 +18,7 @@ checker::SmoothSolid touched_smooth_solid(const haptics::TouchScene& scene,
                                           std::size_t shape) {
   if (const auto offset = touched_offset(scene, seen.get(), shape))
     return checker::SmoothSolid([offset](int x, int y, int z) { return offset->at(x, y, z); });
-  const haptics::TouchShape& touched = scene.shapes[shape];
+  const haptics::TouchItem& touched = scene.items[shape];
   return checker::smooth_solid(scene.base, touched.field.shape(), seen ? seen->version : nullptr,
                                touched.soft);
 }
@@ -27,7 +27,7 @@ Promise::Promise(const MethodInfo& method, const haptics::TouchScene& scene,
                  std::shared_ptr<const haptics::ServoScene> seen, std::size_t index)
     : base_(scene.base) {
   using Solid = MethodInfo::Solid;
-  const haptics::TouchShape& shape = scene.shapes[index];
+  const haptics::TouchItem& shape = scene.items[index];
   if (method.is_of_untouched) seen = nullptr;
   const std::shared_ptr<const volume::Version> version = seen ? seen->version : nullptr;
   // A model of triangles has its own way of being round; its middle at least stays outside.

@@ -18,10 +18,10 @@ haptics::TouchScene scene_of(volume::Volume&& volume, const haptics::Material& m
                              const volume::Shape& shape) {
   haptics::TouchScene scene;
   scene.base = std::make_shared<const volume::Volume>(std::move(volume));
-  scene.shapes.push_back(
+  scene.items.push_back(
       {volume::Field(*scene.base, shape),
        std::make_shared<const volume::Occupancy>(volume::Occupancy::build(*scene.base, shape)), material,
-       haptics::Sides::front});
+       haptics::Side::front});
   return scene;
 }
 

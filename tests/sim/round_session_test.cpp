@@ -36,7 +36,7 @@ struct RoundBench {
 /// a ball could enter what is left.
 double too_free(const haptics::TouchScene& scene, const EditSession& edits) {
   const volume::OffsetField& used = edits.servo_scene()->offset(scene, 0);
-  const auto fresh = volume::OffsetField::build(scene.shapes[0].field, *scene.shapes[0].bits,
+  const auto fresh = volume::OffsetField::build(scene.items[0].field, *scene.items[0].bits,
                                                 edits.current().get(), scene.tool_radius, 1)
                          .value();
   double worst = -1e9;
@@ -178,8 +178,7 @@ TEST(RoundSession, LiveUndoneInContactReplaysToTheBit) {
 /// What a header says of a scene comes back.
 TEST(RoundSession, AHeaderKeepsRadiusBackAndEffects) {
   RoundBench bench;
-  bench.scene.shapes[0].back_material =
-      haptics::Material{.stiffness = 0.3, .viscosity = 0.01, .pop_force = 2};
+  bench.scene.items[0].back_material = haptics::Material{.stiffness = 0.3, .viscosity = 0.01, .pop_force = 2};
   SessionHeader h = describe_session(bench.scene, *bench.method, {}, {bench.options.spec()});
   h.effects = {"viscous damping=0.004", "plane point=0,0,1 normal=0,0,1 stiffness=0.2"};
   const auto read = decode_header(encode(h));
@@ -190,7 +189,7 @@ TEST(RoundSession, AHeaderKeepsRadiusBackAndEffects) {
   EXPECT_EQ(read.value().shapes[0].back_material->stiffness, 0.3);
   EXPECT_EQ(read.value().shapes[0].back_material->viscosity, 0.01);
   EXPECT_EQ(read.value().shapes[0].back_material->pop_force, 2);
-  EXPECT_EQ(read.value().shapes[0].material.stiffness, bench.scene.shapes[0].material.stiffness);
+  EXPECT_EQ(read.value().shapes[0].material.stiffness, bench.scene.items[0].material.stiffness);
   EXPECT_EQ(encode(read.value()), encode(h));
   h.effects = {"hum"};
   EXPECT_FALSE(decode_header(encode(h)).is_ok());

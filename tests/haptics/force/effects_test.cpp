@@ -32,7 +32,7 @@ TouchScene scene_of_plane(const Slices& slices = {}) {
   o.psf_sigma_voxels = 1.5;
   o.parameters = {{"angle", 0}};
   TouchScene scene = scenes::phantom_scene("plane", o);
-  scene.shapes[0].material = {0.5, 0.001, 0, 0};
+  scene.items[0].material = {0.5, 0.001, 0, 0};
   return scene;
 }
 
@@ -138,7 +138,7 @@ TEST(Effects, ALineFeelsNoBoneThatWasCut) {
       SCOPED_TRACE(slices.thick);
       TouchScene scene = scene_of_plane(slices);
       ASSERT_FALSE(set_smallest_burr(scene, 10).has_value());
-      volume::RemovalEditor editor(untouched(scene), {scene.shapes[0].field});
+      volume::RemovalEditor editor(untouched(scene), {scene.items[0].field});
       editor.remove({{0, 0, -20}, {0, 0, -30}, 5, false});  // a cavity from z = -15 down
       const auto cut = editor.publish();
       EffectRack rack;
@@ -225,12 +225,12 @@ TEST(Material, IsHarderWhereTheScanIsDenserAndThickAlongTheSurface) {
   TouchScene scene = scene_of_plane();
   ProxyStep touch;
   touch.has_contact = true;
-  touch.shape = 0, touch.side = 1;
+  touch.shape = 0, touch.side = Side::front;
   touch.normal_world = {0, 0, 1};
   ForceOptions raw;
   raw.smoothing_alpha = 1;
   // Where the ramp ends depends on the HU a voxel (2.5 mm) below the place.
-  scene.shapes[0].ramp = StiffnessRamp{300, 1400, 2};
+  scene.items[0].ramp = StiffnessRamp{300, 1400, 2};
   double last = 0;
   for (double z = 4; z > -6; z -= 0.5) {
     touch.proxy_world = {0, 0, z};
@@ -246,24 +246,24 @@ TEST(Material, IsHarderWhereTheScanIsDenserAndThickAlongTheSurface) {
   touch.proxy_world = {0, 0, 3 - 6};
   EXPECT_NEAR(ForceModel(raw, k_dt).step(touch, {0, 0, -4}, scene).z, 2, 0.01);
   scene.tool_radius = 0;
-  touch.side = -1;
+  touch.side = Side::back;
   touch.normal_world = {0, 0, -1};
   touch.proxy_world = {0, 0, 3};
   EXPECT_NEAR(ForceModel(raw, k_dt).step(touch, {0, 0, 4}, scene).z, -0.5, 0.01);
-  touch.side = 1;
+  touch.side = Side::front;
   touch.normal_world = {0, 0, 1};
-  scene.shapes[0].ramp.reset();
-  scene.shapes[0].material.viscosity = 0.01;
-  scene.shapes[0].material.damping = 0;
+  scene.items[0].ramp.reset();
+  scene.items[0].material.viscosity = 0.01;
+  scene.items[0].material.damping = 0;
   ForceModel model(raw, k_dt);
   touch.proxy_world = {0, 0, 0};
   model.step(touch, {0, 0, -1}, scene);
   touch.proxy_world = {0.05, 0, 0};  // 50 mm/s along, no stretch along
   expect_near(model.step(touch, {0.05, 0, -1}, scene), {-0.5, 0, 0.5}, 1e-12);
   // The back has a material of its own.
-  scene.shapes[0].back_material = Material{1.5, 0, 0, 0};
-  EXPECT_EQ(material_of(scene, 0, 1).stiffness, 0.5);
-  EXPECT_EQ(material_of(scene, 0, -1).stiffness, 1.5);
+  scene.items[0].back_material = Material{1.5, 0, 0, 0};
+  EXPECT_EQ(material_of(scene, 0, Side::front).stiffness, 0.5);
+  EXPECT_EQ(material_of(scene, 0, Side::back).stiffness, 1.5);
 }
 
 struct Servo {
@@ -299,8 +299,8 @@ TEST_P(Surfaces, GiveWayWhenPressedHarderThanTheyBearAndHoldAgainSomeWayOff) {
   for (const Slices& slices : k_slices) {
     SCOPED_TRACE(slices.thick);
     TouchScene scene = scene_of_plane(slices);
-    scene.shapes[0].material.pop_force = 2;
-    scene.shapes[0].material.pop_rearm = 3;
+    scene.items[0].material.pop_force = 2;
+    scene.items[0].material.pop_rearm = 3;
     Servo servo(scene, GetParam());
     servo.step({0.2, 0.1, 10});
     double strongest = 0;
@@ -386,7 +386,7 @@ TEST_P(Surfaces, AreReadyWhereTheirBitsAreAndSayWhereTheyAreNot) {
 
 TEST(ServoCore, TheLedgerTellsFrictionAndActiveForcesApart) {
   TouchScene scene = scene_of_plane();
-  scene.shapes[0].material = {0.5, 0, 0.3, 0.3};
+  scene.items[0].material = {0.5, 0, 0.3, 0.3};
   Servo servo(scene);
   servo.step({0, 0, 2});
   for (double z = 2; z > -2; z -= 0.01) servo.step({0, 0, z});
@@ -415,7 +415,7 @@ TEST(ServoCore, TheLedgerTellsFrictionAndActiveForcesApart) {
 TEST(ServoCore, APassiveOneGivesBackNoMoreThanItTookAndEffectsThatAreOffChangeNothing) {
   // A surface whose damper makes energy at this rate, under a trembling hand.
   TouchScene scene = scene_of_plane();
-  scene.shapes[0].material = {4, 0, 0, 0};
+  scene.items[0].material = {4, 0, 0, 0};
   ForceOptions raw;
   raw.smoothing_alpha = 0.05;
   raw.slew_limit = 1e9;

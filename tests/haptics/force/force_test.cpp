@@ -19,7 +19,7 @@ ProxyStep contact_at(const dvec3& proxy) {
   s.proxy_world = proxy;
   s.normal_world = {0, 0, 1};
   s.shape = 0;
-  s.side = 1;
+  s.side = Side::front;
   return s;
 }
 

@@ -364,10 +364,10 @@ TEST(Poison, OddScenesAreTouchedWithoutHarm) {
     scene.base = std::make_shared<const volume::Volume>(std::move(made));
     volume::Shape shape;
     shape.low = o.low, shape.high = o.high;
-    scene.shapes.push_back(
+    scene.items.push_back(
         {volume::Field(*scene.base, shape),
          std::make_shared<const volume::Occupancy>(volume::Occupancy::build(*scene.base, shape)), Material{},
-         Sides::front});
+         Side::front});
     for (const MethodInfo& info : method_catalogue()) {
       Play play(info.name, scene);
       for (int i = 0; i < 600; ++i) {

@@ -23,10 +23,10 @@ TouchScene two_shapes() {
   for (const auto& [low, high] : {std::pair(0.0, 300.0), std::pair(301.0, 2000.0)}) {
     volume::Shape shape;
     shape.low = low, shape.high = high;
-    scene.shapes.push_back(
+    scene.items.push_back(
         {volume::Field(*scene.base, shape),
          std::make_shared<const volume::Occupancy>(volume::Occupancy::build(*scene.base, shape)), Material{},
-         Sides::both});
+         Side::both});
   }
   return scene;
 }
@@ -42,7 +42,7 @@ TEST(RaystepProxy, NamesShapeSideAndNormalInOnePass) {
     const ProxyStep s = method.step(scene, version, state, {{x, 20, 28}});
     EXPECT_TRUE(s.has_contact);
     EXPECT_EQ(s.shape, wanted);
-    EXPECT_EQ(s.side, 1);
+    EXPECT_EQ(s.side, Side::front);
     EXPECT_NEAR(s.normal_world.z, 1, 1e-12);
     EXPECT_NEAR(s.proxy_world.z, 29.5, 1.001 * RaystepProxy::k_step);  // half a voxel above the last centre
     // A constant number of samples a millimetre, whatever the speed.
@@ -62,15 +62,15 @@ TEST(RaystepProxy, TurnsTheNormalRoundOnTheBackAndRestsAtOnceWithoutMotion) {
   TouchScene shell = scenes::phantom_scene("sphere", grid(96, 1.5));
   volume::Shape shape;
   shape.low = 0, shape.high = 600;
-  shell.shapes[0] = {volume::Field(*shell.base, shape),
-                     std::make_shared<const volume::Occupancy>(volume::Occupancy::build(*shell.base, shape)),
-                     Material{}, Sides::both};
+  shell.items[0] = {volume::Field(*shell.base, shape),
+                    std::make_shared<const volume::Occupancy>(volume::Occupancy::build(*shell.base, shape)),
+                    Material{}, Side::both};
   const volume::Version untouched(shell.base);
   state = {};
   method.step(shell, untouched, state, {{30, 0, 0}});
   const ProxyStep s = method.step(shell, untouched, state, {{47, 0, 0}});
   EXPECT_TRUE(s.has_contact);
-  EXPECT_EQ(s.side, -1);
+  EXPECT_EQ(s.side, Side::back);
   EXPECT_LT(s.normal_world.x, -0.99);
 }
 

@@ -47,8 +47,7 @@ struct Play {
     set_version(version);
   }
   void no_friction() {
-    for (TouchShape& shape : scene.shapes)
-      shape.material.static_friction = shape.material.dynamic_friction = 0;
+    for (TouchItem& shape : scene.items) shape.material.static_friction = shape.material.dynamic_friction = 0;
   }
   /// Goes on with another version, as a servo does between two steps.
   void set_version(std::shared_ptr<const volume::Version> next, ServoScene::OffsetFields offsets = {}) {

@@ -160,7 +160,7 @@ TEST_P(Methods, NeverFallsThroughARoughWalk) {
 
 TEST_P(Methods, HoldsWhileItIsDrilledAndUndoneUnderTheTool) {
   Play play(GetParam(), scenes::phantom_scene("shell", grid(64, 0)));
-  volume::RemovalEditor editor(play.version, {play.scene.shapes[0].field});
+  volume::RemovalEditor editor(play.version, {play.scene.items[0].field});
   std::vector<std::shared_ptr<const volume::Version>> history{play.version};
   dvec3 last(0, 30, 42);
   int i = 0;
@@ -190,7 +190,7 @@ TEST_P(Methods, HoldsWhileItIsDrilledAndUndoneUnderTheTool) {
 
 TEST_P(VoxelMethods, HoldsInADrilledCavityAndReachesFartherAfterRemoval) {
   Play play(GetParam(), scenes::phantom_scene("plane", grid(96, 1, 0, {{"angle", 0}})));
-  volume::RemovalEditor editor(play.version, {play.scene.shapes[0].field});
+  volume::RemovalEditor editor(play.version, {play.scene.items[0].field});
   play.step({0, 0, 5});
   for (int i = 0; i < 100; ++i) play.step({0, 0, -6});
   EXPECT_NEAR(glm::length(play.step({0, 0, -6}).proxy_world - dvec3(0, 0, -6)), 6, 1.25);
@@ -209,7 +209,7 @@ TEST_P(VoxelMethods, HoldsInADrilledCavityAndReachesFartherAfterRemoval) {
 
 TEST_P(Methods, BackSideHoldsAProxyInTheSolid) {
   TouchScene scene = scenes::phantom_scene("sphere", grid(96, 1));
-  scene.shapes[0].sides = Sides::both;
+  scene.items[0].sides = Side::both;
   Play play(GetParam(), scene);
   play.step(dvec3(0));
   if (std::string(GetParam()) != "mesh") {  // which looks at triangles alone
@@ -218,12 +218,12 @@ TEST_P(Methods, BackSideHoldsAProxyInTheSolid) {
   ProxyStep s;
   for (int i = 0; i < 600; ++i) s = play.step(dvec3(0.1 * i, 0.02 * i, 0));
   EXPECT_TRUE(s.has_contact);
-  EXPECT_EQ(s.side, -1);
+  EXPECT_EQ(s.side, Side::back);
   EXPECT_LT(glm::length(s.proxy_world), 46.5);
   EXPECT_LT(glm::dot(s.normal_world, glm::normalize(s.proxy_world)),
             -0.95);  // into the solid, where the proxy is
   // With the front alone held, the same motion leaves the solid, and cannot come back in.
-  play.scene.shapes[0].sides = Sides::front;
+  play.scene.items[0].sides = Side::front;
   if (std::string(GetParam()) == "scene-sequential") {  // which keeps a scene of its own for each volume
     EXPECT_FALSE(play.method->prepare(play.scene).has_value());
   }
@@ -231,13 +231,13 @@ TEST_P(Methods, BackSideHoldsAProxyInTheSolid) {
   EXPECT_FALSE(s.has_contact);
   for (int i = 0; i < 600; ++i) s = play.step(dvec3(60 - 0.1 * i, 12 - 0.02 * i, 0));
   EXPECT_TRUE(s.has_contact);
-  EXPECT_EQ(s.side, 1);
+  EXPECT_EQ(s.side, Side::front);
 }
 
 TEST_P(VoxelMethods, GrowthOverTheProxyIsSaidAndGivesNoForce) {
   Play play(GetParam(), scenes::phantom_scene("plane", grid(64, 1, 0, {{"angle", 0}})));
   const auto untouched = play.version;
-  volume::RemovalEditor editor(play.version, {play.scene.shapes[0].field});
+  volume::RemovalEditor editor(play.version, {play.scene.items[0].field});
   editor.remove({{0, 0, 0}, {0, 0, -15}, 8});
   play.set_version(editor.publish());
   play.step({0, 0, 10});
@@ -272,12 +272,12 @@ TEST_P(Methods, TheNearerOfTwoShapesHolds) {
     TouchScene scene = scenes::phantom_scene("plane", grid(64, 2, 0, {{"angle", 0}}));
     volume::Shape skin, bone;
     skin.low = -300, skin.high = 700, bone.low = 700;
-    scene.shapes.clear();
+    scene.items.clear();
     for (const volume::Shape& shape : is_bone_first ? std::array{bone, skin} : std::array{skin, bone})
-      scene.shapes.push_back(
+      scene.items.push_back(
           {volume::Field(*scene.base, shape),
            std::make_shared<const volume::Occupancy>(volume::Occupancy::build(*scene.base, shape)),
-           Material{0.5, 0.001, 0, 0}, Sides::front});
+           Material{0.5, 0.001, 0, 0}, Side::front});
     const auto method = make_method(GetParam()).value();
     ASSERT_FALSE(method->prepare(scene).has_value());
     const volume::Version version(scene.base);
@@ -340,7 +340,7 @@ TEST(MethodNames, EveryMethodGivesTheSameBitsOnEveryCompiler) {
     const auto method = make_method(info.name).value();
     ASSERT_FALSE(method->prepare(scene).has_value());
     std::shared_ptr<const volume::Version> version = std::make_shared<volume::Version>(scene.base);
-    volume::RemovalEditor editor(version, {scene.shapes[0].field});
+    volume::RemovalEditor editor(version, {scene.items[0].field});
     ProxyState state;
     std::uint64_t hash = 14695981039346656037ull;
     long contacts = 0;

@@ -68,7 +68,7 @@ HoleReport feel_a_hole(const TouchScene& scene, const volume::CutLattice& lattic
   const dvec3 direction = glm::normalize(anywhere());
   const Hole hole{middle - 1.5 * burr * direction, middle + 1.5 * burr * direction, r};
   volume::RemovalEditor editor(std::make_shared<volume::Version>(scene.base, lattice),
-                               {scene.shapes[0].field});
+                               {scene.items[0].field});
   // In steps of a tick, as a drill goes.
   constexpr int k_ticks = 15;
   const dvec3 bite = (hole.end - hole.start) / double(k_ticks);
@@ -168,7 +168,7 @@ TEST(OwnHole, EveryMethodGoesDownIt) {
                           dvec3(0.037 * k, 0.023 * k, 0) + 4.0 * axis,
                     aside = (is_cubes ? 0 : 0.5 * c.burr - std::min(0.15, 0.25 * c.burr)) *
                             glm::normalize(glm::cross(axis, dvec3(1, 0.3 * k, 0.2)));
-        volume::RemovalEditor editor(untouched(scene), {scene.shapes[0].field});
+        volume::RemovalEditor editor(untouched(scene), {scene.items[0].field});
         for (int i = 0; i < 40; ++i)
           editor.remove({top - 0.2 * i * axis, top - 0.2 * (i + 1) * axis, 0.5 * c.burr, i > 0});
         const auto version = editor.publish();
@@ -206,7 +206,7 @@ TEST(OwnHole, TheTipFollowsTheHandDownToTheBottom) {
       play.no_friction();
       const volume::CutLattice lattice = volume::CutLattice::for_burr(*play.scene.base, burr).value();
       volume::RemovalEditor editor(std::make_shared<volume::Version>(play.scene.base, lattice),
-                                   {play.scene.shapes[0].field});
+                                   {play.scene.items[0].field});
       const dvec3 middle = play.scene.base->frame.world_from_volume(0.5 * dvec3(play.scene.base->size - 1));
       const dvec3 down = glm::normalize(dvec3(0.3, -0.2, -1));
       // From outside the block, through its border.
@@ -241,7 +241,7 @@ TEST(OwnHole, NothingIsPassedInATangleOfGroovesUnderThickSlices) {
     play.no_friction();
     const volume::CutLattice lattice = volume::CutLattice::for_burr(*play.scene.base, 1).value();
     volume::RemovalEditor editor(std::make_shared<volume::Version>(play.scene.base, lattice),
-                                 {play.scene.shapes[0].field});
+                                 {play.scene.items[0].field});
     const dvec3 middle = play.scene.base->frame.world_from_volume(0.5 * dvec3(play.scene.base->size - 1));
     std::mt19937_64 random(9);
     std::uniform_real_distribution<double> part(-3, 3);

@@ -35,7 +35,7 @@ INSTANTIATE_TEST_SUITE_P(All, RoundMethods, testing::ValuesIn(k_round_methods), 
 TEST(RoundTool, RestsARadiusAboveASphereAtAnyRadius) {
   for (const double radius : {0.5, 2.0, 6.0}) {
     const TouchScene scene = with_radius(scenes::phantom_scene("sphere", grid(128, 1.5)), radius);
-    const double step = scene.shapes[0].offset->step_mm();
+    const double step = scene.items[0].offset->step_mm();
     const PosePath path = scenes::sphere_slide(45 + radius, 1, 100, 2);
     for (const char* name : k_round_methods) {
       SCOPED_TRACE(std::string(name) + " " + std::to_string(radius));
@@ -124,8 +124,8 @@ TEST_P(RoundMethods, HoversOverAFreshHoleUntilItsFieldIsThereAndNeverTrustsOneFr
   RoundPlay play(scenes::phantom_scene("plane", grid(96, 1, 0, {{"angle", 0}})), 2, GetParam());
   // On cubes the surface is only as near as their faces.
   const double slack =
-      find_method(GetParam())->solid == MethodInfo::Solid::cubes ? play.scene.shapes[0].offset->step_mm() : 0;
-  volume::RemovalEditor editor(play.version, {play.scene.shapes[0].field});
+      find_method(GetParam())->solid == MethodInfo::Solid::cubes ? play.scene.items[0].offset->step_mm() : 0;
+  volume::RemovalEditor editor(play.version, {play.scene.items[0].field});
   const auto untouched = play.version;
   play.step({0, 0, 8});
   for (int i = 0; i < 60; ++i) play.step({0, 0, -8});
@@ -136,8 +136,8 @@ TEST_P(RoundMethods, HoversOverAFreshHoleUntilItsFieldIsThereAndNeverTrustsOneFr
   EXPECT_NEAR(play.step({0, 0, -8}).proxy_world.z, 2, 0.1 + slack);
   // The field's update comes with a later version: down to a radius above the floor at -11.
   const auto cut = editor.publish();
-  play.set_version(cut, {play.scene.shapes[0].offset->updated(play.scene.shapes[0].field,
-                                                              *play.scene.shapes[0].bits, *cut, report.box)});
+  play.set_version(cut, {play.scene.items[0].offset->updated(play.scene.items[0].field,
+                                                             *play.scene.items[0].bits, *cut, report.box)});
   ProxyStep s;
   for (int i = 0; i < 40; ++i) s = play.step({0, 0, -14});
   EXPECT_NEAR(s.proxy_world.z, -9, 0.3 + slack);
@@ -169,10 +169,10 @@ TEST(RoundTool, OtherMethodsAndBadRadiiAreRefusedInWords) {
       EXPECT_NE(refused->message().find("radius"), std::string::npos);
     }
   }
-  scene.shapes[0].sides = Sides::both;
+  scene.items[0].sides = Side::both;
   EXPECT_TRUE(set_tool_radius(scene, 2).has_value());
   EXPECT_FALSE(set_tool_radius(scene, 0).has_value());
-  EXPECT_EQ(scene.shapes[0].offset, nullptr);
+  EXPECT_EQ(scene.items[0].offset, nullptr);
 }
 
 /// A block or wall under thick slices, with the intensity falling linearly off its faces.
@@ -223,13 +223,13 @@ TEST(RoundTool, GoesDownItsOwnHoleUnderThickSlices) {
   TouchScene scene = thick_slices({0.5, 0.5, 3}, {30, 30, 48}, 12);
   const volume::CutLattice lattice = volume::CutLattice::for_burr(*scene.base, 2 * k_radius).value();
   volume::RemovalEditor editor(std::make_shared<volume::Version>(scene.base, lattice),
-                               {scene.shapes[0].field});
+                               {scene.items[0].field});
   const dvec3 start(-18, 2.1, -3.2), end(1.3, -3.4, 4.7);
   editor.remove({start, end, k_radius, false});
   RoundPlay play(std::move(scene), k_touch);
   const auto cut = editor.publish();
   auto field =
-      volume::OffsetField::build(play.scene.shapes[0].field, *play.scene.shapes[0].bits, cut.get(), k_touch);
+      volume::OffsetField::build(play.scene.items[0].field, *play.scene.items[0].bits, cut.get(), k_touch);
   ASSERT_TRUE(field);
   play.set_version(cut, {field.value()});
   double worst = 0;
@@ -279,7 +279,7 @@ TEST(RoundTool, StaysOutOfCoarseVoxelsAndMasksAtTheirOwnValues) {
     ASSERT_FALSE(set_tool_radius(scene, c.radius).has_value());
     Play play("subvoxel", std::move(scene));
     const checker::SmoothSolid solid =
-        checker::smooth_solid(play.scene.base, shape, nullptr, play.scene.shapes[0].soft);
+        checker::smooth_solid(play.scene.base, shape, nullptr, play.scene.items[0].soft);
     const checker::BallJudge judge(c.radius, 300);
     double deepest = 0;
     const PosePath path = scenes::sphere_slide(16, 4, 60, 0.5);

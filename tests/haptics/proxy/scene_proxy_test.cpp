@@ -34,10 +34,9 @@ bool is_in_box(const dvec3& p, const dvec3& low, const dvec3& high) {
 const Material k_smooth{0.5, 0.001, 0, 0};
 
 /// An empty volume, where a scene needs a base and all is meshes.
-TouchScene of_meshes(std::vector<TouchMesh> meshes) {
+TouchScene of_meshes(std::vector<TouchItem> meshes) {
   TouchScene scene = scenes::phantom_scene("sphere", grid(16, 0, 0, {{"radius", 1}}));
-  scene.shapes.clear();
-  scene.meshes = std::move(meshes);
+  scene.items = std::move(meshes);
   return scene;
 }
 
@@ -59,7 +58,7 @@ struct Player {
 TEST(SceneProxy, OnOneVolumeItIsTheSubvoxelProxy) {
   for (const double shear : {0.0, 15.0}) {
     TouchScene scene = scenes::phantom_scene("gyroid", grid(64, 1, shear));
-    scene.shapes[0].material = k_smooth;
+    scene.items[0].material = k_smooth;
     Player one(scene, "subvoxel"), all(scene);
     const double voxel = scene.base->frame.spacing().x;
     const PosePath path = scenes::rough_walk(dvec3(-30), dvec3(30), 0.7, 3000, 3);
@@ -92,7 +91,7 @@ INSTANTIATE_TEST_SUITE_P(All, SceneOfScale, testing::Values(1e-3, 1.0, 1e3));
 TEST_P(SceneOfScale, APointOnABoxRestsAtTheNearestPlaceOfItsSurface) {
   const double scale = GetParam(), close = 1e-5 * scale + 1e-7;
   const dvec3 low = scale * dvec3(-10, -8, -6), high = scale * dvec3(10, 8, 6);
-  Player player(of_meshes({{"box", box(low, high), k_smooth}}));
+  Player player(of_meshes({mesh_item("box", box(low, high), k_smooth)}));
   player.step(scale * dvec3(0, 0, 12));
   const PosePath path = scenes::rough_walk(dvec3(-14, -12, -10), dvec3(14, 12, 10), 0.9, 8000, 5);
   long contacts = 0, rests = 0;
@@ -127,7 +126,7 @@ TEST(SceneProxy, ABallRollsRoundFacesEdgesAndCornersAtItsRadius) {
   const dvec3 low(-10, -8, -6), high(10, 8, 6);
   for (const char* name : {"scene", "mesh"})
     for (const double radius : {0.5, 2.0, 6.0}) {
-      TouchScene scene = of_meshes({{"box", box(low, high), k_smooth}});
+      TouchScene scene = of_meshes({mesh_item("box", box(low, high), k_smooth)});
       scene.tool_radius = radius;
       Player player(std::move(scene), name);
       player.step({10 + 2 * radius, 0, 0});
@@ -167,16 +166,16 @@ struct Wedge {
 /// between them.
 Wedge press_into_wedge(const char* name, double degrees, double radius = 0) {
   TouchScene scene = scenes::phantom_scene("plane", grid(96, 1.5, 0, {{"angle", 0}}));
-  scene.shapes[0].material = k_smooth;
+  scene.items[0].material = k_smooth;
   if (radius > 0) {
     EXPECT_FALSE(set_tool_radius(scene, radius).has_value());
   }
   const double a = 0.017453292519943295 * degrees;
   const dvec3 low(-2, -40, -40), high(2, 40, 40);
-  TouchMesh plate{"plate", box(low, high), k_smooth};
+  TouchItem plate = mesh_item("plate", box(low, high), k_smooth);
   plate.placement.rotation = glm::angleAxis(a, dvec3(0, 1, 0));
   plate.placement.position_world = {0.3, 0, 0};
-  scene.meshes = {plate};
+  scene.items.push_back(plate);
   Player player(std::move(scene), name);
   const dvec3 start = 40.0 * glm::normalize(plate.placement.rotation * dvec3(1, 0, 0) + dvec3(0, 0, 1));
   player.step(start);
@@ -225,7 +224,7 @@ TEST(SceneProxy, AMeshThatMovesTakesTheProxyAlongAndNeverPassesOverIt) {
   const dvec3 low(-10, -8, -6), high(10, 8, 6);
   for (const double radius : {0.0, 1.5})
     for (const double speed : {20.0, 400.0, 5000.0}) {
-      TouchMesh mesh{"box", box(low, high), k_smooth};
+      TouchItem mesh = mesh_item("box", box(low, high), k_smooth);
       mesh.mover = 0;
       TouchScene scene = of_meshes({mesh});
       scene.tool_radius = radius;
@@ -250,9 +249,9 @@ TEST(SceneProxy, AMeshThatMovesTakesTheProxyAlongAndNeverPassesOverIt) {
 
 TEST(SceneProxy, BetweenAMovingMeshAndBoneItIsLetGoAndSaysSo) {
   TouchScene scene = scenes::phantom_scene("plane", grid(96, 1.5, 0, {{"angle", 0}}));
-  TouchMesh mesh{"press", box({-9, -9, 0}, {9, 9, 5}), k_smooth};
+  TouchItem mesh = mesh_item("press", box({-9, -9, 0}, {9, 9, 5}), k_smooth);
   mesh.mover = 0;
-  scene.meshes = {mesh};
+  scene.items.push_back(mesh);
   Player player(std::move(scene));
   Placement press{{0, 0, 10}, {1, 0, 0, 0}};
   player.step({0, 0, 2}, std::span(&press, 1));
@@ -277,14 +276,14 @@ TEST(SceneProxy, TwoVolumesInFramesOfTheirOwnAreHeldTogether) {
   o.spacing_mm = dvec3(0.4);
   const TouchScene other = scenes::phantom_scene("sphere", o);
   scene.others = {other.base};
-  scene.shapes.push_back(other.shapes[0]);
-  for (TouchShape& shape : scene.shapes) shape.material = k_smooth;
+  scene.items.push_back(mesh_item("between, far away", box(dvec3(300), dvec3(310))));
+  scene.items.push_back(other.items[0]);
+  for (TouchItem& item : scene.items) item.material = k_smooth;
   Player player(scene);
   player.step({20, 3, 12});
-  const checker::SmoothSolid plane =
-      checker::smooth_solid(scene.base, scene.shapes[0].field.shape(), nullptr);
+  const checker::SmoothSolid plane = checker::smooth_solid(scene.base, scene.items[0].field.shape(), nullptr);
   const checker::SmoothSolid sphere =
-      checker::smooth_solid(other.base, other.shapes[0].field.shape(), nullptr);
+      checker::smooth_solid(other.base, other.items[0].field.shape(), nullptr);
   long plane_touched = 0, sphere_touched = 0;
   for (int i = 0; i < 6000; ++i) {
     const double a = 1e-3 * i, reach = 11 + 5 * std::cos(2.2 * a);
@@ -303,7 +302,7 @@ TEST(SceneProxy, TwoVolumesInFramesOfTheirOwnAreHeldTogether) {
       a_world = b_world;
     }
     plane_touched += s.shape == 0;
-    sphere_touched += s.shape == 1;
+    sphere_touched += s.shape == 2;
     const double depth = std::max(-s.proxy_world.z, 10 - glm::length(s.proxy_world));
     ASSERT_LT(depth, 0.05);
   }
@@ -336,8 +335,8 @@ TEST(SceneProxy, DoesNotStickWhereVolumesOfUnlikeVoxelsMeet) {
   const TouchScene fine =
       slab({-2, -3, -2}, {6, 6, 4}, 0.05);  // over the coarse one's border, whose edge is round
   scene.others = {fine.base};
-  scene.shapes.push_back(fine.shapes[0]);
-  for (TouchShape& shape : scene.shapes) shape.material = k_smooth;
+  scene.items.push_back(fine.items[0]);
+  for (TouchItem& shape : scene.items) shape.material = k_smooth;
   Player player(scene);
   player.step({-6, 0, 2});
   long stuck = 0, contacts = 0, fine_touched = 0;
@@ -357,12 +356,12 @@ TEST(SceneProxy, DoesNotStickWhereVolumesOfUnlikeVoxelsMeet) {
 
 TEST(SceneProxy, AHundredShapesOutOfReachAreNotLookedAt) {
   TouchScene one = scenes::phantom_scene("sphere", grid(96, 1.5));
-  one.shapes[0].material = k_smooth;
+  one.items[0].material = k_smooth;
   TouchScene many = one;
   for (int i = 0; i < 100; ++i) {
-    TouchMesh mesh{"far", box(dvec3(-30), dvec3(30)), k_smooth};
+    TouchItem mesh = mesh_item("far", box(dvec3(-30), dvec3(30)), k_smooth);
     mesh.placement.position_world = {200.0 + 70 * i, 0, 0};
-    many.meshes.push_back(mesh);
+    many.items.push_back(mesh);
   }
   Player few(one), all(many);
   const PosePath path = scenes::sphere_slide(45, 1, 100, 1);
@@ -375,16 +374,16 @@ TEST(SceneProxy, AHundredShapesOutOfReachAreNotLookedAt) {
   }
   EXPECT_TRUE(all.state.around.near.contains(0));
   EXPECT_EQ(all.state.around.near.next(1), ShapeSet::k_most);
-  many.meshes.resize(28 + 100, many.meshes[0]);
+  many.items.resize(29 + 100, many.items[1]);
   EXPECT_TRUE(make_method("scene").value()->prepare(many).has_value());  // 129
 }
 
 TEST(SceneProxy, ATinyModelDoesNotSlowTheSlideOnBone) {
   TouchScene scene = scenes::phantom_scene("sphere", grid(96, 1.5));
-  scene.shapes[0].material = k_smooth;
-  TouchMesh tip{"needle tip", box(dvec3(-0.02), dvec3(0.02)), k_smooth};
+  scene.items[0].material = k_smooth;
+  TouchItem tip = mesh_item("needle tip", box(dvec3(-0.02), dvec3(0.02)), k_smooth);
   tip.placement.position_world = {0, 0, 70};
-  scene.meshes = {tip};
+  scene.items.push_back(tip);
   Player player(scene);
   double worst = 0;
   long i = 0;
@@ -401,7 +400,7 @@ TEST(SceneProxy, ATinyModelDoesNotSlowTheSlideOnBone) {
 
 TEST(SceneProxy, TheSequentialGodObjectStartsWhereTheProxyWasSet) {
   // A plate between the origin and the hand.
-  TouchScene scene = of_meshes({{"plate", box({-30, -30, 9}, {30, 30, 11}), k_smooth}});
+  TouchScene scene = of_meshes({mesh_item("plate", box({-30, -30, 9}, {30, 30, 11}), k_smooth)});
   Player player(scene, "scene-sequential");
   player.step({0, 0, 20});
   player.state.begin_at(player.scene.base->frame.volume_from_world({0, 0, 18}));
@@ -412,8 +411,8 @@ TEST(SceneProxy, TheSequentialGodObjectStartsWhereTheProxyWasSet) {
 
 TEST(SceneProxy, AMeshThatHoldsFromItsBackIsARoom) {
   const dvec3 low(-10, -8, -6), high(10, 8, 6);
-  TouchMesh room{"room", box(low, high), k_smooth};
-  room.sides = Sides::back;
+  TouchItem room = mesh_item("room", box(low, high), k_smooth);
+  room.sides = Side::back;
   Player player(of_meshes({room}));
   player.step(dvec3(0));
   long contacts = 0;
@@ -430,16 +429,19 @@ TEST(SceneProxy, AMeshThatHoldsFromItsBackIsARoom) {
 }
 
 TEST(SceneProxy, ARefusedSceneSaysWhatIsWrong) {
-  TouchScene scene = of_meshes({{"a", box(dvec3(-1), dvec3(1)), k_smooth}, {"b", nullptr, k_smooth}});
+  TouchScene scene = of_meshes({mesh_item("a", box(dvec3(-1), dvec3(1)), k_smooth), mesh_item("b", nullptr)});
   EXPECT_TRUE(make_method("scene").value()->prepare(scene).has_value());
-  scene.meshes[1].tree = scene.meshes[0].tree;
+  scene.items[1].tree = scene.items[0].tree;
   EXPECT_FALSE(make_method("scene").value()->prepare(scene).has_value());
-  scene.meshes[0].mover = scene.meshes[1].mover = 3;
+  scene.items[0].mover = scene.items[1].mover = 3;
   EXPECT_TRUE(make_method("scene").value()->prepare(scene).has_value());
-  scene.meshes[1].mover = TouchScene::k_max_movers;
+  scene.items[1].mover = TouchScene::k_max_movers;
   EXPECT_TRUE(make_method("scene").value()->prepare(scene).has_value());
-  scene.meshes.pop_back();
+  scene.items.pop_back();
   EXPECT_FALSE(make_method("scene").value()->prepare(scene).has_value());
+  TouchScene late = scenes::phantom_scene("sphere", grid(16, 0, 0, {{"radius", 1}}));
+  late.items.insert(late.items.begin(), scene.items[0]);
+  EXPECT_TRUE(make_method("scene").value()->prepare(late).has_value());
   for (const char* name : {"mesh", "subvoxel", "implicit", "explicit", "explicit-cubes", "path", "raystep"})
     EXPECT_TRUE(make_method(name).value()->prepare(scene).has_value()) << name;
 }

@@ -60,7 +60,7 @@ TEST(SubvoxelProxy, RestsWhereTheIdealProxyRests) {
     SubvoxelPlay play(scenes::phantom_scene(c.name, grid(96, c.psf)));
     play.no_friction();
     const auto solid =
-        checker::smooth_solid(play.scene.base, play.scene.shapes[0].field.shape(), play.version);
+        checker::smooth_solid(play.scene.base, play.scene.items[0].field.shape(), play.version);
     const volume::Frame& frame = play.scene.base->frame;
     constexpr int k_steps = 240;
     dvec3 last = c.begin;
@@ -92,7 +92,7 @@ TEST(SubvoxelProxy, RestsWhereTheIdealProxyRests) {
 TEST(SubvoxelProxy, HoldsInADrilledCavityAndNeverSticksThere) {
   SubvoxelPlay play(scenes::phantom_scene("plane", grid(96, 1, 0, {{"angle", 0}})));
   play.no_friction();
-  volume::RemovalEditor editor(play.version, {play.scene.shapes[0].field});
+  volume::RemovalEditor editor(play.version, {play.scene.items[0].field});
   play.step({0, 0, 5});
   for (int i = 0; i < 100; ++i) play.step({0, 0, -6});
   EXPECT_NEAR(glm::length(play.step({0, 0, -6}).proxy_world - dvec3(0, 0, -6)), 6, 0.05);
@@ -151,10 +151,10 @@ TEST(SubvoxelProxy, TwoShapesHoldTogether) {
   volume::Shape wall;
   wall.label = 1;
   for (const volume::Shape& shape : {volume::Shape{}, wall})
-    scene.shapes.push_back(
+    scene.items.push_back(
         {volume::Field(*scene.base, shape),
          std::make_shared<const volume::Occupancy>(volume::Occupancy::build(*scene.base, shape)),
-         Material{0.5, 0, 0, 0}, Sides::front});
+         Material{0.5, 0, 0, 0}, Side::front});
   SubvoxelProxy method;
   ProxyState state;
   const volume::Version version(scene.base);
@@ -171,16 +171,16 @@ TEST(SubvoxelProxy, TwoShapesHoldTogether) {
 }
 
 /// Labels 1 and 2 as shapes; how the first is touched.
-TouchScene scene_of_two_labels(std::shared_ptr<const volume::Volume> base, Sides sides_of_first) {
+TouchScene scene_of_two_labels(std::shared_ptr<const volume::Volume> base, Side sides_of_first) {
   TouchScene scene;
   scene.base = std::move(base);
   for (const int label : {1, 2}) {
     volume::Shape shape;
     shape.label = label;
-    scene.shapes.push_back(
+    scene.items.push_back(
         {volume::Field(*scene.base, shape),
          std::make_shared<const volume::Occupancy>(volume::Occupancy::build(*scene.base, shape)),
-         Material{0.5, 0, 0, 0}, label == 1 ? sides_of_first : Sides::front});
+         Material{0.5, 0, 0, 0}, label == 1 ? sides_of_first : Side::front});
   }
   return scene;
 }
@@ -198,7 +198,7 @@ TEST(SubvoxelProxy, TwoBinaryShapesInACornerLetItSlideOnceSoftened) {
                                                                                                 : 0);
   const auto shared = std::make_shared<const volume::Volume>(std::move(base));
   for (const bool is_soft : {false, true}) {
-    TouchScene scene = scene_of_two_labels(shared, Sides::front);
+    TouchScene scene = scene_of_two_labels(shared, Side::front);
     if (is_soft) soften(scene);
     SubvoxelProxy method;
     ASSERT_FALSE(method.prepare(scene));
@@ -229,16 +229,15 @@ TEST(SubvoxelProxy, WhatHoldsFromWithinIsSoftenedForItself) {
   for (int z = 0; z < 30; ++z)
     for (int y = 0; y < 30; ++y)
       for (int x = 0; x < 30; ++x) base.labels[base.index(x, y, z)] = x < 15 ? 1 : 2;
-  TouchScene scene =
-      scene_of_two_labels(std::make_shared<const volume::Volume>(std::move(base)), Sides::back);
+  TouchScene scene = scene_of_two_labels(std::make_shared<const volume::Volume>(std::move(base)), Side::back);
   soften(scene);
-  for (const TouchShape& shape : scene.shapes) {
+  for (const TouchItem& shape : scene.items) {
     const auto alone = volume::SoftField::build(*shape.bits);
     for (int x = 0; x < 30; ++x) EXPECT_EQ(shape.soft->at(x, 14, 14), alone->at(x, 14, 14)) << x;
   }
-  scene.shapes[0].sides = Sides::front;
+  scene.items[0].sides = Side::front;
   soften(scene);
-  EXPECT_GT(scene.shapes[1].soft->at(13, 14, 14), 0);
+  EXPECT_GT(scene.items[1].soft->at(13, 14, 14), 0);
 }
 
 /// A shape that holds from within is entered through the border's face, which is a cube's end too: rounding
@@ -250,7 +249,7 @@ TEST(SubvoxelProxy, EntersAShapeHeldFromWithinThroughTheBorder) {
       volume::make_volume(glm::ivec3(14), volume::Frame::from_axes({3, -7, 11}, axes).value()).value();
   for (auto& v : block.voxels.span()) v = 1200;
   TouchScene scene = scenes::scene_of(std::move(block));
-  scene.shapes[0].sides = Sides::back;
+  scene.items[0].sides = Side::back;
   SubvoxelProxy method;
   ASSERT_FALSE(method.prepare(scene));
   const volume::Version version(scene.base);

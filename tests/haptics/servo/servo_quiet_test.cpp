@@ -75,7 +75,7 @@ TEST(ServoQuiet, AHundredThousandStepsOfEveryMethodNeitherAllocateNorLock) {
   VirtualDevice device(scenes::rough_walk(glm::dvec3(-50), glm::dvec3(50), 1.0, 100001, 3), {});
   ASSERT_FALSE(device.open().has_value());
   Ring<ServoRecord> ring(1 << 20);
-  volume::RemovalEditor editor(std::make_shared<volume::Version>(scene.base), {scene.shapes[0].field});
+  volume::RemovalEditor editor(std::make_shared<volume::Version>(scene.base), {scene.items[0].field});
   Histogram histogram;
   long contacts = 0;
   Pose pose;
@@ -120,16 +120,14 @@ TEST(ServoQuiet, NorDoRoundToolsModelsEffectsPassivityAndTheWayOut) {
   options.size = glm::ivec3(96);
   options.psf_sigma_voxels = 1;
   TouchScene scene = scenes::phantom_scene("shell", options);
-  scene.shapes[0].material = {0.5, 0.001, 0.3, 0.2};
-  scene.shapes[0].material.viscosity = 0.001;
+  scene.items[0].material = {0.5, 0.001, 0.3, 0.2};
+  scene.items[0].material.viscosity = 0.001;
   ASSERT_FALSE(set_tool_radius(scene, 2).has_value());
-  TouchMesh block;
-  block.name = "block";
-  block.tree = std::make_shared<MeshTree>(
-      std::vector<glm::dvec3>{{-20, -20, -20}, {20, -20, -20}, {0, 20, -20}, {0, 0, 20}},
-      std::vector<std::uint32_t>{0, 2, 1, 0, 1, 3, 1, 2, 3, 2, 0, 3});
-  block.mover = 0;
-  scene.meshes = {block};
+  scene.items.push_back(mesh_item(
+      "block", std::make_shared<MeshTree>(
+                   std::vector<glm::dvec3>{{-20, -20, -20}, {20, -20, -20}, {0, 20, -20}, {0, 0, 20}},
+                   std::vector<std::uint32_t>{0, 2, 1, 0, 1, 3, 1, 2, 3, 2, 0, 3})));
+  scene.items.back().mover = 0;
   const auto method = make_method("scene").value();
   ASSERT_FALSE(method->prepare(scene).has_value());
   ForceOptions force;
@@ -144,7 +142,7 @@ TEST(ServoQuiet, NorDoRoundToolsModelsEffectsPassivityAndTheWayOut) {
     ASSERT_FALSE(core.effects().add(parsed.value()).has_value());
   }
   const auto untouched = std::make_shared<volume::Version>(scene.base);
-  volume::RemovalEditor editor(untouched, {scene.shapes[0].field});
+  volume::RemovalEditor editor(untouched, {scene.items[0].field});
   ServoChannel channel(std::make_shared<ServoScene>(editor.publish()));
   const int reader = channel.open_reader();
   VirtualDevice device(scenes::rough_walk(glm::dvec3(-50), glm::dvec3(50), 1.0, 40001, 3), {});
@@ -166,8 +164,8 @@ TEST(ServoQuiet, NorDoRoundToolsModelsEffectsPassivityAndTheWayOut) {
       } else {
         const glm::dvec3& at = pose.position_world;
         const auto report = editor.remove({at, at, 9});
-        offsets.push_back(scene.shapes[0].offset->updated(scene.shapes[0].field, *scene.shapes[0].bits,
-                                                          editor.working(), report.box));
+        offsets.push_back(scene.items[0].offset->updated(scene.items[0].field, *scene.items[0].bits,
+                                                         editor.working(), report.box));
       }
       const auto next = std::make_shared<ServoScene>(editor.publish(), std::move(offsets));
       WayOut way;
@@ -227,7 +225,7 @@ TEST(ServoQuiet, NorDoesTheWholeLoop) {
   options.size = glm::ivec3(64);
   options.psf_sigma_voxels = 1;
   const TouchScene scene = scenes::phantom_scene("shell", options);
-  volume::RemovalEditor editor(std::make_shared<volume::Version>(scene.base), {scene.shapes[0].field});
+  volume::RemovalEditor editor(std::make_shared<volume::Version>(scene.base), {scene.items[0].field});
   ServoChannel channel(std::make_shared<ServoScene>(editor.publish()));
   const auto method = make_method(k_default_method).value();
   ASSERT_FALSE(method->prepare(scene).has_value());

@@ -17,9 +17,9 @@ int main() {
   haptics::TouchScene scene;
   scene.base = base;
   const volume::Shape bone;
-  scene.shapes.push_back({volume::Field(*base, bone),
-                          std::make_shared<const volume::Occupancy>(volume::Occupancy::build(*base, bone)),
-                          {}});
+  scene.items.push_back({volume::Field(*base, bone),
+                         std::make_shared<const volume::Occupancy>(volume::Occupancy::build(*base, bone)),
+                         {}});
   haptics::ImplicitProxy method;
   if (method.prepare(scene)) return 3;
   const volume::Version version(base);
