@@ -34,17 +34,25 @@ volume::VoxelBox united(const volume::VoxelBox& a, const volume::VoxelBox& b) no
   return {glm::min(a.low, b.low), glm::max(a.high, b.high)};
 }
 
-EditSession::EditSession(const haptics::TouchScene& scene, std::span<Tool* const> tools, double dt)
-    : scene_(&scene),
-      dt_(dt),
-      editor_(haptics::untouched(scene), fields_of(scene)),
-      servo_scene_(std::make_shared<haptics::ServoScene>(editor_.publish())) {
+EditSession::EditSession(std::vector<haptics::ServoHand> hands, std::span<Tool* const> tools, double dt)
+    : scene_(hands[0].scene), dt_(dt), editor_(haptics::untouched(*scene_), fields_of(*scene_)) {
+  TREPHINE_ASSERT(hands.size() == tools.size());
   for (Tool* tool : tools) hands_.push_back({tool, false, {}});
-  history_.push_back({servo_scene_, k_nothing, k_nothing});
+  servo_scene_ = std::make_shared<haptics::ServoScene>(haptics::ServoScene{0, std::move(hands)});
+  publish({}, Change::cut);
+  history_.push_back({state(), k_nothing, k_nothing});
 }
 
-EditSession::EditSession(const haptics::TouchScene& scene, Tool* tool, double dt)
-    : EditSession(scene, std::array{tool}, dt) {}
+EditSession::EditSession(const haptics::TouchScene& scene, const haptics::ProxyMethod& method,
+                         std::span<Tool* const> tools, double dt)
+    : EditSession(
+          std::vector(tools.size(), haptics::ServoHand(haptics::borrowed(scene), haptics::borrowed(method),
+                                                       haptics::TouchState(nullptr))),
+          tools, dt) {}
+
+EditSession::EditSession(const haptics::TouchScene& scene, const haptics::ProxyMethod& method, Tool* tool,
+                         double dt)
+    : EditSession(scene, method, std::array{tool}, dt) {}
 
 EditOutcome EditSession::consume(const haptics::ServoRecord& tick) {
   Hand& hand = hands_[tick.hand];
@@ -62,7 +70,7 @@ EditOutcome EditSession::consume(const haptics::ServoRecord& tick) {
   hand.is_pressed = is_pressed_ = true;
   const volume::RemovalReport report = hand.tool->apply(tick, dt_, editor_);
   if (report.bricks_changed == 0) return {};
-  publish(servo_scene_->offsets);
+  publish(state().offsets, Change::cut);
   note_cut(report.box);
   is_stroke_changed_ = true;
   stroke_box_ = united(stroke_box_, report.box);
@@ -101,10 +109,11 @@ void EditSession::end_stroke() {
   is_pressed_ = false;
   if (!is_stroke_changed_) return;
   editor_.end_stroke();
-  history_.resize(position_ + 1);  // a new stroke ends the redo line
+  history_.erase(history_.begin() + static_cast<std::ptrdiff_t>(position_) + 1,
+                 history_.end());  // a new stroke ends the redo line
   volume::VoxelBox owed = owed_;
   for (const Cut& cut : cuts_) owed = united(owed, cut.box);
-  history_.push_back({servo_scene_, stroke_box_, owed});
+  history_.push_back({state(), stroke_box_, owed});
   ++position_;
   if (position_ > k_most_strokes) {
     history_.erase(history_.begin());
@@ -115,21 +124,30 @@ void EditSession::end_stroke() {
   stroke_box_ = k_nothing;
 }
 
-/// The working state, by a serial of its own.
-void EditSession::publish(OffsetJob::Offsets offsets) {
-  servo_scene_ = std::make_shared<haptics::ServoScene>(editor_.publish(), std::move(offsets));
+/// The working state, by a serial of its own, for servos to adopt. Where matter may have grown each hand is
+/// told the way out of it.
+void EditSession::publish(OffsetJob::Offsets offsets, Change change) {
+  const haptics::TouchState now(editor_.publish(), std::move(offsets));
+  auto next = std::make_shared<haptics::ServoScene>(*servo_scene_);
+  next->serial = now.version->serial();
+  for (haptics::ServoHand& hand : next->hands) hand.state = now;
+  servo_scene_ = next;
+  if (change == Change::growth)
+    for (std::size_t h = 0; h < hands_.size(); ++h)
+      if (std::optional<haptics::WayOut> way = way_out(h))
+        next->hands[h].way = std::make_shared<const haptics::WayOut>(std::move(*way));
 }
 
 EditOutcome EditSession::go_to(std::size_t position) {
   const volume::VoxelBox box = history_[std::max(position, position_)].box;
   position_ = position;
-  editor_.reset(history_[position].state->version);
+  editor_.reset(history_[position].state.version);
   owed_ = history_[position].owed;
   cuts_.clear();
   // A fresh serial for the old contents, so that every adopted version has its own.
-  publish(history_[position].state->offsets);
+  publish(history_[position].state.offsets, Change::growth);
   if (owed_.low.x <= owed_.high.x) cuts_.push_back({current(), k_nothing});
-  return {true, box, true};
+  return {true, box};
 }
 
 OffsetJob::Offsets OffsetJob::make(const haptics::TouchScene& scene, int threads) const {
@@ -162,7 +180,7 @@ std::optional<OffsetJob> EditSession::job_of(std::uint64_t serial) const {
     }
   }
   if (!job.version) return std::nullopt;
-  job.before = servo_scene_->offsets;
+  job.before = state().offsets;
   if (job.before.empty())
     for (const haptics::TouchItem& shape : haptics::base_shapes(*scene_)) job.before.push_back(shape.offset);
   return job;
@@ -178,11 +196,11 @@ EditOutcome EditSession::attach(std::uint64_t serial, OffsetJob::Offsets offsets
   if (made_from == cuts_.end()) return {};
   cuts_.erase(cuts_.begin(), std::next(made_from));
   owed_ = k_nothing;
-  publish(std::move(offsets));
+  publish(std::move(offsets), Change::cut);
   // The state between strokes keeps what it has now, for whoever comes back to it.
   if (!is_stroke_changed_) {
     Entry& here = history_[position_];
-    here.state = servo_scene_;
+    here.state = state();
     here.owed = k_nothing;
     for (const Cut& cut : cuts_) here.owed = united(here.owed, cut.box);
   }
@@ -213,7 +231,7 @@ std::vector<double> EditSession::removed_mm3_by_label() const {
 const glm::dvec3* EditSession::last_free(std::size_t hand) const noexcept {
   const std::vector<glm::dvec3>& places = hands_[hand].places;
   for (std::size_t i = places.size(); i-- > 0;)
-    if (haptics::is_free(*scene_, *servo_scene_, places[i])) return &places[i];
+    if (haptics::is_free(*scene_, state(), places[i])) return &places[i];
   return nullptr;
 }
 
@@ -233,7 +251,7 @@ std::optional<haptics::WayOut> EditSession::way_out(std::size_t hand) const {
     i = next;
   }
   haptics::WayOut result;
-  result.version = current()->serial();
+  result.serial = servo_scene_->serial;
   const std::size_t stride =
       (way.size() + haptics::WayOut::k_most_places - 1) / haptics::WayOut::k_most_places;
   for (std::size_t i = stride - 1; i < way.size(); i += stride) result.places_volume[result.count++] = way[i];

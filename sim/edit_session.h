@@ -15,7 +15,6 @@ namespace trephine::sim {
 struct EditOutcome {
   bool is_changed = false;
   volume::VoxelBox box{glm::ivec3(0), glm::ivec3(-1)};  ///< voxels that may look different now
-  bool may_grow = false;  ///< matter may be where none was: hands in it need a way out
 };
 
 /// A wish that changes the state beside the ticks. Recordable: a session is ticks and commands in order.
@@ -39,7 +38,7 @@ struct Command {
 struct OffsetJob {
   std::shared_ptr<const volume::Version> version;
   volume::VoxelBox box{glm::ivec3(0), glm::ivec3(-1)};
-  using Offsets = haptics::ServoScene::OffsetFields;
+  using Offsets = haptics::TouchState::OffsetFields;
   Offsets before;  ///< one a shape of the base
   /// Milliseconds to tens of them, by the size of the box and of the tool; the same bits whatever `threads`.
   Offsets make(const haptics::TouchScene& scene, int threads = 1) const;
@@ -49,9 +48,13 @@ struct OffsetJob {
 /// pressed button to the last released one. One thread: the edit thread, or the only one in lockstep.
 class EditSession {
  public:
-  /// Borrows scene and tools, one a hand; a null tool only touches. `dt` is the servo's period, s.
-  EditSession(const haptics::TouchScene& scene, std::span<Tool* const> tools, double dt);
-  EditSession(const haptics::TouchScene& scene, Tool* tool, double dt);
+  /// What each hand feels before anything is cut, and its tool (borrowed; null: it only touches). All hands
+  /// touch one scene. `dt` is the servo's period, s.
+  EditSession(std::vector<haptics::ServoHand> hands, std::span<Tool* const> tools, double dt);
+  /// All hands with one method, and no forces beside the surfaces'. Borrows scene and method too.
+  EditSession(const haptics::TouchScene& scene, const haptics::ProxyMethod& method,
+              std::span<Tool* const> tools, double dt);
+  EditSession(const haptics::TouchScene& scene, const haptics::ProxyMethod& method, Tool* tool, double dt);
 
   EditOutcome consume(const haptics::ServoRecord& tick);
   EditOutcome apply(const Command& command);
@@ -68,9 +71,11 @@ class EditSession {
   bool can_undo() const noexcept { return position_ > 0 || is_stroke_changed_; }
   bool can_redo() const noexcept { return position_ + 1 < history_.size(); }
 
+  const haptics::TouchScene& scene() const noexcept { return *scene_; }
   /// The newest published version.
-  const std::shared_ptr<const volume::Version>& current() const noexcept { return servo_scene_->version; }
-  /// The same with what a servo needs beside it.
+  const std::shared_ptr<const volume::Version>& current() const noexcept { return state().version; }
+  const haptics::TouchState& state() const noexcept { return servo_scene_->hands[0].state; }
+  /// What servos adopt next: that state, and after growth the ways out of it.
   const std::shared_ptr<const haptics::ServoScene>& servo_scene() const noexcept { return servo_scene_; }
   /// Strokes that can be taken back; older ones stay in the bone for good, so that an hour's work fits in
   /// memory.
@@ -98,16 +103,17 @@ class EditSession {
   void note_cut(const volume::VoxelBox& box);
   std::optional<OffsetJob> job_of(std::uint64_t serial) const;
   void end_stroke();
-  void publish(OffsetJob::Offsets offsets);
+  enum class Change { cut, growth };
+  void publish(OffsetJob::Offsets offsets, Change change);
   EditOutcome go_to(std::size_t position);
 
-  const haptics::TouchScene* scene_;
+  std::shared_ptr<const haptics::TouchScene> scene_;
   std::vector<Hand> hands_;
   double dt_;
   volume::RemovalEditor editor_;
   std::shared_ptr<const haptics::ServoScene> servo_scene_;
   struct Entry {
-    std::shared_ptr<const haptics::ServoScene> state;
+    haptics::TouchState state;
     volume::VoxelBox box;   ///< what the stroke that led here changed
     volume::VoxelBox owed;  ///< where its offset fields are older than it is
   };

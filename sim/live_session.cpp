@@ -10,17 +10,15 @@ namespace trephine::sim {
 LiveSession::LiveSession(haptics::Device& device, const haptics::TouchScene& scene,
                          const haptics::ProxyMethod& method, Tool* tool, const haptics::ServoOptions& options,
                          SessionWriter* recorder)
-    : LiveSession(std::array{&device}, scene, method, EditSession(scene, tool, 1 / options.rate_hz), options,
+    : LiveSession(std::array{&device}, EditSession(scene, method, tool, 1 / options.rate_hz), options,
                   recorder) {}
 
-LiveSession::LiveSession(std::span<haptics::Device* const> devices, const haptics::TouchScene& scene,
-                         const haptics::ProxyMethod& method, EditSession edits,
+LiveSession::LiveSession(std::span<haptics::Device* const> devices, EditSession edits,
                          const haptics::ServoOptions& options, SessionWriter* recorder,
                          std::uint64_t first_tick)
-    : scene_(&scene),
-      edits_(std::move(edits)),
+    : edits_(std::move(edits)),
       channel_(edits_.servo_scene()),
-      servo_(devices, channel_, scene, method, options, first_tick),
+      servo_(devices, channel_, options, first_tick),
       recorder_(recorder),
       wants_realtime_(options.wants_realtime) {
   TREPHINE_ASSERT(devices.size() == edits_.hand_count());
@@ -35,7 +33,7 @@ LiveSession::~LiveSession() { stop(); }
 volume::Status LiveSession::start() {
   if (volume::Status error = servo_.start()) return error;
   is_stopping_ = false;
-  if (scene_->tool_radius > 0) {
+  if (edits_.scene().tool_radius > 0) {
     offsets_.is_stopping = offsets_.is_busy = false;
     offset_thread_ = std::thread([this] { make_offsets(); });
   }
@@ -67,7 +65,7 @@ void LiveSession::make_offsets() {
     std::optional<OffsetJob> job = std::exchange(offsets_.job, std::nullopt);
     guard.unlock();
     const auto begin = std::chrono::steady_clock::now();
-    OffsetJob::Offsets made = job->make(*scene_);
+    OffsetJob::Offsets made = job->make(edits_.scene());
     job.reset();  // perhaps the last to hold a version: freed while nobody waits
     const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
     guard.lock();
@@ -133,14 +131,13 @@ void LiveSession::run() {
       commands_.clear();
       landings.swap(landings_);
     }
-    for (; !commands.empty() && (is_ready_for_command() || is_last_round); commands.pop_front())
-      carry_out(commands.front());
+    for (; !commands.empty(); commands.pop_front()) carry_out(commands.front());
     if (wants_reset_.exchange(false)) {
       servo_.request_reset();
       for (std::size_t h = 0; h < edits_.hand_count(); ++h)
         if (const glm::dvec3* free = edits_.last_free(h)) servo_.request_restart(*free, h);
     }
-    if (scene_->tool_radius > 0 && !is_last_round) take_offsets();
+    if (edits_.scene().tool_radius > 0 && !is_last_round) take_offsets();
     for (const auto& [hand, place] : landings) servo_.request_restart(place, hand);
     landings.clear();
     if (is_last_round && !was_busy) return;
@@ -150,7 +147,6 @@ void LiveSession::run() {
 
 void LiveSession::consume(const haptics::ServoRecord& record) {
   const EditOutcome outcome = edits_.consume(record);
-  if (record.hand + 1u == edits_.hand_count()) seen_version_ = record.version;
   if (outcome.is_changed) channel_.publish(edits_.servo_scene());
   if (recorder_) recorder_->add(record, edits_, outcome);
   // A fault is an event of the session.
@@ -168,13 +164,7 @@ void LiveSession::consume(const haptics::ServoRecord& record) {
 
 void LiveSession::carry_out(const Command& command) {
   const EditOutcome outcome = edits_.apply(command);
-  if (outcome.is_changed) {
-    // The way out first: the servo must know it when the matter is there.
-    for (std::size_t h = 0; h < edits_.hand_count(); ++h)
-      if (const std::optional<haptics::WayOut> way = edits_.way_out(h)) servo_.offer_way_out(*way, h);
-    growth_version_ = edits_.current()->serial();
-    channel_.publish(edits_.servo_scene());
-  }
+  if (outcome.is_changed) channel_.publish(edits_.servo_scene());
   if (recorder_) recorder_->add(command, edits_, outcome);
   const std::lock_guard guard(lock_);
   note(outcome);

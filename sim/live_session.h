@@ -36,9 +36,9 @@ class LiveSession {
   LiveSession(haptics::Device& device, const haptics::TouchScene& scene, const haptics::ProxyMethod& method,
               Tool* tool, const haptics::ServoOptions& options, SessionWriter* recorder = nullptr);
   /// Several hands in one servo loop, or a session that goes on from `edits` at `first_tick`.
-  LiveSession(std::span<haptics::Device* const> devices, const haptics::TouchScene& scene,
-              const haptics::ProxyMethod& method, EditSession edits, const haptics::ServoOptions& options,
-              SessionWriter* recorder = nullptr, std::uint64_t first_tick = 0);
+  LiveSession(std::span<haptics::Device* const> devices, EditSession edits,
+              const haptics::ServoOptions& options, SessionWriter* recorder = nullptr,
+              std::uint64_t first_tick = 0);
   ~LiveSession();
   LiveSession(const LiveSession&) = delete;
   LiveSession& operator=(const LiveSession&) = delete;
@@ -76,14 +76,10 @@ class LiveSession {
   void run();
   void consume(const haptics::ServoRecord& record);
   void carry_out(const Command& command);
-  /// May another command be applied? Not before the servo has seen the version in which the last one let
-  /// matter grow: it keeps one way out at a time.
-  bool is_ready_for_command() const noexcept { return seen_version_ >= growth_version_; }
   void note(const EditOutcome& outcome);  // with lock_ held
   void take_offsets();
   void make_offsets();
 
-  const haptics::TouchScene* scene_;
   EditSession edits_;
   haptics::ServoChannel channel_;
   haptics::ServoLoop servo_;
@@ -94,8 +90,7 @@ class LiveSession {
   std::mutex lock_;  // between edit thread and others; never the servo
   LiveState state_;
   std::vector<Command> commands_;
-  std::vector<std::uint32_t> noted_faults_;              // of each hand, edit thread
-  std::uint64_t seen_version_ = 0, growth_version_ = 0;  // edit thread
+  std::vector<std::uint32_t> noted_faults_;  // of each hand, edit thread
   std::vector<std::pair<std::size_t, glm::dvec3>> landings_;
   std::atomic<bool> is_stopping_{false}, wants_reset_{false};
   std::thread thread_;

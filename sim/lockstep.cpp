@@ -4,12 +4,11 @@ namespace trephine::sim {
 
 Lockstep::Lockstep(const haptics::TouchScene& scene, const haptics::ProxyMethod& method, Tool* tool,
                    const haptics::ForceOptions& force, double rate_hz, SessionWriter* recorder)
-    : Lockstep(scene, method, EditSession(scene, tool, 1 / rate_hz), force, rate_hz, recorder, 0) {}
+    : Lockstep(EditSession(scene, method, tool, 1 / rate_hz), force, rate_hz, recorder, 0) {}
 
-Lockstep::Lockstep(const haptics::TouchScene& scene, const haptics::ProxyMethod& method, EditSession edits,
-                   const haptics::ForceOptions& force, double rate_hz, SessionWriter* recorder,
-                   std::uint64_t first_tick)
-    : edits_(std::move(edits)), servo_(scene, method, force, 1 / rate_hz, first_tick), recorder_(recorder) {}
+Lockstep::Lockstep(EditSession edits, const haptics::ForceOptions& force, double rate_hz,
+                   SessionWriter* recorder, std::uint64_t first_tick)
+    : edits_(std::move(edits)), servo_(force, 1 / rate_hz, 0, first_tick), recorder_(recorder) {}
 
 haptics::ServoRecord Lockstep::step(const haptics::Pose& pose) {
   haptics::ServoInput input;
@@ -32,8 +31,6 @@ haptics::ServoRecord Lockstep::step(const haptics::Pose& pose) {
 
 EditOutcome Lockstep::apply(const Command& command) {
   const EditOutcome outcome = edits_.apply(command);
-  if (outcome.may_grow)
-    if (const std::optional<haptics::WayOut> way = edits_.way_out()) servo_.offer(*way);
   if (recorder_) recorder_->add(command, edits_, outcome);
   return outcome;
 }

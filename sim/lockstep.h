@@ -13,8 +13,7 @@ class Lockstep {
   Lockstep(const haptics::TouchScene& scene, const haptics::ProxyMethod& method, Tool* tool,
            const haptics::ForceOptions& force, double rate_hz, SessionWriter* recorder = nullptr);
   /// Goes on from `edits` (of one hand) at `first_tick`.
-  Lockstep(const haptics::TouchScene& scene, const haptics::ProxyMethod& method, EditSession edits,
-           const haptics::ForceOptions& force, double rate_hz, SessionWriter* recorder,
+  Lockstep(EditSession edits, const haptics::ForceOptions& force, double rate_hz, SessionWriter* recorder,
            std::uint64_t first_tick);
 
   /// One tick. The servo sees the version that the tick before left.
@@ -24,8 +23,6 @@ class Lockstep {
   EditOutcome redo() { return apply({Command::Kind::redo, 0, {}, 0}); }
   EditOutcome apply(const Command& command);
 
-  /// Forces beside the surfaces'. Before the first step.
-  haptics::EffectRack& effects() noexcept { return servo_.effects(); }
   const EditSession& edits() const noexcept { return edits_; }
   /// Ticks from a cut to the offset fields that know it, where the tool is round.
   static constexpr int k_offsets_every = 20;

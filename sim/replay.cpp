@@ -5,6 +5,8 @@
 #include <cstdio>
 #include <glm/geometric.hpp>
 
+#include "haptics/force/effects.h"
+
 namespace trephine::sim {
 
 using volume::Error;
@@ -40,11 +42,14 @@ volume::Status check_recordable(const haptics::TouchScene& scene) {
   return std::nullopt;
 }
 
-haptics::EffectRack effects_of(const SessionHeader& header) {
-  haptics::EffectRack rack;
-  for (const std::string& words : header.effects)  // looked at when the header was read
-    if (const auto effect = haptics::parse_effect(words)) rack.add(effect.value());
-  return rack;
+std::shared_ptr<const haptics::LawSet> laws_of(const SessionHeader& header) {
+  if (header.effects.empty()) return nullptr;
+  auto laws = std::make_shared<haptics::LawSet>();
+  for (const std::string& words : header.effects) {  // looked at when the header was read
+    const auto id = static_cast<std::uint32_t>(laws->laws().size());
+    laws->add(haptics::law_of(haptics::parse_effect(words).value(), id).value());
+  }
+  return laws;
 }
 
 SessionHeader describe_session(const haptics::TouchScene& scene, const haptics::ProxyMethod& method,
@@ -107,14 +112,14 @@ Replay::Replay(SessionReader& session, const haptics::TouchScene& scene, const h
 }
 
 haptics::ServoCore Replay::make_core(std::size_t hand, std::uint64_t first_tick) const {
-  haptics::ServoCore core(*scene_, *method_, session_->header().force, dt_, first_tick);
-  core.set_hand(static_cast<std::uint8_t>(hand));
-  core.effects() = effects_of(session_->header());
-  return core;
+  return haptics::ServoCore(session_->header().force, dt_, hand, first_tick);
 }
 
 Replay::State Replay::fresh_state() const {
-  State state{EditSession(*scene_, tools_, dt_), {}, {}, {}, {}, 0, {}};
+  const std::vector hands(tools_.size(),
+                          haptics::ServoHand(haptics::borrowed(*scene_), haptics::borrowed(*method_),
+                                             haptics::TouchState(nullptr), laws_of(session_->header())));
+  State state{EditSession(hands, tools_, dt_), {}, {}, {}, {}, 0, {}};
   for (std::size_t h = 0; h < tools_.size(); ++h) {
     state.cores.push_back(make_core(h, 0));
     for (const auto& [name, value] : session_->header().tools[h].settings)
@@ -181,12 +186,10 @@ Status Replay::run_tick(const TickItem& item) {
     if (gap > 0) core.skip(recorded.raised | haptics::fault_full_ring, gap);
     counts_.dropped += gap;
     auto& seen = state_->seen;
-    while (seen.size() > 1 && seen.front()->serial() < recorded.version &&
-           seen[1]->serial() <= recorded.version)
+    while (seen.size() > 1 && seen.front()->serial < recorded.version && seen[1]->serial <= recorded.version)
       seen.pop_front();
-    if (seen.front()->serial() != recorded.version)
-      note(recorded.tick, "version", std::to_string(recorded.version),
-           std::to_string(seen.front()->serial()));
+    if (seen.front()->serial != recorded.version)
+      note(recorded.tick, "version", std::to_string(recorded.version), std::to_string(seen.front()->serial));
     haptics::ServoInput input;
     input.pose = recorded.pose;
     input.faults = recorded.raised;
@@ -226,9 +229,6 @@ void Replay::run_command(const Command& command) {
   if (command.kind == Command::Kind::resume) ++counts_.resumes;
   if (command.kind == Command::Kind::resume)
     for (std::size_t h = 0; h < state_->cores.size(); ++h) state_->cores[h] = make_core(h, state_->next_tick);
-  if (outcome.may_grow)
-    for (std::size_t h = 0; h < state_->cores.size(); ++h)
-      if (const std::optional<haptics::WayOut> way = state_->edits.way_out(h)) state_->cores[h].offer(*way);
   note_change(outcome);
   if (!state_->edits.is_in_stroke())
     state_->hashable[state_->edits.current()->serial()] = state_->edits.current();

@@ -17,8 +17,8 @@ namespace trephine::sim {
 /// Error when the scene holds what a session's header has no words for: meshes, further volumes, more shapes
 /// than one volume has.
 volume::Status check_recordable(const haptics::TouchScene& scene);
-/// The effects that a header names.
-haptics::EffectRack effects_of(const SessionHeader& header);
+/// The effects that a header names, as laws; null when there are none.
+std::shared_ptr<const haptics::LawSet> laws_of(const SessionHeader& header);
 /// What a session says of a scene, its method and its tools.
 SessionHeader describe_session(const haptics::TouchScene& scene, const haptics::ProxyMethod& method,
                                const haptics::ServoOptions& options, std::vector<ToolSpec> tools);
@@ -53,7 +53,10 @@ class Replay {
   const glm::dvec3& recorded_force() const noexcept { return recorded_force_; }
   /// What the method did in that tick, and what it saw.
   const haptics::ProxyStep& proxy_step() const noexcept { return state_->cores[record_.hand].last_step(); }
-  const std::shared_ptr<const haptics::ServoScene>& seen() const noexcept { return state_->seen.front(); }
+  std::shared_ptr<const haptics::TouchState> seen() const noexcept {
+    const auto& scene = state_->seen.front();
+    return {scene, &scene->hands[record_.hand].state};
+  }
   const EditSession& edits() const noexcept { return state_->edits; }
   std::uint64_t next_tick() const noexcept { return state_->next_tick; }
   const std::optional<Mismatch>& mismatch() const noexcept { return mismatch_; }

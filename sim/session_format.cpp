@@ -6,7 +6,7 @@
 #include <cstring>
 #include <type_traits>
 
-#include "haptics/servo/servo_loop.h"
+#include "haptics/force/effects.h"
 #include "volume/mix_hash.h"
 
 namespace trephine::sim {
@@ -363,7 +363,7 @@ Result<SessionHeader> decode_header(std::string_view text) {
         h.shapes.back().shape.name = value;
       }
     } else if (key == "tool") {
-      if ((is_good = h.tools.size() < haptics::ServoLoop::k_max_hands))
+      if ((is_good = h.tools.size() < haptics::ServoScene::k_most_hands))
         h.tools.push_back({std::string(value), {}});
     } else if (key.starts_with("set.")) {
       if ((is_good = is_number && !h.tools.empty() && h.tools.back().settings.size() < 64))
@@ -396,8 +396,7 @@ Result<SessionHeader> decode_header(std::string_view text) {
     } else if (key == "smallest_burr") {
       if ((is_good = between(0, 1e3))) h.smallest_burr = number;
     } else if (key == "effect") {
-      if ((is_good =
-               h.effects.size() < haptics::EffectRack::k_most && haptics::parse_effect(std::string(value))))
+      if ((is_good = h.effects.size() < haptics::LawSet::k_most && haptics::parse_effect(std::string(value))))
         h.effects.emplace_back(value);
     } else if (shape == nullptr) {
       is_good = false;

@@ -8,6 +8,7 @@
 #include "apps/trephine/recording.h"
 #include "apps/trephine/text.h"
 #include "data-tools/atomic_file.h"
+#include "haptics/force/effects.h"
 #include "haptics/proxy/methods.h"
 #include "tests/checker/ball_judge.h"
 #include "tests/checker/force_judge.h"
@@ -168,7 +169,7 @@ Result<Outcome> audit_session(const AuditArguments& arguments) {
                  "trephine replay --verify compares its bits"};
 
   // What is solid is the version that the tick saw, less what a hand was let through.
-  std::shared_ptr<const haptics::ServoScene> seen;
+  std::shared_ptr<const haptics::TouchState> seen;
   std::vector<scenes::Promise> solids;
   Hand* at_work = nullptr;
   const auto meets = [&](const glm::dvec3& a, const glm::dvec3& b) {

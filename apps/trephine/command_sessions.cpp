@@ -225,9 +225,7 @@ Result<Outcome> run_resume(const ResumeArguments& arguments) {
   outcome.json["removed_mm3_before"] = before;
   double after = 0;
   if (path) {
-    sim::Lockstep run(session.scene, *session.method, std::move(edits), header.force, header.rate_hz, &writer,
-                      first_tick);
-    run.effects() = sim::effects_of(header);
+    sim::Lockstep run(std::move(edits), header.force, header.rate_hz, &writer, first_tick);
     ProgressLine progress("going on");
     const std::vector<double> times = haptics::servo_times(*path, header.rate_hz);
     for (std::size_t i = 0; i < times.size(); ++i) {

@@ -9,6 +9,7 @@
 #include "apps/trephine/text.h"
 #include "data-tools/atomic_file.h"
 #include "data-tools/mesh_reading.h"
+#include "haptics/force/effects.h"
 #include "haptics/mesh/mesh_tree.h"
 #include "haptics/proxy/methods.h"
 #include "tests/scenes/promise.h"
@@ -122,11 +123,13 @@ Result<Outcome> run_touch(const TouchArguments& arguments) {
   }
   std::optional<haptics::StiffnessRamp> ramp;
   if (volume::Status error = parse_ramp(arguments.stiffness_ramp, ramp)) return *error;
-  haptics::EffectRack effects;
+  haptics::LawSet effects;
   for (const std::string& words : arguments.effects) {
     auto effect = haptics::parse_effect(words);
     if (!effect) return effect.error();
-    if (volume::Status error = effects.add(effect.value())) return *error;
+    auto law = haptics::law_of(effect.value(), static_cast<std::uint32_t>(effects.laws().size()));
+    if (!law) return law.error();
+    if (volume::Status error = effects.add(std::move(law).value())) return *error;
   }
   if (volume::Status error = data_tools::check_writable(arguments.output)) return *error;
   std::vector<std::string> in_use = arguments.meshes;
@@ -158,8 +161,7 @@ Result<Outcome> run_touch(const TouchArguments& arguments) {
   haptics::ForceOptions force;
   force.smoothing_alpha = arguments.alpha;
   force.is_passive = arguments.is_passive;
-  haptics::ServoCore servo(scene, method, force, 1 / arguments.rate);
-  servo.effects() = effects;
+  haptics::ServoCore servo(force, 1 / arguments.rate);
   haptics::ServoOptions recorded;
   recorded.rate_hz = arguments.rate, recorded.force = force;
   RecordChoice record_choice = arguments.record;
@@ -169,7 +171,10 @@ Result<Outcome> run_touch(const TouchArguments& arguments) {
   }
   auto recorder = start_recording(record_choice, source, scene, method, recorded, {}, arguments.effects);
   if (!recorder) return recorder.error();
-  const sim::EditSession edits(scene, nullptr, 1 / arguments.rate);
+  const sim::EditSession edits(
+      {haptics::ServoHand(haptics::borrowed(scene), haptics::borrowed(method), haptics::TouchState(nullptr),
+                          effects.laws().empty() ? nullptr : std::make_shared<haptics::LawSet>(effects))},
+      std::array<sim::Tool*, 1>{nullptr}, 1 / arguments.rate);
   const volume::Version& version = *edits.current();
   std::map<std::string, long> events;
 
@@ -214,7 +219,7 @@ Result<Outcome> run_touch(const TouchArguments& arguments) {
     if (i == 0) first_touch_seconds = process_seconds();
     const haptics::DenormalsFlushed flushed;  // as everywhere else that a session comes from
     const auto begin = Clock::now();
-    const haptics::ServoRecord record = servo.step(version, {pose});
+    const haptics::ServoRecord record = servo.step(*edits.servo_scene(), {pose});
     const double us = std::chrono::duration<double, std::micro>(Clock::now() - begin).count();
     (record.has_contact ? contact_us : free_us).push_back(us);
     if (recorder.value()) recorder.value()->add(record, edits, {});

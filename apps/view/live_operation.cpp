@@ -11,9 +11,9 @@ namespace {
 
 constexpr std::size_t k_most_times = 1 << 20;  // frames whose time is kept: hours
 
-sim::EditSession first_state(const haptics::TouchScene& scene, const WindowOptions& options,
-                             drilling::Burr& own) {
-  return options.start ? options.start->edits : sim::EditSession(scene, &own, 1 / options.rate_hz);
+sim::EditSession first_state(const haptics::TouchScene& scene, const haptics::ProxyMethod& method,
+                             const WindowOptions& options, drilling::Burr& own) {
+  return options.start ? options.start->edits : sim::EditSession(scene, method, &own, 1 / options.rate_hz);
 }
 
 haptics::ServoOptions servo_options(const WindowOptions& options) {
@@ -41,7 +41,7 @@ LiveOperation::LiveOperation(const haptics::TouchScene& scene, const WindowOptio
       picture_(scene, window, true),
       mouse_(picture_.outside_point()),
       devices_{&mouse_},
-      live_(devices_, scene, *method_, first_state(scene, options_, own_burr_), servo_options(options),
+      live_(devices_, first_state(scene, *method_, options_, own_burr_), servo_options(options),
             options.recorder, options.start ? options.start->first_tick : 0),
       burr_diameter_(2 * (options.start ? options.start->burr->options().radius : options.burr.radius)) {
   state_ = live_.look();

@@ -9,6 +9,7 @@
 #include <memory>
 #include <new>
 
+#include "haptics/force/effects.h"
 #include "haptics/mesh/mesh_tree.h"
 #include "haptics/proxy/methods.h"
 #include "haptics/servo/servo_core.h"
@@ -39,9 +40,11 @@ struct trephine_scene {
 
 struct trephine_hand {
   const trephine_scene* scene;
-  std::shared_ptr<const haptics::ProxyMethod> method;
   std::uint64_t generation;
+  haptics::ServoScene seen;  ///< its own, changed between steps
   haptics::ServoCore core;
+
+  haptics::ServoHand& mine() noexcept { return seen.hands[0]; }
 };
 
 namespace {
@@ -336,8 +339,9 @@ trephine_hand* trephine_hand_create(const trephine_scene* scene, double rate_hz,
     if (!scene->is_prepared)
       return bad("the scene is not prepared", scene->touch.items.empty() ? "no shapes" : "changed since",
                  "trephine_scene_prepare before hands are made");
-    hand.reset(new trephine_hand{scene, scene->method, scene->generation,
-                                 haptics::ServoCore(scene->touch, *scene->method, {}, 1 / rate_hz)});
+    haptics::ServoHand mine(haptics::borrowed(scene->touch), scene->method, {*scene->version});
+    hand.reset(new trephine_hand{
+        scene, scene->generation, {0, {std::move(mine)}}, haptics::ServoCore({}, 1 / rate_hz)});
     ++scene->users;
     return std::nullopt;
   });
@@ -356,7 +360,7 @@ int trephine_hand_step(trephine_hand* hand, const double position[3], trephine_t
   if (!hand->scene->is_prepared || hand->generation != hand->scene->generation) return TREPHINE_NOT_PREPARED;
   haptics::ServoInput input;
   input.pose.position_world = {position[0], position[1], position[2]};
-  const haptics::ServoRecord record = hand->core.step(*hand->scene->version, input);
+  const haptics::ServoRecord record = hand->core.step(hand->seen, input);
   for (int a = 0; a < 3; ++a) {
     touch->proxy[a] = record.proxy_world[a];
     touch->normal[a] = record.normal_world[a];
@@ -372,7 +376,7 @@ int trephine_hand_step(trephine_hand* hand, const double position[3], trephine_t
 int trephine_hand_set_touchable(trephine_hand* hand, int shape, int is_touchable) {
   if (hand == nullptr || shape < 0 || shape >= haptics::item_count(hand->scene->touch))
     return TREPHINE_BAD_ARGUMENT;
-  hand->core.set_touchable(shape, is_touchable != 0);
+  hand->mine().set_touchable(shape, is_touchable != 0);
   return TREPHINE_OK;
 }
 
@@ -381,9 +385,9 @@ int trephine_hand_set_ready(trephine_hand* hand, int shape, const int low[3], co
       (low == nullptr) != (high == nullptr))
     return TREPHINE_BAD_ARGUMENT;
   if (low == nullptr)
-    hand->core.set_ready(shape, true);
+    hand->mine().set_ready(shape, true);
   else
-    hand->core.set_ready(shape, {{low[0], low[1], low[2]}, {high[0], high[1], high[2]}});
+    hand->mine().set_ready(shape, {{low[0], low[1], low[2]}, {high[0], high[1], high[2]}});
   return TREPHINE_OK;
 }
 
@@ -395,7 +399,7 @@ int trephine_hand_set_mesh_placement(trephine_hand* hand, int mover, const doubl
   const glm::dquat turn(rotation[0], rotation[1], rotation[2], rotation[3]);
   const double length = glm::length(turn);
   if (!(length > 1e-6 && length < 1e6)) return TREPHINE_BAD_ARGUMENT;
-  hand->core.set_placement(mover, {{position[0], position[1], position[2]}, turn / length});
+  hand->mine().set_placement(mover, {{position[0], position[1], position[2]}, turn / length});
   return TREPHINE_OK;
 }
 
@@ -404,7 +408,13 @@ int trephine_hand_add_effect(trephine_hand* hand, const char* words, trephine_er
     if (hand == nullptr || words == nullptr) return bad("an argument is missing", "NULL", "a hand and words");
     auto effect = haptics::parse_effect(words);
     if (!effect) return effect.error();
-    return hand->core.effects().add(effect.value());
+    auto laws = hand->mine().laws ? std::make_shared<haptics::LawSet>(*hand->mine().laws)
+                                  : std::make_shared<haptics::LawSet>();
+    auto law = haptics::law_of(effect.value(), static_cast<std::uint32_t>(laws->laws().size()));
+    if (!law) return law.error();
+    if (volume::Status status = laws->add(std::move(law).value())) return status;
+    hand->mine().laws = std::move(laws);
+    return std::nullopt;
   });
 }
 

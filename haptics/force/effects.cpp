@@ -16,7 +16,6 @@ using volume::Error;
 namespace {
 
 constexpr double k_turn = 6.283185307179586;
-constexpr double k_velocity_seconds = 0.003;  // time constant of the velocity that dampers feel
 
 /// A parameter that words may set: a number or three.
 struct Parameter {
@@ -186,90 +185,80 @@ volume::Result<Effect> parse_effect(const std::string& text) {
   return effect;
 }
 
-volume::Status EffectRack::add(const Effect& effect) {
-  if (volume::Status error = check_effect(effect)) return error;
-  if (count_ == k_most)
-    return Error{"too many effects at once", "effects", std::to_string(count_ + 1),
-                 "at most " + std::to_string(k_most), ""};
-  Slot& slot = slots_[count_++];
-  slot = {effect};
-  if (dvec3* direction = direction_of(slot.effect.kind)) *direction = glm::normalize(*direction);
-  return std::nullopt;
-}
+namespace {
 
-void EffectRack::reset() noexcept {
-  has_last_ = false;
-  velocity_ = dvec3(0);
-  for (std::size_t i = 0; i < count_; ++i) slots_[i] = {slots_[i].effect};
-}
+/// What an effect keeps from tick to tick.
+struct EffectMemory {
+  double track_end;  ///< mm that a track is long
+  double phase;      ///< of a vibration, in turns
+  bool has_track, was_in;
+};
 
-EffectForces EffectRack::step(const TouchScene& scene, const ProxyStep& proxy, const dvec3& contact_force,
-                              const dvec3& hip, double dt, const volume::Version* cuts) noexcept {
-  EffectForces sum;
-  if (has_last_) velocity_ += std::min(1.0, dt / k_velocity_seconds) * ((hip - last_) / dt - velocity_);
-  last_ = hip;
-  has_last_ = true;
-  for (std::size_t i = 0; i < count_; ++i) {
-    Slot& slot = slots_[i];
-    const double most = slot.effect.most;
-    const auto render = [&](const dvec3& force) { sum.rendered_world += clamped(force, most); };
-    const auto give = [&](const dvec3& force) { sum.active_world += clamped(force, most); };
-    if (const auto* constant = std::get_if<ConstantForce>(&slot.effect.kind)) {
-      give(constant->force_world);
-    } else if (const auto* viscosity = std::get_if<Viscosity>(&slot.effect.kind)) {
-      render(-viscosity->damping * velocity_);
-    } else if (const auto* spring = std::get_if<Spring>(&slot.effect.kind)) {
-      render(spring->stiffness * (spring->anchor_world - hip));
-    } else if (const auto* line = std::get_if<LineTrack>(&slot.effect.kind)) {
-      const dvec3 off = hip - line->start_world;
-      const double depth = glm::dot(off, line->ahead_world);
-      dvec3 force = -line->stiffness * (off - depth * line->ahead_world);
-      bool is_in = true;
-      if (line->shape >= 0 && line->shape < item_count(scene) && !item_of(scene, line->shape).is_mesh()) {
-        const volume::Field& field = scene.items[static_cast<std::size_t>(line->shape)].field;
-        const dvec3 at = field.volume().frame.volume_from_world(hip);
-        is_in = field.value(at) >= 0;
-        if (is_in && cuts && &field.volume() == &cuts->base() && !cuts->is_untouched())
-          is_in = cuts->distance(at) > 0;
-        if (slot.was_in && !is_in && depth > 0) sum.has_lost_resistance = true, sum.lost_shape = line->shape;
-        slot.was_in = is_in;
-      }
-      if (!slot.has_track) slot.track_end = std::max(0.0, depth);
-      slot.has_track = true;
-      // What is ahead gives way when it is pushed harder than it resists.
-      double push = line->stiffness * (depth - slot.track_end);
-      const double holds = is_in ? line->resistance : 0;
-      if (push > holds) {
-        slot.track_end = depth - holds / line->stiffness;
-        push = holds;
-      }
-      if (push > 0) force -= push * line->ahead_world;
-      render(force);
-    } else if (const auto* plane = std::get_if<PlaneStop>(&slot.effect.kind)) {
-      const double height = glm::dot(hip - plane->point_world, plane->normal_world);
-      if (height < 0) render(-plane->stiffness * height * plane->normal_world);
-    } else if (const auto* vibration = std::get_if<Vibration>(&slot.effect.kind)) {
-      slot.phase += std::min(vibration->frequency_hz, 0.25 / dt) * dt;
-      slot.phase -= std::floor(slot.phase);
-      give(vibration->amplitude * volume::deterministic_sin(k_turn * slot.phase) *
-           vibration->direction_world);
-    } else if (const auto* gravity = std::get_if<GravityCompensation>(&slot.effect.kind)) {
-      give(9.80665 * gravity->mass * gravity->up_world);
-    } else if (const auto* texture = std::get_if<Texture>(&slot.effect.kind)) {
-      if (!proxy.has_contact) continue;
-      const dvec3& n = proxy.normal_world;
-      const double pressed = std::max(0.0, glm::dot(contact_force, n));
-      const dvec3 along = texture->direction_world - glm::dot(texture->direction_world, n) * n;
-      const double turns = glm::dot(proxy.proxy_world, texture->direction_world) / texture->wavelength;
-      const double slope = texture->height * k_turn / texture->wavelength *
-                           volume::deterministic_cos(k_turn * (turns - std::floor(turns)));
-      give(-pressed * slope * along);
+void step_effect(const Effect& effect, EffectMemory& memory, const LawInput& input, LawForces& sum) noexcept {
+  const dvec3& hip = input.hip_world;
+  const auto render = [&](const dvec3& force) { sum.rendered_world += clamped(force, effect.most); };
+  const auto give = [&](const dvec3& force) { sum.active_world += clamped(force, effect.most); };
+  if (const auto* constant = std::get_if<ConstantForce>(&effect.kind)) {
+    give(constant->force_world);
+  } else if (const auto* viscosity = std::get_if<Viscosity>(&effect.kind)) {
+    render(-viscosity->damping * input.velocity_world);
+  } else if (const auto* spring = std::get_if<Spring>(&effect.kind)) {
+    render(spring->stiffness * (spring->anchor_world - hip));
+  } else if (const auto* line = std::get_if<LineTrack>(&effect.kind)) {
+    const dvec3 off = hip - line->start_world;
+    const double depth = glm::dot(off, line->ahead_world);
+    dvec3 force = -line->stiffness * (off - depth * line->ahead_world);
+    bool is_in = true;
+    if (line->shape >= 0 && line->shape < item_count(input.scene) &&
+        !item_of(input.scene, line->shape).is_mesh()) {
+      const volume::Field& field = item_of(input.scene, line->shape).field;
+      const dvec3 at = field.volume().frame.volume_from_world(hip);
+      is_in = field.value(at) >= 0;
+      if (is_in && input.cuts && &field.volume() == &input.cuts->base() && !input.cuts->is_untouched())
+        is_in = input.cuts->distance(at) > 0;
+      if (memory.was_in && !is_in && depth > 0) sum.has_lost_resistance = true, sum.lost_shape = line->shape;
+      memory.was_in = is_in;
     }
+    if (!memory.has_track) memory.track_end = std::max(0.0, depth);
+    memory.has_track = true;
+    // What is ahead gives way when it is pushed harder than it resists.
+    double push = line->stiffness * (depth - memory.track_end);
+    const double holds = is_in ? line->resistance : 0;
+    if (push > holds) {
+      memory.track_end = depth - holds / line->stiffness;
+      push = holds;
+    }
+    if (push > 0) force -= push * line->ahead_world;
+    render(force);
+  } else if (const auto* plane = std::get_if<PlaneStop>(&effect.kind)) {
+    const double height = glm::dot(hip - plane->point_world, plane->normal_world);
+    if (height < 0) render(-plane->stiffness * height * plane->normal_world);
+  } else if (const auto* vibration = std::get_if<Vibration>(&effect.kind)) {
+    memory.phase += std::min(vibration->frequency_hz, 0.25 / input.dt) * input.dt;
+    memory.phase -= std::floor(memory.phase);
+    give(vibration->amplitude * volume::deterministic_sin(k_turn * memory.phase) *
+         vibration->direction_world);
+  } else if (const auto* gravity = std::get_if<GravityCompensation>(&effect.kind)) {
+    give(9.80665 * gravity->mass * gravity->up_world);
+  } else if (const auto* texture = std::get_if<Texture>(&effect.kind)) {
+    if (!input.proxy.has_contact) return;
+    const dvec3& n = input.proxy.normal_world;
+    const double pressed = std::max(0.0, glm::dot(input.contact_force_world, n));
+    const dvec3 along = texture->direction_world - glm::dot(texture->direction_world, n) * n;
+    const double turns = glm::dot(input.proxy.proxy_world, texture->direction_world) / texture->wavelength;
+    const double slope = texture->height * k_turn / texture->wavelength *
+                         volume::deterministic_cos(k_turn * (turns - std::floor(turns)));
+    give(-pressed * slope * along);
   }
-  // Active effects give a moving hand no more than their power.
-  const double speed = glm::length(velocity_);
-  if (speed > 0) sum.active_world = clamped(sum.active_world, k_power / speed);
-  return sum;
+}
+
+}  // namespace
+
+volume::Result<ServoLaw> law_of(const Effect& effect, std::uint32_t id) {
+  if (volume::Status error = check_effect(effect)) return *error;
+  Effect unit = effect;
+  if (dvec3* direction = direction_of(unit.kind)) *direction = glm::normalize(*direction);
+  return make_law<&step_effect>(id, std::move(unit));
 }
 
 }  // namespace trephine::haptics

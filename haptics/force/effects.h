@@ -1,13 +1,11 @@
-// Forces that no surface makes: tracks, springs, vibrations. Any number up to eight at once, each bounded.
+// Forces that no surface makes: tracks, springs, vibrations. Each is bounded, and a servo law.
 #pragma once
 
-#include <array>
 #include <cstdint>
-#include <span>
 #include <string>
 #include <variant>
 
-#include "haptics/proxy/proxy_method.h"
+#include "haptics/force/servo_law.h"
 
 namespace trephine::haptics {
 
@@ -72,42 +70,7 @@ volume::Result<Effect> parse_effect(const std::string& text);
 /// Error when a value is out of its range.
 volume::Status check_effect(const Effect& effect);
 
-/// What effects told in a tick.
-struct EffectForces {
-  glm::dvec3 rendered_world{0.0};    ///< N; of springs and dampers, which store or take energy
-  glm::dvec3 active_world{0.0};      ///< N; of those that may give some
-  bool has_lost_resistance = false;  ///< a tip left the shape through which its track went
-  int lost_shape = -1;               ///< that shape
-};
-
-/// The effects of one hand with their memory. Plain data. An empty rack costs one comparison.
-class EffectRack {
- public:
-  static constexpr std::size_t k_most = 8;
-  static constexpr double k_power = 500;  ///< N mm/s: what active effects may give a moving hand
-  /// Error when it is full or the effect is out of range. Not for the servo thread.
-  volume::Status add(const Effect& effect);
-  void clear() noexcept { count_ = 0; }
-  bool is_empty() const noexcept { return count_ == 0; }
-  std::size_t size() const noexcept { return count_; }
-
-  /// Servo thread; once a tick, `dt` s after the last. `cuts`: of the scene's base; null: untouched.
-  EffectForces step(const TouchScene& scene, const ProxyStep& proxy, const glm::dvec3& contact_force,
-                    const glm::dvec3& hip_world, double dt, const volume::Version* cuts = nullptr) noexcept;
-  /// Forgets motion and tracks.
-  void reset() noexcept;
-
- private:
-  struct Slot {
-    Effect effect;
-    double track_end = 0;  ///< mm that a track is long
-    bool has_track = false, was_in = false;
-    double phase = 0;  ///< of a vibration, in turns
-  };
-  std::array<Slot, k_most> slots_;
-  std::size_t count_ = 0;
-  glm::dvec3 last_{0.0}, velocity_{0.0};
-  bool has_last_ = false;
-};
+/// The effect as a law of a hand. Error when a value is out of its range.
+volume::Result<ServoLaw> law_of(const Effect& effect, std::uint32_t id);
 
 }  // namespace trephine::haptics

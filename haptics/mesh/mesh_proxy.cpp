@@ -43,7 +43,7 @@ volume::Status MeshProxy::prepare(const TouchScene& scene) {
   return std::nullopt;
 }
 
-ProxyStep MeshProxy::step(const TouchScene& scene, const ServoScene& seen, ProxyState& state,
+ProxyStep MeshProxy::step(const TouchScene& scene, const TouchState& seen, ProxyState& state,
                           const ProxyInput& input) const noexcept {
   const volume::Frame& frame = seen.version->base().frame;
   ProxyStep result;

@@ -13,7 +13,7 @@ class MeshProxy final : public ProxyMethod {
  public:
   const char* name() const noexcept override { return "mesh"; }
   volume::Status prepare(const TouchScene& scene) override;
-  ProxyStep step(const TouchScene& scene, const ServoScene& seen, ProxyState& state,
+  ProxyStep step(const TouchScene& scene, const TouchState& seen, ProxyState& state,
                  const ProxyInput& input) const noexcept override;
 
  private:

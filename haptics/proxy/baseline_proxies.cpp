@@ -63,7 +63,7 @@ volume::Status RaystepProxy::prepare(const TouchScene& scene) {
   return check_touchable(scene);
 }
 
-ProxyStep RaystepProxy::step(const TouchScene& scene, const ServoScene& seen, ProxyState& state,
+ProxyStep RaystepProxy::step(const TouchScene& scene, const TouchState& seen, ProxyState& state,
                              const ProxyInput& input) const noexcept {
   const volume::Version& version = *seen.version;
   const volume::Frame& frame = version.base().frame;
@@ -103,7 +103,7 @@ ProxyStep RaystepProxy::step(const TouchScene& scene, const ServoScene& seen, Pr
 
 volume::Status PlaneProxy::prepare(const TouchScene& scene) { return check_touchable(scene); }
 
-ProxyStep PlaneProxy::step(const TouchScene& scene, const ServoScene& seen, ProxyState& state,
+ProxyStep PlaneProxy::step(const TouchScene& scene, const TouchState& seen, ProxyState& state,
                            const ProxyInput& input) const noexcept {
   const volume::Version& version = *seen.version;
   const volume::Frame& frame = version.base().frame;
@@ -157,7 +157,7 @@ ProxyStep PlaneProxy::step(const TouchScene& scene, const ServoScene& seen, Prox
 
 volume::Status GradientProxy::prepare(const TouchScene& scene) { return check_touchable(scene); }
 
-ProxyStep GradientProxy::step(const TouchScene& scene, const ServoScene& seen, ProxyState& state,
+ProxyStep GradientProxy::step(const TouchScene& scene, const TouchState& seen, ProxyState& state,
                               const ProxyInput& input) const noexcept {
   const volume::Version& version = *seen.version;
   const volume::Frame& frame = version.base().frame;

@@ -15,7 +15,7 @@ class RaystepProxy final : public ProxyMethod {
   static constexpr double k_step = 0.1;  ///< mm
   const char* name() const noexcept override { return "raystep"; }
   volume::Status prepare(const TouchScene& scene) override;
-  ProxyStep step(const TouchScene& scene, const ServoScene& seen, ProxyState& state,
+  ProxyStep step(const TouchScene& scene, const TouchState& seen, ProxyState& state,
                  const ProxyInput& input) const noexcept override;
 };
 
@@ -28,7 +28,7 @@ class PlaneProxy final : public ProxyMethod {
   static constexpr int k_recovery = 5;
   const char* name() const noexcept override { return "plane"; }
   volume::Status prepare(const TouchScene& scene) override;
-  ProxyStep step(const TouchScene& scene, const ServoScene& seen, ProxyState& state,
+  ProxyStep step(const TouchScene& scene, const TouchState& seen, ProxyState& state,
                  const ProxyInput& input) const noexcept override;
 };
 
@@ -39,7 +39,7 @@ class GradientProxy final : public ProxyMethod {
  public:
   const char* name() const noexcept override { return "gradient"; }
   volume::Status prepare(const TouchScene& scene) override;
-  ProxyStep step(const TouchScene& scene, const ServoScene& seen, ProxyState& state,
+  ProxyStep step(const TouchScene& scene, const TouchState& seen, ProxyState& state,
                  const ProxyInput& input) const noexcept override;
 };
 

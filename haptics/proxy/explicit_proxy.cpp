@@ -150,7 +150,7 @@ void step_on_triangles(const TouchScene& scene, const Grid& grid, std::uint64_t 
 
 }  // namespace
 
-bool is_behind_triangles(const TouchScene& scene, const ServoScene& seen, std::size_t shape,
+bool is_behind_triangles(const TouchScene& scene, const TouchState& seen, std::size_t shape,
                          const dvec3& place) noexcept {
   ProxyCounters counters;
   const ShapeSet none;
@@ -173,14 +173,14 @@ volume::Status ExplicitProxy::prepare(const TouchScene& scene) {
   return check_smallest_burr(scene, std::max({spacing.x, spacing.y, spacing.z}));
 }
 
-ProxyStep ExplicitProxy::step(const TouchScene& scene, const ServoScene& seen, ProxyState& state,
+ProxyStep ExplicitProxy::step(const TouchScene& scene, const TouchState& seen, ProxyState& state,
                               const ProxyInput& input) const noexcept {
   return step_on_grid(
       scene, seen, state, input, [&](const auto& grid, ProxyState& on_grid, ProxyStep& result) {
         if (surface_ == Surface::net)
-          step_on_triangles<volume::LocalNet>(scene, grid, seen.serial(), input, on_grid, result);
+          step_on_triangles<volume::LocalNet>(scene, grid, seen.version->serial(), input, on_grid, result);
         else
-          step_on_triangles<volume::LocalCubes>(scene, grid, seen.serial(), input, on_grid, result);
+          step_on_triangles<volume::LocalCubes>(scene, grid, seen.version->serial(), input, on_grid, result);
       });
 }
 

@@ -20,7 +20,7 @@ class ExplicitProxy : public ProxyMethod {
     return surface_ == Surface::net ? "explicit" : "explicit-cubes";
   }
   volume::Status prepare(const TouchScene& scene) override;
-  ProxyStep step(const TouchScene& scene, const ServoScene& seen, ProxyState& state,
+  ProxyStep step(const TouchScene& scene, const TouchState& seen, ProxyState& state,
                  const ProxyInput& input) const noexcept override;
 
  private:
@@ -28,7 +28,7 @@ class ExplicitProxy : public ProxyMethod {
 };
 
 /// Does p (volume frame) lie behind the triangles of a shape, of the net or of marching cubes?
-bool is_behind_triangles(const TouchScene& scene, const ServoScene& seen, std::size_t shape,
+bool is_behind_triangles(const TouchScene& scene, const TouchState& seen, std::size_t shape,
                          const glm::dvec3& place) noexcept;
 
 /// On marching cubes (Lorensen and Cline 1987).

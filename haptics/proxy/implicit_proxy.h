@@ -18,7 +18,7 @@ class ImplicitProxy final : public ProxyMethod {
 
   const char* name() const noexcept override { return "implicit"; }
   volume::Status prepare(const TouchScene& scene) override;
-  ProxyStep step(const TouchScene& scene, const ServoScene& seen, ProxyState& state,
+  ProxyStep step(const TouchScene& scene, const TouchState& seen, ProxyState& state,
                  const ProxyInput& input) const noexcept override;
 
  private:

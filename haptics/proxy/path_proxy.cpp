@@ -193,7 +193,7 @@ volume::Status PathProxy::prepare(const TouchScene& scene) {
   return check_touchable(scene, true);
 }
 
-ProxyStep PathProxy::step(const TouchScene& scene, const ServoScene& seen, ProxyState& state,
+ProxyStep PathProxy::step(const TouchScene& scene, const TouchState& seen, ProxyState& state,
                           const ProxyInput& input) const noexcept {
   return step_on_grid(scene, seen, state, input,
                       [&](const auto& grid, ProxyState& on_grid, ProxyStep& result) {

@@ -15,7 +15,7 @@ class PathProxy final : public ProxyMethod {
   static constexpr double k_depth = 2;  ///< t_depth, voxels
   const char* name() const noexcept override { return "path"; }
   volume::Status prepare(const TouchScene& scene) override;
-  ProxyStep step(const TouchScene& scene, const ServoScene& seen, ProxyState& state,
+  ProxyStep step(const TouchScene& scene, const TouchState& seen, ProxyState& state,
                  const ProxyInput& input) const noexcept override;
 };
 

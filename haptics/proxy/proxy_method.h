@@ -5,9 +5,9 @@
 #include <cstdint>
 #include <glm/vec3.hpp>
 
-#include "haptics/scene/servo_scene.h"
 #include "haptics/scene/shape_set.h"
 #include "haptics/scene/touch_scene.h"
+#include "haptics/scene/touch_state.h"
 
 namespace trephine::haptics {
 
@@ -111,7 +111,7 @@ class ProxyMethod {
   virtual volume::Status prepare(const TouchScene& scene) = 0;
   /// One servo step on one immutable state. Servo thread: no allocation, lock or exception; iterations are
   /// bounded.
-  virtual ProxyStep step(const TouchScene& scene, const ServoScene& seen, ProxyState& state,
+  virtual ProxyStep step(const TouchScene& scene, const TouchState& seen, ProxyState& state,
                          const ProxyInput& input) const noexcept = 0;
 };
 

@@ -69,7 +69,7 @@ volume::Status SceneProxy::prepare(const TouchScene& scene) {
   return std::nullopt;
 }
 
-ProxyStep SceneProxy::step(const TouchScene& scene, const ServoScene& seen, ProxyState& state,
+ProxyStep SceneProxy::step(const TouchScene& scene, const TouchState& seen, ProxyState& state,
                            const ProxyInput& input) const noexcept {
   const volume::Frame &base = seen.version->base().frame, &frame = layout_.frame();
   Surroundings& around = state.around;
@@ -143,7 +143,7 @@ volume::Status SequentialProxy::prepare(const TouchScene& scene) {
   return std::nullopt;
 }
 
-ProxyStep SequentialProxy::step(const TouchScene& scene, const ServoScene& seen, ProxyState& state,
+ProxyStep SequentialProxy::step(const TouchScene& scene, const TouchState& seen, ProxyState& state,
                                 const ProxyInput& input) const noexcept {
   const volume::Frame& base = seen.version->base().frame;
   const dvec3& hip = input.hip_world;

@@ -13,7 +13,7 @@ class SceneProxy final : public ProxyMethod {
  public:
   const char* name() const noexcept override { return "scene"; }
   volume::Status prepare(const TouchScene& scene) override;
-  ProxyStep step(const TouchScene& scene, const ServoScene& seen, ProxyState& state,
+  ProxyStep step(const TouchScene& scene, const TouchState& seen, ProxyState& state,
                  const ProxyInput& input) const noexcept override;
 
  private:
@@ -28,14 +28,14 @@ class SequentialProxy final : public ProxyMethod {
  public:
   const char* name() const noexcept override { return "scene-sequential"; }
   volume::Status prepare(const TouchScene& scene) override;
-  ProxyStep step(const TouchScene& scene, const ServoScene& seen, ProxyState& state,
+  ProxyStep step(const TouchScene& scene, const TouchState& seen, ProxyState& state,
                  const ProxyInput& input) const noexcept override;
 
  private:
   SceneLayout layout_;
   std::vector<TouchScene> volumes_;  ///< one a volume, the base first
   std::vector<int> first_shape_;     ///< of each
-  std::vector<std::shared_ptr<const ServoScene>> untouched_;
+  std::vector<std::shared_ptr<const TouchState>> untouched_;
   std::unique_ptr<ProxyMethod> method_;
 };
 

@@ -8,7 +8,7 @@ using glm::dvec3;
 
 volume::Status SubvoxelProxy::prepare(const TouchScene& scene) { return check_touchable(scene, true); }
 
-ProxyStep SubvoxelProxy::step(const TouchScene& scene, const ServoScene& seen, ProxyState& state,
+ProxyStep SubvoxelProxy::step(const TouchScene& scene, const TouchState& seen, ProxyState& state,
                               const ProxyInput& input) const noexcept {
   ProxyStep result;
   result.normal_world = dvec3(0);

@@ -16,7 +16,7 @@ class SubvoxelProxy final : public ProxyMethod {
  public:
   const char* name() const noexcept override { return "subvoxel"; }
   volume::Status prepare(const TouchScene& scene) override;
-  ProxyStep step(const TouchScene& scene, const ServoScene& seen, ProxyState& state,
+  ProxyStep step(const TouchScene& scene, const TouchState& seen, ProxyState& state,
                  const ProxyInput& input) const noexcept override;
 };
 

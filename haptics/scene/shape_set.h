@@ -18,6 +18,10 @@ class ShapeSet {
     if (contains(s) != is_in) flip(s);
   }
   constexpr bool is_empty() const noexcept { return (words_[0] | words_[1]) == 0; }
+  friend constexpr ShapeSet operator|(ShapeSet a, const ShapeSet& b) noexcept {
+    a.words_[0] |= b.words_[0], a.words_[1] |= b.words_[1];
+    return a;
+  }
   /// The first member from `s` on; k_most when there is none.
   constexpr int next(int s) const noexcept {
     for (std::size_t w = word(s); s < k_most; s = static_cast<int>(64 * ++w))

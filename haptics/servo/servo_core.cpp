@@ -41,22 +41,16 @@ dvec3 clamped(const dvec3& v, double most) noexcept {
 
 }  // namespace
 
-ServoCore::ServoCore(const TouchScene& scene, const ProxyMethod& method, const ForceOptions& options,
-                     double dt, std::uint64_t first_tick)
-    : scene_(&scene),
-      method_(&method),
-      force_(options, dt),
+ServoCore::ServoCore(const ForceOptions& options, double dt, std::size_t hand, std::uint64_t first_tick)
+    : force_(options, dt),
       guard_(options, dt),
       dt_(dt),
       force_limit_(options.force_limit),
+      hand_(hand),
       tick_(first_tick),
       cap_(options.force_limit),
       passivity_(0, options.delay_ticks, options.device_damping / dt),
-      is_passive_(options.is_passive) {
-  for (int s = 0; s < item_count(scene); ++s)
-    has_pops_ = has_pops_ || material_of(scene, s, Side::front).pop_force > 0 ||
-                material_of(scene, s, Side::back).pop_force > 0;
-}
+      is_passive_(options.is_passive) {}
 
 const char* event_name(TouchEvent::Kind kind) noexcept {
   constexpr const char* k_names[] = {"touched",   "untouched", "popped",         "rearmed",
@@ -71,93 +65,69 @@ void add_event(ServoRecord& record, TouchEvent::Kind kind, int shape) noexcept {
 }
 }  // namespace
 
-void ServoCore::let_through_what_is_off() noexcept {
+void ServoCore::let_through_what_is_off(const ServoHand& mine) noexcept {
   ShapeSet& off = state_.around.let_through;
-  off = untouchable_;
-  for (int s = not_ready_.next(0); s < ShapeSet::k_most; s = not_ready_.next(s + 1)) off.set(s, true);
+  off = mine.untouchable | not_ready_;
   if (popped_shape_ >= 0) off.set(popped_shape_, true);
 }
 
-void ServoCore::set_touchable(int shape, bool is_touchable) noexcept {
-  untouchable_.set(shape, !is_touchable);
-  let_through_what_is_off();
-}
-
-void ServoCore::set_ready(int shape, const volume::VoxelBox& voxels) noexcept {
-  set_ready(shape, false);
-  if (part_count_ < parts_.size()) parts_[part_count_++] = {shape, voxels};
-}
-
-/// A shape of which a part is ready holds where that is: around hand and proxy, with what is read beside
-/// them.
-void ServoCore::look_at_parts(const volume::Frame& base, const dvec3& hip) noexcept {
-  bool is_changed = false;
-  for (std::size_t i = 0; i < part_count_; ++i) {
-    const auto& [shape, voxels] = parts_[i];
-    const TouchItem& item = item_of(*scene_, shape);
-    const volume::Volume& of = item.is_mesh() ? *scene_->base : item.field.volume();
+/// Which items cannot hold yet. One of which a part is ready holds where that is: around hand and proxy, with
+/// what is read beside them.
+void ServoCore::find_ready(const ServoHand& mine, const dvec3& hip) noexcept {
+  not_ready_ = mine.not_ready;
+  const volume::Volume& base = *mine.scene->base;
+  for (std::size_t i = 0; i < mine.part_count; ++i) {
+    const auto& [index, voxels] = mine.parts[i];
+    const TouchItem& item = item_of(*mine.scene, index);
+    const volume::Volume& of = item.is_mesh() ? base : item.field.volume();
     const dvec3 at = of.frame.volume_from_world(hip);
     const dvec3 proxy =
-        state_.has_proxy ? of.frame.volume_from_world(base.world_from_volume(state_.proxy_volume)) : at;
+        state_.has_proxy ? of.frame.volume_from_world(base.frame.world_from_volume(state_.proxy_volume)) : at;
     bool is_within = true, is_beside = false;
     for (int a = 0; a < 3; ++a) {
       constexpr double k_beside = 3;  // voxels
       dvec3 along(0);
       along[a] = 1;
       const double reach =
-          k_beside + scene_->tool_radius * glm::length(of.frame.gradient_world_from_volume(along));
+          k_beside + mine.scene->tool_radius * glm::length(of.frame.gradient_world_from_volume(along));
       const double low = std::max(0.0, std::min(at[a], proxy[a]) - reach),
                    high = std::min(of.size[a] - 1.0, std::max(at[a], proxy[a]) + reach);
       is_beside = is_beside || low > high;
       is_within = is_within && low >= voxels.low[a] && high <= voxels.high[a];
     }
-    is_within = is_within || is_beside;  // beyond the volume's border there is nothing to wait for
-    is_changed = is_changed || not_ready_.contains(shape) == is_within;
-    not_ready_.set(shape, !is_within);
+    // Beyond the volume's border there is nothing to wait for.
+    not_ready_.set(index, !is_within && !is_beside);
   }
-  if (is_changed) let_through_what_is_off();
 }
 
-void ServoCore::set_ready(int shape, bool is_ready) noexcept {
-  for (std::size_t i = 0; i < part_count_; ++i)
-    if (parts_[i].shape == shape) {
-      parts_[i] = parts_[--part_count_];
-      break;
-    }
-  not_ready_.set(shape, !is_ready);
-  let_through_what_is_off();
-}
-
-void ServoCore::set_placement(int mover, const Placement& placement) noexcept {
-  const auto m = static_cast<std::size_t>(mover);
-  for (const TouchItem& mesh : scene_->items)  // those before it that were never set stay where they start
-    if (mesh.mover >= static_cast<int>(placement_count_) && mesh.mover < mover)
-      placements_[static_cast<std::size_t>(mesh.mover)] = mesh.placement;
-  placements_[m] = placement;
-  placement_count_ = std::max(placement_count_, m + 1);
+/// Another scene or method: what was known of its surroundings is out of date.
+void ServoCore::adopt(const ServoHand& mine) noexcept {
+  layout_ = mine.layout;
+  state_.around.near_radius = 0;
+  state_.around.has_placements = false;
+  state_.plane = PlaneMemory{};
+  state_.has_on_meshes = false;
 }
 
 /// A surface that is pressed harder than it bears gives way; one that gave way holds again when the tool is
 /// some way from there.
-void ServoCore::pop_through(const dvec3& hip, ServoRecord& record) noexcept {
+void ServoCore::pop_through(const ServoHand& mine, const dvec3& hip, ServoRecord& record) noexcept {
+  const TouchScene& scene = *mine.scene;
   if (popped_shape_ >= 0) {
-    const Material& material = material_of(*scene_, popped_shape_, popped_side_);
+    const Material& material = material_of(scene, popped_shape_, popped_side_);
     if (glm::length(hip - popped_at_world_) < material.pop_rearm) return;
     add_event(record, TouchEvent::rearmed, std::exchange(popped_shape_, -1));
-    let_through_what_is_off();
     return;
   }
   if (!step_.has_contact || is_led_) return;
-  const Material& material = material_of(*scene_, step_.shape, step_.side);
-  const double pressed =
-      glm::dot(step_.proxy_world - hip, step_.normal_world) *
-      stiffness_at(*scene_, step_.shape, step_.side, step_.proxy_world, step_.normal_world);
+  const Material& material = material_of(scene, step_.shape, step_.side);
+  const double pressed = glm::dot(step_.proxy_world - hip, step_.normal_world) *
+                         stiffness_at(scene, step_.shape, step_.side, step_.proxy_world, step_.normal_world);
   if (!(material.pop_force > 0) || pressed <= material.pop_force) return;
   popped_shape_ = step_.shape;
   popped_side_ = step_.side;
   popped_at_world_ = hip;
-  add_event(record, TouchEvent::popped, popped_shape_);
-  let_through_what_is_off();  // from the next tick on
+  add_event(record, TouchEvent::popped, popped_shape_);  // from the next tick on
 }
 
 /// What changed since the last tick.
@@ -169,7 +139,7 @@ void ServoCore::tell(ServoRecord& record) noexcept {
     last_shape_ = shape;
   }
   if (not_ready_ == told_not_ready_) return;
-  for (int s = 0; s < item_count(*scene_); ++s) {
+  for (int s = 0; s < ShapeSet::k_most; ++s) {
     if (not_ready_.contains(s) == told_not_ready_.contains(s)) continue;
     add_event(record, not_ready_.contains(s) ? TouchEvent::not_ready : TouchEvent::ready, s);
   }
@@ -177,50 +147,57 @@ void ServoCore::tell(ServoRecord& record) noexcept {
 }
 
 ServoRecord ServoCore::step(const ServoScene& seen, const ServoInput& input) noexcept {
+  const ServoHand& mine = seen.hands[hand_];
+  const TouchScene& scene = *mine.scene;
+  if (mine.layout != layout_) adopt(mine);
   if (input.is_reset) reset();
   if (input.is_restarted) {
     // A place that is none can only come from a file.
-    const dvec3 place = scene_->base->frame.world_from_volume(input.restart_volume);
-    if (is_place(place) && is_in_reach(*scene_, place)) restart_at(input.restart_volume);
+    const dvec3 place = scene.base->frame.world_from_volume(input.restart_volume);
+    if (is_place(place) && is_in_reach(scene, place)) restart_at(input.restart_volume);
   }
   ServoRecord record;
   record.tick = tick_++;
   record.t = static_cast<double>(record.tick) * dt_;
-  record.version = seen.serial();
+  record.version = seen.serial;
   record.pose = input.pose;
-  record.hand = hand_;
+  record.hand = static_cast<std::uint8_t>(hand_);
   record.is_reset = input.is_reset;
   record.is_restarted = input.is_restarted;
   record.restart_volume = input.restart_volume;
   std::uint32_t faults = input.faults;
   wanted_ = dvec3(0);
   const dvec3& hip = input.pose.position_world;
-  if (is_place(hip) && is_in_reach(*scene_, hip) && (faults & fault_not_finite) == 0) {
-    const bool has_grown = has_pending_ && seen.serial() >= pending_.version;
+  if (is_place(hip) && is_in_reach(scene, hip) && (faults & fault_not_finite) == 0) {
+    const bool has_grown = mine.way && mine.way->serial > way_.serial;
     if (has_grown) {
-      way_ = pending_;
-      has_pending_ = false;
-      if (is_led_) begin_lead(hip);
+      way_ = *mine.way;
+      if (is_led_) begin_lead(mine, hip);
     }
-    if (part_count_ > 0) look_at_parts(seen.version->base().frame, hip);
+    find_ready(mine, hip);
+    let_through_what_is_off(mine);
     if (!is_led_) {
-      step_ = method_->step(*scene_, seen, state_, {hip, std::span(placements_.data(), placement_count_)});
+      step_ = mine.method->step(scene, mine.state, state_,
+                                {hip, std::span(mine.placements.data(), mine.placement_count)});
       if (step_.has_contact) touched_ = step_.shape;
-      if (step_.is_buried && has_grown) begin_lead(hip);
+      if (step_.is_buried && has_grown) begin_lead(mine, hip);
     }
-    if (is_led_) lead(hip);
+    if (is_led_) lead(mine, hip);
     cap_ = is_led_ ? k_lead_force : std::min(force_limit_, cap_ + k_lead_recovery * dt_);
-    wanted_ = clamped(force_.step(step_, hip, *scene_), cap_);
+    wanted_ = clamped(force_.step(step_, hip, scene), cap_);
     active_ = dvec3(0);
-    if (!effects_.is_empty()) {
-      const EffectForces forces = effects_.step(*scene_, step_, wanted_, hip, dt_, seen.version.get());
+    if (mine.laws) {
+      const LawForces forces =
+          laws_.step(*mine.laws, {scene, mine.state.version.get(), step_, wanted_, hip, dvec3(0), dt_});
       wanted_ += forces.rendered_world;
       active_ = forces.active_world;
       if (forces.has_lost_resistance) add_event(record, TouchEvent::lost_resistance, forces.lost_shape);
+    } else if (!laws_.is_empty()) {
+      laws_.reset();
     }
     if (is_passive_) wanted_ = passivity_.step(wanted_, hip, step_.has_contact ? step_.proxy_world : hip);
     wanted_ += active_;
-    if (has_pops_) pop_through(hip, record);
+    if (mine.has_pops) pop_through(mine, hip, record);
     record.proxy_world = step_.proxy_world;
     record.normal_world = step_.normal_world;
     record.has_contact = step_.has_contact;
@@ -270,27 +247,22 @@ dvec3 ServoCore::skip(std::uint32_t faults, std::uint64_t count) noexcept {
   return last_force_;
 }
 
-void ServoCore::offer(const WayOut& way) noexcept {
-  pending_ = way;
-  has_pending_ = way.count > 0;
-}
-
-void ServoCore::begin_lead(const dvec3& hip_world) noexcept {
-  const volume::Frame& frame = scene_->base->frame;
+void ServoCore::begin_lead(const ServoHand& mine, const dvec3& hip_world) noexcept {
+  const volume::Frame& frame = mine.scene->base->frame;
   const dvec3 out = frame.world_from_volume(way_.places_volume[way_.count - 1]);
   if (!is_led_) {
     // The spring starts unstretched at the hand, wherever that is.
     anchor_volume_ = frame.volume_from_world(hip_world);
     force_.let_go();
     const double reach = glm::length(out - hip_world);
-    energy_.discarded += 0.5 * material_of(*scene_, touched_, Side::front).stiffness * reach * reach;
+    energy_.discarded += 0.5 * material_of(*mine.scene, touched_, Side::front).stiffness * reach * reach;
   }
   next_place_ = 0;
   is_led_ = true;
 }
 
-void ServoCore::lead(const dvec3& hip_world) noexcept {
-  const volume::Frame& frame = scene_->base->frame;
+void ServoCore::lead(const ServoHand& mine, const dvec3& hip_world) noexcept {
+  const volume::Frame& frame = mine.scene->base->frame;
   double left = k_lead_speed * dt_;
   while (next_place_ < way_.count && left > 0) {
     const dvec3 way = way_.places_volume[next_place_] - anchor_volume_;
@@ -355,9 +327,8 @@ void ServoCore::reset() noexcept {
   force_.reset();
   guard_.reset();
   passivity_.reset();
-  effects_.reset();
+  laws_.reset();
   popped_shape_ = -1;
-  let_through_what_is_off();
 }
 
 DenormalsFlushed::DenormalsFlushed() noexcept : before_(_mm_getcsr()) {

@@ -5,10 +5,9 @@
 #include <cstdint>
 
 #include "haptics/device/pose_path.h"
-#include "haptics/force/effects.h"
 #include "haptics/force/force.h"
 #include "haptics/force/passivity.h"
-#include "volume/traversal.h"
+#include "haptics/servo/servo_scene.h"
 
 namespace trephine::haptics {
 
@@ -17,7 +16,7 @@ namespace trephine::haptics {
 struct EnergyLedger {
   double contact = 0;    ///< surfaces, friction, what smoothing leaves of them, and springs and dampers
   double friction = 0;   ///< of contact: the part along the surface
-  double active = 0;     ///< effects that may give energy; at most EffectRack::k_power
+  double active = 0;     ///< laws that may give energy; at most LawMemory::k_power
   double growth = 0;     ///< while the proxy was led out of matter that grew
   double discarded = 0;  ///< stored by growth in the spring, had the proxy jumped out; never rendered
 };
@@ -43,7 +42,7 @@ const char* event_name(TouchEvent::Kind kind) noexcept;
 struct ServoRecord {
   std::uint64_t tick = 0;
   double t = 0;               ///< s since the start
-  std::uint64_t version = 0;  ///< serial of the version the tick saw
+  std::uint64_t version = 0;  ///< serial of the ServoScene that the tick saw
   Pose pose;                  ///< not pressed while a fault is latched or the proxy is led out
   glm::dvec3 proxy_world{0.0}, normal_world{0.0}, force_world{0.0};
   bool has_contact = false, is_buried = false;
@@ -70,15 +69,6 @@ struct ServoInput {
   glm::dvec3 restart_volume{0.0};  ///< then set the proxy on this free point, the force from zero
 };
 
-/// The way back of a proxy over which matter grows in `version`: where it had been, newest first, to a place
-/// that is free then.
-struct WayOut {
-  static constexpr std::size_t k_most_places = 64;
-  std::uint64_t version = 0;
-  std::uint32_t count = 0;  ///< at least one place
-  std::array<glm::dvec3, k_most_places> places_volume;
-};
-
 /// How a proxy is led out: in tenths of a second over the length of a burr hole, with less force than a
 /// resting hand holds against.
 inline constexpr double k_lead_speed = 100;    ///< mm/s
@@ -88,31 +78,15 @@ inline constexpr double k_lead_recovery = 10;  ///< N/s, at which the full force
 /// Holds all state of the feel; plain data, so that a copy saves it.
 class ServoCore {
  public:
-  /// Borrows scene and method, which was prepared for it.
-  ServoCore(const TouchScene& scene, const ProxyMethod& method, const ForceOptions& options, double dt,
-            std::uint64_t first_tick = 0);
-  void set_hand(std::uint8_t hand) noexcept { hand_ = hand; }
-  /// Forces beside the surfaces'. Before the first tick, or between two.
-  EffectRack& effects() noexcept { return effects_; }
-  /// Between two ticks: may this shape hold the hand, and are its bits there? One that is wanted and not
-  /// ready lets the hand through, and the next tick says so. Both are true at the start.
-  void set_touchable(int shape, bool is_touchable) noexcept;
-  void set_ready(int shape, bool is_ready) noexcept;
-  /// Of the shape's bits only those of these voxels are there yet (none where low > high): it is ready while
-  /// hand and proxy stay within them, a few voxels off their border. Of k_most_parts shapes at a time; a
-  /// further one is not ready at all.
-  void set_ready(int shape, const volume::VoxelBox& voxels) noexcept;
-  static constexpr std::size_t k_most_parts = 8;
-  /// Between two ticks: where the scene's moving meshes are.
-  void set_placement(int mover, const Placement& placement) noexcept;
+  /// `hand`: whose of a ServoScene's this is.
+  explicit ServoCore(const ForceOptions& options, double dt, std::size_t hand = 0,
+                     std::uint64_t first_tick = 0);
 
-  /// Servo thread. A pose that is no place gives no force and a latched fault.
+  /// Servo thread. A pose that is no place gives no force and a latched fault. When a scene with a way out is
+  /// first seen, a proxy that its matter buries, or that is being led, goes this way.
   ServoRecord step(const ServoScene& seen, const ServoInput& input) noexcept;
   /// Ticks that nobody can be told about: the proxy stays, the force goes on fading. Gives the force.
   glm::dvec3 skip(std::uint32_t faults, std::uint64_t count = 1) noexcept;
-  /// When the first version is seen whose serial is the way's or later, a proxy that it buries, or that is
-  /// being led, goes this way. One way may be pending: a later offer stands for an earlier one.
-  void offer(const WayOut& way) noexcept;
   void restart_at(const glm::dvec3& free_point_volume) noexcept;
   void reset() noexcept;
 
@@ -122,50 +96,41 @@ class ServoCore {
   const EnergyLedger& energy() const noexcept { return energy_; }
 
  private:
-  void begin_lead(const glm::dvec3& hip_world) noexcept;
-  void lead(const glm::dvec3& hip_world) noexcept;
+  void adopt(const ServoHand& mine) noexcept;
+  void begin_lead(const ServoHand& mine, const glm::dvec3& hip_world) noexcept;
+  void lead(const ServoHand& mine, const glm::dvec3& hip_world) noexcept;
   glm::dvec3 passive_part(const glm::dvec3& rendered) const noexcept;
   void account(const ServoRecord& record) noexcept;
   void account_motion(const glm::dvec3& moved) noexcept;
-  void pop_through(const glm::dvec3& hip_world, ServoRecord& record) noexcept;
+  void pop_through(const ServoHand& mine, const glm::dvec3& hip_world, ServoRecord& record) noexcept;
   void tell(ServoRecord& record) noexcept;
-  void let_through_what_is_off() noexcept;
-  void look_at_parts(const volume::Frame& base, const glm::dvec3& hip_world) noexcept;
+  void find_ready(const ServoHand& mine, const glm::dvec3& hip_world) noexcept;
+  void let_through_what_is_off(const ServoHand& mine) noexcept;
 
-  const TouchScene* scene_;
-  const ProxyMethod* method_;
   ForceModel force_;
   ForceGuard guard_;
   double dt_, force_limit_;
+  std::size_t hand_;
+  std::uint64_t layout_ = 0;  ///< that `state_` knows
   ProxyState state_;
   ProxyStep step_;
   std::uint64_t tick_ = 0;
-  std::uint8_t hand_ = 0;
-  int touched_ = 0;  ///< shape of the newest contact
+  int touched_ = 0;  ///< item of the newest contact
   glm::dvec3 wanted_{0.0}, active_{0.0};
 
-  WayOut pending_, way_;  ///< of a version that is still to come, and of the one that has
-  bool has_pending_ = false, is_led_ = false;
+  WayOut way_;  ///< the newest that was seen
+  bool is_led_ = false;
   std::uint32_t next_place_ = 0;
   glm::dvec3 anchor_volume_{0.0};
   double cap_;  ///< N, of the force after a lead
 
-  EffectRack effects_;
+  LawMemory laws_;
   PassivityController passivity_;
   bool is_passive_;
-  std::array<Placement, TouchScene::k_max_movers> placements_;
-  std::size_t placement_count_ = 0;  ///< of them set: the first ones
-  ShapeSet untouchable_, not_ready_, told_not_ready_;
-  struct Part {  ///< of a shape that is ready
-    int shape;
-    volume::VoxelBox voxels;
-  };
-  std::array<Part, k_most_parts> parts_;
-  std::size_t part_count_ = 0;
+  ShapeSet not_ready_, told_not_ready_;
   int last_shape_ = -1;    ///< touched in the last tick
   int popped_shape_ = -1;  ///< pressed through, and not yet armed again
   Side popped_side_ = Side::front;
-  bool has_pops_ = false;  ///< some material of the scene gives way
   glm::dvec3 popped_at_world_{0.0};
 
   EnergyLedger energy_;

@@ -37,19 +37,16 @@ std::size_t ring_capacity(const ServoOptions& options, std::size_t hands) {
 
 }  // namespace
 
-ServoLoop::ServoLoop(std::span<Device* const> devices, ServoChannel& channel, const TouchScene& scene,
-                     const ProxyMethod& method, const ServoOptions& options, std::uint64_t first_tick)
+ServoLoop::ServoLoop(std::span<Device* const> devices, ServoChannel& channel, const ServoOptions& options,
+                     std::uint64_t first_tick)
     : channel_(&channel), options_(options), ring_(ring_capacity(options, devices.size())) {
-  TREPHINE_ASSERT(!devices.empty() && devices.size() <= k_max_hands);
-  for (Device* device : devices) {
-    hands_.push_back({device, ServoCore(scene, method, options.force, 1 / options.rate_hz, first_tick), {}});
-    hands_.back().core.set_hand(static_cast<std::uint8_t>(hands_.size() - 1));
-  }
+  TREPHINE_ASSERT(!devices.empty() && devices.size() <= ServoScene::k_most_hands);
+  for (Device* device : devices)
+    hands_.push_back({device, ServoCore(options.force, 1 / options.rate_hz, hands_.size(), first_tick), {}});
 }
 
-ServoLoop::ServoLoop(Device& device, ServoChannel& channel, const TouchScene& scene,
-                     const ProxyMethod& method, const ServoOptions& options)
-    : ServoLoop(std::array{&device}, channel, scene, method, options) {}
+ServoLoop::ServoLoop(Device& device, ServoChannel& channel, const ServoOptions& options)
+    : ServoLoop(std::array{&device}, channel, options) {}
 
 ServoLoop::~ServoLoop() { stop(); }
 
@@ -83,6 +80,12 @@ volume::Status ServoLoop::start() {
     for (Hand& hand : hands_) hand.device->close();
     return volume::Error{"too many servo loops read one scene", "", "",
                          "at most " + std::to_string(ServoChannel::k_readers), "stop another loop first"};
+  }
+  if (const std::size_t known = channel_->adopt(reader_)->hands.size(); known < hands_.size()) {
+    channel_->close_reader(reader_);
+    for (Hand& hand : hands_) hand.device->close();
+    return volume::Error{"there are more devices than hands in the scene", "", std::to_string(hands_.size()),
+                         "at most " + std::to_string(known), ""};
   }
   is_stopping_ = false;
   thread_ = std::thread([this] { run(); });
@@ -161,9 +164,6 @@ void ServoLoop::tick(std::uint64_t tick, std::uint32_t faults) noexcept {
     ServoInput input;
     if (is_reset) hand.faults = 0;
     input.is_reset = is_reset;
-    // A way out is told before its version is published, so it is here when the version is.
-    WayOut way;
-    while (hand.ways.pop(way)) hand.core.offer(way);
     while (hand.restarts.pop(input.restart_volume)) input.is_restarted = true;
     hand.faults |= faults;
     if (is_lagging) hand.faults |= fault_stale_scene;

@@ -39,14 +39,11 @@ struct ServoReport {
 /// One thread for all hands: every device is read, felt and answered in each tick, on one version.
 class ServoLoop {
  public:
-  static constexpr std::size_t k_max_hands = 4;
-
   /// Borrows everything for its life. `first_tick`: where the count goes on (a resumed session).
-  ServoLoop(std::span<Device* const> devices, ServoChannel& channel, const TouchScene& scene,
-            const ProxyMethod& method, const ServoOptions& options, std::uint64_t first_tick = 0);
+  ServoLoop(std::span<Device* const> devices, ServoChannel& channel, const ServoOptions& options,
+            std::uint64_t first_tick = 0);
   /// One hand.
-  ServoLoop(Device& device, ServoChannel& channel, const TouchScene& scene, const ProxyMethod& method,
-            const ServoOptions& options);
+  ServoLoop(Device& device, ServoChannel& channel, const ServoOptions& options);
   ~ServoLoop();
   ServoLoop(const ServoLoop&) = delete;
   ServoLoop& operator=(const ServoLoop&) = delete;
@@ -63,8 +60,6 @@ class ServoLoop {
   /// Asks the servo to put a hand's proxy on a free point (volume frame) at its next tick, with force from
   /// zero. These requests come from one thread, the edit thread.
   void request_restart(const glm::dvec3& free_point_volume, std::size_t hand = 0) noexcept;
-  /// Tells the servo the way out of matter that grows in a version about to be published.
-  void offer_way_out(const WayOut& way, std::size_t hand = 0) noexcept { hands_[hand].ways.push(way); }
   /// Clears latched faults of all hands at the next tick; their proxies start anew at the HIP, the force from
   /// zero. A person asks for it, once the cause is gone.
   void request_reset() noexcept { wants_reset_ = true; }
@@ -77,7 +72,6 @@ class ServoLoop {
     Pose pose;
     std::uint32_t faults = 0;
     Ring<glm::dvec3> restarts{16};
-    Ring<WayOut> ways{16};
   };
   void run() noexcept;
   void tick(std::uint64_t tick, std::uint32_t faults) noexcept;

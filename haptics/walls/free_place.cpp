@@ -8,7 +8,7 @@ namespace trephine::haptics {
 
 using glm::dvec3;
 
-bool is_free(const TouchScene& scene, const ServoScene& seen, const dvec3& place) noexcept {
+bool is_free(const TouchScene& scene, const TouchState& seen, const dvec3& place) noexcept {
   const auto count = base_shapes(scene).size();
   if (count == 0) return true;
   const bool is_round = scene.tool_radius > 0;

@@ -1,12 +1,12 @@
 // Where a proxy may be set down.
 #pragma once
 
-#include "haptics/scene/servo_scene.h"
+#include "haptics/scene/touch_state.h"
 
 namespace trephine::haptics {
 
 /// May a proxy be set down at this place (volume frame), whichever solid its method touches: cubes, triangles
 /// or what is smooth? Of the shapes of the scene's first volume. Microseconds; not for the servo.
-bool is_free(const TouchScene& scene, const ServoScene& seen, const glm::dvec3& place) noexcept;
+bool is_free(const TouchScene& scene, const TouchState& seen, const glm::dvec3& place) noexcept;
 
 }  // namespace trephine::haptics

@@ -87,11 +87,11 @@ volume::Status SceneLayout::add_voxels(const TouchScene& scene, int index) {
     if (is_of_same(before.begin))
       return volume::Error{"the shapes of a volume do not stand together", shape.field.shape().name, "", "",
                            "list the shapes of one volume one after another"};
-  std::shared_ptr<const ServoScene> untouched;
+  std::shared_ptr<const TouchState> untouched;
   if (&of != scene.base.get()) {
     for (const auto& other : scene.others)
       if (other.get() == &of)
-        untouched = std::make_shared<ServoScene>(std::make_shared<volume::Version>(other));
+        untouched = std::make_shared<TouchState>(std::make_shared<volume::Version>(other));
     if (!untouched)
       return volume::Error{"a shape is of a volume that the scene does not hold", shape.field.shape().name,
                            "", "", "put the volume in TouchScene::others"};
@@ -151,7 +151,7 @@ volume::Result<SceneLayout> SceneLayout::of(const TouchScene& scene) {
   return layout;
 }
 
-SceneWalls::SceneWalls(const TouchScene& scene, const SceneLayout& layout, const ServoScene& seen,
+SceneWalls::SceneWalls(const TouchScene& scene, const SceneLayout& layout, const TouchState& seen,
                        const ProxyState& state, std::span<const Placement> placements,
                        ProxyCounters& counters) noexcept
     : scene_(scene),

@@ -17,7 +17,7 @@ class SceneLayout {
   static constexpr int k_max_volumes = 8;
   struct Part {
     int begin, end;                               ///< its shapes
-    std::shared_ptr<const ServoScene> untouched;  ///< null: the base, whose state comes with the step
+    std::shared_ptr<const TouchState> untouched;  ///< null: the base, whose state comes with the step
     const volume::Frame* frame;                   ///< of its walls
     glm::dmat3 from_scene;                        ///< maps displacements of the scene's frame to it
   };
@@ -49,7 +49,7 @@ class SceneLayout {
 /// caller sees to it that no other can be met. Servo thread: no allocation, every loop bounded.
 class SceneWalls {
  public:
-  SceneWalls(const TouchScene& scene, const SceneLayout& layout, const ServoScene& seen,
+  SceneWalls(const TouchScene& scene, const SceneLayout& layout, const TouchState& seen,
              const ProxyState& state, std::span<const Placement> placements,
              ProxyCounters& counters) noexcept;
 
@@ -101,7 +101,7 @@ class SceneWalls {
 
   const TouchScene& scene_;
   const SceneLayout& layout_;
-  const ServoScene& seen_;
+  const TouchState& seen_;
   const ProxyState& state_;
   std::span<const Placement> placements_;
   ProxyCounters& counters_;

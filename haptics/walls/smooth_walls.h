@@ -36,13 +36,13 @@ struct Reach {
 class SmoothWalls {
  public:
   /// For the base's shapes.
-  SmoothWalls(const TouchScene& scene, const ServoScene& seen, const ShapeSet& let_through,
+  SmoothWalls(const TouchScene& scene, const TouchState& seen, const ShapeSet& let_through,
               ProxyCounters& counters) noexcept
       : SmoothWalls(scene, seen, let_through, counters, 0, static_cast<int>(base_shapes(scene).size()),
                     nullptr) {}
   /// For the shapes begin .. end - 1 alone, all of the version's volume, and of them only the ones in `near`
   /// (null: all).
-  SmoothWalls(const TouchScene& scene, const ServoScene& seen, const ShapeSet& let_through,
+  SmoothWalls(const TouchScene& scene, const TouchState& seen, const ShapeSet& let_through,
               ProxyCounters& counters, int begin, int end, const ShapeSet* near) noexcept
       : scene_(&scene),
         volume_(&seen.version->base()),
@@ -158,7 +158,7 @@ class SmoothWalls {
 
   const TouchScene* scene_;
   const volume::Volume* volume_;
-  const ServoScene* seen_;
+  const TouchState* seen_;
   const volume::Version* version_;  ///< its own
   const ShapeSet* let_through_;
   ProxyCounters* counters_;

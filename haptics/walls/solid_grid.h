@@ -58,7 +58,7 @@ class VoxelGrid {
 class OffsetGrid {
  public:
   using Samples = volume::OffsetSamples;
-  OffsetGrid(const TouchScene& scene, const ServoScene& seen) noexcept : scene_(scene), seen_(seen) {}
+  OffsetGrid(const TouchScene& scene, const TouchState& seen) noexcept : scene_(scene), seen_(seen) {}
 
   const volume::Frame& frame() const noexcept { return scene_.items[0].offset->frame(); }
   const glm::ivec3& size() const noexcept { return scene_.items[0].offset->size(); }
@@ -80,13 +80,13 @@ class OffsetGrid {
 
  private:
   const TouchScene& scene_;
-  const ServoScene& seen_;
+  const TouchState& seen_;
 };
 
 /// Takes one step on the grid that the tool touches: `step(grid, state, result)` sees places in that grid's
 /// frame; what comes out is in the volume's. A proxy that stays, or is at the HIP, is so to the bit.
 template <class Step>
-ProxyStep step_on_grid(const TouchScene& scene, const ServoScene& seen, ProxyState& state,
+ProxyStep step_on_grid(const TouchScene& scene, const TouchState& seen, ProxyState& state,
                        const ProxyInput& input, Step&& step) noexcept {
   ProxyStep result;
   result.normal_world = glm::dvec3(0);

@@ -195,7 +195,7 @@ class FaultyMethod final : public haptics::ProxyMethod {
   FaultyMethod(long step, const glm::dvec3& aside) : step_(step), aside_(aside) {}
   const char* name() const noexcept override { return right_->name(); }
   volume::Status prepare(const haptics::TouchScene& scene) override { return right_->prepare(scene); }
-  haptics::ProxyStep step(const haptics::TouchScene& scene, const haptics::ServoScene& seen,
+  haptics::ProxyStep step(const haptics::TouchScene& scene, const haptics::TouchState& seen,
                           haptics::ProxyState& state,
                           const haptics::ProxyInput& input) const noexcept override {
     haptics::ProxyStep step = right_->step(scene, seen, state, input);

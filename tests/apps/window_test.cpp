@@ -296,11 +296,11 @@ TEST_F(Window, PlaysASessionPausedAtAnySpeedAndToAnyMoment) {
     haptics::SubvoxelProxy method;
     ASSERT_FALSE(method.prepare(*scene_).has_value());
     drilling::Burr burr(options_.burr);
-    sim::EditSession edits(*scene_, &burr, 1e-3);
-    haptics::ServoCore core(*scene_, method, {}, 1e-3);
+    sim::EditSession edits(*scene_, method, &burr, 1e-3);
+    haptics::ServoCore core({}, 1e-3);
     for (int i = 0; i < 2000; ++i) {
       const haptics::ServoRecord record =
-          core.step(*edits.current(), {{{0, 0, 60 - 0.01 * i}, {1, 0, 0, 0}, true}});
+          core.step(*edits.servo_scene(), {{{0, 0, 60 - 0.01 * i}, {1, 0, 0, 0}, true}});
       const sim::EditOutcome outcome = edits.consume(record);
       recorder_->add(record, edits, outcome);
     }

@@ -52,7 +52,7 @@ class Judge {
       meshes_.push_back(std::make_unique<checker::MeshWall>(vertices, triangles));
     }
   }
-  void set_seen(std::shared_ptr<const haptics::ServoScene> seen) {
+  void set_seen(std::shared_ptr<const haptics::TouchState> seen) {
     if (is_held_from_within(scene_)) {
       outside_.emplace(scenes::touched_smooth_solid(scene_, nullptr).complement());
     } else {
@@ -151,7 +151,7 @@ AttackRow attack(const Target& target, const MethodInfo& info, long steps, std::
   const dvec3 size(scene.base->size);
   Judge judge(scene, info);
   const std::shared_ptr<const volume::Version> untouched = haptics::untouched(scene);
-  auto seen = std::make_shared<const haptics::ServoScene>(untouched);
+  auto seen = std::make_shared<const haptics::TouchState>(untouched);
   std::vector<volume::Field> solids;
   for (const haptics::TouchItem& shape : base_shapes(scene)) solids.push_back(shape.field);
   volume::RemovalEditor editor(untouched, solids);
@@ -159,11 +159,11 @@ AttackRow attack(const Target& target, const MethodInfo& info, long steps, std::
   // What was cut is felt by a round tool when its fields have followed, here at once.
   const auto publish = [&](const volume::VoxelBox* changed) {
     const auto version = editor.publish();
-    haptics::ServoScene::OffsetFields offsets;
+    haptics::TouchState::OffsetFields offsets;
     for (std::size_t s = 0; scene.tool_radius > 0 && changed && s < base_shapes(scene).size(); ++s)
       offsets.push_back(seen->offset(scene, s).updated(scene.items[s].field, *scene.items[s].bits, *version,
                                                        *changed, 1, nullptr, scene.items[s].soft.get()));
-    return std::make_shared<const haptics::ServoScene>(version, std::move(offsets));
+    return std::make_shared<const haptics::TouchState>(version, std::move(offsets));
   };
   judge.set_seen(seen);
   haptics::ProxyState state;

@@ -98,7 +98,7 @@ FeelRow measure(const FeelScene& s, Judges& judges, const Contender& contender, 
   // What was made before the hole was drilled knows nothing of it.
   if (s.drilled && (contender.is_peer || info.is_of_untouched)) return row;
   if (method.prepare(s.scene)) return row;
-  const haptics::ServoScene seen = s.seen();
+  const haptics::TouchState seen = s.seen();
   row.steps = static_cast<long>(samples.size());
   row.bytes = s.scene.items[0].bits->bytes() + seen.version->bytes();
   if (s.scene.items[0].soft) row.bytes += s.scene.items[0].soft->bytes();
@@ -137,7 +137,7 @@ FeelRow measure(const FeelScene& s, Judges& judges, const Contender& contender, 
 /// Times of a step in contact, apart from the judges: contenders take turns, run by run, so that what the
 /// machine does meanwhile meets all of them.
 void time_in_turns(const FeelScene& s, std::vector<Played>& all) {
-  const haptics::ServoScene seen = s.seen();
+  const haptics::TouchState seen = s.seen();
   const auto& samples = s.path.samples();
   std::vector<MinimumOfRuns> minima(all.size());
   for (int run = 0; run < MinimumOfRuns::k_runs; ++run)
@@ -162,7 +162,7 @@ bool is_reference(const FeelScene& s) {
 std::optional<double> instructions_a_step(const FeelScene& s, const Contender& contender, bool is_quick) {
   const auto method = contender.make();
   if (method->prepare(s.scene)) return std::nullopt;
-  const haptics::ServoScene seen = s.seen();
+  const haptics::TouchState seen = s.seen();
   const auto& samples = s.path.samples();
   const std::size_t middle = samples.size() / 2, count = is_quick ? 1 : 8;
   haptics::ProxyState state;

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "haptics/device/pose_path.h"
-#include "haptics/scene/servo_scene.h"
+#include "haptics/scene/touch_state.h"
 #include "tests/bench/measure.h"
 
 namespace trephine::bench {
@@ -25,9 +25,9 @@ struct FeelScene {
   haptics::PosePath path;
   double field_s = 0;         ///< to make the tool's offset field, before the first step
   double field_update_s = 0;  ///< to bring it up to date after the hole, off the servo
-  std::shared_ptr<const haptics::ServoScene> drilled = nullptr;  ///< null: untouched
-  haptics::ServoScene seen() const {
-    return drilled ? *drilled : haptics::ServoScene(std::make_shared<volume::Version>(scene.base));
+  std::shared_ptr<const haptics::TouchState> drilled = nullptr;  ///< null: untouched
+  haptics::TouchState seen() const {
+    return drilled ? *drilled : haptics::TouchState(std::make_shared<volume::Version>(scene.base));
   }
 
   /// Signed distance (mm, negative inside) from a point to where the tool's middle may not be; empty for

@@ -425,12 +425,12 @@ void drill_hole(FeelScene& scene) {
   const volume::RemovalReport report = editor.remove({{0, 0, k_hole_top}, {0, 0, k_hole_end}, k_hole_radius});
   volume::OffsetField::Work work;
   const auto drilled = editor.publish();
-  haptics::ServoScene::OffsetFields offsets;
+  haptics::TouchState::OffsetFields offsets;
   if (shape.offset)
     offsets.push_back(
         shape.offset->updated(shape.field, *shape.bits, *drilled, report.box, 1, &work, shape.soft.get()));
   scene.field_update_s = work.seconds;
-  scene.drilled = std::make_shared<haptics::ServoScene>(drilled, std::move(offsets));
+  scene.drilled = std::make_shared<haptics::TouchState>(drilled, std::move(offsets));
 }
 
 }  // namespace

@@ -46,7 +46,7 @@ class EmbreeProxy final : public haptics::ProxyMethod {
     rtcCommitScene(scene_);
     return std::nullopt;
   }
-  haptics::ProxyStep step(const haptics::TouchScene& scene, const haptics::ServoScene&,
+  haptics::ProxyStep step(const haptics::TouchScene& scene, const haptics::TouchState&,
                           haptics::ProxyState& state,
                           const haptics::ProxyInput& input) const noexcept override {
     const volume::Frame& frame = scene.base->frame;

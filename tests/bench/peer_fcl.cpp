@@ -38,7 +38,7 @@ class FclProxy final : public haptics::ProxyMethod {
     model_ = model;
     return std::nullopt;
   }
-  haptics::ProxyStep step(const haptics::TouchScene& scene, const haptics::ServoScene&,
+  haptics::ProxyStep step(const haptics::TouchScene& scene, const haptics::TouchState&,
                           haptics::ProxyState& state,
                           const haptics::ProxyInput& input) const noexcept override {
     const volume::Frame& frame = scene.base->frame;

@@ -42,7 +42,7 @@ class OpenVdbProxy final : public haptics::ProxyMethod {
     intersector_ = std::make_unique<Intersector>(*grid_);
     return std::nullopt;
   }
-  haptics::ProxyStep step(const haptics::TouchScene& scene, const haptics::ServoScene&,
+  haptics::ProxyStep step(const haptics::TouchScene& scene, const haptics::TouchState&,
                           haptics::ProxyState& state,
                           const haptics::ProxyInput& input) const noexcept override {
     (void)scene;

@@ -30,7 +30,7 @@ class Scored {
   explicit Scored(const std::string& id) : scene_(scene_named(id)), ideal_(scene_) {
     const auto method = haptics::make_method(haptics::k_default_method).value();
     EXPECT_FALSE(method->prepare(scene_.scene));
-    const haptics::ServoScene seen = scene_.seen();
+    const haptics::TouchState seen = scene_.seen();
     haptics::ProxyState state;
     for (const auto& sample : scene_.path.samples())
       steps_.push_back(method->step(scene_.scene, seen, state, {sample.pose.position_world}));

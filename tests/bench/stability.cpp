@@ -322,8 +322,9 @@ void soak_without_friction(haptics::TouchScene scene, long steps, SoakRow& row) 
   scene.items[0].material = {0.5, 0, 0, 0};
   const auto method = haptics::make_method(haptics::k_default_method).value();
   if (method->prepare(scene)) return;
-  const volume::Version version(scene.base);
-  haptics::ServoCore core(scene, *method, {}, 1e-3);
+  const haptics::ServoScene seen =
+      haptics::scene_for_one(scene, *method, std::make_shared<volume::Version>(scene.base));
+  haptics::ServoCore core({}, 1e-3);
   Device device;
   EnergyMade made;
   dvec3 held(0), last = device.x;
@@ -332,7 +333,7 @@ void soak_without_friction(haptics::TouchScene scene, long steps, SoakRow& row) 
     last = device.x;
     haptics::ServoInput input;
     input.pose.position_world = device.x;
-    const haptics::ServoRecord r = core.step(version, input);
+    const haptics::ServoRecord r = core.step(seen, input);
     const dvec3 stretch = r.has_contact ? r.proxy_world - device.x : dvec3(0);
     made.look(work, 0.25 * glm::dot(stretch, stretch), device.lost);
     held = r.force_world;
@@ -351,10 +352,10 @@ SoakRow run_contact_soak(long steps, const std::function<bool(double)>& progress
   scene.items[0].material = {0.5, 0.001, 0.2, 0.15};
   const auto method = haptics::make_method(haptics::k_default_method).value();
   if (method->prepare(scene)) return row;
-  std::shared_ptr<const volume::Version> version = std::make_shared<volume::Version>(scene.base);
-  const auto untouched = version;
-  volume::RemovalEditor editor(version, {scene.items[0].field});
-  haptics::ServoCore core(scene, *method, {}, 1e-3);
+  const auto untouched = std::make_shared<volume::Version>(scene.base);
+  haptics::ServoScene seen = haptics::scene_for_one(scene, *method, untouched);
+  volume::RemovalEditor editor(untouched, {scene.items[0].field});
+  haptics::ServoCore core({}, 1e-3);
   Device device;
   device.encoder = 0.02;
   volume::MixHash hash;
@@ -366,15 +367,15 @@ SoakRow run_contact_soak(long steps, const std::function<bool(double)>& progress
     const dvec3 wish = wish_at(t), x = device.measured();
     if (i % 5000 == 2500) {
       editor.remove({x, x, 2});
-      version = editor.publish();
+      seen.hands[0].state.version = editor.publish();
     }
     if (i % 40'000 == 39'999) {
       editor.reset(untouched);
-      version = editor.publish();
+      seen.hands[0].state.version = editor.publish();
     }
     haptics::ServoInput input;
     input.pose.position_world = x;
-    const haptics::ServoRecord r = core.step(*version, input);
+    const haptics::ServoRecord r = core.step(seen, input);
     held = r.force_world;
     for (const dvec3* v : {&r.proxy_world, &r.normal_world, &r.force_world})
       for (int a = 0; a < 3; ++a) hash.add((*v)[a]);

@@ -7,14 +7,14 @@ namespace trephine::scenes {
 using haptics::MethodInfo;
 
 std::shared_ptr<const volume::OffsetField> touched_offset(const haptics::TouchScene& scene,
-                                                          const haptics::ServoScene* seen,
+                                                          const haptics::TouchState* seen,
                                                           std::size_t shape) {
   if (scene.tool_radius <= 0) return nullptr;
   return seen ? seen->shared_offset(scene, shape) : scene.items[shape].offset;
 }
 
 checker::SmoothSolid touched_smooth_solid(const haptics::TouchScene& scene,
-                                          std::shared_ptr<const haptics::ServoScene> seen,
+                                          std::shared_ptr<const haptics::TouchState> seen,
                                           std::size_t shape) {
   if (const auto offset = touched_offset(scene, seen.get(), shape))
     return checker::SmoothSolid([offset](int x, int y, int z) { return offset->at(x, y, z); });
@@ -24,7 +24,7 @@ checker::SmoothSolid touched_smooth_solid(const haptics::TouchScene& scene,
 }
 
 Promise::Promise(const MethodInfo& method, const haptics::TouchScene& scene,
-                 std::shared_ptr<const haptics::ServoScene> seen, std::size_t index)
+                 std::shared_ptr<const haptics::TouchState> seen, std::size_t index)
     : base_(scene.base) {
   using Solid = MethodInfo::Solid;
   const haptics::TouchItem& shape = scene.items[index];

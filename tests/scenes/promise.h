@@ -16,7 +16,7 @@ class Promise {
  public:
   /// `seen` null: untouched. Keeps what it needs of the scene but not the scene.
   Promise(const haptics::MethodInfo& method, const haptics::TouchScene& scene,
-          std::shared_ptr<const haptics::ServoScene> seen = nullptr, std::size_t shape = 0);
+          std::shared_ptr<const haptics::TouchState> seen = nullptr, std::size_t shape = 0);
 
   /// Does the segment from a to b (volume frame), or the point where both are one, meet the solid?
   bool meets(const glm::dvec3& a, const glm::dvec3& b) const;
@@ -31,11 +31,11 @@ class Promise {
 
 /// The offset field in which a shape is touched; null for a point.
 std::shared_ptr<const volume::OffsetField> touched_offset(const haptics::TouchScene& scene,
-                                                          const haptics::ServoScene* seen,
+                                                          const haptics::TouchState* seen,
                                                           std::size_t shape = 0);
 /// The smooth solid of a shape, in the frame of touched_offset() where there is one.
 checker::SmoothSolid touched_smooth_solid(const haptics::TouchScene& scene,
-                                          std::shared_ptr<const haptics::ServoScene> seen,
+                                          std::shared_ptr<const haptics::TouchState> seen,
                                           std::size_t shape = 0);
 
 }  // namespace trephine::scenes

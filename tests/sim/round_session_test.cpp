@@ -35,7 +35,7 @@ struct RoundBench {
 /// How much freer the field in use is than one made anew from the version; mm. Above the field's own accuracy
 /// a ball could enter what is left.
 double too_free(const haptics::TouchScene& scene, const EditSession& edits) {
-  const volume::OffsetField& used = edits.servo_scene()->offset(scene, 0);
+  const volume::OffsetField& used = edits.state().offset(scene, 0);
   const auto fresh = volume::OffsetField::build(scene.items[0].field, *scene.items[0].bits,
                                                 edits.current().get(), scene.tool_radius, 1)
                          .value();

@@ -36,14 +36,14 @@ enum class Lie { none, force, removed_volume, voxels };
 /// A session written block by block, with one lie in it.
 void write_session_with(Lie lie, const std::string& path) {
   Bench bench;
-  EditSession edits(bench.scene, &bench.burr, 1e-3);
-  haptics::ServoCore core(bench.scene, bench.method, {}, 1e-3);
+  EditSession edits(bench.scene, bench.method, &bench.burr, 1e-3);
+  haptics::ServoCore core({}, 1e-3);
   ItemEncoder items;
   const haptics::PosePath wish = drilling_wish(10);
   for (int i = 0; i < 600; ++i) {
     haptics::ServoInput input;
     input.pose = wish.at(1e-3 * i);
-    haptics::ServoRecord record = core.step(*edits.current(), input);
+    haptics::ServoRecord record = core.step(*edits.servo_scene(), input);
     const EditOutcome outcome = edits.consume(record);
     if (lie == Lie::force && i == 400) record.force_world.x += 1e-12;
     items.add(record);

@@ -91,7 +91,7 @@ TEST(Lockstep, TheOldestStrokesCannotBeTakenBackAndFreeTheirMemory) {
   haptics::ImplicitProxy method;
   ASSERT_FALSE(method.prepare(scene).has_value());
   drilling::Burr burr({0.5, 60, 400, true});
-  EditSession edits(scene, &burr, 1e-3);
+  EditSession edits(scene, method, &burr, 1e-3);
   haptics::ServoRecord tick;
   const std::size_t strokes = EditSession::k_most_strokes + 30;
   for (std::size_t i = 0; i < strokes; ++i) {

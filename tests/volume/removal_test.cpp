@@ -87,7 +87,7 @@ void expect_brute_force(const BruteForceCase& c) {
   glm::dvec3 at = frame.world_from_volume(0.4 * extent);
   for (int i = 0; i < 5; ++i) {
     const glm::dvec3 to =
-        frame.world_from_volume(glm::dvec3(share(random), share(random), share(random)) * extent);
+        frame.world_from_volume(glm::dvec3{share(random), share(random), share(random)} * extent);
     sweeps.push_back({at, to, c.radius, i > 0});
     at = to;
   }
@@ -129,7 +129,7 @@ void expect_brute_force(const BruteForceCase& c) {
                                             1));
           if (is_removed != (e <= 0)) {
             ++disagreements;
-            ASSERT_LT(std::abs(e), 2e-5);  // single precision on the very surface
+            ASSERT_LT(std::abs(e), 1e-4);  // single precision on the very surface, 30 mm from a sweep's start
           }
           const glm::dvec3 in_volume = lattice.volume_from_lattice(in_lattice);
           if (is_removed && base->contains(lattice.voxel_of(sample)) && field.value(in_volume) >= 0)
@@ -155,7 +155,7 @@ TEST(Removal, VolumesAreTheCapsulesInEveryDirection) {
       const glm::dvec3 along = glm::normalize(way);
       const double length = 24;
       const glm::dvec3 start =
-          31.5 - 0.5 * length * along + glm::dvec3(share(random), share(random), share(random));
+          31.5 - 0.5 * length * along + glm::dvec3{share(random), share(random), share(random)};
       RemovalEditor editor(std::make_shared<Version>(base), {field});
       editor.remove({start, start + length * along, radius});
       const double exact = std::numbers::pi * radius * radius * (length + 4.0 / 3 * radius);
@@ -177,7 +177,7 @@ TEST(Removal, VolumesOfRandomCapsulesSpreadLittle) {
       const int count = 100;
       double sum = 0, squares = 0;
       for (int i = 0; i < count; ++i) {
-        const auto any = [&] { return glm::dvec3(share(random), share(random), share(random)); };
+        const auto any = [&] { return glm::dvec3{share(random), share(random), share(random)}; };
         const glm::dvec3 along = glm::normalize(any()), start = 20.0 + any() - 0.5 * length * along;
         RemovalEditor editor(std::make_shared<Version>(base), {field});
         editor.remove({start, start + length * along, radius});

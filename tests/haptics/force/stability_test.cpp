@@ -301,8 +301,8 @@ TEST(Poison, NoInputGetsANumberOutThatIsNone) {
     const TouchScene scene = scenes::phantom_scene("gyroid", grid(48, 0.7));
     const auto method = make_method(info.name).value();
     ASSERT_FALSE(method->prepare(scene).has_value());
-    const volume::Version version(scene.base);
-    ServoCore core(scene, *method, {}, 1e-3);
+    const ServoScene seen = scene_for_one(scene, *method, std::make_shared<volume::Version>(scene.base));
+    ServoCore core({}, 1e-3);
     const double nan = std::nan(""), inf = std::numeric_limits<double>::infinity(),
                  tiny = std::numeric_limits<double>::denorm_min();
     const double poison[] = {nan, inf, -inf, tiny, -tiny, 1e300, -1e300, 1e9, 1e-300, 0, -0.0};
@@ -314,7 +314,7 @@ TEST(Poison, NoInputGetsANumberOutThatIsNone) {
       input.pose.position_world = 30.0 * dvec3(random(0), random(1), random(2));
       if (i % 7 == 3)
         input.pose.position_world[i % 3] = poison[static_cast<std::size_t>(i / 7) % std::size(poison)];
-      const ServoRecord record = core.step(version, input);
+      const ServoRecord record = core.step(seen, input);
       const double force = glm::length(record.force_world);
       ASSERT_TRUE(std::isfinite(force)) << info.name << " " << i;
       ASSERT_LE(force, 8 + 1e-9);
@@ -323,9 +323,9 @@ TEST(Poison, NoInputGetsANumberOutThatIsNone) {
       // A fault stays until it is reset; afterwards the hand feels again.
       if (record.faults & k_latched_faults) {
         EXPECT_EQ(record.force_world, dvec3(0));
-        EXPECT_NE(core.step(version, {}).faults & k_latched_faults, 0u);
+        EXPECT_NE(core.step(seen, {}).faults & k_latched_faults, 0u);
         core.reset();
-        EXPECT_EQ(core.step(version, {}).faults & k_latched_faults, 0u);
+        EXPECT_EQ(core.step(seen, {}).faults & k_latched_faults, 0u);
       }
     }
   }

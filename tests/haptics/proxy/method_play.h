@@ -32,7 +32,7 @@ inline std::string suite_name(const testing::TestParamInfo<const char*>& info) {
 struct Play {
   TouchScene scene;
   std::shared_ptr<const volume::Version> version;
-  std::shared_ptr<const ServoScene> seen;  ///< the same, with the fields of a round tool
+  std::shared_ptr<const TouchState> seen;  ///< the same, with the fields of a round tool
   std::unique_ptr<ProxyMethod> method;
   ProxyState state;
   checker::FallThroughJudge judge;
@@ -50,9 +50,9 @@ struct Play {
     for (TouchItem& shape : scene.items) shape.material.static_friction = shape.material.dynamic_friction = 0;
   }
   /// Goes on with another version, as a servo does between two steps.
-  void set_version(std::shared_ptr<const volume::Version> next, ServoScene::OffsetFields offsets = {}) {
+  void set_version(std::shared_ptr<const volume::Version> next, TouchState::OffsetFields offsets = {}) {
     version = std::move(next);
-    seen = std::make_shared<ServoScene>(version, std::move(offsets));
+    seen = std::make_shared<TouchState>(version, std::move(offsets));
     promise = std::make_unique<scenes::Promise>(*find_method(method->name()), scene, seen);
     judge.solid_changed();
   }

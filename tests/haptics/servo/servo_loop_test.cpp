@@ -68,18 +68,25 @@ TEST(Histogram, PercentilesAreWithinABucket) {
   EXPECT_EQ(h.count(), 100000u);
 }
 
+/// By one hand, untouched.
+std::shared_ptr<const ServoScene> seen_by(const TouchScene& scene, const ProxyMethod& method) {
+  return std::make_shared<ServoScene>(
+      scene_for_one(scene, method, std::make_shared<volume::Version>(scene.base)));
+}
+
 TEST(ServoCore, ForceIsFiniteAndLatchedOnBadPoses) {
   const TouchScene scene = scenes::phantom_scene("sphere", grid(32));
-  const volume::Version version(scene.base);
   ImplicitProxy method;
   ASSERT_FALSE(method.prepare(scene).has_value());
+  const auto owner = seen_by(scene, method);
+  const ServoScene& seen = *owner;
   for (const double bad : {std::nan(""), std::numeric_limits<double>::infinity(), 1e300}) {
-    ServoCore core(scene, method, {}, 1e-3);
-    core.step(version, {{{0, 0, 60}}});
-    for (int i = 0; i < 100; ++i) core.step(version, {{{0, 0, 40}}});
-    ServoRecord r = core.step(version, {{{0, bad, 40}}});
+    ServoCore core({}, 1e-3);
+    core.step(seen, {{{0, 0, 60}}});
+    for (int i = 0; i < 100; ++i) core.step(seen, {{{0, 0, 40}}});
+    ServoRecord r = core.step(seen, {{{0, bad, 40}}});
     EXPECT_EQ(r.force_world, glm::dvec3(0));
-    r = core.step(version, {{{0, 0, 40}}});
+    r = core.step(seen, {{{0, 0, 40}}});
     EXPECT_EQ(r.force_world, glm::dvec3(0));
     EXPECT_TRUE(r.faults & fault_not_finite);
   }
@@ -87,13 +94,13 @@ TEST(ServoCore, ForceIsFiniteAndLatchedOnBadPoses) {
 
 TEST(ServoLoop, RunsTicksInOrderOnTheNewestVersionAndFeelsTheSurface) {
   const TouchScene scene = scenes::phantom_scene("sphere", grid(64));
-  ServoChannel channel(std::make_shared<ServoScene>(std::make_shared<volume::Version>(scene.base)));
   ImplicitProxy method;
+  ServoChannel channel(seen_by(scene, method));
   ASSERT_FALSE(method.prepare(scene).has_value());
   const PosePath wish =
       PosePath::from_samples({{0, {{0, 0, 50}}}, {0.1, {{0, 0, 43}}}, {1, {{0, 0, 43}}}}, "test").value();
   VirtualDevice device(wish, {});
-  ServoLoop loop(device, channel, scene, method, {});
+  ServoLoop loop(device, channel, {});
   ASSERT_FALSE(loop.start().has_value());
   ServoRecord record;
   std::uint64_t expected = 0;
@@ -116,8 +123,8 @@ TEST(ServoLoop, RunsTicksInOrderOnTheNewestVersionAndFeelsTheSurface) {
 
 TEST(ServoLoop, LostDeviceAndFullRingFadeTheForce) {
   const TouchScene scene = scenes::phantom_scene("sphere", grid(32));
-  ServoChannel channel(std::make_shared<ServoScene>(std::make_shared<volume::Version>(scene.base)));
   ImplicitProxy method;
+  ServoChannel channel(seen_by(scene, method));
   ASSERT_FALSE(method.prepare(scene).has_value());
   const PosePath wish = PosePath::from_samples({{0, {{0, 0, 50}}}, {0.05, {{0, 0, 42}}}}, "test").value();
   {
@@ -125,7 +132,7 @@ TEST(ServoLoop, LostDeviceAndFullRingFadeTheForce) {
     device.lose_at(0.2);
     ServoOptions options;
     options.rate_hz = 2000;
-    ServoLoop loop(device, channel, scene, method, options);
+    ServoLoop loop(device, channel, options);
     ASSERT_FALSE(loop.start().has_value());
     wait_for_ticks(loop, 700);
     loop.stop();
@@ -141,7 +148,7 @@ TEST(ServoLoop, LostDeviceAndFullRingFadeTheForce) {
     VirtualDevice device(wish, {});
     ServoOptions options;
     options.ring_capacity = 16;
-    ServoLoop loop(device, channel, scene, method, options);
+    ServoLoop loop(device, channel, options);
     ASSERT_FALSE(loop.start().has_value());
     wait_for_ticks(loop, 50);
     loop.stop();
@@ -152,8 +159,8 @@ TEST(ServoLoop, LostDeviceAndFullRingFadeTheForce) {
 /// At every rate edits that are late by 0.7 s make the scene stale, and lose no tick.
 TEST(ServoLoop, LateEditsFadeTheForceBeforeTheRingIsFullAtEveryRate) {
   const TouchScene scene = scenes::phantom_scene("sphere", grid(32));
-  ServoChannel channel(std::make_shared<ServoScene>(std::make_shared<volume::Version>(scene.base)));
   ImplicitProxy method;
+  ServoChannel channel(seen_by(scene, method));
   ASSERT_FALSE(method.prepare(scene).has_value());
   const PosePath wish = PosePath::from_samples({{0, {{0, 0, 50}}}, {0.05, {{0, 0, 42}}}}, "test").value();
   for (const double rate : {1000.0, 10000.0}) {
@@ -161,7 +168,7 @@ TEST(ServoLoop, LateEditsFadeTheForceBeforeTheRingIsFullAtEveryRate) {
     ServoOptions options;
     options.rate_hz = rate;
     options.watchdog_seconds = 10;  // of this machine's own delays nothing is asked here
-    ServoLoop loop(device, channel, scene, method, options);
+    ServoLoop loop(device, channel, options);
     ASSERT_FALSE(loop.start().has_value());
     // Asked to start once more it says so, and goes on.
     const volume::Status again = loop.start();
@@ -182,27 +189,28 @@ TEST(ServoLoop, LateEditsFadeTheForceBeforeTheRingIsFullAtEveryRate) {
 
 TEST(ServoCore, NothingIsCutWhileAFaultHolds) {
   const TouchScene scene = scenes::phantom_scene("sphere", grid(32));
-  const volume::Version version(scene.base);
   ImplicitProxy method;
   ASSERT_FALSE(method.prepare(scene).has_value());
-  ServoCore core(scene, method, {}, 1e-3);
-  EXPECT_TRUE(core.step(version, {{{0, 0, 50}}}).pose.is_pressed);
-  EXPECT_FALSE(core.step(version, {{{0, 0, 40}}, fault_lost_device}).pose.is_pressed);
-  EXPECT_FALSE(core.step(version, {{{0, 0, 40}}}).pose.is_pressed);
+  const auto owner = seen_by(scene, method);
+  const ServoScene& seen = *owner;
+  ServoCore core({}, 1e-3);
+  EXPECT_TRUE(core.step(seen, {{{0, 0, 50}}}).pose.is_pressed);
+  EXPECT_FALSE(core.step(seen, {{{0, 0, 40}}, fault_lost_device}).pose.is_pressed);
+  EXPECT_FALSE(core.step(seen, {{{0, 0, 40}}}).pose.is_pressed);
   core.reset();
-  EXPECT_TRUE(core.step(version, {{{0, 0, 50}}}).pose.is_pressed);
+  EXPECT_TRUE(core.step(seen, {{{0, 0, 50}}}).pose.is_pressed);
 }
 
 TEST(ServoLoop, AFaultIsClearedOnRequest) {
   const TouchScene scene = scenes::phantom_scene("sphere", grid(32));
-  ServoChannel channel(std::make_shared<ServoScene>(std::make_shared<volume::Version>(scene.base)));
   ImplicitProxy method;
+  ServoChannel channel(seen_by(scene, method));
   ASSERT_FALSE(method.prepare(scene).has_value());
   const PosePath wish = PosePath::from_samples({{0, {{0, 0, 50}}}, {0.05, {{0, 0, 42}}}}, "test").value();
   VirtualDevice device(wish, {});
   ServoOptions options;
   options.ring_capacity = 64;
-  ServoLoop loop(device, channel, scene, method, options);
+  ServoLoop loop(device, channel, options);
   ASSERT_FALSE(loop.start().has_value());
   const auto wait_until = [&](auto&& done) {
     for (int i = 0; i < 1000 && !done(); ++i) std::this_thread::sleep_for(std::chrono::milliseconds(2));
@@ -237,11 +245,11 @@ class HoldingDevice final : public Device {
 
 TEST(ServoLoop, ALateWakeFadesTheForceAndLatches) {
   const TouchScene scene = scenes::phantom_scene("sphere", grid(32));
-  ServoChannel channel(std::make_shared<ServoScene>(std::make_shared<volume::Version>(scene.base)));
   ImplicitProxy method;
+  ServoChannel channel(seen_by(scene, method));
   ASSERT_FALSE(method.prepare(scene).has_value());
   HoldingDevice device;
-  ServoLoop loop(device, channel, scene, method, {});
+  ServoLoop loop(device, channel, {});
   ASSERT_FALSE(loop.start().has_value());
   wait_for_ticks(loop, 400);
   loop.stop();
@@ -267,30 +275,30 @@ TEST(ServoLoop, RefusesMoreForceThanADeviceRenders) {
     void write(const glm::dvec3&) noexcept override {}
   };
   const TouchScene scene = scenes::phantom_scene("sphere", grid(32));
-  ServoChannel channel(std::make_shared<ServoScene>(std::make_shared<volume::Version>(scene.base)));
   SubvoxelProxy method;
+  ServoChannel channel(seen_by(scene, method));
   ASSERT_FALSE(method.prepare(scene).has_value());
   WeakDevice device;
   ServoOptions options;
-  ServoLoop strong(device, channel, scene, method, options);
+  ServoLoop strong(device, channel, options);
   const volume::Status refused = strong.start();
   ASSERT_TRUE(refused.has_value());
   EXPECT_NE(refused->message().find("weak"), std::string::npos);
   options.force = within_limits(options.force, device.capabilities());
-  ServoLoop fitting(device, channel, scene, method, options);
+  ServoLoop fitting(device, channel, options);
   EXPECT_FALSE(fitting.start().has_value());
   fitting.stop();
 }
 
 TEST(ServoLoop, RefusesImpossibleRates) {
   const TouchScene scene = scenes::phantom_scene("sphere", grid(16));
-  ServoChannel channel(std::make_shared<ServoScene>(std::make_shared<volume::Version>(scene.base)));
   ImplicitProxy method;
+  ServoChannel channel(seen_by(scene, method));
   VirtualDevice device(PosePath::from_samples({{0, {{0, 0, 50}}}}, "test").value(), {});
   for (const double rate : {0.0, 249.0, 10001.0, std::nan("")}) {
     ServoOptions options;
     options.rate_hz = rate;
-    ServoLoop loop(device, channel, scene, method, options);
+    ServoLoop loop(device, channel, options);
     EXPECT_TRUE(loop.start().has_value());
   }
 }

@@ -63,15 +63,18 @@ TEST(ServoQuiet, AHundredThousandStepsOfEveryMethodNeitherAllocateNorLock) {
   options.size = glm::ivec3(96);
   options.psf_sigma_voxels = 1;
   const TouchScene scene = scenes::phantom_scene("shell", options);
-  ServoChannel channel(std::make_shared<ServoScene>(std::make_shared<volume::Version>(scene.base)));
-  const int reader = channel.open_reader();
   std::vector<std::unique_ptr<ProxyMethod>> methods;
   std::vector<ServoCore> cores;
+  ServoScene next;
+  const auto first = std::make_shared<volume::Version>(scene.base);
   for (const MethodInfo& info : method_catalogue()) {
     methods.push_back(make_method(info.name).value());
     ASSERT_FALSE(methods.back()->prepare(scene).has_value());
-    cores.emplace_back(scene, *methods.back(), ForceOptions{}, 1e-3);
+    cores.emplace_back(ForceOptions{}, 1e-3, next.hands.size());
+    next.hands.emplace_back(borrowed(scene), borrowed(*methods.back()), TouchState(first));
   }
+  ServoChannel channel(std::make_shared<ServoScene>(next));
+  const int reader = channel.open_reader();
   VirtualDevice device(scenes::rough_walk(glm::dvec3(-50), glm::dvec3(50), 1.0, 100001, 3), {});
   ASSERT_FALSE(device.open().has_value());
   Ring<ServoRecord> ring(1 << 20);
@@ -82,7 +85,9 @@ TEST(ServoQuiet, AHundredThousandStepsOfEveryMethodNeitherAllocateNorLock) {
   for (int i = 0; i < 100000; ++i) {
     if (i % 5000 == 0) {  // the edit thread's work, not watched
       editor.remove({pose.position_world, pose.position_world, 4});
-      channel.publish(std::make_shared<ServoScene>(editor.publish()));
+      const TouchState now(editor.publish());
+      for (ServoHand& hand : next.hands) hand.state = now;
+      channel.publish(std::make_shared<ServoScene>(next));
     }
     is_watched = true;
     const ServoScene* seen = channel.adopt(reader);
@@ -133,17 +138,20 @@ TEST(ServoQuiet, NorDoRoundToolsModelsEffectsPassivityAndTheWayOut) {
   ForceOptions force;
   force.is_passive = true;
   force.delay_ticks = 1;
-  ServoCore core(scene, *method, force, 1e-3);
+  ServoCore core(force, 1e-3);
+  auto laws = std::make_shared<LawSet>();
   for (const char* effect :
        {"constant force=0,0,-0.1", "viscous damping=0.001", "spring anchor=0,0,40 stiffness=0.01",
         "vibration amplitude=0.05 frequency=120"}) {
     const auto parsed = parse_effect(effect);
     ASSERT_TRUE(parsed) << effect << " " << parsed.error().what;
-    ASSERT_FALSE(core.effects().add(parsed.value()).has_value());
+    ASSERT_FALSE(laws->add(law_of(parsed.value(), static_cast<std::uint32_t>(laws->laws().size())).value())
+                     .has_value());
   }
   const auto untouched = std::make_shared<volume::Version>(scene.base);
   volume::RemovalEditor editor(untouched, {scene.items[0].field});
-  ServoChannel channel(std::make_shared<ServoScene>(editor.publish()));
+  ServoScene next = scene_for_one(scene, *method, editor.publish(), laws);
+  ServoChannel channel(std::make_shared<ServoScene>(next));
   const int reader = channel.open_reader();
   VirtualDevice device(scenes::rough_walk(glm::dvec3(-50), glm::dvec3(50), 1.0, 40001, 3), {});
   ASSERT_FALSE(device.open().has_value());
@@ -158,7 +166,7 @@ TEST(ServoQuiet, NorDoRoundToolsModelsEffectsPassivityAndTheWayOut) {
       cut_at = is_cut ? i : -1;
       cuts += is_cut;
       const glm::dvec3 free = core.proxy_state().proxy_volume;
-      ServoScene::OffsetFields offsets;
+      TouchState::OffsetFields offsets;
       if (is_back) {
         editor.reset(untouched);
       } else {
@@ -167,21 +175,21 @@ TEST(ServoQuiet, NorDoRoundToolsModelsEffectsPassivityAndTheWayOut) {
         offsets.push_back(scene.items[0].offset->updated(scene.items[0].field, *scene.items[0].bits,
                                                          editor.working(), report.box));
       }
-      const auto next = std::make_shared<ServoScene>(editor.publish(), std::move(offsets));
+      next.hands[0].state = TouchState(editor.publish(), std::move(offsets));
+      next.serial = next.hands[0].state.version->serial();
       WayOut way;
-      way.version = next->serial();
+      way.serial = next.serial;
       way.count = 2;
       way.places_volume[0] = free;
       way.places_volume[1] = scene.base->frame.volume_from_world(glm::dvec3(0, 0, 58));
-      core.offer(way);
-      channel.publish(next);
+      next.hands[0].way = std::make_shared<WayOut>(way);
     }
+    if (i % 20 == 0) next.hands[0].set_placement(0, {glm::dvec3(0, 0, 1e-3 * i), {1, 0, 0, 0}});
+    if (i % 1000 == 999) next.hands[0].laws = next.hands[0].laws ? nullptr : laws;
+    if (is_back || is_cut || i % 20 == 0) channel.publish(std::make_shared<ServoScene>(next));
     is_watched = true;
     const ServoScene* seen = channel.adopt(reader);
     device.read(i * 1e-3, pose);
-    Placement placement;
-    placement.position_world = glm::dvec3(0, 0, 1e-3 * i);
-    core.set_placement(0, placement);
     ServoInput input{pose};
     input.is_reset = i % 9000 == 8999;
     const ServoRecord record = core.step(*seen, input);
@@ -226,15 +234,18 @@ TEST(ServoQuiet, NorDoesTheWholeLoop) {
   options.psf_sigma_voxels = 1;
   const TouchScene scene = scenes::phantom_scene("shell", options);
   volume::RemovalEditor editor(std::make_shared<volume::Version>(scene.base), {scene.items[0].field});
-  ServoChannel channel(std::make_shared<ServoScene>(editor.publish()));
   const auto method = make_method(k_default_method).value();
   ASSERT_FALSE(method->prepare(scene).has_value());
+  const auto seen = [&] {
+    return std::make_shared<ServoScene>(scene_for_one(scene, *method, editor.publish()));
+  };
+  ServoChannel channel(seen());
   VirtualDevice hand(scenes::rough_walk(glm::dvec3(-50), glm::dvec3(50), 1.0, 60001, 3), {});
   constexpr long k_ticks = 3000;
   WatchingDevice device(hand, k_ticks);
   ServoOptions servo;
   servo.rate_hz = 2000;
-  ServoLoop loop(device, channel, scene, *method, servo);
+  ServoLoop loop(device, channel, servo);
   ASSERT_FALSE(loop.start().has_value());
   ServoRecord record;
   long records = 0;
@@ -243,7 +254,7 @@ TEST(ServoQuiet, NorDoesTheWholeLoop) {
     while (loop.records().pop(record)) ++records;
     if (i % 20 == 5) {
       editor.remove({record.proxy_world, record.proxy_world, 3});
-      channel.publish(std::make_shared<ServoScene>(editor.publish()));
+      channel.publish(seen());
     }
     if (i % 50 == 7) loop.request_restart(scene.base->frame.volume_from_world(glm::dvec3(0, 0, 58)));
     if (i % 60 == 9) loop.request_reset();

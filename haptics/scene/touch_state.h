@@ -1,4 +1,5 @@
-// What a servo adopts, by one pointer: a state of the operated volume with what was derived of it.
+// What was taken away from what can be touched, with what was derived of it: all that a contact method sees
+// change.
 #pragma once
 
 #include <cstdint>
@@ -7,20 +8,19 @@
 #include <vector>
 
 #include "haptics/scene/touch_scene.h"
-#include "volume/channel.h"
 #include "volume/offset_field.h"
 #include "volume/version.h"
 
 namespace trephine::haptics {
 
 /// Immutable when published.
-struct ServoScene {
+struct TouchState {
   using OffsetFields = std::vector<std::shared_ptr<const volume::OffsetField>>;
 
-  ServoScene(std::shared_ptr<const volume::Version> seen, OffsetFields fields = {})
+  TouchState(std::shared_ptr<const volume::Version> seen, OffsetFields fields = {})
       : version(std::move(seen)), offsets(std::move(fields)) {}
   /// Borrows the version.
-  ServoScene(const volume::Version& borrowed) noexcept : version(std::shared_ptr<void>(), &borrowed) {}
+  TouchState(const volume::Version& borrowed) noexcept : version(std::shared_ptr<void>(), &borrowed) {}
 
   std::shared_ptr<const volume::Version> version;
   /// For the scene's tool radius, one a shape of the base, made of this version or of one that had more left;
@@ -28,7 +28,6 @@ struct ServoScene {
   /// more was removed since, and never enters.
   OffsetFields offsets;
 
-  std::uint64_t serial() const noexcept { return version->serial(); }
   /// What `shape` is touched with by a tool with a radius.
   const std::shared_ptr<const volume::OffsetField>& shared_offset(const TouchScene& scene,
                                                                   std::size_t shape) const noexcept {
@@ -38,7 +37,5 @@ struct ServoScene {
     return *shared_offset(scene, shape);
   }
 };
-
-using ServoChannel = volume::Channel<ServoScene>;
 
 }  // namespace trephine::haptics

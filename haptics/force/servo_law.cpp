@@ -1,0 +1,64 @@
+#include "haptics/force/servo_law.h"
+
+#include <algorithm>
+#include <glm/geometric.hpp>
+
+namespace trephine::haptics {
+
+using glm::dvec3;
+
+namespace {
+constexpr double k_velocity_seconds = 0.003;  // time constant of the velocity that dampers feel
+}
+
+volume::Status LawSet::add(ServoLaw law) {
+  if (laws_.size() == k_most)
+    return volume::Error{"too many forces beside the surfaces' at once", "laws of a hand",
+                         std::to_string(laws_.size() + 1), "at most " + std::to_string(k_most), ""};
+  for (const ServoLaw& other : laws_)
+    if (other.id == law.id)
+      return volume::Error{"two laws have the same id", "laws of a hand", std::to_string(law.id),
+                           "an id each", ""};
+  laws_.push_back(std::move(law));
+  return std::nullopt;
+}
+
+/// Memories in the set's order: kept by id, zeros for those that are new.
+void LawMemory::bind(const LawSet& set) noexcept {
+  const auto is_bound = [&] {
+    if (set.laws().size() != count_) return false;
+    for (std::size_t i = 0; i < count_; ++i)
+      if (!slots_[i].is_of(set.laws()[i])) return false;
+    return true;
+  };
+  if (is_bound()) return;
+  const std::array<Slot, LawSet::k_most> before = slots_;
+  for (std::size_t i = 0; i < set.laws().size(); ++i) {
+    const ServoLaw& law = set.laws()[i];
+    slots_[i] = {law.id, law.step, {}};
+    for (std::size_t k = 0; k < count_; ++k)
+      if (before[k].is_of(law)) slots_[i].memory = before[k].memory;
+  }
+  count_ = set.laws().size();
+}
+
+LawForces LawMemory::step(const LawSet& set, LawInput input) noexcept {
+  bind(set);
+  if (has_last_)
+    velocity_ +=
+        std::min(1.0, input.dt / k_velocity_seconds) * ((input.hip_world - last_) / input.dt - velocity_);
+  last_ = input.hip_world;
+  has_last_ = true;
+  input.velocity_world = velocity_;
+  LawForces sum;
+  for (std::size_t i = 0; i < count_; ++i) {
+    const ServoLaw& law = set.laws()[i];
+    law.step(law.parameters.get(), slots_[i].memory.data(), input, sum);
+  }
+  // Active laws give a moving hand no more than their power.
+  const double speed = glm::length(velocity_), active = glm::length(sum.active_world);
+  if (speed > 0 && active > k_power / speed) sum.active_world *= k_power / speed / active;
+  return sum;
+}
+
+}  // namespace trephine::haptics

@@ -1,0 +1,106 @@
+// Forces beside those of surfaces: a law is a function of its module that the servo calls every tick. An
+// instrument never makes a force itself, since it runs ticks late; it sets the parameters of a law.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <type_traits>
+#include <vector>
+
+#include "haptics/proxy/proxy_method.h"
+
+namespace trephine::haptics {
+
+/// What a law is told.
+struct LawInput {
+  const TouchScene& scene;
+  const volume::Version* cuts;  ///< of the scene's base; null: untouched
+  const ProxyStep& proxy;
+  glm::dvec3 contact_force_world;  ///< N, of the surfaces in this tick
+  glm::dvec3 hip_world;
+  glm::dvec3 velocity_world;  ///< mm/s, of the hand, smoothed
+  double dt;                  ///< s since the tick before
+};
+
+/// What the laws of a hand make together.
+struct LawForces {
+  glm::dvec3 rendered_world{0.0};    ///< N; of springs and dampers, which store or take energy
+  glm::dvec3 active_world{0.0};      ///< N; of those that may give some
+  bool has_lost_resistance = false;  ///< a tip left the shape through which its track went
+  int lost_shape = -1;               ///< that shape
+};
+
+/// Immutable when published. Made by make_law().
+struct ServoLaw {
+  static constexpr std::size_t k_memory = 256;  ///< bytes that a law may keep from tick to tick
+  std::uint32_t id = 0;  ///< of its hand; the memory stays with it when parameters change
+  using Step = void (*)(const void* parameters, void* memory, const LawInput& input, LawForces& sum) noexcept;
+  Step step = nullptr;
+  std::shared_ptr<const void> parameters;
+};
+
+/// A law from `void step(const Parameters&, Memory&, const LawInput&, LawForces& sum) noexcept`, which adds
+/// to the sum. Servo thread: no allocation, lock or wait; forces bounded by the law itself. A Memory is plain
+/// data and begins as zeros.
+template <auto k_step>
+struct LawOf;
+template <class Parameters, class Memory,
+          void (*k_step)(const Parameters&, Memory&, const LawInput&, LawForces&) noexcept>
+struct LawOf<k_step> {
+  static_assert(std::is_trivially_copyable_v<Memory> && sizeof(Memory) <= ServoLaw::k_memory &&
+                alignof(Memory) <= alignof(std::max_align_t));
+  static ServoLaw make(std::uint32_t id, Parameters parameters) {
+    return {id,
+            [](const void* p, void* memory, const LawInput& input, LawForces& sum) noexcept {
+              k_step(*static_cast<const Parameters*>(p), *static_cast<Memory*>(memory), input, sum);
+            },
+            std::make_shared<const Parameters>(std::move(parameters))};
+  }
+};
+template <auto k_step, class Parameters>
+ServoLaw make_law(std::uint32_t id, Parameters parameters) {
+  return LawOf<k_step>::make(id, std::move(parameters));
+}
+
+/// The laws of one hand. Immutable when published.
+class LawSet {
+ public:
+  static constexpr std::size_t k_most = 8;
+  /// Error when it is full, or has a law of this id.
+  volume::Status add(ServoLaw law);
+  const std::vector<ServoLaw>& laws() const noexcept { return laws_; }
+
+ private:
+  std::vector<ServoLaw> laws_;
+};
+
+/// What the laws of one hand remember, by their ids. Plain data, so that a copy saves it.
+class LawMemory {
+ public:
+  static constexpr double k_power = 500;  ///< N mm/s: what active laws may give a moving hand
+
+  /// Servo thread; once a tick. The input's velocity is filled in here. A law that was not there in the tick
+  /// before begins anew; one that is there no more is forgotten.
+  LawForces step(const LawSet& set, LawInput input) noexcept;
+  /// Forgets motion and memories.
+  void reset() noexcept { count_ = 0, has_last_ = false, velocity_ = glm::dvec3(0); }
+  bool is_empty() const noexcept { return count_ == 0; }
+
+ private:
+  struct Slot {
+    std::uint32_t id = 0;
+    ServoLaw::Step step = nullptr;
+    alignas(std::max_align_t) std::array<std::byte, ServoLaw::k_memory> memory{};
+    bool is_of(const ServoLaw& law) const noexcept { return id == law.id && step == law.step; }
+  };
+  void bind(const LawSet& set) noexcept;
+
+  std::array<Slot, LawSet::k_most> slots_;
+  std::size_t count_ = 0;
+  glm::dvec3 last_{0.0}, velocity_{0.0};
+  bool has_last_ = false;
+};
+
+}  // namespace trephine::haptics

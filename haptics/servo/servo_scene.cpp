@@ -1,0 +1,45 @@
+#include "haptics/servo/servo_scene.h"
+
+#include <algorithm>
+
+namespace trephine::haptics {
+
+ServoHand::ServoHand(std::shared_ptr<const TouchScene> items, std::shared_ptr<const ProxyMethod> prepared,
+                     TouchState seen, std::shared_ptr<const LawSet> beside)
+    : scene(std::move(items)), method(std::move(prepared)), state(std::move(seen)), laws(std::move(beside)) {
+  for (int i = 0; i < item_count(*scene); ++i)
+    for (const Side side : {Side::front, Side::back})
+      has_pops = has_pops || material_of(*scene, i, side).pop_force > 0;
+}
+
+void ServoHand::set_ready(int item, bool is_ready) noexcept {
+  for (std::size_t i = 0; i < part_count; ++i)
+    if (parts[i].item == item) {
+      parts[i] = parts[--part_count];
+      break;
+    }
+  not_ready.set(item, !is_ready);
+}
+
+void ServoHand::set_ready(int item, const volume::VoxelBox& voxels) noexcept {
+  set_ready(item, part_count < parts.size());
+  if (part_count < parts.size()) parts[part_count++] = {item, voxels};
+}
+
+void ServoHand::set_placement(int mover, const Placement& placement) noexcept {
+  const auto m = static_cast<std::size_t>(mover);
+  for (const TouchItem& mesh : scene->items)  // those before it that were never set stay where they start
+    if (mesh.mover >= static_cast<int>(placement_count) && mesh.mover < mover)
+      placements[static_cast<std::size_t>(mesh.mover)] = mesh.placement;
+  placements[m] = placement;
+  placement_count = std::max(placement_count, m + 1);
+}
+
+ServoScene scene_for_one(const TouchScene& scene, const ProxyMethod& method,
+                         std::shared_ptr<const volume::Version> version,
+                         std::shared_ptr<const LawSet> laws) {
+  const std::uint64_t serial = version->serial();
+  return {serial, {ServoHand(borrowed(scene), borrowed(method), std::move(version), std::move(laws))}};
+}
+
+}  // namespace trephine::haptics
