@@ -22,6 +22,7 @@ using glm::ivec3;
 
 namespace {
 
+constexpr int k_edge = SampleBrick::k_edge;
 constexpr double k_steps_a_radius = 12;  // of the lattice
 constexpr double k_band = 2.5;           // steps on either side of the offset surface that are sampled
 constexpr double k_refined = 2.2;        // steps within which distances are exact
@@ -71,7 +72,7 @@ class OffsetField::Builder {
     parallel_for(count.x * count.y * count.z, threads, [&](int i) {
       const ivec3 tile = first + ivec3(i % count.x, i / count.x % count.y, i / (count.x * count.y));
       Work part;
-      build_tile(glm::max(all.low, tile * k_tile), glm::min(all.high, tile * k_tile + (k_tile - 1)), part);
+      build_tile({glm::max(all.low, tile * k_tile), glm::min(all.high, tile * k_tile + (k_tile - 1))}, part);
       const std::lock_guard lock(mutex);
       work.samples += part.samples;
       work.cells += part.cells;
@@ -303,23 +304,27 @@ class OffsetField::Builder {
     const VoxelKinds& kinds_;
   };
 
-  void build_tile(ivec3 low, ivec3 high, Work& work) {
-    // After a cut only what it changed; `stale` is of all of the tile.
-    const ivec3 stale_low = low, stale_size = high - low + 1;
-    std::vector<bool> stale;
-    if (before_) {
-      const VoxelBox box = find_stale(low, high, stale);
-      low = box.low, high = box.high;
-      if (glm::any(glm::greaterThan(low, high))) return;
+  /// Which samples of a tile are to be made: all, or after a cut those that it changed.
+  struct Wanted {
+    VoxelBox tile, box;       ///< `box`: of those that are; low > high where none are
+    std::vector<bool> stale;  ///< of the whole tile, x fastest; empty: all
+    bool operator()(const ivec3& v) const {
+      if (stale.empty()) return true;
+      if (glm::any(glm::lessThan(v, box.low)) || glm::any(glm::greaterThan(v, box.high))) return false;
+      const ivec3 c = v - tile.low, size = tile.high - tile.low + 1;
+      return static_cast<bool>(stale[static_cast<std::size_t>(c.x + size.x * (c.y + size.y * c.z))]);
     }
-    const auto is_wanted = [&](const ivec3& v) {
-      if (!before_) return true;
-      if (glm::any(glm::lessThan(v, low)) || glm::any(glm::greaterThan(v, high))) return false;
-      const ivec3 c = v - stale_low;
-      return static_cast<bool>(
-          stale[static_cast<std::size_t>(c.x + stale_size.x * (c.y + stale_size.y * c.z))]);
-    };
+  };
+  Wanted find_wanted(const VoxelBox& tile) const {
+    Wanted wanted{tile, tile, {}};
+    if (before_) wanted.box = find_stale(tile.low, tile.high, wanted.stale);
+    return wanted;
+  }
 
+  void build_tile(const VoxelBox& tile, Work& work) {
+    const Wanted is_wanted = find_wanted(tile);
+    const auto& [low, high] = is_wanted.box;
+    if (glm::any(glm::greaterThan(low, high))) return;
     const double reach = out_.radius_ + (k_band + 1) * out_.step_;
     const ivec3 halo = out_.steps_within(reach) + 1;
     // The lattice is aligned with the volume's axes: a box of it is a box of voxels.
@@ -327,21 +332,25 @@ class OffsetField::Builder {
                 voxel_high = glm::min(ivec3(glm::ceil(voxel(dvec3(high + halo)))), field_.volume().size - 1);
     const VoxelKinds kinds(*this, voxel_low, voxel_high);
     const Matter is_matter(*this, kinds);
-    const LatticeBox wanted{dvec3(low), dvec3(high), shortest_step_};
-    const std::vector<SurfacePoint> points = sample_surface(kinds, wanted, reach);
+    const LatticeBox box{dvec3(low), dvec3(high), shortest_step_};
+    const std::vector<SurfacePoint> points = sample_surface(kinds, box, reach);
     work.samples += points.size();
     std::optional<BrushFire> fire;
     if (!points.empty()) {
-      fire.emplace(out_.frame_, wanted, halo, points);
+      fire.emplace(out_.frame_, box, halo, points);
       fire->spread(out_.step_, reach, inner_reach(), is_matter);
     }
+    fill_bricks(is_wanted, fire, points, is_matter, work);
+  }
 
-    const ivec3 first = low / k_edge, last = high / k_edge;
+  void fill_bricks(const Wanted& is_wanted, const std::optional<BrushFire>& fire,
+                   const std::vector<SurfacePoint>& points, const Matter& is_matter, Work& work) {
+    const ivec3 first = is_wanted.box.low / k_edge, last = is_wanted.box.high / k_edge;
     for (int bz = first.z; bz <= last.z; ++bz)
       for (int by = first.y; by <= last.y; ++by)
         for (int bx = first.x; bx <= last.x; ++bx) {
           const ivec3 corner = ivec3(bx, by, bz) * k_edge;
-          Slot& slot = out_.own_slot({bx, by, bz});
+          SampleSlot& slot = out_.own_slot({bx, by, bz});
           // Where the fire never came a brick is all free or all solid.
           if (!before_ && !is_reached(fire, corner))
             slot = {nullptr, is_matter.is_in(corner, corner + (k_edge - 1))};
@@ -357,17 +366,17 @@ class OffsetField::Builder {
   static ivec3 in_brick(int k) { return {k % k_edge, k / k_edge % k_edge, k / (k_edge * k_edge)}; }
 
   /// The wanted samples of the brick at `corner`. It is kept where anything is near the offset surface.
-  template <class IsWanted>
-  void fill(Slot& slot, const ivec3& corner, const IsWanted& is_wanted, const std::optional<BrushFire>& fire,
-            const std::vector<SurfacePoint>& points, const Matter& is_matter, Work& work) const {
+  void fill(SampleSlot& slot, const ivec3& corner, const Wanted& is_wanted,
+            const std::optional<BrushFire>& fire, const std::vector<SurfacePoint>& points,
+            const Matter& is_matter, Work& work) const {
     const float far = static_cast<float>(out_.far_);
-    auto brick = slot.brick ? std::make_shared<Brick>(*slot.brick) : std::make_shared<Brick>();
-    if (!slot.brick) brick->u.fill(slot.is_solid ? far : -far);
+    auto brick = slot.brick ? std::make_shared<SampleBrick>(*slot.brick) : std::make_shared<SampleBrick>();
+    if (!slot.brick) brick->values.fill(slot.is_solid ? far : -far);
     bool is_changed = false;
     for (int k = 0; k < k_edge * k_edge * k_edge; ++k) {
       const ivec3 v = corner + in_brick(k);
       if (!is_wanted(v)) continue;
-      float& u = brick->u[static_cast<std::size_t>(k)];
+      float& u = brick->values[static_cast<std::size_t>(k)];
       const float now = static_cast<float>(sample(v, fire, points, is_matter, work));
       // Where matter was taken the tool is nowhere held that it was not before, whatever rounding says.
       if (before_ && now >= u) continue;
@@ -375,7 +384,7 @@ class OffsetField::Builder {
       is_changed = true;
     }
     if (!is_changed) return;
-    const auto [least, most] = std::minmax_element(brick->u.begin(), brick->u.end());
+    const auto [least, most] = std::minmax_element(brick->values.begin(), brick->values.end());
     const bool is_near = *least > -far ? *least < far : *most > -far;
     slot.is_solid = *most > 0;
     slot.brick = is_near ? std::move(brick) : nullptr;
@@ -525,37 +534,20 @@ ivec3 OffsetField::steps_within(double mm) const noexcept {
 std::size_t OffsetField::bytes() const noexcept {
   std::size_t bricks = 0;
   for (const auto& page : pages_)
-    for (const Slot& slot : page->entries) bricks += slot.brick != nullptr;
-  return pages_.size() * (sizeof(Page) + sizeof pages_[0]) + bricks * sizeof(Brick);
+    for (const SampleSlot& slot : page->entries) bricks += slot.brick != nullptr;
+  return pages_.size() * (sizeof(Page) + sizeof pages_[0]) + bricks * sizeof(SampleBrick);
 }
 
 double OffsetField::at(int x, int y, int z) const noexcept {
   if (!contains({x, y, z})) return -far_;
-  const Slot& slot = this->slot({x >> 3, y >> 3, z >> 3});
+  const SampleSlot& slot = this->slot({x >> 3, y >> 3, z >> 3});
   if (!slot.brick) return slot.is_solid ? far_ : -far_;
-  return static_cast<double>(
-      slot.brick->u[static_cast<std::size_t>(((z & 7) * k_edge + (y & 7)) * k_edge + (x & 7))]);
+  return static_cast<double>(slot.brick->values[SampleBrick::index_of({x, y, z})]);
 }
 
 void OffsetField::load(const ivec3& v, QuadraticPatch& patch) const noexcept {
-  const int bx = v.x & 7, by = v.y & 7, bz = v.z & 7;
-  const auto is_within = [](int b) { return b >= 1 && b + 1 < k_edge; };
-  if (is_within(bx) && is_within(by) && is_within(bz) && contains(v)) {
-    if (const Brick* brick = slot({v.x >> 3, v.y >> 3, v.z >> 3}).brick.get()) {
-      for (int k = 0; k < 3; ++k)
-        for (int j = 0; j < 3; ++j) {
-          const float* row = brick->u.data() +
-                             static_cast<std::size_t>(((bz + k - 1) * k_edge + by + j - 1) * k_edge + bx - 1);
-          patch.set_row(j, k, static_cast<double>(row[0]), static_cast<double>(row[1]),
-                        static_cast<double>(row[2]));
-        }
-      return;
-    }
-  }
-  for (int k = 0; k < 3; ++k)
-    for (int j = 0; j < 3; ++j)
-      patch.set_row(j, k, at(v.x - 1, v.y + j - 1, v.z + k - 1), at(v.x, v.y + j - 1, v.z + k - 1),
-                    at(v.x + 1, v.y + j - 1, v.z + k - 1));
+  const SampleBrick* brick = contains(v) ? slot({v.x >> 3, v.y >> 3, v.z >> 3}).brick.get() : nullptr;
+  load_around(v, brick, patch, [this](int x, int y, int z) { return at(x, y, z); });
 }
 
 bool OffsetField::is_free_around(const ivec3& v) const noexcept {
@@ -564,7 +556,7 @@ bool OffsetField::is_free_around(const ivec3& v) const noexcept {
   for (int z = low.z; z <= high.z; ++z)
     for (int y = low.y; y <= high.y; ++y)
       for (int x = low.x; x <= high.x; ++x) {
-        const Slot& slot = this->slot({x, y, z});
+        const SampleSlot& slot = this->slot({x, y, z});
         if (slot.brick || slot.is_solid) return false;
       }
   return true;
@@ -573,7 +565,7 @@ bool OffsetField::is_free_around(const ivec3& v) const noexcept {
 VoxelBox OffsetField::free_box(const ivec3& v) const noexcept {
   if (!contains(v) || !is_free_around(v)) return {ivec3(0), ivec3(-1)};
   const ivec3 b = v >> 3;
-  const Slot& slot = this->slot(b);
+  const SampleSlot& slot = this->slot(b);
   if (slot.brick || slot.is_solid) return {ivec3(0), ivec3(-1)};
   // Within a free brick, but for its faces, whose cubes read the neighbours.
   const ivec3 low = b * k_edge + 1, high = b * k_edge + (k_edge - 2);

@@ -8,7 +8,7 @@
 
 #include "volume/field.h"
 #include "volume/occupancy.h"
-#include "volume/quadratic_patch.h"
+#include "volume/sample_brick.h"
 #include "volume/soft_field.h"
 #include "volume/traversal.h"
 #include "volume/version.h"
@@ -21,10 +21,6 @@ namespace trephine::volume {
 /// Immutable; updates share the bricks that they do not change.
 class OffsetField {
  public:
-  static constexpr int k_edge = 8;  ///< samples along the edge of a brick
-  struct Brick {
-    std::array<float, k_edge * k_edge * k_edge> u;
-  };
   /// What a build did.
   struct Work {
     std::size_t samples = 0;  ///< points of the surface
@@ -71,17 +67,13 @@ class OffsetField {
   VoxelBox free_box(const glm::ivec3& v) const noexcept;
 
  private:
-  struct Slot {
-    std::shared_ptr<const Brick> brick;  ///< null: uniform
-    bool is_solid = false;               ///< when uniform
-  };
   class Builder;
 
   OffsetField() = default;
   glm::ivec3 steps_within(double mm) const noexcept;
   /// 4 x 4 x 4 bricks, shared by the fields that an operation leaves behind.
   struct Page {
-    std::array<Slot, 64> entries;
+    std::array<SampleSlot, 64> entries;
   };
   std::size_t page_index(const glm::ivec3& b) const noexcept {
     return static_cast<std::size_t>((b.x >> 2) + pages_size_.x * ((b.y >> 2) + pages_size_.y * (b.z >> 2)));
@@ -89,12 +81,14 @@ class OffsetField {
   static std::size_t slot_in_page(const glm::ivec3& b) noexcept {
     return static_cast<std::size_t>((b.x & 3) | (b.y & 3) << 2 | (b.z & 3) << 4);
   }
-  const Slot& slot(const glm::ivec3& b) const noexcept {
+  const SampleSlot& slot(const glm::ivec3& b) const noexcept {
     return pages_[page_index(b)]->entries[slot_in_page(b)];
   }
   /// While it is made: every page that holds bricks low .. high is this field's own.
   void own_pages(const glm::ivec3& low, const glm::ivec3& high);
-  Slot& own_slot(const glm::ivec3& b) noexcept { return pages_[page_index(b)]->entries[slot_in_page(b)]; }
+  SampleSlot& own_slot(const glm::ivec3& b) noexcept {
+    return pages_[page_index(b)]->entries[slot_in_page(b)];
+  }
 
   Frame frame_;
   glm::ivec3 size_{0}, slots_size_{0}, pages_size_{0};

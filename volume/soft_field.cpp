@@ -12,7 +12,7 @@ using glm::ivec3;
 
 namespace {
 
-constexpr int k_edge = SoftField::k_edge, k_reach = SoftField::k_reach;
+constexpr int k_edge = SampleBrick::k_edge, k_reach = SoftField::k_reach;
 constexpr int k_guard = 2;                   // voxels around a brick whose conflicts count
 constexpr int k_mid = k_edge + 2 * k_guard;  // samples that are blurred, along an edge
 constexpr int k_wide = k_mid + 2 * k_reach;  // bits that this needs
@@ -96,7 +96,7 @@ int count_near(const Scratch& s) {
 }
 
 /// The samples of one brick whose first voxel is `corner`.
-void fill(const std::array<float, 2 * k_reach + 1>& weights, Scratch& s, std::array<float, 512>& brick) {
+void fill(const std::array<float, 2 * k_reach + 1>& weights, Scratch& s, SampleBrick& brick) {
   const auto at3 = [](int x, int y, int z, int ny) {
     return static_cast<std::size_t>(x + k_mid * (y + ny * z));
   };
@@ -148,9 +148,9 @@ void fill(const std::array<float, 2 * k_reach + 1>& weights, Scratch& s, std::ar
         const bool is_in = solid(x + k_guard + k_reach, y + k_guard + k_reach, z + k_guard + k_reach);
         const float g = s.blurred[at3(x + k_guard, y + k_guard, z + k_guard, k_mid)];
         constexpr float k_least = static_cast<float>(SoftField::k_least);
-        brick[static_cast<std::size_t>(x + k_edge * (y + k_edge * z))] = is_thin ? (is_in ? 0.5f : -0.5f)
-                                                                         : is_in ? std::max(g, k_least)
-                                                                                 : std::min(g, -k_least);
+        brick.values[SampleBrick::index(x, y, z)] = is_thin ? (is_in ? 0.5f : -0.5f)
+                                                    : is_in ? std::max(g, k_least)
+                                                            : std::min(g, -k_least);
       }
 }
 
@@ -170,7 +170,7 @@ std::shared_ptr<const SoftField> SoftField::build(const Occupancy& bits, int thr
     for (int by = 0; by < n.y; ++by)
       for (int bx = 0; bx < n.x; ++bx) {
         const ivec3 corner = k_edge * ivec3(bx, by, bz);
-        Slot& slot = made->slots_[made->slot_index(bx, by, bz)];
+        SampleSlot& slot = made->slots_[made->slot_index(bx, by, bz)];
         // Solid and air within two voxels of the brick, or as far as the shape goes on beyond itself?
         const int margin = k_guard + (beside.empty() ? 0 : k_overlap), wide = k_edge + 2 * margin;
         int count = 0;
@@ -185,7 +185,7 @@ std::shared_ptr<const SoftField> SoftField::build(const Occupancy& bits, int thr
           slot.is_solid = near > 0;
           if (near == 0 || near == k_mid * k_mid * k_mid) continue;
         }
-        auto brick = std::make_unique<Brick>();
+        auto brick = std::make_shared<SampleBrick>();
         fill(weights, *scratch, *brick);
         slot.brick = std::move(brick);
       }
@@ -227,37 +227,24 @@ double SoftField::at(int x, int y, int z) const noexcept {
     const ivec3 v = glm::clamp(ivec3(x, y, z), ivec3(0), size_ - 1);
     return beyond_border(at(v.x, v.y, v.z));
   }
-  const Slot& slot = slots_[slot_index(x >> 3, y >> 3, z >> 3)];
+  const SampleSlot& slot = slots_[slot_index(x >> 3, y >> 3, z >> 3)];
   if (!slot.brick) return slot.is_solid ? 0.5 : -0.5;
-  return static_cast<double>(
-      (*slot.brick)[static_cast<std::size_t>((x & 7) + k_edge * ((y & 7) + k_edge * (z & 7)))]);
+  return static_cast<double>(slot.brick->values[SampleBrick::index_of({x, y, z})]);
 }
 
 void SoftField::load(const ivec3& v, QuadraticPatch& patch) const noexcept {
-  const int bx = v.x & 7, by = v.y & 7, bz = v.z & 7;
-  const auto is_within = [](int b) { return b >= 1 && b <= 6; };
+  // A brick at the far border goes on beyond the grid.
   const bool is_in_grid =
       v.x >= 0 && v.y >= 0 && v.z >= 0 && v.x + 1 < size_.x && v.y + 1 < size_.y && v.z + 1 < size_.z;
-  const Slot* slot = is_in_grid && is_within(bx) && is_within(by) && is_within(bz)
-                         ? &slots_[slot_index(v.x >> 3, v.y >> 3, v.z >> 3)]
-                         : nullptr;
-  for (int k = 0; k < 3; ++k)
-    for (int j = 0; j < 3; ++j) {
-      if (slot && slot->brick) {
-        const float* row = slot->brick->data() + (bx - 1) + k_edge * ((by + j - 1) + k_edge * (bz + k - 1));
-        patch.set_row(j, k, static_cast<double>(row[0]), static_cast<double>(row[1]),
-                      static_cast<double>(row[2]));
-      } else {
-        const int y = v.y + j - 1, z = v.z + k - 1;
-        patch.set_row(j, k, at(v.x - 1, y, z), at(v.x, y, z), at(v.x + 1, y, z));
-      }
-    }
+  const SampleBrick* brick =
+      is_in_grid ? slots_[slot_index(v.x >> 3, v.y >> 3, v.z >> 3)].brick.get() : nullptr;
+  load_around(v, brick, patch, [this](int x, int y, int z) { return at(x, y, z); });
 }
 
 std::size_t SoftField::bytes() const noexcept {
   std::size_t bricks = 0;
-  for (const Slot& slot : slots_) bricks += slot.brick != nullptr;
-  return bricks * sizeof(Brick) + slots_.size() * sizeof(Slot);
+  for (const SampleSlot& slot : slots_) bricks += slot.brick != nullptr;
+  return bricks * sizeof(SampleBrick) + slots_.size() * sizeof(SampleSlot);
 }
 
 }  // namespace trephine::volume

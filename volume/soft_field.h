@@ -1,14 +1,13 @@
 // A binary shape made smooth: labels and thresholded data have stair-steps, which nobody segmented.
 #pragma once
 
-#include <array>
 #include <memory>
 #include <span>
 #include <vector>
 
 #include "volume/field.h"
 #include "volume/occupancy.h"
-#include "volume/quadratic_patch.h"
+#include "volume/sample_brick.h"
 
 namespace trephine::volume {
 
@@ -19,7 +18,6 @@ namespace trephine::volume {
 /// elsewhere; beyond the grid as Field is. Immutable; queries from any thread.
 class SoftField {
  public:
-  static constexpr int k_edge = 8;  ///< samples along the edge of a brick
   static constexpr double k_sigma = 1.5;
   static constexpr int k_reach = 4;        ///< voxels from the middle of the kernel
   static constexpr double k_least = 0.01;  ///< of |g| at a voxel
@@ -41,16 +39,11 @@ class SoftField {
   std::size_t bytes() const noexcept;
 
  private:
-  using Brick = std::array<float, k_edge * k_edge * k_edge>;
-  struct Slot {
-    std::unique_ptr<const Brick> brick;  ///< null: uniform
-    bool is_solid = false;               ///< when uniform
-  };
   std::size_t slot_index(int bx, int by, int bz) const noexcept {
     return static_cast<std::size_t>(bx + slots_size_.x * (by + slots_size_.y * bz));
   }
   glm::ivec3 size_{0}, slots_size_{0};
-  std::vector<Slot> slots_;
+  std::vector<SampleSlot> slots_;
 };
 
 }  // namespace trephine::volume

@@ -14,10 +14,10 @@
 #include "apps/trephine/text.h"
 #include "data-tools/atomic_file.h"
 #include "data-tools/open_volume.h"
-#include "data-tools/operated_volume.h"
 #include "haptics/proxy/methods.h"
 #include "tests/bench/peers.h"
 #include "tests/bench/scorer.h"
+#include "volume/operated_volume.h"
 
 namespace trephine::app {
 
@@ -37,7 +37,7 @@ volume::Status export_scene(const std::string& folder, const bench::FeelScene& s
                  "a place that may be written", "choose another with --export"};
   std::optional<volume::Volume> drilled;
   if (scene.drilled) {
-    auto operated = data_tools::operated_volume(*scene.drilled->version);
+    auto operated = volume::operated_volume(*scene.drilled->version);
     if (!operated) return operated.error();
     drilled = std::move(operated).value();
   }

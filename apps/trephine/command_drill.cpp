@@ -3,10 +3,10 @@
 #include "apps/trephine/text.h"
 #include "data-tools/atomic_file.h"
 #include "data-tools/open_volume.h"
-#include "data-tools/operated_volume.h"
 #include "haptics/proxy/methods.h"
 #include "modules/drilling/burr.h"
 #include "sim/lockstep.h"
+#include "volume/operated_volume.h"
 
 namespace trephine::app {
 
@@ -86,7 +86,7 @@ Result<Outcome> run_drill(const DrillArguments& arguments) {
   const volume::Version& version = *run.edits().current();
   // A recording that failed takes nothing else with it.
   const volume::Status not_recorded = finish_recording(recorder.value().get(), run.edits(), 0);
-  auto result = data_tools::operated_volume(version);
+  auto result = volume::operated_volume(version);
   if (!result) return result.error();
   if (volume::Status error = data_tools::write_volume(arguments.output, result.value())) return *error;
   if (not_recorded) return *not_recorded;

@@ -9,8 +9,8 @@
 #include "apps/view/view_window.h"
 #include "data-tools/atomic_file.h"
 #include "data-tools/open_volume.h"
-#include "data-tools/operated_volume.h"
 #include "sim/lockstep.h"
+#include "volume/operated_volume.h"
 
 namespace trephine::app {
 
@@ -109,7 +109,7 @@ Result<Outcome> run_replay(const ReplayArguments& arguments) {
   if (!arguments.steps.empty())
     if (Status error = data_tools::write_file_atomically(arguments.steps, csv)) return *error;
   if (!arguments.output.empty()) {
-    auto result = data_tools::operated_volume(*edits.current());
+    auto result = volume::operated_volume(*edits.current());
     if (!result) return result.error();
     if (Status error = data_tools::write_volume(arguments.output, result.value())) return *error;
   }

@@ -34,7 +34,7 @@
 #include "data-tools/atomic_file.h"
 #include "data-tools/mesh_files.h"
 #include "data-tools/open_volume.h"
-#include "data-tools/operated_volume.h"
+#include "volume/operated_volume.h"
 
 namespace trephine::view {
 
@@ -330,7 +330,7 @@ Status MainWindow::save_volume(const QString& path) {
   if (!data_tools::is_writable_volume_file(file))
     return Error{"this is no volume format that trephine writes", data_tools::file_name(file), "",
                  ".mha, .nrrd, .nii or .nii.gz", "choose one of these extensions"};
-  const auto result = data_tools::operated_volume(*version());
+  const auto result = volume::operated_volume(*version());
   if (!result) return result.error();
   return data_tools::write_volume(file, result.value());
 }

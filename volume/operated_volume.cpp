@@ -1,17 +1,15 @@
-#include "data-tools/operated_volume.h"
+#include "volume/operated_volume.h"
 
 #include <algorithm>
 #include <cmath>
 
 #include "volume/parallel.h"
 
-namespace trephine::data_tools {
+namespace trephine::volume {
 
-using volume::Volume;
-
-volume::Result<Volume> operated_volume(const volume::Version& version) {
+Result<Volume> operated_volume(const Version& version) {
   const Volume& base = version.base();
-  volume::Result<Volume> made = volume::make_volume(base.size, base.frame, !base.labels.is_empty());
+  Result<Volume> made = make_volume(base.size, base.frame, !base.labels.is_empty());
   if (!made) return made;
   Volume& result = made.value();
   result.is_hounsfield = base.is_hounsfield;
@@ -20,7 +18,7 @@ volume::Result<Volume> operated_volume(const volume::Version& version) {
   std::copy_n(base.labels.data(), base.labels.size(), result.labels.data());
   const double air =
       base.is_hounsfield ? -1000 : *std::min_element(base.voxels.span().begin(), base.voxels.span().end());
-  volume::parallel_for(base.size.z, 0, [&](int z) {
+  parallel_for(base.size.z, 0, [&](int z) {
     for (int y = 0; y < base.size.y; ++y)
       for (int x = 0; x < base.size.x; ++x) {
         if (x % 64 == 0 && !version.has_brick(version.lattice().low_of({x, y, z}),
@@ -39,4 +37,4 @@ volume::Result<Volume> operated_volume(const volume::Version& version) {
   return made;
 }
 
-}  // namespace trephine::data_tools
+}  // namespace trephine::volume

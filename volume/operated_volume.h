@@ -3,11 +3,11 @@
 
 #include "volume/version.h"
 
-namespace trephine::data_tools {
+namespace trephine::volume {
 
 /// The base with every voxel moved toward air (-1000 HU; the lowest value without HU) in proportion to what
 /// was removed of it. `version` is frozen, or nobody cuts meanwhile. Labels of voxels that are wholly gone
 /// become 0.
-volume::Result<volume::Volume> operated_volume(const volume::Version& version);
+Result<Volume> operated_volume(const Version& version);
 
-}  // namespace trephine::data_tools
+}  // namespace trephine::volume
