@@ -6,6 +6,7 @@
 #include <glm/geometric.hpp>
 #include <sstream>
 
+#include "haptics/force/limited.h"
 #include "volume/deterministic_math.h"
 
 namespace trephine::haptics {
@@ -121,11 +122,6 @@ std::string parameter_names(const Description& description) {
   return names + "most=N";
 }
 
-dvec3 clamped(const dvec3& v, double most) noexcept {
-  const double size = glm::length(v);
-  return size > most ? v * (most / size) : v;
-}
-
 }  // namespace
 
 std::string effect_names() {
@@ -196,8 +192,8 @@ struct EffectMemory {
 
 void step_effect(const Effect& effect, EffectMemory& memory, const LawInput& input, LawForces& sum) noexcept {
   const dvec3& hip = input.hip_world;
-  const auto render = [&](const dvec3& force) { sum.rendered_world += clamped(force, effect.most); };
-  const auto give = [&](const dvec3& force) { sum.active_world += clamped(force, effect.most); };
+  const auto render = [&](const dvec3& force) { sum.rendered_world += limited(force, effect.most); };
+  const auto give = [&](const dvec3& force) { sum.active_world += limited(force, effect.most); };
   if (const auto* constant = std::get_if<ConstantForce>(&effect.kind)) {
     give(constant->force_world);
   } else if (const auto* viscosity = std::get_if<Viscosity>(&effect.kind)) {

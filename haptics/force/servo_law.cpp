@@ -1,7 +1,8 @@
 #include "haptics/force/servo_law.h"
 
 #include <algorithm>
-#include <glm/geometric.hpp>
+
+#include "haptics/force/limited.h"
 
 namespace trephine::haptics {
 
@@ -56,8 +57,8 @@ LawForces LawMemory::step(const LawSet& set, LawInput input) noexcept {
     law.step(law.parameters.get(), slots_[i].memory.data(), input, sum);
   }
   // Active laws give a moving hand no more than their power.
-  const double speed = glm::length(velocity_), active = glm::length(sum.active_world);
-  if (speed > 0 && active > k_power / speed) sum.active_world *= k_power / speed / active;
+  const double speed = glm::length(velocity_);
+  if (speed > 0) sum.active_world = limited(sum.active_world, k_power / speed);
   return sum;
 }
 

@@ -50,12 +50,9 @@ template <class Cast>
 int move_god_object(const volume::Frame& frame, const glm::dvec3& hip_world, const glm::dvec3& start_volume,
                     double gap_mm, Cast&& cast, ProxyStep& result) noexcept {
   using glm::dvec3;
-  const auto add = [&result](const dvec3& p) {
-    result.path_volume[static_cast<std::size_t>(result.waypoint_count++)] = p;
-  };
   const dvec3 hip = frame.volume_from_world(hip_world);
   dvec3 at = start_volume, goal = hip;
-  add(at);
+  result.add_waypoint(at);
   int best_count = 1;
   const dvec3 start_offset = frame.world_from_volume(at) - hip_world;
   double best = glm::dot(start_offset, start_offset);
@@ -73,7 +70,7 @@ int move_god_object(const volume::Frame& frame, const glm::dvec3& hip_world, con
     }
     if (free > 0 && goal != at) {
       const dvec3 to = is_blocked ? at + free * (goal - at) : goal;
-      add(to);
+      result.add_waypoint(to);
       const dvec3 off = frame.world_from_volume(to) - hip_world;
       if (const double energy = glm::dot(off, off); energy < best) {
         best = energy;
@@ -84,10 +81,7 @@ int move_god_object(const volume::Frame& frame, const glm::dvec3& hip_world, con
     const dvec3 touched_world = frame.world_from_volume(at + hit.t * (goal - at));
     if (free > 0) at = at + free * (goal - at);
     if (i == 0) landing = landing_of_first_leg(result);
-    result.has_contact = true;
-    result.normal_world = hit.normal_world;
-    result.shape = hit.shape;
-    result.side = hit.side;
+    result.set_contact(hit.shape, hit.side, hit.normal_world);
     // The facet joins those that hold; of more than three the oldest goes.
     if (count == 3) {
       planes[0] = planes[1];

@@ -87,10 +87,7 @@ ProxyStep RaystepProxy::step(const TouchScene& scene, const TouchState& seen, Pr
       const bool is_front = glm::dot(start - p, normal) >= 0 && glm::dot(end - p, normal) <= 0;
       if (!holds(scene, state.around.let_through, s, side_of(!is_front))) break;
       if (!is_front) normal = -normal;
-      result.has_contact = true;
-      result.shape = s;
-      result.side = side_of(!is_front);
-      result.normal_world = normal;
+      result.set_contact(s, side_of(!is_front), normal);
       // In the tangent plane at the contact, as close to the HIP as it allows.
       const double depth = glm::dot(end - p, normal);
       proxy = depth < 0 ? end - depth * normal : p;
@@ -144,10 +141,7 @@ ProxyStep PlaneProxy::step(const TouchScene& scene, const TouchState& seen, Prox
     const double depth = glm::dot(hip - plane.point_world, plane.normal_world) + share * plane.recovery;
     --plane.recovery_left;
     if (depth < 0) {
-      result.has_contact = true;
-      result.shape = plane.shape;
-      result.side = Side::front;
-      result.normal_world = plane.normal_world;
+      result.set_contact(plane.shape, Side::front, plane.normal_world);
       proxy = hip - depth * plane.normal_world;
     }
   }

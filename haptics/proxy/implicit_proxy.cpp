@@ -42,35 +42,29 @@ dvec3 guarded_move(const TouchScene& scene, const Grid& grid, const dvec3& start
 template <class Grid>
 void step_on_cubes(const TouchScene& scene, const Grid& grid, int iterations, const ProxyInput& input,
                    ProxyState& state, ProxyStep& result) noexcept {
+  if (begin_on_cubes(scene, grid, input.hip_world, state, result)) return;
   const volume::Frame& frame = grid.frame();
   const dvec3 hip = frame.volume_from_world(input.hip_world);
-  if (begin_on_cubes(scene, grid, hip, state, result)) {
-    result.proxy_world = input.hip_world;
-    return;
-  }
-
-  const auto add = [&result](const dvec3& p) {
-    result.path_volume[static_cast<std::size_t>(result.waypoint_count++)] = p;
-  };
-  const auto energy = [&](const dvec3& p) {
-    const dvec3 d = frame.vector_world_from_volume(hip - p);
-    return glm::dot(d, d);
-  };
   dvec3 start = state.proxy_volume, target = hip;
-  add(start);
+  result.add_waypoint(start);
   ShapeSet inside = state.inside;
   int best_count = 1;
   double best_energy = 1e300;
+  // The newest waypoint, if it is nearer than all before.
+  const auto is_nearer = [&](const dvec3& p) {
+    const double energy = squared_mm(frame, p, hip);
+    if (energy >= best_energy) return false;
+    best_energy = energy;
+    best_count = result.waypoint_count;
+    return true;
+  };
   for (int i = 0; i < iterations; ++i) {
     ++result.counters.iterations;
     const WayEnd way =
         find_barrier(scene, grid, start, target, state.around.let_through, inside, result.counters);
     if (!way.is_blocked) {
-      add(target);
-      if (const double e = energy(target); e < best_energy) {
-        best_energy = e;
-        best_count = result.waypoint_count;
-      }
+      result.add_waypoint(target);
+      is_nearer(target);
       break;
     }
 
@@ -82,31 +76,17 @@ void step_on_cubes(const TouchScene& scene, const Grid& grid, int iterations, co
     dvec3 normal = grid.normal(static_cast<std::size_t>(way.shape), p, result.counters.cells);
     if (way.is_back) normal = -normal;
     const dvec3 p_world = frame.world_from_volume(p);
-    dvec3 facet(0);
-    facet[way.face.axis] = -way.face.step;
-    facet = glm::normalize(frame.gradient_world_from_volume(facet));
-    if (glm::dot(input.hip_world - p_world, normal) >= 0) normal = facet;
-    if (!result.has_contact) {
-      result.has_contact = true;
-      result.normal_world = normal;
-      result.shape = way.shape;
-      result.side = side_of(way.is_back);
-    }
+    if (glm::dot(input.hip_world - p_world, normal) >= 0) normal = facet_normal(frame, way.face);
+    if (!result.has_contact) result.set_contact(way.shape, side_of(way.is_back), normal);
     // Off the wall along the normal, as far as it is free.
-    add(p);
+    result.add_waypoint(p);
     const dvec3 direction = frame.vector_volume_from_world(normal);
     const dvec3 lifted = p + (k_lift / glm::length(direction)) * direction;
     start = volume::voxel_of(lifted) == volume::voxel_of(p)
                 ? lifted
                 : guarded_move(scene, grid, p, lifted, state.around.let_through, inside, result.counters);
-    add(start);
-    if (const double e = energy(start); e < best_energy) {
-      best_energy = e;
-      best_count = result.waypoint_count;
-      result.normal_world = normal;
-      result.shape = way.shape;
-      result.side = side_of(way.is_back);
-    }
+    result.add_waypoint(start);
+    if (is_nearer(start)) result.set_contact(way.shape, side_of(way.is_back), normal);
     const double depth = glm::dot(input.hip_world - p_world, normal);
     if (depth >= 0) break;  // the HIP is on the free side of this wall: nothing to slide to
     target = frame.volume_from_world(input.hip_world - depth * normal);

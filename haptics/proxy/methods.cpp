@@ -6,6 +6,7 @@
 #include "haptics/proxy/implicit_proxy.h"
 #include "haptics/proxy/path_proxy.h"
 #include "haptics/proxy/scene_proxy.h"
+#include "haptics/proxy/sequential_proxy.h"
 #include "haptics/proxy/subvoxel_proxy.h"
 
 namespace trephine::haptics {

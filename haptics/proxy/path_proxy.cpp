@@ -111,27 +111,18 @@ dvec3 within(const dvec3& p, const ivec3& v) noexcept {
 template <class Grid>
 void step_on_cubes(const TouchScene& scene, const Grid& grid, const ProxyInput& input, ProxyState& state,
                    ProxyStep& result) noexcept {
+  if (begin_on_cubes(scene, grid, input.hip_world, state, result)) return;
   const volume::Frame& frame = grid.frame();
   const dvec3 hip = frame.volume_from_world(input.hip_world);
-  if (begin_on_cubes(scene, grid, hip, state, result)) {
-    result.proxy_world = input.hip_world;
-    return;
-  }
-  const auto add = [&result](const dvec3& p) {
-    result.path_volume[static_cast<std::size_t>(result.waypoint_count++)] = p;
-  };
-  const auto energy = [&](const dvec3& p) {
-    const dvec3 d = frame.vector_world_from_volume(hip - p);
-    return glm::dot(d, d);
-  };
-  add(state.proxy_volume);
+  const auto energy = [&](const dvec3& p) { return squared_mm(frame, p, hip); };
+  result.add_waypoint(state.proxy_volume);
   int landing = 0;
   ShapeSet inside = state.inside;
   ++result.counters.iterations;
   const WayEnd way =
       find_barrier(scene, grid, state.proxy_volume, hip, state.around.let_through, inside, result.counters);
   if (!way.is_blocked) {
-    add(hip);
+    result.add_waypoint(hip);
   } else {
     // To the wall; the voxel before it is free, and so is the way there.
     dvec3 p = within(state.proxy_volume + way.t * (hip - state.proxy_volume), way.before);
@@ -140,7 +131,7 @@ void step_on_cubes(const TouchScene& scene, const Grid& grid, const ProxyInput& 
             .is_blocked)
       p = state.proxy_volume;
     else if (energy(p) < energy(state.proxy_volume))
-      add(p);
+      result.add_waypoint(p);
     else
       p = state.proxy_volume;
     const ivec3 start = volume::voxel_of(p);
@@ -150,15 +141,10 @@ void step_on_cubes(const TouchScene& scene, const Grid& grid, const ProxyInput& 
     const double depth = glm::dot(input.hip_world - p_world, normal);
     if (depth >= 0 || normal == dvec3(0)) {
       // A normal along the motion says nothing about this wall: its face does.
-      dvec3 facet(0);
-      facet[way.face.axis] = -way.face.step;
-      normal = glm::normalize(frame.gradient_world_from_volume(facet));
+      normal = facet_normal(frame, way.face);
     }
     landing = landing_of_first_leg(result);
-    result.has_contact = true;
-    result.normal_world = normal;
-    result.shape = way.shape;
-    result.side = side_of(way.is_back);
+    result.set_contact(way.shape, side_of(way.is_back), normal);
     const dvec3 projected_world = input.hip_world - glm::dot(input.hip_world - p_world, normal) * normal;
     VoxelSearch search(scene, grid, state.around.let_through, inside, result.counters);
     // A normal is a covector: per voxel step it is axes^T n.
@@ -178,9 +164,9 @@ void step_on_cubes(const TouchScene& scene, const Grid& grid, const ProxyInput& 
       for (int n = found; n > 0; n = search.at(n).parent)
         chain[static_cast<std::size_t>(length++)] = search.at(n).voxel;
       // Through the centres of the voxels; each leg stays in two cubes that share a face.
-      if (length > 0) add(dvec3(start));
-      for (int i = length - 1; i >= 0; --i) add(dvec3(chain[static_cast<std::size_t>(i)]));
-      add(candidate);
+      if (length > 0) result.add_waypoint(dvec3(start));
+      for (int i = length - 1; i >= 0; --i) result.add_waypoint(dvec3(chain[static_cast<std::size_t>(i)]));
+      result.add_waypoint(candidate);
     }
   }
   end_on_cubes(scene, grid, input.hip_world, landing, state, result);

@@ -90,6 +90,17 @@ struct ProxyStep {
   std::array<glm::dvec3, k_max_waypoints>
       path_volume;  ///< from the old proxy to the new one, each leg checked
   ProxyCounters counters;
+
+  /// Where there is room.
+  void add_waypoint(const glm::dvec3& p_volume) noexcept {
+    path_volume[static_cast<std::size_t>(waypoint_count++)] = p_volume;
+  }
+  void set_contact(int item, Side touched, const glm::dvec3& normal) noexcept {
+    has_contact = true;
+    shape = item;
+    side = touched;
+    normal_world = normal;
+  }
 };
 
 /// Few enough shapes of one volume, each with its bits: what most methods ask of a scene. Error also for a

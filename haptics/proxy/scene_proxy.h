@@ -1,4 +1,4 @@
-// Proxies for scenes of several volumes and polygonal models.
+// The proxy on scenes of several volumes and polygonal models.
 #pragma once
 
 #include "haptics/walls/scene_walls.h"
@@ -18,25 +18,6 @@ class SceneProxy final : public ProxyMethod {
 
  private:
   SceneLayout layout_;
-};
-
-/// The pipeline of the thesis of the volume haptics toolkit (4.2.2): a god-object on the meshes follows the
-/// hand, then every volume for itself follows that god-object, and the one with the shortest penetration
-/// counts. Kept honest: what the volumes push the proxy into, no mesh hears of (figure 23). A scene that is
-/// changed after prepare() is seen as it was.
-class SequentialProxy final : public ProxyMethod {
- public:
-  const char* name() const noexcept override { return "scene-sequential"; }
-  volume::Status prepare(const TouchScene& scene) override;
-  ProxyStep step(const TouchScene& scene, const TouchState& seen, ProxyState& state,
-                 const ProxyInput& input) const noexcept override;
-
- private:
-  SceneLayout layout_;
-  std::vector<TouchScene> volumes_;  ///< one a volume, the base first
-  std::vector<int> first_shape_;     ///< of each
-  std::vector<std::shared_ptr<const TouchState>> untouched_;
-  std::unique_ptr<ProxyMethod> method_;
 };
 
 }  // namespace trephine::haptics

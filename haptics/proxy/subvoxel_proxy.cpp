@@ -13,7 +13,7 @@ ProxyStep SubvoxelProxy::step(const TouchScene& scene, const TouchState& seen, P
   ProxyStep result;
   result.normal_world = dvec3(0);
   SmoothWalls walls(scene, seen, state.around.let_through, result.counters, 0, item_count(scene), nullptr);
-  Slide(scene, walls, seen.version->base().frame, state, input.hip_world, result).run();
+  slide(scene, walls, seen.version->base().frame, state, input.hip_world, result);
   return result;
 }
 

@@ -5,6 +5,7 @@
 #include <glm/geometric.hpp>
 #include <xmmintrin.h>
 
+#include "haptics/force/limited.h"
 #include "volume/traversal.h"
 
 namespace trephine::haptics {
@@ -32,11 +33,6 @@ bool is_in_reach(const TouchScene& scene, const dvec3& p) noexcept {
   for (const auto& other : scene.others)
     if (!is_in_reach(other->frame, p)) return false;
   return is_in_reach(scene.base->frame, p);
-}
-
-dvec3 clamped(const dvec3& v, double most) noexcept {
-  const double size = glm::length(v);
-  return size > most ? v * (most / size) : v;
 }
 
 }  // namespace
@@ -184,7 +180,7 @@ ServoRecord ServoCore::step(const ServoScene& seen, const ServoInput& input) noe
     }
     if (is_led_) lead(mine, hip);
     cap_ = is_led_ ? k_lead_force : std::min(force_limit_, cap_ + k_lead_recovery * dt_);
-    wanted_ = clamped(force_.step(step_, hip, scene), cap_);
+    wanted_ = limited(force_.step(step_, hip, scene), cap_);
     active_ = dvec3(0);
     if (mine.laws) {
       const LawForces forces =

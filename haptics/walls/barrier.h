@@ -74,7 +74,7 @@ ShapeSet solids_at(const TouchScene& scene, const Grid& grid, const glm::dvec3& 
 /// For methods whose walls are cubes. The first step, and a proxy over which matter has grown, start at the
 /// HIP, inside whatever is there: sets state and path, and returns true. Else the step goes on.
 template <class Grid>
-bool begin_on_cubes(const TouchScene& scene, const Grid& grid, const glm::dvec3& hip, ProxyState& state,
+bool begin_on_cubes(const TouchScene& scene, const Grid& grid, const glm::dvec3& hip_world, ProxyState& state,
                     ProxyStep& result) noexcept {
   bool is_fresh = !state.has_proxy;
   if (!is_fresh) {
@@ -87,11 +87,25 @@ bool begin_on_cubes(const TouchScene& scene, const Grid& grid, const glm::dvec3&
     }
   }
   if (!is_fresh) return false;
+  const glm::dvec3 hip = grid.frame().volume_from_world(hip_world);
   state.begin_at(hip);
   state.inside = solids_at(scene, grid, hip);
-  result.path_volume[0] = hip;
-  result.waypoint_count = 1;
+  result.proxy_world = hip_world;
+  result.add_waypoint(hip);
   return true;
+}
+
+/// mm^2 between two points of a volume.
+inline double squared_mm(const volume::Frame& frame, const glm::dvec3& a, const glm::dvec3& b) noexcept {
+  const glm::dvec3 d = frame.vector_world_from_volume(b - a);
+  return glm::dot(d, d);
+}
+
+/// Unit, out of the cube through which a way was stopped (world).
+inline glm::dvec3 facet_normal(const volume::Frame& frame, const volume::VoxelFace& face) noexcept {
+  glm::dvec3 out(0);
+  out[face.axis] = -face.step;
+  return glm::normalize(frame.gradient_world_from_volume(out));
 }
 
 /// Ends the step at the path's last waypoint: friction along the way to it, which has led down to the surface

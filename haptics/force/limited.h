@@ -1,0 +1,15 @@
+// Bounds of forces.
+#pragma once
+
+#include <glm/geometric.hpp>
+#include <glm/vec3.hpp>
+
+namespace trephine::haptics {
+
+/// The same direction, no longer than `most`.
+inline glm::dvec3 limited(const glm::dvec3& v, double most) noexcept {
+  const double size = glm::length(v);
+  return size > most ? v * (most / size) : v;
+}
+
+}  // namespace trephine::haptics

@@ -1,0 +1,163 @@
+#include "haptics/proxy/sequential_proxy.h"
+
+#include <algorithm>
+#include <glm/geometric.hpp>
+
+#include "haptics/mesh/mesh_tree.h"
+#include "haptics/walls/scene_walls.h"
+
+namespace trephine::haptics {
+
+using glm::dvec3;
+
+namespace {
+
+constexpr double k_not_met = 1e299;
+
+const Placement& placement_of(const TouchItem& mesh, const ProxyInput& input) noexcept {
+  const auto m = static_cast<std::size_t>(mesh.mover);
+  return mesh.mover >= 0 && m < input.movers.size() ? input.movers[m] : mesh.placement;
+}
+
+/// The god-object on the meshes alone, in the world.
+ProxyStep follow_on_meshes(const TouchScene& scene, const ProxyState& state, const ProxyInput& input,
+                           ProxyCounters& counters) noexcept {
+  const auto cast = [&](const dvec3& a, const dvec3& b, FacetHit& hit) {
+    bool is_hit = false;
+    for (int i = 0; i < item_count(scene); ++i) {
+      const TouchItem& mesh = item_of(scene, i);
+      if (!mesh.is_mesh()) continue;
+      const Placement& placement = placement_of(mesh, input);
+      FacetHit one;
+      if (!mesh.tree->cast(placement.local_from_world(a), placement.local_from_world(b), scene.tool_radius,
+                           holds(scene, state.around.let_through, i, Side::front),
+                           holds(scene, state.around.let_through, i, Side::back), one, counters.triangles) ||
+          (is_hit && one.t >= hit.t))
+        continue;
+      hit = one;
+      hit.normal_world = placement.rotation * one.normal_world;
+      hit.shape = i;
+      is_hit = true;
+    }
+    return is_hit;
+  };
+  double gap = 1e-5;
+  for (const TouchItem& item : scene.items)
+    if (item.is_mesh()) gap = std::min(gap, item.tree->gap());
+  static const volume::Frame world;
+  ProxyStep step;
+  move_god_object(world, input.hip_world, state.on_meshes_world, gap, cast, step);
+  return step;
+}
+
+}  // namespace
+
+volume::Status SequentialProxy::prepare(const TouchScene& scene) {
+  if (volume::Status error = check_offsets(scene)) return error;
+  if (volume::Status error = check_burr_opens_voxels(scene)) return error;
+  const auto layout = SceneLayout::of(scene);
+  if (!layout) return layout.error();
+  parts_.clear();
+  for (const SceneLayout::Part& of : layout.value().parts()) {
+    Part part{{}, of.begin, of.untouched};
+    part.scene.tool_radius = scene.tool_radius;
+    part.scene.base = of.untouched ? of.untouched->version->shared_base() : scene.base;
+    part.scene.items.assign(scene.items.begin() + of.begin, scene.items.begin() + of.end);
+    if (volume::Status error = method_.prepare(part.scene)) return error;
+    parts_.push_back(std::move(part));
+  }
+  return std::nullopt;
+}
+
+/// At the HIP, inside whatever is there.
+void SequentialProxy::begin(const TouchState& seen, const dvec3& hip, ProxyState& state) const noexcept {
+  state.begin_at(seen.version->base().frame.volume_from_world(hip));
+  state.on_meshes_world = hip;
+  state.has_on_meshes = true;
+  for (const Part& part : parts_) {
+    ProxyState own;
+    method_.step(part.scene, part.state(seen), own, {hip});
+    for (int s = 0; s < part.count(); ++s) state.inside.set(part.first + s, own.inside.contains(s));
+  }
+}
+
+/// One volume for itself, from `start` after the god-object on the meshes.
+SequentialProxy::Answer SequentialProxy::follow(const Part& part, const TouchState& seen,
+                                                const ProxyState& state, const dvec3& start,
+                                                const dvec3& target) const noexcept {
+  const volume::Frame& frame = part.scene.base->frame;
+  Answer answer;
+  ProxyState& own = answer.state;
+  own = state;
+  if (part.untouched) own.proxy_volume = frame.volume_from_world(start);
+  own.inside = own.around.let_through = ShapeSet{};
+  for (int s = 0; s < part.count(); ++s) {
+    own.inside.set(s, state.inside.contains(part.first + s));
+    own.around.let_through.set(s, state.around.let_through.contains(part.first + s));
+  }
+  answer.step = method_.step(part.scene, part.state(seen), own, {target});
+  const ProxyStep& step = answer.step;
+  answer.depth = step.has_contact && step.waypoint_count > 1
+                     ? glm::length(frame.vector_world_from_volume(step.path_volume[1] - step.path_volume[0]))
+                     : (step.has_contact ? 0 : k_not_met);
+  return answer;
+}
+
+ProxyStep SequentialProxy::step(const TouchScene& scene, const TouchState& seen, ProxyState& state,
+                                const ProxyInput& input) const noexcept {
+  const volume::Frame& base = seen.version->base().frame;
+  ProxyStep result;
+  result.normal_world = dvec3(0);
+  if (!state.has_proxy) {
+    begin(seen, input.hip_world, state);
+    result.proxy_world = input.hip_world;
+    result.add_waypoint(state.proxy_volume);
+    return result;
+  }
+
+  // The god-object on the meshes; set anew where the proxy was.
+  if (!state.has_on_meshes) state.on_meshes_world = base.world_from_volume(state.proxy_volume);
+  state.has_on_meshes = true;
+  const ProxyStep on_meshes = follow_on_meshes(scene, state, input, result.counters);
+  const dvec3 target = on_meshes.path_volume[static_cast<std::size_t>(on_meshes.waypoint_count - 1)];
+  state.on_meshes_world = target;
+  result.counters.iterations += on_meshes.counters.iterations;
+
+  // Every volume follows it; the one that was met first on the way counts.
+  const dvec3 start = base.world_from_volume(state.proxy_volume);
+  const Part* met = nullptr;
+  Answer nearest;
+  ShapeSet inside;
+  for (const Part& part : parts_) {
+    const Answer answer = follow(part, seen, state, start, target);
+    result.counters.voxels += answer.step.counters.voxels;
+    result.counters.cells += answer.step.counters.cells;
+    result.is_buried = result.is_buried || answer.step.is_buried;
+    for (int s = 0; s < part.count(); ++s) inside.set(part.first + s, answer.state.inside.contains(s));
+    if (answer.depth >= nearest.depth) continue;
+    nearest = answer;
+    met = &part;
+  }
+
+  result.add_waypoint(state.proxy_volume);
+  state.had_contact = nearest.depth < k_not_met;
+  if (state.had_contact) {
+    const volume::Frame& frame = met->scene.base->frame;
+    for (int k = 1; k < nearest.step.waypoint_count; ++k) {
+      const dvec3& p = nearest.step.path_volume[static_cast<std::size_t>(k)];
+      result.add_waypoint(met->untouched ? base.volume_from_world(frame.world_from_volume(p)) : p);
+    }
+    result.set_contact(met->first + nearest.step.shape, nearest.step.side, nearest.step.normal_world);
+    result.proxy_world = nearest.step.proxy_world;
+    state.is_sticking = nearest.state.is_sticking;
+  } else {
+    result.add_waypoint(base.volume_from_world(target));
+    if (on_meshes.has_contact) result.set_contact(on_meshes.shape, on_meshes.side, on_meshes.normal_world);
+    result.proxy_world = target;
+  }
+  state.inside = inside;
+  state.proxy_volume = result.path_volume[static_cast<std::size_t>(result.waypoint_count - 1)];
+  return result;
+}
+
+}  // namespace trephine::haptics
