@@ -41,7 +41,7 @@ dvec3 ForceModel::step(const ProxyStep& proxy, const dvec3& hip_world, const Tou
     force = stiffness_at(scene, proxy.shape, proxy.side, proxy.proxy_world, proxy.normal_world) * stretch;
     if (had_contact_) force += (material.damping / dt_) * (stretch - stretch_);
     if (had_contact_ && material.viscosity > 0) {
-      const dvec3 moved = hip_world - hip_, &n = proxy.normal_world;
+      const dvec3 moved = hip_world - hip_ - proxy.carried_world, &n = proxy.normal_world;
       force -= (material.viscosity / dt_) * (moved - glm::dot(moved, n) * n);
     }
     stretch_ = stretch;

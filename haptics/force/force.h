@@ -39,7 +39,7 @@ inline constexpr std::uint32_t k_latched_faults =
 std::string fault_names(std::uint32_t faults);
 
 /// Spring and damper between HIP and proxy: F = K (proxy - HIP) + B d/dt (proxy - HIP), less the material's
-/// viscosity times the motion along the surface, then exponential
+/// viscosity times the motion along the surface, seen from what is touched, then exponential
 /// smoothing f_n = a x_n + (1 - a) f_(n-1) (thesis of the volume haptics toolkit, eq. 4.1).
 class ForceModel {
  public:

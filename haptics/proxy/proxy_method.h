@@ -44,6 +44,7 @@ struct ProxyState {
   ShapeSet inside;            ///< shapes in whose solid the proxy lies (touched from the back)
   bool had_contact = false;   ///< in the last step
   bool is_sticking = false;   ///< static friction holds
+  int touched = -1;           ///< the moving mesh that held the proxy in the last step; -1: none
   std::uint64_t version = 0;  ///< the last one seen, for methods that look for growth only where it may be
   PlaneMemory plane;
   bool has_on_meshes = false;
@@ -85,7 +86,8 @@ struct ProxyStep {
   bool has_contact = false;
   int shape = -1;  ///< the touched item
   Side side = Side::none;
-  bool is_buried = false;  ///< matter grew over the proxy; it was set free at the HIP, without force
+  bool is_buried = false;         ///< matter grew over the proxy; it was set free at the HIP, without force
+  glm::dvec3 carried_world{0.0};  ///< mm that what is touched moved by, there, since the last step
   int waypoint_count = 0;
   std::array<glm::dvec3, k_max_waypoints>
       path_volume;  ///< from the old proxy to the new one, each leg checked

@@ -77,36 +77,46 @@ ProxyStep SceneProxy::step(const TouchScene& scene, const TouchState& seen, Prox
   dvec3 start = state.has_proxy ? base.world_from_volume(state.proxy_volume) : input.hip_world;
   const bool has_moved = state.has_proxy && around.has_placements && now != around.placements;
   if (has_moved) {
-    // One mesh after the other, each seen from itself: where it would pass over the proxy it takes it along.
+    // One mesh after the other, each seen from itself: what the tool rubs on takes it along, and what would
+    // pass over it pushes it.
     Placements moving = around.placements;
-    double gap = 1e-6 * frame.spacing().x;
+    const auto move_to = [&](const dvec3& place, int mesh) {
+      look_around(scene, layout_, moving, start, place, around);
+      SceneWalls walls(scene, layout_, seen, state, moving, result.counters);
+      ShapeSet inside = state.inside;
+      const Reach way = walls.reach(frame.volume_from_world(start), frame.volume_from_world(place), inside,
+                                    1e-3 * frame.spacing().x, mesh);
+      if (way.is_blocked) return false;
+      state.inside = inside;
+      start = place;
+      state.proxy_volume = base.volume_from_world(start);
+      return true;
+    };
+    const double gap = 1e-6 * frame.spacing().x;
     for (std::size_t m = 0; m < now.size(); ++m) {
       const Placement before = std::exchange(moving[m], now[m]);
       const int shape = layout_.movers()[m];
       if (before == now[m] || shape < 0) continue;
       const TouchItem& mesh = item_of(scene, shape);
-      const dvec3 a = before.local_from_world(start), b = now[m].local_from_world(start);
-      const bool is_front = holds(scene, around.let_through, shape, Side::front),
-                 is_back = holds(scene, around.let_through, shape, Side::back);
+      const dvec3 a = before.local_from_world(start), along = now[m].world_from_local(a);
+      if (state.touched == shape) {
+        result.carried_world = along - start;
+        const bool has_friction = mesh.material.static_friction > 0 || mesh.material.dynamic_friction > 0;
+        if (has_friction && move_to(along, shape)) continue;
+      }
+      const dvec3 b = now[m].local_from_world(start);
       FacetHit hit;
-      if (!mesh.tree->cast(a, b, scene.tool_radius, is_front, is_back, hit, result.counters.triangles))
+      if (!mesh.tree->cast(a, b, scene.tool_radius, holds(scene, around.let_through, shape, Side::front),
+                           holds(scene, around.let_through, shape, Side::back), hit,
+                           result.counters.triangles))
         continue;
       const double approach = -glm::dot(b - a, hit.normal_world);
       const double free = approach > 0 ? std::max(0.0, hit.t - gap / approach) : 0;
-      const dvec3 pushed = now[m].world_from_local(a + free * (b - a));
-      look_around(scene, layout_, moving, start, pushed, around);
-      SceneWalls walls(scene, layout_, seen, state, moving, result.counters);
-      ShapeSet inside = state.inside;
-      const Reach way = walls.reach(frame.volume_from_world(start), frame.volume_from_world(pushed), inside,
-                                    1e-3 * frame.spacing().x, shape);
-      if (way.is_blocked) {
+      if (!move_to(now[m].world_from_local(a + free * (b - a)), shape)) {
         // Between two walls that close: let go.
         result.is_buried = true;
         break;
       }
-      state.inside = inside;
-      start = pushed;
-      state.proxy_volume = base.volume_from_world(start);
     }
   }
   around.placements = now;
@@ -117,6 +127,7 @@ ProxyStep SceneProxy::step(const TouchScene& scene, const TouchState& seen, Prox
   const bool was_buried = result.is_buried;
   slide(scene, walls, base, state, input.hip_world, result);
   result.is_buried = result.is_buried || was_buried;
+  state.touched = result.has_contact && item_of(scene, result.shape).mover >= 0 ? result.shape : -1;
   return result;
 }
 

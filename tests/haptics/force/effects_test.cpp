@@ -464,6 +464,40 @@ TEST(ServoCore, TakesWhatTheNextSceneSays) {
   EXPECT_EQ(r.shape, 0);
 }
 
+/// A plate that moves sideways under a hand at rest drags it; under a hand that goes along it does not.
+TEST(ServoCore, FrictionAndViscosityAreThoseOfMotionOverWhatIsTouched) {
+  constexpr double k_speed = 20, k_depth = 1;  // mm/s, mm
+  struct Case {
+    Material material;
+    double drag;  ///< N, along the plate's motion
+  };
+  const Case cases[] = {{{0.5, 0, 0.2, 0.15}, 0.15 * 0.5 * k_depth}, {{0.5, 0, 0, 0, 0.01}, 0.01 * k_speed}};
+  for (const Case& c : cases)
+    for (const bool goes_along : {false, true}) {
+      TouchScene scene = scene_of_plane();
+      scene.items.clear();
+      const std::vector<dvec3> corners{{-90, -90, 0}, {90, -90, 0}, {90, 90, 0}, {-90, 90, 0}};
+      scene.items.push_back(mesh_item(
+          "plate", std::make_shared<MeshTree>(corners, std::vector<std::uint32_t>{0, 1, 2, 0, 2, 3}),
+          c.material));
+      scene.items[0].mover = 0;
+      ForceOptions options;
+      options.smoothing_alpha = 1;
+      Servo servo(std::move(scene), "scene", options);
+      ServoRecord r;
+      for (int i = 0; i < 1500; ++i) {
+        const double x = k_speed * k_dt * i, z = std::max(-k_depth, 2 - 0.01 * i);
+        servo.hand().set_placement(0, {{x, 0, 0}, {1, 0, 0, 0}});
+        r = servo.step({goes_along ? x : 0, 0.3, z});
+        if (i < 600) continue;
+        ASSERT_TRUE(r.has_contact);
+        ASSERT_NEAR(r.force_world.z, 0.5 * k_depth, 0.01);
+        ASSERT_NEAR(r.force_world.x, goes_along ? 0 : c.drag, 0.02 * c.drag + 1e-6) << i;
+        ASSERT_NEAR(r.force_world.y, 0, 1e-6);
+      }
+    }
+}
+
 TEST(ServoCore, TheLedgerTellsFrictionAndActiveForcesApart) {
   TouchScene scene = scene_of_plane();
   scene.items[0].material = {0.5, 0, 0.3, 0.3};
