@@ -58,7 +58,7 @@ EditOutcome EditSession::consume(const haptics::ServoRecord& tick) {
   Hand& hand = hands_[tick.hand];
   const bool is_at_home = !tick.is_led && !tick.is_buried && (tick.faults & haptics::k_latched_faults) == 0;
   if (is_at_home) remember_place(hand.places, scene_->base->frame.volume_from_world(tick.proxy_world));
-  if (!tick.pose.is_pressed || hand.tool == nullptr) {
+  if (!tick.pose.is_pressed() || hand.tool == nullptr) {
     if (hand.is_pressed) {
       hand.is_pressed = false;
       hand.tool->lift();

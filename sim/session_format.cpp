@@ -34,7 +34,9 @@ enum ExtraFlag : std::uint8_t {
   reset_flag = 2,
   restart_flag = 4,
   hand_flag = 8,
-  contact_flag = 16
+  contact_flag = 16,
+  has_buttons = 32,  ///< others than the first
+  has_axes = 64,
 };
 constexpr std::uint8_t k_command = 0x80, k_version = 0x81, k_hash = 0x82;
 
@@ -75,7 +77,7 @@ std::uint32_t output_check(const haptics::ServoRecord& r) noexcept {
   for (const dvec3* v : {&r.proxy_world, &r.normal_world, &r.force_world})
     for (int a = 0; a < 3; ++a) hash.add((*v)[a]);
   hash.add(static_cast<std::uint64_t>(r.has_contact) | static_cast<std::uint64_t>(r.is_buried) << 1 |
-           static_cast<std::uint64_t>(r.is_led) << 2 | static_cast<std::uint64_t>(r.pose.is_pressed) << 3 |
+           static_cast<std::uint64_t>(r.is_led) << 2 | static_cast<std::uint64_t>(r.pose.is_pressed()) << 3 |
            static_cast<std::uint64_t>(static_cast<std::uint8_t>(r.shape)) << 8 |
            std::uint64_t{r.side == haptics::Side::back ? 0xffu : static_cast<unsigned>(r.side)} << 16 |
            static_cast<std::uint64_t>(r.faults) << 32);
@@ -90,7 +92,7 @@ void ItemEncoder::add(const haptics::ServoRecord& r) {
   if (is_first || r.tick != last.tick + 1) flags |= tick_jumps;
   if (is_first || !same_bits(r.pose.position_world, last.pose.position_world)) flags |= has_position;
   if (is_first || !same_bits(r.pose.orientation, last.pose.orientation)) flags |= has_orientation;
-  if (r.pose.is_pressed) flags |= is_pressed_flag;
+  if (r.pose.is_pressed()) flags |= is_pressed_flag;
   if (is_first || r.version != last.version) flags |= has_version;
   const glm::vec3 force(r.force_world);
   if (force != glm::vec3(0)) flags |= has_force;
@@ -98,6 +100,8 @@ void ItemEncoder::add(const haptics::ServoRecord& r) {
   if (r.is_reset) extras |= reset_flag;
   if (r.is_restarted) extras |= restart_flag;
   if (r.hand != 0) extras |= hand_flag;
+  if (r.pose.buttons > 1) extras |= has_buttons;
+  if (r.pose.axes != (is_first ? std::array<float, 4>{} : last.pose.axes)) extras |= has_axes;
   if (r.has_contact != ((flags & has_force) != 0)) extras |= contact_flag;  // contact is where the force is
   if (extras != 0) flags |= has_extras;
   put(bytes_, flags);
@@ -109,6 +113,8 @@ void ItemEncoder::add(const haptics::ServoRecord& r) {
   if (flags & has_version) put(bytes_, r.version);
   if (extras & has_raised) put(bytes_, r.raised);
   if (extras & restart_flag) put(bytes_, r.restart_volume);
+  if (extras & has_buttons) put(bytes_, r.pose.buttons);
+  if (extras & has_axes) put(bytes_, r.pose.axes);
   if (flags & has_force) put(bytes_, force);
   put(bytes_, output_check(r));
   last = r;
@@ -198,7 +204,7 @@ Result<LogItem> ItemDecoder::next() {
     return broken("a tick without its beginning");
   }
   r.hand = hand;
-  r.pose.is_pressed = (flags & is_pressed_flag) != 0;
+  r.pose.buttons = (flags & is_pressed_flag) != 0 ? 1 : 0;
   r.is_reset = (extras & reset_flag) != 0;
   r.is_restarted = (extras & restart_flag) != 0;
   glm::vec3 force(0);
@@ -208,6 +214,8 @@ Result<LogItem> ItemDecoder::next() {
                         (!(flags & has_version) || get(bytes_, r.version)) &&
                         (!(extras & has_raised) || get(bytes_, r.raised)) &&
                         (!(extras & restart_flag) || get(bytes_, r.restart_volume)) &&
+                        (!(extras & has_buttons) || get(bytes_, r.pose.buttons)) &&
+                        (!(extras & has_axes) || get(bytes_, r.pose.axes)) &&
                         (!(flags & has_force) || get(bytes_, force)) && get(bytes_, item.check);
   if (!is_whole) return broken("it ends early");
   for (int a = 0; a < 3; ++a)

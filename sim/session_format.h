@@ -15,7 +15,7 @@ namespace trephine::sim {
 
 /// The layout of the file. A newer one is refused, by name.
 inline constexpr std::uint32_t k_session_layout =
-    3;  // 2: round tools, effects, materials of backs; 3: the smallest burr
+    4;  // 2: round tools, effects, materials of backs; 3: the smallest burr; 4: buttons and axes
 /// The arithmetic of servo and edits: raised with every change that gives other bits for the same input. A
 /// session of another revision opens for viewing and cannot be verified.
 inline constexpr std::uint32_t k_replay_revision = 5;

@@ -206,7 +206,7 @@ Result<Outcome> run_demo(const DemoArguments& arguments) {
       m.state = state;
       const dvec3 tangent = state.newest.proxy_world + k_burr_radius * state.newest.normal_world;
       // While it drills the ball's lowest point is on its way to the HIP.
-      m.burr_centre = state.newest.pose.is_pressed
+      m.burr_centre = state.newest.pose.is_pressed()
                           ? state.newest.pose.position_world + k_burr_radius * site.normal
                           : tangent;
       m.is_taken = true;

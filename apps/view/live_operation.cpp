@@ -127,7 +127,7 @@ void LiveOperation::frame() {
   const double ms = picture_.draw();
   ++report_.frames;
   if (frame_ms_.size() < k_most_times) frame_ms_.push_back(static_cast<float>(ms));
-  const bool is_cutting = state_.changed.low.x <= state_.changed.high.x && state_.newest.pose.is_pressed;
+  const bool is_cutting = state_.changed.low.x <= state_.changed.high.x && state_.newest.pose.is_pressed();
   if (is_cutting && drilling_ms_.size() < k_most_times) drilling_ms_.push_back(static_cast<float>(ms));
 }
 

@@ -32,7 +32,7 @@ bool MouseDevice::read(double t, haptics::Pose& pose) noexcept {
   time_ = t;
   pose.position_world = position_;
   pose.orientation = {1, 0, 0, 0};
-  pose.is_pressed = pressed_;
+  pose.press(pressed_);
   return true;
 }
 

@@ -413,7 +413,7 @@ void MainWindow::show_state() {
   const haptics::ServoRecord& record = operation_ ? operation_->state().newest : replay_->record();
   const double force = glm::length(record.force_world);
   force_bar_->show_force(force, haptics::ForceOptions().force_limit);
-  if (is_sound_on_) sound_.show(force, record.pose.is_pressed, record.has_contact);
+  if (is_sound_on_) sound_.show(force, record.pose.is_pressed(), record.has_contact);
   const double removed = operation_ ? operation_->state().removed_mm3 : replay_->edits().removed_mm3();
   const std::size_t strokes = operation_ ? operation_->state().strokes : replay_->edits().stroke_count();
   removed_->setText(removed > 0 ? QString("%1 mm\u00b3 removed, %2 stroke%3")

@@ -15,7 +15,11 @@ using volume::Result;
 
 namespace {
 
-constexpr std::array<std::string_view, 9> k_columns{"t", "x", "y", "z", "qx", "qy", "qz", "qw", "button"};
+constexpr std::array<std::string_view, 14> k_columns{
+    "t", "x", "y", "z", "qx", "qy", "qz", "qw", "button", "buttons", "axis1", "axis2", "axis3", "axis4"};
+constexpr std::size_t k_button = 8, k_buttons = 9, k_axis = 10;
+constexpr double k_farthest_axis = 1e6;
+constexpr const char* k_expected = "t,x,y,z[,qx,qy,qz,qw][,button or buttons][,axis1 to axis4]";
 
 std::vector<std::string_view> split(std::string_view line) {
   std::vector<std::string_view> cells;
@@ -32,16 +36,15 @@ std::vector<std::string_view> split(std::string_view line) {
 }
 
 /// Which column of the file holds each of k_columns; -1 where it has none.
-Result<std::array<int, 9>> read_header(std::string_view line, const std::string& where) {
-  std::array<int, 9> column;
+Result<std::array<int, k_columns.size()>> read_header(std::string_view line, const std::string& where) {
+  std::array<int, k_columns.size()> column;
   column.fill(-1);
-  const std::string expected = "t,x,y,z[,qx,qy,qz,qw][,button]";
   const std::vector<std::string_view> names = split(line);
   for (std::size_t i = 0; i < names.size(); ++i) {
     const auto it = std::find(k_columns.begin(), k_columns.end(), names[i]);
     if (it == k_columns.end() || column[static_cast<std::size_t>(it - k_columns.begin())] >= 0)
       return Error{"the path has an unknown or repeated column", where + ", line 1",
-                   std::string(names[i].substr(0, 40)), expected, "name the columns in the first line"};
+                   std::string(names[i].substr(0, 40)), k_expected, "name the columns in the first line"};
     column[static_cast<std::size_t>(it - k_columns.begin())] = static_cast<int>(i);
   }
   std::string missing;
@@ -51,8 +54,11 @@ Result<std::array<int, 9>> read_header(std::string_view line, const std::string&
       std::count_if(column.begin() + 4, column.begin() + 8, [](int c) { return c >= 0; });
   if (!missing.empty() || (quaternions != 0 && quaternions != 4))
     return Error{"the path misses columns", where + ", line 1",
-                 missing.empty() ? "part of a quaternion" : "no column " + missing, expected,
+                 missing.empty() ? "part of a quaternion" : "no column " + missing, k_expected,
                  "name the columns in the first line, for example t,x,y,z"};
+  if (column[k_button] >= 0 && column[k_buttons] >= 0)
+    return Error{"the path names its buttons twice", where + ", line 1", "button and buttons", "one of them",
+                 ""};
   return column;
 }
 
@@ -84,12 +90,11 @@ Result<PosePath> PosePath::from_samples(std::vector<Sample> samples, const std::
 
 Result<PosePath> PosePath::read_csv(std::istream& in, const std::string& where) {
   std::string line;
-  if (!std::getline(in, line))
-    return Error{"the path is empty", where, "no first line", "t,x,y,z[,qx,qy,qz,qw][,button]", ""};
+  if (!std::getline(in, line)) return Error{"the path is empty", where, "no first line", k_expected, ""};
   if (line.starts_with("\xef\xbb\xbf")) line.erase(0, 3);
-  Result<std::array<int, 9>> header = read_header(line, where);
+  Result<std::array<int, k_columns.size()>> header = read_header(line, where);
   if (!header) return header.error();
-  const std::array<int, 9>& column = header.value();
+  const std::array<int, k_columns.size()>& column = header.value();
   const std::size_t width = split(line).size();
 
   std::vector<Sample> samples;
@@ -100,8 +105,8 @@ Result<PosePath> PosePath::read_csv(std::istream& in, const std::string& where) 
     if (cells.size() != width)
       return Error{"a row of the path has another number of columns", at, std::to_string(cells.size()),
                    std::to_string(width), ""};
-    std::array<double, 9> value{0, 0, 0, 0, 0, 0, 0, 1, 1};
-    for (std::size_t c = 0; c < 9; ++c) {
+    std::array<double, k_columns.size()> value{0, 0, 0, 0, 0, 0, 0, 1, 1};
+    for (std::size_t c = 0; c < value.size(); ++c) {
       if (column[c] < 0) continue;
       const std::string_view cell = cells[static_cast<std::size_t>(column[c])];
       const auto [end, error] = std::from_chars(cell.data(), cell.data() + cell.size(), value[c]);
@@ -109,12 +114,22 @@ Result<PosePath> PosePath::read_csv(std::istream& in, const std::string& where) 
         return Error{"a cell of the path is no number", at + ", column " + std::string(k_columns[c]),
                      std::string(cell.substr(0, 40)), "a finite number with a point", ""};
     }
-    if (value[8] != 0 && value[8] != 1)
-      return Error{"a button is neither 0 nor 1", at, std::to_string(value[8]), "0 or 1", ""};
-    samples.push_back({value[0],
-                       {{value[1], value[2], value[3]},
-                        glm::dquat(value[7], value[4], value[5], value[6]),
-                        value[8] != 0}});
+    if (value[k_button] != 0 && value[k_button] != 1)
+      return Error{"a button is neither 0 nor 1", at, std::to_string(value[k_button]), "0 or 1", ""};
+    const double bits = column[k_buttons] < 0 ? value[k_button] : value[k_buttons];
+    if (!(bits >= 0 && bits <= 0xffffffffu && bits == std::floor(bits)))
+      return Error{"buttons are no bits", at, std::to_string(bits), "a whole number from 0 to 4294967295",
+                   ""};
+    Pose pose{{value[1], value[2], value[3]},
+              glm::dquat(value[7], value[4], value[5], value[6]),
+              static_cast<std::uint32_t>(bits)};
+    for (std::size_t a = 0; a < pose.axes.size(); ++a) {
+      if (std::abs(value[k_axis + a]) > k_farthest_axis)
+        return Error{"an axis is out of range", at + ", column " + std::string(k_columns[k_axis + a]),
+                     std::to_string(value[k_axis + a]), "-1e6 to 1e6", ""};
+      pose.axes[a] = static_cast<float>(value[k_axis + a]);
+    }
+    samples.push_back({value[0], pose});
     if (samples.size() > 1 && !(samples.back().t > samples[samples.size() - 2].t))
       return Error{"the path goes back in time", at,
                    std::string(cells[static_cast<std::size_t>(column[0])]) + " s", "strictly rising times",
@@ -136,6 +151,8 @@ Pose PosePath::at(double t) const noexcept {
   glm::dquat to = after->pose.orientation;
   if (glm::dot(pose.orientation, to) < 0) to = -to;
   pose.orientation = glm::normalize(pose.orientation * (1 - f) + to * f);
+  for (std::size_t a = 0; a < pose.axes.size(); ++a)
+    pose.axes[a] += static_cast<float>(f) * (after->pose.axes[a] - pose.axes[a]);
   return pose;
 }
 
@@ -146,13 +163,22 @@ void PosePath::write_csv(std::ostream& out) const {
     out.write(text, last - text);
     out.put(end);
   };
-  out << "t,x,y,z,qx,qy,qz,qw,button\n";
+  // What nobody used has no columns.
+  bool has_more_buttons = false, has_axes = false;
+  for (const Sample& s : samples_) {
+    has_more_buttons = has_more_buttons || s.pose.buttons > 1;
+    has_axes = has_axes || s.pose.axes != std::array<float, 4>{};
+  }
+  out << "t,x,y,z,qx,qy,qz,qw," << (has_more_buttons ? "buttons" : "button")
+      << (has_axes ? ",axis1,axis2,axis3,axis4\n" : "\n");
   for (const Sample& s : samples_) {
     const glm::dquat& q = s.pose.orientation;
     for (const double v :
          {s.t, s.pose.position_world.x, s.pose.position_world.y, s.pose.position_world.z, q.x, q.y, q.z, q.w})
       put(v, ',');
-    out << (s.pose.is_pressed ? "1\n" : "0\n");
+    put(s.pose.buttons, has_axes ? ',' : '\n');
+    for (std::size_t a = 0; has_axes && a < s.pose.axes.size(); ++a)
+      put(static_cast<double>(s.pose.axes[a]), a + 1 < s.pose.axes.size() ? ',' : '\n');
   }
 }
 

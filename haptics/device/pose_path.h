@@ -1,6 +1,9 @@
-// Recorded or planned motion of a stylus: the one path format, `t,x,y,z[,qx,qy,qz,qw][,button]`.
+// Recorded or planned motion of a stylus: the one path format,
+// `t,x,y,z[,qx,qy,qz,qw][,button or buttons][,axis1,axis2,axis3,axis4]`.
 #pragma once
 
+#include <array>
+#include <cstdint>
 #include <glm/gtc/quaternion.hpp>
 #include <glm/vec3.hpp>
 #include <iosfwd>
@@ -11,11 +14,15 @@
 
 namespace trephine::haptics {
 
-/// Where a stylus is: world frame (mm), orientation, button.
+/// Where a stylus is, in the world frame (mm), and what the hand does with its switches.
 struct Pose {
   glm::dvec3 position_world{0.0};
   glm::dquat orientation{1, 0, 0, 0};  ///< w, x, y, z
-  bool is_pressed = true;
+  std::uint32_t buttons = 1;           ///< one bit each; the first is the one that works the tool
+  std::array<float, 4> axes{};  ///< of squeeze, pedals and wheels, as the device counts: 0 to 1, or -1 to 1
+
+  bool is_pressed() const noexcept { return buttons & 1u; }
+  void press(bool is_pressed) noexcept { buttons = (buttons & ~1u) | (is_pressed ? 1u : 0u); }
 };
 
 /// Poses at strictly rising times (s). Sampled linearly in between; before and after, the ends hold.
@@ -27,7 +34,8 @@ class PosePath {
   };
   /// Error when there is no sample, a value is not finite, or a time does not rise; `where` names the source.
   static volume::Result<PosePath> from_samples(std::vector<Sample> samples, const std::string& where);
-  /// Reads CSV with a header line naming the columns. A path without a button column is pressed throughout.
+  /// Reads CSV with a header line naming the columns: `button` is 0 or 1, `buttons` a number whose bits are
+  /// all of them. A path without either is pressed throughout.
   static volume::Result<PosePath> read_csv(std::istream& in, const std::string& where);
 
   /// Not for unsorted access in hot loops: binary search.

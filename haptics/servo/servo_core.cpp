@@ -22,6 +22,15 @@ bool is_place(const dvec3& p) noexcept {
   return true;
 }
 
+/// Numbers all over, whatever they say.
+bool is_finite(const Pose& pose) noexcept {
+  const glm::dquat& q = pose.orientation;
+  float sum = 0;
+  for (const float axis : pose.axes) sum += std::abs(axis);
+  return std::abs(q.w) + std::abs(q.x) + std::abs(q.y) + std::abs(q.z) <= k_farthest_mm &&
+         static_cast<double>(sum) <= k_farthest_mm;
+}
+
 /// Where voxels can still be counted, however small they are.
 bool is_in_reach(const volume::Frame& frame, const dvec3& p) noexcept {
   const dvec3 v = frame.volume_from_world(p);
@@ -164,7 +173,7 @@ ServoRecord ServoCore::step(const ServoScene& seen, const ServoInput& input) noe
   std::uint32_t faults = input.faults;
   wanted_ = dvec3(0);
   const dvec3& hip = input.pose.position_world;
-  if (is_place(hip) && is_in_reach(scene, hip) && (faults & fault_not_finite) == 0) {
+  if (is_place(hip) && is_finite(input.pose) && is_in_reach(scene, hip) && (faults & fault_not_finite) == 0) {
     const bool has_grown = mine.way && mine.way->serial > way_.serial;
     if (has_grown) {
       way_ = *mine.way;
@@ -202,7 +211,7 @@ ServoRecord ServoCore::step(const ServoScene& seen, const ServoInput& input) noe
     record.shape = step_.shape;
     record.side = step_.side;
   } else {
-    record.pose.position_world = dvec3(0);
+    record.pose = Pose{dvec3(0), {1, 0, 0, 0}, input.pose.buttons};
     faults |= fault_not_finite;
   }
   record.raised = faults;
@@ -213,7 +222,7 @@ ServoRecord ServoCore::step(const ServoScene& seen, const ServoInput& input) noe
     if (faults & fault_not_finite) passivity_.lose_sight();
   }
   // Without a force there is no hand on the tool, and a tool on its way out rests: nothing is cut.
-  if ((record.faults & k_latched_faults) || is_led_) record.pose.is_pressed = false;
+  if ((record.faults & k_latched_faults) || is_led_) record.pose.buttons = 0;
   tell(record);
   account(record);
   record.energy = energy_;

@@ -43,7 +43,7 @@ struct ServoRecord {
   std::uint64_t tick = 0;
   double t = 0;               ///< s since the start
   std::uint64_t version = 0;  ///< serial of the ServoScene that the tick saw
-  Pose pose;                  ///< not pressed while a fault is latched or the proxy is led out
+  Pose pose;                  ///< no button while a fault is latched or the proxy is led out
   glm::dvec3 proxy_world{0.0}, normal_world{0.0}, force_world{0.0};
   bool has_contact = false, is_buried = false;
   bool is_led = false;  ///< matter grew over the proxy and it is on its way out

@@ -115,17 +115,18 @@ TEST_F(Window, DrillsNothingOnceItIsNoLongerInFront) {
   ASSERT_TRUE(QTest::qWaitFor([&] { return window.operation()->picture().triangle_count() > 1000; }, 10000));
   const QPoint middle = window.canvas()->rect().center();
   for (const bool is_key : {true, false}) {
+    QTest::mouseMove(window.canvas(), middle + QPoint(1, 0));  // from where it is, it would be no move
     QTest::mouseMove(window.canvas(), middle);
-    ASSERT_TRUE(QTest::qWaitFor([&] { return window.operation()->state().newest.has_contact; }, 3000));
+    ASSERT_TRUE(QTest::qWaitFor([&] { return window.operation()->state().newest.has_contact; }, 20000));
     const double before = window.operation()->state().removed_mm3;
     if (is_key)
       QTest::keyPress(&window, Qt::Key_Space);
     else
       QTest::mousePress(window.canvas(), Qt::LeftButton, {}, middle);
-    ASSERT_TRUE(QTest::qWaitFor([&] { return window.operation()->state().removed_mm3 > before + 1; }, 5000));
+    ASSERT_TRUE(QTest::qWaitFor([&] { return window.operation()->state().removed_mm3 > before + 1; }, 20000));
     QEvent other(QEvent::WindowDeactivate);
     QApplication::sendEvent(&window, &other);
-    ASSERT_TRUE(QTest::qWaitFor([&] { return !window.operation()->state().newest.pose.is_pressed; }, 2000));
+    ASSERT_TRUE(QTest::qWaitFor([&] { return !window.operation()->state().newest.pose.is_pressed(); }, 20000));
     const double left = window.operation()->state().removed_mm3;
     QTest::qWait(300);
     EXPECT_EQ(window.operation()->state().removed_mm3, left);
@@ -151,30 +152,30 @@ TEST_F(Window, TouchDrillUndoSaveAndQuit) {
 
     // Touch: the stylus rides on what is under the cursor.
     QTest::mouseMove(window.canvas(), middle);
-    EXPECT_TRUE(QTest::qWaitFor([&] { return window.operation()->state().newest.has_contact; }, 3000));
+    EXPECT_TRUE(QTest::qWaitFor([&] { return window.operation()->state().newest.has_contact; }, 20000));
     EXPECT_EQ(window.operation()->state().removed_mm3, 0);
     EXPECT_FALSE(child<QPushButton>(window, "undo")->isEnabled());
 
     // Drill: hold the button.
     QTest::mousePress(window.canvas(), Qt::LeftButton, {}, middle);
-    EXPECT_TRUE(QTest::qWaitFor([&] { return window.operation()->state().removed_mm3 > 3; }, 5000));
+    EXPECT_TRUE(QTest::qWaitFor([&] { return window.operation()->state().removed_mm3 > 3; }, 20000));
     keep(window, "drilling");
     QTest::mouseRelease(window.canvas(), Qt::LeftButton, {}, middle);
-    EXPECT_TRUE(QTest::qWaitFor([&] { return window.operation()->state().strokes == 1; }, 2000));
+    EXPECT_TRUE(QTest::qWaitFor([&] { return window.operation()->state().strokes == 1; }, 20000));
     EXPECT_TRUE(child<QLabel>(window, "removed")->text().contains("1 stroke"));
 
     // Undo by button, redo by key, undo by menu.
     const double removed = window.operation()->state().removed_mm3;
     QTest::mouseClick(child<QPushButton>(window, "undo"), Qt::LeftButton);
-    EXPECT_TRUE(QTest::qWaitFor([&] { return window.operation()->state().removed_mm3 == 0; }, 2000));
+    EXPECT_TRUE(QTest::qWaitFor([&] { return window.operation()->state().removed_mm3 == 0; }, 20000));
     QTest::keyClick(&window, Qt::Key_Y);
-    EXPECT_TRUE(QTest::qWaitFor([&] { return window.operation()->state().removed_mm3 == removed; }, 2000));
+    EXPECT_TRUE(QTest::qWaitFor([&] { return window.operation()->state().removed_mm3 == removed; }, 20000));
     // A trackpad's way: Space presses, too.
     child<QDoubleSpinBox>(window, "burr")->setValue(6);
     QTest::keyPress(&window, Qt::Key_Space);
-    EXPECT_TRUE(QTest::qWaitFor([&] { return window.operation()->state().removed_mm3 > removed + 2; }, 5000));
+    EXPECT_TRUE(QTest::qWaitFor([&] { return window.operation()->state().removed_mm3 > removed + 2; }, 20000));
     QTest::keyRelease(&window, Qt::Key_Space);
-    EXPECT_TRUE(QTest::qWaitFor([&] { return window.operation()->state().strokes == 2; }, 2000));
+    EXPECT_TRUE(QTest::qWaitFor([&] { return window.operation()->state().strokes == 2; }, 20000));
 
     // Views, depth, clip plane, help, larger text: everything that is there answers.
     const int depth = child<QSlider>(window, "depth")->value();
@@ -246,7 +247,7 @@ TEST_F(Window, OpensOthersShowsErrorsAndTakesAnotherShape) {
   MainWindow window(scene_, options_);
   window.show();
   ASSERT_TRUE(QTest::qWaitForWindowExposed(&window));
-  const auto wait_opened = [&] { return QTest::qWaitFor([&] { return !window.is_opening(); }, 5000); };
+  const auto wait_opened = [&] { return QTest::qWaitFor([&] { return !window.is_opening(); }, 20000); };
   window.open_source("bad");
   ASSERT_TRUE(wait_opened());
   auto* box = window.findChild<QMessageBox*>("error");
@@ -265,8 +266,8 @@ TEST_F(Window, OpensOthersShowsErrorsAndTakesAnotherShape) {
   QDropEvent drop(QPointF(50, 50), Qt::CopyAction, &mime, Qt::LeftButton, {});
   QApplication::sendEvent(&window, &drop);
   ASSERT_TRUE(wait_opened());
-  EXPECT_TRUE(QTest::qWaitFor([&] { return window.windowTitle().startsWith("another ball"); }, 2000));
-  EXPECT_TRUE(QTest::qWaitFor([&] { return window.operation()->picture().triangle_count() > 500; }, 5000));
+  EXPECT_TRUE(QTest::qWaitFor([&] { return window.windowTitle().startsWith("another ball"); }, 20000));
+  EXPECT_TRUE(QTest::qWaitFor([&] { return window.operation()->picture().triangle_count() > 500; }, 20000));
 
   // Another window of intensities: seen at once, used when wanted.
   const std::size_t before = window.operation()->picture().triangle_count();
@@ -281,11 +282,11 @@ TEST_F(Window, OpensOthersShowsErrorsAndTakesAnotherShape) {
   QTest::mouseClick(child<QPushButton>(window, "keep_shape"), Qt::LeftButton);
   EXPECT_EQ(child<QDoubleSpinBox>(window, "low")->value(), 300);
   EXPECT_TRUE(
-      QTest::qWaitFor([&] { return window.operation()->picture().triangle_count() == before; }, 3000));
+      QTest::qWaitFor([&] { return window.operation()->picture().triangle_count() == before; }, 20000));
   child<QDoubleSpinBox>(window, "low")->setValue(1200);
   QTest::qWait(200);
   QTest::mouseClick(child<QPushButton>(window, "use_shape"), Qt::LeftButton);
-  EXPECT_TRUE(QTest::qWaitFor([&] { return window.windowTitle().startsWith("reshaped"); }, 5000));
+  EXPECT_TRUE(QTest::qWaitFor([&] { return window.windowTitle().startsWith("reshaped"); }, 20000));
   EXPECT_EQ(reshaped_low_, 1200);
   window.close();
 }
@@ -318,7 +319,7 @@ TEST_F(Window, PlaysASessionPausedAtAnySpeedAndToAnyMoment) {
   MainWindow window(scene_, options_);
   window.show();
   ASSERT_TRUE(QTest::qWaitForWindowExposed(&window));
-  EXPECT_TRUE(QTest::qWaitFor([&] { return window.replay()->seconds() > 0.2; }, 5000));
+  EXPECT_TRUE(QTest::qWaitFor([&] { return window.replay()->seconds() > 0.2; }, 20000));
   QTest::keyClick(&window, Qt::Key_Space);
   EXPECT_FALSE(window.replay()->is_playing());
   const double paused = window.replay()->seconds();
@@ -335,7 +336,7 @@ TEST_F(Window, PlaysASessionPausedAtAnySpeedAndToAnyMoment) {
   EXPECT_LT(window.replay()->edits().removed_mm3(), late);
   child<QComboBox>(window, "speed")->setCurrentIndex(5);
   QTest::mouseClick(child<QPushButton>(window, "play"), Qt::LeftButton);
-  EXPECT_TRUE(QTest::qWaitFor([&] { return window.replay()->seconds() >= 2; }, 2000))
+  EXPECT_TRUE(QTest::qWaitFor([&] { return window.replay()->seconds() >= 2; }, 20000))
       << "at 20 times real time";
   EXPECT_FALSE(replay.mismatch().has_value());
   window.close();

@@ -156,7 +156,7 @@ TEST(RoundSession, LiveUndoneInContactReplaysToTheBit) {
     std::this_thread::sleep_for(std::chrono::milliseconds(1));
     const LiveState s = live.look();
     if (s.newest.faults & haptics::k_latched_faults) live.reset_faults();
-    if (s.can_undo && s.newest.pose.is_pressed && s.newest.has_contact && s.newest.t > 0.3 * (done + 1)) {
+    if (s.can_undo && s.newest.pose.is_pressed() && s.newest.has_contact && s.newest.t > 0.3 * (done + 1)) {
       live.undo();
       if (++done % 3 == 0) live.redo();
     }

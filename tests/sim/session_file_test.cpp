@@ -387,7 +387,7 @@ TEST(Session, DrillsUndoesAndReplaysInEveryFrameUnitAndMask) {
         for (int i = from; i < to; ++i) {
           haptics::Pose pose = slide.at(1e-3 * i);
           pose.position_world *= scan.unit;
-          pose.is_pressed = is_pressed;
+          pose.press(is_pressed);
           const haptics::ServoRecord r = run.step(pose);
           contacts += r.has_contact;
           EXPECT_TRUE(glm::length(r.force_world) <= 10.0001) << i;
@@ -414,6 +414,37 @@ TEST(Session, DrillsUndoesAndReplaysInEveryFrameUnitAndMask) {
     EXPECT_EQ(v.hash, hash);
     EXPECT_EQ(v.removed, removed);
   }
+}
+
+TEST(Session, KeepsButtonsAndAxesOfEveryHand) {
+  std::mt19937 random(8);
+  std::vector<haptics::ServoRecord> told;
+  ItemEncoder encoder;
+  std::array<haptics::Pose, 2> poses;
+  for (int i = 0; i < 400; ++i)
+    for (std::uint8_t hand = 0; hand < 2; ++hand) {
+      haptics::Pose& pose = poses[hand];
+      if (random() % 5 == 0)
+        pose.buttons = static_cast<std::uint32_t>(random() % 3 == 0 ? random() : random() % 2);
+      if (random() % 7 == 0) pose.axes[random() % 4] = 0.25f * static_cast<float>(random() % 5);
+      haptics::ServoRecord record;
+      record.tick = static_cast<std::uint64_t>(i);
+      record.hand = hand;
+      record.pose = pose;
+      encoder.add(record);
+      told.push_back(record);
+    }
+  const std::string bytes = encoder.take();
+  ItemDecoder decoder(bytes);
+  for (const haptics::ServoRecord& record : told) {
+    const auto item = decoder.next();
+    ASSERT_TRUE(item.is_ok());
+    const haptics::ServoRecord& read = std::get<TickItem>(item.value()).record;
+    ASSERT_EQ(read.hand, record.hand);
+    ASSERT_EQ(read.pose.buttons, record.pose.buttons);
+    ASSERT_EQ(read.pose.axes, record.pose.axes);
+  }
+  EXPECT_TRUE(decoder.is_at_end());
 }
 
 }  // namespace

@@ -51,7 +51,7 @@ void record_live(const std::string& path, int undos, double rate, std::uint64_t*
     const LiveState s = live.look();
     if (s.newest.faults & haptics::k_latched_faults) live.reset_faults();
     // While the burr is in its hole: the bone grows over it.
-    if (s.can_undo && s.newest.pose.is_pressed && s.newest.has_contact && s.newest.t > 0.15 * (done + 1)) {
+    if (s.can_undo && s.newest.pose.is_pressed() && s.newest.has_contact && s.newest.t > 0.15 * (done + 1)) {
       live.undo();
       if (++done % 5 == 0) live.redo();
       if (done == 7) live.apply({Command::Kind::set_tool, 0, "diameter", 2});

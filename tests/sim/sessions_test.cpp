@@ -148,7 +148,7 @@ TEST(Lockstep, GrowthLeadsTheToolOutToTheSideItCameFrom) {
       r = run.step({hand, {1, 0, 0, 0}, true});
       if (!r.is_led) break;
       EXPECT_FALSE(r.is_buried);
-      EXPECT_FALSE(r.pose.is_pressed);
+      EXPECT_FALSE(r.pose.is_pressed());
       EXPECT_LE(glm::length(r.proxy_world - last_proxy), 1e-3 * haptics::k_lead_speed + 1e-9);
       const double force = glm::length(r.force_world);
       if (led > 30) {

@@ -187,6 +187,25 @@ TEST(ServoLoop, LateEditsFadeTheForceBeforeTheRingIsFullAtEveryRate) {
   }
 }
 
+TEST(ServoCore, AnOrientationOrAnAxisThatIsNoNumberIsAFaultAndGoesNoFarther) {
+  const TouchScene scene = scenes::phantom_scene("sphere", grid(32));
+  ImplicitProxy method;
+  ASSERT_FALSE(method.prepare(scene).has_value());
+  const auto seen = seen_by(scene, method);
+  const double bad = std::nan("");
+  Pose turned{{0, 0, 60}, {1, bad, 0, 0}}, squeezed{{0, 0, 60}};
+  squeezed.axes[2] = std::numeric_limits<float>::infinity();
+  for (const Pose& pose : {turned, squeezed}) {
+    ServoCore core({}, 1e-3);
+    EXPECT_EQ(core.step(*seen, {{{0, 0, 60}}}).faults, 0u);
+    const ServoRecord r = core.step(*seen, {pose});
+    EXPECT_TRUE(r.faults & fault_not_finite);
+    EXPECT_EQ(r.pose.orientation, glm::dquat(1, 0, 0, 0));
+    EXPECT_EQ(r.pose.axes, (std::array<float, 4>{}));
+    EXPECT_EQ(r.pose.buttons, 0u);
+  }
+}
+
 TEST(ServoCore, NothingIsCutWhileAFaultHolds) {
   const TouchScene scene = scenes::phantom_scene("sphere", grid(32));
   ImplicitProxy method;
@@ -194,11 +213,11 @@ TEST(ServoCore, NothingIsCutWhileAFaultHolds) {
   const auto owner = seen_by(scene, method);
   const ServoScene& seen = *owner;
   ServoCore core({}, 1e-3);
-  EXPECT_TRUE(core.step(seen, {{{0, 0, 50}}}).pose.is_pressed);
-  EXPECT_FALSE(core.step(seen, {{{0, 0, 40}}, fault_lost_device}).pose.is_pressed);
-  EXPECT_FALSE(core.step(seen, {{{0, 0, 40}}}).pose.is_pressed);
+  EXPECT_TRUE(core.step(seen, {{{0, 0, 50}}}).pose.is_pressed());
+  EXPECT_FALSE(core.step(seen, {{{0, 0, 40}}, fault_lost_device}).pose.is_pressed());
+  EXPECT_FALSE(core.step(seen, {{{0, 0, 40}}}).pose.is_pressed());
   core.reset();
-  EXPECT_TRUE(core.step(seen, {{{0, 0, 50}}}).pose.is_pressed);
+  EXPECT_TRUE(core.step(seen, {{{0, 0, 50}}}).pose.is_pressed());
 }
 
 TEST(ServoLoop, AFaultIsClearedOnRequest) {
@@ -259,7 +278,7 @@ TEST(ServoLoop, ALateWakeFadesTheForceAndLatches) {
     if (faulty == 0 && (record.faults & fault_stale_scene)) faulty = record.tick;
     if (faulty != 0 && record.tick > faulty + 51) {
       ASSERT_EQ(record.force_world, glm::dvec3(0));
-      ASSERT_FALSE(record.pose.is_pressed);
+      ASSERT_FALSE(record.pose.is_pressed());
     }
   }
   EXPECT_GE(faulty, 100u);
