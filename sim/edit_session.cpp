@@ -35,7 +35,7 @@ volume::VoxelBox united(const volume::VoxelBox& a, const volume::VoxelBox& b) no
 }
 
 EditSession::EditSession(std::vector<haptics::ServoHand> hands, std::span<Tool* const> tools, double dt)
-    : scene_(hands[0].scene), dt_(dt), editor_(haptics::untouched(*scene_), fields_of(*scene_)) {
+    : scene_(hands.at(0).scene), dt_(dt), editor_(haptics::untouched(*scene_), fields_of(*scene_)) {
   TREPHINE_ASSERT(hands.size() == tools.size());
   for (Tool* tool : tools) hands_.push_back({tool, false, {}});
   servo_scene_ = std::make_shared<haptics::ServoScene>(haptics::ServoScene{0, std::move(hands)});
@@ -133,9 +133,11 @@ void EditSession::publish(OffsetJob::Offsets offsets, Change change) {
   for (haptics::ServoHand& hand : next->hands) hand.state = now;
   servo_scene_ = next;
   if (change == Change::growth)
-    for (std::size_t h = 0; h < hands_.size(); ++h)
-      if (std::optional<haptics::WayOut> way = way_out(h))
-        next->hands[h].way = std::make_shared<const haptics::WayOut>(std::move(*way));
+    for (std::size_t h = 0; h < hands_.size(); ++h) {
+      haptics::WayOut none;
+      none.serial = next->serial;
+      next->hands[h].way = std::make_shared<const haptics::WayOut>(way_out(h).value_or(none));
+    }
 }
 
 EditOutcome EditSession::go_to(std::size_t position) {

@@ -101,7 +101,8 @@ void ItemEncoder::add(const haptics::ServoRecord& r) {
   if (r.is_restarted) extras |= restart_flag;
   if (r.hand != 0) extras |= hand_flag;
   if (r.pose.buttons > 1) extras |= has_buttons;
-  if (r.pose.axes != (is_first ? std::array<float, 4>{} : last.pose.axes)) extras |= has_axes;
+  const std::array<float, 4> before = is_first ? std::array<float, 4>{} : last.pose.axes;
+  if (std::memcmp(&r.pose.axes, &before, sizeof before) != 0) extras |= has_axes;
   if (r.has_contact != ((flags & has_force) != 0)) extras |= contact_flag;  // contact is where the force is
   if (extras != 0) flags |= has_extras;
   put(bytes_, flags);
@@ -220,6 +221,9 @@ Result<LogItem> ItemDecoder::next() {
   if (!is_whole) return broken("it ends early");
   for (int a = 0; a < 3; ++a)
     if (!(std::abs(r.restart_volume[a]) < 1e9)) return broken("a place that cannot be");
+  if (extras & 0x80 || (extras & has_buttons && r.pose.buttons <= 1) ||
+      r.pose.is_pressed() != ((flags & is_pressed_flag) != 0))
+    return broken("buttons that cannot be");
   r.force_world = force;
   r.has_contact = ((flags & has_force) != 0) != ((extras & contact_flag) != 0);
   last_[hand] = r;

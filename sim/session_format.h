@@ -17,7 +17,8 @@ namespace trephine::sim {
 inline constexpr std::uint32_t k_session_layout =
     4;  // 2: round tools, effects, materials of backs; 3: the smallest burr; 4: buttons and axes
 /// The arithmetic of servo and edits: raised with every change that gives other bits for the same input. A
-/// session of another revision opens for viewing and cannot be verified.
+/// session of another revision opens for viewing and cannot be verified. (A pose whose orientation is no
+/// number, which no path or device of ours can have, is a fault since layout 4.)
 inline constexpr std::uint32_t k_replay_revision = 5;
 
 struct ToolSpec {

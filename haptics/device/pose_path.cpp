@@ -18,7 +18,6 @@ namespace {
 constexpr std::array<std::string_view, 14> k_columns{
     "t", "x", "y", "z", "qx", "qy", "qz", "qw", "button", "buttons", "axis1", "axis2", "axis3", "axis4"};
 constexpr std::size_t k_button = 8, k_buttons = 9, k_axis = 10;
-constexpr double k_farthest_axis = 1e6;
 constexpr const char* k_expected = "t,x,y,z[,qx,qy,qz,qw][,button or buttons][,axis1 to axis4]";
 
 std::vector<std::string_view> split(std::string_view line) {
@@ -73,6 +72,9 @@ Result<PosePath> PosePath::from_samples(std::vector<Sample> samples, const std::
       if (!std::isfinite(v) || std::abs(v) > 1e6)
         return Error{"the path has a value that is no place or time", at, std::to_string(v),
                      "finite numbers below 1e6 (s, mm)", ""};
+    for (const float axis : s.pose.axes)
+      if (!(std::abs(axis) <= Pose::k_farthest_axis))
+        return Error{"the path has an axis out of range", at, std::to_string(axis), "-1e6 to 1e6", ""};
     const glm::dquat& q = s.pose.orientation;
     const double length = q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z;
     if (!(length > 0.25 && length < 4))
@@ -124,7 +126,7 @@ Result<PosePath> PosePath::read_csv(std::istream& in, const std::string& where) 
               glm::dquat(value[7], value[4], value[5], value[6]),
               static_cast<std::uint32_t>(bits)};
     for (std::size_t a = 0; a < pose.axes.size(); ++a) {
-      if (std::abs(value[k_axis + a]) > k_farthest_axis)
+      if (std::abs(value[k_axis + a]) > static_cast<double>(Pose::k_farthest_axis))
         return Error{"an axis is out of range", at + ", column " + std::string(k_columns[k_axis + a]),
                      std::to_string(value[k_axis + a]), "-1e6 to 1e6", ""};
       pose.axes[a] = static_cast<float>(value[k_axis + a]);

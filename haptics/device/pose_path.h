@@ -21,6 +21,8 @@ struct Pose {
   std::uint32_t buttons = 1;           ///< one bit each; the first is the one that works the tool
   std::array<float, 4> axes{};  ///< of squeeze, pedals and wheels, as the device counts: 0 to 1, or -1 to 1
 
+  static constexpr float k_farthest_axis = 1e6f;
+
   bool is_pressed() const noexcept { return buttons & 1u; }
   void press(bool is_pressed) noexcept { buttons = (buttons & ~1u) | (is_pressed ? 1u : 0u); }
 };

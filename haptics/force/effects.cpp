@@ -183,8 +183,10 @@ volume::Result<Effect> parse_effect(const std::string& text) {
 
 namespace {
 
-/// What an effect keeps from tick to tick.
+/// What an effect keeps from tick to tick, and of which effect: another kind, or another track, begins anew.
 struct EffectMemory {
+  std::size_t kind;  ///< one more than its index
+  dvec3 start_world, ahead_world;
   double track_end;  ///< mm that a track is long
   double phase;      ///< of a vibration, in turns
   bool has_track, was_in;
@@ -192,6 +194,13 @@ struct EffectMemory {
 
 void step_effect(const Effect& effect, EffectMemory& memory, const LawInput& input, LawForces& sum) noexcept {
   const dvec3& hip = input.hip_world;
+  const auto* track = std::get_if<LineTrack>(&effect.kind);
+  if (memory.kind != effect.kind.index() + 1 ||
+      (track && (memory.start_world != track->start_world || memory.ahead_world != track->ahead_world))) {
+    memory = EffectMemory{};
+    memory.kind = effect.kind.index() + 1;
+    if (track) memory.start_world = track->start_world, memory.ahead_world = track->ahead_world;
+  }
   const auto render = [&](const dvec3& force) { sum.rendered_world += limited(force, effect.most); };
   const auto give = [&](const dvec3& force) { sum.active_world += limited(force, effect.most); };
   if (const auto* constant = std::get_if<ConstantForce>(&effect.kind)) {

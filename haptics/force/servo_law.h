@@ -86,7 +86,7 @@ class LawMemory {
   LawForces step(const LawSet& set, LawInput input) noexcept;
   /// Forgets motion and memories.
   void reset() noexcept { count_ = 0, has_last_ = false, velocity_ = glm::dvec3(0); }
-  bool is_empty() const noexcept { return count_ == 0; }
+  bool is_empty() const noexcept { return count_ == 0 && !has_last_; }
 
  private:
   struct Slot {

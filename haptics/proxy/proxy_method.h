@@ -86,14 +86,15 @@ struct ProxyStep {
   bool has_contact = false;
   int shape = -1;  ///< the touched item
   Side side = Side::none;
-  bool is_buried = false;         ///< matter grew over the proxy; it was set free at the HIP, without force
-  glm::dvec3 carried_world{0.0};  ///< mm that what is touched moved by, there, since the last step
+  bool is_buried = false;  ///< matter grew over the proxy; it was set free at the HIP, without force
+  glm::dvec3 carried_world{
+      0.0};  ///< mm that what is touched moved by, there, since the last step; method `scene`
   int waypoint_count = 0;
   std::array<glm::dvec3, k_max_waypoints>
       path_volume;  ///< from the old proxy to the new one, each leg checked
   ProxyCounters counters;
 
-  /// Where there is room.
+  /// There must be room: k_max_waypoints holds the longest path of every method.
   void add_waypoint(const glm::dvec3& p_volume) noexcept {
     path_volume[static_cast<std::size_t>(waypoint_count++)] = p_volume;
   }

@@ -74,6 +74,7 @@ ProxyStep SceneProxy::step(const TouchScene& scene, const TouchState& seen, Prox
   ProxyStep result;
   result.normal_world = dvec3(0);
   const Placements now = placements_of(scene, layout_, input);
+  const int rubbed = state.touched;
   dvec3 start = state.has_proxy ? base.world_from_volume(state.proxy_volume) : input.hip_world;
   const bool has_moved = state.has_proxy && around.has_placements && now != around.placements;
   if (has_moved) {
@@ -99,7 +100,9 @@ ProxyStep SceneProxy::step(const TouchScene& scene, const TouchState& seen, Prox
       if (before == now[m] || shape < 0) continue;
       const TouchItem& mesh = item_of(scene, shape);
       const dvec3 a = before.local_from_world(start), along = now[m].world_from_local(a);
-      if (state.touched == shape) {
+      const bool may_touch = holds(scene, around.let_through, shape, Side::front) ||
+                             holds(scene, around.let_through, shape, Side::back);
+      if (state.touched == shape && may_touch) {
         result.carried_world = along - start;
         const bool has_friction = mesh.material.static_friction > 0 || mesh.material.dynamic_friction > 0;
         if (has_friction && move_to(along, shape)) continue;
@@ -127,7 +130,9 @@ ProxyStep SceneProxy::step(const TouchScene& scene, const TouchState& seen, Prox
   const bool was_buried = result.is_buried;
   slide(scene, walls, base, state, input.hip_world, result);
   result.is_buried = result.is_buried || was_buried;
-  state.touched = result.has_contact && item_of(scene, result.shape).mover >= 0 ? result.shape : -1;
+  const int touched = result.has_contact && item_of(scene, result.shape).mover >= 0 ? result.shape : -1;
+  if (touched != rubbed) result.carried_world = dvec3(0);
+  state.touched = touched;
   return result;
 }
 

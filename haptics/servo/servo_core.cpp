@@ -25,10 +25,9 @@ bool is_place(const dvec3& p) noexcept {
 /// Numbers all over, whatever they say.
 bool is_finite(const Pose& pose) noexcept {
   const glm::dquat& q = pose.orientation;
-  float sum = 0;
-  for (const float axis : pose.axes) sum += std::abs(axis);
-  return std::abs(q.w) + std::abs(q.x) + std::abs(q.y) + std::abs(q.z) <= k_farthest_mm &&
-         static_cast<double>(sum) <= k_farthest_mm;
+  bool is_good = std::abs(q.w) + std::abs(q.x) + std::abs(q.y) + std::abs(q.z) <= k_farthest_mm;
+  for (const float axis : pose.axes) is_good = is_good && std::abs(axis) <= Pose::k_farthest_axis;
+  return is_good;
 }
 
 /// Where voxels can still be counted, however small they are.
@@ -105,9 +104,13 @@ void ServoCore::find_ready(const ServoHand& mine, const dvec3& hip) noexcept {
   }
 }
 
-/// Another scene or method: what was known of its surroundings is out of date.
+/// Another scene or method: what was known of its surroundings is out of date, and items may be gone.
 void ServoCore::adopt(const ServoHand& mine) noexcept {
   layout_ = mine.layout;
+  popped_shape_ = last_shape_ = -1;
+  if (touched_ >= item_count(*mine.scene)) touched_ = 0;
+  told_not_ready_ = ShapeSet{};
+  state_.touched = -1;
   state_.around.near_radius = 0;
   state_.around.has_placements = false;
   state_.plane = PlaneMemory{};
@@ -152,6 +155,7 @@ void ServoCore::tell(ServoRecord& record) noexcept {
 }
 
 ServoRecord ServoCore::step(const ServoScene& seen, const ServoInput& input) noexcept {
+  if (hand_ >= seen.hands.size()) return without_scene(seen, input);
   const ServoHand& mine = seen.hands[hand_];
   const TouchScene& scene = *mine.scene;
   if (mine.layout != layout_) adopt(mine);
@@ -174,10 +178,16 @@ ServoRecord ServoCore::step(const ServoScene& seen, const ServoInput& input) noe
   wanted_ = dvec3(0);
   const dvec3& hip = input.pose.position_world;
   if (is_place(hip) && is_finite(input.pose) && is_in_reach(scene, hip) && (faults & fault_not_finite) == 0) {
+    // What grew before the first tick grew over nobody.
+    if (is_fresh_ && mine.way) way_.serial = mine.way->serial;
+    is_fresh_ = false;
     const bool has_grown = mine.way && mine.way->serial > way_.serial;
     if (has_grown) {
       way_ = *mine.way;
-      if (is_led_) begin_lead(mine, hip);
+      if (is_led_ && way_.count > 0)
+        begin_lead(mine, hip);
+      else if (is_led_)
+        let_go();
     }
     find_ready(mine, hip);
     let_through_what_is_off(mine);
@@ -185,7 +195,7 @@ ServoRecord ServoCore::step(const ServoScene& seen, const ServoInput& input) noe
       step_ = mine.method->step(scene, mine.state, state_,
                                 {hip, std::span(mine.placements.data(), mine.placement_count)});
       if (step_.has_contact) touched_ = step_.shape;
-      if (step_.is_buried && has_grown) begin_lead(mine, hip);
+      if (step_.is_buried && has_grown && way_.count > 0) begin_lead(mine, hip);
     }
     if (is_led_) lead(mine, hip);
     cap_ = is_led_ ? k_lead_force : std::min(force_limit_, cap_ + k_lead_recovery * dt_);
@@ -234,6 +244,21 @@ ServoRecord ServoCore::step(const ServoScene& seen, const ServoInput& input) noe
   return record;
 }
 
+/// A scene that does not know this hand: nothing is felt.
+ServoRecord ServoCore::without_scene(const ServoScene& seen, const ServoInput& input) noexcept {
+  ServoRecord record;
+  record.tick = tick_;
+  record.t = static_cast<double>(tick_) * dt_;
+  record.version = seen.serial;
+  record.pose = Pose{dvec3(0), {1, 0, 0, 0}, 0};
+  record.hand = static_cast<std::uint8_t>(hand_);
+  record.raised = input.faults | fault_stale_scene;
+  record.force_world = skip(record.raised);
+  record.faults = guard_.faults();
+  record.energy = energy_;
+  return record;
+}
+
 /// Of a force that the guard let out, what effects did not make: it limits all parts alike.
 dvec3 ServoCore::passive_part(const dvec3& rendered) const noexcept {
   const double wanted = glm::dot(wanted_, wanted_);
@@ -250,6 +275,13 @@ dvec3 ServoCore::skip(std::uint32_t faults, std::uint64_t count) noexcept {
     if (guard_.is_faded()) break;
   }
   return last_force_;
+}
+
+/// Matter grew with no way out of it: set free where the hand is, without force.
+void ServoCore::let_go() noexcept {
+  is_led_ = false;
+  state_.forget();
+  force_.reset();
 }
 
 void ServoCore::begin_lead(const ServoHand& mine, const dvec3& hip_world) noexcept {
@@ -288,6 +320,7 @@ void ServoCore::lead(const ServoHand& mine, const dvec3& hip_world) noexcept {
   step_.shape = touched_;
   step_.is_buried = false;
   step_.side = Side::front;
+  step_.carried_world = dvec3(0);
   step_.waypoint_count = 0;
 }
 

@@ -96,7 +96,9 @@ class ServoCore {
   const EnergyLedger& energy() const noexcept { return energy_; }
 
  private:
+  ServoRecord without_scene(const ServoScene& seen, const ServoInput& input) noexcept;
   void adopt(const ServoHand& mine) noexcept;
+  void let_go() noexcept;
   void begin_lead(const ServoHand& mine, const glm::dvec3& hip_world) noexcept;
   void lead(const ServoHand& mine, const glm::dvec3& hip_world) noexcept;
   glm::dvec3 passive_part(const glm::dvec3& rendered) const noexcept;
@@ -119,7 +121,7 @@ class ServoCore {
   glm::dvec3 wanted_{0.0}, active_{0.0};
 
   WayOut way_;  ///< the newest that was seen
-  bool is_led_ = false;
+  bool is_led_ = false, is_fresh_ = true;
   std::uint32_t next_place_ = 0;
   glm::dvec3 anchor_volume_{0.0};
   double cap_;  ///< N, of the force after a lead

@@ -4,12 +4,32 @@
 
 namespace trephine::haptics {
 
+namespace {
+bool has_any_pop(const TouchScene& scene) {
+  for (int i = 0; i < item_count(scene); ++i)
+    for (const Side side : {Side::front, Side::back})
+      if (material_of(scene, i, side).pop_force > 0) return true;
+  return false;
+}
+}  // namespace
+
 ServoHand::ServoHand(std::shared_ptr<const TouchScene> items, std::shared_ptr<const ProxyMethod> prepared,
                      TouchState seen, std::shared_ptr<const LawSet> beside)
-    : scene(std::move(items)), method(std::move(prepared)), state(std::move(seen)), laws(std::move(beside)) {
-  for (int i = 0; i < item_count(*scene); ++i)
-    for (const Side side : {Side::front, Side::back})
-      has_pops = has_pops || material_of(*scene, i, side).pop_force > 0;
+    : scene(std::move(items)),
+      method(std::move(prepared)),
+      state(std::move(seen)),
+      laws(std::move(beside)),
+      has_pops(has_any_pop(*scene)) {}
+
+void ServoHand::set_scene(std::shared_ptr<const TouchScene> items,
+                          std::shared_ptr<const ProxyMethod> prepared) {
+  scene = std::move(items);
+  method = std::move(prepared);
+  has_pops = has_any_pop(*scene);
+  ++layout;
+  const auto gone = std::remove_if(parts.begin(), parts.begin() + static_cast<std::ptrdiff_t>(part_count),
+                                   [this](const Part& part) { return part.item >= item_count(*scene); });
+  part_count = static_cast<std::size_t>(gone - parts.begin());
 }
 
 void ServoHand::set_ready(int item, bool is_ready) noexcept {
@@ -36,8 +56,7 @@ void ServoHand::set_placement(int mover, const Placement& placement) noexcept {
 }
 
 ServoScene scene_for_one(const TouchScene& scene, const ProxyMethod& method,
-                         std::shared_ptr<const volume::Version> version,
-                         std::shared_ptr<const LawSet> laws) {
+                         std::shared_ptr<const volume::Version> version, std::shared_ptr<const LawSet> laws) {
   const std::uint64_t serial = version->serial();
   return {serial, {ServoHand(borrowed(scene), borrowed(method), std::move(version), std::move(laws))}};
 }

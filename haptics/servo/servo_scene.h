@@ -19,7 +19,7 @@ namespace trephine::haptics {
 struct WayOut {
   static constexpr std::size_t k_most_places = 64;
   std::uint64_t serial = 0;  ///< of the first ServoScene with that matter
-  std::uint32_t count = 0;   ///< at least one place
+  std::uint32_t count = 0;   ///< of places; 0: none is known, and who is buried is set free
   std::array<glm::dvec3, k_most_places> places_volume;
 };
 
@@ -31,6 +31,9 @@ struct ServoHand {
   std::shared_ptr<const TouchScene> scene;    ///< what it may touch, with its tool's geometry
   std::shared_ptr<const ProxyMethod> method;  ///< prepared for that scene
   std::uint64_t layout = 0;                   ///< another number for another scene or method
+  /// Other items or another method, prepared for them. The base stays, and items that stay keep their
+  /// indices; switches, readiness and places stay too, but for parts of items that are gone.
+  void set_scene(std::shared_ptr<const TouchScene> items, std::shared_ptr<const ProxyMethod> prepared);
   TouchState state;
   std::shared_ptr<const LawSet> laws;  ///< null: no force beside the surfaces'
   std::shared_ptr<const WayOut> way;   ///< the newest; null: none yet
@@ -61,8 +64,8 @@ struct ServoHand {
 
 struct ServoScene {
   static constexpr std::size_t k_most_hands = 4;
-  std::uint64_t serial = 0;  ///< higher in each that is published; ticks record it
-  std::vector<ServoHand> hands;
+  std::uint64_t serial = 0;      ///< higher in each that is published; ticks record it
+  std::vector<ServoHand> hands;  ///< as many in each; a hand without an entry feels nothing, and faults
 };
 
 using ServoChannel = volume::Channel<ServoScene>;

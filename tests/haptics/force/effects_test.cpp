@@ -190,6 +190,11 @@ TEST(Effects, ALawKeepsItsMemoryByItsIdWhileOthersComeAndGo) {
   EXPECT_NEAR(push_at(another, -11), 2, 0.02);
   EXPECT_NEAR(push_at(alone, -3), 0, 0.02);  // forgotten meanwhile: begins anew, here ...
   EXPECT_NEAR(push_at(alone, -6), 2, 0.02);  // ... and resists from there
+  // The same id for another track: what was made in the first is not made in this.
+  Effect beside = parse_effect("line start=0,0,1 ahead=0,0,-1 stiffness=1 resistance=2").value();
+  const LawSet other = set_of({haptics::law_of(beside, 7).value()});
+  EXPECT_NEAR(push_at(other, -1), 0, 0.02);
+  EXPECT_NEAR(push_at(other, -4), 2, 0.02);
 }
 
 TEST(Effects, ActiveOnesGiveAMovingHandNoMoreThanTheirPower) {
@@ -429,6 +434,59 @@ TEST_P(Surfaces, AreReadyWhereTheirBitsAreAndSayWhereTheyAreNot) {
   EXPECT_EQ(servo.count(TouchEvent::ready), 2);
 }
 
+/// Matter grows over a tool that is on its way out of other matter, and no way out of this is known.
+TEST(ServoCore, GrowthWithoutAWayOutSetsTheToolFree) {
+  Servo servo(scene_of_plane());
+  const volume::Frame& frame = servo.scene.base->frame;
+  volume::RemovalEditor editor(std::make_shared<volume::Version>(servo.scene.base),
+                               {servo.scene.items[0].field});
+  const auto solid = servo.hand().state.version;
+  editor.remove({{0, 0, 5}, {0, 0, -9}, 6, false});
+  servo.hand().state = TouchState(editor.publish());
+  servo.step({0, 0, 5});
+  for (double z = 5; z > -5; z -= 0.05) servo.step({0, 0, z});
+  const auto grow = [&](std::uint64_t serial, std::uint32_t places) {
+    WayOut way;
+    way.serial = servo.seen.serial = serial;
+    way.count = places;
+    way.places_volume[0] = frame.volume_from_world({0, 0, 20});
+    servo.hand().state = TouchState(solid);
+    servo.hand().way = std::make_shared<WayOut>(way);
+  };
+  grow(1000, 1);
+  ServoRecord r = servo.step({0, 0, -5});
+  ASSERT_TRUE(r.is_led);
+  for (int i = 0; i < 20; ++i) r = servo.step({0, 0, -5});
+  ASSERT_TRUE(r.is_led);
+  ASSERT_GT(glm::length(r.force_world), 0.1);
+  grow(1001, 0);
+  for (int i = 0; i < 50; ++i) {
+    r = servo.step({0, 0, -5});
+    ASSERT_FALSE(r.is_led);
+    ASSERT_FALSE(r.has_contact);
+  }
+  EXPECT_LT(glm::length(r.force_world), 1e-6);
+  // And one that was never led.
+  Servo other(scene_of_plane());
+  other.hand().way = servo.hand().way;  // grew before its first tick
+  EXPECT_FALSE(other.step({0, 0, -5}).is_led);
+}
+
+TEST(ServoCore, AHandThatTheSceneDoesNotKnowFeelsNothingAndFaults) {
+  Servo servo(scene_of_plane());
+  servo.step({0, 0, 5});
+  for (double z = 5; z > -2; z -= 0.05) servo.step({0, 0, z});
+  ServoScene nobody{7, {}};
+  ServoInput input;
+  input.pose.position_world = {0, 0, -2};
+  ServoRecord r;
+  for (int i = 0; i < 200; ++i) r = servo.core.step(nobody, input);
+  EXPECT_TRUE(r.faults & fault_stale_scene);
+  EXPECT_EQ(r.force_world, dvec3(0));
+  EXPECT_EQ(r.pose.buttons, 0u);
+  EXPECT_EQ(r.version, 7u);
+}
+
 /// The next scene may have another item, another place of a model, another tool: what is under way goes on.
 TEST(ServoCore, TakesWhatTheNextSceneSays) {
   Servo servo(scene_of_plane(), "scene");
@@ -443,9 +501,7 @@ TEST(ServoCore, TakesWhatTheNextSceneSays) {
   wider->items.back().mover = 0;
   const std::shared_ptr<ProxyMethod> method = make_method("scene").value();
   ASSERT_FALSE(method->prepare(*wider).has_value());
-  ServoHand next = servo.hand();
-  next.scene = wider, next.method = method, next.layout = 1;
-  servo.hand() = next;
+  servo.hand().set_scene(wider, method);
   ServoRecord r;
   for (double x = 0.2; x < 6; x += 0.02) {
     r = servo.step({x, 0.1, -2});
