@@ -165,7 +165,8 @@ TEST(RoundSession, LiveUndoneInContactReplaysToTheBit) {
   live.stop();
   EXPECT_GT(live.offset_report().count, 0u);
   EXPECT_GT(live.offset_report().longest_seconds, 0);
-  EXPECT_LT(too_free(bench.scene, live.edits()), 0.1 + 0.02 * bench.scene.tool_radius);
+  // Two fields, each within so much of the truth.
+  EXPECT_LT(too_free(bench.scene, live.edits()), 2 * (0.1 + 0.02 * bench.scene.tool_radius));
   const std::uint64_t hash = live.edits().current()->content_hash();
   EXPECT_FALSE(writer->finish(live.edits(), live.servo_report().dropped).has_value());
   const Verdict v = replay(path);
