@@ -20,6 +20,8 @@ template <class... Lambdas>
 struct Overloaded : Lambdas... {
   using Lambdas::operator()...;
 };
+template <class... Lambdas>
+Overloaded(Lambdas...) -> Overloaded<Lambdas...>;
 
 /// The place of a field in a value that is only read.
 FieldPlace place_in(const Field& field, const void* value) noexcept {
