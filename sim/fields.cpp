@@ -1,18 +1,16 @@
 #include "sim/fields.h"
 
 #include <algorithm>
-#include <bit>
 #include <charconv>
 #include <cmath>
-#include <cstring>
+
+#include "sim/bytes.h"
 
 namespace trephine::sim {
 
 using glm::dvec3;
 using volume::Error;
 using volume::Status;
-
-static_assert(std::endian::native == std::endian::little, "fields are written little endian");
 
 namespace {
 
@@ -116,11 +114,6 @@ Status check_field(const Schema& schema, const Field& field, const FieldPlace& p
 
 // ---- bytes ----
 
-template <class T>
-void put(std::string& out, const T& value) {
-  static_assert(std::is_trivially_copyable_v<T>);
-  out.append(reinterpret_cast<const char*>(&value), sizeof value);
-}
 void put_one(std::string& out, bool v) { put(out, static_cast<std::uint8_t>(v)); }
 void put_one(std::string& out, const std::string& v) {
   put(out, static_cast<std::uint32_t>(v.size()));
@@ -136,14 +129,6 @@ void put_one(std::string& out, const T& v) {
   put(out, v);
 }
 
-template <class T>
-bool get(std::string_view& in, T& value) {
-  static_assert(std::is_trivially_copyable_v<T>);
-  if (in.size() < sizeof value) return false;
-  std::memcpy(&value, in.data(), sizeof value);
-  in.remove_prefix(sizeof value);
-  return true;
-}
 bool get_one(std::string_view& in, bool& v) {
   std::uint8_t byte = 0;
   if (!get(in, byte) || byte > 1) return false;

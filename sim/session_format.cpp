@@ -1,12 +1,12 @@
 #include "sim/session_format.h"
 
-#include <bit>
 #include <charconv>
 #include <cmath>
 #include <cstring>
 #include <type_traits>
 
 #include "haptics/force/effects.h"
+#include "sim/bytes.h"
 #include "volume/mix_hash.h"
 
 namespace trephine::sim {
@@ -14,8 +14,6 @@ namespace trephine::sim {
 using glm::dvec3;
 using volume::Error;
 using volume::Result;
-
-static_assert(std::endian::native == std::endian::little, "session files are little endian");
 
 namespace {
 
@@ -39,23 +37,6 @@ enum ExtraFlag : std::uint8_t {
   has_axes = 64,
 };
 constexpr std::uint8_t k_command = 0x80, k_version = 0x81, k_hash = 0x82;
-
-template <class T>
-void put(std::string& out, const T& value) {
-  static_assert(std::is_trivially_copyable_v<T>);
-  const std::size_t at = out.size();
-  out.resize(at + sizeof value);
-  std::memcpy(out.data() + at, &value, sizeof value);
-}
-
-template <class T>
-bool get(std::string_view& in, T& value) {
-  static_assert(std::is_trivially_copyable_v<T>);
-  if (in.size() < sizeof value) return false;
-  std::memcpy(&value, in.data(), sizeof value);
-  in.remove_prefix(sizeof value);
-  return true;
-}
 
 bool same_bits(const dvec3& a, const dvec3& b) { return std::memcmp(&a, &b, sizeof a) == 0; }
 bool same_bits(const glm::dquat& a, const glm::dquat& b) { return std::memcmp(&a, &b, sizeof a) == 0; }

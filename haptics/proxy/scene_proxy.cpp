@@ -14,6 +14,8 @@ namespace {
 
 constexpr double k_look_around = 8;  // mm beyond what a step needs, so that few steps have to look
 
+bool has_friction(const Material& m) noexcept { return m.static_friction > 0 || m.dynamic_friction > 0; }
+
 using Placements = std::array<Placement, TouchScene::k_max_movers>;
 
 /// Of the meshes that move; however many stand still.
@@ -104,8 +106,9 @@ ProxyStep SceneProxy::step(const TouchScene& scene, const TouchState& seen, Prox
                              holds(scene, around.let_through, shape, Side::back);
       if (state.touched == shape && may_touch) {
         result.carried_world = along - start;
-        const bool has_friction = mesh.material.static_friction > 0 || mesh.material.dynamic_friction > 0;
-        if (has_friction && move_to(along, shape)) continue;
+        const bool is_rough =
+            has_friction(mesh.material) || (mesh.back_material && has_friction(*mesh.back_material));
+        if (is_rough && move_to(along, shape)) continue;
       }
       const dvec3 b = now[m].local_from_world(start);
       FacetHit hit;

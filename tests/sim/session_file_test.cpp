@@ -445,6 +445,14 @@ TEST(Session, KeepsButtonsAndAxesOfEveryHand) {
     ASSERT_EQ(read.pose.axes, record.pose.axes);
   }
   EXPECT_TRUE(decoder.is_at_end());
+  // Bytes that say of the first button both that it is pressed and that it is not.
+  haptics::ServoRecord second_button;
+  second_button.pose.buttons = 2;
+  encoder.add(second_button);
+  std::string torn = encoder.take();
+  EXPECT_TRUE(ItemDecoder(torn).next().is_ok());
+  torn[0] = static_cast<char>(torn[0] ^ 8);
+  EXPECT_FALSE(ItemDecoder(torn).next().is_ok());
 }
 
 }  // namespace

@@ -487,6 +487,35 @@ TEST(ServoCore, AHandThatTheSceneDoesNotKnowFeelsNothingAndFaults) {
   EXPECT_EQ(r.version, 7u);
 }
 
+/// A wall that was pressed through, touched and not wholly ready is gone in the next scene.
+TEST(ServoCore, WhatIsGoneIsForgotten) {
+  Servo servo(scene_of_plane(), "scene");
+  const TouchScene narrow = servo.scene;
+  const std::shared_ptr<ProxyMethod> method_of_narrow = make_method("scene").value();
+  ASSERT_FALSE(method_of_narrow->prepare(narrow).has_value());
+  auto wider = std::make_shared<TouchScene>(narrow);
+  const std::vector<dvec3> corners{{-9, -9, 3}, {9, -9, 3}, {9, 9, 3}, {-9, 9, 3}};
+  wider->items.push_back(
+      mesh_item("film", std::make_shared<MeshTree>(corners, std::vector<std::uint32_t>{0, 1, 2, 0, 2, 3})));
+  wider->items.back().material.pop_force = 0.2;
+  const std::shared_ptr<ProxyMethod> method = make_method("scene").value();
+  ASSERT_FALSE(method->prepare(*wider).has_value());
+  servo.hand().set_scene(wider, method);
+  for (double z = 5; z > 2.2; z -= 0.02) servo.step({0.2, 0.1, z});
+  ASSERT_EQ(servo.count(TouchEvent::popped), 1);
+  servo.hand().set_ready(1, volume::VoxelBox{{0, 0, 0}, {-1, -1, -1}});
+  servo.hand().set_touchable(1, false);
+  servo.step({0.2, 0.1, 2.2});
+  servo.hand().set_scene(borrowed(narrow), method_of_narrow);
+  EXPECT_EQ(servo.hand().part_count, 0u);
+  EXPECT_FALSE(servo.hand().has_pops);
+  EXPECT_TRUE(servo.hand().untouchable.is_empty() && servo.hand().not_ready.is_empty());
+  ServoRecord r;
+  for (double z = 2.2; z > -2; z -= 0.05) r = servo.step({0.2, 0.1, z});
+  EXPECT_TRUE(r.has_contact);
+  EXPECT_EQ(r.shape, 0);
+}
+
 /// The next scene may have another item, another place of a model, another tool: what is under way goes on.
 TEST(ServoCore, TakesWhatTheNextSceneSays) {
   Servo servo(scene_of_plane(), "scene");

@@ -206,6 +206,19 @@ TEST(ServoCore, AnOrientationOrAnAxisThatIsNoNumberIsAFaultAndGoesNoFarther) {
   }
 }
 
+TEST(ServoLoop, RefusesMoreDevicesThanTheSceneHasHands) {
+  const TouchScene scene = scenes::phantom_scene("sphere", grid(32));
+  ImplicitProxy method;
+  ASSERT_FALSE(method.prepare(scene).has_value());
+  ServoChannel channel(seen_by(scene, method));
+  VirtualDevice left(scenes::sphere_slide(45, 1, 100, 1), {}), right(scenes::sphere_slide(45, 1, 100, 1), {});
+  Device* devices[] = {&left, &right};
+  ServoLoop loop(devices, channel, {});
+  const volume::Status error = loop.start();
+  ASSERT_TRUE(error.has_value());
+  EXPECT_NE(error->message().find("hands"), std::string::npos) << error->message();
+}
+
 TEST(ServoCore, NothingIsCutWhileAFaultHolds) {
   const TouchScene scene = scenes::phantom_scene("sphere", grid(32));
   ImplicitProxy method;
