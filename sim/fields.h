@@ -78,7 +78,7 @@ constexpr Field field(std::string_view name, FieldInfo info = {}) {
 struct Schema {
   std::string_view name;
   std::uint32_t version = 1;
-  std::span<const Field> fields;
+  std::span<const Field> fields = {};
 };
 
 /// Longest lists and texts that are taken from a file.

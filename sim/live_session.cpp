@@ -1,5 +1,6 @@
 #include "sim/live_session.h"
 
+#include <algorithm>
 #include <array>
 #include <chrono>
 #include <deque>
@@ -8,24 +9,25 @@
 namespace trephine::sim {
 
 LiveSession::LiveSession(haptics::Device& device, const haptics::TouchScene& scene,
-                         const haptics::ProxyMethod& method, Tool* tool, const haptics::ServoOptions& options,
-                         SessionWriter* recorder)
-    : LiveSession(std::array{&device}, EditSession(scene, method, tool, 1 / options.rate_hz), options,
-                  recorder) {}
+                         const haptics::ProxyMethod& method, Instrument instrument,
+                         const haptics::ServoOptions& options, SessionWriter* recorder)
+    : LiveSession(std::array{&device}, Engine(scene, method, std::move(instrument), 1 / options.rate_hz),
+                  options, recorder) {}
 
-LiveSession::LiveSession(std::span<haptics::Device* const> devices, EditSession edits,
+LiveSession::LiveSession(std::span<haptics::Device* const> devices, Engine engine,
                          const haptics::ServoOptions& options, SessionWriter* recorder,
                          std::uint64_t first_tick)
-    : edits_(std::move(edits)),
-      channel_(edits_.servo_scene()),
+    : engine_(std::move(engine)),
+      channel_(engine_.servo_scene()),
       servo_(devices, channel_, options, first_tick),
       recorder_(recorder),
       wants_realtime_(options.wants_realtime) {
-  TREPHINE_ASSERT(devices.size() == edits_.hand_count());
+  TREPHINE_ASSERT(devices.size() == engine_.hand_count());
   state_.hands.resize(devices.size());
-  noted_faults_.resize(devices.size());
   const std::lock_guard guard(lock_);
-  note({true, {glm::ivec3(0), glm::ivec3(-1)}});
+  Outcome first;
+  first.is_changed = true;
+  note(first);
 }
 
 LiveSession::~LiveSession() { stop(); }
@@ -33,10 +35,7 @@ LiveSession::~LiveSession() { stop(); }
 volume::Status LiveSession::start() {
   if (volume::Status error = servo_.start()) return error;
   is_stopping_ = false;
-  if (edits_.scene().tool_radius > 0) {
-    offsets_.is_stopping = offsets_.is_busy = false;
-    offset_thread_ = std::thread([this] { make_offsets(); });
-  }
+  for (const PendingJob& job : engine_.jobs()) begin(job);  // of a session that goes on
   thread_ = std::thread([this] { run(); });
   return std::nullopt;
 }
@@ -45,70 +44,55 @@ void LiveSession::stop() {
   servo_.stop();
   is_stopping_ = true;
   if (thread_.joinable()) thread_.join();
-  if (!offset_thread_.joinable()) return;
-  {
-    const std::lock_guard guard(offsets_.lock);
-    offsets_.is_stopping = true;
-  }
-  offsets_.news.notify_one();
-  offset_thread_.join();
-  offsets_.job = std::nullopt;
-  offsets_.made = std::nullopt;
+  fields_.stop();
+  jobs_.stop();
+  snapshots_.clear();
 }
 
-/// Offset thread: one job after another.
-void LiveSession::make_offsets() {
-  std::unique_lock guard(offsets_.lock);
-  for (;;) {
-    offsets_.news.wait(guard, [this] { return offsets_.job || offsets_.is_stopping; });
-    if (offsets_.is_stopping) return;
-    std::optional<OffsetJob> job = std::exchange(offsets_.job, std::nullopt);
-    guard.unlock();
-    const auto begin = std::chrono::steady_clock::now();
-    OffsetJob::Offsets made = job->make(edits_.scene());
-    job.reset();  // perhaps the last to hold a version: freed while nobody waits
-    const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-    guard.lock();
-    offsets_.made = std::move(made);
-    offsets_.longest_seconds = std::max(offsets_.longest_seconds, seconds);
-    ++offsets_.count;
-  }
-}
-
-/// Edit thread: attaches what was made, and asks for more. What was made of a state that was undone since is
+/// Edit thread: adopts what was made, and asks for more. What was made of a state that was undone since is
 /// left.
-void LiveSession::take_offsets() {
-  std::optional<OffsetJob::Offsets> made;
-  {
-    const std::lock_guard guard(offsets_.lock);
-    if (offsets_.is_busy && !offsets_.made) return;
-    made = std::exchange(offsets_.made, std::nullopt);
-    offsets_.is_busy = false;
-  }
-  if (made) {
-    const EditOutcome outcome = edits_.attach(offsets_.serial, std::move(*made));
-    if (outcome.is_changed) {
-      channel_.publish(edits_.servo_scene());
-      const Command command{Command::Kind::offsets, 0, {}, static_cast<double>(offsets_.serial)};
-      if (recorder_) recorder_->add(command, edits_, outcome);
+void LiveSession::take_work() {
+  for (const Background::Result& adopt : jobs_.take()) adopt();
+  for (const Background::Result& adopt : fields_.take()) adopt();
+  if (!engine_.has_stale_fields() || !fields_.is_idle()) return;
+  fields_.submit([this, job = engine_.offset_job().value()]() mutable -> Background::Result {
+    const auto begin = std::chrono::steady_clock::now();
+    OffsetJob::Offsets made = job.make();
+    job.version.reset();  // perhaps the last to hold it: freed while nobody waits
+    const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    {
       const std::lock_guard guard(lock_);
-      note(outcome);
+      offset_report_.longest_seconds = std::max(offset_report_.longest_seconds, seconds);
+      ++offset_report_.count;
     }
-  }
-  std::optional<OffsetJob> job = edits_.offset_job();
-  if (!job) return;
-  offsets_.serial = job->version->serial();
-  {
-    const std::lock_guard guard(offsets_.lock);
-    offsets_.job = std::move(job);
-    offsets_.is_busy = true;
-  }
-  offsets_.news.notify_one();
+    return [this, job = std::move(job), made = std::move(made)] {
+      engine_.hand_in(job, made);
+      carry_out({AdoptFields{static_cast<std::int64_t>(job.serial)}, static_cast<std::uint8_t>(job.hand)});
+    };
+  });
+}
+
+/// A job of a module: run on a thread of its own, adopted at a place in the order of all that happens.
+void LiveSession::begin(const PendingJob& job) {
+  jobs_.submit([this, job]() -> Background::Result {
+    return [this, id = job.id, result = job.run()] {
+      const std::vector<PendingJob>& all = engine_.jobs();
+      if (std::none_of(all.begin(), all.end(), [&](const PendingJob& one) { return one.id == id; }))
+        return;  // cancelled meanwhile
+      engine_.hand_in(id, result);
+      carry_out(AdoptJob{id, static_cast<std::int64_t>(result->hash())});
+    };
+  });
 }
 
 LiveSession::OffsetReport LiveSession::offset_report() {
-  const std::lock_guard guard(offsets_.lock);
-  return {offsets_.count, offsets_.longest_seconds};
+  const std::lock_guard guard(lock_);
+  return offset_report_;
+}
+
+std::future<std::shared_ptr<const OperationState>> LiveSession::snapshot() {
+  const std::lock_guard guard(lock_);
+  return snapshots_.emplace_back().get_future();
 }
 
 void LiveSession::run() {
@@ -117,6 +101,7 @@ void LiveSession::run() {
   haptics::ServoRecord record;
   std::deque<Command> commands;
   std::vector<std::pair<std::size_t, glm::dvec3>> landings;
+  std::vector<std::promise<std::shared_ptr<const OperationState>>> snapshots;
   for (;;) {
     const bool is_last_round = is_stopping_.load();
     bool was_busy = false;
@@ -130,14 +115,17 @@ void LiveSession::run() {
                       std::make_move_iterator(commands_.end()));
       commands_.clear();
       landings.swap(landings_);
+      snapshots.swap(snapshots_);
     }
     for (; !commands.empty(); commands.pop_front()) carry_out(commands.front());
     if (wants_reset_.exchange(false)) {
       servo_.request_reset();
-      for (std::size_t h = 0; h < edits_.hand_count(); ++h)
-        if (const glm::dvec3* free = edits_.last_free(h)) servo_.request_restart(*free, h);
+      for (std::size_t h = 0; h < engine_.hand_count(); ++h)
+        if (const glm::dvec3* free = engine_.last_free(h)) servo_.request_restart(*free, h);
     }
-    if (edits_.scene().tool_radius > 0 && !is_last_round) take_offsets();
+    if (!is_last_round) take_work();
+    for (auto& promise : snapshots) promise.set_value(engine_.snapshot());
+    snapshots.clear();
     for (const auto& [hand, place] : landings) servo_.request_restart(place, hand);
     landings.clear();
     if (is_last_round && !was_busy) return;
@@ -146,15 +134,9 @@ void LiveSession::run() {
 }
 
 void LiveSession::consume(const haptics::ServoRecord& record) {
-  const EditOutcome outcome = edits_.consume(record);
-  if (outcome.is_changed) channel_.publish(edits_.servo_scene());
-  if (recorder_) recorder_->add(record, edits_, outcome);
-  // A fault is an event of the session.
-  std::uint32_t& noted = noted_faults_[record.hand];
-  const std::uint32_t latched = record.faults & haptics::k_latched_faults, fresh = latched & ~noted;
-  if (fresh != 0) carry_out({Command::Kind::note, record.hand, "fault: " + haptics::fault_names(fresh), 0});
-  if (latched == 0 && noted != 0) carry_out({Command::Kind::note, record.hand, "faults cleared", 0});
-  noted = latched;
+  const Outcome outcome = engine_.apply(record);
+  if (outcome.is_changed) channel_.publish(engine_.servo_scene());
+  if (recorder_) recorder_->add(record, engine_, outcome);
   if (trace_.size() < trace_limit_) trace_.push_back(record);
   const std::lock_guard guard(lock_);
   state_.hands[record.hand] = record;
@@ -162,12 +144,14 @@ void LiveSession::consume(const haptics::ServoRecord& record) {
   note(outcome);
 }
 
-void LiveSession::carry_out(const Command& command) {
-  const EditOutcome outcome = edits_.apply(command);
-  if (outcome.is_changed) channel_.publish(edits_.servo_scene());
-  if (recorder_) recorder_->add(command, edits_, outcome);
+Outcome LiveSession::carry_out(const Command& command) {
+  Outcome outcome = engine_.apply(command);
+  if (outcome.is_changed) channel_.publish(engine_.servo_scene());
+  if (recorder_) recorder_->add(command, engine_, outcome);
+  if (!engine_.jobs().empty() && engine_.jobs().back().id == outcome.job) begin(engine_.jobs().back());
   const std::lock_guard guard(lock_);
   note(outcome);
+  return outcome;
 }
 
 void LiveSession::apply(Command command) {
@@ -175,15 +159,16 @@ void LiveSession::apply(Command command) {
   commands_.push_back(std::move(command));
 }
 
-void LiveSession::note(const EditOutcome& outcome) {
+void LiveSession::note(const Outcome& outcome) {
+  if (outcome.refused) state_.refused = outcome.refused;
   if (outcome.is_changed) {
-    state_.version = edits_.current();
+    state_.version = engine_.current();
     state_.changed = united(state_.changed, outcome.box);
   }
-  state_.removed_mm3 = edits_.removed_mm3();
-  state_.strokes = edits_.stroke_count();
-  state_.can_undo = edits_.can_undo();
-  state_.can_redo = edits_.can_redo();
+  state_.removed_mm3 = engine_.removed_mm3();
+  state_.strokes = engine_.stroke_count();
+  state_.can_undo = engine_.can_undo();
+  state_.can_redo = engine_.can_redo();
 }
 
 void LiveSession::set_down(const glm::dvec3& free_point_volume, std::size_t hand) {
@@ -194,7 +179,8 @@ void LiveSession::set_down(const glm::dvec3& free_point_volume, std::size_t hand
 LiveState LiveSession::look() {
   const std::lock_guard guard(lock_);
   LiveState copy = state_;
-  state_.changed = {glm::ivec3(0), glm::ivec3(-1)};
+  state_.changed = k_no_voxels;
+  state_.refused.reset();
   return copy;
 }
 

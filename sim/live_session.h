@@ -1,9 +1,9 @@
-// Live operation: the servo on its thread, the edits on theirs, whoever draws on a third, and where the tool
-// is round its offset fields on a fourth.
+// Live operation: the servo on its thread, the edits on theirs, whoever draws on a third; longer work (offset
+// fields of round tools, jobs of modules) on threads that begin when there is some.
 #pragma once
 
 #include <atomic>
-#include <condition_variable>
+#include <future>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -12,7 +12,8 @@
 #include <vector>
 
 #include "haptics/servo/servo_loop.h"
-#include "sim/edit_session.h"
+#include "sim/background.h"
+#include "sim/engine.h"
 #include "sim/session_writer.h"
 
 namespace trephine::sim {
@@ -25,20 +26,20 @@ struct LiveState {
   volume::VoxelBox changed{glm::ivec3(0), glm::ivec3(-1)};  ///< since the last look
   double removed_mm3 = 0;
   std::size_t strokes = 0;
+  std::optional<volume::Error> refused;  ///< of the newest command that was, since the last look
   bool can_undo = false, can_redo = false;
 };
 
-/// Starts and joins the edit thread, and that of offset fields; the servo never waits for them. Drawing
+/// Starts and joins the edit thread, and those of longer work; the servo never waits for them. Drawing
 /// threads call look() at their own rate.
 class LiveSession {
  public:
   /// Borrows everything for its life; the method was prepared for the scene. One hand.
   LiveSession(haptics::Device& device, const haptics::TouchScene& scene, const haptics::ProxyMethod& method,
-              Tool* tool, const haptics::ServoOptions& options, SessionWriter* recorder = nullptr);
-  /// Several hands in one servo loop, or a session that goes on from `edits` at `first_tick`.
-  LiveSession(std::span<haptics::Device* const> devices, EditSession edits,
-              const haptics::ServoOptions& options, SessionWriter* recorder = nullptr,
-              std::uint64_t first_tick = 0);
+              Instrument instrument, const haptics::ServoOptions& options, SessionWriter* recorder = nullptr);
+  /// The hands of `engine` in one servo loop; a session that goes on does so at `first_tick`.
+  LiveSession(std::span<haptics::Device* const> devices, Engine engine, const haptics::ServoOptions& options,
+              SessionWriter* recorder = nullptr, std::uint64_t first_tick = 0);
   ~LiveSession();
   LiveSession(const LiveSession&) = delete;
   LiveSession& operator=(const LiveSession&) = delete;
@@ -49,8 +50,8 @@ class LiveSession {
 
   /// Any thread. Commands are applied in order, between ticks, and recorded.
   void apply(Command command);
-  void undo() { apply({Command::Kind::undo, 0, {}, 0}); }
-  void redo() { apply({Command::Kind::redo, 0, {}, 0}); }
+  void undo() { apply(Undo{}); }
+  void redo() { apply(Redo{}); }
   /// Sets the tool down at a free point (volume frame), as a hand that lifts it over: the proxy does not pass
   /// through what lies between. The device must be there too.
   void set_down(const glm::dvec3& free_point_volume, std::size_t hand = 0);
@@ -64,23 +65,25 @@ class LiveSession {
   void keep_trace(std::size_t ticks) { trace_limit_ = ticks; }
   /// The ticks that the edit thread saw; after stop().
   const std::vector<haptics::ServoRecord>& trace() const noexcept { return trace_; }
-  const EditSession& edits() const noexcept { return edits_; }
-  /// Of a round tool: how often its offset fields were made anew, and the longest that took.
+  const Engine& engine() const noexcept { return engine_; }
+  /// Of round tools: how often offset fields were made anew, and the longest that took.
   struct OffsetReport {
     std::uint64_t count = 0;
     double longest_seconds = 0;
   };
   OffsetReport offset_report();
+  /// The newest state, for any thread and for good; made when the edit thread comes to it.
+  std::future<std::shared_ptr<const OperationState>> snapshot();
 
  private:
   void run();
   void consume(const haptics::ServoRecord& record);
-  void carry_out(const Command& command);
-  void note(const EditOutcome& outcome);  // with lock_ held
-  void take_offsets();
-  void make_offsets();
+  Outcome carry_out(const Command& command);
+  void note(const Outcome& outcome);  // with lock_ held
+  void take_work();
+  void begin(const PendingJob& job);
 
-  EditSession edits_;
+  Engine engine_;
   haptics::ServoChannel channel_;
   haptics::ServoLoop servo_;
   SessionWriter* recorder_;
@@ -90,23 +93,13 @@ class LiveSession {
   std::mutex lock_;  // between edit thread and others; never the servo
   LiveState state_;
   std::vector<Command> commands_;
-  std::vector<std::uint32_t> noted_faults_;  // of each hand, edit thread
   std::vector<std::pair<std::size_t, glm::dvec3>> landings_;
+  std::vector<std::promise<std::shared_ptr<const OperationState>>> snapshots_;  ///< that are waited for
   std::atomic<bool> is_stopping_{false}, wants_reset_{false};
   std::thread thread_;
 
-  // Offset fields of a round tool, made on a thread of their own that edits never wait for.
-  struct OffsetWork {
-    std::mutex lock;
-    std::condition_variable news;
-    std::optional<OffsetJob> job;            ///< to be made
-    std::optional<OffsetJob::Offsets> made;  ///< of it
-    std::uint64_t serial = 0;                ///< of the job that is under way
-    bool is_busy = false, is_stopping = false;
-    double longest_seconds = 0;
-    std::uint64_t count = 0;
-  } offsets_;
-  std::thread offset_thread_;
+  Background fields_, jobs_;    ///< threads that edits never wait for
+  OffsetReport offset_report_;  ///< lock_
 };
 
 }  // namespace trephine::sim

@@ -2,36 +2,52 @@
 
 namespace trephine::sim {
 
-Lockstep::Lockstep(const haptics::TouchScene& scene, const haptics::ProxyMethod& method, Tool* tool,
-                   const haptics::ForceOptions& force, double rate_hz, SessionWriter* recorder)
-    : Lockstep(EditSession(scene, method, tool, 1 / rate_hz), force, rate_hz, recorder, 0) {}
+Lockstep::Lockstep(const haptics::TouchScene& scene, const haptics::ProxyMethod& method,
+                   Instrument instrument, const haptics::ForceOptions& force, double rate_hz,
+                   SessionWriter* recorder)
+    : Lockstep(Engine(scene, method, std::move(instrument), 1 / rate_hz), force, rate_hz, recorder) {}
 
-Lockstep::Lockstep(EditSession edits, const haptics::ForceOptions& force, double rate_hz,
-                   SessionWriter* recorder, std::uint64_t first_tick)
-    : edits_(std::move(edits)), servo_(force, 1 / rate_hz, 0, first_tick), recorder_(recorder) {}
-
-haptics::ServoRecord Lockstep::step(const haptics::Pose& pose) {
-  haptics::ServoInput input;
-  input.pose = pose;
-  haptics::ServoRecord record;
-  {
-    const haptics::DenormalsFlushed flushed;
-    record = servo_.step(*edits_.servo_scene(), input);
-  }
-  last_edit_ = edits_.consume(record);
-  if (recorder_) recorder_->add(record, edits_, last_edit_);
-  // A round tool's fields follow a while after the cuts, as they do live.
-  ticks_owed_ = edits_.has_stale_offsets() ? ticks_owed_ + 1 : 0;
-  if (ticks_owed_ == k_offsets_every) {
-    apply({Command::Kind::offsets, 0, {}, static_cast<double>(edits_.current()->serial())});
-    ticks_owed_ = 0;
-  }
-  return last_record_ = record;
+Lockstep::Lockstep(Engine engine, const haptics::ForceOptions& force, double rate_hz, SessionWriter* recorder,
+                   std::uint64_t first_tick)
+    : engine_(std::move(engine)), recorder_(recorder), records_(engine_.hand_count()) {
+  for (std::size_t h = 0; h < engine_.hand_count(); ++h)
+    cores_.emplace_back(force, 1 / rate_hz, h, first_tick);
 }
 
-EditOutcome Lockstep::apply(const Command& command) {
-  const EditOutcome outcome = edits_.apply(command);
-  if (recorder_) recorder_->add(command, edits_, outcome);
+haptics::ServoRecord Lockstep::step(const haptics::Pose& pose) { return step(std::span(&pose, 1))[0]; }
+
+std::span<const haptics::ServoRecord> Lockstep::step(std::span<const haptics::Pose> poses) {
+  TREPHINE_ASSERT(poses.size() == cores_.size());
+  {
+    const haptics::DenormalsFlushed flushed;
+    for (std::size_t h = 0; h < cores_.size(); ++h) {
+      haptics::ServoInput input;
+      input.pose = poses[h];
+      records_[h] = cores_[h].step(*engine_.servo_scene(), input);
+    }
+  }
+  last_outcome_ = {};
+  for (const haptics::ServoRecord& record : records_) {
+    const Outcome outcome = engine_.apply(record);
+    if (recorder_) recorder_->add(record, engine_, outcome);
+    last_outcome_.is_changed |= outcome.is_changed;
+    last_outcome_.box = united(last_outcome_.box, outcome.box);
+    last_outcome_.event_count += outcome.event_count;
+  }
+  // A round tool's fields follow a while after the cuts, as they do live.
+  ticks_owed_ = engine_.has_stale_fields() ? ticks_owed_ + 1 : 0;
+  if (ticks_owed_ == k_offsets_every) {
+    for (std::size_t h = 0; h < engine_.hand_count(); ++h)
+      if (const std::optional<OffsetJob> job = engine_.offset_job())
+        apply({AdoptFields{static_cast<std::int64_t>(job->serial)}, static_cast<std::uint8_t>(job->hand)});
+    ticks_owed_ = 0;
+  }
+  return records_;
+}
+
+Outcome Lockstep::apply(const Command& command) {
+  const Outcome outcome = engine_.apply(command);
+  if (recorder_) recorder_->add(command, engine_, outcome);
   return outcome;
 }
 

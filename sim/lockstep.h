@@ -1,41 +1,49 @@
-// Headless operation without threads: one servo step, then its edit, and so on. Same input, same bits.
+// Headless operation without threads: one servo step of each hand, then its edit, and so on. Same input, same
+// bits.
 #pragma once
 
-#include "sim/edit_session.h"
+#include "sim/engine.h"
 #include "sim/session_writer.h"
 
 namespace trephine::sim {
 
 class Lockstep {
  public:
-  /// Borrows everything; the method was prepared for the scene. A null tool only touches. `recorder`: told of
-  /// everything when not null.
-  Lockstep(const haptics::TouchScene& scene, const haptics::ProxyMethod& method, Tool* tool,
+  /// One hand, with an instrument or none. Borrows scene and method, which was prepared for it. `recorder`:
+  /// told of everything when not null.
+  Lockstep(const haptics::TouchScene& scene, const haptics::ProxyMethod& method, Instrument instrument,
            const haptics::ForceOptions& force, double rate_hz, SessionWriter* recorder = nullptr);
-  /// Goes on from `edits` (of one hand) at `first_tick`.
-  Lockstep(EditSession edits, const haptics::ForceOptions& force, double rate_hz, SessionWriter* recorder,
-           std::uint64_t first_tick);
+  /// Goes on from `engine`, whatever its hands, at `first_tick`.
+  Lockstep(Engine engine, const haptics::ForceOptions& force, double rate_hz,
+           SessionWriter* recorder = nullptr, std::uint64_t first_tick = 0);
 
-  /// One tick. The servo sees the version that the tick before left.
+  /// One tick of one hand. The servo sees what the tick before left.
   haptics::ServoRecord step(const haptics::Pose& pose);
+  /// One tick of all hands: they see the same scene.
+  std::span<const haptics::ServoRecord> step(std::span<const haptics::Pose> poses);
   /// By stroke. A tool over which bone grows is led out along its own path.
-  EditOutcome undo() { return apply({Command::Kind::undo, 0, {}, 0}); }
-  EditOutcome redo() { return apply({Command::Kind::redo, 0, {}, 0}); }
-  EditOutcome apply(const Command& command);
+  Outcome undo() { return apply(Undo{}); }
+  Outcome redo() { return apply(Redo{}); }
+  Outcome apply(const Command& command);
 
-  const EditSession& edits() const noexcept { return edits_; }
+  const Engine& engine() const noexcept { return engine_; }
+  Engine& engine() noexcept { return engine_; }
   /// Ticks from a cut to the offset fields that know it, where the tool is round.
   static constexpr int k_offsets_every = 20;
-  const haptics::ProxyStep& last_step() const noexcept { return servo_.last_step(); }
-  const EditOutcome& last_edit() const noexcept { return last_edit_; }
-  const haptics::ServoRecord& last_record() const noexcept { return last_record_; }
+  const haptics::ProxyStep& last_step(std::size_t hand = 0) const noexcept {
+    return cores_[hand].last_step();
+  }
+  const haptics::ServoCore& core(std::size_t hand = 0) const noexcept { return cores_[hand]; }
+  /// Of the last tick, all hands together.
+  const Outcome& last_outcome() const noexcept { return last_outcome_; }
+  const haptics::ServoRecord& last_record(std::size_t hand = 0) const noexcept { return records_[hand]; }
 
  private:
-  EditSession edits_;
-  haptics::ServoCore servo_;
+  Engine engine_;
+  std::vector<haptics::ServoCore> cores_;
   SessionWriter* recorder_;
-  EditOutcome last_edit_;
-  haptics::ServoRecord last_record_;
+  Outcome last_outcome_;
+  std::vector<haptics::ServoRecord> records_;
   int ticks_owed_ = 0;
 };
 

@@ -53,7 +53,7 @@ std::shared_ptr<const haptics::LawSet> laws_of(const SessionHeader& header) {
 }
 
 SessionHeader describe_session(const haptics::TouchScene& scene, const haptics::ProxyMethod& method,
-                               const haptics::ServoOptions& options, std::vector<ToolSpec> tools) {
+                               const haptics::ServoOptions& options, std::vector<HandSpec> hands) {
   SessionHeader h;
   h.size = scene.base->size;
   h.rate_hz = options.rate_hz;
@@ -63,7 +63,7 @@ SessionHeader describe_session(const haptics::TouchScene& scene, const haptics::
     h.shapes.push_back({s.field.shape(), s.material, s.sides, s.ramp, s.soft != nullptr, s.back_material});
   h.tool_radius = scene.tool_radius;
   h.smallest_burr = scene.smallest_burr;
-  h.tools = std::move(tools);
+  h.hands = std::move(hands);
   return h;
 }
 
@@ -98,48 +98,74 @@ Result<haptics::TouchScene> scene_of(const SessionReader& session,
   return scene;
 }
 
-Replay::Replay(SessionReader& session, const haptics::TouchScene& scene, const haptics::ProxyMethod& method,
-               std::vector<Tool*> tools)
-    : session_(&session),
-      scene_(&scene),
-      method_(&method),
-      tools_(std::move(tools)),
-      dt_(1 / session.header().rate_hz) {
-  TREPHINE_ASSERT(tools_.size() == session.header().tools.size());
-  state_ = std::make_unique<State>(fresh_state());
-  kept_.push_back(*state_);
-  for (const Command& setting : state_->settings) state_->edits.apply(setting);
+namespace {
+/// The session's modules, in its order.
+Result<Catalogue> modules_of(const SessionReader& session) {
+  std::vector<const Module*> modules;
+  for (const NamedVersion& named : session.header().modules) {
+    const std::vector<const Module*>& all = session.catalogue().modules();
+    const auto found =
+        std::find_if(all.begin(), all.end(), [&](const Module* m) { return m->name() == named.name; });
+    if (found == all.end())
+      return Error{"this program does not have a module of the session", "", named.name, "",
+                   "open it with the version that recorded it"};
+    modules.push_back(*found);
+  }
+  return Catalogue(std::move(modules));
+}
+}  // namespace
+
+Result<std::unique_ptr<Replay>> Replay::open(SessionReader& session, const haptics::TouchScene& scene,
+                                             const haptics::ProxyMethod& method) {
+  const SessionHeader& header = session.header();
+  Result<Catalogue> modules = modules_of(session);
+  if (!modules) return modules.error();
+  std::vector<HandStart> hands;
+  for (const HandSpec& spec : header.hands) {
+    Result<Instrument> instrument = instrument_of(spec, modules.value());
+    if (!instrument) return instrument.error();
+    hands.push_back({haptics::ServoHand(haptics::borrowed(scene), haptics::borrowed(method),
+                                        haptics::TouchState(nullptr), laws_of(header)),
+                     std::move(instrument).value()});
+  }
+  return std::unique_ptr<Replay>(
+      new Replay(session, Engine(std::move(hands), 1 / header.rate_hz, modules.value())));
+}
+
+Replay::Replay(SessionReader& session, Engine engine)
+    : session_(&session), dt_(1 / session.header().rate_hz) {
+  state_ = std::make_unique<State>(State{std::move(engine), {}, {}, {}, 0, 0, {}});
+  for (std::size_t h = 0; h < state_->engine.hand_count(); ++h) state_->cores.push_back(make_core(h, 0));
+  state_->seen.push_back(state_->engine.servo_scene());
+  keep();
 }
 
 haptics::ServoCore Replay::make_core(std::size_t hand, std::uint64_t first_tick) const {
   return haptics::ServoCore(session_->header().force, dt_, hand, first_tick);
 }
 
-Replay::State Replay::fresh_state() const {
-  const std::vector hands(tools_.size(),
-                          haptics::ServoHand(haptics::borrowed(*scene_), haptics::borrowed(*method_),
-                                             haptics::TouchState(nullptr), laws_of(session_->header())));
-  State state{EditSession(hands, tools_, dt_), {}, {}, {}, {}, 0, {}};
-  for (std::size_t h = 0; h < tools_.size(); ++h) {
-    state.cores.push_back(make_core(h, 0));
-    for (const auto& [name, value] : session_->header().tools[h].settings)
-      state.settings.push_back({Command::Kind::set_tool, static_cast<std::uint8_t>(h), name, value});
-  }
-  state.seen.push_back(state.edits.servo_scene());
-  return state;
+/// Somewhere to come back to.
+void Replay::keep() {
+  state_->engine.freeze();
+  state_->place = session_->place();
+  kept_.push_back(*state_);
 }
 
 Status Replay::restore(const State& state) {
   // Both ends of the way may look different: show everything that was cut.
-  changed_ = {glm::ivec3(0), scene_->base->size - 1};
+  changed_ = {glm::ivec3(0), state.engine.scene().base->size - 1};
   state_ = std::make_unique<State>(state);
-  for (Tool* tool : tools_)
-    if (tool) tool->lift();
-  for (const Command& setting : state_->settings) state_->edits.apply(setting);
   return session_->go_to(state_->place);
 }
 
 Status Replay::why_not_verifiable() const {
+  for (const NamedVersion& named : session_->header().modules)
+    for (const Module* module : session_->catalogue().modules())
+      if (module->name() == named.name && module->version() != named.version)
+        return Error{"the session cannot be verified, only viewed", "",
+                     "module " + named.name + " of version " + std::to_string(named.version),
+                     "version " + std::to_string(module->version()),
+                     "verify it with the version that recorded it, or leave --verify out"};
   const std::uint32_t revision = session_->header().revision;
   if (revision == k_replay_revision) return std::nullopt;
   return Error{
@@ -154,9 +180,12 @@ Result<bool> Replay::step() {
   for (;;) {
     const Result<bool> read = session_->next(item);
     if (!read) return read.error();
-    if (!read.value()) return false;
+    if (!read.value()) {
+      check_end();
+      return false;
+    }
     if (const auto* command = std::get_if<CommandItem>(&item)) {
-      if (command->command.hand >= tools_.size())
+      if (command->command.hand >= state_->cores.size())
         return Error{"the session's record is broken", "", "a command for a hand that it does not have", "",
                      ""};
       run_command(command->command);
@@ -164,6 +193,12 @@ Result<bool> Replay::step() {
       check(*version);
     } else if (const auto* hash = std::get_if<HashItem>(&item)) {
       check(*hash);
+    } else if (const auto* event = std::get_if<EventItem>(&item)) {
+      check(*event);
+    } else if (const auto* unknown = std::get_if<UnknownItem>(&item)) {
+      const NamedVersion& type = session_->header().types[unknown->type];
+      return Error{"this program does not know a command of the session", "", type.name,
+                   "version " + std::to_string(type.version), "open it with the version that recorded it"};
     } else {
       if (Status error = run_tick(std::get<TickItem>(item))) return *error;
       return true;
@@ -203,42 +238,56 @@ Status Replay::run_tick(const TickItem& item) {
     note(recorded.tick, "force", newtons(recorded.force_world), newtons(record_.force_world));
   ++counts_.ticks;
   state_->next_tick = std::max(state_->next_tick, record_.tick + 1);
-  const bool was_in_stroke = state_->edits.is_in_stroke();
-  note_change(state_->edits.consume(record_));
-  if (was_in_stroke && !state_->edits.is_in_stroke())
-    state_->hashable[state_->edits.current()->serial()] = state_->edits.current();
-
-  // Somewhere to come back to, now and then, when no tool is at work.
-  if (!state_->edits.is_in_stroke() && state_->next_tick >= kept_.back().next_tick + k_keep_every) {
-    kept_.push_back(*state_);
-    kept_.back().place = session_->place();
-  }
+  const bool was_in_stroke = state_->engine.is_in_stroke();
+  note_change(state_->engine.apply(record_));
+  if (was_in_stroke && !state_->engine.is_in_stroke())
+    state_->hashable[state_->engine.serial()] = state_->engine.current();
+  if (state_->next_tick >= kept_.back().next_tick + k_keep_every) keep();
   return std::nullopt;
 }
 
-void Replay::note_change(const EditOutcome& outcome) {
+void Replay::note_change(const Outcome& outcome) {
   if (!outcome.is_changed) return;
   changed_ = united(changed_, outcome.box);
-  state_->seen.push_back(state_->edits.servo_scene());
+  state_->seen.push_back(state_->engine.servo_scene());
 }
 
 void Replay::run_command(const Command& command) {
   ++counts_.commands;
-  const EditOutcome outcome = state_->edits.apply(command);
-  if (command.kind == Command::Kind::set_tool) state_->settings.push_back(command);
-  if (command.kind == Command::Kind::resume) ++counts_.resumes;
-  if (command.kind == Command::Kind::resume)
+  const Outcome outcome = state_->engine.apply(command);
+  const std::string name(command.what.name());
+  if (outcome.refused)
+    note(state_->next_tick, "command", name + ' ' + command.what.words(), outcome.refused->message());
+  if (const auto* adopt = command.what.as<AdoptJob>())
+    if (outcome.job_hash && *outcome.job_hash != static_cast<std::uint64_t>(adopt->hash))
+      note(state_->next_tick, "job", hexadecimal(static_cast<std::uint64_t>(adopt->hash)),
+           hexadecimal(*outcome.job_hash));
+  if (command.what.as<Resume>()) {
+    ++counts_.resumes;
     for (std::size_t h = 0; h < state_->cores.size(); ++h) state_->cores[h] = make_core(h, state_->next_tick);
+  }
   note_change(outcome);
-  if (!state_->edits.is_in_stroke())
-    state_->hashable[state_->edits.current()->serial()] = state_->edits.current();
+  if (!state_->engine.is_in_stroke()) state_->hashable[state_->engine.serial()] = state_->engine.current();
+}
+
+void Replay::check(const EventItem& item) {
+  ++counts_.events;
+  const Chronicle& all = state_->engine.now().chronicle;
+  const auto words = [](const Event& e) {
+    return std::string(e.what.name()) + ' ' + e.what.words() + " at tick " + std::to_string(e.tick);
+  };
+  if (state_->events >= all.size()) return note(item.event.tick, "event", words(item.event), "none");
+  const Event& here = all[state_->events++];
+  if (here.tick != item.event.tick || here.hand != item.event.hand ||
+      here.place_world != item.event.place_world || !(here.what == item.event.what))
+    note(item.event.tick, "event", words(item.event), words(here));
 }
 
 void Replay::check(const VersionItem& item) {
   ++counts_.versions;
-  const volume::Version& version = *state_->edits.current();
-  if (version.serial() != item.serial)
-    note(item.last_tick, "version", std::to_string(item.serial), std::to_string(version.serial()));
+  const volume::Version& version = *state_->engine.current();
+  if (state_->engine.serial() != item.serial)
+    note(item.last_tick, "version", std::to_string(item.serial), std::to_string(state_->engine.serial()));
   else if (version.ledger().total() != item.removed_units)
     note(item.last_tick, "removed volume", std::to_string(item.removed_units) + " units",
          std::to_string(version.ledger().total()) + " units");
@@ -253,6 +302,23 @@ void Replay::check(const HashItem& item) {
   if (const std::uint64_t hash = found->second->content_hash(); hash != item.hash)
     note(state_->next_tick, "voxels", recorded, hexadecimal(hash));
   state_->hashable.erase(state_->hashable.begin(), std::next(found));
+}
+
+/// The end says the whole state once more.
+void Replay::check_end() {
+  const std::optional<SessionEnd>& end = session_->end();
+  if (!end) return;
+  const Engine& engine = state_->engine;
+  if (const std::uint64_t hash = engine.current()->content_hash(); hash != end->hash)
+    note(state_->next_tick, "voxels", hexadecimal(end->hash), hexadecimal(hash));
+  if (engine.removed_mm3() != end->removed_mm3)
+    note(state_->next_tick, "removed volume", std::to_string(end->removed_mm3) + " mm3",
+         std::to_string(engine.removed_mm3()) + " mm3");
+  if (const std::uint64_t state = engine.now().hash(); state != end->state)
+    note(state_->next_tick, "state", hexadecimal(end->state), hexadecimal(state));
+  if (state_->events != engine.now().chronicle.size())
+    note(state_->next_tick, "events", std::to_string(state_->events),
+         std::to_string(engine.now().chronicle.size()));
 }
 
 void Replay::note(std::uint64_t tick, const char* what, std::string recorded, std::string replayed) {

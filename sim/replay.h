@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "haptics/servo/servo_loop.h"
+#include "sim/engine.h"
 #include "sim/session_reader.h"
 
 namespace trephine::sim {
@@ -19,9 +20,9 @@ namespace trephine::sim {
 volume::Status check_recordable(const haptics::TouchScene& scene);
 /// The effects that a header names, as laws; null when there are none.
 std::shared_ptr<const haptics::LawSet> laws_of(const SessionHeader& header);
-/// What a session says of a scene, its method and its tools.
+/// What a session says of a scene, its method and its hands.
 SessionHeader describe_session(const haptics::TouchScene& scene, const haptics::ProxyMethod& method,
-                               const haptics::ServoOptions& options, std::vector<ToolSpec> tools);
+                               const haptics::ServoOptions& options, std::vector<HandSpec> hands);
 /// The session's shapes on a scan, their bits made. Error when the scan is not the session's.
 volume::Result<haptics::TouchScene> scene_of(const SessionReader& session,
                                              std::shared_ptr<const volume::Volume> scan);
@@ -33,13 +34,14 @@ struct Mismatch {
   std::string recorded, replayed;
 };
 
-/// One thread. Borrows everything. The servo and the edits run in the logged order; each tick sees the
-/// version that it saw then.
+/// One thread. Borrows everything. The servo and the engine run in the logged order; each tick sees the
+/// scene that it saw then.
 class Replay {
  public:
-  /// `tools`: one a hand, as the header names them; null for a hand that only touches.
-  Replay(SessionReader& session, const haptics::TouchScene& scene, const haptics::ProxyMethod& method,
-         std::vector<Tool*> tools);
+  /// Error when the program lacks an instrument or a module of the session.
+  static volume::Result<std::unique_ptr<Replay>> open(SessionReader& session,
+                                                      const haptics::TouchScene& scene,
+                                                      const haptics::ProxyMethod& method);
 
   /// Why this session's bits cannot be expected of this program; nothing when they can.
   volume::Status why_not_verifiable() const;
@@ -57,42 +59,43 @@ class Replay {
     const auto& scene = state_->seen.front();
     return {scene, &scene->hands[record_.hand].state};
   }
-  const EditSession& edits() const noexcept { return state_->edits; }
+  const Engine& engine() const noexcept { return state_->engine; }
+  Engine& engine() noexcept { return state_->engine; }
   std::uint64_t next_tick() const noexcept { return state_->next_tick; }
   const std::optional<Mismatch>& mismatch() const noexcept { return mismatch_; }
   /// Voxels that may look different since the last call.
   volume::VoxelBox take_changed() noexcept;
   struct Counts {
-    std::uint64_t ticks = 0, dropped = 0, commands = 0, versions = 0, hashes = 0, resumes = 0;
+    std::uint64_t ticks = 0, dropped = 0, commands = 0, versions = 0, hashes = 0, events = 0, resumes = 0;
   };
   const Counts& counts() const noexcept { return counts_; }
 
  private:
-  /// All that changes; a copy between strokes is a place to come back to.
+  /// All that changes; a copy is a place to come back to.
   struct State {
-    EditSession edits;
+    Engine engine;
     std::vector<haptics::ServoCore> cores;
     std::deque<std::shared_ptr<const haptics::ServoScene>>
         seen;  ///< by the last tick, and may be by a coming one
     std::map<std::uint64_t, std::shared_ptr<const volume::Version>> hashable;  ///< whose hash may still come
-    std::vector<Command> settings;                                             ///< of tools, since the start
+    std::size_t events = 0;  ///< of the chronicle that were checked
     std::uint64_t next_tick = 0;
     SessionReader::Place place;
   };
+  Replay(SessionReader& session, Engine engine);
   haptics::ServoCore make_core(std::size_t hand, std::uint64_t first_tick) const;
-  State fresh_state() const;
   volume::Status restore(const State& state);
+  void keep();
   volume::Status run_tick(const TickItem& item);
   void run_command(const Command& command);
   void note(std::uint64_t tick, const char* what, std::string recorded, std::string replayed);
-  void note_change(const EditOutcome& outcome);
+  void note_change(const Outcome& outcome);
   void check(const VersionItem& item);
   void check(const HashItem& item);
+  void check(const EventItem& item);
+  void check_end();
 
   SessionReader* session_;
-  const haptics::TouchScene* scene_;
-  const haptics::ProxyMethod* method_;
-  std::vector<Tool*> tools_;
   double dt_;
   std::unique_ptr<State> state_;
   std::vector<State> kept_;

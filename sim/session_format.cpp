@@ -1,5 +1,6 @@
 #include "sim/session_format.h"
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <cstring>
@@ -36,7 +37,7 @@ enum ExtraFlag : std::uint8_t {
   has_buttons = 32,  ///< others than the first
   has_axes = 64,
 };
-constexpr std::uint8_t k_command = 0x80, k_version = 0x81, k_hash = 0x82;
+constexpr std::uint8_t k_command = 0x80, k_version = 0x81, k_hash = 0x82, k_event = 0x83;
 
 bool same_bits(const dvec3& a, const dvec3& b) { return std::memcmp(&a, &b, sizeof a) == 0; }
 bool same_bits(const glm::dquat& a, const glm::dquat& b) { return std::memcmp(&a, &b, sizeof a) == 0; }
@@ -103,15 +104,28 @@ void ItemEncoder::add(const haptics::ServoRecord& r) {
   has_last_[r.hand] = true;
 }
 
+/// Its type's place in the list, how long it is, and its fields.
+void ItemEncoder::put_value(const Value& value) {
+  const auto found = std::find(types_.begin(), types_.end(), &value.type());
+  TREPHINE_ASSERT(found != types_.end());
+  put(bytes_, static_cast<std::uint8_t>(found - types_.begin()));
+  const std::string fields = value.bytes();
+  put(bytes_, static_cast<std::uint32_t>(fields.size()));
+  bytes_ += fields;
+}
+
 void ItemEncoder::add(const CommandItem& item) {
-  const Command& c = item.command;
   put(bytes_, k_command);
-  put(bytes_, static_cast<std::uint8_t>(c.kind));
-  put(bytes_, c.hand);
-  put(bytes_, c.value);
-  const auto length = static_cast<std::uint16_t>(std::min<std::size_t>(c.name.size(), 4096));
-  put(bytes_, length);
-  bytes_.append(c.name, 0, length);
+  put(bytes_, item.command.hand);
+  put_value(item.command.what);
+}
+
+void ItemEncoder::add(const EventItem& item) {
+  put(bytes_, k_event);
+  put(bytes_, item.event.hand);
+  put(bytes_, item.event.tick);
+  put(bytes_, item.event.place_world);
+  put_value(item.event.what);
 }
 
 void ItemEncoder::add(const VersionItem& item) {
@@ -133,44 +147,44 @@ std::string ItemEncoder::take() {
 }
 
 Result<LogItem> ItemDecoder::next() {
-  std::uint8_t flags = 0;
-  if (!get(bytes_, flags)) return broken("it ends early");
-  if (flags >= 0x80) {
-    bool is_whole = false;
-    LogItem item;
-    if (flags == k_version) {
-      VersionItem v;
-      is_whole = get(bytes_, v.serial) && get(bytes_, v.last_tick) && get(bytes_, v.removed_units);
-      item = v;
-    } else if (flags == k_hash) {
-      HashItem h;
-      is_whole = get(bytes_, h.serial) && get(bytes_, h.hash);
-      item = h;
-    } else if (flags == k_command) {
-      Command c;
-      std::uint8_t kind = 0;
-      std::uint16_t length = 0;
-      is_whole = get(bytes_, kind) && get(bytes_, c.hand) && get(bytes_, c.value) && get(bytes_, length) &&
-                 bytes_.size() >= length;
-      if (is_whole && kind > static_cast<std::uint8_t>(Command::Kind::offsets))
-        return broken("an unknown command");
-      if (is_whole && c.hand >= last_.size()) return broken("a command for a hand that cannot be");
-      if (is_whole && kind == static_cast<std::uint8_t>(Command::Kind::offsets) &&
-          !(c.value >= 0 && c.value <= 0x1p53))
-        return broken("a version that cannot be");
-      if (is_whole) {
-        c.kind = static_cast<Command::Kind>(kind);
-        c.name = bytes_.substr(0, length);
-        bytes_.remove_prefix(length);
-      }
-      item = CommandItem{std::move(c)};
-    } else {
-      return broken("an unknown item");
-    }
-    if (!is_whole) return broken("it ends early");
-    return item;
+  std::uint8_t kind = 0;
+  if (!get(bytes_, kind)) return broken("it ends early");
+  if (kind < 0x80) return next_tick(kind);
+  if (kind == k_command || kind == k_event) return next_value(kind);
+  if (kind == k_version) {
+    VersionItem v;
+    if (!(get(bytes_, v.serial) && get(bytes_, v.last_tick) && get(bytes_, v.removed_units)))
+      return broken("it ends early");
+    return LogItem{v};
   }
+  HashItem h;
+  if (kind != k_hash) return broken("an unknown item");
+  if (!(get(bytes_, h.serial) && get(bytes_, h.hash))) return broken("it ends early");
+  return LogItem{h};
+}
 
+Result<LogItem> ItemDecoder::next_value(std::uint8_t kind) {
+  const bool is_command = kind == k_command;
+  Event event;
+  std::uint8_t type = 0;
+  std::uint32_t length = 0;
+  const bool is_whole = get(bytes_, event.hand) &&
+                        (is_command || (get(bytes_, event.tick) && get(bytes_, event.place_world))) &&
+                        get(bytes_, type) && get(bytes_, length) && bytes_.size() >= length;
+  if (!is_whole) return broken("it ends early");
+  if (event.hand >= last_.size()) return broken("a hand that cannot be");
+  if (type >= types_.size()) return broken("an unknown command");
+  const std::string_view fields = bytes_.substr(0, length);
+  bytes_.remove_prefix(length);
+  if (types_[type] == nullptr) return LogItem{UnknownItem{type, is_command}};
+  Result<Value> value = Value::from_bytes(*types_[type], fields);
+  if (!value) return value.error();
+  if (is_command) return LogItem{CommandItem{{std::move(value).value(), event.hand}}};
+  event.what = std::move(value).value();
+  return LogItem{EventItem{std::move(event)}};
+}
+
+Result<LogItem> ItemDecoder::next_tick(std::uint8_t flags) {
   std::uint8_t extras = 0, hand = 0;
   if (flags & has_extras && !get(bytes_, extras)) return broken("it ends early");
   if (extras & hand_flag && !get(bytes_, hand)) return broken("it ends early");
@@ -287,11 +301,47 @@ std::string encode(const SessionHeader& h) {
       number("ramp_dense_stiffness", s.ramp->dense_stiffness);
     }
   }
-  for (const ToolSpec& t : h.tools) {
-    line("tool", t.name);
-    for (const auto& [name, value] : t.settings) number("set." + name, value);
+  const auto version = [&](const char* key, const NamedVersion& one) {
+    line(key, one.name + ' ' + std::to_string(one.version) + (one.fields.empty() ? "" : ": " + one.fields));
+  };
+  for (const NamedVersion& module : h.modules) version("module", module);
+  for (const NamedVersion& type : h.types) version("type", type);
+  for (const HandSpec& hand : h.hands) {
+    line("hand", hand.instrument);
+    if (!hand.parameters.empty()) line("parameters", hand.parameters);
   }
   return out;
+}
+
+void describe(const Catalogue& catalogue, SessionHeader& header) {
+  for (const Module* module : catalogue.modules())
+    header.modules.push_back({std::string(module->name()), module->version(), ""});
+  for (const ValueType* type : catalogue.all()) {
+    const std::string words = describe(*type->schema);
+    const std::size_t colon = words.find(": ");
+    header.types.push_back({std::string(type->schema->name), type->schema->version,
+                            colon == std::string::npos ? "" : words.substr(colon + 2)});
+  }
+}
+
+Result<Instrument> instrument_of(const HandSpec& hand, const Catalogue& catalogue) {
+  if (hand.instrument.empty()) return Instrument();
+  const InstrumentType* type = catalogue.find_instrument(hand.instrument);
+  if (type == nullptr)
+    return Error{"this program does not have the session's instrument", "", hand.instrument,
+                 "an instrument of its modules", "open it with the version that recorded it"};
+  Instrument made(*type, Value::of(*type->parameters));
+  if (volume::Status error = made.parameters.set(hand.parameters)) return *error;
+  return made;
+}
+
+TypeList types_of(const SessionHeader& header, const Catalogue& catalogue) {
+  TypeList types;
+  for (const NamedVersion& type : header.types) {
+    const ValueType* known = catalogue.find(type.name);
+    types.push_back(known && known->schema->version == type.version ? known : nullptr);
+  }
+  return types;
 }
 
 namespace {
@@ -314,6 +364,21 @@ double* place_of(ShapeSpec& shape, std::string_view key) {
   for (const auto& [name, number] : k_numbers)
     if (key == name) return &(material->*number);
   return nullptr;
+}
+}  // namespace
+
+namespace {
+constexpr std::size_t k_most_types = 255;
+
+/// "burr 1: diameter number mm".
+std::optional<NamedVersion> named_version(std::string_view text) {
+  const std::size_t colon = std::min(text.find(": "), text.size()), space = text.substr(0, colon).rfind(' ');
+  if (space == std::string_view::npos || space == 0) return std::nullopt;
+  NamedVersion one{std::string(text.substr(0, space)), 0, ""};
+  const auto [end, error] = std::from_chars(text.data() + space + 1, text.data() + colon, one.version);
+  if (error != std::errc() || end != text.data() + colon) return std::nullopt;
+  if (colon < text.size()) one.fields = text.substr(colon + 2);
+  return one;
 }
 }  // namespace
 
@@ -355,12 +420,15 @@ Result<SessionHeader> decode_header(std::string_view text) {
         h.shapes.emplace_back();
         h.shapes.back().shape.name = value;
       }
-    } else if (key == "tool") {
-      if ((is_good = h.tools.size() < haptics::ServoScene::k_most_hands))
-        h.tools.push_back({std::string(value), {}});
-    } else if (key.starts_with("set.")) {
-      if ((is_good = is_number && !h.tools.empty() && h.tools.back().settings.size() < 64))
-        h.tools.back().settings.emplace_back(key.substr(4), number);
+    } else if (key == "hand") {
+      if ((is_good = h.hands.size() < haptics::ServoScene::k_most_hands))
+        h.hands.emplace_back().instrument = value;
+    } else if (key == "parameters") {
+      if ((is_good = !h.hands.empty())) h.hands.back().parameters = value;
+    } else if (key == "module" || key == "type") {
+      std::vector<NamedVersion>& all = key == "type" ? h.types : h.modules;
+      const std::optional<NamedVersion> one = named_version(value);
+      if ((is_good = one && all.size() < k_most_types)) all.push_back(*one);
     } else if (key == "revision") {
       if ((is_good = whole(0, 1e9))) h.revision = static_cast<std::uint32_t>(number);
     } else if (key == "builtin") {
@@ -421,7 +489,7 @@ Result<SessionHeader> decode_header(std::string_view text) {
     }
     if (!is_good) return fail(line, "a key of this layout and a value in its range");
   }
-  if (h.shapes.empty() || h.tools.empty() || h.size.x < 1 || h.size.y < 1 || h.size.z < 1)
+  if (h.shapes.empty() || h.hands.empty() || h.size.x < 1 || h.size.y < 1 || h.size.z < 1)
     return fail("", "a size, at least one shape and one hand");
   for (const ShapeSpec& s : h.shapes) {
     if (s.ramp && haptics::check_ramp(*s.ramp)) return fail("ramp", "a ramp of rising intensities");
@@ -437,13 +505,14 @@ std::string encode(const SessionEnd& e) {
   put(out, e.dropped);
   put(out, e.serial);
   put(out, e.hash);
+  put(out, e.state);
   put(out, e.removed_mm3);
   return out;
 }
 
 Result<SessionEnd> decode_end(std::string_view in) {
   SessionEnd e;
-  if (get(in, e.ticks) && get(in, e.dropped) && get(in, e.serial) && get(in, e.hash) &&
+  if (get(in, e.ticks) && get(in, e.dropped) && get(in, e.serial) && get(in, e.hash) && get(in, e.state) &&
       get(in, e.removed_mm3) && in.empty())
     return e;
   return broken("an end of another length");

@@ -9,21 +9,31 @@
 #include <variant>
 #include <vector>
 
-#include "sim/edit_session.h"
+#include "sim/engine.h"
 
 namespace trephine::sim {
 
 /// The layout of the file. A newer one is refused, by name.
-inline constexpr std::uint32_t k_session_layout =
-    4;  // 2: round tools, effects, materials of backs; 3: the smallest burr; 4: buttons and axes
+inline constexpr std::uint32_t k_session_layout = 5;  // 5: commands and events by tables
 /// The arithmetic of servo and edits: raised with every change that gives other bits for the same input. A
-/// session of another revision opens for viewing and cannot be verified. (A pose whose orientation is no
-/// number, which no path or device of ours can have, is a fault since layout 4.)
-inline constexpr std::uint32_t k_replay_revision = 5;
+/// session of another revision opens for viewing and cannot be verified. Modules have versions of their own.
+inline constexpr std::uint32_t k_replay_revision = 6;
 
-struct ToolSpec {
-  std::string name;  ///< "burr", or empty for a hand that only touches
-  std::vector<std::pair<std::string, double>> settings;
+/// A hand as the session begins.
+struct HandSpec {
+  std::string instrument;  ///< empty: it only touches
+  std::string parameters;  ///< in words: "diameter=4 removal_rate=30"
+
+  HandSpec() = default;
+  explicit HandSpec(const Instrument& begins)
+      : instrument(begins.name()), parameters(begins.type ? begins.parameters.words() : std::string()) {}
+};
+
+/// Something with a name and a version: a module, or a struct that has a table.
+struct NamedVersion {
+  std::string name;
+  std::uint32_t version = 1;
+  std::string fields;  ///< of a struct: what a program without its module can say of it
 };
 
 struct ShapeSpec {
@@ -50,8 +60,17 @@ struct SessionHeader {
   double smallest_burr = 0;          ///< mm, for which cuts are sampled; 0: on the voxels
   std::vector<std::string> effects;  ///< as haptics::parse_effect reads them
   std::vector<ShapeSpec> shapes;
-  std::vector<ToolSpec> tools;  ///< one a hand
+  std::vector<NamedVersion> modules;  ///< in their order
+  std::vector<NamedVersion> types;    ///< of commands and events: items name them by their place here
+  std::vector<HandSpec> hands;
 };
+/// What a program can do, into a header.
+void describe(const Catalogue& catalogue, SessionHeader& header);
+/// A hand's instrument, with its parameters. Error when the program does not have it.
+volume::Result<Instrument> instrument_of(const HandSpec& hand, const Catalogue& catalogue);
+/// A header's types as this program has them; null for those that it does not know, or in another version.
+using TypeList = std::vector<const ValueType*>;
+TypeList types_of(const SessionHeader& header, const Catalogue& catalogue);
 
 /// What the servo did in a tick, with all that led to it.
 struct TickItem {
@@ -60,6 +79,15 @@ struct TickItem {
 };
 struct CommandItem {
   Command command;
+};
+/// Something that happened: a fact, which a replay comes to by itself.
+struct EventItem {
+  Event event;
+};
+/// A command or event of a module that this program does not have.
+struct UnknownItem {
+  std::size_t type = 0;  ///< in the header's list
+  bool is_command = false;
 };
 /// A version was made: its serial, the last tick that went into it, and all that was removed so far.
 struct VersionItem {
@@ -70,11 +98,13 @@ struct VersionItem {
 struct HashItem {
   std::uint64_t serial = 0, hash = 0;
 };
-using LogItem = std::variant<TickItem, CommandItem, VersionItem, HashItem>;
+using LogItem = std::variant<TickItem, CommandItem, EventItem, UnknownItem, VersionItem, HashItem>;
 
 /// The end of a session that was closed in order.
 struct SessionEnd {
-  std::uint64_t ticks = 0, dropped = 0, serial = 0, hash = 0;
+  std::uint64_t ticks = 0, dropped = 0, serial = 0;
+  std::uint64_t hash = 0;   ///< of what was removed
+  std::uint64_t state = 0;  ///< OperationState::hash()
   double removed_mm3 = 0;
 };
 
@@ -93,8 +123,11 @@ volume::Result<volume::Volume> decode_scan(std::string_view bytes);
 /// Items of one block, each told relative to the one before; a block stands for itself.
 class ItemEncoder {
  public:
+  explicit ItemEncoder(TypeList types) : types_(std::move(types)) {}
   void add(const haptics::ServoRecord& record);
+  /// Of types that are in the list.
   void add(const CommandItem& item);
+  void add(const EventItem& item);
   void add(const VersionItem& item);
   void add(const HashItem& item);
   bool is_empty() const noexcept { return bytes_.empty(); }
@@ -104,6 +137,9 @@ class ItemEncoder {
   std::string take();
 
  private:
+  void put_value(const Value& value);
+
+  TypeList types_;
   std::string bytes_;
   std::uint64_t first_tick_ = 0;
   std::array<haptics::ServoRecord, 4> last_;
@@ -113,12 +149,16 @@ class ItemEncoder {
 /// Reads a block's items. Every read is checked: broken bytes give an Error, never more.
 class ItemDecoder {
  public:
-  explicit ItemDecoder(std::string_view bytes) : bytes_(bytes) {}
+  ItemDecoder(std::string_view bytes, TypeList types) : bytes_(bytes), types_(std::move(types)) {}
   bool is_at_end() const noexcept { return bytes_.empty(); }
   volume::Result<LogItem> next();
 
  private:
+  volume::Result<LogItem> next_tick(std::uint8_t flags);
+  volume::Result<LogItem> next_value(std::uint8_t kind);
+
   std::string_view bytes_;
+  TypeList types_;
   std::array<haptics::ServoRecord, 4> last_;
   std::array<bool, 4> has_last_{};
 };

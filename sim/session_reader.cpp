@@ -8,8 +8,9 @@ using volume::Error;
 using volume::Result;
 using volume::Status;
 
-Result<SessionReader> SessionReader::open(const std::string& path) {
+Result<SessionReader> SessionReader::open(const std::string& path, const Catalogue& catalogue) {
   SessionReader r;
+  r.catalogue_ = catalogue;
   r.where_ = path.substr(path.find_last_of('/') + 1);
   r.file_.open(path, std::ios::binary | std::ios::ate);
   const auto no_session = [&r](const char* found) {
@@ -28,8 +29,11 @@ Result<SessionReader> SessionReader::open(const std::string& path) {
   std::memcpy(&layout, magic + 8, sizeof layout);
   if (layout > k_session_layout)
     return Error{"the session was written by a newer trephine", r.where_, "layout " + std::to_string(layout),
-                 "layout " + std::to_string(k_session_layout) + " or older", "open it with that version"};
+                 "layout " + std::to_string(k_session_layout), "open it with that version"};
   if (layout == 0) return no_session("layout 0");
+  if (layout < k_session_layout)
+    return Error{"the session was written by an older trephine", r.where_, "layout " + std::to_string(layout),
+                 "layout " + std::to_string(k_session_layout), "open it with that version"};
 
   // Block by block, as far as all is whole.
   r.whole_bytes_ = sizeof magic;
@@ -51,6 +55,7 @@ Result<SessionReader> SessionReader::open(const std::string& path) {
         Result<SessionHeader> header = decode_header(payload);
         if (!header) return header.error();
         r.header_ = std::move(header).value();
+        r.types_ = types_of(r.header_, catalogue);
         has_header = true;
         break;
       }
@@ -98,7 +103,7 @@ Result<SessionReader> SessionReader::open(const std::string& path) {
   for (std::size_t b = r.logs_.size(); b-- > 0 && r.tick_count_ == 0;) {
     Result<std::string> bytes = r.read(r.logs_[b]);
     if (!bytes) return bytes.error();
-    ItemDecoder decoder(bytes.value());
+    ItemDecoder decoder(bytes.value(), r.types_);
     while (!decoder.is_at_end()) {
       Result<LogItem> item = decoder.next();
       if (!item) return item.error();
@@ -132,7 +137,7 @@ Result<bool> SessionReader::next(LogItem& item) {
     Result<std::string> bytes = read(logs_[place_.block]);
     if (!bytes) return bytes.error();
     payload_ = std::move(bytes).value();
-    decoder_ = std::make_unique<ItemDecoder>(payload_);
+    decoder_ = std::make_unique<ItemDecoder>(payload_, types_);
   }
   Result<LogItem> read = decoder_->next();
   if (!read) return read.error();

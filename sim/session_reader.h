@@ -14,10 +14,13 @@ namespace trephine::sim {
 /// open() checks every block; what follows the last whole one is left out and said. One thread.
 class SessionReader {
  public:
-  /// Error when the file is no session, is of a newer layout, or not even its header is whole.
-  static volume::Result<SessionReader> open(const std::string& path);
+  /// Error when the file is no session, is of another layout, or not even its header is whole. Commands and
+  /// events that the catalogue does not know are unknown items.
+  static volume::Result<SessionReader> open(const std::string& path, const Catalogue& catalogue = {});
 
   const SessionHeader& header() const noexcept { return header_; }
+  const Catalogue& catalogue() const noexcept { return catalogue_; }
+  const TypeList& types() const noexcept { return types_; }
   /// Nothing when the session ended before it was known.
   std::optional<std::uint64_t> scan_hash() const noexcept { return scan_hash_; }
   bool has_scan() const noexcept { return scan_length_ > 0; }
@@ -50,6 +53,8 @@ class SessionReader {
   std::string where_;
   std::ifstream file_;
   SessionHeader header_;
+  Catalogue catalogue_;
+  TypeList types_;
   std::optional<std::uint64_t> scan_hash_;
   std::uint64_t scan_at_ = 0, scan_length_ = 0;
   std::optional<SessionEnd> end_;

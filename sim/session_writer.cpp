@@ -45,13 +45,19 @@ void sync_folder(const std::string& path) {
 
 }  // namespace
 
-SessionWriter::SessionWriter(int file, std::string path, const WriterOptions& options)
-    : file_(file), path_(std::move(path)), where_(name_of(path_)), options_(options) {}
+SessionWriter::SessionWriter(int file, std::string path, TypeList types, const WriterOptions& options)
+    : file_(file),
+      path_(std::move(path)),
+      where_(name_of(path_)),
+      options_(options),
+      items_(std::move(types)) {}
 
-Result<std::unique_ptr<SessionWriter>> SessionWriter::create(const std::string& path,
-                                                             const SessionHeader& header,
+Result<std::unique_ptr<SessionWriter>> SessionWriter::create(const std::string& path, SessionHeader header,
                                                              std::shared_ptr<const volume::Volume> scan,
+                                                             const Catalogue& catalogue,
                                                              const WriterOptions& options) {
+  if (Status error = catalogue.check()) return *error;
+  describe(catalogue, header);
   const std::string where = name_of(path), header_text = encode(header);
   // What could not be read again is not begun.
   if (const auto readable = decode_header(header_text); !readable)
@@ -62,7 +68,7 @@ Result<std::unique_ptr<SessionWriter>> SessionWriter::create(const std::string& 
     return Error{"there is a file of that name already", where, "", "a new name for a new session",
                  "choose another name, or go on with it: trephine resume " + where};
   if (file < 0) return disk_error("the session cannot be recorded", where, errno);
-  std::unique_ptr<SessionWriter> writer(new SessionWriter(file, path, options));
+  std::unique_ptr<SessionWriter> writer(new SessionWriter(file, path, catalogue.all(), options));
   ::flock(file, LOCK_EX | LOCK_NB);  // it is new: nobody else has it
   std::string preamble(k_session_magic);
   const std::uint32_t layout[2] = {k_session_layout, 0};
@@ -85,7 +91,7 @@ Result<std::unique_ptr<SessionWriter>> SessionWriter::create(const std::string& 
 }
 
 Result<std::unique_ptr<SessionWriter>> SessionWriter::append(const std::string& path, std::uint64_t length,
-                                                             std::uint64_t blocks,
+                                                             std::uint64_t blocks, TypeList types,
                                                              const WriterOptions& options) {
   const std::string where = name_of(path);
   const int file = ::open(path.c_str(), O_WRONLY | O_CLOEXEC);
@@ -95,7 +101,7 @@ Result<std::unique_ptr<SessionWriter>> SessionWriter::append(const std::string& 
     return Error{"the session is being recorded right now", where, "another trephine writes it", "",
                  "close that one first"};
   }
-  std::unique_ptr<SessionWriter> writer(new SessionWriter(file, path, options));
+  std::unique_ptr<SessionWriter> writer(new SessionWriter(file, path, std::move(types), options));
   if (::ftruncate(file, static_cast<off_t>(length)) != 0 || ::lseek(file, 0, SEEK_END) < 0)
     return disk_error("the session cannot be continued", where, errno);
   writer->bytes_written_ = length;
@@ -129,37 +135,41 @@ void SessionWriter::stop_threads() {
   if (background_.joinable()) background_.join();
 }
 
-void SessionWriter::add(const haptics::ServoRecord& record, const EditSession& edits,
-                        const EditOutcome& outcome) {
+void SessionWriter::add(const haptics::ServoRecord& record, const Engine& engine, const Outcome& outcome) {
   const std::lock_guard guard(lock_);
   items_.add(record);
   seal_if_long();
   last_tick_ = record.tick;
-  if (outcome.is_changed) note_version(edits, record.tick);
-  if (was_in_stroke_ && !edits.is_in_stroke()) ask_sync(edits.current());
-  was_in_stroke_ = edits.is_in_stroke();
+  note_outcome(engine, outcome);
+  if (was_in_stroke_ && !engine.is_in_stroke()) ask_sync(engine);
+  was_in_stroke_ = engine.is_in_stroke();
 }
 
-void SessionWriter::add(const Command& command, const EditSession& edits, const EditOutcome& outcome) {
+void SessionWriter::add(const Command& command, const Engine& engine, const Outcome& outcome) {
+  if (outcome.refused) return;
   const std::lock_guard guard(lock_);
   items_.add(CommandItem{command});
-  if (outcome.is_changed) note_version(edits, last_tick_);
-  if (command.kind == Command::Kind::offsets) return;  // nobody's wish, many times a second
-  ask_sync(edits.is_in_stroke() ? nullptr : edits.current());
-  was_in_stroke_ = edits.is_in_stroke();
+  note_outcome(engine, outcome);
+  if (command.what.as<AdoptFields>()) return;  // nobody's wish, many times a second
+  ask_sync(engine);
+  was_in_stroke_ = engine.is_in_stroke();
 }
 
-void SessionWriter::note_version(const EditSession& edits, std::uint64_t tick) {
+/// What a replay must come to.
+void SessionWriter::note_outcome(const Engine& engine, const Outcome& outcome) {
+  const Chronicle& chronicle = engine.now().chronicle;
+  for (std::size_t i = chronicle.size() - outcome.event_count; i < chronicle.size(); ++i)
+    items_.add(EventItem{chronicle[i]});
+  if (!outcome.is_changed) return;
   has_edits_ = true;
-  items_.add(VersionItem{edits.current()->serial(), tick, edits.current()->ledger().total()});
+  items_.add(VersionItem{engine.serial(), last_tick_, engine.current()->ledger().total()});
 }
 
-void SessionWriter::ask_sync(std::shared_ptr<const volume::Version> version) {
-  if (version && version->serial() != hashed_serial_) {
-    hashed_serial_ = version->serial();
-    to_hash_ = std::move(version);
-  }
+void SessionWriter::ask_sync(const Engine& engine) {
   wants_sync_ = true;
+  if (engine.is_in_stroke() || engine.serial() == hashed_serial_) return;
+  hashed_serial_ = engine.serial();
+  to_hash_ = engine.current();
 }
 
 void SessionWriter::seal_if_long() {
@@ -211,6 +221,7 @@ void SessionWriter::background_loop() {
     is_sync_due_ = false;
     const bool is_last = is_stopping_;
     const std::shared_ptr<const volume::Version> version = std::exchange(to_hash_, nullptr);
+    const std::uint64_t serial = hashed_serial_;
     guard.unlock();
     // A version between strokes is never written again, so another thread may read all of it.
     std::uint64_t hash = 0;
@@ -218,7 +229,7 @@ void SessionWriter::background_loop() {
     if (::fdatasync(file_) != 0) fail(errno);
     ++sync_count_;
     guard.lock();
-    if (version) items_.add(HashItem{version->serial(), hash});
+    if (version) items_.add(HashItem{serial, hash});
     if (is_last) return;
   }
 }
@@ -259,17 +270,17 @@ Status SessionWriter::status() const {
   return status_;
 }
 
-Status SessionWriter::finish(const EditSession& edits, std::uint64_t dropped) {
+Status SessionWriter::finish(const Engine& engine, std::uint64_t dropped) {
   stop_threads();
   if (file_ < 0) return status();
   {
     std::unique_lock guard(lock_);
     write_items(guard);
   }
-  const volume::Version& version = *edits.current();
+  const volume::Version& version = *engine.current();
   write_block(BlockKind::end, last_tick_,
-              encode(SessionEnd{last_tick_ + 1, dropped, version.serial(), version.content_hash(),
-                                edits.removed_mm3()}));
+              encode(SessionEnd{last_tick_ + 1, dropped, engine.serial(), version.content_hash(),
+                                engine.now().hash(), engine.removed_mm3()}));
   if (::fsync(file_) != 0) fail(errno);
   ::close(std::exchange(file_, -1));
   if (options_.is_removed_when_empty && !has_edits()) ::unlink(path_.c_str());

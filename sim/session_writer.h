@@ -27,14 +27,16 @@ struct WriterOptions {
 /// add() from one thread, the edit thread. While it lives no other writer can take the file.
 class SessionWriter {
  public:
-  /// Creates the file; an existing one is never overwritten. Borrows nothing: the scan is held.
-  static volume::Result<std::unique_ptr<SessionWriter>> create(const std::string& path,
-                                                               const SessionHeader& header,
+  /// Creates the file; an existing one is never overwritten. Borrows nothing: the scan is held. The modules
+  /// of the catalogue go into the header.
+  static volume::Result<std::unique_ptr<SessionWriter>> create(const std::string& path, SessionHeader header,
                                                                std::shared_ptr<const volume::Volume> scan,
+                                                               const Catalogue& catalogue,
                                                                const WriterOptions& options = {});
-  /// Goes on with a file after its last whole block: `length` bytes, `blocks` of them (SessionReader says).
+  /// Goes on with a file after its last whole block: `length` bytes, `blocks` of them, with its types
+  /// (SessionReader says).
   static volume::Result<std::unique_ptr<SessionWriter>> append(const std::string& path, std::uint64_t length,
-                                                               std::uint64_t blocks,
+                                                               std::uint64_t blocks, TypeList types,
                                                                const WriterOptions& options = {});
   /// Does some program write this file at the moment?
   static bool is_being_written(const std::string& path);
@@ -42,14 +44,14 @@ class SessionWriter {
   SessionWriter(const SessionWriter&) = delete;
   SessionWriter& operator=(const SessionWriter&) = delete;
 
-  /// A tick and what the edits made of it.
-  void add(const haptics::ServoRecord& record, const EditSession& edits, const EditOutcome& outcome);
-  /// A command that the edits have applied.
-  void add(const Command& command, const EditSession& edits, const EditOutcome& outcome);
+  /// A tick and what the engine made of it.
+  void add(const haptics::ServoRecord& record, const Engine& engine, const Outcome& outcome);
+  /// A command that the engine has applied; one that it refused is left out.
+  void add(const Command& command, const Engine& engine, const Outcome& outcome);
   /// Was anything cut?
   bool has_edits() const noexcept { return has_edits_.load(); }
   /// Writes the rest and the end, syncs and closes. The first failure of the whole recording, if any.
-  volume::Status finish(const EditSession& edits, std::uint64_t dropped);
+  volume::Status finish(const Engine& engine, std::uint64_t dropped);
   /// The first failure so far.
   volume::Status status() const;
   /// How often the file was made safe against a power cut.
@@ -57,10 +59,10 @@ class SessionWriter {
   std::uint64_t bytes_written() const noexcept { return bytes_written_.load(); }
 
  private:
-  SessionWriter(int file, std::string path, const WriterOptions& options);
-  void note_version(const EditSession& edits, std::uint64_t tick);
+  SessionWriter(int file, std::string path, TypeList types, const WriterOptions& options);
+  void note_outcome(const Engine& engine, const Outcome& outcome);
   void seal_if_long();
-  void ask_sync(std::shared_ptr<const volume::Version> version);
+  void ask_sync(const Engine& engine);
   void write_loop();
   void background_loop();
   void write_items(std::unique_lock<std::mutex>& guard);
@@ -77,7 +79,7 @@ class SessionWriter {
   std::condition_variable write_wake_, background_wake_;
   ItemEncoder items_;
   std::vector<std::pair<std::uint64_t, std::string>> sealed_;  ///< full blocks, with their first ticks
-  std::shared_ptr<const volume::Version> to_hash_;
+  std::shared_ptr<const volume::Version> to_hash_;             ///< published by `hashed_serial_`
   bool wants_sync_ = false, is_sync_due_ = false, is_stopping_ = false;
   volume::Status status_;
   std::uint64_t next_block_ = 0, last_tick_ = 0, hashed_serial_ = 0;

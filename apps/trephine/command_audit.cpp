@@ -179,7 +179,7 @@ Result<Outcome> audit_session(const AuditArguments& arguments) {
         return true;
     return false;
   };
-  const std::size_t hands = std::max<std::size_t>(1, header.tools.size());
+  const std::size_t hands = std::max<std::size_t>(1, header.hands.size());
   checker::ForceLaw law;
   law.dt = 1 / header.rate_hz;
   law.alpha = header.force.smoothing_alpha, law.limit = header.force.force_limit;

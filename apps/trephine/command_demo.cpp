@@ -158,10 +158,10 @@ Result<Outcome> run_demo(const DemoArguments& arguments) {
   if (!opened) return opened.error();
   const Source& source = opened.value().source;
   haptics::TouchScene& scene = opened.value().scene;
-  drilling::BurrOptions burr_options;
-  burr_options.radius = k_burr_radius;
-  burr_options.removal_rate = k_removal_rate;
-  if (volume::Status error = make_ready_for(burr_options, {}, 2 * k_burr_radius, scene)) return *error;
+  drilling::Burr burr;
+  burr.diameter = 2 * k_burr_radius;
+  burr.removal_rate = k_removal_rate;
+  if (volume::Status error = make_ready_for(burr, {}, 2 * k_burr_radius, scene)) return *error;
   haptics::SubvoxelProxy method;
   if (volume::Status error = method.prepare(scene)) return *error;
   const double ready_seconds = seconds_since(begin);
@@ -176,10 +176,9 @@ Result<Outcome> run_demo(const DemoArguments& arguments) {
   haptics::HandModel hand;
   hand.stiffness = 0.25;
   haptics::VirtualDevice device(script, hand);
-  drilling::Burr burr(burr_options);
-  auto recorder = start_recording(arguments.record, source, scene, method, {}, burr_options.spec());
+  auto recorder = start_recording(arguments.record, source, scene, method, {}, drilling::burr(burr));
   if (!recorder) return recorder.error();
-  sim::LiveSession live(device, scene, method, &burr, {}, recorder.value().get());
+  sim::LiveSession live(device, scene, method, drilling::burr(burr), {}, recorder.value().get());
   notice("touching and drilling, live, for " +
          std::to_string(static_cast<int>(std::ceil(script.end_time()))) + " s ...");
   live.keep_trace(100'000);
@@ -218,7 +217,7 @@ Result<Outcome> run_demo(const DemoArguments& arguments) {
   live.stop();
   const sim::LiveState last = live.look();
   const haptics::ServoReport servo = live.servo_report();
-  if (volume::Status error = finish_recording(recorder.value().get(), live.edits(), servo.dropped))
+  if (volume::Status error = finish_recording(recorder.value().get(), live.engine(), servo.dropped))
     return *error;
 
   // Was the bone opened, and what did the hand feel?
@@ -303,7 +302,7 @@ Result<Outcome> run_demo(const DemoArguments& arguments) {
   json["bone_thickness_mm"] = site.thickness;
   json["removed_mm3_total"] = last.removed_mm3;
   Json by_label = Json::object();
-  const std::vector<double> removed = live.edits().removed_mm3_by_label();
+  const std::vector<double> removed = live.engine().removed_mm3_by_label();
   for (std::size_t i = 0; i < removed.size(); ++i)
     if (removed[i] > 0)
       by_label[i < source.volume->label_names.size() ? source.volume->label_names[i] : "all"] = removed[i];
@@ -341,7 +340,7 @@ Result<Outcome> run_demo(const DemoArguments& arguments) {
 
   if (!arguments.has_no_window && view::has_display()) {
     view::WindowOptions options;
-    options.burr = burr_options;
+    options.burr = burr;
     options.title = source.name;
     if (auto shown = view::run_window(view::borrowed(scene), options); !shown) return shown.error();
   }

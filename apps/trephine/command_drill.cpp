@@ -44,15 +44,13 @@ Result<Outcome> run_drill(const DrillArguments& arguments) {
   if (!opened) return opened.error();
   const Source& source = opened.value().source;
   haptics::TouchScene& scene = opened.value().scene;
-  drilling::BurrOptions burr_options;
-  burr_options.radius = 0.5 * arguments.burr_diameter;
-  burr_options.is_kinematic = arguments.is_kinematic;
-  burr_options.is_round = arguments.is_round;
-  burr_options.removal_rate = arguments.removal_rate;
-  if (volume::Status error =
-          make_ready_for(burr_options, arguments.smallest_burr, arguments.burr_diameter, scene))
+  drilling::Burr burr;
+  burr.diameter = arguments.burr_diameter;
+  burr.is_kinematic = arguments.is_kinematic;
+  burr.is_round = arguments.is_round;
+  burr.removal_rate = arguments.removal_rate;
+  if (volume::Status error = make_ready_for(burr, arguments.smallest_burr, arguments.burr_diameter, scene))
     return *error;
-  drilling::Burr burr(burr_options);
   if (volume::Status error = made.value()->prepare(scene)) {
     if (error->where == "--smallest-burr" && !arguments.smallest_burr) error->where = "--burr-diameter";
     if (arguments.is_round && error->where == "--radius")
@@ -61,9 +59,9 @@ Result<Outcome> run_drill(const DrillArguments& arguments) {
   }
   haptics::ServoOptions servo;
   servo.rate_hz = arguments.rate;
-  auto recorder = start_recording(arguments.record, source, scene, method, servo, burr_options.spec());
+  auto recorder = start_recording(arguments.record, source, scene, method, servo, drilling::burr(burr));
   if (!recorder) return recorder.error();
-  sim::Lockstep run(scene, method, &burr, servo.force, arguments.rate, recorder.value().get());
+  sim::Lockstep run(scene, method, drilling::burr(burr), servo.force, arguments.rate, recorder.value().get());
 
   const std::vector<double> times = haptics::servo_times(path.value(), arguments.rate);
   std::vector<double> tick_us;
@@ -72,20 +70,20 @@ Result<Outcome> run_drill(const DrillArguments& arguments) {
   ProgressLine progress("drilling");
   for (std::size_t i = 0; i < times.size(); ++i) {
     if (i % 256 == 0 && !progress(static_cast<double>(i) / static_cast<double>(times.size()))) {
-      if (recorder.value() && !finish_recording(recorder.value().get(), run.edits(), 0))
+      if (recorder.value() && !finish_recording(recorder.value().get(), run.engine(), 0))
         notice("the session up to here is kept: " + data_tools::file_name(arguments.record.file));
       return interrupted("drilling");
     }
     const auto begin = Clock::now();
     run.step(path.value().at(times[i]));
     has_met = has_met || run.last_record().has_contact;
-    hovering += run.edits().has_stale_offsets() && run.last_record().has_contact;
-    if (run.last_edit().is_changed)
+    hovering += run.engine().has_stale_fields() && run.last_record().has_contact;
+    if (run.last_outcome().is_changed)
       tick_us.push_back(std::chrono::duration<double, std::micro>(Clock::now() - begin).count());
   }
-  const volume::Version& version = *run.edits().current();
+  const volume::Version& version = *run.engine().current();
   // A recording that failed takes nothing else with it.
-  const volume::Status not_recorded = finish_recording(recorder.value().get(), run.edits(), 0);
+  const volume::Status not_recorded = finish_recording(recorder.value().get(), run.engine(), 0);
   auto result = volume::operated_volume(version);
   if (!result) return result.error();
   if (volume::Status error = data_tools::write_volume(arguments.output, result.value())) return *error;
@@ -104,9 +102,9 @@ Result<Outcome> run_drill(const DrillArguments& arguments) {
   }
   json["method"] = method.name();
   json["steps"] = times.size();
-  json["removed_mm3_total"] = run.edits().removed_mm3();
+  json["removed_mm3_total"] = run.engine().removed_mm3();
   Json by_label = Json::object();
-  const std::vector<double> removed = run.edits().removed_mm3_by_label();
+  const std::vector<double> removed = run.engine().removed_mm3_by_label();
   for (std::size_t i = 0; i < removed.size(); ++i)
     if (removed[i] > 0)
       by_label[i < source.volume->label_names.size() ? source.volume->label_names[i] : "all"] = removed[i];
@@ -115,7 +113,7 @@ Result<Outcome> run_drill(const DrillArguments& arguments) {
   json["content_hash"] = hash_text(version.content_hash());
   json["memory"] = memory_report(scene, version);
   json["file"] = data_tools::file_name(arguments.output);
-  outcome.text = format_text("removed %.2f mm3 in %zu steps\n", run.edits().removed_mm3(), times.size());
+  outcome.text = format_text("removed %.2f mm3 in %zu steps\n", run.engine().removed_mm3(), times.size());
   for (const auto& [name, mm3] : by_label.items())
     outcome.text += format_text("  %s %.2f mm3\n", name.c_str(), mm3.get<double>());
   outcome.text += "written to " + arguments.output + "\n";
@@ -133,9 +131,9 @@ Result<Outcome> run_drill(const DrillArguments& arguments) {
                       "lift it the way it came",
           held));
   }
-  if (run.edits().removed_mm3() == 0 && has_met)
+  if (run.engine().removed_mm3() == 0 && has_met)
     notice("note: the burr met the shape and took nothing: the path did not press, or not for long");
-  else if (run.edits().removed_mm3() == 0)
+  else if (run.engine().removed_mm3() == 0)
     say_where(scene, path.value());
   return outcome;
 }

@@ -60,7 +60,7 @@ Result<Outcome> run_replay(const ReplayArguments& arguments) {
     options.wants_to_end = is_interrupted;
     options.title = data_tools::file_name(arguments.session);
     options.rate_hz = rate;
-    if (!session.burrs.empty() && session.burrs[0]) options.burr = session.burrs[0]->options();
+    if (const drilling::Burr* burr = session.burr(0)) options.burr = *burr;
     options.replay = &replay;
     options.replay_seconds = static_cast<double>(session.reader->tick_count()) / rate;
     auto shown = view::run_window(view::borrowed(session.scene), options);
@@ -91,16 +91,9 @@ Result<Outcome> run_replay(const ReplayArguments& arguments) {
           r.has_contact ? session.scene.items[static_cast<std::size_t>(r.shape)].field.shape().name : "");
   }
   const double seconds = seconds_since(start);
-  const sim::EditSession& edits = replay.edits();
-  const std::uint64_t hash = edits.current()->content_hash();
+  const sim::Engine& engine = replay.engine();
+  const std::uint64_t hash = engine.current()->content_hash();
   std::optional<sim::Mismatch> mismatch = replay.mismatch();
-  // The end says the whole state once more.
-  if (const auto& last = session.reader->end(); last && end == all && !mismatch) {
-    if (last->hash != hash) mismatch = sim::Mismatch{all, "voxels", hash_text(last->hash), hash_text(hash)};
-    if (last->removed_mm3 != edits.removed_mm3())
-      mismatch = sim::Mismatch{all, "removed volume", std::to_string(last->removed_mm3),
-                               std::to_string(edits.removed_mm3())};
-  }
   if (session.reader->is_damaged() && !mismatch)
     mismatch = sim::Mismatch{
         all, "file",
@@ -109,7 +102,7 @@ Result<Outcome> run_replay(const ReplayArguments& arguments) {
   if (!arguments.steps.empty())
     if (Status error = data_tools::write_file_atomically(arguments.steps, csv)) return *error;
   if (!arguments.output.empty()) {
-    auto result = volume::operated_volume(*edits.current());
+    auto result = volume::operated_volume(*engine.current());
     if (!result) return result.error();
     if (Status error = data_tools::write_volume(arguments.output, result.value())) return *error;
   }
@@ -119,7 +112,7 @@ Result<Outcome> run_replay(const ReplayArguments& arguments) {
     options.screenshot = arguments.screenshot;
     options.title = session.source.written_name();
     options.is_offscreen = true;
-    options.version = edits.current();
+    options.version = engine.current();
     auto shown = view::run_window(view::borrowed(session.scene), options);
     if (!shown) return shown.error();
   }
@@ -132,8 +125,8 @@ Result<Outcome> run_replay(const ReplayArguments& arguments) {
   json["dropped_ticks"] = counts.dropped;
   json["commands"] = counts.commands;
   json["versions"] = counts.versions;
-  json["strokes"] = edits.stroke_count();
-  json["removed_mm3_total"] = edits.removed_mm3();
+  json["strokes"] = engine.stroke_count();
+  json["removed_mm3_total"] = engine.removed_mm3();
   json["content_hash"] = hash_text(hash);
   json["strongest_force_n"] = strongest;
   const haptics::EnergyLedger& energy = replay.record().energy;
@@ -145,7 +138,8 @@ Result<Outcome> run_replay(const ReplayArguments& arguments) {
   outcome.text = format_text(
       "%.1f s replayed in %.2f s; commands: %llu, strokes: %zu, removed: %.2f mm3, at most %.2f N\n",
       static_cast<double>(replay.next_tick()) / rate, seconds,
-      static_cast<unsigned long long>(counts.commands), edits.stroke_count(), edits.removed_mm3(), strongest);
+      static_cast<unsigned long long>(counts.commands), engine.stroke_count(), engine.removed_mm3(),
+      strongest);
   for (const std::string& file : {arguments.output, arguments.steps, arguments.screenshot})
     if (!file.empty()) outcome.text += "written to " + file + "\n";
   if (arguments.is_verifying) {
@@ -194,15 +188,15 @@ Result<Outcome> run_resume(const ResumeArguments& arguments) {
   if (session.reader->is_damaged())
     return Error{"the session is damaged and cannot be continued", where, "blocks after the damage",
                  "a whole file", "replay it, and write what is left with -o"};
-  if (header.tools.size() != 1)
+  if (header.hands.size() != 1)
     return Error{"only sessions of one hand can be continued here", where,
-                 std::to_string(header.tools.size()), "1", ""};
-  if (!path && (session.burrs[0] == nullptr || !header.effects.empty() ||
+                 std::to_string(header.hands.size()), "1", ""};
+  if (!path && (session.burr(0) == nullptr || !header.effects.empty() ||
                 !(header.rate_hz >= 250 && header.rate_hz <= 10000)))
     return Error{"this session cannot go on in the window", where,
-                 session.burrs[0] == nullptr ? "a hand without a tool"
-                 : header.effects.empty()    ? std::to_string(header.rate_hz) + " Hz"
-                                             : header.effects.front(),
+                 session.burr(0) == nullptr ? "a hand without a tool"
+                 : header.effects.empty()   ? std::to_string(header.rate_hz) + " Hz"
+                                            : header.effects.front(),
                  "a burr, no effects, and 250 to 10000 Hz", "give a path to go on with: --path PATH.csv"};
   if (Status error = replay.seek(session.reader->tick_count())) return *error;
   if (replay.mismatch())
@@ -210,14 +204,16 @@ Result<Outcome> run_resume(const ResumeArguments& arguments) {
                  "the same bits", "see where: trephine replay --verify"};
   const std::uint64_t first_tick = replay.next_tick();
   auto made = sim::SessionWriter::append(arguments.session, session.reader->whole_bytes(),
-                                         session.reader->block_count());
+                                         session.reader->block_count(), session.reader->types());
   if (!made) return made.error();
   sim::SessionWriter& writer = *made.value();
-  sim::EditSession edits = replay.edits();
-  const double before = edits.removed_mm3();
-  const sim::Command command{sim::Command::Kind::resume, 0, "", 0};
-  const sim::EditOutcome outcome_of = edits.apply(command);
-  writer.add(command, edits, outcome_of);
+  const drilling::Burr* held = session.burr(0);
+  const drilling::Burr burr = held ? *held : drilling::Burr{};
+  sim::Engine engine = std::move(replay.engine());
+  const double before = engine.removed_mm3();
+  const sim::Command command{sim::Resume{}};
+  const sim::Outcome resumed = engine.apply(command);
+  writer.add(command, engine, resumed);
 
   Outcome outcome{new_report("resume"), "", exit_done};
   outcome.json["session"] = where;
@@ -225,15 +221,15 @@ Result<Outcome> run_resume(const ResumeArguments& arguments) {
   outcome.json["removed_mm3_before"] = before;
   double after = 0;
   if (path) {
-    sim::Lockstep run(std::move(edits), header.force, header.rate_hz, &writer, first_tick);
+    sim::Lockstep run(std::move(engine), header.force, header.rate_hz, &writer, first_tick);
     ProgressLine progress("going on");
     const std::vector<double> times = haptics::servo_times(*path, header.rate_hz);
     for (std::size_t i = 0; i < times.size(); ++i) {
       if (i % 256 == 0 && !progress(static_cast<double>(i) / static_cast<double>(times.size()))) break;
       run.step(path->at(times[i]));
     }
-    if (Status error = writer.finish(run.edits(), 0)) return *error;
-    after = run.edits().removed_mm3();
+    if (Status error = writer.finish(run.engine(), 0)) return *error;
+    after = run.engine().removed_mm3();
     if (is_interrupted()) {
       Error error = interrupted("going on");
       error.what = "going on was interrupted; what was done is in the session";
@@ -243,12 +239,12 @@ Result<Outcome> run_resume(const ResumeArguments& arguments) {
     view::WindowOptions options;
     options.wants_to_end = is_interrupted;
     options.title = where;
-    options.burr = session.burrs[0]->options();
+    options.burr = burr;
     options.method = header.method;
     options.rate_hz = header.rate_hz;
     options.force = header.force;
     options.recorder = &writer;
-    options.start = view::WindowStart{std::move(edits), session.burrs[0].get(), first_tick};
+    options.start = view::WindowStart{std::move(engine), first_tick};
     auto shown = view::run_window(view::borrowed(session.scene), options);
     if (!shown) return shown.error();
     after = shown.value().removed_mm3;

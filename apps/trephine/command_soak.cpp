@@ -94,16 +94,15 @@ Result<Outcome> run_soak(const SoakArguments& arguments) {
   if (record.file.empty())
     return Error{"there is no place for the session", "", "neither HOME nor XDG_STATE_HOME", "--record FILE",
                  ""};
-  drilling::BurrOptions options;
+  drilling::Burr burr;
   constexpr double k_smallest = 2;  // mm, of the burrs below
-  if (volume::Status error = make_ready_for(options, {}, k_smallest, scene)) return *error;
+  if (volume::Status error = make_ready_for(burr, {}, k_smallest, scene)) return *error;
   haptics::ServoOptions servo_options;
   servo_options.rate_hz = arguments.rate;
-  drilling::Burr burr(options);
   haptics::VirtualDevice device(path.value(), {});
-  auto recorder = start_recording(record, source, scene, method, servo_options, options.spec());
+  auto recorder = start_recording(record, source, scene, method, servo_options, drilling::burr(burr));
   if (!recorder) return recorder.error();
-  sim::LiveSession live(device, scene, method, &burr, servo_options, recorder.value().get());
+  sim::LiveSession live(device, scene, method, drilling::burr(burr), servo_options, recorder.value().get());
   if (volume::Status error = live.start()) return *error;
 
   // Every ten strokes all of them are taken back, half of the time one by one while the burr is in the bone.
@@ -129,8 +128,8 @@ Result<Outcome> run_soak(const SoakArguments& arguments) {
       const std::size_t all = state.strokes >= 10 ? state.strokes : 1;
       for (std::size_t i = 0; i < all; ++i) live.undo(), ++undos;
       if (random() % 4 == 0) live.redo(), ++redos;
-      live.apply({sim::Command::Kind::set_tool, 0, "diameter",
-                  k_smallest + static_cast<double>(random() % 9) * 0.5});
+      burr.diameter = k_smallest + static_cast<double>(random() % 9) * 0.5;
+      live.apply(burr);
     }
     if (t >= next_sample) {
       resident_mb.push_back(static_cast<double>(resident_bytes()) / 1e6);
@@ -139,8 +138,8 @@ Result<Outcome> run_soak(const SoakArguments& arguments) {
   }
   live.stop();
   const haptics::ServoReport servo = live.servo_report();
-  if (volume::Status error = recorder.value()->finish(live.edits(), servo.dropped)) return *error;
-  const std::uint64_t hash = live.edits().current()->content_hash();
+  if (volume::Status error = recorder.value()->finish(live.engine(), servo.dropped)) return *error;
+  const std::uint64_t hash = live.engine().current()->content_hash();
 
   // All of it again.
   notice("replaying ...");
@@ -156,7 +155,7 @@ Result<Outcome> run_soak(const SoakArguments& arguments) {
     if (!stepped) return stepped.error();
     if (!stepped.value()) break;
   }
-  const bool is_same = !replay.mismatch() && replay.edits().current()->content_hash() == hash;
+  const bool is_same = !replay.mismatch() && replay.engine().current()->content_hash() == hash;
   const auto file_bytes = static_cast<std::size_t>(std::filesystem::file_size(record.file));
   if (arguments.session.empty() && is_same) {
     std::error_code ignored;

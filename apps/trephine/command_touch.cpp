@@ -171,11 +171,12 @@ Result<Outcome> run_touch(const TouchArguments& arguments) {
   }
   auto recorder = start_recording(record_choice, source, scene, method, recorded, {}, arguments.effects);
   if (!recorder) return recorder.error();
-  const sim::EditSession edits(
-      {haptics::ServoHand(haptics::borrowed(scene), haptics::borrowed(method), haptics::TouchState(nullptr),
-                          effects.laws().empty() ? nullptr : std::make_shared<haptics::LawSet>(effects))},
-      std::array<sim::Tool*, 1>{nullptr}, 1 / arguments.rate);
-  const volume::Version& version = *edits.current();
+  sim::Engine engine(
+      {{haptics::ServoHand(haptics::borrowed(scene), haptics::borrowed(method), haptics::TouchState(nullptr),
+                           effects.laws().empty() ? nullptr : std::make_shared<haptics::LawSet>(effects)),
+        {}}},
+      1 / arguments.rate);
+  const volume::Version& version = *engine.current();
   std::map<std::string, long> events;
 
   // The judge reads samples, not bits.
@@ -219,10 +220,11 @@ Result<Outcome> run_touch(const TouchArguments& arguments) {
     if (i == 0) first_touch_seconds = process_seconds();
     const haptics::DenormalsFlushed flushed;  // as everywhere else that a session comes from
     const auto begin = Clock::now();
-    const haptics::ServoRecord record = servo.step(*edits.servo_scene(), {pose});
+    const haptics::ServoRecord record = servo.step(*engine.servo_scene(), {pose});
     const double us = std::chrono::duration<double, std::micro>(Clock::now() - begin).count();
     (record.has_contact ? contact_us : free_us).push_back(us);
-    if (recorder.value()) recorder.value()->add(record, edits, {});
+    const sim::Outcome happened = engine.apply(record);
+    if (recorder.value()) recorder.value()->add(record, engine, happened);
     const haptics::ProxyStep& step = servo.last_step();
     const glm::dvec3 hip = base.frame.volume_from_world(pose.position_world);
     judge.look({std::span(step.path_volume.data(), static_cast<std::size_t>(step.waypoint_count)), hip,
@@ -255,7 +257,7 @@ Result<Outcome> run_touch(const TouchArguments& arguments) {
     append_step(csv, times[i], record, record.has_contact ? name_of(item_of(scene, record.shape)) : "");
   }
   // A recording that failed takes nothing else with it.
-  const volume::Status not_recorded = finish_recording(recorder.value().get(), edits, 0);
+  const volume::Status not_recorded = finish_recording(recorder.value().get(), engine, 0);
   if (volume::Status error = data_tools::write_file_atomically(arguments.output, csv)) return *error;
   if (not_recorded) return *not_recorded;
 

@@ -18,10 +18,13 @@ class Host {
  public:
   /// `record`: what was asked for at the start; what is opened later goes on in FILE-2, FILE-3 and so on, or
   /// in autosaves.
-  Host(Source source, RecordChoice record, bool is_autosaving)
-      : source_(std::move(source)), record_(std::move(record)), is_autosaving_(is_autosaving) {}
+  Host(Source source, RecordChoice record, bool is_autosaving, double smallest_burr)
+      : source_(std::move(source)),
+        record_(std::move(record)),
+        is_autosaving_(is_autosaving),
+        smallest_burr_(smallest_burr) {}
 
-  Result<view::OpenedScene> open(const std::string& path, drilling::BurrOptions burr) {
+  Result<view::OpenedScene> open(const std::string& path, drilling::Burr burr) {
     Result<Source> opened = open_source(path);
     if (!opened) return opened.error();
     Source source = std::move(opened).value();
@@ -34,7 +37,7 @@ class Host {
     return wrap(std::move(scene).value(), burr);
   }
 
-  Result<view::OpenedScene> reshape(double low, double high, drilling::BurrOptions burr) {
+  Result<view::OpenedScene> reshape(double low, double high, drilling::Burr burr) {
     ShapeChoice choice;
     choice.window =
         format_text("%.17g:", low) + (std::isfinite(high) ? format_text("%.17g", high) : std::string());
@@ -49,17 +52,18 @@ class Host {
     return 0.5 * (*low + *high);
   }
 
-  Result<view::OpenedScene> wrap(haptics::TouchScene scene, drilling::BurrOptions burr) {
+  Result<view::OpenedScene> wrap(haptics::TouchScene scene, drilling::Burr burr) {
     view::OpenedScene opened;
     opened.title = source_.name;
-    if (volume::Status error = make_ready_for(burr, {}, burr.smallest, scene)) return *error;
+    if (volume::Status error = make_ready_for(burr, {}, smallest_burr_, scene)) return *error;
     RecordChoice record = record_;
     if (is_autosaving_)
       record.file = autosave_path();
     else if (!record.file.empty())
       record.file = format_text("%s-%d", record_.file.c_str(), ++opened_);
     if (!record.file.empty()) {
-      auto started = start_recording(record, source_, scene, haptics::SubvoxelProxy(), {}, burr.spec());
+      auto started =
+          start_recording(record, source_, scene, haptics::SubvoxelProxy(), {}, drilling::burr(burr));
       if (!started) return started.error();
       opened.recorder = std::move(started).value();
       opened.session_file = record.file;
@@ -71,6 +75,7 @@ class Host {
   Source source_;
   RecordChoice record_;
   bool is_autosaving_;
+  double smallest_burr_;  ///< mm, of what may be chosen in the window
   int opened_ = 1;
 };
 
@@ -95,7 +100,7 @@ Result<Outcome> run_view(const ViewArguments& arguments) {
   if (!made) return made.error();
 
   view::WindowOptions options;
-  options.burr.radius = 0.5 * arguments.burr_diameter;
+  options.burr.diameter = arguments.burr_diameter;
   options.burr.is_round = arguments.is_round;
   // Other burrs may be chosen in the window: a fine one leaves its hole too, unless a finer yet is named.
   constexpr double k_fine_burr = 2;
@@ -120,14 +125,15 @@ Result<Outcome> run_view(const ViewArguments& arguments) {
   }
   if (options.is_offscreen && !record.file.empty())
     return Error{"without a window there is nothing to record", "--record", "", "a display", ""};
-  auto started = start_recording(record, source, *scene, haptics::SubvoxelProxy(), {}, options.burr.spec());
+  auto started =
+      start_recording(record, source, *scene, haptics::SubvoxelProxy(), {}, drilling::burr(options.burr));
   if (!started && !is_autosave) return started.error();
   if (!started) notice("note: the session is not saved: " + started.error().message());
   const std::unique_ptr<sim::SessionWriter> recorder = started ? std::move(started).value() : nullptr;
   options.recorder = recorder.get();
   if (recorder) options.session_file = record.file;
 
-  const auto host = std::make_shared<Host>(source, record, is_autosave);
+  const auto host = std::make_shared<Host>(source, record, is_autosave, scene->smallest_burr);
   options.host.open = [host, burr = options.burr](const std::string& path) { return host->open(path, burr); };
   options.host.reshape = [host, burr = options.burr](double low, double high) {
     return host->reshape(low, high, burr);

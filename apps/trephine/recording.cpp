@@ -20,6 +20,12 @@ using volume::Error;
 using volume::Result;
 using volume::Status;
 
+const sim::Catalogue& catalogue() {
+  static const drilling::Drilling drilling;
+  static const sim::Catalogue all({&drilling});
+  return all;
+}
+
 Status check_record(const RecordChoice& choice) {
   std::error_code error;
   if (choice.file.empty() || !fs::exists(choice.file, error)) return std::nullopt;
@@ -33,7 +39,7 @@ Result<std::unique_ptr<sim::SessionWriter>> start_recording(const RecordChoice& 
                                                             const haptics::TouchScene& scene,
                                                             const haptics::ProxyMethod& method,
                                                             const haptics::ServoOptions& options,
-                                                            const sim::ToolSpec& tool,
+                                                            const sim::Instrument& instrument,
                                                             std::vector<std::string> effects) {
   if (choice.file.empty()) {
     if (choice.is_embedding)
@@ -41,7 +47,7 @@ Result<std::unique_ptr<sim::SessionWriter>> start_recording(const RecordChoice& 
     return std::unique_ptr<sim::SessionWriter>();
   }
   if (volume::Status error = sim::check_recordable(scene)) return *error;
-  sim::SessionHeader header = sim::describe_session(scene, method, options, {tool});
+  sim::SessionHeader header = sim::describe_session(scene, method, options, {sim::HandSpec(instrument)});
   header.effects = std::move(effects);
   header.program =
       std::string("trephine ") + TREPHINE_VERSION + " (" + TREPHINE_COMMIT + ", " + TREPHINE_COMPILER + ")";
@@ -50,11 +56,11 @@ Result<std::unique_ptr<sim::SessionWriter>> start_recording(const RecordChoice& 
   sim::WriterOptions writer;
   writer.is_embedding = choice.is_embedding;
   writer.is_removed_when_empty = choice.is_autosave;
-  return sim::SessionWriter::create(choice.file, header, source.volume, writer);
+  return sim::SessionWriter::create(choice.file, header, source.volume, catalogue(), writer);
 }
 
-Status finish_recording(sim::SessionWriter* writer, const sim::EditSession& edits, std::uint64_t dropped) {
-  return writer ? writer->finish(edits, dropped) : std::nullopt;
+Status finish_recording(sim::SessionWriter* writer, const sim::Engine& engine, std::uint64_t dropped) {
+  return writer ? writer->finish(engine, dropped) : std::nullopt;
 }
 
 bool is_session_file(const std::string& path) {
@@ -65,7 +71,7 @@ bool is_session_file(const std::string& path) {
 
 Result<std::unique_ptr<OpenedSession>> open_session(const std::string& path, const std::string& case_source) {
   auto result = std::make_unique<OpenedSession>();
-  Result<sim::SessionReader> reader = sim::SessionReader::open(path);
+  Result<sim::SessionReader> reader = sim::SessionReader::open(path, catalogue());
   if (!reader) return reader.error();
   result->reader = std::make_unique<sim::SessionReader>(std::move(reader).value());
   sim::SessionReader& session = *result->reader;
@@ -110,29 +116,25 @@ Result<std::unique_ptr<OpenedSession>> open_session(const std::string& path, con
   }
   result->scene = std::move(scene).value();
 
-  // The method and the tools.
+  // The method and the instruments.
   auto method = haptics::make_method(header.method);
   if (!method)
     return Error{"this program does not have the session's proxy method", where, header.method,
                  haptics::method_names(), "open it with the version that recorded it"};
   result->method = std::move(method).value();
   if (Status error = result->method->prepare(result->scene)) return *error;
-  std::vector<sim::Tool*> tools;
-  for (const sim::ToolSpec& spec : header.tools) {
-    if (!spec.name.empty() && spec.name != "burr")
-      return Error{"this program does not have the session's tool", where, spec.name, "burr",
-                   "open it with the version that recorded it"};
-    drilling::BurrOptions options;
-    options.smallest = header.smallest_burr;
-    result->burrs.push_back(spec.name.empty() ? nullptr : std::make_unique<drilling::Burr>(options));
-    tools.push_back(result->burrs.back().get());
-    for (const auto& [name, value] : spec.settings)
-      if (tools.back() && !tools.back()->set(name, value))
-        return Error{"this program does not have the session's setting of a tool", where,
-                     name + " = " + std::to_string(value), "a setting of " + spec.name, ""};
+  auto replay = sim::Replay::open(session, result->scene, *result->method);
+  if (!replay) {
+    Error error = replay.error();
+    error.where = where;
+    return error;
   }
-  result->replay = std::make_unique<sim::Replay>(session, result->scene, *result->method, tools);
+  result->replay = std::move(replay).value();
   return result;
+}
+
+const drilling::Burr* OpenedSession::burr(std::size_t hand) const {
+  return replay->engine().now().settings.hands[hand].parameters.as<drilling::Burr>();
 }
 
 std::string autosave_folder() {
@@ -193,8 +195,18 @@ std::vector<std::string> settings_of(const sim::SessionHeader& header) {
 }
 }  // namespace
 
+namespace {
+/// For people.
+std::string words_of(const sim::Event& event) {
+  if (const auto* fault = event.what.as<sim::FaultEvent>())
+    return fault->is_cleared ? "faults cleared" : "fault: " + fault->names;
+  const std::string words = event.what.words();
+  return std::string(event.what.name()) + (words.empty() ? "" : " " + words);
+}
+}  // namespace
+
 Result<Outcome> describe_session_file(const std::string& path) {
-  Result<sim::SessionReader> opened = sim::SessionReader::open(path);
+  Result<sim::SessionReader> opened = sim::SessionReader::open(path, catalogue());
   if (!opened) return opened.error();
   sim::SessionReader& session = opened.value();
   const sim::SessionHeader& h = session.header();
@@ -204,6 +216,10 @@ Result<Outcome> describe_session_file(const std::string& path) {
   double strongest = 0;
   std::int64_t units = 0;
   bool has_last = false;
+  const auto tell = [&](std::uint64_t tick, int hand, const std::string& text) {
+    events.push_back(
+        {{"after_seconds", static_cast<double>(tick) / h.rate_hz}, {"hand", hand}, {"text", text}});
+  };
   for (sim::LogItem item;;) {
     const Result<bool> read = session.next(item);
     if (!read) return read.error();
@@ -220,12 +236,12 @@ Result<Outcome> describe_session_file(const std::string& path) {
       faults |= r.raised;
       strongest = std::max(strongest, glm::length(r.force_world));
     } else if (const auto* command = std::get_if<sim::CommandItem>(&item)) {
-      undos += command->command.kind == sim::Command::Kind::undo;
-      redos += command->command.kind == sim::Command::Kind::redo;
-      if (command->command.kind == sim::Command::Kind::note)
-        events.push_back({{"after_seconds", static_cast<double>(last) / h.rate_hz},
-                          {"hand", command->command.hand},
-                          {"text", command->command.name}});
+      const sim::Value& what = command->command.what;
+      undos += what.as<sim::Undo>() != nullptr;
+      redos += what.as<sim::Redo>() != nullptr;
+      if (const auto* remark = what.as<sim::Note>()) tell(last, command->command.hand, remark->text);
+    } else if (const auto* event = std::get_if<sim::EventItem>(&item)) {
+      tell(event->event.tick, event->event.hand, words_of(event->event));
     } else if (const auto* version = std::get_if<sim::VersionItem>(&item)) {
       ++versions;
       units = version->removed_units;
@@ -244,7 +260,7 @@ Result<Outcome> describe_session_file(const std::string& path) {
   json["size"] = {h.size.x, h.size.y, h.size.z};
   json["rate_hz"] = h.rate_hz;
   json["method"] = h.method;
-  json["hands"] = h.tools.size();
+  json["hands"] = h.hands.size();
   json["settings"] = settings_of(h);
   json["seconds"] = seconds;
   json["ticks"] = ticks;
@@ -265,14 +281,14 @@ Result<Outcome> describe_session_file(const std::string& path) {
                  (h.case_name.empty() ? std::string("a scan without a name") : "case " + h.case_name) +
                  (session.has_scan() ? ", the scan included" : "") + "\n" +
                  format_text("  %.1f s at %.0f Hz, %zu hand%s, method %s\n", seconds, h.rate_hz,
-                             h.tools.size(), h.tools.size() == 1 ? "" : "s", h.method.c_str()) +
+                             h.hands.size(), h.hands.size() == 1 ? "" : "s", h.method.c_str()) +
                  format_text("  in contact for %.1f s, at most %.2f N; undone %llu, redone %llu\n",
                              static_cast<double>(contact) / h.rate_hz, strongest,
                              static_cast<unsigned long long>(undos), static_cast<unsigned long long>(redos)) +
                  "  recorded by " + h.program + "\n  ";
   const std::vector<std::string> settings = settings_of(h);
   for (std::size_t i = 0; i < settings.size(); ++i) {
-    const bool is_new_line = settings[i].starts_with("shape=") || settings[i].starts_with("tool=");
+    const bool is_new_line = settings[i].starts_with("shape=") || settings[i].starts_with("hand=");
     outcome.text += (i == 0 ? "" : is_new_line ? "\n  " : ", ") + settings[i];
   }
   outcome.text += "\n";

@@ -19,16 +19,18 @@ struct RecordChoice {
   bool is_autosave = false;  ///< taken away again when nothing was cut
 };
 
+/// What this program can do beside touching.
+const sim::Catalogue& catalogue();
+
 /// What would keep it from being started, before any work is done for it.
 volume::Status check_record(const RecordChoice& choice);
 /// Starts the recording that is asked for; null without one.
 volume::Result<std::unique_ptr<sim::SessionWriter>> start_recording(
     const RecordChoice& choice, const Source& source, const haptics::TouchScene& scene,
-    const haptics::ProxyMethod& method, const haptics::ServoOptions& options, const sim::ToolSpec& tool,
-    std::vector<std::string> effects = {});
+    const haptics::ProxyMethod& method, const haptics::ServoOptions& options,
+    const sim::Instrument& instrument, std::vector<std::string> effects = {});
 /// Ends it; a recording that ended early is said, and what was written is kept.
-volume::Status finish_recording(sim::SessionWriter* writer, const sim::EditSession& edits,
-                                std::uint64_t dropped);
+volume::Status finish_recording(sim::SessionWriter* writer, const sim::Engine& engine, std::uint64_t dropped);
 
 /// Is this a file that --record wrote?
 bool is_session_file(const std::string& path);
@@ -39,7 +41,8 @@ struct OpenedSession {
   Source source;
   haptics::TouchScene scene;
   std::unique_ptr<haptics::ProxyMethod> method;
-  std::vector<std::unique_ptr<drilling::Burr>> burrs;
+  /// Of a hand, as the session begins; null when it has none.
+  const drilling::Burr* burr(std::size_t hand) const;
   std::unique_ptr<sim::Replay> replay;
 };
 /// Finds the scan: `case_source` when given, in the session itself, or the built-in one that it names.

@@ -303,21 +303,20 @@ volume::Status check_burr(double diameter_mm) {
                ""};
 }
 
-volume::Status make_ready_for(drilling::BurrOptions& burr, std::optional<double> wanted, double usual,
+volume::Status make_ready_for(drilling::Burr& burr, std::optional<double> wanted, double usual,
                               haptics::TouchScene& scene) {
   // A round tool's touch is made for its own ball, which stays as long as the session.
-  if (burr.is_round && wanted && *wanted != 2 * burr.radius)
+  if (burr.is_round && wanted && *wanted != burr.diameter)
     return Error{"with --round the burr is the smallest, and stays", "--smallest-burr", text_of(*wanted),
-                 "the burr's " + text_of(2 * burr.radius) + " mm", "leave --smallest-burr out"};
-  const double smallest = burr.is_round ? 2 * burr.radius : wanted.value_or(usual);
-  if (!(smallest > 0 && smallest <= 2 * burr.radius))
+                 "the burr's " + text_of(burr.diameter) + " mm", "leave --smallest-burr out"};
+  const double smallest = burr.is_round ? burr.diameter : wanted.value_or(usual);
+  if (!(smallest > 0 && smallest <= burr.diameter))
     return Error{"the smallest burr is out of range", "--smallest-burr", text_of(smallest),
-                 "above 0, at most the burr's " + text_of(2 * burr.radius) + " mm", ""};
+                 "above 0, at most the burr's " + text_of(burr.diameter) + " mm", ""};
   if (volume::Status error = haptics::set_smallest_burr(scene, smallest)) {
-    error->where = smallest < 2 * burr.radius ? "--smallest-burr" : "--burr-diameter";
+    error->where = smallest < burr.diameter ? "--smallest-burr" : "--burr-diameter";
     return error;
   }
-  burr.smallest = smallest;
   return burr.is_round ? make_round(scene, drilling::touch_radius(burr, *scene.base)) : std::nullopt;
 }
 

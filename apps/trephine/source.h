@@ -63,7 +63,7 @@ volume::Status check_rate(double rate_hz);
 volume::Status check_burr(double diameter_mm);
 /// Makes a scene ready for a burr, and for smaller ones down to `wanted`, else `usual` (mm, diameter); or for
 /// the touch of a round one, which is the smallest.
-volume::Status make_ready_for(drilling::BurrOptions& burr, std::optional<double> wanted, double usual,
+volume::Status make_ready_for(drilling::Burr& burr, std::optional<double> wanted, double usual,
                               haptics::TouchScene& scene);
 /// The shape in words, for reports: "300 HU and above", "label dura".
 std::string describe(const volume::Shape& shape, bool is_hounsfield);

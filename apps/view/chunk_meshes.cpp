@@ -9,7 +9,7 @@
 #include <glm/vector_relational.hpp>
 #include <map>
 
-#include "sim/edit_session.h"
+#include "sim/engine.h"
 #include "volume/traversal.h"
 
 namespace trephine::view {

@@ -11,9 +11,10 @@ namespace {
 
 constexpr std::size_t k_most_times = 1 << 20;  // frames whose time is kept: hours
 
-sim::EditSession first_state(const haptics::TouchScene& scene, const haptics::ProxyMethod& method,
-                             const WindowOptions& options, drilling::Burr& own) {
-  return options.start ? options.start->edits : sim::EditSession(scene, method, &own, 1 / options.rate_hz);
+sim::Engine first_state(const haptics::TouchScene& scene, const haptics::ProxyMethod& method,
+                        const WindowOptions& options) {
+  if (options.start) return options.start->engine;
+  return sim::Engine(scene, method, drilling::burr(options.burr), 1 / options.rate_hz);
 }
 
 haptics::ServoOptions servo_options(const WindowOptions& options) {
@@ -37,13 +38,12 @@ LiveOperation::LiveOperation(const haptics::TouchScene& scene, const WindowOptio
     : scene_(&scene),
       options_(options),
       method_(haptics::make_method(options.method).value()),
-      own_burr_(options.burr),
+      burr_(options.burr),
       picture_(scene, window, true),
       mouse_(picture_.outside_point()),
       devices_{&mouse_},
-      live_(devices_, first_state(scene, *method_, options_, own_burr_), servo_options(options),
-            options.recorder, options.start ? options.start->first_tick : 0),
-      burr_diameter_(2 * (options.start ? options.start->burr->options().radius : options.burr.radius)) {
+      live_(devices_, first_state(scene, *method_, options_), servo_options(options), options.recorder,
+            options.start ? options.start->first_tick : 0) {
   state_ = live_.look();
   version_ = state_.version;
 }
@@ -68,7 +68,7 @@ const WindowReport& LiveOperation::finish() {
   const sim::LiveSession::OffsetReport offsets = live_.offset_report();
   report_.offset_updates = offsets.count;
   report_.longest_offset_update_seconds = offsets.longest_seconds;
-  if (options_.recorder) report_.recording = options_.recorder->finish(live_.edits(), report_.servo.dropped);
+  if (options_.recorder) report_.recording = options_.recorder->finish(live_.engine(), report_.servo.dropped);
   report_.removed_mm3 = state_.removed_mm3;
   report_.strokes = state_.strokes;
   report_.triangles = picture_.triangle_count();
@@ -83,9 +83,9 @@ void LiveOperation::set_depth(double mm) { depth_mm_ = std::clamp(mm, 0.5, 12.0)
 
 void LiveOperation::set_burr_diameter(double mm) {
   if (scene_->tool_radius > 0) return;  // its touch was made for the ball it has
-  burr_diameter_ =
+  burr_.diameter =
       std::clamp(mm, std::max(0.5, scene_->smallest_burr), std::max(12.0, scene_->smallest_burr));
-  live_.apply({sim::Command::Kind::set_tool, 0, "diameter", burr_diameter_});
+  live_.apply(burr_);
 }
 
 std::string LiveOperation::fault_text() const {
@@ -123,7 +123,7 @@ void LiveOperation::frame() {
   state_ = live_.look();
   version_ = state_.version;
   picture_.request(version_, state_.changed);
-  picture_.show_stylus(state_.newest, 0.5 * burr_diameter_, *version_, -ray.direction);
+  picture_.show_stylus(state_.newest, burr_.radius(), *version_, -ray.direction);
   const double ms = picture_.draw();
   ++report_.frames;
   if (frame_ms_.size() < k_most_times) frame_ms_.push_back(static_cast<float>(ms));

@@ -37,7 +37,7 @@ class LiveOperation {
   void set_depth(double mm);
   double depth() const noexcept { return depth_mm_; }
   void set_burr_diameter(double mm);
-  double burr_diameter() const noexcept { return burr_diameter_; }
+  double burr_diameter() const noexcept { return burr_.diameter; }
   void undo() { live_.undo(); }
   void redo() { live_.redo(); }
   void reset_faults() { live_.reset_faults(); }
@@ -55,14 +55,14 @@ class LiveOperation {
   const haptics::TouchScene* scene_;
   WindowOptions options_;
   std::unique_ptr<haptics::ProxyMethod> method_;
-  drilling::Burr own_burr_;
+  drilling::Burr burr_;
   OperationPicture picture_;
   MouseDevice mouse_;
   haptics::Device* devices_[1];
   sim::LiveSession live_;
   sim::LiveState state_;
   std::shared_ptr<const volume::Version> version_;
-  double x_ = 0.5, y_ = 0.5, depth_mm_ = 2, reach_ = 300, burr_diameter_;
+  double x_ = 0.5, y_ = 0.5, depth_mm_ = 2, reach_ = 300;
   bool is_pressed_ = false, is_finished_ = false, is_started_ = false;
   glm::dvec3 wish_{1e9};
   std::vector<float> frame_ms_, drilling_ms_;

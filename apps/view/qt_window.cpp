@@ -97,6 +97,7 @@ MainWindow::~MainWindow() {
 void MainWindow::begin(std::shared_ptr<const haptics::TouchScene> scene) {
   operation_.reset();
   scene_ = std::move(scene);
+  burr_->setMinimum(std::max(0.5, scene_->smallest_burr));
   canvas_ = new QVTKOpenGLNativeWidget;
   canvas_->setObjectName("canvas");
   canvas_->setMinimumSize(320, 240);
@@ -109,7 +110,7 @@ void MainWindow::begin(std::shared_ptr<const haptics::TouchScene> scene) {
   OperationPicture* drawn = nullptr;
   if (options_.replay) {
     replay_ = std::make_unique<ReplayOperation>(*scene_, *options_.replay, options_.rate_hz,
-                                                options_.replay_seconds, 2 * options_.burr.radius, window);
+                                                options_.replay_seconds, options_.burr.diameter, window);
     replay_->start();
     drawn = &replay_->picture();
   } else {
@@ -144,7 +145,7 @@ OperationPicture* MainWindow::picture() {
 }
 
 std::shared_ptr<const volume::Version> MainWindow::version() const {
-  return operation_ ? operation_->version() : replay_->edits().current();
+  return operation_ ? operation_->version() : replay_->engine().current();
 }
 
 // ---- what a person does ---------------------------------------------------------------------------------
@@ -414,8 +415,8 @@ void MainWindow::show_state() {
   const double force = glm::length(record.force_world);
   force_bar_->show_force(force, haptics::ForceOptions().force_limit);
   if (is_sound_on_) sound_.show(force, record.pose.is_pressed(), record.has_contact);
-  const double removed = operation_ ? operation_->state().removed_mm3 : replay_->edits().removed_mm3();
-  const std::size_t strokes = operation_ ? operation_->state().strokes : replay_->edits().stroke_count();
+  const double removed = operation_ ? operation_->state().removed_mm3 : replay_->engine().removed_mm3();
+  const std::size_t strokes = operation_ ? operation_->state().strokes : replay_->engine().stroke_count();
   removed_->setText(removed > 0 ? QString("%1 mm\u00b3 removed, %2 stroke%3")
                                       .arg(removed, 0, 'f', 1)
                                       .arg(strokes)

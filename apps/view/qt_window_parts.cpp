@@ -63,16 +63,16 @@ void MainWindow::build_panel() {
   auto* grid = new QGridLayout(tool);
   burr_ = new QDoubleSpinBox;
   burr_->setObjectName("burr");
-  burr_->setRange(std::max(0.5, options_.burr.smallest), 12);
+  burr_->setRange(0.5, 12);
   burr_->setSingleStep(0.5);
   burr_->setDecimals(1);
   burr_->setSuffix(" mm");
-  burr_->setValue(2 * options_.burr.radius);
+  burr_->setValue(options_.burr.diameter);
   burr_->setEnabled(!options_.burr.is_round);
   burr_->setToolTip(options_.burr.is_round ? "Touched with its whole ball, which was measured at the start"
                                            : "Diameter, as surgeons order it  (+ and -)");
   connect(burr_, QOverload<double>::of(&QDoubleSpinBox::valueChanged), this, [this](double mm) {
-    options_.burr.radius = 0.5 * mm;
+    options_.burr.diameter = mm;
     if (operation_) operation_->set_burr_diameter(mm);
   });
   depth_ = make_slider("depth", 1, 24, 4);

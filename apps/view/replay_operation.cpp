@@ -14,7 +14,7 @@ ReplayOperation::ReplayOperation(const haptics::TouchScene& scene, sim::Replay& 
       picture_(scene, window, true) {}
 
 void ReplayOperation::start() {
-  picture_.request_all(replay_->edits().current());
+  picture_.request_all(replay_->engine().current());
   replay_->take_changed();
 }
 
@@ -33,7 +33,7 @@ volume::Status ReplayOperation::frame(double elapsed) {
     error = seek(now_ + speed_ * elapsed);
     if (now_ >= seconds_) is_playing_ = false;
   }
-  const std::shared_ptr<const volume::Version> version = replay_->edits().current();
+  const std::shared_ptr<const volume::Version> version = replay_->engine().current();
   picture_.request(version, replay_->take_changed());
   const glm::dvec3 viewer = -picture_.ray_at(0.5, 0.5).direction;
   if (replay_->next_tick() > 0) picture_.show_stylus(replay_->record(), burr_radius_, *version, viewer);

@@ -28,7 +28,7 @@ class ReplayOperation {
   /// One frame, `elapsed` s after the last one.
   volume::Status frame(double elapsed);
   const haptics::ServoRecord& record() const noexcept { return replay_->record(); }
-  const sim::EditSession& edits() const { return replay_->edits(); }
+  const sim::Engine& engine() const { return replay_->engine(); }
   OperationPicture& picture() noexcept { return picture_; }
 
  private:

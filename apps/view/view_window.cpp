@@ -38,7 +38,7 @@ Result<WindowReport> draw_once(const haptics::TouchScene& scene, const WindowOpt
     record.has_contact = true;
     record.proxy_world = record.pose.position_world = ray.origin + hit * ray.direction;
     record.normal_world = -ray.direction;
-    picture.show_stylus(record, options.burr.radius, *version, -ray.direction);
+    picture.show_stylus(record, options.burr.radius(), *version, -ray.direction);
   }
   picture.show_text(options.title, "");
   picture.draw();

@@ -14,10 +14,9 @@
 
 namespace trephine::view {
 
-/// Where a session goes on: the state that it had reached, and the tool that is part of it.
+/// Where a session goes on.
 struct WindowStart {
-  sim::EditSession edits;
-  drilling::Burr* burr;
+  sim::Engine engine;
   std::uint64_t first_tick = 0;
 };
 
@@ -38,7 +37,7 @@ struct WindowHost {
 };
 
 struct WindowOptions {
-  drilling::BurrOptions burr;
+  drilling::Burr burr;
   std::string method = haptics::k_default_method;  ///< a name that make_method() knows
   double rate_hz = 1000;
   haptics::ForceOptions force;

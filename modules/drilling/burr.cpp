@@ -1,15 +1,16 @@
 #include "modules/drilling/burr.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <glm/geometric.hpp>
 
-#include "sim/edit_session.h"
 #include "volume/offset_field.h"
 
 namespace trephine::drilling {
 
 using glm::dvec3;
+using sim::field;
 
 namespace {
 constexpr double k_memory_voxels =
@@ -18,102 +19,136 @@ constexpr double k_credit_seconds = 0.02;  // removal that may be saved up while
 constexpr double k_step_mm = 0.05;         // the ball moves in bites of at most this, each paid for
 constexpr double k_turn_cosine = 0.7071;   // a wall farther than this from the axis turns it ...
 constexpr double k_turn_seconds = 0.25;    // ... over about this, when pressed by a radius
-}  // namespace
 
-void Burr::lift() {
-  has_centre_ = false;
-  axis_ = dvec3(0);
-  free_mm_ = owed_mm3_ = 0;
-}
+/// One tick of a burr.
+class BurrTick {
+ public:
+  BurrTick(const Burr& burr, BurrState& state, const sim::InstrumentInput& input, sim::Work& work)
+      : burr_(burr), state_(state), tick_(input.tick), dt_(input.dt), work_(work) {}
+  void drill();
 
-double touch_radius(const BurrOptions& options, const volume::Volume& volume) noexcept {
-  const double step = volume::OffsetField::step_for(options.radius, volume);
-  return std::max(0.5 * options.radius, options.radius - step);
-}
+ private:
+  /// mm^3 that so many seconds of contact can take away.
+  double budget(double seconds) const noexcept { return burr_.removal_rate * seconds; }
+  double sweep_to(const dvec3& centre);
+  void turn_axis() noexcept;
 
-sim::ToolSpec BurrOptions::spec() const {
-  sim::ToolSpec spec{"burr",
-                     {{"diameter", 2 * radius},
-                      {"removal_rate", removal_rate},
-                      {"feed_limit", feed_limit},
-                      {"is_kinematic", is_kinematic ? 1 : 0}}};
-  if (is_round) spec.settings.emplace_back("is_round", 1);  // what is not as usual
-  return spec;
-}
+  const Burr& burr_;
+  BurrState& state_;
+  const haptics::ServoRecord& tick_;
+  double dt_;
+  sim::Work& work_;
+};
 
-bool Burr::set(std::string_view name, double value) {
-  if (name == "is_kinematic" && (value == 0 || value == 1))
-    options_.is_kinematic = value == 1;
-  else if (name == "is_round" && (value == 0 || value == 1))
-    options_.is_round = value == 1;
-  else if (name == "diameter" && value > 0 && value >= options_.smallest && value <= 30)
-    options_.radius = 0.5 * value;
-  else if (name == "removal_rate" && value > 0 && value <= 1e5)
-    options_.removal_rate = value;
-  else if (name == "feed_limit" && value > 0 && value <= 1e4)
-    options_.feed_limit = value;
-  else
-    return false;
-  lift();
-  return true;
-}
-
-double Burr::sweep_to(const dvec3& centre, volume::RemovalEditor& editor, volume::RemovalReport& report) {
+/// Gives what that took away, mm^3.
+double BurrTick::sweep_to(const dvec3& centre) {
   const volume::RemovalReport one =
-      editor.remove({has_centre_ ? centre_ : centre, centre, options_.radius, has_centre_});
-  centre_ = centre;
-  has_centre_ = true;
-  report.removed_units += one.removed_units;
-  report.bricks_changed += one.bricks_changed;
-  if (one.bricks_changed > 0) report.box = sim::united(report.box, one.box);
-  return editor.working().mm3_of(one.removed_units);
+      work_.remove({state_.has_centre ? state_.centre : centre, centre, burr_.radius(), state_.has_centre});
+  state_.centre = centre;
+  state_.has_centre = true;
+  return work_.left().mm3_of(one.removed_units);
 }
 
-void Burr::turn_axis(const haptics::ServoRecord& tick, double dt) noexcept {
+void BurrTick::turn_axis() noexcept {
   // The axis of approach is the first normal. A wall that stands steeply to it, and is pressed, turns it; a
   // new touch on such a wall starts anew.
-  const dvec3& normal = tick.normal_world;
-  const double cosine = glm::dot(axis_, normal);
+  const dvec3& normal = tick_.normal_world;
+  const double cosine = glm::dot(state_.axis, normal);
   if (cosine >= k_turn_cosine) return;
-  if (!has_centre_) {
-    axis_ = normal;
+  if (!state_.has_centre) {
+    state_.axis = normal;
   } else if (cosine > -0.99) {
-    const double press = glm::dot(tick.proxy_world - tick.pose.position_world, normal) / options_.radius;
-    axis_ = glm::normalize(axis_ + dt / k_turn_seconds * std::clamp(press, 0.0, 1.0) * normal);
+    const double press = glm::dot(tick_.proxy_world - tick_.pose.position_world, normal) / burr_.radius();
+    state_.axis = glm::normalize(state_.axis + dt_ / k_turn_seconds * std::clamp(press, 0.0, 1.0) * normal);
   }
 }
 
-volume::RemovalReport Burr::apply(const haptics::ServoRecord& tick, double dt,
-                                  volume::RemovalEditor& editor) {
-  volume::RemovalReport report;
-  if (options_.is_kinematic) {
-    sweep_to(tick.pose.position_world, editor, report);
-    return report;
+void BurrTick::drill() {
+  if (burr_.is_kinematic) {
+    sweep_to(tick_.pose.position_world);
+    return;
   }
   // The ball clears the voxels in front of the HIP, and their walls stand up to a voxel off the cut, so
   // contact comes and goes while the ball works: while it cuts, and for a short way after, it is still in
   // contact.
-  const dvec3& hip = tick.pose.position_world;
-  free_mm_ = tick.has_contact ? 0 : free_mm_ + glm::length(hip - hip_);
-  hip_ = hip;
-  if (free_mm_ > k_memory_voxels * editor.working().base().frame.diagonal_mm()) has_centre_ = false;
-  if (!tick.has_contact && !has_centre_) return report;
-  owed_mm3_ = std::min(owed_mm3_ + budget(dt), budget(k_credit_seconds + dt));
-  if (tick.has_contact) {
-    if (!options_.is_round) turn_axis(tick, dt);  // else the axis stays 0
-    if (!has_centre_) owed_mm3_ -= sweep_to(tick.proxy_world + options_.radius * axis_, editor, report);
+  const double radius = burr_.radius();
+  const dvec3& hip = tick_.pose.position_world;
+  state_.free_mm = tick_.has_contact ? 0 : state_.free_mm + glm::length(hip - state_.hip);
+  state_.hip = hip;
+  if (state_.free_mm > k_memory_voxels * work_.left().base().frame.diagonal_mm()) state_.has_centre = false;
+  if (!tick_.has_contact && !state_.has_centre) return;
+  state_.owed_mm3 = std::min(state_.owed_mm3 + budget(dt_), budget(k_credit_seconds + dt_));
+  if (tick_.has_contact) {
+    if (!burr_.is_round) turn_axis();  // else the axis stays 0
+    if (!state_.has_centre) state_.owed_mm3 -= sweep_to(tick_.proxy_world + radius * state_.axis);
   }
 
   // Toward the place where the lowest point is on the HIP, by bites that time has paid for.
-  const dvec3 way = hip + options_.radius * axis_ - centre_;
-  const double length = std::min(glm::length(way), options_.feed_limit * dt);
-  if (length <= 1e-9) return report;
-  const dvec3 start = centre_, direction = way / glm::length(way);
+  const dvec3 way = hip + radius * state_.axis - state_.centre;
+  const double length = std::min(glm::length(way), burr_.feed_limit * dt_);
+  if (length <= 1e-9) return;
+  const dvec3 start = state_.centre, direction = way / glm::length(way);
   const int bites = std::max(1, static_cast<int>(std::ceil(length / k_step_mm)));
-  for (int i = 1; i <= bites && owed_mm3_ > 0; ++i)
-    owed_mm3_ -= sweep_to(start + (length * i / bites) * direction, editor, report);
-  if (report.removed_units > 0) free_mm_ = 0;
-  return report;
+  for (int i = 1; i <= bites && state_.owed_mm3 > 0; ++i)
+    state_.owed_mm3 -= sweep_to(start + (length * i / bites) * direction);
+  if (work_.removed().removed_units > 0) state_.free_mm = 0;
+}
+
+void step(const Burr& burr, BurrState& state, const sim::InstrumentInput& input, sim::Work& work) {
+  if (input.is_fresh || !input.tick.pose.is_pressed()) state = BurrState{};
+  if (input.tick.pose.is_pressed()) BurrTick(burr, state, input, work).drill();
+}
+
+/// A smaller one would leave no hole in the session's lattice, and a ball must have room in what it cuts.
+volume::Status check(const Burr& burr, const haptics::TouchScene& scene) {
+  if (burr.is_round && burr.radius() < scene.tool_radius)
+    return volume::Error{"the burr is smaller than the ball that touches for it", "burr diameter",
+                         std::to_string(burr.diameter) + " mm",
+                         std::to_string(2 * scene.tool_radius) + " mm or more", ""};
+  if (burr.diameter >= scene.smallest_burr) return std::nullopt;
+  return volume::Error{"the burr is smaller than the session was made ready for", "burr diameter",
+                       std::to_string(burr.diameter) + " mm",
+                       std::to_string(scene.smallest_burr) + " mm or more",
+                       "name the smallest burr when the session begins"};
+}
+
+}  // namespace
+
+const sim::Schema& Burr::schema() {
+  constexpr double k_above_0 = 1e-9;
+  static constexpr sim::Field fields[] = {
+      field<&Burr::diameter>("diameter", {.unit = "mm", .low = k_above_0, .high = 30, .help = "of the ball"}),
+      field<&Burr::removal_rate>(
+          "removal_rate", {.unit = "mm3/s", .low = k_above_0, .high = 1e5, .help = "at most, in contact"}),
+      field<&Burr::feed_limit>(
+          "feed_limit", {.unit = "mm/s", .low = k_above_0, .high = 1e4, .help = "through matter, at most"}),
+      field<&Burr::is_kinematic>("kinematic", {.help = "takes all that it sweeps, touched or not"}),
+      field<&Burr::is_round>("round", {.help = "touches with all of its ball"})};
+  static constexpr sim::Schema table{"burr", 1, fields};
+  return table;
+}
+
+const sim::Schema& BurrState::schema() {
+  static constexpr sim::Field fields[] = {field<&BurrState::has_centre>("has_centre"),
+                                          field<&BurrState::centre>("centre", {.unit = "mm"}),
+                                          field<&BurrState::axis>("axis"),
+                                          field<&BurrState::hip>("hip", {.unit = "mm"}),
+                                          field<&BurrState::free_mm>("free", {.unit = "mm"}),
+                                          field<&BurrState::owed_mm3>("owed", {.unit = "mm3"})};
+  static constexpr sim::Schema table{"burr-state", 1, fields};
+  return table;
+}
+
+double touch_radius(const Burr& burr, const volume::Volume& volume) noexcept {
+  const double step = volume::OffsetField::step_for(burr.radius(), volume);
+  return std::max(0.5 * burr.radius(), burr.radius() - step);
+}
+
+sim::Instrument burr(const Burr& parameters) { return {sim::instrument_type<step, check>(), parameters}; }
+
+std::span<const sim::InstrumentType* const> Drilling::instruments() const {
+  static const std::array all{&sim::instrument_type<step, check>()};
+  return all;
 }
 
 }  // namespace trephine::drilling

@@ -29,6 +29,12 @@ namespace {
 
 namespace fs = std::filesystem;
 
+const sim::Catalogue& catalogue() {
+  static const drilling::Drilling drilling;
+  static const sim::Catalogue all({&drilling});
+  return all;
+}
+
 data_tools::PhantomOptions small(int size) {
   data_tools::PhantomOptions o;
   o.size = glm::ivec3(size);
@@ -63,9 +69,10 @@ class Window : public ::testing::Test {
     options_.height = 680;
     session_ = (folder_ / "a.session").string();
     recorder_ =
-        sim::SessionWriter::create(
-            session_, sim::describe_session(*scene_, haptics::SubvoxelProxy(), {}, {options_.burr.spec()}),
-            scene_->base)
+        sim::SessionWriter::create(session_,
+                                   sim::describe_session(*scene_, haptics::SubvoxelProxy(), {},
+                                                         {sim::HandSpec(drilling::burr(options_.burr))}),
+                                   scene_->base, catalogue())
             .value();
     options_.recorder = recorder_.get();
     options_.session_file = session_;
@@ -126,7 +133,8 @@ TEST_F(Window, DrillsNothingOnceItIsNoLongerInFront) {
     ASSERT_TRUE(QTest::qWaitFor([&] { return window.operation()->state().removed_mm3 > before + 1; }, 20000));
     QEvent other(QEvent::WindowDeactivate);
     QApplication::sendEvent(&window, &other);
-    ASSERT_TRUE(QTest::qWaitFor([&] { return !window.operation()->state().newest.pose.is_pressed(); }, 20000));
+    ASSERT_TRUE(
+        QTest::qWaitFor([&] { return !window.operation()->state().newest.pose.is_pressed(); }, 20000));
     const double left = window.operation()->state().removed_mm3;
     QTest::qWait(300);
     EXPECT_EQ(window.operation()->state().removed_mm3, left);
@@ -173,7 +181,8 @@ TEST_F(Window, TouchDrillUndoSaveAndQuit) {
     // A trackpad's way: Space presses, too.
     child<QDoubleSpinBox>(window, "burr")->setValue(6);
     QTest::keyPress(&window, Qt::Key_Space);
-    EXPECT_TRUE(QTest::qWaitFor([&] { return window.operation()->state().removed_mm3 > removed + 2; }, 20000));
+    EXPECT_TRUE(
+        QTest::qWaitFor([&] { return window.operation()->state().removed_mm3 > removed + 2; }, 20000));
     QTest::keyRelease(&window, Qt::Key_Space);
     EXPECT_TRUE(QTest::qWaitFor([&] { return window.operation()->state().strokes == 2; }, 20000));
 
@@ -230,15 +239,15 @@ TEST_F(Window, TouchDrillUndoSaveAndQuit) {
   EXPECT_EQ(report.servo.faults & haptics::k_latched_faults, 0u);
   // What was done is in the session, to the bit; a copy taken in the middle is a session too.
   for (const std::string& file : {session_, (folder_ / "copy.session").string()}) {
-    auto opened = sim::SessionReader::open(file);
+    auto opened = sim::SessionReader::open(file, catalogue());
     ASSERT_TRUE(opened.is_ok()) << file;
     haptics::SubvoxelProxy method;
     ASSERT_FALSE(method.prepare(*scene_).has_value());
-    drilling::Burr burr{drilling::BurrOptions{}};
-    sim::Replay replay(opened.value(), *scene_, method, {&burr});
+    const auto replay_of = sim::Replay::open(opened.value(), *scene_, method).value();
+    sim::Replay& replay = *replay_of;
     while (replay.step().value()) {}
     EXPECT_FALSE(replay.mismatch().has_value()) << replay.mismatch()->what;
-    EXPECT_GT(replay.edits().removed_mm3(), 3);
+    EXPECT_GT(replay.engine().removed_mm3(), 3);
   }
 }
 
@@ -296,23 +305,23 @@ TEST_F(Window, PlaysASessionPausedAtAnySpeedAndToAnyMoment) {
   {
     haptics::SubvoxelProxy method;
     ASSERT_FALSE(method.prepare(*scene_).has_value());
-    drilling::Burr burr(options_.burr);
-    sim::EditSession edits(*scene_, method, &burr, 1e-3);
+    const drilling::Burr burr = options_.burr;
+    sim::Engine edits(*scene_, method, drilling::burr(burr), 1e-3);
     haptics::ServoCore core({}, 1e-3);
     for (int i = 0; i < 2000; ++i) {
       const haptics::ServoRecord record =
           core.step(*edits.servo_scene(), {{{0, 0, 60 - 0.01 * i}, {1, 0, 0, 0}, true}});
-      const sim::EditOutcome outcome = edits.consume(record);
+      const sim::Outcome outcome = edits.apply(record);
       recorder_->add(record, edits, outcome);
     }
     ASSERT_FALSE(recorder_->finish(edits, 0).has_value());
   }
-  auto opened = sim::SessionReader::open(session_);
+  auto opened = sim::SessionReader::open(session_, catalogue());
   ASSERT_TRUE(opened.is_ok());
   haptics::SubvoxelProxy method;
   ASSERT_FALSE(method.prepare(*scene_).has_value());
-  drilling::Burr burr{drilling::BurrOptions{}};
-  sim::Replay replay(opened.value(), *scene_, method, {&burr});
+  const auto replay_of = sim::Replay::open(opened.value(), *scene_, method).value();
+  sim::Replay& replay = *replay_of;
   options_.recorder = nullptr;
   options_.replay = &replay;
   options_.replay_seconds = 2;
@@ -328,12 +337,12 @@ TEST_F(Window, PlaysASessionPausedAtAnySpeedAndToAnyMoment) {
   EXPECT_FALSE(window.replay()->seek(1.9).has_value());
   QTest::qWait(60);
   EXPECT_NEAR(window.replay()->seconds(), 1.9, 0.01);
-  const double late = window.replay()->edits().removed_mm3();
+  const double late = window.replay()->engine().removed_mm3();
   EXPECT_GT(late, 1);
   EXPECT_GT(glm::length(window.replay()->record().force_world), 0);
   keep(window, "replay");
   EXPECT_FALSE(window.replay()->seek(0.3).has_value());
-  EXPECT_LT(window.replay()->edits().removed_mm3(), late);
+  EXPECT_LT(window.replay()->engine().removed_mm3(), late);
   child<QComboBox>(window, "speed")->setCurrentIndex(5);
   QTest::mouseClick(child<QPushButton>(window, "play"), Qt::LeftButton);
   EXPECT_TRUE(QTest::qWaitFor([&] { return window.replay()->seconds() >= 2; }, 20000))

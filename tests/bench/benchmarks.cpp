@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "haptics/proxy/implicit_proxy.h"
-#include "sim/edit_session.h"
+#include "sim/engine.h"
 #include "tests/bench/peer_flying_edges.h"
 #include "tests/bench/peers.h"
 #include "tests/scenes/scenes.h"

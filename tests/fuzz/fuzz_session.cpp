@@ -22,6 +22,12 @@ std::shared_ptr<const volume::Volume> small_scan() {
 }
 
 /// Blocks whose checksums are right, so that what lies behind them is reached.
+const sim::Catalogue& catalogue() {
+  static const drilling::Drilling drilling;
+  static const sim::Catalogue all({&drilling});
+  return all;
+}
+
 std::string as_session(const std::uint8_t* data, std::size_t size) {
   std::string bytes(sim::k_session_magic);
   const std::uint32_t layout[2] = {sim::k_session_layout, 0};
@@ -38,12 +44,13 @@ std::string as_session(const std::uint8_t* data, std::size_t size) {
   sim::SessionHeader header;
   header.size = glm::ivec3(16);
   header.shapes.emplace_back();
-  header.tools.push_back({"burr", {{"diameter", 3}}});
+  header.hands.emplace_back(drilling::burr({3}));
+  sim::describe(catalogue(), header);
   // The first byte says what the rest is.
   const std::string payload(reinterpret_cast<const char*>(data) + 1, size - 1);
   if (data[0] & 8) {  // a round tool
     header.tool_radius = 1;
-    header.tools.back().settings.emplace_back("is_round", 1);
+    header.hands.back().parameters += " round=yes";
   }
   if (data[0] & 16) {  // words after a header that is right
     add(sim::BlockKind::header, sim::encode(header) + payload);
@@ -67,7 +74,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const std::string bytes =
       data[0] & 4 ? as_session(data, size) : std::string(reinterpret_cast<const char*>(data) + 1, size - 1);
   std::ofstream(k_path, std::ios::binary).write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
-  auto opened = sim::SessionReader::open(k_path);
+  auto opened = sim::SessionReader::open(k_path, catalogue());
   if (!opened) return 0;
   sim::SessionReader& session = opened.value();
   if (session.has_scan()) (void)session.scan();
@@ -75,10 +82,9 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   if (!scene) return 0;
   haptics::ImplicitProxy method;
   if (method.prepare(scene.value())) return 0;
-  std::vector<drilling::Burr> burrs(session.header().tools.size(), drilling::Burr(drilling::BurrOptions{}));
-  std::vector<sim::Tool*> tools;
-  for (drilling::Burr& burr : burrs) tools.push_back(&burr);
-  sim::Replay replay(session, scene.value(), method, tools);
+  auto opened_replay = sim::Replay::open(session, scene.value(), method);
+  if (!opened_replay) return 0;
+  sim::Replay& replay = *opened_replay.value();
   for (int i = 0; i < 2000; ++i) {
     const auto stepped = replay.step();
     if (!stepped || !stepped.value()) break;

@@ -45,14 +45,13 @@ haptics::TouchScene flat_bone(double spacing) {  // solid below z = 0
 }
 
 double drill(const haptics::TouchScene& scene, const haptics::PosePath& path, double rate,
-             const BurrOptions& options, std::shared_ptr<const volume::Version>* end = nullptr) {
+             const Burr& options, std::shared_ptr<const volume::Version>* end = nullptr) {
   haptics::ImplicitProxy method;
   EXPECT_FALSE(method.prepare(scene).has_value());
-  Burr burr(options);
-  sim::Lockstep run(scene, method, &burr, {}, rate);
+  sim::Lockstep run(scene, method, burr(options), {}, rate);
   for (const double t : haptics::servo_times(path, rate)) run.step(path.at(t));
-  if (end) *end = run.edits().current();
-  return run.edits().removed_mm3();
+  if (end) *end = run.engine().current();
+  return run.engine().removed_mm3();
 }
 
 haptics::PosePath bent_path() {
@@ -63,7 +62,7 @@ haptics::PosePath bent_path() {
 
 TEST(Drilling, KinematicVolumeAgreesAtEveryRate) {
   const haptics::TouchScene scene = block_scene(0.5);
-  const BurrOptions options{2.0, 30, 20, true};
+  const Burr options{4, 30, 20, true};
   const double slow = drill(scene, bent_path(), 100, options);
   for (const double rate : {1000.0, 10000.0})
     EXPECT_NEAR(drill(scene, bent_path(), rate, options) / slow, 1, 1e-3);
@@ -74,7 +73,7 @@ TEST(Drilling, KinematicVolumeIsTheCapsulesAtThreeVoxelSizes) {
   const auto path = haptics::PosePath::from_samples({{0, {a}}, {1, {b}}}, "test").value();
   const double r = 2.4, exact = k_pi * r * r * glm::length(b - a) + 4.0 / 3.0 * k_pi * r * r * r;
   for (const double spacing : {0.3, 0.45, 0.6})  // radius 8, 5.3 and 4 voxels
-    EXPECT_NEAR(drill(block_scene(spacing), path, 1000, {r, 30, 20, true}) / exact, 1, 0.01) << spacing;
+    EXPECT_NEAR(drill(block_scene(spacing), path, 1000, {2 * r, 30, 20, true}) / exact, 1, 0.01) << spacing;
 }
 
 TEST(Drilling, CutSurfaceIsTheCapsules) {
@@ -82,7 +81,7 @@ TEST(Drilling, CutSurfaceIsTheCapsules) {
   const auto path = haptics::PosePath::from_samples({{0, {a}}, {1, {b}}}, "test").value();
   const double r = 3.0, spacing = 0.5;
   std::shared_ptr<const volume::Version> version;
-  drill(block_scene(spacing), path, 1000, {r, 30, 20, true}, &version);
+  drill(block_scene(spacing), path, 1000, {2 * r, 30, 20, true}, &version);
   // March along rays out of the capsule's axis to the zero of the trilinear distance.
   double worst = 0;
   int count = 0;
@@ -120,7 +119,7 @@ TEST(Drilling, ThroughTheProxyTheHoleDoesNotDependOnRateOrVoxels) {
   for (const auto& [spacing, rate] : settings) {
     haptics::TouchScene scene = flat_bone(spacing);
     scene.items[0].material.static_friction = scene.items[0].material.dynamic_friction = 0;
-    volumes.push_back(drill(scene, path, rate, {r, 60, 20, false}));
+    volumes.push_back(drill(scene, path, rate, {2 * r, 60, 20, false}));
   }
   // The ball's lowest point reaches 3 mm below z = 0 and moves 6 mm: half a ball and half a cylinder.
   const double exact = 0.5 * (4.0 / 3.0 * k_pi * r * r * r + k_pi * r * r * 6);
@@ -136,7 +135,7 @@ TEST(Drilling, RemovalRateHoldsAtAnyServoRateAndVoxelSize) {
           .value();
   for (const double spacing : {0.3, 0.6})
     for (const double rate : {500.0, 2000.0}) {
-      const double removed = drill(flat_bone(spacing), path, rate, {3, 30, 20, false});
+      const double removed = drill(flat_bone(spacing), path, rate, {6, 30, 20, false});
       EXPECT_NEAR(removed, 32.36, 0.05) << spacing << " " << rate;
     }
 }
@@ -145,15 +144,15 @@ TEST(Drilling, TheProxyNeverFallsThroughWhileItDrills) {
   haptics::TouchScene scene = flat_bone(0.6);
   haptics::ImplicitProxy method;
   ASSERT_FALSE(method.prepare(scene).has_value());
-  Burr burr({2, 60, 40, false});
-  sim::Lockstep run(scene, method, &burr, {}, 1000);
-  std::shared_ptr<const volume::Version> seen = run.edits().current();
+  const Burr burr{4, 60, 40, false};
+  sim::Lockstep run(scene, method, drilling::burr(burr), {}, 1000);
+  std::shared_ptr<const volume::Version> seen = run.engine().current();
   checker::FallThroughJudge judge(scene.base->size, [&](int x, int y, int z) {
     return scene.base->voxels[scene.base->index(x, y, z)] >= 300 && seen->distance_at(x, y, z) > 0;
   });
   const haptics::PosePath path = scenes::rough_walk(dvec3(-9, -9, -7), dvec3(9, 9, 3), 0.4, 15000, 21);
   for (const auto& s : path.samples()) {
-    seen = run.edits().current();
+    seen = run.engine().current();
     run.step(s.pose);
     const auto& step = run.last_step();
     judge.look({std::span(step.path_volume.data(), static_cast<std::size_t>(step.waypoint_count)),
@@ -162,7 +161,7 @@ TEST(Drilling, TheProxyNeverFallsThroughWhileItDrills) {
   }
   EXPECT_EQ(judge.fall_throughs(), 0);
   EXPECT_EQ(judge.buried_starts(), 0);  // removal never grows over a proxy
-  EXPECT_GT(run.edits().removed_mm3(), 50);
+  EXPECT_GT(run.engine().removed_mm3(), 50);
 }
 
 /// In every frame and unit: a slanted hole in the middle, and two whose middles lie on the border, which are
@@ -189,10 +188,9 @@ TEST(Drilling, KinematicVolumeIsTheCapsulesInEveryFrameUnitAndMask) {
                  {face - length * inward, face + length * inward, disk * length + 0.5 * ball}};
     for (const auto& hole : holes) {
       const auto path = haptics::PosePath::from_samples({{0, {hole.from}}, {0.2, {hole.to}}}, "test").value();
-      Burr burr({r, 30, 20, true});
-      sim::Lockstep run(scene, *method, &burr, {}, 1000);
+      sim::Lockstep run(scene, *method, burr({2 * r, 30, 20, true}), {}, 1000);
       for (const double t : haptics::servo_times(path, 1000)) run.step(path.at(t));
-      EXPECT_NEAR(run.edits().removed_mm3() / hole.exact, 1, 1e-3);
+      EXPECT_NEAR(run.engine().removed_mm3() / hole.exact, 1, 1e-3);
     }
   }
 }

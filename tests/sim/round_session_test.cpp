@@ -13,29 +13,26 @@ namespace {
 struct RoundBench {
   haptics::TouchScene scene = small_bone();
   std::unique_ptr<haptics::ProxyMethod> method = haptics::make_method("subvoxel").value();
-  drilling::BurrOptions options;
-  drilling::Burr burr{options};
+  drilling::Burr burr{3, 60};
 
   RoundBench() {
-    options.radius = 1.5, options.removal_rate = 60, options.is_round = true;
-    burr = drilling::Burr(options);
-    EXPECT_FALSE(haptics::set_smallest_burr(scene, 2 * options.radius).has_value());
-    EXPECT_FALSE(
-        haptics::set_tool_radius(scene, drilling::touch_radius(options, *scene.base), 1).has_value());
+    burr.is_round = true;
+    EXPECT_FALSE(haptics::set_smallest_burr(scene, burr.diameter).has_value());
+    EXPECT_FALSE(haptics::set_tool_radius(scene, drilling::touch_radius(burr, *scene.base), 1).has_value());
     EXPECT_FALSE(method->prepare(scene).has_value());
   }
   std::unique_ptr<SessionWriter> writer(const std::string& path, double rate = 1000) {
     haptics::ServoOptions servo;
     servo.rate_hz = rate;
-    SessionHeader h = describe_session(scene, *method, servo, {options.spec()});
-    return SessionWriter::create(path, h, scene.base).value();
+    SessionHeader h = describe_session(scene, *method, servo, {HandSpec(drilling::burr(burr))});
+    return SessionWriter::create(path, h, scene.base, drilling_catalogue()).value();
   }
 };
 
 /// How much freer the field in use is than one made anew from the version; mm. Above the field's own accuracy
 /// a ball could enter what is left.
-double too_free(const haptics::TouchScene& scene, const EditSession& edits) {
-  const volume::OffsetField& used = edits.state().offset(scene, 0);
+double too_free(const haptics::TouchScene& scene, const Engine& edits) {
+  const volume::OffsetField& used = edits.servo_scene()->hands[0].state.offset(scene, 0);
   const auto fresh = volume::OffsetField::build(scene.items[0].field, *scene.items[0].bits,
                                                 edits.current().get(), scene.tool_radius, 1)
                          .value();
@@ -57,26 +54,26 @@ TEST(RoundSession, DrillsByItsWholeBallAndItsFieldIsNeverTooFree) {
   {
     RoundBench bench;
     auto writer = bench.writer(path);
-    Lockstep run(bench.scene, *bench.method, &bench.burr, {}, 1000, writer.get());
+    Lockstep run(bench.scene, *bench.method, drilling::burr(bench.burr), {}, 1000, writer.get());
     const haptics::PosePath wish = drilling_wish(10);
     int stale = 0, contacts = 0;
     for (int i = 0; i < 3000; ++i) {
       const haptics::ServoRecord r = run.step(wish.at(1e-3 * i));
       EXPECT_FALSE(r.is_buried) << i;
       contacts += r.has_contact;
-      stale += run.edits().has_stale_offsets();
+      stale += run.engine().has_stale_fields();
       if (i % 500 == 250) run.undo();
       if (i % 500 == 300) run.redo();
       if (i % 250 == 125) {
-        EXPECT_LT(too_free(bench.scene, run.edits()), 0.1) << i;
+        EXPECT_LT(too_free(bench.scene, run.engine()), 0.1) << i;
       }
     }
     EXPECT_GT(contacts, 500);
     EXPECT_GT(stale, 100);  // it hovers over fresh cuts, for a while
-    EXPECT_GT(run.edits().removed_mm3(), 20);
-    hash = run.edits().current()->content_hash();
-    removed = run.edits().removed_mm3();
-    EXPECT_FALSE(writer->finish(run.edits(), 0).has_value());
+    EXPECT_GT(run.engine().removed_mm3(), 20);
+    hash = run.engine().current()->content_hash();
+    removed = run.engine().removed_mm3();
+    EXPECT_FALSE(writer->finish(run.engine(), 0).has_value());
   }
   const Verdict v = replay(path);
   EXPECT_EQ(v.tool_radius, 1.0);
@@ -98,10 +95,9 @@ TEST(RoundSession, EveryMethodIsLedOutOfItsOwnSolid) {
       ASSERT_FALSE(method->prepare(scene).has_value());
       long buried = 0, led = 0;
       for (int round = 0; round < (radius > 0 ? 1 : 2); ++round) {
-        drilling::BurrOptions options = k_burr;
+        drilling::Burr options = k_burr;
         options.is_round = radius > 0;
-        drilling::Burr burr(options);
-        Lockstep run(scene, *method, &burr, {}, 1000);
+        Lockstep run(scene, *method, drilling::burr(options), {}, 1000);
         const haptics::PosePath wish = drilling_wish(20);
         for (int i = 0; i < 2500; ++i) {
           const haptics::ServoRecord r = run.step(wish.at(1e-3 * i + 0.013 * round));
@@ -120,7 +116,7 @@ TEST(RoundSession, EveryMethodIsLedOutOfItsOwnSolid) {
 /// The hole of a ball: pressed straight down, then held still, it ends where its middle is the hand's.
 TEST(RoundSession, ReachesTheHandThroughWhatItCut) {
   RoundBench bench;
-  Lockstep run(bench.scene, *bench.method, &bench.burr, {}, 1000);
+  Lockstep run(bench.scene, *bench.method, drilling::burr(bench.burr), {}, 1000);
   haptics::ServoRecord r;
   for (int i = 0; i < 4000; ++i) {
     const double z = std::max(1.0, 6 - 0.004 * i);
@@ -149,7 +145,7 @@ TEST(RoundSession, LiveUndoneInContactReplaysToTheBit) {
   haptics::VirtualDevice device(drilling_wish(60), {});
   haptics::ServoOptions options;
   options.rate_hz = 500;
-  LiveSession live(device, bench.scene, *bench.method, &bench.burr, options, writer.get());
+  LiveSession live(device, bench.scene, *bench.method, drilling::burr(bench.burr), options, writer.get());
   ASSERT_FALSE(live.start().has_value());
   int done = 0;
   for (int i = 0; i < 20000 && done < 6; ++i) {
@@ -166,9 +162,9 @@ TEST(RoundSession, LiveUndoneInContactReplaysToTheBit) {
   EXPECT_GT(live.offset_report().count, 0u);
   EXPECT_GT(live.offset_report().longest_seconds, 0);
   // Two fields, each within so much of the truth.
-  EXPECT_LT(too_free(bench.scene, live.edits()), 2 * (0.1 + 0.02 * bench.scene.tool_radius));
-  const std::uint64_t hash = live.edits().current()->content_hash();
-  EXPECT_FALSE(writer->finish(live.edits(), live.servo_report().dropped).has_value());
+  EXPECT_LT(too_free(bench.scene, live.engine()), 2 * (0.1 + 0.02 * bench.scene.tool_radius));
+  const std::uint64_t hash = live.engine().current()->content_hash();
+  EXPECT_FALSE(writer->finish(live.engine(), live.servo_report().dropped).has_value());
   const Verdict v = replay(path);
   EXPECT_EQ(v.tool_radius, 1.0);
   expect_same(v);
@@ -180,7 +176,7 @@ TEST(RoundSession, LiveUndoneInContactReplaysToTheBit) {
 TEST(RoundSession, AHeaderKeepsRadiusBackAndEffects) {
   RoundBench bench;
   bench.scene.items[0].back_material = haptics::Material{.stiffness = 0.3, .viscosity = 0.01, .pop_force = 2};
-  SessionHeader h = describe_session(bench.scene, *bench.method, {}, {bench.options.spec()});
+  SessionHeader h = describe_session(bench.scene, *bench.method, {}, {HandSpec(drilling::burr(bench.burr))});
   h.effects = {"viscous damping=0.004", "plane point=0,0,1 normal=0,0,1 stiffness=0.2"};
   const auto read = decode_header(encode(h));
   ASSERT_TRUE(read.is_ok()) << read.error().message();

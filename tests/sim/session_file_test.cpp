@@ -14,18 +14,19 @@ TEST(Session, SeeksForwardAndBackToTheSameState) {
   const std::string path = folder.file("a.session");
   const std::uint64_t hash = record_lockstep(path, 3000);
   Bench bench;
-  auto opened = SessionReader::open(path);
+  auto opened = SessionReader::open(path, drilling_catalogue());
   ASSERT_TRUE(opened.is_ok());
-  Replay run(opened.value(), bench.scene, bench.method, {&bench.burr});
+  const auto run_of = Replay::open(opened.value(), bench.scene, bench.method).value();
+  Replay& run = *run_of;
   ASSERT_FALSE(run.seek(1700).has_value());
   EXPECT_EQ(run.next_tick(), 1700u);
-  const std::uint64_t middle = run.edits().current()->content_hash();
+  const std::uint64_t middle = run.engine().current()->content_hash();
   const dvec3 force = run.record().force_world;
   ASSERT_FALSE(run.seek(5000).has_value());
   EXPECT_EQ(run.next_tick(), 3000u);
-  EXPECT_EQ(run.edits().current()->content_hash(), hash);
+  EXPECT_EQ(run.engine().current()->content_hash(), hash);
   ASSERT_FALSE(run.seek(1700).has_value());
-  EXPECT_EQ(run.edits().current()->content_hash(), middle);
+  EXPECT_EQ(run.engine().current()->content_hash(), middle);
   EXPECT_EQ(run.record().force_world, force);
   EXPECT_NE(middle, hash);
   EXPECT_FALSE(run.mismatch().has_value());
@@ -36,35 +37,35 @@ enum class Lie { none, force, removed_volume, voxels };
 /// A session written block by block, with one lie in it.
 void write_session_with(Lie lie, const std::string& path) {
   Bench bench;
-  EditSession edits(bench.scene, bench.method, &bench.burr, 1e-3);
+  Engine edits(bench.scene, bench.method, drilling::burr(bench.burr), 1e-3);
   haptics::ServoCore core({}, 1e-3);
-  ItemEncoder items;
+  ItemEncoder items(drilling_catalogue().all());
   const haptics::PosePath wish = drilling_wish(10);
   for (int i = 0; i < 600; ++i) {
     haptics::ServoInput input;
     input.pose = wish.at(1e-3 * i);
     haptics::ServoRecord record = core.step(*edits.servo_scene(), input);
-    const EditOutcome outcome = edits.consume(record);
+    const Outcome outcome = edits.apply(record);
     if (lie == Lie::force && i == 400) record.force_world.x += 1e-12;
     items.add(record);
     if (outcome.is_changed) {
       const bool is_lie =
           std::exchange(lie, lie == Lie::removed_volume ? Lie::none : lie) == Lie::removed_volume;
-      items.add(
-          VersionItem{edits.current()->serial(), record.tick, edits.current()->ledger().total() + is_lie});
+      items.add(VersionItem{edits.serial(), record.tick, edits.current()->ledger().total() + is_lie});
     }
   }
-  const Command undo{Command::Kind::undo, 0, "", 0};
+  const Command undo{Undo{}};
   edits.apply(undo);
   items.add(CommandItem{undo});
-  items.add(
-      HashItem{edits.current()->serial(), edits.current()->content_hash() ^ (lie == Lie::voxels ? 1u : 0u)});
+  items.add(HashItem{edits.serial(), edits.current()->content_hash() ^ (lie == Lie::voxels ? 1u : 0u)});
   std::string bytes(k_session_magic);
   const std::uint32_t layout[2] = {k_session_layout, 0};
   bytes.append(reinterpret_cast<const char*>(layout), sizeof layout);
   std::uint64_t number = 0;
+  SessionHeader header = bench.header();
+  describe(drilling_catalogue(), header);
   for (const auto& [kind, payload] :
-       {std::pair(BlockKind::header, encode(bench.header())), std::pair(BlockKind::log, items.take())}) {
+       {std::pair(BlockKind::header, encode(header)), std::pair(BlockKind::log, items.take())}) {
     const BlockHead head{k_block_magic, static_cast<std::uint32_t>(kind), number++, 0, payload.size()};
     const std::uint64_t check = block_checksum(head, payload);
     bytes.append(reinterpret_cast<const char*>(&head), sizeof head);
@@ -102,20 +103,21 @@ TEST(Session, CommandsAfterTheLastTickAreReplayedToo) {
   Bench bench;
   {
     auto writer = bench.writer(path);
-    Lockstep run(bench.scene, bench.method, &bench.burr, {}, 1000, writer.get());
+    Lockstep run(bench.scene, bench.method, drilling::burr(bench.burr), {}, 1000, writer.get());
     const haptics::PosePath wish = drilling_wish(10);
     for (int i = 0; i < 550; ++i) run.step(wish.at(1e-3 * i));
-    ASSERT_GT(run.edits().removed_mm3(), 0);
+    ASSERT_GT(run.engine().removed_mm3(), 0);
     run.undo();
-    ASSERT_EQ(run.edits().removed_mm3(), 0);
-    EXPECT_FALSE(writer->finish(run.edits(), 0).has_value());
+    ASSERT_EQ(run.engine().removed_mm3(), 0);
+    EXPECT_FALSE(writer->finish(run.engine(), 0).has_value());
   }
-  auto opened = SessionReader::open(path);
+  auto opened = SessionReader::open(path, drilling_catalogue());
   ASSERT_TRUE(opened.is_ok());
-  Replay run(opened.value(), bench.scene, bench.method, {&bench.burr});
+  const auto run_of = Replay::open(opened.value(), bench.scene, bench.method).value();
+  Replay& run = *run_of;
   ASSERT_FALSE(run.seek(opened.value().tick_count()).has_value());
-  EXPECT_EQ(run.edits().removed_mm3(), 0);
-  EXPECT_EQ(run.edits().current()->content_hash(), opened.value().end()->hash);
+  EXPECT_EQ(run.engine().removed_mm3(), 0);
+  EXPECT_EQ(run.engine().current()->content_hash(), opened.value().end()->hash);
 }
 
 TEST(Session, OneWriterAtATimeAndAnEmptyAutosaveGoesAway) {
@@ -127,21 +129,21 @@ TEST(Session, OneWriterAtATimeAndAnEmptyAutosaveGoesAway) {
   {
     auto writer = bench.writer(path, 1000, options);
     EXPECT_TRUE(SessionWriter::is_being_written(path));
-    auto second = SessionWriter::append(path, fs::file_size(path), 1);
+    auto second = SessionWriter::append(path, fs::file_size(path), 1, drilling_catalogue().all());
     ASSERT_FALSE(second.is_ok());
     EXPECT_NE(second.error().what.find("right now"), std::string::npos);
-    Lockstep run(bench.scene, bench.method, &bench.burr, {}, 1000, writer.get());
+    Lockstep run(bench.scene, bench.method, drilling::burr(bench.burr), {}, 1000, writer.get());
     for (int i = 0; i < 20; ++i) run.step({{0, 0, 8}, {1, 0, 0, 0}, false});
-    EXPECT_FALSE(writer->finish(run.edits(), 0).has_value());
+    EXPECT_FALSE(writer->finish(run.engine(), 0).has_value());
   }
   EXPECT_FALSE(fs::exists(path));
   {
     auto writer = bench.writer(path, 1000, options);
-    Lockstep run(bench.scene, bench.method, &bench.burr, {}, 1000, writer.get());
+    Lockstep run(bench.scene, bench.method, drilling::burr(bench.burr), {}, 1000, writer.get());
     const haptics::PosePath wish = drilling_wish(2);
     for (int i = 0; i < 550; ++i) run.step(wish.at(1e-3 * i));
     run.undo();  // work all the same: it can be done again
-    EXPECT_FALSE(writer->finish(run.edits(), 0).has_value());
+    EXPECT_FALSE(writer->finish(run.engine(), 0).has_value());
   }
   EXPECT_TRUE(fs::exists(path));
   EXPECT_FALSE(SessionWriter::is_being_written(path));
@@ -158,19 +160,19 @@ TEST(Session, DamageInALargeScanIsNoTornEnd) {
   WriterOptions options;
   options.is_embedding = true;
   {
-    auto writer =
-        SessionWriter::create(path, describe_session(scene, method, {}, burr_spec()), scene.base, options)
-            .value();
-    drilling::Burr burr(k_burr);
-    Lockstep run(scene, method, &burr, {}, 1000, writer.get());
+    auto writer = SessionWriter::create(path, describe_session(scene, method, {}, burr_spec()), scene.base,
+                                        drilling_catalogue(), options)
+                      .value();
+    const drilling::Burr burr = k_burr;
+    Lockstep run(scene, method, drilling::burr(burr), {}, 1000, writer.get());
     for (int i = 0; i < 20; ++i) run.step({{0, 0, 50}, {1, 0, 0, 0}, false});
-    EXPECT_FALSE(writer->finish(run.edits(), 0).has_value());
+    EXPECT_FALSE(writer->finish(run.engine(), 0).has_value());
   }
   std::fstream file(path, std::ios::in | std::ios::out | std::ios::binary);
   file.seekp(100'000);
   file.put('\x55');
   file.close();
-  auto opened = SessionReader::open(path);
+  auto opened = SessionReader::open(path, drilling_catalogue());
   ASSERT_TRUE(opened.is_ok());
   EXPECT_TRUE(opened.value().is_damaged());
 }
@@ -194,7 +196,7 @@ TEST(Session, TornAtAnyByteTheWholeBlocksStay) {
     std::ofstream(torn, std::ios::binary).write(bytes.data(), static_cast<std::streamsize>(cut));
     auto opened = SessionReader::open(torn);
     if (!opened) {
-      EXPECT_LT(cut, 1000u);  // only without a whole header
+      EXPECT_LT(cut, 4000u);  // only without a whole header
       EXPECT_FALSE(opened.error().what.empty());
       continue;
     }
@@ -231,13 +233,13 @@ TEST(Session, ForeignNewerAndOlderFilesAreSaidSo) {
   EXPECT_FALSE(SessionReader::open(folder.file("none.session")).is_ok());
   EXPECT_FALSE(SessionReader::open(folder.path.string()).is_ok());
   write("");
-  EXPECT_FALSE(SessionReader::open(path).is_ok());
+  EXPECT_FALSE(SessionReader::open(path, drilling_catalogue()).is_ok());
   write(std::string(500, 'x'));
-  auto foreign = SessionReader::open(path);
+  auto foreign = SessionReader::open(path, drilling_catalogue());
   ASSERT_FALSE(foreign.is_ok());
   EXPECT_NE(foreign.error().what.find("no session"), std::string::npos);
   write(std::string("TREPHSES\x09\0\0\0\0\0\0\0", 16) + std::string(100, 'x'));
-  auto newer = SessionReader::open(path);
+  auto newer = SessionReader::open(path, drilling_catalogue());
   ASSERT_FALSE(newer.is_ok());
   EXPECT_NE(newer.error().what.find("newer"), std::string::npos);
 
@@ -248,14 +250,15 @@ TEST(Session, ForeignNewerAndOlderFilesAreSaidSo) {
   header.program = "trephine 0.0.9";
   const std::string old = folder.file("old.session");
   {
-    auto writer = SessionWriter::create(old, header, bench.scene.base).value();
-    Lockstep run(bench.scene, bench.method, &bench.burr, {}, 1000, writer.get());
+    auto writer = SessionWriter::create(old, header, bench.scene.base, drilling_catalogue()).value();
+    Lockstep run(bench.scene, bench.method, drilling::burr(bench.burr), {}, 1000, writer.get());
     for (int i = 0; i < 50; ++i) run.step({{0, 0, 5}, {1, 0, 0, 0}, false});
-    EXPECT_FALSE(writer->finish(run.edits(), 0).has_value());
+    EXPECT_FALSE(writer->finish(run.engine(), 0).has_value());
   }
-  auto opened = SessionReader::open(old);
+  auto opened = SessionReader::open(old, drilling_catalogue());
   ASSERT_TRUE(opened.is_ok());
-  Replay run(opened.value(), bench.scene, bench.method, {&bench.burr});
+  const auto run_of = Replay::open(opened.value(), bench.scene, bench.method).value();
+  Replay& run = *run_of;
   const volume::Status why = run.why_not_verifiable();
   ASSERT_TRUE(why.has_value());
   EXPECT_NE(why->found.find("0.0.9"), std::string::npos);
@@ -277,14 +280,24 @@ TEST(Session, HeadersSurviveTheirText) {
   SessionHeader h = bench.header(2000);
   h.case_name = "a name\nwith a break";
   h.shapes[0].shape.high = 1234.5;
-  h.tools.push_back({"", {}});
+  h.hands.emplace_back();
+  describe(drilling_catalogue(), h);
   const auto back = decode_header(encode(h));
   ASSERT_TRUE(back.is_ok());
   EXPECT_EQ(back.value().case_name, "a name with a break");
   EXPECT_EQ(back.value().shapes[0].shape.low, h.shapes[0].shape.low);
   EXPECT_EQ(back.value().shapes[0].shape.high, 1234.5);
-  EXPECT_EQ(back.value().tools.size(), 2u);
-  EXPECT_EQ(back.value().tools[0].settings, h.tools[0].settings);
+  EXPECT_EQ(back.value().hands.size(), 2u);
+  EXPECT_EQ(back.value().hands[0].instrument, "burr");
+  EXPECT_EQ(back.value().hands[0].parameters, h.hands[0].parameters);
+  ASSERT_EQ(back.value().types.size(), h.types.size());
+  for (std::size_t i = 0; i < h.types.size(); ++i) {
+    EXPECT_EQ(back.value().types[i].name, h.types[i].name);
+    EXPECT_EQ(back.value().types[i].version, h.types[i].version);
+    EXPECT_EQ(back.value().types[i].fields, h.types[i].fields);
+  }
+  ASSERT_EQ(back.value().modules.size(), 1u);
+  EXPECT_EQ(back.value().modules[0].name, "drilling");
   EXPECT_EQ(back.value().rate_hz, 2000);
   EXPECT_FALSE(decode_header("surprise=1\n" + encode(h)).is_ok());
   EXPECT_FALSE(decode_header("rate=nan\n" + encode(h)).is_ok());
@@ -299,11 +312,11 @@ TEST(Session, CarriesItsScanWhenAsked) {
   const std::string path = folder.file("embedded.session");
   {
     auto writer = bench.writer(path, 1000, options);
-    Lockstep run(bench.scene, bench.method, &bench.burr, {}, 1000, writer.get());
+    Lockstep run(bench.scene, bench.method, drilling::burr(bench.burr), {}, 1000, writer.get());
     for (int i = 0; i < 20; ++i) run.step({{0, 0, 5}, {1, 0, 0, 0}, false});
-    EXPECT_FALSE(writer->finish(run.edits(), 0).has_value());
+    EXPECT_FALSE(writer->finish(run.engine(), 0).has_value());
   }
-  auto opened = SessionReader::open(path);
+  auto opened = SessionReader::open(path, drilling_catalogue());
   ASSERT_TRUE(opened.is_ok());
   ASSERT_TRUE(opened.value().has_scan());
   auto scan = opened.value().scan();
@@ -323,28 +336,29 @@ TEST(Session, AFullDiskEndsTheRecordingAndKeepsWhatWasWritten) {
   const rlimit small{20000, before.rlim_max};
   auto writer = bench.writer(path);
   setrlimit(RLIMIT_FSIZE, &small);
-  Lockstep run(bench.scene, bench.method, &bench.burr, {}, 1000, writer.get());
+  Lockstep run(bench.scene, bench.method, drilling::burr(bench.burr), {}, 1000, writer.get());
   const haptics::PosePath wish = drilling_wish(10);
   for (int i = 0; i < 3000; ++i) {
     run.step(wish.at(1e-3 * i));
     if (i % 50 == 0) std::this_thread::sleep_for(std::chrono::milliseconds(3));
   }
   EXPECT_TRUE(writer->status().has_value());  // said while it goes on
-  const volume::Status status = writer->finish(run.edits(), 0);
+  const volume::Status status = writer->finish(run.engine(), 0);
   setrlimit(RLIMIT_FSIZE, &before);
   std::signal(SIGXFSZ, old_handler);
   ASSERT_TRUE(status.has_value());
   EXPECT_NE(status->what.find("ended early"), std::string::npos);
-  auto opened = SessionReader::open(path);
+  auto opened = SessionReader::open(path, drilling_catalogue());
   ASSERT_TRUE(opened.is_ok());
   EXPECT_EQ(opened.value().lost_bytes(), 0u);
   EXPECT_GT(opened.value().tick_count(), 50u);
   expect_same(replay(path));
 
   // Nowhere to write at all, and never over something that is there.
-  EXPECT_FALSE(
-      SessionWriter::create(folder.file("no/such/folder"), bench.header(), bench.scene.base).is_ok());
-  auto taken = SessionWriter::create(path, bench.header(), bench.scene.base);
+  EXPECT_FALSE(SessionWriter::create(folder.file("no/such/folder"), bench.header(), bench.scene.base,
+                                     drilling_catalogue())
+                   .is_ok());
+  auto taken = SessionWriter::create(path, bench.header(), bench.scene.base, drilling_catalogue());
   ASSERT_FALSE(taken.is_ok());
   EXPECT_NE(taken.error().what.find("already"), std::string::npos);
 }
@@ -358,10 +372,10 @@ TEST(Session, DrillsUndoesAndReplaysInEveryFrameUnitAndMask) {
     SCOPED_TRACE(scan.name());
     const bool is_round = n++ % 2 == 0 && scan.unit <= 1;
     haptics::TouchScene scene = scenes::scan_scene(scan, false);
-    drilling::BurrOptions options;
-    options.radius = 4.5 * scan.unit, options.feed_limit = 40 * scan.unit, options.is_round = is_round;
+    drilling::Burr options;
+    options.diameter = 9 * scan.unit, options.feed_limit = 40 * scan.unit, options.is_round = is_round;
     options.removal_rate = 2000 * std::pow(scan.unit, 3);
-    ASSERT_FALSE(haptics::set_smallest_burr(scene, 2 * options.radius).has_value());
+    ASSERT_FALSE(haptics::set_smallest_burr(scene, options.diameter).has_value());
     const double radius = drilling::touch_radius(options, *scene.base);
     if (is_round) {
       ASSERT_FALSE(haptics::set_tool_radius(scene, radius).has_value());
@@ -372,14 +386,13 @@ TEST(Session, DrillsUndoesAndReplaysInEveryFrameUnitAndMask) {
     std::uint64_t hash = 0;
     double removed = 0;
     {
-      SessionHeader header = describe_session(scene, *method, {}, {options.spec()});
+      SessionHeader header = describe_session(scene, *method, {}, {HandSpec(drilling::burr(options))});
       header.program = "test";
-      auto made = SessionWriter::create(path, header, scene.base);
+      auto made = SessionWriter::create(path, header, scene.base, drilling_catalogue());
       ASSERT_EQ(made.is_ok(), scan.unit <= 1);  // sessions hold burrs to 1 m
       if (!made) continue;
       const auto writer = std::move(made).value();
-      drilling::Burr burr(options);
-      Lockstep run(scene, *method, &burr, {}, 1000, writer.get());
+      Lockstep run(scene, *method, drilling::burr(options), {}, 1000, writer.get());
       const haptics::PosePath slide =
           scenes::sphere_slide(45 + (is_round ? radius / scan.unit : 0), 3, 60, 1);
       int contacts = 0;
@@ -393,21 +406,21 @@ TEST(Session, DrillsUndoesAndReplaysInEveryFrameUnitAndMask) {
           EXPECT_TRUE(glm::length(r.force_world) <= 10.0001) << i;
         }
       };
-      const std::uint64_t whole = run.edits().current()->content_hash();
+      const std::uint64_t whole = run.engine().current()->content_hash();
       go(0, 300, true);
       go(300, 350, false);
-      const std::uint64_t drilled = run.edits().current()->content_hash();
+      const std::uint64_t drilled = run.engine().current()->content_hash();
       EXPECT_NE(drilled, whole);
-      EXPECT_GT(run.edits().removed_mm3(), 100 * std::pow(scan.unit, 3));
+      EXPECT_GT(run.engine().removed_mm3(), 100 * std::pow(scan.unit, 3));
       run.undo();
-      EXPECT_EQ(run.edits().current()->content_hash(), whole);
+      EXPECT_EQ(run.engine().current()->content_hash(), whole);
       go(350, 400, false);
       run.redo();
-      EXPECT_EQ(run.edits().current()->content_hash(), drilled);
+      EXPECT_EQ(run.engine().current()->content_hash(), drilled);
       go(400, 500, true);
       EXPECT_GT(contacts, 200);
-      hash = run.edits().current()->content_hash(), removed = run.edits().removed_mm3();
-      EXPECT_FALSE(writer->finish(run.edits(), 0).has_value());
+      hash = run.engine().current()->content_hash(), removed = run.engine().removed_mm3();
+      EXPECT_FALSE(writer->finish(run.engine(), 0).has_value());
     }
     const Verdict v = replay(path, scene.base);
     expect_same(v);
@@ -419,7 +432,7 @@ TEST(Session, DrillsUndoesAndReplaysInEveryFrameUnitAndMask) {
 TEST(Session, KeepsButtonsAndAxesOfEveryHand) {
   std::mt19937 random(8);
   std::vector<haptics::ServoRecord> told;
-  ItemEncoder encoder;
+  ItemEncoder encoder({});
   std::array<haptics::Pose, 2> poses;
   for (int i = 0; i < 400; ++i)
     for (std::uint8_t hand = 0; hand < 2; ++hand) {
@@ -435,7 +448,7 @@ TEST(Session, KeepsButtonsAndAxesOfEveryHand) {
       told.push_back(record);
     }
   const std::string bytes = encoder.take();
-  ItemDecoder decoder(bytes);
+  ItemDecoder decoder(bytes, {});
   for (const haptics::ServoRecord& record : told) {
     const auto item = decoder.next();
     ASSERT_TRUE(item.is_ok());
@@ -450,9 +463,9 @@ TEST(Session, KeepsButtonsAndAxesOfEveryHand) {
   second_button.pose.buttons = 2;
   encoder.add(second_button);
   std::string torn = encoder.take();
-  EXPECT_TRUE(ItemDecoder(torn).next().is_ok());
+  EXPECT_TRUE(ItemDecoder(torn, {}).next().is_ok());
   torn[0] = static_cast<char>(torn[0] ^ 8);
-  EXPECT_FALSE(ItemDecoder(torn).next().is_ok());
+  EXPECT_FALSE(ItemDecoder(torn, {}).next().is_ok());
 }
 
 }  // namespace

@@ -31,13 +31,14 @@ inline haptics::TouchScene small_bone() {
   return scenes::phantom_scene("plate", o);
 }
 
-inline const drilling::BurrOptions k_burr{1.5, 60, 40, false};
+inline const drilling::Burr k_burr{3, 60, 40, false};
 
-inline std::vector<ToolSpec> burr_spec() {
-  return {{"burr",
-           {{"diameter", 2 * k_burr.radius},
-            {"removal_rate", k_burr.removal_rate},
-            {"feed_limit", k_burr.feed_limit}}}};
+inline std::vector<HandSpec> burr_spec() { return {HandSpec(drilling::burr(k_burr))}; }
+
+inline const Catalogue& drilling_catalogue() {
+  static const drilling::Drilling drilling;
+  static const Catalogue all({&drilling});
+  return all;
 }
 
 /// A folder of its own, gone afterwards.
@@ -67,7 +68,7 @@ struct Bench {
   }
   std::unique_ptr<SessionWriter> writer(const std::string& path, double rate = 1000,
                                         const WriterOptions& options = {}) {
-    auto made = SessionWriter::create(path, header(rate), scene.base, options);
+    auto made = SessionWriter::create(path, header(rate), scene.base, drilling_catalogue(), options);
     EXPECT_TRUE(made.is_ok()) << (made ? "" : made.error().message());
     return std::move(made).value();
   }
@@ -76,15 +77,16 @@ struct Bench {
 struct Verdict {
   std::optional<Mismatch> mismatch;
   Replay::Counts counts;
-  std::uint64_t hash = 0;
+  std::uint64_t hash = 0, state = 0;
   double removed = 0, tool_radius = 0;
   std::string error;
 };
 
 /// On the small bone unless it was another, with the session's own method.
-inline Verdict replay(const std::string& path, std::shared_ptr<const volume::Volume> base = nullptr) {
+inline Verdict replay(const std::string& path, std::shared_ptr<const volume::Volume> base = nullptr,
+                      const Catalogue& catalogue = drilling_catalogue()) {
   Verdict v;
-  auto opened = SessionReader::open(path);
+  auto opened = SessionReader::open(path, catalogue);
   if (!opened) return v.error = opened.error().message(), v;
   SessionReader& session = opened.value();
   auto scene = scene_of(session, base ? base : small_bone().base);
@@ -92,10 +94,9 @@ inline Verdict replay(const std::string& path, std::shared_ptr<const volume::Vol
   const auto method = haptics::make_method(session.header().method).value();
   if (const volume::Status refused = method->prepare(scene.value())) return v.error = refused->message(), v;
   v.tool_radius = session.header().tool_radius;
-  std::vector<drilling::Burr> burrs(session.header().tools.size(), drilling::Burr(drilling::BurrOptions{}));
-  std::vector<Tool*> tools;
-  for (drilling::Burr& burr : burrs) tools.push_back(&burr);
-  Replay run(session, scene.value(), *method, tools);
+  const auto opened_replay = Replay::open(session, scene.value(), *method);
+  if (!opened_replay) return v.error = opened_replay.error().message(), v;
+  Replay& run = *opened_replay.value();
   for (;;) {
     const auto stepped = run.step();
     if (!stepped) return v.error = stepped.error().message(), v;
@@ -103,8 +104,9 @@ inline Verdict replay(const std::string& path, std::shared_ptr<const volume::Vol
   }
   v.mismatch = run.mismatch();
   v.counts = run.counts();
-  v.hash = run.edits().current()->content_hash();
-  v.removed = run.edits().removed_mm3();
+  v.hash = run.engine().current()->content_hash();
+  v.state = run.engine().now().hash();
+  v.removed = run.engine().removed_mm3();
   return v;
 }
 
@@ -131,14 +133,14 @@ inline haptics::PosePath drilling_wish(double seconds) {
 inline std::uint64_t record_lockstep(const std::string& path, int ticks) {
   Bench bench;
   auto writer = bench.writer(path);
-  Lockstep run(bench.scene, bench.method, &bench.burr, {}, 1000, writer.get());
+  Lockstep run(bench.scene, bench.method, drilling::burr(bench.burr), {}, 1000, writer.get());
   const haptics::PosePath wish = drilling_wish(10);
   for (int i = 0; i < ticks; ++i) {
     run.step(wish.at(1e-3 * i));
     if (i % 500 == 250) run.undo();
   }
-  EXPECT_FALSE(writer->finish(run.edits(), 0).has_value());
-  return run.edits().current()->content_hash();
+  EXPECT_FALSE(writer->finish(run.engine(), 0).has_value());
+  return run.engine().current()->content_hash();
 }
 
 }  // namespace trephine::sim

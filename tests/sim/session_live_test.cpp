@@ -1,4 +1,5 @@
 // Sessions while they happen: under load, killed, with two hands, in any interleaving, resumed.
+#include <array>
 #include <atomic>
 #include <chrono>
 #include <csignal>
@@ -42,7 +43,7 @@ void record_live(const std::string& path, int undos, double rate, std::uint64_t*
   haptics::VirtualDevice device(drilling_wish(60), {});
   haptics::ServoOptions options;
   options.rate_hz = rate;
-  LiveSession live(device, bench.scene, bench.method, &bench.burr, options, writer.get());
+  LiveSession live(device, bench.scene, bench.method, drilling::burr(bench.burr), options, writer.get());
   const CpuLoad load(3);
   ASSERT_FALSE(live.start().has_value());
   int done = 0;
@@ -54,15 +55,15 @@ void record_live(const std::string& path, int undos, double rate, std::uint64_t*
     if (s.can_undo && s.newest.pose.is_pressed() && s.newest.has_contact && s.newest.t > 0.15 * (done + 1)) {
       live.undo();
       if (++done % 5 == 0) live.redo();
-      if (done == 7) live.apply({Command::Kind::set_tool, 0, "diameter", 2});
+      if (done == 7) live.apply(drilling::Burr{2, k_burr.removal_rate, k_burr.feed_limit});
       std::this_thread::sleep_for(std::chrono::milliseconds(20));
     }
   }
   EXPECT_EQ(done, undos);
   live.stop();
-  *hash = live.edits().current()->content_hash();
-  *removed = live.edits().removed_mm3();
-  const volume::Status status = writer->finish(live.edits(), live.servo_report().dropped);
+  *hash = live.engine().current()->content_hash();
+  *removed = live.engine().removed_mm3();
+  const volume::Status status = writer->finish(live.engine(), live.servo_report().dropped);
   EXPECT_FALSE(status.has_value()) << status->message();
 }
 
@@ -87,7 +88,7 @@ TEST(Session, ALiveRunUnderLoadWithUndosInContactReplaysToTheBit) {
   EXPECT_GE(first.counts.commands, 20u);
   EXPECT_GT(first.counts.versions, 50u);
   EXPECT_GT(first.counts.hashes, 3u);
-  auto opened = SessionReader::open(path);
+  auto opened = SessionReader::open(path, drilling_catalogue());
   ASSERT_TRUE(opened.is_ok());
   ASSERT_TRUE(opened.value().end().has_value());
   EXPECT_EQ(opened.value().end()->hash, hash);
@@ -100,7 +101,7 @@ TEST(Session, ARecordingOfAnotherBuildReplaysToTheBit) {
   const std::string path = TREPHINE_SOURCE_DIR "/tests/sim/live-20-undos.session";
   const Verdict v = replay(path);
   expect_same(v);
-  auto opened = SessionReader::open(path);
+  auto opened = SessionReader::open(path, drilling_catalogue());
   ASSERT_TRUE(opened.is_ok());
   ASSERT_TRUE(opened.value().end().has_value());
   EXPECT_EQ(v.hash, opened.value().end()->hash);
@@ -120,7 +121,7 @@ TEST(Session, AnyInterleavingOfServoAndEditsReplaysToTheBit) {
     fs::remove(path);
     Bench bench;
     auto writer = bench.writer(path);
-    EditSession edits(bench.scene, bench.method, &bench.burr, 1e-3);
+    Engine edits(bench.scene, bench.method, drilling::burr(bench.burr), 1e-3);
     haptics::ServoCore core({}, 1e-3);
     std::deque<haptics::ServoRecord> ring;
     std::deque<Command> waiting;
@@ -136,16 +137,16 @@ TEST(Session, AnyInterleavingOfServoAndEditsReplaysToTheBit) {
       if (random() % 3 != 0 && !ring.empty()) {
         const haptics::ServoRecord record = ring.front();
         ring.pop_front();
-        const EditOutcome outcome = edits.consume(record);
+        const Outcome outcome = edits.apply(record);
         if (outcome.is_changed) published = edits.servo_scene();
         writer->add(record, edits, outcome);
       }
       if (random() % 300 == 0)
         for (unsigned i = 0, n = 1 + random() % 4; i < n; ++i)
-          waiting.push_back({random() % 3 == 0 ? Command::Kind::redo : Command::Kind::undo, 0, "", 0});
+          waiting.push_back(random() % 3 == 0 ? Command(Redo{}) : Command(Undo{}));
       // Several at once: the servo may never see what was between them.
       while (!waiting.empty()) {
-        const EditOutcome outcome = edits.apply(waiting.front());
+        const Outcome outcome = edits.apply(waiting.front());
         if (outcome.is_changed) published = edits.servo_scene();
         writer->add(waiting.front(), edits, outcome);
         waiting.pop_front();
@@ -161,21 +162,29 @@ TEST(Session, AnyInterleavingOfServoAndEditsReplaysToTheBit) {
   EXPECT_GT(commands, 100);
 }
 
-/// A burr whose work takes long, now and then.
-class SlowTool final : public Tool {
- public:
-  explicit SlowTool(int milliseconds) : milliseconds_(milliseconds) {}
-  volume::RemovalReport apply(const haptics::ServoRecord& tick, double dt,
-                              volume::RemovalEditor& editor) override {
-    if (tick.tick == 100) std::this_thread::sleep_for(std::chrono::milliseconds(milliseconds_));
-    return burr_.apply(tick, dt, editor);
+/// A burr whose work takes long, once.
+struct SlowBurr {
+  double milliseconds = 0;
+  drilling::Burr burr = k_burr;
+  static const Schema& schema() {
+    static constexpr Field fields[] = {field<&SlowBurr::milliseconds>("milliseconds", {.unit = "ms"})};
+    static constexpr Schema table{"slow-burr", 1, fields};
+    return table;
   }
-  void lift() override { burr_.lift(); }
-  bool set(std::string_view name, double value) override { return burr_.set(name, value); }
-
- private:
-  int milliseconds_;
-  drilling::Burr burr_{k_burr};
+};
+void step_slowly(const SlowBurr& slow, drilling::BurrState& state, const InstrumentInput& input, Work& work) {
+  if (input.tick.tick == 100)
+    std::this_thread::sleep_for(std::chrono::duration<double, std::milli>(slow.milliseconds));
+  drilling::burr(slow.burr).type->step(&slow.burr, &state, input, work);
+}
+volume::Status check_slow(const SlowBurr&, const haptics::TouchScene&) { return std::nullopt; }
+class SlowDrilling final : public Module {
+ public:
+  std::string_view name() const noexcept override { return "slow drilling"; }
+  std::span<const InstrumentType* const> instruments() const override {
+    static const std::array all{&instrument_type<step_slowly, check_slow>()};
+    return all;
+  }
 };
 
 // One stated answer for each: a full ring drops whole ticks and fades the force; edits far behind make the
@@ -185,8 +194,12 @@ TEST(Session, AFullRingAndSlowEditsFadeTheForceAndReplay) {
   for (const bool is_full : {true, false}) {
     const std::string path = folder.file(is_full ? "full.session" : "slow.session");
     Bench bench;
-    auto writer = bench.writer(path);
-    SlowTool slow(is_full ? 300 : 700);
+    const SlowDrilling module;
+    const Catalogue catalogue({&module});
+    const Instrument slow(instrument_type<step_slowly, check_slow>(), SlowBurr{is_full ? 300.0 : 700.0});
+    SessionHeader header = bench.header();
+    header.hands = {HandSpec(slow)};
+    auto writer = SessionWriter::create(path, header, bench.scene.base, catalogue).value();
     haptics::VirtualDevice device(
         haptics::PosePath::from_samples(
             {{0, {{0, 0, 1.5}, {1, 0, 0, 0}, true}}, {3, {{0, 0, 0.5}, {1, 0, 0, 0}, true}}}, "test")
@@ -194,7 +207,7 @@ TEST(Session, AFullRingAndSlowEditsFadeTheForceAndReplay) {
         {});
     haptics::ServoOptions options;
     if (is_full) options.ring_capacity = 64;
-    LiveSession live(device, bench.scene, bench.method, &slow, options, writer.get());
+    LiveSession live(device, bench.scene, bench.method, slow, options, writer.get());
     live.keep_trace(100000);
     ASSERT_FALSE(live.start().has_value());
     const auto wait_until = [&](auto&& done) {
@@ -216,25 +229,26 @@ TEST(Session, AFullRingAndSlowEditsFadeTheForceAndReplay) {
     EXPECT_TRUE(wait_until([&](const LiveState& s) { return s.newest.tick > 1500; }));
     live.stop();
     const haptics::ServoReport report = live.servo_report();
-    EXPECT_FALSE(writer->finish(live.edits(), report.dropped).has_value());
-    const Verdict v = replay(path);
+    EXPECT_FALSE(writer->finish(live.engine(), report.dropped).has_value());
+    const Verdict v = replay(path, nullptr, catalogue);
     expect_same(v);
-    EXPECT_EQ(v.hash, live.edits().current()->content_hash());
+    EXPECT_EQ(v.hash, live.engine().current()->content_hash());
     EXPECT_EQ(v.counts.dropped, report.dropped);
     EXPECT_EQ(report.dropped > 0, is_full);
     // The fault and its end are events of the session.
-    auto opened = SessionReader::open(path);
+    auto opened = SessionReader::open(path, drilling_catalogue());
     ASSERT_TRUE(opened.is_ok());
     std::vector<std::string> events;
     for (LogItem item; opened.value().next(item).value();)
-      if (const auto* command = std::get_if<CommandItem>(&item))
-        if (command->command.kind == Command::Kind::note) events.push_back(command->command.name);
+      if (const auto* event = std::get_if<EventItem>(&item))
+        if (const auto* fault = event->event.what.as<FaultEvent>())
+          events.push_back(fault->is_cleared ? "cleared" : fault->names);
     ASSERT_GE(events.size(), 2u);
     // The fade comes first, also where the ring is small.
     EXPECT_NE(events.front().find("stale scene"), std::string::npos) << events.front();
     const auto is_full_ring = [](const std::string& e) { return e.find("full ring") != std::string::npos; };
     EXPECT_EQ(std::any_of(events.begin(), events.end(), is_full_ring), is_full);
-    EXPECT_EQ(events.back(), "faults cleared");
+    EXPECT_EQ(events.back(), "cleared");
     // From the fault on the force falls to nothing within the fade's 50 ms.
     std::uint64_t faulty = 0;
     for (const haptics::ServoRecord& r : live.trace()) {
@@ -251,10 +265,9 @@ TEST(Session, TwoHandsShareAServoAndAHistory) {
   const Folder folder;
   const std::string path = folder.file("two.session");
   Bench bench;
-  drilling::Burr second(k_burr);
   SessionHeader header = bench.header();
-  header.tools.push_back(header.tools[0]);
-  auto writer = SessionWriter::create(path, header, bench.scene.base).value();
+  header.hands.push_back(header.hands[0]);
+  auto writer = SessionWriter::create(path, header, bench.scene.base, drilling_catalogue()).value();
   const auto wish = [](double x) {
     return haptics::PosePath::from_samples({{0, {{x, 0, 6}, {1, 0, 0, 0}, false}},
                                             {0.1, {{x, 0, 3}, {1, 0, 0, 0}, true}},
@@ -266,17 +279,19 @@ TEST(Session, TwoHandsShareAServoAndAHistory) {
   haptics::VirtualDevice left(wish(-4), {}), right(wish(4), {});
   right.lose_at(0.8);
   haptics::Device* devices[] = {&left, &right};
-  Tool* tools[] = {&bench.burr, &second};
-  LiveSession live(devices, EditSession(bench.scene, bench.method, tools, 1e-3), {}, writer.get());
+  const HandStart hand{haptics::ServoHand(haptics::borrowed(bench.scene), haptics::borrowed(bench.method),
+                                          haptics::TouchState(nullptr)),
+                       drilling::burr(k_burr)};
+  LiveSession live(devices, Engine({hand, hand}, 1e-3), {}, writer.get());
   live.keep_trace(100000);
   ASSERT_FALSE(live.start().has_value());
   for (int i = 0; i < 3000 && live.look().newest.t < 1.0; ++i)
     std::this_thread::sleep_for(std::chrono::milliseconds(2));
   live.stop();
-  EXPECT_FALSE(writer->finish(live.edits(), live.servo_report().dropped).has_value());
+  EXPECT_FALSE(writer->finish(live.engine(), live.servo_report().dropped).has_value());
   // Both drilled, as one stroke; a tick's two hands saw one version.
-  EXPECT_EQ(live.edits().stroke_count(), 1u);
-  EXPECT_GT(live.edits().removed_mm3(), 5);
+  EXPECT_EQ(live.engine().stroke_count(), 1u);
+  EXPECT_GT(live.engine().removed_mm3(), 5);
   const auto& trace = live.trace();
   bool left_contact = false, right_contact = false;
   for (std::size_t i = 0; i + 1 < trace.size(); i += 2) {
@@ -293,7 +308,7 @@ TEST(Session, TwoHandsShareAServoAndAHistory) {
   EXPECT_EQ(trace[trace.size() - 2].faults & haptics::k_latched_faults, 0u);
   const Verdict v = replay(path);
   expect_same(v);
-  EXPECT_EQ(v.hash, live.edits().current()->content_hash());
+  EXPECT_EQ(v.hash, live.engine().current()->content_hash());
 }
 
 TEST(Session, GoesOnWhereItStopped) {
@@ -303,17 +318,19 @@ TEST(Session, GoesOnWhereItStopped) {
   // As if killed: the end and a piece of the last block are gone.
   fs::resize_file(path, fs::file_size(path) - 100);
   Bench bench;
-  auto opened = SessionReader::open(path);
+  auto opened = SessionReader::open(path, drilling_catalogue());
   ASSERT_TRUE(opened.is_ok());
   SessionReader& session = opened.value();
   EXPECT_FALSE(session.end().has_value());
-  Replay before(session, bench.scene, bench.method, {&bench.burr});
+  const auto before_of = Replay::open(session, bench.scene, bench.method).value();
+  Replay& before = *before_of;
   ASSERT_FALSE(before.seek(session.tick_count()).has_value());
   const std::uint64_t first_tick = before.next_tick();
-  auto writer = SessionWriter::append(path, session.whole_bytes(), session.block_count()).value();
-  EditSession edits = before.edits();
-  const Command command{Command::Kind::resume, 0, "", 0};
-  const EditOutcome outcome = edits.apply(command);
+  auto writer =
+      SessionWriter::append(path, session.whole_bytes(), session.block_count(), session.types()).value();
+  Engine edits = std::move(before.engine());
+  const Command command{Resume{}};
+  const Outcome outcome = edits.apply(command);
   writer->add(command, edits, outcome);
   haptics::VirtualDevice device(drilling_wish(10), {});
   haptics::Device* devices[] = {&device};
@@ -323,10 +340,10 @@ TEST(Session, GoesOnWhereItStopped) {
     std::this_thread::sleep_for(std::chrono::milliseconds(2));
   live.undo();
   live.stop();
-  EXPECT_FALSE(writer->finish(live.edits(), live.servo_report().dropped).has_value());
+  EXPECT_FALSE(writer->finish(live.engine(), live.servo_report().dropped).has_value());
   const Verdict v = replay(path);
   expect_same(v);
-  EXPECT_EQ(v.hash, live.edits().current()->content_hash());
+  EXPECT_EQ(v.hash, live.engine().current()->content_hash());
   EXPECT_GE(v.counts.ticks, first_tick + 400);
 }
 
@@ -337,7 +354,7 @@ TEST(Session, EndsOfStrokesAndCommandsAreSyncedAtOnce) {
   WriterOptions options;
   options.sync_seconds = 1000;  // only what is asked for
   auto writer = bench.writer(folder.file("a.session"), 1000, options);
-  Lockstep run(bench.scene, bench.method, &bench.burr, {}, 1000, writer.get());
+  Lockstep run(bench.scene, bench.method, drilling::burr(bench.burr), {}, 1000, writer.get());
   const auto wait_for = [&](int syncs) {
     for (int i = 0; i < 2000 && writer->sync_count() < syncs; ++i)
       std::this_thread::sleep_for(std::chrono::milliseconds(2));
@@ -350,7 +367,7 @@ TEST(Session, EndsOfStrokesAndCommandsAreSyncedAtOnce) {
   EXPECT_TRUE(wait_for(1));
   run.undo();
   EXPECT_TRUE(wait_for(2));
-  EXPECT_FALSE(writer->finish(run.edits(), 0).has_value());
+  EXPECT_FALSE(writer->finish(run.engine(), 0).has_value());
 }
 
 // kill -9 at any moment, with the processors busy, loses at most the last 100 ms.
@@ -372,7 +389,7 @@ TEST(Session, KilledAtAnyMomentAtMostATenthOfASecondIsLost) {
     if (child == 0) {
       auto writer = bench.writer(path);
       haptics::VirtualDevice device(drilling_wish(10), {});
-      LiveSession live(device, bench.scene, bench.method, &bench.burr, {}, writer.get());
+      LiveSession live(device, bench.scene, bench.method, drilling::burr(bench.burr), {}, writer.get());
       const CpuLoad load(3);
       if (live.start()) _exit(1);
       for (;;) {
@@ -395,7 +412,7 @@ TEST(Session, KilledAtAnyMomentAtMostATenthOfASecondIsLost) {
     int status = 0;
     waitpid(child, &status, 0);
     ASSERT_TRUE(WIFSIGNALED(status));
-    auto opened = SessionReader::open(path);
+    auto opened = SessionReader::open(path, drilling_catalogue());
     ASSERT_TRUE(opened.is_ok()) << opened.error().message();
     const std::uint64_t kept = opened.value().tick_count();
     const std::uint64_t lost = then > kept ? then - kept : 0;

@@ -39,13 +39,13 @@ TEST(Lockstep, SameInputSameBits) {
     const haptics::TouchScene scene = flat_bone();
     haptics::ImplicitProxy method;
     ASSERT_FALSE(method.prepare(scene).has_value());
-    drilling::Burr burr({2, 30, 20, false});
-    Lockstep run(scene, method, &burr, {}, 1000);
+    const drilling::Burr burr{4, 30, 20, false};
+    Lockstep run(scene, method, drilling::burr(burr), {}, 1000);
     forces[i] = dvec3(0);
     stroke(run, -4, 400);
     stroke(run, 3, 300);
     forces[i] = run.step({{0, 0, -2}, {1, 0, 0, 0}, true}).force_world;
-    hashes[i] = run.edits().current()->content_hash();
+    hashes[i] = run.engine().current()->content_hash();
   }
   EXPECT_EQ(hashes[0], hashes[1]);
   EXPECT_EQ(forces[0], forces[1]);
@@ -58,55 +58,55 @@ TEST(Lockstep, UndoAndRedoByStrokeAreExact) {
   const haptics::TouchScene scene = flat_bone();
   haptics::ImplicitProxy method;
   ASSERT_FALSE(method.prepare(scene).has_value());
-  drilling::Burr burr({2, 30, 20, false});
-  Lockstep run(scene, method, &burr, {}, 1000);
-  std::vector<std::uint64_t> hash{run.edits().current()->content_hash()};
+  const drilling::Burr burr{4, 30, 20, false};
+  Lockstep run(scene, method, drilling::burr(burr), {}, 1000);
+  std::vector<std::uint64_t> hash{run.engine().current()->content_hash()};
   std::vector<double> removed{0};
   for (int i = 0; i < 4; ++i) {
     stroke(run, -6 + 4 * i, 300);
-    hash.push_back(run.edits().current()->content_hash());
-    removed.push_back(run.edits().removed_mm3());
+    hash.push_back(run.engine().current()->content_hash());
+    removed.push_back(run.engine().removed_mm3());
     EXPECT_GT(removed.back(), removed[removed.size() - 2]);
   }
-  EXPECT_EQ(run.edits().stroke_count(), 4u);
+  EXPECT_EQ(run.engine().stroke_count(), 4u);
   for (int i = 3; i >= 0; --i) {
     EXPECT_TRUE(run.undo().is_changed);
-    EXPECT_EQ(run.edits().current()->content_hash(), hash[static_cast<std::size_t>(i)]);
-    EXPECT_EQ(run.edits().removed_mm3(), removed[static_cast<std::size_t>(i)]);
+    EXPECT_EQ(run.engine().current()->content_hash(), hash[static_cast<std::size_t>(i)]);
+    EXPECT_EQ(run.engine().removed_mm3(), removed[static_cast<std::size_t>(i)]);
   }
   EXPECT_FALSE(run.undo().is_changed);
   for (int i = 1; i <= 3; ++i) {
     EXPECT_TRUE(run.redo().is_changed);
-    EXPECT_EQ(run.edits().current()->content_hash(), hash[static_cast<std::size_t>(i)]);
+    EXPECT_EQ(run.engine().current()->content_hash(), hash[static_cast<std::size_t>(i)]);
   }
   // Drilling on ends the redo line; older versions are as they were.
   stroke(run, 8, 200);
-  EXPECT_FALSE(run.edits().can_redo());
+  EXPECT_FALSE(run.engine().can_redo());
   run.undo();
-  EXPECT_EQ(run.edits().current()->content_hash(), hash[3]);
+  EXPECT_EQ(run.engine().current()->content_hash(), hash[3]);
 }
 
 TEST(Lockstep, TheOldestStrokesCannotBeTakenBackAndFreeTheirMemory) {
   const haptics::TouchScene scene = flat_bone();
   haptics::ImplicitProxy method;
   ASSERT_FALSE(method.prepare(scene).has_value());
-  drilling::Burr burr({0.5, 60, 400, true});
-  EditSession edits(scene, method, &burr, 1e-3);
+  const drilling::Burr burr{1, 60, 400, true};
+  Engine edits(scene, method, drilling::burr(burr), 1e-3);
   haptics::ServoRecord tick;
-  const std::size_t strokes = EditSession::k_most_strokes + 30;
+  const std::size_t strokes = Engine::k_most_strokes + 30;
   for (std::size_t i = 0; i < strokes; ++i) {
     for (const bool is_pressed : {true, false}) {
       tick.pose = {{-12 + 0.08 * static_cast<double>(i), 0, -1}, {1, 0, 0, 0}, is_pressed};
-      edits.consume(tick);
+      edits.apply(tick);
     }
   }
   EXPECT_EQ(edits.stroke_count(), strokes);
   std::size_t undone = 0;
-  while (edits.undo().is_changed) ++undone;
-  EXPECT_EQ(undone, EditSession::k_most_strokes);
+  while (edits.apply(Undo{}).is_changed) ++undone;
+  EXPECT_EQ(undone, Engine::k_most_strokes);
   EXPECT_EQ(edits.stroke_count(), 30u);
   EXPECT_GT(edits.removed_mm3(), 0);
-  while (edits.redo().is_changed) {}
+  while (edits.apply(Redo{}).is_changed) {}
   EXPECT_EQ(edits.stroke_count(), strokes);
 }
 
@@ -127,8 +127,8 @@ TEST(Lockstep, GrowthLeadsTheToolOutToTheSideItCameFrom) {
     const haptics::TouchScene scene = thin_bone();
     haptics::ImplicitProxy method;
     ASSERT_FALSE(method.prepare(scene).has_value());
-    drilling::Burr burr({2, 60, 40, false});
-    Lockstep run(scene, method, &burr, {}, 1000);
+    const drilling::Burr burr{4, 60, 40, false};
+    Lockstep run(scene, method, drilling::burr(burr), {}, 1000);
     haptics::ServoRecord r;
     // Sideways first, so that the way back has a bend, then into the bone, nearly through.
     for (int i = 0; i < 100; ++i) r = run.step({{0.02 * i, 0, side * (6 - 0.03 * i)}, {1, 0, 0, 0}, false});
@@ -136,10 +136,10 @@ TEST(Lockstep, GrowthLeadsTheToolOutToTheSideItCameFrom) {
       r = run.step({{2, 0, side * std::max(-0.8, 3 - 0.01 * i)}, {1, 0, 0, 0}, true});
     ASSERT_LT(side * r.proxy_world.z, 0.5);  // deep in its own hole
     const dvec3 hand(2, 0, side * -0.8);
-    const double before = run.edits().removed_mm3();
+    const double before = run.engine().removed_mm3();
     ASSERT_GT(before, 1);
     ASSERT_TRUE(run.undo().is_changed);
-    EXPECT_EQ(run.edits().removed_mm3(), 0);
+    EXPECT_EQ(run.engine().removed_mm3(), 0);
     // The hand holds on, button down: it is led, and cuts nothing meanwhile.
     double last_force = glm::length(r.force_world), strongest = 0;
     dvec3 last_proxy = hand;
@@ -166,7 +166,7 @@ TEST(Lockstep, GrowthLeadsTheToolOutToTheSideItCameFrom) {
     EXPECT_EQ(r.energy.growth, 0);        // a hand that stays receives no work
     EXPECT_TRUE(r.has_contact);
     // But for what the first bite of a ball that touches takes.
-    EXPECT_LT(run.edits().removed_mm3(), 0.05);
+    EXPECT_LT(run.engine().removed_mm3(), 0.05);
     // Afterwards the surface holds it as ever, the full force coming back over tenths of a second.
     for (int i = 0; i < 600; ++i) {
       r = run.step({hand, {1, 0, 0, 0}, false});
@@ -182,8 +182,8 @@ TEST(Lockstep, AHandThatYieldsReceivesOnlyBoundedWorkFromGrowth) {
   const haptics::TouchScene scene = thin_bone();
   haptics::ImplicitProxy method;
   ASSERT_FALSE(method.prepare(scene).has_value());
-  drilling::Burr burr({2, 60, 40, false});
-  Lockstep run(scene, method, &burr, {}, 1000);
+  const drilling::Burr burr{4, 60, 40, false};
+  Lockstep run(scene, method, drilling::burr(burr), {}, 1000);
   haptics::ServoRecord r;
   for (int i = 0; i < 2500; ++i) r = run.step({{0, 0, std::max(-0.8, 4 - 0.01 * i)}, {1, 0, 0, 0}, true});
   ASSERT_TRUE(run.undo().is_changed);
@@ -207,8 +207,8 @@ TEST(Lockstep, AToolThatIsFreeStaysWhereItIsWhenBoneGrowsElsewhere) {
   const haptics::TouchScene scene = flat_bone();
   haptics::ImplicitProxy method;
   ASSERT_FALSE(method.prepare(scene).has_value());
-  drilling::Burr burr({2, 60, 40, false});
-  Lockstep run(scene, method, &burr, {}, 1000);
+  const drilling::Burr burr{4, 60, 40, false};
+  Lockstep run(scene, method, drilling::burr(burr), {}, 1000);
   stroke(run, -4, 300);
   haptics::ServoRecord r;
   for (int i = 0; i < 200; ++i) r = run.step({{3, 0, -1}, {1, 0, 0, 0}, false});
@@ -224,7 +224,7 @@ TEST(LiveSession, DrillsOnItsThreadsAndUndoes) {
   const haptics::TouchScene scene = flat_bone();
   haptics::ImplicitProxy method;
   ASSERT_FALSE(method.prepare(scene).has_value());
-  drilling::Burr burr({2, 60, 40, false});
+  const drilling::Burr burr{4, 60, 40, false};
   const auto wish = haptics::PosePath::from_samples({{0, {{0, 0, 3}, {1, 0, 0, 0}, false}},
                                                      {0.1, {{0, 0, 0.5}, {1, 0, 0, 0}, true}},
                                                      {0.4, {{0, 0, -4}, {1, 0, 0, 0}, true}},
@@ -234,7 +234,7 @@ TEST(LiveSession, DrillsOnItsThreadsAndUndoes) {
                                                     "test")
                         .value();
   haptics::VirtualDevice device(wish, {});
-  LiveSession live(device, scene, method, &burr, {});
+  LiveSession live(device, scene, method, drilling::burr(burr), {});
   live.keep_trace(100'000);
   ASSERT_FALSE(live.start().has_value());
   double most = 0;

@@ -1,0 +1,43 @@
+// Longer work beside a live operation: a thread of its own, begun with the first work.
+#pragma once
+
+#include <condition_variable>
+#include <deque>
+#include <functional>
+#include <mutex>
+#include <thread>
+#include <vector>
+
+namespace trephine::sim {
+
+/// One work after another. What comes of it is carried out by whoever asks for it, on its own thread.
+class Background {
+ public:
+  using Result = std::function<void()>;
+  using Work = std::function<Result()>;
+
+  Background() = default;
+  ~Background() { stop(); }
+  Background(const Background&) = delete;
+  Background& operator=(const Background&) = delete;
+
+  void submit(Work work);
+  /// What is done since the last call, in order.
+  std::vector<Result> take();
+  /// Nothing waits, runs, or is to be taken.
+  bool is_idle() const;
+  /// Waits for the work that runs; what waits, and what was not taken, is forgotten.
+  void stop();
+
+ private:
+  void run();
+
+  mutable std::mutex lock_;
+  std::condition_variable news_;
+  std::deque<Work> waiting_;
+  std::vector<Result> done_;
+  bool is_busy_ = false, is_stopping_ = false;
+  std::thread thread_;
+};
+
+}  // namespace trephine::sim

@@ -1,0 +1,71 @@
+#include "sim/command.h"
+
+#include "haptics/scene/shape_set.h"
+#include "haptics/scene/touch_scene.h"
+
+namespace trephine::sim {
+
+const Schema& Undo::schema() {
+  static constexpr Schema table{"undo"};
+  return table;
+}
+const Schema& Redo::schema() {
+  static constexpr Schema table{"redo"};
+  return table;
+}
+const Schema& Note::schema() {
+  static constexpr Field fields[] = {field<&Note::text>("text")};
+  static constexpr Schema table{"note", 1, fields};
+  return table;
+}
+const Schema& Resume::schema() {
+  static constexpr Schema table{"resume"};
+  return table;
+}
+const Schema& AdoptFields::schema() {
+  static constexpr Field fields[] = {field<&AdoptFields::serial>("serial", {.low = 0, .high = 0x1p53})};
+  static constexpr Schema table{"adopt-fields", 1, fields};
+  return table;
+}
+const Schema& LayDown::schema() {
+  static constexpr Schema table{"lay-down"};
+  return table;
+}
+const Schema& SwitchItem::schema() {
+  static constexpr Field fields[] = {
+      field<&SwitchItem::item>("item", {.low = 0, .high = haptics::ShapeSet::k_most - 1}),
+      field<&SwitchItem::is_touchable>("touchable")};
+  static constexpr Schema table{"switch-item", 1, fields};
+  return table;
+}
+const Schema& PlaceModel::schema() {
+  static constexpr Field fields[] = {
+      field<&PlaceModel::mover>("mover", {.low = 0, .high = haptics::TouchScene::k_max_movers - 1}),
+      field<&PlaceModel::position>("position", {.unit = "mm", .low = -1e6, .high = 1e6}),
+      field<&PlaceModel::rotation>("rotation", {.low = -1, .high = 1})};
+  static constexpr Schema table{"place-model", 1, fields};
+  return table;
+}
+const Schema& SetEffect::schema() {
+  static constexpr Field fields[] = {field<&SetEffect::effect>("effect"), field<&SetEffect::words>("words")};
+  static constexpr Schema table{"set-effect", 1, fields};
+  return table;
+}
+const Schema& ToolGeometry::schema() {
+  static constexpr Field fields[] = {
+      field<&ToolGeometry::radius>("radius", {.unit = "mm", .low = 0, .high = 6})};
+  static constexpr Schema table{"tool-geometry", 1, fields};
+  return table;
+}
+const Schema& AdoptJob::schema() {
+  static constexpr Field fields[] = {field<&AdoptJob::job>("job"), field<&AdoptJob::hash>("hash")};
+  static constexpr Schema table{"adopt-job", 1, fields};
+  return table;
+}
+const Schema& CancelJob::schema() {
+  static constexpr Field fields[] = {field<&CancelJob::job>("job")};
+  static constexpr Schema table{"cancel-job", 1, fields};
+  return table;
+}
+
+}  // namespace trephine::sim

@@ -1,0 +1,80 @@
+// A wish that changes an operation beside the ticks. A session is ticks and commands in order.
+#pragma once
+
+#include "sim/value.h"
+
+namespace trephine::sim {
+
+/// What is wished is a struct with a table: one of those below, the parameters of an instrument (the hand has
+/// that instrument from here on), the parameters of a job (it begins), or a command of a module.
+struct Command {
+  Command() = default;
+  template <HasSchema T>
+  Command(T wish, std::uint8_t of_hand = 0) : what(std::move(wish)), hand(of_hand) {}
+  Command(Value wish, std::uint8_t of_hand) : what(std::move(wish)), hand(of_hand) {}
+
+  Value what;
+  std::uint8_t hand = 0;
+};
+
+/// Back by one stroke, or by one command that changed the world.
+struct Undo {
+  static const Schema& schema();
+};
+struct Redo {
+  static const Schema& schema();
+};
+/// A remark; changes nothing.
+struct Note {
+  std::string text;
+  static const Schema& schema();
+};
+/// A session goes on: strokes end, every proxy and force starts afresh.
+struct Resume {
+  static const Schema& schema();
+};
+/// Offset fields made of what was left when `serial` was published are felt from here on.
+struct AdoptFields {
+  std::int64_t serial = 0;
+  static const Schema& schema();
+};
+/// The hand lays its instrument down, and only touches.
+struct LayDown {
+  static const Schema& schema();
+};
+/// An item that the hand touches (by its index) may hold it, or lets it through.
+struct SwitchItem {
+  std::int64_t item = 0;
+  bool is_touchable = true;
+  static const Schema& schema();
+};
+/// A moving model is here from now on, for all hands.
+struct PlaceModel {
+  std::int64_t mover = 0;
+  glm::dvec3 position{0.0};                  ///< mm, world
+  std::vector<double> rotation{1, 0, 0, 0};  ///< a unit quaternion, w first
+  static const Schema& schema();
+};
+/// A force beside those of surfaces, for the hand; what it remembers stays while its id does.
+struct SetEffect {
+  Id effect;
+  std::string words;  ///< as haptics::parse_effect reads them; empty: it ends
+  static const Schema& schema();
+};
+/// A job: the hand's tool becomes a ball of this radius, or a point.
+struct ToolGeometry {
+  double radius = 0;  ///< mm
+  static const Schema& schema();
+};
+/// What a job made is taken over, if it still fits; `hash` says what it made.
+struct AdoptJob {
+  Id job;
+  std::int64_t hash = 0;  ///< the bits of an unsigned one
+  static const Schema& schema();
+};
+struct CancelJob {
+  Id job;
+  static const Schema& schema();
+};
+
+}  // namespace trephine::sim

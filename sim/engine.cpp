@@ -1,0 +1,529 @@
+#include "sim/engine.h"
+
+#include <algorithm>
+#include <array>
+
+#include "sim/tool_geometry.h"
+
+namespace trephine::sim {
+
+using volume::Error;
+using volume::Status;
+
+namespace {
+
+/// What a session can be told whatever its modules are.
+std::array<const ValueType*, 14> own_types() noexcept {
+  return {&value_type<SwitchItem>(),   &value_type<PlaceModel>(),  &value_type<SetEffect>(),
+          &value_type<ToolGeometry>(), &value_type<Undo>(),        &value_type<Redo>(),
+          &value_type<Note>(),         &value_type<Resume>(),      &value_type<LayDown>(),
+          &value_type<AdoptFields>(),  &value_type<AdoptJob>(),    &value_type<CancelJob>(),
+          &value_type<FaultEvent>(),   &value_type<JobDiscarded>()};
+}
+
+std::vector<volume::Field> solids_of(const haptics::TouchScene& scene) {
+  std::vector<volume::Field> fields;
+  for (const haptics::TouchItem& shape : haptics::base_shapes(scene)) fields.push_back(shape.field);
+  return fields;
+}
+
+std::shared_ptr<const Value> shared(Value value) {
+  return value.is_empty() ? nullptr : std::make_shared<const Value>(std::move(value));
+}
+
+bool holds(std::span<const ValueType* const> all, const ValueType& type) noexcept {
+  return std::find(all.begin(), all.end(), &type) != all.end();
+}
+
+const JobType* job_of(const Module& module, const ValueType& type) noexcept {
+  for (const JobType* job : module.jobs())
+    if (job->parameters == &type) return job;
+  return nullptr;
+}
+
+Error no_job(Id id) {
+  return {"there is no such job", "", "job " + std::to_string(id.value), "one that began and has not ended",
+          ""};
+}
+
+}  // namespace
+
+// ---- Catalogue ----
+
+const InstrumentType* Catalogue::find_instrument(std::string_view name) const noexcept {
+  for (const Module* module : modules_)
+    for (const InstrumentType* instrument : module->instruments())
+      if (instrument->name() == name) return instrument;
+  return nullptr;
+}
+
+std::vector<const ValueType*> Catalogue::all() const {
+  const auto own = own_types();
+  std::vector<const ValueType*> types(own.begin(), own.end());
+  for (const Module* module : modules_) {
+    types.insert(types.end(), module->commands().begin(), module->commands().end());
+    types.insert(types.end(), module->events().begin(), module->events().end());
+    for (const InstrumentType* instrument : module->instruments()) types.push_back(instrument->parameters);
+    for (const JobType* job : module->jobs()) types.push_back(job->parameters);
+  }
+  return types;
+}
+
+const ValueType* Catalogue::find(std::string_view name) const noexcept {
+  for (const ValueType* type : all())
+    if (type->schema->name == name) return type;
+  return nullptr;
+}
+
+Status Catalogue::check() const {
+  std::vector<std::string_view> names;
+  for (const ValueType* type : all()) names.push_back(type->schema->name);
+  std::sort(names.begin(), names.end());
+  const auto twice = std::adjacent_find(names.begin(), names.end());
+  if (twice == names.end()) return std::nullopt;
+  return Error{"two things of the modules have one name", "", std::string(*twice), "names of their own", ""};
+}
+
+// ---- Engine ----
+
+Engine::Engine(std::vector<HandStart> hands, double dt, const Catalogue& catalogue)
+    : catalogue_(catalogue),
+      dt_(dt),
+      editor_(haptics::untouched(*hands.at(0).feels.scene), solids_of(*hands[0].feels.scene)),
+      trails_(hands.size()),
+      work_(hands.size()) {
+  for (std::size_t h = 0; h < hands.size(); ++h) {
+    const std::shared_ptr<const haptics::TouchScene>& scene = hands[h].feels.scene;
+    TREPHINE_ASSERT(h == 0 || scene->base == hands_[0].scene->base);
+    hands_.push_back(std::move(hands[h].feels));
+    now_.settings.hands.push_back(std::move(hands[h].instrument));
+  }
+  for (const Module* module : catalogue_.modules()) {
+    now_.world.modules.push_back(shared(module->world()));
+    now_.settings.modules.push_back(shared(module->settings()));
+  }
+  now_.world.version = untouched_ = editor_.publish();
+  use_fields();
+  publish(Change::cut);
+  history_.push_back(here(k_no_voxels));
+}
+
+Engine::Engine(const haptics::TouchScene& scene, const haptics::ProxyMethod& method, Instrument instrument,
+               double dt, const Catalogue& catalogue)
+    : Engine({HandStart{haptics::ServoHand(haptics::borrowed(scene), haptics::borrowed(method),
+                                           haptics::TouchState(nullptr)),
+                        std::move(instrument)}},
+             dt, catalogue) {}
+
+Outcome Engine::apply(const haptics::ServoRecord& tick) {
+  Outcome outcome;
+  HandWork& hand = work_[tick.hand];
+  now_.next_tick = std::max(now_.next_tick, tick.tick + 1);
+  trails_[tick.hand].note(hand_(tick.hand), tick);
+  note_faults(tick);
+  Instrument& instrument = now_.settings.hands[tick.hand];
+  if (instrument.type != nullptr) {
+    const bool was_pressed = std::exchange(hand.is_pressed, tick.pose.is_pressed());
+    Work work(editor_, news_, tick.tick, tick.hand);
+    instrument.type->step(instrument.parameters.data(), instrument.state.data(),
+                          {tick, dt_, std::exchange(hand.is_fresh, false)}, work);
+    if (work.removed().bricks_changed > 0) {
+      now_.world.version = editor_.publish();
+      publish(Change::cut);
+      note_cut(work.removed());
+      outcome.is_changed = true;
+      outcome.box = work.removed().box;
+    }
+    if ((was_pressed || is_stroke_changed_) && !is_in_stroke()) end_stroke();
+  }
+  settle(outcome);
+  return outcome;
+}
+
+Outcome Engine::apply(const Command& command) {
+  Outcome outcome;
+  if ((outcome.refused = check(command))) return outcome;
+  carry_out(command, outcome);
+  settle(outcome);
+  return outcome;
+}
+
+/// All that can be wrong with a command, before anything is done.
+Status Engine::check(const Command& command) const {
+  if (command.what.is_empty()) return Error{"an empty command", "", "", "a command", ""};
+  const ValueType& type = command.what.type();
+  if (Status error = command.what.check()) return error;
+  if (command.hand >= hand_count())
+    return Error{"there is no such hand", std::string(command.what.name()), std::to_string(command.hand + 1),
+                 "1 to " + std::to_string(hand_count()), ""};
+  if (const InstrumentType* instrument = instrument_of(command)) {
+    if (instrument->check)
+      if (Status error = instrument->check(command.what.data(), scene(command.hand))) return error;
+  } else if (!holds(catalogue_.all(), type)) {
+    return Error{"no module of this session knows the command", "", std::string(command.what.name()),
+                 "a command of its modules", ""};
+  }
+  const auto wished_job = [&]() -> std::optional<Id> {
+    if (const auto* adopt = command.what.as<AdoptJob>()) return adopt->job;
+    if (const auto* cancel = command.what.as<CancelJob>()) return cancel->job;
+    return std::nullopt;
+  }();
+  if (wished_job &&
+      std::none_of(jobs_.begin(), jobs_.end(), [&](const PendingJob& job) { return job.id == *wished_job; }))
+    return no_job(*wished_job);
+  if (Status error = check_setting(command)) return error;
+  for (const Module* module : catalogue_.modules())
+    if (Status error = module->allows(command, now_)) return error;
+  return std::nullopt;
+}
+
+void Engine::carry_out(const Command& command, Outcome& outcome) {
+  const Value& what = command.what;
+  if (what.as<Undo>()) {
+    end_stroke();
+    if (position_ > 0) {
+      ++now_.chronicle.undos;
+      go_to(position_ - 1, outcome);
+    }
+  } else if (what.as<Redo>()) {
+    end_stroke();
+    if (can_redo()) {
+      ++now_.chronicle.redos;
+      go_to(position_ + 1, outcome);
+    }
+  } else if (what.as<Resume>()) {
+    end_stroke();
+  } else if (const auto* fields = what.as<AdoptFields>()) {
+    adopt_fields(*fields, command.hand, outcome);
+  } else if (const auto* adopt = what.as<AdoptJob>()) {
+    end_job(*adopt, outcome);
+  } else if (const auto* cancel = what.as<CancelJob>()) {
+    std::erase_if(jobs_, [&](const PendingJob& job) { return job.id == cancel->job; });
+    outcome.job = cancel->job;
+  } else if (what.as<LayDown>()) {
+    now_.settings.hands[command.hand] = {};
+    work_[command.hand].is_pressed = false;
+    if (!is_in_stroke()) end_stroke();
+  } else if (tell_setting(command)) {
+    outcome.is_changed = true;
+  } else if (const auto* geometry = what.as<ToolGeometry>()) {
+    PendingJob job;
+    job.run = [hand = hands_[command.hand], radius = geometry->radius, input = snapshot(), cut = ever_cut_] {
+      return make_geometry(hand, radius, *input->world.version, cut);
+    };
+    begin_job(command, std::move(job), outcome);
+  } else if (const InstrumentType* instrument = instrument_of(command)) {
+    Instrument& held = now_.settings.hands[command.hand];
+    if (held.type == instrument)
+      held.parameters = what;
+    else
+      held = Instrument(*instrument, what);
+    work_[command.hand].is_fresh = true;
+  } else {
+    for (std::size_t m = 0; m < catalogue_.modules().size(); ++m) {
+      const Module& module = *catalogue_.modules()[m];
+      if (const JobType* type = job_of(module, what.type())) {
+        PendingJob job;
+        job.type = type;
+        job.module = m;
+        return begin_job(command, std::move(job), outcome);
+      }
+      if (!holds(module.commands(), what.type())) continue;
+      ModuleWork work(Work(editor_, news_, now_.next_tick, command.hand), state_of(m));
+      module.apply(command, work);
+      return finish(work, outcome);
+    }
+  }
+}
+
+/// Whose parameters the command is: the hand's own instrument, or one of the modules'. Null: none's.
+const InstrumentType* Engine::instrument_of(const Command& command) const noexcept {
+  const ValueType& type = command.what.type();
+  if (const InstrumentType* held = now_.settings.hands[command.hand].type; held && held->parameters == &type)
+    return held;
+  const InstrumentType* known = catalogue_.find_instrument(command.what.name());
+  return known && known->parameters == &type ? known : nullptr;
+}
+
+ModuleState Engine::state_of(std::size_t module) noexcept {
+  return {now_.world.modules[module], now_.settings.modules[module]};
+}
+
+void Engine::begin_job(const Command& command, PendingJob job, Outcome& outcome) {
+  job.id = outcome.job = {++last_job_};
+  job.hand = command.hand;
+  job.parameters = shared(command.what);
+  job.input = snapshot();
+  job.growths = growths_;
+  if (job.type)
+    job.run = [type = job.type, parameters = job.parameters, input = job.input] {
+      return type->run(parameters->data(), *input);
+    };
+  jobs_.push_back(std::move(job));
+}
+
+AdoptJob Engine::finish_job(Id id) {
+  const auto job =
+      std::find_if(jobs_.begin(), jobs_.end(), [&](const PendingJob& one) { return one.id == id; });
+  TREPHINE_ASSERT(job != jobs_.end());
+  std::shared_ptr<const JobResult> result = job->run();
+  const AdoptJob wish{id, static_cast<std::int64_t>(result->hash())};
+  hand_in(id, std::move(result));
+  return wish;
+}
+
+void Engine::end_job(const AdoptJob& wish, Outcome& outcome) {
+  const auto found =
+      std::find_if(jobs_.begin(), jobs_.end(), [&](const PendingJob& job) { return job.id == wish.job; });
+  const PendingJob job = *found;
+  jobs_.erase(found);
+  outcome.job = job.id;
+  std::shared_ptr<const JobResult> result;
+  std::erase_if(results_, [&](auto& kept) {
+    if (kept.first == job.id) result = std::move(kept.second);
+    return kept.first == job.id;
+  });
+  const void* parameters = job.parameters->data();
+  if (job.type && job.type->still_fits && !job.type->still_fits(parameters, *job.input, now_)) {
+    news_.push_back({now_.next_tick, job.hand, glm::dvec3(0), JobDiscarded{job.id, "the world changed"}});
+    return;
+  }
+  if (!result) result = job.run();
+  outcome.job_hash = result->hash();
+  if (job.type == nullptr) {
+    adopt_geometry(job, *result);
+    outcome.is_changed = true;
+    return;
+  }
+  ModuleWork work(Work(editor_, news_, now_.next_tick, job.hand), state_of(job.module));
+  job.type->adopt(parameters, *result, work);
+  finish(work, outcome);
+}
+
+/// What a module did becomes a place of the history, if it is anything that undo takes back.
+void Engine::finish(const ModuleWork& work, Outcome& outcome) {
+  const bool is_cut = work.removed().bricks_changed > 0;
+  if (!is_cut && !work.is_put_back() && !work.is_world_changed()) return;
+  is_stroke_changed_ = true;
+  if (work.is_put_back()) {
+    editor_.reset(untouched_);
+    now_.world.version = editor_.publish();
+    for (TouchFields& fields : fields_) fields.go_back({}, current(), serial() + 1);
+    publish(Change::growth);
+    for (HandWork& hand : work_) hand.is_fresh = true;
+    outcome.box = {glm::ivec3(0), scene().base->size - 1};
+    stroke_box_ = outcome.box;
+  } else if (is_cut) {
+    now_.world.version = editor_.publish();
+    publish(Change::cut);
+    note_cut(work.removed());
+    outcome.box = work.removed().box;
+  }
+  outcome.is_changed = is_cut || work.is_put_back();
+  if (!is_in_stroke()) end_stroke();
+}
+
+void Engine::note_faults(const haptics::ServoRecord& tick) {
+  std::uint32_t& noted = work_[tick.hand].noted_faults;
+  const std::uint32_t latched = tick.faults & haptics::k_latched_faults, fresh = latched & ~noted;
+  const auto tell = [&](std::uint32_t faults, bool is_cleared) {
+    news_.push_back(
+        {tick.tick, tick.hand, tick.proxy_world, FaultEvent{haptics::fault_names(faults), is_cleared}});
+  };
+  if (fresh != 0) tell(fresh, false);
+  if (latched == 0 && noted != 0) tell(noted, true);
+  noted = latched;
+}
+
+void Engine::note_cut(const volume::RemovalReport& report) {
+  for (TouchFields& fields : fields_) fields.note_cut(current(), serial(), report.box);
+  is_stroke_changed_ = true;
+  stroke_box_ = united(stroke_box_, report.box);
+  ever_cut_ = united(ever_cut_, report.box);
+}
+
+bool Engine::is_in_stroke() const noexcept {
+  return std::any_of(work_.begin(), work_.end(), [](const HandWork& hand) { return hand.is_pressed; });
+}
+
+void Engine::end_stroke() {
+  for (HandWork& hand : work_) hand.is_pressed = false, hand.is_fresh = true;
+  if (!is_stroke_changed_) return;
+  editor_.end_stroke();
+  remember(std::exchange(stroke_box_, k_no_voxels));
+  is_stroke_changed_ = false;
+}
+
+/// The world as it is now becomes the newest place of the history; what was undone is gone for good.
+void Engine::remember(const volume::VoxelBox& box) {
+  history_.erase(history_.begin() + static_cast<std::ptrdiff_t>(position_) + 1, history_.end());
+  history_.push_back(here(box));
+  if (++position_ <= k_most_strokes) return;
+  history_.erase(history_.begin());
+  --position_;
+  ++forgotten_;
+}
+
+Engine::Entry Engine::here(const volume::VoxelBox& box) const {
+  Entry entry{now_.world, box, {}};
+  for (const TouchFields& fields : fields_) entry.fields.emplace_back(fields.scene(), fields.keep());
+  return entry;
+}
+
+void Engine::go_to(std::size_t position, Outcome& outcome) {
+  outcome.is_changed = true;
+  outcome.box = history_[std::max(position, position_)].box;
+  position_ = position;
+  const Entry& entry = history_[position];
+  editor_.reset(entry.world.version);
+  now_.world = entry.world;
+  now_.world.version = editor_.publish();
+  for (TouchFields& fields : fields_) {
+    const auto kept = std::find_if(entry.fields.begin(), entry.fields.end(),
+                                   [&](const auto& one) { return one.first == fields.scene(); });
+    // A tool that came later: as if nothing had been cut, until a job tells better.
+    fields.go_back(kept == entry.fields.end() ? TouchFields::Kept{{}, ever_cut_} : kept->second, current(),
+                   serial() + 1);
+  }
+  publish(Change::growth);
+}
+
+/// What hands feel now, by a serial of its own, for servos to adopt. Where matter may have grown each hand is
+/// told the way out of it.
+void Engine::publish(Change change) {
+  auto next = std::make_shared<haptics::ServoScene>();
+  next->serial = servo_scene_ ? serial() + 1 : 1;
+  for (std::size_t h = 0; h < hands_.size(); ++h) {
+    const TouchFields* fields = fields_of(h);
+    hands_[h].state = haptics::TouchState(current(), fields ? fields->newest() : OffsetJob::Offsets());
+  }
+  if (change == Change::growth) {
+    ++growths_;
+    for (std::size_t h = 0; h < hands_.size(); ++h) {
+      haptics::WayOut way = trails_[h].way_out(hands_[h]).value_or(haptics::WayOut{});
+      way.serial = next->serial;
+      hands_[h].way = std::make_shared<const haptics::WayOut>(way);
+    }
+  }
+  next->hands = hands_;
+  servo_scene_ = std::move(next);
+}
+
+TouchFields* Engine::fields_of(std::size_t hand) noexcept {
+  for (TouchFields& fields : fields_)
+    if (fields.scene() == hands_[hand].scene) return &fields;
+  return nullptr;
+}
+
+/// One for each scene with a round tool that some hand feels with.
+void Engine::use_fields() {
+  std::erase_if(fields_, [this](const TouchFields& fields) {
+    return std::none_of(hands_.begin(), hands_.end(),
+                        [&](const haptics::ServoHand& hand) { return hand.scene == fields.scene(); });
+  });
+  for (std::size_t h = 0; h < hands_.size(); ++h)
+    if (hands_[h].scene->tool_radius > 0 && fields_of(h) == nullptr) fields_.emplace_back(hands_[h].scene);
+}
+
+std::optional<haptics::WayOut> Engine::way_out(std::size_t hand) const {
+  std::optional<haptics::WayOut> way = trails_[hand].way_out(hand_(hand));
+  if (way) way->serial = serial();
+  return way;
+}
+
+/// Modules are told what happened, and the chronicle keeps it.
+void Engine::settle(Outcome& outcome) {
+  if (news_.empty()) return;
+  outcome.event_count = news_.size();
+  for (Event& event : news_) {
+    for (std::size_t m = 0; m < catalogue_.modules().size(); ++m) {
+      ModuleState state = state_of(m);
+      catalogue_.modules()[m]->react(event, state);
+      if (state.is_world_changed()) is_stroke_changed_ = true;
+    }
+    now_.chronicle.add(std::move(event));
+  }
+  news_.clear();
+  if (is_stroke_changed_ && !is_in_stroke()) end_stroke();
+}
+
+// ---- fields of round tools ----
+
+bool Engine::has_stale_fields() const noexcept {
+  return std::any_of(fields_.begin(), fields_.end(), [](const TouchFields& f) { return f.is_stale(); });
+}
+
+std::optional<OffsetJob> Engine::offset_job() const {
+  // Whoever waits longest.
+  const TouchFields* first = nullptr;
+  for (const TouchFields& fields : fields_)
+    if (fields.is_stale() && (first == nullptr || fields.oldest_serial() < first->oldest_serial()))
+      first = &fields;
+  if (first == nullptr) return std::nullopt;
+  std::optional<OffsetJob> job = first->job();
+  while (hands_[job->hand].scene != first->scene()) ++job->hand;
+  return job;
+}
+
+void Engine::hand_in(const OffsetJob& job, OffsetJob::Offsets made) {
+  made_fields_.push_back({job.scene, job.serial, std::move(made)});
+}
+
+void Engine::adopt_fields(const AdoptFields& wish, std::size_t hand, Outcome& outcome) {
+  TouchFields* fields = fields_of(hand);
+  const auto serial = static_cast<std::uint64_t>(wish.serial);
+  std::vector<MadeFields> made = std::exchange(made_fields_, {});
+  if (fields == nullptr) return;
+  const auto ready = std::find_if(made.begin(), made.end(), [&](const MadeFields& one) {
+    return one.scene == fields->scene() && one.serial == serial;
+  });
+  OffsetJob::Offsets offsets;
+  if (ready != made.end()) {
+    offsets = std::move(ready->offsets);
+  } else {
+    const std::optional<OffsetJob> job = fields->job_of(serial);
+    if (!job) return;  // nothing that led here
+    offsets = job->make(0);
+  }
+  if (!fields->take(serial, std::move(offsets))) return;
+  publish(Change::cut);
+  outcome.is_changed = true;
+  // The state between strokes keeps what it has now, for whoever comes back to it.
+  if (!is_stroke_changed_) history_[position_].fields = here(k_no_voxels).fields;
+}
+
+// ---- jobs and snapshots ----
+
+void Engine::hand_in(Id job, std::shared_ptr<const JobResult> result) {
+  results_.emplace_back(job, std::move(result));
+}
+
+void Engine::freeze() {
+  if (now_.world.version->is_frozen()) return;
+  now_.world.version = editor_.freeze();
+}
+
+std::shared_ptr<const OperationState> Engine::snapshot() {
+  freeze();
+  return std::make_shared<const OperationState>(now_);
+}
+
+double Engine::removed_mm3() const noexcept { return current()->mm3_of(current()->ledger().total()); }
+
+std::vector<double> Engine::removed_mm3_by_label() const {
+  std::vector<double> result;
+  for (const std::int64_t units : current()->ledger().units_by_label)
+    result.push_back(current()->mm3_of(units));
+  return result;
+}
+
+std::vector<Measure> Engine::measures() const {
+  std::vector<Measure> all{{"removed", removed_mm3(), "mm3"},
+                           {"strokes", static_cast<double>(stroke_count()), ""},
+                           {"undos", static_cast<double>(now_.chronicle.undos), ""}};
+  for (const Module* module : catalogue_.modules())
+    for (Measure& one : module->measures(now_)) all.push_back(std::move(one));
+  return all;
+}
+
+}  // namespace trephine::sim

@@ -1,0 +1,195 @@
+// The reducer: ticks and commands in, the operated state out. Live, lockstep, replay and resume go through
+// it.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "sim/hand_trail.h"
+#include "sim/module.h"
+#include "sim/touch_fields.h"
+
+namespace trephine::sim {
+
+/// What a tick or a command changed.
+struct Outcome {
+  bool is_changed = false;                               ///< servos have something new to adopt
+  volume::VoxelBox box = k_no_voxels;                    ///< voxels that may look different now
+  volume::Status refused = std::nullopt;                 ///< why nothing was done
+  std::size_t event_count = 0;                           ///< the newest of the chronicle
+  Id job;                                                ///< that began, or ended
+  std::optional<std::uint64_t> job_hash = std::nullopt;  ///< of what an adopted one made
+};
+
+/// A hand as an operation begins.
+struct HandStart {
+  haptics::ServoHand feels;  ///< its scene's base is that of all hands
+  Instrument instrument;
+};
+
+/// What a program can do: who makes an engine, or reads a session, says so.
+class Catalogue {
+ public:
+  Catalogue() = default;
+  Catalogue(std::vector<const Module*> modules) : modules_(std::move(modules)) {}
+  const std::vector<const Module*>& modules() const noexcept { return modules_; }
+  const InstrumentType* find_instrument(std::string_view name) const noexcept;
+  /// Of all commands, events, instruments and jobs.
+  const ValueType* find(std::string_view name) const noexcept;
+  std::vector<const ValueType*> all() const;
+  /// Error when two things have one name.
+  volume::Status check() const;
+
+ private:
+  std::vector<const Module*> modules_;
+};
+
+/// A job that began and has not ended: immutable things that any thread may read.
+struct PendingJob {
+  Id id;
+  std::uint8_t hand = 0;
+  std::shared_ptr<const Value> parameters;
+  std::shared_ptr<const OperationState> input;
+  std::function<std::shared_ptr<const JobResult>()> run;
+  const JobType* type = nullptr;  ///< null: a tool's geometry
+  std::size_t module = 0;
+  std::uint64_t growths = 0;  ///< that there had been
+};
+
+/// One thread: the edit thread, or the only one in lockstep. A copy, made when it is frozen, goes on by
+/// itself.
+class Engine {
+ public:
+  /// `dt` is the servo's period, s. Modules are borrowed, in their order.
+  Engine(std::vector<HandStart> hands, double dt, const Catalogue& catalogue = {});
+  /// One hand, with an instrument or none. Borrows scene and method too.
+  Engine(const haptics::TouchScene& scene, const haptics::ProxyMethod& method, Instrument instrument,
+         double dt, const Catalogue& catalogue = {});
+
+  /// Ticks of a hand come in their order.
+  Outcome apply(const haptics::ServoRecord& tick);
+  /// A command that is refused changes nothing.
+  Outcome apply(const Command& command);
+
+  // ---- what servos adopt ----
+  /// The newest: what can be felt, and after growth the ways out of it.
+  const std::shared_ptr<const haptics::ServoScene>& servo_scene() const noexcept { return servo_scene_; }
+  std::uint64_t serial() const noexcept { return servo_scene_->serial; }
+  std::size_t hand_count() const noexcept { return trails_.size(); }
+  const haptics::TouchScene& scene(std::size_t hand = 0) const noexcept { return *hand_(hand).scene; }
+  /// Of the places (volume frame) where a hand's proxy was, the newest that is free now; null when none is.
+  const glm::dvec3* last_free(std::size_t hand = 0) const noexcept {
+    return trails_[hand].last_free(hand_(hand));
+  }
+  std::optional<haptics::WayOut> way_out(std::size_t hand = 0) const;
+
+  // ---- the state ----
+  /// Of this moment. The anatomy may not be frozen yet: for this thread.
+  const OperationState& now() const noexcept { return now_; }
+  /// For any thread, for good.
+  std::shared_ptr<const OperationState> snapshot();
+  /// From here on nothing that was published is written again, in the middle of a stroke too. Changes no
+  /// bits.
+  void freeze();
+  /// What is left of the anatomy.
+  const std::shared_ptr<const volume::Version>& current() const noexcept { return now_.world.version; }
+  double removed_mm3() const noexcept;
+  /// By label; one entry for volumes without labels.
+  std::vector<double> removed_mm3_by_label() const;
+  std::vector<Measure> measures() const;
+
+  // ---- strokes ----
+  bool is_in_stroke() const noexcept;
+  /// Strokes and commands that can be taken back; older ones stay for good, so that an hour's work fits in
+  /// memory.
+  static constexpr std::size_t k_most_strokes = 256;
+  /// Number of those that are applied.
+  std::size_t stroke_count() const noexcept { return forgotten_ + position_; }
+  bool can_undo() const noexcept { return position_ > 0 || is_stroke_changed_; }
+  bool can_redo() const noexcept { return position_ + 1 < history_.size(); }
+
+  // ---- longer work ----
+  const std::vector<PendingJob>& jobs() const noexcept { return jobs_; }
+  /// Runs a job here and now: the command that adopts it. It is pending.
+  AdoptJob finish_job(Id job);
+  /// What a job made, before AdoptJob; without it that makes it then.
+  void hand_in(Id job, std::shared_ptr<const JobResult> result);
+  /// What was cut since the offset fields of round tools were made; nothing when they are up to date. Until
+  /// the job's fields are adopted such a tool hovers there.
+  std::optional<OffsetJob> offset_job() const;
+  bool has_stale_fields() const noexcept;
+  /// What that job made, before AdoptFields; likewise.
+  void hand_in(const OffsetJob& job, OffsetJob::Offsets made);
+
+ private:
+  enum class Change { cut, growth };
+  /// A place of the history.
+  struct Entry {
+    World world;
+    volume::VoxelBox box;  ///< what led here changed
+    std::vector<std::pair<std::shared_ptr<const haptics::TouchScene>, TouchFields::Kept>> fields;
+  };
+  const haptics::ServoHand& hand_(std::size_t h) const noexcept { return servo_scene_->hands[h]; }
+  TouchFields* fields_of(std::size_t hand) noexcept;
+  volume::Status check_setting(const Command& command) const;
+  bool tell_setting(const Command& command);
+  void adopt_geometry(const PendingJob& job, const JobResult& result);
+  void use_fields();
+  const InstrumentType* instrument_of(const Command& command) const noexcept;
+  ModuleState state_of(std::size_t module) noexcept;
+  volume::Status check(const Command& command) const;
+  void carry_out(const Command& command, Outcome& outcome);
+  void begin_job(const Command& command, PendingJob job, Outcome& outcome);
+  void end_job(const AdoptJob& wish, Outcome& outcome);
+  void finish(const ModuleWork& work, Outcome& outcome);
+  void adopt_fields(const AdoptFields& wish, std::size_t hand, Outcome& outcome);
+  void go_to(std::size_t position, Outcome& outcome);
+  void note_faults(const haptics::ServoRecord& tick);
+  void note_cut(const volume::RemovalReport& report);
+  void end_stroke();
+  void remember(const volume::VoxelBox& box);
+  void publish(Change change);
+  void settle(Outcome& outcome);
+  Entry here(const volume::VoxelBox& box) const;
+
+  Catalogue catalogue_;
+  double dt_;
+  volume::RemovalEditor editor_;
+  std::shared_ptr<const volume::Version> untouched_;
+  OperationState now_;
+  std::vector<Event> news_;  ///< of this tick or command
+  std::vector<haptics::ServoHand>
+      hands_;  ///< what each feels with; their states are those of the newest scene
+  std::shared_ptr<const haptics::ServoScene> servo_scene_;
+
+  std::vector<HandTrail> trails_;
+  struct HandWork {
+    bool is_pressed = false, is_fresh = true;
+    std::uint32_t noted_faults = 0;
+  };
+  std::vector<HandWork> work_;       ///< one a hand
+  std::vector<TouchFields> fields_;  ///< one a scene with a round tool
+
+  std::vector<Entry> history_;  ///< ends of strokes, oldest first; [0] is what can be gone back to
+  std::size_t position_ = 0, forgotten_ = 0;
+  bool is_stroke_changed_ = false;
+  volume::VoxelBox stroke_box_ = k_no_voxels;
+  volume::VoxelBox ever_cut_ = k_no_voxels;  ///< since the start, undone or not
+  std::uint64_t growths_ = 0;                ///< how often matter grew
+
+  std::vector<PendingJob> jobs_;
+  std::uint32_t last_job_ = 0;
+  std::vector<std::pair<Id, std::shared_ptr<const JobResult>>> results_;
+  struct MadeFields {
+    std::shared_ptr<const haptics::TouchScene> scene;
+    std::uint64_t serial;
+    OffsetJob::Offsets offsets;
+  };
+  std::vector<MadeFields> made_fields_;
+};
+
+}  // namespace trephine::sim

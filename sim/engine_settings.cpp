@@ -1,0 +1,134 @@
+// What hands feel with, set midway: switches, places of models, effects, tools.
+#include <algorithm>
+#include <cmath>
+
+#include "haptics/force/effects.h"
+#include "sim/engine.h"
+#include "sim/tool_geometry.h"
+
+namespace trephine::sim {
+
+using volume::Error;
+using volume::Status;
+
+namespace {
+
+/// Under which OperationState keeps it.
+std::string key_of(const Command& command, std::int64_t number) {
+  return std::string(command.what.name()) + '/' + std::to_string(command.hand) + '/' + std::to_string(number);
+}
+
+bool has_mover(const haptics::TouchScene& scene, std::int64_t mover) noexcept {
+  return std::any_of(scene.items.begin(), scene.items.end(), [mover](const haptics::TouchItem& item) {
+    return item.is_mesh() && item.mover == mover;
+  });
+}
+
+Status check_quaternion(const std::vector<double>& q) {
+  double sum = 0;
+  for (const double part : q) sum += part * part;
+  if (q.size() == 4 && std::abs(sum - 1) < 1e-6) return std::nullopt;
+  return Error{"a rotation is none", "place-model rotation", std::to_string(q.size()) + " numbers",
+               "four, a unit quaternion, w first", ""};
+}
+
+/// The hand's laws with this one in place of that of its id; without a law it ends.
+volume::Result<std::shared_ptr<const haptics::LawSet>> with_law(const haptics::LawSet* before,
+                                                                std::uint32_t id,
+                                                                std::optional<haptics::ServoLaw> law) {
+  auto laws = std::make_shared<haptics::LawSet>();
+  if (before)
+    for (const haptics::ServoLaw& one : before->laws())
+      if (one.id != id) laws->add(one);
+  if (law)
+    if (Status error = laws->add(std::move(*law))) return *error;
+  return std::shared_ptr<const haptics::LawSet>(laws->laws().empty() ? nullptr : std::move(laws));
+}
+
+volume::Result<std::shared_ptr<const haptics::LawSet>> laws_after(const haptics::ServoHand& hand,
+                                                                  const SetEffect& wish) {
+  std::optional<haptics::ServoLaw> law;
+  if (!wish.words.empty()) {
+    auto effect = haptics::parse_effect(wish.words);
+    if (!effect) return effect.error();
+    auto made = haptics::law_of(effect.value(), wish.effect.value);
+    if (!made) return made.error();
+    law = std::move(made).value();
+  }
+  return with_law(hand.laws.get(), wish.effect.value, std::move(law));
+}
+
+}  // namespace
+
+Status Engine::check_setting(const Command& command) const {
+  const haptics::ServoHand& hand = hands_[command.hand];
+  if (const auto* item = command.what.as<SwitchItem>()) {
+    if (item->item < haptics::item_count(*hand.scene)) return std::nullopt;
+    return Error{"there is no such item", "switch-item", std::to_string(item->item),
+                 "0 to " + std::to_string(haptics::item_count(*hand.scene) - 1), ""};
+  }
+  if (const auto* place = command.what.as<PlaceModel>()) {
+    if (std::none_of(hands_.begin(), hands_.end(),
+                     [&](const haptics::ServoHand& one) { return has_mover(*one.scene, place->mover); }))
+      return Error{"no model moves by this number", "place-model", std::to_string(place->mover),
+                   "the mover of a model", ""};
+    return check_quaternion(place->rotation);
+  }
+  if (const auto* effect = command.what.as<SetEffect>())
+    if (const auto laws = laws_after(hand, *effect); !laws) return laws.error();
+  if (const auto* geometry = command.what.as<ToolGeometry>(); geometry && geometry->radius > 0)
+    for (const haptics::TouchItem& shape : haptics::base_shapes(*hand.scene))
+      if (haptics::holds(shape.sides, haptics::Side::back))
+        return Error{"a tool with a radius cannot be held from within", haptics::name_of(shape),
+                     "its back is touchable", "shapes touched from the front", "use a point"};
+  return std::nullopt;
+}
+
+/// False: it is no setting of a hand.
+bool Engine::tell_setting(const Command& command) {
+  haptics::ServoHand& hand = hands_[command.hand];
+  std::int64_t number = 0;
+  Change change = Change::cut;
+  if (const auto* item = command.what.as<SwitchItem>()) {
+    hand.set_touchable(static_cast<int>(number = item->item), item->is_touchable);
+    // What may hold again may be all around the tool.
+    if (item->is_touchable) change = Change::growth;
+  } else if (const auto* place = command.what.as<PlaceModel>()) {
+    number = place->mover;
+    const std::vector<double>& q = place->rotation;
+    for (haptics::ServoHand& one : hands_)
+      if (has_mover(*one.scene, number))
+        one.set_placement(static_cast<int>(number), {place->position, {q[0], q[1], q[2], q[3]}});
+  } else if (const auto* effect = command.what.as<SetEffect>()) {
+    number = effect->effect.value;
+    hand.laws = laws_after(hand, *effect).value();
+  } else {
+    return false;
+  }
+  now_.settings.told.insert_or_assign(key_of(command, number), command);
+  publish(change);
+  return true;
+}
+
+/// The hand has another tool: matter may reach where the old one was free, so it is growth.
+void Engine::adopt_geometry(const PendingJob& job, const JobResult& result) {
+  const auto& made = static_cast<const MadeGeometry&>(result);
+  if (made.failed) {
+    news_.push_back({now_.next_tick, job.hand, glm::dvec3(0), JobDiscarded{job.id, made.failed->message()}});
+    return;
+  }
+  hands_[job.hand].set_scene(made.scene, made.method);
+  use_fields();
+  if (TouchFields* fields = fields_of(job.hand)) {
+    // What it knows of cuts holds if none of them was undone since.
+    const bool is_cut_since = current()->ledger().total() != job.input->world.version->ledger().total();
+    TouchFields::Kept kept{{}, ever_cut_};
+    if (growths_ == job.growths) kept = {made.offsets, is_cut_since ? ever_cut_ : k_no_voxels};
+    fields->go_back(kept, current(), serial() + 1);
+  }
+  const Command told{*job.parameters, job.hand};
+  now_.settings.told.insert_or_assign(key_of(told, 0), told);
+  publish(Change::growth);
+}
+
+}  // namespace trephine::sim

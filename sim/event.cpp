@@ -1,0 +1,51 @@
+#include "sim/event.h"
+
+#include <cstring>
+
+namespace trephine::sim {
+
+const Schema& FaultEvent::schema() {
+  static constexpr Field fields[] = {field<&FaultEvent::names>("names"),
+                                     field<&FaultEvent::is_cleared>("cleared")};
+  static constexpr Schema table{"fault", 1, fields};
+  return table;
+}
+
+const Schema& JobDiscarded::schema() {
+  static constexpr Field fields[] = {field<&JobDiscarded::job>("job"), field<&JobDiscarded::why>("why")};
+  static constexpr Schema table{"job-discarded", 1, fields};
+  return table;
+}
+
+void add_bytes(volume::MixHash& hash, std::string_view bytes) noexcept {
+  hash.add(std::uint64_t{bytes.size()});
+  for (; !bytes.empty(); bytes.remove_prefix(std::min(bytes.size(), sizeof(std::uint64_t)))) {
+    std::uint64_t word = 0;
+    std::memcpy(&word, bytes.data(), std::min(bytes.size(), sizeof word));
+    hash.add(word);
+  }
+}
+
+void add_value(volume::MixHash& hash, const Value& value) {
+  add_bytes(hash, value.is_empty() ? std::string_view() : value.name());
+  add_bytes(hash, value.is_empty() ? std::string() : value.bytes());
+}
+
+void Chronicle::add(Event event) {
+  hash_.add(event.tick);
+  hash_.add(std::uint64_t{event.hand});
+  for (int a = 0; a < 3; ++a) hash_.add(event.place_world[a]);
+  add_value(hash_, event.what);
+  newest_.push_back(std::move(event));
+  if (newest_.size() < k_chunk) return;
+  full_.push_back(std::make_shared<const std::vector<Event>>(std::exchange(newest_, {})));
+}
+
+std::uint64_t Chronicle::hash() const noexcept {
+  volume::MixHash all = hash_;
+  all.add(undos);
+  all.add(redos);
+  return all.value();
+}
+
+}  // namespace trephine::sim

@@ -1,0 +1,10 @@
+#include "sim/module.h"
+
+namespace trephine::sim {
+
+volume::Status Module::allows(const Command&, const OperationView&) const { return std::nullopt; }
+void Module::apply(const Command&, ModuleWork&) const {}
+void Module::react(const Event&, ModuleState&) const {}
+std::vector<Measure> Module::measures(const OperationView&) const { return {}; }
+
+}  // namespace trephine::sim

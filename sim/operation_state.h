@@ -1,0 +1,39 @@
+// All that an operation is at one moment. What is derived of it (fields, bits, meshes) is not in it.
+#pragma once
+
+#include <map>
+
+#include "sim/command.h"
+#include "sim/event.h"
+#include "sim/instrument.h"
+#include "volume/version.h"
+
+namespace trephine::sim {
+
+/// What undo takes back.
+struct World {
+  std::shared_ptr<const volume::Version> version;     ///< of the anatomy, that never moves
+  std::vector<std::shared_ptr<const Value>> modules;  ///< one a module, in the session's order; may be null
+};
+
+/// What undo leaves alone.
+struct Settings {
+  std::vector<Instrument> hands;
+  /// What was told last of each switch, place, effect and tool geometry, by name, hand and number: a state is
+  /// restored by telling it again. Nothing was told: as it began.
+  std::map<std::string, Command> told;
+  std::vector<std::shared_ptr<const Value>> modules;  ///< as the world's
+};
+
+struct OperationState {
+  std::uint64_t next_tick = 0;  ///< one past the newest of any hand
+  World world;
+  Settings settings;
+  Chronicle chronicle;
+
+  /// Of the canonical bytes of all of it: the same for the same state. The version is frozen, or nobody cuts
+  /// meanwhile.
+  std::uint64_t hash() const;
+};
+
+}  // namespace trephine::sim

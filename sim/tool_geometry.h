@@ -1,0 +1,25 @@
+// Another tool in a hand: a ball of another radius, or a point, made ready beside the operation.
+#pragma once
+
+#include "haptics/servo/servo_scene.h"
+#include "sim/module.h"
+#include "sim/touch_fields.h"
+
+namespace trephine::sim {
+
+/// What the hand would feel with, made of immutable things alone.
+class MadeGeometry final : public JobResult {
+ public:
+  std::shared_ptr<const haptics::TouchScene> scene;
+  std::shared_ptr<const haptics::ProxyMethod> method;
+  OffsetJob::Offsets offsets;  ///< of what was left when the job began; empty for a point
+  volume::Status failed;       ///< why there is no such tool
+  std::uint64_t hash() const override;
+};
+
+/// `hand` as it is, with a ball of that radius (0: a point). `cut`: where anything was ever cut of `version`.
+std::shared_ptr<const MadeGeometry> make_geometry(const haptics::ServoHand& hand, double radius,
+                                                  const volume::Version& version,
+                                                  const volume::VoxelBox& cut);
+
+}  // namespace trephine::sim

@@ -1,0 +1,75 @@
+#include "sim/touch_fields.h"
+
+#include <algorithm>
+
+namespace trephine::sim {
+
+OffsetJob::Offsets OffsetJob::make(int threads) const {
+  Offsets made;
+  for (std::size_t s = 0; s < before.size(); ++s) {
+    const haptics::TouchItem& shape = scene->items[s];
+    made.push_back(
+        before[s]->updated(shape.field, *shape.bits, *version, box, threads, nullptr, shape.soft.get()));
+  }
+  return made;
+}
+
+void TouchFields::note_cut(std::shared_ptr<const volume::Version> version, std::uint64_t serial,
+                           const volume::VoxelBox& box) {
+  // Fields that never come must not keep every version.
+  constexpr std::size_t k_most = 4096;
+  if (cuts_.size() == k_most) {
+    owed_ = united(owed_, cuts_.front().box);
+    cuts_.erase(cuts_.begin());
+  }
+  cuts_.push_back({std::move(version), serial, box});
+}
+
+std::optional<OffsetJob> TouchFields::job() const {
+  return cuts_.empty() ? std::nullopt : job_of(cuts_.back().serial);
+}
+
+std::optional<OffsetJob> TouchFields::job_of(std::uint64_t serial) const {
+  OffsetJob job;
+  job.serial = serial;
+  job.scene = scene_;
+  job.box = owed_;
+  for (const Cut& cut : cuts_) {
+    job.box = united(job.box, cut.box);
+    if (cut.serial == serial) {
+      job.version = cut.version;
+      break;
+    }
+  }
+  if (!job.version) return std::nullopt;
+  job.before = newest_;
+  if (job.before.empty())
+    for (const haptics::TouchItem& shape : haptics::base_shapes(*scene_)) job.before.push_back(shape.offset);
+  return job;
+}
+
+bool TouchFields::take(std::uint64_t serial, OffsetJob::Offsets made) {
+  const auto made_from =
+      std::find_if(cuts_.begin(), cuts_.end(), [serial](const Cut& cut) { return cut.serial == serial; });
+  if (made_from == cuts_.end()) return false;
+  cuts_.erase(cuts_.begin(), std::next(made_from));
+  owed_ = k_no_voxels;
+  newest_ = std::move(made);
+  return true;
+}
+
+TouchFields::Kept TouchFields::keep() const {
+  Kept kept{newest_, owed_};
+  for (const Cut& cut : cuts_) kept.owed = united(kept.owed, cut.box);
+  return kept;
+}
+
+void TouchFields::go_back(const Kept& kept, std::shared_ptr<const volume::Version> version,
+                          std::uint64_t serial) {
+  newest_ = kept.fields;
+  owed_ = kept.owed;
+  cuts_.clear();
+  if (owed_.low.x <= owed_.high.x) cuts_.push_back({std::move(version), serial, k_no_voxels});
+}
+
+}  // namespace trephine::sim

@@ -1,0 +1,418 @@
+// One reducer: whatever comes in, through whichever driver, the state is the same.
+#include <deque>
+#include <map>
+#include <random>
+#include <thread>
+
+#include "sim/live_session.h"
+#include "tests/sim/session_fixture.h"
+#include "tests/sim/toy_module.h"
+
+namespace trephine::sim {
+namespace {
+
+const Catalogue& toys() {
+  static const drilling::Drilling drilling;
+  static const Toy toy;
+  static const Catalogue all({&drilling, &toy});
+  return all;
+}
+
+/// A command that no module knows.
+struct Stranger {
+  static const Schema& schema() {
+    static constexpr Schema table{"stranger"};
+    return table;
+  }
+};
+
+struct ToyBench {
+  haptics::TouchScene scene = small_bone();
+  std::unique_ptr<haptics::ProxyMethod> method = haptics::make_method("subvoxel").value();
+  ToyBench() { EXPECT_FALSE(method->prepare(scene)); }
+  Engine engine() const { return Engine(scene, *method, drilling::burr(k_burr), 1e-3, toys()); }
+  std::unique_ptr<SessionWriter> toy_writer(const std::string& path) const {
+    const SessionHeader header = describe_session(scene, *method, {}, burr_spec());
+    return SessionWriter::create(path, header, scene.base, toys()).value();
+  }
+};
+
+dvec3 random_place(std::mt19937& random) {
+  std::uniform_real_distribution<double> along(-6, 6), up(-2, 2);
+  const double x = along(random), y = along(random), z = up(random);
+  return {x, y, z};
+}
+
+constexpr const char* k_effects[] = {"", "viscous damping=0.001", "spring anchor=0,0,3 stiffness=0.05",
+                                     "spring anchor=nowhere", "magic"};
+
+/// Good ones and bad ones.
+Command random_command(std::mt19937& random, const std::vector<PendingJob>& jobs) {
+  switch (random() % 16) {
+    case 0:
+    case 1:
+      return Undo{};
+    case 2:
+      return Redo{};
+    case 3:
+    case 4:
+      return ToyMark{random_place(random)};
+    case 5:
+      return ToyCarve{random_place(random)};
+    case 6:
+      return random() % 4 == 0 ? Command(ToyMend{})
+                               : Command(ToyResize{0.5 + 0.25 * static_cast<double>(random() % 8)});
+    case 7:
+      return ToyFlood{random_place(random), 0, random() % 2 == 0};
+    case 8:
+    case 9:
+      if (jobs.empty()) return AdoptJob{{4711}};
+      return random() % 4 == 0 ? Command(CancelJob{jobs[random() % jobs.size()].id})
+                               : Command(AdoptJob{jobs[random() % jobs.size()].id});
+    case 10:
+      return drilling::Burr{2 + 0.5 * static_cast<double>(random() % 6), 60, 40};
+    case 11:
+      return random() % 2 == 0 ? Command(drilling::Burr{-1}) : Command(ToyMark{dvec3(1e5)});
+    case 12:
+      return random() % 2 == 0 ? Command(Stranger{}) : Command(Undo{}, 3);
+    case 13:
+      return random() % 2 == 0
+                 ? Command(SwitchItem{static_cast<std::int64_t>(random() % 3), random() % 3 != 0})
+                 : Command(SetEffect{{static_cast<std::uint32_t>(random() % 3)},
+                                     k_effects[random() % std::size(k_effects)]});
+    case 14:  // dear: fields are made for it
+      if (random() % 8 != 0) return Note{"nothing"};
+      return ToolGeometry{random() % 2 == 0 ? 0.0 : 0.5 + 0.25 * static_cast<double>(random() % 3)};
+    default:
+      return Note{"a remark"};
+  }
+}
+
+/// AdoptJob says what the job made, as a live operation does.
+Command with_hash(Command command, const Engine& engine) {
+  if (auto* adopt = command.what.as<AdoptJob>())
+    for (const PendingJob& job : engine.jobs())
+      if (job.id == adopt->job) {
+        const bool fits = !job.type || job.type->still_fits(job.parameters->data(), *job.input, engine.now());
+        adopt->hash = fits ? static_cast<std::int64_t>(job.run()->hash()) : 0;
+      }
+  return command;
+}
+
+/// By tick: the state after it.
+using Hashes = std::map<std::uint64_t, std::uint64_t>;
+
+void expect_hashes(const std::string& path, const ToyBench& bench, const Hashes& hashes, unsigned seed) {
+  auto session = SessionReader::open(path, toys());
+  ASSERT_TRUE(session.is_ok()) << session.error().message();
+  const auto opened = Replay::open(session.value(), bench.scene, *bench.method);
+  ASSERT_TRUE(opened.is_ok()) << opened.error().message();
+  Replay& replay = *opened.value();
+  std::size_t compared = 0;
+  for (;;) {
+    const auto stepped = replay.step();
+    ASSERT_TRUE(stepped.is_ok()) << stepped.error().message();
+    if (!stepped.value()) break;
+    const auto expected = hashes.find(replay.record().tick);
+    if (expected == hashes.end()) continue;
+    ASSERT_EQ(replay.engine().snapshot()->hash(), expected->second) << "tick " << expected->first;
+    ++compared;
+  }
+  EXPECT_EQ(compared, hashes.size());
+  if (replay.mismatch()) ADD_FAILURE() << replay.mismatch()->what << ' ' << replay.mismatch()->replayed;
+  // By seek, forward and back.
+  std::mt19937 random(seed);
+  for (int i = 0; i < 6; ++i) {
+    auto at = hashes.begin();
+    std::advance(at, static_cast<std::ptrdiff_t>(random() % hashes.size()));
+    ASSERT_FALSE(replay.seek(at->first + 1));
+    EXPECT_EQ(replay.engine().snapshot()->hash(), at->second) << "sought " << at->first;
+  }
+}
+
+TEST(Engine, ARandomLogGivesOneStateThroughLockstepReplayAndSeek) {
+  const Folder folder;
+  std::uint64_t refused = 0, taken = 0, jobs = 0, undone = 0;
+  for (unsigned seed = 1; seed <= 3; ++seed) {
+    const std::string path = folder.file((std::to_string(seed) + ".session").c_str());
+    ToyBench bench;
+    auto writer = bench.toy_writer(path);
+    Lockstep run(bench.engine(), {}, 1000, writer.get());
+    std::mt19937 random(seed);
+    const haptics::PosePath wish = drilling_wish(20);
+    Hashes hashes;
+    for (int i = 0; i < 2500; ++i) {
+      run.step(wish.at(1e-3 * i));
+      if (i % 10 != 0) continue;
+      hashes[static_cast<std::uint64_t>(i)] = run.engine().snapshot()->hash();
+      for (int n = static_cast<int>(random() % 3); n > 0; --n) {
+        const std::uint64_t before = run.engine().now().hash();
+        const Command command = with_hash(random_command(random, run.engine().jobs()), run.engine());
+        const Outcome outcome = run.apply(command);
+        if (outcome.refused) {
+          EXPECT_EQ(run.engine().now().hash(), before);
+          EXPECT_FALSE(outcome.refused->what.empty());
+        }
+        (outcome.refused ? refused : taken) += 1;
+        jobs += outcome.job_hash.has_value();
+        undone += command.what.as<Undo>() && outcome.is_changed;
+      }
+    }
+    EXPECT_FALSE(writer->finish(run.engine(), 0).has_value());
+    expect_hashes(path, bench, hashes, seed);
+  }
+  EXPECT_GT(refused, 80u);
+  EXPECT_GT(taken, 400u);
+  EXPECT_GT(jobs, 10u);
+  EXPECT_GT(undone, 50u);
+}
+
+// The threads of a live operation as a model, in random step: ticks run ahead of the edits, commands come in
+// bursts.
+TEST(Engine, AnyInterleavingOfServoEditsAndCommandsGivesOneState) {
+  const Folder folder;
+  for (unsigned seed = 1; seed <= 3; ++seed) {
+    const std::string path = folder.file((std::to_string(seed) + ".session").c_str());
+    ToyBench bench;
+    auto writer = bench.toy_writer(path);
+    Engine engine = bench.engine();
+    haptics::ServoCore core({}, 1e-3);
+    std::deque<haptics::ServoRecord> ring;
+    auto published = engine.servo_scene();
+    const haptics::PosePath wish = drilling_wish(20);
+    std::mt19937 random(seed);
+    Hashes hashes;
+    for (int tick = 0; tick < 2500 || !ring.empty();) {
+      const bool wants_tick = random() % 2 == 0;
+      if (tick < 2500 && (ring.empty() || (wants_tick && ring.size() < 40))) {
+        const haptics::DenormalsFlushed flushed;
+        haptics::ServoInput input;
+        input.pose = wish.at(1e-3 * tick++);
+        ring.push_back(core.step(*published, input));
+        continue;
+      }
+      const haptics::ServoRecord record = ring.front();
+      ring.pop_front();
+      const Outcome outcome = engine.apply(record);
+      writer->add(record, engine, outcome);
+      if (outcome.is_changed) published = engine.servo_scene();
+      if (random() % 12 != 0) continue;
+      hashes[record.tick] = engine.snapshot()->hash();
+      for (int n = static_cast<int>(random() % 4); n > 0; --n) {
+        const Command command = with_hash(random_command(random, engine.jobs()), engine);
+        const Outcome done = engine.apply(command);
+        writer->add(command, engine, done);
+        if (done.is_changed) published = engine.servo_scene();
+      }
+    }
+    EXPECT_FALSE(writer->finish(engine, 0).has_value());
+    expect_hashes(path, bench, hashes, seed);
+  }
+}
+
+/// Runs live over the plate; `during` is called once a tick was seen, with the tool in contact.
+template <class During>
+std::shared_ptr<const OperationState> run_live(ToyBench& bench, const std::string& path, During&& during) {
+  auto writer = bench.toy_writer(path);
+  haptics::VirtualDevice device(drilling_wish(20), {});
+  haptics::Device* devices[] = {&device};
+  LiveSession live(devices, bench.engine(), {}, writer.get());
+  EXPECT_FALSE(live.start().has_value());
+  during(live);
+  live.stop();
+  EXPECT_FALSE(writer->finish(live.engine(), live.servo_report().dropped).has_value());
+  return std::make_shared<const OperationState>(live.engine().now());
+}
+
+template <class Done>
+bool wait_until(Done&& done) {
+  for (int i = 0; i < 2000; ++i) {
+    if (done()) return true;
+    std::this_thread::sleep_for(std::chrono::milliseconds(2));
+  }
+  return false;
+}
+
+// A job of 300 ms, and an undo in its middle: what it made is rebased, or discarded where its kind says so.
+TEST(Engine, AJobWithAnUndoInItsMiddleIsTheSameLiveAndReplayed) {
+  const Folder folder;
+  for (const bool is_strict : {false, true}) {
+    ToyBench bench;
+    const std::string path = folder.file(is_strict ? "strict.session" : "rebased.session");
+    const auto last = run_live(bench, path, [&](LiveSession& live) {
+      EXPECT_TRUE(wait_until([&] { return live.look().removed_mm3 > 1; }));
+      live.apply(ToyFlood{{0, 0, 0}, 300, is_strict});
+      std::this_thread::sleep_for(std::chrono::milliseconds(100));
+      live.undo();
+      EXPECT_TRUE(wait_until([&] {
+        const auto now = live.snapshot().get();
+        return Toy::toy_world(*now).flooded != 0 || now->chronicle.size() > 0;
+      }));
+    });
+    EXPECT_EQ(Toy::toy_world(*last).flooded != 0, !is_strict);
+    std::size_t discarded = 0;
+    for (std::size_t i = 0; i < last->chronicle.size(); ++i)
+      discarded += last->chronicle[i].what.as<JobDiscarded>() != nullptr;
+    EXPECT_EQ(discarded, is_strict ? 1u : 0u);
+    const Verdict v = replay(path, bench.scene.base, toys());
+    expect_same(v);
+    EXPECT_EQ(v.state, last->hash());
+  }
+}
+
+// What no replay comes to is found, whichever fact it is.
+TEST(Engine, AJobThatIsNotPureAndAStateThatDiffersAreFound) {
+  const Folder folder;
+  ToyBench bench;
+  const std::string path = folder.file("impure.session");
+  {
+    auto writer = bench.toy_writer(path);
+    Lockstep run(bench.engine(), {}, 1000, writer.get());
+    for (int i = 0; i < 20; ++i) {
+      run.step({{0, 0, 5}, {1, 0, 0, 0}, false});
+      if (i == 5) run.apply(ToyFlood{});
+      if (i == 10) run.apply(with_hash(AdoptJob{{1}}, run.engine()));
+    }
+    EXPECT_FALSE(writer->finish(run.engine(), 0).has_value());
+  }
+  expect_same(replay(path, bench.scene.base, toys()));
+  Toy::salt = 1;
+  const Verdict other_result = replay(path, bench.scene.base, toys());
+  Toy::salt = 0;
+  ASSERT_TRUE(other_result.mismatch);
+  EXPECT_EQ(other_result.mismatch->what, "job");
+  EXPECT_EQ(other_result.mismatch->tick, 11u);
+  Toy::deafness = 1;
+  const Verdict other_state = replay(path, bench.scene.base, toys());
+  Toy::deafness = 0;
+  ASSERT_TRUE(other_state.mismatch);
+  EXPECT_EQ(other_state.mismatch->what, "event");
+}
+
+// The burr is changed in contact, with the button down.
+TEST(Engine, ABurrChangedInContactIsTheSameLiveAndReplayed) {
+  const Folder folder;
+  ToyBench bench;
+  const std::string path = folder.file("burr.session");
+  int changes = 0;
+  const auto last = run_live(bench, path, [&](LiveSession& live) {
+    for (; changes < 8; ++changes) {
+      EXPECT_TRUE(wait_until([&] {
+        const LiveState now = live.look();
+        return now.newest.has_contact && now.newest.pose.is_pressed();
+      }));
+      live.apply(drilling::Burr{changes % 2 == 0 ? 5.0 : 2.0, 60, 40});
+      std::this_thread::sleep_for(std::chrono::milliseconds(40));
+    }
+    // One out of its range is refused, said, and not recorded.
+    live.apply(drilling::Burr{99});
+    std::optional<volume::Error> refused;
+    EXPECT_TRUE(wait_until([&] { return (refused = live.look().refused).has_value(); }));
+    if (refused) {
+      EXPECT_NE(refused->message().find("burr diameter"), std::string::npos) << refused->message();
+    }
+  });
+  EXPECT_EQ(last->settings.hands[0].parameters.as<drilling::Burr>()->diameter, 2);
+  const Verdict v = replay(path, bench.scene.base, toys());
+  expect_same(v);
+  EXPECT_EQ(v.state, last->hash());
+  EXPECT_EQ(v.counts.commands, static_cast<std::uint64_t>(changes));
+}
+
+// A session names what it was made with: without the module it can be looked at, not run.
+TEST(Engine, WithoutItsModuleASessionIsReadAndNotReplayed) {
+  const Folder folder;
+  ToyBench bench;
+  const std::string path = folder.file("toy.session");
+  {
+    auto writer = bench.toy_writer(path);
+    Lockstep run(bench.engine(), {}, 1000, writer.get());
+    for (int i = 0; i < 30; ++i) {
+      run.step({{0, 0, 5}, {1, 0, 0, 0}, false});
+      if (i == 10) run.apply(ToyMark{{1, 2, 0}});
+    }
+    EXPECT_FALSE(writer->finish(run.engine(), 0).has_value());
+  }
+  auto session = SessionReader::open(path, drilling_catalogue());
+  ASSERT_TRUE(session.is_ok());
+  const auto refused = Replay::open(session.value(), bench.scene, *bench.method);
+  ASSERT_FALSE(refused.is_ok());
+  EXPECT_EQ(refused.error().found, "toy");
+  int ticks = 0, unknown = 0;
+  for (LogItem item; session.value().next(item).value();) {
+    ticks += std::holds_alternative<TickItem>(item);
+    if (const auto* one = std::get_if<UnknownItem>(&item)) {
+      ++unknown;
+      const NamedVersion& type = session.value().header().types[one->type];
+      EXPECT_TRUE(type.name == "toy-mark" || type.name == "toy-marked") << type.name;
+    }
+  }
+  EXPECT_EQ(ticks, 30);
+  EXPECT_EQ(unknown, 2);
+}
+
+// A tool that becomes a ball in the middle of its own hole is led out, and back to a point it goes on.
+TEST(Engine, ATooLargeToolIsLedOutOfTheHoleOfASmallerOne) {
+  ToyBench bench;
+  Lockstep run(bench.engine(), {}, 1000);
+  run.apply(drilling::Burr{1, 60, 40});
+  for (int i = 0; i < 1500; ++i) run.step({{0, 0, std::max(0.0, 4 - 0.005 * i)}, {1, 0, 0, 0}, true});
+  ASSERT_LT(run.last_record().proxy_world.z, 1.2);  // the plate's face is near 2
+  for (const double radius : {1.0, 0.0}) {
+    const Outcome begun = run.apply(ToolGeometry{radius});
+    ASSERT_FALSE(begun.refused);
+    // Until it is adopted the hand feels as before.
+    run.step({{0, 0, 0}, {1, 0, 0, 0}, false});
+    EXPECT_FALSE(run.last_record().is_led);
+    ASSERT_TRUE(run.apply(run.engine().finish_job(begun.job)).is_changed);
+    EXPECT_EQ(run.engine().scene().tool_radius, radius);
+    int led = 0;
+    for (int i = 0; i < 600; ++i) {
+      const haptics::ServoRecord r = run.step({{0, 0, 0}, {1, 0, 0, 0}, false});
+      led += r.is_led;
+      EXPECT_FALSE(r.is_buried);
+      EXPECT_LE(glm::length(r.force_world), 3.3);
+    }
+    EXPECT_EQ(led > 0, radius > 0);
+    if (radius > 0) {
+      EXPECT_GT(run.last_record().proxy_world.z, 2.2);
+    } else {
+      EXPECT_LT(run.last_record().proxy_world.z, 1.2);
+    }
+  }
+}
+
+TEST(Engine, EventsMeasuresAndGuardsOfModules) {
+  ToyBench bench;
+  Engine engine = bench.engine();
+  for (int i = 0; i < 10; ++i) EXPECT_FALSE(engine.apply(ToyMark{{1.0 * i, 0, 0}}).refused);
+  const Outcome eleventh = engine.apply(ToyMark{});
+  ASSERT_TRUE(eleventh.refused);
+  EXPECT_EQ(eleventh.refused->what, "there are marks enough");
+  EXPECT_EQ(engine.now().chronicle.size(), 10u);
+  EXPECT_EQ(engine.now().chronicle[3].place_world, dvec3(3, 0, 0));
+  engine.apply(Undo{});
+  EXPECT_EQ(Toy::toy_world(engine.now()).marks, 9);
+  // What happened stays, and so does what was set.
+  EXPECT_EQ(engine.now().chronicle.size(), 10u);
+  EXPECT_EQ(engine.now().settings.modules[1]->as<ToySettings>()->heard, 10);
+  const std::vector<Measure> all = engine.measures();
+  EXPECT_TRUE(std::any_of(all.begin(), all.end(),
+                          [](const Measure& m) { return m.name == "marks" && m.value == 9; }));
+  EXPECT_TRUE(std::any_of(all.begin(), all.end(),
+                          [](const Measure& m) { return m.name == "undos" && m.value == 1; }));
+  // A snapshot is for good.
+  const auto before = engine.snapshot();
+  const std::uint64_t hash = before->hash();
+  engine.apply(ToyCarve{{0, 0, 0}});
+  EXPECT_GT(engine.removed_mm3(), 1);
+  EXPECT_EQ(before->hash(), hash);
+  EXPECT_NE(engine.now().hash(), hash);
+  engine.apply(ToyMend{});
+  EXPECT_EQ(engine.removed_mm3(), 0);
+  engine.apply(Undo{});
+  EXPECT_GT(engine.removed_mm3(), 1);
+}
+
+}  // namespace
+}  // namespace trephine::sim

@@ -1,0 +1,181 @@
+// A module for tests: a bit of everything that a module may have.
+#pragma once
+
+#include <array>
+#include <chrono>
+#include <glm/geometric.hpp>
+#include <thread>
+
+#include "sim/module.h"
+
+namespace trephine::sim {
+
+struct ToyWorld {
+  std::int64_t marks = 0;
+  std::vector<glm::dvec3> places;
+  double flooded = 0;  ///< what the jobs gave, together
+  static const Schema& schema() {
+    static constexpr Field fields[] = {field<&ToyWorld::marks>("marks"), field<&ToyWorld::places>("places"),
+                                       field<&ToyWorld::flooded>("flooded")};
+    static constexpr Schema table{"toy-world", 1, fields};
+    return table;
+  }
+};
+struct ToySettings {
+  double radius = 1;
+  std::int64_t heard = 0;  ///< events
+  static const Schema& schema() {
+    static constexpr Field fields[] = {field<&ToySettings::radius>("radius", {.low = 0.5, .high = 3}),
+                                       field<&ToySettings::heard>("heard")};
+    static constexpr Schema table{"toy-settings", 1, fields};
+    return table;
+  }
+};
+
+/// Remembers a place; at most ten.
+struct ToyMark {
+  glm::dvec3 at{0.0};
+  static const Schema& schema() {
+    static constexpr Field fields[] = {field<&ToyMark::at>("at", {.unit = "mm", .low = -100, .high = 100})};
+    static constexpr Schema table{"toy-mark", 1, fields};
+    return table;
+  }
+};
+/// A ball of the settings' radius goes away.
+struct ToyCarve {
+  glm::dvec3 at{0.0};
+  static const Schema& schema() {
+    static constexpr Field fields[] = {field<&ToyCarve::at>("at", {.unit = "mm", .low = -100, .high = 100})};
+    static constexpr Schema table{"toy-carve", 1, fields};
+    return table;
+  }
+};
+/// Everything is there again.
+struct ToyMend {
+  static const Schema& schema() {
+    static constexpr Schema table{"toy-mend"};
+    return table;
+  }
+};
+struct ToyResize {
+  double radius = 1;
+  static const Schema& schema() {
+    static constexpr Field fields[] = {
+        field<&ToyResize::radius>("radius", {.unit = "mm", .low = 0.5, .high = 3})};
+    static constexpr Schema table{"toy-resize", 1, fields};
+    return table;
+  }
+};
+struct ToyMarked {
+  std::int64_t count = 0;
+  static const Schema& schema() {
+    static constexpr Field fields[] = {field<&ToyMarked::count>("count")};
+    static constexpr Schema table{"toy-marked", 1, fields};
+    return table;
+  }
+};
+/// A job of so many milliseconds: what is left, and a ball where it was asked for. It is rebased on whatever
+/// happened meanwhile; a strict one is discarded when the world changed.
+struct ToyFlood {
+  glm::dvec3 at{0.0};
+  double milliseconds = 0;
+  bool is_strict = false;
+  static const Schema& schema() {
+    static constexpr Field fields[] = {
+        field<&ToyFlood::at>("at", {.unit = "mm", .low = -100, .high = 100}),
+        field<&ToyFlood::milliseconds>("milliseconds", {.low = 0, .high = 1e4}),
+        field<&ToyFlood::is_strict>("strict")};
+    static constexpr Schema table{"toy-flood", 1, fields};
+    return table;
+  }
+};
+
+class Toy final : public Module {
+ public:
+  std::string_view name() const noexcept override { return "toy"; }
+  std::span<const ValueType* const> commands() const override {
+    static const std::array<const ValueType*, 4> all{&value_type<ToyMark>(), &value_type<ToyCarve>(),
+                                                     &value_type<ToyMend>(), &value_type<ToyResize>()};
+    return all;
+  }
+  std::span<const ValueType* const> events() const override {
+    static const std::array<const ValueType*, 1> all{&value_type<ToyMarked>()};
+    return all;
+  }
+  std::span<const JobType* const> jobs() const override {
+    static const JobType flood{&value_type<ToyFlood>(), run, still_fits, adopt};
+    static const std::array<const JobType*, 1> all{&flood};
+    return all;
+  }
+  Value world() const override { return ToyWorld{}; }
+  Value settings() const override { return ToySettings{}; }
+
+  volume::Status allows(const Command& command, const OperationView& now) const override {
+    if (command.what.as<ToyMark>() && toy_world(now).marks >= 10)
+      return volume::Error{"there are marks enough", "toy-mark", "10", "at most 10", "undo one"};
+    return std::nullopt;
+  }
+  void apply(const Command& command, ModuleWork& work) const override {
+    if (const auto* mark = command.what.as<ToyMark>()) {
+      ToyWorld& world = work.change_world<ToyWorld>();
+      world.marks += 1;
+      world.places.push_back(mark->at);
+      work.tell(ToyMarked{world.marks}, mark->at);
+    } else if (const auto* carve = command.what.as<ToyCarve>()) {
+      work.remove({carve->at, carve->at, work.settings<ToySettings>().radius, false});
+    } else if (command.what.as<ToyMend>()) {
+      work.put_all_back();
+    } else if (const auto* resize = command.what.as<ToyResize>()) {
+      work.change_settings<ToySettings>().radius = resize->radius;
+    }
+  }
+  void react(const Event&, ModuleState& state) const override {
+    ++state.change_settings<ToySettings>().heard;
+  }
+  std::vector<Measure> measures(const OperationView& now) const override {
+    return {{"marks", static_cast<double>(toy_world(now).marks), ""}};
+  }
+
+  /// Planted faults: what a job makes depends on more than its input, and what it tells.
+  static inline double salt = 0;
+  static inline std::int64_t deafness = 0;
+
+  /// Of an operation whose modules are drilling and this one, or this one alone.
+  static const ToyWorld& toy_world(const OperationState& state) {
+    for (const auto& value : state.world.modules)
+      if (value)
+        if (const auto* world = value->as<ToyWorld>()) return *world;
+    static const ToyWorld none;
+    return none;
+  }
+
+ private:
+  struct Made final : JobResult {
+    double left = 0;
+    std::uint64_t hash() const override {
+      volume::MixHash all;
+      all.add(left);
+      return all.value();
+    }
+  };
+  static std::shared_ptr<const JobResult> run(const void* parameters, const OperationState& input) {
+    std::this_thread::sleep_for(
+        std::chrono::duration<double, std::milli>(static_cast<const ToyFlood*>(parameters)->milliseconds));
+    auto made = std::make_shared<Made>();
+    made->left = static_cast<double>(input.world.version->content_hash() >> 12) +
+                 static_cast<double>(toy_world(input).marks) + salt;
+    return made;
+  }
+  static bool still_fits(const void* parameters, const OperationState& input, const OperationState& now) {
+    return !static_cast<const ToyFlood*>(parameters)->is_strict ||
+           input.world.version->ledger().total() == now.world.version->ledger().total();
+  }
+  static void adopt(const void* parameters, const JobResult& result, ModuleWork& work) {
+    work.change_world<ToyWorld>().flooded += static_cast<const Made&>(result).left;
+    work.tell(ToyMarked{deafness}, glm::dvec3(0));
+    const glm::dvec3& at = static_cast<const ToyFlood*>(parameters)->at;
+    work.remove({at, at, 0.8, false});
+  }
+};
+
+}  // namespace trephine::sim
