@@ -29,6 +29,7 @@ struct Outcome {
 struct HandStart {
   haptics::ServoHand feels;  ///< its scene's base is that of all hands
   Instrument instrument;
+  std::vector<std::string> effects = {};  ///< in words, those of `feels`
 };
 
 /// What a program can do: who makes an engine, or reads a session, says so.

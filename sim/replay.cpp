@@ -1,11 +1,8 @@
 #include "sim/replay.h"
 
 #include <algorithm>
-#include <charconv>
 #include <cstdio>
 #include <glm/geometric.hpp>
-
-#include "haptics/force/effects.h"
 
 namespace trephine::sim {
 
@@ -28,76 +25,6 @@ std::string newtons(const glm::dvec3& f) {
 }
 }  // namespace
 
-volume::Status check_recordable(const haptics::TouchScene& scene) {
-  const auto no_words = [](const char* found) {
-    return Error{"this scene cannot be recorded", "session", found, "up to 8 shapes of one volume",
-                 "touch it without --record"};
-  };
-  for (const haptics::TouchItem& item : scene.items)
-    if (item.is_mesh()) return no_words("polygonal models");
-  if (scene.items.size() > haptics::TouchScene::k_max_shapes) return no_words("more shapes");
-  for (const haptics::TouchItem& s : scene.items) {
-    if (&s.field.volume() != scene.base.get()) return no_words("several volumes");
-  }
-  return std::nullopt;
-}
-
-std::shared_ptr<const haptics::LawSet> laws_of(const SessionHeader& header) {
-  if (header.effects.empty()) return nullptr;
-  auto laws = std::make_shared<haptics::LawSet>();
-  for (const std::string& words : header.effects) {  // looked at when the header was read
-    const auto id = static_cast<std::uint32_t>(laws->laws().size());
-    laws->add(haptics::law_of(haptics::parse_effect(words).value(), id).value());
-  }
-  return laws;
-}
-
-SessionHeader describe_session(const haptics::TouchScene& scene, const haptics::ProxyMethod& method,
-                               const haptics::ServoOptions& options, std::vector<HandSpec> hands) {
-  SessionHeader h;
-  h.size = scene.base->size;
-  h.rate_hz = options.rate_hz;
-  h.method = method.name();
-  h.force = options.force;
-  for (const haptics::TouchItem& s : scene.items)
-    h.shapes.push_back({s.field.shape(), s.material, s.sides, s.ramp, s.soft != nullptr, s.back_material});
-  h.tool_radius = scene.tool_radius;
-  h.smallest_burr = scene.smallest_burr;
-  h.hands = std::move(hands);
-  return h;
-}
-
-Result<haptics::TouchScene> scene_of(const SessionReader& session,
-                                     std::shared_ptr<const volume::Volume> scan) {
-  const SessionHeader& header = session.header();
-  const auto no_match = [](std::string found, std::string expected) {
-    return Error{"the scan is not the one of the session", "", std::move(found), std::move(expected),
-                 "give the scan that was operated on: --case SRC; no --case where the session holds its own"};
-  };
-  const auto text_of = [](const glm::ivec3& s) {
-    return std::to_string(s.x) + " x " + std::to_string(s.y) + " x " + std::to_string(s.z) + " voxels";
-  };
-  if (scan->size != header.size) return no_match(text_of(scan->size), text_of(header.size));
-  if (session.scan_hash())
-    if (const std::uint64_t hash = volume::content_hash(*scan); hash != *session.scan_hash())
-      return no_match("voxels with hash " + hexadecimal(hash), "hash " + hexadecimal(*session.scan_hash()));
-  haptics::TouchScene scene;
-  std::vector<std::size_t> soft;
-  for (const ShapeSpec& s : header.shapes) {
-    if (s.shape.is_label() && scan->labels.is_empty()) return no_match("no labels", "label " + s.shape.name);
-    auto bits = std::make_shared<const volume::Occupancy>(volume::Occupancy::build(*scan, s.shape));
-    scene.items.push_back({volume::Field(*scan, s.shape), std::move(bits), s.material, s.sides});
-    scene.items.back().ramp = s.ramp;
-    scene.items.back().back_material = s.back_material;
-    if (s.is_soft) soft.push_back(scene.items.size() - 1);
-  }
-  haptics::soften(scene, soft);
-  scene.base = std::move(scan);
-  if (Status error = haptics::set_tool_radius(scene, header.tool_radius)) return *error;
-  if (Status error = haptics::set_smallest_burr(scene, header.smallest_burr)) return *error;
-  return scene;
-}
-
 namespace {
 /// The session's modules, in its order.
 Result<Catalogue> modules_of(const SessionReader& session) {
@@ -115,21 +42,24 @@ Result<Catalogue> modules_of(const SessionReader& session) {
 }
 }  // namespace
 
-Result<std::unique_ptr<Replay>> Replay::open(SessionReader& session, const haptics::TouchScene& scene,
-                                             const haptics::ProxyMethod& method) {
+Result<std::unique_ptr<Replay>> Replay::open(SessionReader& session, SceneData data) {
   const SessionHeader& header = session.header();
   Result<Catalogue> modules = modules_of(session);
   if (!modules) return modules.error();
-  std::vector<HandStart> hands;
-  for (const HandSpec& spec : header.hands) {
-    Result<Instrument> instrument = instrument_of(spec, modules.value());
-    if (!instrument) return instrument.error();
-    hands.push_back({haptics::ServoHand(haptics::borrowed(scene), haptics::borrowed(method),
-                                        haptics::TouchState(nullptr), laws_of(header)),
-                     std::move(instrument).value()});
+  for (std::size_t v = data.volumes.size(); v < std::min(session.scan_count(), header.volumes.size()); ++v) {
+    Result<volume::Volume> scan = session.scan(v);
+    if (!scan) return scan.error();
+    data.volumes.push_back(std::make_shared<const volume::Volume>(std::move(scan).value()));
   }
+  if (data.models.empty()) {
+    auto models = session.models();
+    if (!models) return models.error();
+    data.models = std::move(models).value();
+  }
+  auto hands = build_scene(header, data, modules.value());
+  if (!hands) return hands.error();
   return std::unique_ptr<Replay>(
-      new Replay(session, Engine(std::move(hands), 1 / header.rate_hz, modules.value())));
+      new Replay(session, Engine(std::move(hands).value(), 1 / header.rate_hz, modules.value())));
 }
 
 Replay::Replay(SessionReader& session, Engine engine)

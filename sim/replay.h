@@ -15,18 +15,6 @@
 
 namespace trephine::sim {
 
-/// Error when the scene holds what a session's header has no words for: meshes, further volumes, more shapes
-/// than one volume has.
-volume::Status check_recordable(const haptics::TouchScene& scene);
-/// The effects that a header names, as laws; null when there are none.
-std::shared_ptr<const haptics::LawSet> laws_of(const SessionHeader& header);
-/// What a session says of a scene, its method and its hands.
-SessionHeader describe_session(const haptics::TouchScene& scene, const haptics::ProxyMethod& method,
-                               const haptics::ServoOptions& options, std::vector<HandSpec> hands);
-/// The session's shapes on a scan, their bits made. Error when the scan is not the session's.
-volume::Result<haptics::TouchScene> scene_of(const SessionReader& session,
-                                             std::shared_ptr<const volume::Volume> scan);
-
 /// Where a replay first differed from what was recorded.
 struct Mismatch {
   std::uint64_t tick = 0;
@@ -34,14 +22,13 @@ struct Mismatch {
   std::string recorded, replayed;
 };
 
-/// One thread. Borrows everything. The servo and the engine run in the logged order; each tick sees the
+/// One thread. Borrows the session. The servo and the engine run in the logged order; each tick sees the
 /// scene that it saw then.
 class Replay {
  public:
-  /// Error when the program lacks an instrument or a module of the session.
-  static volume::Result<std::unique_ptr<Replay>> open(SessionReader& session,
-                                                      const haptics::TouchScene& scene,
-                                                      const haptics::ProxyMethod& method);
+  /// `data`: the volumes that the session does not hold itself, the anatomy first; its models it holds. Error
+  /// when they are others, or the program lacks an instrument, a method or a module of the session.
+  static volume::Result<std::unique_ptr<Replay>> open(SessionReader& session, SceneData data = {});
 
   /// Why this session's bits cannot be expected of this program; nothing when they can.
   volume::Status why_not_verifiable() const;

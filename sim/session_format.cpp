@@ -1,12 +1,10 @@
 #include "sim/session_format.h"
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <cstring>
-#include <type_traits>
 
-#include "haptics/force/effects.h"
+#include "haptics/mesh/mesh_tree.h"
 #include "sim/bytes.h"
 #include "volume/mix_hash.h"
 
@@ -45,11 +43,6 @@ bool same_bits(const glm::dquat& a, const glm::dquat& b) { return std::memcmp(&a
 Error broken(const char* what) {
   return {"the session's record is broken", "", what, "what trephine wrote",
           "only the part before it can be used"};
-}
-
-std::string text_of(double v) {
-  char text[40];
-  return std::string(text, std::to_chars(text, text + sizeof text, v).ptr);
 }
 
 }  // namespace
@@ -243,262 +236,6 @@ std::uint64_t block_checksum(const BlockHead& head, std::string_view payload) no
   return hash.value();
 }
 
-// ---- header: lines of key=value, so that a person can read it in the file -----------------------------
-
-std::string encode(const SessionHeader& h) {
-  std::string out;
-  const auto line = [&out](const std::string& key, const std::string& value) {
-    out += key + '=';
-    for (const char c : value) out += c == '\n' || c == '\r' ? ' ' : c;
-    out += '\n';
-  };
-  const auto number = [&line](const std::string& key, double value) { line(key, text_of(value)); };
-  number("revision", h.revision);
-  line("program", h.program);
-  line("case", h.case_name);
-  number("builtin", h.is_builtin);
-  number("size_x", h.size.x);
-  number("size_y", h.size.y);
-  number("size_z", h.size.z);
-  number("rate", h.rate_hz);
-  line("method", h.method);
-  number("smoothing_alpha", h.force.smoothing_alpha);
-  number("force_limit", h.force.force_limit);
-  number("slew_limit", h.force.slew_limit);
-  number("fade_seconds", h.force.fade_seconds);
-  // What is not as usual.
-  const auto unless = [&number](const std::string& key, double value, double usual) {
-    if (value != usual) number(key, value);
-  };
-  unless("passive", h.force.is_passive, 0);
-  unless("delay_ticks", h.force.delay_ticks, 0);
-  unless("device_damping", h.force.device_damping, 0);
-  unless("tool_radius", h.tool_radius, 0);
-  unless("smallest_burr", h.smallest_burr, 0);
-  for (const std::string& words : h.effects) line("effect", words);
-  const auto material = [&](const std::string& prefix, const haptics::Material& m) {
-    number(prefix + "stiffness", m.stiffness);
-    number(prefix + "damping", m.damping);
-    number(prefix + "static_friction", m.static_friction);
-    number(prefix + "dynamic_friction", m.dynamic_friction);
-    const haptics::Material usual;
-    unless(prefix + "viscosity", m.viscosity, usual.viscosity);
-    unless(prefix + "pop_force", m.pop_force, usual.pop_force);
-    unless(prefix + "pop_rearm", m.pop_rearm, usual.pop_rearm);
-  };
-  for (const ShapeSpec& s : h.shapes) {
-    line("shape", s.shape.name);
-    number("low", s.shape.low);
-    number("high", s.shape.high);
-    number("label", s.shape.label);
-    material("", s.material);
-    number("sides", static_cast<int>(s.sides));
-    if (s.back_material) material("back_", *s.back_material);
-    unless("soft", s.is_soft, 0);
-    if (s.ramp) {
-      number("ramp_intensity", s.ramp->intensity);
-      number("ramp_dense_intensity", s.ramp->dense_intensity);
-      number("ramp_dense_stiffness", s.ramp->dense_stiffness);
-    }
-  }
-  const auto version = [&](const char* key, const NamedVersion& one) {
-    line(key, one.name + ' ' + std::to_string(one.version) + (one.fields.empty() ? "" : ": " + one.fields));
-  };
-  for (const NamedVersion& module : h.modules) version("module", module);
-  for (const NamedVersion& type : h.types) version("type", type);
-  for (const HandSpec& hand : h.hands) {
-    line("hand", hand.instrument);
-    if (!hand.parameters.empty()) line("parameters", hand.parameters);
-  }
-  return out;
-}
-
-void describe(const Catalogue& catalogue, SessionHeader& header) {
-  for (const Module* module : catalogue.modules())
-    header.modules.push_back({std::string(module->name()), module->version(), ""});
-  for (const ValueType* type : catalogue.all()) {
-    const std::string words = describe(*type->schema);
-    const std::size_t colon = words.find(": ");
-    header.types.push_back({std::string(type->schema->name), type->schema->version,
-                            colon == std::string::npos ? "" : words.substr(colon + 2)});
-  }
-}
-
-Result<Instrument> instrument_of(const HandSpec& hand, const Catalogue& catalogue) {
-  if (hand.instrument.empty()) return Instrument();
-  const InstrumentType* type = catalogue.find_instrument(hand.instrument);
-  if (type == nullptr)
-    return Error{"this program does not have the session's instrument", "", hand.instrument,
-                 "an instrument of its modules", "open it with the version that recorded it"};
-  Instrument made(*type, Value::of(*type->parameters));
-  if (volume::Status error = made.parameters.set(hand.parameters)) return *error;
-  return made;
-}
-
-TypeList types_of(const SessionHeader& header, const Catalogue& catalogue) {
-  TypeList types;
-  for (const NamedVersion& type : header.types) {
-    const ValueType* known = catalogue.find(type.name);
-    types.push_back(known && known->schema->version == type.version ? known : nullptr);
-  }
-  return types;
-}
-
-namespace {
-/// Where a shape keeps the number of its material, or of its back's, that a key names; null for other keys.
-double* place_of(ShapeSpec& shape, std::string_view key) {
-  using haptics::Material;
-  Material* material = &shape.material;
-  static constexpr std::pair<std::string_view, double Material::*> k_numbers[] = {
-      {"stiffness", &Material::stiffness},
-      {"damping", &Material::damping},
-      {"static_friction", &Material::static_friction},
-      {"dynamic_friction", &Material::dynamic_friction},
-      {"viscosity", &Material::viscosity},
-      {"pop_force", &Material::pop_force},
-      {"pop_rearm", &Material::pop_rearm}};
-  if (constexpr std::string_view k_back = "back_"; key.starts_with(k_back)) {
-    key.remove_prefix(k_back.size());
-    material = shape.back_material ? &*shape.back_material : &shape.back_material.emplace();
-  }
-  for (const auto& [name, number] : k_numbers)
-    if (key == name) return &(material->*number);
-  return nullptr;
-}
-}  // namespace
-
-namespace {
-constexpr std::size_t k_most_types = 255;
-
-/// "burr 1: diameter number mm".
-std::optional<NamedVersion> named_version(std::string_view text) {
-  const std::size_t colon = std::min(text.find(": "), text.size()), space = text.substr(0, colon).rfind(' ');
-  if (space == std::string_view::npos || space == 0) return std::nullopt;
-  NamedVersion one{std::string(text.substr(0, space)), 0, ""};
-  const auto [end, error] = std::from_chars(text.data() + space + 1, text.data() + colon, one.version);
-  if (error != std::errc() || end != text.data() + colon) return std::nullopt;
-  if (colon < text.size()) one.fields = text.substr(colon + 2);
-  return one;
-}
-}  // namespace
-
-Result<SessionHeader> decode_header(std::string_view text) {
-  SessionHeader h;
-  int lines = 0;
-  const auto fail = [&lines](std::string_view found, const char* expected) {
-    return Error{"the session's header is broken", "line " + std::to_string(lines),
-                 std::string(found.substr(0, 80)), expected,
-                 "the file was not written by trephine, or was changed"};
-  };
-  while (!text.empty()) {
-    ++lines;
-    const std::string_view line = text.substr(0, text.find('\n'));
-    text.remove_prefix(std::min(text.size(), line.size() + 1));
-    const std::size_t equals = line.find('=');
-    if (equals == std::string_view::npos) return fail(line, "key=value");
-    const std::string_view key = line.substr(0, equals), value = line.substr(equals + 1);
-    double number = 0;
-    const auto [end, error] = std::from_chars(value.data(), value.data() + value.size(), number);
-    const bool is_number = error == std::errc() && end == value.data() + value.size() && number == number;
-    const auto whole = [&](double low, double high) {
-      return is_number && number >= low && number <= high &&
-             number == static_cast<double>(static_cast<int>(number));
-    };
-    const auto between = [&](double low, double high) {
-      return is_number && number >= low && number <= high;
-    };
-    ShapeSpec* shape = h.shapes.empty() ? nullptr : &h.shapes.back();
-    bool is_good = true;
-    if (key == "program") {
-      h.program = value;
-    } else if (key == "case") {
-      h.case_name = value;
-    } else if (key == "method") {
-      h.method = value;
-    } else if (key == "shape") {
-      if ((is_good = h.shapes.size() < haptics::TouchScene::k_max_shapes)) {
-        h.shapes.emplace_back();
-        h.shapes.back().shape.name = value;
-      }
-    } else if (key == "hand") {
-      if ((is_good = h.hands.size() < haptics::ServoScene::k_most_hands))
-        h.hands.emplace_back().instrument = value;
-    } else if (key == "parameters") {
-      if ((is_good = !h.hands.empty())) h.hands.back().parameters = value;
-    } else if (key == "module" || key == "type") {
-      std::vector<NamedVersion>& all = key == "type" ? h.types : h.modules;
-      const std::optional<NamedVersion> one = named_version(value);
-      if ((is_good = one && all.size() < k_most_types)) all.push_back(*one);
-    } else if (key == "revision") {
-      if ((is_good = whole(0, 1e9))) h.revision = static_cast<std::uint32_t>(number);
-    } else if (key == "builtin") {
-      if ((is_good = whole(0, 1))) h.is_builtin = number == 1;
-    } else if (key == "size_x" || key == "size_y" || key == "size_z") {
-      if ((is_good = whole(1, 1 << 20))) h.size[key.back() - 'x'] = static_cast<int>(number);
-    } else if (key == "rate") {
-      if ((is_good = between(1, 1e5))) h.rate_hz = number;
-    } else if (key == "smoothing_alpha") {
-      if ((is_good = between(1e-9, 1))) h.force.smoothing_alpha = number;
-    } else if (key == "force_limit") {
-      if ((is_good = between(0, 1e3))) h.force.force_limit = number;
-    } else if (key == "slew_limit") {
-      if ((is_good = between(0, 1e9))) h.force.slew_limit = number;
-    } else if (key == "fade_seconds") {
-      if ((is_good = between(1e-9, 10))) h.force.fade_seconds = number;
-    } else if (key == "passive") {
-      if ((is_good = whole(0, 1))) h.force.is_passive = number == 1;
-    } else if (key == "delay_ticks") {
-      if ((is_good = whole(0, haptics::PassivityController::k_most_delay)))
-        h.force.delay_ticks = static_cast<int>(number);
-    } else if (key == "device_damping") {
-      if ((is_good = between(0, 10))) h.force.device_damping = number;
-    } else if (key == "tool_radius") {
-      if ((is_good = between(0, 6))) h.tool_radius = number;
-    } else if (key == "smallest_burr") {
-      if ((is_good = between(0, 1e3))) h.smallest_burr = number;
-    } else if (key == "effect") {
-      if ((is_good = h.effects.size() < haptics::LawSet::k_most && haptics::parse_effect(std::string(value))))
-        h.effects.emplace_back(value);
-    } else if (shape == nullptr) {
-      is_good = false;
-    } else if (double* place = place_of(*shape, key)) {
-      if ((is_good = between(0, 1e6))) *place = number;
-    } else if (key == "low") {
-      if ((is_good = is_number)) shape->shape.low = number;
-    } else if (key == "high") {
-      if ((is_good = is_number)) shape->shape.high = number;
-    } else if (key == "label") {
-      if ((is_good = whole(-1, 255))) shape->shape.label = static_cast<int>(number);
-    } else if (key == "soft") {
-      if ((is_good = whole(0, 1))) shape->is_soft = number == 1;
-    } else if (key.starts_with("ramp_")) {
-      haptics::StiffnessRamp& ramp = shape->ramp ? *shape->ramp : shape->ramp.emplace();
-      is_good = between(-1e9, 1e9);
-      if (key == "ramp_intensity")
-        ramp.intensity = number;
-      else if (key == "ramp_dense_intensity")
-        ramp.dense_intensity = number;
-      else if (key == "ramp_dense_stiffness")
-        ramp.dense_stiffness = number;
-      else
-        is_good = false;
-    } else if (key == "sides") {
-      if ((is_good = whole(0, 3))) shape->sides = static_cast<haptics::Side>(static_cast<int>(number));
-    } else {
-      is_good = false;
-    }
-    if (!is_good) return fail(line, "a key of this layout and a value in its range");
-  }
-  if (h.shapes.empty() || h.hands.empty() || h.size.x < 1 || h.size.y < 1 || h.size.z < 1)
-    return fail("", "a size, at least one shape and one hand");
-  for (const ShapeSpec& s : h.shapes) {
-    if (s.ramp && haptics::check_ramp(*s.ramp)) return fail("ramp", "a ramp of rising intensities");
-    if (haptics::check_material(s.material) || (s.back_material && haptics::check_material(*s.back_material)))
-      return fail("a material", "a material as trephine has them");
-  }
-  return h;
-}
-
 std::string encode(const SessionEnd& e) {
   std::string out;
   put(out, e.ticks);
@@ -516,6 +253,36 @@ Result<SessionEnd> decode_end(std::string_view in) {
       get(in, e.removed_mm3) && in.empty())
     return e;
   return broken("an end of another length");
+}
+
+std::string encode_model(const haptics::MeshTree& model) {
+  std::string out;
+  put(out, static_cast<std::uint64_t>(model.vertices().size()));
+  put(out, static_cast<std::uint64_t>(model.triangles().size()));
+  for (const dvec3& v : model.vertices()) put(out, v);
+  for (const std::uint32_t corner : model.triangles()) put(out, corner);
+  return out;
+}
+
+Result<std::shared_ptr<const haptics::MeshTree>> decode_model(std::string_view in) {
+  std::uint64_t vertices = 0, corners = 0;
+  if (!(get(in, vertices) && get(in, corners))) return broken("a model that ends early");
+  // What is there decides before anything is allocated.
+  if (vertices > in.size() / sizeof(dvec3) || corners > in.size() / sizeof(std::uint32_t) ||
+      corners % 3 != 0 || in.size() != vertices * sizeof(dvec3) + corners * sizeof(std::uint32_t))
+    return broken("a model of another size");
+  std::vector<dvec3> places(vertices);
+  std::vector<std::uint32_t> triangles(corners);
+  for (dvec3& v : places) {
+    get(in, v);
+    for (int a = 0; a < 3; ++a)
+      if (!(std::abs(v[a]) <= 1e6)) return broken("a corner of a model that is no place");
+  }
+  for (std::uint32_t& corner : triangles) {
+    get(in, corner);
+    if (corner >= vertices) return broken("a triangle of a model without a corner");
+  }
+  return std::make_shared<const haptics::MeshTree>(std::move(places), std::move(triangles));
 }
 
 std::string encode_scan(const volume::Volume& scan) {

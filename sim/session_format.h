@@ -9,7 +9,7 @@
 #include <variant>
 #include <vector>
 
-#include "sim/engine.h"
+#include "sim/scene_spec.h"
 
 namespace trephine::sim {
 
@@ -19,16 +19,6 @@ inline constexpr std::uint32_t k_session_layout = 5;  // 5: commands and events 
 /// session of another revision opens for viewing and cannot be verified. Modules have versions of their own.
 inline constexpr std::uint32_t k_replay_revision = 6;
 
-/// A hand as the session begins.
-struct HandSpec {
-  std::string instrument;  ///< empty: it only touches
-  std::string parameters;  ///< in words: "diameter=4 removal_rate=30"
-
-  HandSpec() = default;
-  explicit HandSpec(const Instrument& begins)
-      : instrument(begins.name()), parameters(begins.type ? begins.parameters.words() : std::string()) {}
-};
-
 /// Something with a name and a version: a module, or a struct that has a table.
 struct NamedVersion {
   std::string name;
@@ -36,38 +26,21 @@ struct NamedVersion {
   std::string fields;  ///< of a struct: what a program without its module can say of it
 };
 
-struct ShapeSpec {
-  volume::Shape shape;
-  haptics::Material material;
-  haptics::Side sides = haptics::Side::front;
-  std::optional<haptics::StiffnessRamp> ramp = std::nullopt;
-  bool is_soft = false;  ///< its field was made smooth
-  std::optional<haptics::Material> back_material = std::nullopt;
-};
-
 /// All that a replay needs beside the scan itself. Nothing of a patient: a scan is named only when its name
 /// was chosen for it (a case, a phantom).
-struct SessionHeader {
+struct SessionHeader : SceneSpec {
+  SessionHeader() = default;
+  SessionHeader(SceneSpec scene) : SceneSpec(std::move(scene)) {}
+
   std::uint32_t revision = k_replay_revision;
   std::string program;    ///< version, commit and compiler
   std::string case_name;  ///< of a case folder or a built-in phantom; else empty
   bool is_builtin = false;
-  glm::ivec3 size{0};
-  double rate_hz = 1000;
-  std::string method = "implicit";
-  haptics::ForceOptions force;
-  double tool_radius = 0;            ///< mm; 0: a point
-  double smallest_burr = 0;          ///< mm, for which cuts are sampled; 0: on the voxels
-  std::vector<std::string> effects;  ///< as haptics::parse_effect reads them
-  std::vector<ShapeSpec> shapes;
   std::vector<NamedVersion> modules;  ///< in their order
   std::vector<NamedVersion> types;    ///< of commands and events: items name them by their place here
-  std::vector<HandSpec> hands;
 };
 /// What a program can do, into a header.
 void describe(const Catalogue& catalogue, SessionHeader& header);
-/// A hand's instrument, with its parameters. Error when the program does not have it.
-volume::Result<Instrument> instrument_of(const HandSpec& hand, const Catalogue& catalogue);
 /// A header's types as this program has them; null for those that it does not know, or in another version.
 using TypeList = std::vector<const ValueType*>;
 TypeList types_of(const SessionHeader& header, const Catalogue& catalogue);
@@ -116,6 +89,9 @@ volume::Result<SessionHeader> decode_header(std::string_view text);
 std::string encode(const SessionEnd& end);
 volume::Result<SessionEnd> decode_end(std::string_view bytes);
 
+/// A model. What is read is one that a tree can be made of.
+std::string encode_model(const haptics::MeshTree& model);
+volume::Result<std::shared_ptr<const haptics::MeshTree>> decode_model(std::string_view bytes);
 /// The scan itself, for sessions that carry it.
 std::string encode_scan(const volume::Volume& scan);
 volume::Result<volume::Volume> decode_scan(std::string_view bytes);
@@ -164,7 +140,14 @@ class ItemDecoder {
 };
 
 /// Blocks: kind, length, number, first tick, payload, checksum.
-enum class BlockKind : std::uint32_t { header = 'H', scan_hash = 'C', scan = 'V', log = 'L', end = 'E' };
+enum class BlockKind : std::uint32_t {
+  header = 'H',
+  scan_hash = 'C',
+  scan = 'V',   ///< the volumes, in their order
+  model = 'M',  ///< the models, in theirs
+  log = 'L',
+  end = 'E'
+};
 struct BlockHead {
   std::uint32_t magic = 0, kind = 0;
   std::uint64_t number = 0, first_tick = 0, length = 0;

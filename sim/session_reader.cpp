@@ -61,15 +61,17 @@ Result<SessionReader> SessionReader::open(const std::string& path, const Catalog
       }
       case BlockKind::scan_hash: {
         std::uint64_t hash = 0;
-        if (payload.size() == sizeof hash) {
+        if (has_header && payload.size() == sizeof hash) {
           std::memcpy(&hash, payload.data(), sizeof hash);
-          r.scan_hash_ = hash;
+          r.scan_hash_ = r.header_.volumes[0].hash = hash;
         }
         break;
       }
       case BlockKind::scan:
-        r.scan_at_ = at;
-        r.scan_length_ = head.length;
+        r.scans_.push_back({at, head.length});
+        break;
+      case BlockKind::model:
+        r.models_.push_back({at, head.length});
         break;
       case BlockKind::log:
         r.logs_.push_back({at, head.length});
@@ -123,10 +125,22 @@ Result<std::string> SessionReader::read(const Span& span) {
   return bytes;
 }
 
-Result<volume::Volume> SessionReader::scan() {
-  Result<std::string> bytes = read({scan_at_, scan_length_});
+Result<volume::Volume> SessionReader::scan(std::size_t which) {
+  Result<std::string> bytes = read(scans_[which]);
   if (!bytes) return bytes.error();
   return decode_scan(bytes.value());
+}
+
+Result<std::vector<std::shared_ptr<const haptics::MeshTree>>> SessionReader::models() {
+  std::vector<std::shared_ptr<const haptics::MeshTree>> all;
+  for (const Span& span : models_) {
+    Result<std::string> bytes = read(span);
+    if (!bytes) return bytes.error();
+    auto model = decode_model(bytes.value());
+    if (!model) return model.error();
+    all.push_back(std::move(model).value());
+  }
+  return all;
 }
 
 Result<bool> SessionReader::next(LogItem& item) {

@@ -23,8 +23,12 @@ class SessionReader {
   const TypeList& types() const noexcept { return types_; }
   /// Nothing when the session ended before it was known.
   std::optional<std::uint64_t> scan_hash() const noexcept { return scan_hash_; }
-  bool has_scan() const noexcept { return scan_length_ > 0; }
-  volume::Result<volume::Volume> scan();
+  /// Are the volumes in the file?
+  bool has_scan() const noexcept { return !scans_.empty(); }
+  volume::Result<volume::Volume> scan(std::size_t which = 0);
+  std::size_t scan_count() const noexcept { return scans_.size(); }
+  /// Those in the file.
+  volume::Result<std::vector<std::shared_ptr<const haptics::MeshTree>>> models();
   /// Nothing when the program was stopped in the middle.
   const std::optional<SessionEnd>& end() const noexcept { return end_; }
   std::uint64_t whole_bytes() const noexcept { return whole_bytes_; }
@@ -56,11 +60,10 @@ class SessionReader {
   Catalogue catalogue_;
   TypeList types_;
   std::optional<std::uint64_t> scan_hash_;
-  std::uint64_t scan_at_ = 0, scan_length_ = 0;
   std::optional<SessionEnd> end_;
   std::uint64_t whole_bytes_ = 0, block_count_ = 0, lost_bytes_ = 0, tick_count_ = 0;
   bool is_damaged_ = false;
-  std::vector<Span> logs_;
+  std::vector<Span> logs_, scans_, models_;
   Place place_;
   std::string payload_;
   std::unique_ptr<ItemDecoder> decoder_;

@@ -53,7 +53,7 @@ SessionWriter::SessionWriter(int file, std::string path, TypeList types, const W
       items_(std::move(types)) {}
 
 Result<std::unique_ptr<SessionWriter>> SessionWriter::create(const std::string& path, SessionHeader header,
-                                                             std::shared_ptr<const volume::Volume> scan,
+                                                             const SceneData& data,
                                                              const Catalogue& catalogue,
                                                              const WriterOptions& options) {
   if (Status error = catalogue.check()) return *error;
@@ -83,8 +83,10 @@ Result<std::unique_ptr<SessionWriter>> SessionWriter::create(const std::string& 
     return *error;
   }
   sync_folder(path);
-  if (options.is_embedding) writer->write_block(BlockKind::scan, 0, encode_scan(*scan));
-  writer->scan_ = std::move(scan);
+  for (const auto& model : data.models) writer->write_block(BlockKind::model, 0, encode_model(*model));
+  if (options.is_embedding)
+    for (const auto& volume : data.volumes) writer->write_block(BlockKind::scan, 0, encode_scan(*volume));
+  writer->scan_ = data.volumes[0];
   writer->writer_ = std::thread([w = writer.get()] { w->write_loop(); });
   writer->background_ = std::thread([w = writer.get()] { w->background_loop(); });
   return writer;

@@ -15,7 +15,7 @@
 namespace trephine::sim {
 
 struct WriterOptions {
-  bool is_embedding = false;           ///< the scan goes into the file too
+  bool is_embedding = false;           ///< the volumes go into the file too
   bool wants_realtime = true;          ///< writes go before ordinary threads, when allowed
   double block_seconds = 0.025;        ///< what a killed program can lose is this and a scheduler's whim
   bool is_removed_when_empty = false;  ///< nothing was cut: finish() takes the file away again
@@ -30,7 +30,7 @@ class SessionWriter {
   /// Creates the file; an existing one is never overwritten. Borrows nothing: the scan is held. The modules
   /// of the catalogue go into the header.
   static volume::Result<std::unique_ptr<SessionWriter>> create(const std::string& path, SessionHeader header,
-                                                               std::shared_ptr<const volume::Volume> scan,
+                                                               const SceneData& data,
                                                                const Catalogue& catalogue,
                                                                const WriterOptions& options = {});
   /// Goes on with a file after its last whole block: `length` bytes, `blocks` of them, with its types

@@ -120,6 +120,22 @@ class Ball {
   double deepest_ = 0;
 };
 
+/// Why there is no judge yet for what the session's hands feel; nothing when there is.
+volume::Status why_not_judged(const sim::SessionHeader& header) {
+  const auto no_judge = [](const char* found, const char* expected) {
+    return Error{"there is no judge for this session yet", "", found, expected,
+                 "trephine replay --verify compares its bits"};
+  };
+  for (const sim::StructureSpec& s : header.structures) {
+    if (s.model >= 0) return no_judge("models", "shapes of one scan");
+    if (s.volume > 0) return no_judge("several scans", "shapes of one scan");
+  }
+  for (const sim::HandSpec& hand : header.hands)
+    if (hand.method != header.hands[0].method || hand.tool_radius != header.hands[0].tool_radius)
+      return no_judge("hands of several tools or methods", "one for all hands");
+  return std::nullopt;
+}
+
 /// One hand's judges, and what gave way under it.
 struct Hand {
   checker::FallThroughJudge falls;
@@ -159,14 +175,19 @@ Result<Outcome> audit_session(const AuditArguments& arguments) {
     return *why;
   }
   const sim::SessionHeader& header = session.reader->header();
-  const haptics::TouchScene& scene = session.scene;
+  const haptics::TouchScene& scene = session.scene();
   using Solid = haptics::MethodInfo::Solid;
-  const Solid promised = haptics::find_method(header.method)->solid;
+  const Solid promised = haptics::find_method(header.hands[0].method)->solid;
 
   if (promised != Solid::smooth && promised != Solid::cubes)
     return Error{"there is no judge for the session's proxy method", data_tools::file_name(arguments.session),
-                 header.method, "a method that touches the smooth solid or voxels",
+                 header.hands[0].method, "a method that touches the smooth solid or voxels",
                  "trephine replay --verify compares its bits"};
+
+  if (volume::Status why = why_not_judged(header)) {
+    why->where = data_tools::file_name(arguments.session);
+    return *why;
+  }
 
   // What is solid is the version that the tick saw, less what a hand was let through.
   std::shared_ptr<const haptics::TouchState> seen;
@@ -179,15 +200,18 @@ Result<Outcome> audit_session(const AuditArguments& arguments) {
         return true;
     return false;
   };
-  const std::size_t hands = std::max<std::size_t>(1, header.hands.size());
   checker::ForceLaw law;
   law.dt = 1 / header.rate_hz;
   law.alpha = header.force.smoothing_alpha, law.limit = header.force.force_limit;
   law.slew = header.force.slew_limit, law.fade_seconds = header.force.fade_seconds;
   law.is_passive = header.force.is_passive, law.delay_ticks = header.force.delay_ticks;
   law.device_damping = header.force.device_damping;
-  for (const std::string& words : header.effects) law.effects.push_back(law_of(words));
-  std::vector<Hand> judges(hands, Hand{checker::FallThroughJudge(meets), checker::ForceJudge(law)});
+  std::vector<Hand> judges;
+  for (const sim::HandSpec& hand : header.hands) {
+    law.effects.clear();
+    for (const std::string& words : hand.effects) law.effects.push_back(law_of(words));
+    judges.push_back({checker::FallThroughJudge(meets), checker::ForceJudge(law)});
+  }
   std::optional<Ball> ball;
   // Methods on cubes promise no more than these, and a ball of a voxel may lie in the corner of one.
   if (scene.tool_radius > 0 && promised == Solid::smooth) ball.emplace(scene);
@@ -209,12 +233,16 @@ Result<Outcome> audit_session(const AuditArguments& arguments) {
     if (!stepped) return stepped.error();
     if (!stepped.value()) break;
     const haptics::ServoRecord& r = replay.record();
+    if (!replay.engine().now().settings.told.empty())
+      return Error{"there is no judge for this session yet", data_tools::file_name(arguments.session),
+                   "switches, places, effects or tools that were changed midway", "what a session began with",
+                   "trephine replay --verify compares its bits"};
     if (replay.seen() != seen) {
       seen = replay.seen();
       for (Hand& hand : judges) hand.falls.solid_changed();
       solids.clear();
       for (std::size_t shape = 0; shape < base_shapes(scene).size(); ++shape)
-        solids.emplace_back(*haptics::find_method(header.method), scene, seen, shape);
+        solids.emplace_back(*haptics::find_method(header.hands[0].method), scene, seen, shape);
       if (ball) ball->set_version(seen->version);
     }
     const bool is_fresh = replay.counts().resumes != resumes;
@@ -284,7 +312,7 @@ Result<Outcome> audit_session(const AuditArguments& arguments) {
                             (!ball || (ball->sunk() == 0 && ball->judged() > 0));
   Outcome outcome{new_report("audit-session"), "", is_certified ? exit_done : exit_check_failed};
   outcome.json["session"] = data_tools::file_name(arguments.session);
-  outcome.json["method"] = header.method;
+  outcome.json["method"] = header.hands[0].method;
   outcome.json["ticks"] = replay.counts().ticks;
   outcome.json["ticks_judged"] = judged;
   outcome.json["ticks_led"] = led;
@@ -304,8 +332,8 @@ Result<Outcome> audit_session(const AuditArguments& arguments) {
   outcome.text = format_text(
       "%llu ticks with %s, %ld of them judged: fell through %ld times; %ld forces off their law (worst %.1e "
       "N); ledger within %.1e N mm; %s as recorded\n",
-      static_cast<unsigned long long>(replay.counts().ticks), header.method.c_str(), judged, fell, wrong,
-      worst_force, worst_energy, is_same ? "the same bits" : "not the same");
+      static_cast<unsigned long long>(replay.counts().ticks), header.hands[0].method.c_str(), judged, fell,
+      wrong, worst_force, worst_energy, is_same ? "the same bits" : "not the same");
   if (ball)
     outcome.text +=
         format_text("the ball at %ld places: %ld times deeper in matter than %.2f mm, %.3f mm at most\n",

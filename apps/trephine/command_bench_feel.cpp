@@ -188,7 +188,8 @@ Result<bench::FeelScene> recorded_hand(const std::string& file, const std::strin
     auto opened = open_session(file, source);
     if (!opened) return opened.error();
     OpenedSession& session = *opened.value();
-    return play(session.source.written_name(), session.scene, hand_of(*session.reader, where));
+    haptics::TouchScene scene = session.scene();
+    return play(session.source.written_name(), scene, hand_of(*session.reader, where));
   }
   if (source.empty())
     return Error{"a path is of no scan", "--hand", where, "SRC too",

@@ -63,7 +63,7 @@ Result<Outcome> run_replay(const ReplayArguments& arguments) {
     if (const drilling::Burr* burr = session.burr(0)) options.burr = *burr;
     options.replay = &replay;
     options.replay_seconds = static_cast<double>(session.reader->tick_count()) / rate;
-    auto shown = view::run_window(view::borrowed(session.scene), options);
+    auto shown = view::run_window(view::borrowed(session.scene()), options);
     if (!shown) return shown.error();
     return Outcome{new_report("replay"), "", exit_done};
   }
@@ -86,9 +86,8 @@ Result<Outcome> run_replay(const ReplayArguments& arguments) {
     const haptics::ServoRecord& r = replay.record();
     strongest = std::max(strongest, glm::length(r.force_world));
     if (!arguments.steps.empty())
-      append_step(
-          csv, r.t, r,
-          r.has_contact ? session.scene.items[static_cast<std::size_t>(r.shape)].field.shape().name : "");
+      append_step(csv, r.t, r,
+                  r.has_contact ? haptics::name_of(haptics::item_of(session.scene(), r.shape)) : "");
   }
   const double seconds = seconds_since(start);
   const sim::Engine& engine = replay.engine();
@@ -113,7 +112,7 @@ Result<Outcome> run_replay(const ReplayArguments& arguments) {
     options.title = session.source.written_name();
     options.is_offscreen = true;
     options.version = engine.current();
-    auto shown = view::run_window(view::borrowed(session.scene), options);
+    auto shown = view::run_window(view::borrowed(session.scene()), options);
     if (!shown) return shown.error();
   }
 
@@ -191,12 +190,12 @@ Result<Outcome> run_resume(const ResumeArguments& arguments) {
   if (header.hands.size() != 1)
     return Error{"only sessions of one hand can be continued here", where,
                  std::to_string(header.hands.size()), "1", ""};
-  if (!path && (session.burr(0) == nullptr || !header.effects.empty() ||
+  if (!path && (session.burr(0) == nullptr || !header.hands[0].effects.empty() ||
                 !(header.rate_hz >= 250 && header.rate_hz <= 10000)))
     return Error{"this session cannot go on in the window", where,
-                 session.burr(0) == nullptr ? "a hand without a tool"
-                 : header.effects.empty()   ? std::to_string(header.rate_hz) + " Hz"
-                                            : header.effects.front(),
+                 session.burr(0) == nullptr        ? "a hand without a tool"
+                 : header.hands[0].effects.empty() ? std::to_string(header.rate_hz) + " Hz"
+                                                   : header.hands[0].effects.front(),
                  "a burr, no effects, and 250 to 10000 Hz", "give a path to go on with: --path PATH.csv"};
   if (Status error = replay.seek(session.reader->tick_count())) return *error;
   if (replay.mismatch())
@@ -209,6 +208,7 @@ Result<Outcome> run_resume(const ResumeArguments& arguments) {
   sim::SessionWriter& writer = *made.value();
   const drilling::Burr* held = session.burr(0);
   const drilling::Burr burr = held ? *held : drilling::Burr{};
+  const auto scene = replay.engine().servo_scene()->hands[0].scene;
   sim::Engine engine = std::move(replay.engine());
   const double before = engine.removed_mm3();
   const sim::Command command{sim::Resume{}};
@@ -240,12 +240,12 @@ Result<Outcome> run_resume(const ResumeArguments& arguments) {
     options.wants_to_end = is_interrupted;
     options.title = where;
     options.burr = burr;
-    options.method = header.method;
+    options.method = header.hands[0].method;
     options.rate_hz = header.rate_hz;
     options.force = header.force;
     options.recorder = &writer;
     options.start = view::WindowStart{std::move(engine), first_tick};
-    auto shown = view::run_window(view::borrowed(session.scene), options);
+    auto shown = view::run_window(scene, options);
     if (!shown) return shown.error();
     after = shown.value().removed_mm3;
   }

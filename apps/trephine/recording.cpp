@@ -46,9 +46,9 @@ Result<std::unique_ptr<sim::SessionWriter>> start_recording(const RecordChoice& 
       return Error{"there is no session to embed the scan in", "--embed", "", "--record FILE too", ""};
     return std::unique_ptr<sim::SessionWriter>();
   }
-  if (volume::Status error = sim::check_recordable(scene)) return *error;
-  sim::SessionHeader header = sim::describe_session(scene, method, options, {sim::HandSpec(instrument)});
-  header.effects = std::move(effects);
+  sim::HandSpec hand(instrument);
+  hand.effects = std::move(effects);
+  sim::SessionHeader header(sim::describe_scene(scene, method, options, {std::move(hand)}));
   header.program =
       std::string("trephine ") + TREPHINE_VERSION + " (" + TREPHINE_COMMIT + ", " + TREPHINE_COMPILER + ")";
   header.case_name = source.case_name;
@@ -56,7 +56,7 @@ Result<std::unique_ptr<sim::SessionWriter>> start_recording(const RecordChoice& 
   sim::WriterOptions writer;
   writer.is_embedding = choice.is_embedding;
   writer.is_removed_when_empty = choice.is_autosave;
-  return sim::SessionWriter::create(choice.file, header, source.volume, catalogue(), writer);
+  return sim::SessionWriter::create(choice.file, header, sim::data_of(scene), catalogue(), writer);
 }
 
 Status finish_recording(sim::SessionWriter* writer, const sim::Engine& engine, std::uint64_t dropped) {
@@ -108,22 +108,7 @@ Result<std::unique_ptr<OpenedSession>> open_session(const std::string& path, con
                  header.case_name.empty() ? "give the scan that was operated on: --case SRC"
                                           : "give it: --case " + header.case_name};
   }
-  Result<haptics::TouchScene> scene = sim::scene_of(session, result->source.volume);
-  if (!scene) {
-    Error error = scene.error();
-    error.where = where;
-    return error;
-  }
-  result->scene = std::move(scene).value();
-
-  // The method and the instruments.
-  auto method = haptics::make_method(header.method);
-  if (!method)
-    return Error{"this program does not have the session's proxy method", where, header.method,
-                 haptics::method_names(), "open it with the version that recorded it"};
-  result->method = std::move(method).value();
-  if (Status error = result->method->prepare(result->scene)) return *error;
-  auto replay = sim::Replay::open(session, result->scene, *result->method);
+  auto replay = sim::Replay::open(session, result->source.volume);
   if (!replay) {
     Error error = replay.error();
     error.where = where;
@@ -189,7 +174,7 @@ std::vector<std::string> settings_of(const sim::SessionHeader& header) {
   bool is_setting = false;
   for (std::string line; std::getline(lines, line);) {
     is_setting = is_setting || line.starts_with("smoothing_alpha=");
-    if (is_setting) all.push_back(line);
+    if (is_setting && !line.starts_with("type=") && !line.starts_with("module=")) all.push_back(line);
   }
   return all;
 }
@@ -257,10 +242,14 @@ Result<Outcome> describe_session_file(const std::string& path) {
   json["case"] = h.case_name;
   json["has_scan"] = session.has_scan();
   json["scan_hash"] = session.scan_hash() ? hash_text(*session.scan_hash()) : std::string();
-  json["size"] = {h.size.x, h.size.y, h.size.z};
+  const glm::ivec3 size = h.volumes[0].size;
+  json["size"] = {size.x, size.y, size.z};
   json["rate_hz"] = h.rate_hz;
-  json["method"] = h.method;
+  json["method"] = h.hands[0].method;
   json["hands"] = h.hands.size();
+  json["modules"] = Json::array();
+  for (const sim::NamedVersion& module : h.modules)
+    json["modules"].push_back({{"name", module.name}, {"version", module.version}});
   json["settings"] = settings_of(h);
   json["seconds"] = seconds;
   json["ticks"] = ticks;
@@ -281,14 +270,14 @@ Result<Outcome> describe_session_file(const std::string& path) {
                  (h.case_name.empty() ? std::string("a scan without a name") : "case " + h.case_name) +
                  (session.has_scan() ? ", the scan included" : "") + "\n" +
                  format_text("  %.1f s at %.0f Hz, %zu hand%s, method %s\n", seconds, h.rate_hz,
-                             h.hands.size(), h.hands.size() == 1 ? "" : "s", h.method.c_str()) +
+                             h.hands.size(), h.hands.size() == 1 ? "" : "s", h.hands[0].method.c_str()) +
                  format_text("  in contact for %.1f s, at most %.2f N; undone %llu, redone %llu\n",
                              static_cast<double>(contact) / h.rate_hz, strongest,
                              static_cast<unsigned long long>(undos), static_cast<unsigned long long>(redos)) +
                  "  recorded by " + h.program + "\n  ";
   const std::vector<std::string> settings = settings_of(h);
   for (std::size_t i = 0; i < settings.size(); ++i) {
-    const bool is_new_line = settings[i].starts_with("shape=") || settings[i].starts_with("hand=");
+    const bool is_new_line = settings[i].starts_with("structure=") || settings[i].starts_with("hand=");
     outcome.text += (i == 0 ? "" : is_new_line ? "\n  " : ", ") + settings[i];
   }
   outcome.text += "\n";

@@ -39,8 +39,8 @@ bool is_session_file(const std::string& path);
 struct OpenedSession {
   std::unique_ptr<sim::SessionReader> reader;
   Source source;
-  haptics::TouchScene scene;
-  std::unique_ptr<haptics::ProxyMethod> method;
+  /// What the first hand touches.
+  const haptics::TouchScene& scene() const { return replay->engine().scene(); }
   /// Of a hand, as the session begins; null when it has none.
   const drilling::Burr* burr(std::size_t hand) const;
   std::unique_ptr<sim::Replay> replay;

@@ -69,7 +69,11 @@ std::uint32_t MeshTree::build(std::uint32_t begin, std::uint32_t end, std::span<
                               std::vector<std::uint32_t>& order, int depth) {
   const auto place = static_cast<std::uint32_t>(nodes_.size());
   nodes_.push_back({dvec3(0), dvec3(0), begin, end - begin});
-  if (end - begin <= k_leaf || depth == k_deepest - 2) return place;
+  if (end - begin <= k_leaf || depth == k_deepest - 2) {
+    // In their own order, so that a tree of what this one holds is the same: it halves at the same places.
+    std::sort(order.begin() + begin, order.begin() + end);
+    return place;
+  }
   dvec3 low(1e300), high(-1e300);
   for (std::uint32_t i = begin; i < end; ++i) {
     low = glm::min(low, centres[order[i]]);

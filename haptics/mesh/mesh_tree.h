@@ -61,6 +61,9 @@ class MeshTree {
   glm::dvec3 high() const noexcept { return nodes_.empty() ? glm::dvec3(-1) : nodes_[0].high; }
 
   std::size_t triangle_count() const noexcept { return triangles_.size() / 3; }
+  /// A tree of these is this tree, to the bit.
+  const std::vector<glm::dvec3>& vertices() const noexcept { return vertices_; }
+  const std::vector<std::uint32_t>& triangles() const noexcept { return triangles_; }
   std::size_t bytes() const noexcept;
   /// mm that a god-object keeps from facets: a thousandth of the shortest edge, at most 1e-5, above rounding.
   double gap() const noexcept { return gap_; }

@@ -218,7 +218,7 @@ TEST_F(Command, AuditRefusesASessionWithOneWrongTick) {
     FaultyMethod method(300, {0, 0, -aside});
     ASSERT_FALSE(method.prepare(scene).has_value());
     const drilling::Burr burr = sim::k_burr;
-    sim::SessionHeader header = sim::describe_session(scene, method, {}, sim::burr_spec());
+    sim::SessionHeader header = sim::describe_scene(scene, method, {}, sim::burr_spec());
     header.program = "test";
     const std::string path = file(("wrong" + std::to_string(aside * 1e9) + ".session").c_str());
     sim::WriterOptions options;
@@ -249,6 +249,17 @@ TEST_F(Command, TouchTakesModelsBesideTheVolume) {
   EXPECT_GT(ring["meshes"][0]["triangles"].get<int>(), 1000);
   EXPECT_GT(ring["max_force_n"].get<double>(), 0.05);
   EXPECT_NE(read(file("t.csv")).find("torus.ply"), std::string::npos);
+  // Recorded with its model, but not with the model's name; replayed without the model's file.
+  json("touch s.mha --path p.csv -o t2.csv --mesh torus.ply --mesh-at 35,0,45 --record m.session");
+  fs::rename(file("torus.ply"), file("gone.ply"));
+  const Json replayed = json("replay m.session --case s.mha --verify --steps r.csv");
+  fs::rename(file("gone.ply"), file("torus.ply"));
+  EXPECT_TRUE(replayed["is_same"].get<bool>());
+  EXPECT_EQ(read(file("m.session")).find("torus"), std::string::npos);
+  EXPECT_NE(read(file("r.csv")).find("model 1"), std::string::npos);
+  const Ended unjudged = run("audit m.session --case s.mha");
+  EXPECT_EQ(unjudged.exit_code, 2);
+  EXPECT_NE(unjudged.err.find("models"), std::string::npos) << unjudged.err;
   const struct {
     const char *arguments, *word;
   } bad[] = {{"--mesh nothing.ply", ".ply.gz"},

@@ -70,8 +70,8 @@ class Window : public ::testing::Test {
     session_ = (folder_ / "a.session").string();
     recorder_ =
         sim::SessionWriter::create(session_,
-                                   sim::describe_session(*scene_, haptics::SubvoxelProxy(), {},
-                                                         {sim::HandSpec(drilling::burr(options_.burr))}),
+                                   sim::describe_scene(*scene_, haptics::SubvoxelProxy(), {},
+                                                       {sim::HandSpec(drilling::burr(options_.burr))}),
                                    scene_->base, catalogue())
             .value();
     options_.recorder = recorder_.get();
@@ -243,7 +243,7 @@ TEST_F(Window, TouchDrillUndoSaveAndQuit) {
     ASSERT_TRUE(opened.is_ok()) << file;
     haptics::SubvoxelProxy method;
     ASSERT_FALSE(method.prepare(*scene_).has_value());
-    const auto replay_of = sim::Replay::open(opened.value(), *scene_, method).value();
+    const auto replay_of = sim::Replay::open(opened.value(), scene_->base).value();
     sim::Replay& replay = *replay_of;
     while (replay.step().value()) {}
     EXPECT_FALSE(replay.mismatch().has_value()) << replay.mismatch()->what;
@@ -320,7 +320,7 @@ TEST_F(Window, PlaysASessionPausedAtAnySpeedAndToAnyMoment) {
   ASSERT_TRUE(opened.is_ok());
   haptics::SubvoxelProxy method;
   ASSERT_FALSE(method.prepare(*scene_).has_value());
-  const auto replay_of = sim::Replay::open(opened.value(), *scene_, method).value();
+  const auto replay_of = sim::Replay::open(opened.value(), scene_->base).value();
   sim::Replay& replay = *replay_of;
   options_.recorder = nullptr;
   options_.replay = &replay;

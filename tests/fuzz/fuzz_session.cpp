@@ -6,7 +6,6 @@
 #include <fstream>
 #include <unistd.h>
 
-#include "haptics/proxy/implicit_proxy.h"
 #include "modules/drilling/burr.h"
 #include "sim/replay.h"
 
@@ -42,14 +41,14 @@ std::string as_session(const std::uint8_t* data, std::size_t size) {
     bytes.append(reinterpret_cast<const char*>(&check), sizeof check);
   };
   sim::SessionHeader header;
-  header.size = glm::ivec3(16);
-  header.shapes.emplace_back();
+  header.volumes.push_back({glm::ivec3(16)});
+  header.structures.emplace_back();
   header.hands.emplace_back(drilling::burr({3}));
   sim::describe(catalogue(), header);
   // The first byte says what the rest is.
   const std::string payload(reinterpret_cast<const char*>(data) + 1, size - 1);
   if (data[0] & 8) {  // a round tool
-    header.tool_radius = 1;
+    header.hands.back().tool_radius = 1;
     header.hands.back().parameters += " round=yes";
   }
   if (data[0] & 16) {  // words after a header that is right
@@ -78,11 +77,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   if (!opened) return 0;
   sim::SessionReader& session = opened.value();
   if (session.has_scan()) (void)session.scan();
-  auto scene = sim::scene_of(session, k_scan);
-  if (!scene) return 0;
-  haptics::ImplicitProxy method;
-  if (method.prepare(scene.value())) return 0;
-  auto opened_replay = sim::Replay::open(session, scene.value(), method);
+  auto opened_replay = sim::Replay::open(session, k_scan);
   if (!opened_replay) return 0;
   sim::Replay& replay = *opened_replay.value();
   for (int i = 0; i < 2000; ++i) {

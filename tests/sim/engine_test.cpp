@@ -32,7 +32,7 @@ struct ToyBench {
   ToyBench() { EXPECT_FALSE(method->prepare(scene)); }
   Engine engine() const { return Engine(scene, *method, drilling::burr(k_burr), 1e-3, toys()); }
   std::unique_ptr<SessionWriter> toy_writer(const std::string& path) const {
-    const SessionHeader header = describe_session(scene, *method, {}, burr_spec());
+    const SessionHeader header = describe_scene(scene, *method, {}, burr_spec());
     return SessionWriter::create(path, header, scene.base, toys()).value();
   }
 };
@@ -105,7 +105,7 @@ using Hashes = std::map<std::uint64_t, std::uint64_t>;
 void expect_hashes(const std::string& path, const ToyBench& bench, const Hashes& hashes, unsigned seed) {
   auto session = SessionReader::open(path, toys());
   ASSERT_TRUE(session.is_ok()) << session.error().message();
-  const auto opened = Replay::open(session.value(), bench.scene, *bench.method);
+  const auto opened = Replay::open(session.value(), bench.scene.base);
   ASSERT_TRUE(opened.is_ok()) << opened.error().message();
   Replay& replay = *opened.value();
   std::size_t compared = 0;
@@ -335,7 +335,7 @@ TEST(Engine, WithoutItsModuleASessionIsReadAndNotReplayed) {
   }
   auto session = SessionReader::open(path, drilling_catalogue());
   ASSERT_TRUE(session.is_ok());
-  const auto refused = Replay::open(session.value(), bench.scene, *bench.method);
+  const auto refused = Replay::open(session.value(), bench.scene.base);
   ASSERT_FALSE(refused.is_ok());
   EXPECT_EQ(refused.error().found, "toy");
   int ticks = 0, unknown = 0;

@@ -24,7 +24,7 @@ struct RoundBench {
   std::unique_ptr<SessionWriter> writer(const std::string& path, double rate = 1000) {
     haptics::ServoOptions servo;
     servo.rate_hz = rate;
-    SessionHeader h = describe_session(scene, *method, servo, {HandSpec(drilling::burr(burr))});
+    SessionHeader h = describe_scene(scene, *method, servo, {HandSpec(drilling::burr(burr))});
     return SessionWriter::create(path, h, scene.base, drilling_catalogue()).value();
   }
 };
@@ -176,19 +176,19 @@ TEST(RoundSession, LiveUndoneInContactReplaysToTheBit) {
 TEST(RoundSession, AHeaderKeepsRadiusBackAndEffects) {
   RoundBench bench;
   bench.scene.items[0].back_material = haptics::Material{.stiffness = 0.3, .viscosity = 0.01, .pop_force = 2};
-  SessionHeader h = describe_session(bench.scene, *bench.method, {}, {HandSpec(drilling::burr(bench.burr))});
-  h.effects = {"viscous damping=0.004", "plane point=0,0,1 normal=0,0,1 stiffness=0.2"};
+  SessionHeader h = describe_scene(bench.scene, *bench.method, {}, {HandSpec(drilling::burr(bench.burr))});
+  h.hands[0].effects = {"viscous damping=0.004", "plane point=0,0,1 normal=0,0,1 stiffness=0.2"};
   const auto read = decode_header(encode(h));
   ASSERT_TRUE(read.is_ok()) << read.error().message();
-  EXPECT_EQ(read.value().tool_radius, 1.0);
-  EXPECT_EQ(read.value().effects, h.effects);
-  ASSERT_TRUE(read.value().shapes[0].back_material.has_value());
-  EXPECT_EQ(read.value().shapes[0].back_material->stiffness, 0.3);
-  EXPECT_EQ(read.value().shapes[0].back_material->viscosity, 0.01);
-  EXPECT_EQ(read.value().shapes[0].back_material->pop_force, 2);
-  EXPECT_EQ(read.value().shapes[0].material.stiffness, bench.scene.items[0].material.stiffness);
+  EXPECT_EQ(read.value().hands[0].tool_radius, 1.0);
+  EXPECT_EQ(read.value().hands[0].effects, h.hands[0].effects);
+  ASSERT_TRUE(read.value().structures[0].back_material.has_value());
+  EXPECT_EQ(read.value().structures[0].back_material->stiffness, 0.3);
+  EXPECT_EQ(read.value().structures[0].back_material->viscosity, 0.01);
+  EXPECT_EQ(read.value().structures[0].back_material->pop_force, 2);
+  EXPECT_EQ(read.value().structures[0].material.stiffness, bench.scene.items[0].material.stiffness);
   EXPECT_EQ(encode(read.value()), encode(h));
-  h.effects = {"hum"};
+  h.hands[0].effects = {"hum"};
   EXPECT_FALSE(decode_header(encode(h)).is_ok());
 }
 

@@ -16,7 +16,7 @@ TEST(Session, SeeksForwardAndBackToTheSameState) {
   Bench bench;
   auto opened = SessionReader::open(path, drilling_catalogue());
   ASSERT_TRUE(opened.is_ok());
-  const auto run_of = Replay::open(opened.value(), bench.scene, bench.method).value();
+  const auto run_of = Replay::open(opened.value(), bench.scene.base).value();
   Replay& run = *run_of;
   ASSERT_FALSE(run.seek(1700).has_value());
   EXPECT_EQ(run.next_tick(), 1700u);
@@ -113,7 +113,7 @@ TEST(Session, CommandsAfterTheLastTickAreReplayedToo) {
   }
   auto opened = SessionReader::open(path, drilling_catalogue());
   ASSERT_TRUE(opened.is_ok());
-  const auto run_of = Replay::open(opened.value(), bench.scene, bench.method).value();
+  const auto run_of = Replay::open(opened.value(), bench.scene.base).value();
   Replay& run = *run_of;
   ASSERT_FALSE(run.seek(opened.value().tick_count()).has_value());
   EXPECT_EQ(run.engine().removed_mm3(), 0);
@@ -160,7 +160,7 @@ TEST(Session, DamageInALargeScanIsNoTornEnd) {
   WriterOptions options;
   options.is_embedding = true;
   {
-    auto writer = SessionWriter::create(path, describe_session(scene, method, {}, burr_spec()), scene.base,
+    auto writer = SessionWriter::create(path, describe_scene(scene, method, {}, burr_spec()), scene.base,
                                         drilling_catalogue(), options)
                       .value();
     const drilling::Burr burr = k_burr;
@@ -257,7 +257,7 @@ TEST(Session, ForeignNewerAndOlderFilesAreSaidSo) {
   }
   auto opened = SessionReader::open(old, drilling_catalogue());
   ASSERT_TRUE(opened.is_ok());
-  const auto run_of = Replay::open(opened.value(), bench.scene, bench.method).value();
+  const auto run_of = Replay::open(opened.value(), bench.scene.base).value();
   Replay& run = *run_of;
   const volume::Status why = run.why_not_verifiable();
   ASSERT_TRUE(why.has_value());
@@ -270,7 +270,7 @@ TEST(Session, ForeignNewerAndOlderFilesAreSaidSo) {
   auto other = std::make_shared<volume::Volume>(
       volume::make_volume(bench.scene.base->size, bench.scene.base->frame).value());
   std::fill(other->voxels.span().begin(), other->voxels.span().end(), std::int16_t{0});
-  auto wrong = scene_of(opened.value(), other);
+  auto wrong = Replay::open(opened.value(), std::shared_ptr<const volume::Volume>(other));
   ASSERT_FALSE(wrong.is_ok());
   EXPECT_NE(wrong.error().what.find("not the one"), std::string::npos);
 }
@@ -279,14 +279,14 @@ TEST(Session, HeadersSurviveTheirText) {
   Bench bench;
   SessionHeader h = bench.header(2000);
   h.case_name = "a name\nwith a break";
-  h.shapes[0].shape.high = 1234.5;
+  h.structures[0].shape.high = 1234.5;
   h.hands.emplace_back();
   describe(drilling_catalogue(), h);
   const auto back = decode_header(encode(h));
   ASSERT_TRUE(back.is_ok());
   EXPECT_EQ(back.value().case_name, "a name with a break");
-  EXPECT_EQ(back.value().shapes[0].shape.low, h.shapes[0].shape.low);
-  EXPECT_EQ(back.value().shapes[0].shape.high, 1234.5);
+  EXPECT_EQ(back.value().structures[0].shape.low, h.structures[0].shape.low);
+  EXPECT_EQ(back.value().structures[0].shape.high, 1234.5);
   EXPECT_EQ(back.value().hands.size(), 2u);
   EXPECT_EQ(back.value().hands[0].instrument, "burr");
   EXPECT_EQ(back.value().hands[0].parameters, h.hands[0].parameters);
@@ -386,7 +386,7 @@ TEST(Session, DrillsUndoesAndReplaysInEveryFrameUnitAndMask) {
     std::uint64_t hash = 0;
     double removed = 0;
     {
-      SessionHeader header = describe_session(scene, *method, {}, {HandSpec(drilling::burr(options))});
+      SessionHeader header = describe_scene(scene, *method, {}, {HandSpec(drilling::burr(options))});
       header.program = "test";
       auto made = SessionWriter::create(path, header, scene.base, drilling_catalogue());
       ASSERT_EQ(made.is_ok(), scan.unit <= 1);  // sessions hold burrs to 1 m

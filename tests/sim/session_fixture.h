@@ -61,7 +61,7 @@ struct Bench {
   SessionHeader header(double rate = 1000) {
     haptics::ServoOptions options;
     options.rate_hz = rate;
-    SessionHeader h = describe_session(scene, method, options, burr_spec());
+    SessionHeader h = describe_scene(scene, method, options, burr_spec());
     h.program = "test";
     h.case_name = "small bone";
     return h;
@@ -89,12 +89,8 @@ inline Verdict replay(const std::string& path, std::shared_ptr<const volume::Vol
   auto opened = SessionReader::open(path, catalogue);
   if (!opened) return v.error = opened.error().message(), v;
   SessionReader& session = opened.value();
-  auto scene = scene_of(session, base ? base : small_bone().base);
-  if (!scene) return v.error = scene.error().message(), v;
-  const auto method = haptics::make_method(session.header().method).value();
-  if (const volume::Status refused = method->prepare(scene.value())) return v.error = refused->message(), v;
-  v.tool_radius = session.header().tool_radius;
-  const auto opened_replay = Replay::open(session, scene.value(), *method);
+  v.tool_radius = session.header().hands[0].tool_radius;
+  const auto opened_replay = Replay::open(session, base ? base : small_bone().base);
   if (!opened_replay) return v.error = opened_replay.error().message(), v;
   Replay& run = *opened_replay.value();
   for (;;) {

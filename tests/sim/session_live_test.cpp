@@ -322,7 +322,7 @@ TEST(Session, GoesOnWhereItStopped) {
   ASSERT_TRUE(opened.is_ok());
   SessionReader& session = opened.value();
   EXPECT_FALSE(session.end().has_value());
-  const auto before_of = Replay::open(session, bench.scene, bench.method).value();
+  const auto before_of = Replay::open(session, bench.scene.base).value();
   Replay& before = *before_of;
   ASSERT_FALSE(before.seek(session.tick_count()).has_value());
   const std::uint64_t first_tick = before.next_tick();

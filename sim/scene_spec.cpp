@@ -1,0 +1,223 @@
+#include "sim/scene_spec.h"
+
+#include <algorithm>
+#include <cstdio>
+
+#include "haptics/force/effects.h"
+#include "haptics/mesh/mesh_tree.h"
+
+namespace trephine::sim {
+
+using haptics::TouchItem;
+using haptics::TouchScene;
+using volume::Error;
+using volume::Result;
+using volume::Status;
+
+namespace {
+
+std::string hexadecimal(std::uint64_t v) {
+  char text[20];
+  std::snprintf(text, sizeof text, "%016llx", static_cast<unsigned long long>(v));
+  return text;
+}
+std::string text_of(const glm::ivec3& s) {
+  return std::to_string(s.x) + " x " + std::to_string(s.y) + " x " + std::to_string(s.z) + " voxels";
+}
+
+Error no_match(const char* what, std::string found, std::string expected) {
+  return {what, "", std::move(found), std::move(expected),
+          "give the scan that was operated on: --case SRC; no --case where the session holds its own"};
+}
+
+Status check_data(const SceneSpec& spec, const SceneData& data) {
+  constexpr const char* k_other_scan = "the scan is not the one of the session";
+  if (data.volumes.size() != spec.volumes.size() || data.models.size() != spec.models.size())
+    return no_match("the session needs other volumes or models",
+                    std::to_string(data.volumes.size()) + " and " + std::to_string(data.models.size()),
+                    std::to_string(spec.volumes.size()) + " volumes and " +
+                        std::to_string(spec.models.size()) + " models");
+  for (std::size_t v = 0; v < spec.volumes.size(); ++v) {
+    const VolumeSpec& wanted = spec.volumes[v];
+    if (data.volumes[v]->size != wanted.size)
+      return no_match(k_other_scan, text_of(data.volumes[v]->size), text_of(wanted.size));
+    if (wanted.hash)
+      if (const std::uint64_t hash = volume::content_hash(*data.volumes[v]); hash != *wanted.hash)
+        return no_match(k_other_scan, "voxels with hash " + hexadecimal(hash),
+                        "hash " + hexadecimal(*wanted.hash));
+  }
+  for (std::size_t m = 0; m < spec.models.size(); ++m)
+    if (const std::uint64_t hash = content_hash(*data.models[m]); hash != spec.models[m].hash)
+      return no_match("a model is not the one of the session", "hash " + hexadecimal(hash),
+                      "hash " + hexadecimal(spec.models[m].hash));
+  return std::nullopt;
+}
+
+/// The items, for a point; what a tool's radius needs comes with each hand.
+Result<TouchScene> items_of(const SceneSpec& spec, const SceneData& data) {
+  TouchScene scene;
+  scene.base = data.volumes.at(0);
+  scene.others.assign(data.volumes.begin() + 1, data.volumes.end());
+  std::vector<std::size_t> soft;
+  for (const StructureSpec& s : spec.structures) {
+    if (s.model >= 0) {
+      scene.items.push_back(
+          haptics::mesh_item(s.shape.name, data.models[static_cast<std::size_t>(s.model)], s.material));
+    } else {
+      const volume::Volume& of = *data.volumes[static_cast<std::size_t>(s.volume)];
+      if (s.shape.is_label() && of.labels.is_empty())
+        return no_match("the scan is not the one of the session", "no labels", "label " + s.shape.name);
+      auto bits = std::make_shared<const volume::Occupancy>(volume::Occupancy::build(of, s.shape));
+      scene.items.push_back({volume::Field(of, s.shape), std::move(bits), s.material, s.sides});
+    }
+    TouchItem& item = scene.items.back();
+    item.sides = s.sides;
+    item.ramp = s.ramp;
+    item.back_material = s.back_material;
+    item.placement = s.placement;
+    item.mover = s.mover;
+    if (s.is_soft) soft.push_back(scene.items.size() - 1);
+  }
+  haptics::soften(scene, soft);
+  return scene;
+}
+
+/// What hands with one tool and one method share.
+struct Felt {
+  double radius;
+  std::string method;
+  std::shared_ptr<const TouchScene> scene;
+  std::shared_ptr<const haptics::ProxyMethod> prepared;
+};
+
+Result<Felt> felt_by(const HandSpec& hand, const TouchScene& items, double smallest_burr) {
+  auto scene = std::make_shared<TouchScene>(items);
+  if (Status error = haptics::set_tool_radius(*scene, hand.tool_radius)) return *error;
+  if (Status error = haptics::set_smallest_burr(*scene, smallest_burr)) return *error;
+  auto method = haptics::make_method(hand.method);
+  if (!method)
+    return Error{"this program does not have the session's proxy method", "", hand.method,
+                 haptics::method_names(), "open it with the version that recorded it"};
+  if (Status error = method.value()->prepare(*scene)) return *error;
+  return Felt{hand.tool_radius, hand.method, std::move(scene), std::move(method).value()};
+}
+
+Result<Instrument> instrument_of(const HandSpec& hand, const Catalogue& catalogue) {
+  if (hand.instrument.empty()) return Instrument();
+  const InstrumentType* type = catalogue.find_instrument(hand.instrument);
+  if (type == nullptr)
+    return Error{"this program does not have the session's instrument", "", hand.instrument,
+                 "an instrument of its modules", "open it with the version that recorded it"};
+  Instrument made(*type, Value::of(*type->parameters));
+  if (Status error = made.parameters.set(hand.parameters)) return *error;
+  return made;
+}
+
+}  // namespace
+
+Result<std::vector<HandStart>> build_scene(const SceneSpec& spec, const SceneData& data,
+                                           const Catalogue& catalogue) {
+  if (Status error = check_data(spec, data)) return *error;
+  Result<TouchScene> items = items_of(spec, data);
+  if (!items) return items.error();
+  std::vector<Felt> made;
+  std::vector<HandStart> hands;
+  for (const HandSpec& hand : spec.hands) {
+    Result<Instrument> instrument = instrument_of(hand, catalogue);
+    if (!instrument) return instrument.error();
+    auto felt = std::find_if(made.begin(), made.end(), [&](const Felt& one) {
+      return one.radius == hand.tool_radius && one.method == hand.method;
+    });
+    if (felt == made.end()) {
+      Result<Felt> fresh = felt_by(hand, items.value(), spec.smallest_burr);
+      if (!fresh) return fresh.error();
+      felt = made.insert(made.end(), std::move(fresh).value());
+    }
+    hands.push_back(
+        {haptics::ServoHand(felt->scene, felt->prepared, haptics::TouchState(nullptr), laws_of(hand.effects)),
+         std::move(instrument).value(), hand.effects});
+  }
+  return hands;
+}
+
+std::shared_ptr<const haptics::LawSet> laws_of(const std::vector<std::string>& effects) {
+  if (effects.empty()) return nullptr;
+  auto laws = std::make_shared<haptics::LawSet>();
+  for (const std::string& words : effects) {
+    const auto id = static_cast<std::uint32_t>(laws->laws().size());
+    laws->add(haptics::law_of(haptics::parse_effect(words).value(), id).value());
+  }
+  return laws;
+}
+
+SceneSpec describe_scene(const TouchScene& scene, const haptics::ProxyMethod& method,
+                         const haptics::ServoOptions& options, std::vector<HandSpec> hands) {
+  SceneSpec spec;
+  const SceneData data = data_of(scene);
+  for (const auto& v : data.volumes) spec.volumes.push_back({v->size});
+  for (std::size_t v = 1; v < data.volumes.size(); ++v)
+    spec.volumes[v].hash = volume::content_hash(*data.volumes[v]);
+  for (const auto& m : data.models) spec.models.push_back({m->triangle_count(), content_hash(*m)});
+  for (const TouchItem& item : scene.items) {
+    StructureSpec s;
+    s.material = item.material;
+    s.sides = item.sides;
+    s.ramp = item.ramp;
+    s.is_soft = item.soft != nullptr;
+    s.back_material = item.back_material;
+    if (item.is_mesh()) {
+      s.model = static_cast<int>(std::find(data.models.begin(), data.models.end(), item.tree) -
+                                 data.models.begin());
+      s.shape.name = "model " + std::to_string(s.model + 1);  // never a file's
+      s.placement = item.placement;
+      s.mover = item.mover;
+    } else {
+      s.shape = item.field.shape();
+      s.volume =
+          static_cast<int>(std::find_if(data.volumes.begin(), data.volumes.end(),
+                                        [&](const auto& v) { return v.get() == &item.field.volume(); }) -
+                           data.volumes.begin());
+    }
+    spec.structures.push_back(std::move(s));
+  }
+  for (HandSpec& hand : hands) {
+    hand.tool_radius = scene.tool_radius;
+    hand.method = method.name();
+  }
+  spec.hands = std::move(hands);
+  spec.rate_hz = options.rate_hz;
+  spec.force = options.force;
+  spec.smallest_burr = scene.smallest_burr;
+  return spec;
+}
+
+SceneSpec describe_scene(std::span<const HandStart> hands, const haptics::ServoOptions& options) {
+  SceneSpec spec = describe_scene(*hands[0].feels.scene, *hands[0].feels.method, options, {});
+  for (const HandStart& hand : hands) {
+    HandSpec& made = spec.hands.emplace_back(hand.instrument);
+    made.tool_radius = hand.feels.scene->tool_radius;
+    made.method = hand.feels.method->name();
+    made.effects = hand.effects;
+  }
+  return spec;
+}
+
+SceneData data_of(const TouchScene& scene) {
+  SceneData data(scene.base);
+  data.volumes.insert(data.volumes.end(), scene.others.begin(), scene.others.end());
+  for (const TouchItem& item : scene.items)
+    if (item.is_mesh() && std::find(data.models.begin(), data.models.end(), item.tree) == data.models.end())
+      data.models.push_back(item.tree);
+  return data;
+}
+
+std::uint64_t content_hash(const haptics::MeshTree& tree) noexcept {
+  volume::MixHash hash;
+  hash.add(std::uint64_t{tree.vertices().size()});
+  for (const glm::dvec3& v : tree.vertices())
+    for (int a = 0; a < 3; ++a) hash.add(v[a]);
+  for (const std::uint32_t corner : tree.triangles()) hash.add(std::uint64_t{corner});
+  return hash.value();
+}
+
+}  // namespace trephine::sim

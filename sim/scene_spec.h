@@ -1,0 +1,90 @@
+// What an operation starts from, as a plain value: a session's header is one.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "haptics/proxy/methods.h"
+#include "haptics/servo/servo_loop.h"
+#include "sim/engine.h"
+
+namespace trephine::sim {
+
+struct VolumeSpec {
+  glm::ivec3 size{0};
+  std::optional<std::uint64_t> hash = std::nullopt;  ///< of its voxels; nothing when it is not known yet
+};
+
+struct ModelSpec {
+  std::uint64_t triangles = 0, hash = 0;
+};
+
+/// Something that can be touched: a shape of a volume, or a model. Those of the anatomy come first, those of
+/// one volume together.
+struct StructureSpec {
+  int volume = 0;  ///< 0: the anatomy, which alone is cut
+  int model = -1;  ///< then it is this model, and no volume's
+  volume::Shape shape;
+  haptics::Material material;
+  haptics::Side sides = haptics::Side::front;
+  std::optional<haptics::StiffnessRamp> ramp = std::nullopt;
+  bool is_soft = false;  ///< its field was made smooth
+  std::optional<haptics::Material> back_material = std::nullopt;
+  haptics::Placement placement = {};  ///< of a model
+  int mover = -1;                     ///< a model that is placed midway by this number
+};
+
+struct HandSpec {
+  std::string instrument;  ///< empty: it only touches
+  std::string parameters;  ///< in words: "diameter=4 removal_rate=30"
+  double tool_radius = 0;  ///< mm; 0: a point
+  std::string method = haptics::k_default_method;
+  std::vector<std::string> effects;  ///< as haptics::parse_effect reads them
+
+  HandSpec() = default;
+  explicit HandSpec(const Instrument& begins)
+      : instrument(begins.name()), parameters(begins.type ? begins.parameters.words() : std::string()) {}
+};
+
+struct SceneSpec {
+  std::vector<VolumeSpec> volumes;  ///< the anatomy first
+  std::vector<ModelSpec> models;
+  std::vector<StructureSpec> structures;
+  std::vector<HandSpec> hands;
+  double rate_hz = 1000;
+  haptics::ForceOptions force;
+  double smallest_burr = 0;  ///< mm, for which cuts are sampled; 0: on the voxels
+};
+
+/// What a spec names, loaded.
+struct SceneData {
+  std::vector<std::shared_ptr<const volume::Volume>> volumes;
+  std::vector<std::shared_ptr<const haptics::MeshTree>> models;
+
+  SceneData() = default;
+  SceneData(std::shared_ptr<const volume::Volume> anatomy) : volumes{std::move(anatomy)} {}
+};
+
+/// The one place that turns a spec into what a servo runs on: bits, smooth fields, offset fields, methods
+/// made ready. Error when the data is not the spec's, or a hand's method cannot touch such a scene.
+volume::Result<std::vector<HandStart>> build_scene(const SceneSpec& spec, const SceneData& data,
+                                                   const Catalogue& catalogue);
+/// The effects as laws; null when there are none. Each is in the range of effects.
+std::shared_ptr<const haptics::LawSet> laws_of(const std::vector<std::string>& effects);
+
+/// The other way: what a running scene is. Hands share their items but for the tool. `hands`: their
+/// instruments and effects; method and radius are filled in.
+SceneSpec describe_scene(const haptics::TouchScene& scene, const haptics::ProxyMethod& method,
+                         const haptics::ServoOptions& options, std::vector<HandSpec> hands);
+/// For hands of several tools.
+SceneSpec describe_scene(std::span<const HandStart> hands, const haptics::ServoOptions& options);
+/// Its volumes and models.
+SceneData data_of(const haptics::TouchScene& scene);
+
+/// Of what a tree holds.
+std::uint64_t content_hash(const haptics::MeshTree& tree) noexcept;
+
+}  // namespace trephine::sim

@@ -1,0 +1,353 @@
+// A session's header: lines of key=value, so that a person can read it in the file.
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <cstdio>
+
+#include "haptics/force/effects.h"
+#include "sim/session_format.h"
+
+namespace trephine::sim {
+
+using volume::Error;
+using volume::Result;
+
+namespace {
+
+std::string text_of(double v) {
+  char text[40];
+  return std::string(text, std::to_chars(text, text + sizeof text, v).ptr);
+}
+std::string hexadecimal(std::uint64_t v) {
+  char text[20];
+  std::snprintf(text, sizeof text, "%016llx", static_cast<unsigned long long>(v));
+  return text;
+}
+
+}  // namespace
+
+std::string encode(const SessionHeader& h) {
+  std::string out;
+  const auto line = [&out](const std::string& key, const std::string& value) {
+    out += key + '=';
+    for (const char c : value) out += c == '\n' || c == '\r' ? ' ' : c;
+    out += '\n';
+  };
+  const auto number = [&line](const std::string& key, double value) { line(key, text_of(value)); };
+  number("revision", h.revision);
+  line("program", h.program);
+  line("case", h.case_name);
+  number("builtin", h.is_builtin);
+  for (const VolumeSpec& v : h.volumes)
+    line("volume", text_of(v.size.x) + ' ' + text_of(v.size.y) + ' ' + text_of(v.size.z) +
+                       (v.hash ? ' ' + hexadecimal(*v.hash) : ""));
+  for (const ModelSpec& m : h.models) line("model", std::to_string(m.triangles) + ' ' + hexadecimal(m.hash));
+  number("rate", h.rate_hz);
+  number("smoothing_alpha", h.force.smoothing_alpha);
+  number("force_limit", h.force.force_limit);
+  number("slew_limit", h.force.slew_limit);
+  number("fade_seconds", h.force.fade_seconds);
+  // What is not as usual.
+  const auto unless = [&number](const std::string& key, double value, double usual) {
+    if (value != usual) number(key, value);
+  };
+  unless("passive", h.force.is_passive, 0);
+  unless("delay_ticks", h.force.delay_ticks, 0);
+  unless("device_damping", h.force.device_damping, 0);
+  unless("smallest_burr", h.smallest_burr, 0);
+  const auto material = [&](const std::string& prefix, const haptics::Material& m) {
+    number(prefix + "stiffness", m.stiffness);
+    number(prefix + "damping", m.damping);
+    number(prefix + "static_friction", m.static_friction);
+    number(prefix + "dynamic_friction", m.dynamic_friction);
+    const haptics::Material usual;
+    unless(prefix + "viscosity", m.viscosity, usual.viscosity);
+    unless(prefix + "pop_force", m.pop_force, usual.pop_force);
+    unless(prefix + "pop_rearm", m.pop_rearm, usual.pop_rearm);
+  };
+  for (const StructureSpec& s : h.structures) {
+    line("structure", s.shape.name);
+    unless("of_volume", s.volume, 0);
+    if (s.model >= 0) {
+      number("of_model", s.model);
+      const glm::dvec3& p = s.placement.position_world;
+      const glm::dquat& q = s.placement.rotation;
+      std::string at;
+      for (const double part : {p.x, p.y, p.z, q.w, q.x, q.y, q.z}) {
+        if (!at.empty()) at += ' ';
+        at += text_of(part);
+      }
+      line("at", at);
+      unless("mover", s.mover, -1);
+    } else {
+      number("low", s.shape.low);
+      number("high", s.shape.high);
+      number("label", s.shape.label);
+    }
+    material("", s.material);
+    number("sides", static_cast<int>(s.sides));
+    if (s.back_material) material("back_", *s.back_material);
+    unless("soft", s.is_soft, 0);
+    if (s.ramp) {
+      number("ramp_intensity", s.ramp->intensity);
+      number("ramp_dense_intensity", s.ramp->dense_intensity);
+      number("ramp_dense_stiffness", s.ramp->dense_stiffness);
+    }
+  }
+  const auto version = [&](const char* key, const NamedVersion& one) {
+    line(key, one.name + ' ' + std::to_string(one.version) + (one.fields.empty() ? "" : ": " + one.fields));
+  };
+  for (const NamedVersion& module : h.modules) version("module", module);
+  for (const NamedVersion& type : h.types) version("type", type);
+  for (const HandSpec& hand : h.hands) {
+    line("hand", hand.instrument);
+    if (!hand.parameters.empty()) line("parameters", hand.parameters);
+    line("method", hand.method);
+    unless("tool_radius", hand.tool_radius, 0);
+    for (const std::string& words : hand.effects) line("effect", words);
+  }
+  return out;
+}
+
+void describe(const Catalogue& catalogue, SessionHeader& header) {
+  for (const Module* module : catalogue.modules())
+    header.modules.push_back({std::string(module->name()), module->version(), ""});
+  for (const ValueType* type : catalogue.all()) {
+    const std::string words = describe(*type->schema);
+    const std::size_t colon = words.find(": ");
+    header.types.push_back({std::string(type->schema->name), type->schema->version,
+                            colon == std::string::npos ? "" : words.substr(colon + 2)});
+  }
+}
+
+TypeList types_of(const SessionHeader& header, const Catalogue& catalogue) {
+  TypeList types;
+  for (const NamedVersion& type : header.types) {
+    const ValueType* known = catalogue.find(type.name);
+    types.push_back(known && known->schema->version == type.version ? known : nullptr);
+  }
+  return types;
+}
+
+namespace {
+/// Where a shape keeps the number of its material, or of its back's, that a key names; null for other keys.
+double* place_of(StructureSpec& shape, std::string_view key) {
+  using haptics::Material;
+  Material* material = &shape.material;
+  static constexpr std::pair<std::string_view, double Material::*> k_numbers[] = {
+      {"stiffness", &Material::stiffness},
+      {"damping", &Material::damping},
+      {"static_friction", &Material::static_friction},
+      {"dynamic_friction", &Material::dynamic_friction},
+      {"viscosity", &Material::viscosity},
+      {"pop_force", &Material::pop_force},
+      {"pop_rearm", &Material::pop_rearm}};
+  if (constexpr std::string_view k_back = "back_"; key.starts_with(k_back)) {
+    key.remove_prefix(k_back.size());
+    material = shape.back_material ? &*shape.back_material : &shape.back_material.emplace();
+  }
+  for (const auto& [name, number] : k_numbers)
+    if (key == name) return &(material->*number);
+  return nullptr;
+}
+}  // namespace
+
+namespace {
+constexpr std::size_t k_most_types = 255, k_most_things = 64;
+
+template <class T>
+bool take_number(std::string_view& text, T& value, int base = 10) {
+  while (text.starts_with(' ')) text.remove_prefix(1);
+  const char* last = text.data() + text.size();
+  std::from_chars_result read{};
+  if constexpr (std::is_integral_v<T>)
+    read = std::from_chars(text.data(), last, value, base);
+  else
+    read = std::from_chars(text.data(), last, value);
+  if (read.ec != std::errc()) return false;
+  text.remove_prefix(static_cast<std::size_t>(read.ptr - text.data()));
+  return true;
+}
+
+/// "512 512 300", and 16 hexadecimal digits of its hash.
+std::optional<VolumeSpec> volume_of(std::string_view text) {
+  VolumeSpec volume;
+  for (int a = 0; a < 3; ++a)
+    if (!take_number(text, volume.size[a]) || volume.size[a] < 1 || volume.size[a] > 1 << 20) return {};
+  if (text.empty()) return volume;
+  if (!take_number(text, volume.hash.emplace(), 16) || !text.empty()) return {};
+  return volume;
+}
+std::optional<ModelSpec> model_of(std::string_view text) {
+  ModelSpec model;
+  if (!take_number(text, model.triangles) || !take_number(text, model.hash, 16) || !text.empty()) return {};
+  return model;
+}
+/// Three numbers of the place, four of the rotation.
+std::optional<haptics::Placement> placement_of(std::string_view text) {
+  std::array<double, 7> n{};
+  for (double& one : n)
+    if (!take_number(text, one) || !(std::abs(one) <= 1e6)) return {};
+  const double size = n[3] * n[3] + n[4] * n[4] + n[5] * n[5] + n[6] * n[6];
+  if (!text.empty() || !(std::abs(size - 1) < 1e-6)) return {};
+  return haptics::Placement{{n[0], n[1], n[2]}, {n[3], n[4], n[5], n[6]}};
+}
+bool is_effect(std::string_view words) {
+  const auto effect = haptics::parse_effect(std::string(words));
+  return effect && haptics::law_of(effect.value(), 0);
+}
+
+/// "burr 1: diameter number mm".
+std::optional<NamedVersion> named_version(std::string_view text) {
+  const std::size_t colon = std::min(text.find(": "), text.size()), space = text.substr(0, colon).rfind(' ');
+  if (space == std::string_view::npos || space == 0) return std::nullopt;
+  NamedVersion one{std::string(text.substr(0, space)), 0, ""};
+  const auto [end, error] = std::from_chars(text.data() + space + 1, text.data() + colon, one.version);
+  if (error != std::errc() || end != text.data() + colon) return std::nullopt;
+  if (colon < text.size()) one.fields = text.substr(colon + 2);
+  return one;
+}
+}  // namespace
+
+Result<SessionHeader> decode_header(std::string_view text) {
+  SessionHeader h;
+  int lines = 0;
+  const auto fail = [&lines](std::string_view found, const char* expected) {
+    return Error{"the session's header is broken", "line " + std::to_string(lines),
+                 std::string(found.substr(0, 80)), expected,
+                 "the file was not written by trephine, or was changed"};
+  };
+  while (!text.empty()) {
+    ++lines;
+    const std::string_view line = text.substr(0, text.find('\n'));
+    text.remove_prefix(std::min(text.size(), line.size() + 1));
+    const std::size_t equals = line.find('=');
+    if (equals == std::string_view::npos) return fail(line, "key=value");
+    const std::string_view key = line.substr(0, equals), value = line.substr(equals + 1);
+    double number = 0;
+    const auto [end, error] = std::from_chars(value.data(), value.data() + value.size(), number);
+    const bool is_number = error == std::errc() && end == value.data() + value.size() && number == number;
+    const auto whole = [&](double low, double high) {
+      return is_number && number >= low && number <= high &&
+             number == static_cast<double>(static_cast<int>(number));
+    };
+    const auto between = [&](double low, double high) {
+      return is_number && number >= low && number <= high;
+    };
+    StructureSpec* shape = h.structures.empty() ? nullptr : &h.structures.back();
+    HandSpec* hand = h.hands.empty() ? nullptr : &h.hands.back();
+    bool is_good = true;
+    if (key == "program") {
+      h.program = value;
+    } else if (key == "case") {
+      h.case_name = value;
+    } else if (key == "volume") {
+      const std::optional<VolumeSpec> volume = volume_of(value);
+      if ((is_good = volume && h.volumes.size() < k_most_things)) h.volumes.push_back(*volume);
+    } else if (key == "model") {
+      const std::optional<ModelSpec> model = model_of(value);
+      if ((is_good = model && h.models.size() < k_most_things)) h.models.push_back(*model);
+    } else if (key == "structure") {
+      if ((is_good = h.structures.size() < haptics::ShapeSet::k_most)) {
+        h.structures.emplace_back();
+        h.structures.back().shape.name = value;
+      }
+    } else if (key == "hand") {
+      if ((is_good = h.hands.size() < haptics::ServoScene::k_most_hands))
+        h.hands.emplace_back().instrument = value;
+    } else if (key == "parameters") {
+      if ((is_good = hand != nullptr)) hand->parameters = value;
+    } else if (key == "method") {
+      if ((is_good = hand != nullptr)) hand->method = value;
+    } else if (key == "module" || key == "type") {
+      std::vector<NamedVersion>& all = key == "type" ? h.types : h.modules;
+      const std::optional<NamedVersion> one = named_version(value);
+      if ((is_good = one && all.size() < k_most_types)) all.push_back(*one);
+    } else if (key == "revision") {
+      if ((is_good = whole(0, 1e9))) h.revision = static_cast<std::uint32_t>(number);
+    } else if (key == "builtin") {
+      if ((is_good = whole(0, 1))) h.is_builtin = number == 1;
+    } else if (key == "rate") {
+      if ((is_good = between(1, 1e5))) h.rate_hz = number;
+    } else if (key == "smoothing_alpha") {
+      if ((is_good = between(1e-9, 1))) h.force.smoothing_alpha = number;
+    } else if (key == "force_limit") {
+      if ((is_good = between(0, 1e3))) h.force.force_limit = number;
+    } else if (key == "slew_limit") {
+      if ((is_good = between(0, 1e9))) h.force.slew_limit = number;
+    } else if (key == "fade_seconds") {
+      if ((is_good = between(1e-9, 10))) h.force.fade_seconds = number;
+    } else if (key == "passive") {
+      if ((is_good = whole(0, 1))) h.force.is_passive = number == 1;
+    } else if (key == "delay_ticks") {
+      if ((is_good = whole(0, haptics::PassivityController::k_most_delay)))
+        h.force.delay_ticks = static_cast<int>(number);
+    } else if (key == "device_damping") {
+      if ((is_good = between(0, 10))) h.force.device_damping = number;
+    } else if (key == "tool_radius") {
+      if ((is_good = hand && between(0, 6))) hand->tool_radius = number;
+    } else if (key == "smallest_burr") {
+      if ((is_good = between(0, 1e3))) h.smallest_burr = number;
+    } else if (key == "effect") {
+      if ((is_good = hand && hand->effects.size() < haptics::LawSet::k_most && is_effect(value)))
+        hand->effects.emplace_back(value);
+    } else if (shape == nullptr) {
+      is_good = false;
+    } else if (double* place = place_of(*shape, key)) {
+      if ((is_good = between(0, 1e6))) *place = number;
+    } else if (key == "of_volume") {
+      if ((is_good = whole(0, k_most_things))) shape->volume = static_cast<int>(number);
+    } else if (key == "of_model") {
+      if ((is_good = whole(0, k_most_things))) shape->model = static_cast<int>(number);
+    } else if (key == "mover") {
+      if ((is_good = whole(0, haptics::TouchScene::k_max_movers - 1)))
+        shape->mover = static_cast<int>(number);
+    } else if (key == "at") {
+      const std::optional<haptics::Placement> at = placement_of(value);
+      if ((is_good = at.has_value())) shape->placement = *at;
+    } else if (key == "low") {
+      if ((is_good = is_number)) shape->shape.low = number;
+    } else if (key == "high") {
+      if ((is_good = is_number)) shape->shape.high = number;
+    } else if (key == "label") {
+      if ((is_good = whole(-1, 255))) shape->shape.label = static_cast<int>(number);
+    } else if (key == "soft") {
+      if ((is_good = whole(0, 1))) shape->is_soft = number == 1;
+    } else if (key.starts_with("ramp_")) {
+      haptics::StiffnessRamp& ramp = shape->ramp ? *shape->ramp : shape->ramp.emplace();
+      is_good = between(-1e9, 1e9);
+      if (key == "ramp_intensity")
+        ramp.intensity = number;
+      else if (key == "ramp_dense_intensity")
+        ramp.dense_intensity = number;
+      else if (key == "ramp_dense_stiffness")
+        ramp.dense_stiffness = number;
+      else
+        is_good = false;
+    } else if (key == "sides") {
+      if ((is_good = whole(0, 3))) shape->sides = static_cast<haptics::Side>(static_cast<int>(number));
+    } else {
+      is_good = false;
+    }
+    if (!is_good) return fail(line, "a key of this layout and a value in its range");
+  }
+  if (h.structures.empty() || h.hands.empty() || h.volumes.empty())
+    return fail("", "a volume, at least one structure and one hand");
+  std::size_t of_anatomy = 0;
+  for (const StructureSpec& s : h.structures) {
+    of_anatomy += s.model < 0 && s.volume == 0;
+    if (s.volume >= static_cast<int>(h.volumes.size()) || s.model >= static_cast<int>(h.models.size()))
+      return fail("of_volume, of_model", "a volume or model that the header names");
+  }
+  if (of_anatomy == 0 || of_anatomy > haptics::TouchScene::k_max_shapes)
+    return fail("structures of the anatomy", "1 to 8");
+  for (const StructureSpec& s : h.structures) {
+    if (s.ramp && haptics::check_ramp(*s.ramp)) return fail("ramp", "a ramp of rising intensities");
+    if (haptics::check_material(s.material) || (s.back_material && haptics::check_material(*s.back_material)))
+      return fail("a material", "a material as trephine has them");
+  }
+  return h;
+}
+
+}  // namespace trephine::sim
