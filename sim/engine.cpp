@@ -102,7 +102,7 @@ Engine::Engine(std::vector<HandStart> hands, double dt, const Catalogue& catalog
     now_.world.modules.push_back(shared(module->world()));
     now_.settings.modules.push_back(shared(module->settings()));
   }
-  now_.world.version = untouched_ = editor_.publish();
+  now_.world.version = felt_ = untouched_ = editor_.publish();
   use_fields();
   publish(Change::cut);
   history_.push_back(here(k_no_voxels));
@@ -128,7 +128,7 @@ Outcome Engine::apply(const haptics::ServoRecord& tick) {
     instrument.type->step(instrument.parameters.data(), instrument.state.data(),
                           {tick, dt_, std::exchange(hand.is_fresh, false)}, work);
     if (work.removed().bricks_changed > 0) {
-      now_.world.version = editor_.publish();
+      now_.world.version = felt_ = editor_.publish();
       publish(Change::cut);
       note_cut(work.removed());
       outcome.is_changed = true;
@@ -307,14 +307,14 @@ void Engine::finish(const ModuleWork& work, Outcome& outcome) {
   is_stroke_changed_ = true;
   if (work.is_put_back()) {
     editor_.reset(untouched_);
-    now_.world.version = editor_.publish();
+    now_.world.version = felt_ = editor_.publish();
     for (TouchFields& fields : fields_) fields.go_back({}, current(), serial() + 1);
     publish(Change::growth);
     for (HandWork& hand : work_) hand.is_fresh = true;
     outcome.box = {glm::ivec3(0), scene().base->size - 1};
     stroke_box_ = outcome.box;
   } else if (is_cut) {
-    now_.world.version = editor_.publish();
+    now_.world.version = felt_ = editor_.publish();
     publish(Change::cut);
     note_cut(work.removed());
     outcome.box = work.removed().box;
@@ -377,7 +377,7 @@ void Engine::go_to(std::size_t position, Outcome& outcome) {
   const Entry& entry = history_[position];
   editor_.reset(entry.world.version);
   now_.world = entry.world;
-  now_.world.version = editor_.publish();
+  now_.world.version = felt_ = editor_.publish();
   for (TouchFields& fields : fields_) {
     const auto kept = std::find_if(entry.fields.begin(), entry.fields.end(),
                                    [&](const auto& one) { return one.first == fields.scene(); });
@@ -395,7 +395,7 @@ void Engine::publish(Change change) {
   next->serial = servo_scene_ ? serial() + 1 : 1;
   for (std::size_t h = 0; h < hands_.size(); ++h) {
     const TouchFields* fields = fields_of(h);
-    hands_[h].state = haptics::TouchState(current(), fields ? fields->newest() : OffsetJob::Offsets());
+    hands_[h].state = haptics::TouchState(felt_, fields ? fields->newest() : OffsetJob::Offsets());
   }
   if (change == Change::growth) {
     ++growths_;

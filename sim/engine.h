@@ -161,6 +161,8 @@ class Engine {
   double dt_;
   volume::RemovalEditor editor_;
   std::shared_ptr<const volume::Version> untouched_;
+  /// What was published last: current() as hands know it, whoever froze it since.
+  std::shared_ptr<const volume::Version> felt_;
   OperationState now_;
   std::vector<Event> news_;  ///< of this tick or command
   std::vector<haptics::ServoHand>

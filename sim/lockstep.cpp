@@ -22,7 +22,7 @@ std::span<const haptics::ServoRecord> Lockstep::step(std::span<const haptics::Po
     const haptics::DenormalsFlushed flushed;
     for (std::size_t h = 0; h < cores_.size(); ++h) {
       haptics::ServoInput input;
-      input.pose = poses[h];
+      input.pose = haptics::on_grid(poses[h]);
       records_[h] = cores_[h].step(*engine_.servo_scene(), input);
     }
   }

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <limits>
+#include <optional>
 
 #include "haptics/mesh/mesh_tree.h"
 #include "sim/bytes.h"
@@ -59,9 +61,55 @@ std::uint32_t output_check(const haptics::ServoRecord& r) noexcept {
   return static_cast<std::uint32_t>(hash.value() ^ hash.value() >> 32);
 }
 
+namespace {
+
+constexpr double k_force_grid = 0x1p-10;  // N
+/// In place of a number's difference: what follows is the number itself, for one that is on no grid.
+constexpr std::int64_t k_exact = std::numeric_limits<std::int64_t>::min();
+
+/// The number on its grid, if it is on it.
+std::optional<std::int64_t> on_grid(double value, double grid) noexcept {
+  const double count = value / grid;
+  if (!(std::abs(count) < 0x1p52) || count != std::nearbyint(count) || std::signbit(value) != (count < 0))
+    return std::nullopt;
+  return static_cast<std::int64_t>(count);
+}
+
+// Whatever a file says, without overflow.
+std::int64_t plus(std::int64_t a, std::int64_t b) noexcept {
+  return static_cast<std::int64_t>(static_cast<std::uint64_t>(a) + static_cast<std::uint64_t>(b));
+}
+
+std::int64_t minus(std::int64_t a, std::int64_t b) noexcept {
+  return static_cast<std::int64_t>(static_cast<std::uint64_t>(a) - static_cast<std::uint64_t>(b));
+}
+
+void put_on_grid(std::string& out, double value, double grid, std::int64_t expected, std::int64_t& kept) {
+  const std::optional<std::int64_t> count = on_grid(value, grid);
+  put_number(out, count ? *count - expected : k_exact);
+  if (!count) put(out, value);
+  kept = count.value_or(0);
+}
+bool get_on_grid(std::string_view& in, double& value, double grid, std::int64_t expected,
+                 std::int64_t& kept) {
+  std::int64_t difference = 0;
+  if (!get_number(in, difference)) return false;
+  if (difference == k_exact) {
+    kept = 0;
+    return get(in, value);
+  }
+  kept = plus(expected, difference);
+  value = static_cast<double>(kept) * grid;
+  return true;
+}
+
+std::array<double*, 4> parts_of(glm::dquat& q) noexcept { return {&q.w, &q.x, &q.y, &q.z}; }
+
+}  // namespace
+
 void ItemEncoder::add(const haptics::ServoRecord& r) {
-  haptics::ServoRecord& last = last_[r.hand];
-  const bool is_first = !has_last_[r.hand];
+  TickMemory& last = last_[r.hand];
+  const bool is_first = !last.is_there;
   if (bytes_.empty()) first_tick_ = r.tick;
   std::uint8_t flags = 0, extras = 0;
   if (is_first || r.tick != last.tick + 1) flags |= tick_jumps;
@@ -69,32 +117,46 @@ void ItemEncoder::add(const haptics::ServoRecord& r) {
   if (is_first || !same_bits(r.pose.orientation, last.pose.orientation)) flags |= has_orientation;
   if (r.pose.is_pressed()) flags |= is_pressed_flag;
   if (is_first || r.version != last.version) flags |= has_version;
-  const glm::vec3 force(r.force_world);
-  if (force != glm::vec3(0)) flags |= has_force;
+  const bool has_any_force = r.force_world != dvec3(0);
+  if (has_any_force) flags |= has_force;
   if (r.raised != 0) extras |= has_raised;
   if (r.is_reset) extras |= reset_flag;
   if (r.is_restarted) extras |= restart_flag;
   if (r.hand != 0) extras |= hand_flag;
   if (r.pose.buttons > 1) extras |= has_buttons;
-  const std::array<float, 4> before = is_first ? std::array<float, 4>{} : last.pose.axes;
-  if (std::memcmp(&r.pose.axes, &before, sizeof before) != 0) extras |= has_axes;
-  if (r.has_contact != ((flags & has_force) != 0)) extras |= contact_flag;  // contact is where the force is
+  if (std::memcmp(&r.pose.axes, &last.pose.axes, sizeof r.pose.axes) != 0) extras |= has_axes;
+  if (r.has_contact != has_any_force) extras |= contact_flag;  // contact is where the force is
   if (extras != 0) flags |= has_extras;
   put(bytes_, flags);
   if (flags & has_extras) put(bytes_, extras);
   if (extras & hand_flag) put(bytes_, r.hand);
-  if (flags & tick_jumps) put(bytes_, r.tick);
-  if (flags & has_position) put(bytes_, r.pose.position_world);
-  if (flags & has_orientation) put(bytes_, r.pose.orientation);
-  if (flags & has_version) put(bytes_, r.version);
+  if (flags & tick_jumps) put_number(bytes_, static_cast<std::int64_t>(r.tick - last.tick));
+  const std::array<std::int64_t, 3> before = last.place;
+  if (flags & has_position)
+    for (std::size_t a = 0; a < 3; ++a)
+      put_on_grid(bytes_, r.pose.position_world[static_cast<int>(a)], haptics::k_place_grid,
+                  plus(last.place[a], last.moved[a]), last.place[a]);
+  for (std::size_t a = 0; a < 3; ++a) last.moved[a] = minus(last.place[a], before[a]);
+  if (flags & has_orientation) {
+    glm::dquat turn = r.pose.orientation;
+    for (std::size_t k = 0; k < 4; ++k)
+      put_on_grid(bytes_, *parts_of(turn)[k], haptics::k_turn_grid, last.turn[k], last.turn[k]);
+  }
+  if (flags & has_version) put_number(bytes_, static_cast<std::int64_t>(r.version - last.version));
   if (extras & has_raised) put(bytes_, r.raised);
   if (extras & restart_flag) put(bytes_, r.restart_volume);
   if (extras & has_buttons) put(bytes_, r.pose.buttons);
   if (extras & has_axes) put(bytes_, r.pose.axes);
-  if (flags & has_force) put(bytes_, force);
+  if (flags & has_force)
+    for (std::size_t a = 0; a < 3; ++a) {
+      const double force = std::nearbyint(r.force_world[static_cast<int>(a)] / k_force_grid);
+      const auto count = std::abs(force) < 0x1p40 ? static_cast<std::int64_t>(force) : 0;
+      put_number(bytes_, count - last.force[a]);
+      last.force[a] = count;
+    }
   put(bytes_, output_check(r));
-  last = r;
-  has_last_[r.hand] = true;
+  last.is_there = true;
+  last.tick = r.tick, last.version = r.version, last.pose = r.pose;
 }
 
 /// Its type's place in the list, how long it is, and its fields.
@@ -123,9 +185,10 @@ void ItemEncoder::add(const EventItem& item) {
 
 void ItemEncoder::add(const VersionItem& item) {
   put(bytes_, k_version);
-  put(bytes_, item.serial);
-  put(bytes_, item.last_tick);
-  put(bytes_, item.removed_units);
+  put_number(bytes_, static_cast<std::int64_t>(item.serial - last_version_.serial));
+  put_number(bytes_, static_cast<std::int64_t>(item.last_tick - last_version_.last_tick));
+  put_number(bytes_, minus(item.removed_units, last_version_.removed_units));
+  last_version_ = item;
 }
 
 void ItemEncoder::add(const HashItem& item) {
@@ -135,7 +198,8 @@ void ItemEncoder::add(const HashItem& item) {
 }
 
 std::string ItemEncoder::take() {
-  has_last_ = {};
+  last_ = {};
+  last_version_ = {};
   return std::exchange(bytes_, {});
 }
 
@@ -145,10 +209,13 @@ Result<LogItem> ItemDecoder::next() {
   if (kind < 0x80) return next_tick(kind);
   if (kind == k_command || kind == k_event) return next_value(kind);
   if (kind == k_version) {
-    VersionItem v;
-    if (!(get(bytes_, v.serial) && get(bytes_, v.last_tick) && get(bytes_, v.removed_units)))
+    std::int64_t serial = 0, tick = 0, units = 0;
+    if (!(get_number(bytes_, serial) && get_number(bytes_, tick) && get_number(bytes_, units)))
       return broken("it ends early");
-    return LogItem{v};
+    last_version_.serial += static_cast<std::uint64_t>(serial);
+    last_version_.last_tick += static_cast<std::uint64_t>(tick);
+    last_version_.removed_units = plus(last_version_.removed_units, units);
+    return LogItem{last_version_};
   }
   HashItem h;
   if (kind != k_hash) return broken("an unknown item");
@@ -184,38 +251,49 @@ Result<LogItem> ItemDecoder::next_tick(std::uint8_t flags) {
   if (hand >= last_.size()) return broken("a hand that cannot be");
   TickItem item;
   haptics::ServoRecord& r = item.record;
+  TickMemory& last = last_[hand];
   const std::uint8_t needed = tick_jumps | has_position | has_orientation | has_version;
-  if (has_last_[hand]) {
-    r.tick = last_[hand].tick + 1;
-    r.pose = last_[hand].pose;
-    r.version = last_[hand].version;
-  } else if ((flags & needed) != needed) {
-    return broken("a tick without its beginning");
-  }
-  r.hand = hand;
-  r.pose.buttons = (flags & is_pressed_flag) != 0 ? 1 : 0;
-  r.is_reset = (extras & reset_flag) != 0;
-  r.is_restarted = (extras & restart_flag) != 0;
-  glm::vec3 force(0);
-  const bool is_whole = (!(flags & tick_jumps) || get(bytes_, r.tick)) &&
-                        (!(flags & has_position) || get(bytes_, r.pose.position_world)) &&
-                        (!(flags & has_orientation) || get(bytes_, r.pose.orientation)) &&
-                        (!(flags & has_version) || get(bytes_, r.version)) &&
-                        (!(extras & has_raised) || get(bytes_, r.raised)) &&
-                        (!(extras & restart_flag) || get(bytes_, r.restart_volume)) &&
-                        (!(extras & has_buttons) || get(bytes_, r.pose.buttons)) &&
-                        (!(extras & has_axes) || get(bytes_, r.pose.axes)) &&
-                        (!(flags & has_force) || get(bytes_, force)) && get(bytes_, item.check);
-  if (!is_whole) return broken("it ends early");
+  if (!last.is_there && (flags & needed) != needed) return broken("a tick without its beginning");
+  std::int64_t later = 1, newer = 0;
+  bool is_whole = !(flags & tick_jumps) || get_number(bytes_, later);
+  const std::array<std::int64_t, 3> before = last.place;
+  if (flags & has_position)
+    for (std::size_t a = 0; a < 3; ++a)
+      is_whole =
+          is_whole && get_on_grid(bytes_, last.pose.position_world[static_cast<int>(a)],
+                                  haptics::k_place_grid, plus(last.place[a], last.moved[a]), last.place[a]);
+  for (std::size_t a = 0; a < 3; ++a) last.moved[a] = minus(last.place[a], before[a]);
+  if (flags & has_orientation)
+    for (std::size_t k = 0; k < 4; ++k)
+      is_whole = is_whole && get_on_grid(bytes_, *parts_of(last.pose.orientation)[k], haptics::k_turn_grid,
+                                         last.turn[k], last.turn[k]);
+  last.pose.buttons = (flags & is_pressed_flag) != 0 ? 1 : 0;
+  is_whole = is_whole && (!(flags & has_version) || get_number(bytes_, newer)) &&
+             (!(extras & has_raised) || get(bytes_, r.raised)) &&
+             (!(extras & restart_flag) || get(bytes_, r.restart_volume)) &&
+             (!(extras & has_buttons) || get(bytes_, last.pose.buttons)) &&
+             (!(extras & has_axes) || get(bytes_, last.pose.axes));
+  if (flags & has_force)
+    for (std::size_t a = 0; a < 3; ++a) {
+      std::int64_t change = 0;
+      is_whole = is_whole && get_number(bytes_, change);
+      last.force[a] = plus(last.force[a], change);
+      r.force_world[static_cast<int>(a)] = static_cast<double>(last.force[a]) * k_force_grid;
+    }
+  if (!is_whole || !get(bytes_, item.check)) return broken("it ends early");
   for (int a = 0; a < 3; ++a)
     if (!(std::abs(r.restart_volume[a]) < 1e9)) return broken("a place that cannot be");
-  if (extras & 0x80 || (extras & has_buttons && r.pose.buttons <= 1) ||
-      r.pose.is_pressed() != ((flags & is_pressed_flag) != 0))
+  if (extras & 0x80 || (extras & has_buttons && last.pose.buttons <= 1) ||
+      last.pose.is_pressed() != ((flags & is_pressed_flag) != 0))
     return broken("buttons that cannot be");
-  r.force_world = force;
+  last.is_there = true;
+  last.tick += static_cast<std::uint64_t>(later);
+  last.version += static_cast<std::uint64_t>(newer);
+  r.tick = last.tick, r.version = last.version, r.pose = last.pose;
+  r.hand = hand;
+  r.is_reset = (extras & reset_flag) != 0;
+  r.is_restarted = (extras & restart_flag) != 0;
   r.has_contact = ((flags & has_force) != 0) != ((extras & contact_flag) != 0);
-  last_[hand] = r;
-  has_last_[hand] = true;
   return LogItem{std::move(item)};
 }
 

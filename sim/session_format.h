@@ -96,6 +96,16 @@ volume::Result<std::shared_ptr<const haptics::MeshTree>> decode_model(std::strin
 std::string encode_scan(const volume::Volume& scan);
 volume::Result<volume::Volume> decode_scan(std::string_view bytes);
 
+/// Of a hand's last tick in a block, relative to which the next is told.
+struct TickMemory {
+  bool is_there = false;
+  std::uint64_t tick = 0, version = 0;
+  haptics::Pose pose;
+  /// On their grids: places with how they moved, and the force in 1/1024 N.
+  std::array<std::int64_t, 3> place{}, moved{}, force{};
+  std::array<std::int64_t, 4> turn{};
+};
+
 /// Items of one block, each told relative to the one before; a block stands for itself.
 class ItemEncoder {
  public:
@@ -118,8 +128,8 @@ class ItemEncoder {
   TypeList types_;
   std::string bytes_;
   std::uint64_t first_tick_ = 0;
-  std::array<haptics::ServoRecord, 4> last_;
-  std::array<bool, 4> has_last_{};
+  std::array<TickMemory, 4> last_;
+  VersionItem last_version_;
 };
 
 /// Reads a block's items. Every read is checked: broken bytes give an Error, never more.
@@ -135,8 +145,8 @@ class ItemDecoder {
 
   std::string_view bytes_;
   TypeList types_;
-  std::array<haptics::ServoRecord, 4> last_;
-  std::array<bool, 4> has_last_{};
+  std::array<TickMemory, 4> last_;
+  VersionItem last_version_;
 };
 
 /// Blocks: kind, length, number, first tick, payload, checksum.

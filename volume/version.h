@@ -242,6 +242,7 @@ class Version {
 
  private:
   friend class RemovalEditor;
+  friend class VersionChanges;
   static std::size_t in_eight(int x, int y, int z) noexcept {
     return static_cast<std::size_t>((x & 7) + 8 * ((y & 7) + 8 * (z & 7)));
   }

@@ -216,7 +216,7 @@ Result<Outcome> run_touch(const TouchArguments& arguments) {
   for (std::size_t i = 0; i < times.size(); ++i) {
     if (i % 1024 == 0 && !progress(static_cast<double>(i) / static_cast<double>(times.size())))
       return interrupted("the touch");
-    haptics::Pose pose = path.value().at(times[i]);
+    const haptics::Pose pose = haptics::on_grid(path.value().at(times[i]));
     if (i == 0) first_touch_seconds = process_seconds();
     const haptics::DenormalsFlushed flushed;  // as everywhere else that a session comes from
     const auto begin = Clock::now();

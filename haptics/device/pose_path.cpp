@@ -10,6 +10,14 @@
 
 namespace trephine::haptics {
 
+Pose on_grid(Pose pose) noexcept {
+  const auto snap = [](double& v, double grid) { v = std::nearbyint(v / grid) * grid + 0.0; };
+  for (int a = 0; a < 3; ++a) snap(pose.position_world[a], k_place_grid);
+  for (double* part : {&pose.orientation.w, &pose.orientation.x, &pose.orientation.y, &pose.orientation.z})
+    snap(*part, k_turn_grid);
+  return pose;
+}
+
 using volume::Error;
 using volume::Result;
 

@@ -27,6 +27,11 @@ struct Pose {
   void press(bool is_pressed) noexcept { buttons = (buttons & ~1u) | (is_pressed ? 1u : 0u); }
 };
 
+/// The pose as a servo takes it: places on a grid of 2^-20 mm (1 nm), quaternions on one of 2^-24, finer than
+/// what any device says, so that a recording holds inputs exactly in few bytes. What is no number stays so.
+Pose on_grid(Pose pose) noexcept;
+inline constexpr double k_place_grid = 0x1p-20, k_turn_grid = 0x1p-24;
+
 /// Poses at strictly rising times (s). Sampled linearly in between; before and after, the ends hold.
 class PosePath {
  public:

@@ -146,7 +146,7 @@ void ServoLoop::tick(std::uint64_t tick, std::uint32_t faults) noexcept {
     dropped_.fetch_add(1, std::memory_order_relaxed);
     for (Hand& hand : hands_) {
       hand.faults |= faults | fault_full_ring;
-      hand.device->read(t, hand.pose);
+      if (hand.device->read(t, hand.pose)) hand.pose = on_grid(hand.pose);
       hand.device->write(hand.core.skip(hand.faults));
       all_faults |= hand.faults;
     }
@@ -167,7 +167,10 @@ void ServoLoop::tick(std::uint64_t tick, std::uint32_t faults) noexcept {
     while (hand.restarts.pop(input.restart_volume)) input.is_restarted = true;
     hand.faults |= faults;
     if (is_lagging) hand.faults |= fault_stale_scene;
-    if (!hand.device->read(t, hand.pose)) hand.faults |= fault_lost_device;
+    if (hand.device->read(t, hand.pose))
+      hand.pose = on_grid(hand.pose);
+    else
+      hand.faults |= fault_lost_device;
     input.pose = hand.pose;
     input.faults = hand.faults;
     const ServoRecord record = hand.core.step(*seen, input);

@@ -156,7 +156,7 @@ TEST(Drilling, TheProxyNeverFallsThroughWhileItDrills) {
     run.step(s.pose);
     const auto& step = run.last_step();
     judge.look({std::span(step.path_volume.data(), static_cast<std::size_t>(step.waypoint_count)),
-                scene.base->frame.volume_from_world(s.pose.position_world), step.has_contact,
+                scene.base->frame.volume_from_world(run.last_record().pose.position_world), step.has_contact,
                 step.is_buried});
   }
   EXPECT_EQ(judge.fall_throughs(), 0);

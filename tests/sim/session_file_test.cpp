@@ -1,5 +1,6 @@
 // Session files: torn, damaged, foreign, older, on a full disk; what they carry and every lie in them.
 #include <csignal>
+#include <cstring>
 #include <fstream>
 #include <random>
 #include <sys/resource.h>
@@ -427,6 +428,86 @@ TEST(Session, DrillsUndoesAndReplaysInEveryFrameUnitAndMask) {
     EXPECT_EQ(v.hash, hash);
     EXPECT_EQ(v.removed, removed);
   }
+}
+
+// Inputs come back to the bit, whatever they are; forces as facts, to half a mN.
+TEST(Session, KeepsInputsExactlyAndForcesToHalfAMillinewton) {
+  std::mt19937_64 random(11);
+  std::uniform_real_distribution<double> along(-100, 100);
+  const double odd[] = {0.0,    -0.0,    1e-300,   -1e9, 0x1p52, std::numeric_limits<double>::infinity(),
+                        1e300,  0x1p-20, -0x1p-21, 1e6,  0.1,    std::numeric_limits<double>::quiet_NaN(),
+                        5e-324, 0x1p32,  -0x1p60,  3.5};
+  std::vector<haptics::ServoRecord> told;
+  ItemEncoder encoder({});
+  haptics::Pose pose;
+  for (int i = 0; i < 3000; ++i) {
+    haptics::ServoRecord r;
+    r.tick = static_cast<std::uint64_t>(i) + (i > 1500 ? 1'000'000'000'000u : 0);
+    const bool is_odd = random() % 7 == 0;
+    for (int a = 0; a < 3; ++a) {
+      pose.position_world[a] = is_odd ? odd[random() % std::size(odd)] : pose.position_world[a] + 0.01;
+      r.force_world[a] = random() % 3 == 0 ? along(random) / 20 : 0;
+    }
+    if (random() % 5 == 0)
+      pose.orientation.x = random() % 2 == 0 ? along(random) : odd[random() % std::size(odd)];
+    r.pose = random() % 2 == 0 ? haptics::on_grid(pose) : pose;
+    r.version = random() % 9 == 0 ? random() : told.empty() ? 0 : told.back().version;
+    r.has_contact = random() % 2 == 0;
+    encoder.add(r);
+    told.push_back(r);
+  }
+  const std::string bytes = encoder.take();
+  ItemDecoder decoder(bytes, {});
+  for (const haptics::ServoRecord& r : told) {
+    const auto item = decoder.next();
+    ASSERT_TRUE(item.is_ok());
+    const haptics::ServoRecord& back = std::get<TickItem>(item.value()).record;
+    ASSERT_EQ(back.tick, r.tick);
+    ASSERT_EQ(back.version, r.version);
+    ASSERT_EQ(back.has_contact, r.has_contact);
+    ASSERT_EQ(std::memcmp(&back.pose.position_world, &r.pose.position_world, sizeof(dvec3)), 0) << r.tick;
+    ASSERT_EQ(std::memcmp(&back.pose.orientation, &r.pose.orientation, sizeof(glm::dquat)), 0) << r.tick;
+    ASSERT_LE(glm::length(back.force_world - r.force_world), 0x1p-10);
+  }
+  EXPECT_TRUE(decoder.is_at_end());
+}
+
+// Drilling and sliding, with the noise of an encoder and a stylus that turns.
+TEST(Session, ATickOfContactTakesAtMost25Bytes) {
+  const Folder folder;
+  const std::string path = folder.file("a.session");
+  Bench bench;
+  auto writer = bench.writer(path);
+  // First it drills, then it slides.
+  std::vector<haptics::PosePath::Sample> samples = drilling_wish(10).samples();
+  for (double t = 10; t < 21; t += 0.05)
+    samples.push_back({t, {{5 * std::sin(4 * t), 4 * std::cos(3 * t), 1.2}, {1, 0, 0, 0}, false}});
+  haptics::VirtualDevice device(haptics::PosePath::from_samples(samples, "test").value(), {});
+  ASSERT_FALSE(device.open());
+  Lockstep run(bench.scene, bench.method, drilling::burr(k_burr), {}, 1000, writer.get());
+  std::mt19937 random(2);
+  std::normal_distribution<double> noise(0, 2e-4);
+  double contacts = 0, cut = 0;
+  constexpr int k_ticks = 20'000;
+  for (int i = 0; i < k_ticks; ++i) {
+    haptics::Pose pose;
+    ASSERT_TRUE(device.read(1e-3 * i, pose));
+    const double turn = 0.3 * std::sin(2e-3 * i), w = std::cos(turn), x = std::sin(turn) + noise(random);
+    const double y = noise(random), z = noise(random);
+    pose.orientation = glm::normalize(glm::dquat(w, x, y, z));
+    const haptics::ServoRecord r = run.step(pose);
+    device.write(r.force_world);
+    contacts += r.has_contact;
+    cut += run.last_outcome().is_changed;
+  }
+  EXPECT_FALSE(writer->finish(run.engine(), 0).has_value());
+  const double bytes = static_cast<double>(fs::file_size(path)) / k_ticks;
+  EXPECT_GT(contacts, 0.4 * k_ticks);
+  EXPECT_GT(cut, 0.08 * k_ticks);
+  EXPECT_LE(bytes, 25);
+  RecordProperty("bytes", std::to_string(bytes));
+  std::printf("%.1f bytes a tick\n", bytes);
+  expect_same(replay(path));
 }
 
 TEST(Session, KeepsButtonsAndAxesOfEveryHand) {

@@ -1,0 +1,23 @@
+// By which bricks one version differs from another, as bytes: what a recording keeps of an operation.
+#pragma once
+
+#include <string>
+#include <string_view>
+
+#include "volume/version.h"
+
+namespace trephine::volume {
+
+class VersionChanges {
+ public:
+  /// Of `after`, where it is not `before`: tables that both share are not looked at. Both frozen, of one
+  /// volume and lattice. Distances and masks to the bit; what follows from them is left out.
+  static std::string between(const Version& before, const Version& after);
+  /// `before` with those changes: the same as `after`, its serial included. Error on broken bytes.
+  static Result<std::shared_ptr<const Version>> applied(const Version& before, std::string_view bytes);
+
+ private:
+  static Ref<Brick>& slot(Version& version, std::size_t index);
+};
+
+}  // namespace trephine::volume
