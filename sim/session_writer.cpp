@@ -176,7 +176,7 @@ void SessionWriter::ask_sync(const Engine& engine) {
 
 void SessionWriter::seal_if_long() {
   // A run faster than real time makes no longer blocks than a live one: damage costs one of them.
-  constexpr std::size_t k_longest = 1 << 14;
+  constexpr std::size_t k_longest = 1 << 13;
   if (items_.size() < k_longest) return;
   const std::uint64_t first_tick = items_.first_tick();
   sealed_.emplace_back(first_tick, items_.take());
