@@ -13,12 +13,23 @@ using volume::Status;
 namespace {
 
 /// What a session can be told whatever its modules are.
-std::array<const ValueType*, 14> own_types() noexcept {
-  return {&value_type<SwitchItem>(),   &value_type<PlaceModel>(),  &value_type<SetEffect>(),
-          &value_type<ToolGeometry>(), &value_type<Undo>(),        &value_type<Redo>(),
-          &value_type<Note>(),         &value_type<Resume>(),      &value_type<LayDown>(),
-          &value_type<AdoptFields>(),  &value_type<AdoptJob>(),    &value_type<CancelJob>(),
-          &value_type<FaultEvent>(),   &value_type<JobDiscarded>()};
+std::array<const ValueType*, 16> own_types() noexcept {
+  return {&value_type<ForbiddenEntered>(),
+          &value_type<ForbiddenLeft>(),
+          &value_type<SwitchItem>(),
+          &value_type<PlaceModel>(),
+          &value_type<SetEffect>(),
+          &value_type<ToolGeometry>(),
+          &value_type<Undo>(),
+          &value_type<Redo>(),
+          &value_type<Note>(),
+          &value_type<Resume>(),
+          &value_type<LayDown>(),
+          &value_type<AdoptFields>(),
+          &value_type<AdoptJob>(),
+          &value_type<CancelJob>(),
+          &value_type<FaultEvent>(),
+          &value_type<JobDiscarded>()};
 }
 
 std::vector<volume::Field> solids_of(const haptics::TouchScene& scene) {
@@ -86,12 +97,15 @@ Status Catalogue::check() const {
 
 // ---- Engine ----
 
-Engine::Engine(std::vector<HandStart> hands, double dt, const Catalogue& catalogue)
+Engine::Engine(std::vector<HandStart> hands, double dt, const Catalogue& catalogue,
+               std::vector<std::shared_ptr<const Forbidden>> forbidden)
     : catalogue_(catalogue),
       dt_(dt),
       editor_(haptics::untouched(*hands.at(0).feels.scene), solids_of(*hands[0].feels.scene)),
       trails_(hands.size()),
-      work_(hands.size()) {
+      work_(hands.size()),
+      forbidden_(std::move(forbidden)) {
+  now_.watches.resize(hands.size() * forbidden_.size());
   for (std::size_t h = 0; h < hands.size(); ++h) {
     const std::shared_ptr<const haptics::TouchScene>& scene = hands[h].feels.scene;
     TREPHINE_ASSERT(h == 0 || scene->base == hands_[0].scene->base);
@@ -125,8 +139,9 @@ Outcome Engine::apply(const haptics::ServoRecord& tick) {
   if (instrument.type != nullptr) {
     const bool was_pressed = std::exchange(hand.is_pressed, tick.pose.is_pressed());
     Work work(editor_, news_, tick.tick, tick.hand);
-    instrument.type->step(instrument.parameters.data(), instrument.state.data(),
-                          {tick, dt_, std::exchange(hand.is_fresh, false)}, work);
+    const InstrumentInput input{tick, dt_, std::exchange(hand.is_fresh, false)};
+    instrument.type->step(instrument.parameters.data(), instrument.state.data(), input, work);
+    if (!forbidden_.empty()) watch_forbidden(input, instrument);
     if (work.removed().bricks_changed > 0) {
       now_.world.version = felt_ = editor_.publish();
       publish(Change::cut);
@@ -335,6 +350,42 @@ void Engine::note_faults(const haptics::ServoRecord& tick) {
   noted = latched;
 }
 
+/// How near the tool's body came in this tick to what must not be cut.
+void Engine::watch_forbidden(const InstrumentInput& input, const Instrument& instrument) {
+  const haptics::ServoRecord& tick = input.tick;
+  std::optional<glm::dvec3>& last = work_[tick.hand].body_world;
+  if (instrument.type->body == nullptr || (tick.raised & haptics::fault_not_finite)) {
+    last.reset();
+    return;
+  }
+  const ToolBall ball = instrument.type->body(instrument.parameters.data(), instrument.state.data(), input);
+  if (tick.is_reset || tick.is_restarted) last.reset();  // it was set elsewhere
+  const glm::dvec3 from = last.value_or(ball.centre);
+  last = ball.centre;
+  for (std::size_t s = 0; s < forbidden_.size(); ++s) {
+    ForbiddenWatch& watch = now_.watches[tick.hand * forbidden_.size() + s];
+    const std::string& name = forbidden_[s]->name();
+    watch.clearance = forbidden_[s]->clearance(from, ball, watch.clearance);
+    watch.nearest = std::min(watch.nearest, watch.clearance);
+    const bool is_inside = watch.clearance < 0;
+    if (is_inside && !watch.is_inside) {
+      ++watch.entries;
+      watch.entered_tick = static_cast<std::int64_t>(tick.tick);
+      watch.deepest_now = 0;
+      news_.push_back({tick.tick, tick.hand, ball.centre, ForbiddenEntered{name, tick.pose.is_pressed()}});
+    }
+    if (is_inside) {
+      ++watch.ticks_inside;
+      watch.deepest_now = std::max(watch.deepest_now, -watch.clearance);
+    } else if (watch.is_inside) {
+      const auto ticks = static_cast<double>(static_cast<std::int64_t>(tick.tick) - watch.entered_tick);
+      news_.push_back(
+          {tick.tick, tick.hand, ball.centre, ForbiddenLeft{name, watch.deepest_now, ticks * dt_}});
+    }
+    watch.is_inside = is_inside;
+  }
+}
+
 void Engine::note_cut(const volume::RemovalReport& report) {
   for (TouchFields& fields : fields_) fields.note_cut(current(), serial(), report.box);
   is_stroke_changed_ = true;
@@ -521,6 +572,12 @@ std::vector<Measure> Engine::measures() const {
   std::vector<Measure> all{{"removed", removed_mm3(), "mm3"},
                            {"strokes", static_cast<double>(stroke_count()), ""},
                            {"undos", static_cast<double>(now_.chronicle.undos), ""}};
+  for (std::size_t s = 0; s < forbidden_.size(); ++s) {
+    ForbiddenWatch worst;
+    for (std::size_t h = 0; h < hand_count(); ++h)
+      if (watch(h, s).nearest < worst.nearest) worst = watch(h, s);
+    all.push_back({"nearest to " + forbidden_[s]->name(), worst.nearest, "mm"});
+  }
   for (const Module* module : catalogue_.modules())
     for (Measure& one : module->measures(now_)) all.push_back(std::move(one));
   return all;

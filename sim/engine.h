@@ -66,7 +66,8 @@ struct PendingJob {
 class Engine {
  public:
   /// `dt` is the servo's period, s. Modules are borrowed, in their order.
-  Engine(std::vector<HandStart> hands, double dt, const Catalogue& catalogue = {});
+  Engine(std::vector<HandStart> hands, double dt, const Catalogue& catalogue = {},
+         std::vector<std::shared_ptr<const Forbidden>> forbidden = {});
   /// One hand, with an instrument or none. Borrows scene and method too.
   Engine(const haptics::TouchScene& scene, const haptics::ProxyMethod& method, Instrument instrument,
          double dt, const Catalogue& catalogue = {});
@@ -102,6 +103,12 @@ class Engine {
   /// By label; one entry for volumes without labels.
   std::vector<double> removed_mm3_by_label() const;
   std::vector<Measure> measures() const;
+
+  /// What must not be cut; OperationState::watches says how near each hand came to each.
+  const std::vector<std::shared_ptr<const Forbidden>>& forbidden() const noexcept { return forbidden_; }
+  const ForbiddenWatch& watch(std::size_t hand, std::size_t structure) const noexcept {
+    return now_.watches[hand * forbidden_.size() + structure];
+  }
 
   // ---- strokes ----
   bool is_in_stroke() const noexcept;
@@ -150,6 +157,7 @@ class Engine {
   void adopt_fields(const AdoptFields& wish, std::size_t hand, Outcome& outcome);
   void go_to(std::size_t position, Outcome& outcome);
   void note_faults(const haptics::ServoRecord& tick);
+  void watch_forbidden(const InstrumentInput& input, const Instrument& instrument);
   void note_cut(const volume::RemovalReport& report);
   void end_stroke();
   void remember(const volume::VoxelBox& box);
@@ -173,8 +181,10 @@ class Engine {
   struct HandWork {
     bool is_pressed = false, is_fresh = true;
     std::uint32_t noted_faults = 0;
+    std::optional<glm::dvec3> body_world = std::nullopt;  ///< middle of its body in the last tick
   };
-  std::vector<HandWork> work_;       ///< one a hand
+  std::vector<HandWork> work_;  ///< one a hand
+  std::vector<std::shared_ptr<const Forbidden>> forbidden_;
   std::vector<TouchFields> fields_;  ///< one a scene with a round tool
 
   std::vector<Entry> history_;  ///< ends of strokes, oldest first; [0] is what can be gone back to

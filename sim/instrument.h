@@ -3,6 +3,7 @@
 #pragma once
 
 #include "haptics/servo/servo_core.h"
+#include "sim/forbidden.h"
 #include "sim/work.h"
 
 namespace trephine::sim {
@@ -23,18 +24,22 @@ struct InstrumentType {
   void (*step)(const void* parameters, void* state, const InstrumentInput& input, Work& work);
   /// Beyond each field's range: whether these parameters fit what the hand touches. May be null.
   volume::Status (*check)(const void* parameters, const haptics::TouchScene& scene);
+  /// Where its body is after that tick; asked where something must not be cut. May be null: it has none.
+  ToolBall (*body)(const void* parameters, const void* state, const InstrumentInput& input);
 
   std::string_view name() const noexcept { return parameters->schema->name; }
 };
 
-/// From `void step(const Parameters&, State&, const InstrumentInput&, Work&)` and, where there is more to
-/// check than ranges, `Status check(const Parameters&, const TouchScene&)`.
-template <auto k_step, auto k_check>
+/// From `void step(const Parameters&, State&, const InstrumentInput&, Work&)`,
+/// `Status check(const Parameters&, const TouchScene&)` and
+/// `ToolBall body(const Parameters&, const State&, const InstrumentInput&)`.
+template <auto k_step, auto k_check, auto k_body>
 struct InstrumentOf;
 template <class Parameters, class State,
           void (*k_step)(const Parameters&, State&, const InstrumentInput&, Work&),
-          volume::Status (*k_check)(const Parameters&, const haptics::TouchScene&)>
-struct InstrumentOf<k_step, k_check> {
+          volume::Status (*k_check)(const Parameters&, const haptics::TouchScene&),
+          ToolBall (*k_body)(const Parameters&, const State&, const InstrumentInput&)>
+struct InstrumentOf<k_step, k_check, k_body> {
   static InstrumentType make() noexcept {
     return {&value_type<Parameters>(), &value_type<State>(),
             [](const void* p, void* s, const InstrumentInput& input, Work& work) {
@@ -42,12 +47,15 @@ struct InstrumentOf<k_step, k_check> {
             },
             [](const void* p, const haptics::TouchScene& scene) -> volume::Status {
               return k_check(*static_cast<const Parameters*>(p), scene);
+            },
+            [](const void* p, const void* s, const InstrumentInput& input) -> ToolBall {
+              return k_body(*static_cast<const Parameters*>(p), *static_cast<const State*>(s), input);
             }};
   }
 };
-template <auto k_step, auto k_check>
+template <auto k_step, auto k_check, auto k_body>
 const InstrumentType& instrument_type() noexcept {
-  static const InstrumentType type = InstrumentOf<k_step, k_check>::make();
+  static const InstrumentType type = InstrumentOf<k_step, k_check, k_body>::make();
   return type;
 }
 

@@ -165,6 +165,9 @@ void LiveSession::note(const Outcome& outcome) {
     state_.version = engine_.current();
     state_.changed = united(state_.changed, outcome.box);
   }
+  const std::size_t forbidden = engine_.forbidden().size();
+  state_.watches.assign(engine_.now().watches.begin(),
+                        engine_.now().watches.begin() + static_cast<std::ptrdiff_t>(forbidden));
   state_.removed_mm3 = engine_.removed_mm3();
   state_.strokes = engine_.stroke_count();
   state_.can_undo = engine_.can_undo();

@@ -26,6 +26,7 @@ struct LiveState {
   volume::VoxelBox changed{glm::ivec3(0), glm::ivec3(-1)};  ///< since the last look
   double removed_mm3 = 0;
   std::size_t strokes = 0;
+  std::vector<ForbiddenWatch> watches;   ///< of the first hand, each forbidden structure
   std::optional<volume::Error> refused;  ///< of the newest command that was, since the last look
   bool can_undo = false, can_redo = false;
 };

@@ -18,6 +18,11 @@ std::uint64_t OperationState::hash() const {
     add_value(all, hand.state);
   }
   all.add(chronicle.hash());
+  for (const ForbiddenWatch& watch : watches) {
+    std::string bytes;
+    encode_fields(ForbiddenWatch::schema(), &watch, bytes);
+    add_bytes(all, bytes);
+  }
   return all.value();
 }
 

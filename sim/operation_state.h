@@ -30,6 +30,7 @@ struct OperationState {
   World world;
   Settings settings;
   Chronicle chronicle;
+  std::vector<ForbiddenWatch> watches;  ///< each forbidden structure, hand by hand
 
   /// Of the canonical bytes of all of it: the same for the same state. The version is frozen, or nobody cuts
   /// meanwhile.

@@ -56,10 +56,11 @@ Result<std::unique_ptr<Replay>> Replay::open(SessionReader& session, SceneData d
     if (!models) return models.error();
     data.models = std::move(models).value();
   }
-  auto hands = build_scene(header, data, modules.value());
-  if (!hands) return hands.error();
+  auto start = build_scene(header, data, modules.value());
+  if (!start) return start.error();
   return std::unique_ptr<Replay>(
-      new Replay(session, Engine(std::move(hands).value(), 1 / header.rate_hz, modules.value())));
+      new Replay(session, Engine(std::move(start.value().hands), 1 / header.rate_hz, modules.value(),
+                                 std::move(start.value().forbidden))));
 }
 
 Replay::Replay(SessionReader& session, Engine engine)

@@ -60,6 +60,7 @@ Result<TouchScene> items_of(const SceneSpec& spec, const SceneData& data) {
   scene.others.assign(data.volumes.begin() + 1, data.volumes.end());
   std::vector<std::size_t> soft;
   for (const StructureSpec& s : spec.structures) {
+    if (!s.is_touchable) continue;
     if (s.model >= 0) {
       scene.items.push_back(
           haptics::mesh_item(s.shape.name, data.models[static_cast<std::size_t>(s.model)], s.material));
@@ -115,8 +116,7 @@ Result<Instrument> instrument_of(const HandSpec& hand, const Catalogue& catalogu
 
 }  // namespace
 
-Result<std::vector<HandStart>> build_scene(const SceneSpec& spec, const SceneData& data,
-                                           const Catalogue& catalogue) {
+Result<OperationStart> build_scene(const SceneSpec& spec, const SceneData& data, const Catalogue& catalogue) {
   if (Status error = check_data(spec, data)) return *error;
   Result<TouchScene> items = items_of(spec, data);
   if (!items) return items.error();
@@ -137,7 +137,21 @@ Result<std::vector<HandStart>> build_scene(const SceneSpec& spec, const SceneDat
         {haptics::ServoHand(felt->scene, felt->prepared, haptics::TouchState(nullptr), laws_of(hand.effects)),
          std::move(instrument).value(), hand.effects});
   }
-  return hands;
+  auto forbidden = build_forbidden(spec, data);
+  if (!forbidden) return forbidden.error();
+  return OperationStart{std::move(hands), std::move(forbidden).value()};
+}
+
+Result<std::vector<std::shared_ptr<const Forbidden>>> build_forbidden(const SceneSpec& spec,
+                                                                      const SceneData& data) {
+  std::vector<std::shared_ptr<const Forbidden>> all;
+  for (const StructureSpec& s : spec.structures) {
+    if (!s.is_forbidden || s.model >= 0) continue;
+    auto made = Forbidden::build(data.volumes[static_cast<std::size_t>(s.volume)], s.shape);
+    if (!made) return made.error();
+    all.push_back(std::move(made).value());
+  }
+  return all;
 }
 
 std::shared_ptr<const haptics::LawSet> laws_of(const std::vector<std::string>& effects) {

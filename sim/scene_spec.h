@@ -22,11 +22,13 @@ struct ModelSpec {
   std::uint64_t triangles = 0, hash = 0;
 };
 
-/// Something that can be touched: a shape of a volume, or a model. Those of the anatomy come first, those of
-/// one volume together.
+/// Something in the scene: a shape of a volume, or a model. Of those that can be touched the anatomy's come
+/// first, those of one volume together.
 struct StructureSpec {
-  int volume = 0;  ///< 0: the anatomy, which alone is cut
-  int model = -1;  ///< then it is this model, and no volume's
+  bool is_touchable = true;
+  bool is_forbidden = false;  ///< a shape that must not be cut
+  int volume = 0;             ///< 0: the anatomy, which alone is cut
+  int model = -1;             ///< then it is this model, and no volume's
   volume::Shape shape;
   haptics::Material material;
   haptics::Side sides = haptics::Side::front;
@@ -68,13 +70,21 @@ struct SceneData {
   SceneData(std::shared_ptr<const volume::Volume> anatomy) : volumes{std::move(anatomy)} {}
 };
 
+/// What an engine starts from.
+struct OperationStart {
+  std::vector<HandStart> hands;
+  std::vector<std::shared_ptr<const Forbidden>> forbidden;
+};
 /// The one place that turns a spec into what a servo runs on: bits, smooth fields, offset fields, methods
 /// made ready. Error when the data is not the spec's, or a hand's method cannot touch such a scene.
-volume::Result<std::vector<HandStart>> build_scene(const SceneSpec& spec, const SceneData& data,
-                                                   const Catalogue& catalogue);
+volume::Result<OperationStart> build_scene(const SceneSpec& spec, const SceneData& data,
+                                           const Catalogue& catalogue);
 /// The effects as laws; null when there are none. Each is in the range of effects.
 std::shared_ptr<const haptics::LawSet> laws_of(const std::vector<std::string>& effects);
 
+/// The forbidden structures of a spec.
+volume::Result<std::vector<std::shared_ptr<const Forbidden>>> build_forbidden(const SceneSpec& spec,
+                                                                              const SceneData& data);
 /// The other way: what a running scene is. Hands share their items but for the tool. `hands`: their
 /// instruments and effects; method and radius are filled in.
 SceneSpec describe_scene(const haptics::TouchScene& scene, const haptics::ProxyMethod& method,

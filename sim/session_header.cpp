@@ -68,6 +68,8 @@ std::string encode(const SessionHeader& h) {
   };
   for (const StructureSpec& s : h.structures) {
     line("structure", s.shape.name);
+    unless("touchable", s.is_touchable, 1);
+    unless("forbidden", s.is_forbidden, 0);
     unless("of_volume", s.volume, 0);
     if (s.model >= 0) {
       number("of_model", s.model);
@@ -296,6 +298,10 @@ Result<SessionHeader> decode_header(std::string_view text) {
       is_good = false;
     } else if (double* place = place_of(*shape, key)) {
       if ((is_good = between(0, 1e6))) *place = number;
+    } else if (key == "touchable") {
+      if ((is_good = whole(0, 1))) shape->is_touchable = number == 1;
+    } else if (key == "forbidden") {
+      if ((is_good = whole(0, 1))) shape->is_forbidden = number == 1;
     } else if (key == "of_volume") {
       if ((is_good = whole(0, k_most_things))) shape->volume = static_cast<int>(number);
     } else if (key == "of_model") {
@@ -336,12 +342,12 @@ Result<SessionHeader> decode_header(std::string_view text) {
     return fail("", "a volume, at least one structure and one hand");
   std::size_t of_anatomy = 0;
   for (const StructureSpec& s : h.structures) {
-    of_anatomy += s.model < 0 && s.volume == 0;
+    of_anatomy += s.is_touchable && s.model < 0 && s.volume == 0;
     if (s.volume >= static_cast<int>(h.volumes.size()) || s.model >= static_cast<int>(h.models.size()))
       return fail("of_volume, of_model", "a volume or model that the header names");
   }
   if (of_anatomy == 0 || of_anatomy > haptics::TouchScene::k_max_shapes)
-    return fail("structures of the anatomy", "1 to 8");
+    return fail("structures of the anatomy that can be touched", "1 to 8");
   for (const StructureSpec& s : h.structures) {
     if (s.ramp && haptics::check_ramp(*s.ramp)) return fail("ramp", "a ramp of rising intensities");
     if (haptics::check_material(s.material) || (s.back_material && haptics::check_material(*s.back_material)))

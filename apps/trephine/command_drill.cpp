@@ -13,6 +13,54 @@ namespace trephine::app {
 using volume::Error;
 using volume::Result;
 
+namespace {
+
+/// How near the tool came to what must not be cut, and each time that it was inside; then the check failed.
+void tell_forbidden(const sim::Engine& engine, double dt, Outcome& outcome) {
+  if (engine.forbidden().empty()) return;
+  Json all = Json::array();
+  for (std::size_t s = 0; s < engine.forbidden().size(); ++s) {
+    const sim::ForbiddenWatch& watch = engine.watch(0, s);
+    const std::string& name = engine.forbidden()[s]->name();
+    Json visits = Json::array();
+    const sim::Chronicle& chronicle = engine.now().chronicle;
+    for (std::size_t i = 0; i < chronicle.size(); ++i) {
+      const auto* entered = chronicle[i].what.as<sim::ForbiddenEntered>();
+      const auto* left = chronicle[i].what.as<sim::ForbiddenLeft>();
+      const glm::dvec3& at = chronicle[i].place_world;
+      if (entered && entered->structure == name)
+        visits.push_back({{"at_seconds", static_cast<double>(chronicle[i].tick) * dt},
+                          {"place_world_mm", {at.x, at.y, at.z}},
+                          {"is_working", entered->is_working},
+                          {"deepest_mm", watch.deepest_now},
+                          {"is_left", false}});
+      if (left && left->structure == name) {
+        visits.back()["deepest_mm"] = left->deepest;
+        visits.back()["seconds"] = left->seconds;
+        visits.back()["is_left"] = true;
+      }
+    }
+    all.push_back({{"structure", name},
+                   {"nearest_mm", watch.nearest},
+                   {"seconds_inside", static_cast<double>(watch.ticks_inside) * dt},
+                   {"visits", visits}});
+    if (watch.entries == 0) {
+      outcome.text += watch.nearest < sim::Forbidden::k_reach
+                          ? format_text("%s: never nearer than %.1f mm\n", name.c_str(), watch.nearest)
+                          : format_text("%s: never within %.0f mm\n", name.c_str(), sim::Forbidden::k_reach);
+      continue;
+    }
+    outcome.text +=
+        format_text("%s was entered %lld time%s, %.2f mm deep at most, for %.2f s\n", name.c_str(),
+                    static_cast<long long>(watch.entries), watch.entries == 1 ? "" : "s", -watch.nearest,
+                    static_cast<double>(watch.ticks_inside) * dt);
+    outcome.exit_code = exit_check_failed;
+  }
+  outcome.json["forbidden"] = all;
+}
+
+}  // namespace
+
 Result<Outcome> run_drill(const DrillArguments& arguments) {
   if (volume::Status error = check_burr(arguments.burr_diameter)) return *error;
   if (volume::Status error = check_rate(arguments.rate)) return *error;
@@ -59,9 +107,16 @@ Result<Outcome> run_drill(const DrillArguments& arguments) {
   }
   haptics::ServoOptions servo;
   servo.rate_hz = arguments.rate;
-  auto recorder = start_recording(arguments.record, source, scene, method, servo, drilling::burr(burr));
+  auto forbidden = forbidden_of(source);
+  if (!forbidden) return forbidden.error();
+  auto recorder = start_recording(arguments.record, source, scene, method, servo, drilling::burr(burr), {},
+                                  forbidden.value().told);
   if (!recorder) return recorder.error();
-  sim::Lockstep run(scene, method, drilling::burr(burr), servo.force, arguments.rate, recorder.value().get());
+  sim::Lockstep run(sim::Engine({{haptics::ServoHand(haptics::borrowed(scene), haptics::borrowed(method),
+                                                     haptics::TouchState(nullptr)),
+                                  drilling::burr(burr)}},
+                                1 / arguments.rate, catalogue(), forbidden.value().watched),
+                    servo.force, arguments.rate, recorder.value().get());
 
   const std::vector<double> times = haptics::servo_times(path.value(), arguments.rate);
   std::vector<double> tick_us;
@@ -117,6 +172,7 @@ Result<Outcome> run_drill(const DrillArguments& arguments) {
   for (const auto& [name, mm3] : by_label.items())
     outcome.text += format_text("  %s %.2f mm3\n", name.c_str(), mm3.get<double>());
   outcome.text += "written to " + arguments.output + "\n";
+  tell_forbidden(run.engine(), 1 / arguments.rate, outcome);
   if (const haptics::ServoRecord& last = run.last_record(); last.has_contact) {
     const double held = glm::length(last.proxy_world - last.pose.position_world);
     const glm::ivec3 hand =

@@ -61,9 +61,12 @@ class Host {
       record.file = autosave_path();
     else if (!record.file.empty())
       record.file = format_text("%s-%d", record_.file.c_str(), ++opened_);
+    auto forbidden = forbidden_of(source_);
+    if (!forbidden) return forbidden.error();
+    opened.forbidden = forbidden.value().watched;
     if (!record.file.empty()) {
-      auto started =
-          start_recording(record, source_, scene, haptics::SubvoxelProxy(), {}, drilling::burr(burr));
+      auto started = start_recording(record, source_, scene, haptics::SubvoxelProxy(), {},
+                                     drilling::burr(burr), {}, forbidden.value().told);
       if (!started) return started.error();
       opened.recorder = std::move(started).value();
       opened.session_file = record.file;
@@ -125,8 +128,11 @@ Result<Outcome> run_view(const ViewArguments& arguments) {
   }
   if (options.is_offscreen && !record.file.empty())
     return Error{"without a window there is nothing to record", "--record", "", "a display", ""};
-  auto started =
-      start_recording(record, source, *scene, haptics::SubvoxelProxy(), {}, drilling::burr(options.burr));
+  auto forbidden = forbidden_of(source);
+  if (!forbidden) return forbidden.error();
+  options.forbidden = forbidden.value().watched;
+  auto started = start_recording(record, source, *scene, haptics::SubvoxelProxy(), {},
+                                 drilling::burr(options.burr), {}, forbidden.value().told);
   if (!started && !is_autosave) return started.error();
   if (!started) notice("note: the session is not saved: " + started.error().message());
   const std::unique_ptr<sim::SessionWriter> recorder = started ? std::move(started).value() : nullptr;

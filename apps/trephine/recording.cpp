@@ -26,6 +26,21 @@ const sim::Catalogue& catalogue() {
   return all;
 }
 
+Result<ForbiddenParts> forbidden_of(const Source& source) {
+  sim::SceneSpec spec;
+  if (source.plan)
+    for (const data_tools::CaseStructure& structure : source.plan->structures) {
+      if (!structure.is_forbidden) continue;
+      sim::StructureSpec& told = spec.structures.emplace_back();
+      told.shape = structure.shape;
+      told.is_touchable = false;
+      told.is_forbidden = true;
+    }
+  auto watched = sim::build_forbidden(spec, source.volume);
+  if (!watched) return watched.error();
+  return ForbiddenParts{std::move(spec.structures), std::move(watched).value()};
+}
+
 Status check_record(const RecordChoice& choice) {
   std::error_code error;
   if (choice.file.empty() || !fs::exists(choice.file, error)) return std::nullopt;
@@ -40,7 +55,8 @@ Result<std::unique_ptr<sim::SessionWriter>> start_recording(const RecordChoice& 
                                                             const haptics::ProxyMethod& method,
                                                             const haptics::ServoOptions& options,
                                                             const sim::Instrument& instrument,
-                                                            std::vector<std::string> effects) {
+                                                            std::vector<std::string> effects,
+                                                            std::vector<sim::StructureSpec> forbidden) {
   if (choice.file.empty()) {
     if (choice.is_embedding)
       return Error{"there is no session to embed the scan in", "--embed", "", "--record FILE too", ""};
@@ -49,6 +65,7 @@ Result<std::unique_ptr<sim::SessionWriter>> start_recording(const RecordChoice& 
   sim::HandSpec hand(instrument);
   hand.effects = std::move(effects);
   sim::SessionHeader header(sim::describe_scene(scene, method, options, {std::move(hand)}));
+  header.structures.insert(header.structures.end(), forbidden.begin(), forbidden.end());
   header.program =
       std::string("trephine ") + TREPHINE_VERSION + " (" + TREPHINE_COMMIT + ", " + TREPHINE_COMPILER + ")";
   header.case_name = source.case_name;
@@ -185,6 +202,11 @@ namespace {
 std::string words_of(const sim::Event& event) {
   if (const auto* fault = event.what.as<sim::FaultEvent>())
     return fault->is_cleared ? "faults cleared" : "fault: " + fault->names;
+  if (const auto* entered = event.what.as<sim::ForbiddenEntered>())
+    return "the tool came into " + entered->structure + (entered->is_working ? ", working" : "");
+  if (const auto* left = event.what.as<sim::ForbiddenLeft>())
+    return format_text("the tool left %s after %.2f s, %.2f mm deep at most", left->structure.c_str(),
+                       left->seconds, left->deepest);
   const std::string words = event.what.words();
   return std::string(event.what.name()) + (words.empty() ? "" : " " + words);
 }

@@ -22,13 +22,21 @@ struct RecordChoice {
 /// What this program can do beside touching.
 const sim::Catalogue& catalogue();
 
+/// What must not be cut of a case, as a session tells it and as an engine watches it.
+struct ForbiddenParts {
+  std::vector<sim::StructureSpec> told;
+  std::vector<std::shared_ptr<const sim::Forbidden>> watched;
+};
+volume::Result<ForbiddenParts> forbidden_of(const Source& source);
+
 /// What would keep it from being started, before any work is done for it.
 volume::Status check_record(const RecordChoice& choice);
 /// Starts the recording that is asked for; null without one.
 volume::Result<std::unique_ptr<sim::SessionWriter>> start_recording(
     const RecordChoice& choice, const Source& source, const haptics::TouchScene& scene,
     const haptics::ProxyMethod& method, const haptics::ServoOptions& options,
-    const sim::Instrument& instrument, std::vector<std::string> effects = {});
+    const sim::Instrument& instrument, std::vector<std::string> effects = {},
+    std::vector<sim::StructureSpec> forbidden = {});
 /// Ends it; a recording that ended early is said, and what was written is kept.
 volume::Status finish_recording(sim::SessionWriter* writer, const sim::Engine& engine, std::uint64_t dropped);
 

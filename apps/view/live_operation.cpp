@@ -14,7 +14,11 @@ constexpr std::size_t k_most_times = 1 << 20;  // frames whose time is kept: hou
 sim::Engine first_state(const haptics::TouchScene& scene, const haptics::ProxyMethod& method,
                         const WindowOptions& options) {
   if (options.start) return options.start->engine;
-  return sim::Engine(scene, method, drilling::burr(options.burr), 1 / options.rate_hz);
+  static const drilling::Drilling drilling;
+  return sim::Engine(
+      {{haptics::ServoHand(haptics::borrowed(scene), haptics::borrowed(method), haptics::TouchState(nullptr)),
+        drilling::burr(options.burr)}},
+      1 / options.rate_hz, sim::Catalogue({&drilling}), options.forbidden);
 }
 
 haptics::ServoOptions servo_options(const WindowOptions& options) {
@@ -90,7 +94,12 @@ void LiveOperation::set_burr_diameter(double mm) {
 
 std::string LiveOperation::fault_text() const {
   const std::uint32_t faults = state_.newest.faults & haptics::k_latched_faults;
-  if (faults == 0) return {};
+  if (faults == 0) {
+    for (std::size_t s = 0; s < state_.watches.size(); ++s)
+      if (state_.watches[s].is_inside)
+        return "The burr is in " + live_.engine().forbidden()[s]->name() + ": lift it.";
+    return {};
+  }
   std::string why;
   if (faults & haptics::fault_lost_device) why = "the device does not answer";
   if (faults & haptics::fault_not_finite) why = "the device sent no number";

@@ -298,6 +298,7 @@ void MainWindow::take_opened() {
   operation_.reset();
   recorder_ = std::move(o.recorder);
   options_.recorder = recorder_.get();
+  options_.forbidden = o.forbidden;
   options_.session_file = o.session_file;
   options_.start.reset();
   options_.title = o.title;

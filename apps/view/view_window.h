@@ -23,6 +23,7 @@ struct WindowStart {
 /// A scene that a person opened from within the window, with all that it needs while it lives.
 struct OpenedScene {
   std::shared_ptr<const haptics::TouchScene> scene;
+  std::vector<std::shared_ptr<const sim::Forbidden>> forbidden;
   std::string title;
   std::unique_ptr<sim::SessionWriter> recorder;
   std::string session_file;  ///< where the recorder writes; empty without
@@ -38,7 +39,8 @@ struct WindowHost {
 
 struct WindowOptions {
   drilling::Burr burr;
-  std::string method = haptics::k_default_method;  ///< a name that make_method() knows
+  std::vector<std::shared_ptr<const sim::Forbidden>> forbidden;  ///< what must not be cut
+  std::string method = haptics::k_default_method;                ///< a name that make_method() knows
   double rate_hz = 1000;
   haptics::ForceOptions force;
   std::optional<double> seconds;  ///< close by itself after so long

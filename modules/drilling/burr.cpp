@@ -99,6 +99,17 @@ void step(const Burr& burr, BurrState& state, const sim::InstrumentInput& input,
   if (input.tick.pose.is_pressed()) BurrTick(burr, state, input, work).drill();
 }
 
+/// The ball while it cuts; else it stands on what the hand holds: the surface, or, in the air, upright on the
+/// stylus.
+sim::ToolBall body(const Burr& burr, const BurrState& state, const sim::InstrumentInput& input) {
+  const haptics::ServoRecord& tick = input.tick;
+  if (state.has_centre) return {state.centre, burr.radius()};
+  if (burr.is_kinematic) return {tick.pose.position_world, burr.radius()};
+  if (burr.is_round) return {tick.proxy_world, burr.radius()};
+  const dvec3 up = tick.has_contact ? tick.normal_world : tick.pose.orientation * dvec3(0, 0, 1);
+  return {tick.proxy_world + burr.radius() * up, burr.radius()};
+}
+
 /// A smaller one would leave no hole in the session's lattice, and a ball must have room in what it cuts.
 volume::Status check(const Burr& burr, const haptics::TouchScene& scene) {
   if (burr.is_round && burr.radius() < scene.tool_radius)
@@ -144,10 +155,12 @@ double touch_radius(const Burr& burr, const volume::Volume& volume) noexcept {
   return std::max(0.5 * burr.radius(), burr.radius() - step);
 }
 
-sim::Instrument burr(const Burr& parameters) { return {sim::instrument_type<step, check>(), parameters}; }
+sim::Instrument burr(const Burr& parameters) {
+  return {sim::instrument_type<step, check, body>(), parameters};
+}
 
 std::span<const sim::InstrumentType* const> Drilling::instruments() const {
-  static const std::array all{&sim::instrument_type<step, check>()};
+  static const std::array all{&sim::instrument_type<step, check, body>()};
   return all;
 }
 

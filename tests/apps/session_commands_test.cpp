@@ -120,6 +120,28 @@ TEST_F(Command, ACaseIsASourceEverywhere) {
   EXPECT_GT(touch["max_force_n"], 0);
   EXPECT_EQ(touch["counters"]["shapes_with_bits"], 2);
   EXPECT_EQ(run("mesh my-case --label label-2 -o bone.stl").exit_code, 0);
+
+  // What must not be cut is watched: a burr that comes into it fails the check, and the session says when.
+  write("deep.csv", "t,x,y,z\n0,0,-10,110\n1,0,-10,95\n4,0,-10,60\n5,0,-10,110\n");
+  write("air.csv", "t,x,y,z\n0,0,-10,110\n1,0,-10,105\n");
+  const Ended entered =
+      run("drill my-case --kinematic --burr-diameter 6 --path deep.csv -o o.mha --record "
+          "g.session --json");
+  EXPECT_EQ(entered.exit_code, 1);
+  const Json dura = Json::parse(entered.out)["forbidden"][0];
+  EXPECT_EQ(dura["structure"], "dura");
+  ASSERT_EQ(dura["visits"].size(), 1u);
+  EXPECT_NEAR(dura["visits"][0]["at_seconds"].get<double>(), 3.74, 0.1);
+  EXPECT_NEAR(dura["visits"][0]["place_world_mm"][2].get<double>(), 63, 2);
+  EXPECT_GT(dura["visits"][0]["deepest_mm"].get<double>(), 0.3);
+  EXPECT_TRUE(dura["visits"][0]["is_left"].get<bool>());
+  const Json events = json("info g.session")["events"];
+  ASSERT_EQ(events.size(), 2u);
+  EXPECT_EQ(events[0]["text"], "the tool came into dura, working");
+  EXPECT_TRUE(json("replay g.session --case my-case --verify")["is_same"].get<bool>());
+  const Ended away = run("drill my-case --burr-diameter 6 --path air.csv -o o.mha --json");
+  EXPECT_EQ(away.exit_code, 0);
+  EXPECT_EQ(Json::parse(away.out)["forbidden"][0]["nearest_mm"], 20);
   EXPECT_EQ(run("view my-case --screenshot v.png").exit_code, 0);
 
   // What is wrong with a case is said by line.

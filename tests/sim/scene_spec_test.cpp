@@ -108,15 +108,15 @@ TEST(SceneSpec, ASessionOfEverythingReplaysToTheBitFromItsFileAlone) {
     const SceneSpec spec = crowded_spec(scene);
     auto hands = build_scene(spec, data_of(scene), drilling_catalogue());
     ASSERT_TRUE(hands.is_ok()) << hands.error().message();
-    EXPECT_EQ(hands.value()[0].feels.scene->tool_radius, 0);
-    EXPECT_EQ(hands.value()[1].feels.scene->tool_radius, 0.8);
+    EXPECT_EQ(hands.value().hands[0].feels.scene->tool_radius, 0);
+    EXPECT_EQ(hands.value().hands[1].feels.scene->tool_radius, 0.8);
     WriterOptions options;
     options.is_embedding = true;
     haptics::ServoOptions servo;
-    auto writer = SessionWriter::create(path, SessionHeader(describe_scene(hands.value(), servo)),
+    auto writer = SessionWriter::create(path, SessionHeader(describe_scene(hands.value().hands, servo)),
                                         data_of(scene), drilling_catalogue(), options);
     ASSERT_TRUE(writer.is_ok()) << writer.error().message();
-    Lockstep run(Engine(std::move(hands).value(), 1e-3, drilling_catalogue()), {}, 1000,
+    Lockstep run(Engine(std::move(hands.value().hands), 1e-3, drilling_catalogue()), {}, 1000,
                  writer.value().get());
     const haptics::PosePath wish = drilling_wish(20);
     long contacts[2] = {}, on_models = 0, on_ball = 0;

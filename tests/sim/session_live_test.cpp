@@ -178,11 +178,14 @@ void step_slowly(const SlowBurr& slow, drilling::BurrState& state, const Instrum
   drilling::burr(slow.burr).type->step(&slow.burr, &state, input, work);
 }
 volume::Status check_slow(const SlowBurr&, const haptics::TouchScene&) { return std::nullopt; }
+ToolBall slow_body(const SlowBurr&, const drilling::BurrState& state, const InstrumentInput&) {
+  return {state.centre, 0};
+}
 class SlowDrilling final : public Module {
  public:
   std::string_view name() const noexcept override { return "slow drilling"; }
   std::span<const InstrumentType* const> instruments() const override {
-    static const std::array all{&instrument_type<step_slowly, check_slow>()};
+    static const std::array all{&instrument_type<step_slowly, check_slow, slow_body>()};
     return all;
   }
 };
@@ -196,7 +199,8 @@ TEST(Session, AFullRingAndSlowEditsFadeTheForceAndReplay) {
     Bench bench;
     const SlowDrilling module;
     const Catalogue catalogue({&module});
-    const Instrument slow(instrument_type<step_slowly, check_slow>(), SlowBurr{is_full ? 300.0 : 700.0});
+    const Instrument slow(instrument_type<step_slowly, check_slow, slow_body>(),
+                          SlowBurr{is_full ? 300.0 : 700.0});
     SessionHeader header = bench.header();
     header.hands = {HandSpec(slow)};
     auto writer = SessionWriter::create(path, header, bench.scene.base, catalogue).value();

@@ -1,0 +1,71 @@
+// What must not be cut: how far a tool's body is from it at every tick, and what happened when it was not.
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "haptics/mesh/mesh_tree.h"
+#include "sim/value.h"
+#include "volume/field.h"
+#include "volume/occupancy.h"
+
+namespace trephine::sim {
+
+/// A tool's body: a ball, world frame.
+struct ToolBall {
+  glm::dvec3 centre{0.0};
+  double radius = 0;  ///< mm
+};
+
+/// A structure that must not be cut, as it was before anything was. Immutable. Distances to its surface as it
+/// is drawn, which lies within half a voxel of where the structure ends; by what side of it a point is on,
+/// its samples decide.
+class Forbidden {
+ public:
+  /// `volume` is kept. Error when the structure is empty.
+  static volume::Result<std::shared_ptr<const Forbidden>> build(std::shared_ptr<const volume::Volume> volume,
+                                                                const volume::Shape& shape, int threads = 0);
+  const std::string& name() const noexcept { return field_.shape().name; }
+  /// Beyond this nothing is told apart, mm.
+  static constexpr double k_reach = 20;
+  /// mm from the ball to the structure, at most k_reach; negative: so deep is it inside. `expected`: about
+  /// how much it will be; any guess gives the same answer, a good one sooner.
+  double clearance(const ToolBall& ball, double expected = k_reach) const noexcept;
+  /// The least while the ball goes straight from `from` to its place, by places half a voxel apart.
+  double clearance(const glm::dvec3& from, const ToolBall& ball, double expected = k_reach) const noexcept;
+
+ private:
+  Forbidden(std::shared_ptr<const volume::Volume> volume, const volume::Shape& shape);
+  double distance(const glm::dvec3& p, double reach) const noexcept;
+
+  std::shared_ptr<const volume::Volume> volume_;
+  volume::Field field_;
+  haptics::MeshTree surface_;  ///< world frame
+  double step_mm_;
+};
+
+/// The tool's body came into a forbidden structure.
+struct ForbiddenEntered {
+  std::string structure;
+  bool is_working = false;  ///< with its button down
+  static const Schema& schema();
+};
+/// It left it again.
+struct ForbiddenLeft {
+  std::string structure;
+  double deepest = 0;  ///< mm
+  double seconds = 0;  ///< that it was inside
+  static const Schema& schema();
+};
+
+/// Of one hand and one structure, since the start; what undo takes back does not make it undone.
+struct ForbiddenWatch {
+  bool is_inside = false;
+  double clearance = Forbidden::k_reach;  ///< mm, in the newest tick
+  double nearest = Forbidden::k_reach;    ///< mm, ever; negative: so deep
+  double deepest_now = 0;                 ///< mm, of the visit that goes on
+  std::int64_t entries = 0, ticks_inside = 0, entered_tick = 0;
+  static const Schema& schema();
+};
+
+}  // namespace trephine::sim

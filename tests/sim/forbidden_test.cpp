@@ -1,0 +1,189 @@
+#include "sim/forbidden.h"
+
+#include <random>
+
+#include "tests/sim/session_fixture.h"
+
+namespace trephine::sim {
+namespace {
+
+// To a ball of known radius, from outside and within, in every frame, slice and kind of shape.
+TEST(Forbidden, TheDistanceIsRightToHalfAVoxel) {
+  for (const scenes::Scan& scan : scenes::k_scans) {
+    SCOPED_TRACE(scan.name());
+    const haptics::TouchScene scene = scenes::scan_scene(scan, false);
+    const auto forbidden = Forbidden::build(scene.base, scene.items[0].field.shape());
+    ASSERT_TRUE(forbidden.is_ok()) << forbidden.error().message();
+    const dvec3& spacing = scene.base->frame.spacing();
+    const double half = 0.5 * std::max({spacing.x, spacing.y, spacing.z});
+    std::mt19937 random(5);
+    std::uniform_real_distribution<double> share(-1, 1);
+    double worst = 0;
+    int inside = 0, compared = 0;
+    for (int i = 0; i < 400; ++i) {
+      const double x = share(random), y = share(random), z = share(random);
+      const double r = 4 * std::abs(share(random)) * scan.unit, away = 19 * share(random);
+      const dvec3 p =
+          glm::normalize(dvec3(x, y, z)) * (45 * scan.unit + (scan.unit > 1 ? away : away * scan.unit));
+      const double exact = glm::length(p) - 45 * scan.unit;
+      const double found = forbidden.value()->clearance({p, r}, share(random) * 20) + r;
+      inside += found < 0;
+      if (std::abs(exact) > Forbidden::k_reach) continue;  // where nothing is told apart
+      worst = std::max(worst, std::abs(found - exact));
+      ++compared;
+    }
+    EXPECT_LT(worst, half);
+    EXPECT_GT(inside, 100);
+    EXPECT_GT(compared, 350);
+    std::printf("%s: %.3f of %.3f\n", scan.name().c_str(), worst, half);
+  }
+}
+
+/// The plate, and under its face a forbidden layer: what is denser than `from`.
+struct Guarded {
+  haptics::TouchScene scene;
+  std::unique_ptr<haptics::ProxyMethod> method = haptics::make_method("subvoxel").value();
+  std::shared_ptr<const Forbidden> forbidden;
+  static constexpr double k_bottom = -4;  // mm: below this everything is forbidden
+  Guarded() {
+    data_tools::PhantomOptions o;
+    o.size = glm::ivec3(48);
+    o.spacing_mm = dvec3(0.5);
+    o.psf_sigma_voxels = 1;
+    o.parameters = {{"angle", 0}};
+    scene = scenes::phantom_scene("plane", o);
+    auto marked = std::make_shared<volume::Volume>(
+        volume::make_volume(scene.base->size, scene.base->frame, true).value());
+    std::copy(scene.base->voxels.span().begin(), scene.base->voxels.span().end(), marked->voxels.data());
+    marked->label_names = {"nothing", "dura"};
+    for (int z = 0; z < 48; ++z)
+      for (int y = 0; y < 48; ++y)
+        for (int x = 0; x < 48; ++x)
+          marked->labels[marked->index(x, y, z)] = marked->frame.world_from_volume({x, y, z}).z < k_bottom;
+    volume::Shape dura;
+    dura.label = 1;
+    dura.name = "dura";
+    forbidden = Forbidden::build(marked, dura).value();
+    EXPECT_FALSE(method->prepare(scene));
+  }
+  Engine engine(const drilling::Burr& burr, bool is_watched = true) const {
+    return Engine({{haptics::ServoHand(haptics::borrowed(scene), haptics::borrowed(*method),
+                                       haptics::TouchState(nullptr)),
+                    drilling::burr(burr)}},
+                  1e-3, drilling_catalogue(),
+                  is_watched ? std::vector{forbidden} : std::vector<std::shared_ptr<const Forbidden>>{});
+  }
+};
+
+std::vector<const Event*> of_dura(const Engine& engine) {
+  std::vector<const Event*> found;
+  for (std::size_t i = 0; i < engine.now().chronicle.size(); ++i) found.push_back(&engine.now().chronicle[i]);
+  return found;
+}
+
+// A burr that is driven down into it and up again: when, where and how deep.
+TEST(Forbidden, EntriesAreToldWithDepthTimeAndPlace) {
+  const Guarded guarded;
+  Lockstep run(guarded.engine({3, 1e4, 400, true}), {}, 1000);
+  const auto z_at = [](int tick) { return tick < 1000 ? 5 - 0.009 * tick : -4 + 0.009 * (tick - 1000); };
+  double nearest = 1e9;
+  int first = -1, last = -1;
+  for (int i = 0; i < 2000; ++i) {
+    const double z = z_at(i), exact = z - 1.5 - Guarded::k_bottom;
+    run.step({{0.3, -0.2, z}, {1, 0, 0, 0}, true});
+    ASSERT_NEAR(run.engine().watch(0, 0).clearance, exact, 0.25) << i;
+    nearest = std::min(nearest, exact);
+    if (exact < 0) {
+      if (first < 0) first = i;
+      last = i;
+    }
+  }
+  const auto events = of_dura(run.engine());
+  ASSERT_EQ(events.size(), 2u);
+  const auto* entered = events[0]->what.as<ForbiddenEntered>();
+  const auto* left = events[1]->what.as<ForbiddenLeft>();
+  ASSERT_TRUE(entered && left);
+  EXPECT_EQ(entered->structure, "dura");
+  EXPECT_TRUE(entered->is_working);
+  EXPECT_NEAR(static_cast<double>(events[0]->tick), first, 30);  // a quarter of a mm
+  EXPECT_NEAR(events[0]->place_world.z, Guarded::k_bottom + 1.5, 0.26);
+  EXPECT_NEAR(left->deepest, -nearest, 0.25);
+  EXPECT_NEAR(left->seconds, 1e-3 * (last - first), 0.06);
+  // Nothing of it is taken back.
+  run.undo();
+  EXPECT_EQ(run.engine().now().chronicle.size(), 2u);
+  EXPECT_EQ(run.engine().watch(0, 0).entries, 1);
+}
+
+// In one tick through a sheet and beyond: the way between two ticks counts.
+TEST(Forbidden, AJumpThroughASheetIsNoticed) {
+  Guarded guarded;
+  auto sheet = std::make_shared<volume::Volume>(
+      volume::make_volume(guarded.scene.base->size, guarded.scene.base->frame, true).value());
+  sheet->label_names = {"nothing", "nerve"};
+  std::fill(sheet->voxels.span().begin(), sheet->voxels.span().end(), std::int16_t{0});
+  std::fill(sheet->labels.span().begin(), sheet->labels.span().end(), std::uint8_t{0});
+  for (int y = 0; y < 48; ++y)
+    for (int x = 0; x < 48; ++x) sheet->labels[sheet->index(x, y, 24)] = 1;
+  volume::Shape nerve;
+  nerve.label = 1;
+  nerve.name = "nerve";
+  guarded.forbidden = Forbidden::build(sheet, nerve).value();
+  Lockstep run(guarded.engine({1, 1e4, 1e4, true}), {}, 1000);
+  run.step({{0, 0, 6}, {1, 0, 0, 0}, true});
+  EXPECT_GT(run.engine().watch(0, 0).clearance, 4);
+  run.step({{0, 0, -6}, {1, 0, 0, 0}, true});
+  EXPECT_EQ(run.engine().watch(0, 0).entries, 1);
+  run.step({{0, 0, -6}, {1, 0, 0, 0}, true});
+  EXPECT_EQ(run.engine().now().chronicle.size(), 2u);
+}
+
+TEST(Forbidden, SessionsHoldItAndASceneWithoutPaysNothing) {
+  const Guarded guarded;
+  const Engine without = guarded.engine({3}, false);
+  EXPECT_TRUE(without.now().watches.empty());
+  EXPECT_TRUE(without.forbidden().empty());
+
+  // Through a session: the structure is one of its scan.
+  const Folder folder;
+  const std::string path = folder.file("guarded.session");
+  haptics::TouchScene scene = small_bone();
+  StructureSpec told;
+  told.shape.low = 900;
+  told.shape.name = "dense";
+  told.is_touchable = false;
+  told.is_forbidden = true;
+  const auto method = haptics::make_method("subvoxel").value();
+  ASSERT_FALSE(method->prepare(scene));
+  SessionHeader header(describe_scene(scene, *method, {}, burr_spec()));
+  header.structures.push_back(told);
+  std::uint64_t state = 0, events = 0;
+  {
+    auto start = build_scene(header, data_of(scene), drilling_catalogue());
+    ASSERT_TRUE(start.is_ok()) << start.error().message();
+    ASSERT_EQ(start.value().forbidden.size(), 1u);
+    EXPECT_EQ(start.value().hands[0].feels.scene->items.size(), 1u);
+    auto writer = SessionWriter::create(path, header, data_of(scene), drilling_catalogue()).value();
+    Lockstep run(Engine(std::move(start.value().hands), 1e-3, drilling_catalogue(),
+                        std::move(start.value().forbidden)),
+                 {}, 1000, writer.get());
+    const haptics::PosePath wish = drilling_wish(10);
+    for (int i = 0; i < 1500; ++i) run.step(wish.at(1e-3 * i));
+    EXPECT_FALSE(writer->finish(run.engine(), 0));
+    state = run.engine().now().hash();
+    events = run.engine().now().chronicle.size();
+  }
+  EXPECT_GT(events, 0u);
+  const Verdict v = replay(path, scene.base);
+  expect_same(v);
+  EXPECT_EQ(v.state, state);
+  EXPECT_EQ(v.counts.events, events);
+  // An empty structure is refused by name.
+  header.structures.back().shape.low = 32000;
+  const auto empty = build_scene(header, data_of(scene), drilling_catalogue());
+  ASSERT_FALSE(empty.is_ok());
+  EXPECT_EQ(empty.error().where, "dense");
+}
+
+}  // namespace
+}  // namespace trephine::sim
