@@ -54,6 +54,7 @@ volume::Result<std::shared_ptr<const haptics::LawSet>> laws_after(const haptics:
     auto made = haptics::law_of(effect.value(), wish.effect.value);
     if (!made) return made.error();
     law = std::move(made).value();
+    law->words = wish.words;
   }
   return with_law(hand.laws.get(), wish.effect.value, std::move(law));
 }

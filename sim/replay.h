@@ -43,8 +43,13 @@ class Replay {
   /// What the method did in that tick, and what it saw.
   const haptics::ProxyStep& proxy_step() const noexcept { return state_->cores[record_.hand].last_step(); }
   std::shared_ptr<const haptics::TouchState> seen() const noexcept {
+    const auto hand = felt();
+    return {hand, &hand->state};
+  }
+  /// All that its hand felt.
+  std::shared_ptr<const haptics::ServoHand> felt() const noexcept {
     const auto& scene = state_->seen.front();
-    return {scene, &scene->hands[record_.hand].state};
+    return {scene, &scene->hands[record_.hand]};
   }
   const Engine& engine() const noexcept { return state_->engine; }
   Engine& engine() noexcept { return state_->engine; }

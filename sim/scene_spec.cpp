@@ -159,7 +159,9 @@ std::shared_ptr<const haptics::LawSet> laws_of(const std::vector<std::string>& e
   auto laws = std::make_shared<haptics::LawSet>();
   for (const std::string& words : effects) {
     const auto id = static_cast<std::uint32_t>(laws->laws().size());
-    laws->add(haptics::law_of(haptics::parse_effect(words).value(), id).value());
+    haptics::ServoLaw law = haptics::law_of(haptics::parse_effect(words).value(), id).value();
+    law.words = words;
+    laws->add(std::move(law));
   }
   return laws;
 }

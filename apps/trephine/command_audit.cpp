@@ -1,6 +1,7 @@
 // audit.
 #include <algorithm>
 #include <array>
+#include <deque>
 #include <glm/geometric.hpp>
 #include <optional>
 
@@ -9,9 +10,11 @@
 #include "apps/trephine/text.h"
 #include "data-tools/atomic_file.h"
 #include "haptics/force/effects.h"
+#include "haptics/mesh/mesh_tree.h"
 #include "haptics/proxy/methods.h"
 #include "tests/checker/ball_judge.h"
 #include "tests/checker/force_judge.h"
+#include "tests/checker/mesh_judge.h"
 #include "tests/checker/traversal_audit.h"
 #include "tests/scenes/promise.h"
 
@@ -31,12 +34,13 @@ const haptics::Material& touched_material(const haptics::TouchScene& scene, cons
 double stiffness_there(const haptics::TouchScene& scene, const haptics::ServoRecord& r) {
   const haptics::TouchItem& shape = scene.items[static_cast<std::size_t>(r.shape)];
   const double soft = touched_material(scene, r).stiffness;
-  if (!shape.ramp) return soft;
-  const glm::dvec3& spacing = scene.base->frame.spacing();
+  if (!shape.ramp || shape.is_mesh()) return soft;
+  const volume::Volume& of = shape.field.volume();
+  const glm::dvec3& spacing = of.frame.spacing();
   const double voxel = std::min({spacing.x, spacing.y, spacing.z});
   const double under = r.side == haptics::Side::back ? voxel : -(scene.tool_radius + voxel);
-  const auto intensity = checker::intensity_at(
-      *scene.base, scene.base->frame.volume_from_world(r.proxy_world + under * r.normal_world));
+  const auto intensity =
+      checker::intensity_at(of, of.frame.volume_from_world(r.proxy_world + under * r.normal_world));
   if (!intensity) return soft;
   const haptics::StiffnessRamp& ramp = *shape.ramp;
   if (*intensity <= ramp.intensity) return soft;
@@ -120,26 +124,133 @@ class Ball {
   double deepest_ = 0;
 };
 
-/// Why there is no judge yet for what the session's hands feel; nothing when there is.
-volume::Status why_not_judged(const sim::SessionHeader& header) {
-  const auto no_judge = [](const char* found, const char* expected) {
-    return Error{"there is no judge for this session yet", "", found, expected,
-                 "trephine replay --verify compares its bits"};
-  };
-  for (const sim::StructureSpec& s : header.structures) {
-    if (s.model >= 0) return no_judge("models", "shapes of one scan");
-    if (s.volume > 0) return no_judge("several scans", "shapes of one scan");
+/// What stops one hand, read from samples and triangles with the judges' own code: shapes of the anatomy as
+/// a tick saw them, of other scans, and models where they are.
+class FeltSolids {
+ public:
+  /// True when it is another solid than before.
+  bool see(const std::shared_ptr<const haptics::ServoHand>& felt) {
+    const bool is_other_scene = !felt_ || felt_->scene != felt->scene;
+    const bool is_cut = is_other_scene || felt_->state.version != felt->state.version ||
+                        felt_->state.offsets != felt->state.offsets;
+    const bool has_moved = is_other_scene || felt_->placement_count != felt->placement_count ||
+                           felt_->placements != felt->placements;
+    const bool is_switched = is_other_scene || !(felt_->untouchable == felt->untouchable);
+    felt_ = felt;
+    const haptics::TouchScene& scene = *felt->scene;
+    if (is_other_scene) see_scene(scene);
+    if (is_cut) {
+      cut_.clear();
+      const auto state = std::shared_ptr<const haptics::TouchState>(felt, &felt->state);
+      for (std::size_t s = 0; s < base_shapes(scene).size(); ++s)
+        cut_.emplace_back(method(), scene, state, s);
+    }
+    return is_cut || has_moved || is_switched;
   }
-  for (const sim::HandSpec& hand : header.hands)
-    if (hand.method != header.hands[0].method || hand.tool_radius != header.hands[0].tool_radius)
-      return no_judge("hands of several tools or methods", "one for all hands");
-  return std::nullopt;
-}
+  const haptics::MethodInfo& method() const { return *haptics::find_method(felt_->method->name()); }
+  /// Does the way meet what holds this hand from its front? Volume frame of the anatomy. `popped`: an item
+  /// that gave way. `is_still`: models that move are left out.
+  bool meets(const glm::dvec3& a, const glm::dvec3& b, int popped, bool is_still = false) const {
+    const haptics::TouchScene& scene = *felt_->scene;
+    const auto holds = [&](std::size_t item) {
+      return haptics::holds(scene.items[item].sides, haptics::Side::front) &&
+             !felt_->untouchable.contains(static_cast<int>(item)) && popped != static_cast<int>(item);
+    };
+    for (std::size_t s = 0; s < cut_.size(); ++s)
+      if (holds(s) && cut_[s].meets(a, b)) return true;
+    const glm::dvec3 from = scene.base->frame.world_from_volume(a),
+                     to = scene.base->frame.world_from_volume(b);
+    for (const Whole& whole : whole_) {
+      const volume::Frame& frame = whole.volume->frame;
+      if (holds(whole.item) && whole.solid.meets(frame.volume_from_world(from), frame.volume_from_world(to)))
+        return true;
+    }
+    for (const Model& model : models_) {
+      const haptics::TouchItem& item = scene.items[model.item];
+      if (!holds(model.item) || (is_still && item.mover >= 0)) continue;
+      const haptics::Placement at = placement(item);
+      const glm::dvec3 p = at.local_from_world(from), q = at.local_from_world(to);
+      if (a == b ? is_in(model, p, scene.tool_radius) : model.wall.is_entered(p, q)) return true;
+    }
+    return false;
+  }
+  bool has_movers() const {
+    return std::any_of(models_.begin(), models_.end(),
+                       [&](const Model& m) { return felt_->scene->items[m.item].mover >= 0; });
+  }
+  haptics::Placement placement(const haptics::TouchItem& item) const {
+    const auto mover = static_cast<std::size_t>(item.mover);
+    return item.mover >= 0 && mover < felt_->placement_count ? felt_->placements[mover] : item.placement;
+  }
+
+ private:
+  struct Whole {
+    std::size_t item;
+    std::shared_ptr<const volume::Volume> volume;
+    scenes::Promise solid;
+  };
+  struct Model {
+    std::size_t item;
+    checker::MeshWall wall;
+    glm::dvec3 low, high;
+  };
+  /// The middle, or, of a ball, a place just within its surface.
+  static bool is_in(const Model& model, const glm::dvec3& p, double radius) {
+    for (int a = 0; a < 3; ++a)
+      if (p[a] < model.low[a] - radius || p[a] > model.high[a] + radius) return false;
+    if (model.wall.is_inside(p)) return true;
+    constexpr int k_places = 300;
+    for (int i = 0; radius > 0 && i < k_places; ++i) {  // evenly, on a spiral
+      const double z = 1 - (2 * i + 1.0) / k_places, turn = 2.399963229728653 * i,
+                   flat = std::sqrt(1 - z * z);
+      if (model.wall.is_inside(p +
+                               0.999 * radius * glm::dvec3(flat * std::cos(turn), flat * std::sin(turn), z)))
+        return true;
+    }
+    return false;
+  }
+  void see_scene(const haptics::TouchScene& scene) {
+    whole_.clear();
+    models_.clear();
+    for (std::size_t i = base_shapes(scene).size(); i < scene.items.size(); ++i) {
+      const haptics::TouchItem& item = scene.items[i];
+      if (!item.is_mesh()) {
+        haptics::TouchScene alone;
+        for (const auto& other : scene.others)
+          if (other.get() == &item.field.volume()) alone.base = other;
+        alone.items = {item};
+        alone.tool_radius = scene.tool_radius;
+        whole_.push_back({i, alone.base, scenes::Promise(method(), alone)});
+        continue;
+      }
+      const glm::dvec3 size = item.tree->high() - item.tree->low();
+      models_.push_back({i,
+                         checker::MeshWall(item.tree->vertices(), item.tree->triangles(),
+                                           std::max({size.x, size.y, size.z, 1e-3}) / 32),
+                         item.tree->low(), item.tree->high()});
+    }
+  }
+
+  std::shared_ptr<const haptics::ServoHand> felt_;
+  std::vector<scenes::Promise> cut_;  ///< of the anatomy's shapes
+  std::vector<Whole> whole_;
+  std::vector<Model> models_;
+};
 
 /// One hand's judges, and what gave way under it.
 struct Hand {
+  explicit Hand(const checker::ForceLaw& law)
+      : falls([this](const glm::dvec3& a, const glm::dvec3& b) { return solids.meets(a, b, popped_shape); }),
+        force(law) {}
+  Hand(const Hand&) = delete;
+  Hand& operator=(const Hand&) = delete;
+
+  FeltSolids solids;
   checker::FallThroughJudge falls;
   checker::ForceJudge force;
+  std::optional<Ball> ball;  ///< where it has a radius, by a method that touches the smooth solid
+  std::shared_ptr<const haptics::TouchScene> scene;
+  std::shared_ptr<const haptics::LawSet> laws;
   int popped_shape = -1;
   double rearm = 0;
   glm::dvec3 popped_at{0.0};
@@ -175,46 +286,54 @@ Result<Outcome> audit_session(const AuditArguments& arguments) {
     return *why;
   }
   const sim::SessionHeader& header = session.reader->header();
-  const haptics::TouchScene& scene = session.scene();
   using Solid = haptics::MethodInfo::Solid;
-  const Solid promised = haptics::find_method(header.hands[0].method)->solid;
+  for (const sim::HandSpec& hand : header.hands)
+    if (const Solid promised = haptics::find_method(hand.method)->solid;
+        promised != Solid::smooth && promised != Solid::cubes)
+      return Error{"there is no judge for the session's proxy method",
+                   data_tools::file_name(arguments.session), hand.method,
+                   "a method that touches the smooth solid or voxels",
+                   "trephine replay --verify compares its bits"};
 
-  if (promised != Solid::smooth && promised != Solid::cubes)
-    return Error{"there is no judge for the session's proxy method", data_tools::file_name(arguments.session),
-                 header.hands[0].method, "a method that touches the smooth solid or voxels",
-                 "trephine replay --verify compares its bits"};
-
-  if (volume::Status why = why_not_judged(header)) {
-    why->where = data_tools::file_name(arguments.session);
-    return *why;
-  }
-
-  // What is solid is the version that the tick saw, less what a hand was let through.
-  std::shared_ptr<const haptics::TouchState> seen;
-  std::vector<scenes::Promise> solids;
-  Hand* at_work = nullptr;
-  const auto meets = [&](const glm::dvec3& a, const glm::dvec3& b) {
-    for (std::size_t s = 0; s < base_shapes(scene).size(); ++s)
-      if (haptics::holds(scene.items[s].sides, haptics::Side::front) &&
-          at_work->popped_shape != static_cast<int>(s) && solids[s].meets(a, b))
-        return true;
-    return false;
-  };
   checker::ForceLaw law;
   law.dt = 1 / header.rate_hz;
   law.alpha = header.force.smoothing_alpha, law.limit = header.force.force_limit;
   law.slew = header.force.slew_limit, law.fade_seconds = header.force.fade_seconds;
   law.is_passive = header.force.is_passive, law.delay_ticks = header.force.delay_ticks;
   law.device_damping = header.force.device_damping;
-  std::vector<Hand> judges;
-  for (const sim::HandSpec& hand : header.hands) {
-    law.effects.clear();
-    for (const std::string& words : hand.effects) law.effects.push_back(law_of(words));
-    judges.push_back({checker::FallThroughJudge(meets), checker::ForceJudge(law)});
-  }
-  std::optional<Ball> ball;
-  // Methods on cubes promise no more than these, and a ball of a voxel may lie in the corner of one.
-  if (scene.tool_radius > 0 && promised == Solid::smooth) ball.emplace(scene);
+  std::deque<Hand> judges;
+  for (std::size_t h = 0; h < header.hands.size(); ++h) judges.emplace_back(law);
+  long balls = 0, sunk = 0;
+  double deepest = 0, allowed = 0;
+  const auto take_ball = [&](Hand& hand) {  // what its judge found
+    if (!hand.ball) return;
+    balls += hand.ball->judged(), sunk += hand.ball->sunk();
+    deepest = std::max(deepest, hand.ball->deepest_mm());
+    allowed = std::max(allowed, hand.ball->allowed_mm());
+    hand.ball.reset();
+  };
+  const auto see = [&](Hand& hand, const std::shared_ptr<const haptics::ServoHand>& felt) {
+    if (hand.scene != felt->scene) {
+      take_ball(hand);
+      hand.scene = felt->scene;
+      // Methods on cubes promise no more than these, and a ball of a voxel may lie in the corner of one.
+      if (hand.scene->tool_radius > 0 && haptics::find_method(felt->method->name())->solid == Solid::smooth)
+        hand.ball.emplace(*hand.scene);
+    }
+    if (hand.laws != felt->laws) {
+      hand.laws = felt->laws;
+      std::vector<checker::EffectLaw> laws;
+      if (hand.laws)
+        for (const haptics::ServoLaw& one : hand.laws->laws()) {
+          laws.push_back(law_of(one.words));
+          laws.back().id = one.id;
+        }
+      hand.force.set_effects(std::move(laws));
+    }
+    if (!hand.solids.see(felt)) return;
+    hand.falls.solid_changed();
+    if (hand.ball) hand.ball->set_version(felt->state.version);
+  };
 
   ProgressLine progress("auditing");
   const std::uint64_t all = std::max<std::uint64_t>(1, session.reader->tick_count());
@@ -222,7 +341,10 @@ Result<Outcome> audit_session(const AuditArguments& arguments) {
   long led = 0;
   std::optional<std::string> to_plant;
   if (!arguments.plant.empty()) to_plant = arguments.plant;
-  if (to_plant == "ball" && !ball)
+  if (to_plant == "ball" &&
+      std::none_of(header.hands.begin(), header.hands.end(), [](const sim::HandSpec& hand) {
+        return hand.tool_radius > 0 && haptics::find_method(hand.method)->solid == Solid::smooth;
+      }))
     return Error{"this fault needs a round tip", "--plant", *to_plant,
                  "a session of --round or --radius by a method that touches the smooth solid",
                  "plant another"};
@@ -233,24 +355,15 @@ Result<Outcome> audit_session(const AuditArguments& arguments) {
     if (!stepped) return stepped.error();
     if (!stepped.value()) break;
     const haptics::ServoRecord& r = replay.record();
-    if (!replay.engine().now().settings.told.empty())
-      return Error{"there is no judge for this session yet", data_tools::file_name(arguments.session),
-                   "switches, places, effects or tools that were changed midway", "what a session began with",
-                   "trephine replay --verify compares its bits"};
-    if (replay.seen() != seen) {
-      seen = replay.seen();
-      for (Hand& hand : judges) hand.falls.solid_changed();
-      solids.clear();
-      for (std::size_t shape = 0; shape < base_shapes(scene).size(); ++shape)
-        solids.emplace_back(*haptics::find_method(header.hands[0].method), scene, seen, shape);
-      if (ball) ball->set_version(seen->version);
-    }
+    Hand& hand = judges[r.hand];
+    see(hand, replay.felt());
+    const haptics::TouchScene& scene = *hand.scene;
     const bool is_fresh = replay.counts().resumes != resumes;
     if (is_fresh || replay.counts().dropped != dropped)
-      for (Hand& hand : judges) {
-        hand.force.restart(is_fresh);
-        hand.falls.restart();
-        if (is_fresh) hand.popped_shape = -1;
+      for (Hand& each : judges) {
+        each.force.restart(is_fresh);
+        each.falls.restart();
+        if (is_fresh) each.popped_shape = -1;
       }
     resumes = replay.counts().resumes, dropped = replay.counts().dropped;
 
@@ -269,18 +382,18 @@ Result<Outcome> audit_session(const AuditArguments& arguments) {
     tick.is_not_finite = is_lost, tick.is_fading = (r.faults & haptics::k_latched_faults) != 0;
     tick.contact_energy = r.energy.contact, tick.growth_energy = r.energy.growth;
     tick.friction_energy = r.energy.friction, tick.active_energy = r.energy.active;
-    Hand& hand = judges[r.hand];
-    at_work = &hand;
+    tick.carried = step.carried_world;
     std::array<glm::dvec3, haptics::k_max_waypoints> path = step.path_volume;
     int waypoints = step.waypoint_count;
     const glm::dvec3 hip = scene.base->frame.volume_from_world(r.pose.position_world);
     glm::dvec3 middle = r.proxy_world;
-    if (to_plant && r.has_contact && !r.is_led && 2 * replay.counts().ticks > all &&
-        glm::length(r.proxy_world - r.pose.position_world) > 0.1) {
+    const bool is_seen_by_ball = hand.ball && r.shape < static_cast<int>(base_shapes(scene).size());
+    if (to_plant && (*to_plant != "ball" || is_seen_by_ball) && r.has_contact && !r.is_led &&
+        2 * replay.counts().ticks > all && glm::length(r.proxy_world - r.pose.position_world) > 0.1) {
       if (*to_plant == "force") tick.force.x += 0.01;
       if (*to_plant == "energy") tick.contact_energy += 0.01;
       if (*to_plant == "fall") path[0] = hip, waypoints = 1;
-      if (*to_plant == "ball") middle -= 3 * ball->allowed_mm() * r.normal_world;
+      if (*to_plant == "ball") middle -= 3 * hand.ball->allowed_mm() * r.normal_world;
       to_plant.reset();
     }
     hand.force.look(tick);
@@ -290,9 +403,14 @@ Result<Outcome> audit_session(const AuditArguments& arguments) {
     if (r.is_led) ++led;
     if (!r.is_led && !is_lost) {
       const long before = hand.falls.judged();
+      // What moves may have taken the proxy along before its way began: through nothing else.
+      if (const glm::dvec3* last = hand.falls.free_proxy();
+          last && hand.solids.has_movers() && !step.is_buried && waypoints > 0 && path[0] != *last)
+        hand.falls.carried_to(path[0], hand.solids.meets(*last, path[0], hand.popped_shape, true));
       hand.falls.look({std::span(path.data(), static_cast<std::size_t>(waypoints)), hip, step.has_contact,
                        step.is_buried});
-      if (ball && hand.falls.judged() > before && !step.is_buried) ball->look(middle, hand.popped_shape);
+      if (hand.ball && hand.falls.judged() > before && !step.is_buried)
+        hand.ball->look(middle, hand.popped_shape);
     }
     if (!is_lost) hand.pop(scene, r);
   }
@@ -301,15 +419,16 @@ Result<Outcome> audit_session(const AuditArguments& arguments) {
                  "0.1 mm deep in contact in its second half", "audit it without --plant"};
   long fell = 0, wrong = 0, judged = 0;
   double worst_force = 0, worst_energy = 0;
-  for (const Hand& hand : judges) {
+  for (Hand& hand : judges) {
+    take_ball(hand);
     fell += hand.falls.fall_throughs(), wrong += hand.force.wrong_forces();
     judged += hand.falls.judged();
     worst_force = std::max(worst_force, hand.force.worst_force_n());
     worst_energy = std::max(worst_energy, hand.force.worst_energy_nmm());
   }
   const bool is_same = !replay.mismatch().has_value(), is_balanced = worst_energy < 1e-6;
-  const bool is_certified = fell == 0 && wrong == 0 && is_same && is_balanced && judged > 0 &&
-                            (!ball || (ball->sunk() == 0 && ball->judged() > 0));
+  const bool is_certified = fell == 0 && wrong == 0 && is_same && is_balanced && judged > 0 && sunk == 0 &&
+                            (allowed == 0 || balls > 0);
   Outcome outcome{new_report("audit-session"), "", is_certified ? exit_done : exit_check_failed};
   outcome.json["session"] = data_tools::file_name(arguments.session);
   outcome.json["method"] = header.hands[0].method;
@@ -321,11 +440,11 @@ Result<Outcome> audit_session(const AuditArguments& arguments) {
   outcome.json["wrong_forces"] = wrong;
   outcome.json["worst_force_n"] = worst_force;
   outcome.json["worst_energy_nmm"] = worst_energy;
-  if (ball) {
-    outcome.json["balls_judged"] = ball->judged();
-    outcome.json["balls_sunk"] = ball->sunk();
-    outcome.json["deepest_ball_mm"] = ball->deepest_mm();
-    outcome.json["allowed_ball_mm"] = ball->allowed_mm();
+  if (allowed > 0) {
+    outcome.json["balls_judged"] = balls;
+    outcome.json["balls_sunk"] = sunk;
+    outcome.json["deepest_ball_mm"] = deepest;
+    outcome.json["allowed_ball_mm"] = allowed;
   }
   outcome.json["is_same_as_recorded"] = is_same;
   outcome.json["is_certified"] = is_certified;
@@ -334,10 +453,10 @@ Result<Outcome> audit_session(const AuditArguments& arguments) {
       "N); ledger within %.1e N mm; %s as recorded\n",
       static_cast<unsigned long long>(replay.counts().ticks), header.hands[0].method.c_str(), judged, fell,
       wrong, worst_force, worst_energy, is_same ? "the same bits" : "not the same");
-  if (ball)
+  if (allowed > 0)
     outcome.text +=
         format_text("the ball at %ld places: %ld times deeper in matter than %.2f mm, %.3f mm at most\n",
-                    ball->judged(), ball->sunk(), ball->allowed_mm(), ball->deepest_mm());
+                    balls, sunk, allowed, deepest);
   if (judged == 0) outcome.text += "no tick could be judged: the hand was never free of matter before it\n";
   outcome.text += is_certified ? "certified\n" : "NOT certified\n";
   return outcome;

@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <string>
 #include <type_traits>
 #include <vector>
 
@@ -39,6 +40,7 @@ struct ServoLaw {
   using Step = void (*)(const void* parameters, void* memory, const LawInput& input, LawForces& sum) noexcept;
   Step step = nullptr;
   std::shared_ptr<const void> parameters;
+  std::string words = {};  ///< how it was told, for judges and people
 };
 
 /// A law from `void step(const Parameters&, Memory&, const LawInput&, LawForces& sum) noexcept`, which adds
@@ -56,7 +58,7 @@ struct LawOf<k_step> {
             [](const void* p, void* memory, const LawInput& input, LawForces& sum) noexcept {
               k_step(*static_cast<const Parameters*>(p), *static_cast<Memory*>(memory), input, sum);
             },
-            std::make_shared<const Parameters>(std::move(parameters))};
+            std::make_shared<const Parameters>(std::move(parameters)), {}};
   }
 };
 template <auto k_step, class Parameters>

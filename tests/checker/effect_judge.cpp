@@ -30,6 +30,20 @@ void EffectJudge::reset() {
   has_last_ = false;
 }
 
+void EffectJudge::set(std::vector<EffectLaw> laws) {
+  std::vector<double> ends, turns;
+  for (const EffectLaw& law : laws) {
+    std::size_t i = 0;
+    while (i < laws_.size() && !(laws_[i].id == law.id && laws_[i].kind == law.kind)) ++i;
+    ends.push_back(i < laws_.size() ? track_end_[i] : -1);
+    turns.push_back(i < laws_.size() ? turns_[i] : 0);
+  }
+  laws_ = std::move(laws);
+  if (laws_.empty()) return reset();
+  track_end_ = std::move(ends);
+  turns_ = std::move(turns);
+}
+
 EffectJudge::Forces EffectJudge::look(const dvec3& at, const dvec3& proxy, const dvec3& normal,
                                       bool has_contact, const dvec3& contact_force) {
   if (has_last_) {

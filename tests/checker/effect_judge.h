@@ -2,6 +2,7 @@
 // haptics.
 #pragma once
 
+#include <cstdint>
 #include <glm/vec3.hpp>
 #include <vector>
 
@@ -16,6 +17,7 @@ struct EffectLaw {
   double strength = 0;        ///< N s/mm, N/mm, N, kg or mm, by its kind
   double other = 0;           ///< resistance N, frequency Hz or wavelength mm
   double most = 3;            ///< N
+  std::uint32_t id = 0;
 };
 
 class EffectJudge {
@@ -28,6 +30,7 @@ class EffectJudge {
   Forces look(const glm::dvec3& position, const glm::dvec3& proxy, const glm::dvec3& normal, bool has_contact,
               const glm::dvec3& contact_force);
   void reset();
+  void set(std::vector<EffectLaw> laws);
   bool is_empty() const { return laws_.empty(); }
 
  private:

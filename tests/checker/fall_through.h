@@ -30,6 +30,13 @@ class FallThroughJudge {
   /// Looks at one step; steps come in order. Only proxies in free space (touching from the front) are judged.
   void look(const StepUnderJudgement& step);
   bool meets_solid(const glm::dvec3& a, const glm::dvec3& b) const { return meets_solid_(a, b); }
+  /// Where the proxy was; null when it is not known, or was inside.
+  const glm::dvec3* free_proxy() const { return has_last_ && !is_inside_ ? &last_ : nullptr; }
+  /// What moves took the proxy along, to where the next path begins; `is_fall`: through something else.
+  void carried_to(const glm::dvec3& place, bool is_fall) {
+    last_ = place;
+    fall_throughs_ += is_fall;
+  }
   /// Forget the last proxy: the tool was set elsewhere.
   void restart() { has_last_ = false; }
   /// From the next step on the solid is another: `meets_solid` answers for it. Only such a step may say that

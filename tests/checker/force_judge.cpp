@@ -106,7 +106,7 @@ void ForceJudge::look(const ForceTick& t) {
       spring = t.stiffness * stretch;
       if (had_contact_) {
         spring += t.damping / law_.dt * (stretch - stretch_);
-        const dvec3 moved = t.position - contact_position_;
+        const dvec3 moved = t.position - contact_position_ - t.carried;
         spring -= t.viscosity / law_.dt * (moved - glm::dot(moved, t.normal) * t.normal);
       }
       stretch_ = stretch;

@@ -26,6 +26,7 @@ struct ForceTick {
   glm::dvec3 position{0.0}, proxy{0.0}, force{0.0};
   glm::dvec3 normal{0.0};
   double stiffness = 0, damping = 0, viscosity = 0;  ///< of the touched surface
+  glm::dvec3 carried{0.0};                           ///< mm that what is touched moved by, there
   bool has_contact = false, is_buried = false, is_led = false, is_reset = false, is_restarted = false;
   bool is_not_finite = false;                    ///< the position was no number
   bool is_fading = false;                        ///< a latched fault is on
@@ -38,6 +39,11 @@ class ForceJudge {
  public:
   explicit ForceJudge(const ForceLaw& law);
   void look(const ForceTick& tick);
+  /// From the next tick on these effects; what one of the same id and kind remembered stays.
+  void set_effects(std::vector<EffectLaw> laws) {
+    law_.effects = laws;
+    effects_.set(std::move(laws));
+  }
   /// Ticks were lost, or the servo was made anew: what came before is unknown. `is_fresh`: made anew,
   /// everything zero.
   void restart(bool is_fresh);
