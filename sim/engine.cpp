@@ -86,6 +86,13 @@ const ValueType* Catalogue::find(std::string_view name) const noexcept {
   return nullptr;
 }
 
+bool Catalogue::is_event(const ValueType& type) const noexcept {
+  const std::array<const ValueType*, 4> own{&value_type<FaultEvent>(), &value_type<JobDiscarded>(),
+                                            &value_type<ForbiddenEntered>(), &value_type<ForbiddenLeft>()};
+  return holds(own, type) || std::any_of(modules_.begin(), modules_.end(),
+                                         [&](const Module* module) { return holds(module->events(), type); });
+}
+
 Status Catalogue::check() const {
   std::vector<std::string_view> names;
   for (const ValueType* type : all()) names.push_back(type->schema->name);
@@ -136,28 +143,34 @@ Outcome Engine::apply(const haptics::ServoRecord& tick) {
   trails_[tick.hand].note(hand_(tick.hand), tick);
   note_faults(tick);
   Instrument& instrument = now_.settings.hands[tick.hand];
+  const InstrumentInput input{tick, dt_, std::exchange(hand.is_fresh, false)};
   if (instrument.type != nullptr) {
     const bool was_pressed = std::exchange(hand.is_pressed, tick.pose.is_pressed());
     Work work(editor_, news_, tick.tick, tick.hand);
-    const InstrumentInput input{tick, dt_, std::exchange(hand.is_fresh, false)};
     instrument.type->step(instrument.parameters.data(), instrument.state.data(), input, work);
-    if (!forbidden_.empty()) watch_forbidden(input, instrument);
     if (work.removed().bricks_changed > 0) {
       now_.world.version = felt_ = editor_.publish();
       publish(Change::cut);
       note_cut(work.removed());
-      outcome.is_changed = true;
+      outcome.is_changed = outcome.is_edit = true;
       outcome.box = work.removed().box;
     }
     if ((was_pressed || is_stroke_changed_) && !is_in_stroke()) end_stroke();
   }
+  if (!forbidden_.empty()) watch_forbidden(input);
   settle(outcome);
   return outcome;
 }
 
 Outcome Engine::apply(const Command& command) {
   Outcome outcome;
-  if ((outcome.refused = check(command))) return outcome;
+  if ((outcome.refused = check(command))) {
+    // What was made for it is of no use.
+    if (const auto* adopt = command.what.as<AdoptJob>())
+      std::erase_if(results_, [&](const auto& kept) { return kept.first == adopt->job; });
+    if (command.what.as<AdoptFields>()) made_fields_.clear();
+    return outcome;
+  }
   carry_out(command, outcome);
   settle(outcome);
   return outcome;
@@ -174,7 +187,7 @@ Status Engine::check(const Command& command) const {
   if (const InstrumentType* instrument = instrument_of(command)) {
     if (instrument->check)
       if (Status error = instrument->check(command.what.data(), scene(command.hand))) return error;
-  } else if (!holds(catalogue_.all(), type)) {
+  } else if (!holds(catalogue_.all(), type) || catalogue_.is_event(type)) {
     return Error{"no module of this session knows the command", "", std::string(command.what.name()),
                  "a command of its modules", ""};
   }
@@ -187,6 +200,9 @@ Status Engine::check(const Command& command) const {
       std::none_of(jobs_.begin(), jobs_.end(), [&](const PendingJob& job) { return job.id == *wished_job; }))
     return no_job(*wished_job);
   if (Status error = check_setting(command)) return error;
+  // What keeps the books is nobody's wish, and not to be refused.
+  if (command.what.as<AdoptFields>() || command.what.as<AdoptJob>() || command.what.as<Resume>())
+    return std::nullopt;
   for (const Module* module : catalogue_.modules())
     if (Status error = module->allows(command, now_)) return error;
   return std::nullopt;
@@ -208,16 +224,19 @@ void Engine::carry_out(const Command& command, Outcome& outcome) {
     }
   } else if (what.as<Resume>()) {
     end_stroke();
+    for (HandWork& hand : work_) hand.body.reset();  // devices are where they are now
   } else if (const auto* fields = what.as<AdoptFields>()) {
     adopt_fields(*fields, command.hand, outcome);
   } else if (const auto* adopt = what.as<AdoptJob>()) {
     end_job(*adopt, outcome);
   } else if (const auto* cancel = what.as<CancelJob>()) {
     std::erase_if(jobs_, [&](const PendingJob& job) { return job.id == cancel->job; });
+    std::erase_if(results_, [&](const auto& kept) { return kept.first == cancel->job; });
     outcome.job = cancel->job;
   } else if (what.as<LayDown>()) {
     now_.settings.hands[command.hand] = {};
     work_[command.hand].is_pressed = false;
+    work_[command.hand].body.reset();
     if (!is_in_stroke()) end_stroke();
   } else if (tell_setting(command)) {
     outcome.is_changed = true;
@@ -234,6 +253,7 @@ void Engine::carry_out(const Command& command, Outcome& outcome) {
     else
       held = Instrument(*instrument, what);
     work_[command.hand].is_fresh = true;
+    work_[command.hand].body.reset();
   } else {
     for (std::size_t m = 0; m < catalogue_.modules().size(); ++m) {
       const Module& module = *catalogue_.modules()[m];
@@ -319,7 +339,7 @@ void Engine::end_job(const AdoptJob& wish, Outcome& outcome) {
 void Engine::finish(const ModuleWork& work, Outcome& outcome) {
   const bool is_cut = work.removed().bricks_changed > 0;
   if (!is_cut && !work.is_put_back() && !work.is_world_changed()) return;
-  is_stroke_changed_ = true;
+  is_stroke_changed_ = outcome.is_edit = true;
   if (work.is_put_back()) {
     editor_.reset(untouched_);
     now_.world.version = felt_ = editor_.publish();
@@ -351,39 +371,44 @@ void Engine::note_faults(const haptics::ServoRecord& tick) {
 }
 
 /// How near the tool's body came in this tick to what must not be cut.
-void Engine::watch_forbidden(const InstrumentInput& input, const Instrument& instrument) {
+void Engine::watch_forbidden(const InstrumentInput& input) {
   const haptics::ServoRecord& tick = input.tick;
-  std::optional<glm::dvec3>& last = work_[tick.hand].body_world;
-  if (instrument.type->body == nullptr || (tick.raised & haptics::fault_not_finite)) {
+  const Instrument& held = now_.settings.hands[tick.hand];
+  std::optional<ToolBall>& last = work_[tick.hand].body;
+  if (tick.raised & haptics::fault_not_finite) {  // nobody knows where it is
     last.reset();
     return;
   }
-  const ToolBall ball = instrument.type->body(instrument.parameters.data(), instrument.state.data(), input);
+  std::optional<ToolBall> body;
+  if (held.type && held.type->body) body = held.type->body(held.parameters.data(), held.state.data(), input);
   if (tick.is_reset || tick.is_restarted) last.reset();  // it was set elsewhere
-  const glm::dvec3 from = last.value_or(ball.centre);
-  last = ball.centre;
+  // A body of another size is another part of the tool: it did not come from there.
+  const bool goes_on = body && last && last->radius == body->radius;
   for (std::size_t s = 0; s < forbidden_.size(); ++s) {
     ForbiddenWatch& watch = now_.watches[tick.hand * forbidden_.size() + s];
     const std::string& name = forbidden_[s]->name();
-    watch.clearance = forbidden_[s]->clearance(from, ball, watch.clearance);
+    const glm::dvec3 at = body ? body->centre : tick.proxy_world;
+    watch.clearance = !body     ? Forbidden::k_reach
+                      : goes_on ? forbidden_[s]->clearance(last->centre, *body, watch.clearance)
+                                : forbidden_[s]->clearance(*body, watch.clearance);
     watch.nearest = std::min(watch.nearest, watch.clearance);
     const bool is_inside = watch.clearance < 0;
     if (is_inside && !watch.is_inside) {
       ++watch.entries;
       watch.entered_tick = static_cast<std::int64_t>(tick.tick);
       watch.deepest_now = 0;
-      news_.push_back({tick.tick, tick.hand, ball.centre, ForbiddenEntered{name, tick.pose.is_pressed()}});
+      news_.push_back({tick.tick, tick.hand, at, ForbiddenEntered{name, tick.pose.is_pressed()}});
     }
     if (is_inside) {
       ++watch.ticks_inside;
       watch.deepest_now = std::max(watch.deepest_now, -watch.clearance);
     } else if (watch.is_inside) {
       const auto ticks = static_cast<double>(static_cast<std::int64_t>(tick.tick) - watch.entered_tick);
-      news_.push_back(
-          {tick.tick, tick.hand, ball.centre, ForbiddenLeft{name, watch.deepest_now, ticks * dt_}});
+      news_.push_back({tick.tick, tick.hand, at, ForbiddenLeft{name, watch.deepest_now, ticks * dt_}});
     }
     watch.is_inside = is_inside;
   }
+  last = body;
 }
 
 void Engine::note_cut(const volume::RemovalReport& report) {
@@ -422,7 +447,7 @@ Engine::Entry Engine::here(const volume::VoxelBox& box) const {
 }
 
 void Engine::go_to(std::size_t position, Outcome& outcome) {
-  outcome.is_changed = true;
+  outcome.is_changed = outcome.is_edit = true;
   outcome.box = history_[std::max(position, position_)].box;
   position_ = position;
   const Entry& entry = history_[position];
@@ -490,7 +515,7 @@ void Engine::settle(Outcome& outcome) {
     for (std::size_t m = 0; m < catalogue_.modules().size(); ++m) {
       ModuleState state = state_of(m);
       catalogue_.modules()[m]->react(event, state);
-      if (state.is_world_changed()) is_stroke_changed_ = true;
+      if (state.is_world_changed()) is_stroke_changed_ = outcome.is_edit = true;
     }
     now_.chronicle.add(std::move(event));
   }

@@ -17,6 +17,7 @@ namespace trephine::sim {
 
 /// What a tick or a command changed.
 struct Outcome {
+  bool is_edit = false;                                  ///< something that undo takes back, or an undo
   bool is_changed = false;                               ///< servos have something new to adopt
   volume::VoxelBox box = k_no_voxels;                    ///< voxels that may look different now
   volume::Status refused = std::nullopt;                 ///< why nothing was done
@@ -42,6 +43,8 @@ class Catalogue {
   /// Of all commands, events, instruments and jobs.
   const ValueType* find(std::string_view name) const noexcept;
   std::vector<const ValueType*> all() const;
+  /// Told by an engine or a module, never to one.
+  bool is_event(const ValueType& type) const noexcept;
   /// Error when two things have one name.
   volume::Status check() const;
 
@@ -157,7 +160,7 @@ class Engine {
   void adopt_fields(const AdoptFields& wish, std::size_t hand, Outcome& outcome);
   void go_to(std::size_t position, Outcome& outcome);
   void note_faults(const haptics::ServoRecord& tick);
-  void watch_forbidden(const InstrumentInput& input, const Instrument& instrument);
+  void watch_forbidden(const InstrumentInput& input);
   void note_cut(const volume::RemovalReport& report);
   void end_stroke();
   void remember(const volume::VoxelBox& box);
@@ -181,7 +184,7 @@ class Engine {
   struct HandWork {
     bool is_pressed = false, is_fresh = true;
     std::uint32_t noted_faults = 0;
-    std::optional<glm::dvec3> body_world = std::nullopt;  ///< middle of its body in the last tick
+    std::optional<ToolBall> body = std::nullopt;  ///< of its instrument, in the last tick
   };
   std::vector<HandWork> work_;  ///< one a hand
   std::vector<std::shared_ptr<const Forbidden>> forbidden_;

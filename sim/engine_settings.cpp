@@ -15,7 +15,9 @@ namespace {
 
 /// Under which OperationState keeps it.
 std::string key_of(const Command& command, std::int64_t number) {
-  return std::string(command.what.name()) + '/' + std::to_string(command.hand) + '/' + std::to_string(number);
+  const std::string digits = std::to_string(number);
+  return std::string(command.what.name()) + '/' + std::to_string(command.hand) + '/' +
+         std::string(digits.size() < 10 ? 10 - digits.size() : 0, '0') + digits;
 }
 
 bool has_mover(const haptics::TouchScene& scene, std::int64_t mover) noexcept {
@@ -36,12 +38,17 @@ Status check_quaternion(const std::vector<double>& q) {
 volume::Result<std::shared_ptr<const haptics::LawSet>> with_law(const haptics::LawSet* before,
                                                                 std::uint32_t id,
                                                                 std::optional<haptics::ServoLaw> law) {
-  auto laws = std::make_shared<haptics::LawSet>();
+  std::vector<haptics::ServoLaw> all;
   if (before)
     for (const haptics::ServoLaw& one : before->laws())
-      if (one.id != id) laws->add(one);
-  if (law)
-    if (Status error = laws->add(std::move(*law))) return *error;
+      if (one.id != id) all.push_back(one);
+  if (law) all.push_back(std::move(*law));
+  // In one order, whatever the order of telling: forces are summed in it.
+  std::sort(all.begin(), all.end(),
+            [](const haptics::ServoLaw& a, const haptics::ServoLaw& b) { return a.id < b.id; });
+  auto laws = std::make_shared<haptics::LawSet>();
+  for (haptics::ServoLaw& one : all)
+    if (Status error = laws->add(std::move(one))) return *error;
   return std::shared_ptr<const haptics::LawSet>(laws->laws().empty() ? nullptr : std::move(laws));
 }
 
@@ -57,6 +64,19 @@ volume::Result<std::shared_ptr<const haptics::LawSet>> laws_after(const haptics:
     law->words = wish.words;
   }
   return with_law(hand.laws.get(), wish.effect.value, std::move(law));
+}
+
+/// Can a hand that holds this feel with such a ball?
+Status check_radius(const haptics::TouchScene& scene, const Instrument& held, double radius) {
+  if (Status error = check_tool_radius(*scene.base, radius)) return error;
+  for (const haptics::TouchItem& shape : haptics::base_shapes(scene))
+    if (radius > 0 && haptics::holds(shape.sides, haptics::Side::back))
+      return Error{"a tool with a radius cannot be held from within", haptics::name_of(shape),
+                   "its back is touchable", "shapes touched from the front", "use a point"};
+  if (held.type == nullptr || held.type->check == nullptr) return std::nullopt;
+  haptics::TouchScene with = scene;
+  with.tool_radius = radius;
+  return held.type->check(held.parameters.data(), with);
 }
 
 }  // namespace
@@ -77,11 +97,8 @@ Status Engine::check_setting(const Command& command) const {
   }
   if (const auto* effect = command.what.as<SetEffect>())
     if (const auto laws = laws_after(hand, *effect); !laws) return laws.error();
-  if (const auto* geometry = command.what.as<ToolGeometry>(); geometry && geometry->radius > 0)
-    for (const haptics::TouchItem& shape : haptics::base_shapes(*hand.scene))
-      if (haptics::holds(shape.sides, haptics::Side::back))
-        return Error{"a tool with a radius cannot be held from within", haptics::name_of(shape),
-                     "its back is touchable", "shapes touched from the front", "use a point"};
+  if (const auto* geometry = command.what.as<ToolGeometry>())
+    return check_radius(*hand.scene, now_.settings.hands[command.hand], geometry->radius);
   return std::nullopt;
 }
 
@@ -106,7 +123,9 @@ bool Engine::tell_setting(const Command& command) {
   } else {
     return false;
   }
-  now_.settings.told.insert_or_assign(key_of(command, number), command);
+  Command told = command;
+  if (told.what.as<PlaceModel>()) told.hand = 0;  // for all of them
+  now_.settings.told.insert_or_assign(key_of(told, number), told);
   publish(change);
   return true;
 }
@@ -114,8 +133,12 @@ bool Engine::tell_setting(const Command& command) {
 /// The hand has another tool: matter may reach where the old one was free, so it is growth.
 void Engine::adopt_geometry(const PendingJob& job, const JobResult& result) {
   const auto& made = static_cast<const MadeGeometry&>(result);
-  if (made.failed) {
-    news_.push_back({now_.next_tick, job.hand, glm::dvec3(0), JobDiscarded{job.id, made.failed->message()}});
+  Status failed = made.failed;
+  // The hand may hold something else by now.
+  if (!failed)
+    failed = check_radius(*hands_[job.hand].scene, now_.settings.hands[job.hand], made.scene->tool_radius);
+  if (failed) {
+    news_.push_back({now_.next_tick, job.hand, glm::dvec3(0), JobDiscarded{job.id, failed->message()}});
     return;
   }
   hands_[job.hand].set_scene(made.scene, made.method);

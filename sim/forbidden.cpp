@@ -18,6 +18,9 @@ Forbidden::Forbidden(std::shared_ptr<const volume::Volume> volume, const volume:
 
 volume::Result<std::shared_ptr<const Forbidden>> Forbidden::build(
     std::shared_ptr<const volume::Volume> volume, const volume::Shape& shape, int threads) {
+  if (shape.is_label() && volume->labels.is_empty())
+    return volume::Error{"a forbidden structure is a label of a volume without labels", shape.name, "", "",
+                         ""};
   const auto bits = volume::Occupancy::build(*volume, shape, threads);
   if (bits.count_solid() == 0)
     return volume::Error{"a forbidden structure is empty", shape.name, "no voxel", "at least one", ""};
@@ -58,7 +61,8 @@ double Forbidden::clearance(const dvec3& from, const ToolBall& ball, double expe
   // From far away nothing is met on a short way.
   double least = clearance(ball, expected);
   if (least > length) return least;
-  const int parts = static_cast<int>(std::ceil(length / step_mm_));
+  constexpr double k_most_parts = 4096;  // faster than any hand: a metre in a tick
+  const int parts = static_cast<int>(std::min(std::ceil(length / step_mm_), k_most_parts));
   for (int i = 1; i < parts; ++i) {
     const dvec3 at = from + (static_cast<double>(i) / parts) * (ball.centre - from);
     least = std::min(least, clearance({at, ball.radius}, least));

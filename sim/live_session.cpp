@@ -35,6 +35,10 @@ LiveSession::~LiveSession() { stop(); }
 volume::Status LiveSession::start() {
   if (volume::Status error = servo_.start()) return error;
   is_stopping_ = false;
+  {
+    const std::lock_guard guard(lock_);
+    is_running_ = true;
+  }
   for (const PendingJob& job : engine_.jobs()) begin(job);  // of a session that goes on
   thread_ = std::thread([this] { run(); });
   return std::nullopt;
@@ -46,7 +50,17 @@ void LiveSession::stop() {
   if (thread_.joinable()) thread_.join();
   fields_.stop();
   jobs_.stop();
-  snapshots_.clear();
+  // What came while it ended.
+  std::vector<Command> commands;
+  std::vector<std::promise<std::shared_ptr<const OperationState>>> snapshots;
+  {
+    const std::lock_guard guard(lock_);
+    if (!std::exchange(is_running_, false)) return;
+    commands.swap(commands_);
+    snapshots.swap(snapshots_);
+  }
+  for (const Command& command : commands) carry_out(command, false);
+  for (auto& promise : snapshots) promise.set_value(engine_.snapshot());
 }
 
 /// Edit thread: adopts what was made, and asks for more. What was made of a state that was undone since is
@@ -92,7 +106,13 @@ LiveSession::OffsetReport LiveSession::offset_report() {
 
 std::future<std::shared_ptr<const OperationState>> LiveSession::snapshot() {
   const std::lock_guard guard(lock_);
-  return snapshots_.emplace_back().get_future();
+  auto& promise = snapshots_.emplace_back();
+  auto answer = promise.get_future();
+  if (!is_running_) {
+    promise.set_value(engine_.snapshot());
+    snapshots_.pop_back();
+  }
+  return answer;
 }
 
 void LiveSession::run() {
@@ -144,11 +164,12 @@ void LiveSession::consume(const haptics::ServoRecord& record) {
   note(outcome);
 }
 
-Outcome LiveSession::carry_out(const Command& command) {
+Outcome LiveSession::carry_out(const Command& command, bool may_begin) {
   Outcome outcome = engine_.apply(command);
   if (outcome.is_changed) channel_.publish(engine_.servo_scene());
   if (recorder_) recorder_->add(command, engine_, outcome);
-  if (!engine_.jobs().empty() && engine_.jobs().back().id == outcome.job) begin(engine_.jobs().back());
+  if (may_begin && !engine_.jobs().empty() && engine_.jobs().back().id == outcome.job)
+    begin(engine_.jobs().back());
   const std::lock_guard guard(lock_);
   note(outcome);
   return outcome;

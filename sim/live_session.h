@@ -79,7 +79,7 @@ class LiveSession {
  private:
   void run();
   void consume(const haptics::ServoRecord& record);
-  Outcome carry_out(const Command& command);
+  Outcome carry_out(const Command& command, bool may_begin = true);
   void note(const Outcome& outcome);  // with lock_ held
   void take_work();
   void begin(const PendingJob& job);
@@ -96,6 +96,7 @@ class LiveSession {
   std::vector<Command> commands_;
   std::vector<std::pair<std::size_t, glm::dvec3>> landings_;
   std::vector<std::promise<std::shared_ptr<const OperationState>>> snapshots_;  ///< that are waited for
+  bool is_running_ = false;                                                     ///< the edit thread answers
   std::atomic<bool> is_stopping_{false}, wants_reset_{false};
   std::thread thread_;
 

@@ -65,7 +65,7 @@ Result<std::unique_ptr<Replay>> Replay::open(SessionReader& session, SceneData d
 
 Replay::Replay(SessionReader& session, Engine engine)
     : session_(&session), dt_(1 / session.header().rate_hz) {
-  state_ = std::make_unique<State>(State{std::move(engine), {}, {}, {}, 0, 0, {}});
+  state_ = std::make_unique<State>(State{std::move(engine), {}, {}, {}, 0, 0, 0, {}});
   for (std::size_t h = 0; h < state_->engine.hand_count(); ++h) state_->cores.push_back(make_core(h, 0));
   state_->seen.push_back(state_->engine.servo_scene());
   keep();
@@ -173,7 +173,7 @@ Status Replay::run_tick(const TickItem& item) {
   note_change(state_->engine.apply(record_));
   if (was_in_stroke && !state_->engine.is_in_stroke())
     state_->hashable[state_->engine.serial()] = state_->engine.current();
-  if (state_->next_tick >= kept_.back().next_tick + k_keep_every) keep();
+  if (++state_->replayed >= kept_.back().replayed + k_keep_every) keep();
   return std::nullopt;
 }
 

@@ -70,8 +70,8 @@ class Replay {
     std::deque<std::shared_ptr<const haptics::ServoScene>>
         seen;  ///< by the last tick, and may be by a coming one
     std::map<std::uint64_t, std::shared_ptr<const volume::Version>> hashable;  ///< whose hash may still come
-    std::size_t events = 0;  ///< of the chronicle that were checked
-    std::uint64_t next_tick = 0;
+    std::size_t events = 0;                     ///< of the chronicle that were checked
+    std::uint64_t next_tick = 0, replayed = 0;  ///< ticks played, which may be fewer
     SessionReader::Place place;
   };
   Replay(SessionReader& session, Engine engine);

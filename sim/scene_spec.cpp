@@ -5,6 +5,7 @@
 
 #include "haptics/force/effects.h"
 #include "haptics/mesh/mesh_tree.h"
+#include "sim/tool_geometry.h"
 
 namespace trephine::sim {
 
@@ -46,6 +47,10 @@ Status check_data(const SceneSpec& spec, const SceneData& data) {
         return no_match(k_other_scan, "voxels with hash " + hexadecimal(hash),
                         "hash " + hexadecimal(*wanted.hash));
   }
+  for (const StructureSpec& s : spec.structures)
+    if (s.model < 0 && s.shape.is_label() &&
+        data.volumes[static_cast<std::size_t>(s.volume)]->labels.is_empty())
+      return no_match(k_other_scan, "no labels", "label " + s.shape.name);
   for (std::size_t m = 0; m < spec.models.size(); ++m)
     if (const std::uint64_t hash = content_hash(*data.models[m]); hash != spec.models[m].hash)
       return no_match("a model is not the one of the session", "hash " + hexadecimal(hash),
@@ -66,8 +71,6 @@ Result<TouchScene> items_of(const SceneSpec& spec, const SceneData& data) {
           haptics::mesh_item(s.shape.name, data.models[static_cast<std::size_t>(s.model)], s.material));
     } else {
       const volume::Volume& of = *data.volumes[static_cast<std::size_t>(s.volume)];
-      if (s.shape.is_label() && of.labels.is_empty())
-        return no_match("the scan is not the one of the session", "no labels", "label " + s.shape.name);
       auto bits = std::make_shared<const volume::Occupancy>(volume::Occupancy::build(of, s.shape));
       scene.items.push_back({volume::Field(of, s.shape), std::move(bits), s.material, s.sides});
     }
@@ -77,7 +80,7 @@ Result<TouchScene> items_of(const SceneSpec& spec, const SceneData& data) {
     item.back_material = s.back_material;
     item.placement = s.placement;
     item.mover = s.mover;
-    if (s.is_soft) soft.push_back(scene.items.size() - 1);
+    if (s.is_soft && s.model < 0) soft.push_back(scene.items.size() - 1);
   }
   haptics::soften(scene, soft);
   return scene;
@@ -93,6 +96,7 @@ struct Felt {
 
 Result<Felt> felt_by(const HandSpec& hand, const TouchScene& items, double smallest_burr) {
   auto scene = std::make_shared<TouchScene>(items);
+  if (Status error = check_tool_radius(*scene->base, hand.tool_radius)) return *error;
   if (Status error = haptics::set_tool_radius(*scene, hand.tool_radius)) return *error;
   if (Status error = haptics::set_smallest_burr(*scene, smallest_burr)) return *error;
   auto method = haptics::make_method(hand.method);
@@ -133,6 +137,8 @@ Result<OperationStart> build_scene(const SceneSpec& spec, const SceneData& data,
       if (!fresh) return fresh.error();
       felt = made.insert(made.end(), std::move(fresh).value());
     }
+    if (const Instrument& held = instrument.value(); held.type && held.type->check)
+      if (Status error = held.type->check(held.parameters.data(), *felt->scene)) return *error;
     hands.push_back(
         {haptics::ServoHand(felt->scene, felt->prepared, haptics::TouchState(nullptr), laws_of(hand.effects)),
          std::move(instrument).value(), hand.effects});

@@ -345,6 +345,8 @@ Result<SessionHeader> decode_header(std::string_view text) {
     of_anatomy += s.is_touchable && s.model < 0 && s.volume == 0;
     if (s.volume >= static_cast<int>(h.volumes.size()) || s.model >= static_cast<int>(h.models.size()))
       return fail("of_volume, of_model", "a volume or model that the header names");
+    if (s.model >= 0 && (s.is_soft || s.ramp || s.is_forbidden || !s.is_touchable))
+      return fail("a model", "one that is touched, without soft, ramp or forbidden");
   }
   if (of_anatomy == 0 || of_anatomy > haptics::TouchScene::k_max_shapes)
     return fail("structures of the anatomy that can be touched", "1 to 8");

@@ -1,5 +1,6 @@
 #include "sim/session_writer.h"
 
+#include <algorithm>
 #include <cerrno>
 #include <chrono>
 #include <cstring>
@@ -94,8 +95,14 @@ Result<std::unique_ptr<SessionWriter>> SessionWriter::create(const std::string& 
 
 Result<std::unique_ptr<SessionWriter>> SessionWriter::append(const std::string& path, std::uint64_t length,
                                                              std::uint64_t blocks, TypeList types,
+                                                             const Catalogue& catalogue,
                                                              const WriterOptions& options) {
   const std::string where = name_of(path);
+  for (const ValueType* type : catalogue.all())
+    if (std::find(types.begin(), types.end(), type) == types.end())
+      return Error{"the session cannot be continued", where,
+                   "a session without " + std::string(type->schema->name),
+                   "what this program may have to write", "go on with it in the version that recorded it"};
   const int file = ::open(path.c_str(), O_WRONLY | O_CLOEXEC);
   if (file < 0) return disk_error("the session cannot be continued", where, errno);
   if (::flock(file, LOCK_EX | LOCK_NB) != 0) {
@@ -160,10 +167,12 @@ void SessionWriter::add(const Command& command, const Engine& engine, const Outc
 /// What a replay must come to.
 void SessionWriter::note_outcome(const Engine& engine, const Outcome& outcome) {
   const Chronicle& chronicle = engine.now().chronicle;
-  for (std::size_t i = chronicle.size() - outcome.event_count; i < chronicle.size(); ++i)
+  if (outcome.is_edit) has_edits_ = true;
+  for (std::size_t i = chronicle.size() - outcome.event_count; i < chronicle.size(); ++i) {
     items_.add(EventItem{chronicle[i]});
+    if (!chronicle[i].what.as<FaultEvent>()) has_edits_ = true;  // worth keeping
+  }
   if (!outcome.is_changed) return;
-  has_edits_ = true;
   items_.add(VersionItem{engine.serial(), last_tick_, engine.current()->ledger().total()});
 }
 

@@ -34,9 +34,10 @@ class SessionWriter {
                                                                const Catalogue& catalogue,
                                                                const WriterOptions& options = {});
   /// Goes on with a file after its last whole block: `length` bytes, `blocks` of them, with its types
-  /// (SessionReader says).
+  /// (SessionReader says), which must hold all of the catalogue's.
   static volume::Result<std::unique_ptr<SessionWriter>> append(const std::string& path, std::uint64_t length,
                                                                std::uint64_t blocks, TypeList types,
+                                                               const Catalogue& catalogue,
                                                                const WriterOptions& options = {});
   /// Does some program write this file at the moment?
   static bool is_being_written(const std::string& path);

@@ -17,6 +17,9 @@ class MadeGeometry final : public JobResult {
   std::uint64_t hash() const override;
 };
 
+/// 0, or not much smaller than the voxels, whose fields would be without measure: error.
+volume::Status check_tool_radius(const volume::Volume& base, double radius);
+
 /// `hand` as it is, with a ball of that radius (0: a point). `cut`: where anything was ever cut of `version`.
 std::shared_ptr<const MadeGeometry> make_geometry(const haptics::ServoHand& hand, double radius,
                                                   const volume::Version& version,

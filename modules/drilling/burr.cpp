@@ -99,15 +99,15 @@ void step(const Burr& burr, BurrState& state, const sim::InstrumentInput& input,
   if (input.tick.pose.is_pressed()) BurrTick(burr, state, input, work).drill();
 }
 
-/// The ball while it cuts; else it stands on what the hand holds: the surface, or, in the air, upright on the
-/// stylus.
+/// The ball while it cuts, and on the surface on which it stands; in the air nobody knows on which side of
+/// its lowest point the ball is, so there it is that point.
 sim::ToolBall body(const Burr& burr, const BurrState& state, const sim::InstrumentInput& input) {
   const haptics::ServoRecord& tick = input.tick;
   if (state.has_centre) return {state.centre, burr.radius()};
   if (burr.is_kinematic) return {tick.pose.position_world, burr.radius()};
   if (burr.is_round) return {tick.proxy_world, burr.radius()};
-  const dvec3 up = tick.has_contact ? tick.normal_world : tick.pose.orientation * dvec3(0, 0, 1);
-  return {tick.proxy_world + burr.radius() * up, burr.radius()};
+  if (!tick.has_contact) return {tick.proxy_world, 0};
+  return {tick.proxy_world + burr.radius() * tick.normal_world, burr.radius()};
 }
 
 /// A smaller one would leave no hole in the session's lattice, and a ball must have room in what it cuts.

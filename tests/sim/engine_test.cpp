@@ -74,7 +74,9 @@ Command random_command(std::mt19937& random, const std::vector<PendingJob>& jobs
     case 11:
       return random() % 2 == 0 ? Command(drilling::Burr{-1}) : Command(ToyMark{dvec3(1e5)});
     case 12:
-      return random() % 2 == 0 ? Command(Stranger{}) : Command(Undo{}, 3);
+      return random() % 3 == 0   ? Command(Stranger{})
+             : random() % 2 == 0 ? Command(FaultEvent{"told as if it were a wish"})
+                                 : Command(Undo{}, 3);
     case 13:
       return random() % 2 == 0
                  ? Command(SwitchItem{static_cast<std::int64_t>(random() % 3), random() % 3 != 0})
@@ -380,6 +382,94 @@ TEST(Engine, ATooLargeToolIsLedOutOfTheHoleOfASmallerOne) {
       EXPECT_LT(run.last_record().proxy_world.z, 1.2);
     }
   }
+}
+
+/// Refuses everything that somebody may wish for.
+class Strict final : public Module {
+ public:
+  std::string_view name() const noexcept override { return "strict"; }
+  volume::Status allows(const Command&, const OperationView&) const override {
+    return volume::Error{"not now", "", "", "", ""};
+  }
+};
+
+TEST(Engine, AGuardRefusesWishesAndNotTheBooks) {
+  const ToyBench bench;
+  const Strict strict;
+  Engine engine(bench.scene, *bench.method, drilling::burr(k_burr), 1e-3, Catalogue({&strict}));
+  for (const Command& wish : {Command(Undo{}), Command(Note{"no"}), Command(drilling::Burr{2}),
+                              Command(SwitchItem{0, false}), Command(ToolGeometry{1})})
+    EXPECT_EQ(engine.apply(wish).refused.value_or(volume::Error{}).what, "not now");
+  EXPECT_FALSE(engine.apply(Resume{}).refused);
+  EXPECT_FALSE(engine.apply(AdoptFields{3}).refused);
+}
+
+TEST(Engine, WhatIsToldInAnotherOrderIsTheSameState) {
+  const ToyBench bench;
+  std::uint64_t hashes[2];
+  for (const bool is_turned : {false, true}) {
+    Engine engine = bench.engine();
+    std::vector<Command> told{SetEffect{{2}, "viscous damping=0.001"},
+                              SetEffect{{10}, "spring anchor=0,0,4 stiffness=0.02"},
+                              SetEffect{{3}, "constant force=0,0,0.1"}, SwitchItem{0, false}};
+    if (is_turned) std::reverse(told.begin(), told.end());
+    for (const Command& one : told) EXPECT_FALSE(engine.apply(one).refused);
+    hashes[is_turned] = engine.now().hash();
+    const auto& laws = engine.servo_scene()->hands[0].laws->laws();
+    ASSERT_EQ(laws.size(), 3u);
+    EXPECT_TRUE(laws[0].id == 2 && laws[1].id == 3 && laws[2].id == 10);
+  }
+  EXPECT_EQ(hashes[0], hashes[1]);
+}
+
+TEST(Engine, AToolThatDoesNotFitIsRefusedAndNotAdopted) {
+  const ToyBench bench;
+  Engine engine = bench.engine();
+  for (const double radius : {1e-9, 0.01, 6.5})
+    EXPECT_TRUE(engine.apply(ToolGeometry{radius}).refused) << radius;
+  drilling::Burr round{2, 60, 40};
+  round.is_round = true;
+  EXPECT_FALSE(engine.apply(round).refused);
+  EXPECT_TRUE(engine.apply(ToolGeometry{1.5}).refused);  // larger than what it cuts
+  const Outcome begun = engine.apply(ToolGeometry{0.9});
+  ASSERT_FALSE(begun.refused);
+  round.diameter = 1;  // another one in the hand meanwhile
+  EXPECT_FALSE(engine.apply(round).refused);
+  EXPECT_FALSE(engine.apply(engine.finish_job(begun.job)).is_changed && engine.scene().tool_radius > 0);
+  EXPECT_EQ(engine.now().chronicle[0].what.as<JobDiscarded>()->job.value, begun.job.value);
+}
+
+TEST(Engine, ASessionOfModuleWorkAloneIsKept) {
+  const Folder folder;
+  const ToyBench bench;
+  for (const bool is_marked : {false, true}) {
+    const std::string path = folder.file(is_marked ? "marked.session" : "idle.session");
+    WriterOptions options;
+    options.is_removed_when_empty = true;
+    auto writer = SessionWriter::create(path, describe_scene(bench.scene, *bench.method, {}, burr_spec()),
+                                        bench.scene.base, toys(), options)
+                      .value();
+    Lockstep run(bench.engine(), {}, 1000, writer.get());
+    run.step({{0, 0, 5}, {1, 0, 0, 0}, false});
+    run.apply(is_marked ? Command(ToyMark{}) : Command(SetEffect{{0}, "viscous damping=0.001"}));
+    EXPECT_FALSE(writer->finish(run.engine(), 0));
+    EXPECT_EQ(fs::exists(path), is_marked);
+  }
+}
+
+TEST(Engine, ASnapshotIsAnsweredBeforeDuringAndAfterALiveRun) {
+  const ToyBench bench;
+  haptics::VirtualDevice device(drilling_wish(20), {});
+  haptics::Device* devices[] = {&device};
+  LiveSession live(devices, bench.engine(), {});
+  EXPECT_TRUE(live.snapshot().get());
+  ASSERT_FALSE(live.start());
+  EXPECT_TRUE(live.snapshot().get());
+  live.apply(ToyMark{});
+  auto last = live.snapshot();
+  live.stop();
+  EXPECT_EQ(Toy::toy_world(*last.get()).marks, 1);
+  EXPECT_EQ(Toy::toy_world(*live.snapshot().get()).marks, 1);
 }
 
 TEST(Engine, EventsMeasuresAndGuardsOfModules) {

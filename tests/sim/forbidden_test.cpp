@@ -138,6 +138,41 @@ TEST(Forbidden, AJumpThroughASheetIsNoticed) {
   EXPECT_EQ(run.engine().now().chronicle.size(), 2u);
 }
 
+// What the tool did not do is not told: laid down and taken up elsewhere, touching from below, resumed.
+TEST(Forbidden, OnlyTheWayOfTheToolItselfCounts) {
+  const Guarded guarded;  // forbidden below -4; bone below 0
+  Lockstep run(guarded.engine({4, 60, 40, true}), {}, 1000);
+  const auto go = [&](const dvec3& at) { run.step({at, {1, 0, 0, 0}, false}); };
+  go({-6, 0, 5});
+  // Around through the air, far from everything, with nothing in the hand.
+  run.apply(LayDown{});
+  go({0, 0, -9});
+  go({6, 0, 5});
+  run.apply(drilling::Burr{4, 60, 40, true});
+  go({6, 0, 5});
+  EXPECT_EQ(run.engine().watch(0, 0).entries, 0);
+  // Laid down inside: the visit ends.
+  run.step({{6, 0, -4}, {1, 0, 0, 0}, true});
+  EXPECT_EQ(run.engine().watch(0, 0).entries, 1);
+  run.apply(LayDown{});
+  go({6, 0, -4});
+  EXPECT_FALSE(run.engine().watch(0, 0).is_inside);
+  const Chronicle& all = run.engine().now().chronicle;
+  EXPECT_TRUE(all[all.size() - 1].what.as<ForbiddenLeft>());
+  // A burr that only touches: the ball stands on the surface, whatever the stylus's attitude, and a hand that
+  // comes and goes enters nothing.
+  Lockstep touch(guarded.engine({4, 60, 40}), {}, 1000);
+  for (int i = 0; i < 3000; ++i) {
+    const double z = 1.5 * std::sin(0.01 * i);
+    touch.step({{0, 0, z}, {0, 1, 0, 0}, false});  // upside down
+    EXPECT_GT(touch.engine().watch(0, 0).clearance, 3.5) << i;
+  }
+  EXPECT_EQ(touch.engine().watch(0, 0).entries, 0);
+  // However far it jumps, a tick ends.
+  touch.step({{9e5, -9e5, 9e5}, {1, 0, 0, 0}, false});
+  EXPECT_EQ(touch.engine().watch(0, 0).entries, 0);
+}
+
 TEST(Forbidden, SessionsHoldItAndASceneWithoutPaysNothing) {
   const Guarded guarded;
   const Engine without = guarded.engine({3}, false);

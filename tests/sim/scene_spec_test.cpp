@@ -74,6 +74,16 @@ TEST(SceneSpec, ASessionOfEverythingReplaysToTheBitFromItsFileAlone) {
   EXPECT_EQ(replay.engine().now().hash(), state);
 }
 
+// Files may say anything of a model; what a model does not have is refused.
+TEST(SceneSpec, HeadersThatAskTooMuchOfAModelAreRefused) {
+  const std::string good = encode(SessionHeader(crowded_spec(crowded())));
+  const std::size_t at = good.find("of_model=0");
+  ASSERT_NE(at, std::string::npos);
+  for (const char* line :
+       {"soft=1\n", "ramp_intensity=3\nramp_dense_intensity=9\n", "forbidden=1\n", "touchable=0\n"})
+    EXPECT_FALSE(decode_header(std::string(good).insert(at, line)).is_ok()) << line;
+}
+
 // What is not there, or is another.
 TEST(SceneSpec, DataThatIsNotTheSpecsIsRefused) {
   const TouchScene scene = crowded();
@@ -94,6 +104,17 @@ TEST(SceneSpec, DataThatIsNotTheSpecsIsRefused) {
   EXPECT_NE(refused([](SceneSpec&, SceneData& d) { std::swap(d.volumes[0], d.volumes[1]); }).find("voxels"),
             std::string::npos);
   EXPECT_NE(refused([](SceneSpec& s, SceneData&) { s.hands[0].method = "subvoxel"; }).find("scene"),
+            std::string::npos);
+  EXPECT_NE(refused([](SceneSpec& s, SceneData&) { s.hands[1].tool_radius = 1e-6; }).find("radius"),
+            std::string::npos);
+  EXPECT_NE(refused([](SceneSpec& s, SceneData&) {
+              StructureSpec& nerve = s.structures.emplace_back();
+              nerve.shape.label = 1;
+              nerve.is_touchable = false;
+              nerve.is_forbidden = true;
+            }).find("no labels"),
+            std::string::npos);
+  EXPECT_NE(refused([](SceneSpec& s, SceneData&) { s.hands[0].parameters = "diameter=1"; }).find("smaller"),
             std::string::npos);
   EXPECT_NE(refused([](SceneSpec& s, SceneData&) { s.hands[0].method = "magic"; }).find("magic"),
             std::string::npos);
