@@ -8,17 +8,10 @@
 #include "haptics/force/coupling.h"
 #include "haptics/proxy/implicit_proxy.h"
 #include "haptics/proxy/subvoxel_proxy.h"
-#include "tests/scenes/scenes.h"
+#include "tests/haptics/servo/servo_fixture.h"
 
 namespace trephine::haptics {
 namespace {
-
-data_tools::PhantomOptions grid(int size) {
-  data_tools::PhantomOptions o;
-  o.size = glm::ivec3(size);
-  o.psf_sigma_voxels = 1;
-  return o;
-}
 
 /// Ten seconds at most, however busy the machine is.
 void wait_for_ticks(const ServoLoop& loop, std::uint64_t ticks) {
@@ -69,28 +62,6 @@ TEST(Histogram, PercentilesAreWithinABucket) {
 }
 
 /// By one hand, untouched.
-std::shared_ptr<const ServoScene> seen_by(const TouchScene& scene, const ProxyMethod& method) {
-  return std::make_shared<ServoScene>(
-      scene_for_one(scene, method, std::make_shared<volume::Version>(scene.base)));
-}
-
-TEST(ServoCore, ForceIsFiniteAndLatchedOnBadPoses) {
-  const TouchScene scene = scenes::phantom_scene("sphere", grid(32));
-  ImplicitProxy method;
-  ASSERT_FALSE(method.prepare(scene).has_value());
-  const auto owner = seen_by(scene, method);
-  const ServoScene& seen = *owner;
-  for (const double bad : {std::nan(""), std::numeric_limits<double>::infinity(), 1e300}) {
-    ServoCore core({}, 1e-3);
-    core.step(seen, {{{0, 0, 60}}});
-    for (int i = 0; i < 100; ++i) core.step(seen, {{{0, 0, 40}}});
-    ServoRecord r = core.step(seen, {{{0, bad, 40}}});
-    EXPECT_EQ(r.force_world, glm::dvec3(0));
-    r = core.step(seen, {{{0, 0, 40}}});
-    EXPECT_EQ(r.force_world, glm::dvec3(0));
-    EXPECT_TRUE(r.faults & fault_not_finite);
-  }
-}
 
 TEST(ServoLoop, RunsTicksInOrderOnTheNewestVersionAndFeelsTheSurface) {
   const TouchScene scene = scenes::phantom_scene("sphere", grid(64));
@@ -187,25 +158,6 @@ TEST(ServoLoop, LateEditsFadeTheForceBeforeTheRingIsFullAtEveryRate) {
   }
 }
 
-TEST(ServoCore, AnOrientationOrAnAxisThatIsNoNumberIsAFaultAndGoesNoFarther) {
-  const TouchScene scene = scenes::phantom_scene("sphere", grid(32));
-  ImplicitProxy method;
-  ASSERT_FALSE(method.prepare(scene).has_value());
-  const auto seen = seen_by(scene, method);
-  const double bad = std::nan("");
-  Pose turned{{0, 0, 60}, {1, bad, 0, 0}}, squeezed{{0, 0, 60}};
-  squeezed.axes[2] = std::numeric_limits<float>::infinity();
-  for (const Pose& pose : {turned, squeezed}) {
-    ServoCore core({}, 1e-3);
-    EXPECT_EQ(core.step(*seen, {{{0, 0, 60}}}).faults, 0u);
-    const ServoRecord r = core.step(*seen, {pose});
-    EXPECT_TRUE(r.faults & fault_not_finite);
-    EXPECT_EQ(r.pose.orientation, glm::dquat(1, 0, 0, 0));
-    EXPECT_EQ(r.pose.axes, (std::array<float, 4>{}));
-    EXPECT_EQ(r.pose.buttons, 0u);
-  }
-}
-
 TEST(ServoLoop, RefusesMoreDevicesThanTheSceneHasHands) {
   const TouchScene scene = scenes::phantom_scene("sphere", grid(32));
   ImplicitProxy method;
@@ -217,20 +169,6 @@ TEST(ServoLoop, RefusesMoreDevicesThanTheSceneHasHands) {
   const volume::Status error = loop.start();
   ASSERT_TRUE(error.has_value());
   EXPECT_NE(error->message().find("hands"), std::string::npos) << error->message();
-}
-
-TEST(ServoCore, NothingIsCutWhileAFaultHolds) {
-  const TouchScene scene = scenes::phantom_scene("sphere", grid(32));
-  ImplicitProxy method;
-  ASSERT_FALSE(method.prepare(scene).has_value());
-  const auto owner = seen_by(scene, method);
-  const ServoScene& seen = *owner;
-  ServoCore core({}, 1e-3);
-  EXPECT_TRUE(core.step(seen, {{{0, 0, 50}}}).pose.is_pressed());
-  EXPECT_FALSE(core.step(seen, {{{0, 0, 40}}, fault_lost_device}).pose.is_pressed());
-  EXPECT_FALSE(core.step(seen, {{{0, 0, 40}}}).pose.is_pressed());
-  core.reset();
-  EXPECT_TRUE(core.step(seen, {{{0, 0, 50}}}).pose.is_pressed());
 }
 
 TEST(ServoLoop, AFaultIsClearedOnRequest) {
