@@ -12,26 +12,6 @@ using volume::Status;
 
 namespace {
 
-/// What a session can be told whatever its modules are.
-std::array<const ValueType*, 16> own_types() noexcept {
-  return {&value_type<ForbiddenEntered>(),
-          &value_type<ForbiddenLeft>(),
-          &value_type<SwitchItem>(),
-          &value_type<PlaceModel>(),
-          &value_type<SetEffect>(),
-          &value_type<ToolGeometry>(),
-          &value_type<Undo>(),
-          &value_type<Redo>(),
-          &value_type<Note>(),
-          &value_type<Resume>(),
-          &value_type<LayDown>(),
-          &value_type<AdoptFields>(),
-          &value_type<AdoptJob>(),
-          &value_type<CancelJob>(),
-          &value_type<FaultEvent>(),
-          &value_type<JobDiscarded>()};
-}
-
 std::vector<volume::Field> solids_of(const haptics::TouchScene& scene) {
   std::vector<volume::Field> fields;
   for (const haptics::TouchItem& shape : haptics::base_shapes(scene)) fields.push_back(shape.field);
@@ -40,10 +20,6 @@ std::vector<volume::Field> solids_of(const haptics::TouchScene& scene) {
 
 std::shared_ptr<const Value> shared(Value value) {
   return value.is_empty() ? nullptr : std::make_shared<const Value>(std::move(value));
-}
-
-bool holds(std::span<const ValueType* const> all, const ValueType& type) noexcept {
-  return std::find(all.begin(), all.end(), &type) != all.end();
 }
 
 const JobType* job_of(const Module& module, const ValueType& type) noexcept {
@@ -58,51 +34,6 @@ Error no_job(Id id) {
 }
 
 }  // namespace
-
-// ---- Catalogue ----
-
-const InstrumentType* Catalogue::find_instrument(std::string_view name) const noexcept {
-  for (const Module* module : modules_)
-    for (const InstrumentType* instrument : module->instruments())
-      if (instrument->name() == name) return instrument;
-  return nullptr;
-}
-
-std::vector<const ValueType*> Catalogue::all() const {
-  const auto own = own_types();
-  std::vector<const ValueType*> types(own.begin(), own.end());
-  for (const Module* module : modules_) {
-    types.insert(types.end(), module->commands().begin(), module->commands().end());
-    types.insert(types.end(), module->events().begin(), module->events().end());
-    for (const InstrumentType* instrument : module->instruments()) types.push_back(instrument->parameters);
-    for (const JobType* job : module->jobs()) types.push_back(job->parameters);
-  }
-  return types;
-}
-
-const ValueType* Catalogue::find(std::string_view name) const noexcept {
-  for (const ValueType* type : all())
-    if (type->schema->name == name) return type;
-  return nullptr;
-}
-
-bool Catalogue::is_event(const ValueType& type) const noexcept {
-  const std::array<const ValueType*, 4> own{&value_type<FaultEvent>(), &value_type<JobDiscarded>(),
-                                            &value_type<ForbiddenEntered>(), &value_type<ForbiddenLeft>()};
-  return holds(own, type) || std::any_of(modules_.begin(), modules_.end(),
-                                         [&](const Module* module) { return holds(module->events(), type); });
-}
-
-Status Catalogue::check() const {
-  std::vector<std::string_view> names;
-  for (const ValueType* type : all()) names.push_back(type->schema->name);
-  std::sort(names.begin(), names.end());
-  const auto twice = std::adjacent_find(names.begin(), names.end());
-  if (twice == names.end()) return std::nullopt;
-  return Error{"two things of the modules have one name", "", std::string(*twice), "names of their own", ""};
-}
-
-// ---- Engine ----
 
 Engine::Engine(std::vector<HandStart> hands, double dt, const Catalogue& catalogue,
                std::vector<std::shared_ptr<const Forbidden>> forbidden)
@@ -130,17 +61,17 @@ Engine::Engine(std::vector<HandStart> hands, double dt, const Catalogue& catalog
 }
 
 Engine::Engine(const haptics::TouchScene& scene, const haptics::ProxyMethod& method, Instrument instrument,
-               double dt, const Catalogue& catalogue)
+               double dt, const Catalogue& catalogue, std::vector<std::shared_ptr<const Forbidden>> forbidden)
     : Engine({HandStart{haptics::ServoHand(haptics::borrowed(scene), haptics::borrowed(method),
                                            haptics::TouchState(nullptr)),
                         std::move(instrument)}},
-             dt, catalogue) {}
+             dt, catalogue, std::move(forbidden)) {}
 
 Outcome Engine::apply(const haptics::ServoRecord& tick) {
   Outcome outcome;
   HandWork& hand = work_[tick.hand];
   now_.next_tick = std::max(now_.next_tick, tick.tick + 1);
-  trails_[tick.hand].note(hand_(tick.hand), tick);
+  trails_[tick.hand].note(feels(tick.hand), tick);
   note_faults(tick);
   Instrument& instrument = now_.settings.hands[tick.hand];
   const InstrumentInput input{tick, dt_, std::exchange(hand.is_fresh, false)};
@@ -326,8 +257,7 @@ void Engine::end_job(const AdoptJob& wish, Outcome& outcome) {
   if (!result) result = job.run();
   outcome.job_hash = result->hash();
   if (job.type == nullptr) {
-    adopt_geometry(job, *result);
-    outcome.is_changed = true;
+    outcome.is_changed = adopt_geometry(job, *result);
     return;
   }
   ModuleWork work(Work(editor_, news_, now_.next_tick, job.hand), state_of(job.module));
@@ -502,7 +432,7 @@ void Engine::use_fields() {
 }
 
 std::optional<haptics::WayOut> Engine::way_out(std::size_t hand) const {
-  std::optional<haptics::WayOut> way = trails_[hand].way_out(hand_(hand));
+  std::optional<haptics::WayOut> way = trails_[hand].way_out(feels(hand));
   if (way) way->serial = serial();
   return way;
 }

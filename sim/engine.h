@@ -9,8 +9,8 @@
 #include <string>
 #include <vector>
 
+#include "sim/catalogue.h"
 #include "sim/hand_trail.h"
-#include "sim/module.h"
 #include "sim/touch_fields.h"
 
 namespace trephine::sim {
@@ -31,25 +31,6 @@ struct HandStart {
   haptics::ServoHand feels;  ///< its scene's base is that of all hands
   Instrument instrument;
   std::vector<std::string> effects = {};  ///< in words, those of `feels`
-};
-
-/// What a program can do: who makes an engine, or reads a session, says so.
-class Catalogue {
- public:
-  Catalogue() = default;
-  Catalogue(std::vector<const Module*> modules) : modules_(std::move(modules)) {}
-  const std::vector<const Module*>& modules() const noexcept { return modules_; }
-  const InstrumentType* find_instrument(std::string_view name) const noexcept;
-  /// Of all commands, events, instruments and jobs.
-  const ValueType* find(std::string_view name) const noexcept;
-  std::vector<const ValueType*> all() const;
-  /// Told by an engine or a module, never to one.
-  bool is_event(const ValueType& type) const noexcept;
-  /// Error when two things have one name.
-  volume::Status check() const;
-
- private:
-  std::vector<const Module*> modules_;
 };
 
 /// A job that began and has not ended: immutable things that any thread may read.
@@ -73,7 +54,8 @@ class Engine {
          std::vector<std::shared_ptr<const Forbidden>> forbidden = {});
   /// One hand, with an instrument or none. Borrows scene and method too.
   Engine(const haptics::TouchScene& scene, const haptics::ProxyMethod& method, Instrument instrument,
-         double dt, const Catalogue& catalogue = {});
+         double dt, const Catalogue& catalogue = {},
+         std::vector<std::shared_ptr<const Forbidden>> forbidden = {});
 
   /// Ticks of a hand come in their order.
   Outcome apply(const haptics::ServoRecord& tick);
@@ -85,10 +67,10 @@ class Engine {
   const std::shared_ptr<const haptics::ServoScene>& servo_scene() const noexcept { return servo_scene_; }
   std::uint64_t serial() const noexcept { return servo_scene_->serial; }
   std::size_t hand_count() const noexcept { return trails_.size(); }
-  const haptics::TouchScene& scene(std::size_t hand = 0) const noexcept { return *hand_(hand).scene; }
+  const haptics::TouchScene& scene(std::size_t hand = 0) const noexcept { return *feels(hand).scene; }
   /// Of the places (volume frame) where a hand's proxy was, the newest that is free now; null when none is.
   const glm::dvec3* last_free(std::size_t hand = 0) const noexcept {
-    return trails_[hand].last_free(hand_(hand));
+    return trails_[hand].last_free(feels(hand));
   }
   std::optional<haptics::WayOut> way_out(std::size_t hand = 0) const;
 
@@ -144,11 +126,11 @@ class Engine {
     volume::VoxelBox box;  ///< what led here changed
     std::vector<std::pair<std::shared_ptr<const haptics::TouchScene>, TouchFields::Kept>> fields;
   };
-  const haptics::ServoHand& hand_(std::size_t h) const noexcept { return servo_scene_->hands[h]; }
+  const haptics::ServoHand& feels(std::size_t h) const noexcept { return servo_scene_->hands[h]; }
   TouchFields* fields_of(std::size_t hand) noexcept;
   volume::Status check_setting(const Command& command) const;
   bool tell_setting(const Command& command);
-  void adopt_geometry(const PendingJob& job, const JobResult& result);
+  bool adopt_geometry(const PendingJob& job, const JobResult& result);
   void use_fields();
   const InstrumentType* instrument_of(const Command& command) const noexcept;
   ModuleState state_of(std::size_t module) noexcept;

@@ -130,8 +130,9 @@ bool Engine::tell_setting(const Command& command) {
   return true;
 }
 
-/// The hand has another tool: matter may reach where the old one was free, so it is growth.
-void Engine::adopt_geometry(const PendingJob& job, const JobResult& result) {
+/// The hand has another tool: matter may reach where the old one was free, so it is growth. False: what it
+/// holds by now does not fit, and the old one stays.
+bool Engine::adopt_geometry(const PendingJob& job, const JobResult& result) {
   const auto& made = static_cast<const MadeGeometry&>(result);
   Status failed = made.failed;
   // The hand may hold something else by now.
@@ -139,7 +140,7 @@ void Engine::adopt_geometry(const PendingJob& job, const JobResult& result) {
     failed = check_radius(*hands_[job.hand].scene, now_.settings.hands[job.hand], made.scene->tool_radius);
   if (failed) {
     news_.push_back({now_.next_tick, job.hand, glm::dvec3(0), JobDiscarded{job.id, failed->message()}});
-    return;
+    return false;
   }
   hands_[job.hand].set_scene(made.scene, made.method);
   use_fields();
@@ -153,6 +154,7 @@ void Engine::adopt_geometry(const PendingJob& job, const JobResult& result) {
   const Command told{*job.parameters, job.hand};
   now_.settings.told.insert_or_assign(key_of(told, 0), told);
   publish(Change::growth);
+  return true;
 }
 
 }  // namespace trephine::sim

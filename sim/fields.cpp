@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "sim/bytes.h"
+#include "sim/text.h"
 
 namespace trephine::sim {
 
@@ -26,10 +27,7 @@ FieldPlace place_in(const Field& field, const void* value) noexcept {
   return field.place(const_cast<void*>(value));
 }
 
-std::string text_of(double v) {
-  char text[40];
-  return std::string(text, std::to_chars(text, text + sizeof text, v).ptr);
-}
+using sim::text_of;
 std::string text_of(const dvec3& v) { return text_of(v.x) + ',' + text_of(v.y) + ',' + text_of(v.z); }
 std::string text_of(Id id) { return std::to_string(id.value); }
 

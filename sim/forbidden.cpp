@@ -25,7 +25,7 @@ volume::Result<std::shared_ptr<const Forbidden>> Forbidden::build(
   if (bits.count_solid() == 0)
     return volume::Error{"a forbidden structure is empty", shape.name, "no voxel", "at least one", ""};
   std::shared_ptr<Forbidden> made(new Forbidden(std::move(volume), shape));
-  const volume::Mesh net = volume::surface_net({&made->field_, nullptr, &bits, false});
+  const volume::Mesh net = volume::surface_net({&made->field_, nullptr, &bits, false}, threads);
   std::vector<dvec3> vertices;
   for (const glm::vec3& v : net.vertices.span())
     vertices.push_back(made->volume_->frame.world_from_volume(dvec3(v)));

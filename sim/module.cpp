@@ -2,9 +2,9 @@
 
 namespace trephine::sim {
 
-volume::Status Module::allows(const Command&, const OperationView&) const { return std::nullopt; }
+volume::Status Module::allows(const Command&, const OperationState&) const { return std::nullopt; }
 void Module::apply(const Command&, ModuleWork&) const {}
 void Module::react(const Event&, ModuleState&) const {}
-std::vector<Measure> Module::measures(const OperationView&) const { return {}; }
+std::vector<Measure> Module::measures(const OperationState&) const { return {}; }
 
 }  // namespace trephine::sim

@@ -9,9 +9,6 @@
 
 namespace trephine::sim {
 
-/// The operation as a module may read it.
-using OperationView = OperationState;
-
 /// A module's own state.
 class ModuleState {
  public:
@@ -68,7 +65,7 @@ class ModuleWork : public Work, public ModuleState {
 class JobResult {
  public:
   virtual ~JobResult() = default;
-  virtual std::uint64_t hash() const = 0;
+  virtual std::uint64_t hash() const = 0;  ///< worked out when it is made: asked on the edit thread
 };
 
 /// Work that takes longer than a command may (2 ms): a pure function of immutable things, with the same bits
@@ -97,12 +94,12 @@ class Module {
   virtual Value settings() const { return {}; }
 
   /// The guard: asked about every command, of whatever module, before anything is done. An Error refuses it.
-  virtual volume::Status allows(const Command& command, const OperationView& now) const;
+  virtual volume::Status allows(const Command& command, const OperationState& now) const;
   /// Carries out a command of its own, in at most 2 ms. What could go wrong was refused by allows().
   virtual void apply(const Command& command, ModuleWork& work) const;
   /// Something happened, in whatever module. Changes its own state only.
   virtual void react(const Event& event, ModuleState& state) const;
-  virtual std::vector<Measure> measures(const OperationView& now) const;
+  virtual std::vector<Measure> measures(const OperationState& now) const;
 };
 
 }  // namespace trephine::sim

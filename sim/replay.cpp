@@ -4,6 +4,8 @@
 #include <cstdio>
 #include <glm/geometric.hpp>
 
+#include "sim/text.h"
+
 namespace trephine::sim {
 
 using volume::Error;
@@ -13,19 +15,12 @@ using volume::Status;
 namespace {
 constexpr std::uint64_t k_keep_every = 10'000;  // ticks between places to come back to
 
-std::string hexadecimal(std::uint64_t v) {
-  char text[20];
-  std::snprintf(text, sizeof text, "%016llx", static_cast<unsigned long long>(v));
-  return text;
-}
 std::string newtons(const glm::dvec3& f) {
   char text[120];
   std::snprintf(text, sizeof text, "(%.6f, %.6f, %.6f) N", f.x, f.y, f.z);
   return text;
 }
-}  // namespace
 
-namespace {
 /// The session's modules, in its order.
 Result<Catalogue> modules_of(const SessionReader& session) {
   std::vector<const Module*> modules;

@@ -1,10 +1,10 @@
 #include "sim/scene_spec.h"
 
 #include <algorithm>
-#include <cstdio>
 
 #include "haptics/force/effects.h"
 #include "haptics/mesh/mesh_tree.h"
+#include "sim/text.h"
 #include "sim/tool_geometry.h"
 
 namespace trephine::sim {
@@ -17,11 +17,6 @@ using volume::Status;
 
 namespace {
 
-std::string hexadecimal(std::uint64_t v) {
-  char text[20];
-  std::snprintf(text, sizeof text, "%016llx", static_cast<unsigned long long>(v));
-  return text;
-}
 std::string text_of(const glm::ivec3& s) {
   return std::to_string(s.x) + " x " + std::to_string(s.y) + " x " + std::to_string(s.z) + " voxels";
 }

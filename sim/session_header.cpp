@@ -3,29 +3,15 @@
 #include <array>
 #include <charconv>
 #include <cmath>
-#include <cstdio>
 
 #include "haptics/force/effects.h"
 #include "sim/session_format.h"
+#include "sim/text.h"
 
 namespace trephine::sim {
 
 using volume::Error;
 using volume::Result;
-
-namespace {
-
-std::string text_of(double v) {
-  char text[40];
-  return std::string(text, std::to_chars(text, text + sizeof text, v).ptr);
-}
-std::string hexadecimal(std::uint64_t v) {
-  char text[20];
-  std::snprintf(text, sizeof text, "%016llx", static_cast<unsigned long long>(v));
-  return text;
-}
-
-}  // namespace
 
 std::string encode(const SessionHeader& h) {
   std::string out;

@@ -8,19 +8,28 @@ namespace trephine::sim {
 
 volume::Status check_tool_radius(const volume::Volume& base, double radius) {
   const glm::dvec3& spacing = base.frame.spacing();
-  const double least = 0.1 * std::min({spacing.x, spacing.y, spacing.z});
+  const double least = 0.02 * std::min({spacing.x, spacing.y, spacing.z});
   if (radius == 0 || (radius >= least && radius <= 6)) return std::nullopt;
   return volume::Error{"the tool's radius is out of range", "radius", std::to_string(radius) + " mm",
                        "0, or " + std::to_string(least) + " to 6 mm", "take a point, or a larger ball"};
 }
 
-std::uint64_t MadeGeometry::hash() const {
-  // The fields are a pure function of the radius, the scene and what is left, which the log has.
-  volume::MixHash all;
-  all.add(scene ? scene->tool_radius : -1.0);
-  all.add(std::uint64_t{offsets.size()});
-  return all.value();
+namespace {
+/// Of a field at so many places all over it: another radius, step, shape or cut shows, in a millisecond.
+void add_samples(volume::MixHash& hash, const volume::OffsetField& field) {
+  constexpr int k_places = 1 << 16;
+  const glm::uvec3 size(field.size());
+  std::uint64_t random = 1;
+  const auto below = [&random](unsigned most) {
+    random = random * 6364136223846793005u + 1442695040888963407u;
+    return static_cast<int>((random >> 33) % most);
+  };
+  for (int i = 0; i < k_places; ++i) {
+    const int x = below(size.x), y = below(size.y), z = below(size.z);
+    hash.add(field.at(x, y, z));
+  }
 }
+}  // namespace
 
 std::shared_ptr<const MadeGeometry> make_geometry(const haptics::ServoHand& hand, double radius,
                                                   const volume::Version& version,
@@ -40,6 +49,12 @@ std::shared_ptr<const MadeGeometry> make_geometry(const haptics::ServoHand& hand
     for (const haptics::TouchItem& shape : haptics::base_shapes(*made->scene))
       made->offsets.push_back(
           shape.offset->updated(shape.field, *shape.bits, version, cut, 0, nullptr, shape.soft.get()));
+  volume::MixHash all;
+  all.add(radius);
+  if (radius > 0)
+    for (std::size_t s = 0; s < base_shapes(*made->scene).size(); ++s)
+      add_samples(all, made->offsets.empty() ? *made->scene->items[s].offset : *made->offsets[s]);
+  made->fingerprint = all.value();
   return made;
 }
 

@@ -12,9 +12,10 @@ class MadeGeometry final : public JobResult {
  public:
   std::shared_ptr<const haptics::TouchScene> scene;
   std::shared_ptr<const haptics::ProxyMethod> method;
-  OffsetJob::Offsets offsets;  ///< of what was left when the job began; empty for a point
-  volume::Status failed;       ///< why there is no such tool
-  std::uint64_t hash() const override;
+  OffsetJob::Offsets offsets;     ///< of what was left when the job began; empty for a point
+  volume::Status failed;          ///< why there is no such tool
+  std::uint64_t fingerprint = 0;  ///< of fields and radius
+  std::uint64_t hash() const override { return fingerprint; }
 };
 
 /// 0, or not much smaller than the voxels, whose fields would be without measure: error.

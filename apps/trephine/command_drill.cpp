@@ -112,10 +112,8 @@ Result<Outcome> run_drill(const DrillArguments& arguments) {
   auto recorder = start_recording(arguments.record, source, scene, method, servo, drilling::burr(burr), {},
                                   forbidden.value().told);
   if (!recorder) return recorder.error();
-  sim::Lockstep run(sim::Engine({{haptics::ServoHand(haptics::borrowed(scene), haptics::borrowed(method),
-                                                     haptics::TouchState(nullptr)),
-                                  drilling::burr(burr)}},
-                                1 / arguments.rate, catalogue(), forbidden.value().watched),
+  sim::Lockstep run(sim::Engine(scene, method, drilling::burr(burr), 1 / arguments.rate, catalogue(),
+                                forbidden.value().watched),
                     servo.force, arguments.rate, recorder.value().get());
 
   const std::vector<double> times = haptics::servo_times(path.value(), arguments.rate);

@@ -12,6 +12,7 @@
 #include "data-tools/atomic_file.h"
 #include "data-tools/open_volume.h"
 #include "data-tools/phantoms.h"
+#include "sim/text.h"
 #include "volume/gaussian.h"
 #include "volume/work_counters.h"
 
@@ -21,10 +22,7 @@ using volume::Error;
 using volume::Result;
 
 namespace {
-std::string text_of(double v) {
-  char text[40];
-  return std::string(text, std::to_chars(text, text + sizeof text, v).ptr);
-}
+using sim::text_of;
 
 /// "LO:HI" with either end optional.
 Result<volume::Shape> parse_window(const std::string& window) {

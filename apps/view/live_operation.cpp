@@ -15,10 +15,8 @@ sim::Engine first_state(const haptics::TouchScene& scene, const haptics::ProxyMe
                         const WindowOptions& options) {
   if (options.start) return options.start->engine;
   static const drilling::Drilling drilling;
-  return sim::Engine(
-      {{haptics::ServoHand(haptics::borrowed(scene), haptics::borrowed(method), haptics::TouchState(nullptr)),
-        drilling::burr(options.burr)}},
-      1 / options.rate_hz, sim::Catalogue({&drilling}), options.forbidden);
+  return sim::Engine(scene, method, drilling::burr(options.burr), 1 / options.rate_hz,
+                     sim::Catalogue({&drilling}), options.forbidden);
 }
 
 haptics::ServoOptions servo_options(const WindowOptions& options) {

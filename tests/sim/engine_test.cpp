@@ -388,7 +388,7 @@ TEST(Engine, ATooLargeToolIsLedOutOfTheHoleOfASmallerOne) {
 class Strict final : public Module {
  public:
   std::string_view name() const noexcept override { return "strict"; }
-  volume::Status allows(const Command&, const OperationView&) const override {
+  volume::Status allows(const Command&, const OperationState&) const override {
     return volume::Error{"not now", "", "", "", ""};
   }
 };
@@ -425,7 +425,7 @@ TEST(Engine, WhatIsToldInAnotherOrderIsTheSameState) {
 TEST(Engine, AToolThatDoesNotFitIsRefusedAndNotAdopted) {
   const ToyBench bench;
   Engine engine = bench.engine();
-  for (const double radius : {1e-9, 0.01, 6.5})
+  for (const double radius : {1e-9, 0.009, 6.5})
     EXPECT_TRUE(engine.apply(ToolGeometry{radius}).refused) << radius;
   drilling::Burr round{2, 60, 40};
   round.is_round = true;
@@ -435,8 +435,24 @@ TEST(Engine, AToolThatDoesNotFitIsRefusedAndNotAdopted) {
   ASSERT_FALSE(begun.refused);
   round.diameter = 1;  // another one in the hand meanwhile
   EXPECT_FALSE(engine.apply(round).refused);
-  EXPECT_FALSE(engine.apply(engine.finish_job(begun.job)).is_changed && engine.scene().tool_radius > 0);
+  EXPECT_FALSE(engine.apply(engine.finish_job(begun.job)).is_changed);
+  EXPECT_EQ(engine.scene().tool_radius, 0);
   EXPECT_EQ(engine.now().chronicle[0].what.as<JobDiscarded>()->job.value, begun.job.value);
+}
+
+// What a job of geometry made is told apart by its hash: by radius, by what was cut, and by nothing else.
+TEST(Engine, AGeometryIsToldApartByItsHash) {
+  const ToyBench bench;
+  Engine engine = bench.engine();
+  const auto hash_of = [&](double radius) {
+    const Outcome begun = engine.apply(ToolGeometry{radius});
+    return engine.finish_job(begun.job).hash;
+  };
+  const std::int64_t one = hash_of(1), again = hash_of(1), larger = hash_of(1.25);
+  engine.apply(ToyCarve{{0, 0, 1}});
+  EXPECT_EQ(one, again);
+  EXPECT_NE(one, larger);
+  EXPECT_NE(one, hash_of(1));
 }
 
 TEST(Engine, ASessionOfModuleWorkAloneIsKept) {

@@ -110,7 +110,7 @@ class Toy final : public Module {
   Value world() const override { return ToyWorld{}; }
   Value settings() const override { return ToySettings{}; }
 
-  volume::Status allows(const Command& command, const OperationView& now) const override {
+  volume::Status allows(const Command& command, const OperationState& now) const override {
     if (command.what.as<ToyMark>() && toy_world(now).marks >= 10)
       return volume::Error{"there are marks enough", "toy-mark", "10", "at most 10", "undo one"};
     return std::nullopt;
@@ -132,7 +132,7 @@ class Toy final : public Module {
   void react(const Event&, ModuleState& state) const override {
     ++state.change_settings<ToySettings>().heard;
   }
-  std::vector<Measure> measures(const OperationView& now) const override {
+  std::vector<Measure> measures(const OperationState& now) const override {
     return {{"marks", static_cast<double>(toy_world(now).marks), ""}};
   }
 

@@ -1,0 +1,74 @@
+#include "sim/catalogue.h"
+
+#include <algorithm>
+#include <array>
+
+namespace trephine::sim {
+
+using volume::Error;
+using volume::Status;
+
+namespace {
+
+/// What can be told whatever the modules are ...
+std::array<const ValueType*, 12> own_commands() noexcept {
+  return {&value_type<Undo>(),        &value_type<Redo>(),      &value_type<Note>(),
+          &value_type<Resume>(),      &value_type<LayDown>(),   &value_type<SwitchItem>(),
+          &value_type<PlaceModel>(),  &value_type<SetEffect>(), &value_type<ToolGeometry>(),
+          &value_type<AdoptFields>(), &value_type<AdoptJob>(),  &value_type<CancelJob>()};
+}
+/// ... and what an engine tells.
+std::array<const ValueType*, 4> own_events() noexcept {
+  return {&value_type<FaultEvent>(), &value_type<JobDiscarded>(), &value_type<ForbiddenEntered>(),
+          &value_type<ForbiddenLeft>()};
+}
+
+}  // namespace
+
+bool holds(std::span<const ValueType* const> all, const ValueType& type) noexcept {
+  return std::find(all.begin(), all.end(), &type) != all.end();
+}
+
+const InstrumentType* Catalogue::find_instrument(std::string_view name) const noexcept {
+  for (const Module* module : modules_)
+    for (const InstrumentType* instrument : module->instruments())
+      if (instrument->name() == name) return instrument;
+  return nullptr;
+}
+
+std::vector<const ValueType*> Catalogue::all() const {
+  const auto commands = own_commands();
+  const auto events = own_events();
+  std::vector<const ValueType*> types(commands.begin(), commands.end());
+  types.insert(types.end(), events.begin(), events.end());
+  for (const Module* module : modules_) {
+    types.insert(types.end(), module->commands().begin(), module->commands().end());
+    types.insert(types.end(), module->events().begin(), module->events().end());
+    for (const InstrumentType* instrument : module->instruments()) types.push_back(instrument->parameters);
+    for (const JobType* job : module->jobs()) types.push_back(job->parameters);
+  }
+  return types;
+}
+
+const ValueType* Catalogue::find(std::string_view name) const noexcept {
+  for (const ValueType* type : all())
+    if (type->schema->name == name) return type;
+  return nullptr;
+}
+
+bool Catalogue::is_event(const ValueType& type) const noexcept {
+  return holds(own_events(), type) ||
+         std::any_of(modules_.begin(), modules_.end(),
+                     [&](const Module* module) { return holds(module->events(), type); });
+}
+
+Status Catalogue::check() const {
+  std::vector<std::string_view> names;
+  for (const ValueType* type : all()) names.push_back(type->schema->name);
+  std::sort(names.begin(), names.end());
+  const auto twice = std::adjacent_find(names.begin(), names.end());
+  if (twice == names.end()) return std::nullopt;
+  return Error{"two things of the modules have one name", "", std::string(*twice), "names of their own", ""};
+}
+
+}  // namespace trephine::sim
