@@ -57,7 +57,7 @@ Engine::Engine(std::vector<HandStart> hands, double dt, const Catalogue& catalog
   now_.world.version = felt_ = untouched_ = editor_.publish();
   use_fields();
   publish(Change::cut);
-  history_.push_back(here(k_no_voxels));
+  history_.push_back(entry_here(k_no_voxels));
 }
 
 Engine::Engine(const haptics::TouchScene& scene, const haptics::ProxyMethod& method, Instrument instrument,
@@ -131,12 +131,26 @@ Status Engine::check(const Command& command) const {
       std::none_of(jobs_.begin(), jobs_.end(), [&](const PendingJob& job) { return job.id == *wished_job; }))
     return no_job(*wished_job);
   if (Status error = check_setting(command)) return error;
+  if (Status error = check_way_back(command)) return error;
   // What keeps the books is nobody's wish, and not to be refused.
   if (command.what.as<AdoptFields>() || command.what.as<AdoptJob>() || command.what.as<Resume>())
     return std::nullopt;
   for (const Module* module : catalogue_.modules())
     if (Status error = module->allows(command, now_)) return error;
   return std::nullopt;
+}
+
+/// Can the place be read that the command leads to?
+Status Engine::check_way_back(const Command& command) const {
+  std::size_t to = position_;
+  if (command.what.as<Undo>() && can_undo())
+    to -= is_stroke_changed_ ? 0 : 1;  // the stroke will end first
+  else if (command.what.as<Redo>() && can_redo() && !is_stroke_changed_)
+    ++to;
+  else
+    return std::nullopt;
+  const volume::Result<HistoryPlace> place = history_[to]->place();
+  return place ? Status() : place.error();
 }
 
 void Engine::carry_out(const Command& command, Outcome& outcome) {
@@ -171,12 +185,8 @@ void Engine::carry_out(const Command& command, Outcome& outcome) {
     if (!is_in_stroke()) end_stroke();
   } else if (tell_setting(command)) {
     outcome.is_changed = true;
-  } else if (const auto* geometry = what.as<ToolGeometry>()) {
-    PendingJob job;
-    job.run = [hand = hands_[command.hand], radius = geometry->radius, input = snapshot(), cut = ever_cut_] {
-      return make_geometry(hand, radius, *input->world.version, cut);
-    };
-    begin_job(command, std::move(job), outcome);
+  } else if (what.as<ToolGeometry>()) {
+    begin_job(command, {}, outcome);
   } else if (const InstrumentType* instrument = instrument_of(command)) {
     Instrument& held = now_.settings.hands[command.hand];
     if (held.type == instrument)
@@ -221,11 +231,21 @@ void Engine::begin_job(const Command& command, PendingJob job, Outcome& outcome)
   job.parameters = shared(command.what);
   job.input = snapshot();
   job.growths = growths_;
+  job.cut = ever_cut_;
+  arm(job);
+  jobs_.push_back(std::move(job));
+}
+
+/// So that any thread can run it, of what it has.
+void Engine::arm(PendingJob& job) const {
   if (job.type)
     job.run = [type = job.type, parameters = job.parameters, input = job.input] {
       return type->run(parameters->data(), *input);
     };
-  jobs_.push_back(std::move(job));
+  else
+    job.run = [hand = hands_[job.hand], parameters = job.parameters, input = job.input, cut = job.cut] {
+      return make_geometry(hand, parameters->as<ToolGeometry>()->radius, *input->world.version, cut);
+    };
 }
 
 AdoptJob Engine::finish_job(Id id) {
@@ -363,24 +383,28 @@ void Engine::end_stroke() {
 /// The world as it is now becomes the newest place of the history; what was undone is gone for good.
 void Engine::remember(const volume::VoxelBox& box) {
   history_.erase(history_.begin() + static_cast<std::ptrdiff_t>(position_) + 1, history_.end());
-  history_.push_back(here(box));
+  history_.push_back(entry_here(box));
   if (++position_ <= k_most_strokes) return;
   history_.erase(history_.begin());
   --position_;
   ++forgotten_;
 }
 
-Engine::Entry Engine::here(const volume::VoxelBox& box) const {
-  Entry entry{now_.world, box, {}};
-  for (const TouchFields& fields : fields_) entry.fields.emplace_back(fields.scene(), fields.keep());
-  return entry;
+HistoryPlace Engine::here() const {
+  HistoryPlace place{now_.world, {}};
+  for (const TouchFields& fields : fields_) place.fields.emplace_back(fields.scene(), fields.keep());
+  return place;
+}
+
+std::shared_ptr<const HistoryEntry> Engine::entry_here(const volume::VoxelBox& box) {
+  return std::make_shared<const HistoryEntry>(HistoryEntry{++last_entry_, box, here()});
 }
 
 void Engine::go_to(std::size_t position, Outcome& outcome) {
+  const HistoryPlace entry = history_[position]->place().value();  // which check_way_back() has seen
   outcome.is_changed = outcome.is_edit = true;
-  outcome.box = history_[std::max(position, position_)].box;
+  outcome.box = history_[std::max(position, position_)]->box;
   position_ = position;
-  const Entry& entry = history_[position];
   editor_.reset(entry.world.version);
   now_.world = entry.world;
   now_.world.version = felt_ = editor_.publish();
@@ -397,12 +421,7 @@ void Engine::go_to(std::size_t position, Outcome& outcome) {
 /// What hands feel now, by a serial of its own, for servos to adopt. Where matter may have grown each hand is
 /// told the way out of it.
 void Engine::publish(Change change) {
-  auto next = std::make_shared<haptics::ServoScene>();
-  next->serial = servo_scene_ ? serial() + 1 : 1;
-  for (std::size_t h = 0; h < hands_.size(); ++h) {
-    const TouchFields* fields = fields_of(h);
-    hands_[h].state = haptics::TouchState(felt_, fields ? fields->newest() : OffsetJob::Offsets());
-  }
+  std::shared_ptr<haptics::ServoScene> next = make_scene(servo_scene_ ? serial() + 1 : 1);
   if (change == Change::growth) {
     ++growths_;
     for (std::size_t h = 0; h < hands_.size(); ++h) {
@@ -413,6 +432,17 @@ void Engine::publish(Change change) {
   }
   next->hands = hands_;
   servo_scene_ = std::move(next);
+}
+
+/// The hands know what is left now; they are not in it yet.
+std::shared_ptr<haptics::ServoScene> Engine::make_scene(std::uint64_t serial) {
+  auto next = std::make_shared<haptics::ServoScene>();
+  next->serial = serial;
+  for (std::size_t h = 0; h < hands_.size(); ++h) {
+    const TouchFields* fields = fields_of(h);
+    hands_[h].state = haptics::TouchState(felt_, fields ? fields->newest() : OffsetJob::Offsets());
+  }
+  return next;
 }
 
 TouchFields* Engine::fields_of(std::size_t hand) noexcept {
@@ -495,7 +525,7 @@ void Engine::adopt_fields(const AdoptFields& wish, std::size_t hand, Outcome& ou
   publish(Change::cut);
   outcome.is_changed = true;
   // The state between strokes keeps what it has now, for whoever comes back to it.
-  if (!is_stroke_changed_) history_[position_].fields = here(k_no_voxels).fields;
+  if (!is_stroke_changed_) history_[position_] = entry_here(history_[position_]->box);
 }
 
 // ---- jobs and snapshots ----
@@ -507,6 +537,64 @@ void Engine::hand_in(Id job, std::shared_ptr<const JobResult> result) {
 void Engine::freeze() {
   if (now_.world.version->is_frozen()) return;
   now_.world.version = editor_.freeze();
+}
+
+EngineImage Engine::image() {
+  freeze();
+  EngineImage all;
+  all.now = now_;
+  all.serial = serial();
+  for (std::size_t h = 0; h < hands_.size(); ++h)
+    all.hands.push_back(
+        {hands_[h].scene, hands_[h].method, hands_[h].layout, hands_[h].way, work_[h], trails_[h]});
+  all.fields = fields_;
+  all.history = history_;
+  all.position = position_;
+  all.forgotten = forgotten_;
+  all.last_entry = last_entry_;
+  all.growths = growths_;
+  all.is_stroke_changed = is_stroke_changed_;
+  all.stroke_box = stroke_box_;
+  all.ever_cut = ever_cut_;
+  all.jobs = jobs_;
+  all.last_job = last_job_;
+  return all;
+}
+
+void Engine::restore(const EngineImage& image) {
+  now_ = image.now;
+  editor_.reset(now_.world.version);
+  felt_ = now_.world.version;
+  for (std::size_t h = 0; h < hands_.size(); ++h) {
+    const EngineImage::Hand& hand = image.hands[h];
+    if (hand.scene != hands_[h].scene) hands_[h].set_scene(hand.scene, hand.method);
+    hands_[h].layout = hand.layout;
+    work_[h] = hand.work;
+    trails_[h] = hand.trail;
+  }
+  for (const auto& [key, command] : now_.settings.told) {
+    std::int64_t number = 0;
+    Change change = Change::cut;
+    set(command, number, change);
+  }
+  for (std::size_t h = 0; h < hands_.size(); ++h) hands_[h].way = image.hands[h].way;
+  fields_ = image.fields;
+  history_ = image.history;
+  position_ = image.position;
+  forgotten_ = image.forgotten;
+  last_entry_ = image.last_entry;
+  growths_ = image.growths;
+  is_stroke_changed_ = image.is_stroke_changed;
+  stroke_box_ = image.stroke_box;
+  ever_cut_ = image.ever_cut;
+  jobs_ = image.jobs;
+  for (PendingJob& job : jobs_) arm(job);
+  last_job_ = image.last_job;
+  results_.clear();
+  made_fields_.clear();
+  std::shared_ptr<haptics::ServoScene> seen = make_scene(image.serial);
+  seen->hands = hands_;
+  servo_scene_ = std::move(seen);
 }
 
 std::shared_ptr<const OperationState> Engine::snapshot() {

@@ -10,8 +10,7 @@
 #include <vector>
 
 #include "sim/catalogue.h"
-#include "sim/hand_trail.h"
-#include "sim/touch_fields.h"
+#include "sim/engine_image.h"
 
 namespace trephine::sim {
 
@@ -31,18 +30,6 @@ struct HandStart {
   haptics::ServoHand feels;  ///< its scene's base is that of all hands
   Instrument instrument;
   std::vector<std::string> effects = {};  ///< in words, those of `feels`
-};
-
-/// A job that began and has not ended: immutable things that any thread may read.
-struct PendingJob {
-  Id id;
-  std::uint8_t hand = 0;
-  std::shared_ptr<const Value> parameters;
-  std::shared_ptr<const OperationState> input;
-  std::function<std::shared_ptr<const JobResult>()> run;
-  const JobType* type = nullptr;  ///< null: a tool's geometry
-  std::size_t module = 0;
-  std::uint64_t growths = 0;  ///< that there had been
 };
 
 /// One thread: the edit thread, or the only one in lockstep. A copy, made when it is frozen, goes on by
@@ -95,6 +82,11 @@ class Engine {
     return now_.watches[hand * forbidden_.size() + structure];
   }
 
+  /// All of it; freezes.
+  EngineImage image();
+  /// To what an engine of the same start was; its scenes stand in the image.
+  void restore(const EngineImage& image);
+
   // ---- strokes ----
   bool is_in_stroke() const noexcept;
   /// Strokes and commands that can be taken back; older ones stay for good, so that an hour's work fits in
@@ -120,21 +112,19 @@ class Engine {
 
  private:
   enum class Change { cut, growth };
-  /// A place of the history.
-  struct Entry {
-    World world;
-    volume::VoxelBox box;  ///< what led here changed
-    std::vector<std::pair<std::shared_ptr<const haptics::TouchScene>, TouchFields::Kept>> fields;
-  };
   const haptics::ServoHand& feels(std::size_t h) const noexcept { return servo_scene_->hands[h]; }
   TouchFields* fields_of(std::size_t hand) noexcept;
   volume::Status check_setting(const Command& command) const;
+  bool set(const Command& command, std::int64_t& number, Change& change);
   bool tell_setting(const Command& command);
+  void arm(PendingJob& job) const;
+  std::shared_ptr<haptics::ServoScene> make_scene(std::uint64_t serial);
   bool adopt_geometry(const PendingJob& job, const JobResult& result);
   void use_fields();
   const InstrumentType* instrument_of(const Command& command) const noexcept;
   ModuleState state_of(std::size_t module) noexcept;
   volume::Status check(const Command& command) const;
+  volume::Status check_way_back(const Command& command) const;
   void carry_out(const Command& command, Outcome& outcome);
   void begin_job(const Command& command, PendingJob job, Outcome& outcome);
   void end_job(const AdoptJob& wish, Outcome& outcome);
@@ -148,7 +138,8 @@ class Engine {
   void remember(const volume::VoxelBox& box);
   void publish(Change change);
   void settle(Outcome& outcome);
-  Entry here(const volume::VoxelBox& box) const;
+  HistoryPlace here() const;
+  std::shared_ptr<const HistoryEntry> entry_here(const volume::VoxelBox& box);
 
   Catalogue catalogue_;
   double dt_;
@@ -163,16 +154,13 @@ class Engine {
   std::shared_ptr<const haptics::ServoScene> servo_scene_;
 
   std::vector<HandTrail> trails_;
-  struct HandWork {
-    bool is_pressed = false, is_fresh = true;
-    std::uint32_t noted_faults = 0;
-    std::optional<ToolBall> body = std::nullopt;  ///< of its instrument, in the last tick
-  };
   std::vector<HandWork> work_;  ///< one a hand
   std::vector<std::shared_ptr<const Forbidden>> forbidden_;
   std::vector<TouchFields> fields_;  ///< one a scene with a round tool
 
-  std::vector<Entry> history_;  ///< ends of strokes, oldest first; [0] is what can be gone back to
+  /// Ends of strokes, oldest first; [0] is what can be gone back to.
+  std::vector<std::shared_ptr<const HistoryEntry>> history_;
+  std::uint64_t last_entry_ = 0;
   std::size_t position_ = 0, forgotten_ = 0;
   bool is_stroke_changed_ = false;
   volume::VoxelBox stroke_box_ = k_no_voxels;

@@ -102,11 +102,10 @@ Status Engine::check_setting(const Command& command) const {
   return std::nullopt;
 }
 
-/// False: it is no setting of a hand.
-bool Engine::tell_setting(const Command& command) {
+/// Into what its hand feels, or all of them. False: it is no setting of a hand. `number`: of the item, mover
+/// or law.
+bool Engine::set(const Command& command, std::int64_t& number, Change& change) {
   haptics::ServoHand& hand = hands_[command.hand];
-  std::int64_t number = 0;
-  Change change = Change::cut;
   if (const auto* item = command.what.as<SwitchItem>()) {
     hand.set_touchable(static_cast<int>(number = item->item), item->is_touchable);
     // What may hold again may be all around the tool.
@@ -123,6 +122,13 @@ bool Engine::tell_setting(const Command& command) {
   } else {
     return false;
   }
+  return true;
+}
+
+bool Engine::tell_setting(const Command& command) {
+  std::int64_t number = 0;
+  Change change = Change::cut;
+  if (!set(command, number, change)) return false;
   Command told = command;
   if (told.what.as<PlaceModel>()) told.hand = 0;  // for all of them
   now_.settings.told.insert_or_assign(key_of(told, number), told);

@@ -4,13 +4,17 @@
 #include <charconv>
 #include <cmath>
 
-#include "sim/bytes.h"
 #include "sim/text.h"
+#include "volume/bytes.h"
 
 namespace trephine::sim {
 
 using glm::dvec3;
 using volume::Error;
+using volume::get;
+using volume::get_number;
+using volume::put;
+using volume::put_number;
 using volume::Status;
 
 namespace {

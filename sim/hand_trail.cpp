@@ -1,5 +1,6 @@
 #include "sim/hand_trail.h"
 
+#include <algorithm>
 #include <glm/geometric.hpp>
 
 #include "haptics/walls/free_place.h"
@@ -10,31 +11,53 @@ namespace trephine::sim {
 /// dropped.
 void HandTrail::note(const haptics::ServoHand& hand, const haptics::ServoRecord& tick) {
   if (tick.is_led || tick.is_buried || (tick.faults & haptics::k_latched_faults) != 0) return;
-  constexpr std::size_t k_most = 4096;
   const glm::dvec3 place = hand.scene->base->frame.volume_from_world(tick.proxy_world);
-  if (!places_.empty() && glm::length(places_.back() - place) < 0.5) return;
-  if (places_.size() >= k_most) places_.erase(places_.begin(), places_.begin() + k_most / 2);
-  places_.push_back(place);
+  if (size() > 0 && glm::length(at(size() - 1) - place) < 0.5) return;
+  add(place);
+}
+
+void HandTrail::add(const glm::dvec3& place) {
+  if (full_.size() == k_most_chunks) {
+    full_.erase(full_.begin(), full_.begin() + k_most_chunks / 2);
+    first_ += k_most_chunks / 2 * k_chunk;
+  }
+  newest_.push_back(place);
+  if (newest_.size() < k_chunk) return;
+  auto chunk = std::make_shared<Chunk>();
+  std::copy(newest_.begin(), newest_.end(), chunk->begin());
+  full_.push_back(std::move(chunk));
+  newest_.clear();
+}
+
+HandTrail HandTrail::of(std::size_t first, std::span<const glm::dvec3> places) {
+  HandTrail made;
+  made.first_ = first;
+  for (const glm::dvec3& place : places) made.add(place);
+  return made;
 }
 
 const glm::dvec3* HandTrail::last_free(const haptics::ServoHand& hand) const noexcept {
-  for (std::size_t i = places_.size(); i-- > 0;)
-    if (haptics::is_free(*hand.scene, hand.state, places_[i])) return &places_[i];
-  return nullptr;
+  const std::size_t i = newest_free(hand);
+  return i < size() ? &at(i) : nullptr;
+}
+/// size(): none is.
+std::size_t HandTrail::newest_free(const haptics::ServoHand& hand) const noexcept {
+  for (std::size_t i = size(); i-- > 0;)
+    if (haptics::is_free(*hand.scene, hand.state, at(i))) return i;
+  return size();
 }
 
 std::optional<haptics::WayOut> HandTrail::way_out(const haptics::ServoHand& hand) const {
-  const glm::dvec3* free = last_free(hand);
-  if (free == nullptr) return std::nullopt;
+  const std::size_t last = newest_free(hand);
+  if (last == size()) return std::nullopt;
   // Back along the path; from each place straight on to the oldest one that lies beside it.
   constexpr double k_beside = 1;  // voxels
-  const auto last = static_cast<std::size_t>(free - places_.data());
   std::vector<glm::dvec3> way;
-  for (std::size_t i = places_.size() - 1;;) {
-    way.push_back(places_[i]);
+  for (std::size_t i = size() - 1;;) {
+    way.push_back(at(i));
     if (i == last) break;
     std::size_t next = last;
-    while (next + 1 < i && glm::length(places_[next] - places_[i]) > k_beside) ++next;
+    while (next + 1 < i && glm::length(at(next) - at(i)) > k_beside) ++next;
     i = next;
   }
   haptics::WayOut result;

@@ -1,11 +1,14 @@
 // Where a hand's proxy has been: the way back out of matter that grows over it.
 #pragma once
 
+#include <optional>
+#include <span>
+
 #include "haptics/servo/servo_core.h"
 
 namespace trephine::sim {
 
-/// Places in the base's volume frame, thinned out, oldest first.
+/// Places in the base's volume frame, thinned out, oldest first. Copies share what is old.
 class HandTrail {
  public:
   void note(const haptics::ServoHand& hand, const haptics::ServoRecord& tick);
@@ -14,8 +17,27 @@ class HandTrail {
   /// From the newest back to the newest free one, loops left out. Nothing when none is free.
   std::optional<haptics::WayOut> way_out(const haptics::ServoHand& hand) const;
 
+  /// How many there ever were; those from first() on are still known.
+  std::size_t count() const noexcept { return first_ + size(); }
+  std::size_t first() const noexcept { return first_; }
+  /// The i-th that ever was; i >= first().
+  const glm::dvec3& place(std::size_t i) const noexcept { return at(i - first_); }
+  /// As it was saved: the places from `first` on.
+  static HandTrail of(std::size_t first, std::span<const glm::dvec3> places);
+
  private:
-  std::vector<glm::dvec3> places_;
+  static constexpr std::size_t k_chunk = 128, k_most_chunks = 32;
+  using Chunk = std::array<glm::dvec3, k_chunk>;
+  std::size_t size() const noexcept { return k_chunk * full_.size() + newest_.size(); }
+  const glm::dvec3& at(std::size_t i) const noexcept {
+    return i / k_chunk < full_.size() ? (*full_[i / k_chunk])[i % k_chunk] : newest_[i % k_chunk];
+  }
+  void add(const glm::dvec3& place);
+  std::size_t newest_free(const haptics::ServoHand& hand) const noexcept;
+
+  std::vector<std::shared_ptr<const Chunk>> full_;
+  std::vector<glm::dvec3> newest_;
+  std::size_t first_ = 0;
 };
 
 }  // namespace trephine::sim

@@ -60,14 +60,9 @@ Result<std::unique_ptr<Replay>> Replay::open(SessionReader& session, SceneData d
 
 Replay::Replay(SessionReader& session, Engine engine)
     : session_(&session), dt_(1 / session.header().rate_hz) {
-  state_ = std::make_unique<State>(State{std::move(engine), {}, {}, {}, 0, 0, 0, {}});
-  for (std::size_t h = 0; h < state_->engine.hand_count(); ++h) state_->cores.push_back(make_core(h, 0));
-  state_->seen.push_back(state_->engine.servo_scene());
+  ServoFollower servo(session.header().force, dt_, engine.hand_count(), engine.servo_scene());
+  state_ = std::make_unique<State>(State{std::move(engine), std::move(servo), {}, 0, 0, 0, {}});
   keep();
-}
-
-haptics::ServoCore Replay::make_core(std::size_t hand, std::uint64_t first_tick) const {
-  return haptics::ServoCore(session_->header().force, dt_, hand, first_tick);
 }
 
 /// Somewhere to come back to.
@@ -111,7 +106,7 @@ Result<bool> Replay::step() {
       return false;
     }
     if (const auto* command = std::get_if<CommandItem>(&item)) {
-      if (command->command.hand >= state_->cores.size())
+      if (command->command.hand >= state_->engine.hand_count())
         return Error{"the session's record is broken", "", "a command for a hand that it does not have", "",
                      ""};
       run_command(command->command);
@@ -134,31 +129,15 @@ Result<bool> Replay::step() {
 
 Status Replay::run_tick(const TickItem& item) {
   const haptics::ServoRecord& recorded = item.record;
-  const auto broken = [&](const char* what) {
-    return Error{"the session's record is broken", "tick " + std::to_string(recorded.tick), what, "", ""};
-  };
-  if (recorded.hand >= state_->cores.size()) return broken("a hand that the session does not have");
-  haptics::ServoCore& core = state_->cores[recorded.hand];
-  if (recorded.tick < core.next_tick()) return broken("ticks in no order");
-  const std::uint64_t gap = recorded.tick - core.next_tick();
-  {
-    const haptics::DenormalsFlushed flushed;
-    // Ticks that found no room in the ring: nothing was felt, and the force went on fading.
-    if (gap > 0) core.skip(recorded.raised | haptics::fault_full_ring, gap);
-    counts_.dropped += gap;
-    auto& seen = state_->seen;
-    while (seen.size() > 1 && seen.front()->serial < recorded.version && seen[1]->serial <= recorded.version)
-      seen.pop_front();
-    if (seen.front()->serial != recorded.version)
-      note(recorded.tick, "version", std::to_string(recorded.version), std::to_string(seen.front()->serial));
-    haptics::ServoInput input;
-    input.pose = recorded.pose;
-    input.faults = recorded.raised;
-    input.is_reset = recorded.is_reset;
-    input.is_restarted = recorded.is_restarted;
-    input.restart_volume = recorded.restart_volume;
-    record_ = core.step(*seen.front(), input);
-  }
+  if (!state_->servo.can_follow(recorded))
+    return Error{"the session's record is broken", "tick " + std::to_string(recorded.tick),
+                 recorded.hand >= state_->engine.hand_count() ? "a hand that the session does not have"
+                                                              : "ticks in no order",
+                 "", ""};
+  record_ = state_->servo.step(recorded);
+  counts_.dropped += state_->servo.gap();
+  if (const std::uint64_t serial = state_->servo.seen()->serial; serial != recorded.version)
+    note(recorded.tick, "version", std::to_string(recorded.version), std::to_string(serial));
   recorded_force_ = recorded.force_world;
   if (output_check(record_) != item.check)
     note(recorded.tick, "force", newtons(recorded.force_world), newtons(record_.force_world));
@@ -175,7 +154,7 @@ Status Replay::run_tick(const TickItem& item) {
 void Replay::note_change(const Outcome& outcome) {
   if (!outcome.is_changed) return;
   changed_ = united(changed_, outcome.box);
-  state_->seen.push_back(state_->engine.servo_scene());
+  state_->servo.publish(state_->engine.servo_scene());
 }
 
 void Replay::run_command(const Command& command) {
@@ -190,7 +169,7 @@ void Replay::run_command(const Command& command) {
            hexadecimal(*outcome.job_hash));
   if (command.what.as<Resume>()) {
     ++counts_.resumes;
-    for (std::size_t h = 0; h < state_->cores.size(); ++h) state_->cores[h] = make_core(h, state_->next_tick);
+    state_->servo.begin_anew(state_->next_tick);
   }
   note_change(outcome);
   if (!state_->engine.is_in_stroke()) state_->hashable[state_->engine.serial()] = state_->engine.current();

@@ -1,7 +1,6 @@
 // Runs a recorded session again: the same ticks and commands in the same order give the same bits.
 #pragma once
 
-#include <deque>
 #include <map>
 #include <memory>
 #include <optional>
@@ -11,6 +10,7 @@
 
 #include "haptics/servo/servo_loop.h"
 #include "sim/engine.h"
+#include "sim/servo_follower.h"
 #include "sim/session_reader.h"
 
 namespace trephine::sim {
@@ -41,14 +41,16 @@ class Replay {
   const haptics::ServoRecord& record() const noexcept { return record_; }  ///< as replayed, exact
   const glm::dvec3& recorded_force() const noexcept { return recorded_force_; }
   /// What the method did in that tick, and what it saw.
-  const haptics::ProxyStep& proxy_step() const noexcept { return state_->cores[record_.hand].last_step(); }
+  const haptics::ProxyStep& proxy_step() const noexcept {
+    return state_->servo.cores()[record_.hand].last_step();
+  }
   std::shared_ptr<const haptics::TouchState> seen() const noexcept {
     const auto hand = felt();
     return {hand, &hand->state};
   }
   /// All that its hand felt.
   std::shared_ptr<const haptics::ServoHand> felt() const noexcept {
-    const auto& scene = state_->seen.front();
+    const auto& scene = state_->servo.seen();
     return {scene, &scene->hands[record_.hand]};
   }
   const Engine& engine() const noexcept { return state_->engine; }
@@ -66,16 +68,13 @@ class Replay {
   /// All that changes; a copy is a place to come back to.
   struct State {
     Engine engine;
-    std::vector<haptics::ServoCore> cores;
-    std::deque<std::shared_ptr<const haptics::ServoScene>>
-        seen;  ///< by the last tick, and may be by a coming one
+    ServoFollower servo;
     std::map<std::uint64_t, std::shared_ptr<const volume::Version>> hashable;  ///< whose hash may still come
     std::size_t events = 0;                     ///< of the chronicle that were checked
     std::uint64_t next_tick = 0, replayed = 0;  ///< ticks played, which may be fewer
     SessionReader::Place place;
   };
   Replay(SessionReader& session, Engine engine);
-  haptics::ServoCore make_core(std::size_t hand, std::uint64_t first_tick) const;
   volume::Status restore(const State& state);
   void keep();
   volume::Status run_tick(const TickItem& item);

@@ -7,13 +7,17 @@
 #include <optional>
 
 #include "haptics/mesh/mesh_tree.h"
-#include "sim/bytes.h"
+#include "volume/bytes.h"
 #include "volume/mix_hash.h"
 
 namespace trephine::sim {
 
 using glm::dvec3;
 using volume::Error;
+using volume::get;
+using volume::get_number;
+using volume::put;
+using volume::put_number;
 using volume::Result;
 
 namespace {

@@ -68,6 +68,7 @@ class OffsetField {
 
  private:
   class Builder;
+  friend class OffsetChanges;
 
   OffsetField() = default;
   glm::ivec3 steps_within(double mm) const noexcept;

@@ -1,9 +1,8 @@
 #include "volume/version_changes.h"
 
-#include <algorithm>
-#include <bit>
 #include <cmath>
-#include <cstring>
+
+#include "volume/bytes.h"
 
 namespace trephine::volume {
 
@@ -12,59 +11,9 @@ namespace {
 constexpr std::size_t k_eight = k_page * k_page * k_page;  // bricks of a page, pages of a region
 enum BrickKind : std::uint8_t { gone = 0, hollow = 1, without_mask = 2, of_four = 4, of_eight = 8 };
 
-template <class T>
-void put(std::string& out, const T& value) {
-  out.append(reinterpret_cast<const char*>(&value), sizeof value);
-}
-template <class T>
-bool get(std::string_view& in, T& value) {
-  if (in.size() < sizeof value) return false;
-  std::memcpy(&value, in.data(), sizeof value);
-  in.remove_prefix(sizeof value);
-  return true;
-}
-
-/// Runs of equal values: how many, and the value; most of a brick is at the band's end.
-template <class T>
-void put_runs(std::string& out, const T* values, std::size_t count) {
-  for (std::size_t i = 0; i < count;) {
-    std::size_t end = i + 1;
-    while (end < count && end - i < 0xffff && std::memcmp(&values[end], &values[i], sizeof(T)) == 0) ++end;
-    if (end - i == 1) {  // single ones together
-      while (end < count && std::memcmp(&values[end], &values[end - 1], sizeof(T)) != 0) ++end;
-      if (end < count) --end;
-      if (end == i) end = i + 1;
-      put(out, static_cast<std::uint16_t>(0x8000u | (end - i)));
-      out.append(reinterpret_cast<const char*>(values + i), (end - i) * sizeof(T));
-    } else {
-      end = std::min(end, i + 0x7fff);
-      put(out, static_cast<std::uint16_t>(end - i));
-      put(out, values[i]);
-    }
-    i = end;
-  }
-}
-template <class T>
-bool get_runs(std::string_view& in, T* values, std::size_t count) {
-  for (std::size_t i = 0; i < count;) {
-    std::uint16_t head = 0;
-    if (!get(in, head)) return false;
-    const std::size_t length = head & 0x7fffu;
-    if (length == 0 || length > count - i) return false;
-    if (head & 0x8000u) {
-      for (std::size_t k = 0; k < length; ++k)
-        if (!get(in, values[i + k])) return false;
-    } else {
-      T value;
-      if (!get(in, value)) return false;
-      std::fill_n(values + i, length, value);
-    }
-    i += length;
-  }
-  return true;
-}
-
-void put_brick(std::string& out, const Brick& brick) {
+void put_brick(std::string& out, const Brick* brick_or_none) {
+  if (brick_or_none == nullptr) return put(out, gone);
+  const Brick& brick = *brick_or_none;
   if (brick.is_hollow) return put(out, hollow);
   put(out, !brick.mask ? without_mask : brick.mask->n == 8 ? of_eight : of_four);
   put_runs(out, brick.distance.data(), brick.distance.size());
@@ -77,10 +26,31 @@ void put_brick(std::string& out, const Brick& brick) {
 
 Error broken(const char* what) { return {"recorded bricks are broken", "", what, "what trephine wrote", ""}; }
 
+/// The brick that was written so; null when the bytes are not one.
+Ref<Brick> get_brick(std::string_view in, std::uint8_t kind, std::uint64_t serial, double band_mm) {
+  Ref<Brick> brick(new Brick);
+  brick->serial = serial;
+  if (!get_runs(in, brick->distance.data(), brick->distance.size())) return {};
+  if (kind != without_mask) {
+    brick->mask = Ref<RemovalMask>(new RemovalMask(kind));
+    RemovalMask& mask = *brick->mask;
+    for (auto* slices : {&mask.base_solid, &mask.base_air, &mask.full})
+      if (!get_runs(in, slices->data(), slices->size())) return {};
+    if (!get_runs(in, mask.words.data(), mask.words.size())) return {};
+  }
+  brick->kept.fill(0);
+  for (std::size_t i = 0; i < brick->distance.size(); ++i) {
+    if (!(std::abs(brick->distance[i]) <= 2 * band_mm)) return {};
+    if (brick->distance[i] > 0) brick->kept[i / 64] |= std::uint64_t{1} << (i % 64);
+  }
+  return brick;
+}
+
 }  // namespace
 
 std::string VersionChanges::between(const Version& before, const Version& after) {
-  std::string out;
+  std::string out, told;
+  std::int64_t last = -1;
   put(out, after.serial_);
   put(out, static_cast<std::uint32_t>(after.ledger_.units_by_label.size()));
   for (const std::int64_t units : after.ledger_.units_by_label) put(out, units);
@@ -95,11 +65,11 @@ std::string VersionChanges::between(const Version& before, const Version& after)
         const Brick *old_brick = old_page ? old_page->bricks[b].get() : nullptr,
                     *brick = page ? page->bricks[b].get() : nullptr;
         if (old_brick == brick) continue;
-        put(out, static_cast<std::uint64_t>((r * k_eight + p) * k_eight + b));
-        if (brick)
-          put_brick(out, *brick);
-        else
-          put(out, gone);
+        told.clear();
+        put_brick(told, brick);
+        const auto index = static_cast<std::int64_t>((r * k_eight + p) * k_eight + b);
+        put_number(out, index - std::exchange(last, index));
+        put_text(out, told);
       }
     }
   }
@@ -125,57 +95,61 @@ Ref<Brick>& VersionChanges::slot(Version& version, std::size_t index) {
   return page->bricks[index % k_eight];
 }
 
-Result<std::shared_ptr<const Version>> VersionChanges::applied(const Version& before, std::string_view in) {
+Result<std::shared_ptr<const Version>> VersionChanges::applied(
+    const Version& before, std::span<const std::string_view> newest_first) {
   auto after = std::make_shared<Version>(before);
   after->stroke_ = 0;
-  std::uint32_t labels = 0;
-  if (!get(in, after->serial_) || !get(in, labels) || labels != after->ledger_.units_by_label.size())
-    return broken("a ledger of another volume");
-  for (std::int64_t& units : after->ledger_.units_by_label)
-    if (!get(in, units)) return broken("they end early");
   const std::size_t most = after->regions_.size() * k_eight * k_eight;
+  std::uint64_t newest_serial = before.serial_;
   // No table may be taken for this version's own that another holds too.
-  const std::uint64_t serial = std::exchange(after->serial_, ~std::uint64_t{0});
-  while (!in.empty()) {
-    std::uint64_t index = 0;
-    std::uint8_t kind = 0;
-    if (!get(in, index) || !get(in, kind)) return broken("they end early");
-    if (index >= most) return broken("a brick outside the volume");
-    Ref<Brick>& place = slot(*after, index);
-    after->brick_count_ += (kind != gone) - static_cast<bool>(place);
-    if (kind == gone) {
-      place = Ref<Brick>();
-    } else if (kind == hollow) {
-      place = after->hollow_;
-    } else if (kind == without_mask || kind == of_four || kind == of_eight) {
-      Ref<Brick> brick(new Brick);
-      brick->serial = serial;
-      bool is_whole = get_runs(in, brick->distance.data(), brick->distance.size());
-      if (kind != without_mask) {
-        brick->mask = Ref<RemovalMask>(new RemovalMask(kind));
-        RemovalMask& mask = *brick->mask;
-        for (auto* slices : {&mask.base_solid, &mask.base_air, &mask.full})
-          is_whole = is_whole && get_runs(in, slices->data(), slices->size());
-        is_whole = is_whole && get_runs(in, mask.words.data(), mask.words.size());
+  after->serial_ = ~std::uint64_t{0};
+  std::vector<bool> is_known(newest_first.size() > 1 ? most : 0);
+  for (std::size_t i = 0; i < newest_first.size(); ++i) {
+    std::string_view in = newest_first[i];
+    std::uint64_t serial = 0;
+    std::uint32_t labels = 0;
+    if (!get(in, serial) || !get(in, labels) || labels != after->ledger_.units_by_label.size())
+      return broken("a ledger of another volume");
+    for (std::int64_t& old_units : after->ledger_.units_by_label) {
+      std::int64_t units = 0;
+      if (!get(in, units)) return broken("they end early");
+      if (i == 0) old_units = units;
+    }
+    if (i == 0) newest_serial = serial;
+    std::int64_t at = -1;
+    while (!in.empty()) {
+      std::int64_t step = 0;
+      std::string_view told;
+      if (!get_number(in, step) || !get_text(in, told) || told.empty()) return broken("they end early");
+      if (step <= 0 || step > static_cast<std::int64_t>(most)) return broken("bricks in no order");
+      at += step;
+      const auto index = static_cast<std::size_t>(at);
+      if (index >= most) return broken("a brick outside the volume");
+      if (!is_known.empty()) {
+        if (is_known[index]) continue;
+        is_known[index] = true;
       }
-      if (!is_whole) return broken("they end early");
-      brick->kept.fill(0);
-      for (std::size_t i = 0; i < brick->distance.size(); ++i) {
-        if (!(std::abs(brick->distance[i]) <= 2 * after->band_mm_))
-          return broken("a distance that cannot be");
-        if (brick->distance[i] > 0) brick->kept[i / 64] |= std::uint64_t{1} << (i % 64);
-      }
-      place = std::move(brick);
-    } else {
-      return broken("a brick of no kind");
+      const auto kind = static_cast<std::uint8_t>(told.front());
+      told.remove_prefix(1);
+      Ref<Brick>& place = slot(*after, index);
+      after->brick_count_ += (kind != gone) - static_cast<bool>(place);
+      if (kind == gone)
+        place = Ref<Brick>();
+      else if (kind == hollow)
+        place = after->hollow_;
+      else if (kind == without_mask || kind == of_four || kind == of_eight)
+        place = get_brick(told, kind, serial, after->band_mm_);
+      else
+        return broken("a brick of no kind");
+      if (kind != gone && !place) return broken("a brick that cannot be");
     }
   }
-  after->serial_ = serial;
+  after->serial_ = newest_serial;
   for (const auto& region : after->regions_) {
     if (!region || region->serial != ~std::uint64_t{0}) continue;
-    region->serial = serial;
+    region->serial = newest_serial;
     for (const auto& page : region->pages)
-      if (page && page->serial == ~std::uint64_t{0}) page->serial = serial;
+      if (page && page->serial == ~std::uint64_t{0}) page->serial = newest_serial;
   }
   return std::shared_ptr<const Version>(std::move(after));
 }

@@ -52,6 +52,11 @@ class ForceModel {
   /// As if never touched: the force starts from zero.
   void reset() noexcept;
   double alpha() const noexcept { return alpha_; }
+  /// All that it remembers, field by field, for whoever saves it.
+  template <class Fields>
+  void each_field(Fields& fields) {
+    fields(smoothed_, stretch_, hip_, had_contact_);
+  }
 
  private:
   double alpha_, dt_;
@@ -72,6 +77,11 @@ class ForceGuard {
     return last_ == glm::dvec3(0) && ((latched_ & fault_not_finite) != 0 || (latched_ != 0 && fade_ == 0));
   }
   std::uint32_t faults() const noexcept { return latched_ | momentary_; }
+  /// All that it remembers, field by field, for whoever saves it.
+  template <class Fields>
+  void each_field(Fields& fields) {
+    fields(last_, fade_, latched_, momentary_);
+  }
 
  private:
   ForceOptions options_;

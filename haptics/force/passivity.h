@@ -43,6 +43,11 @@ class PassivityController {
   long cuts() const noexcept { return cuts_; }
   /// What was taken counts no more: contact was lost, or the scene changed.
   void reset() noexcept;
+  /// All that it remembers, field by field, for whoever saves it.
+  template <class Fields>
+  void each_field(Fields& fields) {
+    fields(under_way_, last_x_, last_p_, move_, energy_, softness_, largest_, cuts_, has_last_);
+  }
 
  private:
   double allowance_, damping_;

@@ -89,6 +89,15 @@ class LawMemory {
   /// Forgets motion and memories.
   void reset() noexcept { count_ = 0, has_last_ = false, velocity_ = glm::dvec3(0); }
   bool is_empty() const noexcept { return count_ == 0 && !has_last_; }
+  /// All that it remembers, field by field, for whoever saves it.
+  template <class Fields>
+  void each_field(Fields& fields) {
+    fields(count_, last_, velocity_, has_last_);
+    count_ = count_ <= k_most ? count_ : 0;  // as a file says
+    for (std::size_t i = 0; i < count_; ++i) fields(slots_[i].id, slots_[i].memory);
+  }
+  /// What was saved belongs to these laws, by their ids.
+  void belong_to(const LawSet& set) noexcept;
 
  private:
   struct Slot {
@@ -99,7 +108,8 @@ class LawMemory {
   };
   void bind(const LawSet& set) noexcept;
 
-  std::array<Slot, LawSet::k_most> slots_;
+  static constexpr std::size_t k_most = LawSet::k_most;
+  std::array<Slot, k_most> slots_;
   std::size_t count_ = 0;
   glm::dvec3 last_{0.0}, velocity_{0.0};
   bool has_last_ = false;

@@ -96,6 +96,15 @@ class ServoCore {
   const EnergyLedger& energy() const noexcept { return energy_; }
 
  private:
+  friend struct ServoMemory;
+  /// All that changes from tick to tick.
+  template <class Fields>
+  void each_field(Fields& fields) {
+    fields(layout_, force_, guard_, state_, step_, tick_, touched_, wanted_, active_, way_, is_led_,
+           is_fresh_, next_place_, anchor_volume_, cap_, laws_, passivity_, not_ready_, told_not_ready_,
+           last_shape_, popped_shape_, popped_side_, popped_at_world_, energy_, last_force_, last_active_,
+           last_normal_, last_position_, had_position_, was_led_);
+  }
   ServoRecord without_scene(const ServoScene& seen, const ServoInput& input) noexcept;
   void adopt(const ServoHand& mine) noexcept;
   void let_go() noexcept;

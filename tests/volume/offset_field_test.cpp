@@ -6,10 +6,12 @@
 #include <glm/geometric.hpp>
 #include <glm/vector_relational.hpp>
 #include <gtest/gtest.h>
+#include <random>
 
 #include "data-tools/phantoms.h"
 #include "tests/checker/volume_samples.h"
 #include "volume/deterministic_math.h"
+#include "volume/offset_changes.h"
 #include "volume/removal.h"
 
 namespace trephine::volume {
@@ -332,6 +334,50 @@ TEST(OffsetField, AChainOfUpdatesStaysTheDistance) {
       EXPECT_LT(too_free, 0.1 + 0.02 * radius);
       EXPECT_LT(cells, 3000u);
     }
+}
+
+/// By bytes alone, over updates and back to the first (an undo): every sample to the bit.
+TEST(OffsetField, AChainOfUpdatesIsToldInBytes) {
+  const Made m = wall({{0.5, 0.5, 1.5}, 25}, dvec3(0, 0, 1), 9, 3);
+  RemovalEditor editor(std::make_shared<Version>(m.base), {m.field});
+  std::vector<std::shared_ptr<const OffsetField>> fields{
+      OffsetField::build(m.field, m.bits, nullptr, 1).value()};
+  std::vector<std::string> told;
+  for (int k = 0; k < 8; ++k) {
+    const RemovalReport report = editor.remove({dvec3(-2 + k, 0, 5), dvec3(-1 + k, 1, 4), 1.5, false});
+    fields.push_back(k == 5 ? fields[2]
+                            : fields.back()->updated(m.field, m.bits, *editor.publish(), report.box));
+    told.push_back(OffsetChanges::between(*fields[fields.size() - 2], *fields.back()));
+  }
+  for (const std::size_t to : {std::size_t{1}, std::size_t{4}, std::size_t{6}, told.size()}) {
+    const std::vector<std::string_view> newest_first(told.rend() - static_cast<std::ptrdiff_t>(to),
+                                                     told.rend());
+    const auto back = OffsetChanges::applied(*fields[0], newest_first);
+    ASSERT_TRUE(back.is_ok()) << back.error().message();
+    std::size_t differ = 0;
+    const glm::ivec3 size = fields[0]->size();
+    for (int z = 0; z < size.z; ++z)
+      for (int y = 0; y < size.y; ++y)
+        for (int x = 0; x < size.x; ++x) {
+          ASSERT_EQ(back.value()->at(x, y, z), fields[to]->at(x, y, z));
+          differ += back.value()->at(x, y, z) != fields[0]->at(x, y, z);
+        }
+    EXPECT_GT(differ, 100u);
+  }
+  // Broken bytes are refused, or are a field.
+  std::mt19937 random(5);
+  for (int i = 0; i < 300; ++i) {
+    std::string wrong = told[i % 2 ? 1 : 5];
+    if (i % 3 == 0)
+      wrong.resize(random() % wrong.size());
+    else
+      wrong[random() % wrong.size()] = static_cast<char>(random());
+    const std::string_view one = wrong;
+    const auto made = OffsetChanges::applied(*fields[0], std::span(&one, 1));
+    if (!made) continue;
+    for (int x = 0; x < fields[0]->size().x; ++x)
+      ASSERT_LE(std::abs(made.value()->at(x, 30, 30)), 2 * fields[0]->far_mm());
+  }
 }
 
 /// The rims of crossing cuts, where no surface is smooth: by samples of the judge's own solid.

@@ -52,6 +52,7 @@ TEST(VersionChanges, LeadToTheSameVersions) {
       std::vector<std::shared_ptr<const Version>> versions{cut.editor.freeze()}, made;
       made.push_back(std::make_shared<Version>(cut.start));
       std::size_t bytes = 0, whole = 0;
+      std::vector<std::string> all_told;
       for (int i = 0; i < 16; ++i) {
         if (i % 7 == 6)
           cut.editor.reset(versions[random() % versions.size()]);
@@ -62,6 +63,7 @@ TEST(VersionChanges, LeadToTheSameVersions) {
         auto back = VersionChanges::applied(*made.back(), told);
         ASSERT_TRUE(back.is_ok()) << back.error().message();
         made.push_back(back.value());
+        all_told.push_back(told);
         const Version &a = *versions.back(), &b = *made.back();
         ASSERT_EQ(a.content_hash(), b.content_hash()) << i;
         ASSERT_EQ(a.serial(), b.serial());
@@ -84,6 +86,17 @@ TEST(VersionChanges, LeadToTheSameVersions) {
           ASSERT_EQ(on.remove(sweep).removed_units, on_made.remove(sweep).removed_units);
         }
         ASSERT_EQ(on.freeze()->content_hash(), on_made.freeze()->content_hash());
+      }
+      // The newest of each brick alone, to the end and into the middle.
+      for (const std::size_t to : {all_told.size(), all_told.size() / 2}) {
+        const std::vector<std::string_view> newest_first(all_told.rend() - static_cast<std::ptrdiff_t>(to),
+                                                         all_told.rend());
+        const auto back = VersionChanges::applied(cut.start, newest_first);
+        ASSERT_TRUE(back.is_ok()) << back.error().message();
+        EXPECT_EQ(back.value()->content_hash(), versions[to]->content_hash());
+        EXPECT_EQ(back.value()->serial(), versions[to]->serial());
+        EXPECT_EQ(back.value()->brick_count(), versions[to]->brick_count());
+        EXPECT_EQ(back.value()->ledger().units_by_label, versions[to]->ledger().units_by_label);
       }
       // All of it at once.
       auto at_once = VersionChanges::applied(cut.start, VersionChanges::between(cut.start, *versions.back()));

@@ -1,0 +1,78 @@
+// All that an engine is at one moment, in values and immutable things: what a checkpoint keeps.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "sim/hand_trail.h"
+#include "sim/module.h"
+#include "sim/touch_fields.h"
+
+namespace trephine::sim {
+
+/// A place of the history.
+struct HistoryPlace {
+  World world;
+  /// What each scene with a round tool had then.
+  std::vector<std::pair<std::shared_ptr<const haptics::TouchScene>, TouchFields::Kept>> fields;
+};
+struct HistoryEntry {
+  std::uint64_t number = 0;            ///< another for each, from 1 on
+  volume::VoxelBox box = k_no_voxels;  ///< what led here changed
+  HistoryPlace here;
+  /// Of an operation that was opened in its middle: read when someone goes there; null: `here` holds it.
+  std::function<volume::Result<HistoryPlace>()> load = {};
+  volume::Result<HistoryPlace> place() const { return load ? load() : here; }
+};
+
+/// What an engine knows of a hand beside what it feels.
+struct HandWork {
+  bool is_pressed = false, is_fresh = true;
+  std::uint32_t noted_faults = 0;
+  std::optional<ToolBall> body = std::nullopt;  ///< of its instrument, in the last tick
+};
+
+/// A job that began and has not ended: immutable things that any thread may read.
+struct PendingJob {
+  Id id;
+  std::uint8_t hand = 0;
+  std::shared_ptr<const Value> parameters;
+  std::shared_ptr<const OperationState> input;
+  std::function<std::shared_ptr<const JobResult>()> run;
+  const JobType* type = nullptr;  ///< null: a tool's geometry
+  std::size_t module = 0;
+  std::uint64_t growths = 0;           ///< that there had been
+  volume::VoxelBox cut = k_no_voxels;  ///< where anything had ever been cut
+};
+
+struct EngineImage {
+  /// Frozen, and published by `serial`.
+  OperationState now;
+  std::uint64_t serial = 0;
+
+  struct Hand {
+    std::shared_ptr<const haptics::TouchScene> scene;
+    std::shared_ptr<const haptics::ProxyMethod> method;
+    std::uint64_t layout = 0;
+    std::shared_ptr<const haptics::WayOut> way;
+    HandWork work;
+    HandTrail trail;
+  };
+  std::vector<Hand> hands;
+  std::vector<TouchFields> fields;
+
+  std::vector<std::shared_ptr<const HistoryEntry>> history;
+  std::size_t position = 0, forgotten = 0;
+  std::uint64_t last_entry = 0, growths = 0;
+  bool is_stroke_changed = false;
+  volume::VoxelBox stroke_box = k_no_voxels;
+  volume::VoxelBox ever_cut = k_no_voxels;
+
+  std::vector<PendingJob> jobs;
+  std::uint32_t last_job = 0;
+};
+
+}  // namespace trephine::sim

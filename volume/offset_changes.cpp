@@ -1,0 +1,82 @@
+#include "volume/offset_changes.h"
+
+#include <cmath>
+
+#include "volume/bytes.h"
+
+namespace trephine::volume {
+
+namespace {
+enum SlotKind : std::uint8_t { free = 0, solid = 1, sampled = 2 };
+
+bool is_same(const SampleSlot& a, const SampleSlot& b) noexcept {
+  return a.brick == b.brick && (a.brick || a.is_solid == b.is_solid);
+}
+
+Error broken(const char* what) {
+  return {"a recorded tool's field is broken", "", what, "what trephine wrote", ""};
+}
+}  // namespace
+
+std::string OffsetChanges::between(const OffsetField& before, const OffsetField& after) {
+  std::string out, told;
+  std::int64_t last = -1;
+  for (std::size_t p = 0; p < after.pages_.size(); ++p) {
+    if (before.pages_[p] == after.pages_[p]) continue;
+    for (std::size_t s = 0; s < after.pages_[p]->entries.size(); ++s) {
+      const SampleSlot& slot = after.pages_[p]->entries[s];
+      if (is_same(before.pages_[p]->entries[s], slot)) continue;
+      told.clear();
+      put(told, slot.brick ? sampled : slot.is_solid ? solid : free);
+      if (slot.brick) put_runs(told, slot.brick->values.data(), slot.brick->values.size());
+      const auto index = static_cast<std::int64_t>(p * after.pages_[p]->entries.size() + s);
+      put_number(out, index - std::exchange(last, index));
+      put_text(out, told);
+    }
+  }
+  return out;
+}
+
+Result<std::shared_ptr<const OffsetField>> OffsetChanges::applied(
+    const OffsetField& before, std::span<const std::string_view> newest_first) {
+  std::shared_ptr<OffsetField> after(new OffsetField(before));
+  constexpr std::size_t k_in_page = std::tuple_size_v<decltype(OffsetField::Page::entries)>;
+  const std::size_t most = after->pages_.size() * k_in_page;
+  std::vector<bool> is_known(newest_first.size() > 1 ? most : 0);
+  std::vector<bool> is_own(after->pages_.size());
+  for (std::string_view in : newest_first) {
+    std::int64_t at = -1;
+    while (!in.empty()) {
+      std::int64_t step = 0;
+      std::string_view told;
+      std::uint8_t kind = 0;
+      if (!get_number(in, step) || !get_text(in, told) || !get(told, kind)) return broken("it ends early");
+      if (step <= 0 || step > static_cast<std::int64_t>(most)) return broken("bricks in no order");
+      at += step;
+      const auto index = static_cast<std::size_t>(at);
+      if (index >= most) return broken("a brick outside of it");
+      if (!is_known.empty()) {
+        if (is_known[index]) continue;
+        is_known[index] = true;
+      }
+      auto& page = after->pages_[index / k_in_page];
+      if (!is_own[index / k_in_page]) {
+        page = std::make_shared<OffsetField::Page>(*page);
+        is_own[index / k_in_page] = true;
+      }
+      SampleSlot& slot = page->entries[index % k_in_page];
+      slot = {nullptr, kind == solid};
+      if (kind == free || kind == solid) continue;
+      if (kind != sampled) return broken("a brick of no kind");
+      auto brick = std::make_shared<SampleBrick>();
+      if (!get_runs(told, brick->values.data(), brick->values.size())) return broken("it ends early");
+      for (const float value : brick->values)
+        if (!(std::abs(value) <= 2 * static_cast<float>(after->far_)))
+          return broken("a distance that cannot be");
+      slot.brick = std::move(brick);
+    }
+  }
+  return std::shared_ptr<const OffsetField>(std::move(after));
+}
+
+}  // namespace trephine::volume

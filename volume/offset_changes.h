@@ -1,0 +1,23 @@
+// By which bricks one offset field differs from another, as bytes: what a recording keeps of round tools.
+#pragma once
+
+#include <span>
+#include <string>
+#include <string_view>
+
+#include "volume/offset_field.h"
+
+namespace trephine::volume {
+
+class OffsetChanges {
+ public:
+  /// Of `after`, where it is not `before`: pages that both share are not looked at. Both of one shape and
+  /// radius.
+  static std::string between(const OffsetField& before, const OffsetField& after);
+  /// `before` with all that led from one to the next, the newest first: the same samples as the newest, to
+  /// the bit. Error on broken bytes.
+  static Result<std::shared_ptr<const OffsetField>> applied(const OffsetField& before,
+                                                            std::span<const std::string_view> newest_first);
+};
+
+}  // namespace trephine::volume
