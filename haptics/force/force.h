@@ -72,6 +72,7 @@ class ForceGuard {
   /// Servo thread. `faults` are raised by others this tick.
   glm::dvec3 step(const glm::dvec3& wanted, std::uint32_t faults) noexcept;
   void reset() noexcept;
+  const glm::dvec3& last() const noexcept { return last_; }  ///< what went out
   /// After a latched fault: nothing is left of the force, and further steps change nothing.
   bool is_faded() const noexcept {
     return last_ == glm::dvec3(0) && ((latched_ & fault_not_finite) != 0 || (latched_ != 0 && fade_ == 0));

@@ -1,6 +1,8 @@
 #include "haptics/servo/servo_memory.h"
 
+#include <algorithm>
 #include <cmath>
+#include <glm/geometric.hpp>
 
 #include "volume/bytes.h"
 #include "volume/traversal.h"
@@ -67,6 +69,8 @@ concept HasFields = requires(T& value, Fields& fields) {
   value.each_field(fields);
 };
 
+constexpr double k_most = 1e12;  // whatever unit
+
 /// Puts every field, or gets it; places and numbers that are none are not taken.
 template <bool k_is_saving>
 struct Fields {
@@ -95,7 +99,7 @@ struct Fields {
       value = byte != 0;
     } else if constexpr (std::is_floating_point_v<T>) {
       raw(value);
-      is_good = is_good && std::isfinite(value);
+      is_good = is_good && std::abs(value) <= k_most;
     } else if constexpr (std::is_arithmetic_v<T> || std::is_enum_v<T> || std::is_same_v<T, std::byte>) {
       raw(value);
     } else if constexpr (std::is_same_v<T, glm::dvec3>) {
@@ -161,6 +165,14 @@ bool ServoMemory::load(std::string_view bytes, const ServoHand& mine, ServoCore&
   for (const Side side : {made.step_.side, made.popped_side_}) is_good = is_good && is_side(side);
   for (std::uint32_t i = 0; i < made.way_.count; ++i)
     is_good = is_good && is_near(made.way_.places_volume[i]);
+  for (const ShapeSet& some :
+       {state.inside, state.around.near, state.around.let_through, made.not_ready_, made.told_not_ready_})
+    is_good = is_good && some.next(item_count(scene)) == ShapeSet::k_most;
+  for (int s = state.inside.next(0); is_good && s < ShapeSet::k_most; s = state.inside.next(s + 1))
+    is_good = !item_of(scene, s).is_mesh();
+  // A device would feel it at once.
+  for (const glm::dvec3& force : {made.guard_.last(), made.last_force_})
+    is_good = is_good && glm::length(force) <= 1.001 * made.force_limit_;
   if (!is_good || made.touched_ < 0) return false;
   made.layout_ = made.layout_ == 1 ? mine.layout : ~std::uint64_t{0};
   made.state_.version = made.state_.version == 1 && mine.state.version ? mine.state.version->serial() : 0;
