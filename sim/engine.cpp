@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <limits>
 
 #include "sim/tool_geometry.h"
 
@@ -196,20 +197,22 @@ void Engine::carry_out(const Command& command, Outcome& outcome) {
     work_[command.hand].is_fresh = true;
     work_[command.hand].body.reset();
   } else {
+    PendingJob job;
+    if (find_job(what.type(), job.type, job.module)) return begin_job(command, std::move(job), outcome);
     for (std::size_t m = 0; m < catalogue_.modules().size(); ++m) {
       const Module& module = *catalogue_.modules()[m];
-      if (const JobType* type = job_of(module, what.type())) {
-        PendingJob job;
-        job.type = type;
-        job.module = m;
-        return begin_job(command, std::move(job), outcome);
-      }
       if (!holds(module.commands(), what.type())) continue;
       ModuleWork work(Work(editor_, news_, now_.next_tick, command.hand), state_of(m));
       module.apply(command, work);
       return finish(work, outcome);
     }
   }
+}
+
+bool Engine::find_job(const ValueType& parameters, const JobType*& type, std::size_t& module) const noexcept {
+  for (module = 0; module < catalogue_.modules().size(); ++module)
+    if ((type = job_of(*catalogue_.modules()[module], parameters)) != nullptr) return true;
+  return false;
 }
 
 /// Whose parameters the command is: the hand's own instrument, or one of the modules'. Null: none's.
@@ -489,6 +492,13 @@ bool Engine::has_stale_fields() const noexcept {
   return std::any_of(fields_.begin(), fields_.end(), [](const TouchFields& f) { return f.is_stale(); });
 }
 
+std::uint64_t Engine::oldest_stale_serial() const noexcept {
+  std::uint64_t oldest = std::numeric_limits<std::uint64_t>::max();
+  for (const TouchFields& fields : fields_)
+    if (fields.is_stale()) oldest = std::min(oldest, fields.oldest_serial());
+  return oldest;
+}
+
 std::optional<OffsetJob> Engine::offset_job() const {
   // Whoever waits longest.
   const TouchFields* first = nullptr;
@@ -561,7 +571,14 @@ EngineImage Engine::image() {
   return all;
 }
 
-void Engine::restore(const EngineImage& image) {
+Status Engine::restore(const EngineImage& image) {
+  for (std::size_t h = 0; h < hands_.size(); ++h) {
+    const Instrument& held = image.now.settings.hands[h];
+    if (held.type && held.type->check)
+      if (Status error = held.type->check(held.parameters.data(), *image.hands[h].scene)) return error;
+  }
+  for (const auto& [key, command] : image.now.settings.told)
+    if (Status error = check_setting(command)) return error;
   now_ = image.now;
   editor_.reset(now_.world.version);
   felt_ = now_.world.version;
@@ -595,6 +612,7 @@ void Engine::restore(const EngineImage& image) {
   std::shared_ptr<haptics::ServoScene> seen = make_scene(image.serial);
   seen->hands = hands_;
   servo_scene_ = std::move(seen);
+  return std::nullopt;
 }
 
 std::shared_ptr<const OperationState> Engine::snapshot() {

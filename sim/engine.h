@@ -71,6 +71,7 @@ class Engine {
   void freeze();
   /// What is left of the anatomy.
   const std::shared_ptr<const volume::Version>& current() const noexcept { return now_.world.version; }
+  const std::shared_ptr<const volume::Version>& untouched() const noexcept { return untouched_; }
   double removed_mm3() const noexcept;
   /// By label; one entry for volumes without labels.
   std::vector<double> removed_mm3_by_label() const;
@@ -85,7 +86,8 @@ class Engine {
   /// All of it; freezes.
   EngineImage image();
   /// To what an engine of the same start was; its scenes stand in the image.
-  void restore(const EngineImage& image);
+  /// Error, and nothing is done, when it speaks of what this one does not have.
+  volume::Status restore(const EngineImage& image);
 
   // ---- strokes ----
   bool is_in_stroke() const noexcept;
@@ -99,6 +101,8 @@ class Engine {
 
   // ---- longer work ----
   const std::vector<PendingJob>& jobs() const noexcept { return jobs_; }
+  /// The module's job that such a command begins; false: there is none.
+  bool find_job(const ValueType& parameters, const JobType*& type, std::size_t& module) const noexcept;
   /// Runs a job here and now: the command that adopts it. It is pending.
   AdoptJob finish_job(Id job);
   /// What a job made, before AdoptJob; without it that makes it then.
@@ -107,6 +111,8 @@ class Engine {
   /// the job's fields are adopted such a tool hovers there.
   std::optional<OffsetJob> offset_job() const;
   bool has_stale_fields() const noexcept;
+  /// Of the first cut that some of them do not know; the largest number when there is none.
+  std::uint64_t oldest_stale_serial() const noexcept;
   /// What that job made, before AdoptFields; likewise.
   void hand_in(const OffsetJob& job, OffsetJob::Offsets made);
 

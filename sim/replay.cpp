@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <glm/geometric.hpp>
 
+#include "haptics/servo/servo_memory.h"
 #include "sim/text.h"
 
 namespace trephine::sim {
@@ -19,6 +20,12 @@ std::string newtons(const glm::dvec3& f) {
   char text[120];
   std::snprintf(text, sizeof text, "(%.6f, %.6f, %.6f) N", f.x, f.y, f.z);
   return text;
+}
+
+/// Copies of an engine whose editor has something to publish are none.
+Engine frozen(Engine& engine) {
+  engine.freeze();
+  return engine;
 }
 
 /// The session's modules, in its order.
@@ -53,15 +60,20 @@ Result<std::unique_ptr<Replay>> Replay::open(SessionReader& session, SceneData d
   }
   auto start = build_scene(header, data, modules.value());
   if (!start) return start.error();
-  return std::unique_ptr<Replay>(
+  std::unique_ptr<Replay> replay(
       new Replay(session, Engine(std::move(start.value().hands), 1 / header.rate_hz, modules.value(),
                                  std::move(start.value().forbidden))));
+  // A state of a module in another version says something else.
+  for (const NamedVersion& named : header.modules)
+    for (const Module* module : modules.value().modules())
+      if (module->name() == named.name && module->version() != named.version) replay->are_usable_ = false;
+  return replay;
 }
 
 Replay::Replay(SessionReader& session, Engine engine)
-    : session_(&session), dt_(1 / session.header().rate_hz) {
+    : session_(&session), dt_(1 / session.header().rate_hz), checkpoints_(session, frozen(engine)) {
   ServoFollower servo(session.header().force, dt_, engine.hand_count(), engine.servo_scene());
-  state_ = std::make_unique<State>(State{std::move(engine), std::move(servo), {}, 0, 0, 0, {}});
+  state_ = std::make_unique<State>(State{std::move(engine), std::move(servo), {}, 0, 0, 0, 0, {}, {}});
   keep();
 }
 
@@ -72,11 +84,59 @@ void Replay::keep() {
   kept_.push_back(*state_);
 }
 
-Status Replay::restore(const State& state) {
+Status Replay::restore(State state) {
   // Both ends of the way may look different: show everything that was cut.
   changed_ = {glm::ivec3(0), state.engine.scene().base->size - 1};
-  state_ = std::make_unique<State>(state);
-  return session_->go_to(state_->place);
+  const SessionReader::Place place = state.place;
+  state_ = std::make_unique<State>(std::move(state));
+  comparing_.reset();
+  return session_->go_to(place);
+}
+
+/// To what a checkpoint says. Error: it is none of this session, and the state may be any.
+Status Replay::open_at(std::size_t checkpoint) {
+  Result<Checkpoint> read = checkpoints_.read(checkpoint);
+  if (!read) return read.error();
+  const Checkpoint& kept = read.value();
+  State opened = kept_.front();
+  if (Status error = opened.engine.restore(kept.image)) return error;
+  opened.servo =
+      ServoFollower(session_->header().force, dt_, opened.engine.hand_count(), opened.engine.servo_scene());
+  opened.events = kept.image.now.chronicle.size();
+  opened.next_tick = kept.image.now.next_tick;
+  opened.opened_at = kept.image.serial;
+  opened.place = {kept.block, 0};
+  opened.fields = kept.fields;
+  if (Status error = restore(std::move(opened))) return error;
+  const Error wrong{"a checkpoint of the session is broken", "", "it does not go with what follows", "", ""};
+  LogItem item;
+  for (const haptics::ServoRecord& record : kept.records) {
+    const TickItem* tick = nullptr;
+    while (tick == nullptr) {
+      const Result<bool> next = session_->next(item);
+      if (!next) return next.error();
+      if (!next.value()) return wrong;
+      if ((tick = std::get_if<TickItem>(&item)) == nullptr)
+        if (Status error = take(item)) return error;
+    }
+    if (tick->record.tick != record.tick || tick->record.hand != record.hand ||
+        tick->check != output_check(record))
+      return wrong;
+    state_->servo.see(record.version);
+    record_ = record;
+    recorded_force_ = tick->record.force_world;
+    note_tick();
+  }
+  std::vector<haptics::ServoCore> cores = state_->servo.cores();
+  for (std::size_t h = 0; h < cores.size(); ++h)
+    if (!haptics::ServoMemory::load(kept.cores[h], state_->servo.seen()->hands[h], cores[h])) return wrong;
+  state_->servo.set_cores(std::move(cores));
+  return std::nullopt;
+}
+
+SessionTail Replay::tail() {
+  return {session_->whole_bytes(), session_->block_count(), session_->log_count(), session_->types(),
+          checkpoints_.tail()};
 }
 
 Status Replay::why_not_verifiable() const {
@@ -105,26 +165,98 @@ Result<bool> Replay::step() {
       check_end();
       return false;
     }
-    if (const auto* command = std::get_if<CommandItem>(&item)) {
-      if (command->command.hand >= state_->engine.hand_count())
-        return Error{"the session's record is broken", "", "a command for a hand that it does not have", "",
-                     ""};
-      run_command(command->command);
-    } else if (const auto* version = std::get_if<VersionItem>(&item)) {
-      check(*version);
-    } else if (const auto* hash = std::get_if<HashItem>(&item)) {
-      check(*hash);
-    } else if (const auto* event = std::get_if<EventItem>(&item)) {
-      check(*event);
-    } else if (const auto* unknown = std::get_if<UnknownItem>(&item)) {
-      const NamedVersion& type = session_->header().types[unknown->type];
-      return Error{"this program does not know a command of the session", "", type.name,
-                   "version " + std::to_string(type.version), "open it with the version that recorded it"};
-    } else {
-      if (Status error = run_tick(std::get<TickItem>(item))) return *error;
+    if (is_verifying_) compare_checkpoint();
+    if (const auto* tick = std::get_if<TickItem>(&item)) {
+      if (Status error = run_tick(*tick)) return *error;
       return true;
     }
+    if (Status error = take(item)) return *error;
   }
+}
+
+/// What is no tick.
+Status Replay::take(const LogItem& item) {
+  if (const auto* command = std::get_if<CommandItem>(&item)) {
+    if (command->command.hand >= state_->engine.hand_count())
+      return Error{"the session's record is broken", "", "a command for a hand that it does not have", "",
+                   ""};
+    run_command(command->command);
+  } else if (const auto* version = std::get_if<VersionItem>(&item)) {
+    check(*version);
+  } else if (const auto* hash = std::get_if<HashItem>(&item)) {
+    check(*hash);
+  } else if (const auto* event = std::get_if<EventItem>(&item)) {
+    check(*event);
+  } else if (const auto* unknown = std::get_if<UnknownItem>(&item)) {
+    const NamedVersion& type = session_->header().types[unknown->type];
+    return Error{"this program does not know a command of the session", "", type.name,
+                 "version " + std::to_string(type.version), "open it with the version that recorded it"};
+  }
+  return std::nullopt;
+}
+
+/// The item that was read last begins the block of the next checkpoint: what it says must be so.
+void Replay::compare_checkpoint() {
+  const SessionReader::Place place = session_->place();
+  while (next_checkpoint_ < checkpoints_.size() && checkpoints_.index(next_checkpoint_).block < place.block)
+    ++next_checkpoint_;
+  if (place.items != 1 || next_checkpoint_ == checkpoints_.size() ||
+      checkpoints_.index(next_checkpoint_).block != place.block)
+    return;
+  const std::uint64_t tick = state_->next_tick;
+  Result<Checkpoint> read = checkpoints_.read(next_checkpoint_);
+  if (!read) return note(tick, "checkpoint", read.error().found, "one that can be read");
+  ++counts_.checkpoints;
+  const Checkpoint& kept = read.value();
+  const EngineImage image = state_->engine.image();
+  const auto words = [](const EngineImage& one) {
+    std::string all;
+    const auto add = [&all](std::uint64_t number) { all += std::to_string(number) + ' '; };
+    for (const std::uint64_t number :
+         {one.serial, std::uint64_t{one.position}, std::uint64_t{one.forgotten}, one.last_entry, one.growths,
+          std::uint64_t{one.last_job}, std::uint64_t{one.jobs.size()}, std::uint64_t{one.is_stroke_changed}})
+      add(number);
+    for (const auto& entry : one.history) add(entry->number);
+    for (const TouchFields& fields : one.fields) add(fields.cuts().size());
+    for (const EngineImage::Hand& hand : one.hands) {
+      add(hand.trail.count());
+      if (hand.trail.count() > 0) all += text_of(hand.trail.place(hand.trail.count() - 1).x) + ' ';
+      add(hand.way ? hand.way->serial : 0);
+      add(hand.work.is_pressed);
+    }
+    return all;
+  };
+  if (const std::string recorded = words(kept.image), replayed = words(image); recorded != replayed)
+    note(tick, "checkpoint", recorded, replayed);
+  // Of much that was cut the hash takes longer than what it is asked of.
+  constexpr int k_many_bricks = 1 << 13;
+  constexpr std::size_t k_some = 16;
+  if (image.now.world.version->brick_count() > k_many_bricks && next_checkpoint_ % k_some != 0) {
+    if (kept.image.now.world.version->ledger().total() != image.now.world.version->ledger().total())
+      note(tick, "checkpoint", "another removed volume", "");
+  } else if (const std::uint64_t recorded = kept.image.now.hash(), replayed = image.now.hash();
+             recorded != replayed) {
+    note(tick, "checkpoint", hexadecimal(recorded), hexadecimal(replayed));
+  }
+  comparing_ = std::move(read).value();
+  compared_ticks_ = 0;
+}
+
+/// The ticks after it, and then the servo's memory.
+void Replay::compare_tick() {
+  const auto bytes_of = [](const haptics::ServoRecord& record) {
+    std::string bytes;
+    haptics::put_record(bytes, record);
+    return bytes;
+  };
+  const Checkpoint& kept = *comparing_;
+  if (compared_ticks_ < kept.records.size() && bytes_of(kept.records[compared_ticks_]) != bytes_of(record_))
+    note(record_.tick, "checkpoint", "another tick", "");
+  if (++compared_ticks_ < kept.records.size()) return;
+  for (std::size_t h = 0; h < kept.cores.size(); ++h)
+    if (haptics::ServoMemory::save(state_->servo.cores()[h], state_->servo.seen()->hands[h]) != kept.cores[h])
+      note(record_.tick, "checkpoint", "another servo", "");
+  comparing_.reset();
 }
 
 Status Replay::run_tick(const TickItem& item) {
@@ -141,14 +273,25 @@ Status Replay::run_tick(const TickItem& item) {
   recorded_force_ = recorded.force_world;
   if (output_check(record_) != item.check)
     note(recorded.tick, "force", newtons(recorded.force_world), newtons(record_.force_world));
+  if (comparing_) compare_tick();
+  note_tick();
+  return std::nullopt;
+}
+
+/// The servo's part of `record_` is done.
+void Replay::note_tick() {
   ++counts_.ticks;
   state_->next_tick = std::max(state_->next_tick, record_.tick + 1);
   const bool was_in_stroke = state_->engine.is_in_stroke();
   note_change(state_->engine.apply(record_));
   if (was_in_stroke && !state_->engine.is_in_stroke())
     state_->hashable[state_->engine.serial()] = state_->engine.current();
-  if (++state_->replayed >= kept_.back().replayed + k_keep_every) keep();
-  return std::nullopt;
+  if (++state_->replayed < kept_.back().replayed + k_keep_every ||
+      state_->next_tick <= kept_.back().next_tick)
+    return;
+  // Where there is a checkpoint nothing has to be kept.
+  const auto near = are_usable_ ? checkpoints_.before(state_->next_tick) : std::nullopt;
+  if (!near || checkpoints_.index(*near).next_tick + k_keep_every < state_->next_tick) keep();
 }
 
 void Replay::note_change(const Outcome& outcome) {
@@ -159,6 +302,14 @@ void Replay::note_change(const Outcome& outcome) {
 
 void Replay::run_command(const Command& command) {
   ++counts_.commands;
+  if (const auto* adopt = command.what.as<AdoptFields>())
+    for (const Checkpoint::Fields& made : state_->fields)
+      if (made.serial == static_cast<std::uint64_t>(adopt->serial) && made.hand == command.hand) {
+        OffsetJob job;
+        job.serial = made.serial;
+        job.scene = state_->engine.servo_scene()->hands[made.hand].scene;
+        state_->engine.hand_in(job, made.offsets);
+      }
   const Outcome outcome = state_->engine.apply(command);
   const std::string name(command.what.name());
   if (outcome.refused)
@@ -199,6 +350,7 @@ void Replay::check(const VersionItem& item) {
 }
 
 void Replay::check(const HashItem& item) {
+  if (item.serial < state_->opened_at) return;  // of what was before the session was opened
   ++counts_.hashes;
   const auto found = state_->hashable.find(item.serial);
   const std::string recorded = hexadecimal(item.hash);
@@ -231,11 +383,20 @@ void Replay::note(std::uint64_t tick, const char* what, std::string recorded, st
 }
 
 Status Replay::seek(std::uint64_t tick) {
-  // The newest kept state before the tick, unless going on from here is shorter.
+  // The newest state before the tick: this one, one that was kept, or a checkpoint of the session.
   const auto after = std::partition_point(kept_.begin(), kept_.end(),
                                           [tick](const State& s) { return s.next_tick <= tick; });
   const State& before = after == kept_.begin() ? kept_.front() : *std::prev(after);
-  if (tick < state_->next_tick || before.next_tick > state_->next_tick)
+  bool is_here = state_->next_tick <= tick && state_->next_tick >= before.next_tick;
+  const std::uint64_t known = is_here ? state_->next_tick : before.next_tick;
+  bool is_opened = false;
+  if (const auto newest = are_usable_ ? checkpoints_.before(tick) : std::nullopt)
+    for (std::size_t i = *newest + 1; !is_opened && i-- > 0 && checkpoints_.index(i).next_tick > known;) {
+      is_opened = !open_at(i);
+      counts_.opened += is_opened;
+      if (!is_opened) is_here = false;
+    }
+  if (!is_opened && !is_here)
     if (Status error = restore(before)) return error;
   // To the end means to its end: commands may follow the last tick, and hands share it.
   const bool is_to_end = tick >= session_->tick_count();

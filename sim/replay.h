@@ -9,9 +9,11 @@
 #include <vector>
 
 #include "haptics/servo/servo_loop.h"
+#include "sim/checkpoint_store.h"
 #include "sim/engine.h"
 #include "sim/servo_follower.h"
 #include "sim/session_reader.h"
+#include "sim/session_writer.h"
 
 namespace trephine::sim {
 
@@ -37,6 +39,10 @@ class Replay {
   /// To the last tick before `tick`, forward or back; back goes by way of kept states. From the session's
   /// last tick on: to its very end, with the commands that follow.
   volume::Status seek(std::uint64_t tick);
+  /// From here on step() compares each checkpoint of the session with what it comes to by itself.
+  void verify_checkpoints() noexcept { is_verifying_ = true; }
+  /// To go on with the recording, SessionWriter::append().
+  SessionTail tail();
 
   const haptics::ServoRecord& record() const noexcept { return record_; }  ///< as replayed, exact
   const glm::dvec3& recorded_force() const noexcept { return recorded_force_; }
@@ -60,7 +66,9 @@ class Replay {
   /// Voxels that may look different since the last call.
   volume::VoxelBox take_changed() noexcept;
   struct Counts {
-    std::uint64_t ticks = 0, dropped = 0, commands = 0, versions = 0, hashes = 0, events = 0, resumes = 0;
+    std::uint64_t ticks = 0, dropped = 0, commands = 0, versions = 0, hashes = 0, events = 0, resumes = 0,
+                  checkpoints = 0,  ///< that were compared
+        opened = 0;                 ///< by a checkpoint
   };
   const Counts& counts() const noexcept { return counts_; }
 
@@ -72,10 +80,18 @@ class Replay {
     std::map<std::uint64_t, std::shared_ptr<const volume::Version>> hashable;  ///< whose hash may still come
     std::size_t events = 0;                     ///< of the chronicle that were checked
     std::uint64_t next_tick = 0, replayed = 0;  ///< ticks played, which may be fewer
+    std::uint64_t opened_at = 0;                ///< the serial with which it began
+    /// Fields of tools that will be adopted, and were made of what was before.
+    std::vector<Checkpoint::Fields> fields;
     SessionReader::Place place;
   };
   Replay(SessionReader& session, Engine engine);
-  volume::Status restore(const State& state);
+  volume::Status restore(State state);
+  volume::Status open_at(std::size_t checkpoint);
+  volume::Status take(const LogItem& item);
+  void compare_checkpoint();
+  void compare_tick();
+  void note_tick();
   void keep();
   volume::Status run_tick(const TickItem& item);
   void run_command(const Command& command);
@@ -90,6 +106,11 @@ class Replay {
   double dt_;
   std::unique_ptr<State> state_;
   std::vector<State> kept_;
+  CheckpointStore checkpoints_;
+  bool are_usable_ = true, is_verifying_ = false;
+  std::size_t next_checkpoint_ = 0;      ///< to be compared
+  std::optional<Checkpoint> comparing_;  ///< its ticks go on
+  std::size_t compared_ticks_ = 0;
   haptics::ServoRecord record_;
   glm::dvec3 recorded_force_{0.0};
   std::optional<Mismatch> mismatch_;

@@ -19,8 +19,7 @@ haptics::ServoRecord ServoFollower::step(const haptics::ServoRecord& recorded) {
   gap_ = recorded.tick - core.next_tick();
   // Ticks that found no room in the ring: nothing was felt, and the force went on fading.
   if (gap_ > 0) core.skip(recorded.raised | haptics::fault_full_ring, gap_);
-  while (seen_.size() > 1 && seen_.front()->serial < recorded.version && seen_[1]->serial <= recorded.version)
-    seen_.pop_front();
+  see(recorded.version);
   haptics::ServoInput input;
   input.pose = recorded.pose;
   input.faults = recorded.raised;
@@ -28,6 +27,10 @@ haptics::ServoRecord ServoFollower::step(const haptics::ServoRecord& recorded) {
   input.is_restarted = recorded.is_restarted;
   input.restart_volume = recorded.restart_volume;
   return core.step(*seen_.front(), input);
+}
+
+void ServoFollower::see(std::uint64_t serial) {
+  while (seen_.size() > 1 && seen_.front()->serial < serial && seen_[1]->serial <= serial) seen_.pop_front();
 }
 
 void ServoFollower::begin_anew(std::uint64_t first_tick) {

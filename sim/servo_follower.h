@@ -23,6 +23,8 @@ class ServoFollower {
   bool can_follow(const haptics::ServoRecord& recorded) const noexcept;
   /// The tick of these inputs; ticks before it that nobody was told of are made up for.
   haptics::ServoRecord step(const haptics::ServoRecord& recorded);
+  /// A tick that is not followed saw this.
+  void see(std::uint64_t serial);
   /// The devices begin anew.
   void begin_anew(std::uint64_t first_tick);
   /// Goes on with cores that were saved.

@@ -2,6 +2,8 @@
 
 #include <cstring>
 
+#include "sim/packed.h"
+
 namespace trephine::sim {
 
 using volume::Error;
@@ -77,6 +79,17 @@ Result<SessionReader> SessionReader::open(const std::string& path, const Catalog
         r.logs_.push_back({at, head.length});
         r.end_.reset();  // it went on
         break;
+      case BlockKind::checkpoint: {
+        CheckpointIndex index;
+        if (!read_index(payload, index)) break;
+        const auto shift = [at](CheckpointIndex::Part& part) { part.at += at; };
+        for (CheckpointIndex::Link& link : index.links) shift(link.bytes);
+        for (CheckpointIndex::Part* part : {&index.events, &index.trails, &index.history, &index.rest})
+          shift(*part);
+        if (r.checkpoints_.empty() || index.next_tick > r.checkpoints_.back().next_tick)
+          r.checkpoints_.push_back(std::move(index));
+        break;
+      }
       case BlockKind::end: {
         Result<SessionEnd> last = decode_end(payload);
         if (last) r.end_ = last.value();
@@ -103,7 +116,7 @@ Result<SessionReader> SessionReader::open(const std::string& path, const Catalog
   }
   // The newest tick is in the last block that has one.
   for (std::size_t b = r.logs_.size(); b-- > 0 && r.tick_count_ == 0;) {
-    Result<std::string> bytes = r.read(r.logs_[b]);
+    Result<std::string> bytes = r.read_packed(r.logs_[b]);
     if (!bytes) return bytes.error();
     ItemDecoder decoder(bytes.value(), r.types_);
     while (!decoder.is_at_end()) {
@@ -123,6 +136,11 @@ Result<std::string> SessionReader::read(const Span& span) {
   if (!file_.read(bytes.data(), static_cast<std::streamsize>(span.length)))
     return Error{"the session cannot be read any more", where_, "", "a file that stays", ""};
   return bytes;
+}
+
+Result<std::string> SessionReader::read_packed(const Span& span) {
+  Result<std::string> bytes = read(span);
+  return bytes ? unpacked(bytes.value()) : std::move(bytes);
 }
 
 Result<volume::Volume> SessionReader::scan(std::size_t which) {
@@ -148,7 +166,7 @@ Result<bool> SessionReader::next(LogItem& item) {
     if (decoder_) place_ = {place_.block + 1, 0};
     decoder_.reset();
     if (place_.block >= logs_.size()) return false;
-    Result<std::string> bytes = read(logs_[place_.block]);
+    Result<std::string> bytes = read_packed(logs_[place_.block]);
     if (!bytes) return bytes.error();
     payload_ = std::move(bytes).value();
     decoder_ = std::make_unique<ItemDecoder>(payload_, types_);

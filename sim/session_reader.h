@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "sim/checkpoint_format.h"
 #include "sim/session_format.h"
 
 namespace trephine::sim {
@@ -47,12 +48,20 @@ class SessionReader {
   };
   Place place() const noexcept { return place_; }
   volume::Status go_to(const Place& place);
+  std::size_t log_count() const noexcept { return logs_.size(); }
+
+  /// Where the session can be opened in its middle, in the order of its ticks; parts are read on demand.
+  const std::vector<CheckpointIndex>& checkpoints() const noexcept { return checkpoints_; }
+  volume::Result<std::string> read(const CheckpointIndex::Part& part) {
+    return read_packed(Span{part.at, part.length});
+  }
 
  private:
   struct Span {
     std::uint64_t at = 0, length = 0;
   };
   volume::Result<std::string> read(const Span& span);
+  volume::Result<std::string> read_packed(const Span& span);
 
   std::string where_;
   std::ifstream file_;
@@ -64,6 +73,7 @@ class SessionReader {
   std::uint64_t whole_bytes_ = 0, block_count_ = 0, lost_bytes_ = 0, tick_count_ = 0;
   bool is_damaged_ = false;
   std::vector<Span> logs_, scans_, models_;
+  std::vector<CheckpointIndex> checkpoints_;  ///< parts are of the file
   Place place_;
   std::string payload_;
   std::unique_ptr<ItemDecoder> decoder_;

@@ -10,6 +10,7 @@
 #include <unistd.h>
 
 #include "haptics/servo/servo_loop.h"
+#include "sim/packed.h"
 
 namespace trephine::sim {
 
@@ -93,13 +94,12 @@ Result<std::unique_ptr<SessionWriter>> SessionWriter::create(const std::string& 
   return writer;
 }
 
-Result<std::unique_ptr<SessionWriter>> SessionWriter::append(const std::string& path, std::uint64_t length,
-                                                             std::uint64_t blocks, TypeList types,
+Result<std::unique_ptr<SessionWriter>> SessionWriter::append(const std::string& path, SessionTail tail,
                                                              const Catalogue& catalogue,
                                                              const WriterOptions& options) {
   const std::string where = name_of(path);
   for (const ValueType* type : catalogue.all())
-    if (std::find(types.begin(), types.end(), type) == types.end())
+    if (std::find(tail.types.begin(), tail.types.end(), type) == tail.types.end())
       return Error{"the session cannot be continued", where,
                    "a session without " + std::string(type->schema->name),
                    "what this program may have to write", "go on with it in the version that recorded it"};
@@ -110,11 +110,13 @@ Result<std::unique_ptr<SessionWriter>> SessionWriter::append(const std::string& 
     return Error{"the session is being recorded right now", where, "another trephine writes it", "",
                  "close that one first"};
   }
-  std::unique_ptr<SessionWriter> writer(new SessionWriter(file, path, std::move(types), options));
-  if (::ftruncate(file, static_cast<off_t>(length)) != 0 || ::lseek(file, 0, SEEK_END) < 0)
+  std::unique_ptr<SessionWriter> writer(new SessionWriter(file, path, std::move(tail.types), options));
+  if (::ftruncate(file, static_cast<off_t>(tail.length)) != 0 || ::lseek(file, 0, SEEK_END) < 0)
     return disk_error("the session cannot be continued", where, errno);
-  writer->bytes_written_ = length;
-  writer->next_block_ = blocks;
+  writer->bytes_written_ = tail.length;
+  writer->next_block_ = tail.blocks;
+  writer->log_blocks_ = tail.log_blocks;
+  writer->tail_ = std::move(tail.checkpoints);
   writer->writer_ = std::thread([w = writer.get()] { w->write_loop(); });
   writer->background_ = std::thread([w = writer.get()] { w->background_loop(); });
   return writer;
@@ -144,7 +146,15 @@ void SessionWriter::stop_threads() {
   if (background_.joinable()) background_.join();
 }
 
-void SessionWriter::add(const haptics::ServoRecord& record, const Engine& engine, const Outcome& outcome) {
+void SessionWriter::begin(const Engine& engine, const haptics::ForceOptions& force, double rate_hz,
+                          std::uint64_t first_tick) {
+  if (options_.checkpoint_work <= 0) return;
+  maker_ =
+      std::make_unique<CheckpointMaker>(engine, force, 1 / rate_hz, first_tick, options_.checkpoint_work);
+  encoder_ = std::make_unique<CheckpointEncoder>(std::move(tail_), engine.untouched());
+}
+
+void SessionWriter::add(const haptics::ServoRecord& record, Engine& engine, const Outcome& outcome) {
   const std::lock_guard guard(lock_);
   items_.add(record);
   seal_if_long();
@@ -152,13 +162,20 @@ void SessionWriter::add(const haptics::ServoRecord& record, const Engine& engine
   note_outcome(engine, outcome);
   if (was_in_stroke_ && !engine.is_in_stroke()) ask_sync(engine);
   was_in_stroke_ = engine.is_in_stroke();
+  if (!maker_) return;
+  maker_->add(record, engine, outcome);
+  note_checkpoint(engine);
 }
 
-void SessionWriter::add(const Command& command, const Engine& engine, const Outcome& outcome) {
+void SessionWriter::add(const Command& command, Engine& engine, const Outcome& outcome) {
   if (outcome.refused) return;
   const std::lock_guard guard(lock_);
   items_.add(CommandItem{command});
   note_outcome(engine, outcome);
+  if (maker_) {
+    maker_->add(command, engine, outcome);
+    note_checkpoint(engine);
+  }
   if (command.what.as<AdoptFields>()) return;  // nobody's wish, many times a second
   ask_sync(engine);
   was_in_stroke_ = engine.is_in_stroke();
@@ -186,19 +203,49 @@ void SessionWriter::ask_sync(const Engine& engine) {
 void SessionWriter::seal_if_long() {
   // A run faster than real time makes no longer blocks than a live one: damage costs one of them.
   constexpr std::size_t k_longest = 1 << 13;
-  if (items_.size() < k_longest) return;
+  if (items_.size() >= k_longest) seal();
+}
+
+void SessionWriter::seal() {
+  if (items_.is_empty()) return;
   const std::uint64_t first_tick = items_.first_tick();
   sealed_.emplace_back(first_tick, items_.take());
+  ++log_blocks_;
+}
+
+/// One that is due begins where a block of the log does.
+void SessionWriter::note_checkpoint(Engine& engine) {
+  constexpr std::size_t k_most_waiting = 4;  // behind a disk that does not answer
+  if (maker_->is_due() && to_encode_.size() < k_most_waiting && !status_) {
+    seal();
+    maker_->begin(engine, log_blocks_);
+  }
+  std::unique_ptr<Checkpoint> done = maker_->take();
+  if (!done) return;
+  seal();  // what it speaks of is in the file before it
+  to_encode_.push_back(std::move(done));
+  background_wake_.notify_one();
+}
+
+/// In the background, since a cut of a second is many bricks.
+void SessionWriter::encode_checkpoints(std::unique_lock<std::mutex>& guard) {
+  while (!to_encode_.empty()) {
+    const std::unique_ptr<Checkpoint> next = std::move(to_encode_.front());
+    to_encode_.erase(to_encode_.begin());
+    guard.unlock();
+    std::string bytes = encoder_->encode(*next);
+    guard.lock();
+    checkpoints_.emplace_back(next->next_tick, std::move(bytes));
+  }
 }
 
 void SessionWriter::write_items(std::unique_lock<std::mutex>& guard) {
-  std::vector<std::pair<std::uint64_t, std::string>> blocks = std::exchange(sealed_, {});
-  if (!items_.is_empty()) {
-    const std::uint64_t first_tick = items_.first_tick();
-    blocks.emplace_back(first_tick, items_.take());
-  }
+  seal();
+  const auto blocks = std::exchange(sealed_, {}), checkpoints = std::exchange(checkpoints_, {});
   guard.unlock();
-  for (const auto& [first_tick, payload] : blocks) write_block(BlockKind::log, first_tick, payload);
+  for (const auto& [first_tick, payload] : blocks)
+    write_block(BlockKind::log, first_tick, packed(payload, Packing::fast));
+  for (const auto& [tick, payload] : checkpoints) write_block(BlockKind::checkpoint, tick, payload);
   guard.lock();
 }
 
@@ -225,10 +272,17 @@ void SessionWriter::background_loop() {
     write_block(BlockKind::scan_hash, 0, std::string(reinterpret_cast<const char*>(&hash), sizeof hash));
     scan_.reset();
   }
-  const auto period = std::chrono::duration<double>(options_.sync_seconds);
+  using Clock = std::chrono::steady_clock;
+  const auto period =
+      std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(options_.sync_seconds));
+  auto next_sync = Clock::now() + period;
   std::unique_lock guard(lock_);
   for (;;) {
-    background_wake_.wait_for(guard, period, [this] { return is_stopping_ || is_sync_due_; });
+    background_wake_.wait_until(guard, next_sync,
+                                [this] { return is_stopping_ || is_sync_due_ || !to_encode_.empty(); });
+    encode_checkpoints(guard);
+    if (!is_stopping_ && !is_sync_due_ && Clock::now() < next_sync) continue;
+    next_sync = Clock::now() + period;
     is_sync_due_ = false;
     const bool is_last = is_stopping_;
     const std::shared_ptr<const volume::Version> version = std::exchange(to_hash_, nullptr);

@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "sim/checkpoint_format.h"
 #include "sim/session_format.h"
 
 namespace trephine::sim {
@@ -20,6 +21,17 @@ struct WriterOptions {
   double block_seconds = 0.025;        ///< what a killed program can lose is this and a scheduler's whim
   bool is_removed_when_empty = false;  ///< nothing was cut: finish() takes the file away again
   double sync_seconds = 1;  ///< what a power cut can lose; ends of strokes and commands are synced at once
+  /// Work of a replay from one checkpoint to the next (CheckpointMaker::k_work); 0: none are made.
+  int checkpoint_work = CheckpointMaker::k_work;
+};
+
+/// What a session ends with, for whoever goes on with it.
+struct SessionTail {
+  std::uint64_t length = 0;      ///< bytes of whole blocks
+  std::uint64_t blocks = 0;      ///< of all kinds
+  std::uint64_t log_blocks = 0;  ///< of the log
+  TypeList types;
+  CheckpointTail checkpoints = {};
 };
 
 /// Appends checksummed blocks from a thread of its own; whoever adds items never waits for the disk. The
@@ -33,10 +45,9 @@ class SessionWriter {
                                                                const SceneData& data,
                                                                const Catalogue& catalogue,
                                                                const WriterOptions& options = {});
-  /// Goes on with a file after its last whole block: `length` bytes, `blocks` of them, with its types
-  /// (SessionReader says), which must hold all of the catalogue's.
-  static volume::Result<std::unique_ptr<SessionWriter>> append(const std::string& path, std::uint64_t length,
-                                                               std::uint64_t blocks, TypeList types,
+  /// Goes on with a file after its last whole block (Replay::tail() says). Its types must hold all of the
+  /// catalogue's.
+  static volume::Result<std::unique_ptr<SessionWriter>> append(const std::string& path, SessionTail tail,
                                                                const Catalogue& catalogue,
                                                                const WriterOptions& options = {});
   /// Does some program write this file at the moment?
@@ -45,10 +56,14 @@ class SessionWriter {
   SessionWriter(const SessionWriter&) = delete;
   SessionWriter& operator=(const SessionWriter&) = delete;
 
+  /// Servos of such options begin at `first_tick` with what the engine says now. Checkpoints are made from
+  /// here on; not told, there are none.
+  void begin(const Engine& engine, const haptics::ForceOptions& force, double rate_hz,
+             std::uint64_t first_tick);
   /// A tick and what the engine made of it.
-  void add(const haptics::ServoRecord& record, const Engine& engine, const Outcome& outcome);
+  void add(const haptics::ServoRecord& record, Engine& engine, const Outcome& outcome);
   /// A command that the engine has applied; one that it refused is left out.
-  void add(const Command& command, const Engine& engine, const Outcome& outcome);
+  void add(const Command& command, Engine& engine, const Outcome& outcome);
   /// Was anything cut?
   bool has_edits() const noexcept { return has_edits_.load(); }
   /// Writes the rest and the end, syncs and closes. The first failure of the whole recording, if any.
@@ -63,6 +78,9 @@ class SessionWriter {
   SessionWriter(int file, std::string path, TypeList types, const WriterOptions& options);
   void note_outcome(const Engine& engine, const Outcome& outcome);
   void seal_if_long();
+  void seal();
+  void note_checkpoint(Engine& engine);
+  void encode_checkpoints(std::unique_lock<std::mutex>& guard);
   void ask_sync(const Engine& engine);
   void write_loop();
   void background_loop();
@@ -81,6 +99,13 @@ class SessionWriter {
   ItemEncoder items_;
   std::vector<std::pair<std::uint64_t, std::string>> sealed_;  ///< full blocks, with their first ticks
   std::shared_ptr<const volume::Version> to_hash_;             ///< published by `hashed_serial_`
+  std::uint64_t log_blocks_ = 0;                               ///< whose items are complete
+  CheckpointTail tail_;
+  std::unique_ptr<CheckpointMaker> maker_;              ///< of whoever adds
+  std::unique_ptr<CheckpointEncoder> encoder_;          ///< of the background thread
+  std::vector<std::unique_ptr<Checkpoint>> to_encode_;  ///< complete
+  std::vector<std::pair<std::uint64_t, std::string>>
+      checkpoints_;  ///< in bytes, to be written after what is sealed
   bool wants_sync_ = false, is_sync_due_ = false, is_stopping_ = false;
   volume::Status status_;
   std::uint64_t next_block_ = 0, last_tick_ = 0, hashed_serial_ = 0;

@@ -72,4 +72,21 @@ void TouchFields::go_back(const Kept& kept, std::shared_ptr<const volume::Versio
   if (owed_.low.x <= owed_.high.x) cuts_.push_back({std::move(version), serial, k_no_voxels});
 }
 
+std::vector<std::pair<std::uint64_t, volume::VoxelBox>> TouchFields::cuts() const {
+  std::vector<std::pair<std::uint64_t, volume::VoxelBox>> all;
+  for (const Cut& cut : cuts_) all.emplace_back(cut.serial, cut.box);
+  return all;
+}
+
+TouchFields TouchFields::of(std::shared_ptr<const haptics::TouchScene> scene, Kept kept,
+                            std::span<const std::pair<std::uint64_t, volume::VoxelBox>> cuts,
+                            std::shared_ptr<const volume::Version> version) {
+  TouchFields made(std::move(scene));
+  made.newest_ = std::move(kept.fields);
+  made.owed_ = kept.owed;
+  for (const auto& [serial, box] : cuts) made.cuts_.push_back({nullptr, serial, box});
+  if (!made.cuts_.empty()) made.cuts_.back().version = std::move(version);
+  return made;
+}
+
 }  // namespace trephine::sim

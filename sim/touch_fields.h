@@ -2,6 +2,9 @@
 #pragma once
 
 #include <optional>
+#include <span>
+#include <utility>
+#include <vector>
 
 #include "haptics/scene/touch_state.h"
 #include "sim/work.h"
@@ -52,6 +55,15 @@ class TouchFields {
   /// `version`: to which the history goes, published again by this serial.
   void go_back(const Kept& kept, std::shared_ptr<const volume::Version> version, std::uint64_t serial);
   const std::shared_ptr<const haptics::TouchScene>& scene() const noexcept { return scene_; }
+
+  // ---- for whoever saves it ----
+  const volume::VoxelBox& owed() const noexcept { return owed_; }
+  /// The cuts that are not in them: when they were published, and where.
+  std::vector<std::pair<std::uint64_t, volume::VoxelBox>> cuts() const;
+  /// The last of the cuts was published as `version`; of the others jobs come from elsewhere.
+  static TouchFields of(std::shared_ptr<const haptics::TouchScene> scene, Kept kept,
+                        std::span<const std::pair<std::uint64_t, volume::VoxelBox>> cuts,
+                        std::shared_ptr<const volume::Version> version);
 
  private:
   struct Cut {

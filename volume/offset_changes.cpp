@@ -38,13 +38,12 @@ std::string OffsetChanges::between(const OffsetField& before, const OffsetField&
 }
 
 Result<std::shared_ptr<const OffsetField>> OffsetChanges::applied(
-    const OffsetField& before, std::span<const std::string_view> newest_first) {
+    const OffsetField& before, std::span<const std::string_view> oldest_first) {
   std::shared_ptr<OffsetField> after(new OffsetField(before));
   constexpr std::size_t k_in_page = std::tuple_size_v<decltype(OffsetField::Page::entries)>;
   const std::size_t most = after->pages_.size() * k_in_page;
-  std::vector<bool> is_known(newest_first.size() > 1 ? most : 0);
   std::vector<bool> is_own(after->pages_.size());
-  for (std::string_view in : newest_first) {
+  for (std::string_view in : oldest_first) {
     std::int64_t at = -1;
     while (!in.empty()) {
       std::int64_t step = 0;
@@ -55,10 +54,6 @@ Result<std::shared_ptr<const OffsetField>> OffsetChanges::applied(
       at += step;
       const auto index = static_cast<std::size_t>(at);
       if (index >= most) return broken("a brick outside of it");
-      if (!is_known.empty()) {
-        if (is_known[index]) continue;
-        is_known[index] = true;
-      }
       auto& page = after->pages_[index / k_in_page];
       if (!is_own[index / k_in_page]) {
         page = std::make_shared<OffsetField::Page>(*page);

@@ -14,10 +14,10 @@ class OffsetChanges {
   /// Of `after`, where it is not `before`: pages that both share are not looked at. Both of one shape and
   /// radius.
   static std::string between(const OffsetField& before, const OffsetField& after);
-  /// `before` with all that led from one to the next, the newest first: the same samples as the newest, to
-  /// the bit. Error on broken bytes.
+  /// `before` with all that led from one to the next: the same samples as the newest, to the bit. Error on
+  /// broken bytes.
   static Result<std::shared_ptr<const OffsetField>> applied(const OffsetField& before,
-                                                            std::span<const std::string_view> newest_first);
+                                                            std::span<const std::string_view> oldest_first);
 };
 
 }  // namespace trephine::volume

@@ -1,6 +1,9 @@
 #include "volume/version_changes.h"
 
+#include <array>
 #include <cmath>
+#include <cstring>
+#include <type_traits>
 
 #include "volume/bytes.h"
 
@@ -9,35 +12,91 @@ namespace trephine::volume {
 namespace {
 
 constexpr std::size_t k_eight = k_page * k_page * k_page;  // bricks of a page, pages of a region
-enum BrickKind : std::uint8_t { gone = 0, hollow = 1, without_mask = 2, of_four = 4, of_eight = 8 };
+/// Of a brick; `changed`: what follows is the difference from the brick that was there.
+enum BrickKind : std::uint8_t {
+  gone = 0,
+  hollow = 1,
+  without_mask = 2,
+  of_four = 4,
+  of_eight = 8,
+  changed = 16
+};
 
-void put_brick(std::string& out, const Brick* brick_or_none) {
-  if (brick_or_none == nullptr) return put(out, gone);
-  const Brick& brick = *brick_or_none;
-  if (brick.is_hollow) return put(out, hollow);
-  put(out, !brick.mask ? without_mask : brick.mask->n == 8 ? of_eight : of_four);
-  put_runs(out, brick.distance.data(), brick.distance.size());
+std::uint8_t kind_of(const Brick& brick) noexcept {
+  return brick.is_hollow ? hollow : !brick.mask ? without_mask : brick.mask->n == 8 ? of_eight : of_four;
+}
+
+/// Calls each(values, count) for all that a brick holds, in words of four bytes.
+template <class B, class Each>
+void for_words(B& brick, Each&& each) {
+  const auto words = [&each](auto& values) {
+    using Word = std::conditional_t<std::is_const_v<B>, const std::uint32_t, std::uint32_t>;
+    each(reinterpret_cast<Word*>(values.data()), values.size() * sizeof values[0] / sizeof(std::uint32_t));
+  };
+  words(brick.distance);
   if (!brick.mask) return;
-  const RemovalMask& mask = *brick.mask;
-  for (const auto* slices : {&mask.base_solid, &mask.base_air, &mask.full})
-    put_runs(out, slices->data(), slices->size());
-  put_runs(out, mask.words.data(), mask.words.size());
+  std::conditional_t<std::is_const_v<B>, const RemovalMask, RemovalMask>& mask = *brick.mask;
+  words(mask.base_solid);
+  words(mask.base_air);
+  words(mask.full);
+  words(mask.words);
+}
+
+/// The most words that a brick holds.
+using BrickWords = std::array<std::uint32_t, 512 + 3 * 16 + 512 * 16>;
+
+std::size_t copy_words(const Brick& brick, BrickWords& words) {
+  std::size_t count = 0;
+  for_words(brick, [&](const std::uint32_t* values, std::size_t n) {
+    std::memcpy(words.data() + count, values, n * sizeof *values);
+    count += n;
+  });
+  return count;
+}
+
+/// Most of a brick is at the band's end, or as it was.
+void put_brick(std::string& out, const Brick* before, const Brick* brick) {
+  if (brick == nullptr) return put(out, gone);
+  const std::uint8_t kind = kind_of(*brick);
+  if (kind == hollow) return put(out, hollow);
+  BrickWords words;
+  const std::size_t count = copy_words(*brick, words);
+  const bool is_change = before && kind_of(*before) == kind;
+  put(out, static_cast<std::uint8_t>(is_change ? kind | changed : kind));
+  if (is_change) {
+    BrickWords old;
+    copy_words(*before, old);
+    for (std::size_t i = 0; i < count; ++i) words[i] ^= old[i];
+  }
+  put_runs(out, words.data(), count);
 }
 
 Error broken(const char* what) { return {"recorded bricks are broken", "", what, "what trephine wrote", ""}; }
 
-/// The brick that was written so; null when the bytes are not one.
-Ref<Brick> get_brick(std::string_view in, std::uint8_t kind, std::uint64_t serial, double band_mm) {
+/// The brick that was written so; null when the bytes are none.
+Ref<Brick> get_brick(std::string_view in, const Brick* before, double band_mm) {
+  std::uint8_t told = 0;
+  if (!get(in, told)) return {};
+  const auto kind = static_cast<std::uint8_t>(told & ~changed);
+  const bool is_change = (told & changed) != 0;
+  if ((kind != without_mask && kind != of_four && kind != of_eight) ||
+      (is_change && (before == nullptr || kind_of(*before) != kind)))
+    return {};
   Ref<Brick> brick(new Brick);
-  brick->serial = serial;
-  if (!get_runs(in, brick->distance.data(), brick->distance.size())) return {};
-  if (kind != without_mask) {
-    brick->mask = Ref<RemovalMask>(new RemovalMask(kind));
-    RemovalMask& mask = *brick->mask;
-    for (auto* slices : {&mask.base_solid, &mask.base_air, &mask.full})
-      if (!get_runs(in, slices->data(), slices->size())) return {};
-    if (!get_runs(in, mask.words.data(), mask.words.size())) return {};
+  if (kind != without_mask) brick->mask = Ref<RemovalMask>(new RemovalMask(kind));
+  BrickWords words, old;
+  std::size_t count = 0;
+  for_words(*brick, [&count](std::uint32_t*, std::size_t n) { count += n; });
+  if (!get_runs(in, words.data(), count) || !in.empty()) return {};
+  if (is_change) {
+    copy_words(*before, old);
+    for (std::size_t i = 0; i < count; ++i) words[i] ^= old[i];
   }
+  count = 0;
+  for_words(*brick, [&](std::uint32_t* values, std::size_t n) {
+    std::memcpy(values, words.data() + count, n * sizeof *values);
+    count += n;
+  });
   brick->kept.fill(0);
   for (std::size_t i = 0; i < brick->distance.size(); ++i) {
     if (!(std::abs(brick->distance[i]) <= 2 * band_mm)) return {};
@@ -66,7 +125,7 @@ std::string VersionChanges::between(const Version& before, const Version& after)
                     *brick = page ? page->bricks[b].get() : nullptr;
         if (old_brick == brick) continue;
         told.clear();
-        put_brick(told, brick);
+        put_brick(told, old_brick, brick);
         const auto index = static_cast<std::int64_t>((r * k_eight + p) * k_eight + b);
         put_number(out, index - std::exchange(last, index));
         put_text(out, told);
@@ -96,60 +155,46 @@ Ref<Brick>& VersionChanges::slot(Version& version, std::size_t index) {
 }
 
 Result<std::shared_ptr<const Version>> VersionChanges::applied(
-    const Version& before, std::span<const std::string_view> newest_first) {
+    const Version& before, std::span<const std::string_view> oldest_first) {
   auto after = std::make_shared<Version>(before);
   after->stroke_ = 0;
-  const std::size_t most = after->regions_.size() * k_eight * k_eight;
-  std::uint64_t newest_serial = before.serial_;
+  const auto most = static_cast<std::int64_t>(after->regions_.size() * k_eight * k_eight);
+  std::uint64_t serial = before.serial_;
   // No table may be taken for this version's own that another holds too.
   after->serial_ = ~std::uint64_t{0};
-  std::vector<bool> is_known(newest_first.size() > 1 ? most : 0);
-  for (std::size_t i = 0; i < newest_first.size(); ++i) {
-    std::string_view in = newest_first[i];
-    std::uint64_t serial = 0;
+  for (std::string_view in : oldest_first) {
     std::uint32_t labels = 0;
     if (!get(in, serial) || !get(in, labels) || labels != after->ledger_.units_by_label.size())
       return broken("a ledger of another volume");
-    for (std::int64_t& old_units : after->ledger_.units_by_label) {
-      std::int64_t units = 0;
+    for (std::int64_t& units : after->ledger_.units_by_label)
       if (!get(in, units)) return broken("they end early");
-      if (i == 0) old_units = units;
-    }
-    if (i == 0) newest_serial = serial;
-    std::int64_t at = -1;
-    while (!in.empty()) {
+    for (std::int64_t at = -1; !in.empty();) {
       std::int64_t step = 0;
       std::string_view told;
       if (!get_number(in, step) || !get_text(in, told) || told.empty()) return broken("they end early");
-      if (step <= 0 || step > static_cast<std::int64_t>(most)) return broken("bricks in no order");
+      if (step <= 0 || step > most) return broken("bricks in no order");
       at += step;
-      const auto index = static_cast<std::size_t>(at);
-      if (index >= most) return broken("a brick outside the volume");
-      if (!is_known.empty()) {
-        if (is_known[index]) continue;
-        is_known[index] = true;
-      }
+      if (at >= most) return broken("a brick outside the volume");
+      Ref<Brick>& place = slot(*after, static_cast<std::size_t>(at));
       const auto kind = static_cast<std::uint8_t>(told.front());
-      told.remove_prefix(1);
-      Ref<Brick>& place = slot(*after, index);
-      after->brick_count_ += (kind != gone) - static_cast<bool>(place);
-      if (kind == gone)
-        place = Ref<Brick>();
-      else if (kind == hollow)
-        place = after->hollow_;
-      else if (kind == without_mask || kind == of_four || kind == of_eight)
-        place = get_brick(told, kind, serial, after->band_mm_);
-      else
-        return broken("a brick of no kind");
-      if (kind != gone && !place) return broken("a brick that cannot be");
+      const bool had_brick = static_cast<bool>(place);
+      if (kind == gone || kind == hollow) {
+        place = kind == hollow ? after->hollow_ : Ref<Brick>();
+      } else {
+        Ref<Brick> brick = get_brick(told, place.get(), after->band_mm_);
+        if (!brick) return broken("a brick that cannot be");
+        brick->serial = serial;
+        place = std::move(brick);
+      }
+      after->brick_count_ += (kind != gone) - had_brick;
     }
   }
-  after->serial_ = newest_serial;
+  after->serial_ = serial;
   for (const auto& region : after->regions_) {
     if (!region || region->serial != ~std::uint64_t{0}) continue;
-    region->serial = newest_serial;
+    region->serial = serial;
     for (const auto& page : region->pages)
-      if (page && page->serial == ~std::uint64_t{0}) page->serial = newest_serial;
+      if (page && page->serial == ~std::uint64_t{0}) page->serial = serial;
   }
   return std::shared_ptr<const Version>(std::move(after));
 }

@@ -202,8 +202,7 @@ Result<Outcome> run_resume(const ResumeArguments& arguments) {
     return Error{"the session does not replay as it was recorded", where, replay.mismatch()->what,
                  "the same bits", "see where: trephine replay --verify"};
   const std::uint64_t first_tick = replay.next_tick();
-  auto made = sim::SessionWriter::append(arguments.session, session.reader->whole_bytes(),
-                                         session.reader->block_count(), session.reader->types(), catalogue());
+  auto made = sim::SessionWriter::append(arguments.session, replay.tail(), catalogue());
   if (!made) return made.error();
   sim::SessionWriter& writer = *made.value();
   const drilling::Burr* held = session.burr(0);

@@ -47,7 +47,8 @@ inline SceneSpec crowded_spec(const haptics::TouchScene& scene) {
 }
 
 /// Two hands over it for three seconds; the scans go into the file. Gives the hash of the state.
-inline void record_crowd(const std::string& path, std::uint64_t* state) {
+inline void record_crowd(const std::string& path, std::uint64_t* state,
+                         int checkpoint_work = CheckpointMaker::k_work) {
   const haptics::TouchScene scene = crowded();
   const SceneSpec spec = crowded_spec(scene);
   auto hands = build_scene(spec, data_of(scene), drilling_catalogue());
@@ -56,6 +57,7 @@ inline void record_crowd(const std::string& path, std::uint64_t* state) {
   EXPECT_EQ(hands.value().hands[1].feels.scene->tool_radius, 0.8);
   WriterOptions options;
   options.is_embedding = true;
+  options.checkpoint_work = checkpoint_work;
   haptics::ServoOptions servo;
   auto writer = SessionWriter::create(path, SessionHeader(describe_scene(hands.value().hands, servo)),
                                       data_of(scene), drilling_catalogue(), options);

@@ -4,30 +4,10 @@
 
 #include "haptics/proxy/methods.h"
 #include "sim/live_session.h"
-#include "tests/sim/session_fixture.h"
+#include "tests/sim/round_bench.h"
 
 namespace trephine::sim {
 namespace {
-
-/// A burr whose middle the hand holds, on the small bone.
-struct RoundBench {
-  haptics::TouchScene scene = small_bone();
-  std::unique_ptr<haptics::ProxyMethod> method = haptics::make_method("subvoxel").value();
-  drilling::Burr burr{3, 60};
-
-  RoundBench() {
-    burr.is_round = true;
-    EXPECT_FALSE(haptics::set_smallest_burr(scene, burr.diameter).has_value());
-    EXPECT_FALSE(haptics::set_tool_radius(scene, drilling::touch_radius(burr, *scene.base), 1).has_value());
-    EXPECT_FALSE(method->prepare(scene).has_value());
-  }
-  std::unique_ptr<SessionWriter> writer(const std::string& path, double rate = 1000) {
-    haptics::ServoOptions servo;
-    servo.rate_hz = rate;
-    SessionHeader h = describe_scene(scene, *method, servo, {HandSpec(drilling::burr(burr))});
-    return SessionWriter::create(path, h, scene.base, drilling_catalogue()).value();
-  }
-};
 
 /// How much freer the field in use is than one made anew from the version; mm. Above the field's own accuracy
 /// a ball could enter what is left.

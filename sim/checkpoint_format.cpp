@@ -1,0 +1,284 @@
+#include "sim/checkpoint_format.h"
+
+#include <algorithm>
+
+#include "haptics/servo/servo_memory.h"
+#include "sim/packed.h"
+#include "volume/bytes.h"
+#include "volume/offset_changes.h"
+#include "volume/version_changes.h"
+
+namespace trephine::sim {
+
+using volume::get;
+using volume::get_number;
+using volume::get_text;
+using volume::put;
+using volume::put_number;
+using volume::put_text;
+
+namespace {
+
+/// All that was told since a chain began is read to come to its end: it begins anew when that is much more
+/// than the state itself.
+constexpr std::size_t k_short_chain = 1 << 20, k_longest_chain = 3;
+
+void put_count(std::string& out, std::uint64_t value) { put_number(out, static_cast<std::int64_t>(value)); }
+
+void put_box(std::string& out, const volume::VoxelBox& box) {
+  for (const glm::ivec3& corner : {box.low, box.high})
+    for (int a = 0; a < 3; ++a) put_number(out, corner[a]);
+}
+
+/// Of a type that whoever reads knows from elsewhere.
+void put_bytes_of(std::string& out, const Value* value) {
+  put_text(out, value && !value->is_empty() ? value->bytes() : std::string());
+}
+void put_modules(std::string& out, const std::vector<std::shared_ptr<const Value>>& modules) {
+  put_count(out, modules.size());
+  for (const auto& module : modules) put_bytes_of(out, module.get());
+}
+void put_value(std::string& out, const Value& value) {
+  put_text(out, value.is_empty() ? std::string_view() : value.name());
+  put_bytes_of(out, &value);
+}
+
+void put_hand(std::string& out, const EngineImage::Hand& hand) {
+  put(out, hand.scene->tool_radius);
+  put_count(out, hand.layout);
+  put(out, static_cast<std::uint8_t>(hand.way != nullptr));
+  if (hand.way) {
+    put(out, hand.way->serial);
+    put_count(out, hand.way->count);
+    for (std::uint32_t i = 0; i < hand.way->count; ++i) put(out, hand.way->places_volume[i]);
+  }
+  put(out, static_cast<std::uint8_t>(hand.work.is_pressed | hand.work.is_fresh << 1 |
+                                     hand.work.body.has_value() << 2));
+  put(out, hand.work.noted_faults);
+  if (hand.work.body) put(out, hand.work.body->centre), put(out, hand.work.body->radius);
+}
+
+/// The first hand that feels with it; as many as there are hands: none does any more.
+std::size_t hand_of(const Checkpoint& all, const std::shared_ptr<const haptics::TouchScene>& scene) {
+  std::size_t h = 0;
+  while (h < all.image.hands.size() && all.image.hands[h].scene != scene) ++h;
+  return h;
+}
+
+}  // namespace
+
+void CheckpointEncoder::put_link(const ChainLink& link, const std::string& bytes) {
+  ++link_count_;
+  put_count(links_, link.chain);
+  put_count(links_, link.number);
+  put(links_, static_cast<std::uint8_t>(link.is_first));
+  put_text(links_, packed(bytes, Packing::small));
+}
+
+std::uint64_t CheckpointEncoder::link_of(const std::shared_ptr<const volume::Version>& version) {
+  if (version == tail_.version) return tail_.next_link - 1;
+  ChainLink link{0, tail_.next_link++,
+                 !tail_.version || chain_bytes_ > std::max(k_short_chain, k_longest_chain * first_bytes_)};
+  const std::string bytes =
+      volume::VersionChanges::between(link.is_first ? *untouched_ : *tail_.version, *version);
+  if (link.is_first) chain_bytes_ = 0, first_bytes_ = bytes.size();
+  chain_bytes_ += bytes.size();
+  put_link(link, bytes);
+  tail_.version = version;
+  return link.number;
+}
+
+void CheckpointEncoder::put_offsets(std::string& out, const std::shared_ptr<const haptics::TouchScene>& scene,
+                                    const OffsetJob::Offsets& offsets) {
+  put_count(out, offsets.size());
+  for (std::size_t s = 0; s < offsets.size(); ++s) {
+    Chain& chain = chains_[{scene, s}];
+    if (chain.id == 0) chain.id = tail_.next_chain++;
+    if (chain.newest != offsets[s]) {
+      const ChainLink link{
+          chain.id, chain.next_link++,
+          !chain.newest || chain.bytes > std::max(k_short_chain, k_longest_chain * chain.first_bytes)};
+      const std::string bytes = volume::OffsetChanges::between(
+          link.is_first ? *scene->items[s].offset : *chain.newest, *offsets[s]);
+      if (link.is_first) chain.bytes = 0, chain.first_bytes = bytes.size();
+      chain.bytes += bytes.size();
+      put_link(link, bytes);
+      chain.newest = offsets[s];
+      chain.newest_link = link.number;
+    }
+    put_count(out, chain.id);
+    put_count(out, chain.newest_link);
+  }
+}
+
+void CheckpointEncoder::put_fields(std::string& out, const Checkpoint& all,
+                                   const std::shared_ptr<const haptics::TouchScene>& scene,
+                                   const TouchFields::Kept& kept) {
+  const std::size_t hand = hand_of(all, scene);
+  put_count(out, hand);
+  put_count(out, all.image.hands[hand].layout);
+  put_box(out, kept.owed);
+  put_offsets(out, scene, kept.fields);
+}
+
+void CheckpointEncoder::put_place(std::string& out, const Checkpoint& all, const HistoryPlace& place) {
+  put_count(out, link_of(place.world.version));
+  put_modules(out, place.world.modules);
+  const auto is_felt = [&](const auto& one) { return hand_of(all, one.first) < all.image.hands.size(); };
+  put_count(out,
+            static_cast<std::uint64_t>(std::count_if(place.fields.begin(), place.fields.end(), is_felt)));
+  for (const auto& one : place.fields)
+    if (is_felt(one)) put_fields(out, all, one.first, one.second);
+}
+
+void CheckpointEncoder::put_state(std::string& out, const OperationState& state) {
+  put(out, state.next_tick);
+  put_count(out, link_of(state.world.version));
+  put_modules(out, state.world.modules);
+  put_modules(out, state.settings.modules);
+  for (const Instrument& hand : state.settings.hands) {
+    put_text(out, hand.name());
+    put_bytes_of(out, &hand.parameters);
+    put_bytes_of(out, &hand.state);
+  }
+  put_count(out, state.settings.told.size());
+  for (const auto& [key, command] : state.settings.told) {
+    put_text(out, key);
+    put(out, command.hand);
+    put_value(out, command.what);
+  }
+  put_count(out, state.chronicle.size());
+  put_count(out, state.chronicle.undos);
+  put_count(out, state.chronicle.redos);
+  for (const ForbiddenWatch& watch : state.watches) {
+    std::string fields;
+    encode_fields(ForbiddenWatch::schema(), &watch, fields);
+    put_text(out, fields);
+  }
+}
+
+void CheckpointEncoder::put_image(std::string& out, const Checkpoint& all) {
+  const EngineImage& image = all.image;
+  for (const EngineImage::Hand& hand : image.hands) put_hand(out, hand);
+  put_count(out, image.history.size());
+  std::uint64_t last = 0;
+  // Mostly one after the other; one whose fields came later has a newer number than those after it.
+  for (const auto& entry : image.history)
+    put_number(out, static_cast<std::int64_t>(entry->number - std::exchange(last, entry->number)));
+  for (const std::uint64_t number : {std::uint64_t{image.position}, std::uint64_t{image.forgotten},
+                                     image.last_entry, image.growths, std::uint64_t{image.last_job}})
+    put_count(out, number);
+  put(out, static_cast<std::uint8_t>(image.is_stroke_changed));
+  put_box(out, image.stroke_box);
+  put_box(out, image.ever_cut);
+
+  put_count(out, image.jobs.size());
+  for (const PendingJob& job : image.jobs) {
+    put_count(out, job.id.value);
+    put(out, job.hand);
+    put_value(out, *job.parameters);
+    put_count(out, job.growths);
+    put_box(out, job.cut);
+    put_state(out, *job.input);
+  }
+  put(out, image.serial);
+  put_state(out, image.now);
+
+  put_count(out, image.fields.size());
+  for (const TouchFields& fields : image.fields) {
+    put_fields(out, all, fields.scene(), {fields.newest(), fields.owed()});
+    const auto cuts = fields.cuts();
+    put_count(out, cuts.size());
+    for (const auto& [serial, box] : cuts) {
+      put(out, serial);
+      put_box(out, box);
+    }
+  }
+  put_count(out, all.fields.size());
+  for (const Checkpoint::Fields& made : all.fields) {
+    put(out, made.serial);
+    put(out, made.hand);
+    put_offsets(out, image.hands[made.hand].scene, made.offsets);
+  }
+}
+
+/// What is new in the history; all that leads there is told with it.
+void CheckpointEncoder::put_history(std::string& out, const Checkpoint& all) {
+  for (const auto& entry : all.image.history) {
+    if (entry->number <= tail_.last_entry) continue;
+    std::string place;
+    put_place(place, all, entry->here);
+    put_count(out, entry->number);
+    put_box(out, entry->box);
+    put_text(out, place);
+  }
+  tail_.last_entry = all.image.last_entry;
+}
+
+std::string CheckpointEncoder::encode(const Checkpoint& all) {
+  links_.clear();
+  link_count_ = 0;
+  // What stands on its own, and the rest, which makes links.
+  std::string events, trails, history, rest;
+  put_history(history, all);
+  const Chronicle& chronicle = all.image.now.chronicle;
+  put_count(events, tail_.events);
+  put_count(events, chronicle.size() - tail_.events);
+  for (std::size_t i = tail_.events; i < chronicle.size(); ++i) {
+    const Event& event = chronicle[i];
+    put(events, event.tick);
+    put(events, event.hand);
+    put(events, event.place_world);
+    put_value(events, event.what);
+  }
+  tail_.events = chronicle.size();
+  tail_.places.resize(all.image.hands.size());
+  for (std::size_t h = 0; h < all.image.hands.size(); ++h) {
+    const HandTrail& trail = all.image.hands[h].trail;
+    const std::size_t from = std::max<std::size_t>(tail_.places[h], trail.first());
+    put_count(trails, trail.first());
+    put_count(trails, from);
+    put_count(trails, trail.count() - from);
+    for (std::size_t i = from; i < trail.count(); ++i) put(trails, trail.place(i));
+    tail_.places[h] = trail.count();
+  }
+  for (const std::string& core : all.cores) put_text(rest, core);
+  put_count(rest, all.records.size());
+  for (const haptics::ServoRecord& record : all.records) haptics::put_record(rest, record);
+  put_image(rest, all);
+
+  std::string out;
+  put(out, all.block);
+  put(out, all.next_tick);
+  put_count(out, link_count_);
+  out += links_;
+  for (const std::string& part : {events, trails, history, rest}) put_text(out, packed(part, Packing::small));
+  return out;
+}
+
+bool read_index(std::string_view bytes, CheckpointIndex& index) {
+  const char* begin = bytes.data();
+  const auto part = [&](CheckpointIndex::Part& where) {
+    std::string_view text;
+    if (!get_text(bytes, text)) return false;
+    where = {static_cast<std::uint64_t>(text.data() - begin), text.size()};
+    return true;
+  };
+  std::int64_t links = 0;
+  if (!get(bytes, index.block) || !get(bytes, index.next_tick) || !get_number(bytes, links)) return false;
+  for (; links > 0; --links) {
+    CheckpointIndex::Link link;
+    std::int64_t chain = 0, number = 0;
+    std::uint8_t is_first = 0;
+    if (!get_number(bytes, chain) || !get_number(bytes, number) || !get(bytes, is_first)) return false;
+    if (chain < 0 || number < 0 || !part(link.bytes)) return false;
+    link.chain = static_cast<std::uint64_t>(chain);
+    link.number = static_cast<std::uint64_t>(number);
+    link.is_first = is_first != 0;
+    index.links.push_back(link);
+  }
+  return links == 0 && part(index.events) && part(index.trails) && part(index.history) && part(index.rest) &&
+         bytes.empty();
+}
+
+}  // namespace trephine::sim

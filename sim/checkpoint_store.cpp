@@ -1,0 +1,516 @@
+#include "sim/checkpoint_store.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "haptics/servo/servo_memory.h"
+#include "sim/tool_geometry.h"
+#include "volume/bytes.h"
+#include "volume/offset_changes.h"
+#include "volume/version_changes.h"
+
+namespace trephine::sim {
+
+using volume::Error;
+using volume::get;
+using volume::get_number;
+using volume::get_text;
+using volume::Result;
+using volume::Status;
+
+namespace {
+
+/// Broken bytes: what was read for. Thrown within this file alone.
+struct Broken {
+  const char* what;
+};
+
+/// Takes value after value; what is none is thrown.
+class Taker {
+ public:
+  explicit Taker(std::string_view in) : in_(in) {}
+
+  template <class T>
+  T value() {
+    T taken{};
+    if (!get(in_, taken)) throw Broken{"it ends early"};
+    return taken;
+  }
+  std::uint64_t count(std::uint64_t most = ~std::uint64_t{0}) {
+    const std::int64_t taken = signed_number();
+    if (taken < 0 || static_cast<std::uint64_t>(taken) > most) throw Broken{"a number out of its range"};
+    return static_cast<std::uint64_t>(taken);
+  }
+  std::int64_t signed_number() {
+    std::int64_t taken = 0;
+    if (!get_number(in_, taken)) throw Broken{"it ends early"};
+    return taken;
+  }
+  /// Of things that take a byte each at least.
+  std::uint64_t count_of_things() { return count(in_.size()); }
+  std::string_view text() {
+    std::string_view taken;
+    if (!get_text(in_, taken)) throw Broken{"it ends early"};
+    return taken;
+  }
+  double number() {
+    const auto taken = value<double>();
+    if (!(std::abs(taken) < 1e12)) throw Broken{"a number that is none"};
+    return taken;
+  }
+  glm::dvec3 place() {
+    const double x = number(), y = number(), z = number();
+    return {x, y, z};
+  }
+  volume::VoxelBox box(const glm::ivec3& size) {
+    volume::VoxelBox taken;
+    bool is_empty = false;
+    for (glm::ivec3* corner : {&taken.low, &taken.high})
+      for (int a = 0; a < 3; ++a) {
+        const std::int64_t at = signed_number();
+        if (std::abs(at) > (1 << 30)) throw Broken{"a box that is none"};
+        (*corner)[a] = static_cast<int>(at);
+      }
+    for (int a = 0; a < 3; ++a) is_empty = is_empty || taken.low[a] > taken.high[a];
+    for (int a = 0; !is_empty && a < 3; ++a)
+      if (taken.low[a] < -64 || taken.high[a] > size[a] + 64) throw Broken{"a box beyond the volume"};
+    return taken;
+  }
+  haptics::ServoRecord record() {
+    haptics::ServoRecord taken;
+    if (!haptics::get_record(in_, taken)) throw Broken{"a tick that is none"};
+    return taken;
+  }
+  bool is_at_end() const { return in_.empty(); }
+
+ private:
+  std::string_view in_;
+};
+
+template <class T>
+T good(Result<T> result) {
+  if (!result) throw Broken{"bricks or values that are none"};
+  return std::move(result).value();
+}
+
+}  // namespace
+
+struct CheckpointStore::Shared : std::enable_shared_from_this<Shared> {
+  Shared(SessionReader& reader, Engine from) : session(&reader), start(std::move(from)) {
+    for (const CheckpointIndex& index : reader.checkpoints())
+      for (const CheckpointIndex::Link& link : index.links) links[{link.chain, link.number}] = &link;
+  }
+
+  SessionReader* session;
+  Engine start;
+  std::map<std::pair<std::uint64_t, std::uint64_t>, const CheckpointIndex::Link*> links;
+
+  // What was read last: from there on is the shorter way.
+  std::uint64_t version_link = 0;
+  std::shared_ptr<const volume::Version> version;
+  struct LastField {
+    std::uint64_t link = 0;
+    std::shared_ptr<const haptics::TouchScene> scene;
+    std::shared_ptr<const volume::OffsetField> field;
+  };
+  std::map<std::uint64_t, LastField> fields;
+  std::map<std::pair<std::size_t, double>, std::shared_ptr<const MadeGeometry>> geometries;
+  std::vector<Event> events;  ///< of the first `events_of` checkpoints
+  std::size_t events_of = 0;
+  struct KeptEntry {
+    volume::VoxelBox box;
+    std::string place;
+  };
+  std::map<std::uint64_t, KeptEntry> entries;  ///< of the histories of the first `entries_of` checkpoints
+  std::size_t entries_of = 0;
+
+  /// The bytes that lead to a link, oldest first: from the first of its chain, or from `known` on, if that is
+  /// newer.
+  std::vector<std::string> way_to(std::uint64_t chain, std::uint64_t number, std::uint64_t known,
+                                  bool& is_on) {
+    std::vector<std::string> all;
+    is_on = false;
+    for (std::uint64_t n = number;; --n) {
+      const auto found = links.find({chain, n});
+      if (found == links.end()) throw Broken{"a state that is told nowhere"};
+      all.push_back(good(session->read(found->second->bytes)));
+      if (found->second->is_first) break;
+      if (n == 0) throw Broken{"a chain without a beginning"};
+      if ((is_on = n - 1 == known)) break;
+    }
+    std::reverse(all.begin(), all.end());
+    return all;
+  }
+  static std::vector<std::string_view> views(const std::vector<std::string>& all) {
+    return {all.begin(), all.end()};
+  }
+
+  std::shared_ptr<const volume::Version> version_at(std::uint64_t link) {
+    if (version && version_link == link) return version;
+    bool is_on = false;
+    const auto way = way_to(0, link, version ? version_link : ~std::uint64_t{0}, is_on);
+    version =
+        good(volume::VersionChanges::applied(is_on ? *version : *start.now().world.version, views(way)));
+    version_link = link;
+    return version;
+  }
+  std::shared_ptr<const volume::OffsetField> field_at(std::uint64_t chain, std::uint64_t link,
+                                                      const std::shared_ptr<const haptics::TouchScene>& scene,
+                                                      std::size_t shape) {
+    LastField& last = fields[chain];
+    const bool is_same = last.field && last.scene == scene;
+    if (is_same && last.link == link) return last.field;
+    const std::shared_ptr<const volume::OffsetField>& untouched = scene->items[shape].offset;
+    if (!untouched) throw Broken{"a tool's field where there is none"};
+    bool is_on = false;
+    const auto way = way_to(chain, link, is_same ? last.link : ~std::uint64_t{0}, is_on);
+    last.field = good(volume::OffsetChanges::applied(is_on ? *last.field : *untouched, views(way)));
+    last.link = link;
+    last.scene = scene;
+    return last.field;
+  }
+
+  /// As `like`, which is how they began; an engine may have gone without some of the last.
+  std::vector<std::shared_ptr<const Value>> take_modules(
+      Taker& in, const std::vector<std::shared_ptr<const Value>>& like) {
+    std::vector<std::shared_ptr<const Value>> modules = like;
+    const std::uint64_t count = in.count(like.size());
+    for (std::uint64_t m = 0; m < count; ++m) {
+      const std::string_view bytes = in.text();
+      if (like[m])
+        modules[m] = std::make_shared<const Value>(good(Value::from_bytes(like[m]->type(), bytes)));
+    }
+    return modules;
+  }
+  Value take_value(Taker& in) {
+    const std::string_view name = in.text(), bytes = in.text();
+    if (name.empty()) return {};
+    const ValueType* type = session->catalogue().find(name);
+    if (type == nullptr) throw Broken{"a value that this program does not know"};
+    return good(Value::from_bytes(*type, bytes));
+  }
+
+  const std::vector<Event>& events_up_to(std::size_t i) {
+    for (; events_of <= i; ++events_of) {
+      const std::string bytes = good(session->read(session->checkpoints()[events_of].events));
+      Taker in(bytes);
+      const std::uint64_t from = in.count();
+      if (from > events.size()) throw Broken{"events that are told nowhere"};
+      events.resize(from);
+      for (std::uint64_t left = in.count_of_things(); left > 0; --left) {
+        Event event;
+        event.tick = in.value<std::uint64_t>();
+        event.hand = in.value<std::uint8_t>();
+        event.place_world = in.place();
+        event.what = take_value(in);
+        if (event.what.is_empty()) throw Broken{"an event without a name"};
+        events.push_back(std::move(event));
+      }
+    }
+    return events;
+  }
+  const std::map<std::uint64_t, KeptEntry>& entries_up_to(std::size_t i) {
+    for (; entries_of <= i; ++entries_of) {
+      const std::string bytes = good(session->read(session->checkpoints()[entries_of].history));
+      Taker in(bytes);
+      while (!in.is_at_end()) {
+        const std::uint64_t number = in.count();
+        const volume::VoxelBox box = in.box(start.scene().base->size);
+        entries.insert_or_assign(number, KeptEntry{box, std::string(in.text())});
+      }
+    }
+    return entries;
+  }
+  /// Back over as many checkpoints as it takes.
+  std::vector<HandTrail> trails_at(std::size_t i) {
+    struct Part {
+      std::uint64_t first = 0, from = 0;
+      std::vector<glm::dvec3> places;
+    };
+    std::vector<Part> all(start.hand_count());
+    for (std::size_t k = i;; --k) {
+      const std::string bytes = good(session->read(session->checkpoints()[k].trails));
+      Taker in(bytes);
+      bool is_whole = true;
+      for (Part& part : all) {
+        const std::uint64_t first = in.count(), from = in.count(), count = in.count_of_things();
+        std::vector<glm::dvec3> places;
+        for (std::uint64_t n = 0; n < count; ++n) places.push_back(in.place());
+        if (k == i) {
+          part = {first, from, std::move(places)};
+        } else if (part.from > part.first) {
+          if (from + count != part.from) throw Broken{"a trail with a gap"};
+          places.insert(places.end(), part.places.begin(), part.places.end());
+          part.from = from;
+          part.places = std::move(places);
+        }
+        is_whole = is_whole && part.from <= part.first;
+      }
+      if (is_whole) break;
+      if (k == 0) throw Broken{"a trail without a beginning"};
+    }
+    std::vector<HandTrail> trails;
+    for (const Part& part : all) {
+      if (part.first - part.from > part.places.size()) throw Broken{"a trail that is none"};
+      trails.push_back(HandTrail::of(part.first, std::span(part.places).subspan(part.first - part.from)));
+    }
+    return trails;
+  }
+
+  // ---- parts of an image ----
+
+  struct Hands {
+    std::vector<std::shared_ptr<const haptics::TouchScene>> scenes;
+    std::vector<std::uint64_t> layouts;
+  };
+  /// `scene` null: they are told, and of no use.
+  OffsetJob::Offsets take_offsets(Taker& in, const std::shared_ptr<const haptics::TouchScene>& scene) {
+    OffsetJob::Offsets offsets(in.count(haptics::ShapeSet::k_most));
+    if (scene && offsets.size() > haptics::base_shapes(*scene).size())
+      throw Broken{"fields of more shapes than there are"};
+    for (std::size_t s = 0; s < offsets.size(); ++s) {
+      const std::uint64_t chain = in.count(), link = in.count();
+      if (scene) offsets[s] = field_at(chain, link, scene, s);
+    }
+    return offsets;
+  }
+  /// The scene that a hand had with a tool of then; null when nobody has it any more.
+  std::shared_ptr<const haptics::TouchScene> scene_of(std::size_t hand, std::uint64_t layout,
+                                                      const Hands& hands) const {
+    if (hands.layouts[hand] == layout) return hands.scenes[hand];
+    const auto& first = start.servo_scene()->hands;
+    for (std::size_t h = 0; layout == 0 && h < hands.scenes.size(); ++h)
+      if (hands.layouts[h] == 0 && first[h].scene == first[hand].scene) return hands.scenes[h];
+    return nullptr;
+  }
+  std::pair<std::shared_ptr<const haptics::TouchScene>, TouchFields::Kept> take_fields(Taker& in,
+                                                                                       const Hands& hands) {
+    const std::uint64_t hand = in.count(hands.scenes.size() - 1), layout = in.count();
+    const auto scene = scene_of(hand, layout, hands);
+    const volume::VoxelBox owed = in.box(start.scene().base->size);
+    return {scene, {take_offsets(in, scene), owed}};
+  }
+  HistoryPlace take_place(Taker& in, const Hands& hands) {
+    HistoryPlace place;
+    place.world.version = version_at(in.count());
+    place.world.modules = take_modules(in, start.now().world.modules);
+    for (std::uint64_t left = in.count(haptics::ServoScene::k_most_hands); left > 0; --left)
+      if (auto fields = take_fields(in, hands); fields.first) place.fields.push_back(std::move(fields));
+    return place;
+  }
+  OperationState take_state(Taker& in, const std::vector<Event>& all_events) {
+    const OperationState& like = start.now();
+    OperationState state;
+    state.next_tick = in.value<std::uint64_t>();
+    state.world.version = version_at(in.count());
+    state.world.modules = take_modules(in, like.world.modules);
+    state.settings.modules = take_modules(in, like.settings.modules);
+    for (std::size_t h = 0; h < start.hand_count(); ++h) {
+      const std::string_view name = in.text(), parameters = in.text(), memory = in.text();
+      Instrument& hand = state.settings.hands.emplace_back();
+      if (name.empty()) continue;
+      hand.type = session->catalogue().find_instrument(name);
+      if (hand.type == nullptr) throw Broken{"an instrument that this program does not have"};
+      hand.parameters = good(Value::from_bytes(*hand.type->parameters, parameters));
+      hand.state = good(Value::from_bytes(*hand.type->state, memory));
+    }
+    for (std::uint64_t left = in.count_of_things(); left > 0; --left) {
+      std::string key(in.text());
+      Command command;
+      command.hand = in.value<std::uint8_t>();
+      command.what = take_value(in);
+      if (command.what.is_empty() || command.hand >= start.hand_count())
+        throw Broken{"a command that is none"};
+      state.settings.told.emplace(std::move(key), std::move(command));
+    }
+    const std::uint64_t count = in.count(all_events.size());
+    for (std::uint64_t i = 0; i < count; ++i) state.chronicle.add(all_events[i]);
+    state.chronicle.undos = in.count();
+    state.chronicle.redos = in.count();
+    for (std::size_t w = 0; w < like.watches.size(); ++w)
+      if (decode_fields(ForbiddenWatch::schema(), &state.watches.emplace_back(), in.text()))
+        throw Broken{"a forbidden structure's values"};
+    return state;
+  }
+  /// What a hand feels with: as it began, or with a tool that it was given.
+  void take_hand(Taker& in, std::size_t h, EngineImage::Hand& hand) {
+    const haptics::ServoHand& first = start.servo_scene()->hands[h];
+    const double radius = in.number();
+    hand.layout = in.count();
+    hand.scene = first.scene;
+    hand.method = first.method;
+    if (hand.layout != first.layout) {
+      std::shared_ptr<const MadeGeometry>& made = geometries[{h, radius}];
+      if (!made) {
+        if (check_tool_radius(*first.scene->base, radius)) throw Broken{"a tool that is none"};
+        made = make_geometry(first, radius, *start.now().world.version, k_no_voxels);
+      }
+      if (made->failed) throw Broken{"a tool that cannot be made"};
+      hand.scene = made->scene;
+      hand.method = made->method;
+    }
+    if (in.value<std::uint8_t>() != 0) {
+      auto way = std::make_shared<haptics::WayOut>();
+      way->serial = in.value<std::uint64_t>();
+      way->count = static_cast<std::uint32_t>(in.count(haptics::WayOut::k_most_places));
+      for (std::uint32_t i = 0; i < way->count; ++i) way->places_volume[i] = in.place();
+      hand.way = std::move(way);
+    }
+    const auto flags = in.value<std::uint8_t>();
+    hand.work.is_pressed = flags & 1;
+    hand.work.is_fresh = flags & 2;
+    hand.work.noted_faults = in.value<std::uint32_t>();
+    if (flags & 4) {
+      const glm::dvec3 centre = in.place();
+      hand.work.body = ToolBall{centre, in.number()};
+    }
+  }
+
+  void take_history(Taker& in, std::size_t i, const Hands& hands, EngineImage& image) {
+    const auto& kept = entries_up_to(i);
+    std::uint64_t number = 0;
+    for (std::uint64_t left = in.count(Engine::k_most_strokes + 1); left > 0; --left) {
+      number += static_cast<std::uint64_t>(in.signed_number());
+      const auto found = kept.find(number);
+      if (found == kept.end()) throw Broken{"a place of the history that is told nowhere"};
+      HistoryEntry entry{number, found->second.box, {}, {}};
+      entry.load = [shared = shared_from_this(), hands, bytes = found->second.place,
+                    made = std::make_shared<std::optional<HistoryPlace>>()]() -> Result<HistoryPlace> {
+        try {
+          if (*made) return **made;
+          Taker place(bytes);
+          return *(*made = shared->take_place(place, hands));
+        } catch (const Broken& broken) {
+          return error_of(broken);
+        }
+      };
+      image.history.push_back(std::make_shared<const HistoryEntry>(std::move(entry)));
+    }
+    image.position = in.count();
+    image.forgotten = in.count();
+    image.last_entry = in.count();
+    image.growths = in.count();
+    image.last_job = static_cast<std::uint32_t>(in.count());
+    if (image.position >= image.history.size()) throw Broken{"a place of the history that is none"};
+  }
+
+  void take_jobs(Taker& in, const std::vector<Event>& all_events, EngineImage& image) {
+    for (std::uint64_t left = in.count_of_things(); left > 0; --left) {
+      PendingJob job;
+      job.id.value = static_cast<std::uint32_t>(in.count());
+      job.hand = in.value<std::uint8_t>();
+      job.parameters = std::make_shared<const Value>(take_value(in));
+      job.growths = in.count();
+      job.cut = in.box(start.scene().base->size);
+      job.input = std::make_shared<const OperationState>(take_state(in, all_events));
+      if (job.hand >= start.hand_count() || job.parameters->is_empty()) throw Broken{"a job that is none"};
+      if (!job.parameters->as<ToolGeometry>() &&
+          !start.find_job(job.parameters->type(), job.type, job.module))
+        throw Broken{"a job that this program does not have"};
+      image.jobs.push_back(std::move(job));
+    }
+  }
+
+  Checkpoint take(std::size_t i) {
+    const CheckpointIndex& index = session->checkpoints()[i];
+    const std::string bytes = good(session->read(index.rest));
+    const std::vector<Event>& all_events = events_up_to(i);
+    std::vector<HandTrail> trails = trails_at(i);
+    Checkpoint all;
+    all.block = index.block;
+    all.next_tick = index.next_tick;
+    Taker in(bytes);
+    const std::size_t count = start.hand_count();
+    for (std::size_t h = 0; h < count; ++h) all.cores.emplace_back(in.text());
+    for (std::uint64_t left = in.count_of_things(); left > 0; --left) {
+      all.records.push_back(in.record());
+      if (all.records.back().hand >= count) throw Broken{"a tick of no hand"};
+    }
+    EngineImage& image = all.image;
+    image.hands.resize(count);
+    Hands hands;
+    for (std::size_t h = 0; h < count; ++h) {
+      take_hand(in, h, image.hands[h]);
+      image.hands[h].trail = std::move(trails[h]);
+      hands.scenes.push_back(image.hands[h].scene);
+      hands.layouts.push_back(image.hands[h].layout);
+    }
+    take_history(in, i, hands, image);
+    image.is_stroke_changed = in.value<std::uint8_t>() != 0;
+    image.stroke_box = in.box(start.scene().base->size);
+    image.ever_cut = in.box(start.scene().base->size);
+    take_jobs(in, all_events, image);
+    image.serial = in.value<std::uint64_t>();
+    image.now = take_state(in, all_events);
+    for (std::uint64_t left = in.count(count); left > 0; --left) {
+      auto [scene, kept] = take_fields(in, hands);
+      if (!scene) throw Broken{"a tool's field of no hand"};
+      std::vector<std::pair<std::uint64_t, volume::VoxelBox>> cuts(in.count_of_things());
+      for (auto& [serial, box] : cuts) {
+        serial = in.value<std::uint64_t>();
+        box = in.box(scene->base->size);
+      }
+      image.fields.push_back(TouchFields::of(scene, std::move(kept), cuts, image.now.world.version));
+    }
+    for (std::uint64_t left = in.count_of_things(); left > 0; --left) {
+      Checkpoint::Fields& made = all.fields.emplace_back();
+      made.serial = in.value<std::uint64_t>();
+      made.hand = in.value<std::uint8_t>();
+      if (made.hand >= count) throw Broken{"a tool's field of no hand"};
+      made.offsets = take_offsets(in, hands.scenes[made.hand]);
+    }
+    if (!in.is_at_end()) throw Broken{"more than there should be"};
+    return all;
+  }
+
+  static Error error_of(const Broken& broken) {
+    return {"a checkpoint of the session is broken", "", broken.what, "what trephine wrote",
+            "it can be opened from its start"};
+  }
+};
+
+CheckpointStore::CheckpointStore(SessionReader& session, Engine start)
+    : shared_(std::make_shared<Shared>(session, std::move(start))) {}
+CheckpointStore::~CheckpointStore() = default;
+
+std::size_t CheckpointStore::size() const noexcept { return shared_->session->checkpoints().size(); }
+const CheckpointIndex& CheckpointStore::index(std::size_t i) const noexcept {
+  return shared_->session->checkpoints()[i];
+}
+const Engine& CheckpointStore::start() const noexcept { return shared_->start; }
+
+std::optional<std::size_t> CheckpointStore::before(std::uint64_t tick) const noexcept {
+  const std::vector<CheckpointIndex>& all = shared_->session->checkpoints();
+  const auto after = std::partition_point(
+      all.begin(), all.end(), [tick](const CheckpointIndex& one) { return one.next_tick <= tick; });
+  if (after == all.begin()) return std::nullopt;
+  return static_cast<std::size_t>(after - all.begin()) - 1;
+}
+
+Result<Checkpoint> CheckpointStore::read(std::size_t i) {
+  try {
+    return shared_->take(i);
+  } catch (const Broken& broken) {
+    return Shared::error_of(broken);
+  }
+}
+
+CheckpointTail CheckpointStore::tail() {
+  CheckpointTail tail;
+  for (const auto& [place, link] : shared_->links) {
+    if (place.first == 0) tail.next_link = place.second + 1;
+    tail.next_chain = std::max(tail.next_chain, place.first + 1);
+  }
+  if (size() == 0) return tail;
+  const Result<Checkpoint> newest = read(size() - 1);
+  if (!newest) return tail;
+  const EngineImage& image = newest.value().image;
+  tail.version = image.now.world.version;
+  tail.last_entry = image.last_entry;
+  tail.events = image.now.chronicle.size();
+  for (const EngineImage::Hand& hand : image.hands) tail.places.push_back(hand.trail.count());
+  return tail;
+}
+
+}  // namespace trephine::sim

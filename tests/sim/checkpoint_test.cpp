@@ -1,0 +1,367 @@
+// A session opens at any tick, by its checkpoints: to the same bits as one that is played from its start.
+#include <deque>
+#include <map>
+#include <thread>
+
+#include "haptics/servo/servo_memory.h"
+#include "sim/live_session.h"
+#include "sim/packed.h"
+#include "tests/sim/crowd.h"
+#include "tests/sim/round_bench.h"
+#include "tests/sim/toy_bench.h"
+#include "volume/bytes.h"
+
+namespace trephine::sim {
+namespace {
+
+std::string bytes_of(const haptics::ServoRecord& record) {
+  std::string bytes;
+  haptics::put_record(bytes, record);
+  return bytes;
+}
+
+/// Compares, over the whole session, opening at ticks by chance with playing to them; gives how many ticks
+/// had to be played for the worst of them.
+std::uint64_t expect_opens_anywhere(const std::string& path, const Catalogue& catalogue,
+                                    const SceneData& data, int places = 6) {
+  auto opened = SessionReader::open(path, catalogue);
+  EXPECT_TRUE(opened.is_ok()) << opened.error().message();
+  SessionReader& session = opened.value();
+  EXPECT_GT(session.checkpoints().size(), 5u);
+  constexpr std::uint64_t k_every = 7;  // ticks from hash to hash
+  std::map<std::uint64_t, std::uint64_t> hashes;
+  std::map<std::pair<std::uint64_t, int>, std::string> ticks;
+  const auto played_of = Replay::open(session, data).value();
+  Replay& played = *played_of;
+  played.verify_checkpoints();
+  for (;;) {
+    const auto stepped = played.step();
+    if (!stepped) ADD_FAILURE() << stepped.error().message();
+    if (!stepped || !stepped.value()) break;
+    const haptics::ServoRecord& record = played.record();
+    ticks[{record.tick, record.hand}] = bytes_of(record);
+    if (played.next_tick() % k_every == 0 && record.hand + 1u == played.engine().hand_count())
+      hashes[played.next_tick()] = played.engine().snapshot()->hash();
+  }
+  if (played.mismatch())
+    ADD_FAILURE() << played.mismatch()->what << " at " << played.mismatch()->tick << ": "
+                  << played.mismatch()->recorded << " / " << played.mismatch()->replayed;
+  EXPECT_EQ(played.counts().checkpoints, session.checkpoints().size());
+
+  std::mt19937 random(11);
+  std::uint64_t worst = 0;
+  for (int i = 0; i < places; ++i) {
+    auto again = SessionReader::open(path, catalogue);  // nothing is kept from before
+    const auto replay_of = Replay::open(again.value(), data).value();
+    Replay& replay = *replay_of;
+    for (int k = 0; k < 2; ++k) {  // the second from where the first left it, forward or back
+      auto to = hashes.begin();
+      std::advance(to, static_cast<std::ptrdiff_t>(random() % hashes.size()));
+      const std::uint64_t before = replay.counts().ticks;
+      const volume::Status error = replay.seek(to->first);
+      EXPECT_FALSE(error) << error->message();
+      worst = std::max(worst, replay.counts().ticks - before);
+      if (k == 0) {
+        EXPECT_EQ(replay.counts().opened, to->first >= session.checkpoints()[0].next_tick);
+      }
+      EXPECT_EQ(replay.engine().snapshot()->hash(), to->second) << "opened at " << to->first;
+      for (int n = 0; n < 300; ++n) {
+        const auto stepped = replay.step();
+        EXPECT_TRUE(stepped.is_ok());
+        if (!stepped || !stepped.value()) break;
+        const haptics::ServoRecord& record = replay.record();
+        if (bytes_of(record) != ticks[{record.tick, record.hand}]) {
+          ADD_FAILURE() << "tick " << record.tick << " of hand " << int{record.hand} << " after opening at "
+                        << to->first;
+          break;
+        }
+      }
+    }
+    EXPECT_FALSE(replay.seek(session.tick_count()));
+    EXPECT_EQ(replay.engine().snapshot()->hash(), played.engine().snapshot()->hash());
+    if (replay.mismatch())
+      ADD_FAILURE() << replay.mismatch()->what << " at " << replay.mismatch()->tick << ": "
+                    << replay.mismatch()->recorded << " / " << replay.mismatch()->replayed;
+    if (testing::Test::HasFailure()) break;
+  }
+  return worst;
+}
+
+WriterOptions often(int work) {
+  WriterOptions options;
+  options.checkpoint_work = work;
+  return options;
+}
+
+TEST(Checkpoint, ARandomLogOpensAtAnyTick) {
+  const Folder folder;
+  for (unsigned seed = 1; seed <= 2; ++seed) {
+    SCOPED_TRACE(seed);
+    const std::string path = folder.file((std::to_string(seed) + ".session").c_str());
+    ToyBench bench;
+    auto writer = bench.toy_writer(path, often(2000));
+    Lockstep run(bench.engine(), {}, 1000, writer.get());
+    std::mt19937 random(seed);
+    const haptics::PosePath wish = drilling_wish(20);
+    for (int i = 0; i < 3000; ++i) {
+      run.step(wish.at(1e-3 * i));
+      if (i % 10 != 0) continue;
+      for (int n = static_cast<int>(random() % 3); n > 0; --n)
+        run.apply(with_hash(random_command(random, run.engine().jobs()), run.engine()));
+    }
+    EXPECT_FALSE(writer->finish(run.engine(), 0).has_value());
+    EXPECT_LT(expect_opens_anywhere(path, toys(), bench.scene.base), 2500u);
+  }
+}
+
+// The servo runs ahead of the edits, by up to forty ticks, and sees old states for as long.
+TEST(Checkpoint, OpensWhereTheServoRanAheadOfTheEdits) {
+  const Folder folder;
+  const std::string path = folder.file("a.session");
+  ToyBench bench;
+  auto writer = bench.toy_writer(path, often(1000));
+  Engine engine = bench.engine();
+  writer->begin(engine, {}, 1000, 0);
+  haptics::ServoCore core({}, 1e-3);
+  std::deque<haptics::ServoRecord> ring;
+  auto published = engine.servo_scene();
+  const haptics::PosePath wish = drilling_wish(20);
+  std::mt19937 random(4);
+  for (int tick = 0; tick < 3000 || !ring.empty();) {
+    const bool wants_tick = random() % 2 == 0;
+    if (tick < 3000 && (ring.empty() || (wants_tick && ring.size() < 40))) {
+      const haptics::DenormalsFlushed flushed;
+      haptics::ServoInput input;
+      input.pose = haptics::on_grid(wish.at(1e-3 * tick++));
+      if (random() % 211 == 0) core.skip(haptics::fault_full_ring, random() % 5), input.is_reset = true;
+      ring.push_back(core.step(*published, input));
+      continue;
+    }
+    const haptics::ServoRecord record = ring.front();
+    ring.pop_front();
+    const Outcome outcome = engine.apply(record);
+    writer->add(record, engine, outcome);
+    if (outcome.is_changed) published = engine.servo_scene();
+    if (random() % 40 != 0) continue;
+    const Command command = with_hash(random_command(random, engine.jobs()), engine);
+    const Outcome done = engine.apply(command);
+    writer->add(command, engine, done);
+    if (done.is_changed) published = engine.servo_scene();
+  }
+  EXPECT_FALSE(writer->finish(engine, 0).has_value());
+  expect_opens_anywhere(path, toys(), bench.scene.base);
+}
+
+TEST(Checkpoint, ASessionOfEverythingOpensAtAnyTick) {
+  const Folder folder;
+  const std::string path = folder.file("crowd.session");
+  std::uint64_t state = 0;
+  record_crowd(path, &state, 3000);
+  expect_opens_anywhere(path, drilling_catalogue(), {});
+}
+
+TEST(Checkpoint, ARoundToolsFieldsComeWithIt) {
+  const Folder folder;
+  const std::string path = folder.file("round.session");
+  RoundBench bench;
+  auto writer = bench.writer(path, 1000, often(4000));
+  Lockstep run(bench.scene, *bench.method, drilling::burr(bench.burr), {}, 1000, writer.get());
+  const haptics::PosePath wish = drilling_wish(10);
+  for (int i = 0; i < 2500; ++i) {
+    run.step(wish.at(1e-3 * i));
+    if (i % 500 == 250) run.undo();
+    if (i % 500 == 300) run.redo();
+  }
+  EXPECT_FALSE(writer->finish(run.engine(), 0).has_value());
+  expect_opens_anywhere(path, drilling_catalogue(), bench.scene.base, 2);
+}
+
+TEST(Checkpoint, ALiveSessionOpensAtAnyTick) {
+  const Folder folder;
+  const std::string path = folder.file("live.session");
+  RoundBench bench;
+  {
+    auto writer = bench.writer(path, 1000, often(3000));
+    haptics::VirtualDevice device(drilling_wish(20), {});
+    LiveSession live(device, bench.scene, *bench.method, drilling::burr(bench.burr), {}, writer.get());
+    ASSERT_FALSE(live.start().has_value());
+    for (int i = 0; i < 6; ++i) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(300));
+      if (i % 2 == 1) live.undo();
+    }
+    live.stop();
+    EXPECT_FALSE(writer->finish(live.engine(), live.servo_report().dropped).has_value());
+  }
+  expect_opens_anywhere(path, drilling_catalogue(), bench.scene.base, 2);
+}
+
+// Killed, opened by its newest checkpoint, gone on with, killed again: one session, every part of which
+// opens.
+TEST(Checkpoint, GoesOnWithoutPlayingTheWholeSession) {
+  const Folder folder;
+  const std::string path = folder.file("a.session");
+  Bench bench;
+  {
+    auto writer = bench.writer(path, 1000, often(1500));
+    Lockstep run(bench.scene, bench.method, drilling::burr(bench.burr), {}, 1000, writer.get());
+    const haptics::PosePath wish = drilling_wish(10);
+    for (int i = 0; i < 4000; ++i) {
+      run.step(wish.at(1e-3 * i));
+      if (i % 500 == 250) run.undo();
+    }
+    EXPECT_FALSE(writer->finish(run.engine(), 0).has_value());
+  }
+  for (int part = 0; part < 2; ++part) {
+    fs::resize_file(path, fs::file_size(path) - 100);
+    auto opened = SessionReader::open(path, drilling_catalogue());
+    ASSERT_TRUE(opened.is_ok());
+    const auto replay_of = Replay::open(opened.value(), bench.scene.base).value();
+    Replay& replay = *replay_of;
+    ASSERT_FALSE(replay.seek(opened.value().tick_count()));
+    EXPECT_FALSE(replay.mismatch());
+    EXPECT_LT(replay.counts().ticks, 1600u);
+    const std::uint64_t first_tick = replay.next_tick();
+    auto writer = SessionWriter::append(path, replay.tail(), drilling_catalogue(), often(1500)).value();
+    Engine engine = std::move(replay.engine());
+    const Command command{Resume{}};
+    const Outcome outcome = engine.apply(command);
+    writer->add(command, engine, outcome);
+    Lockstep run(std::move(engine), {}, 1000, writer.get(), first_tick);
+    // Back to strokes that were never played here, and on from there.
+    for (int i = 0; i < 4; ++i) EXPECT_FALSE(run.undo().refused);
+    const haptics::PosePath wish = drilling_wish(10);
+    for (int i = 0; i < 2500; ++i) {
+      run.step(wish.at(2e-3 * i));
+      if (i % 700 == 600) run.undo();
+    }
+    EXPECT_FALSE(writer->finish(run.engine(), 0).has_value());
+  }
+  expect_opens_anywhere(path, drilling_catalogue(), bench.scene.base);
+}
+
+/// All that stands in a file, block by block.
+struct Block {
+  BlockHead head;
+  std::string payload;
+};
+std::vector<Block> blocks_of(const std::string& path, std::string& preamble) {
+  std::ifstream in(path, std::ios::binary);
+  const std::string all((std::istreambuf_iterator<char>(in)), {});
+  std::string_view rest(all);
+  preamble = rest.substr(0, 16);
+  rest.remove_prefix(16);
+  std::vector<Block> blocks;
+  while (!rest.empty()) {
+    Block block;
+    EXPECT_TRUE(volume::get(rest, block.head));
+    block.payload = rest.substr(0, block.head.length);
+    rest.remove_prefix(block.head.length + 8);
+    blocks.push_back(std::move(block));
+  }
+  return blocks;
+}
+void write_blocks(const std::string& path, const std::string& preamble, std::vector<Block> blocks) {
+  std::ofstream out(path, std::ios::binary);
+  out << preamble;
+  for (Block& block : blocks) {
+    block.head.length = block.payload.size();
+    const std::uint64_t check = block_checksum(block.head, block.payload);
+    out.write(reinterpret_cast<const char*>(&block.head), sizeof block.head);
+    out << block.payload;
+    out.write(reinterpret_cast<const char*>(&check), sizeof check);
+  }
+}
+
+struct Lied {
+  std::string path;
+  std::string preamble;
+  std::vector<Block> blocks;
+  std::size_t which = 0;  ///< block of a checkpoint in the middle
+  CheckpointIndex index;
+};
+Lied recorded(const Folder& folder) {
+  Lied all;
+  all.path = folder.file("a.session");
+  Bench bench;
+  auto writer = bench.writer(all.path, 1000, often(1500));
+  Lockstep run(bench.scene, bench.method, drilling::burr(bench.burr), {}, 1000, writer.get());
+  const haptics::PosePath wish = drilling_wish(10);
+  for (int i = 0; i < 3000; ++i) run.step(wish.at(1e-3 * i));
+  EXPECT_FALSE(writer->finish(run.engine(), 0).has_value());
+  all.blocks = blocks_of(all.path, all.preamble);
+  std::size_t seen = 0;
+  for (std::size_t b = 0; b < all.blocks.size(); ++b)
+    if (static_cast<BlockKind>(all.blocks[b].head.kind) == BlockKind::checkpoint && ++seen == 4)
+      all.which = b;
+  EXPECT_GT(all.which, 0u);
+  EXPECT_TRUE(read_index(all.blocks[all.which].payload, all.index));
+  return all;
+}
+
+// Planted faults: a checkpoint that says something else is told, whatever it lies about.
+TEST(Checkpoint, EveryLieIsSeen) {
+  const Folder folder;
+  const Lied good = recorded(folder);
+  const auto part_of = [&](const CheckpointIndex::Part& part) {
+    return unpacked(good.blocks[good.which].payload.substr(part.at, part.length)).value();
+  };
+  const std::string rest = part_of(good.index.rest);
+  std::mt19937 random(3);
+  int seen = 0;
+  constexpr int k_lies = 60;
+  for (int i = 0; i < k_lies; ++i) {
+    // A bit of a core, a tick, a setting, the history, a trail, or of a brick.
+    std::vector<Block> blocks = good.blocks;
+    std::string& payload = blocks[good.which].payload;
+    const CheckpointIndex::Part part = i % 3 == 0   ? good.index.rest
+                                       : i % 3 == 1 ? good.index.trails
+                                                    : good.index.links[good.index.links.size() - 1].bytes;
+    std::string told = part_of(part);
+    if (told.size() < 4) continue;
+    const std::size_t at = i % 3 == 1 ? told.size() - 8 * 3 + 6  // of the newest place
+                                      : random() % told.size();
+    told[at] = static_cast<char>(told[at] ^ (i % 3 == 1 ? 1 : 1 << random() % 8));
+    // The length stands before it, in a number of as many bytes as it takes: the whole is put together anew.
+    std::string made;
+    volume::put(made, good.index.block);
+    volume::put(made, good.index.next_tick);
+    volume::put_number(made, static_cast<std::int64_t>(good.index.links.size()));
+    const auto bytes_at = [&](const CheckpointIndex::Part& one) {
+      return one.at == part.at ? packed(told, Packing::small) : payload.substr(one.at, one.length);
+    };
+    for (const CheckpointIndex::Link& link : good.index.links) {
+      volume::put_number(made, static_cast<std::int64_t>(link.chain));
+      volume::put_number(made, static_cast<std::int64_t>(link.number));
+      volume::put(made, static_cast<std::uint8_t>(link.is_first));
+      volume::put_text(made, bytes_at(link.bytes));
+    }
+    for (const CheckpointIndex::Part* one :
+         {&good.index.events, &good.index.trails, &good.index.history, &good.index.rest})
+      volume::put_text(made, bytes_at(*one));
+    payload = made;
+    write_blocks(good.path, good.preamble, blocks);
+    auto opened = SessionReader::open(good.path, drilling_catalogue());
+    ASSERT_TRUE(opened.is_ok());
+    const auto replay_of = Replay::open(opened.value(), small_bone().base).value();
+    Replay& replay = *replay_of;
+    replay.verify_checkpoints();
+    for (;;) {
+      const auto stepped = replay.step();
+      ASSERT_TRUE(stepped.is_ok());
+      if (!stepped.value()) break;
+    }
+    if (replay.mismatch()) {
+      EXPECT_EQ(replay.mismatch()->what, "checkpoint");
+      ++seen;
+    } else {
+      ADD_FAILURE() << "lie " << i << " at byte " << at << " of " << told.size();
+    }
+    // And whoever opens it does so without harm, and without it in the worst case.
+    ASSERT_FALSE(replay.seek(good.index.next_tick + 5));
+    ASSERT_FALSE(replay.seek(opened.value().tick_count()));
+  }
+  EXPECT_EQ(seen, k_lies);
+}
+
+}  // namespace
+}  // namespace trephine::sim
