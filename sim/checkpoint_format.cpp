@@ -21,7 +21,7 @@ namespace {
 
 /// All that was told since a chain began is read to come to its end: it begins anew when that is much more
 /// than the state itself.
-constexpr std::size_t k_short_chain = 1 << 20, k_longest_chain = 3;
+constexpr std::size_t k_short_chain = 1 << 18, k_longest_chain = 2;
 
 void put_count(std::string& out, std::uint64_t value) { put_number(out, static_cast<std::int64_t>(value)); }
 
@@ -72,7 +72,7 @@ void CheckpointEncoder::put_link(const ChainLink& link, const std::string& bytes
   put_count(links_, link.chain);
   put_count(links_, link.number);
   put(links_, static_cast<std::uint8_t>(link.is_first));
-  put_text(links_, packed(bytes, Packing::small));
+  put_text(links_, packed(bytes));
 }
 
 std::uint64_t CheckpointEncoder::link_of(const std::shared_ptr<const volume::Version>& version) {
@@ -252,7 +252,7 @@ std::string CheckpointEncoder::encode(const Checkpoint& all) {
   put(out, all.next_tick);
   put_count(out, link_count_);
   out += links_;
-  for (const std::string& part : {events, trails, history, rest}) put_text(out, packed(part, Packing::small));
+  for (const std::string& part : {events, trails, history, rest}) put_text(out, packed(part));
   return out;
 }
 

@@ -24,7 +24,7 @@ LiveSession::LiveSession(std::span<haptics::Device* const> devices, Engine engin
       wants_realtime_(options.wants_realtime) {
   TREPHINE_ASSERT(devices.size() == engine_.hand_count());
   state_.hands.resize(devices.size());
-  if (recorder_) recorder_->begin(engine_, options.force, options.rate_hz, first_tick);
+  if (recorder_) recorder_->begin(engine_, options.force, options.rate_hz, first_tick, false);
   const std::lock_guard guard(lock_);
   Outcome first;
   first.is_changed = true;

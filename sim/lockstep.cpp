@@ -12,7 +12,7 @@ Lockstep::Lockstep(Engine engine, const haptics::ForceOptions& force, double rat
     : engine_(std::move(engine)), recorder_(recorder), records_(engine_.hand_count()) {
   for (std::size_t h = 0; h < engine_.hand_count(); ++h)
     cores_.emplace_back(force, 1 / rate_hz, h, first_tick);
-  if (recorder_) recorder_->begin(engine_, force, rate_hz, first_tick);
+  if (recorder_) recorder_->begin(engine_, force, rate_hz, first_tick, true);
 }
 
 haptics::ServoRecord Lockstep::step(const haptics::Pose& pose) { return step(std::span(&pose, 1))[0]; }

@@ -1,19 +1,20 @@
 #include "sim/packed.h"
 
-#include <zlib.h>
+#include <zstd.h>
 
 #include "volume/bytes.h"
 
 namespace trephine::sim {
 
-std::string packed(std::string_view bytes, Packing how) {
+std::string packed(std::string_view bytes) {
   std::string out;
   volume::put_number(out, static_cast<std::int64_t>(bytes.size()));
-  const std::size_t head = out.size();
-  uLongf length = ::compressBound(bytes.size());
-  out.resize(head + length);
-  ::compress2(reinterpret_cast<Bytef*>(out.data() + head), &length,
-              reinterpret_cast<const Bytef*>(bytes.data()), bytes.size(), static_cast<int>(how));
+  const std::size_t head = out.size(), most = ::ZSTD_compressBound(bytes.size());
+  out.resize(head + most);
+  constexpr int k_level = 3;
+  // It fails for want of memory alone, as an allocation does.
+  const std::size_t length = ::ZSTD_compress(out.data() + head, most, bytes.data(), bytes.size(), k_level);
+  TREPHINE_ASSERT(!::ZSTD_isError(length));
   out.resize(head + length);
   return out;
 }
@@ -21,17 +22,14 @@ std::string packed(std::string_view bytes, Packing how) {
 volume::Result<std::string> unpacked(std::string_view bytes) {
   const volume::Error broken{"packed bytes of the session are broken", "", "", "what trephine wrote", ""};
   std::int64_t length = 0;
-  // Nothing deflates to less than a thousandth.
-  constexpr std::int64_t k_most_to_one = 1100;
-  if (!volume::get_number(bytes, length) || length < 0 ||
-      length / k_most_to_one > static_cast<std::int64_t>(bytes.size()))
+  // Longer than any block's; and as long as zstd itself says, so that nothing is allocated for a lie.
+  constexpr std::int64_t k_longest = std::int64_t{1} << 31;
+  if (!volume::get_number(bytes, length) || length < 0 || length > k_longest ||
+      ::ZSTD_getFrameContentSize(bytes.data(), bytes.size()) != static_cast<unsigned long long>(length))
     return broken;
   std::string out(static_cast<std::size_t>(length), '\0');
-  uLongf made = out.size();
-  if (::uncompress(reinterpret_cast<Bytef*>(out.data()), &made, reinterpret_cast<const Bytef*>(bytes.data()),
-                   bytes.size()) != Z_OK ||
-      made != out.size())
-    return broken;
+  const std::size_t made = ::ZSTD_decompress(out.data(), out.size(), bytes.data(), bytes.size());
+  if (::ZSTD_isError(made) || made != out.size()) return broken;
   return out;
 }
 

@@ -1,4 +1,4 @@
-// Bytes of a session made smaller: deflated, with their length before them.
+// Bytes of a session made smaller (zstd), with their length before them.
 #pragma once
 
 #include <string>
@@ -8,9 +8,7 @@
 
 namespace trephine::sim {
 
-enum class Packing { fast = 1, small = 6 };
-
-std::string packed(std::string_view bytes, Packing how);
+std::string packed(std::string_view bytes);
 /// Error when they are not what packed() made.
 volume::Result<std::string> unpacked(std::string_view bytes);
 

@@ -178,6 +178,12 @@ Result<bool> SessionReader::next(LogItem& item) {
   return true;
 }
 
+std::uint64_t SessionReader::log_bytes() const noexcept {
+  std::uint64_t sum = 0;
+  for (const Span& span : logs_) sum += sizeof(BlockHead) + span.length + sizeof(std::uint64_t);
+  return sum;
+}
+
 Status SessionReader::go_to(const Place& place) {
   decoder_.reset();
   place_ = {place.block, 0};

@@ -49,6 +49,7 @@ class SessionReader {
   Place place() const noexcept { return place_; }
   volume::Status go_to(const Place& place);
   std::size_t log_count() const noexcept { return logs_.size(); }
+  std::uint64_t log_bytes() const noexcept;
 
   /// Where the session can be opened in its middle, in the order of its ticks; parts are read on demand.
   const std::vector<CheckpointIndex>& checkpoints() const noexcept { return checkpoints_; }

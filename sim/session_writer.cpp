@@ -147,15 +147,16 @@ void SessionWriter::stop_threads() {
 }
 
 void SessionWriter::begin(const Engine& engine, const haptics::ForceOptions& force, double rate_hz,
-                          std::uint64_t first_tick) {
+                          std::uint64_t first_tick, bool may_wait) {
   if (options_.checkpoint_work <= 0) return;
   maker_ =
       std::make_unique<CheckpointMaker>(engine, force, 1 / rate_hz, first_tick, options_.checkpoint_work);
+  may_wait_ = may_wait;
   encoder_ = std::make_unique<CheckpointEncoder>(std::move(tail_), engine.untouched());
 }
 
 void SessionWriter::add(const haptics::ServoRecord& record, Engine& engine, const Outcome& outcome) {
-  const std::lock_guard guard(lock_);
+  std::unique_lock guard(lock_);
   items_.add(record);
   seal_if_long();
   last_tick_ = record.tick;
@@ -164,17 +165,17 @@ void SessionWriter::add(const haptics::ServoRecord& record, Engine& engine, cons
   was_in_stroke_ = engine.is_in_stroke();
   if (!maker_) return;
   maker_->add(record, engine, outcome);
-  note_checkpoint(engine);
+  note_checkpoint(engine, guard);
 }
 
 void SessionWriter::add(const Command& command, Engine& engine, const Outcome& outcome) {
   if (outcome.refused) return;
-  const std::lock_guard guard(lock_);
+  std::unique_lock guard(lock_);
   items_.add(CommandItem{command});
   note_outcome(engine, outcome);
   if (maker_) {
     maker_->add(command, engine, outcome);
-    note_checkpoint(engine);
+    note_checkpoint(engine, guard);
   }
   if (command.what.as<AdoptFields>()) return;  // nobody's wish, many times a second
   ask_sync(engine);
@@ -214,8 +215,10 @@ void SessionWriter::seal() {
 }
 
 /// One that is due begins where a block of the log does.
-void SessionWriter::note_checkpoint(Engine& engine) {
+void SessionWriter::note_checkpoint(Engine& engine, std::unique_lock<std::mutex>& guard) {
   constexpr std::size_t k_most_waiting = 4;  // behind a disk that does not answer
+  if (may_wait_ && maker_->is_due())
+    encoded_.wait(guard, [this] { return to_encode_.size() < k_most_waiting; });
   if (maker_->is_due() && to_encode_.size() < k_most_waiting && !status_) {
     seal();
     maker_->begin(engine, log_blocks_);
@@ -236,6 +239,7 @@ void SessionWriter::encode_checkpoints(std::unique_lock<std::mutex>& guard) {
     std::string bytes = encoder_->encode(*next);
     guard.lock();
     checkpoints_.emplace_back(next->next_tick, std::move(bytes));
+    encoded_.notify_one();
   }
 }
 
@@ -243,8 +247,7 @@ void SessionWriter::write_items(std::unique_lock<std::mutex>& guard) {
   seal();
   const auto blocks = std::exchange(sealed_, {}), checkpoints = std::exchange(checkpoints_, {});
   guard.unlock();
-  for (const auto& [first_tick, payload] : blocks)
-    write_block(BlockKind::log, first_tick, packed(payload, Packing::fast));
+  for (const auto& [first_tick, payload] : blocks) write_block(BlockKind::log, first_tick, packed(payload));
   for (const auto& [tick, payload] : checkpoints) write_block(BlockKind::checkpoint, tick, payload);
   guard.lock();
 }

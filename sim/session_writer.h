@@ -57,9 +57,10 @@ class SessionWriter {
   SessionWriter& operator=(const SessionWriter&) = delete;
 
   /// Servos of such options begin at `first_tick` with what the engine says now. Checkpoints are made from
-  /// here on; not told, there are none.
+  /// here on; not told, there are none. `may_wait`: whoever adds waits for those that are not written yet
+  /// rather than go without the next.
   void begin(const Engine& engine, const haptics::ForceOptions& force, double rate_hz,
-             std::uint64_t first_tick);
+             std::uint64_t first_tick, bool may_wait);
   /// A tick and what the engine made of it.
   void add(const haptics::ServoRecord& record, Engine& engine, const Outcome& outcome);
   /// A command that the engine has applied; one that it refused is left out.
@@ -79,7 +80,7 @@ class SessionWriter {
   void note_outcome(const Engine& engine, const Outcome& outcome);
   void seal_if_long();
   void seal();
-  void note_checkpoint(Engine& engine);
+  void note_checkpoint(Engine& engine, std::unique_lock<std::mutex>& guard);
   void encode_checkpoints(std::unique_lock<std::mutex>& guard);
   void ask_sync(const Engine& engine);
   void write_loop();
@@ -95,14 +96,15 @@ class SessionWriter {
   std::shared_ptr<const volume::Volume> scan_;  ///< until its hash is written
   mutable std::mutex lock_;                     ///< items and wishes; held for copies only
   std::mutex file_lock_;
-  std::condition_variable write_wake_, background_wake_;
+  std::condition_variable write_wake_, background_wake_, encoded_;
   ItemEncoder items_;
   std::vector<std::pair<std::uint64_t, std::string>> sealed_;  ///< full blocks, with their first ticks
   std::shared_ptr<const volume::Version> to_hash_;             ///< published by `hashed_serial_`
   std::uint64_t log_blocks_ = 0;                               ///< whose items are complete
   CheckpointTail tail_;
-  std::unique_ptr<CheckpointMaker> maker_;              ///< of whoever adds
-  std::unique_ptr<CheckpointEncoder> encoder_;          ///< of the background thread
+  std::unique_ptr<CheckpointMaker> maker_;      ///< of whoever adds
+  std::unique_ptr<CheckpointEncoder> encoder_;  ///< of the background thread
+  bool may_wait_ = false;
   std::vector<std::unique_ptr<Checkpoint>> to_encode_;  ///< complete
   std::vector<std::pair<std::uint64_t, std::string>>
       checkpoints_;  ///< in bytes, to be written after what is sealed

@@ -3,6 +3,7 @@
 #include <array>
 #include <cmath>
 #include <cstring>
+#include <span>
 #include <type_traits>
 
 #include "volume/bytes.h"
@@ -73,36 +74,88 @@ void put_brick(std::string& out, const Brick* before, const Brick* brick) {
 
 Error broken(const char* what) { return {"recorded bricks are broken", "", what, "what trephine wrote", ""}; }
 
-/// The brick that was written so; null when the bytes are none.
-Ref<Brick> get_brick(std::string_view in, const Brick* before, double band_mm) {
+/// The words of a brick, part after part.
+struct BrickParts {
+  std::array<std::span<std::uint32_t>, 5> parts;
+  std::size_t count = 0;
+  explicit BrickParts(Brick& brick) {
+    std::size_t n = 0;
+    for_words(brick, [&](std::uint32_t* values, std::size_t size) {
+      parts[n++] = {values, size};
+      count += size;
+    });
+  }
+  /// Calls each(word, i) for the words first .. first + length - 1; i from 0 on.
+  template <class Each>
+  void for_range(std::size_t first, std::size_t length, Each&& each) const {
+    std::size_t i = 0;
+    for (const std::span<std::uint32_t>& part : parts) {
+      for (; first < part.size() && i < length; ++first, ++i) each(part[first], i);
+      if (i == length) return;
+      first -= part.size();
+    }
+  }
+};
+
+/// What put_runs() has written of as many words, each combined with what is there. False: it is not that.
+bool xor_runs(std::string_view in, const BrickParts& brick) {
+  for (std::size_t at = 0; at < brick.count;) {
+    std::uint16_t head = 0;
+    if (!get(in, head)) return false;
+    const std::size_t length = head & 0x7fffu;
+    if (length == 0 || length > brick.count - at) return false;
+    if ((head & 0x8000u) == 0) {
+      std::uint32_t value = 0;
+      if (!get(in, value)) return false;
+      if (value != 0)
+        brick.for_range(at, length, [value](std::uint32_t& word, std::size_t) { word ^= value; });
+    } else {
+      if (in.size() < length * sizeof(std::uint32_t)) return false;
+      brick.for_range(at, length, [&in](std::uint32_t& word, std::size_t i) {
+        std::uint32_t value = 0;
+        std::memcpy(&value, in.data() + i * sizeof value, sizeof value);
+        word ^= value;
+      });
+      in.remove_prefix(length * sizeof(std::uint32_t));
+    }
+    at += length;
+  }
+  return in.empty();
+}
+
+constexpr std::uint64_t k_own = ~std::uint64_t{0};  // serial of what nobody else holds yet
+
+/// The brick that was written so in its place, where the last one was. False when the bytes are none.
+bool get_brick(std::string_view in, Ref<Brick>& place) {
   std::uint8_t told = 0;
-  if (!get(in, told)) return {};
+  if (!get(in, told)) return false;
   const auto kind = static_cast<std::uint8_t>(told & ~changed);
   const bool is_change = (told & changed) != 0;
   if ((kind != without_mask && kind != of_four && kind != of_eight) ||
-      (is_change && (before == nullptr || kind_of(*before) != kind)))
-    return {};
-  Ref<Brick> brick(new Brick);
-  if (kind != without_mask) brick->mask = Ref<RemovalMask>(new RemovalMask(kind));
-  BrickWords words, old;
-  std::size_t count = 0;
-  for_words(*brick, [&count](std::uint32_t*, std::size_t n) { count += n; });
-  if (!get_runs(in, words.data(), count) || !in.empty()) return {};
-  if (is_change) {
-    copy_words(*before, old);
-    for (std::size_t i = 0; i < count; ++i) words[i] ^= old[i];
+      (is_change && (!place || kind_of(*place) != kind)))
+    return false;
+  if (!is_change || place->serial != k_own) {
+    Ref<Brick> brick(new Brick);
+    brick->serial = k_own;
+    brick->distance.fill(0);
+    if (kind != without_mask) brick->mask = Ref<RemovalMask>(new RemovalMask(kind));
+    if (is_change) {
+      brick->distance = place->distance;
+      if (place->mask) brick->mask = Ref<RemovalMask>(place->mask->copy());
+    }
+    place = std::move(brick);
   }
-  count = 0;
-  for_words(*brick, [&](std::uint32_t* values, std::size_t n) {
-    std::memcpy(values, words.data() + count, n * sizeof *values);
-    count += n;
-  });
-  brick->kept.fill(0);
-  for (std::size_t i = 0; i < brick->distance.size(); ++i) {
-    if (!(std::abs(brick->distance[i]) <= 2 * band_mm)) return {};
-    if (brick->distance[i] > 0) brick->kept[i / 64] |= std::uint64_t{1} << (i % 64);
+  return xor_runs(in, BrickParts(*place));
+}
+
+/// What follows from the rest, once that is there. False: its distances cannot be.
+bool complete(Brick& brick, double band_mm) {
+  brick.kept.fill(0);
+  for (std::size_t i = 0; i < brick.distance.size(); ++i) {
+    if (!(std::abs(brick.distance[i]) <= 2 * band_mm)) return false;
+    if (brick.distance[i] > 0) brick.kept[i / 64] |= std::uint64_t{1} << (i % 64);
   }
-  return brick;
+  return true;
 }
 
 }  // namespace
@@ -161,7 +214,7 @@ Result<std::shared_ptr<const Version>> VersionChanges::applied(
   const auto most = static_cast<std::int64_t>(after->regions_.size() * k_eight * k_eight);
   std::uint64_t serial = before.serial_;
   // No table may be taken for this version's own that another holds too.
-  after->serial_ = ~std::uint64_t{0};
+  after->serial_ = k_own;
   for (std::string_view in : oldest_first) {
     std::uint32_t labels = 0;
     if (!get(in, serial) || !get(in, labels) || labels != after->ledger_.units_by_label.size())
@@ -181,20 +234,24 @@ Result<std::shared_ptr<const Version>> VersionChanges::applied(
       if (kind == gone || kind == hollow) {
         place = kind == hollow ? after->hollow_ : Ref<Brick>();
       } else {
-        Ref<Brick> brick = get_brick(told, place.get(), after->band_mm_);
-        if (!brick) return broken("a brick that cannot be");
-        brick->serial = serial;
-        place = std::move(brick);
+        if (!get_brick(told, place)) return broken("a brick that cannot be");
       }
       after->brick_count_ += (kind != gone) - had_brick;
     }
   }
   after->serial_ = serial;
   for (const auto& region : after->regions_) {
-    if (!region || region->serial != ~std::uint64_t{0}) continue;
+    if (!region || region->serial != k_own) continue;
     region->serial = serial;
-    for (const auto& page : region->pages)
-      if (page && page->serial == ~std::uint64_t{0}) page->serial = serial;
+    for (const auto& page : region->pages) {
+      if (!page || page->serial != k_own) continue;
+      page->serial = serial;
+      for (const auto& brick : page->bricks) {
+        if (!brick || brick->serial != k_own) continue;
+        if (!complete(*brick, after->band_mm_)) return broken("a distance that cannot be");
+        brick->serial = serial;
+      }
+    }
   }
   return std::shared_ptr<const Version>(std::move(after));
 }

@@ -9,4 +9,7 @@ volume::Status bench_feel(const BenchArguments& arguments, Outcome& outcome);
 /// Random attacks, maps and energies; on a scan too when one is given.
 volume::Status bench_stability(const BenchArguments& arguments, Outcome& outcome);
 
+/// Of a session.
+volume::Status bench_open(const BenchArguments& arguments, Outcome& outcome);
+
 }  // namespace trephine::app

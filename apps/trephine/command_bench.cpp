@@ -184,9 +184,11 @@ Result<Outcome> run_bench(const BenchArguments& arguments) {
     if (volume::Status error = bench_feel(arguments, outcome)) return *error;
   } else if (arguments.what == "stability") {
     if (volume::Status error = bench_stability(arguments, outcome)) return *error;
+  } else if (arguments.what == "open") {
+    if (volume::Status error = bench_open(arguments, outcome)) return *error;
   } else {
     return Error{"there is no such benchmark", "", arguments.what,
-                 "surface, step, rays, load, feel or stability", ""};
+                 "surface, step, rays, load, open, feel or stability", ""};
   }
   return outcome;
 }

@@ -54,6 +54,7 @@ Result<Outcome> run_replay(const ReplayArguments& arguments) {
       why->where = data_tools::file_name(arguments.session);
       return *why;
     }
+  if (arguments.is_verifying) replay.verify_checkpoints();
 
   if (arguments.wants_window) {
     view::WindowOptions options;
@@ -124,6 +125,7 @@ Result<Outcome> run_replay(const ReplayArguments& arguments) {
   json["dropped_ticks"] = counts.dropped;
   json["commands"] = counts.commands;
   json["versions"] = counts.versions;
+  json["checkpoints"] = counts.checkpoints;
   json["strokes"] = engine.stroke_count();
   json["removed_mm3_total"] = engine.removed_mm3();
   json["content_hash"] = hash_text(hash);
@@ -152,9 +154,10 @@ Result<Outcome> run_replay(const ReplayArguments& arguments) {
                       "\n  recorded: " + mismatch->recorded + "\n  replayed: " + mismatch->replayed + "\n";
       outcome.exit_code = exit_check_failed;
     } else {
-      outcome.text += format_text("the same to the bit: %llu forces, %llu versions, voxel hash %s\n",
-                                  static_cast<unsigned long long>(counts.ticks),
-                                  static_cast<unsigned long long>(counts.versions), hash_text(hash).c_str());
+      outcome.text += format_text(
+          "the same to the bit: %llu forces, %llu versions, %llu checkpoints, voxel hash %s\n",
+          static_cast<unsigned long long>(counts.ticks), static_cast<unsigned long long>(counts.versions),
+          static_cast<unsigned long long>(counts.checkpoints), hash_text(hash).c_str());
     }
   }
   return outcome;

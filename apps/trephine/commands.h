@@ -112,7 +112,7 @@ struct SoakArguments {
 volume::Result<Outcome> run_soak(const SoakArguments& arguments);
 
 struct BenchArguments {
-  std::string what, source, output, only, export_folder, score, hand;
+  std::string what, source, case_source, output, only, export_folder, score, hand;
   int size = 512;
   std::int64_t steps = 1'000'000;
   bool is_quick = false;

@@ -121,7 +121,7 @@ TEST(Checkpoint, OpensWhereTheServoRanAheadOfTheEdits) {
   ToyBench bench;
   auto writer = bench.toy_writer(path, often(1000));
   Engine engine = bench.engine();
-  writer->begin(engine, {}, 1000, 0);
+  writer->begin(engine, {}, 1000, 0, true);
   haptics::ServoCore core({}, 1e-3);
   std::deque<haptics::ServoRecord> ring;
   auto published = engine.servo_scene();
@@ -327,7 +327,7 @@ TEST(Checkpoint, EveryLieIsSeen) {
     volume::put(made, good.index.next_tick);
     volume::put_number(made, static_cast<std::int64_t>(good.index.links.size()));
     const auto bytes_at = [&](const CheckpointIndex::Part& one) {
-      return one.at == part.at ? packed(told, Packing::small) : payload.substr(one.at, one.length);
+      return one.at == part.at ? packed(told) : payload.substr(one.at, one.length);
     };
     for (const CheckpointIndex::Link& link : good.index.links) {
       volume::put_number(made, static_cast<std::int64_t>(link.chain));
