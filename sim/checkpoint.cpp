@@ -4,12 +4,20 @@
 
 #include "haptics/servo/servo_memory.h"
 #include "sim/session_format.h"
+#include "volume/offset_changes.h"
 
 namespace trephine::sim {
 
 namespace {
 // What a replay has to do, in ticks that only touch.
-constexpr int k_of_cut = 16, k_of_fields = 1000, k_of_history = 300, k_of_job = 8000;
+constexpr int k_of_cut = 10, k_of_fields = 1000, k_of_brick = 300, k_of_history = 300, k_of_job = 8000;
+/// To make fields anew: `after` of `before`.
+int work_of(const OffsetJob::Offsets& before, const OffsetJob::Offsets& after) {
+  std::size_t bricks = 0;
+  for (std::size_t s = 0; s < after.size() && s < before.size(); ++s)
+    bricks += volume::OffsetChanges::count(*before[s], *after[s]);
+  return k_of_fields + k_of_brick * static_cast<int>(std::min<std::size_t>(bricks, 1000));
+}
 /// Servos that lag so far behind are waited for another time.
 constexpr std::size_t k_most_records = 1024;
 }  // namespace
@@ -44,16 +52,19 @@ void CheckpointMaker::add(const Command& command, const Engine& engine, const Ou
     servo_.begin_anew(engine.now().next_tick);
     pending_.reset();
   }
-  if (outcome.is_changed) servo_.publish(engine.servo_scene());
   const auto* adopt = command.what.as<AdoptFields>();
-  work_ += adopt                         ? k_of_fields
+  const auto offsets_of = [&](const haptics::ServoScene& scene) -> const OffsetJob::Offsets& {
+    return scene.hands[command.hand].state.offsets;
+  };
+  work_ += adopt ? work_of(offsets_of(*servo_.newest()), offsets_of(*engine.servo_scene()))
            : command.what.as<AdoptJob>() ? k_of_job
            : outcome.is_changed          ? k_of_history
                                          : 1;
+  if (outcome.is_changed) servo_.publish(engine.servo_scene());
   if (pending_ && adopt && outcome.is_changed &&
       static_cast<std::uint64_t>(adopt->serial) <= pending_->image.serial)
-    pending_->fields.push_back({static_cast<std::uint64_t>(adopt->serial), command.hand,
-                                engine.servo_scene()->hands[command.hand].state.offsets});
+    pending_->fields.push_back(
+        {static_cast<std::uint64_t>(adopt->serial), command.hand, offsets_of(*engine.servo_scene())});
 }
 
 void CheckpointMaker::begin(Engine& engine, std::uint64_t block) {

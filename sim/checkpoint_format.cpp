@@ -21,7 +21,7 @@ namespace {
 
 /// All that was told since a chain began is read to come to its end: it begins anew when that is much more
 /// than the state itself.
-constexpr std::size_t k_short_chain = 1 << 18, k_longest_chain = 2;
+constexpr std::size_t k_short_chain = 1 << 20, k_longest_chain = 2;
 
 void put_count(std::string& out, std::uint64_t value) { put_number(out, static_cast<std::int64_t>(value)); }
 

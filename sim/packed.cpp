@@ -11,7 +11,7 @@ std::string packed(std::string_view bytes) {
   volume::put_number(out, static_cast<std::int64_t>(bytes.size()));
   const std::size_t head = out.size(), most = ::ZSTD_compressBound(bytes.size());
   out.resize(head + most);
-  constexpr int k_level = 3;
+  constexpr int k_level = 6;
   // It fails for want of memory alone, as an allocation does.
   const std::size_t length = ::ZSTD_compress(out.data() + head, most, bytes.data(), bytes.size(), k_level);
   TREPHINE_ASSERT(!::ZSTD_isError(length));

@@ -32,6 +32,8 @@ class ServoFollower {
 
   /// What the last tick saw, and a coming one may see.
   const std::shared_ptr<const haptics::ServoScene>& seen() const noexcept { return seen_.front(); }
+  /// What was published last.
+  const std::shared_ptr<const haptics::ServoScene>& newest() const noexcept { return seen_.back(); }
   const std::vector<haptics::ServoCore>& cores() const noexcept { return cores_; }
   /// Ticks before the last one that nobody was told of.
   std::uint64_t gap() const noexcept { return gap_; }

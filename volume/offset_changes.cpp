@@ -18,23 +18,35 @@ Error broken(const char* what) {
 }
 }  // namespace
 
+/// Calls each(index, slot) for the slots of `after` that are not those of `before`.
+template <class Each>
+void OffsetChanges::for_changed(const OffsetField& before, const OffsetField& after, Each&& each) {
+  for (std::size_t p = 0; p < after.pages_.size(); ++p) {
+    if (before.pages_[p] == after.pages_[p]) continue;
+    const auto &old = before.pages_[p]->entries, &entries = after.pages_[p]->entries;
+    for (std::size_t s = 0; s < entries.size(); ++s)
+      if (!is_same(old[s], entries[s])) each(p * entries.size() + s, entries[s]);
+  }
+}
+
 std::string OffsetChanges::between(const OffsetField& before, const OffsetField& after) {
   std::string out, told;
   std::int64_t last = -1;
-  for (std::size_t p = 0; p < after.pages_.size(); ++p) {
-    if (before.pages_[p] == after.pages_[p]) continue;
-    for (std::size_t s = 0; s < after.pages_[p]->entries.size(); ++s) {
-      const SampleSlot& slot = after.pages_[p]->entries[s];
-      if (is_same(before.pages_[p]->entries[s], slot)) continue;
-      told.clear();
-      put(told, slot.brick ? sampled : slot.is_solid ? solid : free);
-      if (slot.brick) put_runs(told, slot.brick->values.data(), slot.brick->values.size());
-      const auto index = static_cast<std::int64_t>(p * after.pages_[p]->entries.size() + s);
-      put_number(out, index - std::exchange(last, index));
-      put_text(out, told);
-    }
-  }
+  for_changed(before, after, [&](std::size_t index, const SampleSlot& slot) {
+    told.clear();
+    put(told, slot.brick ? sampled : slot.is_solid ? solid : free);
+    if (slot.brick) put_runs(told, slot.brick->values.data(), slot.brick->values.size());
+    const auto at = static_cast<std::int64_t>(index);
+    put_number(out, at - std::exchange(last, at));
+    put_text(out, told);
+  });
   return out;
+}
+
+std::size_t OffsetChanges::count(const OffsetField& before, const OffsetField& after) {
+  std::size_t sum = 0;
+  for_changed(before, after, [&sum](std::size_t, const SampleSlot&) { ++sum; });
+  return sum;
 }
 
 Result<std::shared_ptr<const OffsetField>> OffsetChanges::applied(

@@ -7,7 +7,9 @@
 #include <unistd.h>
 
 #include "modules/drilling/burr.h"
+#include "sim/packed.h"
 #include "sim/replay.h"
+#include "volume/bytes.h"
 
 namespace {
 
@@ -25,6 +27,18 @@ const sim::Catalogue& catalogue() {
   static const drilling::Drilling drilling;
   static const sim::Catalogue all({&drilling});
   return all;
+}
+
+/// With nothing before it: what it says of itself is what is tried.
+std::string as_checkpoint(const std::string& rest) {
+  std::string bytes;
+  volume::put(bytes, std::uint64_t{0});
+  volume::put(bytes, std::uint64_t{1});
+  volume::put_number(bytes, 0);
+  const std::string none(2, '\0'), no_trail(3, '\0');
+  for (const std::string& part : {none, no_trail, std::string(), rest})
+    volume::put_text(bytes, sim::packed(part));
+  return bytes;
 }
 
 std::string as_session(const std::uint8_t* data, std::size_t size) {
@@ -56,9 +70,15 @@ std::string as_session(const std::uint8_t* data, std::size_t size) {
     return bytes;
   }
   add(sim::BlockKind::header, sim::encode(header));
-  constexpr sim::BlockKind kinds[] = {sim::BlockKind::log, sim::BlockKind::log, sim::BlockKind::end,
+  constexpr sim::BlockKind kinds[] = {sim::BlockKind::log, sim::BlockKind::checkpoint, sim::BlockKind::end,
                                       sim::BlockKind::scan};
-  add(kinds[data[0] & 3], payload);
+  const sim::BlockKind kind = kinds[data[0] & 3];
+  if (kind == sim::BlockKind::log)
+    add(kind, sim::packed(payload));
+  else if (kind == sim::BlockKind::checkpoint)
+    add(kind, as_checkpoint(payload));
+  else
+    add(kind, payload);
   return bytes;
 }
 
@@ -89,6 +109,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
           1.0001 * session.header().force.force_limit * session.header().force.force_limit))
       std::abort();
   }
+  (void)replay.seek(1);
+  (void)replay.step();
   (void)replay.seek(0);
   return 0;
 }

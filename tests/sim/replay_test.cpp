@@ -6,6 +6,7 @@
 #include <random>
 #include <utility>
 
+#include "sim/packed.h"
 #include "tests/sim/session_fixture.h"
 
 namespace trephine::sim {
@@ -67,7 +68,7 @@ void write_session_with(Lie lie, const std::string& path) {
   SessionHeader header = bench.header();
   describe(drilling_catalogue(), header);
   for (const auto& [kind, payload] :
-       {std::pair(BlockKind::header, encode(header)), std::pair(BlockKind::log, items.take())}) {
+       {std::pair(BlockKind::header, encode(header)), std::pair(BlockKind::log, packed(items.take()))}) {
     const BlockHead head{k_block_magic, static_cast<std::uint32_t>(kind), number++, 0, payload.size()};
     const std::uint64_t check = block_checksum(head, payload);
     bytes.append(reinterpret_cast<const char*>(&head), sizeof head);
