@@ -8,6 +8,13 @@
 
 namespace trephine::sim {
 
+namespace {
+using Clock = std::chrono::steady_clock;
+double seconds_since(Clock::time_point begin) {
+  return std::chrono::duration<double>(Clock::now() - begin).count();
+}
+}  // namespace
+
 LiveSession::LiveSession(haptics::Device& device, const haptics::TouchScene& scene,
                          const haptics::ProxyMethod& method, Instrument instrument,
                          const haptics::ServoOptions& options, SessionWriter* recorder)
@@ -71,10 +78,10 @@ void LiveSession::take_work() {
   for (const Background::Result& adopt : fields_.take()) adopt();
   if (!engine_.has_stale_fields() || !fields_.is_idle()) return;
   fields_.submit([this, job = engine_.offset_job().value()]() mutable -> Background::Result {
-    const auto begin = std::chrono::steady_clock::now();
+    const auto begin = Clock::now();
     OffsetJob::Offsets made = job.make();
     job.version.reset();  // perhaps the last to hold it: freed while nobody waits
-    const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    const double seconds = seconds_since(begin);
     {
       const std::lock_guard guard(lock_);
       offset_report_.longest_seconds = std::max(offset_report_.longest_seconds, seconds);
@@ -154,24 +161,38 @@ void LiveSession::run() {
   }
 }
 
+LiveSession::EditReport LiveSession::edit_report() {
+  const std::lock_guard guard(lock_);
+  return edit_report_;
+}
+
 void LiveSession::consume(const haptics::ServoRecord& record) {
+  const auto begin = Clock::now();
   const Outcome outcome = engine_.apply(record);
+  const double seconds = seconds_since(begin);
   if (outcome.is_changed) channel_.publish(engine_.servo_scene());
   if (recorder_) recorder_->add(record, engine_, outcome);
   if (trace_.size() < trace_limit_) trace_.push_back(record);
   const std::lock_guard guard(lock_);
+  edit_report_.longest_tick_seconds = std::max(edit_report_.longest_tick_seconds, seconds);
   state_.hands[record.hand] = record;
   if (record.hand == 0) state_.newest = record;
   note(outcome);
 }
 
 Outcome LiveSession::carry_out(const Command& command, bool may_begin) {
+  const auto begun_at = Clock::now();
   Outcome outcome = engine_.apply(command);
+  const double seconds = seconds_since(begun_at);
   if (outcome.is_changed) channel_.publish(engine_.servo_scene());
   if (recorder_) recorder_->add(command, engine_, outcome);
   if (may_begin && !engine_.jobs().empty() && engine_.jobs().back().id == outcome.job)
     begin(engine_.jobs().back());
   const std::lock_guard guard(lock_);
+  if (seconds > edit_report_.longest_command_seconds) {
+    edit_report_.longest_command_seconds = seconds;
+    edit_report_.longest_command = command.what.is_empty() ? "" : command.what.name();
+  }
   note(outcome);
   return outcome;
 }

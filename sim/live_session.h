@@ -73,6 +73,12 @@ class LiveSession {
     double longest_seconds = 0;
   };
   OffsetReport offset_report();
+  /// What edits took: a tick, and a command, which may take 2 ms and is named.
+  struct EditReport {
+    double longest_tick_seconds = 0, longest_command_seconds = 0;
+    std::string longest_command;
+  };
+  EditReport edit_report();
   /// The newest state, for any thread and for good; made when the edit thread comes to it.
   std::future<std::shared_ptr<const OperationState>> snapshot();
 
@@ -102,6 +108,7 @@ class LiveSession {
 
   Background fields_, jobs_;    ///< threads that edits never wait for
   OffsetReport offset_report_;  ///< lock_
+  EditReport edit_report_;      ///< lock_
 };
 
 }  // namespace trephine::sim

@@ -105,6 +105,7 @@ Status Replay::open_at(std::size_t checkpoint) {
   opened.events = kept.image.now.chronicle.size();
   opened.next_tick = kept.image.now.next_tick;
   opened.opened_at = kept.image.serial;
+  opened.hashable = {{kept.image.serial, opened.engine.current()}};  // its hash may still come
   opened.place = {kept.block, 0};
   opened.fields = kept.fields;
   if (Status error = restore(std::move(opened))) return error;
@@ -373,6 +374,14 @@ void Replay::check_end() {
          std::to_string(engine.removed_mm3()) + " mm3");
   if (const std::uint64_t state = engine.now().hash(); state != end->state)
     note(state_->next_tick, "state", hexadecimal(end->state), hexadecimal(state));
+  const std::vector<Measure> measures = engine.measures();
+  for (const Measure& recorded : end->measures) {
+    const auto here = std::find_if(measures.begin(), measures.end(),
+                                   [&](const Measure& one) { return one.name == recorded.name; });
+    if (here == measures.end() || here->value != recorded.value)
+      note(state_->next_tick, "measure", recorded.name + ' ' + text_of(recorded.value),
+           here == measures.end() ? "none" : text_of(here->value));
+  }
   if (state_->events != engine.now().chronicle.size())
     note(state_->next_tick, "events", std::to_string(state_->events),
          std::to_string(engine.now().chronicle.size()));

@@ -16,8 +16,10 @@ using glm::dvec3;
 using volume::Error;
 using volume::get;
 using volume::get_number;
+using volume::get_text;
 using volume::put;
 using volume::put_number;
+using volume::put_text;
 using volume::Result;
 
 namespace {
@@ -326,14 +328,30 @@ std::string encode(const SessionEnd& e) {
   put(out, e.hash);
   put(out, e.state);
   put(out, e.removed_mm3);
+  put_number(out, static_cast<std::int64_t>(e.measures.size()));
+  for (const Measure& measure : e.measures) {
+    put_text(out, measure.name);
+    put(out, measure.value);
+    put_text(out, measure.unit);
+  }
   return out;
 }
 
 Result<SessionEnd> decode_end(std::string_view in) {
   SessionEnd e;
   if (get(in, e.ticks) && get(in, e.dropped) && get(in, e.serial) && get(in, e.hash) && get(in, e.state) &&
-      get(in, e.removed_mm3) && in.empty())
-    return e;
+      get(in, e.removed_mm3)) {
+    std::int64_t count = 0;
+    bool is_whole = get_number(in, count) && count >= 0 && static_cast<std::uint64_t>(count) <= in.size();
+    for (; is_whole && count > 0; --count) {
+      std::string_view name, unit;
+      Measure& measure = e.measures.emplace_back();
+      is_whole = get_text(in, name) && get(in, measure.value) && get_text(in, unit);
+      measure.name = name;
+      measure.unit = unit;
+    }
+    if (is_whole && in.empty()) return e;
+  }
   return broken("an end of another length");
 }
 

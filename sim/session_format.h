@@ -79,6 +79,7 @@ struct SessionEnd {
   std::uint64_t hash = 0;   ///< of what was removed
   std::uint64_t state = 0;  ///< OperationState::hash()
   double removed_mm3 = 0;
+  std::vector<Measure> measures = {};  ///< facts: what was measured, as it was told then
 };
 
 /// Of everything that a tick's step answered, bit by bit.

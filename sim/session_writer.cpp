@@ -348,7 +348,7 @@ Status SessionWriter::finish(const Engine& engine, std::uint64_t dropped) {
   const volume::Version& version = *engine.current();
   write_block(BlockKind::end, last_tick_,
               encode(SessionEnd{last_tick_ + 1, dropped, engine.serial(), version.content_hash(),
-                                engine.now().hash(), engine.removed_mm3()}));
+                                engine.now().hash(), engine.removed_mm3(), engine.measures()}));
   if (::fsync(file_) != 0) fail(errno);
   ::close(std::exchange(file_, -1));
   if (options_.is_removed_when_empty && !has_edits()) ::unlink(path_.c_str());

@@ -163,6 +163,9 @@ Result<Outcome> run_view(const ViewArguments& arguments) {
     json["round_tool"] = {{"touch_radius_mm", scene->tool_radius},
                           {"field_updates", r.offset_updates},
                           {"longest_update_s", r.longest_offset_update_seconds}};
+  json["edits"] = {{"longest_tick_ms", 1e3 * r.edits.longest_tick_seconds},
+                   {"longest_command_ms", 1e3 * r.edits.longest_command_seconds},
+                   {"longest_command", r.edits.longest_command}};
   json["drilling_frame_ms"] = {{"p50", r.drilling_p50_ms}, {"p99", r.drilling_p99_ms}};
   json["triangles"] = r.triangles;
   json["counters"] = {{"surfaces_made", volume::work_counters().surfaces.load()},

@@ -70,6 +70,7 @@ const WindowReport& LiveOperation::finish() {
   const sim::LiveSession::OffsetReport offsets = live_.offset_report();
   report_.offset_updates = offsets.count;
   report_.longest_offset_update_seconds = offsets.longest_seconds;
+  report_.edits = live_.edit_report();
   if (options_.recorder) report_.recording = options_.recorder->finish(live_.engine(), report_.servo.dropped);
   report_.removed_mm3 = state_.removed_mm3;
   report_.strokes = state_.strokes;
@@ -128,6 +129,7 @@ void LiveOperation::frame() {
 
   // News from the other threads: the version, its changed chunks, the newest tick.
   state_ = live_.look();
+  if (state_.refused) refused_ = state_.refused->message();
   version_ = state_.version;
   picture_.request(version_, state_.changed);
   picture_.show_stylus(state_.newest, burr_.radius(), *version_, -ray.direction);

@@ -48,6 +48,8 @@ class LiveOperation {
   haptics::ServoReport servo() const { return live_.servo_report(); }
   /// Latched faults in words, with what mends them; empty when there are none.
   std::string fault_text() const;
+  /// Why the newest command was refused, once; empty when none was.
+  std::string take_refusal() { return std::exchange(refused_, {}); }
   OperationPicture& picture() noexcept { return picture_; }
   const std::shared_ptr<const volume::Version>& version() const noexcept { return version_; }
 
@@ -65,6 +67,7 @@ class LiveOperation {
   double x_ = 0.5, y_ = 0.5, depth_mm_ = 2, reach_ = 300;
   bool is_pressed_ = false, is_finished_ = false, is_started_ = false;
   glm::dvec3 wish_{1e9};
+  std::string refused_;
   std::vector<float> frame_ms_, drilling_ms_;
   WindowReport report_;
 };

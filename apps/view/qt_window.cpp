@@ -20,6 +20,7 @@
 #include <QStyleFactory>
 #include <QSurfaceFormat>
 #include <QTemporaryDir>
+#include <QTimer>
 #include <QVTKOpenGLNativeWidget.h>
 #include <cmath>
 #include <glm/geometric.hpp>
@@ -428,6 +429,10 @@ void MainWindow::show_state() {
   undo_->setEnabled(can_undo), undo_action_->setEnabled(can_undo);
   redo_->setEnabled(can_redo), redo_action_->setEnabled(can_redo);
   if (operation_) {
+    if (const std::string refused = operation_->take_refusal(); !refused.empty()) {
+      notice_->setText("not done: " + QString::fromStdString(refused).simplified());
+      QTimer::singleShot(std::chrono::seconds(10), notice_, &QLabel::clear);
+    }
     const haptics::ServoReport servo = operation_->servo();
     servo_->setText(QString("servo %1 Hz   step %2 \u00b5s   late %3 \u00b5s")
                         .arg(options_.rate_hz, 0, 'f', 0)

@@ -9,6 +9,7 @@
 #include "haptics/proxy/methods.h"
 #include "haptics/servo/servo_loop.h"
 #include "modules/drilling/burr.h"
+#include "sim/live_session.h"
 #include "sim/replay.h"
 #include "sim/session_writer.h"
 
@@ -75,6 +76,7 @@ struct WindowReport {
   std::size_t triangles = 0;
   std::uint64_t offset_updates = 0;  ///< of a round tool's fields, and the longest of them
   double longest_offset_update_seconds = 0;
+  sim::LiveSession::EditReport edits;
   volume::Status recording;  ///< how the recording ended, when it ended badly
 };
 
