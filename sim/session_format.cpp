@@ -64,6 +64,8 @@ std::uint32_t output_check(const haptics::ServoRecord& r) noexcept {
            static_cast<std::uint64_t>(static_cast<std::uint8_t>(r.shape)) << 8 |
            std::uint64_t{r.side == haptics::Side::back ? 0xffu : static_cast<unsigned>(r.side)} << 16 |
            static_cast<std::uint64_t>(r.faults) << 32);
+  if (r.torque_world != dvec3(0))
+    for (int a = 0; a < 3; ++a) hash.add(r.torque_world[a]);
   return static_cast<std::uint32_t>(hash.value() ^ hash.value() >> 32);
 }
 

@@ -41,6 +41,8 @@ std::string encode(const SessionHeader& h) {
   unless("passive", h.force.is_passive, 0);
   unless("delay_ticks", h.force.delay_ticks, 0);
   unless("device_damping", h.force.device_damping, 0);
+  unless("torque_limit", h.force.torque_limit, haptics::ForceOptions().torque_limit);
+  unless("torque_slew_limit", h.force.torque_slew_limit, haptics::ForceOptions().torque_slew_limit);
   unless("smallest_burr", h.smallest_burr, 0);
   const auto material = [&](const std::string& prefix, const haptics::Material& m) {
     number(prefix + "stiffness", m.stiffness);
@@ -271,6 +273,10 @@ Result<SessionHeader> decode_header(std::string_view text) {
     } else if (key == "delay_ticks") {
       if ((is_good = whole(0, haptics::PassivityController::k_most_delay)))
         h.force.delay_ticks = static_cast<int>(number);
+    } else if (key == "torque_limit") {
+      if ((is_good = between(0, 1e6))) h.force.torque_limit = number;
+    } else if (key == "torque_slew_limit") {
+      if ((is_good = between(0, 1e9))) h.force.torque_slew_limit = number;
     } else if (key == "device_damping") {
       if ((is_good = between(0, 10))) h.force.device_damping = number;
     } else if (key == "tool_radius") {

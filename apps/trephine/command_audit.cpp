@@ -75,6 +75,10 @@ checker::EffectLaw law_of(const std::string& words) {
   else if (const auto* e = std::get_if<haptics::Texture>(&effect.kind))
     law.kind = Kind::texture, law.direction = e->direction_world, law.strength = e->height,
     law.other = e->wavelength;
+  else if (const auto* e = std::get_if<haptics::Align>(&effect.kind))
+    law.kind = Kind::align, law.direction = e->direction_world, law.strength = e->stiffness,
+    law.other = e->damping;
+  if (law.direction != glm::dvec3(0)) law.direction = glm::normalize(law.direction);
   return law;
 }
 
@@ -301,6 +305,7 @@ Result<Outcome> audit_session(const AuditArguments& arguments) {
   law.slew = header.force.slew_limit, law.fade_seconds = header.force.fade_seconds;
   law.is_passive = header.force.is_passive, law.delay_ticks = header.force.delay_ticks;
   law.device_damping = header.force.device_damping;
+  law.torque_limit = header.force.torque_limit, law.torque_slew = header.force.torque_slew_limit;
   std::deque<Hand> judges;
   for (std::size_t h = 0; h < header.hands.size(); ++h) judges.emplace_back(law);
   long balls = 0, sunk = 0;
@@ -383,6 +388,9 @@ Result<Outcome> audit_session(const AuditArguments& arguments) {
     tick.contact_energy = r.energy.contact, tick.growth_energy = r.energy.growth;
     tick.friction_energy = r.energy.friction, tick.active_energy = r.energy.active;
     tick.carried = step.carried_world;
+    tick.torque = r.torque_world, tick.turning_energy = r.energy.turning;
+    const glm::dmat3 axes = glm::mat3_cast(glm::normalize(r.pose.orientation));
+    for (int a = 0; a < 3; ++a) tick.axes[a] = axes[a];
     std::array<glm::dvec3, haptics::k_max_waypoints> path = step.path_volume;
     int waypoints = step.waypoint_count;
     const glm::dvec3 hip = scene.base->frame.volume_from_world(r.pose.position_world);
@@ -391,6 +399,7 @@ Result<Outcome> audit_session(const AuditArguments& arguments) {
     if (to_plant && (*to_plant != "ball" || is_seen_by_ball) && r.has_contact && !r.is_led &&
         2 * replay.counts().ticks > all && glm::length(r.proxy_world - r.pose.position_world) > 0.1) {
       if (*to_plant == "force") tick.force.x += 0.01;
+      if (*to_plant == "torque") tick.torque.y += 0.01;
       if (*to_plant == "energy") tick.contact_energy += 0.01;
       if (*to_plant == "fall") path[0] = hip, waypoints = 1;
       if (*to_plant == "ball") middle -= 3 * hand.ball->allowed_mm() * r.normal_world;
@@ -418,12 +427,13 @@ Result<Outcome> audit_session(const AuditArguments& arguments) {
     return Error{"there is no tick to plant a fault in", data_tools::file_name(arguments.session), "",
                  "0.1 mm deep in contact in its second half", "audit it without --plant"};
   long fell = 0, wrong = 0, judged = 0;
-  double worst_force = 0, worst_energy = 0;
+  double worst_force = 0, worst_torque = 0, worst_energy = 0;
   for (Hand& hand : judges) {
     take_ball(hand);
     fell += hand.falls.fall_throughs(), wrong += hand.force.wrong_forces();
     judged += hand.falls.judged();
     worst_force = std::max(worst_force, hand.force.worst_force_n());
+    worst_torque = std::max(worst_torque, hand.force.worst_torque_nmm());
     worst_energy = std::max(worst_energy, hand.force.worst_energy_nmm());
   }
   const bool is_same = !replay.mismatch().has_value(), is_balanced = worst_energy < 1e-6;
@@ -439,6 +449,7 @@ Result<Outcome> audit_session(const AuditArguments& arguments) {
   outcome.json["fall_throughs"] = fell;
   outcome.json["wrong_forces"] = wrong;
   outcome.json["worst_force_n"] = worst_force;
+  outcome.json["worst_torque_nmm"] = worst_torque;
   outcome.json["worst_energy_nmm"] = worst_energy;
   if (allowed > 0) {
     outcome.json["balls_judged"] = balls;

@@ -122,7 +122,7 @@ volume::Result<Outcome> run_bench(const BenchArguments& arguments);
 struct AuditArguments {
   std::string session, case_source;  ///< a session to certify; empty: rays
   std::uint64_t rays = 1'000'000, seed = 7;
-  std::string plant;  ///< "fall", "force", "energy" or "ball": what one tick gets wrong before it is judged
+  std::string plant;  ///< "fall", "force", "torque", "energy" or "ball": what one tick gets wrong before it is judged
 };
 volume::Result<Outcome> run_audit(const AuditArguments& arguments);
 

@@ -16,7 +16,7 @@ class MouseDevice final : public haptics::Device {
   void close() noexcept override {}
   haptics::DeviceCapabilities capabilities() const override { return {"mouse", 3, 0, 0, 1e3}; }
   bool read(double t, haptics::Pose& pose) noexcept override;
-  void write(const glm::dvec3&) noexcept override {}
+  void write(const haptics::Wrench&) noexcept override {}
 
   void set(const glm::dvec3& wish_world, bool is_pressed) noexcept;
   /// Lifted over: the next read() is at the wish, without a way there.

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "haptics/device/pose_path.h"
+#include "haptics/device/wrench.h"
 
 namespace trephine::haptics {
 
@@ -17,6 +18,7 @@ struct DeviceCapabilities {
   double max_slew = 0;            ///< N/s; 0: not said
   double mass = 0;                ///< kg, of what moves with the hand; 0: not said
   double damping = 0;             ///< N s/mm, of its own; 0: not said
+  double max_torque = 0;          ///< N mm; 0: renders none, or does not say
 };
 
 /// open() and close() on any thread; read() and write() on the servo thread only, neither may allocate or
@@ -29,8 +31,8 @@ class Device {
   virtual DeviceCapabilities capabilities() const = 0;
   /// The pose at servo time t (s). False when the device no longer answers; `pose` is then untouched.
   virtual bool read(double t, Pose& pose) noexcept = 0;
-  /// Force in N, world frame, already limited.
-  virtual void write(const glm::dvec3& force_world) noexcept = 0;
+  /// Already limited. A device that cannot turn the hand leaves the torque out.
+  virtual void write(const Wrench& wrench) noexcept = 0;
 };
 
 /// Plays a path and ignores forces.
@@ -44,7 +46,7 @@ class PlaybackDevice final : public Device {
     pose = path_.at(path_.start_time() + t);
     return true;
   }
-  void write(const glm::dvec3&) noexcept override {}
+  void write(const Wrench&) noexcept override {}
 
  private:
   PosePath path_;
@@ -70,7 +72,7 @@ class VirtualDevice final : public Device {
     return {"virtual", 3, 8, 1, 1e3, 0, hand_.mass, hand_.device_damping};
   }
   bool read(double t, Pose& pose) noexcept override;
-  void write(const glm::dvec3& force_world) noexcept override { force_ = force_world; }
+  void write(const Wrench& wrench) noexcept override { force_ = wrench.force_world; }
 
   /// Unplugs the device: read() fails from servo time t on.
   void lose_at(double t) noexcept { lost_from_ = t; }
@@ -92,7 +94,7 @@ class Recorder final : public Device {
   void close() noexcept override { device_->close(); }
   DeviceCapabilities capabilities() const override { return device_->capabilities(); }
   bool read(double t, Pose& pose) noexcept override;
-  void write(const glm::dvec3& force_world) noexcept override { device_->write(force_world); }
+  void write(const Wrench& wrench) noexcept override { device_->write(wrench); }
 
   /// What was recorded; call when the servo has stopped. Error when nothing was.
   volume::Result<PosePath> path() const { return PosePath::from_samples(samples_, "recording"); }

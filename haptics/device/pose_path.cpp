@@ -10,6 +10,11 @@
 
 namespace trephine::haptics {
 
+glm::dvec3 turn_between(const glm::dquat& from, const glm::dquat& to) noexcept {
+  const glm::dquat turn = to * glm::conjugate(from);
+  return (turn.w < 0 ? -2.0 : 2.0) * glm::dvec3(turn.x, turn.y, turn.z);
+}
+
 Pose on_grid(Pose pose) noexcept {
   const auto snap = [](double& v, double grid) { v = std::nearbyint(v / grid) * grid + 0.0; };
   for (int a = 0; a < 3; ++a) snap(pose.position_world[a], k_place_grid);

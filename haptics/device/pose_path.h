@@ -30,6 +30,9 @@ struct Pose {
 /// The pose as a servo takes it: places on a grid of 2^-20 mm (1 nm), quaternions on one of 2^-24, finer than
 /// what any device says, so that a recording holds inputs exactly in few bytes. What is no number stays so.
 Pose on_grid(Pose pose) noexcept;
+/// Which way and how far `to` is turned from `from`, radians about the axis, for turns that are small; of
+/// large ones twice the sine of their half.
+glm::dvec3 turn_between(const glm::dquat& from, const glm::dquat& to) noexcept;
 inline constexpr double k_place_grid = 0x1p-20, k_turn_grid = 0x1p-24;
 
 /// Poses at strictly rising times (s). Sampled linearly in between; before and after, the ends hold.

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <glm/gtc/quaternion.hpp>
 
 namespace trephine::haptics {
 
@@ -25,6 +26,7 @@ double passive_stiffness(double device_damping, double surface_damping, double r
 ForceOptions within_limits(const ForceOptions& options, const DeviceCapabilities& device) {
   ForceOptions limited = options;
   if (device.max_force > 0) limited.force_limit = std::min(options.force_limit, device.max_force);
+  if (device.max_torque > 0) limited.torque_limit = std::min(options.torque_limit, device.max_torque);
   if (device.max_slew > 0) limited.slew_limit = std::min(options.slew_limit, device.max_slew);
   if (device.damping > 0) limited.device_damping = device.damping;
   return limited;
@@ -36,10 +38,13 @@ Material within_limits(const Material& material, const DeviceCapabilities& devic
   return limited;
 }
 
-dvec3 VirtualCoupling::step(const dvec3& hand, const dvec3& force_on_tool) noexcept {
+const dvec3& VirtualCoupling::step(const dvec3& hand, const Wrench& on_tool,
+                                   const glm::dquat& hand_orientation) noexcept {
   if (!has_tool_) {
     tool_ = hand_ = hand;
-    velocity_ = force_ = dvec3(0);
+    tool_turn_ = hand_turn_ = hand_orientation;
+    velocity_ = spin_ = dvec3(0);
+    on_hand_ = {};
     has_tool_ = true;
     return tool_;
   }
@@ -48,11 +53,27 @@ dvec3 VirtualCoupling::step(const dvec3& hand, const dvec3& force_on_tool) noexc
   // Implicit in the coupling, so that a light tool does not ring: one step of
   // m dv/dt = K (hand - tool) + B (hand's velocity - v) + f.
   const double step = k_mm_per_newton * dt_ / mass_;
-  const dvec3 pull = coupling_.stiffness * (hand - tool_) + coupling_.damping * hand_velocity + force_on_tool;
+  const dvec3 pull =
+      coupling_.stiffness * (hand - tool_) + coupling_.damping * hand_velocity + on_tool.force_world;
   velocity_ = (velocity_ + step * pull) / (1 + step * (coupling_.damping + coupling_.stiffness * dt_));
   tool_ += dt_ * velocity_;
-  force_ = coupling_.stiffness * (tool_ - hand) + coupling_.damping * (velocity_ - hand_velocity);
+  on_hand_.force_world =
+      coupling_.stiffness * (tool_ - hand) + coupling_.damping * (velocity_ - hand_velocity);
+  if (turning_.inertia > 0) turn(hand_orientation, on_tool.torque_world);
   return tool_;
+}
+
+/// The same about its place: I dw/dt = K (turn to the hand) + B (hand's spin - w) + torque.
+void VirtualCoupling::turn(const glm::dquat& hand, const dvec3& torque_on_tool) noexcept {
+  const dvec3 hand_spin = turn_between(hand_turn_, hand) / dt_;
+  hand_turn_ = hand;
+  const double step = k_mm_per_newton * dt_ / turning_.inertia;
+  const dvec3 pull =
+      turning_.stiffness * turn_between(tool_turn_, hand) + turning_.damping * hand_spin + torque_on_tool;
+  spin_ = (spin_ + step * pull) / (1 + step * (turning_.damping + turning_.stiffness * dt_));
+  tool_turn_ = glm::normalize(glm::dquat(1, 0.5 * dt_ * spin_) * tool_turn_);
+  on_hand_.torque_world =
+      turning_.stiffness * turn_between(hand, tool_turn_) + turning_.damping * (spin_ - hand_spin);
 }
 
 }  // namespace trephine::haptics

@@ -26,25 +26,38 @@ ForceOptions within_limits(const ForceOptions& options, const DeviceCapabilities
 /// A material as stiff as the device can render.
 Material within_limits(const Material& material, const DeviceCapabilities& device);
 
+/// A tool that turns: about its own place, alike about every axis.
+struct Turning {
+  double inertia = 0;    ///< kg mm2; 0: it does not turn by itself, and no torque is worked out
+  double stiffness = 0;  ///< N mm/rad
+  double damping = 0;    ///< N mm s/rad
+};
+
 /// Moves a virtual tool of some mass after the hand (virtual coupling, Colgate, Stanley and Brown 1995): the
-/// tool feels what touches it, the hand feels the coupling. Plain data; semi-implicit Euler at the servo's
-/// period.
+/// tool feels what touches it, the hand feels the coupling. With 3 degrees of freedom, or with 6. Plain data;
+/// semi-implicit Euler at the servo's period.
 class VirtualCoupling {
  public:
-  VirtualCoupling(const Coupling& coupling, double mass, double dt) noexcept
-      : coupling_(coupling), mass_(mass), dt_(dt) {}
-  /// One tick: where the tool is after `force_on_tool` (N) and the coupling to the hand acted on it. The
-  /// first call sets it on the hand.
-  glm::dvec3 step(const glm::dvec3& hand_world, const glm::dvec3& force_on_tool) noexcept;
-  /// N, on the hand.
-  const glm::dvec3& force_on_hand() const noexcept { return force_; }
+  VirtualCoupling(const Coupling& coupling, double mass, double dt, const Turning& turning = {}) noexcept
+      : coupling_(coupling), turning_(turning), mass_(mass), dt_(dt) {}
+  /// One tick: where the tool is after `on_tool` and the coupling to the hand acted on it. The first call
+  /// sets it on the hand.
+  const glm::dvec3& step(const glm::dvec3& hand_world, const Wrench& on_tool,
+                         const glm::dquat& hand_orientation = {1, 0, 0, 0}) noexcept;
+  const Wrench& on_hand() const noexcept { return on_hand_; }
   const glm::dvec3& tool_world() const noexcept { return tool_; }
+  const glm::dquat& tool_orientation() const noexcept { return tool_turn_; }
   void reset() noexcept { has_tool_ = false; }
 
  private:
+  void turn(const glm::dquat& hand, const glm::dvec3& torque_on_tool) noexcept;
+
   Coupling coupling_;
+  Turning turning_;
   double mass_, dt_;
-  glm::dvec3 tool_{0.0}, velocity_{0.0}, hand_{0.0}, force_{0.0};
+  glm::dvec3 tool_{0.0}, velocity_{0.0}, hand_{0.0}, spin_{0.0};  ///< spin_: rad/s
+  glm::dquat tool_turn_{1, 0, 0, 0}, hand_turn_{1, 0, 0, 0};
+  Wrench on_hand_;
   bool has_tool_ = false;
 };
 

@@ -90,6 +90,13 @@ const Description k_effects[] = {
                                      {"height", &t.height, nullptr, 0, 1},
                                      {"wavelength", &t.wavelength, nullptr, 0.05, 100}};
      }},
+    {"align", make<Align>,
+     [](EffectKind& k) {
+       auto& a = std::get<Align>(k);
+       return std::vector<Parameter>{{"direction", nullptr, &a.direction_world, -k_anywhere, k_anywhere},
+                                     {"stiffness", &a.stiffness, nullptr, 0, 1000},
+                                     {"damping", &a.damping, nullptr, 0, 5}};
+     }},
 };
 static_assert(std::size(k_effects) == std::variant_size_v<EffectKind>);
 
@@ -100,6 +107,7 @@ dvec3* direction_of(EffectKind& kind) {
   if (auto* v = std::get_if<Vibration>(&kind)) return &v->direction_world;
   if (auto* g = std::get_if<GravityCompensation>(&kind)) return &g->up_world;
   if (auto* t = std::get_if<Texture>(&kind)) return &t->direction_world;
+  if (auto* a = std::get_if<Align>(&kind)) return &a->direction_world;
   return nullptr;
 }
 
@@ -254,6 +262,12 @@ void step_effect(const Effect& effect, EffectMemory& memory, const LawInput& inp
     const double slope = texture->height * k_turn / texture->wavelength *
                          volume::deterministic_cos(k_turn * (turns - std::floor(turns)));
     give(-pressed * slope * along);
+  } else if (const auto* align = std::get_if<Align>(&effect.kind)) {
+    const dvec3 points = glm::normalize(input.orientation) * dvec3(0, 0, -1);
+    constexpr double k_arm = 10;  // mm: as an effect's most is told in newtons
+    sum.torque_world += limited(
+        align->stiffness * glm::cross(points, align->direction_world) - align->damping * input.turning_world,
+        k_arm * effect.most);
   }
 }
 

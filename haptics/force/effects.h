@@ -55,14 +55,22 @@ struct Texture {
   double wavelength = 1;  ///< mm
 };
 
-using EffectKind = std::variant<ConstantForce, Viscosity, Spring, LineTrack, PlaneStop, Vibration,
-                                GravityCompensation, Texture>;
-struct Effect {
-  EffectKind kind;
-  double most = 3;  ///< N: never more
+/// Turns the stylus along a direction, as a drill's guide does: a torque toward where it points (its own -z)
+/// along it, and against turning.
+struct Align {
+  glm::dvec3 direction_world{0, 0, -1};
+  double stiffness = 100;  ///< N mm/rad
+  double damping = 0.5;    ///< N mm s/rad
 };
 
-/// "constant, viscous, spring, line, plane, vibration, gravity, texture".
+using EffectKind = std::variant<ConstantForce, Viscosity, Spring, LineTrack, PlaneStop, Vibration,
+                                GravityCompensation, Texture, Align>;
+struct Effect {
+  EffectKind kind;
+  double most = 3;  ///< N: never more; of a torque as many hundredths of a newton metre
+};
+
+/// "constant, viscous, spring, line, plane, vibration, gravity, texture, align".
 std::string effect_names();
 /// From words: "spring anchor=0,0,10 stiffness=0.2 most=2". Directions need not be unit. Error names the
 /// effect's parameters, or the effects.

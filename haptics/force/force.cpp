@@ -91,7 +91,29 @@ dvec3 ForceGuard::step(const dvec3& wanted, std::uint32_t faults) noexcept {
   return force;
 }
 
+dvec3 ForceGuard::turn(const dvec3& wanted) noexcept {
+  dvec3 torque = wanted;
+  if (!is_finite(torque)) {
+    torque = dvec3(0);
+    latched_ |= fault_not_finite;
+  }
+  if (latched_ & fault_not_finite) return last_torque_ = dvec3(0);
+  torque *= fade_;  // 1 while nothing is latched
+  if (const double size = glm::length(torque); size > options_.torque_limit) {
+    torque *= options_.torque_limit / size;
+    momentary_ |= fault_magnitude;
+  }
+  const dvec3 change = torque - last_torque_;
+  if (const double size = glm::length(change), most = options_.torque_slew_limit * dt_; size > most) {
+    torque = last_torque_ + change * (most / size);
+    momentary_ |= fault_slew;
+  }
+  if (latched_ != 0 && fade_ == 0) torque = dvec3(0);
+  return last_torque_ = torque;
+}
+
 void ForceGuard::reset() noexcept {
+  last_torque_ = dvec3(0);
   last_ = dvec3(0);
   fade_ = 1;
   latched_ = momentary_ = 0;

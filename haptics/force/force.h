@@ -13,9 +13,11 @@ namespace trephine::haptics {
 struct ForceOptions {
   double smoothing_alpha =
       0.3;  ///< weight of the newest force at 1 kHz, (0, 1]; the same time constant at any rate
-  double force_limit = 8;      ///< N
-  double slew_limit = 1000;    ///< N/s
-  double fade_seconds = 0.05;  ///< from full force to none after a fault
+  double force_limit = 8;            ///< N
+  double slew_limit = 1000;          ///< N/s
+  double torque_limit = 150;         ///< N mm
+  double torque_slew_limit = 20000;  ///< N mm/s
+  double fade_seconds = 0.05;        ///< from full force to none after a fault
   /// Surfaces give a hand no more energy than they took (haptics/force/passivity.h). Off: nothing of it is
   /// run.
   bool is_passive = false;
@@ -71,23 +73,30 @@ class ForceGuard {
   ForceGuard(const ForceOptions& options, double dt) : options_(options), dt_(dt) {}
   /// Servo thread. `faults` are raised by others this tick.
   glm::dvec3 step(const glm::dvec3& wanted, std::uint32_t faults) noexcept;
+  /// The torque of the same tick, N mm; after step(), which knows of its faults. Need not be called while
+  /// none is wanted and none was rendered.
+  glm::dvec3 turn(const glm::dvec3& wanted) noexcept;
+  double torque_limit() const noexcept { return options_.torque_limit; }
+  bool is_turning() const noexcept { return last_torque_ != glm::dvec3(0); }
   void reset() noexcept;
   const glm::dvec3& last() const noexcept { return last_; }  ///< what went out
+  const glm::dvec3& last_torque() const noexcept { return last_torque_; }
   /// After a latched fault: nothing is left of the force, and further steps change nothing.
   bool is_faded() const noexcept {
-    return last_ == glm::dvec3(0) && ((latched_ & fault_not_finite) != 0 || (latched_ != 0 && fade_ == 0));
+    return last_ == glm::dvec3(0) && last_torque_ == glm::dvec3(0) &&
+           ((latched_ & fault_not_finite) != 0 || (latched_ != 0 && fade_ == 0));
   }
   std::uint32_t faults() const noexcept { return latched_ | momentary_; }
   /// All that it remembers, field by field, for whoever saves it.
   template <class Fields>
   void each_field(Fields& fields) {
-    fields(last_, fade_, latched_, momentary_);
+    fields(last_, last_torque_, fade_, latched_, momentary_);
   }
 
  private:
   ForceOptions options_;
   double dt_;
-  glm::dvec3 last_{0.0};
+  glm::dvec3 last_{0.0}, last_torque_{0.0};
   double fade_ = 1;
   std::uint32_t latched_ = 0, momentary_ = 0;
 };

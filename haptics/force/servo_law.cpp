@@ -51,12 +51,16 @@ void LawMemory::belong_to(const LawSet& set) noexcept {
 
 LawForces LawMemory::step(const LawSet& set, LawInput input) noexcept {
   bind(set);
-  if (has_last_)
-    velocity_ +=
-        std::min(1.0, input.dt / k_velocity_seconds) * ((input.hip_world - last_) / input.dt - velocity_);
+  if (has_last_) {
+    const double share = std::min(1.0, input.dt / k_velocity_seconds);
+    velocity_ += share * ((input.hip_world - last_) / input.dt - velocity_);
+    turning_ += share * (turn_between(last_turn_, input.orientation) / input.dt - turning_);
+  }
   last_ = input.hip_world;
+  last_turn_ = input.orientation;
   has_last_ = true;
   input.velocity_world = velocity_;
+  input.turning_world = turning_;
   LawForces sum;
   for (std::size_t i = 0; i < count_; ++i) {
     const ServoLaw& law = set.laws()[i];

@@ -10,6 +10,7 @@
 #include <type_traits>
 #include <vector>
 
+#include "haptics/device/pose_path.h"
 #include "haptics/proxy/proxy_method.h"
 
 namespace trephine::haptics {
@@ -21,7 +22,9 @@ struct LawInput {
   const ProxyStep& proxy;
   glm::dvec3 contact_force_world;  ///< N, of the surfaces in this tick
   glm::dvec3 hip_world;
+  glm::dquat orientation;     ///< of the hand
   glm::dvec3 velocity_world;  ///< mm/s, of the hand, smoothed
+  glm::dvec3 turning_world;   ///< rad/s, likewise
   double dt;                  ///< s since the tick before
 };
 
@@ -29,6 +32,7 @@ struct LawInput {
 struct LawForces {
   glm::dvec3 rendered_world{0.0};    ///< N; of springs and dampers, which store or take energy
   glm::dvec3 active_world{0.0};      ///< N; of those that may give some
+  glm::dvec3 torque_world{0.0};      ///< N mm; of springs and dampers
   bool has_lost_resistance = false;  ///< a tip left the shape through which its track went
   int lost_shape = -1;               ///< that shape
 };
@@ -58,7 +62,8 @@ struct LawOf<k_step> {
             [](const void* p, void* memory, const LawInput& input, LawForces& sum) noexcept {
               k_step(*static_cast<const Parameters*>(p), *static_cast<Memory*>(memory), input, sum);
             },
-            std::make_shared<const Parameters>(std::move(parameters)), {}};
+            std::make_shared<const Parameters>(std::move(parameters)),
+            {}};
   }
 };
 template <auto k_step, class Parameters>
@@ -83,16 +88,16 @@ class LawMemory {
  public:
   static constexpr double k_power = 500;  ///< N mm/s: what active laws may give a moving hand
 
-  /// Servo thread; once a tick. The input's velocity is filled in here. A law that was not there in the tick
-  /// before begins anew; one that is there no more is forgotten.
+  /// Servo thread; once a tick. The input's velocities are filled in here. A law that was not there in the
+  /// tick before begins anew; one that is there no more is forgotten.
   LawForces step(const LawSet& set, LawInput input) noexcept;
   /// Forgets motion and memories.
-  void reset() noexcept { count_ = 0, has_last_ = false, velocity_ = glm::dvec3(0); }
+  void reset() noexcept { count_ = 0, has_last_ = false, velocity_ = turning_ = glm::dvec3(0); }
   bool is_empty() const noexcept { return count_ == 0 && !has_last_; }
   /// All that it remembers, field by field, for whoever saves it.
   template <class Fields>
   void each_field(Fields& fields) {
-    fields(count_, last_, velocity_, has_last_);
+    fields(count_, last_, last_turn_, velocity_, turning_, has_last_);
     count_ = count_ <= k_most ? count_ : 0;  // as a file says
     for (std::size_t i = 0; i < count_; ++i) fields(slots_[i].id, slots_[i].memory);
   }
@@ -111,7 +116,8 @@ class LawMemory {
   static constexpr std::size_t k_most = LawSet::k_most;
   std::array<Slot, k_most> slots_;
   std::size_t count_ = 0;
-  glm::dvec3 last_{0.0}, velocity_{0.0};
+  glm::dvec3 last_{0.0}, velocity_{0.0}, turning_{0.0};
+  glm::dquat last_turn_{1, 0, 0, 0};
   bool has_last_ = false;
 };
 

@@ -175,7 +175,7 @@ ServoRecord ServoCore::step(const ServoScene& seen, const ServoInput& input) noe
   record.is_restarted = input.is_restarted;
   record.restart_volume = input.restart_volume;
   std::uint32_t faults = input.faults;
-  wanted_ = dvec3(0);
+  wanted_ = torque_ = dvec3(0);
   const dvec3& hip = input.pose.position_world;
   if (is_place(hip) && is_finite(input.pose) && is_in_reach(scene, hip) && (faults & fault_not_finite) == 0) {
     // What grew before the first tick grew over nobody.
@@ -202,10 +202,11 @@ ServoRecord ServoCore::step(const ServoScene& seen, const ServoInput& input) noe
     wanted_ = limited(force_.step(step_, hip, scene), cap_);
     active_ = dvec3(0);
     if (mine.laws) {
-      const LawForces forces =
-          laws_.step(*mine.laws, {scene, mine.state.version.get(), step_, wanted_, hip, dvec3(0), dt_});
+      const LawForces forces = laws_.step(*mine.laws, {scene, mine.state.version.get(), step_, wanted_, hip,
+                                                       input.pose.orientation, dvec3(0), dvec3(0), dt_});
       wanted_ += forces.rendered_world;
       active_ = forces.active_world;
+      torque_ = forces.torque_world;
       if (forces.has_lost_resistance) add_event(record, TouchEvent::lost_resistance, forces.lost_shape);
     } else if (!laws_.is_empty()) {
       laws_.reset();
@@ -226,6 +227,7 @@ ServoRecord ServoCore::step(const ServoScene& seen, const ServoInput& input) noe
   }
   record.raised = faults;
   record.force_world = guard_.step(wanted_, faults);
+  if (torque_ != dvec3(0) || guard_.is_turning()) record.torque_world = guard_.turn(torque_);
   record.faults = guard_.faults();
   if (is_passive_) {
     passivity_.tell_rendered(passive_part(record.force_world));
@@ -253,7 +255,9 @@ ServoRecord ServoCore::without_scene(const ServoScene& seen, const ServoInput& i
   record.pose = Pose{dvec3(0), {1, 0, 0, 0}, 0};
   record.hand = static_cast<std::uint8_t>(hand_);
   record.raised = input.faults | fault_stale_scene;
-  record.force_world = skip(record.raised);
+  const Wrench rendered = skip(record.raised);
+  record.force_world = rendered.force_world;
+  record.torque_world = rendered.torque_world;
   record.faults = guard_.faults();
   record.energy = energy_;
   return record;
@@ -266,15 +270,16 @@ dvec3 ServoCore::passive_part(const dvec3& rendered) const noexcept {
   return rendered - active_ * std::min(1.0, std::sqrt(glm::dot(rendered, rendered) / wanted));
 }
 
-dvec3 ServoCore::skip(std::uint32_t faults, std::uint64_t count) noexcept {
+Wrench ServoCore::skip(std::uint32_t faults, std::uint64_t count) noexcept {
   had_position_ = false;
   if (is_passive_) passivity_.lose_sight();
   tick_ += count;
   for (; count > 0; --count) {
     last_force_ = guard_.step(wanted_, faults);
+    if (torque_ != dvec3(0) || guard_.is_turning()) last_torque_ = guard_.turn(torque_);
     if (guard_.is_faded()) break;
   }
-  return last_force_;
+  return {last_force_, last_torque_};
 }
 
 /// Matter grew with no way out of it: set free where the hand is, without force.
@@ -328,11 +333,15 @@ void ServoCore::account(const ServoRecord& record) noexcept {
   const dvec3& position = record.pose.position_world;
   const bool has_position = (record.raised & fault_not_finite) == 0;
   if (had_position_ && has_position) account_motion(position - last_position_);
+  if (last_torque_ != dvec3(0) && had_position_ && has_position)
+    energy_.turning += glm::dot(last_torque_, turn_between(last_turn_, record.pose.orientation));
   had_position_ = has_position;
   was_led_ = record.is_led;
   last_force_ = record.force_world;
   last_active_ = active_ == dvec3(0) ? dvec3(0) : last_force_ - passive_part(last_force_);
   last_normal_ = record.normal_world;
+  last_torque_ = record.torque_world;
+  last_turn_ = record.pose.orientation;
   last_position_ = position;
 }
 

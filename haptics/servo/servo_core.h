@@ -5,6 +5,7 @@
 #include <cstdint>
 
 #include "haptics/device/pose_path.h"
+#include "haptics/device/wrench.h"
 #include "haptics/force/force.h"
 #include "haptics/force/passivity.h"
 #include "haptics/servo/servo_scene.h"
@@ -17,6 +18,7 @@ struct EnergyLedger {
   double contact = 0;    ///< surfaces, friction, what smoothing leaves of them, and springs and dampers
   double friction = 0;   ///< of contact: the part along the surface
   double active = 0;     ///< laws that may give energy; at most LawMemory::k_power
+  double turning = 0;    ///< of torques
   double growth = 0;     ///< while the proxy was led out of matter that grew
   double discarded = 0;  ///< stored by growth in the spring, had the proxy jumped out; never rendered
 };
@@ -45,6 +47,7 @@ struct ServoRecord {
   std::uint64_t version = 0;  ///< serial of the ServoScene that the tick saw
   Pose pose;                  ///< no button while a fault is latched or the proxy is led out
   glm::dvec3 proxy_world{0.0}, normal_world{0.0}, force_world{0.0};
+  glm::dvec3 torque_world{0.0};  ///< N mm
   bool has_contact = false, is_buried = false;
   bool is_led = false;  ///< matter grew over the proxy and it is on its way out
   int shape = -1;       ///< the touched item
@@ -55,6 +58,7 @@ struct ServoRecord {
   glm::dvec3 restart_volume{0.0};  ///< meaningful when restarted
   std::uint8_t hand = 0;
   EnergyLedger energy;  ///< since the start
+  Wrench wrench() const noexcept { return {force_world, torque_world}; }
   static constexpr std::size_t k_most_events = 6;
   std::uint8_t event_count = 0;  ///< those beyond the array are dropped
   std::array<TouchEvent, k_most_events> events;
@@ -85,8 +89,8 @@ class ServoCore {
   /// Servo thread. A pose that is no place gives no force and a latched fault. When a scene with a way out is
   /// first seen, a proxy that its matter buries, or that is being led, goes this way.
   ServoRecord step(const ServoScene& seen, const ServoInput& input) noexcept;
-  /// Ticks that nobody can be told about: the proxy stays, the force goes on fading. Gives the force.
-  glm::dvec3 skip(std::uint32_t faults, std::uint64_t count = 1) noexcept;
+  /// Ticks that nobody can be told about: the proxy stays, the force goes on fading. Gives what is rendered.
+  Wrench skip(std::uint32_t faults, std::uint64_t count = 1) noexcept;
   void restart_at(const glm::dvec3& free_point_volume) noexcept;
   void reset() noexcept;
 
@@ -100,10 +104,10 @@ class ServoCore {
   /// All that changes from tick to tick.
   template <class Fields>
   void each_field(Fields& fields) {
-    fields(layout_, force_, guard_, state_, step_, tick_, touched_, wanted_, active_, way_, is_led_,
+    fields(layout_, force_, guard_, state_, step_, tick_, touched_, wanted_, active_, torque_, way_, is_led_,
            is_fresh_, next_place_, anchor_volume_, cap_, laws_, passivity_, not_ready_, told_not_ready_,
-           last_shape_, popped_shape_, popped_side_, popped_at_world_, energy_, last_force_, last_active_,
-           last_normal_, last_position_, had_position_, was_led_);
+           last_shape_, popped_shape_, popped_side_, popped_at_world_, energy_, last_force_, last_torque_,
+           last_turn_, last_active_, last_normal_, last_position_, had_position_, was_led_);
   }
   ServoRecord without_scene(const ServoScene& seen, const ServoInput& input) noexcept;
   void adopt(const ServoHand& mine) noexcept;
@@ -127,7 +131,7 @@ class ServoCore {
   ProxyStep step_;
   std::uint64_t tick_ = 0;
   int touched_ = 0;  ///< item of the newest contact
-  glm::dvec3 wanted_{0.0}, active_{0.0};
+  glm::dvec3 wanted_{0.0}, active_{0.0}, torque_{0.0};
 
   WayOut way_;  ///< the newest that was seen
   bool is_led_ = false, is_fresh_ = true;
@@ -146,6 +150,8 @@ class ServoCore {
 
   EnergyLedger energy_;
   glm::dvec3 last_force_{0.0}, last_active_{0.0}, last_normal_{0.0}, last_position_{0.0};
+  glm::dvec3 last_torque_{0.0};
+  glm::dquat last_turn_{1, 0, 0, 0};
   bool had_position_ = false, was_led_ = false;
 };
 

@@ -174,7 +174,7 @@ void ServoLoop::tick(std::uint64_t tick, std::uint32_t faults) noexcept {
     input.pose = hand.pose;
     input.faults = hand.faults;
     const ServoRecord record = hand.core.step(*seen, input);
-    hand.device->write(record.force_world);
+    hand.device->write(record.wrench());
     ring_.push(record);
     all_faults |= record.faults | hand.faults;
   }

@@ -12,7 +12,7 @@ namespace trephine::haptics {
 namespace {
 
 // A struct that grows belongs here with its new field.
-static_assert(sizeof(ServoCore) == 6176 && sizeof(ProxyState) == 688 && sizeof(ServoRecord) == 304);
+static_assert(sizeof(ServoCore) == 6368 && sizeof(ProxyState) == 688 && sizeof(ServoRecord) == 336);
 
 template <class Fields>
 void fields_of(PlaneMemory& p, Fields& fields) {
@@ -45,7 +45,7 @@ void fields_of(WayOut& w, Fields& fields) {
 }
 template <class Fields>
 void fields_of(EnergyLedger& e, Fields& fields) {
-  fields(e.contact, e.friction, e.active, e.growth, e.discarded);
+  fields(e.contact, e.friction, e.active, e.turning, e.growth, e.discarded);
 }
 template <class Fields>
 void fields_of(Pose& p, Fields& fields) {
@@ -57,9 +57,9 @@ void fields_of(TouchEvent& e, Fields& fields) {
 }
 template <class Fields>
 void fields_of(ServoRecord& r, Fields& fields) {
-  fields(r.tick, r.t, r.version, r.pose, r.proxy_world, r.normal_world, r.force_world, r.has_contact,
-         r.is_buried, r.is_led, r.shape, r.side, r.faults, r.raised, r.is_reset, r.is_restarted,
-         r.restart_volume, r.hand, r.energy, r.event_count);
+  fields(r.tick, r.t, r.version, r.pose, r.proxy_world, r.normal_world, r.force_world, r.torque_world,
+         r.has_contact, r.is_buried, r.is_led, r.shape, r.side, r.faults, r.raised, r.is_reset,
+         r.is_restarted, r.restart_volume, r.hand, r.energy, r.event_count);
   r.event_count = r.event_count <= ServoRecord::k_most_events ? r.event_count : 0;
   for (std::uint8_t i = 0; i < r.event_count; ++i) fields(r.events[i]);
 }
@@ -173,6 +173,8 @@ bool ServoMemory::load(std::string_view bytes, const ServoHand& mine, ServoCore&
   // A device would feel it at once.
   for (const glm::dvec3& force : {made.guard_.last(), made.last_force_})
     is_good = is_good && glm::length(force) <= 1.001 * made.force_limit_;
+  for (const glm::dvec3& torque : {made.guard_.last_torque(), made.last_torque_})
+    is_good = is_good && glm::length(torque) <= made.guard_.torque_limit() * 1.001;
   if (!is_good || made.touched_ < 0) return false;
   made.layout_ = made.layout_ == 1 ? mine.layout : ~std::uint64_t{0};
   made.state_.version = made.state_.version == 1 && mine.state.version ? mine.state.version->serial() : 0;

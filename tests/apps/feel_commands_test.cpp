@@ -224,7 +224,7 @@ TEST_F(Command, AuditsASessionOfEverything) {
   EXPECT_EQ(verdict["wrong_forces"], 0);
   EXPECT_GT(verdict["ticks_judged"].get<int>(), 4000);
   EXPECT_GT(verdict["balls_judged"].get<int>(), 100);
-  for (const char* fault : {"fall", "ball"})
+  for (const char* fault : {"fall", "ball", "torque"})
     EXPECT_EQ(run("audit crowd.session --plant " + std::string(fault)).exit_code, 1) << fault;
 }
 

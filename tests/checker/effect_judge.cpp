@@ -26,7 +26,8 @@ EffectJudge::EffectJudge(std::vector<EffectLaw> laws, double dt) : laws_(std::mo
 void EffectJudge::reset() {
   track_end_.assign(laws_.size(), -1);
   turns_.assign(laws_.size(), 0);
-  velocity_ = dvec3(0);
+  velocity_ = spin_ = dvec3(0);
+  looks_ = 0;
   has_last_ = false;
 }
 
@@ -52,6 +53,7 @@ EffectJudge::Forces EffectJudge::look(const dvec3& at, const dvec3& proxy, const
   }
   last_ = at;
   has_last_ = true;
+  ++looks_;
   Forces sum;
   using Kind = EffectLaw::Kind;
   for (std::size_t i = 0; i < laws_.size(); ++i) {
@@ -97,11 +99,22 @@ EffectJudge::Forces EffectJudge::look(const dvec3& at, const dvec3& proxy, const
           force = -std::max(0.0, glm::dot(contact_force, normal)) * slope * in_surface;
         }
         break;
+      case Kind::align:  // no force
+        break;
     }
     (is_active ? sum.active : sum.rendered) += shortened(force, law.most);
   }
   if (const double speed = glm::length(velocity_); speed > 0)
     sum.active = shortened(sum.active, k_power / speed);
+  return sum;
+}
+
+dvec3 EffectJudge::torque(const dvec3& points, const dvec3& turned) {
+  spin_ += std::min(1.0, dt_ / k_velocity_time) * (turned / dt_ - spin_);
+  dvec3 sum(0);
+  for (const EffectLaw& law : laws_)
+    if (law.kind == EffectLaw::Kind::align)
+      sum += shortened(law.strength * glm::cross(points, law.direction) - law.other * spin_, 10 * law.most);
   return sum;
 }
 

@@ -15,6 +15,7 @@ ForceJudge::ForceJudge(const ForceLaw& law)
       effects_(law.effects, law.dt) {}
 
 void ForceJudge::restart(bool is_fresh) {
+  has_axes_ = false;
   const ForceLaw law = law_;
   const long ticks = ticks_, wrong = wrong_forces_;
   const double force = worst_force_, energy = worst_energy_;
@@ -86,6 +87,7 @@ void ForceJudge::look(const ForceTick& t) {
   }
   if (t.is_reset) {
     effects_.reset();
+    last_torque_ = dvec3(0);
     smoothed_ = last_ = dvec3(0);
     had_contact_ = false;
     fade_ = 1;
@@ -140,6 +142,7 @@ void ForceJudge::look(const ForceTick& t) {
     if (glm::length(change) > law_.slew * law_.dt) force = last_ + shortened(change, law_.slew * law_.dt);
     if (t.is_fading && fade_ == 0) force = dvec3(0);
   }
+  look_at_torque(t, unsure_ == 0);
   if (unsure_ > 0) {
     --unsure_;
   } else {
@@ -183,6 +186,38 @@ void ForceJudge::look(const ForceTick& t) {
     measured_.clear();
     proxies_.clear();
   }
+}
+
+/// A torque obeys its law too, and so does the energy that it gave.
+void ForceJudge::look_at_torque(const ForceTick& t, bool is_seen) {
+  const auto shortened = [](const dvec3& v, double most) {
+    const double size = glm::length(v);
+    return size > most ? v * (most / size) : v;
+  };
+  // By what the stylus turned: half the sum of how each axis moved about the one before.
+  dvec3 turned(0);
+  if (has_axes_ && !t.is_not_finite) {
+    for (int a = 0; a < 3; ++a) turned += 0.5 * glm::cross(last_axes_[a], t.axes[a]);
+    const double sine = glm::length(turned);
+    if (sine > 0) turned *= 2 * std::sin(0.5 * std::asin(std::min(1.0, sine))) / sine;
+  }
+  turning_ += glm::dot(last_torque_, turned);
+  if (is_seen) worst_energy_ = std::max(worst_energy_, std::abs(turning_ - t.turning_energy));
+  turning_ = t.turning_energy;
+  dvec3 torque(0);
+  if (!t.is_not_finite && !effects_.is_empty())
+    torque = effects_.torque(-t.axes[2], effects_.has_looked_twice() ? turned : dvec3(0));
+  torque = is_lost_ ? dvec3(0) : shortened(fade_ * torque, law_.torque_limit);
+  if (!is_lost_) torque = last_torque_ + shortened(torque - last_torque_, law_.torque_slew * law_.dt);
+  if (t.is_fading && fade_ == 0) torque = dvec3(0);
+  if (is_seen) {
+    const double off = glm::length(torque - t.torque);
+    worst_torque_ = std::max(worst_torque_, off);
+    if (!(off < 1e-6)) ++wrong_forces_;
+  }
+  last_torque_ = t.torque;
+  has_axes_ = !t.is_not_finite;
+  for (int a = 0; a < 3; ++a) last_axes_[a] = t.axes[a];
 }
 
 }  // namespace trephine::checker

@@ -17,7 +17,8 @@ struct ForceLaw {
   /// The passivity controller: what surfaces give along the hand's motion is cut to what they took.
   bool is_passive = false;
   int delay_ticks = 0;
-  double device_damping = 0;  ///< N s/mm
+  double device_damping = 0;                       ///< N s/mm
+  double torque_limit = 150, torque_slew = 20000;  ///< N mm, N mm/s
   std::vector<EffectLaw> effects;
 };
 
@@ -28,11 +29,14 @@ struct ForceTick {
   double stiffness = 0, damping = 0, viscosity = 0;  ///< of the touched surface
   glm::dvec3 carried{0.0};                           ///< mm that what is touched moved by, there
   bool has_contact = false, is_buried = false, is_led = false, is_reset = false, is_restarted = false;
-  bool is_not_finite = false;                    ///< the position was no number
-  bool is_fading = false;                        ///< a latched fault is on
-  double contact_energy = 0, growth_energy = 0;  ///< the ledger after this tick, N mm
-  double friction_energy = 0;                    ///< of contact: along the surface
-  double active_energy = 0;                      ///< of effects that may give some
+  bool is_not_finite = false;                              ///< the position was no number
+  bool is_fading = false;                                  ///< a latched fault is on
+  double contact_energy = 0, growth_energy = 0;            ///< the ledger after this tick, N mm
+  double friction_energy = 0;                              ///< of contact: along the surface
+  double active_energy = 0;                                ///< of effects that may give some
+  glm::dvec3 torque{0.0};                                  ///< N mm
+  glm::dvec3 axes[3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};  ///< of the stylus; it points along -axes[2]
+  double turning_energy = 0;                               ///< of torques, N mm
 };
 
 class ForceJudge {
@@ -51,6 +55,7 @@ class ForceJudge {
   long ticks() const { return ticks_; }
   long wrong_forces() const { return wrong_forces_; }
   double worst_force_n() const { return worst_force_; }
+  double worst_torque_nmm() const { return worst_torque_; }
   double worst_energy_nmm() const {
     return worst_energy_;
   }  ///< of the ledger against the forces and motions themselves
@@ -58,6 +63,7 @@ class ForceJudge {
  private:
   ForceLaw law_;
   double alpha_;
+  void look_at_torque(const ForceTick& tick, bool is_seen);
   /// What the controller leaves of a force wanted at a place.
   glm::dvec3 passive(const glm::dvec3& wanted, const glm::dvec3& position, const glm::dvec3& proxy);
 
@@ -71,6 +77,9 @@ class ForceJudge {
   glm::dvec3 motion_{0.0};  ///< the newest that was one
   glm::dvec3 last_normal_{0.0}, last_active_{0.0};
   double fade_ = 1, cap_, contact_ = 0, growth_ = 0, friction_ = 0, active_ = 0;
+  glm::dvec3 last_torque_{0.0}, last_axes_[3];
+  bool has_axes_ = false;
+  double turning_ = 0, worst_torque_ = 0;
   bool had_contact_ = false, was_led_ = false, had_position_ = false, is_lost_ = false;
   int unsure_ = 0;  ///< ticks until smoothing has forgotten what was not seen
   long ticks_ = 0, wrong_forces_ = 0;

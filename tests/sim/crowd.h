@@ -68,6 +68,8 @@ inline void record_crowd(const std::string& path, std::uint64_t* state,
   long contacts[2] = {}, on_models = 0, on_ball = 0;
   for (int i = 0; i < 3000; ++i) {
     haptics::Pose poses[2] = {wish.at(1e-3 * i), wish.at(1e-3 * i + 0.4)};
+    const double tilt = 0.3 * std::sin(4e-3 * i);
+    poses[1].orientation = {std::cos(tilt), 0, std::sin(tilt), 0};
     poses[1].position_world = {-poses[1].position_world.x + 2, poses[1].position_world.y,
                                poses[1].position_world.z - 0.5};
     for (const haptics::ServoRecord& r : run.step(poses)) {
@@ -84,6 +86,7 @@ inline void record_crowd(const std::string& path, std::uint64_t* state,
     }
     if (i == 500) run.apply({SetEffect{{0}, "viscous damping=0.001"}, 1});
     if (i == 700) run.apply({SetEffect{{1}, ""}, 1});
+    if (i == 720) run.apply({SetEffect{{7}, "align direction=0.3,0,-1 stiffness=120 most=4"}, 1});
     if (i == 800) run.apply({SetEffect{{5}, "spring anchor=0,0,4 stiffness=0.02"}, 0});
     if (i == 900) run.apply({SwitchItem{1, false}, 0});
     if (i == 1300) run.apply({SwitchItem{1, true}, 0});

@@ -53,7 +53,7 @@ struct Rack {
   }
   LawForces step(const dvec3& hip, const ProxyStep& proxy = {}, const dvec3& contact = dvec3(0),
                  const volume::Version* cuts = nullptr) {
-    return memory.step(laws, {scene, cuts, proxy, contact, hip, dvec3(0), k_dt});
+    return memory.step(laws, {scene, cuts, proxy, contact, hip, {1, 0, 0, 0}, dvec3(0), dvec3(0), k_dt});
   }
 };
 
@@ -177,7 +177,9 @@ TEST(Effects, ALawKeepsItsMemoryByItsIdWhileOthersComeAndGo) {
   };
   LawMemory memory;
   const auto push_at = [&](const LawSet& set, double z) {
-    return memory.step(set, {scene, nullptr, none, dvec3(0), {0, 0, z}, dvec3(0), k_dt}).rendered_world.z;
+    return memory
+        .step(set, {scene, nullptr, none, dvec3(0), {0, 0, z}, {1, 0, 0, 0}, dvec3(0), dvec3(0), k_dt})
+        .rendered_world.z;
   };
   const LawSet alone = set_of({track(2, 7)}), second = set_of({law_of("constant", 1), track(2, 7)}),
                softer = set_of({track(1, 7)}), another = set_of({track(2, 8)});
@@ -246,10 +248,92 @@ TEST(Coupling, IsTheStiffestThatTheDeviceBearsAndTheExampleOfItsSource) {
     EXPECT_LT(farthest, 12) << mass;
     EXPECT_NEAR(at.x, 10, 1e-6);
     // At rest the hand feels what the tool feels.
-    for (int i = 0; i < 3000; ++i) tool.step({10, 0, 0}, {0, 0, 1});
-    expect_near(tool.force_on_hand(), {0, 0, 1}, 1e-6);
+    for (int i = 0; i < 3000; ++i) tool.step({10, 0, 0}, dvec3(0, 0, 1));
+    expect_near(tool.on_hand().force_world, {0, 0, 1}, 1e-6);
     expect_near(tool.tool_world(), {10, 0, 1 / k.stiffness}, 1e-6);
   }
+}
+
+/// A rod of balls that a hand holds at its middle, over a floor at z = 0 of some stiffness: the wrench on it.
+Wrench floor_on_rod(const VirtualCoupling& tool, double stiffness) {
+  Wrench sum;
+  for (int k = -4; k <= 4; ++k) {
+    const dvec3 arm = tool.tool_orientation() * dvec3(5 * k, 0, 0);
+    const double depth = 1 - (tool.tool_world() + arm).z;  // of a ball of 1 mm
+    if (depth <= 0) continue;
+    const dvec3 force(0, 0, stiffness * depth);
+    sum.force_world += force;
+    sum.torque_world += glm::cross(arm, force);
+  }
+  return sum;
+}
+
+// 6 degrees of freedom (a caller of the coupling): a rod is pressed down, flat and tilted, and turned.
+TEST(Coupling, ARodThatIsHeldIsPressedTurnedAndPassive) {
+  const Coupling along = critical_coupling(0.05, 0.02, 1000);
+  const Turning turning{30, 200, 5};  // a rod of 50 g and 40 mm has 6.7 kg mm2, and a handle
+  constexpr double k_floor = 0.5;
+  for (const double tilt : {0.0, 0.1, -0.3}) {
+    VirtualCoupling tool(along, 0.05, k_dt, turning);
+    const glm::dquat held(std::cos(tilt / 2), 0, std::sin(tilt / 2), 0);
+    Wrench on_tool;
+    for (int i = 0; i < 6000; ++i) {
+      const dvec3 hand(0, 0, std::max(-1.0, 8 - 0.01 * i));
+      tool.step(hand, on_tool, held);
+      on_tool = floor_on_rod(tool, k_floor);
+    }
+    // At rest the hand feels what the rod feels, by the statics of a rigid body.
+    EXPECT_GT(on_tool.force_world.z, 0.1) << tilt;
+    expect_near(tool.on_hand().force_world, on_tool.force_world, 1e-6);
+    expect_near(tool.on_hand().torque_world, on_tool.torque_world, 1e-5);
+    if (tilt == 0) {
+      expect_near(on_tool.torque_world, {0, 0, 0}, 1e-6);
+    } else {
+      EXPECT_LT(on_tool.torque_world.y * tilt, -0.1);  // it is turned flat
+    }
+  }
+  // Waved about by a path that ends where it began, it gives the hand no energy.
+  VirtualCoupling tool(along, 0.05, k_dt, turning);
+  Wrench on_tool;
+  dvec3 last(0, 0, 3);
+  glm::dquat last_turn(1, 0, 0, 0);
+  double given = 0;
+  for (int i = 0; i <= 20000; ++i) {
+    const double t = 1e-3 * i, a = 0.4 * std::sin(3.1415926535897931 * t);
+    const dvec3 hand(4 * std::sin(6.283185307179586 * t), 0, 3 * std::cos(3.1415926535897931 * t));
+    const glm::dquat turn(std::cos(a / 2), 0, std::sin(a / 2), 0);
+    given += glm::dot(tool.on_hand().force_world, hand - last) +
+             glm::dot(tool.on_hand().torque_world, turn_between(last_turn, turn));
+    tool.step(hand, on_tool, turn);
+    on_tool = floor_on_rod(tool, k_floor);
+    last = hand, last_turn = turn;
+    ASSERT_TRUE(std::isfinite(glm::length(tool.on_hand().torque_world)));
+    ASSERT_LT(glm::length(tool.on_hand().torque_world), 200);
+  }
+  EXPECT_LT(given, 0);
+}
+
+// A drill's guide: a torque toward the direction, against turning, bounded; a turn of it by closed form.
+TEST(Effects, AlignTurnsTheStylusAlongADirection) {
+  const ServoLaw law =
+      law_of(parse_effect("align direction=0,0,-2 stiffness=80 damping=0 most=5").value(), 1).value();
+  LawSet set;
+  ASSERT_FALSE(set.add(law));
+  const TouchScene scene = scene_of_plane();
+  ProxyStep nothing;
+  for (const double angle : {0.0, 0.2, -0.7, 1.5, 3.0}) {
+    LawMemory memory;
+    const glm::dquat turned(std::cos(angle / 2), std::sin(angle / 2), 0, 0);
+    const LawForces f = memory.step(
+        set, {scene, nullptr, nothing, dvec3(0), dvec3(0, 0, 9), turned, dvec3(0), dvec3(0), k_dt});
+    // The stylus' -z lies `angle` about x off the direction: back about -x.
+    const double expected = -std::min(80 * std::abs(std::sin(angle)), 50.0) * (std::sin(angle) < 0 ? -1 : 1);
+    expect_near(f.torque_world, {expected, 0, 0}, 1e-9);
+    EXPECT_EQ(f.rendered_world, dvec3(0));
+    EXPECT_EQ(f.active_world, dvec3(0));
+  }
+  EXPECT_FALSE(parse_effect("align direction=0,0,0"));
+  EXPECT_FALSE(parse_effect("align stiffness=-1"));
 }
 
 TEST(Coupling, DevicesLimitForceSlewAndStiffness) {

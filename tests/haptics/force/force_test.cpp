@@ -116,7 +116,7 @@ TEST(VirtualDevice, HandSettlesWhereSpringAndForceBalance) {
   Pose pose;
   for (int i = 0; i < 3000; ++i) {
     ASSERT_TRUE(device.read(i * 1e-3, pose));
-    device.write({0, 0, 0.6});
+    device.write(glm::dvec3(0, 0, 0.6));
   }
   EXPECT_NEAR(pose.position_world.z, 0.6 / hand.stiffness, 1e-6);
   EXPECT_LT(device.kinetic_energy(), 1e-12);
@@ -132,6 +132,36 @@ TEST(VirtualDevice, EncoderRoundsAndLossIsReported) {
   device.lose_at(0.5);
   EXPECT_TRUE(device.read(0.4, pose));
   EXPECT_FALSE(device.read(0.5, pose));
+}
+
+// A torque is limited, slow, faded out after a fault and never no number; without one nothing is worked out.
+TEST(ForceGuard, TorquesAreGuardedLikeForces) {
+  ForceOptions options;
+  options.torque_limit = 100;
+  options.torque_slew_limit = 10000;
+  ForceGuard guard(options, 1e-3);
+  EXPECT_FALSE(guard.is_turning());
+  glm::dvec3 last(0);
+  for (int i = 0; i < 40; ++i) {
+    guard.step(glm::dvec3(0), 0);
+    const glm::dvec3 torque = guard.turn({0, 300, 0});
+    ASSERT_LE(glm::length(torque), 100 * (1 + 1e-12));
+    ASSERT_LE(glm::length(torque - last), 10 * (1 + 1e-9));
+    last = torque;
+  }
+  EXPECT_NEAR(last.y, 100, 1e-9);
+  EXPECT_TRUE(guard.faults() & fault_magnitude);
+  // A lost device: gone within the fade.
+  for (int i = 0; i < 60; ++i) {
+    guard.step(glm::dvec3(0), i == 0 ? fault_lost_device : 0u);
+    last = guard.turn({0, 300, 0});
+  }
+  EXPECT_EQ(last, glm::dvec3(0));
+  EXPECT_TRUE(guard.is_faded());
+  guard.reset();
+  guard.step(glm::dvec3(0), 0);
+  EXPECT_EQ(guard.turn({std::nan(""), 0, 0}), glm::dvec3(0));
+  EXPECT_TRUE(guard.faults() & fault_not_finite);
 }
 
 }  // namespace

@@ -207,7 +207,7 @@ class HoldingDevice final : public Device {
     if (t >= 0.1 && !was_held_.exchange(true)) std::this_thread::sleep_for(std::chrono::milliseconds(250));
     return true;
   }
-  void write(const glm::dvec3&) noexcept override {}
+  void write(const Wrench&) noexcept override {}
 
  private:
   std::atomic<bool> was_held_{false};
@@ -242,7 +242,7 @@ TEST(ServoLoop, RefusesMoreForceThanADeviceRenders) {
     void close() noexcept override {}
     DeviceCapabilities capabilities() const override { return {"weak", 3, 3.3, 0.6, 80, 0, 0.05, 0.002}; }
     bool read(double, Pose&) noexcept override { return true; }
-    void write(const glm::dvec3&) noexcept override {}
+    void write(const Wrench&) noexcept override {}
   };
   const TouchScene scene = scenes::phantom_scene("sphere", grid(32));
   SubvoxelProxy method;

@@ -218,7 +218,7 @@ class WatchingDevice final : public Device {
     is_watched = n < ticks_;  // the end of a thread is its own affair
     return device_->read(t, pose);
   }
-  void write(const glm::dvec3& force) noexcept override { device_->write(force); }
+  void write(const Wrench& wrench) noexcept override { device_->write(wrench); }
   long count() const { return count_.load(); }
 
  private:

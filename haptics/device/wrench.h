@@ -1,0 +1,18 @@
+// What a device renders.
+#pragma once
+
+#include <glm/vec3.hpp>
+
+namespace trephine::haptics {
+
+/// World frame, at the place of the pose.
+struct Wrench {
+  glm::dvec3 force_world{0.0};   ///< N
+  glm::dvec3 torque_world{0.0};  ///< N mm
+
+  Wrench() = default;
+  Wrench(const glm::dvec3& force, const glm::dvec3& torque = glm::dvec3(0))
+      : force_world(force), torque_world(torque) {}
+};
+
+}  // namespace trephine::haptics
