@@ -175,7 +175,8 @@ ServoRecord ServoCore::step(const ServoScene& seen, const ServoInput& input) noe
   record.is_restarted = input.is_restarted;
   record.restart_volume = input.restart_volume;
   std::uint32_t faults = input.faults;
-  wanted_ = torque_ = dvec3(0);
+  wanted_ = dvec3(0);
+  if (is_turning_) torque_ = dvec3(0);
   const dvec3& hip = input.pose.position_world;
   if (is_place(hip) && is_finite(input.pose) && is_in_reach(scene, hip) && (faults & fault_not_finite) == 0) {
     // What grew before the first tick grew over nobody.
@@ -207,6 +208,7 @@ ServoRecord ServoCore::step(const ServoScene& seen, const ServoInput& input) noe
       wanted_ += forces.rendered_world;
       active_ = forces.active_world;
       torque_ = forces.torque_world;
+      is_turning_ = is_turning_ || torque_ != dvec3(0);
       if (forces.has_lost_resistance) add_event(record, TouchEvent::lost_resistance, forces.lost_shape);
     } else if (!laws_.is_empty()) {
       laws_.reset();
@@ -227,7 +229,7 @@ ServoRecord ServoCore::step(const ServoScene& seen, const ServoInput& input) noe
   }
   record.raised = faults;
   record.force_world = guard_.step(wanted_, faults);
-  if (torque_ != dvec3(0) || guard_.is_turning()) record.torque_world = guard_.turn(torque_);
+  if (is_turning_) record.torque_world = guard_.turn(torque_);
   record.faults = guard_.faults();
   if (is_passive_) {
     passivity_.tell_rendered(passive_part(record.force_world));
@@ -276,7 +278,7 @@ Wrench ServoCore::skip(std::uint32_t faults, std::uint64_t count) noexcept {
   tick_ += count;
   for (; count > 0; --count) {
     last_force_ = guard_.step(wanted_, faults);
-    if (torque_ != dvec3(0) || guard_.is_turning()) last_torque_ = guard_.turn(torque_);
+    if (is_turning_) last_torque_ = guard_.turn(torque_);
     if (guard_.is_faded()) break;
   }
   return {last_force_, last_torque_};
@@ -333,16 +335,21 @@ void ServoCore::account(const ServoRecord& record) noexcept {
   const dvec3& position = record.pose.position_world;
   const bool has_position = (record.raised & fault_not_finite) == 0;
   if (had_position_ && has_position) account_motion(position - last_position_);
-  if (last_torque_ != dvec3(0) && had_position_ && has_position)
-    energy_.turning += glm::dot(last_torque_, turn_between(last_turn_, record.pose.orientation));
+  if (is_turning_) account_turn(record, had_position_ && has_position);
   had_position_ = has_position;
   was_led_ = record.is_led;
   last_force_ = record.force_world;
   last_active_ = active_ == dvec3(0) ? dvec3(0) : last_force_ - passive_part(last_force_);
   last_normal_ = record.normal_world;
+  last_position_ = position;
+}
+
+/// Until nothing is left of a torque.
+void ServoCore::account_turn(const ServoRecord& record, bool goes_on) noexcept {
+  if (goes_on) energy_.turning += glm::dot(last_torque_, turn_between(last_turn_, record.pose.orientation));
   last_torque_ = record.torque_world;
   last_turn_ = record.pose.orientation;
-  last_position_ = position;
+  is_turning_ = last_torque_ != dvec3(0) || torque_ != dvec3(0);
 }
 
 void ServoCore::account_motion(const dvec3& moved) noexcept {

@@ -107,7 +107,7 @@ class ServoCore {
     fields(layout_, force_, guard_, state_, step_, tick_, touched_, wanted_, active_, torque_, way_, is_led_,
            is_fresh_, next_place_, anchor_volume_, cap_, laws_, passivity_, not_ready_, told_not_ready_,
            last_shape_, popped_shape_, popped_side_, popped_at_world_, energy_, last_force_, last_torque_,
-           last_turn_, last_active_, last_normal_, last_position_, had_position_, was_led_);
+           last_turn_, last_active_, last_normal_, last_position_, had_position_, was_led_, is_turning_);
   }
   ServoRecord without_scene(const ServoScene& seen, const ServoInput& input) noexcept;
   void adopt(const ServoHand& mine) noexcept;
@@ -117,6 +117,7 @@ class ServoCore {
   glm::dvec3 passive_part(const glm::dvec3& rendered) const noexcept;
   void account(const ServoRecord& record) noexcept;
   void account_motion(const glm::dvec3& moved) noexcept;
+  void account_turn(const ServoRecord& record, bool goes_on) noexcept;
   void pop_through(const ServoHand& mine, const glm::dvec3& hip_world, ServoRecord& record) noexcept;
   void tell(ServoRecord& record) noexcept;
   void find_ready(const ServoHand& mine, const glm::dvec3& hip_world) noexcept;
@@ -153,6 +154,7 @@ class ServoCore {
   glm::dvec3 last_torque_{0.0};
   glm::dquat last_turn_{1, 0, 0, 0};
   bool had_position_ = false, was_led_ = false;
+  bool is_turning_ = false;  ///< some law turns the stylus, or its torque goes on
 };
 
 /// While it lives, this thread flushes denormals to zero, as a servo thread does: the same bits in a replay.
