@@ -18,8 +18,6 @@ int work_of(const OffsetJob::Offsets& before, const OffsetJob::Offsets& after) {
     bricks += volume::OffsetChanges::count(*before[s], *after[s]);
   return k_of_fields + k_of_brick * static_cast<int>(std::min<std::size_t>(bricks, 1000));
 }
-/// Servos that lag so far behind are waited for another time.
-constexpr std::size_t k_most_records = 1024;
 }  // namespace
 
 CheckpointMaker::CheckpointMaker(const Engine& engine, const haptics::ForceOptions& force, double dt,
@@ -32,7 +30,7 @@ void CheckpointMaker::add(const haptics::ServoRecord& record, const Engine& engi
   if (!is_faithful_) return;
   is_faithful_ = servo_.can_follow(record) && output_check(servo_.step(record)) == output_check(record);
   if (outcome.is_changed) servo_.publish(engine.servo_scene());
-  work_ += outcome.is_changed ? k_of_cut : 1;
+  count(outcome.is_changed ? k_of_cut : 1);
   if (!is_faithful_) pending_.reset();
   if (!pending_) return;
   if (!is_servo_done_) {
@@ -47,7 +45,7 @@ void CheckpointMaker::add(const haptics::ServoRecord& record, const Engine& engi
 }
 
 void CheckpointMaker::add(const Command& command, const Engine& engine, const Outcome& outcome) {
-  if (outcome.refused) return;
+  if (outcome.refused || !is_faithful_) return;
   if (command.what.as<Resume>()) {
     servo_.begin_anew(engine.now().next_tick);
     pending_.reset();
@@ -56,10 +54,10 @@ void CheckpointMaker::add(const Command& command, const Engine& engine, const Ou
   const auto offsets_of = [&](const haptics::ServoScene& scene) -> const OffsetJob::Offsets& {
     return scene.hands[command.hand].state.offsets;
   };
-  work_ += adopt ? work_of(offsets_of(*servo_.newest()), offsets_of(*engine.servo_scene()))
-           : command.what.as<AdoptJob>() ? k_of_job
-           : outcome.is_changed          ? k_of_history
-                                         : 1;
+  count(adopt ? work_of(offsets_of(*servo_.newest()), offsets_of(*engine.servo_scene()))
+        : command.what.as<AdoptJob>() ? k_of_job
+        : outcome.is_changed          ? k_of_history
+                                      : 1);
   if (outcome.is_changed) servo_.publish(engine.servo_scene());
   if (pending_ && adopt && outcome.is_changed &&
       static_cast<std::uint64_t>(adopt->serial) <= pending_->image.serial)
@@ -75,6 +73,9 @@ void CheckpointMaker::begin(Engine& engine, std::uint64_t block) {
   std::fill(has_seen_.begin(), has_seen_.end(), false);
   is_servo_done_ = are_fields_done_ = false;
 }
+
+/// No further than to where one is due, however long none can be made.
+void CheckpointMaker::count(int work) noexcept { work_ = std::min(work_ + work, work_between_); }
 
 void CheckpointMaker::finish_servo() {
   is_servo_done_ = true;

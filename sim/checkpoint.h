@@ -39,6 +39,8 @@ class CheckpointMaker {
                   std::uint64_t first_tick, int work = k_work);
   /// Of ticks that only touch; a cut is more.
   static constexpr int k_work = 8000;
+  /// Ticks for which servos that lag behind are waited for; then it is tried another time.
+  static constexpr std::size_t k_most_records = 1024;
 
   void add(const haptics::ServoRecord& record, const Engine& engine, const Outcome& outcome);
   void add(const Command& command, const Engine& engine, const Outcome& outcome);
@@ -52,6 +54,7 @@ class CheckpointMaker {
 
  private:
   void finish_servo();
+  void count(int work) noexcept;
 
   ServoFollower servo_;
   bool is_faithful_ = true;

@@ -206,8 +206,10 @@ void CheckpointEncoder::put_image(std::string& out, const Checkpoint& all) {
 void CheckpointEncoder::put_history(std::string& out, const Checkpoint& all) {
   for (const auto& entry : all.image.history) {
     if (entry->number <= tail_.last_entry) continue;
+    const volume::Result<HistoryPlace> told = entry->place();
+    if (!told) continue;  // its file is gone: whoever reads this one cannot go there either
     std::string place;
-    put_place(place, all, entry->here);
+    put_place(place, all, told.value());
     put_count(out, entry->number);
     put_box(out, entry->box);
     put_text(out, place);
@@ -218,6 +220,9 @@ void CheckpointEncoder::put_history(std::string& out, const Checkpoint& all) {
 std::string CheckpointEncoder::encode(const Checkpoint& all) {
   links_.clear();
   link_count_ = 0;
+  // A tool that no hand feels with does not come back.
+  std::erase_if(chains_,
+                [&](const auto& chain) { return hand_of(all, chain.first.first) == all.image.hands.size(); });
   // What stands on its own, and the rest, which makes links.
   std::string events, trails, history, rest;
   put_history(history, all);
@@ -253,6 +258,41 @@ std::string CheckpointEncoder::encode(const Checkpoint& all) {
   put_count(out, link_count_);
   out += links_;
   for (const std::string& part : {events, trails, history, rest}) put_text(out, packed(part));
+  return out;
+}
+
+std::string bytes_beside_state(const EngineImage& image) {
+  std::string out;
+  for (const EngineImage::Hand& hand : image.hands) {
+    put_hand(out, hand);
+    put_count(out, hand.trail.count());
+    for (std::size_t i = hand.trail.first(); i < hand.trail.count(); ++i) put(out, hand.trail.place(i));
+  }
+  for (const TouchFields& fields : image.fields) {
+    put_box(out, fields.owed());
+    for (const auto& [serial, box] : fields.cuts()) {
+      put(out, serial);
+      put_box(out, box);
+    }
+  }
+  for (const auto& entry : image.history) {
+    put_count(out, entry->number);
+    put_box(out, entry->box);
+  }
+  for (const std::uint64_t number :
+       {image.serial, std::uint64_t{image.position}, std::uint64_t{image.forgotten}, image.last_entry,
+        image.growths, std::uint64_t{image.last_job}, std::uint64_t{image.is_stroke_changed}})
+    put_count(out, number);
+  put_box(out, image.stroke_box);
+  put_box(out, image.ever_cut);
+  for (const PendingJob& job : image.jobs) {
+    put_count(out, job.id.value);
+    put(out, job.hand);
+    put_value(out, *job.parameters);
+    put_count(out, job.growths);
+    put_box(out, job.cut);
+    put(out, job.input->hash());
+  }
   return out;
 }
 

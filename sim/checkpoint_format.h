@@ -61,6 +61,9 @@ class CheckpointEncoder {
   std::uint64_t link_count_ = 0;
 };
 
+/// All of an image but its state (which has a hash) and bricks: the same for the same.
+std::string bytes_beside_state(const EngineImage& image);
+
 /// Where the parts of a checkpoint are, in its bytes.
 struct CheckpointIndex {
   struct Part {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <new>
 #include <utility>
 
 #include "haptics/servo/servo_memory.h"
@@ -118,6 +119,7 @@ struct CheckpointStore::Shared : std::enable_shared_from_this<Shared> {
   std::map<std::pair<std::size_t, double>, std::shared_ptr<const MadeGeometry>> geometries;
   std::vector<Event> events;  ///< of the first `events_of` checkpoints
   std::size_t events_of = 0;
+  bool are_events_known = true;
   struct KeptEntry {
     volume::VoxelBox box;
     std::string place;
@@ -130,11 +132,14 @@ struct CheckpointStore::Shared : std::enable_shared_from_this<Shared> {
   std::vector<std::string> way_to(std::uint64_t chain, std::uint64_t number, std::uint64_t known,
                                   bool& is_on) {
     std::vector<std::string> all;
+    std::size_t bytes = 0;
+    constexpr std::size_t k_longest_way = std::size_t{1} << 30;
     is_on = false;
     for (std::uint64_t n = number;; --n) {
       const auto found = links.find({chain, n});
       if (found == links.end()) throw Broken{"a state that is told nowhere"};
       all.push_back(good(session->read(found->second->bytes)));
+      if ((bytes += all.back().size()) > k_longest_way) throw Broken{"a chain that is too long"};
       if (found->second->is_first) break;
       if (n == 0) throw Broken{"a chain without a beginning"};
       if ((is_on = n - 1 == known)) break;
@@ -193,31 +198,43 @@ struct CheckpointStore::Shared : std::enable_shared_from_this<Shared> {
 
   const std::vector<Event>& events_up_to(std::size_t i) {
     for (; events_of <= i; ++events_of) {
-      const std::string bytes = good(session->read(session->checkpoints()[events_of].events));
-      Taker in(bytes);
-      const std::uint64_t from = in.count();
-      if (from > events.size()) throw Broken{"events that are told nowhere"};
-      events.resize(from);
-      for (std::uint64_t left = in.count_of_things(); left > 0; --left) {
-        Event event;
-        event.tick = in.value<std::uint64_t>();
-        event.hand = in.value<std::uint8_t>();
-        event.place_world = in.place();
-        event.what = take_value(in);
-        if (event.what.is_empty()) throw Broken{"an event without a name"};
-        events.push_back(std::move(event));
+      are_events_known = true;
+      try {
+        take_events(good(session->read(session->checkpoints()[events_of].events)));
+      } catch (const Broken&) {
+        are_events_known = false;  // until one that tells all of them
       }
     }
+    if (!are_events_known) throw Broken{"events that are told nowhere"};
     return events;
+  }
+  void take_events(const std::string& bytes) {
+    Taker in(bytes);
+    const std::uint64_t from = in.count();
+    if (from > events.size()) throw Broken{"events that are told nowhere"};
+    events.resize(from);
+    for (std::uint64_t left = in.count_of_things(); left > 0; --left) {
+      Event event;
+      event.tick = in.value<std::uint64_t>();
+      event.hand = in.value<std::uint8_t>();
+      event.place_world = in.place();
+      event.what = take_value(in);
+      if (event.what.is_empty()) throw Broken{"an event without a name"};
+      events.push_back(std::move(event));
+    }
   }
   const std::map<std::uint64_t, KeptEntry>& entries_up_to(std::size_t i) {
     for (; entries_of <= i; ++entries_of) {
-      const std::string bytes = good(session->read(session->checkpoints()[entries_of].history));
-      Taker in(bytes);
-      while (!in.is_at_end()) {
-        const std::uint64_t number = in.count();
-        const volume::VoxelBox box = in.box(start.scene().base->size);
-        entries.insert_or_assign(number, KeptEntry{box, std::string(in.text())});
+      try {
+        const std::string bytes = good(session->read(session->checkpoints()[entries_of].history));
+        Taker in(bytes);
+        while (!in.is_at_end()) {
+          const std::uint64_t number = in.count();
+          const volume::VoxelBox box = in.box(start.scene().base->size);
+          entries.insert_or_assign(number, KeptEntry{box, std::string(in.text())});
+        }
+      } catch (const Broken&) {
+        continue;  // whoever needs one of them says so
       }
     }
     return entries;
@@ -267,8 +284,8 @@ struct CheckpointStore::Shared : std::enable_shared_from_this<Shared> {
   /// `scene` null: they are told, and of no use.
   OffsetJob::Offsets take_offsets(Taker& in, const std::shared_ptr<const haptics::TouchScene>& scene) {
     OffsetJob::Offsets offsets(in.count(haptics::ShapeSet::k_most));
-    if (scene && offsets.size() > haptics::base_shapes(*scene).size())
-      throw Broken{"fields of more shapes than there are"};
+    if (scene && !offsets.empty() && offsets.size() != haptics::base_shapes(*scene).size())
+      throw Broken{"fields of other shapes than there are"};
     for (std::size_t s = 0; s < offsets.size(); ++s) {
       const std::uint64_t chain = in.count(), link = in.count();
       if (scene) offsets[s] = field_at(chain, link, scene, s);
@@ -383,6 +400,8 @@ struct CheckpointStore::Shared : std::enable_shared_from_this<Shared> {
           return *(*made = shared->take_place(place, hands));
         } catch (const Broken& broken) {
           return error_of(broken);
+        } catch (const std::bad_alloc&) {
+          return error_of({"more than there is memory for"});
         }
       };
       image.history.push_back(std::make_shared<const HistoryEntry>(std::move(entry)));
@@ -423,7 +442,7 @@ struct CheckpointStore::Shared : std::enable_shared_from_this<Shared> {
     Taker in(bytes);
     const std::size_t count = start.hand_count();
     for (std::size_t h = 0; h < count; ++h) all.cores.emplace_back(in.text());
-    for (std::uint64_t left = in.count_of_things(); left > 0; --left) {
+    for (std::uint64_t left = in.count(CheckpointMaker::k_most_records); left > 0; --left) {
       all.records.push_back(in.record());
       if (all.records.back().hand >= count) throw Broken{"a tick of no hand"};
     }
@@ -445,7 +464,9 @@ struct CheckpointStore::Shared : std::enable_shared_from_this<Shared> {
     image.now = take_state(in, all_events);
     for (std::uint64_t left = in.count(count); left > 0; --left) {
       auto [scene, kept] = take_fields(in, hands);
-      if (!scene) throw Broken{"a tool's field of no hand"};
+      const bool is_twice = std::any_of(image.fields.begin(), image.fields.end(),
+                                        [&, s = scene](const TouchFields& f) { return f.scene() == s; });
+      if (!scene || is_twice || !(scene->tool_radius > 0)) throw Broken{"a tool's field of no hand"};
       std::vector<std::pair<std::uint64_t, volume::VoxelBox>> cuts(in.count_of_things());
       for (auto& [serial, box] : cuts) {
         serial = in.value<std::uint64_t>();
@@ -493,6 +514,8 @@ Result<Checkpoint> CheckpointStore::read(std::size_t i) {
     return shared_->take(i);
   } catch (const Broken& broken) {
     return Shared::error_of(broken);
+  } catch (const std::bad_alloc&) {
+    return Shared::error_of({"more than there is memory for"});
   }
 }
 

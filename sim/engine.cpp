@@ -577,8 +577,6 @@ Status Engine::restore(const EngineImage& image) {
     if (held.type && held.type->check)
       if (Status error = held.type->check(held.parameters.data(), *image.hands[h].scene)) return error;
   }
-  for (const auto& [key, command] : image.now.settings.told)
-    if (Status error = check_setting(command)) return error;
   now_ = image.now;
   editor_.reset(now_.world.version);
   felt_ = now_.world.version;
@@ -589,11 +587,17 @@ Status Engine::restore(const EngineImage& image) {
     work_[h] = hand.work;
     trails_[h] = hand.trail;
   }
-  for (const auto& [key, command] : now_.settings.told) {
-    std::int64_t number = 0;
-    Change change = Change::cut;
-    set(command, number, change);
-  }
+  // Effects that ended make room for those that began.
+  for (const bool is_ending : {true, false})
+    for (const auto& [key, command] : now_.settings.told) {
+      const auto* effect = command.what.as<SetEffect>();
+      if ((effect && effect->words.empty()) != is_ending || command.what.as<ToolGeometry>()) continue;
+      Status error = effect ? Status() : check_setting(command);
+      std::int64_t number = 0;
+      Change change = Change::cut;
+      if (!error) set(command, number, change, error);
+      if (error) return error;
+    }
   for (std::size_t h = 0; h < hands_.size(); ++h) hands_[h].way = image.hands[h].way;
   fields_ = image.fields;
   history_ = image.history;

@@ -86,7 +86,7 @@ class Engine {
   /// All of it; freezes.
   EngineImage image();
   /// To what an engine of the same start was; its scenes stand in the image.
-  /// Error, and nothing is done, when it speaks of what this one does not have.
+  /// Error when it speaks of what this one does not have, which then is good for nothing.
   volume::Status restore(const EngineImage& image);
 
   // ---- strokes ----
@@ -121,7 +121,7 @@ class Engine {
   const haptics::ServoHand& feels(std::size_t h) const noexcept { return servo_scene_->hands[h]; }
   TouchFields* fields_of(std::size_t hand) noexcept;
   volume::Status check_setting(const Command& command) const;
-  bool set(const Command& command, std::int64_t& number, Change& change);
+  bool set(const Command& command, std::int64_t& number, Change& change, volume::Status& error);
   bool tell_setting(const Command& command);
   void arm(PendingJob& job) const;
   std::shared_ptr<haptics::ServoScene> make_scene(std::uint64_t serial);

@@ -104,7 +104,7 @@ Status Engine::check_setting(const Command& command) const {
 
 /// Into what its hand feels, or all of them. False: it is no setting of a hand. `number`: of the item, mover
 /// or law.
-bool Engine::set(const Command& command, std::int64_t& number, Change& change) {
+bool Engine::set(const Command& command, std::int64_t& number, Change& change, Status& error) {
   haptics::ServoHand& hand = hands_[command.hand];
   if (const auto* item = command.what.as<SwitchItem>()) {
     hand.set_touchable(static_cast<int>(number = item->item), item->is_touchable);
@@ -118,7 +118,11 @@ bool Engine::set(const Command& command, std::int64_t& number, Change& change) {
         one.set_placement(static_cast<int>(number), {place->position, {q[0], q[1], q[2], q[3]}});
   } else if (const auto* effect = command.what.as<SetEffect>()) {
     number = effect->effect.value;
-    hand.laws = laws_after(hand, *effect).value();
+    auto laws = laws_after(hand, *effect);
+    if (laws)
+      hand.laws = std::move(laws).value();
+    else
+      error = laws.error();
   } else {
     return false;
   }
@@ -128,7 +132,8 @@ bool Engine::set(const Command& command, std::int64_t& number, Change& change) {
 bool Engine::tell_setting(const Command& command) {
   std::int64_t number = 0;
   Change change = Change::cut;
-  if (!set(command, number, change)) return false;
+  Status error;  // which check() has looked for
+  if (!set(command, number, change, error)) return false;
   Command told = command;
   if (told.what.as<PlaceModel>()) told.hand = 0;  // for all of them
   now_.settings.told.insert_or_assign(key_of(told, number), told);

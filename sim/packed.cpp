@@ -23,7 +23,7 @@ volume::Result<std::string> unpacked(std::string_view bytes) {
   const volume::Error broken{"packed bytes of the session are broken", "", "", "what trephine wrote", ""};
   std::int64_t length = 0;
   // Longer than any block's; and as long as zstd itself says, so that nothing is allocated for a lie.
-  constexpr std::int64_t k_longest = std::int64_t{1} << 31;
+  constexpr std::int64_t k_longest = std::int64_t{1} << 28;
   if (!volume::get_number(bytes, length) || length < 0 || length > k_longest ||
       ::ZSTD_getFrameContentSize(bytes.data(), bytes.size()) != static_cast<unsigned long long>(length))
     return broken;

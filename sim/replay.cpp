@@ -111,7 +111,9 @@ Status Replay::open_at(std::size_t checkpoint) {
   if (Status error = restore(std::move(opened))) return error;
   const Error wrong{"a checkpoint of the session is broken", "", "it does not go with what follows", "", ""};
   LogItem item;
+  std::vector<std::uint64_t> next_ticks(state_->engine.hand_count());
   for (const haptics::ServoRecord& record : kept.records) {
+    next_ticks[record.hand] = record.tick + 1;
     const TickItem* tick = nullptr;
     while (tick == nullptr) {
       const Result<bool> next = session_->next(item);
@@ -126,11 +128,14 @@ Status Replay::open_at(std::size_t checkpoint) {
     state_->servo.see(record.version);
     record_ = record;
     recorded_force_ = tick->record.force_world;
-    note_tick();
+    note_tick(false);
   }
   std::vector<haptics::ServoCore> cores = state_->servo.cores();
   for (std::size_t h = 0; h < cores.size(); ++h)
-    if (!haptics::ServoMemory::load(kept.cores[h], state_->servo.seen()->hands[h], cores[h])) return wrong;
+    if (!haptics::ServoMemory::load(kept.cores[h], state_->servo.seen()->hands[h], cores[h]) ||
+        cores[h].next_tick() != next_ticks[h])
+      return wrong;
+  if (state_->next_tick != kept.next_tick) return wrong;
   state_->servo.set_cores(std::move(cores));
   return std::nullopt;
 }
@@ -210,25 +215,8 @@ void Replay::compare_checkpoint() {
   ++counts_.checkpoints;
   const Checkpoint& kept = read.value();
   const EngineImage image = state_->engine.image();
-  const auto words = [](const EngineImage& one) {
-    std::string all;
-    const auto add = [&all](std::uint64_t number) { all += std::to_string(number) + ' '; };
-    for (const std::uint64_t number :
-         {one.serial, std::uint64_t{one.position}, std::uint64_t{one.forgotten}, one.last_entry, one.growths,
-          std::uint64_t{one.last_job}, std::uint64_t{one.jobs.size()}, std::uint64_t{one.is_stroke_changed}})
-      add(number);
-    for (const auto& entry : one.history) add(entry->number);
-    for (const TouchFields& fields : one.fields) add(fields.cuts().size());
-    for (const EngineImage::Hand& hand : one.hands) {
-      add(hand.trail.count());
-      if (hand.trail.count() > 0) all += text_of(hand.trail.place(hand.trail.count() - 1).x) + ' ';
-      add(hand.way ? hand.way->serial : 0);
-      add(hand.work.is_pressed);
-    }
-    return all;
-  };
-  if (const std::string recorded = words(kept.image), replayed = words(image); recorded != replayed)
-    note(tick, "checkpoint", recorded, replayed);
+  if (bytes_beside_state(kept.image) != bytes_beside_state(image))
+    note(tick, "checkpoint", "another history, trail or setting", "");
   // Of much that was cut the hash takes longer than what it is asked of.
   constexpr int k_many_bricks = 1 << 13;
   constexpr std::size_t k_some = 16;
@@ -239,6 +227,8 @@ void Replay::compare_checkpoint() {
              recorded != replayed) {
     note(tick, "checkpoint", hexadecimal(recorded), hexadecimal(replayed));
   }
+  Engine opened = kept_.front().engine;
+  if (const Status error = opened.restore(kept.image)) note(tick, "checkpoint", error->message(), "");
   comparing_ = std::move(read).value();
   compared_ticks_ = 0;
 }
@@ -254,9 +244,14 @@ void Replay::compare_tick() {
   if (compared_ticks_ < kept.records.size() && bytes_of(kept.records[compared_ticks_]) != bytes_of(record_))
     note(record_.tick, "checkpoint", "another tick", "");
   if (++compared_ticks_ < kept.records.size()) return;
-  for (std::size_t h = 0; h < kept.cores.size(); ++h)
-    if (haptics::ServoMemory::save(state_->servo.cores()[h], state_->servo.seen()->hands[h]) != kept.cores[h])
+  for (std::size_t h = 0; h < kept.cores.size(); ++h) {
+    const haptics::ServoHand& mine = state_->servo.seen()->hands[h];
+    haptics::ServoCore loaded = state_->servo.cores()[h];
+    if (haptics::ServoMemory::save(loaded, mine) != kept.cores[h])
       note(record_.tick, "checkpoint", "another servo", "");
+    else if (!haptics::ServoMemory::load(kept.cores[h], mine, loaded))
+      note(record_.tick, "checkpoint", "a servo that cannot be loaded", "");
+  }
   comparing_.reset();
 }
 
@@ -280,14 +275,14 @@ Status Replay::run_tick(const TickItem& item) {
 }
 
 /// The servo's part of `record_` is done.
-void Replay::note_tick() {
+void Replay::note_tick(bool may_keep) {
   ++counts_.ticks;
   state_->next_tick = std::max(state_->next_tick, record_.tick + 1);
   const bool was_in_stroke = state_->engine.is_in_stroke();
   note_change(state_->engine.apply(record_));
   if (was_in_stroke && !state_->engine.is_in_stroke())
     state_->hashable[state_->engine.serial()] = state_->engine.current();
-  if (++state_->replayed < kept_.back().replayed + k_keep_every ||
+  if (++state_->replayed < kept_.back().replayed + k_keep_every || !may_keep ||
       state_->next_tick <= kept_.back().next_tick)
     return;
   // Where there is a checkpoint nothing has to be kept.
@@ -395,18 +390,18 @@ Status Replay::seek(std::uint64_t tick) {
   // The newest state before the tick: this one, one that was kept, or a checkpoint of the session.
   const auto after = std::partition_point(kept_.begin(), kept_.end(),
                                           [tick](const State& s) { return s.next_tick <= tick; });
-  const State& before = after == kept_.begin() ? kept_.front() : *std::prev(after);
-  bool is_here = state_->next_tick <= tick && state_->next_tick >= before.next_tick;
-  const std::uint64_t known = is_here ? state_->next_tick : before.next_tick;
+  const auto before = static_cast<std::size_t>(after == kept_.begin() ? 0 : after - kept_.begin() - 1);
+  bool is_here = state_->next_tick <= tick && state_->next_tick >= kept_[before].next_tick;
+  const std::uint64_t known = is_here ? state_->next_tick : kept_[before].next_tick;
   bool is_opened = false;
   if (const auto newest = are_usable_ ? checkpoints_.before(tick) : std::nullopt)
     for (std::size_t i = *newest + 1; !is_opened && i-- > 0 && checkpoints_.index(i).next_tick > known;) {
       is_opened = !open_at(i);
-      counts_.opened += is_opened;
+      ++(is_opened ? counts_.opened : counts_.unopened);
       if (!is_opened) is_here = false;
     }
   if (!is_opened && !is_here)
-    if (Status error = restore(before)) return error;
+    if (Status error = restore(kept_[before])) return error;
   // To the end means to its end: commands may follow the last tick, and hands share it.
   const bool is_to_end = tick >= session_->tick_count();
   while (state_->next_tick < tick || is_to_end) {

@@ -68,7 +68,8 @@ class Replay {
   struct Counts {
     std::uint64_t ticks = 0, dropped = 0, commands = 0, versions = 0, hashes = 0, events = 0, resumes = 0,
                   checkpoints = 0,  ///< that were compared
-        opened = 0;                 ///< by a checkpoint
+        opened = 0,                 ///< by a checkpoint
+        unopened = 0;               ///< checkpoints that could not be
   };
   const Counts& counts() const noexcept { return counts_; }
 
@@ -91,7 +92,7 @@ class Replay {
   volume::Status take(const LogItem& item);
   void compare_checkpoint();
   void compare_tick();
-  void note_tick();
+  void note_tick(bool may_keep = true);
   void keep();
   volume::Status run_tick(const TickItem& item);
   void run_command(const Command& command);

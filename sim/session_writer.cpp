@@ -149,6 +149,7 @@ void SessionWriter::stop_threads() {
 void SessionWriter::begin(const Engine& engine, const haptics::ForceOptions& force, double rate_hz,
                           std::uint64_t first_tick, bool may_wait) {
   if (options_.checkpoint_work <= 0) return;
+  TREPHINE_ASSERT(maker_ == nullptr);  // once a recording
   maker_ =
       std::make_unique<CheckpointMaker>(engine, force, 1 / rate_hz, first_tick, options_.checkpoint_work);
   may_wait_ = may_wait;
@@ -233,12 +234,14 @@ void SessionWriter::note_checkpoint(Engine& engine, std::unique_lock<std::mutex>
 /// In the background, since a cut of a second is many bricks.
 void SessionWriter::encode_checkpoints(std::unique_lock<std::mutex>& guard) {
   while (!to_encode_.empty()) {
-    const std::unique_ptr<Checkpoint> next = std::move(to_encode_.front());
+    std::unique_ptr<Checkpoint> next = std::move(to_encode_.front());
     to_encode_.erase(to_encode_.begin());
     guard.unlock();
     std::string bytes = encoder_->encode(*next);
+    const std::uint64_t tick = next->next_tick;
+    next.reset();  // perhaps the last to hold versions and fields: freed while nobody waits
     guard.lock();
-    checkpoints_.emplace_back(next->next_tick, std::move(bytes));
+    checkpoints_.emplace_back(tick, std::move(bytes));
     encoded_.notify_one();
   }
 }

@@ -76,6 +76,10 @@ Result<Outcome> run_replay(const ReplayArguments& arguments) {
   std::string csv = arguments.steps.empty() ? "" : k_steps_header;
   double strongest = 0;
   const auto start = Clock::now();
+  // A moment alone is opened there; whoever asks what happened on the way has it played.
+  const bool is_opened = end < all && arguments.steps.empty() && !arguments.is_verifying;
+  if (is_opened)
+    if (Status error = replay.seek(end)) return *error;
   for (std::uint64_t n = 0; replay.next_tick() < end || end == all;
        ++n) {  // commands may follow the last tick
     if (n % 1024 == 0 && !progress(static_cast<double>(replay.next_tick()) /
@@ -121,7 +125,7 @@ Result<Outcome> run_replay(const ReplayArguments& arguments) {
   Outcome outcome{new_report("replay"), "", exit_done};
   Json& json = outcome.json;
   json["session"] = data_tools::file_name(arguments.session);
-  json["ticks"] = counts.ticks;
+  json["ticks"] = is_opened ? replay.next_tick() : counts.ticks;
   json["dropped_ticks"] = counts.dropped;
   json["commands"] = counts.commands;
   json["versions"] = counts.versions;
@@ -129,18 +133,23 @@ Result<Outcome> run_replay(const ReplayArguments& arguments) {
   json["strokes"] = engine.stroke_count();
   json["removed_mm3_total"] = engine.removed_mm3();
   json["content_hash"] = hash_text(hash);
-  json["strongest_force_n"] = strongest;
+  json["strongest_force_n"] = is_opened ? Json() : Json(strongest);
   const haptics::EnergyLedger& energy = replay.record().energy;
   json["energy_n_mm"] = {
       {"contact", energy.contact}, {"growth", energy.growth}, {"growth_discarded", energy.discarded}};
   json["replay_seconds"] = seconds;
   json["speed"] = seconds > 0 ? static_cast<double>(replay.next_tick()) / rate / seconds : 0;
   json["is_closed"] = session.reader->end().has_value();
-  outcome.text = format_text(
-      "%.1f s replayed in %.2f s; commands: %llu, strokes: %zu, removed: %.2f mm3, at most %.2f N\n",
-      static_cast<double>(replay.next_tick()) / rate, seconds,
-      static_cast<unsigned long long>(counts.commands), engine.stroke_count(), engine.removed_mm3(),
-      strongest);
+  if (is_opened)
+    outcome.text = format_text("opened at %.1f s in %.2f s; strokes: %zu, removed: %.2f mm3\n",
+                               static_cast<double>(replay.next_tick()) / rate, seconds, engine.stroke_count(),
+                               engine.removed_mm3());
+  else
+    outcome.text = format_text(
+        "%.1f s replayed in %.2f s; commands: %llu, strokes: %zu, removed: %.2f mm3, at most %.2f N\n",
+        static_cast<double>(replay.next_tick()) / rate, seconds,
+        static_cast<unsigned long long>(counts.commands), engine.stroke_count(), engine.removed_mm3(),
+        strongest);
   for (const std::string& file : {arguments.output, arguments.steps, arguments.screenshot})
     if (!file.empty()) outcome.text += "written to " + file + "\n";
   if (arguments.is_verifying) {

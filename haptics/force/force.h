@@ -80,6 +80,7 @@ class ForceGuard {
   bool is_turning() const noexcept { return last_torque_ != glm::dvec3(0); }
   void reset() noexcept;
   const glm::dvec3& last() const noexcept { return last_; }  ///< what went out
+  double fade() const noexcept { return fade_; }             ///< 1 to 0 after a latched fault
   const glm::dvec3& last_torque() const noexcept { return last_torque_; }
   /// After a latched fault: nothing is left of the force, and further steps change nothing.
   bool is_faded() const noexcept {

@@ -158,7 +158,7 @@ bool ServoMemory::load(std::string_view bytes, const ServoHand& mine, ServoCore&
   const TouchScene& scene = *mine.scene;
   const ProxyState& state = made.state_;
   bool is_good = fields.is_good && fields.in.empty() && is_near(state.proxy_volume) &&
-                 is_near(made.anchor_volume_) && made.next_place_ <= made.way_.count;
+                 is_near(made.anchor_volume_) && (!made.is_led_ || made.next_place_ <= made.way_.count);
   for (const int item : {made.touched_, made.last_shape_, made.popped_shape_, made.step_.shape, state.touched,
                          state.plane.shape})
     is_good = is_good && is_item(item, scene);
@@ -170,6 +170,8 @@ bool ServoMemory::load(std::string_view bytes, const ServoHand& mine, ServoCore&
     is_good = is_good && some.next(item_count(scene)) == ShapeSet::k_most;
   for (int s = state.inside.next(0); is_good && s < ShapeSet::k_most; s = state.inside.next(s + 1))
     is_good = !item_of(scene, s).is_mesh();
+  const auto is_share = [](double share) { return share >= 0 && share <= 1; };
+  is_good = is_good && is_share(made.guard_.fade()) && is_share(made.passivity_.softness());
   // A device would feel it at once.
   for (const glm::dvec3& force : {made.guard_.last(), made.last_force_})
     is_good = is_good && glm::length(force) <= 1.001 * made.force_limit_;

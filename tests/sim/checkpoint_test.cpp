@@ -3,6 +3,7 @@
 #include <map>
 #include <thread>
 
+#include "haptics/force/effects.h"
 #include "haptics/servo/servo_memory.h"
 #include "sim/live_session.h"
 #include "sim/packed.h"
@@ -63,6 +64,7 @@ std::uint64_t expect_opens_anywhere(const std::string& path, const Catalogue& ca
       worst = std::max(worst, replay.counts().ticks - before);
       if (k == 0) {
         EXPECT_EQ(replay.counts().opened, to->first >= session.checkpoints()[0].next_tick);
+        EXPECT_EQ(replay.counts().unopened, 0u);
       }
       EXPECT_EQ(replay.engine().snapshot()->hash(), to->second) << "opened at " << to->first;
       for (int n = 0; n < 300; ++n) {
@@ -237,6 +239,58 @@ TEST(Checkpoint, GoesOnWithoutPlayingTheWholeSession) {
     EXPECT_FALSE(writer->finish(run.engine(), 0).has_value());
   }
   expect_opens_anywhere(path, drilling_catalogue(), bench.scene.base);
+}
+
+// Undo after undo, with ways out that grow longer and shorter: the newest checkpoint opens each time.
+TEST(Checkpoint, OpensAfterManyUndos) {
+  const Folder folder;
+  const std::string path = folder.file("a.session");
+  Bench bench;
+  auto writer = bench.writer(path, 1000, often(1500));
+  Lockstep run(bench.scene, bench.method, drilling::burr(bench.burr), {}, 1000, writer.get());
+  const haptics::PosePath wish = drilling_wish(10);
+  long led = 0;
+  for (int i = 0; i < 6000; ++i) {
+    led += run.step(wish.at(1e-3 * i)).is_led;
+    if (i % 640 == 630) run.undo();
+  }
+  EXPECT_GT(led, 20);
+  EXPECT_FALSE(writer->finish(run.engine(), 0).has_value());
+  expect_opens_anywhere(path, drilling_catalogue(), bench.scene.base);
+}
+
+// What was told midway is told again in an order in which it fits: one of eight effects ended before another
+// began; a larger burr came before its ball.
+TEST(Checkpoint, WhatWasToldFitsWhenItIsToldAgain) {
+  const RoundBench bench;
+  auto laws = std::make_shared<haptics::LawSet>();
+  for (std::uint32_t id = 1; id <= haptics::LawSet::k_most; ++id)
+    ASSERT_FALSE(laws->add(haptics::law_of(haptics::parse_effect("viscous").value(), id).value()));
+  Engine engine(
+      {HandStart{haptics::ServoHand(haptics::borrowed(bench.scene), haptics::borrowed(*bench.method),
+                                    haptics::TouchState(nullptr), laws),
+                 drilling::burr(bench.burr)}},
+      1e-3);
+  engine.freeze();
+  const Engine start = engine;
+  EXPECT_FALSE(engine.apply(SetEffect{{8}, ""}).refused);
+  EXPECT_FALSE(engine.apply(SetEffect{{0}, "gravity mass=0.1"}).refused);
+  drilling::Burr larger = bench.burr;
+  larger.diameter = 5;
+  EXPECT_FALSE(engine.apply(larger).refused);
+  const Outcome begun = engine.apply(ToolGeometry{2});
+  ASSERT_FALSE(begun.refused);
+  EXPECT_TRUE(engine.apply(engine.finish_job(begun.job)).is_changed);
+  const EngineImage image = engine.image();
+  Engine again = start;
+  const volume::Status error = again.restore(image);
+  ASSERT_FALSE(error) << error->message();
+  EXPECT_EQ(again.now().hash(), engine.now().hash());
+  const auto &felt = again.servo_scene()->hands[0], &wanted = engine.servo_scene()->hands[0];
+  EXPECT_EQ(felt.scene, wanted.scene);
+  ASSERT_EQ(felt.laws->laws().size(), wanted.laws->laws().size());
+  for (std::size_t l = 0; l < felt.laws->laws().size(); ++l)
+    EXPECT_EQ(felt.laws->laws()[l].id, wanted.laws->laws()[l].id);
 }
 
 /// All that stands in a file, block by block.
