@@ -37,7 +37,7 @@ class CheckpointMaker {
  public:
   CheckpointMaker(const Engine& engine, const haptics::ForceOptions& force, double dt,
                   std::uint64_t first_tick, int work = k_work);
-  /// Of ticks that only touch; a cut is more.
+  /// Of ticks that touch nothing; a touch is more, a cut more yet.
   static constexpr int k_work = 8000;
   /// Ticks for which servos that lag behind are waited for; then it is tried another time.
   static constexpr std::size_t k_most_records = 1024;

@@ -58,6 +58,35 @@ void put_hand(std::string& out, const EngineImage::Hand& hand) {
   if (hand.work.body) put(out, hand.work.body->centre), put(out, hand.work.body->radius);
 }
 
+/// Those that are not in the fields.
+void put_cuts(std::string& out, const TouchFields& fields) {
+  const auto cuts = fields.cuts();
+  put_count(out, cuts.size());
+  for (const auto& [serial, box] : cuts) {
+    put(out, serial);
+    put_box(out, box);
+  }
+}
+
+/// What an image says of strokes and growth.
+void put_numbers(std::string& out, const EngineImage& image) {
+  for (const std::uint64_t number : {std::uint64_t{image.position}, std::uint64_t{image.forgotten},
+                                     image.last_entry, image.growths, std::uint64_t{image.last_job}})
+    put_count(out, number);
+  put(out, static_cast<std::uint8_t>(image.is_stroke_changed));
+  put_box(out, image.stroke_box);
+  put_box(out, image.ever_cut);
+}
+
+/// A job but for the state in which it began.
+void put_job(std::string& out, const PendingJob& job) {
+  put_count(out, job.id.value);
+  put(out, job.hand);
+  put_value(out, *job.parameters);
+  put_count(out, job.growths);
+  put_box(out, job.cut);
+}
+
 /// The first hand that feels with it; as many as there are hands: none does any more.
 std::size_t hand_of(const Checkpoint& all, const std::shared_ptr<const haptics::TouchScene>& scene) {
   std::size_t h = 0;
@@ -165,20 +194,11 @@ void CheckpointEncoder::put_image(std::string& out, const Checkpoint& all) {
   // Mostly one after the other; one whose fields came later has a newer number than those after it.
   for (const auto& entry : image.history)
     put_number(out, static_cast<std::int64_t>(entry->number - std::exchange(last, entry->number)));
-  for (const std::uint64_t number : {std::uint64_t{image.position}, std::uint64_t{image.forgotten},
-                                     image.last_entry, image.growths, std::uint64_t{image.last_job}})
-    put_count(out, number);
-  put(out, static_cast<std::uint8_t>(image.is_stroke_changed));
-  put_box(out, image.stroke_box);
-  put_box(out, image.ever_cut);
+  put_numbers(out, image);
 
   put_count(out, image.jobs.size());
   for (const PendingJob& job : image.jobs) {
-    put_count(out, job.id.value);
-    put(out, job.hand);
-    put_value(out, *job.parameters);
-    put_count(out, job.growths);
-    put_box(out, job.cut);
+    put_job(out, job);
     put_state(out, *job.input);
   }
   put(out, image.serial);
@@ -187,12 +207,7 @@ void CheckpointEncoder::put_image(std::string& out, const Checkpoint& all) {
   put_count(out, image.fields.size());
   for (const TouchFields& fields : image.fields) {
     put_fields(out, all, fields.scene(), {fields.newest(), fields.owed()});
-    const auto cuts = fields.cuts();
-    put_count(out, cuts.size());
-    for (const auto& [serial, box] : cuts) {
-      put(out, serial);
-      put_box(out, box);
-    }
+    put_cuts(out, fields);
   }
   put_count(out, all.fields.size());
   for (const Checkpoint::Fields& made : all.fields) {
@@ -270,27 +285,16 @@ std::string bytes_beside_state(const EngineImage& image) {
   }
   for (const TouchFields& fields : image.fields) {
     put_box(out, fields.owed());
-    for (const auto& [serial, box] : fields.cuts()) {
-      put(out, serial);
-      put_box(out, box);
-    }
+    put_cuts(out, fields);
   }
   for (const auto& entry : image.history) {
     put_count(out, entry->number);
     put_box(out, entry->box);
   }
-  for (const std::uint64_t number :
-       {image.serial, std::uint64_t{image.position}, std::uint64_t{image.forgotten}, image.last_entry,
-        image.growths, std::uint64_t{image.last_job}, std::uint64_t{image.is_stroke_changed}})
-    put_count(out, number);
-  put_box(out, image.stroke_box);
-  put_box(out, image.ever_cut);
+  put(out, image.serial);
+  put_numbers(out, image);
   for (const PendingJob& job : image.jobs) {
-    put_count(out, job.id.value);
-    put(out, job.hand);
-    put_value(out, *job.parameters);
-    put_count(out, job.growths);
-    put_box(out, job.cut);
+    put_job(out, job);
     put(out, job.input->hash());
   }
   return out;

@@ -499,7 +499,6 @@ std::size_t CheckpointStore::size() const noexcept { return shared_->session->ch
 const CheckpointIndex& CheckpointStore::index(std::size_t i) const noexcept {
   return shared_->session->checkpoints()[i];
 }
-const Engine& CheckpointStore::start() const noexcept { return shared_->start; }
 
 std::optional<std::size_t> CheckpointStore::before(std::uint64_t tick) const noexcept {
   const std::vector<CheckpointIndex>& all = shared_->session->checkpoints();

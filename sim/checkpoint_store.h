@@ -26,7 +26,6 @@ class CheckpointStore {
   volume::Result<Checkpoint> read(std::size_t i);
   /// To go on with recording after the newest.
   CheckpointTail tail();
-  const Engine& start() const noexcept;
 
  private:
   struct Shared;  ///< entries of a history may outlive the store's user

@@ -157,30 +157,34 @@ void SessionWriter::begin(const Engine& engine, const haptics::ForceOptions& for
 }
 
 void SessionWriter::add(const haptics::ServoRecord& record, Engine& engine, const Outcome& outcome) {
-  std::unique_lock guard(lock_);
-  items_.add(record);
-  seal_if_long();
-  last_tick_ = record.tick;
-  note_outcome(engine, outcome);
-  if (was_in_stroke_ && !engine.is_in_stroke()) ask_sync(engine);
-  was_in_stroke_ = engine.is_in_stroke();
+  {
+    const std::lock_guard guard(lock_);
+    items_.add(record);
+    seal_if_long();
+    last_tick_ = record.tick;
+    note_outcome(engine, outcome);
+    if (was_in_stroke_ && !engine.is_in_stroke()) ask_sync(engine);
+    was_in_stroke_ = engine.is_in_stroke();
+  }
   if (!maker_) return;
   maker_->add(record, engine, outcome);
-  note_checkpoint(engine, guard);
+  note_checkpoint(engine);
 }
 
 void SessionWriter::add(const Command& command, Engine& engine, const Outcome& outcome) {
   if (outcome.refused) return;
-  std::unique_lock guard(lock_);
-  items_.add(CommandItem{command});
-  note_outcome(engine, outcome);
-  if (maker_) {
-    maker_->add(command, engine, outcome);
-    note_checkpoint(engine, guard);
+  {
+    const std::lock_guard guard(lock_);
+    items_.add(CommandItem{command});
+    note_outcome(engine, outcome);
+    if (!command.what.as<AdoptFields>()) {  // nobody's wish, many times a second
+      ask_sync(engine);
+      was_in_stroke_ = engine.is_in_stroke();
+    }
   }
-  if (command.what.as<AdoptFields>()) return;  // nobody's wish, many times a second
-  ask_sync(engine);
-  was_in_stroke_ = engine.is_in_stroke();
+  if (!maker_) return;
+  maker_->add(command, engine, outcome);
+  note_checkpoint(engine);
 }
 
 /// What a replay must come to.
@@ -215,20 +219,28 @@ void SessionWriter::seal() {
   ++log_blocks_;
 }
 
-/// One that is due begins where a block of the log does.
-void SessionWriter::note_checkpoint(Engine& engine, std::unique_lock<std::mutex>& guard) {
-  constexpr std::size_t k_most_waiting = 4;  // behind a disk that does not answer
-  if (may_wait_ && maker_->is_due())
-    encoded_.wait(guard, [this] { return to_encode_.size() < k_most_waiting; });
-  if (maker_->is_due() && to_encode_.size() < k_most_waiting && !status_) {
-    seal();
-    maker_->begin(engine, log_blocks_);
-  }
+/// One that is due begins where a block of the log does. What takes longer than a copy is done without the
+/// lock: nobody else adds ticks or commands meanwhile.
+void SessionWriter::note_checkpoint(Engine& engine) {
+  if (maker_->is_due())
+    if (const std::optional<std::uint64_t> block = block_for_checkpoint()) maker_->begin(engine, *block);
   std::unique_ptr<Checkpoint> done = maker_->take();
   if (!done) return;
+  const std::lock_guard guard(lock_);
   seal();  // what it speaks of is in the file before it
   to_encode_.push_back(std::move(done));
   background_wake_.notify_one();
+}
+
+/// The block of the log that begins here; nothing while too many wait to be written.
+std::optional<std::uint64_t> SessionWriter::block_for_checkpoint() {
+  constexpr std::size_t k_most_waiting = 4;  // behind a disk that does not answer
+  const auto has_room = [this] { return to_encode_.size() < k_most_waiting; };
+  std::unique_lock guard(lock_);
+  if (may_wait_) encoded_.wait(guard, has_room);
+  if (!has_room() || status_) return std::nullopt;
+  seal();
+  return log_blocks_;
 }
 
 /// In the background, since a cut of a second is many bricks.

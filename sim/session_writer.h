@@ -5,6 +5,7 @@
 #include <condition_variable>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <thread>
 #include <utility>
@@ -80,7 +81,8 @@ class SessionWriter {
   void note_outcome(const Engine& engine, const Outcome& outcome);
   void seal_if_long();
   void seal();
-  void note_checkpoint(Engine& engine, std::unique_lock<std::mutex>& guard);
+  void note_checkpoint(Engine& engine);
+  std::optional<std::uint64_t> block_for_checkpoint();
   void encode_checkpoints(std::unique_lock<std::mutex>& guard);
   void ask_sync(const Engine& engine);
   void write_loop();
@@ -106,8 +108,8 @@ class SessionWriter {
   std::unique_ptr<CheckpointEncoder> encoder_;  ///< of the background thread
   bool may_wait_ = false;
   std::vector<std::unique_ptr<Checkpoint>> to_encode_;  ///< complete
-  std::vector<std::pair<std::uint64_t, std::string>>
-      checkpoints_;  ///< in bytes, to be written after what is sealed
+  /// In bytes, with their ticks; to be written after what is sealed.
+  std::vector<std::pair<std::uint64_t, std::string>> checkpoints_;
   bool wants_sync_ = false, is_sync_due_ = false, is_stopping_ = false;
   volume::Status status_;
   std::uint64_t next_block_ = 0, last_tick_ = 0, hashed_serial_ = 0;

@@ -2,9 +2,9 @@
 
 #include <array>
 #include <cmath>
+#include <cstddef>
 #include <cstring>
 #include <span>
-#include <type_traits>
 
 #include "volume/bytes.h"
 
@@ -27,32 +27,54 @@ std::uint8_t kind_of(const Brick& brick) noexcept {
   return brick.is_hollow ? hollow : !brick.mask ? without_mask : brick.mask->n == 8 ? of_eight : of_four;
 }
 
-/// Calls each(values, count) for all that a brick holds, in words of four bytes.
-template <class B, class Each>
-void for_words(B& brick, Each&& each) {
-  const auto words = [&each](auto& values) {
-    using Word = std::conditional_t<std::is_const_v<B>, const std::uint32_t, std::uint32_t>;
-    each(reinterpret_cast<Word*>(values.data()), values.size() * sizeof values[0] / sizeof(std::uint32_t));
-  };
-  words(brick.distance);
-  if (!brick.mask) return;
-  std::conditional_t<std::is_const_v<B>, const RemovalMask, RemovalMask>& mask = *brick.mask;
-  words(mask.base_solid);
-  words(mask.base_air);
-  words(mask.full);
-  words(mask.words);
-}
+using Word = std::uint32_t;
 
-/// The most words that a brick holds.
-using BrickWords = std::array<std::uint32_t, 512 + 3 * 16 + 512 * 16>;
+/// What a brick holds, part after part, as bytes of whole words.
+struct BrickParts {
+  std::array<std::span<std::byte>, 5> parts;
+  std::size_t count = 0;  ///< of words
+  explicit BrickParts(Brick& brick) {
+    parts[0] = std::as_writable_bytes(std::span(brick.distance));
+    if (brick.mask) {
+      RemovalMask& mask = *brick.mask;
+      parts[1] = std::as_writable_bytes(std::span(mask.base_solid));
+      parts[2] = std::as_writable_bytes(std::span(mask.base_air));
+      parts[3] = std::as_writable_bytes(std::span(mask.full));
+      parts[4] = std::as_writable_bytes(std::span(mask.words));
+    }
+    for (const std::span<std::byte>& part : parts) count += part.size() / sizeof(Word);
+  }
+  /// Changes the words first .. first + length - 1 by value_of(i), i from 0 on.
+  template <class ValueOf>
+  void change(std::size_t first, std::size_t length, ValueOf&& value_of) const {
+    std::size_t i = 0;
+    for (const std::span<std::byte>& part : parts) {
+      const std::size_t size = part.size() / sizeof(Word);
+      for (; first < size && i < length; ++first, ++i) {
+        std::byte* at = part.data() + first * sizeof(Word);
+        Word word = 0;
+        std::memcpy(&word, at, sizeof word);
+        word ^= value_of(i);
+        std::memcpy(at, &word, sizeof word);
+      }
+      if (i == length) return;
+      first -= size;
+    }
+  }
+};
+
+/// The most words that a brick holds: distances, slices, and the points of 8^3 a cell.
+using BrickWords = std::array<Word, 512 + 3 * 16 + 512 * 16>;
 
 std::size_t copy_words(const Brick& brick, BrickWords& words) {
-  std::size_t count = 0;
-  for_words(brick, [&](const std::uint32_t* values, std::size_t n) {
-    std::memcpy(words.data() + count, values, n * sizeof *values);
-    count += n;
-  });
-  return count;
+  const BrickParts all(const_cast<Brick&>(brick));  // read only here
+  std::size_t at = 0;
+  for (const std::span<std::byte>& part : all.parts) {
+    if (part.empty()) continue;
+    std::memcpy(words.data() + at, part.data(), part.size());
+    at += part.size() / sizeof(Word);
+  }
+  return all.count;
 }
 
 /// Most of a brick is at the band's end, or as it was.
@@ -74,29 +96,6 @@ void put_brick(std::string& out, const Brick* before, const Brick* brick) {
 
 Error broken(const char* what) { return {"recorded bricks are broken", "", what, "what trephine wrote", ""}; }
 
-/// The words of a brick, part after part.
-struct BrickParts {
-  std::array<std::span<std::uint32_t>, 5> parts;
-  std::size_t count = 0;
-  explicit BrickParts(Brick& brick) {
-    std::size_t n = 0;
-    for_words(brick, [&](std::uint32_t* values, std::size_t size) {
-      parts[n++] = {values, size};
-      count += size;
-    });
-  }
-  /// Calls each(word, i) for the words first .. first + length - 1; i from 0 on.
-  template <class Each>
-  void for_range(std::size_t first, std::size_t length, Each&& each) const {
-    std::size_t i = 0;
-    for (const std::span<std::uint32_t>& part : parts) {
-      for (; first < part.size() && i < length; ++first, ++i) each(part[first], i);
-      if (i == length) return;
-      first -= part.size();
-    }
-  }
-};
-
 /// What put_runs() has written of as many words, each combined with what is there. False: it is not that.
 bool xor_runs(std::string_view in, const BrickParts& brick) {
   for (std::size_t at = 0; at < brick.count;) {
@@ -105,18 +104,17 @@ bool xor_runs(std::string_view in, const BrickParts& brick) {
     const std::size_t length = head & 0x7fffu;
     if (length == 0 || length > brick.count - at) return false;
     if ((head & 0x8000u) == 0) {
-      std::uint32_t value = 0;
+      Word value = 0;
       if (!get(in, value)) return false;
-      if (value != 0)
-        brick.for_range(at, length, [value](std::uint32_t& word, std::size_t) { word ^= value; });
+      if (value != 0) brick.change(at, length, [value](std::size_t) { return value; });
     } else {
-      if (in.size() < length * sizeof(std::uint32_t)) return false;
-      brick.for_range(at, length, [&in](std::uint32_t& word, std::size_t i) {
-        std::uint32_t value = 0;
+      if (in.size() < length * sizeof(Word)) return false;
+      brick.change(at, length, [&in](std::size_t i) {
+        Word value = 0;
         std::memcpy(&value, in.data() + i * sizeof value, sizeof value);
-        word ^= value;
+        return value;
       });
-      in.remove_prefix(length * sizeof(std::uint32_t));
+      in.remove_prefix(length * sizeof(Word));
     }
     at += length;
   }

@@ -292,13 +292,15 @@ int main(int argc, char** argv) {
   app::BenchArguments bench;
   c = add("bench", "Measure, beside peers in the same run",
           "  trephine bench surface\n  trephine bench step --json\n  trephine bench load SCANS/HEAD\n"
-          "  trephine bench open drill.session --case head-case\n"
+          "  trephine bench open\n  trephine bench open drill.session\n"
           "  trephine bench feel -o out/ --quick\n"
           "  trephine bench stability SCANS/HEAD --steps 100000000 -o out/",
           bench, app::run_bench);
   c->add_option("WHAT", bench.what, "surface, step, rays, load, open, feel or stability")->required();
-  c->add_option("SRC", bench.source,
-                "A scan: for load; one more scene for feel and stability. A session: for open");
+  c->add_option(
+      "SRC", bench.source,
+      "A scan: for load; one more scene for feel and stability. A session: for open (none: ten minutes of "
+      "drilling, recorded first)");
   c->add_option("--case", bench.case_source, "The scan of that session, where the session needs it");
   c->add_option("--size", bench.size, "Voxels along each axis (surface, step and rays)")
       ->capture_default_str();

@@ -430,7 +430,8 @@ void MainWindow::show_state() {
   redo_->setEnabled(can_redo), redo_action_->setEnabled(can_redo);
   if (operation_) {
     if (const std::string refused = operation_->take_refusal(); !refused.empty()) {
-      notice_->setText("not done: " + QString::fromStdString(refused).simplified());
+      notice_->setText("not done: " +
+                       QString::fromStdString(refused).trimmed().replace('\n', "; ").simplified());
       QTimer::singleShot(std::chrono::seconds(10), notice_, &QLabel::clear);
     }
     const haptics::ServoReport servo = operation_->servo();

@@ -61,6 +61,21 @@ void ForceModel::reset() noexcept {
   had_contact_ = false;
 }
 
+/// No longer than `limit`, and no farther from the last one than `slew`.
+dvec3 ForceGuard::held_back(dvec3 wanted, const dvec3& last, double limit, double slew) noexcept {
+  if (const double size = glm::length(wanted); size > limit) {
+    wanted *= limit / size;
+    momentary_ |= fault_magnitude;
+  }
+  const dvec3 change = wanted - last;
+  if (const double size = glm::length(change); size > slew) {
+    wanted = last + change * (slew / size);
+    momentary_ |= fault_slew;
+  }
+  if (latched_ != 0 && fade_ == 0) return dvec3(0);  // the fade ends in time, whatever the slew
+  return wanted;
+}
+
 dvec3 ForceGuard::step(const dvec3& wanted, std::uint32_t faults) noexcept {
   momentary_ = 0;
   dvec3 force = wanted;
@@ -69,47 +84,20 @@ dvec3 ForceGuard::step(const dvec3& wanted, std::uint32_t faults) noexcept {
     faults |= fault_not_finite;
   }
   latched_ |= faults & k_latched_faults;
-  if (latched_ & fault_not_finite) {
-    last_ = dvec3(0);  // at once: nothing here can be trusted
-    return last_;
-  }
+  if (latched_ & fault_not_finite) return last_ = dvec3(0);  // at once: nothing here can be trusted
   if (latched_ != 0) {
     fade_ = std::max(0.0, fade_ - dt_ / options_.fade_seconds);
     force *= fade_;
   }
-  if (const double size = glm::length(force); size > options_.force_limit) {
-    force *= options_.force_limit / size;
-    momentary_ |= fault_magnitude;
-  }
-  const dvec3 change = force - last_;
-  if (const double size = glm::length(change), most = options_.slew_limit * dt_; size > most) {
-    force = last_ + change * (most / size);
-    momentary_ |= fault_slew;
-  }
-  if (latched_ != 0 && fade_ == 0) force = dvec3(0);  // the fade ends in time, whatever the slew
-  last_ = force;
-  return force;
+  return last_ = held_back(force, last_, options_.force_limit, options_.slew_limit * dt_);
 }
 
 dvec3 ForceGuard::turn(const dvec3& wanted) noexcept {
-  dvec3 torque = wanted;
-  if (!is_finite(torque)) {
-    torque = dvec3(0);
-    latched_ |= fault_not_finite;
-  }
+  if (!is_finite(wanted)) latched_ |= fault_not_finite;
   if (latched_ & fault_not_finite) return last_torque_ = dvec3(0);
-  torque *= fade_;  // 1 while nothing is latched
-  if (const double size = glm::length(torque); size > options_.torque_limit) {
-    torque *= options_.torque_limit / size;
-    momentary_ |= fault_magnitude;
-  }
-  const dvec3 change = torque - last_torque_;
-  if (const double size = glm::length(change), most = options_.torque_slew_limit * dt_; size > most) {
-    torque = last_torque_ + change * (most / size);
-    momentary_ |= fault_slew;
-  }
-  if (latched_ != 0 && fade_ == 0) torque = dvec3(0);
-  return last_torque_ = torque;
+  // The fade is 1 while nothing is latched.
+  return last_torque_ =
+             held_back(fade_ * wanted, last_torque_, options_.torque_limit, options_.torque_slew_limit * dt_);
 }
 
 void ForceGuard::reset() noexcept {

@@ -95,6 +95,8 @@ class ForceGuard {
   }
 
  private:
+  glm::dvec3 held_back(glm::dvec3 wanted, const glm::dvec3& last, double limit, double slew) noexcept;
+
   ForceOptions options_;
   double dt_;
   glm::dvec3 last_{0.0}, last_torque_{0.0};

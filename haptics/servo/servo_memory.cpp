@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <glm/geometric.hpp>
 
 #include "volume/bytes.h"
@@ -116,11 +117,14 @@ struct Fields {
   }
   /// What a law remembers is its own, and mostly zeros.
   void one(std::array<std::byte, ServoLaw::k_memory>& memory) {
-    auto* words = reinterpret_cast<std::uint64_t*>(memory.data());
+    std::array<std::uint64_t, ServoLaw::k_memory / sizeof(std::uint64_t)> words;
+    static_assert(sizeof words == ServoLaw::k_memory);
+    std::memcpy(words.data(), memory.data(), sizeof words);
     if constexpr (k_is_saving)
-      volume::put_runs(*out, words, memory.size() / sizeof *words);
+      volume::put_runs(*out, words.data(), words.size());
     else
-      is_good = is_good && volume::get_runs(in, words, memory.size() / sizeof *words);
+      is_good = is_good && volume::get_runs(in, words.data(), words.size());
+    std::memcpy(memory.data(), words.data(), sizeof words);
   }
   template <class T, std::size_t N>
   void one(std::array<T, N>& values) {

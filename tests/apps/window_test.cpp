@@ -251,6 +251,54 @@ TEST_F(Window, TouchDrillUndoSaveAndQuit) {
   }
 }
 
+// Why something was not done stands in the window: here the stroke before is in a file that is gone.
+TEST_F(Window, SaysWhyACommandWasRefused) {
+  haptics::TouchScene scene = *scene_;
+  const haptics::SubvoxelProxy method = [&scene] {
+    haptics::SubvoxelProxy made;
+    EXPECT_FALSE(made.prepare(scene));
+    return made;
+  }();
+  sim::Engine engine(scene, method, drilling::burr(options_.burr), 1e-3, catalogue());
+  const glm::dvec3 on_it(0, 0, 45);
+  for (std::uint64_t tick = 0; tick < 60; ++tick) {
+    haptics::ServoRecord record;
+    record.tick = tick;
+    record.proxy_world = record.pose.position_world =
+        on_it + glm::dvec3(0.1 * static_cast<double>(tick), 0, -1);
+    record.has_contact = true;
+    record.pose.buttons = tick < 50 ? 1u : 0u;
+    engine.apply(record);
+  }
+  sim::EngineImage image = engine.image();
+  ASSERT_EQ(image.history.size(), 2u);
+  sim::HistoryEntry gone = *image.history[0];
+  gone.load = [] {
+    return volume::Result<sim::HistoryPlace>(
+        volume::Error{"the session cannot be read any more", "a.session", "", "a file that stays", ""});
+  };
+  image.history[0] = std::make_shared<const sim::HistoryEntry>(gone);
+  ASSERT_FALSE(engine.restore(image));
+  options_.start = WindowStart{std::move(engine), 60};
+  MainWindow window(scene_, options_);
+  window.show();
+  ASSERT_TRUE(QTest::qWaitForWindowExposed(&window));
+  ASSERT_TRUE(QTest::qWaitFor([&] { return child<QPushButton>(window, "undo")->isEnabled(); }, 10000));
+  EXPECT_FALSE(child<QLabel>(window, "notice")->text().contains("not done"));
+  QTest::mouseClick(child<QPushButton>(window, "undo"), Qt::LeftButton);
+  EXPECT_TRUE(QTest::qWaitFor(
+      [&] {
+        return child<QLabel>(window, "notice")
+            ->text()
+            .startsWith("not done: a.session: the session cannot be read");
+      },
+      10000))
+      << child<QLabel>(window, "notice")->text().toStdString();
+  keep(window, "refused");
+  EXPECT_EQ(window.operation()->state().strokes, 1u);
+  window.close();
+}
+
 TEST_F(Window, OpensOthersShowsErrorsAndTakesAnotherShape) {
   options_.recorder = nullptr;
   MainWindow window(scene_, options_);

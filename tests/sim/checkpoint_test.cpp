@@ -353,6 +353,28 @@ Lied recorded(const Folder& folder) {
   return all;
 }
 
+/// The checkpoint with other bytes in a part, its lengths and sums right.
+std::string with_part(const Lied& good, const CheckpointIndex::Part& part, const std::string& told) {
+  const std::string& payload = good.blocks[good.which].payload;
+  const auto bytes_at = [&](const CheckpointIndex::Part& one) {
+    return one.at == part.at ? packed(told) : payload.substr(one.at, one.length);
+  };
+  std::string made;
+  volume::put(made, good.index.block);
+  volume::put(made, good.index.next_tick);
+  volume::put_number(made, static_cast<std::int64_t>(good.index.links.size()));
+  for (const CheckpointIndex::Link& link : good.index.links) {
+    volume::put_number(made, static_cast<std::int64_t>(link.chain));
+    volume::put_number(made, static_cast<std::int64_t>(link.number));
+    volume::put(made, static_cast<std::uint8_t>(link.is_first));
+    volume::put_text(made, bytes_at(link.bytes));
+  }
+  for (const CheckpointIndex::Part* one :
+       {&good.index.events, &good.index.trails, &good.index.history, &good.index.rest})
+    volume::put_text(made, bytes_at(*one));
+  return made;
+}
+
 // Planted faults: a checkpoint that says something else is told, whatever it lies about.
 TEST(Checkpoint, EveryLieIsSeen) {
   const Folder folder;
@@ -367,7 +389,6 @@ TEST(Checkpoint, EveryLieIsSeen) {
   for (int i = 0; i < k_lies; ++i) {
     // A bit of a core, a tick, a setting, the history, a trail, or of a brick.
     std::vector<Block> blocks = good.blocks;
-    std::string& payload = blocks[good.which].payload;
     const CheckpointIndex::Part part = i % 3 == 0   ? good.index.rest
                                        : i % 3 == 1 ? good.index.trails
                                                     : good.index.links[good.index.links.size() - 1].bytes;
@@ -376,24 +397,7 @@ TEST(Checkpoint, EveryLieIsSeen) {
     const std::size_t at = i % 3 == 1 ? told.size() - 8 * 3 + 6  // of the newest place
                                       : random() % told.size();
     told[at] = static_cast<char>(told[at] ^ (i % 3 == 1 ? 1 : 1 << random() % 8));
-    // The length stands before it, in a number of as many bytes as it takes: the whole is put together anew.
-    std::string made;
-    volume::put(made, good.index.block);
-    volume::put(made, good.index.next_tick);
-    volume::put_number(made, static_cast<std::int64_t>(good.index.links.size()));
-    const auto bytes_at = [&](const CheckpointIndex::Part& one) {
-      return one.at == part.at ? packed(told) : payload.substr(one.at, one.length);
-    };
-    for (const CheckpointIndex::Link& link : good.index.links) {
-      volume::put_number(made, static_cast<std::int64_t>(link.chain));
-      volume::put_number(made, static_cast<std::int64_t>(link.number));
-      volume::put(made, static_cast<std::uint8_t>(link.is_first));
-      volume::put_text(made, bytes_at(link.bytes));
-    }
-    for (const CheckpointIndex::Part* one :
-         {&good.index.events, &good.index.trails, &good.index.history, &good.index.rest})
-      volume::put_text(made, bytes_at(*one));
-    payload = made;
+    blocks[good.which].payload = with_part(good, part, told);
     write_blocks(good.path, good.preamble, blocks);
     auto opened = SessionReader::open(good.path, drilling_catalogue());
     ASSERT_TRUE(opened.is_ok());
@@ -416,6 +420,59 @@ TEST(Checkpoint, EveryLieIsSeen) {
     ASSERT_FALSE(replay.seek(opened.value().tick_count()));
   }
   EXPECT_EQ(seen, k_lies);
+}
+
+// Bytes by chance, with sums that are right: the session opens, by an older checkpoint in the worst case, and
+// goes on; no force is beyond its limit, and undo answers.
+TEST(Checkpoint, WhateverItSaysNothingBreaks) {
+  const Folder folder;
+  Lied good;
+  good.path = folder.file("a.session");
+  RoundBench bench;
+  {
+    auto writer = bench.writer(good.path, 1000, often(4000));
+    Lockstep run(bench.scene, *bench.method, drilling::burr(bench.burr), {}, 1000, writer.get());
+    const haptics::PosePath wish = drilling_wish(10);
+    for (int i = 0; i < 1200; ++i) {
+      run.step(wish.at(1e-3 * i));
+      if (i % 400 == 250) run.undo();
+    }
+    EXPECT_FALSE(writer->finish(run.engine(), 0).has_value());
+  }
+  good.blocks = blocks_of(good.path, good.preamble);
+  for (std::size_t b = 0; b < good.blocks.size(); ++b)
+    if (static_cast<BlockKind>(good.blocks[b].head.kind) == BlockKind::checkpoint) good.which = b;
+  ASSERT_TRUE(read_index(good.blocks[good.which].payload, good.index));
+  std::vector<CheckpointIndex::Part> parts{good.index.rest,   good.index.rest,    good.index.rest,
+                                           good.index.trails, good.index.history, good.index.events};
+  for (const CheckpointIndex::Link& link : good.index.links) parts.push_back(link.bytes);
+  std::mt19937 random(17);
+  std::uint64_t unopened = 0, opened_by_it = 0;
+  for (int i = 0; i < 40; ++i) {
+    const CheckpointIndex::Part& part = parts[random() % parts.size()];
+    std::string told = unpacked(good.blocks[good.which].payload.substr(part.at, part.length)).value();
+    for (std::uint32_t n = 1 + random() % 8; n > 0 && !told.empty(); --n)
+      told[random() % told.size()] = static_cast<char>(random());
+    if (i % 7 == 0) told.resize(told.size() / 2);
+    std::vector<Block> blocks = good.blocks;
+    blocks[good.which].payload = with_part(good, part, told);
+    write_blocks(good.path, good.preamble, blocks);
+    auto opened = SessionReader::open(good.path, drilling_catalogue());
+    ASSERT_TRUE(opened.is_ok());
+    const auto replay_of = Replay::open(opened.value(), bench.scene.base).value();
+    Replay& replay = *replay_of;
+    ASSERT_FALSE(replay.seek(good.index.next_tick + 3)) << i;
+    unopened += replay.counts().unopened;
+    opened_by_it += replay.counts().unopened == 0;
+    for (int n = 0; n < 200; ++n) {
+      const auto stepped = replay.step();
+      if (!stepped || !stepped.value()) break;
+      ASSERT_LE(glm::length(replay.record().force_world), 8.001);
+    }
+    for (int n = 0; n < 3; ++n) replay.engine().apply(Undo{});
+  }
+  EXPECT_GT(unopened, 5u);
+  EXPECT_GT(opened_by_it, 5u);
 }
 
 }  // namespace
