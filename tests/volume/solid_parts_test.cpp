@@ -1,0 +1,161 @@
+#include "volume/solid_parts.h"
+
+#include <array>
+#include <gtest/gtest.h>
+#include <map>
+#include <random>
+#include <vector>
+
+#include "volume/removal.h"
+
+namespace trephine::volume {
+namespace {
+
+/// Sample after sample, from the definition: floods over the whole lattice.
+struct Flooded {
+  glm::ivec3 size;
+  std::vector<int> state;  ///< 0 air, 1 kept, 2 removed
+  std::vector<int> part, whole;
+
+  std::size_t at(const glm::ivec3& s) const {
+    return static_cast<std::size_t>(s.x + size.x * (s.y + size.y * s.z));
+  }
+  Flooded(const Field& field, const Version& version) : size(version.lattice().size()) {
+    const CutLattice& lattice = version.lattice();
+    const Volume& volume = version.base();
+    for (int z = 0; z < size.z; ++z)
+      for (int y = 0; y < size.y; ++y)
+        for (int x = 0; x < size.x; ++x) {
+          const glm::ivec3 s(x, y, z), v = lattice.voxel_of(s);
+          int what = 0;
+          if (volume.contains(v)) {
+            if (!version.has_brick(lattice.low_of(v), lattice.high_of(v)))
+              what = field.at(v.x, v.y, v.z) >= 0;
+            else if (field.value(lattice.volume_from_lattice(glm::dvec3(s))) >= 0)
+              what = version.distance_of(s) > 0 ? 1 : 2;
+          }
+          state.push_back(what);
+        }
+    part = flood([](int what) { return what == 1; });
+    whole = flood([](int what) { return what != 0; });
+  }
+  template <class Is>
+  std::vector<int> flood(Is&& is) const {
+    std::vector<int> all(state.size(), -1);
+    int next = 0;
+    std::vector<glm::ivec3> open;
+    for (int z = 0; z < size.z; ++z)
+      for (int y = 0; y < size.y; ++y)
+        for (int x = 0; x < size.x; ++x) {
+          if (!is(state[at({x, y, z})]) || all[at({x, y, z})] >= 0) continue;
+          open.push_back({x, y, z});
+          all[at({x, y, z})] = next;
+          while (!open.empty()) {
+            const glm::ivec3 s = open.back();
+            open.pop_back();
+            for (int i = 0; i < 27; ++i) {
+              const glm::ivec3 n = s + glm::ivec3(i % 3 - 1, i / 3 % 3 - 1, i / 9 - 1);
+              if (n.x < 0 || n.y < 0 || n.z < 0 || n.x >= size.x || n.y >= size.y || n.z >= size.z) continue;
+              if (!is(state[at(n)]) || all[at(n)] >= 0) continue;
+              all[at(n)] = next;
+              open.push_back(n);
+            }
+          }
+          ++next;
+        }
+    return all;
+  }
+};
+
+std::vector<Frame> frames() {
+  glm::dmat3 sheared(0.0);
+  sheared[0][0] = 0.5, sheared[1][1] = 0.6, sheared[2][2] = 1.9, sheared[2][1] = 0.3;
+  return {Frame(), Frame::from_spacing({5, -3, 2}, {0.5, 0.5, 2.5}).value(),
+          Frame::from_axes({1, 2, 3}, sheared).value()};
+}
+
+TEST(SolidParts, AreThoseThatAFloodFinds) {
+  int off = 0, more = 0;
+  for (const Frame& frame : frames())
+    for (unsigned seed = 1; seed <= 6; ++seed) {
+      std::mt19937 random(seed);
+      const auto between = [&](double low, double high) {
+        return low + (high - low) * static_cast<double>(random()) / 4294967296.0;
+      };
+      auto made = make_volume({19, 17, 12}, frame).value();
+      // Lumps of noise: a good half is solid.
+      std::array<double, 343> coarse;
+      for (double& value : coarse) value = between(-900, 1100);
+      for (int z = 0; z < 12; ++z)
+        for (int y = 0; y < 17; ++y)
+          for (int x = 0; x < 19; ++x)
+            made.voxels[made.index(x, y, z)] = static_cast<std::int16_t>(
+                coarse[static_cast<std::size_t>(x / 3 + 7 * (y / 3) + 49 * (z / 3))] + between(-300, 300));
+      const auto volume = std::make_shared<Volume>(std::move(made));
+      const Shape shape{"", 0};
+      const Field field(*volume, shape);
+      const Occupancy bits = Occupancy::build(*volume, shape);
+      const auto lattice = seed % 2 ? CutLattice(*volume) : CutLattice::for_burr(*volume, 2.5).value();
+      RemovalEditor editor(std::make_shared<const Version>(volume, lattice), {field});
+      for (int cut = 0; cut < 9; ++cut) {
+        const auto place = [&] {
+          return volume->frame.world_from_volume({between(-1, 19), between(-1, 17), between(-1, 12)});
+        };
+        editor.remove({place(), place(), 1.3, false});
+      }
+      const auto version = editor.publish();
+      const SolidParts parts(field, bits, *version);
+      const Flooded judge(field, *version);
+
+      // The same samples hang together, whatever the numbers; a part's is by its first sample.
+      std::map<int, int> part_of;
+      std::vector<std::int64_t> samples(parts.parts().size());
+      for (int z = 0; z < judge.size.z; ++z)
+        for (int y = 0; y < judge.size.y; ++y) {
+          std::vector<int> row(static_cast<std::size_t>(judge.size.x));
+          parts.row(0, y, z, judge.size.x, row.data());
+          for (int x = 0; x < judge.size.x; ++x) {
+            const int part = row[static_cast<std::size_t>(x)], wanted = judge.part[judge.at({x, y, z})];
+            ASSERT_EQ(part == SolidParts::k_air, wanted < 0) << x << ' ' << y << ' ' << z;
+            if (part == SolidParts::k_air) continue;
+            ASSERT_EQ(parts.part_of({x, y, z}), part);
+            ASSERT_EQ(part, wanted) << seed;  // both count by first samples
+            ASSERT_EQ(part_of.emplace(part, judge.whole[judge.at({x, y, z})]).first->second,
+                      judge.whole[judge.at({x, y, z})]);
+            ++samples[static_cast<std::size_t>(part)];
+            const VoxelBox& box = parts.parts()[static_cast<std::size_t>(part)].box;
+            const glm::ivec3 v = version->lattice().voxel_of({x, y, z});
+            ASSERT_TRUE(glm::all(glm::lessThanEqual(box.low, v)) &&
+                        glm::all(glm::lessThanEqual(v, box.high)));
+          }
+        }
+      ASSERT_EQ(part_of.size(), parts.parts().size());
+      for (std::size_t p = 0; p < samples.size(); ++p) {
+        EXPECT_EQ(parts.parts()[p].samples, samples[p]);
+        bool is_off = false;
+        for (std::size_t q = 0; q < samples.size(); ++q)
+          is_off = is_off || (part_of[static_cast<int>(q)] == part_of[static_cast<int>(p)] &&
+                              (samples[q] > samples[p] || (samples[q] == samples[p] && q < p)));
+        EXPECT_EQ(parts.parts()[p].is_off, is_off);
+        off += is_off;
+      }
+      more += static_cast<int>(samples.size()) - 1;
+    }
+  EXPECT_GT(off, 20);    // the cuts did part something
+  EXPECT_GT(more, off);  // and other islands were there before
+}
+
+TEST(SolidParts, NothingIsOffWhereNothingWasCut) {
+  const auto volume = std::make_shared<Volume>(make_volume({9, 9, 9}, Frame()).value());
+  for (auto& x : volume->voxels.span()) x = -1000;
+  volume->voxels[volume->index(2, 2, 2)] = volume->voxels[volume->index(6, 6, 6)] = 1000;
+  const Shape shape{"", 300};
+  const Field field(*volume, shape);
+  const Occupancy bits = Occupancy::build(*volume, shape);
+  const SolidParts parts(field, bits, Version(volume));
+  ASSERT_EQ(parts.parts().size(), 2u);
+  EXPECT_FALSE(parts.parts()[0].is_off || parts.parts()[1].is_off);
+}
+
+}  // namespace
+}  // namespace trephine::volume
