@@ -479,5 +479,7 @@ bool RemovalEditor::mark(RemovalMask& mask, std::size_t in_brick, std::array<std
   if (all == k_all) mask.full[in_brick / 64] |= std::uint64_t{1} << (in_brick % 64);
   return true;
 }
+template bool RemovalEditor::mark<1>(RemovalMask&, std::size_t, std::array<std::uint64_t, 1>&);
+template bool RemovalEditor::mark<8>(RemovalMask&, std::size_t, std::array<std::uint64_t, 8>&);
 
 }  // namespace trephine::volume

@@ -8,6 +8,7 @@
 
 #include "volume/field.h"
 #include "volume/removal_kernels.h"
+#include "volume/solid_parts.h"
 #include "volume/traversal.h"
 #include "volume/version.h"
 
@@ -31,6 +32,8 @@ struct RemovalReport {
   VoxelBox box{glm::ivec3(0), glm::ivec3(-1)};  ///< voxels that may have changed; empty when low > high
 };
 
+class PartingDistances;
+
 /// Makes new versions from old ones. One thread (the edit thread). Removal is a union: applying sweeps again
 /// or in another order gives the same masks, ledger and kept bits.
 class RemovalEditor {
@@ -48,6 +51,12 @@ class RemovalEditor {
 
   /// Edits the working state; readers see nothing until publish().
   RemovalReport remove(const Sweep& sweep);
+  /// Takes whole parts away: what lies nearer to samples of parts that go (`goes`, a byte a part) than to
+  /// those of others, and within the band of them, near these voxels. The surface of what stays does not
+  /// change where a sample of air is between them, and nothing that stays is within a step of what goes. Its
+  /// matter counts as freed, not as removed. `parts` are those of the working state.
+  RemovalReport take_out(const SolidParts& parts, const std::vector<std::uint8_t>& goes,
+                         const VoxelBox& voxels);
   /// The working state as an immutable version. Masks keep changing in place until end_stroke().
   std::shared_ptr<const Version> publish();
   /// From here on masks of published versions are never written again.
@@ -81,6 +90,10 @@ class RemovalEditor {
   void mark_cells_of(const Shape& shape, const BrickSweep& sweep, const glm::vec3& corner,
                      const glm::ivec3& low, const std::array<std::uint64_t, k_brick>& cells,
                      RemovalMask& mask, RemovalReport& report);
+  void take_out_of_brick(PartingDistances& distances, const glm::ivec3& low, RemovalReport& report);
+  template <std::size_t Words>
+  void take_points(const PartingDistances& distances, const glm::ivec3& low, RemovalMask& mask,
+                   RemovalReport& report);
   /// Marks `points` (n^3 bits, left as those that are new) of the cell as removed; false when none was new.
   template <std::size_t Words>
   static bool mark(RemovalMask& mask, std::size_t in_brick, std::array<std::uint64_t, Words>& points);

@@ -132,6 +132,7 @@ struct Region {
 struct RemovalLedger {
   static constexpr std::int64_t k_units_per_cell = 512;
   std::vector<std::int64_t> units_by_label;  ///< at least one entry; index is the label, 0 without labels
+  std::int64_t freed_units = 0;               ///< beside them: went as whole parts
   std::int64_t total() const noexcept;
 };
 

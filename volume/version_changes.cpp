@@ -164,6 +164,7 @@ std::string VersionChanges::between(const Version& before, const Version& after)
   put(out, after.serial_);
   put(out, static_cast<std::uint32_t>(after.ledger_.units_by_label.size()));
   for (const std::int64_t units : after.ledger_.units_by_label) put(out, units);
+  put(out, after.ledger_.freed_units);
   for (std::size_t r = 0; r < after.regions_.size(); ++r) {
     const Region *old_region = before.regions_[r].get(), *region = after.regions_[r].get();
     if (old_region == region) continue;
@@ -219,6 +220,7 @@ Result<std::shared_ptr<const Version>> VersionChanges::applied(
       return broken("a ledger of another volume");
     for (std::int64_t& units : after->ledger_.units_by_label)
       if (!get(in, units)) return broken("they end early");
+    if (!get(in, after->ledger_.freed_units)) return broken("they end early");
     for (std::int64_t at = -1; !in.empty();) {
       std::int64_t step = 0;
       std::string_view told;
