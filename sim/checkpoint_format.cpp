@@ -43,9 +43,15 @@ void put_value(std::string& out, const Value& value) {
   put_bytes_of(out, &value);
 }
 
+void put_placement(std::string& out, const haptics::Placement& at) {
+  put(out, at.position_world);
+  const glm::dquat& q = at.rotation;
+  for (const double part : {q.w, q.x, q.y, q.z}) put(out, part);
+}
+
 void put_hand(std::string& out, const EngineImage::Hand& hand) {
-  put(out, hand.scene->tool_radius);
-  put_count(out, hand.layout);
+  put(out, hand.tool.scene->tool_radius);
+  put_count(out, hand.tool.number);
   put(out, static_cast<std::uint8_t>(hand.way != nullptr));
   if (hand.way) {
     put(out, hand.way->serial);
@@ -53,9 +59,10 @@ void put_hand(std::string& out, const EngineImage::Hand& hand) {
     for (std::uint32_t i = 0; i < hand.way->count; ++i) put(out, hand.way->places_volume[i]);
   }
   put(out, static_cast<std::uint8_t>(hand.work.is_pressed | hand.work.is_fresh << 1 |
-                                     hand.work.body.has_value() << 2));
+                                     hand.work.body.has_value() << 2 | hand.work.place.has_value() << 3));
   put(out, hand.work.noted_faults);
   if (hand.work.body) put(out, hand.work.body->centre), put(out, hand.work.body->radius);
+  if (hand.work.place) put_placement(out, *hand.work.place);
 }
 
 /// Those that are not in the fields.
@@ -70,8 +77,9 @@ void put_cuts(std::string& out, const TouchFields& fields) {
 
 /// What an image says of strokes and growth.
 void put_numbers(std::string& out, const EngineImage& image) {
-  for (const std::uint64_t number : {std::uint64_t{image.position}, std::uint64_t{image.forgotten},
-                                     image.last_entry, image.growths, std::uint64_t{image.last_job}})
+  for (const std::uint64_t number :
+       {std::uint64_t{image.position}, std::uint64_t{image.forgotten}, image.last_entry, image.growths,
+        image.edits, std::uint64_t{image.last_job}, std::uint64_t{image.last_body}})
     put_count(out, number);
   put(out, static_cast<std::uint8_t>(image.is_stroke_changed));
   put_box(out, image.stroke_box);
@@ -84,13 +92,14 @@ void put_job(std::string& out, const PendingJob& job) {
   put(out, job.hand);
   put_value(out, *job.parameters);
   put_count(out, job.growths);
+  put_count(out, job.edits);
   put_box(out, job.cut);
 }
 
 /// The first hand that feels with it; as many as there are hands: none does any more.
 std::size_t hand_of(const Checkpoint& all, const std::shared_ptr<const haptics::TouchScene>& scene) {
   std::size_t h = 0;
-  while (h < all.image.hands.size() && all.image.hands[h].scene != scene) ++h;
+  while (h < all.image.hands.size() && all.image.hands[h].tool.scene != scene) ++h;
   return h;
 }
 
@@ -145,14 +154,32 @@ void CheckpointEncoder::put_fields(std::string& out, const Checkpoint& all,
                                    const TouchFields::Kept& kept) {
   const std::size_t hand = hand_of(all, scene);
   put_count(out, hand);
-  put_count(out, all.image.hands[hand].layout);
+  put_count(out, all.image.hands[hand].tool.number);
   put_box(out, kept.owed);
   put_offsets(out, scene, kept.fields);
 }
 
+void CheckpointEncoder::put_world(std::string& out, const World& world) {
+  put_count(out, link_of(world.version));
+  put_modules(out, world.modules);
+  put_count(out, world.bodies.size());
+  for (const Body& body : world.bodies) {
+    std::uint64_t& chain = pieces_[body.id.value];
+    if (chain == 0) {
+      chain = tail_.next_chain++;
+      put_link({chain, 0, true}, to_bytes(*body.piece));
+    }
+    put_count(out, body.id.value);
+    put_count(out, static_cast<std::uint64_t>(body.mover));
+    put_count(out, chain);
+    put_placement(out, body.place);
+    put_number(out, body.holder);
+    if (body.holder >= 0) put_placement(out, body.grip);
+  }
+}
+
 void CheckpointEncoder::put_place(std::string& out, const Checkpoint& all, const HistoryPlace& place) {
-  put_count(out, link_of(place.world.version));
-  put_modules(out, place.world.modules);
+  put_world(out, place.world);
   const auto is_felt = [&](const auto& one) { return hand_of(all, one.first) < all.image.hands.size(); };
   put_count(out,
             static_cast<std::uint64_t>(std::count_if(place.fields.begin(), place.fields.end(), is_felt)));
@@ -162,8 +189,7 @@ void CheckpointEncoder::put_place(std::string& out, const Checkpoint& all, const
 
 void CheckpointEncoder::put_state(std::string& out, const OperationState& state) {
   put(out, state.next_tick);
-  put_count(out, link_of(state.world.version));
-  put_modules(out, state.world.modules);
+  put_world(out, state.world);
   put_modules(out, state.settings.modules);
   for (const Instrument& hand : state.settings.hands) {
     put_text(out, hand.name());
@@ -213,7 +239,7 @@ void CheckpointEncoder::put_image(std::string& out, const Checkpoint& all) {
   for (const Checkpoint::Fields& made : all.fields) {
     put(out, made.serial);
     put(out, made.hand);
-    put_offsets(out, image.hands[made.hand].scene, made.offsets);
+    put_offsets(out, image.hands[made.hand].tool.scene, made.offsets);
   }
 }
 

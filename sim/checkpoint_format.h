@@ -12,7 +12,7 @@
 namespace trephine::sim {
 
 /// Versions and fields are told by what changed since the one before: links of a chain. Chain 0 is the
-/// anatomy's; the others are a field's of a round tool.
+/// anatomy's; the others are a field's of a round tool, or one piece's.
 struct ChainLink {
   std::uint64_t chain = 0, number = 0;
   bool is_first = false;  ///< told from the untouched one: nothing before it is needed
@@ -47,6 +47,7 @@ class CheckpointEncoder {
                    const OffsetJob::Offsets& offsets);
   void put_fields(std::string& out, const Checkpoint& all,
                   const std::shared_ptr<const haptics::TouchScene>& scene, const TouchFields::Kept& kept);
+  void put_world(std::string& out, const World& world);
   void put_place(std::string& out, const Checkpoint& all, const HistoryPlace& place);
   void put_state(std::string& out, const OperationState& state);
   void put_image(std::string& out, const Checkpoint& all);
@@ -57,7 +58,8 @@ class CheckpointEncoder {
   std::shared_ptr<const volume::Version> untouched_;
   std::size_t chain_bytes_ = 0, first_bytes_ = 0;  ///< of the anatomy's chain since its first link, and that
   std::map<std::pair<std::shared_ptr<const haptics::TouchScene>, std::size_t>, Chain> chains_;
-  std::string links_;  ///< of this checkpoint
+  std::map<std::uint32_t, std::uint64_t> pieces_;  ///< chains of those that are told, by body
+  std::string links_;                              ///< of this checkpoint
   std::uint64_t link_count_ = 0;
 };
 

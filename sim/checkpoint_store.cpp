@@ -64,6 +64,20 @@ class Taker {
     const double x = number(), y = number(), z = number();
     return {x, y, z};
   }
+  std::uint8_t flags(std::uint8_t known) {
+    const auto taken = value<std::uint8_t>();
+    if ((taken & ~known) != 0) throw Broken{"a flag that nobody knows"};
+    return taken;
+  }
+  haptics::Placement placement() {
+    haptics::Placement taken;
+    taken.position_world = place();
+    double parts[4];
+    for (double& part : parts) part = number();
+    taken.rotation = {parts[0], parts[1], parts[2], parts[3]};
+    if (!(std::abs(glm::length(taken.rotation) - 1) < 1e-6)) throw Broken{"a turn that is none"};
+    return taken;
+  }
   volume::VoxelBox box(const glm::ivec3& size) {
     volume::VoxelBox taken;
     bool is_empty = false;
@@ -124,6 +138,7 @@ struct CheckpointStore::Shared : std::enable_shared_from_this<Shared> {
     volume::VoxelBox box;
     std::string place;
   };
+  std::map<std::uint64_t, std::shared_ptr<const Piece>> pieces;  ///< by chain
   std::map<std::uint64_t, KeptEntry> entries;  ///< of the histories of the first `entries_of` checkpoints
   std::size_t entries_of = 0;
 
@@ -308,10 +323,39 @@ struct CheckpointStore::Shared : std::enable_shared_from_this<Shared> {
     const volume::VoxelBox owed = in.box(start.scene().base->size);
     return {scene, {take_offsets(in, scene), owed}};
   }
+  World take_world(Taker& in) {
+    World world;
+    world.version = version_at(in.count());
+    world.modules = take_modules(in, start.now().world.modules);
+    for (std::uint64_t left = in.count(haptics::TouchScene::k_max_movers); left > 0; --left) {
+      Body body;
+      body.id.value = static_cast<std::uint32_t>(in.count(~std::uint32_t{0}));
+      body.mover = static_cast<int>(in.count(haptics::TouchScene::k_max_movers - 1));
+      const std::uint64_t chain = in.count();
+      std::shared_ptr<const Piece>& piece = pieces[chain];
+      bool is_on = false;
+      if (!piece) piece = piece_from_bytes(way_to(chain, 0, ~std::uint64_t{0}, is_on).back());
+      if (!piece) throw Broken{"a piece that is none"};
+      body.piece = piece;
+      body.place = in.placement();
+      const std::int64_t holder = in.signed_number();
+      if (holder < -1 || holder >= static_cast<std::int64_t>(start.hand_count()))
+        throw Broken{"a body in no hand"};
+      body.holder = static_cast<int>(holder);
+      if (holder >= 0) body.grip = in.placement();
+      const auto is_taken = [&](const auto& item) { return item.mover == body.mover; };
+      bool is_good = std::none_of(world.bodies.begin(), world.bodies.end(), is_taken) &&
+                     (world.bodies.empty() || world.bodies.back().id.value < body.id.value);
+      for (std::size_t h = 0; h < start.hand_count(); ++h)
+        is_good = is_good && std::none_of(start.scene(h).items.begin(), start.scene(h).items.end(), is_taken);
+      if (!is_good) throw Broken{"a body in another's place"};
+      world.bodies.push_back(std::move(body));
+    }
+    return world;
+  }
   HistoryPlace take_place(Taker& in, const Hands& hands) {
     HistoryPlace place;
-    place.world.version = version_at(in.count());
-    place.world.modules = take_modules(in, start.now().world.modules);
+    place.world = take_world(in);
     for (std::uint64_t left = in.count(haptics::ServoScene::k_most_hands); left > 0; --left)
       if (auto fields = take_fields(in, hands); fields.first) place.fields.push_back(std::move(fields));
     return place;
@@ -320,8 +364,7 @@ struct CheckpointStore::Shared : std::enable_shared_from_this<Shared> {
     const OperationState& like = start.now();
     OperationState state;
     state.next_tick = in.value<std::uint64_t>();
-    state.world.version = version_at(in.count());
-    state.world.modules = take_modules(in, like.world.modules);
+    state.world = take_world(in);
     state.settings.modules = take_modules(in, like.settings.modules);
     for (std::size_t h = 0; h < start.hand_count(); ++h) {
       const std::string_view name = in.text(), parameters = in.text(), memory = in.text();
@@ -352,29 +395,27 @@ struct CheckpointStore::Shared : std::enable_shared_from_this<Shared> {
   }
   /// What a hand feels with: as it began, or with a tool that it was given.
   void take_hand(Taker& in, std::size_t h, EngineImage::Hand& hand) {
-    const haptics::ServoHand& first = start.servo_scene()->hands[h];
     const double radius = in.number();
-    hand.layout = in.count();
-    hand.scene = first.scene;
-    hand.method = first.method;
-    if (hand.layout != first.layout) {
+    hand.tool = start.tool(h);
+    hand.tool.number = in.count();
+    if (hand.tool.number != 0) {
       std::shared_ptr<const MadeGeometry>& made = geometries[{h, radius}];
       if (!made) {
-        if (check_tool_radius(*first.scene->base, radius)) throw Broken{"a tool that is none"};
-        made = make_geometry(first, radius, *start.now().world.version, k_no_voxels);
+        if (check_tool_radius(*hand.tool.scene->base, radius)) throw Broken{"a tool that is none"};
+        made = make_geometry(hand.tool, radius, *start.now().world.version, k_no_voxels);
       }
       if (made->failed) throw Broken{"a tool that cannot be made"};
-      hand.scene = made->scene;
-      hand.method = made->method;
+      hand.tool.scene = made->scene;
+      hand.tool.method = made->method;
     }
-    if (in.value<std::uint8_t>() != 0) {
+    if (in.flags(1) != 0) {
       auto way = std::make_shared<haptics::WayOut>();
       way->serial = in.value<std::uint64_t>();
       way->count = static_cast<std::uint32_t>(in.count(haptics::WayOut::k_most_places));
       for (std::uint32_t i = 0; i < way->count; ++i) way->places_volume[i] = in.place();
       hand.way = std::move(way);
     }
-    const auto flags = in.value<std::uint8_t>();
+    const auto flags = in.flags(15);
     hand.work.is_pressed = flags & 1;
     hand.work.is_fresh = flags & 2;
     hand.work.noted_faults = in.value<std::uint32_t>();
@@ -382,6 +423,7 @@ struct CheckpointStore::Shared : std::enable_shared_from_this<Shared> {
       const glm::dvec3 centre = in.place();
       hand.work.body = ToolBall{centre, in.number()};
     }
+    if (flags & 8) hand.work.place = in.placement();
   }
 
   void take_history(Taker& in, std::size_t i, const Hands& hands, EngineImage& image) {
@@ -410,7 +452,9 @@ struct CheckpointStore::Shared : std::enable_shared_from_this<Shared> {
     image.forgotten = in.count();
     image.last_entry = in.count();
     image.growths = in.count();
+    image.edits = in.count();
     image.last_job = static_cast<std::uint32_t>(in.count());
+    image.last_body = static_cast<std::uint32_t>(in.count(~std::uint32_t{0}));
     if (image.position >= image.history.size()) throw Broken{"a place of the history that is none"};
   }
 
@@ -421,10 +465,11 @@ struct CheckpointStore::Shared : std::enable_shared_from_this<Shared> {
       job.hand = in.value<std::uint8_t>();
       job.parameters = std::make_shared<const Value>(take_value(in));
       job.growths = in.count();
+      job.edits = in.count();
       job.cut = in.box(start.scene().base->size);
       job.input = std::make_shared<const OperationState>(take_state(in, all_events));
       if (job.hand >= start.hand_count() || job.parameters->is_empty()) throw Broken{"a job that is none"};
-      if (!job.parameters->as<ToolGeometry>() &&
+      if (!job.parameters->as<ToolGeometry>() && !job.parameters->as<FreePieces>() &&
           !start.find_job(job.parameters->type(), job.type, job.module))
         throw Broken{"a job that this program does not have"};
       image.jobs.push_back(std::move(job));
@@ -452,11 +497,11 @@ struct CheckpointStore::Shared : std::enable_shared_from_this<Shared> {
     for (std::size_t h = 0; h < count; ++h) {
       take_hand(in, h, image.hands[h]);
       image.hands[h].trail = std::move(trails[h]);
-      hands.scenes.push_back(image.hands[h].scene);
-      hands.layouts.push_back(image.hands[h].layout);
+      hands.scenes.push_back(image.hands[h].tool.scene);
+      hands.layouts.push_back(image.hands[h].tool.number);
     }
     take_history(in, i, hands, image);
-    image.is_stroke_changed = in.value<std::uint8_t>() != 0;
+    image.is_stroke_changed = in.flags(1) != 0;
     image.stroke_box = in.box(start.scene().base->size);
     image.ever_cut = in.box(start.scene().base->size);
     take_jobs(in, all_events, image);

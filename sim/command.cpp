@@ -57,6 +57,27 @@ const Schema& ToolGeometry::schema() {
   static constexpr Schema table{"tool-geometry", 1, fields};
   return table;
 }
+const Schema& FreePieces::schema() {
+  static constexpr Field fields[] = {
+      field<&FreePieces::item>("item", {.low = 0, .high = haptics::ShapeSet::k_most - 1}),
+      field<&FreePieces::smallest>("smallest", {.unit = "mm3", .low = 0, .high = 1e9})};
+  static constexpr Schema table{"free-pieces", 1, fields};
+  return table;
+}
+const Schema& HoldBody::schema() {
+  static constexpr Field fields[] = {field<&HoldBody::body>("body")};
+  static constexpr Schema table{"hold-body", 1, fields};
+  return table;
+}
+const Schema& ReleaseBody::schema() {
+  static constexpr Schema table{"release-body"};
+  return table;
+}
+const Schema& DiscardBody::schema() {
+  static constexpr Field fields[] = {field<&DiscardBody::body>("body")};
+  static constexpr Schema table{"discard-body", 1, fields};
+  return table;
+}
 const Schema& AdoptJob::schema() {
   static constexpr Field fields[] = {field<&AdoptJob::job>("job"), field<&AdoptJob::hash>("hash")};
   static constexpr Schema table{"adopt-job", 1, fields};

@@ -66,6 +66,27 @@ struct ToolGeometry {
   double radius = 0;  ///< mm
   static const Schema& schema();
 };
+/// A job: parts of a shape that was cut, and that hang together with nothing any more, come off: bodies from
+/// `smallest` on, debris below.
+struct FreePieces {
+  std::int64_t item = 0;  ///< of the base
+  double smallest = 10;   ///< mm3
+  static const Schema& schema();
+};
+/// The hand takes a body, which goes with it from then on.
+struct HoldBody {
+  Id body;
+  static const Schema& schema();
+};
+/// It lets go of what it holds, which stays where it is.
+struct ReleaseBody {
+  static const Schema& schema();
+};
+/// A body is taken away for good.
+struct DiscardBody {
+  Id body;
+  static const Schema& schema();
+};
 /// What a job made is taken over, if it still fits; `hash` says what it made.
 struct AdoptJob {
   Id job;

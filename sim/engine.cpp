@@ -48,6 +48,7 @@ Engine::Engine(std::vector<HandStart> hands, double dt, const Catalogue& catalog
   for (std::size_t h = 0; h < hands.size(); ++h) {
     const std::shared_ptr<const haptics::TouchScene>& scene = hands[h].feels.scene;
     TREPHINE_ASSERT(h == 0 || scene->base == hands_[0].scene->base);
+    tools_.push_back({scene, hands[h].feels.method});
     hands_.push_back(std::move(hands[h].feels));
     now_.settings.hands.push_back(std::move(hands[h].instrument));
   }
@@ -75,6 +76,7 @@ Outcome Engine::apply(const haptics::ServoRecord& tick) {
   trails_[tick.hand].note(feels(tick.hand), tick);
   note_faults(tick);
   Instrument& instrument = now_.settings.hands[tick.hand];
+  if ((tick.raised & haptics::fault_not_finite) == 0) hand.place = haptics::place_of(tick.pose);
   const InstrumentInput input{tick, dt_, std::exchange(hand.is_fresh, false)};
   if (instrument.type != nullptr) {
     const bool was_pressed = std::exchange(hand.is_pressed, tick.pose.is_pressed());
@@ -82,6 +84,7 @@ Outcome Engine::apply(const haptics::ServoRecord& tick) {
     instrument.type->step(instrument.parameters.data(), instrument.state.data(), input, work);
     if (work.removed().bricks_changed > 0) {
       now_.world.version = felt_ = editor_.publish();
+      ++edits_;
       publish(Change::cut);
       note_cut(work.removed());
       outcome.is_changed = outcome.is_edit = true;
@@ -118,7 +121,7 @@ Status Engine::check(const Command& command) const {
                  "1 to " + std::to_string(hand_count()), ""};
   if (const InstrumentType* instrument = instrument_of(command)) {
     if (instrument->check)
-      if (Status error = instrument->check(command.what.data(), scene(command.hand))) return error;
+      if (Status error = instrument->check(command.what.data(), *tools_[command.hand].scene)) return error;
   } else if (!holds(catalogue_.all(), type) || catalogue_.is_event(type)) {
     return Error{"no module of this session knows the command", "", std::string(command.what.name()),
                  "a command of its modules", ""};
@@ -132,6 +135,7 @@ Status Engine::check(const Command& command) const {
       std::none_of(jobs_.begin(), jobs_.end(), [&](const PendingJob& job) { return job.id == *wished_job; }))
     return no_job(*wished_job);
   if (Status error = check_setting(command)) return error;
+  if (Status error = check_body(command)) return error;
   if (Status error = check_way_back(command)) return error;
   // What keeps the books is nobody's wish, and not to be refused.
   if (command.what.as<AdoptFields>() || command.what.as<AdoptJob>() || command.what.as<Resume>())
@@ -170,7 +174,8 @@ void Engine::carry_out(const Command& command, Outcome& outcome) {
     }
   } else if (what.as<Resume>()) {
     end_stroke();
-    for (HandWork& hand : work_) hand.body.reset();  // devices are where they are now
+    put_all_down(outcome);
+    for (HandWork& hand : work_) hand.body.reset(), hand.place.reset();  // devices are where they are now
   } else if (const auto* fields = what.as<AdoptFields>()) {
     adopt_fields(*fields, command.hand, outcome);
   } else if (const auto* adopt = what.as<AdoptJob>()) {
@@ -186,7 +191,8 @@ void Engine::carry_out(const Command& command, Outcome& outcome) {
     if (!is_in_stroke()) end_stroke();
   } else if (tell_setting(command)) {
     outcome.is_changed = true;
-  } else if (what.as<ToolGeometry>()) {
+  } else if (change_body(command, outcome)) {
+  } else if (what.as<ToolGeometry>() || what.as<FreePieces>()) {
     begin_job(command, {}, outcome);
   } else if (const InstrumentType* instrument = instrument_of(command)) {
     Instrument& held = now_.settings.hands[command.hand];
@@ -234,6 +240,7 @@ void Engine::begin_job(const Command& command, PendingJob job, Outcome& outcome)
   job.parameters = shared(command.what);
   job.input = snapshot();
   job.growths = growths_;
+  job.edits = edits_;
   job.cut = ever_cut_;
   arm(job);
   jobs_.push_back(std::move(job));
@@ -245,9 +252,13 @@ void Engine::arm(PendingJob& job) const {
     job.run = [type = job.type, parameters = job.parameters, input = job.input] {
       return type->run(parameters->data(), *input);
     };
+  else if (job.parameters->as<FreePieces>())
+    job.run = [scene = tools_[job.hand].scene, parameters = job.parameters, input = job.input] {
+      return make_pieces(*scene, *parameters->as<FreePieces>(), *input);
+    };
   else
-    job.run = [hand = hands_[job.hand], parameters = job.parameters, input = job.input, cut = job.cut] {
-      return make_geometry(hand, parameters->as<ToolGeometry>()->radius, *input->world.version, cut);
+    job.run = [tool = tools_[job.hand], parameters = job.parameters, input = job.input, cut = job.cut] {
+      return make_geometry(tool, parameters->as<ToolGeometry>()->radius, *input->world.version, cut);
     };
 }
 
@@ -279,6 +290,7 @@ void Engine::end_job(const AdoptJob& wish, Outcome& outcome) {
   }
   if (!result) result = job.run();
   outcome.job_hash = result->hash();
+  if (job.parameters->as<FreePieces>()) return adopt_pieces(job, *result, outcome);
   if (job.type == nullptr) {
     outcome.is_changed = adopt_geometry(job, *result);
     return;
@@ -292,10 +304,13 @@ void Engine::end_job(const AdoptJob& wish, Outcome& outcome) {
 void Engine::finish(const ModuleWork& work, Outcome& outcome) {
   const bool is_cut = work.removed().bricks_changed > 0;
   if (!is_cut && !work.is_put_back() && !work.is_world_changed()) return;
+  if (is_cut || work.is_put_back()) ++edits_;
   is_stroke_changed_ = outcome.is_edit = true;
   if (work.is_put_back()) {
     editor_.reset(untouched_);
     now_.world.version = felt_ = editor_.publish();
+    now_.world.bodies.clear();
+    use_bodies(Bodies::others);
     for (TouchFields& fields : fields_) fields.go_back({}, current(), serial() + 1);
     publish(Change::growth);
     for (HandWork& hand : work_) hand.is_fresh = true;
@@ -409,7 +424,10 @@ void Engine::go_to(std::size_t position, Outcome& outcome) {
   outcome.box = history_[std::max(position, position_)]->box;
   position_ = position;
   editor_.reset(entry.world.version);
+  const bool has_bodies = !now_.world.bodies.empty() || !entry.world.bodies.empty();
   now_.world = entry.world;
+  ++edits_;
+  if (has_bodies) use_bodies(Bodies::others);
   now_.world.version = felt_ = editor_.publish();
   for (TouchFields& fields : fields_) {
     const auto kept = std::find_if(entry.fields.begin(), entry.fields.end(),
@@ -434,6 +452,7 @@ void Engine::publish(Change change) {
     }
   }
   next->hands = hands_;
+  next->has_held = has_held();
   servo_scene_ = std::move(next);
 }
 
@@ -450,18 +469,18 @@ std::shared_ptr<haptics::ServoScene> Engine::make_scene(std::uint64_t serial) {
 
 TouchFields* Engine::fields_of(std::size_t hand) noexcept {
   for (TouchFields& fields : fields_)
-    if (fields.scene() == hands_[hand].scene) return &fields;
+    if (fields.scene() == tools_[hand].scene) return &fields;
   return nullptr;
 }
 
 /// One for each scene with a round tool that some hand feels with.
 void Engine::use_fields() {
   std::erase_if(fields_, [this](const TouchFields& fields) {
-    return std::none_of(hands_.begin(), hands_.end(),
-                        [&](const haptics::ServoHand& hand) { return hand.scene == fields.scene(); });
+    return std::none_of(tools_.begin(), tools_.end(),
+                        [&](const HandTool& tool) { return tool.scene == fields.scene(); });
   });
   for (std::size_t h = 0; h < hands_.size(); ++h)
-    if (hands_[h].scene->tool_radius > 0 && fields_of(h) == nullptr) fields_.emplace_back(hands_[h].scene);
+    if (tools_[h].scene->tool_radius > 0 && fields_of(h) == nullptr) fields_.emplace_back(tools_[h].scene);
 }
 
 std::optional<haptics::WayOut> Engine::way_out(std::size_t hand) const {
@@ -507,7 +526,7 @@ std::optional<OffsetJob> Engine::offset_job() const {
       first = &fields;
   if (first == nullptr) return std::nullopt;
   std::optional<OffsetJob> job = first->job();
-  while (hands_[job->hand].scene != first->scene()) ++job->hand;
+  while (tools_[job->hand].scene != first->scene()) ++job->hand;
   return job;
 }
 

@@ -2,6 +2,7 @@
 // it.
 #pragma once
 
+#include <algorithm>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -32,6 +33,10 @@ struct HandStart {
   std::vector<std::string> effects = {};  ///< in words, those of `feels`
 };
 
+/// What a job of FreePieces makes.
+std::shared_ptr<const JobResult> make_pieces(const haptics::TouchScene& scene, const FreePieces& wish,
+                                             const OperationState& input);
+
 /// One thread: the edit thread, or the only one in lockstep. A copy, made when it is frozen, goes on by
 /// itself.
 class Engine {
@@ -55,6 +60,8 @@ class Engine {
   std::uint64_t serial() const noexcept { return servo_scene_->serial; }
   std::size_t hand_count() const noexcept { return trails_.size(); }
   const haptics::TouchScene& scene(std::size_t hand = 0) const noexcept { return *feels(hand).scene; }
+  /// With what the hand feels the anatomy.
+  const HandTool& tool(std::size_t hand = 0) const noexcept { return tools_[hand]; }
   /// Of the places (volume frame) where a hand's proxy was, the newest that is free now; null when none is.
   const glm::dvec3* last_free(std::size_t hand = 0) const noexcept {
     return trails_[hand].last_free(feels(hand));
@@ -127,6 +134,19 @@ class Engine {
   std::shared_ptr<haptics::ServoScene> make_scene(std::uint64_t serial);
   bool adopt_geometry(const PendingJob& job, const JobResult& result);
   void use_fields();
+  enum class Bodies { same, others };
+  std::vector<int> free_movers() const;
+  volume::Status check_body(const Command& command) const;
+  bool change_body(const Command& command, Outcome& outcome);
+  void put_down(Body& body);
+  void put_all_down(Outcome& outcome);
+  void adopt_pieces(const PendingJob& job, const JobResult& result, Outcome& outcome);
+  void use_bodies(Bodies which);
+  void use_bodies(std::size_t hand, Bodies which);
+  bool has_held() const noexcept {
+    return std::any_of(hands_.begin(), hands_.end(),
+                       [](const haptics::ServoHand& hand) { return hand.held_count > 0; });
+  }
   const InstrumentType* instrument_of(const Command& command) const noexcept;
   ModuleState state_of(std::size_t module) noexcept;
   volume::Status check(const Command& command) const;
@@ -156,7 +176,8 @@ class Engine {
   OperationState now_;
   std::vector<Event> news_;  ///< of this tick or command
   std::vector<haptics::ServoHand>
-      hands_;  ///< what each feels with; their states are those of the newest scene
+      hands_;                    ///< what each feels with; their states are those of the newest scene
+  std::vector<HandTool> tools_;  ///< without bodies
   std::shared_ptr<const haptics::ServoScene> servo_scene_;
 
   std::vector<HandTrail> trails_;
@@ -172,9 +193,10 @@ class Engine {
   volume::VoxelBox stroke_box_ = k_no_voxels;
   volume::VoxelBox ever_cut_ = k_no_voxels;  ///< since the start, undone or not
   std::uint64_t growths_ = 0;                ///< how often matter grew
+  std::uint64_t edits_ = 0;                  ///< how often what is left changed
 
   std::vector<PendingJob> jobs_;
-  std::uint32_t last_job_ = 0;
+  std::uint32_t last_job_ = 0, last_body_ = 0;
   std::vector<std::pair<Id, std::shared_ptr<const JobResult>>> results_;
   struct MadeFields {
     std::shared_ptr<const haptics::TouchScene> scene;

@@ -11,19 +11,20 @@ EngineImage Engine::image() {
   all.now = now_;
   all.serial = serial();
   for (std::size_t h = 0; h < hands_.size(); ++h)
-    all.hands.push_back(
-        {hands_[h].scene, hands_[h].method, hands_[h].layout, hands_[h].way, work_[h], trails_[h]});
+    all.hands.push_back({tools_[h], hands_[h].way, work_[h], trails_[h]});
   all.fields = fields_;
   all.history = history_;
   all.position = position_;
   all.forgotten = forgotten_;
   all.last_entry = last_entry_;
   all.growths = growths_;
+  all.edits = edits_;
   all.is_stroke_changed = is_stroke_changed_;
   all.stroke_box = stroke_box_;
   all.ever_cut = ever_cut_;
   all.jobs = jobs_;
   all.last_job = last_job_;
+  all.last_body = last_body_;
   return all;
 }
 
@@ -31,15 +32,15 @@ Status Engine::restore(const EngineImage& image) {
   for (std::size_t h = 0; h < hands_.size(); ++h) {
     const Instrument& held = image.now.settings.hands[h];
     if (held.type && held.type->check)
-      if (Status error = held.type->check(held.parameters.data(), *image.hands[h].scene)) return error;
+      if (Status error = held.type->check(held.parameters.data(), *image.hands[h].tool.scene)) return error;
   }
   now_ = image.now;
   editor_.reset(now_.world.version);
   felt_ = now_.world.version;
   for (std::size_t h = 0; h < hands_.size(); ++h) {
     const EngineImage::Hand& hand = image.hands[h];
-    if (hand.scene != hands_[h].scene) hands_[h].set_scene(hand.scene, hand.method);
-    hands_[h].layout = hand.layout;
+    tools_[h] = hand.tool;
+    if (hand.tool.scene != hands_[h].scene) hands_[h].set_scene(hand.tool.scene, hand.tool.method);
     work_[h] = hand.work;
     trails_[h] = hand.trail;
   }
@@ -54,6 +55,7 @@ Status Engine::restore(const EngineImage& image) {
       if (!error) set(command, number, change, error);
       if (error) return error;
     }
+  if (!now_.world.bodies.empty()) use_bodies(Bodies::others);
   for (std::size_t h = 0; h < hands_.size(); ++h) hands_[h].way = image.hands[h].way;
   fields_ = image.fields;
   history_ = image.history;
@@ -61,16 +63,19 @@ Status Engine::restore(const EngineImage& image) {
   forgotten_ = image.forgotten;
   last_entry_ = image.last_entry;
   growths_ = image.growths;
+  edits_ = image.edits;
   is_stroke_changed_ = image.is_stroke_changed;
   stroke_box_ = image.stroke_box;
   ever_cut_ = image.ever_cut;
   jobs_ = image.jobs;
   for (PendingJob& job : jobs_) arm(job);
   last_job_ = image.last_job;
+  last_body_ = image.last_body;
   results_.clear();
   made_fields_.clear();
   std::shared_ptr<haptics::ServoScene> seen = make_scene(image.serial);
   seen->hands = hands_;
+  seen->has_held = has_held();
   servo_scene_ = std::move(seen);
   return std::nullopt;
 }

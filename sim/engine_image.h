@@ -32,7 +32,8 @@ struct HistoryEntry {
 struct HandWork {
   bool is_pressed = false, is_fresh = true;
   std::uint32_t noted_faults = 0;
-  std::optional<ToolBall> body = std::nullopt;  ///< of its instrument, in the last tick
+  std::optional<ToolBall> body = std::nullopt;             ///< of its instrument, in the last tick
+  std::optional<haptics::Placement> place = std::nullopt;  ///< where the hand was last
 };
 
 /// A job that began and has not ended: immutable things that any thread may read.
@@ -42,10 +43,17 @@ struct PendingJob {
   std::shared_ptr<const Value> parameters;
   std::shared_ptr<const OperationState> input;
   std::function<std::shared_ptr<const JobResult>()> run;
-  const JobType* type = nullptr;  ///< null: a tool's geometry
+  const JobType* type = nullptr;  ///< null: the engine's own
   std::size_t module = 0;
-  std::uint64_t growths = 0;           ///< that there had been
-  volume::VoxelBox cut = k_no_voxels;  ///< where anything had ever been cut
+  std::uint64_t growths = 0, edits = 0;  ///< that there had been
+  volume::VoxelBox cut = k_no_voxels;    ///< where anything had ever been cut
+};
+
+/// What a hand feels the anatomy with; bodies come beside it.
+struct HandTool {
+  std::shared_ptr<const haptics::TouchScene> scene;
+  std::shared_ptr<const haptics::ProxyMethod> method;
+  std::uint64_t number = 0;  ///< of tools that the hand was given
 };
 
 struct EngineImage {
@@ -54,9 +62,7 @@ struct EngineImage {
   std::uint64_t serial = 0;
 
   struct Hand {
-    std::shared_ptr<const haptics::TouchScene> scene;
-    std::shared_ptr<const haptics::ProxyMethod> method;
-    std::uint64_t layout = 0;
+    HandTool tool;
     std::shared_ptr<const haptics::WayOut> way;
     HandWork work;
     HandTrail trail;
@@ -66,13 +72,13 @@ struct EngineImage {
 
   std::vector<std::shared_ptr<const HistoryEntry>> history;
   std::size_t position = 0, forgotten = 0;
-  std::uint64_t last_entry = 0, growths = 0;
+  std::uint64_t last_entry = 0, growths = 0, edits = 0;
   bool is_stroke_changed = false;
   volume::VoxelBox stroke_box = k_no_voxels;
   volume::VoxelBox ever_cut = k_no_voxels;
 
   std::vector<PendingJob> jobs;
-  std::uint32_t last_job = 0;
+  std::uint32_t last_job = 0, last_body = 0;
 };
 
 }  // namespace trephine::sim

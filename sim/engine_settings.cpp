@@ -83,14 +83,15 @@ Status check_radius(const haptics::TouchScene& scene, const Instrument& held, do
 
 Status Engine::check_setting(const Command& command) const {
   const haptics::ServoHand& hand = hands_[command.hand];
+  const haptics::TouchScene& anatomy = *tools_[command.hand].scene;
   if (const auto* item = command.what.as<SwitchItem>()) {
-    if (item->item < haptics::item_count(*hand.scene)) return std::nullopt;
+    if (item->item < haptics::item_count(anatomy)) return std::nullopt;
     return Error{"there is no such item", "switch-item", std::to_string(item->item),
-                 "0 to " + std::to_string(haptics::item_count(*hand.scene) - 1), ""};
+                 "0 to " + std::to_string(haptics::item_count(anatomy) - 1), ""};
   }
   if (const auto* place = command.what.as<PlaceModel>()) {
-    if (std::none_of(hands_.begin(), hands_.end(),
-                     [&](const haptics::ServoHand& one) { return has_mover(*one.scene, place->mover); }))
+    if (std::none_of(tools_.begin(), tools_.end(),
+                     [&](const HandTool& one) { return has_mover(*one.scene, place->mover); }))
       return Error{"no model moves by this number", "place-model", std::to_string(place->mover),
                    "the mover of a model", ""};
     return check_quaternion(place->rotation);
@@ -98,7 +99,7 @@ Status Engine::check_setting(const Command& command) const {
   if (const auto* effect = command.what.as<SetEffect>())
     if (const auto laws = laws_after(hand, *effect); !laws) return laws.error();
   if (const auto* geometry = command.what.as<ToolGeometry>())
-    return check_radius(*hand.scene, now_.settings.hands[command.hand], geometry->radius);
+    return check_radius(anatomy, now_.settings.hands[command.hand], geometry->radius);
   return std::nullopt;
 }
 
@@ -148,12 +149,14 @@ bool Engine::adopt_geometry(const PendingJob& job, const JobResult& result) {
   Status failed = made.failed;
   // The hand may hold something else by now.
   if (!failed)
-    failed = check_radius(*hands_[job.hand].scene, now_.settings.hands[job.hand], made.scene->tool_radius);
+    failed = check_radius(*tools_[job.hand].scene, now_.settings.hands[job.hand], made.scene->tool_radius);
   if (failed) {
     news_.push_back({now_.next_tick, job.hand, glm::dvec3(0), JobDiscarded{job.id, failed->message()}});
     return false;
   }
-  hands_[job.hand].set_scene(made.scene, made.method);
+  HandTool& tool = tools_[job.hand];
+  tool = {made.scene, made.method, tool.number + 1};
+  use_bodies(job.hand, Bodies::others);
   use_fields();
   if (TouchFields* fields = fields_of(job.hand)) {
     // What it knows of cuts holds if none of them was undone since.

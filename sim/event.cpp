@@ -17,6 +17,20 @@ const Schema& JobDiscarded::schema() {
   return table;
 }
 
+const Schema& PieceFreed::schema() {
+  static constexpr Field fields[] = {field<&PieceFreed::body>("body"),
+                                     field<&PieceFreed::size>("size", {.unit = "mm3"})};
+  static constexpr Schema table{"piece-freed", 1, fields};
+  return table;
+}
+
+const Schema& DebrisFreed::schema() {
+  static constexpr Field fields[] = {field<&DebrisFreed::count>("count"),
+                                     field<&DebrisFreed::size>("size", {.unit = "mm3"})};
+  static constexpr Schema table{"debris-freed", 1, fields};
+  return table;
+}
+
 void add_bytes(volume::MixHash& hash, std::string_view bytes) noexcept {
   hash.add(std::uint64_t{bytes.size()});
   for (; !bytes.empty(); bytes.remove_prefix(std::min(bytes.size(), sizeof(std::uint64_t)))) {

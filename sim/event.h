@@ -30,6 +30,19 @@ struct JobDiscarded {
   static const Schema& schema();
 };
 
+/// A part came off; told where its middle is.
+struct PieceFreed {
+  Id body;
+  double size = 0;  ///< mm3
+  static const Schema& schema();
+};
+/// Parts came off that are too small for bodies; they are gone.
+struct DebrisFreed {
+  std::int64_t count = 0;
+  double size = 0;  ///< mm3, of all
+  static const Schema& schema();
+};
+
 /// Something measured: for reports and scores.
 struct Measure {
   std::string name;  ///< "removed"

@@ -21,8 +21,11 @@ std::span<const haptics::ServoRecord> Lockstep::step(std::span<const haptics::Po
   TREPHINE_ASSERT(poses.size() == cores_.size());
   {
     const haptics::DenormalsFlushed flushed;
+    haptics::HandPlaces places;
+    if (engine_.servo_scene()->has_held) places = haptics::places_before(cores_, cores_[0].next_tick());
     for (std::size_t h = 0; h < cores_.size(); ++h) {
       haptics::ServoInput input;
+      input.places = &places;
       input.pose = haptics::on_grid(poses[h]);
       records_[h] = cores_[h].step(*engine_.servo_scene(), input);
     }

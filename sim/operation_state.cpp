@@ -6,9 +6,21 @@ std::uint64_t OperationState::hash() const {
   volume::MixHash all;
   all.add(next_tick);
   all.add(world.version->content_hash());
+  all.add(static_cast<std::uint64_t>(world.version->ledger().freed_units));
   for (const auto* modules : {&world.modules, &settings.modules})
     for (const auto& value : *modules)
       if (value) add_value(all, *value);
+  for (const Body& body : world.bodies) {
+    all.add(std::uint64_t{body.id.value});
+    all.add(static_cast<std::uint64_t>(body.mover));
+    all.add(static_cast<std::uint64_t>(body.holder + 1));
+    for (const haptics::Placement& at : {body.place, body.grip}) {
+      for (int a = 0; a < 3; ++a) all.add(at.position_world[a]);
+      for (int a = 0; a < 4; ++a) all.add(at.rotation[a]);
+    }
+    all.add(body.piece->mm3);
+    all.add(std::uint64_t{body.piece->tree->triangle_count()});
+  }
   for (const auto& [key, command] : settings.told) {
     add_bytes(all, key);
     add_value(all, command.what);

@@ -3,6 +3,7 @@
 
 #include <map>
 
+#include "sim/body.h"
 #include "sim/command.h"
 #include "sim/event.h"
 #include "sim/instrument.h"
@@ -14,6 +15,7 @@ namespace trephine::sim {
 struct World {
   std::shared_ptr<const volume::Version> version;     ///< of the anatomy, that never moves
   std::vector<std::shared_ptr<const Value>> modules;  ///< one a module, in the session's order; may be null
+  std::vector<Body> bodies;                           ///< beside the anatomy, by rising id
 };
 
 /// What undo leaves alone.

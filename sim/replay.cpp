@@ -73,7 +73,7 @@ Result<std::unique_ptr<Replay>> Replay::open(SessionReader& session, SceneData d
 Replay::Replay(SessionReader& session, Engine engine)
     : session_(&session), dt_(1 / session.header().rate_hz), checkpoints_(session, frozen(engine)) {
   ServoFollower servo(session.header().force, dt_, engine.hand_count(), engine.servo_scene());
-  state_ = std::make_unique<State>(State{std::move(engine), std::move(servo), {}, 0, 0, 0, 0, {}, {}});
+  state_ = std::make_unique<State>(State{std::move(engine), std::move(servo), {}, 0, 0, 0, 0, false, {}, {}});
   keep();
 }
 
@@ -221,7 +221,9 @@ void Replay::compare_checkpoint() {
   constexpr int k_many_bricks = 1 << 13;
   constexpr std::size_t k_some = 16;
   if (image.now.world.version->brick_count() > k_many_bricks && next_checkpoint_ % k_some != 0) {
-    if (kept.image.now.world.version->ledger().total() != image.now.world.version->ledger().total())
+    const volume::RemovalLedger &told = kept.image.now.world.version->ledger(),
+                                &here = image.now.world.version->ledger();
+    if (told.total() != here.total() || told.freed_units != here.freed_units)
       note(tick, "checkpoint", "another removed volume", "");
   } else if (const std::uint64_t recorded = kept.image.now.hash(), replayed = image.now.hash();
              recorded != replayed) {
@@ -278,6 +280,7 @@ Status Replay::run_tick(const TickItem& item) {
 void Replay::note_tick(bool may_keep) {
   ++counts_.ticks;
   state_->next_tick = std::max(state_->next_tick, record_.tick + 1);
+  state_->is_in_tick = record_.hand + 1u < state_->engine.hand_count();
   const bool was_in_stroke = state_->engine.is_in_stroke();
   note_change(state_->engine.apply(record_));
   if (was_in_stroke && !state_->engine.is_in_stroke())
@@ -303,7 +306,7 @@ void Replay::run_command(const Command& command) {
       if (made.serial == static_cast<std::uint64_t>(adopt->serial) && made.hand == command.hand) {
         OffsetJob job;
         job.serial = made.serial;
-        job.scene = state_->engine.servo_scene()->hands[made.hand].scene;
+        job.scene = state_->engine.tool(made.hand).scene;
         state_->engine.hand_in(job, made.offsets);
       }
   const Outcome outcome = state_->engine.apply(command);
@@ -404,7 +407,7 @@ Status Replay::seek(std::uint64_t tick) {
     if (Status error = restore(kept_[before])) return error;
   // To the end means to its end: commands may follow the last tick, and hands share it.
   const bool is_to_end = tick >= session_->tick_count();
-  while (state_->next_tick < tick || is_to_end) {
+  while (state_->next_tick < tick || state_->is_in_tick || is_to_end) {
     const Result<bool> stepped = step();
     if (!stepped) return stepped.error();
     if (!stepped.value()) break;

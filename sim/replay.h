@@ -82,6 +82,7 @@ class Replay {
     std::size_t events = 0;                     ///< of the chronicle that were checked
     std::uint64_t next_tick = 0, replayed = 0;  ///< ticks played, which may be fewer
     std::uint64_t opened_at = 0;                ///< the serial with which it began
+    bool is_in_tick = false;                    ///< some hand's was played, and not the last one's
     /// Fields of tools that will be adopted, and were made of what was before.
     std::vector<Checkpoint::Fields> fields;
     SessionReader::Place place;

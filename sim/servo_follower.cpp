@@ -21,6 +21,9 @@ haptics::ServoRecord ServoFollower::step(const haptics::ServoRecord& recorded) {
   if (gap_ > 0) core.skip(recorded.raised | haptics::fault_full_ring, gap_);
   see(recorded.version);
   haptics::ServoInput input;
+  haptics::HandPlaces places;
+  if (seen_.front()->has_held) places = haptics::places_before(cores_, recorded.tick);
+  input.places = &places;
   input.pose = recorded.pose;
   input.faults = recorded.raised;
   input.is_reset = recorded.is_reset;

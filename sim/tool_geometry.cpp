@@ -31,13 +31,13 @@ void add_samples(volume::MixHash& hash, const volume::OffsetField& field) {
 }
 }  // namespace
 
-std::shared_ptr<const MadeGeometry> make_geometry(const haptics::ServoHand& hand, double radius,
+std::shared_ptr<const MadeGeometry> make_geometry(const HandTool& tool, double radius,
                                                   const volume::Version& version,
                                                   const volume::VoxelBox& cut) {
   auto made = std::make_shared<MadeGeometry>();
-  auto scene = std::make_shared<haptics::TouchScene>(*hand.scene);
+  auto scene = std::make_shared<haptics::TouchScene>(*tool.scene);
   if ((made->failed = haptics::set_tool_radius(*scene, radius))) return made;
-  auto method = haptics::make_method(hand.method->name());
+  auto method = haptics::make_method(tool.method->name());
   if (!method) {
     made->failed = method.error();
     return made;

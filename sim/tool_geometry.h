@@ -2,7 +2,7 @@
 #pragma once
 
 #include "haptics/servo/servo_scene.h"
-#include "sim/module.h"
+#include "sim/engine_image.h"
 #include "sim/touch_fields.h"
 
 namespace trephine::sim {
@@ -21,8 +21,8 @@ class MadeGeometry final : public JobResult {
 /// 0, or not much smaller than the voxels, whose fields would be without measure: error.
 volume::Status check_tool_radius(const volume::Volume& base, double radius);
 
-/// `hand` as it is, with a ball of that radius (0: a point). `cut`: where anything was ever cut of `version`.
-std::shared_ptr<const MadeGeometry> make_geometry(const haptics::ServoHand& hand, double radius,
+/// `tool` as it is, with a ball of that radius (0: a point). `cut`: where anything was ever cut of `version`.
+std::shared_ptr<const MadeGeometry> make_geometry(const HandTool& tool, double radius,
                                                   const volume::Version& version,
                                                   const volume::VoxelBox& cut);
 

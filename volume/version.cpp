@@ -205,6 +205,9 @@ std::uint64_t Version::content_hash() const noexcept {
     for (const float d : brick.distance) add(std::bit_cast<std::uint32_t>(d));
     for (const std::uint64_t slice : brick.kept) add(slice);
     if (brick.mask)
+      for (const auto* slices : {&brick.mask->base_solid, &brick.mask->base_air})
+        for (const std::uint64_t slice : *slices) add(slice);
+    if (brick.mask)
       for (const std::uint64_t word : brick.mask->words) add(word);
   });
   return hash;

@@ -132,7 +132,7 @@ struct Region {
 struct RemovalLedger {
   static constexpr std::int64_t k_units_per_cell = 512;
   std::vector<std::int64_t> units_by_label;  ///< at least one entry; index is the label, 0 without labels
-  std::int64_t freed_units = 0;               ///< beside them: went as whole parts
+  std::int64_t freed_units = 0;              ///< beside them: went as whole parts
   std::int64_t total() const noexcept;
 };
 
@@ -238,7 +238,8 @@ class Version {
   /// May mask_row change those words of row (y, z)?
   bool has_brick(int y, int z, int first_word, int count) const noexcept;
 
-  /// Hash (FNV-1a, 64 bit) of everything removed: distances, kept bits and masks. Equal states, equal hash.
+  /// Hash (FNV-1a, 64 bit) of everything removed: distances, kept bits and masks with what they know of the
+  /// base. Equal states, equal hash.
   std::uint64_t content_hash() const noexcept;
 
  private:

@@ -146,14 +146,25 @@ bool get_brick(std::string_view in, Ref<Brick>& place) {
   return xor_runs(in, BrickParts(*place));
 }
 
-/// What follows from the rest, once that is there. False: its distances cannot be.
+/// Are exactly those cells full all of whose points are removed?
+bool is_right(const RemovalMask& mask) noexcept {
+  const auto words = static_cast<std::size_t>(mask.words_per_cell());
+  for (std::size_t cell = 0; cell < mask.words.size() / words; ++cell) {
+    std::uint64_t all = ~std::uint64_t{0};
+    for (std::size_t w = 0; w < words; ++w) all &= mask.words[cell * words + w];
+    if ((all == ~std::uint64_t{0}) != ((mask.full[cell / 64] >> (cell % 64) & 1) != 0)) return false;
+  }
+  return true;
+}
+
+/// What follows from the rest, once that is there. False: it cannot be so.
 bool complete(Brick& brick, double band_mm) {
   brick.kept.fill(0);
   for (std::size_t i = 0; i < brick.distance.size(); ++i) {
     if (!(std::abs(brick.distance[i]) <= 2 * band_mm)) return false;
     if (brick.distance[i] > 0) brick.kept[i / 64] |= std::uint64_t{1} << (i % 64);
   }
-  return true;
+  return !brick.mask || is_right(*brick.mask);
 }
 
 }  // namespace
@@ -248,7 +259,7 @@ Result<std::shared_ptr<const Version>> VersionChanges::applied(
       page->serial = serial;
       for (const auto& brick : page->bricks) {
         if (!brick || brick->serial != k_own) continue;
-        if (!complete(*brick, after->band_mm_)) return broken("a distance that cannot be");
+        if (!complete(*brick, after->band_mm_)) return broken("a distance or a mask that cannot be");
         brick->serial = serial;
       }
     }

@@ -59,6 +59,37 @@ void look_around(const TouchScene& scene, const SceneLayout& layout, const Place
     if (distance_to(scene, layout, placements, s, hip) <= around.near_radius) around.near.flip(s);
 }
 
+/// A model that is new may lie over the proxy by what its triangles are off the surface that was there: then
+/// it is set before the model, or would be felt from neither side.
+dvec3 before_new_models(const TouchScene& scene, const SceneLayout& layout, const Placements& placements,
+                        const ShapeSet& let_through, const dvec3& proxy) noexcept {
+  const dvec3& spacing = scene.base->frame.spacing();
+  const double reach = 0.5 * std::max({spacing.x, spacing.y, spacing.z});
+  dvec3 at = proxy;
+  for (int s = 0; s < item_count(scene); ++s) {
+    const TouchItem& item = item_of(scene, s);
+    if (!item.is_mesh() || !holds(scene, let_through, s, Side::front)) continue;
+    const Placement& place =
+        item.mover < 0 ? item.placement : placements[static_cast<std::size_t>(item.mover)];
+    if (distance_to(scene, layout, placements, s, at) > 0) continue;  // outside its box is outside
+    const dvec3 p = place.local_from_world(at);
+    // Triangles that meet where it is nearest tell together whether that is before them or behind.
+    double nearest = reach;
+    dvec3 to(0), normals(0);
+    item.tree->for_near(p, reach, [&](const MeshTree::Near& near) {
+      if (near.distance > nearest + 1e-9) return;
+      if (near.distance < nearest - 1e-9) normals = dvec3(0);
+      nearest = std::min(nearest, near.distance);
+      to = near.nearest;
+      normals += near.normal;
+    });
+    const double length = glm::length(normals);
+    if (!(length > 1e-6) || glm::dot(p - to, normals) > 0) continue;
+    at = place.world_from_local(to + (scene.tool_radius + 2 * item.tree->gap()) / length * normals);
+  }
+  return at;
+}
+
 }  // namespace
 
 volume::Status SceneProxy::prepare(const TouchScene& scene) {
@@ -78,6 +109,10 @@ ProxyStep SceneProxy::step(const TouchScene& scene, const TouchState& seen, Prox
   const Placements now = placements_of(scene, layout_, input);
   const int rubbed = state.touched;
   dvec3 start = state.has_proxy ? base.world_from_volume(state.proxy_volume) : input.hip_world;
+  if (state.has_proxy && !around.has_placements) {
+    const dvec3 before = before_new_models(scene, layout_, now, around.let_through, start);
+    if (before != start) state.proxy_volume = base.volume_from_world(start = before);
+  }
   const bool has_moved = state.has_proxy && around.has_placements && now != around.placements;
   if (has_moved) {
     // One mesh after the other, each seen from itself: what the tool rubs on takes it along, and what would

@@ -64,6 +64,15 @@ struct Placement {
   glm::dvec3 local_from_world(const glm::dvec3& p) const noexcept {
     return glm::conjugate(rotation) * (p - position_world);
   }
+  /// The frame of a thing that lies at `inner` within this one.
+  Placement operator*(const Placement& inner) const noexcept {
+    return {world_from_local(inner.position_world), rotation * inner.rotation};
+  }
+  /// This frame's own world, seen from it.
+  Placement inverse() const noexcept {
+    const glm::dquat back = glm::conjugate(rotation);
+    return {back * -position_world, back};
+  }
   friend bool operator==(const Placement&, const Placement&) = default;
 };
 

@@ -111,6 +111,7 @@ void ServoCore::adopt(const ServoHand& mine) noexcept {
   if (touched_ >= item_count(*mine.scene)) touched_ = 0;
   told_not_ready_ = ShapeSet{};
   state_.touched = -1;
+  state_.around.near = ShapeSet{};
   state_.around.near_radius = 0;
   state_.around.has_placements = false;
   state_.plane = PlaneMemory{};
@@ -193,8 +194,10 @@ ServoRecord ServoCore::step(const ServoScene& seen, const ServoInput& input) noe
     find_ready(mine, hip);
     let_through_what_is_off(mine);
     if (!is_led_) {
-      step_ = mine.method->step(scene, mine.state, state_,
-                                {hip, std::span(mine.placements.data(), mine.placement_count)});
+      step_ = mine.held_count > 0
+                  ? step_with_held(mine, input)
+                  : mine.method->step(scene, mine.state, state_,
+                                      {hip, std::span(mine.placements.data(), mine.placement_count)});
       if (step_.has_contact) touched_ = step_.shape;
       if (step_.is_buried && has_grown && way_.count > 0) begin_lead(mine, hip);
     }
@@ -240,12 +243,49 @@ ServoRecord ServoCore::step(const ServoScene& seen, const ServoInput& input) noe
   tell(record);
   account(record);
   record.energy = energy_;
+  if (seen.has_held || knows_place_) note_place(seen, record);
   if (is_led_ && next_place_ == way_.count) {
     is_led_ = false;  // arrived: from here on the method holds it
     state_.begin_at(anchor_volume_);
     state_.around.has_placements = false;  // what moved meanwhile moved past it
   }
   return record;
+}
+
+/// What hands hold goes where they were in the tick before.
+ProxyStep ServoCore::step_with_held(const ServoHand& mine, const ServoInput& input) noexcept {
+  std::array<Placement, TouchScene::k_max_movers> placements = mine.placements;
+  for (std::size_t i = 0; i < mine.held_count; ++i) {
+    const ServoHand::Held& held = mine.held[i];
+    if (input.places && (*input.places)[held.by])
+      placements[static_cast<std::size_t>(held.mover)] = *(*input.places)[held.by] * held.grip;
+  }
+  return mine.method->step(*mine.scene, mine.state, state_,
+                           {input.pose.position_world, std::span(placements.data(), mine.placement_count)});
+}
+
+/// Where it is while its device is seen.
+void ServoCore::note_place(const ServoScene& seen, const ServoRecord& record) noexcept {
+  if (!seen.has_held) {
+    places_ = {};
+    knows_place_ = false;
+  } else if ((record.raised & fault_not_finite) == 0) {
+    places_[1] = places_[0];
+    places_[0] = {place_of(record.pose), record.tick, true};
+    knows_place_ = true;
+  }
+}
+
+Placement place_of(const Pose& pose) noexcept {
+  const glm::dquat& q = pose.orientation;
+  const double length = glm::length(q);  // a device may say anything
+  return {pose.position_world, length > 1e-3 ? q / length : glm::dquat(1, 0, 0, 0)};
+}
+
+std::optional<Placement> ServoCore::place_before(std::uint64_t tick) const noexcept {
+  for (const Place& place : places_)
+    if (place.is_known && place.tick < tick) return place.where;
+  return std::nullopt;
 }
 
 /// A scene that does not know this hand: nothing is felt.

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 
 #include "haptics/device/pose_path.h"
 #include "haptics/device/wrench.h"
@@ -64,13 +65,19 @@ struct ServoRecord {
   std::array<TouchEvent, k_most_events> events;
 };
 
+/// The frame of a hand, as a thing that it holds sees it.
+Placement place_of(const Pose& pose) noexcept;
+/// Where each hand was in the tick before, where that is known.
+using HandPlaces = std::array<std::optional<Placement>, ServoScene::k_most_hands>;
+
 /// All that a tick is told.
 struct ServoInput {
   Pose pose;
   std::uint32_t faults = 0;  ///< seen outside: latched ones stay raised until a reset
   bool is_reset = false;     ///< forget everything first
   bool is_restarted = false;
-  glm::dvec3 restart_volume{0.0};  ///< then set the proxy on this free point, the force from zero
+  glm::dvec3 restart_volume{0.0};      ///< then set the proxy on this free point, the force from zero
+  const HandPlaces* places = nullptr;  ///< for what hands hold; null: none is known
 };
 
 /// How a proxy is led out: in tenths of a second over the length of a burr hole, with less force than a
@@ -95,6 +102,8 @@ class ServoCore {
   void reset() noexcept;
 
   std::uint64_t next_tick() const noexcept { return tick_; }
+  /// Where the hand was in its last tick before this one; nothing while nobody holds anything.
+  std::optional<Placement> place_before(std::uint64_t tick) const noexcept;
   const ProxyStep& last_step() const noexcept { return step_; }
   const ProxyState& proxy_state() const noexcept { return state_; }
   const EnergyLedger& energy() const noexcept { return energy_; }
@@ -107,8 +116,11 @@ class ServoCore {
     fields(layout_, force_, guard_, state_, step_, tick_, touched_, wanted_, active_, torque_, way_, is_led_,
            is_fresh_, next_place_, anchor_volume_, cap_, laws_, passivity_, not_ready_, told_not_ready_,
            last_shape_, popped_shape_, popped_side_, popped_at_world_, energy_, last_force_, last_torque_,
-           last_turn_, last_active_, last_normal_, last_position_, had_position_, was_led_, is_turning_);
+           last_turn_, last_active_, last_normal_, last_position_, had_position_, was_led_, is_turning_,
+           knows_place_, places_);
   }
+  ProxyStep step_with_held(const ServoHand& mine, const ServoInput& input) noexcept;
+  void note_place(const ServoScene& seen, const ServoRecord& record) noexcept;
   ServoRecord without_scene(const ServoScene& seen, const ServoInput& input) noexcept;
   void adopt(const ServoHand& mine) noexcept;
   void let_go() noexcept;
@@ -155,7 +167,28 @@ class ServoCore {
   glm::dquat last_turn_{1, 0, 0, 0};
   bool had_position_ = false, was_led_ = false;
   bool is_turning_ = false;  ///< some law turns the stylus, or its torque goes on
+
+  /// While some hand holds a thing: the newest, and the one before.
+  struct Place {
+    Placement where;
+    std::uint64_t tick = 0;
+    bool is_known = false;
+    template <class Fields>
+    void each_field(Fields& fields) {
+      fields(where.position_world, where.rotation, tick, is_known);
+    }
+  };
+  std::array<Place, 2> places_;
+  bool knows_place_ = false;
 };
+
+/// Of some cores, for a tick of any of them.
+template <class Cores>
+HandPlaces places_before(const Cores& cores, std::uint64_t tick) noexcept {
+  HandPlaces all;
+  for (std::size_t h = 0; h < cores.size(); ++h) all[h] = cores[h].place_before(tick);
+  return all;
+}
 
 /// While it lives, this thread flushes denormals to zero, as a servo thread does: the same bits in a replay.
 class DenormalsFlushed {

@@ -160,8 +160,12 @@ void ServoLoop::tick(std::uint64_t tick, std::uint32_t faults) noexcept {
   const bool is_lagging =
       waiting > options_.lag_seconds * options_.rate_hz * static_cast<double>(hands_.size()) ||
       waiting > 0.5 * static_cast<double>(ring_.capacity());
+  HandPlaces places;
+  for (std::size_t h = 0; seen->has_held && h < hands_.size(); ++h)
+    places[h] = hands_[h].core.place_before(hands_[h].core.next_tick());
   for (Hand& hand : hands_) {
     ServoInput input;
+    input.places = &places;
     if (is_reset) hand.faults = 0;
     input.is_reset = is_reset;
     while (hand.restarts.pop(input.restart_volume)) input.is_restarted = true;

@@ -13,7 +13,7 @@ namespace trephine::haptics {
 namespace {
 
 // A struct that grows belongs here with its new field.
-static_assert(sizeof(ServoCore) == 6368 && sizeof(ProxyState) == 688 && sizeof(ServoRecord) == 336);
+static_assert(sizeof(ServoCore) == 6528 && sizeof(ProxyState) == 688 && sizeof(ServoRecord) == 336);
 
 template <class Fields>
 void fields_of(PlaneMemory& p, Fields& fields) {
@@ -98,6 +98,7 @@ struct Fields {
       auto byte = static_cast<std::uint8_t>(value);
       raw(byte);
       value = byte != 0;
+      is_good = is_good && byte <= 1;
     } else if constexpr (std::is_floating_point_v<T>) {
       raw(value);
       is_good = is_good && std::abs(value) <= k_most;
@@ -166,6 +167,8 @@ bool ServoMemory::load(std::string_view bytes, const ServoHand& mine, ServoCore&
   for (const int item : {made.touched_, made.last_shape_, made.popped_shape_, made.step_.shape, state.touched,
                          state.plane.shape})
     is_good = is_good && is_item(item, scene);
+  for (const ServoCore::Place& place : made.places_)
+    is_good = is_good && std::abs(glm::length(place.where.rotation) - 1) < 1e-6;
   for (const Side side : {made.step_.side, made.popped_side_}) is_good = is_good && is_side(side);
   for (std::uint32_t i = 0; i < made.way_.count; ++i)
     is_good = is_good && is_near(made.way_.places_volume[i]);

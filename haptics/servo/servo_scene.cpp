@@ -58,6 +58,10 @@ void ServoHand::set_placement(int mover, const Placement& placement) noexcept {
   placement_count = std::max(placement_count, m + 1);
 }
 
+void ServoHand::set_held(int mover, std::uint8_t by, const Placement& grip) noexcept {
+  held[held_count++] = {mover, by, grip};
+}
+
 ServoScene scene_for_one(const TouchScene& scene, const ProxyMethod& method,
                          std::shared_ptr<const volume::Version> version, std::shared_ptr<const LawSet> laws) {
   const std::uint64_t serial = version->serial();

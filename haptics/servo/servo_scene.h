@@ -60,12 +60,24 @@ struct ServoHand {
   std::size_t part_count = 0;
   std::array<Placement, TouchScene::k_max_movers> placements;
   std::size_t placement_count = 0;  ///< of them set: the first ones; others are where they start
+  /// A moving mesh that some hand holds goes with that hand, as it was in the tick before; where the hand is
+  /// not known it is at its placement.
+  struct Held {
+    int mover;
+    std::uint8_t by;  ///< hand
+    Placement grip;   ///< the mesh seen from the hand
+  };
+  void set_held(int mover, std::uint8_t by, const Placement& grip) noexcept;
+  void let_go() noexcept { held_count = 0; }  ///< of all of them
+  std::array<Held, TouchScene::k_max_movers> held;
+  std::size_t held_count = 0;
 };
 
 struct ServoScene {
   static constexpr std::size_t k_most_hands = 4;
   std::uint64_t serial = 0;      ///< higher in each that is published; ticks record it
   std::vector<ServoHand> hands;  ///< as many in each; a hand without an entry feels nothing, and faults
+  bool has_held = false;         ///< some hand feels what another one holds
 };
 
 using ServoChannel = volume::Channel<ServoScene>;

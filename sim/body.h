@@ -1,0 +1,51 @@
+// Things that came off the anatomy: they lie about, and hands take them.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "haptics/mesh/mesh_tree.h"
+#include "haptics/scene/touch_scene.h"
+#include "sim/command.h"
+#include "volume/part_surface.h"
+#include "volume/version.h"
+
+namespace trephine::sim {
+
+/// Bone that came off: its surface where it was, in the world. It is touched as a model, and not cut.
+struct Piece {
+  std::shared_ptr<const haptics::MeshTree> tree;
+  haptics::Material material;
+  double mm3 = 0;
+  glm::dvec3 middle_world{0.0};
+
+  Piece(const volume::PartSurface& surface, const haptics::Material& felt, double size_mm3);
+};
+/// All of it: the same bits, the same piece.
+std::string to_bytes(const Piece& piece);
+/// Null: these bytes are none.
+std::shared_ptr<const Piece> piece_from_bytes(std::string_view bytes);
+
+struct Body {
+  Id id;          ///< never given twice
+  int mover = 0;  ///< of its item, while it is there
+  std::shared_ptr<const Piece> piece;
+  haptics::Placement place;  ///< of the frame in which it was freed; of one in a hand where it was taken
+  int holder = -1;           ///< hand; -1: it lies still
+  haptics::Placement grip;   ///< seen from that hand
+};
+
+/// What came off a shape.
+struct CameOff {
+  std::shared_ptr<const volume::Version> rest;
+  std::vector<std::shared_ptr<const Piece>> pieces;
+  volume::VoxelBox box;  ///< what may look different
+  std::int64_t debris = 0;
+  double debris_mm3 = 0;
+};
+/// Each part that came off and is as large as `wish` says becomes a piece; smaller ones go. Any thread, of
+/// immutable things; seconds for large pieces.
+CameOff come_off(const haptics::TouchScene& scene, const FreePieces& wish,
+                 const std::shared_ptr<const volume::Version>& version);
+
+}  // namespace trephine::sim

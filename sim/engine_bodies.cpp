@@ -1,0 +1,217 @@
+// What comes off the anatomy, is taken in a hand and put down.
+#include <algorithm>
+
+#include "haptics/proxy/scene_proxy.h"
+#include "sim/engine.h"
+
+namespace trephine::sim {
+
+using volume::Error;
+using volume::Status;
+
+namespace {
+
+struct MadePieces final : JobResult {
+  CameOff off;
+  std::uint64_t fingerprint = 0;
+  std::uint64_t hash() const override { return fingerprint; }
+};
+
+/// Methods whose walls go together with models.
+bool can_feel_bodies(const haptics::ProxyMethod& method) {
+  const std::string_view name = method.name();
+  return name == "subvoxel" || name == "scene";
+}
+
+Error no_body(const char* command, Id id) {
+  return {"there is no such body", command, "body " + std::to_string(id.value), "one that was freed", ""};
+}
+
+template <class Bodies>
+auto find_body(Bodies& bodies, Id id) {
+  return std::find_if(bodies.begin(), bodies.end(), [&](const Body& body) { return body.id == id; });
+}
+template <class Bodies>
+auto held_by(Bodies& bodies, std::uint8_t hand) {
+  return std::find_if(bodies.begin(), bodies.end(), [&](const Body& body) { return body.holder == hand; });
+}
+
+}  // namespace
+
+std::shared_ptr<const JobResult> make_pieces(const haptics::TouchScene& scene, const FreePieces& wish,
+                                             const OperationState& input) {
+  auto made = std::make_shared<MadePieces>();
+  made->off = come_off(scene, wish, input.world.version);
+  volume::MixHash all;
+  all.add(made->off.rest->content_hash());
+  for (const auto& piece : made->off.pieces) add_bytes(all, to_bytes(*piece));
+  made->fingerprint = all.value();
+  return made;
+}
+
+/// Of those numbers by which things move: the ones that no model has, and no body.
+std::vector<int> Engine::free_movers() const {
+  std::vector<int> free;
+  for (int m = 0; m < haptics::TouchScene::k_max_movers; ++m) {
+    const auto is_taken = [m](const haptics::TouchItem& item) { return item.mover == m; };
+    bool is_free = std::none_of(now_.world.bodies.begin(), now_.world.bodies.end(),
+                                [m](const Body& body) { return body.mover == m; });
+    for (const HandTool& tool : tools_)
+      is_free = is_free && std::none_of(tool.scene->items.begin(), tool.scene->items.end(), is_taken);
+    if (is_free) free.push_back(m);
+  }
+  return free;
+}
+
+Status Engine::check_body(const Command& command) const {
+  const std::vector<Body>& bodies = now_.world.bodies;
+  if (const auto* wish = command.what.as<FreePieces>()) {
+    const auto shapes = haptics::base_shapes(*tools_[command.hand].scene);
+    if (wish->item >= static_cast<std::int64_t>(shapes.size()))
+      return Error{"there is no such shape to free pieces of", "free-pieces item", std::to_string(wish->item),
+                   "0 to " + std::to_string(shapes.size() - 1), ""};
+    for (const HandTool& tool : tools_) {
+      if (!can_feel_bodies(*tool.method))
+        return Error{"a hand feels with a method that cannot touch what comes off", "free-pieces",
+                     tool.method->name(), "subvoxel or scene", "begin with such a method"};
+      if (haptics::item_count(*tool.scene) + haptics::TouchScene::k_max_movers > haptics::ShapeSet::k_most)
+        return Error{"there are too many things to touch", "free-pieces",
+                     std::to_string(haptics::item_count(*tool.scene)), "room for eight more", ""};
+    }
+    if (free_movers().empty())
+      return Error{"there is no room for another body", "free-pieces",
+                   std::to_string(bodies.size()) + " bodies",
+                   "at most " + std::to_string(haptics::TouchScene::k_max_movers) + " with models that move",
+                   "discard one"};
+  } else if (const auto* hold = command.what.as<HoldBody>()) {
+    const auto body = find_body(bodies, hold->body);
+    if (body == bodies.end()) return no_body("hold-body", hold->body);
+    if (body->holder >= 0)
+      return Error{"the body is in a hand", "hold-body", "hand " + std::to_string(body->holder + 1),
+                   "one that lies", "release it"};
+    if (held_by(bodies, command.hand) != bodies.end())
+      return Error{"the hand holds a body", "hold-body", "", "an empty hand", "release it"};
+    if (!work_[command.hand].place)
+      return Error{"nobody knows where the hand is", "hold-body", "", "a hand that was seen", ""};
+  } else if (command.what.as<ReleaseBody>()) {
+    if (held_by(bodies, command.hand) == bodies.end())
+      return Error{"the hand holds nothing", "release-body", "", "a body in it", ""};
+  } else if (const auto* discard = command.what.as<DiscardBody>()) {
+    if (find_body(bodies, discard->body) == bodies.end()) return no_body("discard-body", discard->body);
+  }
+  return std::nullopt;
+}
+
+/// False: the command is about something else.
+bool Engine::change_body(const Command& command, Outcome& outcome) {
+  std::vector<Body>& bodies = now_.world.bodies;
+  if (const auto* hold = command.what.as<HoldBody>()) {
+    Body& body = *find_body(bodies, hold->body);
+    body.holder = command.hand;
+    body.grip = work_[command.hand].place->inverse() * body.place;
+  } else if (command.what.as<ReleaseBody>()) {
+    put_down(*held_by(bodies, command.hand));
+  } else if (const auto* discard = command.what.as<DiscardBody>()) {
+    bodies.erase(find_body(bodies, discard->body));
+  } else {
+    return false;
+  }
+  use_bodies(command.what.as<DiscardBody>() ? Bodies::others : Bodies::same);
+  publish(Change::cut);
+  is_stroke_changed_ = outcome.is_edit = outcome.is_changed = true;
+  if (!is_in_stroke()) end_stroke();
+  return true;
+}
+
+void Engine::put_down(Body& body) {
+  const HandWork& hand = work_[static_cast<std::size_t>(body.holder)];
+  if (hand.place) body.place = *hand.place * body.grip;
+  body.place.rotation = glm::normalize(body.place.rotation);
+  body.holder = -1;
+  body.grip = {};
+}
+
+/// The devices begin anew, wherever they are.
+void Engine::put_all_down(Outcome& outcome) {
+  bool was_held = false;
+  for (Body& body : now_.world.bodies)
+    if (body.holder >= 0) put_down(body), was_held = true;
+  if (!was_held) return;
+  use_bodies(Bodies::same);
+  publish(Change::cut);
+  is_stroke_changed_ = outcome.is_edit = outcome.is_changed = true;
+  end_stroke();
+}
+
+void Engine::adopt_pieces(const PendingJob& job, const JobResult& result, Outcome& outcome) {
+  const CameOff& off = static_cast<const MadePieces&>(result).off;
+  const std::vector<int> movers = free_movers();
+  const std::string why = job.edits != edits_                     ? "the anatomy changed meanwhile"
+                          : off.pieces.empty() && off.debris == 0 ? "nothing came off"
+                          : off.pieces.size() > movers.size()
+                              ? std::to_string(off.pieces.size()) +
+                                    " pieces came off, and there is room for " + std::to_string(movers.size())
+                              : "";
+  if (!why.empty()) {
+    news_.push_back({now_.next_tick, job.hand, glm::dvec3(0), JobDiscarded{job.id, why}});
+    return;
+  }
+  editor_.reset(off.rest);
+  now_.world.version = felt_ = editor_.publish();
+  ++edits_;
+  for (std::size_t i = 0; i < off.pieces.size(); ++i) {
+    const std::shared_ptr<const Piece>& piece = off.pieces[i];
+    const Id id{++last_body_};
+    now_.world.bodies.push_back({id, movers[i], piece, {}, -1, {}});
+    news_.push_back({now_.next_tick, job.hand, piece->middle_world, PieceFreed{id, piece->mm3}});
+  }
+  if (off.debris > 0)
+    news_.push_back({now_.next_tick, job.hand, glm::dvec3(0), DebrisFreed{off.debris, off.debris_mm3}});
+  use_bodies(Bodies::others);
+  publish(Change::cut);
+  volume::RemovalReport report;
+  report.box = off.box;
+  note_cut(report);
+  outcome.is_changed = outcome.is_edit = true;
+  outcome.box = off.box;
+  if (!is_in_stroke()) end_stroke();
+}
+
+/// What hands touch: their anatomy, and the bodies that there are. `which`: whether they are others, or stand
+/// elsewhere at once, so that nobody is pushed by how they came there.
+void Engine::use_bodies(Bodies which) {
+  for (std::size_t h = 0; h < hands_.size(); ++h) use_bodies(h, which);
+}
+
+void Engine::use_bodies(std::size_t h, Bodies which) {
+  const std::vector<Body>& bodies = now_.world.bodies;
+  haptics::ServoHand& hand = hands_[h];
+  const HandTool& tool = tools_[h];
+  const int first = haptics::item_count(*tool.scene);
+  if (which == Bodies::others && bodies.empty()) {
+    hand.set_scene(tool.scene, tool.method);
+  } else if (which == Bodies::others) {
+    auto scene = std::make_shared<haptics::TouchScene>(*tool.scene);
+    for (const Body& body : bodies) {
+      haptics::TouchItem item =
+          haptics::mesh_item("body " + std::to_string(body.id.value), body.piece->tree, body.piece->material);
+      item.mover = body.mover;
+      scene->items.push_back(std::move(item));
+    }
+    auto method = std::make_shared<haptics::SceneProxy>();
+    const Status error = method->prepare(*scene);
+    TREPHINE_ASSERT(!error);  // check_body() has asked
+    hand.set_scene(std::move(scene), std::move(method));
+  }
+  hand.let_go();
+  for (std::size_t b = 0; b < bodies.size(); ++b) {
+    const Body& body = bodies[b];
+    hand.set_placement(body.mover, body.place);
+    // Nobody touches what is in their own hand.
+    hand.set_touchable(first + static_cast<int>(b), body.holder != static_cast<int>(h));
+    if (body.holder >= 0 && body.holder != static_cast<int>(h))
+      hand.set_held(body.mover, static_cast<std::uint8_t>(body.holder), body.grip);
+  }
+}
+
+}  // namespace trephine::sim

@@ -1,0 +1,137 @@
+// What one hand holds goes with it, and the other hand feels it; what is new is felt from its front.
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <gtest/gtest.h>
+
+#include "haptics/mesh/mesh_tree.h"
+#include "haptics/proxy/scene_proxy.h"
+#include "haptics/servo/servo_core.h"
+#include "tests/haptics/servo/servo_fixture.h"
+
+namespace trephine::haptics {
+namespace {
+
+using glm::dvec3;
+
+/// A cube of 20 mm around its own middle, faces outward.
+std::shared_ptr<const MeshTree> cube() {
+  std::vector<dvec3> corners;
+  for (int i = 0; i < 8; ++i) corners.emplace_back(i & 1 ? 10 : -10, i & 2 ? 10 : -10, i & 4 ? 10 : -10);
+  return std::make_shared<MeshTree>(
+      std::move(corners), std::vector<std::uint32_t>{0, 2, 1, 1, 2, 3, 4, 5, 6, 5, 7, 6, 0, 1, 4, 1, 5, 4,
+                                                     2, 6, 3, 3, 6, 7, 0, 4, 2, 2, 4, 6, 1, 3, 5, 3, 7, 5});
+}
+
+TouchScene with_cube() {
+  TouchScene scene = scenes::phantom_scene("sphere", grid(32));
+  scene.items.push_back(mesh_item("cube", cube(), {.static_friction = 0, .dynamic_friction = 0}));
+  scene.items.back().mover = 2;
+  return scene;
+}
+
+struct Held {
+  TouchScene scene = with_cube();
+  SceneProxy method;
+  Placement rest{{0, 0, 100}, {1, 0, 0, 0}};
+  Held() { EXPECT_FALSE(method.prepare(scene)); }
+  /// The second hand holds it, or nobody.
+  ServoScene seen(std::uint64_t serial, const Placement* grip) const {
+    ServoHand hand(borrowed(scene), borrowed(method),
+                   TouchState(std::shared_ptr<const volume::Version>(untouched(scene))));
+    hand.set_placement(2, rest);
+    ServoScene all{serial, {hand, hand}, grip != nullptr};
+    if (grip) all.hands[0].set_held(2, 1, *grip);
+    all.hands[1].set_touchable(1, false);
+    return all;
+  }
+};
+
+TEST(Held, AThingGoesWithItsHandAsItWasInTheTickBefore) {
+  const Held bench;
+  Pose second{{30, 0, 100}};
+  const Placement grip = place_of(second).inverse() * bench.rest;
+  const ServoScene lies = bench.seen(1, nullptr), held = bench.seen(2, &grip);
+  std::vector<ServoCore> cores{ServoCore({}, 1e-3, 0), ServoCore({}, 1e-3, 1)};
+  Placement before = bench.rest;
+  const auto top = [&](const dvec3& p) { return before.local_from_world(p).z - 10; };
+  int pressed = 0;
+  for (int i = 0; i < 3000; ++i) {
+    const ServoScene& seen = i < 200 ? lies : held;
+    // The first comes down on it and stays; the second turns it about itself, up and down.
+    const Pose first{{0, 0, std::max(106.0, 120 - 0.1 * i)}};
+    const double t = i < 300 ? 0 : 1e-3 * (i - 300);
+    Pose next = second;
+    next.position_world += dvec3(3 * std::sin(2 * t), 0, 4 * std::sin(3 * t));
+    const double half = 0.1 * std::sin(2.5 * t),
+                 length = 1 + 0.3 * std::sin(t);  // a device may not say units
+    next.orientation = {length * std::cos(half), 0, length * std::sin(half), 0};
+    const HandPlaces places = seen.has_held ? places_before(cores, cores[0].next_tick()) : HandPlaces{};
+    EXPECT_EQ(places[1].has_value(), i > 200);
+    if (places[1]) before = *places[1] * grip;
+    const ServoRecord rests = cores[0].step(seen, {.pose = first, .places = &places});
+    const ServoRecord holds = cores[1].step(seen, {.pose = next, .places = &places});
+    EXPECT_FALSE(holds.has_contact);
+    EXPECT_NEAR(glm::length(before.rotation), 1, 1e-12);
+    // What it rests on is where the other hand was; it never sinks in.
+    ASSERT_GT(top(rests.proxy_world), -1e-6) << i;
+    if (i > 200 && rests.has_contact) {
+      EXPECT_EQ(rests.shape, 1);
+      EXPECT_LT(top(rests.proxy_world), 1e-3) << i;
+      ++pressed;
+    }
+  }
+  EXPECT_GT(pressed, 1900);
+  // Nobody holds anything: nobody notes where they are.
+  const HandPlaces none;
+  for (ServoCore& core : cores) core.step(lies, {.pose = second, .places = &none});
+  EXPECT_FALSE(cores[0].place_before(1 << 20) || cores[1].place_before(1 << 20));
+}
+
+TEST(Held, AFaultOfTheHolderLeavesTheThingWhereItWas) {
+  const Held bench;
+  const Pose second{{30, 0, 100}};
+  const Placement grip = place_of(second).inverse() * bench.rest;
+  const ServoScene held = bench.seen(1, &grip);
+  ServoCore core({}, 1e-3, 1);
+  for (int i = 0; i < 5; ++i) core.step(held, {.pose = second});
+  for (int i = 0; i < 3; ++i) {
+    core.step(held, {.pose = {{std::nan(""), 0, 0}}});
+    ASSERT_TRUE(core.place_before(core.next_tick()));
+    EXPECT_EQ(core.place_before(core.next_tick())->position_world, second.position_world);
+  }
+}
+
+// A model appears, and its face is a little before where the proxy rests on something else.
+TEST(Held, AModelThatIsNewIsFeltFromItsFrontWhereItsFaceLiesOverTheProxy) {
+  for (const double over : {1e-6, 0.05, 0.4}) {  // of a voxel
+    Held bench;
+    TouchScene without = scenes::phantom_scene("sphere", grid(32));
+    SceneProxy before;
+    ASSERT_FALSE(before.prepare(without));
+    const double spacing = without.base->frame.spacing().x;
+    const auto version = std::shared_ptr<const volume::Version>(untouched(without));
+    ServoHand hand(borrowed(without), borrowed(before), TouchState(version));
+    const ServoScene first{1, {hand}};
+    ServoCore core({}, 1e-3);
+    const auto at = [](double z) { return ServoInput{.pose = {{0.3, 0.2, z}}}; };
+    double z = 120;
+    ServoRecord r;
+    do r = core.step(first, at(z -= 0.1));
+    while (!r.has_contact);
+    for (int i = 0; i < 100; ++i) r = core.step(first, at(z - 1));
+    ASSERT_TRUE(r.has_contact);
+    // The sphere's top is the cube's too, and a little more.
+    const double top = r.proxy_world.z + over * spacing;
+    hand.set_scene(borrowed(bench.scene), borrowed(bench.method));
+    hand.set_placement(2, {{0, 0, top - 10}, {1, 0, 0, 0}});
+    const ServoScene second{2, {hand}};
+    for (int i = 0; i < 300; ++i) {
+      r = core.step(second, at(z - 1 - 0.01 * i));
+      ASSERT_TRUE(r.has_contact);
+      ASSERT_NEAR(r.proxy_world.z, top, 1e-3) << over;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace trephine::haptics

@@ -1,0 +1,306 @@
+// What comes off the anatomy is a body: it is felt, taken in the hand, put down, taken back.
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <thread>
+
+#include "haptics/device/device.h"
+#include "sim/live_session.h"
+#include "sim/scene_spec.h"
+#include "tests/sim/crowd.h"
+#include "tests/sim/opens_anywhere.h"
+
+namespace trephine::sim {
+namespace {
+
+constexpr double k_circle = 5, k_saw = 1.5, k_sawn = 3.2, k_lift = 3.6, k_end = 4.4;  // mm, s
+
+/// The first hand rests on the plate. The second saws a disk out around it, and goes up.
+haptics::PosePath resting() {
+  std::vector<haptics::PosePath::Sample> samples;
+  samples.push_back({0, {{0, 0, 5}, {1, 0, 0, 0}, 0}});
+  samples.push_back({0.1, {{0, 0, 1.2}, {1, 0, 0, 0}, 0}});
+  samples.push_back({k_end, {{0.2, 0, 1.2}, {1, 0, 0, 0}, 0}});
+  return haptics::PosePath::from_samples(std::move(samples), "").value();
+}
+haptics::PosePath sawing() {
+  std::vector<haptics::PosePath::Sample> samples;
+  double t = 0.1;
+  constexpr double k_levels[] = {2.6, 1.3, 0, -1.3, -2.6};
+  for (const double z : k_levels)
+    for (int i = 0; i <= 40; ++i, t += (k_sawn - 0.2) / 205) {
+      const double a = 2 * 3.14159265358979 * i / 40;
+      samples.push_back({t, {{k_circle * std::cos(a), k_circle * std::sin(a), z}, {1, 0, 0, 0}, 1}});
+    }
+  samples.push_back({t + 0.01, {{k_circle, 0, -2.6}, {1, 0, 0, 0}, 0}});
+  samples.push_back({k_sawn, {{k_circle, 0, 8}, {1, 0, 0, 0}, 0}});
+  samples.push_back({k_lift, {{k_circle, 0, 8}, {1, 0, 0, 0}, 0}});
+  // Up and a little round, against the first hand.
+  samples.push_back({k_lift + 0.4, {{k_circle, 0, 11}, {std::cos(0.05), std::sin(0.05), 0, 0}, 0}});
+  samples.push_back({k_end, {{k_circle, 2, 11}, {std::cos(0.05), std::sin(0.05), 0, 0}, 0}});
+  return haptics::PosePath::from_samples(std::move(samples), "").value();
+}
+
+struct SawBench {
+  haptics::TouchScene scene = small_bone();
+  std::unique_ptr<haptics::ProxyMethod> method;
+  explicit SawBench(const char* name = "subvoxel") : method(haptics::make_method(name).value()) {
+    EXPECT_FALSE(method->prepare(scene));
+  }
+  Engine engine() const {
+    const haptics::ServoHand feels(haptics::borrowed(scene), haptics::borrowed(*method),
+                                   haptics::TouchState(nullptr));
+    return Engine({{feels, {}}, {feels, drilling::burr({2 * k_saw, 60, 40, true})}}, 1e-3,
+                  drilling_catalogue());
+  }
+  std::unique_ptr<SessionWriter> writer(const std::string& path, const WriterOptions& options) const {
+    SceneSpec spec = describe_scene(scene, *method, {}, {HandSpec(Instrument())});
+    spec.hands.push_back(HandSpec(drilling::burr({2 * k_saw, 60, 40, true})));
+    spec.hands.back().method = spec.hands[0].method;
+    return SessionWriter::create(path, SessionHeader(spec), scene.base, drilling_catalogue(), options)
+        .value();
+  }
+};
+
+const PieceFreed* find_freed(const Engine& engine) {
+  const Chronicle& all = engine.now().chronicle;
+  for (std::size_t i = 0; i < all.size(); ++i)
+    if (const auto* freed = all[i].what.as<PieceFreed>()) return freed;
+  return nullptr;
+}
+
+Outcome free_now(Lockstep& run) {
+  const Outcome begun = run.apply(FreePieces{});
+  EXPECT_FALSE(begun.refused) << begun.refused->message();
+  return run.apply(run.engine().finish_job(begun.job));
+}
+
+// The probe: a block is freed, and moved by hand 2 against hand 1.
+TEST(Bodies, ADiskIsSawnOutAndLiftedAgainstTheOtherHand) {
+  const Folder folder;
+  const std::string path = folder.file("disk.session");
+  SawBench bench;
+  {
+    auto writer = bench.writer(path, often(1500));
+    Lockstep run(bench.engine(), {}, 1000, writer.get());
+    const haptics::PosePath first = resting(), second = sawing();
+    double resting_at = 0, at_freedom = 0, at_lift = 0, least_after = 1e9, most_after = -1e9;
+    double force_before = 0, force_after = 0;
+    std::int64_t removed = 0;
+    for (int i = 0; i < static_cast<int>(1000 * k_end); ++i) {
+      const double t = 1e-3 * i;
+      const haptics::Pose poses[2] = {first.at(t), second.at(t)};
+      const auto records = run.step(poses);
+      const haptics::ServoRecord& rests = records[0];
+      if (i == 3000) resting_at = rests.proxy_world.z, force_before = glm::length(rests.force_world);
+      if (i == static_cast<int>(1000 * k_sawn)) {
+        removed = run.engine().current()->ledger().total();
+        const Outcome freed = free_now(run);
+        EXPECT_TRUE(freed.is_changed && freed.is_edit);
+        ASSERT_EQ(run.engine().now().world.bodies.size(), 1u);
+        EXPECT_FALSE(run.apply({LayDown{}, 1}).refused);
+      }
+      if (i == static_cast<int>(1000 * k_sawn) + 50) at_freedom = rests.proxy_world.z;
+      if (i == static_cast<int>(1000 * k_lift)) {
+        at_lift = rests.proxy_world.z;
+        EXPECT_FALSE(run.apply({HoldBody{{1}}, 1}).refused);
+      }
+      if (i > static_cast<int>(1000 * k_sawn)) {
+        least_after = std::min(least_after, rests.proxy_world.z);
+        most_after = std::max(most_after, rests.proxy_world.z);
+      }
+      force_after = glm::length(rests.force_world);
+    }
+    // It came off, with nothing counted as drilled; where a hand rested on it nothing was felt to change.
+    EXPECT_EQ(run.engine().current()->ledger().total(), removed);
+    const PieceFreed* freed = find_freed(run.engine());
+    ASSERT_NE(freed, nullptr);
+    const double r = k_circle - k_saw;
+    EXPECT_NEAR(freed->size, 3.14159265 * r * r * 4 / std::cos(0.1745), 0.06 * freed->size);
+    EXPECT_NEAR(at_freedom, resting_at, 0.1);
+    EXPECT_NEAR(at_lift, resting_at, 0.1);
+    EXPECT_GT(least_after, resting_at - 0.1);
+    // Lifted by three, so is who rests on it, and pressed by the spring.
+    EXPECT_GT(most_after, resting_at + 2.5);
+    EXPECT_GT(force_after, force_before + 0.8);
+    // Put down where it is; taken back, it is in the hand's way again where it was.
+    EXPECT_FALSE(run.apply({ReleaseBody{}, 1}).refused);
+    EXPECT_NEAR(run.engine().now().world.bodies[0].place.position_world.z, 3, 0.6);
+    EXPECT_EQ(run.engine().now().world.bodies[0].holder, -1);
+    run.apply({DiscardBody{{1}}, 0});
+    EXPECT_TRUE(run.engine().now().world.bodies.empty());
+    const std::int64_t without = run.engine().current()->ledger().freed_units;
+    EXPECT_GT(without, 0);
+    for (int n = 0; n < 3; ++n) run.undo();  // discard, release, hold
+    ASSERT_EQ(run.engine().now().world.bodies.size(), 1u);
+    EXPECT_EQ(run.engine().now().world.bodies[0].place, haptics::Placement{});
+    run.undo();
+    EXPECT_TRUE(run.engine().now().world.bodies.empty());
+    EXPECT_EQ(run.engine().current()->ledger().freed_units, 0);
+    for (int n = 0; n < 40; ++n) {
+      const haptics::Pose poses[2] = {first.at(k_end), second.at(k_end)};
+      run.step(poses);
+    }
+    for (int n = 0; n < 4; ++n) run.redo();
+    EXPECT_TRUE(run.engine().now().world.bodies.empty());
+    EXPECT_EQ(run.engine().current()->ledger().freed_units, without);
+    run.undo();
+    for (int n = 0; n < 300; ++n) {
+      const haptics::Pose poses[2] = {first.at(k_end), second.at(k_end)};
+      run.step(poses);
+    }
+    EXPECT_FALSE(writer->finish(run.engine(), 0).has_value());
+  }
+  expect_opens_anywhere(path, drilling_catalogue(), bench.scene.base);
+}
+
+TEST(Bodies, AreTheSameLiveInReplayAndBySeek) {
+  const Folder folder;
+  const std::string path = folder.file("live.session");
+  SawBench bench;
+  std::uint64_t state = 0;
+  {
+    auto writer = bench.writer(path, often(1500));
+    haptics::PlaybackDevice first(resting()), second(sawing());
+    const std::array<haptics::Device*, 2> devices{&first, &second};
+    LiveSession live(devices, bench.engine(), {}, writer.get());
+    ASSERT_FALSE(live.start());
+    const auto wait_for = [&](auto&& is_so) {
+      for (int i = 0; i < 12000 && !is_so(); ++i) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    };
+    wait_for([&] { return live.look().newest.t > k_sawn; });
+    live.apply(FreePieces{});
+    live.apply({LayDown{}, 1});
+    wait_for([&] { return !live.snapshot().get()->world.bodies.empty(); });
+    live.apply({HoldBody{{1}}, 1});
+    wait_for([&] { return live.look().newest.t > k_end + 0.1; });
+    live.apply({ReleaseBody{}, 1});
+    live.undo();
+    live.redo();
+    wait_for([&] { return live.look().newest.t > k_end + 0.4; });
+    live.stop();
+    ASSERT_EQ(live.engine().now().world.bodies.size(), 1u);
+    state = live.engine().now().hash();
+    EXPECT_FALSE(writer->finish(live.engine(), live.servo_report().dropped).has_value());
+  }
+  const Verdict verdict = replay(path, bench.scene.base);
+  expect_same(verdict);
+  EXPECT_EQ(verdict.state, state);
+  expect_opens_anywhere(path, drilling_catalogue(), bench.scene.base, 3);
+}
+
+TEST(Bodies, WhatCannotBeIsRefusedInWordsAndChangesNothing) {
+  SawBench bench;
+  Lockstep run(bench.engine(), {}, 1000);
+  const auto expect_refused = [&](const Command& command, const char* words) {
+    const std::uint64_t before = run.engine().snapshot()->hash();
+    const Outcome outcome = run.apply(command);
+    ASSERT_TRUE(outcome.refused) << words;
+    EXPECT_NE(outcome.refused->message().find(words), std::string::npos) << outcome.refused->message();
+    EXPECT_EQ(run.engine().snapshot()->hash(), before);
+  };
+  expect_refused(FreePieces{3}, "no such shape");
+  expect_refused(FreePieces{-1}, "item");
+  expect_refused(FreePieces{0, -1}, "smallest");
+  expect_refused(HoldBody{{1}}, "no such body");
+  expect_refused(DiscardBody{{1}}, "no such body");
+  expect_refused(ReleaseBody{}, "holds nothing");
+
+  // Nothing came off: an event says so.
+  const Outcome begun = run.apply(FreePieces{});
+  run.apply(run.engine().finish_job(begun.job));
+  const Chronicle& events = run.engine().now().chronicle;
+  ASSERT_EQ(events.size(), 1u);
+  EXPECT_EQ(events[0].what.as<JobDiscarded>()->why, "nothing came off");
+
+  // Two hands, one body.
+  const haptics::PosePath first = resting(), second = sawing();
+  const auto step = [&](double t) {
+    const haptics::Pose poses[2] = {first.at(t), second.at(t)};
+    run.step(poses);
+  };
+  for (int i = 0; i < static_cast<int>(1000 * k_sawn); ++i) step(1e-3 * i);
+  {
+    // A cut while the job ran.
+    const Outcome early = run.apply(FreePieces{});
+    const AdoptJob adopt = run.engine().finish_job(early.job);
+    haptics::Pose cuts[2] = {first.at(k_sawn), second.at(k_sawn)};
+    cuts[1].position_world = {8, 8, 1};
+    cuts[1].buttons = 1;
+    run.step(cuts);
+    cuts[1].buttons = 0;
+    run.step(cuts);
+    run.apply(adopt);
+    EXPECT_TRUE(run.engine().now().world.bodies.empty());
+    EXPECT_EQ(events[1].what.as<JobDiscarded>()->why, "the anatomy changed meanwhile");
+  }
+  free_now(run);
+  ASSERT_EQ(run.engine().now().world.bodies.size(), 1u);
+  const Id id = run.engine().now().world.bodies[0].id;
+  expect_refused(HoldBody{{id.value + 1}}, "no such body");
+  EXPECT_FALSE(run.apply({HoldBody{id}, 1}).refused);
+  expect_refused(Command(HoldBody{id}, 0), "in a hand");
+  expect_refused(Command(HoldBody{id}, 1), "in a hand");
+  expect_refused(Command(ReleaseBody{}, 0), "holds nothing");
+  expect_refused(PlaceModel{run.engine().now().world.bodies[0].mover, dvec3(0)}, "no model moves");
+  expect_refused(SwitchItem{1, false}, "no such item");
+  // Devices that begin anew hold nothing.
+  run.apply(Resume{});
+  EXPECT_EQ(run.engine().now().world.bodies[0].holder, -1);
+  expect_refused(Command(HoldBody{id}, 1), "nobody knows where the hand is");
+
+  // A method that cannot.
+  SawBench other("implicit");
+  Lockstep elsewhere(other.engine(), {}, 1000);
+  const Outcome no = elsewhere.apply(FreePieces{});
+  ASSERT_TRUE(no.refused);
+  EXPECT_NE(no.refused->message().find("cannot touch what comes off"), std::string::npos);
+}
+
+TEST(Bodies, ThereIsRoomForEightAndDebrisIsTold) {
+  SawBench bench;
+  Lockstep run(bench.engine(), {}, 1000);
+  // Straight cuts in a grid leave blocks.
+  const auto cut = [&](const dvec3& from, const dvec3& to) {
+    haptics::Pose poses[2];
+    poses[0].position_world = {0, 0, 9};
+    poses[0].buttons = 0;
+    for (int i = 0; i <= 200; ++i) {
+      poses[1].position_world = from + (i / 200.0) * (to - from);
+      poses[1].buttons = i < 200;
+      run.step(poses);
+    }
+  };
+  const auto cut_through = [&](const dvec3& from, const dvec3& to) {
+    for (const double z : {3.2, 1.6, 0.0, -1.6, -3.2}) cut(from + dvec3(0, 0, z), to + dvec3(0, 0, z));
+  };
+  for (const double at : {-8.0, -3.0, 2.0, 7.0}) {
+    cut_through({at, -13, 0}, {at, 13, 0});
+    cut_through({-13, at, 0}, {13, at, 0});
+  }
+  const std::int64_t removed = run.engine().current()->ledger().total();
+  const std::uint64_t before = run.engine().snapshot()->world.version->content_hash();
+  free_now(run);
+  EXPECT_TRUE(run.engine().now().world.bodies.empty());
+  EXPECT_EQ(run.engine().snapshot()->world.version->content_hash(), before);
+  const Chronicle& events = run.engine().now().chronicle;
+  ASSERT_GT(events.size(), 0u);
+  const auto* discarded = events[events.size() - 1].what.as<JobDiscarded>();
+  ASSERT_NE(discarded, nullptr);
+  EXPECT_NE(discarded->why.find("there is room for 8"), std::string::npos) << discarded->why;
+  // All of them are debris for who asks for larger ones.
+  const Outcome begun = run.apply(FreePieces{0, 60});
+  run.apply(run.engine().finish_job(begun.job));
+  const Event& last = events[events.size() - 1];
+  const auto* debris = last.what.as<DebrisFreed>();
+  ASSERT_NE(debris, nullptr) << last.what.words();
+  EXPECT_GT(debris->count, 3);
+  EXPECT_GT(debris->size, 10);
+  EXPECT_TRUE(run.engine().now().world.bodies.empty());
+  const volume::Version& left = *run.engine().current();
+  EXPECT_EQ(left.ledger().total(), removed);
+  EXPECT_NEAR(left.mm3_of(left.ledger().freed_units), debris->size, 1e-6);
+}
+
+}  // namespace
+}  // namespace trephine::sim
