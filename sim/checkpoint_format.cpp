@@ -51,6 +51,8 @@ void put_placement(std::string& out, const haptics::Placement& at) {
 
 void put_hand(std::string& out, const EngineImage::Hand& hand) {
   put(out, hand.tool.scene->tool_radius);
+  put_count(out, hand.tool.scene->tool_balls.size());
+  for (const glm::dvec3& at : hand.tool.scene->tool_balls) put(out, at);
   put_count(out, hand.tool.number);
   put(out, static_cast<std::uint8_t>(hand.way != nullptr));
   if (hand.way) {

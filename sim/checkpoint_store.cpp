@@ -130,7 +130,7 @@ struct CheckpointStore::Shared : std::enable_shared_from_this<Shared> {
     std::shared_ptr<const volume::OffsetField> field;
   };
   std::map<std::uint64_t, LastField> fields;
-  std::map<std::pair<std::size_t, double>, std::shared_ptr<const MadeGeometry>> geometries;
+  std::map<std::pair<std::size_t, std::string>, std::shared_ptr<const MadeGeometry>> geometries;
   std::vector<Event> events;  ///< of the first `events_of` checkpoints
   std::size_t events_of = 0;
   bool are_events_known = true;
@@ -395,14 +395,16 @@ struct CheckpointStore::Shared : std::enable_shared_from_this<Shared> {
   }
   /// What a hand feels with: as it began, or with a tool that it was given.
   void take_hand(Taker& in, std::size_t h, EngineImage::Hand& hand) {
-    const double radius = in.number();
+    ToolGeometry geometry{in.number(), {}};
+    for (std::uint64_t left = in.count(haptics::TouchScene::k_most_balls); left > 0; --left)
+      geometry.balls.push_back(in.place());
     hand.tool = start.tool(h);
     hand.tool.number = in.count();
     if (hand.tool.number != 0) {
-      std::shared_ptr<const MadeGeometry>& made = geometries[{h, radius}];
+      std::shared_ptr<const MadeGeometry>& made = geometries[{h, Value(geometry).bytes()}];
       if (!made) {
-        if (check_tool_radius(*hand.tool.scene->base, radius)) throw Broken{"a tool that is none"};
-        made = make_geometry(hand.tool, radius, *start.now().world.version, k_no_voxels);
+        if (check_tool_radius(*hand.tool.scene->base, geometry.radius)) throw Broken{"a tool that is none"};
+        made = make_geometry(hand.tool, geometry, *start.now().world.version, k_no_voxels);
       }
       if (made->failed) throw Broken{"a tool that cannot be made"};
       hand.tool.scene = made->scene;

@@ -53,7 +53,8 @@ const Schema& SetEffect::schema() {
 }
 const Schema& ToolGeometry::schema() {
   static constexpr Field fields[] = {
-      field<&ToolGeometry::radius>("radius", {.unit = "mm", .low = 0, .high = 6})};
+      field<&ToolGeometry::radius>("radius", {.unit = "mm", .low = 0, .high = 6}),
+      field<&ToolGeometry::balls>("balls", {.unit = "mm", .low = -300, .high = 300})};
   static constexpr Schema table{"tool-geometry", 1, fields};
   return table;
 }

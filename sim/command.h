@@ -61,9 +61,10 @@ struct SetEffect {
   std::string words;  ///< as haptics::parse_effect reads them; empty: it ends
   static const Schema& schema();
 };
-/// A job: the hand's tool becomes a ball of this radius, or a point.
+/// A job: the hand's tool becomes a ball of this radius, or a point, or a rigid chain of such balls.
 struct ToolGeometry {
-  double radius = 0;  ///< mm
+  double radius = 0;                   ///< mm
+  std::vector<glm::dvec3> balls = {};  ///< mm, their middles, seen from the hand
   static const Schema& schema();
 };
 /// A job: parts of a shape that was cut, and that hang together with nothing any more, come off: bodies from

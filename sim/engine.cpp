@@ -258,7 +258,7 @@ void Engine::arm(PendingJob& job) const {
     };
   else
     job.run = [tool = tools_[job.hand], parameters = job.parameters, input = job.input, cut = job.cut] {
-      return make_geometry(tool, parameters->as<ToolGeometry>()->radius, *input->world.version, cut);
+      return make_geometry(tool, *parameters->as<ToolGeometry>(), *input->world.version, cut);
     };
 }
 

@@ -66,8 +66,10 @@ volume::Result<std::shared_ptr<const haptics::LawSet>> laws_after(const haptics:
   return with_law(hand.laws.get(), wish.effect.value, std::move(law));
 }
 
-/// Can a hand that holds this feel with such a ball?
-Status check_radius(const haptics::TouchScene& scene, const Instrument& held, double radius) {
+/// Can a hand that holds this feel with such a ball, or so many?
+Status check_radius(const haptics::TouchScene& scene, const Instrument& held, double radius,
+                    const std::vector<glm::dvec3>& balls) {
+  if (Status error = haptics::check_tool_balls(radius, balls)) return error;
   if (Status error = check_tool_radius(*scene.base, radius)) return error;
   for (const haptics::TouchItem& shape : haptics::base_shapes(scene))
     if (radius > 0 && haptics::holds(shape.sides, haptics::Side::back))
@@ -76,6 +78,7 @@ Status check_radius(const haptics::TouchScene& scene, const Instrument& held, do
   if (held.type == nullptr || held.type->check == nullptr) return std::nullopt;
   haptics::TouchScene with = scene;
   with.tool_radius = radius;
+  with.tool_balls = balls;
   return held.type->check(held.parameters.data(), with);
 }
 
@@ -99,7 +102,7 @@ Status Engine::check_setting(const Command& command) const {
   if (const auto* effect = command.what.as<SetEffect>())
     if (const auto laws = laws_after(hand, *effect); !laws) return laws.error();
   if (const auto* geometry = command.what.as<ToolGeometry>())
-    return check_radius(anatomy, now_.settings.hands[command.hand], geometry->radius);
+    return check_radius(anatomy, now_.settings.hands[command.hand], geometry->radius, geometry->balls);
   return std::nullopt;
 }
 
@@ -149,7 +152,8 @@ bool Engine::adopt_geometry(const PendingJob& job, const JobResult& result) {
   Status failed = made.failed;
   // The hand may hold something else by now.
   if (!failed)
-    failed = check_radius(*tools_[job.hand].scene, now_.settings.hands[job.hand], made.scene->tool_radius);
+    failed = check_radius(*tools_[job.hand].scene, now_.settings.hands[job.hand], made.scene->tool_radius,
+                          made.scene->tool_balls);
   if (failed) {
     news_.push_back({now_.next_tick, job.hand, glm::dvec3(0), JobDiscarded{job.id, failed->message()}});
     return false;

@@ -84,6 +84,7 @@ Result<TouchScene> items_of(const SceneSpec& spec, const SceneData& data) {
 /// What hands with one tool and one method share.
 struct Felt {
   double radius;
+  std::vector<glm::dvec3> balls;
   std::string method;
   std::shared_ptr<const TouchScene> scene;
   std::shared_ptr<const haptics::ProxyMethod> prepared;
@@ -92,14 +93,14 @@ struct Felt {
 Result<Felt> felt_by(const HandSpec& hand, const TouchScene& items, double smallest_burr) {
   auto scene = std::make_shared<TouchScene>(items);
   if (Status error = check_tool_radius(*scene->base, hand.tool_radius)) return *error;
-  if (Status error = haptics::set_tool_radius(*scene, hand.tool_radius)) return *error;
+  if (Status error = haptics::set_tool(*scene, hand.tool_radius, hand.tool_balls)) return *error;
   if (Status error = haptics::set_smallest_burr(*scene, smallest_burr)) return *error;
   auto method = haptics::make_method(hand.method);
   if (!method)
     return Error{"this program does not have the session's proxy method", "", hand.method,
                  haptics::method_names(), "open it with the version that recorded it"};
   if (Status error = method.value()->prepare(*scene)) return *error;
-  return Felt{hand.tool_radius, hand.method, std::move(scene), std::move(method).value()};
+  return Felt{hand.tool_radius, hand.tool_balls, hand.method, std::move(scene), std::move(method).value()};
 }
 
 Result<Instrument> instrument_of(const HandSpec& hand, const Catalogue& catalogue) {
@@ -125,7 +126,7 @@ Result<OperationStart> build_scene(const SceneSpec& spec, const SceneData& data,
     Result<Instrument> instrument = instrument_of(hand, catalogue);
     if (!instrument) return instrument.error();
     auto felt = std::find_if(made.begin(), made.end(), [&](const Felt& one) {
-      return one.radius == hand.tool_radius && one.method == hand.method;
+      return one.radius == hand.tool_radius && one.balls == hand.tool_balls && one.method == hand.method;
     });
     if (felt == made.end()) {
       Result<Felt> fresh = felt_by(hand, items.value(), spec.smallest_burr);
@@ -199,6 +200,7 @@ SceneSpec describe_scene(const TouchScene& scene, const haptics::ProxyMethod& me
   }
   for (HandSpec& hand : hands) {
     hand.tool_radius = scene.tool_radius;
+    hand.tool_balls = scene.tool_balls;
     hand.method = method.name();
   }
   spec.hands = std::move(hands);
@@ -213,6 +215,7 @@ SceneSpec describe_scene(std::span<const HandStart> hands, const haptics::ServoO
   for (const HandStart& hand : hands) {
     HandSpec& made = spec.hands.emplace_back(hand.instrument);
     made.tool_radius = hand.feels.scene->tool_radius;
+    made.tool_balls = hand.feels.scene->tool_balls;
     made.method = hand.feels.method->name();
     made.effects = hand.effects;
   }

@@ -40,9 +40,10 @@ struct StructureSpec {
 };
 
 struct HandSpec {
-  std::string instrument;  ///< empty: it only touches
-  std::string parameters;  ///< in words: "diameter=4 removal_rate=30"
-  double tool_radius = 0;  ///< mm; 0: a point
+  std::string instrument;              ///< empty: it only touches
+  std::string parameters;              ///< in words: "diameter=4 removal_rate=30"
+  double tool_radius = 0;              ///< mm; 0: a point
+  std::vector<glm::dvec3> tool_balls;  ///< of a rigid tool of several, as haptics::TouchScene has them
   std::string method = haptics::k_default_method;
   std::vector<std::string> effects;  ///< as haptics::parse_effect reads them
 

@@ -95,6 +95,8 @@ std::string encode(const SessionHeader& h) {
     if (!hand.parameters.empty()) line("parameters", hand.parameters);
     line("method", hand.method);
     unless("tool_radius", hand.tool_radius, 0);
+    for (const glm::dvec3& at : hand.tool_balls)
+      line("tool_ball", text_of(at.x) + ' ' + text_of(at.y) + ' ' + text_of(at.z));
     for (const std::string& words : hand.effects) line("effect", words);
   }
   return out;
@@ -182,6 +184,12 @@ std::optional<haptics::Placement> placement_of(std::string_view text) {
   const double size = n[3] * n[3] + n[4] * n[4] + n[5] * n[5] + n[6] * n[6];
   if (!text.empty() || !(std::abs(size - 1) < 1e-6)) return {};
   return haptics::Placement{{n[0], n[1], n[2]}, {n[3], n[4], n[5], n[6]}};
+}
+std::optional<glm::dvec3> three_numbers(std::string_view text) {
+  glm::dvec3 n(0);
+  for (int a = 0; a < 3; ++a)
+    if (!take_number(text, n[a]) || !(std::abs(n[a]) <= 1e6)) return {};
+  return text.empty() ? std::optional(n) : std::nullopt;
 }
 bool is_effect(std::string_view words) {
   const auto effect = haptics::parse_effect(std::string(words));
@@ -281,6 +289,10 @@ Result<SessionHeader> decode_header(std::string_view text) {
       if ((is_good = between(0, 10))) h.force.device_damping = number;
     } else if (key == "tool_radius") {
       if ((is_good = hand && between(0, 6))) hand->tool_radius = number;
+    } else if (key == "tool_ball") {
+      const std::optional<glm::dvec3> at = three_numbers(value);
+      is_good = hand && at && hand->tool_balls.size() < haptics::TouchScene::k_most_balls;
+      if (is_good) hand->tool_balls.push_back(*at);
     } else if (key == "smallest_burr") {
       if ((is_good = between(0, 1e3))) h.smallest_burr = number;
     } else if (key == "effect") {

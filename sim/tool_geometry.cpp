@@ -31,13 +31,18 @@ void add_samples(volume::MixHash& hash, const volume::OffsetField& field) {
 }
 }  // namespace
 
-std::shared_ptr<const MadeGeometry> make_geometry(const HandTool& tool, double radius,
+std::shared_ptr<const MadeGeometry> make_geometry(const HandTool& tool, const ToolGeometry& wish,
                                                   const volume::Version& version,
                                                   const volume::VoxelBox& cut) {
   auto made = std::make_shared<MadeGeometry>();
   auto scene = std::make_shared<haptics::TouchScene>(*tool.scene);
-  if ((made->failed = haptics::set_tool_radius(*scene, radius))) return made;
-  auto method = haptics::make_method(tool.method->name());
+  const double radius = wish.radius;
+  if ((made->failed = haptics::set_tool(*scene, radius, wish.balls))) return made;
+  // Several balls have a method of their own; back from them to that of all tools.
+  const std::string_view before = tool.method->name();
+  auto method = haptics::make_method(!wish.balls.empty() ? "chain"
+                                     : before == "chain" ? haptics::k_default_method
+                                                         : std::string(before));
   if (!method) {
     made->failed = method.error();
     return made;
@@ -51,6 +56,8 @@ std::shared_ptr<const MadeGeometry> make_geometry(const HandTool& tool, double r
           shape.offset->updated(shape.field, *shape.bits, version, cut, 0, nullptr, shape.soft.get()));
   volume::MixHash all;
   all.add(radius);
+  for (const glm::dvec3& at : wish.balls)
+    for (int a = 0; a < 3; ++a) all.add(at[a]);
   if (radius > 0)
     for (std::size_t s = 0; s < base_shapes(*made->scene).size(); ++s)
       add_samples(all, made->offsets.empty() ? *made->scene->items[s].offset : *made->offsets[s]);

@@ -21,8 +21,8 @@ class MadeGeometry final : public JobResult {
 /// 0, or not much smaller than the voxels, whose fields would be without measure: error.
 volume::Status check_tool_radius(const volume::Volume& base, double radius);
 
-/// `tool` as it is, with a ball of that radius (0: a point). `cut`: where anything was ever cut of `version`.
-std::shared_ptr<const MadeGeometry> make_geometry(const HandTool& tool, double radius,
+/// `tool` as it is, with such a geometry. `cut`: where anything was ever cut of `version`.
+std::shared_ptr<const MadeGeometry> make_geometry(const HandTool& tool, const ToolGeometry& wish,
                                                   const volume::Version& version,
                                                   const volume::VoxelBox& cut);
 

@@ -363,6 +363,10 @@ Result<Outcome> audit_session(const AuditArguments& arguments) {
     Hand& hand = judges[r.hand];
     see(hand, replay.felt());
     const haptics::TouchScene& scene = *hand.scene;
+    if (!scene.tool_balls.empty())
+      return Error{"the audit has no judge for tools of several balls",
+                   data_tools::file_name(arguments.session), "such a hand at tick " + std::to_string(r.tick),
+                   "points and single balls", "trephine replay --verify compares its bits"};
     const bool is_fresh = replay.counts().resumes != resumes;
     if (is_fresh || replay.counts().dropped != dropped)
       for (Hand& each : judges) {

@@ -56,9 +56,25 @@ dvec3 ForceModel::step(const ProxyStep& proxy, const dvec3& hip_world, const Tou
   return smoothed_;
 }
 
+dvec3 ForceModel::turn(const ProxyStep& proxy, const TouchScene& scene) noexcept {
+  dvec3 torque(0);
+  if (proxy.has_contact) {
+    const Material& material = material_of(scene, proxy.shape, proxy.side);
+    const double square = gyration_square(scene);
+    torque = square * stiffness_at(scene, proxy.shape, proxy.side, proxy.proxy_world, proxy.normal_world) *
+             proxy.turn_world;
+    if (had_turn_) torque += (square * material.damping / dt_) * (proxy.turn_world - turn_);
+    turn_ = proxy.turn_world;
+  }
+  had_turn_ = proxy.has_contact;
+  if (proxy.is_buried) return smoothed_turn_ = dvec3(0);
+  smoothed_turn_ = alpha_ * torque + (1 - alpha_) * smoothed_turn_;
+  return smoothed_turn_;
+}
+
 void ForceModel::reset() noexcept {
-  smoothed_ = dvec3(0);
-  had_contact_ = false;
+  smoothed_ = smoothed_turn_ = dvec3(0);
+  had_contact_ = had_turn_ = false;
 }
 
 /// No longer than `limit`, and no farther from the last one than `slew`.

@@ -49,21 +49,24 @@ class ForceModel {
   ForceModel(const ForceOptions& options, double dt);
   /// Servo thread.
   glm::dvec3 step(const ProxyStep& proxy, const glm::dvec3& hip_world, const TouchScene& scene) noexcept;
+  /// The torque of a tool of several balls, N mm; after step().
+  glm::dvec3 turn(const ProxyStep& proxy, const TouchScene& scene) noexcept;
   /// The next stretch starts anew, without damping against the last one; the smoothed force goes on.
-  void let_go() noexcept { had_contact_ = false; }
+  void let_go() noexcept { had_contact_ = had_turn_ = false; }
   /// As if never touched: the force starts from zero.
   void reset() noexcept;
   double alpha() const noexcept { return alpha_; }
   /// All that it remembers, field by field, for whoever saves it.
   template <class Fields>
   void each_field(Fields& fields) {
-    fields(smoothed_, stretch_, hip_, had_contact_);
+    fields(smoothed_, stretch_, hip_, had_contact_, smoothed_turn_, turn_, had_turn_);
   }
 
  private:
   double alpha_, dt_;
   glm::dvec3 smoothed_{0.0}, stretch_{0.0}, hip_{0.0};
-  bool had_contact_ = false;
+  glm::dvec3 smoothed_turn_{0.0}, turn_{0.0};
+  bool had_contact_ = false, had_turn_ = false;
 };
 
 /// The last line: whatever comes in, what goes out is finite, below the limit, slow enough, and faded out

@@ -2,6 +2,7 @@
 
 #include "haptics/mesh/mesh_proxy.h"
 #include "haptics/proxy/baseline_proxies.h"
+#include "haptics/proxy/chain_proxy.h"
 #include "haptics/proxy/explicit_proxy.h"
 #include "haptics/proxy/implicit_proxy.h"
 #include "haptics/proxy/path_proxy.h"
@@ -59,6 +60,11 @@ constexpr Entry k_entries[] = {
      make<GradientProxy>},
 };
 
+/// For tools of several balls, which the others cannot have.
+constexpr Entry k_chain{{"chain", "a rigid tool of balls, six degrees of freedom, on the walls of scene",
+                         "this project; Ortega, Redon and Coquillart 2007", Solid::nothing},
+                        make<ChainProxy>};
+
 }  // namespace
 
 std::span<const MethodInfo> method_catalogue() {
@@ -79,12 +85,13 @@ std::string method_names() {
 const MethodInfo* find_method(const std::string& name) {
   for (const Entry& entry : k_entries)
     if (name == entry.info.name) return &entry.info;
-  return nullptr;
+  return name == k_chain.info.name ? &k_chain.info : nullptr;
 }
 
 volume::Result<std::unique_ptr<ProxyMethod>> make_method(const std::string& name) {
   for (const Entry& entry : k_entries)
     if (name == entry.info.name) return entry.make();
+  if (name == k_chain.info.name) return k_chain.make();
   return volume::Error{"there is no such method", "--method", name, method_names(), "choose one of these"};
 }
 

@@ -6,7 +6,10 @@
 
 namespace trephine::haptics {
 
-volume::Status check_offsets(const TouchScene& scene) {
+volume::Status check_offsets(const TouchScene& scene, bool has_balls) {
+  if (!scene.tool_balls.empty() && !has_balls)
+    return volume::Error{"this method touches with one ball, or a point", "--method",
+                         std::to_string(scene.tool_balls.size()) + " balls", "", "use method chain"};
   if (scene.tool_radius > 0)
     for (const TouchItem& shape : scene.items)
       if (!shape.is_mesh() && (!shape.offset || shape.offset->radius_mm() != scene.tool_radius))

@@ -1,6 +1,7 @@
 // The interface of every way to keep a proxy on a surface.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <glm/vec3.hpp>
@@ -47,6 +48,9 @@ struct ProxyState {
   int touched = -1;           ///< the moving mesh that held the proxy in the last step; -1: none
   std::uint64_t version = 0;  ///< the last one seen, for methods that look for growth only where it may be
   PlaneMemory plane;
+  bool has_turn = false;             ///< of a tool of several balls:
+  glm::dquat tool_turn{1, 0, 0, 0};  ///< how it is turned
+  std::uint32_t balls_inside = 0;    ///< those that lie in a solid, a bit each
   bool has_on_meshes = false;
   glm::dvec3 on_meshes_world{0.0};  ///< the god-object on meshes of method scene-sequential
   Surroundings around;
@@ -73,14 +77,50 @@ inline bool holds(const TouchScene& scene, const ShapeSet& let_through, int shap
 struct ProxyInput {
   glm::dvec3 hip_world{0.0};  ///< haptic interface point, mm; finite
   std::span<const Placement> movers =
-      {};  ///< where the scene's moving meshes are now; empty: where they start
+      {};                              ///< where the scene's moving meshes are now; empty: where they start
+  glm::dquat orientation{1, 0, 0, 0};  ///< of the hand
 };
 
 /// Longest path a step reports: start, and two points an iteration, and the end.
 inline constexpr int k_max_iterations = 8;
 inline constexpr int k_max_waypoints = 32;
 
-struct ProxyStep {
+/// Where a tool of several balls is pushed.
+struct ToolContact {
+  glm::dvec3 place_world, normal_world;  ///< toward the tool
+  double push;                           ///< mm: times the stiffness the force
+  int shape;
+  Side side;
+};
+
+/// A few of them; a copy takes no longer than there are.
+class ToolContacts {
+ public:
+  static constexpr std::size_t k_most = 8;
+  ToolContacts() noexcept = default;
+  ToolContacts(const ToolContacts& other) noexcept : count_(other.count_) {
+    std::copy_n(other.all_.begin(), count_, all_.begin());
+  }
+  ToolContacts& operator=(const ToolContacts& other) noexcept {
+    count_ = other.count_;
+    std::copy_n(other.all_.begin(), count_, all_.begin());
+    return *this;
+  }
+  std::size_t size() const noexcept { return count_; }
+  const ToolContact& operator[](std::size_t i) const noexcept { return all_[i]; }
+  /// Those beyond the last are left out.
+  void add(const ToolContact& one) noexcept {
+    if (count_ < k_most) all_[count_++] = one;
+  }
+  void clear() noexcept { count_ = 0; }
+
+ private:
+  std::size_t count_ = 0;
+  std::array<ToolContact, k_most> all_;
+};
+
+/// What a step answers, but for lists.
+struct ProxyAnswer {
   glm::dvec3 proxy_world{0.0};
   glm::dvec3 normal_world{0.0};  ///< unit, toward the side of the proxy; 0 without contact
   bool has_contact = false;
@@ -89,20 +129,37 @@ struct ProxyStep {
   bool is_buried = false;  ///< matter grew over the proxy; it was set free at the HIP, without force
   glm::dvec3 carried_world{
       0.0};  ///< mm that what is touched moved by, there, since the last step; method `scene`
+  glm::dvec3 turn_world{0.0};  ///< rad about its axis, from the hand to the tool; of tools of several balls
   int waypoint_count = 0;
-  std::array<glm::dvec3, k_max_waypoints>
-      path_volume;  ///< from the old proxy to the new one, each leg checked
   ProxyCounters counters;
 
-  /// There must be room: k_max_waypoints holds the longest path of every method.
-  void add_waypoint(const glm::dvec3& p_volume) noexcept {
-    path_volume[static_cast<std::size_t>(waypoint_count++)] = p_volume;
-  }
   void set_contact(int item, Side touched, const glm::dvec3& normal) noexcept {
     has_contact = true;
     shape = item;
     side = touched;
     normal_world = normal;
+  }
+};
+
+/// A copy takes no longer than its lists are.
+struct ProxyStep : ProxyAnswer {
+  std::array<glm::dvec3, k_max_waypoints>
+      path_volume;        ///< from the old proxy to the new one, each leg checked
+  ToolContacts contacts;  ///< of a tool of several balls; of others what stands above is the only one
+
+  ProxyStep() noexcept = default;
+  ProxyStep(const ProxyStep& other) noexcept : ProxyAnswer(other), contacts(other.contacts) {
+    std::copy_n(other.path_volume.begin(), waypoint_count, path_volume.begin());
+  }
+  ProxyStep& operator=(const ProxyStep& other) noexcept {
+    ProxyAnswer::operator=(other);
+    contacts = other.contacts;
+    std::copy_n(other.path_volume.begin(), waypoint_count, path_volume.begin());
+    return *this;
+  }
+  /// There must be room: k_max_waypoints holds the longest path of every method.
+  void add_waypoint(const glm::dvec3& p_volume) noexcept {
+    path_volume[static_cast<std::size_t>(waypoint_count++)] = p_volume;
   }
 };
 
@@ -114,8 +171,9 @@ volume::Status check_touchable(const TouchScene& scene, bool has_radius = false,
 volume::Status check_smallest_burr(const TouchScene& scene, double least_mm);
 /// The same for methods on whole voxels: a hole as wide as a voxel's diagonal holds a centre everywhere.
 volume::Status check_burr_opens_voxels(const TouchScene& scene);
-/// Has a scene whose tool has a radius the offset fields for it?
-volume::Status check_offsets(const TouchScene& scene);
+/// Has a scene whose tool has a radius the offset fields for it? Error also for a tool of several balls,
+/// where the method is for one.
+volume::Status check_offsets(const TouchScene& scene, bool has_balls = false);
 
 class ProxyMethod {
  public:

@@ -132,6 +132,7 @@ volume::Status set_smallest_burr(TouchScene& scene, double diameter) {
 volume::Status set_tool_radius(TouchScene& scene, double radius, int threads) {
   if (radius == 0) {
     scene.tool_radius = 0;
+    scene.tool_balls.clear();
     for (TouchItem& shape : scene.items) shape.offset = nullptr;
     return std::nullopt;
   }
@@ -151,7 +152,39 @@ volume::Status set_tool_radius(TouchScene& scene, double radius, int threads) {
     shape.offset = std::move(made).value();
   }
   scene.tool_radius = radius;
+  scene.tool_balls.clear();
   return std::nullopt;
+}
+
+volume::Status check_tool_balls(double radius, const std::vector<glm::dvec3>& balls) {
+  if (balls.empty()) return std::nullopt;
+  if (!(radius > 0))
+    return Error{"a tool of several balls needs their radius", "radius", std::to_string(radius) + " mm",
+                 "more than 0", ""};
+  if (balls.size() > TouchScene::k_most_balls)
+    return Error{"a tool has too many balls", "balls", std::to_string(balls.size()),
+                 "at most " + std::to_string(TouchScene::k_most_balls), ""};
+  constexpr double k_longest = 300;  // mm
+  for (const glm::dvec3& at : balls)
+    if (!(glm::length(at) <= k_longest))
+      return Error{"a ball of the tool is too far from the hand", "balls",
+                   std::to_string(glm::length(at)) + " mm", "at most " + std::to_string(k_longest) + " mm",
+                   ""};
+  return std::nullopt;
+}
+
+volume::Status set_tool(TouchScene& scene, double radius, std::vector<glm::dvec3> balls, int threads) {
+  if (volume::Status error = check_tool_balls(radius, balls)) return error;
+  if (volume::Status error = set_tool_radius(scene, radius, threads)) return error;
+  scene.tool_balls = std::move(balls);
+  return std::nullopt;
+}
+
+double gyration_square(const TouchScene& scene) noexcept {
+  constexpr double k_least = 25;  // mm2: a short tool is turned by the hand that holds it
+  double sum = 0;
+  for (const glm::dvec3& at : scene.tool_balls) sum += glm::dot(at, at);
+  return std::max(k_least, sum / static_cast<double>(std::max<std::size_t>(1, scene.tool_balls.size())));
 }
 
 volume::Result<volume::Shape> window_of_opacity(std::span<const double> intensities,

@@ -112,6 +112,9 @@ struct TouchScene {
   std::shared_ptr<const volume::Volume> base;
   std::vector<TouchItem> items;
   double tool_radius = 0;  ///< mm; above 0 every shape needs its offset field
+  /// Middles of the balls of a rigid tool, mm, seen from the hand; empty: a ball, or a point, in its place.
+  std::vector<glm::dvec3> tool_balls = {};
+  static constexpr std::size_t k_most_balls = 16;
   std::vector<std::shared_ptr<const volume::Volume>> others = {};  ///< further volumes of shapes; not cut
   double smallest_burr = 0;  ///< mm, diameter, of all that may cut; 0: nothing is finer than the voxels
   std::optional<volume::CutLattice> lattice = std::nullopt;  ///< where cuts are sampled, for such a burr
@@ -152,5 +155,12 @@ volume::Status set_smallest_burr(TouchScene& scene, double diameter_mm);
 /// and small radii. 0 makes it a point again. Error when the radius is out of range or a shape also holds
 /// from its back.
 volume::Status set_tool_radius(TouchScene& scene, double radius_mm, int threads = 0);
+/// The same, for a rigid tool of several such balls; no place: one ball, or a point.
+volume::Status set_tool(TouchScene& scene, double radius_mm, std::vector<glm::dvec3> balls, int threads = 0);
+/// Can there be such a tool?
+volume::Status check_tool_balls(double radius_mm, const std::vector<glm::dvec3>& balls);
+/// mm2: so much stiffer than along it a tool of several balls is tied to the hand that turns, as if each ball
+/// hung on a spring of its own.
+double gyration_square(const TouchScene& scene) noexcept;
 
 }  // namespace trephine::haptics

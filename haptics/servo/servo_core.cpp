@@ -197,25 +197,28 @@ ServoRecord ServoCore::step(const ServoScene& seen, const ServoInput& input) noe
       step_ = mine.held_count > 0
                   ? step_with_held(mine, input)
                   : mine.method->step(scene, mine.state, state_,
-                                      {hip, std::span(mine.placements.data(), mine.placement_count)});
+                                      {hip, std::span(mine.placements.data(), mine.placement_count),
+                                       input.pose.orientation});
       if (step_.has_contact) touched_ = step_.shape;
       if (step_.is_buried && has_grown && way_.count > 0) begin_lead(mine, hip);
     }
     if (is_led_) lead(mine, hip);
     cap_ = is_led_ ? k_lead_force : std::min(force_limit_, cap_ + k_lead_recovery * dt_);
     wanted_ = limited(force_.step(step_, hip, scene), cap_);
+    dvec3 torque(0);
+    if (!scene.tool_balls.empty()) torque = (cap_ / force_limit_) * force_.turn(step_, scene);
     active_ = dvec3(0);
     if (mine.laws) {
       const LawForces forces = laws_.step(*mine.laws, {scene, mine.state.version.get(), step_, wanted_, hip,
                                                        input.pose.orientation, dvec3(0), dvec3(0), dt_});
       wanted_ += forces.rendered_world;
       active_ = forces.active_world;
-      torque_ = forces.torque_world;
-      is_turning_ = is_turning_ || torque_ != dvec3(0);
+      torque += forces.torque_world;
       if (forces.has_lost_resistance) add_event(record, TouchEvent::lost_resistance, forces.lost_shape);
     } else if (!laws_.is_empty()) {
       laws_.reset();
     }
+    if (torque != dvec3(0)) torque_ = torque, is_turning_ = true;
     if (is_passive_) wanted_ = passivity_.step(wanted_, hip, step_.has_contact ? step_.proxy_world : hip);
     wanted_ += active_;
     if (mine.has_pops) pop_through(mine, hip, record);
@@ -261,7 +264,8 @@ ProxyStep ServoCore::step_with_held(const ServoHand& mine, const ServoInput& inp
       placements[static_cast<std::size_t>(held.mover)] = *(*input.places)[held.by] * held.grip;
   }
   return mine.method->step(*mine.scene, mine.state, state_,
-                           {input.pose.position_world, std::span(placements.data(), mine.placement_count)});
+                           {input.pose.position_world, std::span(placements.data(), mine.placement_count),
+                            input.pose.orientation});
 }
 
 /// Where it is while its device is seen.
@@ -367,8 +371,9 @@ void ServoCore::lead(const ServoHand& mine, const dvec3& hip_world) noexcept {
   step_.shape = touched_;
   step_.is_buried = false;
   step_.side = Side::front;
-  step_.carried_world = dvec3(0);
+  step_.carried_world = step_.turn_world = dvec3(0);
   step_.waypoint_count = 0;
+  step_.contacts.clear();
 }
 
 void ServoCore::account(const ServoRecord& record) noexcept {

@@ -13,7 +13,7 @@ namespace trephine::haptics {
 namespace {
 
 // A struct that grows belongs here with its new field.
-static_assert(sizeof(ServoCore) == 6528 && sizeof(ProxyState) == 688 && sizeof(ServoRecord) == 336);
+static_assert(sizeof(ServoCore) == 7152 && sizeof(ProxyState) == 728 && sizeof(ServoRecord) == 336);
 
 template <class Fields>
 void fields_of(PlaneMemory& p, Fields& fields) {
@@ -31,12 +31,13 @@ void fields_of(Surroundings& s, Fields& fields) {
 template <class Fields>
 void fields_of(ProxyState& s, Fields& fields) {
   fields(s.has_proxy, s.proxy_volume, s.inside, s.had_contact, s.is_sticking, s.touched, s.version, s.plane,
-         s.has_on_meshes, s.on_meshes_world, s.around);
+         s.has_turn, s.tool_turn, s.balls_inside, s.has_on_meshes, s.on_meshes_world, s.around);
 }
 /// Its path and counters are of one tick alone.
 template <class Fields>
 void fields_of(ProxyStep& s, Fields& fields) {
-  fields(s.proxy_world, s.normal_world, s.has_contact, s.shape, s.side, s.is_buried, s.carried_world);
+  fields(s.proxy_world, s.normal_world, s.has_contact, s.shape, s.side, s.is_buried, s.carried_world,
+         s.turn_world);
 }
 template <class Fields>
 void fields_of(WayOut& w, Fields& fields) {
@@ -167,6 +168,8 @@ bool ServoMemory::load(std::string_view bytes, const ServoHand& mine, ServoCore&
   for (const int item : {made.touched_, made.last_shape_, made.popped_shape_, made.step_.shape, state.touched,
                          state.plane.shape})
     is_good = is_good && is_item(item, scene);
+  is_good = is_good && std::abs(glm::length(state.tool_turn) - 1) < 1e-6 &&
+            (state.balls_inside >> TouchScene::k_most_balls) == 0;
   for (const ServoCore::Place& place : made.places_)
     is_good = is_good && std::abs(glm::length(place.where.rotation) - 1) < 1e-6;
   for (const Side side : {made.step_.side, made.popped_side_}) is_good = is_good && is_side(side);

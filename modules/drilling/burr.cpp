@@ -112,6 +112,9 @@ sim::ToolBall body(const Burr& burr, const BurrState& state, const sim::Instrume
 
 /// A smaller one would leave no hole in the session's lattice, and a ball must have room in what it cuts.
 volume::Status check(const Burr& burr, const haptics::TouchScene& scene) {
+  if (!scene.tool_balls.empty())
+    return volume::Error{"a burr is one ball", "burr", std::to_string(scene.tool_balls.size()) + " balls",
+                         "a tool of one ball, or a point", ""};
   if (burr.is_round && burr.radius() < scene.tool_radius)
     return volume::Error{"the burr is smaller than the ball that touches for it", "burr diameter",
                          std::to_string(burr.diameter) + " mm",

@@ -227,6 +227,35 @@ class WatchingDevice final : public Device {
   std::atomic<long> count_{0};
 };
 
+TEST(ServoQuiet, NorDoesAToolOfSeveralBalls) {
+  allocations = locks = 0;
+  data_tools::PhantomOptions options;
+  options.size = glm::ivec3(96);
+  options.psf_sigma_voxels = 1;
+  TouchScene scene = scenes::phantom_scene("shell", options);
+  ASSERT_FALSE(set_tool(scene, 2, {{-8, 0, 0}, {-4, 0, 0}, {0, 0, 0}, {4, 0, 0}, {8, 0, 0}}));
+  const auto method = make_method("chain").value();
+  ASSERT_FALSE(method->prepare(scene));
+  ServoCore core({}, 1e-3);
+  const ServoScene seen = scene_for_one(scene, *method, std::make_shared<volume::Version>(scene.base));
+  VirtualDevice device(scenes::rough_walk(glm::dvec3(-50), glm::dvec3(50), 1.0, 20001, 3), {});
+  ASSERT_FALSE(device.open());
+  Pose pose;
+  long contacts = 0;
+  for (int i = 0; i < 20000; ++i) {
+    device.read(1e-3 * i, pose);
+    pose.orientation = {std::cos(0.01 * i), 0, std::sin(0.01 * i), 0};
+    is_watched = true;
+    const ServoRecord record = core.step(seen, {.pose = pose});
+    is_watched = false;
+    contacts += record.has_contact;
+    device.write(record.wrench());
+  }
+  EXPECT_GT(contacts, 1000);
+  EXPECT_EQ(allocations.load(), 0);
+  EXPECT_EQ(locks.load(), 0);
+}
+
 TEST(ServoQuiet, NorDoesTheWholeLoop) {
   allocations = locks = 0;
   data_tools::PhantomOptions options;

@@ -1,0 +1,322 @@
+#include "haptics/proxy/chain_proxy.h"
+
+#include <algorithm>
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <utility>
+
+#include "haptics/device/pose_path.h"
+
+namespace trephine::haptics {
+
+using glm::dquat;
+using glm::dvec3;
+
+namespace {
+
+// Voxels of the scene's frame, the finest there are.
+constexpr double k_gap = 2e-3;          // at which balls are kept before walls
+constexpr double k_landing = 1e-3;      // how near to a wall a free way must come
+constexpr double k_near = 0.4;          // walls nearer than this bound a motion
+constexpr double k_still = 1e-5;        // a tool that moves less has arrived
+constexpr double k_longest_turn = 0.1;  // rad a round
+constexpr int k_rounds = 8, k_sweeps = 60, k_most_walls = 48;
+
+/// A motion of the tool: of its place, and about it.
+struct Twist {
+  dvec3 along{0.0}, about{0.0};
+  friend Twist operator*(double share, const Twist& t) noexcept { return {share * t.along, share * t.about}; }
+};
+
+/// What a wall near a ball asks of a motion: along . t + about . t >= least.
+struct Bound {
+  dvec3 along, about;
+  double least, push = 0;
+  std::size_t ball;
+  Wall wall;
+};
+
+dquat turned(const dquat& q, const dvec3& about) noexcept {
+  const double angle = glm::length(about);
+  if (!(angle > 1e-12)) return q;
+  const double half = 0.5 * angle, s = std::sin(half) / angle;
+  return glm::normalize(dquat(std::cos(half), s * about.x, s * about.y, s * about.z) * q);
+}
+
+/// Rotation vector from one orientation to another, the short way round.
+dvec3 rotation_between(const dquat& from, const dquat& to) noexcept {
+  dquat d = to * glm::conjugate(from);
+  if (d.w < 0) d = -d;
+  const dvec3 v(d.x, d.y, d.z);
+  const double s = glm::length(v);
+  if (!(s > 1e-12)) return 2.0 * v;
+  return (2 * std::atan2(s, d.w) / s) * v;
+}
+
+/// One step of a chain.
+class Chain {
+ public:
+  Chain(const TouchScene& scene, SceneWalls& walls, ProxyState& state, const ProxyInput& input) noexcept
+      : scene_(scene),
+        walls_(walls),
+        state_(state),
+        square_(gyration_square(scene)),
+        voxel_(walls.frame().spacing().x),
+        hand_{input.hip_world, place_turn(input.orientation)} {}
+
+  /// On the hand, inside whatever is there.
+  void begin(const volume::Frame& base) noexcept {
+    state_.begin_at(base.volume_from_world(hand_.position_world));
+    tool_ = hand_;
+    look_inside();
+  }
+  /// Matter may have grown: which balls are in it?
+  bool look_inside() noexcept {
+    const std::uint32_t before = state_.balls_inside;
+    state_.balls_inside = 0;
+    for (std::size_t i = 0; i < scene_.tool_balls.size(); ++i)
+      if (!solids_at(ball(tool_, i)).is_empty()) state_.balls_inside |= 1u << i;
+    return (state_.balls_inside & ~before) != 0;
+  }
+  /// Where it was; one that was set down is turned as the hand is.
+  void go_on(const volume::Frame& base) noexcept {
+    tool_ = {base.world_from_volume(state_.proxy_volume),
+             state_.has_turn ? state_.tool_turn : hand_.rotation};
+  }
+  const Placement& here() const noexcept { return tool_; }
+  const Placement& hand() const noexcept { return hand_; }
+  void run(ProxyStep& result) noexcept;
+
+ private:
+  static dquat place_turn(const dquat& q) noexcept {
+    const double length = glm::length(q);
+    return length > 1e-3 ? q / length : dquat(1, 0, 0, 0);
+  }
+  dvec3 ball(const Placement& tool, std::size_t i) const noexcept {
+    return walls_.frame().volume_from_world(tool.world_from_local(scene_.tool_balls[i]));
+  }
+  ShapeSet solids_at(const dvec3& p) noexcept {
+    ShapeSet found;
+    for (int s = walls_.next_shape(0); s < ShapeSet::k_most; s = walls_.next_shape(s + 1))
+      if (walls_.is_solid(s, p)) found.flip(s);
+    return found;
+  }
+  void find_bounds() noexcept;
+  void add_bound(const Wall& wall, std::size_t ball, const dvec3& p) noexcept;
+  Twist solve(const Twist& wish) noexcept;
+  double free_share(const Placement& to, Wall& wall, std::size_t& stopped) noexcept;
+  Placement moved(const Twist& by) const noexcept {
+    return {tool_.position_world + by.along, turned(tool_.rotation, by.about)};
+  }
+  void note_insides() noexcept;
+
+  const TouchScene& scene_;
+  SceneWalls& walls_;
+  ProxyState& state_;
+  double square_, voxel_;
+  Placement hand_, tool_;
+  std::array<Bound, k_most_walls> bounds_;
+  struct Push {
+    std::size_t ball;
+    Wall wall;
+    double size;
+  };
+  std::array<Push, k_most_walls> before_;  ///< in the round before
+  int count_ = 0, before_count_ = 0;
+};
+
+void Chain::add_bound(const Wall& wall, std::size_t i, const dvec3& p) noexcept {
+  if (count_ == k_most_walls) return;
+  const volume::Slope slope = walls_.slope(wall, p);
+  const dvec3 gradient = walls_.frame().gradient_world_from_volume(slope.gradient);
+  const double steepness = glm::length(gradient);
+  if (!(steepness > 0)) return;
+  const dvec3 away = (-1 / steepness) * gradient;
+  const double room = -slope.value / steepness;
+  if (!(room < k_near * voxel_)) return;
+  const dvec3 arm = tool_.rotation * scene_.tool_balls[i];
+  double push = 0;
+  for (int k = 0; k < before_count_; ++k)
+    if (const Push& one = before_[static_cast<std::size_t>(k)]; one.ball == i && one.wall == wall)
+      push = one.size;
+  bounds_[static_cast<std::size_t>(count_++)] = {
+      away, glm::cross(arm, away), std::min(k_gap * voxel_ - room, 0.1 * voxel_), push, i, wall};
+}
+
+/// The walls near the balls, from where the tool is. Each pushes as it did before.
+void Chain::find_bounds() noexcept {
+  before_count_ = std::exchange(count_, 0);
+  for (int k = 0; k < before_count_; ++k) {
+    const Bound& b = bounds_[static_cast<std::size_t>(k)];
+    before_[static_cast<std::size_t>(k)] = {b.ball, b.wall, b.push};
+  }
+  for (std::size_t i = 0; i < scene_.tool_balls.size(); ++i) {
+    const dvec3 p = ball(tool_, i);
+    const ShapeSet inside = state_.balls_inside >> i & 1 ? solids_at(p) : ShapeSet{};
+    for (int s = walls_.next_shape(0); s < ShapeSet::k_most; s = walls_.next_shape(s + 1)) {
+      if (!walls_.may_hold(s, inside.contains(s))) continue;
+      SceneWalls::Few few;
+      const int found = walls_.walls_at(s, inside.contains(s), p, k_near * voxel_, few);
+      for (int k = 0; k < found; ++k) add_bound(few[static_cast<std::size_t>(k)], i, p);
+    }
+  }
+}
+
+/// The motion within the bounds that is nearest to the wish: of its dual problem one push after the other, so
+/// often. Those of the round before are where it begins.
+Twist Chain::solve(const Twist& wish) noexcept {
+  Twist t = wish;
+  const double light = 1 / square_;
+  for (int k = 0; k < count_; ++k) {
+    const Bound& b = bounds_[static_cast<std::size_t>(k)];
+    t.along += b.push * b.along;
+    t.about += (b.push * light) * b.about;
+  }
+  for (int sweep = 0; sweep < k_sweeps; ++sweep) {
+    double most = 0;
+    for (int k = 0; k < count_; ++k) {
+      Bound& b = bounds_[static_cast<std::size_t>(k)];
+      const double weight = 1 + light * glm::dot(b.about, b.about);
+      const double lacks = b.least - glm::dot(b.along, t.along) - glm::dot(b.about, t.about);
+      const double push = std::max(0.0, b.push + lacks / weight), more = push - b.push;
+      b.push = push;
+      t.along += more * b.along;
+      t.about += (more * light) * b.about;
+      most = std::max(most, std::abs(more));
+    }
+    if (most < 0.1 * k_still * voxel_) break;
+  }
+  return t;
+}
+
+/// How far the balls may go straight to where they are in `to`; what stops the first of them.
+double Chain::free_share(const Placement& to, Wall& wall, std::size_t& stopped) noexcept {
+  double least = 1;
+  for (std::size_t i = 0; i < scene_.tool_balls.size(); ++i) {
+    const dvec3 a = ball(tool_, i), b = ball(to, i);
+    if (a == b) continue;
+    ShapeSet inside = state_.balls_inside >> i & 1 ? solids_at(a) : ShapeSet{};
+    const Reach reach = walls_.reach(a, b, inside, k_landing * voxel_);
+    if (reach.is_blocked && reach.t < least) least = reach.t, wall = reach.wall, stopped = i;
+  }
+  return least;
+}
+
+/// Who has left what it was in, or is now in what holds nothing.
+void Chain::note_insides() noexcept {
+  bool may_enter = false;
+  for (int s = walls_.next_shape(0); s < ShapeSet::k_most; s = walls_.next_shape(s + 1))
+    may_enter = may_enter || (!walls_.is_mesh(s) && !walls_.holds(s, Side::front));
+  for (std::size_t i = 0; i < scene_.tool_balls.size(); ++i) {
+    const std::uint32_t bit = 1u << i;
+    if ((state_.balls_inside & bit) == 0 && !may_enter) continue;
+    state_.balls_inside &= ~bit;
+    if (!solids_at(ball(tool_, i)).is_empty()) state_.balls_inside |= bit;
+  }
+}
+
+void Chain::run(ProxyStep& result) noexcept {
+  double farthest = 0;
+  for (const dvec3& at : scene_.tool_balls) farthest = std::max(farthest, glm::length(at));
+  for (int round = 0; round < k_rounds; ++round) {
+    ++result.counters.iterations;
+    const Twist wish{hand_.position_world - tool_.position_world,
+                     rotation_between(tool_.rotation, hand_.rotation)};
+    find_bounds();
+    Twist t = solve(wish);
+    // Turned by little, so that balls go nearly straight.
+    const double turn = glm::length(t.about);
+    const double share = turn > k_longest_turn ? k_longest_turn / turn : 1;
+    t = share * t;
+    double way = glm::length(t.along) + farthest * glm::length(t.about);
+    if (!(way > k_still * voxel_)) break;
+    Wall wall;
+    std::size_t stopped = 0;
+    Placement to = moved(t);
+    double free = free_share(to, wall, stopped);
+    // What is less than the whole way is another one: it is proven too.
+    const bool was_stopped = free < 1;
+    for (int again = 0; free < 1 && free > 0 && again < 3; ++again) {
+      t = free * t;
+      to = moved(t);
+      free = free_share(to, wall, stopped);
+    }
+    if (free == 1) tool_ = to;
+    if (!was_stopped && count_ == 0 && share == 1) break;
+    if (free < 1 ||
+        (was_stopped && glm::length(t.along) + farthest * glm::length(t.about) < k_still * voxel_)) {
+      // Nothing near bounds it, and it does not get on.
+      find_bounds();
+      if (count_ < k_most_walls) add_bound(wall, stopped, ball(tool_, stopped));
+      const Twist rest = solve(
+          {hand_.position_world - tool_.position_world, rotation_between(tool_.rotation, hand_.rotation)});
+      way = glm::length(rest.along) + farthest * glm::length(rest.about);
+      if (!(way > k_still * voxel_) || free < 1) break;
+    }
+  }
+  note_insides();
+  result.turn_world = rotation_between(hand_.rotation, tool_.rotation);
+
+  // Who pushes: the walls of the last round.
+  const Bound* hardest = nullptr;
+  dvec3 sum(0);
+  for (int k = 0; k < count_; ++k) {
+    const Bound& b = bounds_[static_cast<std::size_t>(k)];
+    if (!(b.push > 0)) continue;
+    sum += b.push * b.along;
+    if (hardest == nullptr || b.push > hardest->push) hardest = &b;
+    result.contacts.add({tool_.world_from_local(scene_.tool_balls[b.ball]) - scene_.tool_radius * b.along,
+                         b.along, b.push, b.wall.shape, side_of(b.wall.is_back)});
+  }
+  const bool is_away = tool_.position_world != hand_.position_world || result.turn_world != dvec3(0);
+  if (hardest == nullptr || !is_away) return;
+  const double length = glm::length(sum);
+  result.set_contact(hardest->wall.shape, side_of(hardest->wall.is_back),
+                     length > 1e-3 * hardest->push ? sum / length : hardest->along);
+}
+
+}  // namespace
+
+volume::Status ChainProxy::prepare(const TouchScene& scene) {
+  if (scene.tool_balls.empty())
+    return volume::Error{"this method is for tools of several balls", "--method", "one ball, or a point",
+                         "TouchScene::tool_balls", "use --method subvoxel"};
+  if (volume::Status error = check_offsets(scene, true)) return error;
+  for (const TouchItem& item : scene.items)
+    if (item.mover >= 0)
+      return volume::Error{"this method holds meshes still", item.name, "a mesh that moves", "",
+                           "touch it with one ball"};
+  auto layout = SceneLayout::of(scene);
+  if (!layout) return layout.error();
+  layout_ = std::move(layout).value();
+  return std::nullopt;
+}
+
+ProxyStep ChainProxy::step(const TouchScene& scene, const TouchState& seen, ProxyState& state,
+                           const ProxyInput& input) const noexcept {
+  const volume::Frame& base = seen.version->base().frame;
+  ProxyStep result;
+  result.normal_world = dvec3(0);
+  for (int s = 0; s < item_count(scene); ++s) state.around.near.set(s, true);  // tools are long
+  SceneWalls walls(scene, layout_, seen, state, {}, result.counters);
+  Chain chain(scene, walls, state, input);
+  const bool is_new = !state.has_proxy;
+  if (!is_new) {
+    chain.go_on(base);
+    if (state.version != seen.version->serial()) result.is_buried = chain.look_inside();
+  }
+  if (is_new || result.is_buried)
+    chain.begin(base);
+  else
+    chain.run(result);
+  result.proxy_world = chain.here().position_world;
+  state.version = seen.version->serial();
+  state.tool_turn = chain.here().rotation;
+  state.has_turn = true;
+  state.proxy_volume = base.volume_from_world(result.proxy_world);
+  state.had_contact = result.has_contact;
+  result.add_waypoint(state.proxy_volume);
+  return result;
+}
+
+}  // namespace trephine::haptics

@@ -1,0 +1,281 @@
+// A rigid tool of several balls, judged by shapes with a formula and by a search that shares nothing with it.
+#include "haptics/proxy/chain_proxy.h"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <glm/geometric.hpp>
+#include <gtest/gtest.h>
+#include <random>
+
+#include "haptics/proxy/methods.h"
+#include "haptics/servo/servo_core.h"
+#include "tests/haptics/servo/servo_fixture.h"
+#include "volume/removal.h"
+
+namespace trephine::haptics {
+namespace {
+
+using glm::dquat;
+using glm::dvec3;
+
+constexpr double k_radius = 2;
+
+std::vector<dvec3> rod(double half, int balls) {
+  std::vector<dvec3> all;
+  for (int i = 0; i < balls; ++i) all.emplace_back(half * (2.0 * i / (balls - 1) - 1), 0, 0);
+  return all;
+}
+/// A probe that is held at its end, with a bent tip.
+std::vector<dvec3> hook() { return {{0, 0, 0}, {0, 0, -8}, {0, 0, -16}, {0, 0, -24}, {5, 0, -28}}; }
+
+struct Solid {
+  const char* phantom;
+  std::map<std::string, double> parameters;
+  std::function<double(const dvec3&)> distance;  ///< mm, above 0 outside
+  dvec3 top{0.0};
+};
+std::vector<Solid> solids() {
+  return {{"plane", {{"angle", 0}}, [](const dvec3& p) { return p.z; }, {0, 0, 0}},
+          {"sphere", {{"radius", 30}}, [](const dvec3& p) { return glm::length(p) - 30; }, {0, 0, 30}},
+          {"torus",
+           {{"major", 35}, {"minor", 14}},
+           [](const dvec3& p) { return std::hypot(std::hypot(p.x, p.y) - 35, p.z) - 14; },
+           {35, 0, 14}}};
+}
+
+TouchScene scene_with(const Solid& solid, const std::vector<dvec3>& balls, int size = 96) {
+  data_tools::PhantomOptions o = grid(size);
+  o.parameters = solid.parameters;
+  TouchScene scene = scenes::phantom_scene(solid.phantom, o);
+  EXPECT_FALSE(set_tool(scene, k_radius, balls));
+  return scene;
+}
+
+dquat turn(const dvec3& about) {
+  const double angle = glm::length(about);
+  if (angle == 0) return {1, 0, 0, 0};
+  const dvec3 v = std::sin(0.5 * angle) / angle * about;
+  return {std::cos(0.5 * angle), v.x, v.y, v.z};
+}
+double angle_between(const dquat& a, const dquat& b) {
+  return 2 * std::acos(std::min(1.0, std::abs(glm::dot(a, b))));
+}
+
+struct Play {
+  const TouchScene& scene;
+  ChainProxy method;
+  ProxyState state;
+  TouchState seen;
+  explicit Play(const TouchScene& s) : scene(s), seen(std::shared_ptr<const volume::Version>(untouched(s))) {
+    EXPECT_FALSE(method.prepare(scene));
+  }
+  ProxyStep step(const Placement& hand) {
+    return method.step(scene, seen, state, {hand.position_world, {}, hand.rotation});
+  }
+  Placement tool(const ProxyStep& r) const { return {r.proxy_world, state.tool_turn}; }
+};
+
+double energy(const TouchScene& scene, const Placement& tool, const Placement& hand) {
+  const dvec3 d = tool.position_world - hand.position_world;
+  const double a = angle_between(tool.rotation, hand.rotation);
+  return 0.5 * (glm::dot(d, d) + gyration_square(scene) * a * a);
+}
+double least_distance(const Solid& solid, const TouchScene& scene, const Placement& tool) {
+  double least = 1e300;
+  for (const dvec3& at : scene.tool_balls) least = std::min(least, solid.distance(tool.world_from_local(at)));
+  return least;
+}
+
+// Nowhere near it is a free place with less in its springs: by trial, from where it rests.
+TEST(ChainProxy, RestsWhereTheSpringsOfItsBallsAreShortest) {
+  std::mt19937 random(5);
+  const auto between = [&](double a, double b) { return a + (b - a) * (double(random()) / 4294967296.0); };
+  double worst = 0, deepest = 0;
+  int touching = 0;
+  for (const Solid& solid : solids())
+    for (const auto& balls : {rod(12, 7), hook()}) {
+      const TouchScene scene = scene_with(solid, balls);
+      const double voxel = scene.base->frame.spacing().x;
+      for (int trial = 0; trial < 4; ++trial) {
+        Play run(scene);
+        // From above onto it, up to 8 mm too deep, turned about meanwhile.
+        const double down = balls.size() == 7 ? k_radius : 28 + k_radius;
+        const dvec3 to = solid.top + dvec3(between(-6, 6), between(-6, 6), down - between(1, 8));
+        const dvec3 about(between(-0.4, 0.4), between(-0.4, 0.4), between(-0.6, 0.6));
+        const Placement first{to + dvec3(0, 0, 20), turn({between(-0.2, 0.2), between(-0.2, 0.2), 1})};
+        Placement hand = first;
+        ProxyStep r;
+        for (int i = 0; i <= 900; ++i) {
+          const double share = std::min(1.0, i / 600.0);
+          hand = {first.position_world + share * (to - first.position_world),
+                  turn(share * about) * first.rotation};
+          r = run.step(hand);
+          deepest = std::max(deepest, (k_radius - least_distance(solid, scene, run.tool(r))) / voxel);
+        }
+        if (!r.has_contact) continue;
+        ++touching;
+        EXPECT_GT(r.contacts.size(), 0u);
+        // From there down by chance, no ball deeper than the method's own is.
+        Placement best = run.tool(r);
+        const double held = energy(scene, best, hand);
+        const Placement rests = best;
+        const auto is_free = [&](const Placement& tool) {
+          return std::all_of(balls.begin(), balls.end(), [&](const dvec3& at) {
+            return solid.distance(tool.world_from_local(at)) >=
+                   std::min(k_radius, solid.distance(rests.world_from_local(at)));
+          });
+        };
+        double least = held, reach = 0.1;  // not over ridges to other valleys
+        for (int n = 0; n < 6000; ++n) {
+          if (n % 500 == 499) reach *= 0.5;
+          const double arm = std::sqrt(gyration_square(scene));
+          const Placement next{
+              best.position_world + reach * dvec3(between(-1, 1), between(-1, 1), between(-1, 1)),
+              turn(reach / arm * dvec3(between(-1, 1), between(-1, 1), between(-1, 1))) * best.rotation};
+          if (!is_free(next) || glm::length(next.position_world - r.proxy_world) > 1) continue;
+          if (const double e = energy(scene, next, hand); e < least) least = e, best = next;
+        }
+        // In mm of the spring.
+        worst = std::max(worst, (std::sqrt(2 * held) - std::sqrt(2 * least)) / voxel);
+      }
+    }
+  EXPECT_GT(touching, 20);
+  EXPECT_LT(deepest, 0.1) << "voxels";
+  EXPECT_LT(worst, 0.02) << "voxels";
+  RecordProperty("nearer_by_trial_voxels", std::to_string(worst));
+  RecordProperty("deepest_voxels", std::to_string(deepest));
+}
+
+// By the statics of a lever: on a plane, pressed and tilted.
+TEST(ChainProxy, ARodOnAPlaneIsALever) {
+  const Solid plane = solids()[0];
+  const double half = 15;
+  const TouchScene scene = scene_with(plane, rod(half, 7));
+  const double square = gyration_square(scene);
+  for (const double tilt : {0.0, 0.05, 0.2, -0.2})
+    for (const double z : {1.5, 0.0, -4.0}) {
+      Play run(scene);
+      ProxyStep r;
+      const dvec3 about(0, -tilt, 0);  // its far end up for tilt > 0
+      for (int i = 0; i < 1500; ++i)
+        r = run.step({{0, 0, std::max(z, 30 - 0.05 * i)}, turn(std::min(1.0, i / 300.0) * about)});
+      // z = radius + half * sin|a|, where both springs together are shortest; flat where that would be less
+      // than nothing.
+      double best = 0, least = 1e300;
+      for (double a = 0; a <= std::abs(tilt); a += 1e-5) {
+        const double height = std::max(z, k_radius + half * std::sin(a));
+        const double e = std::pow(height - z, 2) + square * std::pow(std::abs(tilt) - a, 2);
+        if (e < least) least = e, best = a;
+      }
+      const double height = std::max(z, k_radius + half * std::sin(best));
+      EXPECT_NEAR(r.proxy_world.z, height, 0.03) << tilt << ' ' << z;
+      EXPECT_NEAR(glm::length(r.turn_world), std::abs(tilt) - best, 0.003) << tilt << ' ' << z;
+      if (tilt != 0 && best + 0.01 < std::abs(tilt)) {
+        EXPECT_GT(r.turn_world.y * tilt, 0);
+      }
+    }
+}
+
+TEST(ChainProxy, NothingIsEnteredOrPassedHoweverItIsMoved) {
+  const Solid plate{"plate", {{"thickness", 3}, {"angle", 20}}, nullptr, {}};
+  const dvec3 normal(std::sin(20 * 3.14159265358979 / 180), 0, std::cos(20 * 3.14159265358979 / 180));
+  const TouchScene scene = scene_with(plate, rod(12, 7));
+  const double voxel = scene.base->frame.spacing().x;
+  for (unsigned seed = 1; seed <= 3; ++seed) {
+    std::mt19937 random(seed);
+    std::normal_distribution<double> noise(0, 1);
+    Play run(scene);
+    dvec3 at(0, 0, 25), about(0);
+    long contacts = 0;
+    for (int i = 0; i < 6000; ++i) {
+      // Up to 2 m/s and 60 rad/s, back and forth through the plate.
+      at += dvec3(0.3 * noise(random), 0.3 * noise(random), noise(random) - 0.05 * at.z);
+      at.z += 2 * std::sin(0.05 * i);
+      about += 0.03 * dvec3(noise(random), noise(random), noise(random)) - 0.01 * about;
+      if (glm::length(at) > 40) at *= 0.9;
+      const ProxyStep r = run.step({at, turn(about)});
+      contacts += r.has_contact;
+      const Placement tool = run.tool(r);
+      ASSERT_EQ(run.state.balls_inside, 0u);
+      for (const dvec3& ball : scene.tool_balls) {
+        const double side = glm::dot(tool.world_from_local(ball), normal) - 1.5;
+        ASSERT_GT(side, k_radius - 0.1 * voxel) << i;
+      }
+      ASSERT_NEAR(glm::length(tool.rotation), 1, 1e-9);
+    }
+    EXPECT_GT(contacts, 1000);
+  }
+}
+
+// Round and round in a pit with the whole tick: what the hand gets back is no more than it gave.
+TEST(ChainProxy, GivesNoEnergyOnWaysThatEndWhereTheyBegan) {
+  const Solid torus = solids()[2];
+  TouchScene scene = scene_with(torus, hook());
+  ChainProxy method;
+  ASSERT_FALSE(method.prepare(scene));
+  const auto seen = seen_by(scene, method);
+  ServoCore core({}, 1e-3);
+  double most_torque = 0;
+  long contacts = 0;
+  for (int i = 0; i <= 12000; ++i) {
+    const double a = 2 * 3.14159265358979 * i / 2000;
+    Pose pose;
+    pose.position_world = {12 * std::cos(a), 12 * std::sin(a), 22 + 6 * std::sin(3 * a)};
+    pose.orientation = turn({0.3 * std::sin(2 * a), 0.3 * std::cos(a) - 0.3, 0.2 * std::sin(a)});
+    const ServoRecord r = core.step(*seen, {.pose = pose});
+    contacts += r.has_contact;
+    most_torque = std::max(most_torque, glm::length(r.torque_world));
+    ASSERT_EQ(r.faults & k_latched_faults, 0u);
+  }
+  EXPECT_GT(contacts, 3000);
+  EXPECT_GT(most_torque, 5);
+  const EnergyLedger& energy = core.energy();
+  EXPECT_LT(energy.contact + energy.turning, 0.5) << energy.contact << ' ' << energy.turning;
+}
+
+TEST(ChainProxy, MatterThatGrowsSetsItFreeAndItComesOutAgain) {
+  const Solid plane = solids()[0];
+  const TouchScene scene = scene_with(plane, rod(12, 7));
+  Play run(scene);
+  volume::RemovalEditor editor(std::shared_ptr<const volume::Version>(untouched(scene)),
+                               {scene.items[0].field});
+  editor.remove({{-14, 0, -2}, {14, 0, -2}, 6});
+  const auto cut = editor.publish();
+  TouchState::OffsetFields fields{scene.items[0].offset->updated(
+      scene.items[0].field, *scene.items[0].bits, *cut, {glm::ivec3(0), scene.base->size - 1})};
+  const TouchState whole = run.seen;
+  run.seen = TouchState(cut, fields);
+  ProxyStep r;
+  for (int i = 0; i < 600; ++i) r = run.step({{0, 0, std::max(-3.0, 20 - 0.1 * i)}, {1, 0, 0, 0}});
+  EXPECT_NEAR(r.proxy_world.z, -3, 1e-6);  // in the trough
+  run.seen = whole;
+  r = run.step({{0, 0, -3}, {1, 0, 0, 0}});
+  EXPECT_TRUE(r.is_buried);
+  EXPECT_FALSE(r.has_contact);
+  for (int i = 0; i < 300; ++i) r = run.step({{0, 0, -3 + 0.05 * i}, {1, 0, 0, 0}});
+  EXPECT_EQ(run.state.balls_inside, 0u);
+  for (int i = 0; i < 300; ++i) r = run.step({{0, 0, 12 - 0.05 * i}, {1, 0, 0, 0}});
+  EXPECT_TRUE(r.has_contact);
+  EXPECT_NEAR(r.proxy_world.z, k_radius, 0.05);
+}
+
+TEST(ChainProxy, WhatCannotBeIsSaid) {
+  data_tools::PhantomOptions o = grid(32);
+  TouchScene scene = scenes::phantom_scene("sphere", o);
+  EXPECT_NE(set_tool(scene, 0, rod(5, 3))->what.find("radius"), std::string::npos);
+  EXPECT_NE(set_tool(scene, 2, std::vector<dvec3>(17))->what.find("too many balls"), std::string::npos);
+  EXPECT_NE(set_tool(scene, 2, {{0, 0, 1e9}})->what.find("too far"), std::string::npos);
+  EXPECT_NE(set_tool(scene, 2, {{0, std::nan(""), 0}})->what.find("too far"), std::string::npos);
+  EXPECT_TRUE(scene.tool_balls.empty());
+  ChainProxy chain;
+  EXPECT_NE(chain.prepare(scene)->what.find("several balls"), std::string::npos);
+  ASSERT_FALSE(set_tool(scene, 6, rod(5, 3)));
+  EXPECT_FALSE(chain.prepare(scene));
+  for (const MethodInfo& info : method_catalogue())
+    EXPECT_TRUE(make_method(info.name).value()->prepare(scene)) << info.name;
+  EXPECT_TRUE(find_method("chain") && make_method("chain"));
+}
+
+}  // namespace
+}  // namespace trephine::haptics

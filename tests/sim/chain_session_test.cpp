@@ -1,0 +1,77 @@
+// Sessions of a rigid tool of several balls, given from the start or midway.
+#include "sim/scene_spec.h"
+#include "tests/sim/opens_anywhere.h"
+#include "tests/sim/session_fixture.h"
+
+namespace trephine::sim {
+namespace {
+
+/// Over the plate, tilted to and fro, in and out of touch.
+haptics::Pose waving(int i) {
+  const double t = 1e-3 * i, half = 0.15 * std::sin(5 * t);
+  return {{4 * std::sin(2 * t), 3 * std::cos(1.3 * t), 2.5 + 3 * std::cos(4 * t)},
+          {std::cos(half), 0, std::sin(half), 0},
+          0};
+}
+
+TEST(ChainSession, IsRecordedReplayedAndOpenedAnywhereWithItsTorques) {
+  const Folder folder;
+  const std::string path = folder.file("chain.session");
+  const haptics::TouchScene scene = small_bone();
+  SceneSpec spec = describe_scene(scene, haptics::ImplicitProxy(), {},
+                                  {HandSpec(Instrument()), HandSpec(drilling::burr(k_burr))});
+  spec.hands[0].method = "chain";
+  spec.hands[0].tool_radius = 1;
+  spec.hands[0].tool_balls = {{-6, 0, 0}, {-3, 0, 0}, {0, 0, 0}, {3, 0, 0}, {6, 0, 0}};
+  spec.hands[1].method = "subvoxel";
+  auto start = build_scene(spec, data_of(scene), drilling_catalogue());
+  ASSERT_TRUE(start.is_ok()) << start.error().message();
+  const SceneSpec described = describe_scene(start.value().hands, {});
+  EXPECT_EQ(described.hands[0].tool_balls, spec.hands[0].tool_balls);
+  EXPECT_TRUE(described.hands[1].tool_balls.empty());
+  WriterOptions options = often(2500);
+  options.is_embedding = true;
+  auto writer =
+      SessionWriter::create(path, SessionHeader(described), data_of(scene), drilling_catalogue(), options);
+  ASSERT_TRUE(writer.is_ok());
+  Lockstep run(Engine(std::move(start.value().hands), 1e-3, drilling_catalogue()), {}, 1000,
+               writer.value().get());
+  const haptics::PosePath wish = drilling_wish(20);
+  double most_torque = 0;
+  long contacts[3] = {};
+  const auto give = [&](const ToolGeometry& geometry) {
+    const Outcome begun = run.apply(geometry);
+    ASSERT_FALSE(begun.refused) << begun.refused->message();
+    EXPECT_TRUE(run.apply(run.engine().finish_job(begun.job)).is_changed);
+  };
+  for (int i = 0; i < 4500; ++i) {
+    haptics::Pose poses[2] = {waving(i), wish.at(1e-3 * i)};
+    poses[1].position_world.x += 3;
+    const haptics::ServoRecord r = run.step(poses)[0];
+    most_torque = std::max(most_torque, glm::length(r.torque_world));
+    contacts[i / 1500] += r.has_contact;
+    if (i == 1499) give({1.2, {}});
+    if (i >= 1600 && i < 2990) {
+      EXPECT_EQ(r.torque_world, dvec3(0)) << i;
+    }
+    if (i == 2999) give({0.8, {{0, 0, 0}, {0, 0, -4}, {2, 0, -6}}});
+    if (i == 2200 || i == 3700) run.undo();
+    if (i == 2300) run.redo();
+  }
+  for (const long count : contacts) EXPECT_GT(count, 300);
+  EXPECT_GT(most_torque, 3);
+  const auto refused = [&](const Command& command, const char* words) {
+    const Outcome outcome = run.apply(command);
+    ASSERT_TRUE(outcome.refused) << words;
+    EXPECT_NE(outcome.refused->message().find(words), std::string::npos) << outcome.refused->message();
+  };
+  refused({ToolGeometry{1, std::vector<dvec3>(17)}, 0}, "too many balls");
+  refused({ToolGeometry{0, {{0, 0, 1}}}, 0}, "radius");
+  refused({ToolGeometry{1, {{0, 0, 1}, {0, 0, 3}}}, 1}, "a burr is one ball");
+  refused(FreePieces{}, "cannot touch what comes off");
+  EXPECT_FALSE(writer.value()->finish(run.engine(), 0).has_value());
+  expect_opens_anywhere(path, drilling_catalogue(), {});
+}
+
+}  // namespace
+}  // namespace trephine::sim
