@@ -18,8 +18,9 @@ struct Piece {
   haptics::Material material;
   double mm3 = 0;
   glm::dvec3 middle_world{0.0};
+  std::uint64_t hash = 0;  ///< of all of it
 
-  Piece(const volume::PartSurface& surface, const haptics::Material& felt, double size_mm3);
+  Piece(const volume::PartSurface& surface, const haptics::Material& felt);
 };
 /// All of it: the same bits, the same piece.
 std::string to_bytes(const Piece& piece);
@@ -31,7 +32,7 @@ struct Body {
   int mover = 0;  ///< of its item, while it is there
   std::shared_ptr<const Piece> piece;
   haptics::Placement place;  ///< of the frame in which it was freed; of one in a hand where it was taken
-  int holder = -1;           ///< hand; -1: it lies still
+  int holder = -1;           ///< hand; -1: it lies still. Of the moment: undo brings no body into a hand
   haptics::Placement grip;   ///< seen from that hand
 };
 
@@ -39,13 +40,14 @@ struct Body {
 struct CameOff {
   std::shared_ptr<const volume::Version> rest;
   std::vector<std::shared_ptr<const Piece>> pieces;
-  volume::VoxelBox box;  ///< what may look different
+  std::size_t piece_count = 0;  ///< of those; more than there can be are counted, and not made
+  volume::VoxelBox box;         ///< what may look different
   std::int64_t debris = 0;
   double debris_mm3 = 0;
 };
 /// Each part that came off and is as large as `wish` says becomes a piece; smaller ones go. Any thread, of
-/// immutable things; seconds for large pieces.
-CameOff come_off(const haptics::TouchScene& scene, const FreePieces& wish,
+/// immutable things; seconds for large pieces. `solids`: of all that is cut, as the engine's editor has them.
+CameOff come_off(const haptics::TouchItem& shape, const FreePieces& wish, std::vector<volume::Field> solids,
                  const std::shared_ptr<const volume::Version>& version);
 
 }  // namespace trephine::sim

@@ -155,7 +155,8 @@ Status Engine::check_way_back(const Command& command) const {
   else
     return std::nullopt;
   const volume::Result<HistoryPlace> place = history_[to]->place();
-  return place ? Status() : place.error();
+  if (!place) return place.error();
+  return place.value().world.bodies.empty() ? Status() : check_room_for_bodies();
 }
 
 void Engine::carry_out(const Command& command, Outcome& outcome) {
@@ -253,8 +254,10 @@ void Engine::arm(PendingJob& job) const {
       return type->run(parameters->data(), *input);
     };
   else if (job.parameters->as<FreePieces>())
-    job.run = [scene = tools_[job.hand].scene, parameters = job.parameters, input = job.input] {
-      return make_pieces(*scene, *parameters->as<FreePieces>(), *input);
+    job.run = [scene = tools_[job.hand].scene, solids = solids_of(*tools_[0].scene),
+               parameters = job.parameters, input = job.input] {
+      const auto& wish = *parameters->as<FreePieces>();
+      return make_pieces(scene->items[static_cast<std::size_t>(wish.item)], wish, solids, *input);
     };
   else
     job.run = [tool = tools_[job.hand], parameters = job.parameters, input = job.input, cut = job.cut] {
@@ -284,7 +287,11 @@ void Engine::end_job(const AdoptJob& wish, Outcome& outcome) {
     return kept.first == job.id;
   });
   const void* parameters = job.parameters->data();
-  if (job.type && job.type->still_fits && !job.type->still_fits(parameters, *job.input, now_)) {
+  const bool is_late =
+      job.parameters->as<FreePieces>()
+          ? job.edits != edits_
+          : job.type && job.type->still_fits && !job.type->still_fits(parameters, *job.input, now_);
+  if (is_late) {
     news_.push_back({now_.next_tick, job.hand, glm::dvec3(0), JobDiscarded{job.id, "the world changed"}});
     return;
   }
@@ -309,8 +316,10 @@ void Engine::finish(const ModuleWork& work, Outcome& outcome) {
   if (work.is_put_back()) {
     editor_.reset(untouched_);
     now_.world.version = felt_ = editor_.publish();
-    now_.world.bodies.clear();
-    use_bodies(Bodies::others);
+    if (!now_.world.bodies.empty()) {
+      now_.world.bodies.clear();
+      use_bodies(Bodies::others);
+    }
     for (TouchFields& fields : fields_) fields.go_back({}, current(), serial() + 1);
     publish(Change::growth);
     for (HandWork& hand : work_) hand.is_fresh = true;
@@ -426,6 +435,7 @@ void Engine::go_to(std::size_t position, Outcome& outcome) {
   editor_.reset(entry.world.version);
   const bool has_bodies = !now_.world.bodies.empty() || !entry.world.bodies.empty();
   now_.world = entry.world;
+  for (Body& body : now_.world.bodies) body.holder = -1, body.grip = {};
   ++edits_;
   if (has_bodies) use_bodies(Bodies::others);
   now_.world.version = felt_ = editor_.publish();

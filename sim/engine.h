@@ -34,8 +34,8 @@ struct HandStart {
 };
 
 /// What a job of FreePieces makes.
-std::shared_ptr<const JobResult> make_pieces(const haptics::TouchScene& scene, const FreePieces& wish,
-                                             const OperationState& input);
+std::shared_ptr<const JobResult> make_pieces(const haptics::TouchItem& shape, const FreePieces& wish,
+                                             std::vector<volume::Field> solids, const OperationState& input);
 
 /// One thread: the edit thread, or the only one in lockstep. A copy, made when it is frozen, goes on by
 /// itself.
@@ -136,6 +136,7 @@ class Engine {
   void use_fields();
   enum class Bodies { same, others };
   std::vector<int> free_movers() const;
+  volume::Status check_room_for_bodies() const;
   volume::Status check_body(const Command& command) const;
   bool change_body(const Command& command, Outcome& outcome);
   void put_down(Body& body);

@@ -17,14 +17,17 @@ struct MadePieces final : JobResult {
   std::uint64_t hash() const override { return fingerprint; }
 };
 
-/// Methods whose walls go together with models.
-bool can_feel_bodies(const haptics::ProxyMethod& method) {
-  const std::string_view name = method.name();
-  return name == "subvoxel" || name == "scene";
-}
-
 Error no_body(const char* command, Id id) {
   return {"there is no such body", command, "body " + std::to_string(id.value), "one that was freed", ""};
+}
+
+/// Since which layout a hand knows the body there where it is.
+std::uint64_t since_of(const haptics::ServoHand& hand, const Body& body) {
+  for (const haptics::TouchItem& item : hand.scene->items)
+    if (item.tree == body.piece->tree && item.mover == body.mover &&
+        hand.placements[static_cast<std::size_t>(body.mover)] == body.place)
+      return item.since;
+  return hand.layout + 1;
 }
 
 template <class Bodies>
@@ -38,13 +41,14 @@ auto held_by(Bodies& bodies, std::uint8_t hand) {
 
 }  // namespace
 
-std::shared_ptr<const JobResult> make_pieces(const haptics::TouchScene& scene, const FreePieces& wish,
-                                             const OperationState& input) {
+std::shared_ptr<const JobResult> make_pieces(const haptics::TouchItem& shape, const FreePieces& wish,
+                                             std::vector<volume::Field> solids, const OperationState& input) {
   auto made = std::make_shared<MadePieces>();
-  made->off = come_off(scene, wish, input.world.version);
+  made->off = come_off(shape, wish, std::move(solids), input.world.version);
   volume::MixHash all;
   all.add(made->off.rest->content_hash());
-  for (const auto& piece : made->off.pieces) add_bytes(all, to_bytes(*piece));
+  all.add(std::uint64_t{made->off.piece_count});
+  for (const auto& piece : made->off.pieces) all.add(piece->hash);
   made->fingerprint = all.value();
   return made;
 }
@@ -63,6 +67,20 @@ std::vector<int> Engine::free_movers() const {
   return free;
 }
 
+/// Can every hand feel bodies beside what it feels the anatomy with?
+Status Engine::check_room_for_bodies() const {
+  for (const HandTool& tool : tools_) {
+    const std::string_view name = tool.method->name();  // those whose walls go together with models
+    if (name != "subvoxel" && name != "scene")
+      return Error{"a hand feels with a method that cannot touch what comes off", "", std::string(name),
+                   "subvoxel or scene", "give it such a tool"};
+    if (haptics::item_count(*tool.scene) + haptics::TouchScene::k_max_movers > haptics::ShapeSet::k_most)
+      return Error{"there are too many things to touch beside what comes off", "",
+                   std::to_string(haptics::item_count(*tool.scene)), "room for eight more", ""};
+  }
+  return std::nullopt;
+}
+
 Status Engine::check_body(const Command& command) const {
   const std::vector<Body>& bodies = now_.world.bodies;
   if (const auto* wish = command.what.as<FreePieces>()) {
@@ -70,14 +88,11 @@ Status Engine::check_body(const Command& command) const {
     if (wish->item >= static_cast<std::int64_t>(shapes.size()))
       return Error{"there is no such shape to free pieces of", "free-pieces item", std::to_string(wish->item),
                    "0 to " + std::to_string(shapes.size() - 1), ""};
-    for (const HandTool& tool : tools_) {
-      if (!can_feel_bodies(*tool.method))
-        return Error{"a hand feels with a method that cannot touch what comes off", "free-pieces",
-                     tool.method->name(), "subvoxel or scene", "begin with such a method"};
-      if (haptics::item_count(*tool.scene) + haptics::TouchScene::k_max_movers > haptics::ShapeSet::k_most)
-        return Error{"there are too many things to touch", "free-pieces",
-                     std::to_string(haptics::item_count(*tool.scene)), "room for eight more", ""};
-    }
+    // Its touch is of smooth walls, and the piece's would be of steps: who rests there would fall in.
+    if (const haptics::TouchItem& shape = shapes[static_cast<std::size_t>(wish->item)]; shape.soft)
+      return Error{"pieces of a shape that was made smooth cannot come off", "free-pieces item",
+                   haptics::name_of(shape), "a shape between intensities", ""};
+    if (Status error = check_room_for_bodies()) return error;
     if (free_movers().empty())
       return Error{"there is no room for another body", "free-pieces",
                    std::to_string(bodies.size()) + " bodies",
@@ -118,7 +133,9 @@ bool Engine::change_body(const Command& command, Outcome& outcome) {
   }
   use_bodies(command.what.as<DiscardBody>() ? Bodies::others : Bodies::same);
   publish(Change::cut);
-  is_stroke_changed_ = outcome.is_edit = outcome.is_changed = true;
+  outcome.is_changed = true;
+  if (command.what.as<HoldBody>()) return true;  // nothing to take back: that is where it is put down
+  is_stroke_changed_ = outcome.is_edit = true;
   if (!is_in_stroke()) end_stroke();
   return true;
 }
@@ -146,12 +163,13 @@ void Engine::put_all_down(Outcome& outcome) {
 void Engine::adopt_pieces(const PendingJob& job, const JobResult& result, Outcome& outcome) {
   const CameOff& off = static_cast<const MadePieces&>(result).off;
   const std::vector<int> movers = free_movers();
-  const std::string why = job.edits != edits_                     ? "the anatomy changed meanwhile"
-                          : off.pieces.empty() && off.debris == 0 ? "nothing came off"
-                          : off.pieces.size() > movers.size()
-                              ? std::to_string(off.pieces.size()) +
-                                    " pieces came off, and there is room for " + std::to_string(movers.size())
-                              : "";
+  const Status no_room = check_room_for_bodies();
+  const std::string why = off.piece_count == 0 && off.debris == 0 ? "nothing came off"
+                          : off.piece_count > movers.size()
+                              ? std::to_string(off.piece_count) + " pieces came off, and there is room for " +
+                                    std::to_string(movers.size())
+                          : no_room ? no_room->message()
+                                    : "";
   if (!why.empty()) {
     news_.push_back({now_.next_tick, job.hand, glm::dvec3(0), JobDiscarded{job.id, why}});
     return;
@@ -196,6 +214,7 @@ void Engine::use_bodies(std::size_t h, Bodies which) {
       haptics::TouchItem item =
           haptics::mesh_item("body " + std::to_string(body.id.value), body.piece->tree, body.piece->material);
       item.mover = body.mover;
+      item.since = since_of(hand, body);
       scene->items.push_back(std::move(item));
     }
     auto method = std::make_shared<haptics::SceneProxy>();
@@ -209,8 +228,7 @@ void Engine::use_bodies(std::size_t h, Bodies which) {
     hand.set_placement(body.mover, body.place);
     // Nobody touches what is in their own hand.
     hand.set_touchable(first + static_cast<int>(b), body.holder != static_cast<int>(h));
-    if (body.holder >= 0 && body.holder != static_cast<int>(h))
-      hand.set_held(body.mover, static_cast<std::uint8_t>(body.holder), body.grip);
+    if (body.holder >= 0) hand.set_held(body.mover, static_cast<std::uint8_t>(body.holder), body.grip);
   }
 }
 

@@ -55,7 +55,10 @@ Status Engine::restore(const EngineImage& image) {
       if (!error) set(command, number, change, error);
       if (error) return error;
     }
-  if (!now_.world.bodies.empty()) use_bodies(Bodies::others);
+  if (!now_.world.bodies.empty()) {
+    if (Status error = check_room_for_bodies()) return error;
+    use_bodies(Bodies::others);
+  }
   for (std::size_t h = 0; h < hands_.size(); ++h) hands_[h].way = image.hands[h].way;
   fields_ = image.fields;
   history_ = image.history;

@@ -18,8 +18,7 @@ std::uint64_t OperationState::hash() const {
       for (int a = 0; a < 3; ++a) all.add(at.position_world[a]);
       for (int a = 0; a < 4; ++a) all.add(at.rotation[a]);
     }
-    all.add(body.piece->mm3);
-    all.add(std::uint64_t{body.piece->tree->triangle_count()});
+    all.add(body.piece->hash);
   }
   for (const auto& [key, command] : settings.told) {
     add_bytes(all, key);

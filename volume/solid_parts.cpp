@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <bit>
 #include <glm/common.hpp>
+#include <glm/vector_relational.hpp>
 #include <numeric>
 
 namespace trephine::volume {
@@ -53,9 +54,14 @@ SolidParts::SolidParts(const Field& field, const Occupancy& bits, const Version&
       size_(version.base().size),
       words_(static_cast<std::size_t>(bits.words_per_row())) {
   find_fine_voxels();
-  const std::size_t rows = row_index(0, size_.z);
-  coarse_first_.reserve(rows + 1);
-  block_.reserve(rows);
+  find_parts(field, bits);
+  if (!lattice_.is_of_voxels() && ask_along_surfaces(bits)) find_parts(field, bits);
+  version_ = nullptr;
+}
+
+void SolidParts::find_parts(const Field& field, const Occupancy& bits) {
+  coarse_runs_.clear(), fine_runs_.clear(), parts_.clear();
+  coarse_first_.clear(), fine_first_.clear(), block_.clear();
   for (int z = 0; z < size_.z; ++z)
     for (int y = 0; y < size_.y; ++y) {
       coarse_first_.push_back(coarse_runs_.size());
@@ -76,7 +82,35 @@ SolidParts::SolidParts(const Field& field, const Occupancy& bits, const Version&
   for_neighbours([&](const Run& a, const Run& b) { sets.join(a.part, b.part); });
   std::vector<int> of_whole = sets.roots();
   number_parts(of_run, of_whole);
-  version_ = nullptr;
+}
+
+/// Voxels in and around the boxes of what came off that are not as all voxels beside them. False: none.
+bool SolidParts::ask_along_surfaces(const Occupancy& bits) {
+  const auto is_solid = [&](const glm::ivec3& v) {
+    return glm::all(glm::greaterThanEqual(v, glm::ivec3(0))) && glm::all(glm::lessThan(v, size_)) &&
+           bits.is_solid(v);
+  };
+  bool is_any = false;
+  for (const Part& part : parts_) {
+    if (!part.is_off) continue;
+    const glm::ivec3 low = glm::max(part.box.low - 2, glm::ivec3(0)),
+                     high = glm::min(part.box.high + 2, size_ - 1);
+    for (int z = low.z; z <= high.z; ++z)
+      for (int y = low.y; y <= high.y; ++y)
+        for (int x = low.x; x <= high.x; ++x) {
+          std::uint64_t& word = is_fine_[words_ * row_index(y, z) + static_cast<std::size_t>(x >> 6)];
+          const std::uint64_t bit = std::uint64_t{1} << (x & 63);
+          if ((word & bit) != 0) continue;
+          const bool here = is_solid({x, y, z});
+          for (int n = 0; n < 27; ++n)
+            if (is_solid(glm::ivec3(x, y, z) + glm::ivec3(n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1)) != here) {
+              word |= bit;
+              is_any = true;
+              break;
+            }
+        }
+  }
+  return is_any;
 }
 
 void SolidParts::find_fine_voxels() {

@@ -13,7 +13,9 @@ namespace trephine::volume {
 
 /// Samples of the cut lattice hang together with the 26 around them. Where a brick of cuts reaches into a
 /// voxel its samples are asked, solid where the trilinear field is and nothing was removed; elsewhere all
-/// samples of a voxel are what its centre is. Cost: a pass over the bits, and what was cut.
+/// samples of a voxel are what its centre is. On a lattice finer than the voxels that leaves half a voxel at
+/// a surface undecided, so of what came off that way the voxels along surfaces are asked too, with two
+/// around. Cost: a pass over the bits, or two, and what was cut.
 class SolidParts {
  public:
   struct Part {
@@ -49,6 +51,8 @@ class SolidParts {
     const Run *begin, *end;
   };
   void find_fine_voxels();
+  bool ask_along_surfaces(const Occupancy& bits);
+  void find_parts(const Field& field, const Occupancy& bits);
   void add_coarse_runs(const Occupancy& bits, int y, int z);
   void add_fine_runs(const Field& field, int y, int z);
   /// Of a row of voxels whose samples are not asked.

@@ -105,6 +105,7 @@ class Chain {
   void add_bound(const Wall& wall, std::size_t ball, const dvec3& p) noexcept;
   Twist solve(const Twist& wish) noexcept;
   double free_share(const Placement& to, Wall& wall, std::size_t& stopped) noexcept;
+  double go(const Twist& t, Wall& wall, std::size_t& stopped) noexcept;
   Placement moved(const Twist& by) const noexcept {
     return {tool_.position_world + by.along, turned(tool_.rotation, by.about)};
   }
@@ -215,44 +216,42 @@ void Chain::note_insides() noexcept {
   }
 }
 
+/// Along a motion as far as every ball's way is proven free; gives its share. `wall`: what stopped a ball.
+double Chain::go(const Twist& t, Wall& wall, std::size_t& stopped) noexcept {
+  double share = 1;
+  for (int again = 0; again < 4; ++again) {  // a shorter motion is another one: it is proven too
+    const Placement to = moved(share * t);
+    const double free = free_share(to, wall, stopped);
+    if (free == 1) {
+      tool_ = to;
+      return share;
+    }
+    share *= free;
+    if (!(share > 0)) break;
+  }
+  return 0;
+}
+
 void Chain::run(ProxyStep& result) noexcept {
   double farthest = 0;
   for (const dvec3& at : scene_.tool_balls) farthest = std::max(farthest, glm::length(at));
+  Wall wall;
+  std::size_t stopped = 0;
+  double share = 1;
   for (int round = 0; round < k_rounds; ++round) {
     ++result.counters.iterations;
-    const Twist wish{hand_.position_world - tool_.position_world,
-                     rotation_between(tool_.rotation, hand_.rotation)};
     find_bounds();
-    Twist t = solve(wish);
+    if (share < 1) add_bound(wall, stopped, ball(tool_, stopped));
+    Twist t = solve(
+        {hand_.position_world - tool_.position_world, rotation_between(tool_.rotation, hand_.rotation)});
     // Turned by little, so that balls go nearly straight.
     const double turn = glm::length(t.about);
-    const double share = turn > k_longest_turn ? k_longest_turn / turn : 1;
-    t = share * t;
-    double way = glm::length(t.along) + farthest * glm::length(t.about);
-    if (!(way > k_still * voxel_)) break;
-    Wall wall;
-    std::size_t stopped = 0;
-    Placement to = moved(t);
-    double free = free_share(to, wall, stopped);
-    // What is less than the whole way is another one: it is proven too.
-    const bool was_stopped = free < 1;
-    for (int again = 0; free < 1 && free > 0 && again < 3; ++again) {
-      t = free * t;
-      to = moved(t);
-      free = free_share(to, wall, stopped);
-    }
-    if (free == 1) tool_ = to;
-    if (!was_stopped && count_ == 0 && share == 1) break;
-    if (free < 1 ||
-        (was_stopped && glm::length(t.along) + farthest * glm::length(t.about) < k_still * voxel_)) {
-      // Nothing near bounds it, and it does not get on.
-      find_bounds();
-      if (count_ < k_most_walls) add_bound(wall, stopped, ball(tool_, stopped));
-      const Twist rest = solve(
-          {hand_.position_world - tool_.position_world, rotation_between(tool_.rotation, hand_.rotation)});
-      way = glm::length(rest.along) + farthest * glm::length(rest.about);
-      if (!(way > k_still * voxel_) || free < 1) break;
-    }
+    const bool is_whole = turn <= k_longest_turn;
+    if (!is_whole) t = (k_longest_turn / turn) * t;
+    if (!(glm::length(t.along) + farthest * glm::length(t.about) > k_still * voxel_)) break;
+    const bool was_stuck = share == 0;
+    share = go(t, wall, stopped);
+    if ((share == 0 && was_stuck) || (share == 1 && is_whole && count_ == 0)) break;
   }
   note_insides();
   result.turn_world = rotation_between(hand_.rotation, tool_.rotation);
@@ -268,8 +267,14 @@ void Chain::run(ProxyStep& result) noexcept {
     result.contacts.add({tool_.world_from_local(scene_.tool_balls[b.ball]) - scene_.tool_radius * b.along,
                          b.along, b.push, b.wall.shape, side_of(b.wall.is_back)});
   }
-  const bool is_away = tool_.position_world != hand_.position_world || result.turn_world != dvec3(0);
-  if (hardest == nullptr || !is_away) return;
+  const dvec3 back = tool_.position_world - hand_.position_world;
+  if (back == dvec3(0) && result.turn_world == dvec3(0)) return;
+  if (hardest == nullptr) {
+    // Flat matter without a normal: held where it is, facing back along the way.
+    if (share == 0 && back != dvec3(0))
+      result.set_contact(wall.shape, side_of(wall.is_back), glm::normalize(back));
+    return;
+  }
   const double length = glm::length(sum);
   result.set_contact(hardest->wall.shape, side_of(hardest->wall.is_back),
                      length > 1e-3 * hardest->push ? sum / length : hardest->along);

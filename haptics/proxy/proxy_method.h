@@ -30,6 +30,7 @@ struct PlaneMemory {
 /// What is around a proxy, touched or not.
 struct Surroundings {
   ShapeSet let_through;  ///< shapes that hold nothing now, whatever the scene says; set by the host
+  ShapeSet fresh;        ///< models that no step has seen where they are; set by the host
   /// For scenes of many shapes: those within near_radius mm of near_middle; none are known where that is 0.
   ShapeSet near;
   glm::dvec3 near_middle_world{0.0};

@@ -60,34 +60,39 @@ void look_around(const TouchScene& scene, const SceneLayout& layout, const Place
 }
 
 /// A model that is new may lie over the proxy by what its triangles are off the surface that was there: then
-/// it is set before the model, or would be felt from neither side.
-dvec3 before_new_models(const TouchScene& scene, const SceneLayout& layout, const Placements& placements,
-                        const ShapeSet& let_through, const dvec3& proxy) noexcept {
+/// it is set before the model, or would be felt from neither side. Not where another wall is in between.
+void set_before(const TouchScene& scene, const SceneLayout& layout, SceneWalls& walls,
+                const Placements& placements, int mesh, ProxyState& state, dvec3& proxy) noexcept {
   const dvec3& spacing = scene.base->frame.spacing();
   const double reach = 0.5 * std::max({spacing.x, spacing.y, spacing.z});
-  dvec3 at = proxy;
-  for (int s = 0; s < item_count(scene); ++s) {
-    const TouchItem& item = item_of(scene, s);
-    if (!item.is_mesh() || !holds(scene, let_through, s, Side::front)) continue;
-    const Placement& place =
-        item.mover < 0 ? item.placement : placements[static_cast<std::size_t>(item.mover)];
-    if (distance_to(scene, layout, placements, s, at) > 0) continue;  // outside its box is outside
-    const dvec3 p = place.local_from_world(at);
-    // Triangles that meet where it is nearest tell together whether that is before them or behind.
-    double nearest = reach;
-    dvec3 to(0), normals(0);
-    item.tree->for_near(p, reach, [&](const MeshTree::Near& near) {
-      if (near.distance > nearest + 1e-9) return;
-      if (near.distance < nearest - 1e-9) normals = dvec3(0);
-      nearest = std::min(nearest, near.distance);
-      to = near.nearest;
-      normals += near.normal;
-    });
-    const double length = glm::length(normals);
-    if (!(length > 1e-6) || glm::dot(p - to, normals) > 0) continue;
-    at = place.world_from_local(to + (scene.tool_radius + 2 * item.tree->gap()) / length * normals);
-  }
-  return at;
+  const TouchItem& item = item_of(scene, mesh);
+  if (!walls.holds(mesh, Side::front) || walls.holds(mesh, Side::back)) return;
+  if (distance_to(scene, layout, placements, mesh, proxy) > 0) return;  // outside its box is outside
+  const Placement& place = walls.placement_of(mesh);
+  const dvec3 p = place.local_from_world(proxy);
+  // Triangles that meet where it is nearest tell together whether that is before them or behind.
+  double nearest = reach;
+  dvec3 to(0), normals(0);
+  item.tree->for_near(p, reach, [&](const MeshTree::Near& near) {
+    if (near.distance > nearest + 1e-9) return;
+    if (near.distance < nearest - 1e-9) normals = dvec3(0);
+    nearest = std::min(nearest, near.distance);
+    to = near.nearest;
+    normals += near.normal;
+  });
+  const double length = glm::length(normals);
+  if (!(length > 1e-6) || glm::dot(p - to, normals) > 0) return;
+  const dvec3 before =
+      place.world_from_local(to + (scene.tool_radius + 2 * item.tree->gap()) / length * normals);
+  ShapeSet inside = state.inside;
+  const volume::Frame& frame = walls.frame();
+  if (walls
+          .reach(frame.volume_from_world(proxy), frame.volume_from_world(before), inside,
+                 1e-3 * frame.spacing().x, mesh)
+          .is_blocked)
+    return;
+  state.inside = inside;
+  state.proxy_volume = scene.base->frame.volume_from_world(proxy = before);
 }
 
 }  // namespace
@@ -109,9 +114,14 @@ ProxyStep SceneProxy::step(const TouchScene& scene, const TouchState& seen, Prox
   const Placements now = placements_of(scene, layout_, input);
   const int rubbed = state.touched;
   dvec3 start = state.has_proxy ? base.world_from_volume(state.proxy_volume) : input.hip_world;
-  if (state.has_proxy && !around.has_placements) {
-    const dvec3 before = before_new_models(scene, layout_, now, around.let_through, start);
-    if (before != start) state.proxy_volume = base.volume_from_world(start = before);
+  if (!around.fresh.is_empty()) {
+    for (int s = around.fresh.next(0); state.has_proxy && s < item_count(scene);
+         s = around.fresh.next(s + 1)) {
+      look_around(scene, layout_, now, start, start, around);
+      SceneWalls walls(scene, layout_, seen, state, now, result.counters);
+      set_before(scene, layout_, walls, now, s, state, start);
+    }
+    around.fresh = ShapeSet{};
   }
   const bool has_moved = state.has_proxy && around.has_placements && now != around.placements;
   if (has_moved) {

@@ -99,6 +99,9 @@ struct TouchItem {
   Placement placement = {};  ///< where it lies, or starts
   int mover = -1;            ///< 0 to k_max_movers - 1: its placement comes with every step; -1: it stays
 
+  std::uint64_t since =
+      0;  ///< the first ServoHand::layout that has it there: what is new may lie over a proxy
+
   bool is_mesh() const noexcept { return kind == Kind::mesh; }
 };
 TouchItem mesh_item(std::string name, std::shared_ptr<const MeshTree> tree, const Material& material = {});

@@ -106,9 +106,16 @@ void ServoCore::find_ready(const ServoHand& mine, const dvec3& hip) noexcept {
 
 /// Another scene or method: what was known of its surroundings is out of date, and items may be gone.
 void ServoCore::adopt(const ServoHand& mine) noexcept {
+  const int count = item_count(*mine.scene);
+  for (int s = 0; s < count; ++s)
+    if (const TouchItem& item = item_of(*mine.scene, s); item.is_mesh() && item.since > layout_)
+      state_.around.fresh.set(s, true);
+  for (ShapeSet* some : {&state_.around.fresh, &state_.around.let_through, &not_ready_})
+    for (int s = some->next(count); s < ShapeSet::k_most; s = some->next(s + 1)) some->set(s, false);
+  if (step_.shape >= count) step_.shape = -1;
   layout_ = mine.layout;
   popped_shape_ = last_shape_ = -1;
-  if (touched_ >= item_count(*mine.scene)) touched_ = 0;
+  if (touched_ >= count) touched_ = 0;
   told_not_ready_ = ShapeSet{};
   state_.touched = -1;
   state_.around.near = ShapeSet{};

@@ -13,7 +13,7 @@ namespace trephine::haptics {
 namespace {
 
 // A struct that grows belongs here with its new field.
-static_assert(sizeof(ServoCore) == 7152 && sizeof(ProxyState) == 728 && sizeof(ServoRecord) == 336);
+static_assert(sizeof(ServoCore) == 7168 && sizeof(ProxyState) == 744 && sizeof(ServoRecord) == 336);
 
 template <class Fields>
 void fields_of(PlaneMemory& p, Fields& fields) {
@@ -25,7 +25,7 @@ void fields_of(Placement& p, Fields& fields) {
 }
 template <class Fields>
 void fields_of(Surroundings& s, Fields& fields) {
-  fields(s.let_through, s.near, s.near_middle_world, s.near_radius, s.has_placements);
+  fields(s.let_through, s.fresh, s.near, s.near_middle_world, s.near_radius, s.has_placements);
   if (s.has_placements) fields(s.placements);
 }
 template <class Fields>
@@ -148,8 +148,10 @@ bool is_near(const glm::dvec3& p_volume) noexcept {
 
 std::string ServoMemory::save(const ServoCore& core, const ServoHand& mine) {
   ServoCore copy = core;
+  // What the next step does first, so that nothing speaks of what is gone.
+  if (copy.layout_ != mine.layout) copy.adopt(mine);
   // Numbers of this run: whether they are the newest is what counts.
-  copy.layout_ = core.layout_ == mine.layout;
+  copy.layout_ = 1;
   copy.state_.version = mine.state.version && core.state_.version == mine.state.version->serial();
   std::string out;
   Fields<true> fields{&out};
@@ -175,8 +177,8 @@ bool ServoMemory::load(std::string_view bytes, const ServoHand& mine, ServoCore&
   for (const Side side : {made.step_.side, made.popped_side_}) is_good = is_good && is_side(side);
   for (std::uint32_t i = 0; i < made.way_.count; ++i)
     is_good = is_good && is_near(made.way_.places_volume[i]);
-  for (const ShapeSet& some :
-       {state.inside, state.around.near, state.around.let_through, made.not_ready_, made.told_not_ready_})
+  for (const ShapeSet& some : {state.inside, state.around.near, state.around.let_through, state.around.fresh,
+                               made.not_ready_, made.told_not_ready_})
     is_good = is_good && some.next(item_count(scene)) == ShapeSet::k_most;
   for (int s = state.inside.next(0); is_good && s < ShapeSet::k_most; s = state.inside.next(s + 1))
     is_good = !item_of(scene, s).is_mesh();

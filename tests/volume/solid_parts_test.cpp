@@ -1,9 +1,11 @@
 #include "volume/solid_parts.h"
 
+#include <algorithm>
 #include <array>
 #include <gtest/gtest.h>
 #include <map>
 #include <random>
+#include <set>
 #include <vector>
 
 #include "volume/removal.h"
@@ -21,15 +23,54 @@ struct Flooded {
     return static_cast<std::size_t>(s.x + size.x * (s.y + size.y * s.z));
   }
   Flooded(const Field& field, const Version& version) : size(version.lattice().size()) {
+    look(field, version, {});
+    if (version.lattice().is_of_voxels()) return;
+    // Of what came off so, the voxels that are not as all beside them, two around its box.
+    const Volume& volume = version.base();
+    const int count = part.empty() ? 0 : *std::max_element(part.begin(), part.end()) + 1;
+    std::vector<std::int64_t> samples(static_cast<std::size_t>(count));
+    std::vector<VoxelBox> boxes(static_cast<std::size_t>(count), {glm::ivec3(1 << 20), glm::ivec3(-1)});
+    std::vector<int> whole_of(static_cast<std::size_t>(count));
+    for (std::size_t i = 0; i < part.size(); ++i) {
+      if (part[i] < 0) continue;
+      const auto p = static_cast<std::size_t>(part[i]);
+      const int s = static_cast<int>(i);
+      const glm::ivec3 v =
+          version.lattice().voxel_of({s % size.x, s / size.x % size.y, s / (size.x * size.y)});
+      ++samples[p];
+      whole_of[p] = whole[i];
+      boxes[p] = {glm::min(boxes[p].low, v), glm::max(boxes[p].high, v)};
+    }
+    std::set<std::array<int, 3>> asked;
+    const auto is_solid = [&](const glm::ivec3& v) {
+      return volume.contains(v) && field.at(v.x, v.y, v.z) >= 0;
+    };
+    for (std::size_t p = 0; p < samples.size(); ++p) {
+      bool is_off = false;
+      for (std::size_t q = 0; q < samples.size(); ++q)
+        is_off = is_off || (whole_of[q] == whole_of[p] &&
+                            (samples[q] > samples[p] || (samples[q] == samples[p] && q < p)));
+      for (int z = boxes[p].low.z - 2; is_off && z <= boxes[p].high.z + 2; ++z)
+        for (int y = boxes[p].low.y - 2; y <= boxes[p].high.y + 2; ++y)
+          for (int x = boxes[p].low.x - 2; x <= boxes[p].high.x + 2; ++x)
+            for (int n = 0; n < 27; ++n)
+              if (is_solid({x, y, z}) !=
+                  is_solid(glm::ivec3(x, y, z) + glm::ivec3(n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1)))
+                asked.insert({x, y, z});
+    }
+    if (!asked.empty()) look(field, version, asked);
+  }
+  void look(const Field& field, const Version& version, const std::set<std::array<int, 3>>& asked) {
     const CutLattice& lattice = version.lattice();
     const Volume& volume = version.base();
+    state.clear();
     for (int z = 0; z < size.z; ++z)
       for (int y = 0; y < size.y; ++y)
         for (int x = 0; x < size.x; ++x) {
           const glm::ivec3 s(x, y, z), v = lattice.voxel_of(s);
           int what = 0;
           if (volume.contains(v)) {
-            if (!version.has_brick(lattice.low_of(v), lattice.high_of(v)))
+            if (!version.has_brick(lattice.low_of(v), lattice.high_of(v)) && !asked.contains({v.x, v.y, v.z}))
               what = field.at(v.x, v.y, v.z) >= 0;
             else if (field.value(lattice.volume_from_lattice(glm::dvec3(s))) >= 0)
               what = version.distance_of(s) > 0 ? 1 : 2;

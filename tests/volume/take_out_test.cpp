@@ -17,7 +17,8 @@ namespace {
 
 /// A slab out of which a disk is sawn: by a burr of `radius` around a circle.
 struct SawnSlab {
-  static constexpr double k_circle = 7, k_radius = 1.2, k_half_height = 3;  // mm
+  static constexpr double k_circle = 7, k_radius = 1.2;  // mm
+  double half_height;
   std::shared_ptr<Volume> volume;
   Shape shape{"bone", 300};
   Field field;
@@ -26,7 +27,8 @@ struct SawnSlab {
   RemovalEditor editor;
   glm::dvec3 middle;
 
-  static std::shared_ptr<Volume> slab(const Frame& frame, const glm::ivec3& size, const glm::dvec3& middle) {
+  static std::shared_ptr<Volume> slab(const Frame& frame, const glm::ivec3& size, const glm::dvec3& middle,
+                                      double half_height) {
     auto made = std::make_shared<Volume>(make_volume(size, frame).value());
     for (int z = 0; z < size.z; ++z)
       for (int y = 0; y < size.y; ++y)
@@ -34,12 +36,13 @@ struct SawnSlab {
           // Its faces are planes, so the trilinear field is exact.
           const double height = std::abs(frame.world_from_volume({x, y, z}).z - middle.z);
           made->voxels[made->index(x, y, z)] =
-              static_cast<std::int16_t>(std::clamp(300 + 400 * (k_half_height - height), -1000.0, 3000.0));
+              static_cast<std::int16_t>(std::clamp(300 + 400 * (half_height - height), -1000.0, 3000.0));
         }
     return made;
   }
-  SawnSlab(const Frame& frame, const glm::ivec3& size, double burr)
-      : volume(slab(frame, size, frame.world_from_volume(0.5 * glm::dvec3(size - 1)))),
+  SawnSlab(const Frame& frame, const glm::ivec3& size, double burr, double half = 3)
+      : half_height(half),
+        volume(slab(frame, size, frame.world_from_volume(0.5 * glm::dvec3(size - 1)), half)),
         field(*volume, shape),
         bits(Occupancy::build(*volume, shape)),
         version(std::make_shared<const Version>(
@@ -49,7 +52,7 @@ struct SawnSlab {
   /// The saw goes around by `turn` of the circle.
   void saw(double turn) {
     const int steps = static_cast<int>(120 * turn);
-    for (const double z : {-2.4, -0.8, 0.8, 2.4, 3.6, -3.6})
+    for (const double z : {-2.4, -0.8, 0.8, 2.4, 3.6, -3.6, 4.8, -4.8})
       for (int i = 0; i < steps; ++i) {
         const auto at = [&](int k) {
           const double a = 2 * 3.14159265358979 * k / 120;
@@ -71,6 +74,10 @@ std::vector<SawnSlab> slabs() {
   all.emplace_back(Frame::from_spacing({5, -3, 2}, {0.6, 0.6, 2.0}).value(), glm::ivec3(40, 40, 9), 2.4);
   all.emplace_back(Frame::from_axes({1, 2, 3}, sheared).value(), glm::ivec3(44, 40, 14), 2.4);
   all.emplace_back(Frame::from_axes({1, 2, 3}, left).value(), glm::ivec3(40, 40, 16), 2.4);
+  // Surfaces between a voxel that is air and one that is bone, nearer to the air.
+  all.emplace_back(Frame::from_spacing({5, -3, 2}, {0.6, 0.6, 2.0}).value(), glm::ivec3(40, 40, 11), 2.4,
+                   3.9);
+  all.emplace_back(Frame::from_spacing({5, -3, 2}, {1, 1, 1}).value(), glm::ivec3(26, 26, 15), 2.4, 3.4);
   return all;
 }
 
@@ -107,13 +114,13 @@ TEST(TakeOut, ADiskThatIsSawnOutIsThatDisk) {
     ASSERT_GT(edges.size(), 100u);
     // A disk as high as the slab, its rim waved by the balls' ridges: between the radii that a kerf without
     // ridges and their tips would leave.
-    const double r = SawnSlab::k_circle - SawnSlab::k_radius, h = 2 * SawnSlab::k_half_height;
+    const double r = SawnSlab::k_circle - SawnSlab::k_radius, h = 2 * slab.half_height;
     const double disk = 3.14159265358979 * r * r * h;
     EXPECT_GT(volume_of(surface), disk);
     EXPECT_LT(volume_of(surface), 1.08 * disk);
     for (const glm::vec3& v : surface.vertices_world) {
       const glm::dvec3 d = glm::dvec3(v) - slab.middle;
-      EXPECT_LT(std::abs(d.z), SawnSlab::k_half_height + 0.02);
+      EXPECT_LT(std::abs(d.z), slab.half_height + 0.02);
       EXPECT_LT(std::hypot(d.x, d.y), r + 0.45);
     }
 
@@ -136,7 +143,7 @@ TEST(TakeOut, ADiskThatIsSawnOutIsThatDisk) {
     // Nothing is felt in the hole: no sample of the disk's place is solid any more, nor any place near it.
     for (double x = -r; x <= r; x += 0.31)
       for (double y = -r; y <= r; y += 0.37)
-        for (double z = -4; z <= 4; z += 0.29) {
+        for (double z = -5; z <= 5; z += 0.29) {
           if (std::hypot(x, y) > r + 0.3) continue;
           const glm::dvec3 p = slab.volume->frame.volume_from_world(slab.middle + glm::dvec3(x, y, z));
           EXPECT_FALSE(slab.field.value(p) >= 0 && left->distance(p) > 0) << x << ' ' << y << ' ' << z;

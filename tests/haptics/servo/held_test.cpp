@@ -122,6 +122,7 @@ TEST(Held, AModelThatIsNewIsFeltFromItsFrontWhereItsFaceLiesOverTheProxy) {
     ASSERT_TRUE(r.has_contact);
     // The sphere's top is the cube's too, and a little more.
     const double top = r.proxy_world.z + over * spacing;
+    bench.scene.items.back().since = hand.layout + 1;
     hand.set_scene(borrowed(bench.scene), borrowed(bench.method));
     hand.set_placement(2, {{0, 0, top - 10}, {1, 0, 0, 0}});
     const ServoScene second{2, {hand}};
@@ -130,6 +131,52 @@ TEST(Held, AModelThatIsNewIsFeltFromItsFrontWhereItsFaceLiesOverTheProxy) {
       ASSERT_TRUE(r.has_contact);
       ASSERT_NEAR(r.proxy_world.z, top, 1e-3) << over;
     }
+  }
+}
+
+// Nobody is set before what is not new, holds from both sides, or has a wall before it.
+TEST(Held, AProxyIsNotThrownThroughWhatWasThere) {
+  Held bench;
+  const auto version = std::shared_ptr<const volume::Version>(untouched(bench.scene));
+  const double spacing = bench.scene.base->frame.spacing().x;
+  for (const bool is_new : {false, true})
+    for (const bool is_two_sided : {false, true}) {
+      if (is_new && !is_two_sided) continue;  // the test above
+      bench.scene.items.back().sides = is_two_sided ? Side::both : Side::front;
+      ServoHand hand(borrowed(bench.scene), borrowed(bench.method), TouchState(version));
+      hand.set_placement(2, {{0, 0, 90}, {1, 0, 0, 0}});  // its top at 100
+      ServoCore core({}, 1e-3);
+      const ServoScene first{1, {hand}};
+      ServoRecord r;
+      for (int i = 0; i < 50; ++i) r = core.step(first, {.pose = {{0.3, 0.2, 100 - 0.3 * spacing}}});
+      const double before = r.proxy_world.z;
+      bench.scene.items.back().since = is_new ? hand.layout + 1 : 0;
+      hand.set_scene(borrowed(bench.scene), borrowed(bench.method));
+      const ServoScene second{2, {hand}};
+      for (int i = 0; i < 50; ++i) r = core.step(second, {.pose = {{0.3, 0.2, 100 - 0.3 * spacing}}});
+      EXPECT_NEAR(r.proxy_world.z, before, 1e-9) << is_new << is_two_sided;
+      bench.scene.items.back().since = 0;
+    }
+  // Sunk into bone: its face is nearest through the bone's surface.
+  Held sunk;
+  const TouchScene without = scenes::phantom_scene("sphere", grid(32));
+  SceneProxy alone;
+  ASSERT_FALSE(alone.prepare(without));
+  ServoHand hand(borrowed(without), borrowed(alone), TouchState(version));
+  ServoCore core({}, 1e-3);
+  const ServoScene first{1, {hand}};
+  ServoRecord r;
+  for (int i = 0; i < 900; ++i) r = core.step(first, {.pose = {{0.3, 0.2, std::max(40.0, 120 - 0.1 * i)}}});
+  ASSERT_TRUE(r.has_contact);
+  const double surface = r.proxy_world.z;
+  sunk.scene.items.back().since = hand.layout + 1;
+  hand.set_scene(borrowed(sunk.scene), borrowed(sunk.method));
+  // Upside down: its top looks down, a little under the surface.
+  hand.set_placement(2, {{0, 0, surface - 0.3 * spacing + 10}, {0, 1, 0, 0}});
+  const ServoScene second{2, {hand}};
+  for (int i = 0; i < 100; ++i) {
+    r = core.step(second, {.pose = {{0.3, 0.2, 40}}});
+    ASSERT_GT(r.proxy_world.z, surface - 1e-3);
   }
 }
 
