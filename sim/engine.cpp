@@ -48,7 +48,7 @@ Engine::Engine(std::vector<HandStart> hands, double dt, const Catalogue& catalog
   for (std::size_t h = 0; h < hands.size(); ++h) {
     const std::shared_ptr<const haptics::TouchScene>& scene = hands[h].feels.scene;
     TREPHINE_ASSERT(h == 0 || scene->base == hands_[0].scene->base);
-    tools_.push_back({scene, hands[h].feels.method});
+    tools_.push_back({scene, hands[h].feels.method, 0, hands[h].feels.method->name()});
     hands_.push_back(std::move(hands[h].feels));
     now_.settings.hands.push_back(std::move(hands[h].instrument));
   }
@@ -456,7 +456,10 @@ void Engine::publish(Change change) {
   if (change == Change::growth) {
     ++growths_;
     for (std::size_t h = 0; h < hands_.size(); ++h) {
-      haptics::WayOut way = trails_[h].way_out(hands_[h]).value_or(haptics::WayOut{});
+      // Where a tool of several balls was says nothing of how it was turned: it is set free.
+      const bool has_trail = tools_[h].scene->tool_balls.empty();
+      haptics::WayOut way =
+          has_trail ? trails_[h].way_out(hands_[h]).value_or(haptics::WayOut{}) : haptics::WayOut{};
       way.serial = next->serial;
       hands_[h].way = std::make_shared<const haptics::WayOut>(way);
     }

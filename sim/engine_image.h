@@ -4,6 +4,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -54,6 +55,7 @@ struct HandTool {
   std::shared_ptr<const haptics::TouchScene> scene;
   std::shared_ptr<const haptics::ProxyMethod> method;
   std::uint64_t number = 0;  ///< of tools that the hand was given
+  std::string own;           ///< the method with which the hand began
 };
 
 struct EngineImage {

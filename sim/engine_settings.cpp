@@ -166,7 +166,7 @@ bool Engine::adopt_geometry(const PendingJob& job, const JobResult& result) {
     return false;
   }
   HandTool& tool = tools_[job.hand];
-  tool = {made.scene, made.method, tool.number + 1};
+  tool = {made.scene, made.method, tool.number + 1, tool.own};
   use_bodies(job.hand, Bodies::others);
   use_fields();
   if (TouchFields* fields = fields_of(job.hand)) {

@@ -38,11 +38,10 @@ std::shared_ptr<const MadeGeometry> make_geometry(const HandTool& tool, const To
   auto scene = std::make_shared<haptics::TouchScene>(*tool.scene);
   const double radius = wish.radius;
   if ((made->failed = haptics::set_tool(*scene, radius, wish.balls))) return made;
-  // Several balls have a method of their own; back from them to that of all tools.
-  const std::string_view before = tool.method->name();
-  auto method = haptics::make_method(!wish.balls.empty() ? "chain"
-                                     : before == "chain" ? haptics::k_default_method
-                                                         : std::string(before));
+  // Several balls have a method of their own; one ball is felt as the hand began, or with what touches all.
+  auto method = haptics::make_method(!wish.balls.empty()   ? "chain"
+                                     : tool.own == "chain" ? "scene"
+                                                           : tool.own);
   if (!method) {
     made->failed = method.error();
     return made;

@@ -33,12 +33,28 @@ ForceModel::ForceModel(const ForceOptions& options, double dt) : alpha_(options.
     alpha_ = 1 - volume::deterministic_exp(ticks * volume::deterministic_log(1 - alpha_));
 }
 
+namespace {
+/// N/mm: of a tool of several balls what its contacts have, by how hard each pushes.
+double stiffness_of(const ProxyStep& proxy, const TouchScene& scene) noexcept {
+  if (proxy.contacts.size() == 0)
+    return stiffness_at(scene, proxy.shape, proxy.side, proxy.proxy_world, proxy.normal_world);
+  double sum = 0, pushes = 0;
+  for (std::size_t i = 0; i < proxy.contacts.size(); ++i) {
+    const ToolContact& one = proxy.contacts[i];
+    const dvec3 middle = one.place_world + scene.tool_radius * one.normal_world;
+    sum += one.push * stiffness_at(scene, one.shape, one.side, middle, one.normal_world);
+    pushes += one.push;
+  }
+  return sum / pushes;
+}
+}  // namespace
+
 dvec3 ForceModel::step(const ProxyStep& proxy, const dvec3& hip_world, const TouchScene& scene) noexcept {
   dvec3 force(0);
   if (proxy.has_contact) {
     const Material& material = material_of(scene, proxy.shape, proxy.side);
     const dvec3 stretch = proxy.proxy_world - hip_world;
-    force = stiffness_at(scene, proxy.shape, proxy.side, proxy.proxy_world, proxy.normal_world) * stretch;
+    force = stiffness_of(proxy, scene) * stretch;
     if (had_contact_) force += (material.damping / dt_) * (stretch - stretch_);
     if (had_contact_ && material.viscosity > 0) {
       const dvec3 moved = hip_world - hip_ - proxy.carried_world, &n = proxy.normal_world;
@@ -61,8 +77,7 @@ dvec3 ForceModel::turn(const ProxyStep& proxy, const TouchScene& scene) noexcept
   if (proxy.has_contact) {
     const Material& material = material_of(scene, proxy.shape, proxy.side);
     const double square = gyration_square(scene);
-    torque = square * stiffness_at(scene, proxy.shape, proxy.side, proxy.proxy_world, proxy.normal_world) *
-             proxy.turn_world;
+    torque = square * stiffness_of(proxy, scene) * proxy.turn_world;
     if (had_turn_) torque += (square * material.damping / dt_) * (proxy.turn_world - turn_);
     turn_ = proxy.turn_world;
   }

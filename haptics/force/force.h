@@ -51,6 +51,11 @@ class ForceModel {
   glm::dvec3 step(const ProxyStep& proxy, const glm::dvec3& hip_world, const TouchScene& scene) noexcept;
   /// The torque of a tool of several balls, N mm; after step().
   glm::dvec3 turn(const ProxyStep& proxy, const TouchScene& scene) noexcept;
+  /// Another tool: what the last one was turned by is nothing to it.
+  void forget_turn() noexcept {
+    smoothed_turn_ = glm::dvec3(0);
+    had_turn_ = false;
+  }
   /// The next stretch starts anew, without damping against the last one; the smoothed force goes on.
   void let_go() noexcept { had_contact_ = had_turn_ = false; }
   /// As if never touched: the force starts from zero.

@@ -18,6 +18,7 @@ namespace {
 constexpr double k_gap = 2e-3;          // at which balls are kept before walls
 constexpr double k_landing = 1e-3;      // how near to a wall a free way must come
 constexpr double k_near = 0.4;          // walls nearer than this bound a motion
+constexpr double k_worth = 1e-4;        // by which it must be nearer to the hand to move
 constexpr double k_still = 1e-5;        // a tool that moves less has arrived
 constexpr double k_longest_turn = 0.1;  // rad a round
 constexpr int k_rounds = 8, k_sweeps = 60, k_most_walls = 48;
@@ -100,6 +101,12 @@ class Chain {
     for (int s = walls_.next_shape(0); s < ShapeSet::k_most; s = walls_.next_shape(s + 1))
       if (walls_.is_solid(s, p)) found.flip(s);
     return found;
+  }
+  /// mm: of all together, as one.
+  double length_of_springs() const noexcept {
+    const dvec3 along = hand_.position_world - tool_.position_world,
+                about = rotation_between(tool_.rotation, hand_.rotation);
+    return std::sqrt(glm::dot(along, along) + square_ * glm::dot(about, about));
   }
   void find_bounds() noexcept;
   void add_bound(const Wall& wall, std::size_t ball, const dvec3& p) noexcept;
@@ -238,6 +245,10 @@ void Chain::run(ProxyStep& result) noexcept {
   Wall wall;
   std::size_t stopped = 0;
   double share = 1;
+  // Every place on the way is free, and so is the way back to each: it ends at the best. One that is no
+  // better than where it began is none, or a tool at rest would go round and round between its walls.
+  Placement best = tool_;
+  double least = length_of_springs() - k_worth * voxel_;
   for (int round = 0; round < k_rounds; ++round) {
     ++result.counters.iterations;
     find_bounds();
@@ -251,8 +262,10 @@ void Chain::run(ProxyStep& result) noexcept {
     if (!(glm::length(t.along) + farthest * glm::length(t.about) > k_still * voxel_)) break;
     const bool was_stuck = share == 0;
     share = go(t, wall, stopped);
+    if (const double length = length_of_springs(); length < least) best = tool_, least = length;
     if ((share == 0 && was_stuck) || (share == 1 && is_whole && count_ == 0)) break;
   }
+  tool_ = best;
   note_insides();
   result.turn_world = rotation_between(hand_.rotation, tool_.rotation);
 
@@ -271,7 +284,7 @@ void Chain::run(ProxyStep& result) noexcept {
   if (back == dvec3(0) && result.turn_world == dvec3(0)) return;
   if (hardest == nullptr) {
     // Flat matter without a normal: held where it is, facing back along the way.
-    if (share == 0 && back != dvec3(0))
+    if (share < 1 && back != dvec3(0))
       result.set_contact(wall.shape, side_of(wall.is_back), glm::normalize(back));
     return;
   }

@@ -109,9 +109,15 @@ class ToolContacts {
   }
   std::size_t size() const noexcept { return count_; }
   const ToolContact& operator[](std::size_t i) const noexcept { return all_[i]; }
-  /// Those beyond the last are left out.
+  /// Of more than there is room for the hardest are kept.
   void add(const ToolContact& one) noexcept {
-    if (count_ < k_most) all_[count_++] = one;
+    if (count_ < k_most) {
+      all_[count_++] = one;
+      return;
+    }
+    auto* least = std::min_element(
+        all_.begin(), all_.end(), [](const ToolContact& a, const ToolContact& b) { return a.push < b.push; });
+    if (one.push > least->push) *least = one;
   }
   void clear() noexcept { count_ = 0; }
 

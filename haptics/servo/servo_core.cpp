@@ -80,6 +80,9 @@ void ServoCore::let_through_what_is_off(const ServoHand& mine) noexcept {
 void ServoCore::find_ready(const ServoHand& mine, const dvec3& hip) noexcept {
   not_ready_ = mine.not_ready;
   const volume::Volume& base = *mine.scene->base;
+  double farthest = mine.scene->tool_radius;
+  for (const dvec3& at : mine.scene->tool_balls)
+    farthest = std::max(farthest, mine.scene->tool_radius + glm::length(at));
   for (std::size_t i = 0; i < mine.part_count; ++i) {
     const auto& [index, voxels] = mine.parts[i];
     const TouchItem& item = item_of(*mine.scene, index);
@@ -92,8 +95,7 @@ void ServoCore::find_ready(const ServoHand& mine, const dvec3& hip) noexcept {
       constexpr double k_beside = 3;  // voxels
       dvec3 along(0);
       along[a] = 1;
-      const double reach =
-          k_beside + mine.scene->tool_radius * glm::length(of.frame.gradient_world_from_volume(along));
+      const double reach = k_beside + farthest * glm::length(of.frame.gradient_world_from_volume(along));
       const double low = std::max(0.0, std::min(at[a], proxy[a]) - reach),
                    high = std::min(of.size[a] - 1.0, std::max(at[a], proxy[a]) + reach);
       is_beside = is_beside || low > high;
@@ -116,6 +118,13 @@ void ServoCore::adopt(const ServoHand& mine) noexcept {
   layout_ = mine.layout;
   popped_shape_ = last_shape_ = -1;
   if (touched_ >= count) touched_ = 0;
+  if (!mine.scene->tool_balls.empty() ||
+      state_.has_turn) {  // another tool: it may lie in what the last one did not
+    state_.version = ~std::uint64_t{0};
+    state_.has_turn = false;
+    state_.balls_inside = 0;
+    force_.forget_turn();
+  }
   told_not_ready_ = ShapeSet{};
   state_.touched = -1;
   state_.around.near = ShapeSet{};
@@ -213,7 +222,8 @@ ServoRecord ServoCore::step(const ServoScene& seen, const ServoInput& input) noe
     cap_ = is_led_ ? k_lead_force : std::min(force_limit_, cap_ + k_lead_recovery * dt_);
     wanted_ = limited(force_.step(step_, hip, scene), cap_);
     dvec3 torque(0);
-    if (!scene.tool_balls.empty()) torque = (cap_ / force_limit_) * force_.turn(step_, scene);
+    if (!scene.tool_balls.empty())
+      torque = (cap_ < force_limit_ ? cap_ / force_limit_ : 1) * force_.turn(step_, scene);
     active_ = dvec3(0);
     if (mine.laws) {
       const LawForces forces = laws_.step(*mine.laws, {scene, mine.state.version.get(), step_, wanted_, hip,
@@ -226,7 +236,9 @@ ServoRecord ServoCore::step(const ServoScene& seen, const ServoInput& input) noe
       laws_.reset();
     }
     if (torque != dvec3(0)) torque_ = torque, is_turning_ = true;
-    if (is_passive_) wanted_ = passivity_.step(wanted_, hip, step_.has_contact ? step_.proxy_world : hip);
+    // Of tools of several balls force and torque come of one potential, and it would see the force alone.
+    if (is_passive_ && scene.tool_balls.empty())
+      wanted_ = passivity_.step(wanted_, hip, step_.has_contact ? step_.proxy_world : hip);
     wanted_ += active_;
     if (mine.has_pops) pop_through(mine, hip, record);
     record.proxy_world = step_.proxy_world;

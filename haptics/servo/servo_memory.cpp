@@ -191,7 +191,8 @@ bool ServoMemory::load(std::string_view bytes, const ServoHand& mine, ServoCore&
     is_good = is_good && glm::length(torque) <= made.guard_.torque_limit() * 1.001;
   if (!is_good || made.touched_ < 0) return false;
   made.layout_ = made.layout_ == 1 ? mine.layout : ~std::uint64_t{0};
-  made.state_.version = made.state_.version == 1 && mine.state.version ? mine.state.version->serial() : 0;
+  made.state_.version =
+      made.state_.version == 1 && mine.state.version ? mine.state.version->serial() : ~std::uint64_t{0};
   if (mine.laws) made.laws_.belong_to(*mine.laws);
   core = made;
   return true;

@@ -69,8 +69,37 @@ TEST(ChainSession, IsRecordedReplayedAndOpenedAnywhereWithItsTorques) {
   refused({ToolGeometry{0, {{0, 0, 1}}}, 0}, "radius");
   refused({ToolGeometry{1, {{0, 0, 1}, {0, 0, 3}}}, 1}, "a burr is one ball");
   refused(FreePieces{}, "cannot touch what comes off");
+  give({1, {}});
+  EXPECT_STREQ(run.engine().tool(0).method->name(), "scene");
+  for (int i = 4500; i < 4900; ++i) {
+    haptics::Pose poses[2] = {waving(i), wish.at(1e-3 * i)};
+    run.step(poses);
+  }
   EXPECT_FALSE(writer.value()->finish(run.engine(), 0).has_value());
   expect_opens_anywhere(path, drilling_catalogue(), {});
+}
+
+// A hand that began with another method feels with that again, live and from checkpoints.
+TEST(ChainSession, BackToOneBallIsTheMethodOfTheStart) {
+  const Folder folder;
+  const std::string path = folder.file("back.session");
+  Bench bench;  // implicit
+  {
+    auto writer = bench.writer(path, 1000, often(300));
+    Lockstep run(bench.scene, bench.method, drilling::burr(bench.burr), {}, 1000, writer.get());
+    run.apply(LayDown{});
+    for (int i = 0; i < 3000; ++i) {
+      run.step(waving(i));
+      const auto give = [&](const ToolGeometry& geometry) {
+        run.apply(run.engine().finish_job(run.apply(geometry).job));
+      };
+      if (i == 500) give({1, {{0, 0, 0}, {2, 0, -2}}});
+      if (i == 1500) give({});
+    }
+    EXPECT_STREQ(run.engine().tool().method->name(), "implicit");
+    EXPECT_FALSE(writer->finish(run.engine(), 0).has_value());
+  }
+  expect_opens_anywhere(path, drilling_catalogue(), bench.scene.base, 3);
 }
 
 }  // namespace

@@ -174,6 +174,19 @@ TEST(ChainProxy, ARodOnAPlaneIsALever) {
       if (tilt != 0 && best + 0.01 < std::abs(tilt)) {
         EXPECT_GT(r.turn_world.y * tilt, 0);
       }
+      // What the contacts push is what the springs pull, and each is where a ball lies on the plane.
+      dvec3 push(0), moment(0);
+      for (std::size_t i = 0; i < r.contacts.size(); ++i) {
+        const ToolContact& one = r.contacts[i];
+        EXPECT_NEAR(one.place_world.z, 0, 0.05);
+        EXPECT_NEAR(one.normal_world.z, 1, 1e-3);
+        push += one.push * one.normal_world;
+        moment += glm::cross(one.place_world - r.proxy_world, one.push * one.normal_world);
+      }
+      ASSERT_GT(r.contacts.size(), 0u);
+      EXPECT_GT(r.normal_world.z, 0.99);
+      EXPECT_LT(glm::length(push - (r.proxy_world - dvec3(0, 0, z))), 0.02) << tilt << ' ' << z;
+      EXPECT_LT(glm::length(moment - square * r.turn_world), 0.3) << tilt << ' ' << z;
     }
 }
 
@@ -258,6 +271,82 @@ TEST(ChainProxy, MatterThatGrowsSetsItFreeAndItComesOutAgain) {
   for (int i = 0; i < 300; ++i) r = run.step({{0, 0, 12 - 0.05 * i}, {1, 0, 0, 0}});
   EXPECT_TRUE(r.has_contact);
   EXPECT_NEAR(r.proxy_world.z, k_radius, 0.05);
+}
+
+// A hand that holds still feels what does not move: in a hole that the tool just fits, and on curved walls.
+TEST(ChainProxy, RestsWhereTheHandDoes) {
+  int rests = 0;
+  for (const auto& balls : {rod(8, 5), std::vector<dvec3>{{0, 0, 0}}, hook()})
+    for (const char* name : {"plane", "gyroid", "steps"}) {
+      const Solid solid{name,
+                        std::string(name) == "plane" ? std::map<std::string, double>{{"angle", 0}}
+                                                     : std::map<std::string, double>{},
+                        nullptr,
+                        {}};
+      const TouchScene scene = scene_with(solid, balls, 64);
+      Play run(scene);
+      if (std::string(name) == "plane") {
+        volume::RemovalEditor editor(run.seen.version, {scene.items[0].field});
+        editor.remove({{0, 0, 2}, {0, 0, -12}, 2.3});
+        const auto cut = editor.publish();
+        run.seen =
+            TouchState(cut, {scene.items[0].offset->updated(scene.items[0].field, *scene.items[0].bits, *cut,
+                                                            {glm::ivec3(0), scene.base->size - 1})});
+      }
+      std::mt19937 random(7);
+      const auto between = [&](double a, double b) {
+        return a + (b - a) * (double(random()) / 4294967296.0);
+      };
+      for (int trial = 0; trial < 2; ++trial) {
+        run.state = ProxyState{};
+        const dvec3 to(between(-2, 2), between(-2, 2), between(-8, 4));
+        const dvec3 about(between(-0.5, 0.5), between(-0.5, 0.5), between(-0.5, 0.5));
+        ProxyStep r;
+        Placement before;
+        for (int i = 0; i < 1000; ++i) {
+          const double share = std::min(1.0, i / 600.0);
+          r = run.step({to + dvec3(0, 0, 60 * (1 - share)), turn(share * about)});
+          const Placement now = run.tool(r);
+          if (i > 800) {
+            ASSERT_EQ(now.position_world, before.position_world) << name << ' ' << balls.size() << ' ' << i;
+            ASSERT_EQ(now.rotation, before.rotation) << name << ' ' << i;
+          }
+          before = now;
+        }
+        rests += r.has_contact;
+      }
+    }
+  EXPECT_GT(rests, 8);
+}
+
+// A tool in place of another one lies where that one did not: what of it is in bone is free, or it would be
+// held there.
+TEST(ChainProxy, AnotherToolIsNotGluedIntoWhatItLiesIn) {
+  const Solid plane = solids()[0];
+  const TouchScene flat = scene_with(plane, {{0, 0, 0}, {0, 0, 8}}),
+                   deep = scene_with(plane, {{0, 0, 0}, {0, 0, -3}});
+  ChainProxy with_flat, with_deep;
+  ASSERT_FALSE(with_flat.prepare(flat) || with_deep.prepare(deep));
+  const auto version = std::shared_ptr<const volume::Version>(untouched(flat));
+  ServoHand hand(borrowed(flat), borrowed(with_flat), TouchState(version));
+  ServoCore core({}, 1e-3);
+  ServoScene seen{1, {hand}};
+  ServoRecord r;
+  for (int i = 0; i < 400; ++i) r = core.step(seen, {.pose = {{0, 0, std::max(1.0, 20 - 0.1 * i)}}});
+  ASSERT_TRUE(r.has_contact);
+  hand.set_scene(borrowed(deep), borrowed(with_deep));
+  seen = {2, {hand}};
+  for (int i = 0; i < 300; ++i) r = core.step(seen, {.pose = {{0, 0, 1}}});
+  EXPECT_LT(glm::length(r.force_world) + glm::length(r.torque_world), 1e-6);
+  for (int i = 0; i < 600; ++i) {
+    r = core.step(seen, {.pose = {{0, 0, 1 + 0.02 * i}}});
+    ASSERT_LT(glm::length(r.force_world), 1e-6) << i;
+  }
+  EXPECT_NEAR(r.proxy_world.z, 1 + 0.02 * 599, 1e-6);
+  EXPECT_EQ(core.proxy_state().balls_inside, 0u);
+  for (int i = 0; i < 600; ++i) r = core.step(seen, {.pose = {{0, 0, 13 - 0.015 * i}}});
+  EXPECT_TRUE(r.has_contact);
+  EXPECT_NEAR(r.proxy_world.z, 3 + k_radius, 0.05);
 }
 
 TEST(ChainProxy, WhatCannotBeIsSaid) {
