@@ -337,7 +337,8 @@ int main(int argc, char** argv) {
   c->add_option(
        "--plant", audit.plant,
        "Show that the audit sees: one tick of the session falls through, has a force that is 0.01 N off or "
-       "an energy that is, or a round tip in matter, before it is judged: fall, force, torque, energy or ball")
+       "an energy that is, or a round tip in matter, before it is judged: fall, force, torque, energy or "
+       "ball")
       ->type_name("FAULT")
       ->check(CLI::IsMember({"fall", "force", "torque", "energy", "ball"}));
 
