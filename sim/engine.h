@@ -166,6 +166,8 @@ class Engine {
   void publish(Change change);
   void settle(Outcome& outcome);
   HistoryPlace here() const;
+  template <class SomeEngine, class Image, class Each>
+  static void each_kept(SomeEngine& engine, Image& image, Each&& each);
   std::shared_ptr<const HistoryEntry> entry_here(const volume::VoxelBox& box);
 
   Catalogue catalogue_;

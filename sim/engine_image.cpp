@@ -5,26 +5,32 @@ namespace trephine::sim {
 
 using volume::Status;
 
+/// What stands in both as it is, each with its own.
+template <class SomeEngine, class Image, class Each>
+void Engine::each_kept(SomeEngine& engine, Image& image, Each&& each) {
+  each(engine.now_, image.now);
+  each(engine.fields_, image.fields);
+  each(engine.history_, image.history);
+  each(engine.position_, image.position);
+  each(engine.forgotten_, image.forgotten);
+  each(engine.last_entry_, image.last_entry);
+  each(engine.growths_, image.growths);
+  each(engine.edits_, image.edits);
+  each(engine.is_stroke_changed_, image.is_stroke_changed);
+  each(engine.stroke_box_, image.stroke_box);
+  each(engine.ever_cut_, image.ever_cut);
+  each(engine.jobs_, image.jobs);
+  each(engine.last_job_, image.last_job);
+  each(engine.last_body_, image.last_body);
+}
+
 EngineImage Engine::image() {
   freeze();
   EngineImage all;
-  all.now = now_;
+  each_kept(*this, all, [](const auto& mine, auto& kept) { kept = mine; });
   all.serial = serial();
   for (std::size_t h = 0; h < hands_.size(); ++h)
     all.hands.push_back({tools_[h], hands_[h].way, work_[h], trails_[h]});
-  all.fields = fields_;
-  all.history = history_;
-  all.position = position_;
-  all.forgotten = forgotten_;
-  all.last_entry = last_entry_;
-  all.growths = growths_;
-  all.edits = edits_;
-  all.is_stroke_changed = is_stroke_changed_;
-  all.stroke_box = stroke_box_;
-  all.ever_cut = ever_cut_;
-  all.jobs = jobs_;
-  all.last_job = last_job_;
-  all.last_body = last_body_;
   return all;
 }
 
@@ -34,7 +40,7 @@ Status Engine::restore(const EngineImage& image) {
     if (held.type && held.type->check)
       if (Status error = held.type->check(held.parameters.data(), *image.hands[h].tool.scene)) return error;
   }
-  now_ = image.now;
+  each_kept(*this, image, [](auto& mine, const auto& kept) { mine = kept; });
   editor_.reset(now_.world.version);
   felt_ = now_.world.version;
   for (std::size_t h = 0; h < hands_.size(); ++h) {
@@ -60,20 +66,7 @@ Status Engine::restore(const EngineImage& image) {
     use_bodies(Bodies::others);
   }
   for (std::size_t h = 0; h < hands_.size(); ++h) hands_[h].way = image.hands[h].way;
-  fields_ = image.fields;
-  history_ = image.history;
-  position_ = image.position;
-  forgotten_ = image.forgotten;
-  last_entry_ = image.last_entry;
-  growths_ = image.growths;
-  edits_ = image.edits;
-  is_stroke_changed_ = image.is_stroke_changed;
-  stroke_box_ = image.stroke_box;
-  ever_cut_ = image.ever_cut;
-  jobs_ = image.jobs;
   for (PendingJob& job : jobs_) arm(job);
-  last_job_ = image.last_job;
-  last_body_ = image.last_body;
   results_.clear();
   made_fields_.clear();
   std::shared_ptr<haptics::ServoScene> seen = make_scene(image.serial);

@@ -11,6 +11,7 @@
 #include <optional>
 
 #include "volume/brush_fire.h"
+#include "volume/deterministic_math.h"
 #include "volume/parallel.h"
 #include "volume/smooth_surface.h"
 #include "volume/work_counters.h"
@@ -449,7 +450,8 @@ double OffsetField::step_for(double radius, const Volume& volume) noexcept {
   // In seconds, and without tables for the air of scans that are metres wide.
   constexpr double k_most_points = 1 << 28;
   const dvec3 extent = spacing * dvec3(volume.size);
-  const double least = std::cbrt(extent.x * extent.y * extent.z / k_most_points);
+  const double least =
+      deterministic_exp(deterministic_log(extent.x * extent.y * extent.z / k_most_points) / 3);
   return std::max({radius / k_steps_a_radius, std::min(voxel, std::max(most, least))});
 }
 

@@ -30,6 +30,8 @@ struct Pose {
 /// The pose as a servo takes it: places on a grid of 2^-20 mm (1 nm), quaternions on one of 2^-24, finer than
 /// what any device says, so that a recording holds inputs exactly in few bytes. What is no number stays so.
 Pose on_grid(Pose pose) noexcept;
+/// Of length 1, as devices should say it; no turn where it is none.
+glm::dquat unit_of(const glm::dquat& orientation) noexcept;
 /// Which way and how far `to` is turned from `from`, radians about the axis, for turns that are small; of
 /// large ones twice the sine of their half.
 glm::dvec3 turn_between(const glm::dquat& from, const glm::dquat& to) noexcept;

@@ -37,21 +37,11 @@ struct Bound {
   Wall wall;
 };
 
-dquat turned(const dquat& q, const dvec3& about) noexcept {
-  const double angle = glm::length(about);
-  if (!(angle > 1e-12)) return q;
-  const double half = 0.5 * angle, s = std::sin(half) / angle;
-  return glm::normalize(dquat(std::cos(half), s * about.x, s * about.y, s * about.z) * q);
-}
+// Turns without sines: the same bits on every machine. A turn is told as turn_between() does.
 
-/// Rotation vector from one orientation to another, the short way round.
-dvec3 rotation_between(const dquat& from, const dquat& to) noexcept {
-  dquat d = to * glm::conjugate(from);
-  if (d.w < 0) d = -d;
-  const dvec3 v(d.x, d.y, d.z);
-  const double s = glm::length(v);
-  if (!(s > 1e-12)) return 2.0 * v;
-  return (2 * std::atan2(s, d.w) / s) * v;
+/// Turned by that; of a large one by less.
+dquat turned(const dquat& q, const dvec3& about) noexcept {
+  return glm::normalize(dquat(1, 0.5 * about.x, 0.5 * about.y, 0.5 * about.z) * q);
 }
 
 /// One step of a chain.
@@ -63,7 +53,7 @@ class Chain {
         state_(state),
         square_(gyration_square(scene)),
         voxel_(walls.frame().spacing().x),
-        hand_{input.hip_world, place_turn(input.orientation)} {}
+        hand_{input.hip_world, unit_of(input.orientation)} {}
 
   /// On the hand, inside whatever is there.
   void begin(const volume::Frame& base) noexcept {
@@ -85,14 +75,9 @@ class Chain {
              state_.has_turn ? state_.tool_turn : hand_.rotation};
   }
   const Placement& here() const noexcept { return tool_; }
-  const Placement& hand() const noexcept { return hand_; }
   void run(ProxyStep& result) noexcept;
 
  private:
-  static dquat place_turn(const dquat& q) noexcept {
-    const double length = glm::length(q);
-    return length > 1e-3 ? q / length : dquat(1, 0, 0, 0);
-  }
   dvec3 ball(const Placement& tool, std::size_t i) const noexcept {
     return walls_.frame().volume_from_world(tool.world_from_local(scene_.tool_balls[i]));
   }
@@ -102,11 +87,13 @@ class Chain {
       if (walls_.is_solid(s, p)) found.flip(s);
     return found;
   }
-  /// mm: of all together, as one.
+  /// mm: of all together, as one. Of a turn by a 4 (1 - cos(a/2)), whose slope turn_between() tells.
   double length_of_springs() const noexcept {
     const dvec3 along = hand_.position_world - tool_.position_world,
-                about = rotation_between(tool_.rotation, hand_.rotation);
-    return std::sqrt(glm::dot(along, along) + square_ * glm::dot(about, about));
+                about = turn_between(tool_.rotation, hand_.rotation);
+    const double square = glm::dot(about, about),
+                 cosine = std::sqrt(std::max(0.0, 1 - 0.25 * square));  // of half the angle
+    return std::sqrt(glm::dot(along, along) + 2 * square_ * square / (1 + cosine));
   }
   void find_bounds() noexcept;
   void add_bound(const Wall& wall, std::size_t ball, const dvec3& p) noexcept;
@@ -253,8 +240,8 @@ void Chain::run(ProxyStep& result) noexcept {
     ++result.counters.iterations;
     find_bounds();
     if (share < 1) add_bound(wall, stopped, ball(tool_, stopped));
-    Twist t = solve(
-        {hand_.position_world - tool_.position_world, rotation_between(tool_.rotation, hand_.rotation)});
+    Twist t =
+        solve({hand_.position_world - tool_.position_world, turn_between(tool_.rotation, hand_.rotation)});
     // Turned by little, so that balls go nearly straight.
     const double turn = glm::length(t.about);
     const bool is_whole = turn <= k_longest_turn;
@@ -267,7 +254,7 @@ void Chain::run(ProxyStep& result) noexcept {
   }
   tool_ = best;
   note_insides();
-  result.turn_world = rotation_between(hand_.rotation, tool_.rotation);
+  result.turn_world = turn_between(hand_.rotation, tool_.rotation);
 
   // Who pushes: the walls of the last round.
   const Bound* hardest = nullptr;

@@ -136,7 +136,8 @@ struct ProxyAnswer {
   bool is_buried = false;  ///< matter grew over the proxy; it was set free at the HIP, without force
   glm::dvec3 carried_world{
       0.0};  ///< mm that what is touched moved by, there, since the last step; method `scene`
-  glm::dvec3 turn_world{0.0};  ///< rad about its axis, from the hand to the tool; of tools of several balls
+  glm::dvec3 turn_world{
+      0.0};  ///< as turn_between() tells it, from the hand to the tool; of tools of several balls
   int waypoint_count = 0;
   ProxyCounters counters;
 

@@ -156,6 +156,12 @@ volume::Status set_tool_radius(TouchScene& scene, double radius, int threads) {
   return std::nullopt;
 }
 
+std::vector<volume::Field> solids_of(const TouchScene& scene) {
+  std::vector<volume::Field> fields;
+  for (const TouchItem& shape : base_shapes(scene)) fields.push_back(shape.field);
+  return fields;
+}
+
 volume::Status check_tool_balls(double radius, const std::vector<glm::dvec3>& balls) {
   if (balls.empty()) return std::nullopt;
   if (!(radius > 0))

@@ -132,6 +132,8 @@ inline const TouchItem& item_of(const TouchScene& scene, int index) noexcept {
 inline int item_count(const TouchScene& scene) noexcept { return static_cast<int>(scene.items.size()); }
 /// The shapes of the base: the first items.
 std::span<const TouchItem> base_shapes(const TouchScene& scene) noexcept;
+/// Their fields: what counts as matter when it is cut.
+std::vector<volume::Field> solids_of(const TouchScene& scene);
 /// What answers where an item is touched on one side.
 inline const Material& material_of(const TouchScene& scene, int index, Side side) noexcept {
   const TouchItem& item = item_of(scene, index);

@@ -80,6 +80,7 @@ void ServoCore::let_through_what_is_off(const ServoHand& mine) noexcept {
 void ServoCore::find_ready(const ServoHand& mine, const dvec3& hip) noexcept {
   not_ready_ = mine.not_ready;
   const volume::Volume& base = *mine.scene->base;
+  if (mine.part_count == 0) return;
   double farthest = mine.scene->tool_radius;
   for (const dvec3& at : mine.scene->tool_balls)
     farthest = std::max(farthest, mine.scene->tool_radius + glm::length(at));
@@ -299,11 +300,7 @@ void ServoCore::note_place(const ServoScene& seen, const ServoRecord& record) no
   }
 }
 
-Placement place_of(const Pose& pose) noexcept {
-  const glm::dquat& q = pose.orientation;
-  const double length = glm::length(q);  // a device may say anything
-  return {pose.position_world, length > 1e-3 ? q / length : glm::dquat(1, 0, 0, 0)};
-}
+Placement place_of(const Pose& pose) noexcept { return {pose.position_world, unit_of(pose.orientation)}; }
 
 std::optional<Placement> ServoCore::place_before(std::uint64_t tick) const noexcept {
   for (const Place& place : places_)

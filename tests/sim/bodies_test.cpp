@@ -69,6 +69,15 @@ const PieceFreed* find_freed(const Engine& engine) {
   return nullptr;
 }
 
+/// Until the disk is parted.
+void saw(Lockstep& run) {
+  const haptics::PosePath first = resting(), second = sawing();
+  for (int i = 0; i < static_cast<int>(1000 * k_sawn); ++i) {
+    const haptics::Pose poses[2] = {first.at(1e-3 * i), second.at(1e-3 * i)};
+    run.step(poses);
+  }
+}
+
 Outcome free_now(Lockstep& run) {
   const Outcome begun = run.apply(FreePieces{});
   EXPECT_FALSE(begun.refused) << begun.refused->message();
@@ -215,11 +224,7 @@ TEST(Bodies, WhatCannotBeIsRefusedInWordsAndChangesNothing) {
 
   // Two hands, one body.
   const haptics::PosePath first = resting(), second = sawing();
-  const auto step = [&](double t) {
-    const haptics::Pose poses[2] = {first.at(t), second.at(t)};
-    run.step(poses);
-  };
-  for (int i = 0; i < static_cast<int>(1000 * k_sawn); ++i) step(1e-3 * i);
+  saw(run);
   {
     // A cut while the job ran.
     const Outcome early = run.apply(FreePieces{});
@@ -261,7 +266,6 @@ TEST(Bodies, WhatCannotBeIsRefusedInWordsAndChangesNothing) {
 TEST(Bodies, NobodyIsThrownByWhatIsPutDownOrPutBack) {
   SawBench bench;
   Lockstep run(bench.engine(), {}, 1000);
-  const haptics::PosePath first = resting(), second = sawing();
   haptics::Pose poses[2];
   double most_force = 0;
   const auto step = [&] {
@@ -270,12 +274,10 @@ TEST(Bodies, NobodyIsThrownByWhatIsPutDownOrPutBack) {
       EXPECT_LT(glm::length(r.proxy_world - r.pose.position_world), 0.2);
     }
   };
-  for (int i = 0; i < static_cast<int>(1000 * k_sawn); ++i) {
-    poses[0] = first.at(1e-3 * i), poses[1] = second.at(1e-3 * i);
-    run.step(poses);
-  }
+  saw(run);
   run.apply({LayDown{}, 1});
   free_now(run);
+  poses[0] = resting().at(k_sawn), poses[1] = sawing().at(k_sawn);
   poses[0].position_world = {0, 0, 9};  // away from it
   for (int i = 0; i < 600; ++i) run.step(poses);
   most_force = 0;
@@ -312,12 +314,8 @@ TEST(Bodies, NobodyIsThrownByWhatIsPutDownOrPutBack) {
 TEST(Bodies, ToolsAndBodiesThatChangeTogether) {
   SawBench bench;
   Lockstep run(bench.engine(), {}, 1000);
-  const haptics::PosePath first = resting(), second = sawing();
-  haptics::Pose poses[2];
-  for (int i = 0; i < static_cast<int>(1000 * k_sawn); ++i) {
-    poses[0] = first.at(1e-3 * i), poses[1] = second.at(1e-3 * i);
-    run.step(poses);
-  }
+  haptics::Pose poses[2] = {resting().at(k_sawn), sawing().at(k_sawn)};
+  saw(run);
   run.apply({LayDown{}, 1});
   // The tool is asked for while the bone is there, and comes when it is gone.
   const Outcome begun = run.apply(ToolGeometry{1, {}});

@@ -79,7 +79,7 @@ struct Play {
 double energy(const TouchScene& scene, const Placement& tool, const Placement& hand) {
   const dvec3 d = tool.position_world - hand.position_world;
   const double a = angle_between(tool.rotation, hand.rotation);
-  return 0.5 * (glm::dot(d, d) + gyration_square(scene) * a * a);
+  return 0.5 * glm::dot(d, d) + 4 * gyration_square(scene) * (1 - std::cos(0.5 * a));
 }
 double least_distance(const Solid& solid, const TouchScene& scene, const Placement& tool) {
   double least = 1e300;
@@ -165,7 +165,7 @@ TEST(ChainProxy, ARodOnAPlaneIsALever) {
       double best = 0, least = 1e300;
       for (double a = 0; a <= std::abs(tilt); a += 1e-5) {
         const double height = std::max(z, k_radius + half * std::sin(a));
-        const double e = std::pow(height - z, 2) + square * std::pow(std::abs(tilt) - a, 2);
+        const double e = std::pow(height - z, 2) + 8 * square * (1 - std::cos(0.5 * (std::abs(tilt) - a)));
         if (e < least) least = e, best = a;
       }
       const double height = std::max(z, k_radius + half * std::sin(best));

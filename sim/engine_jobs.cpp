@@ -1,0 +1,152 @@
+// Longer work: jobs of modules, tools and pieces, and the fields of round tools.
+#include <algorithm>
+#include <limits>
+
+#include "sim/engine.h"
+#include "sim/tool_geometry.h"
+
+namespace trephine::sim {
+
+namespace {
+const JobType* job_of(const Module& module, const ValueType& type) noexcept {
+  for (const JobType* job : module.jobs())
+    if (job->parameters == &type) return job;
+  return nullptr;
+}
+}  // namespace
+
+bool Engine::find_job(const ValueType& parameters, const JobType*& type, std::size_t& module) const noexcept {
+  for (module = 0; module < catalogue_.modules().size(); ++module)
+    if ((type = job_of(*catalogue_.modules()[module], parameters)) != nullptr) return true;
+  return false;
+}
+
+void Engine::begin_job(const Command& command, PendingJob job, Outcome& outcome) {
+  job.id = outcome.job = {++last_job_};
+  job.hand = command.hand;
+  job.parameters = std::make_shared<const Value>(command.what);
+  job.input = snapshot();
+  job.growths = growths_;
+  job.edits = edits_;
+  job.cut = ever_cut_;
+  arm(job);
+  jobs_.push_back(std::move(job));
+}
+
+/// So that any thread can run it, of what it has.
+void Engine::arm(PendingJob& job) const {
+  if (job.type)
+    job.run = [type = job.type, parameters = job.parameters, input = job.input] {
+      return type->run(parameters->data(), *input);
+    };
+  else if (job.parameters->as<FreePieces>())
+    job.run = [scene = tools_[job.hand].scene, solids = haptics::solids_of(*tools_[0].scene),
+               parameters = job.parameters, input = job.input] {
+      const auto& wish = *parameters->as<FreePieces>();
+      return make_pieces(scene->items[static_cast<std::size_t>(wish.item)], wish, solids, *input);
+    };
+  else
+    job.run = [tool = tools_[job.hand], parameters = job.parameters, input = job.input, cut = job.cut] {
+      return make_geometry(tool, *parameters->as<ToolGeometry>(), *input->world.version, cut);
+    };
+}
+
+AdoptJob Engine::finish_job(Id id) {
+  const auto job =
+      std::find_if(jobs_.begin(), jobs_.end(), [&](const PendingJob& one) { return one.id == id; });
+  TREPHINE_ASSERT(job != jobs_.end());
+  std::shared_ptr<const JobResult> result = job->run();
+  const AdoptJob wish{id, static_cast<std::int64_t>(result->hash())};
+  hand_in(id, std::move(result));
+  return wish;
+}
+
+void Engine::end_job(const AdoptJob& wish, Outcome& outcome) {
+  const auto found =
+      std::find_if(jobs_.begin(), jobs_.end(), [&](const PendingJob& job) { return job.id == wish.job; });
+  const PendingJob job = *found;
+  jobs_.erase(found);
+  outcome.job = job.id;
+  std::shared_ptr<const JobResult> result;
+  std::erase_if(results_, [&](auto& kept) {
+    if (kept.first == job.id) result = std::move(kept.second);
+    return kept.first == job.id;
+  });
+  const void* parameters = job.parameters->data();
+  const bool is_late =
+      job.parameters->as<FreePieces>()
+          ? job.edits != edits_
+          : job.type && job.type->still_fits && !job.type->still_fits(parameters, *job.input, now_);
+  if (is_late) {
+    news_.push_back({now_.next_tick, job.hand, glm::dvec3(0), JobDiscarded{job.id, "the world changed"}});
+    return;
+  }
+  if (!result) result = job.run();
+  outcome.job_hash = result->hash();
+  if (job.parameters->as<FreePieces>()) return adopt_pieces(job, *result, outcome);
+  if (job.type == nullptr) {
+    outcome.is_changed = adopt_geometry(job, *result);
+    return;
+  }
+  ModuleWork work(Work(editor_, news_, now_.next_tick, job.hand), state_of(job.module));
+  job.type->adopt(parameters, *result, work);
+  finish(work, outcome);
+}
+
+void Engine::hand_in(Id job, std::shared_ptr<const JobResult> result) {
+  results_.emplace_back(job, std::move(result));
+}
+
+// ---- fields of round tools ----
+
+bool Engine::has_stale_fields() const noexcept {
+  return std::any_of(fields_.begin(), fields_.end(), [](const TouchFields& f) { return f.is_stale(); });
+}
+
+std::uint64_t Engine::oldest_stale_serial() const noexcept {
+  std::uint64_t oldest = std::numeric_limits<std::uint64_t>::max();
+  for (const TouchFields& fields : fields_)
+    if (fields.is_stale()) oldest = std::min(oldest, fields.oldest_serial());
+  return oldest;
+}
+
+std::optional<OffsetJob> Engine::offset_job() const {
+  // Whoever waits longest.
+  const TouchFields* first = nullptr;
+  for (const TouchFields& fields : fields_)
+    if (fields.is_stale() && (first == nullptr || fields.oldest_serial() < first->oldest_serial()))
+      first = &fields;
+  if (first == nullptr) return std::nullopt;
+  std::optional<OffsetJob> job = first->job();
+  while (tools_[job->hand].scene != first->scene()) ++job->hand;
+  return job;
+}
+
+void Engine::hand_in(const OffsetJob& job, OffsetJob::Offsets made) {
+  made_fields_.push_back({job.scene, job.serial, std::move(made)});
+}
+
+void Engine::adopt_fields(const AdoptFields& wish, std::size_t hand, Outcome& outcome) {
+  TouchFields* fields = fields_of(hand);
+  const auto serial = static_cast<std::uint64_t>(wish.serial);
+  std::vector<MadeFields> made = std::exchange(made_fields_, {});
+  if (fields == nullptr) return;
+  const auto ready = std::find_if(made.begin(), made.end(), [&](const MadeFields& one) {
+    return one.scene == fields->scene() && one.serial == serial;
+  });
+  OffsetJob::Offsets offsets;
+  if (ready != made.end()) {
+    offsets = std::move(ready->offsets);
+  } else {
+    const std::optional<OffsetJob> job = fields->job_of(serial);
+    if (!job) return;  // nothing that led here
+    offsets = job->make(0);
+  }
+  if (!fields->take(serial, std::move(offsets))) return;
+  publish(Change::cut);
+  outcome.is_changed = true;
+  // The state between strokes keeps what it has now, for whoever comes back to it.
+  if (!is_stroke_changed_) history_[position_] = entry_here(history_[position_]->box);
+}
+
+}  // namespace trephine::sim
