@@ -112,12 +112,13 @@ T good(Result<T> result) {
 }  // namespace
 
 struct CheckpointStore::Shared : std::enable_shared_from_this<Shared> {
-  Shared(SessionReader& reader, Engine from) : session(&reader), start(std::move(from)) {
+  Shared(SessionReader& reader, Engine from) : session(&reader), life(reader.life()), start(std::move(from)) {
     for (const CheckpointIndex& index : reader.checkpoints())
       for (const CheckpointIndex::Link& link : index.links) links[{link.chain, link.number}] = &link;
   }
 
   SessionReader* session;
+  std::weak_ptr<const bool> life;  ///< of the reader: an engine may outlive it
   Engine start;
   std::map<std::pair<std::uint64_t, std::uint64_t>, const CheckpointIndex::Link*> links;
 
@@ -440,6 +441,9 @@ struct CheckpointStore::Shared : std::enable_shared_from_this<Shared> {
                     made = std::make_shared<std::optional<HistoryPlace>>()]() -> Result<HistoryPlace> {
         try {
           if (*made) return **made;
+          if (shared->life.expired())
+            return Error{"what was before is in a session that is read no more", "", "",
+                         "its reader, as long as the operation goes on from it", ""};
           Taker place(bytes);
           return *(*made = shared->take_place(place, hands));
         } catch (const Broken& broken) {

@@ -342,9 +342,14 @@ void Engine::go_to(std::size_t position, Outcome& outcome) {
   outcome.box = history_[std::max(position, position_)]->box;
   position_ = position;
   editor_.reset(entry.world.version);
-  const bool has_bodies = !now_.world.bodies.empty() || !entry.world.bodies.empty();
-  now_.world = entry.world;
-  for (Body& body : now_.world.bodies) body.holder = -1, body.grip = {};
+  const std::vector<Body> before = std::exchange(now_.world, entry.world).bodies;
+  const bool has_bodies = !before.empty() || !now_.world.bodies.empty();
+  // What is in a hand stays there, if it is there at all then: who holds what is of the moment.
+  for (Body& body : now_.world.bodies) {
+    body.holder = -1, body.grip = {};
+    for (const Body& was : before)
+      if (was.id == body.id) body.holder = was.holder, body.grip = was.grip;
+  }
   ++edits_;
   if (has_bodies) use_bodies(Bodies::others);
   now_.world.version = felt_ = editor_.publish();

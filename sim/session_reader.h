@@ -51,6 +51,8 @@ class SessionReader {
   std::size_t log_count() const noexcept { return logs_.size(); }
   std::uint64_t log_bytes() const noexcept;
 
+  /// Ends with the reader: for those who would ask it later.
+  std::weak_ptr<const bool> life() const noexcept { return is_open_; }
   /// Where the session can be opened in its middle, in the order of its ticks; parts are read on demand.
   const std::vector<CheckpointIndex>& checkpoints() const noexcept { return checkpoints_; }
   volume::Result<std::string> read(const CheckpointIndex::Part& part) {
@@ -64,6 +66,7 @@ class SessionReader {
   volume::Result<std::string> read(const Span& span);
   volume::Result<std::string> read_packed(const Span& span);
 
+  std::shared_ptr<const bool> is_open_ = std::make_shared<const bool>(true);
   std::string where_;
   std::ifstream file_;
   SessionHeader header_;

@@ -133,7 +133,9 @@ struct ProxyAnswer {
   bool has_contact = false;
   int shape = -1;  ///< the touched item
   Side side = Side::none;
-  bool is_buried = false;  ///< matter grew over the proxy; it was set free at the HIP, without force
+  /// Matter grew over the proxy, which was set free at the HIP, or a mesh that moves passed over it, where
+  /// others left it no way out: no force in this step.
+  bool is_buried = false;
   glm::dvec3 carried_world{
       0.0};  ///< mm that what is touched moved by, there, since the last step; method `scene`
   glm::dvec3 turn_world{

@@ -95,6 +95,31 @@ void set_before(const TouchScene& scene, const SceneLayout& layout, SceneWalls& 
   state.proxy_volume = scene.base->frame.volume_from_world(proxy = before);
 }
 
+/// The shortest way along which `push` (unit) gains `gap` and that leads into none of the walls, whose
+/// normals are given; false when they close against it.
+bool way_along(const dvec3& push, double gap, const std::array<dvec3, 3>& walls, int count,
+               dvec3& way) noexcept {
+  constexpr double k_steepest = 0.01;  // squared sine: a way ten times as long as the push, at most
+  double shortest = 1e300;
+  const auto try_way = [&](const dvec3& along) {  // of which push takes a part
+    const double part = glm::dot(along, push), length = glm::length(along);
+    if (!(length > 0) || !(part * part > k_steepest * length * length)) return;
+    const dvec3 candidate = gap / part * along;
+    for (int i = 0; i < count; ++i)
+      if (glm::dot(candidate, walls[static_cast<std::size_t>(i)]) < -1e-9 * glm::length(candidate)) return;
+    if (glm::length(candidate) >= shortest) return;
+    shortest = glm::length(candidate);
+    way = candidate;
+  };
+  try_way(push);
+  for (int i = 0; i < count; ++i) {
+    const dvec3& n = walls[static_cast<std::size_t>(i)];
+    try_way(push - glm::dot(push, n) * n);
+    for (int j = 0; j < i; ++j) try_way(glm::cross(n, walls[static_cast<std::size_t>(j)]));
+  }
+  return shortest < 1e300;
+}
+
 }  // namespace
 
 volume::Status SceneProxy::prepare(const TouchScene& scene) {
@@ -128,17 +153,53 @@ ProxyStep SceneProxy::step(const TouchScene& scene, const TouchState& seen, Prox
     // One mesh after the other, each seen from itself: what the tool rubs on takes it along, and what would
     // pass over it pushes it.
     Placements moving = around.placements;
+    std::array<dvec3, 3> in_the_way;  // normals of what blocked
+    int in_the_way_count = 0;
     const auto move_to = [&](const dvec3& place, int mesh) {
       look_around(scene, layout_, moving, start, place, around);
       SceneWalls walls(scene, layout_, seen, state, moving, result.counters);
       ShapeSet inside = state.inside;
-      const Reach way = walls.reach(frame.volume_from_world(start), frame.volume_from_world(place), inside,
-                                    1e-3 * frame.spacing().x, mesh);
-      if (way.is_blocked) return false;
+      const dvec3 from = frame.volume_from_world(start), to = frame.volume_from_world(place);
+      const Reach way = walls.reach(from, to, inside, 1e-3 * frame.spacing().x, mesh);
+      if (way.is_blocked) {
+        const dvec3 out =
+            -frame.gradient_world_from_volume(walls.jet(way.wall, from + way.t * (to - from)).gradient);
+        if (!(glm::length(out) > 0)) return false;
+        const dvec3 normal = glm::normalize(out);
+        // A wall that bends stands in the way again a little farther on.
+        int i = 0;
+        while (i < in_the_way_count && glm::dot(in_the_way[static_cast<std::size_t>(i)], normal) < 0.95) ++i;
+        if (i < static_cast<int>(in_the_way.size())) in_the_way[static_cast<std::size_t>(i)] = normal;
+        in_the_way_count = std::max(in_the_way_count, std::min(i + 1, static_cast<int>(in_the_way.size())));
+        return false;
+      }
       state.inside = inside;
       start = place;
       state.proxy_volume = base.volume_from_world(start);
       return true;
+    };
+    /// Around what stands in the way of a push; `a`: where the tool was, seen from the mesh.
+    const auto push_aside = [&](std::size_t m, int shape, const dvec3& a) {
+      const TouchItem& mesh = item_of(scene, shape);
+      const bool is_front = holds(scene, around.let_through, shape, Side::front),
+                 is_back = holds(scene, around.let_through, shape, Side::back);
+      constexpr int k_most_rounds = 8;
+      for (int round = 0; round < k_most_rounds; ++round) {
+        const dvec3 b = now[m].local_from_world(start);
+        FacetHit hit;
+        if (!mesh.tree->cast(a, b, scene.tool_radius, is_front, is_back, hit, result.counters.triangles))
+          return true;
+        const dvec3 push = now[m].rotation * hit.normal_world;
+        const dvec3 contact = now[m].world_from_local(a + hit.t * (b - a));
+        const double gap = std::max(0.0, glm::dot(contact - start, push)) + 1e-5 * frame.spacing().x;
+        dvec3 way(0);
+        if (!way_along(push, gap, in_the_way, in_the_way_count, way)) return false;
+        // A hair off the walls that it runs along.
+        for (int i = 0; i < in_the_way_count; ++i)
+          way += 1e-5 * frame.spacing().x * in_the_way[static_cast<std::size_t>(i)];
+        move_to(start + way, shape);
+      }
+      return false;
     };
     const double gap = 1e-6 * frame.spacing().x;
     for (std::size_t m = 0; m < now.size(); ++m) {
@@ -163,18 +224,16 @@ ProxyStep SceneProxy::step(const TouchScene& scene, const TouchState& seen, Prox
         continue;
       const double approach = -glm::dot(b - a, hit.normal_world);
       const double free = approach > 0 ? std::max(0.0, hit.t - gap / approach) : 0;
-      if (!move_to(now[m].world_from_local(a + free * (b - a)), shape)) {
-        // Between two walls that close: let go.
-        result.is_buried = true;
-        break;
-      }
+      in_the_way_count = 0;
+      if (move_to(now[m].world_from_local(a + free * (b - a)), shape) || push_aside(m, shape, a)) continue;
+      // Between two walls that close: the mesh passes over the tool, which stays where the others hold it.
+      result.is_buried = true;
     }
   }
   around.placements = now;
   around.has_placements = true;
   look_around(scene, layout_, now, start, input.hip_world, around);
   SceneWalls walls(scene, layout_, seen, state, now, result.counters);
-  if (result.is_buried) state.forget();
   const bool was_buried = result.is_buried;
   slide(scene, walls, base, state, input.hip_world, result);
   result.is_buried = result.is_buried || was_buried;

@@ -240,10 +240,9 @@ TEST(Bodies, NobodyIsThrownByWhatIsPutDownOrPutBack) {
   EXPECT_FALSE(run.apply({HoldBody{{1}}, 1}).refused);
   poses[1].position_world.z += 4;
   for (int i = 0; i < 60; ++i) step();
-  run.undo();  // of the release: nobody holds it
+  run.undo();  // of the release: it is in the hand again already, and stays there
   for (int i = 0; i < 60; ++i) step();
-  EXPECT_EQ(run.engine().now().world.bodies[0].holder, -1);
-  EXPECT_EQ(run.engine().now().world.bodies[0].place, haptics::Placement{});
+  EXPECT_EQ(run.engine().now().world.bodies[0].holder, 1);
   EXPECT_LT(most_force, 1e-9);
 }
 
@@ -282,6 +281,47 @@ TEST(Bodies, ToolsAndBodiesThatChangeTogether) {
   const Outcome undone = run.apply(Undo{});
   ASSERT_TRUE(undone.refused);
   EXPECT_NE(undone.refused->message().find("cannot touch what comes off"), std::string::npos);
+}
+
+// Who holds what is of the moment: taking back a cut elsewhere takes nothing out of a hand.
+TEST(Bodies, UndoOfAStrokeTakesNothingOutOfAHand) {
+  SawBench bench;
+  Lockstep run(bench.engine(), {}, 1000);
+  saw(run);
+  run.apply({LayDown{}, 1});
+  free_now(run);
+  haptics::Pose poses[2];
+  poses[0].position_world = {0, 0, 12};
+  poses[1].position_world = {k_circle, 0, 8};
+  const auto step = [&](int ticks) {
+    for (int i = 0; i < ticks; ++i) run.step(poses);
+  };
+  step(2);
+  EXPECT_FALSE(run.apply({HoldBody{{1}}, 1}).refused);
+  for (int i = 0; i < 500; ++i) poses[1].position_world.z += 0.04, run.step(poses);
+  EXPECT_FALSE(run.apply({drilling::burr({3, 60, 40, true}).parameters, 0}).refused);
+  const std::size_t strokes = run.engine().stroke_count();
+  poses[0].buttons = 1;
+  for (int i = 0; i < 200; ++i) poses[0].position_world = {9, 9 - 0.05 * i, 1}, run.step(poses);
+  poses[0].buttons = 0;
+  step(3);
+  ASSERT_GT(run.engine().stroke_count(), strokes);
+  for (const bool is_undo : {true, false, true}) {
+    const Outcome moved = is_undo ? run.undo() : run.redo();
+    EXPECT_TRUE(moved.is_edit);
+    step(20);
+    ASSERT_EQ(run.engine().now().world.bodies.size(), 1u);
+    EXPECT_EQ(run.engine().now().world.bodies[0].holder, 1);
+  }
+  EXPECT_FALSE(run.apply({ReleaseBody{}, 1}).refused);
+  EXPECT_NEAR(run.engine().now().world.bodies[0].place.position_world.z, 20, 0.1);
+  // That can be taken back; before it came off it is in no hand.
+  run.undo();
+  EXPECT_EQ(run.engine().now().world.bodies[0].holder, -1);
+  EXPECT_FALSE(run.apply({HoldBody{{1}}, 1}).refused);
+  run.undo();
+  EXPECT_TRUE(run.engine().now().world.bodies.empty());
+  EXPECT_TRUE(run.apply({ReleaseBody{}, 1}).refused);
 }
 
 // What a core knew of a thing that is gone is in no checkpoint.

@@ -399,6 +399,33 @@ TEST(Checkpoint, WhateverItSaysNothingBreaks) {
   expect_nothing_breaks(path, bench.scene.base, 17);
 }
 
+// An operation goes on from a session that nobody reads any more: what lies behind is said to be gone.
+TEST(Checkpoint, AnEngineMayOutliveItsReader) {
+  const Folder folder;
+  const std::string path = folder.file("a.session");
+  Bench bench;
+  auto writer = bench.writer(path, 1000, often(1500));
+  Lockstep run(bench.scene, bench.method, drilling::burr(bench.burr), {}, 1000, writer.get());
+  const haptics::PosePath wish = drilling_wish(10);
+  for (int i = 0; i < 4000; ++i) run.step(wish.at(1e-3 * i));
+  ASSERT_FALSE(writer->finish(run.engine(), 0).has_value());
+  std::optional<Engine> goes_on;
+  {
+    auto opened = SessionReader::open(path, drilling_catalogue());
+    const auto replay = Replay::open(opened.value(), bench.scene.base).value();
+    ASSERT_FALSE(replay->seek(opened.value().tick_count()));
+    ASSERT_GT(replay->counts().opened, 0u);
+    goes_on.emplace(std::move(replay->engine()));
+  }
+  ASSERT_TRUE(goes_on->can_undo());
+  for (int n = 0; n < 3 && goes_on->can_undo(); ++n)
+    if (const Outcome outcome = goes_on->apply(Undo{}); outcome.refused) {
+      EXPECT_NE(outcome.refused->message().find("read no more"), std::string::npos);
+      return;
+    }
+  ADD_FAILURE() << "nothing had to be read";
+}
+
 TEST(Checkpoint, WhateverItSaysOfBodiesNothingBreaks) {
   const Folder folder;
   const std::string path = folder.file("a.session");

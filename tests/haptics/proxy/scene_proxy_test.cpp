@@ -247,7 +247,7 @@ TEST(SceneProxy, AMeshThatMovesTakesTheProxyAlongAndNeverPassesOverIt) {
     }
 }
 
-TEST(SceneProxy, BetweenAMovingMeshAndBoneItIsLetGoAndSaysSo) {
+TEST(SceneProxy, BetweenAMovingMeshAndBoneTheMeshPassesAndTheBoneHolds) {
   TouchScene scene = scenes::phantom_scene("plane", grid(96, 1.5, 0, {{"angle", 0}}));
   TouchItem mesh = mesh_item("press", box({-9, -9, 0}, {9, 9, 5}), k_smooth);
   mesh.mover = 0;
@@ -264,9 +264,60 @@ TEST(SceneProxy, BetweenAMovingMeshAndBoneItIsLetGoAndSaysSo) {
       ASSERT_FALSE(s.is_buried) << press.position_world.z;
       ASSERT_LE(s.proxy_world.z, press.position_world.z);
       ASSERT_GT(s.proxy_world.z, -0.05);
+    } else if (!s.is_buried && press.position_world.z < -0.1) {
+      ASSERT_TRUE(s.has_contact) << press.position_world.z;
+      ASSERT_NEAR(s.proxy_world.z, 0, 0.05);
     }
   }
   EXPECT_GE(buried, 1);
+}
+
+// What pushes along a slope pushes the tool up the slope; into a corner of two walls, up the corner.
+TEST(SceneProxy, AMeshPushesTheToolAlongWallsThatAreInItsWay) {
+  for (const double radius : {0.0, 1.0})
+    for (const double angle : {10.0, 40.0})
+      for (const bool has_rail : {false, true}) {
+        SCOPED_TRACE(angle);
+        TouchScene scene = scenes::phantom_scene("plane", grid(96, 1.5, 0, {{"angle", angle}}));
+        scene.items[0].material = k_smooth;
+        // The plane rises toward -x or +x, whichever: the box comes from the other side.
+        const double slope = std::tan(angle * 3.14159265358979 / 180);
+        TouchItem mesh = mesh_item("pusher", box({0, -9, -12}, {5, 9, 12}), k_smooth);
+        mesh.mover = 0;
+        scene.items.push_back(mesh);
+        if (has_rail) {
+          // A rail that is not straight ahead: pushed against it the tool goes along both.
+          TouchItem rail = mesh_item("rail", box({-40, 0, -30}, {40, 5, 30}), k_smooth);
+          const double turn = 0.15;
+          rail.placement = {{0, radius + 0.5, 0}, {std::cos(turn), 0, 0, std::sin(turn)}};
+          scene.items.push_back(rail);
+        }
+        ASSERT_FALSE(set_tool_radius(scene, radius));
+        Player player(std::move(scene));
+        // Rests beside the plane, found from above.
+        Placement at{{0, 100, 0}, {1, 0, 0, 0}};
+        ProxyStep s;
+        for (int i = 0; i <= 200; ++i) s = player.step({0, 0, 12 - 0.06 * i - 0.3}, std::span(&at, 1));
+        ASSERT_TRUE(s.has_contact);
+        const double way = s.normal_world.x < 0 ? 1 : -1;  // uphill
+        const dvec3 hip(0, 0, s.proxy_world.z - 0.3);
+        for (const double y : {100.0, 0.0}) {
+          at.position_world = {-30 * way, y, 0};
+          player.step(hip, std::span(&at, 1));
+        }
+        double pushed = 0;
+        for (int i = 0; i < 900; ++i) {
+          // From downhill, 6 mm past where the tool was.
+          const double face = way * (-8 - radius + 0.015 * i);
+          at.position_world = {way > 0 ? face - 5 : face, 0, 0};
+          s = player.step(hip, std::span(&at, 1));
+          ASSERT_FALSE(s.is_buried) << i;
+          ASSERT_GE(way * (s.proxy_world.x - face), radius - 1e-3) << i;
+          pushed = way * s.proxy_world.x;
+        }
+        EXPECT_GT(pushed, 5 - 1e-3);
+        EXPECT_GT(s.proxy_world.z, hip.z + 0.5 * slope * pushed);
+      }
 }
 
 TEST(SceneProxy, TwoVolumesInFramesOfTheirOwnAreHeldTogether) {
