@@ -2,6 +2,7 @@
 include(CMakePackageConfigHelpers)
 
 set(config_dir ${CMAKE_INSTALL_LIBDIR}/cmake/trephine)
+get_property(TREPHINE_MODULES GLOBAL PROPERTY TREPHINE_MODULES)
 configure_package_config_file(${PROJECT_SOURCE_DIR}/cmake/trephineConfig.cmake.in
   ${CMAKE_CURRENT_BINARY_DIR}/trephineConfig.cmake INSTALL_DESTINATION ${config_dir})
 write_basic_package_version_file(${CMAKE_CURRENT_BINARY_DIR}/trephineConfigVersion.cmake COMPATIBILITY SameMinorVersion)
@@ -40,8 +41,11 @@ set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
 set(CPACK_DEBIAN_PACKAGE_GENERATE_SHLIBS ON)
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS_PRIVATE_DIRS
-  ${PROJECT_BINARY_DIR}/volume ${PROJECT_BINARY_DIR}/haptics ${PROJECT_BINARY_DIR}/sim ${PROJECT_BINARY_DIR}/modules/drilling
-  ${PROJECT_BINARY_DIR}/data-tools ${PROJECT_BINARY_DIR}/apps/view)
+  ${PROJECT_BINARY_DIR}/volume ${PROJECT_BINARY_DIR}/haptics ${PROJECT_BINARY_DIR}/sim 
+  ${PROJECT_BINARY_DIR}/data-tools ${PROJECT_BINARY_DIR}/apps/view ${PROJECT_BINARY_DIR}/apps/workbench)
+foreach(module ${TREPHINE_MODULES})
+  list(APPEND CPACK_DEBIAN_PACKAGE_SHLIBDEPS_PRIVATE_DIRS ${PROJECT_BINARY_DIR}/modules/${module})
+endforeach()
 set(CPACK_COMPONENTS_ALL library dev)
 set(CPACK_DEBIAN_LIBRARY_PACKAGE_NAME ${TREPHINE_PACKAGE_library})
 set(CPACK_DEBIAN_LIBRARY_PACKAGE_SECTION libs)

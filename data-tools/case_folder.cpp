@@ -1,16 +1,14 @@
 #include "data-tools/case_folder.h"
 
-#include <charconv>
 #include <cmath>
 #include <fcntl.h>
 #include <filesystem>
 #include <fstream>
-#include <set>
 #include <sstream>
-#include <toml.hpp>
 #include <unistd.h>
 
 #include "data-tools/atomic_file.h"
+#include "data-tools/toml_reader_impl.h"
 
 namespace trephine::data_tools {
 
@@ -25,101 +23,7 @@ constexpr const char* k_plan_file = "case.toml";
 constexpr const char* k_volume_file = "volume.mha";
 constexpr const char* k_labels_file = "labels.mha";
 
-/// Reads tables whose keys are all known; the first fault stays.
-class Reader {
- public:
-  explicit Reader(std::string where) : where_(std::move(where)) {}
-
-  /// The table at `value`, every key of which is in `known`.
-  const toml::table& table(const toml::value& value, const std::set<std::string>& known) {
-    static const toml::table k_empty;
-    if (!value.is_table()) return fail(value, "this is no table", "", "a table"), k_empty;
-    for (const auto& [key, v] : value.as_table())
-      if (!known.contains(key)) {
-        std::string list;
-        for (const std::string& k : known) list += (list.empty() ? "" : ", ") + k;
-        fail(v, "there is no such key", key, "one of " + list, "remove the line, or correct the spelling");
-      }
-    return value.as_table();
-  }
-  std::optional<double> number(const toml::table& t, const std::string& key, double low, double high) {
-    const auto it = t.find(key);
-    if (it == t.end()) return std::nullopt;
-    double v = NAN;
-    if (it->second.is_integer()) v = static_cast<double>(it->second.as_integer());
-    if (it->second.is_floating()) v = it->second.as_floating();
-    if (v >= low && v <= high) return v;
-    fail(it->second, "the value of " + key + " is out of range", text_of(it->second),
-         "a number from " + text_of(low) + " to " + text_of(high));
-    return std::nullopt;
-  }
-  std::optional<std::string> text(const toml::table& t, const std::string& key) {
-    const auto it = t.find(key);
-    if (it == t.end()) return std::nullopt;
-    if (it->second.is_string() && !it->second.as_string().str.empty() &&
-        it->second.as_string().str.size() <= 200)
-      return it->second.as_string().str;
-    fail(it->second, "the value of " + key + " is no text", text_of(it->second),
-         "\"text\" of 1 to 200 characters");
-    return std::nullopt;
-  }
-  std::optional<bool> claim(const toml::table& t, const std::string& key) {
-    const auto it = t.find(key);
-    if (it == t.end()) return std::nullopt;
-    if (it->second.is_boolean()) return it->second.as_boolean();
-    fail(it->second, "the value of " + key + " is neither true nor false", text_of(it->second),
-         "true or false");
-    return std::nullopt;
-  }
-  std::optional<glm::dvec3> point(const toml::table& t, const std::string& key) {
-    const auto it = t.find(key);
-    if (it == t.end()) return std::nullopt;
-    glm::dvec3 p(NAN);
-    if (it->second.is_array() && it->second.as_array().size() == 3)
-      for (int a = 0; a < 3; ++a) {
-        const toml::value& v = it->second.as_array()[static_cast<std::size_t>(a)];
-        if (v.is_floating()) p[a] = v.as_floating();
-        if (v.is_integer()) p[a] = static_cast<double>(v.as_integer());
-      }
-    if (std::abs(p.x) < 1e6 && std::abs(p.y) < 1e6 && std::abs(p.z) < 1e6) return p;
-    fail(it->second, "the value of " + key + " is no point", text_of(it->second), "[x, y, z] in mm, LPS");
-    return std::nullopt;
-  }
-  /// The tables of an array of tables; none when the key is absent.
-  std::vector<const toml::value*> tables(const toml::table& t, const std::string& key) {
-    std::vector<const toml::value*> result;
-    const auto it = t.find(key);
-    if (it == t.end()) return result;
-    if (!it->second.is_array())
-      return fail(it->second, key + " is no list of tables", "", "[[" + key + "]]"), result;
-    for (const toml::value& v : it->second.as_array()) result.push_back(&v);
-    return result;
-  }
-  void fail(const toml::value& at, std::string what, std::string found, std::string expected,
-            std::string remedy = "") {
-    if (error_) return;
-    error_ = Error{std::move(what), where_ + ", line " + std::to_string(at.location().line()),
-                   std::move(found), std::move(expected), std::move(remedy)};
-  }
-  const std::optional<Error>& error() const { return error_; }
-
-  static std::string text_of(double v) {
-    char text[40];
-    return std::string(text, std::to_chars(text, text + sizeof text, v).ptr);
-  }
-
- private:
-  static std::string text_of(const toml::value& v) {
-    std::ostringstream out;
-    out << v;
-    return out.str().substr(0, 80);
-  }
-
-  std::string where_;
-  std::optional<Error> error_;
-};
-
-CaseStructure read_structure(Reader& reader, const toml::value& value, std::size_t label_count) {
+CaseStructure read_structure(TomlReader& reader, const toml::value& value, std::size_t label_count) {
   const toml::table& t = reader.table(value, {"name", "low", "high", "label", "touchable", "forbidden",
                                               "stiffness", "damping", "static_friction", "dynamic_friction"});
   CaseStructure s;
@@ -151,7 +55,7 @@ CaseStructure read_structure(Reader& reader, const toml::value& value, std::size
   return s;
 }
 
-CaseTrajectory read_trajectory(Reader& reader, const toml::value& value) {
+CaseTrajectory read_trajectory(TomlReader& reader, const toml::value& value) {
   const toml::table& t = reader.table(value, {"name", "entry", "target", "diameter"});
   CaseTrajectory result;
   const auto name = reader.text(t, "name");
@@ -181,71 +85,14 @@ bool is_case_folder(const std::string& path) {
   return fs::is_regular_file(fs::path(path) / k_plan_file, error);
 }
 
-namespace {
-
-/// The line of the first byte that TOML does not know: control characters and what is no UTF-8. The parser
-/// behind (toml11 3.7) reads past its buffer on some of these.
-std::optional<int> first_foreign_line(const std::string& text) {
-  int line = 1;
-  for (std::size_t i = 0; i < text.size();) {
-    const auto byte = static_cast<unsigned char>(text[i]);
-    if (byte == '\n') ++line;
-    if (byte < 0x80) {
-      if ((byte < 0x20 && byte != '\t' && byte != '\n' && byte != '\r') || byte == 0x7f) return line;
-      ++i;
-      continue;
-    }
-    // UTF-8: lead byte, then what it promises (RFC 3629, without overlong forms and surrogates).
-    const std::size_t more = byte >= 0xc2 && byte <= 0xdf   ? 1
-                             : byte >= 0xe0 && byte <= 0xef ? 2
-                             : byte >= 0xf0 && byte <= 0xf4 ? 3
-                                                            : 0;
-    if (more == 0 || i + more >= text.size()) return line;
-    std::uint32_t code = byte & (0x3fu >> more);
-    for (std::size_t k = 1; k <= more; ++k) {
-      const auto next = static_cast<unsigned char>(text[i + k]);
-      if ((next & 0xc0) != 0x80) return line;
-      code = code << 6 | (next & 0x3fu);
-    }
-    if ((more == 2 && (code < 0x800 || (code >= 0xd800 && code < 0xe000))) ||
-        (more == 3 && (code < 0x10000 || code > 0x10ffff)))
-      return line;
-    i += more + 1;
-  }
-  return std::nullopt;
-}
-
-}  // namespace
-
 Result<CasePlan> parse_case(const std::string& text, const std::string& where) {
-  if (const std::optional<int> line = first_foreign_line(text))
-    return Error{"the case is no text", where + ", line " + std::to_string(*line),
-                 "a byte that is no UTF-8 or a control character", "plain text in UTF-8", "save it as UTF-8"};
-  toml::value root;
-  try {
-    std::istringstream in(text);
-    root = toml::parse(in, where);
-  } catch (const toml::exception& e) {
-    return Error{"the case is no TOML", where + ", line " + std::to_string(e.location().line()), "",
-                 "key = value, [table] and [[list]]", "see docs/file-formats.md"};
-  } catch (const std::exception&) {
-    return Error{"the case is no TOML", where, "", "key = value, [table] and [[list]]",
-                 "see docs/file-formats.md"};
-  }
-  Reader reader(where);
+  Result<toml::value> parsed = parse_toml(text, where, "case");
+  if (!parsed) return parsed.error();
+  const toml::value& root = parsed.value();
+  TomlReader reader(where);
   const toml::table& top = reader.table(
       root, {"schema", "name", "modality", "hounsfield", "labels", "structures", "trajectories"});
-  // The schema first: a newer case has keys that are no mistakes.
-  const auto schema = top.find("schema");
-  if (schema == top.end() || !schema->second.is_integer())
-    return Error{"the case does not say its schema", where, "",
-                 "schema = " + std::to_string(CasePlan::k_schema), ""};
-  if (schema->second.as_integer() > CasePlan::k_schema)
-    return Error{"the case was written by a newer trephine", where,
-                 "schema " + std::to_string(schema->second.as_integer()),
-                 "schema " + std::to_string(CasePlan::k_schema) + " or older", "open it with that version"};
-  if (schema->second.as_integer() < 1)
-    reader.fail(schema->second, "there is no such schema", "", "schema = 1");
+  if (Status error = reader.check_schema(top, CasePlan::k_schema, "case")) return *error;
   CasePlan plan;
   const auto name = reader.text(top, "name");
   if (!name) reader.fail(root, "the case has no name", "", "name = \"...\"");
@@ -282,8 +129,6 @@ Result<OpenedCase> open_case(const std::string& path, const OpenOptions& options
   if (!file) return Error{"the case cannot be read", where, "", "a folder with case.toml", ""};
   std::ostringstream text;
   text << file.rdbuf();
-  if (text.str().size() > 1 << 20)
-    return Error{"the case is too large", where, "", "a case.toml below 1 MB", ""};
   Result<CasePlan> plan = parse_case(text.str(), where);
   if (!plan) return plan.error();
   Result<OpenedVolume> scan = open_volume((fs::path(path) / k_volume_file).string(), options);
@@ -322,11 +167,12 @@ std::string case_text(const CasePlan& plan, bool has_labels) {
     out += std::string(key) + " = " + value + "\n";
   };
   const auto number = [&line](const char* key, double value) {
-    const std::string text = Reader::text_of(value);
+    const std::string text = TomlReader::text_of(value);
     line(key, text.find_first_of(".e") == std::string::npos ? text + ".0" : text);
   };
   const auto point = [&line](const char* key, const glm::dvec3& p) {
-    line(key, "[" + Reader::text_of(p.x) + ", " + Reader::text_of(p.y) + ", " + Reader::text_of(p.z) + "]");
+    line(key, "[" + TomlReader::text_of(p.x) + ", " + TomlReader::text_of(p.y) + ", " +
+                  TomlReader::text_of(p.z) + "]");
   };
   line("schema", std::to_string(CasePlan::k_schema));
   line("name", quoted(plan.name) + "  # chosen for the case, never a patient's");

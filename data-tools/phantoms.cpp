@@ -231,18 +231,18 @@ Result<Volume> make_phantom(const std::string& name, const PhantomOptions& optio
       is_known = is_known || p.name == key;
     }
     if (!is_known)
-      return Error{"phantom " + name + " has no such parameter", "--set", key, "one of " + known, ""};
+      return Error{"phantom " + name + " has no such parameter", "parameter", key, "one of " + known, ""};
     const bool may_be_zero = key == "angle" || key == "offset" || key == "noise";
     if (!std::isfinite(value) || std::abs(value) > 1e4 || (!may_be_zero && value <= 0) ||
         (key == "noise" && value < 0))
-      return Error{"the parameter is out of range", "--set " + key, std::to_string(value),
+      return Error{"the parameter is out of range", "parameter " + key, std::to_string(value),
                    "a positive finite number", ""};
   }
   if (!(options.psf_sigma_voxels >= 0 && options.psf_sigma_voxels <= 2))
-    return Error{"the blur is out of range", "--psf", std::to_string(options.psf_sigma_voxels),
-                 "0 to 2 voxels", ""};
+    return Error{"the blur is out of range", "psf", std::to_string(options.psf_sigma_voxels), "0 to 2 voxels",
+                 ""};
   if (!(std::abs(options.shear_degrees) <= 45))
-    return Error{"the shear is out of range", "--shear", std::to_string(options.shear_degrees),
+    return Error{"the shear is out of range", "shear", std::to_string(options.shear_degrees),
                  "-45 to 45 degrees", ""};
 
   // The grid: size and spacing, one derived from the other and the box.
@@ -255,7 +255,7 @@ Result<Volume> make_phantom(const std::string& name, const PhantomOptions& optio
     spacing = *options.spacing_mm;
     for (int i = 0; i < 3; ++i)
       if (!(spacing[i] > 0) || !std::isfinite(spacing[i]))
-        return Error{"the spacing is not a positive number", "--spacing", std::to_string(spacing[i]),
+        return Error{"the spacing is not a positive number", "spacing", std::to_string(spacing[i]),
                      "mm above 0", ""};
   }
   if (options.size) size = *options.size;

@@ -65,8 +65,9 @@ Outcome Engine::apply(const haptics::ServoRecord& tick) {
   Instrument& instrument = now_.settings.hands[tick.hand];
   if ((tick.raised & haptics::fault_not_finite) == 0) hand.place = haptics::place_of(tick.pose);
   const InstrumentInput input{tick, dt_, std::exchange(hand.is_fresh, false)};
+  bool was_pressed = false;
   if (instrument.type != nullptr) {
-    const bool was_pressed = std::exchange(hand.is_pressed, tick.pose.is_pressed());
+    was_pressed = std::exchange(hand.is_pressed, tick.pose.is_pressed());
     Work work(editor_, news_, tick.tick, tick.hand);
     instrument.type->step(instrument.parameters.data(), instrument.state.data(), input, work);
     if (work.removed().bricks_changed > 0) {
@@ -77,10 +78,10 @@ Outcome Engine::apply(const haptics::ServoRecord& tick) {
       outcome.is_changed = outcome.is_edit = true;
       outcome.box = work.removed().box;
     }
-    if ((was_pressed || is_stroke_changed_) && !is_in_stroke()) end_stroke();
   }
   if (!forbidden_.empty()) watch_forbidden(input);
   settle(outcome);
+  if (was_pressed && !is_in_stroke()) end_stroke();
   return outcome;
 }
 
@@ -241,7 +242,6 @@ void Engine::finish(const ModuleWork& work, Outcome& outcome) {
     outcome.box = work.removed().box;
   }
   outcome.is_changed = is_cut || work.is_put_back();
-  if (!is_in_stroke()) end_stroke();
 }
 
 void Engine::note_faults(const haptics::ServoRecord& tick) {
@@ -418,7 +418,6 @@ std::optional<haptics::WayOut> Engine::way_out(std::size_t hand) const {
 
 /// Modules are told what happened, and the chronicle keeps it.
 void Engine::settle(Outcome& outcome) {
-  if (news_.empty()) return;
   outcome.event_count = news_.size();
   for (Event& event : news_) {
     for (std::size_t m = 0; m < catalogue_.modules().size(); ++m) {

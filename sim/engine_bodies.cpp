@@ -136,7 +136,6 @@ bool Engine::change_body(const Command& command, Outcome& outcome) {
   outcome.is_changed = true;
   if (command.what.as<HoldBody>()) return true;  // nothing to take back: that is where it is put down
   is_stroke_changed_ = outcome.is_edit = true;
-  if (!is_in_stroke()) end_stroke();
   return true;
 }
 
@@ -192,7 +191,6 @@ void Engine::adopt_pieces(const PendingJob& job, const JobResult& result, Outcom
   note_cut(report);
   outcome.is_changed = outcome.is_edit = true;
   outcome.box = off.box;
-  if (!is_in_stroke()) end_stroke();
 }
 
 /// What hands touch: their anatomy, and the bodies that there are. `which`: whether they are others, or stand

@@ -2,6 +2,8 @@
 // and events, never with forces, since it runs ticks late.
 #pragma once
 
+#include <type_traits>
+
 #include "haptics/servo/servo_core.h"
 #include "sim/forbidden.h"
 #include "sim/work.h"
@@ -16,6 +18,12 @@ struct InstrumentInput {
   bool is_fresh;
 };
 
+/// What a session must be made ready for before an instrument can be used in it.
+struct ToolNeeds {
+  double finest_cut = 0;    ///< mm, diameter of what it cuts with; 0: it cuts nothing
+  double touch_radius = 0;  ///< mm, of the ball that the hand touches with; 0: a point, or what the hand has
+};
+
 /// An instrument is a function of its module, parameters with a table, and a state with a table. Made by
 /// instrument_type().
 struct InstrumentType {
@@ -23,39 +31,52 @@ struct InstrumentType {
   const ValueType* state;
   void (*step)(const void* parameters, void* state, const InstrumentInput& input, Work& work);
   /// Beyond each field's range: whether these parameters fit what the hand touches. May be null.
-  volume::Status (*check)(const void* parameters, const haptics::TouchScene& scene);
+  volume::Status (*check)(const void* parameters, const haptics::TouchScene& scene) = nullptr;
   /// Where its body is after that tick; asked where something must not be cut. May be null: it has none.
-  ToolBall (*body)(const void* parameters, const void* state, const InstrumentInput& input);
+  ToolBall (*body)(const void* parameters, const void* state, const InstrumentInput& input) = nullptr;
+  /// Of a session over that anatomy. May be null: nothing.
+  ToolNeeds (*needs)(const void* parameters, const volume::Volume& anatomy) = nullptr;
 
   std::string_view name() const noexcept { return parameters->schema->name; }
 };
 
-/// From `void step(const Parameters&, State&, const InstrumentInput&, Work&)`,
-/// `Status check(const Parameters&, const TouchScene&)` and
-/// `ToolBall body(const Parameters&, const State&, const InstrumentInput&)`.
-template <auto k_step, auto k_check, auto k_body>
-struct InstrumentOf;
-template <class Parameters, class State,
-          void (*k_step)(const Parameters&, State&, const InstrumentInput&, Work&),
-          volume::Status (*k_check)(const Parameters&, const haptics::TouchScene&),
-          ToolBall (*k_body)(const Parameters&, const State&, const InstrumentInput&)>
-struct InstrumentOf<k_step, k_check, k_body> {
-  static InstrumentType make() noexcept {
-    return {&value_type<Parameters>(), &value_type<State>(),
-            [](const void* p, void* s, const InstrumentInput& input, Work& work) {
-              k_step(*static_cast<const Parameters*>(p), *static_cast<State*>(s), input, work);
-            },
-            [](const void* p, const haptics::TouchScene& scene) -> volume::Status {
-              return k_check(*static_cast<const Parameters*>(p), scene);
-            },
-            [](const void* p, const void* s, const InstrumentInput& input) -> ToolBall {
-              return k_body(*static_cast<const Parameters*>(p), *static_cast<const State*>(s), input);
-            }};
-  }
+namespace detail {
+template <class Step>
+struct InstrumentParts;
+template <class P, class S>
+struct InstrumentParts<void (*)(const P&, S&, const InstrumentInput&, Work&)> {
+  using Parameters = P;
+  using State = S;
 };
-template <auto k_step, auto k_check, auto k_body>
+}  // namespace detail
+
+/// From `void step(const Parameters&, State&, const InstrumentInput&, Work&)`, and those that it has of
+/// `Status check(const Parameters&, const TouchScene&)`,
+/// `ToolBall body(const Parameters&, const State&, const InstrumentInput&)` and
+/// `ToolNeeds needs(const Parameters&, const volume::Volume&)`; nullptr in place of one that it has not.
+template <auto k_step, auto k_check = nullptr, auto k_body = nullptr, auto k_needs = nullptr>
 const InstrumentType& instrument_type() noexcept {
-  static const InstrumentType type = InstrumentOf<k_step, k_check, k_body>::make();
+  using Parameters = typename detail::InstrumentParts<decltype(k_step)>::Parameters;
+  using State = typename detail::InstrumentParts<decltype(k_step)>::State;
+  static const InstrumentType type = [] {
+    InstrumentType made{&value_type<Parameters>(), &value_type<State>(),
+                        [](const void* p, void* s, const InstrumentInput& input, Work& work) {
+                          k_step(*static_cast<const Parameters*>(p), *static_cast<State*>(s), input, work);
+                        }};
+    if constexpr (!std::is_null_pointer_v<decltype(k_check)>)
+      made.check = [](const void* p, const haptics::TouchScene& scene) -> volume::Status {
+        return k_check(*static_cast<const Parameters*>(p), scene);
+      };
+    if constexpr (!std::is_null_pointer_v<decltype(k_body)>)
+      made.body = [](const void* p, const void* s, const InstrumentInput& input) -> ToolBall {
+        return k_body(*static_cast<const Parameters*>(p), *static_cast<const State*>(s), input);
+      };
+    if constexpr (!std::is_null_pointer_v<decltype(k_needs)>)
+      made.needs = [](const void* p, const volume::Volume& anatomy) -> ToolNeeds {
+        return k_needs(*static_cast<const Parameters*>(p), anatomy);
+      };
+    return made;
+  }();
   return type;
 }
 

@@ -215,6 +215,8 @@ void LiveSession::note(const Outcome& outcome) {
   state_.strokes = engine_.stroke_count();
   state_.can_undo = engine_.can_undo();
   state_.can_redo = engine_.can_redo();
+  const Value& tool = engine_.now().settings.hands[0].parameters;
+  if (!(state_.tool == tool)) state_.tool = tool;
 }
 
 void LiveSession::set_down(const glm::dvec3& free_point_volume, std::size_t hand) {

@@ -29,6 +29,7 @@ struct LiveState {
   std::vector<ForbiddenWatch> watches;   ///< of the first hand, each forbidden structure
   std::optional<volume::Error> refused;  ///< of the newest command that was, since the last look
   bool can_undo = false, can_redo = false;
+  Value tool;  ///< parameters of the first hand's instrument; empty: it has none
 };
 
 /// Starts and joins the edit thread, and those of longer work; the servo never waits for them. Drawing

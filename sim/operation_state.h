@@ -34,9 +34,27 @@ struct OperationState {
   Chronicle chronicle;
   std::vector<ForbiddenWatch> watches;  ///< each forbidden structure, hand by hand
 
+  /// A module's own; null where it is not of this operation.
+  template <HasSchema T>
+  const T* world_of() const noexcept {
+    return held_in<T>(world.modules);
+  }
+  template <HasSchema T>
+  const T* settings_of() const noexcept {
+    return held_in<T>(settings.modules);
+  }
+
   /// Of the canonical bytes of all of it: the same for the same state. The version is frozen, or nobody cuts
   /// meanwhile.
   std::uint64_t hash() const;
+
+ private:
+  template <class T>
+  static const T* held_in(const std::vector<std::shared_ptr<const Value>>& values) noexcept {
+    for (const auto& value : values)
+      if (const T* held = value ? value->template as<T>() : nullptr) return held;
+    return nullptr;
+  }
 };
 
 }  // namespace trephine::sim

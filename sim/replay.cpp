@@ -152,14 +152,14 @@ Status Replay::why_not_verifiable() const {
         return Error{"the session cannot be verified, only viewed", "",
                      "module " + named.name + " of version " + std::to_string(named.version),
                      "version " + std::to_string(module->version()),
-                     "verify it with the version that recorded it, or leave --verify out"};
+                     "verify it with the version that recorded it; any can play it"};
   const std::uint32_t revision = session_->header().revision;
   if (revision == k_replay_revision) return std::nullopt;
   return Error{
       "the session cannot be verified, only viewed", "",
       "recorded by " + session_->header().program + ", arithmetic revision " + std::to_string(revision),
       "revision " + std::to_string(k_replay_revision),
-      "verify it with the version that recorded it, or leave --verify out"};
+      "verify it with the version that recorded it; any can play it"};
 }
 
 Result<bool> Replay::step() {

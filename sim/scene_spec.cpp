@@ -23,7 +23,7 @@ std::string text_of(const glm::ivec3& s) {
 
 Error no_match(const char* what, std::string found, std::string expected) {
   return {what, "", std::move(found), std::move(expected),
-          "give the scan that was operated on: --case SRC; no --case where the session holds its own"};
+          "give the scan that was operated on; none where the session holds its own"};
 }
 
 Status check_data(const SceneSpec& spec, const SceneData& data) {
@@ -51,34 +51,6 @@ Status check_data(const SceneSpec& spec, const SceneData& data) {
       return no_match("a model is not the one of the session", "hash " + hexadecimal(hash),
                       "hash " + hexadecimal(spec.models[m].hash));
   return std::nullopt;
-}
-
-/// The items, for a point; what a tool's radius needs comes with each hand.
-Result<TouchScene> items_of(const SceneSpec& spec, const SceneData& data) {
-  TouchScene scene;
-  scene.base = data.volumes.at(0);
-  scene.others.assign(data.volumes.begin() + 1, data.volumes.end());
-  std::vector<std::size_t> soft;
-  for (const StructureSpec& s : spec.structures) {
-    if (!s.is_touchable) continue;
-    if (s.model >= 0) {
-      scene.items.push_back(
-          haptics::mesh_item(s.shape.name, data.models[static_cast<std::size_t>(s.model)], s.material));
-    } else {
-      const volume::Volume& of = *data.volumes[static_cast<std::size_t>(s.volume)];
-      auto bits = std::make_shared<const volume::Occupancy>(volume::Occupancy::build(of, s.shape));
-      scene.items.push_back({volume::Field(of, s.shape), std::move(bits), s.material, s.sides});
-    }
-    TouchItem& item = scene.items.back();
-    item.sides = s.sides;
-    item.ramp = s.ramp;
-    item.back_material = s.back_material;
-    item.placement = s.placement;
-    item.mover = s.mover;
-    if (s.is_soft && s.model < 0) soft.push_back(scene.items.size() - 1);
-  }
-  haptics::soften(scene, soft);
-  return scene;
 }
 
 /// What hands with one tool and one method share.
@@ -116,9 +88,43 @@ Result<Instrument> instrument_of(const HandSpec& hand, const Catalogue& catalogu
 
 }  // namespace
 
+Result<TouchScene> build_items(const SceneSpec& spec, const SceneData& data) {
+  TouchScene scene;
+  scene.base = data.volumes.at(0);
+  scene.others.assign(data.volumes.begin() + 1, data.volumes.end());
+  std::vector<std::size_t> soft;
+  for (const StructureSpec& s : spec.structures) {
+    if (!s.is_touchable) continue;
+    if (s.model >= 0) {
+      scene.items.push_back(
+          haptics::mesh_item(s.shape.name, data.models[static_cast<std::size_t>(s.model)], s.material));
+    } else {
+      const volume::Volume& of = *data.volumes[static_cast<std::size_t>(s.volume)];
+      auto bits = std::make_shared<const volume::Occupancy>(volume::Occupancy::build(of, s.shape));
+      if (bits->count_solid() == 0)
+        return Error{"the shape is empty", s.shape.name,
+                     volume::describe(s.shape, of.is_hounsfield) + ": no voxel", "at least one solid voxel",
+                     "look at the range of the scan's values"};
+      scene.items.push_back({volume::Field(of, s.shape), std::move(bits), s.material, s.sides});
+    }
+    TouchItem& item = scene.items.back();
+    item.sides = s.sides;
+    item.ramp = s.ramp;
+    item.back_material = s.back_material;
+    item.placement = s.placement;
+    item.mover = s.mover;
+    if (s.is_soft && s.model < 0) soft.push_back(scene.items.size() - 1);
+  }
+  if (spec.is_softening)
+    haptics::soften(scene);
+  else
+    haptics::soften(scene, soft);
+  return scene;
+}
+
 Result<OperationStart> build_scene(const SceneSpec& spec, const SceneData& data, const Catalogue& catalogue) {
   if (Status error = check_data(spec, data)) return *error;
-  Result<TouchScene> items = items_of(spec, data);
+  Result<TouchScene> items = build_items(spec, data);
   if (!items) return items.error();
   std::vector<Felt> made;
   std::vector<HandStart> hands;

@@ -60,6 +60,9 @@ struct SceneSpec {
   double rate_hz = 1000;
   haptics::ForceOptions force;
   double smallest_burr = 0;  ///< mm, for which cuts are sampled; 0: on the voxels
+  /// Shapes of two values are made smooth, whatever StructureSpec::is_soft says. A wish, which no session
+  /// keeps: it says of each which it was.
+  bool is_softening = false;
 };
 
 /// What a spec names, loaded.
@@ -80,6 +83,8 @@ struct OperationStart {
 /// made ready. Error when the data is not the spec's, or a hand's method cannot touch such a scene.
 volume::Result<OperationStart> build_scene(const SceneSpec& spec, const SceneData& data,
                                            const Catalogue& catalogue);
+/// Its items alone, as a point touches them: no tool, no cuts.
+volume::Result<haptics::TouchScene> build_items(const SceneSpec& spec, const SceneData& data);
 /// The effects as laws; null when there are none. Each is in the range of effects.
 std::shared_ptr<const haptics::LawSet> laws_of(const std::vector<std::string>& effects);
 

@@ -16,7 +16,7 @@ Result<SessionReader> SessionReader::open(const std::string& path, const Catalog
   r.where_ = path.substr(path.find_last_of('/') + 1);
   r.file_.open(path, std::ios::binary | std::ios::ate);
   const auto no_session = [&r](const char* found) {
-    return Error{"this is no session of trephine", r.where_, found, "a file that --record has written", ""};
+    return Error{"this is no session of trephine", r.where_, found, "a recorded session", ""};
   };
   const std::streamoff end = r.file_ ? static_cast<std::streamoff>(r.file_.tellg()) : -1;
   if (end < 0 || end == std::numeric_limits<std::streamoff>::max())

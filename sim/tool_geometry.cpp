@@ -10,7 +10,7 @@ volume::Status check_tool_radius(const volume::Volume& base, double radius) {
   const glm::dvec3& spacing = base.frame.spacing();
   const double least = 0.02 * std::min({spacing.x, spacing.y, spacing.z});
   if (radius == 0 || (radius >= least && radius <= 6)) return std::nullopt;
-  return volume::Error{"the tool's radius is out of range", "radius", std::to_string(radius) + " mm",
+  return volume::Error{"the tool's radius is out of range", "tool radius", std::to_string(radius) + " mm",
                        "0, or " + std::to_string(least) + " to 6 mm", "take a point, or a larger ball"};
 }
 

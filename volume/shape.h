@@ -19,4 +19,7 @@ struct Shape {
   bool is_solid(std::int16_t intensity) const noexcept { return intensity >= low && intensity <= high; }
 };
 
+/// In words, for people: "300 HU and above", "label dura".
+std::string describe(const Shape& shape, bool is_hounsfield);
+
 }  // namespace trephine::volume

@@ -5,6 +5,13 @@
 
 namespace trephine::app {
 
+struct BenchArguments {
+  std::string what, source, case_source, output, only, export_folder, score, hand;
+  int size = 512;
+  std::int64_t steps = 1'000'000;
+  bool is_quick = false;
+};
+
 volume::Status bench_feel(const BenchArguments& arguments, Outcome& outcome);
 /// Random attacks, maps and energies; on a scan too when one is given.
 volume::Status bench_stability(const BenchArguments& arguments, Outcome& outcome);

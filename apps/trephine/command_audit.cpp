@@ -6,8 +6,6 @@
 #include <optional>
 
 #include "apps/trephine/commands.h"
-#include "apps/trephine/recording.h"
-#include "apps/trephine/text.h"
 #include "data-tools/atomic_file.h"
 #include "haptics/force/effects.h"
 #include "haptics/mesh/mesh_tree.h"
@@ -24,6 +22,13 @@ using volume::Error;
 using volume::Result;
 
 namespace {
+
+struct AuditArguments {
+  std::string session, case_source;  ///< a session to certify; empty: rays
+  std::uint64_t rays = 1'000'000, seed = 7;
+  std::string
+      plant;  ///< "fall", "force", "torque", "energy" or "ball": what one tick gets wrong before it is judged
+};
 
 const haptics::Material& touched_material(const haptics::TouchScene& scene, const haptics::ServoRecord& r) {
   const haptics::TouchItem& shape = scene.items[static_cast<std::size_t>(r.shape)];
@@ -281,9 +286,9 @@ struct Hand {
 /// Replays a session and has every tick judged: the path met no solid, the force obeys its law, the ledger
 /// adds up.
 Result<Outcome> audit_session(const AuditArguments& arguments) {
-  auto opened = open_session(arguments.session, arguments.case_source);
+  auto opened = workbench::open_session(arguments.session, arguments.case_source, person());
   if (!opened) return opened.error();
-  OpenedSession& session = *opened.value();
+  workbench::OpenedSession& session = *opened.value();
   sim::Replay& replay = *session.replay;
   if (volume::Status why = replay.why_not_verifiable()) {
     why->where = data_tools::file_name(arguments.session);
@@ -477,8 +482,6 @@ Result<Outcome> audit_session(const AuditArguments& arguments) {
   return outcome;
 }
 
-}  // namespace
-
 Result<Outcome> run_audit(const AuditArguments& arguments) {
   if (!arguments.plant.empty() && arguments.session.empty())
     return Error{"a fault can be planted in a session alone", "--plant", arguments.plant, "SESSION too", ""};
@@ -515,5 +518,30 @@ Result<Outcome> run_audit(const AuditArguments& arguments) {
   if (!total.first_mismatch.empty()) outcome.text += total.first_mismatch + "\n";
   return outcome;
 }
+
+Run build(Options& options) {
+  auto a = std::make_shared<AuditArguments>();
+  options.add("SESSION", a->session,
+              "What touch, drill or view recorded, of a method on voxels or the smooth solid; without it, "
+              "traversal is judged");
+  options.add("--case", a->case_source, "The scan that was operated on, when the session does not hold it")
+      .type("SRC");
+  options.add("--rays", a->rays, "How many rays").shows_default();
+  options.add("--seed", a->seed, "Which rays: another number, others").shows_default();
+  options
+      .add("--plant", a->plant,
+           "Show that the audit sees: one tick of the session falls through, has a force that is 0.01 N off "
+           "or an energy that is, or a round tip in matter, before it is judged: fall, force, torque, energy "
+           "or ball")
+      .type("FAULT")
+      .one_of({"fall", "force", "torque", "energy", "ball"});
+  return run_with(a, run_audit);
+}
+
+}  // namespace
+
+const Command k_audit{
+    "audit", "Judge every tick of a session, or voxel traversal, by code that shares nothing with them",
+    "  trephine audit drill.session --case head-case\n  trephine audit --rays 100000000", build};
 
 }  // namespace trephine::app

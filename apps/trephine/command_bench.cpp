@@ -2,7 +2,6 @@
 #include <algorithm>
 
 #include "apps/trephine/bench_parts.h"
-#include "apps/trephine/text.h"
 #include "data-tools/open_volume.h"
 #include "haptics/proxy/subvoxel_proxy.h"
 #include "tests/bench/benchmarks.h"
@@ -132,37 +131,32 @@ void bench_rays(int size, Outcome& outcome) {
 }
 
 volume::Status bench_load(const std::string& src, Outcome& outcome) {
-  auto opened = open_source(src);
+  auto opened = workbench::open_touch(src, {}, person());
   if (!opened) return opened.error();
-  Source& source = opened.value();
-  const double after_read = process_seconds();
-  auto scene = make_scene(source, {});
-  if (!scene) return scene.error();
+  const workbench::Source& source = opened.value().source;
+  const haptics::TouchScene& scene = opened.value().scene;
+  const double bits = opened.value().making_seconds;
+  const double start = std::max(0.0, process_seconds() - bits - source.read_seconds);
   haptics::SubvoxelProxy method;
-  if (volume::Status error = method.prepare(scene.value())) return error;
+  if (volume::Status error = method.prepare(scene)) return error;
   const volume::Version version(source.volume);
   haptics::ProxyState state;
-  method.step(scene.value(), version, state, {source.volume->frame.origin()});
+  method.step(scene, version, state, {source.volume->frame.origin()});
   const double touch = process_seconds();
   outcome.json["source"] = source.name;
   outcome.json["voxels"] = source.volume->voxels.size();
-  outcome.json["seconds"] = {{"start_of_process", std::max(0.0, after_read - source.read_seconds)},
-                             {"read", source.read_seconds},
-                             {"bits", source.bits_seconds},
-                             {"open_to_touch", touch}};
-  outcome.json["memory"] = memory_report(scene.value(), version);
+  outcome.json["seconds"] = {
+      {"start_of_process", start}, {"read", source.read_seconds}, {"bits", bits}, {"open_to_touch", touch}};
+  outcome.json["memory"] = memory_report(scene, version);
   outcome.json["ratio_to_peer"] = nullptr;
   outcome.text += format_text(
       "%s: first possible touch %.2f s after the process began (start %.2f, read %.2f, bits %.3f)\n",
-      source.name.c_str(), touch, std::max(0.0, after_read - source.read_seconds), source.read_seconds,
-      source.bits_seconds);
+      source.name.c_str(), touch, start, source.read_seconds, bits);
   outcome.text += format_text("held %.3f times the voxels' bytes; resident %.0f MB\n",
                               outcome.json["memory"]["held_over_voxels"].get<double>(),
                               static_cast<double>(resident_bytes()) / 1e6);
   return std::nullopt;
 }
-
-}  // namespace
 
 Result<Outcome> run_bench(const BenchArguments& arguments) {
   if (arguments.size < 64 || arguments.size > 800)
@@ -192,5 +186,39 @@ Result<Outcome> run_bench(const BenchArguments& arguments) {
   }
   return outcome;
 }
+
+Run build(Options& options) {
+  auto a = std::make_shared<BenchArguments>();
+  options.add("WHAT", a->what, "surface, step, rays, load, open, feel or stability").required();
+  options.add("SRC", a->source,
+              "A scan: for load; one more scene for feel and stability. A session: for open (none: ten "
+              "minutes of drilling, recorded first)");
+  options.add("--case", a->case_source, "The scan of that session, where the session needs it");
+  options.add("--size", a->size, "Voxels along each axis (surface, step and rays)").shows_default();
+  options.add("-o,--output", a->output, "Folder for the tables and charts of feel and stability").type("DIR");
+  options.add("--steps", a->steps, "Random steps of stability, in all").shows_default();
+  options.add("--quick", a->is_quick, "Feel with smaller and fewer scenes: a minute, or two with every peer");
+  options
+      .add("--only", a->only,
+           "Built-in scenes of feel whose name holds this, for example sphere; methods of stability likewise")
+      .type("TEXT");
+  options.add("--hand", a->hand, "A recorded hand for one more scene of feel: a session, or a path over SRC")
+      .type("FILE");
+  options
+      .add("--export", a->export_folder, "Write each scene of feel for other programs: volume, hand, answer")
+      .type("DIR");
+  options.add("--score", a->score, "Put another program's answers to them on the chart").type("STEPS.csv");
+  return run_with(a, run_bench);
+}
+
+}  // namespace
+
+const Command k_bench{
+    "bench", "Measure, beside peers in the same run",
+    "  trephine bench surface\n  trephine bench step --json\n  trephine bench load SCANS/HEAD\n"
+    "  trephine bench open\n  trephine bench open drill.session\n"
+    "  trephine bench feel -o out/ --quick\n"
+    "  trephine bench stability SCANS/HEAD --steps 100000000 -o out/",
+    build};
 
 }  // namespace trephine::app

@@ -11,7 +11,6 @@
 
 #include "apps/trephine/bench_parts.h"
 #include "apps/trephine/feel_report.h"
-#include "apps/trephine/text.h"
 #include "data-tools/atomic_file.h"
 #include "data-tools/open_volume.h"
 #include "haptics/proxy/methods.h"
@@ -184,19 +183,19 @@ Result<bench::FeelScene> recorded_hand(const std::string& file, const std::strin
     if (!played) return played.error();
     return real_scene(name, "recorded hand", std::move(scene), std::move(played).value());
   };
-  if (is_session_file(file)) {
-    auto opened = open_session(file, source);
+  if (workbench::is_session_file(file)) {
+    auto opened = workbench::open_session(file, source, person());
     if (!opened) return opened.error();
-    OpenedSession& session = *opened.value();
+    workbench::OpenedSession& session = *opened.value();
     haptics::TouchScene scene = session.scene();
     return play(session.source.written_name(), scene, hand_of(*session.reader, where));
   }
   if (source.empty())
     return Error{"a path is of no scan", "--hand", where, "SRC too",
                  "for example: trephine bench feel head --hand path.csv -o out/"};
-  const auto path = open_path(file);
+  const auto path = workbench::open_path(file);
   if (!path) return path.error();
-  auto opened = open_touch(source, {});
+  auto opened = workbench::open_touch(source, {}, person());
   if (!opened) return opened.error();
   return play(opened.value().source.written_name(), opened.value().scene, path);
 }
@@ -247,7 +246,7 @@ volume::Status bench_feel(const BenchArguments& arguments, Outcome& outcome) {
     if (skull.unpack(folder / "skull_phantom" / "bone_1mm.dicom.tar.xz")) scans.push_back(skull.folder());
   }
   for (const std::string& scan : scans) {
-    auto opened = open_touch(scan, {});
+    auto opened = workbench::open_touch(scan, {}, person());
     if (!opened) return opened.error();
     haptics::TouchScene& scene = opened.value().scene;
     for (const double speed : {100.0, 10.0}) {

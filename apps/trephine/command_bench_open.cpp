@@ -6,9 +6,7 @@
 #include <random>
 
 #include "apps/trephine/bench_parts.h"
-#include "apps/trephine/recording.h"
-#include "apps/trephine/text.h"
-#include "haptics/proxy/methods.h"
+#include "modules/drilling/burr.h"
 #include "sim/lockstep.h"
 
 namespace trephine::app {
@@ -47,20 +45,17 @@ haptics::PosePath long_hand() {
 
 /// Records that hand; gives mm3 that it took.
 volume::Result<double> record_long_hand(const std::string& file, double burr_diameter) {
-  auto opened = open_touch("head", {});
-  if (!opened) return opened.error();
-  haptics::TouchScene& scene = opened.value().scene;
   drilling::Burr burr;
   burr.diameter = burr_diameter;
-  if (volume::Status error = make_ready_for(burr, {}, burr.diameter, scene)) return *error;
-  const auto method = haptics::make_method(haptics::k_default_method).value();
-  if (volume::Status error = method->prepare(scene)) return *error;
-  const haptics::ServoOptions servo;
-  auto recorder = start_recording({file, false, false}, opened.value().source, scene, *method, servo,
-                                  drilling::burr(burr));
+  workbench::OperationChoice choice;
+  choice.hands[0] = sim::HandSpec(drilling::burr(burr));
+  auto opened = workbench::open_operation("head", choice, person());
+  if (!opened) return opened.error();
+  const workbench::Operation& operation = opened.value();
+  auto recorder = workbench::start_recording({file, false, false, program_name()}, operation);
   if (!recorder) return recorder.error();
-  sim::Lockstep run(sim::Engine(scene, *method, drilling::burr(burr), 1 / servo.rate_hz, catalogue()),
-                    servo.force, servo.rate_hz, recorder.value().get());
+  const haptics::ServoOptions servo = operation.servo();
+  sim::Lockstep run(operation.engine(), servo.force, servo.rate_hz, recorder.value().get());
   const haptics::PosePath hand = long_hand();
   ProgressLine progress("recording ten minutes");
   const std::vector<double> times = haptics::servo_times(hand, servo.rate_hz);
@@ -69,7 +64,7 @@ volume::Result<double> record_long_hand(const std::string& file, double burr_dia
       return interrupted("recording");
     run.step(hand.at(times[i]));
   }
-  if (volume::Status error = finish_recording(recorder.value().get(), run.engine(), 0)) return *error;
+  if (volume::Status error = recorder.value()->finish(run.engine(), 0)) return *error;
   return run.engine().removed_mm3();
 }
 
@@ -102,9 +97,9 @@ volume::Status bench_open(const BenchArguments& arguments, Outcome& outcome) {
     outcome.text = format_text("ten minutes over the built-in head, a burr of %.0f mm, %.0f mm3 removed\n",
                                k_burr, removed.value());
   }
-  auto opened = open_session(session_file, arguments.case_source);
+  auto opened = workbench::open_session(session_file, arguments.case_source, person());
   if (!opened) return opened.error();
-  OpenedSession& session = *opened.value();
+  workbench::OpenedSession& session = *opened.value();
   sim::Replay& replay = *session.replay;
   const sim::SessionReader& reader = *session.reader;
   const std::uint64_t ticks = reader.tick_count();

@@ -5,7 +5,6 @@
 #include <filesystem>
 
 #include "apps/trephine/bench_parts.h"
-#include "apps/trephine/text.h"
 #include "apps/view/chart.h"
 #include "data-tools/atomic_file.h"
 #include "haptics/proxy/methods.h"
@@ -64,7 +63,7 @@ volume::Status bench_stability(const BenchArguments& arguments, Outcome& outcome
   bench::AttackOptions options;
   options.steps = arguments.steps;
   if (!arguments.source.empty()) {
-    auto opened = open_touch(arguments.source, {});
+    auto opened = workbench::open_touch(arguments.source, {}, person());
     if (!opened) return opened.error();
     options.more.emplace_back(opened.value().source.written_name(), opened.value().scene);
   }

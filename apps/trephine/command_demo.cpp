@@ -7,12 +7,10 @@
 #include <thread>
 
 #include "apps/trephine/commands.h"
-#include "apps/trephine/text.h"
 #include "apps/view/bone_view.h"
 #include "apps/view/render_window.h"
 #include "apps/view/view_window.h"
 #include "data-tools/atomic_file.h"
-#include "haptics/proxy/subvoxel_proxy.h"
 #include "haptics/walls/solid_grid.h"
 #include "modules/drilling/burr.h"
 #include "sim/live_session.h"
@@ -25,6 +23,13 @@ using volume::Error;
 using volume::Result;
 
 namespace {
+
+struct DemoArguments {
+  std::string source = "head", output = "out";
+  workbench::ShapeChoice shape;
+  bool has_no_window = false;
+  workbench::RecordChoice record;
+};
 
 constexpr double k_burr_radius = 3.5;  // mm
 constexpr double k_removal_rate = 30;  // mm^3/s
@@ -139,8 +144,6 @@ view::StylusLook stylus_at(const Moment& m, const Site& site) {
   return look;
 }
 
-}  // namespace
-
 Result<Outcome> run_demo(const DemoArguments& arguments) {
   namespace fs = std::filesystem;
   const auto begin = Clock::now();
@@ -154,16 +157,17 @@ Result<Outcome> run_demo(const DemoArguments& arguments) {
          (arguments.source == "head" ? std::string("the built-in head")
                                      : data_tools::file_name(arguments.source)) +
          " ...");
-  auto opened = open_touch(arguments.source, arguments.shape);
-  if (!opened) return opened.error();
-  const Source& source = opened.value().source;
-  haptics::TouchScene& scene = opened.value().scene;
   drilling::Burr burr;
   burr.diameter = 2 * k_burr_radius;
   burr.removal_rate = k_removal_rate;
-  if (volume::Status error = make_ready_for(burr, {}, 2 * k_burr_radius, scene)) return *error;
-  haptics::SubvoxelProxy method;
-  if (volume::Status error = method.prepare(scene)) return *error;
+  workbench::OperationChoice choice;
+  choice.shape = arguments.shape;
+  choice.hands[0] = sim::HandSpec(drilling::burr(burr));
+  auto opened = workbench::open_operation(arguments.source, choice, person());
+  if (!opened) return opened.error();
+  const workbench::Operation& operation = opened.value();
+  const workbench::Source& source = operation.source;
+  const haptics::TouchScene& scene = *operation.scene();
   const double ready_seconds = seconds_since(begin);
   const volume::Version untouched(source.volume);
   auto found = find_site(scene, untouched);
@@ -176,9 +180,10 @@ Result<Outcome> run_demo(const DemoArguments& arguments) {
   haptics::HandModel hand;
   hand.stiffness = 0.25;
   haptics::VirtualDevice device(script, hand);
-  auto recorder = start_recording(arguments.record, source, scene, method, {}, drilling::burr(burr));
+  auto recorder = workbench::start_recording(arguments.record, operation);
   if (!recorder) return recorder.error();
-  sim::LiveSession live(device, scene, method, drilling::burr(burr), {}, recorder.value().get());
+  haptics::Device* const devices[] = {&device};
+  sim::LiveSession live(devices, operation.engine(), operation.servo(), recorder.value().get());
   notice("touching and drilling, live, for " +
          std::to_string(static_cast<int>(std::ceil(script.end_time()))) + " s ...");
   live.keep_trace(100'000);
@@ -217,8 +222,8 @@ Result<Outcome> run_demo(const DemoArguments& arguments) {
   live.stop();
   const sim::LiveState last = live.look();
   const haptics::ServoReport servo = live.servo_report();
-  if (volume::Status error = finish_recording(recorder.value().get(), live.engine(), servo.dropped))
-    return *error;
+  if (recorder.value())
+    if (volume::Status error = recorder.value()->finish(live.engine(), servo.dropped)) return *error;
 
   // Was the bone opened, and what did the hand feel?
   const bool is_through = first_solid(scene, *last.version, site.point + 5.0 * site.normal,
@@ -292,7 +297,7 @@ Result<Outcome> run_demo(const DemoArguments& arguments) {
   Outcome outcome{new_report("demo"), "", exit_done};
   Json& json = outcome.json;
   json["source"] = source.written_name();
-  json["shape"] = describe(scene.items[0].field.shape(), source.volume->is_hounsfield);
+  json["shape"] = volume::describe(scene.items[0].field.shape(), source.volume->is_hounsfield);
   json["ready_seconds"] = ready_seconds;
   json["live_seconds"] = script.end_time();
   json["drawing_seconds"] = drawing_seconds;
@@ -340,11 +345,26 @@ Result<Outcome> run_demo(const DemoArguments& arguments) {
 
   if (!arguments.has_no_window && view::has_display()) {
     view::WindowOptions options;
-    options.burr = burr;
     options.title = source.name;
-    if (auto shown = view::run_window(view::borrowed(scene), options); !shown) return shown.error();
+    options.start = view::WindowStart{operation.engine()};
+    if (auto shown = view::run_window(operation.scene(), options); !shown) return shown.error();
   }
   return outcome;
 }
+
+Run build(Options& options) {
+  auto a = std::make_shared<DemoArguments>();
+  options.add("SRC", a->source, "As everywhere; head when left out").shows_default();
+  add_shape(options, a->shape);
+  options.add("-o,--output", a->output, "Folder for pictures and report.json").shows_default();
+  options.add("--no-window", a->has_no_window, "Do not open a window at the end");
+  add_record(options, a->record);
+  return run_with(a, run_demo);
+}
+
+}  // namespace
+
+const Command k_demo{"demo", "Touch, slide and drill a burr hole by itself; pictures and a report",
+                     "  trephine demo\n  trephine demo SCANS/HEAD -o out-head --no-window", build};
 
 }  // namespace trephine::app

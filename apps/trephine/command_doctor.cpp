@@ -11,7 +11,6 @@
 #include <time.h>
 
 #include "apps/trephine/commands.h"
-#include "apps/trephine/text.h"
 #include "apps/view/render_window.h"
 #include "data-tools/atomic_file.h"
 #include "haptics/servo/servo_loop.h"
@@ -22,6 +21,11 @@ using volume::Error;
 using volume::Result;
 
 namespace {
+
+struct DoctorArguments {
+  std::string output;
+  double seconds = 3;
+};
 
 struct Finding {
   std::string name, found, remedy;
@@ -127,8 +131,6 @@ std::vector<Finding> find_devices() {
   return found;
 }
 
-}  // namespace
-
 Result<Outcome> run_doctor(const DoctorArguments& arguments) {
   if (!(arguments.seconds >= 0.1 && arguments.seconds <= 3600))
     return Error{"the time is out of range", "--seconds", std::to_string(arguments.seconds), "0.1 to 3600 s",
@@ -190,7 +192,7 @@ Result<Outcome> run_doctor(const DoctorArguments& arguments) {
   findings.push_back({"memory", format_text("%.1f GB could be used", free_gb),
                       free_gb < 2 ? "close other programs: a large scan needs 1 GB and more" : "",
                       free_gb < 2});
-  const std::string saves = autosave_folder();
+  const std::string saves = workbench::autosave_folder();
   std::error_code error;
   const auto space = std::filesystem::space(saves, error);
   if (saves.empty() || error)
@@ -225,5 +227,18 @@ Result<Outcome> run_doctor(const DoctorArguments& arguments) {
   if (faults > 0) outcome.exit_code = exit_missing_here;
   return outcome;
 }
+
+Run build(Options& options) {
+  auto a = std::make_shared<DoctorArguments>();
+  options.add("-o,--output", a->output, "Picture of the timer's lateness (default: doctor-timer.svg)")
+      .type("OUT.svg");
+  options.add("--seconds", a->seconds, "How long the timer is watched").shows_default();
+  return run_with(a, run_doctor);
+}
+
+}  // namespace
+
+const Command k_doctor{"doctor", "Look at this machine: what is missing, and what mends it",
+                       "  trephine doctor\n  trephine doctor --json", build};
 
 }  // namespace trephine::app

@@ -1,11 +1,11 @@
-
+// drill: a path of a burr, and what it leaves.
 #include "apps/trephine/commands.h"
-#include "apps/trephine/text.h"
+#include "apps/trephine/outputs.h"
 #include "data-tools/atomic_file.h"
 #include "data-tools/open_volume.h"
-#include "haptics/proxy/methods.h"
 #include "modules/drilling/burr.h"
 #include "sim/lockstep.h"
+#include "sim/text.h"
 #include "volume/operated_volume.h"
 
 namespace trephine::app {
@@ -14,6 +14,16 @@ using volume::Error;
 using volume::Result;
 
 namespace {
+
+struct DrillArguments {
+  std::string source, path, output;
+  workbench::ShapeChoice shape;
+  drilling::Burr burr;
+  double rate = 1000;
+  std::optional<double> smallest_burr;  ///< mm
+  std::string method = haptics::k_default_method;
+  workbench::RecordChoice record;
+};
 
 /// How near the tool came to what must not be cut, and each time that it was inside; then the check failed.
 void tell_forbidden(const sim::Engine& engine, double dt, Outcome& outcome) {
@@ -59,14 +69,8 @@ void tell_forbidden(const sim::Engine& engine, double dt, Outcome& outcome) {
   outcome.json["forbidden"] = all;
 }
 
-}  // namespace
-
 Result<Outcome> run_drill(const DrillArguments& arguments) {
-  if (volume::Status error = check_burr(arguments.burr_diameter)) return *error;
-  if (volume::Status error = check_rate(arguments.rate)) return *error;
-  if (!(arguments.removal_rate > 0 && arguments.removal_rate <= 1e5))
-    return Error{"the removal rate is out of range", "--removal-rate", std::to_string(arguments.removal_rate),
-                 "above 0, at most 100000 mm3/s", ""};
+  const drilling::Burr& burr = arguments.burr;
   if (!data_tools::is_writable_volume_file(arguments.output))
     return Error{"this is no volume format that trephine writes", data_tools::file_name(arguments.output), "",
                  ".mha, .nrrd, .nii or .nii.gz", "choose one of these extensions"};
@@ -74,47 +78,29 @@ Result<Outcome> run_drill(const DrillArguments& arguments) {
   if (volume::Status error =
           check_apart(arguments.output, {arguments.source, arguments.path, arguments.record.file}))
     return *error;
-  if (volume::Status error = check_record(arguments.record)) return *error;
-  if (arguments.is_round && arguments.is_kinematic)
+  if (volume::Status error = check(arguments.record)) return *error;
+  if (burr.is_round && burr.is_kinematic)
     return Error{"a burr that is not held by the bone has no round touch", "--round", "--kinematic",
                  "one of the two", ""};
-  if (arguments.is_round && arguments.burr_diameter > 12)
-    return Error{"the burr is too large for a round touch", "--burr-diameter",
-                 std::to_string(arguments.burr_diameter), "at most 12 mm", "leave --round out"};
-  auto path = open_path(arguments.path);
+  if (burr.is_round && burr.diameter > 12)
+    return Error{"the burr is too large for a round touch", "burr diameter", sim::text_of(burr.diameter),
+                 "at most 12 mm", "leave --round out"};
+  auto path = workbench::open_path(arguments.path);
   if (!path) return path.error();
-  auto made = haptics::make_method(arguments.method);
-  if (!made) return made.error();
-  const haptics::ProxyMethod& method = *made.value();
-  auto opened =
-      open_touch(arguments.source, arguments.shape,
-                 haptics::find_method(arguments.method)->solid == haptics::MethodInfo::Solid::smooth);
+  workbench::OperationChoice choice;
+  choice.shape = arguments.shape;
+  choice.hands[0] = sim::HandSpec(drilling::burr(burr));
+  choice.hands[0].method = arguments.method;
+  choice.rate_hz = arguments.rate;
+  choice.smallest_burr = arguments.smallest_burr;
+  auto opened = workbench::open_operation(arguments.source, choice, person());
   if (!opened) return opened.error();
-  const Source& source = opened.value().source;
-  haptics::TouchScene& scene = opened.value().scene;
-  drilling::Burr burr;
-  burr.diameter = arguments.burr_diameter;
-  burr.is_kinematic = arguments.is_kinematic;
-  burr.is_round = arguments.is_round;
-  burr.removal_rate = arguments.removal_rate;
-  if (volume::Status error = make_ready_for(burr, arguments.smallest_burr, arguments.burr_diameter, scene))
-    return *error;
-  if (volume::Status error = made.value()->prepare(scene)) {
-    if (error->where == "--smallest-burr" && !arguments.smallest_burr) error->where = "--burr-diameter";
-    if (arguments.is_round && error->where == "--radius")
-      error->where = "--round with --method " + arguments.method;
-    return *error;
-  }
-  haptics::ServoOptions servo;
-  servo.rate_hz = arguments.rate;
-  auto forbidden = forbidden_of(source);
-  if (!forbidden) return forbidden.error();
-  auto recorder = start_recording(arguments.record, source, scene, method, servo, drilling::burr(burr), {},
-                                  forbidden.value().told);
+  const workbench::Operation& operation = opened.value();
+  const workbench::Source& source = operation.source;
+  const haptics::TouchScene& scene = *operation.scene();
+  auto recorder = workbench::start_recording(arguments.record, operation);
   if (!recorder) return recorder.error();
-  sim::Lockstep run(sim::Engine(scene, method, drilling::burr(burr), 1 / arguments.rate, catalogue(),
-                                forbidden.value().watched),
-                    servo.force, arguments.rate, recorder.value().get());
+  sim::Lockstep run(operation.engine(), operation.spec.force, arguments.rate, recorder.value().get());
 
   const std::vector<double> times = haptics::servo_times(path.value(), arguments.rate);
   std::vector<double> tick_us;
@@ -123,7 +109,7 @@ Result<Outcome> run_drill(const DrillArguments& arguments) {
   ProgressLine progress("drilling");
   for (std::size_t i = 0; i < times.size(); ++i) {
     if (i % 256 == 0 && !progress(static_cast<double>(i) / static_cast<double>(times.size()))) {
-      if (recorder.value() && !finish_recording(recorder.value().get(), run.engine(), 0))
+      if (recorder.value() && !recorder.value()->finish(run.engine(), 0))
         notice("the session up to here is kept: " + data_tools::file_name(arguments.record.file));
       return interrupted("drilling");
     }
@@ -136,7 +122,8 @@ Result<Outcome> run_drill(const DrillArguments& arguments) {
   }
   const volume::Version& version = *run.engine().current();
   // A recording that failed takes nothing else with it.
-  const volume::Status not_recorded = finish_recording(recorder.value().get(), run.engine(), 0);
+  const volume::Status not_recorded =
+      recorder.value() ? recorder.value()->finish(run.engine(), 0) : std::nullopt;
   auto result = volume::operated_volume(version);
   if (!result) return result.error();
   if (volume::Status error = data_tools::write_volume(arguments.output, result.value())) return *error;
@@ -145,15 +132,15 @@ Result<Outcome> run_drill(const DrillArguments& arguments) {
   Outcome outcome{new_report("drill"), "", exit_done};
   Json& json = outcome.json;
   json["source"] = source.name;
-  json["shape"] = describe(scene.items[0].field.shape(), source.volume->is_hounsfield);
-  json["burr_diameter_mm"] = arguments.burr_diameter;
-  json["is_kinematic"] = arguments.is_kinematic;
-  json["is_round"] = arguments.is_round;
-  if (arguments.is_round) {
+  json["shape"] = volume::describe(scene.items[0].field.shape(), source.volume->is_hounsfield);
+  json["burr_diameter_mm"] = burr.diameter;
+  json["is_kinematic"] = burr.is_kinematic;
+  json["is_round"] = burr.is_round;
+  if (burr.is_round) {
     json["touch_radius_mm"] = scene.tool_radius;
     json["ticks_hovering"] = hovering;
   }
-  json["method"] = method.name();
+  json["method"] = operation.method().name();
   json["steps"] = times.size();
   json["removed_mm3_total"] = run.engine().removed_mm3();
   Json by_label = Json::object();
@@ -191,5 +178,43 @@ Result<Outcome> run_drill(const DrillArguments& arguments) {
     say_where(scene, path.value());
   return outcome;
 }
+
+Run build(Options& options) {
+  auto a = std::make_shared<DrillArguments>();
+  add_source(options, a->source).required();
+  add_shape(options, a->shape);
+  options.add("--burr-diameter", a->burr.diameter, "Above 0, at most 30 mm")
+      .required()
+      .type("MM")
+      .means("burr diameter");
+  options
+      .add("--smallest-burr", a->smallest_burr,
+           "The smallest burr that will cut in this session, mm: the finer it is the finer cuts are sampled "
+           "(default: the burr)")
+      .type("MM");
+  add_path(options, a->path).required();
+  add_rate(options, a->rate);
+  options
+      .add("--removal-rate", a->burr.removal_rate,
+           "mm3/s that the burr can take away; pushed no faster than that it meets no force")
+      .means("burr removal_rate")
+      .shows_default();
+  options.add("--kinematic", a->burr.is_kinematic,
+              "The path is the burr's centre and everything it sweeps goes; without this it is the burr's "
+              "lowest point, and bone is removed where it presses");
+  options.add("-o,--output", a->output, ".mha, .nrrd, .nii or .nii.gz").required();
+  add_round(options, a->burr.is_round);
+  add_method(options, a->method);
+  add_record(options, a->record);
+  return run_with(a, run_drill);
+}
+
+}  // namespace
+
+const Command k_drill{
+    "drill", "Play a path of a burr and write what is left",
+    "  trephine drill SCANS/HEAD --burr-diameter 4 --path path.csv -o drilled.mha\n"
+    "  trephine drill head --burr-diameter 6 --kinematic --path path.csv -o drilled.nii.gz --json",
+    build};
 
 }  // namespace trephine::app

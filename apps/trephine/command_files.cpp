@@ -1,10 +1,11 @@
-// phantom, info and mesh.
+// phantom and mesh.
 #include <algorithm>
 #include <charconv>
 #include <cmath>
 
 #include "apps/trephine/commands.h"
-#include "apps/trephine/text.h"
+#include "apps/trephine/frame_json.h"
+#include "apps/trephine/outputs.h"
 #include "data-tools/atomic_file.h"
 #include "data-tools/mesh_files.h"
 #include "data-tools/open_volume.h"
@@ -17,6 +18,19 @@ using volume::Error;
 using volume::Result;
 
 namespace {
+
+struct PhantomArguments {
+  std::string name, size, spacing, output, labels_output;
+  std::optional<double> psf;
+  double shear = 0;
+  std::uint64_t seed = 1;
+  std::vector<std::string> settings;  ///< key=value
+};
+struct MeshArguments {
+  std::string source, output;
+  workbench::ShapeChoice shape;
+  bool is_open = false;
+};
 
 /// "N" or "X,Y,Z".
 Result<glm::dvec3> parse_triple(const std::string& text, const char* option) {
@@ -38,25 +52,6 @@ Result<glm::dvec3> parse_triple(const std::string& text, const char* option) {
   if (at != end || (count != 1 && count != 3)) return bad;
   return count == 1 ? glm::dvec3(value.x) : value;
 }
-
-Json vector_json(const glm::dvec3& v) { return Json::array({v.x, v.y, v.z}); }
-
-Json frame_json(const volume::Volume& v) {
-  return {{"size", Json::array({v.size.x, v.size.y, v.size.z})},
-          {"spacing_mm", vector_json(v.frame.spacing())},
-          {"origin_mm", vector_json(v.frame.origin())},
-          {"axis_x", vector_json(v.frame.axes()[0])},
-          {"axis_y", vector_json(v.frame.axes()[1])},
-          {"axis_z", vector_json(v.frame.axes()[2])}};
-}
-
-std::string size_text(const volume::Volume& v) {
-  const glm::dvec3 s = v.frame.spacing();
-  return format_text("%d x %d x %d voxels of %.4g x %.4g x %.4g mm", v.size.x, v.size.y, v.size.z, s.x, s.y,
-                     s.z);
-}
-
-}  // namespace
 
 Result<Outcome> run_phantom(const PhantomArguments& arguments) {
   if (!data_tools::is_writable_volume_file(arguments.output))
@@ -104,78 +99,15 @@ Result<Outcome> run_phantom(const PhantomArguments& arguments) {
   return outcome;
 }
 
-Result<Outcome> run_info(const InfoArguments& arguments) {
-  if (is_session_file(arguments.source)) return describe_session_file(arguments.source);
-  auto opened = open_source(arguments.source);
-  if (!opened) return opened.error();
-  const Source& source = opened.value();
-  const volume::Volume& v = *source.volume;
-  const auto [low, high] = std::minmax_element(v.voxels.span().begin(), v.voxels.span().end());
-  double sum = 0;
-  for (const std::int16_t i : v.voxels.span()) sum += i;
-  const double mean = sum / static_cast<double>(v.voxels.size());
-  Outcome outcome{new_report("info"), "", exit_done};
-  Json& json = outcome.json;
-  json["source"] = source.name;
-  json["format"] = source.format;
-  json["modality"] = source.modality;
-  json.update(frame_json(v));
-  json["is_orthogonal"] = v.frame.is_orthogonal();
-  json["is_hounsfield"] = v.is_hounsfield;
-  json["min"] = *low;
-  json["max"] = *high;
-  json["mean"] = mean;
-  json["labels"] = v.label_names;
-  if (source.plan) {
-    Json structures = Json::array();
-    for (const data_tools::CaseStructure& s : source.plan->structures)
-      structures.push_back({{"name", s.shape.name},
-                            {"shape", describe(s.shape, v.is_hounsfield)},
-                            {"touchable", s.is_touchable},
-                            {"forbidden", s.is_forbidden}});
-    json["structures"] = structures;
-    Json trajectories = Json::array();
-    for (const data_tools::CaseTrajectory& t : source.plan->trajectories)
-      trajectories.push_back({{"name", t.name},
-                              {"entry", {t.entry_world.x, t.entry_world.y, t.entry_world.z}},
-                              {"target", {t.target_world.x, t.target_world.y, t.target_world.z}},
-                              {"diameter", t.diameter}});
-    json["trajectories"] = trajectories;
-  }
-  json["notices"] = source.notices;
-  json["read_seconds"] = source.read_seconds;
-  const glm::dvec3 near = v.frame.origin(), far = v.frame.world_from_volume(glm::dvec3(v.size - 1));
-  outcome.text =
-      source.name + ": " + source.format + (source.modality.empty() ? "" : ", " + source.modality) + "\n  " +
-      size_text(v) + "\n" +
-      format_text("  from (%.1f, %.1f, %.1f) to (%.1f, %.1f, %.1f) mm, patient frame LPS%s\n", near.x, near.y,
-                  near.z, far.x, far.y, far.z, v.frame.is_orthogonal() ? "" : ", sheared") +
-      format_text("  values %d to %d%s, mean %.1f\n", *low, *high, v.is_hounsfield ? " HU" : "", mean);
-  if (source.plan)
-    for (const data_tools::CaseStructure& s : source.plan->structures)
-      outcome.text += "  structure " + s.shape.name + ": " + describe(s.shape, v.is_hounsfield) +
-                      (s.is_touchable ? "" : ", not touched") + (s.is_forbidden ? ", forbidden" : "") + "\n";
-  if (source.plan)
-    for (const data_tools::CaseTrajectory& t : source.plan->trajectories)
-      outcome.text += format_text("  trajectory %s: %.1f mm long\n", t.name.c_str(),
-                                  glm::length(t.target_world - t.entry_world));
-  if (!v.label_names.empty()) {
-    outcome.text += "  labels:";
-    for (const std::string& name : v.label_names) outcome.text += " " + name;
-    outcome.text += "\n";
-  }
-  return outcome;
-}
-
 Result<Outcome> run_mesh(const MeshArguments& arguments) {
   if (!data_tools::is_mesh_file(arguments.output))
     return Error{"this is no mesh format that trephine writes", data_tools::file_name(arguments.output), "",
                  ".stl, .ply, .obj or .vtp", "choose one of these extensions"};
   if (volume::Status error = data_tools::check_writable(arguments.output)) return *error;
   if (volume::Status error = check_apart(arguments.output, {arguments.source})) return *error;
-  auto opened = open_touch(arguments.source, arguments.shape);
+  auto opened = workbench::open_touch(arguments.source, arguments.shape, person());
   if (!opened) return opened.error();
-  const Source& source = opened.value().source;
+  const workbench::Source& source = opened.value().source;
   const haptics::TouchItem& shape = opened.value().scene.items[0];
   const auto start = Clock::now();
   const volume::Mesh mesh = volume::surface_net({&shape.field, nullptr, shape.bits.get(), arguments.is_open});
@@ -184,7 +116,7 @@ Result<Outcome> run_mesh(const MeshArguments& arguments) {
     return *error;
   Outcome outcome{new_report("mesh"), "", exit_done};
   outcome.json["source"] = source.name;
-  outcome.json["shape"] = describe(shape.field.shape(), source.volume->is_hounsfield);
+  outcome.json["shape"] = volume::describe(shape.field.shape(), source.volume->is_hounsfield);
   outcome.json["file"] = data_tools::file_name(arguments.output);
   outcome.json["vertices"] = mesh.vertices.size();
   outcome.json["triangles"] = mesh.triangle_count();
@@ -193,5 +125,44 @@ Result<Outcome> run_mesh(const MeshArguments& arguments) {
                              mesh.vertices.size(), 1e3 * seconds, arguments.output.c_str());
   return outcome;
 }
+
+Run build_phantom(Options& options) {
+  auto a = std::make_shared<PhantomArguments>();
+  options
+      .add("NAME", a->name,
+           "sphere, plane, plate, torus, gyroid, shell, groove, corner, slot, cone, steps or head")
+      .required();
+  options.add("--size", a->size, "Voxels along each axis").type("N|X,Y,Z");
+  options.add("--spacing", a->spacing, "Voxel size, mm").type("S|X,Y,Z");
+  options.add("--psf", a->psf, "Scanner blur: sigma in voxels, 0 to 2").type("SIGMA");
+  options.add("--shear", a->shear, "Gantry tilt, degrees").type("D");
+  options.add("--seed", a->seed, "Of the noise").type("K");
+  options.add("--set", a->settings, "A parameter of the shape, such as radius=40")
+      .type("KEY=VALUE")
+      .means("parameter");
+  options.add("-o,--output", a->output, ".mha, .nrrd, .nii or .nii.gz").required();
+  options.add("--labels", a->labels_output, "Also write the labels to this file (head)").type("FILE");
+  return run_with(a, run_phantom);
+}
+
+Run build_mesh(Options& options) {
+  auto a = std::make_shared<MeshArguments>();
+  add_source(options, a->source).required();
+  add_shape(options, a->shape);
+  options.add("-o,--output", a->output, ".stl, .ply, .obj or .vtp").required();
+  options.add("--open", a->is_open, "Leave holes where the shape reaches the border of the scan");
+  return run_with(a, run_mesh);
+}
+
+}  // namespace
+
+const Command k_phantom{"phantom", "Make a volume whose shape is known exactly",
+                        "  trephine phantom sphere --size 256 --psf 1.5 -o sphere.mha\n"
+                        "  trephine phantom plate --set thickness=2 --set angle=30 -o plate.nrrd\n"
+                        "  trephine phantom head --spacing 0.6 -o head.nii.gz --labels head-labels.nii.gz",
+                        build_phantom};
+const Command k_mesh{"mesh", "Write the surface of a shape as a mesh",
+                     "  trephine mesh SCANS/HEAD -o skull.stl\n  trephine mesh head --label dura -o dura.ply",
+                     build_mesh};
 
 }  // namespace trephine::app

@@ -2,7 +2,6 @@
 #include <filesystem>
 
 #include "apps/trephine/commands.h"
-#include "apps/trephine/text.h"
 #include "data-tools/atomic_file.h"
 #include "data-tools/case_folder.h"
 
@@ -13,6 +12,11 @@ using volume::Result;
 using volume::Status;
 
 namespace {
+
+struct ImportArguments {
+  std::string source, output, name, labels;
+  workbench::ShapeChoice shape;
+};
 
 /// The labels of a file on the scan's grid, copied into `scan`.
 Status add_labels(volume::Volume& scan, const std::string& file) {
@@ -49,8 +53,6 @@ Status add_labels(volume::Volume& scan, const std::string& file) {
   return std::nullopt;
 }
 
-}  // namespace
-
 Result<Outcome> run_import(const ImportArguments& arguments) {
   namespace fs = std::filesystem;
   fs::path target(arguments.output);
@@ -61,9 +63,9 @@ Result<Outcome> run_import(const ImportArguments& arguments) {
     return Error{"there is something of that name already", target.filename().string(), "",
                  "the name of a new folder", "choose another name, or remove it first"};
   const auto start = Clock::now();
-  auto opened = open_source(arguments.source);
+  auto opened = workbench::open_source(arguments.source, person());
   if (!opened) return opened.error();
-  Source& source = opened.value();
+  workbench::Source& source = opened.value();
   std::shared_ptr<const volume::Volume> scan = source.volume;
   if (!arguments.labels.empty()) {
     auto copy = volume::make_volume(scan->size, scan->frame);
@@ -80,10 +82,9 @@ Result<Outcome> run_import(const ImportArguments& arguments) {
   plan.modality = source.modality;
   plan.is_hounsfield = scan->is_hounsfield;
   plan.label_names = scan->label_names;
-  if (!source.plan || !arguments.labels.empty() || arguments.shape.iso || !arguments.shape.window.empty() ||
-      !arguments.shape.label.empty()) {
+  if (!source.plan || !arguments.labels.empty() || arguments.shape.is_made()) {
     plan.structures.clear();
-    auto shape = choose_shape(source, arguments.shape);
+    auto shape = workbench::choose_shape(source, arguments.shape, person());
     if (!shape) return shape.error();
     plan.structures.push_back({shape.value(), true, false, {}});
     // Every label is there to be made touchable or forbidden.
@@ -113,5 +114,22 @@ Result<Outcome> run_import(const ImportArguments& arguments) {
                  (target / "case.toml").string() + " to name structures, materials and the plan\n";
   return outcome;
 }
+
+Run build(Options& options) {
+  auto a = std::make_shared<ImportArguments>();
+  add_source(options, a->source).required();
+  add_shape(options, a->shape);
+  options.add("--labels", a->labels, "Labels on the grid of the scan").type("FILE");
+  options.add("--name", a->name, "Of the case, never a patient's (default: the folder's)").type("NAME");
+  options.add("-o,--output", a->output, "A new folder").required().type("CASE");
+  return run_with(a, run_import);
+}
+
+}  // namespace
+
+const Command k_import{
+    "import", "Make a case of a scan: volumes in open formats and a plan to edit",
+    "  trephine import SCANS/HEAD -o head-case\n  trephine import head --name training -o training-case",
+    build};
 
 }  // namespace trephine::app

@@ -2,11 +2,11 @@
 #include <fstream>
 
 #include "apps/trephine/commands.h"
-#include "apps/trephine/recording.h"
+#include "apps/trephine/outputs.h"
 #include "apps/trephine/steps_csv.h"
-#include "apps/trephine/text.h"
 #include "apps/view/render_window.h"
 #include "apps/view/view_window.h"
+#include "apps/workbench/catalogue.h"
 #include "data-tools/atomic_file.h"
 #include "data-tools/open_volume.h"
 #include "sim/lockstep.h"
@@ -20,6 +20,15 @@ using volume::Status;
 
 namespace {
 
+struct ReplayArguments {
+  std::string session, case_source, output, steps, screenshot;
+  std::optional<double> until;
+  bool is_verifying = false, wants_window = false;
+};
+struct ResumeArguments {
+  std::string session, case_source, path;
+};
+
 Status check_outputs(const std::string& output, const std::string& steps) {
   if (!output.empty()) {
     if (!data_tools::is_writable_volume_file(output))
@@ -29,8 +38,6 @@ Status check_outputs(const std::string& output, const std::string& steps) {
   }
   return steps.empty() ? std::nullopt : data_tools::check_writable(steps);
 }
-
-}  // namespace
 
 Result<Outcome> run_replay(const ReplayArguments& arguments) {
   if (Status error = check_outputs(arguments.output, arguments.steps)) return *error;
@@ -44,9 +51,9 @@ Result<Outcome> run_replay(const ReplayArguments& arguments) {
   }
   if (arguments.until && !(*arguments.until >= 0))
     return Error{"the time is out of range", "--until", std::to_string(*arguments.until), "0 s or more", ""};
-  auto opened = open_session(arguments.session, arguments.case_source);
+  auto opened = workbench::open_session(arguments.session, arguments.case_source, person());
   if (!opened) return opened.error();
-  OpenedSession& session = *opened.value();
+  workbench::OpenedSession& session = *opened.value();
   sim::Replay& replay = *session.replay;
   const double rate = session.reader->header().rate_hz;
   if (arguments.is_verifying)
@@ -61,7 +68,6 @@ Result<Outcome> run_replay(const ReplayArguments& arguments) {
     options.wants_to_end = is_interrupted;
     options.title = data_tools::file_name(arguments.session);
     options.rate_hz = rate;
-    if (const drilling::Burr* burr = session.burr(0)) options.burr = *burr;
     options.replay = &replay;
     options.replay_seconds = static_cast<double>(session.reader->tick_count()) / rate;
     auto shown = view::run_window(view::borrowed(session.scene()), options);
@@ -180,13 +186,13 @@ Result<Outcome> run_resume(const ResumeArguments& arguments) {
   }
   std::optional<haptics::PosePath> path;
   if (!arguments.path.empty()) {
-    auto read = open_path(arguments.path);
+    auto read = workbench::open_path(arguments.path);
     if (!read) return read.error();
     path = std::move(read).value();
   }
-  auto opened = open_session(arguments.session, arguments.case_source);
+  auto opened = workbench::open_session(arguments.session, arguments.case_source, person());
   if (!opened) return opened.error();
-  OpenedSession& session = *opened.value();
+  workbench::OpenedSession& session = *opened.value();
   sim::Replay& replay = *session.replay;
   const sim::SessionHeader& header = session.reader->header();
   const std::string where = data_tools::file_name(arguments.session);
@@ -202,23 +208,17 @@ Result<Outcome> run_resume(const ResumeArguments& arguments) {
   if (header.hands.size() != 1)
     return Error{"only sessions of one hand can be continued here", where,
                  std::to_string(header.hands.size()), "1", ""};
-  if (!path && (session.burr(0) == nullptr || !header.hands[0].effects.empty() ||
-                !(header.rate_hz >= 250 && header.rate_hz <= 10000)))
-    return Error{"this session cannot go on in the window", where,
-                 session.burr(0) == nullptr        ? "a hand without a tool"
-                 : header.hands[0].effects.empty() ? std::to_string(header.rate_hz) + " Hz"
-                                                   : header.hands[0].effects.front(),
-                 "a burr, no effects, and 250 to 10000 Hz", "give a path to go on with: --path PATH.csv"};
+  if (!path && !(header.rate_hz >= 250 && header.rate_hz <= 10000))
+    return Error{"this session cannot go on in the window", where, std::to_string(header.rate_hz) + " Hz",
+                 "250 to 10000 Hz", "give a path to go on with: --path PATH.csv"};
   if (Status error = replay.seek(session.reader->tick_count())) return *error;
   if (replay.mismatch())
     return Error{"the session does not replay as it was recorded", where, replay.mismatch()->what,
                  "the same bits", "see where: trephine replay --verify"};
   const std::uint64_t first_tick = replay.next_tick();
-  auto made = sim::SessionWriter::append(arguments.session, replay.tail(), catalogue());
+  auto made = sim::SessionWriter::append(arguments.session, replay.tail(), workbench::catalogue());
   if (!made) return made.error();
   sim::SessionWriter& writer = *made.value();
-  const drilling::Burr* held = session.burr(0);
-  const drilling::Burr burr = held ? *held : drilling::Burr{};
   const auto scene = replay.engine().servo_scene()->hands[0].scene;
   sim::Engine engine = std::move(replay.engine());
   const double before = engine.removed_mm3();
@@ -250,8 +250,6 @@ Result<Outcome> run_resume(const ResumeArguments& arguments) {
     view::WindowOptions options;
     options.wants_to_end = is_interrupted;
     options.title = where;
-    options.burr = burr;
-    options.method = header.hands[0].method;
     options.rate_hz = header.rate_hz;
     options.force = header.force;
     options.recorder = &writer;
@@ -265,5 +263,35 @@ Result<Outcome> run_resume(const ResumeArguments& arguments) {
                              static_cast<double>(first_tick) / header.rate_hz, before, after);
   return outcome;
 }
+
+Run build_replay(Options& options) {
+  auto a = std::make_shared<ReplayArguments>();
+  add_session(options, a->session, a->case_source);
+  options.add("--window", a->wants_window, "Play it in the window: pause, seek, speed, forces");
+  options.add("--verify", a->is_verifying, "Compare every force, volume and voxel with the recording");
+  options.add("--until", a->until, "Stop at this time, s").type("S");
+  options.add("-o,--output", a->output, "Write what is left then: .mha, .nrrd, .nii or .nii.gz");
+  options.add("--steps", a->steps, "Write a row for every tick").type("STEPS.csv");
+  options.add("--screenshot", a->screenshot, "Write a picture of what is left then").type("OUT.png");
+  return run_with(a, run_replay);
+}
+
+Run build_resume(Options& options) {
+  auto a = std::make_shared<ResumeArguments>();
+  add_session(options, a->session, a->case_source);
+  options.add("--path", a->path, "Go on with a path instead of a window").type("PATH.csv");
+  return run_with(a, run_resume);
+}
+
+}  // namespace
+
+const Command k_replay{
+    "replay", "Run a recorded session again",
+    "  trephine replay drill.session --verify\n"
+    "  trephine replay drill.session --case head-case --until 12.5 -o then.mha --screenshot then.png",
+    build_replay};
+const Command k_resume{"resume", "Go on with a session where it stopped",
+                       "  trephine resume drill.session\n  trephine resume drill.session --path path.csv",
+                       build_resume};
 
 }  // namespace trephine::app

@@ -7,9 +7,8 @@
 #include <thread>
 
 #include "apps/trephine/commands.h"
-#include "apps/trephine/text.h"
 #include "data-tools/atomic_file.h"
-#include "haptics/proxy/subvoxel_proxy.h"
+#include "modules/drilling/burr.h"
 #include "sim/live_session.h"
 #include "volume/traversal.h"
 
@@ -20,6 +19,13 @@ using volume::Error;
 using volume::Result;
 
 namespace {
+
+struct SoakArguments {
+  std::string source = "head", session;
+  workbench::ShapeChoice shape;
+  double seconds = 3600, rate = 1000;
+  std::uint64_t seed = 1;
+};
 
 /// Strokes all over the outside of the bone: to a place that a ray from far away meets first, press and drag
 /// for half a second, lift. Of `seconds` in all.
@@ -71,38 +77,38 @@ Result<haptics::PosePath> random_strokes(const haptics::TouchScene& scene, doubl
   return haptics::PosePath::from_samples(std::move(samples), "soak");
 }
 
-}  // namespace
-
 Result<Outcome> run_soak(const SoakArguments& arguments) {
   if (!(arguments.seconds >= 10 && arguments.seconds <= 1e6))
     return Error{"the time is out of range", "--seconds", std::to_string(arguments.seconds),
                  "10 to 1000000 s", ""};
   if (!(arguments.rate >= 250 && arguments.rate <= 10000))
     return Error{"the rate is out of range", "--rate", std::to_string(arguments.rate), "250 to 10000 Hz", ""};
-  auto opened = open_touch(arguments.source, arguments.shape);
+  drilling::Burr burr;
+  constexpr double k_smallest = 2;  // mm, of the burrs below
+  workbench::OperationChoice choice;
+  choice.shape = arguments.shape;
+  choice.hands[0] = sim::HandSpec(drilling::burr(burr));
+  choice.rate_hz = arguments.rate;
+  choice.smallest_burr = k_smallest;
+  auto opened = workbench::open_operation(arguments.source, choice, person());
   if (!opened) return opened.error();
-  const Source& source = opened.value().source;
-  haptics::TouchScene& scene = opened.value().scene;
-  haptics::SubvoxelProxy method;
-  if (volume::Status error = method.prepare(scene)) return *error;
-  auto path = random_strokes(scene, arguments.seconds, arguments.seed);
+  const workbench::Operation& operation = opened.value();
+  const workbench::Source& source = operation.source;
+  auto path = random_strokes(*operation.scene(), arguments.seconds, arguments.seed);
   if (!path) return path.error();
 
-  RecordChoice record;
-  record.file = arguments.session.empty() ? autosave_path() : arguments.session;
+  workbench::RecordChoice record;
+  record.program = program_name();
+  record.file = arguments.session.empty() ? workbench::autosave_path() : arguments.session;
   record.is_embedding = !source.is_builtin;
   if (record.file.empty())
     return Error{"there is no place for the session", "", "neither HOME nor XDG_STATE_HOME", "--record FILE",
                  ""};
-  drilling::Burr burr;
-  constexpr double k_smallest = 2;  // mm, of the burrs below
-  if (volume::Status error = make_ready_for(burr, {}, k_smallest, scene)) return *error;
-  haptics::ServoOptions servo_options;
-  servo_options.rate_hz = arguments.rate;
   haptics::VirtualDevice device(path.value(), {});
-  auto recorder = start_recording(record, source, scene, method, servo_options, drilling::burr(burr));
+  auto recorder = workbench::start_recording(record, operation);
   if (!recorder) return recorder.error();
-  sim::LiveSession live(device, scene, method, drilling::burr(burr), servo_options, recorder.value().get());
+  haptics::Device* const devices[] = {&device};
+  sim::LiveSession live(devices, operation.engine(), operation.servo(), recorder.value().get());
   if (volume::Status error = live.start()) return *error;
 
   // Every ten strokes all of them are taken back, half of the time one by one while the burr is in the bone.
@@ -144,7 +150,7 @@ Result<Outcome> run_soak(const SoakArguments& arguments) {
   // All of it again.
   notice("replaying ...");
   ProgressLine again("replaying");
-  auto session = open_session(record.file, "");
+  auto session = workbench::open_session(record.file, "", person());
   if (!session) return session.error();
   sim::Replay& replay = *session.value()->replay;
   for (std::uint64_t n = 0;; ++n) {
@@ -211,5 +217,21 @@ Result<Outcome> run_soak(const SoakArguments& arguments) {
         "  " + replay.mismatch()->what + " at tick " + std::to_string(replay.mismatch()->tick) + "\n";
   return outcome;
 }
+
+Run build(Options& options) {
+  auto a = std::make_shared<SoakArguments>();
+  add_source(options, a->source);
+  add_shape(options, a->shape);
+  options.add("--seconds", a->seconds, "How long").shows_default();
+  options.add("--rate", a->rate, "Servo steps a second, 250 to 10000").shows_default().type("HZ");
+  options.add("--seed", a->seed, "Of the hand's ways").shows_default();
+  options.add("--record", a->session, "Keep the session (it is replayed and removed otherwise)").type("FILE");
+  return run_with(a, run_soak);
+}
+
+}  // namespace
+
+const Command k_soak{"soak", "Drill, undo and redo live for a long time, and check memory and bits",
+                     "  trephine soak --seconds 60\n  trephine soak SCANS/HEAD --seconds 3600 --json", build};
 
 }  // namespace trephine::app

@@ -1,3 +1,4 @@
+// touch: a path of the stylus, and what the hand feels; every tick is judged.
 #include <chrono>
 #include <cmath>
 #include <cstdio>
@@ -5,13 +6,11 @@
 #include <map>
 
 #include "apps/trephine/commands.h"
+#include "apps/trephine/outputs.h"
 #include "apps/trephine/steps_csv.h"
-#include "apps/trephine/text.h"
 #include "data-tools/atomic_file.h"
-#include "data-tools/mesh_reading.h"
 #include "haptics/force/effects.h"
 #include "haptics/mesh/mesh_tree.h"
-#include "haptics/proxy/methods.h"
 #include "tests/scenes/promise.h"
 #include "volume/surface_nets.h"
 #include "volume/work_counters.h"
@@ -22,6 +21,20 @@ using volume::Error;
 using volume::Result;
 
 namespace {
+
+struct TouchArguments {
+  std::string source, path, output, method = haptics::k_default_method, friction;
+  workbench::ShapeChoice shape;
+  std::optional<double> stiffness, viscosity, pop_force;
+  double alpha = 0.3, rate = 1000, radius = 0, blur = 0;
+  std::vector<std::string> meshes;   ///< files of polygonal models
+  double mesh_scale = 1;             ///< mm per unit of theirs
+  std::string mesh_at;               ///< x,y,z: where their origin lies; empty: 0,0,0
+  std::vector<std::string> effects;  ///< in words (haptics/force/effects.h)
+  std::string stiffness_ramp;        ///< HU0,HU1,K1
+  bool is_passive = false;
+  workbench::RecordChoice record;
+};
 
 /// "S,D": static and dynamic coefficient.
 volume::Status parse_friction(const std::string& text, haptics::Material& material) {
@@ -46,17 +59,11 @@ volume::Status parse_ramp(const std::string& text, std::optional<haptics::Stiffn
                   &extra) != 3)
     return Error{"the stiffness ramp is not three numbers", "--stiffness-ramp", text,
                  "A,B,K, for example 300,1500,1.0", ""};
-  if (volume::Status error = haptics::check_ramp(r)) {
-    error->where = "--stiffness-ramp";
-    return error;
-  }
   ramp = r;
   return std::nullopt;
 }
 
-/// Puts the models into the scene.
-volume::Status add_meshes(const TouchArguments& arguments, const haptics::Material& material,
-                          haptics::TouchScene& scene) {
+Result<std::vector<workbench::ModelChoice>> models_of(const TouchArguments& arguments) {
   glm::dvec3 at(0);
   char extra = 0;
   if (!arguments.mesh_at.empty() &&
@@ -64,17 +71,25 @@ volume::Status add_meshes(const TouchArguments& arguments, const haptics::Materi
        !(glm::length(at) <= 1e6)))
     return Error{"the models' place is not three numbers", "--mesh-at", arguments.mesh_at,
                  "X,Y,Z in mm, for example 0,-90,20", ""};
-  for (const std::string& file : arguments.meshes) {
-    auto model = data_tools::read_polygon_model(file, arguments.mesh_scale);
-    if (!model) return model.error();
-    scene.items.push_back(
-        haptics::mesh_item(data_tools::file_name(file),
-                           std::make_shared<haptics::MeshTree>(std::move(model.value().vertices),
-                                                               std::move(model.value().triangles)),
-                           material));
-    scene.items.back().placement.position_world = at;
-  }
-  return std::nullopt;
+  std::vector<workbench::ModelChoice> models;
+  for (const std::string& file : arguments.meshes) models.push_back({file, arguments.mesh_scale, at});
+  return models;
+}
+
+/// Of the surface, where something was said of it.
+Result<std::optional<haptics::Material>> material_of(const TouchArguments& arguments) {
+  std::optional<haptics::Material> material;
+  if (!arguments.stiffness && !arguments.viscosity && !arguments.pop_force && arguments.friction.empty())
+    return material;
+  material.emplace();
+  if (arguments.stiffness && !(*arguments.stiffness > 0 && *arguments.stiffness <= 100))
+    return Error{"the stiffness is out of range", "--stiffness", std::to_string(*arguments.stiffness),
+                 "above 0, at most 100 N/mm", ""};
+  material->stiffness = arguments.stiffness.value_or(material->stiffness);
+  material->viscosity = arguments.viscosity.value_or(material->viscosity);
+  material->pop_force = arguments.pop_force.value_or(material->pop_force);
+  if (volume::Status error = parse_friction(arguments.friction, *material)) return *error;
+  return material;
 }
 
 /// Judges for the models, in the volume's frame.
@@ -96,86 +111,53 @@ std::vector<std::unique_ptr<checker::MeshWall>> mesh_walls(const haptics::TouchS
   return walls;
 }
 
-}  // namespace
-
 Result<Outcome> run_touch(const TouchArguments& arguments) {
   const bool needs_scene = !arguments.meshes.empty() && arguments.method == haptics::k_default_method;
   const std::string method_name = needs_scene ? "scene" : arguments.method;
-  auto made_method = haptics::make_method(method_name);
-  if (!made_method) return made_method.error();
-  haptics::ProxyMethod& method = *made_method.value();
-  if (!(arguments.stiffness > 0 && arguments.stiffness <= 100))
-    return Error{"the stiffness is out of range", "--stiffness", std::to_string(arguments.stiffness),
-                 "above 0, at most 100 N/mm", ""};
   if (!(arguments.alpha > 0 && arguments.alpha <= 1))
     return Error{"the smoothing factor is out of range", "--alpha", std::to_string(arguments.alpha),
                  "above 0, at most 1", ""};
-  if (volume::Status error = check_rate(arguments.rate)) return *error;
-
-  haptics::Material material;
-  material.stiffness = arguments.stiffness;
-  if (volume::Status error = parse_friction(arguments.friction, material)) return *error;
-  material.viscosity = arguments.viscosity;
-  material.pop_force = arguments.pop_force;
-  if (volume::Status error = haptics::check_material(material)) {
-    error->where = "--stiffness, --friction, --viscosity or --pop-through";
-    return *error;
-  }
-  std::optional<haptics::StiffnessRamp> ramp;
-  if (volume::Status error = parse_ramp(arguments.stiffness_ramp, ramp)) return *error;
-  haptics::LawSet effects;
-  for (const std::string& words : arguments.effects) {
-    auto effect = haptics::parse_effect(words);
-    if (!effect) return effect.error();
-    auto law = haptics::law_of(effect.value(), static_cast<std::uint32_t>(effects.laws().size()));
-    if (!law) return law.error();
-    if (volume::Status error = effects.add(std::move(law).value())) return *error;
-  }
+  workbench::OperationChoice choice;
+  choice.shape = arguments.shape;
+  choice.hands[0].method = method_name;
+  choice.hands[0].tool_radius = arguments.radius;
+  choice.hands[0].effects = arguments.effects;
+  choice.rate_hz = arguments.rate;
+  choice.blur_voxels = arguments.blur;
+  choice.force.smoothing_alpha = arguments.alpha;
+  choice.force.is_passive = arguments.is_passive;
+  auto said = material_of(arguments);
+  if (!said) return said.error();
+  choice.material = said.value();
+  if (volume::Status error = parse_ramp(arguments.stiffness_ramp, choice.ramp)) return *error;
+  auto models_said = models_of(arguments);
+  if (!models_said) return models_said.error();
+  choice.models = std::move(models_said).value();
+  if (volume::Status error = check(choice)) return *error;
   if (volume::Status error = data_tools::check_writable(arguments.output)) return *error;
   std::vector<std::string> in_use = arguments.meshes;
   in_use.insert(in_use.end(), {arguments.source, arguments.path, arguments.record.file});
   if (volume::Status error = check_apart(arguments.output, in_use)) return *error;
-  if (volume::Status error = check_record(arguments.record)) return *error;
+  if (volume::Status error = check(arguments.record)) return *error;
 
   // The path first: it is cheap to be wrong about.
-  auto path = open_path(arguments.path);
+  auto path = workbench::open_path(arguments.path);
   if (!path) return path.error();
-  if (!(arguments.blur >= 0 && arguments.blur <= 10))
-    return Error{"the blur is out of range", "--blur", std::to_string(arguments.blur), "0 to 10 voxels", ""};
-  auto opened = open_touch(arguments.source, arguments.shape,
-                           haptics::find_method(method_name)->solid == haptics::MethodInfo::Solid::smooth,
-                           arguments.blur);
+  auto opened = workbench::open_operation(arguments.source, choice, person());
   if (!opened) return opened.error();
-  const Source& source = opened.value().source;
-  haptics::TouchScene& scene = opened.value().scene;
-  scene.items[0].material = material;
-  scene.items[0].ramp = ramp;
-  if (volume::Status error = add_meshes(arguments, material, scene)) return *error;
-  const auto offset_begin = Clock::now();
-  if (volume::Status error = make_round(scene, arguments.radius)) {
-    if (error->where == "radius") error->where = "--radius";
-    return *error;
-  }
-  const double offset_seconds = std::chrono::duration<double>(Clock::now() - offset_begin).count();
-  if (volume::Status error = method.prepare(scene)) return *error;
-  haptics::ForceOptions force;
-  force.smoothing_alpha = arguments.alpha;
-  force.is_passive = arguments.is_passive;
-  haptics::ServoCore servo(force, 1 / arguments.rate);
-  haptics::ServoOptions recorded;
-  recorded.rate_hz = arguments.rate, recorded.force = force;
-  RecordChoice record_choice = arguments.record;
+  const workbench::Operation& operation = opened.value();
+  const workbench::Source& source = operation.source;
+  const haptics::TouchScene& scene = *operation.scene();
+  const haptics::Material& material = scene.items[0].material;
+  haptics::ServoCore servo(choice.force, 1 / arguments.rate);
+  workbench::RecordChoice record_choice = arguments.record;
   if (arguments.blur > 0 && !record_choice.file.empty() && !record_choice.is_embedding) {
     record_choice.is_embedding = true;
     notice("note: what was touched is a blurred scan: it is kept in the session");
   }
-  auto recorder = start_recording(record_choice, source, scene, method, recorded, {}, arguments.effects);
+  auto recorder = workbench::start_recording(record_choice, operation);
   if (!recorder) return recorder.error();
-  sim::Engine engine(
-      {{haptics::ServoHand(haptics::borrowed(scene), haptics::borrowed(method), haptics::TouchState(nullptr),
-                           effects.laws().empty() ? nullptr : std::make_shared<haptics::LawSet>(effects)),
-        {}}},
-      1 / arguments.rate);
+  sim::Engine engine = operation.engine();
   const volume::Version& version = *engine.current();
   std::map<std::string, long> events;
 
@@ -257,7 +239,7 @@ Result<Outcome> run_touch(const TouchArguments& arguments) {
     append_step(csv, times[i], record, record.has_contact ? name_of(item_of(scene, record.shape)) : "");
   }
   // A recording that failed takes nothing else with it.
-  const volume::Status not_recorded = finish_recording(recorder.value().get(), engine, 0);
+  const volume::Status not_recorded = recorder.value() ? recorder.value()->finish(engine, 0) : std::nullopt;
   if (volume::Status error = data_tools::write_file_atomically(arguments.output, csv)) return *error;
   if (not_recorded) return *not_recorded;
 
@@ -267,8 +249,8 @@ Result<Outcome> run_touch(const TouchArguments& arguments) {
                       : exit_done};
   Json& json = outcome.json;
   json["source"] = source.name;
-  json["shape"] = describe(scene.items[0].field.shape(), base.is_hounsfield);
-  json["method"] = method.name();
+  json["shape"] = volume::describe(scene.items[0].field.shape(), base.is_hounsfield);
+  json["method"] = operation.method().name();
   json["steps"] = times.size();
   json["step_us"] = {{"contact", percentiles(contact_us)}, {"free", percentiles(free_us)}};
   json["counters"] = {{"voxels", total.voxels},
@@ -280,10 +262,8 @@ Result<Outcome> run_touch(const TouchArguments& arguments) {
                       {"gl_contexts_made", work.gl_contexts.load()},
                       {"shapes_with_bits", work.occupancies.load()}};
   if (offset)
-    json["tool"] = {{"radius_mm", arguments.radius},
-                    {"step_mm", offset->step_mm()},
-                    {"bytes", offset->bytes()},
-                    {"seconds", offset_seconds}};
+    json["tool"] = {
+        {"radius_mm", arguments.radius}, {"step_mm", offset->step_mm()}, {"bytes", offset->bytes()}};
   for (const haptics::TouchItem& item : scene.items)
     if (item.is_mesh())
       json["meshes"].push_back(
@@ -297,7 +277,7 @@ Result<Outcome> run_touch(const TouchArguments& arguments) {
   json["max_force_n"] = strongest;
   json["open_to_touch_seconds"] = first_touch_seconds;
   json["read_seconds"] = source.read_seconds;
-  json["bits_seconds"] = source.bits_seconds;
+  json["making_seconds"] = operation.making_seconds;
   json["memory"] = memory_report(scene, version);
   json["file"] = data_tools::file_name(arguments.output);
   outcome.text = format_text("%zu steps, %zu in contact, strongest force %.2f N\n", times.size(),
@@ -313,5 +293,66 @@ Result<Outcome> run_touch(const TouchArguments& arguments) {
   if (contact_us.empty()) say_where(scene, path.value());
   return outcome;
 }
+
+Run build(Options& options) {
+  auto a = std::make_shared<TouchArguments>();
+  add_source(options, a->source).required();
+  add_shape(options, a->shape);
+  add_path(options, a->path).required();
+  options.add("-o,--output", a->output, "A row for every step").required().type("STEPS.csv");
+  add_method(options, a->method);
+  options.add("--radius", a->radius, "Of the tool's tip, 0 (a point) to 6 mm")
+      .means("tool radius")
+      .shows_default()
+      .type("MM");
+  options
+      .add("--mesh", a->meshes,
+           "A polygonal model to touch too (.ply, .ply.gz, .obj, .stl, .vtk, .vtp); may come again; with "
+           "--method scene unless another is named")
+      .type("FILE");
+  options.add("--mesh-scale", a->mesh_scale, "Of the models: 1000 for metres").shows_default().type("MM");
+  options.add("--mesh-at", a->mesh_at, "Where the models' origin lies, mm (LPS); 0,0,0 unless given")
+      .type("X,Y,Z");
+  options
+      .add("--blur", a->blur,
+           "Gaussian over the scan before it is touched: sigma in voxels, 1.4 for the seven taps of the "
+           "ray-step method's source")
+      .shows_default()
+      .type("VOXELS");
+  options.add("--stiffness", a->stiffness, "Of the surface, N/mm (default: 0.5, or the case's)").type("N/MM");
+  options
+      .add("--stiffness-ramp", a->stiffness_ramp,
+           "Harder where the scan is denser: from --stiffness at intensity A to K (N/mm) at B and above")
+      .type("A,B,K");
+  options.add("--viscosity", a->viscosity, "Along the surface, 0 to 0.05 N s/mm (default: 0)").type("N.S/MM");
+  options
+      .add("--pop-through", a->pop_force, "Pressed harder than this the surface gives way (default: never)")
+      .means("pop force")
+      .type("N");
+  options
+      .add("--effect", a->effects,
+           "A force beside the surface's: a name of " + haptics::effect_names() +
+               " and its parameters in quotes; may come again")
+      .type("WORDS");
+  options.add("--passive", a->is_passive, "Surfaces give the hand no more energy than they took");
+  options.add("--friction", a->friction, "Static and dynamic coefficient (default: 0.2,0.15, or the case's)")
+      .type("S,D");
+  options.add("--alpha", a->alpha, "Smoothing of the force: weight of the newest value at 1 kHz; 1 = none")
+      .shows_default()
+      .type("A");
+  add_rate(options, a->rate);
+  add_record(options, a->record);
+  return run_with(a, run_touch);
+}
+
+}  // namespace
+
+const Command k_touch{
+    "touch", "Play a path of the stylus over a shape: where it is held, and the force",
+    "  trephine touch head --path docs/examples/path.csv -o steps.csv\n"
+    "  trephine touch head --label dura --path path.csv -o steps.csv --rate 4000 --json\n"
+    "  trephine touch head --path path.csv -o steps.csv --effect \"viscous damping=0.004\" --passive\n"
+    "  trephine touch head --mesh retractor.ply --mesh-at 0,-90,20 --path path.csv -o steps.csv",
+    build};
 
 }  // namespace trephine::app

@@ -1,9 +1,11 @@
+// view: a window to touch and cut with the mouse.
 #include "apps/trephine/commands.h"
-#include "apps/trephine/text.h"
+#include "apps/trephine/outputs.h"
 #include "apps/view/render_window.h"
 #include "apps/view/view_window.h"
+#include "apps/workbench/catalogue.h"
 #include "data-tools/atomic_file.h"
-#include "haptics/proxy/subvoxel_proxy.h"
+#include "modules/drilling/burr.h"
 #include "volume/work_counters.h"
 
 namespace trephine::app {
@@ -13,37 +15,43 @@ using volume::Result;
 
 namespace {
 
+struct ViewArguments {
+  std::string source = "head", screenshot;
+  workbench::ShapeChoice shape;
+  drilling::Burr burr;
+  std::optional<double> smallest_burr;  ///< mm
+  std::optional<double> seconds;
+  workbench::RecordChoice record;
+  bool has_no_autosave = false;
+};
+
 /// What the window asks for while it is open: scans, and recordings of what is done to them.
 class Host {
  public:
-  /// `record`: what was asked for at the start; what is opened later goes on in FILE-2, FILE-3 and so on, or
-  /// in autosaves.
-  Host(Source source, RecordChoice record, bool is_autosaving, double smallest_burr)
-      : source_(std::move(source)),
-        record_(std::move(record)),
-        is_autosaving_(is_autosaving),
-        smallest_burr_(smallest_burr) {}
+  /// `choice`, `record`: what was asked for at the start; what is opened later goes on in FILE-2, FILE-3 and
+  /// so on, or in autosaves.
+  Host(workbench::Source source, workbench::OperationChoice choice, workbench::RecordChoice record)
+      : source_(std::move(source)), choice_(std::move(choice)), record_(std::move(record)) {}
 
-  Result<view::OpenedScene> open(const std::string& path, drilling::Burr burr) {
-    Result<Source> opened = open_source(path);
+  Result<view::OpenedScene> open(const std::string& path) {
+    auto opened = workbench::open_source(path, person());
     if (!opened) return opened.error();
-    Source source = std::move(opened).value();
-    ShapeChoice choice;
+    workbench::OperationChoice choice = choice_;
+    choice.shape = {};
     // A person can move the window from here; a program would have been asked for a shape.
-    if (!source.volume->is_hounsfield && !source.plan) choice.iso = brighter_half(*source.volume);
-    Result<haptics::TouchScene> scene = make_scene(source, choice);
-    if (!scene) return scene.error();
-    source_ = std::move(source);
-    return wrap(std::move(scene).value(), burr);
+    const volume::Volume& v = *opened.value().volume;
+    if (!v.is_hounsfield && !opened.value().plan) choice.shape.iso = brighter_half(v);
+    Result<view::OpenedScene> made = make(opened.value(), choice);
+    if (made) source_ = std::move(opened).value();
+    return made;
   }
 
-  Result<view::OpenedScene> reshape(double low, double high, drilling::Burr burr) {
-    ShapeChoice choice;
-    choice.window =
+  Result<view::OpenedScene> reshape(double low, double high) {
+    workbench::OperationChoice choice = choice_;
+    choice.shape = {};
+    choice.shape.window =
         format_text("%.17g:", low) + (std::isfinite(high) ? format_text("%.17g", high) : std::string());
-    Result<haptics::TouchScene> scene = make_scene(source_, choice);
-    if (!scene) return scene.error();
-    return wrap(std::move(scene).value(), burr);
+    return make(source_, choice);
   }
 
  private:
@@ -52,40 +60,28 @@ class Host {
     return 0.5 * (*low + *high);
   }
 
-  Result<view::OpenedScene> wrap(haptics::TouchScene scene, drilling::Burr burr) {
-    view::OpenedScene opened;
-    opened.title = source_.name;
-    if (volume::Status error = make_ready_for(burr, {}, smallest_burr_, scene)) return *error;
-    RecordChoice record = record_;
-    if (is_autosaving_)
-      record.file = autosave_path();
+  Result<view::OpenedScene> make(const workbench::Source& source, const workbench::OperationChoice& choice) {
+    auto operation = workbench::make_operation(source, choice, person());
+    if (!operation) return operation.error();
+    workbench::RecordChoice record = record_;
+    if (record.is_autosave)
+      record.file = workbench::autosave_path();
     else if (!record.file.empty())
       record.file = format_text("%s-%d", record_.file.c_str(), ++opened_);
-    auto forbidden = forbidden_of(source_);
-    if (!forbidden) return forbidden.error();
-    opened.forbidden = forbidden.value().watched;
-    if (!record.file.empty()) {
-      auto started = start_recording(record, source_, scene, haptics::SubvoxelProxy(), {},
-                                     drilling::burr(burr), {}, forbidden.value().told);
-      if (!started) return started.error();
-      opened.recorder = std::move(started).value();
-      opened.session_file = record.file;
-    }
-    opened.scene = std::make_shared<const haptics::TouchScene>(std::move(scene));
+    auto started = workbench::start_recording(record, operation.value());
+    if (!started) return started.error();
+    view::OpenedScene opened{{operation.value().engine()}, source.name, std::move(started).value(), ""};
+    if (opened.recorder) opened.session_file = record.file;
     return opened;
   }
 
-  Source source_;
-  RecordChoice record_;
-  bool is_autosaving_;
-  double smallest_burr_;  ///< mm, of what may be chosen in the window
+  workbench::Source source_;
+  workbench::OperationChoice choice_;
+  workbench::RecordChoice record_;
   int opened_ = 1;
 };
 
-}  // namespace
-
 Result<Outcome> run_view(const ViewArguments& arguments) {
-  if (volume::Status error = check_burr(arguments.burr_diameter)) return *error;
   if (arguments.screenshot.empty() && !view::has_display()) return view::no_display();
   if (!arguments.screenshot.empty()) {
     if (!data_tools::has_extension(arguments.screenshot, ".png"))
@@ -96,21 +92,23 @@ Result<Outcome> run_view(const ViewArguments& arguments) {
   }
   if (arguments.seconds && !view::has_display())
     notice("note: there is no display; the picture is drawn without a window");
-  auto opened = open_source(arguments.source);
-  if (!opened) return opened.error();
-  Source& source = opened.value();
-  auto made = make_scene(source, arguments.shape);
-  if (!made) return made.error();
-
-  view::WindowOptions options;
-  options.burr.diameter = arguments.burr_diameter;
-  options.burr.is_round = arguments.is_round;
+  workbench::OperationChoice choice;
+  choice.shape = arguments.shape;
+  choice.hands[0] = sim::HandSpec(drilling::burr(arguments.burr));
   // Other burrs may be chosen in the window: a fine one leaves its hole too, unless a finer yet is named.
   constexpr double k_fine_burr = 2;
-  if (volume::Status error = make_ready_for(options.burr, arguments.smallest_burr,
-                                            std::min(arguments.burr_diameter, k_fine_burr), made.value()))
-    return *error;
-  const auto scene = std::make_shared<const haptics::TouchScene>(std::move(made).value());
+  choice.smallest_burr = arguments.smallest_burr;
+  if (!arguments.smallest_burr && !arguments.burr.is_round)
+    choice.smallest_burr = std::min(arguments.burr.diameter, k_fine_burr);
+  auto opened = workbench::open_operation(arguments.source, choice, person());
+  if (!opened) return opened.error();
+  const workbench::Operation& operation = opened.value();
+  const workbench::Source& source = operation.source;
+  const std::shared_ptr<const haptics::TouchScene> scene = operation.scene();
+
+  view::WindowOptions options;
+  options.start = view::WindowStart{operation.engine()};
+  options.catalogue = &workbench::catalogue();
   options.seconds = arguments.seconds;
   options.wants_to_end = is_interrupted;
   options.screenshot = arguments.screenshot;
@@ -119,31 +117,25 @@ Result<Outcome> run_view(const ViewArguments& arguments) {
   options.is_offscreen = !view::has_display() || (!arguments.screenshot.empty() && !arguments.seconds);
 
   // The recording that was asked for, or one for the time when something goes wrong.
-  RecordChoice record = arguments.record;
+  workbench::RecordChoice record = arguments.record;
   const bool is_autosave = record.file.empty() && !options.is_offscreen && !arguments.has_no_autosave;
   if (is_autosave) {
-    prune_autosaves();
-    record.file = autosave_path();
+    workbench::prune_autosaves();
+    record.file = workbench::autosave_path();
     record.is_autosave = true;
   }
   if (options.is_offscreen && !record.file.empty())
     return Error{"without a window there is nothing to record", "--record", "", "a display", ""};
-  auto forbidden = forbidden_of(source);
-  if (!forbidden) return forbidden.error();
-  options.forbidden = forbidden.value().watched;
-  auto started = start_recording(record, source, *scene, haptics::SubvoxelProxy(), {},
-                                 drilling::burr(options.burr), {}, forbidden.value().told);
+  auto started = workbench::start_recording(record, operation);
   if (!started && !is_autosave) return started.error();
   if (!started) notice("note: the session is not saved: " + started.error().message());
   const std::unique_ptr<sim::SessionWriter> recorder = started ? std::move(started).value() : nullptr;
   options.recorder = recorder.get();
   if (recorder) options.session_file = record.file;
 
-  const auto host = std::make_shared<Host>(source, record, is_autosave, scene->smallest_burr);
-  options.host.open = [host, burr = options.burr](const std::string& path) { return host->open(path, burr); };
-  options.host.reshape = [host, burr = options.burr](double low, double high) {
-    return host->reshape(low, high, burr);
-  };
+  const auto host = std::make_shared<Host>(source, choice, record);
+  options.host.open = [host](const std::string& path) { return host->open(path); };
+  options.host.reshape = [host](double low, double high) { return host->reshape(low, high); };
 
   const double ready_seconds = process_seconds();
   auto shown = view::run_window(scene, options);
@@ -159,7 +151,7 @@ Result<Outcome> run_view(const ViewArguments& arguments) {
   json["frames"] = r.frames;
   json["frame_ms"] = {{"p50", r.frame_p50_ms}, {"p99", r.frame_p99_ms}};
   json["drilling_frames"] = r.drilling_frames;
-  if (arguments.is_round)
+  if (arguments.burr.is_round)
     json["round_tool"] = {{"touch_radius_mm", scene->tool_radius},
                           {"field_updates", r.offset_updates},
                           {"longest_update_s", r.longest_offset_update_seconds}};
@@ -190,5 +182,32 @@ Result<Outcome> run_view(const ViewArguments& arguments) {
   if (!r.servo.notice.empty()) notice("note: " + r.servo.notice);
   return outcome;
 }
+
+Run build(Options& options) {
+  auto a = std::make_shared<ViewArguments>();
+  add_source(options, a->source);
+  add_shape(options, a->shape);
+  options.add("--burr-diameter", a->burr.diameter, "Above 0, at most 30 mm")
+      .shows_default()
+      .type("MM")
+      .means("burr diameter");
+  options
+      .add("--smallest-burr", a->smallest_burr,
+           "The smallest burr that can be chosen in the window, mm: the finer it is the finer cuts are "
+           "sampled (default: 2, or the burr if that is smaller)")
+      .type("MM");
+  options.add("--screenshot", a->screenshot, "Write a picture; without --seconds no window is opened")
+      .type("OUT.png");
+  options.add("--seconds", a->seconds, "Close the window by itself after so long").type("S");
+  add_round(options, a->burr.is_round);
+  add_record(options, a->record);
+  options.add("--no-autosave", a->has_no_autosave, "Do not keep the session in ~/.local/state/trephine");
+  return run_with(a, run_view);
+}
+
+}  // namespace
+
+const Command k_view{"view", "Open a window to touch and drill with the mouse",
+                     "  trephine view SCANS/HEAD\n  trephine view head --screenshot head.png", build};
 
 }  // namespace trephine::app

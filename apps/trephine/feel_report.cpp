@@ -6,7 +6,6 @@
 #include <functional>
 #include <map>
 
-#include "apps/trephine/text.h"
 #include "apps/view/chart.h"
 #include "data-tools/atomic_file.h"
 #include "haptics/proxy/methods.h"

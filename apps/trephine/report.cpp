@@ -9,9 +9,11 @@
 #include <cstdio>
 #include <ctime>
 #include <fstream>
+#include <glm/common.hpp>
 #include <unistd.h>
 
 #include "apps/trephine/build_info.h"
+#include "volume/work_counters.h"
 
 namespace trephine::app {
 
@@ -35,6 +37,11 @@ Json new_report(const std::string& name) {
           {"commit", TREPHINE_COMMIT},
           {"compiler", TREPHINE_COMPILER},
           {"cpu", cpu_name()}};
+}
+
+std::string program_name() {
+  return std::string("trephine ") + TREPHINE_VERSION + " (" + TREPHINE_COMMIT + ", " + TREPHINE_COMPILER +
+         ")";
 }
 
 Json error_report(const std::string& name, const volume::Error& error) {
@@ -80,6 +87,12 @@ Json percentiles(std::vector<double> values) {
 }
 
 void notice(const std::string& text) { std::fprintf(stderr, "%s\n", text.c_str()); }
+
+workbench::Listener person() {
+  return {notice, [](const char* what) {
+            return [line = std::make_shared<ProgressLine>(what)](double share) { return (*line)(share); };
+          }};
+}
 
 ProgressLine::~ProgressLine() {
   if (is_shown_) std::fprintf(stderr, "\r\033[K");
@@ -144,6 +157,43 @@ double process_seconds() {
   clock_gettime(CLOCK_BOOTTIME, &now);
   const double start = std::stod(line.substr(at)) / static_cast<double>(sysconf(_SC_CLK_TCK));
   return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec) - start;
+}
+
+void say_where(const haptics::TouchScene& scene, const haptics::PosePath& path) {
+  const volume::Volume& base = *scene.base;
+  glm::dvec3 shape_low(1e300), shape_high(-1e300), path_low(1e300), path_high(-1e300);
+  for (int z = 0; z < base.size.z; ++z)
+    for (int y = 0; y < base.size.y; ++y)
+      for (int x = 0; x < base.size.x; ++x) {
+        if (!scene.items[0].bits->is_solid({x, y, z})) continue;
+        const glm::dvec3 p = base.frame.world_from_volume({x, y, z});
+        shape_low = glm::min(shape_low, p), shape_high = glm::max(shape_high, p);
+      }
+  for (const haptics::PosePath::Sample& s : path.samples())
+    path_low = glm::min(path_low, s.pose.position_world),
+    path_high = glm::max(path_high, s.pose.position_world);
+  const auto box = [](const glm::dvec3& a, const glm::dvec3& b) {
+    return format_text("x %.0f to %.0f, y %.0f to %.0f, z %.0f to %.0f mm", a.x, b.x, a.y, b.y, a.z, b.z);
+  };
+  notice("note: the path never met the shape with the button pressed\n  the shape lies within " +
+         box(shape_low, shape_high) + "\n  the path runs within   " + box(path_low, path_high) +
+         "\n  (x to the patient's left, y to the back, z up)");
+}
+
+Json memory_report(const haptics::TouchScene& scene, const volume::Version& version) {
+  std::size_t bits = 0;
+  for (const haptics::TouchItem& shape : scene.items)
+    bits += (shape.bits ? shape.bits->bytes() : 0) + (shape.soft ? shape.soft->bytes() : 0);
+  const std::size_t base = scene.base->bytes(), tables = version.bytes();
+  return {{"voxels_bytes", scene.base->voxels.bytes()},
+          {"base_bytes", base},
+          {"bits_bytes", bits},
+          {"version_bytes", tables},
+          {"held_bytes", base + bits + tables},
+          {"held_over_voxels",
+           static_cast<double>(base + bits + tables) / static_cast<double>(scene.base->voxels.bytes())},
+          {"shapes_with_bits", volume::work_counters().occupancies.load()},
+          {"resident_bytes", resident_bytes()}};
 }
 
 }  // namespace trephine::app

@@ -5,10 +5,18 @@
 #include <string>
 #include <vector>
 
-#include "volume/error.h"
+#include "apps/workbench/clock.h"
+#include "apps/workbench/listener.h"
+#include "apps/workbench/text.h"
+#include "haptics/device/pose_path.h"
+#include "haptics/scene/touch_scene.h"
 
 namespace trephine::app {
 
+using workbench::Clock;
+using workbench::format_text;
+using workbench::hash_text;
+using workbench::seconds_since;
 using Json = nlohmann::ordered_json;
 
 enum ExitCode {
@@ -39,8 +47,18 @@ std::string text_of_json(const Json& json, int indent = 2);
 Json percentiles(std::vector<double> values);
 double percentile(const std::vector<double>& sorted, double p);
 
+/// "trephine 0.1.0 (commit, compiler)".
+std::string program_name();
+
+/// Memory by our own accounting: base voxels, labels, bits and tables.
+Json memory_report(const haptics::TouchScene& scene, const volume::Version& version);
+
 /// A notice to a person: stderr.
 void notice(const std::string& text);
+/// The person at this terminal: notices and progress to stderr.
+workbench::Listener person();
+/// When a path met nothing: says where the shape lies and where the path went.
+void say_where(const haptics::TouchScene& scene, const haptics::PosePath& path);
 /// Progress on a terminal only; a line that is rewritten, at most ten times a second. Returns false when the
 /// person pressed Ctrl-C.
 class ProgressLine {

@@ -28,10 +28,13 @@
 #include <vtkUnsignedCharArray.h>
 #include <vtk_glew.h>
 
-#include "apps/view/clock.h"
 #include "apps/view/picture_cache.h"
+#include "apps/workbench/clock.h"
 
 namespace trephine::view {
+
+using workbench::Clock;
+using workbench::seconds_since;
 
 using glm::dvec3;
 

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <glm/geometric.hpp>
 
+#include "apps/view/tool_look.h"
+
 namespace trephine::view {
 
 using glm::dvec3;
@@ -10,14 +12,6 @@ using glm::dvec3;
 namespace {
 
 constexpr std::size_t k_most_times = 1 << 20;  // frames whose time is kept: hours
-
-sim::Engine first_state(const haptics::TouchScene& scene, const haptics::ProxyMethod& method,
-                        const WindowOptions& options) {
-  if (options.start) return options.start->engine;
-  static const drilling::Drilling drilling;
-  return sim::Engine(scene, method, drilling::burr(options.burr), 1 / options.rate_hz,
-                     sim::Catalogue({&drilling}), options.forbidden);
-}
 
 haptics::ServoOptions servo_options(const WindowOptions& options) {
   haptics::ServoOptions servo;
@@ -39,13 +33,12 @@ LiveOperation::LiveOperation(const haptics::TouchScene& scene, const WindowOptio
                              vtkRenderWindow* window)
     : scene_(&scene),
       options_(options),
-      method_(haptics::make_method(options.method).value()),
-      burr_(options.burr),
       picture_(scene, window, true),
       mouse_(picture_.outside_point()),
       devices_{&mouse_},
-      live_(devices_, first_state(scene, *method_, options_), servo_options(options), options.recorder,
-            options.start ? options.start->first_tick : 0) {
+      live_(devices_, options.start->engine, servo_options(options), options.recorder,
+            options.start->first_tick) {
+  TREPHINE_ASSERT(live_.engine().tool().scene.get() == &scene);
   state_ = live_.look();
   version_ = state_.version;
 }
@@ -53,7 +46,6 @@ LiveOperation::LiveOperation(const haptics::TouchScene& scene, const WindowOptio
 LiveOperation::~LiveOperation() { finish(); }
 
 volume::Status LiveOperation::start() {
-  if (volume::Status error = method_->prepare(*scene_)) return error;
   picture_.request_all(version_);
   if (volume::Status error = live_.start()) return error;
   is_started_ = true;
@@ -84,19 +76,12 @@ const WindowReport& LiveOperation::finish() {
 
 void LiveOperation::set_depth(double mm) { depth_mm_ = std::clamp(mm, 0.5, 12.0); }
 
-void LiveOperation::set_burr_diameter(double mm) {
-  if (scene_->tool_radius > 0) return;  // its touch was made for the ball it has
-  burr_.diameter =
-      std::clamp(mm, std::max(0.5, scene_->smallest_burr), std::max(12.0, scene_->smallest_burr));
-  live_.apply(burr_);
-}
-
 std::string LiveOperation::fault_text() const {
   const std::uint32_t faults = state_.newest.faults & haptics::k_latched_faults;
   if (faults == 0) {
     for (std::size_t s = 0; s < state_.watches.size(); ++s)
       if (state_.watches[s].is_inside)
-        return "The burr is in " + live_.engine().forbidden()[s]->name() + ": lift it.";
+        return "The tool is in " + live_.engine().forbidden()[s]->name() + ": lift it.";
     return {};
   }
   std::string why;
@@ -132,7 +117,7 @@ void LiveOperation::frame() {
   if (state_.refused) refused_ = state_.refused->message();
   version_ = state_.version;
   picture_.request(version_, state_.changed);
-  picture_.show_stylus(state_.newest, burr_.radius(), *version_, -ray.direction);
+  picture_.show_stylus(state_.newest, drawn_radius(state_.tool), *version_, -ray.direction);
   const double ms = picture_.draw();
   ++report_.frames;
   if (frame_ms_.size() < k_most_times) frame_ms_.push_back(static_cast<float>(ms));

@@ -8,7 +8,6 @@
 #include "apps/view/mouse_device.h"
 #include "apps/view/operation_picture.h"
 #include "apps/view/view_window.h"
-#include "haptics/proxy/methods.h"
 #include "sim/live_session.h"
 
 namespace trephine::view {
@@ -16,7 +15,7 @@ namespace trephine::view {
 /// No windowing toolkit in here: a window calls it at its own rate. One thread: the one that draws.
 class LiveOperation {
  public:
-  /// Borrows scene, recorder and window.
+  /// Borrows scene, which is the one of options.start, recorder and window.
   LiveOperation(const haptics::TouchScene& scene, const WindowOptions& options, vtkRenderWindow* window);
   ~LiveOperation();
 
@@ -36,8 +35,10 @@ class LiveOperation {
   /// How far a pressed stylus wants to go below the surface, mm.
   void set_depth(double mm);
   double depth() const noexcept { return depth_mm_; }
-  void set_burr_diameter(double mm);
-  double burr_diameter() const noexcept { return burr_.diameter; }
+  /// What the hand holds; empty: nothing.
+  const sim::Value& tool() const noexcept { return state_.tool; }
+  /// Tells a module something, or gives the hand an instrument with these parameters.
+  void apply(sim::Value what) { live_.apply(sim::Command(std::move(what), 0)); }
   void undo() { live_.undo(); }
   void redo() { live_.redo(); }
   void reset_faults() { live_.reset_faults(); }
@@ -56,8 +57,6 @@ class LiveOperation {
  private:
   const haptics::TouchScene* scene_;
   WindowOptions options_;
-  std::unique_ptr<haptics::ProxyMethod> method_;
-  drilling::Burr burr_;
   OperationPicture picture_;
   MouseDevice mouse_;
   haptics::Device* devices_[1];

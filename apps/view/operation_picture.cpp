@@ -8,11 +8,14 @@
 #include <vtkRenderWindow.h>
 #include <vtkRenderer.h>
 
-#include "apps/view/clock.h"
+#include "apps/workbench/clock.h"
 #include "haptics/walls/solid_grid.h"
 #include "volume/traversal.h"
 
 namespace trephine::view {
+
+using workbench::Clock;
+using workbench::seconds_since;
 
 using glm::dvec3;
 

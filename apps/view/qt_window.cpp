@@ -29,15 +29,18 @@
 #include <vtkRenderWindowInteractor.h>
 #include <vtkRenderer.h>
 
-#include "apps/view/clock.h"
 #include "apps/view/render_window.h"
 #include "apps/view/stylus_style.h"
+#include "apps/workbench/clock.h"
 #include "data-tools/atomic_file.h"
 #include "data-tools/mesh_files.h"
 #include "data-tools/open_volume.h"
 #include "volume/operated_volume.h"
 
 namespace trephine::view {
+
+using workbench::Clock;
+using workbench::seconds_since;
 
 using volume::Error;
 using volume::Status;
@@ -80,7 +83,7 @@ MainWindow::MainWindow(std::shared_ptr<const haptics::TouchScene> scene, const W
   statusBar()->addWidget(servo_);
   statusBar()->addWidget(notice_, 1);
   statusBar()->addPermanentWidget(fault_);
-  begin(std::move(scene));
+  begin(options.start ? options.start->scene() : std::move(scene));
   help_ = new HelpOverlay(this);
   connect(&timer_, &QTimer::timeout, this, &MainWindow::tick);
   timer_.start(16);
@@ -98,7 +101,6 @@ MainWindow::~MainWindow() {
 void MainWindow::begin(std::shared_ptr<const haptics::TouchScene> scene) {
   operation_.reset();
   scene_ = std::move(scene);
-  burr_->setMinimum(std::max(0.5, scene_->smallest_burr));
   canvas_ = new QVTKOpenGLNativeWidget;
   canvas_->setObjectName("canvas");
   canvas_->setMinimumSize(320, 240);
@@ -111,11 +113,14 @@ void MainWindow::begin(std::shared_ptr<const haptics::TouchScene> scene) {
   OperationPicture* drawn = nullptr;
   if (options_.replay) {
     replay_ = std::make_unique<ReplayOperation>(*scene_, *options_.replay, options_.rate_hz,
-                                                options_.replay_seconds, options_.burr.diameter, window);
+                                                options_.replay_seconds, window);
     replay_->start();
     drawn = &replay_->picture();
   } else {
     operation_ = std::make_unique<LiveOperation>(*scene_, options_, window);
+    shown_tool_ = operation_->tool();
+    tool_->show(shown_tool_);
+    fit_panel();
     if (const Status error = operation_->start()) tell(*error);
     drawn = &operation_->picture();
   }
@@ -175,10 +180,10 @@ void MainWindow::keyPressEvent(QKeyEvent* event) {
       return;
     case Qt::Key_Plus:
     case Qt::Key_Equal:
-      burr_->stepUp();
+      tool_->step(1);
       return;
     case Qt::Key_Minus:
-      burr_->stepDown();
+      tool_->step(-1);
       return;
     case Qt::Key_Up:
     case Qt::Key_Down:
@@ -299,12 +304,11 @@ void MainWindow::take_opened() {
   operation_.reset();
   recorder_ = std::move(o.recorder);
   options_.recorder = recorder_.get();
-  options_.forbidden = o.forbidden;
   options_.session_file = o.session_file;
-  options_.start.reset();
+  options_.start = std::move(o.start);
   options_.title = o.title;
   clip_->setCurrentIndex(0);
-  begin(std::move(o.scene));
+  begin(options_.start->scene());
 }
 
 void MainWindow::tell(const Error& error) {
@@ -351,7 +355,7 @@ Status MainWindow::save_mesh(const QString& path) {
 
 Status MainWindow::save_session(const QString& path) {
   if (options_.session_file.empty())
-    return Error{"this session is not recorded", "", "", "a place for it", "start with --record FILE",
+    return Error{"this session is not recorded", "", "", "a place for it", "start with a recording",
                  volume::ErrorKind::missing_here};
   if (QFileInfo(path) == QFileInfo(QString::fromStdString(options_.session_file)))
     return std::nullopt;  // it is there
@@ -429,7 +433,13 @@ void MainWindow::show_state() {
   undo_->setEnabled(can_undo), undo_action_->setEnabled(can_undo);
   redo_->setEnabled(can_redo), redo_action_->setEnabled(can_redo);
   if (operation_) {
-    if (const std::string refused = operation_->take_refusal(); !refused.empty()) {
+    const std::string refused = operation_->take_refusal();
+    if (!refused.empty() || !(operation_->tool() == shown_tool_)) {
+      shown_tool_ = operation_->tool();
+      tool_->show(shown_tool_);
+      fit_panel();
+    }
+    if (!refused.empty()) {
       notice_->setText("not done: " +
                        QString::fromStdString(refused).trimmed().replace('\n', "; ").simplified());
       QTimer::singleShot(std::chrono::seconds(10), notice_, &QLabel::clear);

@@ -10,6 +10,7 @@
 #include "apps/view/live_operation.h"
 #include "apps/view/qt_panels.h"
 #include "apps/view/qt_sound.h"
+#include "apps/view/qt_tool_panel.h"
 #include "apps/view/replay_operation.h"
 #include "apps/view/view_window.h"
 
@@ -18,6 +19,7 @@ class QComboBox;
 class QDoubleSpinBox;
 class QLabel;
 class QPushButton;
+class QScrollArea;
 class QSlider;
 class QVTKOpenGLNativeWidget;
 
@@ -61,8 +63,11 @@ class MainWindow : public QMainWindow {
 
  private:
   void build_menu();
+  void build_command_menu();
+  void ask_and_tell(const sim::ValueType& type);
   void build_panel();
   void build_replay_panel();
+  void fit_panel();
   void begin(std::shared_ptr<const haptics::TouchScene> scene);
   void tick();
   void take_opened();
@@ -93,7 +98,10 @@ class MainWindow : public QMainWindow {
   ForceBar* force_bar_ = nullptr;
   QLabel *removed_ = nullptr, *servo_ = nullptr, *fault_ = nullptr, *notice_ = nullptr,
          *session_time_ = nullptr;
-  QDoubleSpinBox *burr_ = nullptr, *low_ = nullptr, *high_ = nullptr;
+  QScrollArea* panel_ = nullptr;
+  ToolPanel* tool_ = nullptr;
+  sim::Value shown_tool_;
+  QDoubleSpinBox *low_ = nullptr, *high_ = nullptr;
   QSlider *depth_ = nullptr, *clip_share_ = nullptr, *session_slider_ = nullptr;
   QComboBox *clip_ = nullptr, *speed_ = nullptr;
   QPushButton *undo_ = nullptr, *redo_ = nullptr, *use_shape_ = nullptr, *keep_shape_ = nullptr,

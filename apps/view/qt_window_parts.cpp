@@ -1,6 +1,7 @@
 // The window's furniture: menu, tool panel, replay panel.
 #include <QApplication>
 #include <QComboBox>
+#include <QDialogButtonBox>
 #include <QDockWidget>
 #include <QDoubleSpinBox>
 #include <QFileDialog>
@@ -59,22 +60,13 @@ void MainWindow::build_panel() {
   removed_->setObjectName("removed");
   column->addWidget(removed_);
 
-  auto* tool = new QGroupBox("Burr");
+  auto* tool = new QGroupBox("Tool");
   auto* grid = new QGridLayout(tool);
-  burr_ = new QDoubleSpinBox;
-  burr_->setObjectName("burr");
-  burr_->setRange(0.5, 12);
-  burr_->setSingleStep(0.5);
-  burr_->setDecimals(1);
-  burr_->setSuffix(" mm");
-  burr_->setValue(options_.burr.diameter);
-  burr_->setEnabled(!options_.burr.is_round);
-  burr_->setToolTip(options_.burr.is_round ? "Touched with its whole ball, which was measured at the start"
-                                           : "Diameter, as surgeons order it  (+ and -)");
-  connect(burr_, QOverload<double>::of(&QDoubleSpinBox::valueChanged), this, [this](double mm) {
-    options_.burr.diameter = mm;
-    if (operation_) operation_->set_burr_diameter(mm);
-  });
+  tool_ = new ToolPanel(options_.catalogue);
+  tool_->on_change = [this](sim::Value what) {
+    if (operation_) operation_->apply(std::move(what));
+  };
+  grid->addWidget(tool_, 0, 0, 1, 3);
   depth_ = make_slider("depth", 1, 24, 4);
   depth_->setToolTip("How deep a press wants to go below the surface  (wheel)");
   auto* depth_text = new QLabel("2.0 mm");
@@ -82,8 +74,6 @@ void MainWindow::build_panel() {
     depth_text->setText(QString("%1 mm").arg(0.5 * half_mm, 0, 'f', 1));
     if (operation_) operation_->set_depth(0.5 * half_mm);
   });
-  grid->addWidget(new QLabel("Diameter"), 0, 0);
-  grid->addWidget(burr_, 0, 1, 1, 2);
   grid->addWidget(new QLabel("Press"), 1, 0);
   grid->addWidget(depth_, 1, 1);
   grid->addWidget(depth_text, 1, 2);
@@ -162,14 +152,23 @@ void MainWindow::build_panel() {
   hint->setEnabled(false);
   column->addWidget(hint);
   // In a low window the panel scrolls.
-  auto* scroll = new QScrollArea;
-  scroll->setWidget(panel);
-  scroll->setWidgetResizable(true);
-  scroll->setFrameShape(QFrame::NoFrame);
-  scroll->setHorizontalScrollBarPolicy(Qt::ScrollBarAlwaysOff);
-  scroll->setMinimumWidth(panel->minimumSizeHint().width() + scroll->verticalScrollBar()->sizeHint().width());
-  dock->setWidget(scroll);
+  panel_ = new QScrollArea;
+  panel_->setWidget(panel);
+  panel_->setWidgetResizable(true);
+  panel_->setFrameShape(QFrame::NoFrame);
+  panel_->setHorizontalScrollBarPolicy(Qt::ScrollBarAlwaysOff);
+  fit_panel();
+  dock->setWidget(panel_);
   addDockWidget(Qt::RightDockWidgetArea, dock);
+}
+
+/// As wide as what it holds now.
+void MainWindow::fit_panel() {
+  // Once its widgets have their style.
+  QTimer::singleShot(0, panel_, [panel = panel_] {
+    panel->setMinimumWidth(panel->widget()->minimumSizeHint().width() +
+                           panel->verticalScrollBar()->sizeHint().width() + 4);
+  });
 }
 
 void MainWindow::build_replay_panel() {
@@ -260,6 +259,7 @@ void MainWindow::build_menu() {
     if (is_on && !is_sound_on_) notice_->setText("There is no sound device.");
   });
   sound->setCheckable(true);
+  build_command_menu();
   QMenu* help = menuBar()->addMenu("&Help");
   add(help, "help", "&Keys and mouse", QKeySequence("F1"), [this] {
     help_->setGeometry(rect());
@@ -272,6 +272,42 @@ void MainWindow::build_menu() {
         "Surgery on real CT and MRI volumes that you can feel.\nFor training and research. Not a medical "
         "device.\nLicence: Apache-2.0");
   });
+}
+
+/// What modules can be told, with a form for each.
+void MainWindow::build_command_menu() {
+  if (!options_.catalogue || options_.replay) return;
+  QMenu* menu = nullptr;
+  const auto add = [&](const sim::ValueType& type) {
+    if (!menu) menu = menuBar()->addMenu("&Commands");
+    QAction* action = menu->addAction(words_of(type.schema->name) + " ...");
+    action->setObjectName(
+        "command_" + QString::fromUtf8(type.schema->name.data(), static_cast<int>(type.schema->name.size())));
+    connect(action, &QAction::triggered, this, [this, &type] { ask_and_tell(type); });
+  };
+  for (const sim::Module* module : options_.catalogue->modules()) {
+    for (const sim::ValueType* command : module->commands()) add(*command);
+    for (const sim::JobType* job : module->jobs()) add(*job->parameters);
+  }
+}
+
+void MainWindow::ask_and_tell(const sim::ValueType& type) {
+  sim::Value what = sim::Value::of(type);
+  if (!type.schema->fields.empty()) {
+    QDialog dialog(this);
+    dialog.setObjectName("command");
+    dialog.setWindowTitle(words_of(type.schema->name));
+    auto* column = new QVBoxLayout(&dialog);
+    auto* form = new FieldForm(what);
+    column->addWidget(form);
+    auto* buttons = new QDialogButtonBox(QDialogButtonBox::Ok | QDialogButtonBox::Cancel);
+    column->addWidget(buttons);
+    connect(buttons, &QDialogButtonBox::accepted, &dialog, &QDialog::accept);
+    connect(buttons, &QDialogButtonBox::rejected, &dialog, &QDialog::reject);
+    if (dialog.exec() != QDialog::Accepted) return;
+    what = form->value();
+  }
+  if (operation_) operation_->apply(std::move(what));
 }
 
 }  // namespace trephine::view

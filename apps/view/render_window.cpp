@@ -38,7 +38,7 @@ volume::Error no_display() {
           "",
           "DISPLAY is not set",
           "an X display",
-          "use --screenshot OUT.png for a picture",
+          "without one pictures can be written, but no window opened",
           volume::ErrorKind::missing_here};
 }
 

@@ -3,15 +3,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "apps/view/tool_look.h"
+
 namespace trephine::view {
 
 ReplayOperation::ReplayOperation(const haptics::TouchScene& scene, sim::Replay& replay, double rate_hz,
-                                 double seconds, double burr_diameter, vtkRenderWindow* window)
-    : replay_(&replay),
-      rate_hz_(rate_hz),
-      seconds_(seconds),
-      burr_radius_(0.5 * burr_diameter),
-      picture_(scene, window, true) {}
+                                 double seconds, vtkRenderWindow* window)
+    : replay_(&replay), rate_hz_(rate_hz), seconds_(seconds), picture_(scene, window, true) {}
 
 void ReplayOperation::start() {
   picture_.request_all(replay_->engine().current());
@@ -36,7 +34,11 @@ volume::Status ReplayOperation::frame(double elapsed) {
   const std::shared_ptr<const volume::Version> version = replay_->engine().current();
   picture_.request(version, replay_->take_changed());
   const glm::dvec3 viewer = -picture_.ray_at(0.5, 0.5).direction;
-  if (replay_->next_tick() > 0) picture_.show_stylus(replay_->record(), burr_radius_, *version, viewer);
+  // The tool as it was then.
+  if (replay_->next_tick() > 0)
+    picture_.show_stylus(replay_->record(),
+                         drawn_radius(replay_->engine().now().settings.hands[0].parameters), *version,
+                         viewer);
   picture_.draw();
   return error;
 }

@@ -11,9 +11,9 @@ namespace trephine::view {
 /// No windowing toolkit in here. One thread: the one that draws. Borrows scene, replay and window.
 class ReplayOperation {
  public:
-  /// `rate_hz` and `seconds` of the session; `burr_diameter` as it began, mm.
+  /// `rate_hz` and `seconds` of the session.
   ReplayOperation(const haptics::TouchScene& scene, sim::Replay& replay, double rate_hz, double seconds,
-                  double burr_diameter, vtkRenderWindow* window);
+                  vtkRenderWindow* window);
 
   void start();
   void play(bool is_playing) { is_playing_ = is_playing; }
@@ -33,7 +33,7 @@ class ReplayOperation {
 
  private:
   sim::Replay* replay_;
-  double rate_hz_, seconds_, burr_radius_;
+  double rate_hz_, seconds_;
   OperationPicture picture_;
   bool is_playing_ = true;
   double speed_ = 1, now_ = 0;

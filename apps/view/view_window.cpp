@@ -10,12 +10,16 @@
 #include <vtkRenderWindowInteractor.h>
 #include <vtkRenderer.h>
 
-#include "apps/view/clock.h"
 #include "apps/view/live_operation.h"
 #include "apps/view/render_window.h"
 #include "apps/view/stylus_style.h"
+#include "apps/view/tool_look.h"
+#include "apps/workbench/clock.h"
 
 namespace trephine::view {
+
+using workbench::Clock;
+using workbench::seconds_since;
 
 using glm::dvec3;
 using volume::Result;
@@ -38,7 +42,9 @@ Result<WindowReport> draw_once(const haptics::TouchScene& scene, const WindowOpt
     record.has_contact = true;
     record.proxy_world = record.pose.position_world = ray.origin + hit * ray.direction;
     record.normal_world = -ray.direction;
-    picture.show_stylus(record, options.burr.radius(), *version, -ray.direction);
+    picture.show_stylus(
+        record, options.start ? drawn_radius(options.start->engine.now().settings.hands[0].parameters) : 2,
+        *version, -ray.direction);
   }
   picture.show_text(options.title, "");
   picture.draw();
@@ -49,6 +55,11 @@ Result<WindowReport> draw_once(const haptics::TouchScene& scene, const WindowOpt
   if (!options.screenshot.empty())
     if (volume::Status error = write_png(surface.value()->window(), options.screenshot)) return *error;
   return report;
+}
+
+void change_tool(LiveOperation& operation, int steps) {
+  sim::Value tool = operation.tool();
+  if (step_first_number(tool, steps)) operation.apply(std::move(tool));
 }
 
 void act(LiveOperation& operation, const std::string& key, bool has_control,
@@ -64,7 +75,7 @@ void act(LiveOperation& operation, const std::string& key, bool has_control,
   else if (key == "Up" || key == "Down")
     operation.set_depth(operation.depth() + (key == "Up" ? 0.5 : -0.5));
   else if (key == "plus" || key == "minus")
-    operation.set_burr_diameter(operation.burr_diameter() + (key == "plus" ? 0.5 : -0.5));
+    change_tool(operation, key == "plus" ? 1 : -1);
   else if (key.size() == 1 && std::string("aplrsiAPLRSI").find(key[0]) != std::string::npos)
     operation.picture().look_from(static_cast<char>(std::toupper(key[0])));
   else if (key == "0")
@@ -149,6 +160,7 @@ Result<WindowReport> run_plain_window(const haptics::TouchScene& scene, const Wi
 
 Result<WindowReport> run_window(std::shared_ptr<const haptics::TouchScene> scene,
                                 const WindowOptions& options) {
+  if (options.start) scene = options.start->scene();
   if (options.is_offscreen) return draw_once(*scene, options);
   if (!has_display()) return no_display();
   // The library stays loaded: Qt does not like to leave before its program does.
@@ -160,7 +172,7 @@ Result<WindowReport> run_window(std::shared_ptr<const haptics::TouchScene> scene
                          "",
                          "libtrephine-window is not installed",
                          "",
-                         "install trephine-window, or leave --window out",
+                         "install trephine-window, or play it without a window",
                          volume::ErrorKind::missing_here};
   return run_plain_window(*scene, options);
 }

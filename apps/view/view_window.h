@@ -6,25 +6,24 @@
 #include <optional>
 #include <string>
 
-#include "haptics/proxy/methods.h"
 #include "haptics/servo/servo_loop.h"
-#include "modules/drilling/burr.h"
 #include "sim/live_session.h"
 #include "sim/replay.h"
 #include "sim/session_writer.h"
 
 namespace trephine::view {
 
-/// Where a session goes on.
+/// Where an operation begins, or goes on.
 struct WindowStart {
   sim::Engine engine;
   std::uint64_t first_tick = 0;
+  /// What the first hand works on, without what came off.
+  const std::shared_ptr<const haptics::TouchScene>& scene() const { return engine.tool().scene; }
 };
 
-/// A scene that a person opened from within the window, with all that it needs while it lives.
+/// An operation that a person opened from within the window, with all that it needs while it lives.
 struct OpenedScene {
-  std::shared_ptr<const haptics::TouchScene> scene;
-  std::vector<std::shared_ptr<const sim::Forbidden>> forbidden;
+  WindowStart start;
   std::string title;
   std::unique_ptr<sim::SessionWriter> recorder;
   std::string session_file;  ///< where the recorder writes; empty without
@@ -39,9 +38,7 @@ struct WindowHost {
 };
 
 struct WindowOptions {
-  drilling::Burr burr;
-  std::vector<std::shared_ptr<const sim::Forbidden>> forbidden;  ///< what must not be cut
-  std::string method = haptics::k_default_method;                ///< a name that make_method() knows
+  const sim::Catalogue* catalogue = nullptr;  ///< what hands may take and tell; null: what they begin with
   double rate_hz = 1000;
   haptics::ForceOptions force;
   std::optional<double> seconds;  ///< close by itself after so long
@@ -56,7 +53,7 @@ struct WindowOptions {
   std::shared_ptr<const volume::Version> version;
   sim::SessionWriter* recorder = nullptr;  ///< told of everything; finished when the window closes
   std::string session_file;                ///< where it writes
-  std::optional<WindowStart> start;        ///< nothing: from the untouched volume
+  std::optional<WindowStart> start;        ///< of what is operated on; nothing: a replay, or a picture
   sim::Replay* replay = nullptr;           ///< plays this instead of operating
   double replay_seconds = 0;               ///< its length
   WindowHost host;                         ///< without functions nothing else can be opened
@@ -89,7 +86,7 @@ inline std::shared_ptr<const haptics::TouchScene> borrowed(const haptics::TouchS
 /// (libtrephine-window, Qt); otherwise, and in programs that embed, a plain one with mouse and keys: move to
 /// ride the surface, left button to press and drill, wheel for depth, right button to orbit, middle to pan,
 /// Ctrl + wheel to zoom; u or Ctrl+Z to undo, y or Ctrl+Y to redo; a p l r s i for views; f to clear a fault;
-/// q to quit.
+/// q to quit. `scene`: of a replay or a picture; an operation has its own.
 volume::Result<WindowReport> run_window(std::shared_ptr<const haptics::TouchScene> scene,
                                         const WindowOptions& options);
 volume::Result<WindowReport> run_plain_window(const haptics::TouchScene& scene, const WindowOptions& options);

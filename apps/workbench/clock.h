@@ -3,11 +3,11 @@
 
 #include <chrono>
 
-namespace trephine::view {
+namespace trephine::workbench {
 
 using Clock = std::chrono::steady_clock;
 inline double seconds_since(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
 }
 
-}  // namespace trephine::view
+}  // namespace trephine::workbench

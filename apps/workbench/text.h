@@ -1,4 +1,4 @@
-// Small helpers of the commands: sentences with numbers, and time.
+// Sentences with numbers.
 #pragma once
 
 #include <cstdarg>
@@ -6,12 +6,7 @@
 #include <cstdio>
 #include <string>
 
-#include "apps/view/clock.h"
-
-namespace trephine::app {
-
-using view::Clock;
-using view::seconds_since;
+namespace trephine::workbench {
 
 /// printf into a string, at most 1000 characters.
 inline std::string format_text(const char* format, ...) __attribute__((format(printf, 1, 2)));
@@ -29,4 +24,4 @@ inline std::string hash_text(std::uint64_t hash) {
   return format_text("%016llx", static_cast<unsigned long long>(hash));
 }
 
-}  // namespace trephine::app
+}  // namespace trephine::workbench

@@ -165,7 +165,7 @@ volume::Result<Effect> parse_effect(const std::string& text) {
   const auto* found = std::find_if(std::begin(k_effects), std::end(k_effects),
                                    [&](const Description& d) { return name == d.name; });
   if (found == std::end(k_effects))
-    return Error{"there is no such effect", "--effect", name, effect_names(),
+    return Error{"there is no such effect", "effect", name, effect_names(),
                  "choose one of these, with its parameters in the same quotes"};
   Effect effect{found->make()};
   const std::vector<Parameter> parameters = found->parameters(effect.kind);
@@ -182,7 +182,7 @@ volume::Result<Effect> parse_effect(const std::string& text) {
         if (is_read && p.number) *p.number = numbers[0];
       }
     if (!is_read)
-      return Error{"an effect's parameter cannot be read", "--effect " + name, word, parameter_names(*found),
+      return Error{"an effect's parameter cannot be read", "effect " + name, word, parameter_names(*found),
                    ""};
   }
   if (volume::Status error = check_effect(effect)) return *error;

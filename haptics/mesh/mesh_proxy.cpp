@@ -28,15 +28,15 @@ std::shared_ptr<const MeshTree> tree_of(const TouchItem& shape) {
 volume::Status MeshProxy::prepare(const TouchScene& scene) {
   if (volume::Status error = check_touchable(scene, true, true)) return error;
   if (scene.smallest_burr > 0)
-    return volume::Error{"this method does not feel cuts", "--method",
-                         "mesh, which touches what was there at first", "", "use --method subvoxel"};
+    return volume::Error{"this method does not feel cuts", "method",
+                         "mesh, which touches what was there at first", "", "use method subvoxel"};
   trees_.clear();
   gap_ = 1e-5;
   for (const TouchItem& item : scene.items) {
     if (item.is_mesh() && !item.tree) return volume::Error{"a mesh has no tree", item.name, "", "", ""};
     if (item.mover >= 0)
       return volume::Error{"this method holds meshes still", item.name, "a mesh that moves", "",
-                           "use --method scene"};
+                           "use method scene"};
     trees_.push_back(item.is_mesh() ? item.tree : tree_of(item));
     gap_ = std::min(gap_, trees_.back()->gap());
   }

@@ -284,8 +284,8 @@ void Chain::run(ProxyStep& result) noexcept {
 
 volume::Status ChainProxy::prepare(const TouchScene& scene) {
   if (scene.tool_balls.empty())
-    return volume::Error{"this method is for tools of several balls", "--method", "one ball, or a point",
-                         "a tool of two balls or more", "use --method subvoxel"};
+    return volume::Error{"this method is for tools of several balls", "method", "one ball, or a point",
+                         "a tool of two balls or more", "use method subvoxel"};
   if (volume::Status error = check_offsets(scene, true)) return error;
   for (const TouchItem& item : scene.items)
     if (item.mover >= 0)

@@ -92,7 +92,7 @@ volume::Result<std::unique_ptr<ProxyMethod>> make_method(const std::string& name
   for (const Entry& entry : k_entries)
     if (name == entry.info.name) return entry.make();
   if (name == k_chain.info.name) return k_chain.make();
-  return volume::Error{"there is no such method", "--method", name, method_names(), "choose one of these"};
+  return volume::Error{"there is no such method", "method", name, method_names(), "choose one of these"};
 }
 
 }  // namespace trephine::haptics

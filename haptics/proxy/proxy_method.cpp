@@ -8,7 +8,7 @@ namespace trephine::haptics {
 
 volume::Status check_offsets(const TouchScene& scene, bool has_balls) {
   if (!scene.tool_balls.empty() && !has_balls)
-    return volume::Error{"this method touches with one ball, or a point", "--method",
+    return volume::Error{"this method touches with one ball, or a point", "method",
                          std::to_string(scene.tool_balls.size()) + " balls", "", "use method chain"};
   if (scene.tool_radius > 0)
     for (const TouchItem& shape : scene.items)
@@ -26,9 +26,9 @@ volume::Status check_smallest_burr(const TouchScene& scene, double least) {
     std::snprintf(words, sizeof words, "%.3g mm", value);
     return std::string(words);
   };
-  return volume::Error{"this method is too coarse for the smallest burr", "--smallest-burr",
+  return volume::Error{"this method is too coarse for the smallest burr", "smallest burr",
                        mm(scene.smallest_burr), "no less than " + mm(1.001 * least) + " on these voxels",
-                       "use --method subvoxel, which feels every cut as it is"};
+                       "use method subvoxel, which feels every cut as it is"};
 }
 
 volume::Status check_burr_opens_voxels(const TouchScene& scene) {
@@ -45,17 +45,18 @@ volume::Status check_touchable(const TouchScene& scene, bool has_radius, bool ha
   std::size_t shapes = 0;
   for (const TouchItem& shape : scene.items) {
     if (shape.is_mesh() && !has_meshes)
-      return volume::Error{"this method touches volumes alone", "--method", shape.name, "no mesh",
-                           "use --method scene"};
+      return volume::Error{"this method touches volumes alone", "method", shape.name, "no mesh",
+                           "use method scene"};
     if (shape.is_mesh()) continue;
     ++shapes;
     if (&shape.field.volume() != scene.base.get())
       return volume::Error{"this method touches one volume", shape.field.shape().name, "a second volume", "",
-                           "use --method scene"};
+                           "use method scene"};
   }
   if (scene.tool_radius > 0 && !has_radius)
-    return volume::Error{"this method has no radius", "--radius", std::to_string(scene.tool_radius) + " mm",
-                         "0, a point", "use --method subvoxel for a round tool"};
+    return volume::Error{"this method has no radius", "tool radius",
+                         std::to_string(scene.tool_radius) + " mm", "0, a point",
+                         "use method subvoxel for a round tool"};
   if (shapes > TouchScene::k_max_shapes)
     return volume::Error{"too many shapes to touch at once", "scene", std::to_string(shapes),
                          "at most " + std::to_string(TouchScene::k_max_shapes),

@@ -9,36 +9,32 @@ namespace trephine::haptics {
 using volume::Error;
 
 volume::Status check_material(const Material& m) {
-  const auto wrong = [](const char* what, double found, const char* expected) {
-    return Error{what, "material", std::to_string(found), expected, ""};
+  const auto wrong = [](const char* which, double found, const char* expected) {
+    return Error{std::string("the ") + which + " is out of range", which, std::to_string(found), expected,
+                 ""};
   };
   if (!(m.stiffness > 0 && m.stiffness <= 100))
-    return wrong("the stiffness is out of range", m.stiffness, "above 0, at most 100 N/mm");
-  if (!(m.damping >= 0 && m.damping <= 1))
-    return wrong("the damping is out of range", m.damping, "0 to 1 N s/mm");
+    return wrong("stiffness", m.stiffness, "above 0, at most 100 N/mm");
+  if (!(m.damping >= 0 && m.damping <= 1)) return wrong("damping", m.damping, "0 to 1 N s/mm");
   if (!(m.static_friction >= 0 && m.static_friction <= 2))
-    return wrong("the static friction is out of range", m.static_friction, "a coefficient of 0 to 2");
+    return wrong("static friction", m.static_friction, "a coefficient of 0 to 2");
   if (!(m.dynamic_friction >= 0 && m.dynamic_friction <= m.static_friction))
-    return wrong("the dynamic friction is out of range", m.dynamic_friction,
-                 "a coefficient of 0 to the static one");
-  if (!(m.viscosity >= 0 && m.viscosity <= 0.05))
-    return wrong("the viscosity is out of range", m.viscosity, "0 to 0.05 N s/mm");
-  if (!(m.pop_force >= 0 && m.pop_force <= 100))
-    return wrong("the force of pop-through is out of range", m.pop_force, "0 (never) to 100 N");
-  if (!(m.pop_rearm >= 0 && m.pop_rearm <= 100))
-    return wrong("the way of pop-through is out of range", m.pop_rearm, "0 to 100 mm");
+    return wrong("dynamic friction", m.dynamic_friction, "a coefficient of 0 to the static one");
+  if (!(m.viscosity >= 0 && m.viscosity <= 0.05)) return wrong("viscosity", m.viscosity, "0 to 0.05 N s/mm");
+  if (!(m.pop_force >= 0 && m.pop_force <= 100)) return wrong("pop force", m.pop_force, "0 (never) to 100 N");
+  if (!(m.pop_rearm >= 0 && m.pop_rearm <= 100)) return wrong("pop rearm", m.pop_rearm, "0 to 100 mm");
   return std::nullopt;
 }
 
 volume::Status check_ramp(const StiffnessRamp& ramp) {
   if (!(ramp.dense_intensity > ramp.intensity) || !(std::abs(ramp.intensity) <= 1e9) ||
       !(std::abs(ramp.dense_intensity) <= 1e9))
-    return Error{"the ramp's intensities do not rise", "stiffness by intensity",
+    return Error{"the ramp's intensities do not rise", "stiffness ramp",
                  std::to_string(ramp.intensity) + " to " + std::to_string(ramp.dense_intensity),
                  "two rising intensities", ""};
   if (!(ramp.dense_stiffness > 0 && ramp.dense_stiffness <= 100))
-    return Error{"the stiffness is out of range", "stiffness by intensity",
-                 std::to_string(ramp.dense_stiffness), "above 0, at most 100 N/mm", ""};
+    return Error{"the stiffness is out of range", "stiffness ramp", std::to_string(ramp.dense_stiffness),
+                 "above 0, at most 100 N/mm", ""};
   return std::nullopt;
 }
 
@@ -137,8 +133,8 @@ volume::Status set_tool_radius(TouchScene& scene, double radius, int threads) {
     return std::nullopt;
   }
   if (!(radius > 0 && radius <= 6))
-    return Error{"the tool's radius is out of range", "radius", std::to_string(radius) + " mm", "0 to 6 mm",
-                 "take a smaller ball, or a point"};
+    return Error{"the tool's radius is out of range", "tool radius", std::to_string(radius) + " mm",
+                 "0 to 6 mm", "take a smaller ball, or a point"};
   for (const TouchItem& shape : scene.items)
     if (!shape.is_mesh() && holds(shape.sides, Side::back))
       return Error{"a tool with a radius cannot be held from within", shape.field.shape().name,
@@ -165,7 +161,7 @@ std::vector<volume::Field> solids_of(const TouchScene& scene) {
 volume::Status check_tool_balls(double radius, const std::vector<glm::dvec3>& balls) {
   if (balls.empty()) return std::nullopt;
   if (!(radius > 0))
-    return Error{"a tool of several balls needs their radius", "radius", std::to_string(radius) + " mm",
+    return Error{"a tool of several balls needs their radius", "tool radius", std::to_string(radius) + " mm",
                  "more than 0", ""};
   if (balls.size() > TouchScene::k_most_balls)
     return Error{"a tool has too many balls", "balls", std::to_string(balls.size()),

@@ -115,6 +115,9 @@ volume::Status check(const Burr& burr, const haptics::TouchScene& scene) {
   if (!scene.tool_balls.empty())
     return volume::Error{"a burr is one ball", "burr", std::to_string(scene.tool_balls.size()) + " balls",
                          "a tool of one ball, or a point", ""};
+  if (burr.is_round && !(scene.tool_radius > 0))
+    return volume::Error{"a round burr needs a ball to touch with", "burr round", "a point",
+                         "a tool with a radius", "begin the operation with it"};
   if (burr.is_round && burr.radius() < scene.tool_radius)
     return volume::Error{"the burr is smaller than the ball that touches for it", "burr diameter",
                          std::to_string(burr.diameter) + " mm",
@@ -124,6 +127,11 @@ volume::Status check(const Burr& burr, const haptics::TouchScene& scene) {
                        std::to_string(burr.diameter) + " mm",
                        std::to_string(scene.smallest_burr) + " mm or more",
                        "name the smallest burr when the session begins"};
+}
+
+/// A round one cuts no finer than it is, as long as the session lasts: its touch was made for its ball.
+sim::ToolNeeds needs(const Burr& burr, const volume::Volume& anatomy) {
+  return {burr.diameter, burr.is_round ? touch_radius(burr, anatomy) : 0};
 }
 
 }  // namespace
@@ -159,11 +167,11 @@ double touch_radius(const Burr& burr, const volume::Volume& volume) noexcept {
 }
 
 sim::Instrument burr(const Burr& parameters) {
-  return {sim::instrument_type<step, check, body>(), parameters};
+  return {sim::instrument_type<step, check, body, needs>(), parameters};
 }
 
 std::span<const sim::InstrumentType* const> Drilling::instruments() const {
-  static const std::array all{&sim::instrument_type<step, check, body>()};
+  static const std::array all{&sim::instrument_type<step, check, body, needs>()};
   return all;
 }
 

@@ -56,7 +56,7 @@ TEST_F(Command, PhantomInfoMeshTouchDrillHaveTheirKeys) {
   EXPECT_EQ(keys_of(touch),
             with_common({"source", "shape", "method", "steps", "step_us", "counters", "events", "energy_nmm",
                          "fall_throughs", "stuck", "max_force_n", "open_to_touch_seconds", "read_seconds",
-                         "bits_seconds", "memory", "file"}));
+                         "making_seconds", "memory", "file"}));
   for (const char* phase : {"contact", "free"})
     EXPECT_EQ(keys_of(touch["step_us"][phase]),
               (std::set<std::string>{"count", "p50", "p99", "p999", "max"}));
@@ -188,7 +188,7 @@ TEST_F(Command, BadInputIsSaidAndWritesNothing) {
       {"view s.mha --screenshot o.jpg", 2, ".png"},
       {"drill s.mha --path good.csv -o nowhere/o.mha --burr-diameter 3", 2, "folder does not exist"},
       {"info UPPER.NII.GZ", 2, "no such file"},
-      {"touch s.mha --path good.csv -o o.csv --iso 3 --window 1:2", 2, "one of them"},
+      {"touch s.mha --path good.csv -o o.csv --iso 3 --window 1:2", 2, "one of iso, window and label"},
       {"drill s.mha --path good.csv -o o.mha --burr-diameter -3", 2, "burr"},
       {"drill s.mha --path good.csv -o o.xyz --burr-diameter 3", 2, "format"},
       {"mesh s.mha -o o.xyz", 2, "format"},

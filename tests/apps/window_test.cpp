@@ -22,6 +22,7 @@
 #include "apps/view/qt_window.h"
 #include "data-tools/open_volume.h"
 #include "haptics/proxy/subvoxel_proxy.h"
+#include "modules/drilling/burr.h"
 #include "tests/scenes/scenes.h"
 
 namespace trephine::view {
@@ -46,6 +47,14 @@ std::shared_ptr<const haptics::TouchScene> ball(int size) {
   return std::make_shared<const haptics::TouchScene>(scenes::phantom_scene("sphere", small(size)));
 }
 
+/// As an operation on it begins, with a burr of 4 mm.
+WindowStart start_on(const std::shared_ptr<const haptics::TouchScene>& scene) {
+  auto method = std::make_shared<haptics::SubvoxelProxy>();
+  EXPECT_FALSE(method->prepare(*scene));
+  sim::HandStart hand{haptics::ServoHand(scene, method, haptics::TouchState(nullptr)), drilling::burr({})};
+  return {sim::Engine({std::move(hand)}, 1e-3, catalogue())};
+}
+
 /// Does what the dialog that comes next is asked: types a path and accepts.
 void answer_dialog_with(const std::string& path) {
   QTimer::singleShot(400, [path] {
@@ -68,28 +77,23 @@ class Window : public ::testing::Test {
     options_.width = 900;
     options_.height = 680;
     session_ = (folder_ / "a.session").string();
-    recorder_ =
-        sim::SessionWriter::create(session_,
-                                   sim::describe_scene(*scene_, haptics::SubvoxelProxy(), {},
-                                                       {sim::HandSpec(drilling::burr(options_.burr))}),
-                                   scene_->base, catalogue())
-            .value();
+    recorder_ = sim::SessionWriter::create(session_,
+                                           sim::describe_scene(*scene_, haptics::SubvoxelProxy(), {},
+                                                               {sim::HandSpec(drilling::burr({}))}),
+                                           scene_->base, catalogue())
+                    .value();
+    options_.start = start_on(scene_);
+    options_.catalogue = &catalogue();
     options_.recorder = recorder_.get();
     options_.session_file = session_;
     options_.host.open = [](const std::string& source) -> volume::Result<OpenedScene> {
       if (source.find("bad") != std::string::npos)
         return volume::Error{"there is no such file or folder", "bad", "", "a scan", "check the spelling"};
-      OpenedScene opened;
-      opened.scene = ball(40);
-      opened.title = "another ball";
-      return opened;
+      return OpenedScene{start_on(ball(40)), "another ball", nullptr, ""};
     };
     options_.host.reshape = [this](double low, double) -> volume::Result<OpenedScene> {
       reshaped_low_ = low;
-      OpenedScene opened;
-      opened.scene = ball(48);
-      opened.title = "reshaped";
-      return opened;
+      return OpenedScene{start_on(ball(48)), "reshaped", nullptr, ""};
     };
   }
   ~Window() override { fs::remove_all(folder_); }
@@ -179,7 +183,7 @@ TEST_F(Window, TouchDrillUndoSaveAndQuit) {
     QTest::keyClick(&window, Qt::Key_Y);
     EXPECT_TRUE(QTest::qWaitFor([&] { return window.operation()->state().removed_mm3 == removed; }, 20000));
     // A trackpad's way: Space presses, too.
-    child<QDoubleSpinBox>(window, "burr")->setValue(6);
+    child<QDoubleSpinBox>(window, "diameter")->setValue(6);
     QTest::keyPress(&window, Qt::Key_Space);
     EXPECT_TRUE(
         QTest::qWaitFor([&] { return window.operation()->state().removed_mm3 > removed + 2; }, 20000));
@@ -259,7 +263,7 @@ TEST_F(Window, SaysWhyACommandWasRefused) {
     EXPECT_FALSE(made.prepare(scene));
     return made;
   }();
-  sim::Engine engine(scene, method, drilling::burr(options_.burr), 1e-3, catalogue());
+  sim::Engine engine(scene, method, drilling::burr({}), 1e-3, catalogue());
   const glm::dvec3 on_it(0, 0, 45);
   for (std::uint64_t tick = 0; tick < 60; ++tick) {
     haptics::ServoRecord record;
@@ -353,7 +357,7 @@ TEST_F(Window, PlaysASessionPausedAtAnySpeedAndToAnyMoment) {
   {
     haptics::SubvoxelProxy method;
     ASSERT_FALSE(method.prepare(*scene_).has_value());
-    const drilling::Burr burr = options_.burr;
+    const drilling::Burr burr;
     sim::Engine edits(*scene_, method, drilling::burr(burr), 1e-3);
     haptics::ServoCore core({}, 1e-3);
     for (int i = 0; i < 2000; ++i) {
@@ -402,6 +406,7 @@ TEST_F(Window, PlaysASessionPausedAtAnySpeedAndToAnyMoment) {
 TEST_F(Window, FramesCostWhatChangedInThem) {
   options_.recorder = nullptr;
   scene_ = ball(256);
+  options_.start = start_on(scene_);
   MainWindow window(scene_, options_);
   window.show();
   ASSERT_TRUE(QTest::qWaitForWindowExposed(&window));

@@ -339,6 +339,8 @@ TEST(Engine, AToolThatDoesNotFitIsRefusedAndNotAdopted) {
     EXPECT_TRUE(engine.apply(ToolGeometry{radius}).refused) << radius;
   drilling::Burr round{2, 60, 40};
   round.is_round = true;
+  EXPECT_TRUE(engine.apply(round).refused);  // nothing but a point to touch with
+  engine.apply(engine.finish_job(engine.apply(ToolGeometry{0.4}).job));
   EXPECT_FALSE(engine.apply(round).refused);
   EXPECT_TRUE(engine.apply(ToolGeometry{1.5}).refused);  // larger than what it cuts
   const Outcome begun = engine.apply(ToolGeometry{0.9});
@@ -346,7 +348,7 @@ TEST(Engine, AToolThatDoesNotFitIsRefusedAndNotAdopted) {
   round.diameter = 1;  // another one in the hand meanwhile
   EXPECT_FALSE(engine.apply(round).refused);
   EXPECT_FALSE(engine.apply(engine.finish_job(begun.job)).is_changed);
-  EXPECT_EQ(engine.scene().tool_radius, 0);
+  EXPECT_EQ(engine.scene().tool_radius, 0.4);
   EXPECT_EQ(engine.now().chronicle[0].what.as<JobDiscarded>()->job.value, begun.job.value);
 }
 

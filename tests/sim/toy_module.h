@@ -142,11 +142,9 @@ class Toy final : public Module {
 
   /// Of an operation whose modules are drilling and this one, or this one alone.
   static const ToyWorld& toy_world(const OperationState& state) {
-    for (const auto& value : state.world.modules)
-      if (value)
-        if (const auto* world = value->as<ToyWorld>()) return *world;
     static const ToyWorld none;
-    return none;
+    const ToyWorld* world = state.world_of<ToyWorld>();
+    return world ? *world : none;
   }
 
  private:

@@ -1,0 +1,232 @@
+// info: what a scan, a case or a session holds.
+#include <algorithm>
+#include <glm/geometric.hpp>
+#include <sstream>
+
+#include "apps/trephine/commands.h"
+#include "apps/trephine/frame_json.h"
+#include "apps/workbench/catalogue.h"
+#include "data-tools/atomic_file.h"
+
+namespace trephine::app {
+
+using volume::Error;
+using volume::Result;
+
+namespace {
+
+struct InfoArguments {
+  std::string source;
+};
+
+/// What was felt, as the header says it: its lines from the force on.
+std::vector<std::string> settings_of(const sim::SessionHeader& header) {
+  std::istringstream lines(sim::encode(header));
+  std::vector<std::string> all;
+  bool is_setting = false;
+  for (std::string line; std::getline(lines, line);) {
+    is_setting = is_setting || line.starts_with("smoothing_alpha=");
+    if (is_setting && !line.starts_with("type=") && !line.starts_with("module=")) all.push_back(line);
+  }
+  return all;
+}
+/// For people.
+std::string words_of(const sim::Event& event) {
+  if (const auto* fault = event.what.as<sim::FaultEvent>())
+    return fault->is_cleared ? "faults cleared" : "fault: " + fault->names;
+  if (const auto* entered = event.what.as<sim::ForbiddenEntered>())
+    return "the tool came into " + entered->structure + (entered->is_working ? ", working" : "");
+  if (const auto* left = event.what.as<sim::ForbiddenLeft>())
+    return format_text("the tool left %s after %.2f s, %.2f mm deep at most", left->structure.c_str(),
+                       left->seconds, left->deepest);
+  const std::string words = event.what.words();
+  return std::string(event.what.name()) + (words.empty() ? "" : " " + words);
+}
+Result<Outcome> describe_session(const std::string& path) {
+  Result<sim::SessionReader> opened = sim::SessionReader::open(path, workbench::catalogue());
+  if (!opened) return opened.error();
+  sim::SessionReader& session = opened.value();
+  const sim::SessionHeader& h = session.header();
+  std::uint64_t ticks = 0, contact = 0, undos = 0, redos = 0, dropped = 0, versions = 0, last = 0;
+  std::uint32_t faults = 0;
+  Json events = Json::array();
+  double strongest = 0;
+  std::int64_t units = 0;
+  bool has_last = false;
+  const auto tell = [&](std::uint64_t tick, int hand, const std::string& text) {
+    events.push_back(
+        {{"after_seconds", static_cast<double>(tick) / h.rate_hz}, {"hand", hand}, {"text", text}});
+  };
+  for (sim::LogItem item;;) {
+    const Result<bool> read = session.next(item);
+    if (!read) return read.error();
+    if (!read.value()) break;
+    if (const auto* tick = std::get_if<sim::TickItem>(&item)) {
+      const haptics::ServoRecord& r = tick->record;
+      if (r.hand == 0) {
+        if (has_last && r.tick > last) dropped += r.tick - last - 1;
+        last = std::max(last, r.tick);
+        has_last = true;
+        ++ticks;
+      }
+      contact += r.has_contact;
+      faults |= r.raised;
+      strongest = std::max(strongest, glm::length(r.force_world));
+    } else if (const auto* command = std::get_if<sim::CommandItem>(&item)) {
+      const sim::Value& what = command->command.what;
+      undos += what.as<sim::Undo>() != nullptr;
+      redos += what.as<sim::Redo>() != nullptr;
+      if (const auto* remark = what.as<sim::Note>()) tell(last, command->command.hand, remark->text);
+    } else if (const auto* event = std::get_if<sim::EventItem>(&item)) {
+      tell(event->event.tick, event->event.hand, words_of(event->event));
+    } else if (const auto* version = std::get_if<sim::VersionItem>(&item)) {
+      ++versions;
+      units = version->removed_units;
+    }
+  }
+  const double seconds = static_cast<double>(session.tick_count()) / h.rate_hz;
+  Outcome outcome{new_report("info"), "", exit_done};
+  Json& json = outcome.json;
+  json["session"] = data_tools::file_name(path);
+  json["recorded_by"] = h.program;
+  json["revision"] = h.revision;
+  json["is_verifiable"] = h.revision == sim::k_replay_revision;
+  json["case"] = h.case_name;
+  json["has_scan"] = session.has_scan();
+  json["scan_hash"] = session.scan_hash() ? hash_text(*session.scan_hash()) : std::string();
+  const glm::ivec3 size = h.volumes[0].size;
+  json["size"] = {size.x, size.y, size.z};
+  json["rate_hz"] = h.rate_hz;
+  json["method"] = h.hands[0].method;
+  json["hands"] = h.hands.size();
+  json["modules"] = Json::array();
+  for (const sim::NamedVersion& module : h.modules)
+    json["modules"].push_back({{"name", module.name}, {"version", module.version}});
+  json["settings"] = settings_of(h);
+  json["seconds"] = seconds;
+  json["ticks"] = ticks;
+  json["dropped_ticks"] = dropped;
+  json["contact_ticks"] = contact;
+  json["strongest_force_n"] = strongest;
+  json["undos"] = undos;
+  json["redos"] = redos;
+  json["versions"] = versions;
+  json["removed_units"] = units;
+  json["raised_faults"] = faults;
+  json["events"] = events;
+  json["is_closed"] = session.end().has_value();
+  json["is_damaged"] = session.is_damaged();
+  json["lost_bytes"] = session.lost_bytes();
+  if (session.end()) json["removed_mm3"] = session.end()->removed_mm3;
+  outcome.text = data_tools::file_name(path) + ": a session of " +
+                 (h.case_name.empty() ? std::string("a scan without a name") : "case " + h.case_name) +
+                 (session.has_scan() ? ", the scan included" : "") + "\n" +
+                 format_text("  %.1f s at %.0f Hz, %zu hand%s, method %s\n", seconds, h.rate_hz,
+                             h.hands.size(), h.hands.size() == 1 ? "" : "s", h.hands[0].method.c_str()) +
+                 format_text("  in contact for %.1f s, at most %.2f N; undone %llu, redone %llu\n",
+                             static_cast<double>(contact) / h.rate_hz, strongest,
+                             static_cast<unsigned long long>(undos), static_cast<unsigned long long>(redos)) +
+                 "  recorded by " + h.program + "\n  ";
+  const std::vector<std::string> settings = settings_of(h);
+  for (std::size_t i = 0; i < settings.size(); ++i) {
+    const bool is_new_line = settings[i].starts_with("structure=") || settings[i].starts_with("hand=");
+    outcome.text += (i == 0 ? "" : is_new_line ? "\n  " : ", ") + settings[i];
+  }
+  outcome.text += "\n";
+  for (std::size_t i = 0; i < std::min<std::size_t>(events.size(), 20); ++i)
+    outcome.text += format_text("  at %.2f s, hand %d: ", events[i]["after_seconds"].get<double>(),
+                                events[i]["hand"].get<int>() + 1) +
+                    events[i]["text"].get<std::string>() + "\n";
+  if (session.end())
+    outcome.text += format_text("  removed %.2f mm3 at its end\n", session.end()->removed_mm3);
+  if (dropped > 0)
+    outcome.text +=
+        format_text("  %llu ticks were dropped (full ring)\n", static_cast<unsigned long long>(dropped));
+  if (session.is_damaged())
+    outcome.text += format_text("  damaged at byte %llu: the %llu bytes from there on are left out\n",
+                                static_cast<unsigned long long>(session.whole_bytes()),
+                                static_cast<unsigned long long>(session.lost_bytes()));
+  else if (sim::SessionWriter::is_being_written(path))
+    outcome.text += "  being recorded right now\n";
+  else if (!session.end())
+    outcome.text += "  not closed: the program was stopped; go on with trephine resume\n";
+  if (h.revision != sim::k_replay_revision)
+    outcome.text += "  of older arithmetic: it can be viewed, not verified\n";
+  return outcome;
+}
+
+Result<Outcome> run_info(const InfoArguments& arguments) {
+  if (workbench::is_session_file(arguments.source)) return describe_session(arguments.source);
+  auto opened = workbench::open_source(arguments.source, person());
+  if (!opened) return opened.error();
+  const workbench::Source& source = opened.value();
+  const volume::Volume& v = *source.volume;
+  const auto [low, high] = std::minmax_element(v.voxels.span().begin(), v.voxels.span().end());
+  double sum = 0;
+  for (const std::int16_t i : v.voxels.span()) sum += i;
+  const double mean = sum / static_cast<double>(v.voxels.size());
+  Outcome outcome{new_report("info"), "", exit_done};
+  Json& json = outcome.json;
+  json["source"] = source.name;
+  json["format"] = source.format;
+  json["modality"] = source.modality;
+  json.update(frame_json(v));
+  json["is_orthogonal"] = v.frame.is_orthogonal();
+  json["is_hounsfield"] = v.is_hounsfield;
+  json["min"] = *low;
+  json["max"] = *high;
+  json["mean"] = mean;
+  json["labels"] = v.label_names;
+  if (source.plan) {
+    Json structures = Json::array();
+    for (const data_tools::CaseStructure& s : source.plan->structures)
+      structures.push_back({{"name", s.shape.name},
+                            {"shape", describe(s.shape, v.is_hounsfield)},
+                            {"touchable", s.is_touchable},
+                            {"forbidden", s.is_forbidden}});
+    json["structures"] = structures;
+    Json trajectories = Json::array();
+    for (const data_tools::CaseTrajectory& t : source.plan->trajectories)
+      trajectories.push_back({{"name", t.name},
+                              {"entry", {t.entry_world.x, t.entry_world.y, t.entry_world.z}},
+                              {"target", {t.target_world.x, t.target_world.y, t.target_world.z}},
+                              {"diameter", t.diameter}});
+    json["trajectories"] = trajectories;
+  }
+  json["notices"] = source.notices;
+  json["read_seconds"] = source.read_seconds;
+  const glm::dvec3 near = v.frame.origin(), far = v.frame.world_from_volume(glm::dvec3(v.size - 1));
+  outcome.text =
+      source.name + ": " + source.format + (source.modality.empty() ? "" : ", " + source.modality) + "\n  " +
+      size_text(v) + "\n" +
+      format_text("  from (%.1f, %.1f, %.1f) to (%.1f, %.1f, %.1f) mm, patient frame LPS%s\n", near.x, near.y,
+                  near.z, far.x, far.y, far.z, v.frame.is_orthogonal() ? "" : ", sheared") +
+      format_text("  values %d to %d%s, mean %.1f\n", *low, *high, v.is_hounsfield ? " HU" : "", mean);
+  if (source.plan)
+    for (const data_tools::CaseStructure& s : source.plan->structures)
+      outcome.text += "  structure " + s.shape.name + ": " + describe(s.shape, v.is_hounsfield) +
+                      (s.is_touchable ? "" : ", not touched") + (s.is_forbidden ? ", forbidden" : "") + "\n";
+  if (source.plan)
+    for (const data_tools::CaseTrajectory& t : source.plan->trajectories)
+      outcome.text += format_text("  trajectory %s: %.1f mm long\n", t.name.c_str(),
+                                  glm::length(t.target_world - t.entry_world));
+  if (!v.label_names.empty()) {
+    outcome.text += "  labels:";
+    for (const std::string& name : v.label_names) outcome.text += " " + name;
+    outcome.text += "\n";
+  }
+  return outcome;
+}
+
+Run build(Options& options) {
+  auto a = std::make_shared<InfoArguments>();
+  add_source(options, a->source).required();
+  return run_with(a, run_info);
+}
+
+}  // namespace
+
+const Command k_info{"info", "Say what a scan, a case or a session holds",
+                     "  trephine info SCANS/HEAD\n  trephine info head --json", build};
+
+}  // namespace trephine::app

@@ -1,0 +1,78 @@
+// The options of one command, without the library that parses them.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <initializer_list>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "apps/trephine/report.h"
+#include "apps/workbench/sessions.h"
+
+namespace CLI {
+class App;
+class Option;
+}  // namespace CLI
+
+namespace trephine::app {
+
+/// One option, to say more about it.
+class Option {
+ public:
+  explicit Option(CLI::Option* option, std::string* means) : option_(option), means_(means) {}
+  Option& type(const char* name);  ///< as --help shows its value: "MM"
+  Option& required();
+  Option& shows_default();
+  Option& one_of(std::vector<std::string> words);
+  /// What libraries call it in their errors; else the option's own name without dashes: "smallest burr" for
+  /// --smallest-burr.
+  Option& means(const char* input);
+
+ private:
+  CLI::Option* option_;
+  std::string* means_;
+};
+
+class Options {
+ public:
+  explicit Options(CLI::App& app) : app_(&app) {}
+
+  /// "--radius", "-o,--output", or "SRC" for what stands without a name. Of bool: a flag.
+  Option add(const char* names, std::string& value, const std::string& help);
+  Option add(const char* names, double& value, const std::string& help);
+  Option add(const char* names, std::optional<double>& value, const std::string& help);
+  Option add(const char* names, int& value, const std::string& help);
+  Option add(const char* names, std::int64_t& value, const std::string& help);
+  Option add(const char* names, std::uint64_t& value, const std::string& help);
+  Option add(const char* names, std::vector<std::string>& value, const std::string& help);
+  Option add(const char* names, bool& value, const std::string& help);
+
+  /// The error as a person at the command line knows it: by options.
+  volume::Error in_words_of_options(volume::Error error) const;
+
+ private:
+  template <class T>
+  Option add_any(const char* names, T& value, const std::string& help);
+  Option keep(const char* names, CLI::Option* option);
+
+  CLI::App* app_;
+  struct Name {
+    std::string option, means;
+  };
+  std::vector<std::unique_ptr<Name>> names_;
+};
+
+// What several commands have.
+Option add_source(Options& options, std::string& source);
+void add_shape(Options& options, workbench::ShapeChoice& shape);
+void add_record(Options& options, workbench::RecordChoice& record);
+void add_session(Options& options, std::string& session, std::string& case_source);
+Option add_path(Options& options, std::string& path);
+Option add_rate(Options& options, double& rate);
+Option add_method(Options& options, std::string& method);
+void add_round(Options& options, bool& is_round);
+
+}  // namespace trephine::app

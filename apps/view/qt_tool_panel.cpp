@@ -1,0 +1,169 @@
+#include "apps/view/qt_tool_panel.h"
+
+#include <QCheckBox>
+#include <QComboBox>
+#include <QDoubleSpinBox>
+#include <QFormLayout>
+#include <QLineEdit>
+#include <QSignalBlocker>
+#include <QVBoxLayout>
+#include <algorithm>
+#include <cmath>
+
+namespace trephine::view {
+
+namespace {
+
+QString text_of(std::string_view words) {
+  return QString::fromUtf8(words.data(), static_cast<int>(words.size()));
+}
+
+/// Shows no zeros that say nothing.
+class NumberBox : public QDoubleSpinBox {
+ public:
+  explicit NumberBox(const sim::FieldInfo& info) {
+    setDecimals(3);
+    setRange(std::max(info.low, -1e6), std::min(info.high, 1e6));
+    if (info.low > 0 && info.low < 1e-3) setMinimum(1e-3);
+    if (!info.unit.empty()) setSuffix(" " + text_of(info.unit).replace("mm3", "mm\u00b3"));
+    setSingleStep(info.unit == "mm" ? 0.5 : 1);
+    setKeyboardTracking(false);
+  }
+  QString textFromValue(double value) const override { return locale().toString(value, 'g', 7); }
+};
+
+/// The place of a field in a value that is held.
+template <class T>
+T* place_of(const sim::Field& field, sim::Value& value) {
+  const auto place = field.place(value.data());
+  return *std::get_if<T*>(&place);
+}
+
+}  // namespace
+
+QString words_of(std::string_view name) {
+  QString words = text_of(name);
+  for (QChar& c : words)
+    if (c == '-' || c == '_') c = ' ';
+  if (!words.isEmpty()) words[0] = words[0].toUpper();
+  return words;
+}
+
+void FieldForm::add_row(QWidget* widget, const sim::Field& field, std::function<void()> show) {
+  widget->setObjectName(text_of(field.name));
+  widget->setToolTip(text_of(field.info.help));
+  auto* form = static_cast<QFormLayout*>(layout());
+  if (qobject_cast<QCheckBox*>(widget))
+    form->addRow(widget);
+  else
+    form->addRow(words_of(field.name), widget);
+  rows_.push_back(std::move(show));
+}
+
+FieldForm::FieldForm(const sim::Value& value, QWidget* parent) : QWidget(parent), value_(value) {
+  auto* form = new QFormLayout(this);
+  form->setContentsMargins(0, 0, 0, 0);
+  bool has_number = false;
+  for (const sim::Field& field : value_.schema().fields) {
+    const auto place = field.place(value_.data());
+    if (std::holds_alternative<double*>(place)) {
+      auto* box = new NumberBox(field.info);
+      if (!has_number) step_ = [box](int steps) { box->stepBy(steps); };
+      has_number = true;
+      connect(box, QOverload<double>::of(&QDoubleSpinBox::valueChanged), this, [this, &field](double number) {
+        *place_of<double>(field, value_) = number;
+        changed();
+      });
+      add_row(box, field, [this, box, &field] { box->setValue(*place_of<double>(field, value_)); });
+    } else if (std::holds_alternative<bool*>(place)) {
+      auto* box = new QCheckBox(words_of(field.name));
+      connect(box, &QCheckBox::toggled, this, [this, &field](bool is_on) {
+        *place_of<bool>(field, value_) = is_on;
+        changed();
+      });
+      add_row(box, field, [this, box, &field] { box->setChecked(*place_of<bool>(field, value_)); });
+    } else if (std::holds_alternative<std::uint8_t*>(place)) {
+      auto* box = new QComboBox;
+      for (const std::string_view choice : field.info.choices) box->addItem(words_of(choice));
+      connect(box, QOverload<int>::of(&QComboBox::currentIndexChanged), this, [this, &field](int index) {
+        *place_of<std::uint8_t>(field, value_) = static_cast<std::uint8_t>(index);
+        changed();
+      });
+      add_row(box, field,
+              [this, box, &field] { box->setCurrentIndex(*place_of<std::uint8_t>(field, value_)); });
+    } else {
+      // Points, lists, texts, whole numbers and ids: as scripts write them.
+      auto* line = new QLineEdit;
+      connect(line, &QLineEdit::editingFinished, this, [this, line, &field] {
+        const std::string words = std::string(field.name) + "=" + line->text().trimmed().toStdString();
+        sim::Value next = value_;
+        const volume::Status error = next.set(words);
+        line->setStyleSheet(error ? "border: 1px solid #e08030" : "");
+        if (error) return line->setToolTip(QString::fromStdString(error->message()));
+        line->setToolTip(text_of(field.info.help));
+        if (next == value_) return;
+        value_ = std::move(next);
+        changed();
+      });
+      add_row(line, field, [this, line, &field] {
+        // "radius=2 at=1,2,3": what stands behind this field's name.
+        const QString all = " " + QString::fromStdString(value_.words());
+        const QString name = " " + text_of(field.name) + "=";
+        const int from = all.indexOf(name);
+        line->setText(from < 0 ? QString() : all.mid(from + name.size()).section(' ', 0, 0));
+      });
+    }
+  }
+  show(value);
+}
+
+void FieldForm::show(const sim::Value& value) {
+  value_ = value;
+  is_showing_ = true;
+  for (const auto& row : rows_) row();
+  is_showing_ = false;
+  value_ = value;  // boxes round what they show
+}
+
+void FieldForm::step(int steps) { step_(steps); }
+
+ToolPanel::ToolPanel(const sim::Catalogue* catalogue, QWidget* parent)
+    : QWidget(parent), catalogue_(catalogue), column_(new QVBoxLayout(this)) {
+  column_->setContentsMargins(0, 0, 0, 0);
+  if (catalogue_ == nullptr) return;
+  which_ = new QComboBox;
+  which_->setObjectName("instrument");
+  which_->setFocusPolicy(Qt::NoFocus);
+  for (const sim::Module* module : catalogue_->modules())
+    for (const sim::InstrumentType* type : module->instruments())
+      which_->addItem(words_of(type->name()), text_of(type->name()));
+  column_->addWidget(which_);
+  which_->setVisible(which_->count() > 1);
+  connect(which_, QOverload<int>::of(&QComboBox::activated), this, [this] {
+    if (const sim::InstrumentType* type =
+            catalogue_->find_instrument(which_->currentData().toString().toStdString()))
+      on_change(sim::Value::of(*type->parameters));
+  });
+}
+
+void ToolPanel::rebuild(const sim::Value& tool) {
+  if (form_) form_->deleteLater();
+  form_ = nullptr;
+  if (tool.is_empty()) return;
+  form_ = new FieldForm(tool);
+  form_->on_change = [this] { on_change(form_->value()); };
+  column_->addWidget(form_);
+}
+
+void ToolPanel::show(const sim::Value& tool) {
+  if (which_ && !tool.is_empty()) which_->setCurrentIndex(which_->findData(text_of(tool.name())));
+  const bool is_same_type = form_ && !tool.is_empty() && form_->value().is_of(tool.type());
+  if (!is_same_type) return rebuild(tool);
+  if (!(form_->value() == tool)) form_->show(tool);
+}
+
+void ToolPanel::step(int steps) {
+  if (form_) form_->step(steps);
+}
+
+}  // namespace trephine::view

@@ -1,0 +1,64 @@
+// Panels from tables: what a hand holds and what modules can be told, whichever they are.
+#pragma once
+
+#include <QWidget>
+#include <functional>
+#include <vector>
+
+#include "sim/catalogue.h"
+
+class QComboBox;
+class QVBoxLayout;
+
+namespace trephine::view {
+
+/// "bone-flap" as people read it: "Bone flap".
+QString words_of(std::string_view name);
+
+/// A row for each field of a value. Each widget is named after its field.
+class FieldForm : public QWidget {
+  Q_OBJECT
+
+ public:
+  explicit FieldForm(const sim::Value& value, QWidget* parent = nullptr);
+  const sim::Value& value() const { return value_; }
+  /// Without a word to on_change.
+  void show(const sim::Value& value);
+  /// The first number a step up or down.
+  void step(int steps);
+  std::function<void()> on_change = [] {};
+
+ private:
+  void add_row(QWidget* widget, const sim::Field& field, std::function<void()> show);
+  void changed() {
+    if (!is_showing_) on_change();
+  }
+
+  sim::Value value_;
+  bool is_showing_ = false;
+  std::vector<std::function<void()>> rows_;  ///< show what value_ has
+  std::function<void(int)> step_ = [](int) {};
+};
+
+/// The first hand's instrument and its parameters.
+class ToolPanel : public QWidget {
+  Q_OBJECT
+
+ public:
+  /// Null: the instrument stays, its parameters change.
+  explicit ToolPanel(const sim::Catalogue* catalogue, QWidget* parent = nullptr);
+  /// What the hand has; empty: nothing.
+  void show(const sim::Value& tool);
+  void step(int steps);
+  std::function<void(sim::Value)> on_change = [](const sim::Value&) {};
+
+ private:
+  void rebuild(const sim::Value& tool);
+
+  const sim::Catalogue* catalogue_;
+  QVBoxLayout* column_;
+  QComboBox* which_ = nullptr;
+  FieldForm* form_ = nullptr;
+};
+
+}  // namespace trephine::view

@@ -1,0 +1,11 @@
+// What this build can do beside touching.
+#pragma once
+
+#include "sim/catalogue.h"
+
+namespace trephine::workbench {
+
+/// All modules of modules/CMakeLists.txt, in its order.
+const sim::Catalogue& catalogue();
+
+}  // namespace trephine::workbench

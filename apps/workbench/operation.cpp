@@ -1,0 +1,235 @@
+#include "apps/workbench/operation.h"
+
+#include <algorithm>
+
+#include "apps/workbench/catalogue.h"
+#include "apps/workbench/clock.h"
+#include "apps/workbench/text.h"
+#include "data-tools/atomic_file.h"
+#include "data-tools/mesh_reading.h"
+#include "haptics/force/effects.h"
+#include "haptics/mesh/mesh_tree.h"
+#include "sim/text.h"
+
+namespace trephine::workbench {
+
+using sim::HandSpec;
+using sim::SceneSpec;
+using volume::Error;
+using volume::Result;
+using volume::Status;
+
+namespace {
+
+/// The hand's instrument with its parameters; one without a type when it has none.
+Result<sim::Instrument> instrument_of(const HandSpec& hand) {
+  if (hand.instrument.empty()) return sim::Instrument();
+  const sim::InstrumentType* type = catalogue().find_instrument(hand.instrument);
+  if (type == nullptr) {
+    std::string known;
+    for (const sim::Module* module : catalogue().modules())
+      for (const sim::InstrumentType* one : module->instruments())
+        known += (known.empty() ? "" : ", ") + std::string(one->name());
+    return Error{"there is no such instrument", "instrument", hand.instrument, known, "choose one of these"};
+  }
+  sim::Instrument made(*type, sim::Value::of(*type->parameters));
+  if (Status error = made.parameters.set(hand.parameters)) return *error;
+  if (Status error = made.parameters.check()) return *error;
+  return made;
+}
+
+Status check_effects(const std::vector<std::string>& effects) {
+  haptics::LawSet all;
+  for (const std::string& words : effects) {
+    auto effect = haptics::parse_effect(words);
+    if (!effect) return effect.error();
+    auto law = haptics::law_of(effect.value(), static_cast<std::uint32_t>(all.laws().size()));
+    if (!law) return law.error();
+    if (Status error = all.add(std::move(law).value())) return error;
+  }
+  return std::nullopt;
+}
+
+haptics::Material material_of(const data_tools::CaseMaterial& said) {
+  haptics::Material m;
+  m.stiffness = said.stiffness.value_or(m.stiffness);
+  m.damping = said.damping.value_or(m.damping);
+  m.static_friction = said.static_friction.value_or(m.static_friction);
+  m.dynamic_friction = said.dynamic_friction.value_or(m.dynamic_friction);
+  return m;
+}
+
+/// What can be touched of the scan: what was chosen, or what its case says.
+Status add_touchable(const Source& source, const ShapeChoice& choice, const Listener& listener,
+                     SceneSpec& spec) {
+  if (!source.plan || choice.is_made()) {
+    Result<volume::Shape> shape = choose_shape(source, choice, listener);
+    if (!shape) return shape.error();
+    spec.structures.emplace_back().shape = shape.value();
+    return std::nullopt;
+  }
+  for (const data_tools::CaseStructure& s : source.plan->structures) {
+    if (!s.is_touchable) continue;
+    sim::StructureSpec& told = spec.structures.emplace_back();
+    told.shape = s.shape;
+    told.material = material_of(s.material);
+  }
+  const std::size_t count = spec.structures.size();
+  if (count > 0 && count <= haptics::TouchScene::k_max_shapes) return std::nullopt;
+  return Error{"the case has no fitting number of structures to touch", source.name, std::to_string(count),
+               "1 to " + std::to_string(haptics::TouchScene::k_max_shapes),
+               "set touchable = true or false in case.toml"};
+}
+
+void add_forbidden(const Source& source, SceneSpec& spec) {
+  if (!source.plan) return;
+  for (const data_tools::CaseStructure& s : source.plan->structures) {
+    if (!s.is_forbidden) continue;
+    sim::StructureSpec& told = spec.structures.emplace_back();
+    told.shape = s.shape;
+    told.is_touchable = false;
+    told.is_forbidden = true;
+  }
+}
+
+Status add_models(const OperationChoice& choice, SceneSpec& spec, sim::SceneData& data) {
+  for (const ModelChoice& wanted : choice.models) {
+    auto model = data_tools::read_polygon_model(wanted.file, wanted.mm_per_unit);
+    if (!model) return model.error();
+    auto tree = std::make_shared<haptics::MeshTree>(std::move(model.value().vertices),
+                                                    std::move(model.value().triangles));
+    sim::StructureSpec& told = spec.structures.emplace_back();
+    told.model = static_cast<int>(data.models.size());
+    told.shape.name = data_tools::file_name(wanted.file);
+    told.material = choice.material.value_or(haptics::Material());
+    told.placement.position_world = wanted.at_world;
+    spec.models.push_back({tree->triangle_count(), sim::content_hash(*tree)});
+    data.models.push_back(std::move(tree));
+  }
+  return std::nullopt;
+}
+
+/// What the hands' instruments need of the session.
+Status add_hands(const OperationChoice& choice, const volume::Volume& anatomy, const Listener& listener,
+                 SceneSpec& spec) {
+  spec.hands = choice.hands;
+  double finest = 0;
+  bool is_fixed = false;  // a tool's touch is made for one ball, which stays as long as the session
+  for (HandSpec& hand : spec.hands) {
+    const sim::Instrument held = instrument_of(hand).value();
+    const sim::ToolNeeds needs =
+        held.type && held.type->needs ? held.type->needs(held.parameters.data(), anatomy) : sim::ToolNeeds();
+    if (needs.finest_cut > 0) finest = finest > 0 ? std::min(finest, needs.finest_cut) : needs.finest_cut;
+    if (needs.touch_radius > 0) hand.tool_radius = needs.touch_radius, is_fixed = true;
+    if (hand.tool_radius <= 0 || hand.tool_radius > 20) continue;
+    const double step = volume::OffsetField::step_for(hand.tool_radius, anatomy);
+    const glm::dvec3 points = anatomy.frame.spacing() / step * glm::dvec3(anatomy.size);
+    const double millions = 1e-6 * points.x * points.y * points.z;
+    if (millions > 10)
+      listener.notice(format_text("making the field of the round tip: %.0f million points ...", millions));
+  }
+  const std::string found = choice.smallest_burr ? sim::text_of(*choice.smallest_burr) : "";
+  if (choice.smallest_burr && is_fixed && *choice.smallest_burr != finest)
+    return Error{"a round burr is the smallest, and stays", "smallest burr", found,
+                 "the burr's " + sim::text_of(finest) + " mm", "leave it out"};
+  spec.smallest_burr = choice.smallest_burr.value_or(finest);
+  if (finest > 0 && !(spec.smallest_burr > 0 && spec.smallest_burr <= finest))
+    return Error{"the smallest burr is out of range", "smallest burr", found,
+                 "above 0, at most the burr's " + sim::text_of(finest) + " mm", ""};
+  // Which of both was too small.
+  if (spec.smallest_burr > 0)
+    if (auto lattice = volume::CutLattice::for_burr(anatomy, spec.smallest_burr); !lattice) {
+      Error error = lattice.error();
+      error.where =
+          choice.smallest_burr && *choice.smallest_burr < finest ? "smallest burr" : "burr diameter";
+      return error;
+    }
+  return std::nullopt;
+}
+
+}  // namespace
+
+haptics::ServoOptions Operation::servo() const {
+  haptics::ServoOptions options;
+  options.rate_hz = spec.rate_hz;
+  options.force = spec.force;
+  return options;
+}
+
+sim::Engine Operation::engine() const {
+  return sim::Engine(start.hands, 1 / spec.rate_hz, catalogue(), start.forbidden);
+}
+
+Status check(const OperationChoice& choice) {
+  if (Status error = check(choice.shape)) return error;
+  if (!(choice.rate_hz >= 10 && choice.rate_hz <= 100000))
+    return Error{"the rate is out of range", "rate", sim::text_of(choice.rate_hz), "10 to 100000 Hz", ""};
+  if (choice.material)
+    if (Status error = haptics::check_material(*choice.material)) return error;
+  if (choice.ramp)
+    if (Status error = haptics::check_ramp(*choice.ramp)) return error;
+  if (!(choice.blur_voxels >= 0 && choice.blur_voxels <= 10))
+    return Error{"the blur is out of range", "blur", sim::text_of(choice.blur_voxels), "0 to 10 voxels", ""};
+  for (const HandSpec& hand : choice.hands) {
+    if (auto method = haptics::make_method(hand.method); !method) return method.error();
+    if (auto instrument = instrument_of(hand); !instrument) return instrument.error();
+    if (Status error = check_effects(hand.effects)) return error;
+  }
+  return std::nullopt;
+}
+
+Result<Operation> open_operation(const std::string& src, const OperationChoice& choice,
+                                 const Listener& listener) {
+  if (Status error = check(choice)) return *error;
+  Result<Source> source = open_source(src, listener);
+  if (!source) return source.error();
+  return make_operation(std::move(source).value(), choice, listener);
+}
+
+Result<Operation> make_operation(Source source, const OperationChoice& choice, const Listener& listener) {
+  if (Status error = check(choice)) return *error;
+  if (Status error = blur(source, choice.blur_voxels)) return *error;
+  SceneSpec spec;
+  sim::SceneData data(source.volume);
+  spec.volumes.push_back({source.volume->size});
+  spec.rate_hz = choice.rate_hz;
+  spec.force = choice.force;
+  if (Status error = add_touchable(source, choice.shape, listener, spec)) return *error;
+  if (choice.material) spec.structures[0].material = *choice.material;
+  spec.structures[0].ramp = choice.ramp;
+  if (Status error = add_models(choice, spec, data)) return *error;
+  if (Status error = add_hands(choice, *source.volume, listener, spec)) return *error;
+  const auto has_instrument = [](const HandSpec& hand) { return !hand.instrument.empty(); };
+  if (std::any_of(spec.hands.begin(), spec.hands.end(), has_instrument)) add_forbidden(source, spec);
+  spec.is_softening = std::any_of(spec.hands.begin(), spec.hands.end(), [](const HandSpec& hand) {
+    return haptics::find_method(hand.method)->solid == haptics::MethodInfo::Solid::smooth;
+  });
+
+  Operation made;
+  const auto begin = Clock::now();
+  auto start = sim::build_scene(spec, data, catalogue());
+  if (!start) return start.error();
+  made.start = std::move(start).value();
+  made.making_seconds = seconds_since(begin);
+  made.source = std::move(source);
+  made.spec = spec;
+  made.spec = sim::describe_scene(made.start.hands, made.servo());
+  for (const sim::StructureSpec& s : spec.structures)
+    if (s.is_forbidden) made.spec.structures.push_back(s);
+  return made;
+}
+
+Result<OpenedTouch> open_touch(const std::string& src, const ShapeChoice& choice, const Listener& listener) {
+  Result<Source> source = open_source(src, listener);
+  if (!source) return source.error();
+  SceneSpec spec;
+  spec.volumes.push_back({source.value().volume->size});
+  spec.is_softening = true;
+  if (Status error = add_touchable(source.value(), choice, listener, spec)) return *error;
+  const auto begin = Clock::now();
+  auto scene = sim::build_items(spec, source.value().volume);
+  if (!scene) return scene.error();
+  return OpenedTouch{std::move(source).value(), std::move(scene).value(), seconds_since(begin)};
+}
+
+}  // namespace trephine::workbench

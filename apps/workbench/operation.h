@@ -1,0 +1,64 @@
+// From what a person or a script asks for to what an engine starts from: the one place that puts a scan, a
+// shape, hands and their tools together.
+#pragma once
+
+#include "apps/workbench/source.h"
+#include "sim/scene_spec.h"
+
+namespace trephine::workbench {
+
+/// A polygonal model to touch.
+struct ModelChoice {
+  std::string file;
+  double mm_per_unit = 1;
+  glm::dvec3 at_world{0.0};  ///< where its origin lies
+};
+
+/// What an operation is asked to be, beside its scan.
+struct OperationChoice {
+  ShapeChoice shape;  ///< none: a case's touchable structures, or bone
+  /// One at least. A tool radius of 0 is that which the instrument needs.
+  std::vector<sim::HandSpec> hands{sim::HandSpec()};
+  std::optional<haptics::Material> material;  ///< of the chosen shape (of a case: its first) and of models
+  std::optional<haptics::StiffnessRamp> ramp;
+  std::vector<ModelChoice> models;
+  double rate_hz = 1000;
+  haptics::ForceOptions force;
+  /// mm, of what will ever cut; nothing: what the hands begin with.
+  std::optional<double> smallest_burr;
+  double blur_voxels = 0;  ///< sigma of a Gaussian over the scan, first
+};
+
+/// Ready to begin.
+struct Operation {
+  Source source;
+  sim::SceneSpec spec;  ///< what was made: a session's header
+  sim::OperationStart start;
+  double making_seconds = 0;  ///< bits, fields, methods
+
+  /// What the first hand touches, and with which method.
+  const std::shared_ptr<const haptics::TouchScene>& scene() const { return start.hands[0].feels.scene; }
+  const haptics::ProxyMethod& method() const { return *start.hands[0].feels.method; }
+  haptics::ServoOptions servo() const;
+  sim::Engine engine() const;
+};
+
+/// What can be said before any work is done for it: names, ranges, words. Parses the hands' instruments.
+volume::Status check(const OperationChoice& choice);
+/// Error names what it speaks of by the names above: "iso", "smallest burr", "tool radius", "method" ...
+volume::Result<Operation> open_operation(const std::string& src, const OperationChoice& choice,
+                                         const Listener& listener = {});
+volume::Result<Operation> make_operation(Source source, const OperationChoice& choice,
+                                         const Listener& listener = {});
+
+/// A scan with what can be touched of it, for programs that neither record nor cut. A case gives all its
+/// touchable structures; shapes of two values are made smooth.
+struct OpenedTouch {
+  Source source;
+  haptics::TouchScene scene;
+  double making_seconds = 0;
+};
+volume::Result<OpenedTouch> open_touch(const std::string& src, const ShapeChoice& choice,
+                                       const Listener& listener = {});
+
+}  // namespace trephine::workbench

@@ -1,0 +1,148 @@
+#include "data-tools/script_file.h"
+
+#include <algorithm>
+#include <fstream>
+
+#include "data-tools/atomic_file.h"
+#include "data-tools/toml_reader_impl.h"
+
+namespace trephine::data_tools {
+
+using volume::Error;
+using volume::Result;
+
+namespace {
+
+constexpr double k_longest = 7200;  // s
+
+std::vector<std::string> texts(TomlReader& reader, const toml::table& t, const std::string& key) {
+  std::vector<std::string> all;
+  const auto it = t.find(key);
+  if (it == t.end()) return all;
+  if (!it->second.is_array()) return reader.fail(it->second, key + " is no list", "", "[\"...\"]"), all;
+  for (const toml::value& v : it->second.as_array()) {
+    if (!v.is_string()) reader.fail(v, "this is no text", "", "\"text\"");
+    all.push_back(v.is_string() ? v.as_string().str : "");
+  }
+  return all;
+}
+
+/// [[t, x, y, z, button], ...], the button left out where there is none.
+std::vector<std::array<double, 5>> points(TomlReader& reader, const toml::table& t) {
+  std::vector<std::array<double, 5>> all;
+  const auto it = t.find("points");
+  if (it == t.end()) return all;
+  const char* const expected = "points = [[t, x, y, z, button], ...]: s, mm (LPS), 0 or 1";
+  if (!it->second.is_array()) return reader.fail(it->second, "the points are no list", "", expected), all;
+  for (const toml::value& row : it->second.as_array()) {
+    std::array<double, 5> point{};
+    bool is_good = row.is_array() && (row.as_array().size() == 4 || row.as_array().size() == 5);
+    for (std::size_t i = 0; is_good && i < row.as_array().size(); ++i) {
+      const toml::value& v = row.as_array()[i];
+      is_good = v.is_integer() || v.is_floating();
+      if (is_good) point[i] = v.is_integer() ? static_cast<double>(v.as_integer()) : v.as_floating();
+      is_good = is_good && std::abs(point[i]) < 1e6;
+    }
+    if (!is_good || (point[4] != 0 && point[4] != 1))
+      reader.fail(row, "this is no point of a path", "", expected);
+    all.push_back(point);
+  }
+  return all;
+}
+
+ScriptHand read_hand(TomlReader& reader, const toml::value& value) {
+  const toml::table& t =
+      reader.table(value, {"instrument", "parameters", "method", "radius", "effects", "path", "points"});
+  ScriptHand hand;
+  hand.line = TomlReader::line_of(value);
+  hand.instrument = reader.text(t, "instrument").value_or("");
+  hand.parameters = reader.text(t, "parameters").value_or("");
+  hand.method = reader.text(t, "method").value_or("");
+  hand.radius = reader.number(t, "radius", 0, 6).value_or(0);
+  hand.effects = texts(reader, t, "effects");
+  hand.path = reader.text(t, "path").value_or("");
+  hand.points = points(reader, t);
+  if (hand.path.empty() == hand.points.empty())
+    reader.fail(value, "a hand has one way to go", hand.path.empty() ? "none" : "both path and points",
+                "path = \"FILE.csv\", or points");
+  if (hand.instrument.empty() && !hand.parameters.empty())
+    reader.fail(value, "there are parameters of no instrument", hand.parameters, "instrument = \"burr\" too");
+  return hand;
+}
+
+ScriptCommand read_command(TomlReader& reader, const toml::value& value, std::size_t hands) {
+  const toml::table& t = reader.table(value, {"at", "hand", "command", "with", "refused"});
+  ScriptCommand command;
+  command.line = TomlReader::line_of(value);
+  const auto at = reader.number(t, "at", 0, k_longest);
+  const auto name = reader.text(t, "command");
+  if (!at || !name)
+    reader.fail(value, "a command is not complete", "", "at = seconds and command = \"name\"");
+  command.at = at.value_or(0);
+  command.name = name.value_or("");
+  command.hand = static_cast<int>(reader.number(t, "hand", 0, static_cast<double>(hands) - 1).value_or(0));
+  command.words = reader.text(t, "with").value_or("");
+  command.is_refused = reader.claim(t, "refused").value_or(false);
+  return command;
+}
+
+ScriptExpectation read_expectation(TomlReader& reader, const toml::value& value, std::size_t hands) {
+  const toml::table& t = reader.table(value, {"at", "hand", "what", "least", "most"});
+  ScriptExpectation wish;
+  wish.line = TomlReader::line_of(value);
+  wish.at = reader.number(t, "at", 0, k_longest);
+  wish.hand = static_cast<int>(reader.number(t, "hand", 0, static_cast<double>(hands) - 1).value_or(0));
+  wish.what = reader.text(t, "what").value_or("");
+  wish.least = reader.number(t, "least", -1e12, 1e12), wish.most = reader.number(t, "most", -1e12, 1e12);
+  if (wish.what.empty() || (!wish.least && !wish.most))
+    reader.fail(value, "an expectation is not complete", "", "what = \"name\", and least, most or both");
+  if (wish.least && wish.most && *wish.least > *wish.most)
+    reader.fail(value, "nothing can be expected of these", "", "least <= most", "swap them");
+  return wish;
+}
+
+}  // namespace
+
+Result<Script> parse_script(const std::string& text, const std::string& where) {
+  Result<toml::value> parsed = parse_toml(text, where, "script");
+  if (!parsed) return parsed.error();
+  const toml::value& root = parsed.value();
+  TomlReader reader(where);
+  const toml::table& top = reader.table(root, {"schema", "title", "scan", "iso", "window", "label", "rate",
+                                               "smallest_burr", "hands", "do", "expect"});
+  if (volume::Status error = reader.check_schema(top, Script::k_schema, "script")) return *error;
+  Script script;
+  script.title = reader.text(top, "title").value_or("");
+  const auto scan = reader.text(top, "scan");
+  if (!scan) reader.fail(root, "the script names no scan", "", "scan = \"head\", a file, or a folder");
+  script.scan = scan.value_or("");
+  script.iso = reader.number(top, "iso", -1e6, 1e6);
+  script.window = reader.text(top, "window").value_or("");
+  script.label = reader.text(top, "label").value_or("");
+  script.rate_hz = reader.number(top, "rate", 10, 100000).value_or(1000);
+  script.smallest_burr = reader.number(top, "smallest_burr", 1e-3, 30);
+  for (const toml::value* v : reader.tables(top, "hands")) script.hands.push_back(read_hand(reader, *v));
+  if (script.hands.empty() || script.hands.size() > 8)
+    reader.fail(root, "the script has no fitting number of hands", std::to_string(script.hands.size()),
+                "one to eight [[hands]]");
+  for (const toml::value* v : reader.tables(top, "do"))
+    script.commands.push_back(read_command(reader, *v, script.hands.size()));
+  for (const toml::value* v : reader.tables(top, "expect"))
+    script.expectations.push_back(read_expectation(reader, *v, script.hands.size()));
+  std::stable_sort(script.commands.begin(), script.commands.end(),
+                   [](const ScriptCommand& a, const ScriptCommand& b) { return a.at < b.at; });
+  if (reader.error()) return *reader.error();
+  return script;
+}
+
+Result<Script> read_script(const std::string& path) {
+  const std::string where = file_name(path);
+  std::ifstream file(path, std::ios::binary);
+  if (!file) return Error{"there is no such script", where, "", "a TOML file", "check the spelling"};
+  std::ostringstream text;
+  text << file.rdbuf();
+  if (!file) return Error{"the script cannot be read", where, "", "a TOML file", ""};
+  return parse_script(text.str(), where);
+}
+
+}  // namespace trephine::data_tools

@@ -1,0 +1,63 @@
+#include "data-tools/toml_reader_impl.h"
+
+namespace trephine::data_tools {
+
+using volume::Error;
+
+namespace {
+
+/// The line of the first byte that TOML does not know: control characters and what is no UTF-8. The parser
+/// behind (toml11 3.7) reads past its buffer on some of these.
+std::optional<int> first_foreign_line(const std::string& text) {
+  int line = 1;
+  for (std::size_t i = 0; i < text.size();) {
+    const auto byte = static_cast<unsigned char>(text[i]);
+    if (byte == '\n') ++line;
+    if (byte < 0x80) {
+      if ((byte < 0x20 && byte != '\t' && byte != '\n' && byte != '\r') || byte == 0x7f) return line;
+      ++i;
+      continue;
+    }
+    // UTF-8: lead byte, then what it promises (RFC 3629, without overlong forms and surrogates).
+    const std::size_t more = byte >= 0xc2 && byte <= 0xdf   ? 1
+                             : byte >= 0xe0 && byte <= 0xef ? 2
+                             : byte >= 0xf0 && byte <= 0xf4 ? 3
+                                                            : 0;
+    if (more == 0 || i + more >= text.size()) return line;
+    std::uint32_t code = byte & (0x3fu >> more);
+    for (std::size_t k = 1; k <= more; ++k) {
+      const auto next = static_cast<unsigned char>(text[i + k]);
+      if ((next & 0xc0) != 0x80) return line;
+      code = code << 6 | (next & 0x3fu);
+    }
+    if ((more == 2 && (code < 0x800 || (code >= 0xd800 && code < 0xe000))) ||
+        (more == 3 && (code < 0x10000 || code > 0x10ffff)))
+      return line;
+    i += more + 1;
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+volume::Result<toml::value> parse_toml(const std::string& text, const std::string& where,
+                                       const std::string& what) {
+  if (text.size() > 1 << 20) return Error{"the " + what + " is too large", where, "", "less than 1 MB", ""};
+  if (const std::optional<int> line = first_foreign_line(text))
+    return Error{"the " + what + " is no text", where + ", line " + std::to_string(*line),
+                 "a byte that is no UTF-8 or a control character", "plain text in UTF-8", "save it as UTF-8"};
+  const auto no_toml = [&](const std::string& line) {
+    return Error{"the " + what + " is no TOML", where + line, "", "key = value, [table] and [[list]]",
+                 "see docs/file-formats.md"};
+  };
+  try {
+    std::istringstream in(text);
+    return toml::parse(in, where);
+  } catch (const toml::exception& e) {
+    return no_toml(", line " + std::to_string(e.location().line()));
+  } catch (const std::exception&) {
+    return no_toml("");
+  }
+}
+
+}  // namespace trephine::data_tools

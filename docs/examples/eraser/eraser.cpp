@@ -1,0 +1,111 @@
+#include "modules/eraser/eraser.h"
+
+#include <array>
+
+namespace trephine::eraser {
+
+using sim::field;
+
+namespace {
+
+/// What the instrument remembers from tick to tick: saved, restored, hashed, like all state.
+struct EraserState {
+  bool is_on = false;
+  glm::dvec3 last{0.0};  ///< mm, world: where it was
+  double amount = 0;     ///< mm3 of this stroke
+  static const sim::Schema& schema() {
+    static constexpr sim::Field fields[] = {field<&EraserState::is_on>("is_on"),
+                                            field<&EraserState::last>("last", {.unit = "mm"}),
+                                            field<&EraserState::amount>("amount", {.unit = "mm3"})};
+    static constexpr sim::Schema table{"eraser-state", 1, fields};
+    return table;
+  }
+};
+
+/// One tick, with the button and without.
+void step(const Eraser& eraser, EraserState& state, const sim::InstrumentInput& input, sim::Work& work) {
+  if (input.is_fresh) state = EraserState();
+  const glm::dvec3& now = input.tick.pose.position_world;
+  if (input.tick.pose.is_pressed()) {
+    const auto removed = work.remove({state.is_on ? state.last : now, now, 0.5 * eraser.diameter, false});
+    state.amount += work.left().mm3_of(removed.removed_units);
+    state.is_on = true;
+    state.last = now;
+  } else if (state.is_on) {
+    work.tell(Erased{state.amount}, state.last);
+    state = EraserState();
+  }
+}
+
+/// A session over that anatomy samples its cuts as finely as this needs.
+sim::ToolNeeds needs(const Eraser& eraser, const volume::Volume&) { return {eraser.diameter, 0}; }
+
+const sim::InstrumentType& type() { return sim::instrument_type<step, nullptr, nullptr, needs>(); }
+
+}  // namespace
+
+const sim::Schema& Eraser::schema() {
+  static constexpr sim::Field fields[] = {
+      field<&Eraser::diameter>("diameter", {.unit = "mm", .low = 0.5, .high = 20, .help = "of the ball"})};
+  static constexpr sim::Schema table{"eraser", 1, fields};
+  return table;
+}
+const sim::Schema& LimitEraser::schema() {
+  static constexpr sim::Field fields[] = {field<&LimitEraser::most>(
+      "most", {.unit = "mm3", .low = 0, .high = 1e6, .help = "that may be erased in all"})};
+  static constexpr sim::Schema table{"limit-eraser", 1, fields};
+  return table;
+}
+const sim::Schema& Erased::schema() {
+  static constexpr sim::Field fields[] = {field<&Erased::amount>("amount", {.unit = "mm3"})};
+  static constexpr sim::Schema table{"erased", 1, fields};
+  return table;
+}
+const sim::Schema& EraserTotal::schema() {
+  static constexpr sim::Field fields[] = {field<&EraserTotal::amount>("amount", {.unit = "mm3"})};
+  static constexpr sim::Schema table{"eraser-total", 1, fields};
+  return table;
+}
+const sim::Schema& EraserLimit::schema() {
+  static constexpr sim::Field fields[] = {field<&EraserLimit::most>("most", {.unit = "mm3"})};
+  static constexpr sim::Schema table{"eraser-limit", 1, fields};
+  return table;
+}
+
+std::span<const sim::InstrumentType* const> EraserModule::instruments() const {
+  static const std::array all{&type()};
+  return all;
+}
+std::span<const sim::ValueType* const> EraserModule::commands() const {
+  static const std::array all{&sim::value_type<LimitEraser>()};
+  return all;
+}
+std::span<const sim::ValueType* const> EraserModule::events() const {
+  static const std::array all{&sim::value_type<Erased>()};
+  return all;
+}
+
+/// Asked before anything is done, about every command of whatever module.
+volume::Status EraserModule::allows(const sim::Command& command, const sim::OperationState& now) const {
+  if (!command.what.as<Eraser>()) return std::nullopt;
+  const double most = now.settings_of<EraserLimit>()->most, amount = now.world_of<EraserTotal>()->amount;
+  if (amount < most) return std::nullopt;
+  return volume::Error{"the eraser is used up", "eraser", std::to_string(amount) + " mm3",
+                       "less than " + std::to_string(most) + " mm3", "undo a stroke, or raise its limit"};
+}
+
+void EraserModule::apply(const sim::Command& command, sim::ModuleWork& work) const {
+  if (const auto* limit = command.what.as<LimitEraser>())
+    work.change_settings<EraserLimit>().most = limit->most;
+}
+
+void EraserModule::react(const sim::Event& event, sim::ModuleState& state) const {
+  if (const auto* erased = event.what.as<Erased>())
+    state.change_world<EraserTotal>().amount += erased->amount;
+}
+
+std::vector<sim::Measure> EraserModule::measures(const sim::OperationState& now) const {
+  return {{"erased", now.world_of<EraserTotal>()->amount, "mm3"}};
+}
+
+}  // namespace trephine::eraser
