@@ -43,6 +43,31 @@ Result<haptics::PosePath> path_of(const ScriptHand& hand, const std::string& fol
   return haptics::PosePath::from_samples(std::move(samples), at_line(where, hand.line));
 }
 
+/// What scripts may tell; not what keeps an engine's books.
+bool may_be_told(const sim::ValueType& type) {
+  for (const sim::ValueType* books : {&sim::value_type<sim::AdoptFields>(), &sim::value_type<sim::AdoptJob>(),
+                                      &sim::value_type<sim::CancelJob>(), &sim::value_type<sim::Resume>()})
+    if (&type == books) return false;
+  return !catalogue().is_event(type);
+}
+
+Result<sim::Command> command_of(const ScriptCommand& said, const std::string& where) {
+  const sim::ValueType* type = catalogue().find(said.name);
+  if (type == nullptr || !may_be_told(*type)) {
+    std::string known;
+    for (const sim::ValueType* one : catalogue().all())
+      if (may_be_told(*one)) known.append(known.empty() ? "" : ", ").append(one->schema->name);
+    return Error{"there is no such command", at_line(where, said.line), said.name, known,
+                 "choose one of these"};
+  }
+  sim::Value what = sim::Value::of(*type);
+  Status error = what.set(said.words);
+  if (!error && !said.is_refused) error = what.check();
+  if (!error) return sim::Command(std::move(what), static_cast<std::uint8_t>(said.hand));
+  error->where = at_line(where, said.line) + ": " + error->where;
+  return *error;
+}
+
 }  // namespace
 
 std::vector<std::string> expectable() {
@@ -83,37 +108,21 @@ Result<std::unique_ptr<ScriptRun>> ScriptRun::open(const Script& script, const s
     error->where = at_line(where, hand.line) + ": " + error->where;
     return *error;
   }
+  std::vector<sim::Command> commands;
+  for (const ScriptCommand& said : script.commands) {
+    Result<sim::Command> command = command_of(said, where);
+    if (!command) return command.error();
+    commands.push_back(std::move(command).value());
+  }
   const std::string scan = script.scan == "head" ? script.scan : seen_from(folder, script.scan);
   Result<Operation> operation = open_operation(scan, choice, listener);
   if (!operation) return operation.error();
   std::unique_ptr<ScriptRun> made(new ScriptRun(script, std::move(operation).value()));
   made->paths_ = std::move(paths);
-  if (Status error = made->read_commands(where)) return *error;
+  for (std::size_t i = 0; i < commands.size(); ++i)
+    made->told_.push_back({&made->script_.commands[i], std::move(commands[i])});
   if (Status error = made->check_names(where)) return *error;
   return made;
-}
-
-Status ScriptRun::read_commands(const std::string& where) {
-  for (const ScriptCommand& said : script_.commands) {
-    const sim::ValueType* type = catalogue().find(said.name);
-    if (type == nullptr || catalogue().is_event(*type)) {
-      std::string known;
-      for (const sim::ValueType* one : catalogue().all())
-        if (!catalogue().is_event(*one))
-          known += (known.empty() ? "" : ", ") + std::string(one->schema->name);
-      return Error{"there is no such command", at_line(where, said.line), said.name, known,
-                   "choose one of these"};
-    }
-    sim::Value what = sim::Value::of(*type);
-    Status error = what.set(said.words);
-    if (!error && !said.is_refused) error = what.check();
-    if (error) {
-      error->where = at_line(where, said.line) + ": " + error->where;
-      return error;
-    }
-    told_.push_back({&said, {std::move(what), static_cast<std::uint8_t>(said.hand)}});
-  }
-  return std::nullopt;
 }
 
 Status ScriptRun::check_names(const std::string& where) const {

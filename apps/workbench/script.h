@@ -47,7 +47,6 @@ class ScriptRun {
   };
   ScriptRun(const data_tools::Script& script, Operation operation)
       : script_(script), operation_(std::move(operation)) {}
-  volume::Status read_commands(const std::string& where);
   volume::Status check_names(const std::string& where) const;
   void tell(const Told& told, double t, ScriptReport& report);
   std::optional<double> value_of(const std::string& what, int hand, const ScriptReport& report) const;

@@ -1,11 +1,13 @@
-// A case.toml of any bytes.
+// A case.toml of any bytes, and a script.
 #include <cstdint>
 #include <cstdlib>
 
 #include "data-tools/case_folder.h"
+#include "data-tools/script_file.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace trephine;
+  (void)data_tools::parse_script(std::string(reinterpret_cast<const char*>(data), size), "fuzz");
   const auto read = data_tools::parse_case(std::string(reinterpret_cast<const char*>(data), size), "fuzz");
   if (!read) return 0;
   // What was understood can be written and is understood again.

@@ -1,0 +1,164 @@
+// Scripts and the list of modules, as a person uses them.
+#include "tests/apps/command_fixture.h"
+
+namespace trephine::command_tests {
+namespace {
+
+/// A ball of bone, touched from above and drilled for a while by the first hand, rested on by the second.
+std::string script(const std::string& more) {
+  return R"(schema = 1
+title = "A ball"
+scan = "s.mha"
+rate = 500
+
+[[hands]]
+instrument = "burr"
+parameters = "diameter=4 removal_rate=60"
+points = [[0, 0, 0, 60, 0], [0.5, 0, 0, 46, 1], [1.5, 0, 0, 44, 1], [1.6, 0, 0, 60, 0], [2, 0, 0, 60, 0]]
+
+[[hands]]
+path = "rest.csv"
+)" + more;
+}
+
+class Script : public Command {
+ protected:
+  Script() {
+    EXPECT_EQ(run("phantom sphere --size 64 --spacing 2 --psf 1 --set radius=48 -o s.mha").exit_code, 0);
+    write("rest.csv", "t,x,y,z\n0,0,30,60\n0.5,0,30,36\n2,0,30,36\n");
+  }
+};
+
+TEST_F(Script, IsPlayedCheckedRecordedAndTheSameWhenItIsReplayed) {
+  write("a.toml", script(R"(
+[[expect]]
+at = 0.8
+hand = 1
+what = "contact"
+least = 1
+[[expect]]
+what = "removed_mm3"
+least = 20
+most = 200
+[[expect]]
+hand = 1
+what = "proxy_y"
+least = 29
+most = 31
+[[do]]
+at = 1.7
+command = "undo"
+[[expect]]
+at = 1.75
+what = "removed_mm3"
+most = 0
+[[do]]
+at = 1.8
+command = "redo"
+[[do]]
+at = 1.9
+command = "burr"
+with = "diameter=1"
+refused = true
+[[do]]
+at = 1.95
+command = "free-pieces"
+)"));
+  const Json report = json("run a.toml --record a.session -o left.mha");
+  EXPECT_TRUE(report["is_met"]);
+  EXPECT_EQ(report["ticks"], 1001);
+  ASSERT_EQ(report["checks"].size(), 5u);
+  EXPECT_EQ(report["checks"][0]["line"], 14);
+  const Json again = json("replay a.session --case s.mha --verify");
+  EXPECT_TRUE(again["is_same"]);
+  EXPECT_EQ(again["content_hash"], report["content_hash"]);
+  // Seen from its folder, wherever it is played.
+  const Ended elsewhere = run("run ./a.toml --json");
+  EXPECT_EQ(Json::parse(elsewhere.out)["content_hash"], report["content_hash"]);
+}
+
+TEST_F(Script, WhatIsNotMetIsSaidWithItsLineAndEndsWithOne) {
+  write("a.toml", script(R"(
+[[expect]]
+what = "removed_mm3"
+least = 1e6
+[[do]]
+at = 1
+command = "undo"
+refused = true
+[[do]]
+at = 1.2
+command = "switch-item"
+with = "item=9 touchable=no"
+)"));
+  const Ended r = run("run a.toml");
+  EXPECT_EQ(r.exit_code, 1) << r.err;
+  EXPECT_NE(r.out.find("FAILED  line 14"), std::string::npos) << r.out;
+  EXPECT_NE(r.out.find("FAILED  line 17"), std::string::npos) << r.out;  // it was done
+  EXPECT_NE(r.out.find("FAILED  line 21"), std::string::npos) << r.out;  // refused, which nobody expected
+  EXPECT_NE(r.out.find("no such item"), std::string::npos) << r.out;
+  EXPECT_NE(r.out.find("3 of 3 checks FAILED"), std::string::npos) << r.out;
+}
+
+TEST_F(Script, WhatIsWrongIsSaidWithItsLineBeforeAnythingIsPlayed) {
+  const struct {
+    std::string more;
+    const char* words;
+  } bad[] = {
+      {"[[expect]]\nwhat = \"removed\"", "line 14: an expectation is not complete"},
+      {"[[expect]]\nwhat = \"removed_mm\"\nmost = 1", "line 14: nothing is measured by this name"},
+      {"[[expect]]\nwhat = \"events nothing\"\nmost = 1", "line 14: nothing is measured by this name"},
+      {"[[expect]]\nwhat = \"strokes\"\nleast = 2\nmost = 1", "swap them"},
+      {"[[do]]\nat = 1\ncommand = \"frobnicate\"", "line 14: there is no such command"},
+      {"[[do]]\nat = 1\ncommand = \"fault\"", "there is no such command"},
+      {"[[do]]\nat = 1\ncommand = \"adopt-job\"", "there is no such command"},
+      {"[[do]]\nat = 1\ncommand = \"burr\"\nwith = \"diameter=99\"", "line 14: burr diameter"},
+      {"[[do]]\nat = 1\ncommand = \"burr\"\nwith = \"size=2\"", "there is no such field"},
+      {"[[do]]\nat = -1\ncommand = \"undo\"", "line 15: the value of at is out of range"},
+      {"[[do]]\nat = 1\nhand = 2\ncommand = \"undo\"", "the value of hand is out of range"},
+      {"[[hands]]\npath = \"none.csv\"", "no such path file"},
+      {"[[hands]]\npoints = [[0, 1, 2]]", "this is no point of a path"},
+      {"[[hands]]\npoints = [[1, 0, 0, 0], [0, 0, 0, 0]]", "line 14"},
+      {"[[hands]]\ninstrument = \"saw\"\npath = \"rest.csv\"",
+       "line 14: instrument: there is no such instrument"},
+      {"[[hands]]\ninstrument = \"burr\"\nparameters = \"diameter=-1\"\npath = \"rest.csv\"",
+       "burr diameter"},
+      {"[[hands]]\nmethod = \"gost\"\npath = \"rest.csv\"", "there is no such method"},
+      {"[[hands]]\neffects = [\"hum\"]\npath = \"rest.csv\"", "there is no such effect"},
+      {"speed = 2", "there is no such key"},
+      {"smallest_burr = 1", "there is no such key"},
+      {"\n[[expect", "the script is no TOML"},
+  };
+  for (const auto& [more, words] : bad) {
+    write("bad.toml", script("\n" + more));
+    const Ended r = run("run bad.toml -o left.mha --record bad.session");
+    EXPECT_EQ(r.exit_code, 2) << more;
+    EXPECT_NE(r.err.find(words), std::string::npos) << more << "\n" << r.err;
+    EXPECT_FALSE(fs::exists(file("left.mha")) || fs::exists(file("bad.session"))) << more;
+  }
+  EXPECT_EQ(run("run nothing.toml").exit_code, 2);
+  write("old.toml", "scan = \"head\"\n");
+  EXPECT_NE(run("run old.toml").err.find("does not say its schema"), std::string::npos);
+  write("new.toml", "schema = 2\nwhatever = 1\n");
+  EXPECT_NE(run("run new.toml").err.find("newer trephine"), std::string::npos);
+  write("a.toml", script(""));
+  EXPECT_EQ(run("run a.toml -o a.toml").exit_code, 2);
+  EXPECT_EQ(run("run a.toml --record s.mha").exit_code, 2);
+}
+
+TEST_F(Command, ModulesAreListedWithTheirTables) {
+  const Json all = json("modules");
+  ASSERT_FALSE(all["modules"].empty());
+  EXPECT_EQ(all["modules"][0]["name"], "drilling");
+  const Json& burr = all["modules"][0]["parts"][0];
+  EXPECT_EQ(burr["kind"], "instrument");
+  EXPECT_EQ(burr["fields"][0]["name"], "diameter");
+  EXPECT_EQ(burr["fields"][0]["unit"], "mm");
+  EXPECT_EQ(burr["fields"][0]["high"], 30);
+  EXPECT_EQ(burr["fields"][0]["default"], "4");
+  EXPECT_NE(run("modules drilling").out.find("diameter=4"), std::string::npos);
+  EXPECT_EQ(run("modules dancing").exit_code, 2);
+}
+
+}  // namespace
+}  // namespace trephine::command_tests
