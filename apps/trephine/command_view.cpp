@@ -4,6 +4,7 @@
 #include "apps/view/render_window.h"
 #include "apps/view/view_window.h"
 #include "apps/workbench/catalogue.h"
+#include "apps/workbench/devices.h"
 #include "data-tools/atomic_file.h"
 #include "modules/drilling/burr.h"
 #include "volume/work_counters.h"
@@ -21,6 +22,7 @@ struct ViewArguments {
   drilling::Burr burr;
   std::optional<double> smallest_burr;  ///< mm
   std::optional<double> seconds;
+  std::string device = "mouse";
   workbench::RecordChoice record;
   bool has_no_autosave = false;
 };
@@ -33,25 +35,25 @@ class Host {
   Host(workbench::Source source, workbench::OperationChoice choice, workbench::RecordChoice record)
       : source_(std::move(source)), choice_(std::move(choice)), record_(std::move(record)) {}
 
-  Result<view::OpenedScene> open(const std::string& path) {
-    auto opened = workbench::open_source(path, person());
+  Result<view::OpenedScene> open(const std::string& path, const workbench::Listener& listener) {
+    auto opened = workbench::open_source(path, listener);
     if (!opened) return opened.error();
     workbench::OperationChoice choice = choice_;
     choice.shape = {};
     // A person can move the window from here; a program would have been asked for a shape.
     const volume::Volume& v = *opened.value().volume;
     if (!v.is_hounsfield && !opened.value().plan) choice.shape.iso = brighter_half(v);
-    Result<view::OpenedScene> made = make(opened.value(), choice);
+    Result<view::OpenedScene> made = make(opened.value(), choice, listener);
     if (made) source_ = std::move(opened).value();
     return made;
   }
 
-  Result<view::OpenedScene> reshape(double low, double high) {
+  Result<view::OpenedScene> reshape(double low, double high, const workbench::Listener& listener) {
     workbench::OperationChoice choice = choice_;
     choice.shape = {};
     choice.shape.window =
         format_text("%.17g:", low) + (std::isfinite(high) ? format_text("%.17g", high) : std::string());
-    return make(source_, choice);
+    return make(source_, choice, listener);
   }
 
  private:
@@ -60,8 +62,9 @@ class Host {
     return 0.5 * (*low + *high);
   }
 
-  Result<view::OpenedScene> make(const workbench::Source& source, const workbench::OperationChoice& choice) {
-    auto operation = workbench::make_operation(source, choice, person());
+  Result<view::OpenedScene> make(const workbench::Source& source, const workbench::OperationChoice& choice,
+                                 const workbench::Listener& listener) {
+    auto operation = workbench::make_operation(source, choice, listener);
     if (!operation) return operation.error();
     workbench::RecordChoice record = record_;
     if (record.is_autosave)
@@ -92,6 +95,8 @@ Result<Outcome> run_view(const ViewArguments& arguments) {
   }
   if (arguments.seconds && !view::has_display())
     notice("note: there is no display; the picture is drawn without a window");
+  auto device = workbench::open_device(arguments.device);
+  if (!device) return device.error();
   workbench::OperationChoice choice;
   choice.shape = arguments.shape;
   choice.hands[0] = sim::HandSpec(drilling::burr(arguments.burr));
@@ -109,6 +114,7 @@ Result<Outcome> run_view(const ViewArguments& arguments) {
   view::WindowOptions options;
   options.start = view::WindowStart{operation.engine()};
   options.catalogue = &workbench::catalogue();
+  options.device = device.value();
   options.seconds = arguments.seconds;
   options.wants_to_end = is_interrupted;
   options.screenshot = arguments.screenshot;
@@ -134,8 +140,12 @@ Result<Outcome> run_view(const ViewArguments& arguments) {
   if (recorder) options.session_file = record.file;
 
   const auto host = std::make_shared<Host>(source, choice, record);
-  options.host.open = [host](const std::string& path) { return host->open(path); };
-  options.host.reshape = [host](double low, double high) { return host->reshape(low, high); };
+  options.host.open = [host](const std::string& path, const workbench::Listener& listener) {
+    return host->open(path, listener);
+  };
+  options.host.reshape = [host](double low, double high, const workbench::Listener& listener) {
+    return host->reshape(low, high, listener);
+  };
 
   const double ready_seconds = process_seconds();
   auto shown = view::run_window(scene, options);
@@ -199,6 +209,13 @@ Run build(Options& options) {
   options.add("--screenshot", a->screenshot, "Write a picture; without --seconds no window is opened")
       .type("OUT.png");
   options.add("--seconds", a->seconds, "Close the window by itself after so long").type("S");
+  options
+      .add("--device", a->device,
+           "What drives the hand: mouse, playback:PATH.csv (a path as it is), or virtual:PATH.csv (a "
+           "simulated "
+           "hand that wants to go it)")
+      .shows_default()
+      .type("NAME");
   add_round(options, a->burr.is_round);
   add_record(options, a->record);
   options.add("--no-autosave", a->has_no_autosave, "Do not keep the session in ~/.local/state/trephine");

@@ -35,7 +35,7 @@ LiveOperation::LiveOperation(const haptics::TouchScene& scene, const WindowOptio
       options_(options),
       picture_(scene, window, true),
       mouse_(picture_.outside_point()),
-      devices_{&mouse_},
+      devices_{options.device ? options.device.get() : &mouse_},
       live_(devices_, options.start->engine, servo_options(options), options.recorder,
             options.start->first_tick) {
   TREPHINE_ASSERT(live_.engine().tool().scene.get() == &scene);
@@ -93,6 +93,23 @@ std::string LiveOperation::fault_text() const {
 }
 
 void LiveOperation::frame() {
+  if (!options_.device) follow_cursor();
+
+  // News from the other threads: the version, its changed chunks, the newest tick.
+  state_ = live_.look();
+  if (state_.refused) refused_ = state_.refused->message();
+  version_ = state_.version;
+  picture_.request(version_, state_.changed);
+  picture_.show_stylus(state_.newest, drawn_radius(state_.tool), *version_,
+                       -picture_.ray_at(x_, y_).direction);
+  const double ms = picture_.draw();
+  ++report_.frames;
+  if (frame_ms_.size() < k_most_times) frame_ms_.push_back(static_cast<float>(ms));
+  const bool is_cutting = state_.changed.low.x <= state_.changed.high.x && state_.newest.pose.is_pressed();
+  if (is_cutting && drilling_ms_.size() < k_most_times) drilling_ms_.push_back(static_cast<float>(ms));
+}
+
+void LiveOperation::follow_cursor() {
   // The hand's wish: on the surface under the cursor, and into it while the button is down.
   const Ray ray = picture_.ray_at(x_, y_);
   const double hit = picture_.distance_to_solid(*version_, ray);
@@ -111,18 +128,6 @@ void LiveOperation::frame() {
     mouse_.jump();
   }
   wish_ = wish;
-
-  // News from the other threads: the version, its changed chunks, the newest tick.
-  state_ = live_.look();
-  if (state_.refused) refused_ = state_.refused->message();
-  version_ = state_.version;
-  picture_.request(version_, state_.changed);
-  picture_.show_stylus(state_.newest, drawn_radius(state_.tool), *version_, -ray.direction);
-  const double ms = picture_.draw();
-  ++report_.frames;
-  if (frame_ms_.size() < k_most_times) frame_ms_.push_back(static_cast<float>(ms));
-  const bool is_cutting = state_.changed.low.x <= state_.changed.high.x && state_.newest.pose.is_pressed();
-  if (is_cutting && drilling_ms_.size() < k_most_times) drilling_ms_.push_back(static_cast<float>(ms));
 }
 
 }  // namespace trephine::view

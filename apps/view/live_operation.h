@@ -53,8 +53,13 @@ class LiveOperation {
   std::string take_refusal() { return std::exchange(refused_, {}); }
   OperationPicture& picture() noexcept { return picture_; }
   const std::shared_ptr<const volume::Version>& version() const noexcept { return version_; }
+  /// What is left now, for good: nothing that is cut later shows in it. Waits for the edits, some
+  /// milliseconds.
+  std::shared_ptr<const volume::Version> frozen() { return live_.snapshot().get()->world.version; }
 
  private:
+  void follow_cursor();
+
   const haptics::TouchScene* scene_;
   WindowOptions options_;
   OperationPicture picture_;

@@ -3,6 +3,7 @@
 
 #include <QMainWindow>
 #include <QTimer>
+#include <atomic>
 #include <chrono>
 #include <future>
 #include <memory>
@@ -18,6 +19,7 @@ class QCheckBox;
 class QComboBox;
 class QDoubleSpinBox;
 class QLabel;
+class QProgressBar;
 class QPushButton;
 class QScrollArea;
 class QSlider;
@@ -47,7 +49,9 @@ class MainWindow : public QMainWindow {
   LiveOperation* operation() noexcept { return operation_.get(); }
   ReplayOperation* replay() noexcept { return replay_.get(); }
   QVTKOpenGLNativeWidget* canvas() noexcept { return canvas_; }
-  bool is_opening() const { return opening_.valid(); }
+  bool is_opening() const { return opening_.result.valid(); }
+  /// What is being opened is given up, as soon as its reading can be.
+  void cancel_opening();
   /// Ends the operation and says what happened in the window.
   WindowReport finish();
 
@@ -71,6 +75,9 @@ class MainWindow : public QMainWindow {
   void begin(std::shared_ptr<const haptics::TouchScene> scene);
   void tick();
   void take_opened();
+  void open_by(std::function<volume::Result<OpenedScene>(const WindowHost::Listener&)> open);
+  /// For files: of this moment, whatever is cut meanwhile.
+  std::shared_ptr<const volume::Version> frozen();
   void show_state();
   void preview_shape();
   void use_shape();
@@ -88,7 +95,15 @@ class MainWindow : public QMainWindow {
   QVTKOpenGLNativeWidget* canvas_ = nullptr;
   std::unique_ptr<LiveOperation> operation_;
   std::unique_ptr<ReplayOperation> replay_;
-  std::future<volume::Result<OpenedScene>> opening_;
+  /// A scan that is being opened, on a thread of its own.
+  struct Opening {
+    std::shared_ptr<std::atomic<double>> share = std::make_shared<std::atomic<double>>(0);
+    std::shared_ptr<std::atomic<bool>> is_cancelled = std::make_shared<std::atomic<bool>>(false);
+    std::future<volume::Result<OpenedScene>> result;
+    WindowHost::Listener listener() const;
+  };
+  Opening opening_;
+  int asking_ = 0;  ///< dialogs that wait for an answer: nothing is put in place of the operation meanwhile
   DrillSound sound_;
   WindowReport report_;
   bool has_first_frame_ = false, is_sound_on_ = false, is_previewing_ = false;
@@ -106,6 +121,8 @@ class MainWindow : public QMainWindow {
   QComboBox *clip_ = nullptr, *speed_ = nullptr;
   QPushButton *undo_ = nullptr, *redo_ = nullptr, *use_shape_ = nullptr, *keep_shape_ = nullptr,
               *play_ = nullptr;
+  QProgressBar* opening_bar_ = nullptr;
+  QPushButton* cancel_ = nullptr;
   QAction *undo_action_ = nullptr, *redo_action_ = nullptr;
   HelpOverlay* help_ = nullptr;
 };

@@ -304,7 +304,11 @@ void MainWindow::ask_and_tell(const sim::ValueType& type) {
     column->addWidget(buttons);
     connect(buttons, &QDialogButtonBox::accepted, &dialog, &QDialog::accept);
     connect(buttons, &QDialogButtonBox::rejected, &dialog, &QDialog::reject);
-    if (dialog.exec() != QDialog::Accepted) return;
+    if (operation_) operation_->press(false);
+    ++asking_;
+    const int answer = dialog.exec();
+    --asking_;
+    if (answer != QDialog::Accepted) return;
     what = form->value();
   }
   if (operation_) operation_->apply(std::move(what));

@@ -6,6 +6,7 @@
 #include <optional>
 #include <string>
 
+#include "apps/workbench/listener.h"
 #include "haptics/servo/servo_loop.h"
 #include "sim/live_session.h"
 #include "sim/replay.h"
@@ -31,17 +32,19 @@ struct OpenedScene {
 
 /// What only the program around a window can do: find and read scans, begin recordings.
 struct WindowHost {
-  /// A folder, a file or "head". Off the drawing thread.
-  std::function<volume::Result<OpenedScene>(const std::string& source)> open;
+  using Listener = workbench::Listener;
+  /// A folder, a file or "head". Off the drawing thread; one of both at a time.
+  std::function<volume::Result<OpenedScene>(const std::string& source, const Listener& listener)> open;
   /// The scan that was opened last, with another window of intensities.
-  std::function<volume::Result<OpenedScene>(double low, double high)> reshape;
+  std::function<volume::Result<OpenedScene>(double low, double high, const Listener& listener)> reshape;
 };
 
 struct WindowOptions {
   const sim::Catalogue* catalogue = nullptr;  ///< what hands may take and tell; null: what they begin with
   double rate_hz = 1000;
   haptics::ForceOptions force;
-  std::optional<double> seconds;  ///< close by itself after so long
+  std::shared_ptr<haptics::Device> device;  ///< drives the first hand; null: the mouse
+  std::optional<double> seconds;            ///< close by itself after so long
   /// Asked in every frame: true closes the window in order, as its own button does.
   std::function<bool()> wants_to_end = [] { return false; };
   std::string screenshot;  ///< PNG at the end; empty for none
