@@ -167,12 +167,11 @@ std::string case_text(const CasePlan& plan, bool has_labels) {
     out += std::string(key) + " = " + value + "\n";
   };
   const auto number = [&line](const char* key, double value) {
-    const std::string text = TomlReader::text_of(value);
+    const std::string text = volume::text_of(value);
     line(key, text.find_first_of(".e") == std::string::npos ? text + ".0" : text);
   };
   const auto point = [&line](const char* key, const glm::dvec3& p) {
-    line(key, "[" + TomlReader::text_of(p.x) + ", " + TomlReader::text_of(p.y) + ", " +
-                  TomlReader::text_of(p.z) + "]");
+    line(key, "[" + volume::text_of(p.x) + ", " + volume::text_of(p.y) + ", " + volume::text_of(p.z) + "]");
   };
   line("schema", std::to_string(CasePlan::k_schema));
   line("name", quoted(plan.name) + "  # chosen for the case, never a patient's");

@@ -68,13 +68,6 @@ struct Rescale {
   double slope = 1, intercept = 0;
 };
 
-bool has_dicom_magic(const std::string& path) {
-  std::ifstream in(path, std::ios::binary);
-  char bytes[132] = {};
-  in.read(bytes, 132);
-  return in.gcount() == 132 && std::memcmp(bytes + 128, "DICM", 4) == 0;
-}
-
 std::string short_number(double v) {
   char text[40];
   std::snprintf(text, sizeof text, "%g", v);
@@ -192,6 +185,13 @@ bool convert_slice(const T* from, std::int16_t* to, std::size_t count, const Res
 }
 
 }  // namespace
+
+bool has_dicom_magic(const std::string& path) {
+  std::ifstream in(path, std::ios::binary);
+  char bytes[132] = {};
+  in.read(bytes, 132);
+  return in.gcount() == 132 && std::memcmp(bytes + 128, "DICM", 4) == 0;
+}
 
 Result<OpenedVolume> open_dicom(const std::string& path, const OpenOptions& options) {
   const std::string where = file_name(path);

@@ -17,6 +17,7 @@
 #include "data-tools/quiet_streams.h"
 #include "data-tools/whole_numbers.h"
 #include "volume/parallel.h"
+#include "volume/text.h"
 
 namespace trephine::data_tools {
 
@@ -85,12 +86,6 @@ std::optional<double> convert_any(itk::IOComponentEnum type, const void* data, V
       is_known = false;
       return std::nullopt;
   }
-}
-
-std::string text_of(double v) {
-  char text[40];
-  std::snprintf(text, sizeof text, "%g", v);
-  return text;
 }
 
 /// ITK's reader trusts a MetaImage's header: it divides by what it finds and loops as often as it is told.
@@ -266,7 +261,7 @@ Result<OpenedVolume> open_image_file(const std::string& path, const OpenOptions&
       size[i] = static_cast<int>(std::min<itk::SizeValueType>(io.GetDimensions(a), 2'000'000'000));
       origin[i] = io.GetOrigin(a);
       if (!(io.GetSpacing(a) > 0) || !std::isfinite(io.GetSpacing(a)))
-        return Error{"the spacing is not a positive number", where, text_of(io.GetSpacing(a)) + " mm",
+        return Error{"the spacing is not a positive number", where, volume::text_of(io.GetSpacing(a)) + " mm",
                      "a spacing above 0 mm on each axis", "export the volume again"};
       const std::vector<double> direction = io.GetDirection(a);
       for (int k = 0; k < 3; ++k) axes[i][k] = direction[static_cast<std::size_t>(k)] * io.GetSpacing(a);
@@ -328,7 +323,7 @@ Result<OpenedVolume> open_image_file(const std::string& path, const OpenOptions&
 }
 
 Error not_whole(const std::string& where, double value) {
-  return Error{"the volume holds values that are not whole numbers of 16 bits", where, text_of(value),
+  return Error{"the volume holds values that are not whole numbers of 16 bits", where, volume::text_of(value),
                "whole numbers from -32768 to 32767",
                "scale or round the values before opening (a fraction such as 0.5 would be lost silently)"};
 }

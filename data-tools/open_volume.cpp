@@ -17,13 +17,6 @@ using volume::Result;
 
 namespace {
 
-bool has_dicom_magic(const std::string& path) {
-  std::ifstream in(path, std::ios::binary);
-  char bytes[132] = {};
-  in.read(bytes, 132);
-  return in.gcount() == 132 && std::string(bytes + 128, 4) == "DICM";
-}
-
 Result<OpenedVolume> open_by_kind(const std::string& path, const OpenOptions& options) {
   std::error_code error;
   const fs::file_status status = fs::status(path, error);

@@ -2,7 +2,6 @@
 // that read TOML.
 #pragma once
 
-#include <charconv>
 #include <cmath>
 #include <glm/vec3.hpp>
 #include <optional>
@@ -13,6 +12,7 @@
 #include <vector>
 
 #include "volume/error.h"
+#include "volume/text.h"
 
 namespace trephine::data_tools {
 
@@ -44,8 +44,8 @@ class TomlReader {
     if (it->second.is_integer()) v = static_cast<double>(it->second.as_integer());
     if (it->second.is_floating()) v = it->second.as_floating();
     if (v >= low && v <= high) return v;
-    fail(it->second, "the value of " + key + " is out of range", text_of(it->second),
-         "a number from " + text_of(low) + " to " + text_of(high));
+    fail(it->second, "the value of " + key + " is out of range", words_of(it->second),
+         "a number from " + volume::text_of(low) + " to " + volume::text_of(high));
     return std::nullopt;
   }
   std::optional<std::string> text(const toml::table& t, const std::string& key) {
@@ -54,7 +54,7 @@ class TomlReader {
     if (it->second.is_string() && !it->second.as_string().str.empty() &&
         it->second.as_string().str.size() <= 200)
       return it->second.as_string().str;
-    fail(it->second, "the value of " + key + " is no text", text_of(it->second),
+    fail(it->second, "the value of " + key + " is no text", words_of(it->second),
          "\"text\" of 1 to 200 characters");
     return std::nullopt;
   }
@@ -62,7 +62,7 @@ class TomlReader {
     const auto it = t.find(key);
     if (it == t.end()) return std::nullopt;
     if (it->second.is_boolean()) return it->second.as_boolean();
-    fail(it->second, "the value of " + key + " is neither true nor false", text_of(it->second),
+    fail(it->second, "the value of " + key + " is neither true nor false", words_of(it->second),
          "true or false");
     return std::nullopt;
   }
@@ -77,7 +77,7 @@ class TomlReader {
         if (v.is_integer()) p[a] = static_cast<double>(v.as_integer());
       }
     if (std::abs(p.x) < 1e6 && std::abs(p.y) < 1e6 && std::abs(p.z) < 1e6) return p;
-    fail(it->second, "the value of " + key + " is no point", text_of(it->second), "[x, y, z] in mm, LPS");
+    fail(it->second, "the value of " + key + " is no point", words_of(it->second), "[x, y, z] in mm, LPS");
     return std::nullopt;
   }
   /// The tables of an array of tables; none when the key is absent.
@@ -115,13 +115,8 @@ class TomlReader {
   }
   const std::optional<volume::Error>& error() const { return error_; }
 
-  static std::string text_of(double v) {
-    char text[40];
-    return std::string(text, std::to_chars(text, text + sizeof text, v).ptr);
-  }
-
  private:
-  static std::string text_of(const toml::value& v) {
+  static std::string words_of(const toml::value& v) {
     std::ostringstream out;
     out << v;
     return out.str().substr(0, 80);

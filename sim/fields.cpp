@@ -4,10 +4,12 @@
 #include <charconv>
 #include <cmath>
 
-#include "sim/text.h"
 #include "volume/bytes.h"
+#include "volume/text.h"
 
 namespace trephine::sim {
+
+using volume::text_of;
 
 using glm::dvec3;
 using volume::Error;

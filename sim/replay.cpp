@@ -5,9 +5,13 @@
 #include <glm/geometric.hpp>
 
 #include "haptics/servo/servo_memory.h"
-#include "sim/text.h"
+#include "volume/text.h"
 
 namespace trephine::sim {
+
+using volume::hexadecimal;
+
+using volume::text_of;
 
 using volume::Error;
 using volume::Result;

@@ -4,10 +4,14 @@
 
 #include "haptics/force/effects.h"
 #include "haptics/mesh/mesh_tree.h"
-#include "sim/text.h"
 #include "sim/tool_geometry.h"
+#include "volume/text.h"
 
 namespace trephine::sim {
+
+using volume::hexadecimal;
+
+using volume::text_of;
 
 using haptics::TouchItem;
 using haptics::TouchScene;

@@ -6,9 +6,13 @@
 
 #include "haptics/force/effects.h"
 #include "sim/session_format.h"
-#include "sim/text.h"
+#include "volume/text.h"
 
 namespace trephine::sim {
+
+using volume::hexadecimal;
+
+using volume::text_of;
 
 using volume::Error;
 using volume::Result;

@@ -1,15 +1,12 @@
 #include "volume/shape.h"
 
-#include <charconv>
 #include <cmath>
+
+#include "volume/text.h"
 
 namespace trephine::volume {
 
 std::string describe(const Shape& shape, bool is_hounsfield) {
-  const auto text_of = [](double value) {
-    char text[40];
-    return std::string(text, std::to_chars(text, text + sizeof text, value).ptr);
-  };
   if (shape.is_label()) return "label " + shape.name;
   const std::string unit = is_hounsfield ? " HU" : "";
   if (std::isinf(shape.high)) return text_of(shape.low) + unit + " and above";

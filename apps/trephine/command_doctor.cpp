@@ -14,6 +14,7 @@
 #include "apps/view/render_window.h"
 #include "data-tools/atomic_file.h"
 #include "haptics/servo/servo_loop.h"
+#include "volume/percentile.h"
 
 namespace trephine::app {
 
@@ -94,7 +95,7 @@ std::string timer_picture(const std::vector<double>& late) {
     double y;
   } marks[] = {{50, "half", "#14694b", 62}, {99, "99 %", "#b5651d", 80}, {100, "latest", "#a02c2c", 98}};
   for (const auto& m : marks) {
-    const double us = percentile(late, m.p), x = x_of(us);
+    const double us = volume::percentile(late, m.p), x = x_of(us);
     svg += format_text(
         "<line x1=\"%.1f\" x2=\"%.1f\" y1=\"%.0f\" y2=\"430\" stroke=\"%s\" stroke-width=\"2\" "
         "stroke-dasharray=\"6 4\"/>\n",
@@ -178,7 +179,7 @@ Result<Outcome> run_doctor(const DoctorArguments& arguments) {
        can_lock ? ""
                 : "allow it: a line '@audio - memlock unlimited' in /etc/security/limits.d/trephine.conf",
        !can_lock});
-  const double p50 = percentile(late, 50), p99 = percentile(late, 99);
+  const double p50 = volume::percentile(late, 50), p99 = volume::percentile(late, 99);
   const bool is_late = p99 > 500;
   findings.push_back({"timer",
                       format_text("1 kHz, late by %.0f us at the middle, %.0f us at 99 %%, at most %.0f us",

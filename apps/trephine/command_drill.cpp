@@ -5,8 +5,8 @@
 #include "data-tools/open_volume.h"
 #include "modules/drilling/burr.h"
 #include "sim/lockstep.h"
-#include "sim/text.h"
 #include "volume/operated_volume.h"
+#include "volume/text.h"
 
 namespace trephine::app {
 
@@ -83,7 +83,7 @@ Result<Outcome> run_drill(const DrillArguments& arguments) {
     return Error{"a burr that is not held by the bone has no round touch", "--round", "--kinematic",
                  "one of the two", ""};
   if (burr.is_round && burr.diameter > 12)
-    return Error{"the burr is too large for a round touch", "burr diameter", sim::text_of(burr.diameter),
+    return Error{"the burr is too large for a round touch", "burr diameter", volume::text_of(burr.diameter),
                  "at most 12 mm", "leave --round out"};
   auto path = workbench::open_path(arguments.path);
   if (!path) return path.error();

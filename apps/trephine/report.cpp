@@ -13,6 +13,7 @@
 #include <unistd.h>
 
 #include "apps/trephine/build_info.h"
+#include "volume/percentile.h"
 #include "volume/work_counters.h"
 
 namespace trephine::app {
@@ -71,18 +72,12 @@ int exit_code_of(const volume::Error& error) {
   return exit_bad_input;
 }
 
-double percentile(const std::vector<double>& sorted, double p) {
-  if (sorted.empty()) return 0;
-  const auto rank = static_cast<std::size_t>(std::ceil(p / 100 * static_cast<double>(sorted.size())));
-  return sorted[std::clamp<std::size_t>(rank, 1, sorted.size()) - 1];
-}
-
 Json percentiles(std::vector<double> values) {
   std::sort(values.begin(), values.end());
   return {{"count", values.size()},
-          {"p50", percentile(values, 50)},
-          {"p99", percentile(values, 99)},
-          {"p999", percentile(values, 99.9)},
+          {"p50", volume::percentile(values, 50)},
+          {"p99", volume::percentile(values, 99)},
+          {"p999", volume::percentile(values, 99.9)},
           {"max", values.empty() ? 0 : values.back()}};
 }
 

@@ -45,7 +45,6 @@ std::string text_of_json(const Json& json, int indent = 2);
 
 /// Nearest-rank percentiles, in the unit of the values (docs/performance.md). Sorts its copy.
 Json percentiles(std::vector<double> values);
-double percentile(const std::vector<double>& sorted, double p);
 
 /// "trephine 0.1.0 (commit, compiler)".
 std::string program_name();

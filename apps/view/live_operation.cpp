@@ -4,6 +4,7 @@
 #include <glm/geometric.hpp>
 
 #include "apps/view/tool_look.h"
+#include "volume/percentile.h"
 
 namespace trephine::view {
 
@@ -18,13 +19,6 @@ haptics::ServoOptions servo_options(const WindowOptions& options) {
   servo.rate_hz = options.rate_hz;
   servo.force = options.force;
   return servo;
-}
-
-double percentile(std::vector<float> values, double p) {
-  if (values.empty()) return 0;
-  std::sort(values.begin(), values.end());
-  return static_cast<double>(values[std::min(
-      values.size() - 1, static_cast<std::size_t>(p / 100 * static_cast<double>(values.size())))]);
 }
 
 }  // namespace
@@ -67,10 +61,11 @@ const WindowReport& LiveOperation::finish() {
   report_.removed_mm3 = state_.removed_mm3;
   report_.strokes = state_.strokes;
   report_.triangles = picture_.triangle_count();
-  report_.frame_p50_ms = percentile(frame_ms_, 50), report_.frame_p99_ms = percentile(frame_ms_, 99);
+  report_.frame_p50_ms = volume::percentile_of(frame_ms_, 50),
+  report_.frame_p99_ms = volume::percentile_of(frame_ms_, 99);
   report_.drilling_frames = static_cast<int>(drilling_ms_.size());
-  report_.drilling_p50_ms = percentile(drilling_ms_, 50),
-  report_.drilling_p99_ms = percentile(drilling_ms_, 99);
+  report_.drilling_p50_ms = volume::percentile_of(drilling_ms_, 50),
+  report_.drilling_p99_ms = volume::percentile_of(drilling_ms_, 99);
   return report_;
 }
 

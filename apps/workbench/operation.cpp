@@ -9,7 +9,7 @@
 #include "data-tools/mesh_reading.h"
 #include "haptics/force/effects.h"
 #include "haptics/mesh/mesh_tree.h"
-#include "sim/text.h"
+#include "volume/text.h"
 
 namespace trephine::workbench {
 
@@ -128,14 +128,14 @@ Status add_hands(const OperationChoice& choice, const volume::Volume& anatomy, c
     if (millions > 10)
       listener.notice(format_text("making the field of the round tip: %.0f million points ...", millions));
   }
-  const std::string found = choice.smallest_burr ? sim::text_of(*choice.smallest_burr) : "";
+  const std::string found = choice.smallest_burr ? volume::text_of(*choice.smallest_burr) : "";
   if (choice.smallest_burr && is_fixed && *choice.smallest_burr != finest)
     return Error{"a round burr is the smallest, and stays", "smallest burr", found,
-                 "the burr's " + sim::text_of(finest) + " mm", "leave it out"};
+                 "the burr's " + volume::text_of(finest) + " mm", "leave it out"};
   spec.smallest_burr = choice.smallest_burr.value_or(finest);
   if (finest > 0 && !(spec.smallest_burr > 0 && spec.smallest_burr <= finest))
     return Error{"the smallest burr is out of range", "smallest burr", found,
-                 "above 0, at most the burr's " + sim::text_of(finest) + " mm", ""};
+                 "above 0, at most the burr's " + volume::text_of(finest) + " mm", ""};
   // Which of both was too small.
   if (spec.smallest_burr > 0)
     if (auto lattice = volume::CutLattice::for_burr(anatomy, spec.smallest_burr); !lattice) {
@@ -163,13 +163,14 @@ sim::Engine Operation::engine() const {
 Status check(const OperationChoice& choice) {
   if (Status error = check(choice.shape)) return error;
   if (!(choice.rate_hz >= 10 && choice.rate_hz <= 100000))
-    return Error{"the rate is out of range", "rate", sim::text_of(choice.rate_hz), "10 to 100000 Hz", ""};
+    return Error{"the rate is out of range", "rate", volume::text_of(choice.rate_hz), "10 to 100000 Hz", ""};
   if (choice.material)
     if (Status error = haptics::check_material(*choice.material)) return error;
   if (choice.ramp)
     if (Status error = haptics::check_ramp(*choice.ramp)) return error;
   if (!(choice.blur_voxels >= 0 && choice.blur_voxels <= 10))
-    return Error{"the blur is out of range", "blur", sim::text_of(choice.blur_voxels), "0 to 10 voxels", ""};
+    return Error{"the blur is out of range", "blur", volume::text_of(choice.blur_voxels), "0 to 10 voxels",
+                 ""};
   for (const HandSpec& hand : choice.hands) {
     if (auto method = haptics::make_method(hand.method); !method) return method.error();
     if (auto instrument = instrument_of(hand); !instrument) return instrument.error();

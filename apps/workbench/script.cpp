@@ -7,7 +7,7 @@
 
 #include "apps/workbench/catalogue.h"
 #include "apps/workbench/text.h"
-#include "sim/text.h"
+#include "volume/text.h"
 
 namespace trephine::workbench {
 
@@ -210,10 +210,10 @@ Result<ScriptReport> ScriptRun::play(sim::SessionWriter* recorder, const Listene
   const auto check = [&](const ScriptExpectation& wish, double t) {
     const double value = value_of(wish.what, wish.hand, report).value_or(std::nan(""));
     std::string words = wish.what;
-    if (wish.least) words = sim::text_of(*wish.least) + " <= " + words;
-    if (wish.most) words += " <= " + sim::text_of(*wish.most);
+    if (wish.least) words = volume::text_of(*wish.least) + " <= " + words;
+    if (wish.most) words += " <= " + volume::text_of(*wish.most);
     const bool is_met = value >= wish.least.value_or(value) && value <= wish.most.value_or(value);
-    report.checks.push_back({wish.line, words, t, is_met, sim::text_of(value)});
+    report.checks.push_back({wish.line, words, t, is_met, volume::text_of(value)});
   };
 
   std::size_t next_told = 0, next_wish = 0;

@@ -7,8 +7,8 @@
 #include "apps/workbench/clock.h"
 #include "data-tools/atomic_file.h"
 #include "data-tools/phantoms.h"
-#include "sim/text.h"
 #include "volume/gaussian.h"
+#include "volume/text.h"
 
 namespace trephine::workbench {
 
@@ -83,7 +83,7 @@ volume::Status check(const ShapeChoice& choice) {
   if (choice.iso.has_value() + !choice.window.empty() + !choice.label.empty() > 1)
     return Error{"more than one shape was chosen", "shape", "", "one of iso, window and label", ""};
   if (choice.iso && !std::isfinite(*choice.iso))
-    return Error{"the iso value is no number", "iso", sim::text_of(*choice.iso), "a finite number", ""};
+    return Error{"the iso value is no number", "iso", volume::text_of(*choice.iso), "a finite number", ""};
   if (choice.window.empty()) return std::nullopt;
   const Result<volume::Shape> window = parse_window(choice.window);
   return window ? std::nullopt : volume::Status(window.error());
@@ -121,7 +121,7 @@ Result<volume::Shape> choose_shape(const Source& source, const ShapeChoice& choi
 
 volume::Status blur(Source& source, double sigma) {
   if (!(sigma >= 0 && sigma <= 10))
-    return Error{"the blur is out of range", "blur", sim::text_of(sigma), "0 to 10 voxels", ""};
+    return Error{"the blur is out of range", "blur", volume::text_of(sigma), "0 to 10 voxels", ""};
   if (sigma == 0) return std::nullopt;
   auto blurred = volume::gaussian_blurred(*source.volume, glm::dvec3(sigma));
   if (!blurred) return blurred.error();

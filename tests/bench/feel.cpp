@@ -14,6 +14,7 @@
 #include "tests/scenes/promise.h"
 #include "tests/scenes/scenes.h"
 #include "volume/local_net.h"
+#include "volume/percentile.h"
 #include "volume/traversal.h"
 
 namespace trephine::bench {
@@ -22,11 +23,6 @@ using glm::dvec3;
 using haptics::MethodInfo;
 
 namespace {
-
-double percentile(std::vector<double> values, double p) {
-  std::sort(values.begin(), values.end());
-  return values[static_cast<std::size_t>(std::ceil(p / 100 * static_cast<double>(values.size()))) - 1];
-}
 
 /// The judges of one scene, made once for all methods.
 struct Judges {
@@ -280,9 +276,9 @@ FeelSplit split_of_explicit(const FeelScene& s) {
     traversal.push_back(walk_us), nets.push_back(std::max(0.0, net_us)), whole.push_back(all);
   }
   if (whole.empty() || quads + cells == 0 || !std::isfinite(corners)) return split;
-  split.traversal_us = percentile(traversal, 50);
-  split.net_us = percentile(nets, 50);
-  split.rest_us = std::max(0.0, percentile(whole, 50) - split.traversal_us - split.net_us);
+  split.traversal_us = volume::percentile_of(traversal, 50);
+  split.net_us = volume::percentile_of(nets, 50);
+  split.rest_us = std::max(0.0, volume::percentile_of(whole, 50) - split.traversal_us - split.net_us);
   return split;
 }
 

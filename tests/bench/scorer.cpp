@@ -7,6 +7,7 @@
 #include "tests/checker/fall_through.h"
 #include "tests/checker/volume_samples.h"
 #include "tests/scenes/promise.h"
+#include "volume/percentile.h"
 #include "volume/traversal.h"
 
 namespace trephine::bench {
@@ -16,11 +17,6 @@ using glm::dvec3;
 namespace {
 
 constexpr std::size_t k_dropped = MinimumOfRuns::k_dropped;
-
-double percentile(std::vector<double> values, double p) {
-  std::sort(values.begin(), values.end());
-  return values[static_cast<std::size_t>(std::ceil(p / 100 * static_cast<double>(values.size()))) - 1];
-}
 
 /// RMS of what a moving mean of 50 ms (the 20 Hz and below) leaves, over runs of contact.
 double rough_above_20_hz(const std::vector<double>& force, const std::vector<bool>& contact) {
@@ -293,8 +289,8 @@ void Scorer::finish(FeelRow& row) {
     row.force_rms_n = scene_.scene.items[0].material.stiffness * *root(off_square_, tangential_.size());
     row.rendered_rms_n = root(rendered_square_, tangential_.size());
     row.most_off_mm = most_off_;
-    row.tangential_p50_mm = percentile(tangential_, 50);
-    row.tangential_p99_mm = percentile(tangential_, 99);
+    row.tangential_p50_mm = volume::percentile_of(tangential_, 50);
+    row.tangential_p99_mm = volume::percentile_of(tangential_, 99);
   }
   row.rough_n = rough_above_20_hz(raw_n_, contact_);
   row.rough_smoothed_n = rough_above_20_hz(smoothed_n_, contact_);

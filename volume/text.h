@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <string>
 
-namespace trephine::sim {
+namespace trephine::volume {
 
 /// As short as it can be read back exactly.
 inline std::string text_of(double v) {
@@ -19,4 +19,4 @@ inline std::string hexadecimal(std::uint64_t v) {
   return text;
 }
 
-}  // namespace trephine::sim
+}  // namespace trephine::volume
