@@ -2,17 +2,17 @@
 #include <chrono>
 #include <cmath>
 #include <cstdio>
+#include <cstring>
 #include <glm/geometric.hpp>
 #include <map>
 
 #include "apps/trephine/commands.h"
 #include "apps/trephine/outputs.h"
 #include "apps/trephine/steps_csv.h"
+#include "apps/trephine/touch_judge.h"
 #include "data-tools/atomic_file.h"
 #include "haptics/force/effects.h"
 #include "haptics/mesh/mesh_tree.h"
-#include "tests/scenes/promise.h"
-#include "volume/surface_nets.h"
 #include "volume/work_counters.h"
 
 namespace trephine::app {
@@ -92,25 +92,6 @@ Result<std::optional<haptics::Material>> material_of(const TouchArguments& argum
   return material;
 }
 
-/// Judges for the models, in the volume's frame.
-std::vector<std::unique_ptr<checker::MeshWall>> mesh_walls(const haptics::TouchScene& scene) {
-  std::vector<std::unique_ptr<checker::MeshWall>> walls;
-  for (const haptics::TouchItem& mesh : scene.items) {
-    if (!mesh.is_mesh()) continue;
-    std::vector<glm::dvec3> vertices;
-    std::vector<std::uint32_t> triangles;
-    double longest = 1;
-    for (std::uint32_t t = 0; t < mesh.tree->triangle_count(); ++t)
-      for (const glm::dvec3& corner : mesh.tree->corners(t)) {
-        triangles.push_back(static_cast<std::uint32_t>(vertices.size()));
-        vertices.push_back(scene.base->frame.volume_from_world(mesh.placement.world_from_local(corner)));
-        longest = std::max(longest, glm::length(vertices.back() - vertices[3 * t]));
-      }
-    walls.push_back(std::make_unique<checker::MeshWall>(vertices, triangles, std::max(1.0, longest / 8)));
-  }
-  return walls;
-}
-
 Result<Outcome> run_touch(const TouchArguments& arguments) {
   const bool needs_scene = !arguments.meshes.empty() && arguments.method == haptics::k_default_method;
   const std::string method_name = needs_scene ? "scene" : arguments.method;
@@ -148,8 +129,6 @@ Result<Outcome> run_touch(const TouchArguments& arguments) {
   const workbench::Operation& operation = opened.value();
   const workbench::Source& source = operation.source;
   const haptics::TouchScene& scene = *operation.scene();
-  const haptics::Material& material = scene.items[0].material;
-  haptics::ServoCore servo(choice.force, 1 / arguments.rate);
   workbench::RecordChoice record_choice = arguments.record;
   if (arguments.blur > 0 && !record_choice.file.empty() && !record_choice.is_embedding) {
     record_choice.is_embedding = true;
@@ -157,101 +136,44 @@ Result<Outcome> run_touch(const TouchArguments& arguments) {
   }
   auto recorder = workbench::start_recording(record_choice, operation);
   if (!recorder) return recorder.error();
-  sim::Engine engine = operation.engine();
-  const volume::Version& version = *engine.current();
-  std::map<std::string, long> events;
 
-  // The judge reads samples, not bits.
-  const volume::Volume& base = *source.volume;
-  const checker::SolidVoxels solid = checker::solid_voxels(source.volume, scene.items[0].field.shape());
-  const haptics::MethodInfo& info = *haptics::find_method(method_name);
-  const bool is_smooth = info.solid == haptics::MethodInfo::Solid::smooth;
+  TouchJudge judge(operation);
   const volume::WorkCounters& work = volume::work_counters();
-  const scenes::Promise promise(info, scene);
   const auto surfaces_of_the_judge = work.surfaces.load();
-  // A round tool's middle is judged by the samples of its offset field, in that field's frame.
-  const auto offset = scenes::touched_offset(scene, nullptr);
-  const checker::SmoothSolid smooth = scenes::touched_smooth_solid(scene, nullptr);
-  const volume::Frame& judged_frame = offset ? offset->frame() : base.frame;
-  const auto judged = [&](const glm::dvec3& p) {
-    return offset ? judged_frame.volume_from_world(base.frame.world_from_volume(p)) : p;
-  };
-  const auto models = method_name == "scene-sequential" ? std::vector<std::unique_ptr<checker::MeshWall>>()
-                                                        : mesh_walls(scene);
-  const auto meets_models = [&models](const glm::dvec3& a, const glm::dvec3& b) {
-    for (const auto& wall : models)
-      if (a != b && wall->is_entered(a, b)) return true;
-    return false;
-  };
-  checker::FallThroughJudge judge(
-      [&](const glm::dvec3& a, const glm::dvec3& b) { return promise.meets(a, b) || meets_models(a, b); });
-  const glm::dvec3 axes[3] = {base.frame.axes()[0], base.frame.axes()[1], base.frame.axes()[2]};
-
-  const std::vector<double> times = haptics::servo_times(path.value(), arguments.rate);
+  std::map<std::string, long> events;
   std::vector<double> contact_us, free_us;
   std::string csv = k_steps_header;
   haptics::ProxyCounters total, worst;
-  long stuck = 0, resting = 0;
+  haptics::EnergyLedger energy;
   double strongest = 0, first_touch_seconds = 0;
-  glm::dvec3 last_hip(1e300);
-  ProgressLine progress("touching");
-  for (std::size_t i = 0; i < times.size(); ++i) {
-    if (i % 1024 == 0 && !progress(static_cast<double>(i) / static_cast<double>(times.size())))
-      return interrupted("the touch");
-    const haptics::Pose pose = haptics::on_grid(path.value().at(times[i]));
-    if (i == 0) first_touch_seconds = process_seconds();
-    const haptics::DenormalsFlushed flushed;  // as everywhere else that a session comes from
-    const auto begin = Clock::now();
-    const haptics::ServoRecord record = servo.step(*engine.servo_scene(), {pose});
-    const double us = std::chrono::duration<double, std::micro>(Clock::now() - begin).count();
-    (record.has_contact ? contact_us : free_us).push_back(us);
-    const sim::Outcome happened = engine.apply(record);
-    if (recorder.value()) recorder.value()->add(record, engine, happened);
-    const haptics::ProxyStep& step = servo.last_step();
-    const glm::dvec3 hip = base.frame.volume_from_world(pose.position_world);
-    judge.look({std::span(step.path_volume.data(), static_cast<std::size_t>(step.waypoint_count)), hip,
-                step.has_contact, step.is_buried});
-    total.voxels += step.counters.voxels, total.cells += step.counters.cells,
-        total.iterations += step.counters.iterations;
-    worst.voxels = std::max(worst.voxels, step.counters.voxels);
-    for (std::size_t e = 0; e < record.event_count; ++e)
-      if (++events[haptics::event_name(record.events[e].kind)] > 0 &&
-          record.events[e].kind == haptics::TouchEvent::popped)
-        judge.restart();  // let through, as asked
+  const auto see = [&](const workbench::TouchTick& tick) {
+    if (csv.size() == std::strlen(k_steps_header)) first_touch_seconds = process_seconds();
+    const haptics::ServoRecord& record = tick.record;
+    (record.has_contact ? contact_us : free_us).push_back(tick.step_us);
+    judge.observe(tick);
+    const haptics::ProxyCounters& counters = tick.servo.last_step().counters;
+    total.voxels += counters.voxels, total.cells += counters.cells, total.iterations += counters.iterations;
+    worst.voxels = std::max(worst.voxels, counters.voxels);
+    for (std::size_t e = 0; e < record.event_count; ++e) ++events[haptics::event_name(record.events[e].kind)];
     strongest = std::max(strongest, glm::length(record.force_world));
-    // Stuck: at rest, farther than a voxel from where a frictionless proxy on the same solid would be. On
-    // cubes each tick is looked at, on the smooth solid, which takes milliseconds, the tenth of each rest;
-    // with models about, none.
-    resting = record.has_contact && glm::length(pose.position_world - last_hip) < 1e-6 ? resting + 1 : 0;
-    last_hip = pose.position_world;
-    if (models.empty() && (is_smooth || scene.tool_radius == 0) &&
-        (is_smooth ? resting == 10 : resting >= 10)) {
-      const glm::dvec3& at = servo.proxy_state().proxy_volume;
-      const glm::dvec3 rest = is_smooth ? checker::sweep_ideal_proxy(smooth, judged_frame.axes(), judged(at),
-                                                                     judged(hip), judged(hip), 1)
-                                        : checker::resting_point_on_cubes(base.size, solid, axes, at, hip);
-      const double off =
-          glm::length((is_smooth ? judged_frame : base.frame).world_from_volume(rest) - record.proxy_world);
-      const double allowed = base.frame.diagonal_mm() +
-                             material.static_friction * glm::length(record.proxy_world - pose.position_world);
-      if (off > allowed) ++stuck;
-    }
-    append_step(csv, times[i], record, record.has_contact ? name_of(item_of(scene, record.shape)) : "");
-  }
+    energy = tick.servo.energy();
+    append_step(csv, tick.t, record, record.has_contact ? name_of(item_of(scene, record.shape)) : "");
+  };
+  auto played = workbench::play_touch(operation, path.value(), recorder.value().get(), see, person());
+  if (!played) return played.error();
+  const sim::Engine& engine = played.value();
   // A recording that failed takes nothing else with it.
   const volume::Status not_recorded = recorder.value() ? recorder.value()->finish(engine, 0) : std::nullopt;
   if (volume::Status error = data_tools::write_file_atomically(arguments.output, csv)) return *error;
   if (not_recorded) return *not_recorded;
 
   Outcome outcome{new_report("touch"), "",
-                  judge.fall_throughs() > 0 && info.solid != haptics::MethodInfo::Solid::nothing
-                      ? exit_check_failed
-                      : exit_done};
+                  judge.fall_throughs() > 0 && judge.is_promised() ? exit_check_failed : exit_done};
   Json& json = outcome.json;
   json["source"] = source.name;
-  json["shape"] = volume::describe(scene.items[0].field.shape(), base.is_hounsfield);
+  json["shape"] = volume::describe(scene.items[0].field.shape(), source.volume->is_hounsfield);
   json["method"] = operation.method().name();
-  json["steps"] = times.size();
+  json["steps"] = contact_us.size() + free_us.size();
   json["step_us"] = {{"contact", percentiles(contact_us)}, {"free", percentiles(free_us)}};
   json["counters"] = {{"voxels", total.voxels},
                       {"cells", total.cells},
@@ -261,7 +183,7 @@ Result<Outcome> run_touch(const TouchArguments& arguments) {
                       {"offset_fields_made", work.offset_fields.load()},
                       {"gl_contexts_made", work.gl_contexts.load()},
                       {"shapes_with_bits", work.occupancies.load()}};
-  if (offset)
+  if (const auto& offset = scene.items[0].offset)
     json["tool"] = {
         {"radius_mm", arguments.radius}, {"step_mm", offset->step_mm()}, {"bytes", offset->bytes()}};
   for (const haptics::TouchItem& item : scene.items)
@@ -269,21 +191,20 @@ Result<Outcome> run_touch(const TouchArguments& arguments) {
       json["meshes"].push_back(
           {{"name", item.name}, {"triangles", item.tree->triangle_count()}, {"bytes", item.tree->bytes()}});
   json["events"] = events;
-  const haptics::EnergyLedger& energy = servo.energy();
   json["energy_nmm"] = {
       {"contact", energy.contact}, {"friction", energy.friction}, {"active", energy.active}};
   json["fall_throughs"] = judge.fall_throughs();
-  json["stuck"] = stuck;
+  json["stuck"] = judge.stuck();
   json["max_force_n"] = strongest;
   json["open_to_touch_seconds"] = first_touch_seconds;
   json["read_seconds"] = source.read_seconds;
   json["making_seconds"] = operation.making_seconds;
-  json["memory"] = memory_report(scene, version);
+  json["memory"] = memory_report(scene, *engine.current());
   json["file"] = data_tools::file_name(arguments.output);
-  outcome.text = format_text("%zu steps, %zu in contact, strongest force %.2f N\n", times.size(),
-                             contact_us.size(), strongest);
+  outcome.text = format_text("%zu steps, %zu in contact, strongest force %.2f N\n",
+                             contact_us.size() + free_us.size(), contact_us.size(), strongest);
   outcome.text += format_text("fell through the surface: %ld times; stuck at rest: %ld steps\n",
-                              judge.fall_throughs(), stuck);
+                              judge.fall_throughs(), judge.stuck());
   if (!contact_us.empty())
     outcome.text += format_text("a step in contact took %.2f us (median), %.2f us (99.9 %%)\n",
                                 json["step_us"]["contact"]["p50"].get<double>(),

@@ -1,0 +1,44 @@
+// Judges every tick of a touch by code that shares nothing with what it judges: the tool passed no surface,
+// and rests where a frictionless one would.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "apps/workbench/touch_run.h"
+#include "tests/scenes/promise.h"
+
+namespace trephine::app {
+
+class TouchJudge {
+ public:
+  /// Borrows the operation. Of its first shape, and of models.
+  explicit TouchJudge(const workbench::Operation& operation);
+  void observe(const workbench::TouchTick& tick);
+
+  long fall_throughs() const { return falls_.fall_throughs(); }
+  long stuck() const { return stuck_; }
+  /// Does the method promise anything?
+  bool is_promised() const { return info_.solid != haptics::MethodInfo::Solid::nothing; }
+
+ private:
+  bool meets(const glm::dvec3& a, const glm::dvec3& b) const;
+  glm::dvec3 judged(const glm::dvec3& p_volume) const;
+  bool is_stuck(const workbench::TouchTick& tick, const glm::dvec3& hip) const;
+
+  const haptics::TouchScene& scene_;
+  const volume::Volume& base_;
+  const haptics::MethodInfo& info_;
+  bool is_smooth_;
+  checker::SolidVoxels solid_;
+  scenes::Promise promise_;
+  /// A round tool's middle is judged by the samples of its offset field, in that field's frame.
+  std::shared_ptr<const volume::OffsetField> offset_;
+  checker::SmoothSolid smooth_;
+  std::vector<std::unique_ptr<checker::MeshWall>> models_;
+  checker::FallThroughJudge falls_;
+  long stuck_ = 0, resting_ = 0;
+  glm::dvec3 last_hip_{1e300};
+};
+
+}  // namespace trephine::app

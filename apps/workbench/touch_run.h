@@ -1,0 +1,23 @@
+// A path of the stylus is played over what can be touched, and whoever wants to sees every tick.
+#pragma once
+
+#include "apps/workbench/operation.h"
+#include "sim/session_writer.h"
+
+namespace trephine::workbench {
+
+struct TouchTick {
+  double t = 0;                        ///< s
+  const haptics::ServoRecord& record;  ///< input and output
+  const haptics::ServoCore& servo;     ///< after it
+  double step_us = 0;                  ///< what the servo's step took
+};
+using TouchObserver = std::function<void(const TouchTick& tick)>;
+
+/// One hand, without threads. `recorder` may be null; it is told of every tick, and not finished. Gives the
+/// engine as it ended. Error when it was interrupted.
+volume::Result<sim::Engine> play_touch(const Operation& operation, const haptics::PosePath& path,
+                                       sim::SessionWriter* recorder, const TouchObserver& observer,
+                                       const Listener& listener = {});
+
+}  // namespace trephine::workbench
