@@ -1,0 +1,177 @@
+// What the window opens and saves.
+#include <QApplication>
+#include <QComboBox>
+#include <QDoubleSpinBox>
+#include <QFile>
+#include <QFileDialog>
+#include <QFileInfo>
+#include <QLabel>
+#include <QMessageBox>
+#include <QProgressBar>
+#include <QPushButton>
+#include <QVTKOpenGLNativeWidget.h>
+
+#include "apps/view/qt_window.h"
+#include "data-tools/atomic_file.h"
+#include "data-tools/mesh_files.h"
+#include "data-tools/open_volume.h"
+#include "volume/operated_volume.h"
+#include "volume/surface_nets.h"
+
+namespace trephine::view {
+
+using volume::Error;
+using volume::Status;
+
+// ---- opening --------------------------------------------------------------------------------------------
+
+void MainWindow::use_shape() {
+  if (is_opening()) return notice_->setText("One thing at a time: something is being opened.");
+  const double low = low_->value();
+  const double high =
+      high_->value() < high_->maximum() ? high_->value() : std::numeric_limits<double>::infinity();
+  if (operation_->state().removed_mm3 > 0) {
+    ++asking_;
+    const auto answer = QMessageBox::question(this, "trephine",
+                                              "The new shape starts from the untouched scan. What was done "
+                                              "so far stays in its session file. Go on?");
+    --asking_;
+    if (answer != QMessageBox::Yes) return;
+  }
+  open_by([reshape = options_.host.reshape, low, high](const WindowHost::Listener& listener) {
+    return reshape(low, high, listener);
+  });
+}
+
+void MainWindow::open_source(const QString& source) {
+  if (!options_.host.open) return;
+  if (is_opening()) return notice_->setText("One thing at a time: something is being opened.");
+  open_by([open = options_.host.open, path = source.toStdString()](const WindowHost::Listener& listener) {
+    return open(path, listener);
+  });
+}
+
+WindowHost::Listener MainWindow::Opening::listener() const {
+  return {[](const std::string&) {},
+          [share = share, is_cancelled = is_cancelled](const char*) {
+            return [=](double done) {
+              *share = done;
+              return !*is_cancelled;
+            };
+          }};
+}
+
+void MainWindow::open_by(std::function<volume::Result<OpenedScene>(const WindowHost::Listener&)> open) {
+  notice_->setText("opening ...");
+  opening_ = Opening();
+  opening_.result = std::async(std::launch::async, [open = std::move(open), listener = opening_.listener()] {
+    return open(listener);
+  });
+  opening_bar_->setValue(0);
+  opening_bar_->show();
+  cancel_->show();
+}
+
+void MainWindow::cancel_opening() {
+  *opening_.is_cancelled = true;
+  notice_->setText("giving it up ...");
+}
+
+/// The operation stays as long as nothing can take its place, and while somebody is asked about it.
+void MainWindow::take_opened() {
+  if (!is_opening()) return;
+  opening_bar_->setValue(static_cast<int>(100 * *opening_.share));
+  if (asking_ > 0 || opening_.result.wait_for(std::chrono::seconds(0)) != std::future_status::ready) return;
+  volume::Result<OpenedScene> opened = opening_.result.get();
+  opening_bar_->hide();
+  cancel_->hide();
+  notice_->clear();
+  if (*opening_.is_cancelled) return notice_->setText("not opened");
+  if (!opened) return tell(opened.error());
+  OpenedScene& o = opened.value();
+  if (operation_)
+    if (const Status& ended = operation_->finish().recording) tell(*ended);
+  operation_.reset();
+  recorder_ = std::move(o.recorder);
+  options_.recorder = recorder_.get();
+  options_.session_file = o.session_file;
+  options_.start = std::move(o.start);
+  options_.title = o.title;
+  clip_->setCurrentIndex(0);
+  begin(options_.start->scene());
+}
+
+std::shared_ptr<const volume::Version> MainWindow::frozen() {
+  return operation_ ? operation_->frozen() : version();
+}
+
+// ---- saving ---------------------------------------------------------------------------------------------
+
+void MainWindow::ask_path_and_save(const char* title, const char* suggestion, const char* filter,
+                                   Status (MainWindow::*save)(const QString&)) {
+  if (operation_) operation_->press(false);
+  ++asking_;
+  const QString path = QFileDialog::getSaveFileName(this, title, suggestion, filter);
+  --asking_;
+  if (path.isEmpty()) return;
+  QApplication::setOverrideCursor(Qt::WaitCursor);
+  const Status error = (this->*save)(path);
+  QApplication::restoreOverrideCursor();
+  if (error) return tell(*error);
+  notice_->setText("saved " + path.section('/', -1));
+}
+
+Status MainWindow::save_volume(const QString& path) {
+  const std::string file = path.toStdString();
+  if (!data_tools::is_writable_volume_file(file))
+    return Error{"this is no volume format that trephine writes", data_tools::file_name(file), "",
+                 ".mha, .nrrd, .nii or .nii.gz", "choose one of these extensions"};
+  const auto result = volume::operated_volume(*frozen());
+  if (!result) return result.error();
+  return data_tools::write_volume(file, result.value());
+}
+
+Status MainWindow::save_mesh(const QString& path) {
+  const std::string file = path.toStdString();
+  if (!data_tools::is_mesh_file(file))
+    return Error{"this is no mesh format that trephine writes", data_tools::file_name(file), "",
+                 ".stl, .ply, .obj or .vtp", "choose one of these extensions"};
+  const std::shared_ptr<const volume::Version> now = frozen();
+  const haptics::TouchItem& shape = scene_->items[0];
+  return data_tools::write_mesh(file, volume::surface_net({&shape.field, now.get(), shape.bits.get(), false}),
+                                scene_->base->frame);
+}
+
+Status MainWindow::save_session(const QString& path) {
+  if (options_.session_file.empty())
+    return Error{"this session is not recorded", "", "", "a place for it", "start with a recording",
+                 volume::ErrorKind::missing_here};
+  if (QFileInfo(path) == QFileInfo(QString::fromStdString(options_.session_file)))
+    return std::nullopt;  // it is there
+  // What is written meanwhile comes in whole blocks: a copy ends with one of them.
+  return data_tools::write_atomically(path.toStdString(), [this](const std::string& file) -> Status {
+    QFile::remove(QString::fromStdString(file));
+    if (QFile::copy(QString::fromStdString(options_.session_file), QString::fromStdString(file)))
+      return std::nullopt;
+    return Error{
+        "the session cannot be written", data_tools::file_name(file), "",
+        "a folder that may be written",  "choose another place",      volume::ErrorKind::missing_here};
+  });
+}
+
+Status MainWindow::save_picture(const QString& path) {
+  if (!path.endsWith(".png", Qt::CaseInsensitive))
+    return Error{"this is no picture format that trephine writes", path.section('/', -1).toStdString(), "",
+                 ".png", "choose this extension"};
+  // What the canvas shows: the widget's own pixels, without panels.
+  const QImage image = canvas_->grabFramebuffer();
+  if (!image.isNull() && image.save(path)) return std::nullopt;
+  return Error{"the picture cannot be written",
+               path.section('/', -1).toStdString(),
+               "",
+               "a folder that may be written",
+               "choose another place",
+               volume::ErrorKind::missing_here};
+}
+
+}  // namespace trephine::view
