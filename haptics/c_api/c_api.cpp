@@ -24,8 +24,9 @@ struct trephine_surface {
 };
 
 struct trephine_scene {
-  std::shared_ptr<const volume::Volume> base;
+  std::shared_ptr<volume::Volume> base;  ///< labels come before shapes
   haptics::TouchScene touch;
+  double wanted_radius = 0;  ///< mm, of the tool; made by prepare()
   std::unique_ptr<volume::Version> version;
   std::shared_ptr<haptics::ProxyMethod> method;  ///< shared with hands, which may outlive a change
   std::uint64_t generation = 0;                  ///< of prepare(): hands of an earlier one do not step
@@ -110,30 +111,37 @@ volume::Status check_shape(const trephine_scene* scene, int shape) {
   return std::nullopt;
 }
 
-int add_shape(trephine_scene* scene, const char* name, double low, double high,
-              trephine_error* error) noexcept {
+/// Of a window or a label: its index, or -1.
+int add_shape(trephine_scene* scene, const char* name, volume::Shape shape, trephine_error* error) noexcept {
   int index = -1;
   guarded(error, [&]() -> volume::Status {
     if (scene == nullptr) return bad("there is no scene", "NULL", "a scene from trephine_scene_create");
-    if (std::isinf(low) && std::isinf(high))
+    const double low = shape.low, high = shape.high;
+    if (!shape.is_label() && std::isinf(low) && std::isinf(high))
       return bad("the window holds everything, or nothing",
                  std::to_string(low) + " to " + std::to_string(high), "at least one finite end");
     if (std::isnan(low) || std::isnan(high) || !(low <= high))
       return bad("the window is empty or no window", std::to_string(low) + " to " + std::to_string(high),
                  "low <= high");
+    if (shape.is_label() && scene->base->labels.is_empty())
+      return bad("the scene has no labels", std::to_string(shape.label), "trephine_scene_set_labels first");
     if (scene->touch.items.size() == haptics::TouchScene::k_max_shapes)
       return bad("there are too many shapes", "one more than 8", "at most 8");
     if (!scene->touch.items.empty() && scene->touch.items.back().is_mesh())
       return bad("a window comes after a mesh", name ? name : "", "windows first, then meshes");
-    volume::Shape shape;
     shape.name = name ? name : "";
-    shape.low = low, shape.high = high;
     scene->touch.items.push_back({volume::Field(*scene->base, shape), nullptr, {}, haptics::Side::front});
     scene->is_prepared = false;
     index = static_cast<int>(scene->touch.items.size()) - 1;
     return std::nullopt;
   });
   return index;
+}
+
+volume::Shape window(double low, double high) {
+  volume::Shape shape;
+  shape.low = low, shape.high = high;
+  return shape;
 }
 
 /// The first wall on the motion, for all shapes at once.
@@ -212,7 +220,40 @@ void trephine_scene_destroy(trephine_scene* scene) { release(scene); }
 
 int trephine_scene_add_window(trephine_scene* scene, const char* name, double low, double high,
                               trephine_error* error) {
-  return add_shape(scene, name, low, high, error);
+  return add_shape(scene, name, window(low, high), error);
+}
+
+int trephine_scene_set_labels(trephine_scene* scene, const uint8_t* labels, trephine_error* error) {
+  return guarded(error, [&]() -> volume::Status {
+    if (scene == nullptr) return bad("there is no scene", "NULL", "a scene from trephine_scene_create");
+    if (labels == nullptr) return bad("there are no labels", "NULL", "one for each voxel");
+    if (!scene->touch.items.empty())
+      return bad("the labels come after a shape", std::to_string(scene->touch.items.size()) + " shapes",
+                 "labels first");
+    scene->base->labels = volume::Buffer<std::uint8_t>::borrow(labels, scene->base->voxels.size());
+    return std::nullopt;
+  });
+}
+
+int trephine_scene_add_label(trephine_scene* scene, const char* name, int label, trephine_error* error) {
+  if (label < 0 || label > 255)
+    return fail(error, TREPHINE_BAD_ARGUMENT,
+                bad("the label is out of range", std::to_string(label), "0 to 255")),
+           -1;
+  volume::Shape shape;
+  shape.label = label;
+  return add_shape(scene, name, shape, error);
+}
+
+int trephine_scene_set_tool_radius(trephine_scene* scene, double radius, trephine_error* error) {
+  return guarded(error, [&]() -> volume::Status {
+    if (scene == nullptr) return bad("there is no scene", "NULL", "a scene from trephine_scene_create");
+    if (!(radius >= 0 && radius <= 6))
+      return bad("the tool's radius is out of range", std::to_string(radius), "0, a point, to 6 mm");
+    scene->wanted_radius = radius;
+    scene->is_prepared = false;
+    return std::nullopt;
+  });
 }
 
 int trephine_scene_add_opacity_ramp(trephine_scene* scene, const char* name, const double* intensities,
@@ -227,7 +268,7 @@ int trephine_scene_add_opacity_ramp(trephine_scene* scene, const char* name, con
     low = window.value().low, high = window.value().high;
     return std::nullopt;
   });
-  return code == TREPHINE_OK ? add_shape(scene, name, low, high, error) : -1;
+  return code == TREPHINE_OK ? add_shape(scene, name, window(low, high), error) : -1;
 }
 
 int trephine_scene_set_material(trephine_scene* scene, int shape, const trephine_material* material,
@@ -322,6 +363,7 @@ int trephine_scene_prepare(trephine_scene* scene, trephine_error* error) {
     for (haptics::TouchItem& shape : scene->touch.items) shape.soft = nullptr;
     if (haptics::find_method(scene->method->name())->solid == haptics::MethodInfo::Solid::smooth)
       haptics::soften(scene->touch);
+    if (volume::Status status = haptics::set_tool_radius(scene->touch, scene->wanted_radius)) return status;
     if (volume::Status status = scene->method->prepare(scene->touch)) return status;
     scene->has_motion = false;
     ++scene->generation;
@@ -428,6 +470,9 @@ trephine_surface* trephine_surface_get(trephine_scene* scene, int shape, trephin
     if (!scene->is_prepared)
       return bad("the scene is not prepared", "changed since",
                  "trephine_scene_prepare before surfaces are asked for");
+    if (scene->touch.tool_radius > 0)
+      return bad("surfaces are those of a point", std::to_string(scene->touch.tool_radius) + " mm",
+                 "a tool radius of 0");
     return std::nullopt;
   });
   return code == TREPHINE_OK ? &scene->surfaces[static_cast<std::size_t>(shape)] : nullptr;

@@ -71,6 +71,14 @@ void trephine_scene_destroy(trephine_scene* scene);
  */
 int trephine_scene_add_window(trephine_scene* scene, const char* name, double low, double high,
                               trephine_error* error);
+/* Labels of a segmentation, one a voxel as the voxels are; borrowed like these. Before any shape. */
+int trephine_scene_set_labels(trephine_scene* scene, const uint8_t* labels, trephine_error* error);
+/* A shape: the voxels with this label, made smooth. Its index among the windows, or -1. */
+int trephine_scene_add_label(trephine_scene* scene, const char* name, int label, trephine_error* error);
+/* The tip of all hands is a ball (mm, 0 to 6; 0: a point, as at first): positions are its middle's. Prepare
+ * again: that makes a field of distances, in seconds where the volume is large. No surfaces are given
+ * (trephine_surface_get) while the tip is a ball. */
+int trephine_scene_set_tool_radius(trephine_scene* scene, double radius, trephine_error* error);
 /* A shape from a graphics transfer function: piecewise linear opacity over rising intensities; what is more
  * opaque than `threshold` can be touched. That must be one stretch. Its index, or -1. */
 int trephine_scene_add_opacity_ramp(trephine_scene* scene, const char* name, const double* intensities,

@@ -14,7 +14,8 @@
   X(trephine_scene_set_method) X(trephine_scene_prepare) X(trephine_hand_create) X(trephine_hand_destroy)              \
   X(trephine_scene_add_mesh) X(trephine_scene_set_pop_through) X(trephine_hand_set_touchable) X(trephine_hand_set_ready)                          \
   X(trephine_hand_set_mesh_placement) X(trephine_hand_add_effect)                                                      \
-  X(trephine_hand_step) X(trephine_hand_reset) X(trephine_surface_get) X(trephine_intersect_surface)
+  X(trephine_hand_step) X(trephine_hand_reset) X(trephine_surface_get) X(trephine_intersect_surface)                              \
+  X(trephine_scene_set_labels) X(trephine_scene_add_label) X(trephine_scene_set_tool_radius)
 #define DECLARE(name) static __typeof__(&name) p_##name;
 FUNCTIONS(DECLARE)
 #define FETCH(name)                                                      \
@@ -44,6 +45,9 @@ FUNCTIONS(DECLARE)
 #define trephine_hand_set_ready p_trephine_hand_set_ready
 #define trephine_hand_set_mesh_placement p_trephine_hand_set_mesh_placement
 #define trephine_hand_add_effect p_trephine_hand_add_effect
+#define trephine_scene_set_labels p_trephine_scene_set_labels
+#define trephine_scene_add_label p_trephine_scene_add_label
+#define trephine_scene_set_tool_radius p_trephine_scene_set_tool_radius
 #endif
 
 static int failures = 0;
@@ -57,6 +61,7 @@ static int failures = 0;
 
 enum { N = 48 };
 static int16_t voxels[N * N * N];
+static uint8_t labels[N * N * N];
 
 /* A ball of radius 15 mm about the middle, of two tissues: 0 to 15 mm, denser inside 8 mm. */
 static void make_ball(void) {
@@ -253,6 +258,30 @@ int main(int argc, char** argv) {
   CHECK(count > 2000);
   CHECK(57.3 * sqrt(square / count) < 4); /* degrees RMS; 14 on the stair-steps */
   trephine_hand_destroy(on_mask);
+
+  /* A label, touched with a ball of 2 mm: its middle rests 2 mm off the surface. */
+  for (int i = 0; i < N * N * N; ++i) labels[i] = voxels[i] ? 3 : 0;
+  trephine_scene* labelled = trephine_scene_create(voxels, ball_size, ball_origin, ball_axes, &error);
+  CHECK(trephine_scene_add_label(labelled, "dura", 3, &error) == -1 && strstr(error.text, "no labels"));
+  CHECK(trephine_scene_set_labels(labelled, NULL, &error) == TREPHINE_BAD_ARGUMENT);
+  CHECK(trephine_scene_set_labels(labelled, labels, &error) == TREPHINE_OK);
+  CHECK(trephine_scene_add_label(labelled, "dura", 256, &error) == -1 && strstr(error.text, "0 to 255"));
+  CHECK(trephine_scene_add_label(labelled, "dura", 3, &error) == 0);
+  CHECK(trephine_scene_set_labels(labelled, labels, &error) == TREPHINE_BAD_ARGUMENT);
+  CHECK(trephine_scene_set_tool_radius(labelled, 7, &error) == TREPHINE_BAD_ARGUMENT);
+  CHECK(trephine_scene_set_tool_radius(labelled, 2, &error) == TREPHINE_OK);
+  CHECK(trephine_hand_create(labelled, 1000, &error) == NULL);
+  CHECK(trephine_scene_prepare(labelled, &error) == TREPHINE_OK);
+  CHECK(trephine_surface_get(labelled, 0, &error) == NULL && strstr(error.text, "point"));
+  trephine_hand* round_tip = trephine_hand_create(labelled, 1000, &error);
+  CHECK(round_tip != NULL);
+  for (int i = 0; i <= 1000; ++i) {
+    const double at[3] = {0, 0, 23 - 0.005 * i};
+    CHECK(trephine_hand_step(round_tip, at, &touch) == TREPHINE_OK);
+  }
+  CHECK(touch.has_contact && touch.shape == 0 && fabs(touch.proxy[2] - 20) < 0.4);
+  trephine_hand_destroy(round_tip);
+  trephine_scene_destroy(labelled);
   printf(failures ? "%d claims do not hold\n" : "all claims hold\n", failures);
   return failures != 0;
 }
