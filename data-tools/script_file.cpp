@@ -122,9 +122,9 @@ Result<Script> parse_script(const std::string& text, const std::string& where) {
   script.rate_hz = reader.number(top, "rate", 10, 100000).value_or(1000);
   script.smallest_burr = reader.number(top, "smallest_burr", 1e-3, 30);
   for (const toml::value* v : reader.tables(top, "hands")) script.hands.push_back(read_hand(reader, *v));
-  if (script.hands.empty() || script.hands.size() > 8)
+  if (script.hands.empty() || script.hands.size() > Script::k_most_hands)
     reader.fail(root, "the script has no fitting number of hands", std::to_string(script.hands.size()),
-                "one to eight [[hands]]");
+                "one to four [[hands]]");
   for (const toml::value* v : reader.tables(top, "do"))
     script.commands.push_back(read_command(reader, *v, script.hands.size()));
   for (const toml::value* v : reader.tables(top, "expect"))

@@ -41,6 +41,7 @@ struct ScriptExpectation {
 
 struct Script {
   static constexpr int k_schema = 1;
+  static constexpr std::size_t k_most_hands = 4;
   std::string title, scan;
   std::optional<double> iso;
   std::string window, label;

@@ -38,6 +38,19 @@ std::optional<int> first_foreign_line(const std::string& text) {
   return std::nullopt;
 }
 
+/// The parser calls itself for each bracket within another: the line where they are more than anybody needs.
+std::optional<int> first_deep_line(const std::string& text) {
+  constexpr int k_deepest = 100;
+  int depth = 0, line = 1;
+  for (const char c : text) {
+    line += c == '\n';
+    depth += c == '[' || c == '{';
+    depth -= depth > 0 && (c == ']' || c == '}');
+    if (depth > k_deepest) return line;
+  }
+  return std::nullopt;
+}
+
 }  // namespace
 
 volume::Result<toml::value> parse_toml(const std::string& text, const std::string& where,
@@ -50,6 +63,8 @@ volume::Result<toml::value> parse_toml(const std::string& text, const std::strin
     return Error{"the " + what + " is no TOML", where + line, "", "key = value, [table] and [[list]]",
                  "see docs/file-formats.md"};
   };
+  if (const std::optional<int> line = first_deep_line(text))
+    return no_toml(", line " + std::to_string(*line));
   try {
     std::istringstream in(text);
     return toml::parse(in, where);

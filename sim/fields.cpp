@@ -217,7 +217,8 @@ std::string value_text(const Field& field, const FieldPlace& place) {
                    return *v < field.info.choices.size() ? std::string(field.info.choices[*v])
                                                          : std::to_string(*v);
                  },
-                 [](std::string* v) { return *v; }, [](std::vector<double>* v) { return list_text(*v, ','); },
+                 [](std::string* v) { return v->find(' ') == v->npos ? *v : '"' + *v + '"'; },
+                 [](std::vector<double>* v) { return list_text(*v, ','); },
                  [](std::vector<dvec3>* v) { return list_text(*v, ';'); },
                  [](std::vector<Id>* v) { return list_text(*v, ','); }},
       place);
@@ -286,7 +287,11 @@ Status from_words(const Schema& schema, void* value, std::string_view words) {
   for (;;) {
     words.remove_prefix(std::min(words.size(), words.find_first_not_of(k_spaces)));
     if (words.empty()) break;
-    const std::string_view word = words.substr(0, words.find_first_of(k_spaces));
+    // A value in quotes may hold spaces: words="viscous damping=0.01".
+    const std::size_t quote = words.find("=\"");
+    const bool is_quoted = quote < words.find_first_of(k_spaces) && words.find('"', quote + 2) != words.npos;
+    const std::size_t length = is_quoted ? words.find('"', quote + 2) + 1 : words.find_first_of(k_spaces);
+    const std::string_view word = words.substr(0, length);
     words.remove_prefix(word.size());
     const std::size_t equals = word.find('=');
     const std::string_view name = word.substr(0, equals);
@@ -296,10 +301,12 @@ Status from_words(const Schema& schema, void* value, std::string_view words) {
       return Error{"there is no such field", std::string(schema.name), std::string(word),
                    "NAME=VALUE, with a name of: " + names_of(schema), ""};
     const FieldPlace place = found->place(value);
-    if (!read_value(*found, place, word.substr(equals + 1)))
+    std::string_view text = word.substr(equals + 1);
+    if (is_quoted) text = text.substr(1, text.size() - 2);
+    if (!read_value(*found, place, text))
       return Error{"a value cannot be read", std::string(schema.name) + ' ' + std::string(name),
-                   std::string(word.substr(equals + 1)),
-                   found->info.choices.empty() ? type_name(*found) : choices_of(*found), ""};
+                   std::string(text), found->info.choices.empty() ? type_name(*found) : choices_of(*found),
+                   ""};
   }
   return check_fields(schema, value);
 }

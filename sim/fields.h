@@ -97,7 +97,7 @@ volume::Status decode_fields(const Schema& schema, void* value, std::string_view
 /// "radius=2 at=1,2,3 mode=fast", for people and scripts.
 std::string to_words(const Schema& schema, const void* value);
 /// The same back, in any order; fields that are not named stay as they are. Error names what was not
-/// understood, and the fields. Texts may not hold spaces.
+/// understood, and the fields. Texts with spaces stand in quotes.
 volume::Status from_words(const Schema& schema, void* value, std::string_view words);
 
 /// Names, types and units of the fields, for a file's header: what a program that does not know the struct

@@ -127,6 +127,9 @@ Result<TouchScene> build_items(const SceneSpec& spec, const SceneData& data) {
 }
 
 Result<OperationStart> build_scene(const SceneSpec& spec, const SceneData& data, const Catalogue& catalogue) {
+  if (spec.hands.empty() || spec.hands.size() > haptics::ServoScene::k_most_hands)
+    return Error{"there is no room for so many hands", "hands", std::to_string(spec.hands.size()),
+                 "1 to " + std::to_string(haptics::ServoScene::k_most_hands), ""};
   if (Status error = check_data(spec, data)) return *error;
   Result<TouchScene> items = build_items(spec, data);
   if (!items) return items.error();

@@ -11,7 +11,8 @@ volume::Status check_tool_radius(const volume::Volume& base, double radius) {
   const double least = 0.02 * std::min({spacing.x, spacing.y, spacing.z});
   if (radius == 0 || (radius >= least && radius <= 6)) return std::nullopt;
   return volume::Error{"the tool's radius is out of range", "tool radius", std::to_string(radius) + " mm",
-                       "0, or " + std::to_string(least) + " to 6 mm", "take a point, or a larger ball"};
+                       "0, or " + std::to_string(least) + " to 6 mm",
+                       radius > 6 ? "take a smaller ball, or a point" : "take a point, or a larger ball"};
 }
 
 namespace {

@@ -488,6 +488,9 @@ Result<Outcome> run_audit(const AuditArguments& arguments) {
   if (!arguments.session.empty()) return audit_session(arguments);
   if (!arguments.case_source.empty())
     return Error{"there is no session to audit", "--case", arguments.case_source, "SESSION too", ""};
+  if (arguments.rays < 1 || arguments.rays > 1'000'000'000'000)
+    return Error{"the number of rays is out of range", "--rays", std::to_string(arguments.rays),
+                 "1 to 1000000000000", ""};
   checker::TraversalAudit total;
   ProgressLine progress("auditing");
   constexpr std::uint64_t k_part = 1'000'000;

@@ -147,6 +147,7 @@ view::StylusLook stylus_at(const Moment& m, const Site& site) {
 Result<Outcome> run_demo(const DemoArguments& arguments) {
   namespace fs = std::filesystem;
   const auto begin = Clock::now();
+  if (volume::Status error = check(arguments.record)) return *error;
   std::error_code failed;
   fs::create_directories(arguments.output, failed);
   if (failed)

@@ -3,6 +3,7 @@
 
 #include "apps/trephine/commands.h"
 #include "apps/workbench/catalogue.h"
+#include "apps/workbench/script.h"
 
 namespace trephine::app {
 
@@ -55,6 +56,19 @@ Result<Outcome> run_modules(const ModulesArguments& arguments) {
   outcome.json["modules"] = Json::array();
   std::string known;
   bool is_found = arguments.name.empty();
+  // What can be told and happens whatever the modules are.
+  if (arguments.name.empty() || arguments.name == "engine") {
+    is_found = true;
+    outcome.text += "engine\n";
+    Json parts = Json::array();
+    const sim::Catalogue own;
+    for (const bool is_event : {false, true})
+      for (const sim::ValueType* type : own.all())
+        if (own.is_event(*type) == is_event && (is_event || workbench::may_be_told(*type)))
+          parts.push_back(table_of(*type, is_event ? "event" : "command", outcome.text));
+    outcome.json["modules"].push_back({{"name", "engine"}, {"parts", parts}});
+  }
+  known = "engine";
   for (const sim::Module* module : workbench::catalogue().modules()) {
     const std::string name(module->name());
     known.append(known.empty() ? "" : ", ").append(name);

@@ -3,6 +3,7 @@
 
 #include "apps/trephine/commands.h"
 #include "apps/trephine/outputs.h"
+#include "apps/view/render_window.h"
 #include "apps/view/view_window.h"
 #include "apps/workbench/catalogue.h"
 #include "apps/workbench/script.h"
@@ -49,19 +50,21 @@ struct TemporarySession {
 };
 
 Result<Outcome> run_script(const RunArguments& arguments) {
+  if (arguments.wants_window && !view::has_display()) return view::no_display();
   if (Status error = check(arguments.record)) return *error;
   if (!arguments.output.empty()) {
     if (!data_tools::is_writable_volume_file(arguments.output))
       return Error{"this is no volume format that trephine writes", data_tools::file_name(arguments.output),
                    "", ".mha, .nrrd, .nii or .nii.gz", "choose one of these extensions"};
     if (Status error = data_tools::check_writable(arguments.output)) return *error;
-    if (Status error = check_apart(arguments.output, {arguments.script, arguments.record.file}))
-      return *error;
   }
   auto script = data_tools::read_script(arguments.script);
   if (!script) return script.error();
   const std::string where = data_tools::file_name(arguments.script);
   const std::string folder = std::filesystem::path(arguments.script).parent_path().string();
+  std::vector<std::string> in_use = workbench::files_of(script.value(), folder);
+  in_use.insert(in_use.end(), {arguments.script, arguments.record.file});
+  if (Status error = check_apart(arguments.output, in_use)) return *error;
   auto opened = workbench::ScriptRun::open(script.value(), folder, where, person());
   if (!opened) return opened.error();
   workbench::ScriptRun& run = *opened.value();
@@ -113,9 +116,16 @@ Result<Outcome> run_script(const RunArguments& arguments) {
   outcome.text += failed == 0 ? format_text("all of %zu checks met\n", report.checks.size())
                               : format_text("%zu of %zu checks FAILED\n", failed, report.checks.size());
   if (!arguments.output.empty()) outcome.text += "written to " + arguments.output + "\n";
+  if (report.recording) {  // what was played and written stays
+    notice("note: " + report.recording->message());
+    json["recording"] = report.recording->message();
+    if (report.is_met()) outcome.exit_code = exit_code_of(*report.recording);
+    return outcome;
+  }
   if (arguments.wants_window)
     if (Status error = show(record.file, "", script.value().title.empty() ? where : script.value().title))
       return *error;
+  if (is_interrupted()) outcome.exit_code = exit_interrupted;
   return outcome;
 }
 

@@ -40,6 +40,11 @@ Status check_outputs(const std::string& output, const std::string& steps) {
 }
 
 Result<Outcome> run_replay(const ReplayArguments& arguments) {
+  if (arguments.wants_window && (arguments.is_verifying || arguments.until || !arguments.output.empty() ||
+                                 !arguments.steps.empty() || !arguments.screenshot.empty()))
+    return Error{"the window plays a session and does nothing else", "--window",
+                 "--verify, --until, -o, --steps or --screenshot too", "--window alone",
+                 "leave one of them out"};
   if (Status error = check_outputs(arguments.output, arguments.steps)) return *error;
   for (const std::string& output : {arguments.output, arguments.steps, arguments.screenshot})
     if (Status error = check_apart(output, {arguments.session, arguments.case_source})) return *error;
@@ -72,7 +77,7 @@ Result<Outcome> run_replay(const ReplayArguments& arguments) {
     options.replay_seconds = static_cast<double>(session.reader->tick_count()) / rate;
     auto shown = view::run_window(view::borrowed(session.scene()), options);
     if (!shown) return shown.error();
-    return Outcome{new_report("replay"), "", exit_done};
+    return Outcome{new_report("replay"), "", is_interrupted() ? exit_interrupted : exit_done};
   }
   const std::uint64_t all = session.reader->tick_count();
   const std::uint64_t end =

@@ -83,6 +83,13 @@ Result<Outcome> run_soak(const SoakArguments& arguments) {
                  "10 to 1000000 s", ""};
   if (!(arguments.rate >= 250 && arguments.rate <= 10000))
     return Error{"the rate is out of range", "--rate", std::to_string(arguments.rate), "250 to 10000 Hz", ""};
+  workbench::RecordChoice record;
+  record.program = program_name();
+  record.file = arguments.session.empty() ? workbench::autosave_path() : arguments.session;
+  if (record.file.empty())
+    return Error{"there is no place for the session", "", "neither HOME nor XDG_STATE_HOME", "--record FILE",
+                 ""};
+  if (volume::Status error = check(record)) return *error;
   drilling::Burr burr;
   constexpr double k_smallest = 2;  // mm, of the burrs below
   workbench::OperationChoice choice;
@@ -97,13 +104,7 @@ Result<Outcome> run_soak(const SoakArguments& arguments) {
   auto path = random_strokes(*operation.scene(), arguments.seconds, arguments.seed);
   if (!path) return path.error();
 
-  workbench::RecordChoice record;
-  record.program = program_name();
-  record.file = arguments.session.empty() ? workbench::autosave_path() : arguments.session;
   record.is_embedding = !source.is_builtin;
-  if (record.file.empty())
-    return Error{"there is no place for the session", "", "neither HOME nor XDG_STATE_HOME", "--record FILE",
-                 ""};
   haptics::VirtualDevice device(path.value(), {});
   auto recorder = workbench::start_recording(record, operation);
   if (!recorder) return recorder.error();

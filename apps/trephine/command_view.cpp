@@ -85,6 +85,10 @@ class Host {
 };
 
 Result<Outcome> run_view(const ViewArguments& arguments) {
+  if (arguments.seconds && !(*arguments.seconds > 0 && *arguments.seconds <= 1e6))
+    return Error{"the time is out of range", "--seconds", std::to_string(*arguments.seconds),
+                 "above 0, at most 1000000 s", ""};
+  if (volume::Status error = check(arguments.record)) return *error;
   if (arguments.screenshot.empty() && !view::has_display()) return view::no_display();
   if (!arguments.screenshot.empty()) {
     if (!data_tools::has_extension(arguments.screenshot, ".png"))
@@ -131,7 +135,9 @@ Result<Outcome> run_view(const ViewArguments& arguments) {
     record.is_autosave = true;
   }
   if (options.is_offscreen && !record.file.empty())
-    return Error{"without a window there is nothing to record", "--record", "", "a display", ""};
+    return Error{
+        "without a window there is nothing to record", "--record", "", "a window",
+        view::has_display() ? "with --screenshot a window needs --seconds" : "start it on a display"};
   auto started = workbench::start_recording(record, operation);
   if (!started && !is_autosave) return started.error();
   if (!started) notice("note: the session is not saved: " + started.error().message());

@@ -61,7 +61,10 @@ Option Options::add(const char* names, std::int64_t& value, const std::string& h
   return add_any(names, value, help);
 }
 Option Options::add(const char* names, std::uint64_t& value, const std::string& help) {
-  return add_any(names, value, help);
+  CLI::Option* option = app_->add_option(names, value, help);
+  const std::string type = option->get_type_name();
+  option->check(CLI::NonNegativeNumber)->type_name(type);
+  return keep(names, option);
 }
 Option Options::add(const char* names, std::vector<std::string>& value, const std::string& help) {
   return add_any(names, value, help);

@@ -120,6 +120,10 @@ Status add_hands(const OperationChoice& choice, const volume::Volume& anatomy, c
     const sim::ToolNeeds needs =
         held.type && held.type->needs ? held.type->needs(held.parameters.data(), anatomy) : sim::ToolNeeds();
     if (needs.finest_cut > 0) finest = finest > 0 ? std::min(finest, needs.finest_cut) : needs.finest_cut;
+    if (needs.touch_radius > 6)
+      return Error{"the tool is too large to touch with all of its ball", hand.instrument,
+                   format_text("a ball of %.3g mm", needs.touch_radius), "at most 6 mm",
+                   "take a smaller one"};
     if (needs.touch_radius > 0) hand.tool_radius = needs.touch_radius, is_fixed = true;
     if (hand.tool_radius <= 0 || hand.tool_radius > 20) continue;
     const double step = volume::OffsetField::step_for(hand.tool_radius, anatomy);
@@ -172,6 +176,9 @@ Status check(const OperationChoice& choice) {
     return Error{"the blur is out of range", "blur", volume::text_of(choice.blur_voxels), "0 to 10 voxels",
                  ""};
   for (const HandSpec& hand : choice.hands) {
+    if (!(hand.tool_radius >= 0 && hand.tool_radius <= 6))
+      return Error{"the tool's radius is out of range", "tool radius", volume::text_of(hand.tool_radius),
+                   "0 to 6 mm", "take a smaller ball, or a point"};
     if (auto method = haptics::make_method(hand.method); !method) return method.error();
     if (auto instrument = instrument_of(hand); !instrument) return instrument.error();
     if (Status error = check_effects(hand.effects)) return error;

@@ -43,13 +43,16 @@ Result<haptics::PosePath> path_of(const ScriptHand& hand, const std::string& fol
   return haptics::PosePath::from_samples(std::move(samples), at_line(where, hand.line));
 }
 
-/// What scripts may tell; not what keeps an engine's books.
+}  // namespace
+
 bool may_be_told(const sim::ValueType& type) {
   for (const sim::ValueType* books : {&sim::value_type<sim::AdoptFields>(), &sim::value_type<sim::AdoptJob>(),
                                       &sim::value_type<sim::CancelJob>(), &sim::value_type<sim::Resume>()})
     if (&type == books) return false;
   return !catalogue().is_event(type);
 }
+
+namespace {
 
 Result<sim::Command> command_of(const ScriptCommand& said, const std::string& where) {
   const sim::ValueType* type = catalogue().find(said.name);
@@ -77,6 +80,14 @@ std::vector<std::string> expectable() {
   return all;
 }
 
+std::vector<std::string> files_of(const Script& script, const std::string& folder) {
+  std::vector<std::string> files;
+  if (script.scan != "head") files.push_back(seen_from(folder, script.scan));
+  for (const ScriptHand& hand : script.hands)
+    if (!hand.path.empty()) files.push_back(seen_from(folder, hand.path));
+  return files;
+}
+
 bool ScriptReport::is_met() const {
   return std::all_of(checks.begin(), checks.end(), [](const ScriptCheck& check) { return check.is_met; });
 }
@@ -88,6 +99,10 @@ Result<std::unique_ptr<ScriptRun>> ScriptRun::open(const Script& script, const s
   choice.rate_hz = script.rate_hz;
   choice.smallest_burr = script.smallest_burr;
   choice.hands.clear();
+  if (Status error = check(choice)) {
+    error->where = where + ": " + error->where;
+    return *error;
+  }
   std::vector<haptics::PosePath> paths;
   for (const ScriptHand& hand : script.hands) {
     sim::HandSpec& made = choice.hands.emplace_back();
@@ -176,14 +191,15 @@ std::optional<double> ScriptRun::value_of(const std::string& what, int hand,
   if (what == "strokes") return static_cast<double>(engine.stroke_count());
   if (what == "bodies") return static_cast<double>(engine.now().world.bodies.size());
   if (what == "force_n") return glm::length(record.force_world);
-  if (what == "strongest_force_n") return report.strongest_force_n;
+  if (what == "strongest_force_n") return report.strongest_of[h];
   if (what == "contact") return record.has_contact;
   for (int axis = 0; axis < 3; ++axis)
     if (what == std::string("proxy_") + "xyz"[axis]) return record.proxy_world[axis];
   if (what.starts_with(k_events)) {
     double count = 0;
     const sim::Chronicle& all = engine.now().chronicle;
-    for (std::size_t i = 0; i < all.size(); ++i) count += all[i].what.name() == what.substr(k_events.size());
+    for (std::size_t i = 0; i < all.size(); ++i)
+      count += all[i].hand == hand && all[i].what.name() == what.substr(k_events.size());
     return count;
   }
   if (what.starts_with(k_nearest))
@@ -199,6 +215,7 @@ Result<ScriptReport> ScriptRun::play(sim::SessionWriter* recorder, const Listene
   double end = 0;
   for (const haptics::PosePath& path : paths_) end = std::max(end, path.end_time());
   for (const ScriptCommand& said : script_.commands) end = std::max(end, said.at);
+  for (const ScriptExpectation& wish : script_.expectations) end = std::max(end, wish.at.value_or(0));
   const auto ticks = static_cast<std::uint64_t>(std::llround(end * script_.rate_hz)) + 1;
 
   std::vector<const ScriptExpectation*> wishes;
@@ -207,6 +224,7 @@ Result<ScriptReport> ScriptRun::play(sim::SessionWriter* recorder, const Listene
     return a->at.value_or(2 * end) < b->at.value_or(2 * end);
   });
   ScriptReport report;
+  report.strongest_of.resize(paths_.size());
   const auto check = [&](const ScriptExpectation& wish, double t) {
     const double value = value_of(wish.what, wish.hand, report).value_or(std::nan(""));
     std::string words = wish.what;
@@ -228,8 +246,11 @@ Result<ScriptReport> ScriptRun::play(sim::SessionWriter* recorder, const Listene
     for (; next_told < told_.size() && told_[next_told].from->at <= t; ++next_told)
       tell(told_[next_told], t, report);
     for (std::size_t h = 0; h < paths_.size(); ++h) poses[h] = paths_[h].at(t);
-    for (const haptics::ServoRecord& record : run_->step(poses))
-      report.strongest_force_n = std::max(report.strongest_force_n, glm::length(record.force_world));
+    for (const haptics::ServoRecord& record : run_->step(poses)) {
+      const double force = glm::length(record.force_world);
+      report.strongest_of[record.hand] = std::max(report.strongest_of[record.hand], force);
+      report.strongest_force_n = std::max(report.strongest_force_n, force);
+    }
     for (; next_wish < wishes.size() && wishes[next_wish]->at.value_or(2 * end) <= t; ++next_wish)
       check(*wishes[next_wish], t);
   }
@@ -239,8 +260,7 @@ Result<ScriptReport> ScriptRun::play(sim::SessionWriter* recorder, const Listene
   report.seconds = end;
   std::stable_sort(report.checks.begin(), report.checks.end(),
                    [](const ScriptCheck& a, const ScriptCheck& b) { return a.line < b.line; });
-  if (recorder)
-    if (Status error = recorder->finish(run_->engine(), 0)) return *error;
+  if (recorder) report.recording = recorder->finish(run_->engine(), 0);
   return report;
 }
 

@@ -21,11 +21,18 @@ struct ScriptReport {
   std::uint64_t ticks = 0;
   double seconds = 0;  ///< of the operation
   double strongest_force_n = 0;
+  std::vector<double> strongest_of;  ///< N, each hand
+  volume::Status recording;          ///< how it ended, when it ended badly
   bool is_met() const;
 };
 
+/// May a script tell it? Not what keeps an engine's books.
+bool may_be_told(const sim::ValueType& type);
 /// What can be expected beside the measures of modules.
 std::vector<std::string> expectable();
+
+/// The scan and the paths that a script names, as the program sees them.
+std::vector<std::string> files_of(const data_tools::Script& script, const std::string& folder);
 
 /// A script with its scan open and its hands made ready.
 class ScriptRun {

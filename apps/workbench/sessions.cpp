@@ -25,7 +25,7 @@ Status check(const RecordChoice& choice) {
     return choice.is_embedding
                ? Status(Error{"there is no session to embed the scan in", "embed", "", "a recording too", ""})
                : std::nullopt;
-  if (!fs::exists(choice.file, error)) return std::nullopt;
+  if (!fs::exists(choice.file, error)) return data_tools::check_writable(choice.file);
   return Error{
       "there is a file of that name already", data_tools::file_name(choice.file), "",
       "a new name for a new session",

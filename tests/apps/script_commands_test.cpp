@@ -63,11 +63,24 @@ refused = true
 [[do]]
 at = 1.95
 command = "free-pieces"
+[[do]]
+at = 1.96
+hand = 1
+command = "set-effect"
+with = 'effect=1 words="constant force=0,0,1"'
+[[expect]]
+at = 2.5
+hand = 1
+what = "strongest_force_n"
+least = 0.9
+[[expect]]
+what = "strongest_force_n"
+most = 8
 )"));
   const Json report = json("run a.toml --record a.session -o left.mha");
   EXPECT_TRUE(report["is_met"]);
-  EXPECT_EQ(report["ticks"], 1001);
-  ASSERT_EQ(report["checks"].size(), 5u);
+  EXPECT_EQ(report["ticks"], 1251);  // as far as the last expectation
+  ASSERT_EQ(report["checks"].size(), 7u);
   EXPECT_EQ(report["checks"][0]["line"], 14);
   const Json again = json("replay a.session --case s.mha --verify");
   EXPECT_TRUE(again["is_same"]);
@@ -125,6 +138,8 @@ TEST_F(Script, WhatIsWrongIsSaidWithItsLineBeforeAnythingIsPlayed) {
        "burr diameter"},
       {"[[hands]]\nmethod = \"gost\"\npath = \"rest.csv\"", "there is no such method"},
       {"[[hands]]\neffects = [\"hum\"]\npath = \"rest.csv\"", "there is no such effect"},
+      {"[[do]]\nat = 1\ncommand = \"set-effect\"\nwith = 'effect=1 words=viscous damping=1'",
+       "no such field"},
       {"speed = 2", "there is no such key"},
       {"smallest_burr = 1", "there is no such key"},
       {"\n[[expect", "the script is no TOML"},
@@ -143,14 +158,29 @@ TEST_F(Script, WhatIsWrongIsSaidWithItsLineBeforeAnythingIsPlayed) {
   EXPECT_NE(run("run new.toml").err.find("newer trephine"), std::string::npos);
   write("a.toml", script(""));
   EXPECT_EQ(run("run a.toml -o a.toml").exit_code, 2);
+  for (const char* given : {"s.mha", "rest.csv"}) {  // what the script names stays
+    const std::string before = read(file(given));
+    EXPECT_EQ(run(std::string("run a.toml -o ") + given).exit_code, 2);
+    EXPECT_EQ(read(file(given)), before);
+  }
+  std::string many;
+  for (int i = 0; i < 3; ++i) many += "[[hands]]\npath = \"rest.csv\"\n";
+  write("many.toml", script(many));
+  EXPECT_NE(run("run many.toml").err.find("one to four"), std::string::npos);
+  write("deep.toml", "a = " + std::string(100000, '['));
+  EXPECT_NE(run("run deep.toml").err.find("no TOML"), std::string::npos);
+  EXPECT_EQ(run("run a.toml --window").exit_code, 3);  // no display: before anything is played
+  EXPECT_EQ(run("run a.toml --record nowhere/a.session").exit_code, 2);
   EXPECT_EQ(run("run a.toml --record s.mha").exit_code, 2);
 }
 
 TEST_F(Command, ModulesAreListedWithTheirTables) {
   const Json all = json("modules");
-  ASSERT_FALSE(all["modules"].empty());
-  EXPECT_EQ(all["modules"][0]["name"], "drilling");
-  const Json& burr = all["modules"][0]["parts"][0];
+  ASSERT_EQ(all["modules"].size(), 2u);
+  EXPECT_EQ(all["modules"][0]["name"], "engine");
+  EXPECT_GT(all["modules"][0]["parts"].size(), 15u);
+  EXPECT_EQ(all["modules"][1]["name"], "drilling");
+  const Json& burr = all["modules"][1]["parts"][0];
   EXPECT_EQ(burr["kind"], "instrument");
   EXPECT_EQ(burr["fields"][0]["name"], "diameter");
   EXPECT_EQ(burr["fields"][0]["unit"], "mm");
