@@ -62,6 +62,7 @@ Result<Outcome> run_import(const ImportArguments& arguments) {
   if (fs::exists(target, error))
     return Error{"there is something of that name already", target.filename().string(), "",
                  "the name of a new folder", "choose another name, or remove it first"};
+  if (Status bad = check(arguments.shape)) return *bad;
   const auto start = Clock::now();
   auto opened = workbench::open_source(arguments.source, person());
   if (!opened) return opened.error();

@@ -1,6 +1,7 @@
 #include "apps/workbench/operation.h"
 
 #include <algorithm>
+#include <filesystem>
 
 #include "apps/workbench/catalogue.h"
 #include "apps/workbench/clock.h"
@@ -175,6 +176,12 @@ Status check(const OperationChoice& choice) {
   if (!(choice.blur_voxels >= 0 && choice.blur_voxels <= 10))
     return Error{"the blur is out of range", "blur", volume::text_of(choice.blur_voxels), "0 to 10 voxels",
                  ""};
+  for (const ModelChoice& model : choice.models) {
+    std::error_code failed;
+    if (!std::filesystem::exists(model.file, failed))
+      return Error{"there is no such model", data_tools::file_name(model.file), "",
+                   ".ply, .ply.gz, .obj, .stl, .vtk or .vtp", "check the spelling"};
+  }
   for (const HandSpec& hand : choice.hands) {
     if (!(hand.tool_radius >= 0 && hand.tool_radius <= 6))
       return Error{"the tool's radius is out of range", "tool radius", volume::text_of(hand.tool_radius),

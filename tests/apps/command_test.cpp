@@ -191,6 +191,7 @@ TEST_F(Command, BadInputIsSaidAndWritesNothing) {
       {"touch s.mha --path good.csv -o o.csv --iso 3 --window 1:2", 2, "one of iso, window and label"},
       {"drill s.mha --path good.csv -o o.mha --burr-diameter -3", 2, "burr"},
       {"drill s.mha --path good.csv -o o.xyz --burr-diameter 3", 2, "format"},
+      {"import s.mha --iso 3 --window 1:2 -o c", 2, "one of iso, window and label"},
       {"mesh s.mha -o o.xyz", 2, "format"},
       {"phantom cube -o o.mha", 2, "no such phantom"},
       {"phantom sphere -o o.mha --size 0", 2, "size"},
