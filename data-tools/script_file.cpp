@@ -27,16 +27,19 @@ std::vector<std::string> texts(TomlReader& reader, const toml::table& t, const s
   return all;
 }
 
-/// [[t, x, y, z, button], ...], the button left out where there is none.
-std::vector<std::array<double, 5>> points(TomlReader& reader, const toml::table& t) {
-  std::vector<std::array<double, 5>> all;
+/// [[t, x, y, z, button, share], ...], the last ones left out where there is none.
+std::vector<std::array<double, 6>> points(TomlReader& reader, const toml::table& t, bool has_place) {
+  std::vector<std::array<double, 6>> all;
   const auto it = t.find("points");
   if (it == t.end()) return all;
-  const char* const expected = "points = [[t, x, y, z, button], ...]: s, mm (LPS), 0 or 1";
+  const char* const expected =
+      has_place ? "points = [[t, along, across, over, button, share], ...]: s, mm, 0 or 1, of the thickness"
+                : "points = [[t, x, y, z, button], ...]: s, mm (LPS), 0 or 1";
+  const std::size_t most = has_place ? 6 : 5;
   if (!it->second.is_array()) return reader.fail(it->second, "the points are no list", "", expected), all;
   for (const toml::value& row : it->second.as_array()) {
-    std::array<double, 5> point{};
-    bool is_good = row.is_array() && (row.as_array().size() == 4 || row.as_array().size() == 5);
+    std::array<double, 6> point{};
+    bool is_good = row.is_array() && row.as_array().size() >= 4 && row.as_array().size() <= most;
     for (std::size_t i = 0; is_good && i < row.as_array().size(); ++i) {
       const toml::value& v = row.as_array()[i];
       is_good = v.is_integer() || v.is_floating();
@@ -51,8 +54,8 @@ std::vector<std::array<double, 5>> points(TomlReader& reader, const toml::table&
 }
 
 ScriptHand read_hand(TomlReader& reader, const toml::value& value) {
-  const toml::table& t =
-      reader.table(value, {"instrument", "parameters", "method", "radius", "effects", "path", "points"});
+  const toml::table& t = reader.table(value, {"instrument", "parameters", "method", "radius", "effects",
+                                              "path", "points", "place", "stiffness"});
   ScriptHand hand;
   hand.line = TomlReader::line_of(value);
   hand.instrument = reader.text(t, "instrument").value_or("");
@@ -61,13 +64,87 @@ ScriptHand read_hand(TomlReader& reader, const toml::value& value) {
   hand.radius = reader.number(t, "radius", 0, 6).value_or(0);
   hand.effects = texts(reader, t, "effects");
   hand.path = reader.text(t, "path").value_or("");
-  hand.points = points(reader, t);
+  hand.place = reader.text(t, "place").value_or("");
+  hand.points = points(reader, t, !hand.place.empty());
+  hand.stiffness = reader.number(t, "stiffness", 0.01, 10);
+  if (!hand.place.empty() && hand.points.empty())
+    reader.fail(value, "a path file is not seen from a place", hand.place, "points, or no place");
   if (hand.path.empty() == hand.points.empty())
     reader.fail(value, "a hand has one way to go", hand.path.empty() ? "none" : "both path and points",
                 "path = \"FILE.csv\", or points");
   if (hand.instrument.empty() && !hand.parameters.empty())
     reader.fail(value, "there are parameters of no instrument", hand.parameters, "instrument = \"burr\" too");
   return hand;
+}
+
+/// A direction: not 0.
+glm::dvec3 direction(TomlReader& reader, const toml::value& v, std::optional<glm::dvec3> said,
+                     const glm::dvec3& usual) {
+  if (said && *said == glm::dvec3(0))
+    reader.fail(v, "this is no direction", "0, 0, 0", "[x, y, z], not all 0");
+  return said.value_or(usual);
+}
+
+ScriptPlace read_place(TomlReader& reader, const toml::value& value) {
+  const toml::table& t = reader.table(value, {"name", "from", "up"});
+  ScriptPlace place;
+  place.line = TomlReader::line_of(value);
+  place.name = reader.text(t, "name").value_or("");
+  place.up = direction(reader, value, reader.point(t, "up"), place.up);
+  const auto from = t.find("from");
+  if (from != t.end() && from->second.is_array() && !from->second.as_array().empty())
+    for (const toml::value& one : from->second.as_array())
+      place.from.push_back(direction(reader, one, reader.point_of(one, "from"), {0, 0, 1}));
+  if (place.name.empty() || place.from.empty())
+    reader.fail(value, "a place is not complete", "",
+                "name = \"text\" and from = [[x, y, z], ...], directions from the middle of the scan");
+  return place;
+}
+
+ScriptPicture read_picture(TomlReader& reader, const toml::value& value) {
+  const toml::table& t =
+      reader.table(value, {"at", "file", "place", "from", "aim", "distance", "caption", "tool"});
+  ScriptPicture picture;
+  picture.line = TomlReader::line_of(value);
+  picture.at = reader.number(t, "at", 0, k_longest);
+  picture.file = reader.text(t, "file").value_or("");
+  picture.place = reader.text(t, "place").value_or("");
+  picture.from = direction(reader, value, reader.point(t, "from"),
+                           picture.place.empty() ? glm::dvec3(0.8, -0.8, 0.35) : glm::dvec3(0, 0, 1));
+  picture.aim = reader.point(t, "aim").value_or(picture.aim);
+  picture.distance = reader.number(t, "distance", 1, 5000);
+  picture.caption = reader.text(t, "caption").value_or("");
+  picture.has_tool = reader.claim(t, "tool").value_or(true);
+  if (!picture.file.ends_with(".png") || picture.file.find('/') != std::string::npos ||
+      picture.file.starts_with('.'))
+    reader.fail(value, "a picture has no good name", picture.file, "file = \"NAME.png\", without a folder");
+  if (!picture.place.empty() && !picture.distance)
+    reader.fail(value, "a picture of a place has no distance", "", "distance = mm, from the place");
+  return picture;
+}
+
+/// The same name twice, or a name of no place.
+void check_places(TomlReader& reader, const toml::value& root, const Script& script) {
+  std::string known;
+  for (std::size_t i = 0; i < script.places.size(); ++i) {
+    known += (i ? ", " : "") + script.places[i].name;
+    for (std::size_t j = 0; j < i; ++j)
+      if (script.places[i].name == script.places[j].name)
+        reader.fail(root, "two places have one name", script.places[i].name, "names of their own");
+  }
+  const auto check = [&](const std::string& name, int line) {
+    if (name.empty()) return;
+    for (const ScriptPlace& place : script.places)
+      if (place.name == name) return;
+    reader.fail(line, "there is no such place", name, known.empty() ? "[[places]] first" : known);
+  };
+  for (const ScriptHand& hand : script.hands) check(hand.place, hand.line);
+  for (const ScriptPicture& picture : script.pictures) check(picture.place, picture.line);
+  for (std::size_t i = 0; i < script.pictures.size(); ++i)
+    for (std::size_t j = 0; j < i; ++j)
+      if (script.pictures[i].file == script.pictures[j].file)
+        reader.fail(script.pictures[i].line, "two pictures have one name", script.pictures[i].file,
+                    "names of their own");
 }
 
 ScriptCommand read_command(TomlReader& reader, const toml::value& value, std::size_t hands) {
@@ -108,8 +185,9 @@ Result<Script> parse_script(const std::string& text, const std::string& where) {
   if (!parsed) return parsed.error();
   const toml::value& root = parsed.value();
   TomlReader reader(where);
-  const toml::table& top = reader.table(root, {"schema", "title", "scan", "iso", "window", "label", "rate",
-                                               "smallest_burr", "hands", "do", "expect"});
+  const toml::table& top =
+      reader.table(root, {"schema", "title", "scan", "iso", "window", "label", "rate", "smallest_burr",
+                          "places", "hands", "do", "expect", "pictures"});
   if (volume::Status error = reader.check_schema(top, Script::k_schema, "script")) return *error;
   Script script;
   script.title = reader.text(top, "title").value_or("");
@@ -125,6 +203,10 @@ Result<Script> parse_script(const std::string& text, const std::string& where) {
   if (script.hands.empty() || script.hands.size() > Script::k_most_hands)
     reader.fail(root, "the script has no fitting number of hands", std::to_string(script.hands.size()),
                 "one to four [[hands]]");
+  for (const toml::value* v : reader.tables(top, "places")) script.places.push_back(read_place(reader, *v));
+  for (const toml::value* v : reader.tables(top, "pictures"))
+    script.pictures.push_back(read_picture(reader, *v));
+  check_places(reader, root, script);
   for (const toml::value* v : reader.tables(top, "do"))
     script.commands.push_back(read_command(reader, *v, script.hands.size()));
   for (const toml::value* v : reader.tables(top, "expect"))

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <glm/vec3.hpp>
 #include <optional>
 #include <string>
 #include <vector>
@@ -10,6 +11,14 @@
 
 namespace trephine::data_tools {
 
+/// A place on the surface of what is touched, found when the scan is open.
+struct ScriptPlace {
+  int line = 0;
+  std::string name;
+  std::vector<glm::dvec3> from;  ///< directions (LPS) from the middle of the scan, tried in this order
+  glm::dvec3 up{0, 0, 1};        ///< seen from outside; "along" is to the right
+};
+
 /// A hand and the way it goes.
 struct ScriptHand {
   int line = 0;
@@ -17,8 +26,12 @@ struct ScriptHand {
   std::string method;                  ///< empty: the usual one
   double radius = 0;                   ///< mm, of the tool's tip
   std::vector<std::string> effects;
-  std::string path;                           ///< a CSV file, seen from the script's folder; or
-  std::vector<std::array<double, 5>> points;  ///< t (s), x, y, z (mm, LPS), button (0 or 1)
+  std::string path;  ///< a CSV file, seen from the script's folder; or
+  /// t (s), x, y, z (mm, LPS; of a place: along, across, over the surface), button (0 or 1), share of the
+  /// place's thickness that it lies lower.
+  std::vector<std::array<double, 6>> points;
+  std::string place;                ///< from which the points are seen
+  std::optional<double> stiffness;  ///< N/mm, of a simulated hand that follows the path and yields
 };
 
 /// Something that is told at a moment.
@@ -39,6 +52,19 @@ struct ScriptExpectation {
   std::optional<double> least, most;
 };
 
+/// A picture of a moment.
+struct ScriptPicture {
+  int line = 0;
+  std::optional<double> at;        ///< s; nothing: at the end
+  std::string file;                ///< a name, without a folder
+  std::string place;               ///< what it looks at; empty: all
+  glm::dvec3 from{0.0};            ///< direction to the viewer; of a place: along, across, outward
+  glm::dvec3 aim{0.0};             ///< mm beside the place or the middle of all
+  std::optional<double> distance;  ///< mm; nothing: so that all is seen
+  std::string caption;             ///< with {name} and {name:digits} for what is measured
+  bool has_tool = true;
+};
+
 struct Script {
   static constexpr int k_schema = 1;
   static constexpr std::size_t k_most_hands = 4;
@@ -47,9 +73,11 @@ struct Script {
   std::string window, label;
   double rate_hz = 1000;
   std::optional<double> smallest_burr;
+  std::vector<ScriptPlace> places;
   std::vector<ScriptHand> hands;
   std::vector<ScriptCommand> commands;          ///< in time
   std::vector<ScriptExpectation> expectations;  ///< as in the file
+  std::vector<ScriptPicture> pictures;          ///< likewise
 };
 
 /// Unknown keys, wrong types and impossible values are errors that name the line.

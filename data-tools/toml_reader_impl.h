@@ -68,16 +68,18 @@ class TomlReader {
   }
   std::optional<glm::dvec3> point(const toml::table& t, const std::string& key) {
     const auto it = t.find(key);
-    if (it == t.end()) return std::nullopt;
+    return it == t.end() ? std::nullopt : point_of(it->second, key);
+  }
+  std::optional<glm::dvec3> point_of(const toml::value& value, const std::string& key) {
     glm::dvec3 p(NAN);
-    if (it->second.is_array() && it->second.as_array().size() == 3)
+    if (value.is_array() && value.as_array().size() == 3)
       for (int a = 0; a < 3; ++a) {
-        const toml::value& v = it->second.as_array()[static_cast<std::size_t>(a)];
+        const toml::value& v = value.as_array()[static_cast<std::size_t>(a)];
         if (v.is_floating()) p[a] = v.as_floating();
         if (v.is_integer()) p[a] = static_cast<double>(v.as_integer());
       }
     if (std::abs(p.x) < 1e6 && std::abs(p.y) < 1e6 && std::abs(p.z) < 1e6) return p;
-    fail(it->second, "the value of " + key + " is no point", words_of(it->second), "[x, y, z] in mm, LPS");
+    fail(value, "the value of " + key + " is no point", words_of(value), "[x, y, z], LPS");
     return std::nullopt;
   }
   /// The tables of an array of tables; none when the key is absent.
@@ -109,9 +111,12 @@ class TomlReader {
   static int line_of(const toml::value& at) { return static_cast<int>(at.location().line()); }
   void fail(const toml::value& at, std::string what, std::string found, std::string expected,
             std::string remedy = "") {
+    fail(line_of(at), std::move(what), std::move(found), std::move(expected), std::move(remedy));
+  }
+  void fail(int line, std::string what, std::string found, std::string expected, std::string remedy = "") {
     if (error_) return;
-    error_ = volume::Error{std::move(what), where_ + ", line " + std::to_string(at.location().line()),
-                           std::move(found), std::move(expected), std::move(remedy)};
+    error_ = volume::Error{std::move(what), where_ + ", line " + std::to_string(line), std::move(found),
+                           std::move(expected), std::move(remedy)};
   }
   const std::optional<volume::Error>& error() const { return error_; }
 

@@ -64,6 +64,26 @@ bool Catalogue::is_event(const ValueType& type) const noexcept {
                      [&](const Module* module) { return holds(module->events(), type); });
 }
 
+bool Catalogue::may_be_told(const ValueType& type) const noexcept {
+  for (const ValueType* books :
+       {&value_type<AdoptFields>(), &value_type<AdoptJob>(), &value_type<CancelJob>(), &value_type<Resume>()})
+    if (&type == books) return false;
+  return !is_event(type);
+}
+
+volume::Result<Command> Catalogue::command(std::string_view name, std::string_view words, int hand) const {
+  const ValueType* type = find(name);
+  if (type == nullptr || !may_be_told(*type)) {
+    std::string known;
+    for (const ValueType* one : all())
+      if (may_be_told(*one)) known.append(known.empty() ? "" : ", ").append(one->schema->name);
+    return Error{"there is no such command", "", std::string(name), known, "choose one of these"};
+  }
+  Value what = Value::of(*type);
+  if (Status error = what.set(words)) return *error;
+  return Command(std::move(what), static_cast<std::uint8_t>(hand));
+}
+
 Status Catalogue::check() const {
   std::vector<std::string_view> names;
   for (const ValueType* type : all()) names.push_back(type->schema->name);

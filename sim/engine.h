@@ -84,6 +84,9 @@ class Engine {
   std::vector<double> removed_mm3_by_label() const;
   std::vector<Measure> measures() const;
 
+  /// Where a body's frame is now; of one in a hand, where the hand was last.
+  haptics::Placement place_of(const Body& body) const;
+
   /// What must not be cut; OperationState::watches says how near each hand came to each.
   const std::vector<std::shared_ptr<const Forbidden>>& forbidden() const noexcept { return forbidden_; }
   const ForbiddenWatch& watch(std::size_t hand, std::size_t structure) const noexcept {

@@ -139,10 +139,17 @@ bool Engine::change_body(const Command& command, Outcome& outcome) {
   return true;
 }
 
-void Engine::put_down(Body& body) {
+haptics::Placement Engine::place_of(const Body& body) const {
+  haptics::Placement place = body.place;
+  if (body.holder < 0) return place;
   const HandWork& hand = work_[static_cast<std::size_t>(body.holder)];
-  if (hand.place) body.place = *hand.place * body.grip;
-  body.place.rotation = glm::normalize(body.place.rotation);
+  if (hand.place) place = *hand.place * body.grip;
+  place.rotation = glm::normalize(place.rotation);
+  return place;
+}
+
+void Engine::put_down(Body& body) {
+  body.place = place_of(body);
   body.holder = -1;
   body.grip = {};
 }

@@ -272,12 +272,16 @@ Status decode_fields(const Schema& schema, void* value, std::string_view bytes) 
   return check_fields(schema, value);
 }
 
+std::string to_words(const Field& field, const void* value) {
+  return value_text(field, place_in(field, value));
+}
+
 std::string to_words(const Schema& schema, const void* value) {
   std::string words;
   for (const Field& field : schema.fields) {
     append(words, " ", field.name);
     words += '=';
-    words += value_text(field, place_in(field, value));
+    words += to_words(field, value);
   }
   return words;
 }

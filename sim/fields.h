@@ -96,6 +96,8 @@ volume::Status decode_fields(const Schema& schema, void* value, std::string_view
 
 /// "radius=2 at=1,2,3 mode=fast", for people and scripts.
 std::string to_words(const Schema& schema, const void* value);
+/// Of one field what stands behind its name: "2".
+std::string to_words(const Field& field, const void* value);
 /// The same back, in any order; fields that are not named stay as they are. Error names what was not
 /// understood, and the fields. Texts with spaces stand in quotes.
 volume::Status from_words(const Schema& schema, void* value, std::string_view words);

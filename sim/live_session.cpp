@@ -33,6 +33,7 @@ LiveSession::LiveSession(std::span<haptics::Device* const> devices, Engine engin
   state_.hands.resize(devices.size());
   if (recorder_) recorder_->begin(engine_, options.force, options.rate_hz, first_tick, false);
   const std::lock_guard guard(lock_);
+  state_.tool = engine_.now().settings.hands[0].parameters;
   Outcome first;
   first.is_changed = true;
   note(first);
@@ -193,6 +194,7 @@ Outcome LiveSession::carry_out(const Command& command, bool may_begin) {
     edit_report_.longest_command_seconds = seconds;
     edit_report_.longest_command = command.what.is_empty() ? "" : command.what.name();
   }
+  state_.tool = engine_.now().settings.hands[0].parameters;  // no tick changes it
   note(outcome);
   return outcome;
 }
@@ -215,8 +217,6 @@ void LiveSession::note(const Outcome& outcome) {
   state_.strokes = engine_.stroke_count();
   state_.can_undo = engine_.can_undo();
   state_.can_redo = engine_.can_redo();
-  const Value& tool = engine_.now().settings.hands[0].parameters;
-  if (!(state_.tool == tool)) state_.tool = tool;
 }
 
 void LiveSession::set_down(const glm::dvec3& free_point_volume, std::size_t hand) {

@@ -1,5 +1,7 @@
 #include "sim/lockstep.h"
 
+#include <algorithm>
+
 namespace trephine::sim {
 
 Lockstep::Lockstep(const haptics::TouchScene& scene, const haptics::ProxyMethod& method,
@@ -47,6 +49,22 @@ std::span<const haptics::ServoRecord> Lockstep::step(std::span<const haptics::Po
     ticks_owed_ = 0;
   }
   return records_;
+}
+
+Outcome Lockstep::apply_whole(const Command& command) {
+  Outcome outcome = apply(command);
+  const auto& pending = engine_.jobs();
+  if (outcome.refused || outcome.job.value == 0 ||
+      std::none_of(pending.begin(), pending.end(),
+                   [&](const PendingJob& job) { return job.id == outcome.job; }))
+    return outcome;
+  const Outcome done = apply(engine_.finish_job(outcome.job));
+  outcome.box = united(outcome.box, done.box);
+  outcome.is_edit |= done.is_edit;
+  outcome.is_changed |= done.is_changed;
+  outcome.event_count += done.event_count;
+  outcome.job_hash = done.job_hash;
+  return outcome;
 }
 
 Outcome Lockstep::apply(const Command& command) {

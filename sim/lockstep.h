@@ -25,6 +25,8 @@ class Lockstep {
   Outcome undo() { return apply(Undo{}); }
   Outcome redo() { return apply(Redo{}); }
   Outcome apply(const Command& command);
+  /// A job that it begins is done before this returns.
+  Outcome apply_whole(const Command& command);
 
   const Engine& engine() const noexcept { return engine_; }
   Engine& engine() noexcept { return engine_; }

@@ -10,7 +10,6 @@
 namespace trephine::sim {
 
 using volume::hexadecimal;
-
 using volume::text_of;
 
 using volume::Error;

@@ -10,7 +10,6 @@
 namespace trephine::sim {
 
 using volume::hexadecimal;
-
 using volume::text_of;
 
 using haptics::TouchItem;
@@ -79,18 +78,65 @@ Result<Felt> felt_by(const HandSpec& hand, const TouchScene& items, double small
   return Felt{hand.tool_radius, hand.tool_balls, hand.method, std::move(scene), std::move(method).value()};
 }
 
+}  // namespace
+
 Result<Instrument> instrument_of(const HandSpec& hand, const Catalogue& catalogue) {
   if (hand.instrument.empty()) return Instrument();
   const InstrumentType* type = catalogue.find_instrument(hand.instrument);
-  if (type == nullptr)
-    return Error{"this program does not have the session's instrument", "", hand.instrument,
-                 "an instrument of its modules", "open it with the version that recorded it"};
+  if (type == nullptr) {
+    std::string known;
+    for (const Module* module : catalogue.modules())
+      for (const InstrumentType* one : module->instruments())
+        known += (known.empty() ? "" : ", ") + std::string(one->name());
+    return Error{"there is no such instrument", "instrument", hand.instrument, known,
+                 "choose one of these; a session is opened with the program that recorded it"};
+  }
   Instrument made(*type, Value::of(*type->parameters));
   if (Status error = made.parameters.set(hand.parameters)) return *error;
+  if (Status error = made.parameters.check()) return *error;
   return made;
 }
 
-}  // namespace
+Status meet_needs(SceneSpec& spec, const volume::Volume& anatomy, const Catalogue& catalogue,
+                  std::optional<double> smallest_burr) {
+  double finest = 0;
+  bool is_fixed = false;  // a tool's touch is made for one ball, which stays as long as the session
+  for (HandSpec& hand : spec.hands) {
+    Result<Instrument> held = instrument_of(hand, catalogue);
+    if (!held) return held.error();
+    const Instrument& tool = held.value();
+    const ToolNeeds needs =
+        tool.type && tool.type->needs ? tool.type->needs(tool.parameters.data(), anatomy) : ToolNeeds();
+    if (needs.finest_cut > 0) finest = finest > 0 ? std::min(finest, needs.finest_cut) : needs.finest_cut;
+    if (needs.touch_radius > 6)
+      return Error{"the tool is too large to touch with all of its ball", hand.instrument,
+                   "a ball of " + text_of(needs.touch_radius) + " mm", "at most 6 mm", "take a smaller one"};
+    if (needs.touch_radius > 0) hand.tool_radius = needs.touch_radius, is_fixed = true;
+  }
+  const std::string found = smallest_burr ? text_of(*smallest_burr) : "";
+  if (smallest_burr && is_fixed && *smallest_burr != finest)
+    return Error{"a round burr is the smallest, and stays", "smallest burr", found,
+                 "the burr's " + text_of(finest) + " mm", "leave it out"};
+  spec.smallest_burr = smallest_burr.value_or(finest);
+  if (finest > 0 && !(spec.smallest_burr > 0 && spec.smallest_burr <= finest))
+    return Error{"the smallest burr is out of range", "smallest burr", found,
+                 "above 0, at most the burr's " + text_of(finest) + " mm", ""};
+  // Which of both was too small.
+  if (spec.smallest_burr > 0)
+    if (auto lattice = volume::CutLattice::for_burr(anatomy, spec.smallest_burr); !lattice) {
+      Error error = lattice.error();
+      error.where = smallest_burr && *smallest_burr < finest ? "smallest burr" : "burr diameter";
+      return error;
+    }
+  return std::nullopt;
+}
+
+bool touches_smooth(const SceneSpec& spec) noexcept {
+  return std::any_of(spec.hands.begin(), spec.hands.end(), [](const HandSpec& hand) {
+    const haptics::MethodInfo* method = haptics::find_method(hand.method);
+    return method && method->solid == haptics::MethodInfo::Solid::smooth;
+  });
+}
 
 Result<TouchScene> build_items(const SceneSpec& spec, const SceneData& data) {
   TouchScene scene;
@@ -233,6 +279,16 @@ SceneSpec describe_scene(std::span<const HandStart> hands, const haptics::ServoO
     made.effects = hand.effects;
   }
   return spec;
+}
+
+SceneSpec as_made(const SceneSpec& asked, const OperationStart& start) {
+  haptics::ServoOptions servo;
+  servo.rate_hz = asked.rate_hz;
+  servo.force = asked.force;
+  SceneSpec made = describe_scene(start.hands, servo);
+  for (const StructureSpec& s : asked.structures)
+    if (s.is_forbidden) made.structures.push_back(s);
+  return made;
 }
 
 SceneData data_of(const TouchScene& scene) {

@@ -83,6 +83,15 @@ struct OperationStart {
 /// made ready. Error when the data is not the spec's, or a hand's method cannot touch such a scene.
 volume::Result<OperationStart> build_scene(const SceneSpec& spec, const SceneData& data,
                                            const Catalogue& catalogue);
+/// The hand's instrument with its parameters; one without a type when it has none. Error when there is no
+/// such instrument, or its parameters are out of their ranges.
+volume::Result<Instrument> instrument_of(const HandSpec& hand, const Catalogue& catalogue);
+/// What the hands' instruments need and nobody said: the ball that they touch with, and how finely is cut.
+/// `smallest_burr`: mm, what was said. Errors speak of "smallest burr" and "burr diameter".
+volume::Status meet_needs(SceneSpec& spec, const volume::Volume& anatomy, const Catalogue& catalogue,
+                          std::optional<double> smallest_burr);
+/// Does some hand's method touch smooth solids only?
+bool touches_smooth(const SceneSpec& spec) noexcept;
 /// Its items alone, as a point touches them: no tool, no cuts.
 volume::Result<haptics::TouchScene> build_items(const SceneSpec& spec, const SceneData& data);
 /// The effects as laws; null when there are none. Each is in the range of effects.
@@ -97,8 +106,15 @@ SceneSpec describe_scene(const haptics::TouchScene& scene, const haptics::ProxyM
                          const haptics::ServoOptions& options, std::vector<HandSpec> hands);
 /// For hands of several tools.
 SceneSpec describe_scene(std::span<const HandStart> hands, const haptics::ServoOptions& options);
+/// What was made of a spec, which says what must not be cut.
+SceneSpec as_made(const SceneSpec& asked, const OperationStart& start);
 /// Its volumes and models.
 SceneData data_of(const haptics::TouchScene& scene);
+
+/// Lines of key=value, as in a session's header, and back. Volumes and models that the text does not name are
+/// those of the data. Error with the line.
+std::string to_text(const SceneSpec& spec);
+volume::Result<SceneSpec> scene_from_text(std::string_view text, const SceneData& data);
 
 /// Of what a tree holds.
 std::uint64_t content_hash(const haptics::MeshTree& tree) noexcept;

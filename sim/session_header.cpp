@@ -5,30 +5,47 @@
 #include <cmath>
 
 #include "haptics/force/effects.h"
+#include "haptics/mesh/mesh_tree.h"
 #include "sim/session_format.h"
 #include "volume/text.h"
 
 namespace trephine::sim {
 
 using volume::hexadecimal;
-
 using volume::text_of;
 
 using volume::Error;
 using volume::Result;
 
+namespace {
+
+void add_line(std::string& out, const std::string& key, const std::string& value) {
+  out += key + '=';
+  for (const char c : value) out += c == '\n' || c == '\r' ? ' ' : c;
+  out += '\n';
+}
+
+}  // namespace
+
 std::string encode(const SessionHeader& h) {
   std::string out;
-  const auto line = [&out](const std::string& key, const std::string& value) {
-    out += key + '=';
-    for (const char c : value) out += c == '\n' || c == '\r' ? ' ' : c;
-    out += '\n';
+  add_line(out, "revision", text_of(h.revision));
+  add_line(out, "program", h.program);
+  add_line(out, "case", h.case_name);
+  add_line(out, "builtin", text_of(h.is_builtin ? 1 : 0));
+  const auto version = [&](const char* key, const NamedVersion& one) {
+    add_line(out, key,
+             one.name + ' ' + std::to_string(one.version) + (one.fields.empty() ? "" : ": " + one.fields));
   };
+  for (const NamedVersion& module : h.modules) version("module", module);
+  for (const NamedVersion& type : h.types) version("type", type);
+  return out + to_text(h);
+}
+
+std::string to_text(const SceneSpec& h) {
+  std::string out;
+  const auto line = [&out](const std::string& key, const std::string& value) { add_line(out, key, value); };
   const auto number = [&line](const std::string& key, double value) { line(key, text_of(value)); };
-  number("revision", h.revision);
-  line("program", h.program);
-  line("case", h.case_name);
-  number("builtin", h.is_builtin);
   for (const VolumeSpec& v : h.volumes)
     line("volume", text_of(v.size.x) + ' ' + text_of(v.size.y) + ' ' + text_of(v.size.z) +
                        (v.hash ? ' ' + hexadecimal(*v.hash) : ""));
@@ -89,11 +106,6 @@ std::string encode(const SessionHeader& h) {
       number("ramp_dense_stiffness", s.ramp->dense_stiffness);
     }
   }
-  const auto version = [&](const char* key, const NamedVersion& one) {
-    line(key, one.name + ' ' + std::to_string(one.version) + (one.fields.empty() ? "" : ": " + one.fields));
-  };
-  for (const NamedVersion& module : h.modules) version("module", module);
-  for (const NamedVersion& type : h.types) version("type", type);
   for (const HandSpec& hand : h.hands) {
     line("hand", hand.instrument);
     if (!hand.parameters.empty()) line("parameters", hand.parameters);
@@ -212,13 +224,23 @@ std::optional<NamedVersion> named_version(std::string_view text) {
 }
 }  // namespace
 
-Result<SessionHeader> decode_header(std::string_view text) {
+namespace {
+
+/// What to say of a text that is wrong.
+struct Words {
+  const char *what, *remedy;
+};
+constexpr Words k_of_file{"the session's header is broken",
+                          "the file was not written by trephine, or was changed"};
+constexpr Words k_of_scene{"the scene is not as scenes are described",
+                           "docs/file-formats.md describes the lines of a header"};
+
+Result<SessionHeader> read_lines(std::string_view text, const Words& words) {
   SessionHeader h;
   int lines = 0;
-  const auto fail = [&lines](std::string_view found, const char* expected) {
-    return Error{"the session's header is broken", "line " + std::to_string(lines),
-                 std::string(found.substr(0, 80)), expected,
-                 "the file was not written by trephine, or was changed"};
+  const auto fail = [&](std::string_view found, const char* expected) {
+    return Error{words.what, "line " + std::to_string(lines), std::string(found.substr(0, 80)), expected,
+                 words.remedy};
   };
   while (!text.empty()) {
     ++lines;
@@ -346,6 +368,14 @@ Result<SessionHeader> decode_header(std::string_view text) {
     }
     if (!is_good) return fail(line, "a key of this layout and a value in its range");
   }
+  return h;
+}
+
+/// Of the whole.
+volume::Status check_whole(const SceneSpec& h, const Words& words) {
+  const auto fail = [&](const char* found, const char* expected) {
+    return Error{words.what, "", found, expected, words.remedy};
+  };
   if (h.structures.empty() || h.hands.empty() || h.volumes.empty())
     return fail("", "a volume, at least one structure and one hand");
   std::size_t of_anatomy = 0;
@@ -363,7 +393,29 @@ Result<SessionHeader> decode_header(std::string_view text) {
     if (haptics::check_material(s.material) || (s.back_material && haptics::check_material(*s.back_material)))
       return fail("a material", "a material as trephine has them");
   }
-  return h;
+  return std::nullopt;
+}
+
+}  // namespace
+
+Result<SessionHeader> decode_header(std::string_view text) {
+  Result<SessionHeader> read = read_lines(text, k_of_file);
+  if (!read) return read;
+  if (volume::Status error = check_whole(read.value(), k_of_file)) return *error;
+  return read;
+}
+
+Result<SceneSpec> scene_from_text(std::string_view text, const SceneData& data) {
+  Result<SessionHeader> read = read_lines(text, k_of_scene);
+  if (!read) return read.error();
+  SceneSpec spec = std::move(read).value();
+  if (spec.volumes.empty())
+    for (const auto& volume : data.volumes) spec.volumes.push_back({volume->size});
+  if (spec.models.empty())
+    for (const auto& model : data.models)
+      spec.models.push_back({model->triangle_count(), content_hash(*model)});
+  if (volume::Status error = check_whole(spec, k_of_scene)) return *error;
+  return spec;
 }
 
 }  // namespace trephine::sim

@@ -9,5 +9,10 @@ namespace trephine::volume {
 /// was removed of it. `version` is frozen, or nobody cuts meanwhile. Labels of voxels that are wholly gone
 /// become 0.
 Result<Volume> operated_volume(const Version& version);
+/// What wholly removed voxels become: -1000 HU; of a volume without HU its lowest value, for which all of it
+/// is read.
+double air_of(const Volume& base);
+/// The voxels low .. high, x fastest, of the same.
+void read_operated(const Version& version, const VoxelBox& box, double air, std::int16_t* intensities);
 
 }  // namespace trephine::volume

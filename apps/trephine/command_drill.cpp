@@ -71,12 +71,8 @@ void tell_forbidden(const sim::Engine& engine, double dt, Outcome& outcome) {
 
 Result<Outcome> run_drill(const DrillArguments& arguments) {
   const drilling::Burr& burr = arguments.burr;
-  if (!data_tools::is_writable_volume_file(arguments.output))
-    return Error{"this is no volume format that trephine writes", data_tools::file_name(arguments.output), "",
-                 ".mha, .nrrd, .nii or .nii.gz", "choose one of these extensions"};
-  if (volume::Status error = data_tools::check_writable(arguments.output)) return *error;
   if (volume::Status error =
-          check_apart(arguments.output, {arguments.source, arguments.path, arguments.record.file}))
+          check_volume_output(arguments.output, {arguments.source, arguments.path, arguments.record.file}))
     return *error;
   if (volume::Status error = check(arguments.record)) return *error;
   if (burr.is_round && burr.is_kinematic)

@@ -54,10 +54,7 @@ Result<glm::dvec3> parse_triple(const std::string& text, const char* option) {
 }
 
 Result<Outcome> run_phantom(const PhantomArguments& arguments) {
-  if (!data_tools::is_writable_volume_file(arguments.output))
-    return Error{"this is no volume format that trephine writes", data_tools::file_name(arguments.output), "",
-                 ".mha, .nrrd, .nii or .nii.gz", "choose one of these extensions"};
-  if (volume::Status error = data_tools::check_writable(arguments.output)) return *error;
+  if (volume::Status error = check_volume_output(arguments.output, {})) return *error;
   if (volume::Status error = check_apart(arguments.labels_output, {arguments.output})) return *error;
   data_tools::PhantomOptions options;
   if (!arguments.size.empty()) {

@@ -5,8 +5,8 @@
 
 #include "apps/trephine/commands.h"
 #include "apps/trephine/frame_json.h"
-#include "apps/workbench/catalogue.h"
 #include "data-tools/atomic_file.h"
+#include "modules/catalogue.h"
 
 namespace trephine::app {
 
@@ -43,7 +43,7 @@ std::string words_of(const sim::Event& event) {
   return std::string(event.what.name()) + (words.empty() ? "" : " " + words);
 }
 Result<Outcome> describe_session(const std::string& path) {
-  Result<sim::SessionReader> opened = sim::SessionReader::open(path, workbench::catalogue());
+  Result<sim::SessionReader> opened = sim::SessionReader::open(path, modules::catalogue());
   if (!opened) return opened.error();
   sim::SessionReader& session = opened.value();
   const sim::SessionHeader& h = session.header();

@@ -1,9 +1,7 @@
 // modules: what hands may take and what can be told, from the tables of the modules.
-#include <sstream>
-
 #include "apps/trephine/commands.h"
-#include "apps/workbench/catalogue.h"
 #include "apps/workbench/script.h"
+#include "modules/catalogue.h"
 
 namespace trephine::app {
 
@@ -15,24 +13,16 @@ struct ModulesArguments {
   std::string name;
 };
 
-/// "diameter=4" of a value with its defaults.
-std::string default_of(const sim::ValueType& type, std::string_view field) {
-  std::istringstream words(sim::Value::of(type).words());
-  for (std::string word; words >> word;)
-    if (word.size() > field.size() && word[field.size()] == '=' && word.starts_with(field))
-      return word.substr(field.size() + 1);
-  return "";
-}
-
 /// The table of a struct, as words and as JSON.
 Json table_of(const sim::ValueType& type, const char* kind, std::string& text) {
   const std::string name(type.schema->name);
   text += format_text("  %s %s\n", kind, name.c_str());
+  const sim::Value usual = sim::Value::of(type);
   Json fields = Json::array();
   for (const sim::Field& field : type.schema->fields) {
     const std::string unit(field.info.unit), help(field.info.help), key(field.name);
-    const std::string usual = default_of(type, field.name);
-    Json row{{"name", key}, {"unit", unit}, {"default", usual}, {"help", help}};
+    const std::string given = sim::to_words(field, usual.data());
+    Json row{{"name", key}, {"unit", unit}, {"default", given}, {"help", help}};
     std::string range;
     if (field.info.low > -1e300 || field.info.high < 1e300) {
       range = format_text("%.6g to %.6g", field.info.low, field.info.high);
@@ -43,7 +33,7 @@ Json table_of(const sim::ValueType& type, const char* kind, std::string& text) {
       range.append(range.empty() ? "" : ", ").append(choice);
     }
     fields.push_back(row);
-    const std::string value = key + "=" + usual;
+    const std::string value = key + "=" + given;
     text += format_text("    %-24s %s%s%s%s%s\n", value.c_str(), unit.c_str(),
                         unit.empty() || range.empty() ? "" : ", ", range.c_str(),
                         help.empty() || (unit.empty() && range.empty()) ? "" : "; ", help.c_str());
@@ -64,12 +54,12 @@ Result<Outcome> run_modules(const ModulesArguments& arguments) {
     const sim::Catalogue own;
     for (const bool is_event : {false, true})
       for (const sim::ValueType* type : own.all())
-        if (own.is_event(*type) == is_event && (is_event || workbench::may_be_told(*type)))
+        if (own.is_event(*type) == is_event && (is_event || own.may_be_told(*type)))
           parts.push_back(table_of(*type, is_event ? "event" : "command", outcome.text));
     outcome.json["modules"].push_back({{"name", "engine"}, {"parts", parts}});
   }
   known = "engine";
-  for (const sim::Module* module : workbench::catalogue().modules()) {
+  for (const sim::Module* module : modules::catalogue().modules()) {
     const std::string name(module->name());
     known.append(known.empty() ? "" : ", ").append(name);
     if (!arguments.name.empty() && name != arguments.name) continue;

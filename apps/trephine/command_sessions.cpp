@@ -3,12 +3,13 @@
 
 #include "apps/trephine/commands.h"
 #include "apps/trephine/outputs.h"
+#include "apps/trephine/session_window.h"
 #include "apps/trephine/steps_csv.h"
 #include "apps/view/render_window.h"
 #include "apps/view/view_window.h"
-#include "apps/workbench/catalogue.h"
 #include "data-tools/atomic_file.h"
 #include "data-tools/open_volume.h"
+#include "modules/catalogue.h"
 #include "sim/lockstep.h"
 #include "volume/operated_volume.h"
 
@@ -29,31 +30,16 @@ struct ResumeArguments {
   std::string session, case_source, path;
 };
 
-Status check_outputs(const std::string& output, const std::string& steps) {
-  if (!output.empty()) {
-    if (!data_tools::is_writable_volume_file(output))
-      return Error{"this is no volume format that trephine writes", data_tools::file_name(output), "",
-                   ".mha, .nrrd, .nii or .nii.gz", "choose one of these extensions"};
-    if (Status error = data_tools::check_writable(output)) return error;
-  }
-  return steps.empty() ? std::nullopt : data_tools::check_writable(steps);
-}
-
 Result<Outcome> run_replay(const ReplayArguments& arguments) {
   if (arguments.wants_window && (arguments.is_verifying || arguments.until || !arguments.output.empty() ||
                                  !arguments.steps.empty() || !arguments.screenshot.empty()))
     return Error{"the window plays a session and does nothing else", "--window",
                  "--verify, --until, -o, --steps or --screenshot too", "--window alone",
                  "leave one of them out"};
-  if (Status error = check_outputs(arguments.output, arguments.steps)) return *error;
-  for (const std::string& output : {arguments.output, arguments.steps, arguments.screenshot})
-    if (Status error = check_apart(output, {arguments.session, arguments.case_source})) return *error;
-  if (!arguments.screenshot.empty()) {
-    if (!data_tools::has_extension(arguments.screenshot, ".png"))
-      return Error{"this is no picture format that trephine writes",
-                   data_tools::file_name(arguments.screenshot), "", ".png", "choose this extension"};
-    if (Status error = data_tools::check_writable(arguments.screenshot)) return *error;
-  }
+  const std::vector<std::string> given{arguments.session, arguments.case_source};
+  if (Status error = check_volume_output(arguments.output, given)) return *error;
+  if (Status error = check_output(arguments.steps, given)) return *error;
+  if (Status error = check_picture_output(arguments.screenshot, given)) return *error;
   if (arguments.until && !(*arguments.until >= 0))
     return Error{"the time is out of range", "--until", std::to_string(*arguments.until), "0 s or more", ""};
   auto opened = workbench::open_session(arguments.session, arguments.case_source, person());
@@ -69,14 +55,7 @@ Result<Outcome> run_replay(const ReplayArguments& arguments) {
   if (arguments.is_verifying) replay.verify_checkpoints();
 
   if (arguments.wants_window) {
-    view::WindowOptions options;
-    options.wants_to_end = is_interrupted;
-    options.title = data_tools::file_name(arguments.session);
-    options.rate_hz = rate;
-    options.replay = &replay;
-    options.replay_seconds = static_cast<double>(session.reader->tick_count()) / rate;
-    auto shown = view::run_window(view::borrowed(session.scene()), options);
-    if (!shown) return shown.error();
+    if (Status error = play_in_window(session, data_tools::file_name(arguments.session))) return *error;
     return Outcome{new_report("replay"), "", is_interrupted() ? exit_interrupted : exit_done};
   }
   const std::uint64_t all = session.reader->tick_count();
@@ -221,7 +200,7 @@ Result<Outcome> run_resume(const ResumeArguments& arguments) {
     return Error{"the session does not replay as it was recorded", where, replay.mismatch()->what,
                  "the same bits", "see where: trephine replay --verify"};
   const std::uint64_t first_tick = replay.next_tick();
-  auto made = sim::SessionWriter::append(arguments.session, replay.tail(), workbench::catalogue());
+  auto made = sim::SessionWriter::append(arguments.session, replay.tail(), modules::catalogue());
   if (!made) return made.error();
   sim::SessionWriter& writer = *made.value();
   const auto scene = replay.engine().servo_scene()->hands[0].scene;

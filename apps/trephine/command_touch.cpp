@@ -115,10 +115,9 @@ Result<Outcome> run_touch(const TouchArguments& arguments) {
   if (!models_said) return models_said.error();
   choice.models = std::move(models_said).value();
   if (volume::Status error = check(choice)) return *error;
-  if (volume::Status error = data_tools::check_writable(arguments.output)) return *error;
   std::vector<std::string> in_use = arguments.meshes;
   in_use.insert(in_use.end(), {arguments.source, arguments.path, arguments.record.file});
-  if (volume::Status error = check_apart(arguments.output, in_use)) return *error;
+  if (volume::Status error = check_output(arguments.output, in_use)) return *error;
   if (volume::Status error = check(arguments.record)) return *error;
 
   // The path first: it is cheap to be wrong about.

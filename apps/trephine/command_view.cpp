@@ -3,9 +3,9 @@
 #include "apps/trephine/outputs.h"
 #include "apps/view/render_window.h"
 #include "apps/view/view_window.h"
-#include "apps/workbench/catalogue.h"
 #include "apps/workbench/devices.h"
 #include "data-tools/atomic_file.h"
+#include "modules/catalogue.h"
 #include "modules/drilling/burr.h"
 #include "volume/work_counters.h"
 
@@ -90,13 +90,7 @@ Result<Outcome> run_view(const ViewArguments& arguments) {
                  "above 0, at most 1000000 s", ""};
   if (volume::Status error = check(arguments.record)) return *error;
   if (arguments.screenshot.empty() && !view::has_display()) return view::no_display();
-  if (!arguments.screenshot.empty()) {
-    if (!data_tools::has_extension(arguments.screenshot, ".png"))
-      return Error{"this is no picture format that trephine writes",
-                   data_tools::file_name(arguments.screenshot), "", ".png", "choose this extension"};
-    if (volume::Status error = data_tools::check_writable(arguments.screenshot)) return *error;
-    if (volume::Status error = check_apart(arguments.screenshot, {arguments.source})) return *error;
-  }
+  if (volume::Status error = check_picture_output(arguments.screenshot, {arguments.source})) return *error;
   if (arguments.seconds && !view::has_display())
     notice("note: there is no display; the picture is drawn without a window");
   auto device = workbench::open_device(arguments.device);
@@ -117,7 +111,7 @@ Result<Outcome> run_view(const ViewArguments& arguments) {
 
   view::WindowOptions options;
   options.start = view::WindowStart{operation.engine()};
-  options.catalogue = &workbench::catalogue();
+  options.catalogue = &modules::catalogue();
   options.device = device.value();
   options.seconds = arguments.seconds;
   options.wants_to_end = is_interrupted;

@@ -6,6 +6,7 @@
 #include <fstream>
 
 #include "data-tools/atomic_file.h"
+#include "data-tools/open_volume.h"
 
 namespace trephine::app {
 
@@ -83,6 +84,24 @@ volume::Status check_apart(const std::string& output, const std::vector<std::str
         data_tools::file_name(output), "", "a name of its own", "choose another name for it"};
   }
   return std::nullopt;
+}
+
+volume::Status check_output(const std::string& output, const std::vector<std::string>& others) {
+  if (output.empty()) return std::nullopt;
+  if (volume::Status error = data_tools::check_writable(output)) return error;
+  return check_apart(output, others);
+}
+
+volume::Status check_volume_output(const std::string& output, const std::vector<std::string>& others) {
+  if (output.empty() || data_tools::is_writable_volume_file(output)) return check_output(output, others);
+  return Error{"this is no volume format that trephine writes", data_tools::file_name(output), "",
+               ".mha, .nrrd, .nii or .nii.gz", "choose one of these extensions"};
+}
+
+volume::Status check_picture_output(const std::string& output, const std::vector<std::string>& others) {
+  if (output.empty() || data_tools::has_extension(output, ".png")) return check_output(output, others);
+  return Error{"this is no picture format that trephine writes", data_tools::file_name(output), "", ".png",
+               "choose this extension"};
 }
 
 }  // namespace trephine::app

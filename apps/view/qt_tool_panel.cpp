@@ -5,10 +5,8 @@
 #include <QDoubleSpinBox>
 #include <QFormLayout>
 #include <QLineEdit>
-#include <QSignalBlocker>
 #include <QVBoxLayout>
 #include <algorithm>
-#include <cmath>
 
 namespace trephine::view {
 
@@ -91,8 +89,19 @@ FieldForm::FieldForm(const sim::Value& value, QWidget* parent) : QWidget(parent)
       });
       add_row(box, field,
               [this, box, &field] { box->setCurrentIndex(*place_of<std::uint8_t>(field, value_)); });
+    } else if (std::holds_alternative<std::string*>(place)) {
+      auto* line = new QLineEdit;
+      connect(line, &QLineEdit::editingFinished, this, [this, line, &field] {
+        std::string text = line->text().toStdString();
+        if (text == *place_of<std::string>(field, value_)) return;
+        *place_of<std::string>(field, value_) = std::move(text);
+        changed();
+      });
+      add_row(line, field, [this, line, &field] {
+        line->setText(QString::fromStdString(*place_of<std::string>(field, value_)));
+      });
     } else {
-      // Points, lists, texts, whole numbers and ids: as scripts write them.
+      // Points, lists, whole numbers and ids: as scripts write them.
       auto* line = new QLineEdit;
       connect(line, &QLineEdit::editingFinished, this, [this, line, &field] {
         const std::string words = std::string(field.name) + "=" + line->text().trimmed().toStdString();
@@ -106,11 +115,7 @@ FieldForm::FieldForm(const sim::Value& value, QWidget* parent) : QWidget(parent)
         changed();
       });
       add_row(line, field, [this, line, &field] {
-        // "radius=2 at=1,2,3": what stands behind this field's name.
-        const QString all = " " + QString::fromStdString(value_.words());
-        const QString name = " " + text_of(field.name) + "=";
-        const int from = all.indexOf(name);
-        line->setText(from < 0 ? QString() : all.mid(from + name.size()).section(' ', 0, 0));
+        line->setText(QString::fromStdString(sim::to_words(field, value_.data())));
       });
     }
   }

@@ -3,13 +3,13 @@
 #include <algorithm>
 #include <filesystem>
 
-#include "apps/workbench/catalogue.h"
 #include "apps/workbench/clock.h"
 #include "apps/workbench/text.h"
 #include "data-tools/atomic_file.h"
 #include "data-tools/mesh_reading.h"
 #include "haptics/force/effects.h"
 #include "haptics/mesh/mesh_tree.h"
+#include "modules/catalogue.h"
 #include "volume/text.h"
 
 namespace trephine::workbench {
@@ -21,23 +21,6 @@ using volume::Result;
 using volume::Status;
 
 namespace {
-
-/// The hand's instrument with its parameters; one without a type when it has none.
-Result<sim::Instrument> instrument_of(const HandSpec& hand) {
-  if (hand.instrument.empty()) return sim::Instrument();
-  const sim::InstrumentType* type = catalogue().find_instrument(hand.instrument);
-  if (type == nullptr) {
-    std::string known;
-    for (const sim::Module* module : catalogue().modules())
-      for (const sim::InstrumentType* one : module->instruments())
-        known += (known.empty() ? "" : ", ") + std::string(one->name());
-    return Error{"there is no such instrument", "instrument", hand.instrument, known, "choose one of these"};
-  }
-  sim::Instrument made(*type, sim::Value::of(*type->parameters));
-  if (Status error = made.parameters.set(hand.parameters)) return *error;
-  if (Status error = made.parameters.check()) return *error;
-  return made;
-}
 
 Status check_effects(const std::vector<std::string>& effects) {
   haptics::LawSet all;
@@ -114,18 +97,8 @@ Status add_models(const OperationChoice& choice, SceneSpec& spec, sim::SceneData
 Status add_hands(const OperationChoice& choice, const volume::Volume& anatomy, const Listener& listener,
                  SceneSpec& spec) {
   spec.hands = choice.hands;
-  double finest = 0;
-  bool is_fixed = false;  // a tool's touch is made for one ball, which stays as long as the session
-  for (HandSpec& hand : spec.hands) {
-    const sim::Instrument held = instrument_of(hand).value();
-    const sim::ToolNeeds needs =
-        held.type && held.type->needs ? held.type->needs(held.parameters.data(), anatomy) : sim::ToolNeeds();
-    if (needs.finest_cut > 0) finest = finest > 0 ? std::min(finest, needs.finest_cut) : needs.finest_cut;
-    if (needs.touch_radius > 6)
-      return Error{"the tool is too large to touch with all of its ball", hand.instrument,
-                   format_text("a ball of %.3g mm", needs.touch_radius), "at most 6 mm",
-                   "take a smaller one"};
-    if (needs.touch_radius > 0) hand.tool_radius = needs.touch_radius, is_fixed = true;
+  if (Status error = sim::meet_needs(spec, anatomy, modules::catalogue(), choice.smallest_burr)) return error;
+  for (const HandSpec& hand : spec.hands) {
     if (hand.tool_radius <= 0 || hand.tool_radius > 20) continue;
     const double step = volume::OffsetField::step_for(hand.tool_radius, anatomy);
     const glm::dvec3 points = anatomy.frame.spacing() / step * glm::dvec3(anatomy.size);
@@ -133,22 +106,6 @@ Status add_hands(const OperationChoice& choice, const volume::Volume& anatomy, c
     if (millions > 10)
       listener.notice(format_text("making the field of the round tip: %.0f million points ...", millions));
   }
-  const std::string found = choice.smallest_burr ? volume::text_of(*choice.smallest_burr) : "";
-  if (choice.smallest_burr && is_fixed && *choice.smallest_burr != finest)
-    return Error{"a round burr is the smallest, and stays", "smallest burr", found,
-                 "the burr's " + volume::text_of(finest) + " mm", "leave it out"};
-  spec.smallest_burr = choice.smallest_burr.value_or(finest);
-  if (finest > 0 && !(spec.smallest_burr > 0 && spec.smallest_burr <= finest))
-    return Error{"the smallest burr is out of range", "smallest burr", found,
-                 "above 0, at most the burr's " + volume::text_of(finest) + " mm", ""};
-  // Which of both was too small.
-  if (spec.smallest_burr > 0)
-    if (auto lattice = volume::CutLattice::for_burr(anatomy, spec.smallest_burr); !lattice) {
-      Error error = lattice.error();
-      error.where =
-          choice.smallest_burr && *choice.smallest_burr < finest ? "smallest burr" : "burr diameter";
-      return error;
-    }
   return std::nullopt;
 }
 
@@ -162,7 +119,7 @@ haptics::ServoOptions Operation::servo() const {
 }
 
 sim::Engine Operation::engine() const {
-  return sim::Engine(start.hands, 1 / spec.rate_hz, catalogue(), start.forbidden);
+  return sim::Engine(start.hands, 1 / spec.rate_hz, modules::catalogue(), start.forbidden);
 }
 
 Status check(const OperationChoice& choice) {
@@ -187,7 +144,8 @@ Status check(const OperationChoice& choice) {
       return Error{"the tool's radius is out of range", "tool radius", volume::text_of(hand.tool_radius),
                    "0 to 6 mm", "take a smaller ball, or a point"};
     if (auto method = haptics::make_method(hand.method); !method) return method.error();
-    if (auto instrument = instrument_of(hand); !instrument) return instrument.error();
+    if (auto instrument = sim::instrument_of(hand, modules::catalogue()); !instrument)
+      return instrument.error();
     if (Status error = check_effects(hand.effects)) return error;
   }
   return std::nullopt;
@@ -216,21 +174,16 @@ Result<Operation> make_operation(Source source, const OperationChoice& choice, c
   if (Status error = add_hands(choice, *source.volume, listener, spec)) return *error;
   const auto has_instrument = [](const HandSpec& hand) { return !hand.instrument.empty(); };
   if (std::any_of(spec.hands.begin(), spec.hands.end(), has_instrument)) add_forbidden(source, spec);
-  spec.is_softening = std::any_of(spec.hands.begin(), spec.hands.end(), [](const HandSpec& hand) {
-    return haptics::find_method(hand.method)->solid == haptics::MethodInfo::Solid::smooth;
-  });
+  spec.is_softening = sim::touches_smooth(spec);
 
   Operation made;
   const auto begin = Clock::now();
-  auto start = sim::build_scene(spec, data, catalogue());
+  auto start = sim::build_scene(spec, data, modules::catalogue());
   if (!start) return start.error();
   made.start = std::move(start).value();
   made.making_seconds = seconds_since(begin);
   made.source = std::move(source);
-  made.spec = spec;
-  made.spec = sim::describe_scene(made.start.hands, made.servo());
-  for (const sim::StructureSpec& s : spec.structures)
-    if (s.is_forbidden) made.spec.structures.push_back(s);
+  made.spec = sim::as_made(spec, made.start);
   return made;
 }
 

@@ -1,36 +1,16 @@
-// A script is played without threads: hands go their ways, commands are told, expectations are checked.
+// A script is played: hands go their ways, commands are told, expectations are checked, pictures are taken.
 #pragma once
 
+#include "apps/workbench/script_watch.h"
 #include "apps/workbench/sessions.h"
 #include "data-tools/script_file.h"
+#include "sim/live_session.h"
 #include "sim/lockstep.h"
 
 namespace trephine::workbench {
 
-/// Something that was to be so, and whether it was.
-struct ScriptCheck {
-  int line = 0;      ///< of the script
-  std::string what;  ///< "removed_mm3 >= 100", or a command
-  double at = 0;     ///< s
-  bool is_met = false;
-  std::string found;  ///< in words
-};
-
-struct ScriptReport {
-  std::vector<ScriptCheck> checks;
-  std::uint64_t ticks = 0;
-  double seconds = 0;  ///< of the operation
-  double strongest_force_n = 0;
-  std::vector<double> strongest_of;  ///< N, each hand
-  volume::Status recording;          ///< how it ended, when it ended badly
-  bool is_met() const;
-};
-
-/// May a script tell it? Not what keeps an engine's books.
-bool may_be_told(const sim::ValueType& type);
-/// What can be expected beside the measures of modules.
-std::vector<std::string> expectable();
-
+/// The scan that a script names, as the program sees it; "head" for the built-in one.
+std::string scan_of(const data_tools::Script& script, const std::string& folder);
 /// The scan and the paths that a script names, as the program sees them.
 std::vector<std::string> files_of(const data_tools::Script& script, const std::string& folder);
 
@@ -42,10 +22,23 @@ class ScriptRun {
                                                          const std::string& folder, const std::string& where,
                                                          const Listener& listener = {});
   const Operation& operation() const { return operation_; }
-  /// Plays all of it, once. `recorder`: may be null; it is finished.
-  volume::Result<ScriptReport> play(sim::SessionWriter* recorder, const Listener& listener = {});
-  /// As it ended.
-  const sim::Engine& engine() const { return run_->engine(); }
+  const std::vector<Place>& places() const noexcept { return places_; }
+  /// s, of all of it.
+  double duration() const noexcept { return duration_; }
+  /// Plays all of it, once, without threads. `recorder`: may be null; it is finished.
+  volume::Result<ScriptReport> play(sim::SessionWriter* recorder, PictureTaker take_picture = {},
+                                    const Listener& listener = {});
+  /// Plays it on a servo's thread, at its rate, and finishes the recorder. What the script expects is looked
+  /// at afterwards, in the recording.
+  struct Live {
+    haptics::ServoReport servo;
+    int stalls = 0;  ///< looks at which the servo had missed its watchdog
+    /// Of each command, in time, why it was refused.
+    std::vector<volume::Status> refused;
+  };
+  volume::Result<Live> play_live(sim::SessionWriter& recorder, const Listener& listener = {});
+  volume::Result<ScriptReport> watch(const Live& live, sim::Replay& recorded, PictureTaker take_picture = {},
+                                     const Listener& listener = {}) const;
 
  private:
   struct Told {
@@ -54,15 +47,14 @@ class ScriptRun {
   };
   ScriptRun(const data_tools::Script& script, Operation operation)
       : script_(script), operation_(std::move(operation)) {}
-  volume::Status check_names(const std::string& where) const;
-  void tell(const Told& told, double t, ScriptReport& report);
-  std::optional<double> value_of(const std::string& what, int hand, const ScriptReport& report) const;
-
+  volume::Status find_places(const std::string& where);
+  std::vector<std::unique_ptr<haptics::Device>> devices() const;
   data_tools::Script script_;
   Operation operation_;
+  std::vector<Place> places_;
   std::vector<haptics::PosePath> paths_;
   std::vector<Told> told_;
-  std::optional<sim::Lockstep> run_;
+  double duration_ = 0;
 };
 
 }  // namespace trephine::workbench

@@ -8,9 +8,9 @@
 #include <fstream>
 #include <unistd.h>
 
-#include "apps/workbench/catalogue.h"
 #include "apps/workbench/text.h"
 #include "data-tools/atomic_file.h"
+#include "modules/catalogue.h"
 
 namespace trephine::workbench {
 
@@ -43,8 +43,8 @@ Result<std::unique_ptr<sim::SessionWriter>> start_recording(const RecordChoice& 
   sim::WriterOptions writer;
   writer.is_embedding = choice.is_embedding;
   writer.is_removed_when_empty = choice.is_autosave;
-  return sim::SessionWriter::create(choice.file, header, sim::data_of(*operation.scene()), catalogue(),
-                                    writer);
+  return sim::SessionWriter::create(choice.file, header, sim::data_of(*operation.scene()),
+                                    modules::catalogue(), writer);
 }
 
 bool is_session_file(const std::string& path) {
@@ -56,7 +56,7 @@ bool is_session_file(const std::string& path) {
 Result<std::unique_ptr<OpenedSession>> open_session(const std::string& path, const std::string& case_source,
                                                     const Listener& listener) {
   auto result = std::make_unique<OpenedSession>();
-  Result<sim::SessionReader> reader = sim::SessionReader::open(path, catalogue());
+  Result<sim::SessionReader> reader = sim::SessionReader::open(path, modules::catalogue());
   if (!reader) return reader.error();
   result->reader = std::make_unique<sim::SessionReader>(std::move(reader).value());
   sim::SessionReader& session = *result->reader;

@@ -120,8 +120,6 @@ Result<volume::Shape> choose_shape(const Source& source, const ShapeChoice& choi
 }
 
 volume::Status blur(Source& source, double sigma) {
-  if (!(sigma >= 0 && sigma <= 10))
-    return Error{"the blur is out of range", "blur", volume::text_of(sigma), "0 to 10 voxels", ""};
   if (sigma == 0) return std::nullopt;
   auto blurred = volume::gaussian_blurred(*source.volume, glm::dvec3(sigma));
   if (!blurred) return blurred.error();

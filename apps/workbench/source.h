@@ -34,7 +34,8 @@ struct Source {
 
 /// Opens `src`, and tells its notices.
 volume::Result<Source> open_source(const std::string& src, const Listener& listener = {});
-/// In place of the scan its Gaussian; sigma in voxels, 0 to 10.
+/// In place of the scan its Gaussian; sigma in voxels, of which check(OperationChoice) says whether it may
+/// be.
 volume::Status blur(Source& source, double sigma);
 /// What can be said of it without a scan.
 volume::Status check(const ShapeChoice& choice);

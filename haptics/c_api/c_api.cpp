@@ -4,19 +4,23 @@
 #include <array>
 #include <atomic>
 #include <cmath>
-#include <cstring>
 #include <glm/geometric.hpp>
 #include <memory>
-#include <new>
 
+#include "haptics/c_api/c_parts.h"
 #include "haptics/force/effects.h"
-#include "haptics/mesh/mesh_tree.h"
 #include "haptics/proxy/methods.h"
-#include "haptics/servo/servo_core.h"
 #include "haptics/walls/smooth_walls.h"
 
 using namespace trephine;
 using glm::dvec3;
+using haptics::c_api::bad;
+using haptics::c_api::borrow_volume;
+using haptics::c_api::copy_mesh;
+using haptics::c_api::fail;
+using haptics::c_api::guarded;
+using haptics::c_api::is_place;
+using haptics::c_api::touch_of;
 
 struct trephine_surface {
   trephine_scene* scene;
@@ -53,43 +57,6 @@ namespace {
 /// One user fewer; the last one takes the scene along.
 void release(const trephine_scene* scene) noexcept {
   if (scene && scene->users.fetch_sub(1) == 1) delete scene;
-}
-
-int fail(trephine_error* error, int code, const volume::Error& what) noexcept {
-  if (error) {
-    error->code = code;
-    try {
-      const std::string text = what.message();
-      const std::size_t length = std::min(text.size(), sizeof error->text - 1);
-      std::memcpy(error->text, text.data(), length);
-      error->text[length] = '\0';
-    } catch (...) {
-      error->text[0] = '\0';
-    }
-  }
-  return code;
-}
-
-/// Runs what may throw for want of memory.
-template <class Work>
-int guarded(trephine_error* error, Work&& work) noexcept {
-  if (error) *error = trephine_error{TREPHINE_OK, ""};
-  try {
-    if (const volume::Status status = work()) return fail(error, TREPHINE_BAD_ARGUMENT, *status);
-    return TREPHINE_OK;
-  } catch (const std::exception& e) {
-    return fail(error, TREPHINE_NO_MEMORY, {"there is not enough memory", "", e.what(), "", ""});
-  }
-}
-
-volume::Error bad(const char* what, const std::string& found, const char* expected) {
-  return {what, "C API", found, expected, "see haptics/c_api/c_api.h"};
-}
-
-bool is_number(const double v[3]) noexcept {
-  for (int a = 0; a < 3; ++a)
-    if (!std::isfinite(v[a]) || std::abs(v[a]) > 1e8) return false;
-  return true;
 }
 
 /// A window or a mesh of the scene.
@@ -183,29 +150,12 @@ trephine_scene* trephine_scene_create(const int16_t* voxels, const int size[3], 
                                       const double axes[9], trephine_error* error) {
   std::unique_ptr<trephine_scene> scene;
   const int code = guarded(error, [&]() -> volume::Status {
-    if (voxels == nullptr || size == nullptr || origin == nullptr || axes == nullptr)
-      return bad("an argument is missing", "NULL", "voxels, size, origin and axes");
-    double count = 1;
-    for (int a = 0; a < 3; ++a) {
-      if (size[a] < 1 || size[a] > 1 << 20)
-        return bad("the size is out of range", std::to_string(size[a]),
-                   "1 to 1048576 voxels along each axis");
-      count *= size[a];
-    }
-    if (count > 1e11)
-      return bad("the volume is too large", std::to_string(count) + " voxels", "at most 10^11");
-    glm::dmat3 columns;
-    for (int i = 0; i < 9; ++i) columns[i / 3][i % 3] = axes[i];
-    auto frame = volume::Frame::from_axes({origin[0], origin[1], origin[2]}, columns);
-    if (!frame) return frame.error();
-    auto base = std::make_shared<volume::Volume>();
-    base->size = {size[0], size[1], size[2]};
-    base->frame = frame.value();
-    base->voxels = volume::Buffer<std::int16_t>::borrow(voxels, static_cast<std::size_t>(count));
+    auto base = borrow_volume(voxels, size, origin, axes);
+    if (!base) return base.error();
     scene = std::make_unique<trephine_scene>();
-    scene->base = base;
-    scene->touch.base = base;
-    scene->version = std::make_unique<volume::Version>(base);
+    scene->base = base.value();
+    scene->touch.base = scene->base;
+    scene->version = std::make_unique<volume::Version>(scene->base);
     auto method = haptics::make_method(haptics::k_default_method);
     if (!method) return method.error();
     scene->method = std::move(method).value();
@@ -291,24 +241,13 @@ int trephine_scene_add_mesh(trephine_scene* scene, const char* name, const doubl
   int index = -1;
   guarded(error, [&]() -> volume::Status {
     if (scene == nullptr) return bad("there is no scene", "NULL", "a scene from trephine_scene_create");
-    if (vertices == nullptr || triangles == nullptr || triangle_count < 1 || triangle_count > (1u << 28))
-      return bad("the mesh has no triangles", std::to_string(triangle_count), "one triangle or more");
     if (mover < -1 || mover >= haptics::TouchScene::k_max_movers)
       return bad("there is no such mover", std::to_string(mover), "-1, or 0 to 7");
     if (haptics::item_count(scene->touch) >= haptics::ShapeSet::k_most)
       return bad("too many shapes and meshes", std::to_string(haptics::ShapeSet::k_most + 1), "128");
-    std::vector<dvec3> places(vertex_count);
-    for (std::size_t i = 0; i < vertex_count; ++i) {
-      if (!is_number(vertices + 3 * i))
-        return bad("a vertex is no place", "vertex " + std::to_string(i), "finite, within 100 km");
-      places[i] = {vertices[3 * i], vertices[3 * i + 1], vertices[3 * i + 2]};
-    }
-    std::vector<std::uint32_t> corners(triangles, triangles + 3 * triangle_count);
-    for (const std::uint32_t c : corners)
-      if (c >= vertex_count)
-        return bad("a triangle names a vertex that is not there", std::to_string(c), "below vertex_count");
-    scene->touch.items.push_back(haptics::mesh_item(
-        name ? name : "", std::make_shared<haptics::MeshTree>(std::move(places), std::move(corners))));
+    auto tree = copy_mesh(vertices, vertex_count, triangles, triangle_count);
+    if (!tree) return tree.error();
+    scene->touch.items.push_back(haptics::mesh_item(name ? name : "", std::move(tree).value()));
     scene->touch.items.back().mover = mover;
     scene->is_prepared = false;
     index = haptics::item_count(scene->touch) - 1;
@@ -403,15 +342,7 @@ int trephine_hand_step(trephine_hand* hand, const double position[3], trephine_t
   haptics::ServoInput input;
   input.pose.position_world = {position[0], position[1], position[2]};
   const haptics::ServoRecord record = hand->core.step(hand->seen, input);
-  for (int a = 0; a < 3; ++a) {
-    touch->proxy[a] = record.proxy_world[a];
-    touch->normal[a] = record.normal_world[a];
-    touch->force[a] = record.force_world[a];
-  }
-  touch->has_contact = record.has_contact;
-  touch->shape = record.has_contact ? record.shape : -1;
-  touch->side = record.has_contact ? static_cast<int>(record.side) : TREPHINE_NONE;
-  touch->faults = record.faults;
+  *touch = touch_of(record);
   return TREPHINE_OK;
 }
 
@@ -436,7 +367,7 @@ int trephine_hand_set_ready(trephine_hand* hand, int shape, const int low[3], co
 int trephine_hand_set_mesh_placement(trephine_hand* hand, int mover, const double position[3],
                                      const double rotation[4]) {
   if (hand == nullptr || position == nullptr || rotation == nullptr || mover < 0 ||
-      mover >= haptics::TouchScene::k_max_movers || !is_number(position))
+      mover >= haptics::TouchScene::k_max_movers || !is_place(position))
     return TREPHINE_BAD_ARGUMENT;
   const glm::dquat turn(rotation[0], rotation[1], rotation[2], rotation[3]);
   const double length = glm::length(turn);
@@ -481,7 +412,7 @@ trephine_surface* trephine_surface_get(trephine_scene* scene, int shape, trephin
 int trephine_intersect_surface(const double start[3], const double end[3], double point[3], double normal[3],
                                int* side, void* user) {
   auto* surface = static_cast<trephine_surface*>(user);
-  if (surface == nullptr || start == nullptr || end == nullptr || !is_number(start) || !is_number(end))
+  if (surface == nullptr || start == nullptr || end == nullptr || !is_place(start) || !is_place(end))
     return 0;
   trephine_scene& scene = *surface->scene;
   if (!scene.is_prepared) return 0;

@@ -25,7 +25,10 @@ enum trephine_code {
   TREPHINE_BAD_ARGUMENT = 1,
   TREPHINE_NO_MEMORY = 2,
   TREPHINE_NOT_PREPARED =
-      3 /* shapes or method changed since trephine_scene_prepare, or hands are from before it */
+      3, /* shapes or method changed since trephine_scene_prepare, or hands are from before it */
+  TREPHINE_REFUSED = 4,   /* a command that may not be done now; it changed nothing */
+  TREPHINE_DIFFERENT = 5, /* a replay came to other bits than were recorded */
+  TREPHINE_FAILED = 6     /* a file or disk */
 };
 enum trephine_side { TREPHINE_NONE = 0, TREPHINE_FRONT = 1, TREPHINE_BACK = 2, TREPHINE_BOTH = 3 };
 

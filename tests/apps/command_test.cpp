@@ -389,7 +389,7 @@ TEST_F(Command, DemoLeavesPicturesAndAReport) {
   EXPECT_EQ(keys_of(report),
             with_common({"source", "shape", "ready_seconds", "live_seconds", "drawing_seconds", "ticks",
                          "contact_ticks", "max_force_n", "bone_thickness_mm", "removed_mm3_total",
-                         "removed_mm3", "is_through", "strokes", "servo", "memory", "pictures"}));
+                         "removed_mm3", "is_through", "strokes", "servo", "memory", "pictures", "checks"}));
   EXPECT_EQ(report["is_through"], true);
   EXPECT_GT(report["removed_mm3_total"], 100);
   EXPECT_GT(report["contact_ticks"], 5000);

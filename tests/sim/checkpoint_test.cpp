@@ -82,19 +82,27 @@ TEST(Checkpoint, ASessionOfEverythingOpensAtAnyTick) {
   expect_opens_anywhere(path, drilling_catalogue(), {});
 }
 
+/// A round burr drills for so many ticks; `tell`: after each of them.
+template <class Tell>
+void record_drilling(RoundBench& bench, const std::string& path, int ticks, Tell&& tell) {
+  auto writer = bench.writer(path, 1000, often(4000));
+  Lockstep run(bench.scene, *bench.method, drilling::burr(bench.burr), {}, 1000, writer.get());
+  const haptics::PosePath wish = drilling_wish(10);
+  for (int i = 0; i < ticks; ++i) {
+    run.step(wish.at(1e-3 * i));
+    tell(run, i);
+  }
+  EXPECT_FALSE(writer->finish(run.engine(), 0).has_value());
+}
+
 TEST(Checkpoint, ARoundToolsFieldsComeWithIt) {
   const Folder folder;
   const std::string path = folder.file("round.session");
   RoundBench bench;
-  auto writer = bench.writer(path, 1000, often(4000));
-  Lockstep run(bench.scene, *bench.method, drilling::burr(bench.burr), {}, 1000, writer.get());
-  const haptics::PosePath wish = drilling_wish(10);
-  for (int i = 0; i < 2500; ++i) {
-    run.step(wish.at(1e-3 * i));
+  record_drilling(bench, path, 2500, [](Lockstep& run, int i) {
     if (i % 500 == 250) run.undo();
     if (i % 500 == 300) run.redo();
-  }
-  EXPECT_FALSE(writer->finish(run.engine(), 0).has_value());
+  });
   expect_opens_anywhere(path, drilling_catalogue(), bench.scene.base, 2);
 }
 
@@ -183,7 +191,7 @@ TEST(Checkpoint, OpensAfterManyUndos) {
 // What was told midway is told again in an order in which it fits: one of eight effects ended before another
 // began; a larger burr came before its ball.
 TEST(Checkpoint, WhatWasToldFitsWhenItIsToldAgain) {
-  const RoundBench bench;
+  RoundBench bench;
   auto laws = std::make_shared<haptics::LawSet>();
   for (std::uint32_t id = 1; id <= haptics::LawSet::k_most; ++id)
     ASSERT_FALSE(laws->add(haptics::law_of(haptics::parse_effect("viscous").value(), id).value()));
@@ -388,14 +396,9 @@ TEST(Checkpoint, WhateverItSaysNothingBreaks) {
   const Folder folder;
   const std::string path = folder.file("a.session");
   RoundBench bench;
-  auto writer = bench.writer(path, 1000, often(4000));
-  Lockstep run(bench.scene, *bench.method, drilling::burr(bench.burr), {}, 1000, writer.get());
-  const haptics::PosePath wish = drilling_wish(10);
-  for (int i = 0; i < 1200; ++i) {
-    run.step(wish.at(1e-3 * i));
+  record_drilling(bench, path, 1200, [](Lockstep& run, int i) {
     if (i % 400 == 250) run.undo();
-  }
-  ASSERT_FALSE(writer->finish(run.engine(), 0).has_value());
+  });
   expect_nothing_breaks(path, bench.scene.base, 17);
 }
 

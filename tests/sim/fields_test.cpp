@@ -69,6 +69,31 @@ TEST(Fields, ComeBackFromBytesAndFromWords) {
   EXPECT_EQ(value.count, 3);
 }
 
+struct Remark {
+  std::string text;
+  double weight = 1;
+  static const Schema& schema() {
+    static constexpr Field fields[] = {field<&Remark::text>("text"), field<&Remark::weight>("weight")};
+    static constexpr Schema table{"remark", 1, fields};
+    return table;
+  }
+};
+
+TEST(Fields, TextsWithSpacesStandInQuotes) {
+  for (const char* text : {"", "short", "viscous damping=0.01", " ", "a=b"}) {
+    const Remark said{text, 2};
+    Remark read;
+    const std::string words = to_words(Remark::schema(), &said);
+    const volume::Status error = from_words(Remark::schema(), &read, words);
+    EXPECT_FALSE(error) << words << ": " << error->message();
+    EXPECT_EQ(read.text, text);
+    EXPECT_EQ(read.weight, 2);
+  }
+  Remark read;
+  EXPECT_TRUE(from_words(Remark::schema(), &read, "text=two words"));
+  EXPECT_TRUE(from_words(Remark::schema(), &read, "text=\"no end"));
+}
+
 TEST(Fields, WhatIsOutOfRangeIsRefusedByName) {
   const auto refused = [](const char* words, const char* field, const char* expected) {
     Everything value;

@@ -3,9 +3,9 @@
 
 #include "sim/catalogue.h"
 
-namespace trephine::workbench {
+namespace trephine::modules {
 
 /// All modules of modules/CMakeLists.txt, in its order.
 const sim::Catalogue& catalogue();
 
-}  // namespace trephine::workbench
+}  // namespace trephine::modules

@@ -1,10 +1,10 @@
-#include "apps/workbench/catalogue.h"
+#include "modules/catalogue.h"
 
 #include <tuple>
 
-#include "apps/workbench/modules.h"
+#include "modules/all_modules.h"
 
-namespace trephine::workbench {
+namespace trephine::modules {
 
 namespace {
 
@@ -23,4 +23,4 @@ const sim::Catalogue& catalogue() {
   return all;
 }
 
-}  // namespace trephine::workbench
+}  // namespace trephine::modules

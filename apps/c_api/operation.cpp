@@ -1,0 +1,359 @@
+#include "apps/c_api/operation.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <optional>
+
+#include "haptics/c_api/c_parts.h"
+#include "modules/catalogue.h"
+#include "sim/lockstep.h"
+#include "sim/replay.h"
+#include "volume/operated_volume.h"
+
+using namespace trephine;
+using haptics::c_api::bad;
+using haptics::c_api::fail;
+using haptics::c_api::guarded;
+using volume::Error;
+using volume::Result;
+using volume::Status;
+
+/// Driven by its host (`run`), or by a file (`replay`).
+struct trephine_operation {
+  sim::SceneSpec scene;
+  double air = -1000;
+  std::unique_ptr<sim::SessionWriter> recorder;
+  std::optional<sim::Lockstep> run;
+  std::unique_ptr<sim::SessionReader> session;
+  std::unique_ptr<sim::Replay> replay;
+  bool has_ended = false;
+  std::vector<haptics::Pose> poses;
+  volume::VoxelBox changed = sim::k_no_voxels;
+
+  ~trephine_operation() {
+    if (recorder && !has_ended) (void)recorder->finish(run->engine(), 0);
+  }
+  const sim::Engine& engine() const noexcept { return run ? run->engine() : replay->engine(); }
+  sim::Engine& engine() noexcept { return run ? run->engine() : replay->engine(); }
+};
+
+namespace {
+
+/// Their voxels stay the caller's.
+Result<sim::SceneData> borrow_data(const trephine_voxels* volumes, std::size_t count) {
+  sim::SceneData data;
+  if (count > 0 && volumes == nullptr) return bad("an argument is missing", "NULL", "volumes");
+  for (std::size_t v = 0; v < count; ++v) {
+    const trephine_voxels& of = volumes[v];
+    auto made = haptics::c_api::borrow_volume(of.intensities, of.size, of.origin, of.axes);
+    if (!made) return made.error();
+    made.value()->is_hounsfield = of.is_hounsfield != 0;
+    if (of.labels)
+      made.value()->labels = volume::Buffer<std::uint8_t>::borrow(of.labels, made.value()->voxels.size());
+    data.volumes.push_back(std::move(made).value());
+  }
+  return data;
+}
+
+Status begin(trephine_operation& made, const trephine_start& start) {
+  if (start.scene == nullptr || start.volume_count < 1 || (start.model_count > 0 && start.models == nullptr))
+    return bad("an argument is missing", "NULL", "a scene, at least one volume, and as many models as said");
+  Result<sim::SceneData> data = borrow_data(start.volumes, start.volume_count);
+  if (!data) return data.error();
+  for (std::size_t m = 0; m < start.model_count; ++m) {
+    const trephine_model& of = start.models[m];
+    auto tree = haptics::c_api::copy_mesh(of.vertices, of.vertex_count, of.triangles, of.triangle_count);
+    if (!tree) return tree.error();
+    data.value().models.push_back(std::move(tree).value());
+  }
+  Result<sim::SceneSpec> asked = sim::scene_from_text(start.scene, data.value());
+  if (!asked) return asked.error();
+  sim::SceneSpec spec = std::move(asked).value();
+  const volume::Volume& anatomy = *data.value().volumes[0];
+  const auto smallest = spec.smallest_burr > 0 ? std::optional(spec.smallest_burr) : std::nullopt;
+  if (Status error = sim::meet_needs(spec, anatomy, modules::catalogue(), smallest)) return error;
+  spec.is_softening = sim::touches_smooth(spec);
+  auto built = sim::build_scene(spec, data.value(), modules::catalogue());
+  if (!built) return built.error();
+  made.scene = sim::as_made(spec, built.value());
+  made.air = volume::air_of(anatomy);
+  if (start.record) {
+    sim::SessionHeader header(made.scene);
+    header.program = "C interface";
+    sim::WriterOptions options;
+    options.is_embedding = start.is_embedding != 0;
+    auto recorder =
+        sim::SessionWriter::create(start.record, header, data.value(), modules::catalogue(), options);
+    if (!recorder) return recorder.error();
+    made.recorder = std::move(recorder).value();
+  }
+  made.run.emplace(
+      sim::Engine(built.value().hands, 1 / spec.rate_hz, modules::catalogue(), built.value().forbidden),
+      spec.force, spec.rate_hz, made.recorder.get());
+  made.poses.resize(made.run->engine().hand_count());
+  return std::nullopt;
+}
+
+Status open(trephine_operation& made, const char* path, const trephine_voxels* volumes, std::size_t count) {
+  if (path == nullptr) return bad("an argument is missing", "NULL", "a session's file");
+  Result<sim::SceneData> data = borrow_data(volumes, count);
+  if (!data) return data.error();
+  auto session = sim::SessionReader::open(path, modules::catalogue());
+  if (!session) return session.error();
+  made.session = std::make_unique<sim::SessionReader>(std::move(session).value());
+  auto replay = sim::Replay::open(*made.session, std::move(data).value());
+  if (!replay) return replay.error();
+  made.replay = std::move(replay).value();
+  made.scene = made.session->header();
+  made.air = volume::air_of(*made.engine().scene().base);
+  return std::nullopt;
+}
+
+template <class Make>
+trephine_operation* make(trephine_error* error, Make&& work) noexcept {
+  std::unique_ptr<trephine_operation> made;
+  const int code = guarded(error, [&]() -> Status {
+    made = std::make_unique<trephine_operation>();
+    return work(*made);
+  });
+  return code == TREPHINE_OK ? made.release() : nullptr;
+}
+
+Status check_run(const trephine_operation* operation) {
+  if (operation == nullptr) return bad("there is no operation", "NULL", "one that was begun");
+  if (!operation->run)
+    return bad("a recorded operation cannot be changed", "opened", "one from trephine_operation_begin");
+  if (operation->has_ended) return bad("the operation has ended", "ended", "one that goes on");
+  return std::nullopt;
+}
+Status check_replay(const trephine_operation* operation) {
+  if (operation != nullptr && operation->replay) return std::nullopt;
+  return bad("this operation was not recorded", operation ? "begun" : "NULL",
+             "one from trephine_operation_open");
+}
+
+haptics::Pose pose_of(const trephine_pose& said) noexcept {
+  haptics::Pose pose;
+  pose.position_world = {said.position[0], said.position[1], said.position[2]};
+  pose.orientation = {said.rotation[0], said.rotation[1], said.rotation[2], said.rotation[3]};
+  const double length = glm::length(pose.orientation);
+  if (length < 1e-6)
+    pose.orientation = {1, 0, 0, 0};
+  else
+    pose.orientation /= length;  // what is no number stays none
+  pose.buttons = said.buttons;
+  return pose;
+}
+
+template <std::size_t N>
+void copy_text(char (&to)[N], std::string_view text) noexcept {
+  const std::size_t length = std::min(text.size(), N - 1);
+  std::memcpy(to, text.data(), length);
+  to[length] = '\0';
+}
+
+}  // namespace
+
+uint32_t trephine_operation_abi_version(void) { return TREPHINE_OPERATION_ABI_VERSION; }
+
+trephine_operation* trephine_operation_begin(const trephine_start* start, trephine_error* error) {
+  return make(error, [&](trephine_operation& made) -> Status {
+    if (start == nullptr) return bad("an argument is missing", "NULL", "what it starts from");
+    return begin(made, *start);
+  });
+}
+
+trephine_operation* trephine_operation_open(const char* session, const trephine_voxels* volumes,
+                                            size_t volume_count, trephine_error* error) {
+  return make(error, [&](trephine_operation& made) { return open(made, session, volumes, volume_count); });
+}
+
+void trephine_operation_destroy(trephine_operation* operation) { delete operation; }
+
+int trephine_operation_step(trephine_operation* operation, const trephine_pose* poses,
+                            trephine_touch* touches, trephine_error* error) {
+  return guarded(error, [&]() -> Status {
+    if (Status wrong = check_run(operation)) return wrong;
+    if (poses == nullptr) return bad("there are no poses", "NULL", "one of each hand");
+    for (std::size_t h = 0; h < operation->poses.size(); ++h) operation->poses[h] = pose_of(poses[h]);
+    const auto records = operation->run->step(operation->poses);
+    operation->changed = sim::united(operation->changed, operation->run->last_outcome().box);
+    if (touches)
+      for (std::size_t h = 0; h < records.size(); ++h) touches[h] = haptics::c_api::touch_of(records[h]);
+    return std::nullopt;
+  });
+}
+
+int trephine_operation_tell(trephine_operation* operation, int hand, const char* command, const char* words,
+                            trephine_error* error) {
+  Status refused;
+  const int code = guarded(error, [&]() -> Status {
+    if (Status wrong = check_run(operation)) return wrong;
+    if (command == nullptr) return bad("there is no command", "NULL", "a name");
+    if (hand < 0 || hand >= static_cast<int>(operation->poses.size()))
+      return bad("there is no such hand", std::to_string(hand), "an index of a hand of the scene");
+    auto wish = modules::catalogue().command(command, words ? words : "", hand);
+    if (!wish) return wish.error();
+    const sim::Outcome outcome = operation->run->apply_whole(wish.value());
+    operation->changed = sim::united(operation->changed, outcome.box);
+    refused = outcome.refused;
+    return std::nullopt;
+  });
+  return refused ? fail(error, TREPHINE_REFUSED, *refused) : code;
+}
+
+int trephine_operation_end(trephine_operation* operation, trephine_error* error) {
+  return guarded(error, TREPHINE_FAILED, [&]() -> Status {
+    if (Status wrong = check_run(operation)) return wrong;
+    operation->has_ended = true;
+    return operation->recorder ? operation->recorder->finish(operation->run->engine(), 0) : std::nullopt;
+  });
+}
+
+int trephine_operation_go_to(trephine_operation* operation, uint64_t tick, trephine_error* error) {
+  return guarded(error, [&]() -> Status {
+    if (Status wrong = check_replay(operation)) return wrong;
+    return operation->replay->seek(tick);
+  });
+}
+
+int trephine_operation_verify(trephine_operation* operation, trephine_error* error) {
+  return guarded(error, TREPHINE_DIFFERENT, [&]() -> Status {
+    if (Status wrong = check_replay(operation)) return wrong;
+    if (Status wrong = operation->replay->why_not_verifiable()) return wrong;
+    for (;;) {
+      const Result<bool> stepped = operation->replay->step();
+      if (!stepped) return stepped.error();
+      if (!stepped.value()) break;
+    }
+    const std::optional<sim::Mismatch>& found = operation->replay->mismatch();
+    if (!found) return std::nullopt;
+    return Error{"the replay differs from what was recorded", "tick " + std::to_string(found->tick),
+                 found->what + " " + found->replayed, found->recorded, ""};
+  });
+}
+
+uint64_t trephine_operation_tick_count(const trephine_operation* operation) {
+  if (operation == nullptr) return 0;
+  return operation->run ? operation->engine().now().next_tick : operation->session->tick_count();
+}
+
+size_t trephine_operation_hand_count(const trephine_operation* operation) {
+  return operation ? operation->engine().hand_count() : 0;
+}
+
+size_t trephine_operation_scene(const trephine_operation* operation, char* text, size_t capacity) {
+  std::string all;
+  if (guarded(nullptr, [&]() -> Status {
+        if (operation) all = sim::to_text(operation->scene);
+        return std::nullopt;
+      }) != TREPHINE_OK)
+    return 0;
+  if (text && capacity > 0) {
+    const std::size_t length = std::min(all.size(), capacity - 1);
+    std::memcpy(text, all.data(), length);
+    text[length] = '\0';
+  }
+  return all.size();
+}
+
+uint64_t trephine_operation_hash(trephine_operation* operation) {
+  std::uint64_t hash = 0;
+  guarded(nullptr, [&]() -> Status {
+    if (operation) hash = operation->engine().snapshot()->hash();
+    return std::nullopt;
+  });
+  return hash;
+}
+
+size_t trephine_operation_event_count(const trephine_operation* operation) {
+  return operation ? operation->engine().now().chronicle.size() : 0;
+}
+
+int trephine_operation_event(const trephine_operation* operation, size_t index, trephine_event* event) {
+  return guarded(nullptr, [&]() -> Status {
+    if (event == nullptr || index >= trephine_operation_event_count(operation))
+      return bad("there is no such event", std::to_string(index), "below the count");
+    const sim::Event& happened = operation->engine().now().chronicle[index];
+    event->tick = happened.tick;
+    event->hand = happened.hand;
+    for (int a = 0; a < 3; ++a) event->place[a] = happened.place_world[a];
+    copy_text(event->name, happened.what.name());
+    copy_text(event->words, happened.what.words());
+    return std::nullopt;
+  });
+}
+
+size_t trephine_operation_measure_count(const trephine_operation* operation) {
+  std::size_t count = 0;
+  guarded(nullptr, [&]() -> Status {
+    if (operation) count = operation->engine().measures().size();
+    return std::nullopt;
+  });
+  return count;
+}
+
+int trephine_operation_measure(const trephine_operation* operation, size_t index, trephine_measure* measure) {
+  return guarded(nullptr, [&]() -> Status {
+    const auto all = operation ? operation->engine().measures() : std::vector<sim::Measure>();
+    if (measure == nullptr || index >= all.size())
+      return bad("there is no such measure", std::to_string(index), "below the count");
+    copy_text(measure->name, all[index].name);
+    copy_text(measure->unit, all[index].unit);
+    measure->value = all[index].value;
+    return std::nullopt;
+  });
+}
+
+size_t trephine_operation_body_count(const trephine_operation* operation) {
+  return operation ? operation->engine().now().world.bodies.size() : 0;
+}
+
+int trephine_operation_body(const trephine_operation* operation, size_t index, trephine_body* body) {
+  if (body == nullptr || index >= trephine_operation_body_count(operation)) return TREPHINE_BAD_ARGUMENT;
+  const sim::Body& of = operation->engine().now().world.bodies[index];
+  body->id = of.id.value;
+  body->holder = of.holder;
+  body->mm3 = of.piece->mm3;
+  const haptics::Placement place = operation->engine().place_of(of);
+  const glm::dquat& turn = place.rotation;
+  const double rotation[4] = {turn.w, turn.x, turn.y, turn.z};
+  std::copy_n(rotation, 4, body->rotation);
+  for (int a = 0; a < 3; ++a) body->position[a] = place.position_world[a];
+  const haptics::MeshTree& tree = *of.piece->tree;
+  static_assert(sizeof(glm::dvec3) == 3 * sizeof(double));
+  body->surface = {&tree.vertices().data()->x, tree.vertices().size(), tree.triangles().data(),
+                   tree.triangles().size() / 3};
+  return TREPHINE_OK;
+}
+
+int trephine_operation_changed(trephine_operation* operation, int low[3], int high[3]) {
+  if (operation == nullptr || low == nullptr || high == nullptr) return 0;
+  const volume::VoxelBox box = operation->replay ? operation->replay->take_changed()
+                                                 : std::exchange(operation->changed, sim::k_no_voxels);
+  if (box.low.x > box.high.x) return 0;
+  const glm::ivec3 last = operation->engine().scene().base->size - 1;
+  for (int a = 0; a < 3; ++a) {
+    low[a] = std::clamp(box.low[a], 0, last[a]);
+    high[a] = std::clamp(box.high[a], 0, last[a]);
+  }
+  return 1;
+}
+
+int trephine_operation_read(const trephine_operation* operation, const int low[3], const int high[3],
+                            int16_t* intensities, trephine_error* error) {
+  return guarded(error, [&]() -> Status {
+    if (operation == nullptr || low == nullptr || high == nullptr || intensities == nullptr)
+      return bad("an argument is missing", "NULL", "an operation, a box and room for its voxels");
+    const volume::VoxelBox box{{low[0], low[1], low[2]}, {high[0], high[1], high[2]}};
+    const volume::Volume& base = *operation->engine().scene().base;
+    for (int a = 0; a < 3; ++a)
+      if (box.low[a] < 0 || box.high[a] < box.low[a] || box.high[a] >= base.size[a])
+        return bad("the box is not in the volume",
+                   std::to_string(box.low[a]) + " to " + std::to_string(box.high[a]),
+                   "0 <= low <= high < size");
+    volume::read_operated(*operation->engine().current(), box, operation->air, intensities);
+    return std::nullopt;
+  });
+}

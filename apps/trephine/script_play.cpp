@@ -1,0 +1,186 @@
+#include "apps/trephine/script_play.h"
+
+#include <cmath>
+#include <filesystem>
+#include <glm/geometric.hpp>
+
+#include "apps/trephine/outputs.h"
+#include "apps/view/operation_picture.h"
+#include "apps/view/render_window.h"
+#include "apps/view/tool_look.h"
+#include "data-tools/atomic_file.h"
+#include "modules/catalogue.h"
+
+namespace trephine::app {
+
+namespace fs = std::filesystem;
+using glm::dvec3;
+using volume::Error;
+using volume::Result;
+using volume::Status;
+
+namespace {
+
+/// Takes pictures without a window, one after another of one operation.
+class ScriptPictures {
+ public:
+  ScriptPictures(const workbench::ScriptRun& run, std::string folder)
+      : run_(&run), folder_(std::move(folder)) {}
+
+  Status take(const data_tools::ScriptPicture& wish, const workbench::ScriptMoment& moment,
+              const std::string& caption) {
+    const auto begin = Clock::now();
+    const volume::Version& now = *moment.engine.current();
+    if (!picture_) {
+      auto surface = view::make_offscreen(1200, 900);
+      if (!surface) return surface.error();
+      surface_ = std::move(surface).value();
+      picture_.emplace(*run_->operation().scene(), surface_->window(), false);
+      picture_->request_all(moment.engine.current());
+    } else {
+      picture_->request(moment.engine.current(), moment.changed);
+    }
+    picture_->wait();
+    aim(wish);
+    const haptics::ServoRecord& hand = moment.hands[0];
+    if (wish.has_tool)
+      picture_->show_stylus(hand, view::drawn_radius(moment.engine.now().settings.hands[0].parameters), now,
+                            from_);
+    else
+      picture_->view().show(view::StylusLook{.is_visible = false});
+    picture_->show_text(caption, "");
+    picture_->draw();
+    Status error = view::write_png(surface_->window(), (fs::path(folder_) / wish.file).string());
+    seconds_ += seconds_since(begin);
+    return error;
+  }
+  double seconds() const noexcept { return seconds_; }
+
+ private:
+  void aim(const data_tools::ScriptPicture& wish) {
+    const dvec3 up(0, 0, 1);
+    from_ = glm::normalize(wish.from);
+    for (const workbench::Place& place : run_->places())
+      if (place.name == wish.place) {
+        from_ = glm::normalize(place.direction(wish.from));
+        return picture_->view().look(place.at(wish.aim), from_, up, *wish.distance);
+      }
+    dvec3 low, high;
+    picture_->view().bounds(low, high);
+    constexpr double k_half_angle = 14 * 3.14159265 / 180;  // of the camera
+    const double all = 0.86 * glm::length(high - low) / (2 * std::tan(k_half_angle));
+    picture_->view().look(0.5 * (low + high) + wish.aim, from_, up, wish.distance.value_or(all));
+  }
+
+  const workbench::ScriptRun* run_;
+  std::string folder_;
+  std::unique_ptr<view::DrawSurface> surface_;
+  std::optional<view::OperationPicture> picture_;  // goes before its surface
+  dvec3 from_{0.0};
+  double seconds_ = 0;
+};
+
+Result<std::string> temporary_session() {
+  std::string path = workbench::autosave_path();
+  if (!path.empty()) return path;
+  return Error{
+      "there is no place for the session", "", "neither HOME nor XDG_STATE_HOME", "--record FILE", "",
+      volume::ErrorKind::missing_here};
+}
+
+}  // namespace
+
+TemporaryFile::~TemporaryFile() {
+  std::error_code ignored;
+  if (!path.empty()) fs::remove(path, ignored);
+}
+
+Result<PlayedScript> play_script(const ScriptWish& wish) {
+  const auto begin = Clock::now();
+  if (Status error = check(wish.record)) return *error;
+  PlayedScript played;
+  if (!wish.pictures.empty()) {
+    std::error_code failed;
+    fs::create_directories(wish.pictures, failed);
+    if (failed)
+      return Error{"the folder for the pictures cannot be made", data_tools::file_name(wish.pictures),
+                   failed.message(), "a place that may be written", "choose another folder"};
+    for (const data_tools::ScriptPicture& picture : wish.script.pictures)
+      if (Status error = check_picture_output((fs::path(wish.pictures) / picture.file).string(), wish.in_use))
+        return *error;
+  }
+  auto opened = workbench::ScriptRun::open(wish.script, wish.folder, wish.where, person());
+  if (!opened) return opened.error();
+  played.run = std::move(opened).value();
+  workbench::ScriptRun& run = *played.run;
+  played.ready_seconds = seconds_since(begin);
+
+  workbench::RecordChoice record = wish.record;
+  if ((wish.is_live || wish.wants_session) && record.file.empty()) {
+    Result<std::string> place = temporary_session();
+    if (!place) return place.error();
+    played.temporary.path = record.file = place.value();
+  }
+  played.session = record.file;
+  auto recorder = workbench::start_recording(record, run.operation());
+  if (!recorder) return recorder.error();
+
+  ScriptPictures pictures(run, wish.pictures);
+  workbench::PictureTaker take;
+  if (!wish.pictures.empty())
+    take = [&](const data_tools::ScriptPicture& picture, const workbench::ScriptMoment& moment,
+               const std::string& caption) {
+      played.pictures.push_back(picture.file);
+      return pictures.take(picture, moment, caption);
+    };
+  const auto start = Clock::now();
+  Result<workbench::ScriptReport> report = workbench::ScriptReport();
+  if (wish.is_live) {
+    auto live = run.play_live(*recorder.value(), person());
+    if (!live) return live.error();
+    played.live = std::move(live).value();
+    recorder.value().reset();
+    auto session = sim::SessionReader::open(record.file, modules::catalogue());
+    if (!session) return session.error();
+    auto replay = sim::Replay::open(session.value(), sim::data_of(*run.operation().scene()));
+    if (!replay) return replay.error();
+    report = run.watch(*played.live, *replay.value(), std::move(take), person());
+  } else {
+    report = run.play(recorder.value().get(), std::move(take), person());
+  }
+  if (!report) return report.error();
+  played.report = std::move(report).value();
+  played.drawing_seconds = pictures.seconds();
+  played.played_seconds = seconds_since(start) - played.drawing_seconds;
+  return played;
+}
+
+Json servo_json(const haptics::ServoReport& servo) {
+  const auto times = [](double p50, double p99, double p999, double most) {
+    return Json{{"p50", p50}, {"p99", p99}, {"p999", p999}, {"max", most}};
+  };
+  return {{"ticks", servo.ticks},
+          {"step_us", times(servo.step_p50_us, servo.step_p99_us, servo.step_p999_us, servo.step_max_us)},
+          {"late_us", times(servo.late_p50_us, servo.late_p99_us, servo.late_p999_us, servo.late_max_us)},
+          {"overruns", servo.overruns},
+          {"faults", servo.faults},
+          {"notice", servo.notice}};
+}
+
+Json checks_json(const workbench::ScriptReport& report) {
+  Json all = Json::array();
+  for (const workbench::ScriptCheck& c : report.checks)
+    all.push_back(
+        {{"line", c.line}, {"at_seconds", c.at}, {"what", c.what}, {"found", c.found}, {"is_met", c.is_met}});
+  return all;
+}
+
+std::string checks_text(const workbench::ScriptReport& report) {
+  std::string text;
+  for (const workbench::ScriptCheck& c : report.checks)
+    text += format_text("%s  line %d, at %.3f s: %s (%s)\n", c.is_met ? "ok    " : "FAILED", c.line, c.at,
+                        c.what.c_str(), c.found.c_str());
+  return text;
+}
+
+}  // namespace trephine::app

@@ -1,0 +1,226 @@
+#include "apps/workbench/script_watch.h"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <glm/geometric.hpp>
+
+#include "apps/workbench/text.h"
+#include "modules/catalogue.h"
+#include "volume/text.h"
+
+namespace trephine::workbench {
+
+using data_tools::ScriptCommand;
+using data_tools::ScriptExpectation;
+using data_tools::ScriptPicture;
+using volume::Error;
+using volume::Result;
+using volume::Status;
+
+namespace {
+
+/// Measured of a hand or of all, by name; those with a name of something behind them.
+constexpr const char* k_names[] = {"removed_mm3", "strokes", "bodies",  "force_n", "strongest_force_n",
+                                   "contact",     "proxy_x", "proxy_y", "proxy_z"};
+constexpr std::string_view k_events = "events ", k_nearest = "nearest_mm ", k_open = "open ",
+                           k_thickness = "thickness_mm ";
+
+const Place* find(const std::vector<Place>& places, std::string_view name) {
+  for (const Place& place : places)
+    if (place.name == name) return &place;
+  return nullptr;
+}
+
+/// The names between braces, with their digits: "{force_n:2} N".
+struct Slot {
+  std::size_t begin = 0, end = 0;  ///< of the braces
+  std::string name;
+  int digits = 0;
+};
+std::vector<Slot> slots_of(const std::string& caption) {
+  std::vector<Slot> slots;
+  for (std::size_t at = caption.find('{'); at != std::string::npos; at = caption.find('{', at + 1)) {
+    const std::size_t end = caption.find('}', at);
+    if (end == std::string::npos) break;
+    Slot slot{at, end, caption.substr(at + 1, end - at - 1)};
+    if (const std::size_t colon = slot.name.rfind(':'); colon != std::string::npos) {
+      std::from_chars(slot.name.data() + colon + 1, slot.name.data() + slot.name.size(), slot.digits);
+      slot.digits = std::clamp(slot.digits, 0, 9);
+      slot.name.resize(colon);
+    }
+    slots.push_back(std::move(slot));
+  }
+  return slots;
+}
+
+}  // namespace
+
+std::vector<std::string> expectable() {
+  std::vector<std::string> all(std::begin(k_names), std::end(k_names));
+  all.push_back(std::string(k_events) + "NAME");
+  all.push_back(std::string(k_nearest) + "STRUCTURE");
+  all.push_back(std::string(k_open) + "PLACE");
+  all.push_back(std::string(k_thickness) + "PLACE");
+  return all;
+}
+
+Status check_names(const data_tools::Script& script, const std::vector<Place>& places,
+                   const sim::Engine& engine, const std::string& where) {
+  const std::vector<sim::Measure> measures = engine.measures();
+  const auto is_known = [&](const std::string& what) {
+    const auto rest = [&](std::string_view prefix) { return what.substr(prefix.size()); };
+    if (what.starts_with(k_events)) {
+      const sim::ValueType* type = modules::catalogue().find(rest(k_events));
+      return type && modules::catalogue().is_event(*type);
+    }
+    if (what.starts_with(k_open)) return find(places, rest(k_open)) != nullptr;
+    if (what.starts_with(k_thickness)) return find(places, rest(k_thickness)) != nullptr;
+    if (what.starts_with(k_nearest))
+      return std::any_of(engine.forbidden().begin(), engine.forbidden().end(),
+                         [&](const auto& structure) { return structure->name() == rest(k_nearest); });
+    return std::find(std::begin(k_names), std::end(k_names), what) != std::end(k_names) ||
+           std::any_of(measures.begin(), measures.end(),
+                       [&](const sim::Measure& one) { return one.name == what; });
+  };
+  const auto check = [&](const std::string& what, int line) -> Status {
+    if (is_known(what)) return std::nullopt;
+    std::string known;
+    for (const std::string& name : expectable()) known += (known.empty() ? "" : ", ") + name;
+    for (const sim::Measure& one : measures) known += ", " + one.name;
+    return Error{"nothing is measured by this name", where + ", line " + std::to_string(line), what, known,
+                 "choose one of these"};
+  };
+  for (const ScriptExpectation& wish : script.expectations)
+    if (Status error = check(wish.what, wish.line)) return error;
+  for (const ScriptPicture& picture : script.pictures)
+    for (const Slot& slot : slots_of(picture.caption))
+      if (Status error = check(slot.name, picture.line)) return error;
+  return std::nullopt;
+}
+
+bool ScriptReport::is_met() const {
+  return std::all_of(checks.begin(), checks.end(), [](const ScriptCheck& check) { return check.is_met; });
+}
+
+double ScriptReport::measure(std::string_view name) const {
+  for (const sim::Measure& one : measures)
+    if (one.name == name) return one.value;
+  return std::nan("");
+}
+
+ScriptWatch::ScriptWatch(const data_tools::Script& script, const std::vector<Place>& places, double end,
+                         PictureTaker take_picture)
+    : script_(&script), places_(&places), take_picture_(std::move(take_picture)), end_(end) {
+  for (const ScriptExpectation& wish : script.expectations) wishes_.push_back(&wish);
+  for (const ScriptPicture& picture : script.pictures) pictures_.push_back(&picture);
+  const auto by_time = [end](const auto* a, const auto* b) {
+    return a->at.value_or(2 * end) < b->at.value_or(2 * end);
+  };
+  std::stable_sort(wishes_.begin(), wishes_.end(), by_time);
+  std::stable_sort(pictures_.begin(), pictures_.end(), by_time);
+  report_.strongest_of.resize(script.hands.size());
+  report_.contact_ticks.resize(script.hands.size());
+  report_.seconds = end;
+}
+
+Status ScriptWatch::tick(double t, std::span<const haptics::ServoRecord> hands, const sim::Engine& engine,
+                         const volume::VoxelBox& changed) {
+  hands_.assign(hands.begin(), hands.end());
+  changed_ = sim::united(changed_, changed);
+  ++report_.ticks;
+  for (std::size_t h = 0; h < hands.size(); ++h) {
+    const double force = glm::length(hands[h].force_world);
+    report_.strongest_of[h] = std::max(report_.strongest_of[h], force);
+    report_.strongest_force_n = std::max(report_.strongest_force_n, force);
+    report_.contact_ticks[h] += hands[h].has_contact;
+  }
+  return look(t, {t, hands_, engine, changed_});
+}
+
+/// What is due at t.
+Status ScriptWatch::look(double t, const ScriptMoment& moment) {
+  const auto is_due = [&](const auto& all, std::size_t next) {
+    return next < all.size() && all[next]->at.value_or(2 * end_) <= t;
+  };
+  for (; is_due(wishes_, next_wish_); ++next_wish_) check(*wishes_[next_wish_], moment);
+  for (; take_picture_ && is_due(pictures_, next_picture_); ++next_picture_) {
+    if (Status error =
+            take_picture_(*pictures_[next_picture_], moment, caption_of(*pictures_[next_picture_], moment)))
+      return error;
+    changed_ = sim::k_no_voxels;
+  }
+  return std::nullopt;
+}
+
+void ScriptWatch::tell(const ScriptCommand& command, double t, const Status& refused) {
+  if (!refused && !command.is_refused) return;
+  report_.checks.push_back(
+      {command.line, std::string(command.name) + (command.is_refused ? " is refused" : " is done"), t,
+       refused.has_value() == command.is_refused, refused ? refused->what : std::string("it was done")});
+}
+
+void ScriptWatch::check(const ScriptExpectation& wish, const ScriptMoment& moment) {
+  const double value = value_of(wish.what, wish.hand, moment).value_or(std::nan(""));
+  std::string words = wish.what;
+  if (wish.least) words = volume::text_of(*wish.least) + " <= " + words;
+  if (wish.most) words += " <= " + volume::text_of(*wish.most);
+  const bool is_met = value >= wish.least.value_or(value) && value <= wish.most.value_or(value);
+  report_.checks.push_back({wish.line, words, moment.t, is_met, volume::text_of(value)});
+}
+
+std::optional<double> ScriptWatch::value_of(const std::string& what, int hand,
+                                            const ScriptMoment& moment) const {
+  const sim::Engine& engine = moment.engine;
+  const auto h = static_cast<std::size_t>(hand);
+  const haptics::ServoRecord& record = moment.hands[h];
+  if (what == "removed_mm3") return engine.removed_mm3();
+  if (what == "strokes") return static_cast<double>(engine.stroke_count());
+  if (what == "bodies") return static_cast<double>(engine.now().world.bodies.size());
+  if (what == "force_n") return glm::length(record.force_world);
+  if (what == "strongest_force_n") return report_.strongest_of[h];
+  if (what == "contact") return record.has_contact;
+  for (int axis = 0; axis < 3; ++axis)
+    if (what == std::string("proxy_") + "xyz"[axis]) return record.proxy_world[axis];
+  if (what.starts_with(k_events)) {
+    double count = 0;
+    const sim::Chronicle& all = engine.now().chronicle;
+    for (std::size_t i = 0; i < all.size(); ++i)
+      count += all[i].hand == hand && all[i].what.name() == what.substr(k_events.size());
+    return count;
+  }
+  if (what.starts_with(k_nearest))
+    for (std::size_t s = 0; s < engine.forbidden().size(); ++s)
+      if (engine.forbidden()[s]->name() == what.substr(k_nearest.size())) return engine.watch(h, s).nearest;
+  if (what.starts_with(k_open))
+    if (const Place* place = find(*places_, what.substr(k_open.size())))
+      return is_open(*place, engine.scene(), *engine.current());
+  if (what.starts_with(k_thickness))
+    if (const Place* place = find(*places_, what.substr(k_thickness.size()))) return place->thickness;
+  for (const sim::Measure& one : engine.measures())
+    if (one.name == what) return one.value;
+  return std::nullopt;
+}
+
+std::string ScriptWatch::caption_of(const ScriptPicture& picture, const ScriptMoment& moment) const {
+  std::string caption = picture.caption;
+  const std::vector<Slot> slots = slots_of(caption);
+  for (auto slot = slots.rbegin(); slot != slots.rend(); ++slot)
+    caption.replace(
+        slot->begin, slot->end - slot->begin + 1,
+        format_text("%.*f", slot->digits, value_of(slot->name, 0, moment).value_or(std::nan(""))));
+  return caption;
+}
+
+Result<ScriptReport> ScriptWatch::finish(sim::Engine& engine) {
+  if (hands_.size() == script_->hands.size())
+    if (Status error = look(3 * end_ + 1, {end_, hands_, engine, changed_})) return *error;
+  std::stable_sort(report_.checks.begin(), report_.checks.end(),
+                   [](const ScriptCheck& a, const ScriptCheck& b) { return a.line < b.line; });
+  report_.state = engine.snapshot();
+  report_.measures = engine.measures();
+  report_.removed_mm3_by_label = engine.removed_mm3_by_label();
+  return report_;
+}
+
+}  // namespace trephine::workbench

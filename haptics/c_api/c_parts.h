@@ -1,0 +1,45 @@
+// What the C interfaces share: errors in C, and what C hands over checked and turned into ours.
+#pragma once
+
+#include <exception>
+#include <memory>
+#include <string>
+
+#include "haptics/c_api/c_api.h"
+#include "haptics/mesh/mesh_tree.h"
+#include "haptics/servo/servo_core.h"
+#include "volume/volume.h"
+
+namespace trephine::haptics::c_api {
+
+/// Into `error` when it is not null; returns `code`.
+int fail(trephine_error* error, int code, const volume::Error& what) noexcept;
+/// Runs what may throw for want of memory; `code` for what it returns.
+template <class Work>
+int guarded(trephine_error* error, int code, Work&& work) noexcept {
+  if (error) *error = trephine_error{TREPHINE_OK, ""};
+  try {
+    if (const volume::Status status = work()) return fail(error, code, *status);
+    return TREPHINE_OK;
+  } catch (const std::exception& e) {
+    return fail(error, TREPHINE_NO_MEMORY, {"there is not enough memory", "", e.what(), "", ""});
+  }
+}
+template <class Work>
+int guarded(trephine_error* error, Work&& work) noexcept {
+  return guarded(error, TREPHINE_BAD_ARGUMENT, std::forward<Work>(work));
+}
+/// A fault of the caller's.
+volume::Error bad(const char* what, const std::string& found, const char* expected);
+/// Three finite numbers within 100 km.
+bool is_place(const double v[3]) noexcept;
+
+/// A volume over voxels that stay the caller's.
+volume::Result<std::shared_ptr<volume::Volume>> borrow_volume(const int16_t* voxels, const int size[3],
+                                                              const double origin[3], const double axes[9]);
+volume::Result<std::shared_ptr<const MeshTree>> copy_mesh(const double* vertices, std::size_t vertex_count,
+                                                          const uint32_t* triangles,
+                                                          std::size_t triangle_count);
+trephine_touch touch_of(const ServoRecord& record) noexcept;
+
+}  // namespace trephine::haptics::c_api

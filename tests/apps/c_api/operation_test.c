@@ -1,0 +1,219 @@
+/* Operating from C: cut, undo, refuse, record, open again, destroy in any order. */
+#include "apps/c_api/operation.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+static int failures = 0;
+#define CHECK(claim)                                             \
+  do {                                                           \
+    if (!(claim)) {                                              \
+      ++failures;                                                \
+      printf("%s:%d: not so: %s\n", __FILE__, __LINE__, #claim); \
+    }                                                            \
+  } while (0)
+
+/* A block of bone on slices of 1.5 mm, with its lower third labelled. */
+enum { X = 40, Y = 36, Z = 20, COUNT = X * Y * Z };
+static int16_t voxels[COUNT], now[COUNT];
+static uint8_t labels[COUNT];
+/* From 100 on: the surface is half-way between bone and air, as cells of voxels have it. */
+static const char* k_scene =
+    "structure=bone\nlow=100\nhigh=3000\nhand=burr\nparameters=diameter=4 removal_rate=60\nhand=\n"
+    "structure=deep\nlabel=2\ntouchable=0\nforbidden=1\n";
+
+static trephine_voxels make_block(void) {
+  for (int z = 0; z < Z; ++z)
+    for (int y = 0; y < Y; ++y)
+      for (int x = 0; x < X; ++x) {
+        const int is_solid = x > 1 && x < X - 2 && y > 1 && y < Y - 2 && z > 1 && z < Z - 5;
+        voxels[(z * Y + y) * X + x] = is_solid ? 1200 : -1000;
+        labels[(z * Y + y) * X + x] = (uint8_t)(is_solid ? (z < 7 ? 2 : 1) : 0);
+      }
+  const trephine_voxels block = {voxels, labels, {X, Y, Z}, {-10, -9, -15}, {0.5, 0, 0, 0, 0.5, 0, 0, 0, 1.5},
+                                 1};
+  return block;
+}
+
+/* World height of the block's top, about. */
+static const double k_top = -15 + 1.5 * (Z - 5.5);
+
+/* Both hands: the first presses down to `depth` mm under the top, drilling. */
+static int drill(trephine_operation* operation, double x, double depth, int ticks) {
+  for (int i = 0; i < ticks; ++i) {
+    const double z = k_top + 2 - (2 + depth) * i / ticks;
+    const trephine_pose poses[2] = {{{x, 0, z}, {0, 0, 0, 0}, i > 10}, {{0, 0, 30}, {2, 0, 0, 0}, 0}};
+    trephine_touch touches[2];
+    trephine_error error;
+    if (trephine_operation_step(operation, poses, touches, &error) != TREPHINE_OK)
+      return printf("%s\n", error.text), 0;
+    for (int a = 0; a < 3; ++a)
+      if (!isfinite(touches[0].force[a]) || touches[1].has_contact) return 0;
+  }
+  const trephine_pose away[2] = {{{x, 0, 30}, {1, 0, 0, 0}, 0}, {{0, 0, 30}, {1, 0, 0, 0}, 0}};
+  return trephine_operation_step(operation, away, NULL, NULL) == TREPHINE_OK;
+}
+
+static double measure(const trephine_operation* operation, const char* name) {
+  trephine_measure one;
+  for (size_t i = 0; i < trephine_operation_measure_count(operation); ++i)
+    if (trephine_operation_measure(operation, i, &one) == TREPHINE_OK && strcmp(one.name, name) == 0)
+      return one.value;
+  return -1;
+}
+
+static int count_events(const trephine_operation* operation, const char* name) {
+  int count = 0;
+  trephine_event event;
+  for (size_t i = 0; i < trephine_operation_event_count(operation); ++i)
+    count += trephine_operation_event(operation, i, &event) == TREPHINE_OK && strcmp(event.name, name) == 0;
+  return count;
+}
+
+/* What the intensities say was removed, mm3: bone goes from 1200 to -1000. */
+static double removed_by_intensity(const trephine_operation* operation) {
+  const int low[3] = {0, 0, 0}, high[3] = {X - 1, Y - 1, Z - 1};
+  CHECK(trephine_operation_read(operation, low, high, now, NULL) == TREPHINE_OK);
+  double sum = 0;
+  for (int i = 0; i < COUNT; ++i) sum += (voxels[i] - now[i]) / 2200.0;
+  return sum * 0.5 * 0.5 * 1.5;
+}
+
+static void what_is_refused(const trephine_voxels* block) {
+  trephine_error error;
+  trephine_start start = {0};
+  CHECK(trephine_operation_begin(NULL, &error) == NULL && error.code == TREPHINE_BAD_ARGUMENT);
+  CHECK(trephine_operation_begin(&start, &error) == NULL);
+  start.volumes = block, start.volume_count = 1;
+  start.scene = "structure=bone\nlow=300\nhand=chisel\n";
+  CHECK(trephine_operation_begin(&start, &error) == NULL && strstr(error.text, "chisel"));
+  start.scene = "structure=bone\nlow=300\nhand=burr\nparameters=diameter=900\n";
+  CHECK(trephine_operation_begin(&start, &error) == NULL && strstr(error.text, "diameter"));
+  start.scene = "structure=bone\nlo=300\nhand=\n";
+  CHECK(trephine_operation_begin(&start, &error) == NULL && strstr(error.text, "line 2"));
+  start.scene = "structure=bone\nlow=3001\nhand=\n";
+  CHECK(trephine_operation_begin(&start, &error) == NULL && strstr(error.text, "empty"));
+  start.scene = "volume=3 4 5\nstructure=bone\nlow=300\nhand=\n";
+  CHECK(trephine_operation_begin(&start, &error) == NULL && strstr(error.text, "3 x 4 x 5"));
+  start.scene = "structure=bone\nlabel=1\nhand=\n";
+  trephine_voxels bare = *block;
+  bare.labels = NULL;
+  start.volumes = &bare;
+  CHECK(trephine_operation_begin(&start, &error) == NULL && strstr(error.text, "label"));
+  CHECK(trephine_operation_open("/nowhere/at-all.session", NULL, 0, &error) == NULL && error.text[0]);
+  CHECK(trephine_operation_step(NULL, NULL, NULL, &error) == TREPHINE_BAD_ARGUMENT);
+  CHECK(trephine_operation_hash(NULL) == 0 && trephine_operation_tick_count(NULL) == 0);
+  trephine_operation_destroy(NULL);
+}
+
+int main(int argc, char** argv) {
+  (void)argc;
+  char session[4096], other[4096];
+  snprintf(session, sizeof session, "%s.%ld.session", argv[0], (long)getpid());
+  snprintf(other, sizeof other, "%s.%ld.other.session", argv[0], (long)getpid());
+  CHECK(trephine_operation_abi_version() == TREPHINE_OPERATION_ABI_VERSION);
+  const trephine_voxels block = make_block();
+  what_is_refused(&block);
+
+  trephine_error error;
+  trephine_start start = {0};
+  start.scene = k_scene, start.volumes = &block, start.volume_count = 1, start.record = session;
+  trephine_operation* operation = trephine_operation_begin(&start, &error);
+  if (!operation) return printf("%s\n", error.text), 1;
+  CHECK(trephine_operation_hand_count(operation) == 2);
+  CHECK(trephine_operation_begin(&start, &error) == NULL); /* the file is there already */
+
+  /* The scene as it was made starts another one. */
+  char scene[4096];
+  CHECK(trephine_operation_scene(operation, NULL, 0) < sizeof scene);
+  CHECK(trephine_operation_scene(operation, scene, sizeof scene) == strlen(scene));
+  trephine_start again = start;
+  again.scene = scene, again.record = other, again.is_embedding = 1;
+  trephine_operation* twin = trephine_operation_begin(&again, &error);
+  if (!twin) return printf("%s\n", error.text), 1;
+
+  /* Cut; the intensities and the ledger are of one mind, and the twin of the same bits. */
+  int low[3], high[3];
+  CHECK(!trephine_operation_changed(operation, low, high));
+  CHECK(drill(operation, 0, 4, 1500) && drill(twin, 0, 4, 1500));
+  const double removed = measure(operation, "removed");
+  CHECK(removed > 20 && removed < 90);
+  CHECK(fabs(removed_by_intensity(operation) - removed) < 0.005 * removed);
+  CHECK(trephine_operation_hash(operation) == trephine_operation_hash(twin));
+  CHECK(trephine_operation_changed(operation, low, high));
+  for (int i = 0; i < COUNT; ++i) {
+    const int at[3] = {i % X, i / X % Y, i / X / Y};
+    int is_inside = 1;
+    for (int a = 0; a < 3; ++a) is_inside &= at[a] >= low[a] && at[a] <= high[a];
+    if (now[i] != voxels[i]) CHECK(is_inside);
+  }
+  CHECK(!trephine_operation_changed(operation, low, high));
+
+  /* The forbidden part is told when it is cut. */
+  CHECK(measure(operation, "nearest to deep") > 0);
+  CHECK(drill(operation, 6, 14, 4000));
+  CHECK(measure(operation, "nearest to deep") < 0);
+  CHECK(trephine_operation_hash(operation) != trephine_operation_hash(twin));
+
+  /* Commands. */
+  CHECK(trephine_operation_tell(operation, 0, "undo", NULL, &error) == TREPHINE_OK);
+  CHECK(fabs(measure(operation, "removed") - removed) < 1e-9 && measure(operation, "undos") == 1);
+  CHECK(trephine_operation_changed(operation, low, high));
+  CHECK(trephine_operation_tell(operation, 0, "undo", "", &error) == TREPHINE_OK);
+  CHECK(measure(operation, "removed") == 0 && removed_by_intensity(operation) == 0);
+  CHECK(trephine_operation_tell(operation, 0, "hold-body", "body=9", &error) == TREPHINE_REFUSED &&
+        strstr(error.text, "9"));
+  CHECK(trephine_operation_tell(operation, 0, "redo", NULL, &error) == TREPHINE_OK);
+  CHECK(trephine_operation_tell(operation, 0, "no-such", NULL, &error) == TREPHINE_BAD_ARGUMENT &&
+        strstr(error.text, "undo"));
+  CHECK(trephine_operation_tell(operation, 7, "undo", NULL, &error) == TREPHINE_BAD_ARGUMENT);
+  CHECK(trephine_operation_tell(operation, 0, "burr", "diameter=banana", &error) == TREPHINE_BAD_ARGUMENT);
+  CHECK(trephine_operation_tell(operation, 0, "adopt-job", "job=1", &error) == TREPHINE_BAD_ARGUMENT);
+  CHECK(trephine_operation_tell(operation, 0, "note", "text=\"from C\"", &error) == TREPHINE_OK);
+
+  /* A pose that is no number: no force, a fault, an event; then it goes on. */
+  const trephine_pose broken[2] = {{{NAN, 0, 0}, {1, 0, 0, 0}, 1}, {{0, 0, 30}, {NAN, 0, 0, 0}, 0}};
+  trephine_touch touches[2];
+  CHECK(trephine_operation_step(operation, broken, touches, &error) == TREPHINE_OK);
+  CHECK(touches[0].faults != 0 && touches[0].force[2] == 0 && count_events(operation, "fault") > 0);
+
+  const uint64_t hash = trephine_operation_hash(operation), ticks = trephine_operation_tick_count(operation);
+  CHECK(ticks == 1501 + 4001 + 1);
+  CHECK(trephine_operation_end(operation, &error) == TREPHINE_OK);
+  CHECK(trephine_operation_end(operation, &error) != TREPHINE_OK);
+  CHECK(trephine_operation_tell(operation, 0, "redo", NULL, &error) == TREPHINE_BAD_ARGUMENT);
+
+  /* Opened again while the first is still there; to its end, back, and verified. */
+  trephine_operation* recorded = trephine_operation_open(session, &block, 1, &error);
+  if (!recorded) return printf("%s\n", error.text), 1;
+  trephine_operation_destroy(operation);
+  CHECK(trephine_operation_tick_count(recorded) == ticks);
+  CHECK(trephine_operation_go_to(recorded, ticks, &error) == TREPHINE_OK);
+  CHECK(trephine_operation_hash(recorded) == hash);
+  CHECK(count_events(recorded, "fault") > 0);
+  CHECK(trephine_operation_go_to(recorded, 1501, &error) == TREPHINE_OK);
+  CHECK(fabs(measure(recorded, "removed") - removed) < 1e-9);
+  CHECK(trephine_operation_step(recorded, broken, NULL, &error) == TREPHINE_BAD_ARGUMENT);
+  CHECK(trephine_operation_go_to(recorded, 0, &error) == TREPHINE_OK);
+  CHECK(trephine_operation_verify(recorded, &error) == TREPHINE_OK || (printf("%s\n", error.text), 0));
+  CHECK(trephine_operation_hash(recorded) == hash);
+
+  /* One that nobody ended is whole too, holds its scan, and is its own. */
+  trephine_operation_destroy(twin);
+  twin = trephine_operation_open(other, NULL, 0, &error);
+  if (!twin) return printf("%s\n", error.text), 1;
+  CHECK(trephine_operation_open(session, NULL, 0, &error) == NULL); /* that one needs its scan */
+  trephine_operation_destroy(recorded);
+  CHECK(trephine_operation_verify(twin, &error) == TREPHINE_OK);
+  CHECK(fabs(measure(twin, "removed") - removed) < 1e-9);
+  /* Planted: other voxels are another scan. */
+  voxels[COUNT / 2] = 999;
+  CHECK(trephine_operation_open(session, &block, 1, &error) == NULL && strstr(error.text, "scan"));
+  trephine_operation_destroy(twin);
+  remove(session), remove(other);
+  if (failures == 0) printf("all of it holds\n");
+  return failures != 0;
+}

@@ -1,0 +1,144 @@
+// Scripts that find their place on a scan, follow its surface, yield, run live and take pictures.
+#include "tests/apps/command_fixture.h"
+
+namespace trephine::command_tests {
+namespace {
+
+/// A hand that comes down on the left of whatever it is, slides 10 mm and lifts.
+std::string slide(const std::string& scan, const std::string& of_hand, const std::string& more) {
+  return "schema = 1\nscan = \"" + scan + R"("
+rate = 500
+[[places]]
+name = "left"
+from = [[1, 0, 0], [0, 0, 1]]
+[[hands]]
+place = "left"
+)" + of_hand +
+         R"(
+points = [[0, 0, 0, 20, 0], [0.3, 0, 0, -1, 0], [0.6, 0, 0, -1, 0], [1.2, 10, 0, -1, 0], [1.5, 10, 0, -1, 0], [2, 10, 0, 20, 0]]
+)" + more;
+}
+
+std::string expect(const std::string& what, double at, double least, double most) {
+  return "[[expect]]\nwhat = \"" + what + "\"\nat = " + std::to_string(at) +
+         "\nleast = " + std::to_string(least) + "\nmost = " + std::to_string(most) + "\n";
+}
+
+TEST_F(Command, AScriptsPlaceIsOnTheSurfaceOfWhateverScan) {
+  // A ball of 40 mm about the origin, on cubes and on thick slices.
+  ASSERT_EQ(run("phantom sphere --size 64 --spacing 1.5 --psf 1 --set radius=40 -o cubes.mha").exit_code, 0);
+  ASSERT_EQ(
+      run("phantom sphere --size 96,96,24 --spacing 1,1,4 --psf 1 --set radius=40 -o slices.mha").exit_code,
+      0);
+  for (const std::string scan : {"cubes.mha", "slices.mha"}) {
+    // Seen from its left, with z up, "along" is to the back: x, y and z are known everywhere on it.
+    const double x = std::sqrt(1600.0 - 100);
+    write("a.toml", slide(scan, "",
+                          expect("contact", 0.5, 1, 1) + expect("proxy_x", 0.5, 39.7, 40.2) +
+                              expect("proxy_y", 0.5, -0.7, 0.7) + expect("contact", 1.4, 1, 1) +
+                              expect("proxy_x", 1.4, x - 0.7, x + 0.7) + expect("proxy_y", 1.4, 9.3, 10.7) +
+                              expect("proxy_z", 1.4, -1.5, 1.5) + expect("thickness_mm left", 0, 0, 0) +
+                              expect("open left", 2, 0, 0)));
+    const Json report = json("run a.toml");
+    EXPECT_EQ(report["is_met"], true) << scan << report["checks"].dump(1);
+  }
+  // A shell's thickness is known; drilled through it is open.
+  ASSERT_EQ(run("phantom shell --size 72 -o shell.mha").exit_code, 0);
+  constexpr double thickness = 7.2;  // 0.06 of its box of 120 mm
+  write("b.toml",
+        "schema = 1\nscan = \"shell.mha\"\n[[places]]\nname = \"left\"\nfrom = [[1, 0, 0]]\n"
+        "[[hands]]\nplace = \"left\"\ninstrument = \"burr\"\n"
+        "parameters = \"diameter=5 removal_rate=500\"\n"
+        "points = [[0, 0, 0, 5, 1], [3, 0, 0, -3, 1, 1], [4, 0, 0, -3, 1, 1]]\n" +
+            expect("open left", 0.1, 0, 0) + expect("open left", 4, 1, 1) +
+            expect("thickness_mm left", 0, thickness - 1, thickness + 1));
+  EXPECT_EQ(json("run b.toml")["is_met"], true) << run("run b.toml").out;
+}
+
+TEST_F(Command, AScriptsHandYieldsLiveAndWithoutThreadsAlike) {
+  ASSERT_EQ(run("phantom sphere --size 64 --spacing 1.5 --psf 1 --set radius=40 -o s.mha").exit_code, 0);
+  // A hand of 0.3 N/mm that wants 1 mm into bone presses with less than 0.3 N; a stiff one is 1 mm in.
+  const std::string tail = R"([[do]]
+at = 1.0
+command = "note"
+with = 'text="half way"'
+[[do]]
+at = 1.1
+command = "hold-body"
+with = "body=3"
+refused = true
+)";
+  write("soft.toml", slide("s.mha", "stiffness = 0.3",
+                           expect("force_n", 0.55, 0.05, 0.3) + expect("contact", 1.4, 1, 1) + tail));
+  write("stiff.toml", slide("s.mha", "", expect("force_n", 0.55, 0.4, 8) + tail));
+  for (const std::string how : {"", " --live"}) {
+    const Json soft =
+        json("run soft.toml --record " + std::string(how.empty() ? "" : "live-") + "soft.session" + how);
+    EXPECT_EQ(soft["is_met"], true) << how << soft["checks"].dump(1);
+    EXPECT_EQ(soft["checks"].size(), 3u);
+    EXPECT_EQ(soft.contains("servo"), !how.empty());
+    const Json stiff = json("run stiff.toml" + how);
+    EXPECT_EQ(stiff["is_met"], true) << how << stiff["checks"].dump(1);
+  }
+  for (const char* session : {"soft", "live-soft"})
+    EXPECT_EQ(json(std::string("replay ") + session + ".session --case s.mha --verify")["is_same"], true);
+  // Planted: what is not so ends with 1, live too; and what must be refused, and is done.
+  write("wrong.toml", slide("s.mha", "stiffness = 0.3", expect("force_n", 0.55, 2, 3)));
+  EXPECT_EQ(run("run wrong.toml --live").exit_code, 1);
+  write("done.toml",
+        slide("s.mha", "", "[[do]]\nat = 1\ncommand = \"note\"\nwith = 'text=\"x\"'\nrefused = true\n"));
+  EXPECT_EQ(run("run done.toml --live").exit_code, 1);
+  EXPECT_TRUE(fs::is_empty(folder_ / ".state" / "trephine" / "sessions")) << "a temporary session stayed";
+}
+
+TEST_F(Command, AScriptTakesItsPictures) {
+  ASSERT_EQ(run("phantom sphere --size 48 --spacing 2 --psf 1 --set radius=40 -o s.mha").exit_code, 0);
+  write("a.toml", slide("s.mha", "", R"([[pictures]]
+at = 1
+file = "slide.png"
+caption = "{force_n:2} N at {proxy_x:1}"
+[[pictures]]
+file = "end.png"
+place = "left"
+distance = 100
+tool = false
+)"));
+  const Json report = json("run a.toml --pictures shots");
+  EXPECT_EQ(report["pictures"], (Json{"slide.png", "end.png"}));
+  for (const char* name : {"slide.png", "end.png"})
+    EXPECT_GT(fs::file_size(folder_ / "shots" / name), 10000u) << name;
+  EXPECT_EQ(json("run a.toml").contains("pictures"), false);
+}
+
+TEST_F(Command, WhatIsWrongWithPlacesAndPicturesIsSaidWithItsLine) {
+  ASSERT_EQ(run("phantom sphere --size 48 --spacing 2 -o s.mha").exit_code, 0);
+  const std::pair<std::string, std::string> wrong[] = {
+      {"[[pictures]]\nfile = \"a/b.png\"\n", "folder"},
+      {"[[pictures]]\nfile = \"a.jpg\"\n", ".png"},
+      {"[[pictures]]\nfile = \"a.png\"\nplace = \"left\"\n", "distance"},
+      {"[[pictures]]\nfile = \"a.png\"\nplace = \"right\"\ndistance = 9\n", "left"},
+      {"[[pictures]]\nfile = \"a.png\"\n[[pictures]]\nfile = \"a.png\"\n", "names of their own"},
+      {"[[pictures]]\nfile = \"a.png\"\nfrom = [0, 0, 0]\n", "direction"},
+      {"[[pictures]]\nfile = \"a.png\"\ncaption = \"{weight} kg\"\n", "removed_mm3"},
+      {"[[places]]\nname = \"left\"\nfrom = [[0, 0, 1]]\n", "one name"},
+      {"[[places]]\nname = \"up\"\nfrom = []\n", "complete"},
+      {"[[places]]\nname = \"up\"\nfrom = [[1, 2]]\n", "[x, y, z]"},
+      {"[[expect]]\nwhat = \"open up\"\nleast = 1\n", "PLACE"},
+      {"[[hands]]\npoints = [[0, 0, 0, 9, 0, 1]]\n", "points = "},
+      {"[[hands]]\nplace = \"left\"\npath = \"p.csv\"\n", "points"},
+      {"[[hands]]\nplace = \"nowhere\"\npoints = [[0, 0, 0, 9]]\n", "left"},
+      {"[[hands]]\nstiffness = 0\npoints = [[0, 0, 0, 9]]\n", "stiffness"}};
+  for (const auto& [more, said] : wrong) {
+    write("w.toml", slide("s.mha", "", more));
+    const Ended answer = run("run w.toml");
+    EXPECT_EQ(answer.exit_code, 2) << more;
+    EXPECT_NE(answer.err.find("line"), std::string::npos) << answer.err;
+    EXPECT_NE(answer.err.find(said), std::string::npos) << more << answer.err;
+  }
+  // A scan without such a place.
+  write("none.toml", slide("s.mha", "", "[[places]]\nname = \"void\"\nfrom = [[0, 1, 0]]\n"));
+  EXPECT_EQ(run("run none.toml").exit_code, 0);
+}
+
+}  // namespace
+}  // namespace trephine::command_tests

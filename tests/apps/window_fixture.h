@@ -1,0 +1,128 @@
+// A window over a ball of bone, recorded, with a host that opens others.
+#pragma once
+
+#include <QAction>
+#include <QApplication>
+#include <QComboBox>
+#include <QDialog>
+#include <QDoubleSpinBox>
+#include <QDropEvent>
+#include <QFileDialog>
+#include <QLabel>
+#include <QLineEdit>
+#include <QMessageBox>
+#include <QMimeData>
+#include <QProgressBar>
+#include <QPushButton>
+#include <QSlider>
+#include <QSurfaceFormat>
+#include <QTest>
+#include <QVTKOpenGLNativeWidget.h>
+#include <atomic>
+#include <filesystem>
+#include <glm/geometric.hpp>
+#include <gtest/gtest.h>
+#include <vtkRenderWindow.h>
+
+#include "apps/view/qt_window.h"
+#include "data-tools/open_volume.h"
+#include "haptics/device/device.h"
+#include "haptics/proxy/subvoxel_proxy.h"
+#include "modules/drilling/burr.h"
+#include "tests/scenes/scenes.h"
+
+namespace trephine::view {
+
+namespace fs = std::filesystem;
+
+inline const sim::Catalogue& catalogue() {
+  static const drilling::Drilling drilling;
+  static const sim::Catalogue all({&drilling});
+  return all;
+}
+
+inline data_tools::PhantomOptions small(int size) {
+  data_tools::PhantomOptions o;
+  o.size = glm::ivec3(size);
+  o.psf_sigma_voxels = 1;
+  return o;
+}
+
+inline std::shared_ptr<const haptics::TouchScene> ball(int size) {
+  return std::make_shared<const haptics::TouchScene>(scenes::phantom_scene("sphere", small(size)));
+}
+
+/// As an operation on it begins, with a burr of 4 mm.
+inline WindowStart start_on(const std::shared_ptr<const haptics::TouchScene>& scene) {
+  auto method = std::make_shared<haptics::SubvoxelProxy>();
+  EXPECT_FALSE(method->prepare(*scene));
+  sim::HandStart hand{haptics::ServoHand(scene, method, haptics::TouchState(nullptr)), drilling::burr({})};
+  return {sim::Engine({std::move(hand)}, 1e-3, catalogue())};
+}
+
+/// Does what the dialog that comes next is asked: types a path and accepts.
+inline void answer_dialog_with(const std::string& path) {
+  QTimer::singleShot(400, [path] {
+    auto* dialog = qobject_cast<QFileDialog*>(QApplication::activeModalWidget());
+    ASSERT_NE(dialog, nullptr);
+    auto* name = dialog->findChild<QLineEdit*>("fileNameEdit");
+    ASSERT_NE(name, nullptr);
+    name->setText(QString::fromStdString(path));
+    QTest::keyClick(name, Qt::Key_Return);
+  });
+}
+
+class Window : public ::testing::Test {
+ protected:
+  Window() {
+    std::string name = (fs::temp_directory_path() / "trephine-window-XXXXXX").string();
+    folder_ = mkdtemp(name.data());
+    scene_ = ball(64);
+    options_.title = "ball";
+    options_.width = 900;
+    options_.height = 680;
+    session_ = (folder_ / "a.session").string();
+    recorder_ = sim::SessionWriter::create(session_,
+                                           sim::describe_scene(*scene_, haptics::SubvoxelProxy(), {},
+                                                               {sim::HandSpec(drilling::burr({}))}),
+                                           scene_->base, catalogue())
+                    .value();
+    options_.start = start_on(scene_);
+    options_.catalogue = &catalogue();
+    options_.recorder = recorder_.get();
+    options_.session_file = session_;
+    options_.host.open = [](const std::string& source,
+                            const WindowHost::Listener&) -> volume::Result<OpenedScene> {
+      if (source.find("bad") != std::string::npos)
+        return volume::Error{"there is no such file or folder", "bad", "", "a scan", "check the spelling"};
+      return OpenedScene{start_on(ball(40)), "another ball", nullptr, ""};
+    };
+    options_.host.reshape = [this](double low, double,
+                                   const WindowHost::Listener&) -> volume::Result<OpenedScene> {
+      reshaped_low_ = low;
+      return OpenedScene{start_on(ball(48)), "reshaped", nullptr, ""};
+    };
+  }
+  ~Window() override { fs::remove_all(folder_); }
+
+  template <class T>
+  T* child(MainWindow& window, const char* name) {
+    T* found = window.findChild<T*>(name);
+    EXPECT_NE(found, nullptr) << name;
+    return found;
+  }
+  /// Keeps a picture of the whole window when somebody wants to look.
+  static void keep(MainWindow& window, const char* name) {
+    if (const char* folder = std::getenv("TREPHINE_SCREENSHOTS"))
+      window.grab().save(QString("%1/%2.png").arg(folder, name));
+  }
+
+  fs::path folder_;
+  std::string session_;
+  std::shared_ptr<const haptics::TouchScene> scene_;
+  std::unique_ptr<sim::SessionWriter> recorder_;
+  WindowOptions options_;
+  double reshaped_low_ = 0;
+};
+
+}  // namespace trephine::view

@@ -1,0 +1,137 @@
+// The window with instruments, commands and devices that it has never heard of, and with one thing opened at
+// a time.
+#include "apps/view/tool_look.h"
+#include "modules/eraser/eraser.h"
+#include "tests/apps/window_fixture.h"
+
+namespace trephine::view {
+namespace {
+
+/// Instruments and commands of modules that this window has never heard of.
+TEST_F(Window, OffersWhateverTheCatalogueHas) {
+  static const drilling::Drilling drilling;
+  static const eraser::EraserModule eraser;
+  static const sim::Catalogue all({&drilling, &eraser});
+  auto method = std::make_shared<haptics::SubvoxelProxy>();
+  ASSERT_FALSE(method->prepare(*scene_));
+  sim::HandStart hand{haptics::ServoHand(scene_, method, haptics::TouchState(nullptr)), drilling::burr({})};
+  options_.start = WindowStart{sim::Engine({std::move(hand)}, 1e-3, all)};
+  options_.catalogue = &all;
+  options_.recorder = nullptr;
+  MainWindow window(scene_, options_);
+  window.show();
+  ASSERT_TRUE(QTest::qWaitForWindowExposed(&window));
+  ASSERT_TRUE(QTest::qWaitFor([&] { return window.operation()->picture().triangle_count() > 1000; }, 10000));
+  auto* which = child<QComboBox>(window, "instrument");
+  EXPECT_TRUE(which->isVisible());
+  EXPECT_EQ(which->currentText(), "Burr");
+  EXPECT_NE(window.findChild<QWidget*>("removal_rate"), nullptr);
+  const auto take = [&](const char* name) {
+    which->setCurrentIndex(which->findText(name));
+    emit which->activated(which->currentIndex());
+  };
+  take("Eraser");
+  const auto holds = [&](const char* name) {
+    return QTest::qWaitFor([&] { return window.operation()->tool().name() == name; }, 5000);
+  };
+  ASSERT_TRUE(holds("eraser"));
+  ASSERT_TRUE(QTest::qWaitFor([&] { return window.findChild<QWidget*>("removal_rate") == nullptr; }, 5000));
+  child<QDoubleSpinBox>(window, "diameter")->setValue(5);
+  ASSERT_TRUE(QTest::qWaitFor([&] { return drawn_radius(window.operation()->tool()) == 2.5; }, 5000));
+  QTest::keyClick(&window, Qt::Key_Plus);
+  ASSERT_TRUE(QTest::qWaitFor([&] { return drawn_radius(window.operation()->tool()) == 2.75; }, 5000));
+  const QPoint middle = window.canvas()->rect().center();
+  QTest::mouseMove(window.canvas(), middle + QPoint(1, 0));
+  QTest::mouseMove(window.canvas(), middle);
+  ASSERT_TRUE(QTest::qWaitFor([&] { return window.operation()->state().newest.has_contact; }, 20000));
+  QTest::mousePress(window.canvas(), Qt::LeftButton, {}, middle);
+  EXPECT_TRUE(QTest::qWaitFor([&] { return window.operation()->state().removed_mm3 > 5; }, 20000));
+  keep(window, "eraser");
+  QTest::mouseRelease(window.canvas(), Qt::LeftButton, {}, middle);
+
+  // Its command, told through a form.
+  QTimer::singleShot(400, [] {
+    auto* dialog = QApplication::activeModalWidget();
+    ASSERT_NE(dialog, nullptr);
+    if (const char* folder = std::getenv("TREPHINE_SCREENSHOTS"))
+      dialog->grab().save(QString("%1/command.png").arg(folder));
+    dialog->findChild<QDoubleSpinBox*>("most")->setValue(1);
+    static_cast<QDialog*>(dialog)->accept();
+  });
+  child<QAction>(window, "command_limit-eraser")->trigger();
+  take("Burr");
+  ASSERT_TRUE(holds("burr"));
+  take("Eraser");
+  EXPECT_TRUE(QTest::qWaitFor(
+      [&] { return child<QLabel>(window, "notice")->text().contains("the eraser is used up"); }, 5000));
+  EXPECT_TRUE(QTest::qWaitFor([&] { return which->currentText() == "Burr"; }, 5000));
+  window.close();
+}
+
+/// A path drives in place of the mouse, and what is saved meanwhile is of one moment.
+TEST_F(Window, ADeviceDrivesAndFilesAreOfOneMoment) {
+  options_.device = std::make_shared<haptics::PlaybackDevice>(
+      haptics::PosePath::from_samples({{0, {{0, 0, 70}, {1, 0, 0, 0}, 0}},
+                                       {0.3, {{0, 0, 46}, {1, 0, 0, 0}, 1}},
+                                       {6, {{0, 0, 28}, {1, 0, 0, 0}, 1}}},
+                                      "")
+          .value());
+  MainWindow window(scene_, options_);
+  window.show();
+  ASSERT_TRUE(QTest::qWaitForWindowExposed(&window));
+  ASSERT_TRUE(QTest::qWaitFor([&] { return window.operation()->state().removed_mm3 > 3; }, 20000));
+  for (int i = 0; i < 3; ++i) {
+    const QString file = QString::fromStdString((folder_ / "cut.mha").string());
+    ASSERT_FALSE(window.save_volume(file));
+    const auto saved = data_tools::open_volume(file.toStdString());
+    ASSERT_TRUE(saved.is_ok());
+    ASSERT_FALSE(window.save_session(QString::fromStdString((folder_ / "copy.session").string())));
+    EXPECT_TRUE(sim::SessionReader::open((folder_ / "copy.session").string(), catalogue()).is_ok());
+    QTest::qWait(150);
+  }
+  EXPECT_TRUE(window.operation()->state().newest.pose.is_pressed());
+  window.close();
+}
+
+/// One thing is opened at a time, its progress is seen, and it can be given up.
+TEST_F(Window, OpensOneThingAtATimeAndGivesItUpWhenAsked) {
+  std::atomic<int> asked{0};
+  options_.host.open = [&](const std::string&,
+                           const WindowHost::Listener& listener) -> volume::Result<OpenedScene> {
+    ++asked;
+    const auto progress = listener.progress("reading");
+    for (int i = 0; i < 1000; ++i) {
+      if (!progress(0.001 * i))
+        return volume::Error{"given up", "", "", "", "", volume::ErrorKind::interrupted};
+      std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    }
+    return OpenedScene{start_on(ball(40)), "another ball", nullptr, ""};
+  };
+  MainWindow window(scene_, options_);
+  window.show();
+  ASSERT_TRUE(QTest::qWaitForWindowExposed(&window));
+  window.open_source("a");
+  ASSERT_TRUE(QTest::qWaitFor([&] { return child<QProgressBar>(window, "opening")->value() > 2; }, 5000));
+  keep(window, "opening");
+  window.open_source("b");
+  EXPECT_TRUE(child<QLabel>(window, "notice")->text().contains("One thing at a time"));
+  child<QDoubleSpinBox>(window, "low")->setValue(500);
+  ASSERT_TRUE(QTest::qWaitFor([&] { return child<QPushButton>(window, "use_shape")->isEnabled(); }, 5000));
+  QTest::mouseClick(child<QPushButton>(window, "use_shape"), Qt::LeftButton);
+  EXPECT_EQ(reshaped_low_, 0);
+  EXPECT_EQ(asked, 1);
+  QTest::mouseClick(child<QPushButton>(window, "cancel_opening"), Qt::LeftButton);
+  EXPECT_TRUE(QTest::qWaitFor([&] { return !window.is_opening(); }, 5000));
+  EXPECT_EQ(child<QLabel>(window, "notice")->text(), "not opened");
+  EXPECT_FALSE(child<QProgressBar>(window, "opening")->isVisible());
+  EXPECT_EQ(window.windowTitle(), "ball - trephine");
+  // Closed while something is opened, the window does not wait for it.
+  window.open_source("c");
+  QTest::qWait(50);
+  const auto begin = std::chrono::steady_clock::now();
+  window.close();
+  EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(2));
+}
+
+}  // namespace
+}  // namespace trephine::view
