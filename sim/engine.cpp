@@ -452,6 +452,21 @@ std::vector<double> Engine::removed_mm3_by_label() const {
   return result;
 }
 
+Overlays Engine::overlays() const {
+  Overlays all;
+  for (const Body& body : now_.world.bodies) {
+    Overlay& one = all.emplace_back();
+    one.kind = Overlay::Kind::bone;
+    one.surface = body.piece->tree;
+    one.place = place_of(body);
+    one.holder = body.holder;
+    one.grip = body.grip;
+  }
+  for (const Module* module : catalogue_.modules())
+    for (Overlay& one : module->overlays(now_)) all.push_back(std::move(one));
+  return all;
+}
+
 std::vector<Measure> Engine::measures() const {
   std::vector<Measure> all{{"removed", removed_mm3(), "mm3"},
                            {"strokes", static_cast<double>(stroke_count()), ""},

@@ -83,6 +83,8 @@ class Engine {
   /// By label; one entry for volumes without labels.
   std::vector<double> removed_mm3_by_label() const;
   std::vector<Measure> measures() const;
+  /// What a view shows beside the anatomy: bodies, by their order, and then what modules want to be seen.
+  Overlays overlays() const;
 
   /// Where a body's frame is now; of one in a hand, where the hand was last.
   haptics::Placement place_of(const Body& body) const;

@@ -174,6 +174,7 @@ void LiveSession::consume(const haptics::ServoRecord& record) {
   if (outcome.is_changed) channel_.publish(engine_.servo_scene());
   if (recorder_) recorder_->add(record, engine_, outcome);
   if (trace_.size() < trace_limit_) trace_.push_back(record);
+  show(outcome, false);
   const std::lock_guard guard(lock_);
   edit_report_.longest_tick_seconds = std::max(edit_report_.longest_tick_seconds, seconds);
   state_.hands[record.hand] = record;
@@ -189,6 +190,7 @@ Outcome LiveSession::carry_out(const Command& command, bool may_begin) {
   if (recorder_) recorder_->add(command, engine_, outcome);
   if (may_begin && !engine_.jobs().empty() && engine_.jobs().back().id == outcome.job)
     begin(engine_.jobs().back());
+  show(outcome, true);
   const std::lock_guard guard(lock_);
   if (seconds > edit_report_.longest_command_seconds) {
     edit_report_.longest_command_seconds = seconds;
@@ -202,6 +204,18 @@ Outcome LiveSession::carry_out(const Command& command, bool may_begin) {
 void LiveSession::apply(Command command) {
   const std::lock_guard guard(lock_);
   commands_.push_back(std::move(command));
+}
+
+/// Edit thread: overlays are made for who looks, when something may have changed.
+void LiveSession::show(const Outcome& outcome, bool is_command) {
+  has_new_overlays_ = has_new_overlays_ || is_command || outcome.is_changed || outcome.event_count > 0;
+  if (!has_new_overlays_ || !is_looked_at_.exchange(false)) return;
+  has_new_overlays_ = false;
+  auto overlays = std::make_shared<const Overlays>(engine_.overlays());
+  const std::lock_guard guard(lock_);
+  state_.overlays = std::move(overlays);
+  state_.bodies.clear();
+  for (const Body& body : engine_.now().world.bodies) state_.bodies.push_back(body.id);
 }
 
 void LiveSession::note(const Outcome& outcome) {
@@ -225,6 +239,7 @@ void LiveSession::set_down(const glm::dvec3& free_point_volume, std::size_t hand
 }
 
 LiveState LiveSession::look() {
+  is_looked_at_ = true;
   const std::lock_guard guard(lock_);
   LiveState copy = state_;
   state_.changed = k_no_voxels;

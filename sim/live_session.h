@@ -29,7 +29,10 @@ struct LiveState {
   std::vector<ForbiddenWatch> watches;   ///< of the first hand, each forbidden structure
   std::optional<volume::Error> refused;  ///< of the newest command that was, since the last look
   bool can_undo = false, can_redo = false;
-  Value tool;  ///< parameters of the first hand's instrument; empty: it has none
+  /// What to show beside the anatomy, as it was a look ago or later; null: nobody looked before.
+  std::shared_ptr<const Overlays> overlays;
+  std::vector<Id> bodies;  ///< of the first overlays
+  Value tool;              ///< parameters of the first hand's instrument; empty: it has none
 };
 
 /// Starts and joins the edit thread, and those of longer work; the servo never waits for them. Drawing
@@ -88,6 +91,7 @@ class LiveSession {
   void consume(const haptics::ServoRecord& record);
   Outcome carry_out(const Command& command, bool may_begin = true);
   void note(const Outcome& outcome);  // with lock_ held
+  void show(const Outcome& outcome, bool is_command);
   void take_work();
   void begin(const PendingJob& job);
 
@@ -104,7 +108,8 @@ class LiveSession {
   std::vector<std::pair<std::size_t, glm::dvec3>> landings_;
   std::vector<std::promise<std::shared_ptr<const OperationState>>> snapshots_;  ///< that are waited for
   bool is_running_ = false;                                                     ///< the edit thread answers
-  std::atomic<bool> is_stopping_{false}, wants_reset_{false};
+  std::atomic<bool> is_stopping_{false}, wants_reset_{false}, is_looked_at_{false};
+  bool has_new_overlays_ = true;  ///< of the edit thread
   std::thread thread_;
 
   Background fields_, jobs_;    ///< threads that edits never wait for

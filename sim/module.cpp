@@ -5,6 +5,7 @@ namespace trephine::sim {
 volume::Status Module::allows(const Command&, const OperationState&) const { return std::nullopt; }
 void Module::apply(const Command&, ModuleWork&) const {}
 void Module::react(const Event&, ModuleState&) const {}
+Overlays Module::overlays(const OperationState&) const { return {}; }
 std::vector<Measure> Module::measures(const OperationState&) const { return {}; }
 
 }  // namespace trephine::sim

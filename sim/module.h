@@ -6,6 +6,7 @@
 
 #include "sim/command.h"
 #include "sim/operation_state.h"
+#include "sim/overlay.h"
 
 namespace trephine::sim {
 
@@ -100,6 +101,8 @@ class Module {
   /// Something happened, in whatever module. Changes its own state only.
   virtual void react(const Event& event, ModuleState& state) const;
   virtual std::vector<Measure> measures(const OperationState& now) const;
+  /// What a view should show of its state, in the world; at most 0.2 ms. Asked only while somebody looks.
+  virtual Overlays overlays(const OperationState& now) const;
 };
 
 }  // namespace trephine::sim

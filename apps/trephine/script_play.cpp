@@ -5,7 +5,7 @@
 #include <glm/geometric.hpp>
 
 #include "apps/trephine/outputs.h"
-#include "apps/view/operation_picture.h"
+#include "apps/view/viewport.h"
 #include "apps/view/render_window.h"
 #include "apps/view/tool_look.h"
 #include "data-tools/atomic_file.h"
@@ -48,6 +48,7 @@ class ScriptPictures {
                             from_);
     else
       picture_->view().show(view::StylusLook{.is_visible = false});
+    picture_->show(moment.engine.overlays(), moment.hands);
     picture_->show_text(caption, "");
     picture_->draw();
     Status error = view::write_png(surface_->window(), (fs::path(folder_) / wish.file).string());
@@ -75,7 +76,7 @@ class ScriptPictures {
   const workbench::ScriptRun* run_;
   std::string folder_;
   std::unique_ptr<view::DrawSurface> surface_;
-  std::optional<view::OperationPicture> picture_;  // goes before its surface
+  std::optional<view::Viewport> picture_;  // goes before its surface
   dvec3 from_{0.0};
   double seconds_ = 0;
 };

@@ -76,6 +76,7 @@ struct BoneView::Parts {
   vtkNew<vtkRenderer> renderer;  // the bone, and in pictures everything
   vtkNew<vtkRenderer> front;     // live: what is drawn on top of the kept picture
   std::unique_ptr<BoneLayer> bone;
+  std::unique_ptr<OverlayLayer> overlays;
   vtkSmartPointer<vtkActor> burr, shaft, grip, proxy, arrow, leash, ring;
   vtkNew<vtkLineSource> leash_line;
   vtkNew<vtkTextActor> corner, foot;
@@ -96,6 +97,7 @@ BoneView::BoneView(vtkRenderWindow* window, bool is_live) : parts_(std::make_uni
   }
   p.bone = std::make_unique<BoneLayer>(window, p.renderer, p.front, is_live);
   vtkRenderer* on_top = is_live ? p.front.Get() : p.renderer.Get();
+  p.overlays = std::make_unique<OverlayLayer>(on_top);
   p.renderer->SetBackground(0.10, 0.12, 0.16);
   p.renderer->SetBackground2(0.30, 0.34, 0.40);
   p.renderer->GradientBackgroundOn();
@@ -189,6 +191,7 @@ BoneView::~BoneView() = default;
 
 vtkRenderer* BoneView::renderer() { return parts_->renderer; }
 BoneLayer& BoneView::bone() { return *parts_->bone; }
+OverlayLayer& BoneView::overlays() { return *parts_->overlays; }
 const BoneLayer& BoneView::bone() const { return *parts_->bone; }
 
 void BoneView::show(const StylusLook& s) {

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "apps/view/bone_layer.h"
+#include "apps/view/overlay_layer.h"
 
 class vtkRenderer;
 class vtkRenderWindow;
@@ -41,6 +42,7 @@ class BoneView {
   BoneLayer& bone();
   const BoneLayer& bone() const;
   void show(const StylusLook& stylus);
+  OverlayLayer& overlays();
   /// Lines of text in the upper left corner, and one below in the middle.
   void show_text(const std::string& corner, const std::string& foot);
   /// Camera `distance` mm from `target` along `from` (unit), `up` upward.

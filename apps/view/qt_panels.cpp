@@ -62,6 +62,7 @@ void HelpOverlay::paintEvent(QPaintEvent*) {
       {"Ctrl + wheel", "nearer, farther"},
       {"+  and  -", "a larger, a smaller burr"},
       {"Ctrl+Z, Ctrl+Y  (U, Y)", "undo, redo a stroke"},
+      {"Ctrl+F,  T", "free what was cut off; take the touched piece, or put it down"},
       {"A P L R S I,  0", "see it from the front, back, left, right, above, below; all of it"},
       {"C", "cut the picture open"},
       {"F", "force on again after a fault"},

@@ -99,7 +99,7 @@ MainWindow::MainWindow(std::shared_ptr<const haptics::TouchScene> scene, const W
 MainWindow::~MainWindow() {
   timer_.stop();
   *opening_.is_cancelled = true;
-  if (is_opening()) opening_.result.wait();
+  if (opening_.result.valid()) opening_.result.wait();
   operation_.reset();  // while the canvas that it draws on lives
   replay_.reset();
 }
@@ -116,19 +116,19 @@ void MainWindow::begin(std::shared_ptr<const haptics::TouchScene> scene) {
   vtkNew<vtkGenericOpenGLRenderWindow> window;
   canvas_->setRenderWindow(window);
   setCentralWidget(canvas_);
-  OperationPicture* drawn = nullptr;
+  Viewport* drawn = nullptr;
   if (options_.replay) {
-    replay_ = std::make_unique<ReplayOperation>(*scene_, *options_.replay, options_.rate_hz,
-                                                options_.replay_seconds, window);
+    replay_ = std::make_unique<ReplayController>(*scene_, *options_.replay, options_.rate_hz,
+                                                 options_.replay_seconds, window);
     replay_->start();
-    drawn = &replay_->picture();
+    drawn = &replay_->viewport();
   } else {
-    operation_ = std::make_unique<LiveOperation>(*scene_, options_, window);
+    operation_ = std::make_unique<OperationController>(*scene_, options_, window);
     shown_tool_ = operation_->tool();
     tool_->show(shown_tool_);
     fit_panel();
     if (const Status error = operation_->start()) tell(*error);
-    drawn = &operation_->picture();
+    drawn = &operation_->viewport();
   }
   drawn->look_from(0);
   vtkNew<StylusStyle> style;
@@ -152,8 +152,8 @@ void MainWindow::begin(std::shared_ptr<const haptics::TouchScene> scene) {
   forget_preview();
 }
 
-OperationPicture* MainWindow::picture() {
-  return operation_ ? &operation_->picture() : replay_ ? &replay_->picture() : nullptr;
+Viewport* MainWindow::viewport() {
+  return operation_ ? &operation_->viewport() : replay_ ? &replay_->viewport() : nullptr;
 }
 
 std::shared_ptr<const volume::Version> MainWindow::version() const {
@@ -181,6 +181,9 @@ void MainWindow::keyPressEvent(QKeyEvent* event) {
     case Qt::Key_F:
       if (operation_) operation_->reset_faults();
       return;
+    case Qt::Key_T:
+      if (operation_ && !operation_->take_or_put_down()) say("Touch a piece to take it.");
+      return;
     case Qt::Key_C:
       clip_->setCurrentIndex(clip_->currentIndex() == 0 ? clip_->count() - 1 : 0);
       return;
@@ -201,10 +204,10 @@ void MainWindow::keyPressEvent(QKeyEvent* event) {
     case Qt::Key_R:
     case Qt::Key_S:
     case Qt::Key_I:
-      picture()->look_from(static_cast<char>(event->key()));
+      viewport()->look_from(static_cast<char>(event->key()));
       return;
     case Qt::Key_0:
-      picture()->look_from(0);
+      viewport()->look_from(0);
       return;
     default:
       QMainWindow::keyPressEvent(event);
@@ -253,7 +256,7 @@ void MainWindow::set_clip() {
   using Axis = ClipChoice::Axis;
   constexpr Axis axes[] = {Axis::none, Axis::left, Axis::back, Axis::up, Axis::view};
   clip_share_->setEnabled(clip_->currentIndex() > 0);
-  picture()->set_clip({axes[clip_->currentIndex()], 0.01 * clip_share_->value()});
+  viewport()->set_clip({axes[clip_->currentIndex()], 0.01 * clip_share_->value()});
 }
 
 void MainWindow::preview_shape() {
@@ -268,7 +271,7 @@ void MainWindow::preview_shape() {
        std::make_shared<const volume::Occupancy>(volume::Occupancy::build(*scene_->base, shape)),
        {},
        haptics::Side::front});
-  picture()->preview(std::move(shown), version());
+  viewport()->preview(std::move(shown), version());
   is_previewing_ = true;
   use_shape_->setEnabled(true);
   keep_shape_->setEnabled(true);
@@ -291,6 +294,7 @@ void MainWindow::tell(const Error& error) {
 // ---- the frame ------------------------------------------------------------------------------------------
 
 void MainWindow::tick() {
+  if (stage_.stage() == WindowStage::Stage::closing) return;
   if ((options_.seconds && seconds_since(opened_at_) > *options_.seconds) || options_.wants_to_end()) {
     QApplication::closeAllWindows();  // dialogs too
     return;
@@ -313,11 +317,19 @@ void MainWindow::tick() {
       tell(*error);
     }
   }
-  if (!has_first_frame_ && picture()->triangle_count() > 0) {
+  if (!has_first_frame_ && viewport()->triangle_count() > 0) {
     has_first_frame_ = true;
     report_.first_frame_seconds = seconds_since(opened_at_);
   }
   show_state();
+}
+
+/// In the status line, for a while.
+void MainWindow::say(const QString& text) {
+  notice_->setText(text);
+  QTimer::singleShot(std::chrono::seconds(10), notice_, [notice = notice_, text] {
+    if (notice->text() == text) notice->clear();
+  });
 }
 
 void MainWindow::show_state() {
@@ -344,9 +356,7 @@ void MainWindow::show_state() {
       fit_panel();
     }
     if (!refused.empty()) {
-      notice_->setText("not done: " +
-                       QString::fromStdString(refused).trimmed().replace('\n', "; ").simplified());
-      QTimer::singleShot(std::chrono::seconds(10), notice_, &QLabel::clear);
+      say("not done: " + QString::fromStdString(refused).trimmed().replace('\n', "; ").simplified());
     }
     const haptics::ServoReport servo = operation_->servo();
     servo_->setText(QString("servo %1 Hz   step %2 \u00b5s   late %3 \u00b5s")
@@ -374,7 +384,7 @@ void MainWindow::show_state() {
 
 WindowReport MainWindow::finish() {
   timer_.stop();
-  if (operation_) {
+  if (stage_.close() && operation_) {
     const double first = report_.first_frame_seconds;
     report_ = operation_->finish();
     report_.window = "qt";

@@ -8,12 +8,13 @@
 #include <future>
 #include <memory>
 
-#include "apps/view/live_operation.h"
+#include "apps/view/operation_controller.h"
 #include "apps/view/qt_panels.h"
 #include "apps/view/qt_sound.h"
 #include "apps/view/qt_tool_panel.h"
-#include "apps/view/replay_operation.h"
+#include "apps/view/replay_controller.h"
 #include "apps/view/view_window.h"
+#include "apps/view/window_stage.h"
 
 class QCheckBox;
 class QComboBox;
@@ -46,10 +47,10 @@ class MainWindow : public QMainWindow {
   void scale_text(double factor);
 
   /// Null in a replay, and the other way round.
-  LiveOperation* operation() noexcept { return operation_.get(); }
-  ReplayOperation* replay() noexcept { return replay_.get(); }
+  OperationController* operation() noexcept { return operation_.get(); }
+  ReplayController* replay() noexcept { return replay_.get(); }
   QVTKOpenGLNativeWidget* canvas() noexcept { return canvas_; }
-  bool is_opening() const { return opening_.result.valid(); }
+  bool is_opening() const { return stage_.is_opening(); }
   /// What is being opened is given up, as soon as its reading can be.
   void cancel_opening();
   /// Ends the operation and says what happened in the window.
@@ -68,7 +69,9 @@ class MainWindow : public QMainWindow {
  private:
   void build_menu();
   void build_command_menu();
+  void build_pieces_menu();
   void ask_and_tell(const sim::ValueType& type);
+  void say(const QString& text);
   void build_panel();
   void build_replay_panel();
   void fit_panel();
@@ -87,14 +90,14 @@ class MainWindow : public QMainWindow {
   void ask_path_and_save(const char* title, const char* suggestion, const char* filter,
                          volume::Status (MainWindow::*save)(const QString&));
   std::shared_ptr<const volume::Version> version() const;
-  OperationPicture* picture();
+  Viewport* viewport();
 
   WindowOptions options_;
   std::shared_ptr<const haptics::TouchScene> scene_;
   std::unique_ptr<sim::SessionWriter> recorder_;  ///< of a scan opened from here
   QVTKOpenGLNativeWidget* canvas_ = nullptr;
-  std::unique_ptr<LiveOperation> operation_;
-  std::unique_ptr<ReplayOperation> replay_;
+  std::unique_ptr<OperationController> operation_;
+  std::unique_ptr<ReplayController> replay_;
   /// A scan that is being opened, on a thread of its own.
   struct Opening {
     std::shared_ptr<std::atomic<double>> share = std::make_shared<std::atomic<double>>(0);
@@ -103,7 +106,7 @@ class MainWindow : public QMainWindow {
     WindowHost::Listener listener() const;
   };
   Opening opening_;
-  int asking_ = 0;  ///< dialogs that wait for an answer: nothing is put in place of the operation meanwhile
+  WindowStage stage_;
   DrillSound sound_;
   WindowReport report_;
   bool has_first_frame_ = false, is_sound_on_ = false, is_previewing_ = false;

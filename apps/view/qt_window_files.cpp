@@ -26,16 +26,15 @@ using volume::Status;
 // ---- opening --------------------------------------------------------------------------------------------
 
 void MainWindow::use_shape() {
-  if (is_opening()) return notice_->setText("One thing at a time: something is being opened.");
+  if (is_opening()) return say("One thing at a time: something is being opened.");
   const double low = low_->value();
   const double high =
       high_->value() < high_->maximum() ? high_->value() : std::numeric_limits<double>::infinity();
   if (operation_->state().removed_mm3 > 0) {
-    ++asking_;
+    const WindowStage::Dialog dialog(stage_);
     const auto answer = QMessageBox::question(this, "trephine",
                                               "The new shape starts from the untouched scan. What was done "
                                               "so far stays in its session file. Go on?");
-    --asking_;
     if (answer != QMessageBox::Yes) return;
   }
   open_by([reshape = options_.host.reshape, low, high](const WindowHost::Listener& listener) {
@@ -45,7 +44,6 @@ void MainWindow::use_shape() {
 
 void MainWindow::open_source(const QString& source) {
   if (!options_.host.open) return;
-  if (is_opening()) return notice_->setText("One thing at a time: something is being opened.");
   open_by([open = options_.host.open, path = source.toStdString()](const WindowHost::Listener& listener) {
     return open(path, listener);
   });
@@ -62,6 +60,7 @@ WindowHost::Listener MainWindow::Opening::listener() const {
 }
 
 void MainWindow::open_by(std::function<volume::Result<OpenedScene>(const WindowHost::Listener&)> open) {
+  if (!stage_.open()) return say("One thing at a time: something is being opened.");
   notice_->setText("opening ...");
   opening_ = Opening();
   opening_.result = std::async(std::launch::async, [open = std::move(open), listener = opening_.listener()] {
@@ -73,6 +72,7 @@ void MainWindow::open_by(std::function<volume::Result<OpenedScene>(const WindowH
 }
 
 void MainWindow::cancel_opening() {
+  if (!stage_.give_up()) return;
   *opening_.is_cancelled = true;
   notice_->setText("giving it up ...");
 }
@@ -81,12 +81,13 @@ void MainWindow::cancel_opening() {
 void MainWindow::take_opened() {
   if (!is_opening()) return;
   opening_bar_->setValue(static_cast<int>(100 * *opening_.share));
-  if (asking_ > 0 || opening_.result.wait_for(std::chrono::seconds(0)) != std::future_status::ready) return;
+  if (!stage_.may_replace() || opening_.result.wait_for(std::chrono::seconds(0)) != std::future_status::ready)
+    return;
   volume::Result<OpenedScene> opened = opening_.result.get();
   opening_bar_->hide();
   cancel_->hide();
   notice_->clear();
-  if (*opening_.is_cancelled) return notice_->setText("not opened");
+  if (!stage_.opened()) return say("not opened");
   if (!opened) return tell(opened.error());
   OpenedScene& o = opened.value();
   if (operation_)
@@ -110,15 +111,17 @@ std::shared_ptr<const volume::Version> MainWindow::frozen() {
 void MainWindow::ask_path_and_save(const char* title, const char* suggestion, const char* filter,
                                    Status (MainWindow::*save)(const QString&)) {
   if (operation_) operation_->press(false);
-  ++asking_;
-  const QString path = QFileDialog::getSaveFileName(this, title, suggestion, filter);
-  --asking_;
+  QString path;
+  {
+    const WindowStage::Dialog dialog(stage_);
+    path = QFileDialog::getSaveFileName(this, title, suggestion, filter);
+  }
   if (path.isEmpty()) return;
   QApplication::setOverrideCursor(Qt::WaitCursor);
   const Status error = (this->*save)(path);
   QApplication::restoreOverrideCursor();
   if (error) return tell(*error);
-  notice_->setText("saved " + path.section('/', -1));
+  say("saved " + path.section('/', -1));
 }
 
 Status MainWindow::save_volume(const QString& path) {

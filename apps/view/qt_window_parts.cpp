@@ -95,7 +95,7 @@ void MainWindow::build_panel() {
     const char side = sides[i].first;
     auto* button = make_button(QString("view_%1").arg(side).toLatin1(),
                                QString("%1  %2").arg(side).arg(sides[i].second), "");
-    connect(button, &QPushButton::clicked, this, [this, side] { picture()->look_from(side); });
+    connect(button, &QPushButton::clicked, this, [this, side] { viewport()->look_from(side); });
     views->addWidget(button, i / 2, i % 2);
   }
   clip_ = new QComboBox;
@@ -130,7 +130,7 @@ void MainWindow::build_panel() {
   keep_shape_ = make_button("keep_shape", "Back", "Show the shape that is operated on");
   connect(use_shape_, &QPushButton::clicked, this, &MainWindow::use_shape);
   connect(keep_shape_, &QPushButton::clicked, this, [this] {
-    picture()->preview(nullptr, version());
+    viewport()->preview(nullptr, version());
     const volume::Shape& now = scene_->items[0].field.shape();
     for (QDoubleSpinBox* box : {low_, high_}) {
       const QSignalBlocker quiet(box);
@@ -250,15 +250,16 @@ void MainWindow::build_menu() {
   redo_action_ = add(edit, "redo_action", "&Redo it", QKeySequence("Ctrl+Y"), [this] { operation_->redo(); });
   redo_action_->setShortcuts({QKeySequence("Ctrl+Y"), QKeySequence("Ctrl+Shift+Z")});
   QMenu* view = menuBar()->addMenu("&View");
-  add(view, "view_all", "&All of it", {}, [this] { picture()->look_from(0); });
+  add(view, "view_all", "&All of it", {}, [this] { viewport()->look_from(0); });
   add(view, "larger_text", "&Larger text", QKeySequence::ZoomIn, [this] { scale_text(1.15); });
   add(view, "smaller_text", "S&maller text", QKeySequence::ZoomOut, [this] { scale_text(1 / 1.15); });
   QAction* sound = add(view, "sound", "&Sound of contact and drill", {}, [this](bool is_on) {
     is_sound_on_ = is_on && sound_.start();
     if (!is_on) sound_.stop();
-    if (is_on && !is_sound_on_) notice_->setText("There is no sound device.");
+    if (is_on && !is_sound_on_) say("There is no sound device.");
   });
   sound->setCheckable(true);
+  build_pieces_menu();
   build_command_menu();
   QMenu* help = menuBar()->addMenu("&Help");
   add(help, "help", "&Keys and mouse", QKeySequence("F1"), [this] {
@@ -271,6 +272,26 @@ void MainWindow::build_menu() {
         this, "trephine",
         "Surgery on real CT and MRI volumes that you can feel.\nFor training and research. Not a medical "
         "device.\nLicence: Apache-2.0");
+  });
+}
+
+/// What came off the bone.
+void MainWindow::build_pieces_menu() {
+  if (options_.replay) return;
+  QMenu* menu = menuBar()->addMenu("&Pieces");
+  const auto add = [&](const char* name, const QString& text, const QKeySequence& keys, auto action) {
+    QAction* made = menu->addAction(text);
+    made->setObjectName(name);
+    if (!keys.isEmpty()) made->setShortcut(keys);
+    connect(made, &QAction::triggered, this, [this, action] {
+      if (operation_) action(*operation_);
+    });
+  };
+  add("free_pieces", "&Free what was cut off", QKeySequence("Ctrl+F"),
+      [](OperationController& operation) { operation.free_pieces(); });
+  // Its key is one of those without Ctrl, which the window reads itself.
+  add("take_piece", "&Take the touched piece, or put it down\tT", {}, [this](OperationController& operation) {
+    if (!operation.take_or_put_down()) say("Touch a piece to take it.");
   });
 }
 
@@ -305,9 +326,8 @@ void MainWindow::ask_and_tell(const sim::ValueType& type) {
     connect(buttons, &QDialogButtonBox::accepted, &dialog, &QDialog::accept);
     connect(buttons, &QDialogButtonBox::rejected, &dialog, &QDialog::reject);
     if (operation_) operation_->press(false);
-    ++asking_;
+    const WindowStage::Dialog asked(stage_);
     const int answer = dialog.exec();
-    --asking_;
     if (answer != QDialog::Accepted) return;
     what = form->value();
   }

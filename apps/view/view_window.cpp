@@ -10,7 +10,7 @@
 #include <vtkRenderWindowInteractor.h>
 #include <vtkRenderer.h>
 
-#include "apps/view/live_operation.h"
+#include "apps/view/operation_controller.h"
 #include "apps/view/render_window.h"
 #include "apps/view/stylus_style.h"
 #include "apps/view/tool_look.h"
@@ -30,7 +30,7 @@ Result<WindowReport> draw_once(const haptics::TouchScene& scene, const WindowOpt
   const auto start = Clock::now();
   auto surface = make_offscreen(1200, 900);
   if (!surface) return surface.error();
-  OperationPicture picture(scene, surface.value()->window(), false);
+  Viewport picture(scene, surface.value()->window(), false);
   const auto version = options.version ? options.version : haptics::untouched(scene);
   picture.request_all(version);
   picture.wait();
@@ -57,12 +57,12 @@ Result<WindowReport> draw_once(const haptics::TouchScene& scene, const WindowOpt
   return report;
 }
 
-void change_tool(LiveOperation& operation, int steps) {
+void change_tool(OperationController& operation, int steps) {
   sim::Value tool = operation.tool();
   if (step_first_number(tool, steps)) operation.apply(std::move(tool));
 }
 
-void act(LiveOperation& operation, const std::string& key, bool has_control,
+void act(OperationController& operation, const std::string& key, bool has_control,
          vtkRenderWindowInteractor* interactor) {
   if ((has_control && key == "z") || key == "u")
     operation.undo();
@@ -77,12 +77,12 @@ void act(LiveOperation& operation, const std::string& key, bool has_control,
   else if (key == "plus" || key == "minus")
     change_tool(operation, key == "plus" ? 1 : -1);
   else if (key.size() == 1 && std::string("aplrsiAPLRSI").find(key[0]) != std::string::npos)
-    operation.picture().look_from(static_cast<char>(std::toupper(key[0])));
+    operation.viewport().look_from(static_cast<char>(std::toupper(key[0])));
   else if (key == "0")
-    operation.picture().look_from(0);
+    operation.viewport().look_from(0);
 }
 
-std::string status_text(const LiveOperation& operation, double rate_hz) {
+std::string status_text(const OperationController& operation, double rate_hz) {
   const sim::LiveState& s = operation.state();
   char text[400];
   std::snprintf(
@@ -102,15 +102,15 @@ Result<WindowReport> run_plain_window(const haptics::TouchScene& scene, const Wi
   vtkNew<vtkRenderWindow> window;
   window->SetSize(static_cast<int>(options.width), static_cast<int>(options.height));
   window->SetWindowName(options.title.c_str());
-  LiveOperation operation(scene, options, window);
+  OperationController operation(scene, options, window);
   if (volume::Status error = operation.start()) return *error;
-  operation.picture().look_from(0);
+  operation.viewport().look_from(0);
 
   vtkNew<vtkRenderWindowInteractor> interactor;
   vtkNew<StylusStyle> style;
   interactor->SetRenderWindow(window);
   interactor->SetInteractorStyle(style);
-  style->SetDefaultRenderer(operation.picture().view().renderer());
+  style->SetDefaultRenderer(operation.viewport().view().renderer());
   style->on_press = [&](bool is_down) { operation.press(is_down); };
   style->on_wheel = [&](int way) { operation.set_depth(operation.depth() + 0.5 * way); };
   style->on_key = [&](const std::string& key, bool has_control) {
@@ -121,7 +121,7 @@ Result<WindowReport> run_plain_window(const haptics::TouchScene& scene, const Wi
   const double first_frame = seconds_since(start);
 
   struct Loop {
-    LiveOperation* operation;
+    OperationController* operation;
     vtkRenderWindowInteractor* interactor;
     const WindowOptions* options;
     Clock::time_point started;
@@ -133,7 +133,7 @@ Result<WindowReport> run_plain_window(const haptics::TouchScene& scene, const Wi
     const int* at = l->interactor->GetEventPosition();
     const int* size = l->interactor->GetRenderWindow()->GetSize();
     l->operation->point(static_cast<double>(at[0]) / size[0], static_cast<double>(at[1]) / size[1]);
-    l->operation->picture().show_text(
+    l->operation->viewport().show_text(
         status_text(*l->operation, l->options->rate_hz),
         size[0] < 900 ? "left: drill   wheel: depth   right: turn   u: undo   y: redo   q: quit"
                       : "left: press and drill   wheel: depth   right: turn   middle: move   Ctrl+wheel: "
@@ -152,7 +152,7 @@ Result<WindowReport> run_plain_window(const haptics::TouchScene& scene, const Wi
   report.window = "plain";
   report.first_frame_seconds = first_frame;
   if (!options.screenshot.empty()) {
-    operation.picture().view().bone().expose();
+    operation.viewport().view().bone().expose();
     if (volume::Status error = write_png(window, options.screenshot)) return *error;
   }
   return report;

@@ -21,7 +21,7 @@ TEST_F(Window, OffersWhateverTheCatalogueHas) {
   MainWindow window(scene_, options_);
   window.show();
   ASSERT_TRUE(QTest::qWaitForWindowExposed(&window));
-  ASSERT_TRUE(QTest::qWaitFor([&] { return window.operation()->picture().triangle_count() > 1000; }, 10000));
+  ASSERT_TRUE(QTest::qWaitFor([&] { return window.operation()->viewport().triangle_count() > 1000; }, 10000));
   auto* which = child<QComboBox>(window, "instrument");
   EXPECT_TRUE(which->isVisible());
   EXPECT_EQ(which->currentText(), "Burr");
@@ -48,6 +48,10 @@ TEST_F(Window, OffersWhateverTheCatalogueHas) {
   EXPECT_TRUE(QTest::qWaitFor([&] { return window.operation()->state().removed_mm3 > 5; }, 20000));
   keep(window, "eraser");
   QTest::mouseRelease(window.canvas(), Qt::LeftButton, {}, middle);
+  // The flag that it plants: a line and a label.
+  EXPECT_TRUE(QTest::qWaitFor([&] { return window.operation()->viewport().overlay_count() == 2; }, 5000));
+  QTest::qWait(100);
+  keep(window, "flag");
 
   // Its command, told through a form.
   QTimer::singleShot(400, [] {

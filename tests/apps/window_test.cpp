@@ -9,7 +9,7 @@ TEST_F(Window, DrillsNothingOnceItIsNoLongerInFront) {
   MainWindow window(scene_, options_);
   window.show();
   ASSERT_TRUE(QTest::qWaitForWindowExposed(&window));
-  ASSERT_TRUE(QTest::qWaitFor([&] { return window.operation()->picture().triangle_count() > 1000; }, 10000));
+  ASSERT_TRUE(QTest::qWaitFor([&] { return window.operation()->viewport().triangle_count() > 1000; }, 10000));
   const QPoint middle = window.canvas()->rect().center();
   for (const bool is_key : {true, false}) {
     QTest::mouseMove(window.canvas(), middle + QPoint(1, 0));  // from where it is, it would be no move
@@ -42,8 +42,8 @@ TEST_F(Window, TouchDrillUndoSaveAndQuit) {
     ASSERT_TRUE(QTest::qWaitForWindowExposed(&window));
     ASSERT_TRUE(QTest::qWaitFor(
         [&] {
-          return window.operation()->picture().is_complete() &&
-                 window.operation()->picture().triangle_count() > 1000;
+          return window.operation()->viewport().is_complete() &&
+                 window.operation()->viewport().triangle_count() > 1000;
         },
         10000));
     const QPoint middle = window.canvas()->rect().center();
@@ -84,7 +84,7 @@ TEST_F(Window, TouchDrillUndoSaveAndQuit) {
       QTest::mouseClick(child<QPushButton>(window, view), Qt::LeftButton);
     QTest::keyClick(&window, Qt::Key_0);
     QTest::keyClick(&window, Qt::Key_C);
-    EXPECT_EQ(window.operation()->picture().clip().axis, ClipChoice::Axis::view);
+    EXPECT_EQ(window.operation()->viewport().clip().axis, ClipChoice::Axis::view);
     QTest::qWait(400);
     keep(window, "open");
     QTest::keyClick(&window, Qt::Key_C);
@@ -214,14 +214,14 @@ TEST_F(Window, OpensOthersShowsErrorsAndTakesAnotherShape) {
   QApplication::sendEvent(&window, &drop);
   ASSERT_TRUE(wait_opened());
   EXPECT_TRUE(QTest::qWaitFor([&] { return window.windowTitle().startsWith("another ball"); }, 20000));
-  EXPECT_TRUE(QTest::qWaitFor([&] { return window.operation()->picture().triangle_count() > 500; }, 20000));
+  EXPECT_TRUE(QTest::qWaitFor([&] { return window.operation()->viewport().triangle_count() > 500; }, 20000));
 
   // Another window of intensities: seen at once, used when wanted.
-  const std::size_t before = window.operation()->picture().triangle_count();
+  const std::size_t before = window.operation()->viewport().triangle_count();
   child<QDoubleSpinBox>(window, "low")->setValue(1500);
   EXPECT_TRUE(QTest::qWaitFor(
       [&] {
-        const std::size_t now = window.operation()->picture().triangle_count();
+        const std::size_t now = window.operation()->viewport().triangle_count();
         return now != before && now > 100;
       },
       3000));
@@ -229,7 +229,7 @@ TEST_F(Window, OpensOthersShowsErrorsAndTakesAnotherShape) {
   QTest::mouseClick(child<QPushButton>(window, "keep_shape"), Qt::LeftButton);
   EXPECT_EQ(child<QDoubleSpinBox>(window, "low")->value(), 300);
   EXPECT_TRUE(
-      QTest::qWaitFor([&] { return window.operation()->picture().triangle_count() == before; }, 20000));
+      QTest::qWaitFor([&] { return window.operation()->viewport().triangle_count() == before; }, 20000));
   child<QDoubleSpinBox>(window, "low")->setValue(1200);
   QTest::qWait(200);
   QTest::mouseClick(child<QPushButton>(window, "use_shape"), Qt::LeftButton);
@@ -296,7 +296,7 @@ TEST_F(Window, FramesCostWhatChangedInThem) {
   MainWindow window(scene_, options_);
   window.show();
   ASSERT_TRUE(QTest::qWaitForWindowExposed(&window));
-  OperationPicture& picture = window.operation()->picture();
+  Viewport& picture = window.operation()->viewport();
   ASSERT_TRUE(
       QTest::qWaitFor([&] { return picture.is_complete() && picture.triangle_count() > 50000; }, 15000));
   // At rest nothing of the bone is sent again; the picture is the same as one drawn as a whole.

@@ -50,6 +50,12 @@ TEST(Eraser, ErasesTellsCountsUndoesAndOpensAnywhere) {
     EXPECT_NEAR(events[0].what.as<Erased>()->amount, first, 1e-6);
     EXPECT_EQ(run.engine().measures().back().name, "erased");
 
+    // What a view shows: a flag where the newest stroke ended.
+    const Overlays shown = run.engine().overlays();
+    ASSERT_EQ(shown.size(), 1u);
+    EXPECT_NEAR(shown[0].place.position_world.y, 3, 1e-9);
+    EXPECT_TRUE(shown[0].labels.at(0).text.ends_with("mm3 erased"));
+
     // The limit is a setting: undo leaves it, and takes the strokes back.
     EXPECT_FALSE(run.apply(LimitEraser{first + 1}).refused);
     EXPECT_TRUE(run.apply(Eraser{3}).refused);

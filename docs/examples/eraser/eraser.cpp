@@ -62,7 +62,8 @@ const sim::Schema& Erased::schema() {
   return table;
 }
 const sim::Schema& EraserTotal::schema() {
-  static constexpr sim::Field fields[] = {field<&EraserTotal::amount>("amount", {.unit = "mm3"})};
+  static constexpr sim::Field fields[] = {field<&EraserTotal::amount>("amount", {.unit = "mm3"}),
+                                          field<&EraserTotal::at>("at", {.unit = "mm"})};
   static constexpr sim::Schema table{"eraser-total", 1, fields};
   return table;
 }
@@ -100,8 +101,22 @@ void EraserModule::apply(const sim::Command& command, sim::ModuleWork& work) con
 }
 
 void EraserModule::react(const sim::Event& event, sim::ModuleState& state) const {
-  if (const auto* erased = event.what.as<Erased>())
-    state.change_world<EraserTotal>().amount += erased->amount;
+  const auto* erased = event.what.as<Erased>();
+  if (!erased) return;
+  auto& total = state.change_world<EraserTotal>();
+  total.amount += erased->amount;
+  total.at = event.place_world;
+}
+
+/// A flag where it was used last. Data alone: any view can draw it.
+sim::Overlays EraserModule::overlays(const sim::OperationState& now) const {
+  const auto& total = *now.world_of<EraserTotal>();
+  if (total.amount == 0) return {};
+  sim::Overlay flag;
+  flag.place.position_world = total.at;
+  flag.lines = {{glm::dvec3(0, 0, 0), glm::dvec3(0, 0, 12)}};
+  flag.labels = {{{0, 0, 12}, std::to_string(static_cast<int>(total.amount)) + " mm3 erased"}};
+  return {flag};
 }
 
 std::vector<sim::Measure> EraserModule::measures(const sim::OperationState& now) const {

@@ -26,7 +26,8 @@ struct Erased {
 
 /// State: of the world, so undo takes it back ...
 struct EraserTotal {
-  double amount = 0;  ///< mm3, by all strokes
+  double amount = 0;   ///< mm3, by all strokes
+  glm::dvec3 at{0.0};  ///< mm, world: where the newest one ended
   static const sim::Schema& schema();
 };
 /// ... and of the settings, which it leaves.
@@ -48,6 +49,7 @@ class EraserModule final : public sim::Module {
   void apply(const sim::Command& command, sim::ModuleWork& work) const override;
   void react(const sim::Event& event, sim::ModuleState& state) const override;
   std::vector<sim::Measure> measures(const sim::OperationState& now) const override;
+  sim::Overlays overlays(const sim::OperationState& now) const override;
 };
 
 }  // namespace trephine::eraser

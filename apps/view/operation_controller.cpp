@@ -1,4 +1,4 @@
-#include "apps/view/live_operation.h"
+#include "apps/view/operation_controller.h"
 
 #include <algorithm>
 #include <glm/geometric.hpp>
@@ -23,12 +23,12 @@ haptics::ServoOptions servo_options(const WindowOptions& options) {
 
 }  // namespace
 
-LiveOperation::LiveOperation(const haptics::TouchScene& scene, const WindowOptions& options,
-                             vtkRenderWindow* window)
+OperationController::OperationController(const haptics::TouchScene& scene, const WindowOptions& options,
+                                         vtkRenderWindow* window)
     : scene_(&scene),
       options_(options),
-      picture_(scene, window, true),
-      mouse_(picture_.outside_point()),
+      viewport_(scene, window, true),
+      mouse_(viewport_.outside_point()),
       devices_{options.device ? options.device.get() : &mouse_},
       live_(devices_, options.start->engine, servo_options(options), options.recorder,
             options.start->first_tick) {
@@ -37,16 +37,16 @@ LiveOperation::LiveOperation(const haptics::TouchScene& scene, const WindowOptio
   version_ = state_.version;
 }
 
-LiveOperation::~LiveOperation() { finish(); }
+OperationController::~OperationController() { finish(); }
 
-volume::Status LiveOperation::start() {
-  picture_.request_all(version_);
+volume::Status OperationController::start() {
+  viewport_.request_all(version_);
   if (volume::Status error = live_.start()) return error;
   is_started_ = true;
   return std::nullopt;
 }
 
-const WindowReport& LiveOperation::finish() {
+const WindowReport& OperationController::finish() {
   if (is_finished_) return report_;
   is_finished_ = true;
   live_.stop();
@@ -60,7 +60,7 @@ const WindowReport& LiveOperation::finish() {
   if (options_.recorder) report_.recording = options_.recorder->finish(live_.engine(), report_.servo.dropped);
   report_.removed_mm3 = state_.removed_mm3;
   report_.strokes = state_.strokes;
-  report_.triangles = picture_.triangle_count();
+  report_.triangles = viewport_.triangle_count();
   report_.frame_p50_ms = volume::percentile_of(frame_ms_, 50),
   report_.frame_p99_ms = volume::percentile_of(frame_ms_, 99);
   report_.drilling_frames = static_cast<int>(drilling_ms_.size());
@@ -69,9 +69,9 @@ const WindowReport& LiveOperation::finish() {
   return report_;
 }
 
-void LiveOperation::set_depth(double mm) { depth_mm_ = std::clamp(mm, 0.5, 12.0); }
+void OperationController::set_depth(double mm) { depth_mm_ = std::clamp(mm, 0.5, 12.0); }
 
-std::string LiveOperation::fault_text() const {
+std::string OperationController::fault_text() const {
   const std::uint32_t faults = state_.newest.faults & haptics::k_latched_faults;
   if (faults == 0) {
     for (std::size_t s = 0; s < state_.watches.size(); ++s)
@@ -87,27 +87,42 @@ std::string LiveOperation::fault_text() const {
   return "The force is off: " + why + ". Press F to go on.";
 }
 
-void LiveOperation::frame() {
+void OperationController::frame() {
   if (!options_.device) follow_cursor();
 
   // News from the other threads: the version, its changed chunks, the newest tick.
   state_ = live_.look();
   if (state_.refused) refused_ = state_.refused->message();
   version_ = state_.version;
-  picture_.request(version_, state_.changed);
-  picture_.show_stylus(state_.newest, drawn_radius(state_.tool), *version_,
-                       -picture_.ray_at(x_, y_).direction);
-  const double ms = picture_.draw();
+  viewport_.request(version_, state_.changed);
+  viewport_.show_stylus(state_.newest, drawn_radius(state_.tool), *version_,
+                        -viewport_.ray_at(x_, y_).direction);
+  const bool is_held =
+      state_.overlays && std::any_of(state_.overlays->begin(), state_.overlays->end(),
+                                     [](const sim::Overlay& one) { return one.holder >= 0; });
+  if (state_.overlays && (is_held || shown_ != state_.overlays))
+    viewport_.show(*(shown_ = state_.overlays), state_.hands);
+  const double ms = viewport_.draw();
   ++report_.frames;
   if (frame_ms_.size() < k_most_times) frame_ms_.push_back(static_cast<float>(ms));
   const bool is_cutting = state_.changed.low.x <= state_.changed.high.x && state_.newest.pose.is_pressed();
   if (is_cutting && drilling_ms_.size() < k_most_times) drilling_ms_.push_back(static_cast<float>(ms));
 }
 
-void LiveOperation::follow_cursor() {
+bool OperationController::take_or_put_down() {
+  if (state_.overlays)
+    for (const sim::Overlay& one : *state_.overlays)
+      if (one.holder == 0) return apply(sim::ReleaseBody()), true;
+  const int body = state_.newest.shape - haptics::item_count(*scene_);  // they come after what the scene has
+  if (!state_.newest.has_contact || body < 0 || body >= static_cast<int>(state_.bodies.size())) return false;
+  apply(sim::HoldBody{state_.bodies[static_cast<std::size_t>(body)]});
+  return true;
+}
+
+void OperationController::follow_cursor() {
   // The hand's wish: on the surface under the cursor, and into it while the button is down.
-  const Ray ray = picture_.ray_at(x_, y_);
-  const double hit = picture_.distance_to_solid(*version_, ray);
+  const Ray ray = viewport_.ray_at(x_, y_);
+  const double hit = viewport_.distance_to_solid(*version_, ray);
   if (hit >= 0) reach_ = hit;
   const double middle = scene_->tool_radius;  // of a round tool, above what it touches
   const double along =

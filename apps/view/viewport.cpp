@@ -1,4 +1,4 @@
-#include "apps/view/operation_picture.h"
+#include "apps/view/viewport.h"
 
 #include <algorithm>
 #include <bit>
@@ -23,7 +23,7 @@ namespace {
 constexpr int k_threads = 2;  // meshing; ordinary ones, so that servo and edits go first
 }
 
-OperationPicture::OperationPicture(const haptics::TouchScene& scene, vtkRenderWindow* window, bool is_live)
+Viewport::Viewport(const haptics::TouchScene& scene, vtkRenderWindow* window, bool is_live)
     : scene_(&scene), window_(window), view_(window, is_live) {
   worker_ = std::make_unique<ChunkWorker>(scene, k_threads);
   // The box of the solid voxels, so that the camera need not wait for the surface.
@@ -46,22 +46,22 @@ OperationPicture::OperationPicture(const haptics::TouchScene& scene, vtkRenderWi
   }
 }
 
-void OperationPicture::request_all(const std::shared_ptr<const volume::Version>& version) {
+void Viewport::request_all(const std::shared_ptr<const volume::Version>& version) {
   worker_->request_all(version);
 }
 
-void OperationPicture::request(const std::shared_ptr<const volume::Version>& version,
-                               const volume::VoxelBox& changed) {
+void Viewport::request(const std::shared_ptr<const volume::Version>& version,
+                       const volume::VoxelBox& changed) {
   if (changed.low.x <= changed.high.x) worker_->request(version, changed.low, changed.high);
 }
 
-void OperationPicture::wait() {
+void Viewport::wait() {
   worker_->finish();
   for (const ChunkMesh& mesh : worker_->take()) view_.bone().show(mesh);
 }
 
-void OperationPicture::preview(std::unique_ptr<haptics::TouchScene> shapes,
-                               const std::shared_ptr<const volume::Version>& version) {
+void Viewport::preview(std::unique_ptr<haptics::TouchScene> shapes,
+                       const std::shared_ptr<const volume::Version>& version) {
   worker_.reset();  // before the shapes that it borrows
   preview_ = std::move(shapes);
   worker_ = std::make_unique<ChunkWorker>(preview_ ? *preview_ : *scene_, k_threads);
@@ -69,7 +69,7 @@ void OperationPicture::preview(std::unique_ptr<haptics::TouchScene> shapes,
   worker_->request_all(version);
 }
 
-void OperationPicture::set_clip(const ClipChoice& choice) {
+void Viewport::set_clip(const ClipChoice& choice) {
   clip_ = choice;
   const dvec3 middle = 0.5 * (low_ + high_);
   clip_normal_ = dvec3(0);
@@ -97,7 +97,7 @@ void OperationPicture::set_clip(const ClipChoice& choice) {
   view_.bone().set_clip(clip_origin_, clip_normal_);
 }
 
-Ray OperationPicture::ray_at(double x, double y) {
+Ray Viewport::ray_at(double x, double y) {
   vtkRenderer* renderer = view_.renderer();
   const int* size = window_->GetSize();
   dvec3 ends[2];
@@ -111,7 +111,7 @@ Ray OperationPicture::ray_at(double x, double y) {
   return {ends[0], glm::normalize(ends[1] - ends[0])};
 }
 
-double OperationPicture::distance_to_solid(const volume::Version& version, const Ray& ray) const {
+double Viewport::distance_to_solid(const volume::Version& version, const Ray& ray) const {
   constexpr double k_far = 5000;
   const volume::Frame& frame = scene_->base->frame;
   // Past the plane that cuts the picture open; matter that it lies in is no surface.
@@ -138,21 +138,21 @@ double OperationPicture::distance_to_solid(const volume::Version& version, const
   return hit;
 }
 
-dvec3 OperationPicture::outside_point() const {
+dvec3 Viewport::outside_point() const {
   const volume::Volume& base = *scene_->base;
   const dvec3 low = base.frame.world_from_volume(dvec3(0)),
               high = base.frame.world_from_volume(dvec3(base.size - 1));
   return 0.5 * (low + high) + dvec3(0, 0, glm::length(high - low));
 }
 
-dvec3 OperationPicture::normal_at(const volume::Version& version, const dvec3& p_world) const {
+dvec3 Viewport::normal_at(const volume::Version& version, const dvec3& p_world) const {
   int cells = 0;
   return haptics::outward_normal(scene_->items[0], version, scene_->base->frame.volume_from_world(p_world),
                                  cells);
 }
 
-void OperationPicture::show_stylus(const haptics::ServoRecord& record, double burr_radius,
-                                   const volume::Version& version, const dvec3& toward_viewer) {
+void Viewport::show_stylus(const haptics::ServoRecord& record, double burr_radius,
+                           const volume::Version& version, const dvec3& toward_viewer) {
   StylusLook look;
   look.hip_world = record.pose.position_world;
   look.has_contact = record.has_contact;
@@ -181,13 +181,19 @@ void OperationPicture::show_stylus(const haptics::ServoRecord& record, double bu
   view_.show(look);
 }
 
-double OperationPicture::draw() {
+void Viewport::show(std::span<const sim::Overlay> overlays, std::span<const haptics::ServoRecord> hands) {
+  std::vector<haptics::Placement> places;
+  for (const haptics::ServoRecord& hand : hands) places.push_back(haptics::place_of(hand.pose));
+  view_.overlays().show(overlays, places);
+}
+
+double Viewport::draw() {
   const auto begin = Clock::now();
   for (const ChunkMesh& mesh : worker_->take()) view_.bone().show(mesh);
   view_.render();
   return 1e3 * seconds_since(begin);
 }
 
-bool OperationPicture::is_complete() const { return worker_->remaining() == 0 && view_.bone().is_complete(); }
+bool Viewport::is_complete() const { return worker_->remaining() == 0 && view_.bone().is_complete(); }
 
 }  // namespace trephine::view

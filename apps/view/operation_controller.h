@@ -6,18 +6,19 @@
 #include <vector>
 
 #include "apps/view/mouse_device.h"
-#include "apps/view/operation_picture.h"
 #include "apps/view/view_window.h"
+#include "apps/view/viewport.h"
 #include "sim/live_session.h"
 
 namespace trephine::view {
 
 /// No windowing toolkit in here: a window calls it at its own rate. One thread: the one that draws.
-class LiveOperation {
+class OperationController {
  public:
   /// Borrows scene, which is the one of options.start, recorder and window.
-  LiveOperation(const haptics::TouchScene& scene, const WindowOptions& options, vtkRenderWindow* window);
-  ~LiveOperation();
+  OperationController(const haptics::TouchScene& scene, const WindowOptions& options,
+                      vtkRenderWindow* window);
+  ~OperationController();
 
   /// Asks for the first pictures and starts servo and edits.
   volume::Status start();
@@ -39,6 +40,10 @@ class LiveOperation {
   const sim::Value& tool() const noexcept { return state_.tool; }
   /// Tells a module something, or gives the hand an instrument with these parameters.
   void apply(sim::Value what) { live_.apply(sim::Command(std::move(what), 0)); }
+  /// What came off the bone comes free.
+  void free_pieces() { apply(sim::FreePieces()); }
+  /// Puts down what the hand holds, or takes the piece that it touches. False: there is none.
+  bool take_or_put_down();
   void undo() { live_.undo(); }
   void redo() { live_.redo(); }
   void reset_faults() { live_.reset_faults(); }
@@ -51,7 +56,7 @@ class LiveOperation {
   std::string fault_text() const;
   /// Why the newest command was refused, once; empty when none was.
   std::string take_refusal() { return std::exchange(refused_, {}); }
-  OperationPicture& picture() noexcept { return picture_; }
+  Viewport& viewport() noexcept { return viewport_; }
   const std::shared_ptr<const volume::Version>& version() const noexcept { return version_; }
   /// What is left now, for good: nothing that is cut later shows in it. Waits for the edits, some
   /// milliseconds.
@@ -62,7 +67,7 @@ class LiveOperation {
 
   const haptics::TouchScene* scene_;
   WindowOptions options_;
-  OperationPicture picture_;
+  Viewport viewport_;
   MouseDevice mouse_;
   haptics::Device* devices_[1];
   sim::LiveSession live_;
@@ -72,6 +77,7 @@ class LiveOperation {
   bool is_pressed_ = false, is_finished_ = false, is_started_ = false;
   glm::dvec3 wish_{1e9};
   std::string refused_;
+  std::shared_ptr<const sim::Overlays> shown_;  ///< in the picture
   std::vector<float> frame_ms_, drilling_ms_;
   WindowReport report_;
 };

@@ -1,4 +1,4 @@
-// An operation as a picture: bone, cut and stylus at one moment, whoever moves them on.
+// An operation as a picture: bone, cut, stylus and overlays at one moment, whoever moves them on.
 #pragma once
 
 #include <functional>
@@ -22,9 +22,9 @@ struct ClipChoice {
 };
 
 /// Borrows the scene. One thread: the one that draws.
-class OperationPicture {
+class Viewport {
  public:
-  OperationPicture(const haptics::TouchScene& scene, vtkRenderWindow* window, bool is_live);
+  Viewport(const haptics::TouchScene& scene, vtkRenderWindow* window, bool is_live);
 
   /// Asks for the surface of a version, all of it or where it changed. wait: until all of it is there.
   void request_all(const std::shared_ptr<const volume::Version>& version);
@@ -39,6 +39,9 @@ class OperationPicture {
   /// The stylus as a tick left it. `toward_viewer`: where an untouched stylus leans.
   void show_stylus(const haptics::ServoRecord& record, double burr_radius, const volume::Version& version,
                    const glm::dvec3& toward_viewer);
+  /// What is shown beside the bone, and no more; `hands`: the newest tick of each.
+  void show(std::span<const sim::Overlay> overlays, std::span<const haptics::ServoRecord> hands);
+  std::size_t overlay_count() { return view_.overlays().size(); }
   void show_text(const std::string& corner, const std::string& foot) { view_.show_text(corner, foot); }
   /// All of the bone, seen from one of A P L R S I, or from the front left above (0).
   void look_from(char side) { view_.look_from(side, low_, high_); }

@@ -2,18 +2,19 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 
-#include "apps/view/operation_picture.h"
+#include "apps/view/viewport.h"
 #include "sim/replay.h"
 
 namespace trephine::view {
 
 /// No windowing toolkit in here. One thread: the one that draws. Borrows scene, replay and window.
-class ReplayOperation {
+class ReplayController {
  public:
   /// `rate_hz` and `seconds` of the session.
-  ReplayOperation(const haptics::TouchScene& scene, sim::Replay& replay, double rate_hz, double seconds,
-                  vtkRenderWindow* window);
+  ReplayController(const haptics::TouchScene& scene, sim::Replay& replay, double rate_hz, double seconds,
+                   vtkRenderWindow* window);
 
   void start();
   void play(bool is_playing) { is_playing_ = is_playing; }
@@ -29,14 +30,15 @@ class ReplayOperation {
   volume::Status frame(double elapsed);
   const haptics::ServoRecord& record() const noexcept { return replay_->record(); }
   const sim::Engine& engine() const { return replay_->engine(); }
-  OperationPicture& picture() noexcept { return picture_; }
+  Viewport& viewport() noexcept { return viewport_; }
 
  private:
   sim::Replay* replay_;
   double rate_hz_, seconds_;
-  OperationPicture picture_;
+  Viewport viewport_;
   bool is_playing_ = true;
   double speed_ = 1, now_ = 0;
+  std::optional<std::uint64_t> shown_;  ///< the tick whose overlays are in the picture
 };
 
 }  // namespace trephine::view

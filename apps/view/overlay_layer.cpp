@@ -1,0 +1,180 @@
+#include "apps/view/overlay_layer.h"
+
+#include <array>
+#include <glm/geometric.hpp>
+#include <glm/gtc/quaternion.hpp>
+#include <map>
+#include <vtkActor.h>
+#include <vtkBillboardTextActor3D.h>
+#include <vtkCellArray.h>
+#include <vtkDoubleArray.h>
+#include <vtkFloatArray.h>
+#include <vtkMatrix4x4.h>
+#include <vtkNew.h>
+#include <vtkPointData.h>
+#include <vtkPoints.h>
+#include <vtkPolyData.h>
+#include <vtkPolyDataMapper.h>
+#include <vtkProperty.h>
+#include <vtkRenderer.h>
+#include <vtkSmartPointer.h>
+#include <vtkTextProperty.h>
+
+namespace trephine::view {
+
+using glm::dvec3;
+
+namespace {
+
+struct Colour {
+  double r, g, b;
+};
+Colour colour_of(sim::Overlay::Kind kind) {
+  switch (kind) {
+    case sim::Overlay::Kind::bone:
+      return {0.93, 0.86, 0.74};
+    case sim::Overlay::Kind::metal:
+      return {0.72, 0.75, 0.80};
+    case sim::Overlay::Kind::warning:
+      return {0.96, 0.78, 0.20};
+    case sim::Overlay::Kind::plan:
+      break;
+  }
+  return {0.35, 0.80, 0.95};
+}
+
+vtkSmartPointer<vtkPolyData> make_surface(const haptics::MeshTree& tree) {
+  std::vector<dvec3> normals(tree.vertices().size(), dvec3(0));
+  vtkNew<vtkPoints> points;
+  vtkNew<vtkCellArray> triangles;
+  for (const dvec3& p : tree.vertices()) points->InsertNextPoint(p.x, p.y, p.z);
+  const std::vector<std::uint32_t>& corners = tree.triangles();
+  for (std::size_t t = 0; t + 2 < corners.size(); t += 3) {
+    const std::array<vtkIdType, 3> ids{corners[t], corners[t + 1], corners[t + 2]};
+    triangles->InsertNextCell(3, ids.data());
+    const dvec3 &a = tree.vertices()[corners[t]], &b = tree.vertices()[corners[t + 1]],
+                &c = tree.vertices()[corners[t + 2]];
+    const dvec3 doubled = glm::cross(b - a, c - a);  // as long as twice its area
+    for (std::size_t i = 0; i < 3; ++i) normals[corners[t + i]] += doubled;
+  }
+  vtkNew<vtkFloatArray> directions;
+  directions->SetNumberOfComponents(3);
+  for (const dvec3& n : normals) {
+    const dvec3 unit = glm::length(n) > 0 ? glm::normalize(n) : dvec3(0, 0, 1);
+    directions->InsertNextTuple3(unit.x, unit.y, unit.z);
+  }
+  auto data = vtkSmartPointer<vtkPolyData>::New();
+  data->SetPoints(points);
+  data->SetPolys(triangles);
+  data->GetPointData()->SetNormals(directions);
+  return data;
+}
+
+vtkSmartPointer<vtkPolyData> make_lines(const std::vector<std::array<dvec3, 2>>& lines) {
+  vtkNew<vtkPoints> points;
+  vtkNew<vtkCellArray> cells;
+  for (const auto& line : lines) {
+    std::array<vtkIdType, 2> ids{};
+    for (std::size_t end = 0; end < 2; ++end)
+      ids[end] = points->InsertNextPoint(line[end].x, line[end].y, line[end].z);
+    cells->InsertNextCell(2, ids.data());
+  }
+  auto data = vtkSmartPointer<vtkPolyData>::New();
+  data->SetPoints(points);
+  data->SetLines(cells);
+  return data;
+}
+
+vtkSmartPointer<vtkActor> make_actor(vtkPolyData* data, const Colour& colour) {
+  vtkNew<vtkPolyDataMapper> mapper;
+  mapper->SetInputData(data);
+  mapper->ScalarVisibilityOff();
+  auto actor = vtkSmartPointer<vtkActor>::New();
+  actor->SetMapper(mapper);
+  actor->GetProperty()->SetColor(colour.r, colour.g, colour.b);
+  actor->GetProperty()->SetSpecular(0.15);
+  actor->GetProperty()->SetSpecularPower(25);
+  actor->PickableOff();
+  return actor;
+}
+
+void place(vtkActor* actor, const haptics::Placement& at) {
+  vtkNew<vtkMatrix4x4> m;
+  const glm::dmat3 turn = glm::mat3_cast(at.rotation);
+  for (int row = 0; row < 3; ++row) {
+    for (int column = 0; column < 3; ++column) m->SetElement(row, column, turn[column][row]);
+    m->SetElement(row, 3, at.position_world[row]);
+  }
+  actor->SetUserMatrix(m);
+}
+
+}  // namespace
+
+struct OverlayLayer::Parts {
+  vtkRenderer* renderer;
+  /// Of each surface that is there; the tree keeps its address from being another's.
+  struct Surface {
+    std::shared_ptr<const haptics::MeshTree> tree;
+    vtkSmartPointer<vtkActor> actor;
+    bool is_wanted = false;
+  };
+  std::map<const haptics::MeshTree*, Surface> surfaces;
+  /// Made anew each time: they are few.
+  std::vector<vtkSmartPointer<vtkProp>> others;
+};
+
+OverlayLayer::OverlayLayer(vtkRenderer* renderer) : parts_(std::make_unique<Parts>()) {
+  parts_->renderer = renderer;
+}
+OverlayLayer::~OverlayLayer() = default;
+
+std::size_t OverlayLayer::size() const noexcept { return parts_->surfaces.size() + parts_->others.size(); }
+
+void OverlayLayer::show(std::span<const sim::Overlay> overlays, std::span<const haptics::Placement> hands) {
+  Parts& p = *parts_;
+  for (const auto& prop : p.others) p.renderer->RemoveViewProp(prop);
+  p.others.clear();
+  for (auto& [tree, surface] : p.surfaces) surface.is_wanted = false;
+  for (const sim::Overlay& one : overlays) {
+    const bool is_held = one.holder >= 0 && one.holder < static_cast<int>(hands.size());
+    const haptics::Placement at =
+        is_held ? hands[static_cast<std::size_t>(one.holder)] * one.grip : one.place;
+    const Colour colour = colour_of(one.kind);
+    if (one.surface) {
+      Parts::Surface& surface = p.surfaces[one.surface.get()];
+      if (!surface.actor) {
+        surface = {one.surface, make_actor(make_surface(*one.surface), colour)};
+        p.renderer->AddActor(surface.actor);
+      }
+      surface.is_wanted = true;
+      place(surface.actor, at);
+    }
+    if (!one.lines.empty()) {
+      const auto actor = make_actor(make_lines(one.lines), colour);
+      actor->GetProperty()->LightingOff();
+      actor->GetProperty()->SetLineWidth(2.5);
+      place(actor, at);
+      p.renderer->AddActor(actor);
+      p.others.push_back(actor);
+    }
+    for (const sim::Overlay::Label& label : one.labels) {
+      const dvec3 world = at.world_from_local(label.at);
+      const auto text = vtkSmartPointer<vtkBillboardTextActor3D>::New();
+      text->SetInput(label.text.c_str());
+      text->SetPosition(world.x, world.y, world.z);
+      text->GetTextProperty()->SetFontFamilyToArial();
+      text->GetTextProperty()->SetFontSize(16);
+      text->GetTextProperty()->SetColor(colour.r, colour.g, colour.b);
+      text->GetTextProperty()->SetBackgroundColor(0.07, 0.09, 0.12);
+      text->GetTextProperty()->SetBackgroundOpacity(0.6);
+      p.renderer->AddActor(text);
+      p.others.push_back(text);
+    }
+  }
+  for (auto it = p.surfaces.begin(); it != p.surfaces.end();) {
+    if (!it->second.is_wanted) p.renderer->RemoveActor(it->second.actor);
+    it = it->second.is_wanted ? std::next(it) : p.surfaces.erase(it);
+  }
+}
+
+}  // namespace trephine::view

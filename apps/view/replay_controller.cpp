@@ -1,0 +1,52 @@
+#include "apps/view/replay_controller.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "apps/view/tool_look.h"
+
+namespace trephine::view {
+
+ReplayController::ReplayController(const haptics::TouchScene& scene, sim::Replay& replay, double rate_hz,
+                                   double seconds, vtkRenderWindow* window)
+    : replay_(&replay), rate_hz_(rate_hz), seconds_(seconds), viewport_(scene, window, true) {}
+
+void ReplayController::start() {
+  viewport_.request_all(replay_->engine().current());
+  replay_->take_changed();
+}
+
+void ReplayController::set_speed(double speed) { speed_ = std::clamp(speed, 0.1, 100.0); }
+
+double ReplayController::seconds() const { return static_cast<double>(replay_->next_tick()) / rate_hz_; }
+
+volume::Status ReplayController::seek(double seconds) {
+  now_ = std::clamp(seconds, 0.0, seconds_);
+  return replay_->seek(static_cast<std::uint64_t>(std::llround(now_ * rate_hz_)));
+}
+
+volume::Status ReplayController::frame(double elapsed) {
+  volume::Status error;
+  if (is_playing_) {
+    error = seek(now_ + speed_ * elapsed);
+    if (now_ >= seconds_) is_playing_ = false;
+  }
+  const std::shared_ptr<const volume::Version> version = replay_->engine().current();
+  viewport_.request(version, replay_->take_changed());
+  const glm::dvec3 viewer = -viewport_.ray_at(0.5, 0.5).direction;
+  // The tool as it was then.
+  if (replay_->next_tick() > 0)
+    viewport_.show_stylus(replay_->record(),
+                          drawn_radius(replay_->engine().now().settings.hands[0].parameters), *version,
+                          viewer);
+  if (shown_ != replay_->next_tick()) {  // the engine knows where hands are
+    sim::Overlays overlays = replay_->engine().overlays();
+    for (sim::Overlay& one : overlays) one.holder = -1;
+    viewport_.show(overlays, {});
+    shown_ = replay_->next_tick();
+  }
+  viewport_.draw();
+  return error;
+}
+
+}  // namespace trephine::view

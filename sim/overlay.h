@@ -1,0 +1,34 @@
+// What a view shows beside the anatomy, as data: who makes it knows nothing of how it is drawn.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "haptics/mesh/mesh_tree.h"
+#include "haptics/scene/touch_scene.h"
+
+namespace trephine::sim {
+
+/// A thing of surfaces, lines and labels in one frame, mm.
+struct Overlay {
+  /// What it is, from which a view takes colours.
+  enum class Kind : std::uint8_t { bone, metal, plan, warning };
+  struct Label {
+    glm::dvec3 at{0.0};
+    std::string text;
+  };
+
+  Kind kind = Kind::plan;
+  std::shared_ptr<const haptics::MeshTree> surface;  ///< null: none
+  std::vector<std::array<glm::dvec3, 2>> lines;
+  std::vector<Label> labels;
+  haptics::Placement place;  ///< of its frame in the world
+  int holder = -1;           ///< the hand that it goes with, seen from which it is at `grip`; -1: none
+  haptics::Placement grip;
+};
+using Overlays = std::vector<Overlay>;
+
+}  // namespace trephine::sim
