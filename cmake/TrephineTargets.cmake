@@ -32,10 +32,11 @@ add_compile_options($<$<COMPILE_LANGUAGE:CXX>:-fno-semantic-interposition>)
 # An installed program finds its libraries beside it, wherever the prefix is.
 set(CMAKE_INSTALL_RPATH "$ORIGIN/../${CMAKE_INSTALL_LIBDIR};$ORIGIN")
 
-# trephine_library(NAME SOURCES ... [USES public targets] [LINKS private targets] [PACKAGE library|command])
-# With PACKAGE it is installed: shared (unless BUILD_SHARED_LIBS is off), with its headers' folder in the package dev.
+# trephine_library(NAME SOURCES ... [HEADERS ...] [USES public targets] [LINKS private targets] [PACKAGE library|command])
+# With PACKAGE it is installed: shared (unless BUILD_SHARED_LIBS is off), with its HEADERS, which are public, in the package dev.
+# Other headers are the library's own: a test reads these lists.
 function(trephine_library name)
-  cmake_parse_arguments(arg "" "PACKAGE" "SOURCES;USES;LINKS" ${ARGN})
+  cmake_parse_arguments(arg "" "PACKAGE" "SOURCES;HEADERS;USES;LINKS" ${ARGN})
   if(arg_PACKAGE)
     add_library(trephine_${name} ${arg_SOURCES})
   else()
@@ -58,8 +59,10 @@ function(trephine_library name)
       ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT dev)
     install(EXPORT trephine-${name} NAMESPACE trephine:: DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/trephine COMPONENT dev)
     file(RELATIVE_PATH folder ${PROJECT_SOURCE_DIR} ${CMAKE_CURRENT_SOURCE_DIR})
-    install(DIRECTORY ${CMAKE_CURRENT_SOURCE_DIR}/ DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/trephine/${folder} COMPONENT dev
-      FILES_MATCHING PATTERN "*.h" PATTERN "*_impl.h" EXCLUDE)
+    foreach(header ${arg_HEADERS})
+      cmake_path(GET header PARENT_PATH within)
+      install(FILES ${header} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/trephine/${folder}/${within} COMPONENT dev)
+    endforeach()
   endif()
 endfunction()
 

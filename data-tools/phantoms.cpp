@@ -128,8 +128,8 @@ struct AnalyticShape {
         const dvec3 c(volume::deterministic_cos(a * p.x), volume::deterministic_cos(a * p.y),
                       volume::deterministic_cos(a * p.z));
         const double f = s.x * c.y + s.y * c.z + s.z * c.x;
-        const dvec3 slope(c.x * c.y - s.z * s.x, c.y * c.z - s.x * s.y, c.z * c.x - s.y * s.z);
-        return f / std::max(a * glm::length(slope), 1e-9);
+        const dvec3 gradient(c.x * c.y - s.z * s.x, c.y * c.z - s.x * s.y, c.z * c.x - s.y * s.z);
+        return f / std::max(a * glm::length(gradient), 1e-9);
       }
       case Kind::groove: {
         const double x = std::abs(glm::dot(p, k_across)), z = glm::dot(p, k_up);
@@ -164,11 +164,11 @@ struct AnalyticShape {
   }
 };
 
-/// Share of the unit cube about 0 in which value + slope . x <= 0: exact for a plane.
-double covered_share(double value, dvec3 slope) {
-  slope = glm::abs(slope);
-  const double largest = std::max({slope.x, slope.y, slope.z});
-  const dvec3 m = glm::max(slope, dvec3(1e-3 * largest));  // keeps the closed form well conditioned
+/// Share of the unit cube about 0 in which value + gradient . x <= 0: exact for a plane.
+double covered_share(double value, dvec3 gradient) {
+  gradient = glm::abs(gradient);
+  const double largest = std::max({gradient.x, gradient.y, gradient.z});
+  const dvec3 m = glm::max(gradient, dvec3(1e-3 * largest));  // keeps the closed form well conditioned
   const double alpha = -value + 0.5 * (m.x + m.y + m.z);
   if (alpha <= 0) return 0;
   if (alpha >= m.x + m.y + m.z) return 1;
@@ -189,10 +189,10 @@ void fill_coverage(const AnalyticShape& shape, const Volume& volume, std::span<f
         const double s = shape.distance(p);
         double share = s < 0 ? 1 : 0;
         if (std::abs(s) < reach) {
-          const auto slope = [&](const dvec3& d) {
+          const auto gradient = [&](const dvec3& d) {
             return shape.distance(p + 0.5 * d) - shape.distance(p - 0.5 * d);
           };
-          share = covered_share(s, {slope(dx), slope(dy), slope(dz)});
+          share = covered_share(s, {gradient(dx), gradient(dy), gradient(dz)});
         }
         out[volume.index(x, y, z)] = static_cast<float>(share);
       }

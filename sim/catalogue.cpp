@@ -64,7 +64,7 @@ bool Catalogue::is_event(const ValueType& type) const noexcept {
                      [&](const Module* module) { return holds(module->events(), type); });
 }
 
-bool Catalogue::may_be_told(const ValueType& type) const noexcept {
+bool Catalogue::is_command(const ValueType& type) const noexcept {
   for (const ValueType* books :
        {&value_type<AdoptFields>(), &value_type<AdoptJob>(), &value_type<CancelJob>(), &value_type<Resume>()})
     if (&type == books) return false;
@@ -73,10 +73,10 @@ bool Catalogue::may_be_told(const ValueType& type) const noexcept {
 
 volume::Result<Command> Catalogue::command(std::string_view name, std::string_view words, int hand) const {
   const ValueType* type = find(name);
-  if (type == nullptr || !may_be_told(*type)) {
+  if (type == nullptr || !is_command(*type)) {
     std::string known;
     for (const ValueType* one : all())
-      if (may_be_told(*one)) known.append(known.empty() ? "" : ", ").append(one->schema->name);
+      if (is_command(*one)) known.append(known.empty() ? "" : ", ").append(one->schema->name);
     return Error{"there is no such command", "", std::string(name), known, "choose one of these"};
   }
   Value what = Value::of(*type);

@@ -23,7 +23,7 @@ class Catalogue {
   /// Told by an engine or a module, never to one.
   bool is_event(const ValueType& type) const noexcept;
   /// May a person or a script tell it? Not what keeps an engine's books.
-  bool may_be_told(const ValueType& type) const noexcept;
+  bool is_command(const ValueType& type) const noexcept;
   /// A command by name, with its fields in words. Whether their values may be is the engine's to say.
   volume::Result<Command> command(std::string_view name, std::string_view words, int hand = 0) const;
   /// Error when two things have one name.

@@ -1,3 +1,4 @@
+// One file: what a checkpoint says is written and read beside each other, field by field.
 #include "sim/checkpoint_store.h"
 
 #include <algorithm>

@@ -60,8 +60,8 @@ Outcome Engine::apply(const haptics::ServoRecord& tick) {
   Outcome outcome;
   HandWork& hand = work_[tick.hand];
   now_.next_tick = std::max(now_.next_tick, tick.tick + 1);
-  trails_[tick.hand].note(feels(tick.hand), tick);
-  note_faults(tick);
+  trails_[tick.hand].add(feels(tick.hand), tick);
+  record_faults(tick);
   Instrument& instrument = now_.settings.hands[tick.hand];
   if ((tick.raised & haptics::fault_not_finite) == 0) hand.place = haptics::place_of(tick.pose);
   const InstrumentInput input{tick, dt_, std::exchange(hand.is_fresh, false)};
@@ -74,7 +74,7 @@ Outcome Engine::apply(const haptics::ServoRecord& tick) {
       now_.world.version = felt_ = editor_.publish();
       ++edits_;
       publish(Change::cut);
-      note_cut(work.removed());
+      record_cut(work.removed());
       outcome.is_changed = outcome.is_edit = true;
       outcome.box = work.removed().box;
     }
@@ -178,7 +178,7 @@ void Engine::carry_out(const Command& command, Outcome& outcome) {
     work_[command.hand].is_pressed = false;
     work_[command.hand].body.reset();
     if (!is_in_stroke()) end_stroke();
-  } else if (tell_setting(command)) {
+  } else if (record_setting(command)) {
     outcome.is_changed = true;
   } else if (change_body(command, outcome)) {
   } else if (what.as<ToolGeometry>() || what.as<FreePieces>()) {
@@ -238,21 +238,21 @@ void Engine::finish(const ModuleWork& work, Outcome& outcome) {
   } else if (is_cut) {
     now_.world.version = felt_ = editor_.publish();
     publish(Change::cut);
-    note_cut(work.removed());
+    record_cut(work.removed());
     outcome.box = work.removed().box;
   }
   outcome.is_changed = is_cut || work.is_put_back();
 }
 
-void Engine::note_faults(const haptics::ServoRecord& tick) {
+void Engine::record_faults(const haptics::ServoRecord& tick) {
   std::uint32_t& noted = work_[tick.hand].noted_faults;
   const std::uint32_t latched = tick.faults & haptics::k_latched_faults, fresh = latched & ~noted;
-  const auto tell = [&](std::uint32_t faults, bool is_cleared) {
+  const auto emit_fault = [&](std::uint32_t faults, bool is_cleared) {
     news_.push_back(
         {tick.tick, tick.hand, tick.proxy_world, FaultEvent{haptics::fault_names(faults), is_cleared}});
   };
-  if (fresh != 0) tell(fresh, false);
-  if (latched == 0 && noted != 0) tell(noted, true);
+  if (fresh != 0) emit_fault(fresh, false);
+  if (latched == 0 && noted != 0) emit_fault(noted, true);
   noted = latched;
 }
 
@@ -297,8 +297,8 @@ void Engine::watch_forbidden(const InstrumentInput& input) {
   last = body;
 }
 
-void Engine::note_cut(const volume::RemovalReport& report) {
-  for (TouchFields& fields : fields_) fields.note_cut(current(), serial(), report.box);
+void Engine::record_cut(const volume::RemovalReport& report) {
+  for (TouchFields& fields : fields_) fields.record_cut(current(), serial(), report.box);
   is_stroke_changed_ = true;
   stroke_box_ = united(stroke_box_, report.box);
   ever_cut_ = united(ever_cut_, report.box);

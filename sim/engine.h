@@ -134,7 +134,7 @@ class Engine {
   TouchFields* fields_of(std::size_t hand) noexcept;
   volume::Status check_setting(const Command& command) const;
   bool set(const Command& command, std::int64_t& number, Change& change, volume::Status& error);
-  bool tell_setting(const Command& command);
+  bool record_setting(const Command& command);
   void arm(PendingJob& job) const;
   std::shared_ptr<haptics::ServoScene> make_scene(std::uint64_t serial);
   bool adopt_geometry(const PendingJob& job, const JobResult& result);
@@ -163,9 +163,9 @@ class Engine {
   void finish(const ModuleWork& work, Outcome& outcome);
   void adopt_fields(const AdoptFields& wish, std::size_t hand, Outcome& outcome);
   void go_to(std::size_t position, Outcome& outcome);
-  void note_faults(const haptics::ServoRecord& tick);
+  void record_faults(const haptics::ServoRecord& tick);
   void watch_forbidden(const InstrumentInput& input);
-  void note_cut(const volume::RemovalReport& report);
+  void record_cut(const volume::RemovalReport& report);
   void end_stroke();
   void remember(const volume::VoxelBox& box);
   void publish(Change change);

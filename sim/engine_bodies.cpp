@@ -195,7 +195,7 @@ void Engine::adopt_pieces(const PendingJob& job, const JobResult& result, Outcom
   publish(Change::cut);
   volume::RemovalReport report;
   report.box = off.box;
-  note_cut(report);
+  record_cut(report);
   outcome.is_changed = outcome.is_edit = true;
   outcome.box = off.box;
 }

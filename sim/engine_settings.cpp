@@ -139,7 +139,7 @@ bool Engine::set(const Command& command, std::int64_t& number, Change& change, S
   return true;
 }
 
-bool Engine::tell_setting(const Command& command) {
+bool Engine::record_setting(const Command& command) {
   std::int64_t number = 0;
   Change change = Change::cut;
   Status error;  // which check() has looked for

@@ -9,7 +9,7 @@ namespace trephine::sim {
 
 /// Keeps places farther than half a voxel from the last one; when there are too many the older half is
 /// dropped.
-void HandTrail::note(const haptics::ServoHand& hand, const haptics::ServoRecord& tick) {
+void HandTrail::add(const haptics::ServoHand& hand, const haptics::ServoRecord& tick) {
   if (tick.is_led || tick.is_buried || (tick.faults & haptics::k_latched_faults) != 0) return;
   const glm::dvec3 place = hand.scene->base->frame.volume_from_world(tick.proxy_world);
   if (size() > 0 && glm::length(at(size() - 1) - place) < 0.5) return;

@@ -11,7 +11,7 @@ namespace trephine::sim {
 /// Places in the base's volume frame, thinned out, oldest first. Copies share what is old.
 class HandTrail {
  public:
-  void note(const haptics::ServoHand& hand, const haptics::ServoRecord& tick);
+  void add(const haptics::ServoHand& hand, const haptics::ServoRecord& tick);
   /// The newest of them that is free in what the hand feels now; null when none is.
   const glm::dvec3* last_free(const haptics::ServoHand& hand) const noexcept;
   /// From the newest back to the newest free one, loops left out. Nothing when none is free.

@@ -36,7 +36,7 @@ LiveSession::LiveSession(std::span<haptics::Device* const> devices, Engine engin
   state_.tool = engine_.now().settings.hands[0].parameters;
   Outcome first;
   first.is_changed = true;
-  note(first);
+  update_state(first);
 }
 
 LiveSession::~LiveSession() { stop(); }
@@ -179,7 +179,7 @@ void LiveSession::consume(const haptics::ServoRecord& record) {
   edit_report_.longest_tick_seconds = std::max(edit_report_.longest_tick_seconds, seconds);
   state_.hands[record.hand] = record;
   if (record.hand == 0) state_.newest = record;
-  note(outcome);
+  update_state(outcome);
 }
 
 Outcome LiveSession::carry_out(const Command& command, bool may_begin) {
@@ -197,7 +197,7 @@ Outcome LiveSession::carry_out(const Command& command, bool may_begin) {
     edit_report_.longest_command = command.what.is_empty() ? "" : command.what.name();
   }
   state_.tool = engine_.now().settings.hands[0].parameters;  // no tick changes it
-  note(outcome);
+  update_state(outcome);
   return outcome;
 }
 
@@ -218,7 +218,7 @@ void LiveSession::show(const Outcome& outcome, bool is_command) {
   for (const Body& body : engine_.now().world.bodies) state_.bodies.push_back(body.id);
 }
 
-void LiveSession::note(const Outcome& outcome) {
+void LiveSession::update_state(const Outcome& outcome) {
   if (outcome.refused) state_.refused = outcome.refused;
   if (outcome.is_changed) {
     state_.version = engine_.current();
@@ -238,7 +238,7 @@ void LiveSession::set_down(const glm::dvec3& free_point_volume, std::size_t hand
   landings_.emplace_back(hand, free_point_volume);
 }
 
-LiveState LiveSession::look() {
+LiveState LiveSession::fetch_state() {
   is_looked_at_ = true;
   const std::lock_guard guard(lock_);
   LiveState copy = state_;

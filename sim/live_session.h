@@ -36,7 +36,7 @@ struct LiveState {
 };
 
 /// Starts and joins the edit thread, and those of longer work; the servo never waits for them. Drawing
-/// threads call look() at their own rate.
+/// threads call fetch_state() at their own rate.
 class LiveSession {
  public:
   /// Borrows everything for its life; the method was prepared for the scene. One hand.
@@ -64,7 +64,7 @@ class LiveSession {
   /// free place.
   void reset_faults() noexcept { wants_reset_ = true; }
   /// Takes the news; `changed` starts empty again.
-  LiveState look();
+  LiveState fetch_state();
   haptics::ServoReport servo_report() const { return servo_.report(); }
   /// Keeps up to `ticks` records for trace(); call before start(). None are kept otherwise.
   void keep_trace(std::size_t ticks) { trace_limit_ = ticks; }
@@ -90,7 +90,7 @@ class LiveSession {
   void run();
   void consume(const haptics::ServoRecord& record);
   Outcome carry_out(const Command& command, bool may_begin = true);
-  void note(const Outcome& outcome);  // with lock_ held
+  void update_state(const Outcome& outcome);  // with lock_ held
   void show(const Outcome& outcome, bool is_command);
   void take_work();
   void begin(const PendingJob& job);

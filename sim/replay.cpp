@@ -131,7 +131,7 @@ Status Replay::open_at(std::size_t checkpoint) {
     state_->servo.see(record.version);
     record_ = record;
     recorded_force_ = tick->record.force_world;
-    note_tick(false);
+    finish_tick(false);
   }
   std::vector<haptics::ServoCore> cores = state_->servo.cores();
   for (std::size_t h = 0; h < cores.size(); ++h)
@@ -214,12 +214,12 @@ void Replay::compare_checkpoint() {
     return;
   const std::uint64_t tick = state_->next_tick;
   Result<Checkpoint> read = checkpoints_.read(next_checkpoint_);
-  if (!read) return note(tick, "checkpoint", read.error().found, "one that can be read");
+  if (!read) return record_mismatch(tick, "checkpoint", read.error().found, "one that can be read");
   ++counts_.checkpoints;
   const Checkpoint& kept = read.value();
   const EngineImage image = state_->engine.image();
   if (bytes_beside_state(kept.image) != bytes_beside_state(image))
-    note(tick, "checkpoint", "another history, trail or setting", "");
+    record_mismatch(tick, "checkpoint", "another history, trail or setting", "");
   // Of much that was cut the hash takes longer than what it is asked of.
   constexpr int k_many_bricks = 1 << 13;
   constexpr std::size_t k_some = 16;
@@ -227,13 +227,14 @@ void Replay::compare_checkpoint() {
     const volume::RemovalLedger &told = kept.image.now.world.version->ledger(),
                                 &here = image.now.world.version->ledger();
     if (told.total() != here.total() || told.freed_units != here.freed_units)
-      note(tick, "checkpoint", "another removed volume", "");
+      record_mismatch(tick, "checkpoint", "another removed volume", "");
   } else if (const std::uint64_t recorded = kept.image.now.hash(), replayed = image.now.hash();
              recorded != replayed) {
-    note(tick, "checkpoint", hexadecimal(recorded), hexadecimal(replayed));
+    record_mismatch(tick, "checkpoint", hexadecimal(recorded), hexadecimal(replayed));
   }
   Engine opened = kept_.front().engine;
-  if (const Status error = opened.restore(kept.image)) note(tick, "checkpoint", error->message(), "");
+  if (const Status error = opened.restore(kept.image))
+    record_mismatch(tick, "checkpoint", error->message(), "");
   comparing_ = std::move(read).value();
   compared_ticks_ = 0;
 }
@@ -247,15 +248,15 @@ void Replay::compare_tick() {
   };
   const Checkpoint& kept = *comparing_;
   if (compared_ticks_ < kept.records.size() && bytes_of(kept.records[compared_ticks_]) != bytes_of(record_))
-    note(record_.tick, "checkpoint", "another tick", "");
+    record_mismatch(record_.tick, "checkpoint", "another tick", "");
   if (++compared_ticks_ < kept.records.size()) return;
   for (std::size_t h = 0; h < kept.cores.size(); ++h) {
     const haptics::ServoHand& mine = state_->servo.seen()->hands[h];
     haptics::ServoCore loaded = state_->servo.cores()[h];
     if (haptics::ServoMemory::save(loaded, mine) != kept.cores[h])
-      note(record_.tick, "checkpoint", "another servo", "");
+      record_mismatch(record_.tick, "checkpoint", "another servo", "");
     else if (!haptics::ServoMemory::load(kept.cores[h], mine, loaded))
-      note(record_.tick, "checkpoint", "a servo that cannot be loaded", "");
+      record_mismatch(record_.tick, "checkpoint", "a servo that cannot be loaded", "");
   }
   comparing_.reset();
 }
@@ -270,22 +271,22 @@ Status Replay::run_tick(const TickItem& item) {
   record_ = state_->servo.step(recorded);
   counts_.dropped += state_->servo.gap();
   if (const std::uint64_t serial = state_->servo.seen()->serial; serial != recorded.version)
-    note(recorded.tick, "version", std::to_string(recorded.version), std::to_string(serial));
+    record_mismatch(recorded.tick, "version", std::to_string(recorded.version), std::to_string(serial));
   recorded_force_ = recorded.force_world;
   if (output_check(record_) != item.check)
-    note(recorded.tick, "force", newtons(recorded.force_world), newtons(record_.force_world));
+    record_mismatch(recorded.tick, "force", newtons(recorded.force_world), newtons(record_.force_world));
   if (comparing_) compare_tick();
-  note_tick();
+  finish_tick();
   return std::nullopt;
 }
 
 /// The servo's part of `record_` is done.
-void Replay::note_tick(bool may_keep) {
+void Replay::finish_tick(bool may_keep) {
   ++counts_.ticks;
   state_->next_tick = std::max(state_->next_tick, record_.tick + 1);
   state_->is_in_tick = record_.hand + 1u < state_->engine.hand_count();
   const bool was_in_stroke = state_->engine.is_in_stroke();
-  note_change(state_->engine.apply(record_));
+  add_change(state_->engine.apply(record_));
   if (was_in_stroke && !state_->engine.is_in_stroke())
     state_->hashable[state_->engine.serial()] = state_->engine.current();
   if (++state_->replayed < kept_.back().replayed + k_keep_every || !may_keep ||
@@ -296,7 +297,7 @@ void Replay::note_tick(bool may_keep) {
   if (!near || checkpoints_.index(*near).next_tick + k_keep_every < state_->next_tick) keep();
 }
 
-void Replay::note_change(const Outcome& outcome) {
+void Replay::add_change(const Outcome& outcome) {
   if (!outcome.is_changed) return;
   changed_ = united(changed_, outcome.box);
   state_->servo.publish(state_->engine.servo_scene());
@@ -315,16 +316,17 @@ void Replay::run_command(const Command& command) {
   const Outcome outcome = state_->engine.apply(command);
   const std::string name(command.what.name());
   if (outcome.refused)
-    note(state_->next_tick, "command", name + ' ' + command.what.words(), outcome.refused->message());
+    record_mismatch(state_->next_tick, "command", name + ' ' + command.what.words(),
+                    outcome.refused->message());
   if (const auto* adopt = command.what.as<AdoptJob>())
     if (outcome.job_hash && *outcome.job_hash != static_cast<std::uint64_t>(adopt->hash))
-      note(state_->next_tick, "job", hexadecimal(static_cast<std::uint64_t>(adopt->hash)),
-           hexadecimal(*outcome.job_hash));
+      record_mismatch(state_->next_tick, "job", hexadecimal(static_cast<std::uint64_t>(adopt->hash)),
+                      hexadecimal(*outcome.job_hash));
   if (command.what.as<Resume>()) {
     ++counts_.resumes;
     state_->servo.begin_anew(state_->next_tick);
   }
-  note_change(outcome);
+  add_change(outcome);
   if (!state_->engine.is_in_stroke()) state_->hashable[state_->engine.serial()] = state_->engine.current();
 }
 
@@ -334,21 +336,23 @@ void Replay::check(const EventItem& item) {
   const auto words = [](const Event& e) {
     return std::string(e.what.name()) + ' ' + e.what.words() + " at tick " + std::to_string(e.tick);
   };
-  if (state_->events >= all.size()) return note(item.event.tick, "event", words(item.event), "none");
+  if (state_->events >= all.size())
+    return record_mismatch(item.event.tick, "event", words(item.event), "none");
   const Event& here = all[state_->events++];
   if (here.tick != item.event.tick || here.hand != item.event.hand ||
       here.place_world != item.event.place_world || !(here.what == item.event.what))
-    note(item.event.tick, "event", words(item.event), words(here));
+    record_mismatch(item.event.tick, "event", words(item.event), words(here));
 }
 
 void Replay::check(const VersionItem& item) {
   ++counts_.versions;
   const volume::Version& version = *state_->engine.current();
   if (state_->engine.serial() != item.serial)
-    note(item.last_tick, "version", std::to_string(item.serial), std::to_string(state_->engine.serial()));
+    record_mismatch(item.last_tick, "version", std::to_string(item.serial),
+                    std::to_string(state_->engine.serial()));
   else if (version.ledger().total() != item.removed_units)
-    note(item.last_tick, "removed volume", std::to_string(item.removed_units) + " units",
-         std::to_string(version.ledger().total()) + " units");
+    record_mismatch(item.last_tick, "removed volume", std::to_string(item.removed_units) + " units",
+                    std::to_string(version.ledger().total()) + " units");
 }
 
 void Replay::check(const HashItem& item) {
@@ -357,9 +361,10 @@ void Replay::check(const HashItem& item) {
   const auto found = state_->hashable.find(item.serial);
   const std::string recorded = hexadecimal(item.hash);
   if (found == state_->hashable.end())
-    return note(state_->next_tick, "voxels", recorded, "no version " + std::to_string(item.serial));
+    return record_mismatch(state_->next_tick, "voxels", recorded,
+                           "no version " + std::to_string(item.serial));
   if (const std::uint64_t hash = found->second->content_hash(); hash != item.hash)
-    note(state_->next_tick, "voxels", recorded, hexadecimal(hash));
+    record_mismatch(state_->next_tick, "voxels", recorded, hexadecimal(hash));
   state_->hashable.erase(state_->hashable.begin(), std::next(found));
 }
 
@@ -369,26 +374,27 @@ void Replay::check_end() {
   if (!end) return;
   const Engine& engine = state_->engine;
   if (const std::uint64_t hash = engine.current()->content_hash(); hash != end->hash)
-    note(state_->next_tick, "voxels", hexadecimal(end->hash), hexadecimal(hash));
+    record_mismatch(state_->next_tick, "voxels", hexadecimal(end->hash), hexadecimal(hash));
   if (engine.removed_mm3() != end->removed_mm3)
-    note(state_->next_tick, "removed volume", std::to_string(end->removed_mm3) + " mm3",
-         std::to_string(engine.removed_mm3()) + " mm3");
+    record_mismatch(state_->next_tick, "removed volume", std::to_string(end->removed_mm3) + " mm3",
+                    std::to_string(engine.removed_mm3()) + " mm3");
   if (const std::uint64_t state = engine.now().hash(); state != end->state)
-    note(state_->next_tick, "state", hexadecimal(end->state), hexadecimal(state));
+    record_mismatch(state_->next_tick, "state", hexadecimal(end->state), hexadecimal(state));
   const std::vector<Measure> measures = engine.measures();
   for (const Measure& recorded : end->measures) {
     const auto here = std::find_if(measures.begin(), measures.end(),
                                    [&](const Measure& one) { return one.name == recorded.name; });
     if (here == measures.end() || here->value != recorded.value)
-      note(state_->next_tick, "measure", recorded.name + ' ' + text_of(recorded.value),
-           here == measures.end() ? "none" : text_of(here->value));
+      record_mismatch(state_->next_tick, "measure", recorded.name + ' ' + text_of(recorded.value),
+                      here == measures.end() ? "none" : text_of(here->value));
   }
   if (state_->events != engine.now().chronicle.size())
-    note(state_->next_tick, "events", std::to_string(state_->events),
-         std::to_string(engine.now().chronicle.size()));
+    record_mismatch(state_->next_tick, "events", std::to_string(state_->events),
+                    std::to_string(engine.now().chronicle.size()));
 }
 
-void Replay::note(std::uint64_t tick, const char* what, std::string recorded, std::string replayed) {
+void Replay::record_mismatch(std::uint64_t tick, const char* what, std::string recorded,
+                             std::string replayed) {
   if (!mismatch_) mismatch_ = Mismatch{tick, what, std::move(recorded), std::move(replayed)};
 }
 

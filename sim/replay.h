@@ -93,12 +93,12 @@ class Replay {
   volume::Status take(const LogItem& item);
   void compare_checkpoint();
   void compare_tick();
-  void note_tick(bool may_keep = true);
+  void finish_tick(bool may_keep = true);
   void keep();
   volume::Status run_tick(const TickItem& item);
   void run_command(const Command& command);
-  void note(std::uint64_t tick, const char* what, std::string recorded, std::string replayed);
-  void note_change(const Outcome& outcome);
+  void record_mismatch(std::uint64_t tick, const char* what, std::string recorded, std::string replayed);
+  void add_change(const Outcome& outcome);
   void check(const VersionItem& item);
   void check(const HashItem& item);
   void check(const EventItem& item);

@@ -162,13 +162,13 @@ void SessionWriter::add(const haptics::ServoRecord& record, Engine& engine, cons
     items_.add(record);
     seal_if_long();
     last_tick_ = record.tick;
-    note_outcome(engine, outcome);
+    record_outcome(engine, outcome);
     if (was_in_stroke_ && !engine.is_in_stroke()) ask_sync(engine);
     was_in_stroke_ = engine.is_in_stroke();
   }
   if (!maker_) return;
   maker_->add(record, engine, outcome);
-  note_checkpoint(engine);
+  record_checkpoint(engine);
 }
 
 void SessionWriter::add(const Command& command, Engine& engine, const Outcome& outcome) {
@@ -176,7 +176,7 @@ void SessionWriter::add(const Command& command, Engine& engine, const Outcome& o
   {
     const std::lock_guard guard(lock_);
     items_.add(CommandItem{command});
-    note_outcome(engine, outcome);
+    record_outcome(engine, outcome);
     if (!command.what.as<AdoptFields>()) {  // nobody's wish, many times a second
       ask_sync(engine);
       was_in_stroke_ = engine.is_in_stroke();
@@ -184,11 +184,11 @@ void SessionWriter::add(const Command& command, Engine& engine, const Outcome& o
   }
   if (!maker_) return;
   maker_->add(command, engine, outcome);
-  note_checkpoint(engine);
+  record_checkpoint(engine);
 }
 
 /// What a replay must come to.
-void SessionWriter::note_outcome(const Engine& engine, const Outcome& outcome) {
+void SessionWriter::record_outcome(const Engine& engine, const Outcome& outcome) {
   const Chronicle& chronicle = engine.now().chronicle;
   if (outcome.is_edit) has_edits_ = true;
   for (std::size_t i = chronicle.size() - outcome.event_count; i < chronicle.size(); ++i) {
@@ -221,7 +221,7 @@ void SessionWriter::seal() {
 
 /// One that is due begins where a block of the log does. What takes longer than a copy is done without the
 /// lock: nobody else adds ticks or commands meanwhile.
-void SessionWriter::note_checkpoint(Engine& engine) {
+void SessionWriter::record_checkpoint(Engine& engine) {
   if (maker_->is_due())
     if (const std::optional<std::uint64_t> block = block_for_checkpoint()) maker_->begin(engine, *block);
   std::unique_ptr<Checkpoint> done = maker_->take();

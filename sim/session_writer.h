@@ -78,10 +78,10 @@ class SessionWriter {
 
  private:
   SessionWriter(int file, std::string path, TypeList types, const WriterOptions& options);
-  void note_outcome(const Engine& engine, const Outcome& outcome);
+  void record_outcome(const Engine& engine, const Outcome& outcome);
   void seal_if_long();
   void seal();
-  void note_checkpoint(Engine& engine);
+  void record_checkpoint(Engine& engine);
   std::optional<std::uint64_t> block_for_checkpoint();
   void encode_checkpoints(std::unique_lock<std::mutex>& guard);
   void ask_sync(const Engine& engine);

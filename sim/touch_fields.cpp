@@ -14,8 +14,8 @@ OffsetJob::Offsets OffsetJob::make(int threads) const {
   return made;
 }
 
-void TouchFields::note_cut(std::shared_ptr<const volume::Version> version, std::uint64_t serial,
-                           const volume::VoxelBox& box) {
+void TouchFields::record_cut(std::shared_ptr<const volume::Version> version, std::uint64_t serial,
+                             const volume::VoxelBox& box) {
   // Fields that never come must not keep every version.
   constexpr std::size_t k_most = 4096;
   if (cuts_.size() == k_most) {

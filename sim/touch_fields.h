@@ -36,8 +36,8 @@ class TouchFields {
   /// Of the first cut that they do not know; they are stale.
   std::uint64_t oldest_serial() const noexcept { return cuts_.front().serial; }
   /// Something was cut in `box`, and published.
-  void note_cut(std::shared_ptr<const volume::Version> version, std::uint64_t serial,
-                const volume::VoxelBox& box);
+  void record_cut(std::shared_ptr<const volume::Version> version, std::uint64_t serial,
+                  const volume::VoxelBox& box);
   /// For all that was cut so far; nothing when the fields are up to date.
   std::optional<OffsetJob> job() const;
   /// For what was published then; nothing when that did not lead here.

@@ -22,7 +22,7 @@ volume::RemovalReport Work::remove(const volume::Sweep& sweep) {
   return one;
 }
 
-void Work::tell(Value what, const glm::dvec3& place_world) {
+void Work::raise_event(Value what, const glm::dvec3& place_world) {
   events_->push_back({tick_, hand_, place_world, std::move(what)});
 }
 

@@ -16,7 +16,7 @@ class Work {
   volume::RemovalReport remove(const volume::Sweep& sweep);
   /// What is left, with all that was removed up to here.
   const volume::Version& left() const noexcept { return editor_->working(); }
-  void tell(Value what, const glm::dvec3& place_world);
+  void raise_event(Value what, const glm::dvec3& place_world);
 
   /// All that remove() did.
   const volume::RemovalReport& removed() const noexcept { return removed_; }

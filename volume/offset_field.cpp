@@ -1,3 +1,4 @@
+// One file: a field is made in four passes over the same points, none of which is of use alone.
 #include "volume/offset_field.h"
 
 #include <algorithm>
@@ -10,10 +11,10 @@
 #include <mutex>
 #include <optional>
 
-#include "volume/brush_fire.h"
 #include "volume/deterministic_math.h"
 #include "volume/parallel.h"
 #include "volume/smooth_surface.h"
+#include "volume/wavefront.h"
 #include "volume/work_counters.h"
 
 namespace trephine::volume {
@@ -336,15 +337,15 @@ class OffsetField::Builder {
     const LatticeBox box{dvec3(low), dvec3(high), shortest_step_};
     const std::vector<SurfacePoint> points = sample_surface(kinds, box, reach);
     work.samples += points.size();
-    std::optional<BrushFire> fire;
+    std::optional<Wavefront> wavefront;
     if (!points.empty()) {
-      fire.emplace(out_.frame_, box, halo, points);
-      fire->spread(out_.step_, reach, inner_reach(), is_matter);
+      wavefront.emplace(out_.frame_, box, halo, points);
+      wavefront->spread(out_.step_, reach, inner_reach(), is_matter);
     }
-    fill_bricks(is_wanted, fire, points, is_matter, work);
+    fill_bricks(is_wanted, wavefront, points, is_matter, work);
   }
 
-  void fill_bricks(const Wanted& is_wanted, const std::optional<BrushFire>& fire,
+  void fill_bricks(const Wanted& is_wanted, const std::optional<Wavefront>& wavefront,
                    const std::vector<SurfacePoint>& points, const Matter& is_matter, Work& work) {
     const ivec3 first = is_wanted.box.low / k_edge, last = is_wanted.box.high / k_edge;
     for (int bz = first.z; bz <= last.z; ++bz)
@@ -352,23 +353,23 @@ class OffsetField::Builder {
         for (int bx = first.x; bx <= last.x; ++bx) {
           const ivec3 corner = ivec3(bx, by, bz) * k_edge;
           SampleSlot& slot = out_.own_slot({bx, by, bz});
-          // Where the fire never came a brick is all free or all solid.
-          if (!before_ && !is_reached(fire, corner))
+          // Where the wavefront never came a brick is all free or all solid.
+          if (!before_ && !is_reached(wavefront, corner))
             slot = {nullptr, is_matter.is_in(corner, corner + (k_edge - 1))};
           else
-            fill(slot, corner, is_wanted, fire, points, is_matter, work);
+            fill(slot, corner, is_wanted, wavefront, points, is_matter, work);
         }
   }
-  static bool is_reached(const std::optional<BrushFire>& fire, const ivec3& corner) {
-    for (int k = 0; fire && k < k_edge * k_edge * k_edge; ++k)
-      if (fire->nearest(corner + in_brick(k)) != BrushFire::k_none) return true;
+  static bool is_reached(const std::optional<Wavefront>& wavefront, const ivec3& corner) {
+    for (int k = 0; wavefront && k < k_edge * k_edge * k_edge; ++k)
+      if (wavefront->nearest(corner + in_brick(k)) != Wavefront::k_none) return true;
     return false;
   }
   static ivec3 in_brick(int k) { return {k % k_edge, k / k_edge % k_edge, k / (k_edge * k_edge)}; }
 
   /// The wanted samples of the brick at `corner`. It is kept where anything is near the offset surface.
   void fill(SampleSlot& slot, const ivec3& corner, const Wanted& is_wanted,
-            const std::optional<BrushFire>& fire, const std::vector<SurfacePoint>& points,
+            const std::optional<Wavefront>& wavefront, const std::vector<SurfacePoint>& points,
             const Matter& is_matter, Work& work) const {
     const float far = static_cast<float>(out_.far_);
     auto brick = slot.brick ? std::make_shared<SampleBrick>(*slot.brick) : std::make_shared<SampleBrick>();
@@ -378,7 +379,7 @@ class OffsetField::Builder {
       const ivec3 v = corner + in_brick(k);
       if (!is_wanted(v)) continue;
       float& u = brick->values[static_cast<std::size_t>(k)];
-      const float now = static_cast<float>(sample(v, fire, points, is_matter, work));
+      const float now = static_cast<float>(sample(v, wavefront, points, is_matter, work));
       // Where matter was taken the tool is nowhere held that it was not before, whatever rounding says.
       if (before_ && now >= u) continue;
       u = now;
@@ -391,31 +392,31 @@ class OffsetField::Builder {
     slot.brick = is_near ? std::move(brick) : nullptr;
   }
   /// u at lattice point v.
-  double sample(const ivec3& v, const std::optional<BrushFire>& fire, const std::vector<SurfacePoint>& points,
-                const Matter& is_matter, Work& work) const {
-    const std::uint32_t nearest = fire ? fire->nearest(v) : BrushFire::k_none;
+  double sample(const ivec3& v, const std::optional<Wavefront>& wavefront,
+                const std::vector<SurfacePoint>& points, const Matter& is_matter, Work& work) const {
+    const std::uint32_t nearest = wavefront ? wavefront->nearest(v) : Wavefront::k_none;
     const bool is_within = is_matter(v);
-    if (nearest == BrushFire::k_none) return is_within ? out_.far_ : -out_.far_;
+    if (nearest == Wavefront::k_none) return is_within ? out_.far_ : -out_.far_;
     ++work.cells;
     // In the solid itself the distance has the other sign.
-    const double sign = is_within ? -1 : 1, spread = fire->distance(v);
+    const double sign = is_within ? -1 : 1, spread = wavefront->distance(v);
     const bool is_refined = std::abs(sign * spread - out_.radius_) < k_refined * out_.step_;
-    const double distance = is_refined ? refined(v, *fire, points) : spread;
+    const double distance = is_refined ? refined(v, *wavefront, points) : spread;
     return std::clamp(out_.radius_ - sign * distance, -out_.far_, out_.far_);
   }
 
   /// The exact distance of lattice point v. Where the nearest point leads to no nearest place, as on rims,
   /// those of the neighbours may.
-  double refined(const ivec3& v, const BrushFire& fire, const std::vector<SurfacePoint>& points) const {
+  double refined(const ivec3& v, const Wavefront& wavefront, const std::vector<SurfacePoint>& points) const {
     const dvec3 at = out_.frame_.world_from_volume(dvec3(v));
-    const std::uint32_t nearest = fire.nearest(v);
+    const std::uint32_t nearest = wavefront.nearest(v);
     bool is_found = false;
     double distance = surface_.distance(at, points[nearest], is_found);
     for (int k = 0; k < 6 && !is_found; ++k) {
       ivec3 beside = v;
       beside[k / 2] += k % 2 ? 1 : -1;
-      const std::uint32_t other = fire.nearest(beside);
-      if (other != BrushFire::k_none && other != nearest)
+      const std::uint32_t other = wavefront.nearest(beside);
+      if (other != Wavefront::k_none && other != nearest)
         distance = std::min(distance, surface_.distance(at, points[other], is_found));
     }
     return distance;

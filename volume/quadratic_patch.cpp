@@ -104,16 +104,16 @@ Jet cut_jet(const Version& version, const glm::dvec3& p) noexcept {
 
 const bool k_has_wide_patches = __builtin_cpu_supports("avx2");
 
-QuadraticPatch::BendBound QuadraticPatch::bend_bound() const noexcept {
+QuadraticPatch::HessianBound QuadraticPatch::hessian_bound() const noexcept {
   if (k_has_wide_patches) {
     double out[6];
-    bend_bound_of_patch_wide(samples(), out);
+    hessian_bound_of_patch_wide(samples(), out);
     return {{out[0], out[1], out[2]}, {out[3], out[4], out[5]}};
   }
-  return narrow_bend_bound();
+  return narrow_hessian_bound();
 }
 
-QuadraticPatch::BendBound QuadraticPatch::narrow_bend_bound() const noexcept {
+QuadraticPatch::HessianBound QuadraticPatch::narrow_hessian_bound() const noexcept {
   const auto second = [](const Lanes& a, const Lanes& b, const Lanes& c) { return magnitude(a - b - b + c); };
   Lanes yy(0, 0, 0), zz = yy, yz = yy, xy = yy, xz = yy;
   double xx = 0;

@@ -1,6 +1,7 @@
 // The smooth reconstruction of a field: a tensor product of quadratic B-splines over 3 x 3 x 3 voxels, one
-// polynomial for the cube of each voxel, value and slope continuous everywhere (Unser 1999, eq. 6). Weights
-// are positive and sum to 1: a value lies between its samples', and where all are air nothing is solid.
+// polynomial for the cube of each voxel, value and gradient continuous everywhere (Unser 1999, eq. 6).
+// Weights are positive and sum to 1: a value lies between its samples', and where all are air nothing is
+// solid.
 #pragma once
 
 #include <algorithm>
@@ -14,36 +15,36 @@
 namespace trephine::volume {
 
 /// Value and first derivatives, per voxel step.
-struct Slope {
+struct ValueAndGradient {
   double value;
   glm::dvec3 gradient;
 };
 
 /// Value, first and second derivatives, per voxel step.
-struct Jet : Slope {
-  glm::dvec3 bend_own;    ///< xx, yy, zz
-  glm::dvec3 bend_cross;  ///< yz, xz, xy
+struct Jet : ValueAndGradient {
+  glm::dvec3 hessian_diagonal;  ///< xx, yy, zz
+  glm::dvec3 hessian_mixed;     ///< yz, xz, xy
   /// The matrix of second derivatives times v.
-  glm::dvec3 bend(const glm::dvec3& v) const noexcept {
-    return {bend_own.x * v.x + bend_cross.z * v.y + bend_cross.y * v.z,
-            bend_cross.z * v.x + bend_own.y * v.y + bend_cross.x * v.z,
-            bend_cross.y * v.x + bend_cross.x * v.y + bend_own.z * v.z};
+  glm::dvec3 hessian_times(const glm::dvec3& v) const noexcept {
+    return {hessian_diagonal.x * v.x + hessian_mixed.z * v.y + hessian_mixed.y * v.z,
+            hessian_mixed.z * v.x + hessian_diagonal.y * v.y + hessian_mixed.x * v.z,
+            hessian_mixed.y * v.x + hessian_mixed.x * v.y + hessian_diagonal.z * v.z};
   }
 };
 
 /// Derivatives per step as those per `k` steps along each axis.
-inline void rescale(Slope& s, const glm::dvec3& k) noexcept { s.gradient *= k; }
+inline void rescale(ValueAndGradient& s, const glm::dvec3& k) noexcept { s.gradient *= k; }
 inline void rescale(Jet& j, const glm::dvec3& k) noexcept {
   j.gradient *= k;
-  j.bend_own *= k * k;
-  j.bend_cross *= glm::dvec3(k.y * k.z, k.x * k.z, k.x * k.y);
+  j.hessian_diagonal *= k * k;
+  j.hessian_mixed *= glm::dvec3(k.y * k.z, k.x * k.z, k.x * k.y);
 }
 
 /// Does this processor run the wide kernels (AVX2)? The same bits either way.
 extern const bool k_has_wide_patches;
-void slope_of_patch_wide(const double* rows, const double p[3], double out[4]) noexcept;
+void value_and_gradient_of_patch_wide(const double* rows, const double p[3], double out[4]) noexcept;
 void jet_of_patch_wide(const double* rows, const double p[3], double out[10]) noexcept;
-void bend_bound_of_patch_wide(const double* rows, double out[6]) noexcept;
+void hessian_bound_of_patch_wide(const double* rows, double out[6]) noexcept;
 
 /// The polynomial of one voxel's cube. Plain data of 320 bytes; queries take points relative to the voxel's
 /// centre, each coordinate in [-0.5, 0.5] up to rounding, allocate nothing and cost 10 - 25 ns.
@@ -57,27 +58,28 @@ class QuadraticPatch {
   /// Of 27 samples from anywhere: [z][y][x].
   void set_row(int y, int z, double a, double b, double c) noexcept { rows_[z][y] = Lanes(a, b, c); }
 
-  Slope slope(const glm::dvec3& p) const noexcept {
+  ValueAndGradient value_and_gradient(const glm::dvec3& p) const noexcept {
     if (k_has_wide_patches) {
       double out[4];
-      slope_of_patch_wide(samples(), &p.x, out);
+      value_and_gradient_of_patch_wide(samples(), &p.x, out);
       return {out[0], {out[1], out[2], out[3]}};
     }
-    return narrow_slope(p);
+    return narrow_value_and_gradient(p);
   }
   /// The same without AVX2.
-  Slope narrow_slope(const glm::dvec3& p) const noexcept {
+  ValueAndGradient narrow_value_and_gradient(const glm::dvec3& p) const noexcept {
     const Weights y(p.y), z(p.z);
     Lanes flat[3], steep[3];
     for (int j = 0; j < 3; ++j) {
       flat[j] = z.value[0] * rows_[0][j] + z.value[1] * rows_[1][j] + z.value[2] * rows_[2][j];
-      steep[j] = z.slope[0] * rows_[0][j] + z.slope[1] * rows_[1][j] + z.slope[2] * rows_[2][j];
+      steep[j] =
+          z.derivative[0] * rows_[0][j] + z.derivative[1] * rows_[1][j] + z.derivative[2] * rows_[2][j];
     }
     const Lanes c = y.value[0] * flat[0] + y.value[1] * flat[1] + y.value[2] * flat[2];
-    const Lanes cy = y.slope[0] * flat[0] + y.slope[1] * flat[1] + y.slope[2] * flat[2];
+    const Lanes cy = y.derivative[0] * flat[0] + y.derivative[1] * flat[1] + y.derivative[2] * flat[2];
     const Lanes cz = y.value[0] * steep[0] + y.value[1] * steep[1] + y.value[2] * steep[2];
     const Weights w(p.x);
-    const Lanes x(w.value), dx(w.slope);
+    const Lanes x(w.value), dx(w.derivative);
     return {dot(c, x), {dot(c, dx), dot(cy, x), dot(cz, x)}};
   }
 
@@ -94,28 +96,29 @@ class QuadraticPatch {
     Lanes flat[3], steep[3], bent[3];
     for (int j = 0; j < 3; ++j) {
       flat[j] = z.value[0] * rows_[0][j] + z.value[1] * rows_[1][j] + z.value[2] * rows_[2][j];
-      steep[j] = z.slope[0] * rows_[0][j] + z.slope[1] * rows_[1][j] + z.slope[2] * rows_[2][j];
+      steep[j] =
+          z.derivative[0] * rows_[0][j] + z.derivative[1] * rows_[1][j] + z.derivative[2] * rows_[2][j];
       bent[j] = rows_[0][j] - rows_[1][j] - rows_[1][j] + rows_[2][j];
     }
     const Lanes c = y.value[0] * flat[0] + y.value[1] * flat[1] + y.value[2] * flat[2];
-    const Lanes cy = y.slope[0] * flat[0] + y.slope[1] * flat[1] + y.slope[2] * flat[2];
+    const Lanes cy = y.derivative[0] * flat[0] + y.derivative[1] * flat[1] + y.derivative[2] * flat[2];
     const Lanes cz = y.value[0] * steep[0] + y.value[1] * steep[1] + y.value[2] * steep[2];
-    const Lanes cyz = y.slope[0] * steep[0] + y.slope[1] * steep[1] + y.slope[2] * steep[2];
+    const Lanes cyz = y.derivative[0] * steep[0] + y.derivative[1] * steep[1] + y.derivative[2] * steep[2];
     const Lanes cyy = flat[0] - flat[1] - flat[1] + flat[2];
     const Lanes czz = y.value[0] * bent[0] + y.value[1] * bent[1] + y.value[2] * bent[2];
     const Weights w(p.x);
-    const Lanes x(w.value), dx(w.slope), dxx(1, -2, 1);
+    const Lanes x(w.value), dx(w.derivative), dxx(1, -2, 1);
     Jet jet;
     jet.value = dot(c, x);
     jet.gradient = {dot(c, dx), dot(cy, x), dot(cz, x)};
-    jet.bend_own = {dot(c, dxx), dot(cyy, x), dot(czz, x)};
-    jet.bend_cross = {dot(cyz, x), dot(cz, dx), dot(cy, dx)};
+    jet.hessian_diagonal = {dot(c, dxx), dot(cyy, x), dot(czz, x)};
+    jet.hessian_mixed = {dot(cyz, x), dot(cz, dx), dot(cy, dx)};
     return jet;
   }
 
   /// Bounds of |second derivative| over the cube: own = max |xx|, |yy|, |zz|, cross = max |yz|, |xz|, |xy|. A
   /// second difference of the samples is where each second derivative comes from, with positive weights.
-  struct BendBound {
+  struct HessianBound {
     glm::dvec3 own, cross;
     /// Bounds |v . (second derivatives) v|.
     double along(const glm::dvec3& v) const noexcept {
@@ -124,9 +127,9 @@ class QuadraticPatch {
                   cross.z * std::abs(v.x * v.y));
     }
   };
-  BendBound bend_bound() const noexcept;
-  BendBound narrow_bend_bound() const noexcept;  ///< the same without AVX2
-  friend void rescale(BendBound& b, const glm::dvec3& k) noexcept {
+  HessianBound hessian_bound() const noexcept;
+  HessianBound narrow_hessian_bound() const noexcept;  ///< the same without AVX2
+  friend void rescale(HessianBound& b, const glm::dvec3& k) noexcept {
     b.own *= k * k;
     b.cross *= glm::dvec3(k.y * k.z, k.x * k.z, k.x * k.y);
   }
@@ -175,10 +178,10 @@ class QuadraticPatch {
     Lanes step() const noexcept { return {_mm_sub_pd(_mm_shuffle_pd(low, high, 1), low), _mm_setzero_pd()}; }
   };
   struct Weights {
-    double value[3], slope[3];
+    double value[3], derivative[3];
     explicit Weights(double u) noexcept
         : value{0.5 * (0.5 - u) * (0.5 - u), 0.75 - u * u, 0.5 * (0.5 + u) * (0.5 + u)},
-          slope{u - 0.5, -2 * u, u + 0.5} {}
+          derivative{u - 0.5, -2 * u, u + 0.5} {}
   };
 
   const double* samples() const noexcept { return reinterpret_cast<const double*>(&rows_[0][0]); }

@@ -8,9 +8,9 @@ namespace trephine::volume {
 
 namespace {
 
-/// Values and slopes of the three quadratic B-splines at u.
+/// Values and derivatives of the three quadratic B-splines at u.
 struct Spline {
-  double value[3], slope[3];
+  double value[3], derivative[3];
 };
 
 inline Spline spline_at(double u) noexcept {
@@ -38,7 +38,7 @@ inline void store_four(double* out, __m256d a, __m256d b) noexcept {
   _mm256_storeu_pd(out, _mm256_permute4x64_pd(sums, _MM_SHUFFLE(3, 1, 2, 0)));
 }
 
-inline __m256d bend(__m256d a, __m256d b, __m256d c) noexcept {
+inline __m256d second_difference(__m256d a, __m256d b, __m256d c) noexcept {
   return _mm256_add_pd(_mm256_sub_pd(_mm256_sub_pd(a, b), b), c);
 }
 
@@ -54,22 +54,23 @@ inline double larger(double a, double b) noexcept { return a < b ? b : a; }
 }  // namespace
 
 /// `rows`: nine times four doubles, [z][y]; `out`: value, gradient.
-void slope_of_patch_wide(const double* rows, const double p[3], double out[4]) noexcept {
+void value_and_gradient_of_patch_wide(const double* rows, const double p[3], double out[4]) noexcept {
   const Spline x = spline_at(p[0]), y = spline_at(p[1]), z = spline_at(p[2]);
   __m256d flat[3], steep[3];
   for (int j = 0; j < 3; ++j) {
     const __m256d a = _mm256_loadu_pd(rows + 4 * j), b = _mm256_loadu_pd(rows + 4 * (3 + j)),
                   c = _mm256_loadu_pd(rows + 4 * (6 + j));
     flat[j] = sum3(z.value, a, b, c);
-    steep[j] = sum3(z.slope, a, b, c);
+    steep[j] = sum3(z.derivative, a, b, c);
   }
-  const __m256d c = sum3(y.value, flat[0], flat[1], flat[2]), cy = sum3(y.slope, flat[0], flat[1], flat[2]),
+  const __m256d c = sum3(y.value, flat[0], flat[1], flat[2]),
+                cy = sum3(y.derivative, flat[0], flat[1], flat[2]),
                 cz = sum3(y.value, steep[0], steep[1], steep[2]);
-  const __m256d along = lanes_of(x.value), across = lanes_of(x.slope);
+  const __m256d along = lanes_of(x.value), across = lanes_of(x.derivative);
   store_four(out, two_dots(c, along, c, across), two_dots(cy, along, cz, along));
 }
 
-/// `out`: value, gradient, bend_own, bend_cross.
+/// `out`: value, gradient, hessian_diagonal, hessian_mixed.
 void jet_of_patch_wide(const double* rows, const double p[3], double out[10]) noexcept {
   const Spline x = spline_at(p[0]), y = spline_at(p[1]), z = spline_at(p[2]);
   __m256d flat[3], steep[3], bent[3];
@@ -77,14 +78,16 @@ void jet_of_patch_wide(const double* rows, const double p[3], double out[10]) no
     const __m256d a = _mm256_loadu_pd(rows + 4 * j), b = _mm256_loadu_pd(rows + 4 * (3 + j)),
                   c = _mm256_loadu_pd(rows + 4 * (6 + j));
     flat[j] = sum3(z.value, a, b, c);
-    steep[j] = sum3(z.slope, a, b, c);
-    bent[j] = bend(a, b, c);
+    steep[j] = sum3(z.derivative, a, b, c);
+    bent[j] = second_difference(a, b, c);
   }
-  const __m256d c = sum3(y.value, flat[0], flat[1], flat[2]), cy = sum3(y.slope, flat[0], flat[1], flat[2]),
+  const __m256d c = sum3(y.value, flat[0], flat[1], flat[2]),
+                cy = sum3(y.derivative, flat[0], flat[1], flat[2]),
                 cz = sum3(y.value, steep[0], steep[1], steep[2]),
-                cyz = sum3(y.slope, steep[0], steep[1], steep[2]), cyy = bend(flat[0], flat[1], flat[2]),
+                cyz = sum3(y.derivative, steep[0], steep[1], steep[2]),
+                cyy = second_difference(flat[0], flat[1], flat[2]),
                 czz = sum3(y.value, bent[0], bent[1], bent[2]);
-  const __m256d along = lanes_of(x.value), across = lanes_of(x.slope), over = _mm256_set_pd(0, 1, -2, 1);
+  const __m256d along = lanes_of(x.value), across = lanes_of(x.derivative), over = _mm256_set_pd(0, 1, -2, 1);
   double few[4];
   store_four(out, two_dots(c, along, c, across), two_dots(cy, along, cz, along));
   store_four(out + 4, two_dots(c, over, cyy, along), two_dots(czz, along, cyz, along));
@@ -93,15 +96,15 @@ void jet_of_patch_wide(const double* rows, const double p[3], double out[10]) no
 }
 
 /// `out`: own, cross.
-void bend_bound_of_patch_wide(const double* rows, double out[6]) noexcept {
+void hessian_bound_of_patch_wide(const double* rows, double out[6]) noexcept {
   __m256d r[3][3];
   for (int k = 0; k < 3; ++k)
     for (int j = 0; j < 3; ++j) r[k][j] = _mm256_loadu_pd(rows + 4 * (3 * k + j));
   __m256d yy = _mm256_setzero_pd(), zz = yy, yz = yy, xy = yy, xz = yy;
   double xx = 0;
   for (int k = 0; k < 3; ++k) {
-    yy = _mm256_max_pd(yy, magnitude(bend(r[k][0], r[k][1], r[k][2])));
-    zz = _mm256_max_pd(zz, magnitude(bend(r[0][k], r[1][k], r[2][k])));
+    yy = _mm256_max_pd(yy, magnitude(second_difference(r[k][0], r[k][1], r[k][2])));
+    zz = _mm256_max_pd(zz, magnitude(second_difference(r[0][k], r[1][k], r[2][k])));
     for (int j = 0; j < 3; ++j) {
       const __m128d s = _mm256_castpd256_pd128(step(r[k][j]));
       const __m128d turn = _mm_andnot_pd(_mm_set1_pd(-0.0), _mm_sub_sd(_mm_unpackhi_pd(s, s), s));

@@ -154,10 +154,10 @@ class SmoothSurface {
       const glm::dvec3 w = glm::cross(n, u);
       const glm::dvec3 u_voxel = frame_.vector_volume_from_world(u),
                        w_voxel = frame_.vector_volume_from_world(w);
-      const glm::dvec3 bend_u = j.bend(u_voxel), bend_w = j.bend(w_voxel);
+      const glm::dvec3 hessian_u = j.hessian_times(u_voxel), hessian_w = j.hessian_times(w_voxel);
       const double lambda = (glm::dot(to_x, n) - room) / steepness;
-      double a = 1 + lambda * glm::dot(bend_u, u_voxel), c = 1 + lambda * glm::dot(bend_w, w_voxel);
-      const double b = lambda * glm::dot(bend_u, w_voxel), half = 0.5 * (a - c);
+      double a = 1 + lambda * glm::dot(hessian_u, u_voxel), c = 1 + lambda * glm::dot(hessian_w, w_voxel);
+      const double b = lambda * glm::dot(hessian_u, w_voxel), half = 0.5 * (a - c);
       const double least = 0.5 * (a + c) - std::sqrt(half * half + b * b);
       if (least < 0.5) a += 0.5 - least, c += 0.5 - least;
       const double ru = glm::dot(to_x, u), rw = glm::dot(to_x, w), share = 1 / (a * c - b * b);

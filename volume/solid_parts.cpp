@@ -280,12 +280,12 @@ void SolidParts::number_parts(std::vector<int>& of_run, std::vector<int>& of_who
     place[static_cast<std::size_t>(i)] = static_cast<int>(parts_.size());
     parts_.push_back({of(i).samples, of(i).box, largest[static_cast<std::size_t>(of(i).whole)] != i});
   }
-  const auto tell = [&](Run& run) {
+  const auto record = [&](Run& run) {
     const int at = number[static_cast<std::size_t>(of_run[static_cast<std::size_t>(run.part)])];
     run.part = run.is_removed || at == k_air ? k_air : place[static_cast<std::size_t>(at)];
   };
-  for (Run& run : coarse_runs_) tell(run);
-  for (Run& run : fine_runs_) tell(run);
+  for (Run& run : coarse_runs_) record(run);
+  for (Run& run : fine_runs_) record(run);
 }
 
 void SolidParts::row(int x, int y, int z, int count, int* parts) const noexcept {

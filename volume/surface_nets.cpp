@@ -1,3 +1,4 @@
+// One file: nets of one size and of two are one walk over cells, which shares its tables and its vertices.
 #include "volume/surface_nets.h"
 
 #include <algorithm>

@@ -185,8 +185,8 @@ int trephine_operation_step(trephine_operation* operation, const trephine_pose* 
   });
 }
 
-int trephine_operation_tell(trephine_operation* operation, int hand, const char* command, const char* words,
-                            trephine_error* error) {
+int trephine_operation_command(trephine_operation* operation, int hand, const char* command,
+                               const char* words, trephine_error* error) {
   Status refused;
   const int code = guarded(error, [&]() -> Status {
     if (Status wrong = check_run(operation)) return wrong;

@@ -109,8 +109,8 @@ int trephine_operation_step(trephine_operation* operation, const trephine_pose* 
 /* A command by name, in words: "undo", "redo", "note" with "text=here", "burr" with "diameter=3",
  * "free_pieces", ...: `trephine modules` lists them. Work that takes longer (a job) is done before this
  * returns. TREPHINE_REFUSED when it may not be done now, which changes nothing. */
-int trephine_operation_tell(trephine_operation* operation, int hand, const char* command, const char* words,
-                            trephine_error* error);
+int trephine_operation_command(trephine_operation* operation, int hand, const char* command,
+                               const char* words, trephine_error* error);
 /* Ends the recording and makes it safe; the first failure of all of it. Afterwards nothing more can be done,
  * only asked. Without a recording nothing but that. */
 int trephine_operation_end(trephine_operation* operation, trephine_error* error);

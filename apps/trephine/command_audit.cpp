@@ -1,4 +1,5 @@
-// audit.
+// audit: every tick and voxel of a session, judged by code that shares none with what it judges. One file: each
+// judge sees the same replay, and they say one report.
 #include <algorithm>
 #include <array>
 #include <deque>
@@ -102,7 +103,7 @@ class Ball {
     is_new_ = true;
   }
   /// `popped`: the shape that gave way; -1 for none. Looks where the tip has moved, and after each cut.
-  void look(const glm::dvec3& middle_world, int popped) {
+  void judge_middle(const glm::dvec3& middle_world, int popped) {
     if (!is_new_ && glm::length(middle_world - last_) < least_move_) return;
     is_new_ = false, last_ = middle_world;
     const double deep = judge_.sunk_mm(middle_world, [&](const glm::dvec3& at) {
@@ -414,7 +415,7 @@ Result<Outcome> audit_session(const AuditArguments& arguments) {
       if (*to_plant == "ball") middle -= 3 * hand.ball->allowed_mm() * r.normal_world;
       to_plant.reset();
     }
-    hand.force.look(tick);
+    hand.force.judge_tick(tick);
     // A proxy that is led out of matter that grew over it is no free proxy; nor has a lost pose moved one.
     if (r.is_led || r.is_reset || r.is_restarted) hand.falls.restart();
     if (r.is_reset) hand.popped_shape = -1;
@@ -425,10 +426,10 @@ Result<Outcome> audit_session(const AuditArguments& arguments) {
       if (const glm::dvec3* last = hand.falls.free_proxy();
           last && hand.solids.has_movers() && !step.is_buried && waypoints > 0 && path[0] != *last)
         hand.falls.carried_to(path[0], hand.solids.meets(*last, path[0], hand.popped_shape, true));
-      hand.falls.look({std::span(path.data(), static_cast<std::size_t>(waypoints)), hip, step.has_contact,
-                       step.is_buried});
+      hand.falls.judge_step({std::span(path.data(), static_cast<std::size_t>(waypoints)), hip,
+                             step.has_contact, step.is_buried});
       if (hand.ball && hand.falls.judged() > before && !step.is_buried)
-        hand.ball->look(middle, hand.popped_shape);
+        hand.ball->judge_middle(middle, hand.popped_shape);
     }
     if (!is_lost) hand.pop(scene, r);
   }

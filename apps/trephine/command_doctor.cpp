@@ -1,4 +1,4 @@
-// doctor: what this machine has, what it lacks, and what mends it.
+// doctor: what this machine has, what it lacks, and what to do about it.
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
@@ -239,7 +239,7 @@ Run build(Options& options) {
 
 }  // namespace
 
-const Command k_doctor{"doctor", "Look at this machine: what is missing, and what mends it",
+const Command k_doctor{"doctor", "Look at this machine: what is missing, and what to do about it",
                        "  trephine doctor\n  trephine doctor --json", build};
 
 }  // namespace trephine::app

@@ -26,7 +26,7 @@ struct DrillArguments {
 };
 
 /// How near the tool came to what must not be cut, and each time that it was inside; then the check failed.
-void tell_forbidden(const sim::Engine& engine, double dt, Outcome& outcome) {
+void report_forbidden(const sim::Engine& engine, double dt, Outcome& outcome) {
   if (engine.forbidden().empty()) return;
   Json all = Json::array();
   for (std::size_t s = 0; s < engine.forbidden().size(); ++s) {
@@ -153,7 +153,7 @@ Result<Outcome> run_drill(const DrillArguments& arguments) {
   for (const auto& [name, mm3] : by_label.items())
     outcome.text += format_text("  %s %.2f mm3\n", name.c_str(), mm3.get<double>());
   outcome.text += "written to " + arguments.output + "\n";
-  tell_forbidden(run.engine(), 1 / arguments.rate, outcome);
+  report_forbidden(run.engine(), 1 / arguments.rate, outcome);
   if (const haptics::ServoRecord& last = run.last_record(); last.has_contact) {
     const double held = glm::length(last.proxy_world - last.pose.position_world);
     const glm::ivec3 hand =

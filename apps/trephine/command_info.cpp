@@ -53,7 +53,7 @@ Result<Outcome> describe_session(const std::string& path) {
   double strongest = 0;
   std::int64_t units = 0;
   bool has_last = false;
-  const auto tell = [&](std::uint64_t tick, int hand, const std::string& text) {
+  const auto print_line = [&](std::uint64_t tick, int hand, const std::string& text) {
     events.push_back(
         {{"after_seconds", static_cast<double>(tick) / h.rate_hz}, {"hand", hand}, {"text", text}});
   };
@@ -76,9 +76,9 @@ Result<Outcome> describe_session(const std::string& path) {
       const sim::Value& what = command->command.what;
       undos += what.as<sim::Undo>() != nullptr;
       redos += what.as<sim::Redo>() != nullptr;
-      if (const auto* remark = what.as<sim::Note>()) tell(last, command->command.hand, remark->text);
+      if (const auto* remark = what.as<sim::Note>()) print_line(last, command->command.hand, remark->text);
     } else if (const auto* event = std::get_if<sim::EventItem>(&item)) {
-      tell(event->event.tick, event->event.hand, words_of(event->event));
+      print_line(event->event.tick, event->event.hand, words_of(event->event));
     } else if (const auto* version = std::get_if<sim::VersionItem>(&item)) {
       ++versions;
       units = version->removed_units;

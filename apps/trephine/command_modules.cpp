@@ -54,7 +54,7 @@ Result<Outcome> run_modules(const ModulesArguments& arguments) {
     const sim::Catalogue own;
     for (const bool is_event : {false, true})
       for (const sim::ValueType* type : own.all())
-        if (own.is_event(*type) == is_event && (is_event || own.may_be_told(*type)))
+        if (own.is_event(*type) == is_event && (is_event || own.is_command(*type)))
           parts.push_back(table_of(*type, is_event ? "event" : "command", outcome.text));
     outcome.json["modules"].push_back({{"name", "engine"}, {"parts", parts}});
   }

@@ -124,7 +124,7 @@ Result<Outcome> run_soak(const SoakArguments& arguments) {
     std::this_thread::sleep_for(std::chrono::milliseconds(20));
     const double t = seconds_since(start);
     if (!progress(t / arguments.seconds)) break;
-    const sim::LiveState state = live.look();
+    const sim::LiveState state = live.fetch_state();
     if (state.newest.faults & haptics::k_latched_faults) {
       live.reset_faults();
       ++stalls;

@@ -1,3 +1,4 @@
+// One file: the rows of one measurement as JSON, as a table and as charts.
 #include "apps/trephine/feel_report.h"
 
 #include <algorithm>

@@ -5,9 +5,9 @@
 #include <glm/geometric.hpp>
 
 #include "apps/trephine/outputs.h"
-#include "apps/view/viewport.h"
 #include "apps/view/render_window.h"
 #include "apps/view/tool_look.h"
+#include "apps/view/viewport.h"
 #include "data-tools/atomic_file.h"
 #include "modules/catalogue.h"
 
@@ -64,13 +64,13 @@ class ScriptPictures {
     for (const workbench::Place& place : run_->places())
       if (place.name == wish.place) {
         from_ = glm::normalize(place.direction(wish.from));
-        return picture_->view().look(place.at(wish.aim), from_, up, *wish.distance);
+        return picture_->view().aim_camera(place.at(wish.aim), from_, up, *wish.distance);
       }
     dvec3 low, high;
     picture_->view().bounds(low, high);
     constexpr double k_half_angle = 14 * 3.14159265 / 180;  // of the camera
     const double all = 0.86 * glm::length(high - low) / (2 * std::tan(k_half_angle));
-    picture_->view().look(0.5 * (low + high) + wish.aim, from_, up, wish.distance.value_or(all));
+    picture_->view().aim_camera(0.5 * (low + high) + wish.aim, from_, up, wish.distance.value_or(all));
   }
 
   const workbench::ScriptRun* run_;

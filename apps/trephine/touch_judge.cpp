@@ -58,8 +58,8 @@ void TouchJudge::observe(const workbench::TouchTick& tick) {
   const haptics::ProxyStep& step = tick.servo.last_step();
   const glm::dvec3& place = record.pose.position_world;
   const glm::dvec3 hip = base_.frame.volume_from_world(place);
-  falls_.look({std::span(step.path_volume.data(), static_cast<std::size_t>(step.waypoint_count)), hip,
-               step.has_contact, step.is_buried});
+  falls_.judge_step({std::span(step.path_volume.data(), static_cast<std::size_t>(step.waypoint_count)), hip,
+                     step.has_contact, step.is_buried});
   for (std::size_t e = 0; e < record.event_count; ++e)
     if (record.events[e].kind == haptics::TouchEvent::popped) falls_.restart();  // let through, as asked
   // On cubes each tick at rest is looked at, on the smooth solid, which takes milliseconds, the tenth of each

@@ -1,3 +1,4 @@
+// One file: the kept picture, its depth and what is drawn anew into it are one set of buffers.
 #include "apps/view/bone_layer.h"
 
 #include <algorithm>

@@ -225,7 +225,7 @@ void BoneView::show_text(const std::string& corner, const std::string& foot) {
   parts_->foot->SetInput(foot.c_str());
 }
 
-void BoneView::look(const dvec3& target, const dvec3& from, const dvec3& up, double distance) {
+void BoneView::aim_camera(const dvec3& target, const dvec3& from, const dvec3& up, double distance) {
   vtkCamera* camera = parts_->renderer->GetActiveCamera();
   const dvec3 eye = target + distance * glm::normalize(from);
   camera->SetFocalPoint(target.x, target.y, target.z);
@@ -265,8 +265,8 @@ void BoneView::look_from(char side, const dvec3& low, const dvec3& high) {
     default:
       break;
   }
-  look(0.5 * (low + high), from, up,
-       0.86 * glm::length(high - low) / (2 * std::tan(14 * 3.14159265358979 / 180)));
+  aim_camera(0.5 * (low + high), from, up,
+             0.86 * glm::length(high - low) / (2 * std::tan(14 * 3.14159265358979 / 180)));
 }
 
 void BoneView::render() { parts_->bone->render(); }

@@ -33,7 +33,7 @@ OperationController::OperationController(const haptics::TouchScene& scene, const
       live_(devices_, options.start->engine, servo_options(options), options.recorder,
             options.start->first_tick) {
   TREPHINE_ASSERT(live_.engine().tool().scene.get() == &scene);
-  state_ = live_.look();
+  state_ = live_.fetch_state();
   version_ = state_.version;
 }
 
@@ -50,7 +50,7 @@ const WindowReport& OperationController::finish() {
   if (is_finished_) return report_;
   is_finished_ = true;
   live_.stop();
-  state_ = live_.look();
+  state_ = live_.fetch_state();
   version_ = state_.version;
   report_.servo = live_.servo_report();
   const sim::LiveSession::OffsetReport offsets = live_.offset_report();
@@ -91,7 +91,7 @@ void OperationController::frame() {
   if (!options_.device) follow_cursor();
 
   // News from the other threads: the version, its changed chunks, the newest tick.
-  state_ = live_.look();
+  state_ = live_.fetch_state();
   if (state_.refused) refused_ = state_.refused->message();
   version_ = state_.version;
   viewport_.request(version_, state_.changed);

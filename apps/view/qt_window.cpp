@@ -127,7 +127,7 @@ void MainWindow::begin(std::shared_ptr<const haptics::TouchScene> scene) {
     shown_tool_ = operation_->tool();
     tool_->show(shown_tool_);
     fit_panel();
-    if (const Status error = operation_->start()) tell(*error);
+    if (const Status error = operation_->start()) show_error(*error);
     drawn = &operation_->viewport();
   }
   drawn->look_from(0);
@@ -283,7 +283,7 @@ void MainWindow::forget_preview() {
   keep_shape_->setEnabled(false);
 }
 
-void MainWindow::tell(const Error& error) {
+void MainWindow::show_error(const Error& error) {
   auto* box = new QMessageBox(QMessageBox::Warning, "trephine", QString::fromStdString(error.message()),
                               QMessageBox::Ok, this);
   box->setObjectName("error");
@@ -314,7 +314,7 @@ void MainWindow::tick() {
   } else if (replay_) {
     if (const Status error = replay_->frame(elapsed)) {
       replay_->play(false);
-      tell(*error);
+      show_error(*error);
     }
   }
   if (!has_first_frame_ && viewport()->triangle_count() > 0) {
@@ -395,7 +395,7 @@ WindowReport MainWindow::finish() {
 
 void MainWindow::closeEvent(QCloseEvent* event) {
   if (!options_.screenshot.empty())
-    if (const Status error = save_picture(QString::fromStdString(options_.screenshot))) tell(*error);
+    if (const Status error = save_picture(QString::fromStdString(options_.screenshot))) show_error(*error);
   finish();
   QMainWindow::closeEvent(event);
 }

@@ -70,7 +70,7 @@ class MainWindow : public QMainWindow {
   void build_menu();
   void build_command_menu();
   void build_pieces_menu();
-  void ask_and_tell(const sim::ValueType& type);
+  void ask_and_apply(const sim::ValueType& type);
   void say(const QString& text);
   void build_panel();
   void build_replay_panel();
@@ -86,7 +86,7 @@ class MainWindow : public QMainWindow {
   void use_shape();
   void forget_preview();
   void set_clip();
-  void tell(const volume::Error& error);
+  void show_error(const volume::Error& error);
   void ask_path_and_save(const char* title, const char* suggestion, const char* filter,
                          volume::Status (MainWindow::*save)(const QString&));
   std::shared_ptr<const volume::Version> version() const;

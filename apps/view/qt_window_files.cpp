@@ -88,10 +88,10 @@ void MainWindow::take_opened() {
   cancel_->hide();
   notice_->clear();
   if (!stage_.opened()) return say("not opened");
-  if (!opened) return tell(opened.error());
+  if (!opened) return show_error(opened.error());
   OpenedScene& o = opened.value();
   if (operation_)
-    if (const Status& ended = operation_->finish().recording) tell(*ended);
+    if (const Status& ended = operation_->finish().recording) show_error(*ended);
   operation_.reset();
   recorder_ = std::move(o.recorder);
   options_.recorder = recorder_.get();
@@ -120,7 +120,7 @@ void MainWindow::ask_path_and_save(const char* title, const char* suggestion, co
   QApplication::setOverrideCursor(Qt::WaitCursor);
   const Status error = (this->*save)(path);
   QApplication::restoreOverrideCursor();
-  if (error) return tell(*error);
+  if (error) return show_error(*error);
   say("saved " + path.section('/', -1));
 }
 

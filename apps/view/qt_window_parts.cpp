@@ -191,12 +191,12 @@ void MainWindow::build_replay_panel() {
   row->addWidget(speed_);
   connect(play_, &QPushButton::clicked, this, [this] {
     if (!replay_->is_playing() && replay_->seconds() >= replay_->length())
-      if (const Status error = replay_->seek(0)) return tell(*error);
+      if (const Status error = replay_->seek(0)) return show_error(*error);
     replay_->play(!replay_->is_playing());
   });
   session_slider_->setPageStep(static_cast<int>(100 * options_.replay_seconds));
   connect(session_slider_, &QSlider::actionTriggered, this, [this] {
-    if (const Status error = replay_->seek(1e-3 * session_slider_->sliderPosition())) tell(*error);
+    if (const Status error = replay_->seek(1e-3 * session_slider_->sliderPosition())) show_error(*error);
   });
   connect(speed_, QOverload<int>::of(&QComboBox::currentIndexChanged), this,
           [this] { replay_->set_speed(speed_->currentData().toDouble()); });
@@ -304,7 +304,7 @@ void MainWindow::build_command_menu() {
     QAction* action = menu->addAction(words_of(type.schema->name) + " ...");
     action->setObjectName(
         "command_" + QString::fromUtf8(type.schema->name.data(), static_cast<int>(type.schema->name.size())));
-    connect(action, &QAction::triggered, this, [this, &type] { ask_and_tell(type); });
+    connect(action, &QAction::triggered, this, [this, &type] { ask_and_apply(type); });
   };
   for (const sim::Module* module : options_.catalogue->modules()) {
     for (const sim::ValueType* command : module->commands()) add(*command);
@@ -312,7 +312,7 @@ void MainWindow::build_command_menu() {
   }
 }
 
-void MainWindow::ask_and_tell(const sim::ValueType& type) {
+void MainWindow::ask_and_apply(const sim::ValueType& type) {
   sim::Value what = sim::Value::of(type);
   if (!type.schema->fields.empty()) {
     QDialog dialog(this);

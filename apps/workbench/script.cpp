@@ -177,11 +177,11 @@ Result<ScriptReport> ScriptRun::play(sim::SessionWriter* recorder, PictureTaker 
   for (const auto& hand : hands) (void)hand->open();  // these always can
   std::size_t next_told = 0;
   volume::VoxelBox changed = sim::k_no_voxels;
-  const auto tell = [&](double until, double t) {
+  const auto command_until = [&](double until, double t) {
     for (; next_told < told_.size() && told_[next_told].from->at <= until; ++next_told) {
       const sim::Outcome outcome = run.apply_whole(told_[next_told].command);
       changed = sim::united(changed, outcome.box);
-      watch.tell(*told_[next_told].from, t, outcome.refused);
+      watch.record_command(*told_[next_told].from, t, outcome.refused);
     }
   };
   std::vector<haptics::Pose> poses(paths_.size());
@@ -194,7 +194,7 @@ Result<ScriptReport> ScriptRun::play(sim::SessionWriter* recorder, PictureTaker 
     if (tick % 256 == 0 && !progress(static_cast<double>(tick) / static_cast<double>(ticks)))
       return leave({"the script was interrupted", "", "", "", "", volume::ErrorKind::interrupted});
     const double t = static_cast<double>(tick) / script_.rate_hz;
-    tell(t, t);
+    command_until(t, t);
     for (std::size_t h = 0; h < hands.size(); ++h) hands[h]->read(t, poses[h]);
     const auto records = run.step(poses);
     for (std::size_t h = 0; h < hands.size(); ++h)
@@ -203,7 +203,7 @@ Result<ScriptReport> ScriptRun::play(sim::SessionWriter* recorder, PictureTaker 
     if (Status error = watch.tick(t, records, run.engine(), changed)) return leave(*error);
     changed = sim::k_no_voxels;
   }
-  tell(duration_, duration_);
+  command_until(duration_, duration_);
   Result<ScriptReport> report = watch.finish(run.engine());
   if (!report) return leave(report.error());
   if (recorder) report.value().recording = recorder->finish(run.engine(), 0);
@@ -221,7 +221,7 @@ Result<ScriptRun::Live> ScriptRun::play_live(sim::SessionWriter& recorder, const
   Status broken;
   for (;;) {
     std::this_thread::sleep_for(std::chrono::milliseconds(5));
-    const sim::LiveState state = live.look();
+    const sim::LiveState state = live.fetch_state();
     // A machine that was busy elsewhere for a tenth of a second takes the force away; nobody's hand is on
     // this stylus.
     if (state.newest.faults & haptics::fault_stale_scene) live.reset_faults(), ++result.stalls;
@@ -229,7 +229,7 @@ Result<ScriptRun::Live> ScriptRun::play_live(sim::SessionWriter& recorder, const
     while (result.refused.size() < told_.size() && told_[result.refused.size()].from->at <= t) {
       live.apply(told_[result.refused.size()].command);
       live.snapshot().wait();  // until it was carried out
-      result.refused.push_back(live.look().refused);
+      result.refused.push_back(live.fetch_state().refused);
     }
     if (!progress(t / duration_))
       broken = Error{"the script was interrupted", "", "", "", "", volume::ErrorKind::interrupted};
@@ -247,7 +247,7 @@ Result<ScriptReport> ScriptRun::watch(const Live& live, sim::Replay& recorded, P
                                       const Listener& listener) const {
   ScriptWatch watch(script_, places_, duration_, std::move(take_picture));
   for (std::size_t i = 0; i < live.refused.size(); ++i)
-    watch.tell(*told_[i].from, told_[i].from->at, live.refused[i]);
+    watch.record_command(*told_[i].from, told_[i].from->at, live.refused[i]);
   std::vector<haptics::ServoRecord> records(paths_.size());
   volume::VoxelBox changed = sim::k_no_voxels;
   const auto progress = listener.progress("looking at it");

@@ -135,11 +135,11 @@ Status ScriptWatch::tick(double t, std::span<const haptics::ServoRecord> hands, 
     report_.strongest_force_n = std::max(report_.strongest_force_n, force);
     report_.contact_ticks[h] += hands[h].has_contact;
   }
-  return look(t, {t, hands_, engine, changed_});
+  return take_due(t, {t, hands_, engine, changed_});
 }
 
 /// What is due at t.
-Status ScriptWatch::look(double t, const ScriptMoment& moment) {
+Status ScriptWatch::take_due(double t, const ScriptMoment& moment) {
   const auto is_due = [&](const auto& all, std::size_t next) {
     return next < all.size() && all[next]->at.value_or(2 * end_) <= t;
   };
@@ -153,7 +153,7 @@ Status ScriptWatch::look(double t, const ScriptMoment& moment) {
   return std::nullopt;
 }
 
-void ScriptWatch::tell(const ScriptCommand& command, double t, const Status& refused) {
+void ScriptWatch::record_command(const ScriptCommand& command, double t, const Status& refused) {
   if (!refused && !command.is_refused) return;
   report_.checks.push_back(
       {command.line, std::string(command.name) + (command.is_refused ? " is refused" : " is done"), t,
@@ -214,7 +214,7 @@ std::string ScriptWatch::caption_of(const ScriptPicture& picture, const ScriptMo
 
 Result<ScriptReport> ScriptWatch::finish(sim::Engine& engine) {
   if (hands_.size() == script_->hands.size())
-    if (Status error = look(3 * end_ + 1, {end_, hands_, engine, changed_})) return *error;
+    if (Status error = take_due(3 * end_ + 1, {end_, hands_, engine, changed_})) return *error;
   std::stable_sort(report_.checks.begin(), report_.checks.end(),
                    [](const ScriptCheck& a, const ScriptCheck& b) { return a.line < b.line; });
   report_.state = engine.snapshot();

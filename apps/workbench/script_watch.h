@@ -55,7 +55,7 @@ class ScriptWatch {
   volume::Status tick(double t, std::span<const haptics::ServoRecord> hands, const sim::Engine& engine,
                       const volume::VoxelBox& changed);
   /// A command was told: as the script wants it, or not.
-  void tell(const data_tools::ScriptCommand& command, double t, const volume::Status& refused);
+  void record_command(const data_tools::ScriptCommand& command, double t, const volume::Status& refused);
   /// What is left, as it ended.
   volume::Result<ScriptReport> finish(sim::Engine& engine);
 
@@ -65,7 +65,7 @@ class ScriptWatch {
   /// A caption with values in place of {name} and {name:digits}.
   std::string caption_of(const data_tools::ScriptPicture& picture, const ScriptMoment& moment) const;
   void check(const data_tools::ScriptExpectation& wish, const ScriptMoment& moment);
-  volume::Status look(double t, const ScriptMoment& moment);
+  volume::Status take_due(double t, const ScriptMoment& moment);
 
   const data_tools::Script* script_;
   const std::vector<Place>* places_;

@@ -24,7 +24,7 @@ int main(void) {
     trephine_operation_measure(operation, 0, &removed);
     printf("hand at %4.1f mm: %.2f N, %5.1f mm3 removed\n", pose.position[2], touch.force[2], removed.value);
   }
-  trephine_operation_tell(operation, 0, "undo", NULL, &error);
+  trephine_operation_command(operation, 0, "undo", NULL, &error);
   trephine_operation_destroy(operation);
   return 0;
 }

@@ -134,7 +134,7 @@ void look_along(trephine_scene& scene, const dvec3& start, const dvec3& end) noe
       walls.reach(a, b, inside, k_before * std::min({spacing.x, spacing.y, spacing.z}));
   if (!reach.is_blocked) return;
   const dvec3 p = a + reach.t * (b - a);
-  const dvec3 out = -frame.gradient_world_from_volume(walls.slope(reach.wall, p).gradient);
+  const dvec3 out = -frame.gradient_world_from_volume(walls.value_and_gradient(reach.wall, p).gradient);
   const double length = glm::length(out);
   scene.point = frame.world_from_volume(p);
   scene.normal = length > 0 ? out / length : glm::normalize(start - end);

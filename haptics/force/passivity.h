@@ -29,7 +29,7 @@ class PassivityController {
   /// is measured; without contact p is x.
   glm::dvec3 step(const glm::dvec3& wanted, const glm::dvec3& x, const glm::dvec3& p) noexcept;
   /// What became of the last step's force: others limited it further, or let it out more slowly.
-  void tell_rendered(const glm::dvec3& force) noexcept {
+  void set_rendered(const glm::dvec3& force) noexcept {
     under_way_[static_cast<std::size_t>(delay_)] = force;
   }
   /// Ticks were lost, in which the hand went where nobody saw: what is owed stays, the store does not.

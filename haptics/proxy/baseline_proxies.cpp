@@ -31,10 +31,10 @@ dvec3 voxel_normal(const volume::Field& field, const volume::Frame& frame, const
     if (field.shape().is_label() || !base.contains({x, y, z})) return field.at(x, y, z);
     return static_cast<double>(base.voxels[base.index(x, y, z)]);
   };
-  const dvec3 slope(at(v.x + 1, v.y, v.z) - at(v.x - 1, v.y, v.z),
-                    at(v.x, v.y + 1, v.z) - at(v.x, v.y - 1, v.z),
-                    at(v.x, v.y, v.z + 1) - at(v.x, v.y, v.z - 1));
-  return unit(-frame.gradient_world_from_volume(slope));
+  const dvec3 gradient(at(v.x + 1, v.y, v.z) - at(v.x - 1, v.y, v.z),
+                       at(v.x, v.y + 1, v.z) - at(v.x, v.y - 1, v.z),
+                       at(v.x, v.y, v.z + 1) - at(v.x, v.y, v.z - 1));
+  return unit(-frame.gradient_world_from_volume(gradient));
 }
 
 /// The first shape whose binary transfer function holds voxel v, or -1.
@@ -119,10 +119,10 @@ ProxyStep PlaneProxy::step(const TouchScene& scene, const TouchState& seen, Prox
       const TouchItem& shape = scene.items[s];
       if (state.around.let_through.contains(static_cast<int>(s))) continue;
       const dvec3 normal = outward_normal(shape, version, p, result.counters.cells);
-      const double slope = glm::length(frame.gradient_world_from_volume(shape.field.smooth_gradient(p)));
+      const double steepness = glm::length(frame.gradient_world_from_volume(shape.field.smooth_gradient(p)));
       result.counters.cells += 40;
-      if (!(slope > 0) || normal == dvec3(0)) continue;
-      double height = -shape.field.value(p) / slope;
+      if (!(steepness > 0) || normal == dvec3(0)) continue;
+      double height = -shape.field.value(p) / steepness;
       if (version.is_near_cut(p)) height = std::max(height, -version.distance(p));
       if (std::abs(height) > 3 * frame.diagonal_mm()) continue;
       plane.shape = static_cast<int>(s);
@@ -166,8 +166,8 @@ ProxyStep GradientProxy::step(const TouchScene& scene, const TouchState& seen, P
     result.counters.cells += 8;
     double depth = shape.field.value(p);
     if (depth < 0) continue;
-    const double slope = glm::length(frame.gradient_world_from_volume(shape.field.smooth_gradient(p)));
-    depth = slope > 0 ? depth / slope : 0;
+    const double steepness = glm::length(frame.gradient_world_from_volume(shape.field.smooth_gradient(p)));
+    depth = steepness > 0 ? depth / steepness : 0;
     if (version.is_near_cut(p)) depth = std::min(depth, version.distance(p));
     if (!(depth > 0)) continue;
     result.normal_world = outward_normal(shape, version, p, result.counters.cells);

@@ -103,7 +103,7 @@ class Chain {
   Placement moved(const Twist& by) const noexcept {
     return {tool_.position_world + by.along, turned(tool_.rotation, by.about)};
   }
-  void note_insides() noexcept;
+  void find_insides() noexcept;
 
   const TouchScene& scene_;
   SceneWalls& walls_;
@@ -122,12 +122,12 @@ class Chain {
 
 void Chain::add_bound(const Wall& wall, std::size_t i, const dvec3& p) noexcept {
   if (count_ == k_most_walls) return;
-  const volume::Slope slope = walls_.slope(wall, p);
-  const dvec3 gradient = walls_.frame().gradient_world_from_volume(slope.gradient);
+  const volume::ValueAndGradient field = walls_.value_and_gradient(wall, p);
+  const dvec3 gradient = walls_.frame().gradient_world_from_volume(field.gradient);
   const double steepness = glm::length(gradient);
   if (!(steepness > 0)) return;
   const dvec3 away = (-1 / steepness) * gradient;
-  const double room = -slope.value / steepness;
+  const double room = -field.value / steepness;
   if (!(room < k_near * voxel_)) return;
   const dvec3 arm = tool_.rotation * scene_.tool_balls[i];
   double push = 0;
@@ -150,7 +150,7 @@ void Chain::find_bounds() noexcept {
     const ShapeSet inside = state_.balls_inside >> i & 1 ? solids_at(p) : ShapeSet{};
     for (int s = walls_.next_shape(0); s < ShapeSet::k_most; s = walls_.next_shape(s + 1)) {
       if (!walls_.may_hold(s, inside.contains(s))) continue;
-      SceneWalls::Few few;
+      SceneWalls::WallList few;
       const int found = walls_.walls_at(s, inside.contains(s), p, k_near * voxel_, few);
       for (int k = 0; k < found; ++k) add_bound(few[static_cast<std::size_t>(k)], i, p);
     }
@@ -198,7 +198,7 @@ double Chain::free_share(const Placement& to, Wall& wall, std::size_t& stopped) 
 }
 
 /// Who has left what it was in, or is now in what holds nothing.
-void Chain::note_insides() noexcept {
+void Chain::find_insides() noexcept {
   bool may_enter = false;
   for (int s = walls_.next_shape(0); s < ShapeSet::k_most; s = walls_.next_shape(s + 1))
     may_enter = may_enter || (!walls_.is_mesh(s) && !walls_.holds(s, Side::front));
@@ -253,7 +253,7 @@ void Chain::run(ProxyStep& result) noexcept {
     if ((share == 0 && was_stuck) || (share == 1 && is_whole && count_ == 0)) break;
   }
   tool_ = best;
-  note_insides();
+  find_insides();
   result.turn_world = turn_between(hand_.rotation, tool_.rotation);
 
   // Who pushes: the walls of the last round.

@@ -1,3 +1,4 @@
+// One file: one iteration and its proofs, a template over the walls, which is compiled in one place.
 #include "haptics/proxy/slide.h"
 
 #include <algorithm>
@@ -76,7 +77,7 @@ class Slide {
       result_.path_volume[static_cast<std::size_t>(result_.waypoint_count++)] = p;
   }
   /// Keeps the nearest waypoint and what touches there.
-  void note(const glm::dvec3& p) noexcept {
+  void add_waypoint(const glm::dvec3& p) noexcept {
     const double e = energy(p);
     if (e < best_energy_) {
       best_energy_ = e;
@@ -118,7 +119,7 @@ class Slide {
           glm::dvec3& at) noexcept;
   bool is_short_way_free(const Plane& first, const Plane& last, const glm::dvec3& from,
                          const glm::dvec3& middle, const glm::dvec3& to,
-                         const volume::QuadraticPatch::BendBound& bound) noexcept;
+                         const volume::QuadraticPatch::HessianBound& bound) noexcept;
   void remember(const glm::dvec3& p, const Plane& plane) noexcept;
   void finish() noexcept;
 
@@ -193,12 +194,12 @@ void Slide<Walls>::planes_at(const glm::dvec3& p, double within, Planes& planes)
   for (int s = walls_.next_shape(0); s < ShapeSet::k_most; s = walls_.next_shape(s + 1)) {
     const bool is_inside = inside_.contains(s);
     if (!walls_.may_hold(s, is_inside)) continue;
-    typename Walls::Few walls;
+    typename Walls::WallList walls;
     const int found = walls_.walls_at(s, is_inside, p, within, walls);
     for (int i = 0; i < found; ++i) {
       const Wall& wall = walls[static_cast<std::size_t>(i)];
       if (count == k_max_planes) {  // more than can be held at once are still looked at
-        is_in_solid_ = is_in_solid_ || walls_.slope(wall, p).value >= 0;
+        is_in_solid_ = is_in_solid_ || walls_.value_and_gradient(wall, p).value >= 0;
         continue;
       }
       Plane& plane = planes[count];
@@ -316,14 +317,14 @@ bool Slide<Walls>::is_held_by_friction(const glm::dvec3& from, glm::dvec3& to, P
   return false;
 }
 
-/// Both legs of a short way along one wall, proven by the wall's slopes at its ends and a bound of its
+/// Both legs of a short way along one wall, proven by the wall's gradients at its ends and a bound of its
 /// bending.
 template <class Walls>
 bool Slide<Walls>::is_short_way_free(const Plane& first, const Plane& last, const glm::dvec3& from,
                                      const glm::dvec3& middle, const glm::dvec3& to,
-                                     const volume::QuadraticPatch::BendBound& bound) noexcept {
+                                     const volume::QuadraticPatch::HessianBound& bound) noexcept {
   const glm::dvec3 up = middle - from, down = middle - to;
-  const volume::Slope end = walls_.slope(last.wall, to);
+  const volume::ValueAndGradient end = walls_.value_and_gradient(last.wall, to);
   const double c = first.jet.value + rounding_of(first.jet, bound), d = end.value + rounding_of(end, bound);
   return c < 0 && d < 0 && free_step(c, glm::dot(first.jet.gradient, up), bound.along(up)) >= 1 &&
          free_step(d, glm::dot(end.gradient, down), bound.along(down)) >= 1;
@@ -339,17 +340,17 @@ bool Slide<Walls>::go(const glm::dvec3& from, const glm::dvec3& to, const Planes
   glm::dvec3 out(0);
   double lift = 0;
   const typename Walls::Span span(from, to);
-  volume::QuadraticPatch::BendBound bound;
+  volume::QuadraticPatch::HessianBound bound;
   bool is_whole = false;
   for (int k = 0; k < count; ++k) {
     out -= first[k].normal + last[k].normal;
     if (first[k].is_frozen) continue;
     // The way rises by what bending may take from it in half its length.
-    bound = walls_.bend_bound(first[k].wall, span, is_whole);
-    const double bend = bound.along(along) / 8;
+    bound = walls_.hessian_bound(first[k].wall, span, is_whole);
+    const double curved = bound.along(along) / 8;
     const double slope = std::max(
         0.0, 0.5 * std::max(glm::dot(first[k].jet.gradient, along), -glm::dot(last[k].jet.gradient, along)));
-    lift = std::max(lift, (bend + slope) / std::min(first[k].steepness, last[k].steepness));
+    lift = std::max(lift, (curved + slope) / std::min(first[k].steepness, last[k].steepness));
   }
   const double size = glm::length(out);
   if (!(size > 1e-6)) return false;
@@ -400,7 +401,7 @@ void Slide<Walls>::run() noexcept {
   if (!begin()) return;
   glm::dvec3 at = start_;
   add(at);
-  note(at);
+  add_waypoint(at);
   Planes &planes = planes_, &moved = moved_;
   for (int stage = 0; stage < k_max_stages && result_.waypoint_count + 4 <= k_max_waypoints; ++stage) {
     // Straight to the HIP, unless a wall that is touched here faces it.
@@ -414,13 +415,13 @@ void Slide<Walls>::run() noexcept {
       const Reach straight = walls_.reach(at, hip_, inside_, landing());
       if (!straight.is_blocked) {
         add(hip_);
-        note(hip_);
+        add_waypoint(hip_);
         break;
       }
       if (straight.t > 0) {
         at += straight.t * (hip_ - at);
         add(at);
-        note(at);
+        add_waypoint(at);
         if (result_.shape < 0) landing_ = result_.waypoint_count - 1;
       }
       planes_at(at, 4 * k_touch * voxel_mm_, planes);
@@ -471,7 +472,7 @@ void Slide<Walls>::run() noexcept {
     }
     const glm::dvec3 before = at;
     const bool has_arrived = go(before, to, planes, moved, at);
-    note(at);
+    add_waypoint(at);
     if (has_arrived) touch(moved[0]);
     if (is_rubbed_) break;  // friction has said how far; what stopped the way earlier is for the next step
     if (has_arrived) {

@@ -10,7 +10,7 @@ using glm::dvec3;
 
 namespace {
 
-constexpr double k_least_bend = 0.25;  // of the reduced Hessian; below it a step would run away
+constexpr double k_least_hessian = 0.25;  // of the reduced Hessian; below it a step would run away
 
 /// Two unit vectors that complete n to a frame (Duff et al. 2017).
 void tangents(const dvec3& n, dvec3& u, dvec3& w) noexcept {
@@ -33,15 +33,16 @@ dvec3 single_step(const volume::Frame& frame, double voxel_mm, const Plane& plan
   const double lambda = inverse * std::max(0.0, glm::dot(to_hip, n) - plane.room);
   const dvec3 u_voxel = frame.vector_volume_from_world(u), w_voxel = frame.vector_volume_from_world(w);
   const dvec3 n_voxel = frame.vector_volume_from_world(n);
-  const dvec3 bend_u = plane.jet.bend(u_voxel), bend_w = plane.jet.bend(w_voxel);
-  const double uu = glm::dot(bend_u, u_voxel), uw = glm::dot(bend_u, w_voxel), ww = glm::dot(bend_w, w_voxel);
-  const double un = glm::dot(bend_u, n_voxel), wn = glm::dot(bend_w, n_voxel);
+  const dvec3 hessian_u = plane.jet.hessian_times(u_voxel), hessian_w = plane.jet.hessian_times(w_voxel);
+  const double uu = glm::dot(hessian_u, u_voxel), uw = glm::dot(hessian_u, w_voxel),
+               ww = glm::dot(hessian_w, w_voxel);
+  const double un = glm::dot(hessian_u, n_voxel), wn = glm::dot(hessian_w, n_voxel);
   double a = 1 + lambda * uu, c = 1 + lambda * ww;
   const double b = lambda * uw;
-  if (a < k_least_bend || c < k_least_bend || (a - k_least_bend) * (c - k_least_bend) < b * b) {
+  if (a < k_least_hessian || c < k_least_hessian || (a - k_least_hessian) * (c - k_least_hessian) < b * b) {
     const double half = 0.5 * (a - c), least = 0.5 * (a + c) - std::sqrt(half * half + b * b);
-    a += k_least_bend - least;
-    c += k_least_bend - least;
+    a += k_least_hessian - least;
+    c += k_least_hessian - least;
   }
   const double ru = hip_u - lambda * plane.room * un, rw = hip_w - lambda * plane.room * wn;
   const double share = 1 / (a * c - b * b);
@@ -79,11 +80,12 @@ dvec3 joint_step(const volume::Frame& frame, double voxel_mm, const Planes& plan
       const double pull_i = (ri - c * rj) / s, pull_j = (rj - c * ri) / s;
       if (pull_i < 0 || pull_j < 0) continue;
       const dvec3 e = glm::cross(m, n) / std::sqrt(s), e_voxel = frame.vector_volume_from_world(e);
-      double bend = 1;
+      double curvature = 1;
       for (const auto& [pull, k] : {std::pair(pull_i, i), std::pair(pull_j, j)})
-        if (!at(k).is_frozen) bend += pull / at(k).steepness * glm::dot(at(k).jet.bend(e_voxel), e_voxel);
+        if (!at(k).is_frozen)
+          curvature += pull / at(k).steepness * glm::dot(at(k).jet.hessian_times(e_voxel), e_voxel);
       const dvec3 base = coefficients(at(i).room, at(j).room);
-      const dvec3 p = base + glm::dot(to_hip, e) / std::max(k_least_bend, bend) * e;
+      const dvec3 p = base + glm::dot(to_hip, e) / std::max(k_least_hessian, curvature) * e;
       if (is_kept(p)) return p;
       spare = base;
     }

@@ -157,7 +157,7 @@ void ServoCore::pop_through(const ServoHand& mine, const dvec3& hip, ServoRecord
 }
 
 /// What changed since the last tick.
-void ServoCore::tell(ServoRecord& record) noexcept {
+void ServoCore::emit_events(ServoRecord& record) noexcept {
   const int shape = record.has_contact ? record.shape : -1;
   if (shape != last_shape_) {
     if (last_shape_ >= 0) add_event(record, TouchEvent::untouched, last_shape_);
@@ -258,15 +258,15 @@ ServoRecord ServoCore::step(const ServoScene& seen, const ServoInput& input) noe
   if (is_turning_) record.torque_world = guard_.turn(torque_);
   record.faults = guard_.faults();
   if (is_passive_) {
-    passivity_.tell_rendered(passive_part(record.force_world));
+    passivity_.set_rendered(passive_part(record.force_world));
     if (faults & fault_not_finite) passivity_.lose_sight();
   }
   // Without a force there is no hand on the tool, and a tool on its way out rests: nothing is cut.
   if ((record.faults & k_latched_faults) || is_led_) record.pose.buttons = 0;
-  tell(record);
+  emit_events(record);
   account(record);
   record.energy = energy_;
-  if (seen.has_held || knows_place_) note_place(seen, record);
+  if (seen.has_held || knows_place_) remember_place(seen, record);
   if (is_led_ && next_place_ == way_.count) {
     is_led_ = false;  // arrived: from here on the method holds it
     state_.begin_at(anchor_volume_);
@@ -289,7 +289,7 @@ ProxyStep ServoCore::step_with_held(const ServoHand& mine, const ServoInput& inp
 }
 
 /// Where it is while its device is seen.
-void ServoCore::note_place(const ServoScene& seen, const ServoRecord& record) noexcept {
+void ServoCore::remember_place(const ServoScene& seen, const ServoRecord& record) noexcept {
   if (!seen.has_held) {
     places_ = {};
     knows_place_ = false;

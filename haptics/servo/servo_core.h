@@ -120,7 +120,7 @@ class ServoCore {
            knows_place_, places_);
   }
   ProxyStep step_with_held(const ServoHand& mine, const ServoInput& input) noexcept;
-  void note_place(const ServoScene& seen, const ServoRecord& record) noexcept;
+  void remember_place(const ServoScene& seen, const ServoRecord& record) noexcept;
   ServoRecord without_scene(const ServoScene& seen, const ServoInput& input) noexcept;
   void adopt(const ServoHand& mine) noexcept;
   void let_go() noexcept;
@@ -131,7 +131,7 @@ class ServoCore {
   void account_motion(const glm::dvec3& moved) noexcept;
   void account_turn(const ServoRecord& record, bool goes_on) noexcept;
   void pop_through(const ServoHand& mine, const glm::dvec3& hip_world, ServoRecord& record) noexcept;
-  void tell(ServoRecord& record) noexcept;
+  void emit_events(ServoRecord& record) noexcept;
   void find_ready(const ServoHand& mine, const glm::dvec3& hip_world) noexcept;
   void let_through_what_is_off(const ServoHand& mine) noexcept;
 

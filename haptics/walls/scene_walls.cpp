@@ -258,16 +258,16 @@ volume::Jet SceneWalls::jet(const Wall& wall, const dvec3& p) noexcept {
     const dvec3 n = placement.rotation * (off / distance);
     jet.gradient = -step * n;
     if (feature == TriangleFeature::face) return jet;
-    const double bend = -step * step / distance;
-    jet.bend_own = bend * (1.0 - n * n);
-    jet.bend_cross = -bend * dvec3(n.y * n.z, n.x * n.z, n.x * n.y);
+    const double curvature = -step * step / distance;
+    jet.hessian_diagonal = curvature * (1.0 - n * n);
+    jet.hessian_mixed = -curvature * dvec3(n.y * n.z, n.x * n.z, n.x * n.y);
     if (feature == TriangleFeature::corner) return jet;
     const dvec3 edge = feature == TriangleFeature::edge_ab   ? v - u
                        : feature == TriangleFeature::edge_bc ? w - v
                                                              : w - u;
     const dvec3 e = placement.rotation * glm::normalize(edge);
-    jet.bend_own -= bend * (e * e);
-    jet.bend_cross -= bend * dvec3(e.y * e.z, e.x * e.z, e.x * e.y);
+    jet.hessian_diagonal -= curvature * (e * e);
+    jet.hessian_mixed -= curvature * dvec3(e.y * e.z, e.x * e.z, e.x * e.y);
     return jet;
   }
   const int i = part_of(wall.shape);
@@ -276,40 +276,41 @@ volume::Jet SceneWalls::jet(const Wall& wall, const dvec3& p) noexcept {
   volume::Jet jet;
   jet.value = own.value;
   jet.gradient = own.gradient * map;
-  const dvec3 bent[3] = {own.bend(map[0]), own.bend(map[1]), own.bend(map[2])};
-  jet.bend_own = {glm::dot(map[0], bent[0]), glm::dot(map[1], bent[1]), glm::dot(map[2], bent[2])};
-  jet.bend_cross = {glm::dot(map[1], bent[2]), glm::dot(map[0], bent[2]), glm::dot(map[0], bent[1])};
+  const dvec3 bent[3] = {own.hessian_times(map[0]), own.hessian_times(map[1]), own.hessian_times(map[2])};
+  jet.hessian_diagonal = {glm::dot(map[0], bent[0]), glm::dot(map[1], bent[1]), glm::dot(map[2], bent[2])};
+  jet.hessian_mixed = {glm::dot(map[1], bent[2]), glm::dot(map[0], bent[2]), glm::dot(map[0], bent[1])};
   return jet;
 }
 
-volume::Slope SceneWalls::slope(const Wall& wall, const dvec3& p) noexcept {
+volume::ValueAndGradient SceneWalls::value_and_gradient(const Wall& wall, const dvec3& p) noexcept {
   if (is_mesh(wall.shape)) return jet(wall, p);
   const int i = part_of(wall.shape);
-  const volume::Slope own = walls_of(i).slope(wall, in_part(i, p));
+  const volume::ValueAndGradient own = walls_of(i).value_and_gradient(wall, in_part(i, p));
   return {own.value, own.gradient * part(i).from_scene};
 }
 
-volume::QuadraticPatch::BendBound SceneWalls::bend_bound(const Wall& wall, const Span& span,
-                                                         bool& is_whole) noexcept {
+volume::QuadraticPatch::HessianBound SceneWalls::hessian_bound(const Wall& wall, const Span& span,
+                                                               bool& is_whole) noexcept {
   is_whole = false;
   // A straight way along a facet, or along a ball's tangent at one, does not bend into it.
   if (is_mesh(wall.shape)) return {dvec3(0), dvec3(0)};
   const int i = part_of(wall.shape);
-  const volume::QuadraticPatch::BendBound own =
-      walls_of(i).bend_bound(wall, {in_part(i, span.a), in_part(i, span.b)}, is_whole);
+  const volume::QuadraticPatch::HessianBound own =
+      walls_of(i).hessian_bound(wall, {in_part(i, span.a), in_part(i, span.b)}, is_whole);
   // |second derivatives| seen along the scene's axes.
   const glm::dmat3 map(glm::abs(part(i).from_scene[0]), glm::abs(part(i).from_scene[1]),
                        glm::abs(part(i).from_scene[2]));
   const volume::Jet as_jet{{0, dvec3(0)}, own.own, own.cross};
-  const dvec3 bent[3] = {as_jet.bend(map[0]), as_jet.bend(map[1]), as_jet.bend(map[2])};
+  const dvec3 bent[3] = {as_jet.hessian_times(map[0]), as_jet.hessian_times(map[1]),
+                         as_jet.hessian_times(map[2])};
   return {{glm::dot(map[0], bent[0]), glm::dot(map[1], bent[1]), glm::dot(map[2], bent[2])},
           {glm::dot(map[1], bent[2]), glm::dot(map[0], bent[2]), glm::dot(map[0], bent[1])}};
 }
 
-int SceneWalls::walls_at(int shape, bool is_inside, const dvec3& p, double within, Few& walls) noexcept {
+int SceneWalls::walls_at(int shape, bool is_inside, const dvec3& p, double within, WallList& walls) noexcept {
   if (!is_mesh(shape)) {
     const int i = part_of(shape);
-    SmoothWalls::Few few;
+    SmoothWalls::WallList few;
     const int count = walls_of(i).walls_at(shape, is_inside, in_part(i, p), within, few);
     std::copy_n(few.begin(), count, walls.begin());
     return count;
@@ -335,7 +336,7 @@ int SceneWalls::walls_at(int shape, bool is_inside, const dvec3& p, double withi
   // One facet bars the way to others that lie wholly behind it: those are left out, so that nothing holds the
   // tool back at edges that it can go around.
   const double slack = 1e-9 * frame().spacing().x;
-  std::array<MeshTree::Near, std::tuple_size_v<Few>> kept;
+  std::array<MeshTree::Near, std::tuple_size_v<WallList>> kept;
   int count = 0;
   for (std::size_t k = 0; k < found && count < static_cast<int>(walls.size()); ++k) {
     const MeshTree::Near& one = nearest[k];

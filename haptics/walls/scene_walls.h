@@ -67,22 +67,23 @@ class SceneWalls {
               int but = -1) noexcept;
   bool is_solid(int shape, const glm::dvec3& p) noexcept;
   volume::Jet jet(const Wall& wall, const glm::dvec3& p) noexcept;
-  volume::Slope slope(const Wall& wall, const glm::dvec3& p) noexcept;
+  volume::ValueAndGradient value_and_gradient(const Wall& wall, const glm::dvec3& p) noexcept;
   /// Two points: each volume has voxels of its own.
   struct Span {
     const glm::dvec3 &a, &b;
     Span(const glm::dvec3& from, const glm::dvec3& to) noexcept : a(from), b(to) {}
   };
-  volume::QuadraticPatch::BendBound bend_bound(const Wall& wall, const Span& span, bool& is_whole) noexcept;
+  volume::QuadraticPatch::HessianBound hessian_bound(const Wall& wall, const Span& span,
+                                                     bool& is_whole) noexcept;
   bool is_only_wall(const Wall&) const noexcept { return false; }
   double longest_leg(const Wall& wall, double usual) noexcept {
     return is_mesh(wall.shape) ? usual : walls_of(part_of(wall.shape)).longest_leg(wall, usual);
   }
-  void widen(const Wall&, const Span&, const glm::dvec3&, volume::QuadraticPatch::BendBound&,
+  void widen(const Wall&, const Span&, const glm::dvec3&, volume::QuadraticPatch::HessianBound&,
              bool&) const noexcept {}
-  using Few = std::array<Wall, 4>;
+  using WallList = std::array<Wall, 4>;
   /// Of a mesh: the facets within `within` mm of the tool, but those that others keep it away from.
-  int walls_at(int shape, bool is_inside, const glm::dvec3& p, double within, Few& walls) noexcept;
+  int walls_at(int shape, bool is_inside, const glm::dvec3& p, double within, WallList& walls) noexcept;
 
   const Placement& placement_of(int mesh_shape) const noexcept;
   const MeshTree& tree_of(int mesh) const noexcept { return *item_of(scene_, mesh).tree; }

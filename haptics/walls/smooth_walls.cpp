@@ -19,31 +19,32 @@ constexpr int k_max_proofs = 24;  // evaluations in one cube before the way coun
 
 }  // namespace
 
-double free_step(double c, double slope, double bend) noexcept {
-  const double root = std::sqrt(std::max(0.0, slope * slope - 2 * bend * c));
-  const double denominator = slope + root;
+double free_step(double c, double derivative, double second_derivative) noexcept {
+  const double root = std::sqrt(std::max(0.0, derivative * derivative - 2 * second_derivative * c));
+  const double denominator = derivative + root;
   return denominator > 0 ? -2 * c / denominator : 1e300;
 }
 
-double rounding_of(const volume::Slope& slope, const volume::QuadraticPatch::BendBound& bend) noexcept {
-  const dvec3& g = slope.gradient;
-  return k_rounding * (1 + std::abs(slope.value) + std::abs(g.x) + std::abs(g.y) + std::abs(g.z) +
-                       bend.own.x + bend.own.y + bend.own.z);
+double rounding_of(const volume::ValueAndGradient& field,
+                   const volume::QuadraticPatch::HessianBound& hessian) noexcept {
+  const dvec3& g = field.gradient;
+  return k_rounding * (1 + std::abs(field.value) + std::abs(g.x) + std::abs(g.y) + std::abs(g.z) +
+                       hessian.own.x + hessian.own.y + hessian.own.z);
 }
 
-const volume::QuadraticPatch::BendBound& SmoothWalls::bend_of(Cached& kept) const noexcept {
-  if (!kept.has_bend) {
-    kept.bend = kept.patch.bend_bound();
-    kept.has_bend = true;
-    if (kept.key == k_cut && is_fine_) rescale(kept.bend, version_->lattice().scale());
+const volume::QuadraticPatch::HessianBound& SmoothWalls::hessian_bound_of(Cached& kept) const noexcept {
+  if (!kept.has_hessian_bound) {
+    kept.hessian_bound = kept.patch.hessian_bound();
+    kept.has_hessian_bound = true;
+    if (kept.key == k_cut && is_fine_) rescale(kept.hessian_bound, version_->lattice().scale());
   }
-  return kept.bend;
+  return kept.hessian_bound;
 }
 
-volume::Slope SmoothWalls::cut_slope(const volume::CutLattice::Point& at) noexcept {
-  volume::Slope slope = patch(k_cut, at.sample).patch.slope(at.at);
-  if (is_fine_) rescale(slope, version_->lattice().scale());
-  return slope;
+volume::ValueAndGradient SmoothWalls::cut_value_and_gradient(const volume::CutLattice::Point& at) noexcept {
+  volume::ValueAndGradient field = patch(k_cut, at.sample).patch.value_and_gradient(at.at);
+  if (is_fine_) rescale(field, version_->lattice().scale());
+  return field;
 }
 
 SmoothWalls::Cached& SmoothWalls::patch(int key, const ivec3& v) noexcept {
@@ -54,7 +55,7 @@ SmoothWalls::Cached& SmoothWalls::patch(int key, const ivec3& v) noexcept {
   next_ = next_ + 1 == k_kept ? 0 : next_ + 1;
   fresh.key = key;
   fresh.voxel = v;
-  fresh.has_bend = false;
+  fresh.has_hessian_bound = false;
   if (key == k_cut)
     fresh.patch.load_distance(*version_, v);
   else if (is_round_)
@@ -102,25 +103,25 @@ volume::Jet SmoothWalls::jet(const Wall& wall, const dvec3& p) noexcept {
   if (wall.is_back) {
     jet.value = -jet.value;
     jet.gradient = -jet.gradient;
-    jet.bend_own = -jet.bend_own;
-    jet.bend_cross = -jet.bend_cross;
+    jet.hessian_diagonal = -jet.hessian_diagonal;
+    jet.hessian_mixed = -jet.hessian_mixed;
   }
   return jet;
 }
 
-volume::Slope SmoothWalls::slope(const Wall& wall, const dvec3& p) noexcept {
-  volume::Slope slope;
+volume::ValueAndGradient SmoothWalls::value_and_gradient(const Wall& wall, const dvec3& p) noexcept {
+  volume::ValueAndGradient field;
   if (wall.is_cut) {
-    slope = cut_slope(version_->lattice().point_of(p));
+    field = cut_value_and_gradient(version_->lattice().point_of(p));
   } else {
     const ivec3 v = volume::voxel_of(p);
-    slope = patch(wall.shape, v).patch.slope(p - dvec3(v));
+    field = patch(wall.shape, v).patch.value_and_gradient(p - dvec3(v));
   }
   if (wall.is_back) {
-    slope.value = -slope.value;
-    slope.gradient = -slope.gradient;
+    field.value = -field.value;
+    field.gradient = -field.gradient;
   }
-  return slope;
+  return field;
 }
 
 SmoothWalls::CubeSpan SmoothWalls::cubes_of(const Wall& wall, const dvec3& a, const dvec3& b) const noexcept {
@@ -131,26 +132,26 @@ SmoothWalls::CubeSpan SmoothWalls::cubes_of(const Wall& wall, const dvec3& a, co
 }
 
 void SmoothWalls::widen(const Wall& wall, const Span& span, const dvec3& m,
-                        volume::QuadraticPatch::BendBound& bound, bool& is_whole) noexcept {
+                        volume::QuadraticPatch::HessianBound& bound, bool& is_whole) noexcept {
   const CubeSpan cubes = cubes_of(wall, span.a, span.b), at = cubes_of(wall, m, m),
                  both(glm::min(cubes.first, at.first), glm::max(cubes.second, at.second));
   if (both != cubes) bound = bound_over(wall, both, is_whole);
 }
 
-volume::QuadraticPatch::BendBound SmoothWalls::bend_bound(const Wall& wall, const Span& span,
-                                                          bool& is_whole) noexcept {
+volume::QuadraticPatch::HessianBound SmoothWalls::hessian_bound(const Wall& wall, const Span& span,
+                                                                bool& is_whole) noexcept {
   return bound_over(wall, cubes_of(wall, span.a, span.b), is_whole);
 }
 
-volume::QuadraticPatch::BendBound SmoothWalls::bound_over(const Wall& wall, const CubeSpan& cubes,
-                                                          bool& is_whole) noexcept {
+volume::QuadraticPatch::HessianBound SmoothWalls::bound_over(const Wall& wall, const CubeSpan& cubes,
+                                                             bool& is_whole) noexcept {
   const int key = wall.is_cut ? k_cut : wall.shape;
   const auto& [low, high] = cubes;
   is_whole = true;
-  volume::QuadraticPatch::BendBound bound = bend_of(patch(key, low));
+  volume::QuadraticPatch::HessianBound bound = hessian_bound_of(patch(key, low));
   if (low == high) return bound;
   const auto add = [&](const ivec3& v) {
-    const auto& here = bend_of(patch(key, v));
+    const auto& here = hessian_bound_of(patch(key, v));
     bound.own = glm::max(bound.own, here.own);
     bound.cross = glm::max(bound.cross, here.cross);
   };
@@ -167,11 +168,11 @@ volume::QuadraticPatch::BendBound SmoothWalls::bound_over(const Wall& wall, cons
 }
 
 bool SmoothWalls::is_solid(int shape, const dvec3& p) noexcept {
-  if (slope({shape, false, false}, p).value < 0) return false;
-  return !is_near_cut(volume::voxel_of(p)) || slope({shape, true, false}, p).value >= 0;
+  if (value_and_gradient({shape, false, false}, p).value < 0) return false;
+  return !is_near_cut(volume::voxel_of(p)) || value_and_gradient({shape, true, false}, p).value >= 0;
 }
 
-int SmoothWalls::walls_at(int shape, bool is_inside, const dvec3& p, double, Few& walls) noexcept {
+int SmoothWalls::walls_at(int shape, bool is_inside, const dvec3& p, double, WallList& walls) noexcept {
   const bool has_cut = is_near_cut(volume::voxel_of(p));
   walls[0] = {shape, false, is_inside};
   if (!has_cut) return 1;
@@ -179,7 +180,7 @@ int SmoothWalls::walls_at(int shape, bool is_inside, const dvec3& p, double, Few
   if (is_inside) return 2;
   // Free is where either lets it: the one that is farther off decides.
   const auto depth = [&](const Wall& wall) {
-    const volume::Slope s = slope(wall, p);
+    const volume::ValueAndGradient s = value_and_gradient(wall, p);
     const double steepness = glm::length(s.gradient);
     return steepness > 0 ? s.value / steepness : s.value < 0 ? -1e300 : 1e300;
   };
@@ -197,17 +198,17 @@ double SmoothWalls::reach_in_piece(int shape, bool is_inside, const ivec3& v, co
   };
   // How far field or cut alone prove the way free from t, forward or backward.
   const auto proven = [&](bool is_cut, double t, double direction) {
-    volume::Slope s;
+    volume::ValueAndGradient s;
     Cached& kept = patch(is_cut ? k_cut : shape, is_cut ? *sample : v);
     if (is_cut)
-      s = cut_slope({*sample, in_cube(t)});
+      s = cut_value_and_gradient({*sample, in_cube(t)});
     else
-      s = kept.patch.slope(origin + t * along);
-    const auto& bend = bend_of(kept);
+      s = kept.patch.value_and_gradient(origin + t * along);
+    const auto& hessian = hessian_bound_of(kept);
     const double sign = is_inside ? -1.0 : 1.0;
-    const double c = sign * s.value + rounding_of(s, bend);
+    const double c = sign * s.value + rounding_of(s, hessian);
     if (c >= 0) return 0.0;
-    return free_step(c, sign * direction * glm::dot(s.gradient, along), bend.along(along));
+    return free_step(c, sign * direction * glm::dot(s.gradient, along), hessian.along(along));
   };
   const auto step_from = [&](double t, double direction, bool& by_cut) {
     by_cut = false;
@@ -288,11 +289,11 @@ void SmoothWalls::pass(int shape, const ivec3& v, const dvec3& a, const dvec3& a
     // On a surface that rounding might put on either side - where the way enters at a cube's end, as it does
     // at the border's face - it is not beyond it yet, or the next cube would hold it from there.
     Cached& kept = patch(shape, v);
-    const volume::Slope scan = kept.patch.slope(p - dvec3(v));
-    const double doubt = rounding_of(scan, bend_of(kept));
+    const volume::ValueAndGradient scan = kept.patch.value_and_gradient(p - dvec3(v));
+    const double doubt = rounding_of(scan, hessian_bound_of(kept));
     bool is_solid = scan.value > doubt, is_free = scan.value < -doubt;
     if (has_cut) {
-      const volume::Slope cut = slope({shape, true, false}, p);
+      const volume::ValueAndGradient cut = value_and_gradient({shape, true, false}, p);
       is_solid = is_solid && cut.value > 0;
       is_free = is_free || cut.value < 0;
     }

@@ -85,7 +85,7 @@ class SmoothWalls {
   bool is_solid(int shape, const glm::dvec3& p) noexcept;
   /// Derivatives of a wall's function at p; its value is negative where it is free.
   volume::Jet jet(const Wall& wall, const glm::dvec3& p) noexcept;
-  volume::Slope slope(const Wall& wall, const glm::dvec3& p) noexcept;
+  volume::ValueAndGradient value_and_gradient(const Wall& wall, const glm::dvec3& p) noexcept;
   /// The cubes of the box of two points: voxels, and where a cut is asked about its samples.
   struct Span {
     glm::dvec3 a, b;
@@ -93,10 +93,11 @@ class SmoothWalls {
   };
   /// Bound of |second derivative| of the wall's function over the cubes of a span; over its two ends alone,
   /// and not `is_whole`, where it holds more than four.
-  volume::QuadraticPatch::BendBound bend_bound(const Wall& wall, const Span& span, bool& is_whole) noexcept;
+  volume::QuadraticPatch::HessianBound hessian_bound(const Wall& wall, const Span& span,
+                                                     bool& is_whole) noexcept;
   /// Makes such a bound one over the box of the span and m.
   void widen(const Wall& wall, const Span& span, const glm::dvec3& m,
-             volume::QuadraticPatch::BendBound& bound, bool& is_whole) noexcept;
+             volume::QuadraticPatch::HessianBound& bound, bool& is_whole) noexcept;
   /// The longest leg (mm) along a wall that its function can be followed over: beyond its band a cut's
   /// distance is flat.
   double longest_leg(const Wall& wall, double usual) const noexcept {
@@ -111,16 +112,16 @@ class SmoothWalls {
 
   /// The walls of one shape on which p, on the side `is_inside`, may rest: the most free one from outside,
   /// field and cut from inside. Returns how many; `within` is for walls of other kinds.
-  using Few = std::array<Wall, 2>;
-  int walls_at(int shape, bool is_inside, const glm::dvec3& p, double within, Few& walls) noexcept;
+  using WallList = std::array<Wall, 2>;
+  int walls_at(int shape, bool is_inside, const glm::dvec3& p, double within, WallList& walls) noexcept;
 
  private:
   struct Cached {
     volume::QuadraticPatch patch;
-    volume::QuadraticPatch::BendBound bend;
+    volume::QuadraticPatch::HessianBound hessian_bound;
     glm::ivec3 voxel;  ///< of a cut the sample
     int key;           ///< shape, or k_cut
-    bool has_bend;
+    bool has_hessian_bound;
   };
   static constexpr int k_cut = 1000, k_kept = 6;
 
@@ -132,13 +133,13 @@ class SmoothWalls {
   }
   Cached& patch(int key, const glm::ivec3& v) noexcept;
   /// Bounds in the frame of all points, also of a cut's patch, which is per lattice step.
-  const volume::QuadraticPatch::BendBound& bend_of(Cached& kept) const noexcept;
+  const volume::QuadraticPatch::HessianBound& hessian_bound_of(Cached& kept) const noexcept;
   /// Value and derivatives of the cut, per voxel step, from the patch around a sample.
-  volume::Slope cut_slope(const volume::CutLattice::Point& at) noexcept;
+  volume::ValueAndGradient cut_value_and_gradient(const volume::CutLattice::Point& at) noexcept;
   using CubeSpan = std::pair<glm::ivec3, glm::ivec3>;
   CubeSpan cubes_of(const Wall& wall, const glm::dvec3& a, const glm::dvec3& b) const noexcept;
-  volume::QuadraticPatch::BendBound bound_over(const Wall& wall, const CubeSpan& cubes,
-                                               bool& is_whole) noexcept;
+  volume::QuadraticPatch::HessianBound bound_over(const Wall& wall, const CubeSpan& cubes,
+                                                  bool& is_whole) noexcept;
   bool is_air_around(const TouchItem& shape, const glm::ivec3& v) const noexcept;
   /// A way a + t along, and the steps of t below which nothing is proven.
   struct Way {
@@ -170,10 +171,11 @@ class SmoothWalls {
   int next_ = 0, count_ = 0;
 };
 
-/// The longest step tau with c + slope tau + bend tau^2 / 2 <= 0 for c < 0, bend >= 0: how far a value that
+/// The longest step tau with c + c' tau + c'' tau^2 / 2 <= 0 for c < 0, c'' >= 0: how far a value that
 /// is c here stays negative.
-double free_step(double c, double slope, double bend) noexcept;
+double free_step(double c, double derivative, double second_derivative) noexcept;
 /// What rounding may have added to a value of a patch.
-double rounding_of(const volume::Slope& slope, const volume::QuadraticPatch::BendBound& bend) noexcept;
+double rounding_of(const volume::ValueAndGradient& field,
+                   const volume::QuadraticPatch::HessianBound& hessian) noexcept;
 
 }  // namespace trephine::haptics

@@ -16,15 +16,15 @@ dvec3 outward_normal(const TouchItem& shape, const volume::Version& version, con
     return length > 0 ? v / length : dvec3(0);
   };
   cells += 8;
-  const dvec3 slope = frame.gradient_world_from_volume(shape.field.smooth_gradient(p));
-  if (!version.is_near_cut(p)) return unit(-slope);
+  const dvec3 gradient = frame.gradient_world_from_volume(shape.field.smooth_gradient(p));
+  if (!version.is_near_cut(p)) return unit(-gradient);
   // Solid = {g >= 0} and {d > 0}: the boundary is the one that leaves less.
   cells += 3;
-  const dvec3 cut_slope = frame.gradient_world_from_volume(version.distance_gradient(p));
-  const double steepness = glm::length(slope), cut_steepness = glm::length(cut_slope);
-  if (cut_steepness <= 0) return unit(-slope);
+  const dvec3 cut_gradient = frame.gradient_world_from_volume(version.distance_gradient(p));
+  const double steepness = glm::length(gradient), cut_steepness = glm::length(cut_gradient);
+  if (cut_steepness <= 0) return unit(-gradient);
   const double to_field = steepness > 0 ? shape.field.value(p) / steepness : 1e300;
-  return version.distance(p) / cut_steepness < to_field ? unit(-cut_slope) : unit(-slope);
+  return version.distance(p) / cut_steepness < to_field ? unit(-cut_gradient) : unit(-gradient);
 }
 
 dvec3 OffsetGrid::normal(std::size_t shape, const dvec3& p, int& cells) const noexcept {
@@ -32,9 +32,9 @@ dvec3 OffsetGrid::normal(std::size_t shape, const dvec3& p, int& cells) const no
   const glm::ivec3 v = volume::voxel_of(p);
   volume::QuadraticPatch patch;
   seen_.offset(scene_, shape).load(v, patch);
-  const dvec3 slope = frame().gradient_world_from_volume(patch.slope(p - dvec3(v)).gradient);
-  const double steepness = glm::length(slope);
-  return steepness > 0 ? -slope / steepness : dvec3(0);
+  const dvec3 gradient = frame().gradient_world_from_volume(patch.value_and_gradient(p - dvec3(v)).gradient);
+  const double steepness = glm::length(gradient);
+  return steepness > 0 ? -gradient / steepness : dvec3(0);
 }
 
 }  // namespace trephine::haptics

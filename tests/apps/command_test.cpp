@@ -1,4 +1,5 @@
 // The trephine command as its users meet it: exit codes, keys of its JSON, its CSV, its errors, its pictures.
+// One file: what all commands have in common, and those that have no file of their own.
 #include <algorithm>
 #include <array>
 #include <cmath>

@@ -230,8 +230,8 @@ AttackRow attack(const Target& target, const MethodInfo& info, long steps, std::
       ++row.judged_by_shape;
       row.sunk += shape.holds(step.proxy_world, slack);
     }
-    judge.judge.look({std::span(step.path_volume.data(), static_cast<std::size_t>(step.waypoint_count)),
-                      frame.volume_from_world(hip), step.has_contact, step.is_buried});
+    judge.judge.judge_step({std::span(step.path_volume.data(), static_cast<std::size_t>(step.waypoint_count)),
+                            frame.volume_from_world(hip), step.has_contact, step.is_buried});
     row.contacts += step.has_contact;
     row.not_finite += !std::isfinite(step.proxy_world.x + step.proxy_world.y + step.proxy_world.z +
                                      step.normal_world.x + step.normal_world.y + step.normal_world.z);

@@ -111,9 +111,9 @@ FeelRow measure(const FeelScene& s, Judges& judges, const Contender& contender, 
   for (std::size_t i = 0; i < samples.size(); ++i) {
     const dvec3& hip = samples[i].pose.position_world;
     const haptics::ProxyStep step = method.step(s.scene, seen, state, {hip});
-    judge.look({std::span(step.path_volume.data(), static_cast<std::size_t>(step.waypoint_count)),
-                frame.volume_from_world(hip), step.has_contact, step.is_buried});
-    scorer.look(i, step);
+    judge.judge_step({std::span(step.path_volume.data(), static_cast<std::size_t>(step.waypoint_count)),
+                      frame.volume_from_world(hip), step.has_contact, step.is_buried});
+    scorer.judge_step(i, step);
     row.voxels += step.counters.voxels, row.cells += step.counters.cells;
     row.triangles += step.counters.triangles, row.queries += step.counters.iterations;
     answers.push_back(step.has_contact ? step.proxy_world : hip);
@@ -188,7 +188,7 @@ FeelRow score(const FeelScene& s, const Ideal& ideal, const FeelAnswers& answers
   const auto us = answers.us.find(id);
   for (std::size_t i = 0; i < std::min(proxies.size(), samples.size()); ++i) {
     const haptics::ProxyStep step = step_of_answer(proxies[i], samples[i].pose.position_world);
-    scorer.look(i, step);
+    scorer.judge_step(i, step);
     if (us != answers.us.end() && i < us->second.size() && step.has_contact) times.add(i, us->second[i]);
   }
   scorer.finish(row);

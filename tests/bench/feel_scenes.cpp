@@ -1,3 +1,4 @@
+// One file: the scenes of one benchmark, each with its answer.
 #include <algorithm>
 #include <cctype>
 #include <cmath>
@@ -20,7 +21,7 @@ constexpr double k_hole_radius = 4;  // mm
 using Parameters = std::map<std::string, double>;
 using Distance = std::function<double(const dvec3&)>;
 
-dvec3 slope_of(const Distance& distance, const dvec3& p) {
+dvec3 gradient_of(const Distance& distance, const dvec3& p) {
   constexpr double h = 1e-4;
   return dvec3(distance(p + dvec3(h, 0, 0)) - distance(p - dvec3(h, 0, 0)),
                distance(p + dvec3(0, h, 0)) - distance(p - dvec3(0, h, 0)),
@@ -30,7 +31,7 @@ dvec3 slope_of(const Distance& distance, const dvec3& p) {
 
 dvec3 on_surface(const Distance& distance, dvec3 p) {
   for (int i = 0; i < 30; ++i) {
-    const dvec3 g = slope_of(distance, p);
+    const dvec3 g = gradient_of(distance, p);
     p -= distance(p) / std::max(1e-6, glm::dot(g, g)) * g;
   }
   return p;
@@ -44,7 +45,7 @@ std::vector<dvec3> surface_walk(const Distance& distance, dvec3 start, dvec3 hea
   dvec3 p = on_surface(distance, start);
   double side = 1;
   for (int i = 0; i < samples; ++i) {
-    const dvec3 n = glm::normalize(slope_of(distance, p));
+    const dvec3 n = glm::normalize(gradient_of(distance, p));
     hips.push_back(p + (i == 0 ? 1.0 : -depth) * n);
     heading = glm::normalize(heading - glm::dot(heading, n) * n);
     const dvec3 next = on_surface(distance, p + side * speed * 1e-3 * heading);
@@ -204,7 +205,7 @@ std::vector<Plan> plans(bool is_quick) {
       if (!hand.read(1e-3 * i, pose)) break;
       hips.push_back(pose.position_world);
       const double d = distance(pose.position_world);
-      hand.write(d < 0 ? -0.5 * d * glm::normalize(slope_of(distance, pose.position_world)) : dvec3(0));
+      hand.write(d < 0 ? -0.5 * d * glm::normalize(gradient_of(distance, pose.position_world)) : dvec3(0));
     }
     return hips;
   };

@@ -155,7 +155,7 @@ Scorer::Scorer(const FeelScene& scene, const Ideal& ideal, const ExactHand* same
   if (same_solid != nullptr) on_same_.emplace(*same_solid, scene, ideal.voxel());
 }
 
-void Scorer::look(std::size_t i, const haptics::ProxyStep& step) {
+void Scorer::judge_step(std::size_t i, const haptics::ProxyStep& step) {
   const dvec3& hip = scene_.path.samples()[i].pose.position_world;
   const double voxel = ideal_.voxel(), stiffness = scene_.scene.items[0].material.stiffness;
   // Less than a thousandth of a voxel is no contact, whoever says so.
@@ -185,7 +185,7 @@ void Scorer::look(std::size_t i, const haptics::ProxyStep& step) {
   }
 
   const dvec3 wanted = judged_.at(i), exact = scene_.distance ? on_shape_.at(i) : wanted;
-  look_for_falls(proxy);
+  find_falls(proxy);
   if (i < k_dropped) return;
   contacts_ += has_contact;
   // No contact where there should be one, or one where there should be none, is an error like any other.
@@ -234,7 +234,7 @@ void Scorer::look(std::size_t i, const haptics::ProxyStep& step) {
 }
 
 /// In the shape, or through a plate: on plates the way from the last proxy is looked at, not its ends alone.
-void Scorer::look_for_falls(const dvec3& proxy) {
+void Scorer::find_falls(const dvec3& proxy) {
   if (!scene_.distance) return;
   deepest_ = std::max(deepest_, -scene_.distance(proxy));
   bool is_inside = ideal_.is_fallen(proxy);

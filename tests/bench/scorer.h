@@ -85,7 +85,7 @@ class Scorer {
  public:
   /// `same_solid`: of the solid that the method promises, or null.
   Scorer(const FeelScene& scene, const Ideal& ideal, const ExactHand* same_solid = nullptr);
-  void look(std::size_t i, const haptics::ProxyStep& step);
+  void judge_step(std::size_t i, const haptics::ProxyStep& step);
   /// Errors, forces and counts. Of falls those that are counted here stand where they are more than the
   /// row's.
   void finish(FeelRow& row);
@@ -99,7 +99,7 @@ class Scorer {
   };
   void add_errors();
   void add_from_same();
-  void look_for_falls(const glm::dvec3& proxy);
+  void find_falls(const glm::dvec3& proxy);
 
   const FeelScene& scene_;
   const Ideal& ideal_;

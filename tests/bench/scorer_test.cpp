@@ -41,7 +41,7 @@ class Scored {
     for (std::size_t i = 0; i < steps_.size(); ++i) {
       ProxyStep step = steps_[i];
       spoil(i, step);
-      scorer.look(i, step);
+      scorer.judge_step(i, step);
     }
     FeelRow row;
     scorer.finish(row);
@@ -179,8 +179,8 @@ TEST(Scorer, ScoresExactAnswersAsExactAndHalfAMillimetreAsThat) {
     Scorer scorer(scene, ideal);
     for (std::size_t i = 0; i < ideal.on_shape().proxies.size(); ++i) {
       const dvec3& exact = ideal.on_shape().proxies[i];
-      scorer.look(i, step_of_answer(exact + off * glm::normalize(exact),
-                                    scene.path.samples()[i].pose.position_world));
+      scorer.judge_step(i, step_of_answer(exact + off * glm::normalize(exact),
+                                          scene.path.samples()[i].pose.position_world));
     }
     FeelRow row;
     scorer.finish(row);

@@ -309,7 +309,7 @@ dvec3 wish_at(double t) {
 /// Energy from nowhere: what a surface gave and holds, less what the device lost, above its least so far.
 struct EnergyMade {
   double given = 0, least = 0, most = 0;
-  void look(double work, double stored, double lost) {
+  void add_work(double work, double stored, double lost) {
     given += work;
     const double now = given + stored - lost;
     least = std::min(least, now);
@@ -335,7 +335,7 @@ void soak_without_friction(haptics::TouchScene scene, long steps, SoakRow& row) 
     input.pose.position_world = device.x;
     const haptics::ServoRecord r = core.step(seen, input);
     const dvec3 stretch = r.has_contact ? r.proxy_world - device.x : dvec3(0);
-    made.look(work, 0.25 * glm::dot(stretch, stretch), device.lost);
+    made.add_work(work, 0.25 * glm::dot(stretch, stretch), device.lost);
     held = r.force_world;
     row.frictionless_contacts += r.has_contact;
     ++row.frictionless_steps;
@@ -446,7 +446,7 @@ std::vector<EnergyRow> run_energy_test() {
             const dvec3 stretch = step.has_contact ? step.proxy_world - x : dvec3(0);
             row.softness = std::min(row.softness, controller.softness());
             const double rendered = (has_controller ? controller.softness() : 1) * stiffness;
-            made.look(work, 0.5 * rendered * glm::dot(stretch, stretch), device.lost);
+            made.add_work(work, 0.5 * rendered * glm::dot(stretch, stretch), device.lost);
             least = std::min(least, device.lost - made.given);
             contacts += step.has_contact;
             dvec3 force = model.step(step, x, surface.scene);

@@ -45,8 +45,8 @@ void EffectJudge::set(std::vector<EffectLaw> laws) {
   turns_ = std::move(turns);
 }
 
-EffectJudge::Forces EffectJudge::look(const dvec3& at, const dvec3& proxy, const dvec3& normal,
-                                      bool has_contact, const dvec3& contact_force) {
+EffectJudge::Forces EffectJudge::judge_tick(const dvec3& at, const dvec3& proxy, const dvec3& normal,
+                                            bool has_contact, const dvec3& contact_force) {
   if (has_last_) {
     const double share = std::min(1.0, dt_ / k_velocity_time);
     velocity_ = (1 - share) * velocity_ + share / dt_ * (at - last_);

@@ -27,14 +27,14 @@ class EffectJudge {
     glm::dvec3 rendered{0.0}, active{0.0};  ///< N: of springs and dampers, and of what may give energy
   };
   /// Once a tick. `contact_force`: of the surface, before effects.
-  Forces look(const glm::dvec3& position, const glm::dvec3& proxy, const glm::dvec3& normal, bool has_contact,
-              const glm::dvec3& contact_force);
-  /// N mm, of those that turn the stylus, in a tick that look() was told of; `points`: where it points, of
-  /// length 1, and by what axis and angle (rad) it turned since the last tick.
+  Forces judge_tick(const glm::dvec3& position, const glm::dvec3& proxy, const glm::dvec3& normal,
+                    bool has_contact, const glm::dvec3& contact_force);
+  /// N mm, of those that turn the stylus, in a tick that judge_tick() was told of; `points`: where it points,
+  /// of length 1, and by what axis and angle (rad) it turned since the last tick.
   glm::dvec3 torque(const glm::dvec3& points, const glm::dvec3& turned);
   void reset();
   void set(std::vector<EffectLaw> laws);
-  /// Is there a tick before the one that look() was told of last?
+  /// Is there a tick before the one that judge_tick() was told of last?
   bool has_looked_twice() const { return looks_ > 1; }
   bool is_empty() const { return laws_.empty(); }
 

@@ -24,7 +24,7 @@ FallThroughJudge::FallThroughJudge(const glm::ivec3& size, SolidVoxels solid)
         return false;
       }) {}
 
-void FallThroughJudge::look(const StepUnderJudgement& step) {
+void FallThroughJudge::judge_step(const StepUnderJudgement& step) {
   ++steps_;
   judged_ += has_last_ && !is_inside_;
   const glm::dvec3 proxy = step.path_volume.back();

@@ -28,7 +28,7 @@ class FallThroughJudge {
   explicit FallThroughJudge(MeetsSolid meets_solid) : meets_solid_(std::move(meets_solid)) {}
 
   /// Looks at one step; steps come in order. Only proxies in free space (touching from the front) are judged.
-  void look(const StepUnderJudgement& step);
+  void judge_step(const StepUnderJudgement& step);
   bool meets_solid(const glm::dvec3& a, const glm::dvec3& b) const { return meets_solid_(a, b); }
   /// Where the proxy was; null when it is not known, or was inside.
   const glm::dvec3* free_proxy() const { return has_last_ && !is_inside_ ? &last_ : nullptr; }

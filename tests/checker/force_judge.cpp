@@ -75,7 +75,7 @@ dvec3 ForceJudge::passive(const dvec3& wanted, const dvec3& position, const dvec
   return force;
 }
 
-void ForceJudge::look(const ForceTick& t) {
+void ForceJudge::judge_tick(const ForceTick& t) {
   ++ticks_;
   const auto shortened = [](const dvec3& v, double most) {
     const double size = glm::length(v);
@@ -125,7 +125,7 @@ void ForceJudge::look(const ForceTick& t) {
     }
     EffectJudge::Forces effects;
     if (!effects_.is_empty()) {
-      effects = effects_.look(t.position, t.proxy, t.normal, t.has_contact, wanted);
+      effects = effects_.judge_tick(t.position, t.proxy, t.normal, t.has_contact, wanted);
       wanted += effects.rendered;
     }
     if (law_.is_passive) wanted = passive(wanted, t.position, t.has_contact ? t.proxy : t.position);
@@ -142,7 +142,7 @@ void ForceJudge::look(const ForceTick& t) {
     if (glm::length(change) > law_.slew * law_.dt) force = last_ + shortened(change, law_.slew * law_.dt);
     if (t.is_fading && fade_ == 0) force = dvec3(0);
   }
-  look_at_torque(t, unsure_ == 0);
+  judge_torque(t, unsure_ == 0);
   if (unsure_ > 0) {
     --unsure_;
   } else {
@@ -189,7 +189,7 @@ void ForceJudge::look(const ForceTick& t) {
 }
 
 /// A torque obeys its law too, and so does the energy that it gave.
-void ForceJudge::look_at_torque(const ForceTick& t, bool is_seen) {
+void ForceJudge::judge_torque(const ForceTick& t, bool is_seen) {
   const auto shortened = [](const dvec3& v, double most) {
     const double size = glm::length(v);
     return size > most ? v * (most / size) : v;

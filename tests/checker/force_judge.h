@@ -42,7 +42,7 @@ struct ForceTick {
 class ForceJudge {
  public:
   explicit ForceJudge(const ForceLaw& law);
-  void look(const ForceTick& tick);
+  void judge_tick(const ForceTick& tick);
   /// From the next tick on these effects; what one of the same id and kind remembered stays.
   void set_effects(std::vector<EffectLaw> laws) {
     law_.effects = laws;
@@ -63,7 +63,7 @@ class ForceJudge {
  private:
   ForceLaw law_;
   double alpha_;
-  void look_at_torque(const ForceTick& tick, bool is_seen);
+  void judge_torque(const ForceTick& tick, bool is_seen);
   /// What the controller leaves of a force wanted at a place.
   glm::dvec3 passive(const glm::dvec3& wanted, const glm::dvec3& position, const glm::dvec3& proxy);
 

@@ -52,13 +52,13 @@ class Wall {
   /// From a to b as far as the way is free.
   dvec3 advanced(const dvec3& a, const dvec3& b) const;
   bool is_free(const dvec3& a, const dvec3& b) const;
-  dvec3 slope(const dvec3& p, double h) const;
+  dvec3 gradient(const dvec3& p, double h) const;
 
   const Clearance& clearance_;
   double step_;
 };
 
-dvec3 Wall::slope(const dvec3& p, double h) const {
+dvec3 Wall::gradient(const dvec3& p, double h) const {
   const auto along = [&](const dvec3& e) {
     return (clearance_(p + h * e) - clearance_(p - h * e)) / (2 * h);
   };
@@ -104,7 +104,7 @@ dvec3 Wall::settled(dvec3 at, const dvec3& hip) const {
     for (int i = 0; i < 7; ++i) {
       dvec3 place = at;
       if (i > 0) place[(i - 1) / 2] += (i % 2 ? 1 : -1) * 0.5 * reach;
-      const dvec3 g = slope(place, h);
+      const dvec3 g = gradient(place, h);
       const double steepness = glm::length(g);
       if (!(steepness > 1e-9)) continue;
       const dvec3 n = g / steepness;
@@ -121,7 +121,7 @@ dvec3 Wall::settled(dvec3 at, const dvec3& hip) const {
       if (length > reach) to = at + (reach / length) * (to - at);
       // Out of the wall again, where it bends toward the proxy.
       for (int i = 0; i < 4 && clearance_(to) < 0; ++i) {
-        const dvec3 g = slope(to, h);
+        const dvec3 g = gradient(to, h);
         const double square = glm::dot(g, g);
         if (!(square > 1e-18)) return;
         to += (1e-7 * step_ / std::sqrt(square) - clearance_(to) / square) * g;
@@ -148,7 +148,7 @@ dvec3 Wall::settled(dvec3 at, const dvec3& hip) const {
 dvec3 Wall::led_out(dvec3 p) const {
   // Deep in even matter slopes are rounding: never more than a step at a time.
   for (int i = 0; i < 60 && clearance_(p) < 0; ++i) {
-    const dvec3 g = slope(p, 1e-4 * step_);
+    const dvec3 g = gradient(p, 1e-4 * step_);
     const dvec3 out = (1e-7 * step_ - clearance_(p) / std::max(1e-18, glm::dot(g, g))) * g;
     const double length = glm::length(out);
     p += length > step_ ? (step_ / length) * out : out;

@@ -23,22 +23,22 @@ using glm::dvec3;
 FallThroughJudge floor_judge() {
   return FallThroughJudge({10, 10, 10}, [](int, int, int z) { return z <= 4; });
 }
-void look(FallThroughJudge& judge, const std::vector<dvec3>& path, const dvec3& hip, bool has_contact,
-          bool is_buried = false) {
-  judge.look({path, hip, has_contact, is_buried});
+void judge_one(FallThroughJudge& judge, const std::vector<dvec3>& path, const dvec3& hip, bool has_contact,
+               bool is_buried = false) {
+  judge.judge_step({path, hip, has_contact, is_buried});
 }
 
 TEST(FallThroughJudge, AcceptsAProxyThatStaysOut) {
   FallThroughJudge judge = floor_judge();
-  look(judge, {{5, 5, 8}}, {5, 5, 8}, false);
-  look(judge, {{5, 5, 8}, {5, 5, 6}}, {5, 5, 6}, false);
-  look(judge, {{5, 5, 6}, {5, 5, 4.6}}, {5, 5, 1}, true);
+  judge_one(judge, {{5, 5, 8}}, {5, 5, 8}, false);
+  judge_one(judge, {{5, 5, 8}, {5, 5, 6}}, {5, 5, 6}, false);
+  judge_one(judge, {{5, 5, 6}, {5, 5, 4.6}}, {5, 5, 1}, true);
   EXPECT_EQ(judge.fall_throughs(), 0);
   EXPECT_EQ(judge.steps(), 3);
   EXPECT_EQ(judge.judged(), 2);  // the first has nothing before it
   judge.restart();
-  look(judge, {{5, 5, 2}}, {5, 5, 2}, false);
-  look(judge, {{5, 5, 2}, {5, 5, 1}}, {5, 5, 1}, false);
+  judge_one(judge, {{5, 5, 2}}, {5, 5, 2}, false);
+  judge_one(judge, {{5, 5, 2}, {5, 5, 1}}, {5, 5, 1}, false);
   EXPECT_EQ(judge.judged(), 2);  // nor is there anything to hold a proxy out of that began inside
 }
 
@@ -46,41 +46,41 @@ TEST(FallThroughJudge, AcceptsAProxyThatStaysOut) {
 TEST(FallThroughJudge, ForgivesRoundingAndNoMore) {
   for (const double off : {1e-15, 1e-9}) {
     FallThroughJudge judge = floor_judge();
-    look(judge, {{5, 5, 8}}, {5, 5, 8}, false);
-    look(judge, {{5, 5, 8}, {5, 5, 7}}, {5, 5, 7 + 4 * off}, false);
+    judge_one(judge, {{5, 5, 8}}, {5, 5, 8}, false);
+    judge_one(judge, {{5, 5, 8}, {5, 5, 7}}, {5, 5, 7 + 4 * off}, false);
     EXPECT_EQ(judge.fall_throughs(), off > 1e-12) << off;
   }
 }
 
 TEST(FallThroughJudge, FindsAPathThroughMatterEvenIfBothEndsAreFree) {
   FallThroughJudge judge = floor_judge();
-  look(judge, {{5, 5, 8}}, {5, 5, 8}, false);
-  look(judge, {{5, 5, 8}, {5, 5, -3}}, {5, 5, -3}, false);
+  judge_one(judge, {{5, 5, 8}}, {5, 5, 8}, false);
+  judge_one(judge, {{5, 5, 8}, {5, 5, -3}}, {5, 5, -3}, false);
   EXPECT_EQ(judge.fall_throughs(), 1);
 }
 
 TEST(FallThroughJudge, FindsAProxyInMatterAJumpAndALostContact) {
   FallThroughJudge in_matter = floor_judge();
-  look(in_matter, {{5, 5, 8}}, {5, 5, 8}, false);
-  look(in_matter, {{5, 5, 8}, {5, 5, 4.4}}, {5, 5, 1}, true);
+  judge_one(in_matter, {{5, 5, 8}}, {5, 5, 8}, false);
+  judge_one(in_matter, {{5, 5, 8}, {5, 5, 4.4}}, {5, 5, 1}, true);
   EXPECT_EQ(in_matter.fall_throughs(), 1);
   FallThroughJudge jump = floor_judge();
-  look(jump, {{5, 5, 8}}, {5, 5, 8}, false);
-  look(jump, {{2, 5, 8}, {2, 5, 7}}, {2, 5, 7}, false);
+  judge_one(jump, {{5, 5, 8}}, {5, 5, 8}, false);
+  judge_one(jump, {{2, 5, 8}, {2, 5, 7}}, {2, 5, 7}, false);
   EXPECT_EQ(jump.fall_throughs(), 1);
   FallThroughJudge lost = floor_judge();
-  look(lost, {{5, 5, 8}}, {5, 5, 8}, false);
-  look(lost, {{5, 5, 8}, {5, 5, 6}}, {5, 5, 1}, false);  // no contact, yet not at the HIP
+  judge_one(lost, {{5, 5, 8}}, {5, 5, 8}, false);
+  judge_one(lost, {{5, 5, 8}, {5, 5, 6}}, {5, 5, 1}, false);  // no contact, yet not at the HIP
   EXPECT_EQ(lost.fall_throughs(), 1);
 }
 
 TEST(FallThroughJudge, CountsAStartBuriedByGrowthApart) {
   int top = 4;
   FallThroughJudge judge({10, 10, 10}, [&top](int, int, int z) { return z <= top; });
-  look(judge, {{5, 5, 8}}, {5, 5, 8}, false);
+  judge_one(judge, {{5, 5, 8}}, {5, 5, 8}, false);
   top = 8;
   judge.solid_changed();
-  look(judge, {{5, 5, 2}}, {5, 5, 2}, false, true);
+  judge_one(judge, {{5, 5, 2}}, {5, 5, 2}, false, true);
   EXPECT_EQ(judge.fall_throughs(), 0);
   EXPECT_EQ(judge.buried_starts(), 1);
 }
@@ -89,18 +89,18 @@ TEST(FallThroughJudge, CountsAStartBuriedByGrowthApart) {
 /// was.
 TEST(FallThroughJudge, AMethodDoesNotAcquitItselfBySayingThatMatterGrew) {
   FallThroughJudge unchanged = floor_judge();
-  look(unchanged, {{5, 5, 8}}, {5, 5, 8}, false);
+  judge_one(unchanged, {{5, 5, 8}}, {5, 5, 8}, false);
   for (int i = 0; i < 3; ++i) {
-    look(unchanged, {{5, 5, -3}}, {5, 5, -3}, false, true);
-    look(unchanged, {{5, 5, 8}}, {5, 5, 8}, false, true);
+    judge_one(unchanged, {{5, 5, -3}}, {5, 5, -3}, false, true);
+    judge_one(unchanged, {{5, 5, 8}}, {5, 5, 8}, false, true);
   }
   EXPECT_EQ(unchanged.fall_throughs(), 6);
   int top = 4;
   FallThroughJudge elsewhere({10, 10, 10}, [&top](int, int, int z) { return z <= top; });
-  look(elsewhere, {{5, 5, 8}}, {5, 5, 8}, false);
+  judge_one(elsewhere, {{5, 5, 8}}, {5, 5, 8}, false);
   top = 6;
   elsewhere.solid_changed();
-  look(elsewhere, {{5, 5, -3}}, {5, 5, -3}, false, true);
+  judge_one(elsewhere, {{5, 5, -3}}, {5, 5, -3}, false, true);
   EXPECT_EQ(elsewhere.fall_throughs(), 1);
 }
 
@@ -203,7 +203,7 @@ TEST(ForceJudge, AcceptsTheLawAndCatchesAForceOrALedgerThatIsOff) {
       tick.force = {wrong == 1 && i == 200 ? force + 0.01 : force, 0, 0};
       tick.stiffness = k, tick.damping = b, tick.has_contact = true;
       tick.contact_energy = energy + (wrong == 2 && i > 100 ? 0.001 : 0);
-      judge.look(tick);
+      judge.judge_tick(tick);
       last = force, last_x = x, last_stretch = stretch;
       if (wrong == 1 && i == 200) energy += 0.01 * -0.01;
     }
@@ -231,7 +231,7 @@ TEST(ForceJudge, KnowsViscosityAndTheLedgerOfFriction) {
       tick.stiffness = 0.5, tick.viscosity = viscosity, tick.has_contact = true;
       tick.contact_energy = friction;
       tick.friction_energy = wrong == 2 ? 0 : friction;
-      judge.look(tick);
+      judge.judge_tick(tick);
       last = drag;
     }
     EXPECT_EQ(judge.wrong_forces() > 0, wrong == 1) << judge.worst_force_n();
@@ -262,7 +262,7 @@ TEST(ForceJudge, KnowsThePassivityController) {
       tick.force = {0, 0, wrong ? k * depth : force};
       tick.stiffness = k, tick.has_contact = true;
       tick.contact_energy = -taken;
-      judge.look(tick);
+      judge.judge_tick(tick);
       last = force;
     }
     EXPECT_GT(cut, 0);
@@ -289,7 +289,7 @@ TEST(ForceJudge, KnowsEffects) {
       tick.force = {wrong == 1 ? 0.5 : 0.5 + spring, 0, 0};
       tick.contact_energy = wrong == 2 ? active + contact : contact;
       tick.active_energy = wrong == 2 ? 0 : active;
-      judge.look(tick);
+      judge.judge_tick(tick);
       last_spring = spring;
     }
     EXPECT_EQ(judge.wrong_forces() > 0, wrong == 1) << judge.worst_force_n();

@@ -1,5 +1,6 @@
 // Reading and writing real formats: one oblique volume through all of them, the golden figures, and every
 // refusal.
+// One file: each format with the faults that its reader must name.
 #include <csignal>
 #include <cstdlib>
 #include <filesystem>

@@ -155,9 +155,9 @@ TEST(Drilling, TheProxyNeverFallsThroughWhileItDrills) {
     seen = run.engine().current();
     run.step(s.pose);
     const auto& step = run.last_step();
-    judge.look({std::span(step.path_volume.data(), static_cast<std::size_t>(step.waypoint_count)),
-                scene.base->frame.volume_from_world(run.last_record().pose.position_world), step.has_contact,
-                step.is_buried});
+    judge.judge_step({std::span(step.path_volume.data(), static_cast<std::size_t>(step.waypoint_count)),
+                      scene.base->frame.volume_from_world(run.last_record().pose.position_world),
+                      step.has_contact, step.is_buried});
   }
   EXPECT_EQ(judge.fall_throughs(), 0);
   EXPECT_EQ(judge.buried_starts(), 0);  // removal never grows over a proxy

@@ -113,16 +113,16 @@ TEST(Bodies, AreTheSameLiveInReplayAndBySeek) {
     const auto wait_for = [&](auto&& is_so) {
       for (int i = 0; i < 12000 && !is_so(); ++i) std::this_thread::sleep_for(std::chrono::milliseconds(1));
     };
-    wait_for([&] { return live.look().newest.t > k_sawn; });
+    wait_for([&] { return live.fetch_state().newest.t > k_sawn; });
     live.apply(FreePieces{});
     live.apply({LayDown{}, 1});
     wait_for([&] { return !live.snapshot().get()->world.bodies.empty(); });
     live.apply({HoldBody{{1}}, 1});
-    wait_for([&] { return live.look().newest.t > k_end + 0.1; });
+    wait_for([&] { return live.fetch_state().newest.t > k_end + 0.1; });
     live.apply({ReleaseBody{}, 1});
     live.undo();
     live.redo();
-    wait_for([&] { return live.look().newest.t > k_end + 0.4; });
+    wait_for([&] { return live.fetch_state().newest.t > k_end + 0.4; });
     live.stop();
     ASSERT_EQ(live.engine().now().world.bodies.size(), 1u);
     state = live.engine().now().hash();

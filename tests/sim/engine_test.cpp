@@ -152,7 +152,7 @@ TEST(Engine, AJobWithAnUndoInItsMiddleIsTheSameLiveAndReplayed) {
     ToyBench bench;
     const std::string path = folder.file(is_strict ? "strict.session" : "rebased.session");
     const auto last = run_live(bench, path, [&](LiveSession& live) {
-      EXPECT_TRUE(wait_until([&] { return live.look().removed_mm3 > 1; }));
+      EXPECT_TRUE(wait_until([&] { return live.fetch_state().removed_mm3 > 1; }));
       live.apply(ToyFlood{{0, 0, 0}, 300, is_strict});
       std::this_thread::sleep_for(std::chrono::milliseconds(100));
       live.undo();
@@ -210,7 +210,7 @@ TEST(Engine, ABurrChangedInContactIsTheSameLiveAndReplayed) {
   const auto last = run_live(bench, path, [&](LiveSession& live) {
     for (; changes < 8; ++changes) {
       EXPECT_TRUE(wait_until([&] {
-        const LiveState now = live.look();
+        const LiveState now = live.fetch_state();
         return now.newest.has_contact && now.newest.pose.is_pressed();
       }));
       live.apply(drilling::Burr{changes % 2 == 0 ? 5.0 : 2.0, 60, 40});
@@ -219,7 +219,7 @@ TEST(Engine, ABurrChangedInContactIsTheSameLiveAndReplayed) {
     // One out of its range is refused, said, and not recorded.
     live.apply(drilling::Burr{99});
     std::optional<volume::Error> refused;
-    EXPECT_TRUE(wait_until([&] { return (refused = live.look().refused).has_value(); }));
+    EXPECT_TRUE(wait_until([&] { return (refused = live.fetch_state().refused).has_value(); }));
     if (refused) {
       EXPECT_NE(refused->message().find("burr diameter"), std::string::npos) << refused->message();
     }

@@ -130,7 +130,7 @@ TEST(RoundSession, LiveUndoneInContactReplaysToTheBit) {
   int done = 0;
   for (int i = 0; i < 20000 && done < 6; ++i) {
     std::this_thread::sleep_for(std::chrono::milliseconds(1));
-    const LiveState s = live.look();
+    const LiveState s = live.fetch_state();
     if (s.newest.faults & haptics::k_latched_faults) live.reset_faults();
     if (s.can_undo && s.newest.pose.is_pressed() && s.newest.has_contact && s.newest.t > 0.3 * (done + 1)) {
       live.undo();

@@ -49,7 +49,7 @@ void record_live(const std::string& path, int undos, double rate, std::uint64_t*
   int done = 0;
   for (int i = 0; i < 20000 && done < undos; ++i) {
     std::this_thread::sleep_for(std::chrono::milliseconds(1));
-    const LiveState s = live.look();
+    const LiveState s = live.fetch_state();
     if (s.newest.faults & haptics::k_latched_faults) live.reset_faults();
     // While the burr is in its hole: the bone grows over it.
     if (s.can_undo && s.newest.pose.is_pressed() && s.newest.has_contact && s.newest.t > 0.15 * (done + 1)) {
@@ -149,7 +149,7 @@ TEST(Session, AFullRingAndSlowEditsFadeTheForceAndReplay) {
     ASSERT_FALSE(live.start().has_value());
     const auto wait_until = [&](auto&& done) {
       for (int i = 0; i < 2000; ++i) {
-        if (done(live.look())) return true;
+        if (done(live.fetch_state())) return true;
         std::this_thread::sleep_for(std::chrono::milliseconds(2));
       }
       return false;
@@ -157,9 +157,9 @@ TEST(Session, AFullRingAndSlowEditsFadeTheForceAndReplay) {
     const std::uint32_t fault = is_full ? haptics::fault_full_ring : haptics::fault_stale_scene;
     EXPECT_TRUE(
         wait_until([&](const LiveState& s) { return (s.newest.faults & fault) && s.newest.tick > 500; }));
-    const std::uint64_t seen_at = live.look().newest.tick;
+    const std::uint64_t seen_at = live.fetch_state().newest.tick;
     EXPECT_TRUE(wait_until([&](const LiveState& s) { return s.newest.tick > seen_at + 80; }));
-    EXPECT_EQ(live.look().newest.force_world, dvec3(0));
+    EXPECT_EQ(live.fetch_state().newest.force_world, dvec3(0));
     live.reset_faults();
     EXPECT_TRUE(
         wait_until([&](const LiveState& s) { return (s.newest.faults & haptics::k_latched_faults) == 0; }));
@@ -222,7 +222,7 @@ TEST(Session, TwoHandsShareAServoAndAHistory) {
   LiveSession live(devices, Engine({hand, hand}, 1e-3), {}, writer.get());
   live.keep_trace(100000);
   ASSERT_FALSE(live.start().has_value());
-  for (int i = 0; i < 3000 && live.look().newest.t < 1.0; ++i)
+  for (int i = 0; i < 3000 && live.fetch_state().newest.t < 1.0; ++i)
     std::this_thread::sleep_for(std::chrono::milliseconds(2));
   live.stop();
   EXPECT_FALSE(writer->finish(live.engine(), live.servo_report().dropped).has_value());
@@ -272,7 +272,7 @@ TEST(Session, GoesOnWhereItStopped) {
   haptics::Device* devices[] = {&device};
   LiveSession live(devices, std::move(edits), {}, writer.get(), first_tick);
   ASSERT_FALSE(live.start().has_value());
-  for (int i = 0; i < 3000 && live.look().newest.tick < first_tick + 400; ++i)
+  for (int i = 0; i < 3000 && live.fetch_state().newest.tick < first_tick + 400; ++i)
     std::this_thread::sleep_for(std::chrono::milliseconds(2));
   live.undo();
   live.stop();

@@ -241,7 +241,7 @@ TEST(LiveSession, DrillsOnItsThreadsAndUndoes) {
   bool saw_change = false;
   const auto wait_until = [&](auto&& done) {
     for (int i = 0; i < 2000; ++i) {
-      const LiveState s = live.look();
+      const LiveState s = live.fetch_state();
       most = std::max(most, s.removed_mm3);
       saw_change = saw_change || s.changed.low.x <= s.changed.high.x;
       if (done(s)) return true;
@@ -257,9 +257,9 @@ TEST(LiveSession, DrillsOnItsThreadsAndUndoes) {
   live.redo();
   EXPECT_TRUE(wait_until([&](const LiveState& s) { return s.removed_mm3 > 5; }));
   live.reset_faults();  // harmless when there is none
-  const double asked_at = live.look().newest.t;
+  const double asked_at = live.fetch_state().newest.t;
   EXPECT_TRUE(wait_until([&](const LiveState& s) { return s.newest.t > asked_at + 0.05; }));
-  EXPECT_EQ(live.look().newest.faults & haptics::k_latched_faults, 0u);
+  EXPECT_EQ(live.fetch_state().newest.faults & haptics::k_latched_faults, 0u);
   live.stop();
   EXPECT_EQ(live.servo_report().faults & (haptics::fault_not_finite | haptics::fault_full_ring), 0u);
   std::uint64_t tick = 0;

@@ -120,7 +120,7 @@ class Toy final : public Module {
       ToyWorld& world = work.change_world<ToyWorld>();
       world.marks += 1;
       world.places.push_back(mark->at);
-      work.tell(ToyMarked{world.marks}, mark->at);
+      work.raise_event(ToyMarked{world.marks}, mark->at);
     } else if (const auto* carve = command.what.as<ToyCarve>()) {
       work.remove({carve->at, carve->at, work.settings<ToySettings>().radius, false});
     } else if (command.what.as<ToyMend>()) {
@@ -170,7 +170,7 @@ class Toy final : public Module {
   }
   static void adopt(const void* parameters, const JobResult& result, ModuleWork& work) {
     work.change_world<ToyWorld>().flooded += static_cast<const Made&>(result).left;
-    work.tell(ToyMarked{deafness}, glm::dvec3(0));
+    work.raise_event(ToyMarked{deafness}, glm::dvec3(0));
     const glm::dvec3& at = static_cast<const ToyFlood*>(parameters)->at;
     work.remove({at, at, 0.8, false});
   }

@@ -66,7 +66,7 @@ TEST(Frame, OfMetresAndMicrometresIsAFrame) {
 
 TEST(Field, LinearFunctionAndItsWorldGradientAreExact) {
   Volume v = make_volume({20, 18, 16}, sheared_frame()).value();
-  const glm::dvec3 slope_volume(7, -4, 11);  // per voxel, whole so that int16 holds it
+  const glm::dvec3 gradient_volume(7, -4, 11);  // per voxel, whole so that int16 holds it
   for (int z = 0; z < 16; ++z)
     for (int y = 0; y < 18; ++y)
       for (int x = 0; x < 20; ++x)
@@ -74,15 +74,15 @@ TEST(Field, LinearFunctionAndItsWorldGradientAreExact) {
   Shape shape;
   shape.low = 30.25;
   const Field field(v, shape);
-  const glm::dvec3 slope_world = glm::transpose(glm::inverse(v.frame.axes())) * slope_volume;
+  const glm::dvec3 gradient_world = glm::transpose(glm::inverse(v.frame.axes())) * gradient_volume;
   std::mt19937_64 random(1);
   std::uniform_real_distribution<double> u(2, 13);
   for (int i = 0; i < 500; ++i) {
     const glm::dvec3 p(u(random), u(random), u(random));
-    ASSERT_NEAR(field.value(p), glm::dot(slope_volume, p) - 30.25, 1e-10);
-    ASSERT_LT(glm::length(field.gradient(p) - slope_volume), 1e-10);
-    ASSERT_LT(glm::length(field.smooth_gradient(p) - slope_volume), 1e-10);
-    ASSERT_LT(glm::length(v.frame.gradient_world_from_volume(field.gradient(p)) - slope_world), 1e-10);
+    ASSERT_NEAR(field.value(p), glm::dot(gradient_volume, p) - 30.25, 1e-10);
+    ASSERT_LT(glm::length(field.gradient(p) - gradient_volume), 1e-10);
+    ASSERT_LT(glm::length(field.smooth_gradient(p) - gradient_volume), 1e-10);
+    ASSERT_LT(glm::length(v.frame.gradient_world_from_volume(field.gradient(p)) - gradient_world), 1e-10);
   }
 }
 

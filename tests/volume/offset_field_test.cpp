@@ -154,7 +154,7 @@ TEST(OffsetField, IsTheNearestDistanceInALabyrinth) {
     QuadraticPatch patch;
     const ivec3 v = voxel_of(p);
     patch.load(m.field, v);
-    return patch.slope(p - dvec3(v)).value;
+    return patch.value_and_gradient(p - dvec3(v)).value;
   };
   for (double z = 20; z < 44; z += 0.5)
     for (double y = 20; y < 44; y += 0.5)

@@ -53,7 +53,7 @@ TEST(QuadraticPatch, IsTheSumOfSplinesEverywhereWithItsDerivativesAndBounds) {
         patch.load(fields[f], v);
       else
         patch.load_distance(*version, version->lattice().centre_of(v));
-      const Slope s = patch.slope(u);
+      const ValueAndGradient s = patch.value_and_gradient(u);
       const Jet j = patch.jet(u);
       const double scale = 1e-9 * (f < 2 ? 4000 : 1);
       ASSERT_NEAR(s.value, judge.value(f, dvec3(v) + u), scale) << f;
@@ -64,11 +64,16 @@ TEST(QuadraticPatch, IsTheSumOfSplinesEverywhereWithItsDerivativesAndBounds) {
       // Derivatives against differences of the values, which are exact to rounding for polynomials this low.
       const double h = 1e-4;
       const dvec3 ahead = u + h * way, behind = u - h * way;
-      const double slope = (patch.slope(ahead).value - patch.slope(behind).value) / (2 * h);
+      const double slope =
+          (patch.value_and_gradient(ahead).value - patch.value_and_gradient(behind).value) / (2 * h);
       ASSERT_NEAR(slope, glm::dot(s.gradient, way), 1e-7 * (f < 2 ? 4000 : 1));
-      const double bend = glm::dot(patch.slope(ahead).gradient - patch.slope(behind).gradient, way) / (2 * h);
-      ASSERT_NEAR(bend, glm::dot(j.bend(way), way), 1e-7 * (f < 2 ? 8000 : 2));
-      ASSERT_LE(std::abs(glm::dot(j.bend(way), way)), patch.bend_bound().along(way) * (1 + 1e-12) + scale);
+      const double curvature =
+          glm::dot(patch.value_and_gradient(ahead).gradient - patch.value_and_gradient(behind).gradient,
+                   way) /
+          (2 * h);
+      ASSERT_NEAR(curvature, glm::dot(j.hessian_times(way), way), 1e-7 * (f < 2 ? 8000 : 2));
+      ASSERT_LE(std::abs(glm::dot(j.hessian_times(way), way)),
+                patch.hessian_bound().along(way) * (1 + 1e-12) + scale);
     }
   }
 }
@@ -86,15 +91,15 @@ TEST(QuadraticPatch, WideAndNarrowKernelsGiveTheSameBits) {
                       scale * (random(n + 2) - 0.5));
     const dvec3 p(random(n) - 0.5, random(n + 1) - 0.5, random(n + 2) - 0.5);
     n += 3;
-    const Slope wide = patch.slope(p), narrow = patch.narrow_slope(p);
+    const ValueAndGradient wide = patch.value_and_gradient(p), narrow = patch.narrow_value_and_gradient(p);
     ASSERT_EQ(wide.value, narrow.value);
     ASSERT_EQ(wide.gradient, narrow.gradient);
     const Jet wide_jet = patch.jet(p), narrow_jet = patch.narrow_jet(p);
     ASSERT_EQ(wide_jet.value, narrow_jet.value);
     ASSERT_EQ(wide_jet.gradient, narrow_jet.gradient);
-    ASSERT_EQ(wide_jet.bend_own, narrow_jet.bend_own);
-    ASSERT_EQ(wide_jet.bend_cross, narrow_jet.bend_cross);
-    const auto wide_bound = patch.bend_bound(), narrow_bound = patch.narrow_bend_bound();
+    ASSERT_EQ(wide_jet.hessian_diagonal, narrow_jet.hessian_diagonal);
+    ASSERT_EQ(wide_jet.hessian_mixed, narrow_jet.hessian_mixed);
+    const auto wide_bound = patch.hessian_bound(), narrow_bound = patch.narrow_hessian_bound();
     ASSERT_EQ(wide_bound.own, narrow_bound.own);
     ASSERT_EQ(wide_bound.cross, narrow_bound.cross);
   }
@@ -114,7 +119,7 @@ TEST(QuadraticPatch, NeighbouringCubesAgreeInValueAndSlope) {
       u[axis] = 0.5;
       dvec3 w = u;
       w[axis] = -0.5;
-      const Slope s = low.slope(u), t = high.slope(w);
+      const ValueAndGradient s = low.value_and_gradient(u), t = high.value_and_gradient(w);
       EXPECT_NEAR(s.value, t.value, 1e-9);
       EXPECT_LT(glm::length(s.gradient - t.gradient), 1e-8);
     }

@@ -1,3 +1,4 @@
+// One file: one editor against one brute-force twin.
 #include "volume/removal.h"
 
 #include <algorithm>

@@ -84,7 +84,7 @@ TEST(SoftField, KeepsPlatesAndRodsOfAVoxelAndEveryVoxelsSide) {
   QuadraticPatch patch;
   for (const ivec3& at : {ivec3(20, 20, 12), ivec3(3, 33, 12)}) {
     soft->load(at, patch);
-    EXPECT_GT(patch.slope(dvec3(0)).value, 0.2);
+    EXPECT_GT(patch.value_and_gradient(dvec3(0)).value, 0.2);
   }
 }
 
@@ -109,12 +109,12 @@ TEST(SoftField, ItsSurfaceIsThatOfTheShapeThatWasThresholded) {
       double off[2], angle[2];
       for (int k = 0; k < 2; ++k) {
         double low = -0.5, high = 0.5;
-        const double at_low = patches[k].slope({0, 0, low}).value,
-                     at_high = patches[k].slope({0, 0, high}).value;
+        const double at_low = patches[k].value_and_gradient({0, 0, low}).value,
+                     at_high = patches[k].value_and_gradient({0, 0, high}).value;
         has_both = has_both && (at_low > 0) != (at_high > 0);
         for (int i = 0; i < 40; ++i) {
           const double middle = 0.5 * (low + high);
-          ((patches[k].slope({0, 0, middle}).value > 0) == (at_low > 0) ? low : high) = middle;
+          ((patches[k].value_and_gradient({0, 0, middle}).value > 0) == (at_low > 0) ? low : high) = middle;
         }
         const dvec3 p = b.volume.frame.world_from_volume(dvec3(v) + dvec3(0, 0, low));
         const auto distance = [&name = name, &parameters = parameters](const dvec3& q) {
@@ -126,7 +126,7 @@ TEST(SoftField, ItsSurfaceIsThatOfTheShapeThatWasThresholded) {
             glm::normalize(dvec3(distance(p + dvec3(1e-4, 0, 0)) - distance(p - dvec3(1e-4, 0, 0)),
                                  distance(p + dvec3(0, 1e-4, 0)) - distance(p - dvec3(0, 1e-4, 0)),
                                  distance(p + dvec3(0, 0, 1e-4)) - distance(p - dvec3(0, 0, 1e-4))));
-        const dvec3 found = -glm::normalize(patches[k].slope({0, 0, low}).gradient);
+        const dvec3 found = -glm::normalize(patches[k].value_and_gradient({0, 0, low}).gradient);
         angle[k] = std::acos(std::clamp(glm::dot(out, found), -1.0, 1.0)) * 57.29577951308232;
       }
       if (!has_both) continue;
@@ -166,7 +166,7 @@ TEST(SoftField, KnowsWhatIsTwoValuedAndGivesTheSameBitsForAnyThreads) {
   EXPECT_GT(one->bytes(), 10000u);
   QuadraticPatch patch;
   one->load({0, 31, 63}, patch);  // the border
-  EXPECT_TRUE(std::isfinite(patch.slope(dvec3(0)).value));
+  EXPECT_TRUE(std::isfinite(patch.value_and_gradient(dvec3(0)).value));
 }
 
 /// Beside another shape it is the field of a shape that goes on into that one for four voxels.

@@ -32,7 +32,7 @@ void step(const Eraser& eraser, EraserState& state, const sim::InstrumentInput& 
     state.is_on = true;
     state.last = now;
   } else if (state.is_on) {
-    work.tell(Erased{state.amount}, state.last);
+    work.raise_event(Erased{state.amount}, state.last);
     state = EraserState();
   }
 }

@@ -159,20 +159,20 @@ int main(int argc, char** argv) {
   CHECK(trephine_operation_hash(operation) != trephine_operation_hash(twin));
 
   /* Commands. */
-  CHECK(trephine_operation_tell(operation, 0, "undo", NULL, &error) == TREPHINE_OK);
+  CHECK(trephine_operation_command(operation, 0, "undo", NULL, &error) == TREPHINE_OK);
   CHECK(fabs(measure(operation, "removed") - removed) < 1e-9 && measure(operation, "undos") == 1);
   CHECK(trephine_operation_changed(operation, low, high));
-  CHECK(trephine_operation_tell(operation, 0, "undo", "", &error) == TREPHINE_OK);
+  CHECK(trephine_operation_command(operation, 0, "undo", "", &error) == TREPHINE_OK);
   CHECK(measure(operation, "removed") == 0 && removed_by_intensity(operation) == 0);
-  CHECK(trephine_operation_tell(operation, 0, "hold-body", "body=9", &error) == TREPHINE_REFUSED &&
+  CHECK(trephine_operation_command(operation, 0, "hold-body", "body=9", &error) == TREPHINE_REFUSED &&
         strstr(error.text, "9"));
-  CHECK(trephine_operation_tell(operation, 0, "redo", NULL, &error) == TREPHINE_OK);
-  CHECK(trephine_operation_tell(operation, 0, "no-such", NULL, &error) == TREPHINE_BAD_ARGUMENT &&
+  CHECK(trephine_operation_command(operation, 0, "redo", NULL, &error) == TREPHINE_OK);
+  CHECK(trephine_operation_command(operation, 0, "no-such", NULL, &error) == TREPHINE_BAD_ARGUMENT &&
         strstr(error.text, "undo"));
-  CHECK(trephine_operation_tell(operation, 7, "undo", NULL, &error) == TREPHINE_BAD_ARGUMENT);
-  CHECK(trephine_operation_tell(operation, 0, "burr", "diameter=banana", &error) == TREPHINE_BAD_ARGUMENT);
-  CHECK(trephine_operation_tell(operation, 0, "adopt-job", "job=1", &error) == TREPHINE_BAD_ARGUMENT);
-  CHECK(trephine_operation_tell(operation, 0, "note", "text=\"from C\"", &error) == TREPHINE_OK);
+  CHECK(trephine_operation_command(operation, 7, "undo", NULL, &error) == TREPHINE_BAD_ARGUMENT);
+  CHECK(trephine_operation_command(operation, 0, "burr", "diameter=banana", &error) == TREPHINE_BAD_ARGUMENT);
+  CHECK(trephine_operation_command(operation, 0, "adopt-job", "job=1", &error) == TREPHINE_BAD_ARGUMENT);
+  CHECK(trephine_operation_command(operation, 0, "note", "text=\"from C\"", &error) == TREPHINE_OK);
 
   /* A pose that is no number: no force, a fault, an event; then it goes on. */
   const trephine_pose broken[2] = {{{NAN, 0, 0}, {1, 0, 0, 0}, 1}, {{0, 0, 30}, {NAN, 0, 0, 0}, 0}};
@@ -184,7 +184,7 @@ int main(int argc, char** argv) {
   CHECK(ticks == 1501 + 4001 + 1);
   CHECK(trephine_operation_end(operation, &error) == TREPHINE_OK);
   CHECK(trephine_operation_end(operation, &error) != TREPHINE_OK);
-  CHECK(trephine_operation_tell(operation, 0, "redo", NULL, &error) == TREPHINE_BAD_ARGUMENT);
+  CHECK(trephine_operation_command(operation, 0, "redo", NULL, &error) == TREPHINE_BAD_ARGUMENT);
 
   /* Opened again while the first is still there; to its end, back, and verified. */
   trephine_operation* recorded = trephine_operation_open(session, &block, 1, &error);

@@ -1,4 +1,5 @@
 // Effects, surfaces that give way or are switched off, and what is told about them.
+// One file: each effect against its law, by the same judge.
 #include "haptics/force/effects.h"
 
 #include <cmath>

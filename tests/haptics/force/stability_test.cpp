@@ -214,8 +214,8 @@ TEST(Passivity, WhatIsLateAndMakesEnergyIsMadeSofter) {
       checker::ForceTick tick;
       tick.position = x, tick.proxy = proxy, tick.normal = {0, 0, 1}, tick.force = force;
       tick.stiffness = k, tick.has_contact = z < 0, tick.contact_energy = energy;
-      judge.look(tick);
-      controller.tell_rendered(force);
+      judge.judge_tick(tick);
+      controller.set_rendered(force);
       last_x = x, last_force = force;
     }
     EXPECT_LT(softest, 0.9);
@@ -281,14 +281,14 @@ TEST(Passivity, WhatFrictionTookMayNotBeGivenBack) {
 TEST(Passivity, SeesWhatWasRenderedInPlaceOfWhatItAskedFor) {
   PassivityController controller;
   controller.step({1, 0, 0}, {0, 0, 0}, dvec3(0));
-  controller.tell_rendered({3, 0, 0});
+  controller.set_rendered({3, 0, 0});
   controller.step({0, 0, 0}, {0.5, 0, 0}, dvec3(0));
   EXPECT_NEAR(controller.energy(), 1.5, 1e-12);
   // Out of sight the debt stays and a store does not.
   controller.lose_sight();
   EXPECT_NEAR(controller.energy(), 1.5, 1e-12);
   controller.step({1, 0, 0}, {0, 0, 0}, dvec3(0));
-  controller.tell_rendered({1, 0, 0});
+  controller.set_rendered({1, 0, 0});
   controller.step({1, 0, 0}, {-5, 0, 0}, dvec3(0));
   EXPECT_NEAR(controller.energy(), -3.5, 1e-12);
   controller.lose_sight();

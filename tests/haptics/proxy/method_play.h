@@ -58,8 +58,8 @@ struct Play {
   }
   ProxyStep step(const glm::dvec3& hip_world) {
     const ProxyStep s = method->step(scene, *seen, state, {hip_world});
-    judge.look({std::span(s.path_volume.data(), static_cast<std::size_t>(s.waypoint_count)),
-                scene.base->frame.volume_from_world(hip_world), s.has_contact, s.is_buried});
+    judge.judge_step({std::span(s.path_volume.data(), static_cast<std::size_t>(s.waypoint_count)),
+                      scene.base->frame.volume_from_world(hip_world), s.has_contact, s.is_buried});
     contacts += s.has_contact;
     return s;
   }

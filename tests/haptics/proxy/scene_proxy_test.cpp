@@ -1,5 +1,6 @@
 // Volumes and polygonal models in one solve: outside both, at any angle, for points and balls, still and
 // moving.
+// One file: one proxy among volumes and models, with the scenes that they share.
 #include "haptics/proxy/scene_proxy.h"
 
 #include <cmath>

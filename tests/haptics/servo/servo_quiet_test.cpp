@@ -20,7 +20,7 @@
 namespace {
 thread_local bool is_watched = false;
 std::atomic<long> allocations{0}, locks{0};
-void note(std::atomic<long>& counter) {
+void count(std::atomic<long>& counter) {
   if (is_watched) counter.fetch_add(1);
 }
 template <class F>
@@ -34,22 +34,22 @@ void* __libc_malloc(std::size_t);
 void* __libc_calloc(std::size_t, std::size_t);
 void* __libc_realloc(void*, std::size_t);
 void __libc_free(void*);
-void* malloc(std::size_t size) { return note(allocations), __libc_malloc(size); }
-void* calloc(std::size_t n, std::size_t size) { return note(allocations), __libc_calloc(n, size); }
-void* realloc(void* p, std::size_t size) { return note(allocations), __libc_realloc(p, size); }
-void free(void* p) { note(allocations), __libc_free(p); }
+void* malloc(std::size_t size) { return count(allocations), __libc_malloc(size); }
+void* calloc(std::size_t n, std::size_t size) { return count(allocations), __libc_calloc(n, size); }
+void* realloc(void* p, std::size_t size) { return count(allocations), __libc_realloc(p, size); }
+void free(void* p) { count(allocations), __libc_free(p); }
 int pthread_mutex_lock(pthread_mutex_t* m) noexcept {
-  note(locks);
+  count(locks);
   static auto* real = next<int(pthread_mutex_t*)>("pthread_mutex_lock");
   return real(m);
 }
 int pthread_cond_wait(pthread_cond_t* c, pthread_mutex_t* m) {
-  note(locks);
+  count(locks);
   static auto* real = next<int(pthread_cond_t*, pthread_mutex_t*)>("pthread_cond_wait");
   return real(c, m);
 }
 int pthread_rwlock_rdlock(pthread_rwlock_t* l) noexcept {
-  note(locks);
+  count(locks);
   static auto* real = next<int(pthread_rwlock_t*)>("pthread_rwlock_rdlock");
   return real(l);
 }

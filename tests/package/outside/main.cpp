@@ -1,7 +1,7 @@
 // Touches a ball of bone from outside the toolkit's own tree.
 #include <cstdio>
 
-#include "haptics/proxy/implicit_proxy.h"
+#include "haptics/proxy/methods.h"
 
 int main() {
   using namespace trephine;
@@ -20,12 +20,12 @@ int main() {
   scene.items.push_back({volume::Field(*base, bone),
                          std::make_shared<const volume::Occupancy>(volume::Occupancy::build(*base, bone)),
                          {}});
-  haptics::ImplicitProxy method;
-  if (method.prepare(scene)) return 3;
+  const auto method = haptics::make_method("implicit").value();
+  if (method->prepare(scene)) return 3;
   const volume::Version version(base);
   haptics::ProxyState state;
   haptics::ProxyStep step;
-  for (int i = 0; i <= 100; ++i) step = method.step(scene, version, state, {{16, 16, 30 - 0.1 * i}});
+  for (int i = 0; i <= 100; ++i) step = method->step(scene, version, state, {{16, 16, 30 - 0.1 * i}});
   std::printf("proxy at z = %.2f mm\n", step.proxy_world.z);
   return step.has_contact && step.proxy_world.z > 26 && step.proxy_world.z < 27 ? 0 : 1;
 }

@@ -35,13 +35,13 @@ inline double shortest_step(const Frame& lattice) {
 }
 
 /// The points of a surface that are nearest to the lattice points of a box. They spread from point to point
-/// outward, nearest first: a brush fire with distances to the surface itself.
-class BrushFire {
+/// outward, nearest first: a wavefront with distances to the surface itself.
+class Wavefront {
  public:
   static constexpr std::uint32_t k_none = ~0u;
 
   /// Of the lattice points of `wanted` and `halo` more on each side; borrows the points.
-  BrushFire(const Frame& lattice, const LatticeBox& wanted, const glm::ivec3& halo,
+  Wavefront(const Frame& lattice, const LatticeBox& wanted, const glm::ivec3& halo,
             const std::vector<SurfacePoint>& points)
       : lattice_(lattice),
         wanted_(wanted),
