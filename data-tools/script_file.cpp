@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <fstream>
+#include <glm/geometric.hpp>
 
 #include "data-tools/atomic_file.h"
 #include "data-tools/toml_reader_impl.h"
@@ -33,7 +34,7 @@ std::vector<std::array<double, 6>> points(TomlReader& reader, const toml::table&
   const auto it = t.find("points");
   if (it == t.end()) return all;
   const char* const expected =
-      has_place ? "points = [[t, along, across, over, button, share], ...]: s, mm, 0 or 1, of the thickness"
+      has_place ? "points = [[t, right, up, over, button, share], ...]: s, mm, 0 or 1, of the thickness"
                 : "points = [[t, x, y, z, button], ...]: s, mm (LPS), 0 or 1";
   const std::size_t most = has_place ? 6 : 5;
   if (!it->second.is_array()) return reader.fail(it->second, "the points are no list", "", expected), all;
@@ -80,33 +81,39 @@ ScriptHand read_hand(TomlReader& reader, const toml::value& value) {
 /// A direction: not 0.
 glm::dvec3 direction(TomlReader& reader, const toml::value& v, std::optional<glm::dvec3> said,
                      const glm::dvec3& usual) {
-  if (said && *said == glm::dvec3(0))
+  if (said && !(glm::length(*said) >= 1e-3))
     reader.fail(v, "this is no direction", "0, 0, 0", "[x, y, z], not all 0");
   return said.value_or(usual);
 }
 
 ScriptPlace read_place(TomlReader& reader, const toml::value& value) {
-  const toml::table& t = reader.table(value, {"name", "from", "up"});
+  const toml::table& t = reader.table(value, {"name", "from", "up", "thickness"});
   ScriptPlace place;
   place.line = TomlReader::line_of(value);
   place.name = reader.text(t, "name").value_or("");
   place.up = direction(reader, value, reader.point(t, "up"), place.up);
+  place.least_thickness = reader.number(t, "thickness", 0, 20).value_or(0);
   const auto from = t.find("from");
-  if (from != t.end() && from->second.is_array() && !from->second.as_array().empty())
-    for (const toml::value& one : from->second.as_array())
-      place.from.push_back(direction(reader, one, reader.point_of(one, "from"), {0, 0, 1}));
+  if (from != t.end() && from->second.is_array())
+    for (const toml::value& one : from->second.as_array()) {
+      if (one.is_array())
+        place.from.push_back(direction(reader, one, reader.point_of(one, "from"), {0, 0, 1}));
+      else
+        reader.fail(one, "from is no list of directions", "", "from = [[x, y, z], ...]");
+    }
   if (place.name.empty() || place.from.empty())
     reader.fail(value, "a place is not complete", "",
                 "name = \"text\" and from = [[x, y, z], ...], directions from the middle of the scan");
   return place;
 }
 
-ScriptPicture read_picture(TomlReader& reader, const toml::value& value) {
+ScriptPicture read_picture(TomlReader& reader, const toml::value& value, std::size_t hands) {
   const toml::table& t =
-      reader.table(value, {"at", "file", "place", "from", "aim", "distance", "caption", "tool"});
+      reader.table(value, {"at", "file", "place", "from", "aim", "distance", "caption", "tool", "hand"});
   ScriptPicture picture;
   picture.line = TomlReader::line_of(value);
   picture.at = reader.number(t, "at", 0, k_longest);
+  picture.hand = static_cast<int>(reader.number(t, "hand", 0, static_cast<double>(hands) - 1).value_or(0));
   picture.file = reader.text(t, "file").value_or("");
   picture.place = reader.text(t, "place").value_or("");
   picture.from = direction(reader, value, reader.point(t, "from"),
@@ -124,13 +131,14 @@ ScriptPicture read_picture(TomlReader& reader, const toml::value& value) {
 }
 
 /// The same name twice, or a name of no place.
-void check_places(TomlReader& reader, const toml::value& root, const Script& script) {
+void check_places(TomlReader& reader, const Script& script) {
   std::string known;
   for (std::size_t i = 0; i < script.places.size(); ++i) {
     known += (i ? ", " : "") + script.places[i].name;
     for (std::size_t j = 0; j < i; ++j)
       if (script.places[i].name == script.places[j].name)
-        reader.fail(root, "two places have one name", script.places[i].name, "names of their own");
+        reader.fail(script.places[i].line, "two places have one name", script.places[i].name,
+                    "names of their own");
   }
   const auto check = [&](const std::string& name, int line) {
     if (name.empty()) return;
@@ -205,8 +213,8 @@ Result<Script> parse_script(const std::string& text, const std::string& where) {
                 "one to four [[hands]]");
   for (const toml::value* v : reader.tables(top, "places")) script.places.push_back(read_place(reader, *v));
   for (const toml::value* v : reader.tables(top, "pictures"))
-    script.pictures.push_back(read_picture(reader, *v));
-  check_places(reader, root, script);
+    script.pictures.push_back(read_picture(reader, *v, script.hands.size()));
+  check_places(reader, script);
   for (const toml::value* v : reader.tables(top, "do"))
     script.commands.push_back(read_command(reader, *v, script.hands.size()));
   for (const toml::value* v : reader.tables(top, "expect"))

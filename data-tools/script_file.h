@@ -16,6 +16,7 @@ struct ScriptPlace {
   int line = 0;
   std::string name;
   std::vector<glm::dvec3> from;  ///< directions (LPS) from the middle of the scan, tried in this order
+  double least_thickness = 0;    ///< mm, of the solid below it
   glm::dvec3 up{0, 0, 1};        ///< seen from outside; "along" is to the right
 };
 
@@ -57,6 +58,7 @@ struct ScriptPicture {
   int line = 0;
   std::optional<double> at;        ///< s; nothing: at the end
   std::string file;                ///< a name, without a folder
+  int hand = 0;                    ///< whose tool is drawn
   std::string place;               ///< what it looks at; empty: all
   glm::dvec3 from{0.0};            ///< direction to the viewer; of a place: along, across, outward
   glm::dvec3 aim{0.0};             ///< mm beside the place or the middle of all

@@ -228,6 +228,7 @@ void LiveSession::update_state(const Outcome& outcome) {
   state_.watches.assign(engine_.now().watches.begin(),
                         engine_.now().watches.begin() + static_cast<std::ptrdiff_t>(forbidden));
   state_.removed_mm3 = engine_.removed_mm3();
+  state_.pending_jobs = engine_.jobs().size();
   state_.strokes = engine_.stroke_count();
   state_.can_undo = engine_.can_undo();
   state_.can_redo = engine_.can_redo();

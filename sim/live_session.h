@@ -32,7 +32,8 @@ struct LiveState {
   /// What to show beside the anatomy, as it was a look ago or later; null: nobody looked before.
   std::shared_ptr<const Overlays> overlays;
   std::vector<Id> bodies;  ///< of the first overlays
-  Value tool;              ///< parameters of the first hand's instrument; empty: it has none
+  std::size_t pending_jobs = 0;
+  Value tool;  ///< parameters of the first hand's instrument; empty: it has none
 };
 
 /// Starts and joins the edit thread, and those of longer work; the servo never waits for them. Drawing

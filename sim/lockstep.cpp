@@ -29,9 +29,11 @@ std::span<const haptics::ServoRecord> Lockstep::step(std::span<const haptics::Po
       haptics::ServoInput input;
       input.places = &places;
       input.pose = haptics::on_grid(poses[h]);
+      input.is_reset = is_reset_;
       records_[h] = cores_[h].step(*engine_.servo_scene(), input);
     }
   }
+  is_reset_ = false;
   last_outcome_ = {};
   for (const haptics::ServoRecord& record : records_) {
     const Outcome outcome = engine_.apply(record);

@@ -21,6 +21,8 @@ class Lockstep {
   haptics::ServoRecord step(const haptics::Pose& pose);
   /// One tick of all hands: they see the same scene.
   std::span<const haptics::ServoRecord> step(std::span<const haptics::Pose> poses);
+  /// All hands forget faults, contact and force with the next tick.
+  void reset() noexcept { is_reset_ = true; }
   /// By stroke. A tool over which bone grows is led out along its own path.
   Outcome undo() { return apply(Undo{}); }
   Outcome redo() { return apply(Redo{}); }
@@ -47,6 +49,7 @@ class Lockstep {
   Outcome last_outcome_;
   std::vector<haptics::ServoRecord> records_;
   int ticks_owed_ = 0;
+  bool is_reset_ = false;
 };
 
 }  // namespace trephine::sim

@@ -63,9 +63,15 @@ Result<std::unique_ptr<Replay>> Replay::open(SessionReader& session, SceneData d
   }
   auto start = build_scene(header, data, modules.value());
   if (!start) return start.error();
-  std::unique_ptr<Replay> replay(
-      new Replay(session, Engine(std::move(start.value().hands), 1 / header.rate_hz, modules.value(),
-                                 std::move(start.value().forbidden))));
+  return open(session, std::move(start).value());
+}
+
+Result<std::unique_ptr<Replay>> Replay::open(SessionReader& session, OperationStart start) {
+  const SessionHeader& header = session.header();
+  Result<Catalogue> modules = modules_of(session);
+  if (!modules) return modules.error();
+  std::unique_ptr<Replay> replay(new Replay(session, Engine(std::move(start.hands), 1 / header.rate_hz,
+                                                            modules.value(), std::move(start.forbidden))));
   // A state of a module in another version says something else.
   for (const NamedVersion& named : header.modules)
     for (const Module* module : modules.value().modules())

@@ -32,6 +32,9 @@ class Replay {
   /// when they are others, or the program lacks an instrument, a method or a module of the session.
   static volume::Result<std::unique_ptr<Replay>> open(SessionReader& session, SceneData data = {});
 
+  /// Over a scene that was made of the session's header: the program that recorded it has one.
+  static volume::Result<std::unique_ptr<Replay>> open(SessionReader& session, OperationStart start);
+
   /// Why this session's bits cannot be expected of this program; nothing when they can.
   volume::Status why_not_verifiable() const;
   /// The next tick of any hand, and the commands before it. False at the end of the session.

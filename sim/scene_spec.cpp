@@ -48,7 +48,7 @@ Status check_data(const SceneSpec& spec, const SceneData& data) {
   for (const StructureSpec& s : spec.structures)
     if (s.model < 0 && s.shape.is_label() &&
         data.volumes[static_cast<std::size_t>(s.volume)]->labels.is_empty())
-      return no_match(k_other_scan, "no labels", "label " + s.shape.name);
+      return no_match("the scan has no labels, which the scene needs", "no labels", "label " + s.shape.name);
   for (std::size_t m = 0; m < spec.models.size(); ++m)
     if (const std::uint64_t hash = content_hash(*data.models[m]); hash != spec.models[m].hash)
       return no_match("a model is not the one of the session", "hash " + hexadecimal(hash),
@@ -286,8 +286,12 @@ SceneSpec as_made(const SceneSpec& asked, const OperationStart& start) {
   servo.rate_hz = asked.rate_hz;
   servo.force = asked.force;
   SceneSpec made = describe_scene(start.hands, servo);
+  std::size_t touchable = 0;  // in the order of what was asked for
   for (const StructureSpec& s : asked.structures)
-    if (s.is_forbidden) made.structures.push_back(s);
+    if (s.is_touchable)
+      made.structures[touchable++].is_forbidden = s.is_forbidden;
+    else if (s.is_forbidden)
+      made.structures.push_back(s);
   return made;
 }
 

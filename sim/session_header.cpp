@@ -246,6 +246,7 @@ Result<SessionHeader> read_lines(std::string_view text, const Words& words) {
     ++lines;
     const std::string_view line = text.substr(0, text.find('\n'));
     text.remove_prefix(std::min(text.size(), line.size() + 1));
+    if (&words == &k_of_scene && (line.empty() || line[0] == '#')) continue;
     const std::size_t equals = line.find('=');
     if (equals == std::string_view::npos) return fail(line, "key=value");
     const std::string_view key = line.substr(0, equals), value = line.substr(equals + 1);
@@ -366,7 +367,10 @@ Result<SessionHeader> read_lines(std::string_view text, const Words& words) {
     } else {
       is_good = false;
     }
-    if (!is_good) return fail(line, "a key of this layout and a value in its range");
+    if (!is_good)
+      return fail(line, &words == &k_of_scene
+                            ? "a key of docs/file-formats.md in its place, a value in its range"
+                            : "a key of this layout and a value in its range");
   }
   return h;
 }

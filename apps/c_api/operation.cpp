@@ -80,7 +80,7 @@ Status begin(trephine_operation& made, const trephine_start& start) {
   made.air = volume::air_of(anatomy);
   if (start.record) {
     sim::SessionHeader header(made.scene);
-    header.program = "C interface";
+    header.program = "trephine " TREPHINE_VERSION " (C interface)";
     sim::WriterOptions options;
     options.is_embedding = start.is_embedding != 0;
     auto recorder =
@@ -203,12 +203,23 @@ int trephine_operation_command(trephine_operation* operation, int hand, const ch
   return refused ? fail(error, TREPHINE_REFUSED, *refused) : code;
 }
 
+int trephine_operation_reset(trephine_operation* operation) {
+  return guarded(nullptr, [&]() -> Status {
+    if (Status wrong = check_run(operation)) return wrong;
+    operation->run->reset();
+    return std::nullopt;
+  });
+}
+
 int trephine_operation_end(trephine_operation* operation, trephine_error* error) {
-  return guarded(error, TREPHINE_FAILED, [&]() -> Status {
+  Status failed;
+  const int code = guarded(error, [&]() -> Status {
     if (Status wrong = check_run(operation)) return wrong;
     operation->has_ended = true;
-    return operation->recorder ? operation->recorder->finish(operation->run->engine(), 0) : std::nullopt;
+    if (operation->recorder) failed = operation->recorder->finish(operation->run->engine(), 0);
+    return std::nullopt;
   });
+  return failed ? fail(error, TREPHINE_FAILED, *failed) : code;
 }
 
 int trephine_operation_go_to(trephine_operation* operation, uint64_t tick, trephine_error* error) {
@@ -219,19 +230,35 @@ int trephine_operation_go_to(trephine_operation* operation, uint64_t tick, treph
 }
 
 int trephine_operation_verify(trephine_operation* operation, trephine_error* error) {
-  return guarded(error, TREPHINE_DIFFERENT, [&]() -> Status {
+  Status failed, different;
+  const int code = guarded(error, [&]() -> Status {
     if (Status wrong = check_replay(operation)) return wrong;
-    if (Status wrong = operation->replay->why_not_verifiable()) return wrong;
-    for (;;) {
-      const Result<bool> stepped = operation->replay->step();
-      if (!stepped) return stepped.error();
-      if (!stepped.value()) break;
+    sim::Replay& replay = *operation->replay;
+    failed = replay.why_not_verifiable();
+    if (!failed) failed = replay.seek(0);
+    for (bool goes_on = !failed; goes_on;) {
+      const Result<bool> stepped = replay.step();
+      if (!stepped) failed = stepped.error();
+      goes_on = stepped && stepped.value();
     }
-    const std::optional<sim::Mismatch>& found = operation->replay->mismatch();
-    if (!found) return std::nullopt;
-    return Error{"the replay differs from what was recorded", "tick " + std::to_string(found->tick),
-                 found->what + " " + found->replayed, found->recorded, ""};
+    if (!failed && operation->session->is_damaged())
+      failed = Error{"the session is damaged", "byte " + std::to_string(operation->session->whole_bytes()),
+                     "", "a whole file", "what lies before that was compared"};
+    if (const std::optional<sim::Mismatch>& found = replay.mismatch())
+      different = Error{"the replay differs from what was recorded", "tick " + std::to_string(found->tick),
+                        found->what + " " + found->replayed, found->recorded, ""};
+    return std::nullopt;
   });
+  if (different) return fail(error, TREPHINE_DIFFERENT, *different);
+  return failed ? fail(error, TREPHINE_FAILED, *failed) : code;
+}
+
+int trephine_operation_is_whole(const trephine_operation* operation) {
+  return operation && operation->session && operation->session->end().has_value();
+}
+
+uint64_t trephine_operation_tick(const trephine_operation* operation) {
+  return operation ? operation->engine().now().next_tick : 0;
 }
 
 uint64_t trephine_operation_tick_count(const trephine_operation* operation) {

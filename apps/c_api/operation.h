@@ -46,9 +46,9 @@ typedef struct trephine_model {
 
 /* What an operation starts from. All that is not set may be 0. */
 typedef struct trephine_start {
-  /* Lines of key=value as in the header of a session (docs/file-formats.md): structures, hands, options.
-   * Lines "volume" and "model" may be left out. The shortest for a burr:
-   *   "structure=bone\nlow=300\nhand=burr\nparameters=diameter=4" */
+  /* Lines of key=value: structures, hands, options; docs/file-formats.md, "A scene in text", has all keys.
+   * Empty lines and lines that begin with '#' are left out; "volume" and "model" may be. The shortest for a
+   * burr: "structure=bone\nlow=300\nhand=burr\nparameters=diameter=4" */
   const char* scene;
   const trephine_voxels* volumes; /* the anatomy, which alone is cut, first */
   size_t volume_count;
@@ -81,7 +81,7 @@ typedef struct trephine_measure {
 /* Something that came off. Its surface (as in trephine_model, in the frame in which it was freed) stays where
  * it is until the next step, command or move of this operation. */
 typedef struct trephine_body {
-  uint32_t id; /* of commands: "hold body=3" */
+  uint32_t id; /* of commands: "hold-body" with "body=3" */
   int holder;  /* a hand, or -1: it lies still */
   double mm3;
   double position[3]; /* of that frame now */
@@ -106,30 +106,42 @@ void trephine_operation_destroy(trephine_operation* operation);
  * is no number gives no force and a latched fault. */
 int trephine_operation_step(trephine_operation* operation, const trephine_pose* poses,
                             trephine_touch* touches, trephine_error* error);
-/* A command by name, in words: "undo", "redo", "note" with "text=here", "burr" with "diameter=3",
- * "free_pieces", ...: `trephine modules` lists them. Work that takes longer (a job) is done before this
- * returns. TREPHINE_REFUSED when it may not be done now, which changes nothing. */
+/* A command by name, with its parameters in words: "undo", "redo", "note" with "text=\"two words\"", "burr"
+ * with "diameter=3", "free-pieces", "hold-body" with "body=1", ...: `trephine modules` lists them. Work that
+ * takes longer (a job) is done before this returns. TREPHINE_REFUSED when it may not be done now, which
+ * changes nothing; undo and redo with nothing to take back are done, and change nothing either. A job whose
+ * result cannot be used (nothing came off) is told by an event "job-discarded". */
 int trephine_operation_command(trephine_operation* operation, int hand, const char* command,
                                const char* words, trephine_error* error);
-/* Ends the recording and makes it safe; the first failure of all of it. Afterwards nothing more can be done,
- * only asked. Without a recording nothing but that. */
+/* Faults, contact and force are forgotten with the next step: after a pose that was no number there is no
+ * force until then. */
+int trephine_operation_reset(trephine_operation* operation);
+/* Ends the recording and makes it safe; TREPHINE_FAILED with the first failure of all of it. Afterwards
+ * nothing more can be done, only asked. Without a recording nothing but that. */
 int trephine_operation_end(trephine_operation* operation, trephine_error* error);
 
 /* ---- of one that was opened ---- */
-/* Forward or back to the last tick before `tick`; from the last tick on: to its very end. */
+/* Forward or back to where `tick` ticks were done, 0: its beginning; from the last one on: to its very end,
+ * with the commands after it. */
 int trephine_operation_go_to(trephine_operation* operation, uint64_t tick, trephine_error* error);
-/* Plays what is left of it. TREPHINE_DIFFERENT, with where and what, when forces or voxels were others than
- * those recorded. */
+/* Plays all of it from its beginning. TREPHINE_DIFFERENT, with where and what, when forces or voxels were
+ * others than those recorded; TREPHINE_FAILED when that cannot be said: the file is damaged or cannot be
+ * read, or was recorded by a program of another arithmetic. */
 int trephine_operation_verify(trephine_operation* operation, trephine_error* error);
 
+/* 1 when the file was closed in order; 0 when its end was lost: what lies before that is there. */
+int trephine_operation_is_whole(const trephine_operation* operation);
+
 /* ---- of both ---- */
-/* Ticks that were done, or that were recorded. */
+/* Ticks that were done up to now. */
+uint64_t trephine_operation_tick(const trephine_operation* operation);
+/* The same; of one that was opened: that are recorded in all. */
 uint64_t trephine_operation_tick_count(const trephine_operation* operation);
 size_t trephine_operation_hand_count(const trephine_operation* operation);
 /* The scene as it was made, as trephine_start::scene has it. At most `capacity` bytes with the 0 at the end
  * are written; the length without it. */
 size_t trephine_operation_scene(const trephine_operation* operation, char* text, size_t capacity);
-/* Of the canonical bytes of all state: equal states, equal hashes. Costs what was cut. */
+/* Of all state: equal states, equal hashes. Takes longer the more was cut. */
 uint64_t trephine_operation_hash(trephine_operation* operation);
 /* Events, oldest first; undo takes none back. TREPHINE_BAD_ARGUMENT beyond the last. */
 size_t trephine_operation_event_count(const trephine_operation* operation);

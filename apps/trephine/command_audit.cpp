@@ -1,5 +1,5 @@
-// audit: every tick and voxel of a session, judged by code that shares none with what it judges. One file: each
-// judge sees the same replay, and they say one report.
+// audit: every tick and voxel of a session, judged by code that shares none with what it judges. One file:
+// each judge sees the same replay, and they say one report.
 #include <algorithm>
 #include <array>
 #include <deque>

@@ -38,9 +38,11 @@ Result<Outcome> run_demo(const DemoArguments& arguments) {
   wish.is_live = true;
   wish.pictures = arguments.output;
   wish.in_use = workbench::files_of(wish.script, "");
-  notice(format_text(
-      "touching and drilling %s, live, for 18 s ...",
-      arguments.source == "head" ? "the built-in head" : data_tools::file_name(arguments.source).c_str()));
+  const std::string report_file = (std::filesystem::path(arguments.output) / "report.json").string();
+  wish.in_use.push_back(arguments.record.file);
+  wish.outputs.push_back(report_file);
+  notice("touching and drilling " + (arguments.source == "head" ? std::string("the built-in head")
+                                                                : data_tools::file_name(arguments.source)));
   auto result = play_script(wish);
   if (!result) return result.error();
   const PlayedScript& played = result.value();
@@ -79,8 +81,7 @@ Result<Outcome> run_demo(const DemoArguments& arguments) {
   json["memory"] = memory_report(*operation.scene(), left);
   json["pictures"] = played.pictures;
   json["checks"] = checks_json(report);
-  if (volume::Status error = data_tools::write_file_atomically(
-          (std::filesystem::path(arguments.output) / "report.json").string(), text_of_json(json) + "\n"))
+  if (volume::Status error = data_tools::write_file_atomically(report_file, text_of_json(json) + "\n"))
     return *error;
   outcome.text = report.is_met() ? "" : checks_text(report);
   outcome.text += format_text(

@@ -107,6 +107,7 @@ Result<Outcome> run_replay(const ReplayArguments& arguments) {
     options.title = session.source.written_name();
     options.is_offscreen = true;
     options.version = engine.current();
+    options.replay = session.replay.get();
     auto shown = view::run_window(view::borrowed(session.scene()), options);
     if (!shown) return shown.error();
   }

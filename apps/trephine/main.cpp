@@ -1,5 +1,7 @@
 // The command line: finds the command, has it run, and says what came of it.
 #include <CLI/CLI.hpp>
+#include <algorithm>
+#include <csignal>
 #include <cstdio>
 
 #include "apps/trephine/build_info.h"
@@ -30,8 +32,14 @@ int finish(const std::string& name, bool wants_json, const Result<Outcome>& resu
   return std::fflush(stdout) == 0 ? outcome.exit_code : int{exit_missing_here};
 }
 
-/// What could not be read of the command line.
-Error unreadable(const std::string& why, const std::string& name) {
+/// What could not be read of the command line, in our words.
+Error unreadable(const CLI::ParseError& error, const std::string& name) {
+  const std::string why = error.what(), rest = why.substr(std::min(why.size(), why.find(": ") + 2));
+  const std::string help = "see: trephine " + name + " --help";
+  if (dynamic_cast<const CLI::ConversionError*>(&error))
+    return {"the value of an option cannot be read", name, rest, "a value as its help says", help};
+  if (dynamic_cast<const CLI::ExtrasError*>(&error) && !name.empty() && !name.starts_with("-"))
+    return {"there is no such option, or nothing more is expected", name, rest, "", help};
   if (name.empty() || name.starts_with("-")) return {why, "", "", "", "see: trephine --help"};
   for (const Command* known : k_commands)
     if (known->name == name) return {why, name, "", "", "see: trephine " + name + " --help"};
@@ -41,6 +49,7 @@ Error unreadable(const std::string& why, const std::string& name) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  std::signal(SIGXFSZ, SIG_IGN);  // a file that may not grow is an error like others
   CLI::App cli{"trephine: surgery on real CT and MRI volumes that you can feel"};
   cli.set_version_flag("--version", program_name());
   cli.name("trephine");
@@ -72,7 +81,7 @@ int main(int argc, char** argv) {
   } catch (const CLI::Success& e) {
     return cli.exit(e);
   } catch (const CLI::ParseError& e) {
-    return finish(name.starts_with("-") ? "" : name, wants_json, unreadable(e.what(), name));
+    return finish(name.starts_with("-") ? "" : name, wants_json, unreadable(e, name));
   }
   const auto chosen =
       std::find_if(all.begin(), all.end(), [](const Built& one) { return one.app->parsed(); });

@@ -42,9 +42,10 @@ class ScriptPictures {
     }
     picture_->wait();
     aim(wish);
-    const haptics::ServoRecord& hand = moment.hands[0];
+    const auto h = static_cast<std::size_t>(wish.hand);
+    const haptics::ServoRecord& hand = moment.hands[h];
     if (wish.has_tool)
-      picture_->show_stylus(hand, view::drawn_radius(moment.engine.now().settings.hands[0].parameters), now,
+      picture_->show_stylus(hand, view::drawn_radius(moment.engine.now().settings.hands[h].parameters), now,
                             from_);
     else
       picture_->view().show(view::StylusLook{.is_visible = false});
@@ -59,18 +60,20 @@ class ScriptPictures {
 
  private:
   void aim(const data_tools::ScriptPicture& wish) {
-    const dvec3 up(0, 0, 1);
     from_ = glm::normalize(wish.from);
+    const auto upward = [&] {  // from above and below the front is
+      return std::abs(from_.z) < 0.99 ? dvec3(0, 0, 1) : dvec3(0, -1, 0);
+    };
     for (const workbench::Place& place : run_->places())
       if (place.name == wish.place) {
         from_ = glm::normalize(place.direction(wish.from));
-        return picture_->view().aim_camera(place.at(wish.aim), from_, up, *wish.distance);
+        return picture_->view().aim_camera(place.at(wish.aim), from_, upward(), *wish.distance);
       }
     dvec3 low, high;
     picture_->view().bounds(low, high);
     constexpr double k_half_angle = 14 * 3.14159265 / 180;  // of the camera
     const double all = 0.86 * glm::length(high - low) / (2 * std::tan(k_half_angle));
-    picture_->view().aim_camera(0.5 * (low + high) + wish.aim, from_, up, wish.distance.value_or(all));
+    picture_->view().aim_camera(0.5 * (low + high) + wish.aim, from_, upward(), wish.distance.value_or(all));
   }
 
   const workbench::ScriptRun* run_;
@@ -106,10 +109,16 @@ Result<PlayedScript> play_script(const ScriptWish& wish) {
     if (failed)
       return Error{"the folder for the pictures cannot be made", data_tools::file_name(wish.pictures),
                    failed.message(), "a place that may be written", "choose another folder"};
+    for (const std::string& output : wish.outputs)
+      if (Status error = check_output(output, wish.in_use)) return *error;
     for (const data_tools::ScriptPicture& picture : wish.script.pictures)
       if (Status error = check_picture_output((fs::path(wish.pictures) / picture.file).string(), wish.in_use))
         return *error;
   }
+  if (wish.is_live && !(wish.script.rate_hz >= 250 && wish.script.rate_hz <= 10000))
+    return Error{"a servo's thread does not run at such a rate", wish.where + ": rate",
+                 format_text("%g Hz", wish.script.rate_hz), "250 to 10000 Hz",
+                 "choose another, or play it without one"};
   auto opened = workbench::ScriptRun::open(wish.script, wish.folder, wish.where, person());
   if (!opened) return opened.error();
   played.run = std::move(opened).value();
@@ -137,13 +146,15 @@ Result<PlayedScript> play_script(const ScriptWish& wish) {
   const auto start = Clock::now();
   Result<workbench::ScriptReport> report = workbench::ScriptReport();
   if (wish.is_live) {
+    notice(format_text("playing live, for %.0f s ...", std::ceil(run.duration())));
     auto live = run.play_live(*recorder.value(), person());
     if (!live) return live.error();
     played.live = std::move(live).value();
+    played.played_seconds = seconds_since(start);
     recorder.value().reset();
     auto session = sim::SessionReader::open(record.file, modules::catalogue());
     if (!session) return session.error();
-    auto replay = sim::Replay::open(session.value(), sim::data_of(*run.operation().scene()));
+    auto replay = sim::Replay::open(session.value(), run.operation().start);
     if (!replay) return replay.error();
     report = run.watch(*played.live, *replay.value(), std::move(take), person());
   } else {
@@ -152,7 +163,7 @@ Result<PlayedScript> play_script(const ScriptWish& wish) {
   if (!report) return report.error();
   played.report = std::move(report).value();
   played.drawing_seconds = pictures.seconds();
-  played.played_seconds = seconds_since(start) - played.drawing_seconds;
+  if (!wish.is_live) played.played_seconds = seconds_since(start) - played.drawing_seconds;
   return played;
 }
 

@@ -11,9 +11,10 @@ struct ScriptWish {
   std::string folder, where;  ///< from where it sees its files; what to call it in errors
   workbench::RecordChoice record;
   bool is_live = false;
-  std::string pictures;             ///< the folder for them; empty: none are taken
-  std::vector<std::string> in_use;  ///< files that no picture may replace
-  bool wants_session = false;       ///< there is a recording afterwards, asked for or not
+  std::string pictures;              ///< the folder for them; empty: none are taken
+  std::vector<std::string> outputs;  ///< files beside the pictures, which will be written
+  std::vector<std::string> in_use;   ///< files that no picture may replace
+  bool wants_session = false;        ///< there is a recording afterwards, asked for or not
 };
 
 /// A file that goes with whoever made it, unless it was let go.

@@ -1,6 +1,7 @@
 #include "apps/view/view_window.h"
 
 #include <cctype>
+#include <cmath>
 #include <cstdio>
 #include <dlfcn.h>
 #include <glm/geometric.hpp>
@@ -26,6 +27,39 @@ using volume::Result;
 
 namespace {
 
+/// The tool as the session left it, seen from its side of the bone.
+void show_replay(const sim::Replay& replay, const haptics::TouchScene& scene, Viewport& picture) {
+  const haptics::ServoRecord& record = replay.record();
+  const volume::Volume& base = *scene.base;
+  const glm::dvec3 middle = base.frame.world_from_volume(0.5 * glm::dvec3(base.size - 1));
+  const glm::dvec3 place = record.has_contact ? record.proxy_world : record.pose.position_world;
+  glm::dvec3 low, high, from = place - middle;
+  picture.view().bounds(low, high);
+  from = glm::length(from) > 1 ? glm::normalize(from) : glm::dvec3(0, -1, 0);
+  // A little from the front left above, so that a straight hole is not seen end-on.
+  from = glm::normalize(from + 0.6 * glm::normalize(glm::dvec3(0.55, -0.75, 0.38)));
+  picture.view().aim_camera(0.5 * (low + high), from,
+                            std::abs(from.z) < 0.99 ? glm::dvec3(0, 0, 1) : glm::dvec3(0, -1, 0),
+                            0.86 * glm::length(high - low) / (2 * std::tan(14 * 3.14159265358979 / 180)));
+  picture.show_stylus(record, drawn_radius(replay.engine().now().settings.hands[record.hand].parameters),
+                      *replay.engine().current(), from);
+  sim::Overlays overlays = replay.engine().overlays();
+  for (sim::Overlay& one : overlays) one.holder = -1;  // the engine knows where they are
+  picture.show(overlays, {});
+}
+
+/// The stylus rests on what is in the middle of the picture.
+void rest_stylus(const volume::Version& version, double radius, Viewport& picture) {
+  const Ray ray = picture.ray_at(0.5, 0.5);
+  const double hit = picture.distance_to_solid(version, ray);
+  if (hit < 0) return;
+  haptics::ServoRecord record;
+  record.has_contact = true;
+  record.proxy_world = record.pose.position_world = ray.origin + hit * ray.direction;
+  record.normal_world = -ray.direction;
+  picture.show_stylus(record, radius, version, -ray.direction);
+}
+
 Result<WindowReport> draw_once(const haptics::TouchScene& scene, const WindowOptions& options) {
   const auto start = Clock::now();
   auto surface = make_offscreen(1200, 900);
@@ -35,17 +69,12 @@ Result<WindowReport> draw_once(const haptics::TouchScene& scene, const WindowOpt
   picture.request_all(version);
   picture.wait();
   picture.look_from(0);
-  // The stylus rests on what is in the middle of the picture.
-  const Ray ray = picture.ray_at(0.5, 0.5);
-  haptics::ServoRecord record;
-  if (const double hit = picture.distance_to_solid(*version, ray); hit >= 0) {
-    record.has_contact = true;
-    record.proxy_world = record.pose.position_world = ray.origin + hit * ray.direction;
-    record.normal_world = -ray.direction;
-    picture.show_stylus(
-        record, options.start ? drawn_radius(options.start->engine.now().settings.hands[0].parameters) : 2,
-        *version, -ray.direction);
-  }
+  if (options.replay && options.replay->next_tick() > 0)
+    show_replay(*options.replay, scene, picture);
+  else
+    rest_stylus(*version,
+                options.start ? drawn_radius(options.start->engine.now().settings.hands[0].parameters) : 2,
+                picture);
   picture.show_text(options.title, "");
   picture.draw();
   WindowReport report;

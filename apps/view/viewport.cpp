@@ -158,6 +158,7 @@ void Viewport::show_stylus(const haptics::ServoRecord& record, double burr_radiu
   look.has_contact = record.has_contact;
   look.proxy_world = record.has_contact ? record.proxy_world : look.hip_world;
   look.force_world = record.force_world;
+  burr_radius = std::max({burr_radius, scene_->tool_radius, 0.6});  // a point is drawn as a fine tip
   look.burr_radius = burr_radius;
   // The shaft leans between the surface's normal and the viewer, as a hand would hold it.
   look.shaft_direction = toward_viewer;

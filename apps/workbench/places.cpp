@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <glm/geometric.hpp>
+#include <optional>
 
 #include "haptics/walls/solid_grid.h"
 #include "volume/traversal.h"
@@ -61,6 +62,49 @@ double thickness_below(const dvec3& point, const dvec3& outward, const haptics::
   return 0;
 }
 
+/// To the right of who sees it from outside with `up` upward; any direction where that says nothing.
+dvec3 along_of(const dvec3& outward, const dvec3& up) {
+  const dvec3 along = glm::cross(glm::normalize(up), outward);
+  if (glm::length(along) > 1e-3) return glm::normalize(along);
+  const dvec3 size = glm::abs(outward);
+  const int least = size.x <= size.y && size.x <= size.z ? 0 : size.y <= size.z ? 1 : 2;
+  dvec3 other(0);
+  other[least] = 1;
+  return glm::normalize(glm::cross(other, outward));
+}
+
+/// The first place on the way from outside to the middle that faces outside, and below which there is enough.
+std::optional<Place> place_on(const dvec3& outside, const dvec3& middle, const data_tools::ScriptPlace& wish,
+                              const haptics::TouchScene& scene, const Version& untouched) {
+  const volume::Frame& frame = scene.base->frame;
+  const dvec3 way = middle - outside;
+  const double length = glm::length(way), past = 0.5 * frame.diagonal_mm() / length;
+  for (double from = 0; from < 1;) {
+    const double hit = first_surface(scene, untouched, outside + from * way, middle);
+    if (hit < 0) return std::nullopt;
+    const double at = from + hit * (1 - from);
+    Place place;
+    place.name = wish.name;
+    place.point = outside + at * way;
+    int cells = 0;
+    place.outward =
+        haptics::outward_normal(scene.items[0], untouched, frame.volume_from_world(place.point), cells);
+    place.thickness = thickness_below(place.point, place.outward, scene);
+    const bool is_thick = place.thickness == 0 || place.thickness >= wish.least_thickness;
+    if (is_thick && glm::dot(place.outward, -way) >= 0.5 * length) {  // else a rim, or the wall of a hole
+      place.along = along_of(place.outward, wish.up);
+      place.across = glm::cross(place.outward, place.along);
+      return place;
+    }
+    // Through what is there, to where the way is free again.
+    for (from = at + past; from < 1; from += past) {
+      const glm::ivec3 v = volume::voxel_of(frame.volume_from_world(outside + from * way));
+      if (!scene.base->contains(v) || !scene.items[0].bits->is_solid(v)) break;
+    }
+  }
+  return std::nullopt;
+}
+
 }  // namespace
 
 volume::Result<Place> find_place(const data_tools::ScriptPlace& wish, const haptics::TouchScene& scene,
@@ -68,27 +112,14 @@ volume::Result<Place> find_place(const data_tools::ScriptPlace& wish, const hapt
   const volume::Frame& frame = scene.base->frame;
   const dvec3 middle = frame.world_from_volume(0.5 * dvec3(scene.base->size - 1));
   const double far = 2 * glm::length(frame.world_from_volume(dvec3(scene.base->size)) - frame.origin());
-  for (const dvec3& from : wish.from) {
-    const dvec3 outside = middle + far * glm::normalize(from);
-    const double hit = first_surface(scene, untouched, outside, middle);
-    if (hit < 0) continue;
-    Place place;
-    place.name = wish.name;
-    place.point = outside + hit * (middle - outside);
-    int cells = 0;
-    place.outward =
-        haptics::outward_normal(scene.items[0], untouched, frame.volume_from_world(place.point), cells);
-    if (glm::dot(place.outward, glm::normalize(from)) < 0.5) continue;  // a rim, or the wall of a hole
-    dvec3 along = glm::cross(wish.up, place.outward);
-    if (glm::length(along) < 1e-3) along = glm::cross(dvec3(wish.up.y, wish.up.z, wish.up.x), place.outward);
-    place.along = glm::normalize(along);
-    place.across = glm::cross(place.outward, place.along);
-    place.thickness = thickness_below(place.point, place.outward, scene);
-    return place;
-  }
+  for (const dvec3& from : wish.from)
+    if (auto place = place_on(middle + far * glm::normalize(from), middle, wish, scene, untouched))
+      return *std::move(place);
   return volume::Error{"no such place was found", "place " + wish.name,
                        "nothing met on " + std::to_string(wish.from.size()) + " ways to the middle",
-                       "a surface that faces one of them", "choose other directions, or the shape with iso"};
+                       "a surface that faces one of them" +
+                           std::string(wish.least_thickness > 0 ? ", as thick as was asked for" : ""),
+                       "choose other directions, or the shape with iso"};
 }
 
 std::vector<haptics::PosePath::Sample> samples_at(const Place& place, const data_tools::ScriptHand& hand,
@@ -108,8 +139,16 @@ std::vector<haptics::PosePath::Sample> samples_at(const Place& place, const data
 }
 
 bool is_open(const Place& place, const haptics::TouchScene& scene, const Version& version) {
-  const double end = place.thickness > 0 ? place.thickness : k_deepest;
-  return first_solid(scene, version, place.at({0, 0, 5}), place.at({0, 0, -end - 2.5})) < 0;
+  const double end = (place.thickness > 0 ? place.thickness : k_deepest) + 2.5;
+  const haptics::TouchItem& item = scene.items[0];
+  for (double depth = -5; depth < end; depth += 0.1) {
+    const dvec3 p = scene.base->frame.volume_from_world(place.at({0, 0, -depth}));
+    if (item.field.value(p) < 0) continue;
+    const glm::ivec3 v = volume::voxel_of(p);
+    const bool is_cut = !version.is_kept(v) || (version.is_near_cut(p) && version.distance(p) <= 0);
+    if (!is_cut) return false;
+  }
+  return true;
 }
 
 }  // namespace trephine::workbench

@@ -115,7 +115,11 @@ Result<std::unique_ptr<ScriptRun>> ScriptRun::open(const Script& script, const s
     commands.push_back(std::move(command).value());
   }
   Result<Operation> operation = open_operation(scan_of(script, folder), choice, listener);
-  if (!operation) return operation.error();
+  if (!operation) {
+    Error error = operation.error();
+    error.where = where + (error.where.empty() ? "" : ": " + error.where);
+    return error;
+  }
   std::unique_ptr<ScriptRun> made(new ScriptRun(script, std::move(operation).value()));
   made->paths_ = std::move(paths);
   for (std::size_t i = 0; i < commands.size(); ++i)
@@ -148,10 +152,12 @@ Status ScriptRun::find_places(const std::string& where) {
   }
   for (std::size_t h = 0; h < paths_.size(); ++h)
     for (const Place& place : places_)
-      if (place.name == script_.hands[h].place)
-        paths_[h] =
-            haptics::PosePath::from_samples(samples_at(place, script_.hands[h], scene, untouched), where)
-                .value();  // its times were looked at
+      if (place.name == script_.hands[h].place) {
+        Result<haptics::PosePath> path = haptics::PosePath::from_samples(
+            samples_at(place, script_.hands[h], scene, untouched), at_line(where, script_.hands[h].line));
+        if (!path) return path.error();
+        paths_[h] = std::move(path).value();
+      }
   return std::nullopt;
 }
 
@@ -218,6 +224,11 @@ Result<ScriptRun::Live> ScriptRun::play_live(sim::SessionWriter& recorder, const
   Live result;
   if (Status error = live.start()) return *error;
   const auto progress = listener.progress("playing live");
+  // What takes longer than its moment moves what comes after it, so that all stays in order.
+  const auto due = [&](double at) {
+    if (result.told.empty()) return at;
+    return std::max(at, result.told.back().done_at + at - told_[result.told.size() - 1].from->at);
+  };
   Status broken;
   for (;;) {
     std::this_thread::sleep_for(std::chrono::milliseconds(5));
@@ -226,28 +237,44 @@ Result<ScriptRun::Live> ScriptRun::play_live(sim::SessionWriter& recorder, const
     // this stylus.
     if (state.newest.faults & haptics::fault_stale_scene) live.reset_faults(), ++result.stalls;
     const double t = state.newest.t;
-    while (result.refused.size() < told_.size() && told_[result.refused.size()].from->at <= t) {
-      live.apply(told_[result.refused.size()].command);
+    while (result.told.size() < told_.size() && due(told_[result.told.size()].from->at) <= t) {
+      live.apply(told_[result.told.size()].command);
       live.snapshot().wait();  // until it was carried out
-      result.refused.push_back(live.fetch_state().refused);
+      sim::LiveState after = live.fetch_state();
+      Live::Told told{after.refused, 0};
+      // A job that it began is done before anything else, as without threads.
+      while (after.pending_jobs > 0 && progress(t / duration_)) {
+        std::this_thread::sleep_for(std::chrono::milliseconds(1));
+        after = live.fetch_state();
+      }
+      told.done_at = after.newest.t + 0.5 / script_.rate_hz;  // the tick after that one knows it
+      result.told.push_back(told);
     }
     if (!progress(t / duration_))
       broken = Error{"the script was interrupted", "", "", "", "", volume::ErrorKind::interrupted};
-    if (broken || (t >= duration_ && result.refused.size() == told_.size())) break;
+    if (broken || (t >= due(duration_) && result.told.size() == told_.size())) break;
   }
   live.stop();
   result.servo = live.servo_report();
   const Status finished = recorder.finish(live.engine(), result.servo.dropped);
   if (broken) return *broken;
-  if (finished) return *finished;
+  if (finished)
+    return Error{"what was played live cannot be checked: its recording was not written whole",
+                 "recording",
+                 finished->found,
+                 "room for it",
+                 "make room, or play it without a servo's thread",
+                 finished->kind};
   return result;
 }
 
 Result<ScriptReport> ScriptRun::watch(const Live& live, sim::Replay& recorded, PictureTaker take_picture,
                                       const Listener& listener) const {
   ScriptWatch watch(script_, places_, duration_, std::move(take_picture));
-  for (std::size_t i = 0; i < live.refused.size(); ++i)
-    watch.record_command(*told_[i].from, told_[i].from->at, live.refused[i]);
+  for (std::size_t i = 0; i < live.told.size(); ++i) {
+    watch.record_command(*told_[i].from, live.told[i].done_at, live.told[i].refused);
+    watch.wait_for(told_[i].from->at, live.told[i].done_at);
+  }
   std::vector<haptics::ServoRecord> records(paths_.size());
   volume::VoxelBox changed = sim::k_no_voxels;
   const auto progress = listener.progress("looking at it");

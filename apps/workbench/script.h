@@ -33,8 +33,11 @@ class ScriptRun {
   struct Live {
     haptics::ServoReport servo;
     int stalls = 0;  ///< looks at which the servo had missed its watchdog
-    /// Of each command, in time, why it was refused.
-    std::vector<volume::Status> refused;
+    struct Told {
+      volume::Status refused;
+      double done_at = 0;  ///< s, with the job that it began
+    };
+    std::vector<Told> told;  ///< the commands, in time
   };
   volume::Result<Live> play_live(sim::SessionWriter& recorder, const Listener& listener = {});
   volume::Result<ScriptReport> watch(const Live& live, sim::Replay& recorded, PictureTaker take_picture = {},

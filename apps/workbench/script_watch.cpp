@@ -37,16 +37,22 @@ struct Slot {
   std::size_t begin = 0, end = 0;  ///< of the braces
   std::string name;
   int digits = 0;
+  bool is_good = true;
 };
 std::vector<Slot> slots_of(const std::string& caption) {
   std::vector<Slot> slots;
   for (std::size_t at = caption.find('{'); at != std::string::npos; at = caption.find('{', at + 1)) {
     const std::size_t end = caption.find('}', at);
-    if (end == std::string::npos) break;
+    if (end == std::string::npos) {
+      slots.push_back({at, at, caption.substr(at), 0, false});
+      break;
+    }
     Slot slot{at, end, caption.substr(at + 1, end - at - 1)};
     if (const std::size_t colon = slot.name.rfind(':'); colon != std::string::npos) {
-      std::from_chars(slot.name.data() + colon + 1, slot.name.data() + slot.name.size(), slot.digits);
-      slot.digits = std::clamp(slot.digits, 0, 9);
+      const char* const end_of_name = slot.name.data() + slot.name.size();
+      const auto read = std::from_chars(slot.name.data() + colon + 1, end_of_name, slot.digits);
+      slot.is_good =
+          read.ec == std::errc() && read.ptr == end_of_name && slot.digits >= 0 && slot.digits <= 9;
       slot.name.resize(colon);
     }
     slots.push_back(std::move(slot));
@@ -86,16 +92,34 @@ Status check_names(const data_tools::Script& script, const std::vector<Place>& p
   const auto check = [&](const std::string& what, int line) -> Status {
     if (is_known(what)) return std::nullopt;
     std::string known;
-    for (const std::string& name : expectable()) known += (known.empty() ? "" : ", ") + name;
-    for (const sim::Measure& one : measures) known += ", " + one.name;
+    const auto add = [&](std::string_view name) { known.append(known.empty() ? "" : ", ").append(name); };
+    if (what.starts_with(k_events)) {
+      for (const sim::ValueType* type : modules::catalogue().all())
+        if (modules::catalogue().is_event(*type))
+          add(std::string(k_events) + std::string(type->schema->name));
+    } else if (what.starts_with(k_nearest)) {
+      for (const auto& structure : engine.forbidden()) add(std::string(k_nearest) + structure->name());
+      if (engine.forbidden().empty()) add("a forbidden structure of a case, of which there is none");
+    } else if (what.starts_with(k_open) || what.starts_with(k_thickness)) {
+      for (const Place& place : places) add(what.substr(0, what.find(' ') + 1) + place.name);
+      if (places.empty()) add("[[places]] first");
+    } else {
+      for (const std::string& name : expectable()) add(name);
+      for (const sim::Measure& one : measures) add(one.name);
+    }
     return Error{"nothing is measured by this name", where + ", line " + std::to_string(line), what, known,
                  "choose one of these"};
   };
   for (const ScriptExpectation& wish : script.expectations)
     if (Status error = check(wish.what, wish.line)) return error;
   for (const ScriptPicture& picture : script.pictures)
-    for (const Slot& slot : slots_of(picture.caption))
+    for (const Slot& slot : slots_of(picture.caption)) {
+      if (!slot.is_good)
+        return Error{"a caption cannot be read", where + ", line " + std::to_string(picture.line),
+                     picture.caption.substr(slot.begin, slot.end - slot.begin + 1),
+                     "{name} or {name:digits}, 0 to 9 digits", ""};
       if (Status error = check(slot.name, picture.line)) return error;
+    }
   return std::nullopt;
 }
 
@@ -138,10 +162,18 @@ Status ScriptWatch::tick(double t, std::span<const haptics::ServoRecord> hands, 
   return take_due(t, {t, hands_, engine, changed_});
 }
 
+/// When it is looked at, s.
+double ScriptWatch::due(const std::optional<double>& at) const {
+  double when = at.value_or(2 * end_);
+  for (const auto& [told_at, done_at] : waits_)
+    if (at && told_at <= *at) when = std::max(when, done_at + *at - told_at);
+  return when;
+}
+
 /// What is due at t.
 Status ScriptWatch::take_due(double t, const ScriptMoment& moment) {
   const auto is_due = [&](const auto& all, std::size_t next) {
-    return next < all.size() && all[next]->at.value_or(2 * end_) <= t;
+    return next < all.size() && due(all[next]->at) <= t;
   };
   for (; is_due(wishes_, next_wish_); ++next_wish_) check(*wishes_[next_wish_], moment);
   for (; take_picture_ && is_due(pictures_, next_picture_); ++next_picture_) {
@@ -208,7 +240,7 @@ std::string ScriptWatch::caption_of(const ScriptPicture& picture, const ScriptMo
   for (auto slot = slots.rbegin(); slot != slots.rend(); ++slot)
     caption.replace(
         slot->begin, slot->end - slot->begin + 1,
-        format_text("%.*f", slot->digits, value_of(slot->name, 0, moment).value_or(std::nan(""))));
+        format_text("%.*f", slot->digits, value_of(slot->name, picture.hand, moment).value_or(std::nan(""))));
   return caption;
 }
 

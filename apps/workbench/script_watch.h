@@ -56,6 +56,8 @@ class ScriptWatch {
                       const volume::VoxelBox& changed);
   /// A command was told: as the script wants it, or not.
   void record_command(const data_tools::ScriptCommand& command, double t, const volume::Status& refused);
+  /// A command of `at` took until `done_at`: what is due from `at` on moves by as much.
+  void wait_for(double at, double done_at) { waits_.push_back({at, done_at}); }
   /// What is left, as it ended.
   volume::Result<ScriptReport> finish(sim::Engine& engine);
 
@@ -73,6 +75,8 @@ class ScriptWatch {
   double end_;
   std::vector<const data_tools::ScriptExpectation*> wishes_;  ///< in time
   std::vector<const data_tools::ScriptPicture*> pictures_;
+  double due(const std::optional<double>& at) const;
+  std::vector<std::pair<double, double>> waits_;
   std::size_t next_wish_ = 0, next_picture_ = 0;
   std::vector<haptics::ServoRecord> hands_;  ///< of the last tick
   volume::VoxelBox changed_ = sim::k_no_voxels;

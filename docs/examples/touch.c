@@ -1,4 +1,5 @@
-/* The same from C: a ball of bone, touched from above. */
+/* The same from C: a ball of bone, touched from above. With trephine installed in PREFIX: cc touch.c
+ * -IPREFIX/include/trephine -LPREFIX/lib/... -ltrephine-haptics */
 #include <haptics/c_api/c_api.h>
 #include <stdio.h>
 

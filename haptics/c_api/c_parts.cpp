@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <glm/geometric.hpp>
+
+#include "volume/text.h"
 
 namespace trephine::haptics::c_api {
 
@@ -45,8 +48,12 @@ Result<std::shared_ptr<volume::Volume>> borrow_volume(const int16_t* voxels, con
     count *= size[a];
   }
   if (count > 1e11) return bad("the volume is too large", std::to_string(count) + " voxels", "at most 10^11");
+  if (!is_place(origin)) return bad("the origin is no place", "", "finite, within 100 km");
   glm::dmat3 columns;
   for (int i = 0; i < 9; ++i) columns[i / 3][i % 3] = axes[i];
+  for (int a = 0; a < 3; ++a)
+    if (const double step = glm::length(columns[a]); !(step >= 1e-3 && step <= 1e3))
+      return bad("a voxel's size is out of range", volume::text_of(step) + " mm", "0.001 to 1000 mm");
   auto frame = volume::Frame::from_axes({origin[0], origin[1], origin[2]}, columns);
   if (!frame) return frame.error();
   auto made = std::make_shared<volume::Volume>();

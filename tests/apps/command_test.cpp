@@ -397,6 +397,10 @@ TEST_F(Command, DemoLeavesPicturesAndAReport) {
   EXPECT_EQ(report["strokes"], 1);
   EXPECT_GT(report["removed_mm3"]["cortical_bone"], 30);
   EXPECT_EQ(demo["pictures"].size(), 3u);
+  // A recording that one of its own files would replace.
+  fs::create_directory(folder_ / "out2");
+  for (const char* file : {"1-touch.png", "report.json"})
+    EXPECT_EQ(run(std::string("demo -o out2 --no-window --record out2/") + file).exit_code, 2) << file;
 }
 
 /// Ctrl-C and a request to end close the window as its own button does: the recording is whole. The request

@@ -23,7 +23,7 @@ static uint8_t labels[COUNT];
 /* From 100 on: the surface is half-way between bone and air, as cells of voxels have it. */
 static const char* k_scene =
     "structure=bone\nlow=100\nhigh=3000\nhand=burr\nparameters=diameter=4 removal_rate=60\nhand=\n"
-    "structure=deep\nlabel=2\ntouchable=0\nforbidden=1\n";
+    "\n# What must not be cut is felt, too.\nstructure=deep\nlabel=2\nforbidden=1\n";
 
 static trephine_voxels make_block(void) {
   for (int z = 0; z < Z; ++z)
@@ -98,6 +98,14 @@ static void what_is_refused(const trephine_voxels* block) {
   CHECK(trephine_operation_begin(&start, &error) == NULL && strstr(error.text, "empty"));
   start.scene = "volume=3 4 5\nstructure=bone\nlow=300\nhand=\n";
   CHECK(trephine_operation_begin(&start, &error) == NULL && strstr(error.text, "3 x 4 x 5"));
+  start.scene = "structure=bone\nlow=300\nhand=\n";
+  trephine_voxels wrong = *block;
+  start.volumes = &wrong;
+  wrong.axes[0] = 1e-30;
+  CHECK(trephine_operation_begin(&start, &error) == NULL && strstr(error.text, "0.001 to 1000"));
+  wrong = *block;
+  wrong.origin[2] = 1e300;
+  CHECK(trephine_operation_begin(&start, &error) == NULL && strstr(error.text, "origin"));
   start.scene = "structure=bone\nlabel=1\nhand=\n";
   trephine_voxels bare = *block;
   bare.labels = NULL;
@@ -108,6 +116,8 @@ static void what_is_refused(const trephine_voxels* block) {
   CHECK(trephine_operation_hash(NULL) == 0 && trephine_operation_tick_count(NULL) == 0);
   trephine_operation_destroy(NULL);
 }
+
+static trephine_operation* const operation_of_nobody = NULL;
 
 int main(int argc, char** argv) {
   (void)argc;
@@ -126,7 +136,7 @@ int main(int argc, char** argv) {
   CHECK(trephine_operation_hand_count(operation) == 2);
   CHECK(trephine_operation_begin(&start, &error) == NULL); /* the file is there already */
 
-  /* The scene as it was made starts another one. */
+  /* The scene as it was made starts another one, which is the same again. */
   char scene[4096];
   CHECK(trephine_operation_scene(operation, NULL, 0) < sizeof scene);
   CHECK(trephine_operation_scene(operation, scene, sizeof scene) == strlen(scene));
@@ -134,6 +144,9 @@ int main(int argc, char** argv) {
   again.scene = scene, again.record = other, again.is_embedding = 1;
   trephine_operation* twin = trephine_operation_begin(&again, &error);
   if (!twin) return printf("%s\n", error.text), 1;
+  char same[4096];
+  trephine_operation_scene(twin, same, sizeof same);
+  CHECK(strcmp(scene, same) == 0);
 
   /* Cut; the intensities and the ledger are of one mind, and the twin of the same bits. */
   int low[3], high[3];
@@ -178,26 +191,35 @@ int main(int argc, char** argv) {
   const trephine_pose broken[2] = {{{NAN, 0, 0}, {1, 0, 0, 0}, 1}, {{0, 0, 30}, {NAN, 0, 0, 0}, 0}};
   trephine_touch touches[2];
   CHECK(trephine_operation_step(operation, broken, touches, &error) == TREPHINE_OK);
-  CHECK(touches[0].faults != 0 && touches[0].force[2] == 0 && count_events(operation, "fault") > 0);
+  CHECK(touches[0].faults != 0 && touches[1].faults != 0 && touches[0].force[2] == 0 &&
+        count_events(operation, "fault") > 0);
+
+  /* The fault stays until it is reset. */
+  const trephine_pose away[2] = {{{0, 0, 30}, {1, 0, 0, 0}, 0}, {{0, 0, 30}, {1, 0, 0, 0}, 0}};
+  CHECK(trephine_operation_step(operation, away, touches, &error) == TREPHINE_OK && touches[0].faults != 0);
+  CHECK(trephine_operation_reset(operation) == TREPHINE_OK);
+  CHECK(trephine_operation_step(operation, away, touches, &error) == TREPHINE_OK && touches[0].faults == 0);
+  CHECK(trephine_operation_tick(operation) == trephine_operation_tick_count(operation));
 
   const uint64_t hash = trephine_operation_hash(operation), ticks = trephine_operation_tick_count(operation);
-  CHECK(ticks == 1501 + 4001 + 1);
+  CHECK(ticks == 1501 + 4001 + 3);
   CHECK(trephine_operation_end(operation, &error) == TREPHINE_OK);
-  CHECK(trephine_operation_end(operation, &error) != TREPHINE_OK);
+  CHECK(trephine_operation_end(operation, &error) == TREPHINE_BAD_ARGUMENT);
   CHECK(trephine_operation_command(operation, 0, "redo", NULL, &error) == TREPHINE_BAD_ARGUMENT);
 
   /* Opened again while the first is still there; to its end, back, and verified. */
   trephine_operation* recorded = trephine_operation_open(session, &block, 1, &error);
   if (!recorded) return printf("%s\n", error.text), 1;
   trephine_operation_destroy(operation);
-  CHECK(trephine_operation_tick_count(recorded) == ticks);
+  CHECK(trephine_operation_tick_count(recorded) == ticks && trephine_operation_is_whole(recorded));
+  CHECK(trephine_operation_tick(recorded) == 0);
   CHECK(trephine_operation_go_to(recorded, ticks, &error) == TREPHINE_OK);
   CHECK(trephine_operation_hash(recorded) == hash);
   CHECK(count_events(recorded, "fault") > 0);
   CHECK(trephine_operation_go_to(recorded, 1501, &error) == TREPHINE_OK);
   CHECK(fabs(measure(recorded, "removed") - removed) < 1e-9);
   CHECK(trephine_operation_step(recorded, broken, NULL, &error) == TREPHINE_BAD_ARGUMENT);
-  CHECK(trephine_operation_go_to(recorded, 0, &error) == TREPHINE_OK);
+  CHECK(trephine_operation_tick(recorded) == 1501);
   CHECK(trephine_operation_verify(recorded, &error) == TREPHINE_OK || (printf("%s\n", error.text), 0));
   CHECK(trephine_operation_hash(recorded) == hash);
 
@@ -209,6 +231,20 @@ int main(int argc, char** argv) {
   trephine_operation_destroy(recorded);
   CHECK(trephine_operation_verify(twin, &error) == TREPHINE_OK);
   CHECK(fabs(measure(twin, "removed") - removed) < 1e-9);
+  CHECK(trephine_operation_verify(operation_of_nobody, &error) == TREPHINE_BAD_ARGUMENT);
+  /* Planted: a bit of the file is another one. It opens as far as it is whole, and says so. */
+  FILE* file = fopen(session, "r+b");
+  fseek(file, 0, SEEK_END);
+  const long middle = ftell(file) / 2;
+  fseek(file, middle, SEEK_SET);
+  const int byte = fgetc(file);
+  fseek(file, middle, SEEK_SET);
+  fputc(byte ^ 1, file);
+  fclose(file);
+  recorded = trephine_operation_open(session, &block, 1, &error);
+  CHECK(recorded != NULL && !trephine_operation_is_whole(recorded));
+  CHECK(trephine_operation_verify(recorded, &error) == TREPHINE_FAILED && strstr(error.text, "damaged"));
+  trephine_operation_destroy(recorded);
   /* Planted: other voxels are another scan. */
   voxels[COUNT / 2] = 999;
   CHECK(trephine_operation_open(session, &block, 1, &error) == NULL && strstr(error.text, "scan"));
