@@ -8,6 +8,8 @@
 #include <glm/matrix.hpp>
 #include <glm/vector_relational.hpp>
 #include <map>
+#include <sys/resource.h>
+#include <unistd.h>
 
 #include "sim/engine.h"
 #include "volume/traversal.h"
@@ -218,6 +220,8 @@ int ChunkWorker::remaining() const {
 }
 
 void ChunkWorker::run() {
+  // Behind whoever draws: a surface that is a frame late is not seen, a frame that is late is.
+  setpriority(PRIO_PROCESS, static_cast<id_t>(gettid()), 10);
   volume::NetScratch scratch;
   std::unique_lock guard(lock_);
   for (;;) {
