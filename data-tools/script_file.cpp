@@ -82,7 +82,7 @@ ScriptHand read_hand(TomlReader& reader, const toml::value& value) {
 glm::dvec3 direction(TomlReader& reader, const toml::value& v, std::optional<glm::dvec3> said,
                      const glm::dvec3& usual) {
   if (said && !(glm::length(*said) >= 1e-3))
-    reader.fail(v, "this is no direction", "0, 0, 0", "[x, y, z], not all 0");
+    reader.fail(v, "this is no direction", "a length near 0", "[x, y, z], not all 0");
   return said.value_or(usual);
 }
 

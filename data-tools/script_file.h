@@ -17,7 +17,7 @@ struct ScriptPlace {
   std::string name;
   std::vector<glm::dvec3> from;  ///< directions (LPS) from the middle of the scan, tried in this order
   double least_thickness = 0;    ///< mm, of the solid below it
-  glm::dvec3 up{0, 0, 1};        ///< seen from outside; "along" is to the right
+  glm::dvec3 up{0, 0, 1};        ///< upward, seen from outside
 };
 
 /// A hand and the way it goes.
@@ -28,7 +28,7 @@ struct ScriptHand {
   double radius = 0;                   ///< mm, of the tool's tip
   std::vector<std::string> effects;
   std::string path;  ///< a CSV file, seen from the script's folder; or
-  /// t (s), x, y, z (mm, LPS; of a place: along, across, over the surface), button (0 or 1), share of the
+  /// t (s), x, y, z (mm, LPS; of a place: right, up, over the surface), button (0 or 1), share of the
   /// place's thickness that it lies lower.
   std::vector<std::array<double, 6>> points;
   std::string place;                ///< from which the points are seen
@@ -60,7 +60,7 @@ struct ScriptPicture {
   std::string file;                ///< a name, without a folder
   int hand = 0;                    ///< whose tool is drawn
   std::string place;               ///< what it looks at; empty: all
-  glm::dvec3 from{0.0};            ///< direction to the viewer; of a place: along, across, outward
+  glm::dvec3 from{0.0};            ///< direction to the viewer; of a place: right, up, outward
   glm::dvec3 aim{0.0};             ///< mm beside the place or the middle of all
   std::optional<double> distance;  ///< mm; nothing: so that all is seen
   std::string caption;             ///< with {name} and {name:digits} for what is measured

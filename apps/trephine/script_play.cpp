@@ -61,19 +61,16 @@ class ScriptPictures {
  private:
   void aim(const data_tools::ScriptPicture& wish) {
     from_ = glm::normalize(wish.from);
-    const auto upward = [&] {  // from above and below the front is
-      return std::abs(from_.z) < 0.99 ? dvec3(0, 0, 1) : dvec3(0, -1, 0);
-    };
+    const dvec3 up(0, 0, 1);
     for (const workbench::Place& place : run_->places())
       if (place.name == wish.place) {
         from_ = glm::normalize(place.direction(wish.from));
-        return picture_->view().aim_camera(place.at(wish.aim), from_, upward(), *wish.distance);
+        return picture_->view().aim_camera(place.at(wish.aim), from_, up, *wish.distance);
       }
     dvec3 low, high;
     picture_->view().bounds(low, high);
-    constexpr double k_half_angle = 14 * 3.14159265 / 180;  // of the camera
-    const double all = 0.86 * glm::length(high - low) / (2 * std::tan(k_half_angle));
-    picture_->view().aim_camera(0.5 * (low + high) + wish.aim, from_, upward(), wish.distance.value_or(all));
+    picture_->view().aim_camera(0.5 * (low + high) + wish.aim, from_, up,
+                                wish.distance.value_or(view::BoneView::distance_of(low, high)));
   }
 
   const workbench::ScriptRun* run_;
@@ -87,9 +84,12 @@ class ScriptPictures {
 Result<std::string> temporary_session() {
   std::string path = workbench::autosave_path();
   if (!path.empty()) return path;
-  return Error{
-      "there is no place for the session", "", "neither HOME nor XDG_STATE_HOME", "--record FILE", "",
-      volume::ErrorKind::missing_here};
+  return Error{"there is no place for the session",
+               "",
+               "no folder of HOME or XDG_STATE_HOME that may be written",
+               "--record FILE",
+               "",
+               volume::ErrorKind::missing_here};
 }
 
 }  // namespace

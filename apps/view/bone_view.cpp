@@ -225,12 +225,20 @@ void BoneView::show_text(const std::string& corner, const std::string& foot) {
   parts_->foot->SetInput(foot.c_str());
 }
 
+double BoneView::distance_of(const dvec3& low, const dvec3& high) {
+  constexpr double k_half_angle = 14 * 3.14159265358979 / 180;  // of the camera
+  return 0.86 * glm::length(high - low) / (2 * std::tan(k_half_angle));
+}
+
 void BoneView::aim_camera(const dvec3& target, const dvec3& from, const dvec3& up, double distance) {
   vtkCamera* camera = parts_->renderer->GetActiveCamera();
   const dvec3 eye = target + distance * glm::normalize(from);
   camera->SetFocalPoint(target.x, target.y, target.z);
   camera->SetPosition(eye.x, eye.y, eye.z);
-  camera->SetViewUp(up.x, up.y, up.z);
+  // Straight from above or below the front is upward.
+  const bool is_upright = std::abs(glm::dot(up, glm::normalize(from))) < 0.99 * glm::length(up);
+  const dvec3 upward = is_upright ? up : std::abs(up.y) < 0.5 ? dvec3(0, -1, 0) : dvec3(0, 0, 1);
+  camera->SetViewUp(upward.x, upward.y, upward.z);
   camera->SetViewAngle(28);
   parts_->renderer->ResetCameraClippingRange();
 }
@@ -265,8 +273,7 @@ void BoneView::look_from(char side, const dvec3& low, const dvec3& high) {
     default:
       break;
   }
-  aim_camera(0.5 * (low + high), from, up,
-             0.86 * glm::length(high - low) / (2 * std::tan(14 * 3.14159265358979 / 180)));
+  aim_camera(0.5 * (low + high), from, up, distance_of(low, high));
 }
 
 void BoneView::render() { parts_->bone->render(); }

@@ -45,6 +45,8 @@ class BoneView {
   OverlayLayer& overlays();
   /// Lines of text in the upper left corner, and one below in the middle.
   void show_text(const std::string& corner, const std::string& foot);
+  /// From which all of a world box is seen, mm.
+  static double distance_of(const glm::dvec3& low, const glm::dvec3& high);
   /// Camera `distance` mm from `target` along `from` (unit), `up` upward.
   void aim_camera(const glm::dvec3& target, const glm::dvec3& from, const glm::dvec3& up, double distance);
   /// All of a world box, seen from one of A P L R S I, or from the front left above (0).

@@ -38,9 +38,7 @@ void show_replay(const sim::Replay& replay, const haptics::TouchScene& scene, Vi
   from = glm::length(from) > 1 ? glm::normalize(from) : glm::dvec3(0, -1, 0);
   // A little from the front left above, so that a straight hole is not seen end-on.
   from = glm::normalize(from + 0.6 * glm::normalize(glm::dvec3(0.55, -0.75, 0.38)));
-  picture.view().aim_camera(0.5 * (low + high), from,
-                            std::abs(from.z) < 0.99 ? glm::dvec3(0, 0, 1) : glm::dvec3(0, -1, 0),
-                            0.86 * glm::length(high - low) / (2 * std::tan(14 * 3.14159265358979 / 180)));
+  picture.view().aim_camera(0.5 * (low + high), from, {0, 0, 1}, BoneView::distance_of(low, high));
   picture.show_stylus(record, drawn_radius(replay.engine().now().settings.hands[record.hand].parameters),
                       *replay.engine().current(), from);
   sim::Overlays overlays = replay.engine().overlays();

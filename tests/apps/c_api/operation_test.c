@@ -7,14 +7,7 @@
 #include <string.h>
 #include <unistd.h>
 
-static int failures = 0;
-#define CHECK(claim)                                             \
-  do {                                                           \
-    if (!(claim)) {                                              \
-      ++failures;                                                \
-      printf("%s:%d: not so: %s\n", __FILE__, __LINE__, #claim); \
-    }                                                            \
-  } while (0)
+#include "tests/scenes/c_check.h"
 
 /* A block of bone on slices of 1.5 mm, with its lower third labelled. */
 enum { X = 40, Y = 36, Z = 20, COUNT = X * Y * Z };

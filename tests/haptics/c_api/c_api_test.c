@@ -6,6 +6,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "tests/scenes/c_check.h"
+
 #ifdef TREPHINE_LOAD
 #include <dlfcn.h>
 #define FUNCTIONS(X)                                                                                                   \
@@ -49,15 +51,6 @@ FUNCTIONS(DECLARE)
 #define trephine_scene_add_label p_trephine_scene_add_label
 #define trephine_scene_set_tool_radius p_trephine_scene_set_tool_radius
 #endif
-
-static int failures = 0;
-#define CHECK(claim)                                                    \
-  do {                                                                  \
-    if (!(claim)) {                                                     \
-      ++failures;                                                       \
-      printf("%s:%d: not so: %s\n", __FILE__, __LINE__, #claim);        \
-    }                                                                   \
-  } while (0)
 
 enum { N = 48 };
 static int16_t voxels[N * N * N];

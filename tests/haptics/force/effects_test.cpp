@@ -1,47 +1,12 @@
 // Effects, surfaces that give way or are switched off, and what is told about them.
-// One file: each effect against its law, by the same judge.
-#include "haptics/force/effects.h"
-
 #include <cmath>
-#include <gtest/gtest.h>
-#include <limits>
 
 #include "haptics/mesh/mesh_tree.h"
-#include "haptics/proxy/methods.h"
-#include "haptics/servo/servo_core.h"
-#include "tests/scenes/scenes.h"
+#include "tests/haptics/servo/servo_bench.h"
 #include "volume/removal.h"
 
 namespace trephine::haptics {
 namespace {
-
-using glm::dvec3;
-
-constexpr double k_dt = 1e-3;
-
-/// Of voxels of 2.5 mm, or as scanners slice.
-struct Slices {
-  double across = 2.5, thick = 2.5, shear = 0;  ///< mm, mm, degrees
-};
-constexpr Slices k_slices[] = {{}, {1.5, 3.75, 0}, {0.8, 9.6, 0}, {1.2, 6, 25}};
-
-TouchScene scene_of_plane(const Slices& slices = {}) {
-  data_tools::PhantomOptions o;
-  o.spacing_mm = {slices.across, slices.across, slices.thick};
-  o.shear_degrees = slices.shear;
-  o.size = glm::ivec3(48);
-  o.psf_sigma_voxels = 1.5;
-  o.parameters = {{"angle", 0}};
-  TouchScene scene = scenes::phantom_scene("plane", o);
-  scene.items[0].material = {0.5, 0.001, 0, 0};
-  return scene;
-}
-
-ServoLaw law_of(const std::string& words, std::uint32_t id = 0) {
-  const auto effect = parse_effect(words);
-  EXPECT_TRUE(effect) << effect.error().message();
-  return haptics::law_of(effect.value(), id).value();
-}
 
 struct Rack {
   TouchScene scene = scene_of_plane();
@@ -56,8 +21,6 @@ struct Rack {
     return memory.step(laws, {scene, cuts, proxy, contact, hip, {1, 0, 0, 0}, dvec3(0), dvec3(0), k_dt});
   }
 };
-
-void expect_near(const dvec3& a, const dvec3& b, double within) { EXPECT_LT(glm::length(a - b), within); }
 
 TEST(Effects, EachIsItsFormulaAndNeverMoreThanItsBound) {
   expect_near(Rack("constant force=1,0,-0.5").step({3, 4, 5}).active_world, {1, 0, -0.5}, 1e-15);
@@ -293,38 +256,6 @@ TEST(Material, IsHarderWhereTheScanIsDenserAndThickAlongTheSurface) {
   EXPECT_EQ(material_of(scene, 0, Side::back).stiffness, 1.5);
 }
 
-struct Servo {
-  TouchScene scene;
-  std::unique_ptr<ProxyMethod> method;
-  ServoScene seen;
-  ServoCore core;
-  std::vector<TouchEvent> events;
-  explicit Servo(TouchScene s, const std::string& name = "subvoxel", const ForceOptions& options = {})
-      : scene(std::move(s)),
-        method(make_method(name).value()),
-        seen((static_cast<void>(method->prepare(scene)),
-              scene_for_one(scene, *method, std::make_shared<volume::Version>(scene.base)))),
-        core(options, k_dt) {}
-  ServoHand& hand() { return seen.hands[0]; }
-  void set_laws(const std::vector<const char*>& effects) {
-    auto laws = std::make_shared<LawSet>();
-    for (const char* words : effects)
-      EXPECT_FALSE(laws->add(law_of(words, static_cast<std::uint32_t>(laws->laws().size()))).has_value());
-    hand().laws = std::move(laws);
-  }
-  ServoRecord step(const dvec3& hip) {
-    ServoInput input;
-    input.pose.position_world = hip;
-    const ServoRecord r = core.step(seen, input);
-    for (std::size_t e = 0; e < r.event_count; ++e) events.push_back(r.events[e]);
-    return r;
-  }
-  long count(TouchEvent::Kind kind) const {
-    return std::count_if(events.begin(), events.end(),
-                         [kind](const TouchEvent& e) { return e.kind == kind; });
-  }
-};
-
 class Surfaces : public testing::TestWithParam<const char*> {};
 INSTANTIATE_TEST_SUITE_P(All, Surfaces,
                          testing::Values("subvoxel", "implicit", "path", "explicit", "explicit-cubes", "mesh",
@@ -417,225 +348,6 @@ TEST_P(Surfaces, AreReadyWhereTheirBitsAreAndSayWhereTheyAreNot) {
   servo.hand().set_ready(0, true);
   servo.step({-8 * voxel, 0.1, 5});
   EXPECT_EQ(servo.count(TouchEvent::ready), 2);
-}
-
-/// Matter grows over a tool that is on its way out of other matter, and no way out of this is known.
-TEST(ServoCore, GrowthWithoutAWayOutSetsTheToolFree) {
-  Servo servo(scene_of_plane());
-  const volume::Frame& frame = servo.scene.base->frame;
-  volume::RemovalEditor editor(std::make_shared<volume::Version>(servo.scene.base),
-                               {servo.scene.items[0].field});
-  const auto solid = servo.hand().state.version;
-  editor.remove({{0, 0, 5}, {0, 0, -9}, 6, false});
-  servo.hand().state = TouchState(editor.publish());
-  servo.step({0, 0, 5});
-  for (double z = 5; z > -5; z -= 0.05) servo.step({0, 0, z});
-  const auto grow = [&](std::uint64_t serial, std::uint32_t places) {
-    WayOut way;
-    way.serial = servo.seen.serial = serial;
-    way.count = places;
-    way.places_volume[0] = frame.volume_from_world({0, 0, 20});
-    servo.hand().state = TouchState(solid);
-    servo.hand().way = std::make_shared<WayOut>(way);
-  };
-  grow(1000, 1);
-  ServoRecord r = servo.step({0, 0, -5});
-  ASSERT_TRUE(r.is_led);
-  for (int i = 0; i < 20; ++i) r = servo.step({0, 0, -5});
-  ASSERT_TRUE(r.is_led);
-  ASSERT_GT(glm::length(r.force_world), 0.1);
-  grow(1001, 0);
-  for (int i = 0; i < 50; ++i) {
-    r = servo.step({0, 0, -5});
-    ASSERT_FALSE(r.is_led);
-    ASSERT_FALSE(r.has_contact);
-  }
-  EXPECT_LT(glm::length(r.force_world), 1e-6);
-  // And one that was never led.
-  Servo other(scene_of_plane());
-  other.hand().way = servo.hand().way;  // grew before its first tick
-  EXPECT_FALSE(other.step({0, 0, -5}).is_led);
-}
-
-TEST(ServoCore, AHandThatTheSceneDoesNotKnowFeelsNothingAndFaults) {
-  Servo servo(scene_of_plane());
-  servo.step({0, 0, 5});
-  for (double z = 5; z > -2; z -= 0.05) servo.step({0, 0, z});
-  ServoScene nobody{7, {}};
-  ServoInput input;
-  input.pose.position_world = {0, 0, -2};
-  ServoRecord r;
-  for (int i = 0; i < 200; ++i) r = servo.core.step(nobody, input);
-  EXPECT_TRUE(r.faults & fault_stale_scene);
-  EXPECT_EQ(r.force_world, dvec3(0));
-  EXPECT_EQ(r.pose.buttons, 0u);
-  EXPECT_EQ(r.version, 7u);
-}
-
-/// A wall that was pressed through, touched and not wholly ready is gone in the next scene.
-TEST(ServoCore, WhatIsGoneIsForgotten) {
-  Servo servo(scene_of_plane(), "scene");
-  const TouchScene narrow = servo.scene;
-  const std::shared_ptr<ProxyMethod> method_of_narrow = make_method("scene").value();
-  ASSERT_FALSE(method_of_narrow->prepare(narrow).has_value());
-  auto wider = std::make_shared<TouchScene>(narrow);
-  const std::vector<dvec3> corners{{-9, -9, 3}, {9, -9, 3}, {9, 9, 3}, {-9, 9, 3}};
-  wider->items.push_back(
-      mesh_item("film", std::make_shared<MeshTree>(corners, std::vector<std::uint32_t>{0, 1, 2, 0, 2, 3})));
-  wider->items.back().material.pop_force = 0.2;
-  const std::shared_ptr<ProxyMethod> method = make_method("scene").value();
-  ASSERT_FALSE(method->prepare(*wider).has_value());
-  servo.hand().set_scene(wider, method);
-  for (double z = 5; z > 2.2; z -= 0.02) servo.step({0.2, 0.1, z});
-  ASSERT_EQ(servo.count(TouchEvent::popped), 1);
-  servo.hand().set_ready(1, volume::VoxelBox{{0, 0, 0}, {-1, -1, -1}});
-  servo.hand().set_touchable(1, false);
-  servo.step({0.2, 0.1, 2.2});
-  servo.hand().set_scene(borrowed(narrow), method_of_narrow);
-  EXPECT_EQ(servo.hand().part_count, 0u);
-  EXPECT_FALSE(servo.hand().has_pops);
-  EXPECT_TRUE(servo.hand().untouchable.is_empty() && servo.hand().not_ready.is_empty());
-  ServoRecord r;
-  for (double z = 2.2; z > -2; z -= 0.05) r = servo.step({0.2, 0.1, z});
-  EXPECT_TRUE(r.has_contact);
-  EXPECT_EQ(r.shape, 0);
-}
-
-/// The next scene may have another item, another place of a model, another tool: what is under way goes on.
-TEST(ServoCore, TakesWhatTheNextSceneSays) {
-  Servo servo(scene_of_plane(), "scene");
-  servo.step({0.2, 0.1, 5});
-  for (double z = 5; z > -2; z -= 0.05) servo.step({0.2, 0.1, z});
-  ASSERT_TRUE(servo.step({0.2, 0.1, -2}).has_contact);
-  // A model comes in beside the hand, and the hand goes on being held by both.
-  auto wider = std::make_shared<TouchScene>(servo.scene);
-  const std::vector<dvec3> corners{{4, -9, -9}, {4, 9, -9}, {4, 9, 9}, {4, -9, 9}};
-  wider->items.push_back(
-      mesh_item("wall", std::make_shared<MeshTree>(corners, std::vector<std::uint32_t>{0, 2, 1, 0, 3, 2})));
-  wider->items.back().mover = 0;
-  const std::shared_ptr<ProxyMethod> method = make_method("scene").value();
-  ASSERT_FALSE(method->prepare(*wider).has_value());
-  servo.hand().set_scene(wider, method);
-  ServoRecord r;
-  for (double x = 0.2; x < 6; x += 0.02) {
-    r = servo.step({x, 0.1, -2});
-    ASSERT_TRUE(r.has_contact);
-    ASSERT_LT(r.proxy_world.x, 4);
-    ASSERT_GT(r.proxy_world.z, -0.1);
-  }
-  EXPECT_NEAR(r.proxy_world.x, 4, 0.01);
-  // It is put elsewhere, and switched off.
-  servo.hand().set_placement(0, {{1, 0, 0}, {1, 0, 0, 0}});
-  r = servo.step({6, 0.1, -2});
-  EXPECT_NEAR(r.proxy_world.x, 5, 0.01);
-  servo.hand().set_touchable(1, false);
-  r = servo.step({6, 0.1, -2});
-  EXPECT_NEAR(r.proxy_world.x, 6, 0.01);
-  EXPECT_EQ(r.shape, 0);
-}
-
-/// A plate that moves sideways under a hand at rest drags it; under a hand that goes along it does not.
-TEST(ServoCore, FrictionAndViscosityAreThoseOfMotionOverWhatIsTouched) {
-  constexpr double k_speed = 20, k_depth = 1;  // mm/s, mm
-  struct Case {
-    Material material;
-    double drag;  ///< N, along the plate's motion
-  };
-  const Case cases[] = {{{0.5, 0, 0.2, 0.15}, 0.15 * 0.5 * k_depth}, {{0.5, 0, 0, 0, 0.01}, 0.01 * k_speed}};
-  for (const Case& c : cases)
-    for (const bool goes_along : {false, true}) {
-      TouchScene scene = scene_of_plane();
-      scene.items.clear();
-      const std::vector<dvec3> corners{{-90, -90, 0}, {90, -90, 0}, {90, 90, 0}, {-90, 90, 0}};
-      scene.items.push_back(mesh_item(
-          "plate", std::make_shared<MeshTree>(corners, std::vector<std::uint32_t>{0, 1, 2, 0, 2, 3}),
-          c.material));
-      scene.items[0].mover = 0;
-      ForceOptions options;
-      options.smoothing_alpha = 1;
-      Servo servo(std::move(scene), "scene", options);
-      ServoRecord r;
-      for (int i = 0; i < 1500; ++i) {
-        const double x = k_speed * k_dt * i, z = std::max(-k_depth, 2 - 0.01 * i);
-        servo.hand().set_placement(0, {{x, 0, 0}, {1, 0, 0, 0}});
-        r = servo.step({goes_along ? x : 0, 0.3, z});
-        if (i < 600) continue;
-        ASSERT_TRUE(r.has_contact);
-        ASSERT_NEAR(r.force_world.z, 0.5 * k_depth, 0.01);
-        ASSERT_NEAR(r.force_world.x, goes_along ? 0 : c.drag, 0.02 * c.drag + 1e-6) << i;
-        ASSERT_NEAR(r.force_world.y, 0, 1e-6);
-      }
-    }
-}
-
-TEST(ServoCore, TheLedgerTellsFrictionAndActiveForcesApart) {
-  TouchScene scene = scene_of_plane();
-  scene.items[0].material = {0.5, 0, 0.3, 0.3};
-  Servo servo(scene);
-  servo.step({0, 0, 2});
-  for (double z = 2; z > -2; z -= 0.01) servo.step({0, 0, z});
-  for (double x = 0; x < 20; x += 0.02) servo.step({x, 0, -2});
-  EnergyLedger e = servo.core.energy();
-  EXPECT_NEAR(e.contact - e.friction, -0.5 * 0.5 * 2 * 2, 0.05);  // the spring holds it
-  EXPECT_NEAR(e.friction, -0.3 * 1.0 * 20, 0.8);                  // mu N over 20 mm
-  EXPECT_EQ(e.active, 0);
-  servo.set_laws({"constant force=0.5,0,0"});
-  for (double x = 20; x < 24; x += 0.02) servo.step({x, 0, 5});
-  EXPECT_NEAR(servo.core.energy().active, 2, 0.05);
-  // What the guard takes away was not given.
-  const EnergyLedger before = servo.core.energy();
-  ServoInput lost;
-  lost.faults = fault_lost_device;
-  lost.pose.position_world = {24, 0, 5};
-  for (int i = 0; i < 200; ++i) servo.core.step(servo.seen, lost);
-  for (int i = 0; i < 500; ++i) {
-    lost.pose.position_world.x += 0.02;
-    servo.core.step(servo.seen, lost);
-  }
-  EXPECT_NEAR(servo.core.energy().active, before.active, 0.02);
-  EXPECT_NEAR(servo.core.energy().contact, before.contact, 0.02);
-}
-
-TEST(ServoCore, APassiveOneGivesBackNoMoreThanItTookAndEffectsThatAreOffChangeNothing) {
-  // A surface whose damper makes energy at this rate, under a trembling hand.
-  TouchScene scene = scene_of_plane();
-  scene.items[0].material = {4, 0, 0, 0};
-  ForceOptions raw;
-  raw.smoothing_alpha = 0.05;
-  raw.slew_limit = 1e9;
-  double most[2] = {0, 0};
-  for (const bool is_passive : {false, true}) {
-    raw.is_passive = is_passive;
-    Servo servo(scene, "subvoxel", raw);
-    servo.step({0, 0, 1});
-    for (int i = 0; i < 4000; ++i) {
-      const ServoRecord r = servo.step({0, 0, -0.4 + 0.3 * std::sin(0.4 * i)});
-      most[is_passive] = std::max(most[is_passive], r.energy.contact);
-    }
-  }
-  EXPECT_GT(most[0], 5);    // smoothing lags: energy from nowhere
-  EXPECT_LT(most[1], 0.3);  // at most a step's
-  Servo plain(scene_of_plane()), other(scene_of_plane());
-  other.set_laws({});
-  for (int i = 0; i < 500; ++i) {
-    const dvec3 hip(0.01 * i, 0, 1 - 0.01 * i);
-    EXPECT_EQ(plain.step(hip).force_world, other.step(hip).force_world);
-  }
-}
-
-TEST(ServoCore, BadPlacesAndPosesWithEffectsGiveNoBadForce) {
-  Servo servo(scene_of_plane());
-  servo.set_laws({"constant force=1,1,1", "viscous damping=0.02", "spring stiffness=2", "line", "plane",
-                  "vibration", "gravity", "texture"});
-  const double bad[] = {std::nan(""), std::numeric_limits<double>::infinity(), 1e300, -1e7, 1e-310, 1e5};
-  for (int i = 0; i < 3000; ++i) {
-    dvec3 hip(0.01 * i, 0.3, 2 * std::sin(0.02 * i));
-    if (i % 97 == 50) hip[i % 3] = bad[i / 97 % 6];
-    const ServoRecord r = servo.step(hip);
-    ASSERT_TRUE(std::isfinite(glm::length(r.force_world)));
-    ASSERT_LE(glm::length(r.force_world), 8.000001);
-    if (i % 500 == 499) servo.core.reset();
-  }
 }
 
 }  // namespace

@@ -1,0 +1,16 @@
+/* Claims of the tests in C: counted, and printed where they do not hold. */
+#ifndef TREPHINE_TESTS_SCENES_C_CHECK_H
+#define TREPHINE_TESTS_SCENES_C_CHECK_H
+
+#include <stdio.h>
+
+static int failures = 0;
+#define CHECK(claim)                                             \
+  do {                                                           \
+    if (!(claim)) {                                              \
+      ++failures;                                                \
+      printf("%s:%d: not so: %s\n", __FILE__, __LINE__, #claim); \
+    }                                                            \
+  } while (0)
+
+#endif
