@@ -3,26 +3,44 @@
 
 #include <functional>
 #include <string>
+#include <vector>
 
 #include "volume/error.h"
 
 namespace trephine::data_tools {
 
-/// What would keep `path` from being written, before any work is done for it.
+/// What would keep `path` from being written, before any work is done for it: no folder, no permission, or
+/// something of that name that is no plain file (a folder, a pipe, a device).
 volume::Status check_writable(const std::string& path);
 
-/// Calls write(temporary path in the same folder, same extension), then syncs and renames it to `path`.
-/// Whatever fails, no partial file stays and an older `path` is untouched.
+/// Calls write(temporary path in the same folder, same extension), then syncs it and its folder and renames
+/// it to `path`. Whatever fails, no partial file stays and an older `path` is untouched. A link stays a link:
+/// what it names is written. An older file's permissions are kept.
 volume::Status write_atomically(const std::string& path,
                                 const std::function<volume::Status(const std::string&)>& write);
 
 /// The same for contents at hand.
 volume::Status write_file_atomically(const std::string& path, const std::string& contents);
 
+/// The same for a new folder, into which write(temporary folder) writes; `files` are the names that it may
+/// use there. Error when there is something of that name.
+volume::Status write_folder_atomically(const std::string& path, const std::vector<std::string>& files,
+                                       const std::function<volume::Status(const std::string&)>& write);
+
+/// A folder for outputs, with those above it; one that is there already is taken.
+volume::Status make_folder(const std::string& path);
+
+/// What could not be written, and why: `number` is an errno. A full or broken disk is this machine's fault.
+volume::Error cannot_write(const std::string& path, int number);
+
+/// Takes away what is half written. For the handler of a signal that ends the program: it calls nothing but
+/// unlink and rmdir.
+void remove_unfinished() noexcept;
+
 /// Does the name end so, whatever its case? `end` is lower case.
 bool has_extension(const std::string& path, const std::string& end);
 
-/// The last part of a path: what we say and write, never somebody's folders.
+/// The last part of a path: what we say to a person, never somebody's folders.
 std::string file_name(const std::string& path);
 
 }  // namespace trephine::data_tools

@@ -208,52 +208,26 @@ std::string case_text(const CasePlan& plan, bool has_labels) {
 
 Status write_case(const std::string& path, const CasePlan& plan, const volume::Volume& scan,
                   const Progress& progress) {
-  const fs::path target = fs::path(path).has_filename() ? fs::path(path) : fs::path(path).parent_path();
-  const std::string where = target.filename().string();
-  std::error_code error;
-  if (fs::exists(target, error))
-    return Error{"there is something of that name already", where, "", "the name of a new folder",
-                 "choose another name, or remove it first"};
+  const std::string where = file_name(path);
+  const bool has_labels = !scan.labels.is_empty();
+  const std::string text = case_text(plan, has_labels);
   // What is written must be understood again.
-  if (const Result<CasePlan> again =
-          parse_case(case_text(plan, !scan.labels.is_empty()), where + "/" + k_plan_file);
-      !again)
+  if (const Result<CasePlan> again = parse_case(text, where + "/" + k_plan_file); !again)
     return again.error();
-  std::string made = target.string() + ".part-XXXXXX";
-  if (mkdtemp(made.data()) == nullptr)
-    return Error{"the case cannot be written",
-                 where,
-                 "",
-                 "a folder that exists and can be written",
-                 "check the spelling and the permissions",
-                 volume::ErrorKind::missing_here};
-  fs::permissions(made,
-                  fs::perms::owner_all | fs::perms::group_read | fs::perms::group_exec |
-                      fs::perms::others_read | fs::perms::others_exec,
-                  error);
   const auto goes_on = [&progress](double share) { return !progress || progress(share); };
   const Error cancelled{
       "the import was interrupted; nothing was written", where, "", "", "", volume::ErrorKind::interrupted};
-  const bool has_labels = !scan.labels.is_empty();
-  const auto write = [&]() -> Status {
-    if (!goes_on(0.1)) return cancelled;
-    if (Status e = write_volume((fs::path(made) / k_volume_file).string(), scan)) return e;
-    if (!goes_on(0.7)) return cancelled;
-    if (has_labels)
-      if (Status e = write_labels((fs::path(made) / k_labels_file).string(), scan)) return e;
-    if (!goes_on(0.9)) return cancelled;
-    if (Status e =
-            write_file_atomically((fs::path(made) / k_plan_file).string(), case_text(plan, has_labels)))
-      return e;
-    fs::rename(made, target, error);
-    if (error)
-      return Error{"the case cannot be written",   where, error.message(), "", "",
-                   volume::ErrorKind::missing_here};
-    return std::nullopt;
-  };
-  Status status = write();
-  if (status) fs::remove_all(made, error);
-  return status;
+  return write_folder_atomically(
+      path, {k_volume_file, k_labels_file, k_plan_file}, [&](const std::string& made) -> Status {
+        const auto file = [&made](const char* name) { return (fs::path(made) / name).string(); };
+        if (!goes_on(0.1)) return cancelled;
+        if (Status error = write_volume(file(k_volume_file), scan)) return error;
+        if (!goes_on(0.7)) return cancelled;
+        if (has_labels)
+          if (Status error = write_labels(file(k_labels_file), scan)) return error;
+        if (!goes_on(0.9)) return cancelled;
+        return write_file_atomically(file(k_plan_file), text);
+      });
 }
 
 }  // namespace trephine::data_tools

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cerrno>
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
@@ -11,9 +12,11 @@
 #include <itkNiftiImageIO.h>
 #include <itkNrrdImageIO.h>
 #include <itkObjectFactoryBase.h>
+#include <nifti/nifti1_io.h>
 #include <sstream>
 
 #include "data-tools/atomic_file.h"
+#include "data-tools/output_set.h"
 #include "data-tools/quiet_streams.h"
 #include "data-tools/whole_numbers.h"
 #include "volume/parallel.h"
@@ -181,16 +184,15 @@ bool holds(const std::string& path, std::uint64_t bytes, bool is_gzip) {
 
 Status write_image(const std::string& path, const glm::ivec3& size, const volume::Frame& frame,
                    itk::IOComponentEnum type, const void* data) {
-  if (!is_writable_volume_file(path))
-    return Error{"this is no volume format that trephine writes", file_name(path),
-                 fs::path(path).extension().string(), ".mha, .nrrd, .nii or .nii.gz",
-                 "choose one of these extensions"};
+  if (Status error = check_extension(OutputKind::volume, path)) return error;
   for (const char* extension : {".mha", ".nrrd", ".nii", ".nii.gz"})
     if (has_extension(path, extension) && !path.ends_with(extension))
       return Error{"the extension must be in lower case", file_name(path), "", extension,
                    "rename the output"};
   return write_atomically(path, [&](const std::string& temporary) -> Status {
     const Format format = format_of(path);
+    const QuietStreams quiet;
+    nifti_set_debug_level(-1);
     try {
       format.io->SetFileName(temporary);
       format.io->SetNumberOfDimensions(3);
@@ -211,28 +213,22 @@ Status write_image(const std::string& path, const glm::ivec3& size, const volume
       format.io->SetUseCompression(has_extension(path, ".gz"));
       format.io->WriteImageInformation();
       format.io->Write(data);
-    } catch (const itk::ExceptionObject& e) {
-      return Error{"the volume cannot be written", file_name(path), reason(e),
-                   "a folder that may be written and has room", "choose another place, or make room"};
+    } catch (const itk::ExceptionObject&) {
+      return cannot_write(path, ENOSPC);  // place and name are good
     }
     // Some writers say nothing of a full disk.
     const std::uint64_t voxels = static_cast<std::uint64_t>(size.x) * static_cast<std::uint64_t>(size.y) *
                                  static_cast<std::uint64_t>(size.z),
                         bytes = voxels * format.io->GetComponentSize();
-    if (!has_extension(path, ".nrrd") && !holds(temporary, bytes, has_extension(path, ".gz")))
-      return Error{"the volume cannot be written", file_name(path), "a file that is too short",
-                   "a disk with room for " + std::to_string(bytes) + " bytes",
-                   "choose another place, or make room"};
-    return std::nullopt;
+    if (holds(temporary, bytes, has_extension(path, ".gz"))) return std::nullopt;
+    Error error = cannot_write(path, 0);
+    error.found = "a disk that took less than the whole file";
+    error.expected = "room for " + std::to_string(bytes) + " bytes";
+    return error;
   });
 }
 
 }  // namespace
-
-bool is_writable_volume_file(const std::string& path) {
-  return has_extension(path, ".mha") || has_extension(path, ".nrrd") || has_extension(path, ".nii") ||
-         has_extension(path, ".nii.gz");
-}
 
 Result<OpenedVolume> open_image_file(const std::string& path, const OpenOptions& options) {
   const std::string where = file_name(path);

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "data-tools/atomic_file.h"
+#include "data-tools/output_set.h"
 
 namespace trephine::data_tools {
 
@@ -126,15 +127,8 @@ std::string extension_of(const std::string& path) {
 
 }  // namespace
 
-bool is_mesh_file(const std::string& path) {
-  const std::string e = extension_of(path);
-  return e == ".stl" || e == ".ply" || e == ".obj" || e == ".vtp";
-}
-
 Status write_mesh(const std::string& path, const Mesh& mesh, const volume::Frame& frame) {
-  if (!is_mesh_file(path))
-    return Error{"this is no mesh format that trephine writes", file_name(path), extension_of(path),
-                 ".stl, .ply, .obj or .vtp", "choose one of these extensions"};
+  if (Status error = check_extension(OutputKind::mesh, path)) return error;
   const WorldMesh world(mesh, frame);
   const std::string e = extension_of(path);
   return write_file_atomically(path, e == ".stl"   ? stl(world)

@@ -11,7 +11,4 @@ namespace trephine::data_tools {
 /// (binary), .ply (binary), .obj, .vtp. Written atomically.
 volume::Status write_mesh(const std::string& path, const volume::Mesh& mesh, const volume::Frame& frame);
 
-/// Is the extension one that write_mesh knows?
-bool is_mesh_file(const std::string& path);
-
 }  // namespace trephine::data_tools

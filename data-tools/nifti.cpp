@@ -93,7 +93,7 @@ Result<OpenedVolume> open_nifti(const std::string& path, const OpenOptions& opti
     return Error{"the NIfTI file cannot be read", where, found, "a complete NIfTI-1 file with one volume",
                  "copy or export it again"};
   };
-  nifti_set_debug_level(0);
+  nifti_set_debug_level(-1);  // it would talk to the person itself
   // Looked at first, because the library's conversion of a broken header talks to the person itself.
   const std::unique_ptr<nifti_1_header, decltype(&std::free)> header(
       nifti_read_header(path.c_str(), nullptr, 0), &std::free);

@@ -8,6 +8,7 @@
 #include "data-tools/dicom.h"
 #include "data-tools/image_files.h"
 #include "data-tools/nifti.h"
+#include "volume/operated_volume.h"
 
 namespace trephine::data_tools {
 
@@ -47,6 +48,11 @@ Result<OpenedVolume> open_volume(const std::string& path, const OpenOptions& opt
     opened.value().read_seconds =
         std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return opened;
+}
+
+volume::Status write_operated(const std::string& path, const volume::Version& version) {
+  const auto left = volume::operated_volume(version);
+  return left ? write_volume(path, left.value()) : volume::Status(left.error());
 }
 
 }  // namespace trephine::data_tools

@@ -7,6 +7,10 @@
 #include "data-tools/progress.h"
 #include "volume/volume.h"
 
+namespace trephine::volume {
+class Version;
+}
+
 namespace trephine::data_tools {
 
 struct OpenOptions {
@@ -31,10 +35,10 @@ volume::Result<OpenedVolume> open_volume(const std::string& path, const OpenOpti
 /// Writes .mha, .nrrd, .nii or .nii.gz (int16), atomically. A sheared volume is resampled to right angles
 /// first.
 volume::Status write_volume(const std::string& path, const volume::Volume& volume);
+/// Writes what is left of an operated scan, the same way.
+volume::Status write_operated(const std::string& path, const volume::Version& version);
 /// Writes the labels of a volume the same way (one uint8 a voxel).
 volume::Status write_labels(const std::string& path, const volume::Volume& volume);
-/// Is the extension one that write_volume knows?
-bool is_writable_volume_file(const std::string& path);
 
 /// The volume on orthogonal axes of the same spacing that hold all of it, trilinear; unchanged when it is
 /// orthogonal.

@@ -94,23 +94,31 @@ Result<std::unique_ptr<SessionWriter>> SessionWriter::create(const std::string& 
   return writer;
 }
 
-Result<std::unique_ptr<SessionWriter>> SessionWriter::append(const std::string& path, SessionTail tail,
+Result<SessionLock> SessionLock::take(const std::string& path) {
+  const std::string where = name_of(path);
+  const int file = ::open(path.c_str(), O_WRONLY | O_CLOEXEC);
+  if (file < 0) return disk_error("the session cannot be continued", where, errno);
+  SessionLock lock(file, path);
+  if (::flock(file, LOCK_EX | LOCK_NB) == 0) return lock;
+  return Error{"the session is being recorded right now", where, "another trephine writes it", "",
+               "close that one first"};
+}
+
+SessionLock::~SessionLock() {
+  if (file_ >= 0) ::close(file_);
+}
+
+Result<std::unique_ptr<SessionWriter>> SessionWriter::append(SessionLock lock, SessionTail tail,
                                                              const Catalogue& catalogue,
                                                              const WriterOptions& options) {
-  const std::string where = name_of(path);
+  const std::string where = name_of(lock.path_);
   for (const ValueType* type : catalogue.all())
     if (std::find(tail.types.begin(), tail.types.end(), type) == tail.types.end())
       return Error{"the session cannot be continued", where,
                    "a session without " + std::string(type->schema->name),
                    "what this program may have to write", "go on with it in the version that recorded it"};
-  const int file = ::open(path.c_str(), O_WRONLY | O_CLOEXEC);
-  if (file < 0) return disk_error("the session cannot be continued", where, errno);
-  if (::flock(file, LOCK_EX | LOCK_NB) != 0) {
-    ::close(file);
-    return Error{"the session is being recorded right now", where, "another trephine writes it", "",
-                 "close that one first"};
-  }
-  std::unique_ptr<SessionWriter> writer(new SessionWriter(file, path, std::move(tail.types), options));
+  const int file = std::exchange(lock.file_, -1);
+  std::unique_ptr<SessionWriter> writer(new SessionWriter(file, lock.path_, std::move(tail.types), options));
   if (::ftruncate(file, static_cast<off_t>(tail.length)) != 0 || ::lseek(file, 0, SEEK_END) < 0)
     return disk_error("the session cannot be continued", where, errno);
   writer->bytes_written_ = tail.length;

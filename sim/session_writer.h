@@ -35,6 +35,23 @@ struct SessionTail {
   CheckpointTail checkpoints = {};
 };
 
+/// A recorded session that no other program writes while this lives. Take it before reading what will be
+/// gone on with.
+class SessionLock {
+ public:
+  /// Error when there is no such file, or another program has it.
+  static volume::Result<SessionLock> take(const std::string& path);
+  SessionLock(SessionLock&& other) noexcept : file_(std::exchange(other.file_, -1)), path_(other.path_) {}
+  SessionLock& operator=(SessionLock&&) = delete;
+  ~SessionLock();
+
+ private:
+  friend class SessionWriter;
+  SessionLock(int file, std::string path) : file_(file), path_(std::move(path)) {}
+  int file_;
+  std::string path_;
+};
+
 /// Appends checksummed blocks from a thread of its own; whoever adds items never waits for the disk. The
 /// first failure (a full disk) ends the recording, not the session: what was written stays readable.
 /// add() from one thread, the edit thread. While it lives no other writer can take the file.
@@ -46,9 +63,9 @@ class SessionWriter {
                                                                const SceneData& data,
                                                                const Catalogue& catalogue,
                                                                const WriterOptions& options = {});
-  /// Goes on with a file after its last whole block (Replay::tail() says). Its types must hold all of the
-  /// catalogue's.
-  static volume::Result<std::unique_ptr<SessionWriter>> append(const std::string& path, SessionTail tail,
+  /// Goes on with a file after its last whole block (Replay::tail() says, of what was read under the lock).
+  /// Its types must hold all of the catalogue's.
+  static volume::Result<std::unique_ptr<SessionWriter>> append(SessionLock lock, SessionTail tail,
                                                                const Catalogue& catalogue,
                                                                const WriterOptions& options = {});
   /// Does some program write this file at the moment?

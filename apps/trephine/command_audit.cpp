@@ -450,7 +450,6 @@ Result<Outcome> audit_session(const AuditArguments& arguments) {
   const bool is_certified = fell == 0 && wrong == 0 && is_same && is_balanced && judged > 0 && sunk == 0 &&
                             (allowed == 0 || balls > 0);
   Outcome outcome{new_report("audit-session"), "", is_certified ? exit_done : exit_check_failed};
-  outcome.json["session"] = data_tools::file_name(arguments.session);
   outcome.json["method"] = header.hands[0].method;
   outcome.json["ticks"] = replay.counts().ticks;
   outcome.json["ticks_judged"] = judged;

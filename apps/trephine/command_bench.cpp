@@ -143,7 +143,7 @@ volume::Status bench_load(const std::string& src, Outcome& outcome) {
   haptics::ProxyState state;
   method.step(scene, version, state, {source.volume->frame.origin()});
   const double touch = process_seconds();
-  outcome.json["source"] = source.name;
+  outcome.json["source"] = name_in_report(source);
   outcome.json["voxels"] = source.volume->voxels.size();
   outcome.json["seconds"] = {
       {"start_of_process", start}, {"read", source.read_seconds}, {"bits", bits}, {"open_to_touch", touch}};

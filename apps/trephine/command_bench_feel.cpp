@@ -29,11 +29,7 @@ namespace {
 /// exact answer is known, ideal.csv.
 volume::Status export_scene(const std::string& folder, const bench::FeelScene& scene) {
   const std::filesystem::path place = std::filesystem::path(folder) / bench::feel_id(scene);
-  std::error_code failed;
-  std::filesystem::create_directories(place, failed);
-  if (failed)
-    return Error{"the folder cannot be made", data_tools::file_name(folder), failed.message(),
-                 "a place that may be written", "choose another with --export"};
+  if (volume::Status error = data_tools::make_folder(place.string())) return error;
   std::optional<volume::Volume> drilled;
   if (scene.drilled) {
     auto operated = volume::operated_volume(*scene.drilled->version);
@@ -206,11 +202,7 @@ Result<bench::FeelScene> recorded_hand(const std::string& file, const std::strin
 volume::Status bench_feel(const BenchArguments& arguments, Outcome& outcome) {
   if (arguments.output.empty())
     return Error{"there is no folder for the charts", "-o", "", "-o DIR", "for example -o out/"};
-  std::error_code failed;
-  std::filesystem::create_directories(arguments.output, failed);
-  if (failed)
-    return Error{"the folder cannot be made", data_tools::file_name(arguments.output), failed.message(),
-                 "a place that may be written", "choose another with -o"};
+  if (volume::Status error = data_tools::make_folder(arguments.output)) return error;
   bench::FeelOptions options;
   options.is_quick = arguments.is_quick;
   options.only = arguments.only;
@@ -240,8 +232,9 @@ volume::Status bench_feel(const BenchArguments& arguments, Outcome& outcome) {
   Unpacked skull;
   if (const char* data = std::getenv("TREPHINE_DATA"); data && arguments.only.empty()) {
     const std::filesystem::path folder(data);
+    std::error_code ignored;
     if (const auto spine = folder / "spine_lumbar" / "example_ct.nii.gz";
-        std::filesystem::exists(spine, failed))
+        std::filesystem::exists(spine, ignored))
       scans.push_back(spine.string());
     if (skull.unpack(folder / "skull_phantom" / "bone_1mm.dicom.tar.xz")) scans.push_back(skull.folder());
   }
@@ -292,7 +285,6 @@ volume::Status bench_feel(const BenchArguments& arguments, Outcome& outcome) {
   outcome.json["rows"] = feel_rows(report);
   outcome.json["peers"] = feel_peers(report);
   outcome.json["split"] = feel_split(report);
-  outcome.json["output"] = data_tools::file_name(arguments.output);
   outcome.text = feel_summary(report) +
                  "charts and tables: " + (std::filesystem::path(arguments.output) / "index.html").string() +
                  "\n";

@@ -67,13 +67,8 @@ volume::Status bench_stability(const BenchArguments& arguments, Outcome& outcome
     if (!opened) return opened.error();
     options.more.emplace_back(opened.value().source.written_name(), opened.value().scene);
   }
-  if (!arguments.output.empty()) {
-    std::error_code failed;
-    std::filesystem::create_directories(arguments.output, failed);
-    if (failed)
-      return Error{"the folder cannot be made", data_tools::file_name(arguments.output), failed.message(),
-                   "a place that may be written", "choose another with -o"};
-  }
+  if (!arguments.output.empty())
+    if (volume::Status error = data_tools::make_folder(arguments.output)) return error;
   if (!arguments.only.empty()) {
     for (const haptics::MethodInfo& info : haptics::method_catalogue())
       if (std::string(info.name).find(arguments.only) != std::string::npos)

@@ -56,7 +56,7 @@ Result<Outcome> run_demo(const DemoArguments& arguments) {
 
   Outcome outcome{new_report("demo"), "", report.is_met() ? exit_done : exit_check_failed};
   Json& json = outcome.json;
-  json["source"] = source.written_name();
+  json["source"] = name_in_report(source);
   json["shape"] = volume::describe(operation.scene()->items[0].field.shape(), source.volume->is_hounsfield);
   json["ready_seconds"] = played.ready_seconds;
   json["live_seconds"] = report.seconds;

@@ -221,7 +221,6 @@ Result<Outcome> run_doctor(const DoctorArguments& arguments) {
   outcome.json["findings"] = list;
   outcome.json["faults"] = faults;
   outcome.json["timer_late_us"] = percentiles(late);
-  outcome.json["picture"] = data_tools::file_name(picture);
   outcome.text += "picture of the timer: " + picture + "\n";
   outcome.text +=
       faults == 0 ? "all is well\n" : std::to_string(faults) + (faults == 1 ? " fault\n" : " faults\n");

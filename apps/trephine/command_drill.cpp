@@ -1,11 +1,10 @@
 // drill: a path of a burr, and what it leaves.
 #include "apps/trephine/commands.h"
-#include "apps/trephine/outputs.h"
 #include "data-tools/atomic_file.h"
 #include "data-tools/open_volume.h"
+#include "data-tools/output_set.h"
 #include "modules/drilling/burr.h"
 #include "sim/lockstep.h"
-#include "volume/operated_volume.h"
 #include "volume/text.h"
 
 namespace trephine::app {
@@ -71,9 +70,11 @@ void report_forbidden(const sim::Engine& engine, double dt, Outcome& outcome) {
 
 Result<Outcome> run_drill(const DrillArguments& arguments) {
   const drilling::Burr& burr = arguments.burr;
-  if (volume::Status error =
-          check_volume_output(arguments.output, {arguments.source, arguments.path, arguments.record.file}))
-    return *error;
+  data_tools::OutputSet outputs;
+  for (const std::string& input : {arguments.source, arguments.path, arguments.record.file})
+    outputs.reads(input);
+  outputs.writes("output", arguments.output, data_tools::OutputKind::volume);
+  if (volume::Status error = outputs.check()) return *error;
   if (volume::Status error = check(arguments.record)) return *error;
   if (burr.is_round && burr.is_kinematic)
     return Error{"a burr that is not held by the bone has no round touch", "--round", "--kinematic",
@@ -105,9 +106,7 @@ Result<Outcome> run_drill(const DrillArguments& arguments) {
   ProgressLine progress("drilling");
   for (std::size_t i = 0; i < times.size(); ++i) {
     if (i % 256 == 0 && !progress(static_cast<double>(i) / static_cast<double>(times.size()))) {
-      if (recorder.value() && !recorder.value()->finish(run.engine(), 0))
-        notice("the session up to here is kept: " + data_tools::file_name(arguments.record.file));
-      return interrupted("drilling");
+      return interrupted("drilling", recorder.value() && !recorder.value()->finish(run.engine(), 0));
     }
     const auto begin = Clock::now();
     run.step(path.value().at(times[i]));
@@ -120,14 +119,13 @@ Result<Outcome> run_drill(const DrillArguments& arguments) {
   // A recording that failed takes nothing else with it.
   const volume::Status not_recorded =
       recorder.value() ? recorder.value()->finish(run.engine(), 0) : std::nullopt;
-  auto result = volume::operated_volume(version);
-  if (!result) return result.error();
-  if (volume::Status error = data_tools::write_volume(arguments.output, result.value())) return *error;
-  if (not_recorded) return *not_recorded;
+  outputs.write(arguments.output, [&] { return data_tools::write_operated(arguments.output, version); });
+  outputs.recorded(not_recorded);
+  if (volume::Status error = outputs.result()) return *error;
 
   Outcome outcome{new_report("drill"), "", exit_done};
   Json& json = outcome.json;
-  json["source"] = source.name;
+  json["source"] = name_in_report(source);
   json["shape"] = volume::describe(scene.items[0].field.shape(), source.volume->is_hounsfield);
   json["burr_diameter_mm"] = burr.diameter;
   json["is_kinematic"] = burr.is_kinematic;
@@ -148,7 +146,7 @@ Result<Outcome> run_drill(const DrillArguments& arguments) {
   json["tick_us"] = percentiles(tick_us);
   json["content_hash"] = hash_text(version.content_hash());
   json["memory"] = memory_report(scene, version);
-  json["file"] = data_tools::file_name(arguments.output);
+  json["written"] = outputs.written();
   outcome.text = format_text("removed %.2f mm3 in %zu steps\n", run.engine().removed_mm3(), times.size());
   for (const auto& [name, mm3] : by_label.items())
     outcome.text += format_text("  %s %.2f mm3\n", name.c_str(), mm3.get<double>());

@@ -5,10 +5,10 @@
 
 #include "apps/trephine/commands.h"
 #include "apps/trephine/frame_json.h"
-#include "apps/trephine/outputs.h"
 #include "data-tools/atomic_file.h"
 #include "data-tools/mesh_files.h"
 #include "data-tools/open_volume.h"
+#include "data-tools/output_set.h"
 #include "data-tools/phantoms.h"
 #include "volume/surface_nets.h"
 
@@ -54,8 +54,10 @@ Result<glm::dvec3> parse_triple(const std::string& text, const char* option) {
 }
 
 Result<Outcome> run_phantom(const PhantomArguments& arguments) {
-  if (volume::Status error = check_volume_output(arguments.output, {})) return *error;
-  if (volume::Status error = check_apart(arguments.labels_output, {arguments.output})) return *error;
+  data_tools::OutputSet outputs;
+  outputs.writes("output", arguments.output, data_tools::OutputKind::volume);
+  outputs.writes("labels", arguments.labels_output, data_tools::OutputKind::volume);
+  if (volume::Status error = outputs.check()) return *error;
   data_tools::PhantomOptions options;
   if (!arguments.size.empty()) {
     auto size = parse_triple(arguments.size, "--size");
@@ -84,12 +86,13 @@ Result<Outcome> run_phantom(const PhantomArguments& arguments) {
   auto made = data_tools::make_phantom(arguments.name, options);
   if (!made) return made.error();
   const volume::Volume& v = made.value();
-  if (volume::Status error = data_tools::write_volume(arguments.output, v)) return *error;
-  if (!arguments.labels_output.empty())
-    if (volume::Status error = data_tools::write_labels(arguments.labels_output, v)) return *error;
+  outputs.write(arguments.output, [&] { return data_tools::write_volume(arguments.output, v); });
+  outputs.write(arguments.labels_output,
+                [&] { return data_tools::write_labels(arguments.labels_output, v); });
+  if (volume::Status error = outputs.result()) return *error;
   Outcome outcome{new_report("phantom"), "", exit_done};
   outcome.json["name"] = arguments.name;
-  outcome.json["file"] = data_tools::file_name(arguments.output);
+  outcome.json["written"] = outputs.written();
   outcome.json.update(frame_json(v));
   outcome.json["labels"] = v.label_names;
   outcome.text = arguments.name + ": " + size_text(v) + ", written to " + arguments.output + "\n";
@@ -97,11 +100,10 @@ Result<Outcome> run_phantom(const PhantomArguments& arguments) {
 }
 
 Result<Outcome> run_mesh(const MeshArguments& arguments) {
-  if (!data_tools::is_mesh_file(arguments.output))
-    return Error{"this is no mesh format that trephine writes", data_tools::file_name(arguments.output), "",
-                 ".stl, .ply, .obj or .vtp", "choose one of these extensions"};
-  if (volume::Status error = data_tools::check_writable(arguments.output)) return *error;
-  if (volume::Status error = check_apart(arguments.output, {arguments.source})) return *error;
+  data_tools::OutputSet outputs;
+  outputs.reads(arguments.source);
+  outputs.writes("output", arguments.output, data_tools::OutputKind::mesh);
+  if (volume::Status error = outputs.check()) return *error;
   auto opened = workbench::open_touch(arguments.source, arguments.shape, person());
   if (!opened) return opened.error();
   const workbench::Source& source = opened.value().source;
@@ -109,12 +111,13 @@ Result<Outcome> run_mesh(const MeshArguments& arguments) {
   const auto start = Clock::now();
   const volume::Mesh mesh = volume::surface_net({&shape.field, nullptr, shape.bits.get(), arguments.is_open});
   const double seconds = seconds_since(start);
-  if (volume::Status error = data_tools::write_mesh(arguments.output, mesh, source.volume->frame))
-    return *error;
+  outputs.write(arguments.output,
+                [&] { return data_tools::write_mesh(arguments.output, mesh, source.volume->frame); });
+  if (volume::Status error = outputs.result()) return *error;
   Outcome outcome{new_report("mesh"), "", exit_done};
-  outcome.json["source"] = source.name;
+  outcome.json["source"] = name_in_report(source);
   outcome.json["shape"] = volume::describe(shape.field.shape(), source.volume->is_hounsfield);
-  outcome.json["file"] = data_tools::file_name(arguments.output);
+  outcome.json["written"] = outputs.written();
   outcome.json["vertices"] = mesh.vertices.size();
   outcome.json["triangles"] = mesh.triangle_count();
   outcome.json["mesh_seconds"] = seconds;

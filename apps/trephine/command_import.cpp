@@ -57,7 +57,6 @@ Result<Outcome> run_import(const ImportArguments& arguments) {
   namespace fs = std::filesystem;
   fs::path target(arguments.output);
   if (!target.has_filename()) target = target.parent_path();
-  const std::string name = arguments.name.empty() ? target.filename().string() : arguments.name;
   std::error_code error;
   if (fs::exists(target, error))
     return Error{"there is something of that name already", target.filename().string(), "",
@@ -67,6 +66,10 @@ Result<Outcome> run_import(const ImportArguments& arguments) {
   auto opened = workbench::open_source(arguments.source, person());
   if (!opened) return opened.error();
   workbench::Source& source = opened.value();
+  // A folder's name may be a patient's; what stands in the case is chosen.
+  const std::string name = !arguments.name.empty()     ? arguments.name
+                           : !source.case_name.empty() ? source.case_name
+                                                       : "case";
   std::shared_ptr<const volume::Volume> scan = source.volume;
   if (!arguments.labels.empty()) {
     auto copy = volume::make_volume(scan->size, scan->frame);
@@ -104,7 +107,7 @@ Result<Outcome> run_import(const ImportArguments& arguments) {
   if (!is_straight) notice("note: the sheared volume was resampled to right angles, as .mha needs it");
 
   Outcome outcome{new_report("import"), "", exit_done};
-  outcome.json["source"] = source.name;
+  outcome.json["source"] = name_in_report(source);
   outcome.json["case"] = name;
   outcome.json["structures"] = plan.structures.size();
   outcome.json["labels"] = plan.label_names;
@@ -121,7 +124,10 @@ Run build(Options& options) {
   add_source(options, a->source).required();
   add_shape(options, a->shape);
   options.add("--labels", a->labels, "Labels on the grid of the scan").type("FILE");
-  options.add("--name", a->name, "Of the case, never a patient's (default: the folder's)").type("NAME");
+  options
+      .add("--name", a->name,
+           "Of the case, never a patient's; it stands in pictures and sessions (default: case)")
+      .type("NAME");
   options.add("-o,--output", a->output, "A new folder").required().type("CASE");
   return run_with(a, run_import);
 }

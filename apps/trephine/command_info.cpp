@@ -87,7 +87,6 @@ Result<Outcome> describe_session(const std::string& path) {
   const double seconds = static_cast<double>(session.tick_count()) / h.rate_hz;
   Outcome outcome{new_report("info"), "", exit_done};
   Json& json = outcome.json;
-  json["session"] = data_tools::file_name(path);
   json["recorded_by"] = h.program;
   json["revision"] = h.revision;
   json["is_verifiable"] = h.revision == sim::k_replay_revision;
@@ -167,7 +166,7 @@ Result<Outcome> run_info(const InfoArguments& arguments) {
   const double mean = sum / static_cast<double>(v.voxels.size());
   Outcome outcome{new_report("info"), "", exit_done};
   Json& json = outcome.json;
-  json["source"] = source.name;
+  json["source"] = name_in_report(source);
   json["format"] = source.format;
   json["modality"] = source.modality;
   json.update(frame_json(v));

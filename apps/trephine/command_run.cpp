@@ -3,13 +3,12 @@
 #include <filesystem>
 
 #include "apps/trephine/commands.h"
-#include "apps/trephine/outputs.h"
 #include "apps/trephine/script_play.h"
 #include "apps/trephine/session_window.h"
 #include "apps/view/render_window.h"
 #include "data-tools/atomic_file.h"
 #include "data-tools/open_volume.h"
-#include "volume/operated_volume.h"
+#include "data-tools/output_set.h"
 
 namespace trephine::app {
 
@@ -39,21 +38,20 @@ Result<Outcome> run_script(const RunArguments& arguments) {
   wish.wants_session = arguments.wants_window;
   wish.in_use = workbench::files_of(wish.script, wish.folder);
   wish.in_use.insert(wish.in_use.end(), {arguments.script, arguments.record.file});
-  if (Status error = check_volume_output(arguments.output, wish.in_use)) return *error;
+  data_tools::OutputSet outputs;
+  for (const std::string& file : wish.in_use) outputs.reads(file);
+  outputs.writes("output", arguments.output, data_tools::OutputKind::volume);
+  if (Status error = outputs.check()) return *error;
   auto played = play_script(wish);
   if (!played) return played.error();
   const workbench::ScriptReport& report = played.value().report;
   const volume::Version& left = *report.state->world.version;
-  if (!arguments.output.empty()) {
-    auto result = volume::operated_volume(left);
-    if (!result) return result.error();
-    if (Status error = data_tools::write_volume(arguments.output, result.value())) return *error;
-  }
+  outputs.write(arguments.output, [&] { return data_tools::write_operated(arguments.output, left); });
+  if (Status error = outputs.result()) return *error;
 
   const double removed = report.measure("removed");
   Outcome outcome{new_report("run"), "", report.is_met() ? exit_done : exit_check_failed};
   Json& json = outcome.json;
-  json["script"] = wish.where;
   json["title"] = wish.script.title;
   json["ticks"] = report.ticks;
   json["seconds"] = report.seconds;
@@ -89,7 +87,7 @@ Result<Outcome> run_script(const RunArguments& arguments) {
     auto again = workbench::open_session(played.value().session, scan, person());
     if (!again) return again.error();
     if (Status error =
-            play_in_window(*again.value(), wish.script.title.empty() ? wish.where : wish.script.title))
+            play_in_window(*again.value(), wish.script.title.empty() ? "script" : wish.script.title))
       return *error;
   }
   if (is_interrupted()) outcome.exit_code = exit_interrupted;

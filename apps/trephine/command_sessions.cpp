@@ -2,16 +2,15 @@
 #include <fstream>
 
 #include "apps/trephine/commands.h"
-#include "apps/trephine/outputs.h"
 #include "apps/trephine/session_window.h"
 #include "apps/trephine/steps_csv.h"
 #include "apps/view/render_window.h"
 #include "apps/view/view_window.h"
 #include "data-tools/atomic_file.h"
 #include "data-tools/open_volume.h"
+#include "data-tools/output_set.h"
 #include "modules/catalogue.h"
 #include "sim/lockstep.h"
-#include "volume/operated_volume.h"
 
 namespace trephine::app {
 
@@ -36,10 +35,12 @@ Result<Outcome> run_replay(const ReplayArguments& arguments) {
     return Error{"the window plays a session and does nothing else", "--window",
                  "--verify, --until, -o, --steps or --screenshot too", "--window alone",
                  "leave one of them out"};
-  const std::vector<std::string> given{arguments.session, arguments.case_source};
-  if (Status error = check_volume_output(arguments.output, given)) return *error;
-  if (Status error = check_output(arguments.steps, given)) return *error;
-  if (Status error = check_picture_output(arguments.screenshot, given)) return *error;
+  data_tools::OutputSet outputs;
+  for (const std::string& input : {arguments.session, arguments.case_source}) outputs.reads(input);
+  outputs.writes("output", arguments.output, data_tools::OutputKind::volume);
+  outputs.writes("steps", arguments.steps, data_tools::OutputKind::table);
+  outputs.writes("screenshot", arguments.screenshot, data_tools::OutputKind::picture);
+  if (Status error = outputs.check()) return *error;
   if (arguments.until && !(*arguments.until >= 0))
     return Error{"the time is out of range", "--until", std::to_string(*arguments.until), "0 s or more", ""};
   auto opened = workbench::open_session(arguments.session, arguments.case_source, person());
@@ -55,7 +56,7 @@ Result<Outcome> run_replay(const ReplayArguments& arguments) {
   if (arguments.is_verifying) replay.verify_checkpoints();
 
   if (arguments.wants_window) {
-    if (Status error = play_in_window(session, data_tools::file_name(arguments.session))) return *error;
+    if (Status error = play_in_window(session, session.source.written_name())) return *error;
     return Outcome{new_report("replay"), "", is_interrupted() ? exit_interrupted : exit_done};
   }
   const std::uint64_t all = session.reader->tick_count();
@@ -93,14 +94,10 @@ Result<Outcome> run_replay(const ReplayArguments& arguments) {
         all, "file",
         format_text("damaged at byte %llu", static_cast<unsigned long long>(session.reader->whole_bytes())),
         "what lies before that is the same"};
-  if (!arguments.steps.empty())
-    if (Status error = data_tools::write_file_atomically(arguments.steps, csv)) return *error;
-  if (!arguments.output.empty()) {
-    auto result = volume::operated_volume(*engine.current());
-    if (!result) return result.error();
-    if (Status error = data_tools::write_volume(arguments.output, result.value())) return *error;
-  }
-  if (!arguments.screenshot.empty()) {
+  outputs.write(arguments.steps, [&] { return data_tools::write_file_atomically(arguments.steps, csv); });
+  outputs.write(arguments.output,
+                [&] { return data_tools::write_operated(arguments.output, *engine.current()); });
+  outputs.write(arguments.screenshot, [&]() -> Status {
     view::WindowOptions options;
     options.wants_to_end = is_interrupted;
     options.screenshot = arguments.screenshot;
@@ -108,14 +105,14 @@ Result<Outcome> run_replay(const ReplayArguments& arguments) {
     options.is_offscreen = true;
     options.version = engine.current();
     options.replay = session.replay.get();
-    auto shown = view::run_window(view::borrowed(session.scene()), options);
-    if (!shown) return shown.error();
-  }
+    const auto shown = view::run_window(view::borrowed(session.scene()), options);
+    return shown ? std::nullopt : Status(shown.error());
+  });
+  if (Status error = outputs.result()) return *error;
 
   const sim::Replay::Counts& counts = replay.counts();
   Outcome outcome{new_report("replay"), "", exit_done};
   Json& json = outcome.json;
-  json["session"] = data_tools::file_name(arguments.session);
   json["ticks"] = is_opened ? replay.next_tick() : counts.ticks;
   json["dropped_ticks"] = counts.dropped;
   json["commands"] = counts.commands;
@@ -141,6 +138,7 @@ Result<Outcome> run_replay(const ReplayArguments& arguments) {
         static_cast<double>(replay.next_tick()) / rate, seconds,
         static_cast<unsigned long long>(counts.commands), engine.stroke_count(), engine.removed_mm3(),
         strongest);
+  json["written"] = outputs.written();
   for (const std::string& file : {arguments.output, arguments.steps, arguments.screenshot})
     if (!file.empty()) outcome.text += "written to " + file + "\n";
   if (arguments.is_verifying) {
@@ -175,6 +173,9 @@ Result<Outcome> run_resume(const ResumeArguments& arguments) {
     if (!read) return read.error();
     path = std::move(read).value();
   }
+  // Before it is read: what another program writes meanwhile is not lost.
+  auto lock = sim::SessionLock::take(arguments.session);
+  if (!lock) return lock.error();
   auto opened = workbench::open_session(arguments.session, arguments.case_source, person());
   if (!opened) return opened.error();
   workbench::OpenedSession& session = *opened.value();
@@ -201,7 +202,7 @@ Result<Outcome> run_resume(const ResumeArguments& arguments) {
     return Error{"the session does not replay as it was recorded", where, replay.mismatch()->what,
                  "the same bits", "see where: trephine replay --verify"};
   const std::uint64_t first_tick = replay.next_tick();
-  auto made = sim::SessionWriter::append(arguments.session, replay.tail(), modules::catalogue());
+  auto made = sim::SessionWriter::append(std::move(lock).value(), replay.tail(), modules::catalogue());
   if (!made) return made.error();
   sim::SessionWriter& writer = *made.value();
   const auto scene = replay.engine().servo_scene()->hands[0].scene;
@@ -212,7 +213,6 @@ Result<Outcome> run_resume(const ResumeArguments& arguments) {
   writer.add(command, engine, resumed);
 
   Outcome outcome{new_report("resume"), "", exit_done};
-  outcome.json["session"] = where;
   outcome.json["from_seconds"] = static_cast<double>(first_tick) / header.rate_hz;
   outcome.json["removed_mm3_before"] = before;
   double after = 0;
@@ -234,10 +234,11 @@ Result<Outcome> run_resume(const ResumeArguments& arguments) {
   } else {
     view::WindowOptions options;
     options.wants_to_end = is_interrupted;
-    options.title = where;
+    options.title = session.source.written_name();
     options.rate_hz = header.rate_hz;
     options.force = header.force;
     options.recorder = &writer;
+    options.in_use = {arguments.session, arguments.case_source};
     options.start = view::WindowStart{std::move(engine), first_tick};
     auto shown = view::run_window(scene, options);
     if (!shown) return shown.error();

@@ -183,7 +183,7 @@ Result<Outcome> run_soak(const SoakArguments& arguments) {
 
   Outcome outcome{new_report("soak"), "", is_same && is_flat && has_worked ? exit_done : exit_check_failed};
   Json& json = outcome.json;
-  json["source"] = source.name;
+  json["source"] = name_in_report(source);
   json["seconds"] = seconds_since(start);
   json["ticks"] = servo.ticks;
   json["dropped_ticks"] = servo.dropped;

@@ -7,10 +7,10 @@
 #include <map>
 
 #include "apps/trephine/commands.h"
-#include "apps/trephine/outputs.h"
 #include "apps/trephine/steps_csv.h"
 #include "apps/trephine/touch_judge.h"
 #include "data-tools/atomic_file.h"
+#include "data-tools/output_set.h"
 #include "haptics/force/effects.h"
 #include "haptics/mesh/mesh_tree.h"
 #include "volume/work_counters.h"
@@ -37,7 +37,7 @@ struct TouchArguments {
 };
 
 /// "S,D": static and dynamic coefficient.
-volume::Status parse_friction(const std::string& text, haptics::Material& material) {
+volume::Status parse_friction(const std::string& text, workbench::MaterialChoice& material) {
   if (text.empty()) return std::nullopt;
   char extra = 0;
   double s = 0, d = 0;
@@ -77,18 +77,15 @@ Result<std::vector<workbench::ModelChoice>> models_of(const TouchArguments& argu
 }
 
 /// Of the surface, where something was said of it.
-Result<std::optional<haptics::Material>> material_of(const TouchArguments& arguments) {
-  std::optional<haptics::Material> material;
-  if (!arguments.stiffness && !arguments.viscosity && !arguments.pop_force && arguments.friction.empty())
-    return material;
-  material.emplace();
+Result<workbench::MaterialChoice> material_of(const TouchArguments& arguments) {
+  workbench::MaterialChoice material;
   if (arguments.stiffness && !(*arguments.stiffness > 0 && *arguments.stiffness <= 100))
     return Error{"the stiffness is out of range", "--stiffness", std::to_string(*arguments.stiffness),
                  "above 0, at most 100 N/mm", ""};
-  material->stiffness = arguments.stiffness.value_or(material->stiffness);
-  material->viscosity = arguments.viscosity.value_or(material->viscosity);
-  material->pop_force = arguments.pop_force.value_or(material->pop_force);
-  if (volume::Status error = parse_friction(arguments.friction, *material)) return *error;
+  material.stiffness = arguments.stiffness;
+  material.viscosity = arguments.viscosity;
+  material.pop_force = arguments.pop_force;
+  if (volume::Status error = parse_friction(arguments.friction, material)) return *error;
   return material;
 }
 
@@ -115,9 +112,12 @@ Result<Outcome> run_touch(const TouchArguments& arguments) {
   if (!models_said) return models_said.error();
   choice.models = std::move(models_said).value();
   if (volume::Status error = check(choice)) return *error;
-  std::vector<std::string> in_use = arguments.meshes;
-  in_use.insert(in_use.end(), {arguments.source, arguments.path, arguments.record.file});
-  if (volume::Status error = check_output(arguments.output, in_use)) return *error;
+  data_tools::OutputSet outputs;
+  for (const std::string& model : arguments.meshes) outputs.reads(model);
+  for (const std::string& input : {arguments.source, arguments.path, arguments.record.file})
+    outputs.reads(input);
+  outputs.writes("output", arguments.output, data_tools::OutputKind::table);
+  if (volume::Status error = outputs.check()) return *error;
   if (volume::Status error = check(arguments.record)) return *error;
 
   // The path first: it is cheap to be wrong about.
@@ -158,18 +158,19 @@ Result<Outcome> run_touch(const TouchArguments& arguments) {
     energy = tick.servo.energy();
     append_step(csv, tick.t, record, record.has_contact ? name_of(item_of(scene, record.shape)) : "");
   };
-  auto played = workbench::play_touch(operation, path.value(), recorder.value().get(), see, person());
-  if (!played) return played.error();
-  const sim::Engine& engine = played.value();
+  const sim::Engine engine =
+      workbench::play_touch(operation, path.value(), recorder.value().get(), see, person());
   // A recording that failed takes nothing else with it.
   const volume::Status not_recorded = recorder.value() ? recorder.value()->finish(engine, 0) : std::nullopt;
-  if (volume::Status error = data_tools::write_file_atomically(arguments.output, csv)) return *error;
-  if (not_recorded) return *not_recorded;
+  if (is_interrupted()) return interrupted("the touch", recorder.value() && !not_recorded);
+  outputs.write(arguments.output, [&] { return data_tools::write_file_atomically(arguments.output, csv); });
+  outputs.recorded(not_recorded);
+  if (volume::Status error = outputs.result()) return *error;
 
   Outcome outcome{new_report("touch"), "",
                   judge.fall_throughs() > 0 && judge.is_promised() ? exit_check_failed : exit_done};
   Json& json = outcome.json;
-  json["source"] = source.name;
+  json["source"] = name_in_report(source);
   json["shape"] = volume::describe(scene.items[0].field.shape(), source.volume->is_hounsfield);
   json["method"] = operation.method().name();
   json["steps"] = contact_us.size() + free_us.size();
@@ -199,7 +200,7 @@ Result<Outcome> run_touch(const TouchArguments& arguments) {
   json["read_seconds"] = source.read_seconds;
   json["making_seconds"] = operation.making_seconds;
   json["memory"] = memory_report(scene, *engine.current());
-  json["file"] = data_tools::file_name(arguments.output);
+  json["written"] = outputs.written();
   outcome.text = format_text("%zu steps, %zu in contact, strongest force %.2f N\n",
                              contact_us.size() + free_us.size(), contact_us.size(), strongest);
   outcome.text += format_text("fell through the surface: %ld times; stuck at rest: %ld steps\n",

@@ -1,10 +1,10 @@
 // view: a window to touch and cut with the mouse.
 #include "apps/trephine/commands.h"
-#include "apps/trephine/outputs.h"
 #include "apps/view/render_window.h"
 #include "apps/view/view_window.h"
 #include "apps/workbench/devices.h"
 #include "data-tools/atomic_file.h"
+#include "data-tools/output_set.h"
 #include "modules/catalogue.h"
 #include "modules/drilling/burr.h"
 #include "volume/work_counters.h"
@@ -32,8 +32,12 @@ class Host {
  public:
   /// `choice`, `record`: what was asked for at the start; what is opened later goes on in FILE-2, FILE-3 and
   /// so on, or in autosaves.
-  Host(workbench::Source source, workbench::OperationChoice choice, workbench::RecordChoice record)
-      : source_(std::move(source)), choice_(std::move(choice)), record_(std::move(record)) {}
+  Host(workbench::Source source, std::string path, workbench::OperationChoice choice,
+       workbench::RecordChoice record)
+      : source_(std::move(source)),
+        path_(std::move(path)),
+        choice_(std::move(choice)),
+        record_(std::move(record)) {}
 
   Result<view::OpenedScene> open(const std::string& path, const workbench::Listener& listener) {
     auto opened = workbench::open_source(path, listener);
@@ -43,8 +47,8 @@ class Host {
     // A person can move the window from here; a program would have been asked for a shape.
     const volume::Volume& v = *opened.value().volume;
     if (!v.is_hounsfield && !opened.value().plan) choice.shape.iso = brighter_half(v);
-    Result<view::OpenedScene> made = make(opened.value(), choice, listener);
-    if (made) source_ = std::move(opened).value();
+    Result<view::OpenedScene> made = make(opened.value(), path, choice, listener);
+    if (made) source_ = std::move(opened).value(), path_ = path;
     return made;
   }
 
@@ -53,7 +57,7 @@ class Host {
     choice.shape = {};
     choice.shape.window =
         format_text("%.17g:", low) + (std::isfinite(high) ? format_text("%.17g", high) : std::string());
-    return make(source_, choice, listener);
+    return make(source_, path_, choice, listener);
   }
 
  private:
@@ -62,7 +66,8 @@ class Host {
     return 0.5 * (*low + *high);
   }
 
-  Result<view::OpenedScene> make(const workbench::Source& source, const workbench::OperationChoice& choice,
+  Result<view::OpenedScene> make(const workbench::Source& source, const std::string& path,
+                                 const workbench::OperationChoice& choice,
                                  const workbench::Listener& listener) {
     auto operation = workbench::make_operation(source, choice, listener);
     if (!operation) return operation.error();
@@ -73,12 +78,14 @@ class Host {
       record.file = format_text("%s-%d", record_.file.c_str(), ++opened_);
     auto started = workbench::start_recording(record, operation.value());
     if (!started) return started.error();
-    view::OpenedScene opened{{operation.value().engine()}, source.name, std::move(started).value(), ""};
+    view::OpenedScene opened{
+        {operation.value().engine()}, source.name, std::move(started).value(), "", {path}};
     if (opened.recorder) opened.session_file = record.file;
     return opened;
   }
 
   workbench::Source source_;
+  std::string path_;
   workbench::OperationChoice choice_;
   workbench::RecordChoice record_;
   int opened_ = 1;
@@ -90,7 +97,10 @@ Result<Outcome> run_view(const ViewArguments& arguments) {
                  "above 0, at most 1000000 s", ""};
   if (volume::Status error = check(arguments.record)) return *error;
   if (arguments.screenshot.empty() && !view::has_display()) return view::no_display();
-  if (volume::Status error = check_picture_output(arguments.screenshot, {arguments.source})) return *error;
+  data_tools::OutputSet outputs;
+  outputs.reads(arguments.source);
+  outputs.writes("screenshot", arguments.screenshot, data_tools::OutputKind::picture);
+  if (volume::Status error = outputs.check()) return *error;
   if (arguments.seconds && !view::has_display())
     notice("note: there is no display; the picture is drawn without a window");
   auto device = workbench::open_device(arguments.device);
@@ -113,6 +123,7 @@ Result<Outcome> run_view(const ViewArguments& arguments) {
   options.start = view::WindowStart{operation.engine()};
   options.catalogue = &modules::catalogue();
   options.device = device.value();
+  options.in_use = {arguments.source};
   options.seconds = arguments.seconds;
   options.wants_to_end = is_interrupted;
   options.screenshot = arguments.screenshot;
@@ -139,7 +150,7 @@ Result<Outcome> run_view(const ViewArguments& arguments) {
   options.recorder = recorder.get();
   if (recorder) options.session_file = record.file;
 
-  const auto host = std::make_shared<Host>(source, choice, record);
+  const auto host = std::make_shared<Host>(source, arguments.source, choice, record);
   options.host.open = [host](const std::string& path, const workbench::Listener& listener) {
     return host->open(path, listener);
   };
@@ -153,7 +164,7 @@ Result<Outcome> run_view(const ViewArguments& arguments) {
   const view::WindowReport& r = shown.value();
   Outcome outcome{new_report("view"), "", is_interrupted() ? exit_interrupted : exit_done};
   Json& json = outcome.json;
-  json["source"] = source.name;
+  json["source"] = name_in_report(source);
   json["is_offscreen"] = options.is_offscreen;
   json["window"] = r.window;
   json["first_frame_seconds"] = r.first_frame_seconds;
@@ -186,7 +197,7 @@ Result<Outcome> run_view(const ViewArguments& arguments) {
                   r.triangles, r.frames, r.first_frame_seconds, r.removed_mm3, r.strokes);
   if (r.recording) notice("note: " + r.recording->message());
   if (recorder && (!is_autosave || recorder->has_edits())) {
-    json["session"] = data_tools::file_name(record.file);
+    json["is_recorded"] = true;
     outcome.text += "session: " + record.file + "  (again: trephine replay, onward: trephine resume)\n";
   }
   if (!r.servo.notice.empty()) notice("note: " + r.servo.notice);

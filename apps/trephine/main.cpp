@@ -24,11 +24,12 @@ int finish(const std::string& name, bool wants_json, const Result<Outcome>& resu
     if (wants_json)
       std::printf("%s\n", text_of_json(error_report(name, result.error())).c_str());
     else
-      std::fprintf(stderr, "error: %s\n", result.error().message().c_str());
+      std::fprintf(stderr, "error: %s\n", for_terminal(result.error().message()).c_str());
     return exit_code_of(result.error());
   }
   const Outcome& outcome = result.value();
-  std::fputs(wants_json ? (text_of_json(outcome.json) + "\n").c_str() : outcome.text.c_str(), stdout);
+  std::fputs(wants_json ? (text_of_json(outcome.json) + "\n").c_str() : for_terminal(outcome.text).c_str(),
+             stdout);
   return std::fflush(stdout) == 0 ? outcome.exit_code : int{exit_missing_here};
 }
 
@@ -57,7 +58,7 @@ int main(int argc, char** argv) {
   cli.footer(
       "Examples:\n  trephine demo\n  trephine info SCANS/HEAD\n  trephine view SCANS/HEAD\n  trephine "
       "COMMAND --help");
-  bool wants_json = false;
+  bool wants_json = false, wants_identity = false;
   struct Built {
     const Command* command;
     CLI::App* app;
@@ -68,6 +69,8 @@ int main(int argc, char** argv) {
   for (const Command* command : k_commands) {
     CLI::App* app = cli.add_subcommand(command->name, command->help);
     app->add_flag("--json", wants_json, "One JSON object on stdout, errors too");
+    app->add_flag("--keep-identity", wants_identity,
+                  "Names of folders and files may stand in what is written; without it they do not");
     app->footer(std::string("Examples:\n") + command->examples);
     auto options = std::make_unique<Options>(*app);
     Run run = command->build(*options);
@@ -86,9 +89,20 @@ int main(int argc, char** argv) {
   const auto chosen =
       std::find_if(all.begin(), all.end(), [](const Built& one) { return one.app->parsed(); });
   listen_for_interrupt();
+  if (wants_identity) {
+    keep_identity();
+    notice("note: names of folders and files may stand in what is written (--keep-identity)");
+  }
   try {
     Result<Outcome> result = chosen->run();
     if (!result) result = chosen->options->in_words_of_options(result.error());
+    if (wants_json && !wants_identity) {
+      if (!result)
+        result = chosen->options->without_names(result.error());
+      else if (result.value().json.contains("notices"))
+        for (Json& text : result.value().json["notices"])
+          text = chosen->options->without_names(text.get<std::string>());
+    }
     return finish(chosen->command->name, wants_json, result);
   } catch (const std::bad_alloc&) {
     return finish(chosen->command->name, wants_json,

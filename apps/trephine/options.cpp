@@ -3,7 +3,10 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <cctype>
+#include <filesystem>
 
+#include "data-tools/atomic_file.h"
 #include "haptics/proxy/methods.h"
 
 namespace trephine::app {
@@ -29,9 +32,12 @@ Option& Option::means(const char* input) {
   return *this;
 }
 
-Option Options::keep(const char* names, CLI::Option* option) {
+Option Options::keep(const char* names, CLI::Option* option,
+                     std::function<std::vector<std::string>()> texts) {
   const std::string all(names);
   auto name = std::make_unique<Name>();
+  name->shown = all.substr(all.rfind(',') + 1);
+  name->texts = std::move(texts);
   if (const std::size_t dashes = all.find("--"); dashes != std::string::npos) {
     name->option = all.substr(dashes);
     name->means = name->option.substr(2);
@@ -46,7 +52,7 @@ Option Options::add_any(const char* names, T& value, const std::string& help) {
   return keep(names, app_->add_option(names, value, help));
 }
 Option Options::add(const char* names, std::string& value, const std::string& help) {
-  return add_any(names, value, help);
+  return keep(names, app_->add_option(names, value, help), [&value] { return std::vector{value}; });
 }
 Option Options::add(const char* names, double& value, const std::string& help) {
   return add_any(names, value, help);
@@ -67,7 +73,7 @@ Option Options::add(const char* names, std::uint64_t& value, const std::string& 
   return keep(names, option);
 }
 Option Options::add(const char* names, std::vector<std::string>& value, const std::string& help) {
-  return add_any(names, value, help);
+  return keep(names, app_->add_option(names, value, help), [&value] { return value; });
 }
 Option Options::add(const char* names, bool& value, const std::string& help) {
   return keep(names, app_->add_flag(names, value, help));
@@ -80,6 +86,78 @@ volume::Error Options::in_words_of_options(volume::Error error) const {
         (best == nullptr || name->means.size() > best->means.size()))
       best = name.get();
   if (best) error.where = best->option + error.where.substr(best->means.size());
+  return error;
+}
+
+namespace {
+
+/// Every `name` in the text that stands by itself.
+void replace_name(std::string& text, const std::string& name, const std::string& by) {
+  const auto is_part = [&text](std::size_t i) {
+    return i < text.size() && (std::isalnum(static_cast<unsigned char>(text[i])) || text[i] == '_');
+  };
+  for (std::size_t at = 0; (at = text.find(name, at)) != std::string::npos;) {
+    if ((at > 0 && is_part(at - 1)) || is_part(at + name.size())) {
+      ++at;
+      continue;
+    }
+    text.replace(at, name.size(), by);
+    at += by.size();
+  }
+}
+
+}  // namespace
+
+namespace {
+
+/// Options whose value is a file or folder, whether there is one of that name or not.
+bool is_file_option(const std::string& name) {
+  for (const char* one : {"SRC", "SESSION", "SCRIPT", "--output", "--case", "--path", "--record", "--labels",
+                          "--mesh", "--screenshot", "--score", "--export", "--hand", "--pictures"})
+    if (name == one) return true;
+  return false;
+}
+
+}  // namespace
+
+std::vector<std::pair<std::string, std::string>> Options::names_given() const {
+  namespace fs = std::filesystem;
+  std::vector<std::pair<std::string, std::string>> names;
+  const auto add = [&names](const fs::path& path, const std::string& by) {
+    if (const std::string name = data_tools::file_name(path.string()); name != "." && name != "..")
+      names.emplace_back(name, by);
+  };
+  for (const auto& option : names_) {
+    if (!option->texts) continue;
+    for (const std::string& text : option->texts()) {
+      std::error_code failed;
+      if (text.empty() || (!is_file_option(option->shown) && !fs::exists(text, failed) &&
+                           text.find_first_of("/.") == std::string::npos))
+        continue;
+      add(text, option->shown);
+      if (const std::size_t colon = text.find(':'); colon != std::string::npos)  // playback:FILE
+        add(text.substr(colon + 1), option->shown);
+      int count = 0;
+      for (fs::recursive_directory_iterator it(text, failed), end; !failed && it != end && ++count < 100'000;
+           it.increment(failed))
+        add(it->path(), "a file of " + option->shown);
+    }
+  }
+  // The longest first: one may be part of another.
+  std::stable_sort(names.begin(), names.end(),
+                   [](const auto& a, const auto& b) { return a.first.size() > b.first.size(); });
+  return names;
+}
+
+std::string Options::without_names(std::string text) const {
+  for (const auto& [name, by] : names_given()) replace_name(text, name, by);
+  return text;
+}
+
+volume::Error Options::without_names(volume::Error error) const {
+  for (const auto& [name, by] : names_given())
+    for (std::string* text : {&error.what, &error.where, &error.found, &error.expected, &error.remedy})
+      replace_name(*text, name, by);
   return error;
 }
 

@@ -52,15 +52,22 @@ class Options {
 
   /// The error as a person at the command line knows it: by options.
   volume::Error in_words_of_options(volume::Error error) const;
+  /// The error without the names of files and folders that were given, or of files in those folders: the
+  /// option stands for them.
+  volume::Error without_names(volume::Error error) const;
+  std::string without_names(std::string text) const;
 
  private:
+  /// Such names, the longest first, and what stands for each.
+  std::vector<std::pair<std::string, std::string>> names_given() const;
   template <class T>
   Option add_any(const char* names, T& value, const std::string& help);
-  Option keep(const char* names, CLI::Option* option);
+  Option keep(const char* names, CLI::Option* option, std::function<std::vector<std::string>()> texts = {});
 
   CLI::App* app_;
   struct Name {
-    std::string option, means;
+    std::string option, means, shown;
+    std::function<std::vector<std::string>()> texts;  ///< that were given to it
   };
   std::vector<std::unique_ptr<Name>> names_;
 };

@@ -13,12 +13,14 @@
 #include <unistd.h>
 
 #include "apps/trephine/build_info.h"
+#include "data-tools/atomic_file.h"
 #include "volume/percentile.h"
 #include "volume/work_counters.h"
 
 namespace trephine::app {
 
 namespace {
+std::atomic<bool> g_keeps_identity{false};
 std::atomic<bool> g_interrupted{false};  // set by the signal handler, which can reach nothing else
 
 std::string cpu_name() {
@@ -81,7 +83,44 @@ Json percentiles(std::vector<double> values) {
           {"max", values.empty() ? 0 : values.back()}};
 }
 
-void notice(const std::string& text) { std::fprintf(stderr, "%s\n", text.c_str()); }
+bool keeps_identity() { return g_keeps_identity.load(); }
+void keep_identity() { g_keeps_identity = true; }
+std::string name_in_report(const workbench::Source& source) {
+  return keeps_identity() ? source.name : source.written_name();
+}
+
+std::string for_terminal(const std::string& text) {
+  std::string out;
+  const auto byte = [&text](std::size_t i) {
+    return i < text.size() ? static_cast<unsigned char>(text[i]) : static_cast<unsigned char>(0);
+  };
+  const auto show = [&](std::size_t from, std::size_t count) {
+    for (std::size_t i = from; i < from + count; ++i) out += format_text("\\x%02x", byte(i));
+  };
+  for (std::size_t i = 0; i < text.size();) {
+    const unsigned char c = byte(i);
+    const std::size_t length = c < 0x80 ? 1 : c >= 0xf0 && c < 0xf5 ? 4 : c >= 0xe0 ? 3 : c >= 0xc2 ? 2 : 1;
+    bool is_utf8 = c < 0x80 || (length > 1 && c < 0xf5);
+    for (std::size_t k = 1; k < length; ++k) is_utf8 = is_utf8 && (byte(i + k) & 0xc0) == 0x80;
+    if (!is_utf8) {
+      show(i, 1);
+      ++i;
+      continue;
+    }
+    const bool is_control = (c < 0x20 && c != '\n') || c == 0x7f || (c == 0xc2 && byte(i + 1) < 0xa0);
+    // What turns the direction of writing around: U+202A to 202E, U+2066 to 2069.
+    const bool is_turn = c == 0xe2 && ((byte(i + 1) == 0x80 && byte(i + 2) >= 0xaa && byte(i + 2) <= 0xae) ||
+                                       (byte(i + 1) == 0x81 && byte(i + 2) >= 0xa6 && byte(i + 2) <= 0xa9));
+    if (is_control || is_turn)
+      show(i, length);
+    else
+      out.append(text, i, length);
+    i += length;
+  }
+  return out;
+}
+
+void notice(const std::string& text) { std::fprintf(stderr, "%s\n", for_terminal(text).c_str()); }
 
 workbench::Listener person() {
   return {notice, [](const char* what) {
@@ -116,6 +155,7 @@ void take_interrupt(int signal) {
   const std::int64_t ms = std::int64_t{now.tv_sec} * 1000 + now.tv_nsec / 1'000'000;
   std::int64_t first = 0;
   if (!first_ms.compare_exchange_strong(first, ms) && ms - first > 1000) {
+    data_tools::remove_unfinished();
     std::signal(signal, SIG_DFL);
     std::raise(signal);  // it is delivered as soon as this handler returns
   }
@@ -129,9 +169,18 @@ void listen_for_interrupt() {
   action.sa_handler = take_interrupt;
   sigaction(SIGINT, &action, nullptr);
   sigaction(SIGTERM, &action, nullptr);
+  struct sigaction hang_up {};
+  sigaction(SIGHUP, nullptr, &hang_up);
+  if (hang_up.sa_handler != SIG_IGN) sigaction(SIGHUP, &action, nullptr);  // nohup(1) asks for that
 }
-volume::Error interrupted(const std::string& what) {
-  return {what + " was interrupted; nothing was written", "", "", "", "", volume::ErrorKind::interrupted};
+volume::Error interrupted(const std::string& what, bool is_recorded) {
+  return {what + (is_recorded ? " was interrupted; the session up to there is kept, nothing else was written"
+                              : " was interrupted; nothing was written"),
+          "",
+          "",
+          "",
+          "",
+          volume::ErrorKind::interrupted};
 }
 
 std::size_t resident_bytes() {

@@ -7,6 +7,7 @@
 
 #include "apps/workbench/clock.h"
 #include "apps/workbench/listener.h"
+#include "apps/workbench/source.h"
 #include "apps/workbench/text.h"
 #include "haptics/device/pose_path.h"
 #include "haptics/scene/touch_scene.h"
@@ -52,6 +53,14 @@ std::string program_name();
 /// Memory by our own accounting: base voxels, labels, bits and tables.
 Json memory_report(const haptics::TouchScene& scene, const volume::Version& version);
 
+/// Text as a terminal may be given it: what names in it could have a terminal do is shown, not done.
+std::string for_terminal(const std::string& text);
+/// May names of folders and files stand in reports? Said once, by --keep-identity.
+bool keeps_identity();
+void keep_identity();
+/// What a report calls a scan.
+std::string name_in_report(const workbench::Source& source);
+
 /// A notice to a person: stderr.
 void notice(const std::string& text);
 /// The person at this terminal: notices and progress to stderr.
@@ -77,7 +86,8 @@ class ProgressLine {
 /// Did the person press Ctrl-C? Commands look at it in their loops.
 bool is_interrupted();
 void listen_for_interrupt();
-volume::Error interrupted(const std::string& what);
+/// `is_recorded`: what was done until then stays in a session.
+volume::Error interrupted(const std::string& what, bool is_recorded = false);
 
 /// Bytes of resident memory of this process.
 std::size_t resident_bytes();

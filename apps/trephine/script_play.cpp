@@ -4,11 +4,11 @@
 #include <filesystem>
 #include <glm/geometric.hpp>
 
-#include "apps/trephine/outputs.h"
 #include "apps/view/render_window.h"
 #include "apps/view/tool_look.h"
 #include "apps/view/viewport.h"
 #include "data-tools/atomic_file.h"
+#include "data-tools/output_set.h"
 #include "modules/catalogue.h"
 
 namespace trephine::app {
@@ -104,16 +104,14 @@ Result<PlayedScript> play_script(const ScriptWish& wish) {
   if (Status error = check(wish.record)) return *error;
   PlayedScript played;
   if (!wish.pictures.empty()) {
-    std::error_code failed;
-    fs::create_directories(wish.pictures, failed);
-    if (failed)
-      return Error{"the folder for the pictures cannot be made", data_tools::file_name(wish.pictures),
-                   failed.message(), "a place that may be written", "choose another folder"};
-    for (const std::string& output : wish.outputs)
-      if (Status error = check_output(output, wish.in_use)) return *error;
+    if (Status error = data_tools::make_folder(wish.pictures)) return *error;
+    data_tools::OutputSet outputs;
+    for (const std::string& file : wish.in_use) outputs.reads(file);
+    for (const std::string& output : wish.outputs) outputs.writes("output", output);
     for (const data_tools::ScriptPicture& picture : wish.script.pictures)
-      if (Status error = check_picture_output((fs::path(wish.pictures) / picture.file).string(), wish.in_use))
-        return *error;
+      outputs.writes(picture.file, (fs::path(wish.pictures) / picture.file).string(),
+                     data_tools::OutputKind::picture);
+    if (Status error = outputs.check()) return *error;
   }
   if (wish.is_live && !(wish.script.rate_hz >= 250 && wish.script.rate_hz <= 10000))
     return Error{"a servo's thread does not run at such a rate", wish.where + ": rate",

@@ -15,6 +15,7 @@
 #include "apps/view/replay_controller.h"
 #include "apps/view/view_window.h"
 #include "apps/view/window_stage.h"
+#include "data-tools/output_set.h"
 
 class QCheckBox;
 class QComboBox;
@@ -40,6 +41,7 @@ class MainWindow : public QMainWindow {
 
   /// Opens another scan in the background; errors are shown, the old operation stays then.
   void open_source(const QString& source);
+  volume::Status check_save(const std::string& file, data_tools::OutputKind kind) const;
   volume::Status save_volume(const QString& path);
   volume::Status save_mesh(const QString& path);
   volume::Status save_session(const QString& path);

@@ -1,5 +1,6 @@
 // What the window opens and saves.
 #include <QApplication>
+#include <QBuffer>
 #include <QComboBox>
 #include <QDoubleSpinBox>
 #include <QFile>
@@ -15,7 +16,7 @@
 #include "data-tools/atomic_file.h"
 #include "data-tools/mesh_files.h"
 #include "data-tools/open_volume.h"
-#include "volume/operated_volume.h"
+#include "data-tools/output_set.h"
 #include "volume/surface_nets.h"
 
 namespace trephine::view {
@@ -96,6 +97,7 @@ void MainWindow::take_opened() {
   recorder_ = std::move(o.recorder);
   options_.recorder = recorder_.get();
   options_.session_file = o.session_file;
+  options_.in_use = o.in_use;
   options_.start = std::move(o.start);
   options_.title = o.title;
   clip_->setCurrentIndex(0);
@@ -124,21 +126,24 @@ void MainWindow::ask_path_and_save(const char* title, const char* suggestion, co
   say("saved " + path.section('/', -1));
 }
 
+/// May it be written, and replaces nothing that is open here?
+Status MainWindow::check_save(const std::string& file, data_tools::OutputKind kind) const {
+  data_tools::OutputSet outputs;
+  for (const std::string& input : options_.in_use) outputs.reads(input);
+  outputs.reads(options_.session_file);
+  outputs.writes("file", file, kind);
+  return outputs.check();
+}
+
 Status MainWindow::save_volume(const QString& path) {
   const std::string file = path.toStdString();
-  if (!data_tools::is_writable_volume_file(file))
-    return Error{"this is no volume format that trephine writes", data_tools::file_name(file), "",
-                 ".mha, .nrrd, .nii or .nii.gz", "choose one of these extensions"};
-  const auto result = volume::operated_volume(*frozen());
-  if (!result) return result.error();
-  return data_tools::write_volume(file, result.value());
+  if (Status error = check_save(file, data_tools::OutputKind::volume)) return error;
+  return data_tools::write_operated(file, *frozen());
 }
 
 Status MainWindow::save_mesh(const QString& path) {
   const std::string file = path.toStdString();
-  if (!data_tools::is_mesh_file(file))
-    return Error{"this is no mesh format that trephine writes", data_tools::file_name(file), "",
-                 ".stl, .ply, .obj or .vtp", "choose one of these extensions"};
+  if (Status error = check_save(file, data_tools::OutputKind::mesh)) return error;
   const std::shared_ptr<const volume::Version> now = frozen();
   const haptics::TouchItem& shape = scene_->items[0];
   return data_tools::write_mesh(file, volume::surface_net({&shape.field, now.get(), shape.bits.get(), false}),
@@ -152,29 +157,25 @@ Status MainWindow::save_session(const QString& path) {
   if (QFileInfo(path) == QFileInfo(QString::fromStdString(options_.session_file)))
     return std::nullopt;  // it is there
   // What is written meanwhile comes in whole blocks: a copy ends with one of them.
-  return data_tools::write_atomically(path.toStdString(), [this](const std::string& file) -> Status {
-    QFile::remove(QString::fromStdString(file));
-    if (QFile::copy(QString::fromStdString(options_.session_file), QString::fromStdString(file)))
+  const std::string file = path.toStdString();
+  if (Status error = check_save(file, data_tools::OutputKind::any)) return error;
+  return data_tools::write_atomically(file, [&](const std::string& temporary) -> Status {
+    if (QFile::copy(QString::fromStdString(options_.session_file), QString::fromStdString(temporary)))
       return std::nullopt;
-    return Error{
-        "the session cannot be written", data_tools::file_name(file), "",
-        "a folder that may be written",  "choose another place",      volume::ErrorKind::missing_here};
+    return data_tools::cannot_write(file, errno);
   });
 }
 
 Status MainWindow::save_picture(const QString& path) {
-  if (!path.endsWith(".png", Qt::CaseInsensitive))
-    return Error{"this is no picture format that trephine writes", path.section('/', -1).toStdString(), "",
-                 ".png", "choose this extension"};
+  const std::string file = path.toStdString();
+  if (Status error = check_save(file, data_tools::OutputKind::picture)) return error;
   // What the canvas shows: the widget's own pixels, without panels.
-  const QImage image = canvas_->grabFramebuffer();
-  if (!image.isNull() && image.save(path)) return std::nullopt;
-  return Error{"the picture cannot be written",
-               path.section('/', -1).toStdString(),
-               "",
-               "a folder that may be written",
-               "choose another place",
-               volume::ErrorKind::missing_here};
+  QByteArray bytes;
+  QBuffer buffer(&bytes);
+  if (!canvas_->grabFramebuffer().save(&buffer, "PNG"))
+    return Error{"the picture cannot be made",   data_tools::file_name(file), "", "", "",
+                 volume::ErrorKind::missing_here};
+  return data_tools::write_file_atomically(file, bytes.toStdString());
 }
 
 }  // namespace trephine::view

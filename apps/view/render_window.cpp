@@ -4,13 +4,19 @@
 #include <EGL/eglext.h>
 #include <cstdlib>
 #include <dlfcn.h>
-#include <fstream>
+#include <vtkBillboardTextActor3D.h>
 #include <vtkCallbackCommand.h>
 #include <vtkGenericOpenGLRenderWindow.h>
 #include <vtkNew.h>
 #include <vtkPNGWriter.h>
+#include <vtkPropCollection.h>
+#include <vtkRenderer.h>
+#include <vtkRendererCollection.h>
+#include <vtkTextActor.h>
 #include <vtkUnsignedCharArray.h>
 #include <vtkWindowToImageFilter.h>
+
+#include "data-tools/atomic_file.h"
 
 /// Debian's GLEW is built for GLX: without an X display it loads every OpenGL function and then fails for
 /// want of GLX (result 4). VTK takes that for a missing OpenGL, so this stands in its place and forgives that
@@ -133,6 +139,28 @@ Result<std::string> describe_gl() {
   return after("OpenGL renderer string:") + ", OpenGL " + after("OpenGL version string:");
 }
 
+namespace {
+
+/// Everything that is written in the picture, a line each.
+std::string drawn_text(vtkRenderWindow* window) {
+  std::string all;
+  vtkRendererCollection* renderers = window->GetRenderers();
+  renderers->InitTraversal();
+  while (vtkRenderer* renderer = renderers->GetNextItem()) {
+    vtkPropCollection* props = renderer->GetViewProps();
+    props->InitTraversal();
+    while (vtkProp* prop = props->GetNextProp()) {
+      const char* text = nullptr;
+      if (auto* flat = vtkTextActor::SafeDownCast(prop)) text = flat->GetInput();
+      if (auto* billboard = vtkBillboardTextActor3D::SafeDownCast(prop)) text = billboard->GetInput();
+      if (text && *text && prop->GetVisibility()) all.append(text).append(1, '\n');
+    }
+  }
+  return all;
+}
+
+}  // namespace
+
 volume::Status write_png(vtkRenderWindow* window, const std::string& path) {
   vtkNew<vtkWindowToImageFilter> grab;
   grab->SetInput(window);
@@ -140,20 +168,13 @@ volume::Status write_png(vtkRenderWindow* window, const std::string& path) {
   vtkNew<vtkPNGWriter> writer;
   writer->SetInputConnection(grab->GetOutputPort());
   writer->WriteToMemoryOn();
+  if (const std::string text = drawn_text(window); !text.empty())
+    writer->AddText("Description", text.c_str());
   writer->Write();
   vtkUnsignedCharArray* bytes = writer->GetResult();
-  const std::string temporary = path + ".part";
-  {
-    std::ofstream out(temporary, std::ios::binary);
-    out.write(reinterpret_cast<const char*>(bytes->GetPointer(0)), bytes->GetNumberOfValues());
-    out.close();
-    if (!out || std::rename(temporary.c_str(), path.c_str()) != 0) {
-      std::remove(temporary.c_str());
-      return Error{"the picture cannot be written", path.substr(path.rfind('/') + 1), "",
-                   "a folder that exists, may be written and has room", "choose another place"};
-    }
-  }
-  return std::nullopt;
+  return data_tools::write_file_atomically(path,
+                                           std::string(reinterpret_cast<const char*>(bytes->GetPointer(0)),
+                                                       static_cast<std::size_t>(bytes->GetNumberOfValues())));
 }
 
 }  // namespace trephine::view

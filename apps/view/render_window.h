@@ -30,7 +30,7 @@ volume::Result<std::unique_ptr<DrawSurface>> make_offscreen(int width, int heigh
 /// drops it.
 volume::Result<std::string> describe_gl();
 
-/// Writes what the window shows as PNG, atomically.
+/// Writes what the window shows as PNG, atomically. What is written in the picture is its description, too.
 volume::Status write_png(vtkRenderWindow* window, const std::string& path);
 
 }  // namespace trephine::view

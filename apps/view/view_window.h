@@ -27,7 +27,8 @@ struct OpenedScene {
   WindowStart start;
   std::string title;
   std::unique_ptr<sim::SessionWriter> recorder;
-  std::string session_file;  ///< where the recorder writes; empty without
+  std::string session_file;         ///< where the recorder writes; empty without
+  std::vector<std::string> in_use;  ///< what it was read from: saving replaces none of it
 };
 
 /// What only the program around a window can do: find and read scans, begin recordings.
@@ -56,6 +57,7 @@ struct WindowOptions {
   std::shared_ptr<const volume::Version> version;
   sim::SessionWriter* recorder = nullptr;  ///< told of everything; finished when the window closes
   std::string session_file;                ///< where it writes
+  std::vector<std::string> in_use;         ///< what was read: saving replaces none of it
   std::optional<WindowStart> start;        ///< of what is operated on; nothing: a replay, or a picture
   sim::Replay* replay = nullptr;           ///< plays this instead of operating
   double replay_seconds = 0;               ///< its length

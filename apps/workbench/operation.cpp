@@ -34,15 +34,6 @@ Status check_effects(const std::vector<std::string>& effects) {
   return std::nullopt;
 }
 
-haptics::Material material_of(const data_tools::CaseMaterial& said) {
-  haptics::Material m;
-  m.stiffness = said.stiffness.value_or(m.stiffness);
-  m.damping = said.damping.value_or(m.damping);
-  m.static_friction = said.static_friction.value_or(m.static_friction);
-  m.dynamic_friction = said.dynamic_friction.value_or(m.dynamic_friction);
-  return m;
-}
-
 /// What can be touched of the scan: what was chosen, or what its case says.
 Status add_touchable(const Source& source, const ShapeChoice& choice, const Listener& listener,
                      SceneSpec& spec) {
@@ -56,7 +47,7 @@ Status add_touchable(const Source& source, const ShapeChoice& choice, const List
     if (!s.is_touchable) continue;
     sim::StructureSpec& told = spec.structures.emplace_back();
     told.shape = s.shape;
-    told.material = material_of(s.material);
+    told.material = MaterialChoice{s.material, {}, {}}.over({});
   }
   const std::size_t count = spec.structures.size();
   if (count > 0 && count <= haptics::TouchScene::k_max_shapes) return std::nullopt;
@@ -84,8 +75,8 @@ Status add_models(const OperationChoice& choice, SceneSpec& spec, sim::SceneData
                                                     std::move(model.value().triangles));
     sim::StructureSpec& told = spec.structures.emplace_back();
     told.model = static_cast<int>(data.models.size());
-    told.shape.name = data_tools::file_name(wanted.file);
-    told.material = choice.material.value_or(haptics::Material());
+    told.shape.name = format_text("model %zu", data.models.size() + 1);  // what is kept names no file
+    told.material = choice.material.over({});
     told.placement.position_world = wanted.at_world;
     spec.models.push_back({tree->triangle_count(), sim::content_hash(*tree)});
     data.models.push_back(std::move(tree));
@@ -111,6 +102,16 @@ Status add_hands(const OperationChoice& choice, const volume::Volume& anatomy, c
 
 }  // namespace
 
+haptics::Material MaterialChoice::over(haptics::Material m) const {
+  m.stiffness = stiffness.value_or(m.stiffness);
+  m.damping = damping.value_or(m.damping);
+  m.static_friction = static_friction.value_or(m.static_friction);
+  m.dynamic_friction = dynamic_friction.value_or(m.dynamic_friction);
+  m.viscosity = viscosity.value_or(m.viscosity);
+  m.pop_force = pop_force.value_or(m.pop_force);
+  return m;
+}
+
 haptics::ServoOptions Operation::servo() const {
   haptics::ServoOptions options;
   options.rate_hz = spec.rate_hz;
@@ -126,8 +127,7 @@ Status check(const OperationChoice& choice) {
   if (Status error = check(choice.shape)) return error;
   if (!(choice.rate_hz >= 10 && choice.rate_hz <= 100000))
     return Error{"the rate is out of range", "rate", volume::text_of(choice.rate_hz), "10 to 100000 Hz", ""};
-  if (choice.material)
-    if (Status error = haptics::check_material(*choice.material)) return error;
+  if (Status error = haptics::check_material(choice.material.over({}))) return error;
   if (choice.ramp)
     if (Status error = haptics::check_ramp(*choice.ramp)) return error;
   if (!(choice.blur_voxels >= 0 && choice.blur_voxels <= 10))
@@ -168,7 +168,7 @@ Result<Operation> make_operation(Source source, const OperationChoice& choice, c
   spec.rate_hz = choice.rate_hz;
   spec.force = choice.force;
   if (Status error = add_touchable(source, choice.shape, listener, spec)) return *error;
-  if (choice.material) spec.structures[0].material = *choice.material;
+  spec.structures[0].material = choice.material.over(spec.structures[0].material);
   spec.structures[0].ramp = choice.ramp;
   if (Status error = add_models(choice, spec, data)) return *error;
   if (Status error = add_hands(choice, *source.volume, listener, spec)) return *error;

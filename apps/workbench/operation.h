@@ -14,12 +14,18 @@ struct ModelChoice {
   glm::dvec3 at_world{0.0};  ///< where its origin lies
 };
 
+/// What was said of how a surface answers; what was not stays as it is.
+struct MaterialChoice : data_tools::CaseMaterial {
+  std::optional<double> viscosity, pop_force;
+  haptics::Material over(haptics::Material under) const;
+};
+
 /// What an operation is asked to be, beside its scan.
 struct OperationChoice {
   ShapeChoice shape;  ///< none: a case's touchable structures, or bone
   /// One at least. A tool radius of 0 is that which the instrument needs.
   std::vector<sim::HandSpec> hands{sim::HandSpec()};
-  std::optional<haptics::Material> material;  ///< of the chosen shape (of a case: its first) and of models
+  MaterialChoice material;  ///< of the chosen shape (of a case: its first) and of models
   std::optional<haptics::StiffnessRamp> ramp;
   std::vector<ModelChoice> models;
   double rate_hz = 1000;

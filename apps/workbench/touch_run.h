@@ -15,9 +15,9 @@ struct TouchTick {
 using TouchObserver = std::function<void(const TouchTick& tick)>;
 
 /// One hand, without threads. `recorder` may be null; it is told of every tick, and not finished. Gives the
-/// engine as it ended. Error when it was interrupted.
-volume::Result<sim::Engine> play_touch(const Operation& operation, const haptics::PosePath& path,
-                                       sim::SessionWriter* recorder, const TouchObserver& observer,
-                                       const Listener& listener = {});
+/// engine as it ended, before the path's end when the listener stopped it.
+sim::Engine play_touch(const Operation& operation, const haptics::PosePath& path,
+                       sim::SessionWriter* recorder, const TouchObserver& observer,
+                       const Listener& listener = {});
 
 }  // namespace trephine::workbench

@@ -264,10 +264,10 @@ TEST_F(Command, TouchTakesModelsBesideTheVolume) {
   EXPECT_EQ(ring["method"], "scene");
   EXPECT_EQ(ring["fall_throughs"], 0);
   ASSERT_EQ(ring["meshes"].size(), 1u);
-  EXPECT_EQ(ring["meshes"][0]["name"], "torus.ply");
+  EXPECT_EQ(ring["meshes"][0]["name"], "model 1");
   EXPECT_GT(ring["meshes"][0]["triangles"].get<int>(), 1000);
   EXPECT_GT(ring["max_force_n"].get<double>(), 0.05);
-  EXPECT_NE(read(file("t.csv")).find("torus.ply"), std::string::npos);
+  EXPECT_NE(read(file("t.csv")).find("model 1"), std::string::npos);
   // Recorded with its model, but not with the model's name; replayed without the model's file.
   json("touch s.mha --path p.csv -o t2.csv --mesh torus.ply --mesh-at 35,0,45 --record m.session");
   fs::rename(file("torus.ply"), file("gone.ply"));

@@ -151,7 +151,9 @@ TEST(Checkpoint, GoesOnWithoutPlayingTheWholeSession) {
     EXPECT_FALSE(replay.mismatch());
     EXPECT_LT(replay.counts().ticks, 1600u);
     const std::uint64_t first_tick = replay.next_tick();
-    auto writer = SessionWriter::append(path, replay.tail(), drilling_catalogue(), often(1500)).value();
+    auto writer = SessionWriter::append(SessionLock::take(path).value(), replay.tail(), drilling_catalogue(),
+                                        often(1500))
+                      .value();
     Engine engine = std::move(replay.engine());
     const Command command{Resume{}};
     const Outcome outcome = engine.apply(command);

@@ -18,8 +18,7 @@ TEST(Session, OneWriterAtATimeAndAnEmptyAutosaveGoesAway) {
   {
     auto writer = bench.writer(path, 1000, options);
     EXPECT_TRUE(SessionWriter::is_being_written(path));
-    auto second = SessionWriter::append(path, {fs::file_size(path), 1, 0, drilling_catalogue().all()},
-                                        drilling_catalogue());
+    const auto second = SessionLock::take(path);
     ASSERT_FALSE(second.is_ok());
     EXPECT_NE(second.error().what.find("right now"), std::string::npos);
     Lockstep run(bench.scene, bench.method, drilling::burr(bench.burr), {}, 1000, writer.get());
