@@ -4,6 +4,7 @@
 #include <fcntl.h>
 #include <filesystem>
 #include <fstream>
+#include <glm/geometric.hpp>
 #include <sstream>
 #include <unistd.h>
 
@@ -80,6 +81,15 @@ std::string quoted(const std::string& text) {
 
 }  // namespace
 
+double farthest_corner(const volume::Volume& a, const volume::Volume& b) {
+  double most = 0;
+  for (int corner = 0; corner < 8; ++corner) {
+    const glm::dvec3 at = glm::dvec3(b.size - 1) * glm::dvec3(corner & 1, corner >> 1 & 1, corner >> 2);
+    most = std::max(most, glm::length(a.frame.world_from_volume(at) - b.frame.world_from_volume(at)));
+  }
+  return most;
+}
+
 bool is_case_folder(const std::string& path) {
   std::error_code error;
   return fs::is_regular_file(fs::path(path) / k_plan_file, error);
@@ -141,14 +151,18 @@ Result<OpenedCase> open_case(const std::string& path, const OpenOptions& options
   result.scan.notices.clear();  // of what the image file left open; the plan says it
   if (result.plan.label_names.empty()) return result;
 
-  OpenOptions plain = options;
-  plain.maps_padding = false;
+  OpenOptions plain;
+  plain.progress = options.progress;
   Result<OpenedVolume> labels = open_volume((fs::path(path) / k_labels_file).string(), plain);
   if (!labels) return labels.error();
   const volume::Volume& l = labels.value().volume;
   const std::string labels_where = file_name(path) + "/" + k_labels_file;
   if (l.size != v.size)
     return Error{"the labels lie on another grid than the scan", labels_where, "", "the same size", ""};
+  if (const double apart = farthest_corner(l, v); apart > k_same_place_mm)
+    return Error{"the labels lie elsewhere than the scan", labels_where,
+                 "a corner is " + volume::text_of(std::floor(100 * apart) / 100) + " mm off",
+                 "the same place", "resample them to the scan first"};
   v.labels = volume::Buffer<std::uint8_t>(v.voxels.size());
   for (std::size_t i = 0; i < v.voxels.size(); ++i) {
     if (l.voxels[i] < 0 || static_cast<std::size_t>(l.voxels[i]) >= result.plan.label_names.size())

@@ -48,6 +48,11 @@ struct OpenedCase {
   OpenedVolume scan;
 };
 
+/// How far two volumes of one size lie apart at most, mm: of a corner and the same corner.
+double farthest_corner(const volume::Volume& a, const volume::Volume& b);
+/// Labels lie where their scan does when they are no farther than this.
+inline constexpr double k_same_place_mm = 0.01;
+
 /// Is this a folder with a case.toml in it?
 bool is_case_folder(const std::string& path);
 /// Reads plan and volumes. Unknown keys, wrong types and impossible values are errors that name the line.

@@ -1,342 +1,466 @@
 #include "data-tools/dicom.h"
 
+#include <algorithm>
 #include <cmath>
-#include <cstdio>
-#include <cstring>
 #include <filesystem>
-#include <fstream>
 #include <set>
-#include <vtkCallbackCommand.h>
-#include <vtkDICOMDirectory.h>
-#include <vtkDICOMItem.h>
-#include <vtkDICOMMetaData.h>
-#include <vtkDICOMReader.h>
-#include <vtkDICOMValue.h>
-#include <vtkExecutive.h>
-#include <vtkImageData.h>
-#include <vtkIntArray.h>
-#include <vtkNew.h>
-#include <vtkPointData.h>
-#include <vtkStringArray.h>
 
 #include "data-tools/atomic_file.h"
-#include "data-tools/dicom_stack.h"
-#include "data-tools/quiet_streams.h"
+#include "data-tools/dicom_pixels.h"
+#include "data-tools/dicom_series.h"
 #include "volume/parallel.h"
+#include "volume/text.h"
 
 namespace trephine::data_tools {
 
 namespace fs = std::filesystem;
+using namespace dicom_tag;
 using volume::Error;
 using volume::Result;
+using volume::Status;
 using volume::Volume;
 
 namespace {
 
-constexpr int k_scan_depth = 2;  // folders in the folder that are looked into
-constexpr double k_air = -1000, k_lowest_hounsfield = -1024;
+constexpr double k_air = -1000;
+const char* const k_export_again =
+    "copy it again from its source, or take it away if it does not belong here";
 
-/// What VTK would have printed, and the caller's wish to stop.
-struct Listener {
-  std::string first_error;
-  const Progress* progress = nullptr;
-  bool is_cancelled = false;
-
-  static void hear(vtkObject* caller, unsigned long event, void* self, void* data) {
-    auto* listener = static_cast<Listener*>(self);
-    if (event == vtkCommand::ErrorEvent && listener->first_error.empty() && data)
-      listener->first_error = static_cast<const char*>(data);
-    if (event == vtkCommand::ProgressEvent && listener->progress && *listener->progress) {
-      auto* algorithm = vtkAlgorithm::SafeDownCast(caller);
-      if (algorithm && !(*listener->progress)(algorithm->GetProgress())) {
-        listener->is_cancelled = true;
-        algorithm->SetAbortExecute(1);
-      }
-    }
-  }
-  void attach(vtkObject* object) {
-    vtkNew<vtkCallbackCommand> command;
-    command->SetCallback(&Listener::hear);
-    command->SetClientData(this);
-    for (const unsigned long event :
-         {vtkCommand::ErrorEvent, vtkCommand::WarningEvent, vtkCommand::ProgressEvent})
-      object->AddObserver(event, command);
-  }
-};
-
-struct Rescale {
-  double slope = 1, intercept = 0;
-};
-
+std::string counted(std::size_t n, const std::string& what) {
+  return std::to_string(n) + " " + what + (n == 1 ? "" : "s");
+}
 std::string short_number(double v) {
   char text[40];
-  std::snprintf(text, sizeof text, "%g", v);
+  std::snprintf(text, sizeof text, "%.6g", v);
+  return text;
+}
+std::string list_of(const std::vector<std::string>& names, std::size_t most = 5) {
+  std::string text;
+  for (std::size_t i = 0; i < std::min(names.size(), most); ++i) text += (i == 0 ? "" : ", ") + names[i];
+  if (names.size() > most) text += " and " + std::to_string(names.size() - most) + " more";
   return text;
 }
 
-/// The last line of a VTK message that says something, without addresses and paths.
-std::string last_line(const std::string& message) {
-  std::size_t end = message.find_last_not_of(" \n\r");
-  if (end == std::string::npos) return "";
-  const std::size_t start = message.rfind('\n', end);
-  std::string line = message.substr(start == std::string::npos ? 0 : start + 1,
-                                    end - (start == std::string::npos ? 0 : start + 1) + 1);
-  if (const std::size_t at = line.rfind("): "); at != std::string::npos) line.erase(0, at + 3);
-  for (std::size_t slash; (slash = line.find('/')) != std::string::npos;) {  // a path becomes its last part
-    const std::size_t stop = std::min(line.find_first_of(" ,;:", slash), line.size());
-    line.replace(slash, stop - slash, file_name(line.substr(slash, stop - slash)));
-    if (line.find('/') == slash) break;
-  }
-  return line.substr(0, 160);
+SeriesFacts facts_of(const DicomFolder& folder, std::size_t s, std::size_t k) {
+  const DicomSeries& series = folder.series[s];
+  const DicomStack& stack = series.stacks[k];
+  const DicomSlice& first = stack.slices[0];
+  SeriesFacts facts;
+  facts.series = static_cast<int>(s) + 1;
+  facts.volume = static_cast<int>(k) + 1;
+  facts.volumes = static_cast<int>(series.stacks.size());
+  facts.modality = series.modality;
+  facts.description = series.description;
+  facts.kernel = series.kernel;
+  facts.date = series.date;
+  facts.mark = stack.mark;
+  facts.is_localizer = stack.is_localizer;
+  facts.size = {first.columns, first.rows, static_cast<int>(stack.slices.size())};
+  std::vector<SlicePlace> places;
+  for (const DicomSlice& slice : stack.slices) places.push_back(slice.place);
+  const Result<SliceStack> stacked = stack_slices(places);
+  if (stacked)
+    facts.spacing = stacked.value().frame.spacing();
+  else
+    facts.spacing = {first.place.column_spacing, first.place.row_spacing, 0},
+    facts.problem = stacked.error().what;
+  return facts;
 }
 
-/// What the files of one series say about each slice.
-struct Series {
-  std::vector<SlicePlace> places;
-  std::vector<Rescale> rescales;
-  std::string modality;
-  bool is_signed = false;
-  bool has_padding = false;
-  int padding_low = 0, padding_high = 0;
-};
-
-Result<Series> read_series_facts(vtkDICOMMetaData* meta, vtkIntArray* files, vtkIntArray* frames,
-                                 const std::string& where) {
-  Series series;
-  std::set<std::string> modalities;
-  const auto slices = files->GetNumberOfTuples();
-  for (vtkIdType k = 0; k < slices; ++k) {
-    const int file = files->GetValue(k), frame = frames ? frames->GetValue(k) : 0;
-    const auto get = [&](vtkDICOMTag tag) -> const vtkDICOMValue& { return meta->Get(file, frame, tag); };
-    const auto fail = [&](const char* what, const std::string& found, const char* expected) {
-      return Error{what, where, found, expected, "export the images of one CT or MR series"};
-    };
-    if (const int samples = get(DC::SamplesPerPixel).AsInt(); samples > 1)
-      return fail("the images are in colour", std::to_string(samples) + " samples a pixel", "grey values");
-    const vtkDICOMValue& orientation = get(DC::ImageOrientationPatient);
-    const vtkDICOMValue& position = get(DC::ImagePositionPatient);
-    const vtkDICOMValue& spacing = get(DC::PixelSpacing);
-    if (orientation.GetNumberOfValues() != 6 || position.GetNumberOfValues() != 3 ||
-        spacing.GetNumberOfValues() != 2)
-      return fail("an image does not say where in the patient it lies",
-                  "no orientation, position or pixel spacing", "all three, in every image");
-    SlicePlace place;
-    for (unsigned i = 0; i < 3; ++i) {
-      place.position[static_cast<int>(i)] = position.GetDouble(i);
-      place.row_axis[static_cast<int>(i)] = orientation.GetDouble(i);
-      place.column_axis[static_cast<int>(i)] = orientation.GetDouble(3 + i);
+/// Files that might be slices of this stack and could not be used: without them it could be short at an end,
+/// where no gap tells of it.
+Status check_whole(const DicomFolder& folder, const DicomStack& stack, const std::string& where) {
+  const std::string& like = folder.entries[stack.slices[0].entry].name;
+  std::vector<std::string> lost;
+  std::string why;
+  const auto look = [&](const auto& files) {
+    for (const auto& [name, reason] : files) {
+      if (!are_names_alike(name, like) || fs::path(name).parent_path() != fs::path(like).parent_path())
+        continue;
+      lost.push_back(name);
+      if (why.empty()) why = reason;
     }
-    place.row_spacing = spacing.GetDouble(0);
-    place.column_spacing = spacing.GetDouble(1);
-    place.thickness = get(DC::SliceThickness).AsDouble();
-    series.places.push_back(place);
-    Rescale rescale;
-    if (get(DC::RescaleSlope).IsValid()) rescale.slope = get(DC::RescaleSlope).AsDouble();
-    if (get(DC::RescaleIntercept).IsValid()) rescale.intercept = get(DC::RescaleIntercept).AsDouble();
-    if (rescale.slope == 0 || !std::isfinite(rescale.slope) || !std::isfinite(rescale.intercept))
-      return fail("an image's rescale slope or intercept is no usable number", std::to_string(rescale.slope),
-                  "a slope that is not 0");
-    if (get(DC::PhotometricInterpretation).AsString() == "MONOCHROME1")
-      return fail("the images are inverted", "MONOCHROME1: high values are dark",
-                  "MONOCHROME2, as CT and MR are");
-    series.rescales.push_back(rescale);
-    modalities.insert(get(DC::Modality).AsString());
-    if (k == 0) {
-      series.is_signed = get(DC::PixelRepresentation).AsInt() != 0;
-      if (get(DC::PixelPaddingValue).IsValid()) {
-        const auto value = [&](const vtkDICOMValue& v) {
-          const int raw = v.AsInt();
-          return series.is_signed ? static_cast<int>(static_cast<std::int16_t>(raw)) : raw & 0xffff;
-        };
-        series.has_padding = true;
-        series.padding_low = series.padding_high = value(get(DC::PixelPaddingValue));
-        if (get(DC::PixelPaddingRangeLimit).IsValid()) {
-          const int other = value(get(DC::PixelPaddingRangeLimit));
-          series.padding_low = std::min(series.padding_low, other);
-          series.padding_high = std::max(series.padding_high, other);
-        }
+  };
+  look(folder.refused);
+  look(folder.no_dicom);
+  if (lost.empty()) return std::nullopt;
+  return Error{lost.size() == 1 ? "a file beside the slices cannot be used, and may be one of them"
+                                : "files beside the slices cannot be used, and may be some of them",
+               where, list_of(lost) + ": " + why, "every slice of the stack, whole", k_export_again};
+}
+
+/// What one volume is made of.
+class Loader {
+ public:
+  Loader(const DicomFolder& folder, const DicomStack& stack, const OpenOptions& options, std::string where)
+      : folder_(&folder), stack_(&stack), options_(&options), where_(std::move(where)) {}
+
+  Result<OpenedVolume> load() {
+    std::vector<SlicePlace> places;
+    for (const DicomSlice& slice : stack_->slices) places.push_back(slice.place);
+    Result<SliceStack> stacked = stack_slices(places, options_->is_resampled);
+    if (!stacked) {
+      Error error = stacked.error();
+      error.where = where_;
+      return error;
+    }
+    made_ = std::move(stacked).value();
+    const DicomSlice& first = stack_->slices[0];
+    const std::size_t count = made_.at.empty() ? stack_->slices.size() : made_.at.size();
+    Result<Volume> room =
+        volume::make_volume({first.columns, first.rows, static_cast<int>(count)}, made_.frame);
+    if (!room) {
+      Error error = room.error();
+      error.where = where_;
+      return error;
+    }
+    OpenedVolume opened;
+    opened.volume = std::move(room).value();
+    opened.format = "DICOM";
+    if (Status error = choose_scale(opened)) return *error;
+    if (Status error = fill(opened)) return *error;
+    tell(opened);
+    return opened;
+  }
+
+ private:
+  Error broken(const DicomSlice& slice, const std::string& why) const {
+    return {"an image cannot be read", where_, slice.place.name + ": " + why, "a whole image",
+            k_export_again};
+  }
+  bool goes_on(double share) const { return !options_->progress || options_->progress(share); }
+  const DicomDataSet& data_of(const DicomSlice& slice) const {
+    return folder_->entries[slice.entry].file.data;
+  }
+  std::string modality() const { return std::string(data_of(stack_->slices[0]).text(k_modality)); }
+
+  /// How stored numbers become voxels: as Hounsfield units or whole numbers as they are; else stored numbers
+  /// with a scale, or the scale that was asked for.
+  Status choose_scale(OpenedVolume& opened) {
+    bool is_whole = true, is_one = true, has_all = true;
+    std::set<std::string> types;
+    const DicomSlice& first = stack_->slices[0];
+    for (const DicomSlice& slice : stack_->slices) {
+      is_whole = is_whole && slice.slope == std::floor(slice.slope) &&
+                 slice.intercept == std::floor(slice.intercept);
+      is_one = is_one && slice.slope == first.slope && slice.intercept == first.intercept;
+      has_all = has_all && slice.has_rescale;
+      types.insert(slice.rescale_type);
+    }
+    const bool is_ct = modality() == "CT";
+    const bool says_hu = types.size() == 1 && (types.begin()->empty() || *types.begin() == "HU");
+    opened.modality = modality();
+    opened.volume.is_hounsfield = is_ct && has_all && says_hu;
+    if (is_ct && !has_all)
+      opened.notices.push_back(
+          "the values are not known to be Hounsfield units: slices without rescale slope and intercept");
+    else if (is_ct && !says_hu)
+      opened.notices.push_back("the values are no Hounsfield units: their rescale type is " +
+                               (types.size() > 1 ? std::string("not one") : *types.rbegin()));
+    if (options_->scale) {
+      step_ = *options_->scale;
+      opened.volume.is_hounsfield = opened.volume.is_hounsfield && step_ == 1;
+      opened.notices.push_back("a voxel's step is " + short_number(step_) + " of the file's units (--scale)");
+    } else if (is_whole) {
+      step_ = 0;
+    } else if (opened.volume.is_hounsfield) {
+      step_ = 1;
+      opened.notices.push_back("rounded to whole Hounsfield units: at most 0.5 off");
+    } else if (is_one) {
+      keeps_stored_ = true;
+      opened.notices.push_back("voxels are the stored numbers: the file's units are " +
+                               short_number(first.slope) + " x voxel + " + short_number(first.intercept));
+    } else {
+      return choose_step(opened);
+    }
+    return std::nullopt;
+  }
+
+  /// Every slice has a slope of its own (PET): one step for all that int16 holds, when that is finer than
+  /// the noise.
+  Status choose_step(OpenedVolume& opened) {
+    double most = 0;
+    std::vector<double> jumps;
+    std::vector<std::int32_t> stored;
+    for (std::size_t i = 0; i < stack_->slices.size(); ++i) {
+      const DicomSlice& slice = stack_->slices[i];
+      DicomPixels pixels;
+      if (std::string why = DicomPixels::open(folder_->entries[slice.entry], slice, pixels); !why.empty())
+        return broken(slice, why);
+      if (std::string why = pixels.read(slice, stored); !why.empty()) return broken(slice, why);
+      for (std::size_t k = 0; k < stored.size(); ++k) {
+        most = std::max(most, std::abs(slice.slope * stored[k] + slice.intercept));
+        if (k % 61 == 0 && k + 1 < stored.size() && stored[k] != stored[k + 1])
+          jumps.push_back(std::abs(slice.slope * (static_cast<double>(stored[k + 1]) - stored[k])));
       }
     }
+    step_ = most > 0 ? most / 32700 : 1;
+    double noise = 0;
+    if (!jumps.empty()) {
+      std::nth_element(jumps.begin(), jumps.begin() + static_cast<std::ptrdiff_t>(jumps.size() / 2),
+                       jumps.end());
+      noise = jumps[jumps.size() / 2] / (0.6745 * std::sqrt(2.0));  // of the median of differences
+    }
+    if (step_ > noise)
+      return Error{"16 bits would lose more of the values than their noise", where_,
+                   "values to " + short_number(most) + ", noise of " + short_number(noise),
+                   "a step of at most " + short_number(noise),
+                   "accept a coarser step: --scale " + short_number(step_)};
+    opened.notices.push_back("values were scaled: the file's units are " + short_number(step_) +
+                             " x voxel, at most " + short_number(0.5 * step_) + " off, noise is " +
+                             short_number(noise));
+    return std::nullopt;
   }
-  series.modality = *modalities.begin();
-  return series;
+
+  /// Of one stored number; false when int16 does not hold it.
+  bool voxel_of(const DicomSlice& slice, std::int32_t stored, std::int16_t& to) const {
+    double value = keeps_stored_ ? stored : slice.slope * stored + slice.intercept;
+    if (step_ > 0) value = std::floor(value / step_ + 0.5);
+    if (!(value >= -32768 && value <= 32767)) return false;
+    to = static_cast<std::int16_t>(value);
+    return true;
+  }
+
+  /// The usual slice, where it lies: 16 bits, whole numbers. False: it is none, or a value does not fit.
+  bool read_usual_slice(const DicomPixels& pixels, const DicomSlice& slice, std::int16_t* to,
+                        std::size_t& padding) const {
+    const bool is_whole = slice.slope == std::floor(slice.slope) &&
+                          slice.intercept == std::floor(slice.intercept) && std::abs(slice.slope) < 256 &&
+                          std::abs(slice.intercept) < 1e6;
+    if (step_ > 0 || keeps_stored_ || !is_whole || options_->maps_padding || !pixels.read_plain(slice, to))
+      return false;
+    const int slope = static_cast<int>(slice.slope), intercept = static_cast<int>(slice.intercept);
+    const int spare = 32 - slice.bits_stored;
+    const int low = slice.padding ? slice.padding->first : 1,
+              high = slice.padding ? slice.padding->second : 0;
+    const std::size_t count = static_cast<std::size_t>(slice.rows) * static_cast<std::size_t>(slice.columns);
+    int least = 0, most = 0;
+    std::uint32_t found = 0;
+    const auto convert = [&](auto number_of) {
+      for (std::size_t i = 0; i < count; ++i) {
+        const int stored = number_of(static_cast<std::uint32_t>(static_cast<std::uint16_t>(to[i])));
+        found += static_cast<std::uint32_t>(stored >= low) & static_cast<std::uint32_t>(stored <= high);
+        const int value = slope * stored + intercept;
+        least = std::min(least, value);
+        most = std::max(most, value);
+        to[i] = static_cast<std::int16_t>(value);
+      }
+    };
+    if (slice.is_signed)
+      convert([spare](std::uint32_t raw) { return static_cast<int>(raw << spare) >> spare; });
+    else
+      convert([spare](std::uint32_t raw) { return static_cast<int>(raw << spare >> spare); });
+    padding = found;
+    return least >= -32768 && most <= 32767;
+  }
+
+  Status read_slice(const DicomPixels& pixels, const DicomSlice& slice, std::int16_t* to,
+                    std::vector<std::int32_t>& stored, std::size_t& padding) const {
+    if (read_usual_slice(pixels, slice, to, padding)) return std::nullopt;
+    padding = 0;
+    if (std::string why = pixels.read(slice, stored); !why.empty()) return broken(slice, why);
+    const bool maps = options_->maps_padding && modality() == "CT";
+    for (std::size_t i = 0; i < stored.size(); ++i) {
+      const bool is_padding =
+          slice.padding && stored[i] >= slice.padding->first && stored[i] <= slice.padding->second;
+      padding += is_padding;
+      if (is_padding && maps) {
+        to[i] = static_cast<std::int16_t>(k_air);
+        continue;
+      }
+      if (voxel_of(slice, stored[i], to[i])) continue;
+      const double value = slice.slope * stored[i] + slice.intercept;
+      return Error{
+          "a value does not fit into 16 bits", where_, short_number(value) + " in " + slice.place.name,
+          "-32768 to 32767",
+          "read it with a coarser step, such as --scale " + short_number(std::ceil(std::abs(value) / 32767))};
+    }
+    return std::nullopt;
+  }
+
+  Status fill(OpenedVolume& opened) {
+    Volume& v = opened.volume;
+    const std::size_t area = static_cast<std::size_t>(v.size.x) * static_cast<std::size_t>(v.size.y);
+    const std::vector<DicomSlice>& slices = stack_->slices;
+    // Inputs in the order of the stack; where slices are made they are kept apart first.
+    volume::Buffer<std::int16_t> inputs;
+    if (!made_.at.empty()) inputs = volume::Buffer<std::int16_t>(area * slices.size());
+    std::int16_t* to = made_.at.empty() ? v.voxels.data() : inputs.data();
+    std::vector<std::size_t> padding(slices.size(), 0);
+    std::vector<Status> failed(slices.size());
+    // One file of many frames is opened once; many files are read side by side.
+    const bool is_one_file = slices.size() > 1 && slices.front().entry == slices.back().entry;
+    DicomPixels shared;
+    if (is_one_file)
+      if (std::string why = DicomPixels::open(folder_->entries[slices[0].entry], slices[0], shared);
+          !why.empty())
+        return broken(slices[0], why);
+    constexpr std::size_t k_part = 32;
+    for (std::size_t from = 0; from < slices.size(); from += k_part) {
+      if (!goes_on(0.3 + 0.7 * static_cast<double>(from) / static_cast<double>(slices.size())))
+        return Error{"reading was interrupted", where_, "", "", "", volume::ErrorKind::interrupted};
+      const auto count = static_cast<int>(std::min(k_part, slices.size() - from));
+      volume::parallel_for(count, 0, [&](int i) {
+        const std::size_t k = from + static_cast<std::size_t>(i);
+        const DicomSlice& slice = slices[static_cast<std::size_t>(made_.order[k])];
+        thread_local std::vector<std::int32_t> stored;
+        DicomPixels own;
+        if (!is_one_file)
+          if (std::string why = DicomPixels::open(folder_->entries[slice.entry], slice, own); !why.empty()) {
+            failed[k] = broken(slice, why);
+            return;
+          }
+        failed[k] = read_slice(is_one_file ? shared : own, slice, to + area * k, stored, padding[k]);
+      });
+      for (const Status& error : failed)
+        if (error) return error;
+    }
+    for (std::size_t k = 0; k < made_.at.size(); ++k) {
+      const auto below = static_cast<std::size_t>(made_.at[k]);
+      const double share = made_.at[k] - static_cast<double>(below);
+      const std::int16_t *a = inputs.data() + area * below, *b = share > 0 ? a + area : a;
+      std::int16_t* out = v.voxels.data() + area * k;
+      for (std::size_t i = 0; i < area; ++i)
+        out[i] = static_cast<std::int16_t>(std::floor((1 - share) * a[i] + share * b[i] + 0.5));
+      made_slices_ += share > 0;
+    }
+    for (const std::size_t n : padding) padding_ += n;
+    return std::nullopt;
+  }
+
+  void tell(OpenedVolume& opened) const {
+    const DicomSlice& first = stack_->slices[0];
+    if (made_.tilt_degrees >= 0.01)
+      opened.notices.push_back("the gantry was tilted by " + short_number(made_.tilt_degrees) +
+                               " degrees: slices keep their places (a sheared volume)");
+    if (!made_.at.empty())
+      opened.notices.push_back(counted(made_slices_, "slice") + " of " + std::to_string(made_.at.size()) +
+                               " were interpolated (--resample)");
+    if (opened.volume.size.z == 1)
+      opened.notices.push_back("one slice only: its thickness of " + short_number(made_.frame.spacing().z) +
+                               " mm stands for the distance of slices");
+    if (padding_ > 0 && opened.volume.is_hounsfield) {
+      std::int16_t value = 0;
+      const bool is_held = voxel_of(first, first.padding ? first.padding->first : 0, value);
+      if (options_->maps_padding)
+        opened.notices.push_back(counted(padding_, "voxel") + " of padding became air (-1000)");
+      else if (is_held && value > -500)
+        opened.notices.push_back(counted(padding_, "voxel") + " of padding have the value " +
+                                 std::to_string(value) +
+                                 ", which is not air: --padding-to-air makes it that");
+    }
+    const DicomDataSet& data = data_of(first);
+    const std::pair<const char*, DicomTag> allowed[] = {{"modality", k_modality},
+                                                        {"manufacturer", k_manufacturer},
+                                                        {"model", k_model},
+                                                        {"kernel", k_kernel},
+                                                        {"kvp", k_kvp},
+                                                        {"slice thickness", k_slice_thickness},
+                                                        {"body part", k_body_part}};
+    for (const auto& [name, tag] : allowed)
+      if (const std::string_view text = data.text(tag); !text.empty()) opened.facts.emplace_back(name, text);
+  }
+
+  const DicomFolder* folder_;
+  const DicomStack* stack_;
+  const OpenOptions* options_;
+  std::string where_;
+  SliceStack made_;
+  double step_ = 0;  ///< 0: values as they are
+  bool keeps_stored_ = false;
+  std::size_t padding_ = 0, made_slices_ = 0;
+};
+
+std::string words_of(const SeriesFacts& f) {
+  std::string text = f.modality + (f.description.empty() ? "" : " \"" + f.description + "\"");
+  if (!f.mark.empty()) text += ", " + f.mark;
+  return text + ", " + std::to_string(f.size.x) + " x " + std::to_string(f.size.y) + " x " +
+         std::to_string(f.size.z);
 }
 
-/// One slice into the volume; false when a value is not a whole int16.
-template <class T>
-bool convert_slice(const T* from, std::int16_t* to, std::size_t count, const Rescale& rescale,
-                   const Series& series, bool is_ct, bool maps_padding) {
-  const bool is_whole =
-      rescale.slope == std::floor(rescale.slope) && rescale.intercept == std::floor(rescale.intercept);
-  bool is_good = true;
-  for (std::size_t i = 0; i < count; ++i) {
-    const auto raw = static_cast<int>(from[i]);
-    double value = rescale.slope * raw + rescale.intercept;
-    if (maps_padding) {
-      const bool is_padding = series.has_padding && raw >= series.padding_low && raw <= series.padding_high;
-      if (is_ct && (is_padding || value < k_lowest_hounsfield)) value = k_air;
-    }
-    if (!(value >= -32768 && value <= 32767) || (!is_whole && value != std::floor(value)))
-      is_good = false;
-    else
-      to[i] = static_cast<std::int16_t>(value);
+/// Which stack is meant, of those there are.
+Result<std::pair<std::size_t, std::size_t>> choose(const DicomFolder& folder, const OpenOptions& options,
+                                                   const std::string& where) {
+  const auto count = static_cast<int>(folder.series.size());
+  std::pair<std::size_t, std::size_t> chosen = best_stack(folder);
+  if (options.series < 0 || options.series > count)
+    return Error{"there is no such series", where, std::to_string(options.series),
+                 "1 to " + std::to_string(count), "see them: trephine info"};
+  if (options.series > 0) {
+    chosen = {static_cast<std::size_t>(options.series - 1), 0};
+    const auto& stacks = folder.series[chosen.first].stacks;
+    for (std::size_t k = 1; k < stacks.size(); ++k)
+      if (stacks[k].slices.size() > stacks[chosen.second].slices.size()) chosen.second = k;
   }
-  return is_good;
+  const auto volumes = static_cast<int>(folder.series[chosen.first].stacks.size());
+  if (options.volume < 0 || options.volume > volumes)
+    return Error{"there is no such volume in the series", where, std::to_string(options.volume),
+                 volumes == 1 ? "1: it has no other" : "1 to " + std::to_string(volumes),
+                 "see them: trephine info"};
+  if (options.volume > 0) chosen.second = static_cast<std::size_t>(options.volume - 1);
+  return chosen;
+}
+
+Error nothing_found(const DicomFolder& folder, const std::string& path) {
+  const std::string where = file_name(path);
+  if (!folder.refused.empty()) {
+    std::vector<std::string> names;
+    for (const auto& [name, why] : folder.refused) names.push_back(name);
+    const bool is_mosaic = folder.refused[0].second.find("mosaic") != std::string::npos;
+    return {"none of the DICOM files here can be used", where,
+            list_of(names) + ": " + folder.refused[0].second, "images of one CT or MR series",
+            is_mosaic ? "convert it first, for example with dcm2niix"
+                      : "export the images of one CT or MR series"};
+  }
+  if (!folder.passed_over.empty())
+    return {"there are no images here that lie in a patient", where, list_of(folder.passed_over),
+            "the slices of a CT or MR series", "point at the folder with the slices"};
+  return {"there are no DICOM images here", where,
+          fs::is_directory(path) ? counted(folder.no_dicom.size(), "other file") : folder.no_dicom[0].second,
+          "a folder that holds the slices of one series", "point at the folder with the scanner's files"};
 }
 
 }  // namespace
 
-bool has_dicom_magic(const std::string& path) {
-  std::ifstream in(path, std::ios::binary);
-  char bytes[132] = {};
-  in.read(bytes, 132);
-  return in.gcount() == 132 && std::memcmp(bytes + 128, "DICM", 4) == 0;
+bool is_dicom_file(const std::string& path) {
+  const auto read = read_dicom_file(ByteSource::open(path));
+  const auto* refusal = std::get_if<DicomRefusal>(&read);
+  return !refusal || refusal->fault == DicomFault::broken;
 }
 
 Result<OpenedVolume> open_dicom(const std::string& path, const OpenOptions& options) {
   const std::string where = file_name(path);
-  const QuietStreams quiet;
-  Listener listener;
-  listener.progress = &options.progress;
+  Result<DicomFolder> scanned = scan_dicom(path, options.progress);
+  if (!scanned) return scanned.error();
+  const DicomFolder& folder = scanned.value();
+  if (folder.series.empty()) return nothing_found(folder, path);
+  const auto chosen = choose(folder, options, where);
+  if (!chosen) return chosen.error();
+  const auto [s, k] = chosen.value();
+  const DicomStack& stack = folder.series[s].stacks[k];
+  if (Status error = check_whole(folder, stack, where)) return *error;
 
-  // Which files hold images, and of how many series.
-  vtkNew<vtkDICOMDirectory> directory;
-  listener.attach(directory);
-  vtkNew<vtkStringArray> single;
-  if (fs::is_directory(path)) {
-    directory->SetDirectoryName(path.c_str());
-    directory->SetScanDepth(k_scan_depth);
-    directory->IgnoreDicomdirOn();
-  } else {
-    single->InsertNextValue(path);
-    directory->SetInputFileNames(single);
+  Result<OpenedVolume> opened = Loader(folder, stack, options, where).load();
+  if (!opened) return opened;
+  std::vector<std::string>& notices = opened.value().notices;
+  notices.insert(notices.begin(), folder.notices.begin(), folder.notices.end());
+  std::size_t volumes = 0;
+  for (const DicomSeries& series : folder.series) volumes += series.stacks.size();
+  if (volumes > 1) {
+    for (std::size_t i = 0; i < folder.series.size(); ++i)
+      for (std::size_t n = 0; n < folder.series[i].stacks.size(); ++n)
+        opened.value().series.push_back(facts_of(folder, i, n));
+    const SeriesFacts taken = facts_of(folder, s, k);
+    notices.insert(notices.begin(),
+                   "series " + std::to_string(taken.series) +
+                       (taken.volumes > 1 ? ", volume " + std::to_string(taken.volume) : "") +
+                       " was taken (" + words_of(taken) + "), of " + counted(volumes, "volume") +
+                       ": info lists them, --series and --volume choose");
   }
-  directory->RequirePixelDataOn();
-  directory->Update();
-  const int series_count = directory->GetNumberOfSeries();
-  if (series_count == 0)
-    return Error{"there are no DICOM images here", where,
-                 fs::is_directory(path) ? "a folder without DICOM images" : "a file without an image",
-                 "a folder that holds the slices of one series",
-                 "point at the folder with the scanner's files"};
-  // A file that is DICOM but shows no image would leave a hole at an end of the stack, where no gap tells of
-  // it.
-  std::vector<std::string> notices;
-  if (fs::is_directory(path)) {
-    int dicom_files = 0, other_files = 0, images = 0;
-    std::error_code error;
-    for (fs::recursive_directory_iterator it(path, error), end; it != end; it.increment(error)) {
-      if (it.depth() >= k_scan_depth) it.disable_recursion_pending();
-      if (!it->is_regular_file(error) || it->path().filename() == "DICOMDIR") continue;
-      ++(has_dicom_magic(it->path().string()) ? dicom_files : other_files);
-    }
-    for (int s = 0; s < series_count; ++s)
-      images += static_cast<int>(directory->GetFileNamesForSeries(s)->GetNumberOfValues());
-    if (images < dicom_files)
-      return Error{"some DICOM files of the folder hold no readable image", where,
-                   std::to_string(dicom_files - images) + " of " + std::to_string(dicom_files) + " files",
-                   "an image in every file",
-                   "copy them again; move reports and plans, which hold no image, elsewhere"};
-    if (const int ignored = dicom_files + other_files - images; ignored > 0)
-      notices.push_back(std::to_string(ignored) + (ignored == 1 ? " file" : " files") +
-                        " in the folder that are no DICOM were left out");
-  }
-  if (series_count > 1) {
-    std::string found = std::to_string(series_count) + " series:";
-    for (int s = 0; s < std::min(series_count, 8); ++s) {
-      const auto& record = directory->GetSeriesRecord(s);
-      found += (s ? ", " : " ") + record.Get(DC::Modality).AsString() + " number " +
-               record.Get(DC::SeriesNumber).AsString() + " with " +
-               std::to_string(directory->GetFileNamesForSeries(s)->GetNumberOfValues()) + " files (such as " +
-               file_name(directory->GetFileNamesForSeries(s)->GetValue(0)) + ")";
-    }
-    return Error{"the folder holds several series", where, found, "one series",
-                 "move the files of one series to a folder of their own"};
-  }
-
-  // Facts of every slice, in the order of the files; our own geometry decides.
-  vtkNew<vtkDICOMReader> reader;
-  listener.attach(reader);
-  listener.attach(reader->GetExecutive());
-  reader->SetFileNames(directory->GetFileNamesForSeries(0));
-  reader->SortingOff();
-  reader->AutoRescaleOff();
-  reader->SetMemoryRowOrderToFileNative();
-  reader->UpdateInformation();
-  vtkDICOMMetaData* meta = reader->GetMetaData();
-  const auto broken = [&](const std::string& what) {
-    return Error{what, where, last_line(listener.first_error),
-                 "complete images in a transfer syntax that vtk-dicom and GDCM read",
-                 "copy the files again, or convert them, for example with gdcmconv --raw"};
-  };
-  if (!listener.first_error.empty() || meta == nullptr)
-    return broken("an image of the series cannot be read");
-  Result<Series> facts =
-      read_series_facts(meta, reader->GetFileIndexArray(), reader->GetFrameIndexArray(), where);
-  if (!facts) return facts.error();
-  const Series& series = facts.value();
-  Result<SliceStack> stacked = stack_slices(series.places);
-  if (!stacked) {
-    Error error = stacked.error();
-    error.where = where;
-    return error;
-  }
-  const SliceStack& stack = stacked.value();
-  int extent[6];
-  reader->GetDataExtent(extent);
-  const glm::ivec3 size(extent[1] - extent[0] + 1, extent[3] - extent[2] + 1,
-                        static_cast<int>(series.places.size()));
-  Result<Volume> made = volume::make_volume(size, stack.frame);
-  if (!made) return made.error();
-
-  reader->Update();
-  if (listener.is_cancelled)
-    return Error{"reading was interrupted", where, "", "", "", volume::ErrorKind::interrupted};
-  vtkImageData* image = reader->GetOutput();
-  if (!listener.first_error.empty() ||
-      image->GetNumberOfPoints() != static_cast<vtkIdType>(made.value().voxels.size()))
-    return broken("an image of the series cannot be read");
-  const int type = image->GetScalarType();
-  if (type != VTK_SHORT && type != VTK_UNSIGNED_SHORT && type != VTK_UNSIGNED_CHAR &&
-      type != VTK_SIGNED_CHAR && type != VTK_CHAR)
-    return Error{"the pixels are of a kind that trephine does not hold", where,
-                 image->GetScalarTypeAsString(), "whole numbers of 8 or 16 bits", "convert the series"};
-
-  OpenedVolume opened{std::move(made).value(), "DICOM", series.modality, std::move(notices), 0};
-  Volume& volume = opened.volume;
-  volume.is_hounsfield = series.modality == "CT";
-  const std::size_t slice = static_cast<std::size_t>(size.x) * static_cast<std::size_t>(size.y);
-  std::vector<char> is_good(static_cast<std::size_t>(size.z), 1);
-  volume::parallel_for(size.z, 0, [&](int k) {
-    const auto input = static_cast<std::size_t>(stack.order[static_cast<std::size_t>(k)]);
-    std::int16_t* to = volume.voxels.data() + slice * static_cast<std::size_t>(k);
-    const void* from = static_cast<const char*>(image->GetScalarPointer()) +
-                       slice * input * static_cast<std::size_t>(image->GetScalarSize());
-    const auto convert = [&](auto kind) {
-      return convert_slice(static_cast<const decltype(kind)*>(from), to, slice, series.rescales[input],
-                           series, volume.is_hounsfield, options.maps_padding);
-    };
-    bool good = false;
-    if (type == VTK_SHORT)
-      good = convert(short{});
-    else if (type == VTK_UNSIGNED_SHORT)
-      good = convert(static_cast<unsigned short>(0));
-    else if (type == VTK_UNSIGNED_CHAR)
-      good = convert(static_cast<unsigned char>(0));
-    else
-      good = convert(static_cast<signed char>(0));
-    is_good[static_cast<std::size_t>(k)] = good;
-  });
-  for (std::size_t k = 0; k < is_good.size(); ++k)
-    if (!is_good[k])
-      return Error{"slope and intercept give values that are not whole numbers of 16 bits", where,
-                   "slice " + std::to_string(k + 1) + ", slope " +
-                       std::to_string(series.rescales[static_cast<std::size_t>(stack.order[k])].slope),
-                   "whole numbers from -32768 to 32767",
-                   "export without rescaling, or scale the values to whole numbers"};
-  if (size.z == 1)
-    opened.notices.push_back("one slice only: its thickness of " + short_number(stack.frame.spacing().z) +
-                             " mm stands for the distance of slices");
+  std::vector<std::string> others = folder.passed_over;
+  for (const auto& [name, why] : folder.refused) others.push_back(name + " (" + why + ")");
+  for (const auto& [name, why] : folder.no_dicom) others.push_back(name);
+  if (!others.empty()) notices.push_back(counted(others.size(), "file") + " passed over: " + list_of(others));
   return opened;
 }
 

@@ -17,20 +17,18 @@ namespace {
 constexpr double k_direction_tolerance = 1e-4;  // rad; DICOM writes at least six digits
 constexpr double k_step_share = 0.01;           // of the slice distance
 constexpr double k_step_mm = 0.02;              // positions are often rounded to 0.01 mm
-constexpr double k_tilt_degrees = 0.1;
+constexpr double k_same_height = 1e-3;          // mm
 
 std::string mm(double value) {
   char text[40];
   std::snprintf(text, sizeof text, "%.3f mm", value);
   return text;
 }
-std::string count(std::size_t n, const char* what) {
-  return std::to_string(n) + " " + what + (n == 1 ? "" : "s");
-}
+std::string counted(int n, const char* what) { return std::to_string(n) + " " + what + (n == 1 ? "" : "s"); }
 
 }  // namespace
 
-Result<SliceStack> stack_slices(const std::vector<SlicePlace>& slices) {
+Result<SliceStack> stack_slices(const std::vector<SlicePlace>& slices, bool makes_even) {
   if (slices.empty()) return Error{"the series has no slices", "", "", "", ""};
   const SlicePlace& first = slices.front();
   for (const SlicePlace& s : slices) {
@@ -51,13 +49,13 @@ Result<SliceStack> stack_slices(const std::vector<SlicePlace>& slices) {
                    "re-export the series from its source"};
     if (glm::length(s.row_axis - first.row_axis) > k_direction_tolerance ||
         glm::length(s.column_axis - first.column_axis) > k_direction_tolerance)
-      return Error{"the slices do not lie in parallel planes", "", "directions that differ between slices",
-                   "one direction (a localizer may be among them)", "export one stack alone"};
+      return Error{"the slices do not lie in parallel planes", "", first.name + " and " + s.name,
+                   "one direction", "export one stack alone"};
     if (std::abs(s.row_spacing - first.row_spacing) > 1e-4 * first.row_spacing ||
         std::abs(s.column_spacing - first.column_spacing) > 1e-4 * first.column_spacing)
       return Error{"the slices have different pixel spacings", "",
-                   mm(s.row_spacing) + " and " + mm(first.row_spacing), "one spacing",
-                   "export one stack alone"};
+                   mm(first.row_spacing) + " in " + first.name + ", " + mm(s.row_spacing) + " in " + s.name,
+                   "one spacing", "export one stack alone"};
   }
 
   // Order along the normal.
@@ -69,62 +67,96 @@ Result<SliceStack> stack_slices(const std::vector<SlicePlace>& slices) {
   std::stable_sort(stack.order.begin(), stack.order.end(),
                    [&](int a, int b) { return height(a) < height(b); });
 
+  const auto at = [&](std::size_t k) -> const SlicePlace& {
+    return slices[static_cast<std::size_t>(stack.order[k])];
+  };
+  const std::size_t count = slices.size();
   dvec3 step = first.thickness > 0 ? first.thickness * normal : normal;
-  if (slices.size() > 1) {
+  if (count > 1) {
     std::vector<double> gaps;
-    for (std::size_t k = 1; k < slices.size(); ++k)
+    std::string doubled;
+    int doubles = 0;
+    for (std::size_t k = 1; k < count; ++k) {
       gaps.push_back(height(stack.order[k]) - height(stack.order[k - 1]));
-    const std::size_t doubles =
-        static_cast<std::size_t>(std::count_if(gaps.begin(), gaps.end(), [](double g) { return g < 1e-3; }));
+      if (gaps.back() >= k_same_height) continue;
+      if (++doubles <= 3) doubled += (doubles > 1 ? "; " : "") + at(k - 1).name + " and " + at(k).name;
+    }
     if (doubles > 0)
       return Error{"several slices lie in one place", "",
-                   count(doubles, "slice") + " of " + std::to_string(slices.size()) + " repeated",
-                   "one slice in each place", "export one phase or reconstruction alone"};
+                   counted(doubles, "slice") + " of " + std::to_string(count) + " too many: " + doubled,
+                   "one slice in each place", "take the ones away that do not belong to this stack"};
     std::vector<double> sorted = gaps;
     std::nth_element(sorted.begin(), sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2),
                      sorted.end());
     const double usual = sorted[sorted.size() / 2];
     const auto [least, most] = std::minmax_element(gaps.begin(), gaps.end());
     const double tolerance = std::max(k_step_share * usual, k_step_mm);
+    const dvec3 whole = at(count - 1).position - at(0).position;
+    const double length = glm::dot(whole, normal);
+    for (std::size_t k = 0; k < count; ++k) {
+      const double share = (height(stack.order[k]) - height(stack.order[0])) / length;
+      const double off = glm::length(at(k).position - at(0).position - share * whole);
+      if (off > 5 * tolerance)
+        return Error{"a slice lies off the line of the stack", "", at(k).name + " is " + mm(off) + " aside",
+                     "at most " + mm(5 * tolerance), "take it away if it does not belong to this stack"};
+    }
+    std::size_t steps = count - 1;
     if (*most - *least > 2 * tolerance) {
-      std::size_t missing = 0;
+      int missing = 0;
       bool is_only_missing = true;
       for (const double g : gaps) {
         const double times = std::floor(g / usual + 0.5);
         if (std::abs(g - times * usual) > times * tolerance) is_only_missing = false;
-        if (times > 1) missing += static_cast<std::size_t>(times) - 1;
+        if (times > 1) missing += static_cast<int>(times) - 1;
       }
-      if (is_only_missing && missing > 0)
-        return Error{"slices are missing from the stack", "",
-                     count(missing, "slice") + " missing, gaps up to " + mm(*most),
-                     "a slice every " + mm(usual), "find the missing files, or export the series again"};
-      return Error{"the slices are not evenly spaced", "", "steps from " + mm(*least) + " to " + mm(*most),
-                   "one step throughout", "export a reconstruction with even spacing"};
+      is_only_missing = is_only_missing && missing > 0;
+      if (!makes_even) {
+        std::string where;
+        int shown = 0;
+        for (std::size_t k = 0; k < gaps.size() && shown < 3; ++k)
+          if (std::abs(gaps[k] - usual) > 2 * tolerance)
+            where +=
+                (shown++ > 0 ? "; " : "") + mm(gaps[k]) + " between " + at(k).name + " and " + at(k + 1).name;
+        if (is_only_missing)
+          return Error{"slices are missing from the stack", "",
+                       counted(missing, "slice") + " missing: " + where, "a slice every " + mm(usual),
+                       "find the missing files, or have them interpolated: --resample"};
+        return Error{"the slices are not evenly spaced", "",
+                     "steps from " + mm(*least) + " to " + mm(*most) + ": " + where,
+                     "one step throughout, mostly " + mm(usual),
+                     "have even slices interpolated: --resample; or export an even reconstruction"};
+      }
+      // At the usual step, or as near to it as the ends allow.
+      steps = static_cast<std::size_t>(std::max(1.0, std::floor(length / usual + 0.5)));
+      if (steps > 100'000)
+        return Error{"even slices would be too many", "", std::to_string(steps), "at most 100000",
+                     "export an even reconstruction"};
+      for (std::size_t k = 0, below = 0; k <= steps; ++k) {
+        const double target = length * static_cast<double>(k) / static_cast<double>(steps);
+        const auto from_start = [&](std::size_t i) {
+          return height(stack.order[i]) - height(stack.order[0]);
+        };
+        while (below + 2 < count && from_start(below + 1) < target) ++below;
+        const double share = (target - from_start(below)) / (from_start(below + 1) - from_start(below));
+        const double place = static_cast<double>(below) + std::clamp(share, 0.0, 1.0);
+        // What was measured there stays what it was.
+        const double near = std::floor(place + 0.5);
+        const bool is_there = std::abs(from_start(static_cast<std::size_t>(near)) - target) < tolerance;
+        stack.at.push_back(is_there ? near : place);
+      }
     }
-    const dvec3 whole = slices[static_cast<std::size_t>(stack.order.back())].position -
-                        slices[static_cast<std::size_t>(stack.order.front())].position;
-    step = whole / static_cast<double>(slices.size() - 1);
-    const double tilt = std::acos(std::clamp(glm::dot(glm::normalize(step), normal), -1.0, 1.0)) * 180 /
-                        3.14159265358979323846;
-    if (tilt > k_tilt_degrees) {
-      char text[60];
-      std::snprintf(text, sizeof text, "%.2f degrees between stack and normal", tilt);
-      return Error{"the gantry was tilted: the slices are shifted against each other", "", text, "0 degrees",
-                   "resample the series to right angles, for example with dcm2niix, and open the result"};
-    }
-    for (std::size_t k = 0; k < slices.size(); ++k) {
-      const dvec3 expected =
-          slices[static_cast<std::size_t>(stack.order[0])].position + static_cast<double>(k) * step;
-      const double off = glm::length(slices[static_cast<std::size_t>(stack.order[k])].position - expected);
-      if (off > 5 * tolerance)
-        return Error{"a slice lies off the line of the stack", "", mm(off) + " aside",
-                     "at most " + mm(5 * tolerance), "export one stack alone"};
-    }
-    step = glm::dot(step, normal) * normal;
+    step = whole / static_cast<double>(steps);
+    // Less is rounding of the positions, and no tilt.
+    const dvec3 aside = whole - length * normal;
+    if (glm::length(aside) < k_step_mm)
+      step = glm::dot(step, normal) * normal;
+    else
+      stack.tilt_degrees = std::atan2(glm::length(aside), length) * 180 / 3.14159265358979323846;
   }
-  Result<volume::Frame> frame = volume::Frame::from_axes(
-      slices[static_cast<std::size_t>(stack.order.front())].position,
-      glm::dmat3(first.column_spacing * first.row_axis, first.row_spacing * first.column_axis, step));
+  Result<volume::Frame> frame =
+      volume::Frame::from_axes(slices[static_cast<std::size_t>(stack.order.front())].position,
+                               glm::dmat3(first.column_spacing * glm::normalize(first.row_axis),
+                                          first.row_spacing * glm::normalize(first.column_axis), step));
   if (!frame) return frame.error();
   stack.frame = frame.value();
   return stack;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <glm/vec3.hpp>
+#include <string>
 #include <vector>
 
 #include "volume/frame.h"
@@ -16,15 +17,20 @@ struct SlicePlace {
   double row_spacing = 0;     ///< mm between rows
   double column_spacing = 0;  ///< mm between columns
   double thickness = 0;       ///< for a lone slice; 0 when unknown
+  std::string name;           ///< for errors
 };
 
 struct SliceStack {
-  std::vector<int> order;  ///< slice k of the volume is input order[k]
-  volume::Frame frame;     ///< x along rows (columns of the image), y down the columns, z along the stack
+  std::vector<int> order;   ///< the inputs along the stack; slice k of the volume is input order[k], unless
+                            ///< slices are made
+  std::vector<double> at;   ///< when they are: slice k lies at this place in `order`, between two of them
+  volume::Frame frame;      ///< x along rows (columns of the image), y down the columns, z along the stack
+  double tilt_degrees = 0;  ///< between stack and normal: the frame is sheared by as much
 };
 
-/// Sorts slices along their common normal. Error, with what was found and how much: directions that differ or
-/// are not at right angles, two slices in one place, uneven or missing slices, a tilted gantry.
-volume::Result<SliceStack> stack_slices(const std::vector<SlicePlace>& slices);
+/// Sorts slices along their common normal. A tilted gantry makes a sheared frame, exactly. Error, with what
+/// was found, where and how much: directions that differ or are not at right angles, two slices in one place,
+/// and uneven or missing slices, unless `makes_even`: then even slices are put between them.
+volume::Result<SliceStack> stack_slices(const std::vector<SlicePlace>& slices, bool makes_even = false);
 
 }  // namespace trephine::data_tools

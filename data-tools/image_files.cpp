@@ -8,14 +8,14 @@
 #include <filesystem>
 #include <fstream>
 #include <glm/geometric.hpp>
+#include <itkMetaDataObject.h>
 #include <itkMetaImageIO.h>
-#include <itkNiftiImageIO.h>
 #include <itkNrrdImageIO.h>
 #include <itkObjectFactoryBase.h>
-#include <nifti/nifti1_io.h>
 #include <sstream>
 
 #include "data-tools/atomic_file.h"
+#include "data-tools/nifti.h"
 #include "data-tools/output_set.h"
 #include "data-tools/quiet_streams.h"
 #include "data-tools/whole_numbers.h"
@@ -32,6 +32,9 @@ using volume::Volume;
 
 namespace {
 
+/// How files of ours say that their values are Hounsfield units, in DICOM's words.
+constexpr const char *k_units_key = "RescaleType", *k_units = "HU";
+
 struct Format {
   itk::ImageIOBase::Pointer io;
   std::string name;
@@ -41,8 +44,7 @@ Format format_of(const std::string& path) {
     return {itk::MetaImageIO::New().GetPointer(), "MetaImage"};
   if (has_extension(path, ".nrrd") || has_extension(path, ".nhdr"))
     return {itk::NrrdImageIO::New().GetPointer(), "NRRD"};
-  if (has_extension(path, ".nii") || has_extension(path, ".nii.gz"))
-    return {itk::NiftiImageIO::New().GetPointer(), "NIfTI"};
+  if (has_extension(path, ".nii") || has_extension(path, ".nii.gz")) return {nullptr, "NIfTI"};
   return {nullptr, ""};
 }
 
@@ -165,25 +167,15 @@ std::string missing_bytes(const std::string& path, std::size_t voxel_bytes) {
   return held < expected ? std::to_string(held) + " of " + std::to_string(expected) + " bytes of voxels" : "";
 }
 
-/// Has a file that was written room for so many bytes of voxels? A gzip file says in its last four bytes how
-/// much it holds.
-bool holds(const std::string& path, std::uint64_t bytes, bool is_gzip) {
+/// Has a file that was written room for so many bytes of voxels?
+bool holds(const std::string& path, std::uint64_t bytes) {
   std::error_code failed;
   const std::uint64_t size = fs::file_size(path, failed);
-  if (failed) return false;
-  if (!is_gzip) return size >= bytes;
-  std::ifstream in(path, std::ios::binary);
-  std::array<unsigned char, 4> last{};
-  in.seekg(-4, std::ios::end);
-  if (!in.read(reinterpret_cast<char*>(last.data()), 4)) return false;
-  std::uint32_t held = 0;
-  for (std::size_t i = 4; i-- > 0;) held = held << 8 | last[i];
-  constexpr std::uint32_t k_header = 352;  // of NIfTI
-  return held == static_cast<std::uint32_t>(bytes + k_header);
+  return !failed && size >= bytes;
 }
 
 Status write_image(const std::string& path, const glm::ivec3& size, const volume::Frame& frame,
-                   itk::IOComponentEnum type, const void* data) {
+                   itk::IOComponentEnum type, const void* data, bool is_hounsfield) {
   if (Status error = check_extension(OutputKind::volume, path)) return error;
   for (const char* extension : {".mha", ".nrrd", ".nii", ".nii.gz"})
     if (has_extension(path, extension) && !path.ends_with(extension))
@@ -191,8 +183,10 @@ Status write_image(const std::string& path, const glm::ivec3& size, const volume
                    "rename the output"};
   return write_atomically(path, [&](const std::string& temporary) -> Status {
     const Format format = format_of(path);
+    if (format.name == "NIfTI")
+      return write_nifti(temporary, path, size, frame, type == itk::IOComponentEnum::SHORT, data,
+                         is_hounsfield);
     const QuietStreams quiet;
-    nifti_set_debug_level(-1);
     try {
       format.io->SetFileName(temporary);
       format.io->SetNumberOfDimensions(3);
@@ -210,7 +204,10 @@ Status write_image(const std::string& path, const glm::ivec3& size, const volume
         region.SetSize(a, static_cast<itk::SizeValueType>(size[i]));
       }
       format.io->SetIORegion(region);
-      format.io->SetUseCompression(has_extension(path, ".gz"));
+      // Read again, a file of ours says itself what its values are.
+      if (is_hounsfield)
+        itk::EncapsulateMetaData<std::string>(format.io->GetMetaDataDictionary(), k_units_key, k_units);
+      format.io->SetUseCompression(false);
       format.io->WriteImageInformation();
       format.io->Write(data);
     } catch (const itk::ExceptionObject&) {
@@ -220,7 +217,7 @@ Status write_image(const std::string& path, const glm::ivec3& size, const volume
     const std::uint64_t voxels = static_cast<std::uint64_t>(size.x) * static_cast<std::uint64_t>(size.y) *
                                  static_cast<std::uint64_t>(size.z),
                         bytes = voxels * format.io->GetComponentSize();
-    if (holds(temporary, bytes, has_extension(path, ".gz"))) return std::nullopt;
+    if (holds(temporary, bytes)) return std::nullopt;
     Error error = cannot_write(path, 0);
     error.found = "a disk that took less than the whole file";
     error.expected = "room for " + std::to_string(bytes) + " bytes";
@@ -294,7 +291,9 @@ Result<OpenedVolume> open_image_file(const std::string& path, const OpenOptions&
     if (options.progress && !options.progress(0))
       return Error{"reading was interrupted", where, "", "", "", volume::ErrorKind::interrupted};
 
-    OpenedVolume opened{std::move(made).value(), format.name, "", {}, 0};
+    OpenedVolume opened;
+    opened.volume = std::move(made).value();
+    opened.format = format.name;
     Volume& volume = opened.volume;
     if (io.GetComponentType() == itk::IOComponentEnum::SHORT) {
       io.Read(volume.voxels.data());
@@ -306,7 +305,12 @@ Result<OpenedVolume> open_image_file(const std::string& path, const OpenOptions&
       if (!is_known) return broken("voxels of an unknown kind");
       if (misfit) return not_whole(where, *misfit);
     }
-    if (const std::string notice = guess_hounsfield(volume, options.maps_padding); !notice.empty()) {
+    std::string units;
+    itk::ExposeMetaData<std::string>(io.GetMetaDataDictionary(), k_units_key, units);
+    if (units == k_units) {
+      volume.is_hounsfield = true;
+      opened.modality = "CT";
+    } else if (const std::string notice = guess_hounsfield(volume); !notice.empty()) {
       opened.modality = "CT";
       opened.notices.push_back(notice);
     }
@@ -324,15 +328,19 @@ Error not_whole(const std::string& where, double value) {
                "scale or round the values before opening (a fraction such as 0.5 would be lost silently)"};
 }
 
-std::string guess_hounsfield(Volume& volume, bool maps_padding) {
-  std::int16_t lowest = 0;
-  for (const std::int16_t v : volume.voxels.span()) lowest = std::min(lowest, v);
-  volume.is_hounsfield = lowest <= -500;
+std::string guess_hounsfield(Volume& volume) {
+  // Air all around, or most of what lies below water: no other modality has that.
+  std::size_t air = 0, below = 0;
+  for (const std::int16_t v : volume.voxels.span()) {
+    air += v >= -1100 && v <= -900;
+    below += v < -200;
+  }
+  const double share =
+      static_cast<double>(air) / static_cast<double>(std::max<std::size_t>(volume.voxels.size(), 1));
+  volume.is_hounsfield = share >= 0.01 && 2 * air >= below;
   if (!volume.is_hounsfield) return "";
-  if (maps_padding)
-    for (std::int16_t& v : volume.voxels.span())
-      if (v < -1024) v = -1000;
-  return "taken as Hounsfield units: values reach down to " + std::to_string(lowest);
+  return "taken as Hounsfield units: " + std::to_string(static_cast<int>(100 * share + 0.5)) +
+         " % of the voxels are air (-1000)";
 }
 
 Result<Volume> orthogonalized(const Volume& volume) {
@@ -399,22 +407,24 @@ Result<Volume> orthogonalized(const Volume& volume) {
 
 Status write_volume(const std::string& path, const Volume& volume) {
   if (volume.frame.is_orthogonal())
-    return write_image(path, volume.size, volume.frame, itk::IOComponentEnum::SHORT, volume.voxels.data());
+    return write_image(path, volume.size, volume.frame, itk::IOComponentEnum::SHORT, volume.voxels.data(),
+                       volume.is_hounsfield);
   Result<Volume> straight = orthogonalized(volume);
   if (!straight) return straight.error();
   return write_image(path, straight.value().size, straight.value().frame, itk::IOComponentEnum::SHORT,
-                     straight.value().voxels.data());
+                     straight.value().voxels.data(), volume.is_hounsfield);
 }
 
 Status write_labels(const std::string& path, const Volume& volume) {
   if (volume.labels.is_empty())
     return Error{"this volume has no labels to write", file_name(path), "", "", ""};
   if (volume.frame.is_orthogonal())
-    return write_image(path, volume.size, volume.frame, itk::IOComponentEnum::UCHAR, volume.labels.data());
+    return write_image(path, volume.size, volume.frame, itk::IOComponentEnum::UCHAR, volume.labels.data(),
+                       false);
   Result<Volume> straight = orthogonalized(volume);
   if (!straight) return straight.error();
   return write_image(path, straight.value().size, straight.value().frame, itk::IOComponentEnum::UCHAR,
-                     straight.value().labels.data());
+                     straight.value().labels.data(), false);
 }
 
 }  // namespace trephine::data_tools

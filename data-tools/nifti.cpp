@@ -1,6 +1,9 @@
 #include "data-tools/nifti.h"
 
+#include <algorithm>
+#include <cerrno>
 #include <cstdlib>
+#include <cstring>
 #include <filesystem>
 #include <glm/geometric.hpp>
 #include <memory>
@@ -127,7 +130,9 @@ Result<OpenedVolume> open_nifti(const std::string& path, const OpenOptions& opti
     error.where = where;
     return error;
   }
-  OpenedVolume opened{std::move(made).value(), "NIfTI", "", {}, 0};
+  OpenedVolume opened;
+  opened.volume = std::move(made).value();
+  opened.format = "NIfTI";
   if (image->sform_code > 0 && image->qform_code > 0)
     if (const Result<volume::Frame> other = frame_of(image->qto_xyz, unit); other.is_ok()) {
       const glm::dvec3 far(image->nx - 1, image->ny - 1, image->nz - 1);
@@ -146,11 +151,76 @@ Result<OpenedVolume> open_nifti(const std::string& path, const OpenOptions& opti
   const std::optional<double> misfit = convert(*image, opened.volume, is_known);
   if (!is_known) return broken(std::string("voxels of kind ") + nifti_datatype_string(image->datatype));
   if (misfit) return not_whole(where, *misfit);
-  if (const std::string notice = guess_hounsfield(opened.volume, options.maps_padding); !notice.empty()) {
+  if (std::string_view(image->descrip, strnlen(image->descrip, sizeof image->descrip)) == k_hounsfield_note) {
+    opened.volume.is_hounsfield = true;
+    opened.modality = "CT";
+  } else if (const std::string notice = guess_hounsfield(opened.volume); !notice.empty()) {
     opened.modality = "CT";
     opened.notices.push_back(notice);
   }
   return opened;
+}
+
+volume::Status write_nifti(const std::string& temporary, const std::string& path, const glm::ivec3& size,
+                           const volume::Frame& frame, bool is_short, const void* voxels,
+                           bool is_hounsfield) {
+  if (size.x > 32767 || size.y > 32767 || size.z > 32767)
+    return Error{"the volume is too large for NIfTI-1", file_name(path),
+                 std::to_string(std::max({size.x, size.y, size.z})) + " voxels along an axis",
+                 "at most 32767", "write .mha or .nrrd"};
+  nifti_1_header header{};
+  header.sizeof_hdr = sizeof header;
+  header.regular = 'r';
+  header.dim[0] = 3;
+  for (int a = 0; a < 3; ++a) {
+    header.dim[a + 1] = static_cast<short>(size[a]);
+    header.pixdim[a + 1] = static_cast<float>(frame.spacing()[a]);
+  }
+  for (int a = 4; a < 8; ++a) header.dim[a] = 1;
+  header.datatype = is_short ? DT_INT16 : DT_UINT8;
+  header.bitpix = is_short ? 16 : 8;
+  header.vox_offset = 352;
+  header.scl_slope = 1;
+  header.xyzt_units = NIFTI_UNITS_MM;
+  if (is_hounsfield) std::strncpy(header.descrip, k_hounsfield_note, sizeof header.descrip - 1);
+  // Our LPS to its RAS.
+  mat44 ras{};
+  float* rows[] = {header.srow_x, header.srow_y, header.srow_z};
+  for (int row = 0; row < 3; ++row) {
+    const double sign = row < 2 ? -1 : 1;
+    for (int column = 0; column < 3; ++column)
+      ras.m[row][column] = static_cast<float>(sign * frame.axes()[column][row]);
+    ras.m[row][3] = static_cast<float>(sign * frame.origin()[row]);
+    std::copy(ras.m[row], ras.m[row] + 4, rows[row]);
+  }
+  ras.m[3][3] = 1;
+  header.sform_code = header.qform_code = NIFTI_XFORM_SCANNER_ANAT;
+  float dx = 0, dy = 0, dz = 0;
+  nifti_mat44_to_quatern(ras, &header.quatern_b, &header.quatern_c, &header.quatern_d, &header.qoffset_x,
+                         &header.qoffset_y, &header.qoffset_z, &dx, &dy, &dz, &header.pixdim[0]);
+  std::memcpy(header.magic, "n+1", 4);
+
+  const std::size_t bytes = static_cast<std::size_t>(size.x) * static_cast<std::size_t>(size.y) *
+                            static_cast<std::size_t>(size.z) * (is_short ? 2 : 1);
+  // The same function writes both; T: as it is, without compression.
+  gzFile file = gzopen(temporary.c_str(), has_extension(path, ".gz") ? "wb" : "wbT");
+  if (file == nullptr) return cannot_write(path, errno);
+  const auto put = [file](const void* from, std::size_t count) {
+    const char* at = static_cast<const char*>(from);
+    for (std::size_t done = 0; done < count;) {
+      const auto part = static_cast<unsigned>(std::min<std::size_t>(count - done, 1u << 26));
+      if (gzwrite(file, at + done, part) != static_cast<int>(part)) return false;
+      done += part;
+    }
+    return true;
+  };
+  const char no_extensions[4] = {};
+  errno = 0;
+  bool is_good = put(&header, sizeof header) && put(no_extensions, 4) && put(voxels, bytes);
+  int number = errno;
+  if (gzclose(file) != Z_OK && is_good) is_good = false, number = errno;
+  if (is_good) return std::nullopt;
+  return cannot_write(path, number != 0 ? number : ENOSPC);
 }
 
 }  // namespace trephine::data_tools

@@ -8,4 +8,8 @@ namespace trephine::data_tools {
 /// See open_volume. The sform is taken before the qform; a notice says when they disagree.
 volume::Result<OpenedVolume> open_nifti(const std::string& path, const OpenOptions& options);
 
+/// Writes .nii or .nii.gz, NIfTI-1 with sform and qform, of voxels of int16 or uint8; errors name `path`.
+volume::Status write_nifti(const std::string& temporary, const std::string& path, const glm::ivec3& size,
+                           const volume::Frame& frame, bool is_short, const void* voxels, bool is_hounsfield);
+
 }  // namespace trephine::data_tools

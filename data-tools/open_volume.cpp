@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <fstream>
 
+#include "data-tools/archive.h"
 #include "data-tools/atomic_file.h"
 #include "data-tools/dicom.h"
 #include "data-tools/image_files.h"
@@ -18,13 +19,15 @@ using volume::Result;
 
 namespace {
 
+constexpr const char* k_what_is_read =
+    "a DICOM folder, file or archive (.zip, .tar, .gz), .mha, .mhd, .nrrd, .nii or .nii.gz";
+
 Result<OpenedVolume> open_by_kind(const std::string& path, const OpenOptions& options) {
   std::error_code error;
   const fs::file_status status = fs::status(path, error);
   const std::string where = file_name(path);
   if (!fs::exists(status))
-    return Error{"there is no such file or folder", where, "",
-                 "a DICOM folder, .mha, .mhd, .nrrd, .nii or .nii.gz",
+    return Error{"there is no such file or folder", where, "", k_what_is_read,
                  "check the spelling; the built-in phantom is called head"};
   if (fs::is_directory(status)) return open_dicom(path, options);
   if (!fs::is_regular_file(status)) return Error{"this is neither a file nor a folder", where, "", "", ""};
@@ -33,9 +36,9 @@ Result<OpenedVolume> open_by_kind(const std::string& path, const OpenOptions& op
   for (const char* extension : {".mha", ".mhd", ".nrrd", ".nhdr"})
     if (has_extension(path, extension)) return open_image_file(path, options);
   if (has_extension(path, ".nii") || has_extension(path, ".nii.gz")) return open_nifti(path, options);
-  if (has_dicom_magic(path) || has_extension(path, ".dcm")) return open_dicom(path, options);
-  return Error{"this is no scan that trephine reads", where, "a file of another kind",
-               "a DICOM folder, .mha, .mhd, .nrrd, .nii or .nii.gz",
+  if (is_dicom_file(path) || is_archive(path) || has_extension(path, ".dcm"))
+    return open_dicom(path, options);
+  return Error{"this is no scan that trephine reads", where, "a file of another kind", k_what_is_read,
                "convert it, or point at the folder with the scanner's files"};
 }
 

@@ -1,6 +1,7 @@
 // Any scan that trephine reads, by one call.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -13,9 +14,26 @@ class Version;
 
 namespace trephine::data_tools {
 
+/// What may be asked of reading; what is left alone is refused where it matters, in words that say so.
 struct OpenOptions {
-  bool maps_padding = true;  ///< padding and values below -1024 HU become air (-1000), in CT
+  int series = 0;             ///< of those in a folder, from 1 as listed; 0: the one most probably meant
+  int volume = 0;             ///< of several in one series or file (4-D, echoes), from 1; 0: the first
+  bool is_resampled = false;  ///< missing and uneven slices are interpolated
+  bool maps_padding = false;  ///< what the scanner calls padding becomes air (-1000) in CT; counted
+  std::optional<double>
+      scale;  ///< a voxel's step in the file's units, where int16 would lose more than noise
   Progress progress;
+};
+
+/// One volume that could be opened, for a person to choose from.
+struct SeriesFacts {
+  int series = 0, volume = 0;  ///< as OpenOptions names them
+  int volumes = 1;             ///< in this series
+  std::string modality, description, kernel, date, mark;
+  glm::ivec3 size{0};
+  glm::dvec3 spacing{0.0};
+  std::string problem;  ///< why it cannot be opened as it is, or ""
+  bool is_localizer = false;
 };
 
 /// A volume and what a person should know about how it was read; no identity, no path.
@@ -24,6 +42,9 @@ struct OpenedVolume {
   std::string format;    ///< "DICOM", "MetaImage", "NRRD", "NIfTI"
   std::string modality;  ///< "CT", "MR", ... or empty when the file does not say
   std::vector<std::string> notices;
+  /// What was scanned with it and how, without a word of who: an allow-list (docs/dicom.md).
+  std::vector<std::pair<std::string, std::string>> facts;
+  std::vector<SeriesFacts> series;  ///< when there was a choice
   double read_seconds = 0;
 };
 

@@ -24,8 +24,11 @@ std::optional<double> fill_with_whole_numbers(const void* data, volume::Volume& 
 
 volume::Error not_whole(const std::string& where, double value);
 
-/// For formats that name no modality: values far below water occur in CT alone. Sets is_hounsfield, and maps
-/// what lies below the scale to air when asked. Returns a notice, or "".
-std::string guess_hounsfield(volume::Volume& volume, bool maps_padding);
+/// How a NIfTI file of ours says that its values are Hounsfield units.
+inline constexpr const char* k_hounsfield_note = "RescaleType HU";
+
+/// For formats that name no modality: sets is_hounsfield when there is the evidence of air, and alters
+/// nothing. Returns a notice, or "".
+std::string guess_hounsfield(volume::Volume& volume);
 
 }  // namespace trephine::data_tools

@@ -15,7 +15,8 @@ using volume::Result;
 namespace {
 
 struct DrillArguments {
-  std::string source, path, output;
+  workbench::SourceChoice source;
+  std::string path, output;
   workbench::ShapeChoice shape;
   drilling::Burr burr;
   double rate = 1000;
@@ -71,7 +72,7 @@ void report_forbidden(const sim::Engine& engine, double dt, Outcome& outcome) {
 Result<Outcome> run_drill(const DrillArguments& arguments) {
   const drilling::Burr& burr = arguments.burr;
   data_tools::OutputSet outputs;
-  for (const std::string& input : {arguments.source, arguments.path, arguments.record.file})
+  for (const std::string& input : {arguments.source.path, arguments.path, arguments.record.file})
     outputs.reads(input);
   outputs.writes("output", arguments.output, data_tools::OutputKind::volume);
   if (volume::Status error = outputs.check()) return *error;

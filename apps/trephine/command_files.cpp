@@ -27,7 +27,8 @@ struct PhantomArguments {
   std::vector<std::string> settings;  ///< key=value
 };
 struct MeshArguments {
-  std::string source, output;
+  workbench::SourceChoice source;
+  std::string output;
   workbench::ShapeChoice shape;
   bool is_open = false;
 };
@@ -101,7 +102,7 @@ Result<Outcome> run_phantom(const PhantomArguments& arguments) {
 
 Result<Outcome> run_mesh(const MeshArguments& arguments) {
   data_tools::OutputSet outputs;
-  outputs.reads(arguments.source);
+  outputs.reads(arguments.source.path);
   outputs.writes("output", arguments.output, data_tools::OutputKind::mesh);
   if (volume::Status error = outputs.check()) return *error;
   auto opened = workbench::open_touch(arguments.source, arguments.shape, person());

@@ -14,15 +14,14 @@ using volume::Status;
 namespace {
 
 struct ImportArguments {
-  std::string source, output, name, labels;
+  workbench::SourceChoice source;
+  std::string output, name, labels;
   workbench::ShapeChoice shape;
 };
 
 /// The labels of a file on the scan's grid, copied into `scan`.
 Status add_labels(volume::Volume& scan, const std::string& file) {
-  data_tools::OpenOptions options;
-  options.maps_padding = false;
-  auto opened = data_tools::open_volume(file, options);
+  auto opened = data_tools::open_volume(file);
   if (!opened) return opened.error();
   const volume::Volume& labels = opened.value().volume;
   const std::string where = data_tools::file_name(file);
@@ -30,14 +29,9 @@ Status add_labels(volume::Volume& scan, const std::string& file) {
   if (labels.size != scan.size)
     return Error{"the labels lie on another grid than the scan", where, text(labels.size), text(scan.size),
                  "resample them to the scan first"};
-  for (int corner = 0; corner < 8; ++corner) {
-    const glm::dvec3 at = glm::dvec3(scan.size - 1) * glm::dvec3(corner & 1, corner >> 1 & 1, corner >> 2);
-    const double off = glm::length(labels.frame.world_from_volume(at) - scan.frame.world_from_volume(at));
-    if (off > 0.01)
-      return Error{"the labels lie elsewhere than the scan", where,
-                   format_text("a corner is %.2f mm off", off), "the same place",
-                   "resample them to the scan first"};
-  }
+  if (const double off = data_tools::farthest_corner(labels, scan); off > data_tools::k_same_place_mm)
+    return Error{"the labels lie elsewhere than the scan", where, format_text("a corner is %.2f mm off", off),
+                 "the same place", "resample them to the scan first"};
   int highest = 0;
   scan.labels = volume::Buffer<std::uint8_t>(scan.voxels.size());
   for (std::size_t i = 0; i < scan.voxels.size(); ++i) {

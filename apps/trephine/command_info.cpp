@@ -16,7 +16,7 @@ using volume::Result;
 namespace {
 
 struct InfoArguments {
-  std::string source;
+  workbench::SourceChoice source;
 };
 
 /// What was felt, as the header says it: its lines from the force on.
@@ -154,8 +154,47 @@ Result<Outcome> describe_session(const std::string& path) {
   return outcome;
 }
 
+/// What else could have been opened. What a person wrote of it may name somebody.
+Json series_json(const workbench::Source& source) {
+  Json all = Json::array();
+  for (const data_tools::SeriesFacts& s : source.series) {
+    all.push_back({{"series", s.series},
+                   {"volume", s.volume},
+                   {"modality", s.modality},
+                   {"kernel", s.kernel},
+                   {"mark", s.mark},
+                   {"size", {s.size.x, s.size.y, s.size.z}},
+                   {"spacing_mm", {s.spacing.x, s.spacing.y, s.spacing.z}},
+                   {"is_localizer", s.is_localizer},
+                   {"problem", s.problem}});
+    if (!keeps_identity()) continue;
+    all.back()["description"] = s.description;
+    all.back()["date"] = s.date;
+  }
+  return all;
+}
+
+std::string series_text(const workbench::Source& source) {
+  if (source.series.empty()) return "";
+  std::string text =
+      "  series  volume  kind  size               spacing, mm         date      kernel    description\n";
+  for (const data_tools::SeriesFacts& s : source.series) {
+    const std::string size = format_text("%d x %d x %d", s.size.x, s.size.y, s.size.z);
+    const std::string spacing =
+        s.problem.empty() ? format_text("%.3g x %.3g x %.3g", s.spacing.x, s.spacing.y, s.spacing.z) : "-";
+    const std::string volume =
+        s.volumes > 1 ? format_text("%d of %d", s.volume, s.volumes) : std::string("-");
+    text += format_text("  %6d  %6s  %-4s  %-17s  %-18s  %-8s  %-8s  ", s.series, volume.c_str(),
+                        s.is_localizer ? "plan" : s.modality.c_str(), size.c_str(), spacing.c_str(),
+                        s.date.c_str(), s.kernel.c_str()) +
+            s.description + (s.mark.empty() ? "" : " (" + s.mark + ")") +
+            (s.problem.empty() ? "" : ": " + s.problem) + "\n";
+  }
+  return text;
+}
+
 Result<Outcome> run_info(const InfoArguments& arguments) {
-  if (workbench::is_session_file(arguments.source)) return describe_session(arguments.source);
+  if (workbench::is_session_file(arguments.source.path)) return describe_session(arguments.source.path);
   auto opened = workbench::open_source(arguments.source, person());
   if (!opened) return opened.error();
   const workbench::Source& source = opened.value();
@@ -192,6 +231,10 @@ Result<Outcome> run_info(const InfoArguments& arguments) {
                               {"diameter", t.diameter}});
     json["trajectories"] = trajectories;
   }
+  Json facts = Json::object();
+  for (const auto& [name, value] : source.facts) facts[name] = value;
+  json["facts"] = facts;
+  json["series"] = series_json(source);
   json["notices"] = source.notices;
   json["read_seconds"] = source.read_seconds;
   const glm::dvec3 near = v.frame.origin(), far = v.frame.world_from_volume(glm::dvec3(v.size - 1));
@@ -209,6 +252,9 @@ Result<Outcome> run_info(const InfoArguments& arguments) {
     for (const data_tools::CaseTrajectory& t : source.plan->trajectories)
       outcome.text += format_text("  trajectory %s: %.1f mm long\n", t.name.c_str(),
                                   glm::length(t.target_world - t.entry_world));
+  for (const auto& [name, value] : source.facts)
+    if (name != "modality") outcome.text += "  " + name + ": " + value + "\n";
+  outcome.text += series_text(source);
   if (!v.label_names.empty()) {
     outcome.text += "  labels:";
     for (const std::string& name : v.label_names) outcome.text += " " + name;

@@ -21,12 +21,14 @@ using volume::Status;
 namespace {
 
 struct ReplayArguments {
-  std::string session, case_source, output, steps, screenshot;
+  workbench::SourceChoice case_source;
+  std::string session, output, steps, screenshot;
   std::optional<double> until;
   bool is_verifying = false, wants_window = false;
 };
 struct ResumeArguments {
-  std::string session, case_source, path;
+  workbench::SourceChoice case_source;
+  std::string session, path;
 };
 
 Result<Outcome> run_replay(const ReplayArguments& arguments) {
@@ -36,7 +38,7 @@ Result<Outcome> run_replay(const ReplayArguments& arguments) {
                  "--verify, --until, -o, --steps or --screenshot too", "--window alone",
                  "leave one of them out"};
   data_tools::OutputSet outputs;
-  for (const std::string& input : {arguments.session, arguments.case_source}) outputs.reads(input);
+  for (const std::string& input : {arguments.session, arguments.case_source.path}) outputs.reads(input);
   outputs.writes("output", arguments.output, data_tools::OutputKind::volume);
   outputs.writes("steps", arguments.steps, data_tools::OutputKind::table);
   outputs.writes("screenshot", arguments.screenshot, data_tools::OutputKind::picture);
@@ -238,7 +240,7 @@ Result<Outcome> run_resume(const ResumeArguments& arguments) {
     options.rate_hz = header.rate_hz;
     options.force = header.force;
     options.recorder = &writer;
-    options.in_use = {arguments.session, arguments.case_source};
+    options.in_use = {arguments.session, arguments.case_source.path};
     options.start = view::WindowStart{std::move(engine), first_tick};
     auto shown = view::run_window(scene, options);
     if (!shown) return shown.error();

@@ -21,7 +21,8 @@ using volume::Result;
 namespace {
 
 struct SoakArguments {
-  std::string source = "head", session;
+  workbench::SourceChoice source = "head";
+  std::string session;
   workbench::ShapeChoice shape;
   double seconds = 3600, rate = 1000;
   std::uint64_t seed = 1;

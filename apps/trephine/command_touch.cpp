@@ -23,7 +23,8 @@ using volume::Result;
 namespace {
 
 struct TouchArguments {
-  std::string source, path, output, method = haptics::k_default_method, friction;
+  workbench::SourceChoice source;
+  std::string path, output, method = haptics::k_default_method, friction;
   workbench::ShapeChoice shape;
   std::optional<double> stiffness, viscosity, pop_force;
   double alpha = 0.3, rate = 1000, radius = 0, blur = 0;
@@ -114,7 +115,7 @@ Result<Outcome> run_touch(const TouchArguments& arguments) {
   if (volume::Status error = check(choice)) return *error;
   data_tools::OutputSet outputs;
   for (const std::string& model : arguments.meshes) outputs.reads(model);
-  for (const std::string& input : {arguments.source, arguments.path, arguments.record.file})
+  for (const std::string& input : {arguments.source.path, arguments.path, arguments.record.file})
     outputs.reads(input);
   outputs.writes("output", arguments.output, data_tools::OutputKind::table);
   if (volume::Status error = outputs.check()) return *error;

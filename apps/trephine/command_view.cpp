@@ -17,7 +17,8 @@ using volume::Result;
 namespace {
 
 struct ViewArguments {
-  std::string source = "head", screenshot;
+  workbench::SourceChoice source = "head";
+  std::string screenshot;
   workbench::ShapeChoice shape;
   drilling::Burr burr;
   std::optional<double> smallest_burr;  ///< mm
@@ -98,7 +99,7 @@ Result<Outcome> run_view(const ViewArguments& arguments) {
   if (volume::Status error = check(arguments.record)) return *error;
   if (arguments.screenshot.empty() && !view::has_display()) return view::no_display();
   data_tools::OutputSet outputs;
-  outputs.reads(arguments.source);
+  outputs.reads(arguments.source.path);
   outputs.writes("screenshot", arguments.screenshot, data_tools::OutputKind::picture);
   if (volume::Status error = outputs.check()) return *error;
   if (arguments.seconds && !view::has_display())
@@ -123,7 +124,7 @@ Result<Outcome> run_view(const ViewArguments& arguments) {
   options.start = view::WindowStart{operation.engine()};
   options.catalogue = &modules::catalogue();
   options.device = device.value();
-  options.in_use = {arguments.source};
+  options.in_use = {arguments.source.path};
   options.seconds = arguments.seconds;
   options.wants_to_end = is_interrupted;
   options.screenshot = arguments.screenshot;
@@ -150,7 +151,7 @@ Result<Outcome> run_view(const ViewArguments& arguments) {
   options.recorder = recorder.get();
   if (recorder) options.session_file = record.file;
 
-  const auto host = std::make_shared<Host>(source, arguments.source, choice, record);
+  const auto host = std::make_shared<Host>(source, arguments.source.path, choice, record);
   options.host.open = [host](const std::string& path, const workbench::Listener& listener) {
     return host->open(path, listener);
   };

@@ -161,10 +161,24 @@ volume::Error Options::without_names(volume::Error error) const {
   return error;
 }
 
-Option add_source(Options& options, std::string& source) {
-  return options.add(
-      "SRC", source,
+/// How a scan is read, where there is a choice.
+void add_reading(Options& options, workbench::SourceChoice& source) {
+  options
+      .add("--series", source.series, "Of a folder with several, as info lists them (default: the best CT)")
+      .type("N");
+  options.add("--volume", source.volume, "Of a series or file with several: echoes, phases, 4-D").type("N");
+  options.add("--resample", source.is_resampled, "Interpolate slices that are missing or uneven");
+  options.add("--padding-to-air", source.maps_padding, "What the scanner calls padding becomes air (CT)");
+  options.add("--scale", source.scale, "A voxel's step in the file's units, where 16 bits hold no finer one")
+      .type("STEP");
+}
+
+Option add_source(Options& options, workbench::SourceChoice& source) {
+  const Option option = options.add(
+      "SRC", source.path,
       "DICOM folder, case folder, .mha, .mhd, .nrrd, .nii(.gz), or head (built in; ./head is a path)");
+  add_reading(options, source);
+  return option;
 }
 
 void add_shape(Options& options, workbench::ShapeChoice& shape) {
@@ -179,9 +193,10 @@ void add_record(Options& options, workbench::RecordChoice& record) {
   options.add("--embed", record.is_embedding, "Keep the scan in the session too (large)");
 }
 
-void add_session(Options& options, std::string& session, std::string& case_source) {
+void add_session(Options& options, std::string& session, workbench::SourceChoice& case_source) {
   options.add("SESSION", session, "A recorded session").required();
-  options.add("--case", case_source, "The case or scan that was operated on").type("SRC");
+  options.add("--case", case_source.path, "The case or scan that was operated on").type("SRC");
+  add_reading(options, case_source);
 }
 
 Option add_path(Options& options, std::string& path) {

@@ -73,10 +73,10 @@ class Options {
 };
 
 // What several commands have.
-Option add_source(Options& options, std::string& source);
+Option add_source(Options& options, workbench::SourceChoice& source);
 void add_shape(Options& options, workbench::ShapeChoice& shape);
 void add_record(Options& options, workbench::RecordChoice& record);
-void add_session(Options& options, std::string& session, std::string& case_source);
+void add_session(Options& options, std::string& session, workbench::SourceChoice& case_source);
 Option add_path(Options& options, std::string& path);
 Option add_rate(Options& options, double& rate);
 Option add_method(Options& options, std::string& method);

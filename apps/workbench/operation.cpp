@@ -151,7 +151,7 @@ Status check(const OperationChoice& choice) {
   return std::nullopt;
 }
 
-Result<Operation> open_operation(const std::string& src, const OperationChoice& choice,
+Result<Operation> open_operation(const SourceChoice& src, const OperationChoice& choice,
                                  const Listener& listener) {
   if (Status error = check(choice)) return *error;
   Result<Source> source = open_source(src, listener);
@@ -187,7 +187,7 @@ Result<Operation> make_operation(Source source, const OperationChoice& choice, c
   return made;
 }
 
-Result<OpenedTouch> open_touch(const std::string& src, const ShapeChoice& choice, const Listener& listener) {
+Result<OpenedTouch> open_touch(const SourceChoice& src, const ShapeChoice& choice, const Listener& listener) {
   Result<Source> source = open_source(src, listener);
   if (!source) return source.error();
   SceneSpec spec;

@@ -52,7 +52,7 @@ struct Operation {
 /// What can be said before any work is done for it: names, ranges, words. Parses the hands' instruments.
 volume::Status check(const OperationChoice& choice);
 /// Error names what it speaks of by the names above: "iso", "smallest burr", "tool radius", "method" ...
-volume::Result<Operation> open_operation(const std::string& src, const OperationChoice& choice,
+volume::Result<Operation> open_operation(const SourceChoice& src, const OperationChoice& choice,
                                          const Listener& listener = {});
 volume::Result<Operation> make_operation(Source source, const OperationChoice& choice,
                                          const Listener& listener = {});
@@ -64,7 +64,7 @@ struct OpenedTouch {
   haptics::TouchScene scene;
   double making_seconds = 0;
 };
-volume::Result<OpenedTouch> open_touch(const std::string& src, const ShapeChoice& choice,
+volume::Result<OpenedTouch> open_touch(const SourceChoice& src, const ShapeChoice& choice,
                                        const Listener& listener = {});
 
 }  // namespace trephine::workbench

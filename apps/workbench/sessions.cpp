@@ -53,7 +53,7 @@ bool is_session_file(const std::string& path) {
   return in.read(magic, sizeof magic) && std::string_view(magic, sizeof magic) == sim::k_session_magic;
 }
 
-Result<std::unique_ptr<OpenedSession>> open_session(const std::string& path, const std::string& case_source,
+Result<std::unique_ptr<OpenedSession>> open_session(const std::string& path, const SourceChoice& case_source,
                                                     const Listener& listener) {
   auto result = std::make_unique<OpenedSession>();
   Result<sim::SessionReader> reader = sim::SessionReader::open(path, modules::catalogue());
@@ -71,7 +71,7 @@ Result<std::unique_ptr<OpenedSession>> open_session(const std::string& path, con
     listener.notice("note: the session was not closed; it ends with the last block that was written");
 
   // The scan.
-  if (!case_source.empty()) {
+  if (!case_source.path.empty()) {
     Result<Source> opened = open_source(case_source, listener);
     if (!opened) return opened.error();
     result->source = std::move(opened).value();

@@ -37,7 +37,7 @@ struct OpenedSession {
 };
 /// Finds the scan: `case_source` when given, in the session itself, or the built-in one that it names.
 volume::Result<std::unique_ptr<OpenedSession>> open_session(const std::string& path,
-                                                            const std::string& case_source,
+                                                            const SourceChoice& case_source,
                                                             const Listener& listener = {});
 
 /// Where windows keep their sessions: $XDG_STATE_HOME/trephine/sessions (~/.local/state/...), made when

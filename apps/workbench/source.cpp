@@ -41,7 +41,8 @@ Result<volume::Shape> parse_window(const std::string& window) {
 }
 }  // namespace
 
-Result<Source> open_source(const std::string& src, const Listener& listener) {
+Result<Source> open_source(const SourceChoice& choice, const Listener& listener) {
+  const std::string& src = choice.path;
   const auto start = Clock::now();
   Source source;
   if (src == "head") {
@@ -56,6 +57,11 @@ Result<Source> open_source(const std::string& src, const Listener& listener) {
     return source;
   }
   data_tools::OpenOptions options;
+  options.series = choice.series;
+  options.volume = choice.volume;
+  options.is_resampled = choice.is_resampled;
+  options.maps_padding = choice.maps_padding;
+  options.scale = choice.scale;
   options.progress = listener.progress("reading");
   data_tools::OpenedVolume o;
   if (data_tools::is_case_folder(src)) {
@@ -74,6 +80,8 @@ Result<Source> open_source(const std::string& src, const Listener& listener) {
   source.format = o.format;
   source.modality = o.modality;
   source.notices = o.notices;
+  source.facts = o.facts;
+  source.series = o.series;
   source.read_seconds = o.read_seconds;
   for (const std::string& text : source.notices) listener.notice("note: " + text);
   return source;

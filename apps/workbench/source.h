@@ -20,6 +20,18 @@ struct ShapeChoice {
   bool is_made() const { return iso || !window.empty() || !label.empty(); }
 };
 
+/// A scan, and what may be asked of its reading.
+struct SourceChoice {
+  std::string path;
+  int series = 0, volume = 0;   ///< of several, from 1; 0: the one most probably meant
+  bool is_resampled = false;    ///< missing and uneven slices are interpolated
+  bool maps_padding = false;    ///< the scanner's padding becomes air
+  std::optional<double> scale;  ///< a voxel's step in the file's units
+  SourceChoice() = default;
+  SourceChoice(std::string of) : path(std::move(of)) {}
+  SourceChoice(const char* of) : path(of) {}
+};
+
 struct Source {
   std::shared_ptr<const volume::Volume> volume;
   std::string name, format, modality;  ///< what to call it: never a path
@@ -29,11 +41,13 @@ struct Source {
   bool is_builtin = false;
   std::optional<data_tools::CasePlan> plan;  ///< of a case
   std::vector<std::string> notices;
+  std::vector<std::pair<std::string, std::string>> facts;  ///< how it was scanned, of nobody
+  std::vector<data_tools::SeriesFacts> series;             ///< what else could have been opened
   double read_seconds = 0;
 };
 
 /// Opens `src`, and tells its notices.
-volume::Result<Source> open_source(const std::string& src, const Listener& listener = {});
+volume::Result<Source> open_source(const SourceChoice& choice, const Listener& listener = {});
 /// In place of the scan its Gaussian; sigma in voxels, of which check(OperationChoice) says whether it may
 /// be.
 volume::Status blur(Source& source, double sigma);

@@ -41,7 +41,7 @@ TEST_F(Command, PhantomInfoMeshTouchDrillHaveTheirKeys) {
   const Json info = json("info s.mha");
   EXPECT_EQ(keys_of(info), with_common({"source", "format", "modality", "size", "spacing_mm", "origin_mm",
                                         "axis_x", "axis_y", "axis_z", "is_orthogonal", "is_hounsfield", "min",
-                                        "max", "mean", "labels", "notices", "read_seconds"}));
+                                        "max", "mean", "labels", "facts", "series", "notices", "read_seconds"}));
   EXPECT_EQ(info["size"], Json::array({48, 48, 48}));
   EXPECT_EQ(info["min"], -1000);
   EXPECT_EQ(info["max"], 1600);

@@ -20,6 +20,7 @@ std::vector<SlicePlace> stack(int count) {
     s.position = {-100, 50, 12.0 + 1.25 * k};
     s.row_spacing = 0.5;
     s.column_spacing = 0.4;
+    s.name = "slice " + std::to_string(k);
     slices.push_back(s);
   }
   return slices;
@@ -47,14 +48,12 @@ TEST(DicomStack, RefusesWhatIsNotOneRegularStackAndSaysHowMuch) {
   expect_refused(s, "1 slice missing");
   s = stack(10);
   s[3].position = s[4].position;
-  expect_refused(s, "1 slice of 10 repeated");
+  expect_refused(s, "1 slice of 10 too many: slice");
   s = stack(10);
   for (auto& p : s) p.position.z += p.position.z > 17 ? 0.4 : 0;
   expect_refused(s, "steps from 1.250 mm to 1.650 mm");
   s = stack(10);
-  for (auto& p : s) p.position.y += std::tan(18.5 * 3.14159265358979 / 180) * p.position.z;
-  expect_refused(s, "18.50 degrees");
-  s = stack(10);
+
   s[2].row_axis = {0, 1, 0}, s[2].column_axis = {0, 0, -1};
   expect_refused(s, "parallel");
   s = stack(10);
@@ -73,6 +72,19 @@ TEST(DicomStack, RefusesWhatIsNotOneRegularStackAndSaysHowMuch) {
   s[5].position.x += 8;
   expect_refused(s, "off the line");
   expect_refused({}, "no slices");
+}
+
+TEST(DicomStack, ATiltIsASharedShearOfAllPositions) {
+  auto s = stack(10);
+  for (auto& p : s) p.position.y += std::tan(18.5 * 3.14159265358979 / 180) * p.position.z;
+  const auto tilted = stack_slices(s);
+  ASSERT_TRUE(tilted.is_ok());
+  EXPECT_NEAR(tilted.value().tilt_degrees, 18.5, 1e-9);
+  for (int k = 0; k < 10; ++k) {
+    const glm::dvec3 at =
+        s[static_cast<std::size_t>(tilted.value().order[static_cast<std::size_t>(k)])].position;
+    EXPECT_LT(glm::length(tilted.value().frame.world_from_volume({0, 0, k}) - at), 1e-9);
+  }
 }
 
 TEST(DicomStack, RoundedPositionsAreStillRegular) {

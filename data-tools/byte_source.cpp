@@ -1,0 +1,47 @@
+#include "data-tools/byte_source.h"
+
+#include <cerrno>
+#include <cstring>
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+namespace trephine::data_tools {
+
+std::unique_ptr<ByteSource> ByteSource::open(const std::string& path) {
+  std::unique_ptr<ByteSource> source(new ByteSource);
+  source->file_ = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);  // a pipe does not stop us
+  struct stat facts {};
+  if (source->file_ < 0 || ::fstat(source->file_, &facts) != 0 || !S_ISREG(facts.st_mode)) return nullptr;
+  source->size_ = static_cast<std::uint64_t>(facts.st_size);
+  return source;
+}
+
+std::unique_ptr<ByteSource> ByteSource::of(std::shared_ptr<const std::string> bytes) {
+  std::unique_ptr<ByteSource> source(new ByteSource);
+  source->size_ = bytes->size();
+  source->bytes_ = std::move(bytes);
+  return source;
+}
+
+ByteSource::~ByteSource() {
+  if (file_ >= 0) ::close(file_);
+}
+
+bool ByteSource::read(std::uint64_t offset, void* to, std::size_t count) const {
+  if (offset > size_ || count > size_ - offset) return false;
+  if (bytes_) {
+    std::memcpy(to, bytes_->data() + offset, count);
+    return true;
+  }
+  char* at = static_cast<char*>(to);
+  while (count > 0) {
+    const ssize_t got = ::pread(file_, at, count, static_cast<off_t>(offset));
+    if (got < 0 && errno == EINTR) continue;
+    if (got <= 0) return false;
+    at += got, offset += static_cast<std::uint64_t>(got), count -= static_cast<std::size_t>(got);
+  }
+  return true;
+}
+
+}  // namespace trephine::data_tools

@@ -1,0 +1,32 @@
+// Bytes of a file, or of something that was unpacked: read where they are wanted.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+
+namespace trephine::data_tools {
+
+class ByteSource {
+ public:
+  /// Opens a file; null when it cannot be read or is no plain file.
+  static std::unique_ptr<ByteSource> open(const std::string& path);
+  /// What is in memory already.
+  static std::unique_ptr<ByteSource> of(std::shared_ptr<const std::string> bytes);
+  ~ByteSource();
+  ByteSource(const ByteSource&) = delete;
+  ByteSource& operator=(const ByteSource&) = delete;
+
+  std::uint64_t size() const noexcept { return size_; }
+  bool is_file() const noexcept { return file_ >= 0; }
+  /// False when that many bytes are not there.
+  bool read(std::uint64_t offset, void* to, std::size_t count) const;
+
+ private:
+  ByteSource() = default;
+  int file_ = -1;
+  std::shared_ptr<const std::string> bytes_;
+  std::uint64_t size_ = 0;
+};
+
+}  // namespace trephine::data_tools

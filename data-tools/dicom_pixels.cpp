@@ -1,0 +1,130 @@
+#include "data-tools/dicom_pixels.h"
+
+#include <algorithm>
+#include <bit>
+#include <cstring>
+#include <gdcmImage.h>
+#include <gdcmSequenceOfFragments.h>
+#include <gdcmTrace.h>
+#include <mutex>
+
+namespace trephine::data_tools {
+
+namespace {
+
+std::string in_words(const std::string& uid) {
+  return uid.empty() ? "a transfer syntax without a name" : "transfer syntax " + uid;
+}
+
+/// One compressed frame into native little endian bytes.
+std::string unpack(const std::string& uid, const std::string& packed, const DicomSlice& slice,
+                   std::string& out) {
+  static std::once_flag once;  // it would talk to the person itself
+  std::call_once(once, [] {
+    gdcm::Trace::WarningOff();
+    gdcm::Trace::ErrorOff();
+    gdcm::Trace::DebugOff();
+  });
+  const gdcm::TransferSyntax::TSType type = gdcm::TransferSyntax::GetTSType(uid.c_str());
+  if (type == gdcm::TransferSyntax::TS_END) return in_words(uid) + ", which is not read";
+  try {
+    gdcm::Image image;
+    image.SetNumberOfDimensions(2);
+    image.SetColumns(static_cast<unsigned>(slice.columns));
+    image.SetRows(static_cast<unsigned>(slice.rows));
+    image.SetTransferSyntax(gdcm::TransferSyntax(type));
+    image.SetPhotometricInterpretation(gdcm::PhotometricInterpretation::MONOCHROME2);
+    const auto bits = static_cast<unsigned short>(slice.bits_stored);
+    image.SetPixelFormat(gdcm::PixelFormat(1, static_cast<unsigned short>(slice.bits_allocated), bits,
+                                           static_cast<unsigned short>(bits - 1), slice.is_signed ? 1 : 0));
+    gdcm::SmartPointer<gdcm::SequenceOfFragments> sequence = new gdcm::SequenceOfFragments;
+    gdcm::Fragment fragment;
+    std::string even = packed;
+    if (even.size() % 2) even += '\0';
+    fragment.SetByteValue(even.data(), gdcm::VL(static_cast<std::uint32_t>(even.size())));
+    sequence->AddFragment(fragment);
+    gdcm::DataElement element(gdcm::Tag(0x7fe0, 0x0010));
+    element.SetVR(gdcm::VR::OB);
+    element.SetValue(*sequence);
+    image.SetDataElement(element);
+    const std::size_t expected = static_cast<std::size_t>(slice.rows) *
+                                 static_cast<std::size_t>(slice.columns) *
+                                 static_cast<std::size_t>(slice.bits_allocated / 8);
+    if (image.GetBufferLength() != expected) return "compressed pixels of another size than it says";
+    out.assign(expected, '\0');
+    if (!image.GetBuffer(out.data())) return "compressed pixels that are damaged, or of " + in_words(uid);
+  } catch (const std::exception&) {
+    return "compressed pixels that are damaged";
+  }
+  return "";
+}
+
+}  // namespace
+
+std::string DicomPixels::open(const DicomEntry& entry, const DicomSlice& first, DicomPixels& into) {
+  into = {};
+  into.file_ = &entry.file;
+  if (!entry.file.source) {
+    into.reopened_ = ByteSource::open(entry.path);
+    if (!into.reopened_) return "it cannot be opened any more";
+  }
+  into.source_ = entry.file.source ? entry.file.source.get() : into.reopened_.get();
+  const auto frames = static_cast<std::size_t>(entry.file.data.number(dicom_tag::k_frames).value_or(1));
+  if (entry.file.is_encapsulated) {
+    auto read = read_encapsulated_frames(entry.file, *into.source_, std::max<std::size_t>(frames, 1));
+    if (const auto* refusal = std::get_if<DicomRefusal>(&read)) return refusal->found;
+    into.frames_ = std::move(std::get<std::vector<std::string>>(read));
+    return "";
+  }
+  const std::uint64_t wanted = std::max<std::size_t>(frames, 1) * static_cast<std::uint64_t>(first.rows) *
+                               static_cast<std::uint64_t>(first.columns) *
+                               static_cast<std::uint64_t>(first.bits_allocated / 8);
+  const std::uint64_t size = into.source_->size(), offset = entry.file.pixel_offset;
+  const std::uint64_t there = std::min(entry.file.pixel_bytes, size > offset ? size - offset : 0);
+  if (there >= wanted) return "";
+  return "only " + std::to_string(there) + " of " + std::to_string(wanted) + " bytes of its pixels";
+}
+
+bool DicomPixels::read_plain(const DicomSlice& slice, std::int16_t* into) const {
+  static_assert(std::endian::native == std::endian::little);
+  if (file_->is_encapsulated || file_->is_big_endian || slice.bits_allocated != 16) return false;
+  const std::size_t bytes =
+      2 * static_cast<std::size_t>(slice.rows) * static_cast<std::size_t>(slice.columns);
+  return source_->read(file_->pixel_offset + slice.frame * bytes, into, bytes);
+}
+
+std::string DicomPixels::read(const DicomSlice& slice, std::vector<std::int32_t>& into) const {
+  const std::size_t count = static_cast<std::size_t>(slice.rows) * static_cast<std::size_t>(slice.columns);
+  const auto bytes_each = static_cast<std::size_t>(slice.bits_allocated / 8);
+  std::string bytes;
+  if (file_->is_encapsulated) {
+    if (slice.frame >= frames_.size()) return "fewer frames than it says";
+    if (std::string why = unpack(file_->transfer_syntax, frames_[slice.frame], slice, bytes); !why.empty())
+      return why;
+  } else {
+    bytes.resize(count * bytes_each);
+    if (!source_->read(file_->pixel_offset + slice.frame * bytes.size(), bytes.data(), bytes.size()))
+      return "fewer bytes of pixels than it says";
+  }
+  into.resize(count);
+  // What lies above the highest bit is no part of the number.
+  const int spare = 32 - slice.bits_stored;
+  const bool is_big = file_->is_big_endian && !file_->is_encapsulated;
+  const auto* p = reinterpret_cast<const unsigned char*>(bytes.data());
+  for (std::size_t i = 0; i < count; ++i, p += bytes_each) {
+    std::uint32_t raw = 0;
+    if (bytes_each == 1)
+      raw = p[0];
+    else if (bytes_each == 2)
+      raw = is_big ? static_cast<std::uint32_t>(p[0] << 8 | p[1])
+                   : static_cast<std::uint32_t>(p[1] << 8 | p[0]);
+    else
+      for (std::size_t b = 0; b < 4; ++b) raw |= static_cast<std::uint32_t>(p[is_big ? 3 - b : b]) << 8 * b;
+    raw <<= spare;
+    into[i] =
+        slice.is_signed ? static_cast<std::int32_t>(raw) >> spare : static_cast<std::int32_t>(raw >> spare);
+  }
+  return "";
+}
+
+}  // namespace trephine::data_tools

@@ -1,0 +1,509 @@
+#include "data-tools/dicom_series.h"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <glm/geometric.hpp>
+#include <map>
+#include <numeric>
+#include <set>
+#include <tuple>
+
+#include "data-tools/archive.h"
+#include "data-tools/atomic_file.h"
+#include "volume/parallel.h"
+
+namespace trephine::data_tools {
+
+namespace fs = std::filesystem;
+using namespace dicom_tag;
+using volume::Error;
+using volume::Result;
+
+namespace {
+
+constexpr std::size_t k_most_files = 200'000;
+constexpr double k_same_direction = 1e-3;  // of unit vectors; a stack is judged more strictly
+constexpr double k_same_mm = 1e-3;
+constexpr std::string_view k_directory_class = "1.2.840.10008.1.3.10";
+
+/// Of an attribute that a frame has, all frames share, or the file has.
+class FrameView {
+ public:
+  FrameView(const DicomDataSet& data, std::size_t frame) : data_(&data) {
+    if (const auto& frames = data.items(k_frame_groups); frame < frames.size()) frame_ = &frames[frame];
+    if (const auto& shared = data.items(k_shared_groups); !shared.empty()) shared_ = &shared[0];
+  }
+  /// `group`: the functional group in which enhanced files keep it.
+  const DicomDataSet& holder(DicomTag tag, DicomTag group) const {
+    for (const DicomDataSet* set : {frame_, shared_})
+      if (set)
+        for (const DicomDataSet& item : set->items(group))
+          if (item.has(tag)) return item;
+    return *data_;
+  }
+  std::optional<double> number(DicomTag tag, DicomTag group, std::size_t i = 0) const {
+    return holder(tag, group).number(tag, i);
+  }
+  std::string text(DicomTag tag, DicomTag group) const { return std::string(holder(tag, group).text(tag)); }
+
+ private:
+  const DicomDataSet *data_, *frame_ = nullptr, *shared_ = nullptr;
+};
+
+bool vector_of(const FrameView& view, DicomTag tag, DicomTag group, std::size_t from, glm::dvec3& v) {
+  for (std::size_t i = 0; i < 3; ++i) {
+    const auto number = view.number(tag, group, from + i);
+    if (!number) return false;
+    v[static_cast<int>(i)] = *number;
+  }
+  return true;
+}
+
+/// What may tell images in one place apart, the most telling first.
+std::vector<std::pair<std::string, std::string>> marks_of(const FrameView& view, const DicomDataSet& data) {
+  std::vector<std::pair<std::string, std::string>> marks;
+  marks.emplace_back("kind", data.text(k_image_type));
+  marks.emplace_back("echo time", data.text(k_echo_time));
+  marks.emplace_back("kernel", data.text(k_kernel));
+  marks.emplace_back("b value", data.text(k_b_value));
+  std::string phase = view.text(k_temporal_index, k_frame_content);
+  if (phase.empty()) phase = data.text(k_temporal_position);
+  marks.emplace_back("phase", phase);
+  marks.emplace_back("trigger time", data.text(k_trigger_time));
+  marks.emplace_back("acquisition", view.text(k_acquisition_number, k_frame_content));
+  return marks;
+}
+
+int whole(const std::optional<double>& v, int otherwise) {
+  return v && std::isfinite(*v) && std::abs(*v) < 1e9 ? static_cast<int>(*v) : otherwise;
+}
+
+/// Why it is no image of a volume, or "".
+std::string why_passed_over(const DicomDataSet& data) {
+  const std::string_view kind = data.text(k_sop_class);
+  if (kind == k_directory_class) return "index of the disk";
+  if (kind.starts_with("1.2.840.10008.5.1.4.1.1.88.")) return "report";
+  if (kind.starts_with("1.2.840.10008.5.1.4.1.1.481.")) return "radiotherapy";
+  if (kind.starts_with("1.2.840.10008.5.1.4.1.1.11.")) return "presentation state";
+  if (kind.starts_with("1.2.840.10008.5.1.4.1.1.7")) return "screen capture";
+  if (kind == "1.2.840.10008.5.1.4.1.1.66.4") return "segmentation";
+  if (kind == "1.2.840.10008.5.1.4.1.1.104.1") return "document";
+  return "";
+}
+
+/// The images of one file. Error text when they cannot be used.
+std::string add_slices(const DicomEntry& entry, std::size_t index, std::vector<DicomSlice>& to) {
+  const DicomDataSet& data = entry.file.data;
+  if (!data.items(k_modality_lut).empty()) return "its values go through a table (Modality LUT)";
+  const std::string_view photometric = data.text(k_photometric);
+  if (photometric == "PALETTE COLOR" || whole(data.number(k_samples), 1) != 1) return "a colour picture";
+  if (data.text(k_image_type).find("MOSAIC") != std::string_view::npos) {
+    const std::string_view tiles = data.text(k_tile_count);
+    return "a mosaic of " + (tiles.empty() ? std::string("many") : std::string(tiles)) +
+           " slices in one image";
+  }
+  if (photometric == "MONOCHROME1") return "inverted grey values (MONOCHROME1)";
+  const int frames = std::max(1, whole(data.number(k_frames), 1));
+  if (frames > 100'000) return "a number of frames that cannot be";
+  for (int f = 0; f < frames; ++f) {
+    const FrameView view(data, static_cast<std::size_t>(f));
+    DicomSlice slice;
+    slice.entry = index;
+    slice.frame = static_cast<std::size_t>(f);
+    if (!vector_of(view, k_position, k_plane_position, 0, slice.place.position) ||
+        !vector_of(view, k_orientation, k_plane_orientation, 0, slice.place.row_axis) ||
+        !vector_of(view, k_orientation, k_plane_orientation, 3, slice.place.column_axis))
+      return "it does not say where in the patient it lies";
+    slice.place.row_spacing = view.number(k_pixel_spacing, k_pixel_measures, 0).value_or(0);
+    slice.place.column_spacing = view.number(k_pixel_spacing, k_pixel_measures, 1).value_or(0);
+    slice.place.thickness = view.number(k_slice_thickness, k_pixel_measures).value_or(0);
+    slice.place.name = entry.name + (frames > 1 ? " frame " + std::to_string(f + 1) : "");
+    const DicomDataSet& rescale = view.holder(k_slope, k_value_transformation);
+    slice.has_rescale = rescale.has(k_slope) && rescale.has(k_intercept);
+    slice.slope = rescale.number(k_slope).value_or(1);
+    slice.intercept = rescale.number(k_intercept).value_or(0);
+    slice.rescale_type = rescale.text(k_rescale_type);
+    if (slice.slope == 0 || !std::isfinite(slice.slope) || !std::isfinite(slice.intercept))
+      return "a rescale slope or intercept that is no usable number";
+    slice.rows = whole(data.number(k_rows), 0);
+    slice.columns = whole(data.number(k_columns), 0);
+    slice.bits_allocated = whole(data.number(k_bits_allocated), 0);
+    slice.bits_stored = whole(data.number(k_bits_stored), slice.bits_allocated);
+    slice.high_bit = whole(data.number(k_high_bit), slice.bits_stored - 1);
+    slice.is_signed = whole(data.number(k_pixel_representation), 0) != 0;
+    if (slice.rows <= 0 || slice.columns <= 0) return "no size of its image";
+    if ((slice.bits_allocated != 8 && slice.bits_allocated != 16 && slice.bits_allocated != 32) ||
+        slice.bits_stored <= 0 || slice.bits_stored > slice.bits_allocated ||
+        slice.high_bit != slice.bits_stored - 1)
+      return "pixels of " + std::to_string(slice.bits_stored) + " of " +
+             std::to_string(slice.bits_allocated) + " bits, which is not read";
+    if (const auto low = data.number(k_padding)) {
+      const auto stored = [&slice](double v) {  // implicit files do not say whether it is signed
+        const int raw = static_cast<int>(v) & 0xffff;
+        return slice.is_signed ? static_cast<int>(static_cast<std::int16_t>(raw)) : raw;
+      };
+      const double high = data.number(k_padding_limit).value_or(*low);
+      if (std::isfinite(*low) && std::isfinite(high) && std::abs(*low) < 1e6 && std::abs(high) < 1e6)
+        slice.padding = std::minmax(stored(*low), stored(high));
+    }
+    slice.number = frames > 1 ? f + 1 : whole(data.number(k_instance_number), 0);
+    slice.marks = marks_of(view, data);
+    to.push_back(std::move(slice));
+  }
+  return "";
+}
+
+bool is_localizer(const DicomDataSet& data) {
+  const std::string_view kind = data.text(k_image_type);
+  return kind.find("LOCALIZER") != std::string_view::npos || kind.find("SCOUT") != std::string_view::npos;
+}
+
+bool are_of_one_grid(const DicomSlice& a, const DicomSlice& b) {
+  const auto close = [](double x, double y) { return std::abs(x - y) <= 1e-3 * std::abs(x); };
+  return a.rows == b.rows && a.columns == b.columns &&
+         glm::length(a.place.row_axis - b.place.row_axis) < k_same_direction &&
+         glm::length(a.place.column_axis - b.place.column_axis) < k_same_direction &&
+         close(a.place.row_spacing, b.place.row_spacing) &&
+         close(a.place.column_spacing, b.place.column_spacing);
+}
+
+bool are_in_one_place(const DicomSlice& a, const DicomSlice& b) {
+  return glm::length(a.place.position - b.place.position) < k_same_mm;
+}
+
+/// Pixels that are the same bytes (of a frame of many, the file decides).
+bool are_same_pixels(const DicomFolder& folder, const DicomSlice& a, const DicomSlice& b) {
+  const DicomFile &f = folder.entries[a.entry].file, &g = folder.entries[b.entry].file;
+  const auto opened = [](const DicomEntry& entry) {
+    return entry.file.source ? nullptr : ByteSource::open(entry.path);
+  };
+  const auto of_a = opened(folder.entries[a.entry]), of_b = opened(folder.entries[b.entry]);
+  const ByteSource *source_a = of_a ? of_a.get() : f.source.get(),
+                   *source_b = of_b ? of_b.get() : g.source.get();
+  if (!source_a || !source_b) return false;
+  if (a.entry == b.entry || a.frame != b.frame || f.pixel_bytes != g.pixel_bytes ||
+      f.transfer_syntax != g.transfer_syntax || a.slope != b.slope || a.intercept != b.intercept)
+    return false;
+  std::string x(1 << 20, '\0'), y = x;
+  for (std::uint64_t done = 0; done < f.pixel_bytes;) {
+    const auto part = static_cast<std::size_t>(std::min<std::uint64_t>(x.size(), f.pixel_bytes - done));
+    if (!source_a->read(f.pixel_offset + done, x.data(), part) ||
+        !source_b->read(g.pixel_offset + done, y.data(), part) || x.compare(0, part, y, 0, part) != 0)
+      return false;
+    done += part;
+  }
+  return true;
+}
+
+std::vector<std::size_t> by_height(const std::vector<DicomSlice>& slices) {
+  const glm::dvec3 normal = glm::cross(slices[0].place.row_axis, slices[0].place.column_axis);
+  std::vector<std::size_t> order(slices.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+    return glm::dot(slices[a].place.position, normal) < glm::dot(slices[b].place.position, normal);
+  });
+  return order;
+}
+
+std::size_t count_places(const std::vector<DicomSlice>& slices) {
+  const std::vector<std::size_t> order = by_height(slices);
+  std::size_t count = 1;
+  for (std::size_t i = 1; i < order.size(); ++i)
+    count += !are_in_one_place(slices[order[i - 1]], slices[order[i]]);
+  return count;
+}
+bool has_doubles(const std::vector<DicomSlice>& slices) { return count_places(slices) < slices.size(); }
+
+/// Takes away all but one of what is there twice; their names.
+std::vector<std::string> drop_copies(const DicomFolder& folder, std::vector<DicomSlice>& slices) {
+  std::vector<std::string> dropped;
+  if (!has_doubles(slices)) return dropped;
+  const std::vector<std::size_t> order = by_height(slices);
+  std::vector<char> is_copy(slices.size(), 0);
+  for (std::size_t i = 0; i < order.size(); ++i)
+    for (std::size_t k = i + 1; k < order.size() && are_in_one_place(slices[order[i]], slices[order[k]]);
+         ++k) {
+      if (is_copy[order[i]] || is_copy[order[k]]) continue;
+      const DicomSlice &a = slices[order[i]], &b = slices[order[k]];
+      // The same pixels in another phase are that phase's own.
+      if (a.marks != b.marks || !are_same_pixels(folder, a, b)) continue;
+      is_copy[order[k]] = 1;
+      dropped.push_back(b.place.name);
+    }
+  std::vector<DicomSlice> kept;
+  for (std::size_t i = 0; i < slices.size(); ++i)
+    if (!is_copy[i]) kept.push_back(std::move(slices[i]));
+  slices = std::move(kept);
+  return dropped;
+}
+
+/// Stacks in which no two slices lie in one place, as far as marks or the order of numbers tell them apart.
+void split_doubles(DicomStack stack, std::size_t mark, std::vector<DicomStack>& to) {
+  if (!has_doubles(stack.slices)) return to.push_back(std::move(stack));
+  const std::size_t marks = stack.slices[0].marks.size(), places = count_places(stack.slices);
+  for (; mark < marks; ++mark) {
+    std::map<std::string, DicomStack> parts;
+    std::vector<std::string> in_order;
+    for (DicomSlice& slice : stack.slices) {
+      const auto& [name, value] = slice.marks[mark];
+      DicomStack& part = parts[value];
+      if (part.slices.empty()) {
+        in_order.push_back(value);
+        part.mark =
+            stack.mark + (stack.mark.empty() ? "" : ", ") + name + " " + (value.empty() ? "?" : value);
+        part.is_localizer = stack.is_localizer;
+      }
+      part.slices.push_back(slice);
+    }
+    // It tells them apart when one of the parts has a slice in every place.
+    if (parts.size() < 2 || std::none_of(parts.begin(), parts.end(), [&](const auto& part) {
+          return count_places(part.second.slices) == places;
+        }))
+      continue;
+    // Numbers in their order, not as words.
+    std::stable_sort(in_order.begin(), in_order.end(), [](const std::string& a, const std::string& b) {
+      return a.size() != b.size() ? a.size() < b.size() : a < b;
+    });
+    for (const std::string& value : in_order) split_doubles(std::move(parts[value]), mark + 1, to);
+    return;
+  }
+  // As many in each place: one volume after another, by their numbers.
+  std::vector<std::size_t> order = by_height(stack.slices);
+  std::vector<std::vector<std::size_t>> piles;
+  for (const std::size_t i : order) {
+    if (piles.empty() || !are_in_one_place(stack.slices[piles.back()[0]], stack.slices[i]))
+      piles.emplace_back();
+    piles.back().push_back(i);
+  }
+  const std::size_t volumes = piles[0].size();
+  std::set<long> numbers;
+  for (const DicomSlice& slice : stack.slices) numbers.insert(slice.number);
+  const bool is_regular =
+      numbers.size() == stack.slices.size() &&
+      std::all_of(piles.begin(), piles.end(), [&](const auto& p) { return p.size() == volumes; });
+  if (!is_regular) return to.push_back(std::move(stack));  // refused when it is asked for, by name
+  for (auto& pile : piles)
+    std::sort(pile.begin(), pile.end(),
+              [&](std::size_t a, std::size_t b) { return stack.slices[a].number < stack.slices[b].number; });
+  for (std::size_t v = 0; v < volumes; ++v) {
+    DicomStack part;
+    part.mark = stack.mark + (stack.mark.empty() ? "" : ", ") + "repetition " + std::to_string(v + 1);
+    part.is_localizer = stack.is_localizer;
+    for (const auto& pile : piles) part.slices.push_back(stack.slices[pile[v]]);
+    to.push_back(std::move(part));
+  }
+}
+
+std::string list_of(const std::vector<std::string>& names) {
+  std::string text;
+  for (std::size_t i = 0; i < std::min<std::size_t>(names.size(), 4); ++i)
+    text += (i == 0 ? "" : ", ") + names[i];
+  if (names.size() > 4) text += " and " + std::to_string(names.size() - 4) + " more";
+  return text;
+}
+
+/// Names of plain files below a folder; links to folders are not followed.
+std::vector<std::string> files_below(const std::string& path) {
+  std::vector<std::string> files;
+  std::error_code failed;
+  for (fs::recursive_directory_iterator it(path, fs::directory_options::skip_permission_denied, failed), end;
+       !failed && it != end && files.size() < k_most_files; it.increment(failed)) {
+    if (it->path().filename().string().starts_with(".")) {  // of file systems and cameras, never of scanners
+      if (it->is_directory(failed)) it.disable_recursion_pending();
+      continue;
+    }
+    if (it->is_regular_file(failed)) files.push_back(it->path().string());
+  }
+  std::sort(files.begin(), files.end());
+  return files;
+}
+
+}  // namespace
+
+bool are_names_alike(const std::string& a, const std::string& b) {
+  const auto shape = [](const std::string& path) {
+    std::string out;
+    for (const char c : fs::path(path).filename().string()) {
+      const bool is_digit = c >= '0' && c <= '9';
+      if (!is_digit)
+        out += c;
+      else if (out.empty() || out.back() != '#')
+        out += '#';
+    }
+    return out;
+  };
+  return shape(a) == shape(b);
+}
+
+std::pair<std::size_t, std::size_t> best_stack(const DicomFolder& folder) {
+  std::pair<std::size_t, std::size_t> best{0, 0};
+  std::tuple<bool, bool, std::size_t> best_worth{false, false, 0};
+  for (std::size_t s = 0; s < folder.series.size(); ++s)
+    for (std::size_t k = 0; k < folder.series[s].stacks.size(); ++k) {
+      const DicomStack& stack = folder.series[s].stacks[k];
+      const std::tuple worth{!stack.is_localizer, folder.series[s].modality == "CT", stack.slices.size()};
+      if (worth > best_worth) best = {s, k}, best_worth = worth;
+    }
+  return best;
+}
+
+Result<DicomFolder> scan_dicom(const std::string& path, const Progress& progress) {
+  const std::string where = file_name(path);
+  const bool is_folder = fs::is_directory(path);
+  std::vector<std::string> files = is_folder ? files_below(path) : std::vector{path};
+  // What lies in archives comes in memory, after the files: of the one that was named, or of those in a
+  // folder.
+  std::vector<ArchiveMember> members;
+  if (!is_folder)  // an index stands for the disk that it lies on
+    if (const auto one = read_dicom_file(ByteSource::open(path));
+        std::holds_alternative<DicomFile>(one) &&
+        std::get<DicomFile>(one).data.text(k_sop_class) == k_directory_class)
+      return scan_dicom(fs::absolute(path).parent_path().string(), progress);
+  if (files.size() >= k_most_files)
+    return Error{"the folder holds too many files", where, std::to_string(files.size()) + " and more",
+                 "fewer than " + std::to_string(k_most_files), "point at the folder of one patient"};
+  const auto name_of = [&](const std::string& file) {
+    return is_folder ? fs::path(file).lexically_relative(path).string() : file_name(file);
+  };
+  // Heads are read side by side, in parts between which somebody may stop it.
+  std::vector<std::variant<DicomFile, DicomRefusal>> read;
+  const auto read_heads = [&](std::size_t count_all, const auto& source_of) -> bool {
+    const std::size_t first = read.size();
+    read.resize(first + count_all);
+    constexpr std::size_t k_part = 256;
+    for (std::size_t from = 0; from < count_all; from += k_part) {
+      if (progress && !progress(0.3 * static_cast<double>(from) / static_cast<double>(count_all)))
+        return false;
+      const auto count = static_cast<int>(std::min(k_part, count_all - from));
+      volume::parallel_for(count, 0, [&](int i) {
+        const std::size_t n = from + static_cast<std::size_t>(i);
+        auto& one = read[first + n];
+        one = read_dicom_file(source_of(n));
+        if (auto* file = std::get_if<DicomFile>(&one); file && file->source->is_file()) file->source.reset();
+      });
+    }
+    return true;
+  };
+  const Error stopped{"reading was interrupted", where, "", "", "", volume::ErrorKind::interrupted};
+  std::vector<std::string> archives;
+  if (!is_folder && is_archive(path)) {
+    archives.push_back(path);
+    files.clear();
+  }
+  if (!read_heads(files.size(), [&](std::size_t n) { return ByteSource::open(files[n]); })) return stopped;
+  // In a folder each slice may be compressed by itself; whole disks in it are unpacked when nothing else is
+  // there.
+  const bool has_images = std::any_of(read.begin(), read.end(), [](const auto& one) {
+    const auto* file = std::get_if<DicomFile>(&one);
+    return file && file->has_pixels;
+  });
+  for (std::size_t n = 0; n < files.size(); ++n)
+    if (std::holds_alternative<DicomRefusal>(read[n]) &&
+        (!has_images || (has_extension(files[n], ".gz") && !has_extension(files[n], ".tar.gz"))) &&
+        !has_extension(files[n], ".nii.gz") && is_archive(files[n]))
+      archives.push_back(files[n]);
+  std::vector<std::string> names;
+  for (const std::string& file : files) names.push_back(name_of(file));
+  for (const std::string& archive : archives) {
+    auto unpacked = read_archive(archive, progress);
+    if (!unpacked && (!is_folder || unpacked.error().kind == volume::ErrorKind::interrupted))
+      return unpacked.error();
+    if (!unpacked) continue;  // it stays among what is no DICOM
+    for (ArchiveMember& member : unpacked.value()) {
+      const bool is_alone = unpacked.value().size() == 1;
+      names.push_back(!is_folder ? member.name
+                      : is_alone ? name_of(archive)
+                                 : name_of(archive) + ": " + member.name);
+      members.push_back(std::move(member));
+    }
+    if (const auto at = std::find(files.begin(), files.end(), archive); at != files.end())
+      names[static_cast<std::size_t>(at - files.begin())].clear();  // its members stand for it
+  }
+  if (!read_heads(members.size(), [&](std::size_t n) { return ByteSource::of(members[n].bytes); }))
+    return stopped;
+  files.resize(files.size() + members.size());
+  members.clear();
+
+  DicomFolder folder;
+  std::vector<DicomSlice> slices;
+  for (std::size_t n = 0; n < files.size(); ++n) {
+    const std::string& name = names[n];
+    if (name.empty()) continue;
+    if (const auto* refusal = std::get_if<DicomRefusal>(&read[n])) {
+      (refusal->fault == DicomFault::broken ? folder.refused : folder.no_dicom)
+          .emplace_back(name, refusal->found);
+      continue;
+    }
+    auto& file = std::get<DicomFile>(read[n]);
+    if (const std::string why = why_passed_over(file.data); !why.empty()) {
+      if (why != "index of the disk") folder.passed_over.push_back(name + " (" + why + ")");
+      continue;
+    }
+    if (!file.has_pixels) {
+      // With a size it should have had them.
+      if (file.data.has(k_rows))
+        folder.refused.emplace_back(name, "it ends before its pixels");
+      else
+        folder.passed_over.push_back(name + " (no image)");
+      continue;
+    }
+    folder.entries.push_back({files[n], name, std::move(file)});
+    const std::size_t before = slices.size();
+    if (const std::string why = add_slices(folder.entries.back(), folder.entries.size() - 1, slices);
+        !why.empty()) {
+      slices.resize(before);
+      folder.refused.emplace_back(name, why);
+    }
+  }
+
+  // Series, and in them grids.
+  std::map<std::string, std::size_t> series_of;
+  for (DicomSlice& slice : slices) {
+    const DicomDataSet& data = folder.entries[slice.entry].file.data;
+    const std::string uid(data.text(k_series));
+    const auto [at, is_new] = series_of.emplace(uid, folder.series.size());
+    if (is_new) {
+      DicomSeries& made = folder.series.emplace_back();
+      made.uid = uid;
+      made.number = data.text(k_series_number);
+      made.modality = data.text(k_modality);
+      made.description = data.text(k_series_description);
+      made.kernel = data.text(k_kernel);
+      made.date = data.text(data.has(k_series_date) ? k_series_date : k_study_date);
+    }
+    DicomSeries& series = folder.series[at->second];
+    const bool is_scout = is_localizer(data);
+    const auto stack = std::find_if(series.stacks.begin(), series.stacks.end(), [&](const DicomStack& one) {
+      return one.is_localizer == is_scout && are_of_one_grid(one.slices[0], slice);
+    });
+    if (stack != series.stacks.end()) {
+      stack->slices.push_back(std::move(slice));
+    } else {
+      DicomStack& made = series.stacks.emplace_back();
+      made.is_localizer = is_scout;
+      made.slices.push_back(std::move(slice));
+    }
+  }
+  for (DicomSeries& series : folder.series) {
+    std::vector<DicomStack> split;
+    for (DicomStack& stack : series.stacks) {
+      if (has_doubles(stack.slices)) {
+        const std::vector<std::string> copies = drop_copies(folder, stack.slices);
+        if (!copies.empty())
+          folder.notices.push_back(std::to_string(copies.size()) +
+                                   (copies.size() == 1 ? " slice is" : " slices are") +
+                                   " there twice, and taken once: " + list_of(copies));
+      }
+      split_doubles(std::move(stack), 0, split);
+    }
+    series.stacks = std::move(split);
+  }
+  const auto number = [](const std::string& text) { return text.empty() ? 1e9 : std::atof(text.c_str()); };
+  std::stable_sort(
+      folder.series.begin(), folder.series.end(),
+      [&](const DicomSeries& a, const DicomSeries& b) { return number(a.number) < number(b.number); });
+  return folder;
+}
+
+}  // namespace trephine::data_tools
