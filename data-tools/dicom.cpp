@@ -8,6 +8,7 @@
 #include "data-tools/atomic_file.h"
 #include "data-tools/dicom_pixels.h"
 #include "data-tools/dicom_series.h"
+#include "data-tools/voxel_values.h"
 #include "volume/parallel.h"
 #include "volume/text.h"
 
@@ -179,33 +180,22 @@ class Loader {
   /// Every slice has a slope of its own (PET): one step for all that int16 holds, when that is finer than
   /// the noise.
   Status choose_step(OpenedVolume& opened) {
-    double most = 0;
-    std::vector<double> jumps;
+    ValueStatistics statistics;
     std::vector<std::int32_t> stored;
-    for (std::size_t i = 0; i < stack_->slices.size(); ++i) {
-      const DicomSlice& slice = stack_->slices[i];
+    std::vector<double> values;
+    for (const DicomSlice& slice : stack_->slices) {
       DicomPixels pixels;
       if (std::string why = DicomPixels::open(folder_->entries[slice.entry], slice, pixels); !why.empty())
         return broken(slice, why);
       if (std::string why = pixels.read(slice, stored); !why.empty()) return broken(slice, why);
-      for (std::size_t k = 0; k < stored.size(); ++k) {
-        most = std::max(most, std::abs(slice.slope * stored[k] + slice.intercept));
-        if (k % 61 == 0 && k + 1 < stored.size() && stored[k] != stored[k + 1])
-          jumps.push_back(std::abs(slice.slope * (static_cast<double>(stored[k + 1]) - stored[k])));
-      }
+      values.resize(stored.size());
+      for (std::size_t k = 0; k < stored.size(); ++k) values[k] = slice.slope * stored[k] + slice.intercept;
+      statistics.add(values);
     }
-    step_ = most > 0 ? most / 32700 : 1;
-    double noise = 0;
-    if (!jumps.empty()) {
-      std::nth_element(jumps.begin(), jumps.begin() + static_cast<std::ptrdiff_t>(jumps.size() / 2),
-                       jumps.end());
-      noise = jumps[jumps.size() / 2] / (0.6745 * std::sqrt(2.0));  // of the median of differences
-    }
-    if (step_ > noise)
-      return Error{"16 bits would lose more of the values than their noise", where_,
-                   "values to " + short_number(most) + ", noise of " + short_number(noise),
-                   "a step of at most " + short_number(noise),
-                   "accept a coarser step: --scale " + short_number(step_)};
+    const ValueStep found = step_for(statistics);
+    if (!found.is_finer_than_noise) return too_coarse(where_, statistics);
+    step_ = found.step;
+    const double noise = statistics.noise();
     opened.notices.push_back("values were scaled: the file's units are " + short_number(step_) +
                              " x voxel, at most " + short_number(0.5 * step_) + " off, noise is " +
                              short_number(noise));

@@ -9,23 +9,19 @@
 #include <set>
 #include <tuple>
 
-#include "data-tools/archive.h"
-#include "data-tools/atomic_file.h"
-#include "volume/parallel.h"
+#include "data-tools/dicom_heads.h"
 
 namespace trephine::data_tools {
 
 namespace fs = std::filesystem;
 using namespace dicom_tag;
-using volume::Error;
 using volume::Result;
 
 namespace {
 
-constexpr std::size_t k_most_files = 200'000;
 constexpr double k_same_direction = 1e-3;  // of unit vectors; a stack is judged more strictly
 constexpr double k_same_mm = 1e-3;
-constexpr std::string_view k_directory_class = "1.2.840.10008.1.3.10";
+constexpr const char* k_index = "index of the disk";
 
 /// Of an attribute that a frame has, all frames share, or the file has.
 class FrameView {
@@ -82,7 +78,7 @@ int whole(const std::optional<double>& v, int otherwise) {
 /// Why it is no image of a volume, or "".
 std::string why_passed_over(const DicomDataSet& data) {
   const std::string_view kind = data.text(k_sop_class);
-  if (kind == k_directory_class) return "index of the disk";
+  if (kind == k_dicom_index_class) return k_index;
   if (kind.starts_with("1.2.840.10008.5.1.4.1.1.88.")) return "report";
   if (kind.starts_with("1.2.840.10008.5.1.4.1.1.481.")) return "radiotherapy";
   if (kind.starts_with("1.2.840.10008.5.1.4.1.1.11.")) return "presentation state";
@@ -303,22 +299,6 @@ std::string list_of(const std::vector<std::string>& names) {
   return text;
 }
 
-/// Names of plain files below a folder; links to folders are not followed.
-std::vector<std::string> files_below(const std::string& path) {
-  std::vector<std::string> files;
-  std::error_code failed;
-  for (fs::recursive_directory_iterator it(path, fs::directory_options::skip_permission_denied, failed), end;
-       !failed && it != end && files.size() < k_most_files; it.increment(failed)) {
-    if (it->path().filename().string().starts_with(".")) {  // of file systems and cameras, never of scanners
-      if (it->is_directory(failed)) it.disable_recursion_pending();
-      continue;
-    }
-    if (it->is_regular_file(failed)) files.push_back(it->path().string());
-  }
-  std::sort(files.begin(), files.end());
-  return files;
-}
-
 }  // namespace
 
 bool are_names_alike(const std::string& a, const std::string& b) {
@@ -349,95 +329,20 @@ std::pair<std::size_t, std::size_t> best_stack(const DicomFolder& folder) {
 }
 
 Result<DicomFolder> scan_dicom(const std::string& path, const Progress& progress) {
-  const std::string where = file_name(path);
-  const bool is_folder = fs::is_directory(path);
-  std::vector<std::string> files = is_folder ? files_below(path) : std::vector{path};
-  // What lies in archives comes in memory, after the files: of the one that was named, or of those in a
-  // folder.
-  std::vector<ArchiveMember> members;
-  if (!is_folder)  // an index stands for the disk that it lies on
-    if (const auto one = read_dicom_file(ByteSource::open(path));
-        std::holds_alternative<DicomFile>(one) &&
-        std::get<DicomFile>(one).data.text(k_sop_class) == k_directory_class)
-      return scan_dicom(fs::absolute(path).parent_path().string(), progress);
-  if (files.size() >= k_most_files)
-    return Error{"the folder holds too many files", where, std::to_string(files.size()) + " and more",
-                 "fewer than " + std::to_string(k_most_files), "point at the folder of one patient"};
-  const auto name_of = [&](const std::string& file) {
-    return is_folder ? fs::path(file).lexically_relative(path).string() : file_name(file);
-  };
-  // Heads are read side by side, in parts between which somebody may stop it.
-  std::vector<std::variant<DicomFile, DicomRefusal>> read;
-  const auto read_heads = [&](std::size_t count_all, const auto& source_of) -> bool {
-    const std::size_t first = read.size();
-    read.resize(first + count_all);
-    constexpr std::size_t k_part = 256;
-    for (std::size_t from = 0; from < count_all; from += k_part) {
-      if (progress && !progress(0.3 * static_cast<double>(from) / static_cast<double>(count_all)))
-        return false;
-      const auto count = static_cast<int>(std::min(k_part, count_all - from));
-      volume::parallel_for(count, 0, [&](int i) {
-        const std::size_t n = from + static_cast<std::size_t>(i);
-        auto& one = read[first + n];
-        one = read_dicom_file(source_of(n));
-        if (auto* file = std::get_if<DicomFile>(&one); file && file->source->is_file()) file->source.reset();
-      });
-    }
-    return true;
-  };
-  const Error stopped{"reading was interrupted", where, "", "", "", volume::ErrorKind::interrupted};
-  std::vector<std::string> archives;
-  if (!is_folder && is_archive(path)) {
-    archives.push_back(path);
-    files.clear();
-  }
-  if (!read_heads(files.size(), [&](std::size_t n) { return ByteSource::open(files[n]); })) return stopped;
-  // In a folder each slice may be compressed by itself; whole disks in it are unpacked when nothing else is
-  // there.
-  const bool has_images = std::any_of(read.begin(), read.end(), [](const auto& one) {
-    const auto* file = std::get_if<DicomFile>(&one);
-    return file && file->has_pixels;
-  });
-  for (std::size_t n = 0; n < files.size(); ++n)
-    if (std::holds_alternative<DicomRefusal>(read[n]) &&
-        (!has_images || (has_extension(files[n], ".gz") && !has_extension(files[n], ".tar.gz"))) &&
-        !has_extension(files[n], ".nii.gz") && is_archive(files[n]))
-      archives.push_back(files[n]);
-  std::vector<std::string> names;
-  for (const std::string& file : files) names.push_back(name_of(file));
-  for (const std::string& archive : archives) {
-    auto unpacked = read_archive(archive, progress);
-    if (!unpacked && (!is_folder || unpacked.error().kind == volume::ErrorKind::interrupted))
-      return unpacked.error();
-    if (!unpacked) continue;  // it stays among what is no DICOM
-    for (ArchiveMember& member : unpacked.value()) {
-      const bool is_alone = unpacked.value().size() == 1;
-      names.push_back(!is_folder ? member.name
-                      : is_alone ? name_of(archive)
-                                 : name_of(archive) + ": " + member.name);
-      members.push_back(std::move(member));
-    }
-    if (const auto at = std::find(files.begin(), files.end(), archive); at != files.end())
-      names[static_cast<std::size_t>(at - files.begin())].clear();  // its members stand for it
-  }
-  if (!read_heads(members.size(), [&](std::size_t n) { return ByteSource::of(members[n].bytes); }))
-    return stopped;
-  files.resize(files.size() + members.size());
-  members.clear();
-
+  Result<std::vector<DicomHead>> heads = read_dicom_heads(path, progress);
+  if (!heads) return heads.error();
   DicomFolder folder;
   std::vector<DicomSlice> slices;
-  for (std::size_t n = 0; n < files.size(); ++n) {
-    const std::string& name = names[n];
-    if (name.empty()) continue;
-    if (const auto* refusal = std::get_if<DicomRefusal>(&read[n])) {
+  for (DicomHead& head : heads.value()) {
+    const std::string& name = head.name;
+    if (const auto* refusal = std::get_if<DicomRefusal>(&head.read)) {
       (refusal->fault == DicomFault::broken ? folder.refused : folder.no_dicom)
           .emplace_back(name, refusal->found);
       continue;
     }
-    auto& file = std::get<DicomFile>(read[n]);
+    auto& file = std::get<DicomFile>(head.read);
     if (const std::string why = why_passed_over(file.data); !why.empty()) {
-      if (why != "index of the disk") folder.passed_over.push_back(name + " (" + why + ")");
+      if (why != k_index) folder.passed_over.push_back(name + " (" + why + ")");
       continue;
     }
     if (!file.has_pixels) {
@@ -448,7 +353,7 @@ Result<DicomFolder> scan_dicom(const std::string& path, const Progress& progress
         folder.passed_over.push_back(name + " (no image)");
       continue;
     }
-    folder.entries.push_back({files[n], name, std::move(file)});
+    folder.entries.push_back({head.path, name, std::move(file)});
     const std::size_t before = slices.size();
     if (const std::string why = add_slices(folder.entries.back(), folder.entries.size() - 1, slices);
         !why.empty()) {

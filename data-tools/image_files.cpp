@@ -18,7 +18,7 @@
 #include "data-tools/nifti.h"
 #include "data-tools/output_set.h"
 #include "data-tools/quiet_streams.h"
-#include "data-tools/whole_numbers.h"
+#include "data-tools/voxel_values.h"
 #include "volume/parallel.h"
 #include "volume/text.h"
 
@@ -31,9 +31,6 @@ using volume::Status;
 using volume::Volume;
 
 namespace {
-
-/// How files of ours say that their values are Hounsfield units, in DICOM's words.
-constexpr const char *k_units_key = "RescaleType", *k_units = "HU";
 
 struct Format {
   itk::ImageIOBase::Pointer io;
@@ -58,37 +55,34 @@ std::string reason(const itk::ExceptionObject& e) {
   return text.substr(0, text.find('\n')).substr(0, 160);
 }
 
-std::optional<double> convert_any(itk::IOComponentEnum type, const void* data, Volume& volume,
-                                  bool& is_known) {
+std::optional<ValueReader> reader_of(itk::IOComponentEnum type, const void* data) {
   using C = itk::IOComponentEnum;
-  is_known = true;
   switch (type) {
     case C::UCHAR:
-      return fill_with_whole_numbers<unsigned char>(data, volume);
+      return values_of<unsigned char>(data);
     case C::CHAR:
-      return fill_with_whole_numbers<signed char>(data, volume);
+      return values_of<signed char>(data);
     case C::USHORT:
-      return fill_with_whole_numbers<unsigned short>(data, volume);
+      return values_of<unsigned short>(data);
     case C::SHORT:
-      return fill_with_whole_numbers<short>(data, volume);
+      return values_of<short>(data);
     case C::UINT:
-      return fill_with_whole_numbers<unsigned int>(data, volume);
+      return values_of<unsigned int>(data);
     case C::INT:
-      return fill_with_whole_numbers<int>(data, volume);
+      return values_of<int>(data);
     case C::ULONG:
-      return fill_with_whole_numbers<unsigned long>(data, volume);
+      return values_of<unsigned long>(data);
     case C::LONG:
-      return fill_with_whole_numbers<long>(data, volume);
+      return values_of<long>(data);
     case C::ULONGLONG:
-      return fill_with_whole_numbers<unsigned long long>(data, volume);
+      return values_of<unsigned long long>(data);
     case C::LONGLONG:
-      return fill_with_whole_numbers<long long>(data, volume);
+      return values_of<long long>(data);
     case C::FLOAT:
-      return fill_with_whole_numbers<float>(data, volume);
+      return values_of<float>(data);
     case C::DOUBLE:
-      return fill_with_whole_numbers<double>(data, volume);
+      return values_of<double>(data);
     default:
-      is_known = false;
       return std::nullopt;
   }
 }
@@ -174,6 +168,14 @@ bool holds(const std::string& path, std::uint64_t bytes) {
   return !failed && size >= bytes;
 }
 
+/// Does a MetaImage say its voxels' size?
+bool says_spacing(const std::string& path) {
+  std::ifstream in(path, std::ios::binary);
+  for (std::string line; std::getline(in, line) && !line.starts_with("ElementDataFile");)
+    if (line.starts_with("ElementSpacing") || line.starts_with("ElementSize")) return true;
+  return false;
+}
+
 Status write_image(const std::string& path, const glm::ivec3& size, const volume::Frame& frame,
                    itk::IOComponentEnum type, const void* data, bool is_hounsfield) {
   if (Status error = check_extension(OutputKind::volume, path)) return error;
@@ -227,6 +229,28 @@ Status write_image(const std::string& path, const glm::ivec3& size, const volume
 
 }  // namespace
 
+Result<std::size_t> volume_index(const OpenOptions& options, std::size_t volumes, const std::string& where) {
+  if (options.volume <= static_cast<int>(std::min<std::size_t>(volumes, 1'000'000)) && options.volume >= 0)
+    return static_cast<std::size_t>(std::max(options.volume - 1, 0));
+  return Error{"there is no such volume in the file", where, std::to_string(options.volume),
+               "1 to " + std::to_string(volumes), "choose another: --volume"};
+}
+
+void know_units(OpenedVolume& opened, bool says_hounsfield) {
+  if (says_hounsfield) {
+    opened.volume.is_hounsfield = true;
+    opened.modality = "CT";
+  } else if (const std::string notice = guess_hounsfield(opened.volume); !notice.empty()) {
+    opened.modality = "CT";
+    opened.notices.push_back(notice);
+  }
+}
+
+void tell_volumes(OpenedVolume& opened, std::size_t index, std::size_t volumes) {
+  opened.notices.push_back("volume " + std::to_string(index + 1) + " of " + std::to_string(volumes) +
+                           " was taken: --volume chooses");
+}
+
 Result<OpenedVolume> open_image_file(const std::string& path, const OpenOptions& options) {
   const std::string where = file_name(path);
   const Format format = format_of(path);
@@ -243,7 +267,11 @@ Result<OpenedVolume> open_image_file(const std::string& path, const OpenOptions&
     io.ReadImageInformation();
     unsigned dimensions = io.GetNumberOfDimensions();
     for (; dimensions > 3 && io.GetDimensions(dimensions - 1) == 1; --dimensions) {}
-    if (dimensions != 3) return broken(std::to_string(dimensions) + " dimensions instead of 3");
+    if (dimensions != 3 && dimensions != 4)
+      return broken(std::to_string(dimensions) + " dimensions instead of 3");
+    const std::size_t volumes = dimensions == 4 ? io.GetDimensions(3) : 1;
+    const Result<std::size_t> index = volume_index(options, volumes, where);
+    if (!index) return index.error();
     if (io.GetNumberOfComponents() != 1)
       return broken(std::to_string(io.GetNumberOfComponents()) + " values a voxel instead of 1");
     glm::ivec3 size;
@@ -259,6 +287,13 @@ Result<OpenedVolume> open_image_file(const std::string& path, const OpenOptions&
       const std::vector<double> direction = io.GetDirection(a);
       for (int k = 0; k < 3; ++k) axes[i][k] = direction[static_cast<std::size_t>(k)] * io.GetSpacing(a);
     }
+    if (!says_spacing(path)) {
+      if (!options.spacing)
+        return Error{"the file does not say how large its voxels are", where,
+                     "neither ElementSpacing nor ElementSize", "one of them, in mm",
+                     "say it: --spacing X,Y,Z"};
+      for (int a = 0; a < 3; ++a) axes[a] *= (*options.spacing)[a];
+    }
     Result<volume::Frame> frame = volume::Frame::from_axes(origin, axes);
     if (!frame) {
       Error error = frame.error();
@@ -270,6 +305,7 @@ Result<OpenedVolume> open_image_file(const std::string& path, const OpenOptions&
     for (int i = 0; i < 3; ++i)
       if (__builtin_mul_overflow(promised, static_cast<std::size_t>(size[i]), &promised))
         return broken("a size that cannot be");
+    if (__builtin_mul_overflow(promised, volumes, &promised)) return broken("a size that cannot be");
     if (const std::string gap = missing_bytes(path, promised); !gap.empty()) return broken(gap);
     Result<Volume> made = volume::make_volume(size, frame.value());
     if (!made) {
@@ -277,7 +313,7 @@ Result<OpenedVolume> open_image_file(const std::string& path, const OpenOptions&
       error.where = where;
       return error;
     }
-    const std::size_t bytes = made.value().voxels.size() * io.GetComponentSize();
+    const std::size_t bytes = made.value().voxels.size() * io.GetComponentSize() * volumes;
     if (bytes > volume::available_memory_bytes())
       return Error{"the volume is larger than the memory of this machine",
                    where,
@@ -295,52 +331,25 @@ Result<OpenedVolume> open_image_file(const std::string& path, const OpenOptions&
     opened.volume = std::move(made).value();
     opened.format = format.name;
     Volume& volume = opened.volume;
-    if (io.GetComponentType() == itk::IOComponentEnum::SHORT) {
+    if (io.GetComponentType() == itk::IOComponentEnum::SHORT && volumes == 1 && !options.scale) {
       io.Read(volume.voxels.data());
     } else {
       volume::Buffer<char> raw(bytes);
       io.Read(raw.data());
-      bool is_known = false;
-      const std::optional<double> misfit = convert_any(io.GetComponentType(), raw.data(), volume, is_known);
-      if (!is_known) return broken("voxels of an unknown kind");
-      if (misfit) return not_whole(where, *misfit);
+      const auto values = reader_of(io.GetComponentType(), raw.data() + index.value() * (bytes / volumes));
+      if (!values) return broken("voxels of an unknown kind");
+      if (Status error = fill_voxels(volume, *values, options.scale, where, opened.notices)) return *error;
     }
+    if (volumes > 1) tell_volumes(opened, index.value(), volumes);
     std::string units;
     itk::ExposeMetaData<std::string>(io.GetMetaDataDictionary(), k_units_key, units);
-    if (units == k_units) {
-      volume.is_hounsfield = true;
-      opened.modality = "CT";
-    } else if (const std::string notice = guess_hounsfield(volume); !notice.empty()) {
-      opened.modality = "CT";
-      opened.notices.push_back(notice);
-    }
+    know_units(opened, units == k_units);
     return opened;
   } catch (const itk::ExceptionObject& e) {
     return broken(reason(e));
   } catch (const std::exception&) {
     return broken("damaged contents");
   }
-}
-
-Error not_whole(const std::string& where, double value) {
-  return Error{"the volume holds values that are not whole numbers of 16 bits", where, volume::text_of(value),
-               "whole numbers from -32768 to 32767",
-               "scale or round the values before opening (a fraction such as 0.5 would be lost silently)"};
-}
-
-std::string guess_hounsfield(Volume& volume) {
-  // Air all around, or most of what lies below water: no other modality has that.
-  std::size_t air = 0, below = 0;
-  for (const std::int16_t v : volume.voxels.span()) {
-    air += v >= -1100 && v <= -900;
-    below += v < -200;
-  }
-  const double share =
-      static_cast<double>(air) / static_cast<double>(std::max<std::size_t>(volume.voxels.size(), 1));
-  volume.is_hounsfield = share >= 0.01 && 2 * air >= below;
-  if (!volume.is_hounsfield) return "";
-  return "taken as Hounsfield units: " + std::to_string(static_cast<int>(100 * share + 0.5)) +
-         " % of the voxels are air (-1000)";
 }
 
 Result<Volume> orthogonalized(const Volume& volume) {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <cstdio>
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
@@ -12,7 +13,8 @@
 #include <zlib.h>
 
 #include "data-tools/atomic_file.h"
-#include "data-tools/whole_numbers.h"
+#include "data-tools/image_files.h"
+#include "data-tools/voxel_values.h"
 
 namespace trephine::data_tools {
 
@@ -21,6 +23,14 @@ using volume::Result;
 using volume::Volume;
 
 namespace {
+
+constexpr double k_frames_agree_mm = 0.1;
+
+std::string short_mm(double value) {
+  char text[40];
+  std::snprintf(text, sizeof text, "%.2f mm", value);
+  return text;
+}
 
 using Image = std::unique_ptr<nifti_image, decltype(&nifti_image_free)>;
 
@@ -37,55 +47,75 @@ Result<volume::Frame> frame_of(const mat44& m, double unit_mm) {
   return volume::Frame::from_axes(origin, axes);
 }
 
-std::optional<double> convert(const nifti_image& image, Volume& volume, bool& is_known) {
+std::optional<ValueReader> reader_of(const nifti_image& image, const void* data) {
   const double slope = image.scl_slope != 0 ? static_cast<double>(image.scl_slope) : 1;
   const double intercept = image.scl_slope != 0 ? static_cast<double>(image.scl_inter) : 0;
-  is_known = true;
-  const auto fill = [&]<class T>(T) {
-    return fill_with_whole_numbers<T>(image.data, volume, slope, intercept);
-  };
   switch (image.datatype) {
     case DT_UINT8:
-      return fill(static_cast<unsigned char>(0));
+      return values_of<unsigned char>(data, slope, intercept);
     case DT_INT8:
-      return fill(static_cast<signed char>(0));
+      return values_of<signed char>(data, slope, intercept);
     case DT_UINT16:
-      return fill(static_cast<unsigned short>(0));
+      return values_of<unsigned short>(data, slope, intercept);
     case DT_INT16:
-      return fill(short{0});
+      return values_of<short>(data, slope, intercept);
     case DT_UINT32:
-      return fill(0u);
+      return values_of<unsigned>(data, slope, intercept);
     case DT_INT32:
-      return fill(0);
+      return values_of<int>(data, slope, intercept);
+    case DT_UINT64:
+      return values_of<std::uint64_t>(data, slope, intercept);
+    case DT_INT64:
+      return values_of<std::int64_t>(data, slope, intercept);
     case DT_FLOAT32:
-      return fill(0.0f);
+      return values_of<float>(data, slope, intercept);
     case DT_FLOAT64:
-      return fill(0.0);
+      return values_of<double>(data, slope, intercept);
     default:
-      is_known = false;
       return std::nullopt;
   }
 }
 
-/// niftilib takes what it gets: does the file hold all its voxels? A compressed one is read to its checksum.
-bool is_whole(const std::string& path, const nifti_image& image) {
-  if (!has_extension(path, ".gz")) {
-    std::error_code error;
-    const auto held = std::filesystem::file_size(image.iname, error);
-    return !error && held >= static_cast<std::size_t>(image.iname_offset) +
-                                 image.nvox * static_cast<std::size_t>(image.nbyper);
+/// How far apart two frames put the corners of a volume.
+double farthest_apart(const volume::Frame& a, const volume::Frame& b, const glm::ivec3& size) {
+  double most = 0;
+  for (int corner = 0; corner < 8; ++corner) {
+    const glm::dvec3 at = glm::dvec3(size - 1) * glm::dvec3(corner & 1, corner >> 1 & 1, corner >> 2);
+    most = std::max(most, glm::length(a.world_from_volume(at) - b.world_from_volume(at)));
   }
-  gzFile file = gzopen(path.c_str(), "rb");
-  if (file == nullptr) return false;
-  std::vector<char> part(1 << 20);
-  std::size_t held = 0;
-  int got = 0;
-  while ((got = gzread(file, part.data(), static_cast<unsigned>(part.size()))) > 0)
-    held += static_cast<std::size_t>(got);
-  const bool is_closed = gzclose_r(file) == Z_OK;
-  const bool is_good = got == 0 && is_closed;
-  return is_good && held >= static_cast<std::size_t>(image.iname_offset) +
-                                image.nvox * static_cast<std::size_t>(image.nbyper);
+  return most;
+}
+
+/// Could the file hold so many bytes of voxels? A compressed one at a thousand times its own size at most.
+bool can_hold(const nifti_image& image, std::size_t bytes) {
+  std::error_code error;
+  const auto held = std::filesystem::file_size(image.iname, error);
+  const std::size_t times = has_extension(image.iname, ".gz") ? 1100 : 1;
+  return !error && held * times >= static_cast<std::size_t>(image.iname_offset) + bytes;
+}
+
+/// The voxels as they are (niftilib makes 0 of what is no number), from a file compressed or not, to the
+/// checksum at its end. False when they are not all there.
+bool read_voxels(const nifti_image& image, volume::Buffer<char>& into) {
+  const std::unique_ptr<std::remove_pointer_t<gzFile>, int (*)(gzFile)> file(gzopen(image.iname, "rb"),
+                                                                             gzclose_r);
+  if (!file) return false;
+  const auto read = [&](char* to, std::size_t count) {
+    for (std::size_t done = 0; done < count;) {
+      const auto part = static_cast<unsigned>(std::min<std::size_t>(count - done, 1u << 26));
+      const int got = gzread(file.get(), to + done, part);
+      if (got <= 0) return false;
+      done += static_cast<std::size_t>(got);
+    }
+    return true;
+  };
+  std::vector<char> before(static_cast<std::size_t>(image.iname_offset));
+  if (!read(before.data(), before.size()) || !read(into.data(), into.size())) return false;
+  char rest = 0;
+  if (gzread(file.get(), &rest, 1) < 0) return false;  // the checksum is looked at behind the last byte
+  if (image.swapsize > 1 && image.byteorder != nifti_short_order())
+    nifti_swap_Nbytes(into.size() / static_cast<std::size_t>(image.swapsize), image.swapsize, into.data());
+  return true;
 }
 
 }  // namespace
@@ -96,6 +126,7 @@ Result<OpenedVolume> open_nifti(const std::string& path, const OpenOptions& opti
     return Error{"the NIfTI file cannot be read", where, found, "a complete NIfTI-1 file with one volume",
                  "copy or export it again"};
   };
+  std::vector<std::string> notices;
   nifti_set_debug_level(-1);  // it would talk to the person itself
   // Looked at first, because the library's conversion of a broken header talks to the person itself.
   const std::unique_ptr<nifti_1_header, decltype(&std::free)> header(
@@ -103,8 +134,11 @@ Result<OpenedVolume> open_nifti(const std::string& path, const OpenOptions& opti
   if (!header || !nifti_hdr_looks_good(header.get())) return broken("no NIfTI header");
   const Image image(nifti_image_read(path.c_str(), 0), &nifti_image_free);
   if (!image) return broken("no NIfTI header");
-  if (image->ndim < 3 || image->nt > 1 || image->nu > 1 || image->nv > 1 || image->nw > 1)
+  if (image->ndim < 3 || image->nu > 1 || image->nv > 1 || image->nw > 1)
     return broken(std::to_string(image->ndim) + " dimensions instead of 3");
+  const auto volumes = static_cast<std::size_t>(std::max(image->nt, 1));
+  const Result<std::size_t> index = volume_index(options, volumes, where);
+  if (!index) return index.error();
   for (const double s : {image->dx, image->dy, image->dz})
     if (!(s > 0) || !std::isfinite(s))
       return Error{"the spacing is not a positive number", where, std::to_string(s) + " mm",
@@ -116,14 +150,31 @@ Result<OpenedVolume> open_nifti(const std::string& path, const OpenOptions& opti
   if (image->sform_code <= 0 && image->qform_code <= 0)
     return Error{"the file does not say how the volume lies in the patient", where, "neither sform nor qform",
                  "one of them", "export the volume with its orientation"};
-  Result<volume::Frame> frame = frame_of(image->sform_code > 0 ? image->sto_xyz : image->qto_xyz, unit);
+  using Which = OpenOptions::NiftiFrame;
+  const bool has_both = image->sform_code > 0 && image->qform_code > 0;
+  const bool takes_qform = has_both ? options.nifti_frame == Which::qform : image->sform_code <= 0;
+  Result<volume::Frame> frame = frame_of(takes_qform ? image->qto_xyz : image->sto_xyz, unit);
+  if (has_both) {
+    const Result<volume::Frame> other = frame_of(takes_qform ? image->sto_xyz : image->qto_xyz, unit);
+    const double apart =
+        frame && other ? farthest_apart(frame.value(), other.value(), {image->nx, image->ny, image->nz}) : 0;
+    if (apart > k_frames_agree_mm && options.nifti_frame == Which::any)
+      return Error{"the file says twice how the volume lies, and not the same", where,
+                   "sform and qform put a corner " + short_mm(apart) + " apart", "at most 0.1 mm",
+                   "say which is right: --sform or --qform"};
+    if (apart > k_frames_agree_mm)
+      notices.push_back("sform and qform put a corner " + short_mm(apart) + " apart; the " +
+                        (takes_qform ? "qform" : "sform") + " was taken");
+  }
   if (!frame) {
     Error error = frame.error();
     error.where = where;
     return error;
   }
   // The file first, the memory for it then.
-  if (!is_whole(path, *image)) return broken("fewer voxels than its header promises");
+  const std::size_t brick = static_cast<std::size_t>(image->nx) * static_cast<std::size_t>(image->ny) *
+                            static_cast<std::size_t>(image->nz) * static_cast<std::size_t>(image->nbyper);
+  if (!can_hold(*image, brick * volumes)) return broken("fewer voxels than its header promises");
   Result<Volume> made = volume::make_volume({image->nx, image->ny, image->nz}, frame.value());
   if (!made) {
     Error error = made.error();
@@ -133,31 +184,25 @@ Result<OpenedVolume> open_nifti(const std::string& path, const OpenOptions& opti
   OpenedVolume opened;
   opened.volume = std::move(made).value();
   opened.format = "NIfTI";
-  if (image->sform_code > 0 && image->qform_code > 0)
-    if (const Result<volume::Frame> other = frame_of(image->qto_xyz, unit); other.is_ok()) {
-      const glm::dvec3 far(image->nx - 1, image->ny - 1, image->nz - 1);
-      const double apart =
-          std::max(glm::length(other.value().origin() - frame.value().origin()),
-                   glm::length(other.value().world_from_volume(far) - frame.value().world_from_volume(far)));
-      if (apart > 0.1)
-        opened.notices.push_back("sform and qform disagree by " + std::to_string(apart) +
-                                 " mm; the sform was taken");
-    }
-
+  opened.notices = std::move(notices);
   if (options.progress && !options.progress(0))
     return Error{"reading was interrupted", where, "", "", "", volume::ErrorKind::interrupted};
-  if (nifti_image_load(image.get()) != 0) return broken("fewer voxels than its header promises");
-  bool is_known = false;
-  const std::optional<double> misfit = convert(*image, opened.volume, is_known);
-  if (!is_known) return broken(std::string("voxels of kind ") + nifti_datatype_string(image->datatype));
-  if (misfit) return not_whole(where, *misfit);
-  if (std::string_view(image->descrip, strnlen(image->descrip, sizeof image->descrip)) == k_hounsfield_note) {
-    opened.volume.is_hounsfield = true;
-    opened.modality = "CT";
-  } else if (const std::string notice = guess_hounsfield(opened.volume); !notice.empty()) {
-    opened.modality = "CT";
-    opened.notices.push_back(notice);
-  }
+  if (brick * volumes > volume::available_memory_bytes())
+    return Error{"the file is larger than the memory of this machine",
+                 where,
+                 std::to_string(brick * volumes >> 20) + " MiB",
+                 "",
+                 "crop or resample it",
+                 volume::ErrorKind::missing_here};
+  volume::Buffer<char> voxels(brick * volumes);
+  if (!read_voxels(*image, voxels)) return broken("fewer voxels than its header promises");
+  const auto values = reader_of(*image, voxels.data() + index.value() * brick);
+  if (!values) return broken(std::string("voxels of kind ") + nifti_datatype_string(image->datatype));
+  if (volume::Status error = fill_voxels(opened.volume, *values, options.scale, where, opened.notices))
+    return *error;
+  if (volumes > 1) tell_volumes(opened, index.value(), volumes);
+  know_units(opened, std::string_view(image->descrip, strnlen(image->descrip, sizeof image->descrip)) ==
+                         k_hounsfield_note);
   return opened;
 }
 

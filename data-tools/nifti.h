@@ -5,7 +5,7 @@
 
 namespace trephine::data_tools {
 
-/// See open_volume. The sform is taken before the qform; a notice says when they disagree.
+/// See open_volume. Where sform and qform disagree somebody has to say which is right.
 volume::Result<OpenedVolume> open_nifti(const std::string& path, const OpenOptions& options);
 
 /// Writes .nii or .nii.gz, NIfTI-1 with sform and qform, of voxels of int16 or uint8; errors name `path`.

@@ -9,6 +9,7 @@
 #include "data-tools/dicom.h"
 #include "data-tools/image_files.h"
 #include "data-tools/nifti.h"
+#include "data-tools/nrrd.h"
 #include "volume/operated_volume.h"
 
 namespace trephine::data_tools {
@@ -33,8 +34,10 @@ Result<OpenedVolume> open_by_kind(const std::string& path, const OpenOptions& op
   if (!fs::is_regular_file(status)) return Error{"this is neither a file nor a folder", where, "", "", ""};
   if (fs::file_size(path, error) == 0)
     return Error{"the file is empty", where, "0 bytes", "a scan", "copy or export it again"};
-  for (const char* extension : {".mha", ".mhd", ".nrrd", ".nhdr"})
+  for (const char* extension : {".mha", ".mhd"})
     if (has_extension(path, extension)) return open_image_file(path, options);
+  for (const char* extension : {".nrrd", ".nhdr"})
+    if (has_extension(path, extension)) return open_nrrd(path, options);
   if (has_extension(path, ".nii") || has_extension(path, ".nii.gz")) return open_nifti(path, options);
   if (is_dicom_file(path) || is_archive(path) || has_extension(path, ".dcm"))
     return open_dicom(path, options);

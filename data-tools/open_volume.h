@@ -22,6 +22,8 @@ struct OpenOptions {
   bool maps_padding = false;  ///< what the scanner calls padding becomes air (-1000) in CT; counted
   std::optional<double>
       scale;  ///< a voxel's step in the file's units, where int16 would lose more than noise
+  std::optional<glm::dvec3> spacing;  ///< mm, of a file that does not say it; its axes are then the patient's
+  enum class NiftiFrame { any, sform, qform } nifti_frame = NiftiFrame::any;  ///< where they disagree
   Progress progress;
 };
 

@@ -169,6 +169,10 @@ void add_reading(Options& options, workbench::SourceChoice& source) {
   options.add("--volume", source.volume, "Of a series or file with several: echoes, phases, 4-D").type("N");
   options.add("--resample", source.is_resampled, "Interpolate slices that are missing or uneven");
   options.add("--padding-to-air", source.maps_padding, "What the scanner calls padding becomes air (CT)");
+  options.add("--spacing", source.spacing, "Size of a voxel, mm, of a file that does not say it")
+      .type("X,Y,Z");
+  options.add("--sform", source.takes_sform, "Of a NIfTI whose sform and qform disagree");
+  options.add("--qform", source.takes_qform, "The same, the other");
   options.add("--scale", source.scale, "A voxel's step in the file's units, where 16 bits hold no finer one")
       .type("STEP");
 }

@@ -1,7 +1,9 @@
 #include "apps/workbench/source.h"
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <cstdio>
 #include <fstream>
 
 #include "apps/workbench/clock.h"
@@ -41,6 +43,24 @@ Result<volume::Shape> parse_window(const std::string& window) {
 }
 }  // namespace
 
+namespace {
+
+/// "S" or "X,Y,Z"; empty: nothing was said.
+volume::Status parse_spacing(const std::string& text, std::optional<glm::dvec3>& spacing) {
+  if (text.empty()) return std::nullopt;
+  glm::dvec3 v(0);
+  char extra = 0;
+  const int found = std::sscanf(text.c_str(), "%lf,%lf,%lf%c", &v.x, &v.y, &v.z, &extra);
+  if (found == 1) v = glm::dvec3(v.x);
+  if ((found != 3 && (found != 1 || text.find(',') != std::string::npos)) ||
+      !(std::min({v.x, v.y, v.z}) > 0) || !(std::max({v.x, v.y, v.z}) <= 1000))
+    return Error{"this is no size of a voxel", "spacing", text, "S or X,Y,Z in mm, above 0", ""};
+  spacing = v;
+  return std::nullopt;
+}
+
+}  // namespace
+
 Result<Source> open_source(const SourceChoice& choice, const Listener& listener) {
   const std::string& src = choice.path;
   const auto start = Clock::now();
@@ -62,6 +82,14 @@ Result<Source> open_source(const SourceChoice& choice, const Listener& listener)
   options.is_resampled = choice.is_resampled;
   options.maps_padding = choice.maps_padding;
   options.scale = choice.scale;
+  if (volume::Status error = parse_spacing(choice.spacing, options.spacing)) return *error;
+  if (choice.scale && !(*choice.scale > 0 && std::isfinite(*choice.scale)))
+    return Error{"the step is out of range", "scale", volume::text_of(*choice.scale), "above 0", ""};
+  if (choice.takes_sform && choice.takes_qform)
+    return Error{"only one of the two can be right", "sform", "--sform and --qform", "one of them", ""};
+  using Which = data_tools::OpenOptions::NiftiFrame;
+  options.nifti_frame = choice.takes_sform ? Which::sform : choice.takes_qform ? Which::qform : Which::any;
+
   options.progress = listener.progress("reading");
   data_tools::OpenedVolume o;
   if (data_tools::is_case_folder(src)) {

@@ -23,10 +23,12 @@ struct ShapeChoice {
 /// A scan, and what may be asked of its reading.
 struct SourceChoice {
   std::string path;
-  int series = 0, volume = 0;   ///< of several, from 1; 0: the one most probably meant
-  bool is_resampled = false;    ///< missing and uneven slices are interpolated
-  bool maps_padding = false;    ///< the scanner's padding becomes air
-  std::optional<double> scale;  ///< a voxel's step in the file's units
+  int series = 0, volume = 0;                     ///< of several, from 1; 0: the one most probably meant
+  bool is_resampled = false;                      ///< missing and uneven slices are interpolated
+  bool maps_padding = false;                      ///< the scanner's padding becomes air
+  std::optional<double> scale;                    ///< a voxel's step in the file's units
+  std::string spacing;                            ///< "X,Y,Z" or "S" in mm, of a file that does not say it
+  bool takes_sform = false, takes_qform = false;  ///< of NIfTI, where they disagree
   SourceChoice() = default;
   SourceChoice(std::string of) : path(std::move(of)) {}
   SourceChoice(const char* of) : path(of) {}

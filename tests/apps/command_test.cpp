@@ -39,9 +39,10 @@ TEST_F(Command, PhantomInfoMeshTouchDrillHaveTheirKeys) {
                                            "axis_y", "axis_z", "labels"}));
 
   const Json info = json("info s.mha");
-  EXPECT_EQ(keys_of(info), with_common({"source", "format", "modality", "size", "spacing_mm", "origin_mm",
-                                        "axis_x", "axis_y", "axis_z", "is_orthogonal", "is_hounsfield", "min",
-                                        "max", "mean", "labels", "facts", "series", "notices", "read_seconds"}));
+  EXPECT_EQ(keys_of(info),
+            with_common({"source", "format", "modality", "size", "spacing_mm", "origin_mm", "axis_x",
+                         "axis_y", "axis_z", "is_orthogonal", "is_hounsfield", "min", "max", "mean", "labels",
+                         "facts", "series", "notices", "read_seconds"}));
   EXPECT_EQ(info["size"], Json::array({48, 48, 48}));
   EXPECT_EQ(info["min"], -1000);
   EXPECT_EQ(info["max"], 1600);
@@ -309,7 +310,7 @@ TEST_F(Command, NoHounsfieldUnitsNoDefault) {
   // An MR-like volume: no value far below zero.
   std::string header =
       "ObjectType = Image\nNDims = 3\nBinaryData = True\nBinaryDataByteOrderMSB = False\nDimSize = 8 8 "
-      "8\nElementType = MET_UCHAR\nElementDataFile = LOCAL\n";
+      "8\nElementSpacing = 1 1 1\nElementType = MET_UCHAR\nElementDataFile = LOCAL\n";
   std::string voxels(512, '\0');
   for (std::size_t i = 0; i < voxels.size(); ++i) voxels[i] = static_cast<char>(i % 100);
   write("mr.mha", header + voxels);

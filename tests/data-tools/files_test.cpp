@@ -194,6 +194,7 @@ std::string mha(const std::string& changes) {
       "ObjectType = Image\nNDims = 3\nBinaryData = True\nBinaryDataByteOrderMSB = False\nCompressedData = "
       "False\n";
   header += changes;
+  if (changes.find("ElementSpacing") == std::string::npos) header += "ElementSpacing = 1 1 1\n";
   return header + "ElementDataFile = LOCAL\n" + std::string(4096, '\1');
 }
 
@@ -240,9 +241,9 @@ TEST(Files, ImpossibleHeadersAreRefused) {
     expect_refused(scratch / "bad.mha", word);
   }
   write_text(scratch / "float.mha", mha(size + "ElementType = MET_FLOAT\n"));
-  expect_refused(scratch / "float.mha", "whole numbers");
+  expect_refused(scratch / "float.mha", "--scale");
   write_text(scratch / "wide.mha", mha(size + "ElementType = MET_INT\n"));
-  expect_refused(scratch / "wide.mha", "whole numbers");
+  expect_refused(scratch / "wide.mha", "--scale");
 }
 
 std::uint32_t crc_of(const void* data, std::size_t bytes) {

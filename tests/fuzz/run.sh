@@ -3,11 +3,11 @@
 set -euo pipefail
 here=$(cd "$(dirname "$0")" && pwd)
 build=$1 seconds=$2
-for target in session path case volume_file; do
+for target in session path case dicom volume_file; do
   mkdir -p "$build/corpus/$target"
   options=""
   # ITK's readers leak what they had read of a broken header; that is theirs.
-  [ "$target" = volume_file ] && options=detect_leaks=0
+  case $target in dicom | volume_file) options=detect_leaks=0 ;; esac
   echo "fuzzing $target for $seconds s"
   ASAN_OPTIONS=$options "$build/bin/fuzz_$target" -timeout=20 -max_total_time="$seconds" -rss_limit_mb=4000 -artifact_prefix="$build/" \
     "$build/corpus/$target" "$here/corpus/$target" >"$build/$target.log" 2>&1 || { tail -40 "$build/$target.log"; exit 1; }

@@ -1,0 +1,205 @@
+#include "data-tools/nrrd.h"
+
+#include <array>
+#include <cmath>
+#include <cstdlib>
+#include <cstring>
+#include <glm/geometric.hpp>
+#include <memory>
+#include <teem/nrrd.h>
+
+#include "data-tools/atomic_file.h"
+#include "data-tools/image_files.h"
+#include "data-tools/voxel_values.h"
+#include "volume/text.h"
+
+namespace trephine::data_tools {
+
+using volume::Error;
+using volume::Result;
+
+namespace {
+
+using File = std::unique_ptr<Nrrd, Nrrd* (*)(Nrrd*)>;
+
+/// Signs that bring a space's axes to left, posterior, superior; nothing: it is not one of a patient.
+std::optional<glm::dvec3> signs_to_lps(int space) {
+  switch (space) {
+    case nrrdSpaceLeftPosteriorSuperior:
+    case nrrdSpaceLeftPosteriorSuperiorTime:
+      return glm::dvec3(1, 1, 1);
+    case nrrdSpaceRightAnteriorSuperior:
+    case nrrdSpaceRightAnteriorSuperiorTime:
+      return glm::dvec3(-1, -1, 1);
+    case nrrdSpaceLeftAnteriorSuperior:
+    case nrrdSpaceLeftAnteriorSuperiorTime:
+      return glm::dvec3(1, -1, 1);
+    default:
+      return std::nullopt;
+  }
+}
+
+/// Millimetres a unit of the file; nothing: an unknown one.
+std::optional<double> mm_per_unit(const Nrrd& file) {
+  const char* unit = file.spaceUnits[0];
+  if (unit == nullptr || *unit == '\0' || std::strcmp(unit, "mm") == 0) return 1;
+  if (std::strcmp(unit, "m") == 0) return 1000;
+  if (std::strcmp(unit, "cm") == 0) return 10;
+  if (std::strcmp(unit, "um") == 0 || std::strcmp(unit, "microns") == 0) return 1e-3;
+  return std::nullopt;
+}
+
+/// Which axes of the file are those of the volume, and where it lies.
+struct Layout {
+  std::array<unsigned, 3> axes{};
+  glm::dvec3 origin{0.0};
+  glm::dmat3 directions{1.0};
+};
+
+Result<Layout> layout_of(const Nrrd& file, const OpenOptions& options, const std::string& where) {
+  Layout layout;
+  if (file.spaceDim == 0) {
+    std::string spacings;
+    for (unsigned a = 0; a < file.dim; ++a)
+      if (std::isfinite(file.axis[a].spacing))
+        spacings.append(spacings.empty() ? "" : " ").append(volume::text_of(file.axis[a].spacing));
+    if (!options.spacing)
+      return Error{
+          "the file does not say how the volume lies in the patient", where,
+          spacings.empty() ? "neither space directions nor spacings"
+                           : "spacings (" + spacings + ") without directions",
+          "space, space directions and space origin",
+          "if its axes are the patient's (left, back, up), say how large a voxel is: --spacing X,Y,Z"};
+    if (file.dim < 3 || file.dim > 4)
+      return Error{"the file holds no volume", where, std::to_string(file.dim) + " dimensions", "3",
+                   "export it again"};
+    for (unsigned a = 0; a < 3; ++a) {
+      layout.axes[a] = a;
+      layout.directions[static_cast<int>(a)] *= (*options.spacing)[static_cast<int>(a)];
+    }
+    return layout;
+  }
+  const auto signs = signs_to_lps(file.space);
+  const auto unit = mm_per_unit(file);
+  if (!signs || !unit)
+    return Error{
+        signs ? "the unit of the file's space is not known" : "the file's space is none of a patient", where,
+        signs        ? file.spaceUnits[0]
+        : file.space ? airEnumStr(nrrdSpace, file.space)
+                     : "no space",
+        signs ? "mm, cm, m or um"
+              : "left-posterior-superior, right-anterior-superior or left-anterior-superior",
+        "export it with its anatomical space"};
+  std::size_t found = 0;
+  for (unsigned a = 0; a < file.dim; ++a) {
+    const double* d = file.axis[a].spaceDirection;
+    if (!std::isfinite(d[0])) continue;
+    if (found < 3) {
+      layout.axes[found] = a;
+      layout.directions[static_cast<int>(found)] = *unit * *signs * glm::dvec3(d[0], d[1], d[2]);
+    }
+    ++found;
+  }
+  if (found != 3)
+    return Error{"the file does not say how the volume lies in the patient", where,
+                 std::to_string(found) + " directions", "three", "export it again"};
+  for (int i = 0; i < 3; ++i)
+    layout.origin[i] = std::isfinite(file.spaceOrigin[i]) ? *unit * (*signs)[i] * file.spaceOrigin[i] : 0;
+  return layout;
+}
+
+bool load(Nrrd* into, const std::string& path, bool wants_voxels) {
+  const std::unique_ptr<NrrdIoState, NrrdIoState* (*)(NrrdIoState*)> how(nrrdIoStateNew(), nrrdIoStateNix);
+  how->skipData = !wants_voxels;
+  if (nrrdLoad(into, path.c_str(), how.get()) == 0) return true;
+  std::free(biffGetDone(NRRD));  // its words are for programmers
+  return false;
+}
+
+}  // namespace
+
+Result<OpenedVolume> open_nrrd(const std::string& path, const OpenOptions& options) {
+  const std::string where = file_name(path);
+  const auto broken = [&](const std::string& found) {
+    return Error{"the NRRD file cannot be read", where, found, "a complete file of that format",
+                 "copy or export it again"};
+  };
+  // The header first, the memory for it then.
+  const File header(nrrdNew(), nrrdNuke);
+  if (!load(header.get(), path, false)) return broken("no NRRD header that makes sense");
+  if (header->type == nrrdTypeBlock || header->type <= 0) return broken("voxels of an unknown kind");
+  const Result<Layout> layout = layout_of(*header, options, where);
+  if (!layout) return layout.error();
+  glm::ivec3 size(1);
+  std::size_t count = 1, volumes = 1;
+  std::array<std::size_t, NRRD_DIM_MAX> stride{};
+  for (unsigned a = 0; a < header->dim; ++a) {
+    stride[a] = count;
+    if (__builtin_mul_overflow(count, header->axis[a].size, &count)) return broken("a size that cannot be");
+    const auto& axes = layout.value().axes;
+    if (std::find(axes.begin(), axes.end(), a) == axes.end()) volumes *= header->axis[a].size;
+  }
+  for (std::size_t i = 0; i < 3; ++i)
+    size[static_cast<int>(i)] =
+        static_cast<int>(std::min<std::size_t>(header->axis[layout.value().axes[i]].size, 2'000'000'000));
+  const Result<std::size_t> index = volume_index(options, volumes, where);
+  if (!index) return index.error();
+  Result<volume::Frame> frame = volume::Frame::from_axes(layout.value().origin, layout.value().directions);
+  Result<volume::Volume> made =
+      frame ? volume::make_volume(size, frame.value()) : Result<volume::Volume>(frame.error());
+  if (!made) {
+    Error error = made.error();
+    error.where = where;
+    return error;
+  }
+  std::size_t bytes = 0;
+  if (__builtin_mul_overflow(count, nrrdElementSize(header.get()), &bytes) ||
+      bytes > volume::available_memory_bytes())
+    return Error{"the file is larger than the memory of this machine",
+                 where,
+                 std::to_string(bytes >> 20) + " MiB",
+                 "",
+                 "crop or resample it",
+                 volume::ErrorKind::missing_here};
+  if (options.progress && !options.progress(0))
+    return Error{"reading was interrupted", where, "", "", "", volume::ErrorKind::interrupted};
+  const File file(nrrdNew(), nrrdNuke);
+  if (!load(file.get(), path, true)) return broken("its data end before its header says");
+
+  OpenedVolume opened;
+  opened.volume = std::move(made).value();
+  opened.format = "NRRD";
+  // The axes that are not the volume's count through the volumes.
+  std::size_t offset = 0, rest = index.value();
+  for (unsigned a = 0; a < file->dim; ++a) {
+    const auto& axes = layout.value().axes;
+    if (std::find(axes.begin(), axes.end(), a) != axes.end()) continue;
+    offset += rest % file->axis[a].size * stride[a];
+    rest /= file->axis[a].size;
+  }
+  const auto& axes = layout.value().axes;
+  const auto lookup = nrrdDLookup[file->type];
+  const ValueReader values = [&, nx = static_cast<std::size_t>(size.x),
+                              ny = static_cast<std::size_t>(size.y)](std::size_t first,
+                                                                     std::span<double> to) {
+    std::size_t x = first % nx, y = first / nx % ny, z = first / nx / ny;
+    for (double& v : to) {
+      v = lookup(file->data, offset + x * stride[axes[0]] + y * stride[axes[1]] + z * stride[axes[2]]);
+      if (++x == nx && (x = 0, ++y == ny)) y = 0, ++z;
+    }
+  };
+  const bool is_plain =
+      file->type == nrrdTypeShort && volumes == 1 && !options.scale && axes[0] < axes[1] && axes[1] < axes[2];
+  if (is_plain)
+    std::memcpy(opened.volume.voxels.data(), file->data, opened.volume.voxels.bytes());
+  else if (volume::Status error = fill_voxels(opened.volume, values, options.scale, where, opened.notices))
+    return *error;
+  if (volumes > 1) tell_volumes(opened, index.value(), volumes);
+  char* units = nrrdKeyValueGet(file.get(), k_units_key);
+  const bool says_hounsfield = units && std::strcmp(units, k_units) == 0;
+  std::free(units);
+  know_units(opened, says_hounsfield);
+  return opened;
+}
+
+}  // namespace trephine::data_tools

@@ -1,0 +1,139 @@
+#include "data-tools/voxel_values.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+
+namespace trephine::data_tools {
+
+using volume::Error;
+using volume::Status;
+
+namespace {
+
+constexpr std::size_t k_part = 1 << 16;
+constexpr std::size_t k_jumps = 1 << 18;  // enough for a median
+constexpr double k_most_voxel = 32700;    // a little is left for what interpolation overshoots
+
+std::string short_number(double v) {
+  char text[40];
+  std::snprintf(text, sizeof text, "%.6g", v);
+  return text;
+}
+
+/// Calls see(first, values) for all of them in order until it returns false.
+template <class See>
+void for_all(std::size_t count, const ValueReader& values, const See& see) {
+  std::vector<double> part(std::min(count, k_part));
+  for (std::size_t first = 0; first < count; first += k_part) {
+    const std::span<double> now(part.data(), std::min(k_part, count - first));
+    values(first, now);
+    if (!see(first, now)) return;
+  }
+}
+
+}  // namespace
+
+void ValueStatistics::add(std::span<const double> values) {
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    most_ = std::max(most_, std::abs(values[i]));
+    if (i + 1 == values.size() || values[i] == values[i + 1] || ++seen_ % every_ != 0) continue;
+    jumps_.push_back(std::abs(values[i + 1] - values[i]));
+    if (jumps_.size() < k_jumps) continue;
+    for (std::size_t k = 0; 2 * k < jumps_.size(); ++k) jumps_[k] = jumps_[2 * k];
+    jumps_.resize((jumps_.size() + 1) / 2);
+    every_ *= 2;
+  }
+}
+
+double ValueStatistics::noise() const {
+  if (jumps_.size() < 8) return 0;
+  std::vector<double> sorted = jumps_;
+  const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
+  std::nth_element(sorted.begin(), middle, sorted.end());
+  return *middle / (0.6745 * std::sqrt(2.0));  // of a normal distribution
+}
+
+ValueStep step_for(const ValueStatistics& statistics) {
+  // Whole units are the easiest to understand.
+  const double noise = statistics.noise();
+  if (statistics.most() <= k_most_voxel && noise >= 1) return {1, true};
+  // Two digits, rounded up: what is told is what was done.
+  double step = statistics.most() > 0 ? statistics.most() / k_most_voxel : 1;
+  const double digit = std::pow(10, std::floor(std::log10(step)) - 1);
+  if (digit > 0) step = std::strtod(short_number(std::ceil(step / digit) * digit).c_str(), nullptr);
+  return {step, step <= noise};
+}
+
+Error too_coarse(const std::string& where, const ValueStatistics& statistics) {
+  return {"16 bits would lose more of the values than their noise", where,
+          "values to " + short_number(statistics.most()) + ", noise of " + short_number(statistics.noise()),
+          "a step of at most " + short_number(statistics.noise()),
+          "accept a coarser step: --scale " + short_number(step_for(statistics).step)};
+}
+
+Status fill_voxels(volume::Volume& volume, const ValueReader& values, std::optional<double> scale,
+                   const std::string& where, std::vector<std::string>& notices) {
+  const std::size_t count = volume.voxels.size();
+  std::int16_t* to = volume.voxels.data();
+  std::size_t no_numbers = 0;
+  bool is_whole = !scale.has_value(), has_fractions = false;
+  ValueStatistics statistics;
+  for_all(count, values, [&](std::size_t first, std::span<const double> part) {
+    for (std::size_t i = 0; i < part.size(); ++i) {
+      const double v = part[i];
+      no_numbers += !std::isfinite(v);
+      has_fractions = has_fractions || v != std::floor(v);
+      is_whole = is_whole && v >= -32768 && v <= 32767 && v == std::floor(v);
+      if (is_whole) to[first + i] = static_cast<std::int16_t>(v);
+    }
+    statistics.add(part);
+    return no_numbers == 0;
+  });
+  if (no_numbers > 0)
+    return Error{"some values are no numbers (NaN or infinite)", where, "among the first values",
+                 "numbers only", "replace them before opening, for example by the value of air"};
+  if (is_whole) return std::nullopt;
+  const ValueStep found = scale ? ValueStep{*scale, true} : step_for(statistics);
+  if (!(found.step > 0))
+    return Error{"the step is out of range", "scale", short_number(found.step), "above 0", ""};
+  if (has_fractions && !found.is_finer_than_noise) return too_coarse(where, statistics);
+  if (statistics.most() / found.step > 32767 || (!scale && !has_fractions))
+    return Error{"a value does not fit into 16 bits", where, short_number(statistics.most()),
+                 scale ? "at most " + short_number(32767 * found.step) : "-32768 to 32767",
+                 "read it with a coarser step, such as --scale " +
+                     short_number(std::ceil(statistics.most() / 32767 * 100) / 100)};
+  for_all(count, values, [&](std::size_t first, std::span<const double> part) {
+    for (std::size_t i = 0; i < part.size(); ++i)
+      to[first + i] = static_cast<std::int16_t>(std::floor(part[i] / found.step + 0.5));
+    return true;
+  });
+  if (scale)
+    notices.push_back("a voxel's step is " + short_number(found.step) + " of the file's units (--scale)");
+  else if (found.step == 1)
+    notices.push_back("values were rounded to whole numbers: at most 0.5 off, noise is " +
+                      short_number(statistics.noise()));
+  else
+    notices.push_back("values were scaled: the file's units are " + short_number(found.step) +
+                      " x voxel, at most " + short_number(0.5 * found.step) + " off, noise is " +
+                      short_number(statistics.noise()));
+  return std::nullopt;
+}
+
+std::string guess_hounsfield(volume::Volume& volume) {
+  // Air all around, or most of what lies below water: no other modality has that.
+  std::size_t air = 0, below = 0;
+  for (const std::int16_t v : volume.voxels.span()) {
+    air += v >= -1100 && v <= -900;
+    below += v < -200;
+  }
+  const double share =
+      static_cast<double>(air) / static_cast<double>(std::max<std::size_t>(volume.voxels.size(), 1));
+  volume.is_hounsfield = share >= 0.01 && 2 * air >= below;
+  if (!volume.is_hounsfield) return "";
+  return "taken as Hounsfield units: " + std::to_string(static_cast<int>(100 * share + 0.5)) +
+         " % of the voxels are air (-1000)";
+}
+
+}  // namespace trephine::data_tools

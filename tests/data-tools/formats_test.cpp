@@ -1,0 +1,264 @@
+// MetaImage, NRRD and NIfTI: where they lie and what their numbers mean, in files that the test writes byte
+// by byte.
+#include <cmath>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <glm/geometric.hpp>
+#include <gtest/gtest.h>
+#include <nifti/nifti1.h>
+
+#include "data-tools/open_volume.h"
+
+namespace trephine::data_tools {
+namespace {
+
+namespace fs = std::filesystem;
+using volume::Result;
+using volume::Volume;
+
+class Formats : public ::testing::Test {
+ protected:
+  Formats() {
+    std::string name = (fs::temp_directory_path() / "trephine-test-XXXXXX").string();
+    folder_ = ::mkdtemp(name.data());
+  }
+  ~Formats() override { fs::remove_all(folder_); }
+  std::string path(const std::string& name) const { return (folder_ / name).string(); }
+  void put(const std::string& name, const std::string& bytes) const {
+    std::ofstream(path(name), std::ios::binary) << bytes;
+  }
+  template <class T>
+  static std::string bytes_of(const std::vector<T>& values) {
+    return {reinterpret_cast<const char*>(values.data()), values.size() * sizeof(T)};
+  }
+  Volume open(const std::string& name, const OpenOptions& options = {}) {
+    Result<OpenedVolume> opened = open_volume(path(name), options);
+    EXPECT_TRUE(opened.is_ok()) << opened.error().message();
+    notices_.clear();
+    if (!opened) return Volume();
+    for (const std::string& notice : opened.value().notices) notices_ += notice + "\n";
+    return std::move(opened.value().volume);
+  }
+  void expect_refused(const std::string& name, const std::vector<std::string>& words,
+                      const OpenOptions& options = {}) const {
+    const Result<OpenedVolume> opened = open_volume(path(name), options);
+    ASSERT_FALSE(opened.is_ok()) << name;
+    EXPECT_FALSE(opened.error().remedy.empty()) << opened.error().message();
+    for (const std::string& word : words)
+      EXPECT_NE(opened.error().message().find(word), std::string::npos) << opened.error().message();
+  }
+
+  fs::path folder_;
+  std::string notices_;
+};
+
+/// 4 x 3 x 2 numbers from 0 up, times `of`.
+template <class T>
+std::vector<T> ramp(double of = 1, int count = 24) {
+  std::vector<T> values;
+  for (int i = 0; i < count; ++i) values.push_back(static_cast<T>(of * i));
+  return values;
+}
+
+std::string nrrd(const std::string& fields, const std::string& type = "short",
+                 const std::string& sizes = "4 3 2", int dimension = 3) {
+  return "NRRD0004\ntype: " + type + "\ndimension: " + std::to_string(dimension) + "\nsizes: " + sizes +
+         "\n" + fields + "encoding: raw\nendian: little\n\n";
+}
+
+TEST_F(Formats, EverySpaceOfAnNrrdIsBroughtToLps) {
+  const struct {
+    const char* space;
+    glm::dvec3 signs;
+  } spaces[] = {
+      {"left-posterior-superior", {1, 1, 1}},   {"LPS", {1, 1, 1}},
+      {"right-anterior-superior", {-1, -1, 1}}, {"RAS", {-1, -1, 1}},
+      {"left-anterior-superior", {1, -1, 1}},   {"LAS", {1, -1, 1}},
+  };
+  for (const auto& s : spaces) {
+    // Axes that are neither straight nor in order.
+    put("a.nrrd", nrrd(std::string("space: ") + s.space +
+                       "\nspace directions: (0,0.5,0) (-0.25,0,0.01) (0,0,2)\nspace origin: (10,-20,30)\n") +
+                      bytes_of(ramp<std::int16_t>()));
+    const Volume v = open("a.nrrd");
+    ASSERT_EQ(v.size, glm::ivec3(4, 3, 2));
+    EXPECT_EQ(v.voxels[23], 23);
+    const glm::dvec3 at = s.signs * (glm::dvec3(10, -20, 30) + 3.0 * glm::dvec3(0, 0.5, 0) +
+                                     2.0 * glm::dvec3(-0.25, 0, 0.01) + glm::dvec3(0, 0, 2));
+    EXPECT_LT(glm::length(v.frame.world_from_volume({3, 2, 1}) - at), 1e-12) << s.space;
+  }
+}
+
+TEST_F(Formats, WhatDoesNotSayWhereItLiesIsRefusedUnlessItIsTold) {
+  const std::string voxels = bytes_of(ramp<std::int16_t>());
+  put("none.nrrd", nrrd("") + voxels);
+  put("spacings.nrrd", nrrd("spacings: 0.5 0.5 2\n") + voxels);
+  put("space.nrrd", nrrd("space: 3D-right-handed\nspace directions: (1,0,0) (0,1,0) (0,0,1)\n") + voxels);
+  put("some.mha",
+      "ObjectType = Image\nNDims = 3\nDimSize = 4 3 2\nElementType = MET_SHORT\nElementDataFile = "
+      "LOCAL\n" +
+          voxels);
+  OpenOptions told;
+  told.spacing = glm::dvec3(0.5, 0.5, 2);
+  for (const char* name : {"none.nrrd", "spacings.nrrd", "some.mha"}) {
+    expect_refused(name, {name, "--spacing"});
+    EXPECT_EQ(open(name, told).frame.spacing(), *told.spacing) << name;
+  }
+  expect_refused("space.nrrd", {"3D-right-handed"}, told);
+  put("right.nrrd",
+      nrrd("space: right-posterior-superior\nspace directions: (1,0,0) (0,1,0) (0,0,1)\n") + voxels);
+  expect_refused("right.nrrd", {"right.nrrd"}, told);  // none that the format has
+}
+
+/// sform: along the axes, `shift` mm to the right; qform: turned by `degrees` about z. 0: no such form.
+std::string nifti(const std::vector<std::string>& bricks, short type, short bits, const glm::ivec3& size,
+                  double shift = 0, double degrees = 0, bool has_qform = false) {
+  nifti_1_header h{};
+  h.sizeof_hdr = 348;
+  h.dim[0] = bricks.size() > 1 ? 4 : 3;
+  for (int a = 0; a < 3; ++a) h.dim[a + 1] = static_cast<short>(size[a]), h.pixdim[a + 1] = 2;
+  h.dim[4] = static_cast<short>(bricks.size());
+  h.dim[5] = h.dim[6] = h.dim[7] = 1;
+  h.datatype = type, h.bitpix = bits, h.vox_offset = 352, h.xyzt_units = NIFTI_UNITS_MM;
+  h.pixdim[0] = h.pixdim[4] = 1;
+  h.sform_code = 1;
+  h.srow_x[0] = h.srow_y[1] = h.srow_z[2] = 2;
+  h.srow_x[3] = static_cast<float>(shift);
+  if (has_qform) h.qform_code = 1, h.quatern_d = static_cast<float>(std::sin(degrees / 2 * 3.14159265 / 180));
+  std::memcpy(h.magic, "n+1", 4);
+  std::string all(reinterpret_cast<const char*>(&h), sizeof h);
+  all += std::string(4, '\0');
+  for (const std::string& brick : bricks) all += brick;
+  return all;
+}
+
+TEST_F(Formats, ANiftiThatContradictsItselfIsRefusedUntilSomebodyDecides) {
+  const std::string voxels = bytes_of(ramp<std::int16_t>());
+  put("agree.nii", nifti({voxels}, DT_INT16, 16, {4, 3, 2}, 0.05, 0, true));
+  EXPECT_EQ(open("agree.nii").voxels[23], 23);
+  put("shifted.nii", nifti({voxels}, DT_INT16, 16, {4, 3, 2}, 0.2, 0, true));
+  expect_refused("shifted.nii", {"0.20 mm apart", "--sform or --qform"});
+  // About a corner: origin and the corner opposite along z stay.
+  put("turned.nii", nifti({voxels}, DT_INT16, 16, {4, 3, 2}, 0, 5, true));
+  expect_refused("turned.nii", {"apart", "--sform"});
+  OpenOptions options;
+  options.nifti_frame = OpenOptions::NiftiFrame::sform;
+  EXPECT_NEAR(open("shifted.nii", options).frame.origin().x, -0.2, 1e-6);
+  EXPECT_NE(notices_.find("the sform was taken"), std::string::npos);
+  options.nifti_frame = OpenOptions::NiftiFrame::qform;
+  EXPECT_NEAR(open("shifted.nii", options).frame.origin().x, 0, 1e-6);
+}
+
+TEST_F(Formats, OneOfSeveralVolumesIsTaken) {
+  const std::vector<std::string> bricks{bytes_of(ramp<std::int16_t>(1)), bytes_of(ramp<std::int16_t>(2)),
+                                        bytes_of(ramp<std::int16_t>(3))};
+  put("a.nii", nifti(bricks, DT_INT16, 16, {4, 3, 2}));
+  put("a.nrrd", nrrd("space: left-posterior-superior\nspace directions: (1,0,0) (0,1,0) (0,0,1) none\nspace "
+                     "origin: (0,0,0)\n",
+                     "short", "4 3 2 3", 4) +
+                    bricks[0] + bricks[1] + bricks[2]);
+  put("a.mha",
+      "ObjectType = Image\nNDims = 4\nDimSize = 4 3 2 3\nElementSpacing = 1 1 1 1\nElementType = "
+      "MET_SHORT\nElementDataFile = LOCAL\n" +
+          bricks[0] + bricks[1] + bricks[2]);
+  for (const char* name : {"a.nii", "a.nrrd", "a.mha"}) {
+    EXPECT_EQ(open(name).voxels[23], 23) << name;
+    EXPECT_NE(notices_.find("volume 1 of 3"), std::string::npos) << notices_;
+    OpenOptions options;
+    options.volume = 3;
+    EXPECT_EQ(open(name, options).voxels[23], 69) << name;
+    options.volume = 4;
+    expect_refused(name, {"1 to 3"}, options);
+  }
+}
+
+TEST_F(Formats, EveryKindOfNumberIsReadAsItIs) {
+  const auto check = [&](const std::string& name, const std::string& bytes, short type, short bits) {
+    put(name, nifti({bytes}, type, bits, {4, 3, 2}));
+    const Volume v = open(name);
+    for (int i = 0; i < 24; ++i) ASSERT_EQ(v.voxels[static_cast<std::size_t>(i)], 5 * i) << name;
+    EXPECT_EQ(notices_, "");
+  };
+  check("u8.nii", bytes_of(ramp<std::uint8_t>(5)), DT_UINT8, 8);
+  check("i8.nii", bytes_of(ramp<std::int8_t>(5)), DT_INT8, 8);
+  check("u16.nii", bytes_of(ramp<std::uint16_t>(5)), DT_UINT16, 16);
+  check("i16.nii", bytes_of(ramp<std::int16_t>(5)), DT_INT16, 16);
+  check("u32.nii", bytes_of(ramp<std::uint32_t>(5)), DT_UINT32, 32);
+  check("i32.nii", bytes_of(ramp<std::int32_t>(5)), DT_INT32, 32);
+  check("u64.nii", bytes_of(ramp<std::uint64_t>(5)), DT_UINT64, 64);
+  check("i64.nii", bytes_of(ramp<std::int64_t>(5)), DT_INT64, 64);
+  check("f32.nii", bytes_of(ramp<float>(5)), DT_FLOAT32, 32);
+  check("f64.nii", bytes_of(ramp<double>(5)), DT_FLOAT64, 64);
+}
+
+/// What 16 bits lose of fractions is less than their noise, and told; else it is refused.
+TEST_F(Formats, FractionsLoseLessThanTheirNoiseOrAreRefused) {
+  const glm::ivec3 size(32, 32, 32);
+  const auto noisy = [](double level, double sigma) {
+    std::vector<float> values;
+    unsigned state = 7;
+    for (int i = 0; i < 32 * 32 * 32; ++i) {
+      double sum = 0;
+      for (int k = 0; k < 12; ++k) state = state * 1664525u + 1013904223u, sum += state / 4294967296.0;
+      values.push_back(static_cast<float>(level + sigma * (sum - 6)));
+    }
+    return values;
+  };
+  // Large noise: whole units. Small values: a step of their own.
+  for (const auto& [level, sigma, step] : {std::tuple{1000.0, 20.0, 1.0}, {0.7, 0.01, 0.0}}) {
+    const std::vector<float> values = noisy(level, sigma);
+    put("a.nii", nifti({bytes_of(values)}, DT_FLOAT32, 32, size));
+    const Volume v = open("a.nii");
+    double used = step;
+    if (step == 0) {
+      const std::size_t at = notices_.find("units are ");
+      ASSERT_NE(at, std::string::npos) << notices_;
+      used = std::stod(notices_.substr(at + 10));
+    } else {
+      EXPECT_NE(notices_.find("rounded to whole numbers"), std::string::npos) << notices_;
+    }
+    // The estimate of the noise is right, and the loss is what was said.
+    const double noise = std::stod(notices_.substr(notices_.find("noise is ") + 9));
+    EXPECT_NEAR(noise, sigma, 0.1 * sigma);
+    for (std::size_t i = 0; i < values.size(); ++i)
+      ASSERT_NEAR(used * v.voxels[i], static_cast<double>(values[i]), 0.51 * used);
+  }
+  // Hardly any noise beside a large value.
+  std::vector<float> smooth = noisy(0, 1e-6);
+  smooth[0] = 1;
+  put("a.nii", nifti({bytes_of(smooth)}, DT_FLOAT32, 32, size));
+  expect_refused("a.nii", {"noise", "--scale"});
+  OpenOptions options;
+  options.scale = 0.001;
+  EXPECT_EQ(open("a.nii", options).voxels[0], 1000);
+  smooth[5] = std::nanf("");
+  put("a.nii", nifti({bytes_of(smooth)}, DT_FLOAT32, 32, size));
+  expect_refused("a.nii", {"NaN"});
+  // Beyond 16 bits.
+  put("a.nii", nifti({bytes_of(ramp<std::int32_t>(100'000))}, DT_INT32, 32, {4, 3, 2}));
+  expect_refused("a.nii", {"--scale"});
+}
+
+/// Hounsfield units are seen by air, not by a number that no other modality should have.
+TEST_F(Formats, HounsfieldUnitsNeedEvidence) {
+  const glm::ivec3 size(10, 10, 10);
+  std::vector<std::int16_t> mr(1000, 300);
+  mr[7] = -600;
+  put("mr.nii", nifti({bytes_of(mr)}, DT_INT16, 16, size));
+  EXPECT_FALSE(open("mr.nii").is_hounsfield);
+  std::vector<std::int16_t> shifted(1000, -700);  // centred values of some other kind
+  put("shifted.nii", nifti({bytes_of(shifted)}, DT_INT16, 16, size));
+  EXPECT_FALSE(open("shifted.nii").is_hounsfield);
+  std::vector<std::int16_t> ct(1000, 40);
+  for (std::size_t i = 0; i < 300; ++i) ct[i] = static_cast<std::int16_t>(-1000 + static_cast<int>(i % 20));
+  ct[999] = -3024;
+  put("ct.nii", nifti({bytes_of(ct)}, DT_INT16, 16, size));
+  const Volume v = open("ct.nii");
+  EXPECT_TRUE(v.is_hounsfield);
+  EXPECT_EQ(v.voxels[999], -3024) << "no voxel is altered";
+  EXPECT_NE(notices_.find("30 % of the voxels are air"), std::string::npos) << notices_;
+}
+
+}  // namespace
+}  // namespace trephine::data_tools
