@@ -2,9 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <filesystem>
 #include <set>
+#include <stdexcept>
 
+#include "data-tools/apart.h"
 #include "data-tools/atomic_file.h"
 #include "data-tools/dicom_pixels.h"
 #include "data-tools/dicom_series.h"
@@ -177,10 +180,8 @@ class Loader {
     return std::nullopt;
   }
 
-  /// Every slice has a slope of its own (PET): one step for all that int16 holds, when that is finer than
-  /// the noise.
-  Status choose_step(OpenedVolume& opened) {
-    ValueStatistics statistics;
+  /// Of all slices, in the file's units.
+  Status collect(ValueStatistics& statistics) const {
     std::vector<std::int32_t> stored;
     std::vector<double> values;
     for (const DicomSlice& slice : stack_->slices) {
@@ -191,6 +192,35 @@ class Loader {
       values.resize(stored.size());
       for (std::size_t k = 0; k < stored.size(); ++k) values[k] = slice.slope * stored[k] + slice.intercept;
       statistics.add(values);
+    }
+    return std::nullopt;
+  }
+
+  /// Every slice has a slope of its own (PET): one step for all that int16 holds, when that is finer than
+  /// the noise.
+  Status choose_step(OpenedVolume& opened) {
+    ValueStatistics statistics;
+    if (is_compressed()) {
+      const auto found = SharedBytes::make(2 * sizeof(double));
+      bool is_read = found != nullptr;
+      if (is_read)
+        is_read = run_apart(
+                      1,
+                      [&](int) {
+                        ValueStatistics inner;
+                        if (collect(inner)) throw std::runtime_error("");
+                        const double numbers[2] = {inner.most(), inner.noise()};
+                        std::memcpy(found->data(), numbers, sizeof numbers);
+                      },
+                      [this](double share) { return goes_on(0.3 * share); }, 600)
+                      .end == ApartResult::End::done;
+      if (!is_read)
+        return broken(stack_->slices[0], "its compressed pixels, or those of another slice, are damaged");
+      double numbers[2];
+      std::memcpy(numbers, found->data(), sizeof numbers);
+      statistics = ValueStatistics(numbers[0], numbers[1]);
+    } else if (Status error = collect(statistics)) {
+      return error;
     }
     const ValueStep found = step_for(statistics);
     if (!found.is_finer_than_noise) return too_coarse(where_, statistics);
@@ -268,6 +298,87 @@ class Loader {
     return std::nullopt;
   }
 
+  bool is_compressed() const {
+    return std::any_of(stack_->slices.begin(), stack_->slices.end(), [this](const DicomSlice& slice) {
+      return folder_->entries[slice.entry].file.is_encapsulated;
+    });
+  }
+  Error stopped() const {
+    return {"reading was interrupted", where_, "", "", "", volume::ErrorKind::interrupted};
+  }
+
+  /// Slice k of the stack into its place, from the file of all or its own.
+  Status fill_slice(std::size_t k, const DicomPixels* shared, std::int16_t* to, std::size_t area,
+                    std::size_t& padding) const {
+    const DicomSlice& slice = stack_->slices[static_cast<std::size_t>(made_.order[k])];
+    thread_local std::vector<std::int32_t> stored;
+    DicomPixels own;
+    if (!shared)
+      if (std::string why = DicomPixels::open(folder_->entries[slice.entry], slice, own); !why.empty())
+        return broken(slice, why);
+    return read_slice(shared ? *shared : own, slice, to + area * k, stored, padding);
+  }
+
+  Status fill_here(const DicomPixels* shared, std::int16_t* to, std::size_t area,
+                   std::vector<std::size_t>& padding) const {
+    const std::size_t all = stack_->slices.size();
+    std::vector<Status> failed(all);
+    constexpr std::size_t k_part = 32;
+    for (std::size_t from = 0; from < all; from += k_part) {
+      if (!goes_on(0.3 + 0.7 * static_cast<double>(from) / static_cast<double>(all))) return stopped();
+      const auto count = static_cast<int>(std::min(k_part, all - from));
+      volume::parallel_for(count, 0, [&](int i) {
+        const std::size_t k = from + static_cast<std::size_t>(i);
+        failed[k] = fill_slice(k, shared, to, area, padding[k]);
+      });
+      for (const Status& error : failed)
+        if (error) return error;
+    }
+    return std::nullopt;
+  }
+
+  /// Compressed pixels go through a library that damaged ones crash.
+  Status fill_apart(const DicomPixels* shared, std::int16_t* to, std::size_t area,
+                    std::vector<std::size_t>& padding) const {
+    struct Note {
+      std::size_t padding;
+      char parts[4][256];  ///< of an error
+    };
+    const std::size_t all = stack_->slices.size(), bytes = 2 * area * all;
+    const auto voxels = SharedBytes::make(bytes), notes = SharedBytes::make(sizeof(Note) * all);
+    if (!voxels || !notes)
+      return Error{"the volume is larger than the memory of this machine",
+                   where_,
+                   std::to_string(bytes >> 20) + " MiB",
+                   "",
+                   "crop or resample it",
+                   volume::ErrorKind::missing_here};
+    auto* note = reinterpret_cast<Note*>(notes->data());
+    const ApartResult ended = run_apart(
+        static_cast<int>(all),
+        [&](int i) {
+          const auto k = static_cast<std::size_t>(i);
+          const Status error =
+              fill_slice(k, shared, reinterpret_cast<std::int16_t*>(voxels->data()), area, note[k].padding);
+          if (!error) return;
+          const std::string* parts[] = {&error->what, &error->found, &error->expected, &error->remedy};
+          for (std::size_t p = 0; p < 4; ++p) parts[p]->copy(note[k].parts[p], sizeof note[k].parts[p] - 1);
+        },
+        [this](double share) { return goes_on(0.3 + 0.7 * share); });
+    if (ended.end == ApartResult::End::stopped) return stopped();
+    if (ended.end == ApartResult::End::failed)
+      return broken(stack_->slices[static_cast<std::size_t>(
+                        made_.order[static_cast<std::size_t>(std::max(ended.at, 0))])],
+                    ended.found);
+    for (std::size_t k = 0; k < all; ++k) {
+      if (const auto& parts = note[k].parts; parts[0][0] != '\0')
+        return Error{parts[0], where_, parts[1], parts[2], parts[3]};
+      padding[k] = note[k].padding;
+    }
+    std::memcpy(to, voxels->data(), bytes);
+    return std::nullopt;
+  }
+
   Status fill(OpenedVolume& opened) {
     Volume& v = opened.volume;
     const std::size_t area = static_cast<std::size_t>(v.size.x) * static_cast<std::size_t>(v.size.y);
@@ -277,7 +388,6 @@ class Loader {
     if (!made_.at.empty()) inputs = volume::Buffer<std::int16_t>(area * slices.size());
     std::int16_t* to = made_.at.empty() ? v.voxels.data() : inputs.data();
     std::vector<std::size_t> padding(slices.size(), 0);
-    std::vector<Status> failed(slices.size());
     // One file of many frames is opened once; many files are read side by side.
     const bool is_one_file = slices.size() > 1 && slices.front().entry == slices.back().entry;
     DicomPixels shared;
@@ -285,25 +395,10 @@ class Loader {
       if (std::string why = DicomPixels::open(folder_->entries[slices[0].entry], slices[0], shared);
           !why.empty())
         return broken(slices[0], why);
-    constexpr std::size_t k_part = 32;
-    for (std::size_t from = 0; from < slices.size(); from += k_part) {
-      if (!goes_on(0.3 + 0.7 * static_cast<double>(from) / static_cast<double>(slices.size())))
-        return Error{"reading was interrupted", where_, "", "", "", volume::ErrorKind::interrupted};
-      const auto count = static_cast<int>(std::min(k_part, slices.size() - from));
-      volume::parallel_for(count, 0, [&](int i) {
-        const std::size_t k = from + static_cast<std::size_t>(i);
-        const DicomSlice& slice = slices[static_cast<std::size_t>(made_.order[k])];
-        thread_local std::vector<std::int32_t> stored;
-        DicomPixels own;
-        if (!is_one_file)
-          if (std::string why = DicomPixels::open(folder_->entries[slice.entry], slice, own); !why.empty()) {
-            failed[k] = broken(slice, why);
-            return;
-          }
-        failed[k] = read_slice(is_one_file ? shared : own, slice, to + area * k, stored, padding[k]);
-      });
-      for (const Status& error : failed)
-        if (error) return error;
+    if (is_compressed()) {
+      if (Status error = fill_apart(is_one_file ? &shared : nullptr, to, area, padding)) return error;
+    } else if (Status error = fill_here(is_one_file ? &shared : nullptr, to, area, padding)) {
+      return error;
     }
     for (std::size_t k = 0; k < made_.at.size(); ++k) {
       const auto below = static_cast<std::size_t>(made_.at[k]);

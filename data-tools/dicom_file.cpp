@@ -71,7 +71,7 @@ static_assert(std::is_sorted(k_kept.begin(), k_kept.end()));
 
 constexpr std::uint32_t k_undefined = 0xffffffff;
 constexpr DicomTag k_item = 0xfffee000, k_item_end = 0xfffee00d, k_sequence_end = 0xfffee0dd;
-constexpr std::size_t k_first_read = 16 << 10;
+constexpr std::size_t k_first_read = 8 << 10;
 constexpr std::uint64_t k_most_head = 256u << 20;                  // bytes before the pixels
 constexpr std::uint64_t k_most_inflated = std::uint64_t{4} << 30;  // of a deflated file
 constexpr std::size_t k_most_text = 64 << 10;

@@ -108,6 +108,29 @@ Result<Layout> layout_of(const Nrrd& file, const OpenOptions& options, const std
   return layout;
 }
 
+std::string value_of(const Nrrd& file, const std::string& key) {
+  char* found = nrrdKeyValueGet(&file, key.c_str());
+  const std::string value = found ? found : "";
+  std::free(found);
+  return value;
+}
+
+/// Slicer's: Segment0_Name, Segment0_LabelValue, Segment0_Layer, and so on.
+std::vector<SegmentFacts> segments_of(const Nrrd& file) {
+  std::vector<SegmentFacts> segments;
+  for (int i = 0; i < 4096; ++i) {
+    std::string key = "Segment";
+    key.append(std::to_string(i)).append("_");
+    const std::string name = value_of(file, key + "Name"), value = value_of(file, key + "LabelValue");
+    if (name.empty() && value.empty() && value_of(file, key + "ID").empty()) break;
+    const long number = std::strtol(value.c_str(), nullptr, 10),
+               layer = std::strtol(value_of(file, key + "Layer").c_str(), nullptr, 10);
+    segments.push_back({name, number > 0 && number < 32768 ? static_cast<int>(number) : i + 1,
+                        layer >= 0 && layer < 4096 ? static_cast<int>(layer) : 0});
+  }
+  return segments;
+}
+
 bool load(Nrrd* into, const std::string& path, bool wants_voxels) {
   const std::unique_ptr<NrrdIoState, NrrdIoState* (*)(NrrdIoState*)> how(nrrdIoStateNew(), nrrdIoStateNix);
   how->skipData = !wants_voxels;
@@ -195,10 +218,8 @@ Result<OpenedVolume> open_nrrd(const std::string& path, const OpenOptions& optio
   else if (volume::Status error = fill_voxels(opened.volume, values, options.scale, where, opened.notices))
     return *error;
   if (volumes > 1) tell_volumes(opened, index.value(), volumes);
-  char* units = nrrdKeyValueGet(file.get(), k_units_key);
-  const bool says_hounsfield = units && std::strcmp(units, k_units) == 0;
-  std::free(units);
-  know_units(opened, says_hounsfield);
+  opened.segments = segments_of(*file);
+  if (opened.segments.empty()) know_units(opened, value_of(*file, k_units_key) == k_units);
   return opened;
 }
 

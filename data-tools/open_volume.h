@@ -38,6 +38,12 @@ struct SeriesFacts {
   bool is_localizer = false;
 };
 
+/// What a segmentation says of one of its segments.
+struct SegmentFacts {
+  std::string name;
+  int value = 0, layer = 0;  ///< its voxels have this value in the volume `layer`, from 0
+};
+
 /// A volume and what a person should know about how it was read; no identity, no path.
 struct OpenedVolume {
   volume::Volume volume;
@@ -46,7 +52,8 @@ struct OpenedVolume {
   std::vector<std::string> notices;
   /// What was scanned with it and how, without a word of who: an allow-list (docs/dicom.md).
   std::vector<std::pair<std::string, std::string>> facts;
-  std::vector<SeriesFacts> series;  ///< when there was a choice
+  std::vector<SeriesFacts> series;     ///< when there was a choice
+  std::vector<SegmentFacts> segments;  ///< of a segmentation (.seg.nrrd)
   double read_seconds = 0;
 };
 

@@ -194,8 +194,8 @@ Result<Script> parse_script(const std::string& text, const std::string& where) {
   const toml::value& root = parsed.value();
   TomlReader reader(where);
   const toml::table& top =
-      reader.table(root, {"schema", "title", "scan", "iso", "window", "label", "rate", "smallest_burr",
-                          "places", "hands", "do", "expect", "pictures"});
+      reader.table(root, {"schema", "title", "scan", "iso", "window", "label", "auto", "largest", "rate",
+                          "smallest_burr", "places", "hands", "do", "expect", "pictures"});
   if (volume::Status error = reader.check_schema(top, Script::k_schema, "script")) return *error;
   Script script;
   script.title = reader.text(top, "title").value_or("");
@@ -205,6 +205,8 @@ Result<Script> parse_script(const std::string& text, const std::string& where) {
   script.iso = reader.number(top, "iso", -1e6, 1e6);
   script.window = reader.text(top, "window").value_or("");
   script.label = reader.text(top, "label").value_or("");
+  script.is_auto = reader.claim(top, "auto").value_or(false);
+  script.is_largest = reader.claim(top, "largest").value_or(false);
   script.rate_hz = reader.number(top, "rate", 10, 100000).value_or(1000);
   script.smallest_burr = reader.number(top, "smallest_burr", 1e-3, 30);
   for (const toml::value* v : reader.tables(top, "hands")) script.hands.push_back(read_hand(reader, *v));

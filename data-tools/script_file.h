@@ -73,6 +73,7 @@ struct Script {
   std::string title, scan;
   std::optional<double> iso;
   std::string window, label;
+  bool is_auto = false, is_largest = false;  ///< from where the histogram parts; only the largest part
   double rate_hz = 1000;
   std::optional<double> smallest_burr;
   std::vector<ScriptPlace> places;

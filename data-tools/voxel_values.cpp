@@ -48,6 +48,7 @@ void ValueStatistics::add(std::span<const double> values) {
 }
 
 double ValueStatistics::noise() const {
+  if (known_noise_) return *known_noise_;
   if (jumps_.size() < 8) return 0;
   std::vector<double> sorted = jumps_;
   const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);

@@ -24,12 +24,16 @@ ValueReader values_of(const void* data, double slope = 1, double intercept = 0) 
 /// How large values are, and their noise: of differences of neighbours.
 class ValueStatistics {
  public:
+  ValueStatistics() = default;
+  /// Of what was added elsewhere.
+  ValueStatistics(double most, double noise) : most_(most), known_noise_(noise) {}
   void add(std::span<const double> values);
   double most() const noexcept { return most_; }  ///< of absolute values
   double noise() const;                           ///< sigma; 0 when there are too few differences
 
  private:
   double most_ = 0;
+  std::optional<double> known_noise_;
   std::vector<double> jumps_;
   std::size_t seen_ = 0, every_ = 1;  ///< every so manieth difference is kept
 };

@@ -178,18 +178,20 @@ Result<Outcome> run_bench(const BenchArguments& arguments) {
     if (volume::Status error = bench_feel(arguments, outcome)) return *error;
   } else if (arguments.what == "stability") {
     if (volume::Status error = bench_stability(arguments, outcome)) return *error;
+  } else if (arguments.what == "dicom") {
+    if (volume::Status error = bench_dicom(arguments, outcome)) return *error;
   } else if (arguments.what == "open") {
     if (volume::Status error = bench_open(arguments, outcome)) return *error;
   } else {
     return Error{"there is no such benchmark", "", arguments.what,
-                 "surface, step, rays, load, open, feel or stability", ""};
+                 "surface, step, rays, load, dicom, open, feel or stability", ""};
   }
   return outcome;
 }
 
 Run build(Options& options) {
   auto a = std::make_shared<BenchArguments>();
-  options.add("WHAT", a->what, "surface, step, rays, load, open, feel or stability").required();
+  options.add("WHAT", a->what, "surface, step, rays, load, dicom, open, feel or stability").required();
   options.add("SRC", a->source,
               "A scan: for load; one more scene for feel and stability. A session: for open (none: ten "
               "minutes of drilling, recorded first)");
@@ -197,7 +199,9 @@ Run build(Options& options) {
   options.add("--size", a->size, "Voxels along each axis (surface, step and rays)").shows_default();
   options.add("-o,--output", a->output, "Folder for the tables and charts of feel and stability").type("DIR");
   options.add("--steps", a->steps, "Random steps of stability, in all").shows_default();
-  options.add("--quick", a->is_quick, "Feel with smaller and fewer scenes: a minute, or two with every peer");
+  options.add(
+      "--quick", a->is_quick,
+      "Feel with smaller and fewer scenes: a minute, or two with every peer; dicom with a small disk");
   options
       .add("--only", a->only,
            "Built-in scenes of feel whose name holds this, for example sphere; methods of stability likewise")
@@ -216,7 +220,7 @@ Run build(Options& options) {
 const Command k_bench{
     "bench", "Measure, beside peers in the same run",
     "  trephine bench surface\n  trephine bench step --json\n  trephine bench load SCANS/HEAD\n"
-    "  trephine bench open\n  trephine bench open drill.session\n"
+    "  trephine bench dicom\n  trephine bench open\n  trephine bench open drill.session\n"
     "  trephine bench feel -o out/ --quick\n"
     "  trephine bench stability SCANS/HEAD --steps 100000000 -o out/",
     build};

@@ -33,6 +33,8 @@ Result<Outcome> run_demo(const DemoArguments& arguments) {
   wish.script.iso = arguments.shape.iso;
   wish.script.window = arguments.shape.window;
   wish.script.label = arguments.shape.label;
+  wish.script.is_auto = arguments.shape.is_auto;
+  wish.script.is_largest = arguments.shape.is_largest;
   wish.where = "demo.toml";
   wish.record = arguments.record;
   wish.is_live = true;

@@ -4,6 +4,7 @@
 #include "apps/trephine/commands.h"
 #include "data-tools/atomic_file.h"
 #include "data-tools/case_folder.h"
+#include "data-tools/label_file.h"
 
 namespace trephine::app {
 
@@ -19,31 +20,15 @@ struct ImportArguments {
   workbench::ShapeChoice shape;
 };
 
-/// The labels of a file on the scan's grid, copied into `scan`.
+/// The labels of a file, brought into `scan`.
 Status add_labels(volume::Volume& scan, const std::string& file) {
-  auto opened = data_tools::open_volume(file);
-  if (!opened) return opened.error();
-  const volume::Volume& labels = opened.value().volume;
-  const std::string where = data_tools::file_name(file);
-  const auto text = [](const glm::ivec3& s) { return format_text("%d x %d x %d", s.x, s.y, s.z); };
-  if (labels.size != scan.size)
-    return Error{"the labels lie on another grid than the scan", where, text(labels.size), text(scan.size),
-                 "resample them to the scan first"};
-  if (const double off = data_tools::farthest_corner(labels, scan); off > data_tools::k_same_place_mm)
-    return Error{"the labels lie elsewhere than the scan", where, format_text("a corner is %.2f mm off", off),
-                 "the same place", "resample them to the scan first"};
-  int highest = 0;
-  scan.labels = volume::Buffer<std::uint8_t>(scan.voxels.size());
-  for (std::size_t i = 0; i < scan.voxels.size(); ++i) {
-    const int v = labels.voxels[i];
-    if (v < 0 || v > 255)
-      return Error{"a label is out of range", where, std::to_string(v), "0 to 255", "renumber the labels"};
-    highest = std::max(highest, v);
-    scan.labels[i] = static_cast<std::uint8_t>(v);
-  }
-  if (highest == 0) return Error{"there is no label in it", where, "0 everywhere", "labels from 1 up", ""};
-  scan.label_names = {"background"};
-  for (int v = 1; v <= highest; ++v) scan.label_names.push_back("label-" + std::to_string(v));
+  data_tools::OpenOptions options;
+  options.progress = person().progress("reading the labels");
+  auto read = data_tools::read_labels(file, scan, options);
+  if (!read) return read.error();
+  for (const std::string& text : read.value().notices) notice("note: " + text);
+  scan.labels = std::move(read.value().labels);
+  scan.label_names = std::move(read.value().names);
   return std::nullopt;
 }
 
@@ -84,6 +69,12 @@ Result<Outcome> run_import(const ImportArguments& arguments) {
     plan.structures.clear();
     auto shape = workbench::choose_shape(source, arguments.shape, person());
     if (!shape) return shape.error();
+    if (arguments.shape.is_largest) {
+      if (Status bad = workbench::keep_largest(source, shape.value(), person())) return *bad;
+      scan = source.volume;
+    } else {
+      workbench::offer_largest(source, shape.value(), person());
+    }
     plan.structures.push_back({shape.value(), true, false, {}});
     // Every label is there to be made touchable or forbidden.
     for (std::size_t i = 1; i < scan->label_names.size(); ++i) {
@@ -117,7 +108,10 @@ Run build(Options& options) {
   auto a = std::make_shared<ImportArguments>();
   add_source(options, a->source).required();
   add_shape(options, a->shape);
-  options.add("--labels", a->labels, "Labels on the grid of the scan").type("FILE");
+  options
+      .add("--labels", a->labels,
+           "Labels of the scan: .seg.nrrd with names, or any label map, on whatever grid")
+      .type("FILE");
   options
       .add("--name", a->name,
            "Of the case, never a patient's; it stands in pictures and sessions (default: case)")

@@ -199,6 +199,7 @@ Result<Outcome> run_info(const InfoArguments& arguments) {
   if (!opened) return opened.error();
   const workbench::Source& source = opened.value();
   const volume::Volume& v = *source.volume;
+  if (v.is_hounsfield && !source.plan) workbench::offer_largest(source, volume::Shape(), person());
   const auto [low, high] = std::minmax_element(v.voxels.span().begin(), v.voxels.span().end());
   double sum = 0;
   for (const std::int16_t i : v.voxels.span()) sum += i;

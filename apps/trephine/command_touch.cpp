@@ -129,12 +129,9 @@ Result<Outcome> run_touch(const TouchArguments& arguments) {
   const workbench::Operation& operation = opened.value();
   const workbench::Source& source = operation.source;
   const haptics::TouchScene& scene = *operation.scene();
-  workbench::RecordChoice record_choice = arguments.record;
-  if (arguments.blur > 0 && !record_choice.file.empty() && !record_choice.is_embedding) {
-    record_choice.is_embedding = true;
-    notice("note: what was touched is a blurred scan: it is kept in the session");
-  }
-  auto recorder = workbench::start_recording(record_choice, operation);
+  if (source.is_altered && !arguments.record.file.empty())
+    notice("note: what was touched is no longer the scan as it was read: it is kept in the session");
+  auto recorder = workbench::start_recording(arguments.record, operation);
   if (!recorder) return recorder.error();
 
   TouchJudge judge(operation);

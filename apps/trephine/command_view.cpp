@@ -46,8 +46,7 @@ class Host {
     workbench::OperationChoice choice = choice_;
     choice.shape = {};
     // A person can move the window from here; a program would have been asked for a shape.
-    const volume::Volume& v = *opened.value().volume;
-    if (!v.is_hounsfield && !opened.value().plan) choice.shape.iso = brighter_half(v);
+    if (!opened.value().plan) choice.shape.is_auto = true;
     Result<view::OpenedScene> made = make(opened.value(), path, choice, listener);
     if (made) source_ = std::move(opened).value(), path_ = path;
     return made;
@@ -62,11 +61,6 @@ class Host {
   }
 
  private:
-  static double brighter_half(const volume::Volume& v) {
-    const auto [low, high] = std::minmax_element(v.voxels.span().begin(), v.voxels.span().end());
-    return 0.5 * (*low + *high);
-  }
-
   Result<view::OpenedScene> make(const workbench::Source& source, const std::string& path,
                                  const workbench::OperationChoice& choice,
                                  const workbench::Listener& listener) {

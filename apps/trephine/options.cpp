@@ -188,6 +188,9 @@ Option add_source(Options& options, workbench::SourceChoice& source) {
 void add_shape(Options& options, workbench::ShapeChoice& shape) {
   options.add("--iso", shape.iso, "Solid from this value up (CT: HU; default 300)").type("V");
   options.add("--window", shape.window, "Solid between two values; either end may be empty").type("LO:HI");
+  options.add("--auto", shape.is_auto,
+              "Where nothing says what is solid (MR): from where the histogram parts");
+  options.add("--largest", shape.is_largest, "Only the largest part of it: no table, no head holder");
   options.add("--label", shape.label, "Solid where the volume has this label").type("NAME");
 }
 

@@ -162,6 +162,11 @@ Result<Operation> open_operation(const SourceChoice& src, const OperationChoice&
 Result<Operation> make_operation(Source source, const OperationChoice& choice, const Listener& listener) {
   if (Status error = check(choice)) return *error;
   if (Status error = blur(source, choice.blur_voxels)) return *error;
+  if (choice.shape.is_largest) {
+    Result<volume::Shape> shape = choose_shape(source, choice.shape);
+    if (!shape) return shape.error();
+    if (Status error = keep_largest(source, shape.value(), listener)) return *error;
+  }
   SceneSpec spec;
   sim::SceneData data(source.volume);
   spec.volumes.push_back({source.volume->size});

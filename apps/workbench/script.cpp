@@ -80,7 +80,7 @@ std::vector<std::string> files_of(const Script& script, const std::string& folde
 Result<std::unique_ptr<ScriptRun>> ScriptRun::open(const Script& script, const std::string& folder,
                                                    const std::string& where, const Listener& listener) {
   OperationChoice choice;
-  choice.shape = {script.iso, script.window, script.label};
+  choice.shape = {script.iso, script.window, script.label, script.is_auto, script.is_largest};
   choice.rate_hz = script.rate_hz;
   choice.smallest_burr = script.smallest_burr;
   choice.hands.clear();

@@ -7,9 +7,11 @@
 #include <fstream>
 
 #include "apps/workbench/clock.h"
+#include "apps/workbench/text.h"
 #include "data-tools/atomic_file.h"
 #include "data-tools/phantoms.h"
 #include "volume/gaussian.h"
+#include "volume/shape_choice.h"
 #include "volume/text.h"
 
 namespace trephine::workbench {
@@ -148,9 +150,18 @@ Result<volume::Shape> choose_shape(const Source& source, const ShapeChoice& choi
     shape.name = "iso";
     return shape;
   }
-  if (!source.volume->is_hounsfield)
-    return Error{"which shape is meant?", source.name, "a volume that is not in Hounsfield units",
-                 "an iso value, a window or a label", "look at the range of its values"};
+  if (!source.volume->is_hounsfield) {
+    const std::string parted = std::to_string(volume::otsu_threshold(*source.volume));
+    if (!choice.is_auto)
+      return Error{"which shape is meant?", source.name,
+                   "a volume that is not in Hounsfield units; its histogram parts at " + parted,
+                   "an iso value, a window or a label",
+                   "--auto takes " + parted + "; or look at the range of its values"};
+    shape.low = std::stod(parted);
+    shape.name = "auto";
+    listener.notice("shape: " + parted + " and above, where the histogram parts");
+    return shape;
+  }
   listener.notice("shape: bone, 300 HU and above (another is chosen by iso, window or label)");
   return shape;
 }
@@ -160,7 +171,36 @@ volume::Status blur(Source& source, double sigma) {
   auto blurred = volume::gaussian_blurred(*source.volume, glm::dvec3(sigma));
   if (!blurred) return blurred.error();
   source.volume = std::make_shared<const volume::Volume>(std::move(blurred).value());
+  source.is_altered = true;
   return std::nullopt;
+}
+
+volume::Status keep_largest(Source& source, const volume::Shape& shape, const Listener& listener) {
+  volume::ShapeParts parts;
+  auto kept = volume::with_largest_part(source.volume, shape, parts);
+  if (!kept) {
+    Error error = kept.error();
+    if (error.where.empty()) error.where = source.name;
+    return error;
+  }
+  listener.notice(format_text(
+      "the largest part was kept: %.1f %% of the shape; %d other part%s, %lld voxels, became air",
+      100.0 * static_cast<double>(parts.largest) / static_cast<double>(parts.largest + parts.others),
+      parts.count - 1, parts.count == 2 ? "" : "s", static_cast<long long>(parts.others)));
+  if (parts.others == 0) return std::nullopt;
+  source.volume = std::make_shared<const volume::Volume>(std::move(kept).value());
+  source.is_altered = true;
+  return std::nullopt;
+}
+
+void offer_largest(const Source& source, const volume::Shape& shape, const Listener& listener) {
+  constexpr double k_in_the_way = 0.005;  // of the largest
+  const volume::ShapeParts parts = volume::parts_of(source.volume, shape);
+  if (static_cast<double>(parts.second) < k_in_the_way * static_cast<double>(parts.largest)) return;
+  listener.notice(format_text(
+      "note: %d parts hang apart from the largest, one of %.1f %% of its size (a table or a holder?): "
+      "--largest takes them away",
+      parts.count - 1, 100.0 * static_cast<double>(parts.second) / static_cast<double>(parts.largest)));
 }
 
 Result<haptics::PosePath> open_path(const std::string& path) {

@@ -13,10 +13,12 @@
 
 namespace trephine::workbench {
 
-/// From `iso` up, a window "LO:HI", or a label; at most one.
+/// From `iso` up, a window "LO:HI", or a label; at most one, of which the largest part or all.
 struct ShapeChoice {
   std::optional<double> iso;
   std::string window, label;
+  bool is_auto = false;     ///< where nothing says what is solid: from where the histogram parts
+  bool is_largest = false;  ///< of the shape only its largest part
   bool is_made() const { return iso || !window.empty() || !label.empty(); }
 };
 
@@ -41,6 +43,7 @@ struct Source {
   /// For what is kept in files, pictures too: never what a folder or file is called.
   std::string written_name() const { return case_name.empty() ? "scan" : case_name; }
   bool is_builtin = false;
+  bool is_altered = false;                   ///< on purpose, after it was read: nobody else has this scan
   std::optional<data_tools::CasePlan> plan;  ///< of a case
   std::vector<std::string> notices;
   std::vector<std::pair<std::string, std::string>> facts;  ///< how it was scanned, of nobody
@@ -53,6 +56,10 @@ volume::Result<Source> open_source(const SourceChoice& choice, const Listener& l
 /// In place of the scan its Gaussian; sigma in voxels, of which check(OperationChoice) says whether it may
 /// be.
 volume::Status blur(Source& source, double sigma);
+/// In place of the scan one in which a shape's other parts are gone: tells how many.
+volume::Status keep_largest(Source& source, const volume::Shape& shape, const Listener& listener = {});
+/// Says so when other parts of a shape are large enough to be in the way: a table, a head holder.
+void offer_largest(const Source& source, const volume::Shape& shape, const Listener& listener);
 /// What can be said of it without a scan.
 volume::Status check(const ShapeChoice& choice);
 /// The shape that is meant; CT without a choice is bone from 300 HU, which is told. Error when there is no

@@ -28,6 +28,12 @@ extern "C" const trephine::bench::PeerSet* trephine_peer_set() {
 #endif
 #ifdef TREPHINE_HAS_OPENVDB
       csg_ticks,
+#else
+      nullptr,
+#endif
+#ifdef TREPHINE_HAS_ITK_GDCM
+      gdcm_scan,
+      itk_read,
 #endif
   };
   return &set;

@@ -26,6 +26,9 @@ struct CsgTicks {
 /// `way`: mm a tick.
 CsgTicks csg_ticks(double spacing, double radius, const double* way, int lanes, int ticks);
 
+double gdcm_scan(const char* folder, int& series);
+double itk_read(const char* folder, long long& sum);
+
 /// All of them: a library of its own, loaded when a benchmark asks, so that nothing else links them.
 struct PeerSet {
   std::vector<Peer> methods;
@@ -34,6 +37,9 @@ struct PeerSet {
   void (*free_nano_grid)(NanoGrid*) = nullptr;
   double (*run_nano_rays)(const NanoGrid&, const double*, int, int*, float) = nullptr;
   CsgTicks (*csg_ticks)(double, double, const double*, int, int) = nullptr;
+  /// Seconds to find the series of a folder, and to read one; the sum of voxels times (index % 251).
+  double (*gdcm_scan)(const char* folder, int& series) = nullptr;
+  double (*itk_read)(const char* folder, long long& sum) = nullptr;
 };
 /// Those beside this program; empty when their library is not there.
 const PeerSet& peers();

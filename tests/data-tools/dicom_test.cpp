@@ -145,6 +145,36 @@ TEST_F(Dicom, CompressedFramesInSeveralFragmentsAreWhole) {
   }
 }
 
+/// What crashes the library that unpacks it is an error like others; found by the fuzzer.
+TEST_F(Dicom, DamagedFramesAreRefusedWhateverTheyDoToTheUnpacker) {
+  for (std::size_t at = 0; at < 70; at += 3) {
+    write_series(
+        3, {},
+        [&](int k, DicomFile& file) {
+          SliceOf slice;
+          slice.number = k + 1;
+          std::string frame = rle_frame(slice);
+          if (k == 1)
+            for (std::size_t i = at; i < std::min(at + 8, frame.size()); ++i)
+              frame[i] = static_cast<char>(0xf7);
+          file.set_fragments({"", frame});
+        },
+        Syntax::rle);
+    const auto opened = open_volume(path());
+    if (!opened) {
+      EXPECT_NE(opened.error().message().find("IM1002"), std::string::npos) << opened.error().message();
+    }
+  }
+  // Nothing of a frame at all.
+  write_series(
+      3, {},
+      [&](int k, DicomFile& f) {
+        f.set_fragments({"", std::string(k == 1 ? 2 : 200, '\x7f')});
+      },
+      Syntax::jpeg_2000);
+  expect_refused({"an image cannot be read"});
+}
+
 TEST_F(Dicom, FramesOfOneFileAreSlices) {
   const auto write = [&](bool has_table) {
     SliceOf slice;

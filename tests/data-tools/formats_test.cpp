@@ -8,6 +8,7 @@
 #include <gtest/gtest.h>
 #include <nifti/nifti1.h>
 
+#include "data-tools/label_file.h"
 #include "data-tools/open_volume.h"
 
 namespace trephine::data_tools {
@@ -258,6 +259,65 @@ TEST_F(Formats, HounsfieldUnitsNeedEvidence) {
   EXPECT_TRUE(v.is_hounsfield);
   EXPECT_EQ(v.voxels[999], -3024) << "no voxel is altered";
   EXPECT_NE(notices_.find("30 % of the voxels are air"), std::string::npos) << notices_;
+}
+
+/// Names, values and layers of a segmentation as Slicer writes it; label maps on grids of their own.
+TEST_F(Formats, LabelsComeWithTheirNamesOntoTheScansGrid) {
+  Volume scan =
+      volume::make_volume({8, 8, 8}, volume::Frame::from_spacing({0, 0, 0}, {1, 1, 1}).value()).value();
+  // Half as fine, from (2, 2, 2) on: 2 x 2 x 2 voxels of 2 mm, the last one another segment.
+  const std::string space =
+      "space: left-posterior-superior\nspace directions: (2,0,0) (0,2,0) (0,0,2)\nspace "
+      "origin: (2.5,2.5,2.5)\n";
+  const std::string names =
+      "Segment0_Name:=tumour\nSegment0_LabelValue:=7\nSegment0_Layer:=0\nSegment1_Name:="
+      "left nerve\nSegment1_LabelValue:=300\nSegment1_Layer:=0\n";
+  put("a.seg.nrrd",
+      nrrd(space + names, "short", "2 2 2") + bytes_of(std::vector<std::int16_t>{7, 7, 7, 7, 7, 7, 7, 300}));
+  const auto read = read_labels(path("a.seg.nrrd"), scan);
+  ASSERT_TRUE(read.is_ok()) << read.error().message();
+  EXPECT_EQ(read.value().names, (std::vector<std::string>{"background", "tumour", "left nerve"}));
+  ASSERT_EQ(read.value().notices.size(), 2u) << "renumbered, and brought to another grid";
+  for (int z = 0; z < 8; ++z)
+    for (int y = 0; y < 8; ++y)
+      for (int x = 0; x < 8; ++x) {
+        const auto cell = [](int v) { return v >= 2 && v < 6 ? (v - 2) / 2 : -1; };
+        const int a = cell(x), b = cell(y), c = cell(z);
+        const int expected = a < 0 || b < 0 || c < 0 ? 0 : a + b + c == 3 ? 2 : 1;
+        ASSERT_EQ(read.value().labels[scan.index(x, y, z)], expected) << x << y << z;
+      }
+  // Two layers: apart they are taken both, over each other refused.
+  const std::string layered =
+      "space: left-posterior-superior\nspace directions: none (2,0,0) (0,2,0) (0,0,2)\nspace "
+      "origin: (2.5,2.5,2.5)\nkinds: list domain domain domain\nSegment0_Name:=a\nSegment0_"
+      "LabelValue:=1\nSegment0_Layer:=0\nSegment1_Name:=b\nSegment1_LabelValue:=1\nSegment1_"
+      "Layer:=1\n";
+  const auto layers = [&](std::int16_t both) {
+    std::vector<std::int16_t> values(16, 0);
+    values[0] = 1, values[1] = both, values[15] = 1;  // voxel 0 of both layers, voxel 7 of the second
+    put("b.seg.nrrd", nrrd(layered, "short", "2 2 2 2", 4) + bytes_of(values));
+    return read_labels(path("b.seg.nrrd"), scan);
+  };
+  const auto apart = layers(0);
+  ASSERT_TRUE(apart.is_ok()) << apart.error().message();
+  EXPECT_EQ(apart.value().names, (std::vector<std::string>{"background", "a", "b"}));
+  EXPECT_EQ(apart.value().labels[scan.index(2, 2, 2)], 1);
+  EXPECT_EQ(apart.value().labels[scan.index(5, 5, 5)], 2);
+  const auto over = layers(1);
+  ASSERT_FALSE(over.is_ok());
+  EXPECT_NE(over.error().message().find("8 voxels belong to several"), std::string::npos)
+      << over.error().message();
+  // Elsewhere, empty, negative.
+  put("far.nrrd",
+      nrrd("space: left-posterior-superior\nspace directions: (1,0,0) (0,1,0) (0,0,1)\nspace origin: "
+           "(100,0,0)\n",
+           "short", "2 2 2") +
+          bytes_of(std::vector<std::int16_t>(8, 1)));
+  EXPECT_NE(read_labels(path("far.nrrd"), scan).error().message().find("elsewhere"), std::string::npos);
+  put("none.nrrd", nrrd(space, "short", "2 2 2") + bytes_of(std::vector<std::int16_t>(8, 0)));
+  EXPECT_NE(read_labels(path("none.nrrd"), scan).error().message().find("no label in it"), std::string::npos);
+  put("minus.nrrd", nrrd(space, "short", "2 2 2") + bytes_of(std::vector<std::int16_t>(8, -1)));
+  EXPECT_FALSE(read_labels(path("minus.nrrd"), scan).is_ok());
 }
 
 }  // namespace

@@ -1,0 +1,144 @@
+// bench dicom: how long a person waits for a series, beside GDCM and ITK on the same files.
+#include <algorithm>
+#include <cstdlib>
+#include <filesystem>
+
+#include "apps/trephine/bench_parts.h"
+#include "data-tools/open_volume.h"
+#include "tests/bench/peers.h"
+#include "tests/scenes/dicom_files.h"
+#include "volume/percentile.h"
+
+namespace trephine::app {
+
+namespace fs = std::filesystem;
+using volume::Error;
+
+namespace {
+
+/// Files that are gone afterwards.
+struct Scratch {
+  fs::path path;
+  Scratch() {
+    std::string name = (fs::temp_directory_path() / "trephine-bench-XXXXXX").string();
+    if (const char* made = ::mkdtemp(name.data())) path = made;
+  }
+  ~Scratch() {
+    std::error_code ignored;
+    if (!path.empty()) fs::remove_all(path, ignored);
+  }
+};
+
+constexpr int k_images = 25;  // a series, of a disk of many
+
+/// A slice with the sixty attributes more that scanners write, a private sequence among them.
+scenes::DicomFile usual_slice(const scenes::SliceOf& slice) {
+  scenes::DicomFile file = slice_file(slice);
+  file.set(0x00080005, "CS", "ISO_IR 100").set(0x00080008, "CS", "ORIGINAL\\PRIMARY\\AXIAL");
+  for (std::uint32_t i = 0; i < 20; ++i) file.set(0x00189000 + i, "LO", "some setting of the scanner");
+  for (std::uint32_t i = 0; i < 20; ++i) file.set(0x00400300 + i, "SH", "VALUE");
+  scenes::DicomFile item;
+  for (std::uint32_t i = 0; i < 20; ++i) item.set(0x00291010 + i, "OB", std::string(60, 'x'));
+  return file.set(0x00290010, "LO", "MAKER").set_items(0x00291001, {item, item});
+}
+
+/// `count` series of `slices` images each, in ten folders.
+void write_disk(const fs::path& folder, int count, int slices) {
+  for (int n = 0; n < count; ++n)
+    for (int k = 0; k < slices; ++k) {
+      scenes::SliceOf slice;
+      slice.size = {256, 256};
+      slice.number = k + 1;
+      slice.position = {0, 0, 1.0 * k};
+      slice.series = format_text("1.2.3.4.%d", 100 + n);
+      const fs::path place = folder / format_text("S%d", n % 10);
+      fs::create_directories(place);
+      usual_slice(slice)
+          .set(0x00200011, "IS", std::to_string(n))
+          .write((place / format_text("%03d%04d", n, k)).string());
+    }
+}
+
+void write_series(const fs::path& folder, int slices) {
+  fs::create_directories(folder);
+  for (int k = 0; k < slices; ++k) {
+    scenes::SliceOf slice;
+    slice.size = {512, 512};
+    slice.number = k + 1;
+    slice.position = {0, 0, 0.6 * k};
+    slice.spacing = {0.5, 0.5};
+    usual_slice(slice).write((folder / format_text("%05d", k)).string());
+  }
+}
+
+Json row(std::vector<double> ours, std::vector<double> peer) {
+  const bool has_peer = !peer.empty();
+  const double mine = volume::percentile_of(ours, 50),
+               theirs = has_peer ? volume::percentile_of(peer, 50) : 0;
+  return {{"seconds", mine},
+          {"peer_seconds", has_peer ? Json(theirs) : Json()},
+          {"ratio_to_peer", has_peer ? Json(theirs / mine) : Json()}};
+}
+
+std::string words(const char* what, const Json& row, const char* peer) {
+  std::string text = format_text("%s: %.0f ms", what, 1e3 * row["seconds"].get<double>());
+  if (!row["peer_seconds"].is_null())
+    text += format_text("; %s %.0f ms, %.1f times as long", peer, 1e3 * row["peer_seconds"].get<double>(),
+                        row["ratio_to_peer"].get<double>());
+  return text + "\n";
+}
+
+}  // namespace
+
+volume::Status bench_dicom(const BenchArguments& arguments, Outcome& outcome) {
+  const Scratch scratch;
+  if (scratch.path.empty())
+    return Error{
+        "there is no place for scratch files", "", fs::temp_directory_path().string(), "", "set TMPDIR",
+        volume::ErrorKind::missing_here};
+  const int series = arguments.is_quick ? 8 : 80, slices = arguments.is_quick ? 32 : 512;
+  const fs::path disk = scratch.path / "disk", one = scratch.path / "one";
+  write_disk(disk, series, k_images);
+  write_series(one, slices);
+  const bench::PeerSet& peers = bench::peers();
+  std::vector<double> scan, scan_peer, read, read_peer;
+  const int rounds = arguments.is_quick ? 1 : 5;
+  ProgressLine progress("reading");
+  for (int round = 0; round <= rounds; ++round) {  // the first warms up, and is not counted
+    if (!progress(static_cast<double>(round) / (rounds + 1))) return interrupted("the benchmark");
+    const auto of_disk = data_tools::open_volume(disk.string());
+    if (!of_disk) return of_disk.error();
+    if (static_cast<int>(of_disk.value().series.size()) != series)
+      return Error{"the disk was not read right", "",
+                   std::to_string(of_disk.value().series.size()) + " series", std::to_string(series), ""};
+    const auto of_one = data_tools::open_volume(one.string());
+    if (!of_one) return of_one.error();
+    if (round > 0) scan.push_back(of_disk.value().read_seconds), read.push_back(of_one.value().read_seconds);
+    if (!peers.gdcm_scan) continue;
+    int found = 0;
+    long long their_sum = 0, sum = 0;
+    const double scan_seconds = peers.gdcm_scan(disk.string().c_str(), found);
+    const double read_seconds = peers.itk_read(one.string().c_str(), their_sum);
+    const auto voxels = of_one.value().volume.voxels.span();
+    for (std::size_t i = 0; i < voxels.size(); ++i) sum += static_cast<long long>(i % 251) * voxels[i];
+    if (found != series || sum != their_sum)
+      return Error{"the peer reads something else", "", std::to_string(found) + " series",
+                   std::to_string(series), ""};
+    if (round > 0) scan_peer.push_back(scan_seconds), read_peer.push_back(read_seconds);
+  }
+  outcome.json["scan"] = row(scan, scan_peer);
+  outcome.json["read"] = row(read, read_peer);
+  outcome.json["series"] = series;
+  outcome.json["slices"] = slices;
+  outcome.text =
+      words(format_text("a disk of %d series, %d images of 256 x 256 each: found, and the first read", series,
+                        k_images)
+                .c_str(),
+            outcome.json["scan"], "GDCM's series reader, names alone,") +
+      words(format_text("%d slices of 512 x 512", slices).c_str(), outcome.json["read"],
+            "ITK's GDCM series reader");
+  if (!peers.gdcm_scan) outcome.text += "GDCM's reader was not there when this was built: no ratio\n";
+  return std::nullopt;
+}
+
+}  // namespace trephine::app

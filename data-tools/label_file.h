@@ -1,0 +1,23 @@
+// Labels of a scan from any file that holds them: segmentations with names, label maps on grids of their own.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "data-tools/open_volume.h"
+
+namespace trephine::data_tools {
+
+struct ReadLabels {
+  volume::Buffer<std::uint8_t> labels;  ///< on the scan's grid
+  std::vector<std::string> names;       ///< of each value; 0 is the background
+  std::vector<std::string> notices;     ///< what was resampled, renumbered or lost
+};
+
+/// Reads them for `scan`: resampled (nearest) from a grid of their own; renumbered when values are beyond
+/// 255. Names are the file's (.seg.nrrd) or "label-N". Error when none lies in the scan, when there are more
+/// than 255, or when segments overlap.
+volume::Result<ReadLabels> read_labels(const std::string& path, const volume::Volume& scan,
+                                       const OpenOptions& options = {});
+
+}  // namespace trephine::data_tools

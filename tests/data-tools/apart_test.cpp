@@ -1,0 +1,59 @@
+#include "data-tools/apart.h"
+
+#include <csignal>
+#include <cstdio>
+#include <cstdlib>
+#include <gtest/gtest.h>
+#include <thread>
+
+namespace trephine::data_tools {
+namespace {
+
+using End = ApartResult::End;
+
+TEST(Apart, WhatIsSharedComesBackAndNothingElse) {
+  const auto shared = SharedBytes::make(100);
+  int here = 0;
+  const ApartResult ended = run_apart(100,
+                                      [&](int i) {
+                                        shared->data()[i] = static_cast<char>(i + 1);
+                                        ++here;
+                                        std::puts("this is not seen");
+                                      },
+                                      {});
+  EXPECT_EQ(ended.end, End::done);
+  for (int i = 0; i < 100; ++i) EXPECT_EQ(shared->data()[i], i + 1);
+  EXPECT_EQ(here, 0);
+}
+
+/// Each way to end badly, and of which piece of work it was.
+TEST(Apart, CrashesAreErrorsThatSayWhere) {
+  const std::pair<const char*, void (*)()> ways[] = {
+      {"crashes", [] { std::raise(SIGSEGV); }},
+      {"crashes", [] { std::abort(); }},
+      {"cannot", [] { throw 3; }},
+      {"cannot", [] { std::_Exit(7); }},
+      {"does not end", [] { std::this_thread::sleep_for(std::chrono::hours(1)); }}};
+  for (const auto& [word, way] : ways) {
+    const ApartResult ended = run_apart(
+        50,
+        [way = way](int i) {
+          if (i == 31) way();
+        },
+        {}, 0.3);
+    EXPECT_EQ(ended.end, End::failed);
+    EXPECT_EQ(ended.at, 31);
+    EXPECT_NE(ended.found.find(word), std::string::npos) << ended.found;
+  }
+}
+
+TEST(Apart, IsStoppedFromHere) {
+  int calls = 0;
+  const ApartResult ended = run_apart(
+      10, [](int) { std::this_thread::sleep_for(std::chrono::hours(1)); },
+      [&](double) { return ++calls < 3; });
+  EXPECT_EQ(ended.end, End::stopped);
+}
+
+}  // namespace
+}  // namespace trephine::data_tools
