@@ -59,7 +59,7 @@ Result<std::vector<DicomHead>> read_dicom_heads(const std::string& path, const P
   const auto read_heads = [&](std::size_t count_all, const auto& source_of) -> bool {
     const std::size_t first = read.size();
     read.resize(first + count_all);
-    constexpr std::size_t k_part = 256;
+    constexpr std::size_t k_part = 512;
     for (std::size_t from = 0; from < count_all; from += k_part) {
       if (progress && !progress(0.3 * static_cast<double>(from) / static_cast<double>(count_all)))
         return false;

@@ -4,12 +4,14 @@
 #include <cmath>
 #include <filesystem>
 #include <glm/geometric.hpp>
+#include <iterator>
 #include <map>
 #include <numeric>
 #include <set>
 #include <tuple>
 
 #include "data-tools/dicom_heads.h"
+#include "volume/parallel.h"
 
 namespace trephine::data_tools {
 
@@ -332,7 +334,6 @@ Result<DicomFolder> scan_dicom(const std::string& path, const Progress& progress
   Result<std::vector<DicomHead>> heads = read_dicom_heads(path, progress);
   if (!heads) return heads.error();
   DicomFolder folder;
-  std::vector<DicomSlice> slices;
   for (DicomHead& head : heads.value()) {
     const std::string& name = head.name;
     if (const auto* refusal = std::get_if<DicomRefusal>(&head.read)) {
@@ -353,14 +354,21 @@ Result<DicomFolder> scan_dicom(const std::string& path, const Progress& progress
         folder.passed_over.push_back(name + " (no image)");
       continue;
     }
-    folder.entries.push_back({head.path, name, std::move(file)});
-    const std::size_t before = slices.size();
-    if (const std::string why = add_slices(folder.entries.back(), folder.entries.size() - 1, slices);
-        !why.empty()) {
-      slices.resize(before);
-      folder.refused.emplace_back(name, why);
-    }
+    folder.entries.push_back({std::move(head.path), std::move(head.name), std::move(file)});
   }
+  // Each file's images side by side; what is said of them in order.
+  std::vector<std::vector<DicomSlice>> slices_of(folder.entries.size());
+  std::vector<std::string> why_not(folder.entries.size());
+  volume::parallel_for(static_cast<int>(folder.entries.size()), 0, [&](int i) {
+    const auto n = static_cast<std::size_t>(i);
+    why_not[n] = add_slices(folder.entries[n], n, slices_of[n]);
+  });
+  std::vector<DicomSlice> slices;
+  for (std::size_t n = 0; n < slices_of.size(); ++n)
+    if (why_not[n].empty())
+      std::move(slices_of[n].begin(), slices_of[n].end(), std::back_inserter(slices));
+    else
+      folder.refused.emplace_back(folder.entries[n].name, why_not[n]);
 
   // Series, and in them grids.
   std::map<std::string, std::size_t> series_of;

@@ -31,14 +31,14 @@ struct Scratch {
 
 constexpr int k_images = 25;  // a series, of a disk of many
 
-/// A slice with the sixty attributes more that scanners write, a private sequence among them.
+/// A slice with as many attributes as a CT of GE has (197, and 34 in private sequences).
 scenes::DicomFile usual_slice(const scenes::SliceOf& slice) {
   scenes::DicomFile file = slice_file(slice);
   file.set(0x00080005, "CS", "ISO_IR 100").set(0x00080008, "CS", "ORIGINAL\\PRIMARY\\AXIAL");
-  for (std::uint32_t i = 0; i < 20; ++i) file.set(0x00189000 + i, "LO", "some setting of the scanner");
-  for (std::uint32_t i = 0; i < 20; ++i) file.set(0x00400300 + i, "SH", "VALUE");
+  for (std::uint32_t i = 0; i < 85; ++i) file.set(0x00189000 + i, "LO", "some setting of the scanner");
+  for (std::uint32_t i = 0; i < 84; ++i) file.set(0x00400300 + i, "SH", "VALUE");
   scenes::DicomFile item;
-  for (std::uint32_t i = 0; i < 20; ++i) item.set(0x00291010 + i, "OB", std::string(60, 'x'));
+  for (std::uint32_t i = 0; i < 17; ++i) item.set(0x00291010 + i, "OB", std::string(60, 'x'));
   return file.set(0x00290010, "LO", "MAKER").set_items(0x00291001, {item, item});
 }
 
