@@ -11,6 +11,7 @@
 #include <tuple>
 
 #include "data-tools/dicom_heads.h"
+#include "data-tools/words.h"
 #include "volume/parallel.h"
 
 namespace trephine::data_tools {
@@ -291,14 +292,6 @@ void split_doubles(DicomStack stack, std::size_t mark, std::vector<DicomStack>& 
     for (const auto& pile : piles) part.slices.push_back(stack.slices[pile[v]]);
     to.push_back(std::move(part));
   }
-}
-
-std::string list_of(const std::vector<std::string>& names) {
-  std::string text;
-  for (std::size_t i = 0; i < std::min<std::size_t>(names.size(), 4); ++i)
-    text += (i == 0 ? "" : ", ") + names[i];
-  if (names.size() > 4) text += " and " + std::to_string(names.size() - 4) + " more";
-  return text;
 }
 
 }  // namespace

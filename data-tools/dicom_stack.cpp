@@ -6,6 +6,8 @@
 #include <glm/geometric.hpp>
 #include <numeric>
 
+#include "data-tools/words.h"
+
 namespace trephine::data_tools {
 
 using glm::dvec3;
@@ -24,8 +26,6 @@ std::string mm(double value) {
   std::snprintf(text, sizeof text, "%.3f mm", value);
   return text;
 }
-std::string counted(int n, const char* what) { return std::to_string(n) + " " + what + (n == 1 ? "" : "s"); }
-
 }  // namespace
 
 Result<SliceStack> stack_slices(const std::vector<SlicePlace>& slices, bool makes_even) {
@@ -75,7 +75,7 @@ Result<SliceStack> stack_slices(const std::vector<SlicePlace>& slices, bool make
   if (count > 1) {
     std::vector<double> gaps;
     std::string doubled;
-    int doubles = 0;
+    std::size_t doubles = 0;
     for (std::size_t k = 1; k < count; ++k) {
       gaps.push_back(height(stack.order[k]) - height(stack.order[k - 1]));
       if (gaps.back() >= k_same_height) continue;
@@ -102,12 +102,12 @@ Result<SliceStack> stack_slices(const std::vector<SlicePlace>& slices, bool make
     }
     std::size_t steps = count - 1;
     if (*most - *least > 2 * tolerance) {
-      int missing = 0;
+      std::size_t missing = 0;
       bool is_only_missing = true;
       for (const double g : gaps) {
         const double times = std::floor(g / usual + 0.5);
         if (std::abs(g - times * usual) > times * tolerance) is_only_missing = false;
-        if (times > 1) missing += static_cast<int>(times) - 1;
+        if (times > 1) missing += static_cast<std::size_t>(times) - 1;
       }
       is_only_missing = is_only_missing && missing > 0;
       if (!makes_even) {

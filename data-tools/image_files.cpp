@@ -19,6 +19,7 @@
 #include "data-tools/output_set.h"
 #include "data-tools/quiet_streams.h"
 #include "data-tools/voxel_values.h"
+#include "data-tools/vti.h"
 #include "volume/parallel.h"
 #include "volume/text.h"
 
@@ -179,7 +180,7 @@ bool says_spacing(const std::string& path) {
 Status write_image(const std::string& path, const glm::ivec3& size, const volume::Frame& frame,
                    itk::IOComponentEnum type, const void* data, bool is_hounsfield) {
   if (Status error = check_extension(OutputKind::volume, path)) return error;
-  for (const char* extension : {".mha", ".nrrd", ".nii", ".nii.gz"})
+  for (const char* extension : {".mha", ".nrrd", ".nii", ".nii.gz", ".vti"})
     if (has_extension(path, extension) && !path.ends_with(extension))
       return Error{"the extension must be in lower case", file_name(path), "", extension,
                    "rename the output"};
@@ -188,6 +189,9 @@ Status write_image(const std::string& path, const glm::ivec3& size, const volume
     if (format.name == "NIfTI")
       return write_nifti(temporary, path, size, frame, type == itk::IOComponentEnum::SHORT, data,
                          is_hounsfield);
+    if (has_extension(path, ".vti"))
+      return write_vti(temporary, path, size, frame, type == itk::IOComponentEnum::SHORT, data,
+                       is_hounsfield);
     const QuietStreams quiet;
     try {
       format.io->SetFileName(temporary);

@@ -2,11 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <map>
 
 #include "data-tools/atomic_file.h"
 #include "data-tools/case_folder.h"
+#include "data-tools/words.h"
 
 namespace trephine::data_tools {
 
@@ -15,12 +15,6 @@ using volume::Result;
 using volume::Volume;
 
 namespace {
-
-std::string short_number(double v) {
-  char text[40];
-  std::snprintf(text, sizeof text, "%.4g", v);
-  return text;
-}
 
 /// What a voxel of the scan may be: a layer and a value in it.
 using Key = std::pair<int, int>;

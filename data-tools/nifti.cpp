@@ -8,7 +8,7 @@
 #include <filesystem>
 #include <glm/geometric.hpp>
 #include <memory>
-#include <nifti/nifti1_io.h>
+#include <nifti2_io.h>
 #include <vector>
 #include <zlib.h>
 
@@ -35,21 +35,20 @@ std::string short_mm(double value) {
 using Image = std::unique_ptr<nifti_image, decltype(&nifti_image_free)>;
 
 /// RAS millimetres to our LPS.
-Result<volume::Frame> frame_of(const mat44& m, double unit_mm) {
+Result<volume::Frame> frame_of(const nifti_dmat44& m, double unit_mm) {
   glm::dmat3 axes;
   glm::dvec3 origin;
   for (int row = 0; row < 3; ++row) {
     const double sign = row < 2 ? -unit_mm : unit_mm;
-    for (int column = 0; column < 3; ++column)
-      axes[column][row] = sign * static_cast<double>(m.m[row][column]);
-    origin[row] = sign * static_cast<double>(m.m[row][3]);
+    for (int column = 0; column < 3; ++column) axes[column][row] = sign * m.m[row][column];
+    origin[row] = sign * m.m[row][3];
   }
   return volume::Frame::from_axes(origin, axes);
 }
 
 std::optional<ValueReader> reader_of(const nifti_image& image, const void* data) {
-  const double slope = image.scl_slope != 0 ? static_cast<double>(image.scl_slope) : 1;
-  const double intercept = image.scl_slope != 0 ? static_cast<double>(image.scl_inter) : 0;
+  const double slope = image.scl_slope != 0 ? image.scl_slope : 1;
+  const double intercept = image.scl_slope != 0 ? image.scl_inter : 0;
   switch (image.datatype) {
     case DT_UINT8:
       return values_of<unsigned char>(data, slope, intercept);
@@ -123,20 +122,24 @@ bool read_voxels(const nifti_image& image, volume::Buffer<char>& into) {
 Result<OpenedVolume> open_nifti(const std::string& path, const OpenOptions& options) {
   const std::string where = file_name(path);
   const auto broken = [&](const std::string& found) {
-    return Error{"the NIfTI file cannot be read", where, found, "a complete NIfTI-1 file with one volume",
+    return Error{"the NIfTI file cannot be read", where, found, "a complete NIfTI file",
                  "copy or export it again"};
   };
   std::vector<std::string> notices;
   nifti_set_debug_level(-1);  // it would talk to the person itself
   // Looked at first, because the library's conversion of a broken header talks to the person itself.
-  const std::unique_ptr<nifti_1_header, decltype(&std::free)> header(
-      nifti_read_header(path.c_str(), nullptr, 0), &std::free);
-  if (!header || !nifti_hdr_looks_good(header.get())) return broken("no NIfTI header");
+  int version = 0;  // 0: Analyze 7.5
+  const std::unique_ptr<void, decltype(&std::free)> header(nifti_read_header(path.c_str(), &version, 0),
+                                                           &std::free);
+  const bool is_good =
+      header && (version == 2 ? nifti_hdr2_looks_good(static_cast<nifti_2_header*>(header.get()))
+                              : nifti_hdr1_looks_good(static_cast<nifti_1_header*>(header.get())));
+  if (!is_good) return broken("no NIfTI header");
   const Image image(nifti_image_read(path.c_str(), 0), &nifti_image_free);
   if (!image) return broken("no NIfTI header");
   if (image->ndim < 3 || image->nu > 1 || image->nv > 1 || image->nw > 1)
     return broken(std::to_string(image->ndim) + " dimensions instead of 3");
-  const auto volumes = static_cast<std::size_t>(std::max(image->nt, 1));
+  const auto volumes = static_cast<std::size_t>(std::max<std::int64_t>(image->nt, 1));
   const Result<std::size_t> index = volume_index(options, volumes, where);
   if (!index) return index.error();
   for (const double s : {image->dx, image->dy, image->dz})
@@ -147,17 +150,25 @@ Result<OpenedVolume> open_nifti(const std::string& path, const OpenOptions& opti
   const double unit = image->xyz_units == NIFTI_UNITS_METER    ? 1000
                       : image->xyz_units == NIFTI_UNITS_MICRON ? 1e-3
                                                                : 1;
-  if (image->sform_code <= 0 && image->qform_code <= 0)
-    return Error{"the file does not say how the volume lies in the patient", where, "neither sform nor qform",
-                 "one of them", "export the volume with its orientation"};
+  constexpr std::int64_t k_most = 1'000'000;
+  if (image->nx > k_most || image->ny > k_most || image->nz > k_most) return broken("a size that cannot be");
+  const glm::ivec3 size(static_cast<int>(image->nx), static_cast<int>(image->ny),
+                        static_cast<int>(image->nz));
+  const bool has_none = image->sform_code <= 0 && image->qform_code <= 0;
+  if (has_none && !options.spacing)
+    return Error{
+        "the file does not say how the volume lies in the patient", where,
+        version == 0 ? "an Analyze file, which cannot say it" : "neither sform nor qform", "one of them",
+        "export the volume with its orientation; or, if its axes are the patient's (left, back, up), say "
+        "how large a voxel is: --spacing X,Y,Z"};
   using Which = OpenOptions::NiftiFrame;
   const bool has_both = image->sform_code > 0 && image->qform_code > 0;
   const bool takes_qform = has_both ? options.nifti_frame == Which::qform : image->sform_code <= 0;
-  Result<volume::Frame> frame = frame_of(takes_qform ? image->qto_xyz : image->sto_xyz, unit);
+  Result<volume::Frame> frame = has_none ? volume::Frame::from_spacing(glm::dvec3(0), *options.spacing)
+                                         : frame_of(takes_qform ? image->qto_xyz : image->sto_xyz, unit);
   if (has_both) {
     const Result<volume::Frame> other = frame_of(takes_qform ? image->sto_xyz : image->qto_xyz, unit);
-    const double apart =
-        frame && other ? farthest_apart(frame.value(), other.value(), {image->nx, image->ny, image->nz}) : 0;
+    const double apart = frame && other ? farthest_apart(frame.value(), other.value(), size) : 0;
     if (apart > k_frames_agree_mm && options.nifti_frame == Which::any)
       return Error{"the file says twice how the volume lies, and not the same", where,
                    "sform and qform put a corner " + short_mm(apart) + " apart", "at most 0.1 mm",
@@ -172,10 +183,12 @@ Result<OpenedVolume> open_nifti(const std::string& path, const OpenOptions& opti
     return error;
   }
   // The file first, the memory for it then.
-  const std::size_t brick = static_cast<std::size_t>(image->nx) * static_cast<std::size_t>(image->ny) *
-                            static_cast<std::size_t>(image->nz) * static_cast<std::size_t>(image->nbyper);
-  if (!can_hold(*image, brick * volumes)) return broken("fewer voxels than its header promises");
-  Result<Volume> made = volume::make_volume({image->nx, image->ny, image->nz}, frame.value());
+  const std::size_t brick =
+      static_cast<std::size_t>(image->nx * image->ny * image->nz) * static_cast<std::size_t>(image->nbyper);
+  std::size_t bytes = 0;
+  if (__builtin_mul_overflow(brick, volumes, &bytes) || !can_hold(*image, bytes))
+    return broken("fewer voxels than its header promises");
+  Result<Volume> made = volume::make_volume(size, frame.value());
   if (!made) {
     Error error = made.error();
     error.where = where;
@@ -187,14 +200,14 @@ Result<OpenedVolume> open_nifti(const std::string& path, const OpenOptions& opti
   opened.notices = std::move(notices);
   if (options.progress && !options.progress(0))
     return Error{"reading was interrupted", where, "", "", "", volume::ErrorKind::interrupted};
-  if (brick * volumes > volume::available_memory_bytes())
+  if (bytes > volume::available_memory_bytes())
     return Error{"the file is larger than the memory of this machine",
                  where,
-                 std::to_string(brick * volumes >> 20) + " MiB",
+                 std::to_string(bytes >> 20) + " MiB",
                  "",
                  "crop or resample it",
                  volume::ErrorKind::missing_here};
-  volume::Buffer<char> voxels(brick * volumes);
+  volume::Buffer<char> voxels(bytes);
   if (!read_voxels(*image, voxels)) return broken("fewer voxels than its header promises");
   const auto values = reader_of(*image, voxels.data() + index.value() * brick);
   if (!values) return broken(std::string("voxels of kind ") + nifti_datatype_string(image->datatype));
@@ -229,20 +242,25 @@ volume::Status write_nifti(const std::string& temporary, const std::string& path
   header.xyzt_units = NIFTI_UNITS_MM;
   if (is_hounsfield) std::strncpy(header.descrip, k_hounsfield_note, sizeof header.descrip - 1);
   // Our LPS to its RAS.
-  mat44 ras{};
+  nifti_dmat44 ras{};
   float* rows[] = {header.srow_x, header.srow_y, header.srow_z};
   for (int row = 0; row < 3; ++row) {
     const double sign = row < 2 ? -1 : 1;
-    for (int column = 0; column < 3; ++column)
-      ras.m[row][column] = static_cast<float>(sign * frame.axes()[column][row]);
-    ras.m[row][3] = static_cast<float>(sign * frame.origin()[row]);
-    std::copy(ras.m[row], ras.m[row] + 4, rows[row]);
+    for (int column = 0; column < 3; ++column) ras.m[row][column] = sign * frame.axes()[column][row];
+    ras.m[row][3] = sign * frame.origin()[row];
+    for (int column = 0; column < 4; ++column) rows[row][column] = static_cast<float>(ras.m[row][column]);
   }
   ras.m[3][3] = 1;
   header.sform_code = header.qform_code = NIFTI_XFORM_SCANNER_ANAT;
-  float dx = 0, dy = 0, dz = 0;
-  nifti_mat44_to_quatern(ras, &header.quatern_b, &header.quatern_c, &header.quatern_d, &header.qoffset_x,
-                         &header.qoffset_y, &header.qoffset_z, &dx, &dy, &dz, &header.pixdim[0]);
+  double q[3], at[3], d[3], side = 1;
+  nifti_dmat44_to_quatern(ras, &q[0], &q[1], &q[2], &at[0], &at[1], &at[2], &d[0], &d[1], &d[2], &side);
+  header.quatern_b = static_cast<float>(q[0]);
+  header.quatern_c = static_cast<float>(q[1]);
+  header.quatern_d = static_cast<float>(q[2]);
+  header.qoffset_x = static_cast<float>(at[0]);
+  header.qoffset_y = static_cast<float>(at[1]);
+  header.qoffset_z = static_cast<float>(at[2]);
+  header.pixdim[0] = static_cast<float>(side);
   std::memcpy(header.magic, "n+1", 4);
 
   const std::size_t bytes = static_cast<std::size_t>(size.x) * static_cast<std::size_t>(size.y) *

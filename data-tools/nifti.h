@@ -1,4 +1,5 @@
-// NIfTI in, by niftilib. (ITK 5.2 refuses affines that are off right angles by a rounding, which are common.)
+// NIfTI (1 and 2, one file or two) and Analyze in, by niftilib. (ITK 5.2 refuses affines that are off right
+// angles by a rounding, which are common.)
 #pragma once
 
 #include "data-tools/open_volume.h"

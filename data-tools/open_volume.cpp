@@ -10,6 +10,7 @@
 #include "data-tools/image_files.h"
 #include "data-tools/nifti.h"
 #include "data-tools/nrrd.h"
+#include "data-tools/vti.h"
 #include "volume/operated_volume.h"
 
 namespace trephine::data_tools {
@@ -21,7 +22,8 @@ using volume::Result;
 namespace {
 
 constexpr const char* k_what_is_read =
-    "a DICOM folder, file or archive (.zip, .tar, .gz), .mha, .mhd, .nrrd, .nii or .nii.gz";
+    "a DICOM folder, file or archive (.zip, .tar, .gz), .mha, .mhd, .nrrd, .nhdr, .nii, .nii.gz, .hdr or "
+    ".vti";
 
 Result<OpenedVolume> open_by_kind(const std::string& path, const OpenOptions& options) {
   std::error_code error;
@@ -36,9 +38,11 @@ Result<OpenedVolume> open_by_kind(const std::string& path, const OpenOptions& op
     return Error{"the file is empty", where, "0 bytes", "a scan", "copy or export it again"};
   for (const char* extension : {".mha", ".mhd"})
     if (has_extension(path, extension)) return open_image_file(path, options);
+  if (has_extension(path, ".vti")) return open_vti(path, options);
   for (const char* extension : {".nrrd", ".nhdr"})
     if (has_extension(path, extension)) return open_nrrd(path, options);
-  if (has_extension(path, ".nii") || has_extension(path, ".nii.gz")) return open_nifti(path, options);
+  for (const char* extension : {".nii", ".nii.gz", ".hdr", ".img"})
+    if (has_extension(path, extension)) return open_nifti(path, options);
   if (is_dicom_file(path) || is_archive(path) || has_extension(path, ".dcm"))
     return open_dicom(path, options);
   return Error{"this is no scan that trephine reads", where, "a file of another kind", k_what_is_read,

@@ -62,8 +62,8 @@ struct OpenedVolume {
 /// regular stack, numbers that int16 cannot hold, and files that are broken. Nothing is loaded crooked.
 volume::Result<OpenedVolume> open_volume(const std::string& path, const OpenOptions& options = {});
 
-/// Writes .mha, .nrrd, .nii or .nii.gz (int16), atomically. A sheared volume is resampled to right angles
-/// first.
+/// Writes .mha, .nrrd, .nii, .nii.gz or .vti (int16), atomically. A sheared volume is resampled to right
+/// angles first.
 volume::Status write_volume(const std::string& path, const volume::Volume& volume);
 /// Writes what is left of an operated scan, the same way.
 volume::Status write_operated(const std::string& path, const volume::Version& version);

@@ -23,7 +23,7 @@ struct KindOfOutput {
 const KindOfOutput& facts_of(OutputKind kind) {
   static const std::array<KindOfOutput, 5> k_kinds{{
       {"file", {}},
-      {"volume", {".mha", ".nrrd", ".nii", ".nii.gz"}},
+      {"volume", {".mha", ".nrrd", ".nii", ".nii.gz", ".vti"}},
       {"mesh", {".stl", ".ply", ".obj", ".vtp"}},
       {"picture", {".png"}},
       {"table", {".csv"}},

@@ -2,8 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <cstdlib>
+
+#include "data-tools/words.h"
 
 namespace trephine::data_tools {
 
@@ -15,12 +16,6 @@ namespace {
 constexpr std::size_t k_part = 1 << 16;
 constexpr std::size_t k_jumps = 1 << 18;  // enough for a median
 constexpr double k_most_voxel = 32700;    // a little is left for what interpolation overshoots
-
-std::string short_number(double v) {
-  char text[40];
-  std::snprintf(text, sizeof text, "%.6g", v);
-  return text;
-}
 
 /// Calls see(first, values) for all of them in order until it returns false.
 template <class See>

@@ -141,7 +141,7 @@ Run build_phantom(Options& options) {
   options.add("--set", a->settings, "A parameter of the shape, such as radius=40")
       .type("KEY=VALUE")
       .means("parameter");
-  options.add("-o,--output", a->output, ".mha, .nrrd, .nii or .nii.gz").required();
+  options.add("-o,--output", a->output, ".mha, .nrrd, .nii, .nii.gz or .vti").required();
   options.add("--labels", a->labels_output, "Also write the labels to this file (head)").type("FILE");
   return run_with(a, run_phantom);
 }

@@ -178,9 +178,9 @@ void add_reading(Options& options, workbench::SourceChoice& source) {
 }
 
 Option add_source(Options& options, workbench::SourceChoice& source) {
-  const Option option = options.add(
-      "SRC", source.path,
-      "DICOM folder, case folder, .mha, .mhd, .nrrd, .nii(.gz), or head (built in; ./head is a path)");
+  const Option option = options.add("SRC", source.path,
+                                    "DICOM folder or archive, case folder, .mha, .mhd, .nrrd, .nhdr, "
+                                    ".nii(.gz), .hdr, .vti, or head (built in; ./head is a path)");
   add_reading(options, source);
   return option;
 }

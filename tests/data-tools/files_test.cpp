@@ -75,7 +75,7 @@ Volume oblique() {
 TEST(Files, ObliqueVolumeKeepsItsWorldCornersInEveryFormat) {
   const Scratch scratch;
   const Volume v = oblique();
-  for (const char* name : {"a.mha", "a.nrrd", "a.nii", "a.nii.gz", "b.mhd"}) {
+  for (const char* name : {"a.mha", "a.nrrd", "a.nii", "a.nii.gz", "a.vti", "b.mhd"}) {
     if (name == std::string("b.mhd")) {  // header and voxels apart
       const std::string whole = read_text(scratch / "a.mha"), local = "ElementDataFile = LOCAL\n";
       const std::size_t at = whole.find(local);
@@ -507,7 +507,7 @@ TEST(PolygonModels, DamagedOnesAreRefusedInWordsWithoutNoise) {
 TEST(Files, AVolumeThatDoesNotFitReplacesNothing) {
   const Scratch scratch;
   const volume::Volume v = make_phantom("sphere", {}).value();
-  for (const char* name : {"a.mha", "a.nii", "a.nii.gz", "a.nrrd"}) {
+  for (const char* name : {"a.mha", "a.nii", "a.nii.gz", "a.nrrd", "a.vti"}) {
     write_text(scratch / name, "old");
     struct rlimit before {};
     ASSERT_EQ(::getrlimit(RLIMIT_FSIZE, &before), 0);

@@ -7,6 +7,7 @@
 #include <glm/geometric.hpp>
 #include <gtest/gtest.h>
 #include <nifti/nifti1.h>
+#include <nifti/nifti2.h>
 
 #include "data-tools/label_file.h"
 #include "data-tools/open_volume.h"
@@ -119,7 +120,7 @@ std::string nifti(const std::vector<std::string>& bricks, short type, short bits
   h.sizeof_hdr = 348;
   h.dim[0] = bricks.size() > 1 ? 4 : 3;
   for (int a = 0; a < 3; ++a) h.dim[a + 1] = static_cast<short>(size[a]), h.pixdim[a + 1] = 2;
-  h.dim[4] = static_cast<short>(bricks.size());
+  h.dim[4] = static_cast<short>(std::max<std::size_t>(bricks.size(), 1));
   h.dim[5] = h.dim[6] = h.dim[7] = 1;
   h.datatype = type, h.bitpix = bits, h.vox_offset = 352, h.xyzt_units = NIFTI_UNITS_MM;
   h.pixdim[0] = h.pixdim[4] = 1;
@@ -149,6 +150,40 @@ TEST_F(Formats, ANiftiThatContradictsItselfIsRefusedUntilSomebodyDecides) {
   EXPECT_NE(notices_.find("the sform was taken"), std::string::npos);
   options.nifti_frame = OpenOptions::NiftiFrame::qform;
   EXPECT_NEAR(open("shifted.nii", options).frame.origin().x, 0, 1e-6);
+}
+
+/// Header and voxels apart; Analyze, which does not say where it lies; NIfTI-2.
+TEST_F(Formats, RelativesOfNiftiAreRead) {
+  const std::string voxels = bytes_of(ramp<std::int16_t>());
+  std::string pair = nifti({}, DT_INT16, 16, {4, 3, 2}).substr(0, 348);
+  pair.replace(344, 4, std::string("ni1\0", 4));
+  const float no_offset = 0;
+  const short one = 1, three = 3;
+  std::memcpy(pair.data() + 108, &no_offset, 4);
+  std::memcpy(pair.data() + 40, &three, 2), std::memcpy(pair.data() + 48, &one, 2);
+  put("a.hdr", pair), put("a.img", voxels);
+  for (const char* name : {"a.hdr", "a.img"}) EXPECT_EQ(open(name).voxels[23], 23) << name;
+  std::string analyze = pair;
+  analyze.replace(344, 4, std::string(4, '\0'));
+  analyze.replace(252, 4, std::string(4, '\0'));  // no forms
+  put("b.hdr", analyze), put("b.img", voxels);
+  expect_refused("b.hdr", {"--spacing"});
+  OpenOptions options;
+  options.spacing = glm::dvec3(1, 2, 3);
+  const Volume v = open("b.hdr", options);
+  EXPECT_EQ(v.voxels[23], 23);
+  EXPECT_EQ(v.frame.spacing(), *options.spacing);
+
+  nifti_2_header h{};
+  h.sizeof_hdr = 540;
+  std::memcpy(h.magic, "n+2\0\r\n\032\n", 8);
+  h.datatype = DT_INT16, h.bitpix = 16, h.vox_offset = 544, h.xyzt_units = NIFTI_UNITS_MM;
+  const std::int64_t dim[8] = {3, 4, 3, 2, 1, 1, 1, 1};
+  for (int a = 0; a < 8; ++a) h.dim[a] = dim[a], h.pixdim[a] = 1;
+  h.sform_code = 1, h.srow_x[0] = h.srow_y[1] = h.srow_z[2] = 1, h.srow_x[3] = 0.1;
+  put("c.nii", std::string(reinterpret_cast<const char*>(&h), sizeof h) + std::string(4, '\0') + voxels);
+  EXPECT_EQ(open("c.nii").voxels[23], 23);
+  EXPECT_EQ(open("c.nii").frame.origin().x, -0.1) << "as exact as the file";
 }
 
 TEST_F(Formats, OneOfSeveralVolumesIsTaken) {

@@ -23,9 +23,13 @@ const std::map<std::string, std::set<std::string>> k_may_use{
 /// Third-party headers and the only places that may include them.
 const std::map<std::string, std::vector<std::string>> k_outsiders{
     {"vtk",
-     {"apps/view/", "data-tools/dicom.cpp", "data-tools/mesh_reading.cpp", "tests/bench/peer_",
+     {"apps/view/", "data-tools/vti.cpp", "data-tools/mesh_reading.cpp", "tests/bench/peer_",
       "tests/apps/window_"}},
-    {"itk", {"data-tools/image_files.cpp"}},
+    {"itk", {"data-tools/image_files.cpp", "tests/bench/peer_"}},
+    {"gdcm", {"data-tools/dicom_pixels.cpp"}},
+    {"teem/", {"data-tools/nrrd.cpp"}},
+    {"nifti", {"data-tools/nifti.cpp", "tests/data-tools/"}},
+    {"archive", {"data-tools/archive.cpp"}},
     {"CLI/", {"apps/trephine/main.cpp", "apps/trephine/options.cpp"}},
     {"nlohmann/", {"apps/trephine/", "tests/"}},
     {"toml.hpp", {"data-tools/toml_reader_impl.h"}},

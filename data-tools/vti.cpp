@@ -1,0 +1,148 @@
+#include "data-tools/vti.h"
+
+#include <cerrno>
+#include <cmath>
+#include <cstring>
+#include <filesystem>
+#include <vtkCallbackCommand.h>
+#include <vtkCommand.h>
+#include <vtkDataArray.h>
+#include <vtkErrorCode.h>
+#include <vtkExecutive.h>
+#include <vtkFieldData.h>
+#include <vtkImageData.h>
+#include <vtkMatrix3x3.h>
+#include <vtkNew.h>
+#include <vtkPointData.h>
+#include <vtkShortArray.h>
+#include <vtkStringArray.h>
+#include <vtkUnsignedCharArray.h>
+#include <vtkXMLImageDataReader.h>
+#include <vtkXMLImageDataWriter.h>
+
+#include "data-tools/atomic_file.h"
+#include "data-tools/image_files.h"
+#include "data-tools/voxel_values.h"
+
+namespace trephine::data_tools {
+
+using volume::Error;
+using volume::Result;
+
+namespace {
+
+constexpr const char* k_voxels = "voxels";
+
+/// What VTK would have printed.
+void listen(vtkObject* object, bool& has_failed) {
+  vtkNew<vtkCallbackCommand> heard;
+  heard->SetClientData(&has_failed);
+  heard->SetCallback([](vtkObject*, unsigned long event, void* flag, void*) {
+    if (event == vtkCommand::ErrorEvent) *static_cast<bool*>(flag) = true;
+  });
+  object->AddObserver(vtkCommand::ErrorEvent, heard);
+  object->AddObserver(vtkCommand::WarningEvent, heard);
+}
+
+}  // namespace
+
+Result<OpenedVolume> open_vti(const std::string& path, const OpenOptions& options) {
+  const std::string where = file_name(path);
+  const auto broken = [&](const std::string& found) {
+    return Error{"the .vti file cannot be read", where, found, "a complete file of that format",
+                 "copy or export it again"};
+  };
+  if (options.progress && !options.progress(0))
+    return Error{"reading was interrupted", where, "", "", "", volume::ErrorKind::interrupted};
+  bool has_failed = false;
+  vtkNew<vtkXMLImageDataReader> reader;
+  listen(reader, has_failed);
+  listen(reader->GetExecutive(), has_failed);
+  reader->SetFileName(path.c_str());
+  if (!reader->CanReadFile(path.c_str())) return broken("no image data");
+  int extent[6];
+  reader->Update();
+  vtkImageData* image = reader->GetOutput();
+  if (has_failed || !image || image->GetNumberOfPoints() == 0) return broken("damaged contents");
+  vtkDataArray* values = image->GetPointData()->GetScalars();
+  for (int i = 0; !values && i < image->GetPointData()->GetNumberOfArrays(); ++i)
+    values = image->GetPointData()->GetArray(i);
+  if (!values) return broken("no array of numbers at its points");
+  if (values->GetNumberOfComponents() != 1)
+    return broken(std::to_string(values->GetNumberOfComponents()) + " values a voxel instead of 1");
+  image->GetExtent(extent);
+  const glm::ivec3 size(extent[1] - extent[0] + 1, extent[3] - extent[2] + 1, extent[5] - extent[4] + 1);
+  glm::dmat3 axes;
+  for (int a = 0; a < 3; ++a)
+    for (int row = 0; row < 3; ++row)
+      axes[a][row] = image->GetDirectionMatrix()->GetElement(row, a) * image->GetSpacing()[a];
+  const double* o = image->GetOrigin();
+  const glm::dvec3 origin = glm::dvec3(o[0], o[1], o[2]) + axes * glm::dvec3(extent[0], extent[2], extent[4]);
+  Result<volume::Frame> frame = volume::Frame::from_axes(origin, axes);
+  Result<volume::Volume> made =
+      frame ? volume::make_volume(size, frame.value()) : Result<volume::Volume>(frame.error());
+  if (!made) {
+    Error error = made.error();
+    error.where = where;
+    return error;
+  }
+  OpenedVolume opened;
+  opened.volume = std::move(made).value();
+  opened.format = "VTK image data";
+  const ValueReader read = [values](std::size_t first, std::span<double> to) {
+    for (std::size_t i = 0; i < to.size(); ++i) to[i] = values->GetTuple1(static_cast<vtkIdType>(first + i));
+  };
+  if (volume::Status error = fill_voxels(opened.volume, read, options.scale, where, opened.notices))
+    return *error;
+  auto* units = vtkStringArray::SafeDownCast(image->GetFieldData()->GetAbstractArray(k_units_key));
+  const bool is_ours = units && units->GetNumberOfValues() == 1;
+  if (!is_ours)
+    opened.notices.push_back(
+        "a .vti does not say which way a patient lies: its axes were taken for left, back, up (LPS)");
+  know_units(opened, is_ours && units->GetValue(0) == k_units);
+  return opened;
+}
+
+volume::Status write_vti(const std::string& temporary, const std::string& path, const glm::ivec3& size,
+                         const volume::Frame& frame, bool is_short, const void* voxels, bool is_hounsfield) {
+  vtkNew<vtkImageData> image;
+  image->SetDimensions(size.x, size.y, size.z);
+  image->SetOrigin(frame.origin().x, frame.origin().y, frame.origin().z);
+  image->SetSpacing(frame.spacing().x, frame.spacing().y, frame.spacing().z);
+  for (int a = 0; a < 3; ++a)
+    for (int row = 0; row < 3; ++row)
+      image->GetDirectionMatrix()->SetElement(row, a, frame.axes()[a][row] / frame.spacing()[a]);
+  const vtkIdType count = image->GetNumberOfPoints();
+  vtkNew<vtkShortArray> shorts;
+  vtkNew<vtkUnsignedCharArray> bytes;
+  // Lent: the writer only reads.
+  if (is_short)
+    shorts->SetArray(const_cast<short*>(static_cast<const short*>(voxels)), count, 1);
+  else
+    bytes->SetArray(const_cast<unsigned char*>(static_cast<const unsigned char*>(voxels)), count, 1);
+  vtkDataArray* values = is_short ? static_cast<vtkDataArray*>(shorts) : bytes;
+  values->SetName(k_voxels);
+  image->GetPointData()->SetScalars(values);
+  vtkNew<vtkStringArray> units;
+  units->SetName(k_units_key);
+  units->InsertNextValue(is_hounsfield ? k_units : "");
+  image->GetFieldData()->AddArray(units);
+  bool has_failed = false;
+  vtkNew<vtkXMLImageDataWriter> writer;
+  listen(writer, has_failed);
+  writer->SetFileName(temporary.c_str());
+  writer->SetInputData(image);
+  writer->SetCompressorTypeToNone();
+  writer->SetDataModeToAppended();
+  writer->EncodeAppendedDataOff();
+  listen(writer->GetExecutive(), has_failed);
+  // Place and name are good; and it says nothing of a full disk.
+  const bool is_written = writer->Write() == 1 && !has_failed && writer->GetErrorCode() == 0;
+  std::error_code unknown;
+  const auto written = std::filesystem::file_size(temporary, unknown);
+  const std::uintmax_t voxel_bytes = static_cast<std::uintmax_t>(count) * (is_short ? 2 : 1);
+  if (!is_written || unknown || written < voxel_bytes) return cannot_write(path, ENOSPC);
+  return std::nullopt;
+}
+
+}  // namespace trephine::data_tools
