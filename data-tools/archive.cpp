@@ -7,6 +7,7 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <zlib.h>
 
 #include "data-tools/atomic_file.h"
 #include "volume/volume.h"
@@ -21,6 +22,33 @@ namespace {
 constexpr std::size_t k_most_members = 200'000;
 // A little that unpacks to very much is made to fill a machine.
 constexpr std::uint64_t k_most_times = 200, k_always_allowed = 256u << 20;
+
+/// libarchive does not look at the checksum of gzip.
+bool is_whole_gzip(const std::string& path) {
+  std::ifstream in(path, std::ios::binary);
+  unsigned char head[2] = {};
+  in.read(reinterpret_cast<char*>(head), 2);
+  if (head[0] != 0x1f || head[1] != 0x8b) return true;
+  gzFile file = gzopen(path.c_str(), "rb");
+  if (file == nullptr) return false;
+  std::vector<char> part(1 << 20);
+  int got = 0;
+  while ((got = gzread(file, part.data(), static_cast<unsigned>(part.size()))) > 0) {}
+  return (gzclose_r(file) == Z_OK) && got == 0;
+}
+
+/// A tar ends with zeros; one that was cut between two files looks whole without them.
+bool is_whole_tar(const std::string& path) {
+  std::ifstream in(path, std::ios::binary);
+  char magic[5] = {};
+  in.seekg(257);
+  in.read(magic, 5);
+  if (std::memcmp(magic, "ustar", 5) != 0) return true;
+  std::array<char, 1024> end{};
+  in.seekg(-1024, std::ios::end);
+  in.read(end.data(), end.size());
+  return in && std::all_of(end.begin(), end.end(), [](char c) { return c == 0; });
+}
 
 using Archive = std::unique_ptr<archive, int (*)(archive*)>;
 
@@ -56,6 +84,9 @@ Result<std::vector<ArchiveMember>> read_archive(const std::string& path, const P
       error.remedy = "unpack it yourself and point at the folder";
     return error;
   };
+  if (!is_whole_gzip(path) || !is_whole_tar(path))
+    return Error{"the archive cannot be unpacked", where, "its end is missing, or its checksum is wrong",
+                 "a whole .zip, .tar or .gz", "copy it again, or unpack it yourself and point at the folder"};
   if (archive_read_open_filename(reader.get(), path.c_str(), 1 << 20) != ARCHIVE_OK) return damaged();
   std::error_code ignored;
   const std::uint64_t packed = std::filesystem::file_size(path, ignored);
@@ -81,7 +112,7 @@ Result<std::vector<ArchiveMember>> read_archive(const std::string& path, const P
       la_int64_t offset = 0;
       const int read = archive_read_data_block(reader.get(), &part, &size, &offset);
       if (read == ARCHIVE_EOF) break;
-      if (read != ARCHIVE_OK && read != ARCHIVE_WARN) return damaged();
+      if (read != ARCHIVE_OK) return damaged();  // a wrong checksum is a warning there
       total += size;
       if (total > most || offset < 0 || static_cast<std::uint64_t>(offset) > most)
         return Error{"the archive unpacks to more than there is room for", where,

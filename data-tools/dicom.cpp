@@ -68,6 +68,24 @@ Status check_whole(const DicomFolder& folder, const DicomStack& stack, const std
                where, list_of(lost) + ": " + why, "every slice of the stack, whole", k_copy_again};
 }
 
+/// A few images of the series that lie in another plane or on another grid: slices that were turned, or do
+/// not belong to it. Without them the stack may be short.
+Status check_strays(const DicomFolder& folder, std::size_t s, std::size_t k, const std::string& where) {
+  const std::vector<DicomStack>& stacks = folder.series[s].stacks;
+  std::vector<std::string> names;
+  for (std::size_t i = 0; i < stacks.size(); ++i) {
+    if (i == k || stacks[i].is_localizer || !stacks[i].mark.empty()) continue;
+    if (4 * stacks[i].slices.size() > stacks[k].slices.size()) continue;
+    for (const DicomSlice& slice : stacks[i].slices) names.push_back(slice.place.name);
+  }
+  if (names.empty()) return std::nullopt;
+  return Error{"slices of the series lie in another plane, or on another grid, than the others", where,
+               list_of(names) + " beside " + counted(stacks[k].slices.size(), "other"),
+               "parallel slices of one size",
+               "take them away if they do not belong to it, or take the others alone: --volume " +
+                   std::to_string(k + 1)};
+}
+
 std::string words_of(const SeriesFacts& f) {
   std::string text = f.modality + (f.description.empty() ? "" : " \"" + f.description + "\"");
   if (!f.mark.empty()) text += ", " + f.mark;
@@ -113,7 +131,8 @@ Error nothing_found(const DicomFolder& folder, const std::string& path) {
     return {"there are no images here that lie in a patient", where, list_of(folder.passed_over),
             "the slices of a CT or MR series", "point at the folder with the slices"};
   return {"there are no DICOM images here", where,
-          fs::is_directory(path) ? counted(folder.no_dicom.size(), "other file") : folder.no_dicom[0].second,
+          fs::is_directory(path) || folder.no_dicom.empty() ? counted(folder.no_dicom.size(), "other file")
+                                                            : folder.no_dicom[0].second,
           "a folder that holds the slices of one series", "point at the folder with the scanner's files"};
 }
 
@@ -136,6 +155,8 @@ Result<OpenedVolume> open_dicom(const std::string& path, const OpenOptions& opti
   const auto [s, k] = chosen.value();
   const DicomStack& stack = folder.series[s].stacks[k];
   if (Status error = check_whole(folder, stack, where)) return *error;
+  if (options.volume == 0)
+    if (Status error = check_strays(folder, s, k, where)) return *error;
 
   Result<OpenedVolume> opened = load_dicom_stack(folder, stack, options, where);
   if (!opened) return opened;

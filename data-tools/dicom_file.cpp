@@ -29,6 +29,7 @@ constexpr std::array k_kept{k_transfer_syntax,
                             k_slice_thickness,
                             k_kvp,
                             k_echo_time,
+                            k_echo_number,
                             k_trigger_time,
                             k_kernel,
                             k_b_value,
@@ -69,6 +70,7 @@ constexpr std::array k_kept{k_transfer_syntax,
                             k_frame_groups};
 static_assert(std::is_sorted(k_kept.begin(), k_kept.end()));
 
+constexpr DicomTag k_media_class = 0x00020002;
 constexpr std::uint32_t k_undefined = 0xffffffff;
 constexpr DicomTag k_item = 0xfffee000, k_item_end = 0xfffee00d, k_sequence_end = 0xfffee0dd;
 constexpr std::size_t k_first_read = 8 << 10;
@@ -372,11 +374,11 @@ std::variant<DicomFile, DicomRefusal> read_dicom_file(std::unique_ptr<ByteSource
   auto head = std::make_unique<Head>(*source);
   std::uint64_t at = 0;
   Syntax syntax;
+  std::string media_class;  // what an index says of itself only there
   const unsigned char* magic = head->at(128, 4);
   if (magic && std::memcmp(magic, "DICM", 4) == 0) {
     at = 132;
     // The group of the file's own facts is explicit and little endian, and says how long it is, mostly.
-    DicomDataSet meta;
     while (const unsigned char* p = head->at(at, 8)) {
       if (short_at(p, false) != 2 || !is_vr(p + 4)) break;
       const std::string_view vr(reinterpret_cast<const char*>(p + 4), 2);
@@ -392,6 +394,7 @@ std::variant<DicomFile, DicomRefusal> read_dicom_file(std::unique_ptr<ByteSource
       const unsigned char* bytes = length <= k_most_text ? head->at(value, length) : nullptr;
       if (!bytes) return DicomRefusal{DicomFault::broken, "it ends within its first attributes"};
       if (tag == k_transfer_syntax) file.transfer_syntax = text_of_value("UI", bytes, length, false);
+      if (tag == k_media_class) media_class = text_of_value("UI", bytes, length, false);
       at = value + length;
     }
   } else {
@@ -425,6 +428,8 @@ std::variant<DicomFile, DicomRefusal> read_dicom_file(std::unique_ptr<ByteSource
     return DicomRefusal{DicomFault::broken, parser.why()};
   if (file.transfer_syntax.empty() && file.data.has(k_transfer_syntax))
     file.transfer_syntax = file.data.text(k_transfer_syntax);
+  if (!file.data.has(k_sop_class) && !media_class.empty())
+    file.data.elements.push_back({k_sop_class, media_class, {}});
   file.source = std::move(source);
   return file;
 }

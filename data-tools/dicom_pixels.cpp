@@ -81,7 +81,9 @@ std::string DicomPixels::open(const DicomEntry& entry, const DicomSlice& first, 
                                static_cast<std::uint64_t>(first.bits_allocated / 8);
   const std::uint64_t size = into.source_->size(), offset = entry.file.pixel_offset;
   const std::uint64_t there = std::min(entry.file.pixel_bytes, size > offset ? size - offset : 0);
-  if (there >= wanted) return "";
+  if (there >= wanted && there <= wanted + 1) return "";
+  if (there > wanted)
+    return std::to_string(there) + " bytes of pixels, where its size makes " + std::to_string(wanted);
   return "only " + std::to_string(there) + " of " + std::to_string(wanted) + " bytes of its pixels";
 }
 

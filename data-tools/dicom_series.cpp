@@ -64,6 +64,7 @@ std::vector<std::pair<std::string, std::string>> marks_of(const FrameView& view,
   std::vector<std::pair<std::string, std::string>> marks;
   marks.emplace_back("kind", data.text(k_image_type));
   marks.emplace_back("echo time", data.text(k_echo_time));
+  marks.emplace_back("echo", data.text(k_echo_number));
   marks.emplace_back("kernel", data.text(k_kernel));
   marks.emplace_back("b value", data.text(k_b_value));
   std::string phase = view.text(k_temporal_index, k_frame_content);
@@ -120,6 +121,10 @@ std::string add_slices(const DicomEntry& entry, std::size_t index, std::vector<D
     slice.place.name = entry.name + (frames > 1 ? " frame " + std::to_string(f + 1) : "");
     const DicomDataSet& rescale = view.holder(k_slope, k_value_transformation);
     slice.has_rescale = rescale.has(k_slope) && rescale.has(k_intercept);
+    for (const DicomTag tag : {k_slope, k_intercept})
+      if (rescale.has(tag) && (!rescale.number(tag) || rescale.count(tag) != 1))
+        return "a rescale slope or intercept that is no number: \"" +
+               std::string(rescale.text(tag).substr(0, 40)) + "\"";
     slice.slope = rescale.number(k_slope).value_or(1);
     slice.intercept = rescale.number(k_intercept).value_or(0);
     slice.rescale_type = rescale.text(k_rescale_type);
@@ -212,6 +217,16 @@ std::size_t count_places(const std::vector<DicomSlice>& slices) {
     count += !are_in_one_place(slices[order[i - 1]], slices[order[i]]);
   return count;
 }
+/// The most slices in one place.
+std::size_t highest_pile(const std::vector<DicomSlice>& slices) {
+  const std::vector<std::size_t> order = by_height(slices);
+  std::size_t most = 1, now = 1;
+  for (std::size_t i = 1; i < order.size(); ++i) {
+    now = are_in_one_place(slices[order[i - 1]], slices[order[i]]) ? now + 1 : 1;
+    most = std::max(most, now);
+  }
+  return most;
+}
 bool has_doubles(const std::vector<DicomSlice>& slices) { return count_places(slices) < slices.size(); }
 
 /// Takes away all but one of what is there twice; their names.
@@ -240,7 +255,8 @@ std::vector<std::string> drop_copies(const DicomFolder& folder, std::vector<Dico
 /// Stacks in which no two slices lie in one place, as far as marks or the order of numbers tell them apart.
 void split_doubles(DicomStack stack, std::size_t mark, std::vector<DicomStack>& to) {
   if (!has_doubles(stack.slices)) return to.push_back(std::move(stack));
-  const std::size_t marks = stack.slices[0].marks.size(), places = count_places(stack.slices);
+  const std::size_t marks = stack.slices[0].marks.size(), places = count_places(stack.slices),
+                    highest = highest_pile(stack.slices);
   for (; mark < marks; ++mark) {
     std::map<std::string, DicomStack> parts;
     std::vector<std::string> in_order;
@@ -255,11 +271,15 @@ void split_doubles(DicomStack stack, std::size_t mark, std::vector<DicomStack>& 
       }
       part.slices.push_back(slice);
     }
-    // It tells them apart when one of the parts has a slice in every place.
-    if (parts.size() < 2 || std::none_of(parts.begin(), parts.end(), [&](const auto& part) {
-          return count_places(part.second.slices) == places;
-        }))
-      continue;
+    // It tells them apart when one of the parts has a slice in every place, or when there are no more parts
+    // than slices in one place, none of which holds two there: some may lack slices.
+    const bool has_whole = std::any_of(parts.begin(), parts.end(), [&](const auto& part) {
+      return count_places(part.second.slices) == places;
+    });
+    const bool are_piles = parts.size() <= highest &&
+                           std::none_of(parts.begin(), parts.end(),
+                                        [](const auto& part) { return has_doubles(part.second.slices); });
+    if (parts.size() < 2 || (!has_whole && !are_piles)) continue;
     // Numbers in their order, not as words.
     std::stable_sort(in_order.begin(), in_order.end(), [](const std::string& a, const std::string& b) {
       return a.size() != b.size() ? a.size() < b.size() : a < b;
@@ -367,7 +387,10 @@ Result<DicomFolder> scan_dicom(const std::string& path, const Progress& progress
   std::map<std::string, std::size_t> series_of;
   for (DicomSlice& slice : slices) {
     const DicomDataSet& data = folder.entries[slice.entry].file.data;
-    const std::string uid(data.text(k_series));
+    // One series lies in one frame of reference and is of one kind, or it is several.
+    std::string uid;
+    for (const DicomTag tag : {k_series, k_study, k_frame_of_reference, k_modality})
+      uid.append(data.text(tag)).append("|");
     const auto [at, is_new] = series_of.emplace(uid, folder.series.size());
     if (is_new) {
       DicomSeries& made = folder.series.emplace_back();

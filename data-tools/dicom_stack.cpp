@@ -38,15 +38,18 @@ Result<SliceStack> stack_slices(const std::vector<SlicePlace>& slices, bool make
         return Error{"a slice has no finite position, direction or spacing", "", "", "",
                      "re-export the series from its source"};
     if (!(s.row_spacing > 0 && s.column_spacing > 0))
-      return Error{"a slice has no positive pixel spacing", "",
-                   mm(s.column_spacing) + " x " + mm(s.row_spacing), "above 0 mm",
-                   "re-export the series from its source"};
+      return Error{
+          "a slice has no positive pixel spacing", "",
+          s.name + ": " + mm(s.column_spacing) + " x " + mm(s.row_spacing) + " (0: absent, or no number)",
+          "above 0 mm", "re-export the series from its source"};
     const double skew = glm::dot(s.row_axis, s.column_axis);
     if (std::abs(glm::length(s.row_axis) - 1) > 1e-3 || std::abs(glm::length(s.column_axis) - 1) > 1e-3 ||
         std::abs(skew) > 1e-3)
       return Error{"a slice's directions are not two unit vectors at right angles", "",
-                   "cosine between them " + std::to_string(skew), "0",
-                   "re-export the series from its source"};
+                   s.name + ": lengths " + short_number(glm::length(s.row_axis)) + " and " +
+                       short_number(glm::length(s.column_axis)) + ", cosine between them " +
+                       short_number(skew),
+                   "lengths of 1, cosine 0", "re-export the series from its source"};
     if (glm::length(s.row_axis - first.row_axis) > k_direction_tolerance ||
         glm::length(s.column_axis - first.column_axis) > k_direction_tolerance)
       return Error{"the slices do not lie in parallel planes", "", first.name + " and " + s.name,

@@ -89,8 +89,10 @@ class Loader {
       opened.notices.push_back(
           "the values are not known to be Hounsfield units: slices without rescale slope and intercept");
     else if (is_ct && !says_hu)
-      opened.notices.push_back("the values are no Hounsfield units: their rescale type is " +
-                               (types.size() > 1 ? std::string("not one") : *types.rbegin()));
+      opened.notices.push_back(
+          types.size() > 1
+              ? "the values are no Hounsfield units: slices of several rescale types"
+              : "the values are no Hounsfield units: the scanner gives them another rescale type");
     if (options_->scale) {
       step_ = *options_->scale;
       opened.volume.is_hounsfield = opened.volume.is_hounsfield && step_ == 1;

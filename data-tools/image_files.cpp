@@ -149,6 +149,7 @@ std::string missing_bytes(const std::string& path, std::size_t voxel_bytes) {
   data.erase(0, data.find_first_not_of(' '));
   data.erase(data.find_last_not_of(" \r") + 1);
   std::size_t held = 0;
+  if (leaves_folder(data)) return "voxels in a file outside its folder";
   if (data == "LOCAL") {
     held = static_cast<std::size_t>(fs::file_size(path)) - (line_end + 1);
   } else {
@@ -232,6 +233,12 @@ Status write_image(const std::string& path, const glm::ivec3& size, const volume
 }
 
 }  // namespace
+
+bool leaves_folder(const std::string& name) {
+  const fs::path path(name);
+  return path.is_absolute() ||
+         std::any_of(path.begin(), path.end(), [](const fs::path& part) { return part == ".."; });
+}
 
 Result<std::size_t> volume_index(const OpenOptions& options, std::size_t volumes, const std::string& where) {
   if (options.volume <= static_cast<int>(std::min<std::size_t>(volumes, 1'000'000)) && options.volume >= 0)
@@ -344,6 +351,7 @@ Result<OpenedVolume> open_image_file(const std::string& path, const OpenOptions&
       if (!values) return broken("voxels of an unknown kind");
       if (Status error = fill_voxels(volume, *values, options.scale, where, opened.notices)) return *error;
     }
+    opened.is_rounded = !opened.notices.empty();
     if (volumes > 1) tell_volumes(opened, index.value(), volumes);
     std::string units;
     itk::ExposeMetaData<std::string>(io.GetMetaDataDictionary(), k_units_key, units);

@@ -17,4 +17,7 @@ void tell_volumes(OpenedVolume& opened, std::size_t index, std::size_t volumes);
 /// Hounsfield units by the file's word, or else by evidence, which is told.
 void know_units(OpenedVolume& opened, bool says_hounsfield);
 
+/// Names a file that does not lie in its header's folder, or below: somebody else's.
+bool leaves_folder(const std::string& name);
+
 }  // namespace trephine::data_tools

@@ -73,6 +73,9 @@ Result<ReadLabels> read_labels(const std::string& path, const Volume& scan, cons
   plain.volume = options.volume;
   Result<OpenedVolume> first = open_volume(path, plain);
   if (!first) return first.error();
+  if (first.value().is_rounded)
+    return Error{"the labels are no whole numbers", where, first.value().notices.front(), "0, 1, 2, ...",
+                 "is it a label map, and no probability or scan?"};
   const std::vector<SegmentFacts> segments = first.value().segments;
   std::vector<Volume> layers;
   layers.push_back(std::move(first.value().volume));

@@ -96,8 +96,7 @@ bool can_hold(const nifti_image& image, std::size_t bytes) {
 /// The voxels as they are (niftilib makes 0 of what is no number), from a file compressed or not, to the
 /// checksum at its end. False when they are not all there.
 bool read_voxels(const nifti_image& image, volume::Buffer<char>& into) {
-  const std::unique_ptr<std::remove_pointer_t<gzFile>, int (*)(gzFile)> file(gzopen(image.iname, "rb"),
-                                                                             gzclose_r);
+  std::unique_ptr<std::remove_pointer_t<gzFile>, int (*)(gzFile)> file(gzopen(image.iname, "rb"), gzclose_r);
   if (!file) return false;
   const auto read = [&](char* to, std::size_t count) {
     for (std::size_t done = 0; done < count;) {
@@ -111,7 +110,8 @@ bool read_voxels(const nifti_image& image, volume::Buffer<char>& into) {
   std::vector<char> before(static_cast<std::size_t>(image.iname_offset));
   if (!read(before.data(), before.size()) || !read(into.data(), into.size())) return false;
   char rest = 0;
-  if (gzread(file.get(), &rest, 1) < 0) return false;  // the checksum is looked at behind the last byte
+  while (gzread(file.get(), &rest, 1) > 0) {}
+  if (gzclose_r(file.release()) != Z_OK) return false;  // the checksum is looked at behind the last byte
   if (image.swapsize > 1 && image.byteorder != nifti_short_order())
     nifti_swap_Nbytes(into.size() / static_cast<std::size_t>(image.swapsize), image.swapsize, into.data());
   return true;
@@ -150,6 +150,10 @@ Result<OpenedVolume> open_nifti(const std::string& path, const OpenOptions& opti
   const double unit = image->xyz_units == NIFTI_UNITS_METER    ? 1000
                       : image->xyz_units == NIFTI_UNITS_MICRON ? 1e-3
                                                                : 1;
+  const bool is_alone =
+      image->nifti_type == NIFTI_FTYPE_NIFTI1_1 || image->nifti_type == NIFTI_FTYPE_NIFTI2_1;
+  if (is_alone && image->iname_offset < (version == 2 ? 544 : 352))
+    return broken("voxels that begin at byte " + std::to_string(image->iname_offset) + ", within its header");
   constexpr std::int64_t k_most = 1'000'000;
   if (image->nx > k_most || image->ny > k_most || image->nz > k_most) return broken("a size that cannot be");
   const glm::ivec3 size(static_cast<int>(image->nx), static_cast<int>(image->ny),
@@ -211,8 +215,10 @@ Result<OpenedVolume> open_nifti(const std::string& path, const OpenOptions& opti
   if (!read_voxels(*image, voxels)) return broken("fewer voxels than its header promises");
   const auto values = reader_of(*image, voxels.data() + index.value() * brick);
   if (!values) return broken(std::string("voxels of kind ") + nifti_datatype_string(image->datatype));
+  const std::size_t told = opened.notices.size();
   if (volume::Status error = fill_voxels(opened.volume, *values, options.scale, where, opened.notices))
     return *error;
+  opened.is_rounded = opened.notices.size() > told;
   if (volumes > 1) tell_volumes(opened, index.value(), volumes);
   know_units(opened, std::string_view(image->descrip, strnlen(image->descrip, sizeof image->descrip)) ==
                          k_hounsfield_note);

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <cstring>
+#include <fstream>
 #include <glm/geometric.hpp>
 #include <memory>
 #include <teem/nrrd.h>
@@ -131,6 +132,26 @@ std::vector<SegmentFacts> segments_of(const Nrrd& file) {
   return segments;
 }
 
+/// Of a header whose voxels lie apart.
+bool names_file_elsewhere(const std::string& path) {
+  std::ifstream in(path, std::ios::binary);
+  bool is_list = false;
+  std::size_t lines = 0;
+  for (std::string line; std::getline(in, line) && lines++ < 100'000;) {
+    while (!line.empty() && (line.back() == '\r' || line.back() == ' ')) line.pop_back();
+    if (line.empty()) break;
+    if (is_list && leaves_folder(line)) return true;
+    for (const char* key : {"data file:", "datafile:"})
+      if (line.starts_with(key)) {
+        const std::size_t at = line.find_first_not_of(' ', std::strlen(key));
+        const std::string name = at == std::string::npos ? "" : line.substr(at);
+        is_list = name.starts_with("LIST");
+        if (!is_list && leaves_folder(name)) return true;
+      }
+  }
+  return false;
+}
+
 bool load(Nrrd* into, const std::string& path, bool wants_voxels) {
   const std::unique_ptr<NrrdIoState, NrrdIoState* (*)(NrrdIoState*)> how(nrrdIoStateNew(), nrrdIoStateNix);
   how->skipData = !wants_voxels;
@@ -147,6 +168,7 @@ Result<OpenedVolume> open_nrrd(const std::string& path, const OpenOptions& optio
     return Error{"the NRRD file cannot be read", where, found, "a complete file of that format",
                  "copy or export it again"};
   };
+  if (names_file_elsewhere(path)) return broken("voxels in a file outside its folder");
   // The header first, the memory for it then.
   const File header(nrrdNew(), nrrdNuke);
   if (!load(header.get(), path, false)) return broken("no NRRD header that makes sense");
@@ -217,6 +239,7 @@ Result<OpenedVolume> open_nrrd(const std::string& path, const OpenOptions& optio
     std::memcpy(opened.volume.voxels.data(), file->data, opened.volume.voxels.bytes());
   else if (volume::Status error = fill_voxels(opened.volume, values, options.scale, where, opened.notices))
     return *error;
+  opened.is_rounded = !opened.notices.empty();
   if (volumes > 1) tell_volumes(opened, index.value(), volumes);
   opened.segments = segments_of(*file);
   if (opened.segments.empty()) know_units(opened, value_of(*file, k_units_key) == k_units);

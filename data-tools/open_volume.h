@@ -54,6 +54,7 @@ struct OpenedVolume {
   std::vector<std::pair<std::string, std::string>> facts;
   std::vector<SeriesFacts> series;     ///< when there was a choice
   std::vector<SegmentFacts> segments;  ///< of a segmentation (.seg.nrrd)
+  bool is_rounded = false;             ///< 16 bits did not hold the values as they were
   double read_seconds = 0;
 };
 

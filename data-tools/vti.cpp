@@ -94,6 +94,7 @@ Result<OpenedVolume> open_vti(const std::string& path, const OpenOptions& option
   };
   if (volume::Status error = fill_voxels(opened.volume, read, options.scale, where, opened.notices))
     return *error;
+  opened.is_rounded = !opened.notices.empty();
   auto* units = vtkStringArray::SafeDownCast(image->GetFieldData()->GetAbstractArray(k_units_key));
   const bool is_ours = units && units->GetNumberOfValues() == 1;
   if (!is_ours)

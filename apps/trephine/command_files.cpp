@@ -87,6 +87,7 @@ Result<Outcome> run_phantom(const PhantomArguments& arguments) {
   auto made = data_tools::make_phantom(arguments.name, options);
   if (!made) return made.error();
   const volume::Volume& v = made.value();
+  tell_resampled(v);
   outputs.write(arguments.output, [&] { return data_tools::write_volume(arguments.output, v); });
   outputs.write(arguments.labels_output,
                 [&] { return data_tools::write_labels(arguments.labels_output, v); });

@@ -16,7 +16,10 @@ Option& Option::type(const char* name) {
   return *this;
 }
 Option& Option::required() {
-  option_->required();
+  const std::string type = option_->get_type_name();
+  option_->required()
+      ->check([](const std::string& value) { return value.empty() ? std::string("nothing was said") : ""; })
+      ->type_name(type);
   return *this;
 }
 Option& Option::shows_default() {

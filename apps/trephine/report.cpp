@@ -83,6 +83,13 @@ Json percentiles(std::vector<double> values) {
           {"max", values.empty() ? 0 : values.back()}};
 }
 
+void tell_resampled(const volume::Volume& volume) {
+  if (!volume.frame.is_orthogonal())
+    notice(
+        "note: what is written was resampled to right angles (linear between voxels, air outside): these "
+        "formats hold no sheared volume");
+}
+
 bool keeps_identity() { return g_keeps_identity.load(); }
 void keep_identity() { g_keeps_identity = true; }
 std::string name_in_report(const workbench::Source& source) {
