@@ -79,7 +79,9 @@ Result<std::vector<ArchiveMember>> read_archive(const std::string& path, const P
     const char* why = archive_error_string(reader.get());
     Error error{"the archive cannot be unpacked", where, why ? why : "", "a whole .zip, .tar or .gz",
                 "copy it again, or unpack it yourself and point at the folder"};
-    if (archive_read_has_encrypted_entries(reader.get()) > 0)
+    const int format = archive_format(reader.get()) & ARCHIVE_FORMAT_BASE_MASK;  // asked of others it crashes
+    if ((format == ARCHIVE_FORMAT_ZIP || format == ARCHIVE_FORMAT_7ZIP) &&
+        archive_read_has_encrypted_entries(reader.get()) > 0)
       error.found = "it is protected by a password",
       error.remedy = "unpack it yourself and point at the folder";
     return error;
