@@ -113,7 +113,7 @@ bool read_voxels(const nifti_image& image, volume::Buffer<char>& into) {
   while (gzread(file.get(), &rest, 1) > 0) {}
   if (gzclose_r(file.release()) != Z_OK) return false;  // the checksum is looked at behind the last byte
   if (image.swapsize > 1 && image.byteorder != nifti_short_order())
-    nifti_swap_Nbytes(into.size() / static_cast<std::size_t>(image.swapsize), image.swapsize, into.data());
+    nifti_swap_Nbytes(static_cast<std::int64_t>(into.size()) / image.swapsize, image.swapsize, into.data());
   return true;
 }
 
