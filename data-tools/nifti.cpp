@@ -109,8 +109,8 @@ bool read_voxels(const nifti_image& image, volume::Buffer<char>& into) {
   };
   std::vector<char> before(static_cast<std::size_t>(image.iname_offset));
   if (!read(before.data(), before.size()) || !read(into.data(), into.size())) return false;
-  char rest = 0;
-  while (gzread(file.get(), &rest, 1) > 0) {}
+  std::vector<char> rest(1 << 16);
+  while (gzread(file.get(), rest.data(), static_cast<unsigned>(rest.size())) > 0) {}
   if (gzclose_r(file.release()) != Z_OK) return false;  // the checksum is looked at behind the last byte
   if (image.swapsize > 1 && image.byteorder != nifti_short_order())
     nifti_swap_Nbytes(static_cast<std::int64_t>(into.size()) / image.swapsize, image.swapsize, into.data());
