@@ -10,6 +10,7 @@
 #include <zlib.h>
 
 #include "data-tools/atomic_file.h"
+#include "data-tools/opening.h"
 #include "volume/volume.h"
 
 namespace trephine::data_tools {
@@ -130,7 +131,7 @@ Result<std::vector<ArchiveMember>> read_archive(const std::string& path, const P
                    "", "unpack it yourself and point at the folder of one patient"};
     if (progress && !progress(0.2 * static_cast<double>(archive_filter_bytes(reader.get(), -1)) /
                               static_cast<double>(std::max<std::uint64_t>(packed, 1))))
-      return Error{"reading was interrupted", where, "", "", "", volume::ErrorKind::interrupted};
+      return reading_interrupted(where);
   }
   return members;
 }

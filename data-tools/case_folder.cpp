@@ -9,6 +9,7 @@
 #include <unistd.h>
 
 #include "data-tools/atomic_file.h"
+#include "data-tools/opening.h"
 #include "data-tools/toml_reader_impl.h"
 
 namespace trephine::data_tools {
@@ -81,15 +82,6 @@ std::string quoted(const std::string& text) {
 
 }  // namespace
 
-double farthest_corner(const volume::Volume& a, const volume::Volume& b) {
-  double most = 0;
-  for (int corner = 0; corner < 8; ++corner) {
-    const glm::dvec3 at = glm::dvec3(b.size - 1) * glm::dvec3(corner & 1, corner >> 1 & 1, corner >> 2);
-    most = std::max(most, glm::length(a.frame.world_from_volume(at) - b.frame.world_from_volume(at)));
-  }
-  return most;
-}
-
 bool is_case_folder(const std::string& path) {
   std::error_code error;
   return fs::is_regular_file(fs::path(path) / k_plan_file, error);
@@ -159,7 +151,7 @@ Result<OpenedCase> open_case(const std::string& path, const OpenOptions& options
   const std::string labels_where = file_name(path) + "/" + k_labels_file;
   if (l.size != v.size)
     return Error{"the labels lie on another grid than the scan", labels_where, "", "the same size", ""};
-  if (const double apart = farthest_corner(l, v); apart > k_same_place_mm)
+  if (const double apart = farthest_corner(l.frame, v.frame, v.size); apart > k_same_place_mm)
     return Error{"the labels lie elsewhere than the scan", labels_where,
                  "a corner is " + volume::text_of(std::floor(100 * apart) / 100) + " mm off",
                  "the same place", "resample them to the scan first"};

@@ -48,9 +48,7 @@ struct OpenedCase {
   OpenedVolume scan;
 };
 
-/// How far two volumes of one size lie apart at most, mm: of a corner and the same corner.
-double farthest_corner(const volume::Volume& a, const volume::Volume& b);
-/// Labels lie where their scan does when they are no farther than this.
+/// Labels lie where their scan does when no corner is farther apart than this.
 inline constexpr double k_same_place_mm = 0.01;
 
 /// Is this a folder with a case.toml in it?

@@ -5,6 +5,7 @@
 
 #include "data-tools/archive.h"
 #include "data-tools/atomic_file.h"
+#include "data-tools/opening.h"
 #include "volume/parallel.h"
 
 namespace trephine::data_tools {
@@ -75,7 +76,7 @@ Result<std::vector<DicomHead>> read_dicom_heads(const std::string& path, const P
     }
     return true;
   };
-  const Error stopped{"reading was interrupted", where, "", "", "", volume::ErrorKind::interrupted};
+  const Error stopped = reading_interrupted(where);
   std::vector<std::string> archives;
   if (!is_folder && is_archive(path)) {
     archives.push_back(path);

@@ -8,6 +8,7 @@
 
 #include "data-tools/apart.h"
 #include "data-tools/dicom_pixels.h"
+#include "data-tools/opening.h"
 #include "data-tools/voxel_values.h"
 #include "data-tools/words.h"
 #include "volume/parallel.h"
@@ -43,12 +44,8 @@ class Loader {
     const DicomSlice& first = stack_->slices[0];
     const std::size_t count = made_.at.empty() ? stack_->slices.size() : made_.at.size();
     Result<Volume> room =
-        volume::make_volume({first.columns, first.rows, static_cast<int>(count)}, made_.frame);
-    if (!room) {
-      Error error = room.error();
-      error.where = where_;
-      return error;
-    }
+        make_room({first.columns, first.rows, static_cast<int>(count)}, made_.frame, where_);
+    if (!room) return room.error();
     OpenedVolume opened;
     opened.volume = std::move(room).value();
     opened.format = "DICOM";
@@ -134,19 +131,18 @@ class Loader {
     ValueStatistics statistics;
     if (is_compressed()) {
       const auto found = SharedBytes::make(2 * sizeof(double));
-      bool is_read = found != nullptr;
-      if (is_read)
-        is_read = run_apart(
-                      1,
-                      [&](int) {
-                        ValueStatistics inner;
-                        if (collect(inner)) throw std::runtime_error("");
-                        const double numbers[2] = {inner.most(), inner.noise()};
-                        std::memcpy(found->data(), numbers, sizeof numbers);
-                      },
-                      [this](double share) { return goes_on(0.3 * share); }, 600)
-                      .end == ApartResult::End::done;
-      if (!is_read)
+      if (!found) return too_large(2 * sizeof(double), where_);
+      const ApartResult ended = run_apart(
+          1,
+          [&](int) {
+            ValueStatistics inner;
+            if (collect(inner)) throw std::runtime_error("");
+            const double numbers[2] = {inner.most(), inner.noise()};
+            std::memcpy(found->data(), numbers, sizeof numbers);
+          },
+          [this](double share) { return goes_on(0.3 * share); }, 600);
+      if (ended.end == ApartResult::End::stopped) return reading_interrupted(where_);
+      if (ended.end == ApartResult::End::failed)
         return broken(stack_->slices[0], "its compressed pixels, or those of another slice, are damaged");
       double numbers[2];
       std::memcpy(numbers, found->data(), sizeof numbers);
@@ -235,10 +231,6 @@ class Loader {
       return folder_->entries[slice.entry].file.is_encapsulated;
     });
   }
-  Error stopped() const {
-    return {"reading was interrupted", where_, "", "", "", volume::ErrorKind::interrupted};
-  }
-
   /// Slice k of the stack into its place, from the file of all or its own.
   Status fill_slice(std::size_t k, const DicomPixels* shared, std::int16_t* to, std::size_t area,
                     std::size_t& padding) const {
@@ -257,7 +249,8 @@ class Loader {
     std::vector<Status> failed(all);
     constexpr std::size_t k_part = 32;
     for (std::size_t from = 0; from < all; from += k_part) {
-      if (!goes_on(0.3 + 0.7 * static_cast<double>(from) / static_cast<double>(all))) return stopped();
+      if (!goes_on(0.3 + 0.7 * static_cast<double>(from) / static_cast<double>(all)))
+        return reading_interrupted(where_);
       const auto count = static_cast<int>(std::min(k_part, all - from));
       volume::parallel_for(count, 0, [&](int i) {
         const std::size_t k = from + static_cast<std::size_t>(i);
@@ -278,13 +271,7 @@ class Loader {
     };
     const std::size_t all = stack_->slices.size(), bytes = 2 * area * all;
     const auto voxels = SharedBytes::make(bytes), notes = SharedBytes::make(sizeof(Note) * all);
-    if (!voxels || !notes)
-      return Error{"the volume is larger than the memory of this machine",
-                   where_,
-                   std::to_string(bytes >> 20) + " MiB",
-                   "",
-                   "crop or resample it",
-                   volume::ErrorKind::missing_here};
+    if (!voxels || !notes) return too_large(bytes, where_);
     auto* note = reinterpret_cast<Note*>(notes->data());
     const ApartResult ended = run_apart(
         static_cast<int>(all),
@@ -297,7 +284,7 @@ class Loader {
           for (std::size_t p = 0; p < 4; ++p) parts[p]->copy(note[k].parts[p], sizeof note[k].parts[p] - 1);
         },
         [this](double share) { return goes_on(0.3 + 0.7 * share); });
-    if (ended.end == ApartResult::End::stopped) return stopped();
+    if (ended.end == ApartResult::End::stopped) return reading_interrupted(where_);
     if (ended.end == ApartResult::End::failed)
       return broken(stack_->slices[static_cast<std::size_t>(
                         made_.order[static_cast<std::size_t>(std::max(ended.at, 0))])],

@@ -16,6 +16,7 @@
 
 #include "data-tools/atomic_file.h"
 #include "data-tools/nifti.h"
+#include "data-tools/opening.h"
 #include "data-tools/output_set.h"
 #include "data-tools/quiet_streams.h"
 #include "data-tools/voxel_values.h"
@@ -234,34 +235,6 @@ Status write_image(const std::string& path, const glm::ivec3& size, const volume
 
 }  // namespace
 
-bool leaves_folder(const std::string& name) {
-  const fs::path path(name);
-  return path.is_absolute() ||
-         std::any_of(path.begin(), path.end(), [](const fs::path& part) { return part == ".."; });
-}
-
-Result<std::size_t> volume_index(const OpenOptions& options, std::size_t volumes, const std::string& where) {
-  if (options.volume <= static_cast<int>(std::min<std::size_t>(volumes, 1'000'000)) && options.volume >= 0)
-    return static_cast<std::size_t>(std::max(options.volume - 1, 0));
-  return Error{"there is no such volume in the file", where, std::to_string(options.volume),
-               "1 to " + std::to_string(volumes), "choose another: --volume"};
-}
-
-void know_units(OpenedVolume& opened, bool says_hounsfield) {
-  if (says_hounsfield) {
-    opened.volume.is_hounsfield = true;
-    opened.modality = "CT";
-  } else if (const std::string notice = guess_hounsfield(opened.volume); !notice.empty()) {
-    opened.modality = "CT";
-    opened.notices.push_back(notice);
-  }
-}
-
-void tell_volumes(OpenedVolume& opened, std::size_t index, std::size_t volumes) {
-  opened.notices.push_back("volume " + std::to_string(index + 1) + " of " + std::to_string(volumes) +
-                           " was taken: --volume chooses");
-}
-
 Result<OpenedVolume> open_image_file(const std::string& path, const OpenOptions& options) {
   const std::string where = file_name(path);
   const Format format = format_of(path);
@@ -305,12 +278,7 @@ Result<OpenedVolume> open_image_file(const std::string& path, const OpenOptions&
                      "say it: --spacing X,Y,Z"};
       for (int a = 0; a < 3; ++a) axes[a] *= (*options.spacing)[a];
     }
-    Result<volume::Frame> frame = volume::Frame::from_axes(origin, axes);
-    if (!frame) {
-      Error error = frame.error();
-      error.where = where;
-      return error;
-    }
+    const Result<volume::Frame> frame = volume::Frame::from_axes(origin, axes);
     // The file first, the memory for it then. A product that wraps is larger than any file, too.
     std::size_t promised = io.GetComponentSize();
     for (int i = 0; i < 3; ++i)
@@ -318,25 +286,14 @@ Result<OpenedVolume> open_image_file(const std::string& path, const OpenOptions&
         return broken("a size that cannot be");
     if (__builtin_mul_overflow(promised, volumes, &promised)) return broken("a size that cannot be");
     if (const std::string gap = missing_bytes(path, promised); !gap.empty()) return broken(gap);
-    Result<Volume> made = volume::make_volume(size, frame.value());
-    if (!made) {
-      Error error = made.error();
-      error.where = where;
-      return error;
-    }
+    Result<Volume> made = make_room(size, frame, where);
+    if (!made) return made.error();
     const std::size_t bytes = made.value().voxels.size() * io.GetComponentSize() * volumes;
-    if (bytes > volume::available_memory_bytes())
-      return Error{"the volume is larger than the memory of this machine",
-                   where,
-                   std::to_string(bytes >> 20) + " MiB",
-                   "",
-                   "crop or resample it",
-                   volume::ErrorKind::missing_here};
+    if (Status error = check_memory(bytes, where)) return *error;
     itk::ImageIORegion region(io.GetNumberOfDimensions());
     for (unsigned a = 0; a < io.GetNumberOfDimensions(); ++a) region.SetSize(a, io.GetDimensions(a));
     io.SetIORegion(region);
-    if (options.progress && !options.progress(0))
-      return Error{"reading was interrupted", where, "", "", "", volume::ErrorKind::interrupted};
+    if (options.progress && !options.progress(0)) return reading_interrupted(where);
 
     OpenedVolume opened;
     opened.volume = std::move(made).value();

@@ -6,6 +6,7 @@
 
 #include "data-tools/atomic_file.h"
 #include "data-tools/case_folder.h"
+#include "data-tools/opening.h"
 #include "data-tools/words.h"
 
 namespace trephine::data_tools {
@@ -109,7 +110,8 @@ Result<ReadLabels> read_labels(const std::string& path, const Volume& scan, cons
   if (!numbering) return numbering.error();
   result.names = std::move(numbering.value().names);
 
-  const bool is_same_grid = grid.size == scan.size && farthest_corner(grid, scan) <= k_same_place_mm;
+  const bool is_same_grid =
+      grid.size == scan.size && farthest_corner(grid.frame, scan.frame, scan.size) <= k_same_place_mm;
   result.labels = volume::Buffer<std::uint8_t>(scan.voxels.size());
   std::int64_t overlaps = 0;
   double kept = 0;

@@ -13,7 +13,7 @@
 #include <zlib.h>
 
 #include "data-tools/atomic_file.h"
-#include "data-tools/image_files.h"
+#include "data-tools/opening.h"
 #include "data-tools/voxel_values.h"
 
 namespace trephine::data_tools {
@@ -73,16 +73,6 @@ std::optional<ValueReader> reader_of(const nifti_image& image, const void* data)
     default:
       return std::nullopt;
   }
-}
-
-/// How far apart two frames put the corners of a volume.
-double farthest_apart(const volume::Frame& a, const volume::Frame& b, const glm::ivec3& size) {
-  double most = 0;
-  for (int corner = 0; corner < 8; ++corner) {
-    const glm::dvec3 at = glm::dvec3(size - 1) * glm::dvec3(corner & 1, corner >> 1 & 1, corner >> 2);
-    most = std::max(most, glm::length(a.world_from_volume(at) - b.world_from_volume(at)));
-  }
-  return most;
 }
 
 /// Could the file hold so many bytes of voxels? A compressed one at a thousand times its own size at most.
@@ -172,7 +162,7 @@ Result<OpenedVolume> open_nifti(const std::string& path, const OpenOptions& opti
                                          : frame_of(takes_qform ? image->qto_xyz : image->sto_xyz, unit);
   if (has_both) {
     const Result<volume::Frame> other = frame_of(takes_qform ? image->sto_xyz : image->qto_xyz, unit);
-    const double apart = frame && other ? farthest_apart(frame.value(), other.value(), size) : 0;
+    const double apart = frame && other ? farthest_corner(frame.value(), other.value(), size) : 0;
     if (apart > k_frames_agree_mm && options.nifti_frame == Which::any)
       return Error{"the file says twice how the volume lies, and not the same", where,
                    "sform and qform put a corner " + short_mm(apart) + " apart", "at most 0.1 mm",
@@ -181,36 +171,20 @@ Result<OpenedVolume> open_nifti(const std::string& path, const OpenOptions& opti
       notices.push_back("sform and qform put a corner " + short_mm(apart) + " apart; the " +
                         (takes_qform ? "qform" : "sform") + " was taken");
   }
-  if (!frame) {
-    Error error = frame.error();
-    error.where = where;
-    return error;
-  }
   // The file first, the memory for it then.
   const std::size_t brick =
       static_cast<std::size_t>(image->nx * image->ny * image->nz) * static_cast<std::size_t>(image->nbyper);
   std::size_t bytes = 0;
   if (__builtin_mul_overflow(brick, volumes, &bytes) || !can_hold(*image, bytes))
     return broken("fewer voxels than its header promises");
-  Result<Volume> made = volume::make_volume(size, frame.value());
-  if (!made) {
-    Error error = made.error();
-    error.where = where;
-    return error;
-  }
+  Result<Volume> made = make_room(size, frame, where);
+  if (!made) return made.error();
   OpenedVolume opened;
   opened.volume = std::move(made).value();
   opened.format = "NIfTI";
   opened.notices = std::move(notices);
-  if (options.progress && !options.progress(0))
-    return Error{"reading was interrupted", where, "", "", "", volume::ErrorKind::interrupted};
-  if (bytes > volume::available_memory_bytes())
-    return Error{"the file is larger than the memory of this machine",
-                 where,
-                 std::to_string(bytes >> 20) + " MiB",
-                 "",
-                 "crop or resample it",
-                 volume::ErrorKind::missing_here};
+  if (options.progress && !options.progress(0)) return reading_interrupted(where);
+  if (volume::Status error = check_memory(bytes, where)) return *error;
   volume::Buffer<char> voxels(bytes);
   if (!read_voxels(*image, voxels)) return broken("fewer voxels than its header promises");
   const auto values = reader_of(*image, voxels.data() + index.value() * brick);

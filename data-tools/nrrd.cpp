@@ -10,7 +10,7 @@
 #include <teem/nrrd.h>
 
 #include "data-tools/atomic_file.h"
-#include "data-tools/image_files.h"
+#include "data-tools/opening.h"
 #include "data-tools/voxel_values.h"
 #include "volume/text.h"
 
@@ -189,25 +189,14 @@ Result<OpenedVolume> open_nrrd(const std::string& path, const OpenOptions& optio
         static_cast<int>(std::min<std::size_t>(header->axis[layout.value().axes[i]].size, 2'000'000'000));
   const Result<std::size_t> index = volume_index(options, volumes, where);
   if (!index) return index.error();
-  Result<volume::Frame> frame = volume::Frame::from_axes(layout.value().origin, layout.value().directions);
   Result<volume::Volume> made =
-      frame ? volume::make_volume(size, frame.value()) : Result<volume::Volume>(frame.error());
-  if (!made) {
-    Error error = made.error();
-    error.where = where;
-    return error;
-  }
+      make_room(size, volume::Frame::from_axes(layout.value().origin, layout.value().directions), where);
+  if (!made) return made.error();
   std::size_t bytes = 0;
-  if (__builtin_mul_overflow(count, nrrdElementSize(header.get()), &bytes) ||
-      bytes > volume::available_memory_bytes())
-    return Error{"the file is larger than the memory of this machine",
-                 where,
-                 std::to_string(bytes >> 20) + " MiB",
-                 "",
-                 "crop or resample it",
-                 volume::ErrorKind::missing_here};
-  if (options.progress && !options.progress(0))
-    return Error{"reading was interrupted", where, "", "", "", volume::ErrorKind::interrupted};
+  if (__builtin_mul_overflow(count, nrrdElementSize(header.get()), &bytes))
+    return broken("a size that cannot be");
+  if (volume::Status error = check_memory(bytes, where)) return *error;
+  if (options.progress && !options.progress(0)) return reading_interrupted(where);
   const File file(nrrdNew(), nrrdNuke);
   if (!load(file.get(), path, true)) return broken("its data end before its header says");
 

@@ -73,24 +73,32 @@ Status fill_voxels(volume::Volume& volume, const ValueReader& values, std::optio
                    const std::string& where, std::vector<std::string>& notices) {
   const std::size_t count = volume.voxels.size();
   std::int16_t* to = volume.voxels.data();
-  std::size_t no_numbers = 0;
+  std::size_t no_number = count;
   bool is_whole = !scale.has_value(), has_fractions = false;
-  ValueStatistics statistics;
   for_all(count, values, [&](std::size_t first, std::span<const double> part) {
-    for (std::size_t i = 0; i < part.size(); ++i) {
+    for (std::size_t i = 0; i < part.size() && no_number == count; ++i) {
       const double v = part[i];
-      no_numbers += !std::isfinite(v);
+      if (!std::isfinite(v)) no_number = first + i;
       has_fractions = has_fractions || v != std::floor(v);
-      is_whole = is_whole && v >= -32768 && v <= 32767 && v == std::floor(v);
+      is_whole = is_whole && v >= -32768 && v <= 32767 && !has_fractions;
       if (is_whole) to[first + i] = static_cast<std::int16_t>(v);
     }
-    statistics.add(part);
-    return no_numbers == 0;
+    return no_number == count;
   });
-  if (no_numbers > 0)
-    return Error{"some values are no numbers (NaN or infinite)", where, "among the first values",
-                 "numbers only", "replace them before opening, for example by the value of air"};
+  if (no_number < count) {
+    const auto nx = static_cast<std::size_t>(volume.size.x), ny = static_cast<std::size_t>(volume.size.y);
+    return Error{"a value is no number (NaN or infinite)", where,
+                 "the first at voxel " + std::to_string(no_number % nx) + ", " +
+                     std::to_string(no_number / nx % ny) + ", " + std::to_string(no_number / nx / ny),
+                 "numbers only", "replace such values before opening, for example by that of air"};
+  }
   if (is_whole) return std::nullopt;
+  // Only what does not fit as it is, is measured.
+  ValueStatistics statistics;
+  for_all(count, values, [&](std::size_t, std::span<const double> part) {
+    statistics.add(part);
+    return true;
+  });
   const ValueStep found = scale ? ValueStep{*scale, true} : step_for(statistics);
   if (!(found.step > 0))
     return Error{"the step is out of range", "scale", short_number(found.step), "above 0", ""};

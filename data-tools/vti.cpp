@@ -21,7 +21,7 @@
 #include <vtkXMLImageDataWriter.h>
 
 #include "data-tools/atomic_file.h"
-#include "data-tools/image_files.h"
+#include "data-tools/opening.h"
 #include "data-tools/voxel_values.h"
 
 namespace trephine::data_tools {
@@ -52,8 +52,7 @@ Result<OpenedVolume> open_vti(const std::string& path, const OpenOptions& option
     return Error{"the .vti file cannot be read", where, found, "a complete file of that format",
                  "copy or export it again"};
   };
-  if (options.progress && !options.progress(0))
-    return Error{"reading was interrupted", where, "", "", "", volume::ErrorKind::interrupted};
+  if (options.progress && !options.progress(0)) return reading_interrupted(where);
   bool has_failed = false;
   vtkNew<vtkXMLImageDataReader> reader;
   listen(reader, has_failed);
@@ -78,14 +77,8 @@ Result<OpenedVolume> open_vti(const std::string& path, const OpenOptions& option
       axes[a][row] = image->GetDirectionMatrix()->GetElement(row, a) * image->GetSpacing()[a];
   const double* o = image->GetOrigin();
   const glm::dvec3 origin = glm::dvec3(o[0], o[1], o[2]) + axes * glm::dvec3(extent[0], extent[2], extent[4]);
-  Result<volume::Frame> frame = volume::Frame::from_axes(origin, axes);
-  Result<volume::Volume> made =
-      frame ? volume::make_volume(size, frame.value()) : Result<volume::Volume>(frame.error());
-  if (!made) {
-    Error error = made.error();
-    error.where = where;
-    return error;
-  }
+  Result<volume::Volume> made = make_room(size, volume::Frame::from_axes(origin, axes), where);
+  if (!made) return made.error();
   OpenedVolume opened;
   opened.volume = std::move(made).value();
   opened.format = "VTK image data";

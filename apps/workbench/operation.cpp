@@ -163,9 +163,9 @@ Result<Operation> make_operation(Source source, const OperationChoice& choice, c
   if (Status error = check(choice)) return *error;
   if (Status error = blur(source, choice.blur_voxels)) return *error;
   if (choice.shape.is_largest) {
-    Result<volume::Shape> shape = choose_shape(source, choice.shape);
-    if (!shape) return shape.error();
-    if (Status error = keep_largest(source, shape.value(), listener)) return *error;
+    SceneSpec touched;  // of a case: what it touches first
+    if (Status error = add_touchable(source, choice.shape, {}, touched)) return *error;
+    if (Status error = keep_largest(source, touched.structures[0].shape, listener)) return *error;
   }
   SceneSpec spec;
   sim::SceneData data(source.volume);

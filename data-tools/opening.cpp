@@ -1,0 +1,79 @@
+#include "data-tools/opening.h"
+
+#include <algorithm>
+#include <filesystem>
+#include <glm/geometric.hpp>
+
+#include "data-tools/voxel_values.h"
+
+namespace trephine::data_tools {
+
+namespace fs = std::filesystem;
+using volume::Error;
+using volume::Result;
+
+Result<volume::Volume> make_room(const glm::ivec3& size, const Result<volume::Frame>& frame,
+                                 const std::string& where) {
+  Result<volume::Volume> made =
+      frame ? volume::make_volume(size, frame.value()) : Result<volume::Volume>(frame.error());
+  if (made) return made;
+  Error error = made.error();
+  error.where = where;
+  return error;
+}
+
+Error too_large(std::size_t bytes, const std::string& where) {
+  return {"the file is larger than the memory of this machine",
+          where,
+          std::to_string(bytes >> 20) + " MiB",
+          "at most " + std::to_string(volume::available_memory_bytes() >> 20) + " MiB",
+          "crop or resample it, or close other programs",
+          volume::ErrorKind::missing_here};
+}
+
+volume::Status check_memory(std::size_t bytes, const std::string& where) {
+  return bytes <= volume::available_memory_bytes() ? std::nullopt : volume::Status(too_large(bytes, where));
+}
+
+Error reading_interrupted(const std::string& where) {
+  return {"reading was interrupted", where, "", "", "", volume::ErrorKind::interrupted};
+}
+
+double farthest_corner(const volume::Frame& a, const volume::Frame& b, const glm::ivec3& size) {
+  double most = 0;
+  for (int corner = 0; corner < 8; ++corner) {
+    const glm::dvec3 at = glm::dvec3(size - 1) * glm::dvec3(corner & 1, corner >> 1 & 1, corner >> 2);
+    most = std::max(most, glm::length(a.world_from_volume(at) - b.world_from_volume(at)));
+  }
+  return most;
+}
+
+bool leaves_folder(const std::string& name) {
+  const fs::path path(name);
+  return path.is_absolute() ||
+         std::any_of(path.begin(), path.end(), [](const fs::path& part) { return part == ".."; });
+}
+
+Result<std::size_t> volume_index(const OpenOptions& options, std::size_t volumes, const std::string& where) {
+  if (options.volume <= static_cast<int>(std::min<std::size_t>(volumes, 1'000'000)) && options.volume >= 0)
+    return static_cast<std::size_t>(std::max(options.volume - 1, 0));
+  return Error{"there is no such volume in the file", where, std::to_string(options.volume),
+               "1 to " + std::to_string(volumes), "choose another: --volume"};
+}
+
+void know_units(OpenedVolume& opened, bool says_hounsfield) {
+  if (says_hounsfield) {
+    opened.volume.is_hounsfield = true;
+    opened.modality = "CT";
+  } else if (const std::string notice = guess_hounsfield(opened.volume); !notice.empty()) {
+    opened.modality = "CT";
+    opened.notices.push_back(notice);
+  }
+}
+
+void tell_volumes(OpenedVolume& opened, std::size_t index, std::size_t volumes) {
+  opened.notices.push_back("volume " + std::to_string(index + 1) + " of " + std::to_string(volumes) +
+                           " was taken: --volume chooses");
+}
+
+}  // namespace trephine::data_tools
