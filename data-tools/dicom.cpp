@@ -46,6 +46,13 @@ SeriesFacts facts_of(const DicomFolder& folder, std::size_t s, std::size_t k) {
   return facts;
 }
 
+std::vector<SeriesFacts> all_facts(const DicomFolder& folder) {
+  std::vector<SeriesFacts> all;
+  for (std::size_t s = 0; s < folder.series.size(); ++s)
+    for (std::size_t k = 0; k < folder.series[s].stacks.size(); ++k) all.push_back(facts_of(folder, s, k));
+  return all;
+}
+
 /// Files that might be slices of this stack and could not be used: without them it could be short at an end,
 /// where no gap tells of it.
 Status check_whole(const DicomFolder& folder, const DicomStack& stack, const std::string& where) {
@@ -83,7 +90,7 @@ Status check_strays(const DicomFolder& folder, std::size_t s, std::size_t k, con
                list_of(names) + " beside " + counted(stacks[k].slices.size(), "other"),
                "parallel slices of one size",
                "take them away if they do not belong to it, or take the others alone: --volume " +
-                   std::to_string(k + 1)};
+                   std::to_string(k + 1) + " (info --list shows all)"};
 }
 
 std::string words_of(const SeriesFacts& f) {
@@ -100,7 +107,7 @@ Result<std::pair<std::size_t, std::size_t>> choose(const DicomFolder& folder, co
   std::pair<std::size_t, std::size_t> chosen = best_stack(folder);
   if (options.series < 0 || options.series > count)
     return Error{"there is no such series", where, std::to_string(options.series),
-                 "1 to " + std::to_string(count), "see them: trephine info"};
+                 "1 to " + std::to_string(count), "see them: trephine info --list"};
   if (options.series > 0) {
     chosen = {static_cast<std::size_t>(options.series - 1), 0};
     const auto& stacks = folder.series[chosen.first].stacks;
@@ -111,7 +118,7 @@ Result<std::pair<std::size_t, std::size_t>> choose(const DicomFolder& folder, co
   if (options.volume < 0 || options.volume > volumes)
     return Error{"there is no such volume in the series", where, std::to_string(options.volume),
                  volumes == 1 ? "1: it has no other" : "1 to " + std::to_string(volumes),
-                 "see them: trephine info"};
+                 "see them: trephine info --list"};
   if (options.volume > 0) chosen.second = static_cast<std::size_t>(options.volume - 1);
   return chosen;
 }
@@ -165,21 +172,26 @@ Result<OpenedVolume> open_dicom(const std::string& path, const OpenOptions& opti
   std::size_t volumes = 0;
   for (const DicomSeries& series : folder.series) volumes += series.stacks.size();
   if (volumes > 1) {
-    for (std::size_t i = 0; i < folder.series.size(); ++i)
-      for (std::size_t n = 0; n < folder.series[i].stacks.size(); ++n)
-        opened.value().series.push_back(facts_of(folder, i, n));
+    opened.value().series = all_facts(folder);
     const SeriesFacts taken = facts_of(folder, s, k);
     notices.insert(notices.begin(),
                    "series " + std::to_string(taken.series) +
                        (taken.volumes > 1 ? ", volume " + std::to_string(taken.volume) : "") +
                        " was taken (" + words_of(taken) + "), of " + counted(volumes, "volume") +
-                       ": info lists them, --series and --volume choose");
+                       ": info --list shows them, --series and --volume choose");
   }
   std::vector<std::string> others = folder.passed_over;
   for (const auto& [name, why] : folder.refused) others.push_back(name + " (" + why + ")");
   for (const auto& [name, why] : folder.no_dicom) others.push_back(name);
   if (!others.empty()) notices.push_back(counted(others.size(), "file") + " passed over: " + list_of(others));
   return opened;
+}
+
+Result<std::vector<SeriesFacts>> list_series(const std::string& path, const Progress& progress) {
+  Result<DicomFolder> scanned = scan_dicom(path, progress);
+  if (!scanned) return scanned.error();
+  if (scanned.value().series.empty()) return nothing_found(scanned.value(), path);
+  return all_facts(scanned.value());
 }
 
 }  // namespace trephine::data_tools

@@ -63,6 +63,9 @@ struct OpenedVolume {
 /// regular stack, numbers that int16 cannot hold, and files that are broken. Nothing is loaded crooked.
 volume::Result<OpenedVolume> open_volume(const std::string& path, const OpenOptions& options = {});
 
+/// What there is to choose from in DICOM files, by their heads alone: what open_volume would refuse, too.
+volume::Result<std::vector<SeriesFacts>> list_series(const std::string& path, const Progress& progress = {});
+
 /// Writes .mha, .nrrd, .nii, .nii.gz or .vti (int16), atomically. A sheared volume is resampled to right
 /// angles first.
 volume::Status write_volume(const std::string& path, const volume::Volume& volume);

@@ -193,7 +193,8 @@ Run build(Options& options) {
   auto a = std::make_shared<BenchArguments>();
   options.add("WHAT", a->what, "surface, step, rays, load, dicom, open, feel or stability").required();
   options.add("SRC", a->source,
-              "A scan: for load; one more scene for feel and stability. A session: for open (none: ten "
+              "A scan: for load; one more scene for feel and stability; a folder for dicom. A session: for "
+              "open (none: ten "
               "minutes of drilling, recorded first)");
   options.add("--case", a->case_source, "The scan of that session, where the session needs it");
   options.add("--size", a->size, "Voxels along each axis (surface, step and rays)").shows_default();

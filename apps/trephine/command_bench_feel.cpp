@@ -4,9 +4,7 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
-#include <spawn.h>
 #include <sstream>
-#include <sys/wait.h>
 #include <unistd.h>
 
 #include "apps/trephine/bench_parts.h"
@@ -99,36 +97,6 @@ Result<bench::FeelAnswers> read_answers(const std::string& path) {
     return Error{"the answers are empty", where, "", "scene,proxy_x,proxy_y,proxy_z[,us]", ""};
   return answers;
 }
-
-/// An archive's files in a folder of their own, gone afterwards.
-class Unpacked {
- public:
-  Unpacked() = default;
-  Unpacked(const Unpacked&) = delete;
-  Unpacked& operator=(const Unpacked&) = delete;
-  ~Unpacked() {
-    std::error_code ignored;
-    if (!folder_.empty()) std::filesystem::remove_all(folder_, ignored);
-  }
-  /// False when there is no such archive, or the system's tar cannot read it.
-  bool unpack(const std::filesystem::path& archive) {
-    std::error_code failed;
-    if (!std::filesystem::exists(archive, failed)) return false;
-    std::string name = (std::filesystem::temp_directory_path(failed) / "trephine-XXXXXX").string();
-    if (failed || ::mkdtemp(name.data()) == nullptr) return false;
-    folder_ = name;
-    std::string from = archive.string(), tar = "tar", extract = "-xJf", into = "-C";
-    char* const words[] = {tar.data(), extract.data(), from.data(), into.data(), folder_.data(), nullptr};
-    pid_t child = 0;
-    int status = 1;
-    return ::posix_spawnp(&child, "tar", nullptr, nullptr, words, environ) == 0 &&
-           ::waitpid(child, &status, 0) == child && status == 0;
-  }
-  const std::string& folder() const noexcept { return folder_; }
-
- private:
-  std::string folder_;
-};
 
 bench::FeelScene real_scene(const std::string& name, const std::string& motion, haptics::TouchScene scene,
                             haptics::PosePath path) {
@@ -229,14 +197,16 @@ volume::Status bench_feel(const BenchArguments& arguments, Outcome& outcome) {
   // The scan that was named, and those of the real data where they are.
   std::vector<std::string> scans;
   if (!arguments.source.empty() && arguments.hand.empty()) scans.push_back(arguments.source);
-  Unpacked skull;
+  std::string skull;
   if (const char* data = std::getenv("TREPHINE_DATA"); data && arguments.only.empty()) {
     const std::filesystem::path folder(data);
     std::error_code ignored;
     if (const auto spine = folder / "spine_lumbar" / "example_ct.nii.gz";
         std::filesystem::exists(spine, ignored))
       scans.push_back(spine.string());
-    if (skull.unpack(folder / "skull_phantom" / "bone_1mm.dicom.tar.xz")) scans.push_back(skull.folder());
+    if (const auto packed = folder / "skull_phantom" / "bone_1mm.dicom.tar.xz";
+        std::filesystem::exists(packed, ignored))
+      scans.push_back(skull = packed.string());
   }
   for (const std::string& scan : scans) {
     auto opened = workbench::open_touch(scan, {}, person());
@@ -245,7 +215,7 @@ volume::Status bench_feel(const BenchArguments& arguments, Outcome& outcome) {
     for (const double speed : {100.0, 10.0}) {
       if (arguments.is_quick && speed < 100) continue;
       options.more.push_back(
-          real_scene(scan == skull.folder() ? "skull" : opened.value().source.written_name(),
+          real_scene(scan == skull ? "skull" : opened.value().source.written_name(),
                      format_text("slide %.0f mm/s", speed), scene,
                      bench::slide_over(scene, speed, 1, arguments.is_quick ? 1500 : 3100)));
     }

@@ -17,6 +17,7 @@ namespace {
 
 struct InfoArguments {
   workbench::SourceChoice source;
+  bool is_listing = false;
 };
 
 /// What was felt, as the header says it: its lines from the force on.
@@ -155,9 +156,9 @@ Result<Outcome> describe_session(const std::string& path) {
 }
 
 /// What else could have been opened. What a person wrote of it may name somebody.
-Json series_json(const workbench::Source& source) {
+Json series_json(const std::vector<data_tools::SeriesFacts>& series) {
   Json all = Json::array();
-  for (const data_tools::SeriesFacts& s : source.series) {
+  for (const data_tools::SeriesFacts& s : series) {
     all.push_back({{"series", s.series},
                    {"volume", s.volume},
                    {"modality", s.modality},
@@ -174,11 +175,11 @@ Json series_json(const workbench::Source& source) {
   return all;
 }
 
-std::string series_text(const workbench::Source& source) {
-  if (source.series.empty()) return "";
+std::string series_text(const std::vector<data_tools::SeriesFacts>& series) {
+  if (series.empty()) return "";
   std::string text =
       "  series  volume  kind  size               spacing, mm         date      kernel    description\n";
-  for (const data_tools::SeriesFacts& s : source.series) {
+  for (const data_tools::SeriesFacts& s : series) {
     const std::string size = format_text("%d x %d x %d", s.size.x, s.size.y, s.size.z);
     const std::string spacing =
         s.problem.empty() ? format_text("%.3g x %.3g x %.3g", s.spacing.x, s.spacing.y, s.spacing.z) : "-";
@@ -193,7 +194,17 @@ std::string series_text(const workbench::Source& source) {
   return text;
 }
 
+/// What there is to choose from, without reading any of it.
+Result<Outcome> list(const std::string& path) {
+  const auto series = data_tools::list_series(path, person().progress("looking"));
+  if (!series) return series.error();
+  Outcome outcome{new_report("info"), series_text(series.value()), exit_done};
+  outcome.json["series"] = series_json(series.value());
+  return outcome;
+}
+
 Result<Outcome> run_info(const InfoArguments& arguments) {
+  if (arguments.is_listing) return list(arguments.source.path);
   if (workbench::is_session_file(arguments.source.path)) return describe_session(arguments.source.path);
   auto opened = workbench::open_source(arguments.source, person());
   if (!opened) return opened.error();
@@ -235,7 +246,7 @@ Result<Outcome> run_info(const InfoArguments& arguments) {
   Json facts = Json::object();
   for (const auto& [name, value] : source.facts) facts[name] = value;
   json["facts"] = facts;
-  json["series"] = series_json(source);
+  json["series"] = series_json(source.series);
   json["notices"] = source.notices;
   json["read_seconds"] = source.read_seconds;
   const glm::dvec3 near = v.frame.origin(), far = v.frame.world_from_volume(glm::dvec3(v.size - 1));
@@ -255,7 +266,7 @@ Result<Outcome> run_info(const InfoArguments& arguments) {
                                   glm::length(t.target_world - t.entry_world));
   for (const auto& [name, value] : source.facts)
     if (name != "modality") outcome.text += "  " + name + ": " + value + "\n";
-  outcome.text += series_text(source);
+  outcome.text += series_text(source.series);
   if (!v.label_names.empty()) {
     outcome.text += "  labels:";
     for (const std::string& name : v.label_names) outcome.text += " " + name;
@@ -267,6 +278,7 @@ Result<Outcome> run_info(const InfoArguments& arguments) {
 Run build(Options& options) {
   auto a = std::make_shared<InfoArguments>();
   add_source(options, a->source).required();
+  options.add("--list", a->is_listing, "Only what series and volumes a DICOM folder holds, whole or not");
   return run_with(a, run_info);
 }
 

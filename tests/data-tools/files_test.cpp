@@ -17,24 +17,15 @@
 #include "data-tools/open_volume.h"
 #include "data-tools/phantoms.h"
 #include "tests/checker/mesh_judge.h"
+#include "tests/scenes/scratch.h"
 #include "volume/surface_nets.h"
 
 namespace trephine::data_tools {
 namespace {
 
 namespace fs = std::filesystem;
+using scenes::Scratch;
 using volume::Volume;
-
-/// A folder that is gone afterwards.
-struct Scratch {
-  fs::path path;
-  Scratch() {
-    std::string name = (fs::temp_directory_path() / "trephine-test-XXXXXX").string();
-    path = ::mkdtemp(name.data());
-  }
-  ~Scratch() { fs::remove_all(path); }
-  std::string operator/(const char* name) const { return (path / name).string(); }
-};
 
 void write_text(const std::string& path, const std::string& text) {
   std::ofstream(path, std::ios::binary) << text;

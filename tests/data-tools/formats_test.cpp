@@ -11,6 +11,7 @@
 
 #include "data-tools/label_file.h"
 #include "data-tools/open_volume.h"
+#include "tests/scenes/scratch.h"
 
 namespace trephine::data_tools {
 namespace {
@@ -21,11 +22,6 @@ using volume::Volume;
 
 class Formats : public ::testing::Test {
  protected:
-  Formats() {
-    std::string name = (fs::temp_directory_path() / "trephine-test-XXXXXX").string();
-    folder_ = ::mkdtemp(name.data());
-  }
-  ~Formats() override { fs::remove_all(folder_); }
   std::string path(const std::string& name) const { return (folder_ / name).string(); }
   void put(const std::string& name, const std::string& bytes) const {
     std::ofstream(path(name), std::ios::binary) << bytes;
@@ -51,7 +47,8 @@ class Formats : public ::testing::Test {
       EXPECT_NE(opened.error().message().find(word), std::string::npos) << opened.error().message();
   }
 
-  fs::path folder_;
+  const scenes::Scratch scratch_;
+  const fs::path& folder_ = scratch_.path;
   std::string notices_;
 };
 

@@ -12,6 +12,7 @@
 #include <unistd.h>
 
 #include "data-tools/atomic_file.h"
+#include "tests/scenes/scratch.h"
 
 namespace trephine::data_tools {
 namespace {
@@ -21,11 +22,6 @@ using volume::Status;
 
 class Outputs : public ::testing::Test {
  protected:
-  Outputs() {
-    std::string name = (fs::temp_directory_path() / "trephine-test-XXXXXX").string();
-    folder_ = ::mkdtemp(name.data());
-  }
-  ~Outputs() override { fs::remove_all(folder_); }
   std::string file(const std::string& name) const { return (folder_ / name).string(); }
   void put(const std::string& name, const std::string& text) const {
     std::ofstream(folder_ / name, std::ios::binary) << text;
@@ -38,7 +34,8 @@ class Outputs : public ::testing::Test {
     return static_cast<std::size_t>(std::distance(fs::directory_iterator(folder_), fs::directory_iterator()));
   }
 
-  fs::path folder_;
+  const scenes::Scratch scratch_;
+  const fs::path& folder_ = scratch_.path;
 };
 
 TEST_F(Outputs, ThatAreNoPlainFilesAreRefusedAndStay) {

@@ -1,0 +1,87 @@
+// DICOM series that a test writes, and what must come of them.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <glm/geometric.hpp>
+#include <gtest/gtest.h>
+
+#include "data-tools/open_volume.h"
+#include "tests/scenes/dicom_files.h"
+#include "tests/scenes/scratch.h"
+
+namespace trephine::data_tools {
+
+namespace fs = std::filesystem;
+using scenes::DicomFile;
+using scenes::slice_file;
+using scenes::SliceOf;
+using scenes::Syntax;
+using volume::Result;
+using volume::Volume;
+
+class Dicom : public ::testing::Test {
+ protected:
+  std::string path(const std::string& name = "") const { return (folder_ / name).string(); }
+  static std::string name_of(int number) { return "IM" + std::to_string(1000 + number); }
+
+  using Change = std::function<void(int k, SliceOf& slice)>;
+  using FileChange = std::function<void(int k, DicomFile& file)>;
+  /// `count` slices every 2 mm, changed as wanted, as IM1001 and so on.
+  void write_series(int count, const Change& change = {}, const FileChange& file_change = {},
+                    Syntax syntax = Syntax::explicit_little, bool has_preamble = true) const {
+    for (int k = 0; k < count; ++k) {
+      SliceOf slice;
+      slice.number = k + 1;
+      slice.position = {0, 0, 2.0 * k};
+      if (change) change(k, slice);
+      DicomFile file = slice_file(slice);
+      if (file_change) file_change(k, file);
+      file.write(path(name_of(k + 1)), syntax, has_preamble);
+    }
+  }
+  Volume open(const OpenOptions& options = {}, const std::string& name = "") {
+    Result<OpenedVolume> opened = open_volume(path(name), options);
+    EXPECT_TRUE(opened.is_ok()) << opened.error().message();
+    if (!opened) return Volume();
+    notices_.clear();
+    for (const std::string& notice : opened.value().notices) notices_ += notice + "\n";
+    facts_ = opened.value().series;
+    modality_ = opened.value().modality;
+    return std::move(opened.value().volume);
+  }
+  /// Refused, with all of these words somewhere in the message.
+  void expect_refused(const std::vector<std::string>& words, const OpenOptions& options = {},
+                      const std::string& name = "") const {
+    const Result<OpenedVolume> opened = open_volume(path(name), options);
+    ASSERT_FALSE(opened.is_ok());
+    const volume::Error& error = opened.error();
+    EXPECT_EQ(error.kind, volume::ErrorKind::bad_input);
+    for (const std::string* part : {&error.what, &error.where, &error.expected, &error.remedy})
+      EXPECT_FALSE(part->empty()) << error.message();
+    for (const std::string& word : words)
+      EXPECT_NE(error.message().find(word), std::string::npos) << error.message();
+    EXPECT_EQ(error.message().find("/tmp"), std::string::npos) << "no path: " << error.message();
+  }
+  void expect_notice(const std::string& word) const {
+    EXPECT_NE(notices_.find(word), std::string::npos) << notices_;
+  }
+  /// The values that slice_file() stores by itself, slice 1 lowest.
+  static void expect_own_values(const Volume& v, int slices = 4) {
+    ASSERT_EQ(v.size, glm::ivec3(8, 8, slices));
+    for (int z = 0; z < slices; ++z)
+      for (int y = 0; y < 8; ++y)
+        for (int x = 0; x < 8; ++x)
+          ASSERT_EQ(v.voxels[v.index(x, y, z)], 100 * (z + 1) + x + 10 * y) << x << " " << y << " " << z;
+  }
+
+  const scenes::Scratch scratch_;
+  const fs::path& folder_ = scratch_.path;
+  std::string notices_, modality_;
+  std::vector<SeriesFacts> facts_;
+};
+
+}  // namespace trephine::data_tools

@@ -1,0 +1,307 @@
+// DICOM in: where slices lie, and what lies beside them.
+#include "tests/data-tools/dicom_fixture.h"
+
+namespace trephine::data_tools {
+namespace {
+
+// ---- where slices lie -----------------------------------------------------------------------------------
+
+TEST_F(Dicom, TheOrderIsThatOfPositions) {
+  write_series(4, [](int k, SliceOf& s) { s.position.z = -2.0 * k; });
+  const Volume v = open();
+  EXPECT_EQ(v.voxels[0], 400);
+  EXPECT_NEAR(v.frame.origin().z, -6, 1e-12);
+}
+
+TEST_F(Dicom, ATiltedGantryMakesAShearedVolumeExactly) {
+  // The tag lies, and a spacing between slices that is not that of positions is not believed.
+  const double tilt = 18.5 * 3.14159265358979323846 / 180;
+  write_series(
+      6,
+      [&](int k, SliceOf& s) {
+        s.position = {3, 2.0 * k * std::tan(tilt) - 7, 2.0 * k};
+      },
+      [](int, DicomFile& f) { f.set(0x00181120, "DS", "-5").set(0x00180088, "DS", "3.5"); });
+  const Volume v = open();
+  expect_notice("18.5 degrees");
+  for (int k = 0; k < 6; ++k) {
+    const glm::dvec3 at = v.frame.world_from_volume({0, 0, k});
+    EXPECT_LT(glm::length(at - glm::dvec3(3, 2.0 * k * std::tan(tilt) - 7, 2.0 * k)), 1e-6);
+  }
+  EXPECT_FALSE(v.frame.is_orthogonal());
+  // A little is kept too; what rounding of the positions makes is none.
+  write_series(6, [&](int k, SliceOf& s) { s.position = {0, 0.01047 * k, 2.0 * k}; });
+  EXPECT_NEAR(open().frame.world_from_volume({0, 0, 5}).y, 0.05235, 1e-6);
+  write_series(6, [&](int k, SliceOf& s) { s.position = {0, k == 3 ? 0.004 : 0, 2.0 * k}; });
+  EXPECT_TRUE(open().frame.is_orthogonal());
+}
+
+TEST_F(Dicom, MissingSlicesAreRefusedAndNamedUnlessTheyAreMade) {
+  write_series(7);
+  fs::remove(path("IM1004"));
+  expect_refused({"1 slice missing", "4.000 mm between IM1003 and IM1005", "every 2.000 mm", "--resample"});
+  OpenOptions options;
+  options.is_resampled = true;
+  expect_own_values(open(options), 7);  // they grow evenly
+  expect_notice("1 slice of 7 were interpolated");
+}
+
+TEST_F(Dicom, UnevenSlicesAreRefusedAndNamedUnlessTheyAreMade) {
+  const double at[] = {0, 2, 4, 7, 10, 12, 14};
+  write_series(7, [&](int k, SliceOf& s) {
+    s.position.z = at[k];
+    s.values.assign(64, static_cast<int>(100 * at[k]));
+  });
+  expect_refused(
+      {"not evenly spaced", "from 2.000 mm to 3.000 mm", "3.000 mm between IM1003 and IM1004", "--resample"});
+  OpenOptions options;
+  options.is_resampled = true;
+  const Volume v = open(options);
+  ASSERT_EQ(v.size.z, 8);
+  for (int k = 0; k < 8; ++k) {
+    EXPECT_EQ(v.voxels[static_cast<std::size_t>(64 * k)], 200 * k) << k;
+    EXPECT_NEAR(v.frame.world_from_volume({0, 0, k}).z, 2.0 * k, 1e-9);
+  }
+}
+
+TEST_F(Dicom, SlicesAsideOrTurnedAreRefusedByName) {
+  write_series(5, [](int k, SliceOf& s) { s.position.x = k == 2 ? 1 : 0; });
+  expect_refused({"IM1003 is 1.000 mm aside"});
+  write_series(5, [](int k, SliceOf& s) {
+    if (k == 2)
+      s.row_axis = glm::normalize(glm::dvec3(1, 0.0005, 0)),
+      s.column_axis = glm::normalize(glm::dvec3(-0.0005, 1, 0));
+  });
+  expect_refused({"parallel planes", "IM1003"});
+}
+
+/// One that lies in another plane, wherever in the stack.
+TEST_F(Dicom, AStrayImageIsRefusedByNameUnlessTheOthersAreMeant) {
+  for (const int stray : {0, 2, 4}) {
+    write_series(5, [&](int k, SliceOf& s) {
+      if (k == stray) s.spacing = {1.2, 1.2};
+    });
+    expect_refused({name_of(stray + 1), "4 others", "--volume"});
+    EXPECT_EQ(list_series(path()).value().size(), 2u) << "what is refused can be listed";
+    OpenOptions options;
+    options.volume = stray == 0 ? 2 : 1;
+    if (stray != 2) {
+      EXPECT_EQ(open(options).size.z, 4);
+    }
+  }
+  // Of another frame of reference nobody knows where it lies.
+  write_series(6, {}, [](int k, DicomFile& f) { f.set(0x00200052, "UI", k < 4 ? "1.2.3" : "1.2.4"); });
+  EXPECT_EQ(open().size.z, 4);
+  expect_notice("of 2 volumes");
+}
+
+/// What cannot be read is not taken for 0 or 1.
+TEST_F(Dicom, NumbersThatAreNoneAreRefused) {
+  for (const auto& [tag, text] : {std::pair{0x00281052u, "-1 024"},
+                                  {0x00281052u, "-1O24"},
+                                  {0x00281052u, " "},
+                                  {0x00281053u, "2,5"},
+                                  {0x00281053u, "1.0\\2.0"},
+                                  {0x00281053u, "x"}}) {
+    write_series(3, {}, [tag = tag, text = text](int, DicomFile& f) { f.set(tag, "DS", text); });
+    expect_refused({"slope or intercept", "IM1001"});
+  }
+  write_series(3, {}, [](int, DicomFile& f) { f.set_short(0x00280010, "US", {4}); });
+  expect_refused({"128 bytes of pixels, where its size makes 64"});
+}
+
+TEST_F(Dicom, CopiesAreDroppedAndOthersInOnePlaceAreRefusedByName) {
+  write_series(4);
+  fs::copy(path("IM1002"), path("IM1002 copy"));
+  expect_own_values(open());
+  expect_notice("there twice");
+  expect_notice("IM1002");
+  // The same place with other contents, and nothing that tells which is meant.
+  SliceOf other;
+  other.number = 2, other.position = {0, 0, 2};
+  other.values.assign(64, 7);
+  slice_file(other).write(path("IM1002 copy"));
+  expect_refused({"several slices lie in one place", "IM1002 and IM1002 copy"});
+}
+
+// ---- what lies beside the slices ------------------------------------------------------------------------
+
+TEST_F(Dicom, FilesThatAreNoSlicesArePassedOverAndNamed) {
+  write_series(4);
+  const auto write = [&](const std::string& name, const char* kind, const FileChange& change = {}) {
+    DicomFile file = slice_file({});
+    file.set(0x00080016, "UI", kind).erase(0x00200032);
+    if (change) change(0, file);
+    file.write(path(name));
+  };
+  write("DIRFILE", "1.2.840.10008.1.3.10", [](int, DicomFile& f) { f.erase(0x7fe00010).erase(0x00280010); });
+  write("report.dcm", "1.2.840.10008.5.1.4.1.1.88.11", [](int, DicomFile& f) { f.erase(0x7fe00010); });
+  write("capture.dcm", "1.2.840.10008.5.1.4.1.1.7");
+  write("state.dcm", "1.2.840.10008.5.1.4.1.1.11.1", [](int, DicomFile& f) { f.erase(0x7fe00010); });
+  std::ofstream(path("readme.txt")) << "hello";
+  std::ofstream(path("VIEWER.EXE")) << std::string(5000, 'x');
+  std::ofstream(path(".DS_Store")) << "x";
+  expect_own_values(open());
+  for (const char* word :
+       {"report.dcm (report)", "capture.dcm (screen capture)", "state.dcm", "5 files passed over"})
+    expect_notice(word);
+}
+
+TEST_F(Dicom, AnEndThatIsLostIsNotPassedOver) {
+  for (const std::size_t size : {std::size_t{0}, std::size_t{100}, std::size_t{600}}) {
+    write_series(5);
+    fs::resize_file(path("IM1005"), size);
+    expect_refused({"IM1005", "copy it again"});
+  }
+  write_series(5);
+  fs::resize_file(path("IM1005"), fs::file_size(path("IM1005")) - 1);
+  expect_refused({"IM1005", "127 of 128 bytes"});
+}
+
+TEST_F(Dicom, SeriesAreListedAndChosen) {
+  // A disk: scout, two reconstructions, an MR series; in folders of folders.
+  fs::create_directories(path("DISK/A/B/C/D"));
+  const auto put = [&](const std::string& where, int count, const Change& change,
+                       const FileChange& file_change = {}) {
+    for (int k = 0; k < count; ++k) {
+      SliceOf slice;
+      slice.number = k + 1, slice.position = {0, 0, 2.0 * k};
+      change(k, slice);
+      DicomFile file = slice_file(slice);
+      if (file_change) file_change(k, file);
+      file.write(path("DISK/" + where + "-" + std::to_string(k)));
+    }
+  };
+  put(
+      "A/scout", 2,
+      [](int k, SliceOf& s) {
+        s.series = "1.9.1", s.row_axis = {0, 1, 0}, s.column_axis = {0, 0, -1}, s.position = {50.0 * k, 0, 0};
+      },
+      [](int, DicomFile& f) {
+        f.set(0x00080008, "CS", "ORIGINAL\\PRIMARY\\LOCALIZER").set(0x00200011, "IS", "1");
+      });
+  put(
+      "A/B/soft", 3, [](int, SliceOf& s) { s.series = "1.9.2", s.description = "SOFT"; },
+      [](int, DicomFile& f) { f.set(0x00181210, "SH", "H30s").set(0x00200011, "IS", "2"); });
+  put(
+      "A/B/C/D/bone", 5, [](int, SliceOf& s) { s.series = "1.9.3", s.description = "BONE"; },
+      [](int, DicomFile& f) { f.set(0x00181210, "SH", "H60s").set(0x00200011, "IS", "3"); });
+  put(
+      "mr", 9, [](int, SliceOf& s) { s.series = "1.9.4", s.modality = "MR"; },
+      [](int, DicomFile& f) { f.set(0x00200011, "IS", "4"); });
+  EXPECT_EQ(open({}, "DISK").size.z, 5) << "the CT with the most slices";
+  expect_notice("series 3 was taken");
+  ASSERT_EQ(facts_.size(), 4u);
+  EXPECT_EQ(facts_[2].description, "BONE");
+  EXPECT_EQ(facts_[2].kernel, "H60s");
+  EXPECT_EQ(facts_[2].size, glm::ivec3(8, 8, 5));
+  EXPECT_TRUE(facts_[0].is_localizer);
+  // The same by heads alone.
+  const auto listed = list_series(path("DISK"));
+  ASSERT_TRUE(listed.is_ok());
+  ASSERT_EQ(listed.value().size(), facts_.size());
+  for (std::size_t i = 0; i < facts_.size(); ++i) EXPECT_EQ(listed.value()[i].size, facts_[i].size);
+  OpenOptions options;
+  for (const auto& [series, slices] : {std::pair{2, 3}, {3, 5}, {4, 9}}) {
+    options.series = series;
+    EXPECT_EQ(open(options, "DISK").size.z, slices);
+  }
+  EXPECT_EQ(modality_, "MR");
+  options.series = 5;
+  expect_refused({"no such series", "1 to 4"}, options, "DISK");
+}
+
+TEST_F(Dicom, EchoesAndPhasesAreVolumesOfTheirOwn) {
+  for (const bool is_echo : {true, false}) {
+    for (int v = 0; v < 3; ++v)
+      for (int k = 0; k < 4; ++k) {
+        SliceOf slice;
+        slice.modality = "MR", slice.number = 4 * v + k + 1, slice.position = {0, 0, 2.0 * k};
+        slice.values.assign(64, 10 * v + k);
+        DicomFile file = slice_file(slice);
+        if (is_echo) file.set(0x00180081, "DS", std::to_string(5 * v + 5));
+        file.write(path(name_of(slice.number)));
+      }
+    EXPECT_EQ(open().size.z, 4);
+    ASSERT_EQ(facts_.size(), 3u);
+    EXPECT_EQ(facts_[1].mark, is_echo ? "echo time 10" : "repetition 2");
+    OpenOptions options;
+    for (int v = 1; v <= 3; ++v) {
+      options.volume = v;
+      const Volume volume = open(options);
+      for (int k = 0; k < 4; ++k)
+        EXPECT_EQ(volume.voxels[static_cast<std::size_t>(64 * k)], 10 * (v - 1) + k);
+    }
+    options.volume = 4;
+    expect_refused({"no such volume", "1 to 3"}, options);
+  }
+}
+
+TEST_F(Dicom, DisksComeAsArchivesTooAndByTheirIndex) {
+  fs::create_directory(path("disk"));
+  write_series(4, {}, [&](int k, DicomFile& f) {
+    if (k == 0) {  // the index lies beside
+      DicomFile index;
+      index.set(0x00080016, "UI", "1.2.840.10008.1.3.10").write(path("DICOMDIR"));
+    }
+    (void)f;
+  });
+  expect_own_values(open({}, "DICOMDIR"));
+  const auto shell = [&](const std::string& command) {
+    return std::system(("cd '" + path() + "' && " + command).c_str()) == 0;
+  };
+  ASSERT_TRUE(shell("tar cf disk/a.tar IM* && tar czf disk/a.tar.gz IM* && tar cJf disk/a.tar.xz IM*"));
+  for (const char* name : {"disk/a.tar", "disk/a.tar.gz", "disk/a.tar.xz"}) expect_own_values(open({}, name));
+  fs::remove_all(path("disk"));
+  // Each slice by itself, and one that is cut short.
+  ASSERT_TRUE(shell("gzip IM*"));
+  expect_own_values(open());
+  fs::resize_file(path("IM1004.gz"), 60);
+  expect_refused({"IM1004.gz"});
+  // Nothing in it; a file that leads nowhere; a checksum that is wrong; an end between two files.
+  ASSERT_TRUE(shell(": | gzip > e.gz && head -c 5000 /dev/zero | gzip > z.gz"));
+  for (const char* name : {"e.gz", "z.gz"}) expect_refused({name}, {}, name);
+  fs::remove(path("e.gz")), fs::remove(path("z.gz"));
+  fs::remove(path("IM1004.gz"));
+  fs::create_symlink("/nowhere", path("IM1004.gz"));
+  expect_refused({"IM1004.gz"});
+  fs::remove(path("IM1004.gz"));
+  ASSERT_TRUE(
+      shell("gzip -d IM*.gz && tar cf c.tar IM* && gzip -k c.tar && truncate -s -1024 c.tar && truncate -s "
+            "3072 c.tar"));
+  expect_refused({"c.tar", "copy it again"}, {}, "c.tar");
+  ASSERT_TRUE(
+      shell("cp c.tar.gz d.tar.gz && printf '\\xff' | dd of=d.tar.gz bs=1 seek=$(($(stat -c %s d.tar.gz) - "
+            "6)) conv=notrunc 2>/dev/null"));
+  expect_refused({"d.tar.gz", "checksum"}, {}, "d.tar.gz");
+  ASSERT_TRUE(shell("rm c.tar c.tar.gz d.tar.gz && gzip IM*"));
+  // The end of an archive is lost.
+  ASSERT_TRUE(shell("tar cf b.tar IM*.gz && truncate -s 700 b.tar"));
+  expect_refused({"b.tar", "copy it again"}, {}, "b.tar");
+}
+
+TEST_F(Dicom, ReadingThatIsStoppedSaysSo) {
+  write_series(40);
+  OpenOptions options;
+  int calls = 0;
+  options.progress = [&](double) { return ++calls < 3; };
+  const auto opened = open_volume(path(), options);
+  ASSERT_FALSE(opened.is_ok());
+  EXPECT_EQ(opened.error().kind, volume::ErrorKind::interrupted);
+}
+
+TEST_F(Dicom, NothingToReadIsSaid) {
+  expect_refused({"no DICOM images"});
+  std::ofstream(path("a.txt")) << "hello";
+  expect_refused({"no DICOM images", "1 other file"});
+  // Whatever the bytes are.
+  DicomFile file = slice_file({});
+  const std::string whole = file.bytes();
+  for (std::size_t n = 0; n < whole.size(); n += 7) {
+    std::ofstream(path("a.txt"), std::ios::binary) << whole.substr(0, n);
+    EXPECT_FALSE(open_volume(path()).is_ok()) << n;
+  }
+}
+
+}  // namespace
+}  // namespace trephine::data_tools
