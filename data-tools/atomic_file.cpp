@@ -22,7 +22,7 @@ using volume::Status;
 
 namespace {
 
-constexpr const char* k_prefix = ".trephine-";
+constexpr const char *k_prefix = ".trephine-", *k_number = "####";
 
 Error not_written(const std::string& path, const std::string& found, const std::string& expected,
                   const std::string& remedy) {
@@ -32,13 +32,16 @@ Error not_written(const std::string& path, const std::string& found, const std::
 /// What is half written, where the handler of a signal finds it.
 class Unfinished {
  public:
-  /// A file, or a folder when its files were named before.
-  explicit Unfinished(const std::string& path) {
+  /// A file, or a folder when its files were named before. "####" in the name stands for 0001 to `numbered`.
+  explicit Unfinished(const std::string& path, int numbered = 0) {
     if (path.size() >= Slot{}.path.size()) return;
     for (Slot& slot : slots()) {
       int expected = k_free;
       if (!slot.state.compare_exchange_strong(expected, k_filling)) continue;
       std::memcpy(slot.path.data(), path.c_str(), path.size() + 1);
+      const std::size_t digits = path.rfind(k_number);
+      slot.numbered = digits == std::string::npos ? 0 : numbered;
+      slot.digits = digits;
       slot.state = k_set;
       slot_ = &slot;
       return;
@@ -51,8 +54,15 @@ class Unfinished {
   Unfinished& operator=(const Unfinished&) = delete;
 
   static void remove_all() noexcept {
-    for (Slot& slot : slots())
-      if (slot.state == k_set) ::unlink(slot.path.data());
+    for (Slot& slot : slots()) {
+      if (slot.state != k_set) continue;
+      for (int n = 1; n <= slot.numbered; ++n) {
+        for (std::size_t i = 0, rest = static_cast<std::size_t>(n); i < 4; ++i, rest /= 10)
+          slot.path[slot.digits + 3 - i] = static_cast<char>('0' + rest % 10);
+        ::unlink(slot.path.data());
+      }
+      if (slot.numbered == 0) ::unlink(slot.path.data());
+    }
     for (Slot& slot : slots())
       if (slot.state == k_set) ::rmdir(slot.path.data());
   }
@@ -62,6 +72,8 @@ class Unfinished {
   struct Slot {
     std::atomic<int> state{k_free};
     std::array<char, 4096> path{};
+    int numbered = 0;
+    std::size_t digits = 0;  ///< where the number stands
   };
   static std::array<Slot, 16>& slots() {
     static std::array<Slot, 16> all;
@@ -207,20 +219,36 @@ Status write_file_atomically(const std::string& path, const std::string& content
   });
 }
 
+namespace {
+
+fs::path without_slash(const fs::path& path) { return path.has_filename() ? path : path.parent_path(); }
+
+}  // namespace
+
+Status check_new_folder(const std::string& path) {
+  const fs::path target = without_slash(path), folder = folder_of(target);
+  std::error_code ignored;
+  if (fs::exists(fs::symlink_status(target, ignored)))
+    return Error{"there is something of that name already", file_name(target.string()), "",
+                 "the name of a new folder", "choose another name, or remove it first"};
+  if (!fs::is_directory(folder, ignored))
+    return not_written(path, "its folder does not exist", "a folder that exists",
+                       "check the spelling, or make the folder first");
+  return ::access(folder.c_str(), W_OK) != 0 ? Status(cannot_write(path, errno)) : std::nullopt;
+}
+
 Status write_folder_atomically(const std::string& path, const std::vector<std::string>& files,
-                               const std::function<Status(const std::string&)>& write) {
-  const fs::path target = fs::path(path).has_filename() ? fs::path(path) : fs::path(path).parent_path();
+                               const std::function<Status(const std::string&)>& write, int numbered) {
+  if (Status refused = check_new_folder(path)) return refused;
+  const fs::path target = without_slash(path);
   std::error_code error;
-  if (fs::exists(fs::symlink_status(target, error)))
-    return Error{"there is something of that name already", file_name(path), "", "the name of a new folder",
-                 "choose another name, or remove it first"};
   const fs::path made = temporary_for(target);
   remove_abandoned(target);
   if (::mkdir(made.c_str(), 0755) != 0) return cannot_write(path, errno);
   std::vector<std::unique_ptr<Unfinished>> unfinished;
   unfinished.push_back(std::make_unique<Unfinished>(made.string()));
   for (const std::string& file : files)
-    unfinished.push_back(std::make_unique<Unfinished>((made / file).string()));
+    unfinished.push_back(std::make_unique<Unfinished>((made / file).string(), numbered));
   Status status = write(made.string());
   if (!status) sync_folder(made);
   if (!status)

@@ -22,10 +22,14 @@ volume::Status write_atomically(const std::string& path,
 /// The same for contents at hand.
 volume::Status write_file_atomically(const std::string& path, const std::string& contents);
 
+/// What would keep a new folder from being made there.
+volume::Status check_new_folder(const std::string& path);
+
 /// The same for a new folder, into which write(temporary folder) writes; `files` are the names that it may
-/// use there. Error when there is something of that name.
+/// use there, in which "####" stands for 0001 to `numbered`. Error when there is something of that name.
 volume::Status write_folder_atomically(const std::string& path, const std::vector<std::string>& files,
-                                       const std::function<volume::Status(const std::string&)>& write);
+                                       const std::function<volume::Status(const std::string&)>& write,
+                                       int numbered = 0);
 
 /// A folder for outputs, with those above it; one that is there already is taken.
 volume::Status make_folder(const std::string& path);

@@ -71,6 +71,14 @@ CaseTrajectory read_trajectory(TomlReader& reader, const toml::value& value) {
   return result;
 }
 
+CaseLandmark read_landmark(TomlReader& reader, const toml::value& value) {
+  const toml::table& t = reader.table(value, {"name", "at"});
+  const auto name = reader.text(t, "name");
+  const auto at = reader.point(t, "at");
+  if (!name || !at) reader.fail(value, "a landmark is not complete", "", "name and at = [x, y, z]");
+  return {name.value_or(""), at.value_or(glm::dvec3(0))};
+}
+
 std::string quoted(const std::string& text) {
   std::string out = "\"";
   for (const char c : text) {
@@ -92,8 +100,8 @@ Result<CasePlan> parse_case(const std::string& text, const std::string& where) {
   if (!parsed) return parsed.error();
   const toml::value& root = parsed.value();
   TomlReader reader(where);
-  const toml::table& top = reader.table(
-      root, {"schema", "name", "modality", "hounsfield", "labels", "structures", "trajectories"});
+  const toml::table& top = reader.table(root, {"schema", "name", "modality", "hounsfield", "labels",
+                                               "structures", "trajectories", "landmarks"});
   if (Status error = reader.check_schema(top, CasePlan::k_schema, "case")) return *error;
   CasePlan plan;
   const auto name = reader.text(top, "name");
@@ -119,6 +127,8 @@ Result<CasePlan> parse_case(const std::string& text, const std::string& where) {
     plan.structures.push_back(read_structure(reader, *v, plan.label_names.size()));
   for (const toml::value* v : reader.tables(top, "trajectories"))
     plan.trajectories.push_back(read_trajectory(reader, *v));
+  for (const toml::value* v : reader.tables(top, "landmarks"))
+    plan.landmarks.push_back(read_landmark(reader, *v));
   if (plan.structures.empty())
     reader.fail(root, "the case has no structure", "", "at least one [[structures]]");
   if (reader.error()) return *reader.error();
@@ -208,6 +218,11 @@ std::string case_text(const CasePlan& plan, bool has_labels) {
     point("entry", t.entry_world);
     point("target", t.target_world);
     if (t.diameter > 0) number("diameter", t.diameter);
+  }
+  for (const CaseLandmark& l : plan.landmarks) {
+    out += "\n[[landmarks]]\n";
+    line("name", quoted(l.name));
+    point("at", l.place_world);
   }
   return out;
 }

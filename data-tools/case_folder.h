@@ -32,6 +32,12 @@ struct CaseTrajectory {
   double diameter = 0;  ///< mm, 0: not planned
 };
 
+/// A place with a name, world frame (LPS, mm).
+struct CaseLandmark {
+  std::string name;
+  glm::dvec3 place_world{0.0};
+};
+
 /// case.toml. docs/file-formats.md describes every key.
 struct CasePlan {
   static constexpr int k_schema = 1;
@@ -41,6 +47,7 @@ struct CasePlan {
   std::vector<std::string> label_names;
   std::vector<CaseStructure> structures;
   std::vector<CaseTrajectory> trajectories;
+  std::vector<CaseLandmark> landmarks;
 };
 
 struct OpenedCase {

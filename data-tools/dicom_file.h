@@ -20,10 +20,10 @@ inline constexpr DicomTag k_transfer_syntax = 0x00020010, k_image_type = 0x00080
                           k_sop_instance = 0x00080018, k_study_date = 0x00080020, k_series_date = 0x00080021,
                           k_content_time = 0x00080033, k_modality = 0x00080060, k_manufacturer = 0x00080070,
                           k_series_description = 0x0008103e, k_model = 0x00081090, k_body_part = 0x00180015,
-                          k_slice_thickness = 0x00180050, k_kvp = 0x00180060, k_echo_time = 0x00180081,
-                          k_echo_number = 0x00180086, k_kernel = 0x00181210, k_trigger_time = 0x00181060,
-                          k_b_value = 0x00189087, k_tile_count = 0x0019100a, k_study = 0x0020000d,
-                          k_series = 0x0020000e, k_series_number = 0x00200011,
+                          k_slice_thickness = 0x00180050, k_slice_gap = 0x00180088, k_kvp = 0x00180060,
+                          k_echo_time = 0x00180081, k_echo_number = 0x00180086, k_kernel = 0x00181210,
+                          k_trigger_time = 0x00181060, k_b_value = 0x00189087, k_tile_count = 0x0019100a,
+                          k_study = 0x0020000d, k_series = 0x0020000e, k_series_number = 0x00200011,
                           k_acquisition_number = 0x00200012, k_instance_number = 0x00200013,
                           k_position = 0x00200032, k_orientation = 0x00200037,
                           k_frame_of_reference = 0x00200052, k_temporal_position = 0x00200100,
@@ -37,6 +37,9 @@ inline constexpr DicomTag k_transfer_syntax = 0x00020010, k_image_type = 0x00080
                           k_padding_limit = 0x00280121, k_intercept = 0x00281052, k_slope = 0x00281053,
                           k_rescale_type = 0x00281054, k_modality_lut = 0x00283000,
                           k_pixel_measures = 0x00289110, k_value_transformation = 0x00289145,
+                          k_segments = 0x00620002, k_segment_number = 0x00620004,
+                          k_segment_label = 0x00620005, k_segment_identification = 0x0062000a,
+                          k_referenced_segment = 0x0062000b, k_most_fractional = 0x0062000e,
                           k_shared_groups = 0x52009229, k_frame_groups = 0x52009230, k_pixels = 0x7fe00010;
 }  // namespace dicom_tag
 

@@ -15,13 +15,9 @@
 #include <sstream>
 
 #include "data-tools/atomic_file.h"
-#include "data-tools/nifti.h"
 #include "data-tools/opening.h"
-#include "data-tools/output_set.h"
 #include "data-tools/quiet_streams.h"
 #include "data-tools/voxel_values.h"
-#include "data-tools/vti.h"
-#include "volume/parallel.h"
 #include "volume/text.h"
 
 namespace trephine::data_tools {
@@ -164,76 +160,78 @@ std::string missing_bytes(const std::string& path, std::size_t voxel_bytes) {
   return held < expected ? std::to_string(held) + " of " + std::to_string(expected) + " bytes of voxels" : "";
 }
 
-/// Has a file that was written room for so many bytes of voxels?
-bool holds(const std::string& path, std::uint64_t bytes) {
-  std::error_code failed;
-  const std::uint64_t size = fs::file_size(path, failed);
-  return !failed && size >= bytes;
-}
-
-/// Does a MetaImage say its voxels' size?
-bool says_spacing(const std::string& path) {
+/// Does a MetaImage's header say one of these?
+bool says(const std::string& path, std::initializer_list<const char*> keys) {
   std::ifstream in(path, std::ios::binary);
   for (std::string line; std::getline(in, line) && !line.starts_with("ElementDataFile");)
-    if (line.starts_with("ElementSpacing") || line.starts_with("ElementSize")) return true;
+    for (const char* key : keys)
+      if (line.starts_with(key)) return true;
   return false;
 }
 
-Status write_image(const std::string& path, const glm::ivec3& size, const volume::Frame& frame,
-                   itk::IOComponentEnum type, const void* data, bool is_hounsfield) {
-  if (Status error = check_extension(OutputKind::volume, path)) return error;
-  for (const char* extension : {".mha", ".nrrd", ".nii", ".nii.gz", ".vti"})
-    if (has_extension(path, extension) && !path.ends_with(extension))
-      return Error{"the extension must be in lower case", file_name(path), "", extension,
-                   "rename the output"};
-  return write_atomically(path, [&](const std::string& temporary) -> Status {
-    const Format format = format_of(path);
-    if (format.name == "NIfTI")
-      return write_nifti(temporary, path, size, frame, type == itk::IOComponentEnum::SHORT, data,
-                         is_hounsfield);
-    if (has_extension(path, ".vti"))
-      return write_vti(temporary, path, size, frame, type == itk::IOComponentEnum::SHORT, data,
-                       is_hounsfield);
-    const QuietStreams quiet;
-    try {
-      format.io->SetFileName(temporary);
-      format.io->SetNumberOfDimensions(3);
-      format.io->SetNumberOfComponents(1);
-      format.io->SetComponentType(type);
-      format.io->SetPixelType(itk::IOPixelEnum::SCALAR);
-      itk::ImageIORegion region(3);
-      for (unsigned a = 0; a < 3; ++a) {
-        const int i = static_cast<int>(a);
-        format.io->SetDimensions(a, static_cast<itk::SizeValueType>(size[i]));
-        format.io->SetSpacing(a, frame.spacing()[i]);
-        format.io->SetOrigin(a, frame.origin()[i]);
-        const glm::dvec3 direction = frame.axes()[i] / frame.spacing()[i];
-        format.io->SetDirection(a, {direction.x, direction.y, direction.z});
-        region.SetSize(a, static_cast<itk::SizeValueType>(size[i]));
-      }
-      format.io->SetIORegion(region);
-      // Read again, a file of ours says itself what its values are.
-      if (is_hounsfield)
-        itk::EncapsulateMetaData<std::string>(format.io->GetMetaDataDictionary(), k_units_key, k_units);
-      format.io->SetUseCompression(false);
-      format.io->WriteImageInformation();
-      format.io->Write(data);
-    } catch (const itk::ExceptionObject&) {
-      return cannot_write(path, ENOSPC);  // place and name are good
-    }
-    // Some writers say nothing of a full disk.
-    const std::uint64_t voxels = static_cast<std::uint64_t>(size.x) * static_cast<std::uint64_t>(size.y) *
-                                 static_cast<std::uint64_t>(size.z),
-                        bytes = voxels * format.io->GetComponentSize();
-    if (holds(temporary, bytes)) return std::nullopt;
-    Error error = cannot_write(path, 0);
-    error.found = "a disk that took less than the whole file";
-    error.expected = "room for " + std::to_string(bytes) + " bytes";
-    return error;
-  });
+/// Slicer's words for what a label map holds.
+void name_segments(itk::MetaDataDictionary& facts, const VoxelsToWrite& voxels) {
+  const auto say = [&facts](const std::string& key, const std::string& value) {
+    itk::EncapsulateMetaData<std::string>(facts, key, value);
+  };
+  say("Segmentation_MasterRepresentation", "Binary labelmap");
+  say("Segmentation_ContainedRepresentationNames", "Binary labelmap|");
+  say("Segmentation_ReferenceImageExtentOffset", "0 0 0");
+  std::string extent;
+  for (int a = 0; a < 3; ++a) extent.append(a == 0 ? "0 " : " 0 ").append(std::to_string(voxels.size[a] - 1));
+  for (std::size_t label = 1; label < voxels.label_names.size(); ++label) {
+    std::string segment = "Segment";
+    segment.append(std::to_string(label - 1)).append("_");
+    const glm::dvec3 c = label_colour(static_cast<int>(label));
+    std::string id = "Segment_";
+    say(segment + "ID", id.append(std::to_string(label)));
+    say(segment + "Name", voxels.label_names[label]);
+    say(segment + "Color", volume::text_of(c.x) + " " + volume::text_of(c.y) + " " + volume::text_of(c.z));
+    say(segment + "LabelValue", std::to_string(label));
+    say(segment + "Layer", "0");
+    say(segment + "Extent", extent);
+    say(segment + "NameAutoGenerated", "0");
+    say(segment + "ColorAutoGenerated", "1");
+    say(segment + "Tags", "|");
+  }
 }
 
 }  // namespace
+
+Status write_image_file(const std::string& temporary, const std::string& path, const VoxelsToWrite& voxels) {
+  const Format format = format_of(path);
+  const QuietStreams quiet;
+  try {
+    format.io->SetFileName(temporary);
+    format.io->SetNumberOfDimensions(3);
+    format.io->SetNumberOfComponents(1);
+    format.io->SetComponentType(voxels.is_short() ? itk::IOComponentEnum::SHORT
+                                                  : itk::IOComponentEnum::UCHAR);
+    format.io->SetPixelType(itk::IOPixelEnum::SCALAR);
+    itk::ImageIORegion region(3);
+    const volume::Frame& frame = voxels.frame;
+    for (unsigned a = 0; a < 3; ++a) {
+      const int i = static_cast<int>(a);
+      format.io->SetDimensions(a, static_cast<itk::SizeValueType>(voxels.size[i]));
+      format.io->SetSpacing(a, frame.spacing()[i]);
+      format.io->SetOrigin(a, frame.origin()[i]);
+      const glm::dvec3 direction = frame.axes()[i] / frame.spacing()[i];
+      format.io->SetDirection(a, {direction.x, direction.y, direction.z});
+      region.SetSize(a, static_cast<itk::SizeValueType>(voxels.size[i]));
+    }
+    format.io->SetIORegion(region);
+    itk::MetaDataDictionary& facts = format.io->GetMetaDataDictionary();
+    // Read again, a file of ours says itself what its values are.
+    if (voxels.is_hounsfield) itk::EncapsulateMetaData<std::string>(facts, k_units_key, k_units);
+    if (has_extension(path, ".seg.nrrd")) name_segments(facts, voxels);
+    format.io->SetUseCompression(false);
+    format.io->WriteImageInformation();
+    format.io->Write(voxels.data());
+  } catch (const itk::ExceptionObject&) {
+    return cannot_write(path, ENOSPC);  // place and name are good
+  }
+  return check_written(temporary, path, voxels.bytes());
+}
 
 Result<OpenedVolume> open_image_file(const std::string& path, const OpenOptions& options) {
   const std::string where = file_name(path);
@@ -271,12 +269,19 @@ Result<OpenedVolume> open_image_file(const std::string& path, const OpenOptions&
       const std::vector<double> direction = io.GetDirection(a);
       for (int k = 0; k < 3; ++k) axes[i][k] = direction[static_cast<std::size_t>(k)] * io.GetSpacing(a);
     }
-    if (!says_spacing(path)) {
+    if (!says(path, {"ElementSpacing", "ElementSize"})) {
       if (!options.spacing)
         return Error{"the file does not say how large its voxels are", where,
                      "neither ElementSpacing nor ElementSize", "one of them, in mm",
                      "say it: --spacing X,Y,Z"};
       for (int a = 0; a < 3; ++a) axes[a] *= (*options.spacing)[a];
+    }
+    OpenedVolume opened;
+    opened.format = format.name;
+    if (!says(path, {"TransformMatrix", "Rotation", "Orientation"})) {
+      axes = *axes_of(options.axes) * axes;
+      opened.notices.push_back("the file does not say which way a patient lies: its axes were taken as " +
+                               options.axes + " (--axes)");
     }
     const Result<volume::Frame> frame = volume::Frame::from_axes(origin, axes);
     // The file first, the memory for it then. A product that wraps is larger than any file, too.
@@ -295,9 +300,8 @@ Result<OpenedVolume> open_image_file(const std::string& path, const OpenOptions&
     io.SetIORegion(region);
     if (options.progress && !options.progress(0)) return reading_interrupted(where);
 
-    OpenedVolume opened;
     opened.volume = std::move(made).value();
-    opened.format = format.name;
+    const std::size_t told = opened.notices.size();
     Volume& volume = opened.volume;
     if (io.GetComponentType() == itk::IOComponentEnum::SHORT && volumes == 1 && !options.scale) {
       io.Read(volume.voxels.data());
@@ -308,7 +312,7 @@ Result<OpenedVolume> open_image_file(const std::string& path, const OpenOptions&
       if (!values) return broken("voxels of an unknown kind");
       if (Status error = fill_voxels(volume, *values, options.scale, where, opened.notices)) return *error;
     }
-    opened.is_rounded = !opened.notices.empty();
+    opened.is_rounded = opened.notices.size() > told;
     if (volumes > 1) tell_volumes(opened, index.value(), volumes);
     std::string units;
     itk::ExposeMetaData<std::string>(io.GetMetaDataDictionary(), k_units_key, units);
@@ -319,90 +323,6 @@ Result<OpenedVolume> open_image_file(const std::string& path, const OpenOptions&
   } catch (const std::exception&) {
     return broken("damaged contents");
   }
-}
-
-Result<Volume> orthogonalized(const Volume& volume) {
-  if (volume.frame.is_orthogonal()) {
-    Result<Volume> made = volume::make_volume(volume.size, volume.frame, !volume.labels.is_empty());
-    if (!made) return made;
-    std::copy_n(volume.voxels.data(), volume.voxels.size(), made.value().voxels.data());
-    std::copy_n(volume.labels.data(), volume.labels.size(), made.value().labels.data());
-    made.value().is_hounsfield = volume.is_hounsfield;
-    made.value().label_names = volume.label_names;
-    return made;
-  }
-  // Right angles by Gram and Schmidt, x first; a box that holds all corners.
-  const glm::dmat3& axes = volume.frame.axes();
-  const glm::dvec3 x = glm::normalize(axes[0]);
-  const glm::dvec3 y = glm::normalize(axes[1] - glm::dot(axes[1], x) * x);
-  glm::dvec3 z = glm::cross(x, y);
-  if (glm::dot(z, axes[2]) < 0) z = -z;
-  const glm::dmat3 unit(x, y, z);
-  const glm::dvec3 spacing(glm::dot(axes[0], x), glm::dot(axes[1], y), glm::dot(axes[2], z));
-  glm::dvec3 low(1e300), high(-1e300);
-  for (int corner = 0; corner < 8; ++corner) {
-    const glm::dvec3 p =
-        glm::dvec3(corner & 1, corner >> 1 & 1, corner >> 2 & 1) * glm::dvec3(volume.size - 1);
-    const glm::dvec3 q = glm::transpose(unit) * volume.frame.world_from_volume(p);
-    low = glm::min(low, q);
-    high = glm::max(high, q);
-  }
-  const glm::ivec3 size = glm::ivec3(glm::floor((high - low) / spacing + 1e-6)) + 1;
-  Result<volume::Frame> frame =
-      volume::Frame::from_axes(unit * low, glm::dmat3(spacing.x * x, spacing.y * y, spacing.z * z));
-  if (!frame) return frame.error();
-  Result<Volume> made = volume::make_volume(size, frame.value(), !volume.labels.is_empty());
-  if (!made) return made;
-  Volume& result = made.value();
-  result.is_hounsfield = volume.is_hounsfield;
-  result.label_names = volume.label_names;
-  const double air = volume.is_hounsfield
-                         ? -1000
-                         : *std::min_element(volume.voxels.span().begin(), volume.voxels.span().end());
-  volume::parallel_for(size.z, 0, [&](int k) {
-    for (int j = 0; j < size.y; ++j)
-      for (int i = 0; i < size.x; ++i) {
-        const glm::dvec3 p = volume.frame.volume_from_world(result.frame.world_from_volume({i, j, k}));
-        const glm::dvec3 base = glm::floor(p), f = p - base;
-        double sum = 0;
-        for (int c = 0; c < 8; ++c) {
-          const glm::ivec3 v = glm::ivec3(base) + glm::ivec3(c & 1, c >> 1 & 1, c >> 2 & 1);
-          const double w =
-              (c & 1 ? f.x : 1 - f.x) * (c >> 1 & 1 ? f.y : 1 - f.y) * (c >> 2 & 1 ? f.z : 1 - f.z);
-          sum += w * (volume.contains(v) ? volume.voxels[volume.index(v.x, v.y, v.z)] : air);
-        }
-        const std::size_t at = result.index(i, j, k);
-        result.voxels[at] = static_cast<std::int16_t>(std::floor(sum + 0.5));
-        if (!result.labels.is_empty()) {
-          const glm::ivec3 v(glm::floor(p + 0.5));
-          result.labels[at] =
-              volume.contains(v) ? volume.labels[volume.index(v.x, v.y, v.z)] : std::uint8_t{0};
-        }
-      }
-  });
-  return made;
-}
-
-Status write_volume(const std::string& path, const Volume& volume) {
-  if (volume.frame.is_orthogonal())
-    return write_image(path, volume.size, volume.frame, itk::IOComponentEnum::SHORT, volume.voxels.data(),
-                       volume.is_hounsfield);
-  Result<Volume> straight = orthogonalized(volume);
-  if (!straight) return straight.error();
-  return write_image(path, straight.value().size, straight.value().frame, itk::IOComponentEnum::SHORT,
-                     straight.value().voxels.data(), volume.is_hounsfield);
-}
-
-Status write_labels(const std::string& path, const Volume& volume) {
-  if (volume.labels.is_empty())
-    return Error{"this volume has no labels to write", file_name(path), "", "", ""};
-  if (volume.frame.is_orthogonal())
-    return write_image(path, volume.size, volume.frame, itk::IOComponentEnum::UCHAR, volume.labels.data(),
-                       false);
-  Result<Volume> straight = orthogonalized(volume);
-  if (!straight) return straight.error();
-  return write_image(path, straight.value().size, straight.value().frame, itk::IOComponentEnum::UCHAR,
-                     straight.value().labels.data(), false);
 }
 
 }  // namespace trephine::data_tools

@@ -6,6 +6,7 @@
 
 #include "data-tools/atomic_file.h"
 #include "data-tools/case_folder.h"
+#include "data-tools/dicom_segmentation.h"
 #include "data-tools/opening.h"
 #include "data-tools/words.h"
 
@@ -70,9 +71,11 @@ Result<ReadLabels> read_labels(const std::string& path, const Volume& scan, cons
   OpenOptions plain;
   plain.progress = options.progress;
   plain.spacing = options.spacing;
+  plain.axes = options.axes;
   plain.nifti_frame = options.nifti_frame;
   plain.volume = options.volume;
-  Result<OpenedVolume> first = open_volume(path, plain);
+  Result<OpenedVolume> first =
+      is_dicom_segmentation(path) ? open_dicom_segmentation(path) : open_volume(path, plain);
   if (!first) return first.error();
   if (first.value().is_rounded)
     return Error{"the labels are no whole numbers", where, first.value().notices.front(), "0, 1, 2, ...",
@@ -91,6 +94,7 @@ Result<ReadLabels> read_labels(const std::string& path, const Volume& scan, cons
   }
 
   ReadLabels result;
+  result.notices = first.value().notices;
   const Volume& grid = layers[0];
   std::map<Key, std::int64_t> found;
   double labelled = 0;

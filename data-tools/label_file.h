@@ -15,8 +15,8 @@ struct ReadLabels {
 };
 
 /// Reads them for `scan`: resampled (nearest) from a grid of their own; renumbered when values are beyond
-/// 255. Names are the file's (.seg.nrrd) or "label-N". Error when none lies in the scan, when there are more
-/// than 255, or when segments overlap.
+/// 255. Names are the file's (.seg.nrrd, DICOM SEG) or "label-N". Error when none lies in the scan, when
+/// there are more than 255, or when segments overlap.
 volume::Result<ReadLabels> read_labels(const std::string& path, const volume::Volume& scan,
                                        const OpenOptions& options = {});
 

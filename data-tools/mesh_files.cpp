@@ -118,6 +118,53 @@ std::string vtp(const WorldMesh& mesh) {
   return out + "\n</AppendedData>\n</VTKFile>\n";
 }
 
+/// glTF 2.0 in one file: a header, its JSON, and the numbers.
+std::string glb(const WorldMesh& mesh) {
+  glm::vec3 low(mesh.vertices.empty() ? 0.0F : 1e30F), high(-low);
+  std::string numbers;
+  numbers.reserve(12 * mesh.vertices.size() + 12 * mesh.triangles.size());
+  for (const glm::vec3& p : mesh.vertices) {
+    const glm::vec3 q = 1e-3F * glm::vec3(p.x, p.z, -p.y);
+    low = glm::min(low, q);
+    high = glm::max(high, q);
+    put(numbers, q);
+  }
+  const std::size_t at = numbers.size();
+  for (const auto& t : mesh.triangles) put(numbers, t);
+  const auto vector = [](const glm::vec3& v) {
+    std::string text = "[";
+    for (int a = 0; a < 3; ++a) {
+      char digits[40];
+      if (a > 0) text += ',';
+      text.append(digits, std::to_chars(digits, digits + sizeof digits, v[a]).ptr);
+    }
+    return text + "]";
+  };
+  std::string json =
+      "{\"asset\":{\"version\":\"2.0\",\"generator\":\"trephine\"},\"scene\":0,\"scenes\":[{\"nodes\":[0]}],"
+      "\"nodes\":[{\"mesh\":0}],\"meshes\":[{\"primitives\":[{\"attributes\":{\"POSITION\":0},\"indices\":1,"
+      "\"material\":0}]}],\"materials\":[{\"pbrMetallicRoughness\":{\"baseColorFactor\":[0.89,0.85,0.76,1],"
+      "\"metallicFactor\":0,\"roughnessFactor\":0.7},\"doubleSided\":true}],\"buffers\":[{\"byteLength\":" +
+      std::to_string(numbers.size()) +
+      "}],\"bufferViews\":[{\"buffer\":0,\"byteLength\":" + std::to_string(at) +
+      ",\"target\":34962},{\"buffer\":0,\"byteOffset\":" + std::to_string(at) +
+      ",\"byteLength\":" + std::to_string(numbers.size() - at) +
+      ",\"target\":34963}],\"accessors\":[{\"bufferView\":0,\"componentType\":5126,\"count\":" +
+      std::to_string(mesh.vertices.size()) + ",\"type\":\"VEC3\",\"min\":" + vector(low) +
+      ",\"max\":" + vector(high) +
+      "},{\"bufferView\":1,\"componentType\":5125,\"count\":" + std::to_string(3 * mesh.triangles.size()) +
+      ",\"type\":\"SCALAR\"}]}";
+  json.resize((json.size() + 3) / 4 * 4, ' ');
+  std::string out = "glTF";
+  put(out, std::uint32_t{2});
+  put(out, static_cast<std::uint32_t>(12 + 8 + json.size() + 8 + numbers.size()));
+  put(out, static_cast<std::uint32_t>(json.size()));
+  out += "JSON" + json;
+  put(out, static_cast<std::uint32_t>(numbers.size()));
+  out.append("BIN\0", 4);
+  return out + numbers;
+}
+
 std::string extension_of(const std::string& path) {
   std::string extension = std::filesystem::path(path).extension().string();
   std::transform(extension.begin(), extension.end(), extension.begin(),
@@ -134,6 +181,7 @@ Status write_mesh(const std::string& path, const Mesh& mesh, const volume::Frame
   return write_file_atomically(path, e == ".stl"   ? stl(world)
                                      : e == ".ply" ? ply(world)
                                      : e == ".obj" ? obj(world)
+                                     : e == ".glb" ? glb(world)
                                                    : vtp(world));
 }
 

@@ -9,10 +9,8 @@
 #include <sstream>
 #include <string_view>
 #include <utility>
-#include <vtkCallbackCommand.h>
 #include <vtkCellArray.h>
 #include <vtkCellArrayIterator.h>
-#include <vtkCommand.h>
 #include <vtkNew.h>
 #include <vtkOBJReader.h>
 #include <vtkPoints.h>
@@ -25,26 +23,13 @@
 
 #include "data-tools/atomic_file.h"
 #include "data-tools/quiet_streams.h"
+#include "data-tools/vtk_errors.h"
 
 namespace trephine::data_tools {
 
 using volume::Error;
 
 namespace {
-
-/// What VTK would have printed.
-void hear(vtkObject*, unsigned long, void* heard, void* text) {
-  if (text && static_cast<std::string*>(heard)->empty())
-    *static_cast<std::string*>(heard) = static_cast<const char*>(text);
-}
-
-void listen_to(vtkObject* reader, std::string& heard) {
-  vtkNew<vtkCallbackCommand> command;
-  command->SetCallback(&hear);
-  command->SetClientData(&heard);
-  reader->AddObserver(vtkCommand::ErrorEvent, command);
-  reader->AddObserver(vtkCommand::WarningEvent, command);
-}
 
 volume::Result<std::string> unpacked(const std::string& path) {
   gzFile file = gzopen(path.c_str(), "rb");

@@ -158,7 +158,7 @@ Result<OpenedVolume> open_nifti(const std::string& path, const OpenOptions& opti
   using Which = OpenOptions::NiftiFrame;
   const bool has_both = image->sform_code > 0 && image->qform_code > 0;
   const bool takes_qform = has_both ? options.nifti_frame == Which::qform : image->sform_code <= 0;
-  Result<volume::Frame> frame = has_none ? volume::Frame::from_spacing(glm::dvec3(0), *options.spacing)
+  Result<volume::Frame> frame = has_none ? volume::Frame::from_axes(glm::dvec3(0), given_axes(options))
                                          : frame_of(takes_qform ? image->qto_xyz : image->sto_xyz, unit);
   if (has_both) {
     const Result<volume::Frame> other = frame_of(takes_qform ? image->sto_xyz : image->qto_xyz, unit);
@@ -199,9 +199,10 @@ Result<OpenedVolume> open_nifti(const std::string& path, const OpenOptions& opti
   return opened;
 }
 
-volume::Status write_nifti(const std::string& temporary, const std::string& path, const glm::ivec3& size,
-                           const volume::Frame& frame, bool is_short, const void* voxels,
-                           bool is_hounsfield) {
+volume::Status write_nifti(const std::string& temporary, const std::string& path,
+                           const VoxelsToWrite& voxels) {
+  const glm::ivec3& size = voxels.size;
+  const volume::Frame& frame = voxels.frame;
   if (size.x > 32767 || size.y > 32767 || size.z > 32767)
     return Error{"the volume is too large for NIfTI-1", file_name(path),
                  std::to_string(std::max({size.x, size.y, size.z})) + " voxels along an axis",
@@ -215,12 +216,12 @@ volume::Status write_nifti(const std::string& temporary, const std::string& path
     header.pixdim[a + 1] = static_cast<float>(frame.spacing()[a]);
   }
   for (int a = 4; a < 8; ++a) header.dim[a] = 1;
-  header.datatype = is_short ? DT_INT16 : DT_UINT8;
-  header.bitpix = is_short ? 16 : 8;
+  header.datatype = voxels.is_short() ? DT_INT16 : DT_UINT8;
+  header.bitpix = voxels.is_short() ? 16 : 8;
   header.vox_offset = 352;
   header.scl_slope = 1;
   header.xyzt_units = NIFTI_UNITS_MM;
-  if (is_hounsfield) std::strncpy(header.descrip, k_hounsfield_note, sizeof header.descrip - 1);
+  if (voxels.is_hounsfield) std::strncpy(header.descrip, k_hounsfield_note, sizeof header.descrip - 1);
   // Our LPS to its RAS.
   nifti_dmat44 ras{};
   float* rows[] = {header.srow_x, header.srow_y, header.srow_z};
@@ -243,8 +244,6 @@ volume::Status write_nifti(const std::string& temporary, const std::string& path
   header.pixdim[0] = static_cast<float>(side);
   std::memcpy(header.magic, "n+1", 4);
 
-  const std::size_t bytes = static_cast<std::size_t>(size.x) * static_cast<std::size_t>(size.y) *
-                            static_cast<std::size_t>(size.z) * (is_short ? 2 : 1);
   // The same function writes both; T: as it is, without compression.
   gzFile file = gzopen(temporary.c_str(), has_extension(path, ".gz") ? "wb" : "wbT");
   if (file == nullptr) return cannot_write(path, errno);
@@ -259,7 +258,7 @@ volume::Status write_nifti(const std::string& temporary, const std::string& path
   };
   const char no_extensions[4] = {};
   errno = 0;
-  bool is_good = put(&header, sizeof header) && put(no_extensions, 4) && put(voxels, bytes);
+  bool is_good = put(&header, sizeof header) && put(no_extensions, 4) && put(voxels.data(), voxels.bytes());
   int number = errno;
   if (gzclose(file) != Z_OK && is_good) is_good = false, number = errno;
   if (is_good) return std::nullopt;

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "data-tools/open_volume.h"
+#include "data-tools/writing.h"
 
 namespace trephine::data_tools {
 
@@ -10,7 +11,7 @@ namespace trephine::data_tools {
 volume::Result<OpenedVolume> open_nifti(const std::string& path, const OpenOptions& options);
 
 /// Writes .nii or .nii.gz, NIfTI-1 with sform and qform, of voxels of int16 or uint8; errors name `path`.
-volume::Status write_nifti(const std::string& temporary, const std::string& path, const glm::ivec3& size,
-                           const volume::Frame& frame, bool is_short, const void* voxels, bool is_hounsfield);
+volume::Status write_nifti(const std::string& temporary, const std::string& path,
+                           const VoxelsToWrite& voxels);
 
 }  // namespace trephine::data_tools

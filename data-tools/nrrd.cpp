@@ -65,19 +65,18 @@ Result<Layout> layout_of(const Nrrd& file, const OpenOptions& options, const std
       if (std::isfinite(file.axis[a].spacing))
         spacings.append(spacings.empty() ? "" : " ").append(volume::text_of(file.axis[a].spacing));
     if (!options.spacing)
-      return Error{
-          "the file does not say how the volume lies in the patient", where,
-          spacings.empty() ? "neither space directions nor spacings"
-                           : "spacings (" + spacings + ") without directions",
-          "space, space directions and space origin",
-          "if its axes are the patient's (left, back, up), say how large a voxel is: --spacing X,Y,Z"};
+      return Error{"the file does not say how the volume lies in the patient", where,
+                   spacings.empty() ? "neither space directions nor spacings"
+                                    : "spacings (" + spacings + ") without directions",
+                   "space, space directions and space origin",
+                   "say how large a voxel is, --spacing X,Y,Z, and where x, y and z go, if not to the left, "
+                   "back and up: "
+                   "--axes"};
     if (file.dim < 3 || file.dim > 4)
       return Error{"the file holds no volume", where, std::to_string(file.dim) + " dimensions", "3",
                    "export it again"};
-    for (unsigned a = 0; a < 3; ++a) {
-      layout.axes[a] = a;
-      layout.directions[static_cast<int>(a)] *= (*options.spacing)[static_cast<int>(a)];
-    }
+    for (unsigned a = 0; a < 3; ++a) layout.axes[a] = a;
+    layout.directions = given_axes(options);
     return layout;
   }
   const auto signs = signs_to_lps(file.space);

@@ -8,10 +8,13 @@
 #include "data-tools/atomic_file.h"
 #include "data-tools/dicom.h"
 #include "data-tools/image_files.h"
+#include "data-tools/invesalius.h"
 #include "data-tools/nifti.h"
 #include "data-tools/nrrd.h"
+#include "data-tools/picture_stack.h"
+#include "data-tools/raw_file.h"
+#include "data-tools/vdb.h"
 #include "data-tools/vti.h"
-#include "volume/operated_volume.h"
 
 namespace trephine::data_tools {
 
@@ -22,8 +25,8 @@ using volume::Result;
 namespace {
 
 constexpr const char* k_what_is_read =
-    "a DICOM folder, file or archive (.zip, .tar, .gz), .mha, .mhd, .nrrd, .nhdr, .nii, .nii.gz, .hdr or "
-    ".vti";
+    "a DICOM folder, file or archive (.zip, .tar, .gz), .mha, .mhd, .nrrd, .nhdr, .nii, .nii.gz, .hdr, "
+    ".vti, .vdb, .inv3, or pictures (a folder of .png or .tif, one .tif)";
 
 Result<OpenedVolume> open_by_kind(const std::string& path, const OpenOptions& options) {
   std::error_code error;
@@ -32,10 +35,12 @@ Result<OpenedVolume> open_by_kind(const std::string& path, const OpenOptions& op
   if (!fs::exists(status))
     return Error{"there is no such file or folder", where, "", k_what_is_read,
                  "check the spelling; the built-in phantom is called head"};
-  if (fs::is_directory(status)) return open_dicom(path, options);
+  if (fs::is_directory(status))
+    return is_picture_stack(path) ? open_picture_stack(path, options) : open_dicom(path, options);
   if (!fs::is_regular_file(status)) return Error{"this is neither a file nor a folder", where, "", "", ""};
   if (fs::file_size(path, error) == 0)
     return Error{"the file is empty", where, "0 bytes", "a scan", "copy or export it again"};
+  if (!options.raw.empty()) return open_raw(path, options);
   for (const char* extension : {".mha", ".mhd"})
     if (has_extension(path, extension)) return open_image_file(path, options);
   if (has_extension(path, ".vti")) return open_vti(path, options);
@@ -43,10 +48,13 @@ Result<OpenedVolume> open_by_kind(const std::string& path, const OpenOptions& op
     if (has_extension(path, extension)) return open_nrrd(path, options);
   for (const char* extension : {".nii", ".nii.gz", ".hdr", ".img"})
     if (has_extension(path, extension)) return open_nifti(path, options);
+  if (has_extension(path, ".vdb")) return open_vdb(path, options);
+  if (has_extension(path, ".inv3")) return open_invesalius(path, options);
+  if (is_picture_stack(path)) return open_picture_stack(path, options);
   if (is_dicom_file(path) || is_archive(path) || has_extension(path, ".dcm"))
     return open_dicom(path, options);
   return Error{"this is no scan that trephine reads", where, "a file of another kind", k_what_is_read,
-               "convert it, or point at the folder with the scanner's files"};
+               "convert it, point at the folder with the scanner's files, or say its layout: --raw"};
 }
 
 }  // namespace
@@ -58,11 +66,6 @@ Result<OpenedVolume> open_volume(const std::string& path, const OpenOptions& opt
     opened.value().read_seconds =
         std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return opened;
-}
-
-volume::Status write_operated(const std::string& path, const volume::Version& version) {
-  const auto left = volume::operated_volume(version);
-  return left ? write_volume(path, left.value()) : volume::Status(left.error());
 }
 
 }  // namespace trephine::data_tools

@@ -22,7 +22,10 @@ struct OpenOptions {
   bool maps_padding = false;  ///< what the scanner calls padding becomes air (-1000) in CT; counted
   std::optional<double>
       scale;  ///< a voxel's step in the file's units, where int16 would lose more than noise
-  std::optional<glm::dvec3> spacing;  ///< mm, of a file that does not say it; its axes are then the patient's
+  std::optional<glm::dvec3> spacing;  ///< mm, of a file that does not say it; its axes are then these:
+  std::string axes =
+      "LPS";        ///< where x, y and z go: left or right, posterior or anterior, superior or inferior
+  std::string raw;  ///< "X,Y,Z,TYPE[,big][,skip=N]": the file is numbers without a header
   enum class NiftiFrame { any, sform, qform } nifti_frame = NiftiFrame::any;  ///< where they disagree
   Progress progress;
 };
@@ -66,16 +69,27 @@ volume::Result<OpenedVolume> open_volume(const std::string& path, const OpenOpti
 /// What there is to choose from in DICOM files, by their heads alone: what open_volume would refuse, too.
 volume::Result<std::vector<SeriesFacts>> list_series(const std::string& path, const Progress& progress = {});
 
-/// Writes .mha, .nrrd, .nii, .nii.gz or .vti (int16), atomically. A sheared volume is resampled to right
-/// angles first.
+/// Three letters as axes to their unit vectors (LPS); nothing when they are none.
+std::optional<glm::dmat3> axes_of(const std::string& letters);
+
+/// Writes .mha, .nrrd, .nii, .nii.gz, .vti or .vdb (int16; .vdb: float), atomically. A sheared volume is
+/// resampled to right angles first, where the format does not keep it.
 volume::Status write_volume(const std::string& path, const volume::Volume& volume);
 /// Writes what is left of an operated scan, the same way.
 volume::Status write_operated(const std::string& path, const volume::Version& version);
-/// Writes the labels of a volume the same way (one uint8 a voxel).
+/// Writes the labels of a volume the same way (one uint8 a voxel); .seg.nrrd keeps their names.
 volume::Status write_labels(const std::string& path, const volume::Volume& volume);
+/// Does the format of that name keep a sheared volume as it is?
+bool keeps_shear(const std::string& path);
 
-/// The volume on orthogonal axes of the same spacing that hold all of it, trilinear; unchanged when it is
-/// orthogonal.
+/// A new folder of files, one a slice, that keeps any frame: a derived DICOM series, or pictures of 16 bits
+/// with stack.json, which says where they lie.
+enum class FolderFormat { dicom, png, tiff };
+volume::Status write_volume_folder(const std::string& path, FolderFormat format, const volume::Volume& volume,
+                                   const Progress& progress = {});
+
+/// The volume on orthogonal axes of the same spacing that hold all of it, cubic (Catmull and Rom); unchanged
+/// when it is orthogonal.
 volume::Result<volume::Volume> orthogonalized(const volume::Volume& volume);
 
 }  // namespace trephine::data_tools

@@ -61,6 +61,38 @@ Result<std::size_t> volume_index(const OpenOptions& options, std::size_t volumes
                "1 to " + std::to_string(volumes), "choose another: --volume"};
 }
 
+std::optional<glm::dmat3> axes_of(const std::string& letters) {
+  constexpr std::string_view k_directions = "LPSRAI";
+  if (letters.size() != 3) return std::nullopt;
+  glm::dmat3 axes(0.0);
+  glm::ivec3 uses(0);
+  for (int a = 0; a < 3; ++a) {
+    const std::size_t at = k_directions.find(letters[static_cast<std::size_t>(a)]);
+    if (at == std::string_view::npos) return std::nullopt;
+    const int row = static_cast<int>(at % 3);
+    axes[a][row] = at < 3 ? 1 : -1;
+    ++uses[row];
+  }
+  return uses == glm::ivec3(1) ? std::optional(axes) : std::nullopt;
+}
+
+glm::dmat3 given_axes(const OpenOptions& options) {
+  glm::dmat3 axes = axes_of(options.axes).value_or(glm::dmat3(1.0));
+  for (int a = 0; a < 3; ++a) axes[a] *= options.spacing.value_or(glm::dvec3(1.0))[a];
+  return axes;
+}
+
+Result<volume::Frame> given_frame(OpenedVolume& opened, const OpenOptions& options,
+                                  const std::string& where) {
+  if (!options.spacing)
+    return Error{"the file does not say how large its voxels are", where, "", "their size in mm",
+                 "say it: --spacing X,Y,Z; and where x, y and z go, if not to the left, back and up: --axes"};
+  opened.notices.push_back(opened.format +
+                           " does not say how it lies in the patient: its axes were taken as " +
+                           options.axes + " (--axes), its first voxel as 0, 0, 0");
+  return volume::Frame::from_axes(glm::dvec3(0), given_axes(options));
+}
+
 void know_units(OpenedVolume& opened, bool says_hounsfield) {
   if (says_hounsfield) {
     opened.volume.is_hounsfield = true;

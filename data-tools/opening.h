@@ -17,6 +17,11 @@ volume::Error reading_interrupted(const std::string& where);
 /// Which of several volumes is meant, from 0; error when there is none such.
 volume::Result<std::size_t> volume_index(const OpenOptions& options, std::size_t volumes,
                                          const std::string& where);
+/// What the options say of spacing and axes; 1 mm and LPS where they do not.
+glm::dmat3 given_axes(const OpenOptions& options);
+/// The frame of a file that does not say it, by spacing and axes of the options, which must be there; told.
+volume::Result<volume::Frame> given_frame(OpenedVolume& opened, const OpenOptions& options,
+                                          const std::string& where);
 /// Says so when there was a choice.
 void tell_volumes(OpenedVolume& opened, std::size_t index, std::size_t volumes);
 /// Hounsfield units by the file's word, or else by evidence, which is told.

@@ -21,12 +21,13 @@ struct KindOfOutput {
   std::vector<const char*> extensions;
 };
 const KindOfOutput& facts_of(OutputKind kind) {
-  static const std::array<KindOfOutput, 5> k_kinds{{
+  static const std::array<KindOfOutput, 6> k_kinds{{
       {"file", {}},
-      {"volume", {".mha", ".nrrd", ".nii", ".nii.gz", ".vti"}},
-      {"mesh", {".stl", ".ply", ".obj", ".vtp"}},
+      {"volume", {".mha", ".nrrd", ".nii", ".nii.gz", ".vti", ".vdb"}},
+      {"mesh", {".stl", ".ply", ".obj", ".vtp", ".glb"}},
       {"picture", {".png"}},
       {"table", {".csv"}},
+      {"folder", {}},
   }};
   return k_kinds[static_cast<std::size_t>(kind)];
 }
@@ -140,7 +141,11 @@ Status OutputSet::check() const {
             "header",
             file_name(path), "", "a name of its own", "choose another name for it"};
     if (Status error = check_extension(outputs_[i].kind, path)) return error;
-    if (Status error = check_writable(path)) return error;
+    if (outputs_[i].kind == OutputKind::folder) {
+      if (Status error = check_new_folder(path)) return error;
+    } else if (Status error = check_writable(path)) {
+      return error;
+    }
     for (std::size_t k = 0; k < i; ++k)
       if (is_same_file(path, outputs_[k].path))
         return Error{"two outputs are one file", file_name(path),

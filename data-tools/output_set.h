@@ -12,7 +12,7 @@
 namespace trephine::data_tools {
 
 /// What a file that is written holds; its extensions are a table in output_set.cpp.
-enum class OutputKind { any, volume, mesh, picture, table };
+enum class OutputKind { any, volume, mesh, picture, table, folder };  // folder: a new one
 
 /// ".mha, .nrrd, .nii or .nii.gz": those of a kind, for people; empty for any.
 std::string extensions_of(OutputKind kind);

@@ -4,8 +4,6 @@
 #include <cmath>
 #include <cstring>
 #include <filesystem>
-#include <vtkCallbackCommand.h>
-#include <vtkCommand.h>
 #include <vtkDataArray.h>
 #include <vtkErrorCode.h>
 #include <vtkExecutive.h>
@@ -23,6 +21,7 @@
 #include "data-tools/atomic_file.h"
 #include "data-tools/opening.h"
 #include "data-tools/voxel_values.h"
+#include "data-tools/vtk_errors.h"
 
 namespace trephine::data_tools {
 
@@ -33,17 +32,6 @@ namespace {
 
 constexpr const char* k_voxels = "voxels";
 
-/// What VTK would have printed.
-void listen(vtkObject* object, bool& has_failed) {
-  vtkNew<vtkCallbackCommand> heard;
-  heard->SetClientData(&has_failed);
-  heard->SetCallback([](vtkObject*, unsigned long event, void* flag, void*) {
-    if (event == vtkCommand::ErrorEvent) *static_cast<bool*>(flag) = true;
-  });
-  object->AddObserver(vtkCommand::ErrorEvent, heard);
-  object->AddObserver(vtkCommand::WarningEvent, heard);
-}
-
 }  // namespace
 
 Result<OpenedVolume> open_vti(const std::string& path, const OpenOptions& options) {
@@ -53,16 +41,16 @@ Result<OpenedVolume> open_vti(const std::string& path, const OpenOptions& option
                  "copy or export it again"};
   };
   if (options.progress && !options.progress(0)) return reading_interrupted(where);
-  bool has_failed = false;
+  std::string heard;
   vtkNew<vtkXMLImageDataReader> reader;
-  listen(reader, has_failed);
-  listen(reader->GetExecutive(), has_failed);
+  listen_to(reader, heard);
+  listen_to(reader->GetExecutive(), heard);
   reader->SetFileName(path.c_str());
   if (!reader->CanReadFile(path.c_str())) return broken("no image data");
   int extent[6];
   reader->Update();
   vtkImageData* image = reader->GetOutput();
-  if (has_failed || !image || image->GetNumberOfPoints() == 0) return broken("damaged contents");
+  if (!heard.empty() || !image || image->GetNumberOfPoints() == 0) return broken("damaged contents");
   vtkDataArray* values = image->GetPointData()->GetScalars();
   for (int i = 0; !values && i < image->GetPointData()->GetNumberOfArrays(); ++i)
     values = image->GetPointData()->GetArray(i);
@@ -97,8 +85,9 @@ Result<OpenedVolume> open_vti(const std::string& path, const OpenOptions& option
   return opened;
 }
 
-volume::Status write_vti(const std::string& temporary, const std::string& path, const glm::ivec3& size,
-                         const volume::Frame& frame, bool is_short, const void* voxels, bool is_hounsfield) {
+volume::Status write_vti(const std::string& temporary, const std::string& path, const VoxelsToWrite& voxels) {
+  const glm::ivec3& size = voxels.size;
+  const volume::Frame& frame = voxels.frame;
   vtkNew<vtkImageData> image;
   image->SetDimensions(size.x, size.y, size.z);
   image->SetOrigin(frame.origin().x, frame.origin().y, frame.origin().z);
@@ -110,33 +99,29 @@ volume::Status write_vti(const std::string& temporary, const std::string& path, 
   vtkNew<vtkShortArray> shorts;
   vtkNew<vtkUnsignedCharArray> bytes;
   // Lent: the writer only reads.
-  if (is_short)
-    shorts->SetArray(const_cast<short*>(static_cast<const short*>(voxels)), count, 1);
+  if (voxels.is_short())
+    shorts->SetArray(const_cast<short*>(voxels.scan), count, 1);
   else
-    bytes->SetArray(const_cast<unsigned char*>(static_cast<const unsigned char*>(voxels)), count, 1);
-  vtkDataArray* values = is_short ? static_cast<vtkDataArray*>(shorts) : bytes;
+    bytes->SetArray(const_cast<unsigned char*>(voxels.labels), count, 1);
+  vtkDataArray* values = voxels.is_short() ? static_cast<vtkDataArray*>(shorts) : bytes;
   values->SetName(k_voxels);
   image->GetPointData()->SetScalars(values);
   vtkNew<vtkStringArray> units;
   units->SetName(k_units_key);
-  units->InsertNextValue(is_hounsfield ? k_units : "");
+  units->InsertNextValue(voxels.is_hounsfield ? k_units : "");
   image->GetFieldData()->AddArray(units);
-  bool has_failed = false;
+  std::string heard;
   vtkNew<vtkXMLImageDataWriter> writer;
-  listen(writer, has_failed);
+  listen_to(writer, heard);
   writer->SetFileName(temporary.c_str());
   writer->SetInputData(image);
   writer->SetCompressorTypeToNone();
   writer->SetDataModeToAppended();
   writer->EncodeAppendedDataOff();
-  listen(writer->GetExecutive(), has_failed);
+  listen_to(writer->GetExecutive(), heard);
   // Place and name are good; and it says nothing of a full disk.
-  const bool is_written = writer->Write() == 1 && !has_failed && writer->GetErrorCode() == 0;
-  std::error_code unknown;
-  const auto written = std::filesystem::file_size(temporary, unknown);
-  const std::uintmax_t voxel_bytes = static_cast<std::uintmax_t>(count) * (is_short ? 2 : 1);
-  if (!is_written || unknown || written < voxel_bytes) return cannot_write(path, ENOSPC);
-  return std::nullopt;
+  const bool is_written = writer->Write() == 1 && heard.empty() && writer->GetErrorCode() == 0;
+  return is_written ? check_written(temporary, path, voxels.bytes()) : cannot_write(path, ENOSPC);
 }
 
 }  // namespace trephine::data_tools

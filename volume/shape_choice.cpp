@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <glm/geometric.hpp>
 #include <vector>
 
+#include "volume/parallel.h"
 #include "volume/solid_parts.h"
 
 namespace trephine::volume {
@@ -65,38 +67,204 @@ ShapeParts parts_of(const std::shared_ptr<const Volume>& volume, const Shape& sh
   return summary_of(find_parts(volume, shape), largest);
 }
 
+namespace {
+
+Result<Volume> copy_of(const Volume& volume) {
+  Result<Volume> made = make_volume(volume.size, volume.frame, !volume.labels.is_empty());
+  if (!made) return made;
+  Volume& copy = made.value();
+  copy.is_hounsfield = volume.is_hounsfield;
+  copy.label_names = volume.label_names;
+  std::memcpy(copy.voxels.data(), volume.voxels.data(), volume.voxels.bytes());
+  if (!copy.labels.is_empty()) std::memcpy(copy.labels.data(), volume.labels.data(), volume.labels.bytes());
+  return made;
+}
+
+/// Calls use(part, voxel) for each voxel of a part.
+template <class Use>
+void for_each_voxel(const Volume& volume, const SolidParts& parts, const Use& use) {
+  const CutLattice lattice(volume);
+  std::vector<int> row(static_cast<std::size_t>(volume.size.x));
+  for (int z = 0; z < volume.size.z; ++z)
+    for (int y = 0; y < volume.size.y; ++y) {
+      const glm::ivec3 sample = lattice.centre_of({0, y, z});  // one sample a voxel
+      parts.row(sample.x, sample.y, sample.z, volume.size.x, row.data());
+      const std::size_t first = volume.index(0, y, z);
+      for (std::size_t x = 0; x < row.size(); ++x)
+        if (row[x] != SolidParts::k_air) use(row[x], first + x);
+    }
+}
+
+Error nothing_of(const Shape& shape, const Volume& volume) {
+  return {"there is nothing of that shape", "", "no voxel of " + describe(shape, volume.is_hounsfield),
+          "some", "choose another shape"};
+}
+
+/// A copy without the parts that do not stay.
+Result<Volume> with_parts(const Volume& volume, const Shape& shape, const SolidParts& parts,
+                          const std::vector<bool>& stays) {
+  Result<Volume> made = copy_of(volume);
+  if (!made) return made;
+  Volume& copy = made.value();
+  const std::int16_t lowest = *std::min_element(volume.voxels.span().begin(), volume.voxels.span().end());
+  const std::int16_t air = volume.is_hounsfield ? std::max<std::int16_t>(lowest, -1000) : lowest;
+  for_each_voxel(volume, parts, [&](int part, std::size_t voxel) {
+    if (stays[static_cast<std::size_t>(part)]) return;
+    if (shape.is_label())
+      copy.labels[voxel] = 0;
+    else
+      copy.voxels[voxel] = air;
+  });
+  return made;
+}
+
+/// One bit a voxel, rows in words; bits beyond a row's end are always 0.
+class BitGrid {
+ public:
+  explicit BitGrid(const glm::ivec3& size)
+      : size_(size),
+        words_((static_cast<std::size_t>(size.x) + 63) / 64),
+        bits_(words_ * static_cast<std::size_t>(size.y) * static_cast<std::size_t>(size.z), 0) {}
+  std::uint64_t* row(int y, int z) { return bits_.data() + at(y, z); }
+  const std::uint64_t* row(int y, int z) const { return bits_.data() + at(y, z); }
+  std::size_t words() const { return words_; }
+  const glm::ivec3& size() const { return size_; }
+  bool has(int x, int y, int z) const { return (row(y, z)[x / 64] >> (x % 64) & 1) != 0; }
+  void invert() {
+    const std::uint64_t last = size_.x % 64 == 0 ? ~0ull : (1ull << (size_.x % 64)) - 1;
+    for (std::size_t i = 0; i < bits_.size(); ++i)
+      bits_[i] = ~bits_[i] & (i % words_ + 1 == words_ ? last : ~0ull);
+  }
+
+ private:
+  std::size_t at(int y, int z) const {
+    return words_ *
+           (static_cast<std::size_t>(y) + static_cast<std::size_t>(size_.y) * static_cast<std::size_t>(z));
+  }
+  glm::ivec3 size_;
+  std::size_t words_;
+  std::vector<std::uint64_t> bits_;
+};
+
+/// to |= from, moved by `by` along x.
+void or_shifted(const std::uint64_t* from, int by, std::size_t words, std::uint64_t* to) {
+  const int whole = by >= 0 ? by / 64 : -((-by + 63) / 64), bits = by - 64 * whole;  // 0 to 63
+  for (std::size_t w = 0; w < words; ++w) {
+    const std::ptrdiff_t source = static_cast<std::ptrdiff_t>(w) - whole;
+    const auto word = [&](std::ptrdiff_t i) {
+      return i >= 0 && i < static_cast<std::ptrdiff_t>(words) ? from[i] : 0;
+    };
+    to[w] |= word(source) << bits | (bits > 0 ? word(source - 1) >> (64 - bits) : 0);
+  }
+}
+
+/// A row of a ball: voxels from low to high along x, at these steps along y and z.
+struct BallRow {
+  int y, z, low, high;
+};
+std::vector<BallRow> ball_rows(const Frame& frame, double radius_mm) {
+  // What a ball of the world spans in steps of a grid that may lean: try all that could be.
+  std::vector<BallRow> rows;
+  glm::ivec3 reach(0);
+  for (int a = 0; a < 3; ++a) {
+    glm::dvec3 e(0);
+    e[a] = 1;
+    reach[a] = static_cast<int>(radius_mm * glm::length(frame.gradient_world_from_volume(e))) + 1;
+  }
+  for (int z = -reach.z; z <= reach.z; ++z)
+    for (int y = -reach.y; y <= reach.y; ++y) {
+      int low = 1, high = 0;
+      for (int x = -reach.x; x <= reach.x; ++x)
+        if (glm::length(frame.vector_world_from_volume(glm::dvec3(x, y, z))) <= radius_mm) {
+          if (low > high) low = x;
+          high = x;
+        }
+      if (low <= high) rows.push_back({y, z, low, high});
+    }
+  return rows;
+}
+
+BitGrid dilated(const BitGrid& from, const std::vector<BallRow>& ball) {
+  BitGrid to(from.size());
+  const glm::ivec3& size = from.size();
+  const std::uint64_t last = size.x % 64 == 0 ? ~0ull : (1ull << (size.x % 64)) - 1;
+  parallel_for(size.z, 0, [&](int z) {
+    for (int y = 0; y < size.y; ++y) {
+      std::uint64_t* out = to.row(y, z);
+      for (const BallRow& row : ball) {
+        if (y - row.y < 0 || y - row.y >= size.y || z - row.z < 0 || z - row.z >= size.z) continue;
+        const std::uint64_t* in = from.row(y - row.y, z - row.z);
+        for (int x = row.low; x <= row.high; ++x) or_shifted(in, x, from.words(), out);
+      }
+      out[from.words() - 1] &= last;
+    }
+  });
+  return to;
+}
+
+}  // namespace
+
 Result<Volume> with_largest_part(const std::shared_ptr<const Volume>& volume, const Shape& shape,
                                  ShapeParts& summary) {
   const SolidParts parts = find_parts(volume, shape);
   int largest = 0;
   summary = summary_of(parts, largest);
-  if (summary.count == 0)
-    return Error{"there is nothing of that shape", "",
-                 "no voxel of " + describe(shape, volume->is_hounsfield), "some", "choose another shape"};
-  Result<Volume> made = make_volume(volume->size, volume->frame, !volume->labels.is_empty());
-  if (!made) return made.error();
-  Volume& copy = made.value();
-  copy.is_hounsfield = volume->is_hounsfield;
-  copy.label_names = volume->label_names;
-  std::memcpy(copy.voxels.data(), volume->voxels.data(), volume->voxels.bytes());
-  if (!copy.labels.is_empty()) std::memcpy(copy.labels.data(), volume->labels.data(), volume->labels.bytes());
-  const std::int16_t lowest = *std::min_element(volume->voxels.span().begin(), volume->voxels.span().end());
-  const std::int16_t air = volume->is_hounsfield ? std::max<std::int16_t>(lowest, -1000) : lowest;
-  const CutLattice lattice(*volume);
-  std::vector<int> row(static_cast<std::size_t>(volume->size.x));
-  for (int z = 0; z < volume->size.z; ++z)
-    for (int y = 0; y < volume->size.y; ++y) {
-      const glm::ivec3 sample = lattice.centre_of({0, y, z});  // one sample a voxel
-      parts.row(sample.x, sample.y, sample.z, volume->size.x, row.data());
-      const std::size_t first = volume->index(0, y, z);
-      for (std::size_t x = 0; x < row.size(); ++x) {
-        if (row[x] == SolidParts::k_air || row[x] == largest) continue;
-        if (shape.is_label())
-          copy.labels[first + x] = 0;
-        else
-          copy.voxels[first + x] = air;
+  if (summary.count == 0) return nothing_of(shape, *volume);
+  std::vector<bool> stays(parts.parts().size(), false);
+  stays[static_cast<std::size_t>(largest)] = true;
+  return with_parts(*volume, shape, parts, stays);
+}
+
+Result<Volume> with_seeded_parts(const std::shared_ptr<const Volume>& volume, const Shape& shape, double seed,
+                                 double least_share, ShapeParts& gone) {
+  const SolidParts parts = find_parts(volume, shape);
+  std::vector<bool> stays(parts.parts().size(), false);
+  for_each_voxel(*volume, parts, [&](int part, std::size_t voxel) {
+    if (volume->voxels[voxel] >= seed) stays[static_cast<std::size_t>(part)] = true;
+  });
+  gone = {};
+  for (std::size_t p = 0; p < stays.size(); ++p)
+    if (stays[p]) gone.largest = std::max(gone.largest, parts.parts()[p].samples);
+  for (std::size_t p = 0; p < stays.size(); ++p) {
+    const std::int64_t samples = parts.parts()[p].samples;
+    stays[p] = stays[p] && static_cast<double>(samples) >= least_share * static_cast<double>(gone.largest);
+    if (!stays[p]) gone.others += samples, gone.second = std::max(gone.second, samples), ++gone.count;
+  }
+  if (gone.largest == 0) {
+    Shape certain = shape;
+    certain.low = seed;
+    return nothing_of(certain, *volume);
+  }
+  return with_parts(*volume, shape, parts, stays);
+}
+
+Result<Volume> with_thin_filled(const Volume& volume, const Shape& shape, double from, double to,
+                                double reach_mm, std::int64_t& filled) {
+  filled = 0;
+  Result<Volume> made = copy_of(volume);
+  if (!made) return made;
+  const glm::ivec3& size = volume.size;
+  BitGrid solid(size);
+  for (int z = 0; z < size.z; ++z)
+    for (int y = 0; y < size.y; ++y)
+      for (int x = 0; x < size.x; ++x)
+        if (shape.is_solid(volume.voxels[volume.index(x, y, z)])) solid.row(y, z)[x / 64] |= 1ull << (x % 64);
+  const glm::dvec3& spacing = volume.frame.spacing();
+  const double half_voxel = 0.5 * std::min({spacing.x, spacing.y, spacing.z});
+  // Grown by the ball, then its outside grown back. Beyond the border there is no outside.
+  BitGrid closed = dilated(solid, ball_rows(volume.frame, reach_mm));
+  closed.invert();
+  closed = dilated(closed, ball_rows(volume.frame, std::max(0.0, reach_mm - half_voxel)));
+  closed.invert();
+  const auto lifted = static_cast<std::int16_t>(to);
+  for (int z = 0; z < size.z; ++z)
+    for (int y = 0; y < size.y; ++y)
+      for (int x = 0; x < size.x; ++x) {
+        std::int16_t& v = made.value().voxels[volume.index(x, y, z)];
+        if (v < from || !closed.has(x, y, z) || solid.has(x, y, z)) continue;
+        v = lifted;
+        ++filled;
       }
-    }
   return made;
 }
 

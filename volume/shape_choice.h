@@ -22,4 +22,16 @@ ShapeParts parts_of(const std::shared_ptr<const Volume>& volume, const Shape& sh
 Result<Volume> with_largest_part(const std::shared_ptr<const Volume>& volume, const Shape& shape,
                                  ShapeParts& parts);
 
+/// The same, in which only parts stay that hold a value of `seed` and more (hysteresis: from the shape's
+/// lower end on, what hangs together with something certain) and are at least this share of the largest of
+/// those. Of windows.
+Result<Volume> with_seeded_parts(const std::shared_ptr<const Volume>& volume, const Shape& shape, double seed,
+                                 double least_share, ShapeParts& gone);
+
+/// Walls thinner than a scan can show fall below the threshold. A copy in which voxels of `from` and above,
+/// in gaps of the shape that a ball of `reach_mm` cannot enter, are lifted to `to`; counts them. (The shape's
+/// closing, half a voxel more generous: a hole in a sheet of one voxel has no depth to be kept out of.)
+Result<Volume> with_thin_filled(const Volume& volume, const Shape& shape, double from, double to,
+                                double reach_mm, std::int64_t& filled);
+
 }  // namespace trephine::volume

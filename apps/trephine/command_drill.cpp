@@ -120,7 +120,7 @@ Result<Outcome> run_drill(const DrillArguments& arguments) {
   // A recording that failed takes nothing else with it.
   const volume::Status not_recorded =
       recorder.value() ? recorder.value()->finish(run.engine(), 0) : std::nullopt;
-  if (!arguments.output.empty()) tell_resampled(*source.volume);
+  tell_resampled(*source.volume, arguments.output);
   outputs.write(arguments.output, [&] { return data_tools::write_operated(arguments.output, version); });
   outputs.recorded(not_recorded);
   if (volume::Status error = outputs.result()) return *error;

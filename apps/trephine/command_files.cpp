@@ -1,4 +1,4 @@
-// phantom and mesh.
+// phantom, mesh and convert.
 #include <algorithm>
 #include <charconv>
 #include <cmath>
@@ -25,6 +25,10 @@ struct PhantomArguments {
   double shear = 0;
   std::uint64_t seed = 1;
   std::vector<std::string> settings;  ///< key=value
+};
+struct ConvertArguments {
+  workbench::SourceChoice source;
+  std::string output, as, labels_output;
 };
 struct MeshArguments {
   workbench::SourceChoice source;
@@ -87,7 +91,7 @@ Result<Outcome> run_phantom(const PhantomArguments& arguments) {
   auto made = data_tools::make_phantom(arguments.name, options);
   if (!made) return made.error();
   const volume::Volume& v = made.value();
-  tell_resampled(v);
+  tell_resampled(v, arguments.output);
   outputs.write(arguments.output, [&] { return data_tools::write_volume(arguments.output, v); });
   outputs.write(arguments.labels_output,
                 [&] { return data_tools::write_labels(arguments.labels_output, v); });
@@ -128,6 +132,41 @@ Result<Outcome> run_mesh(const MeshArguments& arguments) {
   return outcome;
 }
 
+Result<Outcome> run_convert(const ConvertArguments& arguments) {
+  const bool is_folder = !arguments.as.empty();
+  data_tools::OutputSet outputs;
+  outputs.reads(arguments.source.path);
+  outputs.writes("output", arguments.output,
+                 is_folder ? data_tools::OutputKind::folder : data_tools::OutputKind::volume);
+  outputs.writes("labels", arguments.labels_output, data_tools::OutputKind::volume);
+  if (volume::Status error = outputs.check()) return *error;
+  auto opened = workbench::open_source(arguments.source, person());
+  if (!opened) return opened.error();
+  const volume::Volume& v = *opened.value().volume;
+  if (!arguments.labels_output.empty() && v.labels.is_empty())
+    return Error{"this scan has no labels to write", "labels", "", "a case or phantom with labels", ""};
+  if (!is_folder) tell_resampled(v, arguments.output);
+  outputs.write(arguments.output, [&]() -> volume::Status {
+    if (!is_folder) return data_tools::write_volume(arguments.output, v);
+    using data_tools::FolderFormat;
+    ProgressLine progress("writing");
+    return data_tools::write_volume_folder(arguments.output,
+                                           arguments.as == "dicom" ? FolderFormat::dicom
+                                           : arguments.as == "png" ? FolderFormat::png
+                                                                   : FolderFormat::tiff,
+                                           v, [&](double share) { return progress(share); });
+  });
+  outputs.write(arguments.labels_output,
+                [&] { return data_tools::write_labels(arguments.labels_output, v); });
+  if (volume::Status error = outputs.result()) return *error;
+  Outcome outcome{new_report("convert"), "", exit_done};
+  outcome.json["source"] = name_in_report(opened.value());
+  outcome.json["written"] = outputs.written();
+  outcome.json.update(frame_json(v));
+  outcome.text = size_text(v) + ", written to " + arguments.output + "\n";
+  return outcome;
+}
+
 Run build_phantom(Options& options) {
   auto a = std::make_shared<PhantomArguments>();
   options
@@ -142,8 +181,11 @@ Run build_phantom(Options& options) {
   options.add("--set", a->settings, "A parameter of the shape, such as radius=40")
       .type("KEY=VALUE")
       .means("parameter");
-  options.add("-o,--output", a->output, ".mha, .nrrd, .nii, .nii.gz or .vti").required();
-  options.add("--labels", a->labels_output, "Also write the labels to this file (head)").type("FILE");
+  options.add("-o,--output", a->output, ".mha, .nrrd, .nii, .nii.gz, .vti or .vdb").required();
+  options
+      .add("--labels", a->labels_output,
+           "Also write the labels to this file, .seg.nrrd with their names (head)")
+      .type("FILE");
   return run_with(a, run_phantom);
 }
 
@@ -151,13 +193,31 @@ Run build_mesh(Options& options) {
   auto a = std::make_shared<MeshArguments>();
   add_source(options, a->source).required();
   add_shape(options, a->shape);
-  options.add("-o,--output", a->output, ".stl, .ply, .obj or .vtp").required();
+  options.add("-o,--output", a->output, ".stl, .ply, .obj, .vtp or .glb").required();
   options.add("--open", a->is_open, "Leave holes where the shape reaches the border of the scan");
   return run_with(a, run_mesh);
 }
 
+Run build_convert(Options& options) {
+  auto a = std::make_shared<ConvertArguments>();
+  add_source(options, a->source).required();
+  options
+      .add("-o,--output", a->output,
+           ".mha, .nrrd, .nii, .nii.gz, .vti or .vdb; with --as a new folder of slices")
+      .required();
+  options.add("--as", a->as, "A DICOM series (derived, of nobody), or pictures of 16 bits with stack.json")
+      .one_of({"dicom", "png", "tiff"});
+  options.add("--labels", a->labels_output, "Also write the labels to this file; .seg.nrrd keeps their names")
+      .type("FILE");
+  return run_with(a, run_convert);
+}
+
 }  // namespace
 
+const Command k_convert{"convert", "Write a scan in another format",
+                        "  trephine convert SCANS/HEAD -o head.nrrd\n"
+                        "  trephine convert head-case -o head-series --as dicom --labels head.seg.nrrd",
+                        build_convert};
 const Command k_phantom{"phantom", "Make a volume whose shape is known exactly",
                         "  trephine phantom sphere --size 256 --psf 1.5 -o sphere.mha\n"
                         "  trephine phantom plate --set thickness=2 --set angle=30 -o plate.nrrd\n"

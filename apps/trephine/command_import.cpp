@@ -2,9 +2,15 @@
 #include <filesystem>
 
 #include "apps/trephine/commands.h"
+#include "apps/view/view_window.h"
+#include "apps/workbench/operation.h"
+#include "apps/workbench/preset.h"
 #include "data-tools/atomic_file.h"
 #include "data-tools/case_folder.h"
 #include "data-tools/label_file.h"
+#include "data-tools/output_set.h"
+#include "data-tools/plan_file.h"
+#include "modules/catalogue.h"
 
 namespace trephine::app {
 
@@ -16,8 +22,10 @@ namespace {
 
 struct ImportArguments {
   workbench::SourceChoice source;
-  std::string output, name, labels;
+  std::string output, name, labels, screenshot;
+  std::vector<std::string> plans;
   workbench::ShapeChoice shape;
+  workbench::PresetChoice preset;
 };
 
 /// The labels of a file, brought into `scan`.
@@ -32,15 +40,61 @@ Status add_labels(volume::Volume& scan, const std::string& file) {
   return std::nullopt;
 }
 
+/// Trajectories and landmarks of other programs; what lies outside of the scan is told.
+Status add_plan(data_tools::CasePlan& plan, const std::string& file, const volume::Volume& scan) {
+  auto read = data_tools::read_plan(file);
+  if (!read) return read.error();
+  for (const std::string& text : read.value().notices) notice("note: " + text);
+  int outside = 0;
+  const auto look = [&](const glm::dvec3& world) {
+    const glm::dvec3 p = scan.frame.volume_from_world(world);
+    for (int a = 0; a < 3; ++a)
+      if (p[a] < -0.5 || p[a] > scan.size[a] - 0.5) {
+        ++outside;
+        return;
+      }
+  };
+  for (const data_tools::CaseTrajectory& t : read.value().trajectories) {
+    look(t.entry_world);
+    look(t.target_world);
+    plan.trajectories.push_back(t);
+  }
+  for (const data_tools::CaseLandmark& l : read.value().landmarks) {
+    look(l.place_world);
+    plan.landmarks.push_back(l);
+  }
+  if (outside > 0)
+    notice(format_text("note: %d point%s of the plan outside of the scan: is it the plan of this patient?",
+                       outside, outside == 1 ? " lies" : "s lie"));
+  return std::nullopt;
+}
+
+/// The case as a person would first see it.
+Status draw(const workbench::Source& source, const std::string& path) {
+  const workbench::OperationChoice choice;
+  auto operation = workbench::make_operation(source, choice, person());
+  if (!operation) return operation.error();
+  view::WindowOptions options;
+  options.start = view::WindowStart{operation.value().engine()};
+  options.catalogue = &modules::catalogue();
+  options.screenshot = path;
+  options.title = source.written_name();
+  options.is_offscreen = true;
+  const auto report = view::run_window(operation.value().scene(), options);
+  return report ? std::nullopt : Status(report.error());
+}
+
 Result<Outcome> run_import(const ImportArguments& arguments) {
   namespace fs = std::filesystem;
   fs::path target(arguments.output);
   if (!target.has_filename()) target = target.parent_path();
-  std::error_code error;
-  if (fs::exists(target, error))
-    return Error{"there is something of that name already", target.filename().string(), "",
-                 "the name of a new folder", "choose another name, or remove it first"};
-  if (Status bad = check(arguments.shape)) return *bad;
+  if (Status bad = check(arguments.preset, arguments.shape)) return *bad;
+  data_tools::OutputSet outputs;
+  for (const std::string& read : {arguments.source.path, arguments.labels}) outputs.reads(read);
+  for (const std::string& read : arguments.plans) outputs.reads(read);
+  outputs.writes("output", target.string(), data_tools::OutputKind::folder);
+  outputs.writes("screenshot", arguments.screenshot, data_tools::OutputKind::picture);
+  if (Status bad = outputs.check()) return *bad;
   const auto start = Clock::now();
   auto opened = workbench::open_source(arguments.source, person());
   if (!opened) return opened.error();
@@ -65,16 +119,12 @@ Result<Outcome> run_import(const ImportArguments& arguments) {
   plan.modality = source.modality;
   plan.is_hounsfield = scan->is_hounsfield;
   plan.label_names = scan->label_names;
-  if (!source.plan || !arguments.labels.empty() || arguments.shape.is_made()) {
+  const bool is_prepared = !arguments.preset.name.empty() || arguments.preset.thin_mm;
+  if (!source.plan || !arguments.labels.empty() || arguments.shape.is_made() || is_prepared) {
     plan.structures.clear();
-    auto shape = workbench::choose_shape(source, arguments.shape, person());
+    auto shape = workbench::bring_out(source, arguments.preset, arguments.shape, person());
     if (!shape) return shape.error();
-    if (arguments.shape.is_largest) {
-      if (Status bad = workbench::keep_largest(source, shape.value(), person())) return *bad;
-      scan = source.volume;
-    } else {
-      workbench::offer_largest(source, shape.value(), person());
-    }
+    scan = source.volume;
     plan.structures.push_back({shape.value(), true, false, {}});
     // Every label is there to be made touchable or forbidden.
     for (std::size_t i = 1; i < scan->label_names.size(); ++i) {
@@ -84,17 +134,29 @@ Result<Outcome> run_import(const ImportArguments& arguments) {
       if (label.label != shape.value().label) plan.structures.push_back({label, false, false, {}});
     }
   }
+  for (const std::string& file : arguments.plans)
+    if (Status bad = add_plan(plan, file, *scan)) return *bad;
   ProgressLine progress("importing");
-  if (Status bad =
-          data_tools::write_case(target.string(), plan, *scan, [&](double share) { return progress(share); }))
-    return *bad;
+  outputs.write(target.string(), [&] {
+    return data_tools::write_case(target.string(), plan, *scan,
+                                  [&](double share) { return progress(share); });
+  });
+  outputs.write(arguments.screenshot, [&] {
+    source.plan = plan;
+    source.case_name = name;
+    return draw(source, arguments.screenshot);
+  });
+  if (Status bad = outputs.result()) return *bad;
   const bool is_straight = scan->frame.is_orthogonal();
   if (!is_straight) notice("note: the sheared volume was resampled to right angles, as .mha needs it");
 
   Outcome outcome{new_report("import"), "", exit_done};
   outcome.json["source"] = name_in_report(source);
   outcome.json["case"] = name;
+  outcome.json["written"] = outputs.written();
   outcome.json["structures"] = plan.structures.size();
+  outcome.json["trajectories"] = plan.trajectories.size();
+  outcome.json["landmarks"] = plan.landmarks.size();
   outcome.json["labels"] = plan.label_names;
   outcome.json["is_resampled"] = !is_straight;
   outcome.json["seconds"] = seconds_since(start);
@@ -109,8 +171,21 @@ Run build(Options& options) {
   add_source(options, a->source).required();
   add_shape(options, a->shape);
   options
+      .add("--preset", a->preset.name,
+           "Bone by itself, of " + workbench::preset_names() +
+               ": a threshold, of that what hangs together with dense bone, thin walls closed, small parts "
+               "gone")
+      .type("NAME");
+  options
+      .add("--fill-thin", a->preset.thin_mm,
+           "How far gaps in walls that are too thin for the scan are closed (default: the preset's, else 0)")
+      .type("MM");
+  options.add("--plan", a->plans, "Trajectories and landmarks: .mrk.json of 3D Slicer, .fcsv or .csv")
+      .type("FILE");
+  options.add("--screenshot", a->screenshot, "Also write a picture of the case").type("PNG");
+  options
       .add("--labels", a->labels,
-           "Labels of the scan: .seg.nrrd with names, or any label map, on whatever grid")
+           "Labels of the scan: .seg.nrrd or DICOM SEG with names, or any label map, on whatever grid")
       .type("FILE");
   options
       .add("--name", a->name,
@@ -122,9 +197,9 @@ Run build(Options& options) {
 
 }  // namespace
 
-const Command k_import{
-    "import", "Make a case of a scan: volumes in open formats and a plan to edit",
-    "  trephine import SCANS/HEAD -o head-case\n  trephine import head --name training -o training-case",
-    build};
+const Command k_import{"import", "Make a case of a scan: volumes in open formats and a plan to edit",
+                       "  trephine import SCANS/HEAD --preset skull -o head-case --screenshot head.png\n"
+                       "  trephine import head --name training -o training-case",
+                       build};
 
 }  // namespace trephine::app

@@ -46,7 +46,7 @@ Result<Outcome> run_script(const RunArguments& arguments) {
   if (!played) return played.error();
   const workbench::ScriptReport& report = played.value().report;
   const volume::Version& left = *report.state->world.version;
-  if (!arguments.output.empty()) tell_resampled(left.base());
+  tell_resampled(left.base(), arguments.output);
   outputs.write(arguments.output, [&] { return data_tools::write_operated(arguments.output, left); });
   if (Status error = outputs.result()) return *error;
 

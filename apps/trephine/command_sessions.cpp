@@ -97,7 +97,7 @@ Result<Outcome> run_replay(const ReplayArguments& arguments) {
         format_text("damaged at byte %llu", static_cast<unsigned long long>(session.reader->whole_bytes())),
         "what lies before that is the same"};
   outputs.write(arguments.steps, [&] { return data_tools::write_file_atomically(arguments.steps, csv); });
-  if (!arguments.output.empty()) tell_resampled(*session.source.volume);
+  tell_resampled(*session.source.volume, arguments.output);
   outputs.write(arguments.output,
                 [&] { return data_tools::write_operated(arguments.output, *engine.current()); });
   outputs.write(arguments.screenshot, [&]() -> Status {

@@ -174,6 +174,13 @@ void add_reading(Options& options, workbench::SourceChoice& source) {
   options.add("--padding-to-air", source.maps_padding, "What the scanner calls padding becomes air (CT)");
   options.add("--spacing", source.spacing, "Size of a voxel, mm, of a file that does not say it")
       .type("X,Y,Z");
+  options
+      .add("--axes", source.axes,
+           "Where its x, y and z go: left or right, posterior or anterior, superior or inferior "
+           "(default: LPS)")
+      .type("LPS");
+  options.add("--raw", source.raw, "The file is numbers without a header: uint8, int16, float, ...")
+      .type("X,Y,Z,TYPE[,big][,skip=N]");
   options.add("--sform", source.takes_sform, "Of a NIfTI whose sform and qform disagree");
   options.add("--qform", source.takes_qform, "The same, the other");
   options.add("--scale", source.scale, "A voxel's step in the file's units, where 16 bits hold no finer one")
@@ -183,7 +190,8 @@ void add_reading(Options& options, workbench::SourceChoice& source) {
 Option add_source(Options& options, workbench::SourceChoice& source) {
   const Option option = options.add("SRC", source.path,
                                     "DICOM folder or archive, case folder, .mha, .mhd, .nrrd, .nhdr, "
-                                    ".nii(.gz), .hdr, .vti, or head (built in; ./head is a path)");
+                                    ".nii(.gz), .hdr, .vti, .vdb, .inv3, a folder of pictures, or head "
+                                    "(built in; ./head is a path)");
   add_reading(options, source);
   return option;
 }

@@ -83,11 +83,11 @@ Json percentiles(std::vector<double> values) {
           {"max", values.empty() ? 0 : values.back()}};
 }
 
-void tell_resampled(const volume::Volume& volume) {
-  if (!volume.frame.is_orthogonal())
+void tell_resampled(const volume::Volume& volume, const std::string& path) {
+  if (!path.empty() && !volume.frame.is_orthogonal() && !data_tools::keeps_shear(path))
     notice(
-        "note: what is written was resampled to right angles (linear between voxels, air outside): these "
-        "formats hold no sheared volume");
+        "note: what is written was resampled to right angles (cubic between voxels, air outside): this "
+        "format holds no sheared volume");
 }
 
 bool keeps_identity() { return g_keeps_identity.load(); }

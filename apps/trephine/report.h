@@ -61,8 +61,8 @@ void keep_identity();
 /// What a report calls a scan.
 std::string name_in_report(const workbench::Source& source);
 
-/// Says that a file of this volume holds it at right angles, when it does.
-void tell_resampled(const volume::Volume& volume);
+/// Says that a file of this volume holds it at right angles, when it does. No path: nothing is written.
+void tell_resampled(const volume::Volume& volume, const std::string& path);
 /// A notice to a person: stderr.
 void notice(const std::string& text);
 /// The person at this terminal: notices and progress to stderr.

@@ -85,6 +85,11 @@ Result<Source> open_source(const SourceChoice& choice, const Listener& listener)
   options.maps_padding = choice.maps_padding;
   options.scale = choice.scale;
   if (volume::Status error = parse_spacing(choice.spacing, options.spacing)) return *error;
+  if (!choice.axes.empty()) options.axes = choice.axes;
+  if (!data_tools::axes_of(options.axes))
+    return Error{"these are no three axes", "axes", options.axes,
+                 "three letters: L or R, P or A, S or I, in the order of x, y and z, for example LPS", ""};
+  options.raw = choice.raw;
   if (choice.scale && !(*choice.scale > 0 && std::isfinite(*choice.scale)))
     return Error{"the step is out of range", "scale", volume::text_of(*choice.scale), "above 0", ""};
   if (choice.takes_sform && choice.takes_qform)

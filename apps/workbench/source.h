@@ -30,6 +30,8 @@ struct SourceChoice {
   bool maps_padding = false;                      ///< the scanner's padding becomes air
   std::optional<double> scale;                    ///< a voxel's step in the file's units
   std::string spacing;                            ///< "X,Y,Z" or "S" in mm, of a file that does not say it
+  std::string axes;                               ///< where its axes go: three letters; empty: "LPS"
+  std::string raw;                                ///< layout of numbers without a header
   bool takes_sform = false, takes_qform = false;  ///< of NIfTI, where they disagree
   SourceChoice() = default;
   SourceChoice(std::string of) : path(std::move(of)) {}

@@ -96,7 +96,7 @@ TEST_F(Outputs, AreNeverInputsNorEachOther) {
   EXPECT_NE(twice.check()->found.find("output and labels"), std::string::npos);
   OutputSet kind;
   kind.writes("output", file("x.png"), OutputKind::volume);
-  EXPECT_EQ(kind.check()->expected, ".mha, .nrrd, .nii, .nii.gz or .vti");
+  EXPECT_EQ(kind.check()->expected, ".mha, .nrrd, .nii, .nii.gz, .vti or .vdb");
 }
 
 /// Every failure is told, and what is there all the same.

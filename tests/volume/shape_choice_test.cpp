@@ -1,6 +1,7 @@
 #include "volume/shape_choice.h"
 
 #include <cmath>
+#include <glm/geometric.hpp>
 #include <gtest/gtest.h>
 #include <random>
 
@@ -73,6 +74,116 @@ TEST(LargestPart, StaysAsItWasAndTheOthersAreAir) {
       parts_of(std::make_shared<const Volume>(with_largest_part(scan, bone, told).value()), bone);
   EXPECT_EQ(after.count, 1);
   EXPECT_FALSE(with_largest_part(std::make_shared<const Volume>(cube(4, 0)), bone, told).is_ok());
+}
+
+/// Two balls and a shadow of bone between: the one without a dense core goes.
+TEST(SeededParts, OnlyWhatHangsTogetherWithSomethingCertainStays) {
+  auto scan = std::make_shared<Volume>(cube(40, -900));
+  scan->is_hounsfield = true;
+  const auto ball = [&](const glm::ivec3& at, int radius, std::int16_t value) {
+    for (int z = 0; z < 40; ++z)
+      for (int y = 0; y < 40; ++y)
+        for (int x = 0; x < 40; ++x) {
+          const glm::ivec3 d = glm::ivec3(x, y, z) - at;
+          if (d.x * d.x + d.y * d.y + d.z * d.z <= radius * radius)
+            scan->voxels[scan->index(x, y, z)] = value;
+        }
+  };
+  ball({10, 10, 10}, 6, 350);
+  ball({10, 10, 10}, 3, 900);
+  ball({29, 29, 29}, 7, 390);  // larger, and nowhere certain
+  const Shape bone;
+  ShapeParts gone;
+  const Volume kept = with_seeded_parts(scan, bone, 700, 0, gone).value();
+  EXPECT_EQ(gone.count, 1);
+  std::int64_t changed = 0;
+  for (int z = 0; z < 40; ++z)
+    for (int y = 0; y < 40; ++y)
+      for (int x = 0; x < 40; ++x) {
+        const std::size_t i = scan->index(x, y, z);
+        const bool is_second = x > 20 && scan->voxels[i] >= 300;
+        EXPECT_EQ(kept.voxels[i], is_second ? -900 : scan->voxels[i]);
+        changed += is_second;
+      }
+  EXPECT_EQ(gone.others, changed);
+  EXPECT_FALSE(with_seeded_parts(scan, bone, 901, 0, gone).is_ok());
+  // The second is 1.6 times as large.
+  ASSERT_TRUE(with_seeded_parts(scan, bone, 301, 0.6, gone).is_ok());
+  EXPECT_EQ(gone.count, 0);
+  ASSERT_TRUE(with_seeded_parts(scan, bone, 301, 0.7, gone).is_ok());
+  EXPECT_EQ(gone.count, 1);
+}
+
+/// As its definition has it: a voxel is open when some ball without a solid voxel holds it, half a voxel
+/// below its surface or deeper.
+std::int64_t closing_errors(const Volume& v, const Shape& shape, const Volume& filled, double from, double to,
+                            double reach) {
+  std::vector<glm::ivec3> ball, inner;
+  const int most = 8;
+  const glm::dvec3& spacing = v.frame.spacing();
+  const double deep = reach - 0.5 * std::min({spacing.x, spacing.y, spacing.z});
+  for (int z = -most; z <= most; ++z)
+    for (int y = -most; y <= most; ++y)
+      for (int x = -most; x <= most; ++x) {
+        const double away = glm::length(v.frame.vector_world_from_volume(glm::dvec3(x, y, z)));
+        if (away <= reach) ball.emplace_back(x, y, z);
+        if (away <= deep) inner.emplace_back(x, y, z);
+      }
+  const auto is_solid = [&](const glm::ivec3& p) {
+    return v.contains(p) && shape.is_solid(v.voxels[v.index(p.x, p.y, p.z)]);
+  };
+  std::int64_t errors = 0;
+  for (int z = 0; z < v.size.z; ++z)
+    for (int y = 0; y < v.size.y; ++y)
+      for (int x = 0; x < v.size.x; ++x) {
+        const glm::ivec3 p(x, y, z);
+        bool is_open = false;
+        for (const glm::ivec3& d : inner) {
+          const glm::ivec3 middle = p + d;
+          if (!v.contains(middle) || is_open) continue;
+          bool is_free = true;
+          for (const glm::ivec3& e : ball) is_free = is_free && !is_solid(middle + e);
+          is_open = is_free;
+        }
+        const std::size_t i = v.index(x, y, z);
+        const bool lifts = !is_open && !is_solid(p) && v.voxels[i] >= from;
+        errors += filled.voxels[i] != (lifts ? static_cast<std::int16_t>(to) : v.voxels[i]);
+      }
+  return errors;
+}
+
+TEST(ThinFill, IsTheClosingOfItsDefinitionOnAnyGrid) {
+  std::mt19937 random(5);
+  const glm::dmat3 grids[] = {glm::dmat3(1.0), glm::dmat3(0.7, 0, 0, 0, 0.9, 0, 0, 0, 2.0),
+                              glm::dmat3(0.8, 0, 0, 0, 0.8, 0, 0, 0.5, 1.1)};
+  for (const glm::dmat3& axes : grids) {
+    Volume v = make_volume({70, 13, 11}, Frame::from_axes(glm::dvec3(3), axes).value()).value();
+    for (std::int16_t& voxel : v.voxels.span())
+      voxel = static_cast<std::int16_t>(random() % 100 < 9 ? 400 : random() % 100 < 50 ? 200 : -50);
+    const Shape bone;
+    std::int64_t count = 0, differing = 0;
+    const Volume filled = with_thin_filled(v, bone, 150, 350, 1.8, count).value();
+    for (std::size_t i = 0; i < v.voxels.size(); ++i) differing += filled.voxels[i] != v.voxels[i];
+    EXPECT_EQ(count, differing);
+    EXPECT_GT(count, 100);
+    EXPECT_EQ(closing_errors(v, bone, filled, 150, 350, 1.8), 0);
+    EXPECT_GT(closing_errors(v, bone, filled, 150, 350, 2.1), 0) << "the judge sees another reach";
+  }
+}
+
+/// A ball must be wide to be kept out of a hole in a sheet.
+TEST(ThinFill, ClosesAHoleInAThinWall) {
+  Volume v = cube(40, -50);
+  for (int z = 0; z < 40; ++z)
+    for (int y = 0; y < 40; ++y) {
+      const int d = (y - 20) * (y - 20) + (z - 20) * (z - 20);
+      for (int x = 20; x < 22; ++x)
+        v.voxels[v.index(x, y, z)] = static_cast<std::int16_t>(d <= 4 ? 180 : 500);
+    }
+  std::int64_t count = 0;
+  const Volume filled = with_thin_filled(v, Shape{}, 150, 350, 6, count).value();
+  EXPECT_EQ(count, 2 * 13);
+  EXPECT_EQ(filled.voxels[v.index(20, 20, 20)], 350);
 }
 
 }  // namespace

@@ -1,0 +1,123 @@
+// The library trephine-pictures: OpenImageIO, and nothing else of ours.
+#include <OpenImageIO/imageio.h>
+#include <cstdio>
+#include <vector>
+
+#include "data-tools/loaded_formats.h"
+
+namespace trephine::data_tools {
+
+namespace {
+
+void fail(PictureFacts& facts, const std::string& why) {
+  std::snprintf(facts.fault, sizeof facts.fault, "%s", why.c_str());
+}
+
+/// Its threads would not be there in a process that was forked.
+void keep_to_one_thread() { OIIO::attribute("threads", 1); }
+
+void describe(const char* path, PictureFacts& facts) {
+  keep_to_one_thread();
+  const auto in = OIIO::ImageInput::open(path);
+  if (!in) return fail(facts, "no picture that can be opened");
+  const OIIO::ImageSpec& spec = in->spec();
+  facts.width = spec.width;
+  facts.height = spec.height;
+  facts.channels = spec.nchannels;
+  facts.pages = 1;
+  while (facts.pages < 100'000 && in->seek_subimage(facts.pages, 0)) {
+    if (in->spec().width != facts.width || in->spec().height != facts.height) break;
+    ++facts.pages;
+  }
+  if (spec.depth > 1) fail(facts, "a picture with a depth of its own");
+}
+
+void read(const char* path, int page, PictureFacts& facts, float* to) {
+  keep_to_one_thread();
+  // Colours are refused, not turned grey; numbers stay as they are, whatever gamma is written beside them.
+  OIIO::ImageSpec wish;
+  wish.attribute("oiio:RawColor", 1);
+  const auto in = OIIO::ImageInput::open(path, &wish);
+  if (!in || !in->seek_subimage(page, 0)) return fail(facts, "no picture that can be opened");
+  const OIIO::ImageSpec& spec = in->spec();
+  if (spec.width != facts.width || spec.height != facts.height)
+    return fail(facts, std::to_string(spec.width) + " x " + std::to_string(spec.height) + " pixels");
+  const auto pixels = static_cast<std::size_t>(spec.width) * static_cast<std::size_t>(spec.height);
+  const auto channels = static_cast<std::size_t>(spec.nchannels);
+  // Whole numbers as they are; OpenImageIO would make shares of 1 of them.
+  std::vector<double> values(pixels * channels);
+  const auto take = [&]<class T>(OIIO::TypeDesc type, T) {
+    std::vector<T> raw(values.size());
+    if (!in->read_image(page, 0, 0, spec.nchannels, type, raw.data())) return false;
+    std::copy(raw.begin(), raw.end(), values.begin());
+    return true;
+  };
+  bool is_read = false;
+  switch (spec.format.basetype) {
+    case OIIO::TypeDesc::UINT8:
+      is_read = take(OIIO::TypeDesc::UINT8, std::uint8_t{});
+      break;
+    case OIIO::TypeDesc::INT8:
+      is_read = take(OIIO::TypeDesc::INT8, std::int8_t{});
+      break;
+    case OIIO::TypeDesc::UINT16:
+      is_read = take(OIIO::TypeDesc::UINT16, std::uint16_t{});
+      break;
+    case OIIO::TypeDesc::INT16:
+      is_read = take(OIIO::TypeDesc::INT16, std::int16_t{});
+      break;
+    case OIIO::TypeDesc::UINT32:
+      is_read = take(OIIO::TypeDesc::UINT32, std::uint32_t{});
+      break;
+    case OIIO::TypeDesc::INT32:
+      is_read = take(OIIO::TypeDesc::INT32, std::int32_t{});
+      break;
+    case OIIO::TypeDesc::HALF:
+    case OIIO::TypeDesc::FLOAT:
+      is_read = take(OIIO::TypeDesc::FLOAT, 0.0F);
+      break;
+    case OIIO::TypeDesc::DOUBLE:
+      is_read = take(OIIO::TypeDesc::DOUBLE, 0.0);
+      break;
+    default:
+      return fail(facts, "pixels of an unknown kind");
+  }
+  if (!is_read) return fail(facts, "damaged pixels");
+  const std::size_t colours = channels >= 3 ? 3 : 1;
+  for (std::size_t i = 0; i < pixels; ++i) {
+    for (std::size_t c = 1; c < colours; ++c)
+      if (values[i * channels + c] != values[i * channels]) return fail(facts, "colours");
+    to[i] = static_cast<float>(values[i * channels]);
+  }
+}
+
+bool write(const char* path, int width, int height, bool is_short, const void* values) {
+  keep_to_one_thread();
+  const auto out = OIIO::ImageOutput::create(path);
+  if (!out) return false;
+  const bool is_png = std::string_view(path).ends_with(".png");
+  const OIIO::TypeDesc type = !is_short ? OIIO::TypeDesc::UINT8
+                              : is_png  ? OIIO::TypeDesc::UINT16
+                                        : OIIO::TypeDesc::INT16;
+  OIIO::ImageSpec spec(width, height, 1, type);
+  spec.attribute("compression", "zip");
+  if (!out->open(path, spec)) return false;
+  std::vector<std::uint16_t> moved;
+  if (is_png && is_short) {
+    const auto* from = static_cast<const std::int16_t*>(values);
+    moved.resize(static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
+    for (std::size_t i = 0; i < moved.size(); ++i)
+      moved[i] = static_cast<std::uint16_t>(from[i] + k_png_offset);
+    values = moved.data();
+  }
+  return out->write_image(type, values) && out->close();
+}
+
+}  // namespace
+
+extern "C" const PictureLibrary* trephine_picture_library() {
+  static const PictureLibrary k_library{describe, read, write};
+  return &k_library;
+}
+
+}  // namespace trephine::data_tools

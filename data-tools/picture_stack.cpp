@@ -1,0 +1,257 @@
+#include "data-tools/picture_stack.h"
+
+#include <algorithm>
+#include <cerrno>
+#include <filesystem>
+#include <fstream>
+#include <new>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "data-tools/apart.h"
+#include "data-tools/atomic_file.h"
+#include "data-tools/loaded_formats.h"
+#include "data-tools/opening.h"
+#include "data-tools/voxel_values.h"
+#include "data-tools/words.h"
+#include "data-tools/writing.h"
+
+namespace trephine::data_tools {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+using volume::Error;
+using volume::Result;
+using volume::Status;
+
+namespace {
+
+constexpr const char* k_place_file = "stack.json";
+constexpr const char* k_kind = "trephine.stack";
+constexpr std::size_t k_most_pictures = 20'000;
+
+bool is_picture(const std::string& name) {
+  for (const char* end : {".png", ".tif", ".tiff", ".jpg", ".jpeg", ".bmp", ".pgm", ".jp2"})
+    if (has_extension(name, end)) return true;
+  return false;
+}
+
+/// By the numbers in them: slice2 before slice10.
+bool comes_before(const std::string& a, const std::string& b) {
+  const auto is_digit = [](char c) { return c >= '0' && c <= '9'; };
+  std::size_t i = 0, k = 0;
+  while (i < a.size() && k < b.size()) {
+    if (is_digit(a[i]) && is_digit(b[k])) {
+      const auto number = [&](const std::string& s, std::size_t& at) {
+        while (at + 1 < s.size() && s[at] == '0' && is_digit(s[at + 1])) ++at;
+        const std::size_t begin = at;
+        while (at < s.size() && is_digit(s[at])) ++at;
+        return s.substr(begin, at - begin);
+      };
+      const std::string x = number(a, i), y = number(b, k);
+      if (x.size() != y.size()) return x.size() < y.size();
+      if (x != y) return x < y;
+      continue;
+    }
+    if (a[i] != b[k]) return a[i] < b[k];
+    ++i, ++k;
+  }
+  if (a.size() - i != b.size() - k) return a.size() - i < b.size() - k;
+  return a < b;
+}
+
+/// Its pictures in order; empty when something else lies there, too.
+std::vector<std::string> pictures_of(const std::string& folder) {
+  std::vector<std::string> names;
+  std::error_code error;
+  for (const auto& entry : fs::directory_iterator(folder, error)) {
+    const std::string name = entry.path().filename().string();
+    if (is_picture(name) && entry.is_regular_file(error))
+      names.push_back(name);
+    else if (name.front() != '.' && name != "Thumbs.db" && !has_extension(name, ".json") &&
+             !has_extension(name, ".txt"))
+      return {};
+    if (names.size() > k_most_pictures) return {};
+  }
+  std::sort(names.begin(), names.end(), comes_before);
+  return names;
+}
+
+/// What stack.json says.
+struct Place {
+  glm::dvec3 origin{0.0};
+  glm::dmat3 axes{1.0};
+  double offset = 0;
+  bool is_hounsfield = false;
+  std::size_t slices = 0;
+};
+
+Result<std::optional<Place>> read_place(const std::string& folder) {
+  std::ifstream file(fs::path(folder) / k_place_file, std::ios::binary);
+  if (!file) return std::optional<Place>();
+  std::ostringstream text;
+  text << file.rdbuf();
+  const json read = json::parse(text.str(), nullptr, false);
+  const Error bad{"the file beside the pictures cannot be understood", k_place_file, "",
+                  "schema, origin, axes, offset and slices, as trephine writes them",
+                  "take it away and say --spacing instead"};
+  if (!read.is_object() || read.value("schema", json()) != std::string(k_kind) + "/1") return bad;
+  Place place;
+  try {
+    for (std::size_t a = 0; a < 3; ++a) {
+      place.origin[static_cast<int>(a)] = read.at("origin").at(a).get<double>();
+      for (std::size_t row = 0; row < 3; ++row)
+        place.axes[static_cast<int>(a)][static_cast<int>(row)] = read.at("axes").at(a).at(row).get<double>();
+    }
+    place.offset = read.at("offset").get<double>();
+    place.is_hounsfield = read.at("hounsfield").get<bool>();
+    place.slices = read.at("slices").get<std::size_t>();
+  } catch (const json::exception&) {
+    return bad;
+  }
+  return std::optional(place);
+}
+
+struct Slice {
+  std::string path, name;
+  int page = 0;
+};
+
+}  // namespace
+
+bool is_picture_stack(const std::string& path) {
+  std::error_code error;
+  if (fs::is_directory(path, error)) return pictures_of(path).size() > 1;
+  return has_extension(path, ".tif") || has_extension(path, ".tiff");
+}
+
+Result<OpenedVolume> open_picture_stack(const std::string& path, const OpenOptions& options) {
+  const std::string where = file_name(path);
+  std::error_code error;
+  const bool is_folder = fs::is_directory(path, error);
+  OpenedVolume opened;
+  opened.format = "a stack of pictures";
+  std::optional<Place> place;
+  std::vector<Slice> slices;
+  if (is_folder) {
+    Result<std::optional<Place>> said = read_place(path);
+    if (!said) return said.error();
+    place = said.value();
+    for (const std::string& name : pictures_of(path))
+      slices.push_back({(fs::path(path) / name).string(), where + "/" + name, 0});
+    if (place && place->slices != slices.size())
+      return Error{"pictures are missing or too many", where, counted(slices.size(), "picture"),
+                   std::to_string(place->slices) + ", says " + k_place_file, "copy all of them"};
+  } else {
+    slices.push_back({path, where, 0});
+  }
+  const Result<volume::Frame> frame =
+      place ? volume::Frame::from_axes(place->origin, place->axes) : given_frame(opened, options, where);
+  if (!frame) return frame.error();
+
+  // All sizes first, the memory for them then.
+  const auto shared = SharedBytes::make(slices.size() * sizeof(PictureFacts));
+  if (!shared) return too_large(slices.size() * sizeof(PictureFacts), where);
+  auto* const facts = reinterpret_cast<PictureFacts*>(shared->data());
+  for (std::size_t i = 0; i < slices.size(); ++i) new (facts + i) PictureFacts;
+  const auto name_of = [&slices](int work) { return slices[static_cast<std::size_t>(work)].name; };
+  const auto share_of = [&options](double from, double length) {
+    return [&options, from, length](double share) {
+      return !options.progress || options.progress(from + length * share);
+    };
+  };
+  if (Status failed = with_library(
+          LoadedFormat::pictures, static_cast<int>(slices.size()), where,
+          [&](const void* library, int i) {
+            static_cast<const PictureLibrary*>(library)->describe(
+                slices[static_cast<std::size_t>(i)].path.c_str(), facts[i]);
+          },
+          share_of(0, 0.1), name_of))
+    return *failed;
+  const auto refused = [](const Slice& slice, const std::string& found) {
+    return Error{"a slice cannot be used", slice.name, found, "grey pictures of one size",
+                 "take it away if it is none of the slices, or export it again"};
+  };
+  for (std::size_t i = 0; i < slices.size(); ++i) {
+    if (facts[i].fault[0] != 0) return refused(slices[i], facts[i].fault);
+    if (facts[i].width != facts[0].width || facts[i].height != facts[0].height)
+      return refused(slices[i], std::to_string(facts[i].width) + " x " + std::to_string(facts[i].height) +
+                                    " pixels, where the first has " + std::to_string(facts[0].width) + " x " +
+                                    std::to_string(facts[0].height));
+    if (is_folder && facts[i].pages > 1)
+      return refused(slices[i], counted(static_cast<std::size_t>(facts[i].pages), "page"));
+  }
+  for (int page = 1; !is_folder && page < facts[0].pages; ++page) {
+    std::string name = where;
+    slices.push_back({path, name.append(", page ").append(std::to_string(page + 1)), page});
+  }
+  const PictureFacts first = facts[0];
+  const glm::ivec3 size(first.width, first.height, static_cast<int>(slices.size()));
+  Result<volume::Volume> made = make_room(size, frame, where);
+  if (!made) return made.error();
+  opened.volume = std::move(made).value();
+  const std::size_t count = opened.volume.voxels.size(), area = count / slices.size();
+  const auto values = SharedBytes::make(count * sizeof(float));
+  const auto faults = SharedBytes::make(slices.size() * sizeof(PictureFacts));
+  if (!values || !faults) return too_large(count * sizeof(float), where);
+  auto* const numbers = reinterpret_cast<float*>(values->data());
+  auto* const reads = reinterpret_cast<PictureFacts*>(faults->data());
+  for (std::size_t i = 0; i < slices.size(); ++i) *new (reads + i) PictureFacts = first;
+  if (Status failed = with_library(
+          LoadedFormat::pictures, static_cast<int>(slices.size()), where,
+          [&](const void* library, int i) {
+            const Slice& slice = slices[static_cast<std::size_t>(i)];
+            static_cast<const PictureLibrary*>(library)->read(slice.path.c_str(), slice.page, reads[i],
+                                                              numbers + static_cast<std::size_t>(i) * area);
+          },
+          share_of(0.1, 0.9), name_of))
+    return *failed;
+  for (std::size_t i = 0; i < slices.size(); ++i)
+    if (reads[i].fault[0] != 0) return refused(slices[i], reads[i].fault);
+  const std::size_t told = opened.notices.size();
+  if (Status failed = fill_voxels(opened.volume, values_of<float>(numbers, 1, place ? place->offset : 0),
+                                  options.scale, where, opened.notices))
+    return *failed;
+  opened.is_rounded = opened.notices.size() > told;
+  know_units(opened, place && place->is_hounsfield);
+  return opened;
+}
+
+Status write_picture_stack(const std::string& path, bool is_png, const volume::Volume& volume,
+                           const Progress& progress) {
+  if (Status error = check_slices(volume.size.z, path)) return error;
+  const char* extension = is_png ? ".png" : ".tif";
+  json place = {{"schema", std::string(k_kind) + "/1"},
+                {"slices", volume.size.z},
+                {"offset", is_png ? -k_png_offset : 0},
+                {"hounsfield", volume.is_hounsfield},
+                {"world", "LPS, mm"}};
+  for (int a = 0; a < 3; ++a) {
+    place["origin"].push_back(volume.frame.origin()[a]);
+    const glm::dvec3& axis = volume.frame.axes()[a];
+    place["axes"].push_back({axis.x, axis.y, axis.z});
+  }
+  const auto write = [&](const std::string& folder) -> Status {
+    const auto failed = SharedBytes::make(1);
+    if (!failed) return too_large(1, file_name(path));
+    const std::size_t area =
+        static_cast<std::size_t>(volume.size.x) * static_cast<std::size_t>(volume.size.y);
+    if (Status error = with_library(
+            LoadedFormat::pictures, volume.size.z, file_name(path),
+            [&](const void* library, int z) {
+              const auto at = static_cast<std::size_t>(z);
+              if (!static_cast<const PictureLibrary*>(library)->write(
+                      (fs::path(folder) / slice_name(z, extension)).c_str(), volume.size.x, volume.size.y,
+                      true, volume.voxels.data() + at * area))
+                *failed->data() = 1;
+            },
+            progress))
+      return error;
+    if (*failed->data() != 0) return cannot_write(path, ENOSPC);
+    return write_file_atomically((fs::path(folder) / k_place_file).string(), place.dump(2) + "\n");
+  };
+  return write_folder_atomically(path, {std::string("slice-####") + extension, k_place_file}, write,
+                                 volume.size.z);
+}
+
+}  // namespace trephine::data_tools

@@ -1,0 +1,187 @@
+// Plans and segmentations of other programs: their frames are honoured, and what is not said is asked for.
+#include "data-tools/plan_file.h"
+
+#include <fstream>
+#include <glm/geometric.hpp>
+#include <gtest/gtest.h>
+
+#include "data-tools/label_file.h"
+#include "tests/scenes/dicom_files.h"
+#include "tests/scenes/scratch.h"
+
+namespace trephine::data_tools {
+namespace {
+
+class Plans : public ::testing::Test {
+ protected:
+  volume::Result<PlanFile> read(const std::string& name, const std::string& text) const {
+    std::ofstream(scratch_ / name, std::ios::binary) << text;
+    return read_plan(scratch_ / name);
+  }
+  void expect_refused(const std::string& name, const std::string& text, const std::string& word) const {
+    const auto plan = read(name, text);
+    ASSERT_FALSE(plan.is_ok()) << word;
+    EXPECT_NE(plan.error().message().find(word), std::string::npos) << plan.error().message();
+    EXPECT_FALSE(plan.error().remedy.empty());
+  }
+  scenes::Scratch scratch_;
+};
+
+/// As 3D Slicer 5.6 saves a line and a list of points.
+std::string markups(const std::string& frame) {
+  const std::string place = "\"coordinateSystem\": \"" + frame + "\", \"coordinateUnits\": \"mm\"";
+  return "{\"@schema\": \"https://raw.githubusercontent.com/slicer/slicer/master/Modules/Loadable/Markups/"
+         "Resources/Schema/markups-schema-v1.0.3.json#\", \"markups\": [{\"type\": \"Line\", " +
+         place +
+         ", \"controlPoints\": [{\"id\": \"1\", \"label\": \"L3 left-1\", \"position\": [10.5, -20.25, 30], "
+         "\"positionStatus\": \"defined\"}, {\"id\": \"2\", \"label\": \"L3 left-2\", \"position\": [12, "
+         "-50, "
+         "31], \"positionStatus\": \"defined\"}]}, {\"type\": \"Fiducial\", " +
+         place +
+         ", \"controlPoints\": [{\"label\": \"nasion\", \"position\": [0, 80, 5], \"positionStatus\": "
+         "\"defined\"}, {\"label\": \"later\", \"position\": [0, 0, 0], \"positionStatus\": "
+         "\"undefined\"}]}]}";
+}
+
+TEST_F(Plans, MarkupsComeInTheirOwnFrame) {
+  for (const auto& [frame, signs] :
+       {std::pair("LPS", glm::dvec3(1)), std::pair("RAS", glm::dvec3(-1, -1, 1))}) {
+    const auto plan = read("a.mrk.json", markups(frame));
+    ASSERT_TRUE(plan.is_ok()) << plan.error().message();
+    ASSERT_EQ(plan.value().trajectories.size(), 1U);
+    const CaseTrajectory& t = plan.value().trajectories[0];
+    EXPECT_EQ(t.name, "L3 left");
+    EXPECT_EQ(t.entry_world, signs * glm::dvec3(10.5, -20.25, 30));
+    EXPECT_EQ(t.target_world, signs * glm::dvec3(12, -50, 31));
+    ASSERT_EQ(plan.value().landmarks.size(), 1U);
+    EXPECT_EQ(plan.value().landmarks[0].name, "nasion");
+    EXPECT_EQ(plan.value().landmarks[0].place_world, signs * glm::dvec3(0, 80, 5));
+    EXPECT_EQ(plan.value().notices.size(), 1U) << "the point that was not placed";
+  }
+  expect_refused("a.mrk.json", markups("scanner"), "LPS or RAS");
+  expect_refused("a.mrk.json", markups(""), "LPS or RAS");
+  expect_refused("a.mrk.json", "{\"markups\": 3}", "controlPoints");
+  expect_refused("a.mrk.json", "no json", "controlPoints");
+}
+
+TEST_F(Plans, TablesSayTheirColumnsAndTheirFrame) {
+  const auto plain = read("a.csv",
+                          "name,entry_x,entry_y,entry_z,target_x,target_y,target_z,diameter\r\n"
+                          "left,1,2,3,4,5,6,5.5\r\n\"right, lower\",-1,2,3,-4,5,6,\r\n");
+  ASSERT_TRUE(plain.is_ok()) << plain.error().message();
+  ASSERT_EQ(plain.value().trajectories.size(), 2U);
+  EXPECT_EQ(plain.value().trajectories[0].diameter, 5.5);
+  EXPECT_EQ(plain.value().trajectories[1].name, "right, lower");
+  EXPECT_EQ(plain.value().trajectories[1].target_world, glm::dvec3(-4, 5, 6));
+  EXPECT_EQ(plain.value().notices.size(), 1U) << "the frame was not said";
+  const auto slicer = read("a.fcsv",
+                           "# Markups fiducial file version = 4.11\n# CoordinateSystem = RAS\n"
+                           "# columns = id,x,y,z,ow,ox,oy,oz,vis,sel,lock,label,desc,associatedNodeID\n"
+                           "vtk1,10,20,30,0,0,0,1,1,1,0,inion,,\n");
+  ASSERT_TRUE(slicer.is_ok()) << slicer.error().message();
+  ASSERT_EQ(slicer.value().landmarks.size(), 1U);
+  EXPECT_EQ(slicer.value().landmarks[0].name, "inion");
+  EXPECT_EQ(slicer.value().landmarks[0].place_world, glm::dvec3(-10, -20, 30));
+  EXPECT_TRUE(slicer.value().notices.empty());
+  expect_refused("a.csv", "a,b,c\n1,2,3\n", "columns");
+  expect_refused("a.csv", "name,x,y,z\nnasion,1,5,x7\n", "a.csv:2");
+  expect_refused("a.csv", "name,x,y,z\nnasion,\"1,5\",2,3\n", "comma");
+  expect_refused("a.csv", "name,x,y,z\n", "neither");
+  expect_refused("a.csv", "# CoordinateSystem = IJK\nname,x,y,z\na,1,2,3\n", "LPS or RAS");
+}
+
+TEST_F(Plans, CasesKeepLandmarks) {
+  CasePlan plan;
+  plan.name = "x";
+  plan.structures.push_back({});
+  plan.structures[0].shape.name = "bone";
+  plan.landmarks.push_back({"nasion", {0.125, -80, 5}});
+  const auto again = parse_case(case_text(plan, false), "case.toml");
+  ASSERT_TRUE(again.is_ok()) << again.error().message();
+  ASSERT_EQ(again.value().landmarks.size(), 1U);
+  EXPECT_EQ(again.value().landmarks[0].name, "nasion");
+  EXPECT_EQ(again.value().landmarks[0].place_world, glm::dvec3(0.125, -80, 5));
+}
+
+/// A segmentation as DICOM has it: two segments of single bits, whose empty slices have no frame.
+struct SegmentationOf {
+  int bits = 1;
+  bool overlaps = false;
+  double third_frame_z = 16;  ///< mm; slices are 2 apart, from 10 on
+};
+std::string segmentation(const SegmentationOf& of) {
+  using scenes::DicomFile;
+  DicomFile file;
+  file.set(0x00080016, "UI", "1.2.840.10008.5.1.4.1.1.66.4")
+      .set(0x00080018, "UI", "1.2.3.9")
+      .set(0x00080060, "CS", "SEG");
+  file.set_short(0x00280002, "US", {1}).set(0x00280004, "CS", "MONOCHROME2").set(0x00280008, "IS", "3");
+  file.set_short(0x00280010, "US", {5}).set_short(0x00280011, "US", {7});
+  file.set_short(0x00280100, "US", {of.bits}).set_short(0x00280101, "US", {of.bits});
+  file.set_short(0x00280102, "US", {of.bits - 1}).set_short(0x00280103, "US", {0});
+  file.set_short(0x0062000e, "US", {200});
+  const auto segment = [](int number, const char* label) {
+    return DicomFile().set_short(0x00620004, "US", {number}).set(0x00620005, "LO", label);
+  };
+  file.set_items(0x00620002, {segment(1, "skull"), segment(4, "dura mater")});
+  DicomFile shared;
+  shared.set_items(0x00209116, {DicomFile().set(0x00200037, "DS", "1\\0\\0\\0\\1\\0")});
+  shared.set_items(0x00289110, {DicomFile().set(0x00280030, "DS", "0.5\\0.25").set(0x00180050, "DS", "2")});
+  file.set_items(0x52009229, {shared});
+  const auto frame = [](double z, int number) {
+    DicomFile one;
+    one.set_items(0x00209113, {DicomFile().set(0x00200032, "DS", "-3\\4\\" + std::to_string(z))});
+    one.set_items(0x0062000a, {DicomFile().set_short(0x0062000b, "US", {number})});
+    return one;
+  };
+  file.set_items(0x52009230, {frame(10, 1), frame(of.overlaps ? 10 : 12, 4), frame(of.third_frame_z, 1)});
+  // Voxel i of frame f belongs to its segment when (i + f) % 3 == 0; frames follow each other bit by bit.
+  std::string pixels(of.bits == 1 ? (3 * 35 + 7) / 8 + 1 : 3 * 35 + 1, '\0');
+  for (int f = 0; f < 3; ++f)
+    for (int i = 0; i < 35; ++i) {
+      const int at = 35 * f + i;
+      if (of.bits == 8)
+        pixels[static_cast<std::size_t>(at)] = static_cast<char>((i + f) % 3 == 0 ? 100 : i % 2 * 99);
+      else if ((i + f) % 3 == 0 || (of.overlaps && i == 0))
+        pixels[static_cast<std::size_t>(at / 8)] =
+            static_cast<char>(pixels[static_cast<std::size_t>(at / 8)] | 1 << at % 8);
+    }
+  file.set_pixels(pixels);
+  return file.bytes();
+}
+
+TEST_F(Plans, SegmentationsOfDicomAreLabelsWithNames) {
+  const auto frame = volume::Frame::from_spacing({-3, 4, 10}, {0.25, 0.5, 2}).value();
+  const volume::Volume scan = volume::make_volume({7, 5, 4}, frame).value();
+  const auto write = [&](const SegmentationOf& of) {
+    std::ofstream(scratch_ / "s.dcm", std::ios::binary) << segmentation(of);
+    return read_labels(scratch_ / "s.dcm", scan);
+  };
+  for (const int bits : {1, 8}) {
+    const auto labels = write({bits});
+    ASSERT_TRUE(labels.is_ok()) << labels.error().message();
+    ASSERT_EQ(labels.value().names.size(), 5U);
+    EXPECT_EQ(labels.value().names[1], "skull");
+    EXPECT_EQ(labels.value().names[4], "dura mater");
+    for (int z = 0; z < 4; ++z)
+      for (int i = 0; i < 35; ++i) {
+        const int f = z == 3 ? 2 : z, segment = z == 0 || z == 3 ? 1 : z == 1 ? 4 : 0;
+        EXPECT_EQ(labels.value().labels[static_cast<std::size_t>(35 * z + i)], (i + f) % 3 == 0 ? segment : 0)
+            << z << " " << i;
+      }
+    EXPECT_EQ(labels.value().notices.empty(), bits == 1) << "shares were rounded, which is told";
+  }
+  const auto refusal = [&](const SegmentationOf& of) {
+    const auto labels = write(of);
+    return labels ? std::string("it was read") : labels.error().message();
+  };
+  EXPECT_NE(refusal({1, true}).find("overlap"), std::string::npos) << refusal({1, true});
+  EXPECT_NE(refusal({1, false, 15.3}).find("between the slices"), std::string::npos);
+  std::string cut = segmentation({});
+  cut.resize(cut.size() - 9);
+  std::ofstream(scratch_ / "s.dcm", std::ios::binary) << cut;
+  EXPECT_FALSE(read_labels(scratch_ / "s.dcm", scan).is_ok());
+}
+
+}  // namespace
+}  // namespace trephine::data_tools
