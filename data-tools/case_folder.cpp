@@ -79,6 +79,27 @@ CaseLandmark read_landmark(TomlReader& reader, const toml::value& value) {
   return {name.value_or(""), at.value_or(glm::dvec3(0))};
 }
 
+/// What a case says of its scan's quality, by key.
+template <class Quality, class Use>
+void for_each_quality(Quality& q, const Use& use) {
+  use("blur_in_plane", q.blur_in_plane);
+  use("blur_across", q.blur_across);
+  use("noise", q.noise);
+  use("thinnest", q.thinnest);
+  use("least_wall", q.least_wall);
+  use("least_gap", q.least_gap);
+}
+
+ScanQuality read_quality(TomlReader& reader, const toml::value& value) {
+  const toml::table& t = reader.table(
+      value, {"blur_in_plane", "blur_across", "noise", "slice_step", "thinnest", "least_wall", "least_gap"});
+  ScanQuality quality;
+  for_each_quality(
+      quality, [&](const char* key, std::optional<double>& into) { into = reader.number(t, key, 0, 1e6); });
+  quality.slice_step = reader.number(t, "slice_step", 0, 1e6).value_or(0);
+  return quality;
+}
+
 std::string quoted(const std::string& text) {
   std::string out = "\"";
   for (const char c : text) {
@@ -101,7 +122,7 @@ Result<CasePlan> parse_case(const std::string& text, const std::string& where) {
   const toml::value& root = parsed.value();
   TomlReader reader(where);
   const toml::table& top = reader.table(root, {"schema", "name", "modality", "hounsfield", "labels",
-                                               "structures", "trajectories", "landmarks"});
+                                               "structures", "trajectories", "landmarks", "quality"});
   if (Status error = reader.check_schema(top, CasePlan::k_schema, "case")) return *error;
   CasePlan plan;
   const auto name = reader.text(top, "name");
@@ -129,6 +150,8 @@ Result<CasePlan> parse_case(const std::string& text, const std::string& where) {
     plan.trajectories.push_back(read_trajectory(reader, *v));
   for (const toml::value* v : reader.tables(top, "landmarks"))
     plan.landmarks.push_back(read_landmark(reader, *v));
+  if (const auto quality = top.find("quality"); quality != top.end())
+    plan.quality = read_quality(reader, quality->second);
   if (plan.structures.empty())
     reader.fail(root, "the case has no structure", "", "at least one [[structures]]");
   if (reader.error()) return *reader.error();
@@ -218,6 +241,13 @@ std::string case_text(const CasePlan& plan, bool has_labels) {
     point("entry", t.entry_world);
     point("target", t.target_world);
     if (t.diameter > 0) number("diameter", t.diameter);
+  }
+  if (plan.quality) {
+    out += "\n[quality]  # of the scan, as import measured it: mm, noise in its units\n";
+    for_each_quality(*plan.quality, [&](const char* key, const std::optional<double>& one) {
+      if (one) number(key, std::floor(1000 * *one + 0.5) / 1000);
+    });
+    number("slice_step", plan.quality->slice_step);
   }
   for (const CaseLandmark& l : plan.landmarks) {
     out += "\n[[landmarks]]\n";

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "data-tools/open_volume.h"
+#include "data-tools/scan_quality.h"
 #include "volume/shape.h"
 
 namespace trephine::data_tools {
@@ -48,6 +49,7 @@ struct CasePlan {
   std::vector<CaseStructure> structures;
   std::vector<CaseTrajectory> trajectories;
   std::vector<CaseLandmark> landmarks;
+  std::optional<ScanQuality> quality;  ///< of the scan, as it was measured; its edge is not kept
 };
 
 struct OpenedCase {

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 
+#include "data-tools/soft_shapes.h"
 #include "volume/deterministic_math.h"
 
 namespace trephine::data_tools {
@@ -12,30 +13,6 @@ namespace trephine::data_tools {
 namespace {
 
 using glm::dvec3;
-
-// Signed distances (mm, negative inside), after the well-known first-order forms.
-double ellipsoid(const dvec3& p, const dvec3& radii) {
-  const double k = glm::length(p / radii), slope = glm::length(p / (radii * radii));
-  return slope > 1e-12 ? k * (k - 1) / slope : -std::min({radii.x, radii.y, radii.z});
-}
-double capsule(const dvec3& p, const dvec3& a, const dvec3& b, double ra, double rb) {
-  const dvec3 ab = b - a;
-  const double t = std::clamp(glm::dot(p - a, ab) / glm::dot(ab, ab), 0.0, 1.0);
-  return glm::length(p - a - t * ab) - (ra + t * (rb - ra));
-}
-/// Union with a fillet of radius k.
-double blend(double a, double b, double k) {
-  const double h = std::max(k - std::abs(a - b), 0.0) / k;
-  return std::min(a, b) - h * h * k * 0.25;
-}
-double carve(double solid, double hole, double k) { return -blend(-solid, hole, k); }
-
-/// A smooth wave of amplitude 1, different along each axis.
-double wave(const dvec3& p, double period) {
-  const double s = 6.283185307179586 / period;
-  return volume::deterministic_sin(s * p.x + 1.3) * volume::deterministic_sin(s * p.y * 0.87 + 0.4) *
-         volume::deterministic_sin(s * p.z * 1.13 + 2.1);
-}
 
 /// The cranium bends: narrower in front, flat below.
 double cranium(const dvec3& p, double inward) {
@@ -119,20 +96,35 @@ double suture(const dvec3& p, double side_x) {
 
 }  // namespace
 
-HeadSample sample_head(const dvec3& world, double voxel_mm) noexcept {
-  const dvec3 p(std::abs(world.x), world.y, world.z);  // mirror images but for seams, folds and noise
-  const double edge = 1.7 * std::max(voxel_mm, 0.2);
-  // Share inside a surface at signed distance s, smooth over about two voxels: no rings of aliasing.
-  const auto share = [edge](double s) {
-    const double x = std::clamp(0.5 - s / edge, 0.0, 1.0);
-    return x * x * (3 - 2 * x);
+HeadAnatomy head_anatomy(std::uint64_t seed) {
+  if (seed == 1) return {};
+  const auto share = [seed](std::uint64_t what) {
+    return static_cast<double>(volume::hash_bits(volume::hash_bits(seed) ^ what) >> 11) * 0x1p-53;
   };
-  double hu = -1000;
+  HeadAnatomy a;
+  for (int i = 0; i < 3; ++i) a.size[i] = 1 - 0.07 * share(static_cast<std::uint64_t>(i) + 1);
+  a.thickness = 0.8 + 0.4 * share(4);
+  a.frontal_sinus = 0.5 + 0.8 * share(5);
+  a.tumour_radius = 9 + 8 * share(6);
+  // On a side of the vault, from the front to the back.
+  const double angle = 0.5 + 2.0 * share(7), side = share(8) < 0.5 ? -1 : 1;
+  a.tumour = {side * (24 + 14 * share(9)), -52 * volume::deterministic_cos(angle) + 6, 30 + 8 * share(10)};
+  return a;
+}
+
+double vault_distance(const dvec3& place, const HeadAnatomy& anatomy) noexcept {
+  const dvec3 p = place / anatomy.size;
+  return cranium({std::abs(p.x), p.y, p.z}, 0);
+}
+
+HeadSample sample_head(const dvec3& place, double voxel_mm, const HeadAnatomy& anatomy) noexcept {
+  const dvec3 world = place / anatomy.size;
+  const dvec3 p(std::abs(world.x), world.y, world.z);  // mirror images but for seams, folds and noise
+  Brush brush(-1000, voxel_mm);
+  const double edge = brush.edge();
   HeadTissue tissue = HeadTissue::air;
   const auto paint = [&](double s, double value, HeadTissue kind) {
-    const double a = share(s);
-    hu += a * (value - hu);
-    if (a >= 0.5) tissue = kind;
+    if (brush.paint(s, value)) tissue = kind;
   };
 
   // Inside the brain case: dura, fluid, folded brain, ventricles.
@@ -153,6 +145,17 @@ HeadSample sample_head(const dvec3& world, double voxel_mm) noexcept {
     const double ventricle = std::min(capsule(p, {7, -26, 8}, {10, 18, 12}, 4.5, 6.0),
                                       capsule(p, {10, 18, 12}, {22, 30, -6}, 6.0, 3.0));
     paint(ventricle, 6, HeadTissue::ventricle);
+    // A tumour that grew from the dura, denser than brain, with a soft rim of its own.
+    const double tumour =
+        std::max(glm::length(world - anatomy.tumour) - anatomy.tumour_radius * (1 + 0.08 * wave(world, 17)),
+                 inside + 1.1);
+    paint(tumour, 62 + 5 * wave(world, 6), HeadTissue::tumour);
+  };
+  // The sagittal sinus lies in the dura, below the vault's midline.
+  const auto paint_sinus = [&](double inside) {
+    if (p.x > 9 || p.z < -30 || (p.z < 0 && p.y < 40)) return;
+    const double width = p.x / 5.0, depth = (inside + 2.4) / 3.2;
+    paint(3.2 * (std::sqrt(width * width + depth * depth) - 1), 68, HeadTissue::venous_sinus);
   };
 
   // Deep in the upper brain there is nothing else, and no table whose exact thickness would matter.
@@ -160,7 +163,8 @@ HeadSample sample_head(const dvec3& world, double voxel_mm) noexcept {
   if (outer < -24 && p.z > -8) {
     paint(outer, 45, HeadTissue::soft_tissue);
     paint_brain_case(outer + 4);
-    return {hu, tissue, 0};
+    paint_sinus(outer + 4);
+    return {brush.hounsfield(), tissue, 0};
   }
 
   // Skin: dome, face and neck.
@@ -169,7 +173,9 @@ HeadSample sample_head(const dvec3& world, double voxel_mm) noexcept {
   skin = blend(skin, ellipsoid(p - dvec3(0, 6, -36), {79, 78, 46}), 16);
   skin = blend(skin, capsule(p, {0, -94, -36}, {0, -104, -58}, 7, 8), 10);
   skin = blend(skin, capsule(p, {0, 12, -60}, {0, 20, -140}, 56, 54), 20);
-  if (skin > 2 * edge) return {hu, tissue, skin - 2 * edge};
+  if (skin > 2 * edge)
+    return {brush.hounsfield(), tissue,
+            (skin - 2 * edge) * std::min({anatomy.size.x, anatomy.size.y, anatomy.size.z})};
   paint(skin, 45, HeadTissue::soft_tissue);
   if (skin < -1.8)
     paint(std::max(skin + 1.8, -(skin + 5.0)), -70, HeadTissue::soft_tissue);  // fat below the skin
@@ -177,7 +183,10 @@ HeadSample sample_head(const dvec3& world, double voxel_mm) noexcept {
   // The shell: two tables, diploe between, thinner at the temples, with seams and vessel grooves.
   const double temple =
       std::clamp((p.x - 45) / 25, 0.0, 1.0) * std::clamp(1 - std::abs(p.z + 8) / 42, 0.0, 1.0);
-  const double thickness = 7.2 - 3.2 * temple + 0.7 * wave(world, 62);
+  const double occiput =
+      std::clamp((p.y - 45) / 35, 0.0, 1.0) * std::clamp(1 - std::abs(p.z + 4) / 46, 0.0, 1.0);
+  const double thickness =
+      anatomy.thickness * (6.6 - 4.4 * temple + 1.8 * occiput * (1 - temple) + 0.45 * wave(world, 62));
   const double groove = p.z > 2 && outer > -1.6 ? 0.9 * std::max(0.0, 1 - suture(world, world.x) / 1.1) : 0.0;
   const double outside = outer + groove, inside = outer + thickness;
   double shell = std::max(outside, -inside);
@@ -189,6 +198,14 @@ HeadSample sample_head(const dvec3& world, double voxel_mm) noexcept {
   if (f.bone < 50) {
     const double in_brain_case = inside + 2.0;  // the face ends where the brain case begins
     bone = blend(bone, std::max(f.bone, -in_brain_case), 5);
+  }
+  // Holes for nerves and vessels, through the base and the face.
+  if (p.z < -20) {
+    bone = carve(bone, capsule(p, {23, -14, -70}, {23, -14, -28}, 2.6, 2.4), 1.5);  // ovale
+    bone = carve(bone, capsule(p, {25, 12, -75}, {20, 6, -30}, 4.0, 2.8), 1.5);     // jugular
+    bone = carve(bone, capsule(p, {17, -40, -36}, {11, -26, -33}, 2.4, 2.2), 1.5);  // of the optic nerve
+    bone = carve(bone, capsule(p, {27, -86, -57}, {27, -66, -50}, 1.5, 1.3), 1);    // below the orbit
+    bone = carve(bone, capsule(p, {25, -86, -105}, {23, -62, -102}, 1.5, 1.3), 1);  // of the chin
   }
   const dvec3 ear = p - dvec3(66, 4, -42);
   bone = carve(bone, std::max(std::sqrt(ear.y * ear.y + ear.z * ear.z) - 3.6, 46 - p.x), 2);
@@ -205,10 +222,15 @@ HeadSample sample_head(const dvec3& world, double voxel_mm) noexcept {
   }
   if (f.tooth < edge) paint(f.tooth, 2250, HeadTissue::tooth);
   if (f.air < edge && tissue == HeadTissue::soft_tissue) paint(f.air, -950, HeadTissue::air);
+  // The frontal sinus: air between the tables above the nose, with a wall in its middle.
+  const double frontal =
+      std::max(ellipsoid(p - dvec3(13, -79, -19), anatomy.frontal_sinus * dvec3(11.5, 5.5, 9.5)), 0.7 - p.x);
+  if (frontal < edge && bone < 0) paint(std::max(frontal, bone + 1.3), -960, HeadTissue::air);
   if (mastoid < -3 && outside > -2) paint(1.2 - 2.4 * std::abs(wave(world, 9)), -500, HeadTissue::air);
 
   paint_brain_case(inside);
-  return {hu, tissue, 0};
+  paint_sinus(inside);
+  return {brush.hounsfield(), tissue, 0};
 }
 
 }  // namespace trephine::data_tools

@@ -1,10 +1,13 @@
 #include "data-tools/mesh_reading.h"
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <charconv>
 #include <cmath>
 #include <filesystem>
+#include <fstream>
+#include <glm/geometric.hpp>
 #include <map>
 #include <sstream>
 #include <string_view>
@@ -24,6 +27,7 @@
 #include "data-tools/atomic_file.h"
 #include "data-tools/quiet_streams.h"
 #include "data-tools/vtk_errors.h"
+#include "data-tools/words.h"
 
 namespace trephine::data_tools {
 
@@ -209,29 +213,107 @@ volume::Result<PolygonModel> read_ply(const std::string& text, const std::string
 }
 
 /// Scaled, with every corner a place.
-volume::Result<PolygonModel> checked(PolygonModel model, double scale, const std::string& name,
-                                     const std::string& heard) {
+/// Which way the file says that its axes go; "": it does not.
+std::string said_frame(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  std::string head(600, '\0');
+  file.read(head.data(), static_cast<std::streamsize>(head.size()));
+  head.resize(static_cast<std::size_t>(file.gcount()));
+  for (const char* frame : {"RAS", "LPS"})
+    if (head.find(std::string("SPACE=") + frame) != std::string::npos) return frame;
+  return "";
+}
+
+/// What a person should know of a model before it is touched.
+void tell(PolygonModel& model) {
+  const ModelFacts facts = facts_of(model);
+  const auto say = [&](const std::string& text) { model.notices.push_back(text); };
+  if (facts.open_edges > 0)
+    say("the surface is open: " + counted(facts.open_edges, "edge") + " of one triangle only");
+  if (facts.crowded_edges > 0)
+    say("the surface is no manifold: " + counted(facts.crowded_edges, "edge") +
+        " of three triangles or more");
+  if (facts.turned_edges > 0)
+    say("triangles face both ways: " + counted(facts.turned_edges, "edge") + " between such neighbours");
+  else if (facts.open_edges == 0 && facts.volume < 0)
+    say("the surface faces inward: it is inside out");
+  constexpr double k_small = 3, k_large = 1500;  // mm, of what lies in an operating field
+  const double longest = std::max({facts.size.x, facts.size.y, facts.size.z});
+  if (longest < k_small || longest > k_large)
+    say("it is " + short_number(longest) + " mm long: is its unit another (--mesh-scale)?");
+}
+
+volume::Result<PolygonModel> checked(PolygonModel model, double scale, const std::string& frame,
+                                     const std::string& path, const std::string& heard) {
+  const std::string name = file_name(path), said = said_frame(path),
+                    taken = frame.empty() ? said.empty() ? "LPS" : said : frame;
+  const double sign = taken == "RAS" ? -1 : 1;
   for (std::size_t i = 0; i < model.vertices.size(); ++i) {
     glm::dvec3& p = model.vertices[i];
-    p *= scale;
+    p *= scale * glm::dvec3(sign, sign, 1);
     for (int a = 0; a < 3; ++a)
       if (!(std::abs(p[a]) <= 1e6))
         return Error{"a corner of the model is no place", name, "vertex " + std::to_string(i),
                      "coordinates within 1000 m", ""};
   }
   if (model.triangles.empty()) return Error{"the model holds no polygon", name, heard.substr(0, 200), "", ""};
+  if (frame.empty() && said == "RAS")
+    model.notices.emplace_back("the file says that it is in RAS: brought to LPS");
+  if (!frame.empty() && !said.empty() && said != frame)
+    model.notices.push_back("the file says that it is in " + said + ": " + frame + " was asked for");
+  tell(model);
   return model;
 }
 
 }  // namespace
 
-volume::Result<PolygonModel> read_polygon_model(const std::string& path, double scale) {
+ModelFacts facts_of(const PolygonModel& model) {
+  ModelFacts facts;
+  facts.triangles = model.triangles.size() / 3;
+  // Corners in one place are one: STL knows no others.
+  std::map<std::array<double, 3>, std::uint32_t> places;
+  std::vector<std::uint32_t> one(model.vertices.size());
+  glm::dvec3 low(1e300), high(-1e300);
+  for (std::size_t i = 0; i < model.vertices.size(); ++i) {
+    const glm::dvec3& p = model.vertices[i];
+    one[i] = places.try_emplace({p.x, p.y, p.z}, static_cast<std::uint32_t>(i)).first->second;
+    low = glm::min(low, p);
+    high = glm::max(high, p);
+  }
+  if (!model.vertices.empty()) facts.size = high - low;
+  std::map<std::pair<std::uint32_t, std::uint32_t>, std::pair<int, int>> edges;  // uses one way and the other
+  for (std::size_t t = 0; t + 2 < model.triangles.size(); t += 3) {
+    const std::uint32_t v[3] = {one[model.triangles[t]], one[model.triangles[t + 1]],
+                                one[model.triangles[t + 2]]};
+    facts.volume +=
+        glm::dot(model.vertices[v[0]], glm::cross(model.vertices[v[1]], model.vertices[v[2]])) / 6;
+    if (v[0] == v[1] || v[1] == v[2] || v[2] == v[0]) continue;  // no area
+    for (int k = 0; k < 3; ++k) {
+      const std::uint32_t a = v[k], b = v[(k + 1) % 3];
+      auto& [forth, back] = edges[std::minmax(a, b)];
+      ++(a < b ? forth : back);
+    }
+  }
+  for (const auto& [edge, uses] : edges) {
+    const int all = uses.first + uses.second;
+    facts.open_edges += all == 1;
+    facts.crowded_edges += all > 2;
+    facts.turned_edges += all == 2 && uses.first != uses.second;
+  }
+  return facts;
+}
+
+volume::Result<PolygonModel> read_polygon_model(const std::string& path, double scale,
+                                                const std::string& frame) {
+  if (frame != "" && frame != "LPS" && frame != "RAS")
+    return Error{"there is no such frame of a model", file_name(path), frame, "LPS or RAS", ""};
   if (!(scale > 0 && scale <= 1e6))
     return Error{"the scale of a model is out of range", file_name(path), std::to_string(scale),
                  "mm per unit, above 0, at most a million", ""};
   std::error_code failed;
   if (!std::filesystem::is_regular_file(path, failed))
-    return Error{"there is no such model", path, "", ".ply, .ply.gz, .obj, .stl, .vtk or .vtp", ""};
+    return Error{"there is no such model", file_name(path), "", ".ply, .ply.gz, .obj, .stl, .vtk or .vtp",
+                 ""};
   const QuietStreams quiet;
   std::string heard;
   vtkNew<vtkTriangleFilter> triangles;
@@ -253,7 +335,7 @@ volume::Result<PolygonModel> read_polygon_model(const std::string& path, double 
     if (!text) return text.error();
     auto model = read_ply(text.value(), file_name(path));
     if (!model) return model.error();
-    return checked(std::move(model).value(), scale, file_name(path), "");
+    return checked(std::move(model).value(), scale, frame, path, "");
   } else if (has_extension(path, ".obj")) {
     vtkNew<vtkOBJReader> reader;
     reader->SetFileName(path.c_str());
@@ -292,7 +374,7 @@ volume::Result<PolygonModel> read_polygon_model(const std::string& path, double 
         model.triangles.push_back(static_cast<std::uint32_t>(ids[k]));
     }
   }
-  return checked(std::move(model), scale, file_name(path), heard);
+  return checked(std::move(model), scale, frame, path, heard);
 }
 
 }  // namespace trephine::data_tools

@@ -9,15 +9,29 @@
 
 namespace trephine::data_tools {
 
-/// Triangles over shared vertices, as the file counts and measures.
+/// Triangles over shared vertices, mm, in the patient's frame (LPS).
 struct PolygonModel {
   std::vector<glm::dvec3> vertices;
   std::vector<std::uint32_t> triangles;  ///< three vertices each, counter-clockwise from outside
+  std::vector<std::string> notices;      ///< what is odd about it: open, turned, of an odd size
 };
 
+/// How its triangles hang together, where corners in one place are one.
+struct ModelFacts {
+  std::size_t triangles = 0;
+  std::size_t open_edges = 0;     ///< of one triangle only: the surface has a border there
+  std::size_t crowded_edges = 0;  ///< of three and more
+  std::size_t turned_edges = 0;   ///< whose triangles face opposite ways
+  double volume = 0;              ///< mm3; below 0 the surface faces inward
+  glm::dvec3 size{0.0};           ///< mm
+};
+ModelFacts facts_of(const PolygonModel& model);
+
 /// Reads .ply, .ply.gz (in our own code: VTK 9.1 crashes on damaged ones), .obj, .stl, .vtk or .vtp; polygons
-/// and strips become triangles, `scale` (mm per unit) is applied. Error when there is no such file, nothing
-/// to touch in it, or a corner is no place.
-volume::Result<PolygonModel> read_polygon_model(const std::string& path, double scale = 1);
+/// and strips become triangles, `scale` (mm per unit) is applied. `frame`, "LPS" or "RAS", says which way its
+/// axes go; "" believes the file (3D Slicer writes SPACE=RAS into headers), or takes LPS. Error when there is
+/// no such file, nothing to touch in it, or a corner is no place.
+volume::Result<PolygonModel> read_polygon_model(const std::string& path, double scale = 1,
+                                                const std::string& frame = "");
 
 }  // namespace trephine::data_tools

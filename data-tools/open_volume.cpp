@@ -34,7 +34,7 @@ Result<OpenedVolume> open_by_kind(const std::string& path, const OpenOptions& op
   const std::string where = file_name(path);
   if (!fs::exists(status))
     return Error{"there is no such file or folder", where, "", k_what_is_read,
-                 "check the spelling; the built-in phantom is called head"};
+                 "check the spelling; the built-in phantoms are called head and spine"};
   if (fs::is_directory(status))
     return is_picture_stack(path) ? open_picture_stack(path, options) : open_dicom(path, options);
   if (!fs::is_regular_file(status)) return Error{"this is neither a file nor a folder", where, "", "", ""};

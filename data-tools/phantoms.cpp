@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "data-tools/head_phantom.h"
+#include "data-tools/spine_phantom.h"
 #include "volume/deterministic_math.h"
 #include "volume/gaussian.h"
 #include "volume/parallel.h"
@@ -46,7 +47,15 @@ const std::vector<PhantomInfo> k_catalogue{
     {"shell",
      "a skull-like shell between 0.36 and 0.42 of the box, with two holes",
      {{"noise", "HU, +- uniform", 20}}},
-    {"head", "an anatomical head with labels", {{"noise", "HU, standard deviation", 12}}},
+    {"box", "a box, turned off the axes", {{"width", "mm", 50}, {"depth", "mm", 40}, {"height", "mm", 30}}},
+    {"peg", "a peg on a half space, turned off the axes", {{"radius", "mm", 6}, {"height", "mm", 20}}},
+    {"hole",
+     "a half space with a drilled hole, turned off the axes",
+     {{"radius", "mm", 6}, {"depth", "mm", 20}}},
+    {"head", "an anatomical head with labels and a tumour", {{"noise", "HU, standard deviation", 12}}},
+    {"spine",
+     "three lumbar vertebrae with labels, cord and roots",
+     {{"noise", "HU, standard deviation", 12}}},
 };
 
 const PhantomInfo* find(const std::string& name) {
@@ -75,9 +84,24 @@ const dvec3 k_across{0.9563047559630354, 0.29237170472273677, 0.0},
 
 /// One analytic shape with its parameters looked up once.
 struct AnalyticShape {
-  enum class Kind { sphere, plane, plate, torus, gyroid, groove, corner, slot, cone, steps, shell } kind;
+  enum class Kind {
+    sphere,
+    plane,
+    plate,
+    torus,
+    gyroid,
+    groove,
+    corner,
+    slot,
+    cone,
+    steps,
+    shell,
+    box,
+    peg,
+    hole
+  } kind;
   double a = 0, b = 0;
-  dvec3 normal{0, 0, 1};
+  dvec3 normal{0, 0, 1}, half{0};
   double sine = 0, cosine = 1;
 
   void set_angle(double radians) {
@@ -106,6 +130,11 @@ struct AnalyticShape {
       kind = Kind::cone, a = get("angle") * k_degree, set_angle(a);
     else if (name == "steps")
       kind = Kind::steps, a = get("rise"), b = get("run");
+    else if (name == "box")
+      kind = Kind::box, half = 0.5 * dvec3(get("width"), get("depth"), get("height"));
+    else if (name == "peg" || name == "hole")
+      kind = name == "peg" ? Kind::peg : Kind::hole, a = get("radius"),
+      b = get(name == "peg" ? "height" : "depth");
     else
       kind = Kind::shell;
   }
@@ -151,6 +180,17 @@ struct AnalyticShape {
         for (int k = -2; k <= 2; ++k)
           nearest = std::min(nearest, std::max((middle + k) * b - x, z - (middle + k) * a));
         return nearest;
+      }
+      case Kind::box: {
+        const dvec3 q =
+            glm::abs(dvec3(glm::dot(p, k_across), glm::dot(p, k_along), glm::dot(p, k_up))) - half;
+        return std::max({q.x, q.y, q.z});
+      }
+      case Kind::peg:
+      case Kind::hole: {
+        const double x = glm::dot(p, k_across), y = glm::dot(p, k_along), z = glm::dot(p, k_up);
+        const double side = std::sqrt(x * x + y * y) - a;
+        return kind == Kind::peg ? std::min(z, std::max(side, z - b)) : std::max(z, -std::max(side, -b - z));
       }
       case Kind::shell: {
         const double r = glm::length(p);
@@ -246,9 +286,13 @@ Result<Volume> make_phantom(const std::string& name, const PhantomOptions& optio
                  "-45 to 45 degrees", ""};
 
   // The grid: size and spacing, one derived from the other and the box.
-  const bool is_head = name == "head";
-  const dvec3 low = is_head ? k_head_low : dvec3(-0.5 * k_box_mm),
-              high = is_head ? k_head_high : dvec3(0.5 * k_box_mm);
+  const bool is_head = name == "head", is_anatomy = is_head || name == "spine";
+  const dvec3 low = is_head      ? k_head_low
+                    : is_anatomy ? k_spine_low
+                                 : dvec3(-0.5 * k_box_mm),
+              high = is_head      ? k_head_high
+                     : is_anatomy ? k_spine_high
+                                  : dvec3(0.5 * k_box_mm);
   glm::ivec3 size(0);
   dvec3 spacing(0);
   if (options.spacing_mm) {
@@ -261,7 +305,7 @@ Result<Volume> make_phantom(const std::string& name, const PhantomOptions& optio
   if (options.size) size = *options.size;
   for (int i = 0; i < 3; ++i) {
     if (!options.size && !options.spacing_mm) {
-      spacing[i] = is_head ? 0.8 : k_box_mm / 128;
+      spacing[i] = is_head ? 0.8 : is_anatomy ? 0.7 : k_box_mm / 128;
     } else if (!options.spacing_mm) {
       if (size[i] < 1) break;  // make_volume says so below
       spacing[i] = (high[i] - low[i]) / size[i];
@@ -269,26 +313,27 @@ Result<Volume> make_phantom(const std::string& name, const PhantomOptions& optio
     if (!options.size)
       size[i] = static_cast<int>(std::clamp(std::floor((high[i] - low[i]) / spacing[i] + 0.5), 1.0, 1e9));
   }
-  if (is_head && options.size && !options.spacing_mm)
+  if (is_anatomy && options.size && !options.spacing_mm)
     spacing = dvec3(std::max({spacing.x, spacing.y, spacing.z}));  // cubes that hold the whole head
   for (int i = 0; i < 3; ++i)
     if (!(spacing[i] > 0)) spacing[i] = 1;
   Result<Frame> frame = phantom_frame(low, high, size, spacing, options.shear_degrees);
   if (!frame) return frame.error();
-  Result<Volume> made = volume::make_volume(size, frame.value(), is_head);
+  Result<Volume> made = volume::make_volume(size, frame.value(), is_anatomy);
   if (!made) return made;
   Volume& result = made.value();
   result.is_hounsfield = true;
 
   std::vector<float> values(result.voxels.size());
+  const double voxel_mm = std::max({spacing.x, spacing.y, spacing.z});
   if (is_head) {
+    const HeadAnatomy anatomy = head_anatomy(options.seed);
     for (const char* tissue : k_head_tissue_names) result.label_names.emplace_back(tissue);
-    const double voxel_mm = std::max({spacing.x, spacing.y, spacing.z});
     const double step_mm = glm::length(result.frame.axes()[0]);
     volume::parallel_for(size.z, options.threads, [&](int z) {
       for (int y = 0; y < size.y; ++y)
         for (int x = 0; x < size.x;) {
-          const HeadSample s = sample_head(result.frame.world_from_volume(dvec3(x, y, z)), voxel_mm);
+          const HeadSample s = sample_head(result.frame.world_from_volume(dvec3(x, y, z)), voxel_mm, anatomy);
           // Open air goes on for as long as the skin is far.
           const int same = 1 + static_cast<int>(s.clear_mm / (k_head_steepness * step_mm));
           for (const int end = std::min(x + same, size.x); x < end; ++x) {
@@ -298,12 +343,24 @@ Result<Volume> make_phantom(const std::string& name, const PhantomOptions& optio
           }
         }
     });
+  } else if (is_anatomy) {
+    const SpinePhantom spine(options.seed);
+    for (const char* tissue : k_spine_tissue_names) result.label_names.emplace_back(tissue);
+    volume::parallel_for(size.z, options.threads, [&](int z) {
+      for (int y = 0; y < size.y; ++y)
+        for (int x = 0; x < size.x; ++x) {
+          const auto s = spine.sample(result.frame.world_from_volume(dvec3(x, y, z)), voxel_mm);
+          const std::size_t i = result.index(x, y, z);
+          values[i] = static_cast<float>(s.hounsfield);
+          result.labels[i] = static_cast<std::uint8_t>(s.tissue);
+        }
+    });
   } else {
     fill_coverage(AnalyticShape(name, options.parameters), result, values, options.threads);
   }
 
   const double sigma =
-      options.psf_sigma_voxels > 0 || options.is_psf_given || !is_head ? options.psf_sigma_voxels : 0.6;
+      options.psf_sigma_voxels > 0 || options.is_psf_given || !is_anatomy ? options.psf_sigma_voxels : 1.0;
   volume::gaussian_blur(values, size, dvec3(sigma), options.threads);
 
   // Noise and rounding; HU stay what 12-bit scanners give.
@@ -312,12 +369,12 @@ Result<Volume> make_phantom(const std::string& name, const PhantomOptions& optio
     const std::size_t begin = result.index(0, 0, z),
                       end = begin + static_cast<std::size_t>(size.x) * static_cast<std::size_t>(size.y);
     for (std::size_t i = begin; i < end; ++i) {
-      double hu = is_head ? static_cast<double>(values[i])
-                          : k_air + (k_solid - k_air) * static_cast<double>(values[i]);
+      double hu = is_anatomy ? static_cast<double>(values[i])
+                             : k_air + (k_solid - k_air) * static_cast<double>(values[i]);
       if (noise > 0) {
         const double uniform =
             static_cast<double>(volume::hash_bits(volume::hash_bits(options.seed) ^ i) >> 11) * 0x1p-52 - 1;
-        hu += noise * (is_head ? volume::hash_normal(options.seed, i) : uniform);
+        hu += noise * (is_anatomy ? volume::hash_normal(options.seed, i) : uniform);
       }
       result.voxels[i] = static_cast<std::int16_t>(std::floor(std::clamp(hu, -1024.0, 3071.0) + 0.5));
     }

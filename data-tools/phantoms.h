@@ -1,5 +1,5 @@
-// Phantoms: volumes whose exact shape is known, and an anatomical head. Deterministic: same options, same
-// bits.
+// Phantoms: volumes whose exact shape is known, and an anatomical head and spine. Deterministic: same
+// options, same bits.
 #pragma once
 
 #include <cstdint>
@@ -13,15 +13,16 @@
 
 namespace trephine::data_tools {
 
-/// What a phantom is sampled with. Shapes lie in a box of 120 mm about the world origin (the head in its own
-/// extent), whatever the grid; a grid size without a spacing fills the box, and a spacing without a size too.
+/// What a phantom is sampled with. Shapes lie in a box of 120 mm about the world origin (head and spine in
+/// their own extent), whatever the grid; a grid size without a spacing fills the box, and a spacing without a
+/// size too.
 struct PhantomOptions {
   std::optional<glm::ivec3> size;  ///< voxels
   std::optional<glm::dvec3> spacing_mm;
-  double psf_sigma_voxels = 0;  ///< scanner blur, 0 to 2 (the head: 0.6 unless given)
+  double psf_sigma_voxels = 0;  ///< scanner blur, 0 to 2 (head and spine: 1 unless given)
   bool is_psf_given = false;
   double shear_degrees = 0;  ///< slices shifted along y by tan(shear) per mm of z, as by a gantry tilt
-  std::uint64_t seed = 1;    ///< of the noise
+  std::uint64_t seed = 1;    ///< of the noise, and of the anatomy: 1 is the plain one
   std::map<std::string, double> parameters;  ///< e.g. radius, angle, thickness, period, noise
   int threads = 0;
 };

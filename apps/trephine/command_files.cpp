@@ -6,9 +6,11 @@
 #include "apps/trephine/commands.h"
 #include "apps/trephine/frame_json.h"
 #include "data-tools/atomic_file.h"
+#include "data-tools/case_folder.h"
 #include "data-tools/mesh_files.h"
 #include "data-tools/open_volume.h"
 #include "data-tools/output_set.h"
+#include "data-tools/phantom_cases.h"
 #include "data-tools/phantoms.h"
 #include "volume/surface_nets.h"
 
@@ -20,7 +22,7 @@ using volume::Result;
 namespace {
 
 struct PhantomArguments {
-  std::string name, size, spacing, output, labels_output;
+  std::string name, size, spacing, output, labels_output, case_output;
   std::optional<double> psf;
   double shear = 0;
   std::uint64_t seed = 1;
@@ -62,7 +64,14 @@ Result<Outcome> run_phantom(const PhantomArguments& arguments) {
   data_tools::OutputSet outputs;
   outputs.writes("output", arguments.output, data_tools::OutputKind::volume);
   outputs.writes("labels", arguments.labels_output, data_tools::OutputKind::volume);
+  outputs.writes("case", arguments.case_output, data_tools::OutputKind::folder);
   if (volume::Status error = outputs.check()) return *error;
+  if (arguments.output.empty() && arguments.case_output.empty())
+    return Error{"it is not said where the phantom goes", "", "", "-o FILE or --case FOLDER", ""};
+  const auto plan = data_tools::phantom_plan(arguments.name, arguments.seed);
+  if (!arguments.case_output.empty() && !plan)
+    return Error{"this phantom makes no case", "case", arguments.name, "head or spine",
+                 "write it with -o, and import that"};
   data_tools::PhantomOptions options;
   if (!arguments.size.empty()) {
     auto size = parse_triple(arguments.size, "--size");
@@ -90,8 +99,11 @@ Result<Outcome> run_phantom(const PhantomArguments& arguments) {
   }
   auto made = data_tools::make_phantom(arguments.name, options);
   if (!made) return made.error();
+  if (is_interrupted()) return interrupted("making the phantom");
   const volume::Volume& v = made.value();
-  tell_resampled(v, arguments.output);
+  tell_resampled(v, arguments.output + arguments.case_output);
+  outputs.write(arguments.case_output,
+                [&] { return data_tools::write_case(arguments.case_output, *plan, v); });
   outputs.write(arguments.output, [&] { return data_tools::write_volume(arguments.output, v); });
   outputs.write(arguments.labels_output,
                 [&] { return data_tools::write_labels(arguments.labels_output, v); });
@@ -101,7 +113,8 @@ Result<Outcome> run_phantom(const PhantomArguments& arguments) {
   outcome.json["written"] = outputs.written();
   outcome.json.update(frame_json(v));
   outcome.json["labels"] = v.label_names;
-  outcome.text = arguments.name + ": " + size_text(v) + ", written to " + arguments.output + "\n";
+  outcome.text = arguments.name + ": " + size_text(v) + ", written to " +
+                 (arguments.output.empty() ? arguments.case_output : arguments.output) + "\n";
   return outcome;
 }
 
@@ -171,20 +184,28 @@ Run build_phantom(Options& options) {
   auto a = std::make_shared<PhantomArguments>();
   options
       .add("NAME", a->name,
-           "sphere, plane, plate, torus, gyroid, shell, groove, corner, slot, cone, steps or head")
+           "sphere, plane, plate, torus, gyroid, shell, groove, corner, slot, cone, steps, box, peg, hole, "
+           "head or spine")
       .required();
   options.add("--size", a->size, "Voxels along each axis").type("N|X,Y,Z");
   options.add("--spacing", a->spacing, "Voxel size, mm").type("S|X,Y,Z");
   options.add("--psf", a->psf, "Scanner blur: sigma in voxels, 0 to 2").type("SIGMA");
   options.add("--shear", a->shear, "Gantry tilt, degrees").type("D");
-  options.add("--seed", a->seed, "Of the noise").type("K");
+  options
+      .add("--seed", a->seed,
+           "Of the noise, and of head's and spine's anatomy: 1 is the plain one, others are other people")
+      .type("K");
   options.add("--set", a->settings, "A parameter of the shape, such as radius=40")
       .type("KEY=VALUE")
       .means("parameter");
-  options.add("-o,--output", a->output, ".mha, .nrrd, .nii, .nii.gz, .vti or .vdb").required();
+  options.add("-o,--output", a->output, ".mha, .nrrd, .nii, .nii.gz, .vti or .vdb");
+  options
+      .add("--case", a->case_output,
+           "A new case folder of head or spine, with its plan and what must not be cut")
+      .type("CASE");
   options
       .add("--labels", a->labels_output,
-           "Also write the labels to this file, .seg.nrrd with their names (head)")
+           "Also write the labels to this file, .seg.nrrd with their names (head, spine)")
       .type("FILE");
   return run_with(a, run_phantom);
 }
@@ -221,7 +242,8 @@ const Command k_convert{"convert", "Write a scan in another format",
 const Command k_phantom{"phantom", "Make a volume whose shape is known exactly",
                         "  trephine phantom sphere --size 256 --psf 1.5 -o sphere.mha\n"
                         "  trephine phantom plate --set thickness=2 --set angle=30 -o plate.nrrd\n"
-                        "  trephine phantom head --spacing 0.6 -o head.nii.gz --labels head-labels.nii.gz",
+                        "  trephine phantom head --spacing 0.6 -o head.nii.gz --labels head-labels.nii.gz\n"
+                        "  trephine phantom spine --seed 7 --case spine-case",
                         build_phantom};
 const Command k_mesh{"mesh", "Write the surface of a shape as a mesh",
                      "  trephine mesh SCANS/HEAD -o skull.stl\n  trephine mesh head --label dura -o dura.ply",

@@ -2,6 +2,7 @@
 #include <filesystem>
 
 #include "apps/trephine/commands.h"
+#include "apps/trephine/quality_report.h"
 #include "apps/view/view_window.h"
 #include "apps/workbench/operation.h"
 #include "apps/workbench/preset.h"
@@ -9,6 +10,7 @@
 #include "data-tools/case_folder.h"
 #include "data-tools/label_file.h"
 #include "data-tools/output_set.h"
+#include "data-tools/phantom_cases.h"
 #include "data-tools/plan_file.h"
 #include "modules/catalogue.h"
 
@@ -114,6 +116,9 @@ Result<Outcome> run_import(const ImportArguments& arguments) {
     source.volume = scan;
   }
 
+  // A phantom that is built in brings its plan.
+  if (!source.plan && source.is_builtin && !arguments.shape.is_made() && arguments.preset.name.empty())
+    source.plan = data_tools::phantom_plan(source.name);
   data_tools::CasePlan plan = source.plan.value_or(data_tools::CasePlan{});
   plan.name = name;
   plan.modality = source.modality;
@@ -134,6 +139,8 @@ Result<Outcome> run_import(const ImportArguments& arguments) {
       if (label.label != shape.value().label) plan.structures.push_back({label, false, false, {}});
     }
   }
+  if (!plan.structures.empty() && !plan.structures[0].shape.is_label())
+    plan.quality = data_tools::scan_quality(*scan, plan.structures[0].shape);
   for (const std::string& file : arguments.plans)
     if (Status bad = add_plan(plan, file, *scan)) return *bad;
   ProgressLine progress("importing");
@@ -159,10 +166,13 @@ Result<Outcome> run_import(const ImportArguments& arguments) {
   outcome.json["landmarks"] = plan.landmarks.size();
   outcome.json["labels"] = plan.label_names;
   outcome.json["is_resampled"] = !is_straight;
+  if (plan.quality) outcome.json["quality"] = quality_json(*plan.quality);
   outcome.json["seconds"] = seconds_since(start);
+  const std::string quality =
+      plan.quality ? quality_text(*plan.quality, scan->is_hounsfield, plan.structures[0].shape.low) : "";
   outcome.text = "case " + name + ": " + std::to_string(plan.structures.size()) + " structure" +
                  (plan.structures.size() == 1 ? "" : "s") + ", written to " + arguments.output + "\n  edit " +
-                 (target / "case.toml").string() + " to name structures, materials and the plan\n";
+                 (target / "case.toml").string() + " to name structures, materials and the plan\n" + quality;
   return outcome;
 }
 

@@ -5,8 +5,11 @@
 
 #include "apps/trephine/commands.h"
 #include "apps/trephine/frame_json.h"
+#include "apps/trephine/quality_report.h"
 #include "data-tools/atomic_file.h"
+#include "data-tools/output_set.h"
 #include "modules/catalogue.h"
+#include "volume/shape_choice.h"
 
 namespace trephine::app {
 
@@ -17,7 +20,8 @@ namespace {
 
 struct InfoArguments {
   workbench::SourceChoice source;
-  bool is_listing = false;
+  bool is_listing = false, has_quality = false;
+  std::string chart;
 };
 
 /// What was felt, as the header says it: its lines from the force on.
@@ -206,6 +210,11 @@ Result<Outcome> list(const std::string& path) {
 Result<Outcome> run_info(const InfoArguments& arguments) {
   if (arguments.is_listing) return list(arguments.source.path);
   if (workbench::is_session_file(arguments.source.path)) return describe_session(arguments.source.path);
+  const bool wants_quality = arguments.has_quality || !arguments.chart.empty();
+  data_tools::OutputSet outputs;
+  outputs.reads(arguments.source.path);
+  outputs.writes("chart", arguments.chart, data_tools::OutputKind::picture);
+  if (volume::Status error = outputs.check()) return *error;
   auto opened = workbench::open_source(arguments.source, person());
   if (!opened) return opened.error();
   const workbench::Source& source = opened.value();
@@ -243,6 +252,21 @@ Result<Outcome> run_info(const InfoArguments& arguments) {
                               {"diameter", t.diameter}});
     json["trajectories"] = trajectories;
   }
+  // What a case keeps, or what is measured now.
+  std::optional<data_tools::ScanQuality> quality;
+  volume::Shape felt;
+  if (source.plan && !source.plan->structures.empty()) felt = source.plan->structures[0].shape;
+  if (source.plan) quality = source.plan->quality;
+  if (wants_quality) {
+    if (!v.is_hounsfield && !source.plan) felt.low = volume::otsu_threshold(v);
+    if (felt.is_label())
+      return Error{"the quality of what is a label cannot be measured", "quality", felt.name,
+                   "a structure of intensities first in the case", "ask it of the scan, not of the case"};
+    quality = data_tools::scan_quality(v, felt);
+  }
+  if (quality) json["quality"] = quality_json(*quality);
+  outputs.write(arguments.chart, [&] { return write_quality_chart(*quality, arguments.chart); });
+  if (volume::Status error = outputs.result()) return *error;
   Json facts = Json::object();
   for (const auto& [name, value] : source.facts) facts[name] = value;
   json["facts"] = facts;
@@ -267,6 +291,7 @@ Result<Outcome> run_info(const InfoArguments& arguments) {
   for (const auto& [name, value] : source.facts)
     if (name != "modality") outcome.text += "  " + name + ": " + value + "\n";
   outcome.text += series_text(source.series);
+  if (quality) outcome.text += quality_text(*quality, v.is_hounsfield, felt.low);
   if (!v.label_names.empty()) {
     outcome.text += "  labels:";
     for (const std::string& name : v.label_names) outcome.text += " " + name;
@@ -278,6 +303,10 @@ Result<Outcome> run_info(const InfoArguments& arguments) {
 Run build(Options& options) {
   auto a = std::make_shared<InfoArguments>();
   add_source(options, a->source).required();
+  options.add("--quality", a->has_quality,
+              "Also blur, noise, the thinnest bone, and what a hand can feel of it at the least");
+  options.add("--chart", a->chart, "The same, and a picture of the edges that it was measured at")
+      .type("PNG");
   options.add("--list", a->is_listing, "Only what series and volumes a DICOM folder holds, whole or not");
   return run_with(a, run_info);
 }

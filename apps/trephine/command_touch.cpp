@@ -30,6 +30,7 @@ struct TouchArguments {
   double alpha = 0.3, rate = 1000, radius = 0, blur = 0;
   std::vector<std::string> meshes;   ///< files of polygonal models
   double mesh_scale = 1;             ///< mm per unit of theirs
+  std::string mesh_frame;            ///< of the models: "LPS" or "RAS"; empty: as they say
   std::string mesh_at;               ///< x,y,z: where their origin lies; empty: 0,0,0
   std::vector<std::string> effects;  ///< in words (haptics/force/effects.h)
   std::string stiffness_ramp;        ///< HU0,HU1,K1
@@ -73,7 +74,8 @@ Result<std::vector<workbench::ModelChoice>> models_of(const TouchArguments& argu
     return Error{"the models' place is not three numbers", "--mesh-at", arguments.mesh_at,
                  "X,Y,Z in mm, for example 0,-90,20", ""};
   std::vector<workbench::ModelChoice> models;
-  for (const std::string& file : arguments.meshes) models.push_back({file, arguments.mesh_scale, at});
+  for (const std::string& file : arguments.meshes)
+    models.push_back({file, arguments.mesh_scale, arguments.mesh_frame, at});
   return models;
 }
 
@@ -230,6 +232,8 @@ Run build(Options& options) {
            "--method scene unless another is named")
       .type("FILE");
   options.add("--mesh-scale", a->mesh_scale, "Of the models: 1000 for metres").shows_default().type("MM");
+  options.add("--mesh-frame", a->mesh_frame, "Which way the models' axes go (default: as they say, else LPS)")
+      .one_of({"LPS", "RAS"});
   options.add("--mesh-at", a->mesh_at, "Where the models' origin lies, mm (LPS); 0,0,0 unless given")
       .type("X,Y,Z");
   options

@@ -190,8 +190,8 @@ void add_reading(Options& options, workbench::SourceChoice& source) {
 Option add_source(Options& options, workbench::SourceChoice& source) {
   const Option option = options.add("SRC", source.path,
                                     "DICOM folder or archive, case folder, .mha, .mhd, .nrrd, .nhdr, "
-                                    ".nii(.gz), .hdr, .vti, .vdb, .inv3, a folder of pictures, or head "
-                                    "(built in; ./head is a path)");
+                                    ".nii(.gz), .hdr, .vti, .vdb, .inv3, a folder of pictures, or head or "
+                                    "spine (built in; ./head is a path)");
   add_reading(options, source);
   return option;
 }

@@ -34,7 +34,7 @@ struct OpenedScene {
 /// What only the program around a window can do: find and read scans, begin recordings.
 struct WindowHost {
   using Listener = workbench::Listener;
-  /// A folder, a file or "head". Off the drawing thread; one of both at a time.
+  /// A folder, a file, "head" or "spine". Off the drawing thread; one of both at a time.
   std::function<volume::Result<OpenedScene>(const std::string& source, const Listener& listener)> open;
   /// The scan that was opened last, with another window of intensities.
   std::function<volume::Result<OpenedScene>(double low, double high, const Listener& listener)> reshape;

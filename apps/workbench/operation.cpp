@@ -67,10 +67,13 @@ void add_forbidden(const Source& source, SceneSpec& spec) {
   }
 }
 
-Status add_models(const OperationChoice& choice, SceneSpec& spec, sim::SceneData& data) {
+Status add_models(const OperationChoice& choice, SceneSpec& spec, sim::SceneData& data,
+                  const Listener& listener) {
   for (const ModelChoice& wanted : choice.models) {
-    auto model = data_tools::read_polygon_model(wanted.file, wanted.mm_per_unit);
+    auto model = data_tools::read_polygon_model(wanted.file, wanted.mm_per_unit, wanted.frame);
     if (!model) return model.error();
+    for (const std::string& text : model.value().notices)
+      listener.notice(format_text("note: model %zu: ", data.models.size() + 1) + text);
     auto tree = std::make_shared<haptics::MeshTree>(std::move(model.value().vertices),
                                                     std::move(model.value().triangles));
     sim::StructureSpec& told = spec.structures.emplace_back();
@@ -175,7 +178,7 @@ Result<Operation> make_operation(Source source, const OperationChoice& choice, c
   if (Status error = add_touchable(source, choice.shape, listener, spec)) return *error;
   spec.structures[0].material = choice.material.over(spec.structures[0].material);
   spec.structures[0].ramp = choice.ramp;
-  if (Status error = add_models(choice, spec, data)) return *error;
+  if (Status error = add_models(choice, spec, data, listener)) return *error;
   if (Status error = add_hands(choice, *source.volume, listener, spec)) return *error;
   const auto has_instrument = [](const HandSpec& hand) { return !hand.instrument.empty(); };
   if (std::any_of(spec.hands.begin(), spec.hands.end(), has_instrument)) add_forbidden(source, spec);

@@ -11,6 +11,7 @@ namespace trephine::workbench {
 struct ModelChoice {
   std::string file;
   double mm_per_unit = 1;
+  std::string frame;         ///< "LPS" or "RAS"; empty: as the file says
   glm::dvec3 at_world{0.0};  ///< where its origin lies
 };
 

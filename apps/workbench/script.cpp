@@ -66,12 +66,12 @@ Result<sim::Command> command_of(const ScriptCommand& said, const std::string& wh
 }  // namespace
 
 std::string scan_of(const Script& script, const std::string& folder) {
-  return script.scan == "head" ? script.scan : seen_from(folder, script.scan);
+  return is_builtin(script.scan) ? script.scan : seen_from(folder, script.scan);
 }
 
 std::vector<std::string> files_of(const Script& script, const std::string& folder) {
   std::vector<std::string> files;
-  if (script.scan != "head") files.push_back(scan_of(script, folder));
+  if (!is_builtin(script.scan)) files.push_back(scan_of(script, folder));
   for (const ScriptHand& hand : script.hands)
     if (!hand.path.empty()) files.push_back(seen_from(folder, hand.path));
   return files;

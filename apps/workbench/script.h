@@ -9,7 +9,7 @@
 
 namespace trephine::workbench {
 
-/// The scan that a script names, as the program sees it; "head" for the built-in one.
+/// The scan that a script names, as the program sees it; a built-in one by its name.
 std::string scan_of(const data_tools::Script& script, const std::string& folder);
 /// The scan and the paths that a script names, as the program sees them.
 std::vector<std::string> files_of(const data_tools::Script& script, const std::string& folder);

@@ -82,8 +82,8 @@ Result<std::unique_ptr<OpenedSession>> open_session(const std::string& path, con
     result->source.name = header.case_name.empty() ? "embedded scan" : header.case_name;
     result->source.case_name = header.case_name;
     result->source.format = "session";
-  } else if (header.is_builtin && header.case_name == "head") {
-    Result<Source> opened = open_source("head", listener);
+  } else if (header.is_builtin && is_builtin(header.case_name)) {
+    Result<Source> opened = open_source(header.case_name, listener);
     if (!opened) return opened.error();
     result->source = std::move(opened).value();
   } else {

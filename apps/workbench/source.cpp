@@ -63,15 +63,17 @@ volume::Status parse_spacing(const std::string& text, std::optional<glm::dvec3>&
 
 }  // namespace
 
+bool is_builtin(const std::string& src) { return src == "head" || src == "spine"; }
+
 Result<Source> open_source(const SourceChoice& choice, const Listener& listener) {
   const std::string& src = choice.path;
   const auto start = Clock::now();
   Source source;
-  if (src == "head") {
-    auto made = data_tools::make_phantom("head");
+  if (is_builtin(src)) {
+    auto made = data_tools::make_phantom(src);
     if (!made) return made.error();
     source.volume = std::make_shared<const volume::Volume>(std::move(made).value());
-    source.name = source.case_name = "head";
+    source.name = source.case_name = src;
     source.is_builtin = true;
     source.format = "phantom";
     source.modality = "CT";

@@ -1,4 +1,4 @@
-// SRC: a scan that open_volume reads, a case, or the built-in head; and which shape of it is meant.
+// SRC: a scan that open_volume reads, a case, or a phantom that is built in; and which shape of it is meant.
 #pragma once
 
 #include <memory>
@@ -53,6 +53,8 @@ struct Source {
   double read_seconds = 0;
 };
 
+/// Is it the name of a phantom that is built in, "head" or "spine"?
+bool is_builtin(const std::string& src);
 /// Opens `src`, and tells its notices.
 volume::Result<Source> open_source(const SourceChoice& choice, const Listener& listener = {});
 /// In place of the scan its Gaussian; sigma in voxels, of which check(OperationChoice) says whether it may

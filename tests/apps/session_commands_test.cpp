@@ -150,10 +150,10 @@ TEST_F(Command, ACaseIsASourceEverywhere) {
   ASSERT_EQ(run("phantom head --spacing 2.5 -o head.mha --labels labels.mha").exit_code, 0);
   const Json import = json("import head.mha --labels labels.mha -o my-case");
   EXPECT_EQ(import["case"], "case") << "a folder's name may be a patient's";
-  EXPECT_EQ(import["structures"], 9);
+  EXPECT_EQ(import["structures"], 11);
   const Json info = json("info my-case");
   EXPECT_EQ(info["format"], "case");
-  EXPECT_EQ(info["structures"].size(), 9u);
+  EXPECT_EQ(info["structures"].size(), 11u);
   const Ended again = run("import head.mha -o my-case");
   EXPECT_EQ(again.exit_code, 2);
   EXPECT_NE(again.err.find("already"), std::string::npos);
@@ -182,7 +182,7 @@ TEST_F(Command, ACaseIsASourceEverywhere) {
   EXPECT_EQ(run("mesh my-case --label label-2 -o bone.stl").exit_code, 0);
 
   // What must not be cut is watched: a burr that comes into it fails the check, and the session says when.
-  write("deep.csv", "t,x,y,z\n0,0,-10,110\n1,0,-10,95\n4,0,-10,60\n5,0,-10,110\n");
+  write("deep.csv", "t,x,y,z\n0,14,-10,110\n1,14,-10,95\n4,14,-10,58\n5,14,-10,110\n");
   write("air.csv", "t,x,y,z\n0,0,-10,110\n1,0,-10,105\n");
   const Ended entered =
       run("drill my-case --kinematic --burr-diameter 6 --path deep.csv -o o.mha --record "

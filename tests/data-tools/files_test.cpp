@@ -1,6 +1,7 @@
 // Reading and writing real formats: one oblique volume through all of them, the golden figures, and every
 // refusal.
 // One file: each format with the faults that its reader must name.
+#include <array>
 #include <csignal>
 #include <cstdlib>
 #include <filesystem>
@@ -448,6 +449,64 @@ TEST(PolygonModels, ComeBackFromEveryFormatAsTheyWereWritten) {
       ASSERT_LT(glm::length(found - wanted), 1e-4) << file << " " << i;
     }
   }
+}
+
+TEST(PolygonModels, WhatIsOddAboutThemIsCountedAndTold) {
+  const Scratch scratch;
+  const auto facets = [](std::vector<std::array<int, 3>> triangles, const std::string& head = "solid") {
+    // A tetrahedron's corners, 10 mm long.
+    const std::array<std::array<int, 3>, 4> corner{{{0, 0, 0}, {10, 0, 0}, {0, 10, 0}, {0, 0, 10}}};
+    std::string text = head;
+    text += "\n";
+    for (const auto& t : triangles) {
+      text += "facet normal 0 0 0\nouter loop\n";
+      for (const int c : t) {
+        text += "vertex";
+        for (const int x : corner[static_cast<std::size_t>(c)]) text.append(" ").append(std::to_string(x));
+        text += "\n";
+      }
+      text += "endloop\nendfacet\n";
+    }
+    return text + "endsolid\n";
+  };
+  const std::vector<std::array<int, 3>> closed{{0, 2, 1}, {0, 1, 3}, {0, 3, 2}, {1, 2, 3}};
+  const auto told = [&](const std::string& text, double scale = 1, const std::string& frame = "") {
+    write_text(scratch / "m.stl", text);
+    const auto model = read_polygon_model(scratch / "m.stl", scale, frame);
+    EXPECT_TRUE(model.is_ok()) << model.error().message();
+    std::string all;
+    for (const std::string& notice : model.value().notices) all += notice + "\n";
+    return all;
+  };
+  EXPECT_EQ(told(facets(closed)), "");
+  auto open = closed;
+  open.pop_back();
+  EXPECT_NE(told(facets(open)).find("3 edges of one triangle only"), std::string::npos);
+  auto turned = closed;
+  std::swap(turned[3][0], turned[3][1]);
+  EXPECT_NE(told(facets(turned)).find("3 edges between"), std::string::npos);
+  auto inward = closed;
+  for (auto& t : inward) std::swap(t[0], t[1]);
+  EXPECT_NE(told(facets(inward)).find("inside out"), std::string::npos);
+  auto crowded = closed;
+  crowded.push_back({0, 2, 1});
+  EXPECT_NE(told(facets(crowded)).find("3 edges of three"), std::string::npos);
+  EXPECT_NE(told(facets(closed), 0.001).find("--mesh-scale"), std::string::npos);
+  // Slicer says its frame.
+  const std::string ras = facets(closed, "solid SPACE=RAS");
+  EXPECT_NE(told(ras).find("brought to LPS"), std::string::npos);
+  const auto first_corner = [&](const std::string& frame) {
+    return read_polygon_model(scratch / "m.stl", 1, frame).value();
+  };
+  const auto least_x = [](const PolygonModel& model) {
+    double least = 1e9;
+    for (const glm::dvec3& p : model.vertices) least = std::min(least, p.x);
+    return least;
+  };
+  EXPECT_EQ(least_x(first_corner("")), -10);
+  EXPECT_EQ(least_x(first_corner("LPS")), 0);
+  EXPECT_NE(told(ras, 1, "LPS").find("LPS was asked for"), std::string::npos);
+  EXPECT_FALSE(read_polygon_model(scratch / "m.stl", 1, "RAI").is_ok());
 }
 
 TEST(PolygonModels, DamagedOnesAreRefusedInWordsWithoutNoise) {

@@ -15,7 +15,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   static const fs::path k_folder =
       fs::temp_directory_path() / ("trephine-fuzz-dicom-" + std::to_string(getpid()));
   fs::create_directories(k_folder);
-  const std::size_t cut = data[0] % 4 == 0 ? size * data[1] / 256 : size;  // two files in a quarter of all runs
+  const std::size_t cut =
+      data[0] % 4 == 0 ? size * data[1] / 256 : size;  // two files in a quarter of all runs
   const auto put = [](const char* name, const std::uint8_t* from, std::size_t count) {
     std::ofstream(k_folder / name, std::ios::binary)
         .write(reinterpret_cast<const char*>(from), static_cast<std::streamsize>(count));

@@ -1,0 +1,90 @@
+#include "data-tools/phantom_cases.h"
+
+#include <glm/geometric.hpp>
+
+#include "data-tools/head_phantom.h"
+#include "data-tools/spine_phantom.h"
+
+namespace trephine::data_tools {
+
+using glm::dvec3;
+
+namespace {
+
+CaseStructure window_of(const char* name, double low) {
+  CaseStructure s;
+  s.shape.name = name;
+  s.shape.low = low;
+  return s;
+}
+CaseStructure label_of(const char* name, int label, bool is_forbidden) {
+  CaseStructure s;
+  s.shape.name = name;
+  s.shape.label = label;
+  s.is_touchable = false;
+  s.is_forbidden = is_forbidden;
+  return s;
+}
+
+template <std::size_t N>
+CasePlan plan_of(const std::string& name, const char* const (&labels)[N]) {
+  CasePlan plan;
+  plan.name = name;
+  plan.modality = "CT";
+  plan.is_hounsfield = true;
+  for (const char* label : labels) plan.label_names.emplace_back(label);
+  return plan;
+}
+
+CasePlan head_plan(std::uint64_t seed) {
+  CasePlan plan = plan_of("head", k_head_tissue_names);
+  plan.structures.push_back(window_of("bone", 300));
+  for (const HeadTissue tissue : {HeadTissue::dura, HeadTissue::brain, HeadTissue::venous_sinus}) {
+    const int label = static_cast<int>(tissue);
+    plan.structures.push_back(label_of(k_head_tissue_names[label], label, true));
+  }
+  const int tumour = static_cast<int>(HeadTissue::tumour);
+  plan.structures.push_back(label_of(k_head_tissue_names[tumour], tumour, false));
+  // The shortest way from the vault to the tumour, about.
+  const HeadAnatomy anatomy = head_anatomy(seed);
+  const dvec3 target = anatomy.tumour * anatomy.size;
+  const dvec3 outward = glm::normalize(anatomy.tumour - dvec3(0, -5, 0));
+  double near = 0, far = 100;
+  while (far - near > 1e-3) {
+    const double middle = 0.5 * (near + far);
+    (vault_distance(target + middle * outward, anatomy) < 0 ? near : far) = middle;
+  }
+  plan.trajectories.push_back({"to the tumour", target + near * outward, target, 0});
+  const auto on_vault = [&](const dvec3& from) {
+    double low = 0, high = 150;
+    while (high - low > 1e-3) {
+      const double middle = 0.5 * (low + high);
+      (vault_distance(middle * from, anatomy) < 0 ? low : high) = middle;
+    }
+    return low * from;
+  };
+  plan.landmarks.push_back({"vertex", on_vault({0, 0, 1})});
+  plan.landmarks.push_back({"inion", on_vault(glm::normalize(dvec3(0, 1, -0.2)))});
+  return plan;
+}
+
+CasePlan spine_plan(std::uint64_t seed) {
+  CasePlan plan = plan_of("spine", k_spine_tissue_names);
+  plan.structures.push_back(window_of("bone", 140));
+  for (int label = 1; label <= static_cast<int>(SpineTissue::vessel); ++label)
+    plan.structures.push_back(
+        label_of(k_spine_tissue_names[label], label, label >= static_cast<int>(SpineTissue::cord)));
+  for (const SpineScrew& screw : SpinePhantom(seed).screws())
+    plan.trajectories.push_back({screw.name, screw.entry_world, screw.target_world, screw.diameter});
+  return plan;
+}
+
+}  // namespace
+
+std::optional<CasePlan> phantom_plan(const std::string& name, std::uint64_t seed) {
+  if (name == "head") return head_plan(seed);
+  if (name == "spine") return spine_plan(seed);
+  return std::nullopt;
+}
+
+}  // namespace trephine::data_tools
