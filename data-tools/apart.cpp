@@ -7,6 +7,7 @@
 #include <fcntl.h>
 #include <new>
 #include <sys/mman.h>
+#include <sys/prctl.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
 #include <thread>
@@ -33,8 +34,10 @@ void silence() {
 
 [[noreturn]] void work_through(int first, int step, int count, const std::function<void(int)>& work,
                                Progress& progress) {
-  for (const int signal : {SIGINT, SIGTERM, SIGHUP, SIGSEGV, SIGABRT, SIGBUS, SIGFPE})
-    std::signal(signal, SIG_DFL);
+  for (const int signal : {SIGTERM, SIGHUP, SIGSEGV, SIGABRT, SIGBUS, SIGFPE}) std::signal(signal, SIG_DFL);
+  // Ctrl-C reaches all processes of a terminal: the first one decides what it means, and ends the others.
+  std::signal(SIGINT, SIG_IGN);
+  ::prctl(PR_SET_PDEATHSIG, SIGKILL);
   silence();
   const struct rlimit no_core { 0, 0 };
   ::setrlimit(RLIMIT_CORE, &no_core);
@@ -103,12 +106,12 @@ ApartResult run_apart(int count, const std::function<void(int)>& work,
         const int at = progress[p].at;
         end_all();
         return {End::failed, at,
-                WIFSIGNALED(status) ? "it crashes the library that unpacks it" : "it cannot be unpacked"};
+                WIFSIGNALED(status) ? "it crashes the library that reads it" : "it cannot be read"};
       }
       if (progress[p].at != last[p]) last[p] = progress[p].at, since[p] = Clock::now();
       if (std::chrono::duration<double>(Clock::now() - since[p]).count() > seconds_each) {
         end_all();
-        return {End::failed, last[p], "unpacking it does not end"};
+        return {End::failed, last[p], "reading it does not end"};
       }
     }
     if (goes_on && !goes_on(static_cast<double>(done) / std::max(count, 1))) {

@@ -91,13 +91,26 @@ void for_each_quality(Quality& q, const Use& use) {
 }
 
 ScanQuality read_quality(TomlReader& reader, const toml::value& value) {
-  const toml::table& t = reader.table(
-      value, {"blur_in_plane", "blur_across", "noise", "slice_step", "thinnest", "least_wall", "least_gap"});
+  const toml::table& t = reader.table(value, {"blur_in_plane", "blur_across", "edges", "rough", "noise",
+                                              "slice_step", "thinnest", "least_wall", "least_gap"});
   ScanQuality quality;
   for_each_quality(
       quality, [&](const char* key, std::optional<double>& into) { into = reader.number(t, key, 0, 1e6); });
   quality.slice_step = reader.number(t, "slice_step", 0, 1e6).value_or(0);
+  quality.edges = static_cast<int>(reader.number(t, "edges", 0, 1e6).value_or(0));
+  quality.is_rough = reader.claim(t, "rough").value_or(false);
   return quality;
+}
+
+/// A file of the case that is a link to somewhere else: not of the case.
+Status check_inside(const fs::path& folder, const char* file) {
+  std::error_code error;
+  const fs::path here = fs::weakly_canonical(folder, error),
+                 there = fs::weakly_canonical(folder / file, error);
+  const fs::path inside = there.lexically_relative(here);
+  if (!error && !inside.empty() && *inside.begin() != "..") return std::nullopt;
+  return Error{"a file of the case lies outside of it", file_name(folder.string()) + "/" + file,
+               "a link that leaves the folder", "a file in the folder", "copy the file into the case"};
 }
 
 std::string quoted(const std::string& text) {
@@ -160,6 +173,8 @@ Result<CasePlan> parse_case(const std::string& text, const std::string& where) {
 
 Result<OpenedCase> open_case(const std::string& path, const OpenOptions& options) {
   const std::string where = file_name(path) + "/" + k_plan_file;
+  for (const char* name : {k_plan_file, k_volume_file, k_labels_file})
+    if (Status error = check_inside(path, name)) return *error;
   std::ifstream file(fs::path(path) / k_plan_file, std::ios::binary);
   if (!file) return Error{"the case cannot be read", where, "", "a folder with case.toml", ""};
   std::ostringstream text;
@@ -209,8 +224,10 @@ std::string case_text(const CasePlan& plan, bool has_labels) {
     const std::string text = volume::text_of(value);
     line(key, text.find_first_of(".e") == std::string::npos ? text + ".0" : text);
   };
-  const auto point = [&line](const char* key, const glm::dvec3& p) {
-    line(key, "[" + volume::text_of(p.x) + ", " + volume::text_of(p.y) + ", " + volume::text_of(p.z) + "]");
+  const auto rounded = [](double v) { return std::floor(1000 * v + 0.5) / 1000; };  // for people: micrometres
+  const auto point = [&](const char* key, const glm::dvec3& p) {
+    line(key, "[" + volume::text_of(rounded(p.x)) + ", " + volume::text_of(rounded(p.y)) + ", " +
+                  volume::text_of(rounded(p.z)) + "]");
   };
   line("schema", std::to_string(CasePlan::k_schema));
   line("name", quoted(plan.name) + "  # chosen for the case, never a patient's");
@@ -245,9 +262,11 @@ std::string case_text(const CasePlan& plan, bool has_labels) {
   if (plan.quality) {
     out += "\n[quality]  # of the scan, as import measured it: mm, noise in its units\n";
     for_each_quality(*plan.quality, [&](const char* key, const std::optional<double>& one) {
-      if (one) number(key, std::floor(1000 * *one + 0.5) / 1000);
+      if (one) number(key, rounded(*one));
     });
-    number("slice_step", plan.quality->slice_step);
+    number("slice_step", rounded(plan.quality->slice_step));
+    line("edges", std::to_string(plan.quality->edges));
+    if (plan.quality->is_rough) line("rough", "true");
   }
   for (const CaseLandmark& l : plan.landmarks) {
     out += "\n[[landmarks]]\n";

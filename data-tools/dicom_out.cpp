@@ -7,7 +7,9 @@
 #include <gdcmWriter.h>
 #include <glm/geometric.hpp>
 
+#include "data-tools/apart.h"
 #include "data-tools/atomic_file.h"
+#include "data-tools/opening.h"
 #include "data-tools/writing.h"
 #include "volume/mix_hash.h"
 
@@ -181,22 +183,27 @@ Status write_dicom_series(const std::string& path, const volume::Volume& volume,
   const Series series{hash, name,   volume.is_hounsfield,
                       row,  column, std::abs(glm::dot(glm::cross(row, column), volume.frame.axes()[2]))};
   if (Status error = check_slices(volume.size.z, path)) return error;
+  // GDCM aborts on a full disk: in processes of its own.
   const auto write = [&](const std::string& folder) -> Status {
-    for (int z = 0; z < volume.size.z; ++z) {
-      if (progress && !progress(static_cast<double>(z) / volume.size.z))
-        return Error{"writing was interrupted; nothing was written",
-                     file_name(path),
-                     "",
-                     "",
-                     "",
-                     volume::ErrorKind::interrupted};
-      const std::string file = (fs::path(folder) / slice_name(z, ".dcm")).string();
-      const std::size_t bytes =
-          2 * static_cast<std::size_t>(volume.size.x) * static_cast<std::size_t>(volume.size.y);
-      errno = 0;
-      if (!write_slice(volume, series, z, file)) return cannot_write(path, errno != 0 ? errno : ENOSPC);
-      if (Status error = check_written(file, path, bytes)) return error;
-    }
+    const auto failed = SharedBytes::make(1);
+    if (!failed) return too_large(1, file_name(path));
+    const std::size_t bytes =
+        2 * static_cast<std::size_t>(volume.size.x) * static_cast<std::size_t>(volume.size.y);
+    const ApartResult ended = run_apart(
+        volume.size.z,
+        [&](int z) {
+          const std::string file = (fs::path(folder) / slice_name(z, ".dcm")).string();
+          if (!write_slice(volume, series, z, file) || check_written(file, path, bytes)) *failed->data() = 1;
+        },
+        progress);
+    if (ended.end == ApartResult::End::stopped)
+      return Error{"writing was interrupted; nothing was written",
+                   file_name(path),
+                   "",
+                   "",
+                   "",
+                   volume::ErrorKind::interrupted};
+    if (ended.end == ApartResult::End::failed || *failed->data() != 0) return cannot_write(path, ENOSPC);
     return std::nullopt;
   };
   return write_folder_atomically(path, {"slice-####.dcm"}, write, volume.size.z);

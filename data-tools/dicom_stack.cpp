@@ -37,11 +37,13 @@ Result<SliceStack> stack_slices(const std::vector<SlicePlace>& slices, bool make
       if (!std::isfinite(v))
         return Error{"a slice has no finite position, direction or spacing", "", "", "",
                      "re-export the series from its source"};
-    if (!(s.row_spacing > 0 && s.column_spacing > 0))
+    constexpr double k_least = 1e-4, k_most = 1000;  // mm: finer than any microscope's, larger than a person
+    if (!(std::min(s.row_spacing, s.column_spacing) >= k_least &&
+          std::max(s.row_spacing, s.column_spacing) <= k_most))
       return Error{
-          "a slice has no positive pixel spacing", "",
+          "a slice has no pixel spacing that can be", "",
           s.name + ": " + mm(s.column_spacing) + " x " + mm(s.row_spacing) + " (0: absent, or no number)",
-          "above 0 mm", "re-export the series from its source"};
+          "0.0001 to 1000 mm", "re-export the series from its source"};
     const double skew = glm::dot(s.row_axis, s.column_axis);
     if (std::abs(glm::length(s.row_axis) - 1) > 1e-3 || std::abs(glm::length(s.column_axis) - 1) > 1e-3 ||
         std::abs(skew) > 1e-3)

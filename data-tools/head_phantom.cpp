@@ -192,9 +192,9 @@ HeadSample sample_head(const dvec3& place, double voxel_mm, const HeadAnatomy& a
   double shell = std::max(outside, -inside);
   const double magnum = std::max(std::sqrt(p.x * p.x + (p.y - 22) * (p.y - 22)) - 16.0, p.z + 20);
   shell = carve(shell, magnum, 4);
-  const double mastoid = ellipsoid(p - dvec3(56, 16, -52), {11, 14, 20});
+  const double mastoid = capsule(p, {58, 17, -40}, {55, 13, -56}, 10.5, 5.0);
   const Face f = face(p);
-  double bone = blend(shell, mastoid, 6);
+  double bone = blend(shell, mastoid, 10);
   if (f.bone < 50) {
     const double in_brain_case = inside + 2.0;  // the face ends where the brain case begins
     bone = blend(bone, std::max(f.bone, -in_brain_case), 5);

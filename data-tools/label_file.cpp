@@ -150,10 +150,14 @@ Result<ReadLabels> read_labels(const std::string& path, const Volume& scan, cons
     return Error{"segments overlap", where, std::to_string(overlaps) + " voxels belong to several",
                  "one label a voxel",
                  "export the segments that are needed as one label map, the more important last"};
-  if (!is_same_grid)
+  if (!is_same_grid) {
     result.notices.push_back("the labels lie on a grid of their own: brought to the scan's, nearest; " +
                              short_number(1e-3 * kept) + " cm3 of " + short_number(1e-3 * labelled) +
                              " lie in the scan");
+    if (kept < 0.8 * labelled)
+      result.notices.emplace_back(
+          "warning: a good part of the labels lies outside of the scan: are they of it?");
+  }
   return result;
 }
 

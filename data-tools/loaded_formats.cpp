@@ -42,16 +42,7 @@ Status with_library(LoadedFormat format, int count, const std::string& where,
                  is_pictures ? "libtrephine-pictures" : "libtrephine-vdb",
                  "install trephine-formats, or use another format",
                  volume::ErrorKind::missing_here};
-  switch (ended.end) {
-    case ApartResult::End::done:
-      return std::nullopt;
-    case ApartResult::End::stopped:
-      return reading_interrupted(where);
-    case ApartResult::End::failed:
-      break;
-  }
-  return Error{"the file cannot be worked on", name_of && ended.at >= 0 ? name_of(ended.at) : where,
-               ended.found, "a whole file of its format", "copy or export it again"};
+  return apart_status(ended, name_of && ended.at >= 0 ? name_of(ended.at) : where);
 }
 
 }  // namespace trephine::data_tools

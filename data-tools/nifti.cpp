@@ -125,6 +125,10 @@ Result<OpenedVolume> open_nifti(const std::string& path, const OpenOptions& opti
       header && (version == 2 ? nifti_hdr2_looks_good(static_cast<nifti_2_header*>(header.get()))
                               : nifti_hdr1_looks_good(static_cast<nifti_1_header*>(header.get())));
   if (!is_good) return broken("no NIfTI header");
+  const int datatype = version == 2 ? static_cast<nifti_2_header*>(header.get())->datatype
+                                    : static_cast<nifti_1_header*>(header.get())->datatype;
+  if (nifti_is_valid_datatype(datatype) == 0)
+    return broken("voxels of an unknown kind (" + std::to_string(datatype) + ")");
   const Image image(nifti_image_read(path.c_str(), 0), &nifti_image_free);
   if (!image) return broken("no NIfTI header");
   if (image->ndim < 3 || image->nu > 1 || image->nv > 1 || image->nw > 1)

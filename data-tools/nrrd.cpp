@@ -154,6 +154,7 @@ bool names_file_elsewhere(const std::string& path) {
 bool load(Nrrd* into, const std::string& path, bool wants_voxels) {
   const std::unique_ptr<NrrdIoState, NrrdIoState* (*)(NrrdIoState*)> how(nrrdIoStateNew(), nrrdIoStateNix);
   how->skipData = !wants_voxels;
+  nrrdStateVerboseIO = 0;  // it would talk to the person itself
   if (nrrdLoad(into, path.c_str(), how.get()) == 0) return true;
   std::free(biffGetDone(NRRD));  // its words are for programmers
   return false;

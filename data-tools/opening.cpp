@@ -39,6 +39,19 @@ Error reading_interrupted(const std::string& where) {
   return {"reading was interrupted", where, "", "", "", volume::ErrorKind::interrupted};
 }
 
+volume::Status apart_status(const ApartResult& ended, const std::string& where) {
+  switch (ended.end) {
+    case ApartResult::End::done:
+      return std::nullopt;
+    case ApartResult::End::stopped:
+      return reading_interrupted(where);
+    case ApartResult::End::failed:
+      break;
+  }
+  return Error{"the file cannot be worked on", where, ended.found, "a whole file of its format",
+               "copy or export it again"};
+}
+
 double farthest_corner(const volume::Frame& a, const volume::Frame& b, const glm::ivec3& size) {
   double most = 0;
   for (int corner = 0; corner < 8; ++corner) {

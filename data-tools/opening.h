@@ -2,6 +2,7 @@
 // one volume of several, units.
 #pragma once
 
+#include "data-tools/apart.h"
 #include "data-tools/open_volume.h"
 
 namespace trephine::data_tools {
@@ -13,6 +14,9 @@ volume::Result<volume::Volume> make_room(const glm::ivec3& size, const volume::R
 volume::Error too_large(std::size_t bytes, const std::string& where);
 volume::Status check_memory(std::size_t bytes, const std::string& where);
 volume::Error reading_interrupted(const std::string& where);
+
+/// How work in processes of their own ended, in words.
+volume::Status apart_status(const ApartResult& ended, const std::string& where);
 
 /// Which of several volumes is meant, from 0; error when there is none such.
 volume::Result<std::size_t> volume_index(const OpenOptions& options, std::size_t volumes,

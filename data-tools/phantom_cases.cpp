@@ -45,16 +45,22 @@ CasePlan head_plan(std::uint64_t seed) {
   }
   const int tumour = static_cast<int>(HeadTissue::tumour);
   plan.structures.push_back(label_of(k_head_tissue_names[tumour], tumour, false));
-  // The shortest way from the vault to the tumour, about.
+  // A burr hole over the tumour, the shortest way: through the bone, to where the dura begins.
   const HeadAnatomy anatomy = head_anatomy(seed);
-  const dvec3 target = anatomy.tumour * anatomy.size;
-  const dvec3 outward = glm::normalize(anatomy.tumour - dvec3(0, -5, 0));
-  double near = 0, far = 100;
-  while (far - near > 1e-3) {
-    const double middle = 0.5 * (near + far);
-    (vault_distance(target + middle * outward, anatomy) < 0 ? near : far) = middle;
+  const dvec3 middle = anatomy.tumour * anatomy.size,
+              outward = glm::normalize(anatomy.tumour - dvec3(0, -5, 0));
+  double outside = 0, far = 100;
+  while (far - outside > 1e-3) {
+    const double between = 0.5 * (outside + far);
+    (vault_distance(middle + between * outward, anatomy) < 0 ? outside : far) = between;
   }
-  plan.trajectories.push_back({"to the tumour", target + near * outward, target, 0});
+  double inside = outside;
+  constexpr double k_step = 0.05, k_fine = 0.05;  // mm
+  while (inside > 0 && sample_head(middle + inside * outward, k_fine, anatomy).tissue != HeadTissue::dura)
+    inside -= k_step;
+  constexpr double k_spared = 0.5, k_burr_hole = 14;  // mm
+  plan.trajectories.push_back({"burr hole over the tumour", middle + outside * outward,
+                               middle + (inside + k_spared) * outward, k_burr_hole});
   const auto on_vault = [&](const dvec3& from) {
     double low = 0, high = 150;
     while (high - low > 1e-3) {
@@ -82,9 +88,10 @@ CasePlan spine_plan(std::uint64_t seed) {
 }  // namespace
 
 std::optional<CasePlan> phantom_plan(const std::string& name, std::uint64_t seed) {
-  if (name == "head") return head_plan(seed);
-  if (name == "spine") return spine_plan(seed);
-  return std::nullopt;
+  if (name != "head" && name != "spine") return std::nullopt;
+  CasePlan plan = name == "head" ? head_plan(seed) : spine_plan(seed);
+  if (seed != 1) plan.name.append("-").append(std::to_string(seed));  // other people have other names
+  return plan;
 }
 
 }  // namespace trephine::data_tools

@@ -37,6 +37,7 @@ void read(const char* path, int page, PictureFacts& facts, float* to) {
   // Colours are refused, not turned grey; numbers stay as they are, whatever gamma is written beside them.
   OIIO::ImageSpec wish;
   wish.attribute("oiio:RawColor", 1);
+  wish.attribute("oiio:UnassociatedAlpha", 1);
   const auto in = OIIO::ImageInput::open(path, &wish);
   if (!in || !in->seek_subimage(page, 0)) return fail(facts, "no picture that can be opened");
   const OIIO::ImageSpec& spec = in->spec();

@@ -66,7 +66,7 @@ std::vector<std::string> pictures_of(const std::string& folder) {
   std::error_code error;
   for (const auto& entry : fs::directory_iterator(folder, error)) {
     const std::string name = entry.path().filename().string();
-    if (is_picture(name) && entry.is_regular_file(error))
+    if (name.front() != '.' && is_picture(name) && entry.is_regular_file(error))
       names.push_back(name);
     else if (name.front() != '.' && name != "Thumbs.db" && !has_extension(name, ".json") &&
              !has_extension(name, ".txt"))
@@ -75,6 +75,55 @@ std::vector<std::string> pictures_of(const std::string& folder) {
   }
   std::sort(names.begin(), names.end(), comes_before);
   return names;
+}
+
+/// The numbers in a name, and the rest of it.
+struct NumberedName {
+  std::vector<long long> numbers;
+  std::string rest;
+
+  explicit NumberedName(const std::string& name) {
+    for (std::size_t i = 0; i < name.size();) {
+      if (name[i] < '0' || name[i] > '9') {
+        rest += name[i++];
+        continue;
+      }
+      long long number = 0;
+      for (; i < name.size() && name[i] >= '0' && name[i] <= '9'; ++i)
+        number = std::min(number, 100'000'000'000'000LL) * 10 + (name[i] - '0');
+      numbers.push_back(number);
+      rest += '#';
+    }
+  }
+};
+
+/// Slices of one stack have names that count: none is missing, none is there twice.
+Status check_counting(const std::vector<std::string>& names, const std::string& where) {
+  std::vector<NumberedName> all(names.begin(), names.end());
+  const auto refused = [&](const std::string& what, const std::string& found) {
+    return Error{what, where, found, "names that count: slice1, slice2, ...",
+                 "take away what does not belong there, or copy what is missing; names that end in .json or "
+                 ".txt are passed over"};
+  };
+  std::optional<std::size_t> counter;
+  for (const NumberedName& name : all) {
+    if (name.rest != all[0].rest || name.numbers.size() != all[0].numbers.size())
+      return refused("the pictures have names of two kinds: are they of one stack?",
+                     names[0] + " and " + names[static_cast<std::size_t>(&name - all.data())]);
+    for (std::size_t k = 0; k < name.numbers.size(); ++k)
+      if (name.numbers[k] != all[0].numbers[k]) {
+        if (counter && *counter != k)
+          return std::nullopt;  // dates beside counters: their order is all we know
+        counter = k;
+      }
+  }
+  for (std::size_t i = 1; i < all.size(); ++i) {
+    const long long step = counter ? all[i].numbers[*counter] - all[i - 1].numbers[*counter] : 0;
+    if (step == 0) return refused("two pictures have one number", names[i - 1] + " and " + names[i]);
+    if (step != all[1].numbers[*counter] - all[0].numbers[*counter])
+      return refused("pictures are missing", "none between " + names[i - 1] + " and " + names[i]);
+  }
+  return std::nullopt;
 }
 
 /// What stack.json says.
@@ -121,7 +170,10 @@ struct Slice {
 
 bool is_picture_stack(const std::string& path) {
   std::error_code error;
-  if (fs::is_directory(path, error)) return pictures_of(path).size() > 1;
+  if (fs::is_directory(path, error)) {
+    const std::size_t count = pictures_of(path).size();
+    return count > 1 || (count == 1 && fs::exists(fs::path(path) / k_place_file, error));
+  }
   return has_extension(path, ".tif") || has_extension(path, ".tiff");
 }
 
@@ -137,7 +189,9 @@ Result<OpenedVolume> open_picture_stack(const std::string& path, const OpenOptio
     Result<std::optional<Place>> said = read_place(path);
     if (!said) return said.error();
     place = said.value();
-    for (const std::string& name : pictures_of(path))
+    const std::vector<std::string> names = pictures_of(path);
+    if (Status odd = check_counting(names, where); odd && !place) return *odd;
+    for (const std::string& name : names)
       slices.push_back({(fs::path(path) / name).string(), where + "/" + name, 0});
     if (place && place->slices != slices.size())
       return Error{"pictures are missing or too many", where, counted(slices.size(), "picture"),

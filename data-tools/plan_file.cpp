@@ -5,6 +5,7 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <glm/geometric.hpp>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <sstream>
@@ -124,7 +125,7 @@ std::vector<std::string> cells_of(const std::string& line) {
   return cells;
 }
 
-Result<PlanFile> read_table(const std::string& text, const std::string& where) {
+Result<PlanFile> read_table(const std::string& text, const std::string& where, bool is_slicers) {
   std::istringstream lines(text);
   std::map<std::string, std::size_t> column;
   std::optional<glm::dvec3> signs;
@@ -182,6 +183,8 @@ Result<PlanFile> read_table(const std::string& text, const std::string& where) {
       if (name.empty()) name = "line-" + std::to_string(plan.trajectories.size() + 1);
       CaseTrajectory line_of{name, point_of("entry_"), point_of("target_"), 0};
       if (!cell("diameter").empty()) line_of.diameter = number_of("diameter");
+      if (line_of.diameter < 0 || line_of.diameter > 100)
+        return Error{"a diameter is out of range", here, cell("diameter"), "0 to 100 mm", ""};
       plan.trajectories.push_back(line_of);
     } else {
       if (name.empty()) name = "point-" + std::to_string(plan.landmarks.size() + 1);
@@ -191,6 +194,7 @@ Result<PlanFile> read_table(const std::string& text, const std::string& where) {
       return Error{"a number of the table cannot be read", here, line.substr(0, 80),
                    "numbers with a point, in mm", "no unit and no comma in a number"};
   }
+  if (!signs && is_slicers) return unknown_frame(where, "");  // old ones are RAS, newer ones LPS
   if (!signs && plan.trajectories.size() + plan.landmarks.size() > 0)
     plan.notices.emplace_back(
         "the table does not say its frame: its points were taken as LPS (x left, y back, z up); a first line "
@@ -210,8 +214,14 @@ Result<PlanFile> read_plan(const std::string& path) {
                  "a file .mrk.json, .csv or .fcsv", "check the spelling"};
   std::ostringstream text;
   text << file.rdbuf();
-  Result<PlanFile> plan =
-      has_extension(path, ".json") ? read_markups(text.str(), where) : read_table(text.str(), where);
+  Result<PlanFile> plan = has_extension(path, ".json")
+                              ? read_markups(text.str(), where)
+                              : read_table(text.str(), where, has_extension(path, ".fcsv"));
+  if (plan)
+    for (const CaseTrajectory& t : plan.value().trajectories)
+      if (glm::length(t.target_world - t.entry_world) < 0.1)
+        return Error{"a trajectory has no direction", where, t.name + ": entry and target are in one place",
+                     "two places", "place them again"};
   if (plan && plan.value().trajectories.empty() && plan.value().landmarks.empty())
     return Error{"there is neither a trajectory nor a landmark in the plan", where, "", "some",
                  "is it the right file?"};

@@ -148,9 +148,10 @@ class EdgeFit {
     first_.step = share_of(values_, 0.95) - first_.outside;
     first_.sigma = 0.8 * voxel;
   }
-  /// False when these voxels are no single clean edge.
-  bool run(double noise, double least_step, Edge& edge) const {
-    if (places_.size() < k_least_places || !(first_.step > least_step)) return false;
+  /// Fits one edge, and says how well it describes these voxels.
+  enum class Fit { none, rough, clean };
+  Fit run(double noise, double least_step, Edge& edge) const {
+    if (places_.size() < k_least_places || !(first_.step > least_step)) return Fit::none;
     edge = first_;
     // Levenberg and Marquardt's way to the least squares.
     double damping = 1e-3, error = squares(edge);
@@ -179,7 +180,7 @@ class EdgeFit {
       }
       for (std::size_t i = 0; i < k_unknowns; ++i) system[i][i] *= 1 + damping;
       const auto change = solve(system);
-      if (!change) return false;
+      if (!change) return Fit::none;
       const auto& c = *change;
       Edge next = edge;
       next.outside += c[0];
@@ -200,8 +201,10 @@ class EdgeFit {
       }
     }
     const double residual = std::sqrt(error / static_cast<double>(places_.size()));
-    return edge.step > least_step && residual < 1.25 * noise + 0.012 * edge.step &&
-           is_level(edge, -1, noise) && is_level(edge, 1, noise);
+    if (!(edge.step > least_step) || residual > 2 * noise + 0.06 * edge.step) return Fit::none;
+    const bool is_clean =
+        residual < 1.25 * noise + 0.012 * edge.step && is_level(edge, -1, noise) && is_level(edge, 1, noise);
+    return is_clean ? Fit::clean : Fit::rough;
   }
   void lay_over(const Edge& edge, std::vector<ScanQuality::EdgePoint>& points) const {
     for (std::size_t k = 0; k < places_.size(); k += 7)
@@ -329,17 +332,20 @@ ScanQuality scan_quality(const Volume& v, const volume::Shape& shape) {
   quality.outside = outside.size() < 20 ? (v.is_hounsfield ? -1000 : 0) : median(outside);
 
   // Edges: of the shape, and of the skin.
-  constexpr int k_tries = 300'000, k_most_fits = 2000, k_wanted = 150;
+  constexpr int k_tries = 400'000, k_most_fits = 2000, k_wanted = 150;
   const double levels[] = {shape.low, -500};
   const double least_step = std::max(20 * noise, 0.15 * std::abs(quality.inside - quality.outside));
   struct Seen {
     double cosine2, sigma2;  // squares
   };
   constexpr double k_lies = 0.35, k_stands = 0.9;  // cosine to the slices' normal
-  std::vector<Seen> across, along;
+  // Clean edges of the shape itself; of anything (a holder may be sharper than tissue is); and rough ones.
+  constexpr std::size_t k_kinds = 3;
+  std::array<std::vector<Seen>, k_kinds> across_of, along_of;
   std::vector<double> walls, insides, outsides;
   Places places(v.size, 2);
-  int fits = 0;
+  std::array<int, 2> fits{};
+  std::array<std::vector<ScanQuality::EdgePoint>, k_kinds> laid_over;
   for (int i = 0; places.is_possible() && i < k_tries; ++i) {
     const glm::ivec3 p = places.next();
     const double value = v.voxels[v.index(p.x, p.y, p.z)];
@@ -355,20 +361,41 @@ ScanQuality scan_quality(const Volume& v, const volume::Shape& shape) {
       if (!is_edge) continue;
       if (level == shape.low && walls.size() < 1500)
         if (const auto wall = wall_below(v, shape, p, 30)) walls.push_back(*wall);
-      if (fits >= k_most_fits || std::min(along.size(), across.size()) >= k_wanted) continue;
-      ++fits;
+      const std::size_t which = level == shape.low ? 0 : 1;
+      if (fits[which] >= k_most_fits || std::min(along_of[which].size(), across_of[which].size()) >= k_wanted)
+        continue;
+      ++fits[which];
       const EdgeFit fit(v, p, in_plane, slice_normal, quality.slice_step);
       Edge edge;
-      if (!fit.run(noise, least_step, edge)) continue;
+      const EdgeFit::Fit found = fit.run(noise, least_step, edge);
+      if (found == EdgeFit::Fit::none) continue;
+      const std::size_t of = found == EdgeFit::Fit::rough ? 2 : which;
+      // What is sharper than its own voxels was drawn, not scanned; what hardly reaches the threshold is not
+      // what is meant by the shape.
+      constexpr double k_drawn = 0.27, k_clear = 0.15;
+      const double reaches = edge.outside + edge.step - k_clear * edge.step;
+      if (edge.sigma < k_drawn * in_plane || (of == 0 && reaches < shape.low)) continue;
       const double cosine = std::abs(glm::dot(edge.normal, slice_normal));
-      ++quality.edges;
-      if (cosine < k_lies) along.push_back({cosine * cosine, edge.sigma * edge.sigma});
-      if (cosine > k_stands) across.push_back({cosine * cosine, edge.sigma * edge.sigma});
-      if (level == shape.low) insides.push_back(edge.outside + edge.step), outsides.push_back(edge.outside);
-      if (quality.edge.size() < 3000 && cosine < k_lies) fit.lay_over(edge, quality.edge);
+      const Seen seen{cosine * cosine, edge.sigma * edge.sigma};
+      if (cosine < k_lies) along_of[of].push_back(seen);
+      if (cosine > k_stands) across_of[of].push_back(seen);
+      if (of == 0) insides.push_back(edge.outside + edge.step), outsides.push_back(edge.outside);
+      if (cosine < k_lies && laid_over[of].size() < 3000) fit.lay_over(edge, laid_over[of]);
     }
   }
   constexpr std::size_t k_enough = 12;
+  const auto choose = [&](std::array<std::vector<Seen>, k_kinds>& of) {
+    std::vector<Seen> chosen;
+    for (std::size_t kind = 0; kind < k_kinds && chosen.size() < k_enough; ++kind) {
+      chosen.insert(chosen.end(), of[kind].begin(), of[kind].end());
+      quality.is_rough = quality.is_rough || (kind == 2 && chosen.size() >= k_enough);
+    }
+    return chosen;
+  };
+  for (const auto& points : laid_over)
+    if (quality.edge.size() < 200) quality.edge.insert(quality.edge.end(), points.begin(), points.end());
+  std::vector<Seen> along = choose(along_of), across = choose(across_of);
+  quality.edges = static_cast<int>(along.size() + across.size());
   // An edge that is neither along nor across has some of both blurs.
   std::sort(along.begin(), along.end(), [](const Seen& a, const Seen& b) { return a.cosine2 < b.cosine2; });
   along.resize(std::min(along.size(), std::max(k_enough, along.size() / 3)));

@@ -12,7 +12,9 @@ struct ScanQuality {
   /// Sigma of the blur of edges, mm, a voxel's own size included: within slices, and from slice to slice.
   /// Nothing: too few clean edges lie that way.
   std::optional<double> blur_in_plane, blur_across;
-  int edges = 0;                   ///< places where it was measured
+  int edges = 0;          ///< places where it was measured
+  bool is_rough = false;  ///< too few of them were clean: the blur is about as large
+
   std::optional<double> noise;     ///< sigma, in the scan's units, where the scan is even
   double slice_step = 0;           ///< mm from slice to slice, along their normal
   double inside = 0, outside = 0;  ///< what the shape and what is about it are like, in the scan's units

@@ -177,7 +177,7 @@ std::vector<SpineScrew> SpinePhantom::screws() const {
   // Along the pedicle's axis; and through its middle from below and inward.
   const dvec3 axis = k_pedicle_front - k_pedicle_back, middle = 0.5 * (k_pedicle_front + k_pedicle_back);
   const auto on_axis = [&](double y) { return k_pedicle_back + axis * ((y - k_pedicle_back.y) / axis.y); };
-  const dvec3 low(12.2, 35.0, 1.5), outward = (middle - low) / (middle.y - low.y);
+  const dvec3 low(11.6, 35.5, 0.5), outward = (middle - low) / (middle.y - low.y);
   const struct {
     const char* kind;
     dvec3 entry, target;
@@ -208,6 +208,9 @@ std::vector<SpineScrew> SpinePhantom::screws() const {
       const auto room_at = [&](const Move& m) {
         for (const double shift : m)
           if (std::abs(shift) > plain[k].reach) return -1e3;
+        // A cortical screw goes from inward and below to outward and above.
+        const dvec3 way = plain[k].target + dvec3(m[2], 0, m[3]) - plain[k].entry - dvec3(m[0], 0, m[1]);
+        if (k == 1 && (way.x < 2.5 || way.z < 7)) return -1e3;
         const auto [entry, target] = ends_at(m);
         return room(i, entry, target);
       };

@@ -141,7 +141,11 @@ bool write(const char* path, const glm::ivec3& size, const glm::dvec3& origin, c
     openvdb::io::File file(path);
     file.write({grid});
     file.close();
-    return true;
+    // It says nothing of a full disk: what was written is read again.
+    openvdb::io::File written(path);
+    written.open(false);
+    const auto again = written.readGrid(grid->getName());
+    return again && again->activeVoxelCount() == grid->activeVoxelCount();
   } catch (const std::exception&) {
     return false;
   }

@@ -3,7 +3,8 @@
 #include <cerrno>
 #include <cmath>
 #include <cstring>
-#include <filesystem>
+#include <functional>
+#include <new>
 #include <vtkDataArray.h>
 #include <vtkErrorCode.h>
 #include <vtkExecutive.h>
@@ -18,6 +19,7 @@
 #include <vtkXMLImageDataReader.h>
 #include <vtkXMLImageDataWriter.h>
 
+#include "data-tools/apart.h"
 #include "data-tools/atomic_file.h"
 #include "data-tools/opening.h"
 #include "data-tools/voxel_values.h"
@@ -34,54 +36,112 @@ constexpr const char* k_voxels = "voxels";
 
 }  // namespace
 
-Result<OpenedVolume> open_vti(const std::string& path, const OpenOptions& options) {
-  const std::string where = file_name(path);
-  const auto broken = [&](const std::string& found) {
-    return Error{"the .vti file cannot be read", where, found, "a complete file of that format",
-                 "copy or export it again"};
+namespace {
+
+/// What a file holds. Plain, so that it can lie in memory that processes share.
+struct VtiFacts {
+  glm::ivec3 size{0};
+  glm::dvec3 origin{0.0};
+  glm::dmat3 axes{1.0};
+  bool is_short = false, is_ours = false, is_hounsfield = false;
+  char fault[160] = "";
+};
+
+/// The whole file, and its facts; null when there is a fault. VTK crashes on some damaged ones: in a process
+/// of its own only.
+vtkDataArray* read_vti(vtkXMLImageDataReader* reader, const std::string& path, VtiFacts& facts) {
+  const auto fail = [&](const std::string& why) -> vtkDataArray* {
+    std::snprintf(facts.fault, sizeof facts.fault, "%s", why.c_str());
+    return nullptr;
   };
-  if (options.progress && !options.progress(0)) return reading_interrupted(where);
   std::string heard;
-  vtkNew<vtkXMLImageDataReader> reader;
   listen_to(reader, heard);
   listen_to(reader->GetExecutive(), heard);
   reader->SetFileName(path.c_str());
-  if (!reader->CanReadFile(path.c_str())) return broken("no image data");
-  int extent[6];
+  if (!reader->CanReadFile(path.c_str())) return fail("no image data");
   reader->Update();
   vtkImageData* image = reader->GetOutput();
-  if (!heard.empty() || !image || image->GetNumberOfPoints() == 0) return broken("damaged contents");
+  if (!heard.empty() || !image || image->GetNumberOfPoints() == 0) return fail("damaged contents");
   vtkDataArray* values = image->GetPointData()->GetScalars();
   for (int i = 0; !values && i < image->GetPointData()->GetNumberOfArrays(); ++i)
     values = image->GetPointData()->GetArray(i);
-  if (!values) return broken("no array of numbers at its points");
+  if (!values) return fail("no array of numbers at its points");
   if (values->GetNumberOfComponents() != 1)
-    return broken(std::to_string(values->GetNumberOfComponents()) + " values a voxel instead of 1");
+    return fail(std::to_string(values->GetNumberOfComponents()) + " values a voxel instead of 1");
+  int extent[6];
   image->GetExtent(extent);
-  const glm::ivec3 size(extent[1] - extent[0] + 1, extent[3] - extent[2] + 1, extent[5] - extent[4] + 1);
-  glm::dmat3 axes;
+  facts.size = {extent[1] - extent[0] + 1, extent[3] - extent[2] + 1, extent[5] - extent[4] + 1};
   for (int a = 0; a < 3; ++a)
     for (int row = 0; row < 3; ++row)
-      axes[a][row] = image->GetDirectionMatrix()->GetElement(row, a) * image->GetSpacing()[a];
+      facts.axes[a][row] = image->GetDirectionMatrix()->GetElement(row, a) * image->GetSpacing()[a];
   const double* o = image->GetOrigin();
-  const glm::dvec3 origin = glm::dvec3(o[0], o[1], o[2]) + axes * glm::dvec3(extent[0], extent[2], extent[4]);
-  Result<volume::Volume> made = make_room(size, volume::Frame::from_axes(origin, axes), where);
+  facts.origin = glm::dvec3(o[0], o[1], o[2]) + facts.axes * glm::dvec3(extent[0], extent[2], extent[4]);
+  facts.is_short = vtkShortArray::SafeDownCast(values) != nullptr;
+  auto* units = vtkStringArray::SafeDownCast(image->GetFieldData()->GetAbstractArray(k_units_key));
+  facts.is_ours = units && units->GetNumberOfValues() == 1;
+  facts.is_hounsfield = facts.is_ours && units->GetValue(0) == k_units;
+  return values;
+}
+
+}  // namespace
+
+Result<OpenedVolume> open_vti(const std::string& path, const OpenOptions& options) {
+  const std::string where = file_name(path);
+  const auto shared = SharedBytes::make(sizeof(VtiFacts));
+  if (!shared) return too_large(sizeof(VtiFacts), where);
+  VtiFacts& facts = *new (shared->data()) VtiFacts;
+  const auto apart = [&](const std::function<void()>& work) {
+    return apart_status(
+        run_apart(
+            1, [&](int) { work(); }, [&](double) { return !options.progress || options.progress(0); }),
+        where);
+  };
+  if (volume::Status error = apart([&] {
+        vtkNew<vtkXMLImageDataReader> reader;
+        read_vti(reader, path, facts);
+      }))
+    return *error;
+  const auto broken = [&] {
+    return Error{"the .vti file cannot be read", where, facts.fault, "a complete file of that format",
+                 "copy or export it again"};
+  };
+  if (facts.fault[0] != 0) return broken();
+  Result<volume::Volume> made =
+      make_room(facts.size, volume::Frame::from_axes(facts.origin, facts.axes), where);
   if (!made) return made.error();
+  const std::size_t count = made.value().voxels.size(),
+                    bytes = count * (facts.is_short ? sizeof(short) : sizeof(double));
+  const auto room = SharedBytes::make(bytes);
+  if (!room) return too_large(bytes, where);
+  const VtiFacts promised = facts;
+  if (volume::Status error = apart([&] {
+        vtkNew<vtkXMLImageDataReader> reader;
+        vtkDataArray* values = read_vti(reader, path, facts);
+        if (values == nullptr || facts.size != promised.size || facts.is_short != promised.is_short) {
+          if (facts.fault[0] == 0) std::snprintf(facts.fault, sizeof facts.fault, "contents that change");
+          return;
+        }
+        if (facts.is_short) {
+          std::memcpy(room->data(), values->GetVoidPointer(0), bytes);
+          return;
+        }
+        auto* const to = reinterpret_cast<double*>(room->data());
+        for (std::size_t i = 0; i < count; ++i) to[i] = values->GetTuple1(static_cast<vtkIdType>(i));
+      }))
+    return *error;
+  if (facts.fault[0] != 0) return broken();
   OpenedVolume opened;
   opened.volume = std::move(made).value();
   opened.format = "VTK image data";
-  const ValueReader read = [values](std::size_t first, std::span<double> to) {
-    for (std::size_t i = 0; i < to.size(); ++i) to[i] = values->GetTuple1(static_cast<vtkIdType>(first + i));
-  };
-  if (volume::Status error = fill_voxels(opened.volume, read, options.scale, where, opened.notices))
+  if (volume::Status error = fill_voxels(
+          opened.volume, facts.is_short ? values_of<short>(room->data()) : values_of<double>(room->data()),
+          options.scale, where, opened.notices))
     return *error;
   opened.is_rounded = !opened.notices.empty();
-  auto* units = vtkStringArray::SafeDownCast(image->GetFieldData()->GetAbstractArray(k_units_key));
-  const bool is_ours = units && units->GetNumberOfValues() == 1;
-  if (!is_ours)
+  if (!facts.is_ours)
     opened.notices.push_back(
         "a .vti does not say which way a patient lies: its axes were taken for left, back, up (LPS)");
-  know_units(opened, is_ours && units->GetValue(0) == k_units);
+  know_units(opened, facts.is_hounsfield);
   return opened;
 }
 

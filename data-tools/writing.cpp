@@ -167,7 +167,8 @@ bool keeps_shear(const std::string& path) { return has_extension(path, ".vdb"); 
 
 Status write_volume(const std::string& path, const Volume& volume) {
   if (has_extension(path, ".seg.nrrd"))
-    return Error{"a .seg.nrrd holds labels, no scan", file_name(path), "", ".nrrd", "choose another name"};
+    return Error{"a .seg.nrrd holds labels, no scan", file_name(path), "", ".nrrd",
+                 "choose another name; labels go to a file of their own: --labels"};
   if (Status error = check_name(path, OutputKind::volume)) return error;
   if (volume.frame.is_orthogonal() || keeps_shear(path))
     return write_voxels(path, VoxelsToWrite::scan_of(volume));

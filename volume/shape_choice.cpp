@@ -184,6 +184,27 @@ std::vector<BallRow> ball_rows(const Frame& frame, double radius_mm) {
   return rows;
 }
 
+/// Does a straight way through the voxel, along one of 13 directions, meet solid on both sides within reach?
+/// A voxel on an outer side does not, however its stairs run.
+bool lies_between(const BitGrid& solid, const Frame& frame, const glm::ivec3& voxel, double reach_mm) {
+  const glm::ivec3& size = solid.size();
+  const auto meets = [&](const glm::ivec3& step) {
+    const double length = glm::length(frame.vector_world_from_volume(glm::dvec3(step)));
+    glm::ivec3 p = voxel;
+    for (double gone = length; gone <= reach_mm; gone += length) {
+      p += step;
+      if (p.x < 0 || p.y < 0 || p.z < 0 || p.x >= size.x || p.y >= size.y || p.z >= size.z) return false;
+      if (solid.has(p.x, p.y, p.z)) return true;
+    }
+    return false;
+  };
+  for (int n = 0; n < 13; ++n) {  // half of the 26 neighbours
+    const glm::ivec3 step(n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1);
+    if (meets(step) && meets(-step)) return true;
+  }
+  return false;
+}
+
 BitGrid dilated(const BitGrid& from, const std::vector<BallRow>& ball) {
   BitGrid to(from.size());
   const glm::ivec3& size = from.size();
@@ -261,7 +282,9 @@ Result<Volume> with_thin_filled(const Volume& volume, const Shape& shape, double
     for (int y = 0; y < size.y; ++y)
       for (int x = 0; x < size.x; ++x) {
         std::int16_t& v = made.value().voxels[volume.index(x, y, z)];
-        if (v < from || !closed.has(x, y, z) || solid.has(x, y, z)) continue;
+        if (v < from || !closed.has(x, y, z) || solid.has(x, y, z) ||
+            !lies_between(solid, volume.frame, {x, y, z}, reach_mm))
+          continue;
         v = lifted;
         ++filled;
       }

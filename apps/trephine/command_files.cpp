@@ -155,10 +155,16 @@ Result<Outcome> run_convert(const ConvertArguments& arguments) {
   if (volume::Status error = outputs.check()) return *error;
   auto opened = workbench::open_source(arguments.source, person());
   if (!opened) return opened.error();
-  const volume::Volume& v = *opened.value().volume;
+  std::shared_ptr<const volume::Volume> scan = opened.value().volume;
+  if (!is_folder && !scan->frame.is_orthogonal() && !data_tools::keeps_shear(arguments.output)) {
+    tell_resampled(*scan, arguments.output);
+    auto straight = data_tools::orthogonalized(*scan);
+    if (!straight) return straight.error();
+    scan = std::make_shared<const volume::Volume>(std::move(straight).value());
+  }
+  const volume::Volume& v = *scan;
   if (!arguments.labels_output.empty() && v.labels.is_empty())
     return Error{"this scan has no labels to write", "labels", "", "a case or phantom with labels", ""};
-  if (!is_folder) tell_resampled(v, arguments.output);
   outputs.write(arguments.output, [&]() -> volume::Status {
     if (!is_folder) return data_tools::write_volume(arguments.output, v);
     using data_tools::FolderFormat;

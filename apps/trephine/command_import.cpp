@@ -1,5 +1,6 @@
 // import: a scan becomes a case folder.
 #include <filesystem>
+#include <sstream>
 
 #include "apps/trephine/commands.h"
 #include "apps/trephine/quality_report.h"
@@ -26,6 +27,7 @@ struct ImportArguments {
   workbench::SourceChoice source;
   std::string output, name, labels, screenshot;
   std::vector<std::string> plans;
+  std::string forbid, side;
   workbench::ShapeChoice shape;
   workbench::PresetChoice preset;
 };
@@ -47,32 +49,50 @@ Status add_plan(data_tools::CasePlan& plan, const std::string& file, const volum
   auto read = data_tools::read_plan(file);
   if (!read) return read.error();
   for (const std::string& text : read.value().notices) notice("note: " + text);
-  int outside = 0;
-  const auto look = [&](const glm::dvec3& world) {
+  std::string outside;
+  const auto look = [&](const std::string& name, const glm::dvec3& world) {
     const glm::dvec3 p = scan.frame.volume_from_world(world);
     for (int a = 0; a < 3; ++a)
       if (p[a] < -0.5 || p[a] > scan.size[a] - 0.5) {
-        ++outside;
+        outside += (outside.empty() ? "" : ", ") + name;
         return;
       }
   };
   for (const data_tools::CaseTrajectory& t : read.value().trajectories) {
-    look(t.entry_world);
-    look(t.target_world);
+    look(t.name + " (entry)", t.entry_world);
+    look(t.name + " (target)", t.target_world);
     plan.trajectories.push_back(t);
   }
   for (const data_tools::CaseLandmark& l : read.value().landmarks) {
-    look(l.place_world);
+    look(l.name, l.place_world);
     plan.landmarks.push_back(l);
   }
-  if (outside > 0)
-    notice(format_text("note: %d point%s of the plan outside of the scan: is it the plan of this patient?",
-                       outside, outside == 1 ? " lies" : "s lie"));
+  if (!outside.empty())
+    notice("warning: these places of the plan lie outside of the scan: " + outside.substr(0, 400) +
+           "; is it the plan of this patient, in the right frame?");
+  return std::nullopt;
+}
+
+/// "dura, brain": what must not be cut.
+Status forbid(data_tools::CasePlan& plan, const std::string& names) {
+  std::istringstream list(names);
+  for (std::string name; std::getline(list, name, ',');) {
+    name.erase(0, std::min(name.size(), name.find_first_not_of(' ')));
+    name.erase(name.find_last_not_of(' ') + 1);
+    bool is_there = false;
+    std::string known;
+    for (data_tools::CaseStructure& s : plan.structures) {
+      known += (known.empty() ? "" : ", ") + s.shape.name;
+      if (s.shape.name != name) continue;
+      is_there = s.is_forbidden = true;
+    }
+    if (!is_there) return Error{"there is no structure of that name", "forbid", name, "one of " + known, ""};
+  }
   return std::nullopt;
 }
 
 /// The case as a person would first see it.
-Status draw(const workbench::Source& source, const std::string& path) {
+Status draw(const workbench::Source& source, const std::string& path, const std::string& side) {
   const workbench::OperationChoice choice;
   auto operation = workbench::make_operation(source, choice, person());
   if (!operation) return operation.error();
@@ -82,6 +102,9 @@ Status draw(const workbench::Source& source, const std::string& path) {
   options.screenshot = path;
   options.title = source.written_name();
   options.is_offscreen = true;
+  options.side = side_of(side);
+  options.has_tool = false;
+  options.overlays = workbench::plan_overlays(*source.plan);
   const auto report = view::run_window(operation.value().scene(), options);
   return report ? std::nullopt : Status(report.error());
 }
@@ -139,6 +162,7 @@ Result<Outcome> run_import(const ImportArguments& arguments) {
       if (label.label != shape.value().label) plan.structures.push_back({label, false, false, {}});
     }
   }
+  if (Status bad = forbid(plan, arguments.forbid)) return *bad;
   if (!plan.structures.empty() && !plan.structures[0].shape.is_label())
     plan.quality = data_tools::scan_quality(*scan, plan.structures[0].shape);
   for (const std::string& file : arguments.plans)
@@ -151,7 +175,7 @@ Result<Outcome> run_import(const ImportArguments& arguments) {
   outputs.write(arguments.screenshot, [&] {
     source.plan = plan;
     source.case_name = name;
-    return draw(source, arguments.screenshot);
+    return draw(source, arguments.screenshot, arguments.side);
   });
   if (Status bad = outputs.result()) return *bad;
   const bool is_straight = scan->frame.is_orthogonal();
@@ -192,7 +216,10 @@ Run build(Options& options) {
       .type("MM");
   options.add("--plan", a->plans, "Trajectories and landmarks: .mrk.json of 3D Slicer, .fcsv or .csv")
       .type("FILE");
+  options.add("--forbid", a->forbid, "Labels that must not be cut: drill watches them, and ends with 1")
+      .type("NAME,NAME");
   options.add("--screenshot", a->screenshot, "Also write a picture of the case").type("PNG");
+  add_side(options, a->side);
   options
       .add("--labels", a->labels,
            "Labels of the scan: .seg.nrrd or DICOM SEG with names, or any label map, on whatever grid")

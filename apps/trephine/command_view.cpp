@@ -18,7 +18,7 @@ namespace {
 
 struct ViewArguments {
   workbench::SourceChoice source = "head";
-  std::string screenshot;
+  std::string screenshot, side;
   workbench::ShapeChoice shape;
   drilling::Burr burr;
   std::optional<double> smallest_burr;  ///< mm
@@ -122,6 +122,9 @@ Result<Outcome> run_view(const ViewArguments& arguments) {
   options.seconds = arguments.seconds;
   options.wants_to_end = is_interrupted;
   options.screenshot = arguments.screenshot;
+  options.side = side_of(arguments.side);
+  options.has_tool = arguments.side.empty();  // a picture from a side is of the anatomy and its plan
+  if (source.plan) options.overlays = workbench::plan_overlays(*source.plan);
   options.title = arguments.screenshot.empty() ? source.name : source.written_name();
   // A screenshot alone needs no window; --seconds asks for one.
   options.is_offscreen = !view::has_display() || (!arguments.screenshot.empty() && !arguments.seconds);
@@ -212,6 +215,7 @@ Run build(Options& options) {
            "The smallest burr that can be chosen in the window, mm: the finer it is the finer cuts are "
            "sampled (default: 2, or the burr if that is smaller)")
       .type("MM");
+  add_side(options, a->side);
   options.add("--screenshot", a->screenshot, "Write a picture; without --seconds no window is opened")
       .type("OUT.png");
   options.add("--seconds", a->seconds, "Close the window by itself after so long").type("S");

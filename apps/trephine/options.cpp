@@ -158,9 +158,16 @@ std::string Options::without_names(std::string text) const {
 }
 
 volume::Error Options::without_names(volume::Error error) const {
-  for (const auto& [name, by] : names_given())
-    for (std::string* text : {&error.what, &error.where, &error.found, &error.expected, &error.remedy})
-      replace_name(*text, name, by);
+  // A short common word may be a folder's name, and stand in a sentence of ours: there only what could be
+  // nothing else is replaced.
+  constexpr std::size_t k_own_word = 5;
+  for (const auto& [name, by] : names_given()) {
+    for (std::string* text : {&error.where, &error.found}) replace_name(*text, name, by);
+    const bool is_plain =
+        name.size() < k_own_word && name.find_first_not_of("abcdefghijklmnopqrstuvwxyz") == std::string::npos;
+    for (std::string* text : {&error.what, &error.expected, &error.remedy})
+      if (!is_plain) replace_name(*text, name, by);
+  }
   return error;
 }
 
@@ -215,6 +222,19 @@ void add_session(Options& options, std::string& session, workbench::SourceChoice
   options.add("SESSION", session, "A recorded session").required();
   options.add("--case", case_source.path, "The case or scan that was operated on").type("SRC");
   add_reading(options, case_source);
+}
+
+void add_side(Options& options, std::string& side) {
+  options.add("--from", side, "The picture's side: where the viewer stands")
+      .one_of({"front", "back", "left", "right", "top", "bottom"});
+}
+
+char side_of(const std::string& side) {
+  const std::pair<const char*, char> sides[] = {{"front", 'A'}, {"back", 'P'}, {"left", 'L'},
+                                                {"right", 'R'}, {"top", 'S'},  {"bottom", 'I'}};
+  for (const auto& [name, letter] : sides)
+    if (side == name) return letter;
+  return 0;
 }
 
 Option add_path(Options& options, std::string& path) {

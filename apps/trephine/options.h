@@ -77,6 +77,9 @@ Option add_source(Options& options, workbench::SourceChoice& source);
 void add_shape(Options& options, workbench::ShapeChoice& shape);
 void add_record(Options& options, workbench::RecordChoice& record);
 void add_session(Options& options, std::string& session, workbench::SourceChoice& case_source);
+/// A side to look from; side_of() is what a view calls it.
+void add_side(Options& options, std::string& side);
+char side_of(const std::string& side);
 Option add_path(Options& options, std::string& path);
 Option add_rate(Options& options, double& rate);
 Option add_method(Options& options, std::string& method);

@@ -14,6 +14,7 @@ Json quality_json(const data_tools::ScanQuality& q) {
   add("blur_in_plane_mm", q.blur_in_plane);
   add("blur_across_mm", q.blur_across);
   json["edges"] = q.edges;
+  json["is_rough"] = q.is_rough;
   add("noise", q.noise);
   json["slice_step_mm"] = q.slice_step;
   add("thinnest_mm", q.thinnest);
@@ -27,18 +28,27 @@ std::string quality_text(const data_tools::ScanQuality& q, bool is_hounsfield, d
     return value ? format_text("%.2f mm", *value) : std::string("unknown");
   };
   const char* unit = is_hounsfield ? " HU" : "";
-  std::string text = "  blur " + mm(q.blur_in_plane) + " in a slice, " + mm(q.blur_across) +
-                     " across (sigma of " + format_text("%d edges, a voxel's size included)\n", q.edges);
-  text += "  noise " + (q.noise ? format_text("%.0f%s", *q.noise, unit) : std::string("unknown")) +
-          format_text("; slices %.3g mm apart\n", q.slice_step);
-  text += format_text("  solid from %.0f%s: ", low, unit);
-  text +=
-      (q.thinnest ? format_text("a fiftieth of it is thinner than %.1f mm; ", *q.thinnest) : std::string()) +
-      "walls are felt whole from " + mm(q.least_wall) + ", gaps open from " + mm(q.least_gap) + "\n";
-  return text;
+  std::string text = "  sharpness: edges are blurred by ";
+  if (q.blur_in_plane)
+    text += (q.is_rough ? "about " : "") + mm(q.blur_in_plane) + " within slices, " +
+            (q.blur_across ? mm(q.blur_across) : std::string("an unknown amount")) +
+            format_text(" from slice to slice (sigma, at %d edges)\n", q.edges);
+  else
+    text += format_text("an unknown amount: only %d edges lie free enough to be measured\n", q.edges);
+  text += "  noise: " + (q.noise ? format_text("%.0f%s", *q.noise, unit) : std::string("unknown")) +
+          format_text("; slices are %.3g mm apart\n", q.slice_step);
+  text += format_text("  what is solid (from %.0f%s): ", low, unit);
+  if (q.thinnest) text += "2 % of its surface has less than " + mm(q.thinnest) + " of it below";
+  if (q.least_wall)
+    text += (q.thinnest ? "; " : "") + std::string("a wall of ") + mm(q.least_wall) +
+            " and more is felt whole, a gap of " + mm(q.least_gap) + " and more is felt open";
+  return text + (q.thinnest || q.least_wall ? "\n" : "unknown\n");
 }
 
 volume::Status write_quality_chart(const data_tools::ScanQuality& q, const std::string& path) {
+  if (q.edge.empty())
+    return volume::Error{"there is no edge to draw", "chart", "none lies free enough to be measured", "some",
+                         "measure it on the scan itself, with skin and air in it"};
   view::Chart chart;
   chart.title = "edges of the scan, laid over each other";
   chart.x_label = "mm from the edge, inward";

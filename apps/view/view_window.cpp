@@ -66,13 +66,14 @@ Result<WindowReport> draw_once(const haptics::TouchScene& scene, const WindowOpt
   const auto version = options.version ? options.version : haptics::untouched(scene);
   picture.request_all(version);
   picture.wait();
-  picture.look_from(0);
+  picture.look_from(options.side);
   if (options.replay && options.replay->next_tick() > 0)
     show_replay(*options.replay, scene, picture);
-  else
+  else if (options.has_tool)
     rest_stylus(*version,
                 options.start ? drawn_radius(options.start->engine.now().settings.hands[0].parameters) : 2,
                 picture);
+  if (!options.overlays.empty()) picture.show(options.overlays, {});
   picture.show_text(options.title, "");
   picture.draw();
   WindowReport report;

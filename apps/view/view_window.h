@@ -9,6 +9,7 @@
 #include "apps/workbench/listener.h"
 #include "haptics/servo/servo_loop.h"
 #include "sim/live_session.h"
+#include "sim/overlay.h"
 #include "sim/replay.h"
 #include "sim/session_writer.h"
 
@@ -49,6 +50,9 @@ struct WindowOptions {
   /// Asked in every frame: true closes the window in order, as its own button does.
   std::function<bool()> wants_to_end = [] { return false; };
   std::string screenshot;  ///< PNG at the end; empty for none
+  char side = 0;           ///< from which it is seen, as Viewport::look_from has it; 0: from the front, above
+  sim::Overlays overlays;  ///< in a picture that is all that is wanted: a plan
+  bool has_tool = true;    ///< in such a picture
   std::string title = "trephine";
   /// Draw the first frame and the screenshot into memory, no window (no display, or a screenshot is all that
   /// is wanted).

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <glm/geometric.hpp>
 
 #include "apps/workbench/clock.h"
 #include "apps/workbench/text.h"
@@ -206,6 +207,26 @@ Result<OpenedTouch> open_touch(const SourceChoice& src, const ShapeChoice& choic
   auto scene = sim::build_items(spec, source.value().volume);
   if (!scene) return scene.error();
   return OpenedTouch{std::move(source).value(), std::move(scene).value(), seconds_since(begin)};
+}
+
+sim::Overlays plan_overlays(const data_tools::CasePlan& plan) {
+  constexpr double k_before = 30, k_cross = 3;  // mm
+  sim::Overlay overlay;
+  for (const data_tools::CaseTrajectory& t : plan.trajectories) {
+    const glm::dvec3 outward = glm::normalize(t.entry_world - t.target_world);
+    const glm::dvec3 begin = t.entry_world + k_before * outward;
+    overlay.lines.push_back({begin, t.target_world});
+    overlay.labels.push_back({begin, t.name});
+  }
+  for (const data_tools::CaseLandmark& l : plan.landmarks) {
+    for (int a = 0; a < 3; ++a) {
+      glm::dvec3 arm(0);
+      arm[a] = k_cross;
+      overlay.lines.push_back({l.place_world - arm, l.place_world + arm});
+    }
+    overlay.labels.push_back({l.place_world, l.name});
+  }
+  return overlay.lines.empty() ? sim::Overlays{} : sim::Overlays{std::move(overlay)};
 }
 
 }  // namespace trephine::workbench

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "apps/workbench/source.h"
+#include "sim/overlay.h"
 #include "sim/scene_spec.h"
 
 namespace trephine::workbench {
@@ -49,6 +50,9 @@ struct Operation {
   haptics::ServoOptions servo() const;
   sim::Engine engine() const;
 };
+
+/// Trajectories and landmarks of a plan as what a view shows: lines that begin before the bone, with names.
+sim::Overlays plan_overlays(const data_tools::CasePlan& plan);
 
 /// What can be said before any work is done for it: names, ranges, words. Parses the hands' instruments.
 volume::Status check(const OperationChoice& choice);

@@ -108,7 +108,7 @@ Result<volume::Shape> bring_out(Source& source, const PresetChoice& choice, cons
   }
   if (preset ? preset->least_share == 1 || shape_choice.is_largest : shape_choice.is_largest) {
     if (Status error = keep_largest(source, shape, listener)) return *error;
-  } else if (!preset) {
+  } else {
     offer_largest(source, shape, listener);
   }
   return shape;

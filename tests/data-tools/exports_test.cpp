@@ -64,7 +64,7 @@ TEST(DicomStack, RefusesWhatIsNotOneRegularStackAndSaysHowMuch) {
   expect_refused(s, "right angles");
   s = stack(10);
   s[5].row_spacing = 0;
-  expect_refused(s, "positive pixel spacing");
+  expect_refused(s, "pixel spacing that can be");
   s = stack(10);
   s[5].position.x = std::nan("");
   expect_refused(s, "finite");

@@ -328,6 +328,37 @@ TEST(RoundTrip, PicturesOfOthersAreReadInTheOrderOfTheirNumbers) {
   EXPECT_NE(missing.error().message().find("4 pictures"), std::string::npos) << missing.error().message();
 }
 
+TEST(RoundTrip, PicturesThatDoNotCountAreRefusedAndHiddenOnesAreNone) {
+  const scenes::Scratch scratch;
+  const Volume v = odd_volume(glm::dmat3(1.0));
+  ASSERT_FALSE(write_volume_folder(scratch / "p", FolderFormat::png, v));
+  fs::remove(scratch / "p/stack.json");
+  OpenOptions options;
+  options.spacing = glm::dvec3(1);
+  const auto refusal = [&](const char* folder) {
+    const auto opened = open_volume(scratch / folder, options);
+    return opened ? std::string("it was read") : opened.error().message();
+  };
+  std::ofstream(scratch / "p/._slice-0002.png") << "what a Mac leaves";
+  std::ofstream(scratch / "p/readme.txt") << "hello";
+  EXPECT_EQ(refusal("p"), "it was read");
+  fs::rename(scratch / "p/slice-0003.png", scratch / "three.png");
+  EXPECT_NE(refusal("p").find("none between slice-0002.png and slice-0004.png"), std::string::npos)
+      << refusal("p");
+  fs::copy_file(scratch / "three.png", scratch / "p/slice-3.png");
+  EXPECT_EQ(refusal("p"), "it was read") << "with and without zeros";
+  fs::copy_file(scratch / "three.png", scratch / "p/slice-03.png");
+  EXPECT_NE(refusal("p").find("one number"), std::string::npos) << refusal("p");
+  fs::remove(scratch / "p/slice-03.png");
+  fs::copy_file(scratch / "three.png", scratch / "p/other-9.png");
+  EXPECT_NE(refusal("p").find("two kinds"), std::string::npos) << refusal("p");
+  // One slice is a stack, too.
+  Volume one = volume::make_volume({4, 3, 1}, v.frame).value();
+  for (std::size_t i = 0; i < one.voxels.size(); ++i) one.voxels[i] = static_cast<std::int16_t>(i);
+  ASSERT_FALSE(write_volume_folder(scratch / "one", FolderFormat::png, one));
+  EXPECT_EQ(open_volume(scratch / "one").value().volume.size, one.size);
+}
+
 /// A project as InVesalius 3.1 saves it.
 std::string project(const std::string& orientation, const std::string& type = "int16") {
   return "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<!DOCTYPE plist PUBLIC \"-//Apple//DTD PLIST 1.0//EN\" "

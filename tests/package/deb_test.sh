@@ -7,7 +7,7 @@ trap 'rm -rf "$scratch"' EXIT
 (cd "$build" && cpack -G DEB -B "$scratch/deb" >"$scratch/log" 2>&1) || { cat "$scratch/log"; exit 1; }
 cd "$scratch"
 field() { dpkg-deb -f "$1" "$2"; }
-for name in libtrephine0.1 libtrephine-dev trephine trephine-window; do
+for name in libtrephine0.1 libtrephine-dev trephine trephine-window trephine-formats; do
   ls deb/"$name"_*.deb >/dev/null 2>&1 || { echo "there is no package $name"; exit 1; }
 done
 library=$(field deb/libtrephine0.1_*.deb Depends) command=$(field deb/trephine_*.deb Depends)
@@ -15,7 +15,8 @@ window=$(field deb/trephine-window_*.deb Depends) dev=$(field deb/libtrephine-de
 refuse() { if echo "$2" | grep -qiE "$3"; then echo "$1 depends on what it does not need: $2"; exit 1; fi; }
 demand() { echo "$2" | grep -qE "$3" || { echo "$1 lacks $3: $2"; exit 1; }; }
 refuse library "$library" 'vtk|itk|qt|openvdb|tbb'
-refuse command "$command" 'qt5'
+refuse command "$command" 'qt5|openimageio|openvdb'
+demand formats "$(field deb/trephine-formats_*.deb Depends)" 'libopenimageio'
 demand library "$library" 'libc6'
 demand command "$command" 'libtrephine0.1 \(= 0.1.0\)'
 demand command "$command" 'libvtk9.1'
@@ -31,6 +32,7 @@ dpkg --root="$scratch/root" --force-not-root --force-depends --force-script-chro
 export LD_LIBRARY_PATH=$scratch/root/usr/lib/$(dpkg-architecture -qDEB_HOST_MULTIARCH)
 root/usr/bin/trephine phantom sphere --size 24 -o s.mha >/dev/null
 root/usr/bin/trephine info s.mha | grep -q MetaImage
+root/usr/bin/trephine convert s.mha -o s.vdb >/dev/null && root/usr/bin/trephine info s.vdb | grep -q OpenVDB
 env -u DISPLAY root/usr/bin/trephine view s.mha --iso 300 --screenshot s.png >/dev/null
 [ -s s.png ]
 [ -s root/usr/share/applications/trephine.desktop ] && [ -s root/usr/share/icons/hicolor/scalable/apps/trephine.svg ]

@@ -146,7 +146,22 @@ std::int64_t closing_errors(const Volume& v, const Shape& shape, const Volume& f
           is_open = is_free;
         }
         const std::size_t i = v.index(x, y, z);
-        const bool lifts = !is_open && !is_solid(p) && v.voxels[i] >= from;
+        // Solid on both sides of it, along a row, a diagonal or a space diagonal.
+        bool is_between = false;
+        for (int dz = -1; dz <= 1; ++dz)
+          for (int dy = -1; dy <= 1; ++dy)
+            for (int dx = -1; dx <= 1; ++dx) {
+              const glm::ivec3 d(dx, dy, dz);
+              if (d == glm::ivec3(0)) continue;
+              const double length = glm::length(v.frame.vector_world_from_volume(glm::dvec3(d)));
+              bool sides[2] = {};
+              for (int k = 1; k * length <= reach; ++k) {
+                sides[0] = sides[0] || is_solid(p + k * d);
+                sides[1] = sides[1] || is_solid(p - k * d);
+              }
+              is_between = is_between || (sides[0] && sides[1]);
+            }
+        const bool lifts = !is_open && is_between && !is_solid(p) && v.voxels[i] >= from;
         errors += filled.voxels[i] != (lifts ? static_cast<std::int16_t>(to) : v.voxels[i]);
       }
   return errors;
@@ -184,6 +199,21 @@ TEST(ThinFill, ClosesAHoleInAThinWall) {
   const Volume filled = with_thin_filled(v, Shape{}, 150, 350, 6, count).value();
   EXPECT_EQ(count, 2 * 13);
   EXPECT_EQ(filled.voxels[v.index(20, 20, 20)], 350);
+}
+
+/// The outside of a wall that runs across the grid stays where it is, though its edge is soft.
+TEST(ThinFill, LeavesOuterSidesAlone) {
+  Volume v = cube(60, -50);
+  for (int z = 0; z < 60; ++z)
+    for (int y = 0; y < 60; ++y)
+      for (int x = 0; x < 60; ++x) {
+        const double r =
+            std::sqrt((x - 30.2) * (x - 30.2) + (y - 29.7) * (y - 29.7) + (z - 30.1) * (z - 30.1));
+        v.voxels[v.index(x, y, z)] = static_cast<std::int16_t>(300 + 400 * std::clamp(20 - r, -0.9, 2.0));
+      }
+  std::int64_t count = 0;
+  ASSERT_TRUE(with_thin_filled(v, Shape{}, 0, 500, 4, count).is_ok());
+  EXPECT_EQ(count, 0);
 }
 
 }  // namespace
