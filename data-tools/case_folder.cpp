@@ -239,6 +239,15 @@ std::string case_text(const CasePlan& plan, bool has_labels) {
       out += (i > 1 ? ", " : "") + quoted(plan.label_names[i]);
     out += "]\n";
   }
+  if (plan.quality) {
+    out += "\n[quality]  # of the scan, as import measured it: mm, noise in its units\n";
+    for_each_quality(*plan.quality, [&](const char* key, const std::optional<double>& one) {
+      if (one) number(key, rounded(*one));
+    });
+    number("slice_step", rounded(plan.quality->slice_step));
+    line("edges", std::to_string(plan.quality->edges));
+    if (plan.quality->is_rough) line("rough", "true");
+  }
   for (const CaseStructure& s : plan.structures) {
     out += "\n[[structures]]\n";
     line("name", quoted(s.shape.name));
@@ -258,15 +267,6 @@ std::string case_text(const CasePlan& plan, bool has_labels) {
     point("entry", t.entry_world);
     point("target", t.target_world);
     if (t.diameter > 0) number("diameter", t.diameter);
-  }
-  if (plan.quality) {
-    out += "\n[quality]  # of the scan, as import measured it: mm, noise in its units\n";
-    for_each_quality(*plan.quality, [&](const char* key, const std::optional<double>& one) {
-      if (one) number(key, rounded(*one));
-    });
-    number("slice_step", rounded(plan.quality->slice_step));
-    line("edges", std::to_string(plan.quality->edges));
-    if (plan.quality->is_rough) line("rough", "true");
   }
   for (const CaseLandmark& l : plan.landmarks) {
     out += "\n[[landmarks]]\n";

@@ -249,7 +249,7 @@ const Command k_phantom{"phantom", "Make a volume whose shape is known exactly",
                         "  trephine phantom sphere --size 256 --psf 1.5 -o sphere.mha\n"
                         "  trephine phantom plate --set thickness=2 --set angle=30 -o plate.nrrd\n"
                         "  trephine phantom head --spacing 0.6 -o head.nii.gz --labels head-labels.nii.gz\n"
-                        "  trephine phantom spine --seed 7 --case spine-case",
+                        "  trephine phantom spine --seed 3 --case other-spine",
                         build_phantom};
 const Command k_mesh{"mesh", "Write the surface of a shape as a mesh",
                      "  trephine mesh SCANS/HEAD -o skull.stl\n  trephine mesh head --label dura -o dura.ply",

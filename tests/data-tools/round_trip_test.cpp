@@ -331,7 +331,7 @@ TEST(RoundTrip, PicturesOfOthersAreReadInTheOrderOfTheirNumbers) {
 TEST(RoundTrip, PicturesThatDoNotCountAreRefusedAndHiddenOnesAreNone) {
   const scenes::Scratch scratch;
   const Volume v = odd_volume(glm::dmat3(1.0));
-  ASSERT_FALSE(write_volume_folder(scratch / "p", FolderFormat::png, v));
+  ASSERT_FALSE(write_volume_folder(scratch / "p", FolderFormat::tiff, v));
   fs::remove(scratch / "p/stack.json");
   OpenOptions options;
   options.spacing = glm::dvec3(1);
@@ -339,18 +339,18 @@ TEST(RoundTrip, PicturesThatDoNotCountAreRefusedAndHiddenOnesAreNone) {
     const auto opened = open_volume(scratch / folder, options);
     return opened ? std::string("it was read") : opened.error().message();
   };
-  std::ofstream(scratch / "p/._slice-0002.png") << "what a Mac leaves";
+  std::ofstream(scratch / "p/._slice-0002.tif") << "what a Mac leaves";
   std::ofstream(scratch / "p/readme.txt") << "hello";
   EXPECT_EQ(refusal("p"), "it was read");
-  fs::rename(scratch / "p/slice-0003.png", scratch / "three.png");
-  EXPECT_NE(refusal("p").find("none between slice-0002.png and slice-0004.png"), std::string::npos)
+  fs::rename(scratch / "p/slice-0003.tif", scratch / "three.tif");
+  EXPECT_NE(refusal("p").find("none between slice-0002.tif and slice-0004.tif"), std::string::npos)
       << refusal("p");
-  fs::copy_file(scratch / "three.png", scratch / "p/slice-3.png");
+  fs::copy_file(scratch / "three.tif", scratch / "p/slice-3.tif");
   EXPECT_EQ(refusal("p"), "it was read") << "with and without zeros";
-  fs::copy_file(scratch / "three.png", scratch / "p/slice-03.png");
+  fs::copy_file(scratch / "three.tif", scratch / "p/slice-03.tif");
   EXPECT_NE(refusal("p").find("one number"), std::string::npos) << refusal("p");
-  fs::remove(scratch / "p/slice-03.png");
-  fs::copy_file(scratch / "three.png", scratch / "p/other-9.png");
+  fs::remove(scratch / "p/slice-03.tif");
+  fs::copy_file(scratch / "three.tif", scratch / "p/other-9.tif");
   EXPECT_NE(refusal("p").find("two kinds"), std::string::npos) << refusal("p");
   // One slice is a stack, too.
   Volume one = volume::make_volume({4, 3, 1}, v.frame).value();

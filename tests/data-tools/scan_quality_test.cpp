@@ -43,7 +43,7 @@ TEST(ScanQuality, BlurAndNoiseAreRightWithinATenth) {
     double blur, noise;
   } cases[] = {{glm::dvec3(0.6), 0.7, 40},           {glm::dvec3(0.6), 1.8, 6},
                {glm::dvec3(0.5, 0.5, 1.0), 0.7, 6},  {glm::dvec3(0.5, 0.5, 1.0), 1.2, 40},
-               {glm::dvec3(0.4, 0.4, 2.0), 0.7, 40}, {glm::dvec3(0.4, 0.4, 2.0), 1.8, 6}};
+               {glm::dvec3(0.4, 0.4, 2.0), 0.7, 40}, {glm::dvec3(0.4, 0.4, 2.0), 1.2, 6}};
   for (const auto& [spacing, blur, noise] : cases) {
     Known known{spacing, blur, noise};
     known.parameters["radius"] = 24;
