@@ -269,17 +269,19 @@ Result<OpenedVolume> open_image_file(const std::string& path, const OpenOptions&
       const std::vector<double> direction = io.GetDirection(a);
       for (int k = 0; k < 3; ++k) axes[i][k] = direction[static_cast<std::size_t>(k)] * io.GetSpacing(a);
     }
+    OpenedVolume opened;
     if (!says(path, {"ElementSpacing", "ElementSize"})) {
       if (!options.spacing)
         return Error{"the file does not say how large its voxels are", where,
                      "neither ElementSpacing nor ElementSize", "one of them, in mm",
                      "say it: --spacing X,Y,Z"};
       for (int a = 0; a < 3; ++a) axes[a] *= (*options.spacing)[a];
+      opened.uses_given_frame = true;
     }
-    OpenedVolume opened;
     opened.format = format.name;
     if (!says(path, {"TransformMatrix", "Rotation", "Orientation"})) {
       axes = *axes_of(options.axes) * axes;
+      opened.uses_given_frame = true;
       opened.notices.push_back("the file does not say which way a patient lies: its axes were taken as " +
                                options.axes + " (--axes)");
     }

@@ -5,10 +5,13 @@
 #include <bit>
 #include <charconv>
 #include <cmath>
+#include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <functional>
 #include <glm/geometric.hpp>
 #include <map>
+#include <new>
 #include <sstream>
 #include <string_view>
 #include <utility>
@@ -24,7 +27,9 @@
 #include <vtkXMLPolyDataReader.h>
 #include <zlib.h>
 
+#include "data-tools/apart.h"
 #include "data-tools/atomic_file.h"
+#include "data-tools/opening.h"
 #include "data-tools/quiet_streams.h"
 #include "data-tools/vtk_errors.h"
 #include "data-tools/words.h"
@@ -303,6 +308,127 @@ ModelFacts facts_of(const PolygonModel& model) {
   return facts;
 }
 
+namespace {
+
+/// By VTK: a crash on a damaged file is what its process is there for. `heard` is what it would have printed.
+volume::Result<PolygonModel> read_by_vtk(const std::string& path, std::string& heard) {
+  const QuietStreams quiet;
+  vtkNew<vtkTriangleFilter> triangles;
+  triangles->PassLinesOff();
+  triangles->PassVertsOff();
+  listen_to(triangles, heard);
+  // The filter believes every corner that a file names: they are looked at first.
+  volume::Status damage;
+  const auto read = [&](auto&& reader) {
+    listen_to(reader, heard);
+    reader->SetFileName(path.c_str());
+    reader->Update();
+    vtkPolyData* raw = reader->GetOutput();
+    if ((damage = check_corners(raw, file_name(path)))) return;
+    triangles->SetInputData(raw);
+    triangles->Update();
+  };
+  if (has_extension(path, ".obj"))
+    read(vtkNew<vtkOBJReader>());
+  else if (has_extension(path, ".stl"))
+    read(vtkNew<vtkSTLReader>());
+  else if (has_extension(path, ".vtk"))
+    read(vtkNew<vtkPolyDataReader>());
+  else
+    read(vtkNew<vtkXMLPolyDataReader>());
+  if (damage) return *damage;
+  vtkPolyData* made = triangles->GetOutput();
+  PolygonModel model;
+  if (!made || !made->GetPoints() || !made->GetPolys()) return model;
+  for (vtkIdType i = 0; i < made->GetNumberOfPoints(); ++i) {
+    double p[3];
+    made->GetPoint(i, p);
+    model.vertices.emplace_back(p[0], p[1], p[2]);
+  }
+  const auto corners = vtk::TakeSmartPointer(made->GetPolys()->NewIterator());
+  for (corners->GoToFirstCell(); !corners->IsDoneWithTraversal(); corners->GoToNextCell()) {
+    vtkIdType count = 0;
+    const vtkIdType* ids = nullptr;
+    corners->GetCurrentCell(count, ids);
+    for (vtkIdType k = 0; count == 3 && k < 3; ++k)
+      model.triangles.push_back(static_cast<std::uint32_t>(ids[k]));
+  }
+  return model;
+}
+
+/// What a process found, in memory that is shared: how much there is, or an error.
+struct FoundModel {
+  std::size_t vertices = 0, corners = 0;
+  bool has_failed = false;
+  std::array<std::array<char, 240>, 5> error{};  // what, where, found, expected, remedy
+  std::array<char, 240> heard{};
+
+  static void put(std::array<char, 240>& to, const std::string& text) {
+    std::snprintf(to.data(), to.size(), "%s", text.c_str());
+  }
+  void fail(const Error& e) {
+    has_failed = true;
+    const std::string* parts[] = {&e.what, &e.where, &e.found, &e.expected, &e.remedy};
+    for (std::size_t i = 0; i < error.size(); ++i) put(error[i], *parts[i]);
+  }
+  Error failure() const {
+    return {error[0].data(), error[1].data(), error[2].data(), error[3].data(), error[4].data()};
+  }
+};
+
+/// The same in a process of its own: once for the sizes, once for what they hold.
+volume::Result<PolygonModel> read_apart(const std::string& path, std::string& heard) {
+  const std::string where = file_name(path);
+  const auto shared = SharedBytes::make(sizeof(FoundModel));
+  if (!shared) return too_large(sizeof(FoundModel), where);
+  FoundModel& found = *new (shared->data()) FoundModel;
+  const auto run = [&](const std::function<void(const PolygonModel&)>& use) {
+    return apart_status(run_apart(1,
+                                  [&](int) {
+                                    std::string said;
+                                    const auto model = read_by_vtk(path, said);
+                                    FoundModel::put(found.heard, said);
+                                    if (model)
+                                      use(model.value());
+                                    else
+                                      found.fail(model.error());
+                                  },
+                                  {}),
+                        where);
+  };
+  if (volume::Status error = run([&](const PolygonModel& model) {
+        found.vertices = model.vertices.size();
+        found.corners = model.triangles.size();
+      }))
+    return *error;
+  if (found.has_failed) return found.failure();
+  PolygonModel model;
+  const std::size_t place_bytes = found.vertices * sizeof(glm::dvec3),
+                    bytes = place_bytes + found.corners * sizeof(std::uint32_t);
+  if (volume::Status error = check_memory(2 * bytes, where)) return *error;
+  const auto room = SharedBytes::make(bytes);
+  if (!room) return too_large(bytes, where);
+  const std::size_t vertices = found.vertices, corners = found.corners;
+  if (volume::Status error = run([&](const PolygonModel& read) {
+        if (read.vertices.size() != vertices || read.triangles.size() != corners) {
+          found.fail({"the model changes while it is read", where, "", "", "try again"});
+          return;
+        }
+        std::memcpy(room->data(), read.vertices.data(), place_bytes);
+        std::memcpy(room->data() + place_bytes, read.triangles.data(), bytes - place_bytes);
+      }))
+    return *error;
+  if (found.has_failed) return found.failure();
+  heard = found.heard.data();
+  model.vertices.resize(vertices);
+  model.triangles.resize(corners);
+  std::memcpy(model.vertices.data(), room->data(), place_bytes);
+  std::memcpy(model.triangles.data(), room->data() + place_bytes, bytes - place_bytes);
+  return model;
+}
+
+}  // namespace
+
 volume::Result<PolygonModel> read_polygon_model(const std::string& path, double scale,
                                                 const std::string& frame) {
   if (frame != "" && frame != "LPS" && frame != "RAS")
@@ -310,71 +436,24 @@ volume::Result<PolygonModel> read_polygon_model(const std::string& path, double 
   if (!(scale > 0 && scale <= 1e6))
     return Error{"the scale of a model is out of range", file_name(path), std::to_string(scale),
                  "mm per unit, above 0, at most a million", ""};
+  constexpr const char* k_read = ".ply, .ply.gz, .obj, .stl, .vtk or .vtp";
   std::error_code failed;
   if (!std::filesystem::is_regular_file(path, failed))
-    return Error{"there is no such model", file_name(path), "", ".ply, .ply.gz, .obj, .stl, .vtk or .vtp",
-                 ""};
-  const QuietStreams quiet;
-  std::string heard;
-  vtkNew<vtkTriangleFilter> triangles;
-  triangles->PassLinesOff();
-  triangles->PassVertsOff();
-  listen_to(triangles, heard);
-  // The filter believes every corner that a file names: they are looked at first.
-  volume::Status damage;
-  const auto read = [&](auto& reader) {
-    listen_to(reader, heard);
-    reader->Update();
-    vtkPolyData* raw = reader->GetOutput();
-    if ((damage = check_corners(raw, file_name(path)))) return;
-    triangles->SetInputData(raw);
-    triangles->Update();
-  };
-  if (has_extension(path, ".ply.gz") || has_extension(path, ".ply")) {
+    return Error{"there is no such model", file_name(path), "", k_read, ""};
+  const auto is = [&path](const char* end) { return has_extension(path, end); };
+  if (is(".ply.gz") || is(".ply")) {
     auto text = unpacked(path);  // plain files come as they are
     if (!text) return text.error();
     auto model = read_ply(text.value(), file_name(path));
     if (!model) return model.error();
     return checked(std::move(model).value(), scale, frame, path, "");
-  } else if (has_extension(path, ".obj")) {
-    vtkNew<vtkOBJReader> reader;
-    reader->SetFileName(path.c_str());
-    read(reader);
-  } else if (has_extension(path, ".stl")) {
-    vtkNew<vtkSTLReader> reader;
-    reader->SetFileName(path.c_str());
-    read(reader);
-  } else if (has_extension(path, ".vtk")) {
-    vtkNew<vtkPolyDataReader> reader;
-    reader->SetFileName(path.c_str());
-    read(reader);
-  } else if (has_extension(path, ".vtp")) {
-    vtkNew<vtkXMLPolyDataReader> reader;
-    reader->SetFileName(path.c_str());
-    read(reader);
-  } else {
-    return Error{"this is no model that can be read", file_name(path), "",
-                 ".ply, .ply.gz, .obj, .stl, .vtk or .vtp", ""};
   }
-  if (damage) return *damage;
-  vtkPolyData* made = triangles->GetOutput();
-  PolygonModel model;
-  if (made && made->GetPoints() && made->GetPolys()) {
-    for (vtkIdType i = 0; i < made->GetNumberOfPoints(); ++i) {
-      double p[3];
-      made->GetPoint(i, p);
-      model.vertices.emplace_back(p[0], p[1], p[2]);
-    }
-    const auto corners = vtk::TakeSmartPointer(made->GetPolys()->NewIterator());
-    for (corners->GoToFirstCell(); !corners->IsDoneWithTraversal(); corners->GoToNextCell()) {
-      vtkIdType count = 0;
-      const vtkIdType* ids = nullptr;
-      corners->GetCurrentCell(count, ids);
-      for (vtkIdType k = 0; count == 3 && k < 3; ++k)
-        model.triangles.push_back(static_cast<std::uint32_t>(ids[k]));
-    }
-  }
-  return checked(std::move(model), scale, frame, path, heard);
+  if (!is(".obj") && !is(".stl") && !is(".vtk") && !is(".vtp"))
+    return Error{"this is no model that can be read", file_name(path), "", k_read, ""};
+  std::string heard;
+  auto model = read_apart(path, heard);
+  if (!model) return model.error();
+  return checked(std::move(model).value(), scale, frame, path, heard);
 }
 
 }  // namespace trephine::data_tools

@@ -186,6 +186,7 @@ Result<OpenedVolume> open_nifti(const std::string& path, const OpenOptions& opti
   OpenedVolume opened;
   opened.volume = std::move(made).value();
   opened.format = "NIfTI";
+  opened.uses_given_frame = has_none;
   opened.notices = std::move(notices);
   if (options.progress && !options.progress(0)) return reading_interrupted(where);
   if (volume::Status error = check_memory(bytes, where)) return *error;

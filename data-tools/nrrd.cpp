@@ -203,6 +203,7 @@ Result<OpenedVolume> open_nrrd(const std::string& path, const OpenOptions& optio
   OpenedVolume opened;
   opened.volume = std::move(made).value();
   opened.format = "NRRD";
+  opened.uses_given_frame = file->spaceDim == 0;
   // The axes that are not the volume's count through the volumes.
   std::size_t offset = 0, rest = index.value();
   for (unsigned a = 0; a < file->dim; ++a) {

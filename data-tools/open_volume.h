@@ -58,6 +58,7 @@ struct OpenedVolume {
   std::vector<SeriesFacts> series;     ///< when there was a choice
   std::vector<SegmentFacts> segments;  ///< of a segmentation (.seg.nrrd)
   bool is_rounded = false;             ///< 16 bits did not hold the values as they were
+  bool uses_given_frame = false;       ///< spacing or axes of the options were needed
   double read_seconds = 0;
 };
 

@@ -100,6 +100,7 @@ Result<volume::Frame> given_frame(OpenedVolume& opened, const OpenOptions& optio
   if (!options.spacing)
     return Error{"the file does not say how large its voxels are", where, "", "their size in mm",
                  "say it: --spacing X,Y,Z; and where x, y and z go, if not to the left, back and up: --axes"};
+  opened.uses_given_frame = true;
   opened.notices.push_back(opened.format +
                            " does not say how it lies in the patient: its axes were taken as " +
                            options.axes + " (--axes), its first voxel as 0, 0, 0");

@@ -112,6 +112,8 @@ Result<Source> open_source(const SourceChoice& choice, const Listener& listener)
     if (!opened) return opened.error();
     o = std::move(opened).value();
   }
+  if (!o.uses_given_frame && (!choice.spacing.empty() || !choice.axes.empty()))
+    o.notices.emplace_back("the spacing and axes that were given were not taken: the file says its own");
   source.volume = std::make_shared<const volume::Volume>(std::move(o.volume));
   source.name = data_tools::file_name(src);
   source.format = o.format;

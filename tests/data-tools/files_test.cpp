@@ -451,6 +451,40 @@ TEST(PolygonModels, ComeBackFromEveryFormatAsTheyWereWritten) {
   }
 }
 
+/// VTK 9.1 writes past the end of an array of texts that is longer than its file says; found by the fuzzer.
+TEST(PolygonModels, WhatCrashesTheLibraryIsAnErrorAndNoMore) {
+  const Scratch scratch;
+  const std::string field =
+      "<FieldData><Array type=\"String\" Name=\"a\" NumberOfTuples=\"1\" format=\"ascii\">65 0 66 0 67 0 68 "
+      "0 "
+      "69 0 70 0 71 0 72 0 73 0 74 0 75 0 76 0 77 0 78 0 79 0 80 0</Array></FieldData>";
+  write_text(
+      scratch / "m.vtp",
+      "<VTKFile type=\"PolyData\" version=\"0.1\"><PolyData>" + field +
+          "<Piece NumberOfPoints=\"3\" NumberOfPolys=\"1\"><Points><DataArray type=\"Float32\" "
+          "NumberOfComponents=\"3\" format=\"ascii\">0 0 0 9 0 0 0 9 0</DataArray></Points><Polys><DataArray "
+          "type=\"Int64\" Name=\"connectivity\" format=\"ascii\">0 1 2</DataArray><DataArray type=\"Int64\" "
+          "Name=\"offsets\" format=\"ascii\">3</DataArray></Polys></Piece></PolyData></VTKFile>");
+  write_text(
+      scratch / "m.vti",
+      "<VTKFile type=\"ImageData\" version=\"0.1\"><ImageData WholeExtent=\"0 1 0 1 0 1\" Origin=\"0 0 0\" "
+      "Spacing=\"1 1 1\">" +
+          field +
+          "<Piece Extent=\"0 1 0 1 0 1\"><PointData Scalars=\"v\"><DataArray type=\"Int16\" Name=\"v\" "
+          "format=\"ascii\">1 2 3 4 5 6 7 8</DataArray></PointData></Piece></ImageData></VTKFile>");
+  // Whatever the library does there, this process goes on; what it says is an error or the whole file.
+  for (int i = 0; i < 5; ++i) {
+    const auto model = read_polygon_model(scratch / "m.vtp");
+    if (model) {
+      EXPECT_EQ(model.value().vertices.size(), 3U);
+    }
+    const auto volume = open_volume(scratch / "m.vti");
+    if (volume) {
+      EXPECT_EQ(volume.value().volume.voxels[7], 8);
+    }
+  }
+}
+
 TEST(PolygonModels, WhatIsOddAboutThemIsCountedAndTold) {
   const Scratch scratch;
   const auto facets = [](std::vector<std::array<int, 3>> triangles, const std::string& head = "solid") {
