@@ -97,6 +97,18 @@ std::optional<double> measure_noise(const Volume& v) {
   return mode(std::move(deviations));
 }
 
+/// By the voxels beside it, per mm of the world.
+dvec3 gradient_at(const Volume& v, const glm::ivec3& at) {
+  dvec3 slope;
+  for (int a = 0; a < 3; ++a) {
+    glm::ivec3 step(0);
+    step[a] = 1;
+    slope[a] = 0.5 * (v.voxels[v.index(at.x + step.x, at.y + step.y, at.z + step.z)] -
+                      v.voxels[v.index(at.x - step.x, at.y - step.y, at.z - step.z)]);
+  }
+  return v.frame.gradient_world_from_volume(slope);
+}
+
 /// An edge through a patch of voxels: outside + step * normal integral of (place - at) / sigma, where places
 /// count along the normal, and the edge may be bent like a ball.
 struct Edge {
@@ -114,14 +126,7 @@ class EdgeFit {
   /// Voxels about `at`, farther along the edge's normal than across it, of more than one slice.
   EdgeFit(const Volume& v, const glm::ivec3& at, double in_plane, const dvec3& slice_normal,
           double slice_step) {
-    dvec3 slope;
-    for (int a = 0; a < 3; ++a) {
-      glm::ivec3 step(0);
-      step[a] = 1;
-      slope[a] = v.voxels[v.index(at.x + step.x, at.y + step.y, at.z + step.z)] -
-                 v.voxels[v.index(at.x - step.x, at.y - step.y, at.z - step.z)];
-    }
-    const dvec3 gradient = v.frame.gradient_world_from_volume(slope);
+    const dvec3 gradient = gradient_at(v, at);
     if (!(glm::length(gradient) > 0)) return;
     first_.normal = glm::normalize(gradient);
     double voxel = 0;  // along the normal
@@ -278,14 +283,7 @@ double linear_at(const Volume& v, const dvec3& p) {
 /// is thicker than `most`.
 std::optional<double> wall_below(const Volume& v, const volume::Shape& shape, const glm::ivec3& at,
                                  double most) {
-  dvec3 slope;
-  for (int a = 0; a < 3; ++a) {
-    glm::ivec3 step(0);
-    step[a] = 1;
-    slope[a] = v.voxels[v.index(at.x + step.x, at.y + step.y, at.z + step.z)] -
-               v.voxels[v.index(at.x - step.x, at.y - step.y, at.z - step.z)];
-  }
-  const dvec3 normal_world = v.frame.gradient_world_from_volume(slope);
+  const dvec3 normal_world = gradient_at(v, at);
   if (!(glm::length(normal_world) > 0)) return std::nullopt;
   const dvec3 way = v.frame.vector_volume_from_world(glm::normalize(normal_world));  // a mm
   constexpr double k_step = 0.05;
