@@ -12,6 +12,7 @@
 #include <glm/geometric.hpp>
 #include <map>
 #include <new>
+#include <numeric>
 #include <sstream>
 #include <string_view>
 #include <utility>
@@ -276,17 +277,27 @@ ModelFacts facts_of(const PolygonModel& model) {
   ModelFacts facts;
   facts.triangles = model.triangles.size() / 3;
   // Corners in one place are one: STL knows no others.
-  std::map<std::array<double, 3>, std::uint32_t> places;
-  std::vector<std::uint32_t> one(model.vertices.size());
+  std::vector<std::uint32_t> order(model.vertices.size()), one(model.vertices.size());
+  std::iota(order.begin(), order.end(), 0U);
+  const auto& places = model.vertices;
+  std::sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
+    const glm::dvec3 &p = places[a], &q = places[b];
+    return p.x != q.x ? p.x < q.x : p.y != q.y ? p.y < q.y : p.z < q.z;
+  });
   glm::dvec3 low(1e300), high(-1e300);
-  for (std::size_t i = 0; i < model.vertices.size(); ++i) {
-    const glm::dvec3& p = model.vertices[i];
-    one[i] = places.try_emplace({p.x, p.y, p.z}, static_cast<std::uint32_t>(i)).first->second;
-    low = glm::min(low, p);
-    high = glm::max(high, p);
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    const bool is_new = i == 0 || places[order[i]] != places[order[i - 1]];
+    one[order[i]] = is_new ? order[i] : one[order[i - 1]];
+    low = glm::min(low, places[order[i]]);
+    high = glm::max(high, places[order[i]]);
   }
   if (!model.vertices.empty()) facts.size = high - low;
-  std::map<std::pair<std::uint32_t, std::uint32_t>, std::pair<int, int>> edges;  // uses one way and the other
+  struct Edge {
+    std::uint32_t low, high;
+    bool is_forth;
+  };
+  std::vector<Edge> edges;
+  edges.reserve(model.triangles.size());
   for (std::size_t t = 0; t + 2 < model.triangles.size(); t += 3) {
     const std::uint32_t v[3] = {one[model.triangles[t]], one[model.triangles[t + 1]],
                                 one[model.triangles[t + 2]]};
@@ -295,15 +306,19 @@ ModelFacts facts_of(const PolygonModel& model) {
     if (v[0] == v[1] || v[1] == v[2] || v[2] == v[0]) continue;  // no area
     for (int k = 0; k < 3; ++k) {
       const std::uint32_t a = v[k], b = v[(k + 1) % 3];
-      auto& [forth, back] = edges[std::minmax(a, b)];
-      ++(a < b ? forth : back);
+      edges.push_back({std::min(a, b), std::max(a, b), a < b});
     }
   }
-  for (const auto& [edge, uses] : edges) {
-    const int all = uses.first + uses.second;
+  const auto is_one = [](const Edge& a, const Edge& b) { return a.low == b.low && a.high == b.high; };
+  std::sort(edges.begin(), edges.end(),
+            [](const Edge& a, const Edge& b) { return a.low != b.low ? a.low < b.low : a.high < b.high; });
+  for (std::size_t i = 0, end = 0; i < edges.size(); i = end) {
+    std::size_t forth = 0;
+    for (end = i; end < edges.size() && is_one(edges[i], edges[end]); ++end) forth += edges[end].is_forth;
+    const std::size_t all = end - i;
     facts.open_edges += all == 1;
     facts.crowded_edges += all > 2;
-    facts.turned_edges += all == 2 && uses.first != uses.second;
+    facts.turned_edges += all == 2 && forth != 1;
   }
   return facts;
 }

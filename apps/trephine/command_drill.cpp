@@ -198,7 +198,7 @@ Run build(Options& options) {
   options.add("--kinematic", a->burr.is_kinematic,
               "The path is the burr's centre and everything it sweeps goes; without this it is the burr's "
               "lowest point, and bone is removed where it presses");
-  options.add("-o,--output", a->output, ".mha, .nrrd, .nii, .nii.gz or .vti").required();
+  options.add("-o,--output", a->output, data_tools::extensions_of(data_tools::OutputKind::volume)).required();
   add_round(options, a->burr.is_round);
   add_method(options, a->method);
   add_record(options, a->record);

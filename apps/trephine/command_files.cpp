@@ -101,7 +101,7 @@ Result<Outcome> run_phantom(const PhantomArguments& arguments) {
   if (!made) return made.error();
   if (is_interrupted()) return interrupted("making the phantom");
   const volume::Volume& v = made.value();
-  tell_resampled(v, arguments.output + arguments.case_output);
+  tell_resampled(v, arguments.case_output.empty() ? arguments.output : arguments.case_output);
   outputs.write(arguments.case_output,
                 [&] { return data_tools::write_case(arguments.case_output, *plan, v); });
   outputs.write(arguments.output, [&] { return data_tools::write_volume(arguments.output, v); });
@@ -204,7 +204,7 @@ Run build_phantom(Options& options) {
   options.add("--set", a->settings, "A parameter of the shape, such as radius=40")
       .type("KEY=VALUE")
       .means("parameter");
-  options.add("-o,--output", a->output, ".mha, .nrrd, .nii, .nii.gz, .vti or .vdb");
+  options.add("-o,--output", a->output, data_tools::extensions_of(data_tools::OutputKind::volume));
   options
       .add("--case", a->case_output,
            "A new case folder of head or spine, with its plan and what must not be cut")
@@ -220,7 +220,7 @@ Run build_mesh(Options& options) {
   auto a = std::make_shared<MeshArguments>();
   add_source(options, a->source).required();
   add_shape(options, a->shape);
-  options.add("-o,--output", a->output, ".stl, .ply, .obj, .vtp or .glb").required();
+  options.add("-o,--output", a->output, data_tools::extensions_of(data_tools::OutputKind::mesh)).required();
   options.add("--open", a->is_open, "Leave holes where the shape reaches the border of the scan");
   return run_with(a, run_mesh);
 }
@@ -230,7 +230,7 @@ Run build_convert(Options& options) {
   add_source(options, a->source).required();
   options
       .add("-o,--output", a->output,
-           ".mha, .nrrd, .nii, .nii.gz, .vti or .vdb; with --as a new folder of slices")
+           data_tools::extensions_of(data_tools::OutputKind::volume) + "; with --as a new folder of slices")
       .required();
   options.add("--as", a->as, "A DICOM series (derived, of nobody), or pictures of 16 bits with stack.json")
       .one_of({"dicom", "png", "tiff"});

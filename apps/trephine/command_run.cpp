@@ -98,7 +98,8 @@ Result<Outcome> run_script(const RunArguments& arguments) {
 Run build(Options& options) {
   auto a = std::make_shared<RunArguments>();
   options.add("SCRIPT", a->script, "Scan, hands, commands and expectations: docs/file-formats.md").required();
-  options.add("-o,--output", a->output, "Write what is left at the end: .mha, .nrrd, .nii, .nii.gz or .vti");
+  options.add("-o,--output", a->output,
+              "Write what is left at the end: " + data_tools::extensions_of(data_tools::OutputKind::volume));
   options.add("--pictures", a->pictures, "Take the script's pictures, into this folder").type("FOLDER");
   options.add("--live", a->is_live, "Play it on a servo's thread, in its time");
   options.add("--window", a->wants_window, "Then play it in the window");

@@ -259,7 +259,8 @@ Run build_replay(Options& options) {
   options.add("--window", a->wants_window, "Play it in the window: pause, seek, speed, forces");
   options.add("--verify", a->is_verifying, "Compare every force, volume and voxel with the recording");
   options.add("--until", a->until, "Stop at this time, s").type("S");
-  options.add("-o,--output", a->output, "Write what is left then: .mha, .nrrd, .nii, .nii.gz or .vti");
+  options.add("-o,--output", a->output,
+              "Write what is left then: " + data_tools::extensions_of(data_tools::OutputKind::volume));
   options.add("--steps", a->steps, "Write a row for every tick").type("STEPS.csv");
   options.add("--screenshot", a->screenshot, "Write a picture of what is left then").type("OUT.png");
   return run_with(a, run_replay);
