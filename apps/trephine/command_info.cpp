@@ -208,9 +208,14 @@ Result<Outcome> list(const std::string& path) {
 }
 
 Result<Outcome> run_info(const InfoArguments& arguments) {
-  if (arguments.is_listing) return list(arguments.source.path);
-  if (workbench::is_session_file(arguments.source.path)) return describe_session(arguments.source.path);
   const bool wants_quality = arguments.has_quality || !arguments.chart.empty();
+  const bool is_session = workbench::is_session_file(arguments.source.path);
+  if (wants_quality && (arguments.is_listing || is_session))
+    return Error{"quality is measured on one scan", "quality", is_session ? "a session" : "a list",
+                 "a scan or a case",
+                 is_session ? "ask it of the scan that was operated on" : "leave --list away"};
+  if (arguments.is_listing) return list(arguments.source.path);
+  if (is_session) return describe_session(arguments.source.path);
   data_tools::OutputSet outputs;
   outputs.reads(arguments.source.path);
   outputs.writes("chart", arguments.chart, data_tools::OutputKind::picture);

@@ -394,6 +394,12 @@ TEST_F(Command, ImportMakesACaseOfARawScanByAPreset) {
     EXPECT_NE(told.err.find(word), std::string::npos) << told.err;
   const Ended plain = run("import raw.nii.gz --preset skull --fill-thin 0 -o plain");
   EXPECT_EQ(plain.err.find("thin walls"), std::string::npos) << plain.err;
+  const Json quality = json("info raw.nii.gz --chart edges.png")["quality"];
+  EXPECT_GT(quality["noise"].get<double>(), 5);
+  EXPECT_GT(fs::file_size(file("edges.png")), 3000U);
+  EXPECT_FALSE(json("info raw.nii.gz").contains("quality")) << "unless it is asked for";
+  EXPECT_EQ(run("info raw.nii.gz --list --chart no.png").exit_code, 2);
+  EXPECT_FALSE(fs::exists(file("no.png")));
   EXPECT_EQ(run("import raw.nii.gz --preset knee -o k").exit_code, 2);
   EXPECT_EQ(run("import raw.nii.gz --preset skull --window 1:2 -o k").exit_code, 2);
   EXPECT_EQ(run("import raw.nii.gz --fill-thin 11 -o k").exit_code, 2);
