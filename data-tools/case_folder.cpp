@@ -1,6 +1,8 @@
 #include "data-tools/case_folder.h"
 
 #include <cmath>
+#include <cstdio>
+#include <cstdlib>
 #include <fcntl.h>
 #include <filesystem>
 #include <fstream>
@@ -24,6 +26,26 @@ namespace {
 constexpr const char* k_plan_file = "case.toml";
 constexpr const char* k_volume_file = "volume.mha";
 constexpr const char* k_labels_file = "labels.mha";
+
+/// ["#RRGGBB", ...] of labels 1, 2, ...; the background is black.
+std::vector<glm::u8vec3> read_colours(TomlReader& reader, const toml::value& list, std::size_t label_count) {
+  std::vector<glm::u8vec3> colours{glm::u8vec3(0)};
+  if (!list.is_array() || list.as_array().size() + 1 != label_count) {
+    reader.fail(list, "the labels have no colours that fit", "", "as many as names, or no key \"colours\"");
+    return {};
+  }
+  for (const toml::value& v : list.as_array()) {
+    const std::string text = v.is_string() ? v.as_string().str : "";
+    if (text.size() != 7 || text[0] != '#' ||
+        text.find_first_not_of("0123456789abcdefABCDEF", 1) != std::string::npos) {
+      reader.fail(v, "a label's colour is none", text, "\"#RRGGBB\", for example \"#d8b48c\"");
+      return {};
+    }
+    const unsigned long rgb = std::strtoul(text.c_str() + 1, nullptr, 16);
+    colours.emplace_back(rgb >> 16, rgb >> 8 & 255, rgb & 255);
+  }
+  return colours;
+}
 
 CaseStructure read_structure(TomlReader& reader, const toml::value& value, std::size_t label_count) {
   const toml::table& t = reader.table(value, {"name", "low", "high", "label", "touchable", "forbidden",
@@ -144,7 +166,7 @@ Result<CasePlan> parse_case(const std::string& text, const std::string& where) {
   plan.modality = reader.text(top, "modality").value_or("");
   plan.is_hounsfield = reader.claim(top, "hounsfield").value_or(false);
   if (const auto labels = top.find("labels"); labels != top.end()) {
-    const toml::table& t = reader.table(labels->second, {"names"});
+    const toml::table& t = reader.table(labels->second, {"names", "colours"});
     plan.label_names.emplace_back("background");
     const auto names = t.find("names");
     if (names == t.end() || !names->second.is_array() || names->second.as_array().size() > 255) {
@@ -156,6 +178,8 @@ Result<CasePlan> parse_case(const std::string& text, const std::string& where) {
         plan.label_names.push_back(v.is_string() ? v.as_string().str : "");
       }
     }
+    if (const auto colours = t.find("colours"); colours != t.end())
+      plan.label_colours = read_colours(reader, colours->second, plan.label_names.size());
   }
   for (const toml::value* v : reader.tables(top, "structures"))
     plan.structures.push_back(read_structure(reader, *v, plan.label_names.size()));
@@ -212,6 +236,7 @@ Result<OpenedCase> open_case(const std::string& path, const OpenOptions& options
     v.labels[i] = static_cast<std::uint8_t>(l.voxels[i]);
   }
   v.label_names = result.plan.label_names;
+  v.label_colours = result.plan.label_colours;
   return result;
 }
 
@@ -238,6 +263,13 @@ std::string case_text(const CasePlan& plan, bool has_labels) {
     for (std::size_t i = 1; i < plan.label_names.size(); ++i)
       out += (i > 1 ? ", " : "") + quoted(plan.label_names[i]);
     out += "]\n";
+    if (plan.label_colours.size() > 1) out += "colours = [";
+    for (std::size_t i = 1; i < plan.label_colours.size(); ++i) {
+      char colour[12];
+      const glm::u8vec3& c = plan.label_colours[i];
+      std::snprintf(colour, sizeof colour, "\"#%02x%02x%02x\"", c.x, c.y, c.z);
+      out.append(i > 1 ? ", " : "").append(colour).append(i + 1 == plan.label_colours.size() ? "]\n" : "");
+    }
   }
   if (plan.quality) {
     out += "\n[quality]  # of the scan, as import measured it: mm, noise in its units\n";

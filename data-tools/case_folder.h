@@ -46,6 +46,7 @@ struct CasePlan {
   std::string modality;
   bool is_hounsfield = false;
   std::vector<std::string> label_names;
+  std::vector<glm::u8vec3> label_colours;  ///< as Volume has them
   std::vector<CaseStructure> structures;
   std::vector<CaseTrajectory> trajectories;
   std::vector<CaseLandmark> landmarks;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <charconv>
 #include <cstring>
 #include <zlib.h>
@@ -13,69 +14,6 @@ namespace trephine::data_tools {
 namespace {
 
 using namespace dicom_tag;
-
-constexpr std::array k_kept{k_transfer_syntax,
-                            k_image_type,
-                            k_sop_class,
-                            k_sop_instance,
-                            k_study_date,
-                            k_series_date,
-                            k_content_time,
-                            k_modality,
-                            k_manufacturer,
-                            k_series_description,
-                            k_model,
-                            k_body_part,
-                            k_slice_thickness,
-                            k_kvp,
-                            k_echo_time,
-                            k_echo_number,
-                            k_slice_gap,
-                            k_trigger_time,
-                            k_kernel,
-                            k_b_value,
-                            k_tile_count,
-                            k_study,
-                            k_series,
-                            k_series_number,
-                            k_acquisition_number,
-                            k_instance_number,
-                            k_position,
-                            k_orientation,
-                            k_frame_of_reference,
-                            k_temporal_position,
-                            k_frame_content,
-                            k_plane_position,
-                            k_plane_orientation,
-                            k_temporal_index,
-                            k_dimension_values,
-                            k_samples,
-                            k_photometric,
-                            k_frames,
-                            k_rows,
-                            k_columns,
-                            k_pixel_spacing,
-                            k_bits_allocated,
-                            k_bits_stored,
-                            k_high_bit,
-                            k_pixel_representation,
-                            k_padding,
-                            k_padding_limit,
-                            k_intercept,
-                            k_slope,
-                            k_rescale_type,
-                            k_modality_lut,
-                            k_pixel_measures,
-                            k_value_transformation,
-                            k_segments,
-                            k_segment_number,
-                            k_segment_label,
-                            k_segment_identification,
-                            k_referenced_segment,
-                            k_most_fractional,
-                            k_shared_groups,
-                            k_frame_groups};
-static_assert(std::is_sorted(k_kept.begin(), k_kept.end()));
 
 constexpr DicomTag k_media_class = 0x00020002;
 constexpr std::uint32_t k_undefined = 0xffffffff;
@@ -113,18 +51,24 @@ struct Syntax {
   bool is_explicit = true, is_big = false;
 };
 
+static_assert(std::endian::native == std::endian::little);
 std::uint16_t short_at(const unsigned char* p, bool is_big) {
-  return static_cast<std::uint16_t>(is_big ? p[0] << 8 | p[1] : p[1] << 8 | p[0]);
+  std::uint16_t v = 0;
+  std::memcpy(&v, p, sizeof v);
+  return is_big ? __builtin_bswap16(v) : v;
 }
 std::uint32_t long_at(const unsigned char* p, bool is_big) {
-  return is_big ? static_cast<std::uint32_t>(short_at(p, true)) << 16 | short_at(p + 2, true)
-                : static_cast<std::uint32_t>(short_at(p + 2, false)) << 16 | short_at(p, false);
+  std::uint32_t v = 0;
+  std::memcpy(&v, p, sizeof v);
+  return is_big ? __builtin_bswap32(v) : v;
 }
 bool is_vr(const unsigned char* p) { return p[0] >= 'A' && p[0] <= 'Z' && p[1] >= 'A' && p[1] <= 'Z'; }
 bool has_long_length(std::string_view vr) {
-  for (const char* one : {"OB", "OW", "OF", "OD", "OL", "OV", "SQ", "UC", "UN", "UR", "UT", "SV", "UV"})
-    if (vr == one) return true;
-  return false;
+  static constexpr std::string_view k_second_of_o = "BWFDLV", k_second_of_u = "CNRTV";
+  const char second = vr[1];
+  return vr[0] == 'O'   ? k_second_of_o.find(second) != std::string_view::npos
+         : vr[0] == 'U' ? k_second_of_u.find(second) != std::string_view::npos
+                        : vr == "SQ" || vr == "SV";
 }
 
 /// What implicit files do not say: only of those whose values are no text.
@@ -140,15 +84,23 @@ std::string_view implicit_vr(DicomTag tag) {
     case k_tile_count:
     case k_padding:
     case k_padding_limit:
+    case k_record_in_use:
+    case k_segment_number:
+    case k_referenced_segment:
+    case k_cielab:
+    case k_most_fractional:
       return "US";
     case k_b_value:
       return "FD";
     case k_temporal_index:
     case k_dimension_values:
       return "UL";
+    case k_records:
     case k_frame_content:
     case k_plane_position:
     case k_plane_orientation:
+    case k_segments:
+    case k_segment_identification:
     case k_modality_lut:
     case k_pixel_measures:
     case k_value_transformation:
@@ -201,6 +153,8 @@ class Parser {
                 DicomDataSet* into) {
     if (depth > k_deepest) return fail("sequences within sequences without end");
     const bool is_top = depth == 0;
+    const DicomTag* wanted = std::begin(k_kept);
+    DicomTag last = 0;
     while (at + 8 <= end) {
       const unsigned char* p = head_->at(at, 8);
       if (!p) return fail("its head is longer than 256 MiB, or cannot be read");
@@ -241,8 +195,11 @@ class Parser {
         at = end;
         return true;
       }
-      const bool is_kept = into && std::binary_search(k_kept.begin(), k_kept.end(), tag);
-      if (vr == "SQ" || length == k_undefined) {
+      if (tag < last) wanted = std::begin(k_kept);  // out of order
+      while (wanted != std::end(k_kept) && *wanted < tag) ++wanted;
+      last = tag;
+      const bool is_kept = into && wanted != std::end(k_kept) && *wanted == tag;
+      if (length == k_undefined || (is_kept && vr == "SQ")) {
         // An unknown sequence of undefined length is implicit, whatever the file is.
         const Syntax inner = vr == "UN" ? Syntax{false, false} : syntax;
         DicomDataSet::Element* kept = nullptr;

@@ -54,8 +54,8 @@ Result<std::vector<DicomHead>> read_dicom_heads(const std::string& path, const P
   if (files.size() >= k_most_files)
     return Error{"the folder holds too many files", where, std::to_string(files.size()) + " and more",
                  "fewer than " + std::to_string(k_most_files), "point at the folder of one patient"};
-  const auto name_of = [&](const std::string& file) {
-    return is_folder ? fs::path(file).lexically_relative(path).string() : file_name(file);
+  const auto name_of = [&](const std::string& file) {  // all of them begin with the folder's path
+    return is_folder ? file.substr(file.find_first_not_of('/', path.size())) : file_name(file);
   };
   // Heads are read side by side, in parts between which somebody may stop it.
   std::vector<std::variant<DicomFile, DicomRefusal>> read;

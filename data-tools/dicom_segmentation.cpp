@@ -29,6 +29,31 @@ std::optional<DicomFile> read_head(const std::string& path) {
   return file ? std::optional(std::move(*file)) : std::nullopt;
 }
 
+/// A colour that DICOM gives as CIELab under D50 light (PS3.3 C.10.7.1.1), in sRGB.
+std::optional<glm::u8vec3> colour_of(const DicomDataSet& segment) {
+  glm::dvec3 stored;
+  for (std::size_t a = 0; a < 3; ++a) {
+    const auto number = segment.number(k_cielab, a);
+    if (!number || !(*number >= 0 && *number <= 65535)) return std::nullopt;
+    stored[static_cast<int>(a)] = *number / 65535;
+  }
+  const double light = 100 * stored.x, a = 255 * stored.y - 128, b = 255 * stored.z - 128;
+  const auto linear = [](double f) { return f > 6.0 / 29 ? f * f * f : (f - 4.0 / 29) * 108 / 841; };
+  const double fy = (light + 16) / 116;
+  const glm::dvec3 xyz(0.9642 * linear(fy + a / 500), linear(fy), 0.8249 * linear(fy - b / 200));
+  // To sRGB's primaries, with D50 brought to its D65 (Bradford).
+  const glm::dvec3 rgb(glm::dot(xyz, {3.1338561, -1.6168667, -0.4906146}),
+                       glm::dot(xyz, {-0.9787684, 1.9161415, 0.0334540}),
+                       glm::dot(xyz, {0.0719453, -0.2289914, 1.4052427}));
+  glm::u8vec3 colour;
+  for (int c = 0; c < 3; ++c) {
+    const double v = std::clamp(rgb[c], 0.0, 1.0);
+    const double encoded = v <= 0.0031308 ? 12.92 * v : 1.055 * std::pow(v, 1 / 2.4) - 0.055;
+    colour[c] = static_cast<std::uint8_t>(std::floor(255 * encoded + 0.5));
+  }
+  return colour;
+}
+
 /// An item of functional groups that a frame has, or all share.
 const DicomDataSet* group_of(const DicomDataSet& data, std::size_t frame, DicomTag group) {
   const auto& frames = data.items(k_frame_groups);
@@ -155,7 +180,7 @@ Result<OpenedVolume> open_dicom_segmentation(const std::string& path) {
   for (const DicomDataSet& segment : data.items(k_segments)) {
     const int number = static_cast<int>(segment.number(k_segment_number).value_or(0));
     if (number > 0 && number < 32768)
-      opened.segments.push_back({std::string(segment.text(k_segment_label)), number, 0});
+      opened.segments.push_back({std::string(segment.text(k_segment_label)), number, 0, colour_of(segment)});
   }
   const std::size_t area = static_cast<std::size_t>(size.x) * static_cast<std::size_t>(size.y),
                     frames = layout.value().slice_and_segment.size();

@@ -92,6 +92,41 @@ std::string why_passed_over(const DicomDataSet& data) {
   return "";
 }
 
+/// A name as disks and their indexes write it: without case, and without ";1".
+std::string plain_name(std::string name) {
+  for (char& c : name) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+  return name.substr(0, name.find(';'));
+}
+
+std::string folder_of(const std::string& name) { return name.substr(0, name.find_last_of("/ ") + 1); }
+
+/// A disk's index says what lies on it: what is not there may be the end of a stack. Folders of which nothing
+/// is there were left out by somebody.
+void compare_with_index(const DicomHead& index, const std::vector<DicomHead>& heads, DicomFolder& folder) {
+  std::set<std::string> known, folders;
+  for (const DicomHead& head : heads) {
+    known.insert(plain_name(head.name));
+    folders.insert(folder_of(plain_name(head.name)));
+  }
+  const std::string base = folder_of(index.name);
+  std::vector<std::string> missing;
+  for (const DicomDataSet& record : std::get<DicomFile>(index.read).data.items(k_records)) {
+    std::string name(record.text(k_referenced_file));
+    if (name.empty() || record.number(k_record_in_use) == 0) continue;
+    std::replace(name.begin(), name.end(), '\\', '/');
+    name.insert(0, base);
+    const std::string plain = plain_name(name);
+    if (known.count(plain) > 0 || known.count(plain + ".gz") > 0) continue;
+    if (folders.count(folder_of(plain)) > 0)
+      folder.refused.emplace_back(name, "it is not there, though the disk's index names it");
+    else
+      missing.push_back(name);
+  }
+  if (!missing.empty())
+    folder.notices.push_back("the disk's index names " + counted(missing.size(), "file") +
+                             " in folders that are not here: " + list_of(missing));
+}
+
 /// The images of one file. Error text when they cannot be used.
 std::string add_slices(const DicomEntry& entry, std::size_t index, std::vector<DicomSlice>& to) {
   const DicomDataSet& data = entry.file.data;
@@ -347,6 +382,10 @@ Result<DicomFolder> scan_dicom(const std::string& path, const Progress& progress
   Result<std::vector<DicomHead>> heads = read_dicom_heads(path, progress);
   if (!heads) return heads.error();
   DicomFolder folder;
+  for (const DicomHead& head : heads.value())
+    if (const auto* file = std::get_if<DicomFile>(&head.read);
+        file && file->data.text(k_sop_class) == k_dicom_index_class)
+      compare_with_index(head, heads.value(), folder);
   for (DicomHead& head : heads.value()) {
     const std::string& name = head.name;
     if (const auto* refusal = std::get_if<DicomRefusal>(&head.read)) {

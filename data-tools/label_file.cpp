@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <glm/common.hpp>
 #include <map>
 
 #include "data-tools/atomic_file.h"
@@ -9,6 +10,7 @@
 #include "data-tools/dicom_segmentation.h"
 #include "data-tools/opening.h"
 #include "data-tools/words.h"
+#include "data-tools/writing.h"
 
 namespace trephine::data_tools {
 
@@ -25,7 +27,20 @@ using Key = std::pair<int, int>;
 struct Numbering {
   std::map<Key, int> number_of;
   std::vector<std::string> names{"background"};
+  std::vector<glm::u8vec3> colours;  // of none, or of all
 };
+
+/// Colours of the segments; those that say none get one of their own beside the others.
+void take_colours(Numbering& numbering, const std::vector<SegmentFacts>& segments) {
+  if (std::none_of(segments.begin(), segments.end(), [](const SegmentFacts& s) { return s.colour; })) return;
+  for (std::size_t label = 0; label < numbering.names.size(); ++label)
+    numbering.colours.emplace_back(glm::floor(255.0 * label_colour(static_cast<int>(label), {}) + 0.5));
+  numbering.colours[0] = glm::u8vec3(0);
+  for (const SegmentFacts& s : segments)
+    if (const auto it = numbering.number_of.find({s.layer, s.value});
+        s.colour && it != numbering.number_of.end())
+      numbering.colours[static_cast<std::size_t>(it->second)] = *s.colour;
+}
 
 Result<Numbering> number_labels(const std::map<Key, std::int64_t>& found,
                                 const std::vector<SegmentFacts>& segments, int layers,
@@ -61,6 +76,7 @@ Result<Numbering> number_labels(const std::map<Key, std::int64_t>& found,
       unique = name + "-" + std::to_string(k);
     numbering.names[static_cast<std::size_t>(number)] = unique;
   }
+  take_colours(numbering, segments);
   return numbering;
 }
 
@@ -113,6 +129,7 @@ Result<ReadLabels> read_labels(const std::string& path, const Volume& scan, cons
   auto numbering = number_labels(found, segments, static_cast<int>(layers.size()), where, result.notices);
   if (!numbering) return numbering.error();
   result.names = std::move(numbering.value().names);
+  result.colours = std::move(numbering.value().colours);
 
   const bool is_same_grid =
       grid.size == scan.size && farthest_corner(grid.frame, scan.frame, scan.size) <= k_same_place_mm;

@@ -11,6 +11,7 @@ namespace trephine::data_tools {
 struct ReadLabels {
   volume::Buffer<std::uint8_t> labels;  ///< on the scan's grid
   std::vector<std::string> names;       ///< of each value; 0 is the background
+  std::vector<glm::u8vec3> colours;     ///< of each value, where the file says them; else empty
   std::vector<std::string> notices;     ///< what was resampled, renumbered or lost
 };
 

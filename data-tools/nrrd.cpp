@@ -5,8 +5,11 @@
 #include <cstdlib>
 #include <cstring>
 #include <fstream>
+#include <glm/common.hpp>
 #include <glm/geometric.hpp>
+#include <locale>
 #include <memory>
+#include <sstream>
 #include <teem/nrrd.h>
 
 #include "data-tools/atomic_file.h"
@@ -115,6 +118,15 @@ std::string value_of(const Nrrd& file, const std::string& key) {
   return value;
 }
 
+/// "0.5 0.25 1", shares of 1.
+std::optional<glm::u8vec3> colour_of(const std::string& text) {
+  std::istringstream in(text);
+  in.imbue(std::locale::classic());
+  glm::dvec3 c(0);
+  if (!(in >> c.x >> c.y >> c.z)) return std::nullopt;
+  return glm::u8vec3(glm::floor(255.0 * glm::clamp(c, 0.0, 1.0) + 0.5));
+}
+
 /// Slicer's: Segment0_Name, Segment0_LabelValue, Segment0_Layer, and so on.
 std::vector<SegmentFacts> segments_of(const Nrrd& file) {
   std::vector<SegmentFacts> segments;
@@ -126,7 +138,8 @@ std::vector<SegmentFacts> segments_of(const Nrrd& file) {
     const long number = std::strtol(value.c_str(), nullptr, 10),
                layer = std::strtol(value_of(file, key + "Layer").c_str(), nullptr, 10);
     segments.push_back({name, number > 0 && number < 32768 ? static_cast<int>(number) : i + 1,
-                        layer >= 0 && layer < 4096 ? static_cast<int>(layer) : 0});
+                        layer >= 0 && layer < 4096 ? static_cast<int>(layer) : 0,
+                        colour_of(value_of(file, key + "Color"))});
   }
   return segments;
 }

@@ -45,6 +45,7 @@ struct SeriesFacts {
 struct SegmentFacts {
   std::string name;
   int value = 0, layer = 0;  ///< its voxels have this value in the volume `layer`, from 0
+  std::optional<glm::u8vec3> colour = std::nullopt;
 };
 
 /// A volume and what a person should know about how it was read; no identity, no path.

@@ -26,7 +26,9 @@ using volume::Result;
 using volume::Status;
 using volume::Volume;
 
-glm::dvec3 label_colour(int label) noexcept {
+glm::dvec3 label_colour(int label, const std::vector<glm::u8vec3>& chosen) noexcept {
+  if (static_cast<std::size_t>(label) < chosen.size())
+    return glm::dvec3(chosen[static_cast<std::size_t>(label)]) / 255.0;
   // Hues by the golden angle: neighbours are far apart.
   const double hue = std::fmod(0.08 + 0.618033988749895 * label, 1.0) * 6;
   const auto share = [hue](double peak) {
@@ -92,15 +94,7 @@ Status check_name(const std::string& path, OutputKind kind) {
 }  // namespace
 
 Result<Volume> orthogonalized(const Volume& volume) {
-  if (volume.frame.is_orthogonal()) {
-    Result<Volume> made = volume::make_volume(volume.size, volume.frame, !volume.labels.is_empty());
-    if (!made) return made;
-    std::copy_n(volume.voxels.data(), volume.voxels.size(), made.value().voxels.data());
-    std::copy_n(volume.labels.data(), volume.labels.size(), made.value().labels.data());
-    made.value().is_hounsfield = volume.is_hounsfield;
-    made.value().label_names = volume.label_names;
-    return made;
-  }
+  if (volume.frame.is_orthogonal()) return volume::copy_of(volume);
   // Right angles by Gram and Schmidt, x first; a box that holds all corners.
   const glm::dmat3& axes = volume.frame.axes();
   const glm::dvec3 x = glm::normalize(axes[0]);
@@ -124,8 +118,7 @@ Result<Volume> orthogonalized(const Volume& volume) {
   Result<Volume> made = volume::make_volume(size, frame.value(), !volume.labels.is_empty());
   if (!made) return made;
   Volume& result = made.value();
-  result.is_hounsfield = volume.is_hounsfield;
-  result.label_names = volume.label_names;
+  result.take_meaning(volume);
   const double air = volume.is_hounsfield
                          ? -1000
                          : *std::min_element(volume.voxels.span().begin(), volume.voxels.span().end());

@@ -13,12 +13,13 @@ struct VoxelsToWrite {
   const std::uint8_t* labels = nullptr;  ///< when scan is null
   bool is_hounsfield = false;
   std::vector<std::string> label_names;
+  std::vector<glm::u8vec3> label_colours;
 
   static VoxelsToWrite scan_of(const volume::Volume& v) {
-    return {v.size, v.frame, v.voxels.data(), nullptr, v.is_hounsfield, {}};
+    return {v.size, v.frame, v.voxels.data(), nullptr, v.is_hounsfield, {}, {}};
   }
   static VoxelsToWrite labels_of(const volume::Volume& v) {
-    return {v.size, v.frame, nullptr, v.labels.data(), false, v.label_names};
+    return {v.size, v.frame, nullptr, v.labels.data(), false, v.label_names, v.label_colours};
   }
   bool is_short() const { return scan != nullptr; }
   const void* data() const { return scan ? static_cast<const void*>(scan) : labels; }
@@ -33,8 +34,8 @@ struct VoxelsToWrite {
 std::string slice_name(int z, const char* extension);
 volume::Status check_slices(int slices, const std::string& path);
 
-/// A colour of its own for each label, shares of 1.
-glm::dvec3 label_colour(int label) noexcept;
+/// The colours of labels, shares of 1: as somebody chose them, else one of its own for each.
+glm::dvec3 label_colour(int label, const std::vector<glm::u8vec3>& chosen) noexcept;
 
 /// Some writers say nothing of a full disk: is there room in the file for what was written?
 volume::Status check_written(const std::string& temporary, const std::string& path, std::size_t bytes);

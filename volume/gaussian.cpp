@@ -81,8 +81,7 @@ Result<Volume> gaussian_blurred(const Volume& volume, const glm::dvec3& sigma_vo
   Result<Volume> made = make_volume(volume.size, volume.frame, !volume.labels.is_empty());
   if (!made) return made;
   Volume& result = made.value();
-  result.is_hounsfield = volume.is_hounsfield;
-  result.label_names = volume.label_names;
+  result.take_meaning(volume);
   std::copy_n(volume.labels.data(), volume.labels.size(), result.labels.data());
   std::vector<float> values(volume.voxels.span().begin(), volume.voxels.span().end());
   gaussian_blur(values, volume.size, sigma_voxels, threads);

@@ -54,13 +54,9 @@ void read_operated(const Version& version, const VoxelBox& box, double air, std:
 
 Result<Volume> operated_volume(const Version& version) {
   const Volume& base = version.base();
-  Result<Volume> made = make_volume(base.size, base.frame, !base.labels.is_empty());
+  Result<Volume> made = copy_of(base);
   if (!made) return made;
   Volume& result = made.value();
-  result.is_hounsfield = base.is_hounsfield;
-  result.label_names = base.label_names;
-  std::copy_n(base.voxels.data(), base.voxels.size(), result.voxels.data());
-  std::copy_n(base.labels.data(), base.labels.size(), result.labels.data());
   const double air = air_of(base);
   parallel_for(base.size.z, 0, [&](int z) {
     each_cut(version, {{0, 0, z}, {base.size.x - 1, base.size.y - 1, z}},

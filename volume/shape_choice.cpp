@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <glm/geometric.hpp>
 #include <vector>
 
@@ -68,17 +67,6 @@ ShapeParts parts_of(const std::shared_ptr<const Volume>& volume, const Shape& sh
 }
 
 namespace {
-
-Result<Volume> copy_of(const Volume& volume) {
-  Result<Volume> made = make_volume(volume.size, volume.frame, !volume.labels.is_empty());
-  if (!made) return made;
-  Volume& copy = made.value();
-  copy.is_hounsfield = volume.is_hounsfield;
-  copy.label_names = volume.label_names;
-  std::memcpy(copy.voxels.data(), volume.voxels.data(), volume.voxels.bytes());
-  if (!copy.labels.is_empty()) std::memcpy(copy.labels.data(), volume.labels.data(), volume.labels.bytes());
-  return made;
-}
 
 /// Calls use(part, voxel) for each voxel of a part.
 template <class Use>

@@ -1,5 +1,6 @@
 #include "volume/volume.h"
 
+#include <algorithm>
 #include <cstring>
 #include <fstream>
 #include <limits>
@@ -27,6 +28,12 @@ int Volume::label_value(const std::string& name) const noexcept {
   for (std::size_t i = 0; i < label_names.size(); ++i)
     if (label_names[i] == name) return static_cast<int>(i);
   return -1;
+}
+
+void Volume::take_meaning(const Volume& of) {
+  is_hounsfield = of.is_hounsfield;
+  label_names = of.label_names;
+  label_colours = of.label_colours;
 }
 
 std::uint64_t content_hash(const Volume& volume) noexcept {
@@ -96,6 +103,16 @@ Result<Volume> make_volume(const glm::ivec3& size, const Frame& frame, bool with
   volume.voxels = Buffer<std::int16_t>(count);
   if (with_labels) volume.labels = Buffer<std::uint8_t>(count);
   return volume;
+}
+
+Result<Volume> copy_of(const Volume& volume) {
+  Result<Volume> made = make_volume(volume.size, volume.frame, !volume.labels.is_empty());
+  if (!made) return made;
+  Volume& copy = made.value();
+  copy.take_meaning(volume);
+  std::copy_n(volume.voxels.data(), volume.voxels.size(), copy.voxels.data());
+  std::copy_n(volume.labels.data(), volume.labels.size(), copy.labels.data());
+  return made;
 }
 
 }  // namespace trephine::volume

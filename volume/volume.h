@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <glm/ext/vector_uint3_sized.hpp>
 #include <glm/vec3.hpp>
 #include <string>
 #include <vector>
@@ -15,10 +16,11 @@ namespace trephine::volume {
 struct Volume {
   glm::ivec3 size{0};
   Frame frame;
-  Buffer<std::int16_t> voxels;           ///< size.x * size.y * size.z intensities
-  bool is_hounsfield = false;            ///< intensities are Hounsfield units (CT)
-  Buffer<std::uint8_t> labels;           ///< empty, or one label per voxel
-  std::vector<std::string> label_names;  ///< name of each label value; 0 is the background
+  Buffer<std::int16_t> voxels;             ///< size.x * size.y * size.z intensities
+  bool is_hounsfield = false;              ///< intensities are Hounsfield units (CT)
+  Buffer<std::uint8_t> labels;             ///< empty, or one label per voxel
+  std::vector<std::string> label_names;    ///< name of each label value; 0 is the background
+  std::vector<glm::u8vec3> label_colours;  ///< of each label value, where somebody chose them; else empty
 
   std::size_t index(int x, int y, int z) const noexcept {
     return static_cast<std::size_t>(x) +
@@ -31,11 +33,15 @@ struct Volume {
   /// The label value named `name`, or -1.
   int label_value(const std::string& name) const noexcept;
   std::size_t bytes() const noexcept { return voxels.bytes() + labels.bytes(); }
+  /// Its numbers mean what they mean in another volume: the unit, and what labels are called.
+  void take_meaning(const Volume& of);
 };
 
 /// A volume with room for its voxels, contents undefined. Error (before anything is allocated) when a size is
 /// not positive, overflows, or does not fit in this machine's free memory.
 Result<Volume> make_volume(const glm::ivec3& size, const Frame& frame, bool with_labels = false);
+
+Result<Volume> copy_of(const Volume& volume);
 
 /// Hash of a scan: its grid, its voxels and its labels. Equal scans, equal hash; some GB/s.
 std::uint64_t content_hash(const Volume& volume) noexcept;

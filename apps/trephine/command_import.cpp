@@ -41,6 +41,7 @@ Status add_labels(volume::Volume& scan, const std::string& file) {
   for (const std::string& text : read.value().notices) notice("note: " + text);
   scan.labels = std::move(read.value().labels);
   scan.label_names = std::move(read.value().names);
+  scan.label_colours = std::move(read.value().colours);
   return std::nullopt;
 }
 
@@ -70,6 +71,30 @@ Status add_plan(data_tools::CasePlan& plan, const std::string& file, const volum
   if (!outside.empty())
     notice("warning: these places of the plan lie outside of the scan: " + outside.substr(0, 400) +
            "; is it the plan of this patient, in the right frame?");
+  return std::nullopt;
+}
+
+/// What is solid and how it answers: the case's own plan, unless something else was asked for.
+Status choose_structures(const ImportArguments& arguments, workbench::Source& source,
+                         data_tools::CasePlan& plan) {
+  const bool is_asked = !arguments.labels.empty() || arguments.shape.is_made() ||
+                        !arguments.preset.name.empty() || arguments.preset.thin_mm;
+  if (source.plan && !is_asked)
+    return arguments.shape.is_largest && !plan.structures.empty()
+               ? workbench::keep_largest(source, plan.structures[0].shape, person())
+               : std::nullopt;
+  plan.structures.clear();
+  auto shape = workbench::bring_out(source, arguments.preset, arguments.shape, person());
+  if (!shape) return shape.error();
+  plan.structures.push_back({shape.value(), true, false, {}});
+  // Every label is there to be made touchable or forbidden.
+  const volume::Volume& scan = *source.volume;
+  for (std::size_t i = 1; i < scan.label_names.size(); ++i) {
+    volume::Shape label;
+    label.name = scan.label_names[i];
+    label.label = static_cast<int>(i);
+    if (label.label != shape.value().label) plan.structures.push_back({label, false, false, {}});
+  }
   return std::nullopt;
 }
 
@@ -130,10 +155,8 @@ Result<Outcome> run_import(const ImportArguments& arguments) {
                                                        : "case";
   std::shared_ptr<const volume::Volume> scan = source.volume;
   if (!arguments.labels.empty()) {
-    auto copy = volume::make_volume(scan->size, scan->frame);
+    auto copy = volume::copy_of(*scan);
     if (!copy) return copy.error();
-    std::copy(scan->voxels.span().begin(), scan->voxels.span().end(), copy.value().voxels.data());
-    copy.value().is_hounsfield = scan->is_hounsfield;
     if (Status bad = add_labels(copy.value(), arguments.labels)) return *bad;
     scan = std::make_shared<const volume::Volume>(std::move(copy).value());
     source.volume = scan;
@@ -147,21 +170,9 @@ Result<Outcome> run_import(const ImportArguments& arguments) {
   plan.modality = source.modality;
   plan.is_hounsfield = scan->is_hounsfield;
   plan.label_names = scan->label_names;
-  const bool is_prepared = !arguments.preset.name.empty() || arguments.preset.thin_mm;
-  if (!source.plan || !arguments.labels.empty() || arguments.shape.is_made() || is_prepared) {
-    plan.structures.clear();
-    auto shape = workbench::bring_out(source, arguments.preset, arguments.shape, person());
-    if (!shape) return shape.error();
-    scan = source.volume;
-    plan.structures.push_back({shape.value(), true, false, {}});
-    // Every label is there to be made touchable or forbidden.
-    for (std::size_t i = 1; i < scan->label_names.size(); ++i) {
-      volume::Shape label;
-      label.name = scan->label_names[i];
-      label.label = static_cast<int>(i);
-      if (label.label != shape.value().label) plan.structures.push_back({label, false, false, {}});
-    }
-  }
+  plan.label_colours = scan->label_colours;
+  if (Status bad = choose_structures(arguments, source, plan)) return *bad;
+  scan = source.volume;
   if (Status bad = forbid(plan, arguments.forbid)) return *bad;
   if (!plan.structures.empty() && !plan.structures[0].shape.is_label())
     plan.quality = data_tools::scan_quality(*scan, plan.structures[0].shape);

@@ -256,6 +256,10 @@ Result<Outcome> run_info(const InfoArguments& arguments) {
                               {"target", {t.target_world.x, t.target_world.y, t.target_world.z}},
                               {"diameter", t.diameter}});
     json["trajectories"] = trajectories;
+    Json landmarks = Json::array();
+    for (const data_tools::CaseLandmark& l : source.plan->landmarks)
+      landmarks.push_back({{"name", l.name}, {"at", {l.place_world.x, l.place_world.y, l.place_world.z}}});
+    json["landmarks"] = landmarks;
   }
   // What a case keeps, or what is measured now.
   std::optional<data_tools::ScanQuality> quality;
@@ -293,6 +297,10 @@ Result<Outcome> run_info(const InfoArguments& arguments) {
     for (const data_tools::CaseTrajectory& t : source.plan->trajectories)
       outcome.text += format_text("  trajectory %s: %.1f mm long\n", t.name.c_str(),
                                   glm::length(t.target_world - t.entry_world));
+  if (source.plan)
+    for (const data_tools::CaseLandmark& l : source.plan->landmarks)
+      outcome.text += format_text("  landmark %s: (%.1f, %.1f, %.1f) mm\n", l.name.c_str(), l.place_world.x,
+                                  l.place_world.y, l.place_world.z);
   for (const auto& [name, value] : source.facts)
     if (name != "modality") outcome.text += "  " + name + ": " + value + "\n";
   outcome.text += series_text(source.series);

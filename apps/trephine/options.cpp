@@ -4,6 +4,8 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cctype>
+#include <cerrno>
+#include <cstdlib>
 #include <filesystem>
 
 #include "data-tools/atomic_file.h"
@@ -72,7 +74,12 @@ Option Options::add(const char* names, std::int64_t& value, const std::string& h
 Option Options::add(const char* names, std::uint64_t& value, const std::string& help) {
   CLI::Option* option = app_->add_option(names, value, help);
   const std::string type = option->get_type_name();
-  option->check(CLI::NonNegativeNumber)->type_name(type);
+  const auto is_too_large = [](const std::string& text) {  // which is the largest one that there is, else
+    errno = 0;
+    std::strtoull(text.c_str(), nullptr, 10);
+    return errno == ERANGE ? "Value " + text + " is too large: at most 18446744073709551615" : std::string();
+  };
+  option->check(CLI::NonNegativeNumber)->check(is_too_large)->type_name(type);
   return keep(names, option);
 }
 Option Options::add(const char* names, std::vector<std::string>& value, const std::string& help) {

@@ -54,7 +54,13 @@ constexpr Tint k_tints[] = {{{0.84, 0.71, 0.55}, {0.95, 0.90, 0.80}, {0.55, 0.20
                             {{0.80, 0.62, 0.20}, {0.95, 0.80, 0.35}, {0.50, 0.36, 0.05}, {0.70, 0.52, 0.12}},
                             {{0.35, 0.62, 0.48}, {0.55, 0.80, 0.66}, {0.12, 0.36, 0.26}, {0.25, 0.52, 0.40}}};
 
-vtkSmartPointer<vtkPolyData> to_poly_data(const std::vector<const DrawMesh*>& meshes, std::size_t shape) {
+/// Of a shape: its own colour, else the next of ours.
+Tint tint_of(std::size_t shape, const std::optional<dvec3>& colour) {
+  if (!colour) return k_tints[shape % std::size(k_tints)];
+  return {0.85 * *colour, glm::mix(*colour, dvec3(1), 0.2), 0.45 * *colour, 0.7 * *colour};
+}
+
+vtkSmartPointer<vtkPolyData> to_poly_data(const std::vector<const DrawMesh*>& meshes, const Tint& tint) {
   std::size_t vertices = 0, triangles = 0;
   for (const DrawMesh* m : meshes) vertices += m->vertices.size(), triangles += m->triangles.size() / 3;
   vtkNew<vtkFloatArray> points, normals;
@@ -71,7 +77,6 @@ vtkSmartPointer<vtkPolyData> to_poly_data(const std::vector<const DrawMesh*>& me
   float *p = points->GetPointer(0), *n = normals->GetPointer(0);
   unsigned char* c = colors->GetPointer(0);
   vtkTypeInt64* index = connectivity->GetPointer(0);
-  const Tint& tint = k_tints[shape % std::size(k_tints)];
   std::size_t first = 0;
   for (const DrawMesh* m : meshes) {
     for (std::size_t i = 0; i < m->vertices.size(); ++i) {
@@ -165,6 +170,7 @@ class BoneLayer::Painter {
   bool is_live_;
   std::map<Key, Chunk> chunks_;
   std::map<Key, Group> groups_;
+  std::map<std::size_t, Tint> tints_;  // of shapes
   vtkNew<vtkPlane> clip_;
   bool is_clipped_ = false;
   std::size_t triangles_ = 0, drawn_triangles_ = 0;
@@ -237,6 +243,7 @@ vtkSmartPointer<vtkActor> BoneLayer::Painter::make_actor(std::size_t shape) cons
 void BoneLayer::Painter::show(const ChunkMesh& mesh) {
   const Key key{mesh.chunk.x, mesh.chunk.y, mesh.chunk.z, static_cast<int>(mesh.shape)};
   const auto known = chunks_.find(key);
+  tints_[mesh.shape] = tint_of(mesh.shape, mesh.colour);
   if (mesh.fine.triangles.empty() && known == chunks_.end()) return;
   Key group_key = key;
   for (std::size_t a = 0; a < 3; ++a) group_key[a] /= k_group;
@@ -271,7 +278,7 @@ void BoneLayer::Painter::show(const ChunkMesh& mesh) {
     bone_->AddActor(chunk.actor);
     groups_[group_key].chunks.push_back(key);
   }
-  mapper_of(chunk.actor)->SetInputData(to_poly_data({&mesh.fine}, mesh.shape));
+  mapper_of(chunk.actor)->SetInputData(to_poly_data({&mesh.fine}, tints_.at(mesh.shape)));
 }
 
 void BoneLayer::Painter::clear() {
@@ -351,7 +358,7 @@ void BoneLayer::Painter::refresh_groups() {
       group.actor = make_actor(static_cast<std::size_t>(key[3]));
       bone_->AddActor(group.actor);
     }
-    mapper_of(group.actor)->SetInputData(to_poly_data(meshes, static_cast<std::size_t>(key[3])));
+    mapper_of(group.actor)->SetInputData(to_poly_data(meshes, tints_.at(static_cast<std::size_t>(key[3]))));
   }
 }
 

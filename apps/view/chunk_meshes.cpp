@@ -74,6 +74,9 @@ ChunkMesh make_chunk_mesh(const haptics::TouchScene& scene, std::size_t shape, c
   result.chunk = chunk;
   result.shape = shape;
   result.version = version.serial();
+  if (const int label = touch.field.shape().label;
+      touch.field.shape().is_label() && static_cast<std::size_t>(label) < base.label_colours.size())
+    result.colour = dvec3(base.label_colours[static_cast<std::size_t>(label)]) / 255.0;
   DrawMesh& fine = result.fine;
   fine.normals.assign(normals.span().begin(), normals.span().end());
   fine.triangles.assign(mesh.triangles.span().begin(), mesh.triangles.span().end());

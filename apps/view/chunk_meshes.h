@@ -7,6 +7,7 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <set>
 #include <thread>
 #include <tuple>
@@ -33,6 +34,7 @@ struct ChunkMesh {
   std::size_t shape = 0;
   std::uint64_t version = 0;                       ///< serial of the version it shows
   glm::dvec3 changed_low{0.0}, changed_high{0.0};  ///< world box outside which it is as it was before
+  std::optional<glm::dvec3> colour;  ///< of the label that it shows, shares of 1, where one was chosen
   DrawMesh fine, coarse;
 };
 

@@ -237,6 +237,32 @@ TEST_F(Dicom, EchoesAndPhasesAreVolumesOfTheirOwn) {
   }
 }
 
+TEST_F(Dicom, WhatADisksIndexNamesIsThere) {
+  fs::create_directory(path("SE1"));
+  write_series(5, {}, {});
+  for (int k = 0; k < 5; ++k) {
+    const std::string name = "IM100" + std::to_string(k + 1);
+    fs::rename(path(name), path("SE1/" + name));
+  }
+  const auto index = [&](const std::vector<std::string>& names) {
+    std::vector<DicomFile> records;
+    for (const std::string& name : names)
+      records.push_back(DicomFile().set_short(0x00041410, "US", {0xffff}).set(0x00041500, "CS", name));
+    records.push_back(DicomFile().set_short(0x00041410, "US", {0}).set(0x00041500, "CS", "SE1\\IM1999"));
+    DicomFile()
+        .set(0x00080016, "UI", "1.2.840.10008.1.3.10")
+        .set_items(0x00041220, records)
+        .write(path("DICOMDIR"));
+  };
+  index({"SE1\\IM1001", "SE1\\IM1004", "se1\\im1002", "SE2\\IM1001"});
+  EXPECT_EQ(open().size.z, 5);
+  EXPECT_NE(notices_.find("SE2/IM1001"), std::string::npos) << notices_;
+  // The last slice did not come along.
+  index({"SE1\\IM1001", "SE1\\IM1004", "SE1\\IM1006"});
+  expect_refused({"SE1/IM1006", "index", "not there"});
+  expect_refused({"SE1/IM1006", "index", "not there"}, {}, "DICOMDIR");
+}
+
 TEST_F(Dicom, DisksComeAsArchivesTooAndByTheirIndex) {
   fs::create_directory(path("disk"));
   write_series(4, {}, [&](int k, DicomFile& f) {

@@ -103,11 +103,33 @@ TEST_F(Plans, CasesKeepLandmarks) {
   EXPECT_EQ(again.value().landmarks[0].place_world, glm::dvec3(0.125, -80, 5));
 }
 
+TEST_F(Plans, CasesKeepTheColoursOfLabels) {
+  CasePlan plan;
+  plan.name = "x";
+  plan.structures.push_back({});
+  plan.structures[0].shape.name = "bone";
+  plan.label_names = {"background", "skull", "dura"};
+  plan.label_colours = {{0, 0, 0}, {216, 180, 140}, {0, 9, 255}};
+  const std::string text = case_text(plan, true);
+  const auto again = parse_case(text, "case.toml");
+  ASSERT_TRUE(again.is_ok()) << again.error().message();
+  EXPECT_EQ(again.value().label_colours, plan.label_colours);
+  for (const char* wrong : {"[\"#d8b48c\"]", "[\"#d8b48c\", \"blue\"]", "[\"#d8b48c\", 3]", "5"}) {
+    std::string other = text;
+    const std::size_t at = other.find("colours = ") + 10;
+    other.replace(at, other.find('\n', at) - at, wrong);
+    const auto refused = parse_case(other, "case.toml");
+    ASSERT_FALSE(refused.is_ok()) << wrong;
+    EXPECT_NE(refused.error().message().find("colour"), std::string::npos) << refused.error().message();
+  }
+}
+
 /// A segmentation as DICOM has it: two segments of single bits, whose empty slices have no frame.
 struct SegmentationOf {
   int bits = 1;
   bool overlaps = false;
   double third_frame_z = 16;  ///< mm; slices are 2 apart, from 10 on
+  bool has_colours = false;
 };
 std::string segmentation(const SegmentationOf& of) {
   using scenes::DicomFile;
@@ -120,10 +142,18 @@ std::string segmentation(const SegmentationOf& of) {
   file.set_short(0x00280100, "US", {of.bits}).set_short(0x00280101, "US", {of.bits});
   file.set_short(0x00280102, "US", {of.bits - 1}).set_short(0x00280103, "US", {0});
   file.set_short(0x0062000e, "US", {200});
-  const auto segment = [](int number, const char* label) {
-    return DicomFile().set_short(0x00620004, "US", {number}).set(0x00620005, "LO", label);
+  const auto segment = [&](int number, const char* label, const std::vector<double>& lab) {
+    DicomFile one;
+    one.set_short(0x00620004, "US", {number}).set(0x00620005, "LO", label);
+    const auto stored = [](double share) { return static_cast<int>(std::floor(65535 * share + 0.5)); };
+    if (of.has_colours)
+      one.set_short(0x0062000d, "US",
+                    {stored(lab[0] / 100), stored((lab[1] + 128) / 255), stored((lab[2] + 128) / 255)});
+    return one;
   };
-  file.set_items(0x00620002, {segment(1, "skull"), segment(4, "dura mater")});
+  // sRGB's red and blue in CIELab under D50, as colour tables have them.
+  file.set_items(0x00620002, {segment(1, "skull", {54.2917, 80.8125, 69.8851}),
+                              segment(4, "dura mater", {29.5676, 68.2986, -112.0294})});
   DicomFile shared;
   shared.set_items(0x00209116, {DicomFile().set(0x00200037, "DS", "1\\0\\0\\0\\1\\0")});
   shared.set_items(0x00289110, {DicomFile().set(0x00280030, "DS", "0.5\\0.25").set(0x00180050, "DS", "2")});
@@ -171,6 +201,15 @@ TEST_F(Plans, SegmentationsOfDicomAreLabelsWithNames) {
       }
     EXPECT_EQ(labels.value().notices.empty(), bits == 1) << "shares were rounded, which is told";
   }
+  EXPECT_TRUE(write({1}).value().colours.empty());
+  const auto coloured = write({1, false, 16, true});
+  ASSERT_TRUE(coloured.is_ok()) << coloured.error().message();
+  ASSERT_EQ(coloured.value().colours.size(), 5U);
+  const auto expect_near = [](const glm::ivec3& found, const glm::ivec3& expected) {
+    for (int a = 0; a < 3; ++a) EXPECT_NEAR(found[a], expected[a], 1) << "of " << a;
+  };
+  expect_near(coloured.value().colours[1], {255, 0, 0});
+  expect_near(coloured.value().colours[4], {0, 0, 255});
   const auto refusal = [&](const SegmentationOf& of) {
     const auto labels = write(of);
     return labels ? std::string("it was read") : labels.error().message();

@@ -1,0 +1,112 @@
+// The attributes of DICOM that are looked at.
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <iterator>
+
+namespace trephine::data_tools {
+
+/// Group and element as one number: 0x00280010 is (0028,0010).
+using DicomTag = std::uint32_t;
+
+namespace dicom_tag {
+inline constexpr DicomTag k_transfer_syntax = 0x00020010, k_records = 0x00041220,
+                          k_record_in_use = 0x00041410, k_referenced_file = 0x00041500,
+                          k_image_type = 0x00080008, k_sop_class = 0x00080016, k_sop_instance = 0x00080018,
+                          k_study_date = 0x00080020, k_series_date = 0x00080021, k_content_time = 0x00080033,
+                          k_modality = 0x00080060, k_manufacturer = 0x00080070,
+                          k_series_description = 0x0008103e, k_model = 0x00081090, k_body_part = 0x00180015,
+                          k_slice_thickness = 0x00180050, k_slice_gap = 0x00180088, k_kvp = 0x00180060,
+                          k_echo_time = 0x00180081, k_echo_number = 0x00180086, k_kernel = 0x00181210,
+                          k_trigger_time = 0x00181060, k_b_value = 0x00189087, k_tile_count = 0x0019100a,
+                          k_study = 0x0020000d, k_series = 0x0020000e, k_series_number = 0x00200011,
+                          k_acquisition_number = 0x00200012, k_instance_number = 0x00200013,
+                          k_position = 0x00200032, k_orientation = 0x00200037,
+                          k_frame_of_reference = 0x00200052, k_temporal_position = 0x00200100,
+                          k_frame_content = 0x00209111, k_plane_position = 0x00209113,
+                          k_plane_orientation = 0x00209116, k_temporal_index = 0x00209128,
+                          k_dimension_values = 0x00209157, k_samples = 0x00280002, k_photometric = 0x00280004,
+                          k_frames = 0x00280008, k_rows = 0x00280010, k_columns = 0x00280011,
+                          k_pixel_spacing = 0x00280030, k_bits_allocated = 0x00280100,
+                          k_bits_stored = 0x00280101, k_high_bit = 0x00280102,
+                          k_pixel_representation = 0x00280103, k_padding = 0x00280120,
+                          k_padding_limit = 0x00280121, k_intercept = 0x00281052, k_slope = 0x00281053,
+                          k_rescale_type = 0x00281054, k_modality_lut = 0x00283000,
+                          k_pixel_measures = 0x00289110, k_value_transformation = 0x00289145,
+                          k_segments = 0x00620002, k_segment_number = 0x00620004,
+                          k_segment_label = 0x00620005, k_cielab = 0x0062000d,
+                          k_segment_identification = 0x0062000a, k_referenced_segment = 0x0062000b,
+                          k_most_fractional = 0x0062000e, k_shared_groups = 0x52009229,
+                          k_frame_groups = 0x52009230, k_pixels = 0x7fe00010;
+
+/// What is kept of a data set: all of them but the pixels.
+inline constexpr DicomTag k_kept[] = {k_transfer_syntax,
+                                      k_records,
+                                      k_record_in_use,
+                                      k_referenced_file,
+                                      k_image_type,
+                                      k_sop_class,
+                                      k_sop_instance,
+                                      k_study_date,
+                                      k_series_date,
+                                      k_content_time,
+                                      k_modality,
+                                      k_manufacturer,
+                                      k_series_description,
+                                      k_model,
+                                      k_body_part,
+                                      k_slice_thickness,
+                                      k_kvp,
+                                      k_echo_time,
+                                      k_echo_number,
+                                      k_slice_gap,
+                                      k_trigger_time,
+                                      k_kernel,
+                                      k_b_value,
+                                      k_tile_count,
+                                      k_study,
+                                      k_series,
+                                      k_series_number,
+                                      k_acquisition_number,
+                                      k_instance_number,
+                                      k_position,
+                                      k_orientation,
+                                      k_frame_of_reference,
+                                      k_temporal_position,
+                                      k_frame_content,
+                                      k_plane_position,
+                                      k_plane_orientation,
+                                      k_temporal_index,
+                                      k_dimension_values,
+                                      k_samples,
+                                      k_photometric,
+                                      k_frames,
+                                      k_rows,
+                                      k_columns,
+                                      k_pixel_spacing,
+                                      k_bits_allocated,
+                                      k_bits_stored,
+                                      k_high_bit,
+                                      k_pixel_representation,
+                                      k_padding,
+                                      k_padding_limit,
+                                      k_intercept,
+                                      k_slope,
+                                      k_rescale_type,
+                                      k_modality_lut,
+                                      k_pixel_measures,
+                                      k_value_transformation,
+                                      k_segments,
+                                      k_segment_number,
+                                      k_segment_label,
+                                      k_segment_identification,
+                                      k_referenced_segment,
+                                      k_cielab,
+                                      k_most_fractional,
+                                      k_shared_groups,
+                                      k_frame_groups};
+static_assert(std::is_sorted(std::begin(k_kept), std::end(k_kept)));
+}  // namespace dicom_tag
+
+}  // namespace trephine::data_tools
