@@ -67,11 +67,11 @@ std::unique_ptr<SharedBytes> SharedBytes::make(std::size_t bytes) {
 SharedBytes::~SharedBytes() { ::munmap(data_, bytes_); }
 
 ApartResult run_apart(int count, const std::function<void(int)>& work,
-                      const std::function<bool(double)>& goes_on, double seconds_each) {
+                      const std::function<bool(double)>& goes_on, double seconds_each, int least_each) {
   using Clock = std::chrono::steady_clock;
   using End = ApartResult::End;
   const int processes =
-      std::clamp(std::min(static_cast<int>(std::thread::hardware_concurrency()), count), 1, 16);
+      std::clamp(std::min(static_cast<int>(std::thread::hardware_concurrency()), count / least_each), 1, 16);
   const auto room = SharedBytes::make(sizeof(Progress) * static_cast<std::size_t>(processes));
   if (!room) return {End::failed, -1, "there is no memory for it"};
   auto* progress = reinterpret_cast<Progress*>(room->data());

@@ -32,8 +32,9 @@ struct ApartResult {
 
 /// Runs work(0) to work(count - 1) in a few processes, copies of this one that print nothing. What they
 /// change is lost, except in SharedBytes. `goes_on` is asked here, with the share done; one piece of work may
-/// take `seconds_each`.
+/// take `seconds_each`. A process more is worth its start from `least_each` pieces on.
 ApartResult run_apart(int count, const std::function<void(int)>& work,
-                      const std::function<bool(double)>& goes_on, double seconds_each = 60);
+                      const std::function<bool(double)>& goes_on, double seconds_each = 60,
+                      int least_each = 1);
 
 }  // namespace trephine::data_tools

@@ -10,6 +10,11 @@ namespace trephine::data_tools {
 using volume::Error;
 using volume::Status;
 
+namespace {
+constexpr double k_seconds_each = 60;
+constexpr int k_least_each = 24;  // pictures that take as long as the library to load
+}  // namespace
+
 Status with_library(LoadedFormat format, int count, const std::string& where,
                     const std::function<void(const void*, int)>& use,
                     const std::function<bool(double)>& goes_on,
@@ -33,7 +38,7 @@ Status with_library(LoadedFormat format, int count, const std::string& where,
         }
         use(table, work);
       },
-      goes_on);
+      goes_on, k_seconds_each, k_least_each);
   if (*missing->data() != 0)
     return Error{is_pictures ? "the library that reads and writes pictures is not installed"
                              : "the library that reads and writes .vdb is not installed",

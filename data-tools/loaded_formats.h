@@ -18,7 +18,8 @@ struct PictureFacts {
 };
 struct PictureLibrary {
   void (*describe)(const char* path, PictureFacts& facts);
-  /// Values of a page, row by row; what is wrong goes into facts.fault.
+  /// Values of a page, row by row; what is wrong goes into facts.fault. Nothing when its size is another
+  /// than that in facts, where it stands then.
   void (*read)(const char* path, int page, PictureFacts& facts, float* to);
   /// A signed picture of 16 bits, or one of 8; PNG gets k_png_offset added. False when it cannot be written.
   bool (*write)(const char* path, int width, int height, bool is_short, const void* values);

@@ -41,8 +41,11 @@ void read(const char* path, int page, PictureFacts& facts, float* to) {
   const auto in = OIIO::ImageInput::open(path, &wish);
   if (!in || !in->seek_subimage(page, 0)) return fail(facts, "no picture that can be opened");
   const OIIO::ImageSpec& spec = in->spec();
-  if (spec.width != facts.width || spec.height != facts.height)
-    return fail(facts, std::to_string(spec.width) + " x " + std::to_string(spec.height) + " pixels");
+  if (spec.width != facts.width || spec.height != facts.height) {
+    facts.width = spec.width;
+    facts.height = spec.height;
+    return;
+  }
   const auto pixels = static_cast<std::size_t>(spec.width) * static_cast<std::size_t>(spec.height);
   const auto channels = static_cast<std::size_t>(spec.nchannels);
   // Whole numbers as they are; OpenImageIO would make shares of 1 of them.
@@ -85,6 +88,7 @@ void read(const char* path, int page, PictureFacts& facts, float* to) {
   }
   if (!is_read) return fail(facts, "damaged pixels");
   const std::size_t colours = channels >= 3 ? 3 : 1;
+  facts.pages = in->seek_subimage(page + 1, 0) ? page + 2 : page + 1;  // at least
   for (std::size_t i = 0; i < pixels; ++i) {
     for (std::size_t c = 1; c < colours; ++c)
       if (values[i * channels + c] != values[i * channels]) return fail(facts, "colours");

@@ -203,11 +203,10 @@ Result<OpenedVolume> open_picture_stack(const std::string& path, const OpenOptio
       place ? volume::Frame::from_axes(place->origin, place->axes) : given_frame(opened, options, where);
   if (!frame) return frame.error();
 
-  // All sizes first, the memory for them then.
-  const auto shared = SharedBytes::make(slices.size() * sizeof(PictureFacts));
-  if (!shared) return too_large(slices.size() * sizeof(PictureFacts), where);
-  auto* const facts = reinterpret_cast<PictureFacts*>(shared->data());
-  for (std::size_t i = 0; i < slices.size(); ++i) new (facts + i) PictureFacts;
+  // The first one's size, the memory for all of them then.
+  const auto shared = SharedBytes::make(sizeof(PictureFacts));
+  if (!shared) return too_large(sizeof(PictureFacts), where);
+  const PictureFacts& first = *new (shared->data()) PictureFacts;
   const auto name_of = [&slices](int work) { return slices[static_cast<std::size_t>(work)].name; };
   const auto share_of = [&options](double from, double length) {
     return [&options, from, length](double share) {
@@ -215,10 +214,10 @@ Result<OpenedVolume> open_picture_stack(const std::string& path, const OpenOptio
     };
   };
   if (Status failed = with_library(
-          LoadedFormat::pictures, static_cast<int>(slices.size()), where,
-          [&](const void* library, int i) {
+          LoadedFormat::pictures, 1, where,
+          [&](const void* library, int) {
             static_cast<const PictureLibrary*>(library)->describe(
-                slices[static_cast<std::size_t>(i)].path.c_str(), facts[i]);
+                slices[0].path.c_str(), *reinterpret_cast<PictureFacts*>(shared->data()));
           },
           share_of(0, 0.1), name_of))
     return *failed;
@@ -226,20 +225,11 @@ Result<OpenedVolume> open_picture_stack(const std::string& path, const OpenOptio
     return Error{"a slice cannot be used", slice.name, found, "grey pictures of one size",
                  "take it away if it is none of the slices, or export it again"};
   };
-  for (std::size_t i = 0; i < slices.size(); ++i) {
-    if (facts[i].fault[0] != 0) return refused(slices[i], facts[i].fault);
-    if (facts[i].width != facts[0].width || facts[i].height != facts[0].height)
-      return refused(slices[i], std::to_string(facts[i].width) + " x " + std::to_string(facts[i].height) +
-                                    " pixels, where the first has " + std::to_string(facts[0].width) + " x " +
-                                    std::to_string(facts[0].height));
-    if (is_folder && facts[i].pages > 1)
-      return refused(slices[i], counted(static_cast<std::size_t>(facts[i].pages), "page"));
-  }
-  for (int page = 1; !is_folder && page < facts[0].pages; ++page) {
+  if (first.fault[0] != 0) return refused(slices[0], first.fault);
+  for (int page = 1; !is_folder && page < first.pages; ++page) {
     std::string name = where;
     slices.push_back({path, name.append(", page ").append(std::to_string(page + 1)), page});
   }
-  const PictureFacts first = facts[0];
   const glm::ivec3 size(first.width, first.height, static_cast<int>(slices.size()));
   Result<volume::Volume> made = make_room(size, frame, where);
   if (!made) return made.error();
@@ -250,7 +240,7 @@ Result<OpenedVolume> open_picture_stack(const std::string& path, const OpenOptio
   if (!values || !faults) return too_large(count * sizeof(float), where);
   auto* const numbers = reinterpret_cast<float*>(values->data());
   auto* const reads = reinterpret_cast<PictureFacts*>(faults->data());
-  for (std::size_t i = 0; i < slices.size(); ++i) *new (reads + i) PictureFacts = first;
+  for (std::size_t i = 0; i < slices.size(); ++i) new (reads + i) PictureFacts(first);
   if (Status failed = with_library(
           LoadedFormat::pictures, static_cast<int>(slices.size()), where,
           [&](const void* library, int i) {
@@ -260,8 +250,15 @@ Result<OpenedVolume> open_picture_stack(const std::string& path, const OpenOptio
           },
           share_of(0.1, 0.9), name_of))
     return *failed;
-  for (std::size_t i = 0; i < slices.size(); ++i)
+  const auto size_of = [](const PictureFacts& facts) {
+    return std::to_string(facts.width) + " x " + std::to_string(facts.height);
+  };
+  for (std::size_t i = 0; i < slices.size(); ++i) {
+    if (size_of(reads[i]) != size_of(first))
+      return refused(slices[i], size_of(reads[i]) + " pixels, where the first has " + size_of(first));
+    if (is_folder && reads[i].pages > 1) return refused(slices[i], "several pages");
     if (reads[i].fault[0] != 0) return refused(slices[i], reads[i].fault);
+  }
   const std::size_t told = opened.notices.size();
   if (Status failed = fill_voxels(opened.volume, values_of<float>(numbers, 1, place ? place->offset : 0),
                                   options.scale, where, opened.notices))

@@ -6,6 +6,7 @@
 #include <glm/geometric.hpp>
 
 #include "volume/deterministic_math.h"
+#include "volume/parallel.h"
 
 namespace trephine::data_tools {
 
@@ -132,9 +133,20 @@ class EdgeFit {
     double voxel = 0;  // along the normal
     for (int a = 0; a < 3; ++a) voxel += std::abs(glm::dot(first_.normal, v.frame.axes()[a]));
     const double longest = 4.0 * voxel, wide = 2.5 * in_plane, tall = std::max(wide, 1.2 * slice_step);
+    // How far that goes along each index: by what a mm along and aside changes it.
+    glm::dmat3 index_of_mm;
+    for (int a = 0; a < 3; ++a) {
+      dvec3 unit(0);
+      unit[a] = 1;
+      index_of_mm[a] = v.frame.vector_volume_from_world(unit);
+    }
     glm::ivec3 reach;
-    for (int a = 0; a < 3; ++a)
-      reach[a] = static_cast<int>(std::ceil((longest + tall) / v.frame.spacing()[a]));
+    for (int a = 0; a < 3; ++a) {
+      const dvec3 row(index_of_mm[0][a], index_of_mm[1][a], index_of_mm[2][a]);
+      const double along = glm::dot(row, first_.normal);
+      reach[a] =
+          static_cast<int>(longest * std::abs(along) + tall * glm::length(row - along * first_.normal));
+    }
     for (int z = -reach.z; z <= reach.z; ++z)
       for (int y = -reach.y; y <= reach.y; ++y)
         for (int x = -reach.x; x <= reach.x; ++x) {
@@ -196,7 +208,7 @@ class EdgeFit {
       next.bend += c[6];
       const double there = squares(next);
       if (there < error) {
-        const bool is_done = error - there < 1e-5 * error;
+        const bool is_done = error - there < 1e-4 * error;
         edge = next;
         error = there;
         damping *= 0.3;
@@ -286,19 +298,24 @@ std::optional<double> wall_below(const Volume& v, const volume::Shape& shape, co
   const dvec3 normal_world = gradient_at(v, at);
   if (!(glm::length(normal_world) > 0)) return std::nullopt;
   const dvec3 way = v.frame.vector_volume_from_world(glm::normalize(normal_world));  // a mm
-  constexpr double k_step = 0.05;
+  const double step = 0.2 / glm::length(way);                                        // of a voxel
   const auto g = [&](double mm) { return linear_at(v, dvec3(at) + mm * way) - shape.low; };
+  /// Where it passes through 0 between there and a step before.
+  const auto crossing = [&](double mm) {
+    const double before = g(mm - step), here = g(mm);
+    return mm - step * here / (here - before);
+  };
   double begin = 0;
-  while (begin > -3 && g(begin) >= 0) begin -= k_step;
+  while (begin > -3 && g(begin) >= 0) begin -= step;
   if (g(begin) >= 0) return std::nullopt;
-  for (; g(begin) < 0; begin += k_step)
+  while (g(begin += step) < 0)
     if (begin > 1) return std::nullopt;
-  double end = begin;
-  for (; end - begin < most; end += k_step) {
+  const double outside = crossing(begin);
+  for (double end = begin; end - outside < most; end += step) {
     const dvec3 p = dvec3(at) + end * way;
     for (int a = 0; a < 3; ++a)
       if (p[a] < 1 || p[a] > v.size[a] - 2) return std::nullopt;
-    if (g(end) < 0) return end - begin;
+    if (g(end) < 0) return crossing(end) - outside;
   }
   return std::nullopt;
 }
@@ -344,6 +361,42 @@ ScanQuality scan_quality(const Volume& v, const volume::Shape& shape) {
   Places places(v.size, 2);
   std::array<int, 2> fits{};
   std::array<std::vector<ScanQuality::EdgePoint>, k_kinds> laid_over;
+  // Fitted side by side, a batch at a time, and looked at in order.
+  struct Candidate {
+    glm::ivec3 at;
+    std::size_t which;
+    EdgeFit::Fit found = EdgeFit::Fit::none;
+    Edge edge{};
+    std::vector<ScanQuality::EdgePoint> points{};
+  };
+  constexpr std::size_t k_batch = 48;
+  std::vector<Candidate> batch;
+  const auto fit_batch = [&] {
+    volume::parallel_for(static_cast<int>(batch.size()), 0, [&](int i) {
+      Candidate& one = batch[static_cast<std::size_t>(i)];
+      const EdgeFit fit(v, one.at, in_plane, slice_normal, quality.slice_step);
+      one.found = fit.run(noise, least_step, one.edge);
+      if (one.found != EdgeFit::Fit::none) fit.lay_over(one.edge, one.points);
+    });
+    for (const Candidate& one : batch) {
+      if (one.found == EdgeFit::Fit::none) continue;
+      const Edge& edge = one.edge;
+      const std::size_t of = one.found == EdgeFit::Fit::rough ? 2 : one.which;
+      // What is sharper than its own voxels was drawn, not scanned; what hardly reaches the threshold is not
+      // what is meant by the shape.
+      constexpr double k_drawn = 0.27, k_clear = 0.15;
+      const double reaches = edge.outside + edge.step - k_clear * edge.step;
+      if (edge.sigma < k_drawn * in_plane || (of == 0 && reaches < shape.low)) continue;
+      const double cosine = std::abs(glm::dot(edge.normal, slice_normal));
+      const Seen seen{cosine * cosine, edge.sigma * edge.sigma};
+      if (cosine < k_lies) along_of[of].push_back(seen);
+      if (cosine > k_stands) across_of[of].push_back(seen);
+      if (of == 0) insides.push_back(edge.outside + edge.step), outsides.push_back(edge.outside);
+      if (cosine < k_lies && laid_over[of].size() < 3000)
+        laid_over[of].insert(laid_over[of].end(), one.points.begin(), one.points.end());
+    }
+    batch.clear();
+  };
   for (int i = 0; places.is_possible() && i < k_tries; ++i) {
     const glm::ivec3 p = places.next();
     const double value = v.voxels[v.index(p.x, p.y, p.z)];
@@ -363,28 +416,16 @@ ScanQuality scan_quality(const Volume& v, const volume::Shape& shape) {
       if (fits[which] >= k_most_fits || std::min(along_of[which].size(), across_of[which].size()) >= k_wanted)
         continue;
       ++fits[which];
-      const EdgeFit fit(v, p, in_plane, slice_normal, quality.slice_step);
-      Edge edge;
-      const EdgeFit::Fit found = fit.run(noise, least_step, edge);
-      if (found == EdgeFit::Fit::none) continue;
-      const std::size_t of = found == EdgeFit::Fit::rough ? 2 : which;
-      // What is sharper than its own voxels was drawn, not scanned; what hardly reaches the threshold is not
-      // what is meant by the shape.
-      constexpr double k_drawn = 0.27, k_clear = 0.15;
-      const double reaches = edge.outside + edge.step - k_clear * edge.step;
-      if (edge.sigma < k_drawn * in_plane || (of == 0 && reaches < shape.low)) continue;
-      const double cosine = std::abs(glm::dot(edge.normal, slice_normal));
-      const Seen seen{cosine * cosine, edge.sigma * edge.sigma};
-      if (cosine < k_lies) along_of[of].push_back(seen);
-      if (cosine > k_stands) across_of[of].push_back(seen);
-      if (of == 0) insides.push_back(edge.outside + edge.step), outsides.push_back(edge.outside);
-      if (cosine < k_lies && laid_over[of].size() < 3000) fit.lay_over(edge, laid_over[of]);
+      batch.push_back({p, which});
     }
+    if (batch.size() >= k_batch) fit_batch();
   }
-  constexpr std::size_t k_enough = 12;
+  fit_batch();
+  constexpr std::size_t k_enough = 12, k_enough_rough = 30;
   const auto choose = [&](std::array<std::vector<Seen>, k_kinds>& of) {
     std::vector<Seen> chosen;
     for (std::size_t kind = 0; kind < k_kinds && chosen.size() < k_enough; ++kind) {
+      if (kind == 2 && of[kind].size() < k_enough_rough) break;
       chosen.insert(chosen.end(), of[kind].begin(), of[kind].end());
       quality.is_rough = quality.is_rough || (kind == 2 && chosen.size() >= k_enough);
     }

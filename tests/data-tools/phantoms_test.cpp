@@ -84,21 +84,18 @@ double vault_ripple(const Volume& v) {
   return std::sqrt(sum / count);
 }
 
-TEST(Phantoms, TheVaultHasNoRings) {
-  PhantomOptions options;
-  options.parameters["noise"] = 0;
-  const double ripple = vault_ripple(make_phantom("head", options).value());
-  EXPECT_LT(ripple, 0.03) << "mm";
-  options.psf_sigma_voxels = 0.3;  // as it was, nearly
-  EXPECT_GT(vault_ripple(make_phantom("head", options).value()), 2 * ripple) << "the judge sees rings";
-}
-
-TEST(Phantoms, TheHeadsVaultIsTwoToNineMillimetresThick) {
+TEST(Phantoms, TheHeadsVaultIsTwoToNineMillimetresThickWithoutRings) {
   for (const std::uint64_t seed : {1, 3}) {
     PhantomOptions options;
     options.parameters["noise"] = 0;
     options.seed = seed;
     const Volume v = make_phantom("head", options).value();
+    if (seed == 1) {
+      const double ripple = vault_ripple(v);
+      EXPECT_LT(ripple, 0.03) << "mm";
+      options.psf_sigma_voxels = 0.3;  // as it was, nearly
+      EXPECT_GT(vault_ripple(make_phantom("head", options).value()), 2 * ripple) << "the judge sees rings";
+    }
     const HeadAnatomy anatomy = head_anatomy(seed);
     double thinnest = 1e3, thickest = 0;
     for (int i = 0; i < 600; ++i) {

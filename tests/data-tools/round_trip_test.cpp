@@ -42,6 +42,7 @@ Volume odd_volume(const glm::dmat3& axes, bool is_hounsfield = true) {
   v.voxels[17] = -1000;  // what a sparse grid would leave out
   v.is_hounsfield = is_hounsfield;
   v.label_names = {"background", "skull", "dura mater", "brain"};
+  v.label_colours = {{0, 0, 0}, {216, 180, 140}, {1, 254, 77}, {255, 0, 3}};
   return v;
 }
 
@@ -102,12 +103,13 @@ TEST(RoundTrip, FoldersOfSlicesComeBackToTheBit) {
     const struct {
       const char* name;
       FolderFormat format;
-    } folders[] = {{"dicom", FolderFormat::dicom}, {"png", FolderFormat::png}, {"tiff", FolderFormat::tiff}};
+      const char* only_grid;
+    } folders[] = {{"dicom", FolderFormat::dicom, nullptr},
+                   {"png", FolderFormat::png, "leaning"},
+                   {"tiff", FolderFormat::tiff, "mirrored"}};
     for (const auto& folder : folders) {
-      // Pictures take the place from beside them: two grids show it.
-      const bool is_simple =
-          std::string_view(grid.name) == "straight" || std::string_view(grid.name) == "turned";
-      if (folder.format != FolderFormat::dicom && is_simple) continue;
+      // Pictures take the place from beside them: one grid each shows it.
+      if (folder.only_grid && std::string_view(grid.name) != folder.only_grid) continue;
       const std::string path = scratch / (std::string(grid.name) + folder.name);
       const volume::Status error = write_volume_folder(path, folder.format, v);
       ASSERT_FALSE(error) << path << error->message();
@@ -147,6 +149,7 @@ TEST(RoundTrip, LabelsKeepNamesAndValues) {
       EXPECT_EQ(std::memcmp(back.value().labels.data(), v.labels.data(), v.labels.bytes()), 0) << name;
       if (std::string_view(name) == "l.seg.nrrd") {
         EXPECT_EQ(back.value().names, v.label_names);
+        EXPECT_EQ(back.value().colours, v.label_colours);
       }
     }
   }
@@ -357,6 +360,53 @@ TEST(RoundTrip, PicturesThatDoNotCountAreRefusedAndHiddenOnesAreNone) {
   for (std::size_t i = 0; i < one.voxels.size(); ++i) one.voxels[i] = static_cast<std::int16_t>(i);
   ASSERT_FALSE(write_volume_folder(scratch / "one", FolderFormat::png, one));
   EXPECT_EQ(open_volume(scratch / "one").value().volume.size, one.size);
+}
+
+/// A plain TIFF of grey and alpha, 8 bits each, as painting programs write it.
+void write_grey_and_alpha(const std::string& path, int width, int height, const std::string& pixels) {
+  std::string bytes("II*\0\x08\0\0\0", 8);
+  const auto put = [&bytes](std::uint32_t value, int count) {
+    for (int i = 0; i < count; ++i) bytes += static_cast<char>(value >> 8 * i & 255);
+  };
+  struct Entry {
+    std::uint32_t tag, type, count, value;
+  };
+  const auto size = static_cast<std::uint32_t>(pixels.size());
+  constexpr std::uint32_t k_entries = 11, k_short = 3, k_long = 4, k_data = 8 + 2 + 12 * k_entries + 4;
+  const Entry entries[k_entries] = {{256, k_short, 1, static_cast<std::uint32_t>(width)},
+                                    {257, k_short, 1, static_cast<std::uint32_t>(height)},
+                                    {258, k_short, 2, 8 | 8 << 16},
+                                    {259, k_short, 1, 1},
+                                    {262, k_short, 1, 1},
+                                    {273, k_long, 1, k_data},
+                                    {277, k_short, 1, 2},
+                                    {278, k_short, 1, static_cast<std::uint32_t>(height)},
+                                    {279, k_long, 1, size},
+                                    {284, k_short, 1, 1},
+                                    {338, k_short, 1, 2}};
+  put(k_entries, 2);
+  for (const Entry& e : entries) put(e.tag, 2), put(e.type, 2), put(e.count, 4), put(e.value, 4);
+  put(0, 4);
+  std::ofstream(path, std::ios::binary) << bytes << pixels;
+}
+
+TEST(RoundTrip, AlphaDoesNotDarkenPictures) {
+  const scenes::Scratch scratch;
+  fs::create_directory(scratch / "a");
+  const std::string pixels("\x0a\x00\x64\x80\xc8\xff\x01\x01\x02\x02\xff\x40", 12);  // grey, alpha, ...
+  for (const char* name : {"a/1.tif", "a/2.tif"}) write_grey_and_alpha(scratch / name, 3, 2, pixels);
+  OpenOptions options;
+  options.spacing = glm::dvec3(1);
+  const auto read = open_volume(scratch / "a", options);
+  ASSERT_TRUE(read.is_ok()) << read.error().message();
+  ASSERT_EQ(read.value().volume.size, glm::ivec3(3, 2, 2));
+  for (std::size_t i = 0; i < 12; ++i)
+    EXPECT_EQ(read.value().volume.voxels[i], static_cast<unsigned char>(pixels[2 * (i % 6)])) << i;
+  // Slices of two sizes are no stack.
+  write_grey_and_alpha(scratch / "a/2.tif", 2, 3, pixels);
+  const auto odd = open_volume(scratch / "a", options);
+  ASSERT_FALSE(odd.is_ok());
+  EXPECT_NE(odd.error().message().find("2 x 3"), std::string::npos) << odd.error().message();
 }
 
 /// A project as InVesalius 3.1 saves it.
