@@ -146,10 +146,10 @@ HeadSample sample_head(const dvec3& place, double voxel_mm, const HeadAnatomy& a
                                       capsule(p, {10, 18, 12}, {22, 30, -6}, 6.0, 3.0));
     paint(ventricle, 6, HeadTissue::ventricle);
     // A tumour that grew from the dura, denser than brain, with a soft rim of its own.
-    const double tumour =
-        std::max(glm::length(world - anatomy.tumour) - anatomy.tumour_radius * (1 + 0.08 * wave(world, 17)),
-                 inside + 1.1);
-    paint(tumour, 62 + 5 * wave(world, 6), HeadTissue::tumour);
+    const double to_tumour = glm::length(world - anatomy.tumour);
+    if (to_tumour < 1.08 * anatomy.tumour_radius + edge)
+      paint(std::max(to_tumour - anatomy.tumour_radius * (1 + 0.08 * wave(world, 17)), inside + 1.1),
+            62 + 5 * wave(world, 6), HeadTissue::tumour);
   };
   // The sagittal sinus lies in the dura, below the vault's midline.
   const auto paint_sinus = [&](double inside) {
@@ -167,12 +167,13 @@ HeadSample sample_head(const dvec3& place, double voxel_mm, const HeadAnatomy& a
     return {brush.hounsfield(), tissue, 0};
   }
 
-  // Skin: dome, face and neck.
+  // Skin: dome, face and neck. Below its fat, how deep does not matter, and more of them only go deeper.
+  const double deep = -5.0 - 2 * edge;
   double skin = ellipsoid(p - dvec3(0, 2, 1), {77, 96, 76});
-  skin = blend(skin, ellipsoid(p - dvec3(0, -46, -62), {60, 60, 66}), 20);
-  skin = blend(skin, ellipsoid(p - dvec3(0, 6, -36), {79, 78, 46}), 16);
-  skin = blend(skin, capsule(p, {0, -94, -36}, {0, -104, -58}, 7, 8), 10);
-  skin = blend(skin, capsule(p, {0, 12, -60}, {0, 20, -140}, 56, 54), 20);
+  if (skin > deep) skin = blend(skin, ellipsoid(p - dvec3(0, -46, -62), {60, 60, 66}), 20);
+  if (skin > deep) skin = blend(skin, ellipsoid(p - dvec3(0, 6, -36), {79, 78, 46}), 16);
+  if (skin > deep) skin = blend(skin, capsule(p, {0, -94, -36}, {0, -104, -58}, 7, 8), 10);
+  if (skin > deep) skin = blend(skin, capsule(p, {0, 12, -60}, {0, 20, -140}, 56, 54), 20);
   if (skin > 2 * edge)
     return {brush.hounsfield(), tissue,
             (skin - 2 * edge) * std::min({anatomy.size.x, anatomy.size.y, anatomy.size.z})};
@@ -193,22 +194,25 @@ HeadSample sample_head(const dvec3& place, double voxel_mm, const HeadAnatomy& a
   const double magnum = std::max(std::sqrt(p.x * p.x + (p.y - 22) * (p.y - 22)) - 16.0, p.z + 20);
   shell = carve(shell, magnum, 4);
   const double mastoid = capsule(p, {58, 17, -40}, {55, 13, -56}, 10.5, 5.0);
-  const Face f = face(p);
+  const bool is_near_face = inside > -7 - edge;  // which ends where the brain case begins
+  const Face f = is_near_face ? face(p) : Face{};
   double bone = blend(shell, mastoid, 10);
   if (f.bone < 50) {
     const double in_brain_case = inside + 2.0;  // the face ends where the brain case begins
     bone = blend(bone, std::max(f.bone, -in_brain_case), 5);
   }
   // Holes for nerves and vessels, through the base and the face.
-  if (p.z < -20) {
+  if (p.z < -20 && bone < edge) {
     bone = carve(bone, capsule(p, {23, -14, -70}, {23, -14, -28}, 2.6, 2.4), 1.5);  // ovale
     bone = carve(bone, capsule(p, {25, 12, -75}, {20, 6, -30}, 4.0, 2.8), 1.5);     // jugular
     bone = carve(bone, capsule(p, {17, -40, -36}, {11, -26, -33}, 2.4, 2.2), 1.5);  // of the optic nerve
     bone = carve(bone, capsule(p, {27, -86, -57}, {27, -66, -50}, 1.5, 1.3), 1);    // below the orbit
     bone = carve(bone, capsule(p, {25, -86, -105}, {23, -62, -102}, 1.5, 1.3), 1);  // of the chin
   }
-  const dvec3 ear = p - dvec3(66, 4, -42);
-  bone = carve(bone, std::max(std::sqrt(ear.y * ear.y + ear.z * ear.z) - 3.6, 46 - p.x), 2);
+  if (bone < edge) {
+    const dvec3 ear = p - dvec3(66, 4, -42);
+    bone = carve(bone, std::max(std::sqrt(ear.y * ear.y + ear.z * ear.z) - 3.6, 46 - p.x), 2);
+  }
 
   if (bone < edge) {
     paint(bone, 1480, HeadTissue::cortical_bone);
