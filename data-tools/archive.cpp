@@ -10,6 +10,7 @@
 #include <zlib.h>
 
 #include "data-tools/atomic_file.h"
+#include "data-tools/names_met.h"
 #include "data-tools/opening.h"
 #include "volume/volume.h"
 
@@ -105,6 +106,7 @@ Result<std::vector<ArchiveMember>> read_archive(const std::string& path, const P
     if (archive_entry_filetype(entry) != AE_IFREG) continue;
     const char* name = archive_entry_pathname(entry);
     ArchiveMember member{name ? name : "", nullptr};
+    meet_name(member.name);
     // A compressed file alone is named as it is, without its last extension.
     if (archive_format(reader.get()) == ARCHIVE_FORMAT_RAW)
       member.name = std::filesystem::path(where).stem().string();

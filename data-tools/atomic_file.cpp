@@ -107,18 +107,25 @@ fs::path without_links(fs::path path) {
   return path;
 }
 
+/// A file's name, or the end of it where there is no room for more beside ours.
+std::string end_of_name(const fs::path& target) {
+  constexpr std::size_t k_most = 160;
+  const std::string name = target.filename().string();
+  return name.size() > k_most ? name.substr(name.size() - k_most) : name;
+}
+
 /// A name in the same folder that says whose it is. The extension stays last: writers choose the format by it
 /// (".nii.gz" has two).
 fs::path temporary_for(const fs::path& target) {
   static std::atomic<int> count{0};
-  return folder_of(target) / (k_prefix + std::to_string(::getpid()) + "-" + std::to_string(++count) + "-" +
-                              target.filename().string());
+  return folder_of(target) /
+         (k_prefix + std::to_string(::getpid()) + "-" + std::to_string(++count) + "-" + end_of_name(target));
 }
 
 /// What a program that was killed left of this file: its process is gone, and it is an hour old.
 void remove_abandoned(const fs::path& target) {
   std::error_code error;
-  const std::string name = target.filename().string();
+  const std::string name = end_of_name(target);
   for (fs::directory_iterator it(folder_of(target), error), end; !error && it != end; it.increment(error)) {
     const std::string found = it->path().filename().string();
     if (!found.starts_with(k_prefix) || !found.ends_with("-" + name)) continue;

@@ -217,10 +217,13 @@ Result<OpenedCase> open_case(const std::string& path, const OpenOptions& options
 
   OpenOptions plain;
   plain.progress = options.progress;
+  const std::string labels_where = file_name(path) + "/" + k_labels_file;
+  if (std::error_code error; !fs::exists(fs::path(path) / k_labels_file, error))
+    return Error{"the case lacks its labels", labels_where, "no such file", "labels, as case.toml names them",
+                 "copy the whole case again, or take [labels] and its structures out of case.toml"};
   Result<OpenedVolume> labels = open_volume((fs::path(path) / k_labels_file).string(), plain);
   if (!labels) return labels.error();
   const volume::Volume& l = labels.value().volume;
-  const std::string labels_where = file_name(path) + "/" + k_labels_file;
   if (l.size != v.size)
     return Error{"the labels lie on another grid than the scan", labels_where, "", "the same size", ""};
   if (const double apart = farthest_corner(l.frame, v.frame, v.size); apart > k_same_place_mm)

@@ -94,7 +94,7 @@ Status check_strays(const DicomFolder& folder, std::size_t s, std::size_t k, con
 }
 
 std::string words_of(const SeriesFacts& f) {
-  std::string text = f.modality + (f.description.empty() ? "" : " \"" + f.description + "\"");
+  std::string text = f.modality;  // descriptions are people's words: in info's list alone
   if (!f.mark.empty()) text += ", " + f.mark;
   return text + ", " + std::to_string(f.size.x) + " x " + std::to_string(f.size.y) + " x " +
          std::to_string(f.size.z);
@@ -138,9 +138,13 @@ Error nothing_found(const DicomFolder& folder, const std::string& path) {
     return {"there are no images here that lie in a patient", where, list_of(folder.passed_over),
             "the slices of a CT or MR series", "point at the folder with the slices"};
   return {"there are no DICOM images here", where,
-          fs::is_directory(path) || folder.no_dicom.empty() ? counted(folder.no_dicom.size(), "other file")
-                                                            : folder.no_dicom[0].second,
-          "a folder that holds the slices of one series", "point at the folder with the scanner's files"};
+          !folder.notices.empty()                             ? list_of(folder.notices)
+          : fs::is_directory(path) || folder.no_dicom.empty() ? counted(folder.no_dicom.size(), "other file")
+                                                              : folder.no_dicom[0].second,
+          "a folder that holds the slices of one series",
+          "point at the folder with the scanner's files; a stack of pictures is a folder that holds two or "
+          "more of "
+          "one kind, and nothing else"};
 }
 
 }  // namespace

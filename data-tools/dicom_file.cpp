@@ -191,6 +191,7 @@ class Parser {
         file_->has_pixels = true;
         file_->pixel_offset = value;
         file_->is_encapsulated = length == k_undefined;
+        file_->has_pixel_words = vr == "OW";
         file_->pixel_bytes = length == k_undefined ? head_->size() - value : length;
         at = end;
         return true;
@@ -396,6 +397,18 @@ std::variant<DicomFile, DicomRefusal> read_dicom_file(std::unique_ptr<ByteSource
     file.data.elements.push_back({k_sop_class, media_class, {}});
   file.source = std::move(source);
   return file;
+}
+
+bool read_pixel_bytes(const DicomFile& file, const ByteSource& source, std::uint64_t first, char* to,
+                      std::size_t count) {
+  if (!file.is_big_endian || !file.has_pixel_words) return source.read(file.pixel_offset + first, to, count);
+  // Whole words, turned about.
+  const std::uint64_t begin = first & ~std::uint64_t{1}, end = (first + count + 1) & ~std::uint64_t{1};
+  std::string words(end - begin, '\0');
+  if (!source.read(file.pixel_offset + begin, words.data(), words.size())) return false;
+  for (std::size_t i = 0; i + 1 < words.size(); i += 2) std::swap(words[i], words[i + 1]);
+  std::memcpy(to, words.data() + (first - begin), count);
+  return true;
 }
 
 std::variant<std::vector<std::string>, DicomRefusal> read_encapsulated_frames(const DicomFile& file,

@@ -38,10 +38,16 @@ struct DicomFile {
   DicomDataSet data;
   std::string transfer_syntax;  ///< UID
   bool is_big_endian = false, is_encapsulated = false, has_pixels = false;
+  bool has_pixel_words = false;  ///< of 16 bits (OW), whatever lies in them
   std::uint64_t pixel_offset = 0,
                 pixel_bytes = 0;       ///< of native pixels; encapsulated: to the end of the file
   std::unique_ptr<ByteSource> source;  ///< in which the offsets lie; another when it was deflated
 };
+
+/// Bytes `first` to `first + count - 1` of native pixels of 8 bits or less: in their own order, where words
+/// have another. False when they are not there.
+bool read_pixel_bytes(const DicomFile& file, const ByteSource& source, std::uint64_t first, char* to,
+                      std::size_t count);
 
 enum class DicomFault { not_dicom, broken };
 /// Why there is no file: it is none, or it is one and cannot be read (`found` says why).

@@ -105,8 +105,11 @@ std::string DicomPixels::read(const DicomSlice& slice, std::vector<std::int32_t>
       return why;
   } else {
     bytes.resize(count * bytes_each);
-    if (!source_->read(file_->pixel_offset + slice.frame * bytes.size(), bytes.data(), bytes.size()))
-      return "fewer bytes of pixels than it says";
+    const std::uint64_t first = slice.frame * static_cast<std::uint64_t>(bytes.size());
+    const bool is_there = bytes_each == 1
+                              ? read_pixel_bytes(*file_, *source_, first, bytes.data(), bytes.size())
+                              : source_->read(file_->pixel_offset + first, bytes.data(), bytes.size());
+    if (!is_there) return "fewer bytes of pixels than it says";
   }
   into.resize(count);
   // What lies above the highest bit is no part of the number.

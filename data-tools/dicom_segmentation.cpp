@@ -179,15 +179,19 @@ Result<OpenedVolume> open_dicom_segmentation(const std::string& path) {
   std::fill_n(opened.volume.voxels.data(), opened.volume.voxels.size(), std::int16_t{0});
   for (const DicomDataSet& segment : data.items(k_segments)) {
     const int number = static_cast<int>(segment.number(k_segment_number).value_or(0));
-    if (number > 0 && number < 32768)
-      opened.segments.push_back({std::string(segment.text(k_segment_label)), number, 0, colour_of(segment)});
+    if (number > 32767)
+      return Error{"a segment's number is too large", where, std::to_string(number), "1 to 32767",
+                   "renumber the segments"};
+    if (number > 0)
+      opened.segments.push_back(
+          {utf8_text(std::string(segment.text(k_segment_label))), number, 0, colour_of(segment)});
   }
   const std::size_t area = static_cast<std::size_t>(size.x) * static_cast<std::size_t>(size.y),
                     frames = layout.value().slice_and_segment.size();
   const std::size_t bytes = bits == 1 ? (area * frames + 7) / 8 : area * frames;
   std::string pixels(bytes, '\0');
   if (!file->has_pixels || file->pixel_bytes < bytes ||
-      !file->source->read(file->pixel_offset, pixels.data(), bytes))
+      !read_pixel_bytes(*file, *file->source, 0, pixels.data(), bytes))
     return Error{"the DICOM segmentation cannot be read", where,
                  "only " + std::to_string(file->has_pixels ? file->pixel_bytes : 0) + " of " +
                      std::to_string(bytes) + " bytes of its pixels",

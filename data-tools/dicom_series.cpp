@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <filesystem>
 #include <glm/geometric.hpp>
 #include <iterator>
@@ -11,6 +12,7 @@
 #include <tuple>
 
 #include "data-tools/dicom_heads.h"
+#include "data-tools/names_met.h"
 #include "data-tools/words.h"
 #include "volume/parallel.h"
 
@@ -92,21 +94,33 @@ std::string why_passed_over(const DicomDataSet& data) {
   return "";
 }
 
-/// A name as disks and their indexes write it: without case, and without ";1".
+/// A name as disks and their indexes have it in common: without case, ";1" and what was added when it was
+/// copied.
 std::string plain_name(std::string name) {
   for (char& c : name) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
-  return name.substr(0, name.find(';'));
+  name.resize(std::min(name.size(), name.find(';')));
+  for (const char* added : {".gz", ".dcm"})
+    if (name.ends_with(added)) name.resize(name.size() - std::strlen(added));
+  return name;
 }
 
 std::string folder_of(const std::string& name) { return name.substr(0, name.find_last_of("/ ") + 1); }
 
+/// As the files beside it are called.
+std::string named_like(const std::string& sibling, const std::string& name) {
+  const std::string plain = plain_name(sibling);
+  const bool is_lower = sibling.starts_with(plain);
+  return (is_lower ? plain_name(name) : name) + sibling.substr(plain.size());
+}
+
 /// A disk's index says what lies on it: what is not there may be the end of a stack. Folders of which nothing
 /// is there were left out by somebody.
 void compare_with_index(const DicomHead& index, const std::vector<DicomHead>& heads, DicomFolder& folder) {
-  std::set<std::string> known, folders;
+  std::set<std::string> known;
+  std::map<std::string, std::string> sibling_in;
   for (const DicomHead& head : heads) {
     known.insert(plain_name(head.name));
-    folders.insert(folder_of(plain_name(head.name)));
+    if (&head != &index) sibling_in.emplace(folder_of(plain_name(head.name)), head.name);
   }
   const std::string base = folder_of(index.name);
   std::vector<std::string> missing;
@@ -115,12 +129,16 @@ void compare_with_index(const DicomHead& index, const std::vector<DicomHead>& he
     if (name.empty() || record.number(k_record_in_use) == 0) continue;
     std::replace(name.begin(), name.end(), '\\', '/');
     name.insert(0, base);
+    meet_name(name);
     const std::string plain = plain_name(name);
-    if (known.count(plain) > 0 || known.count(plain + ".gz") > 0) continue;
-    if (folders.count(folder_of(plain)) > 0)
-      folder.refused.emplace_back(name, "it is not there, though the disk's index names it");
-    else
+    if (known.count(plain) > 0) continue;
+    if (const auto at = sibling_in.find(folder_of(plain)); at != sibling_in.end()) {
+      folder.refused.emplace_back(named_like(at->second, name),
+                                  "it is not there, though the disk's index names it");
+      meet_name(folder.refused.back().first);
+    } else {
       missing.push_back(name);
+    }
   }
   if (!missing.empty())
     folder.notices.push_back("the disk's index names " + counted(missing.size(), "file") +

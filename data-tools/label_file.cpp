@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <glm/common.hpp>
 #include <map>
 
@@ -29,6 +30,27 @@ struct Numbering {
   std::vector<std::string> names{"background"};
   std::vector<glm::u8vec3> colours;  // of none, or of all
 };
+
+/// "from (-120, -80, 5) to (10, 90, 140) mm"
+std::string place_of(const Volume& v) {
+  glm::dvec3 low(1e300), high(-1e300);
+  for (int corner = 0; corner < 8; ++corner) {
+    const glm::dvec3 p = v.frame.world_from_volume(glm::dvec3(corner & 1, corner >> 1 & 1, corner >> 2) *
+                                                   glm::dvec3(v.size - 1));
+    low = glm::min(low, p);
+    high = glm::max(high, p);
+  }
+  const auto text = [](const glm::dvec3& p) {
+    std::string one = "(";
+    return one.append(short_number(p.x))
+        .append(", ")
+        .append(short_number(p.y))
+        .append(", ")
+        .append(short_number(p.z))
+        .append(")");
+  };
+  return "from " + text(low) + " to " + text(high) + " mm";
+}
 
 /// Colours of the segments; those that say none get one of their own beside the others.
 void take_colours(Numbering& numbering, const std::vector<SegmentFacts>& segments) {
@@ -84,6 +106,9 @@ Result<Numbering> number_labels(const std::map<Key, std::int64_t>& found,
 
 Result<ReadLabels> read_labels(const std::string& path, const Volume& scan, const OpenOptions& options) {
   const std::string where = file_name(path);
+  if (std::error_code error; !std::filesystem::exists(path, error))
+    return Error{"there is no such file", where, "", "labels: .seg.nrrd, DICOM SEG, or any label map",
+                 "check the spelling"};
   OpenOptions plain;
   plain.progress = options.progress;
   plain.spacing = options.spacing;
@@ -92,6 +117,9 @@ Result<ReadLabels> read_labels(const std::string& path, const Volume& scan, cons
   plain.volume = options.volume;
   Result<OpenedVolume> first =
       is_dicom_segmentation(path) ? open_dicom_segmentation(path) : open_volume(path, plain);
+  if (!first && first.error().remedy.find("--scale") != std::string::npos)
+    return Error{"the labels' numbers are too large", where, first.error().found, "0 to 32767",
+                 "renumber the labels"};
   if (!first) return first.error();
   if (first.value().is_rounded)
     return Error{"the labels are no whole numbers", where, first.value().notices.front(), "0, 1, 2, ...",
@@ -118,7 +146,7 @@ Result<ReadLabels> read_labels(const std::string& path, const Volume& scan, cons
     for (const std::int16_t v : layers[layer].voxels.span()) {
       if (v < 0)
         return Error{"a label is negative", where, std::to_string(v), "0 for the background, labels above",
-                     "renumber the labels"};
+                     "is it a label map, and no scan?"};
       if (v == 0) continue;
       ++found[{static_cast<int>(layer), v}];
       labelled += grid.frame.voxel_mm3();
@@ -161,8 +189,9 @@ Result<ReadLabels> read_labels(const std::string& path, const Volume& scan, cons
       }
   kept *= scan.frame.voxel_mm3();
   if (kept == 0)
-    return Error{"the labels lie elsewhere than the scan", where, "no label within the scan",
-                 "the same patient and place", "is it the segmentation of this scan?"};
+    return Error{"the labels lie elsewhere than the scan", where,
+                 "their grid is " + place_of(grid) + ", the scan " + place_of(scan), "labels within the scan",
+                 "is it the segmentation of this scan?"};
   if (overlaps > 0)
     return Error{"segments overlap", where, std::to_string(overlaps) + " voxels belong to several",
                  "one label a voxel",

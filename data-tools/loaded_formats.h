@@ -13,7 +13,7 @@ namespace trephine::data_tools {
 
 /// One picture of a stack. Plain, so that it can lie in memory that processes share.
 struct PictureFacts {
-  int width = 0, height = 0, channels = 0, pages = 0;
+  int width = 0, height = 0, channels = 0, pages = 0, bits = 0;
   char fault[160] = "";
 };
 struct PictureLibrary {

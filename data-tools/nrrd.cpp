@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cmath>
+#include <cstdio>
 #include <cstdlib>
 #include <cstring>
 #include <fstream>
@@ -9,12 +10,14 @@
 #include <glm/geometric.hpp>
 #include <locale>
 #include <memory>
+#include <set>
 #include <sstream>
 #include <teem/nrrd.h>
 
 #include "data-tools/atomic_file.h"
 #include "data-tools/opening.h"
 #include "data-tools/voxel_values.h"
+#include "data-tools/words.h"
 #include "volume/text.h"
 
 namespace trephine::data_tools {
@@ -127,14 +130,24 @@ std::optional<glm::u8vec3> colour_of(const std::string& text) {
   return glm::u8vec3(glm::floor(255.0 * glm::clamp(c, 0.0, 1.0) + 0.5));
 }
 
-/// Slicer's: Segment0_Name, Segment0_LabelValue, Segment0_Layer, and so on.
+/// Slicer's: Segment0_Name, Segment0_LabelValue, Segment0_Layer, and so on; numbers may be left out.
 std::vector<SegmentFacts> segments_of(const Nrrd& file) {
+  std::set<int> numbers;
+  for (unsigned k = 0; k < nrrdKeyValueSize(&file); ++k) {
+    char *key = nullptr, *value = nullptr;
+    nrrdKeyValueIndex(&file, &key, &value, k);
+    int number = -1, end = 0;
+    if (key && std::sscanf(key, "Segment%6d_%n", &number, &end) == 1 && end > 0 && number >= 0)
+      numbers.insert(number);
+    std::free(key);
+    std::free(value);
+  }
   std::vector<SegmentFacts> segments;
-  for (int i = 0; i < 4096; ++i) {
+  for (const int i : numbers) {
     std::string key = "Segment";
     key.append(std::to_string(i)).append("_");
-    const std::string name = value_of(file, key + "Name"), value = value_of(file, key + "LabelValue");
-    if (name.empty() && value.empty() && value_of(file, key + "ID").empty()) break;
+    const std::string name = utf8_text(value_of(file, key + "Name")),
+                      value = value_of(file, key + "LabelValue");
     const long number = std::strtol(value.c_str(), nullptr, 10),
                layer = std::strtol(value_of(file, key + "Layer").c_str(), nullptr, 10);
     segments.push_back({name, number > 0 && number < 32768 ? static_cast<int>(number) : i + 1,
@@ -243,8 +256,9 @@ Result<OpenedVolume> open_nrrd(const std::string& path, const OpenOptions& optio
   else if (volume::Status error = fill_voxels(opened.volume, values, options.scale, where, opened.notices))
     return *error;
   opened.is_rounded = !opened.notices.empty();
-  if (volumes > 1) tell_volumes(opened, index.value(), volumes);
   opened.segments = segments_of(*file);
+  // Layers of segments are read one after another.
+  if (volumes > 1 && opened.segments.empty()) tell_volumes(opened, index.value(), volumes);
   if (opened.segments.empty()) know_units(opened, value_of(*file, k_units_key) == k_units);
   return opened;
 }

@@ -53,6 +53,10 @@ Result<OpenedVolume> open_by_kind(const std::string& path, const OpenOptions& op
   if (is_picture_stack(path)) return open_picture_stack(path, options);
   if (is_dicom_file(path) || is_archive(path) || has_extension(path, ".dcm"))
     return open_dicom(path, options);
+  for (const char* extension : {".png", ".jpg", ".jpeg", ".bmp", ".pgm"})
+    if (has_extension(path, extension))
+      return Error{"one picture is no scan", where, "a picture", "a folder of them, slice by slice",
+                   "point at the folder that holds all slices"};
   return Error{"this is no scan that trephine reads", where, "a file of another kind", k_what_is_read,
                "convert it, point at the folder with the scanner's files, or say its layout: --raw"};
 }

@@ -207,8 +207,9 @@ Result<PlanFile> read_table(const std::string& text, const std::string& where, b
 Result<PlanFile> read_plan(const std::string& path) {
   const std::string where = file_name(path);
   std::error_code error;
-  const auto bytes = std::filesystem::file_size(path, error);
-  std::ifstream file(path, std::ios::binary);
+  const auto bytes = std::filesystem::file_size(path, error);  // fails of what is no plain file
+  std::ifstream file;
+  if (!error) file.open(path, std::ios::binary);
   if (error || !file || bytes > k_most_bytes)
     return Error{"the plan cannot be read", where, error ? "" : std::to_string(bytes) + " bytes",
                  "a file .mrk.json, .csv or .fcsv", "check the spelling"};

@@ -73,14 +73,13 @@ std::optional<double> measure_noise(const Volume& v) {
     bool is_clipped = false;
     // In a slice: slices may be far apart.
     for (int y = -k_reach; y <= k_reach; ++y)
-      for (int x = -k_reach; x <= k_reach; ++x)
-        for (int z = -1; z <= 1; ++z) {
-          const double value = v.voxels[v.index(p.x + x, p.y + y, p.z + z)];
-          is_clipped = is_clipped || value <= lowest;
-          sum += value;
-          squares += value * value;
-          ++count;
-        }
+      for (int x = -k_reach; x <= k_reach; ++x) {
+        const double value = v.voxels[v.index(p.x + x, p.y + y, p.z)];
+        is_clipped = is_clipped || value <= lowest;
+        sum += value;
+        squares += value * value;
+        ++count;
+      }
     const double mean = sum / count;
     if (is_clipped || (v.is_hounsfield && mean < -950)) continue;  // air, whose noise is cut off
     deviations.push_back(std::sqrt(std::max(0.0, (squares - count * mean * mean) / (count - 1))));
@@ -92,7 +91,14 @@ std::optional<double> measure_noise(const Volume& v) {
   deviations.erase(
       std::remove_if(deviations.begin(), deviations.end(), [middle](double d) { return d > 1.5 * middle; }),
       deviations.end());
-  return mode(std::move(deviations));
+  const double usual = mode(deviations);
+  // In a small scan most blocks may hold an edge: then the evenest are the noise.
+  const double evenest = share_of(deviations, 0.05);
+  if (usual <= 2 * evenest) return usual;
+  deviations.erase(
+      std::remove_if(deviations.begin(), deviations.end(), [evenest](double d) { return d > 1.5 * evenest; }),
+      deviations.end());
+  return median(std::move(deviations));
 }
 
 double linear_at(const Volume& v, const dvec3& p) {

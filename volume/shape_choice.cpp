@@ -193,6 +193,30 @@ bool lies_between(const BitGrid& solid, const Frame& frame, const glm::ivec3& vo
   return false;
 }
 
+/// Does a voxel lie in a wall that is brighter than both its sides, or in a gap between walls? Of a wall at
+/// least 3 of 13 straight ways fall by `fall` on both sides within reach, before they meet solid; in a gap,
+/// and in what lies evenly between two bones, they do not.
+bool stands_out(const BitGrid& solid, const Volume& v, const glm::ivec3& voxel, double fall,
+                double reach_mm) {
+  const double below = v.voxels[v.index(voxel.x, voxel.y, voxel.z)] - fall;
+  const auto falls = [&](const glm::ivec3& step) {
+    const double length = glm::length(v.frame.vector_world_from_volume(glm::dvec3(step)));
+    glm::ivec3 p = voxel;
+    for (double gone = length; gone <= reach_mm; gone += length) {
+      p += step;
+      if (!v.contains(p) || solid.has(p.x, p.y, p.z)) return false;
+      if (v.voxels[v.index(p.x, p.y, p.z)] <= below) return true;
+    }
+    return false;
+  };
+  int ways = 0;
+  for (int n = 0; n < 13; ++n) {
+    const glm::ivec3 step(n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1);
+    ways += falls(step) && falls(-step);
+  }
+  return ways >= 3;
+}
+
 BitGrid dilated(const BitGrid& from, const std::vector<BallRow>& ball) {
   BitGrid to(from.size());
   const glm::ivec3& size = from.size();
@@ -271,7 +295,8 @@ Result<Volume> with_thin_filled(const Volume& volume, const Shape& shape, double
       for (int x = 0; x < size.x; ++x) {
         std::int16_t& v = made.value().voxels[volume.index(x, y, z)];
         if (v < from || !closed.has(x, y, z) || solid.has(x, y, z) ||
-            !lies_between(solid, volume.frame, {x, y, z}, reach_mm))
+            !lies_between(solid, volume.frame, {x, y, z}, reach_mm) ||
+            !stands_out(solid, volume, {x, y, z}, 0.5 * (shape.low - from), reach_mm))
           continue;
         v = lifted;
         ++filled;

@@ -31,7 +31,8 @@ Result<Volume> with_seeded_parts(const std::shared_ptr<const Volume>& volume, co
 /// Walls thinner than a scan can show fall below the threshold. A copy in which voxels of `from` and above,
 /// in gaps of the shape that a ball of `reach_mm` cannot enter, are lifted to `to`; counts them. (The shape's
 /// closing, half a voxel more generous: a hole in a sheet of one voxel has no depth to be kept out of; and
-/// only with solid on two opposite sides, so that outer sides stay where they are.)
+/// only with solid on two opposite sides, so that outer sides stay where they are; and only what stands out
+/// by half of what `from` lies below the shape, on two other sides: a wall, not the gap of a joint.)
 Result<Volume> with_thin_filled(const Volume& volume, const Shape& shape, double from, double to,
                                 double reach_mm, std::int64_t& filled);
 

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <filesystem>
 
 #include "apps/trephine/commands.h"
 #include "apps/trephine/frame_json.h"
@@ -38,6 +39,14 @@ struct MeshArguments {
   workbench::ShapeChoice shape;
   bool is_open = false;
 };
+
+/// For people: what was written, of what was asked for.
+std::string list_written(std::initializer_list<std::string> names) {
+  std::string text;
+  for (const std::string& name : names)
+    if (!name.empty()) text += (text.empty() ? "" : ", ") + for_terminal(name, true);
+  return text;
+}
 
 /// "N" or "X,Y,Z".
 Result<glm::dvec3> parse_triple(const std::string& text, const char* option) {
@@ -114,7 +123,7 @@ Result<Outcome> run_phantom(const PhantomArguments& arguments) {
   outcome.json.update(frame_json(v));
   outcome.json["labels"] = v.label_names;
   outcome.text = arguments.name + ": " + size_text(v) + ", written to " +
-                 (arguments.output.empty() ? arguments.case_output : arguments.output) + "\n";
+                 list_written({arguments.output, arguments.labels_output, arguments.case_output}) + "\n";
   return outcome;
 }
 
@@ -147,6 +156,18 @@ Result<Outcome> run_mesh(const MeshArguments& arguments) {
 
 Result<Outcome> run_convert(const ConvertArguments& arguments) {
   const bool is_folder = !arguments.as.empty();
+  const std::string extension = std::filesystem::path(arguments.output).extension().string();
+  const bool is_slice =
+      extension == ".dcm" || extension == ".png" || extension == ".tif" || extension == ".tiff";
+  if (!is_folder && is_slice)
+    return Error{"one file of that kind holds one slice", "output", extension, "a folder of them",
+                 extension == ".dcm"   ? "-o FOLDER --as dicom"
+                 : extension == ".png" ? "-o FOLDER --as png"
+                                       : "-o FOLDER --as tiff"};
+  if (is_folder &&
+      (is_slice || !data_tools::check_extension(data_tools::OutputKind::volume, arguments.output)))
+    return Error{"a folder of slices has a file's name", "output", extension, "a folder's name",
+                 "leave --as away to write one file"};
   data_tools::OutputSet outputs;
   outputs.reads(arguments.source.path);
   outputs.writes("output", arguments.output,
@@ -165,6 +186,11 @@ Result<Outcome> run_convert(const ConvertArguments& arguments) {
   const volume::Volume& v = *scan;
   if (!arguments.labels_output.empty() && v.labels.is_empty())
     return Error{"this scan has no labels to write", "labels", "", "a case or phantom with labels", ""};
+  if (arguments.as == "dicom" && !v.is_hounsfield && opened.value().modality != "MR")
+    notice(
+        "note: the series says MR, as its values are not known to be Hounsfield units; --hounsfield says "
+        "that "
+        "they are");
   outputs.write(arguments.output, [&]() -> volume::Status {
     if (!is_folder) return data_tools::write_volume(arguments.output, v);
     using data_tools::FolderFormat;
@@ -182,7 +208,8 @@ Result<Outcome> run_convert(const ConvertArguments& arguments) {
   outcome.json["source"] = name_in_report(opened.value());
   outcome.json["written"] = outputs.written();
   outcome.json.update(frame_json(v));
-  outcome.text = size_text(v) + ", written to " + arguments.output + "\n";
+  outcome.text =
+      size_text(v) + ", written to " + list_written({arguments.output, arguments.labels_output}) + "\n";
   return outcome;
 }
 
@@ -195,7 +222,10 @@ Run build_phantom(Options& options) {
       .required();
   options.add("--size", a->size, "Voxels along each axis").type("N|X,Y,Z");
   options.add("--spacing", a->spacing, "Voxel size, mm").type("S|X,Y,Z");
-  options.add("--psf", a->psf, "Scanner blur: sigma in voxels, 0 to 2").type("SIGMA");
+  options
+      .add("--psf", a->psf,
+           "Scanner blur: sigma in voxels, 0 (exact shares, faces a little ribbed) to 2; 1 is a good scanner")
+      .type("SIGMA");
   options.add("--shear", a->shear, "Gantry tilt, degrees").type("D");
   options
       .add("--seed", a->seed,

@@ -1,5 +1,7 @@
 // import: a scan becomes a case folder.
+#include <array>
 #include <filesystem>
+#include <glm/geometric.hpp>
 #include <sstream>
 
 #include "apps/trephine/commands.h"
@@ -45,6 +47,24 @@ Status add_labels(volume::Volume& scan, const std::string& file) {
   return std::nullopt;
 }
 
+/// What no surgeon would plan: another unit, another frame or another patient may be behind it.
+std::string what_is_odd(const data_tools::CaseTrajectory& t, const volume::Volume& scan,
+                        const data_tools::CasePlan& plan) {
+  const double length = glm::length(t.target_world - t.entry_world);
+  if (length < 8 || length > 200) return format_text("is %.3g mm long: are its numbers in mm?", length);
+  if (t.diameter > 15 || (t.diameter > 0 && t.diameter < 0.5))
+    return format_text("is %.3g mm thick: are its numbers in mm?", t.diameter);
+  if (plan.structures.empty() || plan.structures[0].shape.is_label()) return "";
+  for (double mm = 0; mm <= length; mm += 0.5) {
+    const glm::ivec3 p(
+        glm::floor(scan.frame.volume_from_world(glm::mix(t.entry_world, t.target_world, mm / length)) + 0.5));
+    if (scan.contains(p) && plan.structures[0].shape.is_solid(scan.voxels[scan.index(p.x, p.y, p.z)]))
+      return "";
+  }
+  return "meets no " + plan.structures[0].shape.name +
+         " on its way: is it the plan of this patient, in the right frame?";
+}
+
 /// Trajectories and landmarks of other programs; what lies outside of the scan is told.
 Status add_plan(data_tools::CasePlan& plan, const std::string& file, const volume::Volume& scan) {
   auto read = data_tools::read_plan(file);
@@ -62,6 +82,8 @@ Status add_plan(data_tools::CasePlan& plan, const std::string& file, const volum
   for (const data_tools::CaseTrajectory& t : read.value().trajectories) {
     look(t.name + " (entry)", t.entry_world);
     look(t.name + " (target)", t.target_world);
+    if (const std::string odd = what_is_odd(t, scan, plan); !odd.empty())
+      notice("warning: " + t.name + " " + odd);
     plan.trajectories.push_back(t);
   }
   for (const data_tools::CaseLandmark& l : read.value().landmarks) {
@@ -87,9 +109,12 @@ Status choose_structures(const ImportArguments& arguments, workbench::Source& so
   auto shape = workbench::bring_out(source, arguments.preset, arguments.shape, person());
   if (!shape) return shape.error();
   plan.structures.push_back({shape.value(), true, false, {}});
-  // Every label is there to be made touchable or forbidden.
+  // Every label that occurs is there to be made touchable or forbidden.
   const volume::Volume& scan = *source.volume;
+  std::array<bool, 256> occurs{};
+  for (const std::uint8_t label : scan.labels.span()) occurs[label] = true;
   for (std::size_t i = 1; i < scan.label_names.size(); ++i) {
+    if (!occurs[i]) continue;
     volume::Shape label;
     label.name = scan.label_names[i];
     label.label = static_cast<int>(i);
@@ -129,7 +154,7 @@ Status draw(const workbench::Source& source, const std::string& path, const std:
   options.is_offscreen = true;
   options.side = side_of(side);
   options.has_tool = false;
-  options.overlays = workbench::plan_overlays(*source.plan);
+  options.plan = workbench::plan_overlays(*source.plan);
   const auto report = view::run_window(operation.value().scene(), options);
   return report ? std::nullopt : Status(report.error());
 }
@@ -172,10 +197,11 @@ Result<Outcome> run_import(const ImportArguments& arguments) {
   plan.label_names = scan->label_names;
   plan.label_colours = scan->label_colours;
   if (Status bad = choose_structures(arguments, source, plan)) return *bad;
-  scan = source.volume;
   if (Status bad = forbid(plan, arguments.forbid)) return *bad;
+  // Of the scan as it came: what was filled or taken away says nothing of the scanner.
   if (!plan.structures.empty() && !plan.structures[0].shape.is_label())
     plan.quality = data_tools::scan_quality(*scan, plan.structures[0].shape);
+  scan = source.volume;
   for (const std::string& file : arguments.plans)
     if (Status bad = add_plan(plan, file, *scan)) return *bad;
   ProgressLine progress("importing");
@@ -186,7 +212,9 @@ Result<Outcome> run_import(const ImportArguments& arguments) {
   outputs.write(arguments.screenshot, [&] {
     source.plan = plan;
     source.case_name = name;
-    return draw(source, arguments.screenshot, arguments.side);
+    // Spines are operated on from behind.
+    const bool is_spine = arguments.side.empty() && arguments.preset.name == "spine";
+    return draw(source, arguments.screenshot, is_spine ? "back" : arguments.side);
   });
   if (Status bad = outputs.result()) return *bad;
   const bool is_straight = scan->frame.is_orthogonal();

@@ -182,16 +182,18 @@ Json series_json(const std::vector<data_tools::SeriesFacts>& series) {
 std::string series_text(const std::vector<data_tools::SeriesFacts>& series) {
   if (series.empty()) return "";
   std::string text =
-      "  series  volume  kind  size               spacing, mm         date      kernel    description\n";
+      "  series  volume  kind  size               spacing, mm            date      kernel    description\n";
   for (const data_tools::SeriesFacts& s : series) {
     const std::string size = format_text("%d x %d x %d", s.size.x, s.size.y, s.size.z);
     const std::string spacing =
         s.problem.empty() ? format_text("%.3g x %.3g x %.3g", s.spacing.x, s.spacing.y, s.spacing.z) : "-";
     const std::string volume =
         s.volumes > 1 ? format_text("%d of %d", s.volume, s.volumes) : std::string("-");
-    text += format_text("  %6d  %6s  %-4s  %-17s  %-18s  %-8s  %-8s  ", s.series, volume.c_str(),
+    std::string kernel = s.kernel;  // several values, as DICOM parts them
+    std::replace(kernel.begin(), kernel.end(), '\\', ' ');
+    text += format_text("  %6d  %6s  %-4s  %-17s  %-21s  %-8s  %-8s  ", s.series, volume.c_str(),
                         s.is_localizer ? "plan" : s.modality.c_str(), size.c_str(), spacing.c_str(),
-                        s.date.c_str(), s.kernel.c_str()) +
+                        s.date.c_str(), kernel.c_str()) +
             s.description + (s.mark.empty() ? "" : " (" + s.mark + ")") +
             (s.problem.empty() ? "" : ": " + s.problem) + "\n";
   }
@@ -214,6 +216,9 @@ Result<Outcome> run_info(const InfoArguments& arguments) {
     return Error{"quality is measured on one scan", "quality", is_session ? "a session" : "a list",
                  "a scan or a case",
                  is_session ? "ask it of the scan that was operated on" : "leave --list away"};
+  if (arguments.is_listing && data_tools::is_case_folder(arguments.source.path))
+    return Error{"a case holds one scan, and no series", "list", "a case", "a DICOM folder",
+                 "leave --list away"};
   if (arguments.is_listing) return list(arguments.source.path);
   if (is_session) return describe_session(arguments.source.path);
   data_tools::OutputSet outputs;
@@ -284,19 +289,23 @@ Result<Outcome> run_info(const InfoArguments& arguments) {
   json["read_seconds"] = source.read_seconds;
   const glm::dvec3 near = v.frame.origin(), far = v.frame.world_from_volume(glm::dvec3(v.size - 1));
   outcome.text =
-      source.name + ": " + source.format + (source.modality.empty() ? "" : ", " + source.modality) + "\n  " +
-      size_text(v) + "\n" +
+      for_terminal(source.name, true) + ": " + source.format +
+      (source.modality.empty() ? "" : ", " + source.modality) + "\n  " + size_text(v) + "\n" +
       format_text("  from (%.1f, %.1f, %.1f) to (%.1f, %.1f, %.1f) mm, patient frame LPS%s\n", near.x, near.y,
                   near.z, far.x, far.y, far.z, v.frame.is_orthogonal() ? "" : ", sheared") +
-      format_text("  values %d to %d%s, mean %.1f\n", *low, *high, v.is_hounsfield ? " HU" : "", mean);
+      format_text("  values %d to %d%s, mean %.1f\n", *low, *high,
+                  v.is_hounsfield ? " HU" : ", not known to be HU", mean);
   if (source.plan)
     for (const data_tools::CaseStructure& s : source.plan->structures)
       outcome.text += "  structure " + s.shape.name + ": " + describe(s.shape, v.is_hounsfield) +
                       (s.is_touchable ? "" : ", not touched") + (s.is_forbidden ? ", forbidden" : "") + "\n";
   if (source.plan)
     for (const data_tools::CaseTrajectory& t : source.plan->trajectories)
-      outcome.text += format_text("  trajectory %s: %.1f mm long\n", t.name.c_str(),
-                                  glm::length(t.target_world - t.entry_world));
+      outcome.text += format_text(
+          "  trajectory %s: %.1f mm long%s, from (%.1f, %.1f, %.1f) to (%.1f, %.1f, %.1f)\n", t.name.c_str(),
+          glm::length(t.target_world - t.entry_world),
+          t.diameter > 0 ? format_text(", %.3g mm thick", t.diameter).c_str() : "", t.entry_world.x,
+          t.entry_world.y, t.entry_world.z, t.target_world.x, t.target_world.y, t.target_world.z);
   if (source.plan)
     for (const data_tools::CaseLandmark& l : source.plan->landmarks)
       outcome.text += format_text("  landmark %s: (%.1f, %.1f, %.1f) mm\n", l.name.c_str(), l.place_world.x,
@@ -310,6 +319,9 @@ Result<Outcome> run_info(const InfoArguments& arguments) {
     for (const std::string& name : v.label_names) outcome.text += " " + name;
     outcome.text += "\n";
   }
+  for (const data_tools::SegmentFacts& segment : source.segments)
+    outcome.text += format_text("  segment %s: value %d%s\n", segment.name.c_str(), segment.value,
+                                segment.layer > 0 ? format_text(", layer %d", segment.layer).c_str() : "");
   return outcome;
 }
 
@@ -317,7 +329,8 @@ Run build(Options& options) {
   auto a = std::make_shared<InfoArguments>();
   add_source(options, a->source).required();
   options.add("--quality", a->has_quality,
-              "Also blur, noise, the thinnest bone, and what a hand can feel of it at the least");
+              "Also blur, noise, the thinnest bone, and what a hand can feel of it at the least "
+              "(docs/accuracy.md says what that means)");
   options.add("--chart", a->chart, "The same, and a picture of the edges that it was measured at")
       .type("PNG");
   options.add("--list", a->is_listing, "Only what series and volumes a DICOM folder holds, whole or not");

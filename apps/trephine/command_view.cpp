@@ -74,8 +74,9 @@ class Host {
     auto started = workbench::start_recording(record, operation.value());
     if (!started) return started.error();
     view::OpenedScene opened{
-        {operation.value().engine()}, source.name, std::move(started).value(), "", {path}};
+        {operation.value().engine()}, source.name, std::move(started).value(), "", {path}, {}};
     if (opened.recorder) opened.session_file = record.file;
+    if (source.plan) opened.plan = workbench::plan_overlays(*source.plan);
     return opened;
   }
 
@@ -124,7 +125,7 @@ Result<Outcome> run_view(const ViewArguments& arguments) {
   options.screenshot = arguments.screenshot;
   options.side = side_of(arguments.side);
   options.has_tool = arguments.side.empty();  // a picture from a side is of the anatomy and its plan
-  if (source.plan) options.overlays = workbench::plan_overlays(*source.plan);
+  if (source.plan) options.plan = workbench::plan_overlays(*source.plan);
   options.title = arguments.screenshot.empty() ? source.name : source.written_name();
   // A screenshot alone needs no window; --seconds asks for one.
   options.is_offscreen = !view::has_display() || (!arguments.screenshot.empty() && !arguments.seconds);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <csignal>
 #include <cstdio>
+#include <sstream>
 
 #include "apps/trephine/build_info.h"
 #include "apps/trephine/commands.h"
@@ -23,8 +24,11 @@ int finish(const std::string& name, bool wants_json, const Result<Outcome>& resu
   if (!result) {
     if (wants_json)
       std::printf("%s\n", text_of_json(error_report(name, result.error())).c_str());
-    else
-      std::fprintf(stderr, "error: %s\n", for_terminal(result.error().message()).c_str());
+    else {
+      Error error = result.error();
+      for (std::string* text : {&error.where, &error.found}) *text = for_terminal(*text, true);
+      std::fprintf(stderr, "error: %s\n", for_terminal(error.message()).c_str());
+    }
     return exit_code_of(result.error());
   }
   const Outcome& outcome = result.value();
@@ -33,14 +37,33 @@ int finish(const std::string& name, bool wants_json, const Result<Outcome>& resu
   return std::fflush(stdout) == 0 ? outcome.exit_code : int{exit_missing_here};
 }
 
+/// Of words that were not expected: an option that is none makes what follows it one too many, and is what is
+/// wrong.
+std::string options_first(const std::string& words) {
+  std::istringstream list(words);
+  std::string options, others;
+  for (std::string word; list >> word;) {
+    std::string& to = word.starts_with("-") ? options : others;
+    to += (to.empty() ? "" : " ") + word;
+  }
+  return options.empty() ? others : options;
+}
+
 /// What could not be read of the command line, in our words.
 Error unreadable(const CLI::ParseError& error, const std::string& name) {
   const std::string why = error.what(), rest = why.substr(std::min(why.size(), why.find(": ") + 2));
   const std::string help = "see: trephine " + name + " --help";
   if (dynamic_cast<const CLI::ConversionError*>(&error))
-    return {"the value of an option cannot be read", name, rest, "a value as its help says", help};
+    return {"the value of an option cannot be read", name, rest,
+            "a value as its help says: numbers without a unit", help};
+  if (const std::size_t at = rest.find(" not in {"); at != std::string::npos && rest.ends_with("}")) {
+    std::string words = rest.substr(at + 9, rest.size() - at - 10);
+    for (std::size_t i = 0; (i = words.find(',', i)) != std::string::npos; i += 2) words.insert(i + 1, " ");
+    return {"the option does not take this value", why.substr(0, why.find(": ")), rest.substr(0, at),
+            "one of " + words, help};
+  }
   if (dynamic_cast<const CLI::ExtrasError*>(&error) && !name.empty() && !name.starts_with("-"))
-    return {"there is no such option, or nothing more is expected", name, rest, "", help};
+    return {"there is no such option, or nothing more is expected", name, options_first(rest), "", help};
   if (name.empty() || name.starts_with("-")) return {why, "", "", "", "see: trephine --help"};
   for (const Command* known : k_commands)
     if (known->name == name) return {why, name, "", "", "see: trephine " + name + " --help"};

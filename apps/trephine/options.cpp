@@ -9,6 +9,7 @@
 #include <filesystem>
 
 #include "data-tools/atomic_file.h"
+#include "data-tools/names_met.h"
 #include "haptics/proxy/methods.h"
 
 namespace trephine::app {
@@ -74,12 +75,13 @@ Option Options::add(const char* names, std::int64_t& value, const std::string& h
 Option Options::add(const char* names, std::uint64_t& value, const std::string& help) {
   CLI::Option* option = app_->add_option(names, value, help);
   const std::string type = option->get_type_name();
-  const auto is_too_large = [](const std::string& text) {  // which is the largest one that there is, else
+  const auto is_whole = [](const std::string& text) -> std::string {  // "" when it is
     errno = 0;
     std::strtoull(text.c_str(), nullptr, 10);
-    return errno == ERANGE ? "Value " + text + " is too large: at most 18446744073709551615" : std::string();
+    const bool is_number = !text.empty() && text.find_first_not_of("0123456789") == std::string::npos;
+    return is_number && errno != ERANGE ? "" : text + " is no whole number from 0 to 18446744073709551615";
   };
-  option->check(CLI::NonNegativeNumber)->check(is_too_large)->type_name(type);
+  option->check(is_whole)->type_name(type);
   return keep(names, option);
 }
 Option Options::add(const char* names, std::vector<std::string>& value, const std::string& help) {
@@ -153,6 +155,7 @@ std::vector<std::pair<std::string, std::string>> Options::names_given() const {
         add(it->path(), "a file of " + option->shown);
     }
   }
+  for (const std::string& name : data_tools::names_met()) add(name, "a file in it");
   // The longest first: one may be part of another.
   std::stable_sort(names.begin(), names.end(),
                    [](const auto& a, const auto& b) { return a.first.size() > b.first.size(); });
@@ -186,6 +189,8 @@ void add_reading(Options& options, workbench::SourceChoice& source) {
   options.add("--volume", source.volume, "Of a series or file with several: echoes, phases, 4-D").type("N");
   options.add("--resample", source.is_resampled, "Interpolate slices that are missing or uneven");
   options.add("--padding-to-air", source.maps_padding, "What the scanner calls padding becomes air (CT)");
+  options.add("--hounsfield", source.is_hounsfield,
+              "Its values are Hounsfield units, though the file does not say so");
   options.add("--spacing", source.spacing, "Size of a voxel, mm, of a file that does not say it")
       .type("X,Y,Z");
   options

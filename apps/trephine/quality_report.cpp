@@ -31,10 +31,11 @@ std::string quality_text(const data_tools::ScanQuality& q, bool is_hounsfield, d
   std::string text = "  sharpness: edges are blurred by ";
   if (q.blur_in_plane)
     text += (q.is_rough ? "about " : "") + mm(q.blur_in_plane) + " within slices, " +
-            (q.blur_across ? mm(q.blur_across) : std::string("an unknown amount")) +
+            (q.blur_across ? mm(q.blur_across) : std::string("an unknown amount (too few edges lie level)")) +
             format_text(" from slice to slice (sigma, at %d edges)\n", q.edges);
   else
-    text += format_text("an unknown amount: only %d edges lie free enough to be measured\n", q.edges);
+    text += format_text("an unknown amount: only %d edge%s free enough to be measured\n", q.edges,
+                        q.edges == 1 ? " lies" : "s lie");
   text += "  noise: " + (q.noise ? format_text("%.0f%s", *q.noise, unit) : std::string("unknown")) +
           format_text("; slices are %.3g mm apart\n", q.slice_step);
   text += format_text("  what is solid (from %.0f%s): ", low, unit);

@@ -96,7 +96,7 @@ std::string name_in_report(const workbench::Source& source) {
   return keeps_identity() ? source.name : source.written_name();
 }
 
-std::string for_terminal(const std::string& text) {
+std::string for_terminal(const std::string& text, bool is_one_line) {
   std::string out;
   const auto byte = [&text](std::size_t i) {
     return i < text.size() ? static_cast<unsigned char>(text[i]) : static_cast<unsigned char>(0);
@@ -114,7 +114,8 @@ std::string for_terminal(const std::string& text) {
       ++i;
       continue;
     }
-    const bool is_control = (c < 0x20 && c != '\n') || c == 0x7f || (c == 0xc2 && byte(i + 1) < 0xa0);
+    const bool is_control =
+        (c < 0x20 && (c != '\n' || is_one_line)) || c == 0x7f || (c == 0xc2 && byte(i + 1) < 0xa0);
     // What turns the direction of writing around: U+202A to 202E, U+2066 to 2069.
     const bool is_turn = c == 0xe2 && ((byte(i + 1) == 0x80 && byte(i + 2) >= 0xaa && byte(i + 2) <= 0xae) ||
                                        (byte(i + 1) == 0x81 && byte(i + 2) >= 0xa6 && byte(i + 2) <= 0xa9));
@@ -127,7 +128,7 @@ std::string for_terminal(const std::string& text) {
   return out;
 }
 
-void notice(const std::string& text) { std::fprintf(stderr, "%s\n", for_terminal(text).c_str()); }
+void notice(const std::string& text) { std::fprintf(stderr, "%s\n", for_terminal(text, true).c_str()); }
 
 workbench::Listener person() {
   return {notice, [](const char* what) {
@@ -226,7 +227,7 @@ void say_where(const haptics::TouchScene& scene, const haptics::PosePath& path) 
   const auto box = [](const glm::dvec3& a, const glm::dvec3& b) {
     return format_text("x %.0f to %.0f, y %.0f to %.0f, z %.0f to %.0f mm", a.x, b.x, a.y, b.y, a.z, b.z);
   };
-  notice("note: the path never met the shape with the button pressed\n  the shape lies within " +
+  notice("note: the path never met the shape with the button pressed; the shape lies within " +
          box(shape_low, shape_high) + "\n  the path runs within   " + box(path_low, path_high) +
          "\n  (x to the patient's left, y to the back, z up)");
 }

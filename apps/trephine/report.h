@@ -54,7 +54,8 @@ std::string program_name();
 Json memory_report(const haptics::TouchScene& scene, const volume::Version& version);
 
 /// Text as a terminal may be given it: what names in it could have a terminal do is shown, not done.
-std::string for_terminal(const std::string& text);
+/// On one line: ends of lines are shown, too, so that a name cannot look like a message.
+std::string for_terminal(const std::string& text, bool is_one_line = false);
 /// May names of folders and files stand in reports? Said once, by --keep-identity.
 bool keeps_identity();
 void keep_identity();

@@ -130,7 +130,8 @@ void MainWindow::begin(std::shared_ptr<const haptics::TouchScene> scene) {
     if (const Status error = operation_->start()) show_error(*error);
     drawn = &operation_->viewport();
   }
-  drawn->look_from(0);
+  drawn->look_from(options_.side);
+  drawn->set_plan(options_.plan);
   vtkNew<StylusStyle> style;
   style->SetDefaultRenderer(drawn->view().renderer());
   style->on_press = [this](bool is_down) {

@@ -99,6 +99,8 @@ void MainWindow::take_opened() {
   options_.session_file = o.session_file;
   options_.in_use = o.in_use;
   options_.start = std::move(o.start);
+  options_.plan = std::move(o.plan);
+  options_.side = 0;
   options_.title = o.title;
   clip_->setCurrentIndex(0);
   begin(options_.start->scene());

@@ -44,7 +44,7 @@ volume::Error no_display() {
           "",
           "DISPLAY is not set",
           "an X display",
-          "without one pictures can be written, but no window opened",
+          "without one --screenshot writes a picture, but no window opens",
           volume::ErrorKind::missing_here};
 }
 

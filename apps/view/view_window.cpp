@@ -73,7 +73,7 @@ Result<WindowReport> draw_once(const haptics::TouchScene& scene, const WindowOpt
     rest_stylus(*version,
                 options.start ? drawn_radius(options.start->engine.now().settings.hands[0].parameters) : 2,
                 picture);
-  if (!options.overlays.empty()) picture.show(options.overlays, {});
+  if (!options.plan.empty()) picture.set_plan(options.plan);
   picture.show_text(options.title, "");
   picture.draw();
   WindowReport report;
@@ -132,7 +132,8 @@ Result<WindowReport> run_plain_window(const haptics::TouchScene& scene, const Wi
   window->SetWindowName(options.title.c_str());
   OperationController operation(scene, options, window);
   if (volume::Status error = operation.start()) return *error;
-  operation.viewport().look_from(0);
+  operation.viewport().look_from(options.side);
+  operation.viewport().set_plan(options.plan);
 
   vtkNew<vtkRenderWindowInteractor> interactor;
   vtkNew<StylusStyle> style;

@@ -30,6 +30,7 @@ struct OpenedScene {
   std::unique_ptr<sim::SessionWriter> recorder;
   std::string session_file;         ///< where the recorder writes; empty without
   std::vector<std::string> in_use;  ///< what it was read from: saving replaces none of it
+  sim::Overlays plan;               ///< shown beside the bone
 };
 
 /// What only the program around a window can do: find and read scans, begin recordings.
@@ -51,8 +52,8 @@ struct WindowOptions {
   std::function<bool()> wants_to_end = [] { return false; };
   std::string screenshot;  ///< PNG at the end; empty for none
   char side = 0;           ///< from which it is seen, as Viewport::look_from has it; 0: from the front, above
-  sim::Overlays overlays;  ///< in a picture that is all that is wanted: a plan
-  bool has_tool = true;    ///< in such a picture
+  sim::Overlays plan;      ///< shown beside the bone
+  bool has_tool = true;    ///< in a picture that is all that is wanted
   std::string title = "trephine";
   /// Draw the first frame and the screenshot into memory, no window (no display, or a screenshot is all that
   /// is wanted).

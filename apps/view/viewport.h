@@ -39,7 +39,9 @@ class Viewport {
   /// The stylus as a tick left it. `toward_viewer`: where an untouched stylus leans.
   void show_stylus(const haptics::ServoRecord& record, double burr_radius, const volume::Version& version,
                    const glm::dvec3& toward_viewer);
-  /// What is shown beside the bone, and no more; `hands`: the newest tick of each.
+  /// What is shown beside the bone at all times: a plan.
+  void set_plan(sim::Overlays plan);
+  /// What else is shown beside it, and no more; `hands`: the newest tick of each.
   void show(std::span<const sim::Overlay> overlays, std::span<const haptics::ServoRecord> hands);
   std::size_t overlay_count() { return view_.overlays().size(); }
   void show_text(const std::string& corner, const std::string& foot) { view_.show_text(corner, foot); }
@@ -63,6 +65,7 @@ class Viewport {
   bool is_complete() const;
 
  private:
+  sim::Overlays plan_;
   const haptics::TouchScene* scene_;
   vtkRenderWindow* window_;
   BoneView view_;

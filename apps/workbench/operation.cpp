@@ -210,13 +210,26 @@ Result<OpenedTouch> open_touch(const SourceChoice& src, const ShapeChoice& choic
 }
 
 sim::Overlays plan_overlays(const data_tools::CasePlan& plan) {
-  constexpr double k_before = 30, k_cross = 3;  // mm
+  constexpr double k_before = 20, k_cross = 3;  // mm
+  constexpr int k_corners = 24;
   sim::Overlay overlay;
   for (const data_tools::CaseTrajectory& t : plan.trajectories) {
     const glm::dvec3 outward = glm::normalize(t.entry_world - t.target_world);
     const glm::dvec3 begin = t.entry_world + k_before * outward;
     overlay.lines.push_back({begin, t.target_world});
     overlay.labels.push_back({begin, t.name});
+    // A ring where it goes in and one where it ends, as wide as it is planned.
+    const glm::dvec3 aside = glm::normalize(
+        glm::cross(outward, std::abs(outward.x) < 0.8 ? glm::dvec3(1, 0, 0) : glm::dvec3(0, 1, 0)));
+    const glm::dvec3 across = glm::cross(outward, aside);
+    const double radius = t.diameter > 0 ? 0.5 * t.diameter : 0.5 * k_cross;
+    const auto on_ring = [&](int corner) {
+      const double angle = corner * 2 * 3.14159265358979323846 / k_corners;
+      return radius * (std::cos(angle) * aside + std::sin(angle) * across);
+    };
+    for (const glm::dvec3& middle : {t.entry_world, t.target_world})
+      for (int corner = 0; corner < k_corners; ++corner)
+        overlay.lines.push_back({middle + on_ring(corner), middle + on_ring(corner + 1)});
   }
   for (const data_tools::CaseLandmark& l : plan.landmarks) {
     for (int a = 0; a < 3; ++a) {

@@ -26,10 +26,19 @@ constexpr std::array<Preset, 2> k_presets{{{"skull", 300, 700, 2, 1}, {"spine", 
 constexpr double k_thin_share = 0.5;  ///< of the threshold: what thin bone may have fallen to
 constexpr double k_most_thin_mm = 10;
 
-const Preset* find(const std::string& name) {
+const Preset* find(std::string name) {
+  for (char& c : name) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
   const auto found = std::find_if(k_presets.begin(), k_presets.end(),
                                   [&](const Preset& preset) { return name == preset.name; });
   return found == k_presets.end() ? nullptr : &*found;
+}
+
+bool is_empty(const volume::Volume& v, const volume::Shape& shape) {
+  if (shape.is_label())
+    return std::none_of(v.labels.span().begin(), v.labels.span().end(),
+                        [&](std::uint8_t label) { return label == shape.label; });
+  return std::none_of(v.voxels.span().begin(), v.voxels.span().end(),
+                      [&](std::int16_t value) { return shape.is_solid(value); });
 }
 
 void take(Source& source, Result<volume::Volume> made) {
@@ -67,7 +76,7 @@ Result<volume::Shape> bring_out(Source& source, const PresetChoice& choice, cons
   const Preset* preset = choice.name.empty() ? nullptr : find(choice.name);
   if (preset && !source.volume->is_hounsfield)
     return Error{"a preset is for CT", "preset", "a scan that is not in Hounsfield units", "CT",
-                 "choose an iso value, or --auto"};
+                 "choose an iso value, or --auto; say --hounsfield if it is a CT"};
   volume::Shape shape;
   if (preset) {
     shape.name = "bone";
@@ -76,6 +85,14 @@ Result<volume::Shape> bring_out(Source& source, const PresetChoice& choice, cons
     auto chosen = choose_shape(source, shape_choice, listener);
     if (!chosen) return chosen;
     shape = chosen.value();
+  }
+  if (is_empty(*source.volume, shape)) {
+    const auto [low, high] =
+        std::minmax_element(source.volume->voxels.span().begin(), source.volume->voxels.span().end());
+    return Error{"there is nothing of that shape", "shape",
+                 "no voxel of " + describe(shape, source.volume->is_hounsfield) + "; the scan has " +
+                     std::to_string(*low) + " to " + std::to_string(*high),
+                 "some", "choose another iso value or window"};
   }
   const auto percent_of_voxels = [&](std::int64_t voxels) {
     return 100 * static_cast<double>(voxels) / static_cast<double>(source.volume->voxels.size());

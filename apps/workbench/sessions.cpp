@@ -48,6 +48,8 @@ Result<std::unique_ptr<sim::SessionWriter>> start_recording(const RecordChoice& 
 }
 
 bool is_session_file(const std::string& path) {
+  if (std::error_code error; !std::filesystem::is_regular_file(path, error))
+    return false;  // a pipe would wait
   std::ifstream in(path, std::ios::binary);
   char magic[8] = {};
   return in.read(magic, sizeof magic) && std::string_view(magic, sizeof magic) == sim::k_session_magic;

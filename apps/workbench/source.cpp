@@ -4,6 +4,7 @@
 #include <charconv>
 #include <cmath>
 #include <cstdio>
+#include <filesystem>
 #include <fstream>
 
 #include "apps/workbench/clock.h"
@@ -78,6 +79,8 @@ Result<Source> open_source(const SourceChoice& choice, const Listener& listener)
     source.format = "phantom";
     source.modality = "CT";
     source.read_seconds = seconds_since(start);
+    if (std::error_code error; std::filesystem::exists(src, error))
+      listener.notice("note: " + src + " is the phantom that is built in; what lies here is ./" + src);
     return source;
   }
   data_tools::OpenOptions options;
@@ -114,6 +117,11 @@ Result<Source> open_source(const SourceChoice& choice, const Listener& listener)
   }
   if (!o.uses_given_frame && (!choice.spacing.empty() || !choice.axes.empty()))
     o.notices.emplace_back("the spacing and axes that were given were not taken: the file says its own");
+  if (choice.is_hounsfield) {
+    o.volume.is_hounsfield = true;
+    if (o.modality.empty()) o.modality = "CT";
+    if (source.plan) source.plan->is_hounsfield = true;
+  }
   source.volume = std::make_shared<const volume::Volume>(std::move(o.volume));
   source.name = data_tools::file_name(src);
   source.format = o.format;
@@ -121,6 +129,7 @@ Result<Source> open_source(const SourceChoice& choice, const Listener& listener)
   source.notices = o.notices;
   source.facts = o.facts;
   source.series = o.series;
+  source.segments = o.segments;
   source.read_seconds = o.read_seconds;
   for (const std::string& text : source.notices) listener.notice("note: " + text);
   return source;
@@ -160,12 +169,16 @@ Result<volume::Shape> choose_shape(const Source& source, const ShapeChoice& choi
     return shape;
   }
   if (!source.volume->is_hounsfield) {
+    const auto voxels = source.volume->voxels.span();
+    if (const auto [low, high] = std::minmax_element(voxels.begin(), voxels.end()); *low == *high)
+      return Error{"there is nothing to tell apart in this scan", source.name,
+                   "every voxel is " + std::to_string(*low), "a scan of something", "is it the right file?"};
     const std::string parted = std::to_string(volume::otsu_threshold(*source.volume));
     if (!choice.is_auto)
       return Error{"which shape is meant?", source.name,
                    "a volume that is not in Hounsfield units; its histogram parts at " + parted,
                    "an iso value, a window or a label",
-                   "--auto takes " + parted + "; or look at the range of its values"};
+                   "--auto takes " + parted + ", --hounsfield says that it is CT; or look at its values"};
     shape.low = std::stod(parted);
     shape.name = "auto";
     listener.notice("shape: " + parted + " and above, where the histogram parts");
@@ -205,10 +218,12 @@ volume::Status keep_largest(Source& source, const volume::Shape& shape, const Li
 void offer_largest(const Source& source, const volume::Shape& shape, const Listener& listener) {
   constexpr double k_in_the_way = 0.005;  // of the largest
   const volume::ShapeParts parts = volume::parts_of(source.volume, shape);
-  if (static_cast<double>(parts.second) < k_in_the_way * static_cast<double>(parts.largest)) return;
+  if (parts.count < 2 ||
+      static_cast<double>(parts.second) < k_in_the_way * static_cast<double>(parts.largest))
+    return;
   listener.notice(format_text(
-      "note: %d parts hang apart from the largest, one of %.1f %% of its size (a table or a holder?): "
-      "--largest takes them away",
+      "note: %d parts hang apart from the largest, one of %.1f %% of its size (a table, a holder, another "
+      "bone?): --largest, of the commands that have it, takes them away",
       parts.count - 1, 100.0 * static_cast<double>(parts.second) / static_cast<double>(parts.largest)));
 }
 

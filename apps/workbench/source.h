@@ -28,6 +28,7 @@ struct SourceChoice {
   int series = 0, volume = 0;                     ///< of several, from 1; 0: the one most probably meant
   bool is_resampled = false;                      ///< missing and uneven slices are interpolated
   bool maps_padding = false;                      ///< the scanner's padding becomes air
+  bool is_hounsfield = false;                     ///< its values are, though its file does not say so
   std::optional<double> scale;                    ///< a voxel's step in the file's units
   std::string spacing;                            ///< "X,Y,Z" or "S" in mm, of a file that does not say it
   std::string axes;                               ///< where its axes go: three letters; empty: "LPS"
@@ -50,6 +51,7 @@ struct Source {
   std::vector<std::string> notices;
   std::vector<std::pair<std::string, std::string>> facts;  ///< how it was scanned, of nobody
   std::vector<data_tools::SeriesFacts> series;             ///< what else could have been opened
+  std::vector<data_tools::SegmentFacts> segments;          ///< of a segmentation
   double read_seconds = 0;
 };
 

@@ -15,15 +15,19 @@ const std::vector<std::string> k_planted{
 class Identity : public Command {
  protected:
   Identity() {
-    // A ball of bone: 24 slices of 24 x 24 at 4 mm.
-    fs::create_directory(folder_ / scan_);
-    for (int z = 0; z < 24; ++z) {
+    write_scan(scan_, 24, "1.2.752.24.7");
+    write("LEHMANN.csv", "t,x,y,z\n0,0,0,60\n0.1,0,0,44\n0.3,0,0,42\n");
+  }
+  /// A ball of bone: 24 slices of 24 x 24 at 4 mm, or the first of them.
+  void write_scan(const std::string& folder, int slices, const std::string& series) {
+    fs::create_directories(folder_ / folder);
+    for (int z = 0; z < slices; ++z) {
       scenes::SliceOf slice;
       slice.size = {24, 24};
       slice.spacing = {4, 4};
       slice.position = {-46, -46, 4.0 * z - 46};
       slice.number = z + 1;
-      slice.series = "1.2.752.24.7";
+      slice.series = series;
       slice.description = "Head for Dr. WEBER";
       for (int y = 0; y < 24; ++y)
         for (int x = 0; x < 24; ++x) {
@@ -34,9 +38,8 @@ class Identity : public Command {
       file.set(0x00100010, "PN", "ZIMMERMANN^Erika").set(0x00100020, "LO", "KENNUNG-4711");
       file.set(0x00080080, "LO", "SPITAL-WEIT").set(0x00080020, "DA", "19560401");
       file.set(0x00100030, "DA", "19560401").set(0x00081030, "LO", "zimmermann study");
-      file.write(file_in(scan_, "SCHMIDT_" + std::to_string(z) + ".dcm"));
+      file.write(file_in(folder, "SCHMIDT_" + std::to_string(z) + ".dcm"));
     }
-    write("LEHMANN.csv", "t,x,y,z\n0,0,0,60\n0.1,0,0,44\n0.3,0,0,42\n");
   }
   std::string file_in(const std::string& folder, const std::string& name) const {
     return (folder_ / folder / name).string();
@@ -94,6 +97,31 @@ TEST_F(Identity, StandsInNothingThatIsWritten) {
     EXPECT_TRUE(fs::exists(folder_ / "written" / made)) << made;
 }
 
+/// Names inside of archives and indexes, which no option gave; descriptions in notices.
+TEST_F(Identity, StandsInNoNoticeOfDisksAndArchives) {
+  write_scan("disk/WEBER_H/LEHMANN", 24, "1.2.752.24.7");
+  scenes::DicomFile()
+      .set(0x00080016, "UI", "1.2.840.10008.1.3.10")
+      .set_items(0x00041220, {scenes::DicomFile().set(0x00041500, "CS", "WEBER_H\\VOGEL\\IM1"),
+                              scenes::DicomFile().set(0x00041500, "CS", "WEBER_H\\LEHMANN\\KRAUSE")})
+      .write((folder_ / "disk/DICOMDIR").string());
+  write("disk/WEBER_H/LEHMANN/MUSTERMANN.txt", "hello");
+  const auto shell = [&](const std::string& command) {
+    return std::system(("cd '" + folder_.string() + "' && " + command).c_str()) == 0;
+  };
+  ASSERT_TRUE(shell(
+      "tar cf whole.tar -C disk . && rm disk/WEBER_H/LEHMANN/SCHMIDT_9.dcm && tar cf gap.tar -C disk ."));
+  write_scan("two/WEBER_H", 24, "1.2.752.24.7");
+  write_scan("two/LEHMANN", 12, "1.2.752.24.8");
+  for (const char* what :
+       {"info whole.tar", "info gap.tar", "info disk", "info two", "convert whole.tar -o w.mha"}) {
+    const std::string answer = said(what);
+    EXPECT_EQ(named(answer), "") << what << "\n" << answer;
+  }
+  EXPECT_NE(run("info whole.tar").err.find("VOGEL"), std::string::npos) << "people are told";
+  EXPECT_NE(run("info gap.tar").err.find("SCHMIDT_8"), std::string::npos) << "people are told";
+}
+
 /// What is drawn in a picture stands in its description too, so that it can be looked for.
 TEST_F(Identity, IsLookedForWhereItWouldStand) {
   ASSERT_EQ(run("import " + quoted_ + " --name VOGEL -o case").exit_code, 0);
@@ -112,6 +140,8 @@ TEST_F(Identity, NamesDoNothingToATerminal) {
   for (const char c : {'\x1b', '\x07'}) EXPECT_EQ(r.err.find(c), std::string::npos) << r.err;
   EXPECT_NE(r.err.find("\\x1b]0;owned"), std::string::npos) << r.err;
   EXPECT_EQ(r.err.find("\xe2\x80\xae"), std::string::npos);
+  EXPECT_NE(run("info 'x\nnote: all is well.mha'").err.find("x\\x0anote"), std::string::npos)
+      << "no line of ours";
   ASSERT_EQ(run("phantom sphere --size 24 -o s.mha").exit_code, 0);
   fs::rename(folder_ / "s.mha", folder_ / "s\x1b[31m\xff\xc3\xbc.mha");
   const Ended info = run("info 's\x1b[31m\xff\xc3\xbc.mha'");

@@ -95,12 +95,12 @@ class Window : public ::testing::Test {
                             const WindowHost::Listener&) -> volume::Result<OpenedScene> {
       if (source.find("bad") != std::string::npos)
         return volume::Error{"there is no such file or folder", "bad", "", "a scan", "check the spelling"};
-      return OpenedScene{start_on(ball(40)), "another ball", nullptr, "", {}};
+      return OpenedScene{start_on(ball(40)), "another ball", nullptr, "", {}, {}};
     };
     options_.host.reshape = [this](double low, double,
                                    const WindowHost::Listener&) -> volume::Result<OpenedScene> {
       reshaped_low_ = low;
-      return OpenedScene{start_on(ball(48)), "reshaped", nullptr, "", {}};
+      return OpenedScene{start_on(ball(48)), "reshaped", nullptr, "", {}, {}};
     };
   }
   ~Window() override { fs::remove_all(folder_); }

@@ -114,7 +114,7 @@ TEST_F(Window, OpensOneThingAtATimeAndGivesItUpWhenAsked) {
         return volume::Error{"given up", "", "", "", "", volume::ErrorKind::interrupted};
       std::this_thread::sleep_for(std::chrono::milliseconds(5));
     }
-    return OpenedScene{start_on(ball(40)), "another ball", nullptr, "", {}};
+    return OpenedScene{start_on(ball(40)), "another ball", nullptr, "", {}, {}};
   };
   MainWindow window(scene_, options_);
   window.show();

@@ -261,6 +261,18 @@ TEST_F(Dicom, WhatADisksIndexNamesIsThere) {
   index({"SE1\\IM1001", "SE1\\IM1004", "SE1\\IM1006"});
   expect_refused({"SE1/IM1006", "index", "not there"});
   expect_refused({"SE1/IM1006", "index", "not there"}, {}, "DICOMDIR");
+  // As disks are mounted, and files copied: in lower case, with versions, with extensions.
+  for (const char* added : {"", ";1", ".dcm"}) {
+    fs::rename(path("SE1"), path(".before"));
+    fs::create_directory(path("se1"));
+    for (int k = 0; k < 5; ++k) {
+      const std::string number = std::to_string(k + 1);
+      fs::copy_file(path(".before/IM100" + number), path("se1/im100" + number + added));
+    }
+    expect_refused({std::string("se1/im1006") + added, "not there"});
+    fs::remove_all(path("se1"));
+    fs::rename(path(".before"), path("SE1"));
+  }
 }
 
 TEST_F(Dicom, DisksComeAsArchivesTooAndByTheirIndex) {

@@ -1,6 +1,7 @@
 // Plans and segmentations of other programs: their frames are honoured, and what is not said is asked for.
 #include "data-tools/plan_file.h"
 
+#include <cstring>
 #include <fstream>
 #include <glm/geometric.hpp>
 #include <gtest/gtest.h>
@@ -130,6 +131,7 @@ struct SegmentationOf {
   bool overlaps = false;
   double third_frame_z = 16;  ///< mm; slices are 2 apart, from 10 on
   bool has_colours = false;
+  scenes::Syntax syntax = scenes::Syntax::explicit_little;
 };
 std::string segmentation(const SegmentationOf& of) {
   using scenes::DicomFile;
@@ -177,7 +179,7 @@ std::string segmentation(const SegmentationOf& of) {
             static_cast<char>(pixels[static_cast<std::size_t>(at / 8)] | 1 << at % 8);
     }
   file.set_pixels(pixels);
-  return file.bytes();
+  return file.bytes(of.syntax);
 }
 
 TEST_F(Plans, SegmentationsOfDicomAreLabelsWithNames) {
@@ -210,6 +212,16 @@ TEST_F(Plans, SegmentationsOfDicomAreLabelsWithNames) {
   };
   expect_near(coloured.value().colours[1], {255, 0, 0});
   expect_near(coloured.value().colours[4], {0, 0, 255});
+  // Bytes that lie in words of the other order.
+  for (const int bits : {1, 8}) {
+    const auto words = write({bits, false, 16, false, scenes::Syntax::explicit_big});
+    ASSERT_TRUE(words.is_ok()) << words.error().message();
+    const auto plain = write({bits});
+    EXPECT_EQ(
+        std::memcmp(words.value().labels.data(), plain.value().labels.data(), plain.value().labels.bytes()),
+        0)
+        << bits;
+  }
   const auto refusal = [&](const SegmentationOf& of) {
     const auto labels = write(of);
     return labels ? std::string("it was read") : labels.error().message();

@@ -74,6 +74,23 @@ TEST(ScanQuality, OfAHeadItIsThatOfItsPhantom) {
   EXPECT_NEAR(*q.blur_across / expected, 1, 0.13) << "across, its vault has layers as thin as the blur";
 }
 
+/// A small field, in which edges are nearly everywhere.
+TEST(ScanQuality, TheNoiseOfASmallScanIsNotItsEdges) {
+  Volume v = volume::make_volume(glm::ivec3(30), volume::Frame()).value();
+  v.is_hounsfield = true;
+  for (int z = 0; z < 30; ++z)
+    for (int y = 0; y < 30; ++y)
+      for (int x = 0; x < 30; ++x) {
+        const std::size_t i = v.index(x, y, z);
+        const bool is_inside = std::hypot(x - 14.5, y - 14.5, z - 14.5) < 10;
+        v.voxels[i] = static_cast<std::int16_t>(
+            std::lround((is_inside ? 400 : -1000) + 10 * volume::hash_normal(9, i)));
+      }
+  const ScanQuality q = scan_quality(v, volume::Shape{});
+  ASSERT_TRUE(q.noise);
+  EXPECT_NEAR(*q.noise, 10, 2);
+}
+
 /// Its ends are shells over softer bone, and few of them: of what they would say nothing is said.
 TEST(ScanQuality, OfASpineNothingIsSaidFromSliceToSlice) {
   PhantomOptions options;
