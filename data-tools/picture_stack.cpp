@@ -29,6 +29,7 @@ namespace {
 constexpr const char* k_place_file = "stack.json";
 constexpr const char* k_kind = "trephine.stack";
 constexpr std::size_t k_most_pictures = 20'000;
+constexpr std::size_t k_ready_values = 16 << 20, k_ready_pages = 4096;  // of which only what is used is there
 
 bool is_picture(const std::string& name) {
   for (const char* end : {".png", ".tif", ".tiff", ".jpg", ".jpeg", ".bmp", ".pgm", ".jp2"})
@@ -203,23 +204,38 @@ Result<OpenedVolume> open_picture_stack(const std::string& path, const OpenOptio
       place ? volume::Frame::from_axes(place->origin, place->axes) : given_frame(opened, options, where);
   if (!frame) return frame.error();
 
-  // The first one's size, the memory for all of them then.
+  // Sizes first, the memory then. What is small is read at once into memory that lies ready: the library
+  // takes longer to load than a few pictures to read.
   const auto shared = SharedBytes::make(sizeof(PictureFacts));
-  if (!shared) return too_large(sizeof(PictureFacts), where);
+  auto values = SharedBytes::make(k_ready_values * sizeof(float));
+  auto faults = SharedBytes::make(std::max(k_ready_pages, slices.size()) * sizeof(PictureFacts));
+  if (!shared || !values || !faults) return too_large(k_ready_values * sizeof(float), where);
   const PictureFacts& first = *new (shared->data()) PictureFacts;
-  const auto name_of = [&slices](int work) { return slices[static_cast<std::size_t>(work)].name; };
-  const auto share_of = [&options](double from, double length) {
-    return [&options, from, length](double share) {
-      return !options.progress || options.progress(from + length * share);
-    };
+  const auto read_slice = [&](const PictureLibrary& library, const std::string& file, int page, std::size_t i,
+                              const PictureFacts& like) {
+    auto* const read = new (faults->data() + i * sizeof(PictureFacts)) PictureFacts(like);
+    const std::size_t area = static_cast<std::size_t>(like.width) * static_cast<std::size_t>(like.height);
+    library.read(file.c_str(), page, *read, reinterpret_cast<float*>(values->data()) + i * area);
   };
+  const auto is_small = [](const PictureFacts& of, std::size_t count) {
+    return of.fault[0] == 0 && of.width > 0 && of.height > 0 && count <= k_ready_pages &&
+           count * static_cast<std::size_t>(of.width) * static_cast<std::size_t>(of.height) <= k_ready_values;
+  };
+  const auto name_of = [&slices](int work) { return slices[static_cast<std::size_t>(work)].name; };
+  PictureFacts known;  // in each of the processes
   if (Status failed = with_library(
-          LoadedFormat::pictures, 1, where,
-          [&](const void* library, int) {
-            static_cast<const PictureLibrary*>(library)->describe(
-                slices[0].path.c_str(), *reinterpret_cast<PictureFacts*>(shared->data()));
+          LoadedFormat::pictures, static_cast<int>(std::min(slices.size(), k_ready_pages)), where,
+          [&](const void* loaded, int i) {
+            const auto& library = *static_cast<const PictureLibrary*>(loaded);
+            if (known.width == 0) library.describe(slices[0].path.c_str(), known);
+            if (i == 0) new (shared->data()) PictureFacts(known);
+            const auto pages = static_cast<std::size_t>(std::max(known.pages, 1));
+            if (!is_small(known, is_folder ? slices.size() : pages)) return;
+            const auto n = static_cast<std::size_t>(i);
+            for (std::size_t page = 0; page < (is_folder ? 1 : pages); ++page)
+              read_slice(library, slices[n].path, static_cast<int>(page), n + page, known);
           },
-          share_of(0, 0.1), name_of))
+          options.progress, name_of))
     return *failed;
   const auto refused = [](const Slice& slice, const std::string& found) {
     return Error{"a slice cannot be used", slice.name, found, "grey pictures of one size",
@@ -234,22 +250,23 @@ Result<OpenedVolume> open_picture_stack(const std::string& path, const OpenOptio
   Result<volume::Volume> made = make_room(size, frame, where);
   if (!made) return made.error();
   opened.volume = std::move(made).value();
-  const std::size_t count = opened.volume.voxels.size(), area = count / slices.size();
-  const auto values = SharedBytes::make(count * sizeof(float));
-  const auto faults = SharedBytes::make(slices.size() * sizeof(PictureFacts));
-  if (!values || !faults) return too_large(count * sizeof(float), where);
-  auto* const numbers = reinterpret_cast<float*>(values->data());
-  auto* const reads = reinterpret_cast<PictureFacts*>(faults->data());
-  for (std::size_t i = 0; i < slices.size(); ++i) new (reads + i) PictureFacts(first);
-  if (Status failed = with_library(
-          LoadedFormat::pictures, static_cast<int>(slices.size()), where,
-          [&](const void* library, int i) {
-            const Slice& slice = slices[static_cast<std::size_t>(i)];
-            static_cast<const PictureLibrary*>(library)->read(slice.path.c_str(), slice.page, reads[i],
-                                                              numbers + static_cast<std::size_t>(i) * area);
-          },
-          share_of(0.1, 0.9), name_of))
-    return *failed;
+  if (!is_small(first, slices.size())) {
+    const std::size_t bytes = opened.volume.voxels.size() * sizeof(float);
+    values = SharedBytes::make(bytes);
+    faults = SharedBytes::make(slices.size() * sizeof(PictureFacts));
+    if (!values || !faults) return too_large(bytes, where);
+    if (Status failed = with_library(
+            LoadedFormat::pictures, static_cast<int>(slices.size()), where,
+            [&](const void* library, int i) {
+              const auto n = static_cast<std::size_t>(i);
+              read_slice(*static_cast<const PictureLibrary*>(library), slices[n].path, slices[n].page, n,
+                         first);
+            },
+            options.progress, name_of))
+      return *failed;
+  }
+  const auto* const numbers = reinterpret_cast<const float*>(values->data());
+  const auto* const reads = reinterpret_cast<const PictureFacts*>(faults->data());
   const auto size_of = [](const PictureFacts& facts) {
     return std::to_string(facts.width) + " x " + std::to_string(facts.height);
   };

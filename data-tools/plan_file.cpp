@@ -130,7 +130,10 @@ Result<PlanFile> read_table(const std::string& text, const std::string& where, b
   std::map<std::string, std::size_t> column;
   std::optional<glm::dvec3> signs;
   PlanFile plan;
-  const auto name_columns = [&](const std::string& list) {
+  std::string header_at, header;
+  const auto name_columns = [&](const std::string& at, const std::string& list) {
+    header_at = at;
+    header = list.substr(0, 80);
     const auto cells = cells_of(list);
     for (std::size_t i = 0; i < cells.size(); ++i) column[cells[i]] = i;
   };
@@ -147,11 +150,11 @@ Result<PlanFile> read_table(const std::string& text, const std::string& where, b
       const auto value = cells_of(line.substr(equals + 1));
       if (line.find("CoordinateSystem") != std::string::npos && !(signs = signs_of(value[0])))
         return unknown_frame(here, value[0]);
-      if (line.find("columns") != std::string::npos) name_columns(line.substr(equals + 1));
+      if (line.find("columns") != std::string::npos) name_columns(here, line.substr(equals + 1));
       continue;
     }
     if (column.empty()) {
-      name_columns(line);
+      name_columns(here, line);
       continue;
     }
     const auto cells = cells_of(line);
@@ -175,10 +178,11 @@ Result<PlanFile> read_table(const std::string& text, const std::string& where, b
     const bool is_line = column.contains("entry_x") && column.contains("target_x");
     if (!is_line && !column.contains("x"))
       return Error{
-          "the table's columns are not known", here, "",
+          "the table's columns are not known", header_at, header,
           "name,x,y,z for landmarks; name,entry_x,entry_y,entry_z,target_x,target_y,target_z[,diameter] "
           "for trajectories",
-          "name them in the first line"};
+          header.find(';') != std::string::npos ? "part them by commas, not semicolons"
+                                                : "name them in the first line"};
     if (is_line) {
       if (name.empty()) name = "line-" + std::to_string(plan.trajectories.size() + 1);
       CaseTrajectory line_of{name, point_of("entry_"), point_of("target_"), 0};

@@ -85,6 +85,8 @@ TEST_F(Plans, TablesSayTheirColumnsAndTheirFrame) {
   EXPECT_EQ(slicer.value().landmarks[0].place_world, glm::dvec3(-10, -20, 30));
   EXPECT_TRUE(slicer.value().notices.empty());
   expect_refused("a.csv", "a,b,c\n1,2,3\n", "columns");
+  expect_refused("a.csv", "a,b,c\n1,2,3\n", "a.csv:1");
+  expect_refused("a.csv", "name;x;y;z\nnasion;1;2;3\n", "semicolons");
   expect_refused("a.csv", "name,x,y,z\nnasion,1,5,x7\n", "a.csv:2");
   expect_refused("a.csv", "name,x,y,z\nnasion,\"1,5\",2,3\n", "comma");
   expect_refused("a.csv", "name,x,y,z\n", "neither");

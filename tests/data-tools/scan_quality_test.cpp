@@ -103,13 +103,13 @@ TEST(ScanQuality, OfASpineNothingIsSaidFromSliceToSlice) {
 }
 
 TEST(ScanQuality, WallsAreAsThickAsTheyAre) {
-  for (const double thickness : {2.5, 6.0})
-    for (const double shear : {0.0, 15.0}) {
-      const Known known{glm::dvec3(0.5, 0.5, 0.8), 0.8, 10, shear, "plate", {{"thickness", thickness}}};
-      const ScanQuality q = scan_quality(make(known), volume::Shape{});
-      ASSERT_TRUE(q.thinnest);
-      EXPECT_NEAR(*q.thinnest / thickness, 1, 0.1) << shear;
-    }
+  const std::pair<double, double> cases[] = {{2.5, 15}, {6, 0}};
+  for (const auto& [thickness, shear] : cases) {
+    const Known known{glm::dvec3(0.5, 0.5, 0.8), 0.8, 10, shear, "plate", {{"thickness", thickness}}};
+    const ScanQuality q = scan_quality(make(known), volume::Shape{});
+    ASSERT_TRUE(q.thinnest);
+    EXPECT_NEAR(*q.thinnest / thickness, 1, 0.1) << shear;
+  }
 }
 
 /// From where on something is so, mm.
