@@ -222,6 +222,11 @@ Result<OpenedVolume> open_picture_stack(const std::string& path, const OpenOptio
            count * static_cast<std::size_t>(of.width) * static_cast<std::size_t>(of.height) <= k_ready_values;
   };
   const auto name_of = [&slices](int work) { return slices[static_cast<std::size_t>(work)].name; };
+  const auto share_of = [&options](double from, double length) {
+    return [&options, from, length](double share) {
+      return !options.progress || options.progress(from + length * share);
+    };
+  };
   PictureFacts known;  // in each of the processes
   if (Status failed = with_library(
           LoadedFormat::pictures, static_cast<int>(std::min(slices.size(), k_ready_pages)), where,
@@ -235,7 +240,7 @@ Result<OpenedVolume> open_picture_stack(const std::string& path, const OpenOptio
             for (std::size_t page = 0; page < (is_folder ? 1 : pages); ++page)
               read_slice(library, slices[n].path, static_cast<int>(page), n + page, known);
           },
-          options.progress, name_of))
+          share_of(0, 0.1), name_of))
     return *failed;
   const auto refused = [](const Slice& slice, const std::string& found) {
     return Error{"a slice cannot be used", slice.name, found, "grey pictures of one size",
@@ -262,7 +267,7 @@ Result<OpenedVolume> open_picture_stack(const std::string& path, const OpenOptio
               read_slice(*static_cast<const PictureLibrary*>(library), slices[n].path, slices[n].page, n,
                          first);
             },
-            options.progress, name_of))
+            share_of(0.1, 0.9), name_of))
       return *failed;
   }
   const auto* const numbers = reinterpret_cast<const float*>(values->data());

@@ -1,4 +1,5 @@
 #include "data-tools/toml_reader_impl.h"
+#include "data-tools/words.h"
 
 namespace trephine::data_tools {
 
@@ -18,22 +19,9 @@ std::optional<int> first_foreign_line(const std::string& text) {
       ++i;
       continue;
     }
-    // UTF-8: lead byte, then what it promises (RFC 3629, without overlong forms and surrogates).
-    const std::size_t more = byte >= 0xc2 && byte <= 0xdf   ? 1
-                             : byte >= 0xe0 && byte <= 0xef ? 2
-                             : byte >= 0xf0 && byte <= 0xf4 ? 3
-                                                            : 0;
-    if (more == 0 || i + more >= text.size()) return line;
-    std::uint32_t code = byte & (0x3fu >> more);
-    for (std::size_t k = 1; k <= more; ++k) {
-      const auto next = static_cast<unsigned char>(text[i + k]);
-      if ((next & 0xc0) != 0x80) return line;
-      code = code << 6 | (next & 0x3fu);
-    }
-    if ((more == 2 && (code < 0x800 || (code >= 0xd800 && code < 0xe000))) ||
-        (more == 3 && (code < 0x10000 || code > 0x10ffff)))
-      return line;
-    i += more + 1;
+    const std::size_t length = utf8_length(text, i);
+    if (length == 0) return line;
+    i += length;
   }
   return std::nullopt;
 }

@@ -1,9 +1,11 @@
-// Numbers and lists in sentences for people.
+// Numbers, lists and characters in sentences for people.
 #pragma once
 
 #include <algorithm>
+#include <cstdint>
 #include <cstdio>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace trephine::data_tools {
@@ -21,33 +23,52 @@ inline std::string counted(std::size_t n, const std::string& what) {
   return text.append(" ").append(what).append(n == 1 ? "" : "s");
 }
 
-/// The first of them, and how many more there are.
-/// As it is where it is UTF-8, else as Latin-1 has it.
-inline std::string utf8_text(const std::string& text) {
-  std::string latin;
-  bool is_utf8 = true;
-  for (std::size_t i = 0; i < text.size(); ++i) {
-    const auto c = static_cast<unsigned char>(text[i]);
-    if (c < 0x80) {
-      latin += text[i];
-      continue;
-    }
-    latin += static_cast<char>(0xc0 | c >> 6);
-    latin += static_cast<char>(0x80 | (c & 0x3f));
+/// How many bytes the character of UTF-8 has that begins at `at` (RFC 3629: no overlong forms, no
+/// surrogates); 0: none begins there.
+inline std::size_t utf8_length(std::string_view text, std::size_t at) {
+  const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(text[i]); };
+  if (byte(at) < 0x80) return 1;
+  const std::size_t more = byte(at) >= 0xc2 && byte(at) <= 0xdf   ? 1
+                           : byte(at) >= 0xe0 && byte(at) <= 0xef ? 2
+                           : byte(at) >= 0xf0 && byte(at) <= 0xf4 ? 3
+                                                                  : 0;
+  if (more == 0 || at + more >= text.size()) return 0;
+  std::uint32_t code = byte(at) & (0x3fu >> more);
+  for (std::size_t k = 1; k <= more; ++k) {
+    if ((byte(at + k) & 0xc0) != 0x80) return 0;
+    code = code << 6 | (byte(at + k) & 0x3fu);
   }
-  for (std::size_t i = 0; i < text.size() && is_utf8;) {
-    const auto c = static_cast<unsigned char>(text[i++]);
-    int more = c < 0x80                ? 0
-               : c >= 0xc2 && c < 0xe0 ? 1
-               : c >= 0xe0 && c < 0xf0 ? 2
-               : c >= 0xf0 && c < 0xf5 ? 3
-                                       : -1;
-    for (is_utf8 = more >= 0; more > 0 && is_utf8; --more)
-      is_utf8 = i < text.size() && (static_cast<unsigned char>(text[i++]) & 0xc0) == 0x80;
-  }
-  return is_utf8 ? text : latin;
+  const bool is_overlong = (more == 2 && code < 0x800) || (more == 3 && code < 0x10000);
+  const bool is_no_character = (code >= 0xd800 && code < 0xe000) || code > 0x10ffff;
+  return is_overlong || is_no_character ? 0 : more + 1;
 }
 
+inline bool is_utf8(std::string_view text) {
+  for (std::size_t at = 0; at < text.size();) {
+    const std::size_t length = utf8_length(text, at);
+    if (length == 0) return false;
+    at += length;
+  }
+  return true;
+}
+
+/// As it is where it is UTF-8, else as Latin-1 has it.
+inline std::string utf8_text(const std::string& text) {
+  if (is_utf8(text)) return text;
+  std::string latin;
+  for (const char c : text) {
+    const auto byte = static_cast<unsigned char>(c);
+    if (byte < 0x80) {
+      latin += c;
+    } else {
+      latin += static_cast<char>(0xc0 | byte >> 6);
+      latin += static_cast<char>(0x80 | (byte & 0x3f));
+    }
+  }
+  return latin;
+}
+
+/// The first of them, and how many more there are.
 inline std::string list_of(const std::vector<std::string>& names, std::size_t most = 5) {
   std::string text;
   for (std::size_t i = 0; i < std::min(names.size(), most); ++i)

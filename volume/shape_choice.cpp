@@ -172,6 +172,10 @@ std::vector<BallRow> ball_rows(const Frame& frame, double radius_mm) {
   return rows;
 }
 
+/// Straight ways through a voxel: half of its 26 neighbours.
+constexpr int k_lines = 13;
+glm::ivec3 line_step(int n) { return {n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1}; }
+
 /// Does a straight way through the voxel, along one of 13 directions, meet solid on both sides within reach?
 /// A voxel on an outer side does not, however its stairs run.
 bool lies_between(const BitGrid& solid, const Frame& frame, const glm::ivec3& voxel, double reach_mm) {
@@ -186,8 +190,8 @@ bool lies_between(const BitGrid& solid, const Frame& frame, const glm::ivec3& vo
     }
     return false;
   };
-  for (int n = 0; n < 13; ++n) {  // half of the 26 neighbours
-    const glm::ivec3 step(n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1);
+  for (int n = 0; n < k_lines; ++n) {
+    const glm::ivec3 step = line_step(n);
     if (meets(step) && meets(-step)) return true;
   }
   return false;
@@ -210,8 +214,8 @@ bool stands_out(const BitGrid& solid, const Volume& v, const glm::ivec3& voxel, 
     return false;
   };
   int ways = 0;
-  for (int n = 0; n < 13; ++n) {
-    const glm::ivec3 step(n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1);
+  for (int n = 0; n < k_lines; ++n) {
+    const glm::ivec3 step = line_step(n);
     ways += falls(step) && falls(-step);
   }
   return ways >= 3;

@@ -188,9 +188,8 @@ Result<Outcome> run_convert(const ConvertArguments& arguments) {
     return Error{"this scan has no labels to write", "labels", "", "a case or phantom with labels", ""};
   if (arguments.as == "dicom" && !v.is_hounsfield && opened.value().modality != "MR")
     notice(
-        "note: the series says MR, as its values are not known to be Hounsfield units; --hounsfield says "
-        "that "
-        "they are");
+        "note: the series says MR, as its values are not known to be Hounsfield units (--hounsfield says "
+        "so)");
   outputs.write(arguments.output, [&]() -> volume::Status {
     if (!is_folder) return data_tools::write_volume(arguments.output, v);
     using data_tools::FolderFormat;

@@ -15,6 +15,7 @@
 #include "data-tools/output_set.h"
 #include "data-tools/phantom_cases.h"
 #include "data-tools/plan_file.h"
+#include "data-tools/words.h"
 #include "modules/catalogue.h"
 
 namespace trephine::app {
@@ -164,6 +165,8 @@ Result<Outcome> run_import(const ImportArguments& arguments) {
   fs::path target(arguments.output);
   if (!target.has_filename()) target = target.parent_path();
   if (Status bad = check(arguments.preset, arguments.shape)) return *bad;
+  if (!data_tools::is_utf8(arguments.name))
+    return Error{"the case's name is no text", "name", "a byte that is no UTF-8", "a name in UTF-8", ""};
   data_tools::OutputSet outputs;
   for (const std::string& read : {arguments.source.path, arguments.labels}) outputs.reads(read);
   for (const std::string& read : arguments.plans) outputs.reads(read);

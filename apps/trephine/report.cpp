@@ -14,6 +14,7 @@
 
 #include "apps/trephine/build_info.h"
 #include "data-tools/atomic_file.h"
+#include "data-tools/words.h"
 #include "volume/percentile.h"
 #include "volume/work_counters.h"
 
@@ -106,10 +107,8 @@ std::string for_terminal(const std::string& text, bool is_one_line) {
   };
   for (std::size_t i = 0; i < text.size();) {
     const unsigned char c = byte(i);
-    const std::size_t length = c < 0x80 ? 1 : c >= 0xf0 && c < 0xf5 ? 4 : c >= 0xe0 ? 3 : c >= 0xc2 ? 2 : 1;
-    bool is_utf8 = c < 0x80 || (length > 1 && c < 0xf5);
-    for (std::size_t k = 1; k < length; ++k) is_utf8 = is_utf8 && (byte(i + k) & 0xc0) == 0x80;
-    if (!is_utf8) {
+    const std::size_t length = data_tools::utf8_length(text, i);
+    if (length == 0) {
       show(i, 1);
       ++i;
       continue;

@@ -185,6 +185,7 @@ void Viewport::show_stylus(const haptics::ServoRecord& record, double burr_radiu
 void Viewport::show(std::span<const sim::Overlay> overlays, std::span<const haptics::ServoRecord> hands) {
   std::vector<haptics::Placement> places;
   for (const haptics::ServoRecord& hand : hands) places.push_back(haptics::place_of(hand.pose));
+  if (plan_.empty()) return view_.overlays().show(overlays, places);
   sim::Overlays all = plan_;
   all.insert(all.end(), overlays.begin(), overlays.end());
   view_.overlays().show(all, places);

@@ -56,6 +56,31 @@ TEST(ChunkWorker, ShowsTheLastVersionWhateverWasCutMeanwhile) {
   EXPECT_GT(triangles, 5000u);
 }
 
+/// A label is drawn in the colour that somebody chose for it; what is no label, in ours.
+TEST(ChunkWorker, LabelsHaveTheirColour) {
+  volume::Volume labelled = volume::make_volume(glm::ivec3(12), volume::Frame(), true).value();
+  labelled.is_hounsfield = true;
+  labelled.label_names = {"background", "dura"};
+  for (std::size_t i = 0; i < labelled.voxels.size(); ++i) {
+    labelled.labels[i] = i % 12 > 3 && i % 12 < 8;
+    labelled.voxels[i] = labelled.labels[i] > 0 ? 800 : -1000;
+  }
+  for (const bool is_coloured : {true, false})
+    for (const bool is_label : {true, false}) {
+      labelled.label_colours.clear();
+      if (is_coloured) labelled.label_colours = {{0, 0, 0}, {255, 0, 51}};
+      volume::Shape shape;
+      if (is_label) shape.label = 1;
+      const haptics::TouchScene scene = scenes::scene_of(volume::copy_of(labelled).value(), {}, shape);
+      const ChunkMesh mesh = make_chunk_mesh(scene, 0, *haptics::untouched(scene), glm::ivec3(0));
+      EXPECT_FALSE(mesh.fine.triangles.empty());
+      EXPECT_EQ(mesh.colour.has_value(), is_coloured && is_label);
+      if (mesh.colour) {
+        EXPECT_EQ(*mesh.colour, glm::dvec3(1, 0, 0.2));
+      }
+    }
+}
+
 TEST(ChunkWorker, EndsWithWorkLeft) {
   const haptics::TouchScene scene = shell(64);
   for (int i = 0; i < 5; ++i) {

@@ -372,60 +372,6 @@ TEST_F(Command, NoOutputReplacesAnInput) {
 }
 
 /// Names may hold any bytes.
-TEST_F(Command, ImportMakesACaseOfARawScanByAPreset) {
-  ASSERT_EQ(run("phantom head --spacing 2 -o raw.nii.gz --labels raw.seg.nrrd").exit_code, 0);
-  write("screws.mrk.json",
-        R"({"markups": [{"type": "Line", "coordinateSystem": "RAS", "controlPoints": [
-            {"label": "burr-1", "position": [20, 30, 70]}, {"label": "burr-2", "position": [18, 27, 60]}]}]})");
-  const Json made = json(
-      "import raw.nii.gz --preset skull --labels raw.seg.nrrd --plan screws.mrk.json -o made "
-      "--screenshot made.png");
-  EXPECT_EQ(made["trajectories"], 1);
-  EXPECT_EQ(made["labels"][2], "cortical_bone");
-  EXPECT_EQ(made["written"], Json::array({"output", "screenshot"}));
-  const std::string plan = read(file("made/case.toml"));
-  EXPECT_NE(plan.find("entry = [-20, -30, 70]"), std::string::npos) << plan;
-  EXPECT_NE(plan.find("low = 300"), std::string::npos);
-  EXPECT_GT(fs::file_size(file("made.png")), 20'000U);
-  // What was done to the scan is told, and can be left out.
-  const Ended told = run("import raw.nii.gz --preset spine -o spine");
-  EXPECT_EQ(told.exit_code, 0);
-  for (const char* word : {"thin walls were filled (--fill-thin 4)", "150 HU and above", "became air"})
-    EXPECT_NE(told.err.find(word), std::string::npos) << told.err;
-  const Ended plain = run("import raw.nii.gz --preset skull --fill-thin 0 -o plain");
-  EXPECT_EQ(plain.err.find("thin walls"), std::string::npos) << plain.err;
-  const Json quality = json("info raw.nii.gz --chart edges.png")["quality"];
-  EXPECT_GT(quality["noise"].get<double>(), 5);
-  EXPECT_GT(fs::file_size(file("edges.png")), 3000U);
-  EXPECT_FALSE(json("info raw.nii.gz").contains("quality")) << "unless it is asked for";
-  EXPECT_EQ(run("info raw.nii.gz --list --chart no.png").exit_code, 2);
-  EXPECT_FALSE(fs::exists(file("no.png")));
-  EXPECT_EQ(run("import raw.nii.gz --preset knee -o k").exit_code, 2);
-  EXPECT_EQ(run("import raw.nii.gz --preset skull --window 1:2 -o k").exit_code, 2);
-  EXPECT_EQ(run("import raw.nii.gz --fill-thin 11 -o k").exit_code, 2);
-  EXPECT_EQ(run("import raw.nii.gz --plan none.csv -o k").exit_code, 2);
-  EXPECT_FALSE(fs::exists(file("k")));
-}
-
-TEST_F(Command, ConvertWritesEveryFormatAndReplacesNothing) {
-  ASSERT_EQ(run("phantom sphere --size 24 --shear 10 -o s.vdb").exit_code, 0);
-  const Ended straight = run("convert s.vdb -o s.nrrd");
-  EXPECT_EQ(straight.exit_code, 0);
-  EXPECT_NE(straight.err.find("resampled to right angles (cubic"), std::string::npos) << straight.err;
-  for (const char* as : {"dicom", "png"}) {
-    const std::string words = std::string("convert s.vdb -o ") + as + " --as " + as;
-    const Ended made = run(words);
-    EXPECT_EQ(made.exit_code, 0) << made.err;
-    EXPECT_EQ(made.err.find("resampled"), std::string::npos) << "leaning stacks are kept";
-    EXPECT_EQ(run(words).exit_code, 2) << "what is there stays";
-  }
-  EXPECT_EQ(json("info dicom")["size"], json("info s.vdb")["size"]);
-  EXPECT_EQ(run("convert s.nrrd -o s.nrrd").exit_code, 2);
-  EXPECT_EQ(run("convert s.nrrd -o s.seg.nrrd").exit_code, 2);
-  EXPECT_EQ(run("convert s.nrrd -o t.nrrd --labels l.nrrd").exit_code, 2);
-  EXPECT_FALSE(fs::exists(file("t.nrrd")));
-}
-
 TEST_F(Command, NamesThatAreNoUtf8DoNotEndAReport) {
   ASSERT_EQ(run("phantom sphere --size 24 --spacing 1 -o a.mha").exit_code, 0);
   write("p.csv", "t,x,y,z\n0,0,0,14\n0.3,0,0,5\n");

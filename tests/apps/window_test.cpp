@@ -191,9 +191,13 @@ TEST_F(Window, SaysWhyACommandWasRefused) {
 
 TEST_F(Window, OpensOthersShowsErrorsAndTakesAnotherShape) {
   options_.recorder = nullptr;
+  sim::Overlay plan;
+  plan.lines.push_back({glm::dvec3(0), glm::dvec3(0, 0, 40)});
+  options_.plan = {plan};
   MainWindow window(scene_, options_);
   window.show();
   ASSERT_TRUE(QTest::qWaitForWindowExposed(&window));
+  EXPECT_EQ(window.operation()->viewport().overlay_count(), 1u) << "the plan";
   const auto wait_opened = [&] { return QTest::qWaitFor([&] { return !window.is_opening(); }, 20000); };
   window.open_source("bad");
   ASSERT_TRUE(wait_opened());
@@ -203,6 +207,7 @@ TEST_F(Window, OpensOthersShowsErrorsAndTakesAnotherShape) {
   EXPECT_TRUE(box->text().contains("check the spelling"));
   box->close();
   EXPECT_TRUE(window.windowTitle().startsWith("ball"));
+  EXPECT_EQ(window.operation()->viewport().overlay_count(), 1u) << "as long as its scan is there";
 
   // A folder is dropped.
   QMimeData mime;
@@ -214,6 +219,7 @@ TEST_F(Window, OpensOthersShowsErrorsAndTakesAnotherShape) {
   QApplication::sendEvent(&window, &drop);
   ASSERT_TRUE(wait_opened());
   EXPECT_TRUE(QTest::qWaitFor([&] { return window.windowTitle().startsWith("another ball"); }, 20000));
+  EXPECT_EQ(window.operation()->viewport().overlay_count(), 0u) << "and of the other there is none";
   EXPECT_TRUE(QTest::qWaitFor([&] { return window.operation()->viewport().triangle_count() > 500; }, 20000));
 
   // Another window of intensities: seen at once, used when wanted.
