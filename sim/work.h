@@ -14,6 +14,9 @@ class Work {
 
   /// Takes away what a ball sweeps. Felt and seen from the next tick on.
   volume::RemovalReport remove(const volume::Sweep& sweep);
+  /// The same of a body of revolution that turns on the way.
+  volume::RemovalReport remove(const volume::ToolSweep& sweep);
+
   /// What is left, with all that was removed up to here.
   const volume::Version& left() const noexcept { return editor_->working(); }
   void raise_event(Value what, const glm::dvec3& place_world);
@@ -29,10 +32,8 @@ class Work {
   volume::RemovalReport removed_;
 };
 
-/// The smallest box that holds both; empty boxes (low > high) add nothing.
-volume::VoxelBox united(const volume::VoxelBox& a, const volume::VoxelBox& b) noexcept;
+using volume::add, volume::united;
+
 inline constexpr volume::VoxelBox k_no_voxels{glm::ivec3(0), glm::ivec3(-1)};
-/// Adds one report to another.
-void add(volume::RemovalReport& sum, const volume::RemovalReport& one) noexcept;
 
 }  // namespace trephine::sim

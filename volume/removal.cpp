@@ -22,6 +22,10 @@ constexpr std::uint64_t k_all = ~std::uint64_t{0};
 constexpr double k_spline_share = 3.0 / 16;
 /// Of the radius, at most: a ball of a step or two is no longer one.
 constexpr double k_most_allowance = 0.02;
+/// A body's side is round in one direction, and its ends hardly: a ball's share of that.
+constexpr double k_side_share = 1.0 / 3;
+/// Of a body's places that are swept at once.
+constexpr int k_stamps_at_once = 32;
 
 double allowance(double radius_mm, const Frame& lattice) {
   const glm::dvec3& h = lattice.spacing();
@@ -56,28 +60,68 @@ CellPoints cell_points(int n, const Frame& lattice) {
 
 }  // namespace
 
+VoxelBox united(const VoxelBox& a, const VoxelBox& b) noexcept {
+  if (a.low.x > a.high.x) return b;
+  if (b.low.x > b.high.x) return a;
+  return {glm::min(a.low, b.low), glm::max(a.high, b.high)};
+}
+
+void add(RemovalReport& sum, const RemovalReport& one) noexcept {
+  sum.removed_units += one.removed_units;
+  sum.bricks_changed += one.bricks_changed;
+  sum.box = united(sum.box, one.box);
+}
+
 /// What one call to remove() needs everywhere.
 struct RemovalEditor::Shape : SweepShape {
-  Sweep sweep;
+  glm::dvec3 start_world;
+  bool continues;
   int n;  ///< points along a cell's edge
 
-  Shape(const Sweep& s, const Version& version)
-      : sweep(s), n(points_per_edge(s.radius_mm, version.lattice().frame())) {
-    const Frame& frame = version.lattice().frame();
-    radius = static_cast<float>(s.radius_mm);
-    band = static_cast<float>(version.band_mm());
-    allowance = static_cast<float>(volume::allowance(s.radius_mm, frame));
+  Shape(const Sweep& s, const Version& version) : Shape(s.start_world, s.continues, s.radius_mm, version) {
+    allowance = static_cast<float>(volume::allowance(s.radius_mm, version.lattice().frame()));
     const glm::dvec3 d = s.end_world - s.start_world;
     const double l = glm::length(d);
     length = static_cast<float>(l);
-    for (int a = 0; a < 3; ++a) {
-      along[a] = l > 0 ? static_cast<float>(d[a] / l) : 0.0f;
-      ax[a] = static_cast<float>(frame.axes()[0][a]);
-      ay[a] = static_cast<float>(frame.axes()[1][a]);
-      az[a] = static_cast<float>(frame.axes()[2][a]);
-    }
-    cell_reach = static_cast<float>(0.5 * frame.diagonal_mm() * 1.0001);
+    for (int a = 0; a < 3; ++a) along[a] = l > 0 ? static_cast<float>(d[a] / l) : 0.0f;
     cell_reach += 1e-6f * (cell_reach + radius + length);  // rounding
+  }
+  /// One part of a body's way: at shares `first` to `last` of it, by steps of one in `count`.
+  Shape(const ToolSweep& s, int first, int last, int count, const Version& version)
+      : Shape(s.start.at_world, s.continues, std::min(s.body.radius, s.body.end_radius), version) {
+    allowance = static_cast<float>(k_side_share * volume::allowance(radius, version.lattice().frame()));
+    length = along[0] = along[1] = along[2] = 0;
+    set_body(s.body);
+    float farthest = body_reach;
+    for (int i = first; i <= last; ++i) {
+      const ToolPlace place = between(s.start, s.end, static_cast<double>(i) / count);
+      const glm::vec3 at(place.at_world - s.start.at_world), axis(place.axis_world);
+      stamps.push_back({{at.x, at.y, at.z}, {axis.x, axis.y, axis.z}});
+      farthest = std::max(farthest, glm::length(at) + body_reach);
+    }
+    cell_reach += 1e-6f * (cell_reach + farthest);  // rounding
+  }
+
+  /// Of a brick whose first sample is at `corner`, mm from the start; `middle` of its samples.
+  void sweep_brick(const RemovalKernels& kernels, const glm::vec3& corner, const glm::vec3& middle,
+                   const float* old, BrickSweep& out) const {
+    if (stamps.empty()) {
+      // Past the end with all points of its cells, not its samples alone.
+      const bool is_ball = projection(middle) - brick_extent_along() - cell_reach >= length;
+      return kernels.sweep_brick(*this, &corner.x, is_ball, old, out);
+    }
+    near.clear();
+    for (const BodyShape::Stamp& stamp : stamps)
+      if (!misses_brick(stamp, middle)) near.push_back(stamp);
+    out.is_in_band = !near.empty();
+    if (out.is_in_band)
+      kernels.stamp_brick(*this, body, near.data(), static_cast<int>(near.size()), &corner.x, old, out);
+  }
+  /// Of a cell of the brick that was swept last, around `at`.
+  void sample(const RemovalKernels& kernels, const CellPoints& points, const glm::vec3& at, bool is_past_end,
+              std::uint64_t* words) const {
+    if (stamps.empty()) return kernels.sample(*this, points, &at.x, is_past_end, words);
+    kernels.sample_stamps(*this, body, near.data(), static_cast<int>(near.size()), points, &at.x, words);
   }
 
   static float dot(const glm::vec3& v, const float* w) { return v.x * w[0] + v.y * w[1] + v.z * w[2]; }
@@ -92,17 +136,70 @@ struct RemovalEditor::Shape : SweepShape {
   /// Is nothing to do in the brick whose middle is at w? It lies beyond the band, by the plane through the
   /// nearest point of the sweep's axis, or wholly behind a continued sweep.
   bool misses_brick(const glm::vec3& w) const {
+    if (!stamps.empty())
+      return std::all_of(stamps.begin(), stamps.end(),
+                         [&](const auto& stamp) { return misses_brick(stamp, w); });
     const float wt = projection(w);
-    if (sweep.continues && length > 0 && wt < -brick_extent_along() - cell_reach) return true;
+    if (continues && length > 0 && wt < -brick_extent_along() - cell_reach) return true;
     const glm::vec3 q = w - std::clamp(wt, 0.0f, length) * glm::vec3(along[0], along[1], along[2]);
-    const float far = std::sqrt(glm::dot(q, q));
-    return far > 0 && far - brick_extent(q / far) > radius + allowance + band;
+    return is_beyond(q, radius);
   }
   glm::vec3 lattice_step(float x, float y, float z) const {
     return {x * ax[0] + y * ay[0] + z * az[0], x * ax[1] + y * ay[1] + z * az[1],
             x * ax[2] + y * ay[2] + z * az[2]};
   }
+
+ private:
+  /// What is common to both.
+  Shape(const glm::dvec3& start, bool goes_on, double smallest_radius, const Version& version)
+      : start_world(start),
+        continues(goes_on),
+        n(points_per_edge(smallest_radius, version.lattice().frame())) {
+    const Frame& frame = version.lattice().frame();
+    radius = static_cast<float>(smallest_radius);
+    band = static_cast<float>(version.band_mm());
+    for (int a = 0; a < 3; ++a) {
+      ax[a] = static_cast<float>(frame.axes()[0][a]);
+      ay[a] = static_cast<float>(frame.axes()[1][a]);
+      az[a] = static_cast<float>(frame.axes()[2][a]);
+    }
+    cell_reach = static_cast<float>(0.5 * frame.diagonal_mm() * 1.0001);
+  }
+  void set_body(const ToolBody& b);
+  /// Is a brick whose middle is at q from a ball's beyond the band?
+  bool is_beyond(const glm::vec3& q, float ball) const {
+    const float far = std::sqrt(glm::dot(q, q));
+    return far > 0 && far - brick_extent(q / far) > ball + allowance + band;
+  }
+  bool misses_brick(const BodyShape::Stamp& stamp, const glm::vec3& w) const {
+    const glm::vec3 at(stamp.at[0], stamp.at[1], stamp.at[2]),
+        axis(stamp.axis[0], stamp.axis[1], stamp.axis[2]);
+    return is_beyond(w - at - body_middle * axis, body_reach);
+  }
+
+  BodyShape body{};
+  std::vector<BodyShape::Stamp> stamps;        ///< of a body; none: a ball's way
+  mutable std::vector<BodyShape::Stamp> near;  ///< those that reach the brick that was swept last
+  float body_middle = 0, body_reach = 0;       ///< of the ball around the body
 };
+
+void RemovalEditor::Shape::set_body(const ToolBody& b) {
+  body.is_drum = b.form == ToolBody::Form::drum;
+  body.radius = static_cast<float>(b.radius), body.length = static_cast<float>(b.length);
+  body_middle = static_cast<float>(b.middle()), body_reach = static_cast<float>(b.reach());
+  if (!body.is_drum) {
+    const double taper = b.length > 0 ? (b.radius - b.end_radius) / b.length : 0;
+    body.growth = static_cast<float>(-taper);
+    body.slope = static_cast<float>(taper / std::sqrt(1 - taper * taper));
+    return;
+  }
+  const ToolBody::Corner corner = b.corner();
+  body.edge = static_cast<float>(b.edge), body.bulge = static_cast<float>(b.bulge());
+  body.half = static_cast<float>(0.5 * b.length);
+  body.corner = static_cast<float>(corner.along), body.core = static_cast<float>(corner.off);
+  body.lean_sine = static_cast<float>(corner.lean);
+  body.lean_cosine = static_cast<float>(std::sqrt(1 - corner.lean * corner.lean));
+}
 
 RemovalEditor::RemovalEditor(std::shared_ptr<const Version> start, std::vector<Field> solids,
                              const RemovalKernels& kernels)
@@ -314,15 +411,44 @@ std::int64_t RemovalEditor::count_solid(const RemovalMask& mask, const glm::ivec
 }
 
 RemovalReport RemovalEditor::remove(const Sweep& sweep) {
+  const Shape shape(sweep, *next_);
+  return remove(shape, sweep.start_world, sweep.end_world,
+                sweep.radius_mm + next_->band_mm_ + static_cast<double>(shape.allowance));
+}
+
+RemovalReport RemovalEditor::remove(const ToolSweep& sweep) {
+  const ToolBody& body = sweep.body;
+  if (body.is_ball())
+    return remove(Sweep{sweep.start.at_world, sweep.end.at_world, body.radius, sweep.continues});
+  // No point of the body goes farther than a quarter of a step from place to place; an arc is at most pi/2
+  // chords long.
+  const glm::dvec3& h = next_->lattice_.frame().spacing();
+  const double step = 0.25 * std::min({h.x, h.y, h.z});
+  const double lever = std::max(std::abs(body.low()), std::abs(body.high())) + body.radius;
+  const double way = glm::length(sweep.end.at_world - sweep.start.at_world) +
+                     1.58 * lever * glm::length(sweep.end.axis_world - sweep.start.axis_world);
+  const int count = static_cast<int>(std::ceil(way / step));
+  RemovalReport all;
+  for (int first = sweep.continues && count > 0 ? 1 : 0; first <= count; first += k_stamps_at_once) {
+    const int last = std::min(first + k_stamps_at_once - 1, count);
+    const Shape shape(sweep, first, last, std::max(1, count), *next_);
+    const ToolPlace from = between(sweep.start, sweep.end, static_cast<double>(first) / std::max(1, count)),
+                    to = between(sweep.start, sweep.end, static_cast<double>(last) / std::max(1, count));
+    const double beyond = std::abs(body.middle()) + body.reach();
+    add(all, remove(shape, from.at_world, to.at_world,
+                    beyond + next_->band_mm_ + static_cast<double>(shape.allowance)));
+  }
+  return all;
+}
+
+RemovalReport RemovalEditor::remove(const Shape& shape, const glm::dvec3& start_world,
+                                    const glm::dvec3& end_world, double reach) {
   RemovalReport report;
   const CutLattice& lattice = next_->lattice_;
-  const Shape shape(sweep, *next_);
 
-  // The box of samples within radius + band of the sweep: a ball spans |row of the inverse| steps along an
-  // axis.
-  const double reach = sweep.radius_mm + next_->band_mm_ + static_cast<double>(shape.allowance);
-  const glm::dvec3 a = lattice.frame().volume_from_world(sweep.start_world);
-  const glm::dvec3 b = lattice.frame().volume_from_world(sweep.end_world);
+  // The box of samples within reach of the way: a ball spans |row of the inverse| steps along an axis.
+  const glm::dvec3 a = lattice.frame().volume_from_world(start_world);
+  const glm::dvec3 b = lattice.frame().volume_from_world(end_world);
   const glm::dmat3 inverse = glm::inverse(lattice.frame().axes());
   glm::ivec3 low(0), high(0);
   for (int i = 0; i < 3; ++i) {
@@ -343,7 +469,7 @@ RemovalReport RemovalEditor::remove(const Sweep& sweep) {
       for (int x = first_brick.x; x <= last_brick.x; ++x) {
         const glm::ivec3 corner = k_brick * glm::ivec3(x, y, z);
         const glm::dvec3 middle = lattice.frame().world_from_volume(glm::dvec3(corner) + 0.5 * (k_brick - 1));
-        if (!shape.misses_brick(glm::vec3(middle - sweep.start_world)))
+        if (!shape.misses_brick(glm::vec3(middle - shape.start_world)))
           remove_in_brick(shape, corner, report);
       }
   return report;
@@ -352,14 +478,10 @@ RemovalReport RemovalEditor::remove(const Sweep& sweep) {
 void RemovalEditor::remove_in_brick(const Shape& shape, const glm::ivec3& low, RemovalReport& report) {
   const Brick* old = next_->brick_at(low);
   if (old && old->is_hollow) return;
-  const glm::vec3 corner(next_->lattice_.frame().world_from_volume(glm::dvec3(low)) -
-                         shape.sweep.start_world);
+  const glm::vec3 corner(next_->lattice_.frame().world_from_volume(glm::dvec3(low)) - shape.start_world);
   const glm::vec3 middle = corner + shape.lattice_step(3.5f, 3.5f, 3.5f);
-  // Past the end with all points of its cells, not its samples alone.
-  const bool is_ball =
-      shape.projection(middle) - shape.brick_extent_along() - shape.cell_reach >= shape.length;
   BrickSweep sweep;
-  kernels_->sweep_brick(shape, &corner.x, is_ball, old ? old->distance.data() : nullptr, sweep);
+  shape.sweep_brick(*kernels_, corner, middle, old ? old->distance.data() : nullptr, sweep);
   if (!sweep.is_in_band) return;
 
   Brick* brick = sweep.is_nearer ? &swept_brick(low, sweep) : nullptr;
@@ -404,8 +526,7 @@ void RemovalEditor::mark_cells(const Shape& shape, const BrickSweep& sweep, cons
   std::array<std::uint64_t, k_brick> left;
   std::uint64_t any = 0;
   for (std::size_t z = 0; z < k_brick; ++z) {
-    left[z] =
-        sweep.touched[z] & (shape.sweep.continues ? sweep.ahead[z] : k_all) & ~(seen ? seen->full[z] : 0);
+    left[z] = sweep.touched[z] & (shape.continues ? sweep.ahead[z] : k_all) & ~(seen ? seen->full[z] : 0);
     any |= left[z];
   }
   if (any == 0) return;
@@ -450,7 +571,7 @@ void RemovalEditor::mark_cells_of(const Shape& shape, const BrickSweep& sweep, c
                         c = corner + shape.lattice_step(at.x, at.y, at.z);
         const bool is_past_end = (sweep.past_end[z] >> bit & 1) != 0;
         std::uint64_t coarse = 0;
-        kernels_->sample(shape, cell_points, &c.x, is_past_end, is_as_fine ? points.data() : &coarse);
+        shape.sample(*kernels_, cell_points, c, is_past_end, is_as_fine ? points.data() : &coarse);
         if constexpr (Words == 8) {
           if (!is_as_fine) refine_points(coarse, points.data());
         }

@@ -1,4 +1,4 @@
-// Removal of what a moving ball sweeps: the edit under every burr and saw.
+// Removal of what a moving ball, or another body of revolution, sweeps: the edit under every burr and saw.
 #pragma once
 
 #include <array>
@@ -9,6 +9,7 @@
 #include "volume/field.h"
 #include "volume/removal_kernels.h"
 #include "volume/solid_parts.h"
+#include "volume/tool_body.h"
 #include "volume/traversal.h"
 #include "volume/version.h"
 
@@ -31,6 +32,10 @@ struct RemovalReport {
   int bricks_changed = 0;
   VoxelBox box{glm::ivec3(0), glm::ivec3(-1)};  ///< voxels that may have changed; empty when low > high
 };
+/// Adds one report to another.
+void add(RemovalReport& sum, const RemovalReport& one) noexcept;
+/// The smallest box that holds both; empty boxes (low > high) add nothing.
+VoxelBox united(const VoxelBox& a, const VoxelBox& b) noexcept;
 
 class PartingDistances;
 
@@ -51,6 +56,11 @@ class RemovalEditor {
 
   /// Edits the working state; readers see nothing until publish().
   RemovalReport remove(const Sweep& sweep);
+  /// The same of any body of revolution, which turns on the way: the union of places so near to each other (a
+  /// quarter of the lattice's finest step) that what stands between them is under a micrometre on a burr of
+  /// that lattice. A ball goes the way above.
+  RemovalReport remove(const ToolSweep& sweep);
+
   /// Takes whole parts away: what lies nearer to samples of parts that go (`goes`, a byte a part) than to
   /// those of others, and within the band of them, near these voxels. The surface of what stays does not
   /// change where a sample of air is between them, and nothing that stays is within a step of what goes. Its
@@ -82,7 +92,10 @@ class RemovalEditor {
   Brick& swept_brick(const glm::ivec3& s, const BrickSweep& sweep);
   RemovalMask& editable_mask(Brick& brick, int n);
   void classify(RemovalMask& mask, const glm::ivec3& low) const;
+  RemovalReport remove(const Shape& shape, const glm::dvec3& low_world, const glm::dvec3& high_world,
+                       double reach);
   void remove_in_brick(const Shape& shape, const glm::ivec3& low, RemovalReport& report);
+
   void mark_cells(const Shape& shape, const BrickSweep& sweep, const glm::vec3& corner, const glm::ivec3& low,
                   const Brick* old, Brick*& brick, RemovalReport& report);
   /// Of the cells of a brick that `cells` names, with masks of so many words a cell.

@@ -1,4 +1,4 @@
-// The two inner loops of removal, for four lanes (any x-86-64) and eight (AVX2). The same operations in the
+// The inner loops of removal, for four lanes (any x-86-64) and eight (AVX2). The same operations in the
 // same order in each lane, no fused multiply-add: both give the same bits.
 #pragma once
 
@@ -14,6 +14,18 @@ struct SweepShape {
   float ax[3], ay[3], az[3];  ///< a step of the cut lattice
   float cell_reach;           ///< half a cell's diagonal, with a margin for rounding
   float allowance;            ///< what distances are less than to the ball, so that splines of them are not
+};
+
+/// A body of revolution (ToolBody) at some places, in single precision, mm. Plain data likewise.
+struct BodyShape {
+  struct Stamp {
+    float at[3], axis[3];  ///< relative to where the sweep starts
+  };
+  bool is_drum;
+  float radius, length;
+  float growth, slope;                    ///< of a cone: radii a length, and how far the nearest ball leans
+  float edge, bulge, half, corner, core;  ///< of a drum: its edge's middle, along from the middle and off
+  float lean_cosine, lean_sine;           ///< of the side's normal there
 };
 
 /// The n^3 points of a cell, n = 4 or 8, x fastest: offsets from its sample in steps, and their squared
@@ -47,6 +59,11 @@ struct RemovalKernels {
   /// the end.
   void (*sample)(const SweepShape& shape, const CellPoints& points, const float c[3], bool is_ball,
                  std::uint64_t* words);
+  /// The same two of a body at each of `count` places (at least 1), of which `shape` says what is common.
+  void (*stamp_brick)(const SweepShape& shape, const BodyShape& body, const BodyShape::Stamp* stamps,
+                      int count, const float corner[3], const float* old, BrickSweep& out);
+  void (*sample_stamps)(const SweepShape& shape, const BodyShape& body, const BodyShape::Stamp* stamps,
+                        int count, const CellPoints& points, const float c[3], std::uint64_t* words);
 };
 
 extern const RemovalKernels k_removal_kernels_4;

@@ -21,6 +21,13 @@ struct Lanes {
   static V min(V a, V b) { return _mm_min_ps(a, b); }
   static V max(V a, V b) { return _mm_max_ps(a, b); }
   static V root(V a) { return _mm_sqrt_ps(a); }
+  static V divide(V a, V b) { return _mm_div_ps(a, b); }
+  static V magnitude(V a) { return _mm_andnot_ps(_mm_set1_ps(-0.0f), a); }
+  /// Of each lane `yes` where a > 0, else `no`.
+  static V where_positive(V a, V yes, V no) {
+    const V chosen = _mm_cmplt_ps(_mm_setzero_ps(), a);
+    return _mm_or_ps(_mm_and_ps(chosen, yes), _mm_andnot_ps(chosen, no));
+  }
   static unsigned less(V a, V b) { return static_cast<unsigned>(_mm_movemask_ps(_mm_cmplt_ps(a, b))); }
   static unsigned less_equal(V a, V b) { return static_cast<unsigned>(_mm_movemask_ps(_mm_cmple_ps(a, b))); }
 };
@@ -29,7 +36,7 @@ struct Lanes {
 
 }  // namespace
 
-const RemovalKernels k_removal_kernels_4{sweep_brick, sample};
+const RemovalKernels k_removal_kernels_4{sweep_brick, sample, stamp_brick, sample_stamps};
 
 const RemovalKernels& best_removal_kernels() noexcept {
   return __builtin_cpu_supports("avx2") ? k_removal_kernels_8 : k_removal_kernels_4;

@@ -22,6 +22,13 @@ struct Lanes {
   static V min(V a, V b) { return _mm256_min_ps(a, b); }
   static V max(V a, V b) { return _mm256_max_ps(a, b); }
   static V root(V a) { return _mm256_sqrt_ps(a); }
+  static V divide(V a, V b) { return _mm256_div_ps(a, b); }
+  static V magnitude(V a) { return _mm256_andnot_ps(_mm256_set1_ps(-0.0f), a); }
+  /// Of each lane `yes` where a > 0, else `no`.
+  static V where_positive(V a, V yes, V no) {
+    const V chosen = _mm256_cmp_ps(_mm256_setzero_ps(), a, _CMP_LT_OQ);
+    return _mm256_or_ps(_mm256_and_ps(chosen, yes), _mm256_andnot_ps(chosen, no));
+  }
   static unsigned less(V a, V b) {
     return static_cast<unsigned>(_mm256_movemask_ps(_mm256_cmp_ps(a, b, _CMP_LT_OQ)));
   }
@@ -34,6 +41,6 @@ struct Lanes {
 
 }  // namespace
 
-const RemovalKernels k_removal_kernels_8{sweep_brick, sample};
+const RemovalKernels k_removal_kernels_8{sweep_brick, sample, stamp_brick, sample_stamps};
 
 }  // namespace trephine::volume

@@ -136,3 +136,159 @@ void sample(const SweepShape& shape, const CellPoints& points, const float c[3],
   return is_fine ? sample_cell<true, 8>(shape, points, end, words)
                  : sample_cell<true, 4>(shape, points, end, words);
 }
+
+// ---- bodies of revolution ----
+
+/// Signed distances to a body, mm, by how far along its axis points are and how far off it.
+class BodyLanes {
+ public:
+  using V = Lanes::V;
+  explicit BodyLanes(const BodyShape& body) : body_(body) {}
+
+  V distance(V along, V off_square) const {
+    return body_.is_drum ? drum(along, Lanes::root(off_square)) : cone(along, off_square);
+  }
+  /// Of points relative to where the sweep starts.
+  V distance(const BodyShape::Stamp& stamp, V x, V y, V z) const {
+    const V ux = Lanes::all(stamp.axis[0]), uy = Lanes::all(stamp.axis[1]), uz = Lanes::all(stamp.axis[2]);
+    x = Lanes::sub(x, Lanes::all(stamp.at[0]));
+    y = Lanes::sub(y, Lanes::all(stamp.at[1]));
+    z = Lanes::sub(z, Lanes::all(stamp.at[2]));
+    const V along = Lanes::add(Lanes::add(Lanes::mul(x, ux), Lanes::mul(y, uy)), Lanes::mul(z, uz));
+    // Not |w|^2 - along^2, of which little is left near the axis.
+    const V ox = Lanes::sub(x, Lanes::mul(along, ux)), oy = Lanes::sub(y, Lanes::mul(along, uy)),
+            oz = Lanes::sub(z, Lanes::mul(along, uz));
+    return distance(along,
+                    Lanes::add(Lanes::add(Lanes::mul(ox, ox), Lanes::mul(oy, oy)), Lanes::mul(oz, oz)));
+  }
+
+ private:
+  V cone(V along, V off_square) const {
+    const V zero = Lanes::all(0), length = Lanes::all(body_.length);
+    V t = along;
+    if (body_.slope != 0) t = Lanes::sub(t, Lanes::mul(Lanes::all(body_.slope), Lanes::root(off_square)));
+    t = Lanes::min(Lanes::max(t, zero), length);
+    const V beside = Lanes::sub(along, t);
+    const V far = Lanes::root(Lanes::add(off_square, Lanes::mul(beside, beside)));
+    return Lanes::sub(far, Lanes::add(Lanes::all(body_.radius), Lanes::mul(t, Lanes::all(body_.growth))));
+  }
+  V drum(V along, V off) const {
+    const V one = Lanes::all(1), edge = Lanes::all(body_.edge), k = Lanes::all(body_.bulge);
+    const V s = Lanes::magnitude(Lanes::sub(along, Lanes::all(body_.half))),
+            u = Lanes::sub(off, Lanes::all(body_.radius));
+    V side = u;
+    if (body_.bulge > 0) {
+      const V square = Lanes::add(Lanes::mul(s, s), Lanes::mul(u, u)), twice = Lanes::add(u, u);
+      const V ku = Lanes::mul(k, twice);
+      side = Lanes::divide(
+          Lanes::add(Lanes::mul(k, square), twice),
+          Lanes::add(Lanes::root(Lanes::add(Lanes::add(Lanes::mul(Lanes::mul(k, k), square), ku), one)),
+                     one));
+    }
+    const V vs = Lanes::sub(s, Lanes::all(body_.corner)), vo = Lanes::sub(off, Lanes::all(body_.core));
+    const V face = Lanes::max(vs, Lanes::add(side, edge));
+    const V corner = Lanes::root(Lanes::add(Lanes::mul(vs, vs), Lanes::mul(vo, vo)));
+    const V beyond = Lanes::min(vo, Lanes::sub(Lanes::mul(vs, Lanes::all(body_.lean_cosine)),
+                                               Lanes::mul(vo, Lanes::all(body_.lean_sine))));
+    return Lanes::sub(Lanes::where_positive(beyond, corner, face), edge);
+  }
+
+  const BodyShape& body_;
+};
+
+void stamp_brick(const SweepShape& shape, const BodyShape& body, const BodyShape::Stamp* stamps, int count,
+                 const float corner[3], const float* old, BrickSweep& out) {
+  using V = Lanes::V;
+  const V zero = Lanes::all(0), band = Lanes::all(shape.band), deep = Lanes::all(-shape.band),
+          allowance = Lanes::all(shape.allowance);
+  const V reach = Lanes::all(shape.cell_reach - shape.allowance),
+          within = Lanes::all(-shape.cell_reach - shape.allowance);
+  const BodyLanes lanes(body);
+  unsigned near = 0, nearer = 0, shallow = 0;
+  for (int z = 0; z < 8; ++z) {
+    std::uint64_t kept = 0, touched = 0, inside = 0;
+    for (int y = 0; y < 8; ++y) {
+      float row[3];
+      for (int a = 0; a < 3; ++a)
+        row[a] = (corner[a] + static_cast<float>(y) * shape.ay[a]) + static_cast<float>(z) * shape.az[a];
+      for (int x = 0; x < 8; x += Lanes::k_count) {
+        const V steps = Lanes::counting(x);
+        const V px = Lanes::add(Lanes::all(row[0]), Lanes::mul(steps, Lanes::all(shape.ax[0]))),
+                py = Lanes::add(Lanes::all(row[1]), Lanes::mul(steps, Lanes::all(shape.ax[1]))),
+                pz = Lanes::add(Lanes::all(row[2]), Lanes::mul(steps, Lanes::all(shape.ax[2])));
+        V d = Lanes::all(1e30f);
+        for (int i = 0; i < count; ++i) d = Lanes::min(d, lanes.distance(stamps[i], px, py, pz));
+        d = Lanes::max(Lanes::sub(d, allowance), deep);
+        const int bit = 8 * y + x, at = 64 * z + bit;
+        const V before = old ? Lanes::load(old + at) : band;
+        const V merged = Lanes::min(before, d);
+        Lanes::store(out.distance + at, merged);
+        near |= Lanes::less(d, band);
+        shallow |= Lanes::less(deep, merged);
+        nearer |= Lanes::less(d, before);
+        kept |= static_cast<std::uint64_t>(Lanes::less(zero, merged)) << bit;
+        touched |= static_cast<std::uint64_t>(Lanes::less(d, reach)) << bit;
+        inside |= static_cast<std::uint64_t>(Lanes::less_equal(d, within)) << bit;
+      }
+    }
+    out.kept[z] = kept;
+    out.touched[z] = touched;
+    out.inside[z] = inside;
+    out.ahead[z] = ~std::uint64_t{0};
+    out.past_end[z] = 0;
+  }
+  out.is_in_band = near != 0;
+  out.is_nearer = old == nullptr || nearer != 0;
+  out.is_hollow = shallow == 0;
+}
+
+/// Adds the points of a cell that lie in a body at one place.
+template <int N>
+void sample_stamp(const SweepShape& shape, const BodyShape& body, const BodyShape::Stamp& stamp,
+                  const CellPoints& points, const float at[3], std::uint64_t* words) {
+  using V = Lanes::V;
+  using G = CellGrid<N>;
+  const float c[3] = {at[0] - stamp.at[0], at[1] - stamp.at[1], at[2] - stamp.at[2]};
+  const GridDot<N> twice(points, 2 * dot3(c, shape.ax), 2 * dot3(c, shape.ay), 2 * dot3(c, shape.az));
+  const GridDot<N> forward(points, dot3(shape.ax, stamp.axis), dot3(shape.ay, stamp.axis),
+                           dot3(shape.az, stamp.axis));
+  const V cc = Lanes::all(dot3(c, c)), ct = Lanes::all(dot3(c, stamp.axis)), zero = Lanes::all(0);
+  const BodyLanes lanes(body);
+  constexpr int k_slices_a_word = 64 / (N * N);
+  for (int word = 0; word < N * N * N / 64; ++word) {
+    std::uint64_t bits = 0;
+    for (int slice = 0; slice < k_slices_a_word; ++slice) {
+      const int k = word * k_slices_a_word + slice;
+      for (int j = 0; j < G::k_y; ++j) {
+        const V base = Lanes::add(cc, Lanes::add(twice.along_y[j], twice.along_z[k])),
+                ahead = Lanes::add(ct, Lanes::add(forward.along_y[j], forward.along_z[k]));
+        for (int i = 0; i < G::k_x; ++i) {
+          const int in_word = slice * N * N + j * G::k_rows * N + i * Lanes::k_count;
+          const V square = Lanes::add(Lanes::add(base, twice.along_x[i]),
+                                      Lanes::load(points.squared + 64 * word + in_word));
+          const V along = Lanes::add(ahead, forward.along_x[i]);
+          const V off_square = Lanes::max(Lanes::sub(square, Lanes::mul(along, along)), zero);
+          bits |= static_cast<std::uint64_t>(Lanes::less_equal(lanes.distance(along, off_square), zero))
+                  << in_word;
+        }
+      }
+    }
+    words[word] |= bits;
+  }
+}
+
+void sample_stamps(const SweepShape& shape, const BodyShape& body, const BodyShape::Stamp* stamps, int count,
+                   const CellPoints& points, const float c[3], std::uint64_t* words) {
+  const bool is_fine = points.n == 8;
+  for (int w = 0; w < (is_fine ? 8 : 1); ++w) words[w] = 0;
+  const Lanes::V reach = Lanes::all(shape.cell_reach);
+  const BodyLanes lanes(body);
+  for (int i = 0; i < count; ++i) {
+    const Lanes::V d = lanes.distance(stamps[i], Lanes::all(c[0]), Lanes::all(c[1]), Lanes::all(c[2]));
+    if (!Lanes::less_equal(d, reach)) continue;
+    if (is_fine)
+      sample_stamp<8>(shape, body, stamps[i], points, c, words);
+    else
+      sample_stamp<4>(shape, body, stamps[i], points, c, words);
+  }
+}

@@ -1,0 +1,95 @@
+#include "volume/tool_body.h"
+
+#include <algorithm>
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <string>
+
+namespace trephine::volume {
+
+double ToolBody::reach() const noexcept {
+  const double half = 0.5 * (high() - low());
+  return form == Form::cone ? half : std::sqrt(half * half + radius * radius);
+}
+
+double ToolBody::bulge() const noexcept {
+  const double sagitta = radius - end_radius, half = 0.5 * length;
+  return form == Form::drum && sagitta > 0 ? 2 * sagitta / (half * half + sagitta * sagitta) : 0;
+}
+
+ToolBody::Corner ToolBody::corner() const noexcept {
+  const double along = 0.5 * length - edge, k = bulge();
+  if (k == 0) return {along, radius - edge, 0};
+  const double arc = 1 / k - edge;  // radius of the side, moved in by the rounding
+  return {along, std::sqrt(arc * arc - along * along) - (1 / k - radius), along / arc};
+}
+
+double ToolBody::distance(double along, double off) const noexcept {
+  if (form == Form::cone) {
+    // The nearest of the balls between both ends.
+    double share = 0;
+    if (length > 0) {
+      const double taper = (radius - end_radius) / length;
+      const double slope = taper / std::sqrt(1 - taper * taper);
+      share = std::clamp((along - slope * off) / length, 0.0, 1.0);
+    }
+    const double beside = along - share * length;
+    return std::sqrt(off * off + beside * beside) - (radius + share * (end_radius - radius));
+  }
+  // Cap and side, both moved in by the rounding of the edge; where their normals part, the edge itself.
+  const double half = 0.5 * length, k = bulge(), u = off - radius, s = std::abs(along - half);
+  const double square = s * s + u * u;
+  const double side = (k * square + 2 * u) / (std::sqrt(k * k * square + 2 * u * k + 1) + 1) + edge;
+  const Corner at = corner();
+  const double vs = s - at.along, vo = off - at.off;
+  if (vo > 0 && vs * std::sqrt(1 - at.lean * at.lean) - vo * at.lean > 0)
+    return std::sqrt(vs * vs + vo * vo) - edge;
+  return std::max(vs, side) - edge;
+}
+
+Status check(const ToolBody& body) {
+  const auto bad = [](const char* what, const std::string& found, const char* expected) {
+    return Error{"a tool's body cannot be like this", what, found, expected, ""};
+  };
+  if (!(body.radius > 0) || !(body.radius < 1e3))
+    return bad("radius", std::to_string(body.radius), "above 0");
+  if (!(body.length >= 0) || !(body.length < 1e3))
+    return bad("length", std::to_string(body.length), "0 or more");
+  if (body.form == ToolBody::Form::cone) {
+    if (!(body.end_radius > 0)) return bad("end radius", std::to_string(body.end_radius), "above 0");
+    if (body.length > 0 && !(std::abs(body.radius - body.end_radius) < body.length))
+      return bad("length", std::to_string(body.length), "more than the radii differ");
+    return std::nullopt;
+  }
+  if (!(body.edge >= 0) || !(2 * body.edge < body.length) || !(body.edge < body.end_radius))
+    return bad("edge", std::to_string(body.edge), "less than half the length and the radius");
+  if (!(body.end_radius > 0) || !(body.end_radius <= body.radius) ||
+      !(body.radius - body.end_radius <= 0.5 * body.length))
+    return bad("end radius", std::to_string(body.end_radius),
+               "at most the radius, and no rounder than a ball");
+  return std::nullopt;
+}
+
+ToolPlace between(const ToolPlace& a, const ToolPlace& b, double share) noexcept {
+  const glm::dvec3 at = a.at_world + share * (b.at_world - a.at_world);
+  const double cosine = glm::dot(a.axis_world, b.axis_world);
+  if (cosine < 0) {
+    // More than a quarter turn: by the axis half way, which is well defined short of half a turn.
+    const glm::dvec3 sum = a.axis_world + b.axis_world;
+    glm::dvec3 mid;
+    if (glm::dot(sum, sum) > 1e-12) {
+      mid = glm::normalize(sum);
+    } else {
+      const glm::dvec3 beside = std::abs(a.axis_world.x) < 0.6 ? glm::dvec3(1, 0, 0) : glm::dvec3(0, 1, 0);
+      mid = glm::normalize(glm::cross(a.axis_world, beside));
+    }
+    const bool is_first = share < 0.5;
+    const glm::dvec3& from = is_first ? a.axis_world : mid;
+    const glm::dvec3& to = is_first ? mid : b.axis_world;
+    const double part = is_first ? 2 * share : 2 * share - 1;
+    return {at, glm::normalize(from + part * (to - from))};
+  }
+  return {at, glm::normalize(a.axis_world + share * (b.axis_world - a.axis_world))};
+}
+
+}  // namespace trephine::volume
