@@ -43,6 +43,7 @@ Engine::Engine(std::vector<HandStart> hands, double dt, const Catalogue& catalog
     now_.world.modules.push_back(shared(module->world()));
     now_.settings.modules.push_back(shared(module->settings()));
   }
+  for (std::size_t h = 0; h < hands_.size(); ++h) use_effect_of_instrument(h);
   now_.world.version = felt_ = untouched_ = editor_.publish();
   use_fields();
   publish(Change::cut);
@@ -110,6 +111,8 @@ Status Engine::check(const Command& command) const {
   if (const InstrumentType* instrument = instrument_of(command)) {
     if (instrument->check)
       if (Status error = instrument->check(command.what.data(), *tools_[command.hand].scene)) return error;
+    if (Status error = check_effect_of(Instrument(*instrument, command.what), command.hand)) return error;
+
   } else if (!holds(catalogue_.all(), type) || catalogue_.is_event(type)) {
     return Error{"no module of this session knows the command", "", std::string(command.what.name()),
                  "a command of its modules", ""};
@@ -175,6 +178,7 @@ void Engine::carry_out(const Command& command, Outcome& outcome) {
     outcome.job = cancel->job;
   } else if (what.as<LayDown>()) {
     now_.settings.hands[command.hand] = {};
+    if (use_effect_of_instrument(command.hand)) publish(Change::cut), outcome.is_changed = true;
     work_[command.hand].is_pressed = false;
     work_[command.hand].body.reset();
     if (!is_in_stroke()) end_stroke();
@@ -189,6 +193,7 @@ void Engine::carry_out(const Command& command, Outcome& outcome) {
       held.parameters = what;
     else
       held = Instrument(*instrument, what);
+    if (use_effect_of_instrument(command.hand)) publish(Change::cut), outcome.is_changed = true;
     work_[command.hand].is_fresh = true;
     work_[command.hand].body.reset();
   } else {

@@ -135,6 +135,9 @@ class Engine {
   volume::Status check_setting(const Command& command) const;
   bool set(const Command& command, std::int64_t& number, Change& change, volume::Status& error);
   bool record_setting(const Command& command);
+  volume::Status check_effect_of(const Instrument& held, std::size_t hand) const;
+  bool use_effect_of_instrument(std::size_t hand);
+
   void arm(PendingJob& job) const;
   std::shared_ptr<haptics::ServoScene> make_scene(std::uint64_t serial);
   bool adopt_geometry(const PendingJob& job, const JobResult& result);

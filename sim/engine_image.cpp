@@ -50,6 +50,7 @@ Status Engine::restore(const EngineImage& image) {
     work_[h] = hand.work;
     trails_[h] = hand.trail;
   }
+  for (std::size_t h = 0; h < hands_.size(); ++h) use_effect_of_instrument(h);
   // Effects that ended make room for those that began.
   for (const bool is_ending : {true, false})
     for (const auto& [key, command] : now_.settings.told) {

@@ -66,6 +66,17 @@ volume::Result<std::shared_ptr<const haptics::LawSet>> laws_after(const haptics:
   return with_law(hand.laws.get(), wish.effect.value, std::move(law));
 }
 
+/// No effect that anybody names has it.
+constexpr std::uint32_t k_instruments_effect = 0xffffffff;
+
+/// The hand's laws with that which an instrument makes.
+volume::Result<std::shared_ptr<const haptics::LawSet>> laws_with(const haptics::ServoHand& hand,
+                                                                 const Instrument& held) {
+  const std::string words =
+      held.type && held.type->effect ? held.type->effect(held.parameters.data()) : std::string();
+  return laws_after(hand, SetEffect{{k_instruments_effect}, words});
+}
+
 /// Can a hand that holds this feel with such a ball, or so many?
 Status check_radius(const haptics::TouchScene& scene, const Instrument& held, double radius,
                     const std::vector<glm::dvec3>& balls) {
@@ -103,6 +114,10 @@ Status Engine::check_setting(const Command& command) const {
                    "the mover of a model", ""};
     return check_quaternion(place->rotation);
   }
+  if (const auto* effect = command.what.as<SetEffect>();
+      effect && effect->effect.value == k_instruments_effect)
+    return Error{"this effect is the instrument's own", "set-effect", std::to_string(k_instruments_effect),
+                 "a smaller number", ""};
   if (const auto* effect = command.what.as<SetEffect>())
     if (const auto laws = laws_after(hand, *effect); !laws) return laws.error();
   if (const auto* geometry = command.what.as<ToolGeometry>(); geometry && !geometry->balls.empty())
@@ -110,6 +125,22 @@ Status Engine::check_setting(const Command& command) const {
   if (const auto* geometry = command.what.as<ToolGeometry>())
     return check_radius(anatomy, now_.settings.hands[command.hand], geometry->radius, geometry->balls);
   return std::nullopt;
+}
+
+Status Engine::check_effect_of(const Instrument& held, std::size_t hand) const {
+  const auto laws = laws_with(hands_[hand], held);
+  return laws ? Status() : laws.error();
+}
+
+/// True: it has another force beside surfaces than before.
+bool Engine::use_effect_of_instrument(std::size_t hand) {
+  const auto words = [](const std::shared_ptr<const haptics::LawSet>& laws) {
+    return laws && laws->laws().back().id == k_instruments_effect ? laws->laws().back().words : std::string();
+  };
+  auto laws = laws_with(hands_[hand], now_.settings.hands[hand]);
+  if (!laws || words(laws.value()) == words(hands_[hand].laws)) return false;
+  hands_[hand].laws = std::move(laws).value();
+  return true;
 }
 
 /// Into what its hand feels, or all of them. False: it is no setting of a hand. `number`: of the item, mover

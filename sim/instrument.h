@@ -22,6 +22,7 @@ struct InstrumentInput {
 struct ToolNeeds {
   double finest_cut = 0;    ///< mm, diameter of what it cuts with; 0: it cuts nothing
   double touch_radius = 0;  ///< mm, of the ball that the hand touches with; 0: a point, or what the hand has
+  std::vector<glm::dvec3> balls = {};  ///< mm, seen from the hand: middles of several such balls; none: one
 };
 
 /// An instrument is a function of its module, parameters with a table, and a state with a table. Made by
@@ -36,6 +37,9 @@ struct InstrumentType {
   ToolBall (*body)(const void* parameters, const void* state, const InstrumentInput& input) = nullptr;
   /// Of a session over that anatomy. May be null: nothing.
   ToolNeeds (*needs)(const void* parameters, const volume::Volume& anatomy) = nullptr;
+  /// The force that it makes beside surfaces while a hand has it, in words (haptics::parse_effect); empty:
+  /// none. May be null: never any.
+  std::string (*effect)(const void* parameters) = nullptr;
 
   std::string_view name() const noexcept { return parameters->schema->name; }
 };
@@ -53,8 +57,10 @@ struct InstrumentParts<void (*)(const P&, S&, const InstrumentInput&, Work&)> {
 /// From `void step(const Parameters&, State&, const InstrumentInput&, Work&)`, and those that it has of
 /// `Status check(const Parameters&, const TouchScene&)`,
 /// `ToolBall body(const Parameters&, const State&, const InstrumentInput&)` and
-/// `ToolNeeds needs(const Parameters&, const volume::Volume&)`; nullptr in place of one that it has not.
-template <auto k_step, auto k_check = nullptr, auto k_body = nullptr, auto k_needs = nullptr>
+/// `ToolNeeds needs(const Parameters&, const volume::Volume&)` and `std::string effect(const Parameters&)`;
+/// nullptr in place of one that it has not.
+template <auto k_step, auto k_check = nullptr, auto k_body = nullptr, auto k_needs = nullptr,
+          auto k_effect = nullptr>
 const InstrumentType& instrument_type() noexcept {
   using Parameters = typename detail::InstrumentParts<decltype(k_step)>::Parameters;
   using State = typename detail::InstrumentParts<decltype(k_step)>::State;
@@ -75,6 +81,8 @@ const InstrumentType& instrument_type() noexcept {
       made.needs = [](const void* p, const volume::Volume& anatomy) -> ToolNeeds {
         return k_needs(*static_cast<const Parameters*>(p), anatomy);
       };
+    if constexpr (!std::is_null_pointer_v<decltype(k_effect)>)
+      made.effect = [](const void* p) -> std::string { return k_effect(*static_cast<const Parameters*>(p)); };
     return made;
   }();
   return type;

@@ -112,6 +112,7 @@ Status meet_needs(SceneSpec& spec, const volume::Volume& anatomy, const Catalogu
       return Error{"the tool is too large to touch with all of its ball", hand.instrument,
                    "a ball of " + text_of(needs.touch_radius) + " mm", "at most 6 mm", "take a smaller one"};
     if (needs.touch_radius > 0) hand.tool_radius = needs.touch_radius, is_fixed = true;
+    if (!needs.balls.empty()) hand.tool_balls = needs.balls, hand.method = "chain";
   }
   const std::string found = smallest_burr ? text_of(*smallest_burr) : "";
   if (smallest_burr && is_fixed && *smallest_burr != finest)

@@ -10,35 +10,16 @@
 #include <glm/gtc/matrix_access.hpp>
 #include <glm/matrix.hpp>
 
+#include "volume/removal_shape.h"
+
 namespace trephine::volume {
 
 namespace {
 
 constexpr std::uint64_t k_all = ~std::uint64_t{0};
 
-/// Where samples of a ball's distance are a step h apart, the splines through them are nearer to a wall that
-/// bends by 1/r than the samples say: by h^2/(8r) along a hole, twice that at its round end. Samples are
-/// taken as much less as lies between.
-constexpr double k_spline_share = 3.0 / 16;
-/// Of the radius, at most: a ball of a step or two is no longer one.
-constexpr double k_most_allowance = 0.02;
-/// A body's side is round in one direction, and its ends hardly: a ball's share of that.
-constexpr double k_side_share = 1.0 / 3;
 /// Of a body's places that are swept at once.
 constexpr int k_stamps_at_once = 32;
-
-double allowance(double radius_mm, const Frame& lattice) {
-  const glm::dvec3& h = lattice.spacing();
-  const double square = (h.x * h.x + h.y * h.y + h.z * h.z) / 3;
-  return radius_mm > 0 ? std::min(k_spline_share * square / radius_mm, k_most_allowance * radius_mm) : 0;
-}
-
-/// How finely a ball is counted: 4 points along a cell's edge where it spans many cells, 8 where it is small.
-/// Its volume is then within 0.05 % as a rule, and 0.2 % at worst.
-int points_per_edge(double radius_mm, const Frame& lattice) {
-  const glm::dvec3& h = lattice.spacing();
-  return radius_mm < 8 * std::max({h.x, h.y, h.z}) ? 8 : 4;
-}
 
 CellPoints cell_points(int n, const Frame& lattice) {
   CellPoints points;
@@ -69,136 +50,10 @@ VoxelBox united(const VoxelBox& a, const VoxelBox& b) noexcept {
 void add(RemovalReport& sum, const RemovalReport& one) noexcept {
   sum.removed_units += one.removed_units;
   sum.bricks_changed += one.bricks_changed;
+  sum.intensity_sum += one.intensity_sum;
+  sum.intensity_square_sum += one.intensity_square_sum;
+
   sum.box = united(sum.box, one.box);
-}
-
-/// What one call to remove() needs everywhere.
-struct RemovalEditor::Shape : SweepShape {
-  glm::dvec3 start_world;
-  bool continues;
-  int n;  ///< points along a cell's edge
-
-  Shape(const Sweep& s, const Version& version) : Shape(s.start_world, s.continues, s.radius_mm, version) {
-    allowance = static_cast<float>(volume::allowance(s.radius_mm, version.lattice().frame()));
-    const glm::dvec3 d = s.end_world - s.start_world;
-    const double l = glm::length(d);
-    length = static_cast<float>(l);
-    for (int a = 0; a < 3; ++a) along[a] = l > 0 ? static_cast<float>(d[a] / l) : 0.0f;
-    cell_reach += 1e-6f * (cell_reach + radius + length);  // rounding
-  }
-  /// One part of a body's way: at shares `first` to `last` of it, by steps of one in `count`.
-  Shape(const ToolSweep& s, int first, int last, int count, const Version& version)
-      : Shape(s.start.at_world, s.continues, std::min(s.body.radius, s.body.end_radius), version) {
-    allowance = static_cast<float>(k_side_share * volume::allowance(radius, version.lattice().frame()));
-    length = along[0] = along[1] = along[2] = 0;
-    set_body(s.body);
-    float farthest = body_reach;
-    for (int i = first; i <= last; ++i) {
-      const ToolPlace place = between(s.start, s.end, static_cast<double>(i) / count);
-      const glm::vec3 at(place.at_world - s.start.at_world), axis(place.axis_world);
-      stamps.push_back({{at.x, at.y, at.z}, {axis.x, axis.y, axis.z}});
-      farthest = std::max(farthest, glm::length(at) + body_reach);
-    }
-    cell_reach += 1e-6f * (cell_reach + farthest);  // rounding
-  }
-
-  /// Of a brick whose first sample is at `corner`, mm from the start; `middle` of its samples.
-  void sweep_brick(const RemovalKernels& kernels, const glm::vec3& corner, const glm::vec3& middle,
-                   const float* old, BrickSweep& out) const {
-    if (stamps.empty()) {
-      // Past the end with all points of its cells, not its samples alone.
-      const bool is_ball = projection(middle) - brick_extent_along() - cell_reach >= length;
-      return kernels.sweep_brick(*this, &corner.x, is_ball, old, out);
-    }
-    near.clear();
-    for (const BodyShape::Stamp& stamp : stamps)
-      if (!misses_brick(stamp, middle)) near.push_back(stamp);
-    out.is_in_band = !near.empty();
-    if (out.is_in_band)
-      kernels.stamp_brick(*this, body, near.data(), static_cast<int>(near.size()), &corner.x, old, out);
-  }
-  /// Of a cell of the brick that was swept last, around `at`.
-  void sample(const RemovalKernels& kernels, const CellPoints& points, const glm::vec3& at, bool is_past_end,
-              std::uint64_t* words) const {
-    if (stamps.empty()) return kernels.sample(*this, points, &at.x, is_past_end, words);
-    kernels.sample_stamps(*this, body, near.data(), static_cast<int>(near.size()), points, &at.x, words);
-  }
-
-  static float dot(const glm::vec3& v, const float* w) { return v.x * w[0] + v.y * w[1] + v.z * w[2]; }
-  float projection(const glm::vec3& w) const { return dot(w, along); }
-  /// Half the extent of a brick's samples along a unit direction.
-  float brick_extent(const glm::vec3& direction) const {
-    constexpr float k_half = 0.5f * (k_brick - 1);
-    return 1.0001f * k_half *
-           (std::abs(dot(direction, ax)) + std::abs(dot(direction, ay)) + std::abs(dot(direction, az)));
-  }
-  float brick_extent_along() const { return brick_extent({along[0], along[1], along[2]}); }
-  /// Is nothing to do in the brick whose middle is at w? It lies beyond the band, by the plane through the
-  /// nearest point of the sweep's axis, or wholly behind a continued sweep.
-  bool misses_brick(const glm::vec3& w) const {
-    if (!stamps.empty())
-      return std::all_of(stamps.begin(), stamps.end(),
-                         [&](const auto& stamp) { return misses_brick(stamp, w); });
-    const float wt = projection(w);
-    if (continues && length > 0 && wt < -brick_extent_along() - cell_reach) return true;
-    const glm::vec3 q = w - std::clamp(wt, 0.0f, length) * glm::vec3(along[0], along[1], along[2]);
-    return is_beyond(q, radius);
-  }
-  glm::vec3 lattice_step(float x, float y, float z) const {
-    return {x * ax[0] + y * ay[0] + z * az[0], x * ax[1] + y * ay[1] + z * az[1],
-            x * ax[2] + y * ay[2] + z * az[2]};
-  }
-
- private:
-  /// What is common to both.
-  Shape(const glm::dvec3& start, bool goes_on, double smallest_radius, const Version& version)
-      : start_world(start),
-        continues(goes_on),
-        n(points_per_edge(smallest_radius, version.lattice().frame())) {
-    const Frame& frame = version.lattice().frame();
-    radius = static_cast<float>(smallest_radius);
-    band = static_cast<float>(version.band_mm());
-    for (int a = 0; a < 3; ++a) {
-      ax[a] = static_cast<float>(frame.axes()[0][a]);
-      ay[a] = static_cast<float>(frame.axes()[1][a]);
-      az[a] = static_cast<float>(frame.axes()[2][a]);
-    }
-    cell_reach = static_cast<float>(0.5 * frame.diagonal_mm() * 1.0001);
-  }
-  void set_body(const ToolBody& b);
-  /// Is a brick whose middle is at q from a ball's beyond the band?
-  bool is_beyond(const glm::vec3& q, float ball) const {
-    const float far = std::sqrt(glm::dot(q, q));
-    return far > 0 && far - brick_extent(q / far) > ball + allowance + band;
-  }
-  bool misses_brick(const BodyShape::Stamp& stamp, const glm::vec3& w) const {
-    const glm::vec3 at(stamp.at[0], stamp.at[1], stamp.at[2]),
-        axis(stamp.axis[0], stamp.axis[1], stamp.axis[2]);
-    return is_beyond(w - at - body_middle * axis, body_reach);
-  }
-
-  BodyShape body{};
-  std::vector<BodyShape::Stamp> stamps;        ///< of a body; none: a ball's way
-  mutable std::vector<BodyShape::Stamp> near;  ///< those that reach the brick that was swept last
-  float body_middle = 0, body_reach = 0;       ///< of the ball around the body
-};
-
-void RemovalEditor::Shape::set_body(const ToolBody& b) {
-  body.is_drum = b.form == ToolBody::Form::drum;
-  body.radius = static_cast<float>(b.radius), body.length = static_cast<float>(b.length);
-  body_middle = static_cast<float>(b.middle()), body_reach = static_cast<float>(b.reach());
-  if (!body.is_drum) {
-    const double taper = b.length > 0 ? (b.radius - b.end_radius) / b.length : 0;
-    body.growth = static_cast<float>(-taper);
-    body.slope = static_cast<float>(taper / std::sqrt(1 - taper * taper));
-    return;
-  }
-  const ToolBody::Corner corner = b.corner();
-  body.edge = static_cast<float>(b.edge), body.bulge = static_cast<float>(b.bulge());
-  body.half = static_cast<float>(0.5 * b.length);
-  body.corner = static_cast<float>(corner.along), body.core = static_cast<float>(corner.off);
-  body.lean_sine = static_cast<float>(corner.lean);
-  body.lean_cosine = static_cast<float>(std::sqrt(1 - corner.lean * corner.lean));
 }
 
 RemovalEditor::RemovalEditor(std::shared_ptr<const Version> start, std::vector<Field> solids,
@@ -411,7 +266,7 @@ std::int64_t RemovalEditor::count_solid(const RemovalMask& mask, const glm::ivec
 }
 
 RemovalReport RemovalEditor::remove(const Sweep& sweep) {
-  const Shape shape(sweep, *next_);
+  const SweptShape shape(sweep, *next_);
   return remove(shape, sweep.start_world, sweep.end_world,
                 sweep.radius_mm + next_->band_mm_ + static_cast<double>(shape.allowance));
 }
@@ -431,7 +286,7 @@ RemovalReport RemovalEditor::remove(const ToolSweep& sweep) {
   RemovalReport all;
   for (int first = sweep.continues && count > 0 ? 1 : 0; first <= count; first += k_stamps_at_once) {
     const int last = std::min(first + k_stamps_at_once - 1, count);
-    const Shape shape(sweep, first, last, std::max(1, count), *next_);
+    const SweptShape shape(sweep, first, last, std::max(1, count), *next_);
     const ToolPlace from = between(sweep.start, sweep.end, static_cast<double>(first) / std::max(1, count)),
                     to = between(sweep.start, sweep.end, static_cast<double>(last) / std::max(1, count));
     const double beyond = std::abs(body.middle()) + body.reach();
@@ -441,7 +296,7 @@ RemovalReport RemovalEditor::remove(const ToolSweep& sweep) {
   return all;
 }
 
-RemovalReport RemovalEditor::remove(const Shape& shape, const glm::dvec3& start_world,
+RemovalReport RemovalEditor::remove(const SweptShape& shape, const glm::dvec3& start_world,
                                     const glm::dvec3& end_world, double reach) {
   RemovalReport report;
   const CutLattice& lattice = next_->lattice_;
@@ -475,7 +330,7 @@ RemovalReport RemovalEditor::remove(const Shape& shape, const glm::dvec3& start_
   return report;
 }
 
-void RemovalEditor::remove_in_brick(const Shape& shape, const glm::ivec3& low, RemovalReport& report) {
+void RemovalEditor::remove_in_brick(const SweptShape& shape, const glm::ivec3& low, RemovalReport& report) {
   const Brick* old = next_->brick_at(low);
   if (old && old->is_hollow) return;
   const glm::vec3 corner(next_->lattice_.frame().world_from_volume(glm::dvec3(low)) - shape.start_world);
@@ -519,7 +374,7 @@ class BrickShifts {
 }  // namespace
 
 /// Masks: cells wholly inside are filled, those on the surface sampled; behind a continued sweep all is done.
-void RemovalEditor::mark_cells(const Shape& shape, const BrickSweep& sweep, const glm::vec3& corner,
+void RemovalEditor::mark_cells(const SweptShape& shape, const BrickSweep& sweep, const glm::vec3& corner,
                                const glm::ivec3& low, const Brick* old, Brick*& brick,
                                RemovalReport& report) {
   const RemovalMask* seen = brick ? brick->mask.get() : old ? old->mask.get() : nullptr;
@@ -544,7 +399,7 @@ void RemovalEditor::mark_cells(const Shape& shape, const BrickSweep& sweep, cons
 }
 
 template <std::size_t Words>
-void RemovalEditor::mark_cells_of(const Shape& shape, const BrickSweep& sweep, const glm::vec3& corner,
+void RemovalEditor::mark_cells_of(const SweptShape& shape, const BrickSweep& sweep, const glm::vec3& corner,
                                   const glm::ivec3& low, const std::array<std::uint64_t, k_brick>& cells,
                                   RemovalMask& mask, RemovalReport& report) {
   const float shift_share = 1 / static_cast<float>(shape.n);
@@ -553,9 +408,10 @@ void RemovalEditor::mark_cells_of(const Shape& shape, const BrickSweep& sweep, c
   const bool is_as_fine = mask.n == shape.n;
   const CutLattice& lattice = next_->lattice_;
   const Volume& base = next_->base();
-  // Most bricks lie wholly in the volume, and most volumes have no labels: then no voxel is looked up.
-  const bool is_plain = base.labels.is_empty() && base.contains(lattice.voxel_of(low)) &&
-                        base.contains(lattice.voxel_of(low + k_brick - 1));
+  // Most bricks lie wholly in the volume.
+  const bool is_within =
+      base.contains(lattice.voxel_of(low)) && base.contains(lattice.voxel_of(low + k_brick - 1));
+
   std::vector<std::int64_t>& ledger = next_->ledger_.units_by_label;
   for (std::size_t z = 0; z < k_brick; ++z)
     for (std::uint64_t left = cells[z]; left != 0; left &= left - 1) {
@@ -577,11 +433,16 @@ void RemovalEditor::mark_cells_of(const Shape& shape, const BrickSweep& sweep, c
         }
       }
       if (!mark(mask, in_brick, points)) continue;
-      const glm::ivec3 voxel = is_plain ? glm::ivec3(0) : lattice.voxel_of(low + in);
-      if (!is_plain && !base.contains(voxel)) continue;
+      const glm::ivec3 voxel = lattice.voxel_of(low + in);
+      if (!is_within && !base.contains(voxel)) continue;
       const std::int64_t units = count_solid(mask, low + in, in_brick, points.data());
-      const std::size_t label =
-          base.labels.is_empty() ? 0 : base.labels[base.index(voxel.x, voxel.y, voxel.z)];
+      if (units == 0) continue;
+      const std::size_t at = base.index(voxel.x, voxel.y, voxel.z);
+      const std::size_t label = base.labels.is_empty() ? 0 : base.labels[at];
+      const std::int64_t intensity = std::max<std::int64_t>(base.voxels[at], 0);
+      report.intensity_sum += units * intensity;
+      report.intensity_square_sum += units * intensity * intensity;
+
       ledger[std::min(label, ledger.size() - 1)] += units;
       report.removed_units += units;
     }

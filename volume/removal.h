@@ -31,13 +31,18 @@ struct RemovalReport {
   std::int64_t removed_units = 0;  ///< newly removed solid points, RemovalLedger units
   int bricks_changed = 0;
   VoxelBox box{glm::ivec3(0), glm::ivec3(-1)};  ///< voxels that may have changed; empty when low > high
+  /// Sums over those points of what the voxels around them hold (as it is stored; below 0 counts as 0), and
+  /// of its square: how dense it was.
+  std::int64_t intensity_sum = 0, intensity_square_sum = 0;
 };
+
 /// Adds one report to another.
 void add(RemovalReport& sum, const RemovalReport& one) noexcept;
 /// The smallest box that holds both; empty boxes (low > high) add nothing.
 VoxelBox united(const VoxelBox& a, const VoxelBox& b) noexcept;
 
 class PartingDistances;
+struct SweptShape;
 
 /// Makes new versions from old ones. One thread (the edit thread). Removal is a union: applying sweeps again
 /// or in another order gives the same masks, ledger and kept bits.
@@ -84,23 +89,21 @@ class RemovalEditor {
   const Version& working() const noexcept { return *next_; }
 
  private:
-  struct Shape;
-
   /// The brick at sample `s`, to be written; whole regions, pages and bricks of older versions are copied.
   Ref<Brick>& editable_slot(const glm::ivec3& s);
   /// The brick of sample s, its own, after the sweep.
   Brick& swept_brick(const glm::ivec3& s, const BrickSweep& sweep);
   RemovalMask& editable_mask(Brick& brick, int n);
   void classify(RemovalMask& mask, const glm::ivec3& low) const;
-  RemovalReport remove(const Shape& shape, const glm::dvec3& low_world, const glm::dvec3& high_world,
+  RemovalReport remove(const SweptShape& shape, const glm::dvec3& low_world, const glm::dvec3& high_world,
                        double reach);
-  void remove_in_brick(const Shape& shape, const glm::ivec3& low, RemovalReport& report);
+  void remove_in_brick(const SweptShape& shape, const glm::ivec3& low, RemovalReport& report);
 
-  void mark_cells(const Shape& shape, const BrickSweep& sweep, const glm::vec3& corner, const glm::ivec3& low,
-                  const Brick* old, Brick*& brick, RemovalReport& report);
+  void mark_cells(const SweptShape& shape, const BrickSweep& sweep, const glm::vec3& corner,
+                  const glm::ivec3& low, const Brick* old, Brick*& brick, RemovalReport& report);
   /// Of the cells of a brick that `cells` names, with masks of so many words a cell.
   template <std::size_t Words>
-  void mark_cells_of(const Shape& shape, const BrickSweep& sweep, const glm::vec3& corner,
+  void mark_cells_of(const SweptShape& shape, const BrickSweep& sweep, const glm::vec3& corner,
                      const glm::ivec3& low, const std::array<std::uint64_t, k_brick>& cells,
                      RemovalMask& mask, RemovalReport& report);
   void take_out_of_brick(PartingDistances& distances, const glm::ivec3& low, RemovalReport& report);

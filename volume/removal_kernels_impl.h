@@ -148,6 +148,22 @@ class BodyLanes {
   V distance(V along, V off_square) const {
     return body_.is_drum ? drum(along, Lanes::root(off_square)) : cone(along, off_square);
   }
+  /// Which of them lie in it: the same as distance() <= 0, without what that needs outside of it.
+  unsigned contains(V along, V off_square) const {
+    const V zero = Lanes::all(0);
+    if (!body_.is_drum) {
+      const V t = nearest_ball(along, off_square), beside = Lanes::sub(along, t);
+      const V ball = Lanes::add(Lanes::all(body_.radius), Lanes::mul(t, Lanes::all(body_.growth)));
+      return Lanes::less_equal(Lanes::add(off_square, Lanes::mul(beside, beside)), Lanes::mul(ball, ball));
+    }
+    const V off = Lanes::root(off_square), edge = Lanes::all(body_.edge);
+    const Edge at = edge_of(along, off);
+    const unsigned is_beyond = Lanes::less(zero, at.beyond);
+    const unsigned in_corner = Lanes::less_equal(at.square, Lanes::mul(edge, edge));
+    const unsigned in_faces =
+        Lanes::less_equal(at.along, edge) & Lanes::less_equal(twice_side(along, off), zero);
+    return (is_beyond & in_corner) | (~is_beyond & in_faces);
+  }
   /// Of points relative to where the sweep starts.
   V distance(const BodyShape::Stamp& stamp, V x, V y, V z) const {
     const V ux = Lanes::all(stamp.axis[0]), uy = Lanes::all(stamp.axis[1]), uz = Lanes::all(stamp.axis[2]);
@@ -163,34 +179,46 @@ class BodyLanes {
   }
 
  private:
+  /// Of a cone: along its axis, the middle of the ball that is nearest.
+  V nearest_ball(V along, V off_square) const {
+    if (body_.slope != 0)
+      along = Lanes::sub(along, Lanes::mul(Lanes::all(body_.slope), Lanes::root(off_square)));
+    return Lanes::min(Lanes::max(along, Lanes::all(0)), Lanes::all(body_.length));
+  }
   V cone(V along, V off_square) const {
-    const V zero = Lanes::all(0), length = Lanes::all(body_.length);
-    V t = along;
-    if (body_.slope != 0) t = Lanes::sub(t, Lanes::mul(Lanes::all(body_.slope), Lanes::root(off_square)));
-    t = Lanes::min(Lanes::max(t, zero), length);
-    const V beside = Lanes::sub(along, t);
+    const V t = nearest_ball(along, off_square), beside = Lanes::sub(along, t);
     const V far = Lanes::root(Lanes::add(off_square, Lanes::mul(beside, beside)));
     return Lanes::sub(far, Lanes::add(Lanes::all(body_.radius), Lanes::mul(t, Lanes::all(body_.growth))));
   }
+  /// Of a drum, from its rounded edge's middle: along the axis, squared, and above 0 where that is nearest.
+  struct Edge {
+    V along, square, beyond;
+  };
+  Edge edge_of(V along, V off) const {
+    const V s = Lanes::magnitude(Lanes::sub(along, Lanes::all(body_.half)));
+    const V vs = Lanes::sub(s, Lanes::all(body_.corner)), vo = Lanes::sub(off, Lanes::all(body_.core));
+    return {vs, Lanes::add(Lanes::mul(vs, vs), Lanes::mul(vo, vo)),
+            Lanes::min(vo, Lanes::sub(Lanes::mul(vs, Lanes::all(body_.lean_cosine)),
+                                      Lanes::mul(vo, Lanes::all(body_.lean_sine))))};
+  }
+  /// Twice what its side is away, of a straight one; of an arc, of the same sign.
+  V twice_side(V along, V off) const {
+    const V u = Lanes::sub(off, Lanes::all(body_.radius)), twice = Lanes::add(u, u);
+    if (body_.bulge == 0) return twice;
+    const V s = Lanes::sub(along, Lanes::all(body_.half));
+    return Lanes::add(Lanes::mul(Lanes::all(body_.bulge), Lanes::add(Lanes::mul(s, s), Lanes::mul(u, u))),
+                      twice);
+  }
   V drum(V along, V off) const {
     const V one = Lanes::all(1), edge = Lanes::all(body_.edge), k = Lanes::all(body_.bulge);
-    const V s = Lanes::magnitude(Lanes::sub(along, Lanes::all(body_.half))),
-            u = Lanes::sub(off, Lanes::all(body_.radius));
-    V side = u;
-    if (body_.bulge > 0) {
-      const V square = Lanes::add(Lanes::mul(s, s), Lanes::mul(u, u)), twice = Lanes::add(u, u);
-      const V ku = Lanes::mul(k, twice);
-      side = Lanes::divide(
-          Lanes::add(Lanes::mul(k, square), twice),
-          Lanes::add(Lanes::root(Lanes::add(Lanes::add(Lanes::mul(Lanes::mul(k, k), square), ku), one)),
-                     one));
-    }
-    const V vs = Lanes::sub(s, Lanes::all(body_.corner)), vo = Lanes::sub(off, Lanes::all(body_.core));
-    const V face = Lanes::max(vs, Lanes::add(side, edge));
-    const V corner = Lanes::root(Lanes::add(Lanes::mul(vs, vs), Lanes::mul(vo, vo)));
-    const V beyond = Lanes::min(vo, Lanes::sub(Lanes::mul(vs, Lanes::all(body_.lean_cosine)),
-                                               Lanes::mul(vo, Lanes::all(body_.lean_sine))));
-    return Lanes::sub(Lanes::where_positive(beyond, corner, face), edge);
+    V side = twice_side(along, off);
+    // Over 1 and the root of 1 + k times itself: the circle's distance without its large radius.
+    side = body_.bulge == 0
+               ? Lanes::sub(off, Lanes::all(body_.radius))
+               : Lanes::divide(side, Lanes::add(Lanes::root(Lanes::add(Lanes::mul(k, side), one)), one));
+    const Edge at = edge_of(along, off);
+    const V face = Lanes::max(at.along, Lanes::add(side, edge));
+    return Lanes::sub(Lanes::where_positive(at.beyond, Lanes::root(at.square), face), edge);
   }
 
   const BodyShape& body_;
@@ -268,8 +296,7 @@ void sample_stamp(const SweepShape& shape, const BodyShape& body, const BodyShap
                                       Lanes::load(points.squared + 64 * word + in_word));
           const V along = Lanes::add(ahead, forward.along_x[i]);
           const V off_square = Lanes::max(Lanes::sub(square, Lanes::mul(along, along)), zero);
-          bits |= static_cast<std::uint64_t>(Lanes::less_equal(lanes.distance(along, off_square), zero))
-                  << in_word;
+          bits |= static_cast<std::uint64_t>(lanes.contains(along, off_square)) << in_word;
         }
       }
     }

@@ -24,6 +24,20 @@ ToolBody::Corner ToolBody::corner() const noexcept {
   return {along, std::sqrt(arc * arc - along * along) - (1 / k - radius), along / arc};
 }
 
+ToolBody::Support ToolBody::support(double rise) const noexcept {
+  const double beside = std::sqrt(std::max(0.0, 1 - rise * rise));
+  if (form == Form::cone) {
+    const bool is_end = length * rise + end_radius > radius;
+    const double ball = is_end ? end_radius : radius;
+    return {(is_end ? length : 0) + ball * rise, ball * beside};
+  }
+  const Corner at = corner();
+  const double k = bulge(), half = 0.5 * length;
+  if (std::abs(rise) > at.lean || k == 0)
+    return {half + (rise < 0 ? -at.along : rise > 0 ? at.along : 0) + edge * rise, at.off + edge * beside};
+  return {half + rise / k, beside / k - (1 / k - radius)};
+}
+
 double ToolBody::distance(double along, double off) const noexcept {
   if (form == Form::cone) {
     // The nearest of the balls between both ends.

@@ -49,6 +49,13 @@ struct ToolBody {
     double along, off, lean;
   };
   Corner corner() const noexcept;
+  /// Its farthest point in a direction whose part along the axis (toward the shaft) is `rise`, -1 to 1: how
+  /// far
+  /// along the axis, and how far off it, on that side.
+  struct Support {
+    double along, off;
+  };
+  Support support(double rise) const noexcept;
   /// One over the radius of the circle whose arc a drum's side is, 1/mm; 0: straight.
   double bulge() const noexcept;
 };

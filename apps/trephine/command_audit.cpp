@@ -81,6 +81,8 @@ checker::EffectLaw law_of(const std::string& words) {
   else if (const auto* e = std::get_if<haptics::Texture>(&effect.kind))
     law.kind = Kind::texture, law.direction = e->direction_world, law.strength = e->height,
     law.other = e->wavelength;
+  else if (const auto* e = std::get_if<haptics::Spin>(&effect.kind))
+    law.kind = Kind::spin, law.strength = e->drag, law.other = e->frequency_hz, law.third = e->chatter;
   else if (const auto* e = std::get_if<haptics::Align>(&effect.kind))
     law.kind = Kind::align, law.direction = e->direction_world, law.strength = e->stiffness,
     law.other = e->damping;
@@ -392,6 +394,7 @@ Result<Outcome> audit_session(const AuditArguments& arguments) {
       tick.stiffness = stiffness_there(scene, r);
       tick.damping = material.damping, tick.viscosity = material.viscosity;
     }
+    tick.is_working = r.pose.is_pressed();
     tick.has_contact = r.has_contact, tick.is_buried = r.is_buried, tick.is_led = r.is_led;
     tick.is_reset = r.is_reset, tick.is_restarted = r.is_restarted;
     tick.is_not_finite = is_lost, tick.is_fading = (r.faults & haptics::k_latched_faults) != 0;

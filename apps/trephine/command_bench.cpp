@@ -5,6 +5,7 @@
 #include "data-tools/open_volume.h"
 #include "haptics/proxy/subvoxel_proxy.h"
 #include "tests/bench/benchmarks.h"
+#include "tests/bench/drilling.h"
 #include "tests/bench/peers.h"
 #include "tests/bench/rays.h"
 
@@ -15,8 +16,31 @@ using volume::Result;
 
 namespace {
 
+constexpr const char* k_benchmarks = "surface, step, rays, drill, load, dicom, open, feel or stability";
+
 Json to_json(const bench::StepTimes& t) {
   return {{"count", t.count}, {"p50", t.p50}, {"p99", t.p99}, {"p999", t.p999}, {"max", t.max}};
+}
+
+/// Ours and the ways of others, against the closed form.
+void bench_drill(const BenchArguments& arguments, Outcome& outcome) {
+  Json rows = Json::array();
+  outcome.text = "a burr of 4 mm goes 8 mm through solid bone, 20 mm/s\n" +
+                 format_text("%-30s %-10s %-22s %8s %10s %11s %10s %10s\n", "way", "burr", "voxels",
+                             "rate, Hz", "volume, %", "surface, mm", "p50, us", "p99, us");
+  for (const bench::DrillingRow& row : bench::run_drilling_benchmark(arguments.is_quick)) {
+    rows.push_back({{"way", row.way},
+                    {"burr", row.burr},
+                    {"voxels", row.voxels},
+                    {"rate_hz", row.rate_hz},
+                    {"volume_error", row.volume_error},
+                    {"surface_error_mm", row.surface_error_mm},
+                    {"tick_us", to_json(row.tick)}});
+    outcome.text += format_text("%-30s %-10s %-22s %8.0f %10.3f %11.3f %10.1f %10.1f\n", row.way.c_str(),
+                                row.burr.c_str(), row.voxels.c_str(), row.rate_hz, 100 * row.volume_error,
+                                row.surface_error_mm, row.tick.p50, row.tick.p99);
+  }
+  outcome.json["rows"] = rows;
 }
 
 void bench_surface(int size, Outcome& outcome) {
@@ -180,18 +204,19 @@ Result<Outcome> run_bench(const BenchArguments& arguments) {
     if (volume::Status error = bench_stability(arguments, outcome)) return *error;
   } else if (arguments.what == "dicom") {
     if (volume::Status error = bench_dicom(arguments, outcome)) return *error;
+  } else if (arguments.what == "drill") {
+    bench_drill(arguments, outcome);
   } else if (arguments.what == "open") {
     if (volume::Status error = bench_open(arguments, outcome)) return *error;
   } else {
-    return Error{"there is no such benchmark", "", arguments.what,
-                 "surface, step, rays, load, dicom, open, feel or stability", ""};
+    return Error{"there is no such benchmark", "", arguments.what, k_benchmarks, ""};
   }
   return outcome;
 }
 
 Run build(Options& options) {
   auto a = std::make_shared<BenchArguments>();
-  options.add("WHAT", a->what, "surface, step, rays, load, dicom, open, feel or stability").required();
+  options.add("WHAT", a->what, k_benchmarks).required();
   options.add("SRC", a->source,
               "A scan: for load; one more scene for feel and stability; a folder for dicom. A session: for "
               "open (none: ten "
@@ -202,7 +227,8 @@ Run build(Options& options) {
   options.add("--steps", a->steps, "Random steps of stability, in all").shows_default();
   options.add(
       "--quick", a->is_quick,
-      "Feel with smaller and fewer scenes: a minute, or two with every peer; dicom with a small disk");
+      "Feel with smaller and fewer scenes: a minute, or two with every peer; dicom with a small disk; drill "
+      "with fewer voxels and rates");
   options
       .add("--only", a->only,
            "Built-in scenes of feel whose name holds this, for example sphere; methods of stability likewise")
@@ -218,12 +244,12 @@ Run build(Options& options) {
 
 }  // namespace
 
-const Command k_bench{
-    "bench", "Measure, beside peers in the same run",
-    "  trephine bench surface\n  trephine bench step --json\n  trephine bench load SCANS/HEAD\n"
-    "  trephine bench dicom\n  trephine bench open\n  trephine bench open drill.session\n"
-    "  trephine bench feel -o out/ --quick\n"
-    "  trephine bench stability SCANS/HEAD --steps 100000000 -o out/",
-    build};
+const Command k_bench{"bench", "Measure, beside peers in the same run",
+                      "  trephine bench surface\n  trephine bench step --json\n  trephine bench drill\n  "
+                      "trephine bench load SCANS/HEAD\n"
+                      "  trephine bench dicom\n  trephine bench open\n  trephine bench open drill.session\n"
+                      "  trephine bench feel -o out/ --quick\n"
+                      "  trephine bench stability SCANS/HEAD --steps 100000000 -o out/",
+                      build};
 
 }  // namespace trephine::app

@@ -1,9 +1,9 @@
 // drill: a path of a burr, and what it leaves.
+#include "apps/trephine/burr_options.h"
 #include "apps/trephine/commands.h"
 #include "data-tools/atomic_file.h"
 #include "data-tools/open_volume.h"
 #include "data-tools/output_set.h"
-#include "modules/drilling/burr.h"
 #include "sim/lockstep.h"
 #include "volume/text.h"
 
@@ -69,6 +69,29 @@ void report_forbidden(const sim::Engine& engine, double dt, Outcome& outcome) {
   outcome.json["forbidden"] = all;
 }
 
+/// What modules measured, and where resistance was lost.
+void report_measures(const sim::Engine& engine, Outcome& outcome) {
+  Json measures = Json::array(), through = Json::array();
+  for (const sim::Measure& one : engine.measures()) {
+    measures.push_back({{"name", one.name}, {"value", one.value}, {"unit", one.unit}});
+    if (one.unit == "K" || one.name == "deepest plunge")
+      outcome.text += format_text("%s: %.1f %s\n", one.name.c_str(), one.value, one.unit.c_str());
+  }
+  const sim::Chronicle& chronicle = engine.now().chronicle;
+  for (std::size_t i = 0; i < chronicle.size(); ++i)
+    if (const auto* one = chronicle[i].what.as<drilling::Breakthrough>()) {
+      const glm::dvec3& at = chronicle[i].place_world;
+      through.push_back({{"place_world_mm", {at.x, at.y, at.z}},
+                         {"thrust_n", one->thrust},
+                         {"plunge_mm", one->plunge},
+                         {"seconds", one->seconds}});
+      outcome.text += format_text("broke through at %.1f, %.1f, %.1f under %.1f N and plunged %.1f mm\n",
+                                  at.x, at.y, at.z, one->thrust, one->plunge);
+    }
+  outcome.json["measures"] = measures;
+  outcome.json["breakthroughs"] = through;
+}
+
 Result<Outcome> run_drill(const DrillArguments& arguments) {
   const drilling::Burr& burr = arguments.burr;
   data_tools::OutputSet outputs;
@@ -129,9 +152,11 @@ Result<Outcome> run_drill(const DrillArguments& arguments) {
   Json& json = outcome.json;
   json["source"] = name_in_report(source);
   json["shape"] = volume::describe(scene.items[0].field.shape(), source.volume->is_hounsfield);
+  json["burr"] = sim::Value(burr).words();
   json["burr_diameter_mm"] = burr.diameter;
   json["is_kinematic"] = burr.is_kinematic;
   json["is_round"] = burr.is_round;
+
   if (burr.is_round) {
     json["touch_radius_mm"] = scene.tool_radius;
     json["ticks_hovering"] = hovering;
@@ -152,7 +177,9 @@ Result<Outcome> run_drill(const DrillArguments& arguments) {
   outcome.text = format_text("removed %.2f mm3 in %zu steps\n", run.engine().removed_mm3(), times.size());
   for (const auto& [name, mm3] : by_label.items())
     outcome.text += format_text("  %s %.2f mm3\n", name.c_str(), mm3.get<double>());
+  report_measures(run.engine(), outcome);
   outcome.text += "written to " + arguments.output + "\n";
+
   report_forbidden(run.engine(), 1 / arguments.rate, outcome);
   if (const haptics::ServoRecord& last = run.last_record(); last.has_contact) {
     const double held = glm::length(last.proxy_world - last.pose.position_world);
@@ -179,10 +206,7 @@ Run build(Options& options) {
   auto a = std::make_shared<DrillArguments>();
   add_source(options, a->source).required();
   add_shape(options, a->shape);
-  options.add("--burr-diameter", a->burr.diameter, "Above 0, at most 30 mm")
-      .required()
-      .type("MM")
-      .means("burr diameter");
+  add_burr(options, a->burr).required();
   options
       .add("--smallest-burr", a->smallest_burr,
            "The smallest burr that will cut in this session, mm: the finer it is the finer cuts are sampled "
@@ -190,16 +214,10 @@ Run build(Options& options) {
       .type("MM");
   add_path(options, a->path).required();
   add_rate(options, a->rate);
-  options
-      .add("--removal-rate", a->burr.removal_rate,
-           "mm3/s that the burr can take away; pushed no faster than that it meets no force")
-      .means("burr removal_rate")
-      .shows_default();
   options.add("--kinematic", a->burr.is_kinematic,
-              "The path is the burr's centre and everything it sweeps goes; without this it is the burr's "
+              "The path is the burr itself and everything it sweeps goes; without this it is the burr's "
               "lowest point, and bone is removed where it presses");
   options.add("-o,--output", a->output, data_tools::extensions_of(data_tools::OutputKind::volume)).required();
-  add_round(options, a->burr.is_round);
   add_method(options, a->method);
   add_record(options, a->record);
   return run_with(a, run_drill);
@@ -210,7 +228,9 @@ Run build(Options& options) {
 const Command k_drill{
     "drill", "Play a path of a burr and write what is left",
     "  trephine drill SCANS/HEAD --burr-diameter 4 --path path.csv -o drilled.mha\n"
-    "  trephine drill head --burr-diameter 6 --kinematic --path path.csv -o drilled.nii.gz --json",
+    "  trephine drill head --burr-diameter 6 --kinematic --path path.csv -o drilled.nii.gz --json\n"
+    "  trephine drill head --burr-diameter 3 --burr-shape match-head --grade diamond --round --path path.csv "
+    "-o drilled.mha",
     build};
 
 }  // namespace trephine::app

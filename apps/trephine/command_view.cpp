@@ -1,4 +1,5 @@
 // view: a window to touch and cut with the mouse.
+#include "apps/trephine/burr_options.h"
 #include "apps/trephine/commands.h"
 #include "apps/view/render_window.h"
 #include "apps/view/view_window.h"
@@ -6,7 +7,6 @@
 #include "data-tools/atomic_file.h"
 #include "data-tools/output_set.h"
 #include "modules/catalogue.h"
-#include "modules/drilling/burr.h"
 #include "volume/work_counters.h"
 
 namespace trephine::app {
@@ -207,10 +207,7 @@ Run build(Options& options) {
   auto a = std::make_shared<ViewArguments>();
   add_source(options, a->source);
   add_shape(options, a->shape);
-  options.add("--burr-diameter", a->burr.diameter, "Above 0, at most 30 mm")
-      .shows_default()
-      .type("MM")
-      .means("burr diameter");
+  add_burr(options, a->burr).shows_default();
   options
       .add("--smallest-burr", a->smallest_burr,
            "The smallest burr that can be chosen in the window, mm: the finer it is the finer cuts are "
@@ -227,7 +224,6 @@ Run build(Options& options) {
            "hand that wants to go it)")
       .shows_default()
       .type("NAME");
-  add_round(options, a->burr.is_round);
   add_record(options, a->record);
   options.add("--no-autosave", a->has_no_autosave, "Do not keep the session in ~/.local/state/trephine");
   return run_with(a, run_view);

@@ -91,6 +91,20 @@ Option Options::add(const char* names, bool& value, const std::string& help) {
   return keep(names, app_->add_flag(names, value, help));
 }
 
+Option Options::add(const char* names, std::uint8_t& value, std::span<const std::string_view> words,
+                    const std::string& help) {
+  const std::vector<std::string> all(words.begin(), words.end());
+  const auto choose = [&value, all](const std::string& word) {
+    const auto found = std::find(all.begin(), all.end(), word);
+    if (found == all.end()) return false;
+    value = static_cast<std::uint8_t>(found - all.begin());
+    return true;
+  };
+  CLI::Option* option = app_->add_option_function<std::string>(names, choose, help);
+  option->check(CLI::IsMember(all))->type_name("WORD")->default_str(all.at(value));
+  return keep(names, option);
+}
+
 volume::Error Options::in_words_of_options(volume::Error error) const {
   const Name* best = nullptr;
   for (const auto& name : names_)
@@ -264,14 +278,6 @@ Option add_rate(Options& options, double& rate) {
 Option add_method(Options& options, std::string& method) {
   return options.add("--method", method, "How the proxy is kept on the surface: " + haptics::method_names())
       .shows_default();
-}
-
-void add_round(Options& options, bool& is_round) {
-  options
-      .add("--round", is_round,
-           "The bone is touched with the burr's ball, whose middle the hand holds, instead of its lowest "
-           "point; a voxel or a twelfth smaller than it cuts, so that it has room in its own hole; to 12 mm")
-      .means("tool radius");
 }
 
 }  // namespace trephine::app

@@ -6,6 +6,7 @@
 #include <initializer_list>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -49,6 +50,9 @@ class Options {
   Option add(const char* names, std::uint64_t& value, const std::string& help);
   Option add(const char* names, std::vector<std::string>& value, const std::string& help);
   Option add(const char* names, bool& value, const std::string& help);
+  /// One of those words, by its number; that which `value` is shows as the default.
+  Option add(const char* names, std::uint8_t& value, std::span<const std::string_view> words,
+             const std::string& help);
 
   /// The error as a person at the command line knows it: by options.
   volume::Error in_words_of_options(volume::Error error) const;
@@ -83,6 +87,5 @@ char side_of(const std::string& side);
 Option add_path(Options& options, std::string& path);
 Option add_rate(Options& options, double& rate);
 Option add_method(Options& options, std::string& method);
-void add_round(Options& options, bool& is_round);
 
 }  // namespace trephine::app

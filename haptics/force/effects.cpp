@@ -97,6 +97,13 @@ const Description k_effects[] = {
                                      {"stiffness", &a.stiffness, nullptr, 0, 1000},
                                      {"damping", &a.damping, nullptr, 0, 5}};
      }},
+    {"spin", make<Spin>,
+     [](EffectKind& k) {
+       auto& s = std::get<Spin>(k);
+       return std::vector<Parameter>{{"drag", &s.drag, nullptr, 0, 1},
+                                     {"chatter", &s.chatter, nullptr, 0, 1},
+                                     {"frequency", &s.frequency_hz, nullptr, 1, 1000}};
+     }},
 };
 static_assert(std::size(k_effects) == std::variant_size_v<EffectKind>);
 
@@ -196,7 +203,7 @@ struct EffectMemory {
   std::size_t kind;  ///< one more than its index
   dvec3 start_world, ahead_world;
   double track_end;  ///< mm that a track is long
-  double phase;      ///< of a vibration, in turns
+  double phase;      ///< of what shakes, in turns
   bool has_track, was_in;
 };
 
@@ -211,6 +218,10 @@ void step_effect(const Effect& effect, EffectMemory& memory, const LawInput& inp
   }
   const auto render = [&](const dvec3& force) { sum.rendered_world += limited(force, effect.most); };
   const auto give = [&](const dvec3& force) { sum.active_world += limited(force, effect.most); };
+  const auto advance = [&](double hz) {
+    memory.phase += std::min(hz, 0.25 / input.dt) * input.dt;
+    memory.phase -= std::floor(memory.phase);
+  };
   if (const auto* constant = std::get_if<ConstantForce>(&effect.kind)) {
     give(constant->force_world);
   } else if (const auto* viscosity = std::get_if<Viscosity>(&effect.kind)) {
@@ -247,8 +258,7 @@ void step_effect(const Effect& effect, EffectMemory& memory, const LawInput& inp
     const double height = glm::dot(hip - plane->point_world, plane->normal_world);
     if (height < 0) render(-plane->stiffness * height * plane->normal_world);
   } else if (const auto* vibration = std::get_if<Vibration>(&effect.kind)) {
-    memory.phase += std::min(vibration->frequency_hz, 0.25 / input.dt) * input.dt;
-    memory.phase -= std::floor(memory.phase);
+    advance(vibration->frequency_hz);
     give(vibration->amplitude * volume::deterministic_sin(k_turn * memory.phase) *
          vibration->direction_world);
   } else if (const auto* gravity = std::get_if<GravityCompensation>(&effect.kind)) {
@@ -262,6 +272,15 @@ void step_effect(const Effect& effect, EffectMemory& memory, const LawInput& inp
     const double slope = texture->height * k_turn / texture->wavelength *
                          volume::deterministic_cos(k_turn * (turns - std::floor(turns)));
     give(-pressed * slope * along);
+  } else if (const auto* spin = std::get_if<Spin>(&effect.kind)) {
+    advance(spin->frequency_hz);
+    if (!input.is_working || !input.proxy.has_contact) return;
+    const dvec3 shaft = glm::normalize(input.orientation) * dvec3(0, 0, 1);
+    const dvec3& n = input.proxy.normal_world;
+    const double pressed = std::max(0.0, glm::dot(input.contact_force_world, n));
+    // Where it is touched its surface goes along shaft x normal, and bone holds it back.
+    const double shake = spin->chatter * volume::deterministic_sin(k_turn * memory.phase);
+    give(pressed * (shake * n - (spin->drag + shake) * glm::cross(shaft, n)));
   } else if (const auto* align = std::get_if<Align>(&effect.kind)) {
     const dvec3 points = glm::normalize(input.orientation) * dvec3(0, 0, -1);
     constexpr double k_arm = 10;  // mm: as an effect's most is told in newtons

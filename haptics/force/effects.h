@@ -63,14 +63,22 @@ struct Align {
   double damping = 0.5;    ///< N mm s/rad
 };
 
+/// A tool that turns about its axis (the stylus's), clockwise as the hand sees it, while the button is down:
+/// what it presses on drags it aside, and shakes it by teeth that come and go.
+struct Spin {
+  double drag = 0.3;         ///< of what presses it
+  double chatter = 0.1;      ///< of what presses it, to and fro
+  double frequency_hz = 80;  ///< of that
+};
+
 using EffectKind = std::variant<ConstantForce, Viscosity, Spring, LineTrack, PlaneStop, Vibration,
-                                GravityCompensation, Texture, Align>;
+                                GravityCompensation, Texture, Align, Spin>;
 struct Effect {
   EffectKind kind;
   double most = 3;  ///< N: never more; of a torque as many hundredths of a newton metre
 };
 
-/// "constant, viscous, spring, line, plane, vibration, gravity, texture, align".
+/// "constant, viscous, spring, line, plane, vibration, gravity, texture, align, spin".
 std::string effect_names();
 /// From words: "spring anchor=0,0,10 stiffness=0.2 most=2". Directions need not be unit. Error names the
 /// effect's parameters, or the effects.

@@ -26,6 +26,7 @@ struct LawInput {
   glm::dvec3 velocity_world;  ///< mm/s, of the hand, smoothed
   glm::dvec3 turning_world;   ///< rad/s, likewise
   double dt;                  ///< s since the tick before
+  bool is_working;            ///< the button is down
 };
 
 /// What the laws of a hand make together.

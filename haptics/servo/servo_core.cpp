@@ -222,13 +222,15 @@ ServoRecord ServoCore::step(const ServoScene& seen, const ServoInput& input) noe
     if (is_led_) lead(mine, hip);
     cap_ = is_led_ ? k_lead_force : std::min(force_limit_, cap_ + k_lead_recovery * dt_);
     wanted_ = limited(force_.step(step_, hip, scene), cap_);
+    record.press_world = wanted_;
     dvec3 torque(0);
     if (!scene.tool_balls.empty())
       torque = (cap_ < force_limit_ ? cap_ / force_limit_ : 1) * force_.turn(step_, scene);
     active_ = dvec3(0);
     if (mine.laws) {
-      const LawForces forces = laws_.step(*mine.laws, {scene, mine.state.version.get(), step_, wanted_, hip,
-                                                       input.pose.orientation, dvec3(0), dvec3(0), dt_});
+      const LawForces forces =
+          laws_.step(*mine.laws, {scene, mine.state.version.get(), step_, wanted_, hip,
+                                  input.pose.orientation, dvec3(0), dvec3(0), dt_, input.pose.is_pressed()});
       wanted_ += forces.rendered_world;
       active_ = forces.active_world;
       torque += forces.torque_world;
@@ -243,6 +245,7 @@ ServoRecord ServoCore::step(const ServoScene& seen, const ServoInput& input) noe
     wanted_ += active_;
     if (mine.has_pops) pop_through(mine, hip, record);
     record.proxy_world = step_.proxy_world;
+    record.turn_world = step_.turn_world;
     record.normal_world = step_.normal_world;
     record.has_contact = step_.has_contact;
     record.is_buried = step_.is_buried;

@@ -49,6 +49,8 @@ struct ServoRecord {
   Pose pose;                  ///< no button while a fault is latched or the proxy is led out
   glm::dvec3 proxy_world{0.0}, normal_world{0.0}, force_world{0.0};
   glm::dvec3 torque_world{0.0};  ///< N mm
+  glm::dvec3 press_world{0.0};   ///< N, of surfaces alone, before fades and limits of the whole
+  glm::dvec3 turn_world{0.0};    ///< as turn_between() tells it, from the hand to a tool of several balls
   bool has_contact = false, is_buried = false;
   bool is_led = false;  ///< matter grew over the proxy and it is on its way out
   int shape = -1;       ///< the touched item

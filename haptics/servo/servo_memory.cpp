@@ -13,7 +13,7 @@ namespace trephine::haptics {
 namespace {
 
 // A struct that grows belongs here with its new field.
-static_assert(sizeof(ServoCore) == 7168 && sizeof(ProxyState) == 744 && sizeof(ServoRecord) == 336);
+static_assert(sizeof(ServoCore) == 7168 && sizeof(ProxyState) == 744 && sizeof(ServoRecord) == 384);
 
 template <class Fields>
 void fields_of(PlaneMemory& p, Fields& fields) {
@@ -60,8 +60,8 @@ void fields_of(TouchEvent& e, Fields& fields) {
 template <class Fields>
 void fields_of(ServoRecord& r, Fields& fields) {
   fields(r.tick, r.t, r.version, r.pose, r.proxy_world, r.normal_world, r.force_world, r.torque_world,
-         r.has_contact, r.is_buried, r.is_led, r.shape, r.side, r.faults, r.raised, r.is_reset,
-         r.is_restarted, r.restart_volume, r.hand, r.energy, r.event_count);
+         r.press_world, r.turn_world, r.has_contact, r.is_buried, r.is_led, r.shape, r.side, r.faults,
+         r.raised, r.is_reset, r.is_restarted, r.restart_volume, r.hand, r.energy, r.event_count);
   r.event_count = r.event_count <= ServoRecord::k_most_events ? r.event_count : 0;
   for (std::uint8_t i = 0; i < r.event_count; ++i) fields(r.events[i]);
 }

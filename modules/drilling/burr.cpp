@@ -11,42 +11,98 @@ namespace trephine::drilling {
 
 using glm::dvec3;
 using sim::field;
+using volume::ToolBody;
+using volume::ToolPlace;
 
 namespace {
 constexpr double k_memory_voxels =
     1.5;  // contact lost over a way of fewer voxel diagonals is the same contact
-constexpr double k_credit_seconds = 0.02;  // removal that may be saved up while the ball closes in
-constexpr double k_step_mm = 0.05;         // the ball moves in bites of at most this, each paid for
+constexpr double k_credit_seconds = 0.02;  // removal that may be saved up while the burr closes in
+constexpr double k_step_mm = 0.05;         // the burr moves in bites of at most this, each paid for
 constexpr double k_turn_cosine = 0.7071;   // a wall farther than this from the axis turns it ...
 constexpr double k_turn_seconds = 0.25;    // ... over about this, when pressed by a radius
+constexpr double k_left_behind = 0.25;     // of a radius: a proxy that slid so far away has left the burr
+constexpr double k_thrust_seconds = 0.1;   // over which thrust is smoothed
+constexpr double k_pore_mm = 2;            // resistance that is back after less was lost in a pore
+constexpr double k_retreat_mm = 0.5;       // a hand that comes back so far has stopped
+constexpr double k_plunge_seconds = 1;     // no plunge takes longer
+
+dvec3 shaft_of(const glm::dquat& hand) noexcept {
+  return glm::normalize(glm::normalize(hand) * dvec3(0, 0, 1));
+}
+
+/// Of a tool that the bone turns out of the hand's way (ServoRecord::turn_world).
+dvec3 turned(const dvec3& shaft, const dvec3& turn) noexcept {
+  const dvec3 half = 0.5 * turn;
+  const double square = std::min(1.0, glm::dot(half, half));
+  const dvec3 twice = 2.0 * glm::cross(half, shaft);
+  return glm::normalize(shaft + std::sqrt(1 - square) * twice + glm::cross(half, twice));
+}
+
+/// From a body's `along` 0 to its farthest point against `out`.
+dvec3 lowest_point(const ToolBody& body, const dvec3& shaft, const dvec3& out) noexcept {
+  if (body.is_ball()) return -body.radius * out;
+  const double rise = -glm::dot(out, shaft);
+  const ToolBody::Support support = body.support(rise);
+  const dvec3 beside = -out - rise * shaft;
+  const double length = glm::length(beside);
+  return support.along * shaft + (length > 1e-9 ? support.off / length : 0) * beside;
+}
 
 /// One tick of a burr.
 class BurrTick {
  public:
   BurrTick(const Burr& burr, BurrState& state, const sim::InstrumentInput& input, sim::Work& work)
-      : burr_(burr), state_(state), tick_(input.tick), dt_(input.dt), work_(work) {}
+      : burr_(burr),
+        body_(burr.body()),
+        state_(state),
+        tick_(input.tick),
+        dt_(input.dt),
+        work_(work),
+        hand_shaft_(shaft_of(tick_.pose.orientation)) {}
   void drill();
+  void cool_and_watch();
 
  private:
-  /// mm^3 that so many seconds of contact can take away.
-  double budget(double seconds) const noexcept { return burr_.removal_rate * seconds; }
-  double sweep_to(const dvec3& centre);
+  bool is_by_press() const noexcept { return burr_.removal_rate == 0; }
+  Cutting cutting() const noexcept;
+  double sweep_to(const ToolPlace& place);
   void turn_axis() noexcept;
+  void start_where_the_proxy_is();
+  void go_on_toward_the_hand(double limit);
 
   const Burr& burr_;
+  const ToolBody body_;
   BurrState& state_;
   const haptics::ServoRecord& tick_;
   double dt_;
   sim::Work& work_;
+  dvec3 hand_shaft_;
 };
 
-/// Gives what that took away, mm^3.
-double BurrTick::sweep_to(const dvec3& centre) {
+Cutting BurrTick::cutting() const noexcept {
+  // Of a tool of several balls the surfaces' force as a whole; else its part across the surface.
+  const double press = glm::dot(tick_.normal_world, tick_.normal_world) > 0
+                           ? glm::dot(tick_.press_world, tick_.normal_world)
+                           : glm::length(tick_.press_world);
+  return {burr_.grade,    burr_.radius(), burr_.rpm, tick_.has_contact ? std::max(0.0, press) : 0,
+          state_.engaged, !burr_.is_dry};
+}
+
+/// Returns what that took away: mm^3, or as many of the reference bone as take the same energy.
+double BurrTick::sweep_to(const ToolPlace& place) {
+  const ToolPlace from = state_.has_centre ? ToolPlace{state_.centre, state_.shaft} : place;
   const volume::RemovalReport one =
-      work_.remove({state_.has_centre ? state_.centre : centre, centre, burr_.radius(), state_.has_centre});
-  state_.centre = centre;
+      body_.is_ball()
+          ? work_.remove(volume::Sweep{from.at_world, place.at_world, body_.radius, state_.has_centre})
+          : work_.remove(volume::ToolSweep{body_, from, place, state_.has_centre});
+  const double mm3 = work_.left().mm3_of(one.removed_units);
+  const double way = glm::length(place.at_world - from.at_world);
+  if (way > 1e-6) state_.engaged = mm3 / way;
+  state_.centre = place.at_world;
+  state_.shaft = place.axis_world;
   state_.has_centre = true;
-  return work_.left().mm3_of(one.removed_units);
+  return is_by_press() ? mm3 * relative_energy(one, work_.left().base()) : mm3;
 }
 
 void BurrTick::turn_axis() noexcept {
@@ -63,89 +119,224 @@ void BurrTick::turn_axis() noexcept {
   }
 }
 
+void BurrTick::start_where_the_proxy_is() {
+  const dvec3& hip = tick_.pose.position_world;
+  const dvec3 shaft = burr_.is_round ? turned(hand_shaft_, tick_.turn_world) : hand_shaft_;
+  const dvec3 low = burr_.is_round ? dvec3(0) : lowest_point(body_, shaft, state_.axis);
+  if (state_.has_centre && is_by_press()) {
+    // Its lowest point is somewhere between proxy and HIP, unless the proxy slid away.
+    const dvec3 at = state_.centre + low - tick_.proxy_world, way = hip - tick_.proxy_world;
+    const double square = glm::dot(way, way);
+    const double share = square > 0 ? std::clamp(glm::dot(at, way) / square, 0.0, 1.0) : 0;
+    state_.has_centre = glm::length(at - share * way) <= k_left_behind * burr_.radius();
+  }
+  if (!state_.has_centre) state_.owed_mm3 -= sweep_to({tick_.proxy_world - low, shaft});
+}
+
+/// Toward the place where the lowest point is on the HIP, by bites that time has paid for.
+void BurrTick::go_on_toward_the_hand(double limit) {
+  const dvec3& hip = tick_.pose.position_world;
+  const ToolPlace from{state_.centre, state_.shaft};
+  const ToolPlace to{burr_.is_round ? hip : hip - lowest_point(body_, hand_shaft_, state_.axis), hand_shaft_};
+  double way = glm::length(to.at_world - from.at_world);
+  if (!body_.is_ball())
+    way = std::max(way, std::max(std::abs(body_.low()), std::abs(body_.high())) *
+                            glm::length(to.axis_world - from.axis_world));
+  const double length = std::min(way, limit * dt_);
+  if (length <= 1e-9) return;
+  const int bites = std::max(1, static_cast<int>(std::ceil(length / k_step_mm)));
+  for (int i = 1; i <= bites && state_.owed_mm3 > 0; ++i)
+    state_.owed_mm3 -= sweep_to(volume::between(from, to, length / way * i / bites));
+}
+
 void BurrTick::drill() {
+  const dvec3& hip = tick_.pose.position_world;
   if (burr_.is_kinematic) {
-    sweep_to(tick_.pose.position_world);
+    sweep_to({hip, hand_shaft_});
     return;
   }
-  // The ball clears the voxels in front of the HIP, and their walls stand up to a voxel off the cut, so
-  // contact comes and goes while the ball works: while it cuts, and for a short way after, it is still in
+  // The burr clears the voxels in front of the HIP, and their walls stand up to a voxel off the cut, so
+  // contact comes and goes while the burr works: while it cuts, and for a short way after, it is still in
   // contact.
-  const double radius = burr_.radius();
-  const dvec3& hip = tick_.pose.position_world;
   state_.free_mm = tick_.has_contact ? 0 : state_.free_mm + glm::length(hip - state_.hip);
   state_.hip = hip;
   if (state_.free_mm > k_memory_voxels * work_.left().base().frame.diagonal_mm()) state_.has_centre = false;
   if (!tick_.has_contact && !state_.has_centre) return;
-  state_.owed_mm3 = std::min(state_.owed_mm3 + budget(dt_), budget(k_credit_seconds + dt_));
+  const Cutting now = cutting();
+  const double rate = is_by_press() ? drilling::removal_rate(now) : burr_.removal_rate;
+  state_.owed_mm3 = std::min(state_.owed_mm3 + rate * dt_, rate * (k_credit_seconds + dt_));
   if (tick_.has_contact) {
     if (!burr_.is_round) turn_axis();  // else the axis stays 0
-    if (!state_.has_centre) state_.owed_mm3 -= sweep_to(tick_.proxy_world + radius * state_.axis);
+    start_where_the_proxy_is();
   }
-
-  // Toward the place where the lowest point is on the HIP, by bites that time has paid for.
-  const dvec3 way = hip + radius * state_.axis - state_.centre;
-  const double length = std::min(glm::length(way), burr_.feed_limit * dt_);
-  if (length <= 1e-9) return;
-  const dvec3 start = state_.centre, direction = way / glm::length(way);
-  const int bites = std::max(1, static_cast<int>(std::ceil(length / k_step_mm)));
-  for (int i = 1; i <= bites && state_.owed_mm3 > 0; ++i)
-    state_.owed_mm3 -= sweep_to(start + (length * i / bites) * direction);
+  go_on_toward_the_hand(is_by_press() ? std::min(burr_.feed_limit, drilling::feed_limit(now))
+                                      : burr_.feed_limit);
   if (work_.removed().removed_units > 0) state_.free_mm = 0;
 }
 
-void step(const Burr& burr, BurrState& state, const sim::InstrumentInput& input, sim::Work& work) {
-  if (input.is_fresh || !input.tick.pose.is_pressed()) state = BurrState{};
-  if (input.tick.pose.is_pressed()) BurrTick(burr, state, input, work).drill();
+/// What follows from the tick beside the cut: warmth, and whether resistance was lost.
+void BurrTick::cool_and_watch() {
+  const Cutting now = cutting();
+  const Warming warm = warming(now);
+  state_.rise += (warm.rise - state_.rise) * std::min(1.0, dt_ / warm.seconds);
+  state_.hottest = std::max(state_.hottest, state_.rise);
+
+  const bool is_working = tick_.pose.is_pressed() && !burr_.is_kinematic;
+  const double beyond = glm::dot(state_.held_at - tick_.pose.position_world, state_.held_normal);
+  if (state_.is_through) {
+    state_.seconds += dt_;
+    if (beyond > state_.deepest) state_.deepest = beyond, state_.deepest_at = state_.seconds;
+    const bool is_pore = tick_.has_contact && state_.deepest < k_pore_mm;
+    if (!is_pore && is_working && !tick_.has_contact && state_.seconds < k_plunge_seconds &&
+        beyond > state_.deepest - k_retreat_mm)
+      return;
+    if (!is_pore && state_.deepest > k_retreat_mm)
+      work_.raise_event(Breakthrough{state_.thrust, state_.deepest, state_.deepest_at}, state_.held_at);
+    state_.is_through = false;
+    state_.held_normal = dvec3(0);
+    return;
+  }
+  if (!is_working) {
+    state_.held_normal = dvec3(0);
+    state_.thrust = 0;
+  } else if (tick_.has_contact) {
+    state_.thrust += (now.press - state_.thrust) * std::min(1.0, dt_ / k_thrust_seconds);
+    if (work_.removed().removed_units > 0)
+      state_.held_at = tick_.proxy_world, state_.held_normal = tick_.normal_world;
+  } else if (state_.held_normal != dvec3(0) && !state_.has_centre) {
+    // The contact is over: on which side is the hand?
+    if (beyond > 0) {
+      state_.is_through = true;
+      state_.deepest = beyond, state_.seconds = state_.deepest_at = 0;
+    } else {
+      state_.held_normal = dvec3(0);
+    }
+  }
 }
 
-/// The ball while it cuts, and on the surface on which it stands; in the air nobody knows on which side of
-/// its lowest point the ball is, so there it is that point.
+void step(const Burr& burr, BurrState& state, const sim::InstrumentInput& input, sim::Work& work) {
+  if (input.is_fresh || !input.tick.pose.is_pressed()) {
+    BurrState next;
+    next.rise = state.rise, next.hottest = state.hottest;
+    if (!input.is_fresh && state.is_through) {  // the plunge ends with the button
+      BurrTick(burr, state, input, work).cool_and_watch();
+      next.rise = state.rise;
+    }
+    state = next;
+  }
+  BurrTick tick(burr, state, input, work);
+  if (input.tick.pose.is_pressed()) tick.drill();
+  tick.cool_and_watch();
+}
+
+/// The ball around the body while it cuts, and on the surface on which it stands; in the air nobody knows on
+/// which side of its lowest point the burr is, so there it is that point.
 sim::ToolBall body(const Burr& burr, const BurrState& state, const sim::InstrumentInput& input) {
   const haptics::ServoRecord& tick = input.tick;
-  if (state.has_centre) return {state.centre, burr.radius()};
-  if (burr.is_kinematic) return {tick.pose.position_world, burr.radius()};
-  if (burr.is_round) return {tick.proxy_world, burr.radius()};
+  const ToolBody body = burr.body();
+  const auto around = [&](const dvec3& at, const dvec3& shaft) {
+    return sim::ToolBall{at + (body.is_ball() ? 0 : body.middle()) * shaft, body.reach()};
+  };
+  const dvec3 shaft = shaft_of(tick.pose.orientation);
+  if (state.has_centre) return around(state.centre, state.shaft);
+  if (burr.is_kinematic) return around(tick.pose.position_world, shaft);
+  if (burr.is_round) return around(tick.proxy_world, turned(shaft, tick.turn_world));
   if (!tick.has_contact) return {tick.proxy_world, 0};
-  return {tick.proxy_world + burr.radius() * tick.normal_world, burr.radius()};
+  return around(tick.proxy_world - lowest_point(body, shaft, tick.normal_world), shaft);
 }
 
 /// A smaller one would leave no hole in the session's lattice, and a ball must have room in what it cuts.
 volume::Status check(const Burr& burr, const haptics::TouchScene& scene) {
-  if (!scene.tool_balls.empty())
-    return volume::Error{"a burr is one ball", "burr", std::to_string(scene.tool_balls.size()) + " balls",
-                         "a tool of one ball, or a point", ""};
+  if (volume::Status error = volume::check(burr.body())) return error;
+  if (!scene.tool_balls.empty() && !burr.is_round)
+    return volume::Error{"a burr that is one point cannot touch with balls", "burr",
+                         std::to_string(scene.tool_balls.size()) + " balls",
+                         "a round burr, a tool of one ball, or a point", ""};
+  if (burr.is_round && burr.is_kinematic)
+    return volume::Error{"a burr that is not held by the bone has no round touch", "burr round", "kinematic",
+                         "one of the two", ""};
   if (burr.is_round && !(scene.tool_radius > 0))
     return volume::Error{"a round burr needs a ball to touch with", "burr round", "a point",
                          "a tool with a radius", "begin the operation with it"};
-  if (burr.is_round && burr.radius() < scene.tool_radius)
+  const ToolBody body = burr.body();
+  const double narrow = 2 * std::min(body.radius, body.end_radius);
+  if (burr.is_round && narrow < 2 * scene.tool_radius)
     return volume::Error{"the burr is smaller than the ball that touches for it", "burr diameter",
-                         std::to_string(burr.diameter) + " mm",
+                         std::to_string(narrow) + " mm",
                          std::to_string(2 * scene.tool_radius) + " mm or more", ""};
-  if (burr.diameter >= scene.smallest_burr) return std::nullopt;
+  if (narrow >= scene.smallest_burr) return std::nullopt;
   return volume::Error{"the burr is smaller than the session was made ready for", "burr diameter",
-                       std::to_string(burr.diameter) + " mm",
-                       std::to_string(scene.smallest_burr) + " mm or more",
+                       std::to_string(narrow) + " mm", std::to_string(scene.smallest_burr) + " mm or more",
                        "name the smallest burr when the session begins"};
 }
 
-/// A round one cuts no finer than it is, as long as the session lasts: its touch was made for its ball.
+/// A round one cuts no finer than it is, as long as the session lasts: its touch was made for its balls.
 sim::ToolNeeds needs(const Burr& burr, const volume::Volume& anatomy) {
-  return {burr.diameter, burr.is_round ? touch_radius(burr, anatomy) : 0};
+  const ToolBody body = burr.body();
+  sim::ToolNeeds needs{2 * std::min(body.radius, body.end_radius), 0, {}};
+  if (!burr.is_round) return needs;
+  const double radius = needs.touch_radius = touch_radius(burr, anatomy);
+  if (body.is_ball() && burr.shaft == 0) return needs;
+  // Balls inside of the body from its tip on, and on along the shaft, no farther apart than half of their
+  // width: what lies between two of them is nearer than an eighth of it.
+  const double first = body.low() + radius, last = std::max(first, body.high() - radius + burr.shaft);
+  const int gaps = std::clamp(static_cast<int>(std::ceil((last - first) / radius)), 0,
+                              static_cast<int>(haptics::TouchScene::k_most_balls) - 1);
+  for (int i = 0; i <= gaps; ++i)
+    needs.balls.push_back({0, 0, gaps == 0 ? first : first + (last - first) * i / gaps});
+  return needs;
+}
+
+/// What the turning burr does to the hand: dragged aside, and shaken. One that is not held by bone is only
+/// moved; one of a fixed rate has no press to go by.
+std::string effect(const Burr& burr) {
+  if (burr.is_kinematic || burr.removal_rate > 0) return {};
+  return burr.grade == Grade::diamond ? "spin drag=0.3 chatter=0.03 frequency=160"
+                                      : "spin drag=0.3 chatter=0.1 frequency=80";
 }
 
 }  // namespace
 
+ToolBody Burr::body() const noexcept {
+  const double r = radius();
+  switch (shape) {
+    case Shape::cylinder:
+      return ToolBody::cylinder(r, length > 0 ? length : 3 * r, 0.1 * r);
+    case Shape::barrel:
+      return ToolBody::barrel(r, 0.75 * r, length > 0 ? length : 2.4 * r, 0.1 * r);
+    case Shape::match_head:
+      return ToolBody::cone(r, 0.6 * r, (length > 0 ? length : 3 * r) - 1.6 * r);
+    case Shape::sphere:
+      break;
+  }
+  return ToolBody::ball(r);
+}
+
 const sim::Schema& Burr::schema() {
   constexpr double k_above_0 = 1e-9;
+  static constexpr std::string_view shapes[] = {"sphere", "cylinder", "barrel", "match-head"};
+  static constexpr std::string_view grades[] = {"cutting", "diamond"};
   static constexpr sim::Field fields[] = {
-      field<&Burr::diameter>("diameter", {.unit = "mm", .low = k_above_0, .high = 30, .help = "of the ball"}),
-      field<&Burr::removal_rate>(
-          "removal_rate", {.unit = "mm3/s", .low = k_above_0, .high = 1e5, .help = "at most, in contact"}),
+      field<&Burr::diameter>("diameter",
+                             {.unit = "mm", .low = k_above_0, .high = 30, .help = "where it is widest"}),
+      field<&Burr::removal_rate>("removal_rate",
+                                 {.unit = "mm3/s",
+                                  .low = 0,
+                                  .high = 1e5,
+                                  .help = "at most, in contact; 0: as force, speed and bone have it"}),
       field<&Burr::feed_limit>(
           "feed_limit", {.unit = "mm/s", .low = k_above_0, .high = 1e4, .help = "through matter, at most"}),
       field<&Burr::is_kinematic>("kinematic", {.help = "takes all that it sweeps, touched or not"}),
-      field<&Burr::is_round>("round", {.help = "touches with all of its ball"})};
+      field<&Burr::is_round>("round", {.help = "touches with all of it"}),
+      field<&Burr::shape>("shape", {.choices = shapes, .help = "of the part that cuts"}),
+      field<&Burr::grade>("grade",
+                          {.choices = grades, .help = "a cutting burr has teeth, a diamond one grains"}),
+      field<&Burr::rpm>("rpm", {.unit = "1/min", .low = 100, .high = 5e5, .help = "of the spindle"}),
+      field<&Burr::length>(
+          "length", {.unit = "mm", .low = 0, .high = 30, .help = "of the part that cuts; 0: as usual"}),
+      field<&Burr::shaft>("shaft",
+                          {.unit = "mm", .low = 0, .high = 40, .help = "of it that is felt too, with round"}),
+      field<&Burr::is_dry>("dry", {.help = "without irrigation"})};
   static constexpr sim::Schema table{"burr", 1, fields};
   return table;
 }
@@ -156,22 +347,65 @@ const sim::Schema& BurrState::schema() {
                                           field<&BurrState::axis>("axis"),
                                           field<&BurrState::hip>("hip", {.unit = "mm"}),
                                           field<&BurrState::free_mm>("free", {.unit = "mm"}),
-                                          field<&BurrState::owed_mm3>("owed", {.unit = "mm3"})};
+                                          field<&BurrState::owed_mm3>("owed", {.unit = "mm3"}),
+                                          field<&BurrState::shaft>("shaft"),
+                                          field<&BurrState::engaged>("engaged", {.unit = "mm2"}),
+                                          field<&BurrState::held_at>("held_at", {.unit = "mm"}),
+                                          field<&BurrState::held_normal>("held_normal"),
+                                          field<&BurrState::thrust>("thrust", {.unit = "N"}),
+                                          field<&BurrState::is_through>("is_through"),
+                                          field<&BurrState::deepest>("deepest", {.unit = "mm"}),
+                                          field<&BurrState::seconds>("seconds", {.unit = "s"}),
+                                          field<&BurrState::deepest_at>("deepest_at", {.unit = "s"}),
+                                          field<&BurrState::rise>("rise", {.unit = "K"}),
+                                          field<&BurrState::hottest>("hottest", {.unit = "K"})};
   static constexpr sim::Schema table{"burr-state", 1, fields};
   return table;
 }
 
+const sim::Schema& Breakthrough::schema() {
+  static constexpr sim::Field fields[] = {
+      field<&Breakthrough::thrust>("thrust", {.unit = "N", .help = "before"}),
+      field<&Breakthrough::plunge>("plunge", {.unit = "mm", .help = "beyond"}),
+      field<&Breakthrough::seconds>("seconds", {.unit = "s", .help = "until it was that deep"})};
+  static constexpr sim::Schema table{"breakthrough", 1, fields};
+  return table;
+}
+
 double touch_radius(const Burr& burr, const volume::Volume& volume) noexcept {
-  const double step = volume::OffsetField::step_for(burr.radius(), volume);
-  return std::max(0.5 * burr.radius(), burr.radius() - step);
+  const ToolBody body = burr.body();
+  const double radius = std::min(body.radius, body.end_radius);
+  const double step = volume::OffsetField::step_for(radius, volume);
+  return std::max(0.5 * radius, radius - step);
 }
 
 sim::Instrument burr(const Burr& parameters) {
-  return {sim::instrument_type<step, check, body, needs>(), parameters};
+  return {sim::instrument_type<step, check, body, needs, effect>(), parameters};
 }
 
 std::span<const sim::InstrumentType* const> Drilling::instruments() const {
-  static const std::array all{&sim::instrument_type<step, check, body, needs>()};
+  static const std::array all{&sim::instrument_type<step, check, body, needs, effect>()};
+  return all;
+}
+
+std::span<const sim::ValueType* const> Drilling::events() const {
+  static const std::array all{&sim::value_type<Breakthrough>()};
+  return all;
+}
+
+std::vector<sim::Measure> Drilling::measures(const sim::OperationState& now) const {
+  double hottest = 0, plunge = 0, breakthroughs = 0;
+  for (const sim::Instrument& hand : now.settings.hands)
+    if (const auto* state = hand.state.as<BurrState>()) hottest = std::max(hottest, state->hottest);
+  for (std::size_t i = 0; i < now.chronicle.size(); ++i)
+    if (const auto* through = now.chronicle[i].what.as<Breakthrough>())
+      ++breakthroughs, plunge = std::max(plunge, through->plunge);
+  std::vector<sim::Measure> all;
+  if (hottest > 0) all.push_back({"warmest bone, above body temperature", hottest, "K"});
+  if (breakthroughs > 0) {
+    all.push_back({"breakthroughs", breakthroughs, ""});
+    all.push_back({"deepest plunge", plunge, "mm"});
+  }
   return all;
 }
 

@@ -378,6 +378,8 @@ TEST_F(Command, ATouchIsRecordedReplayedAndAudited) {
         "--effect 'line start=0,0,50 ahead=0,0,-1 resistance=0.5'",
         "--effect 'plane point=0,0,47 normal=0,0,1'", "--effect 'vibration amplitude=0.2 frequency=90'",
         "--effect 'gravity mass=0.1'", "--effect 'texture height=0.1 wavelength=2'",
+        "--effect 'spin drag=0.4 chatter=0.2 frequency=60'",
+
         "--effect 'texture height=0.2' --effect 'vibration amplitude=0.5' --effect viscous --passive "
         "--radius 1"}) {
     fs::remove(folder_ / "t.session");
@@ -426,7 +428,7 @@ TEST_F(Command, TouchTakesAMethodAndARadius) {
       {"touch s.mha --path p.csv -o t.csv --radius 2 --method raystep", "method subvoxel"},
       {"touch s.mha --path p.csv -o t.csv --stiffness -1", "100 N/mm"},
       {"touch s.mha --path p.csv -o t.csv --blur -1", "10 voxels"},
-      {"touch s.mha --path p.csv -o t.csv --effect hum", "vibration, gravity, texture"},
+      {"touch s.mha --path p.csv -o t.csv --effect hum", "vibration, gravity, texture, align, spin"},
       {"touch s.mha --path p.csv -o t.csv --effect 'spring stiff=1'", "anchor=X,Y,Z, stiffness=NUMBER"},
       {"touch s.mha --path p.csv -o t.csv --effect 'viscous damping=5'", "0.02"},
       {"touch s.mha --path p.csv -o t.csv --stiffness-ramp 300,200,1", "rising"},

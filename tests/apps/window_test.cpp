@@ -149,7 +149,7 @@ TEST_F(Window, SaysWhyACommandWasRefused) {
     EXPECT_FALSE(made.prepare(scene));
     return made;
   }();
-  sim::Engine engine(scene, method, drilling::burr({}), 1e-3, catalogue());
+  sim::Engine engine(scene, method, drilling::burr({.removal_rate = 30}), 1e-3, catalogue());
   const glm::dvec3 on_it(0, 0, 45);
   for (std::uint64_t tick = 0; tick < 60; ++tick) {
     haptics::ServoRecord record;

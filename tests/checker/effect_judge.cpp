@@ -46,7 +46,8 @@ void EffectJudge::set(std::vector<EffectLaw> laws) {
 }
 
 EffectJudge::Forces EffectJudge::judge_tick(const dvec3& at, const dvec3& proxy, const dvec3& normal,
-                                            bool has_contact, const dvec3& contact_force) {
+                                            bool has_contact, const dvec3& contact_force, const dvec3& points,
+                                            bool is_working) {
   if (has_last_) {
     const double share = std::min(1.0, dt_ / k_velocity_time);
     velocity_ = (1 - share) * velocity_ + share / dt_ * (at - last_);
@@ -99,6 +100,15 @@ EffectJudge::Forces EffectJudge::judge_tick(const dvec3& at, const dvec3& proxy,
           force = -std::max(0.0, glm::dot(contact_force, normal)) * slope * in_surface;
         }
         break;
+      case Kind::spin: {
+        turns_[i] += std::min(law.other * dt_, 0.25);
+        const double push = glm::dot(contact_force, normal);
+        if (!is_working || !has_contact || push <= 0) break;
+        const double swing = law.third * std::sin(k_turn * std::fmod(turns_[i], 1.0));
+        // Seen by the hand it turns clockwise, so a wall on the left carries it toward the hand's front.
+        force = push * swing * normal + push * (law.strength + swing) * glm::cross(points, normal);
+        break;
+      }
       case Kind::align:  // no force
         break;
     }

@@ -125,7 +125,8 @@ void ForceJudge::judge_tick(const ForceTick& t) {
     }
     EffectJudge::Forces effects;
     if (!effects_.is_empty()) {
-      effects = effects_.judge_tick(t.position, t.proxy, t.normal, t.has_contact, wanted);
+      effects =
+          effects_.judge_tick(t.position, t.proxy, t.normal, t.has_contact, wanted, -t.axes[2], t.is_working);
       wanted += effects.rendered;
     }
     if (law_.is_passive) wanted = passive(wanted, t.position, t.has_contact ? t.proxy : t.position);

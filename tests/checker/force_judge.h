@@ -29,6 +29,7 @@ struct ForceTick {
   double stiffness = 0, damping = 0, viscosity = 0;  ///< of the touched surface
   glm::dvec3 carried{0.0};                           ///< mm that what is touched moved by, there
   bool has_contact = false, is_buried = false, is_led = false, is_reset = false, is_restarted = false;
+  bool is_working = true;                                  ///< the button is down
   bool is_not_finite = false;                              ///< the position was no number
   bool is_fading = false;                                  ///< a latched fault is on
   double contact_energy = 0, growth_energy = 0;            ///< the ledger after this tick, N mm

@@ -17,8 +17,9 @@ struct Rack {
     EXPECT_FALSE(laws.add(haptics::law_of(effect, 0).value()).has_value());
   }
   LawForces step(const dvec3& hip, const ProxyStep& proxy = {}, const dvec3& contact = dvec3(0),
-                 const volume::Version* cuts = nullptr) {
-    return memory.step(laws, {scene, cuts, proxy, contact, hip, {1, 0, 0, 0}, dvec3(0), dvec3(0), k_dt});
+                 const volume::Version* cuts = nullptr, bool is_working = true) {
+    return memory.step(
+        laws, {scene, cuts, proxy, contact, hip, {1, 0, 0, 0}, dvec3(0), dvec3(0), k_dt, is_working});
   }
 };
 
@@ -32,6 +33,14 @@ TEST(Effects, EachIsItsFormulaAndNeverMoreThanItsBound) {
   expect_near(plane.step({0, 0, 3}).rendered_world, dvec3(0), 1e-15);
   expect_near(plane.step({0, 0, 1}).rendered_world, {0, 0, 0.5}, 1e-15);
   expect_near(Rack("gravity mass=0.1").step({}).active_world, {0, 0, 0.980665}, 1e-12);
+  // A drill that stands upright and meets a wall on its left is carried ahead, and by nothing while it rests.
+  ProxyStep left;
+  left.set_contact(0, Side::front, {1, 0, 0});
+  Rack drill("spin drag=0.3 chatter=0");
+  expect_near(drill.step({}, left, {2, 0, 0}).active_world, {0, -0.6, 0}, 1e-12);
+  expect_near(drill.step({}, {}, {2, 0, 0}).active_world, dvec3(0), 1e-12);
+  expect_near(Rack("spin drag=0.3 chatter=0").step({}, left, {2, 0, 0}, nullptr, false).active_world,
+              dvec3(0), 1e-12);
   Rack honey("viscous damping=0.01");
   LawForces f;
   for (int i = 0; i < 60; ++i) f = honey.step({0.02 * i, 0, 0});  // 20 mm/s
@@ -141,7 +150,7 @@ TEST(Effects, ALawKeepsItsMemoryByItsIdWhileOthersComeAndGo) {
   LawMemory memory;
   const auto push_at = [&](const LawSet& set, double z) {
     return memory
-        .step(set, {scene, nullptr, none, dvec3(0), {0, 0, z}, {1, 0, 0, 0}, dvec3(0), dvec3(0), k_dt})
+        .step(set, {scene, nullptr, none, dvec3(0), {0, 0, z}, {1, 0, 0, 0}, dvec3(0), dvec3(0), k_dt, true})
         .rendered_world.z;
   };
   const LawSet alone = set_of({track(2, 7)}), second = set_of({law_of("constant", 1), track(2, 7)}),
@@ -200,7 +209,7 @@ TEST(Effects, AlignTurnsTheStylusAlongADirection) {
     LawMemory memory;
     const glm::dquat turned(std::cos(angle / 2), std::sin(angle / 2), 0, 0);
     const LawForces f = memory.step(
-        set, {scene, nullptr, nothing, dvec3(0), dvec3(0, 0, 9), turned, dvec3(0), dvec3(0), k_dt});
+        set, {scene, nullptr, nothing, dvec3(0), dvec3(0, 0, 9), turned, dvec3(0), dvec3(0), k_dt, true});
     // The stylus' -z lies `angle` about x off the direction: back about -x.
     const double expected = -std::min(80 * std::abs(std::sin(angle)), 50.0) * (std::sin(angle) < 0 ? -1 : 1);
     expect_near(f.torque_world, {expected, 0, 0}, 1e-9);

@@ -215,7 +215,7 @@ TEST(ServoCore, APassiveOneGivesBackNoMoreThanItTookAndEffectsThatAreOffChangeNo
 TEST(ServoCore, BadPlacesAndPosesWithEffectsGiveNoBadForce) {
   Servo servo(scene_of_plane());
   servo.set_laws({"constant force=1,1,1", "viscous damping=0.02", "spring stiffness=2", "line", "plane",
-                  "vibration", "gravity", "texture"});
+                  "vibration", "texture", "spin chatter=0.5"});
   const double bad[] = {std::nan(""), std::numeric_limits<double>::infinity(), 1e300, -1e7, 1e-310, 1e5};
   for (int i = 0; i < 3000; ++i) {
     dvec3 hip(0.01 * i, 0.3, 2 * std::sin(0.02 * i));

@@ -1,0 +1,375 @@
+// Burrs that go by the press: rate, force, layers, breaking through.
+#include <array>
+#include <cmath>
+#include <functional>
+#include <glm/geometric.hpp>
+#include <gtest/gtest.h>
+
+#include "haptics/proxy/methods.h"
+#include "modules/drilling/burr.h"
+#include "sim/lockstep.h"
+#include "tests/scenes/scenes.h"
+
+namespace trephine::drilling {
+namespace {
+
+using glm::dvec3;
+
+/// A vault in a box of 16 x 16 x 24 mm, outside above: table, diploe, table, and water below 0.
+double vault_hounsfield(const dvec3& p) {
+  constexpr double k_blur = 0.35;  // mm, of the scanner
+  const auto above = [&](double z) { return 0.5 * (1 + std::erf((p.z - z) / (k_blur * std::sqrt(2.0)))); };
+  return 40 + (1700 - 40) * above(0) + (750 - 1700) * above(1.8) + (1700 - 750) * above(4.6) +
+         (-1000 - 1700) * above(6.8);
+}
+haptics::TouchScene vault(const dvec3& spacing,
+                          const std::function<double(const dvec3&)>& hounsfield = vault_hounsfield,
+                          double smallest = 4) {
+  const dvec3 low(-8, -8, -12), high(8, 8, 12);
+  const glm::ivec3 size(glm::ceil((high - low) / spacing));
+  auto v = volume::make_volume(size, volume::Frame::from_spacing(low, spacing).value()).value();
+  v.is_hounsfield = true;
+  for (int z = 0; z < size.z; ++z)
+    for (int y = 0; y < size.y; ++y)
+      for (int x = 0; x < size.x; ++x)
+        v.voxels[v.index(x, y, z)] =
+            static_cast<std::int16_t>(std::lround(hounsfield(v.frame.world_from_volume({x, y, z}))));
+  haptics::TouchScene scene = scenes::scene_of(std::move(v));
+  EXPECT_FALSE(haptics::set_smallest_burr(scene, smallest).has_value());
+  return scene;
+}
+
+/// A hand that presses steadily down, held straight, on a device of some mass.
+struct Hand {
+  double thrust = 4;     // N
+  double mass = 0.15;    // kg
+  double damping = 0.1;  // N s/mm, of a braced arm
+  dvec3 at{0.05, -0.1, 8}, moved{0.0};
+  double reaction = 0.2;  // s from the loss of resistance to a hand that no longer presses
+  void feel(const dvec3& force, double press, double dt) {
+    const double pushed = moved.z + 1e3 * (force.z - press) / mass * dt;
+    moved.z = pushed / (1 + 1e3 * damping / mass * dt);  // stable at any rate
+    at.z += moved.z * dt;
+  }
+};
+
+struct Trace {
+  struct Tick {
+    double t, depth, removed, press;
+  };
+  std::vector<Tick> ticks;
+  std::optional<Breakthrough> through;
+  dvec3 through_at{0.0};
+  double hottest = 0, end = 0;
+  /// mm3/s between two depths of the hand, and N that it met on the way.
+  double rate(double from, double to) const {
+    const Tick *first = nullptr, *last = nullptr;
+    for (const Tick& one : ticks) {
+      if (one.depth < from) first = last = nullptr;
+      if (!first && one.depth >= from) first = &one;
+      if (first && one.depth <= to) last = &one;
+      if (one.depth > to) break;
+    }
+    return first && last && last->t > first->t ? (last->removed - first->removed) / (last->t - first->t) : 0;
+  }
+};
+
+Trace press_on(const haptics::TouchScene& scene, const Burr& burr, double rate, const Hand& start = {},
+               double seconds = 30, bool stops_deep = false) {
+  const auto method = haptics::make_method(haptics::k_default_method).value();
+  EXPECT_FALSE(method->prepare(scene).has_value());
+  static const Drilling module;
+  const sim::Catalogue catalogue(std::vector<const sim::Module*>{&module});
+  sim::Engine engine(scene, *method, drilling::burr(burr), 1 / rate, catalogue);
+  sim::Lockstep run(std::move(engine), {}, rate);
+  Hand hand = start;
+  Trace trace;
+  double free_since = -1;
+  const auto count = static_cast<int>(seconds * rate);
+  for (int i = 0; i < count; ++i) {
+    const double t = i / rate;
+    const haptics::ServoRecord record = run.step(haptics::Pose{hand.at, {1, 0, 0, 0}, 1});
+    const bool is_past = hand.at.z < 2 && !record.has_contact;
+    if (!is_past) free_since = -1;
+    if (is_past && free_since < 0) free_since = t;
+    const bool has_noticed = free_since >= 0 && t - free_since > hand.reaction;
+    hand.feel(record.force_world, has_noticed ? -hand.thrust : hand.thrust, 1 / rate);
+    trace.ticks.push_back(
+        {t, 6.8 - record.proxy_world.z, run.engine().removed_mm3(), glm::length(record.press_world)});
+    if (has_noticed && hand.at.z > 4) break;
+    if (trace.ticks.back().depth > 4.5 && stops_deep) break;
+  }
+  const sim::Chronicle& all = run.engine().now().chronicle;
+  for (std::size_t i = 0; i < all.size(); ++i)
+    if (const auto* one = all[i].what.as<Breakthrough>())
+      trace.through = *one, trace.through_at = all[i].place_world;
+  for (const sim::Measure& one : run.engine().measures())
+    if (one.unit == "K") trace.hottest = one.value;
+  trace.end = hand.at.z;
+  return trace;
+}
+
+constexpr double k_rates[] = {250, 1000, 4000};
+constexpr double k_spacings[] = {0.3, 0.45, 0.6};
+
+TEST(Burring, SteadyThrustTakesTheSameAtAnyVoxelSizeAndLoopRate) {
+  const struct {
+    const char* name;
+    double from, to;
+  } layers[] = {{"outer table", 0.5, 1.8}, {"diploe", 2.6, 4.6}, {"inner table", 5.2, 6.4}};
+  std::vector<std::array<double, 3>> all;
+  for (const double spacing : k_spacings) {
+    const haptics::TouchScene scene = vault(dvec3(spacing));
+    for (const double rate : k_rates) {
+      const Trace trace = press_on(scene, Burr{}, rate);
+      std::array<double, 3>& one = all.emplace_back();
+      for (std::size_t i = 0; i < 3; ++i) one[i] = trace.rate(layers[i].from, layers[i].to);
+    }
+  }
+  for (std::size_t i = 0; i < 3; ++i) {
+    double mean = 0, worst = 0;
+    for (const auto& one : all) mean += one[i] / static_cast<double>(all.size());
+    for (const auto& one : all) worst = std::max(worst, std::abs(one[i] / mean - 1));
+    EXPECT_LT(worst, 0.05) << layers[i].name;
+    EXPECT_GT(mean, 2);
+    RecordProperty(std::string(layers[i].name).substr(0, 5) + "_worst_percent", std::to_string(100 * worst));
+  }
+  EXPECT_GT(all[0][1], 1.5 * all[0][0]);  // the diploe is softer
+  EXPECT_GT(all[0][1], 1.5 * all[0][2]);
+}
+
+/// As docs/drilling.md says: a third of the press drags at the rim's speed, what rubs is lost, and 4 J take a
+/// mm3 of bone of 1.8 g/cm3, as the square of its density.
+double documented_rate(const Burr& burr, double press, double engaged, double hounsfield) {
+  const bool is_diamond = burr.grade == Grade::diamond;
+  const double speed = 3.14159265358979 * burr.diameter * 1e-3 * burr.rpm / 60;  // m/s
+  const double density = 0.131 + 1.067e-3 * hounsfield, share = density / 1.8;
+  const double joule = (is_diamond ? 4.0 * 165 / 63 : 4.0) * share * share;
+  return 0.3 * (press - (is_diamond ? 0.02 : 0.05) * engaged) * speed / joule;
+}
+
+TEST(Burring, RateIsThatOfPressSpeedGradeAndDensity) {
+  const auto solid = [](double hounsfield) {
+    return [hounsfield](const dvec3& p) { return p.z < 6.8 ? hounsfield : -1000; };
+  };
+  const double disc = 3.14159265358979 * 4;  // mm2: deep in a hole all of a 4 mm ball's width is engaged
+  for (const double hounsfield : {900.0, 1600.0}) {
+    const haptics::TouchScene scene = vault(dvec3(0.45), solid(hounsfield));
+    for (const Burr& burr : {Burr{}, Burr{.grade = Grade::diamond}, Burr{.rpm = 30000}})
+      for (const double thrust : {2.0, 5.0}) {
+        Hand hand;
+        hand.thrust = thrust;
+        const Trace trace = press_on(scene, burr, 1000, hand, 120, true);
+        const double found = trace.rate(3, 4), exact = documented_rate(burr, thrust, disc, hounsfield);
+        EXPECT_NEAR(found / exact, 1, 0.04) << hounsfield << " HU, " << thrust << " N";
+      }
+  }
+  // Pressed too softly it only rubs, once enough of it is engaged.
+  Hand hand;
+  hand.thrust = 0.3;
+  const Trace trace = press_on(vault(dvec3(0.45), solid(1600)), Burr{}, 1000, hand, 60);
+  const auto at = [&](double t) { return trace.ticks[static_cast<std::size_t>(1000 * t)].removed; };
+  EXPECT_GT(at(10), 1);
+  EXPECT_LT(at(59) - at(49), 0.05 * at(10));
+}
+
+TEST(Burring, SteadyFeedFeelsTableDiploeTable) {
+  // Down at 0.15 mm/s, whatever it takes, as a stiff arm does: newtons by depth.
+  for (const double spacing : k_spacings) {
+    haptics::TouchScene scene = vault(dvec3(spacing));
+    scene.items[0].material.stiffness = 20;
+    const auto method = haptics::make_method(haptics::k_default_method).value();
+    ASSERT_FALSE(method->prepare(scene).has_value());
+    sim::Lockstep run(scene, *method, burr(Burr{}), {}, 1000);
+    double sum[3] = {}, count[3] = {};
+    for (int i = 0; i < 60000; ++i) {
+      const double z = 7 - 0.15e-3 * i;
+      const haptics::ServoRecord record = run.step(haptics::Pose{{0.05, -0.1, z}, {1, 0, 0, 0}, 1});
+      const double depth = 6.8 - record.proxy_world.z;
+      const int layer = depth > 0.8 && depth < 1.8   ? 0
+                        : depth > 3 && depth < 4.4   ? 1
+                        : depth > 5.4 && depth < 6.3 ? 2
+                                                     : -1;
+      if (layer >= 0) sum[layer] += glm::length(record.press_world), ++count[layer];
+    }
+    for (int i = 0; i < 3; ++i) {
+      ASSERT_GT(count[i], 100);
+      sum[i] /= count[i];
+    }
+    EXPECT_GT(sum[0], 1.5);  // it is work
+    EXPECT_LT(sum[1], 0.8 * sum[0]) << spacing;
+    EXPECT_LT(sum[1], 0.8 * sum[2]) << spacing;
+  }
+}
+
+TEST(Burring, BreakingThroughIsToldWithItsPlunge) {
+  for (const double thrust : {2.0, 4.0})
+    for (const double reaction : {0.1, 0.25}) {
+      Hand hand;
+      hand.thrust = thrust, hand.reaction = reaction;
+      const Trace trace = press_on(vault(dvec3(0.45)), Burr{}, 1000, hand, 90);
+      ASSERT_TRUE(trace.through.has_value()) << thrust << " " << reaction;
+      EXPECT_NEAR(trace.through_at.z, 0, 0.6);  // at the vault's inner side
+      EXPECT_NEAR(trace.through->thrust, thrust, 0.1 * thrust);
+      // A mass on a damper under a steady force, which the spring of the contact had wound up, then the same
+      // backwards until it rests.
+      const double tau = 1e-3 * hand.mass / hand.damping, fast = thrust / hand.damping;
+      const double way = fast * (reaction - tau * (1 - std::exp(-reaction / tau)));
+      const double speed = fast * (1 - std::exp(-reaction / tau));
+      const double stop = tau * std::log(1 + speed / fast);
+      const double rest = (speed + fast) * tau * (1 - std::exp(-stop / tau)) - fast * stop;
+      EXPECT_NEAR(trace.through->plunge, way + rest + thrust / 0.5, 0.1 * (way + rest + thrust / 0.5));
+    }
+}
+
+TEST(Burring, PoresAreNoBreakthrough) {
+  const auto porous = [](const dvec3& p) {
+    return p.z > 6.8 ? -1000.0 : p.z < 0 ? 40.0 : p.z > 3 && p.z < 4 ? 100.0 : 1500.0;
+  };
+  const Trace trace = press_on(vault(dvec3(0.45), porous), Burr{}, 1000);
+  ASSERT_TRUE(trace.through.has_value());
+  EXPECT_NEAR(trace.through_at.z, 0, 0.6);
+}
+
+/// How wide a hole is, mm, where a pin gauge measures it: twice the least and the greatest distance from its
+/// axis to where bone begins again.
+std::pair<double, double> gauge(const volume::Version& version, const dvec3& on_axis, const dvec3& axis) {
+  const dvec3 side = glm::normalize(glm::cross(axis, dvec3(0.3, 0.5, 0.8))), other = glm::cross(axis, side);
+  double least = 1e9, most = 0;
+  for (int i = 0; i < 72; ++i) {
+    const double angle = 6.283185307179586 * i / 72;
+    const dvec3 direction = std::cos(angle) * side + std::sin(angle) * other;
+    double low = 0, high = 6;
+    for (int k = 0; k < 40; ++k) {
+      const double middle = 0.5 * (low + high);
+      const dvec3 p = version.base().frame.volume_from_world(on_axis + middle * direction);
+      (version.distance(p) <= 0 ? low : high) = middle;
+    }
+    least = std::min(least, 2 * low), most = std::max(most, 2 * low);
+  }
+  return {least, most};
+}
+
+/// A burr that is touched with all of it, in a hand that presses it down along its own axis.
+struct RoundBench {
+  haptics::TouchScene scene;
+  std::unique_ptr<haptics::ProxyMethod> method;
+  RoundBench(double spacing, const Burr& burr,
+             const std::function<double(const dvec3&)>& hounsfield = vault_hounsfield)
+      : scene(vault(dvec3(spacing), hounsfield)) {
+    const sim::ToolNeeds needs = drilling::burr(burr).type->needs(&burr, *scene.base);
+    EXPECT_FALSE(haptics::set_smallest_burr(scene, needs.finest_cut).has_value());
+    EXPECT_FALSE(haptics::set_tool(scene, needs.touch_radius, needs.balls).has_value());
+    method = haptics::make_method(needs.balls.empty() ? "subvoxel" : "chain").value();
+    const volume::Status error = method->prepare(scene);
+    EXPECT_FALSE(error.has_value()) << (error ? error->message() : "");
+  }
+};
+
+TEST(Burring, AHoleHasTheBurrsWidth) {
+  for (const Shape shape : {Shape::sphere, Shape::cylinder, Shape::barrel, Shape::match_head})
+    for (const double spacing : k_spacings) {
+      if (shape != Shape::sphere && spacing != (shape == Shape::barrel ? 0.45 : 0.6)) continue;  // seconds
+      const Burr burr{.diameter = 4, .removal_rate = 1000, .is_round = true, .shape = shape};
+      const RoundBench bench(spacing, burr);
+      sim::Lockstep run(bench.scene, *bench.method, drilling::burr(burr), {}, 1000);
+      const dvec3 start(0.13, -0.21, 11);
+      for (int i = 0; i < 900; ++i) {
+        const double z = std::max(-4.0, start.z - 20e-3 * i);
+        run.step(haptics::Pose{{start.x, start.y, z}, {1, 0, 0, 0}, 1});
+      }
+      const auto [least, most] = gauge(*run.engine().current(), {start.x, start.y, 4}, {0, 0, 1});
+      EXPECT_NEAR(least, 4, 0.1) << static_cast<int>(shape) << " " << spacing;
+      EXPECT_NEAR(most, 4, 0.1) << static_cast<int>(shape) << " " << spacing;
+    }
+}
+
+TEST(Burring, TheShaftMeetsTheBoneAndCutsNothing) {
+  // Through a hole of 4 mm that was there, the burr below the vault: what leans on its wall is the shaft.
+  const auto pierced = [](const dvec3& p) {
+    const double wall = std::clamp(std::hypot(p.x, p.y) - 2 + 0.5, 0.0, 1.0);
+    return wall * vault_hounsfield(p) - (1 - wall) * 1000;
+  };
+  double force[2];
+  for (const bool has_shaft : {false, true}) {
+    const Burr burr{.diameter = 3, .is_round = true, .shaft = has_shaft ? 12.0 : 0.0};
+    RoundBench bench(0.6, burr, pierced);
+    sim::Lockstep run(bench.scene, *bench.method, drilling::burr(burr), {}, 1000);
+    for (int i = 0; i < 150; ++i) run.step(haptics::Pose{{0, 0, 10 - 0.1 * i}, {1, 0, 0, 0}, 0});
+    double most = 0;
+    for (int i = 0; i < 200; ++i)
+      most = std::max(most,
+                      glm::length(run.step(haptics::Pose{{1e-2 * i, 0, -5}, {1, 0, 0, 0}, 1}).press_world));
+    force[has_shaft] = most;
+    EXPECT_EQ(run.engine().removed_mm3(), 0);
+  }
+  EXPECT_EQ(force[0], 0);
+  EXPECT_GT(force[1], 0.2);
+}
+
+TEST(Burring, ATurningBurrDragsTheHandAsideAndShakesIt) {
+  const haptics::TouchScene scene = vault(dvec3(0.45));
+  const auto method = haptics::make_method(haptics::k_default_method).value();
+  ASSERT_FALSE(method->prepare(scene).has_value());
+  // Along a groove's wall on its left, with and without the button, and with a burr of a fixed rate.
+  double aside[3] = {}, shake[3] = {};
+  for (int kind = 0; kind < 3; ++kind) {
+    sim::Lockstep run(scene, *method, burr(kind == 2 ? Burr{.removal_rate = 1e-3} : Burr{.feed_limit = 1e-3}),
+                      {}, 1000);
+    double last = 0;
+    for (int i = 0; i < 1000; ++i) {
+      // The stylus lies along x: what turns under it drags along y.
+      const haptics::ServoRecord record =
+          run.step(haptics::Pose{{0, 0, std::max(2.8, 8 - 0.02 * i)},
+                                 glm::dquat(std::sqrt(0.5), 0, std::sqrt(0.5), 0),
+                                 kind == 1 ? 0u : 1u});
+      if (i < 600) continue;
+      aside[kind] += record.force_world.y / 400;
+      if (i > 600) shake[kind] += std::abs(record.force_world.z - last) / 399;
+      last = record.force_world.z;
+    }
+  }
+  // 2 N of press (a hand 4 mm deep at 0.5 N/mm), of which 0.3; x cross z is -y, which bone holds back.
+  EXPECT_NEAR(aside[0], 0.6, 0.1);
+  EXPECT_GT(shake[0], 0.02);
+  for (const int kind : {1, 2}) {
+    EXPECT_NEAR(aside[kind], 0, 0.02) << kind;
+    EXPECT_LT(shake[kind], 0.01) << kind;
+  }
+}
+
+TEST(Burring, TheForceOfABurrGoesWhereItGoes) {
+  // Another burr in the hand has another force, none when it is laid down; an effect beside it stays.
+  const haptics::TouchScene scene = vault(dvec3(0.6));
+  const auto method = haptics::make_method(haptics::k_default_method).value();
+  ASSERT_FALSE(method->prepare(scene).has_value());
+  static const Drilling module;
+  const sim::Catalogue catalogue(std::vector<const sim::Module*>{&module});
+  sim::Lockstep run(sim::Engine(scene, *method, burr(Burr{}), 1e-3, catalogue), {}, 1000);
+  const auto laws = [&] {
+    std::vector<std::string> words;
+    if (const auto& set = run.engine().servo_scene()->hands[0].laws)
+      for (const haptics::ServoLaw& law : set->laws()) words.push_back(law.words);
+    return words;
+  };
+  const std::string cutting = "spin drag=0.3 chatter=0.1 frequency=80",
+                    fine = "spin drag=0.3 chatter=0.03 frequency=160";
+  EXPECT_EQ(laws(), std::vector{cutting});
+  run.apply(sim::SetEffect{{3}, "gravity"});
+  EXPECT_EQ(laws(), (std::vector<std::string>{"gravity", cutting}));
+  EXPECT_FALSE(run.apply(Burr{.grade = Grade::diamond}).refused);
+  EXPECT_EQ(laws(), (std::vector<std::string>{"gravity", fine}));
+  EXPECT_TRUE(run.apply(sim::SetEffect{{0xffffffff}, "gravity"}).refused);
+  EXPECT_FALSE(run.apply(Burr{.removal_rate = 30}).refused);
+  EXPECT_EQ(laws(), std::vector<std::string>{"gravity"});
+  EXPECT_FALSE(run.apply(Burr{}).refused);
+  EXPECT_FALSE(run.apply(sim::LayDown{}).refused);
+  EXPECT_EQ(laws(), std::vector<std::string>{"gravity"});
+  // As many effects as there can be leave no room for a burr: that is refused, and nothing changes.
+  for (std::uint32_t id = 10; id < 17; ++id) EXPECT_FALSE(run.apply(sim::SetEffect{{id}, "gravity"}).refused);
+  EXPECT_TRUE(run.apply(Burr{}).refused);
+  EXPECT_EQ(laws().size(), 8u);
+}
+
+}  // namespace
+}  // namespace trephine::drilling
