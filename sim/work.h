@@ -19,6 +19,7 @@ class Work {
 
   /// What is left, with all that was removed up to here.
   const volume::Version& left() const noexcept { return editor_->working(); }
+  bool is_matter(const glm::dvec3& p_world) const noexcept { return editor_->is_matter(p_world); }
   void raise_event(Value what, const glm::dvec3& place_world);
 
   /// All that remove() did.

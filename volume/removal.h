@@ -87,6 +87,8 @@ class RemovalEditor {
   void reset(std::shared_ptr<const Version> start);
 
   const Version& working() const noexcept { return *next_; }
+  /// Is there matter at a point (world frame), as it is felt: of the scan, and not removed?
+  bool is_matter(const glm::dvec3& p_world) const noexcept;
 
  private:
   /// The brick at sample `s`, to be written; whole regions, pages and bricks of older versions are copied.

@@ -4,6 +4,7 @@
 #include <sstream>
 
 #include "apps/trephine/commands.h"
+#include "apps/trephine/event_words.h"
 #include "apps/trephine/frame_json.h"
 #include "apps/trephine/quality_report.h"
 #include "data-tools/atomic_file.h"
@@ -34,18 +35,6 @@ std::vector<std::string> settings_of(const sim::SessionHeader& header) {
     if (is_setting && !line.starts_with("type=") && !line.starts_with("module=")) all.push_back(line);
   }
   return all;
-}
-/// For people.
-std::string words_of(const sim::Event& event) {
-  if (const auto* fault = event.what.as<sim::FaultEvent>())
-    return fault->is_cleared ? "faults cleared" : "fault: " + fault->names;
-  if (const auto* entered = event.what.as<sim::ForbiddenEntered>())
-    return "the tool came into " + entered->structure + (entered->is_working ? ", working" : "");
-  if (const auto* left = event.what.as<sim::ForbiddenLeft>())
-    return format_text("the tool left %s after %.2f s, %.2f mm deep at most", left->structure.c_str(),
-                       left->seconds, left->deepest);
-  const std::string words = event.what.words();
-  return std::string(event.what.name()) + (words.empty() ? "" : " " + words);
 }
 Result<Outcome> describe_session(const std::string& path) {
   Result<sim::SessionReader> opened = sim::SessionReader::open(path, modules::catalogue());

@@ -1,10 +1,11 @@
-#include "modules/drilling/burr.h"
-
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <glm/geometric.hpp>
 
+#include "modules/drilling/burr_tick.h"
+#include "modules/drilling/craniotome.h"
+#include "modules/drilling/perforator.h"
 #include "volume/offset_field.h"
 
 namespace trephine::drilling {
@@ -21,23 +22,10 @@ constexpr double k_credit_seconds = 0.02;  // removal that may be saved up while
 constexpr double k_step_mm = 0.05;         // the burr moves in bites of at most this, each paid for
 constexpr double k_turn_cosine = 0.7071;   // a wall farther than this from the axis turns it ...
 constexpr double k_turn_seconds = 0.25;    // ... over about this, when pressed by a radius
-constexpr double k_left_behind = 0.25;     // of a radius: a proxy that slid so far away has left the burr
 constexpr double k_thrust_seconds = 0.1;   // over which thrust is smoothed
 constexpr double k_pore_mm = 2;            // resistance that is back after less was lost in a pore
 constexpr double k_retreat_mm = 0.5;       // a hand that comes back so far has stopped
 constexpr double k_plunge_seconds = 1;     // no plunge takes longer
-
-dvec3 shaft_of(const glm::dquat& hand) noexcept {
-  return glm::normalize(glm::normalize(hand) * dvec3(0, 0, 1));
-}
-
-/// Of a tool that the bone turns out of the hand's way (ServoRecord::turn_world).
-dvec3 turned(const dvec3& shaft, const dvec3& turn) noexcept {
-  const dvec3 half = 0.5 * turn;
-  const double square = std::min(1.0, glm::dot(half, half));
-  const dvec3 twice = 2.0 * glm::cross(half, shaft);
-  return glm::normalize(shaft + std::sqrt(1 - square) * twice + glm::cross(half, twice));
-}
 
 /// From a body's `along` 0 to its farthest point against `out`.
 dvec3 lowest_point(const ToolBody& body, const dvec3& shaft, const dvec3& out) noexcept {
@@ -49,44 +37,39 @@ dvec3 lowest_point(const ToolBody& body, const dvec3& shaft, const dvec3& out) n
   return support.along * shaft + (length > 1e-9 ? support.off / length : 0) * beside;
 }
 
-/// One tick of a burr.
-class BurrTick {
- public:
-  BurrTick(const Burr& burr, BurrState& state, const sim::InstrumentInput& input, sim::Work& work)
-      : burr_(burr),
-        body_(burr.body()),
-        state_(state),
-        tick_(input.tick),
-        dt_(input.dt),
-        work_(work),
-        hand_shaft_(shaft_of(tick_.pose.orientation)) {}
-  void drill();
-  void cool_and_watch();
+}  // namespace
 
- private:
-  bool is_by_press() const noexcept { return burr_.removal_rate == 0; }
-  Cutting cutting() const noexcept;
-  double sweep_to(const ToolPlace& place);
-  void turn_axis() noexcept;
-  void start_where_the_proxy_is();
-  void go_on_toward_the_hand(double limit);
+dvec3 shaft_of(const glm::dquat& hand) noexcept {
+  return glm::normalize(glm::normalize(hand) * dvec3(0, 0, 1));
+}
 
-  const Burr& burr_;
-  const ToolBody body_;
-  BurrState& state_;
-  const haptics::ServoRecord& tick_;
-  double dt_;
-  sim::Work& work_;
-  dvec3 hand_shaft_;
-};
+dvec3 turned(const dvec3& shaft, const dvec3& turn) noexcept {
+  const dvec3 half = 0.5 * turn;
+  const double square = std::min(1.0, glm::dot(half, half));
+  const dvec3 twice = 2.0 * glm::cross(half, shaft);
+  return glm::normalize(shaft + std::sqrt(1 - square) * twice + glm::cross(half, twice));
+}
+
+BurrTick::BurrTick(const Burr& burr, const ToolBody& body, BurrState& state,
+                   const sim::InstrumentInput& input, sim::Work& work)
+    : burr_(burr),
+      body_(body),
+      state_(state),
+      tick_(input.tick),
+      dt_(input.dt),
+      work_(work),
+      hand_shaft_(shaft_of(tick_.pose.orientation)) {}
+
+double BurrTick::press() const noexcept {
+  if (!tick_.has_contact) return 0;
+  // Of a tool of several balls the surfaces' force as a whole; else its part across the surface.
+  return glm::dot(tick_.normal_world, tick_.normal_world) > 0
+             ? std::max(0.0, glm::dot(tick_.press_world, tick_.normal_world))
+             : glm::length(tick_.press_world);
+}
 
 Cutting BurrTick::cutting() const noexcept {
-  // Of a tool of several balls the surfaces' force as a whole; else its part across the surface.
-  const double press = glm::dot(tick_.normal_world, tick_.normal_world) > 0
-                           ? glm::dot(tick_.press_world, tick_.normal_world)
-                           : glm::length(tick_.press_world);
-  return {burr_.grade,    burr_.radius(), burr_.rpm, tick_.has_contact ? std::max(0.0, press) : 0,
-          state_.engaged, !burr_.is_dry};
+  return {burr_.grade, burr_.radius(), burr_.rpm, press(), state_.engaged, !burr_.is_dry};
 }
 
 /// Returns what that took away: mm^3, or as many of the reference bone as take the same energy.
@@ -119,34 +102,52 @@ void BurrTick::turn_axis() noexcept {
   }
 }
 
-void BurrTick::start_where_the_proxy_is() {
+/// Where the body stands on the surface on which the proxy rests.
+ToolPlace BurrTick::place_at_proxy() const noexcept {
+  if (burr_.is_round) return {tick_.proxy_world, turned(hand_shaft_, tick_.turn_world)};
+  return {tick_.proxy_world - lowest_point(body_, hand_shaft_, state_.axis), hand_shaft_};
+}
+/// Where its lowest point is on the HIP.
+ToolPlace BurrTick::place_at_hand() const noexcept {
   const dvec3& hip = tick_.pose.position_world;
-  const dvec3 shaft = burr_.is_round ? turned(hand_shaft_, tick_.turn_world) : hand_shaft_;
-  const dvec3 low = burr_.is_round ? dvec3(0) : lowest_point(body_, shaft, state_.axis);
-  if (state_.has_centre && is_by_press()) {
-    // Its lowest point is somewhere between proxy and HIP, unless the proxy slid away.
-    const dvec3 at = state_.centre + low - tick_.proxy_world, way = hip - tick_.proxy_world;
-    const double square = glm::dot(way, way);
-    const double share = square > 0 ? std::clamp(glm::dot(at, way) / square, 0.0, 1.0) : 0;
-    state_.has_centre = glm::length(at - share * way) <= k_left_behind * burr_.radius();
-  }
-  if (!state_.has_centre) state_.owed_mm3 -= sweep_to({tick_.proxy_world - low, shaft});
+  return {burr_.is_round ? hip : hip - lowest_point(body_, hand_shaft_, state_.axis), hand_shaft_};
 }
 
-/// Toward the place where the lowest point is on the HIP, by bites that time has paid for.
-void BurrTick::go_on_toward_the_hand(double limit) {
-  const dvec3& hip = tick_.pose.position_world;
+/// By bites that time has paid for, no farther than `limit` mm, which is then less by what it went.
+void BurrTick::go_to(const ToolPlace& to, double& limit) {
   const ToolPlace from{state_.centre, state_.shaft};
-  const ToolPlace to{burr_.is_round ? hip : hip - lowest_point(body_, hand_shaft_, state_.axis), hand_shaft_};
   double way = glm::length(to.at_world - from.at_world);
   if (!body_.is_ball())
     way = std::max(way, std::max(std::abs(body_.low()), std::abs(body_.high())) *
                             glm::length(to.axis_world - from.axis_world));
-  const double length = std::min(way, limit * dt_);
+  const double length = std::min(way, limit);
   if (length <= 1e-9) return;
+  limit -= length;
   const int bites = std::max(1, static_cast<int>(std::ceil(length / k_step_mm)));
-  for (int i = 1; i <= bites && state_.owed_mm3 > 0; ++i)
-    state_.owed_mm3 -= sweep_to(volume::between(from, to, length / way * i / bites));
+  for (int i = 1; i <= bites && state_.owed_mm3 > 0; ++i) {
+    const ToolPlace next = volume::between(from, to, length / way * i / bites);
+    if (may_go && !(*may_go)({state_.centre, state_.shaft}, next)) return;
+    state_.owed_mm3 -= sweep_to(next);
+  }
+}
+
+/// On the way from the proxy to the hand, as far as time has paid for. Where the proxy slid aside the body
+/// comes after it first; one that is left behind starts anew there.
+void BurrTick::follow(double limit) {
+  const ToolPlace proxy = place_at_proxy(), hand = place_at_hand();
+  const dvec3 way = hand.at_world - proxy.at_world;
+  const double square = glm::dot(way, way);
+  const double share =
+      square > 0 ? std::clamp(glm::dot(state_.centre - proxy.at_world, way) / square, 0.0, 1.0) : 0;
+  const ToolPlace nearest = volume::between(proxy, hand, share);
+  const double aside = glm::length(nearest.at_world - state_.centre);
+  if (aside > burr_.diameter) {
+    state_.has_centre = false;
+    return;
+  }
+  double left = limit * dt_;
+  if (aside > k_step_mm) go_to(nearest, left);
+  if (aside <= k_step_mm || glm::length(nearest.at_world - state_.centre) <= k_step_mm) go_to(hand, left);
 }
 
 void BurrTick::drill() {
@@ -167,14 +168,19 @@ void BurrTick::drill() {
   state_.owed_mm3 = std::min(state_.owed_mm3 + rate * dt_, rate * (k_credit_seconds + dt_));
   if (tick_.has_contact) {
     if (!burr_.is_round) turn_axis();  // else the axis stays 0
-    start_where_the_proxy_is();
+    // What touches is a little smaller than what cuts, so where it stands there is bone to pay for.
+    if (!state_.has_centre && (!is_by_press() || state_.owed_mm3 > 0))
+      state_.owed_mm3 -= sweep_to(place_at_proxy());
   }
-  go_on_toward_the_hand(is_by_press() ? std::min(burr_.feed_limit, drilling::feed_limit(now))
-                                      : burr_.feed_limit);
+  if (state_.has_centre && is_by_press() && tick_.has_contact) {
+    follow(std::min(burr_.feed_limit, drilling::feed_limit(now)));
+  } else if (state_.has_centre) {
+    double left = burr_.feed_limit * dt_;
+    go_to(place_at_hand(), left);
+  }
   if (work_.removed().removed_units > 0) state_.free_mm = 0;
 }
 
-/// What follows from the tick beside the cut: warmth, and whether resistance was lost.
 void BurrTick::cool_and_watch() {
   const Cutting now = cutting();
   const Warming warm = warming(now);
@@ -214,26 +220,10 @@ void BurrTick::cool_and_watch() {
   }
 }
 
-void step(const Burr& burr, BurrState& state, const sim::InstrumentInput& input, sim::Work& work) {
-  if (input.is_fresh || !input.tick.pose.is_pressed()) {
-    BurrState next;
-    next.rise = state.rise, next.hottest = state.hottest;
-    if (!input.is_fresh && state.is_through) {  // the plunge ends with the button
-      BurrTick(burr, state, input, work).cool_and_watch();
-      next.rise = state.rise;
-    }
-    state = next;
-  }
-  BurrTick tick(burr, state, input, work);
-  if (input.tick.pose.is_pressed()) tick.drill();
-  tick.cool_and_watch();
-}
-
-/// The ball around the body while it cuts, and on the surface on which it stands; in the air nobody knows on
-/// which side of its lowest point the burr is, so there it is that point.
-sim::ToolBall body(const Burr& burr, const BurrState& state, const sim::InstrumentInput& input) {
+/// In the air nobody knows on which side of its lowest point the burr is, so there it is that point.
+sim::ToolBall ball_around(const Burr& burr, const ToolBody& body, const BurrState& state,
+                          const sim::InstrumentInput& input) {
   const haptics::ServoRecord& tick = input.tick;
-  const ToolBody body = burr.body();
   const auto around = [&](const dvec3& at, const dvec3& shaft) {
     return sim::ToolBall{at + (body.is_ball() ? 0 : body.middle()) * shaft, body.reach()};
   };
@@ -246,21 +236,17 @@ sim::ToolBall body(const Burr& burr, const BurrState& state, const sim::Instrume
 }
 
 /// A smaller one would leave no hole in the session's lattice, and a ball must have room in what it cuts.
-volume::Status check(const Burr& burr, const haptics::TouchScene& scene) {
-  if (volume::Status error = volume::check(burr.body())) return error;
-  if (!scene.tool_balls.empty() && !burr.is_round)
+volume::Status check_body(const ToolBody& body, bool is_round, const haptics::TouchScene& scene) {
+  if (volume::Status error = volume::check(body)) return error;
+  if (!scene.tool_balls.empty() && !is_round)
     return volume::Error{"a burr that is one point cannot touch with balls", "burr",
                          std::to_string(scene.tool_balls.size()) + " balls",
                          "a round burr, a tool of one ball, or a point", ""};
-  if (burr.is_round && burr.is_kinematic)
-    return volume::Error{"a burr that is not held by the bone has no round touch", "burr round", "kinematic",
-                         "one of the two", ""};
-  if (burr.is_round && !(scene.tool_radius > 0))
+  if (is_round && !(scene.tool_radius > 0))
     return volume::Error{"a round burr needs a ball to touch with", "burr round", "a point",
                          "a tool with a radius", "begin the operation with it"};
-  const ToolBody body = burr.body();
   const double narrow = 2 * std::min(body.radius, body.end_radius);
-  if (burr.is_round && narrow < 2 * scene.tool_radius)
+  if (is_round && narrow < 2 * scene.tool_radius)
     return volume::Error{"the burr is smaller than the ball that touches for it", "burr diameter",
                          std::to_string(narrow) + " mm",
                          std::to_string(2 * scene.tool_radius) + " mm or more", ""};
@@ -268,6 +254,40 @@ volume::Status check(const Burr& burr, const haptics::TouchScene& scene) {
   return volume::Error{"the burr is smaller than the session was made ready for", "burr diameter",
                        std::to_string(narrow) + " mm", std::to_string(scene.smallest_burr) + " mm or more",
                        "name the smallest burr when the session begins"};
+}
+
+std::vector<sim::Field> joined(std::span<const sim::Field> first, std::initializer_list<sim::Field> more) {
+  std::vector<sim::Field> all(first.begin(), first.end());
+  all.insert(all.end(), more);
+  return all;
+}
+
+namespace {
+
+void step(const Burr& burr, BurrState& state, const sim::InstrumentInput& input, sim::Work& work) {
+  if (input.is_fresh || !input.tick.pose.is_pressed()) {
+    BurrState next;
+    next.rise = state.rise, next.hottest = state.hottest;
+    if (!input.is_fresh && state.is_through) {  // the plunge ends with the button
+      BurrTick(burr, burr.body(), state, input, work).cool_and_watch();
+      next.rise = state.rise;
+    }
+    state = next;
+  }
+  BurrTick tick(burr, burr.body(), state, input, work);
+  if (input.tick.pose.is_pressed()) tick.drill();
+  tick.cool_and_watch();
+}
+
+sim::ToolBall body(const Burr& burr, const BurrState& state, const sim::InstrumentInput& input) {
+  return ball_around(burr, burr.body(), state, input);
+}
+
+volume::Status check(const Burr& burr, const haptics::TouchScene& scene) {
+  if (burr.is_round && burr.is_kinematic)
+    return volume::Error{"a burr that is not held by the bone has no round touch", "burr round", "kinematic",
+                         "one of the two", ""};
+  return check_body(burr.body(), burr.is_round, scene);
 }
 
 /// A round one cuts no finer than it is, as long as the session lasts: its touch was made for its balls.
@@ -384,12 +404,14 @@ sim::Instrument burr(const Burr& parameters) {
 }
 
 std::span<const sim::InstrumentType* const> Drilling::instruments() const {
-  static const std::array all{&sim::instrument_type<step, check, body, needs, effect>()};
+  static const std::array all{&sim::instrument_type<step, check, body, needs, effect>(), &perforator_type(),
+                              &craniotome_type()};
   return all;
 }
 
 std::span<const sim::ValueType* const> Drilling::events() const {
-  static const std::array all{&sim::value_type<Breakthrough>()};
+  static const std::array all{&sim::value_type<Breakthrough>(), &sim::value_type<PerforatorStopped>(),
+                              &sim::value_type<CraniotomeRefused>()};
   return all;
 }
 

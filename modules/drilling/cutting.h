@@ -9,8 +9,8 @@
 
 namespace trephine::drilling {
 
-/// What the burr is made to cut with.
-enum class Grade : std::uint8_t { cutting, diamond };
+/// What it is made to cut with: teeth, grains, or the long flutes of a craniotome, whose chips are coarse.
+enum class Grade : std::uint8_t { cutting, diamond, router };
 
 /// What a motor, a burr and a hand do together at one moment.
 struct Cutting {

@@ -71,10 +71,24 @@ TEST_F(Command, PhantomInfoMeshTouchDrillHaveTheirKeys) {
   EXPECT_LT(touch["memory"]["held_over_voxels"], 1.3);
 
   const Json drill = json("drill s.mha --burr-diameter 4 --path p.csv -o d.mha");
-  EXPECT_EQ(keys_of(drill), with_common({"source", "shape", "burr_diameter_mm", "is_kinematic", "is_round",
-                                         "method", "steps", "removed_mm3", "removed_mm3_total", "tick_us",
-                                         "content_hash", "memory", "written"}));
-  EXPECT_GT(drill["removed_mm3_total"], 5);
+  EXPECT_EQ(keys_of(drill),
+            with_common({"source", "shape", "burr", "burr_diameter_mm", "is_kinematic", "is_round", "method",
+                         "steps", "removed_mm3", "removed_mm3_total", "tick_us", "content_hash", "memory",
+                         "measures", "breakthroughs", "written"}));
+  EXPECT_GT(drill["removed_mm3_total"], 1);
+  EXPECT_GT(
+      json("drill s.mha --burr-diameter 4 --removal-rate 30 --path p.csv -o e.mha")["removed_mm3_total"], 5);
+  const Json match = json(
+      "drill s.mha --burr-diameter 4 --burr-shape match-head --grade diamond --rpm 40000 "
+      "--removal-rate 60 --path p.csv -o f.mha");
+  EXPECT_NE(match["burr"].get<std::string>().find("shape=match-head grade=diamond rpm=40000"),
+            std::string::npos);
+  EXPECT_GT(match["removed_mm3_total"], 5);
+  for (const char* bad : {"--burr-shape square", "--rpm 0", "--burr-length -1", "--grade fine", "--shaft 100",
+                          "--burr-shape cylinder --burr-length 0.1", "--removal-rate -1"})
+    EXPECT_EQ(run(std::string("drill s.mha --burr-diameter 4 --path p.csv -o g.mha ") + bad).exit_code, 2)
+        << bad;
+  EXPECT_FALSE(fs::exists(folder_ / "g.mha"));
   EXPECT_EQ(json("info d.mha")["size"], Json::array({48, 48, 48}));
 }
 

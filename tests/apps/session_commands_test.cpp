@@ -53,6 +53,48 @@ TEST_F(Command, ARecordedDrillReplaysVerifiesAndGoesOn) {
   EXPECT_NE(taken.err.find("already"), std::string::npos);
 }
 
+TEST_F(Command, ATimelineListsStrokesCommandsAndEvents) {
+  ASSERT_EQ(run("phantom sphere --size 48 --psf 1 -o s.mha").exit_code, 0);
+  write("a.toml",
+        "schema = 1\nscan = \"s.mha\"\n[[hands]]\ninstrument = \"burr\"\nparameters = \"diameter=6 "
+        "removal_rate=60\"\n"
+        "points = [[0, 0, 0, 60, 0], [0.3, 0, 0, 46, 1], [0.8, 0, 0, 41, 1], [0.9, 0, 0, 50, 0], [1.2, 9, 0, "
+        "46, 0], "
+        "[1.3, 9, 0, 46, 1], [1.8, 9, 0, 40, 1], [1.9, 9, 0, 50, 0], [2.4, 0, 0, 60, 0]]\n"
+        "[[do]]\nat = 2.0\ncommand = \"undo\"\n[[do]]\nat = 2.1\ncommand = \"redo\"\n"
+        "[[do]]\nat = 2.2\ncommand = \"note\"\nwith = 'text=\"well done\"'\n");
+  ASSERT_EQ(run("run a.toml --record a.session").exit_code, 0);
+  const Json timeline = json("timeline a.session");
+  EXPECT_EQ(timeline["strokes"], 2);
+  std::vector<std::string> kinds;
+  std::vector<double> removed;
+  double before = 0;
+  for (const Json& row : timeline["rows"]) {
+    EXPECT_GE(row["at_seconds"], before);
+    before = row["at_seconds"];
+    kinds.push_back(row["kind"]);
+    removed.push_back(row.contains("removed_mm3") ? row["removed_mm3"].get<double>() : 0);
+  }
+  ASSERT_EQ(kinds, (std::vector<std::string>{"stroke", "stroke", "command", "command", "command"}));
+  EXPECT_GT(removed[0], 5);
+  EXPECT_GT(removed[1], 5);
+  EXPECT_NEAR(removed[2], -removed[1], 1e-9);  // what undo put back
+  EXPECT_NEAR(removed[3], removed[1], 1e-9);
+  EXPECT_NEAR(removed[0] + removed[1], json("info a.session")["removed_mm3"].get<double>(), 1e-6);
+  EXPECT_NEAR(timeline["rows"][0]["seconds"].get<double>(), 0.6, 0.11);
+  EXPECT_NE(timeline["rows"][4]["text"].get<std::string>().find("well done"), std::string::npos);
+  const std::string text = run("timeline a.session").out;
+  EXPECT_NE(text.find("put back"), std::string::npos) << text;
+  // Nothing that is a session, and one in which nothing was done.
+  EXPECT_EQ(run("timeline s.mha").exit_code, 2);
+  EXPECT_EQ(run("timeline nowhere.session").exit_code, 2);
+  write_press("p.csv", 1);
+  ASSERT_EQ(run("touch s.mha --path p.csv -o t.csv --record t.session").exit_code, 0);
+  EXPECT_EQ(json("timeline t.session")["strokes"],
+            1);  // a path without a button column is pressed throughout
+  EXPECT_EQ(json("timeline t.session")["rows"][0]["removed_mm3"], Json());
+}
+
 TEST_F(Command, VerifyRefusesAChangedFileAndSaysWhere) {
   ASSERT_EQ(run("phantom sphere --size 48 --psf 1 -o s.mha").exit_code, 0);
   write_press("p.csv", 2);

@@ -231,6 +231,70 @@ TEST(Burring, PoresAreNoBreakthrough) {
   EXPECT_NEAR(trace.through_at.z, 0, 0.6);
 }
 
+/// The built-in head's vault, by interpolation, its outer side at 6.8 as in vault_hounsfield(); how thick it
+/// is.
+struct HeadVault {
+  volume::Volume head;
+  dvec3 shift{0, -20, 0};
+  double thick = 0;
+
+  HeadVault() : head(make()) {
+    double z = 80;
+    while (at({0, -20, z}) < 300) z -= 0.01;
+    shift.z = z - 6.8;
+    double in = z;
+    while (in > z - 15 && at({0, -20, in}) >= 300) in -= 0.01;
+    thick = z - in;
+  }
+  static volume::Volume make() {
+    data_tools::PhantomOptions options;
+    options.spacing_mm = dvec3(0.7);
+    return data_tools::make_phantom("head", options).value();
+  }
+  double at(const dvec3& p_world) const {
+    const dvec3 p = head.frame.volume_from_world(p_world);
+    const glm::ivec3 c(glm::floor(p));
+    const dvec3 t = p - dvec3(c);
+    double sum = 0;
+    for (int i = 0; i < 8; ++i) {
+      const glm::ivec3 d(i & 1, i >> 1 & 1, i >> 2), v = c + d;
+      if (head.contains(v))
+        sum += head.voxels[head.index(v.x, v.y, v.z)] * (d.x ? t.x : 1 - t.x) * (d.y ? t.y : 1 - t.y) *
+               (d.z ? t.z : 1 - t.z);
+    }
+    return sum;
+  }
+};
+
+TEST(Burring, OnTheHeadsVaultTheRateIsTheSameAndItsLayersAreFelt) {
+  const HeadVault head;
+  ASSERT_GT(head.thick, 3);
+  ASSERT_LT(head.thick, 10);
+  std::vector<double> rates;
+  for (const double spacing : {0.4, 0.55, 0.7}) {
+    haptics::TouchScene scene =
+        vault(dvec3(spacing), [&](const dvec3& p) { return head.at(p + head.shift); });
+    for (const double rate : k_rates) {
+      const Trace trace = press_on(scene, Burr{}, rate, {}, 60);
+      rates.push_back(trace.rate(0.15 * head.thick, 0.85 * head.thick));
+      ASSERT_TRUE(trace.through.has_value());
+      EXPECT_NEAR(trace.through_at.z, 6.8 - head.thick, 0.7);
+    }
+    // Faster through the diploe than through each table, which are not much denser there.
+    const Trace trace = press_on(scene, Burr{}, 1000, {}, 60);
+    const double t = head.thick;
+    const double outer = trace.rate(0.1 * t, 0.3 * t), middle = trace.rate(0.45 * t, 0.65 * t),
+                 inner = trace.rate(0.8 * t, 0.95 * t);
+    EXPECT_GT(middle, 1.03 * outer) << spacing;
+    EXPECT_GT(middle, 1.01 * inner) << spacing;
+  }
+  double mean = 0, worst = 0;
+  for (const double one : rates) mean += one / static_cast<double>(rates.size());
+  for (const double one : rates) worst = std::max(worst, std::abs(one / mean - 1));
+  EXPECT_LT(worst, 0.05);
+  EXPECT_GT(mean, 1);
+}
+
 /// How wide a hole is, mm, where a pin gauge measures it: twice the least and the greatest distance from its
 /// axis to where bone begins again.
 std::pair<double, double> gauge(const volume::Version& version, const dvec3& on_axis, const dvec3& axis) {

@@ -1,0 +1,160 @@
+// timeline: what was done in a session, stroke by stroke.
+#include <algorithm>
+#include <glm/geometric.hpp>
+
+#include "apps/trephine/commands.h"
+#include "apps/trephine/event_words.h"
+#include "data-tools/atomic_file.h"
+#include "modules/catalogue.h"
+
+namespace trephine::app {
+
+using volume::Result;
+
+namespace {
+
+struct TimelineArguments {
+  std::string session;
+};
+
+/// Something at a time: a stroke, a command, an event.
+struct Row {
+  std::uint64_t tick;
+  const char* kind;
+  int hand;
+  std::string text;
+  std::uint64_t ticks = 0;  ///< of a stroke
+  std::int64_t units = 0;   ///< removed in it; negative: put back
+  double strongest = 0;     ///< N
+};
+
+/// Goes through a session's log.
+class Timeline {
+ public:
+  explicit Timeline(std::size_t hands) : pressed_(hands, false) {}
+
+  void take(const sim::LogItem& item) {
+    if (const auto* tick = std::get_if<sim::TickItem>(&item)) {
+      take(tick->record);
+    } else if (const auto* version = std::get_if<sim::VersionItem>(&item)) {
+      units_ = version->removed_units;
+    } else if (const auto* command = std::get_if<sim::CommandItem>(&item)) {
+      // What keeps the books is nobody's deed.
+      const sim::Value& what = command->command.what;
+      if (what.is_empty() || what.as<sim::AdoptFields>()) return;
+      end_stroke();
+      const std::string words = what.words();
+      rows_.push_back({last_, "command", command->command.hand,
+                       std::string(what.name()).append(words.empty() ? "" : " ").append(words)});
+      of_command_ = rows_.size();
+      units_before_ = units_;
+    } else if (const auto* event = std::get_if<sim::EventItem>(&item)) {
+      rows_.push_back({event->event.tick, "event", event->event.hand, words_of(event->event)});
+    }
+  }
+  std::vector<Row> finish() {
+    end_stroke();
+    std::stable_sort(rows_.begin(), rows_.end(), [](const Row& a, const Row& b) { return a.tick < b.tick; });
+    return std::move(rows_);
+  }
+
+ private:
+  void take(const haptics::ServoRecord& r) {
+    close_command();
+    last_ = std::max(last_, r.tick);
+    pressed_[r.hand] = r.pose.is_pressed();
+    const bool is_on = std::find(pressed_.begin(), pressed_.end(), true) != pressed_.end();
+    if (is_on && !stroke_) {
+      stroke_ = Row{r.tick, "stroke", r.hand, ""};
+      units_before_ = units_;
+    }
+    if (stroke_) {
+      stroke_->ticks = r.tick - stroke_->tick + 1;
+      stroke_->strongest = std::max(stroke_->strongest, glm::length(r.force_world));
+    }
+    if (!is_on) end_stroke();
+  }
+  /// The version that a command made stands before the next tick.
+  void close_command() {
+    if (of_command_ > 0) rows_[of_command_ - 1].units = units_ - units_before_;
+    of_command_ = 0;
+  }
+  void end_stroke() {
+    close_command();
+    if (!stroke_) return;
+    stroke_->units = units_ - units_before_;
+    rows_.push_back(*stroke_);
+    stroke_.reset();
+  }
+
+  std::vector<Row> rows_;
+  std::vector<bool> pressed_;
+  std::optional<Row> stroke_;
+  std::size_t of_command_ = 0;  ///< one more than its row's place
+  std::uint64_t last_ = 0;
+  std::int64_t units_ = 0, units_before_ = 0;
+};
+
+Result<Outcome> run_timeline(const TimelineArguments& arguments) {
+  Result<sim::SessionReader> opened = sim::SessionReader::open(arguments.session, modules::catalogue());
+  if (!opened) return opened.error();
+  sim::SessionReader& session = opened.value();
+  const sim::SessionHeader& header = session.header();
+  Timeline timeline(header.hands.size());
+  std::int64_t units = 0;
+  for (sim::LogItem item;;) {
+    const Result<bool> read = session.next(item);
+    if (!read) return read.error();
+    if (!read.value()) break;
+    if (const auto* version = std::get_if<sim::VersionItem>(&item)) units = version->removed_units;
+    timeline.take(item);
+  }
+  // Only the end says what a unit is in mm3; a session that was cut short tells shares alone.
+  std::optional<double> mm3;
+  if (session.end() && units > 0) mm3 = session.end()->removed_mm3 / static_cast<double>(units);
+  Outcome outcome{new_report("timeline"), "", exit_done};
+  Json rows = Json::array();
+  std::size_t strokes = 0;
+  for (const Row& row : timeline.finish()) {
+    const double at = static_cast<double>(row.tick) / header.rate_hz,
+                 seconds = static_cast<double>(row.ticks) / header.rate_hz;
+    Json one = {{"at_seconds", at}, {"tick", row.tick}, {"kind", row.kind}, {"hand", row.hand + 1}};
+    std::string text = row.text;
+    const bool is_stroke = row.ticks > 0;
+    if (is_stroke) {
+      one["seconds"] = seconds;
+      one["strongest_force_n"] = row.strongest;
+      text = format_text("stroke %zu, %.2f s, %.2f N at most", ++strokes, seconds, row.strongest);
+    }
+    one["text"] = text;
+    if (is_stroke || row.units != 0) {
+      one["removed_mm3"] = mm3 ? Json(*mm3 * static_cast<double>(row.units)) : Json();
+      if (mm3 && row.units != 0)
+        text += format_text(row.units > 0 ? ", removed %.2f mm3" : ", put back %.2f mm3",
+                            *mm3 * static_cast<double>(std::abs(row.units)));
+    }
+    rows.push_back(std::move(one));
+    outcome.text += format_text("%9.3f s  hand %d  %-8s %s\n", at, row.hand + 1, row.kind, text.c_str());
+  }
+  outcome.json["seconds"] = static_cast<double>(session.tick_count()) / header.rate_hz;
+  outcome.json["strokes"] = strokes;
+  outcome.json["checkpoints"] = session.checkpoints().size();
+  outcome.json["rows"] = std::move(rows);
+  if (outcome.text.empty()) outcome.text = "nothing was done in it\n";
+  if (!session.end()) notice("note: the session was cut short; what is whole is shown, without volumes");
+  return outcome;
+}
+
+Run build(Options& options) {
+  auto a = std::make_shared<TimelineArguments>();
+  options.add("SESSION", a->session, "A recorded session").required();
+  return run_with(a, run_timeline);
+}
+
+}  // namespace
+
+const Command k_timeline{"timeline", "List the strokes, commands and events of a session, with their times",
+                         "  trephine timeline drill.session\n  trephine timeline drill.session --json",
+                         build};
+
+}  // namespace trephine::app

@@ -1,0 +1,198 @@
+#include "modules/drilling/craniotome.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <glm/geometric.hpp>
+
+#include "modules/drilling/burr_tick.h"
+
+namespace trephine::drilling {
+
+using glm::dvec3;
+using sim::field;
+using volume::ToolBody;
+using volume::ToolPlace;
+
+namespace {
+
+constexpr double k_foot_thickness = 0.8;  // mm, below the bit
+constexpr double k_reach = 12;            // mm around in which there must be bone to cut
+constexpr double k_edge = 0.05;           // mm, of the bit's end
+
+Burr bit_of(const Craniotome& c) {
+  return {.diameter = c.diameter,
+          .is_round = true,
+          .shape = Shape::cylinder,
+          .grade = Grade::router,
+          .rpm = c.rpm,
+          .length = c.length};
+}
+ToolBody body_of(const Craniotome& c) { return ToolBody::cylinder(0.5 * c.diameter, c.length, k_edge); }
+
+/// Eight ways across a shaft.
+std::array<dvec3, 8> around(const dvec3& shaft) {
+  const dvec3 aside = std::abs(shaft.x) < 0.6 ? dvec3(1, 0, 0) : dvec3(0, 1, 0);
+  const dvec3 a = glm::normalize(glm::cross(shaft, aside)), b = glm::cross(shaft, a);
+  constexpr double k_half = 0.70710678118654752;
+  return {a, b, -a, -b, k_half * (a + b), k_half * (a - b), -k_half * (a + b), k_half * (b - a)};
+}
+
+bool is_foot_free(const Craniotome& c, const ToolPlace& at, const sim::Work& work) {
+  for (const double depth : {0.1, k_foot_thickness}) {
+    const dvec3 middle = at.at_world - depth * at.axis_world;
+    if (work.is_matter(middle)) return false;
+    for (const dvec3& way : around(at.axis_world))
+      if (work.is_matter(middle + 0.5 * c.foot * way)) return false;
+  }
+  return true;
+}
+bool is_bit_free(const Craniotome& c, const ToolPlace& at, const sim::Work& work) {
+  for (double along = 0.25; along < c.length; along += 0.5)
+    for (const dvec3& way : around(at.axis_world))
+      if (work.is_matter(at.at_world + along * at.axis_world + 0.45 * c.diameter * way)) return false;
+  return true;
+}
+bool has_bone_around(const Craniotome& c, const ToolPlace& at, const sim::Work& work) {
+  for (double along = 0.5; along < c.length; along += 0.5)
+    for (double far = 1; far <= k_reach; far += 0.5)
+      for (const dvec3& way : around(at.axis_world))
+        if (work.is_matter(at.at_world + along * at.axis_world + far * way)) return true;
+  return false;
+}
+
+/// Why it does not start at a place; empty: it does.
+std::string reason_not_to_start(const Craniotome& c, const ToolPlace& at, const sim::Work& work) {
+  if (!is_bit_free(c, at, work)) return "the bit stands in bone: it begins in a burr hole";
+  if (!is_foot_free(c, at, work)) return "the foot has no room under the bone";
+  if (!has_bone_around(c, at, work)) return "there is no bone around";
+  return {};
+}
+
+dvec3 across(const dvec3& v, const dvec3& shaft) { return v - glm::dot(v, shaft) * shaft; }
+
+void step(const Craniotome& c, CraniotomeState& state, const sim::InstrumentInput& input, sim::Work& work) {
+  const haptics::ServoRecord& tick = input.tick;
+  if (input.is_fresh || !tick.pose.is_pressed()) {
+    CraniotomeState next;
+    next.rise = state.rise, next.hottest = state.hottest;
+    state = next;
+  }
+  if (!tick.pose.is_pressed() || state.is_refused) return;
+  const ToolPlace tool{tick.proxy_world, turned(shaft_of(tick.pose.orientation), tick.turn_world)};
+  if (!state.has_started) {
+    if (std::string why = reason_not_to_start(c, tool, work); !why.empty()) {
+      state.is_refused = true;
+      work.raise_event(CraniotomeRefused{std::move(why)}, tool.at_world);
+      return;
+    }
+    state.has_started = true;
+  }
+  // The foot stays under bone, and the bit goes no tighter curve than it lets it: the hand is where it may
+  // lead the bit to.
+  haptics::ServoRecord led = tick;
+  const dvec3 from = state.has_centre ? state.centre : tool.at_world;
+  const dvec3 wish = across(tick.pose.position_world - from, tool.axis_world);
+  const double wish_length = glm::length(wish);
+  if (state.heading != dvec3(0) && wish_length > 1e-9) {
+    // Aside of that it only leans on its kerf.
+    const auto on_the_way = [&](const dvec3& at) {
+      return at + glm::dot(at - from, state.heading) * state.heading - across(at - from, tool.axis_world);
+    };
+    if (glm::dot(wish, state.heading) > 0) {
+      led.pose.position_world = on_the_way(tick.pose.position_world);
+      led.proxy_world = on_the_way(tick.proxy_world);
+    }
+  }
+  const std::function<bool(const ToolPlace&, const ToolPlace&)> may_go = [&](const ToolPlace& a,
+                                                                             const ToolPlace& b) {
+    if (!is_foot_free(c, b, work)) return false;
+    // Backward only where it has been.
+    const dvec3 way = across(b.at_world - a.at_world, a.axis_world);
+    return state.heading == dvec3(0) || glm::dot(way, state.heading) >= 0 || is_bit_free(c, b, work);
+  };
+  const sim::InstrumentInput led_input{led, input.dt, input.is_fresh};
+  const Burr bit = bit_of(c);
+  BurrTick cut(bit, body_of(c), state, led_input, work);
+  cut.may_go = &may_go;
+  cut.drill();
+  cut.cool_and_watch();
+  if (!state.has_centre) return;
+  const dvec3 moved = across(state.centre - from, tool.axis_world);
+  const double way = glm::length(moved);
+  if (way <= 1e-9) return;
+  if (state.heading == dvec3(0)) {
+    state.heading = moved / way;
+  } else if (wish_length > 1e-9 && glm::dot(moved, state.heading) > 0) {
+    // Turned toward where the hand wants it by as much as the curve allows over that way.
+    const dvec3 aside = across(wish / wish_length, state.heading);
+    const double size = glm::length(aside), most = way / c.turning_radius;
+    if (size > 1e-9) state.heading = glm::normalize(state.heading + std::min(1.0, most / size) * aside);
+  }
+}
+
+sim::ToolBall body(const Craniotome& c, const CraniotomeState& state, const sim::InstrumentInput& input) {
+  return ball_around(bit_of(c), body_of(c), state, input);
+}
+
+volume::Status check(const Craniotome& c, const haptics::TouchScene& scene) {
+  if (!(c.foot > c.diameter))
+    return volume::Error{"the foot is no wider than the bit", "craniotome foot",
+                         std::to_string(c.foot) + " mm", "more than " + std::to_string(c.diameter) + " mm",
+                         ""};
+  if (scene.tool_balls.empty())
+    return volume::Error{"a craniotome needs balls along its bit to touch with", "craniotome", "none",
+                         "a tool of several balls", "begin the operation with it"};
+  return check_body(body_of(c), true, scene);
+}
+
+sim::ToolNeeds needs(const Craniotome& c, const volume::Volume& anatomy) {
+  Burr bit = bit_of(c);
+  const double radius = touch_radius(bit, anatomy);
+  sim::ToolNeeds needs{c.diameter, radius, {}};
+  constexpr int k_bit = static_cast<int>(haptics::TouchScene::k_most_balls) - 4;
+  for (int i = 0; i < k_bit; ++i)
+    needs.balls.push_back({0, 0, radius + (c.length - 2 * radius) * i / (k_bit - 1)});
+  const double out = 0.5 * c.foot - radius;
+  for (const dvec3& way : {dvec3(1, 0, 0), dvec3(-1, 0, 0), dvec3(0, 1, 0), dvec3(0, -1, 0)})
+    needs.balls.push_back(out * way - dvec3(0, 0, radius));
+  return needs;
+}
+
+std::string effect(const Craniotome&) { return "spin drag=0.3 chatter=0.1 frequency=80"; }
+
+}  // namespace
+
+const sim::Schema& Craniotome::schema() {
+  static constexpr sim::Field fields[] = {
+      field<&Craniotome::diameter>("diameter", {.unit = "mm", .low = 0.8, .high = 5, .help = "of the bit"}),
+      field<&Craniotome::length>("length", {.unit = "mm", .low = 4, .high = 30, .help = "of the bit"}),
+      field<&Craniotome::foot>("foot", {.unit = "mm", .low = 1, .high = 12, .help = "its diameter"}),
+      field<&Craniotome::turning_radius>(
+          "turning_radius", {.unit = "mm", .low = 0.5, .high = 200, .help = "of the tightest curve"}),
+      field<&Craniotome::rpm>("rpm", {.unit = "1/min", .low = 100, .high = 5e5, .help = "of the spindle"})};
+  static constexpr sim::Schema table{"craniotome", 1, fields};
+  return table;
+}
+
+const sim::Schema& CraniotomeState::schema() {
+  static const std::vector<sim::Field> fields =
+      joined(BurrState::schema().fields, {field<&CraniotomeState::has_started>("has_started"),
+                                          field<&CraniotomeState::is_refused>("is_refused"),
+                                          field<&CraniotomeState::heading>("heading")});
+  static const sim::Schema table{"craniotome-state", 1, fields};
+  return table;
+}
+
+const sim::Schema& CraniotomeRefused::schema() {
+  static constexpr sim::Field fields[] = {field<&CraniotomeRefused::why>("why")};
+  static constexpr sim::Schema table{"craniotome-refused", 1, fields};
+  return table;
+}
+
+const sim::InstrumentType& craniotome_type() noexcept {
+  return sim::instrument_type<step, check, body, needs, effect>();
+}
+sim::Instrument craniotome(const Craniotome& parameters) { return {craniotome_type(), parameters}; }
+
+}  // namespace trephine::drilling

@@ -1,0 +1,209 @@
+// The tools that open a skull: perforator and craniotome, on a vault of table, diploe and table.
+#include <cmath>
+#include <functional>
+#include <glm/geometric.hpp>
+#include <gtest/gtest.h>
+
+#include "haptics/proxy/methods.h"
+#include "modules/drilling/craniotome.h"
+#include "modules/drilling/perforator.h"
+#include "sim/lockstep.h"
+#include "tests/scenes/scenes.h"
+
+namespace trephine::drilling {
+namespace {
+
+using glm::dvec3;
+
+/// A vault of 7 mm over water, inner side at 0.
+double vault(const dvec3& p) {
+  const auto above = [&](double z) { return std::clamp(0.5 + (p.z - z) / 0.8, 0.0, 1.0); };
+  return 40 + 1660 * above(0) - 950 * above(2) + 950 * above(4.6) - 2700 * above(7);
+}
+
+/// What hands touch and hold, ready to run.
+struct Bench {
+  haptics::TouchScene scene;
+  std::unique_ptr<haptics::ProxyMethod> method;
+  sim::Catalogue catalogue;
+  std::unique_ptr<sim::Lockstep> run;
+
+  Bench(const sim::Instrument& tool, const std::function<double(const dvec3&)>& hounsfield,
+        const dvec3& spacing, const dvec3& low, const dvec3& high)
+      : catalogue(std::vector<const sim::Module*>{&module()}) {
+    const glm::ivec3 size(glm::ceil((high - low) / spacing));
+    auto v = volume::make_volume(size, volume::Frame::from_spacing(low, spacing).value()).value();
+    v.is_hounsfield = true;
+    for (int z = 0; z < size.z; ++z)
+      for (int y = 0; y < size.y; ++y)
+        for (int x = 0; x < size.x; ++x)
+          v.voxels[v.index(x, y, z)] =
+              static_cast<std::int16_t>(std::lround(hounsfield(v.frame.world_from_volume({x, y, z}))));
+    scene = scenes::scene_of(std::move(v));
+    const sim::ToolNeeds needs = tool.type->needs(tool.parameters.data(), *scene.base);
+    EXPECT_FALSE(haptics::set_smallest_burr(scene, needs.finest_cut).has_value());
+    EXPECT_FALSE(haptics::set_tool(scene, needs.touch_radius, needs.balls).has_value());
+    method = haptics::make_method(needs.balls.empty() ? "subvoxel" : "chain").value();
+    const volume::Status error = method->prepare(scene);
+    EXPECT_FALSE(error.has_value()) << (error ? error->message() : "");
+    EXPECT_FALSE(tool.type->check(tool.parameters.data(), scene).has_value());
+    run = std::make_unique<sim::Lockstep>(sim::Engine(scene, *method, tool, 4e-3, catalogue),
+                                          haptics::ForceOptions{}, 250);  // fewer ticks, fewer fields
+  }
+  static const Drilling& module() {
+    static const Drilling one;
+    return one;
+  }
+  template <class Event>
+  std::vector<std::pair<Event, dvec3>> events() const {
+    std::vector<std::pair<Event, dvec3>> all;
+    const sim::Chronicle& chronicle = run->engine().now().chronicle;
+    for (std::size_t i = 0; i < chronicle.size(); ++i)
+      if (const auto* one = chronicle[i].what.as<Event>()) all.emplace_back(*one, chronicle[i].place_world);
+    return all;
+  }
+  template <class State>
+  const State& state() const {
+    return *run->engine().now().settings.hands[0].state.as<State>();
+  }
+  bool is_gone(const dvec3& p) const {
+    return run->engine().current()->distance(scene.base->frame.volume_from_world(p)) <= 0;
+  }
+};
+
+TEST(Perforator, StopsByItselfWhereTheBoneEnds) {
+  for (const double spacing : {0.6, 0.9}) {
+    Bench bench(perforator({.diameter = 8, .inner = 6, .lead = 2, .feed = 3}), vault, dvec3(spacing),
+                {-8, -8, -9}, {8, 8, 15});
+    sim::Lockstep& run = *bench.run;
+    // Pressed on and on, far beyond: 8 mm under where it is held.
+    for (int i = 0; i < 3000 && !bench.state<PerforatorState>().has_stopped; ++i)
+      run.step(haptics::Pose{
+          {0.1, 0.2, std::max(14.0 - 16e-3 * i, run.last_record().proxy_world.z - 8)}, {1, 0, 0, 0}, 1});
+    const auto stops = bench.events<PerforatorStopped>();
+    ASSERT_EQ(stops.size(), 1u) << spacing;
+    EXPECT_NEAR(stops[0].first.depth, 7, 0.8);
+    EXPECT_NEAR(stops[0].second.z, 0, 0.8);
+    EXPECT_TRUE(bench.is_gone({0, 0, 1}));
+    EXPECT_TRUE(bench.is_gone({3.6, 0, 5}));   // the outer drill, behind the inner one
+    EXPECT_FALSE(bench.is_gone({3.6, 0, 1}));  // a ledge is left, on which it rests
+    EXPECT_FALSE(bench.is_gone({4.3, 0, 5}));
+    // The clutch holds nothing any more, however hard it is pressed; nor is the hand let through the ledge.
+    const double removed = run.engine().removed_mm3();
+    for (int i = 0; i < 500; ++i) run.step(haptics::Pose{{0.1, 0.2, -6}, {1, 0, 0, 0}, 1});
+    EXPECT_EQ(run.engine().removed_mm3(), removed);
+    EXPECT_GT(run.last_record().proxy_world.z, 2);
+    EXPECT_GT(run.last_record().force_world.z, 2);
+  }
+}
+
+/// With a hole of 10 mm at the origin.
+double with_a_hole(const dvec3& p) {
+  const double wall = std::clamp((std::hypot(p.x, p.y) - 5) / 0.8 + 0.5, 0.0, 1.0);
+  return wall * vault(p) + (1 - wall) * (p.z > 7 ? -1000 : 40);
+}
+
+struct CraniotomeBench : Bench {
+  explicit CraniotomeBench(const Craniotome& tool, double spacing = 0.6)
+      : Bench(craniotome(tool), with_a_hole, dvec3(spacing), {-8, -12, -8}, {24, 20, 18}) {}
+};
+
+TEST(Craniotome, StartsInABurrHoleAlone) {
+  const struct {
+    dvec3 at;
+    const char* why;
+  } places[] = {{{14, 0, 3}, "in bone"}, {{2.8, 0, 2}, "foot"}, {{0, 0, 12}, "no bone"}};
+  CraniotomeBench bench({});
+  sim::Lockstep& run = *bench.run;
+  std::size_t refused = 0;
+  for (const auto& place : places) {
+    // Set there from the air, whatever is in its way: a device may be anywhere when the button goes down.
+    const double removed = run.engine().removed_mm3();
+    sim::Lockstep there(sim::Engine(bench.scene, *bench.method, craniotome({}), 1e-3, bench.catalogue), {},
+                        1000);
+    for (int i = 0; i < 30; ++i) there.step(haptics::Pose{place.at, {1, 0, 0, 0}, i < 5 ? 0u : 1u});
+    EXPECT_EQ(there.engine().removed_mm3(), removed);
+    const sim::Chronicle& chronicle = there.engine().now().chronicle;
+    for (std::size_t i = 0; i < chronicle.size(); ++i)
+      if (const auto* event = chronicle[i].what.as<CraniotomeRefused>()) {
+        ++refused;
+        EXPECT_NE(event->why.find(place.why), std::string::npos) << event->why;
+      }
+  }
+  EXPECT_EQ(refused, 3u);
+}
+
+/// Into the hole, its foot below the vault.
+void lower(sim::Lockstep& run) {
+  for (int i = 0; i < 210; ++i)
+    run.step(haptics::Pose{{0, 0, std::max(-1.0, 12 - 0.065 * i)}, {1, 0, 0, 0}, i < 205 ? 0u : 1u});
+}
+/// Pulled by 4 mm toward a side of where it is.
+void pull(sim::Lockstep& run, const dvec3& side) {
+  const dvec3 at = run.last_record().proxy_world + 4.0 * side;
+  run.step(haptics::Pose{{at.x, at.y, -1}, {1, 0, 0, 0}, 1});
+}
+
+TEST(Craniotome, CutsAKerfOfItsWidthUnderWhichItsFootStays) {
+  CraniotomeBench bench({}, 0.8);
+  sim::Lockstep& run = *bench.run;
+  const CraniotomeState& state = bench.state<CraniotomeState>();
+  lower(run);
+  for (int i = 0; i < 4000 && state.centre.x < 7; ++i) pull(run, {1, 0, 0});
+  EXPECT_TRUE(bench.events<CraniotomeRefused>().empty());
+  ASSERT_GE(state.centre.x, 7);
+  EXPECT_LT(std::abs(state.centre.y), 0.1);
+  for (const double x : {5.3, 5.8})
+    for (const double z : {1.0, 3.0, 6.0}) {
+      EXPECT_TRUE(bench.is_gone({x, 0, z})) << x << " " << z;
+      for (const double side : {-1.0, 1.0}) {
+        EXPECT_TRUE(bench.is_gone({x, 1.0 * side, z})) << x << " " << z;
+        EXPECT_FALSE(bench.is_gone({x, 1.3 * side, z})) << x << " " << z;
+      }
+    }
+  // Pulled up it stays: its foot is wider than the kerf.
+  const double removed = run.engine().removed_mm3();
+  const dvec3 at = run.last_record().proxy_world;
+  for (int i = 0; i < 600; ++i) run.step(haptics::Pose{{at.x - 1, at.y, -1 + 1e-2 * i}, {1, 0, 0, 0}, 0});
+  EXPECT_LT(run.last_record().proxy_world.z, 0.5);
+  EXPECT_LT(run.last_record().force_world.z, -1);
+  EXPECT_EQ(run.engine().removed_mm3(), removed);
+}
+
+TEST(Craniotome, TurnsNoTighterThanItsFootLetsIt) {
+  for (const double turning_radius : {2.0, 5.0}) {
+    CraniotomeBench bench({.turning_radius = turning_radius}, 0.8);
+    sim::Lockstep& run = *bench.run;
+    const CraniotomeState& state = bench.state<CraniotomeState>();
+    lower(run);
+    for (int i = 0; i < 3000 && state.centre.x < 4.8; ++i) pull(run, {1, 0, 0});
+    // Then the hand wants it to go aside, as sharply as it can.
+    double way = 0;
+    dvec3 last = state.centre;
+    const dvec3 before = state.heading;
+    for (int i = 0; i < 4000 && way < 1.5; ++i) {
+      pull(run, glm::normalize(state.heading + dvec3(-state.heading.y, state.heading.x, 0)));
+      way += glm::length(state.centre - last);
+      last = state.centre;
+    }
+    ASSERT_GE(way, 1.5);
+    const double turned = std::acos(std::clamp(glm::dot(before, state.heading), -1.0, 1.0));
+    EXPECT_LT(turned, 1.05 * way / turning_radius);
+    EXPECT_GT(turned, 0.7 * way / turning_radius);
+    EXPECT_GT(state.heading.y, 0);
+    EXPECT_GT(state.centre.y, 0.05);
+  }
+}
+
+TEST(CraniotomyTools, WhatTheyCannotBeIsRefused) {
+  haptics::TouchScene scene;
+  const sim::Instrument bad[] = {perforator({.diameter = 10, .inner = 12}),
+                                 craniotome({.diameter = 3, .foot = 2}), craniotome({}), perforator({})};
+  for (const sim::Instrument& tool : bad)
+    EXPECT_TRUE(tool.type->check(tool.parameters.data(), scene).has_value());
+  EXPECT_TRUE(sim::Value(Craniotome{.turning_radius = -1}).check().has_value());
+  EXPECT_TRUE(sim::Value(Perforator{.feed = std::nan("")}).check().has_value());
+}
+
+}  // namespace
+}  // namespace trephine::drilling

@@ -1,0 +1,157 @@
+// Rongeur and Kerrison on a lamina: a plate of bone with a canal below it and an edge to bite.
+#include "modules/rongeur/rongeur.h"
+
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <gtest/gtest.h>
+#include <numbers>
+
+#include "haptics/proxy/methods.h"
+#include "sim/lockstep.h"
+#include "tests/scenes/scenes.h"
+
+namespace trephine::rongeur {
+namespace {
+
+using glm::dvec3;
+constexpr double k_thick = 4;
+
+/// Bone where 0 < z < k_thick and x < 0.
+struct Lamina {
+  haptics::TouchScene scene;
+  std::unique_ptr<haptics::ProxyMethod> method;
+  RongeurModule module;
+  sim::Catalogue catalogue;
+
+  explicit Lamina(const dvec3& spacing) : catalogue(std::vector<const sim::Module*>{&module}) {
+    const dvec3 low(-16, -10, -8);
+    const glm::ivec3 size(glm::ceil(dvec3(26, 20, 24) / spacing));
+    auto v = volume::make_volume(size, volume::Frame::from_spacing(low, spacing).value()).value();
+    v.is_hounsfield = true;
+    for (int z = 0; z < size.z; ++z)
+      for (int y = 0; y < size.y; ++y)
+        for (int x = 0; x < size.x; ++x) {
+          const dvec3 p = v.frame.world_from_volume({x, y, z});
+          // The middle of a blurred edge lies at 300 of 0 to 600.
+          const auto share = [](double in, double width) { return std::clamp(0.5 + in / width, 0.0, 1.0); };
+          v.voxels[v.index(x, y, z)] = static_cast<std::int16_t>(
+              600 * std::min({share(p.z, 2 * spacing.z), share(k_thick - p.z, 2 * spacing.z),
+                              share(-p.x, 2 * spacing.x)}));
+        }
+    scene = scenes::scene_of(std::move(v));
+    EXPECT_FALSE(haptics::set_smallest_burr(scene, 3).has_value());
+    method = haptics::make_method(haptics::k_default_method).value();
+    EXPECT_FALSE(method->prepare(scene).has_value());
+  }
+  sim::Lockstep with(const Rongeur& tool) const {
+    return {sim::Engine(scene, *method, rongeur(tool), 1e-3, catalogue), {}, 1000};
+  }
+};
+
+template <class Event>
+std::vector<Event> events(const sim::Lockstep& run) {
+  std::vector<Event> all;
+  const sim::Chronicle& chronicle = run.engine().now().chronicle;
+  for (std::size_t i = 0; i < chronicle.size(); ++i)
+    if (const auto* one = chronicle[i].what.as<Event>()) all.push_back(*one);
+  return all;
+}
+
+/// For so many ticks; `squeeze` below 0: the button is held.
+void hold(sim::Lockstep& run, const dvec3& at, double squeeze, int ticks = 500,
+          const glm::dquat& turn = {1, 0, 0, 0}) {
+  haptics::Pose pose{at, turn, squeeze < 0 ? 1u : 0u};
+  pose.axes[0] = static_cast<float>(std::max(0.0, squeeze));
+  for (int i = 0; i < ticks; ++i) run.step(pose);
+}
+
+TEST(Rongeur, AKerrisonBitesWhatItsJawsHold) {
+  for (const dvec3& spacing : {dvec3(0.4), dvec3(0.6), dvec3(0.5, 0.5, 1.25)}) {
+    const Lamina lamina(spacing);
+    const Rongeur tool{.kind = Kind::kerrison, .width = 4, .opening = 6};
+    sim::Lockstep run = lamina.with(tool);
+    // Its foot just under the edge, half of the jaws over bone: half a cylinder through the lamina.
+    hold(run, {0, 0, -0.6}, 0, 10);
+    hold(run, {0, 0, -0.6}, -1);
+    const auto bites = events<Bite>(run);
+    ASSERT_EQ(bites.size(), 1u) << spacing.z;
+    const double exact = 0.5 * std::numbers::pi * 4 * k_thick;
+    EXPECT_NEAR(bites[0].size / exact, 1, spacing.z > 1 ? 0.05 : 0.03) << spacing.z;
+    EXPECT_NEAR(run.engine().removed_mm3(), bites[0].size, 1e-9);
+    // Held on it bites no more, let go and held again it does, if there is something.
+    hold(run, {0, 0, -0.6}, -1);
+    hold(run, {-1, 0, -0.6}, 0, 10);
+    EXPECT_EQ(events<Bite>(run).size(), 1u);
+    hold(run, {-1, 0, -0.6}, -1);
+    EXPECT_EQ(events<Bite>(run).size(), 2u);
+    // Stroke by stroke it can be taken back.
+    hold(run, {-1, 0, -0.6}, 0, 10);
+    run.undo();
+    EXPECT_NEAR(run.engine().removed_mm3(), bites[0].size, 1e-9);
+  }
+}
+
+TEST(Rongeur, ASqueezeClosesTheJaws) {
+  const Lamina lamina(dvec3(0.5));
+  sim::Lockstep run = lamina.with({.kind = Kind::kerrison});
+  const dvec3 at(0, 0, -0.6);
+  hold(run, at, 0.5);
+  hold(run, at, 0.9);
+  EXPECT_TRUE(events<Bite>(run).empty());
+  hold(run, at, 1);
+  EXPECT_EQ(events<Bite>(run).size(), 1u);
+  // Half open is not open.
+  hold(run, at + dvec3(-1, 0, 0), 0.5);
+  hold(run, at + dvec3(-1, 0, 0), 1);
+  EXPECT_EQ(events<Bite>(run).size(), 1u);
+  hold(run, at + dvec3(-1, 0, 0), 0.1);
+  hold(run, at + dvec3(-1, 0, 0), 1);
+  EXPECT_EQ(events<Bite>(run).size(), 2u);
+}
+
+TEST(Rongeur, JawsThatCannotCloseBiteNothing) {
+  const Lamina lamina(dvec3(0.5));
+  const struct {
+    Rongeur tool;
+    dvec3 at;
+    const char* why;
+  } cases[] = {{{.kind = Kind::kerrison, .opening = 3}, {-1, 0, -0.6}, "thicker"},
+               {{.kind = Kind::kerrison}, {-1, 0, 5}, "foot"},
+               {{.kind = Kind::rongeur, .opening = 3}, {-4, 0, 3}, "wider"}};
+  for (const auto& c : cases) {
+    sim::Lockstep run = lamina.with(c.tool);
+    hold(run, c.at, 0, 10);
+    hold(run, c.at, -1);
+    const auto refused = events<BiteRefused>(run);
+    ASSERT_EQ(refused.size(), 1u) << c.why;
+    EXPECT_NE(refused[0].why.find(c.why), std::string::npos) << refused[0].why;
+    EXPECT_EQ(run.engine().removed_mm3(), 0);
+    EXPECT_EQ(run.engine().measures().back().value, 1);
+  }
+}
+
+TEST(Rongeur, TwoCupsBiteAnEdgeBetweenThem) {
+  const Lamina lamina(dvec3(0.5));
+  // From the side, its shaft along +x: cups above and below the edge, which is thinner than they open.
+  const Rongeur tool{.width = 4, .opening = 6};
+  sim::Lockstep run = lamina.with(tool);
+  const double half = std::sqrt(0.5);
+  const glm::dquat turn(half, 0, half, 0);  // the shaft along x, what was across it along -z
+  hold(run, {3, 0, 2}, 0, 10, turn);
+  hold(run, {-2, 0, 2}, -1, 500, turn);
+  const auto bites = events<Bite>(run);
+  ASSERT_EQ(bites.size(), 1u);
+  // Its throat stops at the edge; ahead of it all that the cups hold goes.
+  EXPECT_NEAR(bites[0].size / (std::numbers::pi * 4 * k_thick), 1, 0.05);
+}
+
+TEST(Rongeur, WhatItCannotBeIsRefused) {
+  const Lamina lamina(dvec3(0.5));
+  sim::Lockstep run = lamina.with({});
+  EXPECT_TRUE(run.apply(Rongeur{.width = 2}).refused);  // the session is ready for 3 mm
+  EXPECT_TRUE(run.apply(Rongeur{.opening = std::nan("")}).refused);
+  EXPECT_FALSE(run.apply(Rongeur{.width = 3}).refused);
+}
+
+}  // namespace
+}  // namespace trephine::rongeur
