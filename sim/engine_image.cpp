@@ -50,9 +50,10 @@ Status Engine::restore(const EngineImage& image) {
     work_[h] = hand.work;
     trails_[h] = hand.trail;
   }
-  for (std::size_t h = 0; h < hands_.size(); ++h) use_effect_of_instrument(h);
-  // Effects that ended make room for those that began.
-  for (const bool is_ending : {true, false})
+  // Effects that ended make room for the instruments' own, and for those that began.
+  for (const bool is_ending : {true, false}) {
+    if (!is_ending)
+      for (std::size_t h = 0; h < hands_.size(); ++h) use_effect_of_instrument(h);
     for (const auto& [key, command] : now_.settings.told) {
       const auto* effect = command.what.as<SetEffect>();
       if ((effect && effect->words.empty()) != is_ending || command.what.as<ToolGeometry>()) continue;
@@ -62,6 +63,7 @@ Status Engine::restore(const EngineImage& image) {
       if (!error) set(command, number, change, error);
       if (error) return error;
     }
+  }
   if (!now_.world.bodies.empty()) {
     if (Status error = check_room_for_bodies()) return error;
     use_bodies(Bodies::others);

@@ -282,7 +282,8 @@ RemovalReport RemovalEditor::remove(const ToolSweep& sweep) {
   const double lever = std::max(std::abs(body.low()), std::abs(body.high())) + body.radius;
   const double way = glm::length(sweep.end.at_world - sweep.start.at_world) +
                      1.58 * lever * glm::length(sweep.end.axis_world - sweep.start.axis_world);
-  const int count = static_cast<int>(std::ceil(way / step));
+  constexpr double k_most_places = 1e6;  // of a way that no hand goes
+  const int count = static_cast<int>(std::ceil(std::min(way / step, k_most_places)));
   RemovalReport all;
   for (int first = sweep.continues && count > 0 ? 1 : 0; first <= count; first += k_stamps_at_once) {
     const int last = std::min(first + k_stamps_at_once - 1, count);

@@ -21,7 +21,7 @@ ToolBody::Corner ToolBody::corner() const noexcept {
   const double along = 0.5 * length - edge, k = bulge();
   if (k == 0) return {along, radius - edge, 0};
   const double arc = 1 / k - edge;  // radius of the side, moved in by the rounding
-  return {along, std::sqrt(arc * arc - along * along) - (1 / k - radius), along / arc};
+  return {along, std::sqrt(std::max(0.0, arc * arc - along * along)) - (1 / k - radius), along / arc};
 }
 
 ToolBody::Support ToolBody::support(double rise) const noexcept {

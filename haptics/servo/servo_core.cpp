@@ -228,9 +228,12 @@ ServoRecord ServoCore::step(const ServoScene& seen, const ServoInput& input) noe
       torque = (cap_ < force_limit_ ? cap_ / force_limit_ : 1) * force_.turn(step_, scene);
     active_ = dvec3(0);
     if (mine.laws) {
+      // As the record will say it: what is played again hears the same.
+      const bool is_working =
+          input.pose.is_pressed() && !is_led_ && ((guard_.faults() | faults) & k_latched_faults) == 0;
       const LawForces forces =
           laws_.step(*mine.laws, {scene, mine.state.version.get(), step_, wanted_, hip,
-                                  input.pose.orientation, dvec3(0), dvec3(0), dt_, input.pose.is_pressed()});
+                                  input.pose.orientation, dvec3(0), dvec3(0), dt_, is_working});
       wanted_ += forces.rendered_world;
       active_ = forces.active_world;
       torque += forces.torque_world;
@@ -265,7 +268,7 @@ ServoRecord ServoCore::step(const ServoScene& seen, const ServoInput& input) noe
     if (faults & fault_not_finite) passivity_.lose_sight();
   }
   // Without a force there is no hand on the tool, and a tool on its way out rests: nothing is cut.
-  if ((record.faults & k_latched_faults) || is_led_) record.pose.buttons = 0;
+  if ((record.faults & k_latched_faults) || is_led_) record.pose.buttons = 0, record.pose.axes = {};
   emit_events(record);
   account(record);
   record.energy = energy_;

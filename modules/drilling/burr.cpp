@@ -19,17 +19,22 @@ namespace {
 constexpr double k_memory_voxels =
     1.5;  // contact lost over a way of fewer voxel diagonals is the same contact
 constexpr double k_credit_seconds = 0.02;  // removal that may be saved up while the burr closes in
-constexpr double k_step_mm = 0.05;         // the burr moves in bites of at most this, each paid for
-constexpr double k_turn_cosine = 0.7071;   // a wall farther than this from the axis turns it ...
-constexpr double k_turn_seconds = 0.25;    // ... over about this, when pressed by a radius
-constexpr double k_thrust_seconds = 0.1;   // over which thrust is smoothed
-constexpr double k_pore_mm = 2;            // resistance that is back after less was lost in a pore
-constexpr double k_retreat_mm = 0.5;       // a hand that comes back so far has stopped
-constexpr double k_plunge_seconds = 1;     // no plunge takes longer
+constexpr double k_pi = 3.14159265358979323846;
+constexpr double k_engaged_mm = 0.02;     // of the way over which is measured what is in the bone
+constexpr double k_step_mm = 0.05;        // the burr moves in bites of at most this, each paid for
+constexpr double k_turn_cosine = 0.7071;  // a wall farther than this from the axis turns it ...
+constexpr double k_turn_seconds = 0.25;   // ... over about this, when pressed by a radius
+constexpr double k_thrust_seconds = 0.1;  // over which thrust is smoothed
+constexpr double k_pore_mm = 2;           // resistance that is back after less was lost in a pore
+constexpr double k_bored_mm = 0.5;        // of bone, at least, to break through
+constexpr double k_retreat_mm = 0.5;      // a hand that comes back so far has stopped
+constexpr double k_plunge_seconds = 1;    // no plunge takes longer
 
 /// From a body's `along` 0 to its farthest point against `out`.
 dvec3 lowest_point(const ToolBody& body, const dvec3& shaft, const dvec3& out) noexcept {
   if (body.is_ball()) return -body.radius * out;
+  // A drum's would jump from rim to rim with the least tilt: its end face stands there instead.
+  if (body.form == ToolBody::Form::drum) return dvec3(0);
   const double rise = -glm::dot(out, shaft);
   const ToolBody::Support support = body.support(rise);
   const dvec3 beside = -out - rise * shaft;
@@ -80,8 +85,15 @@ double BurrTick::sweep_to(const ToolPlace& place) {
           ? work_.remove(volume::Sweep{from.at_world, place.at_world, body_.radius, state_.has_centre})
           : work_.remove(volume::ToolSweep{body_, from, place, state_.has_centre});
   const double mm3 = work_.left().mm3_of(one.removed_units);
-  const double way = glm::length(place.at_world - from.at_world);
-  if (way > 1e-6) state_.engaged = mm3 / way;
+  // What is engaged is the volume over the way, of at least k_engaged_mm, and never more than the body has.
+  state_.bite_mm3 += mm3;
+  state_.bite_mm += way_between(from, place);
+  if (!state_.has_centre) state_.bite_mm3 = state_.bite_mm = state_.engaged = 0;
+  if (state_.bite_mm >= k_engaged_mm) {
+    const double r = body_.radius, side = 2 * r * (body_.high() - body_.low());
+    state_.engaged = std::min(state_.bite_mm3 / state_.bite_mm, std::max(k_pi * r * r, side));
+    state_.bite_mm3 = state_.bite_mm = 0;
+  }
   state_.centre = place.at_world;
   state_.shaft = place.axis_world;
   state_.has_centre = true;
@@ -113,14 +125,18 @@ ToolPlace BurrTick::place_at_hand() const noexcept {
   return {burr_.is_round ? hip : hip - lowest_point(body_, hand_shaft_, state_.axis), hand_shaft_};
 }
 
+/// mm, of the body's farthest end where it turns.
+double BurrTick::way_between(const ToolPlace& from, const ToolPlace& to) const noexcept {
+  const double way = glm::length(to.at_world - from.at_world);
+  if (body_.is_ball()) return way;
+  return std::max(way, std::max(std::abs(body_.low()), std::abs(body_.high())) *
+                           glm::length(to.axis_world - from.axis_world));
+}
+
 /// By bites that time has paid for, no farther than `limit` mm, which is then less by what it went.
 void BurrTick::go_to(const ToolPlace& to, double& limit) {
   const ToolPlace from{state_.centre, state_.shaft};
-  double way = glm::length(to.at_world - from.at_world);
-  if (!body_.is_ball())
-    way = std::max(way, std::max(std::abs(body_.low()), std::abs(body_.high())) *
-                            glm::length(to.axis_world - from.axis_world));
-  const double length = std::min(way, limit);
+  const double way = way_between(from, to), length = std::min(way, limit);
   if (length <= 1e-9) return;
   limit -= length;
   const int bites = std::max(1, static_cast<int>(std::ceil(length / k_step_mm)));
@@ -169,8 +185,11 @@ void BurrTick::drill() {
   if (tick_.has_contact) {
     if (!burr_.is_round) turn_axis();  // else the axis stays 0
     // What touches is a little smaller than what cuts, so where it stands there is bone to pay for.
-    if (!state_.has_centre && (!is_by_press() || state_.owed_mm3 > 0))
-      state_.owed_mm3 -= sweep_to(place_at_proxy());
+    const ToolPlace proxy = place_at_proxy();
+    if (!state_.has_centre && may_go)  // what may not go anywhere takes that on its way
+      state_.centre = proxy.at_world, state_.shaft = proxy.axis_world, state_.has_centre = true;
+    else if (!state_.has_centre && (!is_by_press() || state_.owed_mm3 > 0))
+      state_.owed_mm3 -= sweep_to(proxy);
   }
   if (state_.has_centre && is_by_press() && tick_.has_contact) {
     follow(std::min(burr_.feed_limit, drilling::feed_limit(now)));
@@ -182,12 +201,13 @@ void BurrTick::drill() {
 }
 
 void BurrTick::cool_and_watch() {
-  const Cutting now = cutting();
+  const bool is_working = tick_.pose.is_pressed() && !burr_.is_kinematic;
+  Cutting now = cutting();
+  if (!is_working) now.press = 0;
   const Warming warm = warming(now);
   state_.rise += (warm.rise - state_.rise) * std::min(1.0, dt_ / warm.seconds);
   state_.hottest = std::max(state_.hottest, state_.rise);
 
-  const bool is_working = tick_.pose.is_pressed() && !burr_.is_kinematic;
   const double beyond = glm::dot(state_.held_at - tick_.pose.position_world, state_.held_normal);
   if (state_.is_through) {
     state_.seconds += dt_;
@@ -207,11 +227,15 @@ void BurrTick::cool_and_watch() {
     state_.thrust = 0;
   } else if (tick_.has_contact) {
     state_.thrust += (now.press - state_.thrust) * std::min(1.0, dt_ / k_thrust_seconds);
-    if (work_.removed().removed_units > 0)
+    if (work_.removed().removed_units > 0) {
+      if (state_.held_normal == dvec3(0)) state_.begun_at = tick_.proxy_world;
       state_.held_at = tick_.proxy_world, state_.held_normal = tick_.normal_world;
+    }
+
   } else if (state_.held_normal != dvec3(0) && !state_.has_centre) {
-    // The contact is over: on which side is the hand?
-    if (beyond > 0) {
+    // The contact is over: on which side is the hand? A rim that was only brushed is no way through.
+    const double bored = glm::dot(state_.begun_at - state_.held_at, state_.held_normal);
+    if (beyond > 0 && bored > k_bored_mm) {
       state_.is_through = true;
       state_.deepest = beyond, state_.seconds = state_.deepest_at = 0;
     } else {
@@ -265,13 +289,12 @@ std::vector<sim::Field> joined(std::span<const sim::Field> first, std::initializ
 namespace {
 
 void step(const Burr& burr, BurrState& state, const sim::InstrumentInput& input, sim::Work& work) {
+  if (!input.is_fresh && !input.tick.pose.is_pressed() &&
+      state.is_through)  // the plunge ends with the button
+    BurrTick(burr, burr.body(), state, input, work).cool_and_watch();
   if (input.is_fresh || !input.tick.pose.is_pressed()) {
     BurrState next;
     next.rise = state.rise, next.hottest = state.hottest;
-    if (!input.is_fresh && state.is_through) {  // the plunge ends with the button
-      BurrTick(burr, burr.body(), state, input, work).cool_and_watch();
-      next.rise = state.rise;
-    }
     state = next;
   }
   BurrTick tick(burr, burr.body(), state, input, work);
@@ -287,7 +310,19 @@ volume::Status check(const Burr& burr, const haptics::TouchScene& scene) {
   if (burr.is_round && burr.is_kinematic)
     return volume::Error{"a burr that is not held by the bone has no round touch", "burr round", "kinematic",
                          "one of the two", ""};
-  return check_body(burr.body(), burr.is_round, scene);
+  const ToolBody body = burr.body();
+  if (burr.shaft > 0 && !burr.is_round)
+    return volume::Error{"the shaft is felt by a round burr alone", "burr shaft",
+                         std::to_string(burr.shaft) + " mm", "0, or a round burr", ""};
+  // Balls along it, one and a quarter radii apart at most.
+  const double narrow = std::min(body.radius, body.end_radius);
+  const double longest = 1.25 * narrow * (haptics::TouchScene::k_most_balls - 1);
+  if (burr.is_round && body.high() - body.low() + burr.shaft > longest + 2 * narrow)
+    return volume::Error{"the burr and its shaft are too long for their width to be felt", "burr shaft",
+                         std::to_string(body.high() - body.low() + burr.shaft) + " mm",
+                         "at most " + std::to_string(longest + 2 * narrow) + " mm in all",
+                         "take a shorter shaft"};
+  return check_body(body, burr.is_round, scene);
 }
 
 /// A round one cuts no finer than it is, as long as the session lasts: its touch was made for its balls.
@@ -370,8 +405,11 @@ const sim::Schema& BurrState::schema() {
                                           field<&BurrState::owed_mm3>("owed", {.unit = "mm3"}),
                                           field<&BurrState::shaft>("shaft"),
                                           field<&BurrState::engaged>("engaged", {.unit = "mm2"}),
+                                          field<&BurrState::bite_mm3>("bite", {.unit = "mm3"}),
+                                          field<&BurrState::bite_mm>("bite_way", {.unit = "mm"}),
                                           field<&BurrState::held_at>("held_at", {.unit = "mm"}),
                                           field<&BurrState::held_normal>("held_normal"),
+                                          field<&BurrState::begun_at>("begun_at", {.unit = "mm"}),
                                           field<&BurrState::thrust>("thrust", {.unit = "N"}),
                                           field<&BurrState::is_through>("is_through"),
                                           field<&BurrState::deepest>("deepest", {.unit = "mm"}),
@@ -417,8 +455,10 @@ std::span<const sim::ValueType* const> Drilling::events() const {
 
 std::vector<sim::Measure> Drilling::measures(const sim::OperationState& now) const {
   double hottest = 0, plunge = 0, breakthroughs = 0;
-  for (const sim::Instrument& hand : now.settings.hands)
+  for (const sim::Instrument& hand : now.settings.hands) {
     if (const auto* state = hand.state.as<BurrState>()) hottest = std::max(hottest, state->hottest);
+    if (const auto* state = hand.state.as<CraniotomeState>()) hottest = std::max(hottest, state->hottest);
+  }
   for (std::size_t i = 0; i < now.chronicle.size(); ++i)
     if (const auto* through = now.chronicle[i].what.as<Breakthrough>())
       ++breakthroughs, plunge = std::max(plunge, through->plunge);

@@ -48,11 +48,13 @@ struct BurrState {
   glm::dvec3 hip{0.0};
   double free_mm = 0;   ///< way of the HIP since the last contact
   double owed_mm3 = 0;  ///< removal that time has paid for; negative after a bite larger than that
-  glm::dvec3 shaft{0.0, 0.0, 1.0};  ///< unit, toward the shaft
-  double engaged = 0;               ///< mm2 that were in the bone in the last bite
+  glm::dvec3 shaft{0.0, 0.0, 1.0};   ///< unit, toward the shaft
+  double engaged = 0;                ///< mm2 that were in the bone in the last bites
+  double bite_mm3 = 0, bite_mm = 0;  ///< of bites since, and their way
 
   // Of breaking through.
   glm::dvec3 held_at{0.0}, held_normal{0.0};        ///< of the last contact in which it cut; normal 0: none
+  glm::dvec3 begun_at{0.0};                         ///< of the first of them
   double thrust = 0;                                ///< N, smoothed over k_thrust_seconds of contact
   bool is_through = false;                          ///< resistance was lost, and the hand goes on
   double deepest = 0, seconds = 0, deepest_at = 0;  ///< mm beyond held_at; s since; s when deepest

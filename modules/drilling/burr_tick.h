@@ -34,6 +34,7 @@ class BurrTick {
   void turn_axis() noexcept;
   volume::ToolPlace place_at_proxy() const noexcept;
   volume::ToolPlace place_at_hand() const noexcept;
+  double way_between(const volume::ToolPlace& from, const volume::ToolPlace& to) const noexcept;
   void go_to(const volume::ToolPlace& to, double& limit);
   void follow(double limit);
 

@@ -19,6 +19,8 @@ namespace {
 constexpr double k_foot_thickness = 0.8;  // mm, below the bit
 constexpr double k_reach = 12;            // mm around in which there must be bone to cut
 constexpr double k_edge = 0.05;           // mm, of the bit's end
+constexpr double k_core = 0.2;            // of the bit's width: no thicker is what touches for it
+constexpr double k_forward = 0.5;         // cosine: a pull farther aside of the kerf cuts nothing
 
 Burr bit_of(const Craniotome& c) {
   return {.diameter = c.diameter,
@@ -47,11 +49,19 @@ bool is_foot_free(const Craniotome& c, const ToolPlace& at, const sim::Work& wor
   }
   return true;
 }
+/// By its core: what touches is thinner than what cuts, and may lean on a wall.
 bool is_bit_free(const Craniotome& c, const ToolPlace& at, const sim::Work& work) {
   for (double along = 0.25; along < c.length; along += 0.5)
     for (const dvec3& way : around(at.axis_world))
-      if (work.is_matter(at.at_world + along * at.axis_world + 0.45 * c.diameter * way)) return false;
+      if (work.is_matter(at.at_world + along * at.axis_world + k_core * c.diameter * way)) return false;
   return true;
+}
+/// Is there bone above the foot's rim?
+bool is_under_bone(const Craniotome& c, const ToolPlace& at, const sim::Work& work) {
+  for (double along = 0.5; along < c.length; along += 0.5)
+    for (const dvec3& way : around(at.axis_world))
+      if (work.is_matter(at.at_world + along * at.axis_world + 0.5 * c.foot * way)) return true;
+  return false;
 }
 bool has_bone_around(const Craniotome& c, const ToolPlace& at, const sim::Work& work) {
   for (double along = 0.5; along < c.length; along += 0.5)
@@ -106,10 +116,10 @@ void step(const Craniotome& c, CraniotomeState& state, const sim::InstrumentInpu
   }
   const std::function<bool(const ToolPlace&, const ToolPlace&)> may_go = [&](const ToolPlace& a,
                                                                              const ToolPlace& b) {
-    if (!is_foot_free(c, b, work)) return false;
-    // Backward only where it has been.
+    if (!is_foot_free(c, b, work) || !is_under_bone(c, b, work)) return false;
+    // Backward and aside it cuts nothing: there it goes where the kerf is.
     const dvec3 way = across(b.at_world - a.at_world, a.axis_world);
-    return state.heading == dvec3(0) || glm::dot(way, state.heading) >= 0 || is_bit_free(c, b, work);
+    return state.heading == dvec3(0) || glm::dot(way, state.heading) >= k_forward * glm::length(way);
   };
   const sim::InstrumentInput led_input{led, input.dt, input.is_fresh};
   const Burr bit = bit_of(c);
@@ -143,6 +153,10 @@ volume::Status check(const Craniotome& c, const haptics::TouchScene& scene) {
   if (scene.tool_balls.empty())
     return volume::Error{"a craniotome needs balls along its bit to touch with", "craniotome", "none",
                          "a tool of several balls", "begin the operation with it"};
+  if (c.length < 2 * c.diameter)
+    return volume::Error{"the bit is too short for its width", "craniotome length",
+                         std::to_string(c.length) + " mm",
+                         "at least " + std::to_string(2 * c.diameter) + " mm", ""};
   return check_body(body_of(c), true, scene);
 }
 

@@ -38,7 +38,11 @@ void step(const Perforator& p, PerforatorState& state, const sim::InstrumentInpu
   Burr inner = inner_of(p);
   const ToolBody ball = ToolBody::ball(0.5 * p.inner), outer = outer_of(p);
   const double press = BurrTick(inner, ball, state, input, work).press();
-  if (press < p.engages) return;
+  // In the air it is nowhere; set down elsewhere it begins anew.
+  if (!input.tick.has_contact) state.has_centre = false;
+  if (!state.has_centre && glm::length(input.tick.proxy_world - state.centre) > 0.5 * p.inner)
+    state.has_begun = false;
+  if (press < p.engages || !input.tick.has_contact) return;
   inner.removal_rate = p.feed * press * std::numbers::pi * outer.radius * outer.radius;
   const double up = p.lead - 0.5 * p.inner;  // from the ball's middle to the outer drill's end
   const volume::ToolPlace before{state.centre, state.shaft};
@@ -54,8 +58,8 @@ void step(const Perforator& p, PerforatorState& state, const sim::InstrumentInpu
         work.remove(volume::ToolSweep{outer, behind(goes_on ? before : now), behind(now), goes_on})
             .removed_units);
   if (!state.has_begun && work.removed().removed_units > 0)
-    state.has_begun = true, state.begun_at = tip_of(p, state);
-  const double depth = glm::dot(state.begun_at - tip_of(p, state), state.shaft);
+    state.has_begun = true, state.begun_tip = tip_of(p, state);
+  const double depth = glm::dot(state.begun_tip - tip_of(p, state), state.shaft);
   if (!state.has_begun || depth < k_least_depth || is_held(p, state, work)) return;
   state.has_stopped = true;
   work.raise_event(PerforatorStopped{depth}, tip_of(p, state));
@@ -104,7 +108,7 @@ const sim::Schema& PerforatorState::schema() {
   static const std::vector<sim::Field> fields =
       joined(BurrState::schema().fields, {field<&PerforatorState::has_begun>("has_begun"),
                                           field<&PerforatorState::has_stopped>("has_stopped"),
-                                          field<&PerforatorState::begun_at>("begun_at", {.unit = "mm"})});
+                                          field<&PerforatorState::begun_tip>("begun_tip", {.unit = "mm"})});
   static const sim::Schema table{"perforator-state", 1, fields};
   return table;
 }

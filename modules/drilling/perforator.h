@@ -17,9 +17,9 @@ struct Perforator {
 
 /// It is touched with the ball of its inner drill, whose middle the hand holds.
 struct PerforatorState : BurrState {
-  bool has_begun = false;    ///< since the button went down
-  bool has_stopped = false;  ///< and stays so until the button is let go
-  glm::dvec3 begun_at{0.0};  ///< of its tip
+  bool has_begun = false;     ///< since the button went down
+  bool has_stopped = false;   ///< and stays so until the button is let go
+  glm::dvec3 begun_tip{0.0};  ///< where its tip was then
   static const sim::Schema& schema();
 };
 

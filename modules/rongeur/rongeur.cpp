@@ -55,6 +55,7 @@ std::string reason_not_to_close(const Rongeur& r, const ToolPlace& at, const sim
 
 void step(const Rongeur& r, RongeurState& state, const sim::InstrumentInput& input, sim::Work& work) {
   const haptics::Pose& pose = input.tick.pose;
+  if (input.tick.raised & haptics::fault_not_finite) return;  // nobody knows what the hand does
   // What the jaws do is the hand's, whatever stroke it is: after an undo they open first, too.
 
   const double squeeze = std::clamp(static_cast<double>(pose.axes[0]), 0.0, 1.0);
@@ -78,7 +79,8 @@ void step(const Rongeur& r, RongeurState& state, const sim::InstrumentInput& inp
 
 sim::ToolBall body(const Rongeur& r, const RongeurState&, const sim::InstrumentInput& input) {
   const ToolPlace at = place_of(r, input);
-  return {at.at_world + 0.5 * r.opening * at.axis_world, 0.5 * r.opening + r.jaw};
+  const double far = 0.5 * r.opening + r.jaw, wide = 0.5 * r.width;
+  return {at.at_world + 0.5 * r.opening * at.axis_world, std::sqrt(far * far + wide * wide)};
 }
 
 volume::Status check(const Rongeur& r, const haptics::TouchScene& scene) {

@@ -27,8 +27,8 @@ struct Rongeur {
 /// Kerrison's foot. Jaws close by the first axis of the device, where that is above 0 or was, or else while
 /// the button is held.
 struct RongeurState {
-  double closed = 0;                          ///< 0 open to 1
-  bool is_done = false, has_squeeze = false;  ///< bitten, or refused: opens first
+  double closed = 0;                         ///< 0 open to 1
+  bool is_done = true, has_squeeze = false;  ///< bitten, or refused: opens first
   static const sim::Schema& schema();
 };
 

@@ -435,5 +435,53 @@ TEST(Burring, TheForceOfABurrGoesWhereItGoes) {
   EXPECT_EQ(laws().size(), 8u);
 }
 
+TEST(Burring, BodiesThatAreNoBallsGoByThePressToo) {
+  // Their face engaged, whatever tremor tilts them: as the formula has it.
+  const auto solid = [](const dvec3& p) { return p.z < 6.8 ? 1600.0 : -1000.0; };
+  const haptics::TouchScene scene = vault(dvec3(0.45), solid, 2.4);
+  for (const Shape shape : {Shape::cylinder, Shape::barrel, Shape::match_head}) {
+    const auto method = haptics::make_method(haptics::k_default_method).value();
+    ASSERT_FALSE(method->prepare(scene).has_value());
+    const Burr tool{.shape = shape};
+    sim::Lockstep run(scene, *method, burr(tool), {}, 1000);
+    Hand hand;
+    double at_first = 0;
+    for (int i = 0; i < 20000; ++i) {
+      const double tilt = 0.004 * std::sin(0.05 * i);
+      const haptics::ServoRecord record =
+          run.step(haptics::Pose{hand.at, glm::dquat(std::sqrt(1 - tilt * tilt), tilt, 0, 0), 1});
+      hand.feel(record.force_world, hand.thrust, 1e-3);
+      if (i == 12000) at_first = run.engine().removed_mm3();
+    }
+    const double rate = (run.engine().removed_mm3() - at_first) / 8, area = 3.14159265358979 * 4;
+    EXPECT_NEAR(rate / documented_rate(tool, hand.thrust, area, 1600), 1, 0.15) << static_cast<int>(shape);
+    const auto [least, most] = gauge(*run.engine().current(), {0.05, -0.1, 5.4}, {0, 0, 1});
+    EXPECT_GT(least, 3) << static_cast<int>(shape);
+    EXPECT_LT(most, 4.3) << static_cast<int>(shape);
+  }
+}
+
+TEST(Burring, ABurrThatRestsWarmsNothing) {
+  const haptics::TouchScene scene = vault(dvec3(0.6));
+  const auto method = haptics::make_method(haptics::k_default_method).value();
+  ASSERT_FALSE(method->prepare(scene).has_value());
+  static const Drilling module;
+  const sim::Catalogue catalogue(std::vector<const sim::Module*>{&module});
+  sim::Lockstep run(sim::Engine(scene, *method, burr(Burr{.is_dry = true}), 1e-3, catalogue), {}, 1000);
+  const auto hottest = [&] {
+    for (const sim::Measure& one : run.engine().measures())
+      if (one.unit == "K") return one.value;
+    return 0.0;
+  };
+  for (int i = 0; i < 3000; ++i)
+    run.step(haptics::Pose{{0, 0, std::max(3.0, 9 - 0.01 * i)}, {1, 0, 0, 0}, i < 2000 ? 0u : 1u});
+  const double warm = hottest();
+  EXPECT_GT(warm, 1);
+  for (int i = 0; i < 2000; ++i) {
+    run.step(haptics::Pose{{0, 0, 3}, {1, 0, 0, 0}, 0});
+  }
+  EXPECT_EQ(hottest(), warm);
+}
+
 }  // namespace
 }  // namespace trephine::drilling

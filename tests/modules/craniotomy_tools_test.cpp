@@ -195,6 +195,42 @@ TEST(Craniotome, TurnsNoTighterThanItsFootLetsIt) {
   }
 }
 
+TEST(Craniotome, BackwardAsideAndOutsideItCutsNothing) {
+  CraniotomeBench bench({}, 0.8);
+  sim::Lockstep& run = *bench.run;
+  const CraniotomeState& state = bench.state<CraniotomeState>();
+  lower(run);
+  for (int i = 0; i < 3000 && state.centre.x < 5.5; ++i) pull(run, {1, 0, 0});
+  const double removed = run.engine().removed_mm3();
+  EXPECT_GT(removed, 10);
+  for (const dvec3& side : {dvec3(-0.1, 1, 0), dvec3(-0.7, -0.7, 0), dvec3(-1, 0, 0)})
+    for (int i = 0; i < 150; ++i) pull(run, glm::normalize(side));
+  EXPECT_LT(run.engine().removed_mm3() - removed, 2);
+  // Lifted out with the button down, and pressed against the vault's edge from above.
+  for (int i = 0; i < 300; ++i)
+    run.step(haptics::Pose{{0, 0, std::min(12.0, -1 + 0.05 * i)}, {1, 0, 0, 0}, 1});
+  const double outside = run.engine().removed_mm3();
+  for (int i = 0; i < 300; ++i)
+    run.step(haptics::Pose{{7, 0, std::max(5.0, 12 - 0.05 * i)}, {1, 0, 0, 0}, 1});
+  EXPECT_EQ(run.engine().removed_mm3(), outside);
+}
+
+TEST(Perforator, SetDownElsewhereItBeginsAnew) {
+  Bench bench(perforator({.diameter = 8, .inner = 6, .lead = 2, .feed = 3}), vault, dvec3(0.9), {-14, -8, -9},
+              {14, 8, 15});
+  sim::Lockstep& run = *bench.run;
+  // A shallow hole at one place, then, the button held, through the air to another.
+  for (int i = 0; i < 150; ++i)
+    run.step(haptics::Pose{{-8, 0, std::max(7.0, 14 - 0.1 * i)}, {1, 0, 0, 0}, 1});
+  const double first = run.engine().removed_mm3();
+  EXPECT_GT(first, 5);
+  for (int i = 0; i < 50; ++i) run.step(haptics::Pose{{-8 + 0.32 * i, 0, 14}, {1, 0, 0, 0}, 1});
+  for (int i = 0; i < 60; ++i) run.step(haptics::Pose{{8, 0, std::max(8.5, 14 - 0.1 * i)}, {1, 0, 0, 0}, 1});
+  for (const double x : {-3.0, 0.0, 3.0})
+    for (const double z : {6.9, 5.0, 3.0}) EXPECT_FALSE(bench.is_gone({x, 0, z})) << x;  // no trench
+  EXPECT_TRUE(bench.events<PerforatorStopped>().empty());
+}
+
 TEST(CraniotomyTools, WhatTheyCannotBeIsRefused) {
   haptics::TouchScene scene;
   const sim::Instrument bad[] = {perforator({.diameter = 10, .inner = 12}),

@@ -95,6 +95,13 @@ TEST(Rongeur, ASqueezeClosesTheJaws) {
   const Lamina lamina(dvec3(0.5));
   sim::Lockstep run = lamina.with({.kind = Kind::kerrison});
   const dvec3 at(0, 0, -0.6);
+  // Taken while it is squeezed it opens first; without a place nobody knows what the hand does.
+  hold(run, at, 1);
+  hold(run, at * std::nan(""), 0, 3);
+  hold(run, at, 1);
+  EXPECT_TRUE(events<Bite>(run).empty());
+  run.reset();
+  hold(run, at, 0, 10);
   hold(run, at, 0.5);
   hold(run, at, 0.9);
   EXPECT_TRUE(events<Bite>(run).empty());
