@@ -18,9 +18,6 @@ namespace {
 
 constexpr std::uint64_t k_all = ~std::uint64_t{0};
 
-/// Of a body's places that are swept at once.
-constexpr int k_stamps_at_once = 32;
-
 CellPoints cell_points(int n, const Frame& lattice) {
   CellPoints points;
   points.n = n;
@@ -285,8 +282,8 @@ RemovalReport RemovalEditor::remove(const ToolSweep& sweep) {
   constexpr double k_most_places = 1e6;  // of a way that no hand goes
   const int count = static_cast<int>(std::ceil(std::min(way / step, k_most_places)));
   RemovalReport all;
-  for (int first = sweep.continues && count > 0 ? 1 : 0; first <= count; first += k_stamps_at_once) {
-    const int last = std::min(first + k_stamps_at_once - 1, count);
+  for (int first = sweep.continues && count > 0 ? 1 : 0; first <= count; first += SweptShape::k_most_stamps) {
+    const int last = std::min(first + SweptShape::k_most_stamps - 1, count);
     const SweptShape shape(sweep, first, last, std::max(1, count), *next_);
     const ToolPlace from = between(sweep.start, sweep.end, static_cast<double>(first) / std::max(1, count)),
                     to = between(sweep.start, sweep.end, static_cast<double>(last) / std::max(1, count));
@@ -446,9 +443,9 @@ void RemovalEditor::mark_cells_of(const SweptShape& shape, const BrickSweep& swe
       if (units == 0) continue;
       const std::size_t at = base.index(voxel.x, voxel.y, voxel.z);
       const std::size_t label = base.labels.is_empty() ? 0 : base.labels[at];
-      const std::int64_t intensity = std::max<std::int64_t>(base.voxels[at], 0);
-      report.intensity_sum += units * intensity;
-      report.intensity_square_sum += units * intensity * intensity;
+      const double intensity = std::max<double>(base.voxels[at], 0);
+      report.intensity_sum += static_cast<double>(units) * intensity;
+      report.intensity_square_sum += static_cast<double>(units) * intensity * intensity;
 
       ledger[std::min(label, ledger.size() - 1)] += units;
       report.removed_units += units;

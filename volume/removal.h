@@ -33,7 +33,7 @@ struct RemovalReport {
   VoxelBox box{glm::ivec3(0), glm::ivec3(-1)};  ///< voxels that may have changed; empty when low > high
   /// Sums over those points of what the voxels around them hold (as it is stored; below 0 counts as 0), and
   /// of its square: how dense it was.
-  std::int64_t intensity_sum = 0, intensity_square_sum = 0;
+  double intensity_sum = 0, intensity_square_sum = 0;
 };
 
 /// Adds one report to another.

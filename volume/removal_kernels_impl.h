@@ -2,14 +2,59 @@
 
 inline float dot3(const float a[3], const float b[3]) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
 
+/// What a brick becomes of a sweep's distances, for whatever was swept: eight rows of a slice, then the next.
+class BrickMerge {
+ public:
+  using V = Lanes::V;
+  BrickMerge(const SweepShape& shape, const float* old, BrickSweep& out)
+      : zero_(Lanes::all(0)),
+        band_(Lanes::all(shape.band)),
+        deep_(Lanes::all(-shape.band)),
+        reach_(Lanes::all(shape.cell_reach - shape.allowance)),
+        within_(Lanes::all(-shape.cell_reach - shape.allowance)),
+        old_(old),
+        out_(out) {}
+  /// `d`: less the allowance; of the samples from `bit` on in slice z.
+  void take(V d, int z, int bit) {
+    const int at = 64 * z + bit;
+    d = Lanes::max(d, deep_);
+    const V before = old_ ? Lanes::load(old_ + at) : band_;
+    const V merged = Lanes::min(before, d);
+    Lanes::store(out_.distance + at, merged);
+    near_ |= Lanes::less(d, band_);
+    shallow_ |= Lanes::less(deep_, merged);
+    nearer_ |= Lanes::less(d, before);
+    kept_ |= static_cast<std::uint64_t>(Lanes::less(zero_, merged)) << bit;
+    touched_ |= static_cast<std::uint64_t>(Lanes::less(d, reach_)) << bit;
+    inside_ |= static_cast<std::uint64_t>(Lanes::less_equal(d, within_)) << bit;
+  }
+  void end_slice(int z, std::uint64_t ahead, std::uint64_t past_end) {
+    out_.kept[z] = kept_;
+    out_.touched[z] = touched_;
+    out_.inside[z] = inside_;
+    out_.ahead[z] = ahead;
+    out_.past_end[z] = past_end;
+    kept_ = touched_ = inside_ = 0;
+  }
+  void finish() {
+    out_.is_in_band = near_ != 0;
+    out_.is_nearer = old_ == nullptr || nearer_ != 0;
+    out_.is_hollow = shallow_ == 0;
+  }
+
+ private:
+  const V zero_, band_, deep_, reach_, within_;
+  const float* old_;
+  BrickSweep& out_;
+  unsigned near_ = 0, nearer_ = 0, shallow_ = 0;
+  std::uint64_t kept_ = 0, touched_ = 0, inside_ = 0;
+};
+
 void sweep_brick(const SweepShape& shape, const float corner[3], bool is_ball, const float* old,
                  BrickSweep& out) {
   using V = Lanes::V;
   const V zero = Lanes::all(0), length = Lanes::all(shape.length),
-          radius = Lanes::all(shape.radius + shape.allowance);
-  const V band = Lanes::all(shape.band), deep = Lanes::all(-shape.band);
-  const V reach = Lanes::all(shape.cell_reach - shape.allowance),
-          within = Lanes::all(-shape.cell_reach - shape.allowance), behind = Lanes::all(-shape.cell_reach);
+          radius = Lanes::all(shape.radius + shape.allowance), behind = Lanes::all(-shape.cell_reach);
   // A sweep of no length is a ball everywhere.
   const V beyond = Lanes::all(shape.length > 0 ? shape.length + shape.cell_reach : -1e30f);
   const V ux = Lanes::all(shape.along[0]), uy = Lanes::all(shape.along[1]), uz = Lanes::all(shape.along[2]);
@@ -21,15 +66,14 @@ void sweep_brick(const SweepShape& shape, const float corner[3], bool is_ball, c
       step[a][p] = Lanes::mul(Lanes::counting(p * Lanes::k_count), Lanes::all(shape.ax[a]));
     from[a] = is_ball ? corner[a] - shape.length * shape.along[a] : corner[a];
   }
-  unsigned near = 0, nearer = 0, shallow = 0;
+  BrickMerge merge(shape, old, out);
   for (int z = 0; z < 8; ++z) {
-    std::uint64_t kept = 0, touched = 0, inside = 0, ahead = 0, past_end = 0;
+    std::uint64_t ahead = 0, past_end = 0;
     for (int y = 0; y < 8; ++y) {
       float row[3];
       for (int a = 0; a < 3; ++a)
         row[a] = (from[a] + static_cast<float>(y) * shape.ay[a]) + static_cast<float>(z) * shape.az[a];
       for (int p = 0; p < k_parts; ++p) {
-        const int at = 64 * z + 8 * y + p * Lanes::k_count;
         V qx = Lanes::add(Lanes::all(row[0]), step[0][p]), qy = Lanes::add(Lanes::all(row[1]), step[1][p]);
         V qz = Lanes::add(Lanes::all(row[2]), step[2][p]);
         const int bit = 8 * y + p * Lanes::k_count;
@@ -43,27 +87,12 @@ void sweep_brick(const SweepShape& shape, const float corner[3], bool is_ball, c
           qz = Lanes::sub(qz, Lanes::mul(t, uz));
         }
         const V square = Lanes::add(Lanes::add(Lanes::mul(qx, qx), Lanes::mul(qy, qy)), Lanes::mul(qz, qz));
-        const V d = Lanes::max(Lanes::sub(Lanes::root(square), radius), deep);
-        const V before = old ? Lanes::load(old + at) : band;
-        const V merged = Lanes::min(before, d);
-        Lanes::store(out.distance + at, merged);
-        near |= Lanes::less(d, band);
-        shallow |= Lanes::less(deep, merged);
-        nearer |= Lanes::less(d, before);
-        kept |= static_cast<std::uint64_t>(Lanes::less(zero, merged)) << bit;
-        touched |= static_cast<std::uint64_t>(Lanes::less(d, reach)) << bit;
-        inside |= static_cast<std::uint64_t>(Lanes::less_equal(d, within)) << bit;
+        merge.take(Lanes::sub(Lanes::root(square), radius), z, bit);
       }
     }
-    out.kept[z] = kept;
-    out.touched[z] = touched;
-    out.inside[z] = inside;
-    out.ahead[z] = is_ball ? ~std::uint64_t{0} : ahead;
-    out.past_end[z] = is_ball ? ~std::uint64_t{0} : past_end;
+    merge.end_slice(z, is_ball ? ~std::uint64_t{0} : ahead, is_ball ? ~std::uint64_t{0} : past_end);
   }
-  out.is_in_band = near != 0;
-  out.is_nearer = old == nullptr || nearer != 0;
-  out.is_hollow = shallow == 0;
+  merge.finish();
 }
 
 // Squared distances by the expansion |c + o|^2 = |c|^2 + 2 c.o + |o|^2, and |w - t u|^2 = |w|^2 + t (t - 2
@@ -227,14 +256,10 @@ class BodyLanes {
 void stamp_brick(const SweepShape& shape, const BodyShape& body, const BodyShape::Stamp* stamps, int count,
                  const float corner[3], const float* old, BrickSweep& out) {
   using V = Lanes::V;
-  const V zero = Lanes::all(0), band = Lanes::all(shape.band), deep = Lanes::all(-shape.band),
-          allowance = Lanes::all(shape.allowance);
-  const V reach = Lanes::all(shape.cell_reach - shape.allowance),
-          within = Lanes::all(-shape.cell_reach - shape.allowance);
+  const V allowance = Lanes::all(shape.allowance);
   const BodyLanes lanes(body);
-  unsigned near = 0, nearer = 0, shallow = 0;
+  BrickMerge merge(shape, old, out);
   for (int z = 0; z < 8; ++z) {
-    std::uint64_t kept = 0, touched = 0, inside = 0;
     for (int y = 0; y < 8; ++y) {
       float row[3];
       for (int a = 0; a < 3; ++a)
@@ -246,28 +271,12 @@ void stamp_brick(const SweepShape& shape, const BodyShape& body, const BodyShape
                 pz = Lanes::add(Lanes::all(row[2]), Lanes::mul(steps, Lanes::all(shape.ax[2])));
         V d = Lanes::all(1e30f);
         for (int i = 0; i < count; ++i) d = Lanes::min(d, lanes.distance(stamps[i], px, py, pz));
-        d = Lanes::max(Lanes::sub(d, allowance), deep);
-        const int bit = 8 * y + x, at = 64 * z + bit;
-        const V before = old ? Lanes::load(old + at) : band;
-        const V merged = Lanes::min(before, d);
-        Lanes::store(out.distance + at, merged);
-        near |= Lanes::less(d, band);
-        shallow |= Lanes::less(deep, merged);
-        nearer |= Lanes::less(d, before);
-        kept |= static_cast<std::uint64_t>(Lanes::less(zero, merged)) << bit;
-        touched |= static_cast<std::uint64_t>(Lanes::less(d, reach)) << bit;
-        inside |= static_cast<std::uint64_t>(Lanes::less_equal(d, within)) << bit;
+        merge.take(Lanes::sub(d, allowance), z, 8 * y + x);
       }
     }
-    out.kept[z] = kept;
-    out.touched[z] = touched;
-    out.inside[z] = inside;
-    out.ahead[z] = ~std::uint64_t{0};
-    out.past_end[z] = 0;
+    merge.end_slice(z, ~std::uint64_t{0}, 0);
   }
-  out.is_in_band = near != 0;
-  out.is_nearer = old == nullptr || nearer != 0;
-  out.is_hollow = shallow == 0;
+  merge.finish();
 }
 
 /// Adds the points of a cell that lie in a body at one place.

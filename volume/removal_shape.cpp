@@ -41,7 +41,7 @@ SweptShape::SweptShape(const Sweep& s, const Version& version)
 }
 
 SweptShape::SweptShape(const ToolSweep& s, int first, int last, int count, const Version& version)
-    : SweptShape(s.start.at_world, s.continues, std::min(s.body.radius, s.body.end_radius), version) {
+    : SweptShape(s.start.at_world, s.continues, s.body.least_radius(), version) {
   n = k_points_of_a_body;
   allowance = static_cast<float>(k_side_share * volume::allowance(radius, version.lattice().frame()));
   length = along[0] = along[1] = along[2] = 0;
@@ -50,7 +50,7 @@ SweptShape::SweptShape(const ToolSweep& s, int first, int last, int count, const
   for (int i = first; i <= last; ++i) {
     const ToolPlace place = between(s.start, s.end, static_cast<double>(i) / count);
     const glm::vec3 at(place.at_world - s.start.at_world), axis(place.axis_world);
-    stamps_.push_back({{at.x, at.y, at.z}, {axis.x, axis.y, axis.z}});
+    stamps_[static_cast<std::size_t>(stamp_count_++)] = {{at.x, at.y, at.z}, {axis.x, axis.y, axis.z}};
     farthest = std::max(farthest, glm::length(at) + body_reach_);
   }
   cell_reach += 1e-6f * (cell_reach + farthest);  // rounding
@@ -58,23 +58,23 @@ SweptShape::SweptShape(const ToolSweep& s, int first, int last, int count, const
 
 void SweptShape::sweep_brick(const RemovalKernels& kernels, const glm::vec3& corner, const glm::vec3& middle,
                              const float* old, BrickSweep& out) const {
-  if (stamps_.empty()) {
+  if (stamp_count_ == 0) {
     // Past the end with all points of its cells, not its samples alone.
     const bool is_ball = projection(middle) - brick_extent_along() - cell_reach >= length;
     return kernels.sweep_brick(*this, &corner.x, is_ball, old, out);
   }
-  near_.clear();
-  for (const BodyShape::Stamp& stamp : stamps_)
-    if (!misses_brick(stamp, middle)) near_.push_back(stamp);
-  out.is_in_band = !near_.empty();
-  if (out.is_in_band)
-    kernels.stamp_brick(*this, body_, near_.data(), static_cast<int>(near_.size()), &corner.x, old, out);
+  near_count_ = 0;
+  for (int i = 0; i < stamp_count_; ++i)
+    if (const BodyShape::Stamp& stamp = stamps_[static_cast<std::size_t>(i)]; !misses_brick(stamp, middle))
+      near_[static_cast<std::size_t>(near_count_++)] = stamp;
+  out.is_in_band = near_count_ > 0;
+  if (out.is_in_band) kernels.stamp_brick(*this, body_, near_.data(), near_count_, &corner.x, old, out);
 }
 
 void SweptShape::sample(const RemovalKernels& kernels, const CellPoints& points, const glm::vec3& at,
                         bool is_past_end, std::uint64_t* words) const {
-  if (stamps_.empty()) return kernels.sample(*this, points, &at.x, is_past_end, words);
-  kernels.sample_stamps(*this, body_, near_.data(), static_cast<int>(near_.size()), points, &at.x, words);
+  if (stamp_count_ == 0) return kernels.sample(*this, points, &at.x, is_past_end, words);
+  kernels.sample_stamps(*this, body_, near_.data(), near_count_, points, &at.x, words);
 }
 
 SweptShape::SweptShape(const glm::dvec3& start, bool goes_on, double smallest_radius, const Version& version)

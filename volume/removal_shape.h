@@ -2,9 +2,9 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <glm/geometric.hpp>
-#include <vector>
 
 #include "volume/removal.h"
 
@@ -12,6 +12,9 @@ namespace trephine::volume {
 
 /// What one call to RemovalEditor::remove() needs everywhere.
 struct SweptShape : SweepShape {
+  /// Of a body's places that are swept at once.
+  static constexpr int k_most_stamps = 32;
+
   glm::dvec3 start_world;
   bool continues;
   int n;  ///< points along a cell's edge
@@ -39,9 +42,11 @@ struct SweptShape : SweepShape {
   /// Is nothing to do in the brick whose middle is at w? It lies beyond the band, by the plane through the
   /// nearest point of the sweep's axis, or wholly behind a continued sweep.
   bool misses_brick(const glm::vec3& w) const {
-    if (!stamps_.empty())
-      return std::all_of(stamps_.begin(), stamps_.end(),
-                         [&](const auto& stamp) { return misses_brick(stamp, w); });
+    if (stamp_count_ > 0) {
+      for (int i = 0; i < stamp_count_; ++i)
+        if (!misses_brick(stamps_[static_cast<std::size_t>(i)], w)) return false;
+      return true;
+    }
     const float wt = projection(w);
     if (continues && length > 0 && wt < -brick_extent_along() - cell_reach) return true;
     const glm::vec3 q = w - std::clamp(wt, 0.0f, length) * glm::vec3(along[0], along[1], along[2]);
@@ -68,9 +73,12 @@ struct SweptShape : SweepShape {
   }
 
   BodyShape body_{};
-  std::vector<BodyShape::Stamp> stamps_;        ///< of a body; none: a ball's way
-  mutable std::vector<BodyShape::Stamp> near_;  ///< those that reach the brick that was swept last
-  float body_middle_ = 0, body_reach_ = 0;       ///< of the ball around the body
+  std::array<BodyShape::Stamp, k_most_stamps> stamps_;  ///< of a body
+  int stamp_count_ = 0;                                 ///< 0: a ball's way
+  /// Those that reach the brick that was swept last.
+  mutable std::array<BodyShape::Stamp, k_most_stamps> near_;
+  mutable int near_count_ = 0;
+  float body_middle_ = 0, body_reach_ = 0;  ///< of the ball around the body
 };
 
 }  // namespace trephine::volume

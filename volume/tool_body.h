@@ -38,6 +38,8 @@ struct ToolBody {
   double low() const noexcept { return form == Form::cone ? -radius : 0; }
   double high() const noexcept { return form == Form::cone ? length + end_radius : length; }
   double middle() const noexcept { return 0.5 * (low() + high()); }
+  /// mm: a lattice that shows a ball of it shows the body.
+  double least_radius() const noexcept { return radius < end_radius ? radius : end_radius; }
   /// From `middle()` on the axis to its farthest point.
   double reach() const noexcept;
   /// mm from a point `along` the axis and `off` it to the surface; negative inside. Exact.

@@ -1,5 +1,6 @@
 #include "apps/trephine/burr_options.h"
 
+#include <cctype>
 #include <variant>
 
 #include "volume/text.h"
@@ -52,10 +53,11 @@ Option add_burr(Options& options, drilling::Burr& burr) {
   add_field(options, burr, "feed_limit", "--feed-limit").shows_default();
   options
       .add("--round", burr.is_round,
-           "The bone is touched with all of the burr, which the hand holds by its middle (by its tip, if it "
-           "is "
-           "no ball), instead of its lowest point; a voxel or a twelfth smaller than it cuts, so that it has "
-           "room in its own hole; to 12 mm")
+           "The bone is touched with all of the burr, not with its lowest point; the hand holds a ball's "
+           "middle, "
+           "and the tip of other burrs; what touches is a voxel or a twelfth smaller than what cuts, so that "
+           "it "
+           "has room in its own hole; to 12 mm")
       .means("tool radius");
   add_field(options, burr, "shaft", "--shaft").type("MM");
   return diameter;

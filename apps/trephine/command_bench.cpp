@@ -41,6 +41,29 @@ void bench_drill(const BenchArguments& arguments, Outcome& outcome) {
                                 row.surface_error_mm, row.tick.p50, row.tick.p99);
   }
   outcome.json["rows"] = rows;
+  const bench::ServoBesideDrilling servo = bench::run_servo_beside_drilling(arguments.is_quick ? 3 : 10);
+  outcome.text += format_text(
+      "servo at 1 kHz, pressed on bone, live (%.1f mm3 were drilled)\n%-10s %9s %9s %10s %9s %10s %10s\n",
+      servo.removed_mm3, "hand", "p50, us", "p99, us", "p99.9, us", "max, us", "late p99", "late max");
+  for (const auto& [name, report] :
+       {std::pair("touching", servo.touching), std::pair("drilling", servo.drilling)}) {
+    outcome.text += format_text("%-10s %9.2f %9.2f %10.2f %9.1f %10.1f %10.1f\n", name, report.step_p50_us,
+                                report.step_p99_us, report.step_p999_us, report.step_max_us,
+                                report.late_p99_us, report.late_max_us);
+    outcome.json["servo"][name] = {{"ticks", report.ticks},
+                                   {"overruns", report.overruns},
+                                   {"dropped", report.dropped},
+                                   {"step_us",
+                                    {{"p50", report.step_p50_us},
+                                     {"p99", report.step_p99_us},
+                                     {"p999", report.step_p999_us},
+                                     {"max", report.step_max_us}}},
+                                   {"late_us",
+                                    {{"p50", report.late_p50_us},
+                                     {"p99", report.late_p99_us},
+                                     {"p999", report.late_p999_us},
+                                     {"max", report.late_max_us}}}};
+  }
 }
 
 void bench_surface(int size, Outcome& outcome) {

@@ -156,7 +156,6 @@ Result<Outcome> run_drill(const DrillArguments& arguments) {
   json["burr_diameter_mm"] = burr.diameter;
   json["is_kinematic"] = burr.is_kinematic;
   json["is_round"] = burr.is_round;
-
   if (burr.is_round) {
     json["touch_radius_mm"] = scene.tool_radius;
     json["ticks_hovering"] = hovering;
@@ -179,7 +178,6 @@ Result<Outcome> run_drill(const DrillArguments& arguments) {
     outcome.text += format_text("  %s %.2f mm3\n", name.c_str(), mm3.get<double>());
   report_measures(run.engine(), outcome);
   outcome.text += "written to " + arguments.output + "\n";
-
   report_forbidden(run.engine(), 1 / arguments.rate, outcome);
   if (const haptics::ServoRecord& last = run.last_record(); last.has_contact) {
     const double held = glm::length(last.proxy_world - last.pose.position_world);

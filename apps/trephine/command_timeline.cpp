@@ -31,7 +31,8 @@ struct Row {
 /// Goes through a session's log.
 class Timeline {
  public:
-  explicit Timeline(std::size_t hands) : pressed_(hands, false) {}
+  explicit Timeline(const sim::SessionHeader& header)
+      : types_(header.types), pressed_(header.hands.size(), false) {}
 
   void take(const sim::LogItem& item) {
     if (const auto* tick = std::get_if<sim::TickItem>(&item)) {
@@ -48,6 +49,9 @@ class Timeline {
                        std::string(what.name()).append(words.empty() ? "" : " ").append(words)});
       of_command_ = rows_.size();
       units_before_ = units_;
+    } else if (const auto* unknown = std::get_if<sim::UnknownItem>(&item)) {
+      rows_.push_back({last_, unknown->is_command ? "command" : "event", 0,
+                       types_[unknown->type].name + " (unknown to this program)"});
     } else if (const auto* event = std::get_if<sim::EventItem>(&item)) {
       rows_.push_back({event->event.tick, "event", event->event.hand, words_of(event->event)});
     }
@@ -87,6 +91,7 @@ class Timeline {
     stroke_.reset();
   }
 
+  std::vector<sim::NamedVersion> types_;
   std::vector<Row> rows_;
   std::vector<bool> pressed_;
   std::optional<Row> stroke_;
@@ -100,7 +105,7 @@ Result<Outcome> run_timeline(const TimelineArguments& arguments) {
   if (!opened) return opened.error();
   sim::SessionReader& session = opened.value();
   const sim::SessionHeader& header = session.header();
-  Timeline timeline(header.hands.size());
+  Timeline timeline(header);
   std::int64_t units = 0;
   for (sim::LogItem item;;) {
     const Result<bool> read = session.next(item);

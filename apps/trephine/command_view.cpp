@@ -108,7 +108,7 @@ Result<Outcome> run_view(const ViewArguments& arguments) {
   constexpr double k_fine_burr = 2;
   choice.smallest_burr = arguments.smallest_burr;
   if (!arguments.smallest_burr && !arguments.burr.is_round)
-    choice.smallest_burr = std::min(arguments.burr.diameter, k_fine_burr);
+    choice.smallest_burr = std::min(2 * arguments.burr.body().least_radius(), k_fine_burr);
   auto opened = workbench::open_operation(arguments.source, choice, person());
   if (!opened) return opened.error();
   const workbench::Operation& operation = opened.value();

@@ -231,7 +231,6 @@ void BurrTick::cool_and_watch() {
       if (state_.held_normal == dvec3(0)) state_.begun_at = tick_.proxy_world;
       state_.held_at = tick_.proxy_world, state_.held_normal = tick_.normal_world;
     }
-
   } else if (state_.held_normal != dvec3(0) && !state_.has_centre) {
     // The contact is over: on which side is the hand? A rim that was only brushed is no way through.
     const double bored = glm::dot(state_.begun_at - state_.held_at, state_.held_normal);
@@ -252,7 +251,9 @@ sim::ToolBall ball_around(const Burr& burr, const ToolBody& body, const BurrStat
     return sim::ToolBall{at + (body.is_ball() ? 0 : body.middle()) * shaft, body.reach()};
   };
   const dvec3 shaft = shaft_of(tick.pose.orientation);
-  if (state.has_centre) return around(state.centre, state.shaft);
+  // One that goes by the press cuts where it stands, or comes after it.
+  const bool is_behind = burr.removal_rate == 0 && tick.has_contact;
+  if (state.has_centre && !is_behind) return around(state.centre, state.shaft);
   if (burr.is_kinematic) return around(tick.pose.position_world, shaft);
   if (burr.is_round) return around(tick.proxy_world, turned(shaft, tick.turn_world));
   if (!tick.has_contact) return {tick.proxy_world, 0};
@@ -269,7 +270,7 @@ volume::Status check_body(const ToolBody& body, bool is_round, const haptics::To
   if (is_round && !(scene.tool_radius > 0))
     return volume::Error{"a round burr needs a ball to touch with", "burr round", "a point",
                          "a tool with a radius", "begin the operation with it"};
-  const double narrow = 2 * std::min(body.radius, body.end_radius);
+  const double narrow = 2 * body.least_radius();
   if (is_round && narrow < 2 * scene.tool_radius)
     return volume::Error{"the burr is smaller than the ball that touches for it", "burr diameter",
                          std::to_string(narrow) + " mm",
@@ -315,7 +316,7 @@ volume::Status check(const Burr& burr, const haptics::TouchScene& scene) {
     return volume::Error{"the shaft is felt by a round burr alone", "burr shaft",
                          std::to_string(burr.shaft) + " mm", "0, or a round burr", ""};
   // Balls along it, one and a quarter radii apart at most.
-  const double narrow = std::min(body.radius, body.end_radius);
+  const double narrow = body.least_radius();
   const double longest = 1.25 * narrow * (haptics::TouchScene::k_most_balls - 1);
   if (burr.is_round && body.high() - body.low() + burr.shaft > longest + 2 * narrow)
     return volume::Error{"the burr and its shaft are too long for their width to be felt", "burr shaft",
@@ -328,7 +329,7 @@ volume::Status check(const Burr& burr, const haptics::TouchScene& scene) {
 /// A round one cuts no finer than it is, as long as the session lasts: its touch was made for its balls.
 sim::ToolNeeds needs(const Burr& burr, const volume::Volume& anatomy) {
   const ToolBody body = burr.body();
-  sim::ToolNeeds needs{2 * std::min(body.radius, body.end_radius), 0, {}};
+  sim::ToolNeeds needs{2 * body.least_radius(), 0, {}};
   if (!burr.is_round) return needs;
   const double radius = needs.touch_radius = touch_radius(burr, anatomy);
   if (body.is_ball() && burr.shaft == 0) return needs;
@@ -431,8 +432,7 @@ const sim::Schema& Breakthrough::schema() {
 }
 
 double touch_radius(const Burr& burr, const volume::Volume& volume) noexcept {
-  const ToolBody body = burr.body();
-  const double radius = std::min(body.radius, body.end_radius);
+  const double radius = burr.body().least_radius();
   const double step = volume::OffsetField::step_for(radius, volume);
   return std::max(0.5 * radius, radius - step);
 }

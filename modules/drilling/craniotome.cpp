@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 #include <glm/geometric.hpp>
 
 #include "modules/drilling/burr_tick.h"
@@ -114,13 +115,13 @@ void step(const Craniotome& c, CraniotomeState& state, const sim::InstrumentInpu
       led.proxy_world = on_the_way(tick.proxy_world);
     }
   }
-  const std::function<bool(const ToolPlace&, const ToolPlace&)> may_go = [&](const ToolPlace& a,
-                                                                             const ToolPlace& b) {
+  const auto ask = [&](const ToolPlace& a, const ToolPlace& b) {
     if (!is_foot_free(c, b, work) || !is_under_bone(c, b, work)) return false;
     // Backward and aside it cuts nothing: there it goes where the kerf is.
     const dvec3 way = across(b.at_world - a.at_world, a.axis_world);
     return state.heading == dvec3(0) || glm::dot(way, state.heading) >= k_forward * glm::length(way);
   };
+  const std::function<bool(const ToolPlace&, const ToolPlace&)> may_go = std::cref(ask);  // allocates nothing
   const sim::InstrumentInput led_input{led, input.dt, input.is_fresh};
   const Burr bit = bit_of(c);
   BurrTick cut(bit, body_of(c), state, led_input, work);

@@ -78,8 +78,7 @@ double relative_energy(const volume::RemovalReport& removed, const volume::Volum
   if (!of.is_hounsfield || removed.removed_units == 0) return 1;
   // Strength goes with the square of the density (Carter and Hayes 1977); over all that was removed.
   const auto n = static_cast<double>(removed.removed_units);
-  const double mean = static_cast<double>(removed.intensity_sum) / n,
-               square = static_cast<double>(removed.intensity_square_sum) / n;
+  const double mean = removed.intensity_sum / n, square = removed.intensity_square_sum / n;
   const double density_square = k_density_0 * k_density_0 + 2 * k_density_0 * k_density_hu * mean +
                                 k_density_hu * k_density_hu * square;
   return density_square / (k_reference_density * k_reference_density);

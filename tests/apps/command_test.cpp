@@ -89,6 +89,8 @@ TEST_F(Command, PhantomInfoMeshTouchDrillHaveTheirKeys) {
     EXPECT_EQ(run(std::string("drill s.mha --burr-diameter 4 --path p.csv -o g.mha ") + bad).exit_code, 2)
         << bad;
   EXPECT_FALSE(fs::exists(folder_ / "g.mha"));
+  // A window is made ready for what its burr has at its narrowest.
+  EXPECT_EQ(run("view s.mha --burr-diameter 3 --burr-shape match-head --screenshot v.png").exit_code, 0);
   EXPECT_EQ(json("info d.mha")["size"], Json::array({48, 48, 48}));
 }
 

@@ -4,9 +4,13 @@
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <numbers>
+#include <thread>
 
+#include "haptics/proxy/subvoxel_proxy.h"
 #include "modules/drilling/burr.h"
 #include "modules/drilling/intensity_drill.h"
+#include "sim/live_session.h"
+#include "tests/scenes/scenes.h"
 #include "volume/removal.h"
 
 namespace trephine::bench {
@@ -19,13 +23,8 @@ constexpr double k_pi = std::numbers::pi;
 constexpr double k_way = 8, k_speed = 20, k_bone = 1600, k_threshold = 300, k_box = 20;
 
 volume::Volume block(const dvec3& spacing) {
-  const glm::ivec3 size(glm::ceil(dvec3(k_box) / spacing));
-  auto v = volume::make_volume(size,
-                               volume::Frame::from_spacing(-0.5 * spacing * dvec3(size - 1), spacing).value())
-               .value();
-  for (auto& x : v.voxels.span()) x = static_cast<std::int16_t>(k_bone);
-  v.is_hounsfield = true;
-  return v;
+  const dvec3 half(0.5 * k_box);
+  return scenes::sampled(-half, half, spacing, [](const dvec3&) { return k_bone; });
 }
 
 /// Where the burr begins, which way it goes, and how its shaft stands: along no axis of the grid.
@@ -33,22 +32,13 @@ const dvec3 k_along = glm::normalize(dvec3(3, 2, 1.2));
 const dvec3 k_shaft = glm::normalize(glm::cross(k_along, dvec3(0.2, -0.4, 1)));
 const dvec3 k_start = dvec3(0.11, -0.07, 0.19) - 0.5 * k_way * k_along;
 
-/// Trilinear, as a surface shows it.
-double value_at(const volume::Volume& v, const dvec3& p_world) {
-  const dvec3 p = glm::clamp(v.frame.volume_from_world(p_world), dvec3(0), dvec3(v.size - 1) - 1e-9);
-  const glm::ivec3 c(glm::floor(p));
-  const dvec3 t = p - dvec3(c);
-  double sum = 0;
-  for (int i = 0; i < 8; ++i) {
-    const glm::ivec3 d(i & 1, i >> 1 & 1, i >> 2);
-    const glm::ivec3 at = glm::min(c + d, v.size - 1);
-    sum += v.voxels[v.index(at.x, at.y, at.z)] * (d.x ? t.x : 1 - t.x) * (d.y ? t.y : 1 - t.y) *
-           (d.z ? t.z : 1 - t.z);
-  }
-  return sum;
-}
-
 using IsGone = std::function<bool(const dvec3&)>;
+/// As a surface shows it: the trilinear field of what is left.
+IsGone left_of(const volume::Volume& scan) {
+  return [field = volume::Field(scan, volume::Shape{.low = k_threshold}), &scan](const dvec3& p) {
+    return field.value(scan.frame.volume_from_world(p)) < 0;
+  };
+}
 
 /// mm3, by points a fifteenth of a mm apart.
 double volume_of(const IsGone& is_gone) {
@@ -61,29 +51,28 @@ double volume_of(const IsGone& is_gone) {
   return static_cast<double>(count) * k_step * k_step * k_step;
 }
 
-/// Of a body that went across its shaft, along rays across both: how far off its outline. `half`: how far the
-/// outline is from the shaft's line, on the height of the body's middle.
+/// Along rays across its way from the middle of its shaft, all round: how far off its outline.
 double surface_error(const IsGone& is_gone, const volume::ToolBody& body) {
   const double middle = body.is_ball() ? 0 : body.middle();
-  double worst = 0;
-  for (int i = 1; i < 40; ++i)
-    for (const double side : {-1.0, 1.0}) {
-      const dvec3 on_axis = k_start + k_way * i / 40 * k_along;
-      const dvec3 across =
-          body.is_ball()
-              ? glm::normalize(glm::cross(k_along, k_shaft) * std::cos(i * 0.7) + k_shaft * std::sin(i * 0.7))
-              : k_shaft;
-      // Of a body that is no ball its two ends, which went flat.
-      const double exact = body.is_ball() ? body.radius
-                           : side > 0     ? body.high() - middle
-                                          : middle - body.low();
-      double low = 0, high = 5;
-      for (int k = 0; k < 30; ++k) {
-        const double at = 0.5 * (low + high);
-        (is_gone(on_axis + side * at * across) ? low : high) = at;
-      }
-      worst = std::max(worst, std::abs(low - exact));
+  const dvec3 third = glm::cross(k_along, k_shaft);
+  const auto along_ray = [](auto&& is_inside) {
+    double low = 0, high = 5;
+    for (int k = 0; k < 30; ++k) {
+      const double at = 0.5 * (low + high);
+      (is_inside(at) ? low : high) = at;
     }
+    return low;
+  };
+  double worst = 0;
+  for (int i = 1; i < 120; ++i) {
+    const dvec3 on_axis = k_start + k_way * i / 120 * k_along;
+    const double turn = 2.399963 * i, up = std::cos(turn), out = std::sin(turn);
+    const dvec3 ray = up * k_shaft + out * third;
+    const double exact =
+        along_ray([&](double at) { return body.distance(middle + at * up, std::abs(at * out)) <= 0; });
+    worst =
+        std::max(worst, std::abs(along_ray([&](double at) { return is_gone(on_axis + at * ray); }) - exact));
+  }
   return worst;
 }
 
@@ -170,15 +159,41 @@ std::vector<DrillingRow> run_drilling_benchmark(bool is_quick) {
       drilling::IntensityDrill intensity(block(grid.spacing), 2, (k_bone + 1000) / 0.05);
       const StepTimes slow =
           go(rate, [&](const dvec3&, const dvec3& to, double seconds, bool) { intensity.stay(to, seconds); });
-      const IsGone lowered = [&](const dvec3& p) { return value_at(intensity.left(), p) < k_threshold; };
+      const IsGone lowered = left_of(intensity.left());
       add("intensity lowered near the tip", "ball", grid.name, rate, ball, volume_of(lowered), lowered, slow);
       drilling::VoxelsATick voxels(block(grid.spacing), 2, 6);
       const StepTimes fast =
           go(rate, [&](const dvec3&, const dvec3& to, double, bool) { voxels.tick(to, k_threshold); });
-      const IsGone taken = [&](const dvec3& p) { return value_at(voxels.left(), p) < k_threshold; };
+      const IsGone taken = left_of(voxels.left());
       add("6 voxels a tick", "ball", grid.name, rate, ball, volume_of(taken), taken, fast);
     }
   return rows;
+}
+
+ServoBesideDrilling run_servo_beside_drilling(double seconds) {
+  haptics::TouchScene scene = scenes::scene_of(scenes::sampled(
+      {-15, -15, -10}, {15, 15, 10}, dvec3(0.45), [](const dvec3& p) { return p.z < 4 ? k_bone : -1000; }));
+  if (haptics::set_smallest_burr(scene, 2)) return {};
+  haptics::SubvoxelProxy method;
+  if (method.prepare(scene)) return {};
+  // Pressed by 6 mm, to and fro by 10 mm a second.
+  std::vector<haptics::PosePath::Sample> samples{{0, {{-5, 0, 8}}}};
+  for (int i = 0; i <= static_cast<int>(seconds); ++i)
+    samples.push_back({0.5 + i, {{i % 2 ? 5.0 : -5.0, 0, -2}}});
+  const haptics::PosePath path = haptics::PosePath::from_samples(std::move(samples), "bench").value();
+  ServoBesideDrilling both;
+  for (const bool has_burr : {false, true}) {
+    haptics::VirtualDevice device(path, {});
+    haptics::Device* const devices[] = {&device};
+    sim::Engine engine(scene, method, has_burr ? drilling::burr({}) : sim::Instrument(), 1e-3);
+    sim::LiveSession live(devices, std::move(engine), haptics::ServoOptions());
+    if (live.start()) return {};
+    std::this_thread::sleep_for(std::chrono::duration<double>(seconds));
+    live.stop();
+    (has_burr ? both.drilling : both.touching) = live.servo_report();
+    both.removed_mm3 = live.engine().removed_mm3();
+  }
+  return both;
 }
 
 }  // namespace trephine::bench

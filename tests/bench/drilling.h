@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "haptics/servo/servo_loop.h"
 #include "tests/bench/measure.h"
 
 namespace trephine::bench {
@@ -12,10 +13,18 @@ struct DrillingRow {
   std::string way, burr, voxels;
   double rate_hz = 0;
   double volume_error = 0;      ///< of the exact volume; negative: too little
-  double surface_error_mm = 0;  ///< the largest, from the exact surface, between its ends
+  double surface_error_mm = 0;  ///< the largest, across its way, from the exact surface
   StepTimes tick;               ///< us
 };
 /// A burr of 4 mm goes 8 mm through solid bone at 20 mm/s.
 std::vector<DrillingRow> run_drilling_benchmark(bool is_quick);
+
+/// A servo at 1 kHz while a hand presses on bone and goes to and fro, for some seconds: with a burr that
+/// drills, and without one.
+struct ServoBesideDrilling {
+  haptics::ServoReport touching, drilling;
+  double removed_mm3 = 0;
+};
+ServoBesideDrilling run_servo_beside_drilling(double seconds);
 
 }  // namespace trephine::bench

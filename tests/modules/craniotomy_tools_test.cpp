@@ -31,15 +31,7 @@ struct Bench {
   Bench(const sim::Instrument& tool, const std::function<double(const dvec3&)>& hounsfield,
         const dvec3& spacing, const dvec3& low, const dvec3& high)
       : catalogue(std::vector<const sim::Module*>{&module()}) {
-    const glm::ivec3 size(glm::ceil((high - low) / spacing));
-    auto v = volume::make_volume(size, volume::Frame::from_spacing(low, spacing).value()).value();
-    v.is_hounsfield = true;
-    for (int z = 0; z < size.z; ++z)
-      for (int y = 0; y < size.y; ++y)
-        for (int x = 0; x < size.x; ++x)
-          v.voxels[v.index(x, y, z)] =
-              static_cast<std::int16_t>(std::lround(hounsfield(v.frame.world_from_volume({x, y, z}))));
-    scene = scenes::scene_of(std::move(v));
+    scene = scenes::scene_of(scenes::sampled(low, high, spacing, hounsfield));
     const sim::ToolNeeds needs = tool.type->needs(tool.parameters.data(), *scene.base);
     EXPECT_FALSE(haptics::set_smallest_burr(scene, needs.finest_cut).has_value());
     EXPECT_FALSE(haptics::set_tool(scene, needs.touch_radius, needs.balls).has_value());

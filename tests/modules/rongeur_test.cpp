@@ -24,21 +24,13 @@ struct Lamina {
   sim::Catalogue catalogue;
 
   explicit Lamina(const dvec3& spacing) : catalogue(std::vector<const sim::Module*>{&module}) {
-    const dvec3 low(-16, -10, -8);
-    const glm::ivec3 size(glm::ceil(dvec3(26, 20, 24) / spacing));
-    auto v = volume::make_volume(size, volume::Frame::from_spacing(low, spacing).value()).value();
-    v.is_hounsfield = true;
-    for (int z = 0; z < size.z; ++z)
-      for (int y = 0; y < size.y; ++y)
-        for (int x = 0; x < size.x; ++x) {
-          const dvec3 p = v.frame.world_from_volume({x, y, z});
-          // The middle of a blurred edge lies at 300 of 0 to 600.
-          const auto share = [](double in, double width) { return std::clamp(0.5 + in / width, 0.0, 1.0); };
-          v.voxels[v.index(x, y, z)] = static_cast<std::int16_t>(
-              600 * std::min({share(p.z, 2 * spacing.z), share(k_thick - p.z, 2 * spacing.z),
-                              share(-p.x, 2 * spacing.x)}));
-        }
-    scene = scenes::scene_of(std::move(v));
+    // The middle of a blurred edge lies at 300 of 0 to 600.
+    const auto hounsfield = [&](const dvec3& p) {
+      const auto share = [](double in, double width) { return std::clamp(0.5 + in / width, 0.0, 1.0); };
+      return 600 * std::min({share(p.z, 2 * spacing.z), share(k_thick - p.z, 2 * spacing.z),
+                             share(-p.x, 2 * spacing.x)});
+    };
+    scene = scenes::scene_of(scenes::sampled({-16, -10, -8}, {10, 10, 16}, spacing, hounsfield));
     EXPECT_FALSE(haptics::set_smallest_burr(scene, 3).has_value());
     method = haptics::make_method(haptics::k_default_method).value();
     EXPECT_FALSE(method->prepare(scene).has_value());

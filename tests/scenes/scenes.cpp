@@ -25,6 +25,19 @@ haptics::TouchScene scene_of(volume::Volume&& volume, const haptics::Material& m
   return scene;
 }
 
+volume::Volume sampled(const glm::dvec3& low, const glm::dvec3& high, const glm::dvec3& spacing,
+                       const std::function<double(const glm::dvec3&)>& hounsfield) {
+  const glm::ivec3 size(glm::ceil((high - low) / spacing));
+  volume::Volume v = volume::make_volume(size, volume::Frame::from_spacing(low, spacing).value()).value();
+  v.is_hounsfield = true;
+  for (int z = 0; z < size.z; ++z)
+    for (int y = 0; y < size.y; ++y)
+      for (int x = 0; x < size.x; ++x)
+        v.voxels[v.index(x, y, z)] =
+            static_cast<std::int16_t>(std::lround(hounsfield(v.frame.world_from_volume({x, y, z}))));
+  return v;
+}
+
 std::string Scan::name() const {
   return "slices 1:" + std::to_string(slice) + ", shear " + std::to_string(shear) + ", unit " +
          std::to_string(unit) + (is_mask ? ", mask" : "");

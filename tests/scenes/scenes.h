@@ -1,6 +1,7 @@
 // Scenes shared by tests and benchmarks: a phantom with one touchable shape, and motions over it.
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <string>
 
@@ -16,6 +17,10 @@ haptics::TouchScene phantom_scene(const std::string& name, const data_tools::Pha
 /// A volume with one shape, at iso 300 unless it is said.
 haptics::TouchScene scene_of(volume::Volume&& volume, const haptics::Material& material = {},
                              const volume::Shape& shape = {});
+
+/// A box of the world in voxels of some spacing, Hounsfield units by their places.
+volume::Volume sampled(const glm::dvec3& low, const glm::dvec3& high, const glm::dvec3& spacing,
+                       const std::function<double(const glm::dvec3&)>& hounsfield);
 
 /// A scan as scanners and programs of the field give them: thick slices, sheared, in metres or micrometres,
 /// as a mask of 0 and 1.
