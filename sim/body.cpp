@@ -64,29 +64,31 @@ std::shared_ptr<const Piece> piece_from_bytes(std::string_view in) {
   return piece->mm3 > 0 ? piece : nullptr;
 }
 
-CameOff come_off(const haptics::TouchItem& shape, const FreePieces& wish, std::vector<volume::Field> solids,
+std::uint64_t hash_of(const CameOff& off) {
+  volume::MixHash all;
+  all.add(off.rest->content_hash());
+  all.add(std::uint64_t{off.piece_count});
+  for (const auto& piece : off.pieces) all.add(piece->hash);
+  return all.value();
+}
+
+CameOff take_off(const haptics::TouchItem& shape, const volume::SolidParts& parts,
+                 std::span<const PartFate> fates, std::vector<volume::Field> solids,
                  const std::shared_ptr<const volume::Version>& version) {
-  const volume::SolidParts parts(shape.field, *shape.bits, *version);
-  const double sample_mm3 = version->lattice().frame().voxel_mm3();
-  const auto is_piece = [&](const volume::SolidParts::Part& part) {
-    return part.is_off && static_cast<double>(part.samples) * sample_mm3 >= wish.smallest;
-  };
   CameOff all;
   all.box = k_no_voxels;
-  all.piece_count =
-      static_cast<std::size_t>(std::count_if(parts.parts().begin(), parts.parts().end(), is_piece));
+  all.piece_count = static_cast<std::size_t>(std::count(fates.begin(), fates.end(), PartFate::piece));
   all.rest = version;
   if (all.piece_count > haptics::TouchScene::k_max_movers) return all;
   volume::RemovalEditor editor(version, std::move(solids));
-  std::vector<std::uint8_t> goes(parts.parts().size(), 0);
+  std::vector<std::uint8_t> goes(fates.size(), 0);
   for (std::size_t p = 0; p < goes.size(); ++p) {
-    const volume::SolidParts::Part& part = parts.parts()[p];
-    if (!part.is_off) continue;
+    if (fates[p] == PartFate::stays) continue;
     goes[p] = 1;
-    const volume::RemovalReport report = editor.take_out(parts, goes, part.box);
+    const volume::RemovalReport report = editor.take_out(parts, goes, parts.parts()[p].box);
     goes[p] = 0;
     all.box = united(all.box, report.box);
-    if (is_piece(part)) {
+    if (fates[p] == PartFate::piece) {
       const auto surface =
           volume::part_surface(shape.field, *shape.bits, version, parts, static_cast<int>(p));
       all.pieces.push_back(std::make_shared<const Piece>(surface, shape.material));
@@ -97,6 +99,18 @@ CameOff come_off(const haptics::TouchItem& shape, const FreePieces& wish, std::v
   }
   all.rest = editor.freeze();
   return all;
+}
+
+CameOff come_off(const haptics::TouchItem& shape, const FreePieces& wish, std::vector<volume::Field> solids,
+                 const std::shared_ptr<const volume::Version>& version) {
+  const volume::SolidParts parts(shape.field, *shape.bits, *version);
+  const double sample_mm3 = version->lattice().frame().voxel_mm3();
+  std::vector<PartFate> fates;
+  for (const volume::SolidParts::Part& part : parts.parts())
+    fates.push_back(!part.is_off                                                      ? PartFate::stays
+                    : static_cast<double>(part.samples) * sample_mm3 >= wish.smallest ? PartFate::piece
+                                                                                      : PartFate::debris);
+  return take_off(shape, parts, fates, std::move(solids), version);
 }
 
 }  // namespace trephine::sim

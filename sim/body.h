@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "haptics/mesh/mesh_tree.h"
@@ -36,6 +37,9 @@ struct Body {
   haptics::Placement grip;   ///< seen from that hand
 };
 
+/// What becomes of a part of a cut shape.
+enum class PartFate : std::uint8_t { stays, piece, debris };
+
 /// What came off a shape.
 struct CameOff {
   std::shared_ptr<const volume::Version> rest;
@@ -45,6 +49,12 @@ struct CameOff {
   std::int64_t debris = 0;
   double debris_mm3 = 0;
 };
+/// Of all of it.
+std::uint64_t hash_of(const CameOff& off);
+/// Takes parts away, one after another; `fates`: one a part. Seconds for large pieces.
+CameOff take_off(const haptics::TouchItem& shape, const volume::SolidParts& parts,
+                 std::span<const PartFate> fates, std::vector<volume::Field> solids,
+                 const std::shared_ptr<const volume::Version>& version);
 /// Each part that came off and is as large as `wish` says becomes a piece; smaller ones go. Any thread, of
 /// immutable things; seconds for large pieces. `solids`: of all that is cut, as the engine's editor has them.
 CameOff come_off(const haptics::TouchItem& shape, const FreePieces& wish, std::vector<volume::Field> solids,

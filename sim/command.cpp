@@ -1,5 +1,7 @@
 #include "sim/command.h"
 
+#include <cmath>
+
 #include "haptics/scene/shape_set.h"
 #include "haptics/scene/touch_scene.h"
 
@@ -38,6 +40,13 @@ const Schema& SwitchItem::schema() {
   static constexpr Schema table{"switch-item", 1, fields};
   return table;
 }
+volume::Status check_rotation(const std::vector<double>& q, const char* field) {
+  double sum = 0;
+  for (const double part : q) sum += part * part;
+  if (q.size() == 4 && std::abs(sum - 1) < 1e-6) return std::nullopt;
+  return volume::Error{"a rotation is none", field, std::to_string(q.size()) + " numbers",
+                       "four, a unit quaternion, w first", ""};
+}
 const Schema& PlaceModel::schema() {
   static constexpr Field fields[] = {
       field<&PlaceModel::mover>("mover", {.low = 0, .high = haptics::TouchScene::k_max_movers - 1}),
@@ -72,6 +81,14 @@ const Schema& HoldBody::schema() {
 }
 const Schema& ReleaseBody::schema() {
   static constexpr Schema table{"release-body"};
+  return table;
+}
+const Schema& PlaceBody::schema() {
+  static constexpr Field fields[] = {
+      field<&PlaceBody::body>("body"),
+      field<&PlaceBody::position>("position", {.unit = "mm", .low = -1e6, .high = 1e6}),
+      field<&PlaceBody::rotation>("rotation", {.low = -1, .high = 1})};
+  static constexpr Schema table{"place-body", 1, fields};
   return table;
 }
 const Schema& DiscardBody::schema() {

@@ -48,6 +48,8 @@ struct SwitchItem {
   bool is_touchable = true;
   static const Schema& schema();
 };
+/// Is it a unit quaternion, w first? The error names the field.
+volume::Status check_rotation(const std::vector<double>& rotation, const char* field);
 /// A moving model is here from now on, for all hands.
 struct PlaceModel {
   std::int64_t mover = 0;
@@ -81,6 +83,13 @@ struct HoldBody {
 };
 /// It lets go of what it holds, which stays where it is.
 struct ReleaseBody {
+  static const Schema& schema();
+};
+/// A body that lies is elsewhere from now on; as it stands here: where it came off.
+struct PlaceBody {
+  Id body;
+  glm::dvec3 position{0.0};                  ///< mm, world, of the frame in which it was freed
+  std::vector<double> rotation{1, 0, 0, 0};  ///< a unit quaternion, w first
   static const Schema& schema();
 };
 /// A body is taken away for good.

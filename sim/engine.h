@@ -149,7 +149,8 @@ class Engine {
   bool change_body(const Command& command, Outcome& outcome);
   void put_down(Body& body);
   void put_all_down(Outcome& outcome);
-  void adopt_pieces(const PendingJob& job, const JobResult& result, Outcome& outcome);
+  std::string reason_not_to_adopt(const CameOff& off) const;
+  void adopt(const CameOff& off, std::uint8_t hand, Outcome& outcome);
   void use_bodies(Bodies which);
   void use_bodies(std::size_t hand, Bodies which);
   bool has_held() const noexcept {

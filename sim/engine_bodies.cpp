@@ -15,6 +15,7 @@ struct MadePieces final : JobResult {
   CameOff off;
   std::uint64_t fingerprint = 0;
   std::uint64_t hash() const override { return fingerprint; }
+  const CameOff* came_off() const noexcept override { return &off; }
 };
 
 Error no_body(const char* command, Id id) {
@@ -45,11 +46,7 @@ std::shared_ptr<const JobResult> make_pieces(const haptics::TouchItem& shape, co
                                              std::vector<volume::Field> solids, const OperationState& input) {
   auto made = std::make_shared<MadePieces>();
   made->off = come_off(shape, wish, std::move(solids), input.world.version);
-  volume::MixHash all;
-  all.add(made->off.rest->content_hash());
-  all.add(std::uint64_t{made->off.piece_count});
-  for (const auto& piece : made->off.pieces) all.add(piece->hash);
-  made->fingerprint = all.value();
+  made->fingerprint = hash_of(made->off);
   return made;
 }
 
@@ -111,6 +108,13 @@ Status Engine::check_body(const Command& command) const {
   } else if (command.what.as<ReleaseBody>()) {
     if (held_by(bodies, command.hand) == bodies.end())
       return Error{"the hand holds nothing", "release-body", "", "a body in it", ""};
+  } else if (const auto* place = command.what.as<PlaceBody>()) {
+    const auto body = find_body(bodies, place->body);
+    if (body == bodies.end()) return no_body("place-body", place->body);
+    if (body->holder >= 0)
+      return Error{"the body is in a hand", "place-body", "hand " + std::to_string(body->holder + 1),
+                   "one that lies", "release it"};
+    return check_rotation(place->rotation, "place-body rotation");
   } else if (const auto* discard = command.what.as<DiscardBody>()) {
     if (find_body(bodies, discard->body) == bodies.end()) return no_body("discard-body", discard->body);
   }
@@ -126,12 +130,17 @@ bool Engine::change_body(const Command& command, Outcome& outcome) {
     body.grip = work_[command.hand].place->inverse() * body.place;
   } else if (command.what.as<ReleaseBody>()) {
     put_down(*held_by(bodies, command.hand));
+  } else if (const auto* place = command.what.as<PlaceBody>()) {
+    const std::vector<double>& q = place->rotation;
+    find_body(bodies, place->body)->place = {place->position, {q[0], q[1], q[2], q[3]}};
   } else if (const auto* discard = command.what.as<DiscardBody>()) {
     bodies.erase(find_body(bodies, discard->body));
   } else {
     return false;
   }
-  use_bodies(command.what.as<DiscardBody>() ? Bodies::others : Bodies::same);
+  // What was set elsewhere is new there: nobody is pushed by it.
+  const bool is_elsewhere = command.what.as<DiscardBody>() || command.what.as<PlaceBody>();
+  use_bodies(is_elsewhere ? Bodies::others : Bodies::same);
   publish(Change::cut);
   outcome.is_changed = true;
   if (command.what.as<HoldBody>()) return true;  // nothing to take back: that is where it is put down
@@ -166,20 +175,18 @@ void Engine::put_all_down(Outcome& outcome) {
   end_stroke();
 }
 
-void Engine::adopt_pieces(const PendingJob& job, const JobResult& result, Outcome& outcome) {
-  const CameOff& off = static_cast<const MadePieces&>(result).off;
-  const std::vector<int> movers = free_movers();
+/// Empty: there is room for it.
+std::string Engine::reason_not_to_adopt(const CameOff& off) const {
+  if (off.piece_count == 0 && off.debris == 0) return "nothing came off";
+  if (const std::size_t room = free_movers().size(); off.piece_count > room)
+    return std::to_string(off.piece_count) + " pieces came off, and there is room for " +
+           std::to_string(room);
   const Status no_room = check_room_for_bodies();
-  const std::string why = off.piece_count == 0 && off.debris == 0 ? "nothing came off"
-                          : off.piece_count > movers.size()
-                              ? std::to_string(off.piece_count) + " pieces came off, and there is room for " +
-                                    std::to_string(movers.size())
-                          : no_room ? no_room->message()
-                                    : "";
-  if (!why.empty()) {
-    news_.push_back({now_.next_tick, job.hand, glm::dvec3(0), JobDiscarded{job.id, why}});
-    return;
-  }
+  return no_room ? no_room->message() : std::string();
+}
+
+void Engine::adopt(const CameOff& off, std::uint8_t hand, Outcome& outcome) {
+  const std::vector<int> movers = free_movers();
   editor_.reset(off.rest);
   now_.world.version = felt_ = editor_.publish();
   ++edits_;
@@ -187,10 +194,10 @@ void Engine::adopt_pieces(const PendingJob& job, const JobResult& result, Outcom
     const std::shared_ptr<const Piece>& piece = off.pieces[i];
     const Id id{++last_body_};
     now_.world.bodies.push_back({id, movers[i], piece, {}, -1, {}});
-    news_.push_back({now_.next_tick, job.hand, piece->middle_world, PieceFreed{id, piece->mm3}});
+    news_.push_back({now_.next_tick, hand, piece->middle_world, PieceFreed{id, piece->mm3}});
   }
   if (off.debris > 0)
-    news_.push_back({now_.next_tick, job.hand, glm::dvec3(0), DebrisFreed{off.debris, off.debris_mm3}});
+    news_.push_back({now_.next_tick, hand, glm::dvec3(0), DebrisFreed{off.debris, off.debris_mm3}});
   use_bodies(Bodies::others);
   publish(Change::cut);
   volume::RemovalReport report;

@@ -36,8 +36,9 @@ void Engine::begin_job(const Command& command, PendingJob job, Outcome& outcome)
 /// So that any thread can run it, of what it has.
 void Engine::arm(PendingJob& job) const {
   if (job.type)
-    job.run = [type = job.type, parameters = job.parameters, input = job.input] {
-      return type->run(parameters->data(), *input);
+    job.run = [type = job.type, scene = tools_[job.hand].scene, solids = haptics::solids_of(*tools_[0].scene),
+               parameters = job.parameters, input = job.input] {
+      return type->run(parameters->data(), {*input, *scene, solids});
     };
   else if (job.parameters->as<FreePieces>())
     job.run = [scene = tools_[job.hand].scene, solids = haptics::solids_of(*tools_[0].scene),
@@ -73,24 +74,27 @@ void Engine::end_job(const AdoptJob& wish, Outcome& outcome) {
     return kept.first == job.id;
   });
   const void* parameters = job.parameters->data();
+  const auto discard = [&](std::string why) {
+    news_.push_back({now_.next_tick, job.hand, glm::dvec3(0), JobDiscarded{job.id, std::move(why)}});
+  };
+  const bool is_of_cuts = job.type ? job.type->is_of_cuts : job.parameters->as<FreePieces>() != nullptr;
   const bool is_late =
-      job.parameters->as<FreePieces>()
-          ? job.edits != edits_
-          : job.type && job.type->still_fits && !job.type->still_fits(parameters, *job.input, now_);
-  if (is_late) {
-    news_.push_back({now_.next_tick, job.hand, glm::dvec3(0), JobDiscarded{job.id, "the world changed"}});
-    return;
-  }
+      (is_of_cuts && job.edits != edits_) ||
+      (job.type && job.type->still_fits && !job.type->still_fits(parameters, *job.input, now_));
+  if (is_late) return discard("the world changed");
   if (!result) result = job.run();
   outcome.job_hash = result->hash();
-  if (job.parameters->as<FreePieces>()) return adopt_pieces(job, *result, outcome);
-  if (job.type == nullptr) {
+  const CameOff* off = result->came_off();
+  if (off)
+    if (std::string why = reason_not_to_adopt(*off); !why.empty()) return discard(std::move(why));
+  if (job.type) {
+    ModuleWork work(Work(editor_, news_, now_.next_tick, job.hand), state_of(job.module));
+    job.type->adopt(parameters, *result, work);
+    finish(work, outcome);
+  } else if (off == nullptr) {
     outcome.is_changed = adopt_geometry(job, *result);
-    return;
   }
-  ModuleWork work(Work(editor_, news_, now_.next_tick, job.hand), state_of(job.module));
-  job.type->adopt(parameters, *result, work);
-  finish(work, outcome);
+  if (off) adopt(*off, job.hand, outcome);
 }
 
 void Engine::hand_in(Id job, std::shared_ptr<const JobResult> result) {

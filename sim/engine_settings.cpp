@@ -26,14 +26,6 @@ bool has_mover(const haptics::TouchScene& scene, std::int64_t mover) noexcept {
   });
 }
 
-Status check_quaternion(const std::vector<double>& q) {
-  double sum = 0;
-  for (const double part : q) sum += part * part;
-  if (q.size() == 4 && std::abs(sum - 1) < 1e-6) return std::nullopt;
-  return Error{"a rotation is none", "place-model rotation", std::to_string(q.size()) + " numbers",
-               "four, a unit quaternion, w first", ""};
-}
-
 /// The hand's laws with this one in place of that of its id; without a law it ends.
 volume::Result<std::shared_ptr<const haptics::LawSet>> with_law(const haptics::LawSet* before,
                                                                 std::uint32_t id,
@@ -112,7 +104,7 @@ Status Engine::check_setting(const Command& command) const {
                      [&](const HandTool& one) { return has_mover(*one.scene, place->mover); }))
       return Error{"no model moves by this number", "place-model", std::to_string(place->mover),
                    "the mover of a model", ""};
-    return check_quaternion(place->rotation);
+    return check_rotation(place->rotation, "place-model rotation");
   }
   if (const auto* effect = command.what.as<SetEffect>();
       effect && effect->effect.value == k_instruments_effect)

@@ -67,16 +67,27 @@ class JobResult {
  public:
   virtual ~JobResult() = default;
   virtual std::uint64_t hash() const = 0;  ///< worked out when it is made: asked on the edit thread
+  /// What came off the anatomy on the way: adopted with the result, as bodies. Null: nothing is cut.
+  virtual const CameOff* came_off() const noexcept { return nullptr; }
+};
+
+/// What a job is made of: immutable.
+struct JobInput {
+  const OperationState& state;
+  /// As the job's hand feels the anatomy when nothing is cut.
+  const haptics::TouchScene& anatomy;
+  std::vector<volume::Field> solids;  ///< what counts as matter when it is cut
 };
 
 /// Work that takes longer than a command may (2 ms): a pure function of immutable things, with the same bits
 /// for any number of threads.
 struct JobType {
   const ValueType* parameters;  ///< a command of this value begins it
-  std::shared_ptr<const JobResult> (*run)(const void* parameters, const OperationState& input);
+  std::shared_ptr<const JobResult> (*run)(const void* parameters, const JobInput& input);
   /// The world changed since: may the result still be taken over? Null: whatever happened.
   bool (*still_fits)(const void* parameters, const OperationState& input, const OperationState& now);
   void (*adopt)(const void* parameters, const JobResult& result, ModuleWork& work);
+  bool is_of_cuts = false;  ///< what was made before a cut, or an undo, is not taken over after it
 };
 
 class Module {

@@ -416,7 +416,6 @@ void RemovalEditor::mark_cells_of(const SweptShape& shape, const BrickSweep& swe
   const bool is_within =
       base.contains(lattice.voxel_of(low)) && base.contains(lattice.voxel_of(low + k_brick - 1));
 
-  std::vector<std::int64_t>& ledger = next_->ledger_.units_by_label;
   for (std::size_t z = 0; z < k_brick; ++z)
     for (std::uint64_t left = cells[z]; left != 0; left &= left - 1) {
       const int bit = std::countr_zero(left);
@@ -437,19 +436,26 @@ void RemovalEditor::mark_cells_of(const SweptShape& shape, const BrickSweep& swe
         }
       }
       if (!mark(mask, in_brick, points)) continue;
-      const glm::ivec3 voxel = lattice.voxel_of(low + in);
-      if (!is_within && !base.contains(voxel)) continue;
-      const std::int64_t units = count_solid(mask, low + in, in_brick, points.data());
-      if (units == 0) continue;
-      const std::size_t at = base.index(voxel.x, voxel.y, voxel.z);
-      const std::size_t label = base.labels.is_empty() ? 0 : base.labels[at];
-      const double intensity = std::max<double>(base.voxels[at], 0);
-      report.intensity_sum += static_cast<double>(units) * intensity;
-      report.intensity_square_sum += static_cast<double>(units) * intensity * intensity;
-
-      ledger[std::min(label, ledger.size() - 1)] += units;
-      report.removed_units += units;
+      if (is_within || base.contains(lattice.voxel_of(low + in)))
+        count(mask, low + in, in_brick, points.data(), Ledger::removed, report);
     }
+}
+
+void RemovalEditor::count(const RemovalMask& mask, const glm::ivec3& sample, std::size_t in_brick,
+                          const std::uint64_t* fresh, Ledger ledger, RemovalReport& report) {
+  const std::int64_t units = count_solid(mask, sample, in_brick, fresh);
+  if (units == 0) return;
+  report.removed_units += units;
+  if (ledger == Ledger::freed) return;
+  const Volume& base = next_->base();
+  const glm::ivec3 voxel = next_->lattice_.voxel_of(sample);
+  const std::size_t at = base.index(voxel.x, voxel.y, voxel.z);
+  const std::size_t label = base.labels.is_empty() ? 0 : base.labels[at];
+  const double intensity = std::max<double>(base.voxels[at], 0);
+  report.intensity_sum += static_cast<double>(units) * intensity;
+  report.intensity_square_sum += static_cast<double>(units) * intensity * intensity;
+  std::vector<std::int64_t>& by_label = next_->ledger_.units_by_label;
+  by_label[std::min(label, by_label.size() - 1)] += units;
 }
 
 template <std::size_t Words>

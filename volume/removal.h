@@ -41,7 +41,23 @@ void add(RemovalReport& sum, const RemovalReport& one) noexcept;
 /// The smallest box that holds both; empty boxes (low > high) add nothing.
 VoxelBox united(const VoxelBox& a, const VoxelBox& b) noexcept;
 
-class PartingDistances;
+/// What is taken away and has no closed form for the kernels: told by how far samples are from it, brick by
+/// brick.
+class RemovalField {
+ public:
+  static constexpr int k_edge = k_brick + 2;  ///< of a brick and the samples around it
+  /// mm within the band, below 0 where a sample goes; x fastest.
+  using Distances = std::array<float, k_edge * k_edge * k_edge>;
+  enum class Reach : std::uint8_t {
+    none,  ///< no sample of the brick is within the band of it
+    some,
+    all  ///< it and all around it goes, whole
+  };
+  virtual ~RemovalField() = default;
+  /// Of the brick that begins at sample `low`.
+  virtual Reach find(const glm::ivec3& low, double band, Distances& mm) = 0;
+};
+
 struct SweptShape;
 
 /// Makes new versions from old ones. One thread (the edit thread). Removal is a union: applying sweeps again
@@ -65,6 +81,11 @@ class RemovalEditor {
   /// quarter of the lattice's finest step) that what stands between them is under a micrometre on a burr of
   /// that lattice. A ball goes the way above.
   RemovalReport remove(const ToolSweep& sweep);
+
+  /// As what matter is counted that goes.
+  enum class Ledger : std::uint8_t { removed, freed };
+  /// What a field says, linear between samples, in the bricks of these samples.
+  RemovalReport remove(RemovalField& field, const VoxelBox& samples, Ledger ledger = Ledger::removed);
 
   /// Takes whole parts away: what lies nearer to samples of parts that go (`goes`, a byte a part) than to
   /// those of others, and within the band of them, near these voxels. The surface of what stays does not
@@ -108,15 +129,20 @@ class RemovalEditor {
   void mark_cells_of(const SweptShape& shape, const BrickSweep& sweep, const glm::vec3& corner,
                      const glm::ivec3& low, const std::array<std::uint64_t, k_brick>& cells,
                      RemovalMask& mask, RemovalReport& report);
-  void take_out_of_brick(PartingDistances& distances, const glm::ivec3& low, RemovalReport& report);
+
+  void remove_in_brick(RemovalField& field, const glm::ivec3& low, Ledger ledger, RemovalReport& report);
   template <std::size_t Words>
-  void take_points(const PartingDistances& distances, const glm::ivec3& low, RemovalMask& mask,
+  void take_points(const RemovalField::Distances& mm, const glm::ivec3& low, RemovalMask& mask, Ledger ledger,
                    RemovalReport& report);
   /// Marks `points` (n^3 bits, left as those that are new) of the cell as removed; false when none was new.
   template <std::size_t Words>
   static bool mark(RemovalMask& mask, std::size_t in_brick, std::array<std::uint64_t, Words>& points);
+
   std::int64_t count_solid(const RemovalMask& mask, const glm::ivec3& sample, std::size_t in_brick,
                            const std::uint64_t* fresh) const;
+  /// Adds those of a cell that were solid to the report, and to the ledger.
+  void count(const RemovalMask& mask, const glm::ivec3& sample, std::size_t in_brick,
+             const std::uint64_t* fresh, Ledger ledger, RemovalReport& report);
 
   /// Of all editors, so that masks that they share are never written by two.
   static std::uint64_t next_stroke() noexcept;

@@ -67,12 +67,11 @@ volume::Status parse_ramp(const std::string& text, std::optional<haptics::Stiffn
 
 Result<std::vector<workbench::ModelChoice>> models_of(const TouchArguments& arguments) {
   glm::dvec3 at(0);
-  char extra = 0;
-  if (!arguments.mesh_at.empty() &&
-      (std::sscanf(arguments.mesh_at.c_str(), "%lf,%lf,%lf%c", &at.x, &at.y, &at.z, &extra) != 3 ||
-       !(glm::length(at) <= 1e6)))
-    return Error{"the models' place is not three numbers", "--mesh-at", arguments.mesh_at,
-                 "X,Y,Z in mm, for example 0,-90,20", ""};
+  if (!arguments.mesh_at.empty()) {
+    const auto place = parse_place(arguments.mesh_at, "--mesh-at");
+    if (!place) return place.error();
+    at = place.value();
+  }
   std::vector<workbench::ModelChoice> models;
   for (const std::string& file : arguments.meshes)
     models.push_back({file, arguments.mesh_scale, arguments.mesh_frame, at});

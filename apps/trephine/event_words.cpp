@@ -1,6 +1,7 @@
 #include "apps/trephine/event_words.h"
 
 #include "apps/workbench/text.h"
+#include "modules/bone_flap/bone_flap.h"
 #include "sim/forbidden.h"
 
 namespace trephine::app {
@@ -15,6 +16,13 @@ std::string words_of(const sim::Event& event) {
   if (const auto* left = event.what.as<sim::ForbiddenLeft>())
     return format_text("the tool left %s after %.2f s, %.2f mm deep at most", left->structure.c_str(),
                        left->seconds, left->deepest);
+  if (const auto* flap = event.what.as<bone_flap::FlapCut>())
+    return format_text("a bone flap of %.1f cm2 came off, %.0f mm3; the saw took %.0f mm3", flap->area / 100,
+                       flap->flap_size, flap->kerf_size);
+  if (const auto* piece = event.what.as<bone_flap::FlapPiece>())
+    return format_text("piece %lld of the flap: %.0f mm3, %s", static_cast<long long>(piece->number),
+                       piece->size, piece->is_taken ? "taken" : "left");
+  if (const auto* none = event.what.as<bone_flap::NoFlap>()) return "no bone flap: " + none->why;
   const std::string words = event.what.words();
   return std::string(event.what.name()) + (words.empty() ? "" : " " + words);
 }

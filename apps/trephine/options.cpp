@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cctype>
 #include <cerrno>
+#include <cmath>
+#include <cstdio>
 #include <cstdlib>
 #include <filesystem>
 
@@ -261,6 +263,15 @@ char side_of(const std::string& side) {
   for (const auto& [name, letter] : sides)
     if (side == name) return letter;
   return 0;
+}
+
+volume::Result<glm::dvec3> parse_place(const std::string& text, const char* option) {
+  glm::dvec3 at(0);
+  char extra = 0;
+  if (std::sscanf(text.c_str(), "%lf,%lf,%lf%c", &at.x, &at.y, &at.z, &extra) == 3 &&
+      std::max({std::abs(at.x), std::abs(at.y), std::abs(at.z)}) <= 1e6)
+    return at;
+  return volume::Error{"a place is not three numbers", option, text, "X,Y,Z in mm, for example 0,-90,20", ""};
 }
 
 Option add_path(Options& options, std::string& path) {

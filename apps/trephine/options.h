@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <glm/vec3.hpp>
 #include <initializer_list>
 #include <memory>
 #include <optional>
@@ -84,6 +85,8 @@ void add_session(Options& options, std::string& session, workbench::SourceChoice
 /// A side to look from; side_of() is what a view calls it.
 void add_side(Options& options, std::string& side);
 char side_of(const std::string& side);
+/// "X,Y,Z", mm.
+volume::Result<glm::dvec3> parse_place(const std::string& text, const char* option);
 Option add_path(Options& options, std::string& path);
 Option add_rate(Options& options, double& rate);
 Option add_method(Options& options, std::string& method);

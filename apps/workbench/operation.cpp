@@ -182,7 +182,8 @@ Result<Operation> make_operation(Source source, const OperationChoice& choice, c
   if (Status error = add_models(choice, spec, data, listener)) return *error;
   if (Status error = add_hands(choice, *source.volume, listener, spec)) return *error;
   const auto has_instrument = [](const HandSpec& hand) { return !hand.instrument.empty(); };
-  if (std::any_of(spec.hands.begin(), spec.hands.end(), has_instrument)) add_forbidden(source, spec);
+  if (choice.cuts_by_command || std::any_of(spec.hands.begin(), spec.hands.end(), has_instrument))
+    add_forbidden(source, spec);
   spec.is_softening = sim::touches_smooth(spec);
 
   Operation made;

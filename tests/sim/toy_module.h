@@ -156,12 +156,12 @@ class Toy final : public Module {
       return all.value();
     }
   };
-  static std::shared_ptr<const JobResult> run(const void* parameters, const OperationState& input) {
+  static std::shared_ptr<const JobResult> run(const void* parameters, const JobInput& input) {
     std::this_thread::sleep_for(
         std::chrono::duration<double, std::milli>(static_cast<const ToyFlood*>(parameters)->milliseconds));
     auto made = std::make_shared<Made>();
-    made->left = static_cast<double>(input.world.version->content_hash() >> 12) +
-                 static_cast<double>(toy_world(input).marks) + salt;
+    made->left = static_cast<double>(input.state.world.version->content_hash() >> 12) +
+                 static_cast<double>(toy_world(input.state).marks) + salt;
     return made;
   }
   static bool still_fits(const void* parameters, const OperationState& input, const OperationState& now) {

@@ -1,0 +1,389 @@
+// flap: a bone flap along an outline of anchors, taken off, lifted, judged.
+#include <algorithm>
+#include <glm/geometric.hpp>
+
+#include "apps/trephine/commands.h"
+#include "apps/trephine/field_option.h"
+#include "apps/view/render_window.h"
+#include "apps/view/viewport.h"
+#include "data-tools/mesh_files.h"
+#include "data-tools/open_volume.h"
+#include "data-tools/output_set.h"
+#include "data-tools/plan_file.h"
+#include "modules/bone_flap/evaluation.h"
+#include "modules/bone_flap/outline.h"
+#include "modules/catalogue.h"
+#include "sim/lockstep.h"
+#include "volume/text.h"
+
+namespace trephine::app {
+
+using bone_flap::CutFlap;
+using bone_flap::FlapPiece;
+using glm::dvec3;
+using volume::Error;
+using volume::Result;
+using volume::Status;
+
+namespace {
+
+struct FlapArguments {
+  workbench::SourceChoice source;
+  workbench::ShapeChoice shape;
+  std::string anchors, landmarks, planned;  ///< a file; how the case's landmarks begin
+  std::string at, seed;                     ///< x,y,z
+  double diameter = 60;
+  int corners = 8;
+  std::vector<std::string> leave;
+  CutFlap wish;
+  std::string target;
+  std::optional<double> smallest_burr;
+  double lift = 0;
+  std::string output, flap, screenshot;
+  workbench::RecordChoice record;
+};
+
+using Places = std::vector<dvec3>;
+
+Result<Places> anchors_of(const FlapArguments& a, const workbench::Operation& operation) {
+  const volume::Field& bone = operation.scene()->items[0].field;
+  const auto of_case = [&](const std::string& start, const char* option) -> Result<Places> {
+    Places places;
+    if (operation.source.plan)
+      for (const data_tools::CaseLandmark& one : operation.source.plan->landmarks)
+        if (one.name.starts_with(start)) places.push_back(one.place_world);
+    if (places.empty())
+      return Error{"the case has no such landmarks", option, start, "how names of its landmarks begin", ""};
+    return places;
+  };
+  if (!a.landmarks.empty()) return of_case(a.landmarks, "landmarks");
+  if (!a.anchors.empty()) {
+    auto plan = data_tools::read_plan(a.anchors);
+    if (!plan) return plan.error();
+    for (const std::string& one : plan.value().notices) notice(one);
+    Places places;
+    for (const data_tools::CaseLandmark& one : plan.value().landmarks) places.push_back(one.place_world);
+    if (places.empty())
+      return Error{"the file has no points", "anchors", "", "points round the flap, in their order", ""};
+    return places;
+  }
+  const auto at = parse_place(a.at, "--at");
+  if (!at) return at.error();
+  const Places ring = bone_flap::ring_of(bone, at.value(), a.diameter, a.corners);
+  if (ring.empty())
+    return Error{"there is no bone near that place", "at", a.at, "a place within 30 mm of the skull",
+                 "trephine info says where it lies"};
+  return ring;
+}
+
+/// So finely that no step between samples is longer than half of the saw's width.
+double burr_for(const CutFlap& wish) { return 4 * bone_flap::width_of(wish.saw); }
+
+template <class T>
+const T* last_told(const sim::Engine& engine, dvec3* at = nullptr) {
+  const sim::Chronicle& chronicle = engine.now().chronicle;
+  for (std::size_t i = chronicle.size(); i-- > 0;)
+    if (const T* one = chronicle[i].what.as<T>()) {
+      if (at) *at = chronicle[i].place_world;
+      return one;
+    }
+  return nullptr;
+}
+
+Json json_of(const dvec3& p) { return {p.x, p.y, p.z}; }
+
+/// How it looks from over its middle; without a normal from outside of the head.
+Status draw(sim::Lockstep& run, const workbench::Operation& operation, const dvec3& middle,
+            const dvec3& normal, const std::string& path) {
+  auto surface = view::make_offscreen(1200, 900);
+  if (!surface) return surface.error();
+  view::Viewport picture(*operation.scene(), surface.value()->window(), false);
+  run.engine().freeze();
+  picture.request_all(run.engine().current());
+  picture.wait();
+  dvec3 low, high;
+  picture.view().bounds(low, high);
+  // From the side a little, so that depth is seen.
+  const dvec3 up(0, 0, 1), out = normal != dvec3(0) ? normal : glm::normalize(middle - 0.5 * (low + high)),
+                           aside = glm::cross(out, up);
+  const dvec3 from =
+      glm::normalize(out + 0.35 * (glm::length(aside) > 0.1 ? aside : dvec3(1, 0, 0)) + dvec3(0, 0, 0.15));
+  picture.view().aim_camera(0.5 * (middle + 0.5 * (low + high)), from,
+                            std::abs(out.z) > 0.9 ? dvec3(0, -1, 0) : up,
+                            0.8 * view::BoneView::distance_of(low, high));
+  picture.view().show(view::StylusLook{.is_visible = false});
+  const haptics::ServoRecord nowhere;
+  picture.show(run.engine().overlays(), {&nowhere, 1});
+  picture.draw();
+  return view::write_png(surface.value()->window(), path);
+}
+
+/// The pieces as they lay, in one mesh.
+volume::Mesh mesh_of(const std::vector<sim::Body>& bodies) {
+  std::size_t vertices = 0, corners = 0;
+  for (const sim::Body& body : bodies)
+    vertices += body.piece->tree->vertices().size(), corners += body.piece->tree->triangles().size();
+  volume::Mesh mesh{volume::Buffer<glm::vec3>(vertices), volume::Buffer<std::uint32_t>(corners)};
+  std::size_t v = 0, c = 0;
+  for (const sim::Body& body : bodies) {
+    const auto first = static_cast<std::uint32_t>(v);
+    for (const dvec3& p : body.piece->tree->vertices()) mesh.vertices[v++] = glm::vec3(p);
+    for (const std::uint32_t corner : body.piece->tree->triangles()) mesh.triangles[c++] = first + corner;
+  }
+  return mesh;
+}
+
+/// What was cut, in words and numbers; empty when there was no flap.
+Status report_flap(const FlapArguments& a, const workbench::Operation& operation, const sim::Engine& engine,
+                   const Places& planned, Outcome& outcome) {
+  Json& json = outcome.json;
+  const auto* cut = last_told<bone_flap::FlapCut>(engine);
+  const auto& flap = *engine.now().world_of<bone_flap::FlapWorld>();
+  json["area_mm2"] = cut->area;
+  json["kerf_mm3"] = cut->kerf_size;
+  json["rim_mm3"] = cut->rim_size;
+  json["walls_mm2"] = cut->wall;
+  json["flap_mm3"] = cut->flap_size;
+  json["holes"] = cut->holes;
+  json["middle_world_mm"] = json_of(flap.centre);
+  json["apex_world_mm"] = json_of(flap.apex);
+  outcome.text += format_text("flap of %.1f cm2, %.0f mm3; the saw took %.0f mm3 along %.0f mm2 of walls\n",
+                              cut->area / 100, cut->flap_size, cut->kerf_size, cut->wall);
+  Json pieces = Json::array();
+  const sim::Chronicle& chronicle = engine.now().chronicle;
+  for (std::size_t i = 0; i < chronicle.size(); ++i) {
+    const auto* piece = chronicle[i].what.as<FlapPiece>();
+    if (piece == nullptr) continue;
+    pieces.push_back({{"number", piece->number},
+                      {"mm3", piece->size},
+                      {"place_world_mm", json_of(chronicle[i].place_world)},
+                      {"is_seed", piece->is_seed},
+                      {"is_taken", piece->is_taken},
+                      {"is_at_border", piece->is_at_border}});
+    if (cut->pieces > 1 || piece->is_at_border)
+      outcome.text += format_text("  piece %lld: %.0f mm3, %s%s\n", static_cast<long long>(piece->number),
+                                  piece->size, piece->is_taken ? "taken" : "left",
+                                  piece->is_at_border ? ", cut by the scan's border" : "");
+  }
+  json["pieces"] = pieces;
+  const bone_flap::OutlineShape shape = bone_flap::shape_of(flap);
+  json["outline"] = {{"perimeter_mm", shape.perimeter},
+                     {"length_mm", shape.length},
+                     {"width_mm", shape.width},
+                     {"roundness", shape.roundness}};
+  outcome.text += format_text("outline: %.0f mm round, %.0f by %.0f mm, roundness %.2f\n", shape.perimeter,
+                              shape.length, shape.width, shape.roundness);
+  // As near as the saw came to what must not be cut: along its lines down to under the inner table.
+  Json near = Json::array();
+  for (const auto& structure : engine.forbidden()) {
+    double least = sim::Forbidden::k_reach;
+    for (std::size_t i = 0; i < flap.outline.size(); ++i)
+      least =
+          std::min(least, structure->clearance(flap.outline[i], {flap.floor[i], 0.5 * flap.width}, least));
+    near.push_back({{"structure", structure->name()}, {"nearest_mm", least}});
+    if (least < sim::Forbidden::k_reach)
+      outcome.text += least < 0
+                          ? format_text("the saw goes %.1f mm into %s\n", -least, structure->name().c_str())
+                          : format_text("the saw stays %.1f mm from %s\n", least, structure->name().c_str());
+  }
+  json["forbidden"] = near;
+  if (!a.target.empty()) {
+    const auto& names = operation.source.volume->label_names;
+    const auto label = std::find(names.begin(), names.end(), a.target);
+    if (label == names.end())
+      return Error{"there is no label of that name", "target", a.target, "a label of the scan", ""};
+    const bone_flap::Cover cover =
+        bone_flap::cover_of(flap, *operation.source.volume, static_cast<int>(label - names.begin()));
+    json["target"] = {{"name", a.target},
+                      {"covered_share", cover.share},
+                      {"margin_mm", cover.margin},
+                      {"depth_mm", cover.depth}};
+    outcome.text += format_text("%s: %.1f %% of its shadow under the opening, margin %.1f mm, %.0f mm deep\n",
+                                a.target.c_str(), 100 * cover.share, cover.margin, cover.depth);
+  }
+  if (!planned.empty()) {
+    const bone_flap::OutlineDistance off = bone_flap::distance_between(flap.outline, planned);
+    json["planned"] = {{"mean_mm", off.mean}, {"worst_mm", off.worst}};
+    outcome.text += format_text("from the planned outline: %.1f mm in the mean, %.1f at the worst\n",
+                                off.mean, off.worst);
+  }
+  return std::nullopt;
+}
+
+Status check(const FlapArguments& a) {
+  const int ways = !a.anchors.empty() + !a.landmarks.empty() + !a.at.empty();
+  if (ways != 1)
+    return Error{ways == 0 ? "nobody says where the flap is" : "the outline is said twice", "", "",
+                 "one of --anchors, --landmarks, --at", ""};
+  if (!(a.diameter >= 10 && a.diameter <= 200))
+    return Error{"a flap is not so large", "diameter", volume::text_of(a.diameter), "10 to 200 mm", ""};
+  if (a.corners < 3 || a.corners > 100)
+    return Error{"an outline has other numbers of corners", "corners", std::to_string(a.corners), "3 to 100",
+                 ""};
+  if (!(a.lift >= 0 && a.lift <= 500))
+    return Error{"a flap is not lifted so far", "lift", volume::text_of(a.lift), "0 to 500 mm", ""};
+  return std::nullopt;
+}
+
+Result<Outcome> run_flap(const FlapArguments& arguments) {
+  if (Status error = check(arguments)) return *error;
+  data_tools::OutputSet outputs;
+  for (const std::string& input :
+       {arguments.source.path, arguments.anchors, arguments.planned, arguments.record.file})
+    outputs.reads(input);
+  outputs.writes("output", arguments.output, data_tools::OutputKind::volume);
+  outputs.writes("flap", arguments.flap, data_tools::OutputKind::mesh);
+  outputs.writes("screenshot", arguments.screenshot, data_tools::OutputKind::picture);
+  if (Status error = outputs.check()) return *error;
+  if (Status error = check(arguments.record)) return *error;
+  CutFlap wish = arguments.wish;
+  for (const std::string& number : arguments.leave) {
+    const int n = std::atoi(number.c_str());
+    if (n < 1) return Error{"that is no number of a piece", "leave", number, "1 for the largest, 2, ...", ""};
+    wish.leave.push_back({static_cast<std::uint32_t>(n)});
+  }
+  if (!arguments.seed.empty()) {
+    const auto seed = parse_place(arguments.seed, "--seed");
+    if (!seed) return seed.error();
+    wish.seed.push_back(seed.value());
+  }
+  if (Status error = sim::Value(wish).check()) return *error;
+  workbench::OperationChoice choice;
+  choice.shape = arguments.shape;
+  choice.cuts_by_command = true;
+
+  choice.smallest_burr = arguments.smallest_burr.value_or(burr_for(wish));
+  auto opened = workbench::open_operation(arguments.source, choice, person());
+  if (!opened) return opened.error();
+  const workbench::Operation& operation = opened.value();
+  auto anchors = anchors_of(arguments, operation);
+  if (!anchors) return anchors.error();
+  wish.anchors = std::move(anchors).value();
+  Places planned;
+  if (!arguments.planned.empty()) {
+    FlapArguments other;
+    other.anchors = arguments.planned;
+    auto read = anchors_of(other, operation);
+    if (!read) return read.error();
+    planned = std::move(read).value();
+  }
+  auto recorder = workbench::start_recording(arguments.record, operation);
+  if (!recorder) return recorder.error();
+  sim::Lockstep run(operation.engine(), operation.spec.force, operation.spec.rate_hz, recorder.value().get());
+
+  const auto begin = Clock::now();
+  {
+    ProgressLine progress("sawing");
+    progress(0);
+    const sim::Outcome done = run.apply_whole({wish, 0});
+    if (done.refused) return *done.refused;
+  }
+  const double seconds = seconds_since(begin);
+  Outcome outcome{new_report("flap"), "", exit_done};
+  Json& json = outcome.json;
+  json["source"] = name_in_report(operation.source);
+  json["shape"] =
+      volume::describe(operation.scene()->items[0].field.shape(), operation.source.volume->is_hounsfield);
+  json["saw_mm"] = bone_flap::width_of(wish.saw);
+  json["anchors_world_mm"] = Json::array();
+  for (const dvec3& p : wish.anchors) json["anchors_world_mm"].push_back(json_of(p));
+  const sim::Engine& engine = run.engine();
+  const std::vector<sim::Body> pieces = engine.now().world.bodies;
+  dvec3 middle(0), normal(0);
+  if (dvec3 at; const auto* none = last_told<bone_flap::NoFlap>(engine, &at)) {
+    json["refused"] = {{"why", none->why}, {"place_world_mm", json_of(at)}, {"holes", none->holes}};
+    outcome.text = format_text("no flap: %s, at %.1f, %.1f, %.1f; nothing was cut\n", none->why.c_str(), at.x,
+                               at.y, at.z);
+    outcome.exit_code = exit_check_failed;
+    for (const dvec3& p : wish.anchors) middle += p / static_cast<double>(wish.anchors.size());
+  } else if (pieces.empty()) {
+    const auto* discarded = last_told<sim::JobDiscarded>(engine);
+    return Error{"the flap cannot be taken off", "", discarded ? discarded->why : "", "", ""};
+  } else {
+    const auto& flap = *engine.now().world_of<bone_flap::FlapWorld>();
+    middle = flap.centre, normal = flap.normal;
+    if (Status error = report_flap(arguments, operation, engine, planned, outcome)) return *error;
+    if (arguments.lift > 0)
+      for (const sim::Body& body : pieces) run.apply({sim::PlaceBody{body.id, arguments.lift * normal}, 0});
+  }
+  json["seconds"] = seconds;
+  json["content_hash"] = hash_text(engine.current()->content_hash());
+  json["memory"] = memory_report(*operation.scene(), *engine.current());
+
+  const Status not_recorded = recorder.value() ? recorder.value()->finish(run.engine(), 0) : std::nullopt;
+  if (outcome.exit_code == exit_done) {
+    tell_resampled(*operation.source.volume, arguments.output);
+    outputs.write(arguments.output,
+                  [&] { return data_tools::write_operated(arguments.output, *engine.current()); });
+    outputs.write(arguments.flap,
+                  [&] { return data_tools::write_mesh(arguments.flap, mesh_of(pieces), volume::Frame()); });
+  }
+  outputs.write(arguments.screenshot,
+                [&] { return draw(run, operation, middle, normal, arguments.screenshot); });
+  outputs.recorded(not_recorded);
+  if (Status error = outputs.result()) return *error;
+  json["written"] = outputs.written();
+  if (!outputs.written().empty()) {
+    outcome.text += "written:";
+    for (const std::string& name : outputs.written()) outcome.text += " " + name;
+    outcome.text += "\n";
+  }
+  return outcome;
+}
+
+Run build(Options& options) {
+  auto a = std::make_shared<FlapArguments>();
+  const auto add = [&](std::string_view field, const char* called) {
+    return add_field(options, CutFlap::schema(), &a->wish, field, called);
+  };
+  add_source(options, a->source).required();
+  add_shape(options, a->shape);
+  options
+      .add("--anchors", a->anchors,
+           "Points round the flap on the skull, in their order: .mrk.json, .fcsv, or .csv with name,x,y,z")
+      .type("FILE");
+  options.add("--landmarks", a->landmarks, "The case's landmarks whose names begin so").type("NAME");
+  options.add("--at", a->at, "A place on the skull, mm (LPS): the outline is a ring around it").type("X,Y,Z");
+  options.add("--diameter", a->diameter, "Of that ring (10 to 200 mm)").type("MM").shows_default();
+  options.add("--corners", a->corners, "Of that ring (3 to 100)").shows_default();
+  add("saw", "--saw");
+  add("distance", "--distance").type("MM").shows_default().means("cut-flap distance");
+  add("way", "--way");
+  options.add("--seed", a->seed, "A place on the flap, where the outline's middle is none").type("X,Y,Z");
+  options.add("--leave", a->leave, "Pieces that stay, by their numbers: 1 is the largest").type("N");
+  add("smoothing", "--smoothing").type("MM");
+  add("smallest", "--smallest").type("MM3").shows_default();
+  add("hole", "--hole").type("MM").shows_default();
+  add("space", "--space").type("MM").shows_default();
+  add("thickest", "--thickest").type("MM").shows_default();
+  options.add("--target", a->target, "A label that the flap should uncover: how much of it, how far")
+      .type("LABEL");
+  options.add("--planned", a->planned, "Another outline, as --anchors: how far the flap is from it")
+      .type("FILE");
+  options
+      .add("--smallest-burr", a->smallest_burr,
+           "The smallest burr that will cut in this session, mm: the finer it is the finer cuts are sampled "
+           "(default: by the saw)")
+      .type("MM");
+  options.add("--lift", a->lift, "Lift the pieces so far off, mm, for the picture and the session")
+      .type("MM");
+  options.add("-o,--output", a->output,
+              "What is left: " + data_tools::extensions_of(data_tools::OutputKind::volume));
+  options.add("--flap", a->flap, "The pieces: " + data_tools::extensions_of(data_tools::OutputKind::mesh))
+      .type("MESH");
+  options.add("--screenshot", a->screenshot, "A picture of it; of what is the matter where there is no flap")
+      .type("PNG");
+  add_record(options, a->record);
+  return run_with(a, run_flap);
+}
+
+}  // namespace
+
+const Command k_flap{
+    "flap", "Saw out a bone flap along an outline, and judge it",
+    "  trephine flap head --at 0,-60,60 --diameter 40 --lift 30 --screenshot flap.png\n"
+    "  trephine flap SCANS/HEAD --anchors outline.mrk.json -o open.mha --flap flap.stl --json\n"
+    "  trephine flap head-case --landmarks flap --saw 2.0 --target tumour --record flap.session",
+    build};
+
+}  // namespace trephine::app

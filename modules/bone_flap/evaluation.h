@@ -1,0 +1,31 @@
+// How good a flap is: what it uncovers, how near it is to what was planned, what its saw came near to.
+#pragma once
+
+#include "modules/bone_flap/bone_flap.h"
+
+namespace trephine::bone_flap {
+
+/// An outline as seen along its normal.
+struct OutlineShape {
+  double perimeter = 0;          ///< mm, along the skull
+  double length = 0, width = 0;  ///< mm: its longest extent, and that across it
+  double roundness = 0;          ///< 1 for a circle, less for what is long or jagged
+};
+OutlineShape shape_of(const FlapWorld& flap);
+
+/// What of a label's shadow along the normal lies within the opening (the outline less half of the saw).
+struct Cover {
+  double share = 0;   ///< 0 to 1, of the shadow's area
+  double margin = 0;  ///< mm from the shadow's edge to the opening's, at the worst; below 0: beyond it
+  double depth = 0;   ///< mm from the outline's plane to the label's nearest voxel
+  bool is_any = false;
+};
+Cover cover_of(const FlapWorld& flap, const volume::Volume& scan, int label);
+
+/// Between two closed outlines, mm: the mean of either's places from the other, and the worst.
+struct OutlineDistance {
+  double mean = 0, worst = 0;
+};
+OutlineDistance distance_between(const std::vector<glm::dvec3>& one, const std::vector<glm::dvec3>& other);
+
+}  // namespace trephine::bone_flap

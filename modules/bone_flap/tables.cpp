@@ -1,0 +1,108 @@
+// Tables of the module's commands, events and state.
+#include "modules/bone_flap/bone_flap.h"
+
+namespace trephine::bone_flap {
+
+using sim::field;
+
+const sim::Schema& AddAnchor::schema() {
+  static constexpr sim::Field fields[] = {
+      field<&AddAnchor::at>("at", {.unit = "mm", .low = -1e5, .high = 1e5, .help = "on the skull"})};
+  static constexpr sim::Schema table{"add-anchor", 1, fields};
+  return table;
+}
+const sim::Schema& MoveAnchor::schema() {
+  static constexpr sim::Field fields[] = {
+      field<&MoveAnchor::number>("number", {.low = 1, .high = k_most_anchors, .help = "from 1 on"}),
+      field<&MoveAnchor::at>("at", {.unit = "mm", .low = -1e5, .high = 1e5, .help = "on the skull"})};
+  static constexpr sim::Schema table{"move-anchor", 1, fields};
+  return table;
+}
+const sim::Schema& RemoveAnchor::schema() {
+  static constexpr sim::Field fields[] = {
+      field<&RemoveAnchor::number>("number", {.low = 0, .high = k_most_anchors, .help = "0: the last"})};
+  static constexpr sim::Schema table{"remove-anchor", 1, fields};
+  return table;
+}
+const sim::Schema& ClearAnchors::schema() {
+  static constexpr sim::Schema table{"clear-anchors"};
+  return table;
+}
+
+const sim::Schema& CutFlap::schema() {
+  static constexpr std::string_view saws[] = {"0.8", "1.2", "1.6", "2.0", "2.4"}, ways[] = {"kerf", "traced"};
+  static constexpr sim::Field fields[] = {
+      field<&CutFlap::anchors>(
+          "anchors", {.unit = "mm", .low = -1e5, .high = 1e5, .help = "on the skull, in order round"}),
+      field<&CutFlap::saw>("saw", {.unit = "mm", .choices = saws, .help = "how wide it cuts"}),
+      field<&CutFlap::distance>("distance", {.unit = "mm",
+                                             .low = 20,
+                                             .high = 500,
+                                             .help = "from the outline's middle to the apex in the head"}),
+      field<&CutFlap::way>("way", {.choices = ways, .help = "a kerf, or the voxels on lines from the apex"}),
+      field<&CutFlap::seed>(
+          "seed", {.unit = "mm", .low = -1e5, .high = 1e5, .help = "a place on the flap; else it is found"}),
+      field<&CutFlap::leave>("leave", {.help = "numbers of pieces that stay, from the largest on"}),
+      field<&CutFlap::smoothing>(
+          "smoothing", {.unit = "mm", .low = 0, .high = 3, .help = "of the rim, sigma of a Gaussian"}),
+      field<&CutFlap::smallest>("smallest",
+                                {.unit = "mm3", .low = 0, .high = 1e6, .help = "piece; less is debris"}),
+      field<&CutFlap::hole>("hole",
+                            {.unit = "mm", .low = 0, .high = 50, .help = "seam that the outline may cross"}),
+      field<&CutFlap::space>(
+          "space", {.unit = "mm", .low = 0, .high = 50, .help = "air within the bone that is sawn through"}),
+      field<&CutFlap::thickest>("thickest", {.unit = "mm", .low = 1, .high = 50, .help = "calvaria"}),
+      field<&CutFlap::item>("item", {.low = 0, .high = 63, .help = "the shape that is skull"})};
+  static constexpr sim::Schema table{"cut-flap", 1, fields};
+  return table;
+}
+
+const sim::Schema& FlapWorld::schema() {
+  static constexpr sim::Field fields[] = {
+      field<&FlapWorld::flaps>("flaps"),       field<&FlapWorld::outline>("outline"),
+      field<&FlapWorld::floor>("floor"),       field<&FlapWorld::centre>("centre"),
+      field<&FlapWorld::normal>("normal"),     field<&FlapWorld::apex>("apex"),
+      field<&FlapWorld::width>("width"),       field<&FlapWorld::area>("area"),
+      field<&FlapWorld::wall>("wall"),         field<&FlapWorld::kerf_size>("kerf_size"),
+      field<&FlapWorld::rim_size>("rim_size"), field<&FlapWorld::flap_size>("flap_size")};
+  static constexpr sim::Schema table{"flap-world", 1, fields};
+  return table;
+}
+
+const sim::Schema& FlapSettings::schema() {
+  static constexpr sim::Field fields[] = {field<&FlapSettings::anchors>("anchors"),
+                                          field<&FlapSettings::trouble>("trouble"),
+                                          field<&FlapSettings::trouble_at>("trouble_at")};
+  static constexpr sim::Schema table{"flap-settings", 1, fields};
+  return table;
+}
+
+const sim::Schema& FlapCut::schema() {
+  static constexpr sim::Field fields[] = {
+      field<&FlapCut::pieces>("pieces"),
+      field<&FlapCut::area>("area", {.unit = "mm2", .help = "of the skull's outside within the saw's way"}),
+      field<&FlapCut::wall>("wall", {.unit = "mm2", .help = "that the saw went through bone"}),
+      field<&FlapCut::kerf_size>("kerf", {.unit = "mm3"}),
+      field<&FlapCut::rim_size>("rim", {.unit = "mm3", .help = "that was smoothed away"}),
+      field<&FlapCut::flap_size>("flap", {.unit = "mm3"}),
+      field<&FlapCut::holes>("holes", {.help = "in the cut"})};
+  static constexpr sim::Schema table{"flap-cut", 1, fields};
+  return table;
+}
+
+const sim::Schema& FlapPiece::schema() {
+  static constexpr sim::Field fields[] = {
+      field<&FlapPiece::number>("number"), field<&FlapPiece::size>("size", {.unit = "mm3"}),
+      field<&FlapPiece::is_seed>("seed"), field<&FlapPiece::is_taken>("taken"),
+      field<&FlapPiece::is_at_border>("at_border")};
+  static constexpr sim::Schema table{"flap-piece", 1, fields};
+  return table;
+}
+
+const sim::Schema& NoFlap::schema() {
+  static constexpr sim::Field fields[] = {field<&NoFlap::why>("why"), field<&NoFlap::holes>("holes")};
+  static constexpr sim::Schema table{"no-flap", 1, fields};
+  return table;
+}
+
+}  // namespace trephine::bone_flap

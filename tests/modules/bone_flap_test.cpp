@@ -1,0 +1,443 @@
+#include "modules/bone_flap/bone_flap.h"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <glm/geometric.hpp>
+#include <gtest/gtest.h>
+
+#include "haptics/proxy/methods.h"
+#include "modules/bone_flap/rim.h"
+#include "sim/lockstep.h"
+#include "tests/scenes/scenes.h"
+
+namespace trephine::bone_flap {
+namespace {
+
+using glm::dvec3;
+
+constexpr double k_pi = 3.14159265358979323846, k_outer = 75, k_inner = 69;  // mm, of the shell
+
+/// The top of a skull: a shell around the origin. `density`: HU there, beside the shell's own; the smaller
+/// counts.
+struct Vault {
+  haptics::TouchScene scene;
+  std::unique_ptr<haptics::ProxyMethod> method;
+
+  using Hounsfield = std::function<double(const dvec3&)>;
+  static double shell(const dvec3& p) {
+    const double r = glm::length(p);
+    return 300 + 400 * std::min(k_outer - r, r - k_inner);
+  }
+  explicit Vault(const dvec3& spacing, double lattice_burr = 6.5, const Hounsfield& hounsfield = shell,
+                 double wide = 48) {
+    scene.base = std::make_shared<const volume::Volume>(
+        scenes::sampled({-wide, -wide, 45}, {wide, wide, 82}, spacing, hounsfield));
+    const volume::Shape bone{"bone", 300};
+    scene.items.push_back(
+        {volume::Field(*scene.base, bone),
+         std::make_shared<const volume::Occupancy>(volume::Occupancy::build(*scene.base, bone)),
+         {}});
+    EXPECT_FALSE(haptics::set_smallest_burr(scene, lattice_burr).has_value());
+    method = haptics::make_method("subvoxel").value();
+    EXPECT_FALSE(method->prepare(scene).has_value());
+  }
+  sim::Lockstep run() const {
+    static const BoneFlap module;
+    static const sim::Catalogue catalogue({&module});
+    return sim::Lockstep(sim::Engine(scene, *method, {}, 1e-3, catalogue), {}, 1000);
+  }
+};
+
+/// A regular outline on the shell, `polar` from the top (rad); its middle is over the origin, at `height`.
+struct Outline {
+  std::vector<dvec3> anchors;
+  double polar, height;
+  int count;
+  explicit Outline(double polar_degrees, int sides, double turn = 0.1)
+      : polar(polar_degrees * k_pi / 180), count(sides) {
+    for (int i = 0; i < sides; ++i) {
+      const double a = turn + 2 * k_pi * i / sides;
+      anchors.push_back(k_outer *
+                        dvec3(std::sin(polar) * std::cos(a), std::sin(polar) * std::sin(a), std::cos(polar)));
+    }
+    height = k_outer * std::cos(polar);
+  }
+  /// Great circles lead from anchor to anchor.
+  double side_angle() const {
+    const double c = std::cos(polar), s = std::sin(polar);
+    return std::acos(c * c + s * s * std::cos(2 * k_pi / count));
+  }
+  /// sr, by its spherical triangles from the top.
+  double solid_angle() const {
+    const double t = std::tan(0.5 * polar), square = t * t, wedge = 2 * k_pi / count;
+    return count * 2 * std::atan2(square * std::sin(wedge), 1 + square * std::cos(wedge));
+  }
+  double area() const { return solid_angle() * k_outer * k_outer; }
+  double wall() const { return count * side_angle() * 0.5 * (k_outer * k_outer - k_inner * k_inner); }
+  CutFlap wish(Saw saw = Saw::w1_6) const {
+    CutFlap one;
+    one.anchors = anchors, one.saw = saw, one.distance = height;
+    return one;
+  }
+};
+
+template <class T>
+std::vector<std::pair<T, dvec3>> told(const sim::Engine& engine) {
+  std::vector<std::pair<T, dvec3>> all;
+  const sim::Chronicle& chronicle = engine.now().chronicle;
+  for (std::size_t i = 0; i < chronicle.size(); ++i)
+    if (const T* one = chronicle[i].what.as<T>()) all.emplace_back(*one, chronicle[i].place_world);
+  return all;
+}
+
+/// Why there was none; empty: there was one.
+std::string cut(sim::Lockstep& run, const CutFlap& wish) {
+  const std::size_t before = told<NoFlap>(run.engine()).size();
+  const sim::Outcome outcome = run.apply_whole({wish, 0});
+  if (outcome.refused) return outcome.refused->message();
+  const auto refusals = told<NoFlap>(run.engine());
+  return refusals.size() > before ? refusals.back().first.why : std::string();
+}
+
+TEST(BoneFlap, AreaWallsAndKerfAreAShells) {
+  const Outline outline(14, 6);
+  for (const dvec3& spacing : {dvec3(0.45), dvec3(0.9), dvec3(0.45, 0.45, 3)}) {
+    SCOPED_TRACE(spacing.z);
+    const Vault vault(spacing);
+    sim::Lockstep run = vault.run();
+    ASSERT_EQ(cut(run, outline.wish()), "");
+    const auto cuts = told<FlapCut>(run.engine());
+    ASSERT_EQ(cuts.size(), 1u);
+    const FlapCut& flap = cuts[0].first;
+    EXPECT_EQ(flap.pieces, 1);
+    EXPECT_EQ(flap.holes, 0);
+    EXPECT_NEAR(flap.area / outline.area(), 1, 0.01);
+    EXPECT_NEAR(flap.wall / outline.wall(), 1, 0.01);
+    EXPECT_NEAR(flap.kerf_size / (outline.wall() * 1.6), 1, 0.02);
+    // Half of the kerf is the flap's.
+    const double shell = (k_outer * k_outer * k_outer - k_inner * k_inner * k_inner) / 3;
+    EXPECT_NEAR(flap.flap_size / (outline.solid_angle() * shell - 0.5 * outline.wall() * 1.6), 1, 0.03);
+    ASSERT_EQ(run.engine().now().world.bodies.size(), 1u);
+    EXPECT_NEAR(run.engine().now().world.bodies[0].piece->mm3 / flap.flap_size, 1, 0.03);
+  }
+}
+
+/// Points of the lattice's cells that are bone, by what became of them: whoever counts them again gets the
+/// ledger's numbers.
+struct Points {
+  std::int64_t before = 0, kerf = 0, flap = 0, rest = 0, elsewhere = 0;
+};
+
+/// All of them in units, asked one by one: of a lattice of voxels, as masks have them.
+Points count_points(const Vault& vault, const volume::Version& left, const Sheet& sheet, double width) {
+  Points points;
+  const volume::Field& bone = vault.scene.items[0].field;
+  const volume::CutLattice& lattice = left.lattice();
+  std::vector<Sheet::Strip> strips;
+  for (std::size_t i = 0; i < sheet.lines().size(); ++i) strips.push_back(sheet.strip(i));
+  left.for_bricks_in(
+      glm::ivec3(0), lattice.size() - 1, [&](const glm::ivec3& low, const volume::Brick& brick) {
+        for (int z = 0; z < volume::k_brick; ++z)
+          for (int y = 0; y < volume::k_brick; ++y)
+            for (int x = 0; x < volume::k_brick; ++x) {
+              const glm::ivec3 sample = low + glm::ivec3(x, y, z);
+              if (!vault.scene.base->contains(lattice.voxel_of(sample))) continue;
+              const int n = brick.mask ? brick.mask->n : 4;
+              for (int p = 0; p < n * n * n; ++p) {
+                const dvec3 at =
+                    dvec3(sample) +
+                    (dvec3(p % n, p / n % n, p / (n * n)) + 0.5 + dvec3(volume::point_shift(sample))) /
+                        static_cast<double>(n) -
+                    0.5;
+                if (bone.value(lattice.volume_from_lattice(at)) < 0) continue;
+                const std::int64_t units = 512 / (n * n * n);
+                points.before += units;
+                const auto word = volume::Brick::index(x, y, z) * static_cast<std::size_t>(n * n * n / 64) +
+                                  static_cast<std::size_t>(p / 64);
+                const bool is_gone =
+                    brick.is_hollow || (brick.mask && (brick.mask->words[word] >> (p % 64) & 1));
+                if (!is_gone) {
+                  points.rest += units;
+                  continue;
+                }
+                const dvec3 world = lattice.frame().world_from_volume(at);
+                double square = 1e9;
+                for (const Sheet::Strip& strip : strips)
+                  square = std::min(square, Sheet::distance_square(strip, world));
+                const double from_saw = std::sqrt(square) - 0.5 * width;
+                if (from_saw <= 0)
+                  points.kerf += units;
+                else if (sheet.pyramid().contains(world))
+                  points.flap += units;
+                else if (from_saw > 0.1)  // between samples distances are linear: at corners less
+                  points.elsewhere += units;
+              }
+            }
+      });
+  return points;
+}
+
+TEST(BoneFlap, FlapAndKerfAndRestAreWhatWas) {
+  const Outline outline(8, 5);
+  const Vault vault(dvec3(0.9), 8.2, Vault::shell, 20);
+  sim::Lockstep run = vault.run();
+  ASSERT_EQ(cut(run, outline.wish(Saw::w2_4)), "");
+  const volume::Version& left = *run.engine().current();
+  Pyramid pyramid;
+  Trouble trouble;
+  Sheet sheet;
+  ASSERT_TRUE(make_pyramid(outline.anchors, outline.height, vault.scene.items[0].field, pyramid, trouble));
+  ASSERT_TRUE(sheet.make(pyramid, vault.scene.items[0].field, 2.4, {}, trouble));
+  const Points points = count_points(vault, left, sheet, 2.4);
+  const std::int64_t removed = left.ledger().units_by_label[0], freed = left.ledger().freed_units;
+  EXPECT_GT(removed, 0);
+  EXPECT_GT(freed, 0);
+  // Exactly, in whole points; which is which by the saw's distance, within a hair of its edge.
+  EXPECT_EQ(points.before, removed + freed + points.rest);
+  EXPECT_EQ(points.elsewhere, 0);
+  EXPECT_NEAR(static_cast<double>(points.kerf) / static_cast<double>(removed), 1, 0.005);
+  EXPECT_NEAR(static_cast<double>(points.flap) / static_cast<double>(freed), 1, 0.01);
+}
+
+/// The seed's way: what lines from the apex go through, and how many ways are left through the cut.
+TEST(BoneFlap, VoxelsOnLinesLeaveHoles) {
+  const Outline outline(10, 5);
+  const Vault vault(dvec3(0.45), 6.5, Vault::shell, 22);
+  const volume::Field& bone = vault.scene.items[0].field;
+  Pyramid pyramid;
+  Trouble trouble;
+  Sheet sheet;
+  ASSERT_TRUE(make_pyramid(outline.anchors, outline.height, bone, pyramid, trouble));
+  ASSERT_TRUE(sheet.make(pyramid, bone, 1.6, {}, trouble));
+  const auto untouched = haptics::untouched(vault.scene);
+  Kerf kerf(sheet, *untouched);
+  const auto holes_after = [&](volume::RemovalField& field, const volume::VoxelBox& samples) {
+    volume::RemovalEditor editor(untouched, {bone});
+    editor.remove(field, samples);
+    return kerf.count_holes(bone, *editor.freeze());
+  };
+  const std::int64_t uncut = kerf.count_holes(bone, *untouched);
+  EXPECT_GT(uncut, 10000);  // every way through is one
+  EXPECT_EQ(holes_after(kerf, kerf.samples()), 0);
+  TracedVoxels dense(sheet, *untouched, 0.2), sparse(sheet, *untouched, 1.5);
+  const std::int64_t of_dense = holes_after(dense, dense.samples()),
+                     of_sparse = holes_after(sparse, sparse.samples());
+  EXPECT_GT(of_dense, 0);
+  EXPECT_GT(of_sparse, 3 * of_dense);
+  EXPECT_LT(of_sparse, uncut);
+  // A saw that is narrower than a step between samples: refused, since it leaves some, too.
+  Sheet narrow;
+  ASSERT_TRUE(narrow.make(pyramid, bone, 0.3, {}, trouble));
+  Kerf thin(narrow, *untouched);
+  EXPECT_GT(holes_after(thin, thin.samples()), 0);
+  const Vault coarse(dvec3(0.9), 0, Vault::shell, 22);
+  sim::Lockstep run = coarse.run();
+  EXPECT_NE(cut(run, outline.wish(Saw::w1_2)).find("too narrow"), std::string::npos);
+}
+
+/// What is refused says why and where, and leaves everything as it was.
+TEST(BoneFlap, WhereThereIsNoneItIsSaidWhereAndNothingIsCut) {
+  const Outline outline(10, 6);
+  struct Case {
+    const char* words;
+    CutFlap wish;
+    Vault::Hounsfield hounsfield;
+    dvec3 place;
+    double reach;  ///< mm
+  };
+  std::vector<Case> cases;
+  const auto add = [&](const char* words, const dvec3& place, double reach, auto&& change,
+                       const Vault::Hounsfield& hounsfield = Vault::shell) {
+    cases.push_back({words, outline.wish(), hounsfield, place, reach});
+    change(cases.back().wish);
+  };
+  const auto nothing = [](CutFlap&) {};
+  const auto& a = outline.anchors;
+  add("it has 2 anchors", a[0], 1, [](CutFlap& w) { w.anchors.resize(2); });
+  add("the outline is open: its ends are", 0.5 * (a[0] + a[5]), 14, [&](CutFlap& w) {
+    w.anchors.clear();
+    for (int i = 0; i < 12; ++i) w.anchors.push_back(Outline(10, 24).anchors[static_cast<std::size_t>(i)]);
+  });
+  add("crosses itself", a[2], 20, [](CutFlap& w) { std::swap(w.anchors[1], w.anchors[3]); });
+  add("are at the same place", a[1], 1, [](CutFlap& w) { w.anchors[2] = w.anchors[1]; });
+  add("anchor 3 lies off the bone", 1.2 * a[2], 1, [](CutFlap& w) { w.anchors[2] *= 1.2; });
+  add(
+      "anchor 2 lies beside the apex or behind it", dvec3(0, 0, 45.5), 1,
+      [](CutFlap& w) {
+        w.distance = 20;
+        w.anchors[1] = dvec3(0, 0, 45.5);
+      },
+      [](const dvec3& p) {
+        return std::max(Vault::shell(p), 300 + 400 * (2 - glm::length(p - dvec3(0, 0, 45.5))));
+      });
+  // A hole of 8 mm on the way from the first anchor to the second, and bone that ends there.
+  const dvec3 between = k_outer * glm::normalize(a[0] + a[1]);
+  const auto beside = [between](const dvec3& p) {
+    return glm::length(p - glm::dot(p, between) / glm::dot(between, between) * between);
+  };
+  add("goes through a hole of 8 mm in the bone between anchors 1 and 2", between, 2, nothing,
+      [=](const dvec3& p) { return std::min(Vault::shell(p), 300 + 400 * (beside(p) - 4)); });
+  add(
+      "the outline leaves the scan", dvec3(0, 0, 82), 20,
+      [](CutFlap& w) {
+        for (dvec3& anchor : w.anchors) anchor *= 1.12;
+      },
+      [](const dvec3& p) { return Vault::shell(p / 1.12); });  // its top is beyond the last slice
+  // Solid below: no calvaria. A post under the flap that leads to the side: it hangs on.
+  add("goes on deeper than 25 mm", between, 30, nothing,
+      [](const dvec3& p) { return 300 + 400 * (k_outer - glm::length(p)); });
+  add("deeper than the saw went", dvec3(0, 0, 58), 30, nothing, [](const dvec3& p) {
+    const bool is_post = p.z > 55 && std::abs(p.x) < 3 && std::abs(p.y) < 3;
+    const bool is_beam = p.z > 52 && p.z < 58 && std::abs(p.y) < 3 && p.x > -3 && p.x < 22;
+    const bool is_second = p.z > 55 && p.x > 17 && p.x < 22 && std::abs(p.y) < 3;
+    return glm::length(p) < k_inner + 1 && (is_post || is_beam || is_second) ? 1500.0 : Vault::shell(p);
+  });
+  add("there is no bone at the seed", dvec3(0, 0, 60), 1, [](CutFlap& w) { w.seed = {dvec3(0, 0, 60)}; });
+  add("the seed lies outside", dvec3(18, 0, 72.4), 1, [](CutFlap& w) { w.seed = {dvec3(18, 0, 72.4)}; });
+  add("all pieces are to be left", dvec3(0, 0, 74), 5, [](CutFlap& w) { w.leave = {{1}}; });
+  for (const Case& one : cases) {
+    SCOPED_TRACE(one.words);
+    const Vault vault(dvec3(0.9), 6.5, one.hounsfield, 24);
+    sim::Lockstep run = vault.run();
+    const std::uint64_t before = run.engine().current()->content_hash();
+    EXPECT_NE(cut(run, one.wish).find(one.words), std::string::npos) << cut(run, one.wish);
+    const auto refusals = told<NoFlap>(run.engine());
+    ASSERT_FALSE(refusals.empty());
+    EXPECT_LT(glm::length(refusals[0].second - one.place), one.reach);
+    EXPECT_EQ(run.engine().current()->content_hash(), before);
+    EXPECT_TRUE(run.engine().now().world.bodies.empty());
+    EXPECT_FALSE(run.engine().can_undo());
+    // Shown until there is one.
+    bool is_shown = false;
+    for (const sim::Overlay& overlay : run.engine().overlays())
+      is_shown = is_shown || (overlay.kind == sim::Overlay::Kind::warning && !overlay.labels.empty());
+    EXPECT_TRUE(is_shown);
+  }
+}
+
+TEST(BoneFlap, PiecesAreNamedTakenOrLeftAndPutBack) {
+  // A seam through the vault, a millimetre wide, to one side of the flap's middle.
+  const Vault vault(
+      dvec3(0.9), 6.5,
+      [](const dvec3& p) { return std::min(Vault::shell(p), 300 + 400 * (std::abs(p.x - 3) - 0.5 - 0.4)); },
+      24);
+  const Outline outline(11, 6);
+  sim::Lockstep run = vault.run();
+  const std::uint64_t before = run.engine().current()->content_hash();
+  CutFlap wish = outline.wish();
+  wish.leave = {{2}};
+  ASSERT_EQ(cut(run, wish), "");
+  auto pieces = told<FlapPiece>(run.engine());
+  ASSERT_EQ(pieces.size(), 2u);
+  EXPECT_GT(pieces[0].first.size, 1.3 * pieces[1].first.size);
+  EXPECT_LT(pieces[0].second.x, 3);
+  EXPECT_GT(pieces[1].second.x, 3);
+  EXPECT_TRUE(pieces[0].first.is_taken && pieces[0].first.is_seed && !pieces[0].first.is_at_border);
+  EXPECT_FALSE(pieces[1].first.is_taken);
+  ASSERT_EQ(run.engine().now().world.bodies.size(), 1u);
+  // What is left is there to be touched, what was taken is gone.
+  const volume::Version& left = *run.engine().current();
+  const auto is_kept = [&](const dvec3& p) {
+    return left.distance(vault.scene.base->frame.volume_from_world(p)) > 0;
+  };
+  EXPECT_FALSE(is_kept(pieces[0].second));
+  EXPECT_TRUE(is_kept(pieces[1].second));
+
+  // Lifted, and put back: commands that undo takes back; where it came off is where it lies then.
+  const sim::Id body = run.engine().now().world.bodies[0].id;
+  EXPECT_FALSE(run.apply({sim::PlaceBody{body, dvec3(0, 0, 40)}, 0}).refused);
+  EXPECT_EQ(run.engine().now().world.bodies[0].place.position_world, dvec3(0, 0, 40));
+  EXPECT_FALSE(run.apply({sim::PlaceBody{body}, 0}).refused);
+  EXPECT_EQ(run.engine().now().world.bodies[0].place, haptics::Placement{});
+  EXPECT_TRUE(run.apply({sim::PlaceBody{{99}}, 0}).refused);
+  EXPECT_TRUE(run.apply({sim::PlaceBody{body, dvec3(0), {2, 0, 0, 0}}, 0}).refused);
+  run.undo();
+  EXPECT_EQ(run.engine().now().world.bodies[0].place.position_world, dvec3(0, 0, 40));
+  run.undo();
+  EXPECT_EQ(run.engine().now().world.bodies[0].place, haptics::Placement{});
+  EXPECT_EQ(run.engine().now().world_of<FlapWorld>()->flaps, 1);
+  run.undo();
+  EXPECT_TRUE(run.engine().now().world.bodies.empty());
+  EXPECT_EQ(run.engine().now().world_of<FlapWorld>()->flaps, 0);
+  EXPECT_EQ(run.engine().current()->content_hash(), before);
+  // Taken together.
+  wish.leave.clear();
+  ASSERT_EQ(cut(run, wish), "");
+  EXPECT_EQ(run.engine().now().world.bodies.size(), 2u);
+}
+
+TEST(BoneFlap, AnOutlineIsDrawnAnchorByAnchor) {
+  const Vault vault(dvec3(0.9), 6.5, Vault::shell, 22);
+  const Outline outline(10, 5);
+  sim::Lockstep run = vault.run();
+  const auto drawn = [&] { return run.engine().now().settings_of<FlapSettings>()->anchors; };
+  const auto refused = [&](const sim::Command& command, const char* words) {
+    const sim::Outcome outcome = run.apply(command);
+    return outcome.refused && outcome.refused->what.find(words) != std::string::npos;
+  };
+  EXPECT_TRUE(refused(MoveAnchor{1, dvec3(0)}, "no such anchor"));
+  EXPECT_TRUE(refused(RemoveAnchor{}, "no such anchor"));
+  for (const dvec3& at : outline.anchors) EXPECT_FALSE(run.apply({AddAnchor{at}, 0}).refused);
+  EXPECT_EQ(drawn(), outline.anchors);
+  EXPECT_FALSE(run.apply({AddAnchor{dvec3(0, 0, 40)}, 0}).refused);
+  EXPECT_FALSE(run.apply({RemoveAnchor{}, 0}).refused);
+  EXPECT_FALSE(run.apply({MoveAnchor{2, 2.0 * outline.anchors[1]}, 0}).refused);
+  EXPECT_TRUE(refused(MoveAnchor{6, dvec3(0)}, "no such anchor"));
+  EXPECT_FALSE(run.engine().can_undo());
+  // Numbers stand at the anchors; what is wrong is told, and put right.
+  ASSERT_FALSE(run.engine().overlays().empty());
+  EXPECT_EQ(run.engine().overlays()[0].labels.size(), 5u);
+  CutFlap wish = outline.wish();
+  wish.anchors.clear();
+  EXPECT_NE(cut(run, wish).find("anchor 2 lies off the bone"), std::string::npos);
+  EXPECT_EQ(drawn().size(), 5u);
+  EXPECT_FALSE(run.apply({MoveAnchor{2, outline.anchors[1]}, 0}).refused);
+  EXPECT_EQ(cut(run, wish), "");
+  EXPECT_TRUE(drawn().empty());
+  sim::Lockstep told_whole = vault.run();
+  EXPECT_EQ(cut(told_whole, outline.wish()), "");
+  EXPECT_EQ(run.engine().current()->content_hash(), told_whole.engine().current()->content_hash());
+  EXPECT_FALSE(run.apply({AddAnchor{dvec3(0, 0, 40)}, 0}).refused);
+  EXPECT_FALSE(run.apply({ClearAnchors{}, 0}).refused);
+  EXPECT_TRUE(drawn().empty());
+}
+
+/// Edges are rounded by what a Gaussian takes of a right angle; walls and the skull's own surface are not.
+TEST(BoneFlap, ARimIsSmoothedAtItsEdges) {
+  const Outline outline(10, 6);
+  const Vault vault(dvec3(0.45), 6.5, Vault::shell, 22);
+  CutFlap wish = outline.wish();
+  sim::Lockstep sharp = vault.run(), smooth = vault.run();
+  ASSERT_EQ(cut(sharp, wish), "");
+  wish.smoothing = 0.8;
+  ASSERT_EQ(cut(smooth, wish), "");
+  const FlapCut one = told<FlapCut>(sharp.engine())[0].first, other = told<FlapCut>(smooth.engine())[0].first;
+  EXPECT_EQ(one.rim_size, 0);
+  EXPECT_EQ(one.kerf_size, other.kerf_size);
+  // Of a right angle as long as both edges: where (P(x) P(y) - 1/2) sqrt(2 pi) is below what is spared.
+  const double spared = Rim::spared(wish.smoothing, sharp.engine().current()->lattice()) / wish.smoothing;
+  const auto normal = [](double x) { return 0.5 * std::erfc(-x / std::sqrt(2.0)); };
+  double share = 0;
+  constexpr double k_step = 0.005;
+  for (double x = 0.5 * k_step; x < 2; x += k_step)
+    for (double y = 0.5 * k_step; y < 2; y += k_step)
+      share += k_step * k_step * ((normal(x) * normal(y) - 0.5) * std::sqrt(2 * k_pi) < -spared);
+  const double edges = outline.count * outline.side_angle() * (k_outer + k_inner);
+  EXPECT_NEAR(other.rim_size / (share * wish.smoothing * wish.smoothing * edges), 1, 0.2);
+  // In the middle of a wall, and a little beside the rim, the surface is where it was.
+  const dvec3 over = glm::normalize(outline.anchors[0] + outline.anchors[1]),
+              aside = glm::normalize(over - dvec3(0, 0, glm::dot(over, dvec3(0, 0, 1))));
+  const auto solid = [&](const sim::Lockstep& run, const dvec3& p) {
+    const dvec3 at = vault.scene.base->frame.volume_from_world(p);
+    return run.engine().current()->distance(at) > 0 && vault.scene.items[0].field.value(at) >= 0;
+  };
+  const dvec3 wall = 72.0 * over, edge = k_outer * over;
+  for (double off = 0; off < 4; off += 0.02) {
+    EXPECT_EQ(solid(smooth, wall + off * aside), solid(sharp, wall + off * aside)) << off;
+    EXPECT_TRUE(off <= 3 || solid(smooth, edge + off * aside) == solid(sharp, edge + off * aside)) << off;
+  }
+}
+
+}  // namespace
+}  // namespace trephine::bone_flap
