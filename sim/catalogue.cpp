@@ -11,13 +11,14 @@ using volume::Status;
 namespace {
 
 /// What can be told whatever the modules are ...
-std::array<const ValueType*, 17> own_commands() noexcept {
-  return {&value_type<Undo>(),       &value_type<Redo>(),        &value_type<Note>(),
-          &value_type<Resume>(),     &value_type<LayDown>(),     &value_type<SwitchItem>(),
-          &value_type<PlaceModel>(), &value_type<SetEffect>(),   &value_type<ToolGeometry>(),
-          &value_type<FreePieces>(), &value_type<HoldBody>(),    &value_type<ReleaseBody>(),
-          &value_type<PlaceBody>(),  &value_type<DiscardBody>(), &value_type<AdoptFields>(),
-          &value_type<AdoptJob>(),   &value_type<CancelJob>()};
+std::array<const ValueType*, 19> own_commands() noexcept {
+  return {&value_type<Undo>(),         &value_type<Redo>(),         &value_type<BeginBranch>(),
+          &value_type<SwitchBranch>(), &value_type<Note>(),         &value_type<Resume>(),
+          &value_type<LayDown>(),      &value_type<SwitchItem>(),   &value_type<PlaceModel>(),
+          &value_type<SetEffect>(),    &value_type<ToolGeometry>(), &value_type<FreePieces>(),
+          &value_type<HoldBody>(),     &value_type<ReleaseBody>(),  &value_type<PlaceBody>(),
+          &value_type<DiscardBody>(),  &value_type<AdoptFields>(),  &value_type<AdoptJob>(),
+          &value_type<CancelJob>()};
 }
 /// ... and what an engine tells.
 std::array<const ValueType*, 6> own_events() noexcept {

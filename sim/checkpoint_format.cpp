@@ -1,6 +1,7 @@
 #include "sim/checkpoint_format.h"
 
 #include <algorithm>
+#include <set>
 
 #include "haptics/servo/servo_memory.h"
 #include "sim/packed.h"
@@ -79,13 +80,19 @@ void put_cuts(std::string& out, const TouchFields& fields) {
 
 /// What an image says of strokes and growth.
 void put_numbers(std::string& out, const EngineImage& image) {
-  for (const std::uint64_t number :
-       {std::uint64_t{image.position}, std::uint64_t{image.forgotten}, image.last_entry, image.growths,
-        image.edits, std::uint64_t{image.last_job}, std::uint64_t{image.last_body}})
+  for (const std::uint64_t number : {image.last_entry, image.growths, image.edits,
+                                     std::uint64_t{image.last_job}, std::uint64_t{image.last_body}})
     put_count(out, number);
   put(out, static_cast<std::uint8_t>(image.is_stroke_changed));
   put_box(out, image.stroke_box);
   put_box(out, image.ever_cut);
+}
+
+/// Every line of the history, that which goes on first.
+template <class Each>
+void for_branches(const EngineImage& image, Each&& each) {
+  each(image.branch);
+  for (const Branch& one : image.left_branches) each(one);
 }
 
 /// A job but for the state in which it began.
@@ -217,11 +224,17 @@ void CheckpointEncoder::put_state(std::string& out, const OperationState& state)
 void CheckpointEncoder::put_image(std::string& out, const Checkpoint& all) {
   const EngineImage& image = all.image;
   for (const EngineImage::Hand& hand : image.hands) put_hand(out, hand);
-  put_count(out, image.history.size());
-  std::uint64_t last = 0;
-  // Mostly one after the other; one whose fields came later has a newer number than those after it.
-  for (const auto& entry : image.history)
-    put_number(out, static_cast<std::int64_t>(entry->number - std::exchange(last, entry->number)));
+  put_count(out, image.left_branches.size());
+  for_branches(image, [&](const Branch& branch) {
+    put_text(out, branch.name);
+    put_count(out, branch.history.size());
+    std::uint64_t last = 0;
+    // Mostly one after the other; one whose fields came later has a newer number than those after it.
+    for (const auto& entry : branch.history)
+      put_number(out, static_cast<std::int64_t>(entry->number - std::exchange(last, entry->number)));
+    put_count(out, branch.position);
+    put_count(out, branch.forgotten);
+  });
   put_numbers(out, image);
 
   put_count(out, image.jobs.size());
@@ -247,16 +260,19 @@ void CheckpointEncoder::put_image(std::string& out, const Checkpoint& all) {
 
 /// What is new in the history; all that leads there is told with it.
 void CheckpointEncoder::put_history(std::string& out, const Checkpoint& all) {
-  for (const auto& entry : all.image.history) {
-    if (entry->number <= tail_.last_entry) continue;
-    const volume::Result<HistoryPlace> told = entry->place();
-    if (!told) continue;  // its file is gone: whoever reads this one cannot go there either
-    std::string place;
-    put_place(place, all, told.value());
-    put_count(out, entry->number);
-    put_box(out, entry->box);
-    put_text(out, place);
-  }
+  std::set<std::uint64_t> told_here;  // branches share what was before they went apart
+  for_branches(all.image, [&](const Branch& branch) {
+    for (const auto& entry : branch.history) {
+      if (entry->number <= tail_.last_entry || !told_here.insert(entry->number).second) continue;
+      const volume::Result<HistoryPlace> told = entry->place();
+      if (!told) continue;  // its file is gone: whoever reads this one cannot go there either
+      std::string place;
+      put_place(place, all, told.value());
+      put_count(out, entry->number);
+      put_box(out, entry->box);
+      put_text(out, place);
+    }
+  });
   tail_.last_entry = all.image.last_entry;
 }
 
@@ -315,10 +331,15 @@ std::string bytes_beside_state(const EngineImage& image) {
     put_box(out, fields.owed());
     put_cuts(out, fields);
   }
-  for (const auto& entry : image.history) {
-    put_count(out, entry->number);
-    put_box(out, entry->box);
-  }
+  for_branches(image, [&](const Branch& branch) {
+    put_text(out, branch.name);
+    put_count(out, branch.position);
+    put_count(out, branch.forgotten);
+    for (const auto& entry : branch.history) {
+      put_count(out, entry->number);
+      put_box(out, entry->box);
+    }
+  });
   put(out, image.serial);
   put_numbers(out, image);
   for (const PendingJob& job : image.jobs) {

@@ -432,37 +432,56 @@ struct CheckpointStore::Shared : std::enable_shared_from_this<Shared> {
 
   void take_history(Taker& in, std::size_t i, const Hands& hands, EngineImage& image) {
     const auto& kept = entries_up_to(i);
-    std::uint64_t number = 0;
-    for (std::uint64_t left = in.count(Engine::k_most_strokes + 1); left > 0; --left) {
-      number += static_cast<std::uint64_t>(in.signed_number());
-      const auto found = kept.find(number);
-      if (found == kept.end()) throw Broken{"a place of the history that is told nowhere"};
-      HistoryEntry entry{number, found->second.box, {}, {}};
-      entry.load = [shared = shared_from_this(), hands, bytes = found->second.place,
-                    made = std::make_shared<std::optional<HistoryPlace>>()]() -> Result<HistoryPlace> {
-        try {
-          if (*made) return **made;
-          if (shared->life.expired())
-            return Error{"what was before is in a session that is read no more", "", "",
-                         "its reader, as long as the operation goes on from it", ""};
-          Taker place(bytes);
-          return *(*made = shared->take_place(place, hands));
-        } catch (const Broken& broken) {
-          return error_of(broken);
-        } catch (const std::bad_alloc&) {
-          return error_of({"more than there is memory for"});
-        }
-      };
-      image.history.push_back(std::make_shared<const HistoryEntry>(std::move(entry)));
-    }
-    image.position = in.count();
-    image.forgotten = in.count();
+    std::map<std::uint64_t, std::shared_ptr<const HistoryEntry>> made;  // branches share them
+    const std::uint64_t others = in.count(Engine::k_most_branches - 1);
+    image.branch = take_branch(in, hands, kept, made);
+    for (std::uint64_t left = others; left > 0; --left)
+      image.left_branches.push_back(take_branch(in, hands, kept, made));
     image.last_entry = in.count();
     image.growths = in.count();
     image.edits = in.count();
     image.last_job = static_cast<std::uint32_t>(in.count());
     image.last_body = static_cast<std::uint32_t>(in.count(~std::uint32_t{0}));
-    if (image.position >= image.history.size()) throw Broken{"a place of the history that is none"};
+  }
+
+  Branch take_branch(Taker& in, const Hands& hands, const std::map<std::uint64_t, KeptEntry>& kept,
+                     std::map<std::uint64_t, std::shared_ptr<const HistoryEntry>>& made) {
+    Branch branch;
+    branch.name = in.text();
+    std::uint64_t number = 0;
+    for (std::uint64_t left = in.count(Engine::k_most_strokes + 1); left > 0; --left) {
+      number += static_cast<std::uint64_t>(in.signed_number());
+      std::shared_ptr<const HistoryEntry>& entry = made[number];
+      if (!entry) entry = take_entry(number, hands, kept);
+      branch.history.push_back(entry);
+    }
+    branch.position = in.count();
+    branch.forgotten = in.count();
+    if (branch.position >= branch.history.size()) throw Broken{"a place of the history that is none"};
+    return branch;
+  }
+
+  std::shared_ptr<const HistoryEntry> take_entry(std::uint64_t number, const Hands& hands,
+                                                 const std::map<std::uint64_t, KeptEntry>& kept) {
+    const auto found = kept.find(number);
+    if (found == kept.end()) throw Broken{"a place of the history that is told nowhere"};
+    HistoryEntry entry{number, found->second.box, {}, {}};
+    entry.load = [shared = shared_from_this(), hands, bytes = found->second.place,
+                  made = std::make_shared<std::optional<HistoryPlace>>()]() -> Result<HistoryPlace> {
+      try {
+        if (*made) return **made;
+        if (shared->life.expired())
+          return Error{"what was before is in a session that is read no more", "", "",
+                       "its reader, as long as the operation goes on from it", ""};
+        Taker place(bytes);
+        return *(*made = shared->take_place(place, hands));
+      } catch (const Broken& broken) {
+        return error_of(broken);
+      } catch (const std::bad_alloc&) {
+        return error_of({"more than there is memory for"});
+      }
+    };
+    return std::make_shared<const HistoryEntry>(std::move(entry));
   }
 
   void take_jobs(Taker& in, const std::vector<Event>& all_events, EngineImage& image) {

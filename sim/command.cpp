@@ -15,6 +15,16 @@ const Schema& Redo::schema() {
   static constexpr Schema table{"redo"};
   return table;
 }
+const Schema& BeginBranch::schema() {
+  static constexpr Field fields[] = {field<&BeginBranch::name>("name")};
+  static constexpr Schema table{"begin-branch", 1, fields};
+  return table;
+}
+const Schema& SwitchBranch::schema() {
+  static constexpr Field fields[] = {field<&SwitchBranch::name>("name")};
+  static constexpr Schema table{"switch-branch", 1, fields};
+  return table;
+}
 const Schema& Note::schema() {
   static constexpr Field fields[] = {field<&Note::text>("text")};
   static constexpr Schema table{"note", 1, fields};

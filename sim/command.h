@@ -24,6 +24,17 @@ struct Undo {
 struct Redo {
   static const Schema& schema();
 };
+/// Try it again from here: the history goes on by this name from now on. What it was called keeps all that it
+/// had, to be gone back to.
+struct BeginBranch {
+  std::string name;
+  static const Schema& schema();
+};
+/// To where another branch was left.
+struct SwitchBranch {
+  std::string name;
+  static const Schema& schema();
+};
 /// A remark; changes nothing.
 struct Note {
   std::string text;

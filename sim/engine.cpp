@@ -47,7 +47,7 @@ Engine::Engine(std::vector<HandStart> hands, double dt, const Catalogue& catalog
   now_.world.version = felt_ = untouched_ = editor_.publish();
   use_fields();
   publish(Change::cut);
-  history_.push_back(entry_here(k_no_voxels));
+  branch_.history.push_back(entry_here(k_no_voxels));
 }
 
 Engine::Engine(const haptics::TouchScene& scene, const haptics::ProxyMethod& method, Instrument instrument,
@@ -127,6 +127,7 @@ Status Engine::check(const Command& command) const {
     return no_job(*wished_job);
   if (Status error = check_setting(command)) return error;
   if (Status error = check_body(command)) return error;
+  if (Status error = check_branch(command)) return error;
   if (Status error = check_way_back(command)) return error;
   // What keeps the books is nobody's wish, and not to be refused.
   if (command.what.as<AdoptFields>() || command.what.as<AdoptJob>() || command.what.as<Resume>())
@@ -136,34 +137,9 @@ Status Engine::check(const Command& command) const {
   return std::nullopt;
 }
 
-/// Can the place be read that the command leads to?
-Status Engine::check_way_back(const Command& command) const {
-  std::size_t to = position_;
-  if (command.what.as<Undo>() && can_undo())
-    to -= is_stroke_changed_ ? 0 : 1;  // the stroke will end first
-  else if (command.what.as<Redo>() && can_redo() && !is_stroke_changed_)
-    ++to;
-  else
-    return std::nullopt;
-  const volume::Result<HistoryPlace> place = history_[to]->place();
-  if (!place) return place.error();
-  return place.value().world.bodies.empty() ? Status() : check_room_for_bodies();
-}
-
 void Engine::carry_out(const Command& command, Outcome& outcome) {
   const Value& what = command.what;
-  if (what.as<Undo>()) {
-    end_stroke();
-    if (position_ > 0) {
-      ++now_.chronicle.undos;
-      go_to(position_ - 1, outcome);
-    }
-  } else if (what.as<Redo>()) {
-    end_stroke();
-    if (can_redo()) {
-      ++now_.chronicle.redos;
-      go_to(position_ + 1, outcome);
-    }
+  if (change_branch(command, outcome)) {
   } else if (what.as<Resume>()) {
     end_stroke();
     put_all_down(outcome);
@@ -319,53 +295,6 @@ void Engine::end_stroke() {
   editor_.end_stroke();
   remember(std::exchange(stroke_box_, k_no_voxels));
   is_stroke_changed_ = false;
-}
-
-/// The world as it is now becomes the newest place of the history; what was undone is gone for good.
-void Engine::remember(const volume::VoxelBox& box) {
-  history_.erase(history_.begin() + static_cast<std::ptrdiff_t>(position_) + 1, history_.end());
-  history_.push_back(entry_here(box));
-  if (++position_ <= k_most_strokes) return;
-  history_.erase(history_.begin());
-  --position_;
-  ++forgotten_;
-}
-
-HistoryPlace Engine::here() const {
-  HistoryPlace place{now_.world, {}};
-  for (const TouchFields& fields : fields_) place.fields.emplace_back(fields.scene(), fields.keep());
-  return place;
-}
-
-std::shared_ptr<const HistoryEntry> Engine::entry_here(const volume::VoxelBox& box) {
-  return std::make_shared<const HistoryEntry>(HistoryEntry{++last_entry_, box, here()});
-}
-
-void Engine::go_to(std::size_t position, Outcome& outcome) {
-  const HistoryPlace entry = history_[position]->place().value();  // which check_way_back() has seen
-  outcome.is_changed = outcome.is_edit = true;
-  outcome.box = history_[std::max(position, position_)]->box;
-  position_ = position;
-  editor_.reset(entry.world.version);
-  const std::vector<Body> before = std::exchange(now_.world, entry.world).bodies;
-  const bool has_bodies = !before.empty() || !now_.world.bodies.empty();
-  // What is in a hand stays there, if it is there at all then: who holds what is of the moment.
-  for (Body& body : now_.world.bodies) {
-    body.holder = -1, body.grip = {};
-    for (const Body& was : before)
-      if (was.id == body.id) body.holder = was.holder, body.grip = was.grip;
-  }
-  ++edits_;
-  if (has_bodies) use_bodies(Bodies::others);
-  now_.world.version = felt_ = editor_.publish();
-  for (TouchFields& fields : fields_) {
-    const auto kept = std::find_if(entry.fields.begin(), entry.fields.end(),
-                                   [&](const auto& one) { return one.first == fields.scene(); });
-    // A tool that came later: as if nothing had been cut, until a job tells better.
-    fields.go_back(kept == entry.fields.end() ? TouchFields::Kept{{}, ever_cut_} : kept->second, current(),
-                   serial() + 1);
-  }
-  publish(Change::growth);
 }
 
 /// What hands feel now, by a serial of its own, for servos to adopt. Where matter may have grown each hand is

@@ -107,9 +107,16 @@ class Engine {
   /// memory.
   static constexpr std::size_t k_most_strokes = 256;
   /// Number of those that are applied.
-  std::size_t stroke_count() const noexcept { return forgotten_ + position_; }
-  bool can_undo() const noexcept { return position_ > 0 || is_stroke_changed_; }
-  bool can_redo() const noexcept { return position_ + 1 < history_.size(); }
+  std::size_t stroke_count() const noexcept { return branch_.forgotten + branch_.position; }
+  bool can_undo() const noexcept { return branch_.position > 0 || is_stroke_changed_; }
+  bool can_redo() const noexcept { return branch_.position + 1 < branch_.history.size(); }
+  /// The line of the history that goes on, and those that were left.
+  static constexpr const char* k_first_branch = "main";
+  static constexpr std::size_t k_most_branches = 16;
+  const Branch& branch() const noexcept { return branch_; }
+  const std::vector<Branch>& left_branches() const noexcept { return left_branches_; }
+  /// Of all that branches hold, what they share once: tables, bricks, masks. A pass over all of it.
+  std::size_t history_bytes() const;
 
   // ---- longer work ----
   const std::vector<PendingJob>& jobs() const noexcept { return jobs_; }
@@ -161,12 +168,16 @@ class Engine {
   ModuleState state_of(std::size_t module) noexcept;
   volume::Status check(const Command& command) const;
   volume::Status check_way_back(const Command& command) const;
+  volume::Status check_place(const HistoryEntry& entry) const;
   void carry_out(const Command& command, Outcome& outcome);
   void begin_job(const Command& command, PendingJob job, Outcome& outcome);
   void end_job(const AdoptJob& wish, Outcome& outcome);
   void finish(const ModuleWork& work, Outcome& outcome);
   void adopt_fields(const AdoptFields& wish, std::size_t hand, Outcome& outcome);
+  void go_to(const HistoryEntry& entry, const volume::VoxelBox& box, Outcome& outcome);
   void go_to(std::size_t position, Outcome& outcome);
+  volume::Status check_branch(const Command& command) const;
+  bool change_branch(const Command& command, Outcome& outcome);
   void record_faults(const haptics::ServoRecord& tick);
   void watch_forbidden(const InstrumentInput& input);
   void record_cut(const volume::RemovalReport& report);
@@ -197,10 +208,9 @@ class Engine {
   std::vector<std::shared_ptr<const Forbidden>> forbidden_;
   std::vector<TouchFields> fields_;  ///< one a scene with a round tool
 
-  /// Ends of strokes, oldest first; [0] is what can be gone back to.
-  std::vector<std::shared_ptr<const HistoryEntry>> history_;
+  Branch branch_{k_first_branch, {}};
+  std::vector<Branch> left_branches_;
   std::uint64_t last_entry_ = 0;
-  std::size_t position_ = 0, forgotten_ = 0;
   bool is_stroke_changed_ = false;
   volume::VoxelBox stroke_box_ = k_no_voxels;
   volume::VoxelBox ever_cut_ = k_no_voxels;  ///< since the start, undone or not

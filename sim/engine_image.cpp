@@ -10,9 +10,8 @@ template <class SomeEngine, class Image, class Each>
 void Engine::each_kept(SomeEngine& engine, Image& image, Each&& each) {
   each(engine.now_, image.now);
   each(engine.fields_, image.fields);
-  each(engine.history_, image.history);
-  each(engine.position_, image.position);
-  each(engine.forgotten_, image.forgotten);
+  each(engine.branch_, image.branch);
+  each(engine.left_branches_, image.left_branches);
   each(engine.last_entry_, image.last_entry);
   each(engine.growths_, image.growths);
   each(engine.edits_, image.edits);

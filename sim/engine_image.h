@@ -29,6 +29,15 @@ struct HistoryEntry {
   volume::Result<HistoryPlace> place() const { return load ? load() : here; }
 };
 
+/// A line of the history, by its name.
+struct Branch {
+  std::string name;
+  /// Ends of strokes, oldest first; [0] is what can be gone back to.
+  std::vector<std::shared_ptr<const HistoryEntry>> history;
+  std::size_t position = 0;   ///< of those, where it stands
+  std::size_t forgotten = 0;  ///< strokes before the first that stay for good
+};
+
 /// What an engine knows of a hand beside what it feels.
 struct HandWork {
   bool is_pressed = false, is_fresh = true;
@@ -72,8 +81,8 @@ struct EngineImage {
   std::vector<Hand> hands;
   std::vector<TouchFields> fields;
 
-  std::vector<std::shared_ptr<const HistoryEntry>> history;
-  std::size_t position = 0, forgotten = 0;
+  Branch branch;
+  std::vector<Branch> left_branches;  ///< others, in the order in which they were left first
   std::uint64_t last_entry = 0, growths = 0, edits = 0;
   bool is_stroke_changed = false;
   volume::VoxelBox stroke_box = k_no_voxels;

@@ -150,7 +150,8 @@ void Engine::adopt_fields(const AdoptFields& wish, std::size_t hand, Outcome& ou
   publish(Change::cut);
   outcome.is_changed = true;
   // The state between strokes keeps what it has now, for whoever comes back to it.
-  if (!is_stroke_changed_) history_[position_] = entry_here(history_[position_]->box);
+  if (!is_stroke_changed_)
+    branch_.history[branch_.position] = entry_here(branch_.history[branch_.position]->box);
 }
 
 }  // namespace trephine::sim

@@ -97,6 +97,26 @@ std::size_t Version::bytes() const noexcept {
   return sum;
 }
 
+std::size_t Version::add_bytes(std::unordered_set<const void*>& seen) const {
+  std::size_t sum = sizeof(Version) + regions_.size() * sizeof(Ref<Region>);
+  const auto is_new = [&seen](const auto& part) { return part && seen.insert(part.get()).second; };
+  for (const auto& region : regions_) {
+    if (!is_new(region)) continue;
+    sum += sizeof(Region);
+    for (const auto& page : region->pages) {
+      if (!is_new(page)) continue;
+      sum += sizeof(Page);
+      for (const auto& brick : page->bricks) {
+        if (!is_new(brick)) continue;
+        sum += sizeof(Brick);
+        if (is_new(brick->mask))
+          sum += sizeof(RemovalMask) + brick->mask->words.size() * sizeof(std::uint64_t);
+      }
+    }
+  }
+  return sum;
+}
+
 bool Version::has_brick(const glm::ivec3& low, const glm::ivec3& high) const noexcept {
   if (brick_count_ == 0) return false;
   const glm::ivec3 last = lattice_.size() - 1;

@@ -9,6 +9,7 @@
 #include <glm/vec3.hpp>
 #include <glm/vector_relational.hpp>
 #include <memory>
+#include <unordered_set>
 #include <utility>
 #include <vector>
 
@@ -157,7 +158,9 @@ class Version {
            lattice_.frame().voxel_mm3();
   }
   double band_mm() const noexcept { return band_mm_; }
-  std::size_t bytes() const noexcept;  ///< of tables, bricks and masks
+    std::size_t bytes() const noexcept;  ///< of tables, bricks and masks
+  /// Of those that are not among `seen`, which they are from then on: what versions share counts once.
+  std::size_t add_bytes(std::unordered_set<const void*>& seen) const;
 
   /// The page that holds a sample, or null where nothing was cut. The sample lies inside the lattice.
   const Page* page_at(const glm::ivec3& s) const noexcept {

@@ -122,6 +122,10 @@ Result<Outcome> run_replay(const ReplayArguments& arguments) {
   json["versions"] = counts.versions;
   json["checkpoints"] = counts.checkpoints;
   json["strokes"] = engine.stroke_count();
+  Json branches = Json::array({engine.branch().name});
+  for (const sim::Branch& one : engine.left_branches()) branches.push_back(one.name);
+  json["branches"] = branches;
+  json["history_bytes"] = engine.history_bytes();
   json["removed_mm3_total"] = engine.removed_mm3();
   json["content_hash"] = hash_text(hash);
   json["strongest_force_n"] = is_opened ? Json() : Json(strongest);

@@ -26,7 +26,17 @@ struct Row {
   std::uint64_t ticks = 0;  ///< of a stroke
   std::int64_t units = 0;   ///< removed in it; negative: put back
   double strongest = 0;     ///< N
+  std::string branch = {};  ///< on which it was done
 };
+
+/// For a line of a terminal: long lists of numbers are cut.
+std::string shortened(const std::string& text) {
+  constexpr std::size_t k_most = 160;
+  if (text.size() <= k_most) return text;
+  std::size_t end = k_most;
+  while (end > 0 && (static_cast<unsigned char>(text[end]) & 0xc0) == 0x80) --end;  // no half letters
+  return text.substr(0, end) + " ...";
+}
 
 /// Goes through a session's log.
 class Timeline {
@@ -47,15 +57,24 @@ class Timeline {
       const std::string words = what.words();
       rows_.push_back({last_, "command", command->command.hand,
                        std::string(what.name()).append(words.empty() ? "" : " ").append(words)});
+      rows_.back().branch = branches_.back();
       of_command_ = rows_.size();
+      if (const auto* begin = what.as<sim::BeginBranch>()) branches_.push_back(begin->name);
+      if (const auto* other = what.as<sim::SwitchBranch>()) {
+        std::erase(branches_, other->name);
+        branches_.push_back(other->name);
+      }
       units_before_ = units_;
     } else if (const auto* unknown = std::get_if<sim::UnknownItem>(&item)) {
       rows_.push_back({last_, unknown->is_command ? "command" : "event", 0,
                        types_[unknown->type].name + " (unknown to this program)"});
     } else if (const auto* event = std::get_if<sim::EventItem>(&item)) {
       rows_.push_back({event->event.tick, "event", event->event.hand, words_of(event->event)});
+      rows_.back().branch = branches_.back();
     }
   }
+  /// Of the history; that which went on last comes last.
+  const std::vector<std::string>& branches() const { return branches_; }
   std::vector<Row> finish() {
     end_stroke();
     std::stable_sort(rows_.begin(), rows_.end(), [](const Row& a, const Row& b) { return a.tick < b.tick; });
@@ -70,6 +89,7 @@ class Timeline {
     const bool is_on = std::find(pressed_.begin(), pressed_.end(), true) != pressed_.end();
     if (is_on && !stroke_) {
       stroke_ = Row{r.tick, "stroke", r.hand, ""};
+      stroke_->branch = branches_.back();
       units_before_ = units_;
     }
     if (stroke_) {
@@ -94,6 +114,7 @@ class Timeline {
   std::vector<sim::NamedVersion> types_;
   std::vector<Row> rows_;
   std::vector<bool> pressed_;
+  std::vector<std::string> branches_{sim::Engine::k_first_branch};
   std::optional<Row> stroke_;
   std::size_t of_command_ = 0;  ///< one more than its row's place
   std::uint64_t last_ = 0;
@@ -132,6 +153,9 @@ Result<Outcome> run_timeline(const TimelineArguments& arguments) {
       text = format_text("stroke %zu, %.2f s, %.2f N at most", ++strokes, seconds, row.strongest);
     }
     one["text"] = text;
+    if (!row.branch.empty()) one["branch"] = row.branch;
+    text = shortened(text);
+
     if (is_stroke || row.units != 0) {
       one["removed_mm3"] = mm3 ? Json(*mm3 * static_cast<double>(row.units)) : Json();
       if (mm3 && row.units != 0)
@@ -139,11 +163,14 @@ Result<Outcome> run_timeline(const TimelineArguments& arguments) {
                             *mm3 * static_cast<double>(std::abs(row.units)));
     }
     rows.push_back(std::move(one));
-    outcome.text += format_text("%9.3f s  hand %d  %-8s %s\n", at, row.hand + 1, row.kind, text.c_str());
+    const std::string branch = timeline.branches().size() > 1 ? "[" + row.branch + "] " : "";
+    outcome.text += format_text("%9.3f s  hand %d  %-8s %s%s\n", at, row.hand + 1, row.kind, branch.c_str(),
+                                text.c_str());
   }
   outcome.json["seconds"] = static_cast<double>(session.tick_count()) / header.rate_hz;
   outcome.json["strokes"] = strokes;
   outcome.json["checkpoints"] = session.checkpoints().size();
+  outcome.json["branches"] = timeline.branches();
   outcome.json["rows"] = std::move(rows);
   if (outcome.text.empty()) outcome.text = "nothing was done in it\n";
   if (!session.end()) notice("note: the session was cut short; what is whole is shown, without volumes");

@@ -119,11 +119,18 @@ bool OperationController::take_or_put_down() {
   return true;
 }
 
+std::optional<dvec3> OperationController::touched() const {
+  if (state_.newest.has_contact) return state_.newest.proxy_world;
+  if (is_over_bone_) return state_.newest.pose.position_world;
+  return std::nullopt;
+}
+
 void OperationController::follow_cursor() {
   // The hand's wish: on the surface under the cursor, and into it while the button is down.
   const Ray ray = viewport_.ray_at(x_, y_);
   const double hit = viewport_.distance_to_solid(*version_, ray);
   if (hit >= 0) reach_ = hit;
+  is_over_bone_ = hit >= 0;
   const double middle = scene_->tool_radius;  // of a round tool, above what it touches
   const double along =
       hit >= 0 ? hit - middle + (is_pressed_ ? depth_mm_ : 0.3) : std::max(0.0, reach_ - middle - 8);

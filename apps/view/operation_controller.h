@@ -44,6 +44,8 @@ class OperationController {
   void free_pieces() { apply(sim::FreePieces()); }
   /// Puts down what the hand holds, or takes the piece that it touches. False: there is none.
   bool take_or_put_down();
+  /// Where the tool touches, or what the cursor is on while the tool hovers over it; nothing: over nothing.
+  std::optional<glm::dvec3> touched() const;
   void undo() { live_.undo(); }
   void redo() { live_.redo(); }
   void reset_faults() { live_.reset_faults(); }
@@ -74,6 +76,7 @@ class OperationController {
   sim::LiveState state_;
   std::shared_ptr<const volume::Version> version_;
   double x_ = 0.5, y_ = 0.5, depth_mm_ = 2, reach_ = 300;
+  bool is_over_bone_ = false;  ///< the cursor
   bool is_pressed_ = false, is_finished_ = false, is_started_ = false;
   glm::dvec3 wish_{1e9};
   std::string refused_;

@@ -71,6 +71,7 @@ class MainWindow : public QMainWindow {
  private:
   void build_menu();
   void build_command_menu();
+  void apply_where_it_touches(const sim::ValueType& type);
   void build_pieces_menu();
   void ask_and_apply(const sim::ValueType& type);
   void say(const QString& text);

@@ -250,6 +250,13 @@ void MainWindow::build_menu() {
       add(edit, "undo_action", "&Undo the stroke", QKeySequence::Undo, [this] { operation_->undo(); });
   redo_action_ = add(edit, "redo_action", "&Redo it", QKeySequence("Ctrl+Y"), [this] { operation_->redo(); });
   redo_action_->setShortcuts({QKeySequence("Ctrl+Y"), QKeySequence("Ctrl+Shift+Z")});
+  if (!options_.replay) {
+    edit->addSeparator();
+    add(edit, "begin_branch", "Try &again from here ...", QKeySequence("Ctrl+B"),
+        [this] { ask_and_apply(sim::value_type<sim::BeginBranch>()); });
+    add(edit, "switch_branch", "&Go to another branch ...", QKeySequence("Ctrl+G"),
+        [this] { ask_and_apply(sim::value_type<sim::SwitchBranch>()); });
+  }
   QMenu* view = menuBar()->addMenu("&View");
   add(view, "view_all", "&All of it", {}, [this] { viewport()->look_from(0); });
   add(view, "larger_text", "&Larger text", QKeySequence::ZoomIn, [this] { scale_text(1.15); });
@@ -296,21 +303,46 @@ void MainWindow::build_pieces_menu() {
   });
 }
 
+namespace {
+/// Is it one place, of a field's types?
+bool is_place(const sim::Field& field) {
+  return field.type == sim::detail::IndexIn<glm::dvec3, sim::FieldPlace>::k_index;
+}
+}  // namespace
+
 /// What modules can be told, with a form for each.
 void MainWindow::build_command_menu() {
   if (!options_.catalogue || options_.replay) return;
   QMenu* menu = nullptr;
+  int of_place = 0;  // how many there are that want nothing but a place
   const auto add = [&](const sim::ValueType& type) {
     if (!menu) menu = menuBar()->addMenu("&Commands");
-    QAction* action = menu->addAction(words_of(type.schema->name) + " ...");
+    const bool wants_place = type.schema->fields.size() == 1 && type.schema->fields[0].name == "at" &&
+                             is_place(type.schema->fields[0]);
+    QAction* action = menu->addAction(words_of(type.schema->name) + (wants_place ? " where it touches"
+                                                                     : type.schema->fields.empty() ? ""
+                                                                                                   : " ..."));
     action->setObjectName(
         "command_" + QString::fromUtf8(type.schema->name.data(), static_cast<int>(type.schema->name.size())));
-    connect(action, &QAction::triggered, this, [this, &type] { ask_and_apply(type); });
+    if (wants_place && ++of_place < 10) action->setShortcut(QKeySequence(QString("Ctrl+%1").arg(of_place)));
+    connect(action, &QAction::triggered, this,
+            [this, &type, wants_place] { wants_place ? apply_where_it_touches(type) : ask_and_apply(type); });
   };
   for (const sim::Module* module : options_.catalogue->modules()) {
     for (const sim::ValueType* command : module->commands()) add(*command);
     for (const sim::JobType* job : module->jobs()) add(*job->parameters);
   }
+}
+
+/// A command that wants a place, told with that under the tool: by its key, as the cursor stays on the bone.
+void MainWindow::apply_where_it_touches(const sim::ValueType& type) {
+  if (!operation_) return;
+  const std::optional<glm::dvec3> touched = operation_->touched();
+  if (!touched) return say("Touch the place, and press its key.");
+  sim::Value what = sim::Value::of(type);
+  const sim::FieldPlace place = type.schema->fields[0].place(what.data());
+  *std::get<glm::dvec3*>(place) = *touched;
+  operation_->apply(std::move(what));
 }
 
 void MainWindow::ask_and_apply(const sim::ValueType& type) {

@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <cstdio>
 #include <filesystem>
+#include <span>
 #include <thread>
 
 #include "apps/workbench/text.h"
@@ -18,6 +20,7 @@ using data_tools::ScriptExpectation;
 using data_tools::ScriptHand;
 using data_tools::ScriptPicture;
 using data_tools::ScriptPlace;
+using glm::dvec3;
 using volume::Error;
 using volume::Result;
 using volume::Status;
@@ -54,8 +57,43 @@ haptics::PosePath from_zero(const haptics::PosePath& path) {
 
 namespace {
 
-Result<sim::Command> command_of(const ScriptCommand& said, const std::string& where) {
-  Result<sim::Command> command = modules::catalogue().command(said.name, said.words, said.hand);
+/// The command's words with places in them: `{site}` is where that is, `{site 5,0,2}` so many mm to its
+/// right, upward and over it. Error names what is no place.
+Result<std::string> placed_words(const ScriptCommand& said, std::span<const Place> places) {
+  std::string words;
+  for (std::size_t at = 0; at < said.words.size();) {
+    const std::size_t open = said.words.find('{', at), close = said.words.find('}', open);
+    if (open == std::string::npos || close == std::string::npos) return words.append(said.words, at);
+    words.append(said.words, at, open - at);
+    const std::string inside = said.words.substr(open + 1, close - open - 1);
+    const std::size_t space = inside.find(' ');
+    const std::string name = inside.substr(0, space);
+    const auto place =
+        std::find_if(places.begin(), places.end(), [&](const Place& one) { return one.name == name; });
+    dvec3 beside(0);
+    char extra = 0;
+    const bool is_read =
+        space == std::string::npos ||
+        std::sscanf(inside.c_str() + space, "%lf,%lf,%lf%c", &beside.x, &beside.y, &beside.z, &extra) == 3;
+    if (place == places.end() || !is_read)
+      return Error{"the words name no place", "with", "{" + inside + "}",
+                   "{NAME} of the script's places, or {NAME X,Y,Z}", ""};
+    const dvec3 p = place->at(beside);
+    words.append(volume::text_of(p.x)).append(",").append(volume::text_of(p.y)).append(",");
+    words.append(volume::text_of(p.z));
+    at = close + 1;
+  }
+  return words;
+}
+
+Result<sim::Command> command_of(const ScriptCommand& said, std::span<const Place> places,
+                                const std::string& where) {
+  Result<std::string> words = placed_words(said, places);
+  Result<sim::Command> command = sim::Command();
+  if (words)
+    command = modules::catalogue().command(said.name, words.value(), said.hand);
+  else
+    command = words.error();
   Status error = command ? std::nullopt : Status(command.error());
   if (!error && !said.is_refused) error = command.value().what.check();
   if (!error) return command;
@@ -108,9 +146,12 @@ Result<std::unique_ptr<ScriptRun>> ScriptRun::open(const Script& script, const s
     error->where = at_line(where, hand.line) + ": " + error->where;
     return *error;
   }
+  // Whether they can be understood is known before the scan is; where places are is not.
+  std::vector<Place> unfound;
+  for (const ScriptPlace& place : script.places) unfound.push_back({place.name});
   std::vector<sim::Command> commands;
   for (const ScriptCommand& said : script.commands) {
-    Result<sim::Command> command = command_of(said, where);
+    Result<sim::Command> command = command_of(said, unfound, where);
     if (!command) return command.error();
     commands.push_back(std::move(command).value());
   }
@@ -125,6 +166,12 @@ Result<std::unique_ptr<ScriptRun>> ScriptRun::open(const Script& script, const s
   for (std::size_t i = 0; i < commands.size(); ++i)
     made->told_.push_back({&made->script_.commands[i], std::move(commands[i])});
   if (Status error = made->find_places(where)) return *error;
+  for (Told& told : made->told_) {
+    Result<sim::Command> command = command_of(*told.from, made->places_, where);
+    if (!command) return command.error();
+    told.command = std::move(command).value();
+  }
+
   if (Status error = check_names(made->script_, made->places_, made->operation_.engine(), where))
     return *error;
   for (const haptics::PosePath& path : made->paths_)

@@ -310,6 +310,18 @@ void adopt(const void* parameters, const sim::JobResult& result, sim::ModuleWork
   for (const MadeFlap::Piece& piece : made.pieces) work.raise_event(piece.told, piece.middle_world);
 }
 
+/// For a label: no line much longer than the head is wide in a picture.
+std::string in_lines(std::string text) {
+  constexpr std::size_t k_longest = 36;
+  for (std::size_t begin = 0; text.size() - begin > k_longest;) {
+    const std::size_t space = text.rfind(' ', begin + k_longest);
+    if (space == std::string::npos || space <= begin) break;
+    text[space] = '\n';
+    begin = space + 1;
+  }
+  return text;
+}
+
 }  // namespace
 
 double width_of(Saw saw) noexcept { return k_widths[static_cast<std::size_t>(saw)]; }
@@ -410,7 +422,7 @@ sim::Overlays BoneFlap::overlays(const sim::OperationState& now) const {
   sim::Overlay& warning = all.emplace_back();
   warning.kind = sim::Overlay::Kind::warning;
   add_loop(warning, drawn->anchors);
-  warning.labels.push_back({drawn->trouble_at, drawn->trouble});
+  warning.labels.push_back({drawn->trouble_at, in_lines(drawn->trouble)});
   return all;
 }
 

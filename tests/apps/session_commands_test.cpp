@@ -286,7 +286,7 @@ TEST_F(Command, BadSessionsAreSaidSo) {
     EXPECT_EQ(r.exit_code, 2) << command;
     EXPECT_TRUE(r.err.starts_with("error: ")) << r.err;
   }
-  write("newer.session", std::string("TREPHSES\x09\0\0\0\0\0\0\0", 16));
+  write("newer.session", std::string("TREPHSES\x7f\0\0\0\0\0\0\0", 16));
   EXPECT_NE(run("info newer.session").err.find("newer trephine"), std::string::npos);
 }
 

@@ -1,6 +1,7 @@
 // The window with instruments, commands and devices that it has never heard of, and with one thing opened at
 // a time.
 #include "apps/view/tool_look.h"
+#include "modules/bone_flap/bone_flap.h"
 #include "modules/eraser/eraser.h"
 #include "tests/apps/window_fixture.h"
 
@@ -74,6 +75,67 @@ TEST_F(Window, OffersWhateverTheCatalogueHas) {
   EXPECT_TRUE(QTest::qWaitFor(
       [&] { return child<QLabel>(window, "notice")->text().contains("the eraser is used up"); }, 5000));
   EXPECT_TRUE(QTest::qWaitFor([&] { return which->currentText() == "Burr"; }, 5000));
+  window.close();
+}
+
+/// An outline is drawn where the tool touches, by a key; what is wrong with it is seen. Another try goes on
+/// by its name.
+TEST_F(Window, AnOutlineIsDrawnWhereItTouches) {
+  static const drilling::Drilling drilling;
+  static const bone_flap::BoneFlap flaps;
+  static const sim::Catalogue all({&drilling, &flaps});
+  const auto fine = std::make_shared<haptics::TouchScene>(*scene_);
+  ASSERT_FALSE(haptics::set_smallest_burr(*fine, 4));
+  auto method = std::make_shared<haptics::SubvoxelProxy>();
+  ASSERT_FALSE(method->prepare(*fine));
+  sim::HandStart hand{haptics::ServoHand(fine, method, haptics::TouchState(nullptr)), drilling::burr({})};
+  options_.start = WindowStart{sim::Engine({std::move(hand)}, 1e-3, all)};
+  options_.catalogue = &all;
+  options_.recorder = nullptr;
+  MainWindow window(fine, options_);
+  window.show();
+  ASSERT_TRUE(QTest::qWaitForWindowExposed(&window));
+  ASSERT_TRUE(QTest::qWaitFor([&] { return window.operation()->viewport().triangle_count() > 1000; }, 10000));
+  child<QAction>(window, "command_add-anchor")->trigger();
+  EXPECT_TRUE(child<QLabel>(window, "notice")->text().contains("Touch the place"));
+  EXPECT_EQ(child<QAction>(window, "command_add-anchor")->shortcut(), QKeySequence("Ctrl+1"));
+  const QPoint middle = window.canvas()->rect().center();
+  const auto shown = [&] { return window.operation()->viewport().overlay_count(); };
+  int anchors = 0;
+  for (const QPoint& off : {QPoint(-15, 0), QPoint(15, 10)}) {
+    QTest::mouseMove(window.canvas(), middle + off + QPoint(1, 0));
+    QTest::mouseMove(window.canvas(), middle + off);
+    QTest::qWait(300);
+    ASSERT_TRUE(QTest::qWaitFor([&] { return window.operation()->touched().has_value(); }, 20000));
+    child<QAction>(window, "command_add-anchor")->trigger();
+    ++anchors;
+    // Its number; of two the line between them, too.
+    EXPECT_TRUE(QTest::qWaitFor([&] { return shown() >= static_cast<std::size_t>(anchors); }, 5000));
+  }
+  const std::size_t before = shown();
+  const auto accept = [] {
+    QTimer::singleShot(400, [] {
+      auto* dialog = QApplication::activeModalWidget();
+      ASSERT_NE(dialog, nullptr);
+      if (auto* name = dialog->findChild<QLineEdit*>("name")) {
+        name->setText("again");
+        emit name->editingFinished();
+      }
+      static_cast<QDialog*>(dialog)->accept();
+    });
+  };
+  accept();
+  child<QAction>(window, "command_cut-flap")->trigger();
+  EXPECT_TRUE(QTest::qWaitFor([&] { return shown() > before; }, 5000))
+      << child<QLabel>(window, "notice")->text().toStdString();
+  QTest::qWait(100);
+  keep(window, "outline");
+  accept();
+  child<QAction>(window, "begin_branch")->trigger();
+  accept();
+  child<QAction>(window, "begin_branch")->trigger();
+  EXPECT_TRUE(QTest::qWaitFor(
+      [&] { return child<QLabel>(window, "notice")->text().contains("is a branch of that name"); }, 5000));
   window.close();
 }
 

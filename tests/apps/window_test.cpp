@@ -161,13 +161,13 @@ TEST_F(Window, SaysWhyACommandWasRefused) {
     engine.apply(record);
   }
   sim::EngineImage image = engine.image();
-  ASSERT_EQ(image.history.size(), 2u);
-  sim::HistoryEntry gone = *image.history[0];
+  ASSERT_EQ(image.branch.history.size(), 2u);
+  sim::HistoryEntry gone = *image.branch.history[0];
   gone.load = [] {
     return volume::Result<sim::HistoryPlace>(
         volume::Error{"the session cannot be read any more", "a.session", "", "a file that stays", ""});
   };
-  image.history[0] = std::make_shared<const sim::HistoryEntry>(gone);
+  image.branch.history[0] = std::make_shared<const sim::HistoryEntry>(gone);
   ASSERT_FALSE(engine.restore(image));
   options_.start = WindowStart{std::move(engine), 60};
   MainWindow window(scene_, options_);

@@ -127,7 +127,7 @@ TEST(Session, ForeignNewerAndOlderFilesAreSaidSo) {
   auto foreign = SessionReader::open(path, drilling_catalogue());
   ASSERT_FALSE(foreign.is_ok());
   EXPECT_NE(foreign.error().what.find("no session"), std::string::npos);
-  write(std::string("TREPHSES\x09\0\0\0\0\0\0\0", 16) + std::string(100, 'x'));
+  write(std::string("TREPHSES\x7f\0\0\0\0\0\0\0", 16) + std::string(100, 'x'));
   auto newer = SessionReader::open(path, drilling_catalogue());
   ASSERT_FALSE(newer.is_ok());
   EXPECT_NE(newer.error().what.find("newer"), std::string::npos);

@@ -44,9 +44,11 @@ inline dvec3 random_place(std::mt19937& random) {
 inline constexpr const char* k_effects[] = {"", "viscous damping=0.001", "spring anchor=0,0,3 stiffness=0.05",
                                             "spring anchor=nowhere", "magic"};
 
+inline constexpr const char* k_branches[] = {"main", "second", "third", "", "two\nlines"};
+
 /// Good ones and bad ones.
 inline Command random_command(std::mt19937& random, const std::vector<PendingJob>& jobs) {
-  switch (random() % 16) {
+  switch (random() % 18) {
     case 0:
     case 1:
       return Undo{};
@@ -83,6 +85,10 @@ inline Command random_command(std::mt19937& random, const std::vector<PendingJob
     case 14:  // dear: fields are made for it
       if (random() % 8 != 0) return Note{"nothing"};
       return ToolGeometry{random() % 2 == 0 ? 0.0 : 0.5 + 0.25 * static_cast<double>(random() % 3)};
+    case 15:
+      return BeginBranch{k_branches[random() % std::size(k_branches)]};
+    case 16:
+      return SwitchBranch{k_branches[random() % std::size(k_branches)]};
     default:
       return Note{"a remark"};
   }

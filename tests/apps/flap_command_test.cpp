@@ -1,0 +1,175 @@
+// flap: bone flaps by command, on the built-in head and on a real scan of a plastic skull.
+#include <cmath>
+
+#include "data-tools/open_volume.h"
+#include "tests/apps/command_fixture.h"
+#include "tests/data-tools/file_helpers.h"
+
+namespace trephine::command_tests {
+namespace {
+
+double length(const Json& p, double x, double y, double z) {
+  return std::hypot(p[0].get<double>() - x, p[1].get<double>() - y, p[2].get<double>() - z);
+}
+
+TEST_F(Command, AFlapIsSawnLiftedRecordedAndReplayed) {
+  ASSERT_EQ(run("phantom head --spacing 1.6 --case h").exit_code, 0);
+  const Json flap = json(
+      "flap h --at=-30,-25,70 --diameter 40 --saw 2.4 --lift 30 --target tumour -o open.mha "
+      "--flap flap.stl --screenshot flap.png --record f.session");
+  EXPECT_EQ(flap["holes"], 0);
+  ASSERT_EQ(flap["pieces"].size(), 1u);
+  EXPECT_NEAR(flap["area_mm2"].get<double>(), 0.707 * 40 * 40 * 1.03, 80);  // an octagon, bent
+  EXPECT_NEAR(flap["kerf_mm3"].get<double>() / (2.4 * flap["walls_mm2"].get<double>()), 1, 0.02);
+  EXPECT_GT(flap["target"]["depth_mm"], 5);
+  EXPECT_GE(flap["target"]["covered_share"], 0);
+  EXPECT_GT(flap["outline"]["roundness"], 0.9);
+  EXPECT_FALSE(flap["forbidden"].empty());
+  EXPECT_GT(fs::file_size(folder_ / "flap.stl"), 10000u);
+  EXPECT_GT(fs::file_size(folder_ / "flap.png"), 20000u);
+  const Json again = json("replay f.session --case h --verify -o again.mha");
+  EXPECT_EQ(again["is_same"], true);
+  EXPECT_EQ(again["content_hash"], flap["content_hash"]);
+  EXPECT_EQ(read(file("again.mha")), read(file("open.mha")));
+  const std::string timeline = run("timeline f.session").out;
+  EXPECT_NE(timeline.find("a bone flap of"), std::string::npos);
+  EXPECT_NE(timeline.find("place-body"), std::string::npos);
+
+  // The same outline from a file, of other programs' frame, and from the case's plan; judged against itself.
+  std::string csv = "name,x,y,z\n", slicer = R"({"markups":[{"type":"ClosedCurve","coordinateSystem":"RAS",)"
+                                             R"("controlPoints":[)";
+  for (std::size_t i = 0; i < flap["anchors_world_mm"].size(); ++i) {
+    const Json& p = flap["anchors_world_mm"][i];
+    csv += "flap " + std::to_string(i + 1) + "," + p[0].dump() + "," + p[1].dump() + "," + p[2].dump() + "\n";
+    slicer += std::string(i ? "," : "") + "{\"label\":\"\",\"position\":[" +
+              std::to_string(-p[0].get<double>()) + "," + std::to_string(-p[1].get<double>()) + "," +
+              std::to_string(p[2].get<double>()) + "]}";
+  }
+  write("o.csv", csv);
+  write("o.mrk.json", slicer + "]}]}");
+  const Json by_file = json("flap h --anchors o.csv --saw 2.4 --planned o.mrk.json");
+  EXPECT_EQ(by_file["flap_mm3"], flap["flap_mm3"]);
+  EXPECT_LT(by_file["planned"]["worst_mm"], 1.5);  // straight between anchors, and on the skull
+  ASSERT_EQ(run("phantom head --spacing 1.6 -o s.mha").exit_code, 0);
+  ASSERT_EQ(run("import s.mha --plan o.csv -o planned").exit_code, 0);
+  EXPECT_NEAR(json("flap planned --landmarks flap --saw 2.4")["flap_mm3"].get<double>(),
+              flap["flap_mm3"].get<double>(), 1);
+}
+
+TEST_F(Command, AFlapThatIsNoneIsToldAndDrawn) {
+  ASSERT_EQ(run("phantom head --spacing 1.6 -o s.mha").exit_code, 0);
+  // Bone goes on deeper than was said.
+  const Ended none =
+      run("flap s.mha --at=-30,-25,70 --diameter 50 --saw 2.4 --thickest 3 -o open.mha --screenshot why.png "
+          "--json");
+  EXPECT_EQ(none.exit_code, 1);
+  const Json report = Json::parse(none.out);
+  EXPECT_FALSE(report["refused"]["why"].get<std::string>().empty());
+  EXPECT_LT(length(report["refused"]["place_world_mm"], -30, -25, 70), 40);
+  EXPECT_FALSE(fs::exists(folder_ / "open.mha"));
+  EXPECT_GT(fs::file_size(folder_ / "why.png"), 20000u);
+  for (const auto& [arguments, words] : std::initializer_list<std::pair<std::string, std::string>>{
+           {"", "--anchors, --landmarks, --at"},
+           {"--at 1,2,3 --landmarks flap", "said twice"},
+           {"--at 1,2", "X,Y,Z"},
+           {"--at 0,0,300", "no bone near"},
+           {"--at 0,0,80 --diameter 500", "10 to 200"},
+           {"--at 0,0,80 --corners 2", "3 to 100"},
+           {"--at 0,0,80 --saw 0.7", "0.8"},
+           {"--at 0,0,80 --distance 5", "20"},
+           {"--at 0,0,80 --leave none", "number of a piece"},
+           {"--landmarks flap", "no such landmarks"},
+           {"--anchors nowhere.csv", "nowhere.csv"},
+           {"--at=-30,-25,70 --diameter 40 --saw 2.4 --target brian", "no label"},
+           {"--at=-30,-25,70 --diameter 40 --saw 0.8 --smallest-burr 30", "too narrow"}}) {
+    SCOPED_TRACE(arguments);
+    const Ended ended = run("flap s.mha " + arguments);
+    EXPECT_EQ(ended.exit_code, 2);
+    EXPECT_NE(ended.err.find(words), std::string::npos) << ended.err;
+  }
+}
+
+/// The craniotomy of docs/, on a coarser head: a perforator's hole, an outline that is refused, a flap on a
+/// branch of its own, taken, lifted and put back, and the other branch again.
+TEST_F(Command, ACraniotomyIsPlayedBranchedAndReplayed) {
+  ASSERT_EQ(run("phantom head --spacing 1.6 -o s.mha").exit_code, 0);
+  std::string script = read(TREPHINE_SOURCE_DIR "/docs/examples/craniotomy.toml");
+  const auto change = [&script](const std::string& from, const std::string& to) {
+    for (std::size_t at = script.find(from); at != std::string::npos; at = script.find(from, at + to.size()))
+      script.replace(at, from.size(), to);
+  };
+  change("scan = \"head\"", "scan = \"s.mha\"");
+  change("saw=1.6", "saw=2.4");
+  write("c.toml", script);
+  const Json played = json("run c.toml --record c.session --pictures p");
+  EXPECT_EQ(played["is_met"], true) << played.dump(1);
+  EXPECT_GT(fs::file_size(folder_ / "p/flap.png"), 20000u);
+  const Json again = json("replay c.session --case s.mha --verify");
+  EXPECT_EQ(again["is_same"], true);
+  EXPECT_EQ(again["branches"], Json({"main", "flap"}));
+  EXPECT_GT(again["history_bytes"], 100000);
+  // Opened in its middle, on the other branch, with the flap in the hand.
+  const Json lifted = json("replay c.session --case s.mha --until 10.3");
+  EXPECT_EQ(lifted["branches"], Json({"flap", "main"}));
+  const Json timeline = json("timeline c.session");
+  EXPECT_EQ(timeline["branches"], Json({"flap", "main"}));
+  std::set<std::string> branches;
+  for (const Json& row : timeline["rows"]) branches.insert(row.value("branch", ""));
+  EXPECT_TRUE(branches.contains("main") && branches.contains("flap"));
+  const std::string text = run("timeline c.session").out;
+  EXPECT_NE(text.find("[flap] hold-body"), std::string::npos);
+  EXPECT_NE(text.find("no bone flap: the outline crosses itself"), std::string::npos);
+  EXPECT_NE(text.find(" ..."), std::string::npos) << "long lists are cut";
+
+  // Places that are none, before anything is opened.
+  change("anchors={a};{b}", "anchors={a};{nowhere}");
+  write("n.toml", script);
+  const Ended unknown = run("run n.toml");
+  EXPECT_EQ(unknown.exit_code, 2);
+  EXPECT_NE(unknown.err.find("{nowhere}"), std::string::npos) << unknown.err;
+  change("{nowhere}", "{b 1,2}");
+  write("n.toml", script);
+  EXPECT_NE(run("run n.toml").err.find("{b 1,2}"), std::string::npos);
+}
+
+/// A plastic skull, its cap sawn off: a seam runs round the vault.
+TEST_F(Command, FlapsOfAPlasticSkull) {
+  const std::string data = data_tools::real_data();
+  if (data.empty()) GTEST_SKIP() << "no real data: set TREPHINE_DATA";
+  ASSERT_EQ(run("convert " + data + "/skull_phantom/bone_1mm.dicom.tar.xz -o skull.mha").exit_code, 0);
+  // On its cap: one piece.
+  const Json cap = json("flap skull.mha --at 0,100,830 --diameter 60");
+  EXPECT_EQ(cap["pieces"].size(), 1u);
+  EXPECT_EQ(cap["holes"], 0);
+  // Across the seam on its left: two pieces, the cap's and the skull's, which is left.
+  const Json seam = json("flap skull.mha --at 62,80,772 --diameter 44 --leave 2");
+  ASSERT_EQ(seam["pieces"].size(), 2u);
+  EXPECT_GT(seam["pieces"][0]["place_world_mm"][2], seam["pieces"][1]["place_world_mm"][2]);
+  EXPECT_EQ(seam["pieces"][1]["is_taken"], false);
+  // Near the orbital rim: what is gone lies within the pyramid, and no deeper than the calvaria.
+  const Json rim = json("flap skull.mha --at=-30,20,758 --diameter 26 -o rim.mha");
+  const volume::Volume before = data_tools::open_volume(file("skull.mha")).value().volume;
+  const volume::Volume after = data_tools::open_volume(file("rim.mha")).value().volume;
+  const Json &apex = rim["apex_world_mm"], &middle = rim["middle_world_mm"];
+  const auto vec = [](const Json& p) { return glm::dvec3(p[0], p[1], p[2]); };
+  const glm::dvec3 axis = glm::normalize(vec(middle) - vec(apex));
+  double widest = 0, deepest = 0;
+  std::size_t gone = 0;
+  for (std::size_t i = 0; i < before.voxels.size(); ++i) {
+    if (!(before.voxels[i] >= 300 && after.voxels[i] < 300)) continue;
+    ++gone;
+    const auto x = static_cast<int>(i) % before.size.x,
+               y = static_cast<int>(i) / before.size.x % before.size.y,
+               z = static_cast<int>(i) / (before.size.x * before.size.y);
+    const glm::dvec3 w = before.frame.world_from_volume({x, y, z}) - vec(middle);
+    const double along = glm::dot(w, axis);
+    deepest = std::max(deepest, -along);
+    widest = std::max(widest, glm::length(w - along * axis));
+  }
+  EXPECT_GT(gone, 5000u);
+  EXPECT_LT(widest, 13 + 0.8 + 1.5);
+  EXPECT_LT(deepest, 16);  // the roof of the orbit is farther
+}
+
+}  // namespace
+}  // namespace trephine::command_tests

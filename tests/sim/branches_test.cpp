@@ -1,0 +1,124 @@
+// Named lines of the history: "try it again from here".
+#include "tests/sim/opens_anywhere.h"
+#include "tests/sim/toy_bench.h"
+
+namespace trephine::sim {
+namespace {
+
+/// What was removed and what was marked.
+std::uint64_t world_of(const Engine& engine) {
+  volume::MixHash all;
+  all.add(engine.current()->content_hash());
+  all.add(static_cast<std::uint64_t>(Toy::toy_world(engine.now()).marks));
+  return all.value();
+}
+
+TEST(Branches, EachKeepsAllThatItHad) {
+  const ToyBench bench;
+  Engine engine = bench.engine();
+  const auto done = [&](const Command& command) {
+    const Outcome outcome = engine.apply(command);
+    EXPECT_FALSE(outcome.refused) << outcome.refused->message();
+    return outcome;
+  };
+  const std::uint64_t bare = world_of(engine);
+  done(ToyCarve{{-3, 0, 0}});
+  const std::uint64_t one = world_of(engine);
+  done(ToyCarve{{3, 0, 0}});
+  const std::uint64_t two = world_of(engine);
+  done(Undo{});
+  // Again from here: the first line keeps what was undone.
+  done(BeginBranch{"other"});
+  EXPECT_EQ(engine.branch().name, "other");
+  EXPECT_EQ(world_of(engine), one);
+  EXPECT_FALSE(engine.can_redo());
+  done(ToyCarve{{0, 0, 0}});
+  done(ToyMark{});
+  const std::uint64_t other = world_of(engine);
+  Outcome there = done(SwitchBranch{"main"});
+  EXPECT_TRUE(there.is_changed && there.is_edit);
+  EXPECT_EQ(world_of(engine), one);
+  EXPECT_TRUE(engine.can_redo());
+  // What looks different: where the other branch cut, and nowhere else.
+  const volume::Frame& frame = bench.scene.base->frame;
+  EXPECT_TRUE(there.box.contains(volume::voxel_of(frame.volume_from_world({0, 0, 0}))));
+  EXPECT_FALSE(there.box.contains(volume::voxel_of(frame.volume_from_world({3, 0, 0}))));
+  done(Redo{});
+  EXPECT_EQ(world_of(engine), two);
+  there = done(SwitchBranch{"other"});
+  EXPECT_EQ(world_of(engine), other);
+  EXPECT_TRUE(there.box.contains(volume::voxel_of(frame.volume_from_world({3, 0, 0}))));
+  for (int n = 0; n < 3; ++n) done(Undo{});
+  EXPECT_EQ(world_of(engine), bare);
+  EXPECT_FALSE(engine.can_undo());
+  // Left in its middle, it is found there.
+  done(SwitchBranch{"main"});
+  EXPECT_EQ(world_of(engine), two);
+  done(SwitchBranch{"other"});
+  EXPECT_EQ(world_of(engine), bare);
+  for (int n = 0; n < 3; ++n) done(Redo{});
+  EXPECT_EQ(world_of(engine), other);
+
+  for (const auto& [name, words] :
+       std::initializer_list<std::pair<std::string, std::string>>{{"main", "is a branch of that name"},
+                                                                  {"other", "of that name"},
+                                                                  {"", "needs a name"},
+                                                                  {"a\nb", "needs a name"},
+                                                                  {std::string(50, 'x'), "needs a name"}}) {
+    const Outcome refused = engine.apply(BeginBranch{name});
+    ASSERT_TRUE(refused.refused) << name;
+    EXPECT_NE(refused.refused->what.find(words), std::string::npos) << refused.refused->what;
+  }
+  EXPECT_NE(engine.apply(SwitchBranch{"other"}).refused->what.find("goes on"), std::string::npos);
+  EXPECT_NE(engine.apply(SwitchBranch{"third"}).refused->what.find("no such branch"), std::string::npos);
+  EXPECT_EQ(world_of(engine), other);
+  for (std::size_t n = 2; n < Engine::k_most_branches; ++n)
+    done(BeginBranch{std::string("b").append(std::to_string(n))});
+  EXPECT_NE(engine.apply(BeginBranch{"more"}).refused->what.find("enough"), std::string::npos);
+}
+
+TEST(Branches, ShareWhatTheyHaveInCommon) {
+  const ToyBench bench;
+  Engine engine = bench.engine();
+  for (int i = 0; i < 8; ++i) engine.apply(ToyCarve{{-6 + 1.5 * i, 0, 0}});
+  engine.freeze();
+  const std::size_t before = engine.history_bytes(), whole = engine.current()->bytes();
+  EXPECT_GT(before, whole);
+  engine.apply(BeginBranch{"other"});
+  EXPECT_LT(engine.history_bytes() - before, 8192u);  // the tables of one state
+  engine.apply(ToyCarve{{0, 4, 0}});
+  // One more cut: its own bricks and tables, not all of them once more.
+  const std::size_t added = engine.history_bytes() - before;
+  EXPECT_GT(added, 10000u);
+  EXPECT_LT(added, 3 * whole / 4);
+  EXPECT_LT(before, 6 * whole);  // of nine states
+}
+
+TEST(Branches, AreTheSameInReplayAndBySeek) {
+  const Folder folder;
+  const std::string path = folder.file("branches.session");
+  ToyBench bench;
+  auto writer = SessionWriter::create(path, describe_scene(bench.scene, *bench.method, {}, burr_spec()),
+                                      bench.scene.base, toys(), often(1500))
+                    .value();
+  Lockstep run(bench.engine(), {}, 1000, writer.get());
+  const haptics::PosePath wish = drilling_wish(20);
+  int begun = 0, switched = 0;
+  for (int i = 0; i < 9000; ++i) {
+    run.step(wish.at(1e-3 * i));
+    if (i % 900 == 450) begun += !run.apply(BeginBranch{std::string("b").append(std::to_string(i))}).refused;
+    if (i % 700 == 350)
+      switched += !run.apply(SwitchBranch{run.engine().left_branches().empty()
+                                              ? "none"
+                                              : run.engine().left_branches()[0].name})
+                       .refused;
+    if (i % 500 == 100) run.undo();
+  }
+  EXPECT_EQ(begun, 10);
+  EXPECT_GT(switched, 8);
+  EXPECT_FALSE(writer->finish(run.engine(), 0).has_value());
+  expect_opens_anywhere(path, toys(), bench.scene.base);
+}
+
+}  // namespace
+}  // namespace trephine::sim
