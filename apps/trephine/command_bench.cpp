@@ -6,6 +6,7 @@
 #include "haptics/proxy/subvoxel_proxy.h"
 #include "tests/bench/benchmarks.h"
 #include "tests/bench/drilling.h"
+#include "tests/bench/flood.h"
 #include "tests/bench/peers.h"
 #include "tests/bench/rays.h"
 
@@ -16,7 +17,8 @@ using volume::Result;
 
 namespace {
 
-constexpr const char* k_benchmarks = "surface, step, rays, drill, load, dicom, open, feel or stability";
+constexpr const char* k_benchmarks =
+    "surface, flood, step, rays, drill, load, dicom, open, feel or stability";
 
 Json to_json(const bench::StepTimes& t) {
   return {{"count", t.count}, {"p50", t.p50}, {"p99", t.p99}, {"p999", t.p999}, {"max", t.max}};
@@ -64,6 +66,42 @@ void bench_drill(const BenchArguments& arguments, Outcome& outcome) {
                                      {"p999", report.late_p999_us},
                                      {"max", report.late_max_us}}}};
   }
+}
+
+/// Bits, components and a flood of them, from the voxels on.
+void bench_flood(int size, Outcome& outcome) {
+  outcome.text += format_text(
+      "floods and components of %d^3 int16, threshold included, ms, beside ITK and SciPy\n"
+      "%-8s %5s %7s %9s %7s %11s %7s %16s %18s %15s %5s\n",
+      size, "volume", "touch", "threads", "parts", "bits", "components", "flood", "ITK flood",
+      "ITK components", "SciPy label", "same");
+  Json rows = Json::array();
+  for (const bench::FloodRow& row : bench::run_flood_benchmark(size)) {
+    const auto beside = [](const std::optional<double>& theirs, double ours) {
+      return theirs ? format_text("%.0f (%.0fx)", *theirs, *theirs / ours) : std::string("-");
+    };
+    outcome.text +=
+        format_text("%-8s %5d %7d %9lld %7.1f %11.1f %7.1f %16s %18s %15s %5s\n", row.volume.c_str(),
+                    row.has_corners ? 26 : 6, row.threads, row.count, row.bits_ms, row.components_ms,
+                    row.flood_ms, beside(row.itk_flood_ms, row.flood_ms).c_str(),
+                    beside(row.itk_components_ms, row.components_ms).c_str(),
+                    beside(row.scipy_ms, row.components_ms).c_str(), row.is_same ? "yes" : "NO");
+    Json one = {{"volume", row.volume},
+                {"touch", row.has_corners ? 26 : 6},
+                {"threads", row.threads},
+                {"parts", row.count},
+                {"flooded", row.flooded},
+                {"bits_ms", row.bits_ms},
+                {"components_ms", row.components_ms},
+                {"flood_ms", row.flood_ms},
+                {"is_same", row.is_same}};
+    if (row.itk_flood_ms) one["itk_flood_ms"] = *row.itk_flood_ms;
+    if (row.itk_components_ms) one["itk_components_ms"] = *row.itk_components_ms;
+    if (row.scipy_ms) one["scipy_ms"] = *row.scipy_ms;
+    rows.push_back(std::move(one));
+    if (!row.is_same) outcome.exit_code = exit_check_failed;
+  }
+  outcome.json["rows"] = rows;
 }
 
 void bench_surface(int size, Outcome& outcome) {
@@ -214,6 +252,8 @@ Result<Outcome> run_bench(const BenchArguments& arguments) {
   Outcome outcome{new_report("bench-" + arguments.what), "", exit_done};
   if (arguments.what == "surface")
     bench_surface(arguments.size, outcome);
+  else if (arguments.what == "flood")
+    bench_flood(arguments.size, outcome);
   else if (arguments.what == "step")
     bench_step(arguments.size, outcome);
   else if (arguments.what == "rays")

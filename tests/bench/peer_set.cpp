@@ -34,6 +34,16 @@ extern "C" const trephine::bench::PeerSet* trephine_peer_set() {
 #ifdef TREPHINE_HAS_ITK_GDCM
       gdcm_scan,
       itk_read,
+#else
+      nullptr,
+      nullptr,
+#endif
+#ifdef TREPHINE_HAS_ITK_FLOOD
+      itk_flood,
+      itk_components,
+#else
+      nullptr,
+      nullptr,
 #endif
   };
   return &set;

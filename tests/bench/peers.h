@@ -29,6 +29,11 @@ CsgTicks csg_ticks(double spacing, double radius, const double* way, int lanes, 
 double gdcm_scan(const char* folder, int& series);
 double itk_read(const char* folder, long long& sum);
 
+/// A cube of so many voxels along its edges, `low` and above: seconds to flood from a seed (26 around each),
+/// and to find all components; voxels of the flood, and how many components there are.
+double itk_flood(const short* voxels, int size, short low, const int* seed, long long& count);
+double itk_components(const short* voxels, int size, short low, bool has_corners, int threads, long long& count);
+
 /// All of them: a library of its own, loaded when a benchmark asks, so that nothing else links them.
 struct PeerSet {
   std::vector<Peer> methods;
@@ -40,6 +45,8 @@ struct PeerSet {
   /// Seconds to find the series of a folder, and to read one; the sum of voxels times (index % 251).
   double (*gdcm_scan)(const char* folder, int& series) = nullptr;
   double (*itk_read)(const char* folder, long long& sum) = nullptr;
+  double (*itk_flood)(const short*, int, short, const int*, long long&) = nullptr;
+  double (*itk_components)(const short*, int, short, bool, int, long long&) = nullptr;
 };
 /// Those beside this program; empty when their library is not there.
 const PeerSet& peers();
