@@ -15,52 +15,62 @@ int slabs_of(int slices) { return (slices + k_slab - 1) / k_slab; }
 
 Components::Components(const Occupancy& bits, Touch touch, int threads)
     : size_(bits.size()), words_(static_cast<std::size_t>(bits.words_per_row())) {
-  find_runs(bits, threads);
+  find_runs(threads, [&](int y, int z, std::uint64_t*) { return bits.row(y, z); });
   join_runs(touch, threads);
   number_parts();
 }
 
-void Components::find_runs(const Occupancy& bits, int threads) {
+Components::Components(const Volume& volume, const Shape& shape, Touch touch, int threads)
+    : size_(volume.size), words_(static_cast<std::size_t>((volume.size.x + 63) / 64)) {
+  find_runs(threads, [&](int y, int z, std::uint64_t* scratch) {
+    threshold_row(volume, shape, y, z, scratch);
+    return scratch;
+  });
+  join_runs(touch, threads);
+  number_parts();
+}
+
+template <class RowBits>
+void Components::find_runs(int threads, const RowBits& row_bits) {
   const std::size_t rows = row_of(0, size_.z);
   first_.assign(rows + 1, 0);
-  const auto for_rows = [&](auto&& each) {
-    parallel_for(slabs_of(size_.z), threads, [&](int slab) {
-      for (int z = k_slab * slab; z < std::min(k_slab * (slab + 1), size_.z); ++z)
-        for (int y = 0; y < size_.y; ++y) each(row_of(y, z), bits.row(y, z));
-    });
-  };
-  // How many there are: where a solid voxel follows one of air.
-  for_rows([&](std::size_t row, const std::uint64_t* words) {
-    std::uint64_t before = 0;
-    int count = 0;
-    for (std::size_t w = 0; w < words_; ++w) {
-      const std::uint64_t word = words[w];
-      if (word != 0) count += std::popcount(word & ~(word << 1 | before));
-      before = word >> 63;
-    }
-    first_[row + 1] = static_cast<std::uint32_t>(count);
+  // Slab by slab, each its own; then one after another.
+  std::vector<std::vector<Run>> of_slab(static_cast<std::size_t>(slabs_of(size_.z)));
+  parallel_for(slabs_of(size_.z), threads, [&](int slab) {
+    std::vector<Run>& runs = of_slab[static_cast<std::size_t>(slab)];
+    std::vector<std::uint64_t> scratch(words_);
+    for (int z = k_slab * slab; z < std::min(k_slab * (slab + 1), size_.z); ++z)
+      for (int y = 0; y < size_.y; ++y) {
+        const std::size_t before = runs.size();
+        add_runs(row_bits(y, z, scratch.data()), runs);
+        first_[row_of(y, z) + 1] = static_cast<std::uint32_t>(runs.size() - before);
+      }
   });
   for (std::size_t row = 0; row < rows; ++row) first_[row + 1] += first_[row];
   runs_.resize(first_[rows]);
-  for_rows([&](std::size_t row, const std::uint64_t* words) {
-    if (first_[row] == first_[row + 1]) return;
-    Run* next = runs_.data() + first_[row];
-    bool goes_on = false;
-    for (std::size_t w = 0; w < words_; ++w) {
-      const int base = 64 * static_cast<int>(w);
-      std::uint64_t left = words[w];
-      if (goes_on && (left & 1) == 0) goes_on = false;
-      while (left != 0) {
-        const int from = std::countr_zero(left), length = std::countr_one(left >> from);
-        if (goes_on && from == 0)
-          next[-1].high = base + length - 1;
-        else
-          *next++ = {base + from, base + from + length - 1};
-        goes_on = from + length == 64;
-        left = goes_on ? 0 : left & (~std::uint64_t{0} << (from + length));
-      }
-    }
+  parallel_for(slabs_of(size_.z), threads, [&](int slab) {
+    std::vector<Run>& runs = of_slab[static_cast<std::size_t>(slab)];
+    std::copy(runs.begin(), runs.end(), runs_.begin() + first_[row_of(0, k_slab * slab)]);
+    runs = {};
   });
+}
+
+void Components::add_runs(const std::uint64_t* words, std::vector<Run>& runs) const {
+  bool goes_on = false;
+  for (std::size_t w = 0; w < words_; ++w) {
+    const int base = 64 * static_cast<int>(w);
+    std::uint64_t left = words[w];
+    if (goes_on && (left & 1) == 0) goes_on = false;
+    while (left != 0) {
+      const int from = std::countr_zero(left), length = std::countr_one(left >> from);
+      if (goes_on && from == 0)
+        runs.back().high = base + length - 1;
+      else
+        runs.push_back({base + from, base + from + length - 1});
+      goes_on = from + length == 64;
+      left = goes_on ? 0 : left & (~std::uint64_t{0} << (from + length));
+    }
+  }
 }
 
 int Components::root_of(int run) noexcept {

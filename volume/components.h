@@ -15,6 +15,8 @@ class Components {
   /// What touches: voxels that share a face (6), or a corner at least (26).
   enum class Touch : std::uint8_t { faces, corners };
   Components(const Occupancy& bits, Touch touch, int threads = 0);
+  /// The same from the voxels on, for who needs the bits for nothing else: they are not kept.
+  Components(const Volume& volume, const Shape& shape, Touch touch, int threads = 0);
 
   /// Voxels of each part; numbered by their first voxels, z before y before x.
   const std::vector<std::int64_t>& sizes() const noexcept { return sizes_; }
@@ -33,7 +35,10 @@ class Components {
   std::size_t row_of(int y, int z) const noexcept {
     return static_cast<std::size_t>(y) + static_cast<std::size_t>(size_.y) * static_cast<std::size_t>(z);
   }
-  void find_runs(const Occupancy& bits, int threads);
+  /// row_bits(y, z, scratch): the words of a row, in `scratch` or elsewhere.
+  template <class RowBits>
+  void find_runs(int threads, const RowBits& row_bits);
+  void add_runs(const std::uint64_t* words, std::vector<Run>& runs) const;
   void join_runs(Touch touch, int threads);
   /// The runs of a row with those of another one.
   void join_rows(std::size_t row, std::size_t other, int reach) noexcept;

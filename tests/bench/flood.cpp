@@ -92,14 +92,12 @@ std::vector<FloodRow> run_flood_benchmark(int size) {
       for (const int threads : {1, 2}) {
         FloodRow row;
         row.volume = name, row.has_corners = has_corners, row.threads = threads;
-        row.bits_ms = row.components_ms = row.flood_ms = 1e300;
+        row.components_ms = row.flood_ms = 1e300;
         glm::ivec3 seed(-1);
         for (int run = 0; run < k_runs; ++run) {
           const auto begin = Clock::now();
-          const volume::Occupancy bits = volume::Occupancy::build(v, shape, threads);
-          row.bits_ms = std::min(row.bits_ms, ms_since(begin));
           const volume::Components parts(
-              bits, has_corners ? volume::Components::Touch::corners : volume::Components::Touch::faces,
+              v, shape, has_corners ? volume::Components::Touch::corners : volume::Components::Touch::faces,
               threads);
           const double components = ms_since(begin);
           row.components_ms = std::min(row.components_ms, components);

@@ -12,8 +12,8 @@ struct FloodRow {
   std::string volume;  ///< "shell", "gyroid", "noise"
   bool has_corners = false;
   int threads = 1;
-  double bits_ms = 0, components_ms = 0, flood_ms = 0;  ///< ours: each with the bits
-  long long count = 0, flooded = 0;                     ///< components; voxels of the flood
+  double components_ms = 0, flood_ms = 0;  ///< ours: each with the threshold
+  long long count = 0, flooded = 0;        ///< components; voxels of the flood
   /// Nothing: it is not installed.
   std::optional<double> itk_flood_ms, itk_components_ms, scipy_ms;
   bool is_same = true;  ///< as many components and voxels as theirs

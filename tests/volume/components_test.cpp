@@ -85,6 +85,10 @@ TEST(Components, AreThoseOfAQueueVoxelByVoxel) {
       for (const int threads : {1, 3}) {
         const Components found(bits, has_corners ? Components::Touch::corners : Components::Touch::faces,
                                threads);
+        const Components from_voxels(v, Shape{"bone", 300},
+                                     has_corners ? Components::Touch::corners : Components::Touch::faces,
+                                     threads);
+        EXPECT_EQ(from_voxels.sizes(), found.sizes());
         std::vector<std::int64_t> sizes(found.count(), 0);
         for (std::size_t i = 0; i < expected.size(); ++i) {
           const glm::ivec3 at(static_cast<int>(i) % v.size.x, static_cast<int>(i) / v.size.x % v.size.y,
