@@ -30,9 +30,10 @@ struct Vault {
     return 300 + 400 * std::min(k_outer - r, r - k_inner);
   }
   explicit Vault(const dvec3& spacing, double lattice_burr = 6.5, const Hounsfield& hounsfield = shell,
-                 double wide = 48) {
-    scene.base = std::make_shared<const volume::Volume>(
-        scenes::sampled({-wide, -wide, 45}, {wide, wide, 82}, spacing, hounsfield));
+                 double wide = 48)
+      : Vault(scenes::sampled({-wide, -wide, 45}, {wide, wide, 82}, spacing, hounsfield), lattice_burr) {}
+  Vault(volume::Volume scan, double lattice_burr) {
+    scene.base = std::make_shared<const volume::Volume>(std::move(scan));
     const volume::Shape bone{"bone", 300};
     scene.items.push_back(
         {volume::Field(*scene.base, bone),
@@ -41,6 +42,20 @@ struct Vault {
     EXPECT_FALSE(haptics::set_smallest_burr(scene, lattice_burr).has_value());
     method = haptics::make_method("subvoxel").value();
     EXPECT_FALSE(method->prepare(scene).has_value());
+  }
+  /// Slices that slide to the side one after another, as a tilted gantry makes them.
+  static volume::Volume sheared() {
+    glm::dmat3 axes(0.0);
+    axes[0] = dvec3(0.6, 0, 0), axes[1] = dvec3(0, 0.6, 0), axes[2] = dvec3(0.15, 0.3, 0.9);
+    volume::Volume v =
+        volume::make_volume({110, 110, 42}, volume::Frame::from_axes({-36, -39, 45}, axes).value()).value();
+    v.is_hounsfield = true;
+    for (int z = 0; z < v.size.z; ++z)
+      for (int y = 0; y < v.size.y; ++y)
+        for (int x = 0; x < v.size.x; ++x)
+          v.voxels[v.index(x, y, z)] = static_cast<std::int16_t>(
+              std::clamp(shell(v.frame.world_from_volume({x, y, z})), -1000.0, 3000.0));
+    return v;
   }
   sim::Lockstep run() const {
     static const BoneFlap module;
@@ -102,9 +117,9 @@ std::string cut(sim::Lockstep& run, const CutFlap& wish) {
 
 TEST(BoneFlap, AreaWallsAndKerfAreAShells) {
   const Outline outline(14, 6);
-  for (const dvec3& spacing : {dvec3(0.45), dvec3(0.9), dvec3(0.45, 0.45, 3)}) {
+  for (const dvec3& spacing : {dvec3(0.45), dvec3(0.9), dvec3(0.45, 0.45, 3), dvec3(0)}) {
     SCOPED_TRACE(spacing.z);
-    const Vault vault(spacing);
+    const Vault vault = spacing.z > 0 ? Vault(spacing, 6.5, Vault::shell, 24) : Vault(Vault::sheared(), 6.5);
     sim::Lockstep run = vault.run();
     ASSERT_EQ(cut(run, outline.wish()), "");
     const auto cuts = told<FlapCut>(run.engine());
