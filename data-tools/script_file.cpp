@@ -15,6 +15,7 @@ using volume::Result;
 namespace {
 
 constexpr double k_longest = 7200;  // s
+constexpr std::size_t k_longest_words = 20000;
 
 std::vector<std::string> texts(TomlReader& reader, const toml::table& t, const std::string& key) {
   std::vector<std::string> all;
@@ -166,7 +167,7 @@ ScriptCommand read_command(TomlReader& reader, const toml::value& value, std::si
   command.at = at.value_or(0);
   command.name = name.value_or("");
   command.hand = static_cast<int>(reader.number(t, "hand", 0, static_cast<double>(hands) - 1).value_or(0));
-  command.words = reader.text(t, "with").value_or("");
+  command.words = reader.text(t, "with", k_longest_words).value_or("");
   command.is_refused = reader.claim(t, "refused").value_or(false);
   return command;
 }

@@ -48,14 +48,14 @@ class TomlReader {
          "a number from " + volume::text_of(low) + " to " + volume::text_of(high));
     return std::nullopt;
   }
-  std::optional<std::string> text(const toml::table& t, const std::string& key) {
+  std::optional<std::string> text(const toml::table& t, const std::string& key, std::size_t most = 200) {
     const auto it = t.find(key);
     if (it == t.end()) return std::nullopt;
     if (it->second.is_string() && !it->second.as_string().str.empty() &&
-        it->second.as_string().str.size() <= 200)
+        it->second.as_string().str.size() <= most)
       return it->second.as_string().str;
     fail(it->second, "the value of " + key + " is no text", words_of(it->second),
-         "\"text\" of 1 to 200 characters");
+         "\"text\" of 1 to " + std::to_string(most) + " characters");
     return std::nullopt;
   }
   std::optional<bool> claim(const toml::table& t, const std::string& key) {

@@ -64,6 +64,19 @@ std::shared_ptr<const Piece> piece_from_bytes(std::string_view in) {
   return piece->mm3 > 0 ? piece : nullptr;
 }
 
+volume::Status check_shape_of_pieces(const haptics::TouchScene& anatomy, std::int64_t item,
+                                     const char* field) {
+  const auto shapes = haptics::base_shapes(anatomy);
+  if (item < 0 || item >= static_cast<std::int64_t>(shapes.size()))
+    return volume::Error{"there is no such shape to free pieces of", field, std::to_string(item),
+                         "0 to " + std::to_string(shapes.size() - 1), ""};
+  // Its touch is of smooth walls, and the piece's would be of steps: who rests there would fall in.
+  if (const haptics::TouchItem& shape = shapes[static_cast<std::size_t>(item)]; shape.soft)
+    return volume::Error{"pieces of a shape that was made smooth cannot come off", field,
+                         haptics::name_of(shape), "a shape between intensities", ""};
+  return std::nullopt;
+}
+
 std::uint64_t hash_of(const CameOff& off) {
   volume::MixHash all;
   all.add(off.rest->content_hash());

@@ -49,6 +49,9 @@ struct CameOff {
   std::int64_t debris = 0;
   double debris_mm3 = 0;
 };
+/// Can parts of that item come off? `field`: for the error.
+volume::Status check_shape_of_pieces(const haptics::TouchScene& anatomy, std::int64_t item,
+                                     const char* field);
 /// Of all of it.
 std::uint64_t hash_of(const CameOff& off);
 /// Takes parts away, one after another; `fates`: one a part. Seconds for large pieces.

@@ -498,6 +498,11 @@ struct CheckpointStore::Shared : std::enable_shared_from_this<Shared> {
       if (!job.parameters->as<ToolGeometry>() && !job.parameters->as<FreePieces>() &&
           !start.find_job(job.parameters->type(), job.type, job.module))
         throw Broken{"a job that this program does not have"};
+      const haptics::TouchScene& anatomy = *start.tool(job.hand).scene;
+      const auto* pieces = job.parameters->as<FreePieces>();
+      if ((pieces && check_shape_of_pieces(anatomy, pieces->item, "")) ||
+          (job.type && job.type->check && job.type->check(job.parameters->data(), anatomy)))
+        throw Broken{"a job that does not fit"};
       image.jobs.push_back(std::move(job));
     }
   }

@@ -80,18 +80,18 @@ Status Engine::check_room_for_bodies() const {
 
 Status Engine::check_body(const Command& command) const {
   const std::vector<Body>& bodies = now_.world.bodies;
-  if (const auto* wish = command.what.as<FreePieces>()) {
-    const auto shapes = haptics::base_shapes(*tools_[command.hand].scene);
-    if (wish->item >= static_cast<std::int64_t>(shapes.size()))
-      return Error{"there is no such shape to free pieces of", "free-pieces item", std::to_string(wish->item),
-                   "0 to " + std::to_string(shapes.size() - 1), ""};
-    // Its touch is of smooth walls, and the piece's would be of steps: who rests there would fall in.
-    if (const haptics::TouchItem& shape = shapes[static_cast<std::size_t>(wish->item)]; shape.soft)
-      return Error{"pieces of a shape that was made smooth cannot come off", "free-pieces item",
-                   haptics::name_of(shape), "a shape between intensities", ""};
+  const auto* wish = command.what.as<FreePieces>();
+  const JobType* job = nullptr;
+  if (std::size_t module = 0; !wish && !find_job(command.what.type(), job, module)) job = nullptr;
+  const haptics::TouchScene& anatomy = *tools_[command.hand].scene;
+  if (wish)
+    if (Status error = check_shape_of_pieces(anatomy, wish->item, "free-pieces item")) return error;
+  if (job && job->check)
+    if (Status error = job->check(command.what.data(), anatomy)) return error;
+  if (wish || (job && job->frees_bodies)) {
     if (Status error = check_room_for_bodies()) return error;
     if (free_movers().empty())
-      return Error{"there is no room for another body", "free-pieces",
+      return Error{"there is no room for another body", std::string(command.what.name()),
                    std::to_string(bodies.size()) + " bodies",
                    "at most " + std::to_string(haptics::TouchScene::k_max_movers) + " with models that move",
                    "discard one"};

@@ -32,7 +32,9 @@ Status Engine::check_branch(const Command& command) const {
   }
   if (other) return std::nullopt;
   constexpr std::size_t k_longest = 40;
-  const bool is_word = !name.empty() && name.size() <= k_longest &&
+  const auto letters = static_cast<std::size_t>(
+      std::count_if(name.begin(), name.end(), [](char c) { return (c & 0xc0) != 0x80; }));
+  const bool is_word = !name.empty() && letters <= k_longest &&
                        std::none_of(name.begin(), name.end(),
                                     [](char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7f; });
   if (!is_word)
@@ -89,6 +91,7 @@ bool Engine::change_branch(const Command& command, Outcome& outcome) {
     left_branches_.push_back(branch_);
     branch_.name = begin->name;
     branch_.history.resize(branch_.position + 1);
+    ++edits_;  // what a job makes of before belongs there
   } else if (const auto* other = what.as<SwitchBranch>()) {
     end_stroke();
     Branch& there = *find_branch(left_branches_, other->name);

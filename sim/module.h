@@ -87,7 +87,10 @@ struct JobType {
   /// The world changed since: may the result still be taken over? Null: whatever happened.
   bool (*still_fits)(const void* parameters, const OperationState& input, const OperationState& now);
   void (*adopt)(const void* parameters, const JobResult& result, ModuleWork& work);
-  bool is_of_cuts = false;  ///< what was made before a cut, or an undo, is not taken over after it
+  /// What of its parameters does not fit the hand's anatomy; null: nothing can.
+  volume::Status (*check)(const void* parameters, const haptics::TouchScene& anatomy) = nullptr;
+  bool frees_bodies = false;  ///< there must be room for one before it begins
+  bool is_of_cuts = false;    ///< what was made before a cut, or an undo, is not taken over after it
 };
 
 class Module {

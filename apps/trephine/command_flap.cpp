@@ -1,5 +1,6 @@
 // flap: a bone flap along an outline of anchors, taken off, lifted, judged.
 #include <algorithm>
+#include <charconv>
 #include <glm/geometric.hpp>
 
 #include "apps/trephine/commands.h"
@@ -78,6 +79,13 @@ Result<Places> anchors_of(const FlapArguments& a, const workbench::Operation& op
 
 /// So finely that no step between samples is longer than half of the saw's width.
 double burr_for(const CutFlap& wish) { return 4 * bone_flap::width_of(wish.saw); }
+
+/// The target's label; -1: there is none of that name.
+int label_of(const FlapArguments& a, const workbench::Operation& operation) {
+  const auto& names = operation.source.volume->label_names;
+  const auto label = std::find(names.begin(), names.end(), a.target);
+  return label == names.end() ? -1 : static_cast<int>(label - names.begin());
+}
 
 template <class T>
 const T* last_told(const sim::Engine& engine, dvec3* at = nullptr) {
@@ -188,12 +196,10 @@ Status report_flap(const FlapArguments& a, const workbench::Operation& operation
   }
   json["forbidden"] = near;
   if (!a.target.empty()) {
-    const auto& names = operation.source.volume->label_names;
-    const auto label = std::find(names.begin(), names.end(), a.target);
-    if (label == names.end())
-      return Error{"there is no label of that name", "target", a.target, "a label of the scan", ""};
     const bone_flap::Cover cover =
-        bone_flap::cover_of(flap, *operation.source.volume, static_cast<int>(label - names.begin()));
+        bone_flap::cover_of(flap, *operation.source.volume, label_of(a, operation));
+    if (!cover.is_any)
+      return Error{"the label has no voxels", "target", a.target, "a label that is in the scan", ""};
     json["target"] = {{"name", a.target},
                       {"covered_share", cover.share},
                       {"margin_mm", cover.margin},
@@ -202,7 +208,7 @@ Status report_flap(const FlapArguments& a, const workbench::Operation& operation
                                 a.target.c_str(), 100 * cover.share, cover.margin, cover.depth);
   }
   if (!planned.empty()) {
-    const bone_flap::OutlineDistance off = bone_flap::distance_between(flap.outline, planned);
+    const bone_flap::OutlineDistance off = bone_flap::distance_from_plan(flap, planned);
     json["planned"] = {{"mean_mm", off.mean}, {"worst_mm", off.worst}};
     outcome.text += format_text("from the planned outline: %.1f mm in the mean, %.1f at the worst\n",
                                 off.mean, off.worst);
@@ -238,9 +244,11 @@ Result<Outcome> run_flap(const FlapArguments& arguments) {
   if (Status error = check(arguments.record)) return *error;
   CutFlap wish = arguments.wish;
   for (const std::string& number : arguments.leave) {
-    const int n = std::atoi(number.c_str());
-    if (n < 1) return Error{"that is no number of a piece", "leave", number, "1 for the largest, 2, ...", ""};
-    wish.leave.push_back({static_cast<std::uint32_t>(n)});
+    std::uint32_t n = 0;
+    const char* end = number.data() + number.size();
+    if (std::from_chars(number.data(), end, n).ptr != end || n < 1 || n > 1000)
+      return Error{"that is no number of a piece", "leave", number, "1 for the largest, 2, ...", ""};
+    wish.leave.push_back({n});
   }
   if (!arguments.seed.empty()) {
     const auto seed = parse_place(arguments.seed, "--seed");
@@ -256,6 +264,8 @@ Result<Outcome> run_flap(const FlapArguments& arguments) {
   auto opened = workbench::open_operation(arguments.source, choice, person());
   if (!opened) return opened.error();
   const workbench::Operation& operation = opened.value();
+  if (!arguments.target.empty() && label_of(arguments, operation) < 0)
+    return Error{"there is no label of that name", "target", arguments.target, "a label of the scan", ""};
   auto anchors = anchors_of(arguments, operation);
   if (!anchors) return anchors.error();
   wish.anchors = std::move(anchors).value();
@@ -279,6 +289,12 @@ Result<Outcome> run_flap(const FlapArguments& arguments) {
     if (done.refused) return *done.refused;
   }
   const double seconds = seconds_since(begin);
+  if (arguments.lift > 0 && !run.engine().now().world.bodies.empty()) {
+    const dvec3 up = arguments.lift * run.engine().now().world_of<bone_flap::FlapWorld>()->normal;
+    const std::vector<sim::Body> freed = run.engine().now().world.bodies;
+    for (const sim::Body& body : freed) run.apply({sim::PlaceBody{body.id, up}, 0});
+  }
+  const Status not_recorded = recorder.value() ? recorder.value()->finish(run.engine(), 0) : std::nullopt;
   Outcome outcome{new_report("flap"), "", exit_done};
   Json& json = outcome.json;
   json["source"] = name_in_report(operation.source);
@@ -303,14 +319,11 @@ Result<Outcome> run_flap(const FlapArguments& arguments) {
     const auto& flap = *engine.now().world_of<bone_flap::FlapWorld>();
     middle = flap.centre, normal = flap.normal;
     if (Status error = report_flap(arguments, operation, engine, planned, outcome)) return *error;
-    if (arguments.lift > 0)
-      for (const sim::Body& body : pieces) run.apply({sim::PlaceBody{body.id, arguments.lift * normal}, 0});
   }
   json["seconds"] = seconds;
   json["content_hash"] = hash_text(engine.current()->content_hash());
   json["memory"] = memory_report(*operation.scene(), *engine.current());
 
-  const Status not_recorded = recorder.value() ? recorder.value()->finish(run.engine(), 0) : std::nullopt;
   if (outcome.exit_code == exit_done) {
     tell_resampled(*operation.source.volume, arguments.output);
     outputs.write(arguments.output,

@@ -60,16 +60,20 @@ namespace {
 /// The command's words with places in them: `{site}` is where that is, `{site 5,0,2}` so many mm to its
 /// right, upward and over it. Error names what is no place.
 Result<std::string> placed_words(const ScriptCommand& said, std::span<const Place> places) {
+  if (places.empty()) return said.words;
   std::string words;
   for (std::size_t at = 0; at < said.words.size();) {
     const std::size_t open = said.words.find('{', at), close = said.words.find('}', open);
     if (open == std::string::npos || close == std::string::npos) return words.append(said.words, at);
     words.append(said.words, at, open - at);
     const std::string inside = said.words.substr(open + 1, close - open - 1);
-    const std::size_t space = inside.find(' ');
-    const std::string name = inside.substr(0, space);
-    const auto place =
-        std::find_if(places.begin(), places.end(), [&](const Place& one) { return one.name == name; });
+    // A name may have spaces; what stands behind the last of them may be how far beside.
+    const auto named = [&](const std::string& name) {
+      return std::find_if(places.begin(), places.end(), [&](const Place& one) { return one.name == name; });
+    };
+    auto place = named(inside);
+    const std::size_t space = place == places.end() ? inside.rfind(' ') : std::string::npos;
+    if (space != std::string::npos) place = named(inside.substr(0, space));
     dvec3 beside(0);
     char extra = 0;
     const bool is_read =

@@ -43,18 +43,18 @@ struct MadeFlap final : sim::JobResult {
     volume::MixHash all;
     sim::add_value(all, cut);
     all.add(static_cast<std::uint64_t>(holes));
-    for (const Piece& piece : pieces) sim::add_value(all, piece.told);
+    const auto add_place = [&all](const dvec3& p) { all.add(p.x), all.add(p.y), all.add(p.z); };
+    for (const Piece& piece : pieces) sim::add_value(all, piece.told), add_place(piece.middle_world);
     if (trouble)
-      sim::add_bytes(all, trouble->why);
+      sim::add_bytes(all, trouble->why), add_place(trouble->at_world);
     else
       all.add(sim::hash_of(off));
     fingerprint = all.value();
   }
 };
 
-const std::vector<dvec3>& anchors_of(const CutFlap& wish, const sim::OperationState& state) {
-  const FlapSettings* drawn = state.settings_of<FlapSettings>();
-  return wish.anchors.empty() && drawn ? drawn->anchors : wish.anchors;
+const std::vector<dvec3>& anchors_of(const CutFlap& wish, const FlapSettings& drawn) {
+  return wish.anchors.empty() ? drawn.anchors : wish.anchors;
 }
 
 /// One run of the job, step by step; each step says whether there is anything to go on with.
@@ -83,18 +83,19 @@ class Flap {
  private:
   bool plan(Trouble& trouble) {
     Pyramid pyramid;
-    if (!make_pyramid(anchors_of(wish_, input_.state), wish_.distance, shape_.field, pyramid, trouble) ||
+    if (!make_pyramid(anchors_of(wish_, *input_.state.settings_of<FlapSettings>()), wish_.distance,
+                      shape_.field, pyramid, trouble) ||
         !sheet_.make(pyramid, shape_.field, width_of(wish_.saw), depth_of(wish_), trouble))
       return false;
     FlapWorld& world = made_->cut;
     world.centre = pyramid.centre_world, world.normal = pyramid.normal_world, world.apex = pyramid.apex_world;
     world.width = sheet_.width();
-    for (std::size_t i = 0; i < sheet_.lines().size(); i += 4) {
+    for (std::size_t i = 0; i < sheet_.lines().size(); ++i) {
       world.outline.push_back(sheet_.outer_place(i));
       world.floor.push_back(sheet_.place(sheet_.lines()[i], sheet_.lines()[i].from));
     }
     world.area = sheet_.outer_mm2(shape_.field);
-    world.wall = sheet_.wall_mm2(shape_.field);
+    world.wall = sheet_.wall_mm2(shape_.field, editor_.working());
     return true;
   }
 
@@ -140,8 +141,10 @@ class Flap {
       const volume::RayHit hit = volume::first_hit(*shape_.bits, {at, to}, version_.get());
       if (hit.is_hit && hit.t < nearest) nearest = hit.t, seed_ = hit.voxel;
     }
-    if (seed_) return true;
-    trouble = {"there is no bone along the normal of the outline's middle", pyramid.centre_world};
+    if (seed_ && pyramid.contains(scan.frame.world_from_volume(dvec3(*seed_)))) return true;
+    trouble = {seed_ ? "the outline's middle lies outside of it: name a seed"
+                     : "there is no bone along the normal of the outline's middle: name a seed",
+               pyramid.centre_world};
     return false;
   }
 
@@ -186,6 +189,13 @@ class Flap {
       if (told.is_taken) made_->cut.flap_size += one.size;
       made_->pieces.push_back({told, one.middle});
     }
+    for (const sim::Id& id : wish_.leave)
+      if (id.value == 0 || id.value > made_->pieces.size()) {
+        trouble = {"there is no piece " + std::to_string(id.value) + ": " +
+                       std::to_string(made_->pieces.size()) + " came off",
+                   sheet_.pyramid().centre_world};
+        return false;
+      }
     if (made_->pieces.empty() ||
         std::none_of(made_->pieces.begin(), made_->pieces.end(),
                      [](const MadeFlap::Piece& piece) { return piece.told.is_taken; })) {
@@ -288,18 +298,22 @@ std::shared_ptr<const sim::JobResult> run(const void* parameters, const sim::Job
   return Flap(*static_cast<const CutFlap*>(parameters), input).make();
 }
 
+volume::Status check(const void* parameters, const haptics::TouchScene& anatomy) {
+  return sim::check_shape_of_pieces(anatomy, static_cast<const CutFlap*>(parameters)->item, "cut-flap item");
+}
+
 void adopt(const void* parameters, const sim::JobResult& result, sim::ModuleWork& work) {
   const auto& made = static_cast<const MadeFlap&>(result);
   FlapSettings& settings = work.change_settings<FlapSettings>();
   if (made.trouble) {
-    if (const auto& wish = *static_cast<const CutFlap*>(parameters); !wish.anchors.empty())
-      settings.anchors = wish.anchors;
+    settings.tried = anchors_of(*static_cast<const CutFlap*>(parameters), settings);
     settings.trouble = made.trouble->why;
     settings.trouble_at = made.trouble->at_world;
     work.raise_event(NoFlap{made.trouble->why, made.holes}, made.trouble->at_world);
     return;
   }
-  settings = {};
+  settings.tried.clear();
+  settings.trouble.clear();
   FlapWorld& world = work.change_world<FlapWorld>();
   const std::int64_t before = world.flaps;
   world = made.cut;
@@ -334,7 +348,7 @@ std::span<const sim::ValueType* const> BoneFlap::commands() const {
 }
 
 std::span<const sim::JobType* const> BoneFlap::jobs() const {
-  static const sim::JobType flap{&sim::value_type<CutFlap>(), run, nullptr, adopt, true};
+  static const sim::JobType flap{&sim::value_type<CutFlap>(), run, nullptr, adopt, check, true, true};
   static const std::array<const sim::JobType*, 1> all{&flap};
   return all;
 }
@@ -413,15 +427,17 @@ sim::Overlays BoneFlap::overlays(const sim::OperationState& now) const {
   if (const FlapWorld* world = now.world_of<FlapWorld>(); world && world->flaps > 0)
     add_loop(all.emplace_back(), world->outline);
   const FlapSettings* drawn = now.settings_of<FlapSettings>();
-  if (drawn == nullptr || drawn->anchors.empty()) return all;
-  sim::Overlay& plan = all.emplace_back();
-  if (drawn->anchors.size() > 1) add_loop(plan, drawn->anchors);
-  for (std::size_t i = 0; i < drawn->anchors.size(); ++i)
-    plan.labels.push_back({drawn->anchors[i], std::to_string(i + 1)});
+  if (drawn == nullptr) return all;
+  if (!drawn->anchors.empty()) {
+    sim::Overlay& plan = all.emplace_back();
+    if (drawn->anchors.size() > 1) add_loop(plan, drawn->anchors);
+    for (std::size_t i = 0; i < drawn->anchors.size(); ++i)
+      plan.labels.push_back({drawn->anchors[i], std::to_string(i + 1)});
+  }
   if (drawn->trouble.empty()) return all;
   sim::Overlay& warning = all.emplace_back();
   warning.kind = sim::Overlay::Kind::warning;
-  add_loop(warning, drawn->anchors);
+  add_loop(warning, drawn->tried);
   warning.labels.push_back({drawn->trouble_at, in_lines(drawn->trouble)});
   return all;
 }

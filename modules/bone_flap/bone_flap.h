@@ -61,9 +61,10 @@ struct FlapWorld {
   static const sim::Schema& schema();
 };
 
-/// The outline that is drawn, or for which there was no flap, and why.
+/// The outline that is drawn, that for which there was no flap last, and why.
 struct FlapSettings {
-  std::vector<glm::dvec3> anchors;
+  std::vector<glm::dvec3> anchors;  ///< drawn
+  std::vector<glm::dvec3> tried;    ///< of which there was none
   std::string trouble;
   glm::dvec3 trouble_at{0.0};
   static const sim::Schema& schema();

@@ -141,4 +141,17 @@ OutlineDistance distance_between(const std::vector<dvec3>& one, const std::vecto
   return distance;
 }
 
+OutlineDistance distance_from_plan(const FlapWorld& flap, const std::vector<dvec3>& plan) {
+  const auto seen = [&flap](const std::vector<dvec3>& outline) {
+    std::vector<dvec3> all;
+    const double far = glm::dot(flap.centre - flap.apex, flap.normal);
+    for (const dvec3& p : outline) {
+      const dvec3 w = p - flap.apex;
+      all.push_back(flap.apex + far / std::max(glm::dot(w, flap.normal), 1e-3) * w);
+    }
+    return all;
+  };
+  return distance_between(seen(flap.outline), seen(plan));
+}
+
 }  // namespace trephine::bone_flap

@@ -27,5 +27,8 @@ struct OutlineDistance {
   double mean = 0, worst = 0;
 };
 OutlineDistance distance_between(const std::vector<glm::dvec3>& one, const std::vector<glm::dvec3>& other);
+/// The flap's from an outline that was planned, both as its apex sees them on the plane through its middle: a
+/// plan's anchors are joined straight, and the saw follows the skull.
+OutlineDistance distance_from_plan(const FlapWorld& flap, const std::vector<glm::dvec3>& plan);
 
 }  // namespace trephine::bone_flap

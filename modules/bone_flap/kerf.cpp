@@ -16,11 +16,11 @@ using volume::Field;
 
 namespace {
 
-constexpr double k_inward = 60, k_outward = 25;  // mm that lines are looked along, from the outline's chord
-constexpr double k_jump = 3;                     // mm that a table may rise or fall from line to line
-constexpr double k_least_line = 0.5;             // mm between lines along the outline, or half a saw's width
-constexpr double k_nearest_apex = 5;             // mm
-constexpr double k_margin = 0.25;                // mm that the sheet goes on beyond the tables
+constexpr double k_inward = 60;       // mm that lines are looked along, from the outline's chord
+constexpr double k_jump = 3;          // mm that a table may rise or fall from line to line
+constexpr double k_least_line = 0.5;  // mm between lines along the outline, or half a saw's width
+constexpr double k_nearest_apex = 5;  // mm
+constexpr double k_margin = 0.25;     // mm that the sheet goes on beyond the tables
 
 std::uint64_t key_of(const glm::ivec3& brick) {
   return static_cast<std::uint64_t>(brick.x) | static_cast<std::uint64_t>(brick.y) << 21 |
@@ -79,11 +79,17 @@ bool Sheet::make(const Pyramid& pyramid, const Field& bone, double width, const 
 
 bool Sheet::find_tables(const Field& bone, const Depth& depth, Trouble& trouble) {
   const std::size_t n = lines_.size(), sides = pyramid_.size();
+  // A skull of 60 mm radius rises so far over a side, and more.
+  const auto outward = [&](std::size_t side) {
+    const double way = glm::length(pyramid_.anchor(side + 1) - pyramid_.anchor(side));
+    return 20 + way * way / 300;
+  };
   const auto runs_of = [&](const Line& line, double aside) {
     const dvec3 across = glm::normalize(glm::cross(pyramid_.anchor(line.side) - pyramid_.apex_world,
                                                    pyramid_.anchor(line.side + 1) - pyramid_.apex_world));
     return runs_along(bone, pyramid_.apex_world + aside * across, line.along,
-                      std::max(k_nearest_apex, line.outer - k_inward), line.outer + k_outward, depth.space);
+                      std::max(k_nearest_apex, line.outer - k_inward), line.outer + outward(line.side),
+                      depth.space);
   };
   std::vector<std::vector<Run>> middle(n);
   std::vector<double> chord(n);
@@ -115,6 +121,13 @@ bool Sheet::find_tables(const Field& bone, const Depth& depth, Trouble& trouble)
     const std::size_t half = (next - first) / 2;
     for (std::size_t k = 1; k <= half; ++k) follow(first + k, from_first);
     for (std::size_t k = next - 1; k > first + half; --k) follow(k, from_next);
+    if (const Line& one = lines_[first + half], &other = lines_[(first + half + 1) % n];
+        one.is_bone && other.is_bone && std::abs(one.outer - other.outer) > 2 * k_jump) {
+      trouble = {"the skull's surface is not one " + between_anchors(one.side, sides) + ": it jumps by " +
+                     whole(std::abs(one.outer - other.outer)) + " mm",
+                 place(one, one.outer)};
+      return false;
+    }
     first = next;
   }
 
@@ -204,14 +217,24 @@ bool Sheet::check_scan(const volume::Volume& scan, Trouble& trouble) const {
   return true;
 }
 
-double Sheet::wall_mm2(const Field& bone) const {
+double Sheet::wall_mm2(const Field& bone, const volume::Version& before) const {
   const std::size_t n = lines_.size();
-  // Of a line what it sweeps for an angle of 1.
+  // Of a line what it sweeps for an angle of 1, without what was cut before.
+  constexpr double k_step = 0.1;
   std::vector<double> swept(n, 0);
   for (std::size_t i = 0; i < n; ++i)
     for (const Run& run :
-         runs_along(bone, pyramid_.apex_world, lines_[i].along, lines_[i].from, lines_[i].to, 0))
+         runs_along(bone, pyramid_.apex_world, lines_[i].along, lines_[i].from, lines_[i].to, 0)) {
       swept[i] += 0.5 * (run.high * run.high - run.low * run.low);
+      if (before.is_untouched()) continue;
+      const int count = std::max(1, static_cast<int>(std::ceil((run.high - run.low) / k_step)));
+      const double step = (run.high - run.low) / count;
+      for (int s = 0; s < count; ++s) {
+        const double t = run.low + (s + 0.5) * step;
+        if (before.distance(bone.volume().frame.volume_from_world(place(lines_[i], t))) <= 0)
+          swept[i] -= t * step;
+      }
+    }
   double sum = 0;
   for (std::size_t i = 0; i < n; ++i)
     sum += 0.5 * (swept[i] + swept[(i + 1) % n]) *

@@ -40,9 +40,9 @@ class Sheet {
   double width() const noexcept { return width_; }
   glm::dvec3 place(const Line& line, double t) const noexcept { return pyramid_.apex_world + t * line.along; }
   glm::dvec3 outer_place(std::size_t i) const noexcept { return place(lines_[i], lines_[i].outer); }
-  /// mm2 of the sheet that lies in bone.
-  double wall_mm2(const volume::Field& bone) const;
-  /// mm2 of the skull's outer surface within the sheet.
+  /// mm2 of the sheet that lies in bone that is there.
+  double wall_mm2(const volume::Field& bone, const volume::Version& before) const;
+  /// mm2 of the skull's outer surface within the sheet, opened before or not.
   double outer_mm2(const volume::Field& bone) const;
 
   /// A strip, between line `i` and the next.

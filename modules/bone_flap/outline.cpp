@@ -218,6 +218,17 @@ bool make_pyramid(const std::vector<dvec3>& anchors_world, double distance, cons
       return false;
     }
   }
+  double twice = 0;
+  for (std::size_t i = 0; i < n; ++i) {
+    const dvec2 &before = made.plan[(i + n - 1) % n], &at = made.plan[i], &after = made.plan[(i + 1) % n];
+    twice += cross(at, after);
+    const dvec2 in = at - before, out = after - at;
+    if (glm::length(out) * distance > 0.5 &&
+        glm::dot(in, out) >= -0.9999 * glm::length(in) * glm::length(out))
+      continue;
+    trouble = {"the outline goes back on itself at " + named(i), made.anchor(i)};
+    return false;
+  }
   for (std::size_t i = 0; i < n; ++i)
     for (std::size_t j = i + 2; j < n; ++j) {
       if (i == 0 && j == n - 1) continue;
@@ -227,6 +238,11 @@ bool make_pyramid(const std::vector<dvec3>& anchors_world, double distance, cons
                  0.5 * (made.anchor(i) + made.anchor(i + 1))};
       return false;
     }
+  constexpr double k_least_mm2 = 30;
+  if (0.5 * std::abs(twice) * distance * distance < k_least_mm2) {
+    trouble = {"the outline encloses next to nothing", made.centre_world};
+    return false;
+  }
   return true;
 }
 

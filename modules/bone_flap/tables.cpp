@@ -70,9 +70,9 @@ const sim::Schema& FlapWorld::schema() {
 }
 
 const sim::Schema& FlapSettings::schema() {
-  static constexpr sim::Field fields[] = {field<&FlapSettings::anchors>("anchors"),
-                                          field<&FlapSettings::trouble>("trouble"),
-                                          field<&FlapSettings::trouble_at>("trouble_at")};
+  static constexpr sim::Field fields[] = {
+      field<&FlapSettings::anchors>("anchors"), field<&FlapSettings::tried>("tried"),
+      field<&FlapSettings::trouble>("trouble"), field<&FlapSettings::trouble_at>("trouble_at")};
   static constexpr sim::Schema table{"flap-settings", 1, fields};
   return table;
 }

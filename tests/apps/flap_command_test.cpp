@@ -49,7 +49,10 @@ TEST_F(Command, AFlapIsSawnLiftedRecordedAndReplayed) {
   write("o.mrk.json", slicer + "]}]}");
   const Json by_file = json("flap h --anchors o.csv --saw 2.4 --planned o.mrk.json");
   EXPECT_EQ(by_file["flap_mm3"], flap["flap_mm3"]);
-  EXPECT_LT(by_file["planned"]["worst_mm"], 1.5);  // straight between anchors, and on the skull
+  EXPECT_LT(by_file["planned"]["worst_mm"], 0.01);
+  const Json moved = json("flap h --at=-27,-25,70 --diameter 40 --saw 2.4 --planned o.mrk.json");
+  EXPECT_GT(moved["planned"]["worst_mm"], 1);
+  EXPECT_LT(moved["planned"]["mean_mm"], 4);
   ASSERT_EQ(run("phantom head --spacing 1.6 -o s.mha").exit_code, 0);
   ASSERT_EQ(run("import s.mha --plan o.csv -o planned").exit_code, 0);
   EXPECT_NEAR(json("flap planned --landmarks flap --saw 2.4")["flap_mm3"].get<double>(),
@@ -78,6 +81,8 @@ TEST_F(Command, AFlapThatIsNoneIsToldAndDrawn) {
            {"--at 0,0,80 --saw 0.7", "0.8"},
            {"--at 0,0,80 --distance 5", "20"},
            {"--at 0,0,80 --leave none", "number of a piece"},
+           {"--at 0,0,80 --leave 2x", "number of a piece"},
+           {"--at 0,0,80 --leave 4294967297", "number of a piece"},
            {"--landmarks flap", "no such landmarks"},
            {"--anchors nowhere.csv", "nowhere.csv"},
            {"--at=-30,-25,70 --diameter 40 --saw 2.4 --target brian", "no label"},

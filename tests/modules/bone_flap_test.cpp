@@ -310,6 +310,19 @@ TEST(BoneFlap, WhereThereIsNoneItIsSaidWhereAndNothingIsCut) {
   });
   add("there is no bone at the seed", dvec3(0, 0, 60), 1, [](CutFlap& w) { w.seed = {dvec3(0, 0, 60)}; });
   add("the seed lies outside", dvec3(18, 0, 72.4), 1, [](CutFlap& w) { w.seed = {dvec3(18, 0, 72.4)}; });
+  add("there is no piece 2: 1 came off", dvec3(0, 0, 74), 5, [](CutFlap& w) { w.leave = {{2}}; });
+  add("encloses next to nothing", dvec3(0, 0, 74), 20, [&](CutFlap& w) {
+    w.anchors = {a[0], 0.5 * (a[0] + a[1]) * dvec3(0.9, 0.9, 1), a[1]};
+  });
+  add("goes back on itself at anchor 2", a[1], 1, [&](CutFlap& w) {
+    w.anchors = {a[0], a[1], 0.5 * (a[0] + a[1]), a[3], a[4]};
+  });
+  add("the outline's middle lies outside of it: name a seed", dvec3(0, 0, 70), 20, [](CutFlap& w) {
+    w.anchors.clear();
+    for (const auto& [x, y] : std::initializer_list<std::pair<double, double>>{
+             {-15, -15}, {15, -15}, {15, 15}, {9, 15}, {9, -9}, {-9, -9}, {-9, 15}, {-15, 15}})
+      w.anchors.push_back(k_outer * glm::normalize(dvec3(x, y, 73)));
+  });
   add("all pieces are to be left", dvec3(0, 0, 74), 5, [](CutFlap& w) { w.leave = {{1}}; });
   for (const Case& one : cases) {
     SCOPED_TRACE(one.words);
@@ -403,13 +416,25 @@ TEST(BoneFlap, AnOutlineIsDrawnAnchorByAnchor) {
   // Numbers stand at the anchors; what is wrong is told, and put right.
   ASSERT_FALSE(run.engine().overlays().empty());
   EXPECT_EQ(run.engine().overlays()[0].labels.size(), 5u);
+  CutFlap no_shape = outline.wish();
+  no_shape.item = 1;
+  EXPECT_TRUE(refused(no_shape, "no such shape"));
   CutFlap wish = outline.wish();
   wish.anchors.clear();
   EXPECT_NE(cut(run, wish).find("anchor 2 lies off the bone"), std::string::npos);
   EXPECT_EQ(drawn().size(), 5u);
   EXPECT_FALSE(run.apply({MoveAnchor{2, outline.anchors[1]}, 0}).refused);
   EXPECT_EQ(cut(run, wish), "");
-  EXPECT_TRUE(drawn().empty());
+  // It stays, for who takes the flap back and tries again; what another command tried is not mixed with it.
+  EXPECT_EQ(drawn(), outline.anchors);
+  run.undo();
+  EXPECT_EQ(cut(run, wish), "");
+  run.undo();
+  CutFlap other = outline.wish();
+  other.anchors.resize(2);
+  EXPECT_NE(cut(run, other), "");
+  EXPECT_EQ(drawn(), outline.anchors);
+  EXPECT_EQ(cut(run, wish), "");
   sim::Lockstep told_whole = vault.run();
   EXPECT_EQ(cut(told_whole, outline.wish()), "");
   EXPECT_EQ(run.engine().current()->content_hash(), told_whole.engine().current()->content_hash());
