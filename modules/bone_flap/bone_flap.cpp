@@ -428,17 +428,42 @@ sim::Overlays BoneFlap::overlays(const sim::OperationState& now) const {
     add_loop(all.emplace_back(), world->outline);
   const FlapSettings* drawn = now.settings_of<FlapSettings>();
   if (drawn == nullptr) return all;
+  // Sides run straight, under a round skull: shown as if it were a ball around the scan's middle, and over
+  // it.
+  const volume::Volume& scan = now.world.version->base();
+  const dvec3 middle = scan.frame.world_from_volume(0.5 * dvec3(scan.size - 1));
+  const auto lifted = [&](const dvec3& p, double by) {
+    const double far = glm::length(p - middle);
+    return far > 0 ? p + by / far * (p - middle) : p;
+  };
+  const auto add_sides = [&](sim::Overlay& overlay, const std::vector<dvec3>& anchors) {
+    constexpr int k_parts = 8;
+    constexpr double k_over = 1.5, k_radius = 70;  // mm
+    std::vector<dvec3> places;
+    for (std::size_t i = 0; i < anchors.size(); ++i) {
+      const dvec3 side = anchors[(i + 1) % anchors.size()] - anchors[i];
+      for (int k = 0; k < k_parts; ++k) {
+        const double share = static_cast<double>(k) / k_parts;
+        const double rise = share * (1 - share) * glm::dot(side, side) / (2 * k_radius);
+        places.push_back(lifted(anchors[i] + share * side, k_over + rise));
+      }
+    }
+    add_loop(overlay, places);
+  };
   if (!drawn->anchors.empty()) {
     sim::Overlay& plan = all.emplace_back();
-    if (drawn->anchors.size() > 1) add_loop(plan, drawn->anchors);
+    if (drawn->anchors.size() > 1) add_sides(plan, drawn->anchors);
     for (std::size_t i = 0; i < drawn->anchors.size(); ++i)
-      plan.labels.push_back({drawn->anchors[i], std::to_string(i + 1)});
+      plan.labels.push_back({lifted(drawn->anchors[i], 2), std::to_string(i + 1)});
   }
   if (drawn->trouble.empty()) return all;
   sim::Overlay& warning = all.emplace_back();
   warning.kind = sim::Overlay::Kind::warning;
-  add_loop(warning, drawn->tried);
-  warning.labels.push_back({drawn->trouble_at, in_lines(drawn->trouble)});
+  add_sides(warning, drawn->tried);
+  // The place may lie deep in the bone: a line leads to it.
+  const dvec3 over = lifted(drawn->trouble_at, 25);
+  warning.lines.push_back({drawn->trouble_at, over});
+  warning.labels.push_back({over, in_lines(drawn->trouble)});
   return all;
 }
 

@@ -8,6 +8,8 @@
 #include <set>
 #include <utility>
 
+#include "modules/bone_flap/outline.h"
+
 namespace trephine::bone_flap {
 
 using glm::dvec2;
@@ -21,9 +23,7 @@ constexpr double k_pi = 3.14159265358979323846;
 struct Plane {
   dvec3 middle, normal, right, up;
   explicit Plane(const FlapWorld& flap) : middle(flap.centre), normal(flap.normal) {
-    const dvec3 aside = std::abs(normal.x) < 0.6 ? dvec3(1, 0, 0) : dvec3(0, 1, 0);
-    right = glm::normalize(glm::cross(aside, normal));
-    up = glm::cross(normal, right);
+    beside(normal, right, up);
   }
   dvec2 operator()(const dvec3& p) const { return {glm::dot(p - middle, right), glm::dot(p - middle, up)}; }
 };
@@ -45,15 +45,6 @@ double distance_to(const std::vector<Point>& loop, const Point& p) {
     least = std::min(least, glm::dot(off, off));
   }
   return std::sqrt(least);
-}
-
-bool is_within(const std::vector<dvec2>& loop, const dvec2& p) {
-  bool is_in = false;
-  for (std::size_t i = 0, j = loop.size() - 1; i < loop.size(); j = i++)
-    if ((loop[i].y > p.y) != (loop[j].y > p.y) &&
-        p.x < loop[j].x + (loop[i].x - loop[j].x) * (p.y - loop[j].y) / (loop[i].y - loop[j].y))
-      is_in = !is_in;
-  return is_in;
 }
 
 }  // namespace

@@ -73,11 +73,20 @@ dvec2 Pyramid::seen(const dvec3& p_world, bool& is_ahead) const noexcept {
 }
 
 bool Pyramid::contains(const dvec3& p_world) const noexcept {
-  bool is_ahead = false, is_in = false;
+  bool is_ahead = false;
   const dvec2 p = seen(p_world, is_ahead);
-  if (!is_ahead) return false;
-  for (std::size_t i = 0, j = plan.size() - 1; i < plan.size(); j = i++) {
-    const dvec2 &a = plan[j], &b = plan[i];
+  return is_ahead && is_within(plan, p);
+}
+
+void beside(const dvec3& normal, dvec3& right, dvec3& up) noexcept {
+  right = glm::normalize(glm::cross(std::abs(normal.x) < 0.6 ? dvec3(1, 0, 0) : dvec3(0, 1, 0), normal));
+  up = glm::cross(normal, right);
+}
+
+bool is_within(const std::vector<dvec2>& loop, const dvec2& p) noexcept {
+  bool is_in = false;
+  for (std::size_t i = 0, j = loop.size() - 1; i < loop.size(); j = i++) {
+    const dvec2 &a = loop[j], &b = loop[i];
     if ((a.y > p.y) != (b.y > p.y) && p.x < a.x + (b.x - a.x) * (p.y - a.y) / (b.y - a.y)) is_in = !is_in;
   }
   return is_in;
@@ -161,8 +170,8 @@ std::vector<dvec3> ring_of(const volume::Field& bone, const dvec3& at_world, dou
       }
   dvec3 normal;
   if (!is_found || !outward(bone, middle, normal)) return {};
-  const dvec3 aside = std::abs(normal.x) < 0.6 ? dvec3(1, 0, 0) : dvec3(0, 1, 0);
-  const dvec3 right = glm::normalize(glm::cross(aside, normal)), up = glm::cross(normal, right);
+  dvec3 right, up;
+  beside(normal, right, up);
   // A skull's radius: how far its surface lies under the middle's.
   const double fall = diameter * diameter / (8 * 75.0);
   std::vector<dvec3> ring;
@@ -205,9 +214,7 @@ bool make_pyramid(const std::vector<dvec3>& anchors_world, double distance, cons
     return false;
   }
   made.normal_world = glm::normalize(turn);
-  const dvec3 aside = std::abs(made.normal_world.x) < 0.6 ? dvec3(1, 0, 0) : dvec3(0, 1, 0);
-  made.right_world = glm::normalize(glm::cross(aside, made.normal_world));
-  made.up_world = glm::cross(made.normal_world, made.right_world);
+  beside(made.normal_world, made.right_world, made.up_world);
   made.apex_world = made.centre_world - distance * made.normal_world;
   for (std::size_t i = 0; i < n; ++i) {
     bool is_ahead = false;

@@ -34,6 +34,11 @@ struct Pyramid {
   bool contains(const glm::dvec3& p_world) const noexcept;
 };
 
+/// Two directions beside a normal, right-handed with it.
+void beside(const glm::dvec3& normal, glm::dvec3& right, glm::dvec3& up) noexcept;
+/// Does a point lie within a closed line?
+bool is_within(const std::vector<glm::dvec2>& loop, const glm::dvec2& p) noexcept;
+
 /// mm: as far an anchor may lie from bone.
 inline constexpr double k_anchor_reach = 6;
 
