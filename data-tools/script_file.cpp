@@ -55,9 +55,17 @@ std::vector<std::array<double, 6>> points(TomlReader& reader, const toml::table&
   return all;
 }
 
+/// A direction: not 0.
+glm::dvec3 direction(TomlReader& reader, const toml::value& v, std::optional<glm::dvec3> said,
+                     const glm::dvec3& usual) {
+  if (said && !(glm::length(*said) >= 1e-3))
+    reader.fail(v, "this is no direction", "a length near 0", "[x, y, z], not all 0");
+  return said.value_or(usual);
+}
+
 ScriptHand read_hand(TomlReader& reader, const toml::value& value) {
   const toml::table& t = reader.table(value, {"instrument", "parameters", "method", "radius", "effects",
-                                              "path", "points", "place", "stiffness"});
+                                              "path", "points", "place", "shaft", "stiffness"});
   ScriptHand hand;
   hand.line = TomlReader::line_of(value);
   hand.instrument = reader.text(t, "instrument").value_or("");
@@ -68,23 +76,18 @@ ScriptHand read_hand(TomlReader& reader, const toml::value& value) {
   hand.path = reader.text(t, "path").value_or("");
   hand.place = reader.text(t, "place").value_or("");
   hand.points = points(reader, t, !hand.place.empty());
+  if (const auto shaft = reader.point(t, "shaft")) hand.shaft = direction(reader, value, shaft, {0, 0, 1});
   hand.stiffness = reader.number(t, "stiffness", 0.01, 10);
   if (!hand.place.empty() && hand.points.empty())
     reader.fail(value, "a path file is not seen from a place", hand.place, "points, or no place");
+  if (hand.shaft && hand.points.empty())
+    reader.fail(value, "a path file says itself how the tool is turned", "shaft", "points, or no shaft");
   if (hand.path.empty() == hand.points.empty())
     reader.fail(value, "a hand has one way to go", hand.path.empty() ? "none" : "both path and points",
                 "path = \"FILE.csv\", or points");
   if (hand.instrument.empty() && !hand.parameters.empty())
     reader.fail(value, "there are parameters of no instrument", hand.parameters, "instrument = \"burr\" too");
   return hand;
-}
-
-/// A direction: not 0.
-glm::dvec3 direction(TomlReader& reader, const toml::value& v, std::optional<glm::dvec3> said,
-                     const glm::dvec3& usual) {
-  if (said && !(glm::length(*said) >= 1e-3))
-    reader.fail(v, "this is no direction", "a length near 0", "[x, y, z], not all 0");
-  return said.value_or(usual);
 }
 
 ScriptPlace read_place(TomlReader& reader, const toml::value& value) {
@@ -195,8 +198,8 @@ Result<Script> parse_script(const std::string& text, const std::string& where) {
   const toml::value& root = parsed.value();
   TomlReader reader(where);
   const toml::table& top =
-      reader.table(root, {"schema", "title", "scan", "iso", "window", "label", "auto", "largest", "rate",
-                          "smallest_burr", "places", "hands", "do", "expect", "pictures"});
+      reader.table(root, {"schema", "title", "scan", "iso", "window", "label", "auto", "largest", "plan",
+                          "rate", "smallest_burr", "places", "hands", "do", "expect", "pictures"});
   if (volume::Status error = reader.check_schema(top, Script::k_schema, "script")) return *error;
   Script script;
   script.title = reader.text(top, "title").value_or("");
@@ -208,6 +211,7 @@ Result<Script> parse_script(const std::string& text, const std::string& where) {
   script.label = reader.text(top, "label").value_or("");
   script.is_auto = reader.claim(top, "auto").value_or(false);
   script.is_largest = reader.claim(top, "largest").value_or(false);
+  script.takes_plan = reader.claim(top, "plan").value_or(false);
   script.rate_hz = reader.number(top, "rate", 10, 100000).value_or(1000);
   script.smallest_burr = reader.number(top, "smallest_burr", 1e-3, 30);
   for (const toml::value* v : reader.tables(top, "hands")) script.hands.push_back(read_hand(reader, *v));

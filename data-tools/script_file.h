@@ -31,7 +31,9 @@ struct ScriptHand {
   /// t (s), x, y, z (mm, LPS; of a place: right, up, over the surface), button (0 or 1), share of the
   /// place's thickness that it lies lower.
   std::vector<std::array<double, 6>> points;
-  std::string place;                ///< from which the points are seen
+  std::string place;  ///< from which the points are seen
+  std::optional<glm::dvec3>
+      shaft;  ///< where the tool's shaft points, as the points are seen; nothing: upright
   std::optional<double> stiffness;  ///< N/mm, of a simulated hand that follows the path and yields
 };
 
@@ -73,6 +75,7 @@ struct Script {
   std::string title, scan;
   std::optional<double> iso;
   std::string window, label;
+  bool takes_plan = false;                   ///< of a scan that is built in
   bool is_auto = false, is_largest = false;  ///< from where the histogram parts; only the largest part
   double rate_hz = 1000;
   std::optional<double> smallest_burr;

@@ -37,6 +37,11 @@ class SpinePhantom {
   Sample sample(const glm::dvec3& p_world, double voxel_mm) const noexcept;
   /// To the bone of L3, L4 and L5, mm, negative inside.
   std::array<double, 3> bone_distances(const glm::dvec3& p_world) const noexcept;
+  /// A place of a vertebra (0: L3) in the world: x to its left, y to its back from the middle of its body,
+  /// z up, mm of a plain L3.
+  glm::dvec3 place(int vertebra, const glm::dvec3& p) const noexcept {
+    return vertebrae_[static_cast<std::size_t>(vertebra)].world(p);
+  }
   /// Two pairs a vertebra: through the pedicle where there is most bone about it, and from below inward to
   /// above outward (cortical). No thicker than leaves bone on all sides.
   std::vector<SpineScrew> screws() const;

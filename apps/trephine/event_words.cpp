@@ -2,6 +2,7 @@
 
 #include "apps/workbench/text.h"
 #include "modules/bone_flap/bone_flap.h"
+#include "modules/laminectomy/laminectomy.h"
 #include "sim/forbidden.h"
 
 namespace trephine::app {
@@ -23,6 +24,10 @@ std::string words_of(const sim::Event& event) {
     return format_text("piece %lld of the flap: %.0f mm3, %s", static_cast<long long>(piece->number),
                        piece->size, piece->is_taken ? "taken" : "left");
   if (const auto* none = event.what.as<bone_flap::NoFlap>()) return "no bone flap: " + none->why;
+  if (const auto* judged = event.what.as<laminectomy::Judgement>())
+    return format_text("%s: canal %.0f mm2 (%.0f before), its roof open along %.0f mm",
+                       judged->vertebra.empty() ? "the vertebra" : judged->vertebra.c_str(),
+                       judged->canal_after, judged->canal_before, judged->opened_length);
   const std::string words = event.what.words();
   return std::string(event.what.name()) + (words.empty() ? "" : " " + words);
 }

@@ -34,8 +34,8 @@ struct OperationChoice {
   haptics::ForceOptions force;
   /// mm, of what will ever cut; nothing: what the hands begin with.
   std::optional<double> smallest_burr;
-    bool cuts_by_command = false;  ///< so that what must not be cut matters, whatever hands hold
-  double blur_voxels = 0;  ///< sigma of a Gaussian over the scan, first
+  bool cuts_by_command = false;  ///< so that what must not be cut matters, whatever hands hold
+  double blur_voxels = 0;        ///< sigma of a Gaussian over the scan, first
 };
 
 /// Ready to begin.

@@ -122,18 +122,25 @@ volume::Result<Place> find_place(const data_tools::ScriptPlace& wish, const hapt
                        "choose other directions, or the shape with iso"};
 }
 
+glm::dquat turn_of_shaft(const dvec3& shaft) noexcept {
+  const dvec3 upright(0, 0, 1), to = glm::normalize(shaft), axis = glm::cross(upright, to);
+  const double cosine = glm::dot(upright, to);
+  if (cosine < -1 + 1e-9) return {0, 1, 0, 0};
+  return haptics::unit_of({1 + cosine, axis.x, axis.y, axis.z});
+}
+
 std::vector<haptics::PosePath::Sample> samples_at(const Place& place, const data_tools::ScriptHand& hand,
                                                   const haptics::TouchScene& scene,
                                                   const Version& untouched) {
   // A block that does not end is drilled a blind hole of 8 mm.
   const double through = place.thickness > 0 ? place.thickness : 8;
+  const glm::dquat turn = hand.shaft ? turn_of_shaft(place.direction(*hand.shaft)) : glm::dquat(1, 0, 0, 0);
   std::vector<haptics::PosePath::Sample> samples;
   for (const auto& [t, x, y, z, button, share] : hand.points) {
     const dvec3 above = place.at({x, y, k_above}), below = place.at({x, y, -k_above});
     const double hit = first_surface(scene, untouched, above, below);
     const dvec3 surface = hit < 0 ? place.at({x, y, 0}) : above + hit * (below - above);
-    samples.push_back(
-        {t, {surface + (z - share * through) * place.outward, {1, 0, 0, 0}, button != 0 ? 1u : 0u}});
+    samples.push_back({t, {surface + (z - share * through) * place.outward, turn, button != 0 ? 1u : 0u}});
   }
   return samples;
 }

@@ -29,6 +29,8 @@ volume::Result<Place> find_place(const data_tools::ScriptPlace& wish, const hapt
 std::vector<haptics::PosePath::Sample> samples_at(const Place& place, const data_tools::ScriptHand& hand,
                                                   const haptics::TouchScene& scene,
                                                   const volume::Version& untouched);
+/// How a tool is turned whose shaft points that way: the shortest way from upright.
+glm::dquat turn_of_shaft(const glm::dvec3& shaft) noexcept;
 /// Can one look through the solid there, along the normal?
 bool is_open(const Place& place, const haptics::TouchScene& scene, const volume::Version& version);
 

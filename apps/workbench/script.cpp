@@ -39,9 +39,10 @@ std::string seen_from(const std::string& folder, const std::string& file) {
 Result<haptics::PosePath> path_of(const ScriptHand& hand, const std::string& folder,
                                   const std::string& where) {
   if (!hand.path.empty()) return open_path(seen_from(folder, hand.path));
+  const glm::dquat turn = hand.shaft ? turn_of_shaft(*hand.shaft) : glm::dquat(1, 0, 0, 0);
   std::vector<haptics::PosePath::Sample> samples;
   for (const auto& [t, x, y, z, button, share] : hand.points)
-    samples.push_back({t, {{x, y, z}, {1, 0, 0, 0}, button != 0 ? 1u : 0u}});
+    samples.push_back({t, {{x, y, z}, turn, button != 0 ? 1u : 0u}});
   return haptics::PosePath::from_samples(std::move(samples), at_line(where, hand.line));
 }
 
@@ -159,7 +160,12 @@ Result<std::unique_ptr<ScriptRun>> ScriptRun::open(const Script& script, const s
     if (!command) return command.error();
     commands.push_back(std::move(command).value());
   }
-  Result<Operation> operation = open_operation(scan_of(script, folder), choice, listener);
+  SourceChoice source(scan_of(script, folder));
+  source.takes_plan = script.takes_plan;
+  if (script.takes_plan && !is_builtin(script.scan))
+    return Error{"only what is built in brings a plan of its own", at_line(where, 1), script.scan,
+                 "scan = \"head\" or \"spine\"", "a case folder has its plan anyway"};
+  Result<Operation> operation = open_operation(source, choice, listener);
   if (!operation) {
     Error error = operation.error();
     error.where = where + (error.where.empty() ? "" : ": " + error.where);

@@ -10,6 +10,7 @@
 #include "apps/workbench/clock.h"
 #include "apps/workbench/text.h"
 #include "data-tools/atomic_file.h"
+#include "data-tools/phantom_cases.h"
 #include "data-tools/phantoms.h"
 #include "volume/gaussian.h"
 #include "volume/shape_choice.h"
@@ -76,6 +77,7 @@ Result<Source> open_source(const SourceChoice& choice, const Listener& listener)
     source.volume = std::make_shared<const volume::Volume>(std::move(made).value());
     source.name = source.case_name = src;
     source.is_builtin = true;
+    if (choice.takes_plan) source.plan = data_tools::phantom_plan(src);
     source.format = "phantom";
     source.modality = "CT";
     source.read_seconds = seconds_since(start);

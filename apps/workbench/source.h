@@ -25,14 +25,15 @@ struct ShapeChoice {
 /// A scan, and what may be asked of its reading.
 struct SourceChoice {
   std::string path;
-  int series = 0, volume = 0;                     ///< of several, from 1; 0: the one most probably meant
-  bool is_resampled = false;                      ///< missing and uneven slices are interpolated
-  bool maps_padding = false;                      ///< the scanner's padding becomes air
-  bool is_hounsfield = false;                     ///< its values are, though its file does not say so
-  std::optional<double> scale;                    ///< a voxel's step in the file's units
-  std::string spacing;                            ///< "X,Y,Z" or "S" in mm, of a file that does not say it
-  std::string axes;                               ///< where its axes go: three letters; empty: "LPS"
-  std::string raw;                                ///< layout of numbers without a header
+  int series = 0, volume = 0;   ///< of several, from 1; 0: the one most probably meant
+  bool is_resampled = false;    ///< missing and uneven slices are interpolated
+  bool maps_padding = false;    ///< the scanner's padding becomes air
+  bool is_hounsfield = false;   ///< its values are, though its file does not say so
+  bool takes_plan = false;      ///< of a phantom that is built in: what is touched, what must not be cut
+  std::optional<double> scale;  ///< a voxel's step in the file's units
+  std::string spacing;          ///< "X,Y,Z" or "S" in mm, of a file that does not say it
+  std::string axes;             ///< where its axes go: three letters; empty: "LPS"
+  std::string raw;              ///< layout of numbers without a header
   bool takes_sform = false, takes_qform = false;  ///< of NIfTI, where they disagree
   SourceChoice() = default;
   SourceChoice(std::string of) : path(std::move(of)) {}

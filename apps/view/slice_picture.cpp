@@ -1,0 +1,131 @@
+#include "apps/view/slice_picture.h"
+
+#include <algorithm>
+#include <set>
+#include <vtkActor.h>
+#include <vtkCamera.h>
+#include <vtkCellArray.h>
+#include <vtkImageActor.h>
+#include <vtkImageData.h>
+#include <vtkImageMapper3D.h>
+#include <vtkImageProperty.h>
+#include <vtkNew.h>
+#include <vtkPoints.h>
+#include <vtkPolyData.h>
+#include <vtkPolyDataMapper.h>
+#include <vtkProperty.h>
+#include <vtkRenderWindow.h>
+#include <vtkRenderer.h>
+#include <vtkTextActor.h>
+#include <vtkTextProperty.h>
+
+#include "apps/view/render_window.h"
+
+namespace trephine::view {
+
+namespace {
+
+constexpr int k_edge = 520, k_head = 44, k_foot = 40;  // pixels of a panel
+
+void add_text(vtkRenderer* to, const std::string& text, double x, double y, int size, bool is_right,
+              const SlicePanel::Colour& colour = {230, 230, 230}) {
+  if (text.empty()) return;
+  vtkNew<vtkTextActor> actor;
+  actor->SetInput(text.c_str());
+  actor->GetPositionCoordinate()->SetCoordinateSystemToDisplay();
+  actor->SetPosition(x, y);
+  vtkTextProperty* look = actor->GetTextProperty();
+  look->SetFontSize(size);
+  look->SetColor(colour[0] / 255.0, colour[1] / 255.0, colour[2] / 255.0);
+  look->SetVerticalJustificationToCentered();
+  if (is_right) look->SetJustificationToRight();
+  to->AddActor2D(actor);
+}
+
+void add_pixels(vtkRenderer* to, const SlicePanel& panel) {
+  vtkNew<vtkImageData> image;
+  image->SetDimensions(panel.size, panel.size, 1);
+  image->SetSpacing(panel.mm_a_pixel, panel.mm_a_pixel, 1);
+  const double low = -0.5 * panel.mm_a_pixel * (panel.size - 1);
+  image->SetOrigin(low, low, 0);
+  image->AllocateScalars(VTK_UNSIGNED_CHAR, 3);
+  auto* out = static_cast<std::uint8_t*>(image->GetScalarPointer());
+  for (const SlicePanel::Colour& c : panel.pixels) out = std::copy(c.begin(), c.end(), out);
+  vtkNew<vtkImageActor> actor;
+  actor->GetMapper()->SetInputData(image);
+  actor->GetProperty()->SetInterpolationTypeToLinear();
+  to->AddActor(actor);
+}
+
+void add_line(vtkRenderer* to, const SlicePanel::Line& line) {
+  vtkNew<vtkPoints> points;
+  vtkNew<vtkCellArray> cells;
+  for (const glm::dvec2& p : line.places) points->InsertNextPoint(p.x, p.y, 0.5);
+  const auto count = static_cast<vtkIdType>(line.places.size());
+  if (count < 2) return;
+  cells->InsertNextCell(static_cast<int>(count + (line.is_closed ? 1 : 0)));
+  for (vtkIdType i = 0; i < count; ++i) cells->InsertCellPoint(i);
+  if (line.is_closed) cells->InsertCellPoint(0);
+  vtkNew<vtkPolyData> data;
+  data->SetPoints(points);
+  data->SetLines(cells);
+  vtkNew<vtkPolyDataMapper> mapper;
+  mapper->SetInputData(data);
+  vtkNew<vtkActor> actor;
+  actor->SetMapper(mapper);
+  actor->GetProperty()->SetColor(line.colour[0] / 255.0, line.colour[1] / 255.0, line.colour[2] / 255.0);
+  actor->GetProperty()->SetLineWidth(2.5F);
+  actor->GetProperty()->LightingOff();
+  to->AddActor(actor);
+}
+
+}  // namespace
+
+volume::Status write_slices(const std::vector<SlicePanel>& panels, const std::string& path) {
+  const int columns = panels.size() > 1 ? 2 : 1,
+            rows = (static_cast<int>(panels.size()) + columns - 1) / columns;
+  const int wide = columns * k_edge, cell = k_head + k_edge, high = rows * cell + k_foot;
+  auto surface = make_offscreen(wide, high);
+  if (!surface) return surface.error();
+  vtkRenderWindow* window = surface.value()->window();
+  // What is written lies over the whole picture.
+  vtkNew<vtkRenderer> words;
+  words->SetBackground(0.07, 0.07, 0.08);
+  window->SetNumberOfLayers(2);
+  words->SetLayer(1);
+  words->InteractiveOff();
+  std::set<std::string> named;
+  double legend = 12;
+  for (std::size_t i = 0; i < panels.size(); ++i) {
+    const SlicePanel& panel = panels[i];
+    const int column = static_cast<int>(i) % columns, row = static_cast<int>(i) / columns;
+    const double left = column * k_edge, low = high - (row + 1) * cell;
+    vtkNew<vtkRenderer> view;
+    view->SetBackground(0.07, 0.07, 0.08);
+    view->SetViewport(left / wide, low / high, (left + k_edge) / wide, (low + k_edge) / high);
+    view->GetActiveCamera()->ParallelProjectionOn();
+    view->GetActiveCamera()->SetPosition(0, 0, 100);
+    view->GetActiveCamera()->SetFocalPoint(0, 0, 0);
+    view->GetActiveCamera()->SetParallelScale(0.5 * panel.mm_a_pixel * panel.size);
+    add_pixels(view, panel);
+    for (const SlicePanel::Line& line : panel.lines) add_line(view, line);
+    view->ResetCameraClippingRange();
+    window->AddRenderer(view);
+    add_text(words, panel.title, left + 12, low + k_edge + 0.5 * k_head, 19, false);
+    add_text(words, panel.foot, left + 12, low + 16, 15, false);
+    add_text(words, panel.left, left + 12, low + 0.5 * k_edge, 18, false);
+    add_text(words, panel.right, left + k_edge - 12, low + 0.5 * k_edge, 18, true);
+    add_text(words, panel.above, left + 0.5 * k_edge - 6, low + k_edge - 16, 18, false);
+    add_text(words, panel.below, left + 0.5 * k_edge - 6, low + 40, 18, false);
+    for (const SlicePanel::Line& line : panel.lines)
+      if (!line.name.empty() && named.insert(line.name).second) {
+        add_text(words, line.name, legend, 0.5 * k_foot, 17, false, line.colour);
+        legend += 9.5 * static_cast<double>(line.name.size()) + 24;
+      }
+  }
+  window->AddRenderer(words);
+  window->Render();
+  return write_png(window, path);
+}
+
+}  // namespace trephine::view

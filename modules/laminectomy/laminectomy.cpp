@@ -1,0 +1,197 @@
+#include "modules/laminectomy/laminectomy.h"
+
+#include <algorithm>
+#include <array>
+#include <optional>
+
+#include "sim/work.h"
+
+namespace trephine::laminectomy {
+
+using glm::dvec3;
+using sim::field;
+
+namespace {
+
+struct Judged final : sim::JobResult {
+  Judgement what;
+  dvec3 at{0.0};
+  std::optional<Trouble> trouble;
+  std::uint64_t fingerprint = 0;
+
+  std::uint64_t hash() const override { return fingerprint; }
+  void seal() {
+    volume::MixHash all;
+    sim::add_value(all, what);
+    if (trouble) sim::add_bytes(all, trouble->why), at = trouble->at_world;
+    all.add(at.x), all.add(at.y), all.add(at.z);
+    fingerprint = all.value();
+  }
+};
+
+std::shared_ptr<const sim::JobResult> run(const void* parameters, const sim::JobInput& input) {
+  const auto& wish = *static_cast<const JudgeLaminectomy*>(parameters);
+  const volume::Field& bone = input.anatomy.items[static_cast<std::size_t>(wish.item)].field;
+  const int label = wish.vertebra.empty() ? -1 : bone.volume().label_value(wish.vertebra);
+  auto made = std::make_shared<Judged>();
+  Outcome outcome;
+  Trouble trouble;
+  if (judge(bone, label, wish.canal.empty() ? nullptr : wish.canal.data(), *input.state.world.version,
+            outcome, trouble)) {
+    made->what = judgement_of(outcome, wish.vertebra);
+    made->at = outcome.frame.middle;
+  } else {
+    made->trouble = trouble;
+  }
+  made->seal();
+  return made;
+}
+
+volume::Status check(const void* parameters, const haptics::TouchScene& anatomy) {
+  const auto& wish = *static_cast<const JudgeLaminectomy*>(parameters);
+  if (wish.item < 0 || static_cast<std::size_t>(wish.item) >= anatomy.items.size() ||
+      anatomy.items[static_cast<std::size_t>(wish.item)].is_mesh())
+    return volume::Error{"there is no such shape of a volume", "judge-laminectomy item",
+                         std::to_string(wish.item), "a shape of the anatomy", ""};
+  const volume::Volume& scan = anatomy.items[static_cast<std::size_t>(wish.item)].field.volume();
+  if (!wish.vertebra.empty() && (scan.labels.is_empty() || scan.label_value(wish.vertebra) < 0))
+    return volume::Error{"there is no label of that name", "judge-laminectomy vertebra", wish.vertebra,
+                         "a label of the scan", "or name a place in its canal"};
+  return std::nullopt;
+}
+
+void adopt(const void* parameters, const sim::JobResult& result, sim::ModuleWork& work) {
+  const auto& made = static_cast<const Judged&>(result);
+  if (made.trouble) {
+    work.raise_event(
+        NoVertebra{static_cast<const JudgeLaminectomy*>(parameters)->vertebra, made.trouble->why}, made.at);
+    return;
+  }
+  work.change_settings<Judgement>() = made.what;
+  work.raise_event(made.what, made.at);
+}
+
+}  // namespace
+
+Judgement judgement_of(const Outcome& o, const std::string& vertebra) {
+  Judgement j;
+  j.is_any = true;
+  j.vertebra = vertebra;
+  const CanalSection& narrow = o.sections[static_cast<std::size_t>(o.narrowest)];
+  j.canal_before = narrow.area(false), j.canal_after = std::max(0.0, narrow.area(true));
+  j.narrowest_at = o.place_of(o.narrowest);
+  j.opened_length = o.opened_length;
+  j.opened_at = j.narrowest_at;
+  if (o.widest_opened >= 0) {
+    j.opened_width = o.sections[static_cast<std::size_t>(o.widest_opened)].opening();
+    j.opened_at = o.place_of(o.widest_opened);
+  }
+  j.lamina_before = o.lamina.size, j.lamina_left = o.lamina.size - o.lamina.removed;
+  j.spinous_before = o.spinous_process.size;
+  j.spinous_left = o.spinous_process.size - o.spinous_process.removed;
+  const std::array<const Part*, 4> facets{&o.upper_facet[0], &o.lower_facet[0], &o.upper_facet[1],
+                                          &o.lower_facet[1]};
+  const std::array<double*, 4> shares{&j.left_upper_facet, &j.left_lower_facet, &j.right_upper_facet,
+                                      &j.right_lower_facet};
+  const Part* worst = facets[0];
+  for (std::size_t i = 0; i < 4; ++i) {
+    *shares[i] = 100 * facets[i]->share_removed();
+    if (facets[i]->share_removed() > worst->share_removed()) worst = facets[i];
+  }
+  j.facet_at = worst->at_world;
+  j.left_pars_before = o.pars[0].before, j.left_pars = o.pars[0].after, j.left_pars_at = o.pars[0].at_world;
+  j.right_pars_before = o.pars[1].before, j.right_pars = o.pars[1].after,
+  j.right_pars_at = o.pars[1].at_world;
+  return j;
+}
+
+std::span<const sim::JobType* const> Laminectomy::jobs() const {
+  static const sim::JobType judge{&sim::value_type<JudgeLaminectomy>(), run, nullptr, adopt, check};
+  static const std::array<const sim::JobType*, 1> all{&judge};
+  return all;
+}
+
+std::span<const sim::ValueType* const> Laminectomy::events() const {
+  static const std::array<const sim::ValueType*, 2> all{&sim::value_type<Judgement>(),
+                                                        &sim::value_type<NoVertebra>()};
+  return all;
+}
+
+volume::Status Laminectomy::allows(const sim::Command& command, const sim::OperationState&) const {
+  const auto* wish = command.what.as<JudgeLaminectomy>();
+  if (wish == nullptr) return std::nullopt;
+  if (wish->canal.size() > 1)
+    return volume::Error{"there are several places in the canal", "judge-laminectomy canal",
+                         std::to_string(wish->canal.size()), "one, or none", ""};
+  if (wish->vertebra.empty() && wish->canal.empty())
+    return volume::Error{"nobody says which vertebra", "judge-laminectomy", "",
+                         "vertebra, a label of the scan, or canal, a place in its canal", ""};
+  return std::nullopt;
+}
+
+std::vector<sim::Measure> Laminectomy::measures(const sim::OperationState& now) const {
+  const Judgement* j = now.settings_of<Judgement>();
+  if (j == nullptr) return {};
+  const auto share = [](double left, double before) { return before > 0 ? 100 * left / before : 100.0; };
+  return {{"canal before", j->canal_before, "mm2"},
+          {"canal", j->canal_after, "mm2"},
+          {"opened length", j->opened_length, "mm"},
+          {"opened width", j->opened_width, "mm"},
+          {"lamina left", share(j->lamina_left, j->lamina_before), "%"},
+          {"spinous process left", share(j->spinous_left, j->spinous_before), "%"},
+          {"left upper facet removed", j->left_upper_facet, "%"},
+          {"left lower facet removed", j->left_lower_facet, "%"},
+          {"right upper facet removed", j->right_upper_facet, "%"},
+          {"right lower facet removed", j->right_lower_facet, "%"},
+          {"left pars", j->left_pars, "mm"},
+          {"right pars", j->right_pars, "mm"}};
+}
+
+const sim::Schema& JudgeLaminectomy::schema() {
+  static constexpr sim::Field fields[] = {
+      field<&JudgeLaminectomy::vertebra>("vertebra", {.help = "its label"}),
+      field<&JudgeLaminectomy::canal>(
+          "canal",
+          {.unit = "mm", .low = -1e5, .high = 1e5, .help = "a place in its canal, as high as the lamina"}),
+      field<&JudgeLaminectomy::item>("item", {.low = 0, .high = 63, .help = "the shape that is bone"})};
+  static constexpr sim::Schema table{"judge-laminectomy", 1, fields};
+  return table;
+}
+
+const sim::Schema& Judgement::schema() {
+  static constexpr sim::Field fields[] = {
+      field<&Judgement::vertebra>("vertebra"),
+      field<&Judgement::canal_before>("canal_before", {.unit = "mm2", .help = "where it was narrowest"}),
+      field<&Judgement::canal_after>("canal_after", {.unit = "mm2"}),
+      field<&Judgement::narrowest_at>("narrowest_at", {.unit = "mm"}),
+      field<&Judgement::opened_length>("opened_length", {.unit = "mm", .help = "of the roof"}),
+      field<&Judgement::opened_width>("opened_width", {.unit = "mm"}),
+      field<&Judgement::opened_at>("opened_at", {.unit = "mm", .help = "where it is widest"}),
+      field<&Judgement::lamina_before>("lamina_before", {.unit = "mm3"}),
+      field<&Judgement::lamina_left>("lamina_left", {.unit = "mm3"}),
+      field<&Judgement::spinous_before>("spinous_before", {.unit = "mm3"}),
+      field<&Judgement::spinous_left>("spinous_left", {.unit = "mm3"}),
+      field<&Judgement::left_upper_facet>("left_upper_facet", {.unit = "%", .help = "removed"}),
+      field<&Judgement::left_lower_facet>("left_lower_facet", {.unit = "%", .help = "removed"}),
+      field<&Judgement::right_upper_facet>("right_upper_facet", {.unit = "%", .help = "removed"}),
+      field<&Judgement::right_lower_facet>("right_lower_facet", {.unit = "%", .help = "removed"}),
+      field<&Judgement::facet_at>("facet_at", {.unit = "mm", .help = "of the one that lost most"}),
+      field<&Judgement::left_pars_before>("left_pars_before", {.unit = "mm"}),
+      field<&Judgement::left_pars>("left_pars", {.unit = "mm"}),
+      field<&Judgement::right_pars_before>("right_pars_before", {.unit = "mm"}),
+      field<&Judgement::right_pars>("right_pars", {.unit = "mm"}),
+      field<&Judgement::left_pars_at>("left_pars_at", {.unit = "mm"}),
+      field<&Judgement::right_pars_at>("right_pars_at", {.unit = "mm"}),
+      field<&Judgement::is_any>("is_any")};
+  static constexpr sim::Schema table{"laminectomy-judged", 1, fields};
+  return table;
+}
+
+const sim::Schema& NoVertebra::schema() {
+  static constexpr sim::Field fields[] = {field<&NoVertebra::vertebra>("vertebra"),
+                                          field<&NoVertebra::why>("why")};
+  static constexpr sim::Schema table{"no-vertebra", 1, fields};
+  return table;
+}
+
+}  // namespace trephine::laminectomy

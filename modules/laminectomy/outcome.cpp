@@ -1,0 +1,272 @@
+#include "modules/laminectomy/outcome.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <glm/vec2.hpp>
+
+#include "volume/parallel.h"
+#include "volume/traversal.h"
+
+namespace trephine::laminectomy {
+
+using glm::dvec3;
+
+namespace {
+
+constexpr double k_section = 1;      // mm between sections
+constexpr double k_medial = 0.7;     // of the canal's half width: from here outward facets and pars begin
+constexpr double k_facet_wide = 12;  // mm beyond the canal's wall: farther out is the transverse process
+constexpr std::size_t k_quarter = k_rays / 4;
+
+double median(std::vector<double>& of) {
+  const auto middle = of.begin() + static_cast<std::ptrdiff_t>(of.size() / 2);
+  std::nth_element(of.begin(), middle, of.end());
+  return *middle;
+}
+
+class Judge {
+ public:
+  Judge(const volume::Field& bone, int label, const volume::Version& version, Outcome& outcome)
+      : bone_(bone), scan_(bone.volume()), label_(label), version_(version), o_(outcome) {}
+
+  bool has_canal(Trouble& trouble) {
+    const int count = static_cast<int>((o_.frame.high - o_.frame.low) / k_section) + 1;
+    o_.sections.resize(static_cast<std::size_t>(count));
+    volume::parallel_for(count, 0, [&](int i) {
+      o_.sections[static_cast<std::size_t>(i)] =
+          section_at(o_.frame, o_.frame.low + i * k_section, {bone_, label_}, &version_);
+    });
+    if (!find_pedicles()) {
+      trouble = {"no pedicles stand beside the canal", o_.frame.middle};
+      return false;
+    }
+    if (!find_roof()) {
+      trouble = {"no lamina closes the canal behind", o_.frame.middle};
+      return false;
+    }
+    double least = 1e300, widest = 0;
+    for (int i = o_.roof_first; i <= o_.roof_last; ++i) {
+      const CanalSection& s = o_.sections[static_cast<std::size_t>(i)];
+      if (const double area = s.area(false); area >= 0 && area < least) least = area, o_.narrowest = i;
+      if (s.has_roof(true)) continue;
+      o_.opened_length += k_section;
+      if (const double width = s.opening(); width > widest) widest = width, o_.widest_opened = i;
+    }
+    return least < 1e300;
+  }
+
+  /// Behind the outer surface of the laminae, half way to the sides of the canal: where the spinous process
+  /// stands out.
+  void find_spinous_process() {
+    std::vector<double> behind;
+    for (int i = o_.roof_first; i <= o_.roof_last; ++i) {
+      const CanalSection& s = o_.sections[static_cast<std::size_t>(i)];
+      for (const double x : {-0.5 * o_.half_width, 0.5 * o_.half_width}) {
+        double inner = -1, outer = -1;
+        for (double y = 0; y < 2 * k_reach && (outer < 0 || y < outer + k_pores); y += k_fine)
+          if (is_bone({x, y, s.z})) {
+            if (inner < 0) inner = y;
+            outer = y;
+          }
+        if (outer > 0) behind.push_back(outer);
+      }
+    }
+    o_.roof_back = behind.empty() ? 2 * k_reach : median(behind);
+  }
+
+  void weigh_parts() {
+    struct Sum {
+      double size = 0, removed = 0;
+      dvec3 of_size{0.0}, of_removed{0.0};
+    };
+    std::array<Sum, 6> sums;
+    const double upper = 0.5 * (o_.pedicle_low + o_.pedicle_high), lower = 2 * o_.pedicle_low - upper;
+    for_points([&](const dvec3& p, double size, bool is_gone) {
+      const double aside = std::abs(p.x);
+      if (p.y <= 0 || aside > o_.half_width + k_facet_wide) return;
+      const std::size_t side = p.x > 0 ? 0 : 1;
+      std::size_t part = 0;
+      if (aside < 0.5 * o_.half_width && p.y > o_.roof_back)
+        part = 1;
+      else if (aside >= k_medial * o_.half_width && p.z > upper)
+        part = 2 + side;
+      else if (aside >= k_medial * o_.half_width && p.z < lower)
+        part = 4 + side;
+      Sum& sum = sums[part];
+      const double gone = is_gone ? size : 0;
+      sum.size += size, sum.removed += gone;
+      sum.of_size += size * p, sum.of_removed += gone * p;
+    });
+    const auto part_of = [&](const Sum& sum) {
+      Part part{sum.size, sum.removed, o_.frame.middle};
+      if (sum.removed > 0)
+        part.at_world = o_.frame.world(sum.of_removed / sum.removed);
+      else if (sum.size > 0)
+        part.at_world = o_.frame.world(sum.of_size / sum.size);
+      return part;
+    };
+    o_.lamina = part_of(sums[0]), o_.spinous_process = part_of(sums[1]);
+    for (std::size_t side = 0; side < 2; ++side)
+      o_.upper_facet[side] = part_of(sums[2 + side]), o_.lower_facet[side] = part_of(sums[4 + side]);
+  }
+
+  /// Rows of the arch as seen from the back, from the middle of the pedicle to as far below its lower edge,
+  /// of those that the lamina closes.
+  void measure_pars() {
+    const double upper = 0.5 * (o_.pedicle_low + o_.pedicle_high), lower = 2 * o_.pedicle_low - upper;
+    for (std::size_t side = 0; side < 2; ++side) {
+      const double sign = side == 0 ? 1 : -1;
+      Pars& pars = o_.pars[side];
+      pars = {1e300, 1e300, o_.frame.middle};
+      for (double z = lower; z <= upper; z += k_row) {
+        double edge = 0, inner = 0;
+        const double wide = row_width(sign, z, false, edge, inner);
+        if (wide <= 0 || inner > 0) continue;  // between two facets, not between facet and lamina
+        pars.before = std::min(pars.before, wide);
+        const double now = row_width(sign, z, true, edge, inner);
+        if (now < pars.after) {
+          pars.after = now;
+          pars.at_world = o_.frame.world({sign * 0.5 * (edge + inner), 0.7 * o_.roof_back, z});
+        }
+      }
+      if (pars.before == 1e300) pars.before = pars.after = 0;
+    }
+  }
+
+ private:
+  /// Where the pedicles close the canal on both sides: the longest such stretch; and how wide it is there.
+  bool find_pedicles() {
+    std::size_t best = 0, best_count = 0, count = 0;
+    for (std::size_t i = 0; i < o_.sections.size(); ++i) {
+      const double z = o_.sections[i].z;
+      count = is_pedicle(z, 1) && is_pedicle(z, -1) ? count + 1 : 0;
+      if (count > best_count) best_count = count, best = i + 1 - count;
+    }
+    if (best_count == 0) return false;
+    std::vector<double> widths;
+    for (std::size_t i = best; i < best + best_count; ++i)
+      for (const std::size_t side : {k_quarter, k_rays - k_quarter})
+        if (const double wide = o_.sections[i].before[side]; wide >= 0) widths.push_back(wide);
+    if (widths.empty()) return false;
+    o_.half_width = median(widths);
+    o_.pedicle_low = o_.sections[best].z, o_.pedicle_high = o_.sections[best + best_count - 1].z;
+    return true;
+  }
+  /// Is the vertebra there straight to a side of the canal? Its label says where it ends, if it has one.
+  bool is_pedicle(double z, double sign) const {
+    for (double x = 0; x < k_reach; x += k_fine) {
+      const dvec3 p = scan_.frame.volume_from_world(o_.frame.world({sign * x, 0, z}));
+      if (label_ >= 0 ? is_of_vertebra(p) : bone_.value(p) >= 0) return true;
+    }
+    return false;
+  }
+  /// The stretch of closed sections nearest to the middle.
+  bool find_roof() {
+    const auto has_roof = [this](int i) { return o_.sections[static_cast<std::size_t>(i)].has_roof(false); };
+    const int count = static_cast<int>(o_.sections.size());
+    int nearest = -1;
+    for (int i = 0; i < count; ++i)
+      if (has_roof(i) && (nearest < 0 || std::abs(o_.sections[static_cast<std::size_t>(i)].z) <
+                                             std::abs(o_.sections[static_cast<std::size_t>(nearest)].z)))
+        nearest = i;
+    if (nearest < 0) return false;
+    o_.roof_first = o_.roof_last = nearest;
+    while (o_.roof_first > 0 && has_roof(o_.roof_first - 1)) --o_.roof_first;
+    while (o_.roof_last + 1 < count && has_roof(o_.roof_last + 1)) ++o_.roof_last;
+    return true;
+  }
+
+  static constexpr double k_fine = 0.3, k_row = 0.5, k_pores = 4;  // mm
+
+  bool is_bone(const dvec3& local) const {
+    const dvec3 p = scan_.frame.volume_from_world(o_.frame.world(local));
+    return bone_.value(p) >= 0 && is_of_vertebra(p);
+  }
+  bool is_left(const dvec3& local) const {
+    return version_.distance(scan_.frame.volume_from_world(o_.frame.world(local))) > 0;
+  }
+  bool is_of_vertebra(const dvec3& p) const {
+    if (label_ < 0) return true;
+    const glm::ivec3 v = volume::voxel_of(p);
+    return scan_.contains(v) && scan_.labels[scan_.index(v.x, v.y, v.z)] == label_;
+  }
+
+  /// From the outer edge of the arch on that side inward, to the middle or to where no bone is left.
+  double row_width(double sign, double z, bool of_after, double& edge, double& inner) const {
+    const auto is_covered = [&](double x) {
+      for (double y = 0; y <= o_.roof_back; y += k_fine) {
+        const dvec3 p(sign * x, y, z);
+        if (is_bone(p) && (!of_after || is_left(p))) return true;
+      }
+      return false;
+    };
+    edge = inner = 0;
+    double x = o_.half_width + k_facet_wide;
+    while (x > 0 && !is_covered(x)) x -= k_fine;
+    if (x <= 0) return 0;
+    edge = x;
+    while (x > 0 && is_covered(x)) x -= k_fine;
+    inner = x > k_fine ? x : 0.0;
+    return edge - inner;
+  }
+
+  /// Calls each(place, mm3, is it removed) for points of the vertebra, all voxels divided evenly.
+  template <class Each>
+  void for_points(const Each& each) const {
+    constexpr double k_aside = 45;   // mm, no vertebra is wider
+    constexpr double k_point = 0.4;  // mm between points at most
+    const volume::Frame& frame = scan_.frame;
+    // The box around the vertebra, in voxels.
+    dvec3 low(1e300), high(-1e300);
+    for (int c = 0; c < 8; ++c) {
+      const dvec3 p = frame.volume_from_world(o_.frame.world(
+          {c & 1 ? k_aside : -k_aside, c & 2 ? 2.5 * k_aside : 0.0, c & 4 ? o_.frame.high : o_.frame.low}));
+      low = glm::min(low, p), high = glm::max(high, p);
+    }
+    const glm::ivec3 from = glm::max(glm::ivec3(glm::floor(low)), glm::ivec3(0)),
+                     to = glm::min(glm::ivec3(glm::ceil(high)), scan_.size - 1);
+    const glm::ivec3 parts(glm::ceil(frame.spacing() / k_point));
+    const double size = frame.voxel_mm3() / (parts.x * parts.y * parts.z);
+    for (int z = from.z; z <= to.z; ++z)
+      for (int y = from.y; y <= to.y; ++y)
+        for (int x = from.x; x <= to.x; ++x) {
+          const std::size_t index = scan_.index(x, y, z);
+          if (label_ >= 0 ? scan_.labels[index] != label_ : bone_.at_index(index) < 0) continue;
+          for (int n = 0; n < parts.x * parts.y * parts.z; ++n) {
+            const dvec3 part(n % parts.x, n / parts.x % parts.y, n / (parts.x * parts.y));
+            const dvec3 p = dvec3(x, y, z) - 0.5 + (part + 0.5) / dvec3(parts);
+            const dvec3 place = o_.frame.local(frame.world_from_volume(p));
+            if (place.z >= o_.frame.low && place.z <= o_.frame.high)
+              each(place, size, version_.distance(p) <= 0);
+          }
+        }
+  }
+
+  const volume::Field& bone_;
+  const volume::Volume& scan_;
+  int label_;
+  const volume::Version& version_;
+  Outcome& o_;
+};
+
+}  // namespace
+
+bool judge(const volume::Field& bone, int label, const dvec3* canal_world, const volume::Version& version,
+           Outcome& outcome, Trouble& trouble) {
+  outcome = {};
+  if (!find_vertebra({bone, label}, canal_world, outcome.frame, trouble)) return false;
+  Judge judge(bone, label, version, outcome);
+  if (!judge.has_canal(trouble)) return false;
+  judge.find_spinous_process();
+  judge.weigh_parts();
+  judge.measure_pars();
+  return true;
+}
+
+int slice_of(const volume::Volume& scan, const dvec3& world) noexcept {
+  return std::clamp(volume::voxel_of(scan.frame.volume_from_world(world)).z, 0, scan.size.z - 1);
+}
+
+}  // namespace trephine::laminectomy

@@ -1,0 +1,122 @@
+// laminectomy: judged by command and by script, on the built-in spine and on a real one with labels.
+#include "tests/apps/command_fixture.h"
+#include "tests/data-tools/file_helpers.h"
+
+namespace trephine::command_tests {
+namespace {
+
+/// The laminectomy of docs/: the outcome that the script expects is that which the session is judged with.
+TEST_F(Command, ALaminectomyIsPlayedJudgedAndReplayed) {
+  write("l.toml", read(TREPHINE_SOURCE_DIR "/docs/examples/laminectomy.toml"));
+  const Json played = json("run l.toml --record l.session");
+  EXPECT_EQ(played["is_met"], true) << played.dump(1);
+  const Json outcome = json("laminectomy l.session --vertebra L4 --slices o.png");
+  EXPECT_GT(fs::file_size(folder_ / "o.png"), 50000u);
+  EXPECT_GT(outcome["canal"]["now_mm2"].get<double>(), 1.08 * outcome["canal"]["before_mm2"].get<double>());
+  EXPECT_LT(outcome["spinous_process"]["left_mm3"], 10);
+  EXPECT_GE(outcome["opening"]["length_mm"], 18);
+  // The error: too far to the left, and the dura.
+  EXPECT_LT(outcome["pars"][0]["now_mm"].get<double>(), outcome["pars"][1]["now_mm"].get<double>() - 1.5);
+  ASSERT_EQ(outcome["facets"].size(), 4u);
+  EXPECT_GT(outcome["facets"][1]["removed_percent"].get<double>(),
+            outcome["facets"][3]["removed_percent"].get<double>() + 4);
+  const Json& dura = outcome["forbidden"][0];
+  EXPECT_EQ(dura["structure"], "cord");
+  EXPECT_LT(dura["nearest_mm"], 0);
+  ASSERT_GE(dura["contacts"].size(), 1u);
+  EXPECT_GT(dura["contacts"][0]["slice"], 1);
+  // Before that column it was as good on either side.
+  const Json earlier = json("laminectomy l.session --vertebra L4 --until 121.7");
+  EXPECT_NEAR(earlier["pars"][0]["now_mm"].get<double>(), earlier["pars"][1]["now_mm"].get<double>(), 1);
+  EXPECT_TRUE(earlier["forbidden"][0]["contacts"].empty());
+  EXPECT_NE(run("timeline l.session").out.find("L4: canal"), std::string::npos);
+  EXPECT_EQ(json("replay l.session --verify")["is_same"], true);
+  for (const auto& [arguments, words] : std::initializer_list<std::pair<std::string, std::string>>{
+           {"", "which vertebra"},
+           {"--vertebra L9", "no label of that name"},
+           {"--canal 1,2", "X,Y,Z"},
+           {"--canal 0,-40,0", "canal"},
+           {"--vertebra L4 --until -1", "out of range"},
+           {"--vertebra L4 --slices l.session", "l.session"}}) {
+    const Ended bad = run("laminectomy l.session " + arguments);
+    EXPECT_EQ(bad.exit_code, 2) << arguments;
+    EXPECT_NE(bad.err.find(words), std::string::npos) << arguments << "\n" << bad.err;
+  }
+  EXPECT_GT(fs::file_size(folder_ / "l.session"), 10000u);
+}
+
+/// A hand's points: it goes to each place in turn and holds its button there.
+class Bites {
+ public:
+  void at(double x, double y, double z, double from_y) {
+    add(0.0, x, from_y, z, 0), add(0.3, x, y, z, 0), add(0.1, x, y, z, 1), add(0.5, x, y, z, 1),
+        add(0.1, x, y, z, 0), add(0.1, x, from_y, z, 0);
+  }
+  void add(double after, double x, double y, double z, int button) {
+    t_ += after > 0 ? after : 0.05;
+    text_ += (text_.empty() ? "[" : ", [") + std::to_string(t_) + "," + std::to_string(x) + "," +
+             std::to_string(y) + "," + std::to_string(z) + "," + std::to_string(button) + "]";
+  }
+  void wait_for(const Bites& other) { t_ = std::max(t_, other.t_); }
+  double end() const { return t_; }
+  std::string hand(const std::string& instrument, const std::string& parameters) const {
+    return "[[hands]]\ninstrument = \"" + instrument + "\"\nparameters = \"" + parameters +
+           "\"\nshaft = [0, 1, 0]\npoints = [" + text_ + "]\n";
+  }
+
+ private:
+  std::string text_;
+  double t_ = 0;
+};
+
+TEST_F(Command, ALaminectomyOfARealSpine) {
+  const std::string data = data_tools::real_data();
+  if (data.empty()) GTEST_SKIP() << "no real data: set TREPHINE_DATA";
+  ASSERT_EQ(run("import " + data + "/spine_lumbar/example_ct.nii.gz --labels " + data +
+                "/spine_lumbar/spine_report/totalseg.nii.gz --preset spine -o real")
+                .exit_code,
+            0);
+  Bites process, thinning, lamina;
+  for (const double y : {-83.0, -90.0, -97.0})
+    for (const double z : {270.0, 276.0, 282.0, 288.0, 293.0}) process.at(2.6, y, z, y + 8);
+  thinning.wait_for(process);
+  for (const double x : {-2.0, 7.0}) {
+    thinning.add(0.1, x, -90, 290, 0), thinning.add(0.3, x, -104, 290, 1);
+    thinning.add(3, x, -104, 274, 1), thinning.add(0.2, x, -90, 274, 0);
+  }
+  lamina.wait_for(thinning);
+  for (const double x : {2.6, -1.4, 6.6}) {
+    const double y = x == 2.6 ? -114.5 : -115;
+    lamina.add(0.1, x, -40, 262, 0), lamina.add(0.3, x, y, 262, 0);
+    for (double z = 274; z < 296; z += 3) lamina.at(x, y, z, y);
+    lamina.add(0.1, x, y, 262, 0), lamina.add(0.3, x, -40, 262, 0);
+  }
+  write("l.toml", "schema = 1\nscan = \"real\"\nrate = 250\n" +
+                      process.hand("rongeur", "kind=rongeur width=8 opening=20") +
+                      thinning.hand("burr", "diameter=6") +
+                      lamina.hand("rongeur", "kind=kerrison width=5 opening=20") +
+                      "[[do]]\nat = " + std::to_string(lamina.end() + 0.2) +
+                      "\ncommand = \"judge-laminectomy\"\nwith = \"vertebra=label-28\"\n"
+                      "[[expect]]\nwhat = \"canal\"\nleast = 305\n"
+                      "[[expect]]\nwhat = \"opened length\"\nleast = 8\n");
+  const Json played = json("run l.toml --record l.session");
+  EXPECT_EQ(played["is_met"], true) << played.dump(1);
+  const Json outcome = json("laminectomy l.session --case real --vertebra label-28 --slices o.png");
+  EXPECT_NEAR(outcome["canal"]["before_mm2"].get<double>(), 299, 6);
+  EXPECT_GT(outcome["canal"]["now_mm2"], 305);
+  EXPECT_LT(outcome["spinous_process"]["left_mm3"].get<double>(),
+            0.3 * outcome["spinous_process"]["before_mm3"].get<double>());
+  for (const Json& facet : outcome["facets"]) EXPECT_LT(facet["removed_percent"], 3);
+  for (const Json& pars : outcome["pars"]) EXPECT_GT(pars["now_mm"], 10);
+  // Room in a canal of every other vertebra as anatomists find it, and of the sacrum none.
+  for (const int label : {27, 29, 30, 31, 32}) {
+    const double area = json("laminectomy l.session --case real --vertebra label-" +
+                             std::to_string(label))["canal"]["before_mm2"];
+    EXPECT_GT(area, 150) << label;
+    EXPECT_LT(area, 400) << label;
+  }
+  EXPECT_EQ(run("laminectomy l.session --case real --vertebra label-26").exit_code, 2);
+}
+
+}  // namespace
+}  // namespace trephine::command_tests

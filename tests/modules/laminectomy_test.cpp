@@ -1,0 +1,285 @@
+// A laminectomy's outcome against the phantom's own shapes: areas by counting pixels of the exact bone, parts
+// by counting points of it.
+#include "modules/laminectomy/laminectomy.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <functional>
+#include <glm/geometric.hpp>
+#include <glm/vec2.hpp>
+#include <gtest/gtest.h>
+
+#include "data-tools/phantoms.h"
+#include "data-tools/spine_phantom.h"
+#include "haptics/proxy/methods.h"
+#include "sim/lockstep.h"
+#include "tests/scenes/scenes.h"
+#include "volume/removal.h"
+
+namespace trephine::laminectomy {
+namespace {
+
+using data_tools::SpinePhantom;
+using glm::dvec3;
+
+constexpr int k_l4 = 1;
+
+/// mm to what is taken away, negative inside; world.
+using Cut = std::function<double(const dvec3&)>;
+
+class CutField final : public volume::RemovalField {
+ public:
+  CutField(const volume::Version& version, Cut cut)
+      : frame_(version.lattice().frame()), size_(version.lattice().size()), cut_(std::move(cut)) {}
+  volume::VoxelBox samples() const { return {glm::ivec3(0), size_ - 1}; }
+  Reach find(const glm::ivec3& low, double band, Distances& mm) override {
+    const dvec3 middle = frame_.world_from_volume(dvec3(low) + 3.5);
+    if (cut_(middle) > 8 * frame_.diagonal_mm()) return Reach::none;
+    bool is_any = false;
+    std::size_t i = 0;
+    for (int z = -1; z <= volume::k_brick; ++z)
+      for (int y = -1; y <= volume::k_brick; ++y)
+        for (int x = -1; x <= volume::k_brick; ++x) {
+          const double d = cut_(frame_.world_from_volume(dvec3(low) + dvec3(x, y, z)));
+          is_any = is_any || d < band;
+          mm[i++] = static_cast<float>(std::clamp(d, -band, band));
+        }
+    return is_any ? Reach::some : Reach::none;
+  }
+
+ private:
+  volume::Frame frame_;
+  glm::ivec3 size_;
+  Cut cut_;
+};
+
+struct Spine {
+  std::shared_ptr<const volume::Volume> scan;
+  volume::Field bone;
+  explicit Spine(const dvec3& spacing, double noise = 0, double shear = 0, std::uint64_t seed = 1) {
+    data_tools::PhantomOptions options;
+    options.spacing_mm = spacing;
+    options.seed = seed;
+    options.shear_degrees = shear;
+    options.parameters["noise"] = noise;
+    scan = std::make_shared<const volume::Volume>(data_tools::make_phantom("spine", options).value());
+    bone = volume::Field(*scan, {"bone", 140});
+  }
+  std::shared_ptr<const volume::Version> cut(const Cut& cut) const {
+    const auto lattice =
+        volume::CutLattice::for_burr(*scan, std::max(4.5, volume::CutLattice::smallest_burr_mm(*scan)));
+    volume::RemovalEditor editor(std::make_shared<const volume::Version>(scan, lattice.value()), {bone});
+    CutField field(editor.working(), cut);
+    editor.remove(field, field.samples());
+    return editor.freeze();
+  }
+  Outcome judged(const volume::Version& version, const std::string& vertebra = "L4") const {
+    Outcome outcome;
+    Trouble trouble;
+    EXPECT_TRUE(judge(bone, scan->label_value(vertebra), nullptr, version, outcome, trouble)) << trouble.why;
+    return outcome;
+  }
+  volume::Version untouched() const { return volume::Version(scan); }
+};
+
+/// A block of the vertebra's own frame (mm of the world from its canal's middle at the lamina): `aside` to
+/// either side, all that is behind `front`, between two heights.
+Cut block(const SpinePhantom& spine, double aside, double front, double low, double high, double shift = 0) {
+  const dvec3 middle = spine.place(k_l4, {0, 24, 0}),
+              left = glm::normalize(spine.place(k_l4, {1, 24, 0}) - middle),
+              back = glm::normalize(spine.place(k_l4, {0, 25, 0}) - middle),
+              up = glm::normalize(spine.place(k_l4, {0, 24, 1}) - middle);
+  return [=](const dvec3& w) {
+    const dvec3 p(glm::dot(w - middle, left), glm::dot(w - middle, back), glm::dot(w - middle, up));
+    return std::max({std::abs(p.x - shift) - aside, front - p.y, low - p.z, p.z - high});
+  };
+}
+
+/// In the plane through a section, by counting pixels that are seen from its middle.
+struct Pixels {
+  static constexpr double k_pixel = 0.15;
+  const SpinePhantom& spine;
+  const VertebraFrame& frame;
+  double z;
+  Cut cut = [](const dvec3&) { return 1e3; };
+
+  bool is_bone(double x, double y) const {
+    const dvec3 w = frame.world({x, y, z});
+    const auto all = spine.bone_distances(w);
+    return *std::min_element(all.begin(), all.end()) < 0 && cut(w) > 0;
+  }
+  /// mm2; below 0 where it goes on beyond what a canal is. `behind`: what lies behind that is outside.
+  double area(double behind = 20) const {
+    constexpr double k_canal = 17.5;
+    constexpr int k_half = static_cast<int>(18 / k_pixel);
+    std::vector<char> bone(4 * k_half * k_half);
+    const auto at = [&](double x, double y) -> char& {
+      const int i = static_cast<int>(std::floor(x / k_pixel)) + k_half,
+                j = static_cast<int>(std::floor(y / k_pixel)) + k_half;
+      return bone[static_cast<std::size_t>(std::clamp(i, 0, 2 * k_half - 1) +
+                                           2 * k_half * std::clamp(j, 0, 2 * k_half - 1))];
+    };
+    const auto for_pixels = [&](const auto& each) {
+      for (int j = -k_half; j < k_half; ++j)
+        for (int i = -k_half; i < k_half; ++i) each((i + 0.5) * k_pixel, (j + 0.5) * k_pixel);
+    };
+    for_pixels([&](double x, double y) { at(x, y) = is_bone(x, y); });
+    int count = 0;
+    bool is_open = false;
+    for_pixels([&](double x, double y) {
+      if (y >= behind || at(x, y)) return;
+      const double far = std::hypot(x, y);
+      for (double t = 0; t < far; t += 0.5 * k_pixel)
+        if (at(x * t / far, y * t / far)) return;
+      ++count;
+      is_open = is_open || far > k_canal;
+    });
+    return is_open ? -1 : count * k_pixel * k_pixel;
+  }
+};
+
+TEST(LaminectomyOutcome, AFrameLiesAsTheVertebraDoes) {
+  const std::pair<dvec3, double> grids[] = {{dvec3(0.7), 0}, {dvec3(1), 15}, {dvec3(0.5, 0.5, 3), 15}};
+  for (const auto& [spacing, shear] : grids) {
+    const Spine spine(spacing, 20, shear);
+    const SpinePhantom exact(1);
+    for (int v = 0; v < 3; ++v) {
+      Outcome o;
+      Trouble trouble;
+      ASSERT_TRUE(find_vertebra({spine.bone, v + 1}, nullptr, o.frame, trouble)) << trouble.why;
+      const dvec3 up = glm::normalize(exact.place(v, {0, 24, 1}) - exact.place(v, {0, 24, 0}));
+      const double off = std::acos(std::min(1.0, glm::dot(o.frame.up, up))) * 57.3;
+      EXPECT_LT(off, 1.5) << v << " " << spacing.z << " " << shear;
+      EXPECT_LT(std::abs(glm::dot(o.frame.left, dvec3(0, 1, 0))), 0.05);
+      const dvec3 middle = o.frame.local(exact.place(v, {0, 24, 0}));
+      EXPECT_LT(std::abs(middle.x), 0.5);
+      EXPECT_LT(std::abs(middle.y), 3);
+    }
+  }
+}
+
+TEST(LaminectomyOutcome, RoomInTheCanalIsThatOfItsExactShape) {
+  const SpinePhantom exact(1);
+  const std::pair<dvec3, double> scans[] = {{dvec3(0.5), 0}, {dvec3(1), 20}, {dvec3(0.45, 0.45, 3), 20}};
+  for (const auto& [spacing, noise] : scans) {
+    const Spine spine(spacing, noise);
+    const double allowed = spacing.z > 1 ? 0.08 : 0.02;
+    // A trough as wide as the canal is deep, through lamina and spinous process; and a shallow one that
+    // does not open it.
+    const Cut trough = block(exact, 6, 0, -30, 30);
+    const Outcome o = spine.judged(*spine.cut(trough));
+    double worst = 0;
+    int count = 0;
+    for (int i = o.roof_first; i <= o.roof_last; i += 2) {
+      const CanalSection& s = o.sections[static_cast<std::size_t>(i)];
+      Pixels pixels{exact, o.frame, s.z};
+      const double before = pixels.area();
+      if (before < 0) continue;
+      EXPECT_NEAR(s.area(false) / before, 1, allowed) << s.z << " " << spacing.z << " noise " << noise;
+      // Behind, the line between the outer edges of what is left beside the trough.
+      pixels.cut = trough;
+      double edge = 0;
+      const dvec3 corner = o.frame.local(exact.place(k_l4, {0, 24, 0}));
+      for (double y = 0; y < 20; y += 0.02)
+        for (const double x : {corner.x + 6.02, corner.x - 6.02}) {
+          if (pixels.is_bone(x, y)) edge = std::max(edge, y);
+        }
+      const double after = pixels.area(edge);
+      if (after < 0) continue;
+      EXPECT_NEAR(s.area(true) / after, 1, allowed) << s.z << " " << spacing.z << " noise " << noise;
+      EXPECT_NEAR(s.opening(), 12, 0.5) << s.z;
+      worst = std::max(worst, std::abs(s.area(false) / before - 1));
+      ++count;
+    }
+    EXPECT_GE(count, 2);
+    RecordProperty("worst", std::to_string(worst));
+    const CanalSection& narrow = o.sections[static_cast<std::size_t>(o.narrowest)];
+    EXPECT_GT(narrow.area(true), narrow.area(false));
+  }
+}
+
+TEST(LaminectomyOutcome, WhatDoesNotOpenTheCanalLeavesItsRoom) {
+  const SpinePhantom exact(1);
+  const Spine spine(dvec3(0.6));
+  // The spinous process alone.
+  const Outcome o = spine.judged(*spine.cut(block(exact, 8, 21, -40, 40)));
+  EXPECT_EQ(o.opened_length, 0);
+  EXPECT_EQ(o.widest_opened, -1);
+  for (const CanalSection& s : o.sections)
+    if (s.has_roof(false)) {
+      EXPECT_DOUBLE_EQ(s.area(true), s.area(false));
+    }
+  EXPECT_LT(o.lamina.share_removed(), 0.02);
+  EXPECT_GT(o.spinous_process.share_removed(), 0.75);
+  for (const auto* facets : {&o.upper_facet, &o.lower_facet})
+    for (const Part& facet : *facets) EXPECT_LT(facet.share_removed(), 0.02);
+}
+
+/// Parts of the exact bone by points of a grid, with the parts' definitions typed again.
+TEST(LaminectomyOutcome, PartsAreThoseOfTheExactBone) {
+  const SpinePhantom exact(1);
+  for (const dvec3& spacing : {dvec3(0.7), dvec3(0.45, 0.45, 3)}) {
+    const Spine spine(spacing);
+    // Too far to the left: the left facets are cut.
+    const Cut cut = block(exact, 10, 0, -30, 30, 4);
+    const Outcome o = spine.judged(*spine.cut(cut));
+    std::array<double, 6> size{},
+        gone{};  // lamina, process, upper left, upper right, lower left, lower right
+    constexpr double k_step = 0.5;
+    const double middle = (o.pedicle_low + o.pedicle_high) / 2,
+                 below = o.pedicle_low - (middle - o.pedicle_low);
+    for (double z = o.frame.low; z < o.frame.high; z += k_step)
+      for (double y = k_step / 2; y < 60; y += k_step)
+        for (double x = -24.75; x < 25; x += k_step) {
+          if (std::abs(x) > o.half_width + 12) continue;
+          const dvec3 w = o.frame.world({x, y, z});
+          if (exact.bone_distances(w)[k_l4] > 0) continue;
+          int part = 0;
+          if (std::abs(x) < o.half_width / 2 && y > o.roof_back)
+            part = 1;
+          else if (std::abs(x) >= 0.7 * o.half_width)
+            part = z > middle ? (x > 0 ? 2 : 3) : z < below ? (x > 0 ? 4 : 5) : 0;
+          size[static_cast<std::size_t>(part)] += k_step * k_step * k_step;
+          if (cut(w) < 0) gone[static_cast<std::size_t>(part)] += k_step * k_step * k_step;
+        }
+    const std::array<const Part*, 6> parts{&o.lamina,         &o.spinous_process, &o.upper_facet[0],
+                                           &o.upper_facet[1], &o.lower_facet[0],  &o.lower_facet[1]};
+    for (std::size_t i = 0; i < parts.size(); ++i) {
+      EXPECT_NEAR(parts[i]->size / size[i], 1, 0.06) << i << " " << spacing.z;
+      EXPECT_NEAR(parts[i]->share_removed(), gone[i] / size[i], 0.03) << i << " " << spacing.z;
+    }
+    // It goes 14 mm to the left of the middle and 6 to the right.
+    EXPECT_GT(o.lower_facet[0].share_removed(), 0.3);
+    EXPECT_LT(o.lower_facet[1].share_removed(), 0.1);
+    EXPECT_LT(o.pars[0].after, o.pars[1].after - 4);
+    EXPECT_NEAR(o.pars[1].before - o.pars[1].after, 6, 0.7);
+    EXPECT_NEAR(o.pars[0].before, o.pars[1].before, 0.7);
+  }
+}
+
+TEST(LaminectomyOutcome, WhatIsNoVertebraIsSaid) {
+  const Spine spine(dvec3(1.2));
+  Outcome outcome;
+  Trouble trouble;
+  const volume::Version version = spine.untouched();
+  EXPECT_FALSE(judge(spine.bone, spine.scan->label_value("disc"), nullptr, version, outcome, trouble));
+  EXPECT_FALSE(trouble.why.empty());
+  EXPECT_FALSE(judge(spine.bone, 100, nullptr, version, outcome, trouble));
+  EXPECT_NE(trouble.why.find("no voxels"), std::string::npos);
+  EXPECT_FALSE(judge(spine.bone, -1, nullptr, version, outcome, trouble));
+  const dvec3 air(0, 82, 0), beyond(1e4, 0, 0);
+  EXPECT_FALSE(judge(spine.bone, -1, &air, version, outcome, trouble));
+  EXPECT_FALSE(judge(spine.bone, -1, &beyond, version, outcome, trouble));
+  // Without a label a place in the canal is enough.
+  const dvec3 canal = SpinePhantom(1).place(k_l4, {0, 24, 0});
+  ASSERT_TRUE(judge(spine.bone, -1, &canal, version, outcome, trouble)) << trouble.why;
+  const Outcome labelled = spine.judged(version);
+  const auto narrowest = [](const Outcome& o) {
+    return o.sections[static_cast<std::size_t>(o.narrowest)].area(false);
+  };
+  EXPECT_NEAR(narrowest(outcome) / narrowest(labelled), 1, 0.15);  // by blurred walls alone
+}
+
+}  // namespace
+}  // namespace trephine::laminectomy
