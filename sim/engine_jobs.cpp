@@ -81,7 +81,7 @@ void Engine::end_job(const AdoptJob& wish, Outcome& outcome) {
   const bool is_late =
       (is_of_cuts && job.edits != edits_) ||
       (job.type && job.type->still_fits && !job.type->still_fits(parameters, *job.input, now_));
-  if (is_late) return discard("the world changed");
+  if (is_late) return discard(k_world_changed);
   if (!result) result = job.run();
   outcome.job_hash = result->hash();
   const CameOff* off = result->came_off();

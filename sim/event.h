@@ -24,6 +24,7 @@ struct FaultEvent {
 };
 
 /// What a job made was left: the world changed too much under it, or there is no such thing.
+inline constexpr const char* k_world_changed = "the world changed";
 struct JobDiscarded {
   Id job;
   std::string why;

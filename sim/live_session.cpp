@@ -175,11 +175,33 @@ void LiveSession::consume(const haptics::ServoRecord& record) {
   if (recorder_) recorder_->add(record, engine_, outcome);
   if (trace_.size() < trace_limit_) trace_.push_back(record);
   show(outcome, false);
+  {
+    const std::lock_guard guard(lock_);
+    edit_report_.longest_tick_seconds = std::max(edit_report_.longest_tick_seconds, seconds);
+    state_.hands[record.hand] = record;
+    if (record.hand == 0) state_.newest = record;
+    update_state(outcome);
+  }
+  if (!pieces_) return;
+  const PieceWatch::Finding found = pieces_->after_tick(engine_);
+  if (found == PieceWatch::Finding::parted) free_pieces();
+  if (found != PieceWatch::Finding::pending) return;
+  // The whole volume is asked on a thread of its own; what was cut meanwhile changes nothing of the answer
+  // but to yes.
+  jobs_.submit([this, now = engine_.snapshot(), scene = engine_.tool().scene,
+                smallest = pieces_->smallest()]() -> Background::Result {
+    const bool is_loose = PieceWatch::has_loose(*scene, *now->world.version, smallest);
+    return [this, is_loose] {
+      if (is_loose) free_pieces();
+    };
+  });
+}
+
+/// Nobody asked for it: if it is refused, nobody is told.
+void LiveSession::free_pieces() {
+  if (!carry_out(pieces_->command()).refused) return;
   const std::lock_guard guard(lock_);
-  edit_report_.longest_tick_seconds = std::max(edit_report_.longest_tick_seconds, seconds);
-  state_.hands[record.hand] = record;
-  if (record.hand == 0) state_.newest = record;
-  update_state(outcome);
+  state_.refused.reset();
 }
 
 Outcome LiveSession::carry_out(const Command& command, bool may_begin) {
@@ -188,6 +210,7 @@ Outcome LiveSession::carry_out(const Command& command, bool may_begin) {
   const double seconds = seconds_since(begun_at);
   if (outcome.is_changed) channel_.publish(engine_.servo_scene());
   if (recorder_) recorder_->add(command, engine_, outcome);
+  if (pieces_) pieces_->after_command(engine_, command, outcome);
   if (may_begin && !engine_.jobs().empty() && engine_.jobs().back().id == outcome.job)
     begin(engine_.jobs().back());
   show(outcome, true);

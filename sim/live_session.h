@@ -13,7 +13,7 @@
 
 #include "haptics/servo/servo_loop.h"
 #include "sim/background.h"
-#include "sim/engine.h"
+#include "sim/piece_watch.h"
 #include "sim/session_writer.h"
 
 namespace trephine::sim {
@@ -67,6 +67,8 @@ class LiveSession {
   /// Takes the news; `changed` starts empty again.
   LiveState fetch_state();
   haptics::ServoReport servo_report() const { return servo_.report(); }
+  /// Pieces of `smallest` mm3 and more come off by themselves, at the ends of strokes; call before start().
+  void watch_pieces(double smallest) { pieces_.emplace(smallest); }
   /// Keeps up to `ticks` records for trace(); call before start(). None are kept otherwise.
   void keep_trace(std::size_t ticks) { trace_limit_ = ticks; }
   /// The ticks that the edit thread saw; after stop().
@@ -95,6 +97,7 @@ class LiveSession {
   void show(const Outcome& outcome, bool is_command);
   void take_work();
   void begin(const PendingJob& job);
+  void free_pieces();
 
   Engine engine_;
   haptics::ServoChannel channel_;
@@ -110,7 +113,8 @@ class LiveSession {
   std::vector<std::promise<std::shared_ptr<const OperationState>>> snapshots_;  ///< that are waited for
   bool is_running_ = false;                                                     ///< the edit thread answers
   std::atomic<bool> is_stopping_{false}, wants_reset_{false}, is_looked_at_{false};
-  bool has_new_overlays_ = true;  ///< of the edit thread
+  std::optional<PieceWatch> pieces_;  ///< of the edit thread
+  bool has_new_overlays_ = true;      ///< of the edit thread
   std::thread thread_;
 
   Background fields_, jobs_;    ///< threads that edits never wait for

@@ -42,6 +42,17 @@ std::span<const haptics::ServoRecord> Lockstep::step(std::span<const haptics::Po
     last_outcome_.box = united(last_outcome_.box, outcome.box);
     last_outcome_.event_count += outcome.event_count;
   }
+  if (pieces_) {
+    const PieceWatch::Finding found = pieces_->after_tick(engine_);
+    if (found == PieceWatch::Finding::parted ||
+        (found == PieceWatch::Finding::pending &&
+         PieceWatch::has_loose(engine_.scene(), *engine_.current(), pieces_->smallest()))) {
+      const Outcome outcome = apply_whole(pieces_->command());
+      last_outcome_.is_changed |= outcome.is_changed;
+      last_outcome_.box = united(last_outcome_.box, outcome.box);
+      last_outcome_.event_count += outcome.event_count;
+    }
+  }
   // A round tool's fields follow a while after the cuts, as they do live.
   ticks_owed_ = engine_.has_stale_fields() ? ticks_owed_ + 1 : 0;
   if (ticks_owed_ == k_offsets_every) {
@@ -72,6 +83,7 @@ Outcome Lockstep::apply_whole(const Command& command) {
 Outcome Lockstep::apply(const Command& command) {
   const Outcome outcome = engine_.apply(command);
   if (recorder_) recorder_->add(command, engine_, outcome);
+  if (pieces_) pieces_->after_command(engine_, command, outcome);
   return outcome;
 }
 

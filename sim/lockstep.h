@@ -2,7 +2,7 @@
 // bits.
 #pragma once
 
-#include "sim/engine.h"
+#include "sim/piece_watch.h"
 #include "sim/session_writer.h"
 
 namespace trephine::sim {
@@ -29,6 +29,9 @@ class Lockstep {
   Outcome apply(const Command& command);
   /// A job that it begins is done before this returns.
   Outcome apply_whole(const Command& command);
+  /// From here on pieces of `smallest` mm3 and more come off by themselves, at the ends of strokes.
+  void watch_pieces(double smallest) { pieces_.emplace(smallest); }
+  const std::optional<PieceWatch>& pieces() const noexcept { return pieces_; }
 
   const Engine& engine() const noexcept { return engine_; }
   Engine& engine() noexcept { return engine_; }
@@ -47,6 +50,7 @@ class Lockstep {
   std::vector<haptics::ServoCore> cores_;
   SessionWriter* recorder_;
   Outcome last_outcome_;
+  std::optional<PieceWatch> pieces_;
   std::vector<haptics::ServoRecord> records_;
   int ticks_owed_ = 0;
   bool is_reset_ = false;

@@ -7,6 +7,7 @@
 #include "tests/bench/benchmarks.h"
 #include "tests/bench/drilling.h"
 #include "tests/bench/flood.h"
+#include "tests/bench/parting.h"
 #include "tests/bench/peers.h"
 #include "tests/bench/rays.h"
 
@@ -18,7 +19,7 @@ using volume::Result;
 namespace {
 
 constexpr const char* k_benchmarks =
-    "surface, flood, step, rays, drill, load, dicom, open, feel or stability";
+    "surface, flood, parting, step, rays, drill, load, dicom, open, feel or stability";
 
 Json to_json(const bench::StepTimes& t) {
   return {{"count", t.count}, {"p50", t.p50}, {"p99", t.p99}, {"p999", t.p999}, {"max", t.max}};
@@ -99,6 +100,33 @@ void bench_flood(int size, Outcome& outcome) {
     if (row.scipy_ms) one["scipy_ms"] = *row.scipy_ms;
     rows.push_back(std::move(one));
     if (!row.is_same) outcome.exit_code = exit_check_failed;
+  }
+  outcome.json["rows"] = rows;
+}
+
+/// After each stroke of a saw: did it free a piece?
+void bench_parting(Outcome& outcome) {
+  outcome.text += format_text(
+      "did this stroke free a piece? A saw around a flap of the built-in head, ms\n%6s %5s %8s %5s %6s %7s "
+      "%6s %6s %12s %5s\n",
+      "voxel", "burr", "samples", "held", "parted", "pending", "p50", "p99", "whole volume", "wrong");
+  Json rows = Json::array();
+  for (const bench::PartingRow& row : bench::run_parting_benchmark()) {
+    outcome.text += format_text("%6.2f %5.1f %8d %5d %6d %7d %6.2f %6.2f %12.1f %5d\n", row.voxel_mm,
+                                row.burr_mm, row.samples_a_voxel, row.held, row.parted, row.pending,
+                                row.p50_ms, row.p99_ms, row.whole_ms, row.wrong);
+    rows.push_back({{"voxel_mm", row.voxel_mm},
+                    {"burr_mm", row.burr_mm},
+                    {"samples_a_voxel", row.samples_a_voxel},
+                    {"strokes", row.strokes},
+                    {"held", row.held},
+                    {"parted", row.parted},
+                    {"pending", row.pending},
+                    {"p50_ms", row.p50_ms},
+                    {"p99_ms", row.p99_ms},
+                    {"whole_volume_ms", row.whole_ms},
+                    {"wrong", row.wrong}});
+    if (row.wrong > 0) outcome.exit_code = exit_check_failed;
   }
   outcome.json["rows"] = rows;
 }
@@ -253,6 +281,8 @@ Result<Outcome> run_bench(const BenchArguments& arguments) {
     bench_surface(arguments.size, outcome);
   else if (arguments.what == "flood")
     bench_flood(arguments.size, outcome);
+  else if (arguments.what == "parting")
+    bench_parting(outcome);
   else if (arguments.what == "step")
     bench_step(arguments.size, outcome);
   else if (arguments.what == "rays")

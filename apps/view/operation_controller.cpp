@@ -41,6 +41,7 @@ OperationController::~OperationController() { finish(); }
 
 volume::Status OperationController::start() {
   viewport_.request_all(version_);
+  if (options_.free_pieces > 0) live_.watch_pieces(options_.free_pieces);
   if (volume::Status error = live_.start()) return error;
   is_started_ = true;
   return std::nullopt;

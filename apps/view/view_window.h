@@ -52,6 +52,7 @@ struct WindowOptions {
   std::function<bool()> wants_to_end = [] { return false; };
   std::string screenshot;  ///< PNG at the end; empty for none
   char side = 0;           ///< from which it is seen, as Viewport::look_from has it; 0: from the front, above
+  double free_pieces = 50;  ///< mm3: what a stroke cuts free and is so large comes off by itself; 0: nothing
   sim::Overlays plan;      ///< shown beside the bone
   bool has_tool = true;    ///< in a picture that is all that is wanted
   std::string title = "trephine";

@@ -234,6 +234,7 @@ std::vector<std::unique_ptr<haptics::Device>> ScriptRun::devices() const {
 Result<ScriptReport> ScriptRun::play(sim::SessionWriter* recorder, PictureTaker take_picture,
                                      const Listener& listener) {
   sim::Lockstep run(operation_.engine(), operation_.spec.force, script_.rate_hz, recorder);
+  if (script_.free_pieces) run.watch_pieces(*script_.free_pieces);
   ScriptWatch watch(script_, places_, duration_, std::move(take_picture));
   const auto ticks = static_cast<std::uint64_t>(std::llround(duration_ * script_.rate_hz)) + 1;
   const auto hands = devices();
@@ -279,6 +280,7 @@ Result<ScriptRun::Live> ScriptRun::play_live(sim::SessionWriter& recorder, const
   for (const auto& hand : hands) borrowed.push_back(hand.get());
   sim::LiveSession live(borrowed, operation_.engine(), operation_.servo(), &recorder);
   Live result;
+  if (script_.free_pieces) live.watch_pieces(*script_.free_pieces);
   if (Status error = live.start()) return *error;
   const auto progress = listener.progress("playing live");
   // What takes longer than its moment moves what comes after it, so that all stays in order.

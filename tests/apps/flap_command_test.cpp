@@ -94,6 +94,24 @@ TEST_F(Command, AFlapThatIsNoneIsToldAndDrawn) {
   }
 }
 
+/// The flap of docs/ that no outline was drawn for.
+TEST_F(Command, AFlapCutByHandComesOffByItself) {
+  write("f.toml", read(TREPHINE_SOURCE_DIR "/docs/examples/free-hand-flap.toml"));
+  const Json played = json("run f.toml --record f.session");
+  EXPECT_EQ(played["is_met"], true) << played.dump(1);
+  EXPECT_EQ(json("replay f.session --verify")["is_same"], true);
+  const std::string timeline = run("timeline f.session").out;
+  EXPECT_NE(timeline.find("free-pieces"), std::string::npos);
+  EXPECT_EQ(timeline.find("job-discarded"), std::string::npos);
+  // Nobody watches: it stays.
+  std::string script = read(file("f.toml"));
+  script.erase(script.find("free_pieces = 100"), 17);
+  write("g.toml", script);
+  const Ended left = run("run g.toml");
+  EXPECT_NE(left.exit_code, 0);
+  EXPECT_NE(left.out.find("bodies"), std::string::npos);
+}
+
 /// The craniotomy of docs/, on a coarser head: a perforator's hole, an outline that is refused, a flap on a
 /// branch of its own, taken, lifted and put back, and the other branch again.
 TEST_F(Command, ACraniotomyIsPlayedBranchedAndReplayed) {

@@ -1,0 +1,80 @@
+#include "sim/piece_watch.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "volume/solid_parts.h"
+
+namespace trephine::sim {
+
+namespace {
+
+const haptics::TouchItem* first_shape(const haptics::TouchScene& scene) noexcept {
+  return scene.items.empty() || scene.items[0].is_mesh() || !scene.items[0].bits ? nullptr : &scene.items[0];
+}
+
+}  // namespace
+
+PieceWatch::Finding PieceWatch::after_tick(const Engine& engine) {
+  if (is_off_ || engine.is_in_stroke()) return Finding::nothing;
+  if (!before_) before_ = engine.untouched();
+  if (job_.value != 0) {
+    const auto& jobs = engine.jobs();
+    if (std::any_of(jobs.begin(), jobs.end(), [this](const PendingJob& job) { return job.id == job_; }))
+      return Finding::nothing;
+    // Cut meanwhile: what it looked for is still there.
+    const bool is_due = was_outdated(engine);
+    job_ = {};
+    if (is_due) {
+      before_ = engine.current();
+      return Finding::parted;
+    }
+  }
+  if (engine.current() == before_) return Finding::nothing;
+  const std::shared_ptr<const volume::Version> before = std::exchange(before_, engine.current());
+  const haptics::TouchItem* shape = first_shape(engine.scene());
+  if (shape == nullptr) return Finding::nothing;
+  const double sample = before->lattice().frame().voxel_mm3();
+  const volume::Parting parting =
+      volume::parting(shape->field, *shape->bits, *before, *before_,
+                      {.least_samples = static_cast<std::int64_t>(std::ceil(smallest_ / sample))});
+  ++counts_.strokes;
+  counts_.parted += parting.kind == volume::Parting::Kind::parted;
+  counts_.pending += parting.kind == volume::Parting::Kind::pending;
+  counts_.most_bricks = std::max(counts_.most_bricks, parting.bricks);
+  return parting.kind == volume::Parting::Kind::holds    ? Finding::nothing
+         : parting.kind == volume::Parting::Kind::parted ? Finding::parted
+                                                         : Finding::pending;
+}
+
+void PieceWatch::after_command(const Engine& engine, const Command& command, const Outcome& outcome) {
+  if (const auto* wish = command.what.as<FreePieces>(); wish && wish->smallest == smallest_) {
+    if (outcome.refused)
+      is_off_ = true;
+    else
+      job_ = outcome.job;
+  }
+  if (outcome.is_edit) before_ = engine.current();
+}
+
+bool PieceWatch::was_outdated(const Engine& engine) const {
+  constexpr std::size_t k_back = 64;  // events are few, and the newest of all
+  const Chronicle& chronicle = engine.now().chronicle;
+  for (std::size_t i = chronicle.size(); i-- > 0 && chronicle.size() - i <= k_back;)
+    if (const auto* gone = chronicle[i].what.as<JobDiscarded>(); gone && gone->job == job_)
+      return gone->why == k_world_changed;
+  return false;
+}
+
+bool PieceWatch::has_loose(const haptics::TouchScene& scene, const volume::Version& version,
+                           double smallest) {
+  const haptics::TouchItem* shape = first_shape(scene);
+  if (shape == nullptr) return false;
+  const volume::SolidParts parts(shape->field, *shape->bits, version);
+  const double sample = version.lattice().frame().voxel_mm3();
+  return std::any_of(parts.parts().begin(), parts.parts().end(), [&](const volume::SolidParts::Part& part) {
+    return part.is_off && static_cast<double>(part.samples) * sample >= smallest;
+  });
+}
+
+}  // namespace trephine::sim

@@ -1,0 +1,113 @@
+// Pieces that a stroke cuts free come off by themselves, in lockstep and live, and a replay needs no watch.
+#include "sim/piece_watch.h"
+
+#include <chrono>
+#include <cmath>
+#include <gtest/gtest.h>
+#include <thread>
+
+#include "haptics/proxy/methods.h"
+#include "modules/drilling/burr.h"
+#include "sim/live_session.h"
+#include "sim/lockstep.h"
+#include "tests/scenes/scenes.h"
+
+namespace trephine::sim {
+namespace {
+
+using glm::dvec3;
+
+/// A plate of bone, 0 < z < 4, and a way around a disk of 7 mm in strokes of a quarter each, one by one.
+struct Plate {
+  haptics::TouchScene scene;
+  std::unique_ptr<haptics::ProxyMethod> method;
+  double burr;
+  Plate(double spacing, double diameter) : burr(diameter) {
+    scene = scenes::scene_of(scenes::sampled({-16, -16, -5}, {16, 16, 9}, dvec3(spacing), [](const dvec3& p) {
+      return 300 + 1000 * std::min(p.z, 4 - p.z);
+    }));
+    EXPECT_FALSE(haptics::set_smallest_burr(scene, burr).has_value());
+    method = haptics::make_method("subvoxel").value();
+    EXPECT_FALSE(method->prepare(scene).has_value());
+  }
+  Engine engine() const {
+    return Engine(scene, *method, drilling::burr({.diameter = burr, .is_kinematic = true}), 1e-3);
+  }
+  static haptics::Pose at(int quarter, double share, double z, bool is_pressed) {
+    const double a = 0.5 * 3.14159265358979 * (quarter + share);
+    return {{7 * std::cos(a), 7 * std::sin(a), z}, {1, 0, 0, 0}, is_pressed ? 1u : 0u};
+  }
+  /// All poses of a stroke: down, around deeper and deeper, out.
+  static std::vector<haptics::Pose> stroke(int quarter) {
+    std::vector<haptics::Pose> poses{at(quarter, 0, 12, false), at(quarter, 0, 6, false)};
+    for (double z = 5; z > -1.5; z -= 0.8)
+      for (int i = 0; i <= 60; ++i) poses.push_back(at(quarter, 1.02 * i / 60.0, z, true));
+    poses.push_back(at(quarter, 1, 6, false));
+    for (int i = 0; i < 20; ++i) poses.push_back(at(quarter, 1, 12, false));
+    return poses;
+  }
+};
+
+std::size_t count_pieces(const Engine& engine) {
+  std::size_t count = 0;
+  const Chronicle& chronicle = engine.now().chronicle;
+  for (std::size_t i = 0; i < chronicle.size(); ++i) count += chronicle[i].what.as<PieceFreed>() != nullptr;
+  return count;
+}
+
+TEST(PieceWatch, ThePieceComesOffWithTheStrokeThatClosesItsRing) {
+  for (const bool is_fine : {false, true}) {  // cut on voxels, and finer
+    const Plate plate = is_fine ? Plate(0.5, 2.4) : Plate(0.32, 3);
+    for (const bool is_watched : {true, false}) {
+      Lockstep run(plate.engine(), {}, 1000);
+      if (is_watched) run.watch_pieces(20);
+      for (int quarter = 0; quarter < 4; ++quarter) {
+        EXPECT_EQ(run.engine().now().world.bodies.size(), 0u) << quarter;
+        for (const haptics::Pose& pose : Plate::stroke(quarter)) run.step(pose);
+      }
+      ASSERT_EQ(run.engine().now().world.bodies.size(), is_watched ? 1u : 0u);
+      EXPECT_EQ(count_pieces(run.engine()), is_watched ? 1u : 0u);
+      if (!is_watched) continue;
+      EXPECT_EQ(run.pieces()->counts().strokes, 4u);
+      EXPECT_EQ(run.pieces()->counts().parted, is_fine ? 0u : 1u);
+      EXPECT_EQ(run.pieces()->counts().pending > 0, is_fine);
+      // Undo takes the piece back, then the stroke; again the piece comes off.
+      run.undo(), run.undo();
+      for (const haptics::Pose& pose : Plate::stroke(0)) run.step(pose);  // where it was cut before
+      EXPECT_TRUE(run.engine().now().world.bodies.empty());
+      for (const haptics::Pose& pose : Plate::stroke(3)) run.step(pose);
+      EXPECT_EQ(run.engine().now().world.bodies.size(), 1u);
+    }
+  }
+}
+
+TEST(PieceWatch, WhatIsSmallerStays) {
+  const Plate plate(0.5, 2.4);
+  Lockstep run(plate.engine(), {}, 1000);
+  run.watch_pieces(2000);
+  for (int quarter = 0; quarter < 4; ++quarter)
+    for (const haptics::Pose& pose : Plate::stroke(quarter)) run.step(pose);
+  EXPECT_TRUE(run.engine().now().world.bodies.empty());
+  EXPECT_EQ(run.engine().now().chronicle.size(), 0u);
+}
+
+/// With strokes that follow each other at once.
+TEST(PieceWatch, LiveItIsTheSame) {
+  const Plate plate(0.5, 2.4);
+  std::vector<haptics::PosePath::Sample> samples;
+  for (int quarter = 0; quarter < 4; ++quarter)
+    for (const haptics::Pose& pose : Plate::stroke(quarter))
+      samples.push_back({1e-3 * static_cast<double>(samples.size()), pose});
+  haptics::PlaybackDevice device(haptics::PosePath::from_samples(samples, "").value());
+  haptics::Device* devices[] = {&device};
+  LiveSession live(devices, plate.engine(), {});
+  live.watch_pieces(20);
+  ASSERT_FALSE(live.start().has_value());
+  for (int i = 0; i < 1000 && live.fetch_state().bodies.empty(); ++i)
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  live.stop();
+  EXPECT_EQ(live.engine().now().world.bodies.size(), 1u);
+}
+
+}  // namespace
+}  // namespace trephine::sim
