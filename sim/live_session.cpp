@@ -62,14 +62,36 @@ void LiveSession::stop() {
   // What came while it ended.
   std::vector<Command> commands;
   std::vector<std::promise<std::shared_ptr<const OperationState>>> snapshots;
+  std::vector<std::pair<std::size_t, std::promise<std::vector<Place>>>> places;
   {
     const std::lock_guard guard(lock_);
     if (!std::exchange(is_running_, false)) return;
     commands.swap(commands_);
     snapshots.swap(snapshots_);
+    places.swap(places_);
   }
   for (const Command& command : commands) carry_out(command, false);
   for (auto& promise : snapshots) promise.set_value(engine_.snapshot());
+  for (auto& [most, promise] : places) promise.set_value(places_now(most));
+}
+
+std::vector<LiveSession::Place> LiveSession::places_now(std::size_t most) {
+  engine_.freeze();
+  std::vector<Place> all{{"the untouched bone", engine_.untouched()}};
+  const Branch& branch = engine_.branch();
+  const std::size_t count = branch.history.size();
+  for (std::size_t i = count > most ? count - most : 0; i < count; ++i) {
+    const bool is_now = i == branch.position;
+    const std::size_t stroke = branch.forgotten + i;
+    if (stroke == 0 && !is_now) continue;
+    if (const auto place = branch.history[i]->place())
+      all.push_back({stroke == 0 ? "before the first stroke" : "stroke " + std::to_string(stroke),
+                     is_now ? engine_.current() : place.value().world.version, is_now});
+  }
+  for (const Branch& other : engine_.left_branches())
+    if (const auto place = other.history[other.position]->place())
+      all.push_back({"branch " + other.name, place.value().world.version});
+  return all;
 }
 
 /// Edit thread: adopts what was made, and asks for more. What was made of a state that was undone since is
@@ -124,6 +146,17 @@ std::future<std::shared_ptr<const OperationState>> LiveSession::snapshot() {
   return answer;
 }
 
+std::future<std::vector<LiveSession::Place>> LiveSession::places(std::size_t most) {
+  const std::lock_guard guard(lock_);
+  auto& [count, promise] = places_.emplace_back(most, std::promise<std::vector<Place>>());
+  auto answer = promise.get_future();
+  if (!is_running_) {
+    promise.set_value(places_now(most));
+    places_.pop_back();
+  }
+  return answer;
+}
+
 void LiveSession::run() {
   // Before ordinary threads, behind the servo: late edits are felt too.
   if (wants_realtime_) haptics::request_realtime(40);
@@ -131,6 +164,7 @@ void LiveSession::run() {
   std::deque<Command> commands;
   std::vector<std::pair<std::size_t, glm::dvec3>> landings;
   std::vector<std::promise<std::shared_ptr<const OperationState>>> snapshots;
+  std::vector<std::pair<std::size_t, std::promise<std::vector<Place>>>> places;
   for (;;) {
     const bool is_last_round = is_stopping_.load();
     bool was_busy = false;
@@ -145,6 +179,7 @@ void LiveSession::run() {
       commands_.clear();
       landings.swap(landings_);
       snapshots.swap(snapshots_);
+      places.swap(places_);
     }
     for (; !commands.empty(); commands.pop_front()) carry_out(commands.front());
     if (wants_reset_.exchange(false)) {
@@ -155,6 +190,8 @@ void LiveSession::run() {
     if (!is_last_round) take_work();
     for (auto& promise : snapshots) promise.set_value(engine_.snapshot());
     snapshots.clear();
+    for (auto& [most, promise] : places) promise.set_value(places_now(most));
+    places.clear();
     for (const auto& [hand, place] : landings) servo_.request_restart(place, hand);
     landings.clear();
     if (is_last_round && !was_busy) return;
@@ -235,7 +272,15 @@ void LiveSession::show(const Outcome& outcome, bool is_command) {
   if (!has_new_overlays_ || !is_looked_at_.exchange(false)) return;
   has_new_overlays_ = false;
   auto overlays = std::make_shared<const Overlays>(engine_.overlays());
+  // Who looks sees what the history weighs: a pass over all of it, once a stroke.
+  std::optional<std::size_t> bytes;
+  if (!engine_.is_in_stroke() &&
+      (engine_.stroke_count() != weighed_strokes_ || engine_.branch().name != weighed_branch_)) {
+    weighed_strokes_ = engine_.stroke_count(), weighed_branch_ = engine_.branch().name;
+    bytes = engine_.history_bytes();
+  }
   const std::lock_guard guard(lock_);
+  if (bytes) state_.history_bytes = *bytes;
   state_.overlays = std::move(overlays);
   state_.bodies.clear();
   for (const Body& body : engine_.now().world.bodies) state_.bodies.push_back(body.id);
@@ -253,6 +298,10 @@ void LiveSession::update_state(const Outcome& outcome) {
   state_.removed_mm3 = engine_.removed_mm3();
   state_.pending_jobs = engine_.jobs().size();
   state_.strokes = engine_.stroke_count();
+  const Branch& branch = engine_.branch();
+  state_.first_stroke = branch.forgotten;
+  state_.all_strokes = branch.forgotten + branch.history.size() - 1;
+  if (state_.branch != branch.name) state_.branch = branch.name;
   state_.can_undo = engine_.can_undo();
   state_.can_redo = engine_.can_redo();
 }

@@ -25,7 +25,11 @@ struct LiveState {
   std::shared_ptr<const volume::Version> version;
   volume::VoxelBox changed{glm::ivec3(0), glm::ivec3(-1)};  ///< since the last look
   double removed_mm3 = 0;
-  std::size_t strokes = 0;
+  std::size_t strokes = 0;               ///< that are applied
+  std::size_t all_strokes = 0;           ///< with those that redo brings back
+  std::size_t first_stroke = 0;          ///< before it there is no way back any more
+  std::string branch;                    ///< on which it goes on
+  std::size_t history_bytes = 0;         ///< of all branches, as it was when a stroke ended last
   std::vector<ForbiddenWatch> watches;   ///< of the first hand, each forbidden structure
   std::optional<volume::Error> refused;  ///< of the newest command that was, since the last look
   bool can_undo = false, can_redo = false;
@@ -88,8 +92,17 @@ class LiveSession {
   EditReport edit_report();
   /// The newest state, for any thread and for good; made when the edit thread comes to it.
   std::future<std::shared_ptr<const OperationState>> snapshot();
+  /// Places to go back to, by their names: the untouched anatomy, strokes of this branch (the newest `most`
+  /// of them, and where it is), the others where they were left. Frozen; likewise.
+  struct Place {
+    std::string name;
+    std::shared_ptr<const volume::Version> version;
+    bool is_now = false;
+  };
+  std::future<std::vector<Place>> places(std::size_t most = 20);
 
  private:
+  std::vector<Place> places_now(std::size_t most);
   void run();
   void consume(const haptics::ServoRecord& record);
   Outcome carry_out(const Command& command, bool may_begin = true);
@@ -110,11 +123,14 @@ class LiveSession {
   LiveState state_;
   std::vector<Command> commands_;
   std::vector<std::pair<std::size_t, glm::dvec3>> landings_;
-  std::vector<std::promise<std::shared_ptr<const OperationState>>> snapshots_;  ///< that are waited for
-  bool is_running_ = false;                                                     ///< the edit thread answers
+  std::vector<std::promise<std::shared_ptr<const OperationState>>> snapshots_;    ///< that are waited for
+  std::vector<std::pair<std::size_t, std::promise<std::vector<Place>>>> places_;  ///< likewise
+  bool is_running_ = false;                                                       ///< the edit thread answers
   std::atomic<bool> is_stopping_{false}, wants_reset_{false}, is_looked_at_{false};
   std::optional<PieceWatch> pieces_;  ///< of the edit thread
-  bool has_new_overlays_ = true;      ///< of the edit thread
+  std::size_t weighed_strokes_ = 0;   ///< of the edit thread: when history_bytes was counted
+  std::string weighed_branch_;
+  bool has_new_overlays_ = true;  ///< of the edit thread
   std::thread thread_;
 
   Background fields_, jobs_;    ///< threads that edits never wait for

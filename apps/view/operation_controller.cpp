@@ -72,6 +72,14 @@ const WindowReport& OperationController::finish() {
 
 void OperationController::set_depth(double mm) { depth_mm_ = std::clamp(mm, 0.5, 12.0); }
 
+void OperationController::go_to_stroke(std::size_t strokes) {
+  strokes = std::clamp(strokes, state_.first_stroke, state_.all_strokes);
+  std::size_t at = wished_stroke_.value_or(state_.strokes);
+  wished_stroke_ = strokes;
+  for (; at > strokes; --at) undo();
+  for (; at < strokes; ++at) redo();
+}
+
 std::string OperationController::fault_text() const {
   const std::uint32_t faults = state_.newest.faults & haptics::k_latched_faults;
   if (faults == 0) {
@@ -94,6 +102,7 @@ void OperationController::frame() {
   // News from the other threads: the version, its changed chunks, the newest tick.
   state_ = live_.fetch_state();
   if (state_.refused) refused_ = state_.refused->message();
+  if (state_.refused || wished_stroke_ == state_.strokes) wished_stroke_.reset();
   version_ = state_.version;
   viewport_.request(version_, state_.changed);
   viewport_.show_stylus(state_.newest, drawn_radius(state_.tool), *version_,

@@ -48,6 +48,11 @@ class OperationController {
   std::optional<glm::dvec3> touched() const;
   void undo() { live_.undo(); }
   void redo() { live_.redo(); }
+  /// Back or on to where so many strokes are applied.
+  void go_to_stroke(std::size_t strokes);
+  /// To be compared: waits for the edits, some milliseconds.
+  std::vector<sim::LiveSession::Place> places() { return live_.places().get(); }
+  const haptics::TouchScene& scene() const noexcept { return *scene_; }
   void reset_faults() { live_.reset_faults(); }
 
   /// One frame: the stylus moves on, news are fetched, the picture is drawn.
@@ -79,6 +84,7 @@ class OperationController {
   bool is_over_bone_ = false;  ///< the cursor
   bool is_pressed_ = false, is_finished_ = false, is_started_ = false;
   glm::dvec3 wish_{1e9};
+  std::optional<std::size_t> wished_stroke_;  ///< until it is there
   std::string refused_;
   std::shared_ptr<const sim::Overlays> shown_;  ///< in the picture
   std::vector<float> frame_ms_, drilling_ms_;

@@ -63,6 +63,7 @@ void HelpOverlay::paintEvent(QPaintEvent*) {
       {"+  and  -", "a larger, a smaller burr"},
       {"Ctrl+Z, Ctrl+Y  (U, Y)", "undo, redo a stroke"},
       {"Ctrl+B, Ctrl+G", "try again from here; another branch"},
+      {"Ctrl+D", "compare with another state"},
       {"Ctrl+1", "an anchor of a bone flap, where the tool touches"},
       {"Ctrl+F,  T", "free what was cut off; take the touched piece, or put it down"},
       {"A P L R S I,  0", "see it from the front, back, left, right, above, below; all of it"},

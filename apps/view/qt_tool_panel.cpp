@@ -5,6 +5,9 @@
 #include <QDoubleSpinBox>
 #include <QFormLayout>
 #include <QLineEdit>
+#include <QLinearGradient>
+#include <QPainter>
+#include <QPolygonF>
 #include <QVBoxLayout>
 #include <algorithm>
 
@@ -132,10 +135,63 @@ void FieldForm::show(const sim::Value& value) {
 
 void FieldForm::step(int steps) { step_(steps); }
 
+ToolPicture::ToolPicture(QWidget* parent) : QWidget(parent) {
+  setObjectName("tool_picture");
+  hide();
+}
+
+void ToolPicture::show_tool(const sim::Value& tool) {
+  outline_ = outline_of(tool);
+  setVisible(!outline_.places.empty());
+  update();
+}
+
+/// Lying, its tip to the left; teeth are not drawn.
+void ToolPicture::paintEvent(QPaintEvent*) {
+  if (outline_.places.empty()) return;
+  QPainter painter(this);
+  painter.setRenderHint(QPainter::Antialiasing);
+  double wide = 1, high = 0.5;
+  for (const glm::dvec2& p : outline_.places) wide = std::max(wide, p.x), high = std::max(high, p.y);
+  const double scale = std::min((width() - 16) / wide, (height() - 22) / (2 * high));  // pixels a mm
+  const QPointF tip(8, 0.5 * (height() - 12));
+  const auto side = [&](bool is_cutting) {
+    QPolygonF shape;
+    const auto add = [&](const glm::dvec2& p, int sign) { shape << tip + scale * QPointF(p.x, sign * p.y); };
+    const auto is_part = [&](const glm::dvec2& p) {
+      return is_cutting ? p.x <= outline_.cutting : p.x >= outline_.cutting;
+    };
+    const std::size_t shaft = outline_.places.size() - 2;
+    for (std::size_t i = is_cutting ? 0 : shaft; i < (is_cutting ? shaft : outline_.places.size()); ++i)
+      if (is_part(outline_.places[i])) add(outline_.places[i], 1);
+    for (std::size_t i = is_cutting ? shaft : outline_.places.size(); i-- > (is_cutting ? 0 : shaft);)
+      if (is_part(outline_.places[i])) add(outline_.places[i], -1);
+    return shape;
+  };
+  painter.setPen(QPen(QColor(20, 24, 30), 1));
+  painter.setBrush(QColor(120, 128, 140));
+  painter.drawPolygon(side(false));
+  QLinearGradient steel(tip - QPointF(0, scale * high), tip + QPointF(0, scale * high));
+  steel.setColorAt(0, QColor(235, 238, 244));
+  steel.setColorAt(1, QColor(140, 150, 165));
+  painter.setBrush(steel);
+  painter.drawPolygon(side(true));
+  // How large that is.
+  const double bar = wide > 12 ? 5 : wide > 4 ? 2 : 1;
+  const double y = height() - 6;
+  painter.setPen(QPen(palette().windowText().color(), 1));
+  painter.drawLine(QPointF(8, y), QPointF(8 + scale * bar, y));
+  painter.drawText(QPointF(12 + scale * bar, y + 4), QString("%1 mm").arg(bar));
+}
+
 ToolPanel::ToolPanel(const sim::Catalogue* catalogue, QWidget* parent)
     : QWidget(parent), catalogue_(catalogue), column_(new QVBoxLayout(this)) {
   column_->setContentsMargins(0, 0, 0, 0);
-  if (catalogue_ == nullptr) return;
+  picture_ = new ToolPicture;
+  if (catalogue_ == nullptr) {
+    column_->addWidget(picture_);
+    return;
+  }
   which_ = new QComboBox;
   which_->setObjectName("instrument");
   which_->setFocusPolicy(Qt::NoFocus);
@@ -143,6 +199,7 @@ ToolPanel::ToolPanel(const sim::Catalogue* catalogue, QWidget* parent)
     for (const sim::InstrumentType* type : module->instruments())
       which_->addItem(words_of(type->name()), text_of(type->name()));
   column_->addWidget(which_);
+  column_->addWidget(picture_);
   which_->setVisible(which_->count() > 1);
   connect(which_, QOverload<int>::of(&QComboBox::activated), this, [this] {
     if (const sim::InstrumentType* type =
@@ -161,6 +218,7 @@ void ToolPanel::rebuild(const sim::Value& tool) {
 }
 
 void ToolPanel::show(const sim::Value& tool) {
+  picture_->show_tool(tool);
   if (which_ && !tool.is_empty()) which_->setCurrentIndex(which_->findData(text_of(tool.name())));
   const bool is_same_type = form_ && !tool.is_empty() && form_->value().is_of(tool.type());
   if (!is_same_type) return rebuild(tool);

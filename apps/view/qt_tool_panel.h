@@ -5,6 +5,7 @@
 #include <functional>
 #include <vector>
 
+#include "apps/view/tool_look.h"
 #include "sim/catalogue.h"
 
 class QComboBox;
@@ -40,6 +41,23 @@ class FieldForm : public QWidget {
   std::function<void(int)> step_ = [](int) {};
 };
 
+/// What the tool looks like, as large as it is: with a bar of a millimetre count.
+class ToolPicture : public QWidget {
+  Q_OBJECT
+
+ public:
+  explicit ToolPicture(QWidget* parent = nullptr);
+  void show_tool(const sim::Value& tool);
+  QSize sizeHint() const override { return {200, 64}; }
+  QSize minimumSizeHint() const override { return {120, 64}; }
+
+ protected:
+  void paintEvent(QPaintEvent* event) override;
+
+ private:
+  ToolOutline outline_;
+};
+
 /// The first hand's instrument and its parameters.
 class ToolPanel : public QWidget {
   Q_OBJECT
@@ -59,6 +77,7 @@ class ToolPanel : public QWidget {
   QVBoxLayout* column_;
   QComboBox* which_ = nullptr;
   FieldForm* form_ = nullptr;
+  ToolPicture* picture_ = nullptr;
 };
 
 }  // namespace trephine::view

@@ -66,7 +66,7 @@ MainWindow::MainWindow(std::shared_ptr<const haptics::TouchScene> scene, const W
   resize(static_cast<int>(options.width), static_cast<int>(options.height));
   report_.window = "qt";
   build_panel();
-  if (options.replay) build_replay_panel();
+  options.replay ? build_replay_panel() : build_history_panel();
   build_menu();
   servo_ = new QLabel;
   servo_->setObjectName("servo");
@@ -350,6 +350,7 @@ void MainWindow::show_state() {
   undo_->setEnabled(can_undo), undo_action_->setEnabled(can_undo);
   redo_->setEnabled(can_redo), redo_action_->setEnabled(can_redo);
   if (operation_) {
+    show_history();
     const std::string refused = operation_->take_refusal();
     if (!refused.empty() || !(operation_->tool() == shown_tool_)) {
       shown_tool_ = operation_->tool();

@@ -77,6 +77,9 @@ class MainWindow : public QMainWindow {
   void say(const QString& text);
   void build_panel();
   void build_replay_panel();
+  void build_history_panel();
+  void show_history();
+  void ask_and_compare();
   void fit_panel();
   void begin(std::shared_ptr<const haptics::TouchScene> scene);
   void tick();
@@ -118,12 +121,12 @@ class MainWindow : public QMainWindow {
 
   ForceBar* force_bar_ = nullptr;
   QLabel *removed_ = nullptr, *servo_ = nullptr, *fault_ = nullptr, *notice_ = nullptr,
-         *session_time_ = nullptr;
+         *session_time_ = nullptr, *history_text_ = nullptr;
   QScrollArea* panel_ = nullptr;
   ToolPanel* tool_ = nullptr;
   sim::Value shown_tool_;
   QDoubleSpinBox *low_ = nullptr, *high_ = nullptr;
-  QSlider *depth_ = nullptr, *clip_share_ = nullptr, *session_slider_ = nullptr;
+  QSlider *depth_ = nullptr, *clip_share_ = nullptr, *session_slider_ = nullptr, *history_ = nullptr;
   QComboBox *clip_ = nullptr, *speed_ = nullptr;
   QPushButton *undo_ = nullptr, *redo_ = nullptr, *use_shape_ = nullptr, *keep_shape_ = nullptr,
               *play_ = nullptr;

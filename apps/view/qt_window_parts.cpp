@@ -1,6 +1,7 @@
 // The window's furniture: menu, tool panel, replay panel.
 #include <QApplication>
 #include <QComboBox>
+#include <QDialog>
 #include <QDialogButtonBox>
 #include <QDockWidget>
 #include <QDoubleSpinBox>
@@ -10,13 +11,17 @@
 #include <QLabel>
 #include <QMenuBar>
 #include <QMessageBox>
+#include <QPixmap>
 #include <QPushButton>
 #include <QScrollArea>
 #include <QScrollBar>
 #include <QSlider>
 #include <QVBoxLayout>
+#include <QVTKOpenGLNativeWidget.h>
+#include <algorithm>
 #include <cmath>
 
+#include "apps/view/comparison.h"
 #include "apps/view/qt_window.h"
 
 namespace trephine::view {
@@ -204,6 +209,91 @@ void MainWindow::build_replay_panel() {
   addDockWidget(Qt::BottomDockWidgetArea, dock);
 }
 
+/// Strokes back and forth, and what keeping them costs.
+void MainWindow::build_history_panel() {
+  auto* dock = new QDockWidget("History", this);
+  dock->setObjectName("history_dock");
+  dock->setFeatures(QDockWidget::NoDockWidgetFeatures);
+  auto* panel = new QWidget;
+  auto* row = new QHBoxLayout(panel);
+  row->setContentsMargins(8, 2, 8, 2);
+  history_ = make_slider("history", 0, 0, 0);
+  history_->setToolTip("Back and forth through the strokes");
+  history_->setPageStep(1);
+  history_text_ = new QLabel;
+  history_text_->setObjectName("history_text");
+  auto* compare = make_button("compare", "Compare ...", "This state beside another one  (Ctrl+D)");
+  row->addWidget(history_, 1);
+  row->addWidget(history_text_);
+  row->addWidget(compare);
+  connect(history_, &QSlider::actionTriggered, this, [this] {
+    if (operation_) operation_->go_to_stroke(static_cast<std::size_t>(history_->sliderPosition()));
+  });
+  connect(compare, &QPushButton::clicked, this, &MainWindow::ask_and_compare);
+  dock->setWidget(panel);
+  addDockWidget(Qt::BottomDockWidgetArea, dock);
+}
+
+void MainWindow::show_history() {
+  const sim::LiveState& state = operation_->state();
+  history_->setRange(static_cast<int>(state.first_stroke), static_cast<int>(state.all_strokes));
+  history_->setEnabled(state.all_strokes > state.first_stroke);
+  if (!history_->isSliderDown()) history_->setValue(static_cast<int>(state.strokes));
+  QString text = QString("stroke %1 of %2").arg(state.strokes).arg(state.all_strokes);
+  if (state.branch != sim::Engine::k_first_branch) text += " on " + QString::fromStdString(state.branch);
+  if (state.history_bytes > 0)
+    text += QString("   %1 MB").arg(static_cast<double>(state.history_bytes) / 1e6, 0, 'f', 1);
+  history_text_->setText(text);
+}
+
+/// Two states as one picture, in a window of its own.
+void MainWindow::ask_and_compare() {
+  if (!operation_) return;
+  operation_->press(false);
+  const std::vector<sim::LiveSession::Place> places = operation_->places();
+  const auto now = std::find_if(places.begin(), places.end(), [](const auto& place) { return place.is_now; });
+  if (now == places.end()) return;
+  auto* dialog = new QDialog(this);
+  dialog->setObjectName("comparison");
+  dialog->setAttribute(Qt::WA_DeleteOnClose);
+  dialog->setWindowTitle("Compare");
+  auto* column = new QVBoxLayout(dialog);
+  auto* with = new QComboBox;
+  with->setObjectName("compare_with");
+  std::vector<sim::LiveSession::Place> others;
+  for (const auto& place : places)
+    if (!place.is_now) others.push_back(place);
+  for (const auto& place : others) with->addItem(QString::fromStdString(place.name));
+  auto* picture = new QLabel("...");
+  picture->setObjectName("compared");
+  picture->setMinimumSize(700, 780);
+  picture->setAlignment(Qt::AlignCenter);
+  column->addWidget(with);
+  column->addWidget(picture, 1);
+  const auto draw = [this, others, current = *now, picture](int index) {
+    if (!operation_ || index < 0) return;
+    const sim::LiveSession::Place& other = others[static_cast<std::size_t>(index)];
+    // Drawn into memory, by a context of its own: this thread may have one at a time.
+    canvas_->makeCurrent();
+    canvas_->doneCurrent();
+    const auto png = compare(operation_->scene(), {other.name, other.version, {}},
+                             {"now: " + current.name, current.version, {}});
+    canvas_->makeCurrent();
+    if (!png) return show_error(png.error());
+    QPixmap pixels;
+    pixels.loadFromData(reinterpret_cast<const uchar*>(png.value().data()),
+                        static_cast<uint>(png.value().size()), "PNG");
+    picture->setPixmap(pixels.scaled(picture->size(), Qt::KeepAspectRatio, Qt::SmoothTransformation));
+  };
+  connect(with, QOverload<int>::of(&QComboBox::currentIndexChanged), dialog, draw);
+  dialog->resize(760, 900);
+  dialog->show();
+  // The stroke before, where there is one.
+  const int last = static_cast<int>(std::distance(places.begin(), now)) - 1;
+  with->setCurrentIndex(std::max(0, last));
+  QTimer::singleShot(0, dialog, [draw, with] { draw(with->currentIndex()); });
+}
+
 void MainWindow::build_menu() {
   const auto add = [this](QMenu* menu, const char* name, const QString& text, const QKeySequence& keys,
                           auto action) {
@@ -256,6 +346,8 @@ void MainWindow::build_menu() {
         [this] { ask_and_apply(sim::value_type<sim::BeginBranch>()); });
     add(edit, "switch_branch", "&Go to another branch ...", QKeySequence("Ctrl+G"),
         [this] { ask_and_apply(sim::value_type<sim::SwitchBranch>()); });
+    add(edit, "compare_action", "&Compare with another state ...", QKeySequence("Ctrl+D"),
+        [this] { ask_and_compare(); });
   }
   QMenu* view = menuBar()->addMenu("&View");
   add(view, "view_all", "&All of it", {}, [this] { viewport()->look_from(0); });

@@ -161,7 +161,7 @@ std::string drawn_text(vtkRenderWindow* window) {
 
 }  // namespace
 
-volume::Status write_png(vtkRenderWindow* window, const std::string& path) {
+std::string png_of(vtkRenderWindow* window) {
   vtkNew<vtkWindowToImageFilter> grab;
   grab->SetInput(window);
   grab->ReadFrontBufferOff();
@@ -172,9 +172,12 @@ volume::Status write_png(vtkRenderWindow* window, const std::string& path) {
     writer->AddText("Description", text.c_str());
   writer->Write();
   vtkUnsignedCharArray* bytes = writer->GetResult();
-  return data_tools::write_file_atomically(path,
-                                           std::string(reinterpret_cast<const char*>(bytes->GetPointer(0)),
-                                                       static_cast<std::size_t>(bytes->GetNumberOfValues())));
+  return {reinterpret_cast<const char*>(bytes->GetPointer(0)),
+          static_cast<std::size_t>(bytes->GetNumberOfValues())};
+}
+
+volume::Status write_png(vtkRenderWindow* window, const std::string& path) {
+  return data_tools::write_file_atomically(path, png_of(window));
 }
 
 }  // namespace trephine::view

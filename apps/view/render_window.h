@@ -30,6 +30,8 @@ volume::Result<std::unique_ptr<DrawSurface>> make_offscreen(int width, int heigh
 /// drops it.
 volume::Result<std::string> describe_gl();
 
+/// What the window shows, as a PNG file holds it.
+std::string png_of(vtkRenderWindow* window);
 /// Writes what the window shows as PNG, atomically. What is written in the picture is its description, too.
 volume::Status write_png(vtkRenderWindow* window, const std::string& path);
 

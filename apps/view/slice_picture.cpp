@@ -20,6 +20,7 @@
 #include <vtkTextProperty.h>
 
 #include "apps/view/render_window.h"
+#include "data-tools/atomic_file.h"
 
 namespace trephine::view {
 
@@ -81,7 +82,7 @@ void add_line(vtkRenderer* to, const SlicePanel::Line& line) {
 
 }  // namespace
 
-volume::Status write_slices(const std::vector<SlicePanel>& panels, const std::string& path) {
+volume::Result<std::string> slices_png(const std::vector<SlicePanel>& panels) {
   const int columns = panels.size() > 1 ? 2 : 1,
             rows = (static_cast<int>(panels.size()) + columns - 1) / columns;
   const int wide = columns * k_edge, cell = k_head + k_edge, high = rows * cell + k_foot;
@@ -125,7 +126,12 @@ volume::Status write_slices(const std::vector<SlicePanel>& panels, const std::st
   }
   window->AddRenderer(words);
   window->Render();
-  return write_png(window, path);
+  return png_of(window);
+}
+
+volume::Status write_slices(const std::vector<SlicePanel>& panels, const std::string& path) {
+  const auto png = slices_png(panels);
+  return png ? data_tools::write_file_atomically(path, png.value()) : volume::Status(png.error());
 }
 
 }  // namespace trephine::view

@@ -27,7 +27,8 @@ struct SlicePanel {
   std::vector<Line> lines;
 };
 
-/// In rows of at most two. Error when it cannot be drawn or written.
+/// In rows of at most two, as PNG. Error when it cannot be drawn.
+volume::Result<std::string> slices_png(const std::vector<SlicePanel>& panels);
 volume::Status write_slices(const std::vector<SlicePanel>& panels, const std::string& path);
 
 }  // namespace trephine::view

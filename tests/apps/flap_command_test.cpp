@@ -136,6 +136,18 @@ TEST_F(Command, ACraniotomyIsPlayedBranchedAndReplayed) {
   EXPECT_EQ(lifted["branches"], Json({"flap", "main"}));
   const Json timeline = json("timeline c.session");
   EXPECT_EQ(timeline["branches"], Json({"flap", "main"}));
+  // What differs: of the two branches the flap and its kerf; of a moment and itself nothing.
+  const Json differs = json("compare c.session --case s.mha --at 10.3 -o both.png");
+  EXPECT_EQ(differs["only_in_first_mm3"], 0);
+  EXPECT_GT(differs["only_in_second_mm3"], 3000);
+  EXPECT_GT(fs::file_size(folder_ / "both.png"), 50000u);
+  const Json back = json("compare c.session --case s.mha --at 12.5 --with 10.3");
+  EXPECT_NEAR(back["only_in_first_mm3"].get<double>(), differs["only_in_second_mm3"].get<double>(), 1e-6);
+  const Json hole = json("compare c.session --case s.mha --at 0 --with 8.2");
+  EXPECT_NEAR(hole["only_in_first_mm3"].get<double>() /
+                  json("replay c.session --case s.mha --until 8.2")["removed_mm3_total"].get<double>(),
+              1, 0.01);
+  EXPECT_EQ(json("compare c.session --case s.mha --at 9 --with 9")["only_in_first_mm3"], 0);
   std::set<std::string> branches;
   for (const Json& row : timeline["rows"]) branches.insert(row.value("branch", ""));
   EXPECT_TRUE(branches.contains("main") && branches.contains("flap"));

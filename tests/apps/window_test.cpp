@@ -141,6 +141,78 @@ TEST_F(Window, TouchDrillUndoSaveAndQuit) {
   }
 }
 
+/// Two strokes, back by the slider, and both states beside each other.
+TEST_F(Window, GoesThroughStrokesAndComparesThem) {
+  MainWindow window(scene_, options_);
+  window.show();
+  ASSERT_TRUE(QTest::qWaitForWindowExposed(&window));
+  ASSERT_TRUE(QTest::qWaitFor([&] { return window.operation()->viewport().triangle_count() > 1000; }, 10000));
+  const QPoint middle = window.canvas()->rect().center();
+  auto* slider = child<QSlider>(window, "history");
+  EXPECT_FALSE(slider->isEnabled());
+  std::vector<double> removed{0};
+  for (int stroke = 1; stroke <= 3; ++stroke) {
+    const QPoint at = middle + QPoint(0, 8 * (stroke - 2));
+    QTest::mouseMove(window.canvas(), at + QPoint(1, 0));
+    QTest::mouseMove(window.canvas(), at);
+    QTest::qWait(200);
+    QTest::mousePress(window.canvas(), Qt::LeftButton, {}, at);
+    ASSERT_TRUE(
+        QTest::qWaitFor([&] { return window.operation()->state().removed_mm3 > removed.back() + 2; }, 20000));
+    QTest::mouseRelease(window.canvas(), Qt::LeftButton, {}, at);
+    ASSERT_TRUE(QTest::qWaitFor(
+        [&] { return window.operation()->state().strokes == static_cast<std::size_t>(stroke); }, 20000));
+    removed.push_back(window.operation()->state().removed_mm3);
+  }
+  const auto is_at = [&](std::size_t stroke) {
+    return QTest::qWaitFor(
+        [&] {
+          return window.operation()->state().strokes == stroke &&
+                 window.operation()->state().removed_mm3 == removed[stroke] &&
+                 slider->value() == static_cast<int>(stroke);
+        },
+        20000);
+  };
+  ASSERT_TRUE(is_at(3));
+  EXPECT_EQ(slider->maximum(), 3);
+  EXPECT_TRUE(QTest::qWaitFor(
+      [&] { return child<QLabel>(window, "history_text")->text().contains("stroke 3 of 3"); }, 5000));
+  EXPECT_TRUE(
+      QTest::qWaitFor([&] { return child<QLabel>(window, "history_text")->text().contains("MB"); }, 5000));
+  // As a hand drags it: faster than the edits follow.
+  const auto drag_to = [&](int to) {
+    slider->setSliderPosition(to);
+    emit slider->actionTriggered(QAbstractSlider::SliderMove);
+  };
+  drag_to(2), drag_to(1), drag_to(0), drag_to(1);
+  EXPECT_TRUE(is_at(1));
+  keep(window, "history");
+  drag_to(3);
+  EXPECT_TRUE(is_at(3));
+  drag_to(2);
+  EXPECT_TRUE(is_at(2));
+
+  child<QAction>(window, "compare_action")->trigger();
+  auto* dialog = window.findChild<QDialog*>("comparison");
+  ASSERT_NE(dialog, nullptr);
+  const auto* picture = dialog->findChild<QLabel*>("compared");
+  auto* with = dialog->findChild<QComboBox*>("compare_with");
+  EXPECT_EQ(with->currentText(), "stroke 1");
+  EXPECT_EQ(with->count(), 3);  // the untouched bone, strokes 1 and 3
+  ASSERT_TRUE(QTest::qWaitFor([&] { return picture->pixmap(Qt::ReturnByValue).width() > 300; }, 20000));
+  const QImage first = picture->pixmap(Qt::ReturnByValue).toImage();
+  QTest::qWait(100);
+  if (const char* folder = std::getenv("TREPHINE_SCREENSHOTS"))
+    dialog->grab().save(QString("%1/compare.png").arg(folder));
+  with->setCurrentIndex(0);
+  ASSERT_TRUE(QTest::qWaitFor([&] { return picture->pixmap(Qt::ReturnByValue).toImage() != first; }, 20000));
+  dialog->close();
+  // The window itself goes on.
+  const int frames = window.finish().frames;
+  EXPECT_GT(frames, 5);
+  window.close();
+}
+
 // Why something was not done stands in the window: here the stroke before is in a file that is gone.
 TEST_F(Window, SaysWhyACommandWasRefused) {
   haptics::TouchScene scene = *scene_;

@@ -1,0 +1,93 @@
+// compare: two moments of a session beside each other, and what differs.
+#include "apps/trephine/commands.h"
+#include "apps/view/comparison.h"
+#include "data-tools/atomic_file.h"
+#include "data-tools/output_set.h"
+
+namespace trephine::app {
+
+using volume::Error;
+using volume::Result;
+using volume::Status;
+
+namespace {
+
+struct CompareArguments {
+  workbench::SourceChoice case_source;
+  std::string session, output;
+  double at = 0;
+  std::optional<double> with;
+};
+
+/// The state of a moment, and how it is called.
+Result<view::ComparedState> state_at(sim::Replay& replay, std::uint64_t tick, double rate,
+                                     sim::SessionReader& reader) {
+  if (Status error = replay.seek(tick)) return *error;
+  sim::Engine& engine = replay.engine();
+  engine.freeze();
+  view::ComparedState state;
+  state.title =
+      format_text("%s, %.1f s, stroke %zu", engine.branch().name.c_str(),
+                  static_cast<double>(std::min(tick, reader.tick_count())) / rate, engine.stroke_count());
+  state.version = engine.current();
+  state.overlays = engine.overlays();
+  return state;
+}
+
+Result<Outcome> run_compare(const CompareArguments& arguments) {
+  data_tools::OutputSet outputs;
+  for (const std::string& input : {arguments.session, arguments.case_source.path}) outputs.reads(input);
+  outputs.writes("output", arguments.output, data_tools::OutputKind::picture);
+  if (Status error = outputs.check()) return *error;
+  for (const double time : {arguments.at, arguments.with.value_or(0)})
+    if (!(time >= 0))
+      return Error{"the time is out of range", "--at", std::to_string(time), "0 s or more", ""};
+  auto opened = workbench::open_session(arguments.session, arguments.case_source, person());
+  if (!opened) return opened.error();
+  workbench::OpenedSession& session = *opened.value();
+  const double rate = session.reader->header().rate_hz;
+  const std::uint64_t all = session.reader->tick_count();
+  const auto tick_of = [&](std::optional<double> time) {
+    return time ? std::min(all, static_cast<std::uint64_t>(std::llround(*time * rate))) : all;
+  };
+  auto first = state_at(*session.replay, tick_of(arguments.at), rate, *session.reader);
+  if (!first) return first.error();
+  auto second = state_at(*session.replay, tick_of(arguments.with), rate, *session.reader);
+  if (!second) return second.error();
+  const view::Difference difference =
+      view::difference_between(session.scene(), *first.value().version, *second.value().version);
+  Outcome outcome{new_report("compare"), "", exit_done};
+  outcome.json["first"] = first.value().title;
+  outcome.json["second"] = second.value().title;
+  outcome.json["only_in_first_mm3"] = difference.first_mm3;
+  outcome.json["only_in_second_mm3"] = difference.second_mm3;
+  const glm::dvec3& middle = difference.middle_world;
+  if (difference.is_any()) outcome.json["middle_world_mm"] = {middle.x, middle.y, middle.z};
+  outcome.text = format_text(
+      "first: %s\nsecond: %s\nonly in the first: %.1f mm3, only in the second: %.1f mm3\n",
+      first.value().title.c_str(), second.value().title.c_str(), difference.first_mm3, difference.second_mm3);
+  outputs.write(arguments.output, [&]() -> Status {
+    const auto png = view::compare(session.scene(), first.value(), second.value());
+    return png ? data_tools::write_file_atomically(arguments.output, png.value()) : Status(png.error());
+  });
+  if (Status error = outputs.result()) return *error;
+  return outcome;
+}
+
+Run build(Options& options) {
+  auto a = std::make_shared<CompareArguments>();
+  add_session(options, a->session, a->case_source);
+  options.add("--at", a->at, "The first moment, s").type("S").shows_default();
+  options.add("--with", a->with, "The second; the end when left out").type("S");
+  options.add("-o,--output", a->output, "Write a picture of both beside each other").type("PNG");
+  return run_with(a, run_compare);
+}
+
+}  // namespace
+
+const Command k_compare{"compare", "Show two moments of a session beside each other, and what differs",
+                        "  trephine compare drill.session -o compared.png\n"
+                        "  trephine compare drill.session --at 8.2 --with 12 --json",
+                        build};
+
+}  // namespace trephine::app

@@ -1,0 +1,172 @@
+#include "apps/view/comparison.h"
+
+#include <algorithm>
+#include <cmath>
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+#include <vtkNew.h>
+#include <vtkRenderWindow.h>
+#include <vtkUnsignedCharArray.h>
+
+#include "apps/view/render_window.h"
+#include "apps/view/slice_picture.h"
+#include "apps/view/viewport.h"
+#include "apps/workbench/text.h"
+
+namespace trephine::view {
+
+using glm::dvec3;
+
+namespace {
+
+constexpr int k_edge = 520;  // pixels of a panel
+
+/// How a state looks from a place, as pixels of a panel.
+volume::Result<SlicePanel> seen(const haptics::TouchScene& scene, const ComparedState& state, const dvec3& at,
+                                const dvec3& from) {
+  auto surface = make_offscreen(k_edge, k_edge);
+  if (!surface) return surface.error();
+  Viewport picture(scene, surface.value()->window(), false);
+  picture.request_all(state.version);
+  picture.wait();
+  dvec3 low, high;
+  picture.view().bounds(low, high);
+  const dvec3 middle = 0.5 * (low + high);
+  picture.view().aim_camera(glm::mix(middle, at, 0.6), from,
+                            std::abs(from.z) > 0.9 ? dvec3(0, -1, 0) : dvec3(0, 0, 1),
+                            0.7 * BoneView::distance_of(low, high));
+  picture.view().show(StylusLook{.is_visible = false});
+  const haptics::ServoRecord nowhere;
+  picture.show(state.overlays, {&nowhere, 1});
+  picture.draw();
+  vtkNew<vtkUnsignedCharArray> pixels;
+  surface.value()->window()->GetPixelData(0, 0, k_edge - 1, k_edge - 1, 0, pixels);
+  SlicePanel panel;
+  panel.title = state.title;
+  panel.size = k_edge;
+  for (int i = 0; i < k_edge * k_edge; ++i)
+    panel.pixels.push_back(
+        {pixels->GetValue(3 * i), pixels->GetValue(3 * i + 1), pixels->GetValue(3 * i + 2)});
+  return panel;
+}
+
+/// A cut through the scan, of what the states hold.
+SlicePanel cut(const haptics::TouchScene& scene, const volume::Version& first, const volume::Version& second,
+               const dvec3& at, const dvec3& right, const dvec3& up, std::string_view letters) {
+  constexpr double k_wide = 100, k_pixel = 0.25;  // mm
+  const volume::Field& bone = scene.items[0].field;
+  const volume::Frame& frame = bone.volume().frame;
+  volume::Shape all;
+  all.low = 0;
+  const volume::Field intensity(bone.volume(), all);
+  const bool is_ct = bone.volume().is_hounsfield;
+  const double dark = is_ct ? -200 : bone.shape().is_label() ? 0 : bone.shape().low - 500;
+  const double bright = is_ct ? 1400 : dark + 2000;
+  SlicePanel panel;
+  std::string* const edges[] = {&panel.left, &panel.right, &panel.above, &panel.below};
+  for (std::size_t i = 0; i < 4; ++i) edges[i]->push_back(letters[i]);
+  panel.size = static_cast<int>(k_wide / k_pixel);
+  panel.mm_a_pixel = k_pixel;
+  for (int j = 0; j < panel.size; ++j)
+    for (int i = 0; i < panel.size; ++i) {
+      const double half = 0.5 * (panel.size - 1);
+      const dvec3 p = frame.volume_from_world(at + (i - half) * k_pixel * right + (j - half) * k_pixel * up);
+      const double grey = std::clamp((intensity.value(p) - dark) / (bright - dark), 0.0, 1.0);
+      dvec3 tint(1);
+      if (bone.value(p) >= 0) {
+        const bool is_in_first = first.distance(p) > 0, is_in_second = second.distance(p) > 0;
+        tint = is_in_first && is_in_second ? dvec3(1)
+               : is_in_first               ? dvec3(0.35, 0.65, 1)
+               : is_in_second              ? dvec3(1, 0.6, 0.15)
+                                           : dvec3(0.75, 0.2, 0.2);
+      }
+      SlicePanel::Colour colour;
+      for (int c = 0; c < 3; ++c)
+        colour[static_cast<std::size_t>(c)] = static_cast<std::uint8_t>(
+            255 * std::min(1.0, tint == dvec3(1) ? grey : (0.4 + 0.6 * grey) * tint[c]));
+      panel.pixels.push_back(colour);
+    }
+  return panel;
+}
+
+template <class Each>
+void for_samples(const Each& each) {
+  for (int z = 0; z < volume::k_brick; ++z)
+    for (int y = 0; y < volume::k_brick; ++y)
+      for (int x = 0; x < volume::k_brick; ++x) each(glm::ivec3(x, y, z));
+}
+
+}  // namespace
+
+Difference difference_between(const haptics::TouchScene& scene, const volume::Version& first,
+                              const volume::Version& second) {
+  Difference difference;
+  const volume::CutLattice& lattice = first.lattice();
+  const volume::Field& bone = scene.items[0].field;
+  const double sample = lattice.frame().voxel_mm3(), reach = lattice.frame().diagonal_mm();
+  dvec3 sum(0);
+  // Where either has a brick of its own; a brick of one alone is met in its turn.
+  const auto visit = [&](const volume::Version& one, const volume::Version& other,
+                         bool only_where_other_has_none) {
+    one.for_bricks_in(
+        glm::ivec3(0), lattice.size() - 1, [&](const glm::ivec3& low, const volume::Brick& brick) {
+          const volume::Brick* beside = other.brick_at(low);
+          if (beside == &brick || (only_where_other_has_none && beside != nullptr)) return;
+          for_samples([&](const glm::ivec3& in) {
+            const glm::ivec3 s = low + in;
+            const double mine = one.distance_of(s), others = other.distance_of(s);
+            if (mine == others) return;
+            // Far from both surfaces the sample speaks for its whole cell.
+            const bool is_far = std::min(std::abs(mine), std::abs(others)) > reach;
+            if (is_far && (mine > 0) == (others > 0)) return;
+            const int parts = is_far ? 1 : 3;
+            for (int n = 0; n < parts * parts * parts; ++n) {
+              const dvec3 part(n % parts, n / parts % parts, n / (parts * parts));
+              const dvec3 p =
+                  lattice.volume_from_lattice(dvec3(s) - 0.5 + (part + 0.5) / static_cast<double>(parts));
+              if (bone.value(p) < 0) continue;
+              const bool is_in_first = first.distance(p) > 0, is_in_second = second.distance(p) > 0;
+              if (is_in_first == is_in_second) continue;
+              const double size = sample / (parts * parts * parts);
+              (is_in_first ? difference.first_mm3 : difference.second_mm3) += size;
+              sum += size * bone.volume().frame.world_from_volume(p);
+            }
+          });
+        });
+  };
+  visit(first, second, false);
+  visit(second, first, true);
+  if (difference.is_any()) difference.middle_world = sum / (difference.first_mm3 + difference.second_mm3);
+  return difference;
+}
+
+volume::Result<std::string> compare(const haptics::TouchScene& scene, const ComparedState& first,
+                                    const ComparedState& second) {
+  const Difference difference = difference_between(scene, *first.version, *second.version);
+  const volume::Volume& scan = *scene.base;
+  const dvec3 middle = scan.frame.world_from_volume(0.5 * dvec3(scan.size - 1));
+  const dvec3 at = difference.is_any() ? difference.middle_world : middle;
+  // From outside over it, from the side a little, so that depth is seen.
+  const dvec3 out = glm::length(at - middle) > 1 ? glm::normalize(at - middle) : dvec3(0, -1, 0);
+  const dvec3 aside = glm::cross(out, dvec3(0, 0, 1));
+  const dvec3 from =
+      glm::normalize(out + 0.3 * (glm::length(aside) > 0.1 ? aside : dvec3(1, 0, 0)) + dvec3(0, 0, 0.15));
+  std::vector<SlicePanel> panels;
+  for (const ComparedState* state : {&first, &second}) {
+    auto panel = seen(scene, *state, at, from);
+    if (!panel) return panel.error();
+    panels.push_back(std::move(panel).value());
+  }
+  SlicePanel axial = cut(scene, *first.version, *second.version, at, {1, 0, 0}, {0, -1, 0}, "RLAP"),
+             sagittal = cut(scene, *first.version, *second.version, at, {0, 1, 0}, {0, 0, 1}, "APHF");
+  axial.title = workbench::format_text("Only in the first: %.0f mm3; only in the second: %.0f mm3",
+                                       difference.first_mm3, difference.second_mm3);
+  axial.lines = {{{}, {90, 166, 255}, true, "only in the first"},
+                 {{}, {255, 153, 38}, true, "only in the second"},
+                 {{}, {200, 60, 60}, true, "gone in both"}};
+  panels.push_back(std::move(axial));
+  panels.push_back(std::move(sagittal));
+  return slices_png(panels);
+}
+
+}  // namespace trephine::view
