@@ -21,9 +21,10 @@ std::array<const ValueType*, 19> own_commands() noexcept {
           &value_type<CancelJob>()};
 }
 /// ... and what an engine tells.
-std::array<const ValueType*, 6> own_events() noexcept {
-  return {&value_type<FaultEvent>(),    &value_type<JobDiscarded>(), &value_type<ForbiddenEntered>(),
-          &value_type<ForbiddenLeft>(), &value_type<PieceFreed>(),   &value_type<DebrisFreed>()};
+std::array<const ValueType*, 9> own_events() noexcept {
+  return {&value_type<FaultEvent>(),    &value_type<JobDiscarded>(),      &value_type<ForbiddenEntered>(),
+          &value_type<ForbiddenLeft>(), &value_type<StructureStripped>(), &value_type<StructureTouched>(),
+          &value_type<StructureTorn>(), &value_type<PieceFreed>(),        &value_type<DebrisFreed>()};
 }
 
 }  // namespace

@@ -264,14 +264,25 @@ void Engine::watch_forbidden(const InstrumentInput& input) {
       ++watch.entries;
       watch.entered_tick = static_cast<std::int64_t>(tick.tick);
       watch.deepest_now = 0;
+      watch.has_worked = watch.is_torn = false;
       news_.push_back({tick.tick, tick.hand, at, ForbiddenEntered{name, tick.pose.is_pressed()}});
     }
     if (is_inside) {
       ++watch.ticks_inside;
       watch.deepest_now = std::max(watch.deepest_now, -watch.clearance);
+      const bool is_working = tick.pose.is_pressed();
+      watch.has_worked = watch.has_worked || is_working;
+      if (!watch.is_torn && -watch.clearance > (is_working ? k_tears : k_bursts)) {
+        watch.is_torn = true;
+        news_.push_back({tick.tick, tick.hand, at, StructureTorn{name, -watch.clearance}});
+      }
     } else if (watch.is_inside) {
       const auto ticks = static_cast<double>(static_cast<std::int64_t>(tick.tick) - watch.entered_tick);
       news_.push_back({tick.tick, tick.hand, at, ForbiddenLeft{name, watch.deepest_now, ticks * dt_}});
+      if (!watch.is_torn)
+        news_.push_back(watch.has_worked
+                            ? Event{tick.tick, tick.hand, at, StructureTouched{name, watch.deepest_now}}
+                            : Event{tick.tick, tick.hand, at, StructureStripped{name, watch.deepest_now}});
     }
     watch.is_inside = is_inside;
   }

@@ -85,11 +85,32 @@ const Schema& ForbiddenLeft::schema() {
   return table;
 }
 
+const Schema& StructureStripped::schema() {
+  static constexpr Field fields[] = {field<&StructureStripped::structure>("structure"),
+                                     field<&StructureStripped::deepest>("deepest", {.unit = "mm"})};
+  static constexpr Schema table{"structure-stripped", 1, fields};
+  return table;
+}
+const Schema& StructureTouched::schema() {
+  static constexpr Field fields[] = {field<&StructureTouched::structure>("structure"),
+                                     field<&StructureTouched::deepest>("deepest", {.unit = "mm"})};
+  static constexpr Schema table{"structure-touched", 1, fields};
+  return table;
+}
+const Schema& StructureTorn::schema() {
+  static constexpr Field fields[] = {field<&StructureTorn::structure>("structure"),
+                                     field<&StructureTorn::deepest>("deepest", {.unit = "mm"})};
+  static constexpr Schema table{"structure-torn", 1, fields};
+  return table;
+}
+
 const Schema& ForbiddenWatch::schema() {
   static constexpr Field fields[] = {field<&ForbiddenWatch::is_inside>("inside"),
                                      field<&ForbiddenWatch::clearance>("clearance", {.unit = "mm"}),
                                      field<&ForbiddenWatch::nearest>("nearest", {.unit = "mm"}),
                                      field<&ForbiddenWatch::deepest_now>("deepest_now", {.unit = "mm"}),
+                                     field<&ForbiddenWatch::has_worked>("has_worked"),
+                                     field<&ForbiddenWatch::is_torn>("is_torn"),
                                      field<&ForbiddenWatch::entries>("entries"),
                                      field<&ForbiddenWatch::ticks_inside>("ticks_inside"),
                                      field<&ForbiddenWatch::entered_tick>("entered_tick")};

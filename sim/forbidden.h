@@ -58,12 +58,36 @@ struct ForbiddenLeft {
   static const Schema& schema();
 };
 
+/// What a visit did to a membrane, such as the dura. A tool that does not work pushes it off the bone ...
+struct StructureStripped {
+  std::string structure;
+  double deepest = 0;  ///< mm
+  static const Schema& schema();
+};
+/// ... one that works, with its button down, touches it ...
+struct StructureTouched {
+  std::string structure;
+  double deepest = 0;
+  static const Schema& schema();
+};
+/// ... and tears it where it goes deeper than k_tears, or not working deeper than k_bursts: told at once, the
+/// others when it left.
+struct StructureTorn {
+  std::string structure;
+  double deepest = 0;
+  static const Schema& schema();
+};
+/// mm. Dura is about half a millimetre thick; how far it stretches before a blunt tool goes through is
+/// assumed.
+inline constexpr double k_tears = 0.5, k_bursts = 3;
+
 /// Of one hand and one structure, since the start; what undo takes back does not make it undone.
 struct ForbiddenWatch {
   bool is_inside = false;
-  double clearance = Forbidden::k_reach;  ///< mm, in the newest tick
-  double nearest = Forbidden::k_reach;    ///< mm, ever; negative: so deep
-  double deepest_now = 0;                 ///< mm, of the visit that goes on
+  double clearance = Forbidden::k_reach;     ///< mm, in the newest tick
+  double nearest = Forbidden::k_reach;       ///< mm, ever; negative: so deep
+  double deepest_now = 0;                    ///< mm, of the visit that goes on
+  bool has_worked = false, is_torn = false;  ///< in it
   std::int64_t entries = 0, ticks_inside = 0, entered_tick = 0;
   static const Schema& schema();
 };

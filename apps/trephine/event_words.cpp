@@ -17,6 +17,13 @@ std::string words_of(const sim::Event& event) {
   if (const auto* left = event.what.as<sim::ForbiddenLeft>())
     return format_text("the tool left %s after %.2f s, %.2f mm deep at most", left->structure.c_str(),
                        left->seconds, left->deepest);
+  if (const auto* stripped = event.what.as<sim::StructureStripped>())
+    return format_text("%s pushed aside, %.2f mm", stripped->structure.c_str(), stripped->deepest);
+  if (const auto* touched = event.what.as<sim::StructureTouched>())
+    return format_text("%s touched while it worked, %.2f mm deep", touched->structure.c_str(),
+                       touched->deepest);
+  if (const auto* torn = event.what.as<sim::StructureTorn>())
+    return format_text("%s torn, %.2f mm deep", torn->structure.c_str(), torn->deepest);
   if (const auto* flap = event.what.as<bone_flap::FlapCut>())
     return format_text("a bone flap of %.1f cm2 came off, %.0f mm3; the saw took %.0f mm3", flap->area / 100,
                        flap->flap_size, flap->kerf_size);

@@ -99,10 +99,13 @@ TEST(Forbidden, EntriesAreToldWithDepthTimeAndPlace) {
     }
   }
   const auto events = of_dura(run.engine());
-  ASSERT_EQ(events.size(), 2u);
+  ASSERT_EQ(events.size(), 3u);
   const auto* entered = events[0]->what.as<ForbiddenEntered>();
-  const auto* left = events[1]->what.as<ForbiddenLeft>();
-  ASSERT_TRUE(entered && left);
+  const auto* torn = events[1]->what.as<StructureTorn>();
+  const auto* left = events[2]->what.as<ForbiddenLeft>();
+  ASSERT_TRUE(entered && torn && left);
+  EXPECT_NEAR(torn->deepest, k_tears, 0.05);
+  EXPECT_NEAR(static_cast<double>(events[1]->tick - events[0]->tick), 1000 * k_tears / 9, 12);
   EXPECT_EQ(entered->structure, "dura");
   EXPECT_TRUE(entered->is_working);
   EXPECT_NEAR(static_cast<double>(events[0]->tick), first, 30);  // a quarter of a mm
@@ -111,8 +114,54 @@ TEST(Forbidden, EntriesAreToldWithDepthTimeAndPlace) {
   EXPECT_NEAR(left->seconds, 1e-3 * (last - first), 0.06);
   // Nothing of it is taken back.
   run.undo();
-  EXPECT_EQ(run.engine().now().chronicle.size(), 2u);
+  EXPECT_EQ(run.engine().now().chronicle.size(), 3u);
   EXPECT_EQ(run.engine().watch(0, 0).entries, 1);
+}
+
+// Pushed aside, touched, torn: by how deep, and whether the tool worked.
+TEST(Forbidden, WhatAVisitDidIsTold) {
+  Guarded guarded;
+  // A membrane in the air over the bone.
+  auto above = std::make_shared<volume::Volume>(
+      volume::make_volume(guarded.scene.base->size, guarded.scene.base->frame, true).value());
+  above->label_names = {"nothing", "dura"};
+  std::fill(above->voxels.span().begin(), above->voxels.span().end(), std::int16_t{0});
+  double edge = 1e9;
+  for (int z = 0; z < above->size.z; ++z)
+    for (int y = 0; y < above->size.y; ++y)
+      for (int x = 0; x < above->size.x; ++x) {
+        const double height = above->frame.world_from_volume({x, y, z}).z;
+        const bool is_in = height > 4;
+        above->labels[above->index(x, y, z)] = is_in;
+        if (is_in) edge = std::min(edge, height - 0.5 * above->frame.spacing().z);
+      }
+  volume::Shape dura;
+  dura.label = 1;
+  dura.name = "dura";
+  guarded.forbidden = Forbidden::build(above, dura).value();
+  const struct {
+    double deep;
+    bool is_pressed;
+    std::string_view told;
+  } visits[] = {{0.3, true, "structure-touched"},
+                {0.3, false, "structure-stripped"},
+                {2.5, false, "structure-stripped"},
+                {1.0, true, "structure-torn"},
+                {3.3, false, "structure-torn"}};
+  for (const auto& visit : visits) {
+    Lockstep run(guarded.engine({1, 1e4, 400, true}), {}, 1000);
+    constexpr double k_out = 1.5, k_radius = 0.5;
+    for (int i = -1000; i <= 1000; ++i) {
+      const double way = (k_out + visit.deep) * (1 - std::abs(i) / 1000.0);
+      run.step({{0, 0, edge - k_radius - k_out + way}, {1, 0, 0, 0}, visit.is_pressed});
+    }
+    std::vector<std::string_view> told;
+    const Chronicle& all = run.engine().now().chronicle;
+    for (std::size_t i = 0; i < all.size(); ++i)
+      if (all[i].what.name().starts_with("structure-")) told.push_back(all[i].what.name());
+    ASSERT_EQ(told.size(), 1u) << visit.deep << visit.is_pressed;
+    EXPECT_EQ(told[0], visit.told) << visit.deep << visit.is_pressed;
+  }
 }
 
 // In one tick through a sheet and beyond: the way between two ticks counts.
@@ -135,7 +184,7 @@ TEST(Forbidden, AJumpThroughASheetIsNoticed) {
   run.step({{0, 0, -6}, {1, 0, 0, 0}, true});
   EXPECT_EQ(run.engine().watch(0, 0).entries, 1);
   run.step({{0, 0, -6}, {1, 0, 0, 0}, true});
-  EXPECT_EQ(run.engine().now().chronicle.size(), 2u);
+  EXPECT_EQ(run.engine().now().chronicle.size(), 3u);  // it came in, tore it, and left
 }
 
 // What the tool did not do is not told: laid down and taken up elsewhere, touching from below, resumed.
