@@ -47,6 +47,10 @@ Result<Outcome> run_compare(const CompareArguments& arguments) {
   workbench::OpenedSession& session = *opened.value();
   const double rate = session.reader->header().rate_hz;
   const std::uint64_t all = session.reader->tick_count();
+  for (const double time : {arguments.at, arguments.with.value_or(0)})
+    if (time * rate > static_cast<double>(all) + 0.5)
+      return Error{"the session ends before that", "--at", format_text("%.1f s", time),
+                   format_text("0 to %.1f s", static_cast<double>(all) / rate), ""};
   const auto tick_of = [&](std::optional<double> time) {
     return time ? std::min(all, static_cast<std::uint64_t>(std::llround(*time * rate))) : all;
   };

@@ -7,6 +7,7 @@
 #include "apps/view/slice_picture.h"
 #include "data-tools/open_volume.h"
 #include "data-tools/output_set.h"
+#include "modules/drilling/burr.h"
 #include "modules/laminectomy/laminectomy.h"
 
 namespace trephine::app {
@@ -106,25 +107,38 @@ Status draw(const laminectomy::Outcome& o, const Judgement& j, const Plane& plan
   };
   const auto add = [&](const dvec3& world, const std::string& title) {
     const CanalSection& at = section(world);
-    panels.push_back(plane.across(at.z, title));
-    add_walls(panels.back(), at);
+    view::SlicePanel panel = plane.across(at.z, title);
+    // What lies in one slice needs one picture.
+    for (view::SlicePanel& other : panels)
+      if (other.foot == panel.foot) {
+        other.title += "; " + title;
+        return;
+      }
+    add_walls(panel, at);
+    panel.lines.push_back({{}, {230, 70, 60}, true, "gone"});
+    panels.push_back(std::move(panel));
   };
-  add(j.narrowest_at, format_text("Canal %.0f mm2, now %.0f", j.canal_before, j.canal_after));
+  add(j.narrowest_at, format_text("Canal %.0f mm\u00b2, now %.0f", j.canal_before, j.canal_after));
   if (o.widest_opened >= 0)
     add(j.opened_at, format_text("Opening %.1f mm wide, %.0f mm long", j.opened_width, j.opened_length));
   const double facet =
       std::max({j.left_upper_facet, j.left_lower_facet, j.right_upper_facet, j.right_lower_facet});
-  if (facet > 0) add(j.facet_at, format_text("Facet: %.0f %% removed", facet));
+  const char* which = facet == j.left_upper_facet    ? "Left upper"
+                      : facet == j.left_lower_facet  ? "Left lower"
+                      : facet == j.right_upper_facet ? "Right upper"
+                                                     : "Right lower";
+  if (facet >= 0.5) add(j.facet_at, format_text("%s facet: %.0f %% removed", which, facet));
   // Both isthmuses from the back.
   const bool is_left = j.left_pars < j.right_pars;
   const dvec3 pars = o.frame.local(is_left ? j.left_pars_at : j.right_pars_at);
-  view::SlicePanel back = plane.panel({0, pars.y, pars.z}, {1, 0, 0}, {0, 0, 1});
+  view::SlicePanel back = plane.panel({0, pars.y, pars.z}, {-1, 0, 0}, {0, 0, 1});
   back.title = format_text("Pars: left %.1f mm, right %.1f mm", j.left_pars, j.right_pars);
-  back.left = "R", back.right = "L", back.above = "H", back.below = "F";
+  back.left = "L", back.right = "R", back.above = "H", back.below = "F";
+  back.foot = "from the back";
   for (const laminectomy::Pars& one : o.pars) {
     const dvec3 at = o.frame.local(one.at_world);
     back.lines.push_back(
-        {{dvec2(at.x - 0.5 * one.after, at.z - pars.z), dvec2(at.x + 0.5 * one.after, at.z - pars.z)},
+        {{dvec2(-at.x - 0.5 * one.after, at.z - pars.z), dvec2(-at.x + 0.5 * one.after, at.z - pars.z)},
          {120, 255, 120},
          false,
          "pars"});
@@ -134,7 +148,8 @@ Status draw(const laminectomy::Outcome& o, const Judgement& j, const Plane& plan
 }
 
 /// What came near to dura and roots, by their names, with the slices where the tool came in.
-Json contacts_of(const sim::Engine& engine, const Plane& plane, std::string& text) {
+Json contacts_of(const sim::Engine& engine, const laminectomy::VertebraFrame& frame, const Plane& plane,
+                 std::string& text) {
   Json all = Json::array();
   for (std::size_t s = 0; s < engine.forbidden().size(); ++s) {
     const std::string& name = engine.forbidden()[s]->name();
@@ -147,6 +162,8 @@ Json contacts_of(const sim::Engine& engine, const Plane& plane, std::string& tex
     for (std::size_t i = 0; i < chronicle.size(); ++i) {
       const auto* entered = chronicle[i].what.as<sim::ForbiddenEntered>();
       if (entered == nullptr || entered->structure != name) continue;
+      const double height = frame.local(chronicle[i].place_world).z;  // of this vertebra alone
+      if (height < frame.low || height > frame.high) continue;
       const int slice = plane.slice(chronicle[i].place_world);
       places.push_back({{"place_world_mm", json_of(chronicle[i].place_world)},
                         {"slice", slice + 1},
@@ -154,10 +171,12 @@ Json contacts_of(const sim::Engine& engine, const Plane& plane, std::string& tex
                         {"is_working", entered->is_working}});
       slices += (slices.empty() ? "" : ", ") + std::to_string(slice + 1);
     }
-    all.push_back({{"structure", name}, {"nearest_mm", nearest}, {"contacts", places}});
+    all.push_back({{"structure", name}, {"contacts", places}});
+    // The nearest of the whole operation; beyond that nothing is told apart.
+    if (nearest < sim::Forbidden::k_reach) all.back()["nearest_mm"] = nearest;
     if (!places.empty())
-      text += format_text("%s: touched %zu times, %.1f mm deep at most, slices %s\n", name.c_str(),
-                          places.size(), std::max(0.0, -nearest), slices.c_str());
+      text += format_text("%s: entered %zu times here, %.1f mm deep at most in the operation, slices %s\n",
+                          name.c_str(), places.size(), std::max(0.0, -nearest), slices.c_str());
     else if (nearest < sim::Forbidden::k_reach)
       text += format_text("%s: not touched, %.1f mm away at least\n", name.c_str(), nearest);
   }
@@ -188,6 +207,9 @@ Result<Outcome> run_laminectomy(const LaminectomyArguments& arguments) {
   const auto end = arguments.until
                        ? std::min(all, static_cast<std::uint64_t>(std::llround(*arguments.until * rate)))
                        : all;
+  if (arguments.until && *arguments.until * rate > static_cast<double>(all) + 0.5)
+    return Error{"the session ends before that", "--until", format_text("%.1f s", *arguments.until),
+                 format_text("0 to %.1f s", static_cast<double>(all) / rate), ""};
   if (Status error = session.replay->seek(end)) return *error;
   sim::Engine& engine = session.replay->engine();
   engine.freeze();
@@ -253,7 +275,17 @@ Result<Outcome> run_laminectomy(const LaminectomyArguments& arguments) {
                                 o.pars[side].before, plane.slice(o.pars[side].at_world) + 1);
   }
   json["facets"] = facets, json["pars"] = pars;
-  json["forbidden"] = contacts_of(engine, plane, outcome.text);
+  // Plunges beyond the bone, of the whole operation.
+  double plunge = 0;
+  int plunges = 0;
+  const sim::Chronicle& chronicle = engine.now().chronicle;
+  for (std::size_t i = 0; i < chronicle.size(); ++i)
+    if (const auto* through = chronicle[i].what.as<drilling::Breakthrough>())
+      ++plunges, plunge = std::max(plunge, through->plunge);
+  json["breakthroughs"] = {{"count", plunges}, {"deepest_plunge_mm", plunge}};
+  if (plunges > 0)
+    outcome.text += format_text("burrs broke through %d times, %.1f mm beyond at most\n", plunges, plunge);
+  json["forbidden"] = contacts_of(engine, o.frame, plane, outcome.text);
   outputs.write(arguments.slices, [&] { return draw(o, j, plane, arguments.slices); });
   if (Status error = outputs.result()) return *error;
   if (!outputs.written().empty()) outcome.text += "wrote " + outputs.written().front() + "\n";

@@ -109,10 +109,12 @@ Run build(Options& options) {
 
 }  // namespace
 
-const Command k_run{"run", "Play a script of an operation and check what it expects; ends with 0 or 1",
-                    "  trephine run docs/examples/burr-hole.toml\n"
-                    "  trephine run docs/examples/burr-hole.toml --window --record burr-hole.session\n"
-                    "  trephine run docs/examples/demo.toml --live --pictures out",
-                    build};
+const Command k_run{
+    "run",
+    "Play a script of an operation and check what it expects; ends with 0 when all is met, else with 1",
+    "  trephine run docs/examples/burr-hole.toml\n"
+    "  trephine run docs/examples/burr-hole.toml --window --record burr-hole.session\n"
+    "  trephine run docs/examples/demo.toml --live --pictures out",
+    build};
 
 }  // namespace trephine::app

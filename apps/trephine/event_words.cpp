@@ -2,7 +2,9 @@
 
 #include "apps/workbench/text.h"
 #include "modules/bone_flap/bone_flap.h"
+#include "modules/drilling/perforator.h"
 #include "modules/laminectomy/laminectomy.h"
+#include "modules/rongeur/rongeur.h"
 #include "sim/forbidden.h"
 
 namespace trephine::app {
@@ -35,6 +37,15 @@ std::string words_of(const sim::Event& event) {
     return format_text("%s: canal %.0f mm2 (%.0f before), its roof open along %.0f mm",
                        judged->vertebra.empty() ? "the vertebra" : judged->vertebra.c_str(),
                        judged->canal_after, judged->canal_before, judged->opened_length);
+  if (const auto* through = event.what.as<drilling::Breakthrough>())
+    return format_text("broke through under %.1f N, plunged %.1f mm in %.2f s", through->thrust,
+                       through->plunge, through->seconds);
+  if (const auto* stopped = event.what.as<drilling::PerforatorStopped>())
+    return format_text("the perforator stopped after %.1f mm of bone", stopped->depth);
+  if (const auto* bite = event.what.as<rongeur::Bite>()) return format_text("a bite of %.0f mm3", bite->size);
+  if (const auto* refused = event.what.as<rongeur::BiteRefused>()) return "no bite: " + refused->why;
+  if (const auto* piece = event.what.as<sim::PieceFreed>())
+    return format_text("body %u came off, %.0f mm3", piece->body.value, piece->size);
   const std::string words = event.what.words();
   return std::string(event.what.name()) + (words.empty() ? "" : " " + words);
 }

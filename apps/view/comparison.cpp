@@ -164,6 +164,8 @@ volume::Result<std::string> compare(const haptics::TouchScene& scene, const Comp
   axial.lines = {{{}, {90, 166, 255}, true, "only in the first"},
                  {{}, {255, 153, 38}, true, "only in the second"},
                  {{}, {200, 60, 60}, true, "gone in both"}};
+  axial.foot =
+      "slice " + std::to_string(1 + static_cast<int>(std::lround(scan.frame.volume_from_world(at).z)));
   panels.push_back(std::move(axial));
   panels.push_back(std::move(sagittal));
   return slices_png(panels);

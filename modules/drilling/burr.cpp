@@ -379,7 +379,7 @@ const sim::Schema& Burr::schema() {
                                  {.unit = "mm3/s",
                                   .low = 0,
                                   .high = 1e5,
-                                  .help = "at most, in contact; 0: as force, speed and bone have it"}),
+                                  .help = "in contact, whatever the press; 0: as force, speed and bone have it"}),
       field<&Burr::feed_limit>(
           "feed_limit", {.unit = "mm/s", .low = k_above_0, .high = 1e4, .help = "through matter, at most"}),
       field<&Burr::is_kinematic>("kinematic", {.help = "takes all that it sweeps, touched or not"}),

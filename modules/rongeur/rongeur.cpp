@@ -77,10 +77,12 @@ void step(const Rongeur& r, RongeurState& state, const sim::InstrumentInput& inp
   if (bitten.removed_units > 0) work.raise_event(Bite{work.left().mm3_of(bitten.removed_units)}, middle);
 }
 
+/// What comes near to dura: a ball as wide as the jaws, on whose underside a Kerrison's foot ends, or between
+/// a rongeur's cups.
 sim::ToolBall body(const Rongeur& r, const RongeurState&, const sim::InstrumentInput& input) {
   const ToolPlace at = place_of(r, input);
-  const double far = 0.5 * r.opening + r.jaw, wide = 0.5 * r.width;
-  return {at.at_world + 0.5 * r.opening * at.axis_world, std::sqrt(far * far + wide * wide)};
+  const double wide = 0.5 * r.width;
+  return {at.at_world + (r.kind == Kind::kerrison ? wide - r.jaw : 0.5 * r.opening) * at.axis_world, wide};
 }
 
 volume::Status check(const Rongeur& r, const haptics::TouchScene& scene) {

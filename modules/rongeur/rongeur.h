@@ -48,6 +48,7 @@ sim::Instrument rongeur(const Rongeur& parameters);
 class RongeurModule final : public sim::Module {
  public:
   std::string_view name() const noexcept override { return "rongeur"; }
+  std::uint32_t version() const noexcept override { return 2; }  // 2: its body is its jaws'
   std::span<const sim::InstrumentType* const> instruments() const override;
   std::span<const sim::ValueType* const> events() const override;
   std::vector<sim::Measure> measures(const sim::OperationState& now) const override;
