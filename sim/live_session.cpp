@@ -225,11 +225,17 @@ void LiveSession::consume(const haptics::ServoRecord& record) {
   if (found != PieceWatch::Finding::pending) return;
   // The whole volume is asked on a thread of its own; what was cut meanwhile changes nothing of the answer
   // but to yes.
+  {
+    const std::lock_guard guard(lock_);
+    state_.is_asking_for_pieces = true;
+  }
   jobs_.submit([this, now = engine_.snapshot(), scene = engine_.tool().scene,
                 smallest = pieces_->smallest()]() -> Background::Result {
     const bool is_loose = PieceWatch::has_loose(*scene, *now->world.version, smallest);
     return [this, is_loose] {
       if (is_loose) free_pieces();
+      const std::lock_guard guard(lock_);
+      state_.is_asking_for_pieces = false;
     };
   });
 }

@@ -37,7 +37,8 @@ struct LiveState {
   std::shared_ptr<const Overlays> overlays;
   std::vector<Id> bodies;  ///< of the first overlays
   std::size_t pending_jobs = 0;
-  Value tool;  ///< parameters of the first hand's instrument; empty: it has none
+  bool is_asking_for_pieces = false;  ///< the whole volume: a piece may come off yet
+  Value tool;                         ///< parameters of the first hand's instrument; empty: it has none
 };
 
 /// Starts and joins the edit thread, and those of longer work; the servo never waits for them. Drawing

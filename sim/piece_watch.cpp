@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "volume/solid_parts.h"
 
@@ -16,7 +17,13 @@ const haptics::TouchItem* first_shape(const haptics::TouchScene& scene) noexcept
 }  // namespace
 
 PieceWatch::Finding PieceWatch::after_tick(const Engine& engine) {
-  if (is_off_ || engine.is_in_stroke()) return Finding::nothing;
+  if (engine.is_in_stroke()) return Finding::nothing;
+  if (refused_at_) {
+    if (engine.now().world.bodies.size() >= *refused_at_) return Finding::nothing;
+    refused_at_.reset();
+    before_ = engine.current();
+    return Finding::pending;
+  }
   if (!before_) before_ = engine.untouched();
   if (job_.value != 0) {
     const auto& jobs = engine.jobs();
@@ -48,9 +55,9 @@ PieceWatch::Finding PieceWatch::after_tick(const Engine& engine) {
 }
 
 void PieceWatch::after_command(const Engine& engine, const Command& command, const Outcome& outcome) {
-  if (const auto* wish = command.what.as<FreePieces>(); wish && wish->smallest == smallest_) {
+  if (std::exchange(is_asking_, false) && command.what.as<FreePieces>()) {
     if (outcome.refused)
-      is_off_ = true;
+      refused_at_ = engine.now().world.bodies.size();
     else
       job_ = outcome.job;
   }

@@ -1,6 +1,8 @@
 // Pieces that come off by themselves: after each stroke a driver asks whether it parted something.
 #pragma once
 
+#include <optional>
+
 #include "sim/engine.h"
 #include "volume/parting.h"
 
@@ -24,7 +26,11 @@ class PieceWatch {
   /// After a command of anybody: what it changed is no stroke. `outcome` of the command that was due says
   /// which job it began.
   void after_command(const Engine& engine, const Command& command, const Outcome& outcome);
-  Command command() const { return {FreePieces{0, smallest_}, 0}; }
+  /// To be applied next.
+  Command command() {
+    is_asking_ = true;
+    return {FreePieces{0, smallest_}, 0};
+  }
   /// Does a part hang loose that is large enough? Any thread; tenths of a second.
   static bool has_loose(const haptics::TouchScene& scene, const volume::Version& version, double smallest);
   double smallest() const noexcept { return smallest_; }
@@ -41,7 +47,9 @@ class PieceWatch {
   double smallest_;
   std::shared_ptr<const volume::Version> before_;  ///< as the last stroke left it
   Id job_;                                         ///< that looks; 0: none
-  bool is_off_ = false;                            ///< refused once: there is no use in asking
+  bool is_asking_ = false;                         ///< the next command is its own
+  /// Refused with so many bodies: it waits until there are fewer. 0: it never can.
+  std::optional<std::size_t> refused_at_;
   Counts counts_;
 };
 

@@ -1,4 +1,6 @@
 // compare: two moments of a session beside each other, and what differs.
+#include <array>
+
 #include "apps/trephine/commands.h"
 #include "apps/view/comparison.h"
 #include "data-tools/atomic_file.h"
@@ -27,7 +29,7 @@ Result<view::ComparedState> state_at(sim::Replay& replay, std::uint64_t tick, do
   engine.freeze();
   view::ComparedState state;
   state.title =
-      format_text("%s, %.1f s, stroke %zu", engine.branch().name.c_str(),
+      format_text("%s, %.3f s, %zu steps", engine.branch().name.c_str(),
                   static_cast<double>(std::min(tick, reader.tick_count())) / rate, engine.stroke_count());
   state.version = engine.current();
   state.overlays = engine.overlays();
@@ -41,7 +43,7 @@ Result<Outcome> run_compare(const CompareArguments& arguments) {
   if (Status error = outputs.check()) return *error;
   for (const double time : {arguments.at, arguments.with.value_or(0)})
     if (!(time >= 0))
-      return Error{"the time is out of range", "--at", std::to_string(time), "0 s or more", ""};
+      return Error{"the time is out of range", "--at, --with", std::to_string(time), "0 s or more", ""};
   auto opened = workbench::open_session(arguments.session, arguments.case_source, person());
   if (!opened) return opened.error();
   workbench::OpenedSession& session = *opened.value();
@@ -49,20 +51,28 @@ Result<Outcome> run_compare(const CompareArguments& arguments) {
   const std::uint64_t all = session.reader->tick_count();
   for (const double time : {arguments.at, arguments.with.value_or(0)})
     if (time * rate > static_cast<double>(all) + 0.5)
-      return Error{"the session ends before that", "--at", format_text("%.1f s", time),
+      return Error{"the session ends before that", "--at, --with", format_text("%.1f s", time),
                    format_text("0 to %.1f s", static_cast<double>(all) / rate), ""};
   const auto tick_of = [&](std::optional<double> time) {
     return time ? std::min(all, static_cast<std::uint64_t>(std::llround(*time * rate))) : all;
   };
+  std::array<std::size_t, 2> bodies{};
   auto first = state_at(*session.replay, tick_of(arguments.at), rate, *session.reader);
   if (!first) return first.error();
+  bodies[0] = session.replay->engine().now().world.bodies.size();
   auto second = state_at(*session.replay, tick_of(arguments.with), rate, *session.reader);
   if (!second) return second.error();
+  bodies[1] = session.replay->engine().now().world.bodies.size();
+  if (session.scene().items.empty() || session.scene().items[0].is_mesh())
+    return Error{"the session has no bone of a scan", "session", "", "one whose first shape is of a volume",
+                 ""};
   const view::Difference difference =
       view::difference_between(session.scene(), *first.value().version, *second.value().version);
   Outcome outcome{new_report("compare"), "", exit_done};
   outcome.json["first"] = first.value().title;
   outcome.json["second"] = second.value().title;
+  outcome.json["bodies_in_first"] = bodies[0];
+  outcome.json["bodies_in_second"] = bodies[1];
   outcome.json["only_in_first_mm3"] = difference.first_mm3;
   outcome.json["only_in_second_mm3"] = difference.second_mm3;
   const glm::dvec3& middle = difference.middle_world;
@@ -70,6 +80,10 @@ Result<Outcome> run_compare(const CompareArguments& arguments) {
   outcome.text = format_text(
       "first: %s\nsecond: %s\nonly in the first: %.1f mm3, only in the second: %.1f mm3\n",
       first.value().title.c_str(), second.value().title.c_str(), difference.first_mm3, difference.second_mm3);
+  if (bodies[0] + bodies[1] > 0)
+    outcome.text +=
+        format_text("what came off is gone from the bone: %zu bodies in the first, %zu in the second\n",
+                    bodies[0], bodies[1]);
   outputs.write(arguments.output, [&]() -> Status {
     const auto png = view::compare(session.scene(), first.value(), second.value());
     return png ? data_tools::write_file_atomically(arguments.output, png.value()) : Status(png.error());

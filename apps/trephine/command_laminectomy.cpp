@@ -9,6 +9,7 @@
 #include "data-tools/output_set.h"
 #include "modules/drilling/burr.h"
 #include "modules/laminectomy/laminectomy.h"
+#include "volume/traversal.h"
 
 namespace trephine::app {
 
@@ -49,7 +50,9 @@ class Plane {
         const double x = (i - 0.5 * (panel.size - 1)) * k_pixel, y = (j - 0.5 * (panel.size - 1)) * k_pixel;
         const dvec3 p =
             bone_.volume().frame.volume_from_world(outcome_.frame.world(at_local + x * right + y * up));
-        const double grey = std::clamp((intensity_.value(p) - k_dark) / (k_bright - k_dark), 0.0, 1.0);
+        const bool is_in = bone_.volume().contains(volume::voxel_of(p));
+        const double grey =
+            is_in ? std::clamp((intensity_.value(p) - k_dark) / (k_bright - k_dark), 0.0, 1.0) : 0.0;
         const bool is_gone = bone_.value(p) >= 0 && version_.distance(p) <= 0;
         view::SlicePanel::Colour colour;
         for (std::size_t c = 0; c < 3; ++c)
@@ -213,10 +216,13 @@ Result<Outcome> run_laminectomy(const LaminectomyArguments& arguments) {
   if (Status error = session.replay->seek(end)) return *error;
   sim::Engine& engine = session.replay->engine();
   engine.freeze();
+  if (session.scene().items.empty() || session.scene().items[0].is_mesh())
+    return Error{"the session has no bone of a scan", "session", "", "one whose first shape is of a volume",
+                 ""};
   const volume::Field& bone = session.scene().items[0].field;
   const volume::Volume& scan = bone.volume();
   const int label = arguments.vertebra.empty() ? -1 : scan.label_value(arguments.vertebra);
-  if (!arguments.vertebra.empty() && (label < 0 || scan.labels.is_empty())) {
+  if (!arguments.vertebra.empty() && (label <= 0 || scan.labels.is_empty())) {
     std::string known;
     for (std::size_t i = 1; i < scan.label_names.size(); ++i)
       known += (i > 1 ? ", " : "") + scan.label_names[i];
@@ -247,13 +253,19 @@ Result<Outcome> run_laminectomy(const LaminectomyArguments& arguments) {
   json["lamina"].update(shown(o.lamina.at_world));
   json["spinous_process"] = {{"before_mm3", j.spinous_before}, {"left_mm3", j.spinous_left}};
   json["spinous_process"].update(shown(o.spinous_process.at_world));
+  json["opening"]["canal_before_mm2"] = j.opening_before, json["opening"]["canal_now_mm2"] = j.opening_after;
+  json["is_at_border"] = o.is_at_border;
+  if (o.is_at_border) notice("the scan ends within the vertebra: sizes and shares are of what is there");
   Json facets = Json::array(), pars = Json::array();
   outcome.text += format_text("canal: %.0f mm2 where it is narrowest (slice %d), now %.0f\n", j.canal_before,
                               plane.slice(j.narrowest_at) + 1, j.canal_after);
-  outcome.text += o.widest_opened < 0
-                      ? "its roof is closed\n"
-                      : format_text("its roof is open along %.0f mm, %.1f mm wide at most (slice %d)\n",
-                                    j.opened_length, j.opened_width, plane.slice(j.opened_at) + 1);
+  outcome.text +=
+      o.widest_opened < 0
+          ? "its roof is closed\n"
+          : format_text(
+                "its roof is open along %.0f mm, %.1f mm wide at most (slice %d): there %.0f mm2, now %.0f\n",
+                j.opened_length, j.opened_width, plane.slice(j.opened_at) + 1, j.opening_before,
+                j.opening_after);
   outcome.text += format_text("lamina: %.0f %% left; spinous process: %.0f %% left\n",
                               share(j.lamina_left, j.lamina_before), share(j.spinous_left, j.spinous_before));
   for (std::size_t side = 0; side < 2; ++side) {

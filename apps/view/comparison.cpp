@@ -71,7 +71,8 @@ SlicePanel cut(const haptics::TouchScene& scene, const volume::Version& first, c
     for (int i = 0; i < panel.size; ++i) {
       const double half = 0.5 * (panel.size - 1);
       const dvec3 p = frame.volume_from_world(at + (i - half) * k_pixel * right + (j - half) * k_pixel * up);
-      const double grey = std::clamp((intensity.value(p) - dark) / (bright - dark), 0.0, 1.0);
+      const bool is_in = bone.volume().contains(volume::voxel_of(p));
+      const double grey = is_in ? std::clamp((intensity.value(p) - dark) / (bright - dark), 0.0, 1.0) : 0.0;
       dvec3 tint(1);
       if (bone.value(p) >= 0) {
         const bool is_in_first = first.distance(p) > 0, is_in_second = second.distance(p) > 0;
@@ -105,6 +106,8 @@ Difference difference_between(const haptics::TouchScene& scene, const volume::Ve
   const volume::Field& bone = scene.items[0].field;
   const double sample = lattice.frame().voxel_mm3(), reach = lattice.frame().diagonal_mm();
   dvec3 sum(0);
+  std::vector<dvec3> some;  // of the places that differ
+  std::size_t count = 0;
   // Where either has a brick of its own; a brick of one alone is met in its turn.
   const auto visit = [&](const volume::Version& one, const volume::Version& other,
                          bool only_where_other_has_none) {
@@ -129,14 +132,20 @@ Difference difference_between(const haptics::TouchScene& scene, const volume::Ve
               if (is_in_first == is_in_second) continue;
               const double size = sample / (parts * parts * parts);
               (is_in_first ? difference.first_mm3 : difference.second_mm3) += size;
-              sum += size * bone.volume().frame.world_from_volume(p);
+              const dvec3 at = bone.volume().frame.world_from_volume(p);
+              sum += size * at;
+              if (count++ % 64 == 0) some.push_back(at);
             }
           });
         });
   };
   visit(first, second, false);
   visit(second, first, true);
-  if (difference.is_any()) difference.middle_world = sum / (difference.first_mm3 + difference.second_mm3);
+  if (!difference.is_any()) return difference;
+  const dvec3 mean = sum / (difference.first_mm3 + difference.second_mm3);
+  difference.middle_world = *std::min_element(some.begin(), some.end(), [&](const dvec3& a, const dvec3& b) {
+    return glm::dot(a - mean, a - mean) < glm::dot(b - mean, b - mean);
+  });
   return difference;
 }
 

@@ -19,7 +19,7 @@ struct ComparedState {
 /// Of the first shape.
 struct Difference {
   double first_mm3 = 0, second_mm3 = 0;  ///< matter that only the one has, only the other
-  glm::dvec3 middle_world{0.0};          ///< of both
+  glm::dvec3 middle_world{0.0};          ///< a place that differs, nearest to the middle of all that do
   bool is_any() const noexcept { return first_mm3 > 0 || second_mm3 > 0; }
 };
 Difference difference_between(const haptics::TouchScene& scene, const volume::Version& first,

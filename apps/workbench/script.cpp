@@ -311,7 +311,10 @@ Result<ScriptRun::Live> ScriptRun::play_live(sim::SessionWriter& recorder, const
     }
     if (!progress(t / duration_))
       broken = Error{"the script was interrupted", "", "", "", "", volume::ErrorKind::interrupted};
-    if (broken || (t >= due(duration_) && result.told.size() == told_.size())) break;
+    const bool is_over = t >= due(duration_) && result.told.size() == told_.size();
+    // What the last stroke freed still comes off.
+    const bool is_working = script_.free_pieces && (state.is_asking_for_pieces || state.pending_jobs > 0);
+    if (broken || (is_over && !is_working)) break;
   }
   live.stop();
   result.servo = live.servo_report();

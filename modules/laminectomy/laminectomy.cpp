@@ -54,7 +54,7 @@ volume::Status check(const void* parameters, const haptics::TouchScene& anatomy)
     return volume::Error{"there is no such shape of a volume", "judge-laminectomy item",
                          std::to_string(wish.item), "a shape of the anatomy", ""};
   const volume::Volume& scan = anatomy.items[static_cast<std::size_t>(wish.item)].field.volume();
-  if (!wish.vertebra.empty() && (scan.labels.is_empty() || scan.label_value(wish.vertebra) < 0))
+  if (!wish.vertebra.empty() && (scan.labels.is_empty() || scan.label_value(wish.vertebra) <= 0))
     return volume::Error{"there is no label of that name", "judge-laminectomy vertebra", wish.vertebra,
                          "a label of the scan", "or name a place in its canal"};
   return std::nullopt;
@@ -63,6 +63,7 @@ volume::Status check(const void* parameters, const haptics::TouchScene& anatomy)
 void adopt(const void* parameters, const sim::JobResult& result, sim::ModuleWork& work) {
   const auto& made = static_cast<const Judged&>(result);
   if (made.trouble) {
+    work.change_settings<Judgement>() = {};  // nothing that was judged before answers for it
     work.raise_event(
         NoVertebra{static_cast<const JudgeLaminectomy*>(parameters)->vertebra, made.trouble->why}, made.at);
     return;
@@ -76,6 +77,7 @@ void adopt(const void* parameters, const sim::JobResult& result, sim::ModuleWork
 Judgement judgement_of(const Outcome& o, const std::string& vertebra) {
   Judgement j;
   j.is_any = true;
+  j.is_at_border = o.is_at_border;
   j.vertebra = vertebra;
   const CanalSection& narrow = o.sections[static_cast<std::size_t>(o.narrowest)];
   j.canal_before = narrow.area(false), j.canal_after = std::max(0.0, narrow.area(true));
@@ -85,6 +87,8 @@ Judgement judgement_of(const Outcome& o, const std::string& vertebra) {
   if (o.widest_opened >= 0) {
     j.opened_width = o.sections[static_cast<std::size_t>(o.widest_opened)].opening();
     j.opened_at = o.place_of(o.widest_opened);
+    const CanalSection& open = o.sections[static_cast<std::size_t>(o.widest_opened)];
+    j.opening_before = std::max(0.0, open.area(false)), j.opening_after = std::max(0.0, open.area(true));
   }
   j.lamina_before = o.lamina.size, j.lamina_left = o.lamina.size - o.lamina.removed;
   j.spinous_before = o.spinous_process.size;
@@ -137,6 +141,8 @@ std::vector<sim::Measure> Laminectomy::measures(const sim::OperationState& now) 
           {"canal", j->canal_after, "mm2"},
           {"opened length", j->opened_length, "mm"},
           {"opened width", j->opened_width, "mm"},
+          {"canal at the opening before", j->opening_before, "mm2"},
+          {"canal at the opening", j->opening_after, "mm2"},
           {"lamina left", share(j->lamina_left, j->lamina_before), "%"},
           {"spinous process left", share(j->spinous_left, j->spinous_before), "%"},
           {"left upper facet removed", j->left_upper_facet, "%"},
@@ -166,6 +172,10 @@ const sim::Schema& Judgement::schema() {
       field<&Judgement::narrowest_at>("narrowest_at", {.unit = "mm"}),
       field<&Judgement::opened_length>("opened_length", {.unit = "mm", .help = "of the roof"}),
       field<&Judgement::opened_width>("opened_width", {.unit = "mm"}),
+      field<&Judgement::opening_before>("opening_before",
+                                        {.unit = "mm2", .help = "canal where it is widest open"}),
+      field<&Judgement::opening_after>("opening_after", {.unit = "mm2"}),
+      field<&Judgement::is_at_border>("at_border", {.help = "the scan ends within the vertebra"}),
       field<&Judgement::opened_at>("opened_at", {.unit = "mm", .help = "where it is widest"}),
       field<&Judgement::lamina_before>("lamina_before", {.unit = "mm3"}),
       field<&Judgement::lamina_left>("lamina_left", {.unit = "mm3"}),

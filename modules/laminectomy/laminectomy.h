@@ -20,10 +20,12 @@ struct Judgement {
   std::string vertebra;
   double canal_before = 0, canal_after = 0;  ///< mm2, where the canal was narrowest under a roof
   glm::dvec3 narrowest_at{0.0};
-  double opened_length = 0, opened_width = 0;   ///< mm, of the roof
-  glm::dvec3 opened_at{0.0};                    ///< where it is widest
-  double lamina_before = 0, lamina_left = 0;    ///< mm3
-  double spinous_before = 0, spinous_left = 0;  ///< mm3
+  double opened_length = 0, opened_width = 0;    ///< mm, of the roof
+  double opening_before = 0, opening_after = 0;  ///< mm2 of canal, where it is widest open
+  bool is_at_border = false;                     ///< the scan ends within the vertebra
+  glm::dvec3 opened_at{0.0};                     ///< where it is widest
+  double lamina_before = 0, lamina_left = 0;     ///< mm3
+  double spinous_before = 0, spinous_left = 0;   ///< mm3
   /// % removed of facets.
   double left_upper_facet = 0, left_lower_facet = 0, right_upper_facet = 0, right_lower_facet = 0;
   glm::dvec3 facet_at{0.0};  ///< where the one was cut that lost most

@@ -26,6 +26,22 @@ double median(std::vector<double>& of) {
   return *middle;
 }
 
+bool touches_border(const volume::Volume& scan, int label) {
+  if (label < 0) return false;
+  const glm::ivec3& size = scan.size;
+  for (int a = 0; a < 3; ++a)
+    for (const int end : {0, size[a] - 1}) {
+      const int b = (a + 1) % 3, c = (a + 2) % 3;
+      for (int i = 0; i < size[b]; ++i)
+        for (int k = 0; k < size[c]; ++k) {
+          glm::ivec3 v;
+          v[a] = end, v[b] = i, v[c] = k;
+          if (scan.labels[scan.index(v.x, v.y, v.z)] == label) return true;
+        }
+    }
+  return false;
+}
+
 class Judge {
  public:
   Judge(const volume::Field& bone, int label, const volume::Version& version, Outcome& outcome)
@@ -259,6 +275,7 @@ bool judge(const volume::Field& bone, int label, const dvec3* canal_world, const
   if (!find_vertebra({bone, label}, canal_world, outcome.frame, trouble)) return false;
   Judge judge(bone, label, version, outcome);
   if (!judge.has_canal(trouble)) return false;
+  outcome.is_at_border = touches_border(bone.volume(), label);
   judge.find_spinous_process();
   judge.weigh_parts();
   judge.measure_pars();

@@ -27,6 +27,7 @@ struct Outcome {
   double roof_back = 0;                      ///< mm behind the middle, where the spinous process begins
   std::vector<CanalSection> sections;  ///< a millimetre apart, from below to above, over the whole vertebra
 
+  bool is_at_border = false;          ///< the scan ends within the vertebra
   int roof_first = 0, roof_last = 0;  ///< of the sections: those that the lamina closed behind
   int narrowest = 0;                  ///< of those: where the canal was narrowest
   int widest_opened = -1;             ///< where the opening is widest; -1: the roof is closed everywhere

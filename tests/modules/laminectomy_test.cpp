@@ -281,5 +281,43 @@ TEST(LaminectomyOutcome, WhatIsNoVertebraIsSaid) {
   EXPECT_NEAR(narrowest(outcome) / narrowest(labelled), 1, 0.15);  // by blurred walls alone
 }
 
+/// As a command of an operation: told, measured, forgotten when another vertebra is none, refused.
+TEST(Laminectomy, IsJudgedByCommand) {
+  data_tools::PhantomOptions options;
+  options.spacing_mm = dvec3(1.2);
+  haptics::TouchScene scene =
+      scenes::scene_of(data_tools::make_phantom("spine", options).value(), {}, {"bone", 140});
+  const auto method = haptics::make_method("subvoxel").value();
+  ASSERT_FALSE(method->prepare(scene).has_value());
+  const Laminectomy module;
+  const sim::Catalogue catalogue({&module});
+  sim::Lockstep run(sim::Engine(scene, *method, {}, 1e-3, catalogue), {}, 1000);
+  const auto measure = [&](std::string_view name) {
+    for (const sim::Measure& one : run.engine().measures())
+      if (one.name == name) return one.value;
+    return -1.0;
+  };
+  EXPECT_EQ(measure("canal"), 0);
+  const auto told = [&]() -> const sim::Value& {
+    const sim::Chronicle& all = run.engine().now().chronicle;
+    return all[all.size() - 1].what;
+  };
+  EXPECT_FALSE(run.apply_whole({JudgeLaminectomy{"L4"}, 0}).refused.has_value());
+  ASSERT_NE(told().as<Judgement>(), nullptr);
+  EXPECT_EQ(told().as<Judgement>()->canal_before, told().as<Judgement>()->canal_after);
+  EXPECT_FALSE(told().as<Judgement>()->is_at_border);
+  EXPECT_NEAR(measure("canal"), 376, 12);
+  EXPECT_NEAR(measure("lamina left"), 100, 1e-9);
+  const std::uint64_t first = run.engine().now().hash();
+  EXPECT_FALSE(run.apply_whole({JudgeLaminectomy{"disc"}, 0}).refused.has_value());
+  EXPECT_NE(told().as<NoVertebra>(), nullptr);
+  EXPECT_EQ(measure("canal"), 0);
+  EXPECT_NE(run.engine().now().hash(), first);
+  for (const JudgeLaminectomy& wish :
+       {JudgeLaminectomy{}, JudgeLaminectomy{"L9"}, JudgeLaminectomy{"background"},
+        JudgeLaminectomy{"L4", {dvec3(0), dvec3(1)}}, JudgeLaminectomy{"L4", {}, 3}})
+    EXPECT_TRUE(run.apply_whole({wish, 0}).refused.has_value()) << sim::Value(wish).words();
+}
+
 }  // namespace
 }  // namespace trephine::laminectomy

@@ -81,6 +81,20 @@ TEST(PieceWatch, ThePieceComesOffWithTheStrokeThatClosesItsRing) {
   }
 }
 
+/// What somebody else is refused, or finds nothing, is not the watch's.
+TEST(PieceWatch, OthersCommandsLeaveItAlone) {
+  const Plate plate(0.32, 3);
+  Lockstep run(plate.engine(), {}, 1000);
+  run.watch_pieces(20);
+  EXPECT_TRUE(run.apply({FreePieces{7, 20}, 0}).refused.has_value());
+  for (int quarter = 0; quarter < 3; ++quarter)
+    for (const haptics::Pose& pose : Plate::stroke(quarter)) run.step(pose);
+  EXPECT_FALSE(run.apply_whole({FreePieces{0, 20}, 0}).refused.has_value());
+  EXPECT_TRUE(run.engine().now().world.bodies.empty());
+  for (const haptics::Pose& pose : Plate::stroke(3)) run.step(pose);
+  EXPECT_EQ(run.engine().now().world.bodies.size(), 1u);
+}
+
 TEST(PieceWatch, WhatIsSmallerStays) {
   const Plate plate(0.5, 2.4);
   Lockstep run(plate.engine(), {}, 1000);
