@@ -23,8 +23,9 @@ struct FaultEvent {
   static const Schema& schema();
 };
 
-/// What a job made was left: the world changed too much under it, or there is no such thing.
+/// Why a job was left that may be begun again.
 inline constexpr const char* k_world_changed = "the world changed";
+/// What a job made was left: the world changed too much under it, or there is no such thing.
 struct JobDiscarded {
   Id job;
   std::string why;

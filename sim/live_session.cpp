@@ -80,8 +80,9 @@ std::vector<LiveSession::Place> LiveSession::places_now(std::size_t most) {
   std::vector<Place> all{{"the untouched bone", engine_.untouched()}};
   const Branch& branch = engine_.branch();
   const std::size_t count = branch.history.size();
-  for (std::size_t i = count > most ? count - most : 0; i < count; ++i) {
+  for (std::size_t i = 0; i < count; ++i) {
     const bool is_now = i == branch.position;
+    if (i + most < count && !is_now) continue;
     const std::size_t stroke = branch.forgotten + i;
     if (stroke == 0 && !is_now) continue;
     if (const auto place = branch.history[i]->place())
