@@ -1,7 +1,7 @@
 // What comes off the anatomy, is taken in a hand and put down.
 #include <algorithm>
 
-#include "haptics/proxy/scene_proxy.h"
+#include "haptics/proxy/methods.h"
 #include "sim/engine.h"
 
 namespace trephine::sim {
@@ -68,9 +68,9 @@ std::vector<int> Engine::free_movers() const {
 Status Engine::check_room_for_bodies() const {
   for (const HandTool& tool : tools_) {
     const std::string_view name = tool.method->name();  // those whose walls go together with models
-    if (name != "subvoxel" && name != "scene")
+    if (name != "subvoxel" && name != "scene" && name != "chain")
       return Error{"a hand feels with a method that cannot touch what comes off", "", std::string(name),
-                   "subvoxel or scene", "give it such a tool"};
+                   "subvoxel, scene or chain", "give it such a tool"};
     if (haptics::item_count(*tool.scene) + haptics::TouchScene::k_max_movers > haptics::ShapeSet::k_most)
       return Error{"there are too many things to touch beside what comes off", "",
                    std::to_string(haptics::item_count(*tool.scene)), "room for eight more", ""};
@@ -229,7 +229,8 @@ void Engine::use_bodies(std::size_t h, Bodies which) {
       item.since = since_of(hand, body);
       scene->items.push_back(std::move(item));
     }
-    auto method = std::make_shared<haptics::SceneProxy>();
+    std::shared_ptr<haptics::ProxyMethod> method =
+        haptics::make_method(tool.scene->tool_balls.empty() ? "scene" : "chain").value();
     const Status error = method->prepare(*scene);
     TREPHINE_ASSERT(!error);  // check_body() has asked
     hand.set_scene(std::move(scene), std::move(method));

@@ -85,10 +85,6 @@ Status check_radius(const haptics::TouchScene& scene, const Instrument& held, do
   return held.type->check(held.parameters.data(), with);
 }
 
-Error no_chain() {
-  return {"a tool of several balls cannot touch bodies", "tool-geometry", "bodies", "none", "discard them"};
-}
-
 }  // namespace
 
 Status Engine::check_setting(const Command& command) const {
@@ -112,8 +108,6 @@ Status Engine::check_setting(const Command& command) const {
                  "a smaller number", ""};
   if (const auto* effect = command.what.as<SetEffect>())
     if (const auto laws = laws_after(hand, *effect); !laws) return laws.error();
-  if (const auto* geometry = command.what.as<ToolGeometry>(); geometry && !geometry->balls.empty())
-    if (!now_.world.bodies.empty()) return no_chain();
   if (const auto* geometry = command.what.as<ToolGeometry>())
     return check_radius(anatomy, now_.settings.hands[command.hand], geometry->radius, geometry->balls);
   return std::nullopt;
@@ -183,7 +177,6 @@ bool Engine::adopt_geometry(const PendingJob& job, const JobResult& result) {
   if (!failed)
     failed = check_radius(*tools_[job.hand].scene, now_.settings.hands[job.hand], made.scene->tool_radius,
                           made.scene->tool_balls);
-  if (!failed && !made.scene->tool_balls.empty() && !now_.world.bodies.empty()) failed = no_chain();
   if (failed) {
     news_.push_back({now_.next_tick, job.hand, glm::dvec3(0), JobDiscarded{job.id, failed->message()}});
     return false;

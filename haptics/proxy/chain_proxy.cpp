@@ -47,10 +47,12 @@ dquat turned(const dquat& q, const dvec3& about) noexcept {
 /// One step of a chain.
 class Chain {
  public:
-  Chain(const TouchScene& scene, SceneWalls& walls, ProxyState& state, const ProxyInput& input) noexcept
+  Chain(const TouchScene& scene, SceneWalls& walls, ProxyState& state, const ProxyInput& input,
+        ProxyCounters& counters) noexcept
       : scene_(scene),
         walls_(walls),
         state_(state),
+        counters_(counters),
         square_(gyration_square(scene)),
         voxel_(walls.frame().spacing().x),
         hand_{input.hip_world, unit_of(input.orientation)} {}
@@ -74,6 +76,8 @@ class Chain {
     tool_ = {base.world_from_volume(state_.proxy_volume),
              state_.has_turn ? state_.tool_turn : hand_.rotation};
   }
+  /// A mesh has moved since the tool came to where it is. False: it passed over it.
+  bool give_way(int mesh, const Placement& before, const Placement& now) noexcept;
   const Placement& here() const noexcept { return tool_; }
   void run(ProxyStep& result) noexcept;
 
@@ -98,7 +102,7 @@ class Chain {
   void find_bounds() noexcept;
   void add_bound(const Wall& wall, std::size_t ball, const dvec3& p) noexcept;
   Twist solve(const Twist& wish) noexcept;
-  double free_share(const Placement& to, Wall& wall, std::size_t& stopped) noexcept;
+  double free_share(const Placement& to, Wall& wall, std::size_t& stopped, int but = -1) noexcept;
   double go(const Twist& t, Wall& wall, std::size_t& stopped) noexcept;
   Placement moved(const Twist& by) const noexcept {
     return {tool_.position_world + by.along, turned(tool_.rotation, by.about)};
@@ -108,6 +112,7 @@ class Chain {
   const TouchScene& scene_;
   SceneWalls& walls_;
   ProxyState& state_;
+  ProxyCounters& counters_;
   double square_, voxel_;
   Placement hand_, tool_;
   std::array<Bound, k_most_walls> bounds_;
@@ -184,14 +189,15 @@ Twist Chain::solve(const Twist& wish) noexcept {
   return t;
 }
 
-/// How far the balls may go straight to where they are in `to`; what stops the first of them.
-double Chain::free_share(const Placement& to, Wall& wall, std::size_t& stopped) noexcept {
+/// How far the balls may go straight to where they are in `to`; what stops the first of them. `but`: a shape
+/// that is not asked.
+double Chain::free_share(const Placement& to, Wall& wall, std::size_t& stopped, int but) noexcept {
   double least = 1;
   for (std::size_t i = 0; i < scene_.tool_balls.size(); ++i) {
     const dvec3 a = ball(tool_, i), b = ball(to, i);
     if (a == b) continue;
     ShapeSet inside = state_.balls_inside >> i & 1 ? solids_at(a) : ShapeSet{};
-    const Reach reach = walls_.reach(a, b, inside, k_landing * voxel_);
+    const Reach reach = walls_.reach(a, b, inside, k_landing * voxel_, but);
     if (reach.is_blocked && reach.t < least) least = reach.t, wall = reach.wall, stopped = i;
   }
   return least;
@@ -224,6 +230,49 @@ double Chain::go(const Twist& t, Wall& wall, std::size_t& stopped) noexcept {
     if (!(share > 0)) break;
   }
   return 0;
+}
+
+bool Chain::give_way(int mesh, const Placement& before, const Placement& now) noexcept {
+  constexpr int k_most_pushes = 8;
+  const MeshTree& tree = walls_.tree_of(mesh);
+  const bool is_front = walls_.holds(mesh, Side::front), is_back = walls_.holds(mesh, Side::back);
+  const double hair = 1e-5 * voxel_;
+  // The ball that the mesh would pass over first, and the way that it is pushed then.
+  const auto passed_over = [&](const Placement& to, dvec3& push) {
+    bool is_any = false;
+    double first = 2;
+    for (const dvec3& at : scene_.tool_balls) {
+      const dvec3 a = before.local_from_world(tool_.world_from_local(at)),
+                  b = now.local_from_world(to.world_from_local(at));
+      FacetHit hit;
+      if (!tree.cast(a, b, scene_.tool_radius, is_front, is_back, hit, counters_.triangles) || hit.t >= first)
+        continue;
+      is_any = true;
+      first = hit.t;
+      const dvec3 normal = now.rotation * hit.normal_world;
+      const dvec3 contact = now.world_from_local(a + hit.t * (b - a));
+      push = (std::max(0.0, glm::dot(contact - to.world_from_local(at), normal)) + hair) * normal;
+    }
+    return is_any;
+  };
+  dvec3 push(0);
+  if (!passed_over(tool_, push)) return true;
+  const auto go_there = [&](const Placement& to) {
+    Wall wall;
+    std::size_t stopped = 0;
+    if (free_share(to, wall, stopped, mesh) < 1) return false;
+    tool_ = to;
+    return true;
+  };
+  if (Placement along = now * before.inverse() * tool_;
+      go_there({along.position_world, unit_of(along.rotation)}))
+    return true;
+  Placement to = tool_;
+  for (int i = 0; i < k_most_pushes; ++i) {
+    if (!passed_over(to, push)) return go_there(to);
+    to.position_world += push;
+  }
+  return false;
 }
 
 void Chain::run(ProxyStep& result) noexcept {
@@ -287,10 +336,6 @@ volume::Status ChainProxy::prepare(const TouchScene& scene) {
     return volume::Error{"this method is for tools of several balls", "method", "one ball, or a point",
                          "a tool of two balls or more", "use method subvoxel"};
   if (volume::Status error = check_offsets(scene, true)) return error;
-  for (const TouchItem& item : scene.items)
-    if (item.mover >= 0)
-      return volume::Error{"this method holds meshes still", item.name, "a mesh that moves", "",
-                           "touch it with one ball"};
   auto layout = SceneLayout::of(scene);
   if (!layout) return layout.error();
   layout_ = std::move(layout).value();
@@ -302,18 +347,31 @@ ProxyStep ChainProxy::step(const TouchScene& scene, const TouchState& seen, Prox
   const volume::Frame& base = seen.version->base().frame;
   ProxyStep result;
   result.normal_world = dvec3(0);
-  for (int s = 0; s < item_count(scene); ++s) state.around.near.set(s, true);  // tools are long
-  SceneWalls walls(scene, layout_, seen, state, {}, result.counters);
-  Chain chain(scene, walls, state, input);
+  Surroundings& around = state.around;
+  for (int s = 0; s < item_count(scene); ++s) around.near.set(s, true);  // tools are long
+  around.fresh = ShapeSet{};  // a ball of some size that lies a little in a new model is pushed out of it
+  // Meshes move one after the other; each is met where those before it are by now.
+  const auto now = layout_.placements_of(scene, input);
+  auto moving = state.has_proxy && around.has_placements ? around.placements : now;
+  SceneWalls walls(scene, layout_, seen, state, moving, result.counters);
+  Chain chain(scene, walls, state, input, result.counters);
   const bool is_new = !state.has_proxy;
+  bool is_passed_over = false;
   if (!is_new) {
     chain.go_on(base);
     if (state.version != seen.version->serial()) result.is_buried = chain.look_inside();
+    for (std::size_t m = 0; m < now.size(); ++m)
+      if (const Placement before = std::exchange(moving[m], now[m]);
+          before != now[m] && layout_.movers()[m] >= 0)
+        is_passed_over = !chain.give_way(layout_.movers()[m], before, now[m]) || is_passed_over;
   }
+  around.placements = now;
+  around.has_placements = true;
   if (is_new || result.is_buried)
     chain.begin(base);
   else
     chain.run(result);
+  result.is_buried = result.is_buried || is_passed_over;
   result.proxy_world = chain.here().position_world;
   state.version = seen.version->serial();
   state.tool_turn = chain.here().rotation;

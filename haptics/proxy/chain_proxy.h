@@ -10,7 +10,8 @@ namespace trephine::haptics {
 /// 2007) on the walls that balls of TouchScene::tool_radius have, volumes and models together. In each of a
 /// few rounds the walls near every ball bound the tool's motion (a small quadratic problem, Gauss-Seidel),
 /// and each ball's way is proven free before the tool is moved, so that nothing however thin is passed.
-/// Without friction; models stay where they are.
+/// A mesh that moves and would pass over a ball takes the tool along first, or pushes it aside; where others
+/// leave it no way out, the mesh passes over it, and it is said to be buried. Without friction.
 class ChainProxy final : public ProxyMethod {
  public:
   const char* name() const noexcept override { return "chain"; }

@@ -18,16 +18,6 @@ bool has_friction(const Material& m) noexcept { return m.static_friction > 0 || 
 
 using Placements = std::array<Placement, TouchScene::k_max_movers>;
 
-/// Of the meshes that move; however many stand still.
-Placements placements_of(const TouchScene& scene, const SceneLayout& layout,
-                         const ProxyInput& input) noexcept {
-  Placements now;
-  for (std::size_t m = 0; m < now.size(); ++m)
-    if (const int shape = layout.movers()[m]; shape >= 0)
-      now[m] = m < input.movers.size() ? input.movers[m] : item_of(scene, shape).placement;
-  return now;
-}
-
 /// mm from p to the box of a shape.
 double distance_to(const TouchScene& scene, const SceneLayout& layout, const Placements& placements,
                    int shape, const dvec3& p_world) noexcept {
@@ -136,7 +126,7 @@ ProxyStep SceneProxy::step(const TouchScene& scene, const TouchState& seen, Prox
   Surroundings& around = state.around;
   ProxyStep result;
   result.normal_world = dvec3(0);
-  const Placements now = placements_of(scene, layout_, input);
+  const Placements now = layout_.placements_of(scene, input);
   const int rubbed = state.touched;
   dvec3 start = state.has_proxy ? base.world_from_volume(state.proxy_volume) : input.hip_world;
   if (!around.fresh.is_empty()) {

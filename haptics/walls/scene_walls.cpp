@@ -117,6 +117,15 @@ volume::Status SceneLayout::add_mesh(const TouchItem& mesh, int index) {
   return std::nullopt;
 }
 
+std::array<Placement, TouchScene::k_max_movers> SceneLayout::placements_of(
+    const TouchScene& scene, const ProxyInput& input) const noexcept {
+  std::array<Placement, TouchScene::k_max_movers> now;
+  for (std::size_t m = 0; m < now.size(); ++m)
+    if (const int shape = movers_[m]; shape >= 0)
+      now[m] = m < input.movers.size() ? input.movers[m] : item_of(scene, shape).placement;
+  return now;
+}
+
 volume::Result<SceneLayout> SceneLayout::of(const TouchScene& scene) {
   if (item_count(scene) > ShapeSet::k_most)
     return too_many("too many shapes and meshes to touch at once", item_count(scene), ShapeSet::k_most);

@@ -33,6 +33,9 @@ class SceneLayout {
   const std::vector<Part>& parts() const noexcept { return parts_; }
   /// The mesh that each mover moves, as a shape; -1: none.
   const std::array<int, TouchScene::k_max_movers>& movers() const noexcept { return movers_; }
+  /// Where each of those is now; however many stand still.
+  std::array<Placement, TouchScene::k_max_movers> placements_of(const TouchScene& scene,
+                                                                const ProxyInput& input) const noexcept;
   const Box& box(int shape) const noexcept { return boxes_[static_cast<std::size_t>(shape)]; }
 
  private:

@@ -353,6 +353,96 @@ TEST(ChainProxy, AnotherToolIsNotGluedIntoWhatItLiesIn) {
   EXPECT_NEAR(r.proxy_world.z, 3 + k_radius, 0.05);
 }
 
+/// A box as triangles that look outward.
+std::shared_ptr<const MeshTree> box(const dvec3& half) {
+  std::vector<dvec3> corners;
+  for (int i = 0; i < 8; ++i) corners.push_back(half * dvec3(i & 1 ? 1 : -1, i & 2 ? 1 : -1, i & 4 ? 1 : -1));
+  std::vector<std::uint32_t> triangles;
+  const auto face = [&](std::uint32_t a, std::uint32_t b, std::uint32_t c, std::uint32_t d) {
+    for (const std::uint32_t corner : {a, b, c, a, c, d}) triangles.push_back(corner);
+  };
+  face(0, 2, 3, 1), face(4, 5, 7, 6), face(0, 1, 5, 4), face(2, 6, 7, 3), face(0, 4, 6, 2), face(1, 3, 7, 5);
+  return std::make_shared<const MeshTree>(corners, triangles);
+}
+/// mm to the same, by its formula; negative inside.
+double box_distance(const dvec3& p, const dvec3& half) {
+  const dvec3 q = glm::abs(p) - half;
+  return glm::length(glm::max(q, dvec3(0))) + std::min(0.0, std::max({q.x, q.y, q.z}));
+}
+
+struct Led {
+  long contacts = 0, buried = 0, aside = 0, checked = 0;
+  long in_box = 0, in_bone = 0;  ///< balls, where nobody said so
+};
+/// A box is led to and fro through the tool, and the tool through it. `late`: what the method is told of the
+/// box is a tick old.
+Led lead_box(bool is_on_bone, bool is_hook, bool is_late) {
+  const dvec3 half(9, 5, 3);
+  const Solid plate{"plate", {{"thickness", 3}, {"angle", 0}}, nullptr, {}};
+  TouchScene scene = scene_with(plate, is_hook ? hook() : rod(10, 5));
+  TouchItem item = mesh_item("box", box(half));
+  item.mover = 0;
+  scene.items.push_back(item);
+  const double voxel = scene.base->frame.spacing().x, high = is_on_bone ? 12 : 60;
+  Play run(scene);
+  std::mt19937 random(is_hook ? 5 : 4);
+  std::normal_distribution<double> noise(0, 1);
+  Led led;
+  dvec3 at(0, 0, high + 48), about(0);
+  std::vector<bool> is_passed(scene.tool_balls.size(), false);
+  Placement box_before;
+  for (int i = 0; i < 8000; ++i) {
+    // To 1 m/s and 20 rad/s each.
+    at += 0.25 * dvec3(noise(random), noise(random), noise(random)) + 0.02 * (dvec3(0, 0, high) - at);
+    about += 0.01 * dvec3(noise(random), noise(random), noise(random)) - 0.01 * about;
+    const Placement mesh{
+        {14 * std::sin(0.021 * i), 9 * std::sin(0.033 * i), high + 8 * std::sin(0.027 * i + 1)},
+        turn({0.8 * std::sin(0.011 * i), 0.6 * std::sin(0.017 * i), std::sin(0.007 * i)})};
+    const Placement& told = is_late && i > 0 ? box_before : mesh;
+    const ProxyStep r = run.method.step(scene, run.seen, run.state, {at, std::span(&told, 1), turn(about)});
+    const Placement tool = run.tool(r);
+    led.contacts += r.has_contact;
+    led.buried += r.is_buried;
+    led.aside += glm::length(tool.position_world - at) > 0.5;
+    for (std::size_t b = 0; b < scene.tool_balls.size(); ++b) {
+      const dvec3 world = tool.world_from_local(scene.tool_balls[b]), to = mesh.local_from_world(world);
+      const double off = box_distance(to, half);
+      if (r.is_buried && off < k_radius - 0.1 * voxel) is_passed[b] = true;
+      if (is_passed[b]) {
+        is_passed[b] = off < k_radius;
+        continue;
+      }
+      ++led.checked;
+      led.in_box += off < k_radius - 0.1 * voxel;
+      led.in_bone += is_on_bone && std::abs(world.z) < 1.5 + k_radius - 0.1 * voxel;
+    }
+    box_before = mesh;
+  }
+  return led;
+}
+
+// No ball comes into box or bone, or through the box, unless it was said that this passed over it; away from
+// the bone it never does. A method that hears of the box a tick late is found out.
+TEST(ChainProxy, AMeshThatMovesPushesItAndPassesOverItOnlyWhereItSaysSo) {
+  for (const bool is_on_bone : {false, true})
+    for (const bool is_hook : {false, true}) {
+      SCOPED_TRACE(is_on_bone ? "on bone" : "away from it");
+      const Led led = lead_box(is_on_bone, is_hook, false);
+      EXPECT_GT(led.contacts, 800);
+      EXPECT_GT(led.aside, 500);
+      EXPECT_GT(led.checked, 8000 * 4);
+      EXPECT_EQ(led.in_box, 0);
+      EXPECT_EQ(led.in_bone, 0);
+      if (is_on_bone)
+        EXPECT_LT(led.buried, 800);
+      else
+        EXPECT_EQ(led.buried, 0);
+      RecordProperty((is_on_bone ? "buried_on_bone" : "buried") + std::string(is_hook ? "_hook" : "_rod"),
+                     static_cast<int>(led.buried));
+      EXPECT_GT(lead_box(is_on_bone, is_hook, true).in_box, 100);
+    }
+}
+
 TEST(ChainProxy, WhatCannotBeIsSaid) {
   data_tools::PhantomOptions o = grid(32);
   TouchScene scene = scenes::phantom_scene("sphere", o);
