@@ -45,7 +45,7 @@ class ScriptPictures {
     const auto h = static_cast<std::size_t>(wish.hand);
     const haptics::ServoRecord& hand = moment.hands[h];
     if (wish.has_tool)
-      picture_->show_stylus(hand, view::drawn_radius(moment.engine.now().settings.hands[h].parameters), now,
+      picture_->show_stylus(hand, view::look_of(moment.engine.now().settings.hands[h].parameters), now,
                             from_);
     else
       picture_->view().show(view::StylusLook{.is_visible = false});

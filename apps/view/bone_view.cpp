@@ -19,6 +19,7 @@
 #include <vtkPoints.h>
 #include <vtkPolyData.h>
 #include <vtkPolyDataMapper.h>
+#include <vtkPolyDataNormals.h>
 #include <vtkProperty.h>
 #include <vtkRenderStepsPass.h>
 #include <vtkRenderWindow.h>
@@ -42,31 +43,75 @@ using glm::dvec3;
 
 namespace {
 
-/// Places a unit source that points along +x at `origin`, scaled, along `direction`.
-void place(vtkActor* actor, const dvec3& origin, dvec3 direction, double length, double width) {
-  direction = glm::length(direction) > 0 ? glm::normalize(direction) : dvec3(1, 0, 0);
-  const dvec3 other = std::abs(direction.z) < 0.9 ? dvec3(0, 0, 1) : dvec3(0, 1, 0);
-  const dvec3 v = glm::normalize(glm::cross(other, direction)), w = glm::cross(direction, v);
+/// A silhouette that is turned around +z.
+vtkSmartPointer<vtkPolyData> turned_around(const std::vector<glm::dvec2>& profile) {
+  constexpr int k_sides = 40;
+  vtkNew<vtkPoints> points;
+  vtkNew<vtkCellArray> faces;
+  for (const glm::dvec2& p : profile)
+    for (int i = 0; i < k_sides; ++i) {
+      const double a = 2 * 3.14159265358979 * i / k_sides;
+      points->InsertNextPoint(p.y * std::cos(a), p.y * std::sin(a), p.x);
+    }
+  for (std::size_t row = 0; row + 1 < profile.size(); ++row)
+    for (int i = 0; i < k_sides; ++i) {
+      const auto low = static_cast<vtkIdType>(row) * k_sides, high = low + k_sides;
+      const vtkIdType next = (i + 1) % k_sides;
+      const vtkIdType face[4] = {low + i, low + next, high + next, high + i};  // outward
+      faces->InsertNextCell(4, face);
+    }
+  auto data = vtkSmartPointer<vtkPolyData>::New();
+  data->SetPoints(points);
+  data->SetPolys(faces);
+  vtkNew<vtkPolyDataNormals> normals;
+  normals->SetInputData(data);
+  normals->SetFeatureAngle(40);
+  normals->ConsistencyOff();
+  normals->Update();
+  return normals->GetOutput();
+}
+
+void place(vtkActor* actor, const dvec3& origin, const dvec3& x, const dvec3& y, const dvec3& z) {
   vtkNew<vtkMatrix4x4> m;
   for (int row = 0; row < 3; ++row) {
-    m->SetElement(row, 0, length * direction[row]);
-    m->SetElement(row, 1, width * v[row]);
-    m->SetElement(row, 2, width * w[row]);
+    m->SetElement(row, 0, x[row]);
+    m->SetElement(row, 1, y[row]);
+    m->SetElement(row, 2, z[row]);
     m->SetElement(row, 3, origin[row]);
   }
   actor->SetUserMatrix(m);
 }
+/// Two directions beside it.
+std::pair<dvec3, dvec3> beside(const dvec3& direction) {
+  const dvec3 other = std::abs(direction.z) < 0.9 ? dvec3(0, 0, 1) : dvec3(0, 1, 0);
+  const dvec3 v = glm::normalize(glm::cross(other, direction));
+  return {v, glm::cross(direction, v)};
+}
+/// A unit source that points along +x, scaled, along `direction`.
+void place(vtkActor* actor, const dvec3& origin, dvec3 direction, double length, double width) {
+  direction = glm::length(direction) > 0 ? glm::normalize(direction) : dvec3(1, 0, 0);
+  const auto [v, w] = beside(direction);
+  place(actor, origin, length * direction, width * v, width * w);
+}
+/// What turns around +z, along `axis`.
+void place(vtkActor* actor, const dvec3& origin, const dvec3& axis) {
+  const auto [v, w] = beside(axis);
+  place(actor, origin, v, w, axis);
+}
 
-vtkSmartPointer<vtkActor> make_actor(vtkAlgorithmOutput* source, double r, double g, double b) {
-  vtkNew<vtkPolyDataMapper> mapper;
-  mapper->SetInputConnection(source);
+vtkSmartPointer<vtkActor> make_actor(vtkPolyDataMapper* mapper, const dvec3& colour) {
   mapper->ScalarVisibilityOff();
   auto actor = vtkSmartPointer<vtkActor>::New();
   actor->SetMapper(mapper);
-  actor->GetProperty()->SetColor(r, g, b);
+  actor->GetProperty()->SetColor(colour.r, colour.g, colour.b);
   actor->GetProperty()->SetSpecular(0.4);
   actor->GetProperty()->SetSpecularPower(30);
   return actor;
+}
+vtkSmartPointer<vtkActor> make_actor(vtkAlgorithmOutput* source, double r, double g, double b) {
+  vtkNew<vtkPolyDataMapper> mapper;
+  mapper->SetInputConnection(source);
+  return make_actor(mapper, {r, g, b});
 }
 
 }  // namespace
@@ -77,7 +122,10 @@ struct BoneView::Parts {
   vtkNew<vtkRenderer> front;     // live: what is drawn on top of the kept picture
   std::unique_ptr<BoneLayer> bone;
   std::unique_ptr<OverlayLayer> overlays;
-  vtkSmartPointer<vtkActor> burr, shaft, grip, proxy, arrow, leash, ring;
+  vtkRenderer* on_top;
+  vtkSmartPointer<vtkActor> shaft, grip, proxy, arrow, leash, ring;
+  std::vector<ToolPart> drawn;  ///< of which these are made
+  std::vector<vtkSmartPointer<vtkActor>> tool;
   vtkNew<vtkLineSource> leash_line;
   vtkNew<vtkTextActor> corner, foot;
 };
@@ -96,7 +144,7 @@ BoneView::BoneView(vtkRenderWindow* window, bool is_live) : parts_(std::make_uni
     p.front->UseFXAAOn();
   }
   p.bone = std::make_unique<BoneLayer>(window, p.renderer, p.front, is_live);
-  vtkRenderer* on_top = is_live ? p.front.Get() : p.renderer.Get();
+  vtkRenderer* on_top = p.on_top = is_live ? p.front.Get() : p.renderer.Get();
   p.overlays = std::make_unique<OverlayLayer>(on_top);
   p.renderer->SetBackground(0.10, 0.12, 0.16);
   p.renderer->SetBackground2(0.30, 0.34, 0.40);
@@ -129,9 +177,8 @@ BoneView::BoneView(vtkRenderWindow* window, bool is_live) : parts_(std::make_uni
     p.renderer->SetPass(shading);
   }
 
-  vtkNew<vtkSphereSource> ball, dot;
-  for (vtkSphereSource* s : {ball.GetPointer(), dot.GetPointer()})
-    s->SetThetaResolution(48), s->SetPhiResolution(32), s->SetRadius(1);
+  vtkNew<vtkSphereSource> dot;
+  dot->SetThetaResolution(48), dot->SetPhiResolution(32), dot->SetRadius(1);
   vtkNew<vtkLineSource> axis;
   axis->SetPoint1(0, 0, 0);
   axis->SetPoint2(1, 0, 0);
@@ -143,7 +190,6 @@ BoneView::BoneView(vtkRenderWindow* window, bool is_live) : parts_(std::make_uni
   vtkNew<vtkArrowSource> arrow;
   arrow->SetTipResolution(32);
   arrow->SetShaftResolution(32);
-  p.burr = make_actor(ball->GetOutputPort(), 0.72, 0.75, 0.80);
   p.shaft = make_actor(rod->GetOutputPort(), 0.78, 0.80, 0.84);
   p.grip = make_actor(rod->GetOutputPort(), 0.26, 0.47, 0.74);
   p.proxy = make_actor(dot->GetOutputPort(), 0.98, 0.80, 0.10);
@@ -162,11 +208,10 @@ BoneView::BoneView(vtkRenderWindow* window, bool is_live) : parts_(std::make_uni
   turned->SetTransform(turn);
   p.ring = make_actor(turned->GetOutputPort(), 0.98, 0.80, 0.10);
   p.ring->GetProperty()->LightingOff();
-  p.burr->GetProperty()->SetSpecular(0.9);
   for (vtkActor* a : {p.arrow.Get(), p.grip.Get(), p.shaft.Get()}) a->GetProperty()->SetAmbient(0.35);
   p.proxy->GetProperty()->SetAmbient(0.4);
-  for (vtkActor* a : {p.burr.Get(), p.shaft.Get(), p.grip.Get(), p.proxy.Get(), p.arrow.Get(), p.leash.Get(),
-                      p.ring.Get()}) {
+  for (vtkActor* a :
+       {p.shaft.Get(), p.grip.Get(), p.proxy.Get(), p.arrow.Get(), p.leash.Get(), p.ring.Get()}) {
     a->VisibilityOff();
     a->PickableOff();
     on_top->AddActor(a);
@@ -196,27 +241,46 @@ const BoneLayer& BoneView::bone() const { return *parts_->bone; }
 
 void BoneView::show(const StylusLook& s) {
   Parts& p = *parts_;
-  for (vtkActor* a : {p.burr.Get(), p.shaft.Get(), p.grip.Get()}) a->SetVisibility(s.is_visible);
-  const double size = s.burr_radius;
-  place(p.burr, s.burr_centre_world, s.shaft_direction, size, size);
-  place(p.shaft, s.burr_centre_world, s.shaft_direction, 34 + size, 0.45 * size);
-  place(p.grip, s.burr_centre_world + (30 + size) * s.shaft_direction, s.shaft_direction, 70,
-        std::max(4.5, 1.2 * size));
+  if (p.drawn != s.tool.parts) {
+    for (vtkActor* part : p.tool) p.on_top->RemoveActor(part);
+    p.tool.clear();
+    p.drawn = s.tool.parts;
+    for (const ToolPart& part : p.drawn) {
+      vtkNew<vtkPolyDataMapper> mapper;
+      mapper->SetInputData(turned_around(part.profile));
+      const auto actor =
+          make_actor(mapper, part.is_cutting ? dvec3(0.72, 0.75, 0.80) : dvec3(0.60, 0.63, 0.68));
+      actor->GetProperty()->SetSpecular(0.9);
+      actor->PickableOff();
+      p.on_top->AddActor(actor);
+      p.tool.push_back(actor);
+    }
+  }
+  for (std::size_t i = 0; i < p.tool.size(); ++i) {
+    p.tool[i]->SetVisibility(s.is_visible);
+    place(p.tool[i], s.tool_world + s.turn * p.drawn[i].at, s.turn * p.drawn[i].along);
+  }
+  for (vtkActor* a : {p.shaft.Get(), p.grip.Get()}) a->SetVisibility(s.is_visible);
+  const double size = s.tool.radius;
+  const dvec3 shaft = s.turn * dvec3(0, 0, 1);
+  const dvec3 shaft_begin = s.tool_world + s.tool.shaft_from * shaft;
+  place(p.shaft, shaft_begin, shaft, 34, s.tool.shaft_radius);
+  place(p.grip, shaft_begin + 30.0 * shaft, shaft, 70, std::max(4.5, 2.6 * s.tool.shaft_radius));
   const bool is_touching = s.is_visible && s.has_contact;
   for (vtkActor* a : {p.proxy.Get(), p.leash.Get()}) a->SetVisibility(is_touching);
   place(p.proxy, s.proxy_world, {1, 0, 0}, 0.7, 0.7);
   p.leash_line->SetPoint1(s.proxy_world.x, s.proxy_world.y, s.proxy_world.z);
   p.leash_line->SetPoint2(s.hip_world.x, s.hip_world.y, s.hip_world.z);
   p.ring->SetVisibility(s.is_visible && s.has_ring);
-  const double above = glm::length(s.burr_centre_world - s.ring_world);
+  const double above = glm::length(s.tool_world - s.ring_world);
   const double wide = 1.15 * size + 0.25 * std::max(0.0, above - size);
   place(p.ring, s.ring_world + 0.4 * s.ring_normal_world, s.ring_normal_world, wide, wide);
   const double force = glm::length(s.force_world);
   p.arrow->SetVisibility(is_touching && force > 0.02);
   // 12 mm a newton, from beside the burr, so that it is not hidden in it.
-  const dvec3 aside = glm::length(glm::cross(s.shaft_direction, s.force_world)) > 1e-9
-                          ? glm::normalize(glm::cross(s.shaft_direction, s.force_world))
-                          : glm::normalize(glm::cross(s.shaft_direction, dvec3(0.3, 1, 0.2)));
+  const dvec3 aside = glm::length(glm::cross(shaft, s.force_world)) > 1e-9
+                          ? glm::normalize(glm::cross(shaft, s.force_world))
+                          : glm::normalize(glm::cross(shaft, dvec3(0.3, 1, 0.2)));
   place(p.arrow, s.proxy_world + (size + 2.5) * aside, s.force_world, std::clamp(12 * force, 3.0, 60.0), 11);
 }
 

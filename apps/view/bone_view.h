@@ -1,6 +1,7 @@
 // What a person sees: bone, cut, stylus with burr, proxy, force. All VTK lives behind this.
 #pragma once
 
+#include <glm/gtc/quaternion.hpp>
 #include <glm/vec3.hpp>
 #include <memory>
 #include <string>
@@ -8,6 +9,7 @@
 
 #include "apps/view/bone_layer.h"
 #include "apps/view/overlay_layer.h"
+#include "apps/view/tool_look.h"
 
 class vtkRenderer;
 class vtkRenderWindow;
@@ -18,13 +20,13 @@ namespace trephine::view {
 struct StylusLook {
   bool is_visible = true;
   glm::dvec3 hip_world{0.0};
-  glm::dvec3 burr_centre_world{0.0};
-  glm::dvec3 shaft_direction{0, 0, 1};  ///< unit, from the burr toward the hand
-  double burr_radius = 2;
+  ToolLook tool = {};
+  glm::dvec3 tool_world{0.0};   ///< where the origin of its frame is, ...
+  glm::dquat turn{1, 0, 0, 0};  ///< ... and how it is turned
   bool has_contact = false;
   glm::dvec3 proxy_world{0.0};
   glm::dvec3 force_world{0.0};
-  /// Depth cue: a ring on the bone below the burr, which closes in as the burr comes near; none when not set.
+  /// Depth cue: a ring on the bone below the tool, which closes in as it comes near; none when not set.
   bool has_ring = false;
   glm::dvec3 ring_world{0.0}, ring_normal_world{0, 0, 1};
 };

@@ -3,13 +3,12 @@
 namespace trephine::view {
 
 MouseDevice::MouseDevice(const glm::dvec3& start)
-    : x_(start.x), y_(start.y), z_(start.z), wish_(start), position_(start) {}
+    : shared_{start.x, start.y, start.z, 1.0, 0.0, 0.0, 0.0}, wish_(start), position_(start) {}
 
-void MouseDevice::set(const glm::dvec3& wish, bool is_pressed) noexcept {
+void MouseDevice::set(const glm::dvec3& wish, const glm::dquat& turn, bool is_pressed) noexcept {
+  const double values[] = {wish.x, wish.y, wish.z, turn.w, turn.x, turn.y, turn.z};
   sequence_.fetch_add(1);
-  x_.store(wish.x);
-  y_.store(wish.y);
-  z_.store(wish.z);
+  for (std::size_t i = 0; i < shared_.size(); ++i) shared_[i].store(values[i]);
   is_pressed_.store(is_pressed);
   sequence_.fetch_add(1);
 }
@@ -17,21 +16,28 @@ void MouseDevice::set(const glm::dvec3& wish, bool is_pressed) noexcept {
 bool MouseDevice::read(double t, haptics::Pose& pose) noexcept {
   for (int attempt = 0; attempt < 3; ++attempt) {
     const unsigned before = sequence_.load();
-    const glm::dvec3 wish(x_.load(), y_.load(), z_.load());
+    double now[7];
+    for (std::size_t i = 0; i < shared_.size(); ++i) now[i] = shared_[i].load();
     const bool is_pressed = is_pressed_.load();
     if (before % 2 == 0 && sequence_.load() == before) {
-      wish_ = wish;
+      wish_ = {now[0], now[1], now[2]};
+      wished_turn_ = glm::dquat(now[3], now[4], now[5], now[6]);
       pressed_ = is_pressed;
       break;
     }
   }
-  constexpr double k_seconds = 0.015;
+  constexpr double k_seconds = 0.015, k_turn_seconds = 0.08;
   const double dt = t - time_;
-  if (dt > 0) position_ += dt / (dt + k_seconds) * (wish_ - position_);
-  if (is_jumping_.exchange(false)) position_ = wish_;
+  if (dt > 0) {
+    position_ += dt / (dt + k_seconds) * (wish_ - position_);
+    // The short way round, and never through no turn at all.
+    const glm::dquat to = glm::dot(turn_, wished_turn_) < 0 ? -wished_turn_ : wished_turn_;
+    turn_ = haptics::unit_of(turn_ + dt / (dt + k_turn_seconds) * (to - turn_));
+  }
+  if (is_jumping_.exchange(false)) position_ = wish_, turn_ = wished_turn_;
   time_ = t;
   pose.position_world = position_;
-  pose.orientation = {1, 0, 0, 0};
+  pose.orientation = turn_;
   pose.press(pressed_);
   return true;
 }

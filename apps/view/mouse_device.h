@@ -1,6 +1,7 @@
 // A mouse as a stylus: the window says where it points, the servo reads it at its own rate.
 #pragma once
 
+#include <array>
 #include <atomic>
 
 #include "haptics/device/device.h"
@@ -8,7 +9,7 @@
 namespace trephine::view {
 
 /// set() on the window's thread, read() on the servo's; neither waits. Poses between the window's 60 Hz are
-/// smoothed with a time constant of 15 ms, so that a burr does not jump.
+/// smoothed with a time constant of 15 ms, so that a burr does not jump; how it is held with one of 80 ms.
 class MouseDevice final : public haptics::Device {
  public:
   explicit MouseDevice(const glm::dvec3& start_world);
@@ -18,7 +19,8 @@ class MouseDevice final : public haptics::Device {
   bool read(double t, haptics::Pose& pose) noexcept override;
   void write(const haptics::Wrench&) noexcept override {}
 
-  void set(const glm::dvec3& wish_world, bool is_pressed) noexcept;
+  /// `turn`: unit, how the tool is held.
+  void set(const glm::dvec3& wish_world, const glm::dquat& turn, bool is_pressed) noexcept;
   /// Lifted over: the next read() is at the wish, without a way there.
   void jump() noexcept { is_jumping_ = true; }
 
@@ -26,9 +28,10 @@ class MouseDevice final : public haptics::Device {
   // A sequence lock for one writer: odd while it writes. The reader tries a few times and else keeps its last
   // wish.
   std::atomic<unsigned> sequence_{0};
-  std::atomic<double> x_, y_, z_;
+  std::array<std::atomic<double>, 7> shared_;  ///< x, y, z of the wish; w, x, y, z of the turn
   std::atomic<bool> is_pressed_{false}, is_jumping_{false};
   glm::dvec3 wish_, position_;
+  glm::dquat wished_turn_{1, 0, 0, 0}, turn_{1, 0, 0, 0};
   bool pressed_ = false;
   double time_ = 0;
 };

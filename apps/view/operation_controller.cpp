@@ -1,7 +1,9 @@
 #include "apps/view/operation_controller.h"
 
 #include <algorithm>
+#include <cmath>
 #include <glm/geometric.hpp>
+#include <glm/gtc/quaternion.hpp>
 
 #include "apps/view/tool_look.h"
 #include "volume/percentile.h"
@@ -35,6 +37,7 @@ OperationController::OperationController(const haptics::TouchScene& scene, const
   TREPHINE_ASSERT(live_.engine().tool().scene.get() == &scene);
   state_ = live_.fetch_state();
   version_ = state_.version;
+  untouched_ = haptics::untouched(scene);
 }
 
 OperationController::~OperationController() { finish(); }
@@ -102,11 +105,12 @@ void OperationController::frame() {
   // News from the other threads: the version, its changed chunks, the newest tick.
   state_ = live_.fetch_state();
   if (state_.refused) refused_ = state_.refused->message();
+  if (state_.refused) drop_point();
+  drag_point();
   if (state_.refused || wished_stroke_ == state_.strokes) wished_stroke_.reset();
   version_ = state_.version;
   viewport_.request(version_, state_.changed);
-  viewport_.show_stylus(state_.newest, drawn_radius(state_.tool), *version_,
-                        -viewport_.ray_at(x_, y_).direction);
+  viewport_.show_stylus(state_.newest, look_of(state_.tool), *version_, -viewport_.ray_at(x_, y_).direction);
   const bool is_held =
       state_.overlays && std::any_of(state_.overlays->begin(), state_.overlays->end(),
                                      [](const sim::Overlay& one) { return one.holder >= 0; });
@@ -129,10 +133,51 @@ bool OperationController::take_or_put_down() {
   return true;
 }
 
+bool OperationController::grab_point() {
+  const std::optional<dvec3> at = touched();
+  if (!at || !state_.overlays) return false;
+  double nearest = std::max(4.0, 0.015 * reach_);  // mm, seen from afar more
+  for (const sim::Overlay& one : *state_.overlays)
+    for (const sim::Overlay::Handle& handle : one.handles)
+      if (const double far = glm::length(handle.at - *at); far < nearest)
+        nearest = far, grabbed_ = handle.move, dragged_to_ = handle.at;
+  return has_point();
+}
+
+/// Some times a second, so that the outline is seen to follow.
+void OperationController::drag_point() {
+  constexpr int k_every = 3;
+  const std::optional<dvec3> at = touched();
+  if (!has_point() || !at || ++frames_since_drag_ < k_every || glm::length(*at - dragged_to_) < 0.2) return;
+  for (const sim::Field& field : grabbed_.schema().fields) {
+    const sim::FieldPlace place = field.place(grabbed_.data());
+    if (auto* const* point = std::get_if<dvec3*>(&place); point && field.name == "at") **point = *at;
+  }
+  apply(grabbed_);
+  dragged_to_ = *at;
+  frames_since_drag_ = 0;
+}
+
 std::optional<dvec3> OperationController::touched() const {
   if (state_.newest.has_contact) return state_.newest.proxy_world;
   if (is_over_bone_) return state_.newest.pose.position_world;
   return std::nullopt;
+}
+
+/// A tool is held upright on the surface, one whose end is a ball so that its work is seen. While it works
+/// the hand turns it no faster than a wrist.
+void OperationController::follow_surface(const Ray& ray, bool is_over_bone) {
+  if (!is_over_bone) return;
+  const std::optional<dvec3> normal = viewport_.facing(*untouched_, ray);
+  if (!normal) return;
+  const dvec3 wish = look_of(state_.tool).is_ball ? Viewport::held_at(*normal, -ray.direction) : *normal;
+  if (!is_pressed_) {
+    shaft_ = wish;
+    return;
+  }
+  constexpr double k_most = 0.01;  // radians a frame
+  const double angle = std::acos(std::clamp(glm::dot(shaft_, wish), -1.0, 1.0));
+  if (angle > 1e-6) shaft_ = glm::normalize(shaft_ + std::min(1.0, k_most / angle) * (wish - shaft_));
 }
 
 void OperationController::follow_cursor() {
@@ -145,7 +190,10 @@ void OperationController::follow_cursor() {
   const double along =
       hit >= 0 ? hit - middle + (is_pressed_ ? depth_mm_ : 0.3) : std::max(0.0, reach_ - middle - 8);
   const dvec3 wish = ray.origin + along * ray.direction;
-  mouse_.set(wish, is_pressed_ && hit >= 0);
+  follow_surface(ray, is_over_bone_);
+  const dvec3 up(0, 0, 1);
+  constexpr double k_roll = 3.14159265358979 / 12;
+  mouse_.set(wish, glm::dquat(up, shaft_) * glm::angleAxis(k_roll * roll_, up), is_pressed_ && hit >= 0);
   // A cursor that jumps lifts the stylus over; it is not dragged through the bone.
   constexpr double k_jump_mm = 8;
   if (glm::length(wish - wish_) > k_jump_mm) {

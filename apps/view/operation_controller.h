@@ -33,6 +33,8 @@ class OperationController {
     is_pressed_ = is_down;
   }
   bool is_pressed() const noexcept { return is_pressed_; }
+  /// Turns the tool about its shaft, by so many steps of 15 degrees.
+  void roll(int steps) { roll_ += steps; }
   /// How far a pressed stylus wants to go below the surface, mm.
   void set_depth(double mm);
   double depth() const noexcept { return depth_mm_; }
@@ -46,6 +48,11 @@ class OperationController {
   bool take_or_put_down();
   /// Where the tool touches, or what the cursor is on while the tool hovers over it; nothing: over nothing.
   std::optional<glm::dvec3> touched() const;
+  /// Takes the point of the plan that is nearest to where it touches, until it is put down: it goes with what
+  /// touches. False: there is none within a few millimetres.
+  bool grab_point();
+  void drop_point() { grabbed_ = {}; }
+  bool has_point() const noexcept { return !grabbed_.is_empty(); }
   void undo() { live_.undo(); }
   void redo() { live_.redo(); }
   /// Back or on to where so many strokes are applied.
@@ -71,6 +78,8 @@ class OperationController {
 
  private:
   void follow_cursor();
+  void drag_point();
+  void follow_surface(const Ray& ray, bool is_over_bone);
 
   const haptics::TouchScene* scene_;
   WindowOptions options_;
@@ -81,11 +90,17 @@ class OperationController {
   sim::LiveState state_;
   std::shared_ptr<const volume::Version> version_;
   double x_ = 0.5, y_ = 0.5, depth_mm_ = 2, reach_ = 300;
-  bool is_over_bone_ = false;  ///< the cursor
+  int roll_ = 0;
+  std::shared_ptr<const volume::Version> untouched_;  ///< by which a tool is held, whatever is cut
+  glm::dvec3 shaft_{0, 0, 1};                         ///< unit, of the mouse's tool
+  bool is_over_bone_ = false;                         ///< the cursor
   bool is_pressed_ = false, is_finished_ = false, is_started_ = false;
   glm::dvec3 wish_{1e9};
   std::optional<std::size_t> wished_stroke_;  ///< until it is there
   std::string refused_;
+  sim::Value grabbed_;          ///< the command that moves what is held; empty: nothing is
+  glm::dvec3 dragged_to_{0.0};  ///< where that was told last
+  int frames_since_drag_ = 0;
   std::shared_ptr<const sim::Overlays> shown_;  ///< in the picture
   std::vector<float> frame_ms_, drilling_ms_;
   WindowReport report_;

@@ -18,6 +18,7 @@
 #include <vtkProperty.h>
 #include <vtkRenderer.h>
 #include <vtkSmartPointer.h>
+#include <vtkSphereSource.h>
 #include <vtkTextProperty.h>
 
 namespace trephine::view {
@@ -25,6 +26,8 @@ namespace trephine::view {
 using glm::dvec3;
 
 namespace {
+
+constexpr double k_handle_radius = 1.3;  // mm
 
 struct Colour {
   double r, g, b;
@@ -85,6 +88,21 @@ vtkSmartPointer<vtkPolyData> make_lines(const std::vector<std::array<dvec3, 2>>&
   return data;
 }
 
+vtkSmartPointer<vtkPolyData> make_skin(const std::vector<std::array<dvec3, 3>>& triangles) {
+  vtkNew<vtkPoints> points;
+  vtkNew<vtkCellArray> cells;
+  for (const auto& triangle : triangles) {
+    std::array<vtkIdType, 3> ids{};
+    for (std::size_t c = 0; c < 3; ++c)
+      ids[c] = points->InsertNextPoint(triangle[c].x, triangle[c].y, triangle[c].z);
+    cells->InsertNextCell(3, ids.data());
+  }
+  auto data = vtkSmartPointer<vtkPolyData>::New();
+  data->SetPoints(points);
+  data->SetPolys(cells);
+  return data;
+}
+
 vtkSmartPointer<vtkActor> make_actor(vtkPolyData* data, const Colour& colour) {
   vtkNew<vtkPolyDataMapper> mapper;
   mapper->SetInputData(data);
@@ -132,6 +150,10 @@ std::size_t OverlayLayer::size() const noexcept { return parts_->surfaces.size()
 
 void OverlayLayer::show(std::span<const sim::Overlay> overlays, std::span<const haptics::Placement> hands) {
   Parts& p = *parts_;
+  const auto add = [&](vtkProp* prop) {
+    p.renderer->AddViewProp(prop);
+    p.others.push_back(prop);
+  };
   for (const auto& prop : p.others) p.renderer->RemoveViewProp(prop);
   p.others.clear();
   for (auto& [tree, surface] : p.surfaces) surface.is_wanted = false;
@@ -154,8 +176,23 @@ void OverlayLayer::show(std::span<const sim::Overlay> overlays, std::span<const 
       actor->GetProperty()->LightingOff();
       actor->GetProperty()->SetLineWidth(2.5);
       place(actor, at);
-      p.renderer->AddActor(actor);
-      p.others.push_back(actor);
+      add(actor);
+    }
+    if (!one.skin.empty()) {
+      const auto actor = make_actor(make_skin(one.skin), colour);
+      actor->GetProperty()->LightingOff();
+      actor->GetProperty()->SetOpacity(0.28);
+      place(actor, at);
+      add(actor);
+    }
+    for (const sim::Overlay::Handle& handle : one.handles) {
+      vtkNew<vtkSphereSource> ball;
+      ball->SetRadius(k_handle_radius);
+      ball->SetCenter(handle.at.x, handle.at.y, handle.at.z);
+      ball->SetThetaResolution(24);
+      ball->SetPhiResolution(16);
+      ball->Update();
+      add(make_actor(ball->GetOutput(), colour));
     }
     for (const sim::Overlay::Label& label : one.labels) {
       const dvec3 world = at.world_from_local(label.at);
@@ -167,8 +204,7 @@ void OverlayLayer::show(std::span<const sim::Overlay> overlays, std::span<const 
       text->GetTextProperty()->SetColor(colour.r, colour.g, colour.b);
       text->GetTextProperty()->SetBackgroundColor(0.07, 0.09, 0.12);
       text->GetTextProperty()->SetBackgroundOpacity(0.6);
-      p.renderer->AddActor(text);
-      p.others.push_back(text);
+      add(text);
     }
   }
   for (auto it = p.surfaces.begin(); it != p.surfaces.end();) {

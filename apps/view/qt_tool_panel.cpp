@@ -141,43 +141,50 @@ ToolPicture::ToolPicture(QWidget* parent) : QWidget(parent) {
 }
 
 void ToolPicture::show_tool(const sim::Value& tool) {
-  outline_ = outline_of(tool);
-  setVisible(!outline_.places.empty());
+  look_ = look_of(tool);
+  if (!look_.parts.empty()) {  // as much of its shaft as tells where it is
+    const double from = look_.shaft_from, radius = look_.shaft_radius;
+    look_.parts.insert(
+        look_.parts.begin(),
+        {{{from, 0}, {from, radius}, {from + 2 * look_.radius, radius}}, glm::dvec3(0), {0, 0, 1}, false});
+  }
+  setVisible(!look_.parts.empty());
   update();
 }
 
-/// Lying, its tip to the left; teeth are not drawn.
+/// Lying, its tip to the left: its z to the right, its x up. Teeth are not drawn.
 void ToolPicture::paintEvent(QPaintEvent*) {
-  if (outline_.places.empty()) return;
+  if (look_.parts.empty()) return;
   QPainter painter(this);
   painter.setRenderHint(QPainter::Antialiasing);
-  double wide = 1, high = 0.5;
-  for (const glm::dvec2& p : outline_.places) wide = std::max(wide, p.x), high = std::max(high, p.y);
-  const double scale = std::min((width() - 16) / wide, (height() - 22) / (2 * high));  // pixels a mm
-  const QPointF tip(8, 0.5 * (height() - 12));
-  const auto side = [&](bool is_cutting) {
+  std::vector<QPolygonF> shapes;
+  QRectF all;
+  for (const ToolPart& part : look_.parts) {
+    const QPointF at(part.at.z, -part.at.x), along(part.along.z, -part.along.x), off(-along.y(), along.x());
     QPolygonF shape;
-    const auto add = [&](const glm::dvec2& p, int sign) { shape << tip + scale * QPointF(p.x, sign * p.y); };
-    const auto is_part = [&](const glm::dvec2& p) {
-      return is_cutting ? p.x <= outline_.cutting : p.x >= outline_.cutting;
-    };
-    const std::size_t shaft = outline_.places.size() - 2;
-    for (std::size_t i = is_cutting ? 0 : shaft; i < (is_cutting ? shaft : outline_.places.size()); ++i)
-      if (is_part(outline_.places[i])) add(outline_.places[i], 1);
-    for (std::size_t i = is_cutting ? shaft : outline_.places.size(); i-- > (is_cutting ? 0 : shaft);)
-      if (is_part(outline_.places[i])) add(outline_.places[i], -1);
-    return shape;
-  };
-  painter.setPen(QPen(QColor(20, 24, 30), 1));
-  painter.setBrush(QColor(120, 128, 140));
-  painter.drawPolygon(side(false));
-  QLinearGradient steel(tip - QPointF(0, scale * high), tip + QPointF(0, scale * high));
+    for (const glm::dvec2& p : part.profile) shape << at + p.x * along + p.y * off;
+    for (auto p = part.profile.rbegin(); p != part.profile.rend(); ++p)
+      shape << at + p->x * along - p->y * off;
+    all = all.united(shape.boundingRect());
+    shapes.push_back(shape);
+  }
+  const double scale = std::min((width() - 16) / all.width(), (height() - 22) / all.height());  // pixels a mm
+  painter.save();
+  painter.translate(8 - scale * all.left(), 0.5 * (height() - 12) - scale * all.center().y());
+  painter.scale(scale, scale);
+  QPen line(QColor(20, 24, 30), 1);
+  line.setCosmetic(true);
+  painter.setPen(line);
+  QLinearGradient steel(all.topLeft(), all.bottomLeft());
   steel.setColorAt(0, QColor(235, 238, 244));
   steel.setColorAt(1, QColor(140, 150, 165));
-  painter.setBrush(steel);
-  painter.drawPolygon(side(true));
+  for (std::size_t i = 0; i < shapes.size(); ++i) {
+    painter.setBrush(look_.parts[i].is_cutting ? QBrush(steel) : QBrush(QColor(120, 128, 140)));
+    painter.drawPolygon(shapes[i]);
+  }
+  painter.restore();
   // How large that is.
-  const double bar = wide > 12 ? 5 : wide > 4 ? 2 : 1;
+  const double bar = all.width() > 12 ? 5 : all.width() > 4 ? 2 : 1;
   const double y = height() - 6;
   painter.setPen(QPen(palette().windowText().color(), 1));
   painter.drawLine(QPointF(8, y), QPointF(8 + scale * bar, y));

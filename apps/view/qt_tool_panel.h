@@ -55,7 +55,7 @@ class ToolPicture : public QWidget {
   void paintEvent(QPaintEvent* event) override;
 
  private:
-  ToolOutline outline_;
+  ToolLook look_;
 };
 
 /// The first hand's instrument and its parameters.

@@ -137,6 +137,11 @@ void MainWindow::begin(std::shared_ptr<const haptics::TouchScene> scene) {
   style->on_press = [this](bool is_down) {
     if (operation_) operation_->press(is_down);
   };
+  style->on_shift_press = [this](bool is_down) {
+    if (!operation_) return;
+    if (!is_down) return operation_->drop_point();
+    if (!operation_->grab_point()) say("There is no point of an outline to drag.");
+  };
   style->on_wheel = [this](int way) { depth_->setValue(depth_->value() + way); };
   style->on_key = [](const std::string&, bool) {};
   canvas_->interactor()->SetInteractorStyle(style);
@@ -195,6 +200,15 @@ void MainWindow::keyPressEvent(QKeyEvent* event) {
     case Qt::Key_Minus:
       tool_->step(-1);
       return;
+    case Qt::Key_G:
+      if (!operation_) return;
+      if (operation_->has_point()) return operation_->drop_point();
+      if (!operation_->grab_point()) say("Touch a point of an outline to drag it.");
+      return;
+    case Qt::Key_Comma:
+    case Qt::Key_Period:
+      if (operation_) operation_->roll(event->key() == Qt::Key_Comma ? -1 : 1);
+      return;
     case Qt::Key_Up:
     case Qt::Key_Down:
       depth_->setValue(depth_->value() + (event->key() == Qt::Key_Up ? 1 : -1));
@@ -218,7 +232,7 @@ void MainWindow::keyPressEvent(QKeyEvent* event) {
 /// Keys and buttons that are let go elsewhere are never told: a window that is not in front does not drill.
 bool MainWindow::event(QEvent* event) {
   const bool is_left = event->type() == QEvent::WindowDeactivate || event->type() == QEvent::Hide;
-  if (is_left && operation_) operation_->press(false);
+  if (is_left && operation_) operation_->press(false), operation_->drop_point();
   return QMainWindow::event(event);
 }
 

@@ -36,9 +36,8 @@ volume::Status ReplayController::frame(double elapsed) {
   const glm::dvec3 viewer = -viewport_.ray_at(0.5, 0.5).direction;
   // The tool as it was then.
   if (replay_->next_tick() > 0)
-    viewport_.show_stylus(replay_->record(),
-                          drawn_radius(replay_->engine().now().settings.hands[0].parameters), *version,
-                          viewer);
+    viewport_.show_stylus(replay_->record(), look_of(replay_->engine().now().settings.hands[0].parameters),
+                          *version, viewer);
   if (shown_ != replay_->next_tick()) {  // the engine knows where hands are
     sim::Overlays overlays = replay_->engine().overlays();
     for (sim::Overlay& one : overlays) one.holder = -1;

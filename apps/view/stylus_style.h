@@ -15,12 +15,18 @@ class StylusStyle : public vtkInteractorStyleTrackballCamera {
   static StylusStyle* New();
   vtkTypeMacro(StylusStyle, vtkInteractorStyleTrackballCamera)
 
-      std::function<void(bool)> on_press;
+      std::function<void(bool)> on_press,
+      on_shift_press;
   std::function<void(int)> on_wheel;
   std::function<void(const std::string&, bool)> on_key;
 
-  void OnLeftButtonDown() override { on_press(true); }
-  void OnLeftButtonUp() override { on_press(false); }
+  void OnLeftButtonDown() override {
+    Interactor->GetShiftKey() && on_shift_press ? on_shift_press(true) : on_press(true);
+  }
+  void OnLeftButtonUp() override {
+    if (on_shift_press) on_shift_press(false);  // whatever its key does by now
+    on_press(false);
+  }
   void OnRightButtonDown() override { pick_renderer(), StartRotate(); }
   void OnRightButtonUp() override { EndRotate(); }
   void OnMiddleButtonDown() override { pick_renderer(), StartPan(); }

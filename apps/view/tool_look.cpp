@@ -2,77 +2,158 @@
 
 #include <algorithm>
 #include <cmath>
+#include <glm/geometric.hpp>
 #include <string_view>
 
 namespace trephine::view {
 
+using glm::dvec2;
+using glm::dvec3;
+
 namespace {
 
-const double* number_in(const sim::Field& field, const sim::Value& value) {
-  // Places are told of what may be written; nothing is here.
-  const auto place = field.place(const_cast<void*>(value.data()));
-  const auto* number = std::get_if<double*>(&place);
-  return number ? *number : nullptr;
+constexpr double k_right_angle = 1.5707963267948966;
+
+/// What a tool says of itself that can be seen.
+struct Fields {
+  explicit Fields(const sim::Value& tool) {
+    if (tool.is_empty()) return;
+    for (const sim::Field& field : tool.schema().fields) {
+      // Places are told of what may be written; nothing is here.
+      const auto place = field.place(const_cast<void*>(tool.data()));
+      if (auto* const* number = std::get_if<double*>(&place))
+        for (const auto& [name, value] : numbers)
+          if (name == field.name) *value = **number;
+      if (auto* const* choice = std::get_if<std::uint8_t*>(&place);
+          choice && **choice < field.info.choices.size()) {
+        if (field.name == "shape") shape = field.info.choices[**choice];
+        if (field.name == "kind") kind = field.info.choices[**choice];
+      }
+    }
+  }
+  double diameter = 0, length = 0, foot = 0, inner = 0, lead = 0, width = 0, opening = 0, jaw = 0;
+  std::string_view shape = "sphere", kind;
+
+ private:
+  const std::pair<std::string_view, double*> numbers[8]{
+      {"diameter", &diameter}, {"length", &length}, {"foot", &foot},       {"inner", &inner},
+      {"lead", &lead},         {"width", &width},   {"opening", &opening}, {"jaw", &jaw}};
+};
+
+/// From one angle to another around a ball's middle; 0 is its lowest point.
+void add_arc(std::vector<dvec2>& profile, double middle, double radius, double from, double to,
+             double off = 0) {
+  constexpr int k_steps = 12;
+  for (int i = 0; i <= k_steps; ++i) {
+    const double a = from + (to - from) * i / k_steps;
+    profile.push_back({middle - radius * std::cos(a), off + radius * std::sin(a)});
+  }
+}
+
+ToolPart disc(double from, double to, double radius, bool is_cutting = true) {
+  return {{{from, 0}, {from, radius}, {to, radius}, {to, 0}}, dvec3(0), {0, 0, 1}, is_cutting};
+}
+ToolPart rod(const dvec3& from, const dvec3& to, double radius) {
+  ToolPart part = disc(0, glm::length(to - from), radius, false);
+  part.at = from;
+  part.along = glm::normalize(to - from);
+  return part;
+}
+
+ToolPart drum(double radius, double end_radius, double length) {
+  ToolPart part;
+  const double edge = 0.1 * std::min(radius, length);
+  part.profile.push_back({0, 0});
+  add_arc(part.profile, edge, edge, 0, k_right_angle, end_radius - edge);
+  constexpr int k_steps = 12;
+  for (int i = 1; i < k_steps; ++i) {
+    const double t = static_cast<double>(i) / k_steps;
+    part.profile.push_back(
+        {edge + t * (length - 2 * edge), end_radius + (radius - end_radius) * 4 * t * (1 - t)});
+  }
+  for (const dvec2& p :
+       {dvec2(length - edge, end_radius), dvec2(length, end_radius - edge), dvec2(length, 0)})
+    part.profile.push_back(p);
+  return part;
+}
+
+/// Its tip is a ball, whose middle the hand holds, cut off at `top`.
+ToolPart ball_to(double radius, double top) {
+  ToolPart part;
+  add_arc(part.profile, 0, radius, 0, std::acos(std::clamp(-top / radius, -1.0, 1.0)));
+  part.profile.push_back({part.profile.back().x, 0});
+  return part;
+}
+/// And ends in another, smaller one, up to `top`.
+ToolPart between_balls(double radius, double end, double top) {
+  ToolPart part;
+  const double lean = k_right_angle + std::asin(std::clamp((radius - end) / (top - end), -1.0, 1.0));
+  add_arc(part.profile, 0, radius, 0, lean);
+  add_arc(part.profile, top - end, end, lean, 2 * k_right_angle);
+  return part;
 }
 
 }  // namespace
 
-double drawn_radius(const sim::Value& parameters) {
-  if (parameters.is_empty()) return 0;
-  for (const sim::Field& field : parameters.schema().fields)
-    if (const double* number = field.name == "diameter" ? number_in(field, parameters) : nullptr)
-      return 0.5 * *number;
-  return 0;
+double drawn_radius(const sim::Value& parameters) { return 0.5 * Fields(parameters).diameter; }
+
+ToolLook ball_look(double radius) {
+  ToolLook look;
+  look.radius = radius;
+  look.shaft_radius = 0.45 * radius;
+  look.parts.push_back(ball_to(radius, radius));
+  return look;
 }
 
-ToolOutline outline_of(const sim::Value& parameters) {
-  const double radius = drawn_radius(parameters);
-  ToolOutline outline;
-  if (radius <= 0) return outline;
-  std::string_view shape = "sphere";
-  double length = 0;
-  for (const sim::Field& field : parameters.schema().fields) {
-    const auto place = field.place(const_cast<void*>(parameters.data()));
-    if (auto* const* choice = std::get_if<std::uint8_t*>(&place);
-        choice && field.name == "shape" && **choice < field.info.choices.size())
-      shape = field.info.choices[**choice];
-    if (const double* number = field.name == "length" ? number_in(field, parameters) : nullptr)
-      length = *number;
+ToolLook look_of(const sim::Value& parameters) {
+  const Fields f(parameters);
+  ToolLook look;
+  const double radius = look.radius = 0.5 * f.diameter;
+  if (f.width > 0 && f.opening > 0 && f.jaw > 0) {
+    const double wide = look.radius = 0.5 * f.width;
+    look.is_ball = false;
+    look.shaft_radius = std::max(0.6, 0.35 * wide);
+    if (f.kind == "kerrison") {
+      look.parts = {disc(-f.jaw, 0, wide), disc(f.opening, f.opening + 2 * f.jaw, wide),
+                    rod({-wide, 0, -f.jaw}, {-wide, 0, f.opening + 4 * f.jaw}, 0.45 * look.shaft_radius)};
+      look.shaft_from = f.opening + 2 * f.jaw;
+      return look;
+    }
+    look.shaft_from = wide + 2 * f.opening;
+    for (const double side : {-1.0, 1.0}) {
+      ToolPart cup = disc(0, f.jaw, wide);
+      cup.at = {0.5 * side * f.opening, 0, -wide};
+      cup.along = {side, 0, 0};
+      look.parts.push_back(cup);
+      look.parts.push_back(rod({0.5 * side * (f.opening + f.jaw), 0, -0.5 * wide}, {0, 0, look.shaft_from},
+                               0.6 * look.shaft_radius));
+    }
+    return look;
   }
-  const bool is_drum = shape == "cylinder" || shape == "barrel", is_head = shape == "match-head";
-  if (length <= 0) length = is_drum || is_head ? 3 * radius : 2 * radius;
-  if (!is_drum && !is_head && length < 2 * radius) length = 2 * radius;
-  constexpr int k_steps = 12;
-  const auto arc = [&](double middle, double r, double from, double to) {
-    for (int i = 0; i <= k_steps; ++i) {
-      const double a = from + (to - from) * i / k_steps;
-      outline.places.push_back({middle - r * std::cos(a), r * std::sin(a)});
-    }
-  };
-  constexpr double k_half = 1.5707963267948966;
-  if (is_drum) {
-    const double edge = 0.15 * radius, ends = shape == "barrel" ? 0.8 * radius : radius;
-    arc(edge, edge, 0, k_half);
-    for (std::size_t i = 0; i <= k_steps; ++i) outline.places[i].y += ends - edge;
-    outline.places.insert(outline.places.begin(), {0, 0});
-    for (int i = 1; i < k_steps; ++i) {
-      const double t = static_cast<double>(i) / k_steps;
-      outline.places.push_back({edge + t * (length - 2 * edge), ends + (radius - ends) * 4 * t * (1 - t)});
-    }
-    outline.places.push_back({length - edge, ends});
-    outline.places.push_back({length, ends - edge});
-  } else if (is_head) {
-    arc(radius, radius, 0, 1.2 * k_half);
-    outline.places.push_back({length, 0.6 * radius});
+  if (radius <= 0) return look;
+  look.shaft_radius = std::min(0.5 * radius, 1.2);
+  if (f.inner > 0) {
+    const double tip = 0.5 * f.inner, begin = f.lead - tip;
+    look.parts = {ball_to(tip, begin), disc(begin, begin + f.diameter, radius, false)};
+    look.shaft_from = begin + f.diameter;
+    look.shaft_radius = 0.4 * radius;
+  } else if (f.foot > 0) {
+    constexpr double k_foot_thickness = 0.8;
+    look.parts = {drum(radius, radius, f.length), disc(-k_foot_thickness, 0, 0.5 * f.foot, false)};
+    look.shaft_from = f.length;
+    look.shaft_radius = 1.6 * radius;
+  } else if (f.shape == "cylinder" || f.shape == "barrel") {
+    const bool is_barrel = f.shape == "barrel";
+    look.shaft_from = f.length > 0 ? f.length : (is_barrel ? 2.4 : 3) * radius;
+    look.parts = {drum(radius, is_barrel ? 0.75 * radius : radius, look.shaft_from)};
+  } else if (f.shape == "match-head") {
+    look.shaft_from = (f.length > 0 ? f.length : 3 * radius) - radius;
+    look.parts = {between_balls(radius, 0.6 * radius, look.shaft_from)};
   } else {
-    arc(radius, radius, 0, length > 2.01 * radius ? k_half : 1.7 * k_half);
-    if (length > 2.01 * radius) outline.places.push_back({length, radius});
+    return ball_look(radius);
   }
-  outline.cutting = outline.places.back().x;
-  const double shaft = std::min(0.5 * radius, 1.2);
-  outline.places.push_back({outline.cutting, shaft});
-  outline.places.push_back({outline.cutting + 2.5 * radius, shaft});
-  return outline;
+  look.is_ball = false;
+  return look;
 }
 
 bool step_first_number(sim::Value& parameters, int steps) {

@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <dlfcn.h>
 #include <glm/geometric.hpp>
+#include <glm/gtc/quaternion.hpp>
 #include <vtkCallbackCommand.h>
 #include <vtkNew.h>
 #include <vtkRenderWindow.h>
@@ -39,7 +40,7 @@ void show_replay(const sim::Replay& replay, const haptics::TouchScene& scene, Vi
   // A little from the front left above, so that a straight hole is not seen end-on.
   from = glm::normalize(from + 0.6 * glm::normalize(glm::dvec3(0.55, -0.75, 0.38)));
   picture.view().aim_camera(0.5 * (low + high), from, {0, 0, 1}, BoneView::distance_of(low, high));
-  picture.show_stylus(record, drawn_radius(replay.engine().now().settings.hands[record.hand].parameters),
+  picture.show_stylus(record, look_of(replay.engine().now().settings.hands[record.hand].parameters),
                       *replay.engine().current(), from);
   sim::Overlays overlays = replay.engine().overlays();
   for (sim::Overlay& one : overlays) one.holder = -1;  // the engine knows where they are
@@ -47,7 +48,7 @@ void show_replay(const sim::Replay& replay, const haptics::TouchScene& scene, Vi
 }
 
 /// The stylus rests on what is in the middle of the picture.
-void rest_stylus(const volume::Version& version, double radius, Viewport& picture) {
+void rest_stylus(const volume::Version& version, const ToolLook& tool, Viewport& picture) {
   const Ray ray = picture.ray_at(0.5, 0.5);
   const double hit = picture.distance_to_solid(version, ray);
   if (hit < 0) return;
@@ -55,7 +56,9 @@ void rest_stylus(const volume::Version& version, double radius, Viewport& pictur
   record.has_contact = true;
   record.proxy_world = record.pose.position_world = ray.origin + hit * ray.direction;
   record.normal_world = -ray.direction;
-  picture.show_stylus(record, radius, version, -ray.direction);
+  if (const std::optional<glm::dvec3> normal = picture.facing(version, ray); normal && !tool.is_ball)
+    record.pose.orientation = glm::dquat(dvec3(0, 0, 1), *normal);
+  picture.show_stylus(record, tool, version, -ray.direction);
 }
 
 Result<WindowReport> draw_once(const haptics::TouchScene& scene, const WindowOptions& options) {
@@ -70,9 +73,10 @@ Result<WindowReport> draw_once(const haptics::TouchScene& scene, const WindowOpt
   if (options.replay && options.replay->next_tick() > 0)
     show_replay(*options.replay, scene, picture);
   else if (options.has_tool)
-    rest_stylus(*version,
-                options.start ? drawn_radius(options.start->engine.now().settings.hands[0].parameters) : 2,
-                picture);
+    rest_stylus(
+        *version,
+        options.start ? look_of(options.start->engine.now().settings.hands[0].parameters) : ball_look(2),
+        picture);
   if (!options.plan.empty()) picture.set_plan(options.plan);
   picture.show_text(options.title, "");
   picture.draw();

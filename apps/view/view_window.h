@@ -53,8 +53,8 @@ struct WindowOptions {
   std::string screenshot;  ///< PNG at the end; empty for none
   char side = 0;           ///< from which it is seen, as Viewport::look_from has it; 0: from the front, above
   double free_pieces = 50;  ///< mm3: what a stroke cuts free and is so large comes off by itself; 0: nothing
-  sim::Overlays plan;      ///< shown beside the bone
-  bool has_tool = true;    ///< in a picture that is all that is wanted
+  sim::Overlays plan;       ///< shown beside the bone
+  bool has_tool = true;     ///< in a picture that is all that is wanted
   std::string title = "trephine";
   /// Draw the first frame and the screenshot into memory, no window (no display, or a screenshot is all that
   /// is wanted).

@@ -1,9 +1,12 @@
 #include "apps/view/viewport.h"
 
 #include <algorithm>
+#include <array>
 #include <bit>
+#include <cmath>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
+#include <glm/gtc/quaternion.hpp>
 #include <vtkCamera.h>
 #include <vtkRenderWindow.h>
 #include <vtkRenderer.h>
@@ -151,34 +154,72 @@ dvec3 Viewport::normal_at(const volume::Version& version, const dvec3& p_world) 
                                  cells);
 }
 
-void Viewport::show_stylus(const haptics::ServoRecord& record, double burr_radius,
-                           const volume::Version& version, const dvec3& toward_viewer) {
+dvec3 Viewport::held_at(const dvec3& normal, const dvec3& toward_viewer) {
+  return glm::normalize(0.7 * normal + 0.5 * toward_viewer + dvec3(0, 0, 0.25));
+}
+
+std::optional<dvec3> Viewport::facing(const volume::Version& version, const Ray& ray) const {
+  constexpr int k_rays = 8;
+  constexpr double k_around = 4, k_deepest = 8;  // mm
+  const double middle = distance_to_solid(version, ray);
+  if (middle < 0) return std::nullopt;
+  const dvec3 other = std::abs(ray.direction.z) < 0.9 ? dvec3(0, 0, 1) : dvec3(0, 1, 0);
+  const dvec3 right = glm::normalize(glm::cross(ray.direction, other)), up = glm::cross(right, ray.direction);
+  // The plane of the places around it, each against that across.
+  dvec3 normal(0);
+  std::array<std::optional<dvec3>, k_rays> places;
+  for (int i = 0; i < k_rays; ++i) {
+    const double a = 2 * 3.14159265358979 * i / k_rays;
+    const Ray beside{ray.origin + k_around * (std::cos(a) * right + std::sin(a) * up), ray.direction};
+    const double far = distance_to_solid(version, beside);
+    if (far >= 0 && std::abs(far - middle) < k_deepest)
+      places[static_cast<std::size_t>(i)] = beside.origin + far * beside.direction;
+  }
+  for (std::size_t i = 0; i < k_rays; ++i)
+    if (const std::size_t j = (i + 2) % k_rays, k = (i + 4) % k_rays; places[i] && places[j] && places[k])
+      normal += glm::cross(*places[j] - *places[i], *places[k] - *places[j]);
+  if (glm::length(normal) < 1e-9) return std::nullopt;
+  normal = glm::normalize(normal);
+  return glm::dot(normal, ray.direction) > 0 ? -normal : normal;
+}
+
+void Viewport::show_stylus(const haptics::ServoRecord& record, ToolLook tool, const volume::Version& version,
+                           const dvec3& toward_viewer) {
   StylusLook look;
   look.hip_world = record.pose.position_world;
   look.has_contact = record.has_contact;
   look.proxy_world = record.has_contact ? record.proxy_world : look.hip_world;
   look.force_world = record.force_world;
-  burr_radius = std::max({burr_radius, scene_->tool_radius, 0.6});  // a point is drawn as a fine tip
-  look.burr_radius = burr_radius;
-  // The shaft leans between the surface's normal and the viewer, as a hand would hold it.
-  look.shaft_direction = toward_viewer;
-  const bool is_round = scene_->tool_radius > 0;  // then the proxy is the burr's middle
-  const dvec3 touched = is_round && record.has_contact
-                            ? look.proxy_world - scene_->tool_radius * record.normal_world
-                            : look.proxy_world;
-  if (const dvec3 normal = normal_at(version, touched); normal != dvec3(0))
-    look.shaft_direction = glm::normalize(0.7 * normal + 0.5 * toward_viewer + dvec3(0, 0, 0.25));
-  look.burr_centre_world = is_round
-                               ? look.proxy_world
-                               : look.proxy_world + burr_radius * (record.has_contact ? record.normal_world
-                                                                                      : look.shaft_direction);
-  // The depth cue: where the burr would land.
-  const Ray down{look.burr_centre_world + 20.0 * look.shaft_direction, -look.shaft_direction};
+  if (tool.is_ball)  // a point is drawn as a fine tip
+    if (const double radius = std::max(scene_->tool_radius, 0.6); tool.radius < radius)
+      tool = ball_look(radius);
+  const bool is_round = scene_->tool_radius > 0;  // then the proxy is the ball's middle
+  constexpr glm::dquat k_not_told{1, 0, 0, 0};
+  dvec3 shaft;
+  if (tool.is_ball && record.pose.orientation == k_not_told) {
+    const dvec3 touched = is_round && record.has_contact
+                              ? look.proxy_world - scene_->tool_radius * record.normal_world
+                              : look.proxy_world;
+    const dvec3 normal = normal_at(version, touched);
+    shaft = normal != dvec3(0) ? held_at(normal, toward_viewer) : toward_viewer;
+    look.turn = glm::dquat(dvec3(0, 0, 1), shaft);
+  } else {
+    const dvec3 half = 0.5 * record.turn_world;
+    const glm::dquat bent(std::sqrt(std::max(0.0, 1 - glm::dot(half, half))), half);
+    look.turn = glm::normalize(bent * haptics::unit_of(record.pose.orientation));
+    shaft = look.turn * dvec3(0, 0, 1);
+  }
+  look.tool_world = look.proxy_world;
+  if (!is_round && tool.is_ball)
+    look.tool_world += tool.radius * (record.has_contact ? record.normal_world : shaft);
+  // The depth cue: where the tool would land.
+  const Ray down{look.tool_world + 20.0 * shaft, -shaft};
   if (const double landing = distance_to_solid(version, down); landing >= 0) {
     look.has_ring = true;
     look.ring_world = down.origin + landing * down.direction;
     look.ring_normal_world = normal_at(version, look.ring_world);
   }
+  look.tool = std::move(tool);
   view_.show(look);
 }
 

@@ -36,9 +36,12 @@ class Viewport {
   void set_clip(const ClipChoice& choice);
   const ClipChoice& clip() const noexcept { return clip_; }
 
-  /// The stylus as a tick left it. `toward_viewer`: where an untouched stylus leans.
-  void show_stylus(const haptics::ServoRecord& record, double burr_radius, const volume::Version& version,
+  /// The stylus as a tick left it. One of which nobody says how it is held leans as `held_at()` has it.
+  void show_stylus(const haptics::ServoRecord& record, ToolLook tool, const volume::Version& version,
                    const glm::dvec3& toward_viewer);
+  /// How the shaft of a ball is held on a surface so that one sees what it does: between the normal and the
+  /// viewer. Unit.
+  static glm::dvec3 held_at(const glm::dvec3& normal, const glm::dvec3& toward_viewer);
   /// What is shown beside the bone at all times: a plan.
   void set_plan(sim::Overlays plan);
   /// What else is shown beside it, and no more; `hands`: the newest tick of each.
@@ -55,6 +58,9 @@ class Viewport {
   /// Where the ray first meets the solid of any shape, mm along it, in the part that is not clipped away;
   /// negative when it does not.
   double distance_to_solid(const volume::Version& version, const Ray& ray) const;
+  /// Unit, out of the solid: how the surface lies on the whole, some millimetres around where the ray meets
+  /// it. Nothing where there is too little of it.
+  std::optional<glm::dvec3> facing(const volume::Version& version, const Ray& ray) const;
   /// Above everything, where an idle stylus waits.
   glm::dvec3 outside_point() const;
   /// Unit normal of the first shape's surface, out of the solid; 0 where it is flat.

@@ -9,6 +9,7 @@
 #include <optional>
 #include <unordered_set>
 
+#include "modules/bone_flap/preview.h"
 #include "modules/bone_flap/rim.h"
 #include "sim/work.h"
 #include "volume/rays.h"
@@ -21,8 +22,6 @@ using sim::field;
 namespace {
 
 constexpr std::array<double, 5> k_widths{0.8, 1.2, 1.6, 2.0, 2.4};
-
-Depth depth_of(const CutFlap& wish) { return {wish.hole, wish.space, wish.thickest}; }
 
 /// What the job made: a flap, or why there is none.
 struct MadeFlap final : sim::JobResult {
@@ -52,10 +51,6 @@ struct MadeFlap final : sim::JobResult {
     fingerprint = all.value();
   }
 };
-
-const std::vector<dvec3>& anchors_of(const CutFlap& wish, const FlapSettings& drawn) {
-  return wish.anchors.empty() ? drawn.anchors : wish.anchors;
-}
 
 /// One run of the job, step by step; each step says whether there is anything to go on with.
 class Flap {
@@ -314,6 +309,7 @@ void adopt(const void* parameters, const sim::JobResult& result, sim::ModuleWork
   }
   settings.tried.clear();
   settings.trouble.clear();
+  forget_preview(settings);
   FlapWorld& world = work.change_world<FlapWorld>();
   const std::int64_t before = world.flaps;
   world = made.cut;
@@ -349,7 +345,7 @@ std::span<const sim::ValueType* const> BoneFlap::commands() const {
 
 std::span<const sim::JobType* const> BoneFlap::jobs() const {
   static const sim::JobType flap{&sim::value_type<CutFlap>(), run, nullptr, adopt, check, true, true};
-  static const std::array<const sim::JobType*, 1> all{&flap};
+  static const std::array<const sim::JobType*, 2> all{&preview_job(), &flap};
   return all;
 }
 
@@ -377,6 +373,8 @@ volume::Status BoneFlap::allows(const sim::Command& command, const sim::Operatio
     return check_number("move-anchor number", move->number);
   if (const auto* remove = command.what.as<RemoveAnchor>())
     return check_number("remove-anchor number", remove->number);
+  if (const auto* preview = command.what.as<PreviewFlap>())
+    return check_count("preview-flap anchors", static_cast<std::int64_t>(preview->anchors.size()));
   const auto* wish = command.what.as<CutFlap>();
   if (wish == nullptr) return std::nullopt;
   if (volume::Status error = check_count("cut-flap anchors", static_cast<std::int64_t>(wish->anchors.size())))
@@ -398,6 +396,7 @@ void BoneFlap::apply(const sim::Command& command, sim::ModuleWork& work) const {
   std::vector<dvec3>& anchors = settings.anchors;
   const auto at = [&](std::int64_t number) { return anchors.begin() + (number - 1); };
   settings.trouble.clear();
+  forget_preview(settings);
   if (const auto* add = command.what.as<AddAnchor>())
     anchors.push_back(add->at);
   else if (const auto* move = command.what.as<MoveAnchor>())
@@ -453,9 +452,12 @@ sim::Overlays BoneFlap::overlays(const sim::OperationState& now) const {
   if (!drawn->anchors.empty()) {
     sim::Overlay& plan = all.emplace_back();
     if (drawn->anchors.size() > 1) add_sides(plan, drawn->anchors);
-    for (std::size_t i = 0; i < drawn->anchors.size(); ++i)
+    for (std::size_t i = 0; i < drawn->anchors.size(); ++i) {
       plan.labels.push_back({lifted(drawn->anchors[i], 2), std::to_string(i + 1)});
+      plan.handles.push_back({drawn->anchors[i], MoveAnchor{static_cast<std::int64_t>(i) + 1}});
+    }
   }
+  if (!drawn->preview.empty()) all.push_back(look_of_preview(*drawn));
   if (drawn->trouble.empty()) return all;
   sim::Overlay& warning = all.emplace_back();
   warning.kind = sim::Overlay::Kind::warning;

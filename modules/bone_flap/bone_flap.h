@@ -50,6 +50,15 @@ struct CutFlap {
   static const sim::Schema& schema();
 };
 
+/// A job that cuts nothing: shows where the saw would go, and what would come off, until the outline changes.
+struct PreviewFlap {
+  std::vector<glm::dvec3> anchors = {};  ///< as for CutFlap
+  Saw saw = Saw::w1_6;
+  double distance = 70;  ///< mm
+  std::int64_t item = 0;
+  static const sim::Schema& schema();
+};
+
 /// What was cut last. Undo takes it back.
 struct FlapWorld {
   std::int64_t flaps = 0;
@@ -61,12 +70,16 @@ struct FlapWorld {
   static const sim::Schema& schema();
 };
 
-/// The outline that is drawn, that for which there was no flap last, and why.
+/// The outline that is drawn, that for which there was no flap last, and why; what a flap would be.
 struct FlapSettings {
   std::vector<glm::dvec3> anchors;  ///< drawn
   std::vector<glm::dvec3> tried;    ///< of which there was none
   std::string trouble;
   glm::dvec3 trouble_at{0.0};
+  std::vector<glm::dvec3> lid = {};    ///< on the skull: lines from the middle to the outline, ...
+  std::int64_t lid_rings = 0;          ///< ... of so many places and one each
+  std::vector<glm::dvec3> depth = {};  ///< how deep the saw would go at the end of each
+  std::string preview = {};            ///< in words
   static const sim::Schema& schema();
 };
 

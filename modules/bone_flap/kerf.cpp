@@ -242,16 +242,16 @@ double Sheet::wall_mm2(const Field& bone, const volume::Version& before) const {
   return sum;
 }
 
-double Sheet::outer_mm2(const Field& bone) const {
-  // Lines from the middle to the outline, in steps of about a millimetre both ways.
-  constexpr std::size_t k_every = 2;
-  std::vector<std::size_t> rim;
+Sheet::Lid Sheet::lid(const Field& bone, double step) const {
+  Lid made;
+  const auto every = static_cast<std::size_t>(std::max(1.0, 2 * step));
+  std::vector<std::size_t>& rim = made.rim;
   for (std::size_t i = 0; i < lines_.size(); ++i)
-    if (lines_[i].is_on_anchor || i % k_every == 0) rim.push_back(i);
+    if (lines_[i].is_on_anchor || i % every == 0) rim.push_back(i);
   double widest = 0;
   for (const std::size_t i : rim)
     widest = std::max(widest, glm::length(outer_place(i) - pyramid_.centre_world));
-  const int rings = std::max(8, static_cast<int>(std::ceil(widest)));
+  const int rings = std::max(8, static_cast<int>(std::ceil(widest / step)));
   const auto at_ring = [&](std::size_t i, int ring, double& t) {
     bool is_ahead = false;
     const dvec2 seen = static_cast<double>(ring) / rings * pyramid_.seen(outer_place(i), is_ahead);
@@ -261,7 +261,8 @@ double Sheet::outer_mm2(const Field& bone) const {
     if (const Run* run = nearest(runs, t, k_jump); run && run->high < t + k_jump + 0.9) t = run->high;
     return pyramid_.apex_world + t * along;
   };
-  std::vector<std::vector<dvec3>> grid(rim.size());
+  std::vector<std::vector<dvec3>>& grid = made.grid;
+  grid.resize(rim.size());
   for (std::size_t r = 0; r < rim.size(); ++r) {
     double t = lines_[rim[r]].outer;
     grid[r].resize(static_cast<std::size_t>(rings) + 1);
@@ -272,6 +273,11 @@ double Sheet::outer_mm2(const Field& bone) const {
   dvec3 middle(0);
   for (const auto& line : grid) middle += line[0] / static_cast<double>(grid.size());
   for (auto& line : grid) line[0] = middle;
+  return made;
+}
+
+double Sheet::outer_mm2(const Field& bone) const {
+  const std::vector<std::vector<dvec3>> grid = lid(bone, 1).grid;
   const auto area = [&](const dvec3& a, const dvec3& b, const dvec3& c) {
     const dvec3 twice = glm::cross(b - a, c - a);
     return std::copysign(0.5 * glm::length(twice), glm::dot(twice, pyramid_.normal_world));

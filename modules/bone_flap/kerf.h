@@ -42,7 +42,14 @@ class Sheet {
   glm::dvec3 outer_place(std::size_t i) const noexcept { return place(lines_[i], lines_[i].outer); }
   /// mm2 of the sheet that lies in bone that is there.
   double wall_mm2(const volume::Field& bone, const volume::Version& before) const;
-  /// mm2 of the skull's outer surface within the sheet, opened before or not.
+  /// The skull's outer surface within the sheet, opened before or not: lines from its middle to the outline,
+  /// each of as many places; about `step` mm between them both ways.
+  struct Lid {
+    std::vector<std::size_t> rim;               ///< the sheet's lines to which they lead
+    std::vector<std::vector<glm::dvec3>> grid;  ///< one a line, from the middle outward
+  };
+  Lid lid(const volume::Field& bone, double step) const;
+  /// mm2 of that surface.
   double outer_mm2(const volume::Field& bone) const;
 
   /// A strip, between line `i` and the next.

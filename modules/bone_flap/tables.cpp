@@ -29,16 +29,31 @@ const sim::Schema& ClearAnchors::schema() {
   return table;
 }
 
-const sim::Schema& CutFlap::schema() {
-  static constexpr std::string_view saws[] = {"0.8", "1.2", "1.6", "2.0", "2.4"}, ways[] = {"kerf", "traced"};
+namespace {
+// What cutting and its preview have in common.
+constexpr std::string_view k_saws[] = {"0.8", "1.2", "1.6", "2.0", "2.4"};
+constexpr sim::FieldInfo k_anchors{
+    .unit = "mm", .low = -1e5, .high = 1e5, .help = "on the skull, in order round"};
+constexpr sim::FieldInfo k_saw{.unit = "mm", .choices = k_saws, .help = "how wide it cuts"};
+constexpr sim::FieldInfo k_distance{
+    .unit = "mm", .low = 20, .high = 500, .help = "from the outline's middle to the apex in the head"};
+constexpr sim::FieldInfo k_item{.low = 0, .high = 63, .help = "the shape that is skull"};
+}  // namespace
+
+const sim::Schema& PreviewFlap::schema() {
   static constexpr sim::Field fields[] = {
-      field<&CutFlap::anchors>(
-          "anchors", {.unit = "mm", .low = -1e5, .high = 1e5, .help = "on the skull, in order round"}),
-      field<&CutFlap::saw>("saw", {.unit = "mm", .choices = saws, .help = "how wide it cuts"}),
-      field<&CutFlap::distance>("distance", {.unit = "mm",
-                                             .low = 20,
-                                             .high = 500,
-                                             .help = "from the outline's middle to the apex in the head"}),
+      field<&PreviewFlap::anchors>("anchors", k_anchors), field<&PreviewFlap::saw>("saw", k_saw),
+      field<&PreviewFlap::distance>("distance", k_distance), field<&PreviewFlap::item>("item", k_item)};
+  static constexpr sim::Schema table{"preview-flap", 1, fields};
+  return table;
+}
+
+const sim::Schema& CutFlap::schema() {
+  static constexpr std::string_view ways[] = {"kerf", "traced"};
+  static constexpr sim::Field fields[] = {
+      field<&CutFlap::anchors>("anchors", k_anchors),
+      field<&CutFlap::saw>("saw", k_saw),
+      field<&CutFlap::distance>("distance", k_distance),
       field<&CutFlap::way>("way", {.choices = ways, .help = "a kerf, or the voxels on lines from the apex"}),
       field<&CutFlap::seed>(
           "seed", {.unit = "mm", .low = -1e5, .high = 1e5, .help = "a place on the flap; else it is found"}),
@@ -52,7 +67,7 @@ const sim::Schema& CutFlap::schema() {
       field<&CutFlap::space>(
           "space", {.unit = "mm", .low = 0, .high = 50, .help = "air within the bone that is sawn through"}),
       field<&CutFlap::thickest>("thickest", {.unit = "mm", .low = 1, .high = 50, .help = "calvaria"}),
-      field<&CutFlap::item>("item", {.low = 0, .high = 63, .help = "the shape that is skull"})};
+      field<&CutFlap::item>("item", k_item)};
   static constexpr sim::Schema table{"cut-flap", 1, fields};
   return table;
 }
@@ -72,7 +87,9 @@ const sim::Schema& FlapWorld::schema() {
 const sim::Schema& FlapSettings::schema() {
   static constexpr sim::Field fields[] = {
       field<&FlapSettings::anchors>("anchors"), field<&FlapSettings::tried>("tried"),
-      field<&FlapSettings::trouble>("trouble"), field<&FlapSettings::trouble_at>("trouble_at")};
+      field<&FlapSettings::trouble>("trouble"), field<&FlapSettings::trouble_at>("trouble_at"),
+      field<&FlapSettings::lid>("lid"),         field<&FlapSettings::lid_rings>("lid_rings"),
+      field<&FlapSettings::depth>("depth"),     field<&FlapSettings::preview>("preview")};
   static constexpr sim::Schema table{"flap-settings", 1, fields};
   return table;
 }

@@ -139,6 +139,101 @@ TEST_F(Window, AnOutlineIsDrawnWhereItTouches) {
   window.close();
 }
 
+/// An anchor goes with the cursor while it is dragged; what would come off is shown. A tool stands on the
+/// bone as its hand holds it, wherever that is.
+TEST_F(Window, AnchorsAreDraggedAndAToolStandsOnTheBone) {
+  static const drilling::Drilling drilling;
+  static const bone_flap::BoneFlap flaps;
+  static const sim::Catalogue all({&drilling, &flaps});
+  const auto fine = std::make_shared<haptics::TouchScene>(*scene_);
+  ASSERT_FALSE(haptics::set_smallest_burr(*fine, 4));
+  auto method = std::make_shared<haptics::SubvoxelProxy>();
+  ASSERT_FALSE(method->prepare(*fine));
+  sim::HandStart hand{haptics::ServoHand(fine, method, haptics::TouchState(nullptr)),
+                      drilling::burr({.diameter = 5, .shape = drilling::Shape::cylinder})};
+  options_.start = WindowStart{sim::Engine({std::move(hand)}, 1e-3, all)};
+  options_.catalogue = &all;
+  options_.recorder = nullptr;
+  MainWindow window(fine, options_);
+  window.show();
+  ASSERT_TRUE(QTest::qWaitForWindowExposed(&window));
+  ASSERT_TRUE(QTest::qWaitFor([&] { return window.operation()->viewport().triangle_count() > 1000; }, 10000));
+  const QPoint middle = window.canvas()->rect().center();
+  const auto move_to = [&](const QPoint& off) {
+    QTest::mouseMove(window.canvas(), middle + off + QPoint(1, 0));
+    QTest::mouseMove(window.canvas(), middle + off);
+    QTest::qWait(400);
+    return window.operation()->touched();
+  };
+  // The scan's middle is the ball's.
+  const glm::dvec3 centre = fine->base->frame.world_from_volume(0.5 * glm::dvec3(fine->base->size - 1));
+  for (const QPoint& off : {QPoint(-90, 0), QPoint(60, -70)}) {
+    const std::optional<glm::dvec3> at = move_to(off);
+    ASSERT_TRUE(at.has_value());
+    ASSERT_TRUE(QTest::qWaitFor(
+        [&] {
+          const haptics::Pose& pose = window.operation()->state().newest.pose;
+          return glm::dot(pose.orientation * glm::dvec3(0, 0, 1), glm::normalize(*at - centre)) > 0.97;
+        },
+        5000));
+  }
+  keep(window, "cylinder");
+  const glm::dquat before = window.operation()->state().newest.pose.orientation;
+  QTest::keyClick(&window, Qt::Key_Period);
+  ASSERT_TRUE(QTest::qWaitFor(
+      [&] {
+        const glm::dquat now = window.operation()->state().newest.pose.orientation;
+        return std::abs(glm::dot(now, before)) < 0.995 &&
+               glm::dot(now * glm::dvec3(0, 0, 1), before * glm::dvec3(0, 0, 1)) > 0.999;
+      },
+      5000));
+
+  // As the handles of what is shown beside the bone have them.
+  const auto anchors = [&] {
+    std::vector<glm::dvec3> places;
+    if (window.operation()->state().overlays)
+      for (const sim::Overlay& one : *window.operation()->state().overlays)
+        for (const sim::Overlay::Handle& handle : one.handles) places.push_back(handle.at);
+    return places;
+  };
+  const QPoint corners[] = {{-70, -50}, {70, -50}, {80, 60}, {-80, 60}};
+  for (const QPoint& off : corners) {
+    ASSERT_TRUE(move_to(off).has_value());
+    child<QAction>(window, "command_add-anchor")->trigger();
+  }
+  ASSERT_TRUE(QTest::qWaitFor([&] { return anchors().size() == 4; }, 5000));
+  const std::vector<glm::dvec3> drawn = anchors();
+  move_to({0, 0});
+  QTest::mousePress(window.canvas(), Qt::LeftButton, Qt::ShiftModifier, middle);
+  EXPECT_FALSE(window.operation()->has_point());
+  EXPECT_FALSE(window.operation()->is_pressed());
+  QTest::mouseRelease(window.canvas(), Qt::LeftButton, Qt::ShiftModifier, middle);
+  move_to(corners[2]);
+  QTest::mousePress(window.canvas(), Qt::LeftButton, Qt::ShiftModifier, middle + corners[2]);
+  ASSERT_TRUE(window.operation()->has_point());
+  const std::optional<glm::dvec3> to = move_to({100, 20});
+  ASSERT_TRUE(to.has_value());
+  QTest::mouseRelease(window.canvas(), Qt::LeftButton, {}, middle + QPoint(100, 20));
+  EXPECT_FALSE(window.operation()->has_point());
+  ASSERT_TRUE(QTest::qWaitFor([&] { return glm::length(anchors()[2] - *to) < 1; }, 5000));
+  for (const std::size_t i : {0u, 1u, 3u}) EXPECT_EQ(anchors()[i], drawn[i]);
+  EXPECT_EQ(window.operation()->state().removed_mm3, 0);
+
+  const auto shown = [&] { return window.operation()->viewport().overlay_count(); };
+  const std::size_t lines = shown();
+  QTimer::singleShot(400, [] {
+    auto* dialog = QApplication::activeModalWidget();
+    ASSERT_NE(dialog, nullptr);
+    static_cast<QDialog*>(dialog)->accept();
+  });
+  child<QAction>(window, "command_preview-flap")->trigger();
+  EXPECT_TRUE(QTest::qWaitFor([&] { return shown() > lines; }, 5000))
+      << child<QLabel>(window, "notice")->text().toStdString();
+  QTest::qWait(100);
+  keep(window, "preview");
+  window.close();
+}
+
 /// A path drives in place of the mouse, and what is saved meanwhile is of one moment.
 TEST_F(Window, ADeviceDrivesAndFilesAreOfOneMoment) {
   options_.device = std::make_shared<haptics::PlaybackDevice>(

@@ -1,0 +1,77 @@
+// A tool is drawn as what it cuts with, whatever window asks.
+#include "apps/view/tool_look.h"
+
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <gtest/gtest.h>
+
+#include "modules/drilling/craniotome.h"
+#include "modules/drilling/perforator.h"
+#include "modules/rongeur/rongeur.h"
+
+namespace trephine::view {
+namespace {
+
+using drilling::Burr;
+using drilling::Shape;
+
+TEST(ToolLook, IsAsLargeAsWhatCuts) {
+  for (const Shape shape : {Shape::sphere, Shape::cylinder, Shape::barrel, Shape::match_head})
+    for (const double diameter : {0.5, 4.0, 7.0})
+      for (const double length : {0.0, 11.0}) {
+        if (shape == Shape::sphere && length > 0) continue;
+        Burr burr{.diameter = diameter, .shape = shape};
+        burr.length = length;
+        const volume::ToolBody body = burr.body();
+        const ToolLook look = look_of(burr);
+        ASSERT_EQ(look.parts.size(), 1u);
+        EXPECT_EQ(look.is_ball, shape == Shape::sphere);
+        EXPECT_DOUBLE_EQ(look.radius, 0.5 * diameter);
+        const std::vector<glm::dvec2>& profile = look.parts[0].profile;
+        double low = 1e9, high = -1e9;
+        for (const glm::dvec2& p : profile) {
+          EXPECT_NEAR(body.distance(p.x, p.y), 0, 0.02 * diameter)
+              << "shape " << static_cast<int>(shape) << ", " << diameter << " x " << length << " at " << p.x
+              << ", " << p.y;
+          low = std::min(low, p.x), high = std::max(high, p.x);
+        }
+        EXPECT_NEAR(low, body.low(), 1e-6);
+        EXPECT_NEAR(high, body.high(), 1e-6);
+        EXPECT_LE(look.shaft_from, body.high() + 1e-6);  // no gap
+      }
+}
+
+TEST(ToolLook, ShowsFootJawsAndTheDrillAhead) {
+  const drilling::Craniotome craniotome;
+  const ToolLook saw = look_of(craniotome);
+  ASSERT_EQ(saw.parts.size(), 2u);
+  EXPECT_NEAR(saw.shaft_from, craniotome.length, 1e-9);
+  EXPECT_LT(saw.parts[1].profile.front().x, -0.5);  // below what the hand holds
+  EXPECT_NEAR(saw.parts[1].profile[1].y, 0.5 * craniotome.foot, 1e-9);
+
+  const drilling::Perforator perforator;
+  const ToolLook drill = look_of(perforator);
+  ASSERT_EQ(drill.parts.size(), 2u);
+  EXPECT_NEAR(drill.parts[0].profile.front().x, -0.5 * perforator.inner, 1e-9);
+  EXPECT_NEAR(drill.parts[1].profile.front().x - drill.parts[0].profile.front().x, perforator.lead, 1e-9);
+  EXPECT_NEAR(drill.parts[1].profile[1].y, 0.5 * perforator.diameter, 1e-9);
+
+  for (const rongeur::Kind kind : {rongeur::Kind::rongeur, rongeur::Kind::kerrison}) {
+    const rongeur::Rongeur tool{.kind = kind};
+    const ToolLook jaws = look_of(tool);
+    EXPECT_FALSE(jaws.is_ball);
+    // Between the two nothing is drawn that is no rod.
+    const ToolPart &one = jaws.parts[0], &other = jaws.parts[kind == rongeur::Kind::kerrison ? 1 : 2];
+    const auto face = [](const ToolPart& part, bool is_far) {
+      return part.at + (is_far ? part.profile.back().x : part.profile.front().x) * part.along;
+    };
+    const double gap = kind == rongeur::Kind::kerrison ? glm::length(face(other, false) - face(one, true))
+                                                       : glm::length(face(other, false) - face(one, false));
+    EXPECT_NEAR(gap, tool.opening, 1e-9);
+    EXPECT_NEAR(one.profile[1].y, 0.5 * tool.width, 1e-9);
+  }
+  EXPECT_TRUE(look_of({}).parts.empty());
+}
+
+}  // namespace
+}  // namespace trephine::view
