@@ -264,8 +264,8 @@ std::int64_t RemovalEditor::count_solid(const RemovalMask& mask, const glm::ivec
 
 RemovalReport RemovalEditor::remove(const Sweep& sweep) {
   const SweptShape shape(sweep, *next_);
-  return remove(shape, sweep.start_world, sweep.end_world,
-                sweep.radius_mm + next_->band_mm_ + static_cast<double>(shape.allowance));
+  const glm::dvec3 ends[] = {sweep.start_world, sweep.end_world};
+  return remove(shape, ends, sweep.radius_mm + next_->band_mm_ + static_cast<double>(shape.allowance));
 }
 
 RemovalReport RemovalEditor::remove(const ToolSweep& sweep) {
@@ -285,30 +285,40 @@ RemovalReport RemovalEditor::remove(const ToolSweep& sweep) {
   for (int first = sweep.continues && count > 0 ? 1 : 0; first <= count; first += SweptShape::k_most_stamps) {
     const int last = std::min(first + SweptShape::k_most_stamps - 1, count);
     const SweptShape shape(sweep, first, last, std::max(1, count), *next_);
-    const ToolPlace from = between(sweep.start, sweep.end, static_cast<double>(first) / std::max(1, count)),
-                    to = between(sweep.start, sweep.end, static_cast<double>(last) / std::max(1, count));
-    const double beyond = std::abs(body.middle()) + body.reach();
-    add(all, remove(shape, from.at_world, to.at_world,
-                    beyond + next_->band_mm_ + static_cast<double>(shape.allowance)));
+    // The body lies within balls as wide as it is along its axis.
+    std::array<glm::dvec3, 2 * SweptShape::k_most_stamps> ends;
+    std::size_t end_count = 0;
+    for (int i = first; i <= last; ++i) {
+      const ToolPlace place = between(sweep.start, sweep.end, static_cast<double>(i) / std::max(1, count));
+      for (const double along : {body.low(), body.high()})
+        ends[end_count++] = place.at_world + along * place.axis_world;
+    }
+    add(all, remove(shape, std::span(ends.data(), end_count),
+                    std::max(body.radius, body.end_radius) + next_->band_mm_ +
+                        static_cast<double>(shape.allowance)));
   }
   return all;
 }
 
-RemovalReport RemovalEditor::remove(const SweptShape& shape, const glm::dvec3& start_world,
-                                    const glm::dvec3& end_world, double reach) {
+RemovalReport RemovalEditor::remove(const SweptShape& shape, std::span<const glm::dvec3> ends_world,
+                                    double reach) {
   RemovalReport report;
   const CutLattice& lattice = next_->lattice_;
 
-  // The box of samples within reach of the way: a ball spans |row of the inverse| steps along an axis.
-  const glm::dvec3 a = lattice.frame().volume_from_world(start_world);
-  const glm::dvec3 b = lattice.frame().volume_from_world(end_world);
+  // The box of samples within reach of the ends: a ball spans |row of the inverse| steps along an axis.
+  glm::dvec3 a(1e300), b(-1e300);
+  for (const glm::dvec3& end : ends_world) {
+    const glm::dvec3 p = lattice.frame().volume_from_world(end);
+    a = glm::min(a, p);
+    b = glm::max(b, p);
+  }
   const glm::dmat3 inverse = glm::inverse(lattice.frame().axes());
   glm::ivec3 low(0), high(0);
   for (int i = 0; i < 3; ++i) {
     const double extent = reach * glm::length(glm::row(inverse, i));
     const double limit = lattice.size()[i] - 1;
-    low[i] = static_cast<int>(std::clamp(std::ceil(std::min(a[i], b[i]) - extent), 0.0, limit + 1));
-    high[i] = static_cast<int>(std::clamp(std::floor(std::max(a[i], b[i]) + extent), -1.0, limit));
+    low[i] = static_cast<int>(std::clamp(std::ceil(a[i] - extent), 0.0, limit + 1));
+    high[i] = static_cast<int>(std::clamp(std::floor(b[i] + extent), -1.0, limit));
     if (low[i] > high[i]) return report;
   }
   // A sample shapes the voxel it lies in and those beside it.

@@ -4,6 +4,7 @@
 #include <array>
 #include <atomic>
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "volume/field.h"
@@ -118,8 +119,8 @@ class RemovalEditor {
   Brick& swept_brick(const glm::ivec3& s, const BrickSweep& sweep);
   RemovalMask& editable_mask(Brick& brick, int n);
   void classify(RemovalMask& mask, const glm::ivec3& low) const;
-  RemovalReport remove(const SweptShape& shape, const glm::dvec3& low_world, const glm::dvec3& high_world,
-                       double reach);
+  /// What may change lies within `reach` (mm) of the box of these ends.
+  RemovalReport remove(const SweptShape& shape, std::span<const glm::dvec3> ends_world, double reach);
   void remove_in_brick(const SweptShape& shape, const glm::ivec3& low, RemovalReport& report);
 
   void mark_cells(const SweptShape& shape, const BrickSweep& sweep, const glm::vec3& corner,

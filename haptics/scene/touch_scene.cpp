@@ -183,7 +183,9 @@ volume::Status set_tool(TouchScene& scene, double radius, std::vector<glm::dvec3
 }
 
 double gyration_square(const TouchScene& scene) noexcept {
-  constexpr double k_least = 25;  // mm2: a short tool is turned by the hand that holds it
+  // mm2: a hand turns what it holds by itself, as if it had it 20 mm to either side. Tied by its balls alone
+  // a craniotome's bit leans by ten degrees under what it cuts, and is caught in its burr hole.
+  constexpr double k_least = 400;
   double sum = 0;
   for (const glm::dvec3& at : scene.tool_balls) sum += glm::dot(at, at);
   return std::max(k_least, sum / static_cast<double>(std::max<std::size_t>(1, scene.tool_balls.size())));

@@ -41,12 +41,18 @@ std::array<dvec3, 8> around(const dvec3& shaft) {
   return {a, b, -a, -b, k_half * (a + b), k_half * (a - b), -k_half * (a + b), k_half * (b - a)};
 }
 
+/// Its edge is as round as what touches for it, and may lean on the bone: a sharp one would be caught by a
+/// table that is not quite across the shaft.
 bool is_foot_free(const Craniotome& c, const ToolPlace& at, const sim::Work& work) {
+  constexpr double k_slack = 0.2;  // mm
+  const double round = 0.5 * c.diameter;
   for (const double depth : {0.1, k_foot_thickness}) {
     const dvec3 middle = at.at_world - depth * at.axis_world;
     if (work.is_matter(middle)) return false;
+    const double below = std::max(0.0, round - depth),
+                 edge = 0.5 * c.foot - round + std::sqrt(round * round - below * below) - k_slack;
     for (const dvec3& way : around(at.axis_world))
-      if (work.is_matter(middle + 0.5 * c.foot * way)) return false;
+      if (work.is_matter(middle + edge * way)) return false;
   }
   return true;
 }
@@ -117,8 +123,9 @@ void step(const Craniotome& c, CraniotomeState& state, const sim::InstrumentInpu
   }
   const auto ask = [&](const ToolPlace& a, const ToolPlace& b) {
     if (!is_foot_free(c, b, work) || !is_under_bone(c, b, work)) return false;
-    // Backward and aside it cuts nothing: there it goes where the kerf is.
-    const dvec3 way = across(b.at_world - a.at_world, a.axis_world);
+    // Backward and aside, by its middle, it cuts nothing: there it goes where the kerf is.
+    const auto middle = [&](const ToolPlace& at) { return at.at_world + 0.5 * c.length * at.axis_world; };
+    const dvec3 way = across(middle(b) - middle(a), a.axis_world);
     return state.heading == dvec3(0) || glm::dot(way, state.heading) >= k_forward * glm::length(way);
   };
   const std::function<bool(const ToolPlace&, const ToolPlace&)> may_go = std::cref(ask);  // allocates nothing

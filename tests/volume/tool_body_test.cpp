@@ -292,6 +292,47 @@ TEST(ToolSweep, LeavesNoGapHoweverFastItTurnsAndGoes) {
   }
 }
 
+/// Nothing changes beyond the box that is told, and that is little larger than what the body passes: fields
+/// are made anew in all of it. Against every point of the grid, before and after.
+TEST(ToolSweep, ChangesNothingBeyondItsBoxAndThatIsTight) {
+  std::mt19937_64 random(3);
+  std::normal_distribution<double> one;
+  for (const Grid& grid : k_grids) {
+    const auto base = block(grid.spacing, 24);
+    for (const ToolBody& body : {ToolBody::cylinder(1.15, 14, 0.05), ToolBody::cone(0.8, 1.2, 9)})
+      for (int i = 0; i < 2; ++i) {
+        RemovalEditor editor = editor_of(base, 1.6);
+        const dvec3 axis = direction(random),
+                    to = glm::normalize(axis + 0.1 * dvec3(one(random), one(random), one(random)));
+        const ToolPlace a{-body.middle() * axis, axis}, b{a.at_world + 0.5 * direction(random), to};
+        const std::shared_ptr<const Version> before = editor.freeze();
+        const RemovalReport report = editor.remove(ToolSweep{body, a, b});
+        const std::shared_ptr<const Version> after = editor.freeze();
+        // Farther from a cut than this distances are not told.
+        const double far = after->lattice().frame().diagonal_mm();
+        dvec3 low(1e9), high(-1e9);
+        long changed = 0;
+        for (int z = 0; z < base->size.z; ++z)
+          for (int y = 0; y < base->size.y; ++y)
+            for (int x = 0; x < base->size.x; ++x) {
+              const dvec3 p(x, y, z);
+              if (std::min(before->distance(p), far) == std::min(after->distance(p), far)) continue;
+              ++changed;
+              low = glm::min(low, p), high = glm::max(high, p);
+            }
+        ASSERT_GT(changed, 50);
+        for (int k = 0; k < 3; ++k) {
+          EXPECT_GE(low[k], report.box.low[k]) << grid.name;
+          EXPECT_LE(high[k], report.box.high[k]) << grid.name;
+          // Samples on which nothing depends, a band of them, and what lies between two of a lattice.
+          const double band = 1.5 + 2.5 * editor.working().lattice().frame().diagonal_mm();
+          EXPECT_GE(report.box.low[k], low[k] - band / grid.spacing[k] - 1) << grid.name;
+          EXPECT_LE(report.box.high[k], high[k] + band / grid.spacing[k] + 1) << grid.name;
+        }
+      }
+  }
+}
+
 TEST(ToolSweep, SamplesAreTheLeastDistanceOfAllPlaces) {
   // A brute-force twin in double precision over a way that turns, on a sheared grid.
   glm::dmat3 sheared(0.0);
