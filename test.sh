@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
 # ./test.sh              builds the release preset and runs the quick suites
 # ./test.sh NAME         only tests whose name matches NAME
-# ./test.sh --all [P]    also core, debug, asan, tsan, clang, fuzz, package and soak, or only part P of these
+# ./test.sh --all [P]    all cases of long tests, in core, debug, asan, tsan and clang too, fuzz, package and soak;
+#                        or only part P of these
 #                        (TREPHINE_FUZZ_SECONDS a fuzzer, TREPHINE_SOAK_SECONDS, TREPHINE_ATTACK_STEPS, TREPHINE_KILLS)
 set -euo pipefail
 cd "$(dirname "$0")"
@@ -28,7 +29,7 @@ run_tests() { # PRESET [CTEST OPTIONS ...]
 
 if [ "${1:-}" = --all ]; then
   install_packages $packages_core $packages_files $packages_app $packages_test $packages_all
-  export TREPHINE_KILLS=${TREPHINE_KILLS:-200}
+  export TREPHINE_KILLS=${TREPHINE_KILLS:-200} TREPHINE_WHOLE=1
   for preset in ${2:-core debug asan tsan clang fuzz release package soak}; do
     case $preset in
       fuzz)
