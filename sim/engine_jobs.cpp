@@ -37,8 +37,8 @@ void Engine::begin_job(const Command& command, PendingJob job, Outcome& outcome)
 void Engine::arm(PendingJob& job) const {
   if (job.type)
     job.run = [type = job.type, scene = tools_[job.hand].scene, solids = haptics::solids_of(*tools_[0].scene),
-               parameters = job.parameters, input = job.input] {
-      return type->run(parameters->data(), {*input, *scene, solids});
+               parameters = job.parameters, input = job.input, forbidden = forbidden_] {
+      return type->run(parameters->data(), {*input, *scene, solids, forbidden});
     };
   else if (job.parameters->as<FreePieces>())
     job.run = [scene = tools_[job.hand].scene, solids = haptics::solids_of(*tools_[0].scene),

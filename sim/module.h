@@ -5,6 +5,7 @@
 #include <span>
 
 #include "sim/command.h"
+#include "sim/forbidden.h"
 #include "sim/operation_state.h"
 #include "sim/overlay.h"
 
@@ -76,7 +77,8 @@ struct JobInput {
   const OperationState& state;
   /// As the job's hand feels the anatomy when nothing is cut.
   const haptics::TouchScene& anatomy;
-  std::vector<volume::Field> solids;  ///< what counts as matter when it is cut
+  std::vector<volume::Field> solids;                                 ///< what counts as matter when it is cut
+  std::span<const std::shared_ptr<const Forbidden>> forbidden = {};  ///< what must not be
 };
 
 /// Work that takes longer than a command may (2 ms): a pure function of immutable things, with the same bits

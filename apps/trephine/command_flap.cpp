@@ -183,17 +183,14 @@ Status report_flap(const FlapArguments& a, const workbench::Operation& operation
                               shape.length, shape.width, shape.roundness);
   // As near as the saw came to what must not be cut: along its lines down to under the inner table.
   Json near = Json::array();
-  for (const auto& structure : engine.forbidden()) {
-    double least = sim::Forbidden::k_reach;
-    for (std::size_t i = 0; i < flap.outline.size(); ++i)
-      least =
-          std::min(least, structure->clearance(flap.outline[i], {flap.floor[i], 0.5 * flap.width}, least));
-    near.push_back({{"structure", structure->name()}, {"nearest_mm", least}});
-    if (least < sim::Forbidden::k_reach)
-      outcome.text += least < 0
-                          ? format_text("the saw goes %.1f mm into %s\n", -least, structure->name().c_str())
-                          : format_text("the saw stays %.1f mm from %s\n", least, structure->name().c_str());
+  for (const bone_flap::Near& one : bone_flap::nearness_of(flap, engine.forbidden())) {
+    near.push_back({{"structure", one.structure}, {"nearest_mm", one.mm}});
+    if (one.mm < sim::Forbidden::k_reach)
+      outcome.text += one.mm < 0
+                          ? format_text("the saw goes %.1f mm into %s\n", -one.mm, one.structure.c_str())
+                          : format_text("the saw stays %.1f mm from %s\n", one.mm, one.structure.c_str());
   }
+  if (engine.forbidden().empty()) outcome.text += "no plan says what must not be cut: nothing was watched\n";
   json["forbidden"] = near;
   if (!a.target.empty()) {
     const bone_flap::Cover cover =

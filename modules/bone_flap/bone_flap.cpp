@@ -9,6 +9,7 @@
 #include <optional>
 #include <unordered_set>
 
+#include "modules/bone_flap/evaluation.h"
 #include "modules/bone_flap/preview.h"
 #include "modules/bone_flap/rim.h"
 #include "sim/work.h"
@@ -33,6 +34,7 @@ struct MadeFlap final : sim::JobResult {
     dvec3 middle_world;
   };
   std::vector<Piece> pieces;
+  std::vector<Near> near;
   sim::CameOff off;
   std::uint64_t fingerprint = 0;
 
@@ -44,6 +46,7 @@ struct MadeFlap final : sim::JobResult {
     all.add(static_cast<std::uint64_t>(holes));
     const auto add_place = [&all](const dvec3& p) { all.add(p.x), all.add(p.y), all.add(p.z); };
     for (const Piece& piece : pieces) sim::add_value(all, piece.told), add_place(piece.middle_world);
+    for (const Near& one : near) sim::add_bytes(all, one.structure), all.add(one.mm), add_place(one.at_world);
     if (trouble)
       sim::add_bytes(all, trouble->why), add_place(trouble->at_world);
     else
@@ -85,12 +88,10 @@ class Flap {
     FlapWorld& world = made_->cut;
     world.centre = pyramid.centre_world, world.normal = pyramid.normal_world, world.apex = pyramid.apex_world;
     world.width = sheet_.width();
-    for (std::size_t i = 0; i < sheet_.lines().size(); ++i) {
-      world.outline.push_back(sheet_.outer_place(i));
-      world.floor.push_back(sheet_.place(sheet_.lines()[i], sheet_.lines()[i].from));
-    }
+    world.outline = sheet_.outline(), world.floor = sheet_.floor();
     world.area = sheet_.outer_mm2(shape_.field);
     world.wall = sheet_.wall_mm2(shape_.field, editor_.working());
+    made_->near = nearness_of(world, input_.forbidden);
     return true;
   }
 
@@ -318,6 +319,13 @@ void adopt(const void* parameters, const sim::JobResult& result, sim::ModuleWork
                            made.cut.kerf_size, made.cut.rim_size, made.cut.flap_size, made.holes},
                    made.cut.centre);
   for (const MadeFlap::Piece& piece : made.pieces) work.raise_event(piece.told, piece.middle_world);
+  // A saw works, and is stiff: what it goes into is touched, or torn.
+  for (const Near& one : made.near) {
+    if (one.mm < -sim::k_tears)
+      work.raise_event(sim::StructureTorn{one.structure, -one.mm}, one.at_world);
+    else if (one.mm < 0)
+      work.raise_event(sim::StructureTouched{one.structure, -one.mm}, one.at_world);
+  }
 }
 
 /// For a label: no line much longer than the head is wide in a picture.

@@ -145,4 +145,18 @@ OutlineDistance distance_from_plan(const FlapWorld& flap, const std::vector<dvec
   return distance_between(seen(flap.outline), seen(plan));
 }
 
+std::vector<Near> nearness_of(const FlapWorld& flap,
+                              std::span<const std::shared_ptr<const sim::Forbidden>> forbidden) {
+  std::vector<Near> all;
+  for (const auto& structure : forbidden) {
+    Near near{structure->name(), sim::Forbidden::k_reach, {}};
+    for (std::size_t i = 0; i < flap.outline.size(); ++i) {
+      const double mm = structure->clearance(flap.outline[i], {flap.floor[i], 0.5 * flap.width}, near.mm);
+      if (mm < near.mm) near.mm = mm, near.at_world = flap.floor[i];
+    }
+    all.push_back(std::move(near));
+  }
+  return all;
+}
+
 }  // namespace trephine::bone_flap

@@ -22,6 +22,15 @@ struct Cover {
 };
 Cover cover_of(const FlapWorld& flap, const volume::Volume& scan, int label);
 
+/// How near the saw comes to what must not be cut, along its lines down to under the inner table.
+struct Near {
+  std::string structure;
+  double mm = sim::Forbidden::k_reach;  ///< at most that; negative: so deep it goes into it
+  glm::dvec3 at_world{0.0};             ///< where
+};
+std::vector<Near> nearness_of(const FlapWorld& flap,
+                              std::span<const std::shared_ptr<const sim::Forbidden>> forbidden);
+
 /// Between two closed outlines, mm: the mean of either's places from the other, and the worst.
 struct OutlineDistance {
   double mean = 0, worst = 0;

@@ -242,6 +242,17 @@ double Sheet::wall_mm2(const Field& bone, const volume::Version& before) const {
   return sum;
 }
 
+std::vector<dvec3> Sheet::outline() const {
+  std::vector<dvec3> places;
+  for (std::size_t i = 0; i < lines_.size(); ++i) places.push_back(outer_place(i));
+  return places;
+}
+std::vector<dvec3> Sheet::floor() const {
+  std::vector<dvec3> places;
+  for (const Line& line : lines_) places.push_back(place(line, line.from));
+  return places;
+}
+
 Sheet::Lid Sheet::lid(const Field& bone, double step) const {
   Lid made;
   const auto every = static_cast<std::size_t>(std::max(1.0, 2 * step));

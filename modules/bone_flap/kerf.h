@@ -40,6 +40,9 @@ class Sheet {
   double width() const noexcept { return width_; }
   glm::dvec3 place(const Line& line, double t) const noexcept { return pyramid_.apex_world + t * line.along; }
   glm::dvec3 outer_place(std::size_t i) const noexcept { return place(lines_[i], lines_[i].outer); }
+  /// Where its lines meet the skull's outside, and where they end below.
+  std::vector<glm::dvec3> outline() const;
+  std::vector<glm::dvec3> floor() const;
   /// mm2 of the sheet that lies in bone that is there.
   double wall_mm2(const volume::Field& bone, const volume::Version& before) const;
   /// The skull's outer surface within the sheet, opened before or not: lines from its middle to the outline,

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
@@ -64,6 +65,11 @@ bool check_loop(const std::vector<dvec3>& anchors, Trouble& trouble) {
 }  // namespace
 
 std::string whole(double value) { return std::to_string(std::lround(value)); }
+std::string tenths(double value) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.1f", value);
+  return text;
+}
 
 dvec2 Pyramid::seen(const dvec3& p_world, bool& is_ahead) const noexcept {
   const dvec3 w = p_world - apex_world;

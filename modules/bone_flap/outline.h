@@ -18,6 +18,8 @@ struct Trouble {
 
 /// "12", for words.
 std::string whole(double value);
+/// "1.4"
+std::string tenths(double value);
 
 /// From an apex through a closed outline. What lies within is the flap's.
 struct Pyramid {

@@ -2,6 +2,7 @@
 
 #include <glm/geometric.hpp>
 
+#include "modules/bone_flap/evaluation.h"
 #include "sim/work.h"
 
 namespace trephine::bone_flap {
@@ -44,6 +45,10 @@ std::shared_ptr<const sim::JobResult> run_preview(const void* parameters, const 
     seen.depth.push_back(sheet.place(sheet.lines()[lid.rim[i]], sheet.lines()[lid.rim[i]].from));
   }
   seen.preview = "flap of " + whole(sheet.outer_mm2(bone)) + " mm\u00b2";
+  FlapWorld saw;
+  saw.width = width_of(wish.saw), saw.outline = sheet.outline(), saw.floor = sheet.floor();
+  for (const Near& one : nearness_of(saw, input.forbidden))
+    if (one.mm < 0) seen.preview += "\nthe saw would go " + tenths(-one.mm) + " mm into " + one.structure;
   return made;
 }
 

@@ -62,5 +62,41 @@ TEST(BoneFlap, APreviewShowsWhatWouldComeOff) {
   }
 }
 
+/// A shell under the vault that must not be cut: told how deep the saw goes into it, before and after, and
+/// where. One that lies deeper hears nothing.
+TEST(BoneFlap, WhatMustNotBeCutHearsOfTheSaw) {
+  const Outline outline(12, 6);
+  const Vault vault(dvec3(0.6), 6.5, Vault::shell, 24);
+  for (const bool is_near : {true, false}) {
+    const double top = is_near ? k_inner - 0.2 : k_inner - 6;
+    const auto within = [top](const dvec3& p) { return 100 * std::clamp(top - glm::length(p), -5.0, 5.0); };
+    const auto dura = sim::Forbidden::build(std::make_shared<const volume::Volume>(scenes::sampled(
+                                                {-24, -24, 45}, {24, 24, 82}, dvec3(0.6), within)),
+                                            {"dura", 0})
+                          .value();
+    static const BoneFlap module;
+    static const sim::Catalogue catalogue({&module});
+    sim::Lockstep run(sim::Engine(vault.scene, *vault.method, {}, 1e-3, catalogue, {dura}), {}, 1000);
+    for (const dvec3& at : outline.anchors) run.apply({AddAnchor{at}, 0});
+    PreviewFlap preview;
+    preview.distance = outline.height;
+    run.apply_whole({preview, 0});
+    const std::string seen = run.engine().now().settings_of<FlapSettings>()->preview;
+    EXPECT_EQ(cut(run, outline.wish()), "");
+    const auto torn = told<sim::StructureTorn>(run.engine());
+    EXPECT_TRUE(told<sim::StructureTouched>(run.engine()).empty());
+    if (!is_near) {
+      EXPECT_TRUE(torn.empty());
+      EXPECT_EQ(seen.find("dura"), std::string::npos) << seen;
+      continue;
+    }
+    // A quarter of a millimetre deeper than the table, and half of the saw's width.
+    ASSERT_EQ(torn.size(), 1u);
+    EXPECT_NEAR(torn[0].first.deepest, 0.25 + 0.8 - 0.2, 0.25);
+    EXPECT_NEAR(glm::length(torn[0].second), k_inner - 0.25, 0.4);
+    EXPECT_NE(seen.find("mm into dura"), std::string::npos) << seen;
+  }
+}
+
 }  // namespace
 }  // namespace trephine::bone_flap

@@ -200,7 +200,7 @@ TEST(LaminectomyOutcome, RoomInTheCanalIsThatOfItsExactShape) {
 
 TEST(LaminectomyOutcome, WhatDoesNotOpenTheCanalLeavesItsRoom) {
   const SpinePhantom exact(1);
-  const Spine spine(dvec3(0.6));
+  const Spine spine(dvec3(is_whole() ? 0.6 : 0.8));
   // The spinous process alone.
   const Outcome o = spine.judged(*spine.cut(block(exact, 8, 21, -40, 40)));
   EXPECT_EQ(o.opened_length, 0);
@@ -218,7 +218,8 @@ TEST(LaminectomyOutcome, WhatDoesNotOpenTheCanalLeavesItsRoom) {
 /// Parts of the exact bone by points of a grid, with the parts' definitions typed again.
 TEST(LaminectomyOutcome, PartsAreThoseOfTheExactBone) {
   const SpinePhantom exact(1);
-  for (const dvec3& spacing : {dvec3(0.7), dvec3(0.45, 0.45, 3)}) {
+  for (const dvec3& spacing : {dvec3(0.45, 0.45, 3), dvec3(0.7)}) {
+    if (spacing.z < 1 && !is_whole()) continue;
     const Spine spine(spacing);
     // Too far to the left: the left facets are cut.
     const Cut cut = block(exact, 10, 0, -30, 30, 4);
