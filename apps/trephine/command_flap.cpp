@@ -98,8 +98,6 @@ const T* last_told(const sim::Engine& engine, dvec3* at = nullptr) {
   return nullptr;
 }
 
-Json json_of(const dvec3& p) { return {p.x, p.y, p.z}; }
-
 /// How it looks from over its middle; without a normal from outside of the head.
 Status draw(sim::Lockstep& run, const workbench::Operation& operation, const dvec3& middle,
             const dvec3& normal, const std::string& path) {
@@ -107,22 +105,10 @@ Status draw(sim::Lockstep& run, const workbench::Operation& operation, const dve
   if (!surface) return surface.error();
   view::Viewport picture(*operation.scene(), surface.value()->window(), false);
   run.engine().freeze();
-  picture.request_all(run.engine().current());
-  picture.wait();
-  dvec3 low, high;
-  picture.view().bounds(low, high);
-  // From the side a little, so that depth is seen.
-  const dvec3 up(0, 0, 1), out = normal != dvec3(0) ? normal : glm::normalize(middle - 0.5 * (low + high)),
-                           aside = glm::cross(out, up);
-  const dvec3 from =
-      glm::normalize(out + 0.35 * (glm::length(aside) > 0.1 ? aside : dvec3(1, 0, 0)) + dvec3(0, 0, 0.15));
-  picture.view().aim_camera(0.5 * (middle + 0.5 * (low + high)), from,
-                            std::abs(out.z) > 0.9 ? dvec3(0, -1, 0) : up,
-                            0.8 * view::BoneView::distance_of(low, high));
-  picture.view().show(view::StylusLook{.is_visible = false});
-  const haptics::ServoRecord nowhere;
-  picture.show(run.engine().overlays(), {&nowhere, 1});
-  picture.draw();
+  const volume::Volume& scan = *operation.scene()->base;
+  const dvec3 out = middle - scan.frame.world_from_volume(0.5 * dvec3(scan.size - 1));
+  const dvec3 from = view::Viewport::obliquely(glm::normalize(normal != dvec3(0) ? normal : out));
+  picture.show_still(run.engine().current(), run.engine().overlays(), middle, from, 0.5, 0.8);
   return view::write_png(surface.value()->window(), path);
 }
 

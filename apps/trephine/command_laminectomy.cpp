@@ -29,8 +29,6 @@ struct LaminectomyArguments {
   std::optional<double> until;
 };
 
-Json json_of(const dvec3& p) { return {p.x, p.y, p.z}; }
-
 /// A plane of the vertebra: what of the scan is in it, and what is gone.
 class Plane {
  public:

@@ -38,6 +38,7 @@ struct Outcome {
 /// An object with `schema` ("trephine.NAME/1"), version, commit, compiler and cpu, to which a command adds
 /// its own.
 Json new_report(const std::string& name);
+inline Json json_of(const glm::dvec3& p) { return {p.x, p.y, p.z}; }
 /// The same for an error: schema trephine.error/1, whatever the command.
 Json error_report(const std::string& name, const volume::Error& error);
 int exit_code_of(const volume::Error& error);

@@ -27,18 +27,7 @@ volume::Result<SlicePanel> seen(const haptics::TouchScene& scene, const Compared
   auto surface = make_offscreen(k_edge, k_edge);
   if (!surface) return surface.error();
   Viewport picture(scene, surface.value()->window(), false);
-  picture.request_all(state.version);
-  picture.wait();
-  dvec3 low, high;
-  picture.view().bounds(low, high);
-  const dvec3 middle = 0.5 * (low + high);
-  picture.view().aim_camera(glm::mix(middle, at, 0.6), from,
-                            std::abs(from.z) > 0.9 ? dvec3(0, -1, 0) : dvec3(0, 0, 1),
-                            0.7 * BoneView::distance_of(low, high));
-  picture.view().show(StylusLook{.is_visible = false});
-  const haptics::ServoRecord nowhere;
-  picture.show(state.overlays, {&nowhere, 1});
-  picture.draw();
+  picture.show_still(state.version, state.overlays, at, from, 0.6, 0.7);
   vtkNew<vtkUnsignedCharArray> pixels;
   surface.value()->window()->GetPixelData(0, 0, k_edge - 1, k_edge - 1, 0, pixels);
   SlicePanel panel;
@@ -157,9 +146,7 @@ volume::Result<std::string> compare(const haptics::TouchScene& scene, const Comp
   const dvec3 at = difference.is_any() ? difference.middle_world : middle;
   // From outside over it, from the side a little, so that depth is seen.
   const dvec3 out = glm::length(at - middle) > 1 ? glm::normalize(at - middle) : dvec3(0, -1, 0);
-  const dvec3 aside = glm::cross(out, dvec3(0, 0, 1));
-  const dvec3 from =
-      glm::normalize(out + 0.3 * (glm::length(aside) > 0.1 ? aside : dvec3(1, 0, 0)) + dvec3(0, 0, 0.15));
+  const dvec3 from = Viewport::obliquely(out);
   std::vector<SlicePanel> panels;
   for (const ComparedState* state : {&first, &second}) {
     auto panel = seen(scene, *state, at, from);

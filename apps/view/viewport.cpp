@@ -232,6 +232,27 @@ void Viewport::show(std::span<const sim::Overlay> overlays, std::span<const hapt
   view_.overlays().show(all, places);
 }
 
+dvec3 Viewport::obliquely(const dvec3& out) {
+  const dvec3 aside = glm::cross(out, dvec3(0, 0, 1));
+  return glm::normalize(out + 0.35 * (glm::length(aside) > 0.1 ? aside : dvec3(1, 0, 0)) + dvec3(0, 0, 0.15));
+}
+
+void Viewport::show_still(const std::shared_ptr<const volume::Version>& version,
+                          std::span<const sim::Overlay> overlays, const dvec3& at, const dvec3& from,
+                          double share, double nearer) {
+  request_all(version);
+  wait();
+  dvec3 low, high;
+  view_.bounds(low, high);
+  view_.aim_camera(glm::mix(0.5 * (low + high), at, share), from,
+                   std::abs(from.z) > 0.9 ? dvec3(0, -1, 0) : dvec3(0, 0, 1),
+                   nearer * BoneView::distance_of(low, high));
+  view_.show(StylusLook{.is_visible = false});
+  const haptics::ServoRecord nowhere;
+  show(overlays, {&nowhere, 1});
+  draw();
+}
+
 void Viewport::set_plan(sim::Overlays plan) {
   plan_ = std::move(plan);
   show({}, {});

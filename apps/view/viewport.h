@@ -48,6 +48,13 @@ class Viewport {
   void show(std::span<const sim::Overlay> overlays, std::span<const haptics::ServoRecord> hands);
   std::size_t overlay_count() { return view_.overlays().size(); }
   void show_text(const std::string& corner, const std::string& foot) { view_.show_text(corner, foot); }
+  /// A state as a picture has it, without a tool: all of it, seen from `from` (unit), aimed between the
+  /// bone's middle (`share` 0) and a place (1), `nearer` (1: as far as all of it needs).
+  void show_still(const std::shared_ptr<const volume::Version>& version,
+                  std::span<const sim::Overlay> overlays, const glm::dvec3& at, const glm::dvec3& from,
+                  double share, double nearer);
+  /// From `out` a little to the side and above, so that depth is seen. Unit.
+  static glm::dvec3 obliquely(const glm::dvec3& out);
   /// All of the bone, seen from one of A P L R S I, or from the front left above (0).
   void look_from(char side) { view_.look_from(side, low_, high_); }
   /// Takes finished chunks in and draws. Milliseconds that it took.

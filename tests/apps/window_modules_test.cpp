@@ -78,21 +78,28 @@ TEST_F(Window, OffersWhateverTheCatalogueHas) {
   window.close();
 }
 
-/// An outline is drawn where the tool touches, by a key; what is wrong with it is seen. Another try goes on
-/// by its name.
-TEST_F(Window, AnOutlineIsDrawnWhereItTouches) {
+/// Flaps are sawn in it: a lattice as fine as the saw, in `scene` too; with such a burr in the hand.
+void begin_flaps(std::shared_ptr<const haptics::TouchScene>& scene, const drilling::Burr& burr,
+                 WindowOptions& options) {
   static const drilling::Drilling drilling;
   static const bone_flap::BoneFlap flaps;
   static const sim::Catalogue all({&drilling, &flaps});
-  const auto fine = std::make_shared<haptics::TouchScene>(*scene_);
-  ASSERT_FALSE(haptics::set_smallest_burr(*fine, 4));
+  const auto fine = std::make_shared<haptics::TouchScene>(*scene);
+  EXPECT_FALSE(haptics::set_smallest_burr(*fine, 4));
   auto method = std::make_shared<haptics::SubvoxelProxy>();
-  ASSERT_FALSE(method->prepare(*fine));
-  sim::HandStart hand{haptics::ServoHand(fine, method, haptics::TouchState(nullptr)), drilling::burr({})};
-  options_.start = WindowStart{sim::Engine({std::move(hand)}, 1e-3, all)};
-  options_.catalogue = &all;
-  options_.recorder = nullptr;
-  MainWindow window(fine, options_);
+  EXPECT_FALSE(method->prepare(*fine));
+  sim::HandStart hand{haptics::ServoHand(fine, method, haptics::TouchState(nullptr)), drilling::burr(burr)};
+  options.start = WindowStart{sim::Engine({std::move(hand)}, 1e-3, all)};
+  options.catalogue = &all;
+  options.recorder = nullptr;
+  scene = fine;
+}
+
+/// An outline is drawn where the tool touches, by a key; what is wrong with it is seen. Another try goes on
+/// by its name.
+TEST_F(Window, AnOutlineIsDrawnWhereItTouches) {
+  begin_flaps(scene_, {}, options_);
+  MainWindow window(scene_, options_);
   window.show();
   ASSERT_TRUE(QTest::qWaitForWindowExposed(&window));
   ASSERT_TRUE(QTest::qWaitFor([&] { return window.operation()->viewport().triangle_count() > 1000; }, 10000));
@@ -142,19 +149,8 @@ TEST_F(Window, AnOutlineIsDrawnWhereItTouches) {
 /// An anchor goes with the cursor while it is dragged; what would come off is shown. A tool stands on the
 /// bone as its hand holds it, wherever that is.
 TEST_F(Window, AnchorsAreDraggedAndAToolStandsOnTheBone) {
-  static const drilling::Drilling drilling;
-  static const bone_flap::BoneFlap flaps;
-  static const sim::Catalogue all({&drilling, &flaps});
-  const auto fine = std::make_shared<haptics::TouchScene>(*scene_);
-  ASSERT_FALSE(haptics::set_smallest_burr(*fine, 4));
-  auto method = std::make_shared<haptics::SubvoxelProxy>();
-  ASSERT_FALSE(method->prepare(*fine));
-  sim::HandStart hand{haptics::ServoHand(fine, method, haptics::TouchState(nullptr)),
-                      drilling::burr({.diameter = 5, .shape = drilling::Shape::cylinder})};
-  options_.start = WindowStart{sim::Engine({std::move(hand)}, 1e-3, all)};
-  options_.catalogue = &all;
-  options_.recorder = nullptr;
-  MainWindow window(fine, options_);
+  begin_flaps(scene_, {.diameter = 5, .shape = drilling::Shape::cylinder}, options_);
+  MainWindow window(scene_, options_);
   window.show();
   ASSERT_TRUE(QTest::qWaitForWindowExposed(&window));
   ASSERT_TRUE(QTest::qWaitFor([&] { return window.operation()->viewport().triangle_count() > 1000; }, 10000));
@@ -166,7 +162,7 @@ TEST_F(Window, AnchorsAreDraggedAndAToolStandsOnTheBone) {
     return window.operation()->touched();
   };
   // The scan's middle is the ball's.
-  const glm::dvec3 centre = fine->base->frame.world_from_volume(0.5 * glm::dvec3(fine->base->size - 1));
+  const glm::dvec3 centre = scene_->base->frame.world_from_volume(0.5 * glm::dvec3(scene_->base->size - 1));
   for (const QPoint& off : {QPoint(-90, 0), QPoint(60, -70)}) {
     const std::optional<glm::dvec3> at = move_to(off);
     ASSERT_TRUE(at.has_value());
