@@ -1,9 +1,11 @@
 #include "apps/view/bone_view.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <map>
+#include <string>
 #include <tuple>
 #include <vtkActor.h>
 #include <vtkArrowSource.h>
@@ -13,6 +15,7 @@
 #include <vtkFloatArray.h>
 #include <vtkLight.h>
 #include <vtkLineSource.h>
+#include <vtkMath.h>
 #include <vtkMatrix4x4.h>
 #include <vtkNew.h>
 #include <vtkPointData.h>
@@ -114,6 +117,19 @@ vtkSmartPointer<vtkActor> make_actor(vtkAlgorithmOutput* source, double r, doubl
   return make_actor(mapper, {r, g, b});
 }
 
+/// Of the patient's directions those that a way has most of: "L", "LA".
+std::string letters_of(const dvec3& way) {
+  const std::pair<double, char> parts[] = {{std::abs(way.x), way.x > 0 ? 'L' : 'R'},
+                                           {std::abs(way.y), way.y > 0 ? 'P' : 'A'},
+                                           {std::abs(way.z), way.z > 0 ? 'S' : 'I'}};
+  std::vector<std::pair<double, char>> most(std::begin(parts), std::end(parts));
+  std::stable_sort(most.begin(), most.end(), [](const auto& a, const auto& b) { return a.first > b.first; });
+  std::string letters;
+  for (const auto& [share, letter] : most)
+    if (share > 0.4 && letters.size() < 2) letters += letter;
+  return letters;
+}
+
 }  // namespace
 
 struct BoneView::Parts {
@@ -128,6 +144,7 @@ struct BoneView::Parts {
   std::vector<vtkSmartPointer<vtkActor>> tool;
   vtkNew<vtkLineSource> leash_line;
   vtkNew<vtkTextActor> corner, foot;
+  std::array<vtkSmartPointer<vtkTextActor>, 4> edges;  ///< which way of the patient is right, left, up, down
 };
 
 BoneView::BoneView(vtkRenderWindow* window, bool is_live) : parts_(std::make_unique<Parts>()) {
@@ -225,14 +242,44 @@ BoneView::BoneView(vtkRenderWindow* window, bool is_live) : parts_(std::make_uni
     text->GetPositionCoordinate()->SetCoordinateSystemToNormalizedViewport();
     on_top->AddActor2D(text);
   }
+  const double places[4][2] = {{0.985, 0.5}, {0.015, 0.5}, {0.5, 0.975}, {0.5, 0.025}};
+  for (std::size_t i = 0; i < 4; ++i) {
+    auto& edge = p.edges[i] = vtkSmartPointer<vtkTextActor>::New();
+    vtkTextProperty* look = edge->GetTextProperty();
+    look->SetFontFamilyToArial();
+    look->SetFontSize(15);
+    look->SetColor(0.75, 0.79, 0.85);
+    i == 0   ? look->SetJustificationToRight()
+    : i == 1 ? look->SetJustificationToLeft()
+             : look->SetJustificationToCentered();
+    i == 2   ? look->SetVerticalJustificationToTop()
+    : i == 3 ? look->SetVerticalJustificationToBottom()
+             : look->SetVerticalJustificationToCentered();
+    edge->GetPositionCoordinate()->SetCoordinateSystemToNormalizedViewport();
+    edge->SetPosition(places[i][0], places[i][1]);
+    on_top->AddActor2D(edge);
+  }
   p.corner->SetPosition(0.018, 0.975);
   p.corner->GetTextProperty()->SetVerticalJustificationToTop();
-  p.foot->SetPosition(0.5, 0.02);
+  p.foot->SetPosition(0.5, 0.055);
   p.foot->GetTextProperty()->SetJustificationToCentered();
   p.foot->GetTextProperty()->SetFontSize(15);
 }
 
 BoneView::~BoneView() = default;
+
+/// At the picture's edges, as on slices.
+void BoneView::show_directions() {
+  double right[3], up[3], out[3];
+  vtkCamera* camera = parts_->renderer->GetActiveCamera();
+  camera->OrthogonalizeViewUp();
+  camera->GetViewUp(up);
+  camera->GetDirectionOfProjection(out);
+  vtkMath::Cross(out, up, right);
+  const dvec3 ways[] = {{right[0], right[1], right[2]}, {up[0], up[1], up[2]}};
+  for (std::size_t i = 0; i < 4; ++i)
+    parts_->edges[i]->SetInput(letters_of(i % 2 == 0 ? ways[i / 2] : -ways[i / 2]).c_str());
+}
 
 vtkRenderer* BoneView::renderer() { return parts_->renderer; }
 BoneLayer& BoneView::bone() { return *parts_->bone; }
@@ -340,6 +387,9 @@ void BoneView::look_from(char side, const dvec3& low, const dvec3& high) {
   aim_camera(0.5 * (low + high), from, up, distance_of(low, high));
 }
 
-void BoneView::render() { parts_->bone->render(); }
+void BoneView::render() {
+  show_directions();
+  parts_->bone->render();
+}
 
 }  // namespace trephine::view

@@ -60,6 +60,8 @@ class BoneView {
   void bounds(glm::dvec3& low, glm::dvec3& high) const;
 
  private:
+  void show_directions();
+
   struct Parts;
   std::unique_ptr<Parts> parts_;
 };
