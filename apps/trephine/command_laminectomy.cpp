@@ -1,5 +1,6 @@
 // laminectomy: what a recorded laminectomy came to, with the cuts through the scan that show it.
 #include <algorithm>
+#include <cmath>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
@@ -198,8 +199,9 @@ Result<Outcome> run_laminectomy(const LaminectomyArguments& arguments) {
     if (!place) return place.error();
     canal = place.value();
   }
-  if (arguments.until && !(*arguments.until >= 0))
-    return Error{"the time is out of range", "--until", std::to_string(*arguments.until), "0 s or more", ""};
+  if (arguments.until && !(*arguments.until >= 0 && std::isfinite(*arguments.until)))
+    return Error{"the time is out of range", "--until", format_text("%g", *arguments.until), "0 s or more",
+                 ""};
   auto opened = workbench::open_session(arguments.session, arguments.case_source, person());
   if (!opened) return opened.error();
   workbench::OpenedSession& session = *opened.value();

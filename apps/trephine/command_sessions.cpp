@@ -1,4 +1,5 @@
 // replay and resume: what was recorded, again and onward.
+#include <cmath>
 #include <fstream>
 
 #include "apps/trephine/commands.h"
@@ -43,8 +44,9 @@ Result<Outcome> run_replay(const ReplayArguments& arguments) {
   outputs.writes("steps", arguments.steps, data_tools::OutputKind::table);
   outputs.writes("screenshot", arguments.screenshot, data_tools::OutputKind::picture);
   if (Status error = outputs.check()) return *error;
-  if (arguments.until && !(*arguments.until >= 0))
-    return Error{"the time is out of range", "--until", std::to_string(*arguments.until), "0 s or more", ""};
+  if (arguments.until && !(*arguments.until >= 0 && std::isfinite(*arguments.until)))
+    return Error{"the time is out of range", "--until", format_text("%g", *arguments.until), "0 s or more",
+                 ""};
   auto opened = workbench::open_session(arguments.session, arguments.case_source, person());
   if (!opened) return opened.error();
   workbench::OpenedSession& session = *opened.value();

@@ -32,6 +32,8 @@ std::string words_of(const sim::Event& event) {
   if (const auto* piece = event.what.as<bone_flap::FlapPiece>())
     return format_text("piece %lld of the flap: %.0f mm3, %s", static_cast<long long>(piece->number),
                        piece->size, piece->is_taken ? "taken" : "left");
+  if (const auto* seen = event.what.as<bone_flap::FlapSeen>())
+    return (seen->area > 0 ? "there would be a " : "there would be no flap: ") + seen->says;
   if (const auto* none = event.what.as<bone_flap::NoFlap>()) return "no bone flap: " + none->why;
   if (const auto* judged = event.what.as<laminectomy::Judgement>())
     return format_text("%s: canal %.0f mm2 (%.0f before), its roof open along %.0f mm",

@@ -10,7 +10,7 @@ namespace trephine::app {
 
 inline constexpr const char* k_steps_header =
     "t,hip_x,hip_y,hip_z,proxy_x,proxy_y,proxy_z,normal_x,normal_y,normal_z,force_x,force_y,force_z,contact,"
-    "shape,side\n";
+    "shape,side,hand\n";
 
 /// Comma, point, LF, shortest doubles that read back exactly, 0 and 1.
 inline void append_step(std::string& out, double t, const haptics::ServoRecord& record,
@@ -27,9 +27,11 @@ inline void append_step(std::string& out, double t, const haptics::ServoRecord& 
   out += record.has_contact ? "1," : "0,";
   out += record.has_contact ? shape : "";
   out += ',';
-  out += record.side == haptics::Side::front  ? "front\n"
-         : record.side == haptics::Side::back ? "back\n"
-                                              : "\n";
+  out += record.side == haptics::Side::front  ? "front,"
+         : record.side == haptics::Side::back ? "back,"
+                                              : ",";
+  out += std::to_string(record.hand + 1);
+  out += '\n';
 }
 
 }  // namespace trephine::app

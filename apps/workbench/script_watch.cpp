@@ -185,11 +185,25 @@ Status ScriptWatch::take_due(double t, const ScriptMoment& moment) {
   return std::nullopt;
 }
 
+namespace {
+std::string in_a_line(const volume::Error& error) {
+  std::string text = error.what;
+  const auto add = [&text](const char* before, const std::string& part) {
+    if (!part.empty()) text.append(before).append(part);
+  };
+  add("; found: ", error.found);
+  add("; expected: ", error.expected);
+  add("; remedy: ", error.remedy);
+  return text;
+}
+}  // namespace
+
 void ScriptWatch::record_command(const ScriptCommand& command, double t, const Status& refused) {
   if (!refused && !command.is_refused) return;
-  report_.checks.push_back(
-      {command.line, std::string(command.name) + (command.is_refused ? " is refused" : " is done"), t,
-       refused.has_value() == command.is_refused, refused ? refused->what : std::string("it was done")});
+  report_.checks.push_back({command.line,
+                            std::string(command.name) + (command.is_refused ? " is refused" : " is done"), t,
+                            refused.has_value() == command.is_refused,
+                            refused ? in_a_line(*refused) : std::string("it was done")});
 }
 
 void ScriptWatch::check(const ScriptExpectation& wish, const ScriptMoment& moment) {

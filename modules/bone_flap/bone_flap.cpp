@@ -358,8 +358,9 @@ std::span<const sim::JobType* const> BoneFlap::jobs() const {
 }
 
 std::span<const sim::ValueType* const> BoneFlap::events() const {
-  static const std::array<const sim::ValueType*, 3> all{
-      &sim::value_type<FlapCut>(), &sim::value_type<FlapPiece>(), &sim::value_type<NoFlap>()};
+  static const std::array<const sim::ValueType*, 4> all{
+      &sim::value_type<FlapCut>(), &sim::value_type<FlapPiece>(), &sim::value_type<FlapSeen>(),
+      &sim::value_type<NoFlap>()};
   return all;
 }
 
@@ -381,8 +382,20 @@ volume::Status BoneFlap::allows(const sim::Command& command, const sim::Operatio
     return check_number("move-anchor number", move->number);
   if (const auto* remove = command.what.as<RemoveAnchor>())
     return check_number("remove-anchor number", remove->number);
-  if (const auto* preview = command.what.as<PreviewFlap>())
-    return check_count("preview-flap anchors", static_cast<std::int64_t>(preview->anchors.size()));
+  // No step between neighbouring samples may be longer than the cut is wide.
+  const auto check_saw = [&](const char* where, Saw saw) -> volume::Status {
+    const double diagonal = now.world.version->lattice().frame().diagonal_mm(), width = width_of(saw);
+    if (width >= 1.01 * diagonal) return std::nullopt;
+    return volume::Error{"the saw is too narrow for how finely this operation is cut", where,
+                         std::to_string(width) + " mm", "at least " + std::to_string(1.01 * diagonal) + " mm",
+                         "begin it with a smallest burr as wide as the saw"};
+  };
+  if (const auto* preview = command.what.as<PreviewFlap>()) {
+    if (volume::Status error =
+            check_count("preview-flap anchors", static_cast<std::int64_t>(preview->anchors.size())))
+      return error;
+    return check_saw("preview-flap saw", preview->saw);
+  }
   const auto* wish = command.what.as<CutFlap>();
   if (wish == nullptr) return std::nullopt;
   if (volume::Status error = check_count("cut-flap anchors", static_cast<std::int64_t>(wish->anchors.size())))
@@ -390,13 +403,7 @@ volume::Status BoneFlap::allows(const sim::Command& command, const sim::Operatio
   if (wish->seed.size() > 1)
     return volume::Error{"there are several seeds", "cut-flap seed", std::to_string(wish->seed.size()),
                          "one, or none", ""};
-  // No step between neighbouring samples may be longer than the cut is wide.
-  const double diagonal = now.world.version->lattice().frame().diagonal_mm(), width = width_of(wish->saw);
-  if (width < 1.01 * diagonal)
-    return volume::Error{"the saw is too narrow for how finely this operation is cut", "cut-flap saw",
-                         std::to_string(width) + " mm", "at least " + std::to_string(1.01 * diagonal) + " mm",
-                         "begin it with a smallest burr as wide as the saw"};
-  return std::nullopt;
+  return check_saw("cut-flap saw", wish->saw);
 }
 
 void BoneFlap::apply(const sim::Command& command, sim::ModuleWork& work) const {

@@ -97,6 +97,12 @@ struct FlapPiece {
   bool is_seed = false, is_taken = false, is_at_border = false;
   static const sim::Schema& schema();
 };
+/// What a preview showed: told at the outline's middle, or where there would be none.
+struct FlapSeen {
+  double area = 0;  ///< mm2; 0: there would be none
+  std::string says;
+  static const sim::Schema& schema();
+};
 /// Told where it is the matter.
 struct NoFlap {
   std::string why;

@@ -14,6 +14,7 @@ namespace {
 /// What a flap would be, or why there would be none.
 struct SeenFlap final : sim::JobResult {
   FlapSettings seen;  ///< of it what a preview shows
+  double area = 0;
   std::uint64_t hash() const override {
     volume::MixHash all;
     sim::add_value(all, seen);
@@ -30,8 +31,14 @@ std::shared_ptr<const sim::JobResult> run_preview(const void* parameters, const 
   Pyramid pyramid;
   Sheet sheet;
   Trouble trouble;
-  if (!make_pyramid(anchors_of(wish, drawn), wish.distance, bone, pyramid, trouble) ||
-      !sheet.make(pyramid, bone, width_of(wish.saw), depth, trouble)) {
+  bool is_any = make_pyramid(anchors_of(wish, drawn), wish.distance, bone, pyramid, trouble) &&
+                sheet.make(pyramid, bone, width_of(wish.saw), depth, trouble);
+  if (is_any && sheet.wall_mm2(bone, *input.state.world.version) <
+                    0.01 * sheet.wall_mm2(bone, volume::Version(input.anatomy.base))) {
+    trouble = {"nothing is there to be cut: it was cut before", pyramid.centre_world};
+    is_any = false;
+  }
+  if (!is_any) {
     made->seen.trouble = trouble.why;
     made->seen.trouble_at = trouble.at_world;
     return made;
@@ -44,7 +51,8 @@ std::shared_ptr<const sim::JobResult> run_preview(const void* parameters, const 
     seen.lid.insert(seen.lid.end(), lid.grid[i].begin(), lid.grid[i].end());
     seen.depth.push_back(sheet.place(sheet.lines()[lid.rim[i]], sheet.lines()[lid.rim[i]].from));
   }
-  seen.preview = "flap of " + whole(sheet.outer_mm2(bone)) + " mm\u00b2";
+  made->area = sheet.outer_mm2(bone);
+  seen.preview = "flap of " + whole(made->area) + " mm\u00b2";
   FlapWorld saw;
   saw.width = width_of(wish.saw), saw.outline = sheet.outline(), saw.floor = sheet.floor();
   for (const Near& one : nearness_of(saw, input.forbidden))
@@ -70,6 +78,9 @@ void adopt_preview(const void* parameters, const sim::JobResult& result, sim::Mo
   settings.lid_rings = seen.lid_rings;
   settings.depth = seen.depth;
   settings.preview = seen.preview;
+  const bool is_any = seen.trouble.empty();
+  work.raise_event(FlapSeen{static_cast<const SeenFlap&>(result).area, is_any ? seen.preview : seen.trouble},
+                   is_any ? seen.lid[0] : seen.trouble_at);
 }
 
 volume::Status check_preview(const void* parameters, const haptics::TouchScene& anatomy) {

@@ -116,6 +116,15 @@ const sim::Schema& FlapPiece::schema() {
   return table;
 }
 
+const sim::Schema& FlapSeen::schema() {
+  static constexpr sim::Field fields[] = {
+      field<&FlapSeen::area>("area",
+                             {.unit = "mm2", .help = "of the skull's outside; 0: there would be none"}),
+      field<&FlapSeen::says>("says")};
+  static constexpr sim::Schema table{"flap-seen", 1, fields};
+  return table;
+}
+
 const sim::Schema& NoFlap::schema() {
   static constexpr sim::Field fields[] = {field<&NoFlap::why>("why"), field<&NoFlap::holes>("holes")};
   static constexpr sim::Schema table{"no-flap", 1, fields};

@@ -88,6 +88,30 @@ std::string reason_not_to_start(const Craniotome& c, const ToolPlace& at, const 
 
 dvec3 across(const dvec3& v, const dvec3& shaft) { return v - glm::dot(v, shaft) * shaft; }
 
+/// Has it bone on either side of its way?
+bool is_in_kerf(const Craniotome& c, const ToolPlace& at, const dvec3& heading, const sim::Work& work) {
+  constexpr double k_beyond = 0.35;  // mm, of the bit
+  const dvec3 aside = glm::cross(at.axis_world, heading);
+  bool is_left = false, is_right = false;
+  for (double along = 0.5; along < c.length && !(is_left && is_right); along += 0.5) {
+    const dvec3 middle = at.at_world + along * at.axis_world;
+    is_left = is_left || work.is_matter(middle + (0.5 * c.diameter + k_beyond) * aside);
+    is_right = is_right || work.is_matter(middle - (0.5 * c.diameter + k_beyond) * aside);
+  }
+  return is_left && is_right;
+}
+
+/// A bit that was drawn back is where it is drawn to, and cuts nothing there; out of its kerf any way is open
+/// to it.
+void follow_back(const Craniotome& c, CraniotomeState& state, const ToolPlace& tool, const sim::Work& work) {
+  constexpr double k_far = 0.3;  // mm: what touches is thinner than what cuts, and leans on the kerf
+  if (!state.has_centre || state.heading == dvec3(0)) return;
+  const dvec3 to = tool.at_world - state.centre;
+  if (glm::length(to) > k_far && glm::dot(to, state.heading) <= 0)
+    state.centre = tool.at_world, state.shaft = tool.axis_world;
+  if (!is_in_kerf(c, {state.centre, state.shaft}, state.heading, work)) state.heading = dvec3(0);
+}
+
 void step(const Craniotome& c, CraniotomeState& state, const sim::InstrumentInput& input, sim::Work& work) {
   const haptics::ServoRecord& tick = input.tick;
   if (input.is_fresh || !tick.pose.is_pressed()) {
@@ -105,6 +129,7 @@ void step(const Craniotome& c, CraniotomeState& state, const sim::InstrumentInpu
     }
     state.has_started = true;
   }
+  follow_back(c, state, tool, work);
   // The foot stays under bone, and the bit goes no tighter curve than it lets it: the hand is where it may
   // lead the bit to.
   haptics::ServoRecord led = tick;
@@ -135,7 +160,8 @@ void step(const Craniotome& c, CraniotomeState& state, const sim::InstrumentInpu
   cut.may_go = &may_go;
   cut.drill();
   cut.cool_and_watch();
-  if (!state.has_centre) return;
+  // A way through air is none.
+  if (!state.has_centre || work.removed().removed_units == 0) return;
   const dvec3 moved = across(state.centre - from, tool.axis_world);
   const double way = glm::length(moved);
   if (way <= 1e-9) return;

@@ -103,7 +103,7 @@ TEST_F(Command, StepsAreExactCsv) {
   std::getline(rows, line);
   EXPECT_EQ(line,
             "t,hip_x,hip_y,hip_z,proxy_x,proxy_y,proxy_z,normal_x,normal_y,normal_z,force_x,force_y,force_z,"
-            "contact,shape,side");
+            "contact,shape,side,hand");
   int count = 0, contacts = 0;
   double deepest = 0;
   while (std::getline(rows, line)) {

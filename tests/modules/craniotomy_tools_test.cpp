@@ -195,8 +195,8 @@ TEST(Craniotome, BackwardAsideAndOutsideItCutsNothing) {
   for (int i = 0; i < 3000 && state.centre.x < 5.5; ++i) pull(run, {1, 0, 0});
   const double removed = run.engine().removed_mm3();
   EXPECT_GT(removed, 10);
-  for (const dvec3& side : {dvec3(-0.1, 1, 0), dvec3(-0.7, -0.7, 0), dvec3(-1, 0, 0)})
-    for (int i = 0; i < 150; ++i) pull(run, glm::normalize(side));
+  for (const dvec3& side : {dvec3(-0.1, 1, 0), dvec3(-0.1, -1, 0)})
+    for (int i = 0; i < 150; ++i) pull(run, glm::normalize(side), 2);
   // What it was still closing in on, at the end of its kerf: 0.2 mm of that; nothing beside it.
   EXPECT_LT(run.engine().removed_mm3() - removed, 0.2 * 7 * 2.3 * 2);
   for (const double x : {5.0, 5.5, 6.0})
@@ -210,6 +210,30 @@ TEST(Craniotome, BackwardAsideAndOutsideItCutsNothing) {
   for (int i = 0; i < 300; ++i)
     run.step(haptics::Pose{{7, 0, std::max(5.0, 12 - 0.05 * i)}, {1, 0, 0, 0}, 1});
   EXPECT_EQ(run.engine().removed_mm3(), outside);
+}
+
+/// What it brushes before it cuts is no way, and back in its hole it may cut elsewhere.
+TEST(Craniotome, OutOfItsKerfAnyWayIsOpen) {
+  CraniotomeBench bench({}, 0.8);
+  sim::Lockstep& run = *bench.run;
+  const CraniotomeState& state = bench.state<CraniotomeState>();
+  lower(run);
+  for (int i = 0; i < 60; ++i) pull(run, {0, -1, 0}, 0.2);  // over to a wall, and along it
+  for (int i = 0; i < 40; ++i) pull(run, {0.3, -1, 0}, 0.2);
+  EXPECT_LT(run.engine().removed_mm3(), 8);  // a tenth of a millimetre off that wall
+  for (int i = 0; i < 3000 && state.centre.x < 6; ++i)
+    pull(run, glm::normalize(dvec3(1, -0.3 * run.last_record().proxy_world.y, 0)));
+  ASSERT_GE(state.centre.x, 6);
+  EXPECT_TRUE(bench.is_gone({5.5, 0, 3}));
+  // Back through the hole, the button held all the time, and into the wall beyond it.
+  for (int i = 0; i < 3000 && !(state.centre.y > 6); ++i) {
+    const dvec3 at = run.last_record().proxy_world;
+    pull(run, glm::normalize(at.x > 1 ? dvec3(-1, 0, 0) : dvec3(-0.3 * at.x, 1, 0)), at.x > 1 ? 0.5 : 4);
+  }
+  ASSERT_GE(state.centre.y, 6);
+  EXPECT_TRUE(bench.is_gone({0, 5.5, 3}));
+  EXPECT_FALSE(bench.is_gone({2, 6, 3}));
+  EXPECT_FALSE(bench.is_gone({-2, 6, 3}));
 }
 
 /// From one burr hole round to another and back on the other side: what lies within comes off by itself, and

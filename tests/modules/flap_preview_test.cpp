@@ -55,6 +55,21 @@ TEST(BoneFlap, APreviewShowsWhatWouldComeOff) {
     cuts.anchors.clear();
     EXPECT_EQ(cut(run, cuts), "");
     EXPECT_TRUE(shown().preview.empty());
+    // Each was told; what is sawn already comes off no more.
+    EXPECT_FALSE(run.apply_whole({wish, 0}).refused);
+    EXPECT_NE(shown().trouble.find("cut before"), std::string::npos) << shown().preview;
+    const auto seen = told<FlapSeen>(run.engine());
+    ASSERT_EQ(seen.size(), 4u);
+    EXPECT_NEAR(seen[0].first.area / outline.area(), 1, 0.01);
+    EXPECT_EQ(seen[1].first.area, 0);
+    EXPECT_NE(seen[1].first.says.find("off the bone"), std::string::npos);
+    EXPECT_EQ(seen[2].first.area, seen[0].first.area);
+    wish.saw = Saw::w0_8;
+    if (run.apply({wish, 0}).refused) {
+      EXPECT_TRUE(run.apply({outline.wish(Saw::w0_8), 0}).refused);
+    } else {
+      EXPECT_FALSE(run.apply({outline.wish(Saw::w0_8), 0}).refused);
+    }
     wish.item = 1;
     const sim::Outcome no_shape = run.apply({wish, 0});
     ASSERT_TRUE(no_shape.refused.has_value());
