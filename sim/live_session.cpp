@@ -304,6 +304,8 @@ void LiveSession::update_state(const Outcome& outcome) {
                         engine_.now().watches.begin() + static_cast<std::ptrdiff_t>(forbidden));
   state_.removed_mm3 = engine_.removed_mm3();
   state_.pending_jobs = engine_.jobs().size();
+  state_.tool_radius = engine_.tool(0).scene->tool_radius;
+  state_.tool_balls = engine_.tool(0).scene->tool_balls.size();
   state_.strokes = engine_.stroke_count();
   const Branch& branch = engine_.branch();
   state_.first_stroke = branch.forgotten;

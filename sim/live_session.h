@@ -39,6 +39,8 @@ struct LiveState {
   std::size_t pending_jobs = 0;
   bool is_asking_for_pieces = false;  ///< the whole volume: a piece may come off yet
   Value tool;                         ///< parameters of the first hand's instrument; empty: it has none
+  double tool_radius = 0;             ///< mm, of the ball that the first hand touches with; 0: a point ...
+  std::size_t tool_balls = 0;         ///< ... of how many, where they are several
 };
 
 /// Starts and joins the edit thread, and those of longer work; the servo never waits for them. Drawing

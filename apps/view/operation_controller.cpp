@@ -106,6 +106,8 @@ void OperationController::frame() {
   state_ = live_.fetch_state();
   if (state_.refused) refused_ = state_.refused->message();
   if (state_.refused) drop_point();
+  go_on_taking();
+  viewport_.set_touch_radius(state_.tool_radius);
   drag_point();
   if (state_.refused || wished_stroke_ == state_.strokes) wished_stroke_.reset();
   version_ = state_.version;
@@ -131,6 +133,51 @@ bool OperationController::take_or_put_down() {
   if (!state_.newest.has_contact || body < 0 || body >= static_cast<int>(state_.bodies.size())) return false;
   apply(sim::HoldBody{state_.bodies[static_cast<std::size_t>(body)]});
   return true;
+}
+
+void OperationController::take(sim::Value what) {
+  taken_ = {};
+  const sim::InstrumentType* type =
+      options_.catalogue ? options_.catalogue->find_instrument(what.name()) : nullptr;
+  const sim::ToolNeeds needs =
+      type && type->needs ? type->needs(what.data(), *scene_->base) : sim::ToolNeeds();
+  // What needs none touches as the operation began.
+  const bool is_own = needs.touch_radius == 0 && needs.balls.empty();
+  wanted_radius_ = is_own ? scene_->tool_radius : needs.touch_radius;
+  const std::vector<dvec3>& balls = is_own ? scene_->tool_balls : needs.balls;
+  wanted_balls_ = balls.size();
+  const bool is_ready = type == nullptr || (wanted_balls_ == state_.tool_balls &&
+                                            std::abs(wanted_radius_ - state_.tool_radius) < 0.05);
+  if (is_ready) return apply(std::move(what));
+  apply(sim::LayDown());
+  apply(sim::ToolGeometry{wanted_radius_, balls});
+  taken_ = std::move(what);
+}
+
+void OperationController::go_on_taking() {
+  if (!is_taking()) return;
+  if (state_.refused) taken_ = {};
+  if (is_taking() && wanted_balls_ == state_.tool_balls &&
+      std::abs(wanted_radius_ - state_.tool_radius) < 1e-9)
+    apply(std::exchange(taken_, {}));
+}
+
+/// mm along the ray to what came off; negative: to none.
+double OperationController::distance_to_bodies(const Ray& ray) const {
+  constexpr double k_far = 5000;
+  double nearest = -1;
+  if (!state_.overlays) return nearest;
+  for (const sim::Overlay& one : *state_.overlays) {
+    if (!one.surface || one.holder >= 0) continue;
+    haptics::FacetHit hit;
+    int looked = 0;
+    if (one.surface->cast(one.place.local_from_world(ray.origin),
+                          one.place.local_from_world(ray.origin + k_far * ray.direction), true, false, hit,
+                          looked) &&
+        (nearest < 0 || k_far * hit.t < nearest))
+      nearest = k_far * hit.t;
+  }
+  return nearest;
 }
 
 bool OperationController::grab_point() {
@@ -183,10 +230,14 @@ void OperationController::follow_surface(const Ray& ray, bool is_over_bone) {
 void OperationController::follow_cursor() {
   // The hand's wish: on the surface under the cursor, and into it while the button is down.
   const Ray ray = viewport_.ray_at(x_, y_);
-  const double hit = viewport_.distance_to_solid(*version_, ray);
+  double hit = viewport_.distance_to_solid(*version_, ray);
+  if (const double body = distance_to_bodies(ray); body >= 0 && (hit < 0 || body < hit)) hit = body;
+  // A tool that works and came through goes no farther: not to the far side, which is seen through its hole.
+  constexpr double k_through = 10;  // mm
+  if (is_pressed_ && is_over_bone_ && hit > reach_ + k_through) hit = reach_;
   if (hit >= 0) reach_ = hit;
   is_over_bone_ = hit >= 0;
-  const double middle = scene_->tool_radius;  // of a round tool, above what it touches
+  const double middle = state_.tool_radius;  // of a round tool, above what it touches
   const double along =
       hit >= 0 ? hit - middle + (is_pressed_ ? depth_mm_ : 0.3) : std::max(0.0, reach_ - middle - 8);
   const dvec3 wish = ray.origin + along * ray.direction;

@@ -40,7 +40,11 @@ class OperationController {
   double depth() const noexcept { return depth_mm_; }
   /// What the hand holds; empty: nothing.
   const sim::Value& tool() const noexcept { return state_.tool; }
-  /// Tells a module something, or gives the hand an instrument with these parameters.
+  /// Gives the hand an instrument with these parameters; one that touches with other balls than the hand has
+  /// comes when those are ready, some seconds later.
+  void take(sim::Value instrument);
+  bool is_taking() const noexcept { return !taken_.is_empty(); }
+  /// Tells a module something.
   void apply(sim::Value what) { live_.apply(sim::Command(std::move(what), 0)); }
   /// What came off the bone comes free.
   void free_pieces() { apply(sim::FreePieces()); }
@@ -79,6 +83,8 @@ class OperationController {
  private:
   void follow_cursor();
   void drag_point();
+  void go_on_taking();
+  double distance_to_bodies(const Ray& ray) const;
   void follow_surface(const Ray& ray, bool is_over_bone);
 
   const haptics::TouchScene* scene_;
@@ -101,6 +107,9 @@ class OperationController {
   sim::Value grabbed_;          ///< the command that moves what is held; empty: nothing is
   glm::dvec3 dragged_to_{0.0};  ///< where that was told last
   int frames_since_drag_ = 0;
+  sim::Value taken_;  ///< an instrument that waits for its balls; empty: none
+  double wanted_radius_ = 0;
+  std::size_t wanted_balls_ = 0;
   std::shared_ptr<const sim::Overlays> shown_;  ///< in the picture
   std::vector<float> frame_ms_, drilling_ms_;
   WindowReport report_;

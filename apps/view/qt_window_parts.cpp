@@ -69,7 +69,9 @@ void MainWindow::build_panel() {
   auto* grid = new QGridLayout(tool);
   tool_ = new ToolPanel(options_.catalogue);
   tool_->on_change = [this](sim::Value what) {
-    if (operation_) operation_->apply(std::move(what));
+    if (!operation_) return;
+    operation_->take(std::move(what));
+    if (operation_->is_taking()) say("What it touches with is made ready ...");
   };
   grid->addWidget(tool_, 0, 0, 1, 3);
   depth_ = make_slider("depth", 1, 24, 4);

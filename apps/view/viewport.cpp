@@ -27,7 +27,7 @@ constexpr int k_threads = 2;  // meshing; ordinary ones, so that servo and edits
 }
 
 Viewport::Viewport(const haptics::TouchScene& scene, vtkRenderWindow* window, bool is_live)
-    : scene_(&scene), window_(window), view_(window, is_live) {
+    : scene_(&scene), window_(window), view_(window, is_live), touch_radius_(scene.tool_radius) {
   worker_ = std::make_unique<ChunkWorker>(scene, k_threads);
   // The box of the solid voxels, so that the camera need not wait for the surface.
   glm::ivec3 low = scene.base->size, high(-1);
@@ -191,14 +191,13 @@ void Viewport::show_stylus(const haptics::ServoRecord& record, ToolLook tool, co
   look.proxy_world = record.has_contact ? record.proxy_world : look.hip_world;
   look.force_world = record.force_world;
   if (tool.is_ball)  // a point is drawn as a fine tip
-    if (const double radius = std::max(scene_->tool_radius, 0.6); tool.radius < radius)
-      tool = ball_look(radius);
-  const bool is_round = scene_->tool_radius > 0;  // then the proxy is the ball's middle
+    if (const double radius = std::max(touch_radius_, 0.6); tool.radius < radius) tool = ball_look(radius);
+  const bool is_round = touch_radius_ > 0;  // then the proxy is the ball's middle
   constexpr glm::dquat k_not_told{1, 0, 0, 0};
   dvec3 shaft;
   if (tool.is_ball && record.pose.orientation == k_not_told) {
     const dvec3 touched = is_round && record.has_contact
-                              ? look.proxy_world - scene_->tool_radius * record.normal_world
+                              ? look.proxy_world - touch_radius_ * record.normal_world
                               : look.proxy_world;
     const dvec3 normal = normal_at(version, touched);
     shaft = normal != dvec3(0) ? held_at(normal, toward_viewer) : toward_viewer;

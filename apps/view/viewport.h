@@ -36,6 +36,8 @@ class Viewport {
   void set_clip(const ClipChoice& choice);
   const ClipChoice& clip() const noexcept { return clip_; }
 
+  /// mm, of the ball that the tool touches with by now; 0: a point.
+  void set_touch_radius(double radius) { touch_radius_ = radius; }
   /// The stylus as a tick left it. One of which nobody says how it is held leans as `held_at()` has it.
   void show_stylus(const haptics::ServoRecord& record, ToolLook tool, const volume::Version& version,
                    const glm::dvec3& toward_viewer);
@@ -85,6 +87,7 @@ class Viewport {
   std::unique_ptr<haptics::TouchScene> preview_;
   std::unique_ptr<ChunkWorker> worker_;
   ClipChoice clip_;
+  double touch_radius_;
   glm::dvec3 low_{0.0}, high_{0.0};  ///< world box of all that is solid
   glm::dvec3 clip_origin_{0.0}, clip_normal_{0.0};
 };

@@ -281,6 +281,20 @@ volume::Status check_body(const ToolBody& body, bool is_round, const haptics::To
                        "name the smallest burr when the session begins"};
 }
 
+volume::Status check_touch(const sim::ToolNeeds& needs, const haptics::TouchScene& scene, const char* tool) {
+  constexpr double k_off = 0.05;  // mm
+  if (std::abs(scene.tool_radius - needs.touch_radius) < k_off &&
+      scene.tool_balls.size() == needs.balls.size())
+    return std::nullopt;
+  const auto words = [](double radius, std::size_t balls) {
+    return std::to_string(std::max<std::size_t>(1, balls)) + " of " + std::to_string(radius) + " mm";
+  };
+  return volume::Error{"the hand touches with other balls than this tool has", tool,
+                       words(scene.tool_radius, scene.tool_balls.size()),
+                       words(needs.touch_radius, needs.balls.size()),
+                       "give the hand that geometry first, or begin the operation with the tool"};
+}
+
 std::vector<sim::Field> joined(std::span<const sim::Field> first, std::initializer_list<sim::Field> more) {
   std::vector<sim::Field> all(first.begin(), first.end());
   all.insert(all.end(), more);
@@ -375,11 +389,11 @@ const sim::Schema& Burr::schema() {
   static constexpr sim::Field fields[] = {
       field<&Burr::diameter>("diameter",
                              {.unit = "mm", .low = k_above_0, .high = 30, .help = "where it is widest"}),
-      field<&Burr::removal_rate>("removal_rate",
-                                 {.unit = "mm3/s",
-                                  .low = 0,
-                                  .high = 1e5,
-                                  .help = "in contact, whatever the press; 0: as force, speed and bone have it"}),
+      field<&Burr::removal_rate>(
+          "removal_rate", {.unit = "mm3/s",
+                           .low = 0,
+                           .high = 1e5,
+                           .help = "in contact, whatever the press; 0: as force, speed and bone have it"}),
       field<&Burr::feed_limit>(
           "feed_limit", {.unit = "mm/s", .low = k_above_0, .high = 1e4, .help = "through matter, at most"}),
       field<&Burr::is_kinematic>("kinematic", {.help = "takes all that it sweeps, touched or not"}),

@@ -52,6 +52,8 @@ sim::ToolBall ball_around(const Burr& burr, const volume::ToolBody& body, const 
                           const sim::InstrumentInput& input);
 /// Can such a body be touched and cut with here?
 volume::Status check_body(const volume::ToolBody& body, bool is_round, const haptics::TouchScene& scene);
+/// Is it touched here with the balls that it needs? A smaller one lets it into bone that it has not cut.
+volume::Status check_touch(const sim::ToolNeeds& needs, const haptics::TouchScene& scene, const char* tool);
 /// A table that goes on after another's fields.
 std::vector<sim::Field> joined(std::span<const sim::Field> first, std::initializer_list<sim::Field> more);
 

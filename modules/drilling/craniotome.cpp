@@ -179,21 +179,6 @@ sim::ToolBall body(const Craniotome& c, const CraniotomeState& state, const sim:
   return ball_around(bit_of(c), body_of(c), state, input);
 }
 
-volume::Status check(const Craniotome& c, const haptics::TouchScene& scene) {
-  if (!(c.foot > c.diameter))
-    return volume::Error{"the foot is no wider than the bit", "craniotome foot",
-                         std::to_string(c.foot) + " mm", "more than " + std::to_string(c.diameter) + " mm",
-                         ""};
-  if (scene.tool_balls.empty())
-    return volume::Error{"a craniotome needs balls along its bit to touch with", "craniotome", "none",
-                         "a tool of several balls", "begin the operation with it"};
-  if (c.length < 2 * c.diameter)
-    return volume::Error{"the bit is too short for its width", "craniotome length",
-                         std::to_string(c.length) + " mm",
-                         "at least " + std::to_string(2 * c.diameter) + " mm", ""};
-  return check_body(body_of(c), true, scene);
-}
-
 sim::ToolNeeds needs(const Craniotome& c, const volume::Volume& anatomy) {
   Burr bit = bit_of(c);
   const double radius = touch_radius(bit, anatomy);
@@ -205,6 +190,22 @@ sim::ToolNeeds needs(const Craniotome& c, const volume::Volume& anatomy) {
   for (const dvec3& way : {dvec3(1, 0, 0), dvec3(-1, 0, 0), dvec3(0, 1, 0), dvec3(0, -1, 0)})
     needs.balls.push_back(out * way - dvec3(0, 0, radius));
   return needs;
+}
+
+volume::Status check(const Craniotome& c, const haptics::TouchScene& scene) {
+  if (!(c.foot > c.diameter))
+    return volume::Error{"the foot is no wider than the bit", "craniotome foot",
+                         std::to_string(c.foot) + " mm", "more than " + std::to_string(c.diameter) + " mm",
+                         ""};
+  if (scene.tool_balls.empty())
+    return volume::Error{"a craniotome needs balls along its bit to touch with", "craniotome", "none",
+                         "a tool of several balls", "begin the operation with it"};
+  if (volume::Status error = check_touch(needs(c, *scene.base), scene, "craniotome")) return error;
+  if (c.length < 2 * c.diameter)
+    return volume::Error{"the bit is too short for its width", "craniotome length",
+                         std::to_string(c.length) + " mm",
+                         "at least " + std::to_string(2 * c.diameter) + " mm", ""};
+  return check_body(body_of(c), true, scene);
 }
 
 std::string effect(const Craniotome&) { return "spin drag=0.3 chatter=0.1 frequency=80"; }

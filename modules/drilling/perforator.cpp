@@ -69,6 +69,10 @@ sim::ToolBall body(const Perforator& p, const PerforatorState& state, const sim:
   return ball_around(inner_of(p), ToolBody::ball(0.5 * p.inner), state, input);
 }
 
+sim::ToolNeeds needs(const Perforator& p, const volume::Volume& anatomy) {
+  return {p.inner, touch_radius(inner_of(p), anatomy), {}};
+}
+
 volume::Status check(const Perforator& p, const haptics::TouchScene& scene) {
   if (!(p.inner < p.diameter))
     return volume::Error{"the inner drill is no smaller than the outer one", "perforator inner",
@@ -78,11 +82,8 @@ volume::Status check(const Perforator& p, const haptics::TouchScene& scene) {
     return volume::Error{"a perforator needs one ball to touch with", "perforator",
                          scene.tool_balls.empty() ? "a point" : "several balls", "a tool of one ball",
                          "begin the operation with it"};
+  if (volume::Status error = check_touch(needs(p, *scene.base), scene, "perforator")) return error;
   return check_body(ToolBody::ball(0.5 * p.inner), true, scene);
-}
-
-sim::ToolNeeds needs(const Perforator& p, const volume::Volume& anatomy) {
-  return {p.inner, touch_radius(inner_of(p), anatomy), {}};
 }
 
 std::string effect(const Perforator&) { return "spin drag=0.05 chatter=0.1 frequency=25"; }

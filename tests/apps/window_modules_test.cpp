@@ -230,6 +230,48 @@ TEST_F(Window, AnchorsAreDraggedAndAToolStandsOnTheBone) {
   window.close();
 }
 
+/// A tool that touches with another ball comes when that is ready, goes no faster than it can, and stops
+/// where it came through: the hand is not led on to the far side. Then a burr again, of a point.
+TEST_F(Window, AToolComesWithWhatItTouchesWith) {
+  begin_flaps(scene_, {}, options_);
+  MainWindow window(scene_, options_);
+  window.show();
+  ASSERT_TRUE(QTest::qWaitForWindowExposed(&window));
+  ASSERT_TRUE(QTest::qWaitFor([&] { return window.operation()->viewport().triangle_count() > 1000; }, 10000));
+  auto* which = child<QComboBox>(window, "instrument");
+  const auto take = [&](const char* name) {
+    which->setCurrentIndex(which->findText(name));
+    emit which->activated(which->currentIndex());
+  };
+  const auto holds = [&](const char* name) {
+    return QTest::qWaitFor(
+        [&] {
+          const sim::Value& tool = window.operation()->tool();
+          return !tool.is_empty() && tool.name() == name;
+        },
+        20000);
+  };
+  take("Perforator");
+  EXPECT_TRUE(child<QLabel>(window, "notice")->text().contains("made ready"));
+  ASSERT_TRUE(holds("perforator")) << child<QLabel>(window, "notice")->text().toStdString();
+  EXPECT_GT(window.operation()->state().tool_radius, 3);
+  const QPoint middle = window.canvas()->rect().center();
+  QTest::mouseMove(window.canvas(), middle + QPoint(1, 0));
+  QTest::mouseMove(window.canvas(), middle);
+  ASSERT_TRUE(QTest::qWaitFor([&] { return window.operation()->touched().has_value(); }, 20000));
+  QTest::qWait(300);
+  QTest::mousePress(window.canvas(), Qt::LeftButton, {}, middle);
+  QTest::qWait(300);
+  keep(window, "perforator");
+  // 0.2 mm/s for each of some newtons, of a hole of 14 mm.
+  EXPECT_LT(window.operation()->state().removed_mm3, 80);
+  QTest::mouseRelease(window.canvas(), Qt::LeftButton, {}, middle);
+  take("Burr");
+  ASSERT_TRUE(holds("burr")) << child<QLabel>(window, "notice")->text().toStdString();
+  EXPECT_EQ(window.operation()->state().tool_radius, scene_->tool_radius);
+  window.close();
+}
+
 /// A path drives in place of the mouse, and what is saved meanwhile is of one moment.
 TEST_F(Window, ADeviceDrivesAndFilesAreOfOneMoment) {
   options_.device = std::make_shared<haptics::PlaybackDevice>(
