@@ -313,6 +313,13 @@ void BoneView::show(const StylusLook& s) {
   const dvec3 shaft_begin = s.tool_world + s.tool.shaft_from * shaft;
   place(p.shaft, shaft_begin, shaft, 34, s.tool.shaft_radius);
   place(p.grip, shaft_begin + 30.0 * shaft, shaft, 70, std::max(4.5, 2.6 * s.tool.shaft_radius));
+  // Seen from its end a handle hides what the tool does: then it is seen through.
+  double eye[3];
+  p.renderer->GetActiveCamera()->GetPosition(eye);
+  const dvec3 viewer = dvec3(eye[0], eye[1], eye[2]) - s.tool_world;
+  const bool is_end_on = glm::dot(shaft, viewer) > 0.75 * glm::length(viewer);
+  p.grip->GetProperty()->SetOpacity(is_end_on ? 0.15 : 1);
+  p.shaft->GetProperty()->SetOpacity(is_end_on ? 0.35 : 1);
   const bool is_touching = s.is_visible && s.has_contact;
   for (vtkActor* a : {p.proxy.Get(), p.leash.Get()}) a->SetVisibility(is_touching);
   place(p.proxy, s.proxy_world, {1, 0, 0}, 0.7, 0.7);

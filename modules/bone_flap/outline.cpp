@@ -38,7 +38,8 @@ std::string named(std::size_t i) { return "anchor " + std::to_string(i + 1); }
 bool check_loop(const std::vector<dvec3>& anchors, Trouble& trouble) {
   const std::size_t n = anchors.size();
   if (n < 3) {
-    trouble = {"the outline is open: it has " + std::to_string(n) + " anchors, and three make the smallest",
+    trouble = {"the outline is open: it has " + std::to_string(n) + (n == 1 ? " anchor" : " anchors") +
+                   ", and three make the smallest",
                n > 0 ? anchors[0] : dvec3(0)};
     return false;
   }
