@@ -317,7 +317,7 @@ void BoneView::show(const StylusLook& s) {
   double eye[3];
   p.renderer->GetActiveCamera()->GetPosition(eye);
   const dvec3 viewer = dvec3(eye[0], eye[1], eye[2]) - s.tool_world;
-  const bool is_end_on = glm::dot(shaft, viewer) > 0.75 * glm::length(viewer);
+  const bool is_end_on = glm::dot(shaft, viewer) > 0.93 * glm::length(viewer);
   p.grip->GetProperty()->SetOpacity(is_end_on ? 0.15 : 1);
   p.shaft->GetProperty()->SetOpacity(is_end_on ? 0.35 : 1);
   const bool is_touching = s.is_visible && s.has_contact;
