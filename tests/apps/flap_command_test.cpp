@@ -178,6 +178,50 @@ TEST_F(Command, ACraniotomyIsPlayedBranchedAndReplayed) {
   EXPECT_NE(run("run n.toml").err.find("{b 1,2}"), std::string::npos);
 }
 
+/// A real head at 0.6 mm: the perforator goes through both tables and the diploe between, and stops by
+/// itself.
+TEST_F(Command, ABurrHoleInARealHead) {
+  const std::string data = data_tools::real_data();
+  if (data.empty() || !is_whole()) GTEST_SKIP() << "long, and of real data: ./test.sh --all, TREPHINE_DATA";
+  ASSERT_EQ(
+      run("convert " + data + "/head_real/pcir_head_0.6mm.dicom.tar.xz --padding-to-air -o h.mha").exit_code,
+      0);
+  write("p.toml", R"(schema = 1
+scan = "h.mha"
+rate = 250
+[[places]]
+name = "side"
+from = [[1, -0.2, 0.55]]
+[[hands]]
+instrument = "perforator"
+place = "side"
+stiffness = 0.5
+shaft = [0, 0, 1]
+points = [[0, 0, 0, 15, 0], [0.2, 0, 0, 7, 0], [0.21, 0, 0, 6, 1], [0.6, 0, 0, -12, 1], [9.6, 0, 0, -40, 1],
+          [9.61, 0, 0, -10, 0], [10, 0, 0, 30, 0]]
+[[expect]]
+what = "events perforator-stopped"
+least = 1
+most = 1
+[[expect]]
+what = "thickness_mm side"
+least = 6
+most = 8
+[[expect]]
+what = "removed_mm3"
+least = 550
+most = 750
+)");
+  const Json played = json("run p.toml --record p.session");
+  EXPECT_EQ(played["is_met"], true) << played.dump(1);
+  EXPECT_EQ(json("replay p.session --case h.mha --verify")["is_same"], true);
+  const Json timeline = json("timeline p.session");
+  bool has_stopped = false;
+  for (const Json& row : timeline["rows"])
+    has_stopped = has_stopped || row.dump().find("perforator stopped after 5.8") != std::string::npos;
+  EXPECT_TRUE(has_stopped) << timeline.dump(1);
+}
+
 /// A plastic skull, its cap sawn off: a seam runs round the vault.
 TEST_F(Command, FlapsOfAPlasticSkull) {
   const std::string data = data_tools::real_data();
