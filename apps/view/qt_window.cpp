@@ -384,8 +384,9 @@ void MainWindow::show_state() {
     fault_->setText(!fault.empty() ? QString::fromStdString("\u26a0 " + fault)
                     : recording
                         ? QString::fromStdString("\u26a0 " + recording->what + ": " + recording->found)
-                    : record.is_led ? QString("led out of the bone that grew back")
-                                    : QString("ready"));
+                    : record.is_led                        ? QString("led out of the bone that grew back")
+                    : operation_->state().pending_jobs > 0 ? QString("working ...")
+                                                           : QString("ready"));
     fault_->setStyleSheet(fault.empty() && !recording ? "" : "color: #f6c944; font-weight: bold");
   } else {
     play_->setText(replay_->is_playing() ? "Pause" : "Play");
