@@ -136,6 +136,7 @@ bool OperationController::take_or_put_down() {
 }
 
 void OperationController::take(sim::Value what) {
+  const bool was_taking = is_taking();
   taken_ = {};
   const sim::InstrumentType* type =
       options_.catalogue ? options_.catalogue->find_instrument(what.name()) : nullptr;
@@ -148,7 +149,9 @@ void OperationController::take(sim::Value what) {
   wanted_balls_ = balls.size();
   const bool is_ready = type == nullptr || (wanted_balls_ == state_.tool_balls &&
                                             std::abs(wanted_radius_ - state_.tool_radius) < 0.05);
-  if (is_ready) return apply(std::move(what));
+  if (is_ready && !was_taking) return apply(std::move(what));  // else the others are on their way
+  if (!was_taking) before_ = state_.tool;
+  frames_without_job_ = 0;
   apply(sim::LayDown());
   apply(sim::ToolGeometry{wanted_radius_, balls});
   taken_ = std::move(what);
@@ -156,10 +159,16 @@ void OperationController::take(sim::Value what) {
 
 void OperationController::go_on_taking() {
   if (!is_taking()) return;
-  if (state_.refused) taken_ = {};
-  if (is_taking() && wanted_balls_ == state_.tool_balls &&
-      std::abs(wanted_radius_ - state_.tool_radius) < 1e-9)
+  const bool has_come =
+      wanted_balls_ == state_.tool_balls && std::abs(wanted_radius_ - state_.tool_radius) < 1e-9;
+  constexpr int k_patience = 120;  // frames in which nobody works on it
+  frames_without_job_ = state_.pending_jobs == 0 ? frames_without_job_ + 1 : 0;
+  if (has_come && !state_.refused) {
     apply(std::exchange(taken_, {}));
+  } else if (state_.refused || frames_without_job_ > k_patience) {
+    taken_ = {};
+    if (!before_.is_empty()) apply(std::exchange(before_, {}));
+  }
 }
 
 /// mm along the ray to what came off; negative: to none.

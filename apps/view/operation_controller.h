@@ -107,7 +107,9 @@ class OperationController {
   sim::Value grabbed_;          ///< the command that moves what is held; empty: nothing is
   glm::dvec3 dragged_to_{0.0};  ///< where that was told last
   int frames_since_drag_ = 0;
-  sim::Value taken_;  ///< an instrument that waits for its balls; empty: none
+  sim::Value taken_;   ///< an instrument that waits for its balls; empty: none
+  sim::Value before_;  ///< what the hand had until then, for when they do not come
+  int frames_without_job_ = 0;
   double wanted_radius_ = 0;
   std::size_t wanted_balls_ = 0;
   std::shared_ptr<const sim::Overlays> shown_;  ///< in the picture

@@ -184,7 +184,7 @@ volume::Status set_tool(TouchScene& scene, double radius, std::vector<glm::dvec3
 
 double gyration_square(const TouchScene& scene) noexcept {
   // mm2: a hand turns what it holds by itself, as if it had it 20 mm to either side. Tied by its balls alone
-  // a craniotome's bit leans by ten degrees under what it cuts, and is caught in its burr hole.
+  // a craniotome's bit leans under what it cuts until it is caught in its burr hole.
   constexpr double k_least = 400;
   double sum = 0;
   for (const glm::dvec3& at : scene.tool_balls) sum += glm::dot(at, at);

@@ -18,6 +18,7 @@ struct SeenFlap final : sim::JobResult {
   std::uint64_t hash() const override {
     volume::MixHash all;
     sim::add_value(all, seen);
+    all.add(area);
     return all.value();
   }
 };
@@ -107,6 +108,7 @@ sim::Overlay look_of_preview(const FlapSettings& shown) {
   sim::Overlay preview;
   const auto rings = static_cast<std::size_t>(shown.lid_rings);
   const std::size_t lines = shown.depth.size();
+  if (lines == 0 || shown.lid.size() != lines * (rings + 1)) return preview;  // a file that was tampered with
   dvec3 deepest(0);
   for (const dvec3& p : shown.depth) deepest += p / static_cast<double>(lines);
   const dvec3 out = glm::normalize(shown.lid[0] - deepest);

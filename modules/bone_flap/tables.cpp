@@ -86,10 +86,14 @@ const sim::Schema& FlapWorld::schema() {
 
 const sim::Schema& FlapSettings::schema() {
   static constexpr sim::Field fields[] = {
-      field<&FlapSettings::anchors>("anchors"), field<&FlapSettings::tried>("tried"),
-      field<&FlapSettings::trouble>("trouble"), field<&FlapSettings::trouble_at>("trouble_at"),
-      field<&FlapSettings::lid>("lid"),         field<&FlapSettings::lid_rings>("lid_rings"),
-      field<&FlapSettings::depth>("depth"),     field<&FlapSettings::preview>("preview")};
+      field<&FlapSettings::anchors>("anchors"),
+      field<&FlapSettings::tried>("tried"),
+      field<&FlapSettings::trouble>("trouble"),
+      field<&FlapSettings::trouble_at>("trouble_at"),
+      field<&FlapSettings::lid>("lid"),
+      field<&FlapSettings::lid_rings>("lid_rings", {.low = 0, .high = 65536}),
+      field<&FlapSettings::depth>("depth"),
+      field<&FlapSettings::preview>("preview")};
   static constexpr sim::Schema table{"flap-settings", 1, fields};
   return table;
 }
