@@ -3,7 +3,6 @@
 #include <cassert>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
-#include <limits>
 
 #include "volume/parallel.h"
 
@@ -20,9 +19,6 @@ constexpr int k_tile_columns = 64, k_tile_rows = 16;
 constexpr double k_shallow = 0x1p-13;  // voxels a slab: below it a crossing is found in double precision
 constexpr double k_near = 1e-9;        // voxels, of rays that may lie in a plane
 constexpr double k_far = 0x1p18;       // voxels, beyond which fractions lose digits
-
-/// The voxel that holds a place along one axis, as voxel_of() says.
-int voxel_along(double p) noexcept { return voxel_of({p, 0, 0}).x; }
 
 bool is_traceable(const dvec3& p) noexcept {
   for (int a = 0; a < 3; ++a)
@@ -322,52 +318,11 @@ void LineIntegrals::integrate(const RayFan& fan, const PixelBox& box, RaySum how
 }
 
 double LineIntegrals::integrate(const Ray& ray, double from, double to) const noexcept {
-  if (!is_traceable(ray.start) || !is_traceable(ray.end) || !(from < to)) return 0;
-  const dvec3 along = ray.end - ray.start;
-  if (along == dvec3(0.0)) return 0;
-  const ivec3 size = volume_->size;
-  // Clip at the grid's faces.
-  double in = from, out = to;
-  int entered = -1;
-  for (int a = 0; a < 3; ++a) {
-    if (along[a] == 0) {
-      const int v = voxel_along(ray.start[a]);
-      if (v < 0 || v >= size[a]) return 0;
-      continue;
-    }
-    const double low = (-0.5 - ray.start[a]) / along[a], high = (size[a] - 0.5 - ray.start[a]) / along[a];
-    if (std::min(low, high) > in) in = std::min(low, high), entered = a;
-    out = std::min(out, std::max(low, high));
-  }
-  if (!(in < out)) return 0;
-  ivec3 voxel, step{0};
-  dvec3 next{std::numeric_limits<double>::infinity()};  // where the next plane along each axis is crossed
-  const auto plane_at = [&](int a) { return (voxel[a] + 0.5 * step[a] - ray.start[a]) / along[a]; };
-  for (int a = 0; a < 3; ++a) {
-    step[a] = along[a] > 0 ? 1 : along[a] < 0 ? -1 : 0;
-    voxel[a] = a == entered ? (step[a] > 0 ? 0 : size[a] - 1)
-                            : std::clamp(voxel_along(ray.start[a] + in * along[a]), 0, size[a] - 1);
-    if (step[a] == 0) {
-      voxel[a] = voxel_along(ray.start[a]);
-      continue;
-    }
-    next[a] = plane_at(a);
-    // What rounding put behind a plane that is still ahead, or before one that was passed.
-    while (next[a] <= in && voxel[a] + step[a] >= 0 && voxel[a] + step[a] < size[a])
-      voxel[a] += step[a], next[a] = plane_at(a);
-  }
-  double sum = 0, t = in;
-  for (;;) {
-    const int a = next.x < next.y ? (next.x < next.z ? 0 : 2) : (next.y < next.z ? 1 : 2);
-    const double end = std::min(next[a], out);
-    const std::int16_t v = volume_->voxels[volume_->index(voxel.x, voxel.y, voxel.z)];
-    if (v > weights_.none && end > t) sum += (end - t) * weights_.of(v);
-    t = std::max(t, end);
-    if (next[a] >= out) return sum;
-    voxel[a] += step[a];
-    if (voxel[a] < 0 || voxel[a] >= size[a]) return sum;
-    next[a] = plane_at(a);
-  }
+  if (!is_traceable(ray.start) || !is_traceable(ray.end) || ray.start == ray.end) return 0;
+  return sum_along(ray, from, to, {ivec3(0), volume_->size - 1}, [this](const ivec3& v) {
+    const std::int16_t intensity = volume_->voxels[volume_->index(v.x, v.y, v.z)];
+    return intensity > weights_.none ? weights_.of(intensity) : 0.0;
+  });
 }
 
 }  // namespace trephine::volume

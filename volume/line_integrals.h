@@ -2,6 +2,8 @@
 // voxel (Siddon 1985), or between voxels' centres (Joseph 1982).
 #pragma once
 
+#include <algorithm>
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -38,6 +40,12 @@ struct PixelBox {
 
 /// How rays are summed up.
 enum class RaySum : std::uint8_t { exact, joseph };
+
+/// Sums weight(voxel) over the part of a ray between two of its parameters (of 0 .. 1) that lies in a box of
+/// voxels, times how much of the parameter passes there; exactly, in double precision. Coordinates below
+/// k_traversal_limit. Boxes beside each other sum up what one box of both does.
+template <class Weight>
+double sum_along(const Ray& ray, double from, double to, const VoxelBox& box, const Weight& weight) noexcept;
 
 class LineIntegrals {
  public:
@@ -92,5 +100,53 @@ class LineIntegrals {
   glm::ivec3 blocks_;
   std::array<View, 3> views_;
 };
+
+template <class Weight>
+double sum_along(const Ray& ray, double from, double to, const VoxelBox& box, const Weight& weight) noexcept {
+  constexpr double k_never = std::numeric_limits<double>::infinity();
+  const glm::dvec3 along = ray.end - ray.start;
+  const auto voxel_along = [](double p) noexcept { return voxel_of({p, 0, 0}).x; };
+  // Clip at the box's faces.
+  double in = from, out = to;
+  int entered = -1;
+  for (int a = 0; a < 3; ++a) {
+    if (along[a] == 0) {
+      const int v = voxel_along(ray.start[a]);
+      if (v < box.low[a] || v > box.high[a]) return 0;
+      continue;
+    }
+    const double low = (box.low[a] - 0.5 - ray.start[a]) / along[a],
+                 high = (box.high[a] + 0.5 - ray.start[a]) / along[a];
+    if (std::min(low, high) > in) in = std::min(low, high), entered = a;
+    out = std::min(out, std::max(low, high));
+  }
+  if (!(in < out)) return 0;
+  glm::ivec3 voxel, step{0};
+  glm::dvec3 next{k_never};  // where the next plane along each axis is crossed
+  const auto plane_at = [&](int a) { return (voxel[a] + 0.5 * step[a] - ray.start[a]) / along[a]; };
+  for (int a = 0; a < 3; ++a) {
+    step[a] = along[a] > 0 ? 1 : along[a] < 0 ? -1 : 0;
+    if (step[a] == 0) {
+      voxel[a] = voxel_along(ray.start[a]);
+      continue;
+    }
+    voxel[a] = a == entered ? (step[a] > 0 ? box.low[a] : box.high[a])
+                            : std::clamp(voxel_along(ray.start[a] + in * along[a]), box.low[a], box.high[a]);
+    next[a] = plane_at(a);
+    // What rounding put behind a plane that is still ahead.
+    while (next[a] <= in && voxel[a] + step[a] >= box.low[a] && voxel[a] + step[a] <= box.high[a])
+      voxel[a] += step[a], next[a] = plane_at(a);
+  }
+  double sum = 0, t = in;
+  for (;;) {
+    const int a = next.x < next.y ? (next.x < next.z ? 0 : 2) : (next.y < next.z ? 1 : 2);
+    const double end = std::min(next[a], out);
+    if (end > t) sum += (end - t) * weight(voxel), t = end;
+    if (next[a] >= out) return sum;
+    voxel[a] += step[a];
+    if (voxel[a] < box.low[a] || voxel[a] > box.high[a]) return sum;
+    next[a] = plane_at(a);
+  }
+}
 
 }  // namespace trephine::volume

@@ -1,0 +1,110 @@
+#include "modules/fluoroscopy/fluoroscopy.h"
+
+#include <array>
+#include <vector>
+
+#include "sim/work.h"
+
+namespace trephine::fluoroscopy {
+
+using sim::field;
+
+namespace {
+
+/// The fields of a CArm, and those of what is one and more.
+std::vector<sim::Field> with_pose(std::span<const sim::Field> own) {
+  const std::span<const sim::Field> pose = CArm::schema().fields;
+  std::vector<sim::Field> all(pose.begin(), pose.end());
+  all.insert(all.end(), own.begin(), own.end());
+  return all;
+}
+
+}  // namespace
+
+Dose dose_of(const CArm& arm, const Shoot& shot) noexcept {
+  // At a metre.
+  const double kerma = k_kerma_output * shot.voltage * shot.voltage * shot.current * shot.time;
+  const double reference = std::max(50.0, arm.to_patient - 150) / 1000, detector = arm.to_detector / 1000;
+  const View view(arm);
+  const double pixels = static_cast<double>(view.open.column_high - view.open.column_low) *
+                        (view.open.row_high - view.open.row_low);
+  const double cm2 = pixels * arm.pixel * arm.pixel / 100;
+  return {kerma / (reference * reference), kerma / (detector * detector) * cm2};
+}
+
+std::span<const sim::ValueType* const> Fluoroscopy::commands() const {
+  static const std::array all{&sim::value_type<CArm>(), &sim::value_type<Shoot>()};
+  return all;
+}
+
+std::span<const sim::ValueType* const> Fluoroscopy::events() const {
+  static const std::array all{&sim::value_type<XrayTaken>()};
+  return all;
+}
+
+volume::Status Fluoroscopy::allows(const sim::Command& command, const sim::OperationState& now) const {
+  if (const auto* arm = command.what.as<CArm>()) return check(*arm);
+  const auto* state = now.settings_of<FluoroscopyState>();
+  if (command.what.as<Shoot>() != nullptr && state != nullptr && !state->is_placed)
+    return volume::Error{"nobody said where the C-arm stands", "shoot", "", "a command c-arm before it", ""};
+  return std::nullopt;
+}
+
+void Fluoroscopy::apply(const sim::Command& command, sim::ModuleWork& work) const {
+  auto& state = work.change_settings<FluoroscopyState>();
+  if (const auto* arm = command.what.as<CArm>()) {
+    static_cast<CArm&>(state) = *arm;
+    state.is_placed = true;
+  } else if (const auto* shot = command.what.as<Shoot>()) {
+    const Dose dose = dose_of(state, *shot);
+    ++state.shots;
+    state.seconds += shot->time, state.kerma += dose.kerma, state.area_product += dose.area_product;
+    XrayTaken taken;
+    static_cast<CArm&>(taken) = state;
+    taken.number = state.shots, taken.voltage = shot->voltage;
+    taken.kerma = dose.kerma, taken.area_product = dose.area_product;
+    work.raise_event(taken, state.isocentre);
+  }
+}
+
+std::vector<sim::Measure> Fluoroscopy::measures(const sim::OperationState& now) const {
+  const auto* state = now.settings_of<FluoroscopyState>();
+  if (state == nullptr || state->shots == 0) return {};
+  return {{"X-ray shots", static_cast<double>(state->shots), ""},
+          {"X-ray time", state->seconds, "s"},
+          {"X-ray kerma", state->kerma, "mGy"},
+          {"X-ray kerma-area product", state->area_product, "mGy cm2"}};
+}
+
+const sim::Schema& Shoot::schema() {
+  static constexpr sim::Field fields[] = {
+      field<&Shoot::time>("time", {.unit = "s", .low = 0.001, .high = 600, .help = "of exposure"}),
+      field<&Shoot::voltage>("voltage", {.unit = "kV", .low = 40, .high = 150}),
+      field<&Shoot::current>("current", {.unit = "mA", .low = 0.1, .high = 1000})};
+  static constexpr sim::Schema table{"shoot", 1, fields};
+  return table;
+}
+
+const sim::Schema& XrayTaken::schema() {
+  static constexpr sim::Field own[] = {
+      field<&XrayTaken::number>("number", {.help = "from 1"}),
+      field<&XrayTaken::voltage>("voltage", {.unit = "kV"}),
+      field<&XrayTaken::kerma>("kerma", {.unit = "mGy", .help = "150 mm before the isocentre"}),
+      field<&XrayTaken::area_product>("area_product", {.unit = "mGy cm2"})};
+  static const std::vector<sim::Field> fields = with_pose(own);
+  static const sim::Schema table{"x-ray-taken", 1, fields};
+  return table;
+}
+
+const sim::Schema& FluoroscopyState::schema() {
+  static constexpr sim::Field own[] = {
+      field<&FluoroscopyState::is_placed>("is_placed"), field<&FluoroscopyState::shots>("shots"),
+      field<&FluoroscopyState::seconds>("seconds", {.unit = "s"}),
+      field<&FluoroscopyState::kerma>("kerma", {.unit = "mGy"}),
+      field<&FluoroscopyState::area_product>("area_product", {.unit = "mGy cm2"})};
+  static const std::vector<sim::Field> fields = with_pose(own);
+  static const sim::Schema table{"fluoroscopy-state", 1, fields};
+  return table;
+}
+
+}  // namespace trephine::fluoroscopy

@@ -1,0 +1,87 @@
+#include "modules/fluoroscopy/removed_matter.h"
+
+#include <set>
+
+#include "volume/parallel.h"
+
+namespace trephine::fluoroscopy {
+
+using glm::ivec3;
+using volume::Version;
+
+namespace {
+
+/// Blocks of voxels that hold samples of bricks which `of` has and `other` has not.
+void add_changed(const Version& of, const Version* other, std::set<std::array<int, 3>>& changed) {
+  const volume::CutLattice& lattice = of.lattice();
+  of.for_bricks_in(ivec3(0), lattice.size() - 1, [&](const ivec3& low, const volume::Brick& brick) {
+    if (other != nullptr && other->brick_at(low) == &brick) return;
+    const ivec3 first = glm::max(lattice.voxel_of(low), ivec3(0)) / RemovedMatter::k_edge,
+                last = glm::min(lattice.voxel_of(low + volume::k_brick - 1), of.base().size - 1);
+    if (last.x < 0 || last.y < 0 || last.z < 0) return;
+    for (int z = first.z; z <= last.z / RemovedMatter::k_edge; ++z)
+      for (int y = first.y; y <= last.y / RemovedMatter::k_edge; ++y)
+        for (int x = first.x; x <= last.x / RemovedMatter::k_edge; ++x) changed.insert({z, y, x});
+  });
+}
+
+}  // namespace
+
+volume::VoxelBox RemovedMatter::box_of(const std::array<int, 3>& place) noexcept {
+  const ivec3 low = k_edge * ivec3(place[2], place[1], place[0]);
+  return {low, low + k_edge - 1};
+}
+
+double RemovedMatter::sum(const volume::Ray& ray, double from, double to, const std::array<int, 3>& place,
+                          const Block& block) noexcept {
+  return volume::sum_along(ray, from, to, box_of(place), [&block](const ivec3& v) {
+    return static_cast<double>(
+        block.weights[static_cast<std::size_t>((v.x & 7) + 8 * ((v.y & 7) + 8 * (v.z & 7)))]);
+  });
+}
+
+std::vector<ivec3> RemovedMatter::update(const volume::LineIntegrals& lines,
+                                         std::shared_ptr<const Version> version, int threads) {
+  std::set<std::array<int, 3>> changed;
+  add_changed(*version, version_.get(), changed);
+  if (version_) add_changed(*version_, version.get(), changed);
+  const std::vector<std::array<int, 3>> places(changed.begin(), changed.end());
+  std::vector<Block> made(places.size());
+  std::vector<std::uint8_t> is_any(places.size(), 0);
+  const volume::Volume& base = version->base();
+  const volume::CutLattice& lattice = version->lattice();
+  volume::parallel_for(static_cast<int>(places.size()), threads, [&](int n) {
+    const auto i = static_cast<std::size_t>(n);
+    const volume::VoxelBox box = box_of(places[i]);
+    const ivec3 last = glm::min(box.high, base.size - 1);
+    for (int z = box.low.z; z <= last.z; ++z)
+      for (int y = box.low.y; y <= last.y; ++y) {
+        if (!version->has_brick(lattice.low_of({box.low.x, y, z}), lattice.high_of({last.x, y, z}))) continue;
+        for (int x = box.low.x; x <= last.x; ++x) {
+          const std::int16_t intensity = base.voxels[base.index(x, y, z)];
+          if (intensity <= lines.weights().none) continue;
+          const double share = version->removed_share({x, y, z});
+          if (!(share > 0)) continue;
+          made[i].weights[static_cast<std::size_t>((x & 7) + 8 * ((y & 7) + 8 * (z & 7)))] =
+              static_cast<float>(share * lines.weights().of(intensity));
+          is_any[i] = 1;
+        }
+      }
+  });
+  std::vector<ivec3> result;
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    const auto old = blocks_.find(places[i]);
+    if (is_any[i]) {
+      if (old != blocks_.end() && old->second.weights == made[i].weights) continue;
+      blocks_[places[i]] = made[i];
+    } else {
+      if (old == blocks_.end()) continue;
+      blocks_.erase(old);
+    }
+    result.push_back({places[i][2], places[i][1], places[i][0]});
+  }
+  version_ = std::move(version);
+  return result;
+}
+
+}  // namespace trephine::fluoroscopy

@@ -1,0 +1,241 @@
+#include "modules/fluoroscopy/volume_xray.h"
+
+#include <algorithm>
+#include <cmath>
+#include <glm/geometric.hpp>
+
+#include "modules/fluoroscopy/mesh_crossings.h"
+#include "volume/parallel.h"
+
+namespace trephine::fluoroscopy {
+
+using glm::dvec3;
+using glm::ivec3;
+using volume::PixelBox;
+using volume::Ray;
+
+namespace {
+
+bool is_same(const View& a, const View& b) noexcept {
+  return a.source == b.source && a.corner == b.corner && a.right == b.right && a.down == b.down &&
+         a.columns == b.columns && a.rows == b.rows && a.open.column_low == b.open.column_low &&
+         a.open.row_low == b.open.row_low && a.open.column_high == b.open.column_high &&
+         a.open.row_high == b.open.row_high;
+}
+
+std::size_t index_of(const View& view, int column, int row) noexcept {
+  return static_cast<std::size_t>(column) +
+         static_cast<std::size_t>(view.columns) * static_cast<std::size_t>(row);
+}
+
+double length_of(const View& view, int column, int row) noexcept {
+  return glm::length(view.pixel(column, row) - view.source);
+}
+
+Ray ray_in(const volume::Frame& frame, const View& view, int column, int row) noexcept {
+  return {frame.volume_from_world(view.source), frame.volume_from_world(view.pixel(column, row))};
+}
+
+}  // namespace
+
+VolumeXray::VolumeXray(std::shared_ptr<const volume::Volume> scan, double energy_kev, int threads)
+    : scan_(std::move(scan)),
+      energy_(energy_kev),
+      lines_(*scan_, weights_of_hounsfield(energy_kev), threads) {}
+
+/// The pixels in which a block may be seen.
+PixelBox VolumeXray::shadow(const View& view, const std::array<int, 3>& block) const {
+  const volume::VoxelBox box = RemovedMatter::box_of(block);
+  double low_x = 1e300, low_y = 1e300, high_x = -1e300, high_y = -1e300;
+  for (int corner = 0; corner < 8; ++corner) {
+    const dvec3 p{corner & 1 ? box.high.x + 0.5 : box.low.x - 0.5,
+                  corner & 2 ? box.high.y + 0.5 : box.low.y - 0.5,
+                  corner & 4 ? box.high.z + 0.5 : box.low.z - 0.5};
+    const auto at = view.seen(scan_->frame.world_from_volume(p));
+    if (!at) return view.open;  // beside or behind the source: anywhere
+    low_x = std::min(low_x, at->x), high_x = std::max(high_x, at->x);
+    low_y = std::min(low_y, at->y), high_y = std::max(high_y, at->y);
+  }
+  const auto clamped = [](double v, int low, int high) {
+    return static_cast<int>(std::clamp(v, static_cast<double>(low), static_cast<double>(high)));
+  };
+  const PixelBox& open = view.open;
+  return {clamped(std::floor(low_x) - 1, open.column_low, open.column_high),
+          clamped(std::floor(low_y) - 1, open.row_low, open.row_high),
+          clamped(std::ceil(high_x) + 2, open.column_low, open.column_high),
+          clamped(std::ceil(high_y) + 2, open.row_low, open.row_high)};
+}
+
+/// Null: all of it.
+void VolumeXray::renew_removed(const View& view, const std::vector<ivec3>* changed, int threads) {
+  const int down = (view.rows + k_tile - 1) / k_tile;
+  tiles_across_ = (view.columns + k_tile - 1) / k_tile;
+  tiles_.assign(static_cast<std::size_t>(tiles_across_) * static_cast<std::size_t>(down), {});
+  std::vector<std::uint8_t> is_stale(tiles_.size(), changed == nullptr);
+  const auto for_tiles = [&](const PixelBox& box, auto&& use) {
+    if (box.is_empty()) return;
+    for (int row = box.row_low / k_tile; row <= (box.row_high - 1) / k_tile; ++row)
+      for (int column = box.column_low / k_tile; column <= (box.column_high - 1) / k_tile; ++column)
+        use(static_cast<std::size_t>(column) +
+            static_cast<std::size_t>(tiles_across_) * static_cast<std::size_t>(row));
+  };
+  for (const auto& block : removed_.blocks())
+    for_tiles(shadow(view, block.first), [&](std::size_t tile) { tiles_[tile].push_back(&block); });
+  if (changed != nullptr)
+    for (const ivec3& c : *changed)
+      for_tiles(shadow(view, {c.z, c.y, c.x}), [&](std::size_t tile) { is_stale[tile] = 1; });
+  std::vector<int> stale;
+  for (std::size_t tile = 0; tile < tiles_.size(); ++tile)
+    if (is_stale[tile]) stale.push_back(static_cast<int>(tile));
+  std::atomic<std::int64_t> rays{0};
+  volume::parallel_for(static_cast<int>(stale.size()), threads, [&](int n) {
+    const int tile = stale[static_cast<std::size_t>(n)];
+    const BlockList& blocks = tiles_[static_cast<std::size_t>(tile)];
+    const int column_low = std::max(view.open.column_low, tile % tiles_across_ * k_tile),
+              row_low = std::max(view.open.row_low, tile / tiles_across_ * k_tile);
+    const int column_high = std::min(view.open.column_high, (tile % tiles_across_ + 1) * k_tile),
+              row_high = std::min(view.open.row_high, (tile / tiles_across_ + 1) * k_tile);
+    for (int row = row_low; row < row_high; ++row)
+      for (int column = column_low; column < column_high; ++column) {
+        double sum = 0;
+        if (!blocks.empty()) {
+          const Ray ray = ray_in(scan_->frame, view, column, row);
+          for (const auto* block : blocks) sum += RemovedMatter::sum(ray, 0, 1, block->first, block->second);
+          sum *= length_of(view, column, row);
+          rays.fetch_add(1, std::memory_order_relaxed);
+        }
+        taken_[index_of(view, column, row)] = sum;
+      }
+  });
+  counters_.renewed_rays += rays;
+}
+
+double VolumeXray::anatomy(const Ray& ray, double from, double to, std::size_t tile) const {
+  double sum = lines_.integrate(ray, from, to);
+  for (const auto* block : tiles_[tile])
+    sum -= RemovedMatter::sum(ray, from, to, block->first, block->second);
+  return sum;
+}
+
+/// In place of what the scan has where they are.
+volume::Status VolumeXray::add_things(const View& view, std::span<const Thing> things, int threads,
+                                      std::vector<double>& sums) {
+  struct Met {
+    std::size_t pixel;
+    double t;
+    int into;
+    std::size_t thing;
+  };
+  std::vector<Met> met;
+  for (std::size_t i = 0; i < things.size(); ++i) {
+    std::vector<dvec3> vertices;
+    vertices.reserve(things[i].tree->vertices().size());
+    for (const dvec3& v : things[i].tree->vertices()) vertices.push_back(things[i].place.world_from_local(v));
+    if (!for_crossings(view, {vertices, things[i].tree->triangles()}, [&](const Crossing& c) {
+          met.push_back({index_of(view, c.column, c.row), c.t, c.into, i});
+        }))
+      return volume::Error{"a thing reaches the C-arm's source", "things", std::to_string(i + 1),
+                           "all of it before the source", "move the C-arm"};
+  }
+  std::sort(met.begin(), met.end(), [](const Met& a, const Met& b) {
+    return a.pixel != b.pixel ? a.pixel < b.pixel : a.t != b.t ? a.t < b.t : a.thing < b.thing;
+  });
+  std::vector<std::size_t> first;
+  for (std::size_t i = 0; i < met.size(); ++i)
+    if (i == 0 || met[i].pixel != met[i - 1].pixel) first.push_back(i);
+  counters_.thing_rays += static_cast<std::int64_t>(first.size());
+  volume::parallel_for(static_cast<int>(first.size()), threads, [&](int n) {
+    const std::size_t begin = first[static_cast<std::size_t>(n)],
+                      end = static_cast<std::size_t>(n) + 1 < first.size()
+                                ? first[static_cast<std::size_t>(n) + 1]
+                                : met.size();
+    const std::size_t pixel = met[begin].pixel;
+    const int column = static_cast<int>(pixel % static_cast<std::size_t>(view.columns)),
+              row = static_cast<int>(pixel / static_cast<std::size_t>(view.columns));
+    const Ray ray = ray_in(scan_->frame, view, column, row);
+    const double length = length_of(view, column, row);
+    std::vector<int> depth(things.size(), 0);
+    for (std::size_t i = begin; i + 1 < end; ++i) {
+      depth[met[i].thing] += met[i].into;
+      if (!(met[i].t < met[i + 1].t)) continue;
+      // An implant before a piece of bone; of several the one that was named first.
+      const Thing* inside = nullptr;
+      for (std::size_t k = 0; k < things.size(); ++k)
+        if (depth[k] > 0 && (inside == nullptr || (inside->is_of_scan && !things[k].is_of_scan)))
+          inside = &things[k];
+      if (inside == nullptr) continue;
+      double own = inside->attenuation * (met[i + 1].t - met[i].t);
+      if (inside->is_of_scan) {
+        const haptics::Placement back = inside->place.inverse();
+        const volume::Frame& frame = scan_->frame;
+        own = lines_.integrate({frame.volume_from_world(back.world_from_local(view.source)),
+                                frame.volume_from_world(back.world_from_local(view.pixel(column, row)))},
+                               met[i].t, met[i + 1].t);
+      }
+      sums[pixel] += length * (own - anatomy(ray, met[i].t, met[i + 1].t, tile_of(column, row)));
+    }
+  });
+  return std::nullopt;
+}
+
+volume::Status VolumeXray::project(const View& view, std::shared_ptr<const volume::Version> version,
+                                   std::span<const Thing> things, volume::RaySum how, int threads) {
+  counters_ = {};
+  const bool is_new = !view_ || !is_same(*view_, view) || how_ != how;
+  const std::vector<ivec3> changed = removed_.update(lines_, std::move(version), threads);
+  const PixelBox& open = view.open;
+  if (is_new) {
+    view_ = view, how_ = how;
+    const std::size_t count = static_cast<std::size_t>(view.columns) * static_cast<std::size_t>(view.rows);
+    whole_.assign(count, 0), taken_.assign(count, 0);
+    lines_.integrate(view.fan_in(scan_->frame), open, how, threads, whole_);
+    for (int row = open.row_low; row < open.row_high; ++row)
+      for (int column = open.column_low; column < open.column_high; ++column)
+        whole_[index_of(view, column, row)] *= length_of(view, column, row);
+    counters_.full_rays +=
+        static_cast<std::int64_t>(open.column_high - open.column_low) * (open.row_high - open.row_low);
+    renew_removed(view, nullptr, threads);
+  } else if (!changed.empty()) {
+    renew_removed(view, &changed, threads);
+  }
+  std::vector<double> sums(whole_.size());
+  for (std::size_t i = 0; i < sums.size(); ++i) sums[i] = whole_[i] - taken_[i];
+  if (volume::Status error = add_things(view, things, threads, sums)) return error;
+  for (double& sum : sums) sum = std::max(sum, 0.0);  // rounding of what was taken whole
+  sums_ = std::move(sums);
+  return std::nullopt;
+}
+
+std::vector<Border> VolumeXray::borders(const View& view) const {
+  std::vector<Border> result(static_cast<std::size_t>(view.columns) * static_cast<std::size_t>(view.rows),
+                             Border::none);
+  const ivec3 size = scan_->size;
+  volume::parallel_for(view.open.row_high - view.open.row_low, 0, [&](int n) {
+    const int row = view.open.row_low + n;
+    for (int column = view.open.column_low; column < view.open.column_high; ++column) {
+      const Ray ray = ray_in(scan_->frame, view, column, row);
+      const dvec3 along = ray.end - ray.start;
+      double in = 0, out = 1;
+      for (int a = 0; a < 3; ++a) {
+        const double low = (-0.5 - ray.start[a]) / along[a], high = (size[a] - 0.5 - ray.start[a]) / along[a];
+        if (along[a] == 0) {
+          if (ray.start[a] < -0.5 || ray.start[a] >= size[a] - 0.5) out = -1;
+        } else {
+          in = std::max(in, std::min(low, high)), out = std::min(out, std::max(low, high));
+        }
+      }
+      if (!(in < out)) continue;
+      int most = k_tissue_from - 1;
+      for (const double t : {in, out}) {
+        const ivec3 v = glm::clamp(volume::voxel_of(ray.start + t * along), ivec3(0), size - 1);
+        most = std::max<int>(most, scan_->voxels[scan_->index(v.x, v.y, v.z)]);
+      }
+      result[index_of(view, column, row)] = most >= k_bone_from     ? Border::bone
+                                            : most >= k_tissue_from ? Border::tissue
+                                                                    : Border::none;
+    }
+  });
+  return result;
+}
+
+}  // namespace trephine::fluoroscopy
