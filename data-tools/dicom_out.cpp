@@ -4,14 +4,13 @@
 #include <cerrno>
 #include <cmath>
 #include <filesystem>
-#include <gdcmWriter.h>
 #include <glm/geometric.hpp>
 
 #include "data-tools/apart.h"
 #include "data-tools/atomic_file.h"
+#include "data-tools/dicom_writer.h"
 #include "data-tools/opening.h"
 #include "data-tools/writing.h"
-#include "volume/mix_hash.h"
 
 namespace trephine::data_tools {
 
@@ -22,75 +21,8 @@ using volume::Status;
 
 namespace {
 
-/// A decimal string of at most 16 characters, as exact as they allow.
-std::string decimal(double v) {
-  char text[40];
-  for (int digits = 15; digits > 1; --digits)
-    if (std::snprintf(text, sizeof text, "%.*g", digits, v == 0 ? 0.0 : v) <= 16) break;
-  return text;
-}
-
-/// 2.25 and 122 bits in decimal: an identifier that needs no registration.
-std::string identifier(std::uint64_t hash, std::uint64_t kind) {
-  volume::MixHash mix;
-  mix.add(hash);
-  mix.add(kind);
-  std::uint64_t high = mix.value() >> 6;
-  mix.add(hash);
-  std::uint64_t low = mix.value();
-  std::string digits;
-  while (high != 0 || low != 0) {
-    // Long division of both halves by 10, 32 bits at a time.
-    std::uint64_t rest = 0;
-    for (std::uint64_t* part : {&high, &low}) {
-      const std::uint64_t upper = (rest << 32) | (*part >> 32), a = upper / 10;
-      const std::uint64_t lower = (upper % 10) << 32 | (*part & 0xffffffff), b = lower / 10;
-      rest = lower % 10;
-      *part = a << 32 | b;
-    }
-    digits.insert(digits.begin(), static_cast<char>('0' + rest));
-  }
-  return "2.25." + digits;
-}
-
-class Image {
- public:
-  Image& set(std::uint16_t group, std::uint16_t element, const char* vr, std::string value) {
-    const gdcm::VR::VRType type = gdcm::VR::GetVRType(vr);
-    if (value.size() % 2) value += type == gdcm::VR::UI ? '\0' : ' ';
-    put(group, element, type, value);
-    return *this;
-  }
-  Image& set_short(std::uint16_t group, std::uint16_t element, int value) {
-    const auto v = static_cast<std::uint16_t>(value);
-    put(group, element, gdcm::VR::US, {static_cast<char>(v & 0xff), static_cast<char>(v >> 8)});
-    return *this;
-  }
-  Image& set_pixels(const std::int16_t* voxels, std::size_t count) {
-    gdcm::DataElement element(gdcm::Tag(0x7fe0, 0x0010));
-    element.SetVR(gdcm::VR::OW);
-    element.SetByteValue(reinterpret_cast<const char*>(voxels), static_cast<std::uint32_t>(2 * count));
-    writer_.GetFile().GetDataSet().Replace(element);
-    return *this;
-  }
-  bool write(const std::string& path) {
-    writer_.GetFile().GetHeader().SetDataSetTransferSyntax(gdcm::TransferSyntax::ExplicitVRLittleEndian);
-    writer_.SetFileName(path.c_str());
-    return writer_.Write();
-  }
-
- private:
-  void put(std::uint16_t group, std::uint16_t number, gdcm::VR::VRType type, const std::string& bytes) {
-    gdcm::DataElement element(gdcm::Tag(group, number));
-    element.SetVR(type);
-    element.SetByteValue(bytes.data(), static_cast<std::uint32_t>(bytes.size()));
-    writer_.GetFile().GetDataSet().Replace(element);
-  }
-  gdcm::Writer writer_;
-};
-
 std::string vector_text(const glm::dvec3& v) {
-  return decimal(v.x) + "\\" + decimal(v.y) + "\\" + decimal(v.z);
+  return dicom_decimal(v.x) + "\\" + dicom_decimal(v.y) + "\\" + dicom_decimal(v.z);
 }
 
 /// What all slices of a series say.
@@ -104,46 +36,33 @@ struct Series {
 
 bool write_slice(const volume::Volume& v, const Series& series, int z, const std::string& path) {
   const char* sop_class = series.is_ct ? "1.2.840.10008.5.1.4.1.1.2" : "1.2.840.10008.5.1.4.1.1.4";
-  Image image;
-  image.set(0x0008, 0x0005, "CS", "ISO_IR 192")
+  DicomWriter image;
+  image.set_nobody(series.name)
       .set(0x0008, 0x0008, "CS", "DERIVED\\SECONDARY\\" + std::string(series.is_ct ? "AXIAL" : "OTHER"))
       .set(0x0008, 0x0016, "UI", sop_class)
-      .set(0x0008, 0x0018, "UI", identifier(series.hash, 16 + static_cast<std::uint64_t>(z)))
-      .set(0x0008, 0x0020, "DA", "")
-      .set(0x0008, 0x0030, "TM", "")
-      .set(0x0008, 0x0050, "SH", "")
+      .set(0x0008, 0x0018, "UI", dicom_identifier(series.hash, 16 + static_cast<std::uint64_t>(z)))
       .set(0x0008, 0x0060, "CS", series.is_ct ? "CT" : "MR")
-      .set(0x0008, 0x0070, "LO", "trephine")
-      .set(0x0008, 0x0090, "PN", "")
       .set(0x0008, 0x103e, "LO", "trephine export")
       .set(0x0008, 0x2111, "ST", "Voxels as trephine held them; not for diagnosis")
-      .set(0x0010, 0x0010, "PN", "Nobody")
-      .set(0x0010, 0x0020, "LO", series.name)
-      .set(0x0010, 0x0030, "DA", "")
-      .set(0x0010, 0x0040, "CS", "")
-      .set(0x0012, 0x0062, "CS", "YES")
-      .set(0x0012, 0x0063, "LO", "nothing of a person was kept")
-      .set(0x0018, 0x0050, "DS", decimal(series.thickness))
-      .set(0x0020, 0x000d, "UI", identifier(series.hash, 0))
-      .set(0x0020, 0x000e, "UI", identifier(series.hash, 1))
-      .set(0x0020, 0x0010, "SH", "1")
-      .set(0x0020, 0x0011, "IS", "1")
+      .set(0x0018, 0x0050, "DS", dicom_decimal(series.thickness))
+      .set(0x0020, 0x000d, "UI", dicom_identifier(series.hash, 0))
+      .set(0x0020, 0x000e, "UI", dicom_identifier(series.hash, 1))
       .set(0x0020, 0x0012, "IS", series.is_ct ? "1" : "")
       .set(0x0020, 0x0013, "IS", std::to_string(z + 1))
       .set(0x0020, 0x0032, "DS", vector_text(v.frame.world_from_volume({0, 0, z})))
       .set(0x0020, 0x0037, "DS", vector_text(series.row) + "\\" + vector_text(series.column))
-      .set(0x0020, 0x0052, "UI", identifier(series.hash, 2))
+      .set(0x0020, 0x0052, "UI", dicom_identifier(series.hash, 2))
       .set(0x0020, 0x1040, "LO", "")
       .set_short(0x0028, 0x0002, 1)
       .set(0x0028, 0x0004, "CS", "MONOCHROME2")
       .set_short(0x0028, 0x0010, v.size.y)
       .set_short(0x0028, 0x0011, v.size.x)
-      .set(0x0028, 0x0030, "DS", decimal(v.frame.spacing().y) + "\\" + decimal(v.frame.spacing().x))
+      .set(0x0028, 0x0030, "DS",
+           dicom_decimal(v.frame.spacing().y) + "\\" + dicom_decimal(v.frame.spacing().x))
       .set_short(0x0028, 0x0100, 16)
       .set_short(0x0028, 0x0101, 16)
       .set_short(0x0028, 0x0102, 15)
-      .set_short(0x0028, 0x0103, 1)
-      .set(0x0028, 0x0301, "CS", "NO");
+      .set_short(0x0028, 0x0103, 1);
   if (series.is_ct)
     image.set(0x0018, 0x0060, "DS", "")
         .set(0x0028, 0x1050, "DS", "400")
@@ -183,7 +102,7 @@ Status write_dicom_series(const std::string& path, const volume::Volume& volume,
   const Series series{hash, name,   volume.is_hounsfield,
                       row,  column, std::abs(glm::dot(glm::cross(row, column), volume.frame.axes()[2]))};
   if (Status error = check_slices(volume.size.z, path)) return error;
-  // GDCM aborts on a full disk: in processes of its own.
+  // In processes of its own: see DicomWriter.
   const auto write = [&](const std::string& folder) -> Status {
     const auto failed = SharedBytes::make(1);
     if (!failed) return too_large(1, file_name(path));

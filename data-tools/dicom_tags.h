@@ -19,8 +19,11 @@ inline constexpr DicomTag k_transfer_syntax = 0x00020010, k_records = 0x00041220
                           k_series_description = 0x0008103e, k_model = 0x00081090, k_body_part = 0x00180015,
                           k_slice_thickness = 0x00180050, k_slice_gap = 0x00180088, k_kvp = 0x00180060,
                           k_echo_time = 0x00180081, k_echo_number = 0x00180086, k_kernel = 0x00181210,
-                          k_trigger_time = 0x00181060, k_b_value = 0x00189087, k_tile_count = 0x0019100a,
-                          k_study = 0x0020000d, k_series = 0x0020000e, k_series_number = 0x00200011,
+                          k_trigger_time = 0x00181060, k_source_to_detector = 0x00181110,
+                          k_source_to_patient = 0x00181111, k_imager_spacing = 0x00181164,
+                          k_positioner_primary = 0x00181510, k_positioner_secondary = 0x00181511,
+                          k_b_value = 0x00189087, k_tile_count = 0x0019100a, k_study = 0x0020000d,
+                          k_series = 0x0020000e, k_series_number = 0x00200011,
                           k_acquisition_number = 0x00200012, k_instance_number = 0x00200013,
                           k_position = 0x00200032, k_orientation = 0x00200037,
                           k_frame_of_reference = 0x00200052, k_temporal_position = 0x00200100,
@@ -38,7 +41,7 @@ inline constexpr DicomTag k_transfer_syntax = 0x00020010, k_records = 0x00041220
                           k_segment_label = 0x00620005, k_cielab = 0x0062000d,
                           k_segment_identification = 0x0062000a, k_referenced_segment = 0x0062000b,
                           k_most_fractional = 0x0062000e, k_shared_groups = 0x52009229,
-                          k_frame_groups = 0x52009230, k_pixels = 0x7fe00010;
+                          k_frame_groups = 0x52009230, k_isocentre = 0x300a012c, k_pixels = 0x7fe00010;
 
 /// What is kept of a data set: all of them but the pixels.
 inline constexpr DicomTag k_kept[] = {k_transfer_syntax,
@@ -62,7 +65,12 @@ inline constexpr DicomTag k_kept[] = {k_transfer_syntax,
                                       k_echo_number,
                                       k_slice_gap,
                                       k_trigger_time,
+                                      k_source_to_detector,
+                                      k_source_to_patient,
+                                      k_imager_spacing,
                                       k_kernel,
+                                      k_positioner_primary,
+                                      k_positioner_secondary,
                                       k_b_value,
                                       k_tile_count,
                                       k_study,
@@ -104,6 +112,7 @@ inline constexpr DicomTag k_kept[] = {k_transfer_syntax,
                                       k_referenced_segment,
                                       k_cielab,
                                       k_most_fractional,
+                                      k_isocentre,
                                       k_shared_groups,
                                       k_frame_groups};
 static_assert(std::is_sorted(std::begin(k_kept), std::end(k_kept)));

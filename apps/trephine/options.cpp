@@ -252,6 +252,14 @@ void add_session(Options& options, std::string& session, workbench::SourceChoice
   add_reading(options, case_source);
 }
 
+void add_moment(Options& options, workbench::MomentChoice& moment) {
+  options.add("SRC", moment.source.path, "A scan, or a recorded session; head and spine are built in")
+      .required();
+  options.add("--case", moment.case_source, "The case or scan that a session operated on").type("SRC");
+  options.add("--until", moment.until, "As the session was at this time, s").type("S");
+  add_reading(options, moment.source);
+}
+
 void add_side(Options& options, std::string& side) {
   options.add("--from", side, "The picture's side: where the viewer stands")
       .one_of({"front", "back", "left", "right", "top", "bottom"});

@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "apps/trephine/report.h"
-#include "apps/workbench/sessions.h"
+#include "apps/workbench/moment.h"
 
 namespace CLI {
 class App;
@@ -81,6 +81,8 @@ class Options {
 Option add_source(Options& options, workbench::SourceChoice& source);
 void add_shape(Options& options, workbench::ShapeChoice& shape);
 void add_record(Options& options, workbench::RecordChoice& record);
+/// A scan, or a session and when.
+void add_moment(Options& options, workbench::MomentChoice& moment);
 void add_session(Options& options, std::string& session, workbench::SourceChoice& case_source);
 /// A side to look from; side_of() is what a view calls it.
 void add_side(Options& options, std::string& side);

@@ -1,6 +1,7 @@
 #include "apps/view/slice_picture.h"
 
 #include <algorithm>
+#include <glm/common.hpp>
 #include <set>
 #include <vtkActor.h>
 #include <vtkCamera.h>
@@ -26,7 +27,7 @@ namespace trephine::view {
 
 namespace {
 
-constexpr int k_edge = 520, k_head = 44, k_foot = 40;  // pixels of a panel
+constexpr int k_head = 44, k_foot = 40;  // pixels above and below panels
 
 void add_text(vtkRenderer* to, const std::string& text, double x, double y, int size, bool is_right,
               const SlicePanel::Colour& colour = {230, 230, 230}) {
@@ -39,6 +40,8 @@ void add_text(vtkRenderer* to, const std::string& text, double x, double y, int 
   look->SetFontSize(size);
   look->SetColor(colour[0] / 255.0, colour[1] / 255.0, colour[2] / 255.0);
   look->SetVerticalJustificationToCentered();
+  look->SetBackgroundColor(0.07, 0.07, 0.08);
+  look->SetBackgroundOpacity(0.4);  // on bright pictures too
   if (is_right) look->SetJustificationToRight();
   to->AddActor2D(actor);
 }
@@ -82,10 +85,10 @@ void add_line(vtkRenderer* to, const SlicePanel::Line& line) {
 
 }  // namespace
 
-volume::Result<std::string> slices_png(const std::vector<SlicePanel>& panels) {
+volume::Result<std::string> slices_png(const std::vector<SlicePanel>& panels, int edge) {
   const int columns = panels.size() > 1 ? 2 : 1,
             rows = (static_cast<int>(panels.size()) + columns - 1) / columns;
-  const int wide = columns * k_edge, cell = k_head + k_edge, high = rows * cell + k_foot;
+  const int wide = columns * edge, cell = k_head + edge, high = rows * cell + k_foot;
   auto surface = make_offscreen(wide, high);
   if (!surface) return surface.error();
   vtkRenderWindow* window = surface.value()->window();
@@ -100,10 +103,10 @@ volume::Result<std::string> slices_png(const std::vector<SlicePanel>& panels) {
   for (std::size_t i = 0; i < panels.size(); ++i) {
     const SlicePanel& panel = panels[i];
     const int column = static_cast<int>(i) % columns, row = static_cast<int>(i) / columns;
-    const double left = column * k_edge, low = high - (row + 1) * cell;
+    const double left = column * edge, low = high - (row + 1) * cell;
     vtkNew<vtkRenderer> view;
     view->SetBackground(0.07, 0.07, 0.08);
-    view->SetViewport(left / wide, low / high, (left + k_edge) / wide, (low + k_edge) / high);
+    view->SetViewport(left / wide, low / high, (left + edge) / wide, (low + edge) / high);
     view->GetActiveCamera()->ParallelProjectionOn();
     view->GetActiveCamera()->SetPosition(0, 0, 100);
     view->GetActiveCamera()->SetFocalPoint(0, 0, 0);
@@ -112,12 +115,12 @@ volume::Result<std::string> slices_png(const std::vector<SlicePanel>& panels) {
     for (const SlicePanel::Line& line : panel.lines) add_line(view, line);
     view->ResetCameraClippingRange();
     window->AddRenderer(view);
-    add_text(words, panel.title, left + 12, low + k_edge + 0.5 * k_head, 19, false);
+    add_text(words, panel.title, left + 12, low + edge + 0.5 * k_head, 19, false);
     add_text(words, panel.foot, left + 12, low + 16, 15, false);
-    add_text(words, panel.left, left + 12, low + 0.5 * k_edge, 18, false);
-    add_text(words, panel.right, left + k_edge - 12, low + 0.5 * k_edge, 18, true);
-    add_text(words, panel.above, left + 0.5 * k_edge - 6, low + k_edge - 16, 18, false);
-    add_text(words, panel.below, left + 0.5 * k_edge - 6, low + 40, 18, false);
+    add_text(words, panel.left, left + 12, low + 0.5 * edge, 18, false);
+    add_text(words, panel.right, left + edge - 12, low + 0.5 * edge, 18, true);
+    add_text(words, panel.above, left + 0.5 * edge - 6, low + edge - 16, 18, false);
+    add_text(words, panel.below, left + 0.5 * edge - 6, low + 40, 18, false);
     for (const SlicePanel::Line& line : panel.lines)
       if (!line.name.empty() && named.insert(line.name).second) {
         add_text(words, line.name, legend, 0.5 * k_foot, 17, false, line.colour);
@@ -129,8 +132,15 @@ volume::Result<std::string> slices_png(const std::vector<SlicePanel>& panels) {
   return png_of(window);
 }
 
-volume::Status write_slices(const std::vector<SlicePanel>& panels, const std::string& path) {
-  const auto png = slices_png(panels);
+char direction_letter(const glm::dvec3& direction_world) noexcept {
+  const glm::dvec3 size = glm::abs(direction_world);
+  if (size.x >= size.y && size.x >= size.z) return direction_world.x > 0 ? 'L' : 'R';
+  if (size.y >= size.z) return direction_world.y > 0 ? 'P' : 'A';
+  return direction_world.z > 0 ? 'H' : 'F';
+}
+
+volume::Status write_slices(const std::vector<SlicePanel>& panels, const std::string& path, int edge) {
+  const auto png = slices_png(panels, edge);
   return png ? data_tools::write_file_atomically(path, png.value()) : volume::Status(png.error());
 }
 

@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdint>
 #include <glm/vec2.hpp>
+#include <glm/vec3.hpp>
 #include <string>
 #include <vector>
 
@@ -27,8 +28,11 @@ struct SlicePanel {
   std::vector<Line> lines;
 };
 
-/// In rows of at most two, as PNG. Error when it cannot be drawn.
-volume::Result<std::string> slices_png(const std::vector<SlicePanel>& panels);
-volume::Status write_slices(const std::vector<SlicePanel>& panels, const std::string& path);
+/// In rows of at most two, as PNG; `edge`: pixels along a panel's in the picture. Error when it cannot be
+/// drawn.
+volume::Result<std::string> slices_png(const std::vector<SlicePanel>& panels, int edge = 520);
+volume::Status write_slices(const std::vector<SlicePanel>& panels, const std::string& path, int edge = 520);
+/// Where the patient lies that way: L, R, P, A, H or F.
+char direction_letter(const glm::dvec3& direction_world) noexcept;
 
 }  // namespace trephine::view

@@ -11,6 +11,7 @@ namespace trephine::fluoroscopy {
 namespace {
 
 constexpr std::uint8_t k_closed_grey = 24;
+constexpr float k_empty_beam = 0.85f;  // what passes where hardly anything is in the beam
 
 /// Uniform in (0, 1), of a pixel's own.
 double uniform(std::uint64_t seed, std::size_t pixel, std::uint64_t number) noexcept {
@@ -121,9 +122,11 @@ std::vector<std::uint8_t> show(std::span<const float> received, const View& view
   const auto brightness = [&](std::size_t pixel) {
     return display.is_logarithmic ? -weakening(received[pixel]) : static_cast<double>(received[pixel]);
   };
-  std::vector<double> all;
+  // Where something is in the beam; the rest is bright anyway.
+  std::vector<double> all, beside;
   for (std::size_t pixel = 0; pixel < received.size(); ++pixel)
-    if (is_open(pixel)) all.push_back(brightness(pixel));
+    if (is_open(pixel)) (received[pixel] < k_empty_beam ? all : beside).push_back(brightness(pixel));
+  if (all.size() < beside.size() / 20) all.insert(all.end(), beside.begin(), beside.end());
   std::vector<std::uint8_t> grey(received.size(), k_closed_grey);
   if (all.empty()) return grey;
   const auto percentile = [&](double share) {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
+#include <limits>
 
 #include "modules/fluoroscopy/mesh_crossings.h"
 #include "volume/parallel.h"
@@ -206,33 +207,100 @@ volume::Status VolumeXray::project(const View& view, std::shared_ptr<const volum
   return std::nullopt;
 }
 
+/// The scan's axis along which the beam goes, by its middle ray.
+int VolumeXray::beam_axis(const View& view) const {
+  const Ray middle = ray_in(scan_->frame, view, view.columns / 2, view.rows / 2);
+  const dvec3 along = glm::abs(middle.end - middle.start);
+  return along.x > along.y ? (along.x > along.z ? 0 : 2) : (along.y > along.z ? 1 : 2);
+}
+/// That which goes from foot to head.
+int VolumeXray::body_axis() const {
+  int axis = 0;
+  for (int a = 1; a < 3; ++a)
+    if (std::abs(scan_->frame.axes()[a].z) / scan_->frame.spacing()[a] >
+        std::abs(scan_->frame.axes()[axis].z) / scan_->frame.spacing()[axis])
+      axis = a;
+  return axis;
+}
+
+std::vector<double> VolumeXray::beyond(const View& view, int threads) const {
+  constexpr int k_tissue = 40;  // HU, in place of bone
+  std::vector<double> result(static_cast<std::size_t>(view.columns) * static_cast<std::size_t>(view.rows), 0);
+  const dvec3 size(scan_->size);
+  const int d = beam_axis(view), body = body_axis();
+  if (d == body) return result;
+  volume::parallel_for(view.open.row_high - view.open.row_low, threads, [&](int n) {
+    const int row = view.open.row_low + n;
+    for (int column = view.open.column_low; column < view.open.column_high; ++column) {
+      const Ray ray = ray_in(scan_->frame, view, column, row);
+      const dvec3 along = ray.end - ray.start;
+      if (std::abs(along[d]) < 1e-6) continue;
+      double sum = 0;
+      for (int k = 0; k < scan_->size[d]; ++k) {
+        const double t = (k - ray.start[d]) / along[d];
+        if (!(t >= 0 && t <= 1)) continue;
+        dvec3 p = ray.start + t * along;
+        p[d] = k;
+        const dvec3 nearest = glm::clamp(p, dvec3(0.0), size - 1.0), off = glm::abs(p - nearest);
+        // Within the scan, or above and below it.
+        if (glm::all(glm::lessThanEqual(off, dvec3(0.5))) || off[body] > 0.5) continue;
+        const ivec3 v = volume::voxel_of(nearest);
+        const int intensity = scan_->voxels[scan_->index(v.x, v.y, v.z)];
+        sum += lines_.weights().of(std::min(intensity, k_tissue));
+      }
+      result[index_of(view, column, row)] = sum / std::abs(along[d]) * length_of(view, column, row);
+    }
+  });
+  return result;
+}
+
+/// Does a slice across an axis hold more tissue than noise and a table's edge do?
+bool VolumeXray::is_cut_at(int axis, int index) const {
+  const int a = axis == 0 ? 1 : 0, b = axis == 2 ? 1 : 2;
+  std::int64_t tissue = 0;
+  ivec3 v;
+  v[axis] = index;
+  for (v[b] = 0; v[b] < scan_->size[b]; ++v[b])
+    for (v[a] = 0; v[a] < scan_->size[a]; ++v[a])
+      tissue += scan_->voxels[scan_->index(v.x, v.y, v.z)] >= k_tissue_from;
+  return 1000 * tissue > std::int64_t{scan_->size[a]} * scan_->size[b];
+}
+
 std::vector<Border> VolumeXray::borders(const View& view) const {
   std::vector<Border> result(static_cast<std::size_t>(view.columns) * static_cast<std::size_t>(view.rows),
                              Border::none);
   const ivec3 size = scan_->size;
+  const int beam = beam_axis(view), body = body_axis();
+  // Between which slices rays have to stay, within the scan's thickness along the beam.
+  constexpr double k_anywhere = std::numeric_limits<double>::infinity();
+  const double lowest = beam != body && is_cut_at(body, 0) ? -0.5 : -k_anywhere,
+               highest = beam != body && is_cut_at(body, size[body] - 1) ? size[body] - 0.5 : k_anywhere;
   volume::parallel_for(view.open.row_high - view.open.row_low, 0, [&](int n) {
     const int row = view.open.row_low + n;
     for (int column = view.open.column_low; column < view.open.column_high; ++column) {
       const Ray ray = ray_in(scan_->frame, view, column, row);
       const dvec3 along = ray.end - ray.start;
+      Border& is = result[index_of(view, column, row)];
       double in = 0, out = 1;
       for (int a = 0; a < 3; ++a) {
-        const double low = (-0.5 - ray.start[a]) / along[a], high = (size[a] - 0.5 - ray.start[a]) / along[a];
         if (along[a] == 0) {
           if (ray.start[a] < -0.5 || ray.start[a] >= size[a] - 0.5) out = -1;
-        } else {
-          in = std::max(in, std::min(low, high)), out = std::min(out, std::max(low, high));
+          continue;
         }
+        const double low = (-0.5 - ray.start[a]) / along[a], high = (size[a] - 0.5 - ray.start[a]) / along[a];
+        if (a == beam)
+          for (const double t : {low, high}) {
+            const double at = ray.start[body] + std::clamp(t, 0.0, 1.0) * along[body];
+            if (at < lowest || at > highest) is = Border::end;
+          }
+        in = std::max(in, std::min(low, high)), out = std::min(out, std::max(low, high));
       }
-      if (!(in < out)) continue;
-      int most = k_tissue_from - 1;
+      if (is == Border::end || !(in < out)) continue;
       for (const double t : {in, out}) {
+        if (t <= 0 || t >= 1) continue;  // source or detector within the scan
         const ivec3 v = glm::clamp(volume::voxel_of(ray.start + t * along), ivec3(0), size - 1);
-        most = std::max<int>(most, scan_->voxels[scan_->index(v.x, v.y, v.z)]);
+        if (scan_->voxels[scan_->index(v.x, v.y, v.z)] >= k_tissue_from) is = Border::side;
       }
-      result[index_of(view, column, row)] = most >= k_bone_from     ? Border::bone
-                                            : most >= k_tissue_from ? Border::tissue
-                                                                    : Border::none;
     }
   });
   return result;

@@ -17,9 +17,10 @@ struct Thing {
   bool is_of_scan = false;  ///< it came off: it attenuates as the untouched scan does where it was
 };
 
-/// What the scan's border does to a ray.
-enum class Border : std::uint8_t { none, tissue, bone };
-inline constexpr int k_tissue_from = -300, k_bone_from = 200;  ///< HU, at the border
+/// Where a ray passes the scan's border within the body: nowhere; at a side, where pictures let soft tissue
+/// go on (beyond()); at the first or last slice, where they show nothing.
+enum class Border : std::uint8_t { none, side, end };
+inline constexpr int k_tissue_from = -300;  ///< HU, at the border
 
 class VolumeXray {
  public:
@@ -35,7 +36,11 @@ class VolumeXray {
   /// The integral of attenuation along each pixel's ray, row by row of the whole view: exp(-sum) of the
   /// radiation passes. 0 where collimators are closed.
   const std::vector<double>& sums() const noexcept { return sums_; }
-  /// Which rays pass the scan's border within the body, in the same order.
+  /// What the body would weaken rays by beside the scan, where its sides cut through it, so that no walls are
+  /// seen there: as thick as the scan along the beam, what is nearest at the border goes on, bone as soft
+  /// tissue. Beyond the first and last slice nothing does. For pictures; no part of sums().
+  std::vector<double> beyond(const View& view, int threads = 0) const;
+  /// By pixels, in the same order.
   std::vector<Border> borders(const View& view) const;
 
   struct Counters {
@@ -48,6 +53,9 @@ class VolumeXray {
   double energy() const noexcept { return energy_; }
 
  private:
+  int beam_axis(const View& view) const;
+  int body_axis() const;
+  bool is_cut_at(int axis, int index) const;
   using BlockList = std::vector<const RemovedMatter::Blocks::value_type*>;
   static constexpr int k_tile = 16;  // pixels along the edge of what is renewed together
 

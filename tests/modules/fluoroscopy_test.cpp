@@ -248,7 +248,7 @@ TEST(VolumeXray, OfBallsAndEllipsoidsComesNearTheirChords) {
           square += error * error, ++all, most = std::max(most, is);
         }
       // Voxels are steps: the thicker the slices, the coarser.
-      EXPECT_LT(std::sqrt(square / all), (0.003 + 0.009 * axes[2].z) * most)
+      EXPECT_LT(std::sqrt(square / all), (0.003 + 0.01 * axes[2].z) * most)
           << pose << " spacing " << axes[2].z;
     }
   }
@@ -367,9 +367,26 @@ TEST(VolumeXray, NamesWhereTheScanEnds) {
                    100u * static_cast<std::size_t>(std::lround(p.y))];
   };
   EXPECT_EQ(at(0, 0), Border::none);
-  EXPECT_EQ(at(0, 14.7), Border::bone);
-  EXPECT_EQ(at(13, 14.2), Border::tissue);
-  EXPECT_EQ(at(24, 14.2), Border::none);
+  EXPECT_EQ(at(0, 14.7), Border::end);
+  EXPECT_EQ(at(13, 14.2), Border::end);
+  EXPECT_EQ(at(24, 14.7), Border::end);  // in air, but past slices that cut the body
+  const std::vector<double> nothing = xray.beyond(view);
+  EXPECT_EQ(*std::max_element(nothing.begin(), nothing.end()), 0);  // air lies beside the column
+  // Within a body that goes on at all sides: no wall is seen, the picture is as dark beside the scan.
+  const auto block = scan_of({60, 60, 60}, straight(dvec3(1)), [](const dvec3&) { return 0.0; });
+  VolumeXray of_block(block, 60, 1);
+  CArm wide = small_arm(120, 2);
+  wide.primary = 3;
+  const View w(wide);
+  EXPECT_EQ(of_block.borders(w)[60 + 120 * 60], Border::side);
+  ASSERT_FALSE(of_block.project(w, std::make_shared<Version>(block), {}, RaySum::exact, 1).has_value());
+  const std::vector<double> beyond = of_block.beyond(w);
+  const double there = of_block.sums()[60 + 120 * 60];
+  for (int i = 4; i < 116; ++i) {
+    const auto p = static_cast<std::size_t>(i + 120 * 60);
+    EXPECT_NEAR(of_block.sums()[p] + beyond[p], there, 0.03 * there) << i;
+  }
+  EXPECT_EQ(beyond[4], 0);  // above the scan
 }
 
 /// Closed meshes, corners aimed at pixels, thin, folded, on edge: every ray leaves as often as it enters. A

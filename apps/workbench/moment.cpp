@@ -1,0 +1,102 @@
+#include "apps/workbench/moment.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "apps/workbench/text.h"
+#include "data-tools/mesh_reading.h"
+
+namespace trephine::workbench {
+
+using volume::Error;
+using volume::Result;
+using volume::Status;
+
+namespace {
+
+Status take_session(const MomentChoice& choice, const Listener& listener, Moment& moment) {
+  SourceChoice scan = choice.source;
+  scan.path = choice.case_source;
+  auto opened = open_session(choice.source.path, scan, listener);
+  if (!opened) return opened.error();
+  moment.session = std::move(opened).value();
+  OpenedSession& session = *moment.session;
+  const double rate = session.reader->header().rate_hz;
+  const std::uint64_t all = session.reader->tick_count();
+  const double end = static_cast<double>(all) / rate;
+  if (choice.until && *choice.until > end + 0.5 / rate)
+    return Error{"the session ends before that", "until", format_text("%g s", *choice.until),
+                 format_text("0 to %.1f s", end), ""};
+  const std::uint64_t tick =
+      choice.until ? std::min(all, static_cast<std::uint64_t>(std::llround(*choice.until * rate))) : all;
+  if (Status error = session.replay->seek(tick)) return error;
+  moment.seconds = static_cast<double>(tick) / rate;
+  sim::Engine& engine = session.replay->engine();
+  engine.freeze();
+  const haptics::TouchScene& scene = engine.scene();
+  moment.scan = scene.base;
+  moment.version = engine.current();
+  moment.plan = session.source.plan;
+  const auto& bodies = engine.now().world.bodies;
+  const haptics::ServoHand& hand = engine.servo_scene()->hands[0];
+  for (const haptics::TouchItem& item : scene.items) {
+    if (!item.is_mesh()) {
+      if (!moment.shape && &item.field.volume() == scene.base.get()) moment.shape = item.field.shape();
+      continue;
+    }
+    if (std::any_of(bodies.begin(), bodies.end(),
+                    [&](const sim::Body& body) { return body.piece->tree == item.tree; }))
+      continue;
+    const bool is_moved = item.mover >= 0 && static_cast<std::size_t>(item.mover) < hand.placement_count;
+    moment.things.push_back(
+        {item.name, item.tree,
+         is_moved ? hand.placements[static_cast<std::size_t>(item.mover)] : item.placement});
+  }
+  for (const sim::Body& body : bodies)
+    moment.things.push_back(
+        {format_text("piece %u", body.id.value), body.piece->tree, engine.place_of(body), true});
+  return std::nullopt;
+}
+
+}  // namespace
+
+Result<std::unique_ptr<Moment>> open_moment(const MomentChoice& choice, const Listener& listener) {
+  if (choice.until && !(*choice.until >= 0 && std::isfinite(*choice.until)))
+    return Error{"the time is out of range", "until", format_text("%g s", *choice.until), "0 s or more", ""};
+  if (Status error = check(choice.shape)) return *error;
+  auto moment = std::make_unique<Moment>();
+  if (is_session_file(choice.source.path)) {
+    if (Status error = take_session(choice, listener, *moment)) return *error;
+  } else {
+    if (choice.until)
+      return Error{"a scan has no time", "until", format_text("%g s", *choice.until), "a recorded session",
+                   ""};
+    auto source = open_source(choice.source, listener);
+    if (!source) return source.error();
+    moment->source = std::move(source).value();
+    moment->scan = moment->source.volume;
+    moment->version = std::make_shared<volume::Version>(moment->scan);
+    moment->plan = moment->source.plan;
+  }
+  if (choice.shape.is_made() || !moment->shape) {
+    const Source& source = moment->session ? moment->session->source : moment->source;
+    const auto shape = choose_shape(source, choice.shape, listener);
+    if (shape)
+      moment->shape = shape.value();
+    else if (choice.shape.is_made())
+      return shape.error();
+  }
+  for (const ModelChoice& wanted : choice.models) {
+    auto model = data_tools::read_polygon_model(wanted.file, wanted.mm_per_unit, wanted.frame);
+    if (!model) return model.error();
+    haptics::Placement place;
+    place.position_world = wanted.at_world;
+    moment->things.push_back({format_text("model %zu", moment->things.size() + 1),
+                              std::make_shared<haptics::MeshTree>(std::move(model.value().vertices),
+                                                                  std::move(model.value().triangles)),
+                              place});
+  }
+  return moment;
+}
+
+}  // namespace trephine::workbench

@@ -1,0 +1,41 @@
+// A scan, or a moment of a recorded session: what pictures and measurements are made of.
+#pragma once
+
+#include "apps/workbench/sessions.h"
+
+namespace trephine::workbench {
+
+struct MomentChoice {
+  SourceChoice source;          ///< its path: a scan's, or a session's
+  std::string case_source;      ///< of a session: the scan, where it does not say or hold it
+  std::optional<double> until;  ///< s; of a session: its end where nothing is said
+  ShapeChoice shape;
+  std::vector<ModelChoice> models;  ///< beside those of the session
+};
+
+/// Not to be moved once opened.
+struct Moment {
+  /// A closed or open surface, where it is now.
+  struct Thing {
+    std::string name;  ///< "model 1", "piece 2": never of a file
+    std::shared_ptr<const haptics::MeshTree> tree;
+    haptics::Placement place;
+    bool is_piece = false;  ///< of bone, that came off
+  };
+
+  Source source;
+  std::unique_ptr<OpenedSession> session;  ///< null: a scan alone
+  std::shared_ptr<const volume::Volume> scan;
+  std::shared_ptr<const volume::Version> version;  ///< frozen
+  std::optional<volume::Shape> shape;              ///< nothing where nobody says what is solid
+  std::vector<Thing> things;
+  std::optional<data_tools::CasePlan> plan;
+  double seconds = 0;  ///< of the session
+
+  const sim::OperationState* state() const { return session ? &session->replay->engine().now() : nullptr; }
+};
+/// Error names "until" and "models".
+volume::Result<std::unique_ptr<Moment>> open_moment(const MomentChoice& choice,
+                                                    const Listener& listener = {});
+
+}  // namespace trephine::workbench
