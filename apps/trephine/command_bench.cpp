@@ -10,6 +10,7 @@
 #include "tests/bench/parting.h"
 #include "tests/bench/peers.h"
 #include "tests/bench/rays.h"
+#include "tests/bench/xray.h"
 
 namespace trephine::app {
 
@@ -19,7 +20,7 @@ using volume::Result;
 namespace {
 
 constexpr const char* k_benchmarks =
-    "surface, flood, parting, step, rays, drill, load, dicom, open, feel or stability";
+    "surface, flood, parting, step, rays, xray, drill, load, dicom, open, feel or stability";
 
 Json to_json(const bench::StepTimes& t) {
   return {{"count", t.count}, {"p50", t.p50}, {"p99", t.p99}, {"p999", t.p999}, {"max", t.max}};
@@ -100,6 +101,37 @@ void bench_flood(int size, Outcome& outcome) {
     if (row.scipy_ms) one["scipy_ms"] = *row.scipy_ms;
     rows.push_back(std::move(one));
     if (!row.is_same) outcome.exit_code = exit_check_failed;
+  }
+  outcome.json["rows"] = rows;
+}
+
+/// Projections beside plastimatch.
+void bench_xray(int size, Outcome& outcome) {
+  // Of what is summed up at most. Where matter reaches the border plastimatch counts otherwise.
+  const auto most_rmse = [](const bench::XrayRow& row) { return row.volume == "solid" ? 2e-3 : 1e-6; };
+  outcome.text += format_text(
+      "X-rays of %d^3 int16 in 512^2 pixels, ms an image of 12 around, beside plastimatch's exact drr\n"
+      "%-7s %7s %7s %10s %9s %9s %18s %11s %12s %10s\n",
+      size, "volume", "filled", "threads", "preparing", "exact", "Joseph", "plastimatch", "its RMSE",
+      "Joseph's RMSE", "worst ray");
+  Json rows = Json::array();
+  for (const bench::XrayRow& row : bench::run_xray_benchmark(size, 512)) {
+    outcome.text += format_text(
+        "%-7s %6.0f%% %7d %10.1f %9.1f %9.1f %18s %11s %12.1e %10s\n", row.volume.c_str(), 100 * row.filled,
+        row.threads, row.preparing_ms, row.exact_ms, row.joseph_ms,
+        row.peer_ms ? format_text("%.0f (%.1fx)", *row.peer_ms, *row.peer_ms / row.exact_ms).c_str() : "-",
+        row.peer_rmse ? format_text("%.1e", *row.peer_rmse).c_str() : "-", row.joseph_rmse,
+        row.judged > 0 ? format_text("%.1e", row.worst_error).c_str() : "-");
+    Json one = {{"volume", row.volume},           {"filled", row.filled},
+                {"threads", row.threads},         {"preparing_ms", row.preparing_ms},
+                {"exact_ms", row.exact_ms},       {"joseph_ms", row.joseph_ms},
+                {"joseph_rmse", row.joseph_rmse}, {"judged_rays", row.judged},
+                {"worst_error", row.worst_error}};
+    if (row.peer_ms) one["plastimatch_ms"] = *row.peer_ms;
+    if (row.peer_rmse) one["plastimatch_rmse"] = *row.peer_rmse;
+    rows.push_back(std::move(one));
+    if (row.worst_error > 1e-6 || row.peer_rmse.value_or(0) > most_rmse(row))
+      outcome.exit_code = exit_check_failed;
   }
   outcome.json["rows"] = rows;
 }
@@ -279,6 +311,8 @@ Result<Outcome> run_bench(const BenchArguments& arguments) {
   Outcome outcome{new_report("bench-" + arguments.what), "", exit_done};
   if (arguments.what == "surface")
     bench_surface(arguments.size, outcome);
+  else if (arguments.what == "xray")
+    bench_xray(arguments.size, outcome);
   else if (arguments.what == "flood")
     bench_flood(arguments.size, outcome);
   else if (arguments.what == "parting")

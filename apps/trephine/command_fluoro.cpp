@@ -46,30 +46,35 @@ struct FluoroArguments {
   bool is_film = false, is_linear = false, is_beside = false;
 };
 
+/// The session goes to a shot of it: where the C-arm stood.
+Result<CArm> go_to_shot(workbench::Moment& moment, int number) {
+  if (!moment.session)
+    return Error{"a scan has no shots", "shot", std::to_string(number), "a recorded session", ""};
+  std::int64_t count = 0;
+  const sim::Chronicle& all = moment.state()->chronicle;
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    const auto* one = all[i].what.as<fluoroscopy::XrayTaken>();
+    if (one == nullptr) continue;
+    ++count;
+    if (one->number != number) continue;
+    const CArm arm = *one;
+    if (Status error = workbench::go_to(moment, all[i].tick)) return *error;
+    return arm;
+  }
+  return Error{"there is no such shot", "shot", std::to_string(number),
+               count > 0 ? format_text("1 to %d", static_cast<int>(count)) : "a session with shots", ""};
+}
+
 /// Where the C-arm stands: of a shot, of a file, by name, by numbers; what is said last counts.
-Result<CArm> arm_of(const FluoroArguments& a, const workbench::Moment& moment, int& columns_of_file) {
+Result<CArm> arm_of(const FluoroArguments& a, const workbench::Moment& moment, const CArm* shot) {
   CArm arm;
   const glm::dvec3 middle = 0.5 * (glm::dvec3(moment.scan->size) - 1.0);
   arm.isocentre = moment.scan->frame.world_from_volume(middle);
-  if (moment.session) {
-    const sim::Chronicle& all = moment.state()->chronicle;
-    const fluoroscopy::XrayTaken* taken = nullptr;
-    std::int64_t count = 0;
-    for (std::size_t i = 0; i < all.size(); ++i)
-      if (const auto* one = all[i].what.as<fluoroscopy::XrayTaken>()) {
-        ++count;
-        if (one->number == a.shot) taken = one;
-      }
-    if (a.shot > 0 && taken == nullptr)
-      return Error{"there is no such shot", "shot", std::to_string(a.shot),
-                   count > 0 ? format_text("1 to %d", static_cast<int>(count)) : "a session with shots", ""};
+  if (shot != nullptr) {
+    arm = *shot;
+  } else if (moment.session) {
     const auto* state = moment.state()->settings_of<fluoroscopy::FluoroscopyState>();
-    if (taken != nullptr)
-      arm = *taken;
-    else if (state != nullptr && state->is_placed)
-      arm = *state;
-  } else if (a.shot > 0) {
-    return Error{"a scan has no shots", "shot", std::to_string(a.shot), "a recorded session", ""};
+    if (state != nullptr && state->is_placed) arm = *state;
   }
   if (!a.pose.empty()) {
     const auto pose = data_tools::read_xray_pose(a.pose);
@@ -83,7 +88,7 @@ Result<CArm> arm_of(const FluoroArguments& a, const workbench::Moment& moment, i
     arm.to_patient = p.to_patient.value_or(arm.to_patient);
     arm.isocentre = p.isocentre.value_or(arm.isocentre);
     if (p.pixel && p.columns > 0 && p.rows > 0)
-      arm.pixel = *p.pixel, arm.columns = p.columns, arm.rows = p.rows, columns_of_file = p.columns;
+      arm.pixel = *p.pixel, arm.columns = p.columns, arm.rows = p.rows;
   }
   if (!a.view.empty()) fluoroscopy::set_preset(arm, a.view);
   arm.primary = a.primary.value_or(arm.primary), arm.secondary = a.secondary.value_or(arm.secondary);
@@ -324,12 +329,20 @@ Result<Outcome> run_fluoro(const FluoroArguments& a) {
   for (const std::string& file : a.models) choice.models.push_back({file, 1, "", dvec3(0.0)});
   const auto opened = workbench::open_moment(choice, person());
   if (!opened) return opened.error();
+  std::optional<CArm> shot_arm;
+  if (a.shot > 0) {
+    if (a.moment.until)
+      return Error{"a shot has its own time", "--until", format_text("%g s", *a.moment.until), "--shot alone",
+                   ""};
+    const auto arm = go_to_shot(*opened.value(), a.shot);
+    if (!arm) return arm.error();
+    shot_arm = arm.value();
+  }
   const workbench::Moment& moment = *opened.value();
   if (!moment.scan->is_hounsfield)
     return Error{"the scan's numbers are no Hounsfield units", "SRC", "values of another kind", "CT",
                  "CT whose file does not say so: --hounsfield"};
-  int columns_of_file = 0;
-  const auto placed = arm_of(a, moment, columns_of_file);
+  const auto placed = arm_of(a, moment, shot_arm ? &*shot_arm : nullptr);
   if (!placed) return placed.error();
   const CArm& arm = placed.value();
   const View view(arm), fine = view.refined(a.rays);
@@ -466,7 +479,8 @@ Run build(Options& options) {
   options.add("--pixel", a->pixel, "Of the detector, mm (0.3)").type("MM");
   options.add("--collimate", a->collimate, "What collimators leave open, mm on the detector").type("W,H");
   options.add("--pose", a->pose, "Stand as the C-arm of this DICOM image did (XA, RF)").type("FILE");
-  options.add("--shot", a->shot, "The pose of this shot of the session").type("N");
+  options.add("--shot", a->shot, "This shot of the session again: its pose, and the state of that moment")
+      .type("N");
   options.add("--method", a->way, k_ways, "Through voxels exactly, interpolated, or by surfaces");
   options.add("--energy", a->energy, "Of the photons, keV (60)").type("KEV");
   options.add("--edge", a->edge, "Surfaces: how much a ray counts that only grazes bone").shows_default();

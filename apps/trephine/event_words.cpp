@@ -2,7 +2,9 @@
 
 #include "apps/workbench/text.h"
 #include "modules/bone_flap/bone_flap.h"
+#include "modules/cross_section/cross_section.h"
 #include "modules/drilling/perforator.h"
+#include "modules/fluoroscopy/fluoroscopy.h"
 #include "modules/laminectomy/laminectomy.h"
 #include "modules/rongeur/rongeur.h"
 #include "sim/forbidden.h"
@@ -35,6 +37,13 @@ std::string words_of(const sim::Event& event) {
   if (const auto* seen = event.what.as<bone_flap::FlapSeen>())
     return (seen->area > 0 ? "there would be a " : "there would be no flap: ") + seen->says;
   if (const auto* none = event.what.as<bone_flap::NoFlap>()) return "no bone flap: " + none->why;
+  if (const auto* cut = event.what.as<cross_section::SectionMeasured>())
+    return format_text("section: bone %.1f mm2, models %.1f, of which %.1f outside bone", cut->bone,
+                       cut->models, cut->outside);
+  if (const auto* shot = event.what.as<fluoroscopy::XrayTaken>())
+    return format_text("X-ray %lld: primary %.0f, secondary %.0f degrees, %.1f mGy cm2",
+                       static_cast<long long>(shot->number), shot->primary, shot->secondary,
+                       shot->area_product);
   if (const auto* judged = event.what.as<laminectomy::Judgement>())
     return format_text("%s: canal %.0f mm2 (%.0f before), its roof open along %.0f mm",
                        judged->vertebra.empty() ? "the vertebra" : judged->vertebra.c_str(),

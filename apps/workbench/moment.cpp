@@ -29,8 +29,16 @@ Status take_session(const MomentChoice& choice, const Listener& listener, Moment
                  format_text("0 to %.1f s", end), ""};
   const std::uint64_t tick =
       choice.until ? std::min(all, static_cast<std::uint64_t>(std::llround(*choice.until * rate))) : all;
+  return go_to(moment, tick);
+}
+
+}  // namespace
+
+Status go_to(Moment& moment, std::uint64_t tick) {
+  OpenedSession& session = *moment.session;
+  std::erase_if(moment.things, [](const Moment::Thing& thing) { return !thing.is_beside; });
   if (Status error = session.replay->seek(tick)) return error;
-  moment.seconds = static_cast<double>(tick) / rate;
+  moment.seconds = static_cast<double>(tick) / session.reader->header().rate_hz;
   sim::Engine& engine = session.replay->engine();
   engine.freeze();
   const haptics::TouchScene& scene = engine.scene();
@@ -58,8 +66,6 @@ Status take_session(const MomentChoice& choice, const Listener& listener, Moment
   return std::nullopt;
 }
 
-}  // namespace
-
 Result<std::unique_ptr<Moment>> open_moment(const MomentChoice& choice, const Listener& listener) {
   if (choice.until && !(*choice.until >= 0 && std::isfinite(*choice.until)))
     return Error{"the time is out of range", "until", format_text("%g s", *choice.until), "0 s or more", ""};
@@ -71,7 +77,9 @@ Result<std::unique_ptr<Moment>> open_moment(const MomentChoice& choice, const Li
     if (choice.until)
       return Error{"a scan has no time", "until", format_text("%g s", *choice.until), "a recorded session",
                    ""};
-    auto source = open_source(choice.source, listener);
+    SourceChoice scan = choice.source;
+    scan.takes_plan = true;  // of what is built in
+    auto source = open_source(scan, listener);
     if (!source) return source.error();
     moment->source = std::move(source).value();
     moment->scan = moment->source.volume;
@@ -94,7 +102,7 @@ Result<std::unique_ptr<Moment>> open_moment(const MomentChoice& choice, const Li
     moment->things.push_back({format_text("model %zu", moment->things.size() + 1),
                               std::make_shared<haptics::MeshTree>(std::move(model.value().vertices),
                                                                   std::move(model.value().triangles)),
-                              place});
+                              place, false, true});
   }
   return moment;
 }

@@ -20,7 +20,8 @@ struct Moment {
     std::string name;  ///< "model 1", "piece 2": never of a file
     std::shared_ptr<const haptics::MeshTree> tree;
     haptics::Placement place;
-    bool is_piece = false;  ///< of bone, that came off
+    bool is_piece = false;   ///< of bone, that came off
+    bool is_beside = false;  ///< of no session: opened beside it
   };
 
   Source source;
@@ -34,6 +35,8 @@ struct Moment {
 
   const sim::OperationState* state() const { return session ? &session->replay->engine().now() : nullptr; }
 };
+/// To another moment of its session.
+volume::Status go_to(Moment& moment, std::uint64_t tick);
 /// Error names "until" and "models".
 volume::Result<std::unique_ptr<Moment>> open_moment(const MomentChoice& choice,
                                                     const Listener& listener = {});

@@ -69,7 +69,7 @@ void Fluoroscopy::apply(const sim::Command& command, sim::ModuleWork& work) cons
 
 std::vector<sim::Measure> Fluoroscopy::measures(const sim::OperationState& now) const {
   const auto* state = now.settings_of<FluoroscopyState>();
-  if (state == nullptr || state->shots == 0) return {};
+  if (state == nullptr) return {};
   return {{"X-ray shots", static_cast<double>(state->shots), ""},
           {"X-ray time", state->seconds, "s"},
           {"X-ray kerma", state->kerma, "mGy"},

@@ -1,0 +1,270 @@
+// section: the filled cut of a plane through bone, what came off, and models.
+#include <algorithm>
+#include <cmath>
+#include <glm/geometric.hpp>
+
+#include "apps/trephine/commands.h"
+#include "apps/view/slice_picture.h"
+#include "apps/workbench/moment.h"
+#include "data-tools/atomic_file.h"
+#include "data-tools/output_set.h"
+#include "modules/cross_section/section.h"
+
+namespace trephine::app {
+
+using cross_section::Cut;
+using glm::dvec2;
+using glm::dvec3;
+using volume::Error;
+using volume::ImagePlane;
+using volume::Result;
+using volume::Status;
+
+namespace {
+
+struct SectionArguments {
+  workbench::MomentChoice moment;
+  std::string plane = "axial", at, normal, trajectory, output, svg;
+  std::vector<std::string> models;
+  double pixel = 0.2, width = 120;
+};
+
+/// One object of the section.
+struct Object {
+  enum class Kind { bone, piece, structure, model } kind;
+  std::string name;
+  Cut cut;
+};
+
+view::SlicePanel::Colour colour_of(Object::Kind kind) {
+  switch (kind) {
+    case Object::Kind::bone:
+      return {150, 150, 150};
+    case Object::Kind::piece:
+      return {196, 170, 120};
+    case Object::Kind::structure:
+      return {90, 130, 210};
+    case Object::Kind::model:
+      break;
+  }
+  return {245, 245, 245};
+}
+constexpr view::SlicePanel::Colour k_outside{225, 45, 40}, k_empty{16, 16, 18};
+
+Result<ImagePlane> plane_of(const SectionArguments& a, const workbench::Moment& moment) {
+  ImagePlane plane;
+  plane.pixel = a.pixel;
+  plane.columns = plane.rows = static_cast<int>(std::lround(a.width / std::max(a.pixel, 1e-6)));
+  plane.middle_world = moment.scan->frame.world_from_volume(0.5 * (dvec3(moment.scan->size) - 1.0));
+  turn_plane(plane, a.plane);
+  if (!a.trajectory.empty()) {
+    std::string known;
+    const data_tools::CaseTrajectory* found = nullptr;
+    if (moment.plan)
+      for (const data_tools::CaseTrajectory& t : moment.plan->trajectories) {
+        known += (known.empty() ? "" : ", ") + t.name;
+        if (t.name == a.trajectory) found = &t;
+      }
+    if (found == nullptr)
+      return Error{"there is no such trajectory", "--trajectory", a.trajectory,
+                   known.empty() ? "a case with a plan" : known, ""};
+    // Along it, as near to the named plane as can be.
+    const dvec3 along = glm::normalize(found->target_world - found->entry_world);
+    const dvec3 normal = plane.normal() - glm::dot(plane.normal(), along) * along;
+    if (!turn_plane(plane, normal))
+      return Error{"the trajectory is square to that plane", "--plane", a.plane, "another plane", ""};
+    plane.middle_world = 0.5 * (found->entry_world + found->target_world);
+  }
+  if (!a.normal.empty()) {
+    const auto normal = parse_place(a.normal, "--normal");
+    if (!normal) return normal.error();
+    if (!turn_plane(plane, normal.value()))
+      return Error{"the plane looks nowhere", "--normal", a.normal, "a direction of some length", ""};
+  }
+  if (!a.at.empty()) {
+    const auto at = parse_place(a.at, "--at");
+    if (!at) return at.error();
+    plane.middle_world = at.value();
+  }
+  if (Status error = volume::check(plane)) return *error;
+  return plane;
+}
+
+/// Does the plane meet the scan?
+bool meets(const ImagePlane& plane, const volume::Volume& scan) {
+  double low = 1e300, high = -1e300;
+  for (int corner = 0; corner < 8; ++corner) {
+    const dvec3 at{corner & 1 ? scan.size.x - 0.5 : -0.5, corner & 2 ? scan.size.y - 0.5 : -0.5,
+                   corner & 4 ? scan.size.z - 0.5 : -0.5};
+    const double height = plane.height(scan.frame.world_from_volume(at));
+    low = std::min(low, height), high = std::max(high, height);
+  }
+  return low <= 0 && high >= 0;
+}
+
+std::string hex(const view::SlicePanel::Colour& c) { return format_text("#%02x%02x%02x", c[0], c[1], c[2]); }
+
+/// Outlines in mm, filled, each object a path with its name and area.
+std::string svg_of(const ImagePlane& plane, const std::vector<Object>& objects) {
+  const double wide = plane.pixel * plane.columns, high = plane.pixel * plane.rows;
+  std::string text = format_text(
+      "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"%.3fmm\" height=\"%.3fmm\" viewBox=\"%.3f %.3f %.3f "
+      "%.3f\">\n",
+      wide, high, -0.5 * wide, -0.5 * high, wide, high);
+  for (const Object& object : objects) {
+    if (object.cut.outline.empty()) continue;
+    text += format_text("<path fill=\"%s\" stroke=\"black\" stroke-width=\"0.1\" fill-rule=\"evenodd\" d=\"",
+                        hex(colour_of(object.kind)).c_str());
+    for (const cross_section::Loop& loop : object.cut.outline) {
+      for (std::size_t i = 0; i < loop.size(); ++i)
+        text += format_text("%c%.3f %.3f", i == 0 ? 'M' : 'L', loop[i].x, -loop[i].y);
+      text += 'Z';
+    }
+    std::string name;
+    for (const char c : object.name)
+      name += c == '<' ? "&lt;" : c == '>' ? "&gt;" : c == '&' ? "&amp;" : std::string(1, c);
+    text += format_text("\"><title>%s, %.1f mm2</title></path>\n", name.c_str(), object.cut.area);
+  }
+  return text + "</svg>\n";
+}
+
+Result<Outcome> run_section(const SectionArguments& a) {
+  data_tools::OutputSet outputs;
+  for (const std::string& input : {a.moment.source.path, a.moment.case_source}) outputs.reads(input);
+  for (const std::string& model : a.models) outputs.reads(model);
+  outputs.writes("output", a.output, data_tools::OutputKind::picture);
+  outputs.writes("svg", a.svg);
+  if (Status error = outputs.check()) return *error;
+  if (!(a.pixel >= 0.01 && a.pixel <= 10))
+    return Error{"the value is out of range", "--pixel", format_text("%g mm", a.pixel), "0.01 to 10 mm", ""};
+  if (!(a.width >= a.pixel && a.width <= 1000 && a.width / a.pixel <= 8192))
+    return Error{"the value is out of range", "--width", format_text("%g mm", a.width),
+                 "a pixel to 1000 mm, at most 8192 pixels", ""};
+  workbench::MomentChoice choice = a.moment;
+  for (const std::string& file : a.models) choice.models.push_back({file, 1, "", dvec3(0.0)});
+  const auto opened = workbench::open_moment(choice, person());
+  if (!opened) return opened.error();
+  const workbench::Moment& moment = *opened.value();
+  if (!moment.shape)
+    return Error{"nobody says what is bone", "section", "", "--iso, --window or --label", ""};
+  const auto placed = plane_of(a, moment);
+  if (!placed) return placed.error();
+  const ImagePlane& plane = placed.value();
+  if (!meets(plane, *moment.scan)) {
+    const dvec3 p = plane.middle_world;
+    return Error{"the plane does not meet the scan", "--at", format_text("%.1f, %.1f, %.1f", p.x, p.y, p.z),
+                 "a plane through the scan", ""};
+  }
+  std::vector<Object> objects;
+  const volume::Field bone(*moment.scan, *moment.shape);
+  objects.push_back(
+      {Object::Kind::bone, moment.shape->name, cross_section::cut_volume(plane, bone, moment.version.get())});
+  if (moment.plan)
+    for (const data_tools::CaseStructure& s : moment.plan->structures)
+      if (s.is_forbidden)
+        objects.push_back(
+            {Object::Kind::structure, s.shape.name,
+             cross_section::cut_volume(plane, volume::Field(*moment.scan, s.shape), moment.version.get())});
+  for (const workbench::Moment::Thing& thing : moment.things) {
+    cross_section::SectionMesh mesh;
+    for (const dvec3& v : thing.tree->vertices())
+      mesh.vertices_world.push_back(thing.place.world_from_local(v));
+    mesh.triangles = thing.tree->triangles();
+    auto cut = cross_section::cut_mesh(plane, mesh);
+    if (!cut) {
+      Error error = cut.error();
+      error.where = thing.name;
+      return error;
+    }
+    objects.push_back(
+        {thing.is_piece ? Object::Kind::piece : Object::Kind::model, thing.name, std::move(cut).value()});
+  }
+
+  view::SlicePanel panel;
+  panel.size = plane.columns, panel.mm_a_pixel = plane.pixel;
+  panel.pixels.reserve(static_cast<std::size_t>(plane.columns) * static_cast<std::size_t>(plane.rows));
+  double outside = 0, of_models = 0;
+  for (int row = plane.rows - 1; row >= 0; --row)
+    for (int column = 0; column < plane.columns; ++column) {
+      const std::size_t at = static_cast<std::size_t>(column) +
+                             static_cast<std::size_t>(plane.columns) * static_cast<std::size_t>(row);
+      view::SlicePanel::Colour colour = k_empty;
+      bool is_bone = false, is_model = false;
+      for (const Object& object : objects) {
+        if (!object.cut.inside[at]) continue;
+        if (object.kind == Object::Kind::model)
+          is_model = true;
+        else
+          colour = colour_of(object.kind), is_bone |= object.kind != Object::Kind::structure;
+      }
+      if (is_model) colour = is_bone ? colour_of(Object::Kind::model) : k_outside;
+      of_models += is_model, outside += is_model && !is_bone;
+      panel.pixels.push_back(colour);
+    }
+  const double pixel_mm2 = plane.pixel * plane.pixel;
+  Outcome outcome{new_report("section"), "", exit_done};
+  Json& json = outcome.json;
+  json["plane"] = {{"middle_world_mm", json_of(plane.middle_world)},
+                   {"normal", json_of(plane.normal())},
+                   {"right", json_of(plane.right)},
+                   {"pixel_mm", plane.pixel},
+                   {"pixels", plane.columns}};
+  json["objects"] = Json::array();
+  const dvec3 n = plane.normal();
+  outcome.text = format_text("section at %.1f, %.1f, %.1f, seen from %.2f, %.2f, %.2f\n",
+                             plane.middle_world.x, plane.middle_world.y, plane.middle_world.z, n.x, n.y, n.z);
+  bool has_models = false;
+  for (const Object& object : objects) {
+    json["objects"].push_back(
+        {{"name", object.name}, {"area_mm2", object.cut.area}, {"outlines", object.cut.outline.size()}});
+    outcome.text += format_text("%s: %.1f mm2\n", object.name.c_str(), object.cut.area);
+    has_models |= object.kind == Object::Kind::model;
+  }
+  if (has_models) {
+    json["models_mm2"] = of_models * pixel_mm2;
+    json["models_outside_bone_mm2"] = outside * pixel_mm2;
+    outcome.text += format_text("of models %.1f mm2 lie outside bone (red)\n", outside * pixel_mm2);
+  }
+  panel.left = view::direction_letter(-plane.right), panel.right = view::direction_letter(plane.right);
+  panel.above = view::direction_letter(plane.up), panel.below = view::direction_letter(-plane.up);
+  panel.title = format_text("%s: %.0f mm\u00b2", objects[0].name.c_str(), objects[0].cut.area);
+  panel.foot =
+      format_text("at %.1f, %.1f, %.1f", plane.middle_world.x, plane.middle_world.y, plane.middle_world.z);
+  for (const Object& object : objects)
+    for (const cross_section::Loop& loop : object.cut.outline)
+      panel.lines.push_back({loop, {20, 20, 20}, true, ""});
+  if (has_models && outside > 0) panel.lines.push_back({{}, k_outside, true, "outside bone"});
+  outputs.write(a.output, [&] { return view::write_slices({panel}, a.output, 720); });
+  outputs.write(a.svg, [&] { return data_tools::write_file_atomically(a.svg, svg_of(plane, objects)); });
+  if (Status error = outputs.result()) return *error;
+  for (const std::string& name : outputs.written()) outcome.text += "wrote " + name + "\n";
+  return outcome;
+}
+
+Run build(Options& options) {
+  auto a = std::make_shared<SectionArguments>();
+  add_moment(options, a->moment);
+  add_shape(options, a->moment.shape);
+  options.add("--plane", a->plane, "As radiologists look")
+      .one_of({"axial", "coronal", "sagittal"})
+      .shows_default();
+  options.add("--normal", a->normal, "Square to this direction instead (LPS)").type("X,Y,Z");
+  options.add("--at", a->at, "Its middle, mm (LPS); the scan's when left out").type("X,Y,Z");
+  options.add("--trajectory", a->trajectory, "Along this trajectory of the plan").type("NAME");
+  options.add("--model", a->models, "A closed model in it").type("FILE");
+  options.add("--pixel", a->pixel, "mm").type("MM").shows_default();
+  options.add("--width", a->width, "Of the square that is shown, mm").type("MM").shows_default();
+  options.add("-o,--output", a->output, "Write the filled section").type("PNG");
+  options.add("--svg", a->svg, "Write its outlines, in mm").type("FILE");
+  return run_with(a, run_section);
+}
+
+}  // namespace
+
+const Command k_section{"section",
+                        "Cut a scan, or a moment of a session, with a plane: filled, measured, outlined",
+                        "  trephine section spine --plane axial --at 0,0,0 -o section.png --svg section.svg\n"
+                        "  trephine section flap.session --plane coronal --json",
+                        build};
+
+}  // namespace trephine::app

@@ -1,0 +1,173 @@
+// X-rays as users make them: files that others read, poses that come back, errors.
+#include <cmath>
+#include <sstream>
+
+#include "data-tools/xray_file.h"
+#include "tests/apps/command_fixture.h"
+#include "tests/data-tools/file_helpers.h"
+#include "tests/whole.h"
+
+namespace trephine::command_tests {
+namespace {
+
+/// The floats of a MetaImage of one slice.
+std::vector<float> floats_of(const std::string& file) {
+  const std::string marker = "ElementDataFile = LOCAL\n";
+  const std::size_t at = file.find(marker);
+  if (at == std::string::npos) return {};
+  std::vector<float> values((file.size() - at - marker.size()) / sizeof(float));
+  std::copy_n(file.data() + at + marker.size(), values.size() * sizeof(float),
+              reinterpret_cast<char*>(values.data()));
+  return values;
+}
+
+/// Octahedra, each a closed surface: small enough for beads.
+std::string beads_ply(const std::vector<std::array<double, 3>>& middles, double radius) {
+  std::ostringstream out;
+  out << "ply\nformat ascii 1.0\nelement vertex " << 6 * middles.size()
+      << "\nproperty float x\nproperty float y\nproperty float z\nelement face " << 8 * middles.size()
+      << "\nproperty list uchar int vertex_indices\nend_header\n";
+  for (const auto& m : middles)
+    for (int axis = 0; axis < 3; ++axis)
+      for (const double side : {-radius, radius}) {
+        for (int a = 0; a < 3; ++a)
+          out << m[static_cast<std::size_t>(a)] + (a == axis ? side : 0) << (a < 2 ? ' ' : '\n');
+      }
+  for (std::size_t b = 0; b < middles.size(); ++b)
+    for (int octant = 0; octant < 8; ++octant) {
+      const std::size_t x = 6 * b + (octant & 1 ? 1 : 0), y = 6 * b + 2 + (octant & 2 ? 1 : 0),
+                        z = 6 * b + 4 + (octant & 4 ? 1 : 0);
+      const bool is_even = (octant & 1) + (octant >> 1 & 1) + (octant >> 2 & 1) == 1 || octant == 7;
+      out << "3 " << x << ' ' << (is_even ? y : z) << ' ' << (is_even ? z : y) << '\n';
+    }
+  return out.str();
+}
+
+TEST_F(Command, AnXrayIsMadeAndItsPoseComesBack) {
+  const Json told = json(
+      "fluoro spine --view lateral --primary 81 --size 200 --isocentre 3,20,-4 "
+      "-o a.png --dicom a.dcm --sums a.mha");
+  EXPECT_EQ(told["c_arm"]["primary_degrees"], 81);
+  EXPECT_EQ(told["c_arm"]["secondary_degrees"], 0);
+  EXPECT_NEAR(told["c_arm"]["pixel_mm"].get<double>(), 0.3 * 1024 / 200, 1e-12);
+  EXPECT_NEAR(told["exposure"]["kerma_mgy"].get<double>(), 0.512, 1e-9);
+  EXPECT_GT(told["rays_past_the_border_in_the_body_percent"], 10);  // a block out of a back
+  EXPECT_EQ(told["plan"].size(), 12u);
+  EXPECT_GT(fs::file_size(folder_ / "a.png"), 10000u);
+  const auto pose = data_tools::read_xray_pose(file("a.dcm"));
+  ASSERT_TRUE(pose) << pose.error().message();
+  EXPECT_EQ(pose.value().columns, 200);
+  EXPECT_EQ(*pose.value().isocentre, glm::dvec3(3, 20, -4));
+  // Stood as in that file, the same image: to the bit where a decimal string holds the numbers.
+  json("fluoro spine --pose a.dcm --sums b.mha");
+  const std::vector<float> a = floats_of(read(file("a.mha"))), b = floats_of(read(file("b.mha")));
+  ASSERT_EQ(a.size(), 200u * 200u);
+  ASSERT_EQ(a.size(), b.size());
+  EXPECT_EQ(a, b);
+  // Surfaces beside the volume.
+  const Json beside = json("fluoro spine --view ap --size 200 --beside -o b.png");
+  EXPECT_EQ(beside["unbalanced_rays"], 0);
+  EXPECT_GT(beside["surface_against_volume"]["zncc"], 0.98);
+  EXPECT_LT(beside["surface_against_volume"]["mape_percent"], 8);
+}
+
+/// Five beads, a script, and a header: what it says is where they are.
+TEST_F(Command, AnXraysHeaderSaysWhereBeadsAreSeen) {
+  const std::vector<std::array<double, 3>> beads{
+      {0, 0, 0}, {22, -9, 14}, {-17, 21, -18}, {9, 27, 25}, {-26, -14, 6}};
+  write("beads.ply", beads_ply(beads, 1.5));
+  for (const std::string pose : {"--primary 67 --secondary -13 --isocentre 4,7,-2", "--view ap"}) {
+    const std::string arm = "fluoro spine --size 400 --rays 3 " + pose;
+    json(arm + " --sums without.mha");
+    json(arm + " --model beads.ply --metal steel --sums with.mha --dicom with.dcm");
+    std::vector<float> with = floats_of(read(file("with.mha"))),
+                       without = floats_of(read(file("without.mha")));
+    ASSERT_EQ(with.size(), 1200u * 1200u);
+    ASSERT_EQ(with.size(), without.size());
+    for (const auto& bead : beads) {
+      std::ostringstream script;
+      script << "/usr/bin/python3 '" << TREPHINE_SOURCE_DIR << "/docs/examples/xray_pixel.py' '"
+             << file("with.dcm") << "' " << bead[0] << ',' << bead[1] << ',' << bead[2] << " > '"
+             << file("pixel") << "'";
+      ASSERT_EQ(std::system(script.str().c_str()), 0);
+      std::istringstream said(read(file("pixel")));
+      double column = 0, row = 0, x = 0, y = 0, all = 0;
+      said >> column >> row;
+      for (int j = 0; j < 1200; ++j)
+        for (int i = 0; i < 1200; ++i) {
+          const double c = (i - 1) / 3.0, r = (j - 1) / 3.0;  // in the image's pixels
+          if (std::abs(c - column) > 6 || std::abs(r - row) > 6) continue;
+          const auto at = static_cast<std::size_t>(i + 1200 * j);
+          const double extra = static_cast<double>(with[at]) - static_cast<double>(without[at]);
+          all += extra, x += c * extra, y += r * extra;
+        }
+      ASSERT_GT(all, 1) << column << ' ' << row;
+      EXPECT_NEAR(x / all, column, 0.1) << pose;
+      EXPECT_NEAR(y / all, row, 0.1) << pose;
+    }
+    if (!is_whole()) break;
+  }
+}
+
+/// In a session: shots are commands, told with their dose; any of them is made again, and of any moment.
+TEST_F(Command, ShotsOfASessionAreMadeAgain) {
+  write("x.toml",
+        "schema = 1\nscan = \"spine\"\nrate = 250\n"
+        "[[hands]]\ninstrument = \"burr\"\nparameters = \"diameter=6\"\n"
+        "points = [[0, 0, 90, 0, 0], [0.2, 0, 75, 0, 0], [0.4, 0, 68, 0, 1], [2.4, 0, 40, 0, 1], [2.6, 0, "
+        "90, 0, 0]]\n"
+        "[[do]]\nat = 0.1\ncommand = \"shoot\"\nrefused = true\n"
+        "[[do]]\nat = 0.1\ncommand = \"c-arm\"\nwith = \"primary=90 columns=160 rows=160 pixel=2\"\n"
+        "[[do]]\nat = 0.1\ncommand = \"shoot\"\n"
+        "[[do]]\nat = 2.7\ncommand = \"shoot\"\nwith = \"time=0.2\"\n"
+        "[[do]]\nat = 2.9\ncommand = \"undo\"\n"
+        "[[expect]]\nwhat = \"X-ray shots\"\nleast = 2\nmost = 2\n"
+        "[[expect]]\nwhat = \"events x-ray-taken\"\nleast = 2\n");
+  const Json played = json("run x.toml --record x.session");
+  EXPECT_EQ(played["is_met"], true) << played.dump(1);
+  EXPECT_EQ(json("replay x.session --verify")["is_same"], true);
+  EXPECT_NE(run("timeline x.session").out.find("X-ray"), std::string::npos) << run("timeline x.session").out;
+  const auto sums = [&](const std::string& options) {
+    json("fluoro x.session --sums s.mha " + options);
+    return floats_of(read(file("s.mha")));
+  };
+  const std::vector<float> before = sums("--shot 1"), drilled = sums("--shot 2"), undone = sums("");
+  ASSERT_EQ(before.size(), 160u * 160u);
+  EXPECT_EQ(before, undone);
+  double most = 0;
+  for (std::size_t i = 0; i < before.size(); ++i) {
+    EXPECT_GE(before[i], drilled[i] - 1e-5f);  // matter was taken away
+    most = std::max(most, static_cast<double>(before[i]) - static_cast<double>(drilled[i]));
+  }
+  EXPECT_GT(most, 0.05);
+  EXPECT_NE(run("fluoro x.session --shot 3").err.find("1 to 2"), std::string::npos);
+}
+
+TEST_F(Command, WhatNoXrayCanBeIsSaid) {
+  write("open.ply",
+        "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
+        "element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n9 0 0\n0 9 0\n3 0 1 2\n");
+  write("no.dcm", "nothing");
+  for (const auto& [arguments, words] : std::initializer_list<std::pair<std::string, std::string>>{
+           {"spine --view sideways", "sideways"},
+           {"spine --to-patient 1200", "between source and detector"},
+           {"spine --energy 500", "out of range"},
+           {"spine --collimate 10", "no field"},
+           {"spine --isocentre 1,2", "X,Y,Z"},
+           {"spine --model open.ply", "3 open edges"},
+           {"spine --pose no.dcm", "no X-ray image"},
+           {"spine --shot 1", "no shots"},
+           {"spine --until 3", "no time"},
+           {"spine --primary nan", "primary"},
+           {"spine --size 9000", "out of range"},
+           {"spine --dicom open.ply --model open.ply", "open.ply"}}) {
+    const Ended bad = run("fluoro " + arguments);
+    EXPECT_EQ(bad.exit_code, 2) << arguments;
+    EXPECT_NE(bad.err.find(words), std::string::npos) << arguments << "\n" << bad.err;
+    if (!is_whole() && arguments == "spine --energy 500") break;
+  }
+  EXPECT_EQ(leftovers({"open.ply", "no.dcm"}), "");
+}
+
+}  // namespace
+}  // namespace trephine::command_tests

@@ -1,0 +1,198 @@
+// Sections against a judge in whole numbers, closed forms, and operated volumes point by point.
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <gtest/gtest.h>
+
+#include "data-tools/phantoms.h"
+#include "modules/cross_section/section.h"
+#include "tests/checker/solid_judge.h"
+#include "tests/scenes/scenes.h"
+#include "tests/whole.h"
+#include "volume/deterministic_math.h"
+#include "volume/removal.h"
+
+namespace trephine::cross_section {
+namespace {
+
+using glm::dvec2;
+using glm::dvec3;
+using glm::ivec3;
+using volume::ImagePlane;
+
+double number(std::uint64_t n) { return static_cast<double>(volume::hash_bits(n) >> 11) * 0x1p-53; }
+
+ImagePlane plane_of(int pixels, double mm) {
+  ImagePlane plane;
+  plane.columns = plane.rows = pixels, plane.pixel = mm;
+  return plane;
+}
+
+constexpr std::uint32_t k_box[] = {0, 2, 1, 1, 2, 3, 4, 5, 6, 5, 7, 6, 0, 1, 4, 1, 5, 4,
+                                   2, 6, 3, 3, 6, 7, 0, 4, 2, 2, 4, 6, 1, 3, 5, 3, 7, 5};
+
+/// Boxes and octahedra with corners, edges and facets in the plane, on pixels and between them: in steps of
+/// an eighth of a mm, where pixels are half a mm.
+SectionMesh aimed(std::uint64_t n) {
+  SectionMesh mesh;
+  const auto whole = [&](std::uint64_t k, int range) {
+    return std::floor(number(300 * n + k) * (2 * range + 1)) - range;
+  };
+  for (std::uint32_t body = 0; body < 3; ++body) {
+    const auto first = static_cast<std::uint32_t>(mesh.vertices_world.size());
+    const dvec3 at(whole(body, 40) / 8, whole(body + 10, 40) / 8, whole(body + 20, 12) / 8);
+    if ((n + body) % 2 == 0) {
+      const dvec3 high =
+          at + dvec3(whole(body + 30, 20) + 24, whole(body + 40, 20) + 24, whole(body + 50, 20) + 24) / 8.0;
+      for (int i = 0; i < 8; ++i) {
+        dvec3 corner(i & 1 ? high.x : at.x, i & 2 ? high.y : at.y, i & 4 ? high.z : at.z);
+        // Some lean, so that facets cross the plane anywhere.
+        if (n % 3 == 0)
+          corner += dvec3(whole(60 + 10 * body + static_cast<std::uint64_t>(i), 3),
+                          whole(90 + 10 * body + static_cast<std::uint64_t>(i), 3),
+                          whole(120 + 10 * body + static_cast<std::uint64_t>(i), 3)) /
+                    8.0;
+        mesh.vertices_world.push_back(corner);
+      }
+      for (const std::uint32_t v : k_box) mesh.triangles.push_back(first + v);
+    } else {
+      const double r = whole(body + 200, 12) + 20;
+      for (int axis = 0; axis < 3; ++axis)
+        for (const double side : {-r / 8, r / 8}) {
+          dvec3 corner = at;
+          corner[axis] += side;
+          mesh.vertices_world.push_back(corner);
+        }
+      for (std::uint32_t octant = 0; octant < 8; ++octant) {
+        const std::uint32_t x = octant & 1, y = 2 + (octant >> 1 & 1), z = 4 + (octant >> 2 & 1);
+        const bool is_even = (x + y + z) % 2 == 1;
+        for (const std::uint32_t v : {x, is_even ? y : z, is_even ? z : y})
+          mesh.triangles.push_back(first + v);
+      }
+    }
+  }
+  return mesh;
+}
+
+TEST(CrossSection, OfMeshesIsThatOfTheJudgeAtEveryPixel) {
+  const ImagePlane plane = [] {
+    ImagePlane p = plane_of(64, 0.25);
+    p.right = {1, 0, 0}, p.up = {0, 1, 0};  // the plane's frame is the world's
+    p.columns = 65, p.rows = 65;            // a pixel on the middle
+    return p;
+  }();
+  long pixels = 0, inside = 0, found = 0;
+  for (std::uint64_t n = 0; n < (is_whole() ? 260u : 30u); ++n) {
+    const SectionMesh mesh = aimed(n);
+    ASSERT_TRUE(open_edges(mesh).empty()) << n;
+    const auto cut = cut_mesh(plane, mesh, 2);
+    ASSERT_TRUE(cut) << cut.error().message();
+    EXPECT_EQ(cut_mesh(plane, mesh, 1).value().inside, cut.value().inside);
+    checker::WholeMesh whole;
+    for (const dvec3& v : mesh.vertices_world)
+      whole.corners.push_back(
+          {std::lround(v.x * (1 << 20)), std::lround(v.y * (1 << 20)), std::lround(v.z * (1 << 20))});
+    whole.triangles = mesh.triangles;
+    checker::WholeMesh broken = whole;
+    broken.triangles.resize(broken.triangles.size() - 6);
+    for (int j = 0; j < 65; ++j)
+      for (int i = 0; i < 65; ++i) {
+        const std::array<std::int64_t, 3> p{(i - 32) * (std::int64_t{1} << 18),
+                                            (32 - j) * (std::int64_t{1} << 18), 0};
+        const bool is = checker::winding(whole, p) > 0;
+        const auto at = static_cast<std::size_t>(i + 65 * j);
+        ASSERT_EQ(cut.value().inside[at] != 0, is) << "mesh " << n << ", pixel " << i << ", " << j;
+        ++pixels, inside += is;
+        if (n < 4) found += (checker::winding(broken, p) > 0) != (cut.value().inside[at] != 0);
+      }
+  }
+  EXPECT_GT(inside, pixels / 25);
+  EXPECT_GT(found, 0);  // a mesh with a hole is another: the judge sees it
+  std::printf("%ld pixels, %ld inside\n", pixels, inside);
+}
+
+TEST(CrossSection, OfABoxHasItsAreaAndOutlineWhateverThePlane) {
+  SectionMesh box;
+  for (int i = 0; i < 8; ++i)
+    box.vertices_world.push_back({i & 1 ? 9.0 : -7.0, i & 2 ? 5.0 : -4.0, i & 4 ? 12.0 : -11.0});
+  box.triangles.assign(std::begin(k_box), std::end(k_box));
+  ImagePlane plane = plane_of(300, 0.1);
+  struct Case {
+    const char* name;
+    double area;
+  };
+  for (const Case& c : {Case{"axial", 16 * 9}, Case{"coronal", 16 * 23}, Case{"sagittal", 9 * 23}}) {
+    ASSERT_TRUE(turn_plane(plane, c.name));
+    const Cut cut = cut_mesh(plane, box).value();
+    EXPECT_NEAR(cut.area, c.area, 1e-4);
+    ASSERT_EQ(cut.outline.size(), 1u);
+    double count = 0;
+    for (const std::uint8_t in : cut.inside) count += in;
+    EXPECT_NEAR(count * 0.01, c.area, 0.6);
+  }
+  // Leaning: larger by 1 / cos.
+  ASSERT_TRUE(turn_plane(plane, dvec3(0, std::sin(0.3), std::cos(0.3))));
+  EXPECT_NEAR(cut_mesh(plane, box).value().area, 16 * 9 / std::cos(0.3), 1e-4);
+  plane.middle_world = {0, 0, 40};
+  EXPECT_EQ(cut_mesh(plane, box).value().area, 0);
+  // Names what is open, and what lies nowhere.
+  box.triangles.resize(33);
+  const auto open = cut_mesh(plane, box);
+  ASSERT_FALSE(open);
+  EXPECT_NE(open.error().found.find("3 open edges"), std::string::npos) << open.error().message();
+  EXPECT_EQ(open_edges(box).size(), 3u);
+  box.vertices_world[0].x = 1e7;
+  box.triangles.assign(std::begin(k_box), std::end(k_box));
+  EXPECT_FALSE(cut_mesh(plane, box));
+  plane.pixel = 0;
+  EXPECT_FALSE(cut_mesh(plane, box));
+}
+
+/// A ball in a scan with thick, leaning slices, a hole drilled into it: every pixel is what touch says there,
+/// the area is the circle's less the hole's.
+TEST(CrossSection, OfAVolumeIsWhatIsFelt) {
+  for (const double slice : {0.8, 2.5}) {
+    glm::dmat3 axes(0.0);
+    axes[0] = dvec3(0.8, 0, 0), axes[1] = dvec3(0, 0.8, 0), axes[2] = dvec3(0.1 * slice, 0.3 * slice, slice);
+    const int deep = static_cast<int>(60 / slice);
+    volume::Volume made =
+        volume::make_volume(
+            {80, 80, deep},
+            volume::Frame::from_axes(-0.5 * (axes * (dvec3(80, 80, deep) - 1.0)), axes).value())
+            .value();
+    made.is_hounsfield = true;
+    for (int z = 0; z < deep; ++z)
+      for (int y = 0; y < 80; ++y)
+        for (int x = 0; x < 80; ++x)
+          made.voxels[made.index(x, y, z)] = static_cast<std::int16_t>(std::clamp(
+              300 + 300 * (20 - glm::length(made.frame.world_from_volume({x, y, z}))), -1000.0, 2000.0));
+    const auto scan = std::make_shared<const volume::Volume>(std::move(made));
+    const volume::Field bone(*scan, volume::Shape{"bone", 300});
+    volume::RemovalEditor editor(
+        std::make_shared<volume::Version>(scan, volume::CutLattice::for_burr(*scan, 5).value()), {bone});
+    editor.remove({{-30, 3, 0}, {30, 3, 0}, 2.5});
+    const auto version = editor.freeze();
+    for (const char* name : {"axial", "coronal", "sagittal"}) {
+      ImagePlane plane = plane_of(240, 0.2);
+      turn_plane(plane, name);
+      const Cut whole = cut_volume(plane, bone, nullptr, 1), cut = cut_volume(plane, bone, version.get(), 2);
+      EXPECT_NEAR(whole.area, 3.14159265 * 400, 5 * slice) << name << slice;
+      for (int j = 0; j < 240; j += 7)
+        for (int i = 0; i < 240; i += 7) {
+          const dvec3 p = scan->frame.volume_from_world(plane.world(i, j));
+          EXPECT_EQ(cut.inside[static_cast<std::size_t>(i + 240 * j)] != 0,
+                    bone.value(p) >= 0 && version->distance(p) > 0);
+        }
+      // The hole goes along x: seen end on it is a disk, along it a strip as long as the ball is wide there.
+      const double hole = std::string(name) == "sagittal" ? 3.14159265 * 2.5 * 2.5
+                          : std::string(name) == "axial"  ? 5 * 2 * std::sqrt(400 - 9.0)
+                                                          : 0;
+      if (hole > 0) {
+        EXPECT_NEAR(whole.area - cut.area, hole, 0.05 * hole + 0.6 * slice) << name << slice;
+      }
+      EXPECT_GE(cut.outline.size(), std::string(name) == "coronal" ? 1u : 2u);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace trephine::cross_section

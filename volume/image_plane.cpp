@@ -1,0 +1,56 @@
+#include "volume/image_plane.h"
+
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <string>
+
+namespace trephine::volume {
+
+using glm::dvec3;
+
+bool turn_plane(ImagePlane& plane, std::string_view name) noexcept {
+  if (name == "axial")
+    plane.right = {1, 0, 0}, plane.up = {0, -1, 0};
+  else if (name == "coronal")
+    plane.right = {1, 0, 0}, plane.up = {0, 0, 1};
+  else if (name == "sagittal")
+    plane.right = {0, 1, 0}, plane.up = {0, 0, 1};
+  else
+    return false;
+  return true;
+}
+
+bool turn_plane(ImagePlane& plane, const dvec3& normal) noexcept {
+  const double length = glm::length(normal);
+  if (!(length > 1e-9) || !std::isfinite(length)) return false;
+  const dvec3 n = normal / length;
+  const dvec3 upward = std::abs(n.z) < 0.9 ? dvec3(0, 0, 1) : dvec3(0, -1, 0);
+  plane.up = glm::normalize(upward - glm::dot(upward, n) * n);
+  plane.right = glm::cross(plane.up, n);
+  return true;
+}
+
+Status check(const ImagePlane& plane) {
+  const auto text = [](const dvec3& v) {
+    char buffer[100];
+    std::snprintf(buffer, sizeof buffer, "%g, %g, %g", v.x, v.y, v.z);
+    return std::string(buffer);
+  };
+  for (const dvec3* v : {&plane.middle_world, &plane.right, &plane.up})
+    if (!(glm::dot(*v, *v) < 1e18))
+      return Error{"the plane lies nowhere", "plane", text(*v), "finite numbers, mm", ""};
+  if (std::abs(glm::length(plane.right) - 1) > 1e-6 || std::abs(glm::length(plane.up) - 1) > 1e-6 ||
+      std::abs(glm::dot(plane.right, plane.up)) > 1e-6)
+    return Error{"the plane's axes are not of length 1 at right angles", "plane",
+                 text(plane.right) + " and " + text(plane.up), "unit vectors", ""};
+  if (!(plane.pixel > 1e-4 && plane.pixel < 1e3) || plane.columns < 1 || plane.rows < 1 ||
+      std::int64_t{plane.columns} * plane.rows > (std::int64_t{1} << 26) || plane.columns > (1 << 15) ||
+      plane.rows > (1 << 15))
+    return Error{"the plane's pixels cannot be", "plane",
+                 std::to_string(plane.columns) + " x " + std::to_string(plane.rows) + " of " +
+                     std::to_string(plane.pixel) + " mm",
+                 "1 to 32768 each, 67 million in all, of 0.0001 to 1000 mm", ""};
+  return std::nullopt;
+}
+
+}  // namespace trephine::volume
