@@ -111,6 +111,24 @@ ScriptPlace read_place(TomlReader& reader, const toml::value& value) {
   return place;
 }
 
+ScriptModel read_model(TomlReader& reader, const toml::value& value) {
+  const toml::table& t = reader.table(value, {"file", "at", "screw"});
+  ScriptModel model;
+  model.line = TomlReader::line_of(value);
+  model.file = reader.text(t, "file").value_or("");
+  model.at = reader.point(t, "at").value_or(model.at);
+  if (const auto screw = reader.text(t, "screw")) {
+    const auto place = parse_screw(*screw);
+    if (place)
+      model.screw = place.value();
+    else
+      reader.fail(value, place.error().what, place.error().found, place.error().expected);
+  } else if (model.file.empty()) {
+    reader.fail(value, "a model is nothing", "", "file = \"FILE\", or screw = \"X,Y,Z:X,Y,Z:D\"");
+  }
+  return model;
+}
+
 ScriptPicture read_picture(TomlReader& reader, const toml::value& value, std::size_t hands) {
   const toml::table& t =
       reader.table(value, {"at", "file", "place", "from", "aim", "distance", "caption", "tool", "hand"});
@@ -197,9 +215,9 @@ Result<Script> parse_script(const std::string& text, const std::string& where) {
   if (!parsed) return parsed.error();
   const toml::value& root = parsed.value();
   TomlReader reader(where);
-  const toml::table& top =
-      reader.table(root, {"schema", "title", "scan", "iso", "window", "label", "auto", "largest", "plan",
-                          "rate", "smallest_burr", "free_pieces", "places", "hands", "do", "expect", "pictures"});
+  const toml::table& top = reader.table(
+      root, {"schema", "title", "scan", "iso", "window", "label", "auto", "largest", "plan", "rate",
+             "smallest_burr", "free_pieces", "places", "models", "hands", "do", "expect", "pictures"});
   if (volume::Status error = reader.check_schema(top, Script::k_schema, "script")) return *error;
   Script script;
   script.title = reader.text(top, "title").value_or("");
@@ -220,6 +238,7 @@ Result<Script> parse_script(const std::string& text, const std::string& where) {
     reader.fail(root, "the script has no fitting number of hands", std::to_string(script.hands.size()),
                 "one to four [[hands]]");
   for (const toml::value* v : reader.tables(top, "places")) script.places.push_back(read_place(reader, *v));
+  for (const toml::value* v : reader.tables(top, "models")) script.models.push_back(read_model(reader, *v));
   for (const toml::value* v : reader.tables(top, "pictures"))
     script.pictures.push_back(read_picture(reader, *v, script.hands.size()));
   check_places(reader, script);

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "volume/error.h"
+#include "data-tools/screw_model.h"
 
 namespace trephine::data_tools {
 
@@ -35,6 +35,14 @@ struct ScriptHand {
   std::optional<glm::dvec3>
       shaft;  ///< where the tool's shaft points, as the points are seen; nothing: upright
   std::optional<double> stiffness;  ///< N/mm, of a simulated hand that follows the path and yields
+};
+
+/// A thing in the scene: a file of polygons as seen from the script's folder, or a screw.
+struct ScriptModel {
+  int line = 0;
+  std::string file;
+  glm::dvec3 at{0.0};  ///< mm (LPS), where a file's origin lies
+  std::optional<ScrewPlace> screw;
 };
 
 /// Something that is told at a moment.
@@ -78,9 +86,10 @@ struct Script {
   bool takes_plan = false;                   ///< of a scan that is built in
   bool is_auto = false, is_largest = false;  ///< from where the histogram parts; only the largest part
   double rate_hz = 1000;
-  std::optional<double> free_pieces;    ///< mm3: pieces so large come off by themselves; nothing: none does
+  std::optional<double> free_pieces;  ///< mm3: pieces so large come off by themselves; nothing: none does
   std::optional<double> smallest_burr;
   std::vector<ScriptPlace> places;
+  std::vector<ScriptModel> models;
   std::vector<ScriptHand> hands;
   std::vector<ScriptCommand> commands;          ///< in time
   std::vector<ScriptExpectation> expectations;  ///< as in the file

@@ -276,6 +276,12 @@ std::string to_words(const Field& field, const void* value) {
   return value_text(field, place_in(field, value));
 }
 
+std::vector<Field> joined(std::span<const Field> first, std::span<const Field> more) {
+  std::vector<Field> all(first.begin(), first.end());
+  all.insert(all.end(), more.begin(), more.end());
+  return all;
+}
+
 std::string to_words(const Schema& schema, const void* value) {
   std::string words;
   for (const Field& field : schema.fields) {

@@ -81,6 +81,9 @@ struct Schema {
   std::span<const Field> fields = {};
 };
 
+/// The fields of a struct and of one that is it and more.
+std::vector<Field> joined(std::span<const Field> first, std::span<const Field> more);
+
 /// Longest lists and texts that are taken from a file.
 inline constexpr std::size_t k_longest_list = 1 << 16;
 

@@ -4,17 +4,15 @@
 #include <glm/geometric.hpp>
 
 #include "apps/trephine/commands.h"
+#include "apps/trephine/surface_image.h"
 #include "apps/view/slice_picture.h"
 #include "apps/workbench/moment.h"
 #include "data-tools/atomic_file.h"
-#include "data-tools/mesh_reading.h"
 #include "data-tools/output_set.h"
 #include "data-tools/xray_file.h"
 #include "modules/fluoroscopy/detector.h"
 #include "modules/fluoroscopy/fluoroscopy.h"
-#include "modules/fluoroscopy/surface_xray.h"
 #include "modules/fluoroscopy/volume_xray.h"
-#include "volume/surface_nets.h"
 
 namespace trephine::app {
 
@@ -36,7 +34,7 @@ constexpr std::string_view k_metals[] = {"titanium", "steel"};
 struct FluoroArguments {
   workbench::MomentChoice moment;
   std::string view, isocentre, collimate, pose, output, dicom, sums;
-  std::vector<std::string> models;
+  ThingArguments things;
   std::optional<double> primary, secondary, to_detector, to_patient, pixel;
   std::optional<double> energy;
   int size = 0, shot = 0, rays = 1;
@@ -47,7 +45,7 @@ struct FluoroArguments {
 };
 
 /// The session goes to a shot of it: where the C-arm stood.
-Result<CArm> go_to_shot(workbench::Moment& moment, int number) {
+Result<fluoroscopy::XrayTaken> go_to_shot(workbench::Moment& moment, int number) {
   if (!moment.session)
     return Error{"a scan has no shots", "shot", std::to_string(number), "a recorded session", ""};
   std::int64_t count = 0;
@@ -57,9 +55,9 @@ Result<CArm> go_to_shot(workbench::Moment& moment, int number) {
     if (one == nullptr) continue;
     ++count;
     if (one->number != number) continue;
-    const CArm arm = *one;
+    const fluoroscopy::XrayTaken taken = *one;
     if (Status error = workbench::go_to(moment, all[i].tick)) return *error;
-    return arm;
+    return taken;
   }
   return Error{"there is no such shot", "shot", std::to_string(number),
                count > 0 ? format_text("1 to %d", static_cast<int>(count)) : "a session with shots", ""};
@@ -118,95 +116,6 @@ Result<CArm> arm_of(const FluoroArguments& a, const workbench::Moment& moment, c
   return arm;
 }
 
-Status check_closed(const workbench::Moment::Thing& thing) {
-  data_tools::PolygonModel model;
-  model.vertices = thing.tree->vertices(), model.triangles = thing.tree->triangles();
-  const data_tools::ModelFacts facts = data_tools::facts_of(model);
-  if (facts.open_edges + facts.turned_edges == 0 && facts.volume > 0) return std::nullopt;
-  return Error{"a model is not a closed surface that looks outward", thing.name,
-               format_text("%zu open edges, %zu between triangles that face opposite ways, %.0f mm3",
-                           facts.open_edges, facts.turned_edges, facts.volume),
-               "no open edges", "close it in a mesh editor"};
-}
-
-/// The surface of a shape as it is, and the mean of its voxels as its weight.
-fluoroscopy::SurfaceObject surface_of(const volume::Volume& scan, const volume::Shape& shape,
-                                      const volume::Version& version, double energy) {
-  const volume::Field field(scan, shape);
-  const volume::Mesh net = volume::surface_net({&field, &version});
-  fluoroscopy::SurfaceObject bone;
-  bone.vertices_world.reserve(net.vertices.size());
-  std::vector<std::uint8_t> is_border(net.vertices.size());
-  for (std::size_t i = 0; i < net.vertices.size(); ++i) {
-    const glm::vec3& v = net.vertices[i];
-    bone.vertices_world.push_back(scan.frame.world_from_volume(dvec3(v)));
-    for (int axis = 0; axis < 3; ++axis)
-      is_border[i] |= v[axis] < 0 || v[axis] > static_cast<float>(scan.size[axis] - 1);
-  }
-  bone.triangles.assign(net.triangles.span().begin(), net.triangles.span().end());
-  for (std::size_t t = 0; t + 2 < bone.triangles.size(); t += 3)
-    bone.is_wall.push_back(is_border[bone.triangles[t]] || is_border[bone.triangles[t + 1]] ||
-                           is_border[bone.triangles[t + 2]]);
-  bone.normals_world = fluoroscopy::vertex_normals({bone.vertices_world, bone.triangles});
-  // One weight for all of it: the mean of its voxels.
-  const volume::VoxelWeights weights = fluoroscopy::weights_of_hounsfield(energy);
-  double sum = 0, count = 0;
-  for (std::size_t i = 0; i < scan.voxels.size(); ++i) {
-    const bool is_solid = shape.is_label() ? scan.labels[i] == shape.label : shape.is_solid(scan.voxels[i]);
-    if (is_solid) sum += weights.of(scan.voxels[i]), ++count;
-  }
-  bone.weight = count > 0 ? sum / count : 0;
-  return bone;
-}
-
-/// Of the shape as it is, and of things: what surface images are made of.
-/// `has_body`: soft tissue is an object too, which is how it compares with a volume.
-Result<fluoroscopy::SurfaceXray> surface_image(const FluoroArguments& a, const workbench::Moment& moment,
-                                               const View& view, double energy, bool has_body) {
-  if (!moment.shape)
-    return Error{"nobody says what is bone", "surface", "", "--iso, --window or --label", ""};
-  const volume::Volume& scan = *moment.scan;
-  std::vector<fluoroscopy::SurfaceObject> objects{surface_of(scan, *moment.shape, *moment.version, energy)};
-  objects[0].edge = a.edge;
-  if (has_body) {
-    volume::Shape body{"body", fluoroscopy::k_tissue_from};
-    objects.push_back(surface_of(scan, body, *moment.version, energy));
-    objects[1].weight = fluoroscopy::attenuation(fluoroscopy::Matter::water, energy);
-    objects[0].weight -= objects[1].weight;  // bone lies in it
-  }
-  const double bone_weight = objects[0].weight;
-  for (const workbench::Moment::Thing& thing : moment.things) {
-    fluoroscopy::SurfaceObject& object = objects.emplace_back();
-    for (const dvec3& v : thing.tree->vertices())
-      object.vertices_world.push_back(thing.place.world_from_local(v));
-    object.triangles = thing.tree->triangles();
-    object.normals_world = fluoroscopy::vertex_normals({object.vertices_world, object.triangles});
-    object.weight = thing.is_piece ? bone_weight
-                                   : fluoroscopy::attenuation(a.metal == 0 ? fluoroscopy::Matter::titanium
-                                                                           : fluoroscopy::Matter::steel,
-                                                              energy);
-    object.edge = thing.is_piece ? a.edge : 0;
-  }
-  return fluoroscopy::project_surfaces(view, objects);
-}
-
-/// How alike two images of weakening are: the correlation of their pixels, and the mean of their difference
-/// as a share of the first, where that is more than a hundredth.
-struct Likeness {
-  double zncc = 0, mape = 0;
-};
-Likeness likeness(std::span<const double> a, std::span<const double> b) {
-  double n = 0, ma = 0, mb = 0;
-  for (std::size_t i = 0; i < a.size(); ++i) ma += a[i], mb += b[i], ++n;
-  ma /= n, mb /= n;
-  double aa = 0, bb = 0, ab = 0, share = 0, met = 0;
-  for (std::size_t i = 0; i < a.size(); ++i) {
-    aa += (a[i] - ma) * (a[i] - ma), bb += (b[i] - mb) * (b[i] - mb), ab += (a[i] - ma) * (b[i] - mb);
-    if (a[i] > 0.01) share += std::abs(b[i] - a[i]) / a[i], ++met;
-  }
-  return {aa > 0 && bb > 0 ? ab / std::sqrt(aa * bb) : 0, met > 0 ? 100 * share / met : 0};
-}
-
 view::SlicePanel panel_of(const std::vector<float>& received, const View& view, const CArm& arm,
                           const FluoroArguments& a, std::span<const std::uint8_t> hidden) {
   fluoroscopy::Display display;
@@ -249,8 +158,11 @@ Json add_plan(view::SlicePanel& panel, const View& view, const CArm& arm, const 
   for (const data_tools::CaseTrajectory& t : moment.plan->trajectories) {
     const auto from = in_panel(view, arm, t.entry_world), to = in_panel(view, arm, t.target_world);
     if (from && to) panel.lines.push_back({{*from, *to}, {90, 220, 255}, false, "plan"});
-    told.push_back(
-        {{"name", t.name}, {"entry_pixel", pixel(t.entry_world)}, {"target_pixel", pixel(t.target_world)}});
+    told.push_back({{"name", t.name},
+                    {"entry_world_mm", json_of(t.entry_world)},
+                    {"target_world_mm", json_of(t.target_world)},
+                    {"entry_pixel", pixel(t.entry_world)},
+                    {"target_pixel", pixel(t.target_world)}});
   }
   for (const data_tools::CaseLandmark& l : moment.plan->landmarks) {
     const auto at = in_panel(view, arm, l.place_world);
@@ -309,7 +221,7 @@ Status write_dicom(const std::string& path, const std::vector<float>& received, 
 Result<Outcome> run_fluoro(const FluoroArguments& a) {
   data_tools::OutputSet outputs;
   for (const std::string& input : {a.moment.source.path, a.moment.case_source, a.pose}) outputs.reads(input);
-  for (const std::string& model : a.models) outputs.reads(model);
+  for (const std::string& model : a.things.models) outputs.reads(model);
   outputs.writes("output", a.output, data_tools::OutputKind::picture);
   outputs.writes("dicom", a.dicom);
   outputs.writes("sums", a.sums);
@@ -326,23 +238,23 @@ Result<Outcome> run_fluoro(const FluoroArguments& a) {
         range(a.edge, 0, 10, "--edge"), range(a.size, 0, 8192, "--size"), range(a.shot, 0, 1e9, "--shot")})
     if (error) return *error;
   workbench::MomentChoice choice = a.moment;
-  for (const std::string& file : a.models) choice.models.push_back({file, 1, "", dvec3(0.0)});
+  if (Status error = take_things(a.things, choice)) return *error;
   const auto opened = workbench::open_moment(choice, person());
   if (!opened) return opened.error();
-  std::optional<CArm> shot_arm;
+  std::optional<fluoroscopy::XrayTaken> taken;
   if (a.shot > 0) {
     if (a.moment.until)
       return Error{"a shot has its own time", "--until", format_text("%g s", *a.moment.until), "--shot alone",
                    ""};
-    const auto arm = go_to_shot(*opened.value(), a.shot);
-    if (!arm) return arm.error();
-    shot_arm = arm.value();
+    const auto shot = go_to_shot(*opened.value(), a.shot);
+    if (!shot) return shot.error();
+    taken = shot.value();
   }
   const workbench::Moment& moment = *opened.value();
   if (!moment.scan->is_hounsfield)
     return Error{"the scan's numbers are no Hounsfield units", "SRC", "values of another kind", "CT",
                  "CT whose file does not say so: --hounsfield"};
-  const auto placed = arm_of(a, moment, shot_arm ? &*shot_arm : nullptr);
+  const auto placed = arm_of(a, moment, taken ? &*taken : nullptr);
   if (!placed) return placed.error();
   const CArm& arm = placed.value();
   const View view(arm), fine = view.refined(a.rays);
@@ -351,6 +263,8 @@ Result<Outcome> run_fluoro(const FluoroArguments& a) {
 
   // The image, and beside it the other kind's where that was asked for.
   const bool is_surface = a.way == static_cast<std::uint8_t>(Way::surface);
+  const fluoroscopy::Matter matter =
+      a.metal == 0 ? fluoroscopy::Matter::titanium : fluoroscopy::Matter::steel;
   const auto clock = Clock::now();
   std::vector<double> sums, other, sums_seen, other_seen;  // ..._seen: with what lies beyond the scan
   Outcome outcome{new_report("fluoro"), "", exit_done};
@@ -358,7 +272,7 @@ Result<Outcome> run_fluoro(const FluoroArguments& a) {
   std::int64_t hidden_count = 0, tissue_count = 0;
   std::vector<std::uint8_t> hidden;
   if (is_surface || a.is_beside) {
-    const auto image = surface_image(a, moment, fine, energy, a.is_beside);
+    const auto image = surface_image(moment, fine, energy, {a.edge, matter, a.is_beside});
     if (!image) return image.error();
     sums = image.value().within;
     json["unbalanced_rays"] = image.value().unbalanced;
@@ -371,11 +285,7 @@ Result<Outcome> run_fluoro(const FluoroArguments& a) {
     fluoroscopy::VolumeXray xray(moment.scan, energy);
     std::vector<fluoroscopy::Thing> things;
     for (const auto& thing : moment.things)
-      things.push_back(
-          {thing.tree, thing.place,
-           fluoroscopy::attenuation(a.metal == 0 ? fluoroscopy::Matter::titanium : fluoroscopy::Matter::steel,
-                                    energy),
-           thing.is_piece});
+      things.push_back({thing.tree, thing.place, fluoroscopy::attenuation(matter, energy), thing.is_piece});
     const bool is_joseph = a.way == static_cast<std::uint8_t>(Way::joseph);
     if (Status error = xray.project(fine, moment.version, things,
                                     is_joseph ? volume::RaySum::joseph : volume::RaySum::exact))
@@ -397,7 +307,8 @@ Result<Outcome> run_fluoro(const FluoroArguments& a) {
   };
   const std::vector<float> received =
       fluoroscopy::receive(seen(std::move(sums_seen), sums), view, a.rays, detector);
-  const fluoroscopy::Shoot shot;
+  fluoroscopy::Shoot shot;
+  if (taken) shot.time = taken->time, shot.voltage = taken->voltage, shot.current = taken->current;
   const fluoroscopy::Dose dose = fluoroscopy::dose_of(arm, shot);
 
   // What is told.
@@ -484,7 +395,7 @@ Run build(Options& options) {
   options.add("--method", a->way, k_ways, "Through voxels exactly, interpolated, or by surfaces");
   options.add("--energy", a->energy, "Of the photons, keV (60)").type("KEV");
   options.add("--edge", a->edge, "Surfaces: how much a ray counts that only grazes bone").shows_default();
-  options.add("--model", a->models, "A closed model in the beam, of --metal").type("FILE");
+  add_things(options, a->things);
   options.add("--metal", a->metal, k_metals, "What models are of");
   options.add("--rays", a->rays, "To a pixel's edge, 1 to 4").type("N").shows_default();
   options.add("--photons", a->photons, "A pixel meets with nothing in the beam: noise (0: none)").type("N");

@@ -25,7 +25,7 @@ namespace {
 struct SectionArguments {
   workbench::MomentChoice moment;
   std::string plane = "axial", at, normal, trajectory, output, svg;
-  std::vector<std::string> models;
+  ThingArguments things;
   double pixel = 0.2, width = 120;
 };
 
@@ -131,7 +131,7 @@ std::string svg_of(const ImagePlane& plane, const std::vector<Object>& objects) 
 Result<Outcome> run_section(const SectionArguments& a) {
   data_tools::OutputSet outputs;
   for (const std::string& input : {a.moment.source.path, a.moment.case_source}) outputs.reads(input);
-  for (const std::string& model : a.models) outputs.reads(model);
+  for (const std::string& model : a.things.models) outputs.reads(model);
   outputs.writes("output", a.output, data_tools::OutputKind::picture);
   outputs.writes("svg", a.svg);
   if (Status error = outputs.check()) return *error;
@@ -141,7 +141,7 @@ Result<Outcome> run_section(const SectionArguments& a) {
     return Error{"the value is out of range", "--width", format_text("%g mm", a.width),
                  "a pixel to 1000 mm, at most 8192 pixels", ""};
   workbench::MomentChoice choice = a.moment;
-  for (const std::string& file : a.models) choice.models.push_back({file, 1, "", dvec3(0.0)});
+  if (Status error = take_things(a.things, choice)) return *error;
   const auto opened = workbench::open_moment(choice, person());
   if (!opened) return opened.error();
   const workbench::Moment& moment = *opened.value();
@@ -251,7 +251,7 @@ Run build(Options& options) {
   options.add("--normal", a->normal, "Square to this direction instead (LPS)").type("X,Y,Z");
   options.add("--at", a->at, "Its middle, mm (LPS); the scan's when left out").type("X,Y,Z");
   options.add("--trajectory", a->trajectory, "Along this trajectory of the plan").type("NAME");
-  options.add("--model", a->models, "A closed model in it").type("FILE");
+  add_things(options, a->things);
   options.add("--pixel", a->pixel, "mm").type("MM").shows_default();
   options.add("--width", a->width, "Of the square that is shown, mm").type("MM").shows_default();
   options.add("-o,--output", a->output, "Write the filled section").type("PNG");

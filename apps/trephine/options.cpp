@@ -260,6 +260,22 @@ void add_moment(Options& options, workbench::MomentChoice& moment) {
   add_reading(options, moment.source);
 }
 
+void add_things(Options& options, ThingArguments& things) {
+  options.add("--model", things.models, "A closed model in it").type("FILE");
+  options.add("--screw", things.screws, "A screw in it: entry, tip and diameter, mm (LPS)")
+      .type("X,Y,Z:X,Y,Z:D");
+}
+
+volume::Status take_things(const ThingArguments& things, workbench::MomentChoice& moment) {
+  for (const std::string& file : things.models) moment.models.push_back({file, 1, "", glm::dvec3(0.0)});
+  for (const std::string& text : things.screws) {
+    const auto screw = data_tools::parse_screw(text);
+    if (!screw) return screw.error();
+    moment.models.push_back({"", 1, "", glm::dvec3(0.0), screw.value()});
+  }
+  return std::nullopt;
+}
+
 void add_side(Options& options, std::string& side) {
   options.add("--from", side, "The picture's side: where the viewer stands")
       .one_of({"front", "back", "left", "right", "top", "bottom"});

@@ -83,6 +83,12 @@ void add_shape(Options& options, workbench::ShapeChoice& shape);
 void add_record(Options& options, workbench::RecordChoice& record);
 /// A scan, or a session and when.
 void add_moment(Options& options, workbench::MomentChoice& moment);
+/// Models and screws beside it, as they were written.
+struct ThingArguments {
+  std::vector<std::string> models, screws;
+};
+void add_things(Options& options, ThingArguments& things);
+volume::Status take_things(const ThingArguments& things, workbench::MomentChoice& moment);
 void add_session(Options& options, std::string& session, workbench::SourceChoice& case_source);
 /// A side to look from; side_of() is what a view calls it.
 void add_side(Options& options, std::string& side);

@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "apps/workbench/text.h"
-#include "data-tools/mesh_reading.h"
 
 namespace trephine::workbench {
 
@@ -86,6 +85,9 @@ Result<std::unique_ptr<Moment>> open_moment(const MomentChoice& choice, const Li
     moment->version = std::make_shared<volume::Version>(moment->scan);
     moment->plan = moment->source.plan;
   }
+  if (!moment->shape && moment->plan)
+    for (const data_tools::CaseStructure& s : moment->plan->structures)
+      if (!s.is_forbidden && !moment->shape) moment->shape = s.shape;
   if (choice.shape.is_made() || !moment->shape) {
     const Source& source = moment->session ? moment->session->source : moment->source;
     const auto shape = choose_shape(source, choice.shape, listener);
@@ -95,14 +97,13 @@ Result<std::unique_ptr<Moment>> open_moment(const MomentChoice& choice, const Li
       return shape.error();
   }
   for (const ModelChoice& wanted : choice.models) {
-    auto model = data_tools::read_polygon_model(wanted.file, wanted.mm_per_unit, wanted.frame);
+    auto model = load_model(wanted, moment->things.size() + 1, listener);
     if (!model) return model.error();
     haptics::Placement place;
     place.position_world = wanted.at_world;
-    moment->things.push_back({format_text("model %zu", moment->things.size() + 1),
-                              std::make_shared<haptics::MeshTree>(std::move(model.value().vertices),
-                                                                  std::move(model.value().triangles)),
-                              place, false, true});
+    moment->things.push_back({wanted.screw ? format_text("screw %zu", moment->things.size() + 1)
+                                           : format_text("model %zu", moment->things.size() + 1),
+                              std::move(model).value(), place, false, true});
   }
   return moment;
 }

@@ -71,12 +71,9 @@ void add_forbidden(const Source& source, SceneSpec& spec) {
 Status add_models(const OperationChoice& choice, SceneSpec& spec, sim::SceneData& data,
                   const Listener& listener) {
   for (const ModelChoice& wanted : choice.models) {
-    auto model = data_tools::read_polygon_model(wanted.file, wanted.mm_per_unit, wanted.frame);
-    if (!model) return model.error();
-    for (const std::string& text : model.value().notices)
-      listener.notice(format_text("note: model %zu: ", data.models.size() + 1) + text);
-    auto tree = std::make_shared<haptics::MeshTree>(std::move(model.value().vertices),
-                                                    std::move(model.value().triangles));
+    auto loaded = load_model(wanted, data.models.size() + 1, listener);
+    if (!loaded) return loaded.error();
+    std::shared_ptr<const haptics::MeshTree> tree = std::move(loaded).value();
     sim::StructureSpec& told = spec.structures.emplace_back();
     told.model = static_cast<int>(data.models.size());
     told.shape.name = format_text("model %zu", data.models.size() + 1);  // what is kept names no file
@@ -105,6 +102,21 @@ Status add_hands(const OperationChoice& choice, const volume::Volume& anatomy, c
 }
 
 }  // namespace
+
+Result<std::shared_ptr<const haptics::MeshTree>> load_model(const ModelChoice& choice, std::size_t number,
+                                                            const Listener& listener) {
+  if (choice.screw) {
+    data_tools::ScrewModel screw = data_tools::screw_model(*choice.screw);
+    return std::make_shared<const haptics::MeshTree>(std::move(screw.vertices_world),
+                                                     std::move(screw.triangles));
+  }
+  auto model = data_tools::read_polygon_model(choice.file, choice.mm_per_unit, choice.frame);
+  if (!model) return model.error();
+  for (const std::string& text : model.value().notices)
+    listener.notice(format_text("note: model %zu: ", number) + text);
+  return std::make_shared<const haptics::MeshTree>(std::move(model.value().vertices),
+                                                   std::move(model.value().triangles));
+}
 
 haptics::Material MaterialChoice::over(haptics::Material m) const {
   m.stiffness = stiffness.value_or(m.stiffness);
@@ -138,6 +150,7 @@ Status check(const OperationChoice& choice) {
     return Error{"the blur is out of range", "blur", volume::text_of(choice.blur_voxels), "0 to 10 voxels",
                  ""};
   for (const ModelChoice& model : choice.models) {
+    if (model.screw) continue;
     std::error_code failed;
     if (!std::filesystem::exists(model.file, failed))
       return Error{"there is no such model", data_tools::file_name(model.file), "",

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "apps/workbench/source.h"
+#include "data-tools/screw_model.h"
 #include "sim/overlay.h"
 #include "sim/scene_spec.h"
 
@@ -12,9 +13,15 @@ namespace trephine::workbench {
 struct ModelChoice {
   std::string file;
   double mm_per_unit = 1;
-  std::string frame;         ///< "LPS" or "RAS"; empty: as the file says
-  glm::dvec3 at_world{0.0};  ///< where its origin lies
+  std::string frame;                                           ///< "LPS" or "RAS"; empty: as the file says
+  glm::dvec3 at_world{0.0};                                    ///< where its origin lies
+  std::optional<data_tools::ScrewPlace> screw = std::nullopt;  ///< in place of a file
 };
+
+/// The surface that is meant, where its file or place puts it; what was assumed is told.
+volume::Result<std::shared_ptr<const haptics::MeshTree>> load_model(const ModelChoice& choice,
+                                                                    std::size_t number,
+                                                                    const Listener& listener);
 
 /// What was said of how a surface answers; what was not stays as it is.
 struct MaterialChoice : data_tools::CaseMaterial {

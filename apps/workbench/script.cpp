@@ -117,6 +117,8 @@ std::vector<std::string> files_of(const Script& script, const std::string& folde
   if (!is_builtin(script.scan)) files.push_back(scan_of(script, folder));
   for (const ScriptHand& hand : script.hands)
     if (!hand.path.empty()) files.push_back(seen_from(folder, hand.path));
+  for (const data_tools::ScriptModel& model : script.models)
+    if (!model.file.empty()) files.push_back(seen_from(folder, model.file));
   return files;
 }
 
@@ -126,6 +128,9 @@ Result<std::unique_ptr<ScriptRun>> ScriptRun::open(const Script& script, const s
   choice.shape = {script.iso, script.window, script.label, script.is_auto, script.is_largest};
   choice.rate_hz = script.rate_hz;
   choice.smallest_burr = script.smallest_burr;
+  for (const data_tools::ScriptModel& model : script.models)
+    choice.models.push_back(
+        {model.file.empty() ? "" : seen_from(folder, model.file), 1, "", model.at, model.screw});
   choice.hands.clear();
   if (Status error = check(choice)) {
     error->where = where + ": " + error->where;

@@ -68,6 +68,8 @@ volume::Status check(const void* parameters, const haptics::TouchScene& anatomy)
 
 void adopt(const void*, const sim::JobResult& result, sim::ModuleWork& work) {
   const auto& made = static_cast<const Measured&>(result);
+  auto& kept = work.change_settings<SectionState>();
+  kept.bone = made.what.bone, kept.models = made.what.models, kept.outside = made.what.outside;
   work.raise_event(made.what, made.at);
 }
 
@@ -106,7 +108,16 @@ volume::Status CrossSection::allows(const sim::Command& command, const sim::Oper
 }
 
 void CrossSection::apply(const sim::Command& command, sim::ModuleWork& work) const {
-  if (const auto* plane = command.what.as<SectionPlane>()) work.change_settings<SectionPlane>() = *plane;
+  if (const auto* plane = command.what.as<SectionPlane>())
+    static_cast<SectionPlane&>(work.change_settings<SectionState>()) = *plane;
+}
+
+std::vector<sim::Measure> CrossSection::measures(const sim::OperationState& now) const {
+  const auto* kept = now.settings_of<SectionState>();
+  if (kept == nullptr) return {};
+  return {{"section of bone", kept->bone, "mm2"},
+          {"section of models", kept->models, "mm2"},
+          {"section of models outside bone", kept->outside, "mm2"}};
 }
 
 const sim::Schema& SectionPlane::schema() {
@@ -115,6 +126,15 @@ const sim::Schema& SectionPlane::schema() {
       field<&SectionPlane::normal>("normal", {.help = "toward who looks at it"}),
       field<&SectionPlane::is_clipping>("is_clipping", {.help = "views show nothing before it"})};
   static constexpr sim::Schema table{"section-plane", 1, fields};
+  return table;
+}
+
+const sim::Schema& SectionState::schema() {
+  static constexpr sim::Field own[] = {field<&SectionState::bone>("bone", {.unit = "mm2"}),
+                                       field<&SectionState::models>("models", {.unit = "mm2"}),
+                                       field<&SectionState::outside>("outside", {.unit = "mm2"})};
+  static const std::vector<sim::Field> fields = sim::joined(SectionPlane::schema().fields, own);
+  static const sim::Schema table{"section-state", 1, fields};
   return table;
 }
 

@@ -23,12 +23,18 @@ struct MeasureSection {
   static const sim::Schema& schema();
 };
 
-/// Told at the plane's middle, and kept: what was measured last.
+/// Told at the plane's middle, and kept.
 struct SectionMeasured {
   double bone = 0;          ///< mm2
   double models = 0;        ///< mm2 of closed models that are not of bone
   double outside = 0;       ///< mm2 of these outside bone
   std::string open_models;  ///< names of models that are not closed, and not counted
+  static const sim::Schema& schema();
+};
+
+/// What is kept.
+struct SectionState : SectionPlane {
+  double bone = 0, models = 0, outside = 0;  ///< mm2, of what was measured last
   static const sim::Schema& schema();
 };
 
@@ -38,9 +44,10 @@ class CrossSection final : public sim::Module {
   std::span<const sim::ValueType* const> commands() const override;
   std::span<const sim::JobType* const> jobs() const override;
   std::span<const sim::ValueType* const> events() const override;
-  sim::Value settings() const override { return SectionPlane{}; }
+  sim::Value settings() const override { return SectionState{}; }
   volume::Status allows(const sim::Command& command, const sim::OperationState& now) const override;
   void apply(const sim::Command& command, sim::ModuleWork& work) const override;
+  std::vector<sim::Measure> measures(const sim::OperationState& now) const override;
 };
 
 }  // namespace trephine::cross_section

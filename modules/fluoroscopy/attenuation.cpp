@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "volume/deterministic_math.h"
+
 namespace trephine::fluoroscopy {
 
 namespace {
@@ -26,9 +28,11 @@ double attenuation(Matter matter, double energy_kev) noexcept {
   const double energy = std::min(std::max(energy_kev, k_lowest_energy), k_highest_energy);
   int i = 0;
   while (i < k_energies - 2 && energy > k_energy[i + 1]) ++i;
-  const double share = std::log(energy / k_energy[i]) / std::log(k_energy[i + 1] / k_energy[i]);
+  const double share = volume::deterministic_log(energy / k_energy[i]) /
+                       volume::deterministic_log(k_energy[i + 1] / k_energy[i]);
   const double of_mass =
-      table.of_mass[i] * std::exp(share * std::log(table.of_mass[i + 1] / table.of_mass[i]));
+      table.of_mass[i] *
+      volume::deterministic_exp(share * volume::deterministic_log(table.of_mass[i + 1] / table.of_mass[i]));
   return of_mass * table.density / 10;
 }
 

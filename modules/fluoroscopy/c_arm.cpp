@@ -4,6 +4,8 @@
 #include <glm/geometric.hpp>
 #include <glm/trigonometric.hpp>
 
+#include "volume/deterministic_math.h"
+
 namespace trephine::fluoroscopy {
 
 using glm::dvec2;
@@ -72,9 +74,12 @@ volume::Status check(const CArm& arm) {
 View::View(const CArm& arm) : columns(static_cast<int>(arm.columns)), rows(static_cast<int>(arm.rows)) {
   const double p = glm::radians(arm.primary), s = glm::radians(arm.secondary);
   // World is LPS: left +x, back +y, head +z.
-  const dvec3 outward(std::sin(p) * std::cos(s), -std::cos(p) * std::cos(s), std::sin(s));
-  const dvec3 to_right(std::cos(p), std::sin(p), 0);
-  const dvec3 up(-std::sin(p) * std::sin(s), std::cos(p) * std::sin(s), std::cos(s));
+  const dvec3 outward(volume::deterministic_sin(p) * volume::deterministic_cos(s),
+                      -volume::deterministic_cos(p) * volume::deterministic_cos(s),
+                      volume::deterministic_sin(s));
+  const dvec3 to_right(volume::deterministic_cos(p), volume::deterministic_sin(p), 0);
+  const dvec3 up(-volume::deterministic_sin(p) * volume::deterministic_sin(s),
+                 volume::deterministic_cos(p) * volume::deterministic_sin(s), volume::deterministic_cos(s));
   source = arm.isocentre - arm.to_patient * outward;
   right = arm.pixel * to_right, down = -arm.pixel * up;
   const double i = 0.5 * (columns - 1), j = 0.5 * (rows - 1);

@@ -23,11 +23,12 @@ double uniform(std::uint64_t seed, std::size_t pixel, std::uint64_t number) noex
 double photons_met(double mean, std::uint64_t seed, std::size_t pixel) noexcept {
   if (mean > 50) {  // next to normal
     const double u = uniform(seed, pixel, 0), v = uniform(seed, pixel, 1);
-    const double normal = std::sqrt(-2 * std::log(u)) * std::cos(2 * 3.14159265358979323846 * v);
+    const double normal = std::sqrt(-2 * volume::deterministic_log(u)) *
+                          volume::deterministic_cos(2 * 3.14159265358979323846 * v);
     return std::max(0.0, std::floor(mean + std::sqrt(mean) * normal + 0.5));
   }
   // By the gaps between them (Knuth).
-  const double limit = std::exp(-mean);
+  const double limit = volume::deterministic_exp(-mean);
   double product = 1;
   int count = -1;
   do {
@@ -37,13 +38,16 @@ double photons_met(double mean, std::uint64_t seed, std::size_t pixel) noexcept 
   return count;
 }
 
+/// What passes where so much is summed up.
+double passing(double sum) noexcept { return volume::deterministic_exp(-std::min(sum, 690.0)); }
+
 /// Along rows, then along columns, within the open pixels; beyond them the nearest goes on.
 void blur(std::vector<float>& image, const View& view, double sigma, int threads) {
   const int reach = static_cast<int>(std::ceil(4 * sigma));
   std::vector<double> weights;
   double all = 0;
   for (int k = -reach; k <= reach; ++k) {
-    weights.push_back(std::exp(-0.5 * k * k / (sigma * sigma)));
+    weights.push_back(volume::deterministic_exp(-0.5 * k * k / (sigma * sigma)));
     all += weights.back();
   }
   const volume::PixelBox& open = view.open;
@@ -85,9 +89,8 @@ std::vector<float> receive(std::span<const double> sums, const View& view, int r
       double mean = 0;
       for (int y = 0; y < n; ++y)
         for (int x = 0; x < n; ++x)
-          mean +=
-              std::exp(-sums[static_cast<std::size_t>(n * column + x) +
-                             static_cast<std::size_t>(n) * across * static_cast<std::size_t>(n * row + y)]);
+          mean += passing(sums[static_cast<std::size_t>(n * column + x) +
+                               static_cast<std::size_t>(n) * across * static_cast<std::size_t>(n * row + y)]);
       image[static_cast<std::size_t>(column) + across * static_cast<std::size_t>(row)] =
           static_cast<float>(mean / (n * n));
     }
@@ -107,7 +110,7 @@ std::vector<float> receive(std::span<const double> sums, const View& view, int r
 }
 
 double weakening(float received) noexcept {
-  return std::min(7.99, -std::log(std::max(1e-30, static_cast<double>(received))));
+  return std::min(7.99, -volume::deterministic_log(std::max(1e-30, static_cast<double>(received))));
 }
 
 std::vector<std::uint8_t> show(std::span<const float> received, const View& view, const Display& display,

@@ -23,7 +23,7 @@ std::vector<float> receive(std::span<const double> sums, const View& view, int r
 struct Display {
   bool is_logarithmic = true;  ///< else linear in what is received
   bool is_inverted = false;    ///< bone bright, as on a film; else where radiation comes through
-  double low_share = 0.005,
+  double low_share = 0.03,
          high_share = 0.995;  ///< of pixels with something in the beam: greys are spread between
 };
 /// One byte a pixel. `hidden`: pixels that are shown as closed ones are; may be empty.

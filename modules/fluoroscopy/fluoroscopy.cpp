@@ -9,18 +9,6 @@ namespace trephine::fluoroscopy {
 
 using sim::field;
 
-namespace {
-
-/// The fields of a CArm, and those of what is one and more.
-std::vector<sim::Field> with_pose(std::span<const sim::Field> own) {
-  const std::span<const sim::Field> pose = CArm::schema().fields;
-  std::vector<sim::Field> all(pose.begin(), pose.end());
-  all.insert(all.end(), own.begin(), own.end());
-  return all;
-}
-
-}  // namespace
-
 Dose dose_of(const CArm& arm, const Shoot& shot) noexcept {
   // At a metre.
   const double kerma = k_kerma_output * shot.voltage * shot.voltage * shot.current * shot.time;
@@ -61,7 +49,8 @@ void Fluoroscopy::apply(const sim::Command& command, sim::ModuleWork& work) cons
     state.seconds += shot->time, state.kerma += dose.kerma, state.area_product += dose.area_product;
     XrayTaken taken;
     static_cast<CArm&>(taken) = state;
-    taken.number = state.shots, taken.voltage = shot->voltage;
+    taken.number = state.shots;
+    taken.time = shot->time, taken.voltage = shot->voltage, taken.current = shot->current;
     taken.kerma = dose.kerma, taken.area_product = dose.area_product;
     work.raise_event(taken, state.isocentre);
   }
@@ -88,10 +77,12 @@ const sim::Schema& Shoot::schema() {
 const sim::Schema& XrayTaken::schema() {
   static constexpr sim::Field own[] = {
       field<&XrayTaken::number>("number", {.help = "from 1"}),
+      field<&XrayTaken::time>("time", {.unit = "s"}),
       field<&XrayTaken::voltage>("voltage", {.unit = "kV"}),
+      field<&XrayTaken::current>("current", {.unit = "mA"}),
       field<&XrayTaken::kerma>("kerma", {.unit = "mGy", .help = "150 mm before the isocentre"}),
       field<&XrayTaken::area_product>("area_product", {.unit = "mGy cm2"})};
-  static const std::vector<sim::Field> fields = with_pose(own);
+  static const std::vector<sim::Field> fields = sim::joined(CArm::schema().fields, own);
   static const sim::Schema table{"x-ray-taken", 1, fields};
   return table;
 }
@@ -102,7 +93,7 @@ const sim::Schema& FluoroscopyState::schema() {
       field<&FluoroscopyState::seconds>("seconds", {.unit = "s"}),
       field<&FluoroscopyState::kerma>("kerma", {.unit = "mGy"}),
       field<&FluoroscopyState::area_product>("area_product", {.unit = "mGy cm2"})};
-  static const std::vector<sim::Field> fields = with_pose(own);
+  static const std::vector<sim::Field> fields = sim::joined(CArm::schema().fields, own);
   static const sim::Schema table{"fluoroscopy-state", 1, fields};
   return table;
 }

@@ -27,7 +27,8 @@ Dose dose_of(const CArm& arm, const Shoot& shot) noexcept;
 /// Told at the isocentre: what is needed to make the image again of that moment's state.
 struct XrayTaken : CArm {
   std::int64_t number = 0;
-  double voltage = 0, kerma = 0, area_product = 0;
+  double time = 0, voltage = 0, current = 0;  ///< s, kV, mA
+  double kerma = 0, area_product = 0;
   static const sim::Schema& schema();
 };
 

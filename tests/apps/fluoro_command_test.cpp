@@ -143,6 +143,39 @@ TEST_F(Command, ShotsOfASessionAreMadeAgain) {
   EXPECT_NE(run("fluoro x.session --shot 3").err.find("1 to 2"), std::string::npos);
 }
 
+/// The sample: a screw too far to the middle, which shots and section show.
+TEST_F(Command, ACArmGoesAroundTwoScrews) {
+  write("t.toml", read(TREPHINE_SOURCE_DIR "/docs/examples/c-arm-tour.toml"));
+  const Json played = json("run t.toml --record t.session");
+  EXPECT_EQ(played["is_met"], true) << played.dump(1);
+  const Json shot = json("fluoro t.session --shot 3 --size 128 -o shot.png");
+  EXPECT_NEAR(shot["exposure"]["area_product_mgy_cm2"].get<double>(), 102.2, 3);  // whole pixels are open
+  EXPECT_GT(fs::file_size(folder_ / "shot.png"), 5000u);
+  const std::string plane = " --at 0,22,5.8 --normal 0,0.05,-1 --pixel 0.1 ";
+  const Json section = json("section t.session" + plane + "-o s.png --svg s.svg");
+  ASSERT_EQ(section["objects"].size(), 3u);
+  // The judge: the planned screw alone has only its head outside; that of the left side a strip more.
+  const Json planned = json("section spine --screw=-18.8,37.8,6.6:-6.5,-9.5,4.1:6.5" + plane);
+  const Json wrong = json("section spine --screw=15.8,37.8,6.6:-3.5,-5.5,4.1:6.5" + plane);
+  const double head = planned["models_outside_bone_mm2"], strip = wrong["models_outside_bone_mm2"];
+  EXPECT_GT(head, 40);
+  EXPECT_LT(head, 75);
+  EXPECT_GT(strip, head + 25);
+  EXPECT_NEAR(head + strip, section["models_outside_bone_mm2"].get<double>(), 0.1);
+  EXPECT_NE(read(file("s.svg")).find("<title>bone, "), std::string::npos);
+  for (const auto& [arguments, words] : std::initializer_list<std::pair<std::string, std::string>>{
+           {"--at 0,0,500", "does not meet the scan"},
+           {"--normal 0,0,0", "looks nowhere"},
+           {"--pixel 0", "out of range"},
+           {"--screw 1,2,3", "no screw"},
+           {"--trajectory nowhere", "L4 left pedicle"}}) {
+    const Ended bad = run("section spine " + arguments);
+    EXPECT_EQ(bad.exit_code, 2) << arguments;
+    EXPECT_NE(bad.err.find(words), std::string::npos) << arguments << "\n" << bad.err;
+    if (!is_whole()) break;
+  }
+}
+
 TEST_F(Command, WhatNoXrayCanBeIsSaid) {
   write("open.ply",
         "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"

@@ -27,7 +27,7 @@ const std::map<std::string, std::vector<std::string>> k_outsiders{
       "data-tools/invesalius.cpp", "tests/data-tools/round_trip_test.cpp", "tests/bench/peer_",
       "tests/apps/window_"}},
     {"itk", {"data-tools/image_files.cpp", "tests/data-tools/round_trip_test.cpp", "tests/bench/peer_"}},
-    {"gdcm", {"data-tools/dicom_pixels.cpp", "data-tools/dicom_out.cpp"}},
+    {"gdcm", {"data-tools/dicom_pixels.cpp", "data-tools/dicom_writer.cpp"}},
     {"teem/", {"data-tools/nrrd.cpp"}},
     {"nifti", {"data-tools/nifti.cpp", "tests/data-tools/"}},
     {"archive", {"data-tools/archive.cpp"}},

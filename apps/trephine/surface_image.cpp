@@ -1,0 +1,102 @@
+#include "apps/trephine/surface_image.h"
+
+#include <cmath>
+
+#include "apps/workbench/text.h"
+#include "data-tools/mesh_reading.h"
+#include "modules/fluoroscopy/volume_xray.h"
+#include "volume/surface_nets.h"
+
+namespace trephine::app {
+
+using fluoroscopy::View;
+using glm::dvec3;
+using volume::Error;
+using volume::Result;
+using volume::Status;
+using workbench::format_text;
+
+namespace {
+
+/// The surface of a shape as it is, and the mean of its voxels as its weight.
+fluoroscopy::SurfaceObject surface_of(const volume::Volume& scan, const volume::Shape& shape,
+                                      const volume::Version& version, double energy) {
+  const volume::Field field(scan, shape);
+  const volume::Mesh net = volume::surface_net({&field, &version});
+  fluoroscopy::SurfaceObject bone;
+  bone.vertices_world.reserve(net.vertices.size());
+  std::vector<std::uint8_t> is_border(net.vertices.size());
+  for (std::size_t i = 0; i < net.vertices.size(); ++i) {
+    const glm::vec3& v = net.vertices[i];
+    bone.vertices_world.push_back(scan.frame.world_from_volume(dvec3(v)));
+    for (int axis = 0; axis < 3; ++axis)
+      is_border[i] |= v[axis] < 0 || v[axis] > static_cast<float>(scan.size[axis] - 1);
+  }
+  bone.triangles.assign(net.triangles.span().begin(), net.triangles.span().end());
+  for (std::size_t t = 0; t + 2 < bone.triangles.size(); t += 3)
+    bone.is_wall.push_back(is_border[bone.triangles[t]] || is_border[bone.triangles[t + 1]] ||
+                           is_border[bone.triangles[t + 2]]);
+  bone.normals_world = fluoroscopy::vertex_normals({bone.vertices_world, bone.triangles});
+  // One weight for all of it: the mean of its voxels.
+  const volume::VoxelWeights weights = fluoroscopy::weights_of_hounsfield(energy);
+  double sum = 0, count = 0;
+  for (std::size_t i = 0; i < scan.voxels.size(); ++i) {
+    const bool is_solid = shape.is_label() ? scan.labels[i] == shape.label : shape.is_solid(scan.voxels[i]);
+    if (is_solid) sum += weights.of(scan.voxels[i]), ++count;
+  }
+  bone.weight = count > 0 ? sum / count : 0;
+  return bone;
+}
+
+}  // namespace
+
+Status check_closed(const workbench::Moment::Thing& thing) {
+  data_tools::PolygonModel model;
+  model.vertices = thing.tree->vertices(), model.triangles = thing.tree->triangles();
+  const data_tools::ModelFacts facts = data_tools::facts_of(model);
+  if (facts.open_edges + facts.turned_edges == 0 && facts.volume > 0) return std::nullopt;
+  return Error{"a model is not a closed surface that looks outward", thing.name,
+               format_text("%zu open edges, %zu between triangles that face opposite ways, %.0f mm3",
+                           facts.open_edges, facts.turned_edges, facts.volume),
+               "no open edges", "close it in a mesh editor"};
+}
+
+Result<fluoroscopy::SurfaceXray> surface_image(const workbench::Moment& moment, const View& view,
+                                               double energy, const SurfaceChoice& choice) {
+  if (!moment.shape)
+    return Error{"nobody says what is bone", "surface", "", "--iso, --window or --label", ""};
+  const volume::Volume& scan = *moment.scan;
+  std::vector<fluoroscopy::SurfaceObject> objects{surface_of(scan, *moment.shape, *moment.version, energy)};
+  objects[0].edge = choice.edge;
+  if (choice.has_body) {
+    volume::Shape body{"body", fluoroscopy::k_tissue_from};
+    objects.push_back(surface_of(scan, body, *moment.version, energy));
+    objects[1].weight = fluoroscopy::attenuation(fluoroscopy::Matter::water, energy);
+    objects[0].weight -= objects[1].weight;  // bone lies in it
+  }
+  const double bone_weight = objects[0].weight;
+  for (const workbench::Moment::Thing& thing : moment.things) {
+    fluoroscopy::SurfaceObject& object = objects.emplace_back();
+    for (const dvec3& v : thing.tree->vertices())
+      object.vertices_world.push_back(thing.place.world_from_local(v));
+    object.triangles = thing.tree->triangles();
+    object.normals_world = fluoroscopy::vertex_normals({object.vertices_world, object.triangles});
+    object.weight = thing.is_piece ? bone_weight : fluoroscopy::attenuation(choice.metal, energy);
+    object.edge = thing.is_piece ? choice.edge : 0;
+  }
+  return fluoroscopy::project_surfaces(view, objects);
+}
+
+Likeness likeness(std::span<const double> a, std::span<const double> b) {
+  double n = 0, ma = 0, mb = 0;
+  for (std::size_t i = 0; i < a.size(); ++i) ma += a[i], mb += b[i], ++n;
+  ma /= n, mb /= n;
+  double aa = 0, bb = 0, ab = 0, share = 0, met = 0;
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    aa += (a[i] - ma) * (a[i] - ma), bb += (b[i] - mb) * (b[i] - mb), ab += (a[i] - ma) * (b[i] - mb);
+    if (a[i] > 0.01) share += std::abs(b[i] - a[i]) / a[i], ++met;
+  }
+  return {aa > 0 && bb > 0 ? ab / std::sqrt(aa * bb) : 0, met > 0 ? 100 * share / met : 0};
+}
+
+}  // namespace trephine::app

@@ -1,0 +1,265 @@
+// X-rays through voxels: closed forms, tabulated attenuation, whole images made anew, beads where headers
+// say.
+#include "modules/fluoroscopy/volume_xray.h"
+
+#include <algorithm>
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <glm/trigonometric.hpp>
+#include <gtest/gtest.h>
+
+#include "tests/modules/xray_scenes.h"
+#include "tests/whole.h"
+#include "volume/operated_volume.h"
+#include "volume/removal.h"
+
+namespace trephine::fluoroscopy {
+namespace {
+
+using volume::RaySum;
+using volume::Version;
+
+TEST(VolumeXray, OfABoxIsItsChord) {
+  for (const dvec3& mm : {dvec3(1), dvec3(0.6, 0.9, 5), dvec3(3, 1, 0.5)}) {
+    // Its faces lie on those of voxels.
+    const ivec3 size(60, 50, 40);
+    const dvec3 half = mm * dvec3(16, 11, 10);
+    const auto scan = scan_of(size, straight(mm), [&](const dvec3& p) {
+      return glm::all(glm::lessThan(glm::abs(p), half)) ? 500.0 : -1000.0;
+    });
+    VolumeXray xray(scan, 60, 2);
+    const double weight = weights_of_hounsfield(60).of(500);
+    for (const char* pose : {"ap", "lateral", "left-oblique", "inlet"}) {
+      CArm arm = small_arm();
+      set_preset(arm, pose);
+      const View view(arm);
+      ASSERT_FALSE(xray.project(view, std::make_shared<Version>(scan), {}, RaySum::exact, 2).has_value());
+      double worst = 0;
+      for (int j = 0; j < view.rows; ++j)
+        for (int i = 0; i < view.columns; ++i) {
+          const double is = weight * chord(view.source, view.pixel(i, j), -half, half);
+          worst = std::max(worst, std::abs(xray.sums()[static_cast<std::size_t>(i + view.columns * j)] - is) /
+                                      std::max(is, weight));
+        }
+      EXPECT_LT(worst, 2e-6) << pose;
+    }
+  }
+}
+
+TEST(VolumeXray, OfBallsAndEllipsoidsComesNearTheirChords) {
+  for (const glm::dmat3& axes : {straight(dvec3(0.75)), straight({0.8, 0.8, 2.5}),
+                                 glm::dmat3(dvec3(0.8, 0, 0), dvec3(0, 0.8, 0), dvec3(0.2, 0.5, 1.5))}) {
+    const dvec3 radii(20, 26, 14);
+    // A voxel counts its share: 6^3 points of its own.
+    const auto scan = scan_of({90, 90, 70}, axes, [&](const dvec3& p) {
+      int in = 0;
+      for (int k = 0; k < 216; ++k) {
+        const dvec3 q = p + axes * ((dvec3(k % 6, k / 6 % 6, k / 36) + 0.5) / 6.0 - 0.5);
+        in += glm::dot(q / radii, q / radii) < 1;
+      }
+      return in == 0 ? -1000.0 : -1000 + 2000.0 * in / 216;
+    });
+    // Linear in the share: water's line goes on.
+    VolumeXray xray(scan, k_scanner_energy, 2);
+    const double weight = weights_of_hounsfield(k_scanner_energy).of(1000);
+    for (const char* pose : {"ap", "left-oblique", "outlet"}) {
+      CArm arm = small_arm(128, 0.9);
+      set_preset(arm, pose);
+      const View view(arm);
+      ASSERT_FALSE(xray.project(view, std::make_shared<Version>(scan), {}, RaySum::exact, 2).has_value());
+      double square = 0, all = 0, most = 0;
+      for (int j = 0; j < view.rows; ++j)
+        for (int i = 0; i < view.columns; ++i) {
+          const dvec3 a = view.source / radii, d = (view.pixel(i, j) - view.source) / radii;
+          const double b = glm::dot(a, d), c = glm::dot(d, d), root = b * b - c * (glm::dot(a, a) - 1);
+          const double is =
+              root > 0 ? weight * 2 * std::sqrt(root) / c * glm::length(view.pixel(i, j) - view.source) : 0;
+          const double error = xray.sums()[static_cast<std::size_t>(i + view.columns * j)] - is;
+          square += error * error, ++all, most = std::max(most, is);
+        }
+      // Voxels are steps: the thicker the slices, the coarser.
+      EXPECT_LT(std::sqrt(square / all), (0.003 + 0.01 * axes[2].z) * most)
+          << pose << " spacing " << axes[2].z;
+    }
+  }
+}
+
+TEST(VolumeXray, AfterAStrokeIsRenewedWhereItMust) {
+  for (const glm::dmat3& axes :
+       {straight(dvec3(1)), glm::dmat3(dvec3(0.7, 0, 0), dvec3(0, 0.7, 0), dvec3(0.3, 0, 2.5))}) {
+    const auto scan = scan_of({80, 80, 50}, axes, [](const dvec3& p) {
+      return glm::length(p) < 24 ? 400 + 300 * std::sin(p.x) * std::cos(0.7 * p.y + p.z) : -1000.0;
+    });
+    const volume::Field bone(*scan, volume::Shape{"bone", 0});
+    volume::RemovalEditor editor(
+        std::make_shared<Version>(scan, volume::CutLattice::for_burr(*scan, 4).value()), {bone});
+    VolumeXray live(scan, 60, 2);
+    CArm arm = small_arm(128, 0.8);
+    set_preset(arm, "left-oblique");
+    const View view(arm);
+    std::vector<std::shared_ptr<const Version>> states{editor.freeze()};
+    for (int stroke = 0; stroke < 4; ++stroke) {
+      const auto n = static_cast<std::uint64_t>(40 * stroke);
+      const dvec3 at = (dvec3(number(n), number(n + 1), number(n + 2)) - 0.5) * 30.0;
+      editor.remove({at, at + 4.0, 2 + stroke * 0.7});
+      states.push_back(editor.freeze());
+    }
+    states.push_back(states[1]);  // undone to the first stroke
+    states.push_back(states[4]);
+    states.push_back(states[0]);
+    for (std::size_t i = 0; i < states.size(); ++i) {
+      ASSERT_FALSE(live.project(view, states[i], {}, RaySum::exact, 1 + static_cast<int>(i % 2)).has_value());
+      const VolumeXray::Counters counted = live.counters();
+      VolumeXray fresh(scan, 60, 1);
+      ASSERT_FALSE(fresh.project(view, states[i], {}, RaySum::exact, 1).has_value());
+      ASSERT_EQ(live.sums(), fresh.sums()) << i;
+      EXPECT_EQ(counted.full_rays, i == 0 ? 128 * 128 : 0) << i;
+      EXPECT_LT(counted.renewed_rays, i < 5 ? 128 * 128 / 3 : 128 * 128 / 2) << i;
+    }
+    ASSERT_FALSE(live.project(view, states[0], {}, RaySum::exact, 1).has_value());
+    EXPECT_EQ(live.counters().renewed_rays, 0);
+    // The judge: the operated volume as any program reads it, to its whole Hounsfield units.
+    ASSERT_FALSE(live.project(view, states[4], {}, RaySum::exact, 2).has_value());
+    const auto cut = std::make_shared<const volume::Volume>(volume::operated_volume(*states[4]).value());
+    VolumeXray of_cut(cut, 60, 2);
+    ASSERT_FALSE(of_cut.project(view, std::make_shared<Version>(cut), {}, RaySum::exact, 2).has_value());
+    double worst = 0, changed = 0;
+    for (std::size_t i = 0; i < live.sums().size(); ++i) {
+      worst = std::max(worst, std::abs(live.sums()[i] - of_cut.sums()[i]));
+      changed = std::max(changed, of_cut.sums()[i]);
+    }
+    EXPECT_LT(worst, 0.012 * changed);
+  }
+}
+
+TEST(VolumeXray, AnImplantAttenuatesAsItsTableSays) {
+  const auto scan = scan_of({80, 80, 80}, straight(dvec3(1)), [](const dvec3& p) {
+    return p.x < 0 && glm::all(glm::lessThan(glm::abs(p), dvec3(30))) ? 800.0 : -1000.0;
+  });
+  VolumeXray xray(scan, 60, 2);
+  CArm arm = small_arm(201, 0.5);
+  const View view(arm);  // along y
+  const double radius = 3;
+  Thing rod;
+  rod.tree = std::make_shared<const haptics::MeshTree>(cylinder({-20, 0, 0}, {20, 0, 0}, radius, 720));
+  rod.attenuation = attenuation(Matter::titanium, 60);
+  ASSERT_FALSE(xray.project(view, std::make_shared<Version>(scan), {}, RaySum::exact, 2).has_value());
+  const std::vector<double> without = xray.sums();
+  ASSERT_FALSE(xray.project(view, std::make_shared<Version>(scan), {&rod, 1}, RaySum::exact, 2).has_value());
+  EXPECT_EQ(xray.counters().full_rays, 0);
+  const auto pixel = [&](double x) {
+    const dvec2 at = view.seen({x, 0, 0}).value();
+    return static_cast<std::size_t>(std::lround(at.x)) + 201u * static_cast<std::size_t>(std::lround(at.y));
+  };
+  const double titanium = 0.7661 * 0.454 * 2 * radius;  // of the table
+  EXPECT_NEAR(std::exp(-xray.sums()[pixel(10)]), std::exp(-titanium), 2e-4);
+  const double bone = weights_of_hounsfield(60).of(800);
+  EXPECT_NEAR(xray.sums()[pixel(-10)] - without[pixel(-10)], titanium - bone * 2 * radius, 2e-3);
+  // Two that overlap count once; a piece of the scan that lies where it was is what the scan was.
+  const Thing twice[2] = {rod, rod};
+  const std::vector<double> once = xray.sums();
+  ASSERT_FALSE(xray.project(view, std::make_shared<Version>(scan), twice, RaySum::exact, 2).has_value());
+  EXPECT_EQ(xray.sums(), once);
+  Thing piece = rod;
+  piece.is_of_scan = true, piece.attenuation = 0;
+  ASSERT_FALSE(
+      xray.project(view, std::make_shared<Version>(scan), {&piece, 1}, RaySum::exact, 2).has_value());
+  for (std::size_t i = 0; i < without.size(); ++i) ASSERT_NEAR(xray.sums()[i], without[i], 1e-9);
+  // Taken 15 mm to the left it is seen there, and has left nothing where it was.
+  piece.place.position_world = {0, 0, 15};
+  ASSERT_FALSE(
+      xray.project(view, std::make_shared<Version>(scan), {&piece, 1}, RaySum::exact, 2).has_value());
+  EXPECT_NEAR(xray.sums()[pixel(-10)], without[pixel(-10)], 1e-9);
+  // What reaches the source is refused, and the image stays.
+  rod.place.position_world = view.source;
+  const std::vector<double> before = xray.sums();
+  EXPECT_TRUE(xray.project(view, std::make_shared<Version>(scan), {&rod, 1}, RaySum::exact, 2).has_value());
+  EXPECT_EQ(xray.sums(), before);
+}
+
+TEST(VolumeXray, NamesWhereTheScanEnds) {
+  const auto scan = scan_of({60, 60, 30}, straight(dvec3(1)), [](const dvec3& p) {
+    const double off = std::hypot(p.x, p.y);
+    return off < 8 ? 700.0 : off < 20 ? 20.0 : -1000.0;  // a column through both ends
+  });
+  const VolumeXray xray(scan, 60, 1);
+  CArm arm = small_arm(100, 1);
+  arm.to_detector = 400, arm.to_patient = 200;
+  const View view(arm);
+  const std::vector<Border> borders = xray.borders(view);
+  const auto at = [&](double x, double z) {
+    const dvec2 p = view.seen({x, 0, z}).value();
+    return borders[static_cast<std::size_t>(std::lround(p.x)) +
+                   100u * static_cast<std::size_t>(std::lround(p.y))];
+  };
+  EXPECT_EQ(at(0, 0), Border::none);
+  EXPECT_EQ(at(0, 14.7), Border::end);
+  EXPECT_EQ(at(13, 14.2), Border::end);
+  EXPECT_EQ(at(24, 14.7), Border::end);  // in air, but past slices that cut the body
+  const std::vector<double> nothing = xray.beyond(view);
+  EXPECT_EQ(*std::max_element(nothing.begin(), nothing.end()), 0);  // air lies beside the column
+  // Within a body that goes on at all sides: no wall is seen, the picture is as dark beside the scan.
+  const auto block = scan_of({60, 60, 60}, straight(dvec3(1)), [](const dvec3&) { return 0.0; });
+  VolumeXray of_block(block, 60, 1);
+  CArm wide = small_arm(120, 2);
+  wide.primary = 3;
+  const View w(wide);
+  EXPECT_EQ(of_block.borders(w)[60 + 120 * 60], Border::side);
+  ASSERT_FALSE(of_block.project(w, std::make_shared<Version>(block), {}, RaySum::exact, 1).has_value());
+  const std::vector<double> beyond = of_block.beyond(w);
+  const double there = of_block.sums()[60 + 120 * 60];
+  for (int i = 4; i < 116; ++i) {
+    const auto p = static_cast<std::size_t>(i + 120 * 60);
+    EXPECT_NEAR(of_block.sums()[p] + beyond[p], there, 0.03 * there) << i;
+  }
+  EXPECT_EQ(beyond[4], 0);  // above the scan
+}
+
+TEST(VolumeXray, BeadsAreSeenWhereThePoseSays) {
+  const glm::dmat3 axes(dvec3(0.8, 0, 0), dvec3(0, 0.8, 0), dvec3(0.4, 0.9, 2.5));
+  const auto scan =
+      scan_of({100, 100, 40}, axes, [](const dvec3& p) { return glm::length(p) < 35 ? 40.0 : -1000.0; });
+  const dvec3 beads[5] = {{0, 0, 0}, {20, 3, 8}, {-14, 11, -9}, {5, -19, 16}, {-9, -6, 21}};
+  std::vector<Thing> things;
+  for (const dvec3& bead : beads) {
+    Thing thing;
+    thing.tree = std::make_shared<const haptics::MeshTree>(
+        cylinder(bead - dvec3(0, 0, 1), bead + dvec3(0, 0, 1), 1, 60));
+    thing.attenuation = attenuation(Matter::steel, 60);
+    things.push_back(thing);
+  }
+  VolumeXray xray(scan, 60, 2);
+  for (int pose = 0; pose < 6; ++pose) {
+    CArm arm = small_arm(480, 0.4);
+    set_preset(arm, k_presets[pose]);
+    arm.primary += 7 * pose, arm.isocentre = {3, -4, 5};
+    const View view = View(arm).refined(3);  // several rays a pixel, as a detector's pixels have
+    ASSERT_FALSE(xray.project(view, std::make_shared<Version>(scan), {}, RaySum::exact, 2).has_value());
+    const std::vector<double> without = xray.sums();
+    for (int b = 0; b < 5; ++b) {
+      ASSERT_FALSE(xray.project(view, std::make_shared<Version>(scan),
+                                {&things[static_cast<std::size_t>(b)], 1}, RaySum::exact, 2)
+                       .has_value());
+      double all = 0, x = 0, y = 0;
+      for (int j = 0; j < 1440; ++j)
+        for (int i = 0; i < 1440; ++i) {
+          const auto at = static_cast<std::size_t>(i + 1440 * j);
+          const double extra = xray.sums()[at] - without[at];
+          all += extra, x += (i - 1) / 3.0 * extra, y += (j - 1) / 3.0 * extra;
+        }
+      ASSERT_GT(all, 1);
+      // By DICOM's words alone, from angles and distances: C.8.7.5.
+      const double a = glm::radians(arm.primary), s = glm::radians(arm.secondary);
+      const dvec3 q = beads[b] - arm.isocentre;
+      const double to_left = q.x * std::cos(a) + q.y * std::sin(a),
+                   out = (q.x * std::sin(a) - q.y * std::cos(a)) * std::cos(s) + q.z * std::sin(s),
+                   up = -(q.x * std::sin(a) - q.y * std::cos(a)) * std::sin(s) + q.z * std::cos(s);
+      const double scale = arm.to_detector / (arm.to_patient + out) / arm.pixel;
+      EXPECT_NEAR(x / all, 239.5 + scale * to_left, 0.1) << k_presets[pose] << b;
+      EXPECT_NEAR(y / all, 239.5 - scale * up, 0.1) << k_presets[pose] << b;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace trephine::fluoroscopy
