@@ -1,5 +1,6 @@
 // bench.
 #include <algorithm>
+#include <map>
 
 #include "apps/trephine/bench_parts.h"
 #include "data-tools/open_volume.h"
@@ -10,6 +11,7 @@
 #include "tests/bench/parting.h"
 #include "tests/bench/peers.h"
 #include "tests/bench/rays.h"
+#include "tests/bench/reslice.h"
 #include "tests/bench/xray.h"
 
 namespace trephine::app {
@@ -20,7 +22,7 @@ using volume::Result;
 namespace {
 
 constexpr const char* k_benchmarks =
-    "surface, flood, parting, step, rays, xray, drill, load, dicom, open, feel or stability";
+    "surface, flood, parting, step, rays, xray, reslice, drill, load, dicom, open, feel or stability";
 
 Json to_json(const bench::StepTimes& t) {
   return {{"count", t.count}, {"p50", t.p50}, {"p99", t.p99}, {"p999", t.p999}, {"max", t.max}};
@@ -133,6 +135,32 @@ void bench_xray(int size, Outcome& outcome) {
     if (row.worst_error > 1e-6 || row.peer_rmse.value_or(0) > most_rmse(row))
       outcome.exit_code = exit_check_failed;
   }
+  outcome.json["rows"] = rows;
+}
+
+/// Slices beside VTK's.
+void bench_reslice(int size, Outcome& outcome) {
+  outcome.text += format_text(
+      "linear slices of 1024^2 pixels of %d^3 int16, ms, beside vtkImageReslice\n%-16s %7s %8s %16s %11s\n",
+      size, "plane", "threads", "ours", "VTK", "differ by");
+  Json rows = Json::array();
+  std::map<int, std::pair<double, double>> range;  // by threads: best and worst plane
+  for (const bench::ResliceRow& row : bench::run_reslice_benchmark(size)) {
+    auto [at, is_new] = range.emplace(row.threads, std::pair(row.our_ms, row.our_ms));
+    at->second = {std::min(at->second.first, row.our_ms), std::max(at->second.second, row.our_ms)};
+    outcome.text += format_text("%-16s %7d %8.2f %16s %11d\n", row.plane.c_str(), row.threads, row.our_ms,
+                                format_text("%.1f (%.1fx)", row.peer_ms, row.peer_ms / row.our_ms).c_str(),
+                                row.worst_difference);
+    rows.push_back({{"plane", row.plane},
+                    {"threads", row.threads},
+                    {"ours_ms", row.our_ms},
+                    {"vtk_ms", row.peer_ms},
+                    {"worst_difference", row.worst_difference}});
+    if (row.worst_difference > 1) outcome.exit_code = exit_check_failed;
+  }
+  for (const auto& [threads, ends] : range)
+    outcome.text +=
+        format_text("worst plane over best, %d threads: %.2f\n", threads, ends.second / ends.first);
   outcome.json["rows"] = rows;
 }
 
@@ -313,6 +341,8 @@ Result<Outcome> run_bench(const BenchArguments& arguments) {
     bench_surface(arguments.size, outcome);
   else if (arguments.what == "xray")
     bench_xray(arguments.size, outcome);
+  else if (arguments.what == "reslice")
+    bench_reslice(arguments.size, outcome);
   else if (arguments.what == "flood")
     bench_flood(arguments.size, outcome);
   else if (arguments.what == "parting")
