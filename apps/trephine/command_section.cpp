@@ -4,6 +4,7 @@
 #include <glm/geometric.hpp>
 
 #include "apps/trephine/commands.h"
+#include "apps/trephine/plane_options.h"
 #include "apps/view/slice_picture.h"
 #include "apps/workbench/moment.h"
 #include "data-tools/atomic_file.h"
@@ -24,9 +25,9 @@ namespace {
 
 struct SectionArguments {
   workbench::MomentChoice moment;
-  std::string plane = "axial", at, normal, trajectory, output, svg;
+  PlaneArguments plane;
+  std::string output, svg;
   ThingArguments things;
-  double pixel = 0.2, width = 120;
 };
 
 /// One object of the section.
@@ -50,57 +51,6 @@ view::SlicePanel::Colour colour_of(Object::Kind kind) {
   return {245, 245, 245};
 }
 constexpr view::SlicePanel::Colour k_outside{225, 45, 40}, k_empty{16, 16, 18};
-
-Result<ImagePlane> plane_of(const SectionArguments& a, const workbench::Moment& moment) {
-  ImagePlane plane;
-  plane.pixel = a.pixel;
-  plane.columns = plane.rows = static_cast<int>(std::lround(a.width / std::max(a.pixel, 1e-6)));
-  plane.middle_world = moment.scan->frame.world_from_volume(0.5 * (dvec3(moment.scan->size) - 1.0));
-  turn_plane(plane, a.plane);
-  if (!a.trajectory.empty()) {
-    std::string known;
-    const data_tools::CaseTrajectory* found = nullptr;
-    if (moment.plan)
-      for (const data_tools::CaseTrajectory& t : moment.plan->trajectories) {
-        known += (known.empty() ? "" : ", ") + t.name;
-        if (t.name == a.trajectory) found = &t;
-      }
-    if (found == nullptr)
-      return Error{"there is no such trajectory", "--trajectory", a.trajectory,
-                   known.empty() ? "a case with a plan" : known, ""};
-    // Along it, as near to the named plane as can be.
-    const dvec3 along = glm::normalize(found->target_world - found->entry_world);
-    const dvec3 normal = plane.normal() - glm::dot(plane.normal(), along) * along;
-    if (!turn_plane(plane, normal))
-      return Error{"the trajectory is square to that plane", "--plane", a.plane, "another plane", ""};
-    plane.middle_world = 0.5 * (found->entry_world + found->target_world);
-  }
-  if (!a.normal.empty()) {
-    const auto normal = parse_place(a.normal, "--normal");
-    if (!normal) return normal.error();
-    if (!turn_plane(plane, normal.value()))
-      return Error{"the plane looks nowhere", "--normal", a.normal, "a direction of some length", ""};
-  }
-  if (!a.at.empty()) {
-    const auto at = parse_place(a.at, "--at");
-    if (!at) return at.error();
-    plane.middle_world = at.value();
-  }
-  if (Status error = volume::check(plane)) return *error;
-  return plane;
-}
-
-/// Does the plane meet the scan?
-bool meets(const ImagePlane& plane, const volume::Volume& scan) {
-  double low = 1e300, high = -1e300;
-  for (int corner = 0; corner < 8; ++corner) {
-    const dvec3 at{corner & 1 ? scan.size.x - 0.5 : -0.5, corner & 2 ? scan.size.y - 0.5 : -0.5,
-                   corner & 4 ? scan.size.z - 0.5 : -0.5};
-    const double height = plane.height(scan.frame.world_from_volume(at));
-    low = std::min(low, height), high = std::max(high, height);
-  }
-  return low <= 0 && high >= 0;
-}
 
 std::string hex(const view::SlicePanel::Colour& c) { return format_text("#%02x%02x%02x", c[0], c[1], c[2]); }
 
@@ -135,11 +85,7 @@ Result<Outcome> run_section(const SectionArguments& a) {
   outputs.writes("output", a.output, data_tools::OutputKind::picture);
   outputs.writes("svg", a.svg);
   if (Status error = outputs.check()) return *error;
-  if (!(a.pixel >= 0.01 && a.pixel <= 10))
-    return Error{"the value is out of range", "--pixel", format_text("%g mm", a.pixel), "0.01 to 10 mm", ""};
-  if (!(a.width >= a.pixel && a.width <= 1000 && a.width / a.pixel <= 8192))
-    return Error{"the value is out of range", "--width", format_text("%g mm", a.width),
-                 "a pixel to 1000 mm, at most 8192 pixels", ""};
+  if (Status error = check(a.plane)) return *error;
   workbench::MomentChoice choice = a.moment;
   if (Status error = take_things(a.things, choice)) return *error;
   const auto opened = workbench::open_moment(choice, person());
@@ -147,14 +93,9 @@ Result<Outcome> run_section(const SectionArguments& a) {
   const workbench::Moment& moment = *opened.value();
   if (!moment.shape)
     return Error{"nobody says what is bone", "section", "", "--iso, --window or --label", ""};
-  const auto placed = plane_of(a, moment);
+  const auto placed = plane_of(a.plane, moment);
   if (!placed) return placed.error();
   const ImagePlane& plane = placed.value();
-  if (!meets(plane, *moment.scan)) {
-    const dvec3 p = plane.middle_world;
-    return Error{"the plane does not meet the scan", "--at", format_text("%.1f, %.1f, %.1f", p.x, p.y, p.z),
-                 "a plane through the scan", ""};
-  }
   std::vector<Object> objects;
   const volume::Field bone(*moment.scan, *moment.shape);
   objects.push_back(
@@ -245,15 +186,8 @@ Run build(Options& options) {
   auto a = std::make_shared<SectionArguments>();
   add_moment(options, a->moment);
   add_shape(options, a->moment.shape);
-  options.add("--plane", a->plane, "As radiologists look")
-      .one_of({"axial", "coronal", "sagittal"})
-      .shows_default();
-  options.add("--normal", a->normal, "Square to this direction instead (LPS)").type("X,Y,Z");
-  options.add("--at", a->at, "Its middle, mm (LPS); the scan's when left out").type("X,Y,Z");
-  options.add("--trajectory", a->trajectory, "Along this trajectory of the plan").type("NAME");
+  add_plane(options, a->plane);
   add_things(options, a->things);
-  options.add("--pixel", a->pixel, "mm").type("MM").shows_default();
-  options.add("--width", a->width, "Of the square that is shown, mm").type("MM").shows_default();
   options.add("-o,--output", a->output, "Write the filled section").type("PNG");
   options.add("--svg", a->svg, "Write its outlines, in mm").type("FILE");
   return run_with(a, run_section);

@@ -176,6 +176,35 @@ TEST_F(Command, ACArmGoesAroundTwoScrews) {
   }
 }
 
+/// Slices: along a plan, of a slab, before and after a cut, what the scan holds at a place.
+TEST_F(Command, ASliceShowsTheScanAsItIs) {
+  const Json slab =
+      json("slice spine --plane sagittal --trajectory 'L4 left pedicle' --slab 4 --pixel 0.5 -o a.png");
+  EXPECT_EQ(slab["plane"]["slab_mm"], 4);
+  EXPECT_GT(fs::file_size(folder_ / "a.png"), 20000u);
+  write("d.toml",
+        "schema = 1\nscan = \"spine\"\nrate = 250\n[[hands]]\ninstrument = \"burr\"\nparameters = "
+        "\"diameter=6\"\n"
+        "points = [[0, 0, 90, 0, 0], [0.2, 0, 75, 0, 0], [0.4, 0, 68, 0, 1], [2.4, 0, 40, 0, 1]]\n");
+  json("run d.toml --record d.session");
+  const Json cut =
+      json("slice d.session --plane axial --at 0,70,0 --pixel 0.5 --beside --probe 0,70,0 -o b.png");
+  EXPECT_GT(cut["probe"]["before"], 100);
+  EXPECT_EQ(cut["probe"]["now"], -1000);
+  EXPECT_EQ(json("slice d.session --until 0.3 --at 0,70,0 --probe 0,70,0 --pixel 1")["probe"]["now"],
+            cut["probe"]["before"]);
+  for (const auto& [arguments, words] : std::initializer_list<std::pair<std::string, std::string>>{
+           {"--level 40", "no window"},
+           {"--probe 0,0,900", "not in the scan"},
+           {"--slab -1", "out of range"},
+           {"--at 0,0,900", "does not meet the scan"}}) {
+    const Ended bad = run("slice spine --pixel 1 " + arguments);
+    EXPECT_EQ(bad.exit_code, 2) << arguments;
+    EXPECT_NE(bad.err.find(words), std::string::npos) << arguments << "\n" << bad.err;
+    if (!is_whole()) break;
+  }
+}
+
 TEST_F(Command, WhatNoXrayCanBeIsSaid) {
   write("open.ply",
         "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
