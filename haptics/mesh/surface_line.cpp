@@ -1,0 +1,349 @@
+#include "haptics/mesh/surface_line.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <limits>
+#include <map>
+#include <queue>
+
+#include "haptics/mesh/mesh_tree.h"
+
+namespace trephine::haptics {
+
+using glm::dvec3;
+
+Surface::Surface(std::vector<dvec3> vertices, std::vector<std::uint32_t> triangles) {
+  std::map<std::array<double, 3>, std::uint32_t> known;
+  std::vector<std::uint32_t> place;
+  place.reserve(vertices.size());
+  for (const dvec3& v : vertices) {
+    const auto [at, is_new] =
+        known.emplace(std::array{v.x, v.y, v.z}, static_cast<std::uint32_t>(vertices_.size()));
+    if (is_new) vertices_.push_back(v);
+    place.push_back(at->second);
+  }
+  for (std::size_t t = 0; t + 2 < triangles.size(); t += 3) {
+    const std::array<std::uint32_t, 3> c{place[triangles[t]], place[triangles[t + 1]],
+                                         place[triangles[t + 2]]};
+    if (c[0] == c[1] || c[1] == c[2] || c[2] == c[0]) continue;
+    triangles_.insert(triangles_.end(), c.begin(), c.end());
+  }
+  first_.assign(vertices_.size() + 1, 0);
+  for (const std::uint32_t v : triangles_) ++first_[v + 1];
+  for (std::size_t i = 0; i < vertices_.size(); ++i) first_[i + 1] += first_[i];
+  around_.resize(triangles_.size());
+  std::vector<std::uint32_t> next(first_.begin(), first_.end() - 1);
+  for (std::uint32_t i = 0; i < triangles_.size(); ++i) around_[next[triangles_[i]]++] = i / 3;
+}
+
+bool Surface::nearest(const dvec3& p, Place& place) const {
+  double least = std::numeric_limits<double>::infinity();
+  for (std::uint32_t t = 0; 3 * t < triangles_.size(); ++t) {
+    const dvec3 &a = vertices_[triangles_[3 * t]], &b = vertices_[triangles_[3 * t + 1]],
+                &c = vertices_[triangles_[3 * t + 2]];
+    // A triangle whose corners are all farther than its size and the nearest so far is not it.
+    const double reach = std::sqrt(least) + std::max(glm::length(b - a), glm::length(c - a));
+    if (glm::length(p - a) > reach) continue;
+    const dvec3 at = nearest_on_triangle(p, a, b, c);
+    const double squared = glm::dot(p - at, p - at);
+    if (squared < least) least = squared, place = {t, at};
+  }
+  return std::isfinite(least);
+}
+
+double length_of(const std::vector<dvec3>& line) noexcept {
+  double sum = 0;
+  for (std::size_t i = 1; i < line.size(); ++i) sum += glm::length(line[i] - line[i - 1]);
+  return sum;
+}
+
+/// A line's corners: on vertices, on edges, at the ends within triangles.
+class LineFinder {
+ public:
+  explicit LineFinder(const Surface& surface) : s_(surface) {}
+
+  std::vector<dvec3> find(const Surface::Place& from, const Surface::Place& to) {
+    if (!walk_edges(from, to)) return {};
+    double length = length_of(points());
+    int still = 0;
+    for (int round = 0; round < k_most_rounds && still < 20; ++round) {
+      pull_ = still < 10 && round < k_most_rounds - 100 ? 1.85 : 1;
+      for (std::size_t i = 1; i + 1 < nodes_.size(); ++i) straighten(i);
+      tidy();
+      const double now = length_of(points());
+      still = std::abs(now - length) < 1e-8 * length ? still + 1 : 0;
+      length = now;
+    }
+    return points();
+  }
+
+ private:
+  static constexpr int k_most_rounds = 3000;
+  static constexpr std::uint32_t k_none = 0xffffffffu;
+
+  struct Node {
+    std::uint32_t a = k_none, b = k_none;  ///< edge; of a vertex b is none; of a place in a triangle both
+    std::uint32_t triangle = k_none;       ///< of such a place
+    dvec3 at{0.0};
+    bool is_vertex() const { return a != k_none && b == k_none; }
+    bool is_edge() const { return b != k_none; }
+  };
+
+  const dvec3& vertex(std::uint32_t v) const { return s_.vertices_[v]; }
+  const std::uint32_t* corners(std::uint32_t t) const { return s_.triangles_.data() + 3 * std::size_t{t}; }
+  bool has(std::uint32_t t, std::uint32_t v) const {
+    const std::uint32_t* c = corners(t);
+    return c[0] == v || c[1] == v || c[2] == v;
+  }
+  /// Does a node lie on a triangle?
+  bool lies_on(const Node& n, std::uint32_t t) const {
+    if (n.triangle != k_none) return n.triangle == t;
+    return has(t, n.a) && (n.b == k_none || has(t, n.b));
+  }
+  std::vector<dvec3> points() const {
+    std::vector<dvec3> line;
+    for (const Node& n : nodes_) line.push_back(n.at);
+    return line;
+  }
+
+  /// Dijkstra along edges, from the corners of one triangle to those of the other.
+  bool walk_edges(const Surface::Place& from, const Surface::Place& to) {
+    nodes_.clear();
+    if (from.triangle == to.triangle) {
+      nodes_ = {{k_none, k_none, from.triangle, from.at}, {k_none, k_none, to.triangle, to.at}};
+      return true;
+    }
+    std::vector<double> way(s_.vertices_.size(), std::numeric_limits<double>::infinity());
+    std::vector<std::uint32_t> before(s_.vertices_.size(), k_none);
+    using Item = std::pair<double, std::uint32_t>;
+    std::priority_queue<Item, std::vector<Item>, std::greater<>> queue;
+    for (int k = 0; k < 3; ++k) {
+      const std::uint32_t v = corners(from.triangle)[k];
+      way[v] = glm::length(vertex(v) - from.at);
+      queue.push({way[v], v});
+    }
+    double least = std::numeric_limits<double>::infinity();
+    std::uint32_t last = k_none;
+    while (!queue.empty()) {
+      const auto [so_far, v] = queue.top();
+      queue.pop();
+      if (so_far > way[v]) continue;
+      if (so_far >= least) break;
+      if (has(to.triangle, v) && so_far + glm::length(vertex(v) - to.at) < least)
+        least = so_far + glm::length(vertex(v) - to.at), last = v;
+      for (std::uint32_t i = s_.first_[v]; i < s_.first_[v + 1]; ++i)
+        for (int k = 0; k < 3; ++k) {
+          const std::uint32_t w = corners(s_.around_[i])[k];
+          const double longer = so_far + glm::length(vertex(w) - vertex(v));
+          if (longer < way[w]) way[w] = longer, before[w] = v, queue.push({longer, w});
+        }
+    }
+    if (last == k_none) return false;
+    nodes_.push_back({k_none, k_none, to.triangle, to.at});
+    for (std::uint32_t v = last; v != k_none; v = before[v]) nodes_.push_back({v, k_none, k_none, vertex(v)});
+    nodes_.push_back({k_none, k_none, from.triangle, from.at});
+    std::reverse(nodes_.begin(), nodes_.end());
+    return true;
+  }
+
+  void straighten(std::size_t i) {
+    if (nodes_[i].is_edge())
+      slide(i);
+    else if (nodes_[i].is_vertex())
+      leave_vertex(i);
+  }
+
+  /// A corner on an edge goes where the line is straight, both triangles laid flat.
+  void slide(std::size_t i) {
+    Node& n = nodes_[i];
+    const dvec3 &a = vertex(n.a), &b = vertex(n.b), along = b - a;
+    const double length = glm::length(along);
+    const auto flat = [&](const dvec3& p, double& x, double& y) {
+      x = glm::dot(p - a, along) / length;
+      y = glm::length(p - a - x / length * along);
+    };
+    double x0, y0, x1, y1;
+    flat(nodes_[i - 1].at, x0, y0), flat(nodes_[i + 1].at, x1, y1);
+    const double best = y0 + y1 > 0 ? (x0 * y1 + x1 * y0) / (y0 + y1) / length : 0.5 * (x0 + x1) / length;
+    // Farther than that, so that a pull reaches the line's ends sooner (successive over-relaxation).
+    const double now = glm::length(n.at - a) / length, t = now + pull_ * (best - now);
+    constexpr double k_near = 1e-7;
+    if (t <= k_near)
+      n = {n.a, k_none, k_none, a};
+    else if (t >= 1 - k_near)
+      n = {n.b, k_none, k_none, b};
+    else
+      n.at = a + t * along;
+  }
+
+  /// A corner on a vertex: where the way around it on a side spans less than 180 degrees, the line goes
+  /// across the edges of that side.
+  void leave_vertex(std::size_t i) {
+    const std::uint32_t v = nodes_[i].a;
+    // The fan around the vertex, from the triangle in which the line comes, turning one way, then the other.
+    std::vector<Node> best;
+    double shortest =
+        glm::length(nodes_[i].at - nodes_[i - 1].at) + glm::length(nodes_[i + 1].at - nodes_[i].at);
+    const double before = shortest;
+    for (std::uint32_t k = s_.first_[v]; k < s_.first_[v + 1]; ++k) {
+      const std::uint32_t start = s_.around_[k];
+      if (!lies_on(nodes_[i - 1], start)) continue;
+      for (const bool is_forward : {true, false}) {
+        std::vector<Node> side;
+        const double length = way_around(i, v, start, is_forward, side);
+        if (length < shortest - 1e-12) shortest = length, best = side;
+      }
+    }
+    if (shortest >= before - 1e-12) return;
+    nodes_.erase(nodes_.begin() + static_cast<std::ptrdiff_t>(i));
+    nodes_.insert(nodes_.begin() + static_cast<std::ptrdiff_t>(i), best.begin(), best.end());
+  }
+
+  /// The line from before to behind the vertex across the edges of one side, laid flat; its length, or
+  /// endless where there is none.
+  double way_around(std::size_t i, std::uint32_t v, std::uint32_t start, bool is_forward,
+                    std::vector<Node>& side) const {
+    constexpr double k_endless = std::numeric_limits<double>::infinity();
+    const Node &from = nodes_[i - 1], &to = nodes_[i + 1];
+    const dvec3& middle = vertex(v);
+    // Flat, the vertex at the origin, `from` on the first axis: directions as cosine and sine, turned on by
+    // each triangle's angle. Below 180 degrees in all as long as the sine is above 0.
+    struct Way {
+      double cosine = 1, sine = 0;
+      bool turn(const dvec3& a, const dvec3& b) {
+        const double c = glm::dot(a, b), s = glm::length(glm::cross(a, b)), size = std::sqrt(c * c + s * s);
+        if (!(size > 0)) return false;
+        *this = {(cosine * c - sine * s) / size, (sine * c + cosine * s) / size};
+        return true;
+      }
+    };
+    std::vector<std::pair<std::uint32_t, Way>> crossed;
+    Way way;
+    std::uint32_t t = start;
+    const dvec3* last = &from.at;
+    for (int steps = 0;; ++steps) {
+      if (lies_on(to, t)) {
+        if (!way.turn(*last - middle, to.at - middle)) return k_endless;
+        break;
+      }
+      // The edge (v, w) on which this triangle is left.
+      const std::uint32_t* c = corners(t);
+      const int k = c[0] == v ? 0 : c[1] == v ? 1 : 2;
+      const std::uint32_t w = is_forward ? c[(k + 2) % 3] : c[(k + 1) % 3];
+      if (!way.turn(*last - middle, vertex(w) - middle)) return k_endless;
+      if (way.sine < 0 || (way.sine == 0 && way.cosine < 0)) return k_endless;
+      crossed.push_back({w, way});
+      last = &vertex(w);
+      std::uint32_t next = k_none;
+      for (std::uint32_t n = s_.first_[v]; n < s_.first_[v + 1]; ++n)
+        if (s_.around_[n] != t && has(s_.around_[n], w)) next = s_.around_[n];
+      if (next == k_none || steps == 1000) return k_endless;
+      t = next;
+    }
+    if (!(way.sine > 1e-9)) return k_endless;
+    const double r0 = glm::length(from.at - middle), r1 = glm::length(to.at - middle);
+    if (!(r0 > 1e-12 && r1 > 1e-12)) return k_endless;
+    // Where the straight line meets each edge: its distance from the vertex. Where that is beyond an edge's
+    // end, all of them come nearer by as much: cutting the corner shorter is shorter too.
+    std::vector<double> off;
+    double nearer = 1;
+    for (const auto& [w, turned] : crossed) {
+      const double rest = way.sine * turned.cosine - way.cosine * turned.sine;
+      const double denominator = r0 * turned.sine + r1 * rest;
+      const double r = denominator > 0 ? r0 * r1 * way.sine / denominator : 0;
+      if (!(r > 0)) return k_endless;
+      off.push_back(r);
+      nearer = std::min(nearer, 0.999 * glm::length(vertex(w) - middle) / r);
+    }
+    double length = 0;
+    dvec3 at = from.at;
+    for (std::size_t k = 0; k < crossed.size(); ++k) {
+      const std::uint32_t w = crossed[k].first;
+      const dvec3 edge = vertex(w) - middle;
+      const Node node{v, w, k_none, middle + nearer * off[k] / glm::length(edge) * edge};
+      length += glm::length(node.at - at);
+      at = node.at;
+      side.push_back(node);
+    }
+    return length + glm::length(to.at - at);
+  }
+
+  /// Corners in one place become one, and those that the line goes to and comes back from go.
+  void tidy() {
+    for (std::size_t i = 1; i + 1 < nodes_.size();) {
+      const bool is_same = glm::length(nodes_[i].at - nodes_[i + 1].at) < 1e-9 ||
+                           glm::length(nodes_[i].at - nodes_[i - 1].at) < 1e-9;
+      bool is_needless = is_same;
+      // Both neighbours on one triangle: straight across it.
+      if (!is_needless) is_needless = share_triangle(nodes_[i - 1], nodes_[i + 1]);
+      if (is_needless)
+        nodes_.erase(nodes_.begin() + static_cast<std::ptrdiff_t>(i));
+      else
+        ++i;
+    }
+  }
+  bool share_triangle(const Node& a, const Node& b) const {
+    const auto any = [&](const Node& n, const auto& use) {
+      if (n.triangle != k_none) return use(n.triangle);
+      for (std::uint32_t i = s_.first_[n.a]; i < s_.first_[n.a + 1]; ++i)
+        if (lies_on(n, s_.around_[i]) && use(s_.around_[i])) return true;
+      return false;
+    };
+    return any(a, [&](std::uint32_t t) { return lies_on(b, t); });
+  }
+
+  const Surface& s_;
+  std::vector<Node> nodes_;
+  double pull_ = 1;
+};
+
+std::vector<dvec3> surface_line(const Surface& surface, const Surface::Place& from,
+                                const Surface::Place& to) {
+  return LineFinder(surface).find(from, to);
+}
+
+std::vector<dvec3> taut_line(const std::vector<dvec3>& line,
+                             const std::function<Inside(const dvec3&)>& inside) {
+  if (line.size() < 2) return line;
+  // Corners at even steps, so that each may lift off.
+  const double all = length_of(line);
+  const auto steps = static_cast<std::size_t>(std::clamp(all / 0.5, 8.0, 2000.0));
+  std::vector<dvec3> taut{line.front()};
+  std::size_t at = 1;
+  double so_far = 0;
+  for (std::size_t i = 1; i < steps; ++i) {
+    const double wanted = all * static_cast<double>(i) / static_cast<double>(steps);
+    while (at + 1 < line.size() && so_far + glm::length(line[at] - line[at - 1]) < wanted)
+      so_far += glm::length(line[at] - line[at - 1]), ++at;
+    const double edge = glm::length(line[at] - line[at - 1]);
+    const double t = edge > 0 ? std::clamp((wanted - so_far) / edge, 0.0, 1.0) : 0;
+    taut.push_back(line[at - 1] + t * (line[at] - line[at - 1]));
+  }
+  taut.push_back(line.back());
+  // Pulled toward the middle of its neighbours, at first of far ones, and pushed out again where it would be
+  // within the solid.
+  const auto relax = [&](std::size_t reach, int rounds) {
+    double length = length_of(taut);
+    for (int round = 0; round < rounds; ++round) {
+      for (std::size_t i = 1; i + 1 < taut.size(); ++i) {
+        const std::size_t r = std::min({reach, i, taut.size() - 1 - i});
+        taut[i] = 0.5 * (taut[i - r] + taut[i + r]);
+        for (int out = 0; out < 8; ++out) {
+          const Inside is = inside(taut[i]);
+          if (!(is.depth > 1e-4)) break;
+          taut[i] += is.depth * is.outward;
+        }
+      }
+      const double now = length_of(taut);
+      if (std::abs(now - length) < 1e-7 * length) break;
+      length = now;
+    }
+  };
+  for (std::size_t reach = taut.size() / 4; reach > 1; reach /= 2) relax(reach, 20);
+  relax(1, 3000);
+  return taut;
+}
+
+}  // namespace trephine::haptics

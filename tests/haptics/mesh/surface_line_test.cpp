@@ -1,0 +1,176 @@
+// Lines along surfaces against closed forms and a search over many points of every edge.
+#include "haptics/mesh/surface_line.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <gtest/gtest.h>
+#include <limits>
+#include <map>
+#include <queue>
+
+#include "data-tools/phantoms.h"
+#include "volume/deterministic_math.h"
+#include "volume/surface_nets.h"
+
+namespace trephine::haptics {
+namespace {
+
+using glm::dvec3;
+using glm::ivec3;
+
+double number(std::uint64_t n) { return static_cast<double>(volume::hash_bits(n) >> 11) * 0x1p-53; }
+
+/// The net of what a formula says is within, in voxels that may be thick.
+Surface net_of(const ivec3& size, const dvec3& mm, const std::function<double(const dvec3&)>& inside) {
+  volume::Volume v =
+      volume::make_volume(size, volume::Frame::from_spacing(-0.5 * mm * (dvec3(size) - 1.0), mm).value())
+          .value();
+  for (int z = 0; z < size.z; ++z)
+    for (int y = 0; y < size.y; ++y)
+      for (int x = 0; x < size.x; ++x)
+        v.voxels[v.index(x, y, z)] = static_cast<std::int16_t>(
+            std::clamp(300 + 200 * inside(v.frame.world_from_volume({x, y, z})), -30000.0, 30000.0));
+  const volume::Field field(v, volume::Shape{"bone", 300});
+  const volume::Mesh net = volume::surface_net({&field});
+  std::vector<dvec3> vertices;
+  for (const glm::vec3& p : net.vertices.span()) vertices.push_back(v.frame.world_from_volume(dvec3(p)));
+  return {vertices, {net.triangles.span().begin(), net.triangles.span().end()}};
+}
+Surface::Place on(const Surface& surface, const dvec3& p) {
+  Surface::Place place;
+  EXPECT_TRUE(surface.nearest(p, place));
+  return place;
+}
+
+TEST(SurfaceLine, OfABallAndATubeIsTheGeodesic) {
+  for (const dvec3& mm : {dvec3(1), dvec3(0.7, 0.7, 2)}) {
+    const Surface ball =
+        net_of(ivec3(dvec3(76) / mm), mm, [](const dvec3& p) { return 30 - glm::length(p); });
+    double worst = 0;
+    for (std::uint64_t n = 0; n < 12; ++n) {
+      const auto at = [n](std::uint64_t k) { return number(40 * n + k) - 0.5; };
+      const dvec3 a = 30.0 * glm::normalize(dvec3(at(0), at(1), at(2))),
+                  b = 30.0 * glm::normalize(dvec3(at(3), at(4), at(5)));
+      const double is = 30 * std::acos(std::clamp(glm::dot(a, b) / 900, -1.0, 1.0));
+      const double told = length_of(surface_line(ball, on(ball, a), on(ball, b)));
+      worst = std::max(worst, std::abs(told - is) / is);
+    }
+    EXPECT_LT(worst, 0.01) << mm.z;
+    const Surface tube = net_of(ivec3(dvec3(60, 60, 80) / mm), mm, [](const dvec3& p) {
+      return std::min(20 - std::hypot(p.x, p.y), 30 - std::abs(p.z));
+    });
+    worst = 0;
+    for (std::uint64_t n = 0; n < 12; ++n) {
+      const double turn = (0.4 + 2.4 * number(60 * n)) * (n % 2 ? 1 : -1), start = 6.28 * number(60 * n + 1);
+      const double low = -20 + 15 * number(60 * n + 2), high = 5 + 15 * number(60 * n + 3);
+      const double is = std::hypot(20 * turn, high - low);
+      const auto at = [](double angle, double z) {
+        return dvec3(20 * std::cos(angle), 20 * std::sin(angle), z);
+      };
+      const double told =
+          length_of(surface_line(tube, on(tube, at(start, low)), on(tube, at(start + turn, high))));
+      worst = std::max(worst, std::abs(told - is) / is);
+    }
+    EXPECT_LT(worst, 0.01) << mm.z;
+  }
+}
+
+/// Dijkstra over several points of each edge, all of a triangle's joined: never shorter than the shortest,
+/// and near to it.
+double searched(const Surface& surface, const Surface::Place& from, const Surface::Place& to) {
+  constexpr int k_points = 7;
+  const auto& triangles = surface.triangles();
+  std::map<std::pair<std::uint32_t, std::uint32_t>, std::size_t> edges;
+  std::vector<dvec3> points = surface.vertices();
+  std::vector<std::vector<std::size_t>> on_triangle(triangles.size() / 3);
+  for (std::size_t t = 0; t < on_triangle.size(); ++t)
+    for (std::size_t k = 0; k < 3; ++k) {
+      const std::uint32_t a = triangles[3 * t + k], b = triangles[3 * t + (k + 1) % 3];
+      const auto [at, is_new] = edges.emplace(std::minmax(a, b), points.size());
+      if (is_new)
+        for (int i = 1; i <= k_points; ++i)
+          points.push_back(surface.vertices()[at->first.first] +
+                           i / (k_points + 1.0) *
+                               (surface.vertices()[at->first.second] - surface.vertices()[at->first.first]));
+      on_triangle[t].push_back(a);
+      for (std::size_t i = 0; i < k_points; ++i) on_triangle[t].push_back(at->second + i);
+    }
+  std::vector<std::vector<std::uint32_t>> around(points.size() + 2);
+  points.push_back(from.at), points.push_back(to.at);
+  on_triangle[from.triangle].push_back(points.size() - 2);
+  on_triangle[to.triangle].push_back(points.size() - 1);
+  for (std::uint32_t t = 0; t < on_triangle.size(); ++t)
+    for (const std::size_t p : on_triangle[t]) around[p].push_back(t);
+  std::vector<double> way(points.size(), std::numeric_limits<double>::infinity());
+  using Item = std::pair<double, std::size_t>;
+  std::priority_queue<Item, std::vector<Item>, std::greater<>> queue;
+  way[points.size() - 2] = 0;
+  queue.push({0, points.size() - 2});
+  while (!queue.empty()) {
+    const auto [so_far, p] = queue.top();
+    queue.pop();
+    if (p == points.size() - 1) return so_far;
+    if (so_far > way[p]) continue;
+    for (const std::uint32_t t : around[p])
+      for (const std::size_t q : on_triangle[t]) {
+        const double longer = so_far + glm::length(points[q] - points[p]);
+        if (longer < way[q]) way[q] = longer, queue.push({longer, q});
+      }
+  }
+  return way.back();
+}
+
+TEST(SurfaceLine, OnBumpsIsThatOfASearch) {
+  const Surface bumps = net_of({50, 50, 40}, dvec3(1), [](const dvec3& p) {
+    return 16 + 1.5 * std::sin(0.5 * p.x) * std::cos(0.6 * p.y) - glm::length(p);
+  });
+  double worst = 0;
+  for (std::uint64_t n = 0; n < 10; ++n) {
+    const auto at = [n](std::uint64_t k) { return number(80 * n + k) - 0.5; };
+    const Surface::Place a = on(bumps, 16.0 * glm::normalize(dvec3(at(0), at(1), at(2)))),
+                         b = on(bumps, 16.0 * glm::normalize(dvec3(at(3), at(4), at(5))));
+    const double told = length_of(surface_line(bumps, a, b)), is = searched(bumps, a, b);
+    worst = std::max(worst, told / is - 1);
+    EXPECT_GT(told, 0.99 * is);
+  }
+  EXPECT_LT(worst, 0.01);
+}
+
+TEST(SurfaceLine, TautBridgesAGroove) {
+  // A block with a groove of 8 mm across: the surface goes down and up again, a tape does not.
+  const auto depth = [](const dvec3& p) {
+    const double block = std::min({25 - std::abs(p.x), 15 - std::abs(p.y), 10 - p.z});
+    return std::min(block, std::max(std::abs(p.x) - 4, 4 - p.z));
+  };
+  const Surface block = net_of({70, 44, 50}, dvec3(0.8), depth);
+  const auto line = surface_line(block, on(block, {-15, 0, 10}), on(block, {15, 0, 10}));
+  EXPECT_NEAR(length_of(line), 30 + 2 * 6, 1.6);  // corners of nets are round
+  const auto taut = taut_line(line, [&](const dvec3& p) {
+    const double d = depth(p);
+    return Inside{std::max(0.0, d), dvec3(0, 0, 1)};
+  });
+  EXPECT_NEAR(length_of(taut), 30, 0.3);
+  // Over a ball it is the geodesic: nothing is bridged.
+  const Surface ball = net_of(ivec3(52), dvec3(1), [](const dvec3& p) { return 20 - glm::length(p); });
+  const auto over = surface_line(ball, on(ball, {20, 0, 0}), on(ball, {0, 20, 0}));
+  const double tape = length_of(taut_line(over, [](const dvec3& p) {
+    return Inside{std::max(0.0, 20 - glm::length(p)), glm::normalize(p)};
+  }));
+  EXPECT_NEAR(tape, 20 * 3.14159265 / 2, 0.3);
+}
+
+TEST(SurfaceLine, OfPartsThatAreNotJoinedIsNone) {
+  const Surface two = net_of({60, 30, 30}, dvec3(1), [](const dvec3& p) {
+    return 8 - std::min(glm::length(p - dvec3(15, 0, 0)), glm::length(p + dvec3(15, 0, 0)));
+  });
+  EXPECT_TRUE(surface_line(two, on(two, {20, 0, 0}), on(two, {-20, 0, 0})).empty());
+  const Surface::Place here = on(two, {23, 0, 0});
+  EXPECT_EQ(length_of(surface_line(two, here, here)), 0);
+  Surface::Place nowhere;
+  EXPECT_FALSE(Surface({}, {}).nearest({0, 0, 0}, nowhere));
+}
+
+}  // namespace
+}  // namespace trephine::haptics
