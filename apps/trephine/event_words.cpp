@@ -6,6 +6,7 @@
 #include "modules/drilling/perforator.h"
 #include "modules/fluoroscopy/fluoroscopy.h"
 #include "modules/laminectomy/laminectomy.h"
+#include "modules/measurement/measurement.h"
 #include "modules/rongeur/rongeur.h"
 #include "sim/forbidden.h"
 
@@ -40,6 +41,10 @@ std::string words_of(const sim::Event& event) {
   if (const auto* cut = event.what.as<cross_section::SectionMeasured>())
     return format_text("section: bone %.1f mm2, models %.1f, of which %.1f outside bone", cut->bone,
                        cut->models, cut->outside);
+  if (const auto* m = event.what.as<measurement::Measured>())
+    return m->trouble.empty()
+               ? format_text("measured: %.1f mm, %.1f degrees, mean %.0f", m->length, m->angle, m->mean)
+               : "not measured: " + m->trouble;
   if (const auto* shot = event.what.as<fluoroscopy::XrayTaken>())
     return format_text("X-ray %lld: primary %.0f, secondary %.0f degrees, %.1f mGy cm2",
                        static_cast<long long>(shot->number), shot->primary, shot->secondary,

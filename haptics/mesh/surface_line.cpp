@@ -14,6 +14,10 @@ namespace trephine::haptics {
 
 using glm::dvec3;
 
+namespace {
+constexpr std::size_t k_speck = 100;  // triangles: fewer are noise
+}  // namespace
+
 Surface::Surface(std::vector<dvec3> vertices, std::vector<std::uint32_t> triangles) {
   std::map<std::array<double, 3>, std::uint32_t> known;
   std::vector<std::uint32_t> place;
@@ -51,6 +55,55 @@ bool Surface::nearest(const dvec3& p, Place& place) const {
     if (squared < least) least = squared, place = {t, at};
   }
   return std::isfinite(least);
+}
+
+std::vector<Surface::Place> Surface::nearest_on_one_part(std::span<const dvec3> points) const {
+  // Parts by joining corners.
+  std::vector<std::uint32_t> part(vertices_.size());
+  for (std::uint32_t v = 0; v < part.size(); ++v) part[v] = v;
+  const auto root = [&part](std::uint32_t v) {
+    while (part[v] != v) v = part[v] = part[part[v]];
+    return v;
+  };
+  for (std::size_t t = 0; t + 2 < triangles_.size(); t += 3)
+    for (std::size_t k = 1; k < 3; ++k) part[root(triangles_[t + k])] = root(triangles_[t]);
+  struct Part {
+    std::size_t triangles = 0;
+    std::vector<Place> places;
+    std::vector<double> squared;
+  };
+  std::map<std::uint32_t, Part> parts;
+  for (std::size_t t = 0; t + 2 < triangles_.size(); t += 3) ++parts[root(triangles_[t])].triangles;
+  if (std::any_of(parts.begin(), parts.end(),
+                  [](const auto& one) { return one.second.triangles >= k_speck; }))
+    std::erase_if(parts, [](const auto& one) { return one.second.triangles < k_speck; });
+  for (auto& [name, one] : parts) {
+    one.places.resize(points.size());
+    one.squared.assign(points.size(), std::numeric_limits<double>::infinity());
+  }
+  for (std::uint32_t t = 0; 3 * t < triangles_.size(); ++t) {
+    const auto found = parts.find(root(triangles_[3 * t]));
+    if (found == parts.end()) continue;
+    const dvec3 &a = vertices_[triangles_[3 * t]], &b = vertices_[triangles_[3 * t + 1]],
+                &c = vertices_[triangles_[3 * t + 2]];
+    const double size = std::max(glm::length(b - a), glm::length(c - a));
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      const double reach = std::sqrt(found->second.squared[i]) + size;
+      if (glm::dot(points[i] - a, points[i] - a) > reach * reach) continue;
+      const dvec3 at = nearest_on_triangle(points[i], a, b, c);
+      const double squared = glm::dot(points[i] - at, points[i] - at);
+      if (squared < found->second.squared[i])
+        found->second.squared[i] = squared, found->second.places[i] = {t, at};
+    }
+  }
+  const Part* best = nullptr;
+  double least = std::numeric_limits<double>::infinity();
+  for (const auto& [name, one] : parts) {
+    double sum = 0;
+    for (const double squared : one.squared) sum += std::sqrt(squared);
+    if (sum < least) least = sum, best = &one;
+  }
+  return best != nullptr ? best->places : std::vector<Place>();
 }
 
 double length_of(const std::vector<dvec3>& line) noexcept {
@@ -323,13 +376,16 @@ std::vector<dvec3> taut_line(const std::vector<dvec3>& line,
   }
   taut.push_back(line.back());
   // Pulled toward the middle of its neighbours, at first of far ones, and pushed out again where it would be
-  // within the solid.
+  // within the solid; in small steps, so that it never goes through a wall.
+  constexpr double k_step = 0.25;  // mm
   const auto relax = [&](std::size_t reach, int rounds) {
     double length = length_of(taut);
     for (int round = 0; round < rounds; ++round) {
       for (std::size_t i = 1; i + 1 < taut.size(); ++i) {
         const std::size_t r = std::min({reach, i, taut.size() - 1 - i});
-        taut[i] = 0.5 * (taut[i - r] + taut[i + r]);
+        const dvec3 pull = 0.5 * (taut[i - r] + taut[i + r]) - taut[i];
+        const double size = glm::length(pull);
+        taut[i] += size > k_step ? k_step / size * pull : pull;
         for (int out = 0; out < 8; ++out) {
           const Inside is = inside(taut[i]);
           if (!(is.depth > 1e-4)) break;
@@ -337,12 +393,13 @@ std::vector<dvec3> taut_line(const std::vector<dvec3>& line,
         }
       }
       const double now = length_of(taut);
-      if (std::abs(now - length) < 1e-7 * length) break;
+      if (round > 20 && std::abs(now - length) < 1e-7 * length) break;
       length = now;
     }
   };
-  for (std::size_t reach = taut.size() / 4; reach > 1; reach /= 2) relax(reach, 20);
-  relax(1, 3000);
+  for (std::size_t reach = taut.size() / 4; reach > 1; reach /= 2) relax(reach, 300);
+  relax(1, 1000);
+  if (length_of(taut) > all) return line;  // noise pushed it out: it was as short before
   return taut;
 }
 

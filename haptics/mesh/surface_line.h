@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <functional>
 #include <glm/vec3.hpp>
+#include <span>
 #include <vector>
 
 namespace trephine::haptics {
@@ -20,6 +21,11 @@ class Surface {
   };
   /// Nearest to a point; false: there are no triangles. Looks at all of them.
   bool nearest(const glm::dvec3& p, Place& place) const;
+
+  /// Nearest to each of several points, all on one part that hangs together: on that to which they are
+  /// nearest in all. Specks (under 100 triangles) count only where there is nothing else. Empty: no
+  /// triangles.
+  std::vector<Place> nearest_on_one_part(std::span<const glm::dvec3> points) const;
 
   const std::vector<glm::dvec3>& vertices() const noexcept { return vertices_; }
   const std::vector<std::uint32_t>& triangles() const noexcept { return triangles_; }

@@ -166,6 +166,13 @@ TEST(SurfaceLine, OfPartsThatAreNotJoinedIsNone) {
     return 8 - std::min(glm::length(p - dvec3(15, 0, 0)), glm::length(p + dvec3(15, 0, 0)));
   });
   EXPECT_TRUE(surface_line(two, on(two, {20, 0, 0}), on(two, {-20, 0, 0})).empty());
+  // Asked for together they lie on one of them.
+  const std::array<dvec3, 2> both{dvec3(20, 0, 0), dvec3(-2, 0, 0)};
+  const auto places = two.nearest_on_one_part(both);
+  ASSERT_EQ(places.size(), 2u);
+  EXPECT_GT(places[0].at.x, 6);
+  EXPECT_GT(places[1].at.x, 6);
+  EXPECT_FALSE(surface_line(two, places[0], places[1]).empty());
   const Surface::Place here = on(two, {23, 0, 0});
   EXPECT_EQ(length_of(surface_line(two, here, here)), 0);
   Surface::Place nowhere;

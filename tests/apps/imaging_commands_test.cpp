@@ -1,7 +1,9 @@
-// X-rays as users make them: files that others read, poses that come back, errors.
+// X-rays, sections, slices and measures as users make them: files that others read, poses that come back,
+// errors.
 #include <cmath>
 #include <sstream>
 
+#include "data-tools/plan_file.h"
 #include "data-tools/xray_file.h"
 #include "tests/apps/command_fixture.h"
 #include "tests/data-tools/file_helpers.h"
@@ -203,6 +205,42 @@ TEST_F(Command, ASliceShowsTheScanAsItIs) {
     EXPECT_NE(bad.err.find(words), std::string::npos) << arguments << "\n" << bad.err;
     if (!is_whole()) break;
   }
+}
+
+/// Rulers, angles, tapes and regions; as markups they come back as a plan.
+TEST_F(Command, MeasuresAreToldAndKept) {
+  const Json told = json(
+      "measure head --ruler 0,0,0:3,4,12 --angle 5,0,0:0,0,0:0,0,9 --tape 0,-125,20:100,0,40 --region "
+      "0,0,5:6 "
+      "--markups m.mrk.json");
+  ASSERT_EQ(told["measures"].size(), 4u);
+  EXPECT_NEAR(told["measures"][0]["length_mm"].get<double>(), 13, 1e-9);
+  EXPECT_NEAR(told["measures"][1]["angle_degrees"].get<double>(), 90, 1e-6);
+  const Json& tape = told["measures"][2];
+  EXPECT_GT(tape["length_mm"].get<double>(), tape["straight_mm"].get<double>() + 5);
+  EXPECT_LE(tape["taut_mm"].get<double>(), tape["length_mm"].get<double>());
+  EXPECT_NEAR(told["measures"][3]["mean"].get<double>(), 27, 5);  // brain
+  const auto plan = data_tools::read_plan(file("m.mrk.json"));
+  ASSERT_TRUE(plan) << plan.error().message();
+  ASSERT_GE(plan.value().trajectories.size(), 1u);
+  EXPECT_EQ(plan.value().trajectories[0].target_world, glm::dvec3(3, 4, 12));
+  // In a session: a job, told, expected by scripts, replayed.
+  write("m.toml",
+        "schema = 1\nscan = \"head\"\nrate = 250\n[[hands]]\npoints = [[0, 0, 0, 150], [0.2, 0, 0, 150]]\n"
+        "[[do]]\nat = 0.1\ncommand = \"measure\"\nwith = \"kind=tape at=0,-125,20;100,0,40\"\n"
+        "[[expect]]\nwhat = \"measured length\"\nleast = 118\nmost = 125\n");
+  EXPECT_EQ(json("run m.toml --record m.session")["is_met"], true);
+  EXPECT_EQ(json("replay m.session --verify")["is_same"], true);
+  for (const auto& [arguments, words] :
+       std::initializer_list<std::pair<std::string, std::string>>{{"", "nothing is to be measured"},
+                                                                  {"--ruler 0,0,0", "not as many places"},
+                                                                  {"--region 0,0,0:x", "no radius"},
+                                                                  {"--tape 0,0:1,1,1", "X,Y,Z"}}) {
+    const Ended bad = run("measure head " + arguments);
+    EXPECT_EQ(bad.exit_code, 2) << arguments;
+    EXPECT_NE(bad.err.find(words), std::string::npos) << arguments << "\n" << bad.err;
+  }
+  EXPECT_EQ(run("measure head --region 0,0,900:5").exit_code, 1);
 }
 
 TEST_F(Command, WhatNoXrayCanBeIsSaid) {

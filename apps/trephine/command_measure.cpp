@@ -1,0 +1,179 @@
+// measure: rulers, angles, tapes along bone and regions of a scan, or of a moment of a session.
+#include <cmath>
+
+#include "apps/trephine/commands.h"
+#include "data-tools/atomic_file.h"
+#include "data-tools/output_set.h"
+#include "modules/measurement/measurement.h"
+
+namespace trephine::app {
+
+using glm::dvec3;
+using measurement::Kind;
+using measurement::Measure;
+using measurement::Measured;
+using volume::Error;
+using volume::Result;
+using volume::Status;
+
+namespace {
+
+struct MeasureArguments {
+  workbench::MomentChoice moment;
+  std::vector<std::string> rulers, angles, tapes, regions;
+  std::string markups;
+};
+
+/// Places between colons; of a region a number comes last.
+Result<Measure> parse_measure(const std::string& text, Kind kind, const char* option) {
+  Measure wish;
+  wish.kind = kind;
+  std::string rest = text;
+  const auto next = [&rest] {
+    const std::size_t end = rest.find(':');
+    const std::string part = rest.substr(0, end);
+    rest = end == std::string::npos ? "" : rest.substr(end + 1);
+    return part;
+  };
+  while (!rest.empty()) {
+    const std::string part = next();
+    if (kind == Kind::region && !wish.at.empty()) {
+      char* end = nullptr;
+      wish.radius = std::strtod(part.c_str(), &end);
+      if (end == part.c_str() || *end != 0 || !(wish.radius >= 0.1 && wish.radius <= 200))
+        return Error{"this is no radius", option, part, "0.1 to 200 mm", ""};
+      continue;
+    }
+    const auto place = parse_place(part, option);
+    if (!place) return place.error();
+    wish.at.push_back(place.value());
+  }
+  if (Status error = measurement::Measurement().allows({wish, 0}, {})) {
+    error->where = option;
+    return *error;
+  }
+  return wish;
+}
+
+std::string text_of(const Measured& m, bool is_hounsfield) {
+  if (!m.trouble.empty())
+    return std::string(measurement::k_kinds[static_cast<std::size_t>(m.kind)]) + ": " + m.trouble + "\n";
+  switch (m.kind) {
+    case Kind::ruler:
+      return format_text("ruler: %.2f mm\n", m.length);
+    case Kind::angle:
+      return format_text("angle: %.2f degrees\n", m.angle);
+    case Kind::tape:
+      return format_text("tape: %.2f mm along the surface, %.2f taut, %.2f straight\n", m.length, m.taut,
+                         m.straight);
+    case Kind::region:
+      break;
+  }
+  return format_text("region: mean %.1f%s, deviation %.1f, %.0f to %.0f, %.0f mm3\n", m.mean,
+                     is_hounsfield ? " HU" : "", m.deviation, m.least, m.most, m.size);
+}
+
+Json report_of(const Measured& m) {
+  Json line = Json::array();
+  for (const dvec3& p : m.line) line.push_back(json_of(p));
+  Json json = {{"kind", measurement::k_kinds[static_cast<std::size_t>(m.kind)]}, {"line_world_mm", line}};
+  if (!m.trouble.empty()) json["trouble"] = m.trouble;
+  switch (m.kind) {
+    case Kind::ruler:
+      json["length_mm"] = m.length;
+      break;
+    case Kind::angle:
+      json["angle_degrees"] = m.angle;
+      break;
+    case Kind::tape:
+      json["length_mm"] = m.length, json["taut_mm"] = m.taut, json["straight_mm"] = m.straight;
+      break;
+    case Kind::region:
+      json["mean"] = m.mean, json["deviation"] = m.deviation, json["least"] = m.least, json["most"] = m.most;
+      json["size_mm3"] = m.size;
+      break;
+  }
+  return json;
+}
+
+/// As 3D Slicer keeps them.
+std::string markups_text(const std::vector<Measured>& all) {
+  Json root = {
+      {"@schema",
+       "https://raw.githubusercontent.com/slicer/slicer/master/Modules/Loadable/Markups/Resources/Schema/"
+       "markups-schema-v1.0.3.json#"},
+      {"markups", Json::array()}};
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    static constexpr const char* types[] = {"Line", "Angle", "Curve", "Fiducial"};
+    const auto kind = static_cast<std::size_t>(all[i].kind);
+    Json points = Json::array();
+    for (std::size_t k = 0; k < all[i].line.size(); ++k)
+      points.push_back(
+          {{"id", std::to_string(k + 1)},
+           {"label", format_text("%s %zu", std::string(measurement::k_kinds[kind]).c_str(), i + 1)},
+           {"position", json_of(all[i].line[k])},
+           {"positionStatus", "defined"}});
+    root["markups"].push_back(
+        {{"type", types[kind]}, {"coordinateSystem", "LPS"}, {"controlPoints", points}});
+  }
+  return text_of_json(root, 2) + "\n";
+}
+
+Result<Outcome> run_measure(const MeasureArguments& a) {
+  data_tools::OutputSet outputs;
+  for (const std::string& input : {a.moment.source.path, a.moment.case_source}) outputs.reads(input);
+  outputs.writes("markups", a.markups);
+  if (Status error = outputs.check()) return *error;
+  std::vector<Measure> wishes;
+  for (const auto& [texts, kind, option] :
+       {std::tuple(&a.rulers, Kind::ruler, "--ruler"), std::tuple(&a.angles, Kind::angle, "--angle"),
+        std::tuple(&a.tapes, Kind::tape, "--tape"), std::tuple(&a.regions, Kind::region, "--region")})
+    for (const std::string& text : *texts) {
+      auto wish = parse_measure(text, kind, option);
+      if (!wish) return wish.error();
+      wishes.push_back(std::move(wish).value());
+    }
+  if (wishes.empty())
+    return Error{"nothing is to be measured", "", "", "--ruler, --angle, --tape or --region", ""};
+  const auto opened = workbench::open_moment(a.moment, person());
+  if (!opened) return opened.error();
+  const workbench::Moment& moment = *opened.value();
+  if (!moment.shape && !a.tapes.empty())
+    return Error{"nobody says on what a tape lies", "--tape", "", "--iso, --window or --label", ""};
+  const volume::Field shape(*moment.scan, moment.shape.value_or(volume::Shape()));
+  Outcome outcome{new_report("measure"), "", exit_done};
+  outcome.json["measures"] = Json::array();
+  std::vector<Measured> all;
+  for (const Measure& wish : wishes) {
+    all.push_back(measurement::measure(wish, shape, *moment.version));
+    outcome.text += text_of(all.back(), moment.scan->is_hounsfield);
+    outcome.json["measures"].push_back(report_of(all.back()));
+    if (!all.back().trouble.empty()) outcome.exit_code = exit_check_failed;
+  }
+  outputs.write(a.markups, [&] { return data_tools::write_file_atomically(a.markups, markups_text(all)); });
+  if (Status error = outputs.result()) return *error;
+  for (const std::string& name : outputs.written()) outcome.text += "wrote " + name + "\n";
+  return outcome;
+}
+
+Run build(Options& options) {
+  auto a = std::make_shared<MeasureArguments>();
+  add_moment(options, a->moment);
+  add_shape(options, a->moment.shape);
+  options.add("--ruler", a->rulers, "From one place to another, mm (LPS)").type("X,Y,Z:X,Y,Z");
+  options.add("--angle", a->angles, "At the second of three places").type("P:P:P");
+  options.add("--tape", a->tapes, "Along the surface of bone, from place to place").type("P:P...");
+  options.add("--region", a->regions, "What the scan holds in a ball").type("P:R");
+  options.add("--markups", a->markups, "Write what was measured as 3D Slicer's markups").type("MRK.JSON");
+  return run_with(a, run_measure);
+}
+
+}  // namespace
+
+const Command k_measure{"measure",
+                        "Measure a scan, or a moment of a session: ruler, angle, tape along bone, region",
+                        "  trephine measure head --tape 0,-95,20:70,0,40 --ruler 0,-95,20:70,0,40\n"
+                        "  trephine measure spine --region 0,0,5:6 --angle 10,0,0:0,0,0:0,10,0 --json",
+                        build};
+
+}  // namespace trephine::app

@@ -1,0 +1,292 @@
+#include "modules/measurement/measurement.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <numeric>
+
+#include "haptics/mesh/surface_line.h"
+#include "sim/work.h"
+#include "volume/deterministic_math.h"
+#include "volume/surface_nets.h"
+
+namespace trephine::measurement {
+
+using glm::dvec3;
+using sim::field;
+
+namespace {
+
+/// degrees between two ways, by halving: no library's arc cosine.
+double angle_between(const dvec3& a, const dvec3& b) noexcept {
+  const double size = glm::length(a) * glm::length(b);
+  if (!(size > 0)) return 0;
+  const double cosine = glm::dot(a, b) / size;
+  double low = 0, high = 180;
+  for (int i = 0; i < 60; ++i) {
+    const double middle = 0.5 * (low + high);
+    (volume::deterministic_cos(middle * 3.14159265358979323846 / 180) > cosine ? low : high) = middle;
+  }
+  return 0.5 * (low + high);
+}
+
+/// The shape's surface around places, in the world.
+haptics::Surface surface_near(const volume::Field& shape, const volume::Version& version,
+                              std::span<const dvec3> places, double reach) {
+  const volume::Volume& scan = shape.volume();
+  dvec3 low = places[0], high = places[0];
+  for (const dvec3& p : places) low = glm::min(low, p), high = glm::max(high, p);
+  low -= reach, high += reach;
+  const volume::Mesh net = volume::surface_net({&shape, &version});
+  std::vector<dvec3> vertices;
+  std::vector<std::uint32_t> number(net.vertices.size(), 0xffffffffu), triangles;
+  for (std::size_t t = 0; t + 2 < net.triangles.size(); t += 3) {
+    std::array<dvec3, 3> corner;
+    bool is_near = true;
+    for (std::size_t k = 0; k < 3; ++k) {
+      corner[k] = scan.frame.world_from_volume(dvec3(net.vertices[net.triangles[t + k]]));
+      is_near = is_near && glm::all(glm::greaterThanEqual(corner[k], low)) &&
+                glm::all(glm::lessThanEqual(corner[k], high));
+    }
+    if (!is_near) continue;
+    for (std::size_t k = 0; k < 3; ++k) {
+      std::uint32_t& n = number[net.triangles[t + k]];
+      if (n == 0xffffffffu) n = static_cast<std::uint32_t>(vertices.size()), vertices.push_back(corner[k]);
+      triangles.push_back(n);
+    }
+  }
+  return {std::move(vertices), std::move(triangles)};
+}
+
+/// How deep a place lies within what is left of a shape, to first order.
+haptics::Inside inside(const volume::Field& shape, const volume::Version& version, const dvec3& world) {
+  const volume::Frame& frame = shape.volume().frame;
+  const dvec3 p = frame.volume_from_world(world);
+  const dvec3 rise = frame.gradient_world_from_volume(shape.gradient(p));
+  const double steepness = glm::length(rise), g = shape.value(p);
+  if (!(g > 0) || !(steepness > 0)) return {};
+  haptics::Inside is{std::min(g / steepness, 1.0), -rise / steepness};
+  if (version.is_untouched()) return is;
+  const double d = version.distance(p);
+  if (d <= 0) return {};
+  const dvec3 away = frame.gradient_world_from_volume(version.distance_gradient(p));
+  if (d < is.depth && glm::length(away) > 0) is = {d, -away / glm::length(away)};
+  return is;
+}
+
+void measure_tape(const Measure& wish, const volume::Field& shape, const volume::Version& version,
+                  Measured& made) {
+  double farthest = 0;
+  for (const dvec3& p : wish.at) farthest = std::max(farthest, glm::length(p - wish.at[0]));
+  // What is around the way first; all of it where nothing is there.
+  for (const double reach : {0.6 * farthest + 20, 1e6}) {
+    const haptics::Surface surface = surface_near(shape, version, wish.at, reach);
+    made.line.clear();
+    const auto places = surface.nearest_on_one_part(wish.at);
+    for (std::size_t i = 1; i < places.size(); ++i) {
+      const std::vector<dvec3> part = haptics::surface_line(surface, places[i - 1], places[i]);
+      made.line.insert(made.line.end(), part.begin() + (made.line.empty() || part.empty() ? 0 : 1),
+                       part.end());
+    }
+    if (!made.line.empty()) break;
+  }
+  if (made.line.empty()) {
+    made.trouble = "no surface joins these places";
+    return;
+  }
+  made.length = haptics::length_of(made.line);
+  made.straight = glm::length(made.line.back() - made.line.front());
+  made.taut = haptics::length_of(
+      haptics::taut_line(made.line, [&](const dvec3& p) { return inside(shape, version, p); }));
+  // What is kept says where it lies, no more.
+  constexpr std::size_t k_most = 400;
+  if (made.line.size() > k_most) {
+    std::vector<dvec3> fewer;
+    for (std::size_t i = 0; i < k_most; ++i)
+      fewer.push_back(made.line[i * (made.line.size() - 1) / (k_most - 1)]);
+    made.line = std::move(fewer);
+  }
+}
+
+void measure_region(const Measure& wish, const volume::Volume& scan, Measured& made) {
+  const dvec3 middle = scan.frame.volume_from_world(wish.at[0]);
+  glm::ivec3 low, high;
+  for (int a = 0; a < 3; ++a) {
+    // How many voxels of this axis the ball may reach over, whichever way the axes lean.
+    dvec3 unit(0.0);
+    unit[a] = 1;
+    const double reach = wish.radius * glm::length(scan.frame.gradient_world_from_volume(unit));
+    low[a] = std::max(0, static_cast<int>(std::floor(middle[a] - reach)));
+    high[a] = std::min(scan.size[a] - 1, static_cast<int>(std::ceil(middle[a] + reach)));
+  }
+  double count = 0, sum = 0, square = 0;
+  made.least = 1e300, made.most = -1e300;
+  for (int z = low.z; z <= high.z; ++z)
+    for (int y = low.y; y <= high.y; ++y)
+      for (int x = low.x; x <= high.x; ++x) {
+        const dvec3 off = scan.frame.vector_world_from_volume(dvec3(x, y, z) - middle);
+        if (glm::dot(off, off) > wish.radius * wish.radius) continue;
+        const double v = scan.voxels[scan.index(x, y, z)];
+        ++count, sum += v, square += v * v;
+        made.least = std::min(made.least, v), made.most = std::max(made.most, v);
+      }
+  if (count == 0) {
+    made.least = made.most = 0;
+    made.trouble = "no voxel's middle lies in it";
+    return;
+  }
+  made.mean = sum / count;
+  made.deviation = std::sqrt(std::max(0.0, square / count - made.mean * made.mean));
+  made.size = count * scan.frame.voxel_mm3();
+}
+
+struct Result final : sim::JobResult {
+  Measured what;
+  std::uint64_t fingerprint = 0;
+  std::uint64_t hash() const override { return fingerprint; }
+};
+
+std::shared_ptr<const sim::JobResult> run(const void* parameters, const sim::JobInput& input) {
+  const auto& wish = *static_cast<const Measure*>(parameters);
+  auto made = std::make_shared<Result>();
+  made->what = measure(wish, input.anatomy.items[static_cast<std::size_t>(wish.item)].field,
+                       *input.state.world.version);
+  volume::MixHash all;
+  sim::add_value(all, made->what);
+  made->fingerprint = all.value();
+  return made;
+}
+
+volume::Status check(const void* parameters, const haptics::TouchScene& anatomy) {
+  const auto& wish = *static_cast<const Measure*>(parameters);
+  if (wish.item < 0 || static_cast<std::size_t>(wish.item) >= anatomy.items.size() ||
+      anatomy.items[static_cast<std::size_t>(wish.item)].is_mesh())
+    return volume::Error{"there is no such shape of a volume", "measure item", std::to_string(wish.item),
+                         "a shape of the anatomy", ""};
+  return std::nullopt;
+}
+
+void adopt(const void*, const sim::JobResult& result, sim::ModuleWork& work) {
+  const auto& made = static_cast<const Result&>(result);
+  work.change_settings<Measured>() = made.what;
+  work.raise_event(made.what, made.what.line.empty() ? dvec3(0.0) : made.what.line.front());
+}
+
+}  // namespace
+
+Measured measure(const Measure& wish, const volume::Field& shape, const volume::Version& version) {
+  Measured made;
+  made.kind = wish.kind, made.is_any = true;
+  made.line = wish.at;
+  switch (wish.kind) {
+    case Kind::ruler:
+      made.length = made.straight = glm::length(wish.at[1] - wish.at[0]);
+      break;
+    case Kind::angle:
+      made.angle = angle_between(wish.at[0] - wish.at[1], wish.at[2] - wish.at[1]);
+      break;
+    case Kind::tape:
+      measure_tape(wish, shape, version, made);
+      break;
+    case Kind::region:
+      measure_region(wish, shape.volume(), made);
+      break;
+  }
+  return made;
+}
+
+std::span<const sim::JobType* const> Measurement::jobs() const {
+  static const sim::JobType job{&sim::value_type<Measure>(), run, nullptr, adopt, check};
+  static const std::array<const sim::JobType*, 1> all{&job};
+  return all;
+}
+std::span<const sim::ValueType* const> Measurement::events() const {
+  static const std::array all{&sim::value_type<Measured>()};
+  return all;
+}
+
+volume::Status Measurement::allows(const sim::Command& command, const sim::OperationState&) const {
+  const auto* wish = command.what.as<Measure>();
+  if (wish == nullptr) return std::nullopt;
+  const std::size_t count = wish->at.size();
+  const bool is_good = wish->kind == Kind::ruler    ? count == 2
+                       : wish->kind == Kind::angle  ? count == 3
+                       : wish->kind == Kind::region ? count == 1
+                                                    : count >= 2 && count <= 100;
+  if (!is_good)
+    return volume::Error{"these are not as many places as it takes", "measure at", std::to_string(count),
+                         "two for a ruler, three for an angle, one for a region, 2 to 100 for a tape", ""};
+  for (const dvec3& p : wish->at)
+    if (!(glm::dot(p, p) < 1e12))
+      return volume::Error{"a place lies nowhere", "measure at", "", "finite numbers, mm", ""};
+  return std::nullopt;
+}
+
+std::vector<sim::Measure> Measurement::measures(const sim::OperationState& now) const {
+  const auto* last = now.settings_of<Measured>();
+  if (last == nullptr) return {};
+  return {{"measured length", last->length, "mm"}, {"measured straight", last->straight, "mm"},
+          {"measured taut", last->taut, "mm"},     {"measured angle", last->angle, "degrees"},
+          {"measured mean", last->mean, ""},       {"measured deviation", last->deviation, ""}};
+}
+
+sim::Overlays Measurement::overlays(const sim::OperationState& now) const {
+  const auto* last = now.settings_of<Measured>();
+  if (last == nullptr || !last->is_any || last->line.size() < 2 || !last->trouble.empty()) return {};
+  sim::Overlay overlay;
+  overlay.kind = sim::Overlay::Kind::plan;
+  // Dashed: 2 mm and 1.5 mm of nothing, along the whole line.
+  constexpr double k_dash = 2, k_period = 3.5;  // mm
+  double at = 0;
+  for (std::size_t i = 1; i < last->line.size(); ++i) {
+    const dvec3 &a = last->line[i - 1], &b = last->line[i];
+    const double length = glm::length(b - a);
+    for (double from = 0; from < length - 1e-9;) {
+      const double phase = at + from - k_period * std::floor((at + from) / k_period);
+      const double to = std::min(length, from + (phase < k_dash ? k_dash - phase : k_period - phase) + 1e-9);
+      if (phase < k_dash) overlay.lines.push_back({a + from / length * (b - a), a + to / length * (b - a)});
+      from = to;
+    }
+    at += length;
+  }
+  char text[40];
+  if (last->kind == Kind::angle)
+    std::snprintf(text, sizeof text, "%.1f degrees", last->angle);
+  else
+    std::snprintf(text, sizeof text, "%.1f mm", last->length);
+  overlay.labels.push_back({last->line.back(), text});
+  return {overlay};
+}
+
+const sim::Schema& Measure::schema() {
+  static constexpr sim::Field fields[] = {
+      field<&Measure::kind>("kind", {.choices = k_kinds}),
+      field<&Measure::at>(
+          "at", {.unit = "mm", .help = "places in the world; of an angle the second is its corner"}),
+      field<&Measure::radius>("radius", {.unit = "mm", .low = 0.1, .high = 200, .help = "of a region"}),
+      field<&Measure::item>("item", {.low = 0, .high = 255, .help = "the shape on which a tape lies"})};
+  static constexpr sim::Schema table{"measure", 1, fields};
+  return table;
+}
+
+const sim::Schema& Measured::schema() {
+  static constexpr sim::Field fields[] = {
+      field<&Measured::kind>("kind", {.choices = k_kinds}),
+      field<&Measured::is_any>("is_any"),
+      field<&Measured::length>("length", {.unit = "mm", .help = "of a tape along the surface"}),
+      field<&Measured::straight>("straight", {.unit = "mm"}),
+      field<&Measured::taut>("taut", {.unit = "mm", .help = "of a tape pulled taut"}),
+      field<&Measured::angle>("angle", {.unit = "degrees"}),
+      field<&Measured::mean>("mean"),
+      field<&Measured::deviation>("deviation"),
+      field<&Measured::least>("least"),
+      field<&Measured::most>("most"),
+      field<&Measured::size>("size", {.unit = "mm3"}),
+      field<&Measured::trouble>("trouble"),
+      field<&Measured::line>("line", {.unit = "mm"})};
+  static constexpr sim::Schema table{"measured", 1, fields};
+  return table;
+}
+
+}  // namespace trephine::measurement

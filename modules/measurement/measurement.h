@@ -1,0 +1,50 @@
+// Rulers, angles, tapes along bone and regions of a scan, as commands of an operation.
+#pragma once
+
+#include "sim/module.h"
+
+namespace trephine::measurement {
+
+enum class Kind : std::uint8_t { ruler, angle, tape, region };
+inline constexpr std::string_view k_kinds[] = {"ruler", "angle", "tape", "region"};
+
+/// A job. It changes nothing but what is known of the operation.
+struct Measure {
+  Kind kind = Kind::ruler;
+  std::vector<glm::dvec3> at = {};  ///< mm, world; two of a ruler, three of an angle (the second is its
+                                    ///< corner), two and more of a tape, one of a region
+  double radius = 5;      ///< mm, of a region: a ball
+  std::int64_t item = 0;  ///< the shape on which a tape lies
+  static const sim::Schema& schema();
+};
+
+/// Told where it was measured, and kept: what was measured last.
+struct Measured {
+  Kind kind = Kind::ruler;
+  bool is_any = false;
+  double length = 0;    ///< mm: from end to end; of a tape along the surface as it is
+  double straight = 0;  ///< mm, of a tape: from end to end through the air
+  double taut = 0;      ///< mm, of a tape pulled taut, which bridges grooves
+  double angle = 0;     ///< degrees
+  double mean = 0, deviation = 0, least = 0, most = 0;  ///< of a region's voxels, as they were scanned
+  double size = 0;                                      ///< mm3 of these voxels
+  std::string trouble;                                  ///< why there is none of it; empty: it is there
+  std::vector<glm::dvec3> line = {};                    ///< as it lies
+  static const sim::Schema& schema();
+};
+
+/// Of a shape as `version` (frozen) has it.
+Measured measure(const Measure& wish, const volume::Field& shape, const volume::Version& version);
+
+class Measurement final : public sim::Module {
+ public:
+  std::string_view name() const noexcept override { return "measurement"; }
+  std::span<const sim::JobType* const> jobs() const override;
+  std::span<const sim::ValueType* const> events() const override;
+  sim::Value settings() const override { return Measured{}; }
+  volume::Status allows(const sim::Command& command, const sim::OperationState& now) const override;
+  std::vector<sim::Measure> measures(const sim::OperationState& now) const override;
+  sim::Overlays overlays(const sim::OperationState& now) const override;
+};
+
+}  // namespace trephine::measurement

@@ -1,0 +1,95 @@
+// Measures against closed forms, as functions and as commands of an operation.
+#include "modules/measurement/measurement.h"
+
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <gtest/gtest.h>
+
+#include "data-tools/phantoms.h"
+#include "haptics/proxy/methods.h"
+#include "sim/lockstep.h"
+#include "tests/modules/xray_scenes.h"
+#include "tests/scenes/scenes.h"
+#include "volume/removal.h"
+
+namespace trephine::measurement {
+namespace {
+
+using glm::dvec3;
+
+/// A ball of 30 mm around the origin, edges a millimetre soft, in voxels that may lean.
+std::shared_ptr<const volume::Volume> ball(const glm::dmat3& axes, const glm::ivec3& size) {
+  return fluoroscopy::scan_of(size, axes, [](const dvec3& p) {
+    return std::clamp(300 + 400 * (30 - glm::length(p)), -1000.0, 1200.0);
+  });
+}
+
+TEST(Measurement, FollowsClosedForms) {
+  const glm::dmat3 leaning(dvec3(0.9, 0, 0), dvec3(0, 0.9, 0), dvec3(0.2, 0.4, 2));
+  for (const auto& scan :
+       {ball(fluoroscopy::straight(dvec3(1)), {72, 72, 72}), ball(leaning, {84, 96, 38})}) {
+    const volume::Field bone(*scan, volume::Shape{"bone", 300});
+    volume::RemovalEditor editor(
+        std::make_shared<volume::Version>(scan, volume::CutLattice::for_burr(*scan, 6).value()), {bone});
+    const auto version = editor.freeze();
+    const auto told = [&](Kind kind, std::vector<dvec3> at, double radius = 5) {
+      return measure({kind, std::move(at), radius, 0}, bone, *version);
+    };
+    EXPECT_NEAR(told(Kind::ruler, {{1, 2, 3}, {4, 6, 15}}).length, 13, 1e-12);
+    EXPECT_NEAR(told(Kind::angle, {{5, 0, 0}, {0, 0, 0}, {0, 0, 7}}).angle, 90, 1e-9);
+    EXPECT_NEAR(told(Kind::angle, {{1, 0, 0}, {0, 0, 0}, {-1, 1e-9, 0}}).angle, 180, 1e-6);
+    EXPECT_NEAR(told(Kind::angle, {{3, 4, 0}, {0, 0, 0}, {3, 4, 0}}).angle, 0, 1e-5);
+    // A quarter of a great circle, in two parts; pulled taut it stays on the ball.
+    const double s = 30 * std::sqrt(0.5);
+    const Measured tape = told(Kind::tape, {{30, 0, 0}, {s, s, 0}, {0, 30, 0}});
+    ASSERT_EQ(tape.trouble, "");
+    EXPECT_NEAR(tape.length, 47.124, 0.01 * 47.124);
+    EXPECT_NEAR(tape.taut, 47.124, 0.01 * 47.124);
+    EXPECT_NEAR(tape.straight, 30 * std::sqrt(2.0), 0.3);
+    const Measured region = told(Kind::region, {{0, 0, 0}}, 10);
+    EXPECT_NEAR(region.mean, 1200, 1e-9);
+    EXPECT_NEAR(region.deviation, 0, 1e-6);
+    EXPECT_NEAR(region.size, 4188.8, 0.05 * 4188.8);
+    EXPECT_NE(told(Kind::region, {{0, 0, 900}}).trouble, "");
+    // A groove across the way: the surface goes into it, the tape over it.
+    editor.remove({{20, 20, -40}, {20, 20, 40}, 5});
+    const Measured cut = measure({Kind::tape, {{30, 0, 0}, {0, 30, 0}}, 5, 0}, bone, *editor.freeze());
+    EXPECT_GT(cut.length, tape.length + 1.5);
+    EXPECT_LT(cut.taut, tape.length);
+    EXPECT_GT(cut.taut, cut.straight);
+  }
+}
+
+TEST(Measurement, IsACommandOfAnOperation) {
+  data_tools::PhantomOptions o;
+  o.size = glm::ivec3(48);
+  haptics::TouchScene scene = scenes::phantom_scene("sphere", o);
+  const auto method = haptics::make_method("subvoxel").value();
+  ASSERT_FALSE(method->prepare(scene).has_value());
+  const Measurement module;
+  const sim::Catalogue catalogue({&module});
+  sim::Lockstep run(sim::Engine(scene, *method, {}, 1e-3, catalogue), {}, 1000);
+  const std::uint64_t start = run.engine().now().hash();
+  for (const Measure& bad :
+       {Measure{Kind::ruler, {dvec3(0)}}, Measure{Kind::angle, {dvec3(0), dvec3(1)}},
+        Measure{Kind::tape, {dvec3(0)}}, Measure{Kind::region, {}},
+        Measure{Kind::ruler, {dvec3(0), dvec3(NAN)}}, Measure{Kind::tape, {dvec3(0), dvec3(1)}, 5, 7}})
+    EXPECT_TRUE(run.apply_whole({bad, 0}).refused.has_value()) << sim::Value(bad).words();
+  EXPECT_EQ(run.engine().now().hash(), start);
+  EXPECT_TRUE(run.engine().overlays().empty());
+  EXPECT_FALSE(run.apply_whole({Measure{Kind::tape, {{40, 0, 0}, {0, 40, 0}}}, 0}).refused.has_value());
+  const auto* last = run.engine().now().settings_of<Measured>();
+  ASSERT_NE(last, nullptr);
+  EXPECT_NEAR(last->length / last->straight, 3.14159265 / 2 / std::sqrt(2.0), 0.02);
+  // Dashed along its whole line, with its length beside its end.
+  const sim::Overlays seen = run.engine().overlays();
+  ASSERT_EQ(seen.size(), 1u);
+  double drawn = 0;
+  for (const auto& dash : seen[0].lines) drawn += glm::length(dash[1] - dash[0]);
+  EXPECT_NEAR(drawn / last->length, 2 / 3.5, 0.06);
+  ASSERT_EQ(seen[0].labels.size(), 1u);
+  EXPECT_NE(seen[0].labels[0].text.find(" mm"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace trephine::measurement
