@@ -1,5 +1,6 @@
 #include "modules/fluoroscopy/removed_matter.h"
 
+#include <algorithm>
 #include <set>
 
 #include "volume/parallel.h"
@@ -23,6 +24,20 @@ void add_changed(const Version& of, const Version* other, std::set<std::array<in
       for (int y = first.y; y <= last.y / RemovedMatter::k_edge; ++y)
         for (int x = first.x; x <= last.x / RemovedMatter::k_edge; ++x) changed.insert({z, y, x});
   });
+}
+
+/// How much of a voxel is gone, by the distances of its samples to what was removed: unlike the masks of a
+/// version they never change, whatever stroke goes on. A sample near the surface counts in part.
+double removed_share(const Version& version, const ivec3& voxel, double softness) {
+  const volume::CutLattice& lattice = version.lattice();
+  const ivec3 low = lattice.low_of(voxel), high = lattice.high_of(voxel);
+  double sum = 0;
+  for (int z = low.z; z <= high.z; ++z)
+    for (int y = low.y; y <= high.y; ++y)
+      for (int x = low.x; x <= high.x; ++x)
+        sum += std::clamp(0.5 - version.distance_of({x, y, z}) / softness, 0.0, 1.0);
+  const ivec3 per = lattice.per_voxel();
+  return sum / (static_cast<double>(per.x) * per.y * per.z);
 }
 
 }  // namespace
@@ -50,6 +65,8 @@ std::vector<ivec3> RemovedMatter::update(const volume::LineIntegrals& lines,
   std::vector<std::uint8_t> is_any(places.size(), 0);
   const volume::Volume& base = version->base();
   const volume::CutLattice& lattice = version->lattice();
+  const double softness =
+      (lattice.frame().spacing().x + lattice.frame().spacing().y + lattice.frame().spacing().z) / 3;
   volume::parallel_for(static_cast<int>(places.size()), threads, [&](int n) {
     const auto i = static_cast<std::size_t>(n);
     const volume::VoxelBox box = box_of(places[i]);
@@ -60,7 +77,7 @@ std::vector<ivec3> RemovedMatter::update(const volume::LineIntegrals& lines,
         for (int x = box.low.x; x <= last.x; ++x) {
           const std::int16_t intensity = base.voxels[base.index(x, y, z)];
           if (intensity <= lines.weights().none) continue;
-          const double share = version->removed_share({x, y, z});
+          const double share = removed_share(*version, {x, y, z}, softness);
           if (!(share > 0)) continue;
           made[i].weights[static_cast<std::size_t>((x & 7) + 8 * ((y & 7) + 8 * (z & 7)))] =
               static_cast<float>(share * lines.weights().of(intensity));

@@ -21,8 +21,8 @@ class RemovedMatter {
     std::array<float, k_edge * k_edge * k_edge> weights{};  ///< x fastest; 0 beyond the grid
   };
 
-  /// Goes on to a version, frozen, of the volume of `lines`: only blocks in which bricks differ from those of
-  /// the one before are made anew. The blocks (voxel >> 3) that changed.
+  /// Goes on to a version of the volume of `lines`, frozen or not: only blocks in which bricks differ from
+  /// those of the one before are made anew. The blocks (voxel >> 3) that changed.
   std::vector<glm::ivec3> update(const volume::LineIntegrals& lines,
                                  std::shared_ptr<const volume::Version> version, int threads);
   /// By rising place.

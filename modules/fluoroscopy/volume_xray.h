@@ -27,9 +27,10 @@ class VolumeXray {
   /// Of a scan in Hounsfield units; one pass over it. threads 0 = all cores.
   VolumeXray(std::shared_ptr<const volume::Volume> scan, double energy_kev, int threads = 0);
 
-  /// Makes sums() those of this view and state: `version` frozen, of this scan. What is the same as the last
-  /// time is kept: of an unchanged view only rays through changed blocks and through things are traced again,
-  /// with the bits of a whole image. Error when a thing reaches the source, the image then as it was.
+  /// Makes sums() those of this view and state: `version` of this scan, frozen or not: any thread. What is
+  /// the same as the last time is kept: of an unchanged view only rays through changed blocks and through
+  /// things are traced again, with the bits of a whole image. Error when a thing reaches the source, the
+  /// image then as it was.
   volume::Status project(const View& view, std::shared_ptr<const volume::Version> version,
                          std::span<const Thing> things, volume::RaySum how, int threads = 0);
 

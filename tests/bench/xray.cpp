@@ -7,12 +7,19 @@
 #include <fstream>
 #include <glm/geometric.hpp>
 #include <glm/trigonometric.hpp>
-#include <map>
+#include <thread>
+#include <tuple>
 #include <unistd.h>
 
 #include "data-tools/phantoms.h"
+#include "haptics/device/device.h"
+#include "haptics/proxy/subvoxel_proxy.h"
+#include "modules/drilling/burr.h"
+#include "modules/fluoroscopy/volume_xray.h"
+#include "sim/live_session.h"
 #include "tests/bench/measure.h"
 #include "tests/checker/exact_traversal.h"
+#include "tests/scenes/scenes.h"
 #include "volume/line_integrals.h"
 
 namespace trephine::bench {
@@ -103,7 +110,7 @@ std::vector<float> read_pfm(const fs::path& file, int pixels) {
   std::vector<float> image(static_cast<std::size_t>(pixels * pixels)), turned(image.size());
   in.read(reinterpret_cast<char*>(image.data()), static_cast<std::streamsize>(image.size() * sizeof(float)));
   for (int j = 0; j < pixels; ++j)
-    std::copy_n(image.begin() + j * pixels, pixels, turned.begin() + (j) * pixels);
+    std::copy_n(image.begin() + j * pixels, pixels, turned.begin() + (j)*pixels);
   return in ? turned : std::vector<float>();
 }
 
@@ -204,6 +211,47 @@ std::vector<XrayRow> run_xray_benchmark(int size, int pixels) {
     fs::remove_all(folder, ignored);
   }
   return rows;
+}
+
+XrayBesideServo run_xray_beside_servo(double seconds) {
+  XrayBesideServo result;
+  haptics::TouchScene scene =
+      scenes::scene_of(data_tools::make_phantom("spine").value(), {}, volume::Shape{"bone", 140});
+  if (haptics::set_smallest_burr(scene, 4)) return result;
+  haptics::SubvoxelProxy method;
+  if (method.prepare(scene)) return result;
+  // Into the spinous process from the back, up and down.
+  std::vector<haptics::PosePath::Sample> samples{{0, {{0, 90, 0}}}};
+  for (int i = 0; i <= static_cast<int>(seconds); ++i)
+    samples.push_back({0.5 + i, {{0, 66.0 - 3 * i, i % 2 ? 4.0 : -4.0}}});
+  const haptics::PosePath path = haptics::PosePath::from_samples(std::move(samples), "bench").value();
+  for (const auto& [name, pixels, is_turning] :
+       {std::tuple("none", 0, false), std::tuple("256, still", 256, false),
+        std::tuple("256, turning", 256, true), std::tuple("1024, turning", 1024, true)}) {
+    haptics::VirtualDevice device(path, {});
+    haptics::Device* const devices[] = {&device};
+    sim::Engine engine(scene, method, drilling::burr({}), 1e-3);
+    sim::LiveSession live(devices, std::move(engine), haptics::ServoOptions());
+    fluoroscopy::VolumeXray xray(scene.base, 60);
+    if (live.start()) return result;
+    std::vector<double> us;
+    const auto begin = Clock::now();
+    while (seconds_since(begin) < seconds) {
+      if (pixels == 0) {
+        std::this_thread::sleep_for(std::chrono::milliseconds(20));
+        continue;
+      }
+      fluoroscopy::CArm arm;
+      arm.columns = arm.rows = pixels, arm.pixel = 307.2 / pixels;
+      arm.primary = is_turning ? 40 * seconds_since(begin) : 30;
+      const auto start = Clock::now();
+      if (xray.project(fluoroscopy::View(arm), live.fetch_state().version, {}, volume::RaySum::exact)) break;
+      us.push_back(1e6 * seconds_since(start));
+    }
+    live.stop();
+    result.parts.push_back({name, times_of(us), live.servo_report()});
+  }
+  return result;
 }
 
 }  // namespace trephine::bench

@@ -5,6 +5,9 @@
 #include <string>
 #include <vector>
 
+#include "haptics/servo/servo_loop.h"
+#include "tests/bench/measure.h"
+
 namespace trephine::bench {
 
 struct XrayRow {
@@ -23,5 +26,16 @@ struct XrayRow {
 };
 /// size^3 voxels to pixels^2.
 std::vector<XrayRow> run_xray_benchmark(int size, int pixels);
+
+/// X-rays of the built-in spine while a hand drills it at 1 kHz, for some seconds each.
+struct XrayBesideServo {
+  struct Part {
+    std::string name;  ///< "none", "256, still", "256, turning", "1024, turning"
+    StepTimes image;   ///< us, of an image, from state to line integrals
+    haptics::ServoReport servo;
+  };
+  std::vector<Part> parts;
+};
+XrayBesideServo run_xray_beside_servo(double seconds);
 
 }  // namespace trephine::bench
