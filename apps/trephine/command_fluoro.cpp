@@ -116,6 +116,20 @@ Result<CArm> arm_of(const FluoroArguments& a, const workbench::Moment& moment, c
   return arm;
 }
 
+/// May some ray meet the scan? By the box of where its corners are seen.
+bool sees(const View& view, const volume::Volume& scan) {
+  dvec2 low(1e300), high(-1e300);
+  for (int corner = 0; corner < 8; ++corner) {
+    const dvec3 at{corner & 1 ? scan.size.x - 0.5 : -0.5, corner & 2 ? scan.size.y - 0.5 : -0.5,
+                   corner & 4 ? scan.size.z - 0.5 : -0.5};
+    const auto seen = view.seen(scan.frame.world_from_volume(at));
+    if (!seen) return true;  // around the source
+    low = glm::min(low, *seen), high = glm::max(high, *seen);
+  }
+  return high.x >= view.open.column_low && high.y >= view.open.row_low && low.x < view.open.column_high &&
+         low.y < view.open.row_high;
+}
+
 view::SlicePanel panel_of(const std::vector<float>& received, const View& view, const CArm& arm,
                           const FluoroArguments& a, std::span<const std::uint8_t> hidden) {
   fluoroscopy::Display display;
@@ -226,6 +240,10 @@ Result<Outcome> run_fluoro(const FluoroArguments& a) {
   outputs.writes("dicom", a.dicom);
   outputs.writes("sums", a.sums);
   if (Status error = outputs.check()) return *error;
+  for (const auto& [path, extension, option] :
+       {std::tuple(&a.dicom, ".dcm", "--dicom"), std::tuple(&a.sums, ".mha", "--sums")})
+    if (!path->empty() && !data_tools::has_extension(*path, extension))
+      return Error{"the file has another extension", option, "", std::string("NAME") + extension, ""};
   const auto range = [](double v, double low, double high, const char* what) -> Status {
     if (v >= low && v <= high) return std::nullopt;
     return Error{"the value is out of range", what, format_text("%g", v), format_text("%g to %g", low, high),
@@ -258,6 +276,10 @@ Result<Outcome> run_fluoro(const FluoroArguments& a) {
   if (!placed) return placed.error();
   const CArm& arm = placed.value();
   const View view(arm), fine = view.refined(a.rays);
+  if (!sees(view, *moment.scan))
+    return Error{"no ray meets the scan", "--isocentre",
+                 format_text("%.1f, %.1f, %.1f", arm.isocentre.x, arm.isocentre.y, arm.isocentre.z),
+                 "a beam through the scan", "leave the isocentre out: the scan's middle"};
   for (const auto& thing : moment.things)
     if (Status error = check_closed(thing)) return *error;
 

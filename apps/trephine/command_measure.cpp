@@ -64,8 +64,11 @@ std::string text_of(const Measured& m, bool is_hounsfield) {
     case Kind::angle:
       return format_text("angle: %.2f degrees\n", m.angle);
     case Kind::tape:
-      return format_text("tape: %.2f mm along the surface, %.2f taut, %.2f straight\n", m.length, m.taut,
-                         m.straight);
+      return format_text(
+          "tape: %.2f mm along the surface, %.2f taut, %.2f straight; its places lie up to %.1f mm from "
+          "those "
+          "said\n",
+          m.length, m.taut, m.straight, m.moved);
     case Kind::region:
       break;
   }
@@ -87,6 +90,7 @@ Json report_of(const Measured& m) {
       break;
     case Kind::tape:
       json["length_mm"] = m.length, json["taut_mm"] = m.taut, json["straight_mm"] = m.straight;
+      json["moved_mm"] = m.moved;
       break;
     case Kind::region:
       json["mean"] = m.mean, json["deviation"] = m.deviation, json["least"] = m.least, json["most"] = m.most;
@@ -124,6 +128,8 @@ Result<Outcome> run_measure(const MeasureArguments& a) {
   for (const std::string& input : {a.moment.source.path, a.moment.case_source}) outputs.reads(input);
   outputs.writes("markups", a.markups);
   if (Status error = outputs.check()) return *error;
+  if (!a.markups.empty() && !data_tools::has_extension(a.markups, ".json"))
+    return Error{"markups have another extension", "--markups", "", "NAME.mrk.json", ""};
   std::vector<Measure> wishes;
   for (const auto& [texts, kind, option] :
        {std::tuple(&a.rulers, Kind::ruler, "--ruler"), std::tuple(&a.angles, Kind::angle, "--angle"),
@@ -139,7 +145,7 @@ Result<Outcome> run_measure(const MeasureArguments& a) {
   if (!opened) return opened.error();
   const workbench::Moment& moment = *opened.value();
   if (!moment.shape && !a.tapes.empty())
-    return Error{"nobody says on what a tape lies", "--tape", "", "--iso, --window or --label", ""};
+    return Error{"nobody says on what a tape lies", "--tape", "", "--iso, --window, --label or --auto", ""};
   const volume::Field shape(*moment.scan, moment.shape.value_or(volume::Shape()));
   Outcome outcome{new_report("measure"), "", exit_done};
   outcome.json["measures"] = Json::array();
@@ -172,7 +178,7 @@ Run build(Options& options) {
 
 const Command k_measure{"measure",
                         "Measure a scan, or a moment of a session: ruler, angle, tape along bone, region",
-                        "  trephine measure head --tape 0,-95,20:70,0,40 --ruler 0,-95,20:70,0,40\n"
+                        "  trephine measure head --tape 0,-88,20:74,0,40 --ruler 0,-88,20:74,0,40\n"
                         "  trephine measure spine --region 0,0,5:6 --angle 10,0,0:0,0,0:0,10,0 --json",
                         build};
 

@@ -5,6 +5,7 @@
 
 #include "apps/trephine/commands.h"
 #include "apps/trephine/plane_options.h"
+#include "apps/trephine/surface_image.h"
 #include "apps/view/slice_picture.h"
 #include "apps/workbench/moment.h"
 #include "data-tools/atomic_file.h"
@@ -92,7 +93,7 @@ Result<Outcome> run_section(const SectionArguments& a) {
   if (!opened) return opened.error();
   const workbench::Moment& moment = *opened.value();
   if (!moment.shape)
-    return Error{"nobody says what is bone", "section", "", "--iso, --window or --label", ""};
+    return Error{"nobody says what is bone", "section", "", "--iso, --window, --label or --auto", ""};
   const auto placed = plane_of(a.plane, moment);
   if (!placed) return placed.error();
   const ImagePlane& plane = placed.value();
@@ -107,6 +108,7 @@ Result<Outcome> run_section(const SectionArguments& a) {
             {Object::Kind::structure, s.shape.name,
              cross_section::cut_volume(plane, volume::Field(*moment.scan, s.shape), moment.version.get())});
   for (const workbench::Moment::Thing& thing : moment.things) {
+    if (Status error = check_closed(thing)) return *error;
     cross_section::SectionMesh mesh;
     for (const dvec3& v : thing.tree->vertices())
       mesh.vertices_world.push_back(thing.place.world_from_local(v));
@@ -161,7 +163,21 @@ Result<Outcome> run_section(const SectionArguments& a) {
     outcome.text += format_text("%s: %.1f mm2\n", object.name.c_str(), object.cut.area);
     has_models |= object.kind == Object::Kind::model;
   }
+  if (a.plane.width > 0)
+    outcome.text +=
+        format_text("of structures and bone, what lies in the %g mm that are shown\n", a.plane.width);
   if (has_models) {
+    double whole = 0, drawn = 0;  // of their outlines; of what the picture shows of each
+    for (const Object& object : objects)
+      if (object.kind == Object::Kind::model) {
+        whole += object.cut.area;
+        for (const std::uint8_t in : object.cut.inside) drawn += in * pixel_mm2;
+      }
+    const double beyond = std::max(0.0, whole - drawn);
+    json["models_beyond_picture_mm2"] = beyond;
+    if (beyond > 0.01 * whole + 1)
+      outcome.text +=
+          format_text("of models %.1f mm2 lie beyond the picture, and are not among those below\n", beyond);
     json["models_mm2"] = of_models * pixel_mm2;
     json["models_outside_bone_mm2"] = outside * pixel_mm2;
     outcome.text += format_text("of models %.1f mm2 lie outside bone (red)\n", outside * pixel_mm2);

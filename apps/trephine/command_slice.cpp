@@ -5,8 +5,10 @@
 
 #include "apps/trephine/commands.h"
 #include "apps/trephine/plane_options.h"
+#include "apps/trephine/surface_image.h"
 #include "apps/view/slice_picture.h"
 #include "data-tools/output_set.h"
+#include "data-tools/writing.h"
 #include "modules/cross_section/section.h"
 #include "volume/operated_volume.h"
 #include "volume/reslice.h"
@@ -88,17 +90,20 @@ Status draw_in(const SliceArguments& a, const workbench::Moment& moment, const I
   };
   const volume::Volume& scan = *moment.scan;
   if (a.has_labels) {
-    static constexpr view::SlicePanel::Colour colours[] = {{255, 120, 90}, {120, 200, 255}, {140, 230, 120},
-                                                           {240, 210, 90}, {220, 130, 240}, {130, 240, 220}};
     for (std::size_t label = 1; label < scan.label_names.size(); ++label) {
       volume::Shape shape{scan.label_names[label]};
       shape.label = static_cast<int>(label);
       const cross_section::Cut cut =
           cross_section::cut_volume(plane, volume::Field(scan, shape), moment.version.get());
-      add(cut.outline, colours[label % std::size(colours)], scan.label_names[label]);
+      const dvec3 share = data_tools::label_colour(static_cast<int>(label), scan.label_colours);
+      add(cut.outline,
+          {static_cast<std::uint8_t>(255 * share.x), static_cast<std::uint8_t>(255 * share.y),
+           static_cast<std::uint8_t>(255 * share.z)},
+          scan.label_names[label]);
     }
   }
   for (const workbench::Moment::Thing& thing : moment.things) {
+    if (Status error = check_closed(thing)) return *error;
     cross_section::SectionMesh mesh;
     for (const dvec3& v : thing.tree->vertices())
       mesh.vertices_world.push_back(thing.place.world_from_local(v));

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "apps/workbench/text.h"
+#include "data-tools/phantom_cases.h"
 
 namespace trephine::workbench {
 
@@ -44,6 +45,7 @@ Status go_to(Moment& moment, std::uint64_t tick) {
   moment.scan = scene.base;
   moment.version = engine.current();
   moment.plan = session.source.plan;
+  if (!moment.plan && session.source.is_builtin) moment.plan = data_tools::phantom_plan(session.source.name);
   const auto& bodies = engine.now().world.bodies;
   const haptics::ServoHand& hand = engine.servo_scene()->hands[0];
   for (const haptics::TouchItem& item : scene.items) {

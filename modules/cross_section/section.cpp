@@ -142,7 +142,7 @@ volume::Result<Cut> cut_mesh(const ImagePlane& plane, const SectionMesh& mesh, i
   if (const auto open = open_edges(mesh); !open.empty()) {
     char found[200];
     const auto& [a, b] = open.front();
-    std::snprintf(found, sizeof found, "%zu open edges, the first from %.2f, %.2f, %.2f to %.2f, %.2f, %.2f",
+    std::snprintf(found, sizeof found, "%zu open edges, the first from %.5g, %.5g, %.5g to %.5g, %.5g, %.5g",
                   open.size(), a.x, a.y, a.z, b.x, b.y, b.z);
     return volume::Error{"the mesh is not closed", "mesh", found, "no open edges",
                          "close it in a mesh editor"};

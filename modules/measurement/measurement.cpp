@@ -18,6 +18,8 @@ using sim::field;
 
 namespace {
 
+constexpr double k_farthest = 25;  // mm, from where a tape's place is said to where it lies
+
 /// degrees between two ways, by halving: no library's arc cosine.
 double angle_between(const dvec3& a, const dvec3& b) noexcept {
   const double size = glm::length(a) * glm::length(b);
@@ -84,6 +86,9 @@ void measure_tape(const Measure& wish, const volume::Field& shape, const volume:
     const haptics::Surface surface = surface_near(shape, version, wish.at, reach);
     made.line.clear();
     const auto places = surface.nearest_on_one_part(wish.at);
+    made.moved = 0;
+    for (std::size_t i = 0; i < places.size(); ++i)
+      made.moved = std::max(made.moved, glm::length(places[i].at - wish.at[i]));
     for (std::size_t i = 1; i < places.size(); ++i) {
       const std::vector<dvec3> part = haptics::surface_line(surface, places[i - 1], places[i]);
       made.line.insert(made.line.end(), part.begin() + (made.line.empty() || part.empty() ? 0 : 1),
@@ -93,6 +98,14 @@ void measure_tape(const Measure& wish, const volume::Field& shape, const volume:
   }
   if (made.line.empty()) {
     made.trouble = "no surface joins these places";
+    return;
+  }
+  if (made.moved > k_farthest) {
+    char text[80];
+    std::snprintf(text, sizeof text, "a place lies %.1f mm from the surface; at most %.0f", made.moved,
+                  k_farthest);
+    made.trouble = text;
+    made.line = wish.at;
     return;
   }
   made.length = haptics::length_of(made.line);
@@ -217,6 +230,8 @@ volume::Status Measurement::allows(const sim::Command& command, const sim::Opera
   if (!is_good)
     return volume::Error{"these are not as many places as it takes", "measure at", std::to_string(count),
                          "two for a ruler, three for an angle, one for a region, 2 to 100 for a tape", ""};
+  if (wish->kind == Kind::angle && count == 3 && (wish->at[0] == wish->at[1] || wish->at[2] == wish->at[1]))
+    return volume::Error{"an angle's corner is one of its ends", "measure at", "", "three places", ""};
   for (const dvec3& p : wish->at)
     if (!(glm::dot(p, p) < 1e12))
       return volume::Error{"a place lies nowhere", "measure at", "", "finite numbers, mm", ""};
@@ -277,6 +292,8 @@ const sim::Schema& Measured::schema() {
       field<&Measured::length>("length", {.unit = "mm", .help = "of a tape along the surface"}),
       field<&Measured::straight>("straight", {.unit = "mm"}),
       field<&Measured::taut>("taut", {.unit = "mm", .help = "of a tape pulled taut"}),
+      field<&Measured::moved>("moved",
+                              {.unit = "mm", .help = "from a tape's places to the surface, at most"}),
       field<&Measured::angle>("angle", {.unit = "degrees"}),
       field<&Measured::mean>("mean"),
       field<&Measured::deviation>("deviation"),

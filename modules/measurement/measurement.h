@@ -13,8 +13,8 @@ struct Measure {
   Kind kind = Kind::ruler;
   std::vector<glm::dvec3> at = {};  ///< mm, world; two of a ruler, three of an angle (the second is its
                                     ///< corner), two and more of a tape, one of a region
-  double radius = 5;      ///< mm, of a region: a ball
-  std::int64_t item = 0;  ///< the shape on which a tape lies
+  double radius = 5;                ///< mm, of a region: a ball
+  std::int64_t item = 0;            ///< the shape on which a tape lies
   static const sim::Schema& schema();
 };
 
@@ -25,6 +25,7 @@ struct Measured {
   double length = 0;    ///< mm: from end to end; of a tape along the surface as it is
   double straight = 0;  ///< mm, of a tape: from end to end through the air
   double taut = 0;      ///< mm, of a tape pulled taut, which bridges grooves
+  double moved = 0;     ///< mm, how far from its place an end or corner of a tape lies at most
   double angle = 0;     ///< degrees
   double mean = 0, deviation = 0, least = 0, most = 0;  ///< of a region's voxels, as they were scanned
   double size = 0;                                      ///< mm3 of these voxels

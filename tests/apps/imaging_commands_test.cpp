@@ -155,7 +155,10 @@ TEST_F(Command, ACArmGoesAroundTwoScrews) {
   EXPECT_GT(fs::file_size(folder_ / "shot.png"), 5000u);
   const std::string plane = " --at 0,22,5.8 --normal 0,0.05,-1 --pixel 0.1 ";
   const Json section = json("section t.session" + plane + "-o s.png --svg s.svg");
-  ASSERT_EQ(section["objects"].size(), 3u);
+  ASSERT_EQ(section["objects"].size(), 6u);  // bone, what the plan says must not be cut, two screws
+  // What of a screw lies beyond the picture is told.
+  const Json narrow = json("section spine --screw=-18.8,37.8,6.6:-6.5,-9.5,4.1:6.5 --width 40" + plane);
+  EXPECT_GT(narrow["models_beyond_picture_mm2"], 100);
   // The judge: the planned screw alone has only its head outside; that of the left side a strip more.
   const Json planned = json("section spine --screw=-18.8,37.8,6.6:-6.5,-9.5,4.1:6.5" + plane);
   const Json wrong = json("section spine --screw=15.8,37.8,6.6:-3.5,-5.5,4.1:6.5" + plane);
@@ -210,7 +213,7 @@ TEST_F(Command, ASliceShowsTheScanAsItIs) {
 /// Rulers, angles, tapes and regions; as markups they come back as a plan.
 TEST_F(Command, MeasuresAreToldAndKept) {
   const Json told = json(
-      "measure head --ruler 0,0,0:3,4,12 --angle 5,0,0:0,0,0:0,0,9 --tape 0,-125,20:100,0,40 --region "
+      "measure head --ruler 0,0,0:3,4,12 --angle 5,0,0:0,0,0:0,0,9 --tape 0,-88,20:74,0,40 --region "
       "0,0,5:6 "
       "--markups m.mrk.json");
   ASSERT_EQ(told["measures"].size(), 4u);
@@ -218,6 +221,9 @@ TEST_F(Command, MeasuresAreToldAndKept) {
   EXPECT_NEAR(told["measures"][1]["angle_degrees"].get<double>(), 90, 1e-6);
   const Json& tape = told["measures"][2];
   EXPECT_GT(tape["length_mm"].get<double>(), tape["straight_mm"].get<double>() + 5);
+  EXPECT_GT(tape["moved_mm"], 1);
+  EXPECT_LT(tape["moved_mm"], 25);
+  EXPECT_NE(run("measure head --tape 5000,0,0:0,-125,20").out.find("from the surface"), std::string::npos);
   EXPECT_LE(tape["taut_mm"].get<double>(), tape["length_mm"].get<double>());
   EXPECT_NEAR(told["measures"][3]["mean"].get<double>(), 27, 5);  // brain
   const auto plan = data_tools::read_plan(file("m.mrk.json"));
@@ -227,8 +233,8 @@ TEST_F(Command, MeasuresAreToldAndKept) {
   // In a session: a job, told, expected by scripts, replayed.
   write("m.toml",
         "schema = 1\nscan = \"head\"\nrate = 250\n[[hands]]\npoints = [[0, 0, 0, 150], [0.2, 0, 0, 150]]\n"
-        "[[do]]\nat = 0.1\ncommand = \"measure\"\nwith = \"kind=tape at=0,-125,20;100,0,40\"\n"
-        "[[expect]]\nwhat = \"measured length\"\nleast = 118\nmost = 125\n");
+        "[[do]]\nat = 0.1\ncommand = \"measure\"\nwith = \"kind=tape at=0,-88,20;74,0,40\"\n"
+        "[[expect]]\nwhat = \"measured length\"\nleast = 112\nmost = 125\n");
   EXPECT_EQ(json("run m.toml --record m.session")["is_met"], true);
   EXPECT_EQ(json("replay m.session --verify")["is_same"], true);
   for (const auto& [arguments, words] :
@@ -248,9 +254,16 @@ TEST_F(Command, WhatNoXrayCanBeIsSaid) {
         "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
         "element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n9 0 0\n0 9 0\n3 0 1 2\n");
   write("no.dcm", "nothing");
+  std::string inward = beads_ply({{0, 0, 0}}, 3);
+  for (std::size_t at = inward.find("\n3 "); at != std::string::npos; at = inward.find("\n3 ", at + 1))
+    std::swap(inward[at + 5], inward[at + 7]);
+  write("inward.ply", inward);
   for (const auto& [arguments, words] : std::initializer_list<std::pair<std::string, std::string>>{
            {"spine --view sideways", "sideways"},
            {"spine --to-patient 1200", "between source and detector"},
+           {"spine --isocentre 1000,0,0", "no ray meets the scan"},
+           {"spine --model inward.ply", "looks inward"},
+           {"spine --sums a.txt", "another extension"},
            {"spine --energy 500", "out of range"},
            {"spine --collimate 10", "no field"},
            {"spine --isocentre 1,2", "X,Y,Z"},
@@ -266,7 +279,7 @@ TEST_F(Command, WhatNoXrayCanBeIsSaid) {
     EXPECT_NE(bad.err.find(words), std::string::npos) << arguments << "\n" << bad.err;
     if (!is_whole() && arguments == "spine --energy 500") break;
   }
-  EXPECT_EQ(leftovers({"open.ply", "no.dcm"}), "");
+  EXPECT_EQ(leftovers({"open.ply", "no.dcm", "inward.ply"}), "");
 }
 
 }  // namespace
