@@ -5,7 +5,6 @@
 
 #include "apps/trephine/commands.h"
 #include "apps/trephine/plane_options.h"
-#include "apps/trephine/surface_image.h"
 #include "apps/view/slice_picture.h"
 #include "apps/workbench/moment.h"
 #include "data-tools/atomic_file.h"
@@ -108,17 +107,8 @@ Result<Outcome> run_section(const SectionArguments& a) {
             {Object::Kind::structure, s.shape.name,
              cross_section::cut_volume(plane, volume::Field(*moment.scan, s.shape), moment.version.get())});
   for (const workbench::Moment::Thing& thing : moment.things) {
-    if (Status error = check_closed(thing)) return *error;
-    cross_section::SectionMesh mesh;
-    for (const dvec3& v : thing.tree->vertices())
-      mesh.vertices_world.push_back(thing.place.world_from_local(v));
-    mesh.triangles = thing.tree->triangles();
-    auto cut = cross_section::cut_mesh(plane, mesh);
-    if (!cut) {
-      Error error = cut.error();
-      error.where = thing.name;
-      return error;
-    }
+    auto cut = cut_of(plane, thing);
+    if (!cut) return cut.error();
     objects.push_back(
         {thing.is_piece ? Object::Kind::piece : Object::Kind::model, thing.name, std::move(cut).value()});
   }
@@ -190,6 +180,10 @@ Result<Outcome> run_section(const SectionArguments& a) {
   for (const Object& object : objects)
     for (const cross_section::Loop& loop : object.cut.outline)
       panel.lines.push_back({loop, {20, 20, 20}, true, ""});
+  if (std::any_of(objects.begin(), objects.end(), [](const Object& object) {
+        return object.kind == Object::Kind::structure && object.cut.area > 0;
+      }))
+    panel.lines.push_back({{}, colour_of(Object::Kind::structure), true, "must not be cut"});
   if (has_models && outside > 0) panel.lines.push_back({{}, k_outside, true, "outside bone"});
   outputs.write(a.output, [&] { return view::write_slices({panel}, a.output, 720); });
   outputs.write(a.svg, [&] { return data_tools::write_file_atomically(a.svg, svg_of(plane, objects)); });

@@ -5,7 +5,6 @@
 
 #include "apps/trephine/commands.h"
 #include "apps/trephine/plane_options.h"
-#include "apps/trephine/surface_image.h"
 #include "apps/view/slice_picture.h"
 #include "data-tools/output_set.h"
 #include "data-tools/writing.h"
@@ -103,17 +102,8 @@ Status draw_in(const SliceArguments& a, const workbench::Moment& moment, const I
     }
   }
   for (const workbench::Moment::Thing& thing : moment.things) {
-    if (Status error = check_closed(thing)) return *error;
-    cross_section::SectionMesh mesh;
-    for (const dvec3& v : thing.tree->vertices())
-      mesh.vertices_world.push_back(thing.place.world_from_local(v));
-    mesh.triangles = thing.tree->triangles();
-    const auto cut = cross_section::cut_mesh(plane, mesh);
-    if (!cut) {
-      Error error = cut.error();
-      error.where = thing.name;
-      return error;
-    }
+    auto cut = cut_of(plane, thing);
+    if (!cut) return cut.error();
     add(cut.value().outline, {255, 255, 255}, thing.name);
   }
   // Of the plan what lies within 2 mm of the plane; farther away it says nothing here.

@@ -66,6 +66,27 @@ std::map<std::pair<std::uint32_t, std::uint32_t>, int> unmatched(std::span<const
   return count;
 }
 
+/// Ways from edge to edge, end to end, as loops; place(edge): where on it.
+template <class Edge, class Place>
+std::vector<Loop> chained(std::multimap<Edge, Edge>& ways, const Place& place) {
+  std::vector<Loop> loops;
+  while (!ways.empty()) {
+    Loop loop;
+    auto at = ways.begin();
+    const Edge begin = at->first;
+    for (;;) {
+      loop.push_back(place(at->first));
+      const Edge next = at->second;
+      ways.erase(at);
+      if (next == begin) break;
+      at = ways.find(next);
+      if (at == ways.end()) break;
+    }
+    if (loop.size() > 2) loops.push_back(std::move(loop));
+  }
+  return loops;
+}
+
 /// Where the plane (a hair before it) cuts the triangles, end to end.
 std::vector<Loop> loops_of(const Welded& mesh) {
   using Edge = std::pair<std::uint32_t, std::uint32_t>;
@@ -91,22 +112,7 @@ std::vector<Loop> loops_of(const Welded& mesh) {
                  static_cast<double>(a.v) + t * static_cast<double>(b.v - a.v)) /
            k_fine;
   };
-  std::vector<Loop> loops;
-  while (!ways.empty()) {
-    Loop loop;
-    auto at = ways.begin();
-    const Edge begin = at->first;
-    for (;;) {
-      loop.push_back(place(at->first));
-      const Edge next = at->second;
-      ways.erase(at);
-      if (next == begin) break;
-      at = ways.find(next);
-      if (at == ways.end()) break;
-    }
-    if (loop.size() > 2) loops.push_back(std::move(loop));
-  }
-  return loops;
+  return chained(ways, place);
 }
 
 }  // namespace
@@ -279,20 +285,7 @@ Cut cut_volume(const ImagePlane& plane, const volume::Field& field, const volume
     const dvec2 from = plane.of_pixel(e[0], e[1]), to = plane.of_pixel(i2, j2);
     return from + t * (to - from);
   };
-  while (!ways.empty()) {
-    Loop loop;
-    auto at = ways.begin();
-    const Edge begin = at->first;
-    for (;;) {
-      loop.push_back(place(at->first));
-      const Edge next = at->second;
-      ways.erase(at);
-      if (next == begin) break;
-      at = ways.find(next);
-      if (at == ways.end()) break;
-    }
-    if (loop.size() > 2) cut.outline.push_back(std::move(loop));
-  }
+  cut.outline = chained(ways, place);
   cut.area = area_of(cut.outline);
   return cut;
 }
