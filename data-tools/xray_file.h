@@ -30,7 +30,7 @@ struct XrayToWrite {
   static constexpr double k_log_steps = 8192;  ///< a factor e less
   int column_low = 0, row_low = 0, column_high = 0, row_high = 0;  ///< what collimators leave open
   std::uint16_t darkest = 0, brightest = 65535;                    ///< the window to show it with
-  double energy_kev = 0, voltage_kv = 0, exposure_ms = 0, current_ma = 0;
+  double voltage_kv = 0, exposure_ms = 0, current_ma = 0;
   double area_product = 0;      ///< mGy cm2
   std::uint64_t scan_hash = 0;  ///< of what was seen: images of one scan share a frame of reference
 };

@@ -8,6 +8,16 @@ namespace trephine::volume {
 
 using glm::dvec3;
 
+std::array<dvec3, 8> corners_world(const Frame& frame, const glm::ivec3& low,
+                                   const glm::ivec3& high) noexcept {
+  std::array<dvec3, 8> corners;
+  for (int i = 0; i < 8; ++i)
+    corners[static_cast<std::size_t>(i)] =
+        frame.world_from_volume({i & 1 ? high.x + 0.5 : low.x - 0.5, i & 2 ? high.y + 0.5 : low.y - 0.5,
+                                 i & 4 ? high.z + 0.5 : low.z - 0.5});
+  return corners;
+}
+
 bool turn_plane(ImagePlane& plane, std::string_view name) noexcept {
   if (name == "axial")
     plane.right = {1, 0, 0}, plane.up = {0, -1, 0};

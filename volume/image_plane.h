@@ -1,6 +1,7 @@
 // A plane of pixels in the world: what slices and sections are made in.
 #pragma once
 
+#include <array>
 #include <glm/vec2.hpp>
 #include <optional>
 #include <string_view>
@@ -36,6 +37,10 @@ struct ImagePlane {
     return off.x * n.x + off.y * n.y + off.z * n.z;
   }
 };
+
+/// The outer corners of the voxels low .. high.
+std::array<glm::dvec3, 8> corners_world(const Frame& frame, const glm::ivec3& low,
+                                        const glm::ivec3& high) noexcept;
 
 /// As radiologists look at them: axial from the feet, coronal from the front, sagittal from the patient's
 /// left with the face to the left.

@@ -18,7 +18,8 @@ constexpr int k_block = 8;  // voxels, and slabs a layer
 constexpr int k_tile_columns = 64, k_tile_rows = 16;
 constexpr double k_shallow = 0x1p-13;  // voxels a slab: below it a crossing is found in double precision
 constexpr double k_near = 1e-9;        // voxels, of rays that may lie in a plane
-constexpr double k_far = 0x1p18;       // voxels, beyond which fractions lose digits
+constexpr std::size_t k_most_voxels = std::size_t{1} << 31;  // more are summed up ray by ray
+constexpr double k_far = 0x1p18;                             // voxels, beyond which fractions lose digits
 
 bool is_traceable(const dvec3& p) noexcept {
   for (int a = 0; a < 3; ++a)
@@ -115,12 +116,6 @@ void LineIntegrals::find_filled(int threads) {
             view.bits[view.word(block[view.d], block[view.b], block[view.a] >> 6)] |= std::uint64_t{1}
                                                                                       << (block[view.a] & 63);
   }
-}
-
-std::size_t LineIntegrals::bytes() const noexcept {
-  std::size_t sum = 0;
-  for (const View& view : views_) sum += view.bits.size() * sizeof(std::uint64_t);
-  return sum;
 }
 
 /// Are all blocks of a layer empty that meet the box? Its ends in voxels, of which i holds [i, i + 1).
@@ -223,7 +218,9 @@ void LineIntegrals::integrate_tile(const RayFan& fan, const PixelBox& tile, RayS
       packet.column.fill(-1);
       std::size_t first = 8, last = 0;
       packet.row = j;
-      const bool is_wide = view.slabs.size_a > 1 && view.slabs.size_b > 1;
+      // Offsets within a slab are 32 bit.
+      const bool is_wide =
+          view.slabs.size_a > 1 && view.slabs.size_b > 1 && volume_->voxels.size() < k_most_voxels;
       for (std::size_t lane = 0; lane < 8 && i + static_cast<int>(lane) < tile.column_high; ++lane) {
         const int column = i + static_cast<int>(lane);
         if (column < tile.column_low) continue;

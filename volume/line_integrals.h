@@ -64,14 +64,12 @@ class LineIntegrals {
   /// The exact sum of one ray between two of its parameters, in double precision.
   double integrate(const Ray& ray, double from = 0, double to = 1) const noexcept;
 
-  const Volume& volume() const noexcept { return *volume_; }
   const VoxelWeights& weights() const noexcept { return weights_; }
   /// Is any voxel of the block (voxel >> 3) counted?
   bool is_filled(const glm::ivec3& block) const noexcept {
     return views_[2].bits[views_[2].word(block.z, block.y, block.x >> 6)] >> (block.x & 63) & 1u;
   }
   const glm::ivec3& blocks() const noexcept { return blocks_; }
-  std::size_t bytes() const noexcept;
 
  private:
   /// The volume as slabs across one axis, with the bits of its blocks.

@@ -90,7 +90,7 @@ Stretch stretch_of(const Volume& v, const Window& window, const dvec3& p, const 
   double first = 0, last = count - 1;
   const double margin = 2 / k_steps * (count + 2);
   bool is_any = v.size.x > 2 && v.size.y > 2 && v.size.z > 2 && v.size.x <= k_most && v.size.y <= k_most &&
-                v.size.z <= k_most;
+                v.size.z <= k_most && v.voxels.size() < std::size_t{1} << 31;
   for (int a = 0; a < 3 && is_any; ++a) {
     const double high = v.size[a] - 1.0 - margin;
     if (std::abs(step[a]) < 1e-12) {

@@ -13,6 +13,7 @@
 #include "modules/fluoroscopy/detector.h"
 #include "modules/fluoroscopy/fluoroscopy.h"
 #include "modules/fluoroscopy/volume_xray.h"
+#include "volume/image_plane.h"
 
 namespace trephine::app {
 
@@ -119,10 +120,8 @@ Result<CArm> arm_of(const FluoroArguments& a, const workbench::Moment& moment, c
 /// May some ray meet the scan? By the box of where its corners are seen.
 bool sees(const View& view, const volume::Volume& scan) {
   dvec2 low(1e300), high(-1e300);
-  for (int corner = 0; corner < 8; ++corner) {
-    const dvec3 at{corner & 1 ? scan.size.x - 0.5 : -0.5, corner & 2 ? scan.size.y - 0.5 : -0.5,
-                   corner & 4 ? scan.size.z - 0.5 : -0.5};
-    const auto seen = view.seen(scan.frame.world_from_volume(at));
+  for (const dvec3& corner : volume::corners_world(scan.frame, glm::ivec3(0), scan.size - 1)) {
+    const auto seen = view.seen(corner);
     if (!seen) return true;  // around the source
     low = glm::min(low, *seen), high = glm::max(high, *seen);
   }
@@ -209,7 +208,7 @@ Status write_sums(const std::string& path, std::span<const double> sums, const V
 
 Status write_dicom(const std::string& path, const std::vector<float>& received, const View& view,
                    const CArm& arm, const fluoroscopy::Shoot& shot, const fluoroscopy::Dose& dose,
-                   double energy, std::uint64_t scan_hash) {
+                   std::uint64_t scan_hash) {
   data_tools::XrayToWrite xray;
   xray.pose = {arm.primary, arm.secondary, arm.to_detector, arm.to_patient,
                arm.pixel,   arm.isocentre, view.columns,    view.rows};
@@ -226,7 +225,7 @@ Status write_dicom(const std::string& path, const std::vector<float>& received, 
   xray.pixels = pixels;
   xray.column_low = view.open.column_low, xray.column_high = view.open.column_high;
   xray.row_low = view.open.row_low, xray.row_high = view.open.row_high;
-  xray.energy_kev = energy, xray.voltage_kv = shot.voltage;
+  xray.voltage_kv = shot.voltage;
   xray.exposure_ms = 1000 * shot.time, xray.current_ma = shot.current;
   xray.area_product = dose.area_product, xray.scan_hash = scan_hash;
   return data_tools::write_xray_file(path, xray);
@@ -386,7 +385,7 @@ Result<Outcome> run_fluoro(const FluoroArguments& a) {
     return view::write_slices(panels, a.output, std::clamp(std::max(view.columns, view.rows), 480, 1024));
   });
   outputs.write(a.dicom, [&] {
-    return write_dicom(a.dicom, received, view, arm, shot, dose, energy, volume::content_hash(*moment.scan));
+    return write_dicom(a.dicom, received, view, arm, shot, dose, volume::content_hash(*moment.scan));
   });
   outputs.write(a.sums, [&] { return write_sums(a.sums, sums, fine, arm.pixel / a.rays); });
   if (Status error = outputs.result()) return *error;

@@ -135,7 +135,7 @@ Status draw(const laminectomy::Outcome& o, const Judgement& j, const Plane& plan
   const dvec3 pars = o.frame.local(is_left ? j.left_pars_at : j.right_pars_at);
   view::SlicePanel back = plane.panel({0, pars.y, pars.z}, {-1, 0, 0}, {0, 0, 1});
   back.title = format_text("Pars: left %.1f mm, right %.1f mm", j.left_pars, j.right_pars);
-  back.left = "L", back.right = "R", back.above = "H", back.below = "F";
+  back.left = "L", back.right = "R", back.above = "S", back.below = "I";
   back.foot = "from the back";
   for (const laminectomy::Pars& one : o.pars) {
     const dvec3 at = o.frame.local(one.at_world);

@@ -65,9 +65,7 @@ std::string text_of(const Measured& m, bool is_hounsfield) {
       return format_text("angle: %.2f degrees\n", m.angle);
     case Kind::tape:
       return format_text(
-          "tape: %.2f mm along the surface, %.2f taut, %.2f straight; its places lie up to %.1f mm from "
-          "those "
-          "said\n",
+          "tape: %.2f mm along the surface, %.2f taut, %.2f straight; places moved by up to %.1f mm\n",
           m.length, m.taut, m.straight, m.moved);
     case Kind::region:
       break;

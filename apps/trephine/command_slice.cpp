@@ -51,6 +51,9 @@ Result<GreyWindow> window_of(const SliceArguments& a, const volume::Volume& scan
       return Error{"this is no window", "--level", a.level, "its middle and its width: 40,400", ""};
     return window;
   }
+  if (!a.window.empty() && !scan.is_hounsfield)
+    return Error{"this window is of Hounsfield units, and the scan has others", "--window", a.window, "a CT",
+                 "say it in the scan's own numbers: --level"};
   for (const GreyWindow& known : k_windows)
     if (known.name == (a.window.empty() && scan.is_hounsfield ? "bone" : a.window)) return known;
   // Of anything else: between the ends of what is shown.

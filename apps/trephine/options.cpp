@@ -262,12 +262,16 @@ void add_moment(Options& options, workbench::MomentChoice& moment) {
 
 void add_things(Options& options, ThingArguments& things) {
   options.add("--model", things.models, "A closed model in it").type("FILE");
+  options.add("--mesh-scale", things.scale, "Of the models: 1000 for metres").shows_default().type("MM");
+  options.add("--mesh-frame", things.frame, "Which way the models' axes go (default: as they say, else LPS)")
+      .one_of({"LPS", "RAS"});
   options.add("--screw", things.screws, "A screw in it: entry, tip and diameter, mm (LPS)")
       .type("X,Y,Z:X,Y,Z:D");
 }
 
 volume::Status take_things(const ThingArguments& things, workbench::MomentChoice& moment) {
-  for (const std::string& file : things.models) moment.models.push_back({file, 1, "", glm::dvec3(0.0)});
+  for (const std::string& file : things.models)
+    moment.models.push_back({file, things.scale, things.frame, glm::dvec3(0.0)});
   for (const std::string& text : things.screws) {
     const auto screw = data_tools::parse_screw(text);
     if (!screw) return screw.error();

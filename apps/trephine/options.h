@@ -86,6 +86,8 @@ void add_moment(Options& options, workbench::MomentChoice& moment);
 /// Models and screws beside it, as they were written.
 struct ThingArguments {
   std::vector<std::string> models, screws;
+  double scale = 1;   ///< mm a unit of the models
+  std::string frame;  ///< "LPS" or "RAS"; empty: as the files say
 };
 void add_things(Options& options, ThingArguments& things);
 volume::Status take_things(const ThingArguments& things, workbench::MomentChoice& moment);

@@ -19,10 +19,8 @@ namespace {
 /// Does the plane meet the scan?
 bool meets(const ImagePlane& plane, const volume::Volume& scan) {
   double low = 1e300, high = -1e300;
-  for (int corner = 0; corner < 8; ++corner) {
-    const dvec3 at{corner & 1 ? scan.size.x - 0.5 : -0.5, corner & 2 ? scan.size.y - 0.5 : -0.5,
-                   corner & 4 ? scan.size.z - 0.5 : -0.5};
-    const double height = plane.height(scan.frame.world_from_volume(at));
+  for (const dvec3& corner : volume::corners_world(scan.frame, glm::ivec3(0), scan.size - 1)) {
+    const double height = plane.height(corner);
     low = std::min(low, height), high = std::max(high, height);
   }
   return low <= 0 && high >= 0;
@@ -31,10 +29,8 @@ bool meets(const ImagePlane& plane, const volume::Volume& scan) {
 /// A square around the plane's middle in which all of the scan is seen, mm.
 double width_of(const ImagePlane& plane, const volume::Volume& scan) {
   double most = 0;
-  for (int corner = 0; corner < 8; ++corner) {
-    const dvec3 at{corner & 1 ? scan.size.x - 0.5 : -0.5, corner & 2 ? scan.size.y - 0.5 : -0.5,
-                   corner & 4 ? scan.size.z - 0.5 : -0.5};
-    const glm::dvec2 p = plane.from_world(scan.frame.world_from_volume(at));
+  for (const dvec3& corner : volume::corners_world(scan.frame, glm::ivec3(0), scan.size - 1)) {
+    const glm::dvec2 p = plane.from_world(corner);
     most = std::max({most, std::abs(p.x), std::abs(p.y)});
   }
   return std::min(2 * most, 1000.0);

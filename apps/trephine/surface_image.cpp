@@ -18,9 +18,20 @@ using workbench::format_text;
 
 namespace {
 
-/// The surface of a shape as it is, and the mean of its voxels as its weight.
+/// One weight for all of a shape: the mean of its voxels, 1/mm.
+double mean_weight(const volume::Volume& scan, const volume::Shape& shape, double energy) {
+  const volume::VoxelWeights weights = fluoroscopy::weights_of_hounsfield(energy);
+  double sum = 0, count = 0;
+  for (std::size_t i = 0; i < scan.voxels.size(); ++i) {
+    const bool is_solid = shape.is_label() ? scan.labels[i] == shape.label : shape.is_solid(scan.voxels[i]);
+    if (is_solid) sum += weights.of(scan.voxels[i]), ++count;
+  }
+  return count > 0 ? sum / count : 0;
+}
+
+/// The surface of a shape as it is, of some weight.
 fluoroscopy::SurfaceObject surface_of(const volume::Volume& scan, const volume::Shape& shape,
-                                      const volume::Version& version, double energy) {
+                                      const volume::Version& version, double weight) {
   const volume::Field field(scan, shape);
   const volume::Mesh net = volume::surface_net({&field, &version});
   fluoroscopy::SurfaceObject bone;
@@ -37,14 +48,7 @@ fluoroscopy::SurfaceObject surface_of(const volume::Volume& scan, const volume::
     bone.is_wall.push_back(is_border[bone.triangles[t]] || is_border[bone.triangles[t + 1]] ||
                            is_border[bone.triangles[t + 2]]);
   bone.normals_world = fluoroscopy::vertex_normals({bone.vertices_world, bone.triangles});
-  // One weight for all of it: the mean of its voxels.
-  const volume::VoxelWeights weights = fluoroscopy::weights_of_hounsfield(energy);
-  double sum = 0, count = 0;
-  for (std::size_t i = 0; i < scan.voxels.size(); ++i) {
-    const bool is_solid = shape.is_label() ? scan.labels[i] == shape.label : shape.is_solid(scan.voxels[i]);
-    if (is_solid) sum += weights.of(scan.voxels[i]), ++count;
-  }
-  bone.weight = count > 0 ? sum / count : 0;
+  bone.weight = weight;
   return bone;
 }
 
@@ -70,12 +74,13 @@ Result<fluoroscopy::SurfaceXray> surface_image(const workbench::Moment& moment, 
   if (!moment.shape)
     return Error{"nobody says what is bone", "surface", "", "--iso, --window or --label", ""};
   const volume::Volume& scan = *moment.scan;
-  std::vector<fluoroscopy::SurfaceObject> objects{surface_of(scan, *moment.shape, *moment.version, energy)};
+  std::vector<fluoroscopy::SurfaceObject> objects{
+      surface_of(scan, *moment.shape, *moment.version, mean_weight(scan, *moment.shape, energy))};
   objects[0].edge = choice.edge;
   if (choice.has_body) {
     volume::Shape body{"body", fluoroscopy::k_tissue_from};
-    objects.push_back(surface_of(scan, body, *moment.version, energy));
-    objects[1].weight = fluoroscopy::attenuation(fluoroscopy::Matter::water, energy);
+    objects.push_back(surface_of(scan, body, *moment.version,
+                                 fluoroscopy::attenuation(fluoroscopy::Matter::water, energy)));
     objects[0].weight -= objects[1].weight;  // bone lies in it
   }
   const double bone_weight = objects[0].weight;

@@ -136,7 +136,7 @@ char direction_letter(const glm::dvec3& direction_world) noexcept {
   const glm::dvec3 size = glm::abs(direction_world);
   if (size.x >= size.y && size.x >= size.z) return direction_world.x > 0 ? 'L' : 'R';
   if (size.y >= size.z) return direction_world.y > 0 ? 'P' : 'A';
-  return direction_world.z > 0 ? 'H' : 'F';
+  return direction_world.z > 0 ? 'S' : 'I';
 }
 
 volume::Status write_slices(const std::vector<SlicePanel>& panels, const std::string& path, int edge) {

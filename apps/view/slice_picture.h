@@ -32,7 +32,7 @@ struct SlicePanel {
 /// drawn.
 volume::Result<std::string> slices_png(const std::vector<SlicePanel>& panels, int edge = 520);
 volume::Status write_slices(const std::vector<SlicePanel>& panels, const std::string& path, int edge = 520);
-/// Where the patient lies that way: L, R, P, A, H or F.
+/// Where the patient lies that way: L, R, P, A, S or I, as the window has them.
 char direction_letter(const glm::dvec3& direction_world) noexcept;
 
 }  // namespace trephine::view

@@ -37,9 +37,15 @@ std::shared_ptr<const sim::JobResult> run(const void* parameters, const sim::Job
     bool is_bone = false;  // what came off is no implant
     for (const sim::Body& body : input.state.world.bodies) is_bone |= body.piece->tree == item.tree;
     if (is_bone) continue;
+    // Where it was placed last.
+    haptics::Placement place = item.placement;
+    for (const auto& [name, told] : input.state.settings.told)
+      if (const auto* moved = told.what.as<sim::PlaceModel>(); moved != nullptr && moved->mover == item.mover)
+        place = {moved->position,
+                 {moved->rotation[0], moved->rotation[1], moved->rotation[2], moved->rotation[3]}};
     SectionMesh mesh;
     for (const glm::dvec3& v : item.tree->vertices())
-      mesh.vertices_world.push_back(item.placement.world_from_local(v));
+      mesh.vertices_world.push_back(place.world_from_local(v));
     mesh.triangles = item.tree->triangles();
     const auto cut = cut_mesh(plane, mesh);
     if (!cut) {

@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "modules/fluoroscopy/mesh_crossings.h"
+#include "volume/image_plane.h"
 #include "volume/parallel.h"
 
 namespace trephine::fluoroscopy {
@@ -40,19 +41,14 @@ Ray ray_in(const volume::Frame& frame, const View& view, int column, int row) no
 }  // namespace
 
 VolumeXray::VolumeXray(std::shared_ptr<const volume::Volume> scan, double energy_kev, int threads)
-    : scan_(std::move(scan)),
-      energy_(energy_kev),
-      lines_(*scan_, weights_of_hounsfield(energy_kev), threads) {}
+    : scan_(std::move(scan)), lines_(*scan_, weights_of_hounsfield(energy_kev), threads) {}
 
 /// The pixels in which a block may be seen.
 PixelBox VolumeXray::shadow(const View& view, const std::array<int, 3>& block) const {
   const volume::VoxelBox box = RemovedMatter::box_of(block);
   double low_x = 1e300, low_y = 1e300, high_x = -1e300, high_y = -1e300;
-  for (int corner = 0; corner < 8; ++corner) {
-    const dvec3 p{corner & 1 ? box.high.x + 0.5 : box.low.x - 0.5,
-                  corner & 2 ? box.high.y + 0.5 : box.low.y - 0.5,
-                  corner & 4 ? box.high.z + 0.5 : box.low.z - 0.5};
-    const auto at = view.seen(scan_->frame.world_from_volume(p));
+  for (const dvec3& corner : volume::corners_world(scan_->frame, box.low, box.high)) {
+    const auto at = view.seen(corner);
     if (!at) return view.open;  // beside or behind the source: anywhere
     low_x = std::min(low_x, at->x), high_x = std::max(high_x, at->x);
     low_y = std::min(low_y, at->y), high_y = std::max(high_y, at->y);

@@ -50,8 +50,6 @@ class VolumeXray {
     std::int64_t thing_rays = 0;    ///< that pass things
   };
   const Counters& counters() const noexcept { return counters_; }
-  const volume::LineIntegrals& lines() const noexcept { return lines_; }
-  double energy() const noexcept { return energy_; }
 
  private:
   int beam_axis(const View& view) const;
@@ -72,7 +70,6 @@ class VolumeXray {
                             std::vector<double>& sums);
 
   std::shared_ptr<const volume::Volume> scan_;
-  double energy_;
   volume::LineIntegrals lines_;
   RemovedMatter removed_;
   std::optional<View> view_;
