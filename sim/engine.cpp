@@ -402,10 +402,18 @@ Overlays Engine::overlays() const {
   for (const Body& body : now_.world.bodies) {
     Overlay& one = all.emplace_back();
     one.kind = Overlay::Kind::bone;
+    one.name = "piece " + std::to_string(body.id.value);
     one.surface = body.piece->tree;
     one.place = place_of(body);
     one.holder = body.holder;
     one.grip = body.grip;
+  }
+  for (const haptics::TouchItem* item : models()) {
+    Overlay& one = all.emplace_back();
+    one.kind = Overlay::Kind::metal;
+    one.name = item->name;
+    one.surface = item->tree;
+    one.place = place_of(*item);
   }
   for (const Module* module : catalogue_.modules())
     for (Overlay& one : module->overlays(now_)) all.push_back(std::move(one));

@@ -88,6 +88,9 @@ class Engine {
 
   /// Where a body's frame is now; of one in a hand, where the hand was last.
   haptics::Placement place_of(const Body& body) const;
+  /// Models of the scene, without what came off, and where they are now.
+  std::vector<const haptics::TouchItem*> models() const;
+  haptics::Placement place_of(const haptics::TouchItem& item) const;
 
   /// What must not be cut; OperationState::watches says how near each hand came to each.
   const std::vector<std::shared_ptr<const Forbidden>>& forbidden() const noexcept { return forbidden_; }

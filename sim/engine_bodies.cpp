@@ -157,6 +157,22 @@ haptics::Placement Engine::place_of(const Body& body) const {
   return place;
 }
 
+haptics::Placement Engine::place_of(const haptics::TouchItem& item) const {
+  const haptics::ServoHand& hand = servo_scene_->hands[0];
+  const bool is_moved = item.mover >= 0 && static_cast<std::size_t>(item.mover) < hand.placement_count;
+  return is_moved ? hand.placements[static_cast<std::size_t>(item.mover)] : item.placement;
+}
+
+std::vector<const haptics::TouchItem*> Engine::models() const {
+  std::vector<const haptics::TouchItem*> all;
+  const std::vector<Body>& bodies = now_.world.bodies;
+  for (const haptics::TouchItem& item : scene().items)
+    if (item.is_mesh() && std::none_of(bodies.begin(), bodies.end(),
+                                       [&](const Body& body) { return body.piece->tree == item.tree; }))
+      all.push_back(&item);
+  return all;
+}
+
 void Engine::put_down(Body& body) {
   body.place = place_of(body);
   body.holder = -1;

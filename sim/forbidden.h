@@ -26,6 +26,7 @@ class Forbidden {
   static volume::Result<std::shared_ptr<const Forbidden>> build(std::shared_ptr<const volume::Volume> volume,
                                                                 const volume::Shape& shape, int threads = 0);
   const std::string& name() const noexcept { return field_.shape().name; }
+  const volume::Shape& shape() const noexcept { return field_.shape(); }
   /// Beyond this nothing is told apart, mm.
   static constexpr double k_reach = 20;
   /// mm from the ball to the structure, at most k_reach; negative: so deep is it inside. `expected`: about

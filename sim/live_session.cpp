@@ -289,6 +289,7 @@ void LiveSession::show(const Outcome& outcome, bool is_command) {
   const std::lock_guard guard(lock_);
   if (bytes) state_.history_bytes = *bytes;
   state_.overlays = std::move(overlays);
+  state_.settings = engine_.now().settings.modules;
   state_.bodies.clear();
   for (const Body& body : engine_.now().world.bodies) state_.bodies.push_back(body.id);
 }

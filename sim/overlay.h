@@ -29,6 +29,7 @@ struct Overlay {
   };
 
   Kind kind = Kind::plan;
+  std::string name = {};                             ///< of a piece or a model
   std::shared_ptr<const haptics::MeshTree> surface;  ///< null: none
   std::vector<std::array<glm::dvec3, 2>> lines;
   std::vector<std::array<glm::dvec3, 3>> skin;  ///< triangles that are seen through, from either side

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 
+#include "apps/imaging/xray_panel.h"
 #include "apps/trephine/commands.h"
 #include "apps/trephine/surface_image.h"
 #include "apps/view/slice_picture.h"
@@ -129,39 +130,7 @@ bool sees(const View& view, const volume::Volume& scan) {
          low.y < view.open.row_high;
 }
 
-view::SlicePanel panel_of(const std::vector<float>& received, const View& view, const CArm& arm,
-                          const FluoroArguments& a, std::span<const std::uint8_t> hidden) {
-  fluoroscopy::Display display;
-  display.is_logarithmic = !a.is_linear, display.is_inverted = a.is_film;
-  const std::vector<std::uint8_t> grey = fluoroscopy::show(received, view, display, hidden);
-  view::SlicePanel panel;
-  panel.size = std::max(view.columns, view.rows);
-  panel.mm_a_pixel = arm.pixel;
-  panel.pixels.assign(static_cast<std::size_t>(panel.size) * static_cast<std::size_t>(panel.size),
-                      {24, 24, 24});
-  const int left = (panel.size - view.columns) / 2, below = (panel.size - view.rows) / 2;
-  for (int row = 0; row < view.rows; ++row)
-    for (int column = 0; column < view.columns; ++column) {
-      const std::uint8_t g = grey[static_cast<std::size_t>(column) +
-                                  static_cast<std::size_t>(view.columns) * static_cast<std::size_t>(row)];
-      panel.pixels[static_cast<std::size_t>(left + column) +
-                   static_cast<std::size_t>(panel.size) *
-                       static_cast<std::size_t>(panel.size - 1 - below - (panel.size - view.rows) % 2 -
-                                                row)] = {g, g, g};
-    }
-  panel.left = view::direction_letter(-view.right), panel.right = view::direction_letter(view.right);
-  panel.above = view::direction_letter(-view.down), panel.below = view::direction_letter(view.down);
-  return panel;
-}
-
-/// Where points of the world lie in a panel, mm from its middle.
-std::optional<dvec2> in_panel(const View& view, const CArm& arm, const dvec3& world) {
-  const auto at = view.seen(world);
-  if (!at) return std::nullopt;
-  return dvec2(arm.pixel * (at->x - 0.5 * (view.columns - 1)), -arm.pixel * (at->y - 0.5 * (view.rows - 1)));
-}
-
-Json add_plan(view::SlicePanel& panel, const View& view, const CArm& arm, const workbench::Moment& moment) {
+Json add_plan(imaging::Panel& panel, const View& view, const CArm& arm, const workbench::Moment& moment) {
   Json told = Json::array();
   if (!moment.plan) return told;
   const auto pixel = [&](const dvec3& p) {
@@ -169,7 +138,8 @@ Json add_plan(view::SlicePanel& panel, const View& view, const CArm& arm, const 
     return at ? Json{at->x, at->y} : Json();
   };
   for (const data_tools::CaseTrajectory& t : moment.plan->trajectories) {
-    const auto from = in_panel(view, arm, t.entry_world), to = in_panel(view, arm, t.target_world);
+    const auto from = imaging::in_panel(view, arm.pixel, t.entry_world),
+               to = imaging::in_panel(view, arm.pixel, t.target_world);
     if (from && to) panel.lines.push_back({{*from, *to}, {90, 220, 255}, false, "plan"});
     told.push_back({{"name", t.name},
                     {"entry_world_mm", json_of(t.entry_world)},
@@ -178,7 +148,7 @@ Json add_plan(view::SlicePanel& panel, const View& view, const CArm& arm, const 
                     {"target_pixel", pixel(t.target_world)}});
   }
   for (const data_tools::CaseLandmark& l : moment.plan->landmarks) {
-    const auto at = in_panel(view, arm, l.place_world);
+    const auto at = imaging::in_panel(view, arm.pixel, l.place_world);
     const double r = 0.006 * arm.pixel * view.columns;
     if (at)
       panel.lines.push_back({{*at - dvec2(r, 0), *at + dvec2(0, r), *at + dvec2(r, 0), *at - dvec2(0, r)},
@@ -280,7 +250,7 @@ Result<Outcome> run_fluoro(const FluoroArguments& a) {
                  format_text("%.1f, %.1f, %.1f", arm.isocentre.x, arm.isocentre.y, arm.isocentre.z),
                  "a beam through the scan", "leave the isocentre out: the scan's middle"};
   for (const auto& thing : moment.things)
-    if (Status error = check_closed(thing)) return *error;
+    if (Status error = imaging::check_closed(thing)) return *error;
 
   // The image, and beside it the other kind's where that was asked for.
   const bool is_surface = a.way == static_cast<std::uint8_t>(Way::surface);
@@ -304,9 +274,7 @@ Result<Outcome> run_fluoro(const FluoroArguments& a) {
                                   (view.open.row_high - view.open.row_low);
   if (!is_surface || a.is_beside) {
     fluoroscopy::VolumeXray xray(moment.scan, energy);
-    std::vector<fluoroscopy::Thing> things;
-    for (const auto& thing : moment.things)
-      things.push_back({thing.tree, thing.place, fluoroscopy::attenuation(matter, energy), thing.is_piece});
+    const auto things = imaging::things_of(imaging::subject_of(moment), matter, energy);
     const bool is_joseph = a.way == static_cast<std::uint8_t>(Way::joseph);
     if (Status error = xray.project(fine, moment.version, things,
                                     is_joseph ? volume::RaySum::joseph : volume::RaySum::exact))
@@ -365,20 +333,22 @@ Result<Outcome> run_fluoro(const FluoroArguments& a) {
                                        static_cast<double>(hidden_count) / share)
                                .c_str()
                          : "");
-  view::SlicePanel panel = panel_of(received, view, arm, a, hidden);
+  fluoroscopy::Display display;
+  display.is_logarithmic = !a.is_linear, display.is_inverted = a.is_film;
+  imaging::Panel panel = imaging::xray_panel(received, view, arm.pixel, display, hidden);
   panel.title = format_text("%s: primary %.0f\u00b0, secondary %.0f\u00b0",
                             std::string(k_ways[a.way]).c_str(), arm.primary, arm.secondary);
   panel.foot = format_text("%.1f mGy cm\u00b2", dose.area_product);
   json["plan"] = add_plan(panel, view, arm, moment);
-  std::vector<view::SlicePanel> panels{panel};
+  std::vector<imaging::Panel> panels{panel};
   if (a.is_beside) {
     const Likeness alike = is_surface ? likeness(other, sums) : likeness(sums, other);
     json["surface_against_volume"] = {{"zncc", alike.zncc}, {"mape_percent", alike.mape}};
     outcome.text +=
         format_text("surfaces against the volume: ZNCC %.4f, MAPE %.1f %%\n", alike.zncc, alike.mape);
     panels.push_back(
-        panel_of(fluoroscopy::receive(seen(std::move(other_seen), other), view, a.rays, detector), view, arm,
-                 a, hidden));
+        imaging::xray_panel(fluoroscopy::receive(seen(std::move(other_seen), other), view, a.rays, detector),
+                            view, arm.pixel, display, hidden));
     panels.back().title = is_surface ? "volume" : "surface";
   }
   outputs.write(a.output, [&] {

@@ -37,23 +37,23 @@ class Plane {
       : outcome_(outcome), bone_(bone), version_(version), intensity_(bone.volume(), whole()) {}
 
   /// Around a place, seen along one direction of the vertebra's frame, mm: `right` and `up` in the picture.
-  view::SlicePanel panel(const dvec3& at_local, const dvec3& right, const dvec3& up) const {
+  imaging::Panel panel(const dvec3& at_local, const dvec3& right, const dvec3& up) const {
     constexpr double k_edge = 80, k_pixel = 0.25;                                   // mm
     constexpr double k_dark = -200, k_bright = 1200, k_gone[3] = {0.9, 0.25, 0.2};  // HU; a tint
-    view::SlicePanel panel;
-    panel.size = static_cast<int>(k_edge / k_pixel);
+    imaging::Panel panel;
+    panel.columns = panel.rows = static_cast<int>(k_edge / k_pixel);
     panel.mm_a_pixel = k_pixel;
-    panel.pixels.reserve(static_cast<std::size_t>(panel.size * panel.size));
-    for (int j = 0; j < panel.size; ++j)
-      for (int i = 0; i < panel.size; ++i) {
-        const double x = (i - 0.5 * (panel.size - 1)) * k_pixel, y = (j - 0.5 * (panel.size - 1)) * k_pixel;
+    panel.pixels.reserve(static_cast<std::size_t>(panel.rows * panel.rows));
+    for (int j = 0; j < panel.rows; ++j)
+      for (int i = 0; i < panel.rows; ++i) {
+        const double x = (i - 0.5 * (panel.rows - 1)) * k_pixel, y = (j - 0.5 * (panel.rows - 1)) * k_pixel;
         const dvec3 p =
             bone_.volume().frame.volume_from_world(outcome_.frame.world(at_local + x * right + y * up));
         const bool is_in = bone_.volume().contains(volume::voxel_of(p));
         const double grey =
             is_in ? std::clamp((intensity_.value(p) - k_dark) / (k_bright - k_dark), 0.0, 1.0) : 0.0;
         const bool is_gone = bone_.value(p) >= 0 && version_.distance(p) <= 0;
-        view::SlicePanel::Colour colour;
+        imaging::Panel::Colour colour;
         for (std::size_t c = 0; c < 3; ++c)
           colour[c] = static_cast<std::uint8_t>(
               255 * std::min(1.0, is_gone ? (0.35 + 0.65 * grey) * k_gone[c] : grey));
@@ -62,8 +62,8 @@ class Plane {
     return panel;
   }
   /// Across the canal at a height, as radiologists look at it: from below, the back down.
-  view::SlicePanel across(double z, const std::string& title) const {
-    view::SlicePanel panel = this->panel({0, 15, z}, {1, 0, 0}, {0, -1, 0});
+  imaging::Panel across(double z, const std::string& title) const {
+    imaging::Panel panel = this->panel({0, 15, z}, {1, 0, 0}, {0, -1, 0});
     panel.title = title;
     panel.left = "R", panel.right = "L", panel.above = "A", panel.below = "P";
     panel.foot = "slice " + std::to_string(slice(outcome_.frame.world({0, 0, z})) + 1);
@@ -84,10 +84,10 @@ class Plane {
 };
 
 /// The canal's wall as lines of a panel across, whose middle is 15 mm behind the canal's.
-void add_walls(view::SlicePanel& panel, const CanalSection& section) {
+void add_walls(imaging::Panel& panel, const CanalSection& section) {
   for (const bool of_after : {false, true}) {
-    view::SlicePanel::Line line;
-    line.colour = of_after ? view::SlicePanel::Colour{255, 210, 60} : view::SlicePanel::Colour{80, 200, 255};
+    imaging::Panel::Line line;
+    line.colour = of_after ? imaging::Panel::Colour{255, 210, 60} : imaging::Panel::Colour{80, 200, 255};
     line.name = of_after ? "canal now" : "canal before";
     for (int ray = 0; ray < laminectomy::k_rays; ++ray) {
       const double r = (of_after ? section.after : section.before)[static_cast<std::size_t>(ray)];
@@ -100,7 +100,7 @@ void add_walls(view::SlicePanel& panel, const CanalSection& section) {
 }
 
 Status draw(const laminectomy::Outcome& o, const Judgement& j, const Plane& plane, const std::string& path) {
-  std::vector<view::SlicePanel> panels;
+  std::vector<imaging::Panel> panels;
   const auto section = [&](const dvec3& world) -> const CanalSection& {
     const double z = o.frame.local(world).z;
     return *std::min_element(o.sections.begin(), o.sections.end(), [z](const auto& a, const auto& b) {
@@ -109,9 +109,9 @@ Status draw(const laminectomy::Outcome& o, const Judgement& j, const Plane& plan
   };
   const auto add = [&](const dvec3& world, const std::string& title) {
     const CanalSection& at = section(world);
-    view::SlicePanel panel = plane.across(at.z, title);
+    imaging::Panel panel = plane.across(at.z, title);
     // What lies in one slice needs one picture.
-    for (view::SlicePanel& other : panels)
+    for (imaging::Panel& other : panels)
       if (other.foot == panel.foot) {
         other.title += "; " + title;
         return;
@@ -133,7 +133,7 @@ Status draw(const laminectomy::Outcome& o, const Judgement& j, const Plane& plan
   // Both isthmuses from the back.
   const bool is_left = j.left_pars < j.right_pars;
   const dvec3 pars = o.frame.local(is_left ? j.left_pars_at : j.right_pars_at);
-  view::SlicePanel back = plane.panel({0, pars.y, pars.z}, {-1, 0, 0}, {0, 0, 1});
+  imaging::Panel back = plane.panel({0, pars.y, pars.z}, {-1, 0, 0}, {0, 0, 1});
   back.title = format_text("Pars: left %.1f mm, right %.1f mm", j.left_pars, j.right_pars);
   back.left = "L", back.right = "R", back.above = "S", back.below = "I";
   back.foot = "from the back";

@@ -3,19 +3,17 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 
+#include "apps/imaging/section_panel.h"
 #include "apps/trephine/commands.h"
 #include "apps/trephine/plane_options.h"
 #include "apps/view/slice_picture.h"
-#include "apps/workbench/moment.h"
 #include "data-tools/atomic_file.h"
 #include "data-tools/output_set.h"
-#include "modules/cross_section/section.h"
 
 namespace trephine::app {
 
-using cross_section::Cut;
-using glm::dvec2;
 using glm::dvec3;
+using imaging::SectionObject;
 using volume::Error;
 using volume::ImagePlane;
 using volume::Result;
@@ -30,38 +28,16 @@ struct SectionArguments {
   ThingArguments things;
 };
 
-/// One object of the section.
-struct Object {
-  enum class Kind { bone, piece, structure, model } kind;
-  std::string name;
-  Cut cut;
-};
-
-view::SlicePanel::Colour colour_of(Object::Kind kind) {
-  switch (kind) {
-    case Object::Kind::bone:
-      return {150, 150, 150};
-    case Object::Kind::piece:
-      return {196, 170, 120};
-    case Object::Kind::structure:
-      return {90, 130, 210};
-    case Object::Kind::model:
-      break;
-  }
-  return {245, 245, 245};
-}
-constexpr view::SlicePanel::Colour k_outside{225, 45, 40}, k_empty{16, 16, 18};
-
-std::string hex(const view::SlicePanel::Colour& c) { return format_text("#%02x%02x%02x", c[0], c[1], c[2]); }
+std::string hex(const imaging::Panel::Colour& c) { return format_text("#%02x%02x%02x", c[0], c[1], c[2]); }
 
 /// Outlines in mm, filled, each object a path with its name and area.
-std::string svg_of(const ImagePlane& plane, const std::vector<Object>& objects) {
+std::string svg_of(const ImagePlane& plane, const std::vector<SectionObject>& objects) {
   const double wide = plane.pixel * plane.columns, high = plane.pixel * plane.rows;
   std::string text = format_text(
       "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"%.3fmm\" height=\"%.3fmm\" viewBox=\"%.3f %.3f %.3f "
       "%.3f\">\n",
       wide, high, -0.5 * wide, -0.5 * high, wide, high);
-  for (const Object& object : objects) {
+  for (const SectionObject& object : objects) {
     if (object.cut.outline.empty()) continue;
     text += format_text("<path fill=\"%s\" stroke=\"black\" stroke-width=\"0.1\" fill-rule=\"evenodd\" d=\"",
                         hex(colour_of(object.kind)).c_str());
@@ -96,44 +72,11 @@ Result<Outcome> run_section(const SectionArguments& a) {
   const auto placed = plane_of(a.plane, moment);
   if (!placed) return placed.error();
   const ImagePlane& plane = placed.value();
-  std::vector<Object> objects;
-  const volume::Field bone(*moment.scan, *moment.shape);
-  objects.push_back(
-      {Object::Kind::bone, moment.shape->name, cross_section::cut_volume(plane, bone, moment.version.get())});
-  if (moment.plan)
-    for (const data_tools::CaseStructure& s : moment.plan->structures)
-      if (s.is_forbidden)
-        objects.push_back(
-            {Object::Kind::structure, s.shape.name,
-             cross_section::cut_volume(plane, volume::Field(*moment.scan, s.shape), moment.version.get())});
-  for (const workbench::Moment::Thing& thing : moment.things) {
-    auto cut = cut_of(plane, thing);
-    if (!cut) return cut.error();
-    objects.push_back(
-        {thing.is_piece ? Object::Kind::piece : Object::Kind::model, thing.name, std::move(cut).value()});
-  }
-
-  view::SlicePanel panel;
-  panel.size = plane.columns, panel.mm_a_pixel = plane.pixel;
-  panel.pixels.reserve(static_cast<std::size_t>(plane.columns) * static_cast<std::size_t>(plane.rows));
-  double outside = 0, of_models = 0;
-  for (int row = plane.rows - 1; row >= 0; --row)
-    for (int column = 0; column < plane.columns; ++column) {
-      const std::size_t at = static_cast<std::size_t>(column) +
-                             static_cast<std::size_t>(plane.columns) * static_cast<std::size_t>(row);
-      view::SlicePanel::Colour colour = k_empty;
-      bool is_bone = false, is_model = false;
-      for (const Object& object : objects) {
-        if (!object.cut.inside[at]) continue;
-        if (object.kind == Object::Kind::model)
-          is_model = true;
-        else
-          colour = colour_of(object.kind), is_bone |= object.kind != Object::Kind::structure;
-      }
-      if (is_model) colour = is_bone ? colour_of(Object::Kind::model) : k_outside;
-      of_models += is_model, outside += is_model && !is_bone;
-      panel.pixels.push_back(colour);
-    }
+  const auto cut = imaging::section_objects(imaging::subject_of(moment), plane);
+  if (!cut) return cut.error();
+  const std::vector<SectionObject>& objects = cut.value();
+  imaging::SectionAreas areas;
+  const imaging::Panel panel = imaging::section_panel(objects, plane, areas);
   const double pixel_mm2 = plane.pixel * plane.pixel;
   Outcome outcome{new_report("section"), "", exit_done};
   Json& json = outcome.json;
@@ -147,19 +90,19 @@ Result<Outcome> run_section(const SectionArguments& a) {
   outcome.text = format_text("section at %.1f, %.1f, %.1f, seen from %.2f, %.2f, %.2f\n",
                              plane.middle_world.x, plane.middle_world.y, plane.middle_world.z, n.x, n.y, n.z);
   bool has_models = false;
-  for (const Object& object : objects) {
+  for (const SectionObject& object : objects) {
     json["objects"].push_back(
         {{"name", object.name}, {"area_mm2", object.cut.area}, {"outlines", object.cut.outline.size()}});
     outcome.text += format_text("%s: %.1f mm2\n", object.name.c_str(), object.cut.area);
-    has_models |= object.kind == Object::Kind::model;
+    has_models |= object.kind == SectionObject::Kind::model;
   }
   if (a.plane.width > 0)
     outcome.text +=
         format_text("of structures and bone, what lies in the %g mm that are shown\n", a.plane.width);
   if (has_models) {
     double whole = 0, drawn = 0;  // of their outlines; of what the picture shows of each
-    for (const Object& object : objects)
-      if (object.kind == Object::Kind::model) {
+    for (const SectionObject& object : objects)
+      if (object.kind == SectionObject::Kind::model) {
         whole += object.cut.area;
         for (const std::uint8_t in : object.cut.inside) drawn += in * pixel_mm2;
       }
@@ -168,23 +111,10 @@ Result<Outcome> run_section(const SectionArguments& a) {
     if (beyond > 0.01 * whole + 1)
       outcome.text +=
           format_text("of models %.1f mm2 lie beyond the picture, and are not among those below\n", beyond);
-    json["models_mm2"] = of_models * pixel_mm2;
-    json["models_outside_bone_mm2"] = outside * pixel_mm2;
-    outcome.text += format_text("of models %.1f mm2 lie outside bone (red)\n", outside * pixel_mm2);
+    json["models_mm2"] = areas.models;
+    json["models_outside_bone_mm2"] = areas.outside;
+    outcome.text += format_text("of models %.1f mm2 lie outside bone (red)\n", areas.outside);
   }
-  panel.left = view::direction_letter(-plane.right), panel.right = view::direction_letter(plane.right);
-  panel.above = view::direction_letter(plane.up), panel.below = view::direction_letter(-plane.up);
-  panel.title = format_text("%s: %.0f mm\u00b2", objects[0].name.c_str(), objects[0].cut.area);
-  panel.foot =
-      format_text("at %.1f, %.1f, %.1f", plane.middle_world.x, plane.middle_world.y, plane.middle_world.z);
-  for (const Object& object : objects)
-    for (const cross_section::Loop& loop : object.cut.outline)
-      panel.lines.push_back({loop, {20, 20, 20}, true, ""});
-  if (std::any_of(objects.begin(), objects.end(), [](const Object& object) {
-        return object.kind == Object::Kind::structure && object.cut.area > 0;
-      }))
-    panel.lines.push_back({{}, colour_of(Object::Kind::structure), true, "must not be cut"});
-  if (has_models && outside > 0) panel.lines.push_back({{}, k_outside, true, "outside bone"});
   outputs.write(a.output, [&] { return view::write_slices({panel}, a.output, 720); });
   outputs.write(a.svg, [&] { return data_tools::write_file_atomically(a.svg, svg_of(plane, objects)); });
   if (Status error = outputs.result()) return *error;

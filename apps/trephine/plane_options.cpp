@@ -4,8 +4,6 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 
-#include "apps/trephine/surface_image.h"
-
 namespace trephine::app {
 
 using glm::dvec3;
@@ -102,19 +100,6 @@ Result<ImagePlane> plane_of(const PlaneArguments& a, const workbench::Moment& mo
                  "a plane through the scan", ""};
   }
   return plane;
-}
-
-Result<cross_section::Cut> cut_of(const ImagePlane& plane, const workbench::Moment::Thing& thing) {
-  if (Status error = check_closed(thing)) return *error;
-  cross_section::SectionMesh mesh;
-  for (const dvec3& v : thing.tree->vertices())
-    mesh.vertices_world.push_back(thing.place.world_from_local(v));
-  mesh.triangles = thing.tree->triangles();
-  auto cut = cross_section::cut_mesh(plane, mesh);
-  if (cut) return cut;
-  Error error = cut.error();
-  error.where = thing.name;
-  return error;
 }
 
 }  // namespace trephine::app

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "apps/trephine/options.h"
-#include "modules/cross_section/section.h"
+#include "volume/image_plane.h"
 
 namespace trephine::app {
 
@@ -15,9 +15,5 @@ void add_plane(Options& options, PlaneArguments& plane);
 volume::Status check(const PlaneArguments& plane);
 /// Error when nothing is called so, or the plane does not meet the scan.
 volume::Result<volume::ImagePlane> plane_of(const PlaneArguments& plane, const workbench::Moment& moment);
-
-/// Of a model, a screw or a piece; error names one that is no closed surface.
-volume::Result<cross_section::Cut> cut_of(const volume::ImagePlane& plane,
-                                          const workbench::Moment::Thing& thing);
 
 }  // namespace trephine::app

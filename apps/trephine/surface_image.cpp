@@ -54,21 +54,6 @@ fluoroscopy::SurfaceObject surface_of(const volume::Volume& scan, const volume::
 
 }  // namespace
 
-Status check_closed(const workbench::Moment::Thing& thing) {
-  data_tools::PolygonModel model;
-  model.vertices = thing.tree->vertices(), model.triangles = thing.tree->triangles();
-  const data_tools::ModelFacts facts = data_tools::facts_of(model);
-  if (facts.open_edges + facts.turned_edges > 0)
-    return Error{"a model is not a closed surface", thing.name,
-                 format_text("%zu open edges, %zu between triangles that face opposite ways",
-                             facts.open_edges, facts.turned_edges),
-                 "neither", "close it in a mesh editor"};
-  if (facts.volume > 0) return std::nullopt;
-  return Error{"a model looks inward", thing.name, format_text("%.0f mm3 within its surface", facts.volume),
-               "triangles that are counter-clockwise seen from outside",
-               "turn its triangles in a mesh editor"};
-}
-
 Result<fluoroscopy::SurfaceXray> surface_image(const workbench::Moment& moment, const View& view,
                                                double energy, const SurfaceChoice& choice) {
   if (!moment.shape)

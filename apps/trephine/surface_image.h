@@ -9,9 +9,6 @@
 
 namespace trephine::app {
 
-/// Error names a thing that is no closed surface, or looks inward.
-volume::Status check_closed(const workbench::Moment::Thing& thing);
-
 struct SurfaceChoice {
   double edge = 0.3;  ///< what a ray counts that grazes bone
   fluoroscopy::Matter metal = fluoroscopy::Matter::titanium;

@@ -22,17 +22,17 @@ namespace {
 constexpr int k_edge = 520;  // pixels of a panel
 
 /// How a state looks from a place, as pixels of a panel.
-volume::Result<SlicePanel> seen(const haptics::TouchScene& scene, const ComparedState& state, const dvec3& at,
-                                const dvec3& from) {
+volume::Result<imaging::Panel> seen(const haptics::TouchScene& scene, const ComparedState& state,
+                                    const dvec3& at, const dvec3& from) {
   auto surface = make_offscreen(k_edge, k_edge);
   if (!surface) return surface.error();
   Viewport picture(scene, surface.value()->window(), false);
   picture.show_still(state.version, state.overlays, at, from, 0.6, 0.7);
   vtkNew<vtkUnsignedCharArray> pixels;
   surface.value()->window()->GetPixelData(0, 0, k_edge - 1, k_edge - 1, 0, pixels);
-  SlicePanel panel;
+  imaging::Panel panel;
   panel.title = state.title;
-  panel.size = k_edge;
+  panel.columns = panel.rows = k_edge;
   for (int i = 0; i < k_edge * k_edge; ++i)
     panel.pixels.push_back(
         {pixels->GetValue(3 * i), pixels->GetValue(3 * i + 1), pixels->GetValue(3 * i + 2)});
@@ -40,8 +40,9 @@ volume::Result<SlicePanel> seen(const haptics::TouchScene& scene, const Compared
 }
 
 /// A cut through the scan, of what the states hold.
-SlicePanel cut(const haptics::TouchScene& scene, const volume::Version& first, const volume::Version& second,
-               const dvec3& at, const dvec3& right, const dvec3& up, std::string_view letters) {
+imaging::Panel cut(const haptics::TouchScene& scene, const volume::Version& first,
+                   const volume::Version& second, const dvec3& at, const dvec3& right, const dvec3& up,
+                   std::string_view letters) {
   constexpr double k_wide = 100, k_pixel = 0.25;  // mm
   const volume::Field& bone = scene.items[0].field;
   const volume::Frame& frame = bone.volume().frame;
@@ -51,14 +52,14 @@ SlicePanel cut(const haptics::TouchScene& scene, const volume::Version& first, c
   const bool is_ct = bone.volume().is_hounsfield;
   const double dark = is_ct ? -200 : bone.shape().is_label() ? 0 : bone.shape().low - 500;
   const double bright = is_ct ? 1400 : dark + 2000;
-  SlicePanel panel;
+  imaging::Panel panel;
   std::string* const edges[] = {&panel.left, &panel.right, &panel.above, &panel.below};
   for (std::size_t i = 0; i < 4; ++i) edges[i]->push_back(letters[i]);
-  panel.size = static_cast<int>(k_wide / k_pixel);
+  panel.columns = panel.rows = static_cast<int>(k_wide / k_pixel);
   panel.mm_a_pixel = k_pixel;
-  for (int j = 0; j < panel.size; ++j)
-    for (int i = 0; i < panel.size; ++i) {
-      const double half = 0.5 * (panel.size - 1);
+  for (int j = 0; j < panel.rows; ++j)
+    for (int i = 0; i < panel.rows; ++i) {
+      const double half = 0.5 * (panel.rows - 1);
       const dvec3 p = frame.volume_from_world(at + (i - half) * k_pixel * right + (j - half) * k_pixel * up);
       const bool is_in = bone.volume().contains(volume::voxel_of(p));
       const double grey = is_in ? std::clamp((intensity.value(p) - dark) / (bright - dark), 0.0, 1.0) : 0.0;
@@ -70,7 +71,7 @@ SlicePanel cut(const haptics::TouchScene& scene, const volume::Version& first, c
                : is_in_second              ? dvec3(1, 0.6, 0.15)
                                            : dvec3(0.75, 0.2, 0.2);
       }
-      SlicePanel::Colour colour;
+      imaging::Panel::Colour colour;
       for (int c = 0; c < 3; ++c)
         colour[static_cast<std::size_t>(c)] = static_cast<std::uint8_t>(
             255 * std::min(1.0, tint == dvec3(1) ? grey : (0.4 + 0.6 * grey) * tint[c]));
@@ -147,14 +148,14 @@ volume::Result<std::string> compare(const haptics::TouchScene& scene, const Comp
   // From outside over it, from the side a little, so that depth is seen.
   const dvec3 out = glm::length(at - middle) > 1 ? glm::normalize(at - middle) : dvec3(0, -1, 0);
   const dvec3 from = Viewport::obliquely(out);
-  std::vector<SlicePanel> panels;
+  std::vector<imaging::Panel> panels;
   for (const ComparedState* state : {&first, &second}) {
     auto panel = seen(scene, *state, at, from);
     if (!panel) return panel.error();
     panels.push_back(std::move(panel).value());
   }
-  SlicePanel axial = cut(scene, *first.version, *second.version, at, {1, 0, 0}, {0, -1, 0}, "RLAP"),
-             sagittal = cut(scene, *first.version, *second.version, at, {0, 1, 0}, {0, 0, 1}, "APHF");
+  imaging::Panel axial = cut(scene, *first.version, *second.version, at, {1, 0, 0}, {0, -1, 0}, "RLAP"),
+                 sagittal = cut(scene, *first.version, *second.version, at, {0, 1, 0}, {0, 0, 1}, "APSI");
   axial.title = workbench::format_text("Only in the first: %.0f mm3; only in the second: %.0f mm3",
                                        difference.first_mm3, difference.second_mm3);
   axial.lines = {{{}, {90, 166, 255}, true, "only in the first"},

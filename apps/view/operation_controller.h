@@ -2,6 +2,7 @@
 #pragma once
 
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -64,6 +65,10 @@ class OperationController {
   /// To be compared: waits for the edits, some milliseconds.
   std::vector<sim::LiveSession::Place> places() { return live_.places().get(); }
   const haptics::TouchScene& scene() const noexcept { return *scene_; }
+  /// What must not be cut: the same from beginning to end.
+  std::span<const std::shared_ptr<const sim::Forbidden>> forbidden() const {
+    return live_.engine().forbidden();
+  }
   void reset_faults() { live_.reset_faults(); }
 
   /// One frame: the stylus moves on, news are fetched, the picture is drawn.

@@ -88,7 +88,13 @@ MainWindow::MainWindow(std::shared_ptr<const haptics::TouchScene> scene, const W
   statusBar()->addPermanentWidget(opening_bar_);
   statusBar()->addPermanentWidget(cancel_);
   statusBar()->addPermanentWidget(fault_);
+  build_panes();
+  panes_.tell = [this](sim::Value what) {
+    if (operation_) operation_->apply(std::move(what));
+  };
+  if (options_.replay) panes_.tell = nullptr;
   begin(options.start ? options.start->scene() : std::move(scene));
+  restore_layout();
   help_ = new HelpOverlay(this);
   connect(&timer_, &QTimer::timeout, this, &MainWindow::tick);
   timer_.start(16);
@@ -106,6 +112,8 @@ MainWindow::~MainWindow() {
 
 void MainWindow::begin(std::shared_ptr<const haptics::TouchScene> scene) {
   operation_.reset();
+  panes_.begin();
+  followed_clip_.reset();
   scene_ = std::move(scene);
   canvas_ = new QVTKOpenGLNativeWidget;
   canvas_->setObjectName("canvas");
@@ -115,7 +123,7 @@ void MainWindow::begin(std::shared_ptr<const haptics::TouchScene> scene) {
   canvas_->installEventFilter(this);
   vtkNew<vtkGenericOpenGLRenderWindow> window;
   canvas_->setRenderWindow(window);
-  setCentralWidget(canvas_);
+  grid_->set_canvas(canvas_);
   Viewport* drawn = nullptr;
   if (options_.replay) {
     replay_ = std::make_unique<ReplayController>(*scene_, *options_.replay, options_.rate_hz,
@@ -191,7 +199,7 @@ void MainWindow::keyPressEvent(QKeyEvent* event) {
       if (operation_ && !operation_->take_or_put_down()) say("Touch a piece to take it.");
       return;
     case Qt::Key_C:
-      clip_->setCurrentIndex(clip_->currentIndex() == 0 ? clip_->count() - 1 : 0);
+      clip_->setCurrentIndex(clip_->currentIndex() == 0 ? static_cast<int>(ClipChoice::Axis::view) : 0);
       return;
     case Qt::Key_Plus:
     case Qt::Key_Equal:
@@ -269,9 +277,12 @@ void MainWindow::scale_text(double factor) {
 
 void MainWindow::set_clip() {
   using Axis = ClipChoice::Axis;
-  constexpr Axis axes[] = {Axis::none, Axis::left, Axis::back, Axis::up, Axis::view};
-  clip_share_->setEnabled(clip_->currentIndex() > 0);
-  viewport()->set_clip({axes[clip_->currentIndex()], 0.01 * clip_share_->value()});
+  constexpr Axis axes[] = {Axis::none, Axis::left, Axis::back, Axis::up, Axis::view, Axis::plane};
+  clip_share_->setEnabled(clip_->currentIndex() > 0 && clip_->currentIndex() < 5);
+  const imaging::Panes& panes = panes_.panes();
+  viewport()->set_clip({axes[clip_->currentIndex()], 0.01 * clip_share_->value(),
+                        followed_clip_ ? followed_clip_->at : panes.looked_at(),
+                        followed_clip_ ? followed_clip_->normal : panes.section_normal()});
 }
 
 void MainWindow::preview_shape() {
@@ -323,8 +334,11 @@ void MainWindow::tick() {
   if (operation_) {
     // The cursor in shares of the picture, wherever the last event came from.
     const QPoint at = canvas_->mapFromGlobal(QCursor::pos());
-    operation_->point(static_cast<double>(at.x()) / canvas_->width(),
-                      1 - static_cast<double>(at.y()) / canvas_->height());
+    if (canvas_->isVisible())
+      operation_->point(static_cast<double>(at.x()) / canvas_->width(),
+                        1 - static_cast<double>(at.y()) / canvas_->height());
+    else
+      operation_->point(-10, -10);  // over another pane: nothing is touched
     operation_->frame();
   } else if (replay_) {
     if (const Status error = replay_->frame(elapsed)) {
@@ -336,6 +350,7 @@ void MainWindow::tick() {
     has_first_frame_ = true;
     report_.first_frame_seconds = seconds_since(opened_at_);
   }
+  show_panes(elapsed);
   show_state();
 }
 
@@ -411,6 +426,7 @@ WindowReport MainWindow::finish() {
 }
 
 void MainWindow::closeEvent(QCloseEvent* event) {
+  remember_layout();
   if (!options_.screenshot.empty())
     if (const Status error = save_picture(QString::fromStdString(options_.screenshot))) show_error(*error);
   finish();
@@ -441,7 +457,9 @@ trephine::volume::Result<trephine::view::WindowReport> trephine_run_qt_window(
   if (QApplication::instance() == nullptr) own = std::make_unique<QApplication>(argc, argv);
   QApplication::setAttribute(Qt::AA_DontUseNativeDialogs);
   apply_look();
-  MainWindow window(std::move(scene), options);
+  WindowOptions remembering = options;
+  if (remembering.layout_file.empty()) remembering.layout_file = default_layout_file();
+  MainWindow window(std::move(scene), remembering);
   window.show();
   QApplication::exec();
   return window.finish();

@@ -9,6 +9,8 @@
 #include <memory>
 
 #include "apps/view/operation_controller.h"
+#include "apps/view/pane_controller.h"
+#include "apps/view/qt_pane_grid.h"
 #include "apps/view/qt_panels.h"
 #include "apps/view/qt_sound.h"
 #include "apps/view/qt_tool_panel.h"
@@ -30,7 +32,8 @@ class QVTKOpenGLNativeWidget;
 namespace trephine::view {
 
 /// One operation or one replay at a time. Everything on the thread of the widgets; only opening a scan waits
-/// on another. Remembers nothing from one run to the next: no recent files, no folders.
+/// on another. Remembers from one run to the next how panes were arranged, where options say so, and nothing
+/// else: no recent files, no folders.
 class MainWindow : public QMainWindow {
   Q_OBJECT
 
@@ -52,6 +55,8 @@ class MainWindow : public QMainWindow {
   OperationController* operation() noexcept { return operation_.get(); }
   ReplayController* replay() noexcept { return replay_.get(); }
   QVTKOpenGLNativeWidget* canvas() noexcept { return canvas_; }
+  PaneGrid* panes() noexcept { return grid_; }
+  PaneController& pane_controller() noexcept { return panes_; }
   bool is_opening() const { return stage_.is_opening(); }
   /// What is being opened is given up, as soon as its reading can be.
   void cancel_opening();
@@ -76,6 +81,12 @@ class MainWindow : public QMainWindow {
   void ask_and_apply(const sim::ValueType& type);
   void say(const QString& text);
   void build_panel();
+  void build_panes();
+  void build_panes_menu();
+  void restore_layout();
+  void remember_layout();
+  void show_scan_facts();
+  void show_panes(double elapsed);
   void build_replay_panel();
   void build_history_panel();
   void show_history();
@@ -104,6 +115,9 @@ class MainWindow : public QMainWindow {
   QVTKOpenGLNativeWidget* canvas_ = nullptr;
   std::unique_ptr<OperationController> operation_;
   std::unique_ptr<ReplayController> replay_;
+  PaneController panes_{PaneGrid::k_panes};
+  PaneGrid* grid_ = nullptr;
+  std::optional<PaneController::Clip> followed_clip_;
   /// A scan that is being opened, on a thread of its own.
   struct Opening {
     std::shared_ptr<std::atomic<double>> share = std::make_shared<std::atomic<double>>(0);
@@ -138,5 +152,7 @@ class MainWindow : public QMainWindow {
 
 /// A dark palette that leaves the light to the bone, and keeps its contrast for every kind of sight.
 void apply_look();
+/// Where a person's own settings are; empty where there is no such place.
+std::string default_layout_file();
 
 }  // namespace trephine::view

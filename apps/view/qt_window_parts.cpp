@@ -108,8 +108,8 @@ void MainWindow::build_panel() {
   clip_ = new QComboBox;
   clip_->setObjectName("clip");
   clip_->setFocusPolicy(Qt::NoFocus);
-  clip_->addItems(
-      {"Not cut open", "Open from the left", "Open from the front", "Open from above", "Open toward me"});
+  clip_->addItems({"Not cut open", "Open from the left", "Open from the front", "Open from above",
+                   "Open toward me", "Open at the section"});
   clip_share_ = make_slider("clip_share", 0, 100, 50);
   clip_share_->setEnabled(false);
   connect(clip_, QOverload<int>::of(&QComboBox::currentIndexChanged), this, [this] { set_clip(); });
@@ -361,6 +361,7 @@ void MainWindow::build_menu() {
     if (is_on && !is_sound_on_) say("There is no sound device.");
   });
   sound->setCheckable(true);
+  build_panes_menu();
   build_pieces_menu();
   build_command_menu();
   QMenu* help = menuBar()->addMenu("&Help");

@@ -32,7 +32,9 @@ volume::Status ReplayController::frame(double elapsed) {
     if (now_ >= seconds_) is_playing_ = false;
   }
   const std::shared_ptr<const volume::Version> version = replay_->engine().current();
-  viewport_.request(version, replay_->take_changed());
+  const volume::VoxelBox changed = replay_->take_changed();
+  has_changed_ = changed.low.x <= changed.high.x;
+  viewport_.request(version, changed);
   const glm::dvec3 viewer = -viewport_.ray_at(0.5, 0.5).direction;
   // The tool as it was then.
   if (replay_->next_tick() > 0)

@@ -28,6 +28,8 @@ class ReplayController {
 
   /// One frame, `elapsed` s after the last one.
   volume::Status frame(double elapsed);
+  /// Did matter change in the newest frame?
+  bool has_changed() const noexcept { return has_changed_; }
   const haptics::ServoRecord& record() const noexcept { return replay_->record(); }
   const sim::Engine& engine() const { return replay_->engine(); }
   Viewport& viewport() noexcept { return viewport_; }
@@ -36,7 +38,7 @@ class ReplayController {
   sim::Replay* replay_;
   double rate_hz_, seconds_;
   Viewport viewport_;
-  bool is_playing_ = true;
+  bool is_playing_ = true, has_changed_ = false;
   double speed_ = 1, now_ = 0;
   std::optional<std::uint64_t> shown_;  ///< the tick whose overlays are in the picture
 };

@@ -1,7 +1,6 @@
 #include "apps/view/slice_picture.h"
 
 #include <algorithm>
-#include <glm/common.hpp>
 #include <set>
 #include <vtkActor.h>
 #include <vtkCamera.h>
@@ -25,12 +24,14 @@
 
 namespace trephine::view {
 
+using imaging::Panel;
+
 namespace {
 
 constexpr int k_head = 44, k_foot = 40;  // pixels above and below panels
 
 void add_text(vtkRenderer* to, const std::string& text, double x, double y, int size, bool is_right,
-              const SlicePanel::Colour& colour = {230, 230, 230}) {
+              const Panel::Colour& colour = {230, 230, 230}) {
   if (text.empty()) return;
   vtkNew<vtkTextActor> actor;
   actor->SetInput(text.c_str());
@@ -46,22 +47,22 @@ void add_text(vtkRenderer* to, const std::string& text, double x, double y, int 
   to->AddActor2D(actor);
 }
 
-void add_pixels(vtkRenderer* to, const SlicePanel& panel) {
+void add_pixels(vtkRenderer* to, const Panel& panel) {
   vtkNew<vtkImageData> image;
-  image->SetDimensions(panel.size, panel.size, 1);
+  image->SetDimensions(panel.columns, panel.rows, 1);
   image->SetSpacing(panel.mm_a_pixel, panel.mm_a_pixel, 1);
-  const double low = -0.5 * panel.mm_a_pixel * (panel.size - 1);
-  image->SetOrigin(low, low, 0);
+  image->SetOrigin(-0.5 * panel.mm_a_pixel * (panel.columns - 1), -0.5 * panel.mm_a_pixel * (panel.rows - 1),
+                   0);
   image->AllocateScalars(VTK_UNSIGNED_CHAR, 3);
   auto* out = static_cast<std::uint8_t*>(image->GetScalarPointer());
-  for (const SlicePanel::Colour& c : panel.pixels) out = std::copy(c.begin(), c.end(), out);
+  for (const Panel::Colour& c : panel.pixels) out = std::copy(c.begin(), c.end(), out);
   vtkNew<vtkImageActor> actor;
   actor->GetMapper()->SetInputData(image);
   actor->GetProperty()->SetInterpolationTypeToLinear();
   to->AddActor(actor);
 }
 
-void add_line(vtkRenderer* to, const SlicePanel::Line& line) {
+void add_line(vtkRenderer* to, const Panel::Line& line) {
   vtkNew<vtkPoints> points;
   vtkNew<vtkCellArray> cells;
   for (const glm::dvec2& p : line.places) points->InsertNextPoint(p.x, p.y, 0.5);
@@ -85,7 +86,7 @@ void add_line(vtkRenderer* to, const SlicePanel::Line& line) {
 
 }  // namespace
 
-volume::Result<std::string> slices_png(const std::vector<SlicePanel>& panels, int edge) {
+volume::Result<std::string> slices_png(const std::vector<Panel>& panels, int edge) {
   const int columns = panels.size() > 1 ? 2 : 1,
             rows = (static_cast<int>(panels.size()) + columns - 1) / columns;
   const int wide = columns * edge, cell = k_head + edge, high = rows * cell + k_foot;
@@ -101,7 +102,7 @@ volume::Result<std::string> slices_png(const std::vector<SlicePanel>& panels, in
   std::set<std::string> named;
   double legend = 12;
   for (std::size_t i = 0; i < panels.size(); ++i) {
-    const SlicePanel& panel = panels[i];
+    const Panel& panel = panels[i];
     const int column = static_cast<int>(i) % columns, row = static_cast<int>(i) / columns;
     const double left = column * edge, low = high - (row + 1) * cell;
     vtkNew<vtkRenderer> view;
@@ -110,9 +111,9 @@ volume::Result<std::string> slices_png(const std::vector<SlicePanel>& panels, in
     view->GetActiveCamera()->ParallelProjectionOn();
     view->GetActiveCamera()->SetPosition(0, 0, 100);
     view->GetActiveCamera()->SetFocalPoint(0, 0, 0);
-    view->GetActiveCamera()->SetParallelScale(0.5 * panel.mm_a_pixel * panel.size);
+    view->GetActiveCamera()->SetParallelScale(0.5 * panel.mm_a_pixel * std::max(panel.columns, panel.rows));
     add_pixels(view, panel);
-    for (const SlicePanel::Line& line : panel.lines) add_line(view, line);
+    for (const Panel::Line& line : panel.lines) add_line(view, line);
     view->ResetCameraClippingRange();
     window->AddRenderer(view);
     add_text(words, panel.title, left + 12, low + edge + 0.5 * k_head, 19, false);
@@ -121,7 +122,7 @@ volume::Result<std::string> slices_png(const std::vector<SlicePanel>& panels, in
     add_text(words, panel.right, left + edge - 12, low + 0.5 * edge, 18, true);
     add_text(words, panel.above, left + 0.5 * edge - 6, low + edge - 16, 18, false);
     add_text(words, panel.below, left + 0.5 * edge - 6, low + 40, 18, false);
-    for (const SlicePanel::Line& line : panel.lines)
+    for (const Panel::Line& line : panel.lines)
       if (!line.name.empty() && named.insert(line.name).second) {
         add_text(words, line.name, legend, 0.5 * k_foot, 17, false, line.colour);
         legend += 9.5 * static_cast<double>(line.name.size()) + 24;
@@ -132,14 +133,7 @@ volume::Result<std::string> slices_png(const std::vector<SlicePanel>& panels, in
   return png_of(window);
 }
 
-char direction_letter(const glm::dvec3& direction_world) noexcept {
-  const glm::dvec3 size = glm::abs(direction_world);
-  if (size.x >= size.y && size.x >= size.z) return direction_world.x > 0 ? 'L' : 'R';
-  if (size.y >= size.z) return direction_world.y > 0 ? 'P' : 'A';
-  return direction_world.z > 0 ? 'S' : 'I';
-}
-
-volume::Status write_slices(const std::vector<SlicePanel>& panels, const std::string& path, int edge) {
+volume::Status write_slices(const std::vector<Panel>& panels, const std::string& path, int edge) {
   const auto png = slices_png(panels, edge);
   return png ? data_tools::write_file_atomically(path, png.value()) : volume::Status(png.error());
 }

@@ -67,6 +67,7 @@ struct WindowOptions {
   std::optional<WindowStart> start;        ///< of what is operated on; nothing: a replay, or a picture
   sim::Replay* replay = nullptr;           ///< plays this instead of operating
   double replay_seconds = 0;               ///< its length
+  std::string layout_file;                 ///< where panes are remembered; empty: they are not
   WindowHost host;                         ///< without functions nothing else can be opened
   double width = 1100, height = 760;       ///< pixels
 };

@@ -78,6 +78,7 @@ void Viewport::set_clip(const ClipChoice& choice) {
   clip_normal_ = dvec3(0);
   switch (choice.axis) {
     case ClipChoice::Axis::none:
+    case ClipChoice::Axis::plane:
       break;
     case ClipChoice::Axis::left:
       clip_normal_ = {-1, 0, 0};
@@ -94,6 +95,11 @@ void Viewport::set_clip(const ClipChoice& choice) {
       clip_normal_ = {n[0], n[1], n[2]};
       break;
     }
+  }
+  if (choice.axis == ClipChoice::Axis::plane) {
+    clip_origin_ = choice.at, clip_normal_ = -choice.normal;
+    view_.bone().set_clip(clip_origin_, clip_normal_);
+    return;
   }
   const double reach = 0.5 * glm::dot(high_ - low_, glm::abs(clip_normal_));
   clip_origin_ = middle + (2 * choice.share - 1) * reach * clip_normal_;

@@ -15,10 +15,12 @@ struct Ray {
   glm::dvec3 origin, direction;  // world, unit direction
 };
 
-/// Cuts the picture open by a plane that faces the viewer, or an axis of the patient.
+/// Cuts the picture open by a plane that faces the viewer, or an axis of the patient, or any.
 struct ClipChoice {
-  enum class Axis { none, left, back, up, view } axis = Axis::none;
-  double share = 0.5;  ///< of the way through the bone, 0 to 1
+  enum class Axis { none, left, back, up, view, plane } axis = Axis::none;
+  double share = 0.5;          ///< of the way through the bone, 0 to 1; not of a plane:
+  glm::dvec3 at{0.0};          ///< world
+  glm::dvec3 normal{0, 0, 1};  ///< unit; nothing before it is shown
 };
 
 /// Borrows the scene. One thread: the one that draws.

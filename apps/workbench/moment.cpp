@@ -47,20 +47,11 @@ Status go_to(Moment& moment, std::uint64_t tick) {
   moment.plan = session.source.plan;
   if (!moment.plan && session.source.is_builtin) moment.plan = data_tools::phantom_plan(session.source.name);
   const auto& bodies = engine.now().world.bodies;
-  const haptics::ServoHand& hand = engine.servo_scene()->hands[0];
-  for (const haptics::TouchItem& item : scene.items) {
-    if (!item.is_mesh()) {
-      if (!moment.shape && &item.field.volume() == scene.base.get()) moment.shape = item.field.shape();
-      continue;
-    }
-    if (std::any_of(bodies.begin(), bodies.end(),
-                    [&](const sim::Body& body) { return body.piece->tree == item.tree; }))
-      continue;
-    const bool is_moved = item.mover >= 0 && static_cast<std::size_t>(item.mover) < hand.placement_count;
-    moment.things.push_back(
-        {item.name, item.tree,
-         is_moved ? hand.placements[static_cast<std::size_t>(item.mover)] : item.placement});
-  }
+  for (const haptics::TouchItem& item : scene.items)
+    if (!moment.shape && !item.is_mesh() && &item.field.volume() == scene.base.get())
+      moment.shape = item.field.shape();
+  for (const haptics::TouchItem* model : engine.models())
+    moment.things.push_back({model->name, model->tree, engine.place_of(*model)});
   for (const sim::Body& body : bodies)
     moment.things.push_back(
         {format_text("piece %u", body.id.value), body.piece->tree, engine.place_of(body), true});

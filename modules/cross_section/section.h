@@ -39,7 +39,7 @@ struct Cut {
 volume::Result<Cut> cut_mesh(const volume::ImagePlane& plane, const SectionMesh& mesh, int threads = 0);
 
 /// Of a shape of a volume as it is felt: its field is 0 or more and the place was not cut away. `version`:
-/// frozen, of the field's volume; null: untouched. The outline is that of values at pixels' middles, linear
+/// of the field's volume; null: untouched. The outline is that of values at pixels' middles, linear
 /// between.
 Cut cut_volume(const volume::ImagePlane& plane, const volume::Field& field, const volume::Version* version,
                int threads = 0);

@@ -176,7 +176,7 @@ TEST_F(Script, WhatIsWrongIsSaidWithItsLineBeforeAnythingIsPlayed) {
 
 TEST_F(Command, ModulesAreListedWithTheirTables) {
   const Json all = json("modules");
-  ASSERT_EQ(all["modules"].size(), 8u);
+  ASSERT_EQ(all["modules"].size(), 9u);
   EXPECT_EQ(all["modules"][0]["name"], "engine");
   EXPECT_GT(all["modules"][0]["parts"].size(), 15u);
   EXPECT_EQ(all["modules"][1]["name"], "drilling");

@@ -1,0 +1,74 @@
+#include "apps/imaging/pane_worker.h"
+
+#include <utility>
+
+#include "apps/workbench/clock.h"
+
+namespace trephine::imaging {
+
+PaneWorker::PaneWorker(std::size_t panes) : wishes_(panes), made_(panes) {}
+
+PaneWorker::~PaneWorker() {
+  {
+    const std::lock_guard guard(lock_);
+    is_stopping_ = true;
+  }
+  changed_.notify_all();
+  if (thread_.joinable()) thread_.join();
+}
+
+void PaneWorker::wish(std::size_t pane, Make make) {
+  {
+    const std::lock_guard guard(lock_);
+    counters_.superseded += wishes_[pane] != nullptr;
+    wishes_[pane] = std::move(make);
+    if (!thread_.joinable()) thread_ = std::thread(&PaneWorker::run, this);
+  }
+  changed_.notify_all();
+}
+
+std::optional<PaneWorker::Made> PaneWorker::take(std::size_t pane) {
+  const std::lock_guard guard(lock_);
+  return std::exchange(made_[pane], std::nullopt);
+}
+
+bool PaneWorker::is_idle() const {
+  const std::lock_guard guard(lock_);
+  for (const Make& wish : wishes_)
+    if (wish) return false;
+  for (const std::optional<Made>& one : made_)
+    if (one) return false;
+  return !is_working_;
+}
+
+PaneWorker::Counters PaneWorker::counters() const {
+  const std::lock_guard guard(lock_);
+  return counters_;
+}
+
+void PaneWorker::run() {
+  std::unique_lock guard(lock_);
+  for (;;) {
+    std::size_t pane = wishes_.size();
+    for (std::size_t i = 0; i < wishes_.size() && pane == wishes_.size(); ++i)
+      if (wishes_[(next_ + i) % wishes_.size()]) pane = (next_ + i) % wishes_.size();
+    if (is_stopping_) return;
+    if (pane == wishes_.size()) {
+      changed_.wait(guard);
+      continue;
+    }
+    next_ = pane + 1;
+    const Make make = std::exchange(wishes_[pane], nullptr);
+    is_working_ = true;
+    guard.unlock();
+    const auto begun = workbench::Clock::now();
+    volume::Result<Panel> panel = make();
+    const double ms = 1e3 * workbench::seconds_since(begun);
+    guard.lock();
+    is_working_ = false;
+    ++counters_.made;
+    made_[pane] = Made{std::move(panel), ms};
+  }
+}
+
+}  // namespace trephine::imaging

@@ -1,0 +1,56 @@
+// A thread of its own that makes images for panes: the newest wish of each, in turn.
+#pragma once
+
+#include <condition_variable>
+#include <cstdint>
+#include <functional>
+#include <mutex>
+#include <optional>
+#include <thread>
+#include <vector>
+
+#include "apps/imaging/panel.h"
+#include "volume/error.h"
+
+namespace trephine::imaging {
+
+/// Nobody waits for it but its destructor, for the image in hand.
+class PaneWorker {
+ public:
+  using Make = std::function<volume::Result<Panel>()>;
+  struct Made {
+    volume::Result<Panel> panel;
+    double milliseconds = 0;  ///< that it took
+  };
+  struct Counters {
+    std::uint64_t made = 0, superseded = 0;  ///< images; wishes that a newer one replaced
+  };
+
+  explicit PaneWorker(std::size_t panes);
+  ~PaneWorker();
+  PaneWorker(const PaneWorker&) = delete;
+  PaneWorker& operator=(const PaneWorker&) = delete;
+
+  /// The drawing thread. Replaces a wish of the same pane that nobody began with. The thread begins with the
+  /// first one.
+  void wish(std::size_t pane, Make make);
+  /// A pane's newest image, once.
+  std::optional<Made> take(std::size_t pane);
+  /// Has it neither wishes nor images, in hand or not taken yet?
+  bool is_idle() const;
+  Counters counters() const;
+
+ private:
+  void run();
+
+  mutable std::mutex lock_;
+  std::condition_variable changed_;
+  std::vector<Make> wishes_;
+  std::vector<std::optional<Made>> made_;
+  Counters counters_;
+  std::size_t next_ = 0;  ///< whose turn it is
+  bool is_working_ = false, is_stopping_ = false;
+  std::thread thread_;
+};
+
+}  // namespace trephine::imaging

@@ -1,0 +1,34 @@
+// An image with what is drawn in it, as data.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <glm/vec2.hpp>
+#include <glm/vec3.hpp>
+#include <string>
+#include <vector>
+
+namespace trephine::imaging {
+
+struct Panel {
+  using Colour = std::array<std::uint8_t, 3>;
+  struct Line {
+    std::vector<glm::dvec2> places;  ///< mm in the panel, from its middle: x to the right, y up
+    Colour colour{255, 255, 255};
+    bool is_closed = true;
+    std::string name = {};  ///< in the legend, once a picture
+  };
+  std::string title, foot;
+  std::string left, right, above, below;  ///< letters at its edges
+  int columns = 0, rows = 0;
+  double mm_a_pixel = 1;
+  std::vector<Colour> pixels;  ///< from the lower left on, row by row
+  std::vector<Line> lines;
+};
+
+/// Where the patient lies that way: L, R, P, A, S or I, as the window has them.
+char direction_letter(const glm::dvec3& direction_world) noexcept;
+/// The letters at its edges, of where its right and its upper edge lie.
+void set_letters(Panel& panel, const glm::dvec3& right_world, const glm::dvec3& up_world);
+
+}  // namespace trephine::imaging

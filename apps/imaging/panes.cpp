@@ -1,0 +1,355 @@
+#include "apps/imaging/panes.h"
+
+#include <algorithm>
+#include <cmath>
+#include <glm/geometric.hpp>
+
+#include "apps/imaging/section_panel.h"
+#include "apps/workbench/text.h"
+
+namespace trephine::imaging {
+
+using glm::dvec2;
+using glm::dvec3;
+using volume::ImagePlane;
+using volume::Result;
+using workbench::format_text;
+
+namespace {
+
+constexpr int k_threads = 1;  // the other cores are the servo's and the picture's
+constexpr int k_live_pixels = 256, k_shot_pixels = 1024;
+
+dvec3 middle_of(const volume::Volume& scan) {
+  return scan.frame.world_from_volume(0.5 * (dvec3(scan.size) - 1.0));
+}
+
+/// The same detector in other pixels.
+fluoroscopy::CArm in_pixels(fluoroscopy::CArm arm, int columns) {
+  arm.pixel *= static_cast<double>(arm.columns) / columns;
+  arm.rows = std::max<std::int64_t>(
+      1, std::llround(static_cast<double>(arm.rows) * columns / static_cast<double>(arm.columns)));
+  arm.columns = columns;
+  return arm;
+}
+
+}  // namespace
+
+Panes::Panes(std::size_t count) : panes_(count), worker_(count) {
+  constexpr PaneKind first[] = {PaneKind::axial, PaneKind::coronal, PaneKind::sagittal};
+  for (std::size_t i = 0; i < count; ++i) panes_[i].kind = first[i % 3];
+}
+
+void Panes::show(Subject subject, bool is_changed) {
+  const bool is_other = subject.scan != subject_.scan;
+  if (is_other) forget();
+  is_changed |= is_other || subject.things.size() != subject_.things.size();
+  for (std::size_t i = 0; !is_changed && i < subject.things.size(); ++i)
+    is_changed = subject.things[i].tree != subject_.things[i].tree ||
+                 !(subject.things[i].place == subject_.things[i].place);
+  is_changed |= subject.version != subject_.version;
+  subject_ = std::move(subject);
+  if (is_other && subject_.scan) {
+    at_ = middle_of(*subject_.scan);
+    if (!has_arm_) arm_.isocentre = at_;
+  }
+  if (is_changed) make_stale(is_live_);
+}
+
+void Panes::forget() {
+  for (Pane& pane : panes_) {
+    pane.panel.reset(), pane.camera.reset(), pane.trouble.clear();
+    pane.pixel = 0, pane.is_wanted = pane.is_stale = false;
+  }
+  is_placed_ = has_window_ = has_arm_ = is_live_ = false;
+  subject_ = {};
+  arm_ = {};
+}
+
+/// X-rays are of when they were taken: only live ones follow.
+void Panes::make_stale(bool with_xrays) {
+  for (Pane& pane : panes_)
+    if (pane.kind != PaneKind::xray || with_xrays) pane.is_stale = true;
+}
+
+void Panes::look_at(const dvec3& world) {
+  if (world == at_) return;
+  at_ = world;
+  make_stale(false);
+}
+
+void Panes::show_tool(const dvec3& tip, const dvec3& shaft) {
+  if (tip == tip_ && shaft == shaft_) return;
+  tip_ = tip, shaft_ = shaft;
+  for (Pane& pane : panes_)
+    if (pane.kind == PaneKind::tool) pane.is_stale = true;
+}
+
+void Panes::turn_section(const dvec3& normal) {
+  if (!(glm::length(normal) > 1e-9) || glm::normalize(normal) == section_normal_) return;
+  section_normal_ = glm::normalize(normal);
+  make_stale(false);
+}
+
+std::optional<int> Panes::probe() const {
+  if (!subject_.scan) return std::nullopt;
+  ImagePlane one;
+  one.columns = one.rows = 1, one.middle_world = at_;
+  const ct_viewer::SliceValues there = ct_viewer::slice_values(*subject_.scan, *subject_.version, one, {}, 1);
+  return there.before[0] == ct_viewer::k_outside ? std::nullopt : std::optional<int>(there.now[0]);
+}
+
+void Panes::set_kind(std::size_t index, PaneKind kind) {
+  Pane& pane = panes_[index];
+  if (pane.kind == kind) return;
+  pane.kind = kind;
+  pane.panel.reset(), pane.camera.reset();
+  reset(index);
+}
+
+void Panes::set_size(std::size_t index, int columns, int rows, bool is_visible) {
+  Pane& pane = panes_[index];
+  if (pane.columns == columns && pane.rows == rows && pane.is_visible == is_visible) return;
+  // An X-ray is as large as its detector.
+  if (pane.kind != PaneKind::xray)
+    pane.is_stale |= is_visible && (pane.columns != columns || pane.rows != rows || !pane.is_visible);
+  pane.columns = columns, pane.rows = rows;
+  pane.is_visible = is_visible;
+}
+
+void Panes::scroll(std::size_t index, int slices) {
+  const auto shown = plane(index);
+  if (!shown) return;
+  // As far as the scan's own slices are apart that way.
+  const dvec3 n = shown->normal(), step = subject_.scan->frame.vector_volume_from_world(n);
+  const double most = std::max({std::abs(step.x), std::abs(step.y), std::abs(step.z)});
+  look_at(at_ + slices / most * n);
+}
+
+void Panes::zoom(std::size_t index, double factor, const dvec2& around) {
+  Pane& pane = panes_[index];
+  const auto before = plane(index);
+  if (!before) return;
+  const dvec3 fixed = before->world(around.x, around.y);
+  pane.middle = before->middle_world;
+  pane.pixel = std::clamp(before->pixel / factor, 0.01, 5.0);
+  const dvec3 moved = plane(index)->world(around.x, around.y);
+  pane.middle += fixed - moved;
+  pane.is_stale = true;
+}
+
+void Panes::pan(std::size_t index, const dvec2& pixels) {
+  Pane& pane = panes_[index];
+  const auto before = plane(index);
+  if (!before) return;
+  pane.pixel = before->pixel;
+  pane.middle = before->middle_world - before->pixel * (pixels.x * before->right - pixels.y * before->up);
+  pane.is_stale = true;
+}
+
+void Panes::reset(std::size_t index) {
+  panes_[index].pixel = 0;
+  panes_[index].is_stale = panes_[index].kind != PaneKind::xray || is_live_;
+}
+
+void Panes::set_window(const ct_viewer::GreyWindow& window) {
+  has_window_ = true;
+  window_ = {window.level, std::max(1.0, window.width)};
+  make_stale(false);
+}
+
+void Panes::set_blend(ct_viewer::Blend blend) {
+  blend_ = blend;
+  make_stale(false);
+}
+
+void Panes::set_labels(bool are_shown) {
+  has_labels_ = are_shown;
+  make_stale(false);
+}
+
+void Panes::set_slab(double thickness) {
+  slab_ = std::clamp(thickness, 0.0, 100.0);
+  make_stale(false);
+}
+
+void Panes::set_arm(const fluoroscopy::CArm& arm) {
+  if (has_arm_ && arm_ == arm) return;
+  arm_ = arm, has_arm_ = true;
+  if (is_live_) make_stale(true);
+}
+
+void Panes::set_live(bool is_live) {
+  if (is_live_ == is_live) return;
+  is_live_ = is_live;
+  for (Pane& pane : panes_)
+    if (pane.kind == PaneKind::xray) {
+      if (is_live)
+        pane.is_stale = true;
+      else if (pane.panel)
+        pane.panel->title = "X-ray, held";
+    }
+}
+
+void Panes::shoot() {
+  for (Pane& pane : panes_)
+    if (pane.kind == PaneKind::xray) pane.is_stale = pane.is_wanted = true;
+}
+
+/// Its orientation and its middle, in its own pixels.
+ImagePlane Panes::turned(const Pane& pane) const {
+  ImagePlane plane;
+  plane.columns = std::max(1, pane.columns), plane.rows = std::max(1, pane.rows);
+  dvec3 through = at_;
+  if (pane.kind == PaneKind::section) {
+    turn_plane(plane, section_normal_);
+  } else if (pane.kind == PaneKind::tool) {
+    // The shaft lies in it; seen as nearly from the patient's left as can be.
+    through = tip_;
+    const dvec3 wish = std::abs(shaft_.x) < 0.9 ? dvec3(1, 0, 0) : dvec3(0, -1, 0);
+    turn_plane(plane, wish - glm::dot(wish, shaft_) * shaft_);
+  } else {
+    turn_plane(plane, k_pane_kinds[static_cast<std::size_t>(pane.kind)]);
+  }
+  // All of the scan, where nobody said how much.
+  dvec2 low(1e300), high(-1e300);
+  for (const dvec3& corner :
+       volume::corners_world(subject_.scan->frame, glm::ivec3(0), subject_.scan->size - 1)) {
+    const dvec2 p = plane.from_world(corner);
+    low = glm::min(low, p), high = glm::max(high, p);
+  }
+  if (pane.pixel > 0) {
+    plane.pixel = pane.pixel;
+    plane.middle_world = pane.middle;
+  } else {
+    plane.pixel =
+        std::clamp(std::max((high.x - low.x) / plane.columns, (high.y - low.y) / plane.rows), 0.01, 5.0);
+    plane.middle_world = plane.world(0.5 * (low + high));
+  }
+  const dvec3 n = plane.normal();
+  plane.middle_world += glm::dot(through - plane.middle_world, n) * n;
+  return plane;
+}
+
+std::optional<ImagePlane> Panes::plane(std::size_t index) const {
+  const Pane& pane = panes_[index];
+  if (!subject_.scan || pane.kind == PaneKind::xray) return std::nullopt;
+  return turned(pane);
+}
+
+std::optional<dvec3> Panes::world(std::size_t index, const dvec2& pixel) const {
+  const auto shown = plane(index);
+  return shown ? std::optional<dvec3>(shown->world(pixel.x, pixel.y)) : std::nullopt;
+}
+
+std::optional<dvec2> Panes::pixel(std::size_t index, const dvec3& world) const {
+  const Pane& pane = panes_[index];
+  if (!subject_.scan) return std::nullopt;
+  if (const auto shown = plane(index)) {
+    const dvec2 mm = shown->from_world(world);
+    return dvec2(mm.x / shown->pixel + 0.5 * (shown->columns - 1),
+                 0.5 * (shown->rows - 1) - mm.y / shown->pixel);
+  }
+  // An X-ray, as large as the pane allows.
+  const fluoroscopy::View view(arm_);
+  const auto at = view.seen(world);
+  if (!at || pane.columns < 2) return std::nullopt;
+  const double scale =
+      std::min(pane.columns / static_cast<double>(view.columns), pane.rows / static_cast<double>(view.rows));
+  return dvec2(scale * (at->x - 0.5 * (view.columns - 1)) + 0.5 * (pane.columns - 1),
+               scale * (at->y - 0.5 * (view.rows - 1)) + 0.5 * (pane.rows - 1));
+}
+
+const Panel* Panes::panel(std::size_t index) const noexcept {
+  const Pane& pane = panes_[index];
+  return pane.panel ? &*pane.panel : nullptr;
+}
+
+/// Beginning an image with values of now; nothing that it uses changes.
+void Panes::wish(std::size_t index) {
+  Pane& pane = panes_[index];
+  pane.is_stale = false;
+  if (pane.kind == PaneKind::xray) {
+    if (!subject_.scan->is_hounsfield) {
+      pane.trouble = "X-rays are made of Hounsfield units, and the scan has others";
+      return;
+    }
+    if (!pane.camera) pane.camera = std::make_shared<XrayCamera>();
+    const bool is_shot = std::exchange(pane.is_wanted, false) || !is_live_;
+    const fluoroscopy::CArm arm = in_pixels(arm_, is_shot ? k_shot_pixels : k_live_pixels);
+    const char* title = is_live_ ? "X-ray, live" : "X-ray, held";
+    worker_.wish(index, [camera = pane.camera, subject = subject_, arm, title]() -> Result<Panel> {
+      auto image = camera->shoot(subject, arm, k_threads);
+      if (image) image.value().title = title;
+      return image;
+    });
+    return;
+  }
+  const ImagePlane shown = turned(pane);
+  if (pane.kind == PaneKind::section) {
+    if (!subject_.bone) {
+      pane.trouble = "nobody says what is bone";
+      return;
+    }
+    worker_.wish(index, [subject = subject_, shown]() -> Result<Panel> {
+      const auto objects = section_objects(subject, shown);
+      if (!objects) return objects.error();
+      SectionAreas areas;
+      Panel panel = section_panel(objects.value(), shown, areas);
+      panel.foot = areas.models > 0
+                       ? format_text("models %.0f mm\u00b2, outside bone %.0f", areas.models, areas.outside)
+                       : "";
+      return panel;
+    });
+    return;
+  }
+  const volume::Slab slab{slab_, volume::Slab::Kind::mean};
+  worker_.wish(index,
+               [subject = subject_, shown, slab, window = window_, blend = blend_, labels = has_labels_,
+                kind = pane.kind]() -> Result<Panel> {
+                 const ct_viewer::SliceValues values =
+                     ct_viewer::slice_values(*subject.scan, *subject.version, shown, slab, k_threads);
+                 Panel panel = slice_panel(values, shown, window, blend);
+                 if (volume::Status error = draw_in(panel, subject, shown, labels)) return *error;
+                 panel.title = kind == PaneKind::tool
+                                   ? "along the tool"
+                                   : std::string(k_pane_kinds[static_cast<std::size_t>(kind)]);
+                 panel.foot = format_text("window %.0f / %.0f", window.width, window.level);
+                 if (slab.thickness > 0) panel.foot += format_text(", mean of %.0f mm", slab.thickness);
+                 return panel;
+               });
+}
+
+bool Panes::frame() {
+  bool is_new = false;
+  for (std::size_t i = 0; i < panes_.size(); ++i) {
+    auto made = worker_.take(i);
+    if (!made) continue;
+    is_new = true;
+    Pane& pane = panes_[i];
+    pane.milliseconds = made->milliseconds, ++pane.made;
+    pane.trouble = made->panel ? "" : made->panel.error().message();
+    if (made->panel) pane.panel = std::move(made->panel).value();
+  }
+  if (!subject_.scan) return is_new;
+  if (!has_window_) {
+    // Of numbers that mean nothing by themselves: of the middle slice.
+    ImagePlane middle;
+    turn_plane(middle, "axial");
+    middle.middle_world = middle_of(*subject_.scan);
+    window_ = first_window(*subject_.scan,
+                           ct_viewer::slice_values(*subject_.scan, *subject_.version, middle, {}, 1).before);
+    has_window_ = true;
+  }
+  for (std::size_t i = 0; i < panes_.size(); ++i)
+    if (panes_[i].is_stale && panes_[i].is_visible && panes_[i].columns > 1 && panes_[i].rows > 1) wish(i);
+  return is_new;
+}
+
+bool Panes::is_up_to_date() const {
+  for (const Pane& pane : panes_)
+    if (pane.is_visible && pane.is_stale) return false;
+  return worker_.is_idle();
+}
+
+}  // namespace trephine::imaging

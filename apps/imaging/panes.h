@@ -1,0 +1,115 @@
+// Panes beside a picture in three dimensions: slices that meet where one looks, sections, X-rays. Which they
+// are, what they show and when they are made anew; who draws them is elsewhere.
+#pragma once
+
+#include "apps/imaging/pane_worker.h"
+#include "apps/imaging/slice_panel.h"
+#include "apps/imaging/xray_panel.h"
+
+namespace trephine::imaging {
+
+/// What a pane shows. Along the tool: a slice in which its shaft lies.
+enum class PaneKind : std::uint8_t { axial, coronal, sagittal, tool, section, xray };
+inline constexpr std::string_view k_pane_kinds[] = {"axial", "coronal", "sagittal",
+                                                    "tool",  "section", "xray"};
+
+/// One thread. Pixels of a pane are counted from its upper left.
+class Panes {
+ public:
+  explicit Panes(std::size_t count);
+
+  // What is looked at.
+  /// The newest state. is_changed: matter or things are not what they were the last time.
+  void show(Subject subject, bool is_changed);
+  /// Another scan: what was made of the old one is forgotten.
+  void forget();
+  void look_at(const glm::dvec3& world);
+  const glm::dvec3& looked_at() const noexcept { return at_; }
+  /// Where the tool is and where its shaft points, out of the body. Unit.
+  void show_tool(const glm::dvec3& tip, const glm::dvec3& shaft);
+  void turn_section(const glm::dvec3& normal);
+  glm::dvec3 section_normal() const noexcept { return section_normal_; }
+  /// The scan's own number where one looks; nothing beside it.
+  std::optional<int> probe() const;
+  bool is_hounsfield() const noexcept { return subject_.scan && subject_.scan->is_hounsfield; }
+
+  // What a person turns.
+  std::size_t count() const noexcept { return panes_.size(); }
+  void set_kind(std::size_t pane, PaneKind kind);
+  PaneKind kind(std::size_t pane) const noexcept { return panes_[pane].kind; }
+  /// Nothing is made of a hidden one.
+  void set_size(std::size_t pane, int columns, int rows, bool is_visible);
+  void scroll(std::size_t pane, int slices);
+  void zoom(std::size_t pane, double factor, const glm::dvec2& around);
+  void pan(std::size_t pane, const glm::dvec2& pixels);
+  /// As much as there is, in the middle.
+  void reset(std::size_t pane);
+  void set_window(const ct_viewer::GreyWindow& window);
+  const ct_viewer::GreyWindow& window() const noexcept { return window_; }
+  void set_blend(ct_viewer::Blend blend);
+  ct_viewer::Blend blend() const noexcept { return blend_; }
+  void set_labels(bool are_shown);
+  bool has_labels() const noexcept { return has_labels_; }
+  void set_slab(double thickness);
+  double slab() const noexcept { return slab_; }
+
+  // The C-arm. Between exposures its last image is held.
+  void set_arm(const fluoroscopy::CArm& arm);
+  const fluoroscopy::CArm& arm() const noexcept { return arm_; }
+  /// 256 pixels across, whenever something changed.
+  void set_live(bool is_live);
+  bool is_live() const noexcept { return is_live_; }
+  /// 1024 pixels across, once.
+  void shoot();
+
+  // What there is to draw.
+  /// Takes finished images in, and asks for those that are not as they should be. True: there are new ones.
+  bool frame();
+  /// Null: none yet.
+  const Panel* panel(std::size_t pane) const noexcept;
+  /// Why the newest could not be made.
+  const std::string& trouble(std::size_t pane) const noexcept { return panes_[pane].trouble; }
+  double milliseconds(std::size_t pane) const noexcept { return panes_[pane].milliseconds; }
+  std::uint64_t made(std::size_t pane) const noexcept { return panes_[pane].made; }
+  /// Is all that is visible as it should be?
+  bool is_up_to_date() const;
+  PaneWorker::Counters counters() const { return worker_.counters(); }
+
+  /// The plane of a pane that shows one.
+  std::optional<volume::ImagePlane> plane(std::size_t pane) const;
+  /// Of a pixel; nothing in an X-ray.
+  std::optional<glm::dvec3> world(std::size_t pane, const glm::dvec2& pixel) const;
+  /// Where a point is seen, or the foot of its plumb on the plane; nothing where it is not.
+  std::optional<glm::dvec2> pixel(std::size_t pane, const glm::dvec3& world) const;
+
+ private:
+  struct Pane {
+    PaneKind kind = PaneKind::axial;
+    int columns = 0, rows = 0;
+    bool is_visible = false;
+    double pixel = 0;                          ///< mm; 0: as much as there is
+    glm::dvec3 middle{0.0};                    ///< world; its height is that of where one looks
+    bool is_stale = false, is_wanted = false;  ///< a shot was asked for
+    std::shared_ptr<XrayCamera> camera;
+    std::optional<Panel> panel;
+    std::string trouble;
+    double milliseconds = 0;
+    std::uint64_t made = 0;
+  };
+  volume::ImagePlane turned(const Pane& pane) const;
+  void wish(std::size_t index);
+  void make_stale(bool with_xrays);
+
+  Subject subject_;
+  std::vector<Pane> panes_;
+  glm::dvec3 at_{0.0}, tip_{0.0}, shaft_{0, 0, 1}, section_normal_{0, -1, 0};
+  bool is_placed_ = false;
+  ct_viewer::GreyWindow window_;
+  ct_viewer::Blend blend_ = ct_viewer::Blend::now;
+  bool has_labels_ = false, is_live_ = false, has_window_ = false, has_arm_ = false;
+  double slab_ = 0;
+  fluoroscopy::CArm arm_;
+  PaneWorker worker_;
+};
+
+}  // namespace trephine::imaging

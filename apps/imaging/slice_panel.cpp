@@ -1,0 +1,66 @@
+#include "apps/imaging/slice_panel.h"
+
+#include <cmath>
+
+#include "data-tools/writing.h"
+
+namespace trephine::imaging {
+
+using glm::dvec3;
+using volume::ImagePlane;
+using volume::Status;
+
+Panel slice_panel(const ct_viewer::SliceValues& values, const ImagePlane& plane,
+                  const ct_viewer::GreyWindow& window, ct_viewer::Blend blend) {
+  Panel panel;
+  panel.columns = plane.columns, panel.rows = plane.rows, panel.mm_a_pixel = plane.pixel;
+  panel.pixels.reserve(values.now.size());
+  for (int row = plane.rows - 1; row >= 0; --row)
+    for (int column = 0; column < plane.columns; ++column) {
+      const std::size_t at = static_cast<std::size_t>(column) +
+                             static_cast<std::size_t>(plane.columns) * static_cast<std::size_t>(row);
+      const ct_viewer::Pixel p = ct_viewer::pixel_of(values.before[at], values.now[at], window, blend);
+      panel.pixels.push_back({p.red, p.green, p.blue});
+    }
+  set_letters(panel, plane.right, plane.up);
+  return panel;
+}
+
+ct_viewer::GreyWindow first_window(const volume::Volume& scan, std::span<const std::int16_t> shown) {
+  return scan.is_hounsfield ? ct_viewer::k_windows[0].window
+                            : ct_viewer::window_of(shown, ct_viewer::k_outside);
+}
+
+Status draw_in(Panel& panel, const Subject& subject, const ImagePlane& plane, bool has_labels) {
+  const auto add = [&](const std::vector<cross_section::Loop>& loops, const Panel::Colour& colour,
+                       const std::string& name) {
+    for (const cross_section::Loop& loop : loops) panel.lines.push_back({loop, colour, true, name});
+  };
+  const volume::Volume& scan = *subject.scan;
+  if (has_labels) {
+    for (std::size_t label = 1; label < scan.label_names.size(); ++label) {
+      volume::Shape shape{scan.label_names[label]};
+      shape.label = static_cast<int>(label);
+      const cross_section::Cut cut =
+          cross_section::cut_volume(plane, volume::Field(scan, shape), subject.version.get());
+      const dvec3 share = data_tools::label_colour(static_cast<int>(label), scan.label_colours);
+      add(cut.outline,
+          {static_cast<std::uint8_t>(255 * share.x), static_cast<std::uint8_t>(255 * share.y),
+           static_cast<std::uint8_t>(255 * share.z)},
+          scan.label_names[label]);
+    }
+  }
+  for (const Thing& thing : subject.things) {
+    auto cut = cut_of(plane, thing);
+    if (!cut) return cut.error();
+    add(cut.value().outline, {255, 255, 255}, thing.name);
+  }
+  // Of the plan what lies within 2 mm of the plane; farther away it says nothing here.
+  constexpr double k_near = 2;
+  for (const auto& [from, to] : subject.plan)
+    if (std::abs(plane.height(from)) < k_near && std::abs(plane.height(to)) < k_near)
+      panel.lines.push_back({{plane.from_world(from), plane.from_world(to)}, {90, 220, 255}, false, "plan"});
+  return std::nullopt;
+}
+
+}  // namespace trephine::imaging

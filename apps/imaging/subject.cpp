@@ -1,0 +1,51 @@
+#include "apps/imaging/subject.h"
+
+#include "apps/workbench/text.h"
+#include "data-tools/mesh_reading.h"
+
+namespace trephine::imaging {
+
+using volume::Error;
+using volume::Result;
+using volume::Status;
+using workbench::format_text;
+
+Subject subject_of(const workbench::Moment& moment) {
+  Subject subject{moment.scan, moment.version, moment.shape, {}, moment.things, {}};
+  if (!moment.plan) return subject;
+  for (const data_tools::CaseStructure& s : moment.plan->structures)
+    if (s.is_forbidden) subject.structures.push_back(s.shape);
+  for (const data_tools::CaseTrajectory& t : moment.plan->trajectories)
+    subject.plan.push_back({t.entry_world, t.target_world});
+  return subject;
+}
+
+Status check_closed(const Thing& thing) {
+  data_tools::PolygonModel model;
+  model.vertices = thing.tree->vertices(), model.triangles = thing.tree->triangles();
+  const data_tools::ModelFacts facts = data_tools::facts_of(model);
+  if (facts.open_edges + facts.turned_edges > 0)
+    return Error{"a model is not a closed surface", thing.name,
+                 format_text("%zu open edges, %zu between triangles that face opposite ways",
+                             facts.open_edges, facts.turned_edges),
+                 "neither", "close it in a mesh editor"};
+  if (facts.volume > 0) return std::nullopt;
+  return Error{"a model looks inward", thing.name, format_text("%.0f mm3 within its surface", facts.volume),
+               "triangles that are counter-clockwise seen from outside",
+               "turn its triangles in a mesh editor"};
+}
+
+Result<cross_section::Cut> cut_of(const volume::ImagePlane& plane, const Thing& thing) {
+  if (Status error = check_closed(thing)) return *error;
+  cross_section::SectionMesh mesh;
+  for (const glm::dvec3& v : thing.tree->vertices())
+    mesh.vertices_world.push_back(thing.place.world_from_local(v));
+  mesh.triangles = thing.tree->triangles();
+  auto cut = cross_section::cut_mesh(plane, mesh);
+  if (cut) return cut;
+  Error error = cut.error();
+  error.where = thing.name;
+  return error;
+}
+
+}  // namespace trephine::imaging

@@ -1,0 +1,27 @@
+// What images are made of: a scan at one moment, and the things in it.
+#pragma once
+
+#include "apps/workbench/moment.h"
+#include "modules/cross_section/section.h"
+
+namespace trephine::imaging {
+
+using Thing = workbench::Moment::Thing;
+
+/// A value; what it points to does not change.
+struct Subject {
+  std::shared_ptr<const volume::Volume> scan;
+  std::shared_ptr<const volume::Version> version;
+  std::optional<volume::Shape> bone;      ///< nothing where nobody says what is solid
+  std::vector<volume::Shape> structures;  ///< that must not be cut
+  std::vector<Thing> things;
+  std::vector<std::array<glm::dvec3, 2>> plan;  ///< lines, world
+};
+Subject subject_of(const workbench::Moment& moment);
+
+/// Error names a thing that is no closed surface, or looks inward.
+volume::Status check_closed(const Thing& thing);
+/// Of a model, a screw or a piece; error names one that is no closed surface.
+volume::Result<cross_section::Cut> cut_of(const volume::ImagePlane& plane, const Thing& thing);
+
+}  // namespace trephine::imaging

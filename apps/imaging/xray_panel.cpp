@@ -1,0 +1,78 @@
+#include "apps/imaging/xray_panel.h"
+
+#include "apps/workbench/text.h"
+
+namespace trephine::imaging {
+
+using fluoroscopy::Border;
+using fluoroscopy::View;
+using glm::dvec2;
+using glm::dvec3;
+
+Panel xray_panel(std::span<const float> received, const View& view, double pixel,
+                 const fluoroscopy::Display& display, std::span<const std::uint8_t> hidden) {
+  const std::vector<std::uint8_t> grey = fluoroscopy::show(received, view, display, hidden);
+  Panel panel;
+  panel.columns = view.columns, panel.rows = view.rows, panel.mm_a_pixel = pixel;
+  panel.pixels.reserve(grey.size());
+  for (int row = view.rows - 1; row >= 0; --row)
+    for (int column = 0; column < view.columns; ++column) {
+      const std::uint8_t g = grey[static_cast<std::size_t>(column) +
+                                  static_cast<std::size_t>(view.columns) * static_cast<std::size_t>(row)];
+      panel.pixels.push_back({g, g, g});
+    }
+  set_letters(panel, view.right, -view.down);
+  return panel;
+}
+
+std::optional<dvec2> in_panel(const View& view, double pixel, const dvec3& world) {
+  const auto at = view.seen(world);
+  if (!at) return std::nullopt;
+  return dvec2(pixel * (at->x - 0.5 * (view.columns - 1)), -pixel * (at->y - 0.5 * (view.rows - 1)));
+}
+
+void draw_in(Panel& panel, const Subject& subject, const View& view, double pixel) {
+  for (const auto& [a, b] : subject.plan) {
+    const auto from = in_panel(view, pixel, a), to = in_panel(view, pixel, b);
+    if (from && to) panel.lines.push_back({{*from, *to}, {90, 220, 255}, false, "plan"});
+  }
+}
+
+std::vector<fluoroscopy::Thing> things_of(const Subject& subject, fluoroscopy::Matter metal, double energy) {
+  std::vector<fluoroscopy::Thing> things;
+  for (const Thing& thing : subject.things)
+    things.push_back({thing.tree, thing.place, fluoroscopy::attenuation(metal, energy), thing.is_piece});
+  return things;
+}
+
+volume::Result<Panel> XrayCamera::shoot(const Subject& subject, const fluoroscopy::CArm& arm, int threads) {
+  if (scan_ != subject.scan || !xray_) {
+    scan_ = subject.scan;
+    xray_ = std::make_unique<fluoroscopy::VolumeXray>(scan_, k_energy, threads);
+    beyond_.clear();
+  }
+  const View view(arm);
+  const auto things = things_of(subject, fluoroscopy::Matter::titanium, k_energy);
+  if (volume::Status error = xray_->project(view, subject.version, things, volume::RaySum::exact, threads))
+    return *error;
+  if (!(arm == arm_) || beyond_.empty()) {
+    arm_ = arm;
+    beyond_ = xray_->beyond(view, threads);
+    hidden_.clear();
+    for (const Border border : xray_->borders(view)) hidden_.push_back(border == Border::end);
+  }
+  std::vector<double> seen = xray_->sums();
+  for (std::size_t i = 0; i < seen.size(); ++i) seen[i] += beyond_[i];
+  const std::vector<float> received = fluoroscopy::receive(seen, view, 1, {}, threads);
+  Panel panel = xray_panel(received, view, arm.pixel, {}, hidden_);
+  panel.title =
+      workbench::format_text("X-ray: primary %.0f\u00b0, secondary %.0f\u00b0", arm.primary, arm.secondary);
+  draw_in(panel, subject, view, arm.pixel);
+  return panel;
+}
+
+fluoroscopy::VolumeXray::Counters XrayCamera::counters() const {
+  return xray_ ? xray_->counters() : fluoroscopy::VolumeXray::Counters{};
+}
+
+}  // namespace trephine::imaging

@@ -1,0 +1,293 @@
+#include "apps/view/qt_image_pane.h"
+
+#include <QComboBox>
+#include <QMouseEvent>
+#include <QPainter>
+#include <QToolButton>
+#include <algorithm>
+#include <cmath>
+
+#include "apps/view/qt_tool_panel.h"
+
+namespace trephine::view {
+
+using glm::dvec2;
+using glm::dvec3;
+using imaging::PaneKind;
+using imaging::Panel;
+
+namespace {
+
+/// As in Slicer: axial red, coronal green, sagittal yellow.
+QColor colour_of(PaneKind kind) {
+  switch (kind) {
+    case PaneKind::axial:
+      return {240, 92, 84};
+    case PaneKind::coronal:
+      return {108, 190, 96};
+    case PaneKind::sagittal:
+      return {236, 208, 74};
+    case PaneKind::tool:
+      return {90, 200, 240};
+    case PaneKind::section:
+      return {190, 150, 235};
+    case PaneKind::xray:
+      break;
+  }
+  return {170, 180, 195};
+}
+
+QString words_of_kind(PaneKind kind) {
+  constexpr const char* names[] = {"Axial", "Coronal", "Sagittal", "Along the tool", "Section", "X-ray"};
+  return names[static_cast<std::size_t>(kind)];
+}
+
+/// On bright pictures too.
+void write(QPainter& painter, const QRectF& where, int flags, const QString& text) {
+  if (text.isEmpty()) return;
+  const QRectF box = painter.boundingRect(where, flags, text).adjusted(-4, -1, 4, 1);
+  painter.fillRect(box, QColor(14, 16, 20, 150));
+  painter.setPen(QColor(232, 236, 242));
+  painter.drawText(where, flags, text);
+}
+
+}  // namespace
+
+ImagePane::ImagePane(imaging::Panes& panes, std::size_t index, QWidget* parent)
+    : QWidget(parent), panes_(&panes), index_(index) {
+  setObjectName(QString("pane_%1").arg(index));
+  setMouseTracking(true);
+  setFocusPolicy(Qt::ClickFocus);
+  const auto button = [this](const char* name, const QString& text, const QString& tip) {
+    auto* b = new QToolButton(this);
+    b->setObjectName(QString("%1_%2").arg(name).arg(index_));
+    b->setText(text);
+    b->setToolTip(tip);
+    b->setFocusPolicy(Qt::NoFocus);
+    return b;
+  };
+  kind_ = new QComboBox(this);
+  kind_->setObjectName(QString("pane_kind_%1").arg(index));
+  kind_->setFocusPolicy(Qt::NoFocus);
+  for (std::size_t k = 0; k < std::size(imaging::k_pane_kinds); ++k)
+    kind_->addItem(words_of_kind(static_cast<PaneKind>(k)));
+  kind_->setCurrentIndex(static_cast<int>(panes.kind(index)));
+  connect(kind_, QOverload<int>::of(&QComboBox::currentIndexChanged), this, [this](int kind) {
+    panes_->set_kind(index_, static_cast<PaneKind>(kind));
+    image_ = {};
+    lay_out();
+    update();
+  });
+  preset_ = new QComboBox(this);
+  preset_->setObjectName(QString("xray_view_%1").arg(index));
+  preset_->setFocusPolicy(Qt::NoFocus);
+  preset_->setToolTip("Where the C-arm stands");
+  for (const std::string_view name : fluoroscopy::k_presets)
+    preset_->addItem(name == "ap" ? QString("AP") : words_of(name));
+  connect(preset_, QOverload<int>::of(&QComboBox::activated), this, [this](int i) { on_preset(i); });
+  live_ = button("xray_live", "Live", "X-rays go on for as long as this is down; the last image is held");
+  live_->setCheckable(true);
+  connect(live_, &QToolButton::toggled, this, [this](bool is_down) { on_live(is_down); });
+  shoot_ = button("xray_shoot", "Shoot", "One X-ray");
+  connect(shoot_, &QToolButton::clicked, this, [this] { on_shoot(); });
+  maximise_ = button("maximise", "\u25a1", "This pane alone, and back  (double click)");
+  connect(maximise_, &QToolButton::clicked, this, [this] { on_maximise(); });
+  lay_out();
+}
+
+void ImagePane::set_kind(PaneKind kind) { kind_->setCurrentIndex(static_cast<int>(kind)); }
+
+void ImagePane::lay_out() {
+  constexpr int k_gap = 5, k_high = 24;
+  int x = k_gap;
+  const bool is_xray = panes_->kind(index_) == PaneKind::xray;
+  for (QWidget* w : std::initializer_list<QWidget*>{preset_, live_, shoot_}) w->setVisible(is_xray);
+  // As wide as there is room, boxes narrower first.
+  const int room = width() - 2 * k_gap - k_high - 3;
+  const int buttons = is_xray ? live_->sizeHint().width() + shoot_->sizeHint().width() + 9 : 0;
+  const int box = std::max(40, (room - buttons) / (is_xray ? 2 : 1));
+  for (QWidget* w : std::initializer_list<QWidget*>{kind_, preset_, live_, shoot_}) {
+    if (w->isHidden()) continue;
+    const bool is_box = w == kind_ || w == preset_;
+    const int wide = is_box ? std::min(box, w->sizeHint().width()) : w->sizeHint().width();
+    w->setGeometry(x, k_gap, wide, k_high);
+    x += wide + 3;
+  }
+  maximise_->setGeometry(width() - k_high - k_gap, k_gap, k_high, k_high);
+}
+
+void ImagePane::resizeEvent(QResizeEvent*) {
+  panes_->set_size(index_, width(), height(), isVisible());
+  lay_out();
+}
+
+QRectF ImagePane::image_rect(const Panel& panel) const {
+  // Slices were made as large as the pane; while that changes, and X-rays: as large as there is room.
+  const double scale =
+      std::min(width() / static_cast<double>(panel.columns), height() / static_cast<double>(panel.rows));
+  const double w = scale * panel.columns, h = scale * panel.rows;
+  return {0.5 * (width() - w), 0.5 * (height() - h), w, h};
+}
+
+QPointF ImagePane::place(const Panel& panel, const dvec2& mm) const {
+  const QRectF rect = image_rect(panel);
+  const double scale = rect.width() / (panel.columns * panel.mm_a_pixel);
+  return {rect.center().x() + scale * mm.x, rect.center().y() - scale * mm.y};
+}
+
+void ImagePane::refresh(bool is_new_image, const std::array<dvec3, 2>* tool) {
+  panes_->set_size(index_, width(), height(), isVisible());
+  if (!isVisible()) return;
+  const bool has_moved = panes_->looked_at() != shown_at_ || (tool != nullptr) != has_tool_ ||
+                         (tool != nullptr && (*tool)[0] != shown_tip_);
+  if (!is_new_image && !has_moved) return;
+  shown_at_ = panes_->looked_at();
+  has_tool_ = tool != nullptr;
+  if (tool != nullptr) tool_ = *tool, shown_tip_ = (*tool)[0];
+  if (const QSignalBlocker quiet(live_); live_->isChecked() != panes_->is_live())
+    live_->setChecked(panes_->is_live());
+  if (const Panel* panel = panes_->panel(index_); panel != nullptr && is_new_image) {
+    image_ = QImage(panel->columns, panel->rows, QImage::Format_RGB888);
+    for (int row = 0; row < panel->rows; ++row) {
+      const auto* from = panel->pixels.data() + static_cast<std::size_t>(panel->columns) *
+                                                    static_cast<std::size_t>(panel->rows - 1 - row);
+      std::copy_n(from->data(), 3 * static_cast<std::size_t>(panel->columns), image_.scanLine(row));
+    }
+  }
+  update();
+}
+
+void ImagePane::paintEvent(QPaintEvent*) {
+  QPainter painter(this);
+  painter.fillRect(rect(), QColor(14, 14, 16));
+  const Panel* panel = panes_->panel(index_);
+  const PaneKind kind = panes_->kind(index_);
+  painter.setRenderHint(QPainter::SmoothPixmapTransform);
+  if (panel != nullptr && !image_.isNull()) {
+    painter.drawImage(image_rect(*panel), image_);
+    painter.setRenderHint(QPainter::Antialiasing);
+    for (const Panel::Line& line : panel->lines) {
+      if (line.places.empty()) continue;
+      QPolygonF points;
+      for (const dvec2& p : line.places) points << place(*panel, p);
+      if (line.is_closed) points << points.front();
+      painter.setPen(QPen(QColor(line.colour[0], line.colour[1], line.colour[2]), 1.5));
+      painter.drawPolyline(points);
+    }
+  }
+  // Where the others go through, with a gap in which one sees what is there.
+  if (kind != PaneKind::xray && panel != nullptr)
+    if (const auto at = panes_->pixel(index_, panes_->looked_at())) {
+      constexpr double k_gap = 9;
+      const QPointF p(at->x + 0.5, at->y + 0.5);
+      QColor c = colour_of(kind);
+      c.setAlpha(150);
+      painter.setPen(QPen(c, 1));
+      for (const QPointF& way : {QPointF(1, 0), QPointF(-1, 0), QPointF(0, 1), QPointF(0, -1)})
+        painter.drawLine(p + k_gap * way, p + 4000 * way);
+    }
+  if (has_tool_ && panel != nullptr) {
+    const auto tip = panes_->pixel(index_, tool_[0]), end = panes_->pixel(index_, tool_[1]);
+    if (tip && end) {
+      painter.setPen(QPen(QColor(255, 170, 60), 2));
+      painter.drawLine(QPointF(tip->x + 0.5, tip->y + 0.5), QPointF(end->x + 0.5, end->y + 0.5));
+      painter.setBrush(QColor(255, 170, 60));
+      painter.drawEllipse(QPointF(tip->x + 0.5, tip->y + 0.5), 3, 3);
+    }
+  }
+  painter.setRenderHint(QPainter::Antialiasing, false);
+  const QRectF inner = QRectF(rect()).adjusted(8, 34, -8, -6);
+  if (panel != nullptr && panes_->trouble(index_).empty()) {
+    const auto letter = [&](int flags, const std::string& text) {
+      write(painter, inner, flags, QString::fromStdString(text));
+    };
+    letter(Qt::AlignLeft | Qt::AlignVCenter, panel->left);
+    letter(Qt::AlignRight | Qt::AlignVCenter, panel->right);
+    letter(Qt::AlignHCenter | Qt::AlignTop, panel->above);
+    QString foot = QString::fromStdString(panel->foot);
+    if (kind == PaneKind::xray) foot = QString::fromStdString(panel->title);
+    if (kind == PaneKind::section) foot = QString::fromStdString(panel->title + "   " + panel->foot);
+    write(painter, inner, Qt::AlignLeft | Qt::AlignBottom, foot.trimmed());
+    const double ms = panes_->milliseconds(index_);
+    QString right = QString("%1 ms").arg(ms, 0, 'f', ms < 10 ? 1 : 0);
+    if (kind != PaneKind::section && kind != PaneKind::xray)
+      if (const auto value = panes_->probe())
+        right = QString("%1%2\n%3").arg(*value).arg(panes_->is_hounsfield() ? " HU" : "", right);
+    write(painter, inner, Qt::AlignRight | Qt::AlignTop, right);
+  } else if (!panes_->trouble(index_).empty()) {
+    write(painter, inner, Qt::AlignCenter | Qt::TextWordWrap,
+          QString::fromStdString(panes_->trouble(index_)));
+  } else if (kind == PaneKind::xray) {
+    write(painter, inner, Qt::AlignCenter, "Shoot, or hold Live");
+  }
+  painter.setPen(QPen(colour_of(kind), 2));
+  painter.drawLine(0, 0, width(), 0);
+}
+
+void ImagePane::wheelEvent(QWheelEvent* event) {
+  const int way = event->angleDelta().y() > 0 ? 1 : -1;
+  if (event->modifiers() & Qt::ControlModifier) {
+    panes_->zoom(index_, way > 0 ? 1.15 : 1 / 1.15, {event->position().x(), event->position().y()});
+  } else {
+    panes_->scroll(index_, way);
+    on_look();
+  }
+  event->accept();
+}
+
+void ImagePane::mousePressEvent(QMouseEvent* event) {
+  last_ = event->localPos();
+  mouseMoveEvent(event);
+}
+
+void ImagePane::mouseMoveEvent(QMouseEvent* event) {
+  const QPointF step = event->localPos() - last_;
+  last_ = event->localPos();
+  if (panes_->kind(index_) == PaneKind::xray) return;
+  if (event->modifiers() & Qt::ShiftModifier) {
+    if (const auto at = panes_->world(index_, {last_.x(), last_.y()})) panes_->look_at(*at), on_look();
+  } else if (event->buttons() & Qt::MiddleButton) {
+    panes_->pan(index_, {step.x(), step.y()});
+  } else if (event->buttons() & Qt::RightButton) {
+    panes_->zoom(index_, std::exp(-0.01 * step.y()), {0.5 * width(), 0.5 * height()});
+  } else if (event->buttons() & Qt::LeftButton && !step.isNull()) {
+    // To the right: wider; up: darker; by more where the window is wide.
+    ct_viewer::GreyWindow window = panes_->window();
+    const double by = std::max(1.0, window.width) / 300;
+    window.width = std::max(1.0, window.width + by * step.x()), window.level += by * step.y();
+    panes_->set_window(window);
+  }
+}
+
+void ImagePane::mouseDoubleClickEvent(QMouseEvent*) { on_maximise(); }
+
+/// As in Slicer.
+void ImagePane::keyPressEvent(QKeyEvent* event) {
+  switch (event->key()) {
+    case Qt::Key_Right:
+    case Qt::Key_F:
+    case Qt::Key_Left:
+    case Qt::Key_B:
+      panes_->scroll(index_, event->key() == Qt::Key_Right || event->key() == Qt::Key_F ? 1 : -1);
+      on_look();
+      return;
+    case Qt::Key_R:
+      panes_->reset(index_);
+      return;
+    case Qt::Key_G:
+      panes_->set_labels(!panes_->has_labels());
+      return;
+    case Qt::Key_T: {
+      const auto next = (static_cast<std::size_t>(panes_->blend()) + 1) % std::size(ct_viewer::k_blends);
+      panes_->set_blend(static_cast<ct_viewer::Blend>(next));
+      return;
+    }
+    default:
+      event->ignore();
+  }
+}
+
+/// Keys go to what one points at.
+void ImagePane::enterEvent(QEvent*) { setFocus(); }
+
+}  // namespace trephine::view

@@ -1,0 +1,63 @@
+// One pane beside the picture: an image, what lies where it shows, and what a person turns with the mouse.
+#pragma once
+
+#include <QImage>
+#include <QWidget>
+#include <functional>
+
+#include "apps/imaging/panes.h"
+
+class QComboBox;
+class QToolButton;
+
+namespace trephine::view {
+
+/// Draws a pane of `panes`, and turns what is done with the mouse into calls of it. Wheel: slice by slice,
+/// with Ctrl nearer; shift and the mouse: where all slices go through; middle button: moves; right button:
+/// nearer; left button: greys; double click: alone.
+class ImagePane : public QWidget {
+  Q_OBJECT
+
+ public:
+  ImagePane(imaging::Panes& panes, std::size_t index, QWidget* parent = nullptr);
+
+  /// Newest image, tool and crosshair, at every frame. `tool`: tip and a point up its shaft.
+  void refresh(bool is_new_image, const std::array<glm::dvec3, 2>* tool);
+  void set_kind(imaging::PaneKind kind);
+  QSize sizeHint() const override { return {360, 300}; }
+  QSize minimumSizeHint() const override { return {140, 120}; }
+
+  std::function<void()> on_maximise = [] {};
+  std::function<void()> on_shoot = [] {};
+  std::function<void(bool)> on_live = [](bool) {};
+  std::function<void(int)> on_preset = [](int) {};
+  std::function<void()> on_look = [] {};  ///< elsewhere
+
+ protected:
+  void paintEvent(QPaintEvent* event) override;
+  void resizeEvent(QResizeEvent* event) override;
+  void wheelEvent(QWheelEvent* event) override;
+  void mousePressEvent(QMouseEvent* event) override;
+  void mouseMoveEvent(QMouseEvent* event) override;
+  void mouseDoubleClickEvent(QMouseEvent* event) override;
+  void keyPressEvent(QKeyEvent* event) override;
+  void enterEvent(QEvent* event) override;
+
+ private:
+  void lay_out();
+  /// mm of the image, from its middle, to where it is drawn.
+  QPointF place(const imaging::Panel& panel, const glm::dvec2& mm) const;
+  QRectF image_rect(const imaging::Panel& panel) const;
+
+  imaging::Panes* panes_;
+  std::size_t index_;
+  QImage image_;
+  QComboBox *kind_, *preset_;
+  QToolButton *live_, *shoot_, *maximise_;
+  std::array<glm::dvec3, 2> tool_{};
+  bool has_tool_ = false;
+  glm::dvec3 shown_at_{1e300}, shown_tip_{1e300};
+  QPointF last_;
+};
+
+}  // namespace trephine::view

@@ -1,0 +1,160 @@
+// The window's panes: menu, keys, what is remembered of them.
+#include <QComboBox>
+#include <QDir>
+#include <QMenuBar>
+#include <QMessageBox>
+#include <QStandardPaths>
+#include <filesystem>
+#include <fstream>
+
+#include "apps/view/qt_window.h"
+#include "data-tools/atomic_file.h"
+#include "modules/ct_viewer/ct_viewer.h"
+
+namespace trephine::view {
+
+void MainWindow::build_panes() {
+  grid_ = new PaneGrid(panes_.panes());
+  setCentralWidget(grid_);
+  for (std::size_t i = 0; i < PaneGrid::k_panes; ++i) {
+    ImagePane* pane = grid_->pane(i);
+    pane->on_shoot = [this] { panes_.shoot(); };
+    pane->on_live = [this](bool is_live) { panes_.set_live(is_live); };
+    pane->on_preset = [this](int preset) { panes_.set_preset(static_cast<std::size_t>(preset)); };
+  }
+}
+
+/// What is remembered from one run to the next: arrangement, kinds and sizes, never a scan.
+void MainWindow::restore_layout() {
+  if (options_.layout_file.empty()) return;
+  std::ifstream file(options_.layout_file);
+  std::string line;
+  if (std::getline(file, line)) grid_->restore(QString::fromStdString(line));
+}
+
+void MainWindow::remember_layout() {
+  if (options_.layout_file.empty()) return;
+  std::error_code none;
+  std::filesystem::create_directories(std::filesystem::path(options_.layout_file).parent_path(), none);
+  // Nobody is asked, nobody is told: a folder that cannot be written to remembers nothing.
+  (void)data_tools::write_file_atomically(options_.layout_file, grid_->remember().toStdString() + "\n");
+}
+
+void MainWindow::build_panes_menu() {
+  QMenu* menu = menuBar()->addMenu("&Slices");
+  const auto add = [this](QMenu* to, const QString& name, const QString& text, const QKeySequence& keys,
+                          auto action) {
+    QAction* made = to->addAction(text);
+    made->setObjectName(name);
+    if (!keys.isEmpty()) made->setShortcut(keys);
+    connect(made, &QAction::triggered, this, action);
+    return made;
+  };
+  const auto arrange = [this](Layout layout) { return [this, layout] { grid_->arrange(layout); }; };
+  add(menu, "layout_picture", "&Picture alone", QKeySequence("F5"), arrange(Layout::picture));
+  add(menu, "layout_slices", "Picture and three &slices", QKeySequence("F6"), arrange(Layout::slices));
+  add(menu, "layout_xray", "Picture, &X-ray and section", QKeySequence("F7"), arrange(Layout::xray));
+  menu->addSeparator();
+  QMenu* greys = menu->addMenu("&Greys");
+  for (const ct_viewer::NamedWindow& known : ct_viewer::k_windows) {
+    const QString name = QString::fromUtf8(known.name.data(), static_cast<int>(known.name.size()));
+    add(greys, "greys_" + name, words_of(known.name), {}, [this, &known] {
+      ct_viewer::SetGreyWindow window;
+      window.level = known.window.level, window.width = known.window.width;
+      panes_.panes().set_window(window);
+      if (operation_) operation_->apply(window);
+    });
+  }
+  QMenu* blend = menu->addMenu("&Before and after");
+  constexpr const char* blends[] = {"As it &is", "As it &was", "What was cut away, in &amber"};
+  for (std::size_t b = 0; b < std::size(blends); ++b)
+    add(blend, QString("blend_%1").arg(b), blends[b], {},
+        [this, b] { panes_.panes().set_blend(static_cast<ct_viewer::Blend>(b)); });
+  QMenu* slab = menu->addMenu("&Thickness");
+  for (const int mm : {0, 2, 5, 10, 20})
+    add(slab, QString("slab_%1").arg(mm), mm == 0 ? QString("One slice") : QString("Mean of %1 mm").arg(mm),
+        {}, [this, mm] { panes_.panes().set_slab(mm); });
+  add(menu, "labels", "Outlines of the scan's &labels", {}, [this](bool are_shown) {
+    panes_.panes().set_labels(are_shown);
+  })->setCheckable(true);
+  QAction* follow = add(menu, "follow_tool", "Slices go &with the tool", {},
+                        [this](bool does) { panes_.follows_tool = does; });
+  follow->setCheckable(true);
+  follow->setChecked(true);
+  add(menu, "mark_place", "&Keep this place in the session", {}, [this] {
+    if (operation_) operation_->apply(ct_viewer::LookAt{panes_.panes().looked_at()});
+  });
+  add(menu, "open_at_section", "&Open the picture at the section", {}, [this] {
+    // An entry of its own among those that cut the picture open.
+    clip_->setCurrentIndex(clip_->count() - 1);
+    set_clip();
+  });
+  menu->addSeparator();
+  add(menu, "about_scan", "&About the scan ...", {}, [this] { show_scan_facts(); });
+}
+
+/// What it is of, without a name of anybody.
+void MainWindow::show_scan_facts() {
+  const volume::Volume& scan = *scene_->base;
+  const glm::dvec3 mm = scan.frame.spacing();
+  QString text = QString("%1 x %2 x %3 voxels of %4 x %5 x %6 mm\n")
+                     .arg(scan.size.x)
+                     .arg(scan.size.y)
+                     .arg(scan.size.z)
+                     .arg(mm.x, 0, 'f', 3)
+                     .arg(mm.y, 0, 'f', 3)
+                     .arg(mm.z, 0, 'f', 3);
+  text += QString("%1 x %2 x %3 mm in all\n")
+              .arg(mm.x * scan.size.x, 0, 'f', 0)
+              .arg(mm.y * scan.size.y, 0, 'f', 0)
+              .arg(mm.z * scan.size.z, 0, 'f', 0);
+  text += scan.is_hounsfield ? "Hounsfield units\n" : "numbers without a unit\n";
+  const glm::dvec3 along = scan.frame.vector_world_from_volume({0, 0, 1});
+  text += QString("slices go toward %1\n").arg(QChar(imaging::direction_letter(along)));
+  if (scan.label_names.size() > 1) text += QString("%1 labels\n").arg(scan.label_names.size() - 1);
+  auto* box = new QMessageBox(QMessageBox::Information, "The scan", text.trimmed(), QMessageBox::Ok, this);
+  box->setObjectName("scan_facts");
+  box->setAttribute(Qt::WA_DeleteOnClose);
+  box->open();
+}
+
+/// One frame of the panes, where any is seen.
+void MainWindow::show_panes(double elapsed) {
+  const bool is_any_seen = grid_->arrangement() != Layout::picture;
+  if (!is_any_seen) {
+    if (panes_.panes().is_live()) panes_.set_live(false);
+    return;
+  }
+  const haptics::ServoRecord& newest = operation_ ? operation_->state().newest : replay_->record();
+  sim::Overlays shown;
+  const sim::Overlays* overlays = nullptr;
+  std::span<const std::shared_ptr<const sim::Value>> settings;
+  bool is_changed = false;
+  if (operation_) {
+    overlays = operation_->state().overlays.get();
+    settings = operation_->state().settings;
+    is_changed = operation_->state().changed.low.x <= operation_->state().changed.high.x;
+  } else {
+    shown = replay_->engine().overlays();
+    overlays = &shown;
+    settings = replay_->engine().now().settings.modules;
+    is_changed = replay_->has_changed();
+  }
+  const bool is_new =
+      panes_.frame({*scene_, version(), is_changed, overlays, &options_.plan, settings,
+                    operation_ ? operation_->forbidden() : replay_->engine().forbidden(), newest, elapsed});
+  for (std::size_t i = 0; i < PaneGrid::k_panes; ++i) grid_->pane(i)->refresh(is_new, panes_.tool());
+  const int at_section = clip_->count() - 1;
+  if (panes_.clip() != followed_clip_) {
+    followed_clip_ = panes_.clip();
+    clip_->setCurrentIndex(followed_clip_ ? at_section : 0);
+  }
+  if (clip_->currentIndex() == at_section) set_clip();  // it goes with where one looks
+}
+
+std::string default_layout_file() {
+  const QString folder = QStandardPaths::writableLocation(QStandardPaths::GenericConfigLocation);
+  return folder.isEmpty() ? "" : QDir(folder).filePath("trephine/panes").toStdString();
+}
+
+}  // namespace trephine::view

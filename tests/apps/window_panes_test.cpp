@@ -1,0 +1,228 @@
+// Slices, sections and X-rays beside the picture: they follow where one looks and what is cut, cost nothing
+// while nobody sees them, and the C-arm's last image is held.
+#include <QToolButton>
+#include <fstream>
+
+#include "modules/catalogue.h"
+#include "modules/fluoroscopy/fluoroscopy.h"
+#include "tests/apps/window_fixture.h"
+
+namespace trephine::view {
+namespace {
+
+class WindowPanes : public Window {
+ protected:
+  WindowPanes() : all_(modules::catalogue()) {
+    auto method = std::make_shared<haptics::SubvoxelProxy>();
+    EXPECT_FALSE(method->prepare(*scene_));
+    sim::HandStart hand{haptics::ServoHand(scene_, method, haptics::TouchState(nullptr)), drilling::burr({})};
+    options_.start = WindowStart{sim::Engine({std::move(hand)}, 1e-3, all_)};
+    options_.catalogue = &all_;
+    options_.recorder = nullptr;
+    options_.width = 820, options_.height = 560;
+    options_.layout_file = (folder_ / "settings" / "panes").string();
+  }
+  void open(MainWindow& window) {
+    window.show();
+    ASSERT_TRUE(QTest::qWaitForWindowExposed(&window));
+    ASSERT_TRUE(
+        QTest::qWaitFor([&] { return window.operation()->viewport().triangle_count() > 1000; }, 10000));
+  }
+  static bool settle(MainWindow& window) {
+    return QTest::qWaitFor([&] { return window.pane_controller().panes().is_up_to_date(); }, 20000);
+  }
+  static void touch(MainWindow& window) {
+    const QPoint middle = window.canvas()->rect().center();
+    QTest::mouseMove(window.canvas(), middle + QPoint(1, 0));
+    QTest::mouseMove(window.canvas(), middle);
+    ASSERT_TRUE(QTest::qWaitFor([&] { return window.operation()->state().newest.has_contact; }, 20000));
+  }
+  static void drill(MainWindow& window, double mm3) {
+    const double before = window.operation()->state().removed_mm3;
+    QTest::mousePress(window.canvas(), Qt::LeftButton, {}, window.canvas()->rect().center());
+    EXPECT_TRUE(QTest::qWaitFor(
+        [&] {
+          if (!window.operation()->fault_text().empty()) window.operation()->reset_faults();
+          return window.operation()->state().removed_mm3 > before + mm3;
+        },
+        20000));
+    QTest::mouseRelease(window.canvas(), Qt::LeftButton, {}, window.canvas()->rect().center());
+  }
+  static const fluoroscopy::FluoroscopyState* c_arm(MainWindow& window) {
+    for (const auto& one : window.operation()->state().settings)
+      if (const auto* state = one ? one->as<fluoroscopy::FluoroscopyState>() : nullptr) return state;
+    return nullptr;
+  }
+
+  const sim::Catalogue& all_;
+};
+
+TEST_F(WindowPanes, SlicesMeetWhereTheToolTouchesAndShowWhatIsCut) {
+  MainWindow window(scene_, options_);
+  open(window);
+  imaging::Panes& panes = window.pane_controller().panes();
+  QTest::qWait(200);
+  EXPECT_EQ(panes.counters().made, 0u) << "nobody sees them";
+  child<QAction>(window, "layout_slices")->trigger();
+  ASSERT_TRUE(settle(window));
+  EXPECT_GE(panes.counters().made, 3u);
+  for (std::size_t i = 0; i < PaneGrid::k_panes; ++i) {
+    EXPECT_TRUE(window.panes()->pane(i)->isVisible());
+    ASSERT_NE(panes.panel(i), nullptr) << panes.trouble(i);
+    EXPECT_EQ(panes.panel(i)->columns, window.panes()->pane(i)->width());
+  }
+
+  touch(window);
+  const auto follows = [&] {
+    return glm::length(panes.looked_at() - window.operation()->state().newest.proxy_world) < 0.5;
+  };
+  ASSERT_TRUE(QTest::qWaitFor(follows, 5000));
+  drill(window, 10);
+  ASSERT_TRUE(settle(window));
+  keep(window, "panes_slices");
+  window.pane_controller().follows_tool = false;
+  panes.look_at(panes.looked_at() + 1.0 * window.operation()->state().newest.normal_world);
+  EXPECT_LT(panes.probe().value_or(0), -500) << "air is where the burr was";
+  ASSERT_TRUE(settle(window));
+
+  // As it was, by T twice: amber, then the scan.
+  ImagePane* pane = window.panes()->pane(1);
+  const std::size_t axial = 1;
+  ASSERT_EQ(panes.kind(axial), imaging::PaneKind::axial);
+  const auto middle_colour = [&] {
+    const auto at = panes.pixel(axial, panes.looked_at());
+    const imaging::Panel& panel = *panes.panel(axial);
+    const int column = static_cast<int>(std::lround(at->x)),
+              row = panel.rows - 1 - static_cast<int>(std::lround(at->y));
+    return panel.pixels[static_cast<std::size_t>(row) * static_cast<std::size_t>(panel.columns) +
+                        static_cast<std::size_t>(column)];
+  };
+  EXPECT_LT(middle_colour()[0], 40);
+  QTest::keyClick(pane, Qt::Key_T);
+  ASSERT_TRUE(settle(window));
+  EXPECT_EQ(panes.blend(), ct_viewer::Blend::before);
+  QTest::keyClick(pane, Qt::Key_T);
+  ASSERT_TRUE(settle(window));
+  EXPECT_GT(middle_colour()[0], middle_colour()[2] + 40) << "what was cut away is amber";
+  keep(window, "panes_amber");
+  QTest::keyClick(pane, Qt::Key_T);
+
+  // A slice on, a slice back; shift and the mouse; greys; zoom and all of it again.
+  const glm::dvec3 before = panes.looked_at();
+  QTest::keyClick(pane, Qt::Key_Right);
+  EXPECT_NEAR(std::abs(panes.looked_at().z - before.z), scene_->base->frame.spacing().z, 1e-9);
+  QTest::keyClick(pane, Qt::Key_B);
+  EXPECT_NEAR(panes.looked_at().z, before.z, 1e-9);
+  QMouseEvent move(QEvent::MouseMove, QPointF(60, 90), Qt::NoButton, Qt::NoButton, Qt::ShiftModifier);
+  QApplication::sendEvent(pane, &move);
+  EXPECT_NEAR(glm::length(panes.looked_at() - *panes.world(axial, {60, 90})), 0, 1e-9);
+  const double width = panes.window().width;
+  QTest::mousePress(pane, Qt::LeftButton, {}, QPoint(100, 100));
+  QMouseEvent drag(QEvent::MouseMove, QPointF(150, 100), Qt::NoButton, Qt::LeftButton, Qt::NoModifier);
+  QApplication::sendEvent(pane, &drag);
+  EXPECT_GT(panes.window().width, width * 1.1);
+  const double pixel = panes.plane(axial)->pixel;
+  const glm::dvec2 corner(40, 50);
+  const glm::dvec3 fixed = *panes.world(axial, corner);
+  panes.zoom(axial, 2, corner);
+  EXPECT_NEAR(panes.plane(axial)->pixel, pixel / 2, 1e-12);
+  EXPECT_NEAR(glm::length(*panes.world(axial, corner) - fixed), 0, 1e-9) << "what one points at stays";
+  QTest::keyClick(pane, Qt::Key_R);
+  EXPECT_NEAR(panes.plane(axial)->pixel, pixel, 1e-12);
+
+  // One alone: no images of the others.
+  QTest::mouseDClick(pane, Qt::LeftButton, {}, QPoint(100, 200));
+  EXPECT_TRUE(pane->isVisible());
+  EXPECT_FALSE(window.panes()->pane(0)->isVisible());
+  EXPECT_FALSE(window.canvas()->isVisible());
+  ASSERT_TRUE(settle(window));
+  const std::uint64_t others = panes.made(0) + panes.made(2), own = panes.made(axial);
+  QTest::keyClick(pane, Qt::Key_Right);
+  ASSERT_TRUE(settle(window));
+  QTest::qWait(60);
+  EXPECT_GT(panes.made(axial), own);
+  EXPECT_EQ(panes.made(0) + panes.made(2), others);
+  keep(window, "panes_alone");
+  QTest::mouseDClick(pane, Qt::LeftButton, {}, QPoint(100, 200));
+  EXPECT_TRUE(window.canvas()->isVisible());
+  EXPECT_TRUE(QTest::qWaitFor([&] { return panes.panel(0) && settle(window); }, 5000));
+  window.close();
+
+  // The arrangement is remembered, and nothing of the scan.
+  std::ifstream file(options_.layout_file);
+  std::string text;
+  std::getline(file, text);
+  EXPECT_EQ(text.substr(0, 31), "1 slices sagittal axial coronal") << text;
+  EXPECT_LT(text.size(), 46u) << "three numbers more";
+}
+
+TEST_F(WindowPanes, TheLastXrayIsHeldUntilTheNextOne) {
+  fs::create_directories(fs::path(options_.layout_file).parent_path());
+  std::ofstream(options_.layout_file) << "1 xray sagittal xray section 600 500 500\n";
+  MainWindow window(scene_, options_);
+  open(window);
+  imaging::Panes& panes = window.pane_controller().panes();
+  EXPECT_EQ(window.panes()->arrangement(), Layout::xray) << "as it was left";
+  constexpr std::size_t xray = 1, section = 2;
+  ASSERT_EQ(panes.kind(xray), imaging::PaneKind::xray);
+  ASSERT_TRUE(settle(window));
+  QTest::qWait(100);
+  EXPECT_EQ(panes.panel(xray), nullptr) << "nobody exposed anything";
+  ASSERT_NE(panes.panel(section), nullptr) << panes.trouble(section);
+
+  child<QToolButton>(window, "xray_shoot_1")->click();
+  ASSERT_TRUE(QTest::qWaitFor([&] { return panes.panel(xray) != nullptr; }, 20000)) << panes.trouble(xray);
+  EXPECT_EQ(panes.panel(xray)->columns, 1024);
+  ASSERT_TRUE(QTest::qWaitFor([&] { return c_arm(window) && c_arm(window)->shots == 1; }, 5000));
+  EXPECT_GT(c_arm(window)->area_product, 0);
+  const auto held = panes.panel(xray)->pixels;
+  touch(window);
+  drill(window, 10);
+  ASSERT_TRUE(settle(window));
+  EXPECT_EQ(panes.panel(xray)->pixels, held) << "bone was cut, and nobody took an X-ray";
+  keep(window, "panes_held");
+
+  // Live it follows, and costs; let go, the last image stays.
+  auto* live = child<QToolButton>(window, "xray_live_1");
+  live->click();
+  ASSERT_TRUE(QTest::qWaitFor([&] { return panes.panel(xray)->columns == 256; }, 20000));
+  const auto first = panes.panel(xray)->pixels;
+  drill(window, 3);
+  EXPECT_TRUE(QTest::qWaitFor([&] { return panes.panel(xray)->pixels != first; }, 10000));
+  ASSERT_TRUE(QTest::qWaitFor([&] { return c_arm(window)->shots >= 2; }, 5000)) << "every second is told";
+  keep(window, "panes_live");
+  live->click();
+  ASSERT_TRUE(settle(window));
+  EXPECT_EQ(panes.panel(xray)->title, "X-ray, held");
+  const double dose = c_arm(window)->area_product;
+  QTest::qWait(1200);
+  EXPECT_LT(c_arm(window)->area_product, dose * 2) << "the rest of the last second, and no more";
+
+  // Another pose is told and kept; the picture opened at the section.
+  auto* view = child<QComboBox>(window, "xray_view_1");
+  view->setCurrentIndex(1);
+  emit view->activated(1);
+  ASSERT_TRUE(QTest::qWaitFor([&] { return std::abs(c_arm(window)->primary) > 80; }, 5000));
+  child<QAction>(window, "open_at_section")->trigger();
+  QTest::qWait(100);
+  EXPECT_EQ(window.operation()->viewport().clip().axis, ClipChoice::Axis::plane);
+  keep(window, "panes_open");
+  window.close();
+}
+
+TEST_F(WindowPanes, WhatIsNoArrangementIsNotTaken) {
+  for (const char* text :
+       {"", "1", "2 slices axial axial axial 500 500 500", "1 slices axial axial 500 500 500",
+        "1 nothing axial axial axial 500 500 500", "1 slices axial head axial 500 500 500",
+        "1 slices axial axial axial 500 500 x", "1 slices axial axial axial 500 500 1001"}) {
+    imaging::Panes panes(PaneGrid::k_panes);
+    PaneGrid grid(panes);
+    EXPECT_FALSE(grid.restore(text)) << text;
+    EXPECT_EQ(grid.arrangement(), Layout::picture);
+    EXPECT_TRUE(grid.restore("1 slices axial tool axial 500 500 500"));
+    EXPECT_EQ(panes.kind(1), imaging::PaneKind::tool);
+  }
+}
+
+}  // namespace
+}  // namespace trephine::view
