@@ -8,6 +8,7 @@
 #include <glm/trigonometric.hpp>
 #include <gtest/gtest.h>
 
+#include "modules/fluoroscopy/detector.h"
 #include "tests/modules/xray_scenes.h"
 #include "tests/whole.h"
 #include "volume/operated_volume.h"
@@ -258,6 +259,64 @@ TEST(VolumeXray, BeadsAreSeenWhereThePoseSays) {
       EXPECT_NEAR(x / all, 239.5 + scale * to_left, 0.1) << k_presets[pose] << b;
       EXPECT_NEAR(y / all, 239.5 - scale * up, 0.1) << k_presets[pose] << b;
     }
+  }
+}
+
+/// Rose: an eye finds a disc whose mean differs by five times its noise. As much radiation behind the body as
+/// a detector of radiography is given, 25000 photons a mm2 (about 1 uGy), and no more.
+TEST(VolumeXray, ABreachOfTwoMillimetresIsSeenInAShot) {
+  const auto scan = scan_of({100, 100, 80}, straight(dvec3(1)), [](const dvec3& p) {
+    const bool is_wall = std::abs(p.y - 6) < 1.5 && std::abs(p.x) < 14;
+    return is_wall ? 1100.0 : glm::length(p / dvec3(48, 48, 100)) < 1 ? 40.0 : -1000.0;
+  });
+  const volume::Field bone(*scan, volume::Shape{"bone", 300});
+  volume::RemovalEditor editor(
+      std::make_shared<Version>(scan, volume::CutLattice::for_burr(*scan, 2).value()), {bone});
+  const auto before = editor.freeze();
+  const dvec3 at(3, 6, 4);
+  editor.remove({at - dvec3(0, 1, 0), at + dvec3(0, 1, 0), 1});
+  const auto after = editor.freeze();
+  VolumeXray xray(scan, 60, 2);
+  for (const int size : {256, 1024}) {
+    CArm arm;
+    arm.columns = arm.rows = size, arm.pixel = 0.3 * 1024 / size;
+    const View view(arm);
+    std::vector<float> shots[2];
+    std::vector<double> sums[2];
+    const dvec2 middle = *view.seen(at);
+    for (int i = 0; i < 2; ++i) {
+      ASSERT_FALSE(xray.project(view, i == 0 ? before : after, {}, RaySum::exact, 2).has_value());
+      sums[i] = xray.sums();
+    }
+    const auto pixel = static_cast<std::size_t>(std::lround(middle.x)) +
+                       static_cast<std::size_t>(size) * static_cast<std::size_t>(std::lround(middle.y));
+    const double behind = 25000 * arm.pixel * arm.pixel;
+    for (int i = 0; i < 2; ++i)
+      shots[i] = receive(sums[i], view, 1,
+                         {behind * std::exp(sums[0][pixel]), 0, 7 + static_cast<std::uint64_t>(i)}, 2);
+    // Means over the hole's disc, and over discs beside it, where only noise differs.
+    const double radius = 1 * arm.to_detector / arm.to_patient / arm.pixel;
+    const auto differs = [&](const dvec2& where) {
+      double sum = 0, count = 0;
+      for (int j = 0; j < size; ++j)
+        for (int i = 0; i < size; ++i) {
+          if (glm::length(dvec2(i, j) - where) > radius) continue;
+          const auto n =
+              static_cast<std::size_t>(i) + static_cast<std::size_t>(size) * static_cast<std::size_t>(j);
+          sum += weakening(shots[0][n]) - weakening(shots[1][n]), ++count;
+        }
+      return sum / count;
+    };
+    double noise = 0;
+    constexpr int k_others = 12;
+    for (int k = 0; k < k_others; ++k) {
+      const dvec3 beside = at + dvec3(k % 2 ? -8 : 6, 0, -16 + 2.5 * k);
+      const double one = differs(*view.seen(beside));
+      noise += one * one / k_others;
+    }
+    const double times = differs(middle) / std::sqrt(noise);
+    std::printf("%d pixels: %.1f times the noise\n", size, times);
+    EXPECT_GT(times, 5) << size;
   }
 }
 
