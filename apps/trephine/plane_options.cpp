@@ -63,16 +63,9 @@ Result<ImagePlane> plane_of(const PlaneArguments& a, const workbench::Moment& mo
   plane.middle_world = moment.scan->frame.world_from_volume(0.5 * (dvec3(moment.scan->size) - 1.0));
   turn_plane(plane, a.plane);
   if (!a.trajectory.empty()) {
-    std::string known;
-    const data_tools::CaseTrajectory* found = nullptr;
-    if (moment.plan)
-      for (const data_tools::CaseTrajectory& t : moment.plan->trajectories) {
-        known += (known.empty() ? "" : ", ") + t.name;
-        if (t.name == a.trajectory) found = &t;
-      }
-    if (found == nullptr)
-      return Error{"there is no such trajectory", "--trajectory", a.trajectory,
-                   known.empty() ? "a case with a plan" : known, ""};
+    const auto named = workbench::find_trajectory(moment, a.trajectory, "--trajectory");
+    if (!named) return named.error();
+    const data_tools::CaseTrajectory* found = named.value();
     // Along it, as near to the named plane as can be.
     const dvec3 along = glm::normalize(found->target_world - found->entry_world);
     const dvec3 normal = plane.normal() - glm::dot(plane.normal(), along) * along;

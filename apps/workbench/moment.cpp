@@ -34,6 +34,17 @@ Status take_session(const MomentChoice& choice, const Listener& listener, Moment
 
 }  // namespace
 
+Result<const data_tools::CaseTrajectory*> find_trajectory(const Moment& moment, const std::string& name,
+                                                          const char* where) {
+  std::string known;
+  if (moment.plan)
+    for (const data_tools::CaseTrajectory& t : moment.plan->trajectories) {
+      if (t.name == name) return &t;
+      known += (known.empty() ? "" : ", ") + t.name;
+    }
+  return Error{"there is no such trajectory", where, name, known.empty() ? "a case with a plan" : known, ""};
+}
+
 Status go_to(Moment& moment, std::uint64_t tick) {
   OpenedSession& session = *moment.session;
   std::erase_if(moment.things, [](const Moment::Thing& thing) { return !thing.is_beside; });

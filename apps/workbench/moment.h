@@ -35,6 +35,9 @@ struct Moment {
 
   const sim::OperationState* state() const { return session ? &session->replay->engine().now() : nullptr; }
 };
+/// Of its plan; error names those that there are.
+volume::Result<const data_tools::CaseTrajectory*> find_trajectory(const Moment& moment,
+                                                                  const std::string& name, const char* where);
 /// To another moment of its session.
 volume::Status go_to(Moment& moment, std::uint64_t tick);
 /// Error names "until" and "models".

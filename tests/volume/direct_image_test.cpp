@@ -1,0 +1,271 @@
+// A scan drawn directly: against every sample of every ray in double precision, and against closed forms.
+#include "volume/direct_image.h"
+
+#include <cmath>
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+#include <gtest/gtest.h>
+
+#include "tests/whole.h"
+#include "volume/deterministic_math.h"
+#include "volume/operated_volume.h"
+#include "volume/removal.h"
+
+namespace trephine::volume {
+namespace {
+
+using glm::dmat3;
+using glm::dvec3;
+using glm::ivec3;
+
+double number(std::uint64_t n) { return static_cast<double>(hash_bits(n) >> 11) * 0x1p-53; }
+
+template <class Value>
+Volume made_of(const ivec3& size, const dmat3& axes, const Value& value) {
+  const dvec3 origin = -0.5 * (axes * (dvec3(size) - 1.0));
+  Volume v = make_volume(size, Frame::from_axes(origin, axes).value()).value();
+  v.is_hounsfield = true;
+  for (int z = 0; z < size.z; ++z)
+    for (int y = 0; y < size.y; ++y)
+      for (int x = 0; x < size.x; ++x)
+        v.voxels[v.index(x, y, z)] =
+            static_cast<std::int16_t>(std::lround(value(v.frame.world_from_volume({x, y, z}))));
+  return v;
+}
+template <class Value>
+std::shared_ptr<const Volume> scan_of(const ivec3& size, const dmat3& axes, const Value& value) {
+  return std::make_shared<const Volume>(made_of(size, axes, value));
+}
+
+const Ramp k_bone{{150, {0.8, 0.3, 0.2}, 0}, {300, {0.9, 0.8, 0.6}, 0.3}, {1200, {1, 1, 0.95}, 0.9}};
+
+/// Opacity of one ray, sample by sample, with nothing left out: its own interpolation, ramp and edges of
+/// cuts.
+struct Twin {
+  const Volume& scan;
+  const Version& version;
+  const Ramp& ramp;
+  const DirectWish& wish;
+  double step;
+
+  double voxel(int x, int y, int z) const {
+    const ivec3 v = glm::clamp(ivec3(x, y, z), ivec3(0), scan.size - 1);
+    return scan.voxels[scan.index(v.x, v.y, v.z)];
+  }
+  double value(const dvec3& at) const {
+    const dvec3 p = glm::clamp(at, dvec3(0), dvec3(scan.size - 1));
+    double sum = 0;
+    for (int n = 0; n < 8; ++n) {
+      const dvec3 low = glm::floor(p), f = p - low;
+      const dvec3 share(n & 1 ? f.x : 1 - f.x, n & 2 ? f.y : 1 - f.y, n & 4 ? f.z : 1 - f.z);
+      sum += share.x * share.y * share.z *
+             voxel(static_cast<int>(low.x) + (n & 1), static_cast<int>(low.y) + (n >> 1 & 1),
+                   static_cast<int>(low.z) + (n >> 2));
+    }
+    const dvec3 mm = scan.frame.spacing();
+    const double soft = std::min(0.5 * std::max({mm.x, mm.y, mm.z}), 0.9 * version.band_mm());
+    const double air = air_of(scan);
+    return air + std::clamp(0.5 + 0.5 * version.distance(p) / soft, 0.0, 1.0) * (sum - air);
+  }
+  double passes(double v) const {  // of a millimetre
+    if (v < ramp[0].value) return 1;
+    for (std::size_t i = 1; i < ramp.size(); ++i)
+      if (v <= ramp[i].value)
+        return 1 - (ramp[i - 1].opacity + (v - ramp[i - 1].value) / (ramp[i].value - ramp[i - 1].value) *
+                                              (ramp[i].opacity - ramp[i - 1].opacity));
+    return 1 - ramp.back().opacity;
+  }
+  double opacity(int i, int j) const {
+    const Eye::Ray ray = wish.eye.ray(i, j);
+    double through = 1;
+    for (double k = 0; k * step < 900; ++k) {
+      const dvec3 world = ray.from + k * step * ray.along, p = scan.frame.volume_from_world(world);
+      if (glm::any(glm::lessThan(p, dvec3(-0.5))) || glm::any(glm::greaterThan(p, dvec3(scan.size) - 0.5)))
+        continue;
+      const auto& open = wish.openings;
+      if (open.plane && glm::dot(world - open.plane->at, open.plane->normal) > 0) continue;
+      bool is_in_tube = false;
+      for (const auto& tube : open.tubes) {
+        double nearest = 1e9;  // by a thousand places along it
+        for (int s = 0; s <= 1000; ++s)
+          nearest = std::min(nearest, glm::length(world - glm::mix(tube.from, tube.to, s / 1000.0)));
+        is_in_tube |= nearest < tube.radius;
+      }
+      if (!is_in_tube) through *= std::pow(passes(std::floor(value(p) + 0.5)), step);
+    }
+    return 1 - through;
+  }
+};
+
+Eye eye_at(const dvec3& at, int pixels, double height) {
+  Eye eye;
+  eye.at = at;
+  eye.forward = glm::normalize(-at);
+  const dvec3 up = std::abs(eye.forward.z) < 0.9 ? dvec3(0, 0, 1) : dvec3(0, 1, 0);
+  eye.up = glm::normalize(up - glm::dot(up, eye.forward) * eye.forward);
+  eye.distance = glm::length(at), eye.height = height;
+  eye.columns = eye.rows = pixels;
+  return eye;
+}
+
+TEST(DirectImage, IsThatOfEverySampleOfEveryRay) {
+  const dmat3 fine(1.0), thick(dvec3(0.7, 0, 0), dvec3(0, 0.7, 0), dvec3(0, 0, 4)),
+      leaning(dvec3(0.8, 0, 0), dvec3(0.1, 0.9, 0), dvec3(0.3, 0.6, 2));
+  double worst = 0;
+  int rays = 0, planted = 0;
+  for (const dmat3& axes : {fine, thick, leaning}) {
+    // Shells, noise, and matter at the border.
+    const auto scan = scan_of({44, 41, 30}, axes, [&](const dvec3& p) {
+      const double r = glm::length(p);
+      const double grain =
+          60 *
+          number(static_cast<std::uint64_t>(std::llround(1000 * (p.x + 91 * p.y + 377 * p.z)) + (1LL << 40)));
+      return (std::abs(r - 12) < 2.5 || p.x > 0.48 * 44 * axes[0].x - 1.5 ? 900.0
+              : r < 9                                                     ? 180.0
+                                                                          : -1000.0) +
+             grain;
+    });
+    const Field bone(*scan, Shape{"bone", 200});
+    RemovalEditor editor(std::make_shared<Version>(scan, CutLattice::for_burr(*scan, 4).value()), {bone});
+    editor.remove({{0, -12, 3}, {2, -11, 0}, 4});
+    editor.freeze();
+    const auto cut = editor.freeze();
+    DirectImage image(scan, 2);
+    image.set_ramp(k_bone);
+    for (const dvec3& at : {dvec3(0, -200, 0), dvec3(150, 80, 60), dvec3(-20, 5, 190), dvec3(8, -3, 1)})
+      for (int opening = 0; opening < 3; ++opening) {
+        DirectWish wish;
+        wish.eye = eye_at(at, 24, 46);
+        if (opening == 2) wish.eye.distance = 0;
+        if (opening == 1)
+          wish.openings.plane = Openings::Plane{{1, 2, 0}, glm::normalize(dvec3(0.3, -1, 0.2))};
+        if (opening == 1) wish.openings.tubes = {{{0, -30, 0}, {0, 0, 0}, 3}};
+        const std::size_t pixels = 24 * 24;
+        std::vector<DirectPixel> drawn(pixels), again(pixels);
+        image.draw(wish, *cut, {}, 1, drawn);
+        EXPECT_GT(image.counters().leaps, 0u);
+        image.draw(wish, *cut, {}, 2, again);
+        for (std::size_t n = 0; n < pixels; ++n) ASSERT_EQ(drawn[n].opacity, again[n].opacity) << "threads";
+        const Twin twin{*scan, *cut, k_bone, wish, image.own_step()};
+        const int every = is_whole() ? 1 : 3;
+        for (int j = 0; j < 24; j += every)
+          for (int i = 0; i < 24; i += every, ++rays) {
+            const double is = twin.opacity(i, j),
+                         told = static_cast<double>(drawn[static_cast<std::size_t>(i + 24 * j)].opacity);
+            // A ray ends where 0.5 % is left.
+            worst = std::max(worst, is > 0.995 && told > 0.995 ? 0.0 : std::abs(is - told));
+          }
+        // Planted: of the untouched scan.
+        if (opening == 0) {
+          const Version untouched(scan);
+          const Twin wrong{*scan, untouched, k_bone, wish, image.own_step()};
+          for (int j = 0; j < 24; j += 2)
+            for (int i = 0; i < 24; i += 2)
+              planted +=
+                  std::abs(wrong.opacity(i, j) -
+                           static_cast<double>(drawn[static_cast<std::size_t>(i + 24 * j)].opacity)) > 0.01;
+        }
+      }
+  }
+  std::printf("%d rays, worst opacity by %.1e; without its cuts %d rays differ\n", rays, worst, planted);
+  EXPECT_LT(worst, 2e-3);
+  EXPECT_GT(planted, 20);
+}
+
+TEST(DirectImage, OfABallComesToItsChordWithTheStep) {
+  // Soft by a voxel: a sharp ball would be its voxels.
+  const auto scan = scan_of({80, 80, 80}, dmat3(0.5), [](const dvec3& p) {
+    return 1000 * std::clamp((14 - glm::length(p)) / 0.8 + 0.5, 0.0, 1.0);
+  });
+  const Ramp ramp{{0, dvec3(1), 0}, {1000, dvec3(1), 0.05}};
+  DirectImage image(scan, 2);
+  image.set_ramp(ramp);
+  const Version untouched(scan);
+  double before = 1;
+  for (const double step : {2.0, 1.0, 0.5, 0.25}) {
+    DirectWish wish;
+    wish.eye = eye_at({0, -300, 0}, 40, 36);
+    wish.step = step;
+    std::vector<DirectPixel> drawn(1600);
+    image.draw(wish, untouched, {}, 2, drawn);
+    double square = 0;
+    for (int j = 0; j < 40; ++j)
+      for (int i = 0; i < 40; ++i) {
+        const Eye::Ray ray = wish.eye.ray(i, j);
+        const double b = glm::dot(ray.from, ray.along), root = b * b - glm::dot(ray.from, ray.from) + 14 * 14;
+        if (std::abs(14 - std::sqrt(14 * 14 - root)) < 1) continue;  // its rim is soft
+        const double is = root > 0 ? 1 - std::pow(0.95, 2 * std::sqrt(root)) : 0;
+        square +=
+            std::pow(is - static_cast<double>(drawn[static_cast<std::size_t>(i + 40 * j)].opacity), 2) / 1600;
+      }
+    const double rms = std::sqrt(square);
+    std::printf("step %.2f mm: opacity within %.1e (rms)\n", step, rms);
+    EXPECT_LT(rms, 1.05 * before);
+    before = rms;
+  }
+  EXPECT_LT(before, 1e-3);
+}
+
+TEST(DirectImage, EndsOnWallsHidesLabelsAndTellsHowFar) {
+  const ivec3 size(40);
+  Volume made =
+      made_of(size, dmat3(1.0), [](const dvec3& p) { return glm::length(p) < 14 ? 1500.0 : -1000.0; });
+  made.label_names = {"", "shell", "core"};
+  made.labels = Buffer<std::uint8_t>(made.voxels.size());
+  for (int z = 0; z < 40; ++z)
+    for (int y = 0; y < 40; ++y)
+      for (int x = 0; x < 40; ++x) {
+        const double r = glm::length(made.frame.world_from_volume({x, y, z}));
+        made.labels[made.index(x, y, z)] = r < 8 ? 2 : r < 14 ? 1 : 0;
+      }
+  const auto scan = std::make_shared<const Volume>(std::move(made));
+  const Version untouched(scan);
+  DirectImage image(scan, 1);
+  image.set_ramp({{500, {1, 0, 0}, 0}, {1000, {1, 0, 0}, 0.9}});
+  DirectWish wish;
+  wish.eye = eye_at({0, -100, 0}, 1, 1);
+  DirectPixel pixel;
+  image.draw(wish, untouched, {}, 1, {&pixel, 1});
+  EXPECT_GT(pixel.opacity, 0.99);
+  EXPECT_NEAR(pixel.depth, 86, 1.5);
+  image.set_labels({{1, {}}, {0, {}}, {1, dvec3(0, 1, 0)}});
+  image.draw(wish, untouched, {}, 1, {&pixel, 1});
+  EXPECT_NEAR(pixel.depth, 92, 1.5) << "the shell is hidden";
+  EXPECT_GT(pixel.green, 0.3);
+  // Where the label was, matter mixed with air outside has none.
+  EXPECT_LT(pixel.red, 0.25);
+  image.set_labels({});
+  const float wall = 80;
+  image.draw(wish, untouched, {&wall, 1}, 1, {&pixel, 1});
+  EXPECT_EQ(pixel.opacity, 0) << "something opaque lies before it";
+}
+
+TEST(DirectImage, RampsAndWindows) {
+  EXPECT_TRUE(check(Ramp{}).has_value());
+  EXPECT_TRUE(check(Ramp{{0, dvec3(1), 0}, {0, dvec3(1), 1}}).has_value());
+  EXPECT_TRUE(check(Ramp{{0, dvec3(1), 1.2}}).has_value());
+  EXPECT_TRUE(check(Ramp{{0, dvec3(2), 0.2}}).has_value());
+  EXPECT_TRUE(check(Ramp{{NAN, dvec3(1), 0.2}}).has_value());
+  EXPECT_FALSE(check(k_bone).has_value());
+  const auto bone = window_of_opacity(k_bone, 0.3);
+  ASSERT_TRUE(bone.has_value());
+  EXPECT_NEAR(*bone->low, 300, 1e-9);
+  EXPECT_FALSE(bone->high.has_value());
+  const Ramp skin{{-400, dvec3(1), 0}, {-200, dvec3(1), 0.4}, {0, dvec3(1), 0.4}, {100, dvec3(1), 0}};
+  const auto between = window_of_opacity(skin, 0.2);
+  ASSERT_TRUE(between.has_value());
+  EXPECT_NEAR(*between->low, -300, 1e-9);
+  EXPECT_NEAR(*between->high, 50, 1e-9);
+  EXPECT_FALSE(window_of_opacity(skin, 0.5).has_value());
+  // Two runs: the longer one.
+  const Ramp two{{0, dvec3(1), 0},   {10, dvec3(1), 1},  {20, dvec3(1), 0},
+                 {100, dvec3(1), 0}, {200, dvec3(1), 1}, {300, dvec3(1), 0}};
+  EXPECT_NEAR(*window_of_opacity(two, 0.5)->low, 150, 1e-9);
+  Eye eye;
+  EXPECT_FALSE(check(eye).has_value());
+  eye.up = {0, 1, 0};
+  EXPECT_TRUE(check(eye).has_value());
+}
+
+}  // namespace
+}  // namespace trephine::volume
