@@ -274,6 +274,7 @@ struct DirectImage::Cast {
   double soft;                // mm, of the edge of a cut
   glm::dmat3 gradient_world;  // from a gradient by voxels
   bool has_labels;
+  double face_depth;  // mm
   const std::int16_t* voxels;
   ivec3 most;                            // of a voxel that has a next one
   std::ptrdiff_t row, slice;             // to the next voxel, of any voxel,
@@ -302,7 +303,7 @@ struct DirectImage::Cast {
     const auto kept = static_cast<float>(std::clamp(0.5 + 0.5 * version.distance(dvec3(p)) / soft, 0.0, 1.0));
     return image.air_ + kept * (whole - image.air_);
   }
-  /// 0.25 to 1.3: how bright a place is in light from the eye.
+  /// 0.22 to 1.2: how bright a place is in light from the eye.
   float light(const vec3& p, bool is_cut, const vec3& toward_eye, const vec3& toward_lamp) const noexcept {
     constexpr float h = 0.6F;  // voxels
     const vec3 by_voxels(value(p + vec3(h, 0, 0), is_cut) - value(p - vec3(h, 0, 0), is_cut),
@@ -311,8 +312,10 @@ struct DirectImage::Cast {
     const vec3 g = vec3(gradient_world * dvec3(by_voxels));
     const float size = std::sqrt(glm::dot(g, g));
     if (!(size > 1)) return 0.7F;
-    vec3 n = g / -size;  // out of what is denser
-    if (glm::dot(n, toward_eye) < 0) n = -n;
+    const vec3 n = g / -size;  // out of what is denser
+    return lit(glm::dot(n, toward_eye) < 0 ? -n : n, toward_eye, toward_lamp);
+  }
+  static float lit(const vec3& n, const vec3& toward_eye, const vec3& toward_lamp) noexcept {
     const float front = std::max(0.0F, glm::dot(n, toward_lamp)), facing = glm::dot(n, toward_eye);
     const float half = std::max(0.0F, glm::dot(n, glm::normalize(toward_eye + toward_lamp)));
     float shine = half * half;
@@ -351,6 +354,7 @@ DirectPixel DirectImage::Cast::cast(int i, int j, double wall, Counters& count) 
     const double t0 = (low - from[a]) / along[a], t1 = (high - from[a]) / along[a];
     enter = std::max(enter, std::min(t0, t1)), leave = std::min(leave, std::max(t0, t1));
   }
+  double face_until = -1;  // matter that the plane cuts through is lit as that plane
   // Nothing before the plane: a ray begins, or ends, there.
   if (wish.openings.plane) {
     const Openings::Plane& plane = *wish.openings.plane;
@@ -358,6 +362,7 @@ DirectPixel DirectImage::Cast::cast(int i, int j, double wall, Counters& count) 
                  falls = glm::dot(ray.along, plane.normal);
     if (std::abs(falls) > 1e-12) {
       const double at = -height / falls;
+      if (falls < 0 && at > enter) face_until = at + 1.5 * face_depth;
       falls < 0 ? enter = std::max(enter, at) : leave = std::min(leave, at);
     } else if (height > 0) {
       return {};
@@ -425,7 +430,8 @@ DirectPixel DirectImage::Cast::cast(int i, int j, double wall, Counters& count) 
           colour *= wish.is_shaded ? 0.7F : 1.0F;
         } else {
           ++count.shaded;
-          colour *= light(q, is_cut, toward_eye, toward_lamp);
+          colour *= k * step < face_until ? lit(vec3(wish.openings.plane->normal), toward_eye, toward_lamp)
+                                          : light(q, is_cut, toward_eye, toward_lamp);
         }
         pixel.red += share * std::min(1.0F, colour.x);
         pixel.green += share * std::min(1.0F, colour.y);
@@ -470,6 +476,7 @@ void DirectImage::draw(const DirectWish& wish, const Version& version, std::span
                   soft,
                   back,
                   !labels_.empty() && scan_->labels.size() == scan_->voxels.size(),
+                  std::min({mm.x, mm.y, mm.z}),
                   scan_->voxels.data(),
                   glm::max(scan_->size - 2, ivec3(0)),
                   row,

@@ -58,7 +58,7 @@ void Panes::show(Subject subject, bool is_changed) {
 
 void Panes::forget() {
   for (Pane& pane : panes_) {
-    pane.panel.reset(), pane.camera.reset(), pane.trouble.clear();
+    pane.panel.reset(), pane.camera.reset(), pane.renderer.reset(), pane.trouble.clear();
     pane.pixel = 0, pane.is_wanted = pane.is_stale = false;
   }
   is_placed_ = has_window_ = has_arm_ = is_live_ = false;
@@ -75,7 +75,8 @@ void Panes::make_stale(bool with_xrays) {
 void Panes::look_at(const dvec3& world) {
   if (world == at_) return;
   at_ = world;
-  make_stale(false);
+  for (Pane& pane : panes_)
+    if (pane.kind != PaneKind::xray && pane.kind != PaneKind::drawn) pane.is_stale = true;
 }
 
 void Panes::show_tool(const dvec3& tip, const dvec3& shaft) {
@@ -103,7 +104,7 @@ void Panes::set_kind(std::size_t index, PaneKind kind) {
   Pane& pane = panes_[index];
   if (pane.kind == kind) return;
   pane.kind = kind;
-  pane.panel.reset(), pane.camera.reset();
+  pane.panel.reset(), pane.camera.reset(), pane.renderer.reset();
   reset(index);
 }
 
@@ -173,6 +174,23 @@ void Panes::set_slab(double thickness) {
   make_stale(false);
 }
 
+void Panes::set_eye(const volume::Eye& eye, const std::optional<volume::Openings::Plane>& clip) {
+  const bool is_same = has_eye_ && eye.at == eye_.at && eye.forward == eye_.forward && eye.up == eye_.up &&
+                       eye.height == eye_.height && eye.distance == eye_.distance &&
+                       clip.has_value() == clip_.has_value() &&
+                       (!clip || (clip->at == clip_->at && clip->normal == clip_->normal));
+  if (is_same) return;
+  eye_ = eye, clip_ = clip, has_eye_ = true;
+  for (Pane& pane : panes_)
+    if (pane.kind == PaneKind::drawn) pane.is_stale = true;
+}
+
+void Panes::set_ramp(std::string_view name) {
+  ramp_ = name;
+  for (Pane& pane : panes_)
+    if (pane.kind == PaneKind::drawn) pane.renderer.reset(), pane.is_stale = true;
+}
+
 void Panes::set_arm(const fluoroscopy::CArm& arm) {
   if (has_arm_ && arm_ == arm) return;
   arm_ = arm, has_arm_ = true;
@@ -233,7 +251,7 @@ ImagePlane Panes::turned(const Pane& pane) const {
 
 std::optional<ImagePlane> Panes::plane(std::size_t index) const {
   const Pane& pane = panes_[index];
-  if (!subject_.scan || pane.kind == PaneKind::xray) return std::nullopt;
+  if (!subject_.scan || pane.kind == PaneKind::xray || pane.kind == PaneKind::drawn) return std::nullopt;
   return turned(pane);
 }
 
@@ -250,6 +268,7 @@ std::optional<dvec2> Panes::pixel(std::size_t index, const dvec3& world) const {
     return dvec2(mm.x / shown->pixel + 0.5 * (shown->columns - 1),
                  0.5 * (shown->rows - 1) - mm.y / shown->pixel);
   }
+  if (pane.kind == PaneKind::drawn) return std::nullopt;
   // An X-ray, as large as the pane allows.
   const fluoroscopy::View view(arm_);
   const auto at = view.seen(world);
@@ -285,6 +304,7 @@ void Panes::wish(std::size_t index) {
     });
     return;
   }
+  if (pane.kind == PaneKind::drawn) return wish_drawn(index);
   const ImagePlane shown = turned(pane);
   if (pane.kind == PaneKind::section) {
     if (!subject_.bone) {
@@ -320,6 +340,30 @@ void Panes::wish(std::size_t index) {
                });
 }
 
+/// In as many pixels as 60 ms draw while things move, in all of them when they rest.
+void Panes::wish_drawn(std::size_t index) {
+  Pane& pane = panes_[index];
+  if (!has_eye_) return;
+  if (!pane.renderer) pane.renderer = std::make_shared<Renderer>(ramp_);
+  const auto now = std::chrono::steady_clock::now();
+  const bool is_moving = now - pane.asked < std::chrono::milliseconds(250);
+  pane.asked = now;
+  constexpr double k_patience = 60;  // ms
+  const double all = static_cast<double>(pane.columns) * pane.rows;
+  const double share = is_moving ? std::clamp(std::sqrt(k_patience * pixels_a_ms_ / all), 0.2, 1.0) : 1.0;
+  pane.is_coarse = share < 0.95;
+  volume::DirectWish wish;
+  wish.eye = eye_;
+  wish.openings.plane = clip_;
+  wish.eye.columns = std::max(1, static_cast<int>(std::lround(pane.columns * (pane.is_coarse ? share : 1))));
+  wish.eye.rows = std::max(1, static_cast<int>(std::lround(pane.rows * (pane.is_coarse ? share : 1))));
+  worker_.wish(index, [renderer = pane.renderer, subject = subject_, wish, name = ramp_]() -> Result<Panel> {
+    Panel panel = renderer->draw(subject, wish, k_threads);
+    panel.foot = subject.scan->is_hounsfield ? name : "grey";
+    return panel;
+  });
+}
+
 bool Panes::frame() {
   bool is_new = false;
   for (std::size_t i = 0; i < panes_.size(); ++i) {
@@ -330,6 +374,8 @@ bool Panes::frame() {
     pane.milliseconds = made->milliseconds, ++pane.made;
     pane.trouble = made->panel ? "" : made->panel.error().message();
     if (made->panel) pane.panel = std::move(made->panel).value();
+    if (pane.kind == PaneKind::drawn && pane.panel && made->milliseconds > 0)
+      pixels_a_ms_ = static_cast<double>(pane.panel->pixels.size()) / made->milliseconds;
   }
   if (!subject_.scan) return is_new;
   if (!has_window_) {
@@ -341,6 +387,10 @@ bool Panes::frame() {
                            ct_viewer::slice_values(*subject_.scan, *subject_.version, middle, {}, 1).before);
     has_window_ = true;
   }
+  // What was drawn in few pixels is drawn in all of them once nothing moved for a while.
+  for (Pane& pane : panes_)
+    if (pane.is_coarse && std::chrono::steady_clock::now() - pane.asked > std::chrono::milliseconds(300))
+      pane.is_stale = true;
   for (std::size_t i = 0; i < panes_.size(); ++i)
     if (panes_[i].is_stale && panes_[i].is_visible && panes_[i].columns > 1 && panes_[i].rows > 1) wish(i);
   return is_new;
@@ -348,7 +398,7 @@ bool Panes::frame() {
 
 bool Panes::is_up_to_date() const {
   for (const Pane& pane : panes_)
-    if (pane.is_visible && pane.is_stale) return false;
+    if (pane.is_visible && (pane.is_stale || pane.is_coarse)) return false;
   return worker_.is_idle();
 }
 

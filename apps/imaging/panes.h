@@ -2,16 +2,20 @@
 // are, what they show and when they are made anew; who draws them is elsewhere.
 #pragma once
 
+#include <chrono>
+
 #include "apps/imaging/pane_worker.h"
+#include "apps/imaging/render_panel.h"
 #include "apps/imaging/slice_panel.h"
 #include "apps/imaging/xray_panel.h"
 
 namespace trephine::imaging {
 
-/// What a pane shows. Along the tool: a slice in which its shaft lies.
-enum class PaneKind : std::uint8_t { axial, coronal, sagittal, tool, section, xray };
-inline constexpr std::string_view k_pane_kinds[] = {"axial", "coronal", "sagittal",
-                                                    "tool",  "section", "xray"};
+/// What a pane shows. Along the tool: a slice in which its shaft lies. Drawn: the scan itself, directly, seen
+/// as the picture is.
+enum class PaneKind : std::uint8_t { axial, coronal, sagittal, tool, section, xray, drawn };
+inline constexpr std::string_view k_pane_kinds[] = {"axial",   "coronal", "sagittal", "tool",
+                                                    "section", "xray",    "drawn"};
 
 /// One thread. Pixels of a pane are counted from its upper left.
 class Panes {
@@ -53,6 +57,13 @@ class Panes {
   void set_slab(double thickness);
   double slab() const noexcept { return slab_; }
 
+  // What is drawn directly.
+  /// As the picture is seen; its pixels are those of the pane.
+  void set_eye(const volume::Eye& eye, const std::optional<volume::Openings::Plane>& clip);
+  /// One of k_ramps.
+  void set_ramp(std::string_view name);
+  const std::string& ramp() const noexcept { return ramp_; }
+
   // The C-arm. Between exposures its last image is held.
   void set_arm(const fluoroscopy::CArm& arm);
   const fluoroscopy::CArm& arm() const noexcept { return arm_; }
@@ -91,6 +102,9 @@ class Panes {
     glm::dvec3 middle{0.0};                    ///< world; its height is that of where one looks
     bool is_stale = false, is_wanted = false;  ///< a shot was asked for
     std::shared_ptr<XrayCamera> camera;
+    std::shared_ptr<Renderer> renderer;
+    bool is_coarse = false;  ///< drawn in fewer pixels while things move
+    std::chrono::steady_clock::time_point asked{};
     std::optional<Panel> panel;
     std::string trouble;
     double milliseconds = 0;
@@ -98,6 +112,7 @@ class Panes {
   };
   volume::ImagePlane turned(const Pane& pane) const;
   void wish(std::size_t index);
+  void wish_drawn(std::size_t index);
   void make_stale(bool with_xrays);
 
   Subject subject_;
@@ -109,6 +124,11 @@ class Panes {
   bool has_labels_ = false, is_live_ = false, has_window_ = false, has_arm_ = false;
   double slab_ = 0;
   fluoroscopy::CArm arm_;
+  volume::Eye eye_;
+  std::optional<volume::Openings::Plane> clip_;
+  std::string ramp_ = "bone";
+  bool has_eye_ = false;
+  double pixels_a_ms_ = 2000;  ///< that were drawn directly, of late
   PaneWorker worker_;
 };
 

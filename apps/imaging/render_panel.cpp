@@ -62,6 +62,7 @@ volume::Eye eye_from(std::string_view side, const volume::Frame& frame,
 
 void Renderer::set_ramp(const Ramp& ramp) {
   ramp_ = ramp;
+  name_.clear();
   is_ramp_new_ = true;
 }
 
@@ -75,6 +76,7 @@ void Renderer::take(const std::shared_ptr<const volume::Volume>& scan, int threa
     scan_ = scan;
     image_ = std::make_unique<volume::DirectImage>(scan_, threads);
     image_->set_labels(labels_);
+    if (!name_.empty()) ramp_ = ramp_of(name_, *scan);
     is_ramp_new_ = true;
   }
   if (std::exchange(is_ramp_new_, false)) image_->set_ramp(ramp_);

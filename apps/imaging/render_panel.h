@@ -23,6 +23,9 @@ inline constexpr std::string_view k_sides[] = {"front", "back", "left", "right",
 /// Of one scan after another: what a scan needs is made once.
 class Renderer {
  public:
+  Renderer() = default;
+  /// By a named ramp, made when the scan is known.
+  explicit Renderer(std::string ramp) : name_(std::move(ramp)) {}
   void set_ramp(const volume::Ramp& ramp);
   void set_labels(std::vector<volume::LabelLook> looks);
   /// The voxels of a scan in which anything may be seen; all of it, where nothing is.
@@ -36,6 +39,7 @@ class Renderer {
 
   std::shared_ptr<const volume::Volume> scan_;
   std::unique_ptr<volume::DirectImage> image_;
+  std::string name_;  ///< empty: ramp_ was said
   volume::Ramp ramp_;
   std::vector<volume::LabelLook> labels_;
   bool is_ramp_new_ = true;

@@ -76,6 +76,7 @@ void PaneController::follow(std::span<const std::shared_ptr<const sim::Value>> s
 
 bool PaneController::frame(const PaneNews& news) {
   panes_.show(subject_of(news), news.is_changed);
+  panes_.set_eye(news.eye, news.clip);
   follow(news.settings);
   const haptics::ServoRecord& r = news.newest;
   const dvec3 tip = r.has_contact ? r.proxy_world : r.pose.position_world;

@@ -22,6 +22,8 @@ struct PaneNews {
   std::span<const std::shared_ptr<const sim::Forbidden>> forbidden;
   const haptics::ServoRecord& newest;
   double elapsed = 0;  ///< s, since the last frame
+  volume::Eye eye;     ///< as the picture is seen
+  std::optional<volume::Openings::Plane> clip;
 };
 
 /// No windowing toolkit in here. The thread that draws; images are made on another.

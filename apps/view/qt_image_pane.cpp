@@ -32,13 +32,15 @@ QColor colour_of(PaneKind kind) {
     case PaneKind::section:
       return {190, 150, 235};
     case PaneKind::xray:
+    case PaneKind::drawn:
       break;
   }
   return {170, 180, 195};
 }
 
 QString words_of_kind(PaneKind kind) {
-  constexpr const char* names[] = {"Axial", "Coronal", "Sagittal", "Along the tool", "Section", "X-ray"};
+  constexpr const char* names[] = {"Axial",   "Coronal", "Sagittal", "Along the tool",
+                                   "Section", "X-ray",   "Drawn"};
   return names[static_cast<std::size_t>(kind)];
 }
 
@@ -176,7 +178,7 @@ void ImagePane::paintEvent(QPaintEvent*) {
     }
   }
   // Where the others go through, with a gap in which one sees what is there.
-  if (kind != PaneKind::xray && panel != nullptr)
+  if (kind != PaneKind::xray && kind != PaneKind::drawn && panel != nullptr)
     if (const auto at = panes_->pixel(index_, panes_->looked_at())) {
       constexpr double k_gap = 9;
       const QPointF p(at->x + 0.5, at->y + 0.5);
@@ -210,7 +212,7 @@ void ImagePane::paintEvent(QPaintEvent*) {
     write(painter, inner, Qt::AlignLeft | Qt::AlignBottom, foot.trimmed());
     const double ms = panes_->milliseconds(index_);
     QString right = QString("%1 ms").arg(ms, 0, 'f', ms < 10 ? 1 : 0);
-    if (kind != PaneKind::section && kind != PaneKind::xray)
+    if (kind != PaneKind::section && kind != PaneKind::xray && kind != PaneKind::drawn)
       if (const auto value = panes_->probe())
         right = QString("%1%2\n%3").arg(*value).arg(panes_->is_hounsfield() ? " HU" : "", right);
     write(painter, inner, Qt::AlignRight | Qt::AlignTop, right);
@@ -243,6 +245,8 @@ void ImagePane::mousePressEvent(QMouseEvent* event) {
 void ImagePane::mouseMoveEvent(QMouseEvent* event) {
   const QPointF step = event->localPos() - last_;
   last_ = event->localPos();
+  if (panes_->kind(index_) == PaneKind::drawn && event->buttons() != Qt::NoButton)
+    return on_turn(0.4 * step.x(), 0.4 * step.y());
   if (panes_->kind(index_) == PaneKind::xray) return;
   if (event->modifiers() & Qt::ShiftModifier) {
     if (const auto at = panes_->world(index_, {last_.x(), last_.y()})) panes_->look_at(*at), on_look();

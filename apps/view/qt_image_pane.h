@@ -32,6 +32,8 @@ class ImagePane : public QWidget {
   std::function<void(bool)> on_live = [](bool) {};
   std::function<void(int)> on_preset = [](int) {};
   std::function<void()> on_look = [] {};  ///< elsewhere
+  /// What is drawn directly is turned with the picture, degrees.
+  std::function<void(double left, double up)> on_turn = [](double, double) {};
 
  protected:
   void paintEvent(QPaintEvent* event) override;

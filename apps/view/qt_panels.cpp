@@ -70,7 +70,7 @@ void HelpOverlay::paintEvent(QPaintEvent*) {
       {"Ctrl+F,  T", "free what was cut off; take the touched piece, or put it down"},
       {"A P L R S I,  0", "see it from the front, back, left, right, above, below; all of it"},
       {"C", "cut the picture open"},
-      {"F5, F6, F7", "the picture alone; with three slices; with X-ray and section"},
+      {"F5, F6, F7, F8", "the picture alone; with slices; X-ray and section; the scan drawn directly"},
       {"in a slice: wheel, Left, Right", "slice by slice"},
       {"Shift + mouse, left, middle, right", "look there; greys; move; nearer"},
       {"T, G, R, double click", "before and after; labels; all of it; alone"},

@@ -86,6 +86,7 @@ class MainWindow : public QMainWindow {
   void restore_layout();
   void remember_layout();
   void show_scan_facts();
+  void touch_what_is_drawn();
   void show_panes(double elapsed);
   void build_replay_panel();
   void build_history_panel();

@@ -1,6 +1,7 @@
 // The window's panes: menu, keys, what is remembered of them.
 #include <QComboBox>
 #include <QDir>
+#include <QDoubleSpinBox>
 #include <QMenuBar>
 #include <QMessageBox>
 #include <QStandardPaths>
@@ -20,6 +21,7 @@ void MainWindow::build_panes() {
     ImagePane* pane = grid_->pane(i);
     pane->on_shoot = [this] { panes_.shoot(); };
     pane->on_live = [this](bool is_live) { panes_.set_live(is_live); };
+    pane->on_turn = [this](double left, double up) { viewport()->turn(left, up); };
     pane->on_preset = [this](int preset) { panes_.set_preset(static_cast<std::size_t>(preset)); };
   }
 }
@@ -54,6 +56,8 @@ void MainWindow::build_panes_menu() {
   add(menu, "layout_picture", "&Picture alone", QKeySequence("F5"), arrange(Layout::picture));
   add(menu, "layout_slices", "Picture and three &slices", QKeySequence("F6"), arrange(Layout::slices));
   add(menu, "layout_xray", "Picture, &X-ray and section", QKeySequence("F7"), arrange(Layout::xray));
+  add(menu, "layout_drawn", "Picture and the scan &drawn directly", QKeySequence("F8"),
+      arrange(Layout::drawn));
   menu->addSeparator();
   QMenu* greys = menu->addMenu("&Greys");
   for (const ct_viewer::NamedWindow& known : ct_viewer::k_windows) {
@@ -74,6 +78,13 @@ void MainWindow::build_panes_menu() {
   for (const int mm : {0, 2, 5, 10, 20})
     add(slab, QString("slab_%1").arg(mm), mm == 0 ? QString("One slice") : QString("Mean of %1 mm").arg(mm),
         {}, [this, mm] { panes_.panes().set_slab(mm); });
+  QMenu* drawn = menu->addMenu("&Drawn as");
+  for (const std::string_view ramp : imaging::k_ramps) {
+    const QString name = QString::fromUtf8(ramp.data(), static_cast<int>(ramp.size()));
+    add(drawn, "ramp_" + name, words_of(ramp), {}, [this, ramp] { panes_.panes().set_ramp(ramp); });
+  }
+  drawn->addSeparator();
+  add(drawn, "touch_what_is_drawn", "&Touch what is drawn", {}, [this] { touch_what_is_drawn(); });
   add(menu, "labels", "Outlines of the scan's &labels", {}, [this](bool are_shown) {
     panes_.panes().set_labels(are_shown);
   })->setCheckable(true);
@@ -91,6 +102,17 @@ void MainWindow::build_panes_menu() {
   });
   menu->addSeparator();
   add(menu, "about_scan", "&About the scan ...", {}, [this] { show_scan_facts(); });
+}
+
+/// The window of values that the ramp shows: to be looked at, and used, as one that a person says.
+void MainWindow::touch_what_is_drawn() {
+  const auto window =
+      volume::window_of_opacity(imaging::ramp_of(panes_.panes().ramp(), *scene_->base), imaging::k_touched);
+  if (!window || !low_->isEnabled()) return say("What is solid cannot be chosen here.");
+  low_->setValue(window->low.value_or(low_->minimum()));
+  high_->setValue(window->high.value_or(high_->maximum()));
+  preview_shape();
+  say("Shown is what would be touched: Use takes it.");
 }
 
 /// What it is of, without a name of anybody.
@@ -140,9 +162,9 @@ void MainWindow::show_panes(double elapsed) {
     settings = replay_->engine().now().settings.modules;
     is_changed = replay_->has_changed();
   }
-  const bool is_new =
-      panes_.frame({*scene_, version(), is_changed, overlays, &options_.plan, settings,
-                    operation_ ? operation_->forbidden() : replay_->engine().forbidden(), newest, elapsed});
+  const bool is_new = panes_.frame({*scene_, version(), is_changed, overlays, &options_.plan, settings,
+                                    operation_ ? operation_->forbidden() : replay_->engine().forbidden(),
+                                    newest, elapsed, viewport()->eye(), viewport()->clip_plane()});
   for (std::size_t i = 0; i < PaneGrid::k_panes; ++i) grid_->pane(i)->refresh(is_new, panes_.tool());
   const int at_section = clip_->count() - 1;
   if (panes_.clip() != followed_clip_) {

@@ -106,6 +106,36 @@ void Viewport::set_clip(const ClipChoice& choice) {
   view_.bone().set_clip(clip_origin_, clip_normal_);
 }
 
+std::optional<volume::Openings::Plane> Viewport::clip_plane() const {
+  if (clip_normal_ == dvec3(0)) return std::nullopt;
+  return volume::Openings::Plane{clip_origin_, -clip_normal_};
+}
+
+volume::Eye Viewport::eye() {
+  vtkCamera* camera = view_.renderer()->GetActiveCamera();
+  volume::Eye eye;
+  const int* size = window_->GetSize();
+  camera->GetPosition(eye.at.x, eye.at.y, eye.at.z);
+  camera->GetDirectionOfProjection(eye.forward.x, eye.forward.y, eye.forward.z);
+  dvec3 up;
+  camera->GetViewUp(up.x, up.y, up.z);
+  eye.forward = glm::normalize(eye.forward);
+  eye.up = glm::normalize(up - glm::dot(up, eye.forward) * eye.forward);
+  eye.distance = camera->GetDistance();
+  constexpr double k_half_degree = 3.14159265358979 / 360;
+  eye.height = 2 * eye.distance * std::tan(camera->GetViewAngle() * k_half_degree);
+  eye.columns = std::max(1, size[0]), eye.rows = std::max(1, size[1]);
+  return eye;
+}
+
+void Viewport::turn(double left, double up) {
+  vtkCamera* camera = view_.renderer()->GetActiveCamera();
+  camera->Azimuth(-left);
+  camera->Elevation(up);
+  camera->OrthogonalizeViewUp();
+  view_.renderer()->ResetCameraClippingRange();
+}
+
 Ray Viewport::ray_at(double x, double y) {
   vtkRenderer* renderer = view_.renderer();
   const int* size = window_->GetSize();

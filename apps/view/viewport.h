@@ -7,6 +7,7 @@
 
 #include "apps/view/bone_view.h"
 #include "haptics/servo/servo_core.h"
+#include "volume/direct_image.h"
 #include "volume/traversal.h"
 
 namespace trephine::view {
@@ -37,6 +38,12 @@ class Viewport {
                const std::shared_ptr<const volume::Version>& version);
   void set_clip(const ClipChoice& choice);
   const ClipChoice& clip() const noexcept { return clip_; }
+  /// What that cuts away: all before this plane.
+  std::optional<volume::Openings::Plane> clip_plane() const;
+  /// Whence the picture is seen, in its own pixels.
+  volume::Eye eye();
+  /// Turned about what is looked at, degrees.
+  void turn(double left, double up);
 
   /// mm, of the ball that the tool touches with by now; 0: a point.
   void set_touch_radius(double radius) { touch_radius_ = radius; }

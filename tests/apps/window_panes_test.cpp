@@ -210,6 +210,45 @@ TEST_F(WindowPanes, TheLastXrayIsHeldUntilTheNextOne) {
   window.close();
 }
 
+TEST_F(WindowPanes, TheScanIsDrawnAsThePictureIsSeen) {
+  MainWindow window(scene_, options_);
+  open(window);
+  imaging::Panes& panes = window.pane_controller().panes();
+  child<QAction>(window, "layout_drawn")->trigger();
+  ASSERT_TRUE(settle(window));
+  constexpr std::size_t drawn = 1;
+  ASSERT_EQ(panes.kind(drawn), imaging::PaneKind::drawn);
+  EXPECT_FALSE(window.panes()->pane(0)->isVisible());
+  ASSERT_NE(panes.panel(drawn), nullptr) << panes.trouble(drawn);
+  EXPECT_EQ(panes.panel(drawn)->columns, window.panes()->pane(drawn)->width()) << "at rest in all pixels";
+  const auto before = panes.panel(drawn)->pixels;
+  // Where nothing changes nothing is made.
+  const std::uint64_t made = panes.made(drawn);
+  QTest::qWait(400);
+  EXPECT_EQ(panes.made(drawn), made);
+  window.operation()->viewport().look_from('L');
+  ASSERT_TRUE(QTest::qWaitFor([&] { return panes.made(drawn) > made; }, 5000));
+  ASSERT_TRUE(settle(window));
+  touch(window);
+  drill(window, 10);
+  ASSERT_TRUE(settle(window));
+  EXPECT_NE(panes.panel(drawn)->pixels, before);
+  keep(window, "panes_drawn");
+  // Opened as the picture is: what lies before the plane is gone.
+  const auto whole = panes.panel(drawn)->pixels;
+  child<QComboBox>(window, "clip")->setCurrentIndex(4);
+  ASSERT_TRUE(QTest::qWaitFor([&] { return panes.panel(drawn)->pixels != whole && settle(window); }, 5000));
+  keep(window, "panes_drawn_open");
+  // What one sees is what one touches.
+  child<QAction>(window, "ramp_skin")->trigger();
+  child<QAction>(window, "touch_what_is_drawn")->trigger();
+  EXPECT_LT(child<QDoubleSpinBox>(window, "low")->value(), -300);
+  EXPECT_TRUE(child<QPushButton>(window, "use_shape")->isEnabled());
+  ASSERT_TRUE(settle(window));
+  EXPECT_EQ(panes.panel(drawn)->foot, "skin");
+  window.close();
+}
+
 TEST_F(WindowPanes, WhatIsNoArrangementIsNotTaken) {
   for (const char* text :
        {"", "1", "2 slices axial axial axial 500 500 500", "1 slices axial axial 500 500 500",
