@@ -3,6 +3,7 @@
 #include <map>
 
 #include "apps/trephine/bench_parts.h"
+#include "apps/view/render_window.h"
 #include "data-tools/open_volume.h"
 #include "haptics/proxy/subvoxel_proxy.h"
 #include "tests/bench/benchmarks.h"
@@ -11,6 +12,7 @@
 #include "tests/bench/parting.h"
 #include "tests/bench/peers.h"
 #include "tests/bench/rays.h"
+#include "tests/bench/render.h"
 #include "tests/bench/reslice.h"
 #include "tests/bench/xray.h"
 
@@ -22,7 +24,7 @@ using volume::Result;
 namespace {
 
 constexpr const char* k_benchmarks =
-    "surface, flood, parting, step, rays, xray, reslice, drill, load, dicom, open, feel or stability";
+    "surface, flood, parting, step, rays, xray, reslice, render, drill, load, dicom, open, feel or stability";
 
 Json to_json(const bench::StepTimes& t) {
   return {{"count", t.count}, {"p50", t.p50}, {"p99", t.p99}, {"p999", t.p999}, {"max", t.max}};
@@ -152,6 +154,34 @@ void bench_xray(int size, bool is_quick, Outcome& outcome) {
                                             {"servo_late_p99_us", part.servo.late_p99_us},
                                             {"overruns", part.servo.overruns}});
   }
+}
+
+/// Scans drawn directly, beside VTK's mappers.
+volume::Status bench_render(int size, Outcome& outcome) {
+  const auto surface = view::make_offscreen(512, 512);
+  if (!surface) return surface.error();
+  const auto gl = view::describe_gl();
+  outcome.text += format_text(
+      "%d^3 int16 drawn directly, 512^2 pixels without light; OpenGL by %s\n%-16s %8s %8s %10s %15s %14s\n",
+      size, gl ? gl.value().c_str() : "nothing", "by", "step mm", "threads", "image ms", "after a cut ms",
+      "opacity within");
+  Json rows = Json::array();
+  for (const bench::RenderRow& row : bench::run_render_benchmark(size, surface.value()->window())) {
+    if (!row.is_there) {
+      outcome.text += format_text("%-16s is not installed, or could not draw\n", row.who.c_str());
+      continue;
+    }
+    outcome.text += format_text("%-16s %8.3f %8d %10.1f %15.1f %14.4f\n", row.who.c_str(), row.step,
+                                row.threads, row.frame_ms, row.changed_ms, row.error);
+    rows.push_back({{"by", row.who},
+                    {"step_mm", row.step},
+                    {"threads", row.threads},
+                    {"image_ms", row.frame_ms},
+                    {"after_a_cut_ms", row.changed_ms},
+                    {"opacity_rms", row.error}});
+  }
+  outcome.json["rows"] = rows;
+  return std::nullopt;
 }
 
 /// Slices beside VTK's.
@@ -359,7 +389,9 @@ Result<Outcome> run_bench(const BenchArguments& arguments) {
     bench_xray(arguments.size, arguments.is_quick, outcome);
   else if (arguments.what == "reslice")
     bench_reslice(arguments.size, outcome);
-  else if (arguments.what == "flood")
+  else if (arguments.what == "render") {
+    if (volume::Status error = bench_render(arguments.size, outcome)) return *error;
+  } else if (arguments.what == "flood")
     bench_flood(arguments.size, outcome);
   else if (arguments.what == "parting")
     bench_parting(outcome);
