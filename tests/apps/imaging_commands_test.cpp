@@ -283,5 +283,36 @@ TEST_F(Command, WhatNoXrayCanBeIsSaid) {
   EXPECT_EQ(leftovers({"open.ply", "no.dcm", "inward.ply"}), "");
 }
 
+TEST_F(Command, AScanIsDrawnDirectly) {
+  const Json bone = json("render spine --from back --size 160 -o a.png");
+  EXPECT_GT(fs::file_size(folder_ / "a.png"), 5000u);
+  EXPECT_NEAR(bone["window"]["low"].get<double>(), 160 + 0.1 / 0.55 * 160, 1);
+  EXPECT_TRUE(bone["window"]["high"].is_null());
+  // Fewer slices, fewer samples; what is opened, hidden or behind a screw is not sampled.
+  const double whole = bone["samples"].get<double>();
+  EXPECT_LT(json("render spine --from back --size 160 --slices 200")["samples"].get<double>(), 0.6 * whole);
+  for (const char* other : {"--clip 0,0,0:0,1,0 --cutout \"L4 left pedicle\"", "--hide L4",
+                            "--screw 15,40,6:-3,-5,4:6.5 --opacity 300:0,700:0.4,900:0.1"})
+    EXPECT_NE(json(std::string("render spine --from back --size 160 ") + other)["samples"], bone["samples"])
+        << other;
+  // MR has no Hounsfield units; opacities of one's own.
+  std::string mr =
+      "ObjectType = Image\nNDims = 3\nBinaryData = True\nBinaryDataByteOrderMSB = False\n"
+      "ElementSpacing = 1 1 2\n"
+      "DimSize = 16 16 16\nElementType = MET_UCHAR\nElementDataFile = LOCAL\n";
+  for (int i = 0; i < 16 * 16 * 16; ++i) mr += static_cast<char>(i % 16 > 3 && i % 16 < 12 ? 90 + i % 7 : 3);
+  write("mr.mha", mr);
+  EXPECT_EQ(json("render mr.mha --size 64")["ramp"].size(), 3u);
+  const Json own = json("render mr.mha --size 64 --opacity=-40:0,-20:0.4,0:0.4,100:0");
+  EXPECT_NEAR(own["window"]["low"].get<double>(), -35, 1);
+  EXPECT_NEAR(own["window"]["high"].get<double>(), 75, 1);
+  EXPECT_NE(run("render mr.mha --ramp bone").err.find("--ramp grey"), std::string::npos);
+  for (const char* bad : {"--ramp gold", "--opacity 5", "--opacity 5:0,4:1", "--opacity 5:2",
+                          "--opacity '5:0;6:1'", "--size 9", "--size 5000", "--slices 3", "--clip 1,2,3",
+                          "--clip 0,0,0:0,0,0", "--cutout nowhere", "--hide nothing", "--translucent nothing",
+                          "--share 2", "--cutout-radius 0", "--from nowhere", "-o spine.txt"})
+    EXPECT_EQ(run(std::string("render mr.mha --size 64 ") + bad).exit_code, 2) << bad;
+}
+
 }  // namespace
 }  // namespace trephine::command_tests
