@@ -20,11 +20,11 @@ namespace {
 
 struct MeasureArguments {
   workbench::MomentChoice moment;
-  std::vector<std::string> rulers, angles, tapes, regions;
+  std::vector<std::string> rulers, angles, tapes, regions, patches, parts;
   std::string markups;
 };
 
-/// Places between colons; of a region a number comes last.
+/// Places between colons; of a region and of a part a number comes last.
 Result<Measure> parse_measure(const std::string& text, Kind kind, const char* option) {
   Measure wish;
   wish.kind = kind;
@@ -37,7 +37,7 @@ Result<Measure> parse_measure(const std::string& text, Kind kind, const char* op
   };
   while (!rest.empty()) {
     const std::string part = next();
-    if (kind == Kind::region && !wish.at.empty()) {
+    if ((kind == Kind::region || kind == Kind::part) && !wish.at.empty()) {
       char* end = nullptr;
       wish.radius = std::strtod(part.c_str(), &end);
       if (end == part.c_str() || *end != 0 || !(wish.radius >= 0.1 && wish.radius <= 200))
@@ -67,6 +67,11 @@ std::string text_of(const Measured& m, bool is_hounsfield) {
       return format_text(
           "tape: %.2f mm along the surface, %.2f taut, %.2f straight; places moved by up to %.1f mm\n",
           m.length, m.taut, m.straight, m.moved);
+    case Kind::patch:
+      return format_text("patch: %.1f mm2 within %.1f mm; places moved by up to %.1f mm\n", m.area, m.length,
+                         m.moved);
+    case Kind::part:
+      return format_text("part: %.1f mm3, its surface %.1f mm2\n", m.size, m.area);
     case Kind::region:
       break;
   }
@@ -90,6 +95,12 @@ Json report_of(const Measured& m) {
       json["length_mm"] = m.length, json["taut_mm"] = m.taut, json["straight_mm"] = m.straight;
       json["moved_mm"] = m.moved;
       break;
+    case Kind::patch:
+      json["area_mm2"] = m.area, json["length_mm"] = m.length, json["moved_mm"] = m.moved;
+      break;
+    case Kind::part:
+      json["size_mm3"] = m.size, json["area_mm2"] = m.area;
+      break;
     case Kind::region:
       json["mean"] = m.mean, json["deviation"] = m.deviation, json["least"] = m.least, json["most"] = m.most;
       json["size_mm3"] = m.size;
@@ -106,7 +117,7 @@ std::string markups_text(const std::vector<Measured>& all) {
        "markups-schema-v1.0.3.json#"},
       {"markups", Json::array()}};
   for (std::size_t i = 0; i < all.size(); ++i) {
-    static constexpr const char* types[] = {"Line", "Angle", "Curve", "Fiducial"};
+    static constexpr const char* types[] = {"Line", "Angle", "Curve", "Fiducial", "ClosedCurve", "Fiducial"};
     const auto kind = static_cast<std::size_t>(all[i].kind);
     Json points = Json::array();
     for (std::size_t k = 0; k < all[i].line.size(); ++k)
@@ -131,28 +142,38 @@ Result<Outcome> run_measure(const MeasureArguments& a) {
   std::vector<Measure> wishes;
   for (const auto& [texts, kind, option] :
        {std::tuple(&a.rulers, Kind::ruler, "--ruler"), std::tuple(&a.angles, Kind::angle, "--angle"),
-        std::tuple(&a.tapes, Kind::tape, "--tape"), std::tuple(&a.regions, Kind::region, "--region")})
+        std::tuple(&a.tapes, Kind::tape, "--tape"), std::tuple(&a.regions, Kind::region, "--region"),
+        std::tuple(&a.patches, Kind::patch, "--patch"), std::tuple(&a.parts, Kind::part, "--part")})
     for (const std::string& text : *texts) {
       auto wish = parse_measure(text, kind, option);
       if (!wish) return wish.error();
       wishes.push_back(std::move(wish).value());
     }
-  if (wishes.empty())
-    return Error{"nothing is to be measured", "", "", "--ruler, --angle, --tape or --region", ""};
+  const bool is_recorded = wishes.empty() && workbench::is_session_file(a.moment.source.path);
+  if (wishes.empty() && !is_recorded)
+    return Error{"nothing is to be measured", "", "", "--ruler, --angle, --tape, --region, --patch or --part",
+                 ""};
   const auto opened = workbench::open_moment(a.moment, person());
   if (!opened) return opened.error();
   const workbench::Moment& moment = *opened.value();
-  if (!moment.shape && !a.tapes.empty())
-    return Error{"nobody says on what a tape lies", "--tape", "", "--iso, --window, --label or --auto", ""};
+  if (!moment.shape && !(a.tapes.empty() && a.patches.empty() && a.parts.empty()))
+    return Error{"nobody says on what a tape or a patch lies", "--tape, --patch, --part", "",
+                 "--iso, --window, --label or --auto", ""};
   const volume::Field shape(*moment.scan, moment.shape.value_or(volume::Shape()));
   Outcome outcome{new_report("measure"), "", exit_done};
   outcome.json["measures"] = Json::array();
   std::vector<Measured> all;
-  for (const Measure& wish : wishes) {
-    all.push_back(measurement::measure(wish, shape, *moment.version));
-    outcome.text += text_of(all.back(), moment.scan->is_hounsfield);
-    outcome.json["measures"].push_back(report_of(all.back()));
-    if (!all.back().trouble.empty()) outcome.exit_code = exit_check_failed;
+  if (is_recorded) {  // what was measured in the session
+    const sim::Chronicle& told = moment.state()->chronicle;
+    for (std::size_t i = 0; i < told.size(); ++i)
+      if (const auto* one = told[i].what.as<Measured>()) all.push_back(*one);
+    if (all.empty()) outcome.text += "nothing was measured in this session\n";
+  }
+  for (const Measure& wish : wishes) all.push_back(measurement::measure(wish, shape, *moment.version));
+  for (const Measured& one : all) {
+    outcome.text += text_of(one, moment.scan->is_hounsfield);
+    outcome.json["measures"].push_back(report_of(one));
+    if (!one.trouble.empty()) outcome.exit_code = exit_check_failed;
   }
   outputs.write(a.markups, [&] { return data_tools::write_file_atomically(a.markups, markups_text(all)); });
   if (Status error = outputs.result()) return *error;
@@ -168,6 +189,10 @@ Run build(Options& options) {
   options.add("--angle", a->angles, "At the second of three places").type("P:P:P");
   options.add("--tape", a->tapes, "Along the surface of bone, from place to place").type("P:P...");
   options.add("--region", a->regions, "What the scan holds in a ball").type("P:R");
+  options.add("--patch", a->patches, "The area within an outline of places on the surface").type("P:P:P...");
+  options
+      .add("--part", a->parts, "Volume and surface of the part of the shape that is there, no farther than R")
+      .type("P:R");
   options.add("--markups", a->markups, "Write what was measured as 3D Slicer's markups").type("MRK.JSON");
   return run_with(a, run_measure);
 }

@@ -7,6 +7,7 @@
 #include <numeric>
 
 #include "haptics/mesh/surface_line.h"
+#include "modules/measurement/marked.h"
 #include "sim/work.h"
 #include "volume/deterministic_math.h"
 #include "volume/surface_nets.h"
@@ -77,49 +78,92 @@ haptics::Inside inside(const volume::Field& shape, const volume::Version& versio
   return is;
 }
 
-void measure_tape(const Measure& wish, const volume::Field& shape, const volume::Version& version,
-                  Measured& made) {
+/// What is kept says where it lies, no more.
+void thin_out(std::vector<dvec3>& line) {
+  constexpr std::size_t k_most = 400;
+  if (line.size() <= k_most) return;
+  std::vector<dvec3> fewer;
+  for (std::size_t i = 0; i < k_most; ++i) fewer.push_back(line[i * (line.size() - 1) / (k_most - 1)]);
+  line = std::move(fewer);
+}
+
+/// A line along the surface from place to place, back to the first of a closed one; the surface on which it
+/// lies.
+struct LineOnSurface {
+  haptics::Surface surface;
+  std::vector<haptics::Surface::Place> places;
+};
+std::optional<LineOnSurface> lay_line(const Measure& wish, const volume::Field& shape,
+                                      const volume::Version& version, bool is_closed, Measured& made) {
   double farthest = 0;
   for (const dvec3& p : wish.at) farthest = std::max(farthest, glm::length(p - wish.at[0]));
   // What is around the way first; all of it where nothing is there.
   for (const double reach : {0.6 * farthest + 20, 1e6}) {
-    const haptics::Surface surface = surface_near(shape, version, wish.at, reach);
+    haptics::Surface surface = surface_near(shape, version, wish.at, reach);
     made.line.clear();
-    const auto places = surface.nearest_on_one_part(wish.at);
+    auto places = surface.nearest_on_one_part(wish.at);
     made.moved = 0;
     for (std::size_t i = 0; i < places.size(); ++i)
       made.moved = std::max(made.moved, glm::length(places[i].at - wish.at[i]));
-    for (std::size_t i = 1; i < places.size(); ++i) {
-      const std::vector<dvec3> part = haptics::surface_line(surface, places[i - 1], places[i]);
-      made.line.insert(made.line.end(), part.begin() + (made.line.empty() || part.empty() ? 0 : 1),
-                       part.end());
+    for (std::size_t i = 1; i < places.size() + is_closed; ++i) {
+      const std::vector<dvec3> part =
+          haptics::surface_line(surface, places[i - 1], places[i % places.size()]);
+      if (part.empty()) {
+        made.line.clear();
+        break;
+      }
+      made.line.insert(made.line.end(), part.begin() + (made.line.empty() ? 0 : 1), part.end());
     }
-    if (!made.line.empty()) break;
-  }
-  if (made.line.empty()) {
-    made.trouble = "no surface joins these places";
-    return;
-  }
-  if (made.moved > k_farthest) {
+    if (made.line.empty()) continue;
+    if (made.moved <= k_farthest) return LineOnSurface{std::move(surface), std::move(places)};
     char text[80];
     std::snprintf(text, sizeof text, "a place lies %.1f mm from the surface; at most %.0f", made.moved,
                   k_farthest);
     made.trouble = text;
     made.line = wish.at;
+    return std::nullopt;
+  }
+  made.trouble = "no surface joins these places";
+  return std::nullopt;
+}
+
+void measure_patch(const Measure& wish, const volume::Field& shape, const volume::Version& version,
+                   Measured& made) {
+  const auto laid = lay_line(wish, shape, version, true, made);
+  if (!laid) return;
+  made.length = haptics::length_of(made.line);
+  const auto area = area_within(laid->surface, laid->places, made.line);
+  thin_out(made.line);
+  if (area)
+    made.area = *area;
+  else
+    made.trouble = "the surface turns away within the outline: mark it in smaller parts";
+}
+
+void measure_part(const Measure& wish, const volume::Field& shape, const volume::Version& version,
+                  Measured& made) {
+  const haptics::Surface surface = surface_near(shape, version, wish.at, wish.radius + 5);
+  haptics::Surface::Place place;
+  if (!surface.nearest(wish.at[0], place) || glm::length(place.at - wish.at[0]) > wish.radius) {
+    made.trouble = "nothing of the shape is so near";
     return;
   }
+  const MarkedPart part = part_of(surface, place.triangle, wish.at[0]);
+  if (part.farthest > wish.radius) {
+    made.trouble = "the part reaches farther than the radius";
+    return;
+  }
+  made.area = part.area, made.size = std::abs(part.volume);
+}
+
+void measure_tape(const Measure& wish, const volume::Field& shape, const volume::Version& version,
+                  Measured& made) {
+  if (!lay_line(wish, shape, version, false, made)) return;
   made.length = haptics::length_of(made.line);
   made.straight = glm::length(made.line.back() - made.line.front());
   made.taut = haptics::length_of(
       haptics::taut_line(made.line, [&](const dvec3& p) { return inside(shape, version, p); }));
-  // What is kept says where it lies, no more.
-  constexpr std::size_t k_most = 400;
-  if (made.line.size() > k_most) {
-    std::vector<dvec3> fewer;
-    for (std::size_t i = 0; i < k_most; ++i)
-      fewer.push_back(made.line[i * (made.line.size() - 1) / (k_most - 1)]);
-    made.line = std::move(fewer);
-  }
+  thin_out(made.line);
 }
 
 void measure_region(const Measure& wish, const volume::Volume& scan, Measured& made) {
@@ -154,6 +198,32 @@ void measure_region(const Measure& wish, const volume::Volume& scan, Measured& m
   made.size = count * scan.frame.voxel_mm3();
 }
 
+/// The number that is written beside it.
+double value_of(const Measured& what) noexcept {
+  switch (what.kind) {
+    case Kind::angle:
+      return what.angle;
+    case Kind::region:
+      return what.mean;
+    case Kind::patch:
+      return what.area;
+    case Kind::part:
+      return what.size;
+    case Kind::ruler:
+    case Kind::tape:
+      break;
+  }
+  return what.length;
+}
+
+std::string words_of(Kind kind, double value) {
+  constexpr const char* units[] = {"%.1f mm",   "%.1f\u00b0",    "%.1f mm",
+                                   "mean %.0f", "%.0f mm\u00b2", "%.0f mm\u00b3"};
+  char text[40];
+  std::snprintf(text, sizeof text, units[static_cast<std::size_t>(kind)], value);
+  return text;
+}
+
 struct Result final : sim::JobResult {
   Measured what;
   std::uint64_t fingerprint = 0;
@@ -182,11 +252,24 @@ volume::Status check(const void* parameters, const haptics::TouchScene& anatomy)
 
 void adopt(const void*, const sim::JobResult& result, sim::ModuleWork& work) {
   const auto& made = static_cast<const Result&>(result);
-  work.change_settings<Measured>() = made.what;
+  auto& kept = work.change_settings<MeasurementState>();
+  static_cast<Measured&>(kept) = made.what;
+  if (made.what.trouble.empty()) {
+    kept.kinds.push_back(static_cast<double>(made.what.kind));
+    kept.counts.push_back(static_cast<double>(made.what.line.size()));
+    kept.values.push_back(value_of(made.what));
+    kept.lines.insert(kept.lines.end(), made.what.line.begin(), made.what.line.end());
+  }
+  while (kept.kinds.size() > MeasurementState::k_shown) {
+    kept.lines.erase(kept.lines.begin(), kept.lines.begin() + static_cast<std::ptrdiff_t>(kept.counts[0]));
+    for (std::vector<double>* list : {&kept.kinds, &kept.counts, &kept.values}) list->erase(list->begin());
+  }
   work.raise_event(made.what, made.what.line.empty() ? dvec3(0.0) : made.what.line.front());
 }
 
 }  // namespace
+
+std::string words_of(const Measured& what) { return words_of(what.kind, value_of(what)); }
 
 Measured measure(const Measure& wish, const volume::Field& shape, const volume::Version& version) {
   Measured made;
@@ -205,6 +288,12 @@ Measured measure(const Measure& wish, const volume::Field& shape, const volume::
     case Kind::region:
       measure_region(wish, shape.volume(), made);
       break;
+    case Kind::patch:
+      measure_patch(wish, shape, version, made);
+      break;
+    case Kind::part:
+      measure_part(wish, shape, version, made);
+      break;
   }
   return made;
 }
@@ -214,6 +303,16 @@ std::span<const sim::JobType* const> Measurement::jobs() const {
   static const std::array<const sim::JobType*, 1> all{&job};
   return all;
 }
+std::span<const sim::ValueType* const> Measurement::commands() const {
+  static const std::array all{&sim::value_type<ClearMeasures>()};
+  return all;
+}
+
+void Measurement::apply(const sim::Command& command, sim::ModuleWork& work) const {
+  if (command.what.as<ClearMeasures>() != nullptr)
+    work.change_settings<MeasurementState>() = MeasurementState{};
+}
+
 std::span<const sim::ValueType* const> Measurement::events() const {
   static const std::array all{&sim::value_type<Measured>()};
   return all;
@@ -223,13 +322,16 @@ volume::Status Measurement::allows(const sim::Command& command, const sim::Opera
   const auto* wish = command.what.as<Measure>();
   if (wish == nullptr) return std::nullopt;
   const std::size_t count = wish->at.size();
-  const bool is_good = wish->kind == Kind::ruler    ? count == 2
-                       : wish->kind == Kind::angle  ? count == 3
-                       : wish->kind == Kind::region ? count == 1
-                                                    : count >= 2 && count <= 100;
+  const bool is_good = wish->kind == Kind::ruler                                ? count == 2
+                       : wish->kind == Kind::angle                              ? count == 3
+                       : wish->kind == Kind::region || wish->kind == Kind::part ? count == 1
+                       : wish->kind == Kind::patch                              ? count >= 3 && count <= 100
+                                                                                : count >= 2 && count <= 100;
   if (!is_good)
     return volume::Error{"these are not as many places as it takes", "measure at", std::to_string(count),
-                         "two for a ruler, three for an angle, one for a region, 2 to 100 for a tape", ""};
+                         "two for a ruler, three for an angle, one for a region or a part, 2 to 100 for a "
+                         "tape, 3 to 100 for a patch",
+                         ""};
   if (wish->kind == Kind::angle && count == 3 && (wish->at[0] == wish->at[1] || wish->at[2] == wish->at[1]))
     return volume::Error{"an angle's corner is one of its ends", "measure at", "", "three places", ""};
   for (const dvec3& p : wish->at)
@@ -239,38 +341,42 @@ volume::Status Measurement::allows(const sim::Command& command, const sim::Opera
 }
 
 std::vector<sim::Measure> Measurement::measures(const sim::OperationState& now) const {
-  const auto* last = now.settings_of<Measured>();
+  const auto* last = now.settings_of<MeasurementState>();
   if (last == nullptr) return {};
   return {{"measured length", last->length, "mm"}, {"measured straight", last->straight, "mm"},
           {"measured taut", last->taut, "mm"},     {"measured angle", last->angle, "degrees"},
-          {"measured mean", last->mean, ""},       {"measured deviation", last->deviation, ""}};
+          {"measured mean", last->mean, ""},       {"measured deviation", last->deviation, ""},
+          {"measured area", last->area, "mm2"},    {"measured size", last->size, "mm3"}};
 }
 
 sim::Overlays Measurement::overlays(const sim::OperationState& now) const {
-  const auto* last = now.settings_of<Measured>();
-  if (last == nullptr || !last->is_any || last->line.size() < 2 || !last->trouble.empty()) return {};
+  const auto* kept = now.settings_of<MeasurementState>();
+  if (kept == nullptr || kept->kinds.empty()) return {};
   sim::Overlay overlay;
   overlay.kind = sim::Overlay::Kind::plan;
-  // Dashed: 2 mm and 1.5 mm of nothing, along the whole line.
+  // Dashed: 2 mm and 1.5 mm of nothing, along each whole line.
   constexpr double k_dash = 2, k_period = 3.5;  // mm
-  double at = 0;
-  for (std::size_t i = 1; i < last->line.size(); ++i) {
-    const dvec3 &a = last->line[i - 1], &b = last->line[i];
-    const double length = glm::length(b - a);
-    for (double from = 0; from < length - 1e-9;) {
-      const double phase = at + from - k_period * std::floor((at + from) / k_period);
-      const double to = std::min(length, from + (phase < k_dash ? k_dash - phase : k_period - phase) + 1e-9);
-      if (phase < k_dash) overlay.lines.push_back({a + from / length * (b - a), a + to / length * (b - a)});
-      from = to;
+  std::size_t first = 0;
+  for (std::size_t m = 0; m < kept->kinds.size(); ++m) {
+    const auto count = static_cast<std::size_t>(kept->counts[m]);
+    double at = 0;
+    for (std::size_t i = first + 1; i < first + count; ++i) {
+      const dvec3 &a = kept->lines[i - 1], &b = kept->lines[i];
+      const double length = glm::length(b - a);
+      for (double from = 0; from < length - 1e-9;) {
+        const double phase = at + from - k_period * std::floor((at + from) / k_period);
+        const double to =
+            std::min(length, from + (phase < k_dash ? k_dash - phase : k_period - phase) + 1e-9);
+        if (phase < k_dash) overlay.lines.push_back({a + from / length * (b - a), a + to / length * (b - a)});
+        from = to;
+      }
+      at += length;
     }
-    at += length;
+    first += count;
+    if (count > 0)
+      overlay.labels.push_back(
+          {kept->lines[first - 1], words_of(static_cast<Kind>(kept->kinds[m]), kept->values[m])});
   }
-  char text[40];
-  if (last->kind == Kind::angle)
-    std::snprintf(text, sizeof text, "%.1f degrees", last->angle);
-  else
-    std::snprintf(text, sizeof text, "%.1f mm", last->length);
-  overlay.labels.push_back({last->line.back(), text});
   return {overlay};
 }
 
@@ -301,8 +407,23 @@ const sim::Schema& Measured::schema() {
       field<&Measured::most>("most"),
       field<&Measured::size>("size", {.unit = "mm3"}),
       field<&Measured::trouble>("trouble"),
-      field<&Measured::line>("line", {.unit = "mm"})};
+      field<&Measured::line>("line", {.unit = "mm"}),
+      field<&Measured::area>("area", {.unit = "mm2", .help = "of a patch, or of a part's surface"})};
   static constexpr sim::Schema table{"measured", 1, fields};
+  return table;
+}
+
+const sim::Schema& ClearMeasures::schema() {
+  static constexpr sim::Schema table{"clear-measures", 1, {}};
+  return table;
+}
+
+const sim::Schema& MeasurementState::schema() {
+  static constexpr sim::Field own[] = {
+      field<&MeasurementState::kinds>("kinds"), field<&MeasurementState::counts>("counts"),
+      field<&MeasurementState::values>("values"), field<&MeasurementState::lines>("lines", {.unit = "mm"})};
+  static const std::vector<sim::Field> fields = sim::joined(Measured::schema().fields, own);
+  static const sim::Schema table{"measurement-state", 1, fields};
   return table;
 }
 

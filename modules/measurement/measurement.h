@@ -5,16 +5,17 @@
 
 namespace trephine::measurement {
 
-enum class Kind : std::uint8_t { ruler, angle, tape, region };
-inline constexpr std::string_view k_kinds[] = {"ruler", "angle", "tape", "region"};
+enum class Kind : std::uint8_t { ruler, angle, tape, region, patch, part };
+inline constexpr std::string_view k_kinds[] = {"ruler", "angle", "tape", "region", "patch", "part"};
 
 /// A job. It changes nothing but what is known of the operation.
 struct Measure {
   Kind kind = Kind::ruler;
   std::vector<glm::dvec3> at = {};  ///< mm, world; two of a ruler, three of an angle (the second is its
-                                    ///< corner), two and more of a tape, one of a region
-  double radius = 5;                ///< mm, of a region: a ball
-  std::int64_t item = 0;            ///< the shape on which a tape lies
+                                    ///< corner), two and more of a tape, three and more of a patch (its
+                                    ///< outline), one of a region and of a part
+  double radius = 5;                ///< mm, of a region: a ball; of a part: as far as it may reach
+  std::int64_t item = 0;            ///< the shape on which a tape or a patch lies, of which a part is
   static const sim::Schema& schema();
 };
 
@@ -28,9 +29,26 @@ struct Measured {
   double moved = 0;     ///< mm, how far from its place an end or corner of a tape lies at most
   double angle = 0;     ///< degrees
   double mean = 0, deviation = 0, least = 0, most = 0;  ///< of a region's voxels, as they were scanned
-  double size = 0;                                      ///< mm3 of these voxels
+  double size = 0;                                      ///< mm3 of these voxels, or of a part
   std::string trouble;                                  ///< why there is none of it; empty: it is there
   std::vector<glm::dvec3> line = {};                    ///< as it lies
+  double area = 0;                                      ///< mm2, of a patch, or of a part's surface
+  static const sim::Schema& schema();
+};
+/// What it comes to, with its unit, as it is written beside it.
+std::string words_of(const Measured& what);
+
+/// A command: what was measured is not shown any more.
+struct ClearMeasures {
+  static const sim::Schema& schema();
+};
+
+/// What was measured last, and what is shown: the newest `k_shown`.
+struct MeasurementState : Measured {
+  static constexpr std::size_t k_shown = 32;
+  std::vector<double> kinds, counts,
+      values;  ///< of each: its kind, how many of `lines` are its own, what it came to
+  std::vector<glm::dvec3> lines;
   static const sim::Schema& schema();
 };
 
@@ -40,10 +58,13 @@ Measured measure(const Measure& wish, const volume::Field& shape, const volume::
 class Measurement final : public sim::Module {
  public:
   std::string_view name() const noexcept override { return "measurement"; }
+  std::uint32_t version() const noexcept override { return 2; }
+  std::span<const sim::ValueType* const> commands() const override;
   std::span<const sim::JobType* const> jobs() const override;
   std::span<const sim::ValueType* const> events() const override;
-  sim::Value settings() const override { return Measured{}; }
+  sim::Value settings() const override { return MeasurementState{}; }
   volume::Status allows(const sim::Command& command, const sim::OperationState& now) const override;
+  void apply(const sim::Command& command, sim::ModuleWork& work) const override;
   std::vector<sim::Measure> measures(const sim::OperationState& now) const override;
   sim::Overlays overlays(const sim::OperationState& now) const override;
 };

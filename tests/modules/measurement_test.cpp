@@ -78,7 +78,7 @@ TEST(Measurement, IsACommandOfAnOperation) {
   EXPECT_EQ(run.engine().now().hash(), start);
   EXPECT_TRUE(run.engine().overlays().empty());
   EXPECT_FALSE(run.apply_whole({Measure{Kind::tape, {{40, 0, 0}, {0, 40, 0}}}, 0}).refused.has_value());
-  const auto* last = run.engine().now().settings_of<Measured>();
+  const auto* last = run.engine().now().settings_of<MeasurementState>();
   ASSERT_NE(last, nullptr);
   EXPECT_NEAR(last->length / last->straight, 3.14159265 / 2 / std::sqrt(2.0), 0.02);
   // Dashed along its whole line, with its length beside its end.
@@ -89,6 +89,68 @@ TEST(Measurement, IsACommandOfAnOperation) {
   EXPECT_NEAR(drawn / last->length, 2 / 3.5, 0.06);
   ASSERT_EQ(seen[0].labels.size(), 1u);
   EXPECT_NE(seen[0].labels[0].text.find(" mm"), std::string::npos);
+}
+
+/// Polygons of great circles: n corners at an angle from a pole have interior angles of 2 atan(1 / (cos r
+/// tan(pi / n))), and by Girard what these exceed a plane's by is the area.
+TEST(Measurement, PatchesAndPartsFollowClosedForms) {
+  const glm::dmat3 leaning(dvec3(0.9, 0, 0), dvec3(0, 0.9, 0), dvec3(0.2, 0.4, 2));
+  for (const auto& scan :
+       {ball(fluoroscopy::straight(dvec3(1)), {72, 72, 72}), ball(leaning, {84, 96, 38})}) {
+    const volume::Field bone(*scan, volume::Shape{"bone", 300});
+    const volume::Version untouched(scan);
+    const double pi = 3.14159265358979;
+    for (const auto& [corners, angle] : {std::pair(5, 0.35), std::pair(8, 0.6), std::pair(3, 0.5)})
+      for (const bool is_turned : {false, true}) {
+        std::vector<dvec3> at;
+        for (int i = 0; i < corners; ++i) {
+          const double turn = (is_turned ? -2 : 2) * pi * i / corners;
+          const dvec3 p(std::sin(angle) * std::cos(turn), std::sin(angle) * std::sin(turn), std::cos(angle));
+          at.push_back(30.0 * (is_turned ? dvec3(p.y, p.z, p.x) : p));
+        }
+        const double inner = 2 * std::atan(1 / (std::cos(angle) * std::tan(pi / corners)));
+        const double area = 900 * (corners * inner - (corners - 2) * pi);
+        const Measured told = measure({Kind::patch, at, 5, 0}, bone, untouched);
+        ASSERT_EQ(told.trouble, "");
+        EXPECT_NEAR(told.area / area, 1, 0.015) << corners;
+      }
+    // A belt around the equator has no inside that a plane sees.
+    EXPECT_NE(
+        measure({Kind::patch, {{30, 0, 5}, {0, 30, 5}, {-30, 0, -5}, {0, -30, 5}}, 5, 0}, bone, untouched)
+            .trouble,
+        "");
+    const Measured whole = measure({Kind::part, {{3, 2, 1}}, 40, 0}, bone, untouched);
+    ASSERT_EQ(whole.trouble, "");
+    EXPECT_NEAR(whole.size / (4.0 / 3 * pi * 27000), 1, 0.01);
+    EXPECT_NEAR(whole.area / (4 * pi * 900), 1, 0.02);
+    EXPECT_NE(measure({Kind::part, {{3, 2, 1}}, 25, 0}, bone, untouched).trouble, "");
+    EXPECT_NE(measure({Kind::part, {{300, 2, 1}}, 25, 0}, bone, untouched).trouble, "");
+  }
+}
+
+TEST(Measurement, ShowsTheNewestUntilTheyAreCleared) {
+  data_tools::PhantomOptions o;
+  o.size = glm::ivec3(32);
+  haptics::TouchScene scene = scenes::phantom_scene("sphere", o);
+  const auto method = haptics::make_method("subvoxel").value();
+  ASSERT_FALSE(method->prepare(scene).has_value());
+  const Measurement module;
+  const sim::Catalogue catalogue({&module});
+  sim::Lockstep run(sim::Engine(scene, *method, {}, 1e-3, catalogue), {}, 1000);
+  for (int i = 0; i < 40; ++i)
+    ASSERT_FALSE(
+        run.apply_whole({Measure{Kind::ruler, {dvec3(0), dvec3(1 + i, 0, 0)}}, 0}).refused.has_value());
+  const auto* kept = run.engine().now().settings_of<MeasurementState>();
+  EXPECT_EQ(kept->length, 40);
+  EXPECT_EQ(kept->kinds.size(), MeasurementState::k_shown);
+  EXPECT_EQ(kept->lines.size(), 2 * MeasurementState::k_shown);
+  const sim::Overlays seen = run.engine().overlays();
+  ASSERT_EQ(seen.size(), 1u);
+  ASSERT_EQ(seen[0].labels.size(), MeasurementState::k_shown);
+  EXPECT_EQ(seen[0].labels.back().text, "40.0 mm");
+  EXPECT_EQ(seen[0].labels.front().text, "9.0 mm");
+  ASSERT_FALSE(run.apply_whole({ClearMeasures{}, 0}).refused.has_value());
+  EXPECT_TRUE(run.engine().overlays().empty());
 }
 
 }  // namespace

@@ -1,0 +1,130 @@
+#include "modules/measurement/marked.h"
+
+#include <array>
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <glm/vec2.hpp>
+
+namespace trephine::measurement {
+
+using glm::dvec2;
+using glm::dvec3;
+
+namespace {
+
+/// Triangles around each corner.
+struct Around {
+  std::vector<std::uint32_t> first, triangles;
+  explicit Around(const haptics::Surface& surface) : first(surface.vertices().size() + 1, 0) {
+    const std::vector<std::uint32_t>& corners = surface.triangles();
+    for (const std::uint32_t c : corners) ++first[c + 1];
+    for (std::size_t i = 1; i < first.size(); ++i) first[i] += first[i - 1];
+    std::vector<std::uint32_t> next(first.begin(), first.end() - 1);
+    triangles.resize(corners.size());
+    for (std::size_t i = 0; i < corners.size(); ++i)
+      triangles[next[corners[i]]++] = static_cast<std::uint32_t>(i / 3);
+  }
+  /// All triangles that hang together with those of `open`, by corners, and that `is_wanted` takes.
+  template <class Wanted>
+  std::vector<std::uint32_t> flood(const haptics::Surface& surface, std::vector<std::uint32_t> open,
+                                   const Wanted& is_wanted) const {
+    std::vector<bool> seen(surface.triangles().size() / 3, false);
+    std::vector<std::uint32_t> all;
+    for (const std::uint32_t t : open) seen[t] = true;
+    while (!open.empty()) {
+      const std::uint32_t t = open.back();
+      open.pop_back();
+      if (!is_wanted(t)) continue;
+      all.push_back(t);
+      for (std::size_t k = 0; k < 3; ++k) {
+        const std::uint32_t corner = surface.triangles()[3 * t + k];
+        for (std::uint32_t i = first[corner]; i < first[corner + 1]; ++i)
+          if (!seen[triangles[i]]) seen[triangles[i]] = true, open.push_back(triangles[i]);
+      }
+    }
+    return all;
+  }
+};
+
+std::array<dvec3, 3> corners_of(const haptics::Surface& surface, std::uint32_t t) {
+  const auto& v = surface.vertices();
+  const auto& c = surface.triangles();
+  return {v[c[3 * t]], v[c[3 * t + 1]], v[c[3 * t + 2]]};
+}
+/// Twice its area long, outward.
+dvec3 square_of(const std::array<dvec3, 3>& c) { return glm::cross(c[1] - c[0], c[2] - c[0]); }
+
+bool is_within(const std::vector<dvec2>& polygon, const dvec2& p) {
+  bool is_in = false;
+  for (std::size_t i = 0, j = polygon.size() - 1; i < polygon.size(); j = i++) {
+    const dvec2 &a = polygon[i], &b = polygon[j];
+    if ((a.y > p.y) != (b.y > p.y) && p.x < (b.x - a.x) * (p.y - a.y) / (b.y - a.y) + a.x) is_in = !is_in;
+  }
+  return is_in;
+}
+
+}  // namespace
+
+std::optional<double> area_within(const haptics::Surface& surface,
+                                  std::span<const haptics::Surface::Place> places,
+                                  const std::vector<dvec3>& outline) {
+  dvec3 normal(0.0), outward(0.0);
+  for (std::size_t i = 0; i < outline.size(); ++i)
+    normal += glm::cross(outline[i] - outline[0], outline[(i + 1) % outline.size()] - outline[0]);
+  for (const haptics::Surface::Place& place : places)
+    outward += glm::normalize(square_of(corners_of(surface, place.triangle)));
+  if (!(glm::length(normal) > 0)) return 0.0;
+  normal = glm::normalize(glm::dot(normal, outward) < 0 ? -normal : normal);
+  const dvec3 across = std::abs(normal.x) < 0.7 ? dvec3(1, 0, 0) : dvec3(0, 1, 0);
+  const dvec3 u = glm::normalize(glm::cross(normal, across)), v = glm::cross(normal, u);
+  const auto flat = [&](const dvec3& p) { return dvec2(glm::dot(p, u), glm::dot(p, v)); };
+  std::vector<dvec2> polygon;
+  for (const dvec3& p : outline) polygon.push_back(flat(p));
+
+  constexpr int k_parts = 6;         // a triangle is looked at in 36 of them
+  constexpr double k_turned = 0.12;  // cosine: farther from the plane's normal a surface says nothing there
+  double area = 0;
+  bool turns_away = false;
+  std::vector<std::uint32_t> open;
+  for (const haptics::Surface::Place& place : places) open.push_back(place.triangle);
+  const Around around(surface);
+  around.flood(surface, open, [&](std::uint32_t t) {
+    const auto c = corners_of(surface, t);
+    int in = 0;
+    for (int i = 0; i < k_parts; ++i)
+      for (int j = 0; i + j < k_parts; ++j)
+        for (int up = 0; up < (i + j < k_parts - 1 ? 2 : 1); ++up) {
+          const double s = (i + (up ? 2.0 : 1.0) / 3) / k_parts, r = (j + (up ? 2.0 : 1.0) / 3) / k_parts;
+          in += is_within(polygon, flat(c[0] + s * (c[1] - c[0]) + r * (c[2] - c[0])));
+        }
+    if (in == 0) {
+      // Those that only touch the outline's places lead on, others do not.
+      for (const haptics::Surface::Place& place : places)
+        if (place.triangle == t) return true;
+      return false;
+    }
+    const dvec3 square = square_of(c);
+    const double size = glm::length(square);
+    if (size > 0 && glm::dot(square, normal) < k_turned * size) {
+      turns_away = turns_away || in == k_parts * k_parts;
+      return false;
+    }
+    area += 0.5 * size * in / (k_parts * k_parts);
+    return true;
+  });
+  return turns_away ? std::nullopt : std::optional(area);
+}
+
+MarkedPart part_of(const haptics::Surface& surface, std::uint32_t triangle, const dvec3& place) {
+  MarkedPart part;
+  const Around around(surface);
+  for (const std::uint32_t t : around.flood(surface, {triangle}, [](std::uint32_t) { return true; })) {
+    const auto c = corners_of(surface, t);
+    part.area += 0.5 * glm::length(square_of(c));
+    part.volume += glm::dot(c[0] - place, square_of(c)) / 6;
+    for (const dvec3& p : c) part.farthest = std::max(part.farthest, glm::length(p - place));
+  }
+  return part;
+}
+
+}  // namespace trephine::measurement
