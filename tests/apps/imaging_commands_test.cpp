@@ -283,6 +283,25 @@ TEST_F(Command, WhatNoXrayCanBeIsSaid) {
   EXPECT_EQ(leftovers({"open.ply", "no.dcm", "inward.ply"}), "");
 }
 
+/// The sample: slices and model agree; what was measured comes out of the session as markups.
+TEST_F(Command, ATumourIsMeasuredOnSlicesAndOnItsModel) {
+  write("t.toml", read(TREPHINE_SOURCE_DIR "/docs/examples/tumour.toml"));
+  EXPECT_EQ(json("run t.toml --record t.session")["is_met"], true);
+  const Json told = json("measure t.session --markups t.mrk.json");
+  ASSERT_EQ(told["measures"].size(), 3u);
+  EXPECT_EQ(told["measures"][2]["kind"], "part");
+  const auto plan = data_tools::read_plan(file("t.mrk.json"));
+  ASSERT_TRUE(plan) << plan.error().message();
+  // The part against its label's voxels.
+  const Json part = json(
+      "measure head --label tumour --part -37,14,37:25 --region -37,14,37:25 --patch "
+      "\"-37,1.6,42:-32,1.6,36:-42,1.6,36\"");
+  EXPECT_NEAR(part["measures"][2]["size_mm3"].get<double>(), told["measures"][2]["size_mm3"].get<double>(),
+              1);
+  EXPECT_GT(part["measures"][1]["area_mm2"], 30);
+  EXPECT_EQ(run("measure head --label tumour --part -37,14,37:5").exit_code, 1);
+}
+
 TEST_F(Command, AScanIsDrawnDirectly) {
   const Json bone = json("render spine --from back --size 160 -o a.png");
   EXPECT_GT(fs::file_size(folder_ / "a.png"), 5000u);
