@@ -10,6 +10,7 @@
 #include "haptics/proxy/methods.h"
 #include "sim/lockstep.h"
 #include "tests/data-tools/file_helpers.h"
+#include "tests/haptics/mesh/edge_search.h"
 #include "tests/scenes/scenes.h"
 #include "volume/surface_nets.h"
 
@@ -135,6 +136,34 @@ TEST_F(RealMeasures, ALesionIsFoundAgainOnTheSkullByTape) {
   };
   const double to_brow = glm::length(target - brow), to_vertex = glm::length(target - vertex),
                along = tape(brow, target);
+  // Against a search over seven points of every edge of what lies around the way.
+  {
+    std::vector<dvec3> near;
+    std::vector<std::uint32_t> kept(surface.vertices().size(), ~0u), corners;
+    const std::vector<dvec3> line = [&] {
+      const std::vector<dvec3> ends{brow, target};
+      const auto places = surface.nearest_on_one_part(ends);
+      return haptics::surface_line(surface, places[0], places[1]);
+    }();
+    for (std::size_t t = 0; t + 2 < surface.triangles().size(); t += 3) {
+      double nearest = 1e9;
+      for (std::size_t i = 0; i < line.size(); i += 8)
+        nearest = std::min(nearest, glm::length(surface.vertices()[surface.triangles()[t]] - line[i]));
+      if (nearest > 7) continue;
+      for (std::size_t k = 0; k < 3; ++k) {
+        const std::uint32_t corner = surface.triangles()[t + k];
+        if (kept[corner] == ~0u)
+          kept[corner] = static_cast<std::uint32_t>(near.size()), near.push_back(surface.vertices()[corner]);
+        corners.push_back(kept[corner]);
+      }
+    }
+    const haptics::Surface strip(std::move(near), std::move(corners));
+    haptics::Surface::Place from, to;
+    ASSERT_TRUE(strip.nearest(line.front(), from) && strip.nearest(line.back(), to));
+    const double is = haptics::searched(strip, from, to);
+    std::printf("tape on the skull %.2f mm, by search %.2f\n", along, is);
+    EXPECT_NEAR(along / is, 1, 0.01);
+  }
   ASSERT_GT(to_brow, 50);
   ASSERT_GT(to_vertex, 50);
   EXPECT_GT(along, to_brow + 3);
