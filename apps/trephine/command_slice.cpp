@@ -21,6 +21,7 @@ namespace {
 struct SliceArguments {
   workbench::MomentChoice moment;
   PlaneArguments plane;
+  ThingArguments things;
   std::string output, window, level, probe;
   std::uint8_t slab = 0;
   double thickness = 0;
@@ -48,12 +49,15 @@ Result<GreyWindow> window_of(const SliceArguments& a, const volume::Volume& scan
 Result<Outcome> run_slice(const SliceArguments& a) {
   data_tools::OutputSet outputs;
   for (const std::string& input : {a.moment.source.path, a.moment.case_source}) outputs.reads(input);
+  for (const std::string& model : a.things.models) outputs.reads(model);
   outputs.writes("output", a.output, data_tools::OutputKind::picture);
   if (Status error = outputs.check()) return *error;
   if (Status error = check(a.plane)) return *error;
   if (!(a.thickness >= 0 && a.thickness <= 500))
     return Error{"the value is out of range", "--slab", format_text("%g mm", a.thickness), "0 to 500 mm", ""};
-  const auto opened = workbench::open_moment(a.moment, person());
+  workbench::MomentChoice choice = a.moment;
+  if (Status error = take_things(a.things, choice)) return *error;
+  const auto opened = workbench::open_moment(choice, person());
   if (!opened) return opened.error();
   const workbench::Moment& moment = *opened.value();
   const volume::Volume& scan = *moment.scan;
@@ -123,6 +127,7 @@ Run build(Options& options) {
   auto a = std::make_shared<SliceArguments>();
   add_moment(options, a->moment);
   add_plane(options, a->plane);
+  add_things(options, a->things);
   std::vector<std::string> names;
   for (const ct_viewer::NamedWindow& window : ct_viewer::k_windows) names.emplace_back(window.name);
   options.add("--window", a->window, "Greys as CT is read (bone)").one_of(names);

@@ -283,6 +283,34 @@ TEST_F(Command, WhatNoXrayCanBeIsSaid) {
   EXPECT_EQ(leftovers({"open.ply", "no.dcm", "inward.ply"}), "");
 }
 
+/// A real lumbar spine of 3 mm: the left screw through its pedicle, the right one through the canal on
+/// purpose.
+TEST_F(Command, OnARealSpineTheWrongScrewIsSeen) {
+  if (data_tools::real_data().empty()) GTEST_SKIP() << "no real data: set TREPHINE_DATA";
+  const std::string spine = data_tools::real_data() + "/spine_lumbar/example_ct.nii.gz";
+  const char *right_way = "23.3,-109.6,318:12.6,-140,318:5.5", *wrong = "-12,-106,318:4,-136,318:5.5";
+  const auto outside = [&](const char* screw) {
+    return json("section " + spine + " --iso 90 --at -3.5,-115,318 --width 110 --screw=" + screw +
+                " -o s.png")["models_outside_bone_mm2"]
+        .get<double>();
+  };
+  EXPECT_LT(outside(right_way), 30);
+  EXPECT_GT(outside(wrong), 80);
+  // Both are metal in an X-ray, drawn and outlined.
+  const std::string both = spine + " --screw=" + right_way + " --screw=" + wrong;
+  EXPECT_EQ(run("fluoro " + both + " --isocentre -3.5,-125,318 --size 200 -o x.png --sums x.mha").exit_code,
+            0);
+  EXPECT_EQ(run("fluoro " + spine + " --isocentre -3.5,-125,318 --size 200 --sums y.mha").exit_code, 0);
+  const std::vector<float> with = floats_of(read(file("x.mha"))), without = floats_of(read(file("y.mha")));
+  ASSERT_EQ(with.size(), 40000u);
+  int changed = 0;
+  for (std::size_t i = 0; i < with.size(); ++i) changed += with[i] > without[i] + 0.1F;
+  EXPECT_GT(changed, 60);
+  EXPECT_LT(changed, 2000);
+  EXPECT_EQ(run("slice " + both + " --at -3.5,-115,318 --width 100 -o sl.png").exit_code, 0);
+  EXPECT_EQ(run("render " + both + " --size 200 --from back -o r.png").exit_code, 0);
+}
+
 /// The sample: slices and model agree; what was measured comes out of the session as markups.
 TEST_F(Command, ATumourIsMeasuredOnSlicesAndOnItsModel) {
   write("t.toml", read(TREPHINE_SOURCE_DIR "/docs/examples/tumour.toml"));
