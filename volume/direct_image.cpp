@@ -209,7 +209,33 @@ void DirectImage::set_ramp(const Ramp& ramp, int threads) {
   measure_leaps();
 }
 
-void DirectImage::set_labels(std::vector<LabelLook> looks) { labels_ = std::move(looks); }
+void DirectImage::set_labels(std::vector<LabelLook> looks, int threads) {
+  labels_ = std::move(looks);
+  const Volume& v = *scan_;
+  if (labels_.empty() || v.labels.size() != v.voxels.size()) {
+    near_labels_.clear();
+    return;
+  }
+  near_labels_.assign(v.labels.data(), v.labels.data() + v.labels.size());
+  // A voxel farther each time, from the labels as they were.
+  for (int pass = 0; pass < k_blur; ++pass) {
+    const std::vector<std::uint8_t> before = near_labels_;
+    parallel_for(v.size.z, threads, [&](int z) {
+      for (int y = 0; y < v.size.y; ++y)
+        for (int x = 0; x < v.size.x; ++x) {
+          const std::size_t at = v.index(x, y, z);
+          if (before[at] != 0) continue;
+          const ivec3 p(x, y, z);
+          for (int way = 0; way < 6 && near_labels_[at] == 0; ++way) {
+            ivec3 q = p;
+            q[way / 2] += way % 2 ? 1 : -1;
+            if (q[way / 2] >= 0 && q[way / 2] < v.size[way / 2])
+              near_labels_[at] = before[v.index(q.x, q.y, q.z)];
+          }
+        }
+    });
+  }
+}
 
 /// Blocks in which values are not the scan's.
 void DirectImage::look_at_cuts(const Version& version) {
@@ -414,7 +440,7 @@ DirectPixel DirectImage::Cast::cast(int i, int j, double wall, Counters& count) 
       vec3 colour(look[0], look[1], look[2]);
       if (has_labels) {
         const ivec3 v = glm::clamp(ivec3(glm::floor(p + 0.5)), ivec3(0), scan.size - 1);
-        const std::size_t label = scan.labels[scan.index(v.x, v.y, v.z)];
+        const std::size_t label = image.near_labels_[scan.index(v.x, v.y, v.z)];
         if (label < image.labels_.size()) {
           weakens *= static_cast<float>(image.labels_[label].opacity);
           if (image.labels_[label].colour) colour = vec3(*image.labels_[label].colour);
@@ -475,7 +501,7 @@ void DirectImage::draw(const DirectWish& wish, const Version& version, std::span
                   step,
                   soft,
                   back,
-                  !labels_.empty() && scan_->labels.size() == scan_->voxels.size(),
+                  !near_labels_.empty(),
                   std::min({mm.x, mm.y, mm.z}),
                   scan_->voxels.data(),
                   glm::max(scan_->size - 2, ivec3(0)),
@@ -488,6 +514,7 @@ void DirectImage::draw(const DirectWish& wish, const Version& version, std::span
   const int columns = wish.eye.columns, rows = wish.eye.rows;
   parallel_for((rows + k_tile - 1) / k_tile, threads, [&](int tile) {
     Counters count;
+    if (wish.is_given_up != nullptr && *wish.is_given_up) return;
     for (int j = k_tile * tile; j < std::min(rows, k_tile * (tile + 1)); ++j)
       for (int i = 0; i < columns; ++i) {
         const auto n =

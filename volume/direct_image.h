@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <atomic>
 #include <cstdint>
 #include <glm/vec2.hpp>
 #include <memory>
@@ -76,6 +77,8 @@ struct DirectWish {
   double step = 0;  ///< mm between samples; 0: half the least spacing
   bool is_shaded = true;
   Openings openings;
+  /// Becomes true when nobody wants it any more: the rest is left. Null: never.
+  const std::atomic<bool>* is_given_up = nullptr;
 };
 
 /// Colour times opacity, opacity, and how far away half of the opacity has been passed, mm (0: it never is).
@@ -92,8 +95,10 @@ class DirectImage {
   /// A pass over blocks of voxels, and over the voxels of those in which anything is seen.
   void set_ramp(const Ramp& ramp, int threads = 0);
   const Ramp& ramp() const noexcept { return ramp_; }
-  /// By label; those beyond the end as they are.
-  void set_labels(std::vector<LabelLook> looks);
+  /// By label; those beyond the end as they are. What is as dense as a label just outside of it, by blur,
+  /// looks as it does: to `k_blur` voxels. A pass over the labels.
+  void set_labels(std::vector<LabelLook> looks, int threads = 0);
+  static constexpr int k_blur = 3;
 
   /// `version` of the scan, frozen or not: any thread. `walls`: how far away rays end on something opaque,
   /// mm; empty: nowhere. The same bits for any number of threads.
@@ -128,6 +133,7 @@ class DirectImage {
   std::vector<float> opacities_;             ///< by value, of a step:
   double step_of_opacities_ = 0;
   std::vector<LabelLook> labels_;
+  std::vector<std::uint8_t> near_labels_;  ///< by voxel, where labels_ is not empty
   std::int16_t air_ = 0;
   Counters counters_;
 };

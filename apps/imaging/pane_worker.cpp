@@ -17,14 +17,20 @@ PaneWorker::~PaneWorker() {
   if (thread_.joinable()) thread_.join();
 }
 
-void PaneWorker::wish(std::size_t pane, Make make) {
+void PaneWorker::wish(std::size_t pane, Make make, std::uint64_t stamp) {
   {
     const std::lock_guard guard(lock_);
-    counters_.superseded += wishes_[pane] != nullptr;
-    wishes_[pane] = std::move(make);
+    counters_.superseded += wishes_[pane].first != nullptr;
+    wishes_[pane] = {std::move(make), stamp};
     if (!thread_.joinable()) thread_ = std::thread(&PaneWorker::run, this);
   }
   changed_.notify_all();
+}
+
+void PaneWorker::forget(std::size_t pane) {
+  const std::lock_guard guard(lock_);
+  wishes_[pane] = {};
+  made_[pane].reset();
 }
 
 std::optional<PaneWorker::Made> PaneWorker::take(std::size_t pane) {
@@ -34,7 +40,7 @@ std::optional<PaneWorker::Made> PaneWorker::take(std::size_t pane) {
 
 bool PaneWorker::is_idle() const {
   const std::lock_guard guard(lock_);
-  for (const Make& wish : wishes_)
+  for (const auto& [wish, stamp] : wishes_)
     if (wish) return false;
   for (const std::optional<Made>& one : made_)
     if (one) return false;
@@ -51,14 +57,14 @@ void PaneWorker::run() {
   for (;;) {
     std::size_t pane = wishes_.size();
     for (std::size_t i = 0; i < wishes_.size() && pane == wishes_.size(); ++i)
-      if (wishes_[(next_ + i) % wishes_.size()]) pane = (next_ + i) % wishes_.size();
+      if (wishes_[(next_ + i) % wishes_.size()].first) pane = (next_ + i) % wishes_.size();
     if (is_stopping_) return;
     if (pane == wishes_.size()) {
       changed_.wait(guard);
       continue;
     }
     next_ = pane + 1;
-    const Make make = std::exchange(wishes_[pane], nullptr);
+    const auto [make, stamp] = std::exchange(wishes_[pane], {});
     is_working_ = true;
     guard.unlock();
     const auto begun = workbench::Clock::now();
@@ -67,7 +73,7 @@ void PaneWorker::run() {
     guard.lock();
     is_working_ = false;
     ++counters_.made;
-    made_[pane] = Made{std::move(panel), ms};
+    made_[pane] = Made{std::move(panel), ms, stamp};
   }
 }
 

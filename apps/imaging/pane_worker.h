@@ -7,6 +7,7 @@
 #include <mutex>
 #include <optional>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include "apps/imaging/panel.h"
@@ -21,6 +22,7 @@ class PaneWorker {
   struct Made {
     volume::Result<Panel> panel;
     double milliseconds = 0;  ///< that it took
+    std::uint64_t stamp = 0;  ///< of its wish
   };
   struct Counters {
     std::uint64_t made = 0, superseded = 0;  ///< images; wishes that a newer one replaced
@@ -32,8 +34,10 @@ class PaneWorker {
   PaneWorker& operator=(const PaneWorker&) = delete;
 
   /// The drawing thread. Replaces a wish of the same pane that nobody began with. The thread begins with the
-  /// first one.
-  void wish(std::size_t pane, Make make);
+  /// first one. `stamp`: what it is given back with.
+  void wish(std::size_t pane, Make make, std::uint64_t stamp = 0);
+  /// Nobody wants what this pane wished and got; what is in hand comes all the same.
+  void forget(std::size_t pane);
   /// A pane's newest image, once.
   std::optional<Made> take(std::size_t pane);
   /// Has it neither wishes nor images, in hand or not taken yet?
@@ -45,7 +49,7 @@ class PaneWorker {
 
   mutable std::mutex lock_;
   std::condition_variable changed_;
-  std::vector<Make> wishes_;
+  std::vector<std::pair<Make, std::uint64_t>> wishes_;
   std::vector<std::optional<Made>> made_;
   Counters counters_;
   std::size_t next_ = 0;  ///< whose turn it is

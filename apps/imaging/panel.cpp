@@ -1,19 +1,26 @@
 #include "apps/imaging/panel.h"
 
-#include <glm/common.hpp>
+#include <algorithm>
+#include <cmath>
+#include <glm/geometric.hpp>
 
 namespace trephine::imaging {
 
-char direction_letter(const glm::dvec3& direction_world) noexcept {
-  const glm::dvec3 size = glm::abs(direction_world);
-  if (size.x >= size.y && size.x >= size.z) return direction_world.x > 0 ? 'L' : 'R';
-  if (size.y >= size.z) return direction_world.y > 0 ? 'P' : 'A';
-  return direction_world.z > 0 ? 'S' : 'I';
+std::string direction_letters(const glm::dvec3& way) {
+  std::array<std::pair<double, char>, 3> parts{{{std::abs(way.x), way.x > 0 ? 'L' : 'R'},
+                                                {std::abs(way.y), way.y > 0 ? 'P' : 'A'},
+                                                {std::abs(way.z), way.z > 0 ? 'S' : 'I'}}};
+  std::stable_sort(parts.begin(), parts.end(),
+                   [](const auto& a, const auto& b) { return a.first > b.first; });
+  std::string letters;
+  for (const auto& [share, letter] : parts)
+    if (share > 0.4 * glm::length(way) && letters.size() < 2) letters += letter;
+  return letters;
 }
 
 void set_letters(Panel& panel, const glm::dvec3& right_world, const glm::dvec3& up_world) {
-  panel.left = direction_letter(-right_world), panel.right = direction_letter(right_world);
-  panel.above = direction_letter(up_world), panel.below = direction_letter(-up_world);
+  panel.left = direction_letters(-right_world), panel.right = direction_letters(right_world);
+  panel.above = direction_letters(up_world), panel.below = direction_letters(-up_world);
 }
 
 }  // namespace trephine::imaging

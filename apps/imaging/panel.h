@@ -26,8 +26,8 @@ struct Panel {
   std::vector<Line> lines;
 };
 
-/// Where the patient lies that way: L, R, P, A, S or I, as the window has them.
-char direction_letter(const glm::dvec3& direction_world) noexcept;
+/// Of the patient's directions (L, R, P, A, S, I) those that a way has most of: "L", "LA".
+std::string direction_letters(const glm::dvec3& direction_world);
 /// The letters at its edges, of where its right and its upper edge lie.
 void set_letters(Panel& panel, const glm::dvec3& right_world, const glm::dvec3& up_world);
 

@@ -56,14 +56,27 @@ void Panes::show(Subject subject, bool is_changed) {
   if (is_changed) make_stale(is_live_);
 }
 
+/// What was made of something else, or is being made.
+void Panes::forget(std::size_t index) {
+  Pane& pane = panes_[index];
+  worker_.forget(index);
+  if (pane.is_given_up) *pane.is_given_up = true;
+  pane.panel.reset(), pane.camera.reset(), pane.renderer.reset(), pane.trouble.clear();
+  pane.is_wanted = pane.is_stale = pane.is_coarse = false;
+  ++pane.stamp, ++pane.changes;
+}
+
 void Panes::forget() {
-  for (Pane& pane : panes_) {
-    pane.panel.reset(), pane.camera.reset(), pane.renderer.reset(), pane.trouble.clear();
-    pane.pixel = 0, pane.is_wanted = pane.is_stale = false;
-  }
+  for (std::size_t i = 0; i < panes_.size(); ++i) forget(i), panes_[i].pixel = 0;
   is_placed_ = has_window_ = has_arm_ = is_live_ = false;
   subject_ = {};
   arm_ = {};
+}
+
+bool Panes::sees_xray() const noexcept {
+  for (const Pane& pane : panes_)
+    if (pane.kind == PaneKind::xray && pane.is_visible) return true;
+  return false;
 }
 
 /// X-rays are of when they were taken: only live ones follow.
@@ -104,7 +117,7 @@ void Panes::set_kind(std::size_t index, PaneKind kind) {
   Pane& pane = panes_[index];
   if (pane.kind == kind) return;
   pane.kind = kind;
-  pane.panel.reset(), pane.camera.reset(), pane.renderer.reset();
+  forget(index);
   reset(index);
 }
 
@@ -188,7 +201,10 @@ void Panes::set_eye(const volume::Eye& eye, const std::optional<volume::Openings
 void Panes::set_ramp(std::string_view name) {
   ramp_ = name;
   for (Pane& pane : panes_)
-    if (pane.kind == PaneKind::drawn) pane.renderer.reset(), pane.is_stale = true;
+    if (pane.kind == PaneKind::drawn) {
+      if (pane.is_given_up) *pane.is_given_up = true;
+      pane.renderer.reset(), pane.is_stale = true;
+    }
 }
 
 void Panes::set_arm(const fluoroscopy::CArm& arm) {
@@ -205,7 +221,7 @@ void Panes::set_live(bool is_live) {
       if (is_live)
         pane.is_stale = true;
       else if (pane.panel)
-        pane.panel->title = "X-ray, held";
+        pane.panel->title = "X-ray, held", ++pane.changes;
     }
 }
 
@@ -290,54 +306,56 @@ void Panes::wish(std::size_t index) {
   pane.is_stale = false;
   if (pane.kind == PaneKind::xray) {
     if (!subject_.scan->is_hounsfield) {
-      pane.trouble = "X-rays are made of Hounsfield units, and the scan has others";
+      pane.trouble = "X-rays are made of Hounsfield units, and the scan has others", ++pane.changes;
       return;
     }
     if (!pane.camera) pane.camera = std::make_shared<XrayCamera>();
     const bool is_shot = std::exchange(pane.is_wanted, false) || !is_live_;
     const fluoroscopy::CArm arm = in_pixels(arm_, is_shot ? k_shot_pixels : k_live_pixels);
-    const char* title = is_live_ ? "X-ray, live" : "X-ray, held";
-    worker_.wish(index, [camera = pane.camera, subject = subject_, arm, title]() -> Result<Panel> {
-      auto image = camera->shoot(subject, arm, k_threads);
-      if (image) image.value().title = title;
-      return image;
-    });
+    worker_.wish(
+        index,
+        [camera = pane.camera, subject = subject_, arm] { return camera->shoot(subject, arm, k_threads); },
+        pane.stamp);
     return;
   }
   if (pane.kind == PaneKind::drawn) return wish_drawn(index);
   const ImagePlane shown = turned(pane);
   if (pane.kind == PaneKind::section) {
     if (!subject_.bone) {
-      pane.trouble = "nobody says what is bone";
+      pane.trouble = "nobody says what is bone", ++pane.changes;
       return;
     }
-    worker_.wish(index, [subject = subject_, shown]() -> Result<Panel> {
-      const auto objects = section_objects(subject, shown);
-      if (!objects) return objects.error();
-      SectionAreas areas;
-      Panel panel = section_panel(objects.value(), shown, areas);
-      panel.foot = areas.models > 0
-                       ? format_text("models %.0f mm\u00b2, outside bone %.0f", areas.models, areas.outside)
-                       : "";
-      return panel;
-    });
+    worker_.wish(
+        index,
+        [subject = subject_, shown]() -> Result<Panel> {
+          const auto objects = section_objects(subject, shown);
+          if (!objects) return objects.error();
+          SectionAreas areas;
+          Panel panel = section_panel(objects.value(), shown, areas);
+          panel.foot = areas.models > 0 ? format_text("models %.0f mm\u00b2, outside bone %.0f", areas.models,
+                                                      areas.outside)
+                                        : "";
+          return panel;
+        },
+        pane.stamp);
     return;
   }
   const volume::Slab slab{slab_, volume::Slab::Kind::mean};
-  worker_.wish(index,
-               [subject = subject_, shown, slab, window = window_, blend = blend_, labels = has_labels_,
-                kind = pane.kind]() -> Result<Panel> {
-                 const ct_viewer::SliceValues values =
-                     ct_viewer::slice_values(*subject.scan, *subject.version, shown, slab, k_threads);
-                 Panel panel = slice_panel(values, shown, window, blend);
-                 if (volume::Status error = draw_in(panel, subject, shown, labels)) return *error;
-                 panel.title = kind == PaneKind::tool
-                                   ? "along the tool"
-                                   : std::string(k_pane_kinds[static_cast<std::size_t>(kind)]);
-                 panel.foot = format_text("window %.0f / %.0f", window.width, window.level);
-                 if (slab.thickness > 0) panel.foot += format_text(", mean of %.0f mm", slab.thickness);
-                 return panel;
-               });
+  worker_.wish(
+      index,
+      [subject = subject_, shown, slab, window = window_, blend = blend_, labels = has_labels_,
+       kind = pane.kind]() -> Result<Panel> {
+        const ct_viewer::SliceValues values =
+            ct_viewer::slice_values(*subject.scan, *subject.version, shown, slab, k_threads);
+        Panel panel = slice_panel(values, shown, window, blend);
+        if (volume::Status error = draw_in(panel, subject, shown, labels)) return *error;
+        panel.title = kind == PaneKind::tool ? "along the tool"
+                                             : std::string(k_pane_kinds[static_cast<std::size_t>(kind)]);
+        panel.foot = format_text("window %.0f / %.0f", window.width, window.level);
+        if (slab.thickness > 0) panel.foot += format_text(", mean of %.0f mm", slab.thickness);
+        return panel;
+      },
+      pane.stamp);
 }
 
 /// In as many pixels as 60 ms draw while things move, in all of them when they rest.
@@ -350,30 +368,44 @@ void Panes::wish_drawn(std::size_t index) {
   pane.asked = now;
   constexpr double k_patience = 60;  // ms
   const double all = static_cast<double>(pane.columns) * pane.rows;
-  const double share = is_moving ? std::clamp(std::sqrt(k_patience * pixels_a_ms_ / all), 0.2, 1.0) : 1.0;
+  const double share = is_moving ? std::clamp(std::sqrt(k_patience * pixels_a_ms_ / all), 0.08, 1.0) : 1.0;
   pane.is_coarse = share < 0.95;
   volume::DirectWish wish;
   wish.eye = eye_;
   wish.openings.plane = clip_;
   wish.eye.columns = std::max(1, static_cast<int>(std::lround(pane.columns * (pane.is_coarse ? share : 1))));
   wish.eye.rows = std::max(1, static_cast<int>(std::lround(pane.rows * (pane.is_coarse ? share : 1))));
-  worker_.wish(index, [renderer = pane.renderer, subject = subject_, wish, name = ramp_]() -> Result<Panel> {
-    Panel panel = renderer->draw(subject, wish, k_threads);
-    panel.foot = subject.scan->is_hounsfield ? name : "grey";
-    return panel;
-  });
+  // One that takes long is given up for what is wanted sooner.
+  pane.is_given_up = std::make_shared<std::atomic<bool>>(false);
+  if (!pane.is_coarse) wish.is_given_up = pane.is_given_up.get();
+  worker_.wish(
+      index,
+      [renderer = pane.renderer, subject = subject_, wish, name = ramp_,
+       given_up = pane.is_given_up]() -> Result<Panel> {
+        Panel panel = renderer->draw(subject, wish, k_threads);
+        if (wish.is_given_up != nullptr && *given_up) return Panel();
+        panel.foot = subject.scan->is_hounsfield ? name : "grey";
+        return panel;
+      },
+      pane.stamp);
 }
 
 bool Panes::frame() {
   bool is_new = false;
   for (std::size_t i = 0; i < panes_.size(); ++i) {
     auto made = worker_.take(i);
-    if (!made) continue;
-    is_new = true;
     Pane& pane = panes_[i];
+    if (!made || made->stamp != pane.stamp) continue;
+    if (made->panel && made->panel.value().pixels.empty()) {  // given up
+      pane.is_stale = true;
+      continue;
+    }
+    is_new = true, ++pane.changes;
     pane.milliseconds = made->milliseconds, ++pane.made;
     pane.trouble = made->panel ? "" : made->panel.error().message();
     if (made->panel) pane.panel = std::move(made->panel).value();
+    if (pane.kind == PaneKind::xray && pane.panel)
+      pane.panel->title = is_live_ ? "X-ray, live" : "X-ray, held";
     if (pane.kind == PaneKind::drawn && pane.panel && made->milliseconds > 0)
       pixels_a_ms_ = static_cast<double>(pane.panel->pixels.size()) / made->milliseconds;
   }
@@ -389,10 +421,17 @@ bool Panes::frame() {
   }
   // What was drawn in few pixels is drawn in all of them once nothing moved for a while.
   for (Pane& pane : panes_)
-    if (pane.is_coarse && std::chrono::steady_clock::now() - pane.asked > std::chrono::milliseconds(300))
+    if (pane.is_coarse && pane.kind == PaneKind::drawn &&
+        std::chrono::steady_clock::now() - pane.asked > std::chrono::milliseconds(300))
       pane.is_stale = true;
-  for (std::size_t i = 0; i < panes_.size(); ++i)
-    if (panes_[i].is_stale && panes_[i].is_visible && panes_[i].columns > 1 && panes_[i].rows > 1) wish(i);
+  bool is_any = false;
+  for (const Pane& pane : panes_) is_any = is_any || (pane.is_stale && pane.is_visible);
+  for (std::size_t i = 0; i < panes_.size(); ++i) {
+    Pane& pane = panes_[i];
+    // Others do not wait for a drawn one that takes long, nor for one that nobody sees.
+    if (pane.is_given_up && (is_any || !pane.is_visible)) *pane.is_given_up = true;
+    if (pane.is_stale && pane.is_visible && pane.columns > 1 && pane.rows > 1) wish(i);
+  }
   return is_new;
 }
 

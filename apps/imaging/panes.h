@@ -2,6 +2,7 @@
 // are, what they show and when they are made anew; who draws them is elsewhere.
 #pragma once
 
+#include <atomic>
 #include <chrono>
 
 #include "apps/imaging/pane_worker.h"
@@ -82,6 +83,10 @@ class Panes {
   const std::string& trouble(std::size_t pane) const noexcept { return panes_[pane].trouble; }
   double milliseconds(std::size_t pane) const noexcept { return panes_[pane].milliseconds; }
   std::uint64_t made(std::size_t pane) const noexcept { return panes_[pane].made; }
+  /// Another number whenever there is something else to draw.
+  std::uint64_t changes(std::size_t pane) const noexcept { return panes_[pane].changes; }
+  /// Does anybody see an X-ray?
+  bool sees_xray() const noexcept;
   /// Is all that is visible as it should be?
   bool is_up_to_date() const;
   PaneWorker::Counters counters() const { return worker_.counters(); }
@@ -108,8 +113,11 @@ class Panes {
     std::optional<Panel> panel;
     std::string trouble;
     double milliseconds = 0;
-    std::uint64_t made = 0;
+    std::uint64_t made = 0, changes = 0;
+    std::uint64_t stamp = 0;                         ///< of wishes that are of this kind and scan
+    std::shared_ptr<std::atomic<bool>> is_given_up;  ///< of an image that takes long, while it is made
   };
+  void forget(std::size_t index);
   volume::ImagePlane turned(const Pane& pane) const;
   void wish(std::size_t index);
   void wish_drawn(std::size_t index);

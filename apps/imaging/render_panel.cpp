@@ -48,7 +48,7 @@ volume::Eye eye_from(std::string_view side, const volume::Frame& frame,
   // So far away that every corner is seen.
   const dvec3 right = eye.right();
   const double narrow = std::tan(k_half_angle) * std::min(1.0, columns / static_cast<double>(rows));
-  double distance = 1;
+  double distance = 1e-6;
   for (const dvec3& corner : volume::corners_world(frame, voxels[0], voxels[1])) {
     const dvec3 off = corner - middle;
     const double beside = std::max(std::abs(glm::dot(off, right)), std::abs(glm::dot(off, eye.up)));
@@ -79,7 +79,7 @@ void Renderer::take(const std::shared_ptr<const volume::Volume>& scan, int threa
     if (!name_.empty()) ramp_ = ramp_of(name_, *scan);
     is_ramp_new_ = true;
   }
-  if (std::exchange(is_ramp_new_, false)) image_->set_ramp(ramp_);
+  if (std::exchange(is_ramp_new_, false)) image_->set_ramp(ramp_, threads);
 }
 
 std::array<glm::ivec3, 2> Renderer::seen_box(const std::shared_ptr<const volume::Volume>& scan, int threads) {
@@ -102,7 +102,7 @@ Panel Renderer::draw(const Subject& subject, const volume::DirectWish& wish, int
         const volume::Eye::Ray ray = eye.ray(column, row);
         const auto n = static_cast<std::size_t>(column) +
                        static_cast<std::size_t>(eye.columns) * static_cast<std::size_t>(row);
-        constexpr double k_far = 5000;  // mm
+        constexpr double k_far = 50000;  // mm
         for (const Thing& thing : subject.things) {
           haptics::FacetHit hit;
           int looked = 0;

@@ -39,9 +39,10 @@ Result<volume::Ramp> parse_opacity(const std::string& text, const volume::Ramp& 
     const bool is_pair = end != at && *end == ':';
     at = end + 1;
     if (is_pair) point.opacity = std::strtod(at, &end);
-    if (!is_pair || end == at || (*end != 0 && *end != ','))
-      return Error{"these are no opacities", "--opacity", text, "values and their opacities: 150:0,300:0.5",
-                   ""};
+    if (!is_pair || end == at || (*end != 0 && *end != ',') || (*end == ',' && end[1] == 0) ||
+        !(std::abs(point.value) <= 32768))
+      return Error{"these are no opacities", "--opacity", text,
+                   "values (-32768 to 32767) and their opacities: 150:0,300:0.5", ""};
     at = *end == ',' ? end + 1 : end;
     // The colour of the point that is nearest.
     const auto nearest = std::min_element(colours.begin(), colours.end(), [&](const auto& a, const auto& b) {
@@ -50,6 +51,7 @@ Result<volume::Ramp> parse_opacity(const std::string& text, const volume::Ramp& 
     point.colour = nearest->colour;
     ramp.push_back(point);
   }
+  if (text.empty()) ramp.clear();
   if (Status error = volume::check(ramp)) {
     error->where = "--opacity, " + error->where;
     return *error;

@@ -38,6 +38,7 @@
 #include <vtkTypeInt64Array.h>
 #include <vtkUnsignedCharArray.h>
 
+#include "apps/imaging/panel.h"
 #include "volume/work_counters.h"
 
 namespace trephine::view {
@@ -115,19 +116,6 @@ vtkSmartPointer<vtkActor> make_actor(vtkAlgorithmOutput* source, double r, doubl
   vtkNew<vtkPolyDataMapper> mapper;
   mapper->SetInputConnection(source);
   return make_actor(mapper, {r, g, b});
-}
-
-/// Of the patient's directions those that a way has most of: "L", "LA".
-std::string letters_of(const dvec3& way) {
-  const std::pair<double, char> parts[] = {{std::abs(way.x), way.x > 0 ? 'L' : 'R'},
-                                           {std::abs(way.y), way.y > 0 ? 'P' : 'A'},
-                                           {std::abs(way.z), way.z > 0 ? 'S' : 'I'}};
-  std::vector<std::pair<double, char>> most(std::begin(parts), std::end(parts));
-  std::stable_sort(most.begin(), most.end(), [](const auto& a, const auto& b) { return a.first > b.first; });
-  std::string letters;
-  for (const auto& [share, letter] : most)
-    if (share > 0.4 && letters.size() < 2) letters += letter;
-  return letters;
 }
 
 }  // namespace
@@ -278,7 +266,7 @@ void BoneView::show_directions() {
   vtkMath::Cross(out, up, right);
   const dvec3 ways[] = {{right[0], right[1], right[2]}, {up[0], up[1], up[2]}};
   for (std::size_t i = 0; i < 4; ++i)
-    parts_->edges[i]->SetInput(letters_of(i % 2 == 0 ? ways[i / 2] : -ways[i / 2]).c_str());
+    parts_->edges[i]->SetInput(imaging::direction_letters(i % 2 == 0 ? ways[i / 2] : -ways[i / 2]).c_str());
 }
 
 vtkRenderer* BoneView::renderer() { return parts_->renderer; }

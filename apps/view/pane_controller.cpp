@@ -37,7 +37,7 @@ imaging::Subject subject_of(const PaneNews& news) {
 void PaneController::begin() {
   panes_.forget();
   tool_.reset(), followed_.clear(), clip_.reset();
-  shots_ = 0, is_placed_ = false, exposed_ = 0;
+  shots_ = 0, is_placed_ = false, exposed_ = 0, told_ = 0;
 }
 
 /// What was told since, by whomever.
@@ -66,8 +66,10 @@ void PaneController::follow(std::span<const std::shared_ptr<const sim::Value>> s
       if (section->is_clipping) clip_ = Clip{section->at, section->normal};
     } else if (const auto* arm = now->as<fluoroscopy::FluoroscopyState>()) {
       if (arm->is_placed) is_placed_ = true, panes_.set_arm(*arm);
-      // A shot of an operation that is gone back is not taken again.
-      if (arm->shots > shots_ && !panes_.is_live()) panes_.shoot();
+      // Of a live second there are pictures already. A shot of an operation that is gone back is not taken
+      // again.
+      for (; shots_ < arm->shots && told_ > 0; ++shots_) --told_;
+      if (arm->shots > shots_ && !is_first) panes_.shoot();
       shots_ = arm->shots;
     }
   }
@@ -85,11 +87,19 @@ bool PaneController::frame(const PaneNews& news) {
   tool_ = {tip, tip + k_shaft * shaft};
   panes_.show_tool(tip, shaft);
   if (follows_tool && r.has_contact) panes_.look_at(tip);
+  if (panes_.is_live() && !panes_.sees_xray()) set_live(false);
   if (panes_.is_live()) {
     exposed_ += news.elapsed;
     if (exposed_ >= 1) tell_exposure();
   }
   return panes_.frame();
+}
+
+void PaneController::rest(std::span<const std::shared_ptr<const sim::Value>> settings) {
+  set_live(false);
+  for (const auto& one : settings)
+    if (const auto* arm = one ? one->as<fluoroscopy::FluoroscopyState>() : nullptr)
+      shots_ = arm->shots, told_ = 0;
 }
 
 void PaneController::place_arm() {
@@ -108,6 +118,7 @@ void PaneController::set_preset(std::size_t preset) {
 }
 
 void PaneController::shoot() {
+  if (!panes_.is_hounsfield()) return panes_.shoot();  // says why not
   place_arm();
   if (tell)
     tell(fluoroscopy::Shoot());  // the image is taken when it is done
@@ -117,6 +128,7 @@ void PaneController::shoot() {
 
 void PaneController::set_live(bool is_live) {
   if (is_live == panes_.is_live()) return;
+  if (is_live && !panes_.is_hounsfield()) return panes_.shoot();
   if (is_live) place_arm();
   if (!is_live) tell_exposure();
   panes_.set_live(is_live);
@@ -128,6 +140,7 @@ void PaneController::tell_exposure() {
   fluoroscopy::Shoot shot;
   shot.time = std::max(0.001, k_pulses * k_pulse * seconds);
   tell(shot);
+  ++told_;
 }
 
 }  // namespace trephine::view

@@ -38,13 +38,15 @@ class PaneController {
   void begin();
   /// True: there are new images.
   bool frame(const PaneNews& news);
+  /// Instead of it while no pane is seen: nothing is exposed, and no image is owed for shots of that time.
+  void rest(std::span<const std::shared_ptr<const sim::Value>> settings);
 
   /// Where one looks goes with the tool while it touches.
   bool follows_tool = true;
   /// Tip of the tool and a point up its shaft; null: it is not known.
   const std::array<glm::dvec3, 2>* tool() const noexcept { return tool_ ? &*tool_ : nullptr; }
 
-  // The C-arm.
+  // The C-arm. Of a scan that cannot be X-rayed nothing is exposed.
   void set_preset(std::size_t preset);
   void shoot();
   /// While it is live every second is told as one shot of `k_pulses` of `k_pulse`.
@@ -68,6 +70,7 @@ class PaneController {
   std::vector<std::shared_ptr<const sim::Value>> followed_;  ///< settings as they were
   std::int64_t shots_ = 0;
   bool is_placed_ = false;  ///< the operation knows where the C-arm stands
+  int told_ = 0;            ///< live exposures that were told and not heard of yet
   double exposed_ = 0;      ///< s of live pictures that were not told yet
   std::optional<Clip> clip_;
 };

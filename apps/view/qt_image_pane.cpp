@@ -89,6 +89,7 @@ ImagePane::ImagePane(imaging::Panes& panes, std::size_t index, QWidget* parent)
   connect(preset_, QOverload<int>::of(&QComboBox::activated), this, [this](int i) { on_preset(i); });
   live_ = button("xray_live", "Live", "X-rays go on for as long as this is down; the last image is held");
   live_->setCheckable(true);
+  live_->setStyleSheet("QToolButton:checked { background: #c8862a; color: black; font-weight: bold }");
   connect(live_, &QToolButton::toggled, this, [this](bool is_down) { on_live(is_down); });
   shoot_ = button("xray_shoot", "Shoot", "One X-ray");
   connect(shoot_, &QToolButton::clicked, this, [this] { on_shoot(); });
@@ -137,17 +138,19 @@ QPointF ImagePane::place(const Panel& panel, const dvec2& mm) const {
   return {rect.center().x() + scale * mm.x, rect.center().y() - scale * mm.y};
 }
 
-void ImagePane::refresh(bool is_new_image, const std::array<dvec3, 2>* tool) {
+void ImagePane::refresh(const std::array<dvec3, 2>* tool) {
   panes_->set_size(index_, width(), height(), isVisible());
   if (!isVisible()) return;
   const bool has_moved = panes_->looked_at() != shown_at_ || (tool != nullptr) != has_tool_ ||
                          (tool != nullptr && (*tool)[0] != shown_tip_);
+  if (const QSignalBlocker quiet(live_); live_->isChecked() != panes_->is_live())
+    live_->setChecked(panes_->is_live());
+  const bool is_new_image = panes_->changes(index_) != shown_changes_;
   if (!is_new_image && !has_moved) return;
+  shown_changes_ = panes_->changes(index_);
   shown_at_ = panes_->looked_at();
   has_tool_ = tool != nullptr;
   if (tool != nullptr) tool_ = *tool, shown_tip_ = (*tool)[0];
-  if (const QSignalBlocker quiet(live_); live_->isChecked() != panes_->is_live())
-    live_->setChecked(panes_->is_live());
   if (const Panel* panel = panes_->panel(index_); panel != nullptr && is_new_image) {
     image_ = QImage(panel->columns, panel->rows, QImage::Format_RGB888);
     for (int row = 0; row < panel->rows; ++row) {

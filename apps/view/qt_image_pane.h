@@ -22,7 +22,7 @@ class ImagePane : public QWidget {
   ImagePane(imaging::Panes& panes, std::size_t index, QWidget* parent = nullptr);
 
   /// Newest image, tool and crosshair, at every frame. `tool`: tip and a point up its shaft.
-  void refresh(bool is_new_image, const std::array<glm::dvec3, 2>* tool);
+  void refresh(const std::array<glm::dvec3, 2>* tool);
   void set_kind(imaging::PaneKind kind);
   QSize sizeHint() const override { return {360, 300}; }
   QSize minimumSizeHint() const override { return {140, 120}; }
@@ -59,6 +59,7 @@ class ImagePane : public QWidget {
   std::array<glm::dvec3, 2> tool_{};
   bool has_tool_ = false;
   glm::dvec3 shown_at_{1e300}, shown_tip_{1e300};
+  std::uint64_t shown_changes_ = 0;
   QPointF last_;
 };
 

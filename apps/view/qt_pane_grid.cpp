@@ -25,6 +25,7 @@ PaneGrid::PaneGrid(imaging::Panes& panes, QWidget* parent)
 }
 
 void PaneGrid::set_canvas(QWidget* canvas) {
+  note_shares();
   const QList<int> sizes = left_->sizes();
   delete canvas_;
   canvas_ = canvas;
@@ -47,7 +48,18 @@ void PaneGrid::show_what_is_seen() {
     data_->set_size(i, panes_[i]->width(), panes_[i]->height(), is_seen(static_cast<int>(i) + 1));
 }
 
+void PaneGrid::note_shares() {
+  if (alone_ >= 0) return;
+  const QSplitter* splitters[] = {this, left_, right_};
+  for (std::size_t i = 0; i < 3; ++i) {
+    const QList<int> sizes = splitters[i]->sizes();
+    if (sizes.size() == 2 && sizes[0] > 0 && sizes[1] > 0)
+      shares_[i] = std::clamp(1000 * sizes[0] / (sizes[0] + sizes[1]), 50, 950);
+  }
+}
+
 void PaneGrid::arrange(Layout layout) {
+  note_shares();
   const bool is_other = layout != layout_;
   layout_ = layout, alone_ = -1;
   show_what_is_seen();
@@ -63,22 +75,19 @@ void PaneGrid::arrange(Layout layout) {
 }
 
 void PaneGrid::maximise(int which) {
+  note_shares();
   alone_ = alone_ == which ? -1 : which;
   show_what_is_seen();
 }
 
-QString PaneGrid::remember() const {
+QString PaneGrid::remember() {
+  note_shares();
   QStringList words{"1", k_layouts[static_cast<std::size_t>(layout_)]};
   for (std::size_t i = 0; i < k_panes; ++i) {
     const std::string_view name = imaging::k_pane_kinds[static_cast<std::size_t>(data_->kind(i))];
     words << QString::fromUtf8(name.data(), static_cast<int>(name.size()));
   }
-  for (const QSplitter* splitter : {static_cast<const QSplitter*>(this), static_cast<const QSplitter*>(left_),
-                                    static_cast<const QSplitter*>(right_)}) {
-    const QList<int> sizes = splitter->sizes();
-    const int whole = std::max(1, sizes[0] + sizes[1]);
-    words << QString::number(std::clamp(1000 * sizes[0] / whole, 50, 950));
-  }
+  for (const int share : shares_) words << QString::number(share);
   return words.join(' ');
 }
 
@@ -105,6 +114,7 @@ bool PaneGrid::restore(const QString& text) {
   for (std::size_t i = 0; i < k_panes; ++i) panes_[i]->set_kind(kinds[i]);
   QSplitter* const splitters[] = {this, left_, right_};
   for (std::size_t i = 0; i < 3; ++i) splitters[i]->setSizes({shares[i], 1000 - shares[i]});
+  shares_ = shares;
   return true;
 }
 

@@ -32,11 +32,13 @@ class PaneGrid : public QSplitter {
   bool is_maximised() const noexcept { return alone_ >= 0; }
 
   /// As text, of arrangement, kinds and sizes alone; false: that is no such text, nothing changes.
-  QString remember() const;
+  QString remember();
   bool restore(const QString& text);
 
  private:
   void show_what_is_seen();
+  /// How borders lie, of those that are seen.
+  void note_shares();
 
   imaging::Panes* data_;
   QSplitter *left_, *right_;
@@ -44,6 +46,7 @@ class PaneGrid : public QSplitter {
   std::array<ImagePane*, k_panes> panes_{};
   Layout layout_ = Layout::picture;
   int alone_ = -1;
+  std::array<int, 3> shares_{500, 500, 500};  ///< of the first, thousandths: columns, left, right
 };
 
 }  // namespace trephine::view

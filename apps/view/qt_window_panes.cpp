@@ -29,9 +29,12 @@ void MainWindow::build_panes() {
 /// What is remembered from one run to the next: arrangement, kinds and sizes, never a scan.
 void MainWindow::restore_layout() {
   if (options_.layout_file.empty()) return;
+  std::error_code none;
+  if (!std::filesystem::is_regular_file(options_.layout_file, none)) return;
   std::ifstream file(options_.layout_file);
-  std::string line;
-  if (std::getline(file, line)) grid_->restore(QString::fromStdString(line));
+  char line[200] = "";
+  file.read(line, sizeof line - 1);
+  grid_->restore(QString::fromUtf8(line).section('\n', 0, 0));
 }
 
 void MainWindow::remember_layout() {
@@ -132,7 +135,7 @@ void MainWindow::show_scan_facts() {
               .arg(mm.z * scan.size.z, 0, 'f', 0);
   text += scan.is_hounsfield ? "Hounsfield units\n" : "numbers without a unit\n";
   const glm::dvec3 along = scan.frame.vector_world_from_volume({0, 0, 1});
-  text += QString("slices go toward %1\n").arg(QChar(imaging::direction_letter(along)));
+  text += QString("slices go toward %1\n").arg(QString::fromStdString(imaging::direction_letters(along)));
   if (scan.label_names.size() > 1) text += QString("%1 labels\n").arg(scan.label_names.size() - 1);
   auto* box = new QMessageBox(QMessageBox::Information, "The scan", text.trimmed(), QMessageBox::Ok, this);
   box->setObjectName("scan_facts");
@@ -142,11 +145,9 @@ void MainWindow::show_scan_facts() {
 
 /// One frame of the panes, where any is seen.
 void MainWindow::show_panes(double elapsed) {
-  const bool is_any_seen = grid_->arrangement() != Layout::picture;
-  if (!is_any_seen) {
-    if (panes_.panes().is_live()) panes_.set_live(false);
-    return;
-  }
+  if (grid_->arrangement() == Layout::picture)
+    return panes_.rest(operation_ ? std::span(operation_->state().settings)
+                                  : std::span(replay_->engine().now().settings.modules));
   const haptics::ServoRecord& newest = operation_ ? operation_->state().newest : replay_->record();
   sim::Overlays shown;
   const sim::Overlays* overlays = nullptr;
@@ -162,10 +163,10 @@ void MainWindow::show_panes(double elapsed) {
     settings = replay_->engine().now().settings.modules;
     is_changed = replay_->has_changed();
   }
-  const bool is_new = panes_.frame({*scene_, version(), is_changed, overlays, &options_.plan, settings,
-                                    operation_ ? operation_->forbidden() : replay_->engine().forbidden(),
-                                    newest, elapsed, viewport()->eye(), viewport()->clip_plane()});
-  for (std::size_t i = 0; i < PaneGrid::k_panes; ++i) grid_->pane(i)->refresh(is_new, panes_.tool());
+  panes_.frame({*scene_, version(), is_changed, overlays, &options_.plan, settings,
+                operation_ ? operation_->forbidden() : replay_->engine().forbidden(), newest, elapsed,
+                viewport()->eye(), viewport()->clip_plane()});
+  for (std::size_t i = 0; i < PaneGrid::k_panes; ++i) grid_->pane(i)->refresh(panes_.tool());
   const int at_section = clip_->count() - 1;
   if (panes_.clip() != followed_clip_) {
     followed_clip_ = panes_.clip();

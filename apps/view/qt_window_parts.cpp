@@ -317,7 +317,7 @@ void MainWindow::build_menu() {
       if (!path.isEmpty()) open_source(path);
     });
     add(file, "open_head", "Open the built-in &head", {}, [this] { open_source("head"); });
-    add(file, "open_spine", "Open the built-in s&pine", {}, [this] { open_source("spine"); });
+    add(file, "open_spine", "Open the built-in sp&ine", {}, [this] { open_source("spine"); });
     file->addSeparator();
   }
   add(file, "save_volume", "&Save the operated volume ...", QKeySequence::Save, [this] {

@@ -194,9 +194,26 @@ TEST_F(WindowPanes, TheLastXrayIsHeldUntilTheNextOne) {
   live->click();
   ASSERT_TRUE(settle(window));
   EXPECT_EQ(panes.panel(xray)->title, "X-ray, held");
+  EXPECT_EQ(panes.panel(xray)->columns, 256) << "the last image, no new one";
   const double dose = c_arm(window)->area_product;
   QTest::qWait(1200);
   EXPECT_LT(c_arm(window)->area_product, dose * 2) << "the rest of the last second, and no more";
+
+  // Live ends where nobody sees it, and what is held is no image of another kind.
+  child<QToolButton>(window, "xray_live_1")->click();
+  ASSERT_TRUE(panes.is_live());
+  child<QAction>(window, "layout_slices")->trigger();
+  ASSERT_TRUE(QTest::qWaitFor([&] { return !panes.is_live(); }, 5000));
+  for (const char* layout : {"layout_drawn", "layout_slices", "layout_drawn", "layout_xray"}) {
+    QTest::qWait(30);
+    child<QAction>(window, layout)->trigger();
+  }
+  ASSERT_TRUE(settle(window));
+  QTest::qWait(400);
+  EXPECT_EQ(panes.panel(xray), nullptr) << "nobody exposed anything since";
+  const std::uint64_t made = panes.counters().made;
+  QTest::qWait(300);
+  EXPECT_EQ(panes.counters().made, made) << "nothing is made while nothing changes";
 
   // Another pose is told and kept; the picture opened at the section.
   auto* view = child<QComboBox>(window, "xray_view_1");
@@ -260,6 +277,9 @@ TEST_F(WindowPanes, WhatIsNoArrangementIsNotTaken) {
     EXPECT_EQ(grid.arrangement(), Layout::picture);
     EXPECT_TRUE(grid.restore("1 slices axial tool axial 500 500 500"));
     EXPECT_EQ(panes.kind(1), imaging::PaneKind::tool);
+    grid.maximise(2);
+    for (const QString& share : grid.remember().section(' ', 5).split(' '))
+      EXPECT_NEAR(share.toInt(), 500, 20) << "one alone says nothing of the others";
   }
 }
 
