@@ -27,7 +27,7 @@ volume::Result<XrayPose> read_xray_pose(const std::string& path);
 struct XrayToWrite {
   XrayPose pose;                               ///< all of it
   std::span<const std::uint16_t> pixels;       ///< row by row; 65535 is all that was sent, LOG by k_log_steps
-  static constexpr double k_log_steps = 8192;  ///< a factor e less
+  static constexpr double k_log_steps = 4096;  ///< a factor e less
   int column_low = 0, row_low = 0, column_high = 0, row_high = 0;  ///< what collimators leave open
   std::uint16_t darkest = 0, brightest = 65535;                    ///< the window to show it with
   double voltage_kv = 0, exposure_ms = 0, current_ma = 0;

@@ -69,6 +69,7 @@ void Panes::forget(std::size_t index) {
 void Panes::forget() {
   for (std::size_t i = 0; i < panes_.size(); ++i) forget(i), panes_[i].pixel = 0;
   is_placed_ = has_window_ = has_arm_ = is_live_ = false;
+  xray_note_.clear();
   subject_ = {};
   arm_ = {};
 }

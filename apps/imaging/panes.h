@@ -73,6 +73,9 @@ class Panes {
   bool is_live() const noexcept { return is_live_; }
   /// 1024 pixels across, once.
   void shoot();
+  /// What exposures came to, written beside X-rays.
+  void set_xray_note(std::string note) { xray_note_ = std::move(note); }
+  const std::string& xray_note() const noexcept { return xray_note_; }
 
   // What there is to draw.
   /// Takes finished images in, and asks for those that are not as they should be. True: there are new ones.
@@ -134,7 +137,7 @@ class Panes {
   fluoroscopy::CArm arm_;
   volume::Eye eye_;
   std::optional<volume::Openings::Plane> clip_;
-  std::string ramp_ = "bone";
+  std::string ramp_ = "bone", xray_note_;
   bool has_eye_ = false;
   double pixels_a_ms_ = 2000;  ///< that were drawn directly, of late
   PaneWorker worker_;

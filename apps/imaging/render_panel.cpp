@@ -38,8 +38,8 @@ volume::Eye eye_from(std::string_view side, const volume::Frame& frame,
   if (side == "back") from = {0, 1, 0};
   if (side == "left") from = {1, 0, 0};
   if (side == "right") from = {-1, 0, 0};
-  if (side == "above") from = {0, 0, 1}, up = {0, -1, 0};
-  if (side == "below") from = {0, 0, -1}, up = {0, -1, 0};
+  if (side == "top") from = {0, 0, 1}, up = {0, -1, 0};
+  if (side == "bottom") from = {0, 0, -1}, up = {0, -1, 0};
   volume::Eye eye;
   const dvec3 middle = frame.world_from_volume(0.5 * dvec3(voxels[0] + voxels[1]));
   eye.forward = -from;

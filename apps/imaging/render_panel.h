@@ -15,10 +15,10 @@ volume::Ramp ramp_of(std::string_view name, const volume::Volume& scan);
 inline constexpr double k_touched = 0.1;
 
 /// An eye from which all voxels low .. high are seen, that looks from a named side (front, back, left, right,
-/// above, below) or obliquely from the front (any other name).
+/// top, bottom) or obliquely from the front (any other name).
 volume::Eye eye_from(std::string_view side, const volume::Frame& frame,
                      const std::array<glm::ivec3, 2>& voxels, int columns, int rows);
-inline constexpr std::string_view k_sides[] = {"front", "back", "left", "right", "above", "below", "oblique"};
+inline constexpr std::string_view k_sides[] = {"front", "back", "left", "right", "top", "bottom", "oblique"};
 
 /// Of one scan after another: what a scan needs is made once.
 class Renderer {

@@ -199,10 +199,10 @@ Run build(Options& options) {
 
 }  // namespace
 
-const Command k_measure{"measure",
-                        "Measure a scan, or a moment of a session: ruler, angle, tape along bone, region",
-                        "  trephine measure head --tape 0,-88,20:74,0,40 --ruler 0,-88,20:74,0,40\n"
-                        "  trephine measure spine --region 0,0,5:6 --angle 10,0,0:0,0,0:0,10,0 --json",
-                        build};
+const Command k_measure{
+    "measure", "Measure a scan, or a moment of a session: ruler, angle, tape along bone, region",
+    "  trephine measure head --tape 0,-86.2,19.3:63,0.8,33.5 --ruler 0,-86.2,19.3:63,0.8,33.5\n"
+    "  trephine measure spine --region 0,0,5:6 --angle 10,0,0:0,0,0:0,10,0 --json",
+    build};
 
 }  // namespace trephine::app

@@ -168,12 +168,14 @@ Result<Outcome> run_render(const RenderArguments& a) {
     json["ramp"].push_back({{"value", p.value}, {"colour", json_of(p.colour)}, {"opacity_mm", p.opacity}});
   outcome.text = format_text("%d x %d from %s in %.0f ms: %.1f million samples\n", a.size, a.size,
                              a.from.c_str(), 1e3 * seconds, 1e-6 * static_cast<double>(counters.samples));
+  if (!scan.is_hounsfield && a.ramp.empty() && a.opacity.empty())
+    outcome.text += "its numbers are no Hounsfield units; of a CT whose file does not say so: --hounsfield\n";
   if (window) {
     json["window"] = {{"low", window->low ? Json(*window->low) : Json()},
                       {"high", window->high ? Json(*window->high) : Json()}};
-    outcome.text +=
-        format_text("one touches what one sees with --window %.0f:%s\n", window->low.value_or(-32768),
-                    window->high ? format_text("%.0f", *window->high).c_str() : "");
+    outcome.text += format_text(
+        "what is seen here is what one touches in: trephine view ... --window %.0f:%s\n",
+        window->low.value_or(-32768), window->high ? format_text("%.0f", *window->high).c_str() : "");
   } else {
     json["window"] = nullptr;
     outcome.text += "nothing of it is opaque enough to be touched\n";

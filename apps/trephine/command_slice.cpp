@@ -86,6 +86,9 @@ Result<Outcome> run_slice(const SliceArguments& a) {
       format_text("slice at %.1f, %.1f, %.1f, seen from %.2f, %.2f, %.2f; window %.0f wide around %.0f\n",
                   plane.middle_world.x, plane.middle_world.y, plane.middle_world.z, n.x, n.y, n.z,
                   window.value().width, window.value().level);
+  if (a.has_labels && scan.label_names.size() < 2) outcome.text += "the scan has no labels\n";
+  if ((a.is_beside || a.is_blended) && moment.version->is_untouched())
+    outcome.text += "nothing was cut away\n";
   if (!a.probe.empty()) {
     const auto at = parse_place(a.probe, "--probe");
     if (!at) return at.error();

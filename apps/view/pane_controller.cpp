@@ -1,6 +1,7 @@
 #include "apps/view/pane_controller.h"
 
 #include <algorithm>
+#include <cstdio>
 #include <utility>
 
 #include "modules/cross_section/cross_section.h"
@@ -71,6 +72,12 @@ void PaneController::follow(std::span<const std::shared_ptr<const sim::Value>> s
       for (; shots_ < arm->shots && told_ > 0; ++shots_) --told_;
       if (arm->shots > shots_ && !is_first) panes_.shoot();
       shots_ = arm->shots;
+      if (arm->shots > 0) {
+        char text[80];
+        std::snprintf(text, sizeof text, "   %d shots, %.0f mGy cm\u00b2", static_cast<int>(arm->shots),
+                      arm->area_product);
+        panes_.set_xray_note(text);
+      }
     }
   }
   followed_.assign(settings.begin(), settings.end());
@@ -84,7 +91,8 @@ bool PaneController::frame(const PaneNews& news) {
   const dvec3 tip = r.has_contact ? r.proxy_world : r.pose.position_world;
   constexpr double k_shaft = 60;  // mm of it that are drawn
   const dvec3 shaft = haptics::unit_of(r.pose.orientation) * dvec3(0, 0, 1);
-  tool_ = {tip, tip + k_shaft * shaft};
+  tool_.reset();
+  if (news.is_tool_there) tool_ = {tip, tip + k_shaft * shaft};
   panes_.show_tool(tip, shaft);
   if (follows_tool && r.has_contact) panes_.look_at(tip);
   if (panes_.is_live() && !panes_.sees_xray()) set_live(false);

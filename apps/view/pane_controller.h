@@ -21,8 +21,9 @@ struct PaneNews {
   std::span<const std::shared_ptr<const sim::Value>> settings;  ///< of modules
   std::span<const std::shared_ptr<const sim::Forbidden>> forbidden;
   const haptics::ServoRecord& newest;
-  double elapsed = 0;  ///< s, since the last frame
-  volume::Eye eye;     ///< as the picture is seen
+  bool is_tool_there = true;  ///< on or over something
+  double elapsed = 0;         ///< s, since the last frame
+  volume::Eye eye;            ///< as the picture is seen
   std::optional<volume::Openings::Plane> clip;
 };
 

@@ -87,7 +87,8 @@ ImagePane::ImagePane(imaging::Panes& panes, std::size_t index, QWidget* parent)
   for (const std::string_view name : fluoroscopy::k_presets)
     preset_->addItem(name == "ap" ? QString("AP") : words_of(name));
   connect(preset_, QOverload<int>::of(&QComboBox::activated), this, [this](int i) { on_preset(i); });
-  live_ = button("xray_live", "Live", "X-rays go on for as long as this is down; the last image is held");
+  live_ = button("xray_live", "Live",
+                 "X-rays go on until it is switched off, and cost dose; then the last image is held");
   live_->setCheckable(true);
   live_->setStyleSheet("QToolButton:checked { background: #c8862a; color: black; font-weight: bold }");
   connect(live_, &QToolButton::toggled, this, [this](bool is_down) { on_live(is_down); });
@@ -201,6 +202,18 @@ void ImagePane::paintEvent(QPaintEvent*) {
     }
   }
   painter.setRenderHint(QPainter::Antialiasing, false);
+  if (const auto plane = panes_->plane(index_); plane && panel != nullptr) {
+    // About a fifth of the pane.
+    int mm = 1;
+    for (const int longer : {2, 5, 10, 20, 50, 100})
+      if (longer / plane->pixel < 0.3 * width()) mm = longer;
+    const double right = width() - 10.0, left = right - mm / plane->pixel, y = height() - 9.0;
+    painter.setPen(QPen(QColor(232, 236, 242), 1.5));
+    painter.drawLine(QPointF(left, y), QPointF(right, y));
+    for (const double x : {left, right}) painter.drawLine(QPointF(x, y - 4), QPointF(x, y));
+    write(painter, QRectF(left - 60, y - 24, right - left + 60, 20), Qt::AlignRight | Qt::AlignBottom,
+          QString("%1 mm").arg(mm));
+  }
   const QRectF inner = QRectF(rect()).adjusted(8, 34, -8, -6);
   if (panel != nullptr && panes_->trouble(index_).empty()) {
     const auto letter = [&](int flags, const std::string& text) {
@@ -210,7 +223,7 @@ void ImagePane::paintEvent(QPaintEvent*) {
     letter(Qt::AlignRight | Qt::AlignVCenter, panel->right);
     letter(Qt::AlignHCenter | Qt::AlignTop, panel->above);
     QString foot = QString::fromStdString(panel->foot);
-    if (kind == PaneKind::xray) foot = QString::fromStdString(panel->title);
+    if (kind == PaneKind::xray) foot = QString::fromStdString(panel->title + panes_->xray_note());
     if (kind == PaneKind::section) foot = QString::fromStdString(panel->title + "   " + panel->foot);
     write(painter, inner, Qt::AlignLeft | Qt::AlignBottom, foot.trimmed());
     const double ms = panes_->milliseconds(index_);
@@ -223,7 +236,7 @@ void ImagePane::paintEvent(QPaintEvent*) {
     write(painter, inner, Qt::AlignCenter | Qt::TextWordWrap,
           QString::fromStdString(panes_->trouble(index_)));
   } else if (kind == PaneKind::xray) {
-    write(painter, inner, Qt::AlignCenter, "Shoot, or hold Live");
+    write(painter, inner, Qt::AlignCenter, "Shoot once, or switch Live on");
   }
   painter.setPen(QPen(colour_of(kind), 2));
   painter.drawLine(0, 0, width(), 0);

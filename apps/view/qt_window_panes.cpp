@@ -164,8 +164,9 @@ void MainWindow::show_panes(double elapsed) {
     is_changed = replay_->has_changed();
   }
   panes_.frame({*scene_, version(), is_changed, overlays, &options_.plan, settings,
-                operation_ ? operation_->forbidden() : replay_->engine().forbidden(), newest, elapsed,
-                viewport()->eye(), viewport()->clip_plane()});
+                operation_ ? operation_->forbidden() : replay_->engine().forbidden(), newest,
+                !operation_ || operation_->touched().has_value(), elapsed, viewport()->eye(),
+                viewport()->clip_plane()});
   for (std::size_t i = 0; i < PaneGrid::k_panes; ++i) grid_->pane(i)->refresh(panes_.tool());
   const int at_section = clip_->count() - 1;
   if (panes_.clip() != followed_clip_) {

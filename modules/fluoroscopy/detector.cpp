@@ -10,6 +10,7 @@ namespace trephine::fluoroscopy {
 
 namespace {
 
+constexpr double k_thin = 0.3;  // of what weakens more than most of the body
 constexpr std::uint8_t k_closed_grey = 24;
 constexpr float k_empty_beam = 0.85f;  // what passes where hardly anything is in the beam
 
@@ -110,7 +111,7 @@ std::vector<float> receive(std::span<const double> sums, const View& view, int r
 }
 
 double weakening(float received) noexcept {
-  return std::min(7.99, -volume::deterministic_log(std::max(1e-30, static_cast<double>(received))));
+  return std::min(15.99, -volume::deterministic_log(std::max(1e-30, static_cast<double>(received))));
 }
 
 std::vector<std::uint8_t> show(std::span<const float> received, const View& view, const Display& display,
@@ -137,6 +138,14 @@ std::vector<std::uint8_t> show(std::span<const float> received, const View& view
     std::nth_element(all.begin(), at, all.end());
     return *at;
   };
+  if (display.is_logarithmic) {
+    // Of the body: what is much thinner than most of it would leave no greys for the rest.
+    const double thin = k_thin * percentile(0.25);
+    std::vector<double> body;
+    for (const double b : all)
+      if (b <= thin) body.push_back(b);
+    if (body.size() > all.size() / 4) all = std::move(body);
+  }
   const double low = percentile(display.low_share), high = percentile(display.high_share);
   for (std::size_t pixel = 0; pixel < received.size(); ++pixel) {
     if (!is_open(pixel)) continue;

@@ -29,7 +29,7 @@ struct Display {
 /// One byte a pixel. `hidden`: pixels that are shown as closed ones are; may be empty.
 std::vector<std::uint8_t> show(std::span<const float> received, const View& view, const Display& display,
                                std::span<const std::uint8_t> hidden);
-/// -ln of what is received, which log displays and DICOM's LOG pixels are made of; at most 7.99.
+/// -ln of what is received, which log displays and DICOM's LOG pixels are made of; at most 15.99.
 double weakening(float received) noexcept;
 
 }  // namespace trephine::fluoroscopy
