@@ -398,7 +398,7 @@ bool Panes::frame() {
     Pane& pane = panes_[i];
     if (!made || made->stamp != pane.stamp) continue;
     if (made->panel && made->panel.value().pixels.empty()) {  // given up
-      pane.is_stale = true;
+      pane.is_stale = pane.is_stale || *pane.is_given_up;  // else there is a newer wish
       continue;
     }
     is_new = true, ++pane.changes;

@@ -1,6 +1,8 @@
 #include "apps/imaging/slice_panel.h"
 
+#include <algorithm>
 #include <cmath>
+#include <glm/geometric.hpp>
 
 #include "data-tools/writing.h"
 
@@ -9,6 +11,23 @@ namespace trephine::imaging {
 using glm::dvec3;
 using volume::ImagePlane;
 using volume::Status;
+
+namespace {
+
+/// A line a little farther in, to its left: beside that of what lies on the other side.
+cross_section::Loop inset(const cross_section::Loop& loop, double mm) {
+  cross_section::Loop in;
+  for (std::size_t i = 0; i < loop.size(); ++i) {
+    // Along a stretch of it: single edges are steps.
+    const glm::dvec2 way = loop[(i + 3) % loop.size()] -
+                           loop[(i + loop.size() - std::min<std::size_t>(3, loop.size())) % loop.size()];
+    const double length = glm::length(way);
+    in.push_back(length > 0 ? loop[i] + mm / length * glm::dvec2(-way.y, way.x) : loop[i]);
+  }
+  return in;
+}
+
+}  // namespace
 
 Panel slice_panel(const ct_viewer::SliceValues& values, const ImagePlane& plane,
                   const ct_viewer::GreyWindow& window, ct_viewer::Blend blend) {
@@ -44,7 +63,10 @@ Status draw_in(Panel& panel, const Subject& subject, const ImagePlane& plane, bo
       const cross_section::Cut cut =
           cross_section::cut_volume(plane, volume::Field(scan, shape), subject.version.get());
       const dvec3 share = data_tools::label_colour(static_cast<int>(label), scan.label_colours);
-      add(cut.outline,
+      std::vector<cross_section::Loop> outline;
+      for (const cross_section::Loop& loop : cut.outline)
+        outline.push_back(inset(loop, plane.pixel * std::max(plane.columns, plane.rows) / 500));
+      add(outline,
           {static_cast<std::uint8_t>(255 * share.x), static_cast<std::uint8_t>(255 * share.y),
            static_cast<std::uint8_t>(255 * share.z)},
           scan.label_names[label]);

@@ -1,6 +1,7 @@
 #include "apps/view/slice_picture.h"
 
 #include <algorithm>
+#include <glm/geometric.hpp>
 #include <set>
 #include <vtkActor.h>
 #include <vtkCamera.h>
@@ -28,7 +29,32 @@ using imaging::Panel;
 
 namespace {
 
-constexpr int k_head = 44, k_foot = 40;  // pixels above and below panels
+constexpr int k_head = 44, k_foot = 34;  // pixels above and below panels
+
+/// What a picture's lines are, once each, in rows that are not wider than it.
+struct Legend {
+  struct Entry {
+    std::string name;
+    Panel::Colour colour;
+    double x = 0;
+    int row = 0;
+  };
+  std::vector<Entry> entries;
+  int rows = 1;
+
+  Legend(const std::vector<Panel>& panels, int wide) {
+    std::set<std::string> named;
+    double x = 12;
+    for (const Panel& panel : panels)
+      for (const Panel::Line& line : panel.lines) {
+        if (line.name.empty() || !named.insert(line.name).second) continue;
+        const double length = 9.5 * static_cast<double>(line.name.size()) + 24;
+        if (x > 12 && x + length > wide) x = 12, ++rows;
+        entries.push_back({line.name, line.colour, x, rows - 1});
+        x += length;
+      }
+  }
+};
 
 void add_text(vtkRenderer* to, const std::string& text, double x, double y, int size, bool is_right,
               const Panel::Colour& colour = {230, 230, 230}) {
@@ -62,11 +88,17 @@ void add_pixels(vtkRenderer* to, const Panel& panel) {
   to->AddActor(actor);
 }
 
-void add_line(vtkRenderer* to, const Panel::Line& line) {
+/// `least`: mm, of which nothing smaller is seen: pieces of lines that short leave gaps.
+void add_line(vtkRenderer* to, const Panel::Line& line, double least) {
   vtkNew<vtkPoints> points;
   vtkNew<vtkCellArray> cells;
-  for (const glm::dvec2& p : line.places) points->InsertNextPoint(p.x, p.y, 0.5);
-  const auto count = static_cast<vtkIdType>(line.places.size());
+  const glm::dvec2* last = nullptr;
+  for (const glm::dvec2& p : line.places) {
+    if (last != nullptr && &p != &line.places.back() && glm::length(p - *last) < least) continue;
+    points->InsertNextPoint(p.x, p.y, 0.5);
+    last = &p;
+  }
+  const vtkIdType count = points->GetNumberOfPoints();
   if (count < 2) return;
   cells->InsertNextCell(static_cast<int>(count + (line.is_closed ? 1 : 0)));
   for (vtkIdType i = 0; i < count; ++i) cells->InsertCellPoint(i);
@@ -89,7 +121,9 @@ void add_line(vtkRenderer* to, const Panel::Line& line) {
 volume::Result<std::string> slices_png(const std::vector<Panel>& panels, int edge) {
   const int columns = panels.size() > 1 ? 2 : 1,
             rows = (static_cast<int>(panels.size()) + columns - 1) / columns;
-  const int wide = columns * edge, cell = k_head + edge, high = rows * cell + k_foot;
+  const int wide = columns * edge, cell = k_head + edge;
+  const Legend legend(panels, wide);
+  const int high = rows * cell + 6 + legend.rows * k_foot;
   auto surface = make_offscreen(wide, high);
   if (!surface) return surface.error();
   vtkRenderWindow* window = surface.value()->window();
@@ -99,8 +133,6 @@ volume::Result<std::string> slices_png(const std::vector<Panel>& panels, int edg
   window->SetNumberOfLayers(2);
   words->SetLayer(1);
   words->InteractiveOff();
-  std::set<std::string> named;
-  double legend = 12;
   for (std::size_t i = 0; i < panels.size(); ++i) {
     const Panel& panel = panels[i];
     const int column = static_cast<int>(i) % columns, row = static_cast<int>(i) / columns;
@@ -113,7 +145,8 @@ volume::Result<std::string> slices_png(const std::vector<Panel>& panels, int edg
     view->GetActiveCamera()->SetFocalPoint(0, 0, 0);
     view->GetActiveCamera()->SetParallelScale(0.5 * panel.mm_a_pixel * std::max(panel.columns, panel.rows));
     add_pixels(view, panel);
-    for (const Panel::Line& line : panel.lines) add_line(view, line);
+    for (const Panel::Line& line : panel.lines)
+      add_line(view, line, 1.6 * panel.mm_a_pixel * std::max(panel.columns, panel.rows) / edge);
     view->ResetCameraClippingRange();
     window->AddRenderer(view);
     add_text(words, panel.title, left + 12, low + edge + 0.5 * k_head, 19, false);
@@ -122,12 +155,10 @@ volume::Result<std::string> slices_png(const std::vector<Panel>& panels, int edg
     add_text(words, panel.right, left + edge - 12, low + 0.5 * edge, 18, true);
     add_text(words, panel.above, left + 0.5 * edge - 6, low + edge - 16, 18, false);
     add_text(words, panel.below, left + 0.5 * edge - 6, low + 40, 18, false);
-    for (const Panel::Line& line : panel.lines)
-      if (!line.name.empty() && named.insert(line.name).second) {
-        add_text(words, line.name, legend, 0.5 * k_foot, 17, false, line.colour);
-        legend += 9.5 * static_cast<double>(line.name.size()) + 24;
-      }
   }
+  for (const Legend::Entry& entry : legend.entries)
+    add_text(words, entry.name, entry.x, 3 + (legend.rows - entry.row - 0.5) * k_foot, 17, false,
+             entry.colour);
   window->AddRenderer(words);
   window->Render();
   return png_of(window);

@@ -19,7 +19,7 @@ class WindowPanes : public Window {
     options_.start = WindowStart{sim::Engine({std::move(hand)}, 1e-3, all_)};
     options_.catalogue = &all_;
     options_.recorder = nullptr;
-    options_.width = 820, options_.height = 560;
+    options_.width = 700, options_.height = 460;
     options_.layout_file = (folder_ / "settings" / "panes").string();
   }
   void open(MainWindow& window) {
