@@ -358,9 +358,7 @@ Result<Outcome> run_fluoro(const FluoroArguments& a) {
     return write_dicom(a.dicom, received, view, arm, shot, dose, volume::content_hash(*moment.scan));
   });
   outputs.write(a.sums, [&] { return write_sums(a.sums, sums, fine, arm.pixel / a.rays); });
-  if (Status error = outputs.result()) return *error;
-  for (const std::string& name : outputs.written()) outcome.text += "wrote " + name + "\n";
-  return outcome;
+  return finished(outputs, std::move(outcome), "no picture was asked for: -o XRAY.png\n");
 }
 
 Run build(Options& options) {

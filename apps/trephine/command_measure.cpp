@@ -176,9 +176,7 @@ Result<Outcome> run_measure(const MeasureArguments& a) {
     if (!one.trouble.empty()) outcome.exit_code = exit_check_failed;
   }
   outputs.write(a.markups, [&] { return data_tools::write_file_atomically(a.markups, markups_text(all)); });
-  if (Status error = outputs.result()) return *error;
-  for (const std::string& name : outputs.written()) outcome.text += "wrote " + name + "\n";
-  return outcome;
+  return finished(outputs, std::move(outcome));
 }
 
 Run build(Options& options) {

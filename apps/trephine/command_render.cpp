@@ -183,9 +183,7 @@ Result<Outcome> run_render(const RenderArguments& a) {
   panel.title =
       a.opacity.empty() ? (a.ramp.empty() ? (scan.is_hounsfield ? "bone" : "grey") : a.ramp) : "own ramp";
   outputs.write(a.output, [&] { return view::write_slices({panel}, a.output, a.size); });
-  if (Status error = outputs.result()) return *error;
-  for (const std::string& name : outputs.written()) outcome.text += "wrote " + name + "\n";
-  return outcome;
+  return finished(outputs, std::move(outcome), "no picture was asked for: -o PICTURE.png\n");
 }
 
 Run build(Options& options) {

@@ -117,9 +117,7 @@ Result<Outcome> run_section(const SectionArguments& a) {
   }
   outputs.write(a.output, [&] { return view::write_slices({panel}, a.output, 720); });
   outputs.write(a.svg, [&] { return data_tools::write_file_atomically(a.svg, svg_of(plane, objects)); });
-  if (Status error = outputs.result()) return *error;
-  for (const std::string& name : outputs.written()) outcome.text += "wrote " + name + "\n";
-  return outcome;
+  return finished(outputs, std::move(outcome), "no picture was asked for: -o SECTION.png\n");
 }
 
 Run build(Options& options) {

@@ -121,9 +121,7 @@ Result<Outcome> run_slice(const SliceArguments& a) {
       format_text("%.1f, %.1f, %.1f; window %.0f / %.0f", plane.middle_world.x, plane.middle_world.y,
                   plane.middle_world.z, window.value().width, window.value().level);
   outputs.write(a.output, [&] { return view::write_slices(panels, a.output, a.is_beside ? 600 : 720); });
-  if (Status error = outputs.result()) return *error;
-  for (const std::string& name : outputs.written()) outcome.text += "wrote " + name + "\n";
-  return outcome;
+  return finished(outputs, std::move(outcome), "no picture was asked for: -o SLICE.png\n");
 }
 
 Run build(Options& options) {

@@ -35,6 +35,14 @@ double monotonic() {
 }
 }  // namespace
 
+volume::Result<Outcome> finished(const data_tools::OutputSet& outputs, Outcome outcome, const char* hint) {
+  if (volume::Status error = outputs.result()) return *error;
+  outcome.json["written"] = outputs.written();
+  for (const std::string& name : outputs.written()) outcome.text += "wrote " + name + "\n";
+  if (outputs.written().empty()) outcome.text += hint;
+  return outcome;
+}
+
 Json new_report(const std::string& name) {
   return {{"schema", "trephine." + name + "/1"},
           {"version", TREPHINE_VERSION},

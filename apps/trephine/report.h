@@ -9,6 +9,7 @@
 #include "apps/workbench/listener.h"
 #include "apps/workbench/source.h"
 #include "apps/workbench/text.h"
+#include "data-tools/output_set.h"
 #include "haptics/device/pose_path.h"
 #include "haptics/scene/touch_scene.h"
 
@@ -34,6 +35,11 @@ struct Outcome {
   std::string text;
   int exit_code = exit_done;
 };
+
+/// What a command ends with that wrote files: those that it wrote, in both forms; `hint` where it was asked
+/// for none. Error: one could not be written.
+volume::Result<Outcome> finished(const data_tools::OutputSet& outputs, Outcome outcome,
+                                 const char* hint = "");
 
 /// An object with `schema` ("trephine.NAME/1"), version, commit, compiler and cpu, to which a command adds
 /// its own.
