@@ -69,7 +69,7 @@ void Panes::forget(std::size_t index) {
 void Panes::forget() {
   for (std::size_t i = 0; i < panes_.size(); ++i) forget(i), panes_[i].pixel = 0;
   is_placed_ = has_window_ = has_arm_ = is_live_ = false;
-  xray_note_.clear();
+  xray_note_.clear(), looks_.clear();
   subject_ = {};
   arm_ = {};
 }
@@ -200,12 +200,18 @@ void Panes::set_eye(const volume::Eye& eye, const std::optional<volume::Openings
 }
 
 void Panes::set_ramp(std::string_view name) {
-  ramp_ = name;
+  if (name != ramp_) ramp_ = name;
   for (Pane& pane : panes_)
     if (pane.kind == PaneKind::drawn) {
       if (pane.is_given_up) *pane.is_given_up = true;
       pane.renderer.reset(), pane.is_stale = true;
     }
+}
+
+void Panes::set_label_opacity(std::size_t label, double opacity) {
+  looks_.resize(std::max(looks_.size(), label + 1));
+  looks_[label].opacity = opacity;
+  set_ramp(ramp_);  // drawn anew
 }
 
 void Panes::set_arm(const fluoroscopy::CArm& arm) {
@@ -363,7 +369,10 @@ void Panes::wish(std::size_t index) {
 void Panes::wish_drawn(std::size_t index) {
   Pane& pane = panes_[index];
   if (!has_eye_) return;
-  if (!pane.renderer) pane.renderer = std::make_shared<Renderer>(ramp_);
+  if (!pane.renderer) {
+    pane.renderer = std::make_shared<Renderer>(ramp_);
+    pane.renderer->set_labels(looks_);
+  }
   const auto now = std::chrono::steady_clock::now();
   const bool is_moving = now - pane.asked < std::chrono::milliseconds(250);
   pane.asked = now;
@@ -398,7 +407,7 @@ bool Panes::frame() {
     Pane& pane = panes_[i];
     if (!made || made->stamp != pane.stamp) continue;
     if (made->panel && made->panel.value().pixels.empty()) {  // given up
-      pane.is_stale = pane.is_stale || *pane.is_given_up;  // else there is a newer wish
+      pane.is_stale = pane.is_stale || *pane.is_given_up;     // else there is a newer wish
       continue;
     }
     is_new = true, ++pane.changes;

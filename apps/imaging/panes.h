@@ -64,6 +64,8 @@ class Panes {
   /// One of k_ramps.
   void set_ramp(std::string_view name);
   const std::string& ramp() const noexcept { return ramp_; }
+  /// How much of a label's opacity is left: 0 hides it.
+  void set_label_opacity(std::size_t label, double opacity);
 
   // The C-arm. Between exposures its last image is held.
   void set_arm(const fluoroscopy::CArm& arm);
@@ -138,6 +140,7 @@ class Panes {
   volume::Eye eye_;
   std::optional<volume::Openings::Plane> clip_;
   std::string ramp_ = "bone", xray_note_;
+  std::vector<volume::LabelLook> looks_;  ///< by label, of what is drawn directly
   bool has_eye_ = false;
   double pixels_a_ms_ = 2000;  ///< that were drawn directly, of late
   PaneWorker worker_;

@@ -87,6 +87,7 @@ class MainWindow : public QMainWindow {
   void remember_layout();
   void show_scan_facts();
   void touch_what_is_drawn();
+  void fill_structures(QMenu* menu);
   void show_panes(double elapsed);
   void build_replay_panel();
   void build_history_panel();

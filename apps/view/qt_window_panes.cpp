@@ -87,6 +87,10 @@ void MainWindow::build_panes_menu() {
     add(drawn, "ramp_" + name, words_of(ramp), {}, [this, ramp] { panes_.panes().set_ramp(ramp); });
   }
   drawn->addSeparator();
+  // Of the scan's labels, whichever it has when one looks.
+  QMenu* structures = drawn->addMenu("&Structures");
+  structures->setObjectName("structures");
+  connect(structures, &QMenu::aboutToShow, this, [this, structures] { fill_structures(structures); });
   add(drawn, "touch_what_is_drawn", "&Touch what is drawn", {}, [this] { touch_what_is_drawn(); });
   add(menu, "labels", "Outlines of the scan's &labels", {}, [this](bool are_shown) {
     panes_.panes().set_labels(are_shown);
@@ -105,6 +109,21 @@ void MainWindow::build_panes_menu() {
   });
   menu->addSeparator();
   add(menu, "about_scan", "&About the scan ...", {}, [this] { show_scan_facts(); });
+}
+
+/// Each of the scan's labels as it is, seen through, or hidden, where the scan is drawn directly.
+void MainWindow::fill_structures(QMenu* menu) {
+  menu->clear();
+  const std::vector<std::string>& names = scene_->base->label_names;
+  if (names.size() < 2) menu->addAction("The scan has no labels")->setEnabled(false);
+  for (std::size_t label = 1; label < names.size(); ++label) {
+    QMenu* one = menu->addMenu(QString::fromStdString(names[label]));
+    constexpr std::pair<const char*, double> looks[] = {
+        {"&Shown", 1}, {"&Translucent", 0.15}, {"&Hidden", 0}};
+    for (const auto& [text, opacity] : looks)
+      connect(one->addAction(text), &QAction::triggered, this,
+              [this, label, opacity = opacity] { panes_.panes().set_label_opacity(label, opacity); });
+  }
 }
 
 /// The window of values that the ramp shows: to be looked at, and used, as one that a person says.

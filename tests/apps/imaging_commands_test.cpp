@@ -114,9 +114,10 @@ TEST_F(Command, AnXraysHeaderSaysWhereBeadsAreSeen) {
 
 /// In a session: shots are commands, told with their dose; any of them is made again, and of any moment.
 TEST_F(Command, ShotsOfASessionAreMadeAgain) {
+  json("phantom sphere --size 64 -o s.mha");  // opens sooner than a spine
   write("x.toml",
-        "schema = 1\nscan = \"spine\"\nrate = 250\n"
-        "[[hands]]\ninstrument = \"burr\"\nparameters = \"diameter=6\"\n"
+        "schema = 1\nscan = \"s.mha\"\nrate = 250\n"
+        "[[hands]]\ninstrument = \"burr\"\nparameters = \"diameter=6 kinematic=yes\"\n"
         "points = [[0, 0, 90, 0, 0], [0.2, 0, 75, 0, 0], [0.4, 0, 68, 0, 1], [2.4, 0, 40, 0, 1], [2.6, 0, "
         "90, 0, 0]]\n"
         "[[do]]\nat = 0.1\ncommand = \"shoot\"\nrefused = true\n"
@@ -128,22 +129,26 @@ TEST_F(Command, ShotsOfASessionAreMadeAgain) {
         "[[expect]]\nwhat = \"events x-ray-taken\"\nleast = 2\n");
   const Json played = json("run x.toml --record x.session");
   EXPECT_EQ(played["is_met"], true) << played.dump(1);
-  EXPECT_EQ(json("replay x.session --verify")["is_same"], true);
-  EXPECT_NE(run("timeline x.session").out.find("X-ray"), std::string::npos) << run("timeline x.session").out;
+  EXPECT_EQ(json("replay x.session --case s.mha --verify")["is_same"], true);
+  if (is_whole()) {
+    EXPECT_NE(run("timeline x.session").out.find("X-ray"), std::string::npos);
+  }
   const auto sums = [&](const std::string& options) {
-    json("fluoro x.session --sums s.mha " + options);
-    return floats_of(read(file("s.mha")));
+    json("fluoro x.session --case s.mha --sums sums.mha " + options);
+    return floats_of(read(file("sums.mha")));
   };
-  const std::vector<float> before = sums("--shot 1"), drilled = sums("--shot 2"), undone = sums("");
+  const std::vector<float> before = sums("--shot 1"), drilled = sums("--shot 2");
   ASSERT_EQ(before.size(), 160u * 160u);
-  EXPECT_EQ(before, undone);
+  if (is_whole()) {
+    EXPECT_EQ(before, sums("")) << "undone";
+  }
   double most = 0;
   for (std::size_t i = 0; i < before.size(); ++i) {
     EXPECT_GE(before[i], drilled[i] - 1e-5f);  // matter was taken away
     most = std::max(most, static_cast<double>(before[i]) - static_cast<double>(drilled[i]));
   }
   EXPECT_GT(most, 0.05);
-  EXPECT_NE(run("fluoro x.session --shot 3").err.find("1 to 2"), std::string::npos);
+  EXPECT_NE(run("fluoro x.session --case s.mha --shot 3").err.find("1 to 2"), std::string::npos);
 }
 
 /// The sample: a screw too far to the middle, which shots and section show.
@@ -157,6 +162,9 @@ TEST_F(Command, ACArmGoesAroundTwoScrews) {
   const std::string plane = " --at 0,22,5.8 --normal 0,0.05,-1 --pixel 0.1 ";
   const Json section = json("section t.session" + plane + "-o s.png --svg s.svg");
   ASSERT_EQ(section["objects"].size(), 6u);  // bone, what the plan says must not be cut, two screws
+  EXPECT_NE(read(file("s.svg")).find("<title>bone, "), std::string::npos);
+  EXPECT_GT(section["models_outside_bone_mm2"], 100);
+  if (!is_whole()) return;
   // What of a screw lies beyond the picture is told.
   const Json narrow = json("section spine --screw=-18.8,37.8,6.6:-6.5,-9.5,4.1:6.5 --width 40" + plane);
   EXPECT_GT(narrow["models_beyond_picture_mm2"], 100);
@@ -168,7 +176,6 @@ TEST_F(Command, ACArmGoesAroundTwoScrews) {
   EXPECT_LT(head, 75);
   EXPECT_GT(strip, head + 25);
   EXPECT_NEAR(head + strip, section["models_outside_bone_mm2"].get<double>(), 0.1);
-  EXPECT_NE(read(file("s.svg")).find("<title>bone, "), std::string::npos);
   for (const auto& [arguments, words] : std::initializer_list<std::pair<std::string, std::string>>{
            {"--at 0,0,500", "does not meet the scan"},
            {"--normal 0,0,0", "looks nowhere"},
@@ -188,23 +195,27 @@ TEST_F(Command, ASliceShowsTheScanAsItIs) {
       json("slice spine --plane sagittal --trajectory 'L4 left pedicle' --slab 4 --pixel 0.5 -o a.png");
   EXPECT_EQ(slab["plane"]["slab_mm"], 4);
   EXPECT_GT(fs::file_size(folder_ / "a.png"), 20000u);
+  json("phantom sphere --size 64 -o s.mha");
   write("d.toml",
-        "schema = 1\nscan = \"spine\"\nrate = 250\n[[hands]]\ninstrument = \"burr\"\nparameters = "
-        "\"diameter=6\"\n"
+        "schema = 1\nscan = \"s.mha\"\nrate = 250\n[[hands]]\ninstrument = \"burr\"\nparameters = "
+        "\"diameter=6 kinematic=yes\"\n"
         "points = [[0, 0, 90, 0, 0], [0.2, 0, 75, 0, 0], [0.4, 0, 68, 0, 1], [2.4, 0, 40, 0, 1]]\n");
   json("run d.toml --record d.session");
-  const Json cut =
-      json("slice d.session --plane axial --at 0,70,0 --pixel 0.5 --beside --probe 0,70,0 -o b.png");
+  const Json cut = json(
+      "slice d.session --case s.mha --plane axial --at 0,43,0 --pixel 0.5 --beside --probe 0,43,0 -o b.png");
   EXPECT_GT(cut["probe"]["before"], 100);
   EXPECT_EQ(cut["probe"]["now"], -1000);
-  EXPECT_EQ(json("slice d.session --until 0.3 --at 0,70,0 --probe 0,70,0 --pixel 1")["probe"]["now"],
-            cut["probe"]["before"]);
+  if (is_whole()) {
+    EXPECT_EQ(
+        json("slice d.session --case s.mha --until 0.3 --at 0,43,0 --probe 0,43,0 --pixel 1")["probe"]["now"],
+        cut["probe"]["before"]);
+  }
   for (const auto& [arguments, words] : std::initializer_list<std::pair<std::string, std::string>>{
            {"--level 40", "no window"},
            {"--probe 0,0,900", "not in the scan"},
            {"--slab -1", "out of range"},
            {"--at 0,0,900", "does not meet the scan"}}) {
-    const Ended bad = run("slice spine --pixel 1 " + arguments);
+    const Ended bad = run("slice s.mha --pixel 1 " + arguments);
     EXPECT_EQ(bad.exit_code, 2) << arguments;
     EXPECT_NE(bad.err.find(words), std::string::npos) << arguments << "\n" << bad.err;
     if (!is_whole()) break;
@@ -224,7 +235,9 @@ TEST_F(Command, MeasuresAreToldAndKept) {
   EXPECT_GT(tape["length_mm"].get<double>(), tape["straight_mm"].get<double>() + 5);
   EXPECT_GT(tape["moved_mm"], 1);
   EXPECT_LT(tape["moved_mm"], 25);
-  EXPECT_NE(run("measure head --tape 5000,0,0:0,-125,20").out.find("from the surface"), std::string::npos);
+  if (is_whole()) {
+    EXPECT_NE(run("measure head --tape 5000,0,0:0,-125,20").out.find("from the surface"), std::string::npos);
+  }
   EXPECT_LE(tape["taut_mm"].get<double>(), tape["length_mm"].get<double>());
   EXPECT_NEAR(told["measures"][3]["mean"].get<double>(), 27, 5);  // brain
   const auto plan = data_tools::read_plan(file("m.mrk.json"));
@@ -237,7 +250,9 @@ TEST_F(Command, MeasuresAreToldAndKept) {
         "[[do]]\nat = 0.1\ncommand = \"measure\"\nwith = \"kind=tape at=0,-88,20;74,0,40\"\n"
         "[[expect]]\nwhat = \"measured length\"\nleast = 112\nmost = 125\n");
   EXPECT_EQ(json("run m.toml --record m.session")["is_met"], true);
-  EXPECT_EQ(json("replay m.session --verify")["is_same"], true);
+  if (is_whole()) {
+    EXPECT_EQ(json("replay m.session --verify")["is_same"], true);
+  }
   for (const auto& [arguments, words] :
        std::initializer_list<std::pair<std::string, std::string>>{{"", "nothing is to be measured"},
                                                                   {"--ruler 0,0,0", "not as many places"},
@@ -247,7 +262,9 @@ TEST_F(Command, MeasuresAreToldAndKept) {
     EXPECT_EQ(bad.exit_code, 2) << arguments;
     EXPECT_NE(bad.err.find(words), std::string::npos) << arguments << "\n" << bad.err;
   }
-  EXPECT_EQ(run("measure head --region 0,0,900:5").exit_code, 1);
+  if (is_whole()) {
+    EXPECT_EQ(run("measure head --region 0,0,900:5").exit_code, 1);
+  }
 }
 
 TEST_F(Command, WhatNoXrayCanBeIsSaid) {

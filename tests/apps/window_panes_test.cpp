@@ -196,7 +196,7 @@ TEST_F(WindowPanes, TheLastXrayIsHeldUntilTheNextOne) {
   EXPECT_EQ(panes.panel(xray)->title, "X-ray, held");
   EXPECT_EQ(panes.panel(xray)->columns, 256) << "the last image, no new one";
   const double dose = c_arm(window)->area_product;
-  QTest::qWait(1200);
+  QTest::qWait(600);
   EXPECT_LT(c_arm(window)->area_product, dose * 2) << "the rest of the last second, and no more";
 
   // Live ends where nobody sees it, and what is held is no image of another kind.
