@@ -213,16 +213,12 @@ Result<Outcome> run_fluoro(const FluoroArguments& a) {
        {std::tuple(&a.dicom, ".dcm", "--dicom"), std::tuple(&a.sums, ".mha", "--sums")})
     if (!path->empty() && !data_tools::has_extension(*path, extension))
       return Error{"the file has another extension", option, "", std::string("NAME") + extension, ""};
-  const auto range = [](double v, double low, double high, const char* what) -> Status {
-    if (v >= low && v <= high) return std::nullopt;
-    return Error{"the value is out of range", what, format_text("%g", v), format_text("%g to %g", low, high),
-                 ""};
-  };
   const double energy = a.energy.value_or(60);
   for (const Status& error :
-       {range(energy, fluoroscopy::k_lowest_energy, fluoroscopy::k_highest_energy, "--energy"),
-        range(a.photons, 0, 1e9, "--photons"), range(a.blur, 0, 20, "--blur"), range(a.rays, 1, 4, "--rays"),
-        range(a.edge, 0, 10, "--edge"), range(a.size, 0, 8192, "--size"), range(a.shot, 0, 1e9, "--shot")})
+       {check_range(energy, fluoroscopy::k_lowest_energy, fluoroscopy::k_highest_energy, "--energy"),
+        check_range(a.photons, 0, 1e9, "--photons"), check_range(a.blur, 0, 20, "--blur"),
+        check_range(a.rays, 1, 4, "--rays"), check_range(a.edge, 0, 10, "--edge"),
+        check_range(a.size, 0, 8192, "--size"), check_range(a.shot, 0, 1e9, "--shot")})
     if (error) return *error;
   workbench::MomentChoice choice = a.moment;
   if (Status error = take_things(a.things, choice)) return *error;

@@ -113,14 +113,10 @@ Result<Outcome> run_render(const RenderArguments& a) {
   for (const std::string& model : a.things.models) outputs.reads(model);
   outputs.writes("output", a.output, data_tools::OutputKind::picture);
   if (Status error = outputs.check()) return *error;
-  const auto range = [](double v, double low, double high, const char* what) -> Status {
-    if (v >= low && v <= high) return std::nullopt;
-    return Error{"the value is out of range", what, format_text("%g", v), format_text("%g to %g", low, high),
-                 ""};
-  };
   for (const Status& error :
-       {range(a.size, 16, 4096, "--size"), range(a.radius, 0.1, 100, "--cutout-radius"),
-        range(a.share, 0, 1, "--share"), a.slices == 0 ? Status() : range(a.slices, 50, 20000, "--slices")})
+       {check_range(a.size, 16, 4096, "--size"), check_range(a.radius, 0.1, 100, "--cutout-radius"),
+        check_range(a.share, 0, 1, "--share"),
+        a.slices == 0 ? Status() : check_range(a.slices, 50, 20000, "--slices")})
     if (error) return *error;
   workbench::MomentChoice choice = a.moment;
   if (Status error = take_things(a.things, choice)) return *error;

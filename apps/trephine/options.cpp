@@ -260,6 +260,12 @@ void add_moment(Options& options, workbench::MomentChoice& moment) {
   add_reading(options, moment.source);
 }
 
+volume::Status check_range(double value, double low, double high, const char* option) {
+  if (value >= low && value <= high) return std::nullopt;
+  return volume::Error{"the value is out of range", option, format_text("%g", value),
+                       format_text("%g to %g", low, high), ""};
+}
+
 void add_things(Options& options, ThingArguments& things) {
   options.add("--model", things.models, "A closed model in it").type("FILE");
   options.add("--mesh-scale", things.scale, "Of the models: 1000 for metres").shows_default().type("MM");

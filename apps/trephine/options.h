@@ -83,6 +83,9 @@ void add_shape(Options& options, workbench::ShapeChoice& shape);
 void add_record(Options& options, workbench::RecordChoice& record);
 /// A scan, or a session and when.
 void add_moment(Options& options, workbench::MomentChoice& moment);
+/// Error: the option's value is no number from low to high.
+volume::Status check_range(double value, double low, double high, const char* option);
+
 /// Models and screws beside it, as they were written.
 struct ThingArguments {
   std::vector<std::string> models, screws;
