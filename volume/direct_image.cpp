@@ -95,7 +95,6 @@ bool DirectImage::is_seen(int low, int high) const noexcept {
 }
 
 void DirectImage::set_ramp(const Ramp& ramp, int threads) {
-  ramp_ = ramp;
   step_of_opacities_ = 0;
   table_.resize(k_values), seen_up_to_.assign(k_values + 1, 0);
   for (int i = 0; i < k_values; ++i) {
@@ -185,8 +184,9 @@ void DirectImage::measure_leaps() {
   if (seen_up_to_.empty()) return;
   for (std::size_t i = 0; i < leaps_.size(); ++i) {
     // Air that was cut in may be part of any mixture.
-    const int low = is_cut_[i] ? std::min(low_[i], air_) : low_[i];
-    leaps_[i] = is_seen(low, high_[i]) ? 0 : 255;
+    const int low = is_cut_[i] ? std::min(low_[i], air_) : low_[i],
+              high = is_cut_[i] ? std::max(high_[i], air_) : high_[i];
+    leaps_[i] = is_seen(low, high) ? 0 : 255;
   }
   const auto at = [&](int x, int y, int z) -> std::uint8_t& {
     return leaps_[static_cast<std::size_t>(x) +
@@ -273,10 +273,8 @@ struct DirectImage::Cast {
     return 0.22F + 0.5F * front + 0.28F * facing + 0.18F * shine;
   }
 
-  bool is_open(const dvec3& world) const noexcept {
-    const Openings& open = wish.openings;
-    if (open.plane && glm::dot(world - open.plane->at, open.plane->normal) > 0) return true;
-    for (const Openings::Tube& tube : open.tubes) {
+  bool is_in_tube(const dvec3& world) const noexcept {
+    for (const Openings::Tube& tube : wish.openings.tubes) {
       const dvec3 along = tube.to - tube.from, off = world - tube.from;
       const double size = glm::dot(along, along);
       const double share = size > 0 ? std::clamp(glm::dot(off, along) / size, 0.0, 1.0) : 0.0;
@@ -370,7 +368,7 @@ DirectPixel DirectImage::Cast::cast(int i, int j, double wall, Counters& count) 
           if (image.labels_[label].colour) colour = vec3(*image.labels_[label].colour);
         }
       }
-      if (weakens > 0 && !wish.openings.tubes.empty() && is_open(ray.from + k * step * ray.along))
+      if (weakens > 0 && !wish.openings.tubes.empty() && is_in_tube(ray.from + k * step * ray.along))
         weakens = 0;
       if (weakens > 0) {
         const float opacity = weakens == look[3] ? image.opacities_[entry] : opacity_of(weakens, step);

@@ -94,7 +94,6 @@ class DirectImage {
 
   /// A pass over blocks of voxels, and over the voxels of those in which anything is seen.
   void set_ramp(const Ramp& ramp, int threads = 0);
-  const Ramp& ramp() const noexcept { return ramp_; }
   /// By label; those beyond the end as they are. What is as dense as a label just outside of it, by blur,
   /// looks as it does: to `k_blur` voxels. A pass over the labels.
   void set_labels(std::vector<LabelLook> looks, int threads = 0);
@@ -127,7 +126,6 @@ class DirectImage {
   std::vector<std::uint8_t> is_cut_;      ///< by block: something was cut away there
   std::vector<std::uint64_t> cells_;      ///< by block: a bit each 2 x 2 x 2 voxels in which anything is seen
   std::vector<std::uint8_t> leaps_;       ///< by block: so many blocks to the nearest one that may be seen
-  Ramp ramp_;
   std::vector<std::uint32_t> seen_up_to_;    ///< by value: how many lower ones are seen
   std::vector<std::array<float, 4>> table_;  ///< by value: colour, and ln of what a millimetre lets through
   std::vector<float> opacities_;             ///< by value, of a step:

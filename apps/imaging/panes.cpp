@@ -68,7 +68,7 @@ void Panes::forget(std::size_t index) {
 
 void Panes::forget() {
   for (std::size_t i = 0; i < panes_.size(); ++i) forget(i), panes_[i].pixel = 0;
-  is_placed_ = has_window_ = has_arm_ = is_live_ = false;
+  has_window_ = has_arm_ = is_live_ = false;
   xray_note_.clear(), looks_.clear();
   subject_ = {};
   arm_ = {};
@@ -86,11 +86,15 @@ void Panes::make_stale(bool with_xrays) {
     if (pane.kind != PaneKind::xray || with_xrays) pane.is_stale = true;
 }
 
+void Panes::make_slices_stale(bool with_sections) {
+  for (Pane& pane : panes_)
+    pane.is_stale |= pane.kind <= PaneKind::tool || (with_sections && pane.kind == PaneKind::section);
+}
+
 void Panes::look_at(const dvec3& world) {
   if (world == at_) return;
   at_ = world;
-  for (Pane& pane : panes_)
-    if (pane.kind != PaneKind::xray && pane.kind != PaneKind::drawn) pane.is_stale = true;
+  make_slices_stale(true);
 }
 
 void Panes::show_tool(const dvec3& tip, const dvec3& shaft) {
@@ -103,7 +107,7 @@ void Panes::show_tool(const dvec3& tip, const dvec3& shaft) {
 void Panes::turn_section(const dvec3& normal) {
   if (!(glm::length(normal) > 1e-9) || glm::normalize(normal) == section_normal_) return;
   section_normal_ = glm::normalize(normal);
-  make_stale(false);
+  make_slices_stale(true);
 }
 
 std::optional<int> Panes::probe() const {
@@ -170,22 +174,22 @@ void Panes::reset(std::size_t index) {
 void Panes::set_window(const ct_viewer::GreyWindow& window) {
   has_window_ = true;
   window_ = {window.level, std::max(1.0, window.width)};
-  make_stale(false);
+  make_slices_stale();
 }
 
 void Panes::set_blend(ct_viewer::Blend blend) {
   blend_ = blend;
-  make_stale(false);
+  make_slices_stale();
 }
 
 void Panes::set_labels(bool are_shown) {
   has_labels_ = are_shown;
-  make_stale(false);
+  make_slices_stale();
 }
 
 void Panes::set_slab(double thickness) {
   slab_ = std::clamp(thickness, 0.0, 100.0);
-  make_stale(false);
+  make_slices_stale();
 }
 
 void Panes::set_eye(const volume::Eye& eye, const std::optional<volume::Openings::Plane>& clip) {
@@ -385,6 +389,11 @@ void Panes::wish_drawn(std::size_t index) {
   wish.openings.plane = clip_;
   wish.eye.columns = std::max(1, static_cast<int>(std::lround(pane.columns * (pane.is_coarse ? share : 1))));
   wish.eye.rows = std::max(1, static_cast<int>(std::lround(pane.rows * (pane.is_coarse ? share : 1))));
+  if (const volume::Status error = volume::check(wish.eye)) {
+    pane.is_stale = pane.is_coarse = false;
+    pane.trouble = error->message(), ++pane.changes;
+    return;
+  }
   // One that takes long is given up for what is wanted sooner.
   pane.is_given_up = std::make_shared<std::atomic<bool>>(false);
   if (!pane.is_coarse) wish.is_given_up = pane.is_given_up.get();

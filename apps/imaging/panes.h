@@ -127,11 +127,12 @@ class Panes {
   void wish(std::size_t index);
   void wish_drawn(std::size_t index);
   void make_stale(bool with_xrays);
+  /// Slices, and sections where they are meant too.
+  void make_slices_stale(bool with_sections = false);
 
   Subject subject_;
   std::vector<Pane> panes_;
   glm::dvec3 at_{0.0}, tip_{0.0}, shaft_{0, 0, 1}, section_normal_{0, -1, 0};
-  bool is_placed_ = false;
   ct_viewer::GreyWindow window_;
   ct_viewer::Blend blend_ = ct_viewer::Blend::now;
   bool has_labels_ = false, is_live_ = false, has_window_ = false, has_arm_ = false;

@@ -75,7 +75,7 @@ void Renderer::take(const std::shared_ptr<const volume::Volume>& scan, int threa
   if (scan_ != scan) {
     scan_ = scan;
     image_ = std::make_unique<volume::DirectImage>(scan_, threads);
-    image_->set_labels(labels_);
+    image_->set_labels(labels_, threads);
     if (!name_.empty()) ramp_ = ramp_of(name_, *scan);
     is_ramp_new_ = true;
   }

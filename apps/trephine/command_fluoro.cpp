@@ -203,8 +203,8 @@ Status write_dicom(const std::string& path, const std::vector<float>& received, 
 
 Result<Outcome> run_fluoro(const FluoroArguments& a) {
   data_tools::OutputSet outputs;
-  for (const std::string& input : {a.moment.source.path, a.moment.case_source, a.pose}) outputs.reads(input);
-  for (const std::string& model : a.things.models) outputs.reads(model);
+  reads(outputs, a.moment, a.things);
+  outputs.reads(a.pose);
   outputs.writes("output", a.output, data_tools::OutputKind::picture);
   outputs.writes("dicom", a.dicom);
   outputs.writes("sums", a.sums);
@@ -220,9 +220,7 @@ Result<Outcome> run_fluoro(const FluoroArguments& a) {
         check_range(a.rays, 1, 4, "--rays"), check_range(a.edge, 0, 10, "--edge"),
         check_range(a.size, 0, 8192, "--size"), check_range(a.shot, 0, 1e9, "--shot")})
     if (error) return *error;
-  workbench::MomentChoice choice = a.moment;
-  if (Status error = take_things(a.things, choice)) return *error;
-  const auto opened = workbench::open_moment(choice, person());
+  const auto opened = open_with(a.moment, a.things);
   if (!opened) return opened.error();
   std::optional<fluoroscopy::XrayTaken> taken;
   if (a.shot > 0) {

@@ -134,7 +134,7 @@ std::string markups_text(const std::vector<Measured>& all) {
 
 Result<Outcome> run_measure(const MeasureArguments& a) {
   data_tools::OutputSet outputs;
-  for (const std::string& input : {a.moment.source.path, a.moment.case_source}) outputs.reads(input);
+  reads(outputs, a.moment);
   outputs.writes("markups", a.markups);
   if (Status error = outputs.check()) return *error;
   if (!a.markups.empty() && !data_tools::has_extension(a.markups, ".json"))

@@ -109,8 +109,7 @@ Status open_up(const RenderArguments& a, const workbench::Moment& moment, volume
 
 Result<Outcome> run_render(const RenderArguments& a) {
   data_tools::OutputSet outputs;
-  for (const std::string& input : {a.moment.source.path, a.moment.case_source}) outputs.reads(input);
-  for (const std::string& model : a.things.models) outputs.reads(model);
+  reads(outputs, a.moment, a.things);
   outputs.writes("output", a.output, data_tools::OutputKind::picture);
   if (Status error = outputs.check()) return *error;
   for (const Status& error :
@@ -118,9 +117,7 @@ Result<Outcome> run_render(const RenderArguments& a) {
         check_range(a.share, 0, 1, "--share"),
         a.slices == 0 ? Status() : check_range(a.slices, 50, 20000, "--slices")})
     if (error) return *error;
-  workbench::MomentChoice choice = a.moment;
-  if (Status error = take_things(a.things, choice)) return *error;
-  const auto opened = workbench::open_moment(choice, person());
+  const auto opened = open_with(a.moment, a.things);
   if (!opened) return opened.error();
   const workbench::Moment& moment = *opened.value();
   const volume::Volume& scan = *moment.scan;

@@ -56,15 +56,12 @@ std::string svg_of(const ImagePlane& plane, const std::vector<SectionObject>& ob
 
 Result<Outcome> run_section(const SectionArguments& a) {
   data_tools::OutputSet outputs;
-  for (const std::string& input : {a.moment.source.path, a.moment.case_source}) outputs.reads(input);
-  for (const std::string& model : a.things.models) outputs.reads(model);
+  reads(outputs, a.moment, a.things);
   outputs.writes("output", a.output, data_tools::OutputKind::picture);
   outputs.writes("svg", a.svg);
   if (Status error = outputs.check()) return *error;
   if (Status error = check(a.plane)) return *error;
-  workbench::MomentChoice choice = a.moment;
-  if (Status error = take_things(a.things, choice)) return *error;
-  const auto opened = workbench::open_moment(choice, person());
+  const auto opened = open_with(a.moment, a.things);
   if (!opened) return opened.error();
   const workbench::Moment& moment = *opened.value();
   if (!moment.shape)

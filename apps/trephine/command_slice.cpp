@@ -48,16 +48,13 @@ Result<GreyWindow> window_of(const SliceArguments& a, const volume::Volume& scan
 
 Result<Outcome> run_slice(const SliceArguments& a) {
   data_tools::OutputSet outputs;
-  for (const std::string& input : {a.moment.source.path, a.moment.case_source}) outputs.reads(input);
-  for (const std::string& model : a.things.models) outputs.reads(model);
+  reads(outputs, a.moment, a.things);
   outputs.writes("output", a.output, data_tools::OutputKind::picture);
   if (Status error = outputs.check()) return *error;
   if (Status error = check(a.plane)) return *error;
   if (!(a.thickness >= 0 && a.thickness <= 500))
     return Error{"the value is out of range", "--slab", format_text("%g mm", a.thickness), "0 to 500 mm", ""};
-  workbench::MomentChoice choice = a.moment;
-  if (Status error = take_things(a.things, choice)) return *error;
-  const auto opened = workbench::open_moment(choice, person());
+  const auto opened = open_with(a.moment, a.things);
   if (!opened) return opened.error();
   const workbench::Moment& moment = *opened.value();
   const volume::Volume& scan = *moment.scan;

@@ -275,7 +275,14 @@ void add_things(Options& options, ThingArguments& things) {
       .type("X,Y,Z:X,Y,Z:D");
 }
 
-volume::Status take_things(const ThingArguments& things, workbench::MomentChoice& moment) {
+void reads(data_tools::OutputSet& outputs, const workbench::MomentChoice& moment,
+           const ThingArguments& things) {
+  for (const std::string& input : {moment.source.path, moment.case_source}) outputs.reads(input);
+  for (const std::string& model : things.models) outputs.reads(model);
+}
+
+volume::Result<std::unique_ptr<workbench::Moment>> open_with(workbench::MomentChoice moment,
+                                                             const ThingArguments& things) {
   for (const std::string& file : things.models)
     moment.models.push_back({file, things.scale, things.frame, glm::dvec3(0.0)});
   for (const std::string& text : things.screws) {
@@ -283,7 +290,7 @@ volume::Status take_things(const ThingArguments& things, workbench::MomentChoice
     if (!screw) return screw.error();
     moment.models.push_back({"", 1, "", glm::dvec3(0.0), screw.value()});
   }
-  return std::nullopt;
+  return workbench::open_moment(moment, person());
 }
 
 void add_side(Options& options, std::string& side) {

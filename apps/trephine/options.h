@@ -93,7 +93,12 @@ struct ThingArguments {
   std::string frame;  ///< "LPS" or "RAS"; empty: as the files say
 };
 void add_things(Options& options, ThingArguments& things);
-volume::Status take_things(const ThingArguments& things, workbench::MomentChoice& moment);
+/// What both are read from.
+void reads(data_tools::OutputSet& outputs, const workbench::MomentChoice& moment,
+           const ThingArguments& things = {});
+/// The moment with the things in it.
+volume::Result<std::unique_ptr<workbench::Moment>> open_with(workbench::MomentChoice moment,
+                                                             const ThingArguments& things);
 void add_session(Options& options, std::string& session, workbench::SourceChoice& case_source);
 /// A side to look from; side_of() is what a view calls it.
 void add_side(Options& options, std::string& side);

@@ -192,7 +192,8 @@ void ImagePane::paintEvent(QPaintEvent*) {
       for (const QPointF& way : {QPointF(1, 0), QPointF(-1, 0), QPointF(0, 1), QPointF(0, -1)})
         painter.drawLine(p + k_gap * way, p + 4000 * way);
     }
-  if (has_tool_ && panel != nullptr) {
+  // On a held X-ray it is not: that is of another time, and of where the C-arm stood then.
+  if (has_tool_ && panel != nullptr && (kind != PaneKind::xray || panes_->is_live())) {
     const auto tip = panes_->pixel(index_, tool_[0]), end = panes_->pixel(index_, tool_[1]);
     if (tip && end) {
       painter.setPen(QPen(QColor(255, 170, 60), 2));
