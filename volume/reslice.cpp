@@ -16,9 +16,11 @@ using glm::ivec3;
 
 namespace {
 
-constexpr double k_steps = 1 << 20;           // a voxel
-constexpr int k_tile = 64, k_tile_rows = 16;  // pixels that a thread does at once
-constexpr int k_most = 2046;                  // voxels along an edge for places in 2^-20
+constexpr double k_steps = 1 << 20;                      // a voxel
+constexpr int k_tile = 64, k_tile_rows = 16;             // pixels that a thread does at once
+constexpr int k_most = 2046;                             // voxels along an edge for places in 2^-20
+constexpr double k_farthest = 1 << 20;                   // voxels, for places in 2^-40
+constexpr double k_margin = 2 / k_steps * (k_tile + 2);  // voxels, of a place a tile from where it is known
 
 float between(float a, float b, float share) noexcept { return a + share * (b - a); }
 
@@ -29,15 +31,17 @@ void row_any(const ResliceRow& row, int count, float* values) {
   for (int i = 0; i < count; ++i) {
     float share[3];
     for (int a = 0; a < 3; ++a) share[a] = static_cast<float>(at[a] & ((1u << 20) - 1)) * 0x1p-20f;
-    const std::int16_t* v = row.voxels + (at[0] >> 20) +
-                            static_cast<std::ptrdiff_t>(at[1] >> 20) * row.stride_y +
-                            static_cast<std::ptrdiff_t>(at[2] >> 20) * row.stride_z;
-    const auto along_x = [&](const std::int16_t* from) {
-      return between(static_cast<float>(from[0]), static_cast<float>(from[1]), share[0]);
+    const std::ptrdiff_t first = static_cast<std::ptrdiff_t>(at[1] >> 20) * row.stride_y +
+                                 static_cast<std::ptrdiff_t>(at[2] >> 20) * row.stride_z;
+    const auto along_x = [&](std::ptrdiff_t from) {
+      if (row.sheet != nullptr) return row.sheet[from];
+      const std::int16_t* v = row.voxels + (at[0] >> 20) + from;
+      return between(static_cast<float>(v[0]), static_cast<float>(v[1]), share[0]);
     };
-    const float near = between(along_x(v), along_x(v + row.stride_y), share[1]);
-    const float far = between(along_x(v + row.stride_z), along_x(v + row.stride_z + row.stride_y), share[1]);
-    values[i] = between(near, far, share[2]);
+    const auto along_y = [&](std::ptrdiff_t from) {
+      return between(along_x(from), along_x(from + row.stride_y), share[1]);
+    };
+    values[i] = between(along_y(first), along_y(first + row.stride_z), share[2]);
     for (int a = 0; a < 3; ++a) at[a] += static_cast<std::uint32_t>(row.step[a]);
   }
 }
@@ -72,98 +76,154 @@ std::int16_t rounded(float value) noexcept {
   return static_cast<std::int16_t>(std::clamp(std::floor(value + 0.5f), -32768.0f, 32767.0f));
 }
 
-/// Voxels as rows are sampled of them: those of the volume, or a copy of a few, from `low` on.
+/// Voxels as rows are sampled of them: those of the volume, a copy of a few, or a sheet, from `low` on.
 struct Window {
   const std::int16_t* voxels;
+  const float* sheet;
   std::int32_t stride_y, stride_z;
   ivec3 low{0};
 };
 
-/// The pixels begin .. end - 1 of a row from p on lie with all eight voxels in the grid: a stretch without
-/// gaps of a multiple of eight. The last voxel is not read as the first of a pair.
-struct Stretch {
+/// A row of the image, or of a layer of a slab: where it lies, and its pixels begin .. end - 1 with all eight
+/// voxels in the grid. The last voxel is not read as the first of a pair.
+struct Line {
+  dvec3 first;  ///< pixel 0, voxels
   int begin = 0, end = 0;
-  ResliceRow row;
+  std::int64_t at[3], step[3];  ///< of pixel 0 and from one to the next, in 2^-40 of a voxel
 };
-Stretch stretch_of(const Volume& v, const Window& window, const dvec3& p, const dvec3& step, int count) {
-  Stretch stretch;
+Line line_of(const Volume& v, const dvec3& p, const dvec3& step, int count) {
+  Line line;
+  line.first = p;
   double first = 0, last = count - 1;
-  const double margin = 2 / k_steps * (count + 2);
   bool is_any = v.size.x > 2 && v.size.y > 2 && v.size.z > 2 && v.size.x <= k_most && v.size.y <= k_most &&
                 v.size.z <= k_most && v.voxels.size() < std::size_t{1} << 31;
   for (int a = 0; a < 3 && is_any; ++a) {
-    const double high = v.size[a] - 1.0 - margin;
+    const double high = v.size[a] - 1.0 - k_margin;
+    is_any = std::abs(p[a]) < k_farthest && std::abs(step[a]) * count < k_farthest;
     if (std::abs(step[a]) < 1e-12) {
-      is_any = p[a] >= margin && p[a] < high;
+      is_any = is_any && p[a] >= k_margin && p[a] < high;
       continue;
     }
-    const double s = (margin - p[a]) / step[a], t = (high - p[a]) / step[a];
+    const double s = (k_margin - p[a]) / step[a], t = (high - p[a]) / step[a];
     first = std::max(first, std::min(s, t)), last = std::min(last, std::max(s, t));
   }
-  if (!is_any || !(first <= last)) return stretch;
-  stretch.begin = static_cast<int>(std::ceil(first));
-  stretch.end = stretch.begin + (std::max(0, static_cast<int>(std::floor(last)) - stretch.begin + 1) & ~7);
-  stretch.row = {window.voxels, window.stride_y, window.stride_z, {}, {}};
-  for (int a = 0; a < 3; ++a) {
-    stretch.row.at[a] =
-        static_cast<std::int32_t>(std::lround((p[a] - window.low[a] + stretch.begin * step[a]) * k_steps));
-    stretch.row.step[a] = static_cast<std::int32_t>(std::lround(step[a] * k_steps));
-  }
-  return stretch;
+  if (!is_any || !(first <= last)) return line;
+  line.begin = static_cast<int>(std::ceil(first)), line.end = static_cast<int>(std::floor(last)) + 1;
+  for (int a = 0; a < 3; ++a)
+    line.at[a] = std::llround(p[a] * k_steps * k_steps),
+    line.step[a] = std::llround(step[a] * k_steps * k_steps);
+  return line;
 }
 
-/// A row of pixels from p on, in one plane: values, and NaN outside.
-void sample_row(const Volume& v, const Window& window, const dvec3& p, const dvec3& step, int count,
-                ResliceCode code, float* values) {
-  const Stretch stretch = stretch_of(v, window, p, step, count);
-  for (int i = 0; i < count; ++i) {
-    if (i == stretch.begin && stretch.begin < stretch.end) {
-      if (code == ResliceCode::wide)
-        reslice_row_wide(stretch.row, stretch.end - i, values + i);
-      else
-        row_any(stretch.row, stretch.end - i, values + i);
-      i = stretch.end - 1;
-      continue;
+/// The pixels column .. column + count - 1 of a line: inside(begin, end, row) for those within the grid, a
+/// multiple of eight, and border(i, place) for each of the others.
+template <class Inside, class Border>
+void for_pixels(const Line& line, const dvec3& step, const Window& window, int column, int count,
+                const Inside& inside, const Border& border) {
+  const int begin = std::clamp(line.begin - column, 0, count),
+            end = begin + (std::max(0, std::min(line.end - column, count) - begin) & ~7);
+  if (begin < end) {
+    ResliceRow row{window.voxels, window.sheet, window.stride_y, window.stride_z, {}, {}};
+    for (int a = 0; a < 3; ++a) {
+      row.at[a] = static_cast<std::int32_t>((line.at[a] + (column + begin) * line.step[a]) >> 20) -
+                  (window.low[a] << 20);
+      row.step[a] = static_cast<std::int32_t>((line.step[a] + (1 << 19)) >> 20);
     }
-    if (!at_border(v, p + static_cast<double>(i) * step, values[i])) values[i] = std::nanf("");
+    inside(begin, end, row);
   }
+  for (int i = 0; i < count; ++i)
+    if (i == begin && begin < end)
+      i = end - 1;
+    else
+      border(i, line.first + static_cast<double>(column + i) * step);
+}
+
+/// Values, and NaN outside.
+void sample(const Volume& v, const Line& line, const dvec3& step, const Window& window, int column, int count,
+            ResliceCode code, float* values) {
+  for_pixels(
+      line, step, window, column, count,
+      [&](int begin, int end, const ResliceRow& row) {
+        if (code == ResliceCode::wide)
+          reslice_row_wide(row, end - begin, values + begin);
+        else
+          row_any(row, end - begin, values + begin);
+      },
+      [&](int i, const dvec3& p) {
+        if (!at_border(v, p, values[i])) values[i] = std::nanf("");
+      });
 }
 
 /// The same as pixels.
-void show_row(const Volume& v, const Window& window, const dvec3& p, const dvec3& step, int count,
-              ResliceCode code, std::int16_t outside, std::int16_t* pixels) {
-  const Stretch stretch = stretch_of(v, window, p, step, count);
-  for (int i = 0; i < count; ++i) {
-    if (i == stretch.begin && stretch.begin < stretch.end) {
-      const int inside = stretch.end - i;
-      if (code == ResliceCode::wide) {
-        reslice_row_wide(stretch.row, inside, pixels + i);
-      } else {
+void show(const Volume& v, const Line& line, const dvec3& step, const Window& window, int column, int count,
+          ResliceCode code, std::int16_t outside, std::int16_t* pixels) {
+  for_pixels(
+      line, step, window, column, count,
+      [&](int begin, int end, const ResliceRow& row) {
+        if (code == ResliceCode::wide) {
+          reslice_row_wide(row, end - begin, pixels + begin);
+          return;
+        }
         std::array<float, k_tile> values;
-        row_any(stretch.row, inside, values.data());
-        for (int k = 0; k < inside; ++k) pixels[i + k] = rounded(values[static_cast<std::size_t>(k)]);
-      }
-      i = stretch.end - 1;
-      continue;
-    }
-    float value = 0;
-    pixels[i] = at_border(v, p + static_cast<double>(i) * step, value) ? rounded(value) : outside;
+        row_any(row, end - begin, values.data());
+        for (int i = begin; i < end; ++i) pixels[i] = rounded(values[static_cast<std::size_t>(i - begin)]);
+      },
+      [&](int i, const dvec3& p) {
+        float value = 0;
+        pixels[i] = at_border(v, p, value) ? rounded(value) : outside;
+      });
+}
+
+/// The voxels around a parallelogram of pixels, with one more to each side. False: far from everything.
+bool box_of(const Volume& v, const dvec3& corner, const dvec3& to_right, const dvec3& to_below, ivec3& low,
+            ivec3& high) {
+  const dvec3 a = corner + to_right, b = corner + to_below, c = a + to_below;
+  for (int axis = 0; axis < 3; ++axis) {
+    const double least = std::min({corner[axis], a[axis], b[axis], c[axis]}),
+                 most = std::max({corner[axis], a[axis], b[axis], c[axis]});
+    if (!(least > -k_farthest && most < k_farthest)) return false;
+    low[axis] = std::clamp(static_cast<int>(std::floor(least)) - 1, 0, v.size[axis] - 1);
+    high[axis] = std::clamp(static_cast<int>(std::floor(most)) + 2, 0, v.size[axis] - 1);
   }
+  return true;
+}
+
+/// What a plane that does not move along x reads, already between its neighbours along x: the lines of
+/// memory, each with but two voxels of it, are visited once and in order. Empty: another plane, or one with
+/// fewer pixels than voxels to visit.
+std::vector<float> sheet_of(const Volume& v, const ImagePlane& plane, const dvec3& step, const dvec3& down,
+                            int threads, Window& window) {
+  std::vector<float> sheet;
+  const dvec3 corner = v.frame.volume_from_world(plane.world(0, 0));
+  ivec3 low, high;
+  if (std::abs(step.x) >= 1e-12 || std::abs(down.x) >= 1e-12 ||
+      !(corner.x >= k_margin && corner.x < v.size.x - 1 - k_margin) ||
+      !box_of(v, corner, (plane.columns - 1.0) * step, (plane.rows - 1.0) * down, low, high))
+    return sheet;
+  const ivec3 size = high - low + 1;
+  if (static_cast<std::int64_t>(size.y) * size.z > static_cast<std::int64_t>(plane.columns) * plane.rows)
+    return sheet;
+  sheet.resize(static_cast<std::size_t>(size.y) * static_cast<std::size_t>(size.z));
+  const auto x = static_cast<std::uint32_t>(std::llround(corner.x * k_steps));
+  const float share = static_cast<float>(x & ((1u << 20) - 1)) * 0x1p-20f;
+  parallel_for(size.z, threads, [&](int z) {
+    float* to = sheet.data() + static_cast<std::ptrdiff_t>(z) * size.y;
+    const std::int16_t* from = v.voxels.data() + v.index(static_cast<int>(x >> 20), low.y, low.z + z);
+    for (int y = 0; y < size.y; ++y, from += v.size.x) {
+      __builtin_prefetch(from + 16 * static_cast<std::ptrdiff_t>(v.size.x));
+      to[y] = between(static_cast<float>(from[0]), static_cast<float>(from[1]), share);
+    }
+  });
+  window = {nullptr, sheet.data(), 1, size.y, {0, low.y, low.z}};
+  return sheet;
 }
 
 /// The few voxels that a tile of a plane along an axis reads, side by side: their own places, a power of two
 /// apart, would all fall on the same lines of a cache. False: they are not few.
 bool copy_window(const Volume& v, const dvec3& corner, const dvec3& right, const dvec3& down, int columns,
                  int rows, std::array<std::int16_t, 4096>& copy, Window& window) {
-  const dvec3 a = corner + (columns - 1.0) * right, b = corner + (rows - 1.0) * down, c = a + b - corner;
   ivec3 low, high;
-  for (int axis = 0; axis < 3; ++axis) {
-    const double least = std::min({corner[axis], a[axis], b[axis], c[axis]}),
-                 most = std::max({corner[axis], a[axis], b[axis], c[axis]});
-    if (!(least > -1e6 && most < 1e6)) return false;
-    low[axis] = std::clamp(static_cast<int>(std::floor(least)) - 1, 0, v.size[axis] - 1);
-    high[axis] = std::clamp(static_cast<int>(std::floor(most)) + 2, 0, v.size[axis] - 1);
-  }
+  if (!box_of(v, corner, (columns - 1.0) * right, (rows - 1.0) * down, low, high)) return false;
   ivec3 size = high - low + 1;
   const bool is_thin = size.x <= 4 && v.size.x >= 4;
   if (is_thin) size.x = 4, low.x = std::min(low.x, v.size.x - 4);
@@ -178,46 +238,126 @@ bool copy_window(const Volume& v, const dvec3& corner, const dvec3& right, const
       else
         std::copy_n(from, size.x, to);
   }
-  window = {copy.data(), size.x, size.x * size.y, low};
+  window = {copy.data(), nullptr, size.x, size.x * size.y, low};
   return true;
 }
 
-/// Asks for what a tile will read, where its rows do not lie along the voxels': a place a voxel.
+/// Asks for what a tile will read, where its rows do not lie along the voxels': a place a voxel, or a line of
+/// memory along x.
 void fetch_tile(const Volume& v, const dvec3& corner, const dvec3& right, const dvec3& down, int columns,
                 int rows) {
-  const auto steps = [](const dvec3& step) {
-    return std::max(
-        1, static_cast<int>(1 / std::max({std::abs(step.x) / 16, std::abs(step.y), std::abs(step.z), 1e-3})));
+  const auto places = [](const dvec3& step, int pixels) {
+    const double voxels = pixels * std::max({std::abs(step.x) / 32, std::abs(step.y), std::abs(step.z)});
+    return std::clamp(static_cast<int>(std::ceil(voxels)), 1, pixels);
   };
-  const int by_column = steps(right), by_row = steps(down);
-  const std::int64_t stride_y = v.size.x, stride_z = stride_y * v.size.y;
-  std::int64_t to_right[3], to_down[3], at[3], last[3];
-  for (int a = 0; a < 3; ++a) {
-    to_right[a] = std::lround(by_column * right[a] * k_steps),
-    to_down[a] = std::lround(by_row * down[a] * k_steps);
-    at[a] = std::lround(corner[a] * k_steps), last[a] = (v.size[a] - 1) * (std::int64_t{1} << 20);
-  }
-  for (int j = 0; j < rows; j += by_row) {
-    std::int64_t x = at[0], y = at[1], z = at[2];
-    for (int i = 0; i < columns; i += by_column) {
-      if (x >= 0 && y >= 0 && z >= 0 && x <= last[0] && y <= last[1] && z <= last[2])
-        __builtin_prefetch(v.voxels.data() + (x >> 20) + (y >> 20) * stride_y + (z >> 20) * stride_z);
-      x += to_right[0], y += to_right[1], z += to_right[2];
+  const int to_right = places(right, columns), to_below = places(down, rows);
+  const dvec3 step = right * (static_cast<double>(columns) / to_right);
+  const std::ptrdiff_t stride_y = v.size.x, stride_z = stride_y * v.size.y;
+  std::int64_t by[3];
+  for (int a = 0; a < 3; ++a) by[a] = std::llround(step[a] * k_steps);
+  for (int j = 0; j < to_below; ++j) {
+    const dvec3 p = corner + down * (j * static_cast<double>(rows) / to_below),
+                q = p + step * static_cast<double>(to_right);
+    bool is_in = true;
+    for (int a = 0; a < 3; ++a)
+      is_in = is_in && std::min(p[a], q[a]) >= 1 && std::max(p[a], q[a]) < v.size[a] - 1;
+    if (!is_in) continue;
+    std::int64_t at[3];
+    for (int a = 0; a < 3; ++a) at[a] = static_cast<std::int64_t>(p[a] * k_steps);
+    for (int i = 0; i < to_right; ++i) {
+      __builtin_prefetch(v.voxels.data() + (at[0] >> 20) + (at[1] >> 20) * stride_y +
+                         (at[2] >> 20) * stride_z);
+      for (int a = 0; a < 3; ++a) at[a] += by[a];
     }
-    for (int a = 0; a < 3; ++a) at[a] += to_down[a];
   }
 }
 
 /// Bands of the image, each by one thread, tile by tile: neighbours read the same voxels.
-/// use(column, row, columns, rows) for each; next(...) of the one that comes after it in the band, before.
-template <class Next, class Use>
-void for_tiles(const ImagePlane& plane, int threads, const Next& next, const Use& use) {
+/// use(column, row, columns, rows) for each.
+template <class Use>
+void for_tiles(const ImagePlane& plane, int threads, const Use& use) {
   parallel_for((plane.rows + k_tile_rows - 1) / k_tile_rows, threads, [&](int band) {
     const int row = band * k_tile_rows, rows = std::min(k_tile_rows, plane.rows - row);
-    for (int column = 0; column < plane.columns; column += k_tile) {
-      if (const int after = column + k_tile; after < plane.columns)
-        next(after, row, std::min(k_tile, plane.columns - after), rows);
+    for (int column = 0; column < plane.columns; column += k_tile)
       use(column, row, std::min(k_tile, plane.columns - column), rows);
+  });
+}
+
+/// A plane through the voxels of a volume.
+struct Plan {
+  Plan(const Volume& v, const ImagePlane& p)
+      : volume(v),
+        plane(p),
+        step(v.frame.vector_volume_from_world(p.pixel * p.right)),
+        down(v.frame.vector_volume_from_world(-p.pixel * p.up)) {}
+  dvec3 at(int column, int row) const { return volume.frame.volume_from_world(plane.world(column, row)); }
+  std::size_t pixel(int column, int row) const {
+    return static_cast<std::size_t>(column) +
+           static_cast<std::size_t>(plane.columns) * static_cast<std::size_t>(row);
+  }
+  Window all() const { return {volume.voxels.data(), nullptr, volume.size.x, volume.size.x * volume.size.y}; }
+
+  const Volume& volume;
+  const ImagePlane& plane;
+  dvec3 step, down;  ///< from pixel to pixel, voxels
+};
+
+void show_plane(const Plan& plan, std::int16_t outside, int threads, ResliceCode code,
+                std::span<std::int16_t> pixels) {
+  const auto& [volume, plane, step, down] = plan;
+  Window whole = plan.all();
+  const std::vector<float> sheet = sheet_of(volume, plane, step, down, threads, whole);
+  const bool is_scattered = sheet.empty() && std::abs(step.x) < 0.9 * glm::length(step);
+  parallel_for((plane.rows + k_tile_rows - 1) / k_tile_rows, threads, [&](int band) {
+    const int first = band * k_tile_rows, rows = std::min(k_tile_rows, plane.rows - first);
+    std::array<Line, k_tile_rows> lines;
+    for (int row = 0; row < rows; ++row)
+      lines[static_cast<std::size_t>(row)] = line_of(volume, plan.at(0, first + row), step, plane.columns);
+    std::array<std::int16_t, 4096> copy;
+    for (int column = 0; column < plane.columns; column += k_tile) {
+      const int count = std::min(k_tile, plane.columns - column);
+      Window window = whole;
+      if (is_scattered) {
+        if (const int after = column + k_tile; after < plane.columns)
+          fetch_tile(volume, plan.at(after, first), step, down, std::min(k_tile, plane.columns - after),
+                     rows);
+        copy_window(volume, plan.at(column, first), step, down, count, rows, copy, window);
+      }
+      for (int row = 0; row < rows; ++row)
+        show(volume, lines[static_cast<std::size_t>(row)], step, window, column, count, code, outside,
+             pixels.data() + plan.pixel(column, first + row));
+    }
+  });
+}
+
+void show_slab(const Plan& plan, const Slab& slab, std::int16_t outside, int threads, ResliceCode code,
+               std::span<std::int16_t> pixels) {
+  const Frame& frame = plan.volume.frame;
+  const double least = std::min({frame.spacing().x, frame.spacing().y, frame.spacing().z});
+  const int layers = 1 + static_cast<int>(std::ceil(2 * slab.thickness / least));
+  for_tiles(plan.plane, threads, [&](int column, int first_row, int count, int rows) {
+    std::array<float, k_tile> values, sums, counts;
+    for (int row = first_row; row < first_row + rows; ++row) {
+      sums.fill(0), counts.fill(0);
+      for (int layer = 0; layer < layers; ++layer) {
+        const double off = slab.thickness * (layer / (layers - 1.0) - 0.5);
+        const dvec3 p = plan.at(column, row) + frame.vector_volume_from_world(off * plan.plane.normal());
+        sample(plan.volume, line_of(plan.volume, p, plan.step, count), plan.step, plan.all(), 0, count, code,
+               values.data());
+        for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i) {
+          if (std::isnan(values[i])) continue;
+          if (slab.kind == Slab::Kind::mean)
+            sums[i] += values[i];
+          else
+            sums[i] = counts[i] > 0 ? std::max(sums[i], values[i]) : values[i];
+          counts[i] += 1;
+        }
+      }
+      for (int i = 0; i < count; ++i) {
+        const auto k = static_cast<std::size_t>(i);
+        pixels[plan.pixel(column + i, row)] =
+            counts[k] > 0 ? rounded(slab.kind == Slab::Kind::mean ? sums[k] / counts[k] : sums[k]) : outside;
+      }
     }
   });
 }
@@ -231,51 +371,11 @@ ResliceCode best_reslice_code() noexcept {
 void reslice(const Volume& volume, const ImagePlane& plane, const Slab& slab, std::int16_t outside,
              int threads, std::span<std::int16_t> pixels, ResliceCode code) {
   assert(pixels.size() >= static_cast<std::size_t>(plane.columns) * static_cast<std::size_t>(plane.rows));
-  const Frame& frame = volume.frame;
-  const double least = std::min({frame.spacing().x, frame.spacing().y, frame.spacing().z});
-  const int layers = slab.thickness > 0 ? 1 + static_cast<int>(std::ceil(2 * slab.thickness / least)) : 1;
-  const dvec3 step = frame.vector_volume_from_world(plane.pixel * plane.right);
-  const dvec3 down = frame.vector_volume_from_world(-plane.pixel * plane.up);
-  const bool is_scattered = std::abs(step.x) < 0.9 * glm::length(step);
-  const auto fetch = [&](int column, int row, int columns, int rows) {
-    if (is_scattered && layers == 1)
-      fetch_tile(volume, frame.volume_from_world(plane.world(column, row)), step, down, columns, rows);
-  };
-  const Window all{volume.voxels.data(), volume.size.x, volume.size.x * volume.size.y};
-  for_tiles(plane, threads, fetch, [&](int column, int first_row, int count, int rows) {
-    std::array<float, k_tile> values, sums, counts;
-    std::array<std::int16_t, 4096> copy;
-    Window window = all;
-    if (is_scattered && layers == 1)
-      copy_window(volume, frame.volume_from_world(plane.world(column, first_row)), step, down, count, rows,
-                  copy, window);
-    for (int row = first_row; row < first_row + rows; ++row) {
-      std::int16_t* out = pixels.data() + static_cast<std::size_t>(column) +
-                          static_cast<std::size_t>(plane.columns) * static_cast<std::size_t>(row);
-      const dvec3 first = frame.volume_from_world(plane.world(column, row));
-      if (layers == 1) {
-        show_row(volume, window, first, step, count, code, outside, out);
-        continue;
-      }
-      sums.fill(0), counts.fill(0);
-      for (int layer = 0; layer < layers; ++layer) {
-        const double off = slab.thickness * (layer / (layers - 1.0) - 0.5);
-        const dvec3 p = first + frame.vector_volume_from_world(off * plane.normal());
-        sample_row(volume, all, p, step, count, code, values.data());
-        for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i) {
-          if (std::isnan(values[i])) continue;
-          if (slab.kind == Slab::Kind::mean)
-            sums[i] += values[i];
-          else
-            sums[i] = counts[i] > 0 ? std::max(sums[i], values[i]) : values[i];
-          counts[i] += 1;
-        }
-      }
-      for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i)
-        out[i] =
-            counts[i] > 0 ? rounded(slab.kind == Slab::Kind::mean ? sums[i] / counts[i] : sums[i]) : outside;
-    }
-  });
+  const Plan plan(volume, plane);
+  if (slab.thickness > 0)
+    show_slab(plan, slab, outside, threads, code, pixels);
+  else
+    show_plane(plan, outside, threads, code, pixels);
 }
 
 void reslice_cuts(const Version& version, const ImagePlane& plane, std::int16_t air, int threads,
@@ -284,20 +384,17 @@ void reslice_cuts(const Version& version, const ImagePlane& plane, std::int16_t 
   const Frame& frame = version.base().frame;
   const double soft = std::min(
       {0.5 * std::max({frame.spacing().x, frame.spacing().y, frame.spacing().z}), 0.9 * version.band_mm()});
-  for_tiles(
-      plane, threads, [](int, int, int, int) {},
-      [&](int column, int first_row, int count, int rows) {
-        for (int row = first_row; row < first_row + rows; ++row)
-          for (int i = column; i < column + count; ++i) {
-            const dvec3 p = frame.volume_from_world(plane.world(i, row));
-            if (!version.is_near_cut(p)) continue;
-            std::int16_t& pixel =
-                pixels[static_cast<std::size_t>(i) +
-                       static_cast<std::size_t>(plane.columns) * static_cast<std::size_t>(row)];
-            const double kept = std::clamp(0.5 + 0.5 * version.distance(p) / soft, 0.0, 1.0);
-            pixel = static_cast<std::int16_t>(std::floor(air + kept * (pixel - air) + 0.5));
-          }
-      });
+  for_tiles(plane, threads, [&](int column, int first_row, int count, int rows) {
+    for (int row = first_row; row < first_row + rows; ++row)
+      for (int i = column; i < column + count; ++i) {
+        const dvec3 p = frame.volume_from_world(plane.world(i, row));
+        if (!version.is_near_cut(p)) continue;
+        std::int16_t& pixel = pixels[static_cast<std::size_t>(i) +
+                                     static_cast<std::size_t>(plane.columns) * static_cast<std::size_t>(row)];
+        const double kept = std::clamp(0.5 + 0.5 * version.distance(p) / soft, 0.0, 1.0);
+        pixel = static_cast<std::int16_t>(std::floor(air + kept * (pixel - air) + 0.5));
+      }
+  });
 }
 
 }  // namespace trephine::volume

@@ -36,6 +36,7 @@ void reslice_cuts(const Version& version, const ImagePlane& plane, std::int16_t 
 /// for newer CPUs.
 struct ResliceRow {
   const std::int16_t* voxels;
+  const float* sheet;  ///< values of one x, instead of voxels
   std::int32_t stride_y, stride_z;
   std::int32_t at[3], step[3];
 };

@@ -12,8 +12,8 @@ __m256 between(__m256 a, __m256 b, __m256 share) {
 }
 
 /// Calls put(i, values) for each eight of them.
-template <class Put>
-void sample(const ResliceRow& row, int count, const Put& put) {
+template <bool is_of_sheet, class Put>
+void sample_of(const ResliceRow& row, int count, const Put& put) {
   const __m256i lanes = _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7),
                 low_bits = _mm256_set1_epi32((1 << 20) - 1);
   const __m256 unit = _mm256_set1_ps(0x1p-20f);
@@ -29,11 +29,11 @@ void sample(const ResliceRow& row, int count, const Put& put) {
     __m256 share[3];
     for (int a = 0; a < 3; ++a)
       share[a] = _mm256_mul_ps(_mm256_cvtepi32_ps(_mm256_and_si256(at[a], low_bits)), unit);
-    const __m256i offset =
-        _mm256_add_epi32(_mm256_srli_epi32(at[0], 20),
-                         _mm256_add_epi32(_mm256_mullo_epi32(_mm256_srli_epi32(at[1], 20), stride_y),
-                                          _mm256_mullo_epi32(_mm256_srli_epi32(at[2], 20), stride_z)));
+    __m256i offset = _mm256_add_epi32(_mm256_mullo_epi32(_mm256_srli_epi32(at[1], 20), stride_y),
+                                      _mm256_mullo_epi32(_mm256_srli_epi32(at[2], 20), stride_z));
+    if constexpr (!is_of_sheet) offset = _mm256_add_epi32(offset, _mm256_srli_epi32(at[0], 20));
     const auto along_x = [&](__m256i from) {
+      if constexpr (is_of_sheet) return _mm256_i32gather_ps(row.sheet, from, 4);
       const __m256i pair = _mm256_i32gather_epi32(pairs, from, 2);
       return between(_mm256_cvtepi32_ps(_mm256_srai_epi32(_mm256_slli_epi32(pair, 16), 16)),
                      _mm256_cvtepi32_ps(_mm256_srai_epi32(pair, 16)), share[0]);
@@ -44,6 +44,14 @@ void sample(const ResliceRow& row, int count, const Put& put) {
     put(i, between(near, far, share[2]));
     for (int a = 0; a < 3; ++a) at[a] = _mm256_add_epi32(at[a], step[a]);
   }
+}
+
+template <class Put>
+void sample(const ResliceRow& row, int count, const Put& put) {
+  if (row.sheet != nullptr)
+    sample_of<true>(row, count, put);
+  else
+    sample_of<false>(row, count, put);
 }
 
 }  // namespace
