@@ -23,4 +23,11 @@ void set_letters(Panel& panel, const glm::dvec3& right_world, const glm::dvec3& 
   panel.above = direction_letters(up_world), panel.below = direction_letters(-up_world);
 }
 
+int bar_length(double longest) noexcept {
+  int mm = 1;
+  for (const int longer : {2, 5, 10, 20, 50, 100})
+    if (longer <= longest) mm = longer;
+  return mm;
+}
+
 }  // namespace trephine::imaging

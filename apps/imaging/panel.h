@@ -22,12 +22,15 @@ struct Panel {
   std::string left, right, above, below;  ///< letters at its edges
   int columns = 0, rows = 0;
   double mm_a_pixel = 1;
+  bool is_to_scale = false;    ///< mm in it are the patient's: it may have a scale bar
   std::vector<Colour> pixels;  ///< from the lower left on, row by row
   std::vector<Line> lines;
 };
 
 /// Of the patient's directions (L, R, P, A, S, I) those that a way has most of: "L", "LA".
 std::string direction_letters(const glm::dvec3& direction_world);
+/// A round length for a scale bar, mm: the longest that is at most so long, and at least 1.
+int bar_length(double longest) noexcept;
 /// The letters at its edges, of where its right and its upper edge lie.
 void set_letters(Panel& panel, const glm::dvec3& right_world, const glm::dvec3& up_world);
 

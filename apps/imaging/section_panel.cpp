@@ -1,8 +1,9 @@
 #include "apps/imaging/section_panel.h"
 
-#include <algorithm>
+#include <iterator>
 
 #include "apps/workbench/text.h"
+#include "data-tools/writing.h"
 
 namespace trephine::imaging {
 
@@ -12,32 +13,42 @@ using workbench::format_text;
 
 using Kind = SectionObject::Kind;
 
-Panel::Colour colour_of(Kind kind) noexcept {
-  switch (kind) {
-    case Kind::bone:
-      return {150, 150, 150};
-    case Kind::piece:
-      return {196, 170, 120};
-    case Kind::structure:
-      return {90, 130, 210};
-    case Kind::model:
-      break;
-  }
-  return {245, 245, 245};
+namespace {
+
+/// Pieces and models in turn, so that neighbours differ.
+constexpr Panel::Colour k_bone{150, 150, 150};
+constexpr Panel::Colour k_pieces[] = {{196, 170, 120}, {150, 178, 128}, {184, 146, 168}};
+constexpr Panel::Colour k_models[] = {{245, 245, 245}, {188, 222, 248}, {250, 232, 178}};
+
+Panel::Colour colour_of(const volume::Volume& scan, const volume::Shape& structure, std::size_t index) {
+  // As its label is drawn everywhere else; one that is no label: another for each.
+  const bool is_label = structure.label > 0;
+  const glm::dvec3 share = is_label ? data_tools::label_colour(structure.label, scan.label_colours)
+                                    : data_tools::label_colour(static_cast<int>(index) + 1, {});
+  return {static_cast<std::uint8_t>(255 * share.x), static_cast<std::uint8_t>(255 * share.y),
+          static_cast<std::uint8_t>(255 * share.z)};
 }
+
+}  // namespace
 
 Result<std::vector<SectionObject>> section_objects(const Subject& subject, const ImagePlane& plane) {
   std::vector<SectionObject> objects;
-  const auto add = [&](Kind kind, const volume::Shape& shape) {
+  const auto add = [&](Kind kind, const volume::Shape& shape, const Panel::Colour& colour) {
     const volume::Field field(*subject.scan, shape);
-    objects.push_back({kind, shape.name, cross_section::cut_volume(plane, field, subject.version.get())});
+    objects.push_back(
+        {kind, shape.name, colour, cross_section::cut_volume(plane, field, subject.version.get())});
   };
-  add(Kind::bone, *subject.bone);
-  for (const volume::Shape& structure : subject.structures) add(Kind::structure, structure);
+  add(Kind::bone, *subject.bone, k_bone);
+  for (std::size_t i = 0; i < subject.structures.size(); ++i)
+    add(Kind::structure, subject.structures[i], colour_of(*subject.scan, subject.structures[i], i));
+  std::size_t pieces = 0, models = 0;
   for (const Thing& thing : subject.things) {
     auto cut = cut_of(plane, thing);
     if (!cut) return cut.error();
-    objects.push_back({thing.is_piece ? Kind::piece : Kind::model, thing.name, std::move(cut).value()});
+    objects.push_back(
+        {thing.is_piece ? Kind::piece : Kind::model, thing.name,
+         thing.is_piece ? k_pieces[pieces++ % std::size(k_pieces)] : k_models[models++ % std::size(k_models)],
+         std::move(cut).value()});
   }
   return objects;
 }
@@ -46,6 +57,7 @@ Panel section_panel(const std::vector<SectionObject>& objects, const ImagePlane&
   constexpr Panel::Colour k_empty{16, 16, 18};
   Panel panel;
   panel.columns = plane.columns, panel.rows = plane.rows, panel.mm_a_pixel = plane.pixel;
+  panel.is_to_scale = true;
   panel.pixels.reserve(static_cast<std::size_t>(plane.columns) * static_cast<std::size_t>(plane.rows));
   double outside = 0, of_models = 0;
   for (int row = plane.rows - 1; row >= 0; --row)
@@ -53,16 +65,19 @@ Panel section_panel(const std::vector<SectionObject>& objects, const ImagePlane&
       const std::size_t at = static_cast<std::size_t>(column) +
                              static_cast<std::size_t>(plane.columns) * static_cast<std::size_t>(row);
       Panel::Colour colour = k_empty;
-      bool is_bone = false, is_model = false;
+      bool is_bone = false;
+      const SectionObject* model = nullptr;
       for (const SectionObject& object : objects) {
         if (!object.cut.inside[at]) continue;
         if (object.kind == Kind::model)
-          is_model = true;
+          model = &object;
         else
-          colour = colour_of(object.kind), is_bone |= object.kind != Kind::structure;
+          colour = object.colour, is_bone |= object.kind != Kind::structure;
       }
-      if (is_model) colour = is_bone ? colour_of(Kind::model) : k_outside_bone;
-      of_models += is_model, outside += is_model && !is_bone;
+      if (model != nullptr) {
+        colour = is_bone ? model->colour : k_outside_bone;
+        of_models += 1, outside += !is_bone;
+      }
       panel.pixels.push_back(colour);
     }
   areas = {of_models * plane.pixel * plane.pixel, outside * plane.pixel * plane.pixel};
@@ -70,13 +85,19 @@ Panel section_panel(const std::vector<SectionObject>& objects, const ImagePlane&
   panel.title = format_text("%s: %.0f mm\u00b2", objects[0].name.c_str(), objects[0].cut.area);
   panel.foot =
       format_text("at %.1f, %.1f, %.1f", plane.middle_world.x, plane.middle_world.y, plane.middle_world.z);
+  // Darker, not black: what is as thin as its outline stays seen.
+  for (const SectionObject& object : objects) {
+    Panel::Colour dark = object.colour;
+    for (std::uint8_t& c : dark) c = static_cast<std::uint8_t>(c * 7 / 10);
+    for (const cross_section::Loop& loop : object.cut.outline) panel.lines.push_back({loop, dark, true, ""});
+  }
   for (const SectionObject& object : objects)
-    for (const cross_section::Loop& loop : object.cut.outline)
-      panel.lines.push_back({loop, {20, 20, 20}, true, ""});
-  if (std::any_of(objects.begin(), objects.end(), [](const SectionObject& object) {
-        return object.kind == Kind::structure && object.cut.area > 0;
-      }))
-    panel.lines.push_back({{}, colour_of(Kind::structure), true, "must not be cut"});
+    if (object.kind != Kind::bone && object.cut.area > 0)
+      panel.lines.push_back(
+          {{},
+           object.colour,
+           true,
+           object.kind == Kind::structure ? object.name + " (must not be cut)" : object.name});
   if (outside > 0) panel.lines.push_back({{}, k_outside_bone, true, "outside bone"});
   return panel;
 }

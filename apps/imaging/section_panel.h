@@ -11,9 +11,9 @@ namespace trephine::imaging {
 struct SectionObject {
   enum class Kind { bone, piece, structure, model } kind;
   std::string name;
+  Panel::Colour colour;
   cross_section::Cut cut;
 };
-Panel::Colour colour_of(SectionObject::Kind kind) noexcept;
 inline constexpr Panel::Colour k_outside_bone{225, 45, 40};
 
 /// The subject says what is bone. Bone comes first. Error names a model that cannot be cut.

@@ -33,6 +33,7 @@ Panel slice_panel(const ct_viewer::SliceValues& values, const ImagePlane& plane,
                   const ct_viewer::GreyWindow& window, ct_viewer::Blend blend) {
   Panel panel;
   panel.columns = plane.columns, panel.rows = plane.rows, panel.mm_a_pixel = plane.pixel;
+  panel.is_to_scale = true;
   panel.pixels.reserve(values.now.size());
   for (int row = plane.rows - 1; row >= 0; --row)
     for (int column = 0; column < plane.columns; ++column) {

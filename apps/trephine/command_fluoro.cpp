@@ -38,8 +38,8 @@ struct FluoroArguments {
   std::string view, isocentre, collimate, pose, output, dicom, sums;
   ThingArguments things;
   std::optional<double> primary, secondary, to_detector, to_patient, pixel;
-  std::optional<double> energy;
-  int size = 0, shot = 0, rays = 1;
+  std::optional<double> energy, shot;
+  int size = 0, rays = 1;
   std::uint8_t way = 0, metal = 0;
   double photons = 0, blur = 0, edge = 0.3;
   std::uint64_t seed = 1;
@@ -218,16 +218,16 @@ Result<Outcome> run_fluoro(const FluoroArguments& a) {
        {check_range(energy, fluoroscopy::k_lowest_energy, fluoroscopy::k_highest_energy, "--energy"),
         check_range(a.photons, 0, 1e9, "--photons"), check_range(a.blur, 0, 20, "--blur"),
         check_range(a.rays, 1, 4, "--rays"), check_range(a.edge, 0, 10, "--edge"),
-        check_range(a.size, 0, 8192, "--size"), check_range(a.shot, 0, 1e9, "--shot")})
+        check_range(a.size, 0, 8192, "--size"), check_range(a.shot.value_or(1), 1, 1e9, "--shot")})
     if (error) return *error;
   const auto opened = open_with(a.moment, a.things);
   if (!opened) return opened.error();
   std::optional<fluoroscopy::XrayTaken> taken;
-  if (a.shot > 0) {
+  if (a.shot) {
     if (a.moment.until)
       return Error{"a shot has its own time", "--until", format_text("%g s", *a.moment.until), "--shot alone",
                    ""};
-    const auto shot = go_to_shot(*opened.value(), a.shot);
+    const auto shot = go_to_shot(*opened.value(), static_cast<int>(*a.shot));
     if (!shot) return shot.error();
     taken = shot.value();
   }
@@ -359,7 +359,7 @@ Run build(Options& options) {
   auto a = std::make_shared<FluoroArguments>();
   add_moment(options, a->moment);
   add_shape(options, a->moment.shape);
-  options.add("--view", a->view, "A usual pose")
+  options.add("--view", a->view, "A usual pose; angles said beside it replace its own")
       .one_of({std::begin(fluoroscopy::k_presets), std::end(fluoroscopy::k_presets)});
   options
       .add("--primary", a->primary, "Positioner primary angle: + with the detector toward the patient's left")

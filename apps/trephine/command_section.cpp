@@ -40,7 +40,7 @@ std::string svg_of(const ImagePlane& plane, const std::vector<SectionObject>& ob
   for (const SectionObject& object : objects) {
     if (object.cut.outline.empty()) continue;
     text += format_text("<path fill=\"%s\" stroke=\"black\" stroke-width=\"0.1\" fill-rule=\"evenodd\" d=\"",
-                        hex(colour_of(object.kind)).c_str());
+                        hex(object.colour).c_str());
     for (const cross_section::Loop& loop : object.cut.outline) {
       for (std::size_t i = 0; i < loop.size(); ++i)
         text += format_text("%c%.3f %.3f", i == 0 ? 'M' : 'L', loop[i].x, -loop[i].y);

@@ -204,10 +204,7 @@ void ImagePane::paintEvent(QPaintEvent*) {
   }
   painter.setRenderHint(QPainter::Antialiasing, false);
   if (const auto plane = panes_->plane(index_); plane && panel != nullptr) {
-    // About a fifth of the pane.
-    int mm = 1;
-    for (const int longer : {2, 5, 10, 20, 50, 100})
-      if (longer / plane->pixel < 0.3 * width()) mm = longer;
+    const int mm = imaging::bar_length(0.3 * width() * plane->pixel);
     const double right = width() - 10.0, left = right - mm / plane->pixel, y = height() - 9.0;
     painter.setPen(QPen(QColor(232, 236, 242), 1.5));
     painter.drawLine(QPointF(left, y), QPointF(right, y));

@@ -4,6 +4,7 @@
 #include <glm/geometric.hpp>
 #include <set>
 #include <vtkActor.h>
+#include <vtkActor2D.h>
 #include <vtkCamera.h>
 #include <vtkCellArray.h>
 #include <vtkImageActor.h>
@@ -14,7 +15,9 @@
 #include <vtkPoints.h>
 #include <vtkPolyData.h>
 #include <vtkPolyDataMapper.h>
+#include <vtkPolyDataMapper2D.h>
 #include <vtkProperty.h>
+#include <vtkProperty2D.h>
 #include <vtkRenderWindow.h>
 #include <vtkRenderer.h>
 #include <vtkTextActor.h>
@@ -116,6 +119,29 @@ void add_line(vtkRenderer* to, const Panel::Line& line, double least) {
   to->AddActor(actor);
 }
 
+/// A scale bar with its ends, in pixels of the picture.
+void add_bar(vtkRenderer* to, double left, double right, double y) {
+  vtkNew<vtkPoints> points;
+  vtkNew<vtkCellArray> cells;
+  const double places[][2] = {{left, y},     {right, y},     {left, y - 4},
+                              {left, y + 4}, {right, y - 4}, {right, y + 4}};
+  for (const auto& p : places) points->InsertNextPoint(p[0], p[1], 0);
+  for (vtkIdType i = 0; i < 6; i += 2) {
+    cells->InsertNextCell(2);
+    cells->InsertCellPoint(i), cells->InsertCellPoint(i + 1);
+  }
+  vtkNew<vtkPolyData> data;
+  data->SetPoints(points);
+  data->SetLines(cells);
+  vtkNew<vtkPolyDataMapper2D> mapper;
+  mapper->SetInputData(data);
+  vtkNew<vtkActor2D> actor;
+  actor->SetMapper(mapper);
+  actor->GetProperty()->SetColor(0.9, 0.9, 0.9);
+  actor->GetProperty()->SetLineWidth(2);
+  to->AddActor2D(actor);
+}
+
 }  // namespace
 
 volume::Result<std::string> slices_png(const std::vector<Panel>& panels, int edge) {
@@ -149,6 +175,12 @@ volume::Result<std::string> slices_png(const std::vector<Panel>& panels, int edg
       add_line(view, line, 1.6 * panel.mm_a_pixel * std::max(panel.columns, panel.rows) / edge);
     view->ResetCameraClippingRange();
     window->AddRenderer(view);
+    if (panel.is_to_scale) {
+      const double a_mm = edge / (panel.mm_a_pixel * std::max(panel.columns, panel.rows));
+      const int mm = imaging::bar_length(0.25 * edge / a_mm);
+      add_bar(words, left + edge - 14 - mm * a_mm, left + edge - 14, low + 12);
+      add_text(words, std::to_string(mm) + " mm", left + edge - 14, low + 27, 15, true);
+    }
     add_text(words, panel.title, left + 12, low + edge + 0.5 * k_head, 19, false);
     add_text(words, panel.foot, left + 12, low + 16, 15, false);
     add_text(words, panel.left, left + 12, low + 0.5 * edge, 18, false);

@@ -1,6 +1,7 @@
 // X-rays, sections, slices and measures as users make them: files that others read, poses that come back,
 // errors.
 #include <cmath>
+#include <set>
 #include <sstream>
 
 #include "data-tools/plan_file.h"
@@ -162,7 +163,12 @@ TEST_F(Command, ACArmGoesAroundTwoScrews) {
   const std::string plane = " --at 0,22,5.8 --normal 0,0.05,-1 --pixel 0.1 ";
   const Json section = json("section t.session" + plane + "-o s.png --svg s.svg");
   ASSERT_EQ(section["objects"].size(), 6u);  // bone, what the plan says must not be cut, two screws
-  EXPECT_NE(read(file("s.svg")).find("<title>bone, "), std::string::npos);
+  const std::string drawn = read(file("s.svg"));
+  EXPECT_NE(drawn.find("<title>bone, "), std::string::npos);
+  std::set<std::string> colours;
+  for (std::size_t at = 0; (at = drawn.find("fill=\"", at)) != std::string::npos; ++at)
+    colours.insert(drawn.substr(at + 6, 7));
+  EXPECT_EQ(colours.size(), 5u);  // a colour an object; no nerve root lies in the plane
   EXPECT_GT(section["models_outside_bone_mm2"], 100);
   if (!is_whole()) return;
   // What of a screw lies beyond the picture is told.
