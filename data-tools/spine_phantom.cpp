@@ -42,6 +42,12 @@ SpinePhantom::SpinePhantom(std::uint64_t seed) {
                      volume::deterministic_cos(angle),
                      size * plain[i].scale * (1 + 0.02 * vary(seed, 4 + i))};
   }
+  sac_[0] = vertebrae_[0].world({0, k_canal_y, 40});
+  for (std::size_t i = 0; i < 3; ++i) {
+    sac_[1 + 2 * i] = vertebrae_[i].world({0, k_canal_y - 0.5, 12});
+    sac_[2 + 2 * i] = vertebrae_[i].world({0, k_canal_y - 0.5, -14});
+  }
+  sac_[7] = vertebrae_[2].world({0, k_canal_y + 4, -44});
 }
 
 dvec3 SpinePhantom::Vertebra::local(const dvec3& world) const noexcept {
@@ -96,12 +102,17 @@ SpinePhantom::Sample SpinePhantom::sample(const dvec3& world, double voxel_mm) c
   const auto paint = [&](double s, double hounsfield, SpineTissue kind) {
     if (brush.paint(s, hounsfield)) tissue = kind;
   };
-  const double edge = brush.edge(), skin = world.y - 78 + world.x * world.x / 420;
+  // What is farther than its edge paints nothing: it is left out where that is cheap to tell.
+  const double edge = brush.edge();
+  const auto paint_waves = [&](double s, double middle, double height, double period) {
+    return s <= edge && brush.paint(s, middle + height * wave(world, period));
+  };
+  const double skin = world.y - 78 + world.x * world.x / 420;
   if (skin > edge) return {-1000, SpineTissue::background};
   brush.paint(skin, 35);
-  brush.paint(std::max(skin + 2, -(skin + 13)), -105);                            // fat below the skin
-  brush.paint(world.y - 64 + world.x * world.x / 300, 58 + 7 * wave(world, 31));  // muscle
-  brush.paint(world.y + 22 + 4 * wave(world, 43), -95);                           // fat before the spine
+  brush.paint(std::max(skin + 2, -(skin + 13)), -105);                             // fat below the skin
+  paint_waves(world.y - 64 + world.x * world.x / 300, 58, 7, 31);                  // muscle
+  if (world.y < -18 + edge) brush.paint(world.y + 22 + 4 * wave(world, 43), -95);  // fat before the spine
   std::array<dvec3, 3> p;
   for (std::size_t i = 0; i < 3; ++i) {
     p[i] = vertebrae_[i].local(world);
@@ -109,10 +120,12 @@ SpinePhantom::Sample SpinePhantom::sample(const dvec3& world, double voxel_mm) c
   }
 
   // Vessels in front of the spine.
-  const double aorta = capsule(world, {6, -33, 80}, {3, -30, -34}, 8.5, 8.0),
-               cava = capsule(world, {-17, -31, 80}, {-14, -28, -80}, 9.0, 9.5),
-               branch = capsule(world, {3, -30, -34}, {24, -30, -90}, 6.5, 5.5);
-  paint(std::min({aorta, cava, branch}), 46, SpineTissue::vessel);
+  if (world.y < -18 + edge) {
+    const double aorta = capsule(world, {6, -33, 80}, {3, -30, -34}, 8.5, 8.0),
+                 cava = capsule(world, {-17, -31, 80}, {-14, -28, -80}, 9.0, 9.5),
+                 branch = capsule(world, {3, -30, -34}, {24, -30, -90}, 6.5, 5.5);
+    paint(std::min({aorta, cava, branch}), 46, SpineTissue::vessel);
+  }
 
   // Discs fill what lies between two bodies.
   for (std::size_t i = 0; i < 2; ++i) {
@@ -131,20 +144,17 @@ SpinePhantom::Sample SpinePhantom::sample(const dvec3& world, double voxel_mm) c
   for (const dvec3& q : p)
     if (std::abs(q.z) < 24) hollow = std::min(hollow, canal(q));
   brush.paint(hollow, -85);
-  double sac = 1e3;
-  dvec3 before = vertebrae_[0].world({0, k_canal_y, 40});
-  for (const Vertebra& v : vertebrae_)
-    for (const double z : {12.0, -14.0}) {
-      const dvec3 next = v.world({0, k_canal_y - 0.5, z});
-      sac = std::min(sac, capsule(world, before, next, k_sac, k_sac));
-      before = next;
-    }
-  sac =
-      std::min(sac, capsule(world, before, vertebrae_[2].world({0, k_canal_y + 4, -44}), k_sac, k_sac - 1.5));
-  paint(sac, 18, SpineTissue::cord);
-  paint(sac + 2.2, 40 + 8 * wave(world, 5), SpineTissue::cord);
+  if (std::abs(world.x) < k_sac + edge) {
+    double sac = 1e3;
+    for (std::size_t i = 0; i + 1 < sac_.size(); ++i)
+      sac = std::min(sac,
+                     capsule(world, sac_[i], sac_[i + 1], k_sac, i + 2 < sac_.size() ? k_sac : k_sac - 1.5));
+    paint(sac, 18, SpineTissue::cord);
+    if (paint_waves(sac + 2.2, 40, 8, 5)) tissue = SpineTissue::cord;
+  }
   double root = 1e3;
   for (std::size_t i = 0; i < 3; ++i) {
+    if (std::max(std::abs(p[i].y - 16) - 11, std::abs(p[i].z + 15) - 16) > edge) continue;
     root = std::min(root, capsule(p[i], {5.5, 23.5, -2}, {17, 20.5, -13}, 1.6, 2.6));
     root = std::min(root, capsule(p[i], {17, 20.5, -13}, {30, 9, -27}, 2.6, 2.2));
   }

@@ -59,7 +59,8 @@ class SpinePhantom {
   double bone(const glm::dvec3& local) const noexcept;
   double body(const glm::dvec3& local) const noexcept;
   std::array<Vertebra, 3> vertebrae_;
-  double pedicle_ = 4.4;  ///< mm, half their width
+  std::array<glm::dvec3, 8> sac_;  ///< along the middle of the dura's sac, from above
+  double pedicle_ = 4.4;           ///< mm, half their width
 };
 
 }  // namespace trephine::data_tools
