@@ -27,9 +27,7 @@ std::shared_ptr<const MeshTree> tree_of(const TouchItem& shape) {
 
 volume::Status MeshProxy::prepare(const TouchScene& scene) {
   if (volume::Status error = check_touchable(scene, true, true)) return error;
-  if (scene.smallest_burr > 0)
-    return volume::Error{"this method does not feel cuts", "method",
-                         "mesh, which touches what was there at first", "", "use method subvoxel"};
+  if (volume::Status error = check_stays_whole(scene, name())) return error;
   trees_.clear();
   gap_ = 1e-5;
   for (const TouchItem& item : scene.items) {

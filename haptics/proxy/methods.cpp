@@ -1,5 +1,6 @@
 #include "haptics/proxy/methods.h"
 
+#include "haptics/depth/lomi_proxy.h"
 #include "haptics/mesh/mesh_proxy.h"
 #include "haptics/proxy/baseline_proxies.h"
 #include "haptics/proxy/chain_proxy.h"
@@ -50,6 +51,9 @@ constexpr Entry k_entries[] = {
     {{"scene-sequential", "a god-object on the models, then each volume after it",
       "thesis of the volume haptics toolkit, 4.2.2", Solid::cubes},
      make<SequentialProxy>},
+    {{"lomi", "depth images from six sides, the nearest free voxel of a map that is never stored",
+      "Kim, Kyung and others 2009 (Presence 18:340)", Solid::nothing, true},
+     make<LomiProxy>},
     {{"raystep", "fixed steps along the motion, nearest voxels, binary transfer functions",
       "chapter on touching multiple isosurfaces, 3", Solid::nothing},
      make<RaystepProxy>},

@@ -6,6 +6,13 @@
 
 namespace trephine::haptics {
 
+volume::Status check_stays_whole(const TouchScene& scene, const char* method) {
+  if (!(scene.smallest_burr > 0)) return std::nullopt;
+  return volume::Error{"this method does not feel cuts", "method",
+                       std::string(method) + ", which touches what was there at first", "",
+                       "use method subvoxel"};
+}
+
 volume::Status check_offsets(const TouchScene& scene, bool has_balls) {
   if (!scene.tool_balls.empty() && !has_balls)
     return volume::Error{"this method touches with one ball, or a point", "method",

@@ -181,6 +181,8 @@ volume::Status check_touchable(const TouchScene& scene, bool has_radius = false,
 volume::Status check_smallest_burr(const TouchScene& scene, double least_mm);
 /// The same for methods on whole voxels: a hole as wide as a voxel's diagonal holds a centre everywhere.
 volume::Status check_burr_opens_voxels(const TouchScene& scene);
+/// For methods that touch what was there at first: error when the scene is ready to be cut.
+volume::Status check_stays_whole(const TouchScene& scene, const char* method);
 /// Has a scene whose tool has a radius the offset fields for it? Error also for a tool of several balls,
 /// where the method is for one.
 volume::Status check_offsets(const TouchScene& scene, bool has_balls = false);

@@ -55,10 +55,11 @@ TEST_F(Command, BenchFeelPutsEveryMethodOnOneChart) {
 
   EXPECT_EQ(feel["rows"].size(), rows.size());
   // Instructions are counted where processes may be traced: each method keeps its budget.
-  const std::map<std::string, double> instructions{
-      {"subvoxel", 5104}, {"implicit", 8749}, {"explicit-cubes", 10804},
-      {"mesh", 21474},    {"scene", 8670},    {"scene-sequential", 9662},
-      {"raystep", 820},   {"plane", 2989},    {"gradient", 2873}};
+  const std::map<std::string, double> instructions{{"subvoxel", 5104},        {"implicit", 8749},
+                                                   {"explicit-cubes", 10804}, {"mesh", 21474},
+                                                   {"scene", 8670},           {"scene-sequential", 9662},
+                                                   {"raystep", 820},          {"plane", 2989},
+                                                   {"gradient", 2873},        {"lomi", 56158}};
   long counted = 0;
   for (const Json& row : feel["rows"]) {
     if (row["instructions"].is_null()) continue;
@@ -395,7 +396,7 @@ TEST_F(Command, TouchTakesAMethodAndARadius) {
   ASSERT_EQ(run("phantom sphere --size 48 --psf 1.5 -o s.mha").exit_code, 0);
   write_press("p.csv", 1);
   for (const char* method : {"subvoxel", "implicit", "path", "explicit", "explicit-cubes", "mesh", "scene",
-                             "scene-sequential", "raystep", "plane", "gradient"}) {
+                             "scene-sequential", "lomi", "raystep", "plane", "gradient"}) {
     const Json touch = json(std::string("touch s.mha --path p.csv -o t.csv --method ") + method);
     EXPECT_EQ(touch["method"], method);
     EXPECT_GT(touch["max_force_n"].get<double>(), 0.05) << method;

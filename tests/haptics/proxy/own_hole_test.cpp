@@ -151,7 +151,7 @@ TEST(OwnHole, EveryMethodGoesDownIt) {
       const std::string name = info.name;
       SCOPED_TRACE(testing::Message() << name << ", " << c.spacing.z << " mm, burr " << c.burr);
       const auto method = make_method(name).value();
-      const bool is_net = name.starts_with("explicit"), is_mesh = name == "mesh";
+      const bool is_net = name.starts_with("explicit"), is_mesh = info.is_of_untouched;
       const bool is_cubes =
           name == "implicit" || name == "path" || name == "scene-sequential" || name == "raystep";
       const volume::Status refused = method->prepare(scene);

@@ -1,0 +1,338 @@
+#include "haptics/depth/depth_cube.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <glm/common.hpp>
+#include <limits>
+
+#include "volume/parallel.h"
+
+namespace trephine::haptics::depth {
+
+using glm::dvec3;
+using glm::ivec3;
+using volume::Error;
+using volume::Result;
+
+namespace {
+
+constexpr int k_bits = 14;                      // of a pixel, of corners across the rays
+constexpr double k_farthest = double{1 << 15};  // pixels, of a corner beyond the lattice
+constexpr std::int64_t k_one = std::int64_t{1} << k_bits;
+
+/// The two axes across one, in their order.
+constexpr std::array<int, 2> across(int axis) { return {axis == 0 ? 1 : 0, axis == 2 ? 1 : 2}; }
+
+struct Corner {
+  std::int64_t x, y;
+  double depth;
+};
+
+/// Twice the area of a triangle that goes through p; exact: places are below 2^30.
+std::int64_t side(const Corner& a, const Corner& b, std::int64_t x, std::int64_t y) noexcept {
+  return (b.x - a.x) * (y - a.y) - (b.y - a.y) * (x - a.x);
+}
+/// Does a place on the edge a b count as within, of the two triangles that share it for exactly one?
+bool owns(const Corner& a, const Corner& b) noexcept { return b.y < a.y || (b.y == a.y && b.x > a.x); }
+
+/// Calls meet(i, j, depth) for the pixels whose rays a triangle crosses; its corners are counter-clockwise.
+template <class Meet>
+void scan(const Corner& a, const Corner& b, const Corner& c, int columns, int rows, const Meet& meet) {
+  const std::int64_t area = side(a, b, c.x, c.y);
+  const auto first = [](std::int64_t low) {
+    return static_cast<int>(std::max<std::int64_t>(0, (low + k_one - 1) >> k_bits));
+  };
+  const auto last = [](std::int64_t high, int count) {
+    return static_cast<int>(std::min<std::int64_t>(count - 1, high >> k_bits));
+  };
+  const int i0 = first(std::min({a.x, b.x, c.x})), i1 = last(std::max({a.x, b.x, c.x}), columns),
+            j0 = first(std::min({a.y, b.y, c.y})), j1 = last(std::max({a.y, b.y, c.y}), rows);
+  const bool ab = owns(a, b), bc = owns(b, c), ca = owns(c, a);
+  for (int j = j0; j <= j1; ++j)
+    for (int i = i0; i <= i1; ++i) {
+      const std::int64_t x = i * k_one, y = j * k_one;
+      const std::int64_t w = side(a, b, x, y), u = side(b, c, x, y), v = side(c, a, x, y);
+      if (w < 0 || u < 0 || v < 0) continue;
+      if ((w == 0 && !ab) || (u == 0 && !bc) || (v == 0 && !ca)) continue;
+      meet(i, j,
+           (static_cast<double>(u) * a.depth + static_cast<double>(v) * b.depth +
+            static_cast<double>(w) * c.depth) /
+               static_cast<double>(area));
+    }
+}
+
+}  // namespace
+
+std::size_t DepthCube::set_image(int axis, const std::vector<Crossing>& crossings) {
+  const auto [u, v] = across(axis);
+  Image& image = images_[static_cast<std::size_t>(axis)];
+  image.columns = size_[u], image.rows = size_[v];
+  const std::size_t pixels = static_cast<std::size_t>(image.columns) * static_cast<std::size_t>(image.rows);
+  // By pixel, then along each ray; what winds round matter more than once is one layer.
+  std::vector<std::uint32_t> first(pixels + 1, 0);
+  for (const Crossing& c : crossings) ++first[c.pixel + 1];
+  for (std::size_t p = 0; p < pixels; ++p) first[p + 1] += first[p];
+  std::vector<Crossing> sorted(crossings.size());
+  {
+    std::vector<std::uint32_t> next(first.begin(), first.end() - 1);
+    for (const Crossing& c : crossings) sorted[next[c.pixel]++] = c;
+  }
+  image.first.assign(pixels + 1, 0);
+  image.at.clear();
+  image.at.reserve(sorted.size());
+  std::size_t open = 0;
+  for (std::size_t p = 0; p < pixels; ++p) {
+    const auto begin = sorted.begin() + first[p], end = sorted.begin() + first[p + 1];
+    std::sort(begin, end, [](const Crossing& a, const Crossing& b) {
+      return a.at != b.at ? a.at < b.at : a.sign > b.sign;
+    });
+    int winding = 0;
+    for (auto c = begin; c != end; ++c) {
+      const bool was = winding != 0;
+      winding += c->sign;
+      if ((winding != 0) == was) continue;
+      if (was && image.at.size() > image.first[p] && image.at.back() == c->at)
+        image.at.pop_back();  // nothing between
+      else
+        image.at.push_back(c->at);
+    }
+    if (winding != 0) {
+      ++open;
+      image.at.resize(image.first[p]);  // neither side of it is known
+    }
+    image.first[p + 1] = static_cast<std::uint32_t>(image.at.size());
+  }
+  image.at.shrink_to_fit();
+  return open;
+}
+
+Result<DepthCube> DepthCube::of_triangles(std::span<const dvec3> vertices,
+                                          std::span<const std::uint32_t> triangles,
+                                          const volume::Frame& frame, const ivec3& size, int threads) {
+  for (int axis = 0; axis < 3; ++axis)
+    if (size[axis] < 2 || size[axis] > k_most)
+      return Error{"depth images are too small or too large", "pixels", std::to_string(size[axis]),
+                   "2 to " + std::to_string(k_most), "choose another resolution"};
+  DepthCube cube;
+  cube.frame_ = frame, cube.size_ = size;
+  std::vector<dvec3> places(vertices.size());
+  for (std::size_t i = 0; i < vertices.size(); ++i) {
+    places[i] = frame.volume_from_world(vertices[i]);
+    for (int axis = 0; axis < 3; ++axis)
+      if (!(std::abs(places[i][axis]) < k_farthest))
+        return Error{"a model reaches too far beyond its depth images", "corner", std::to_string(i),
+                     "within 32768 pixels", "choose a coarser resolution"};
+  }
+  // A frame that mirrors turns triangles round.
+  const glm::dmat3& axes = frame.axes();
+  const int turn = glm::dot(glm::cross(axes[0], axes[1]), axes[2]) < 0 ? -1 : 1;
+  std::array<std::size_t, 3> open{};
+  volume::parallel_for(3, threads, [&](int axis) {
+    const auto [u, v] = across(axis);
+    const int handed = axis == 1 ? -turn : turn;  // x, z, y is left-handed
+    std::vector<Crossing> crossings;
+    const auto corner = [&](std::uint32_t index) {
+      const dvec3& p = places[index];
+      return Corner{std::llround(p[u] * static_cast<double>(k_one)),
+                    std::llround(p[v] * static_cast<double>(k_one)), p[axis]};
+    };
+    for (std::size_t t = 0; t + 2 < triangles.size(); t += 3) {
+      Corner a = corner(triangles[t]), b = corner(triangles[t + 1]), c = corner(triangles[t + 2]);
+      const std::int64_t area = side(a, b, c.x, c.y);
+      if (area == 0) continue;  // seen from its edge: its neighbours meet
+      // One that looks along the rays is where they leave.
+      const int sign = (area > 0) == (handed > 0) ? -1 : 1;
+      if (area < 0) std::swap(b, c);
+      scan(a, b, c, size[u], size[v], [&](int i, int j, double depth) {
+        crossings.push_back({static_cast<std::uint32_t>(i + size[u] * j), static_cast<float>(depth), sign});
+      });
+    }
+    open[static_cast<std::size_t>(axis)] = cube.set_image(axis, crossings);
+  });
+  cube.open_rays_ = open[0] + open[1] + open[2];
+  return cube;
+}
+
+namespace {
+
+/// Calls use(cell) for the cells between eight voxels of which some are solid and some are not; one layer of
+/// air lies around the grid.
+template <class Use>
+void for_mixed_cells(const volume::Occupancy& bits, const Use& use) {
+  const ivec3 size = bits.size();
+  const int words = bits.words_per_row();
+  std::vector<std::uint64_t> none(static_cast<std::size_t>(words), 0);
+  const auto row = [&](int y, int z) {
+    return y < 0 || z < 0 || y >= size.y || z >= size.z ? none.data() : bits.row(y, z);
+  };
+  for (int z = -1; z < size.z; ++z)
+    for (int y = -1; y < size.y; ++y) {
+      const std::uint64_t* rows[] = {row(y, z), row(y + 1, z), row(y, z + 1), row(y + 1, z + 1)};
+      // Bit x of a word: any, or all, of the four voxels at x; a cell has those at x and x + 1.
+      std::uint64_t any_before = 0, all_before = 0;  // of x = -1, in the highest bit
+      for (int w = 0; w <= words; ++w) {
+        std::uint64_t any = 0, all = w < words ? ~std::uint64_t{0} : 0;
+        for (const std::uint64_t* r : rows)
+          if (w < words) any |= r[w], all &= r[w];
+        const std::uint64_t any_left = any << 1 | any_before >> 63, all_left = all << 1 | all_before >> 63;
+        std::uint64_t mixed = (any | any_left) & ~(all & all_left);
+        for (; mixed != 0; mixed &= mixed - 1)
+          if (const int x = 64 * w + std::countr_zero(mixed) - 1; x < size.x) use(ivec3(x, y, z));
+        any_before = any, all_before = all;
+      }
+    }
+}
+
+}  // namespace
+
+Result<DepthCube> DepthCube::of_voxels(const volume::Field& field, const volume::Occupancy& bits,
+                                       const ivec3& rays, int threads) {
+  const ivec3 size = bits.size();
+  DepthCube cube;
+  for (int axis = 0; axis < 3; ++axis) {
+    const std::int64_t pixels = static_cast<std::int64_t>(rays[axis]) * (size[axis] + 1) + 1;
+    if (rays[axis] < 1 || pixels > k_most)
+      return Error{"depth images are too large", "pixels", std::to_string(pixels),
+                   "at most " + std::to_string(k_most), "choose a coarser resolution"};
+    cube.size_[axis] = static_cast<int>(pixels);
+  }
+  // From a voxel before the first on.
+  const volume::Frame& voxels = field.volume().frame;
+  glm::dmat3 axes = voxels.axes();
+  for (int axis = 0; axis < 3; ++axis) axes[axis] /= rays[axis];
+  cube.frame_ = volume::Frame::from_axes(voxels.world_from_volume(dvec3(-1)), axes).value();
+  volume::parallel_for(3, threads, [&](int axis) {
+    const auto [u, v] = across(axis);
+    std::vector<Crossing> crossings;
+    for_mixed_cells(bits, [&](const ivec3& cell) {
+      double value[2][2][2];  // along the ray, u, v
+      for (int corner = 0; corner < 8; ++corner) {
+        const ivec3 off(corner & 1, corner >> 1 & 1, corner >> 2 & 1), p = cell + off;
+        value[off[axis]][off[u]][off[v]] = field.at(p.x, p.y, p.z);
+      }
+      // A ray at a cell's border belongs to the cell behind it.
+      for (int j = 0; j < rays[v]; ++j)
+        for (int i = 0; i < rays[u]; ++i) {
+          const double s = static_cast<double>(i) / rays[u], t = static_cast<double>(j) / rays[v];
+          double end[2];
+          for (int k = 0; k < 2; ++k) {
+            const double low = value[k][0][0] + s * (value[k][1][0] - value[k][0][0]),
+                         high = value[k][0][1] + s * (value[k][1][1] - value[k][0][1]);
+            end[k] = low + t * (high - low);
+          }
+          if ((end[0] >= 0) == (end[1] >= 0)) continue;
+          const double at = cell[axis] + 1 + end[0] / (end[0] - end[1]);
+          const int column = (cell[u] + 1) * rays[u] + i, row = (cell[v] + 1) * rays[v] + j;
+          crossings.push_back({static_cast<std::uint32_t>(column + cube.size_[u] * row),
+                               static_cast<float>(at * rays[axis]), end[1] >= 0 ? 1 : -1});
+        }
+    });
+    cube.set_image(axis, crossings);
+  });
+  return cube;
+}
+
+namespace {
+
+/// Within matter at `at` along one ray?
+bool is_within(std::span<const float> ray, double at, Layers layers) noexcept {
+  if (ray.empty()) return false;
+  if (layers == Layers::outermost) return at >= ray.front() && at <= ray.back();
+  // Few layers: from the near end on.
+  std::size_t passed = 0;
+  while (passed < ray.size() && ray[passed] <= at) ++passed;
+  return passed % 2 == 1;
+}
+
+}  // namespace
+
+bool DepthCube::is_inside(const dvec3& p, Layers layers) const noexcept {
+  for (int axis = 0; axis < 3; ++axis)
+    if (!(p[axis] > -0.5 && p[axis] < size_[axis] - 0.5)) return false;
+  const ivec3 at(glm::floor(p + 0.5));
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto [u, v] = across(axis);
+    if (!is_within(ray(axis, at[u], at[v]), p[axis], layers)) return false;
+  }
+  return true;
+}
+
+bool DepthCube::is_inside_smoothly(const dvec3& p, Layers layers) const noexcept {
+  for (int axis = 0; axis < 3; ++axis)
+    if (!(p[axis] >= 0 && p[axis] <= size_[axis] - 1)) return is_inside(p, layers);
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto [u, v] = across(axis);
+    const int i = std::min(static_cast<int>(p[u]), size_[u] - 2),
+              j = std::min(static_cast<int>(p[v]), size_[v] - 2);
+    const double s = p[u] - i, t = p[v] - j;
+    const std::array<std::span<const float>, 4> rays{ray(axis, i, j), ray(axis, i + 1, j),
+                                                     ray(axis, i, j + 1), ray(axis, i + 1, j + 1)};
+    const double weights[] = {(1 - s) * (1 - t), s * (1 - t), (1 - s) * t, s * t};
+    const bool are_alike =
+        std::all_of(rays.begin(), rays.end(), [&](const auto& r) { return r.size() == rays[0].size(); });
+    if (!are_alike || rays[0].empty()) {
+      const auto nearest = static_cast<std::size_t>((s < 0.5 ? 0 : 1) + (t < 0.5 ? 0 : 2));
+      if (!is_within(rays[nearest], p[axis], layers)) return false;
+      continue;
+    }
+    const auto between = [&](std::size_t layer) {
+      double at = 0;
+      for (std::size_t k = 0; k < 4; ++k) at += weights[k] * static_cast<double>(rays[k][layer]);
+      return at;
+    };
+    bool is_in;
+    if (layers == Layers::outermost) {
+      is_in = p[axis] >= between(0) && p[axis] <= between(rays[0].size() - 1);
+    } else {
+      std::size_t passed = 0;
+      while (passed < rays[0].size() && between(passed) <= p[axis]) ++passed;
+      is_in = passed % 2 == 1;
+    }
+    if (!is_in) return false;
+  }
+  return true;
+}
+
+std::size_t DepthCube::crossing_count() const noexcept {
+  std::size_t count = 0;
+  for (const Image& image : images_) count += image.at.size();
+  return count;
+}
+
+std::size_t DepthCube::bytes() const noexcept {
+  std::size_t bytes = 0;
+  for (const Image& image : images_)
+    bytes += image.at.capacity() * sizeof(float) + image.first.capacity() * sizeof(std::uint32_t);
+  return bytes;
+}
+
+ivec3 rays_a_voxel(const volume::Volume& volume, double pixel_mm) noexcept {
+  ivec3 rays(1);
+  for (int axis = 0; axis < 3; ++axis) {
+    const int wanted =
+        static_cast<int>(std::ceil(std::min(volume.frame.spacing()[axis] / pixel_mm, 1e4) - 1e-9));
+    rays[axis] = std::clamp(std::min(wanted, (DepthCube::k_most - 1) / (volume.size[axis] + 1)), 1, 1 << 10);
+  }
+  return rays;
+}
+
+Result<volume::Frame> lattice_around(const dvec3& low, const dvec3& high, double pixel_mm, ivec3& size) {
+  if (!(pixel_mm > 0) || !std::isfinite(pixel_mm))
+    return Error{"the resolution is no length", "resolution", std::to_string(pixel_mm) + " mm", "above 0 mm",
+                 ""};
+  const dvec3 wide = high - low;
+  for (int axis = 0; axis < 3; ++axis) {
+    if (!(wide[axis] >= 0))
+      return Error{"a model without triangles has no depth", "model", "nothing", "triangles", ""};
+    const double pixels = std::ceil(wide[axis] / pixel_mm) + 3;
+    if (!(pixels <= DepthCube::k_most))
+      return Error{"depth images so fine would be too large", "resolution", std::to_string(pixel_mm) + " mm",
+                   "at most " + std::to_string(DepthCube::k_most) + " pixels along an edge",
+                   "a coarser resolution"};
+    size[axis] = static_cast<int>(pixels);
+  }
+  return volume::Frame::from_spacing(low - pixel_mm, dvec3(pixel_mm));
+}
+
+}  // namespace trephine::haptics::depth

@@ -1,0 +1,94 @@
+// Depth images along three axes, with every layer that a ray meets: what six cameras on the faces of a cube
+// see, and what is hidden from them.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <glm/vec3.hpp>
+#include <span>
+#include <vector>
+
+#include "haptics/scene/touch_scene.h"
+#include "volume/frame.h"
+#include "volume/occupancy.h"
+
+namespace trephine::haptics::depth {
+
+/// Which layers a camera has.
+enum class Layers : std::uint8_t {
+  outermost,  ///< what six cameras see from outside: the first and the last of each ray
+  all
+};
+
+/// Rays through the whole places of a lattice, along x, y and z of its frame; on each of them the places
+/// where it enters matter and where it leaves it, in their order. Immutable when made; queries: any thread,
+/// no allocation. Rays are whole lines: a lattice may lie within matter, and knows it.
+class DepthCube {
+ public:
+  static constexpr int k_most = 2048;  ///< pixels along an edge
+
+  /// Of triangles that look out counter-clockwise, in the frame that `frame` leads to. Matter is where the
+  /// winding number is not 0. Corners are taken to 2^-14 of a pixel across the rays, and which triangle a ray
+  /// meets is decided in whole numbers: of a closed surface no ray finds one side alone. Error: the lattice
+  /// is too large, or the model too far beyond it. The same bits for any number of threads.
+  static volume::Result<DepthCube> of_triangles(std::span<const glm::dvec3> vertices,
+                                                std::span<const std::uint32_t> triangles,
+                                                const volume::Frame& frame, const glm::ivec3& size,
+                                                int threads = 0);
+
+  /// Of a shape of a volume as it is untouched, trilinear between its voxels: so many rays a voxel along each
+  /// axis, the first through its middle. Solids end half a voxel beyond the border. Only cells that the
+  /// surface crosses are looked at.
+  static volume::Result<DepthCube> of_voxels(const volume::Field& field, const volume::Occupancy& bits,
+                                             const glm::ivec3& rays, int threads = 0);
+
+  const volume::Frame& frame() const noexcept { return frame_; }
+  const glm::ivec3& size() const noexcept { return size_; }
+  /// Of the ray along `axis` at pixel (i, j) of the two other axes, in the order x, y, z: rising; even ones
+  /// enter.
+  std::span<const float> ray(int axis, int i, int j) const noexcept {
+    const Image& image = images_[static_cast<std::size_t>(axis)];
+    const auto pixel =
+        static_cast<std::size_t>(i) + static_cast<std::size_t>(image.columns) * static_cast<std::size_t>(j);
+    return {image.at.data() + image.first[pixel], image.at.data() + image.first[pixel + 1]};
+  }
+
+  /// Do all cameras see p (of the frame) within matter? By the nearest pixels.
+  bool is_inside(const glm::dvec3& p, Layers layers) const noexcept;
+  /// The same between four pixels each, where these agree about their layers.
+  bool is_inside_smoothly(const glm::dvec3& p, Layers layers) const noexcept;
+
+  std::size_t crossing_count() const noexcept;
+  std::size_t bytes() const noexcept;
+  /// Rays on which winding did not come back to 0: the surface is open, or crosses itself at a grazing place.
+  std::size_t open_rays() const noexcept { return open_rays_; }
+
+ private:
+  struct Image {
+    int columns = 0, rows = 0;
+    std::vector<std::uint32_t> first;  ///< of each pixel, and one behind the last
+    std::vector<float> at;
+  };
+  /// Where a ray of an image meets a surface.
+  struct Crossing {
+    std::uint32_t pixel;
+    float at;
+    std::int32_t sign;  ///< + into matter
+  };
+  /// Returns how many rays are open.
+  std::size_t set_image(int axis, const std::vector<Crossing>& crossings);
+
+  volume::Frame frame_;
+  glm::ivec3 size_{0};
+  std::array<Image, 3> images_;
+  std::size_t open_rays_ = 0;
+};
+
+/// Rays a voxel for pixels of at most this size; fewer where the images would be too large.
+glm::ivec3 rays_a_voxel(const volume::Volume& volume, double pixel_mm) noexcept;
+
+/// The lattice for a model within these bounds: pixels so large, and one more on each side.
+volume::Result<volume::Frame> lattice_around(const glm::dvec3& low, const glm::dvec3& high, double pixel_mm,
+                                             glm::ivec3& size);
+
+}  // namespace trephine::haptics::depth

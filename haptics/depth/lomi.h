@@ -1,0 +1,170 @@
+// Where a proxy rests, by asking depth images about single places: the published way (Kim et al. 2009), kept
+// as it is, faults and all, as a yardstick.
+#pragma once
+
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <glm/geometric.hpp>
+#include <glm/vec3.hpp>
+
+namespace trephine::haptics::depth {
+
+struct LomiOptions {
+  double resolution = 0.2;   ///< mm, the desired one: of a voxel, and of the search along the way
+  int voxels = 11;           ///< along an edge of the map: odd
+  int levels = 4;            ///< so often the proxy's voxel is divided by 27
+  bool is_physical = false;  ///< all of the map is filled first, two bits a voxel
+};
+
+/// Where a search ended, and what it cost.
+struct LomiRest {
+  glm::dvec3 before{0.0};  ///< the temporary place: the last free one of the way
+  glm::dvec3 place{0.0};   ///< the true one
+  bool is_blocked = false;
+  int asked = 0;   ///< queries
+  int stored = 0;  ///< voxels in memory
+};
+
+/// From `from`, which is free, toward `hip`, mm. `inside(p)`: is p in matter; `inside_smoothly(p)`: the same
+/// between pixels. No allocation; at most `k_most_steps` places of the way are asked, of a faster hand
+/// coarser ones.
+inline constexpr int k_most_steps = 4096;
+inline constexpr int k_most_voxels = 31;  ///< of a map, along its edge
+
+/// The last free place of a way, by places a resolution apart; false: all of it is free.
+template <class Inside>
+bool preliminary_collision(const glm::dvec3& from, const glm::dvec3& hip, double resolution,
+                           const Inside& inside, LomiRest& rest) noexcept {
+  const double length = glm::length(hip - from);
+  const int steps = std::max(1, std::min(k_most_steps, static_cast<int>(std::ceil(length / resolution))));
+  rest.before = from;
+  for (int i = 1; i <= steps; ++i) {
+    const glm::dvec3 p = from + (static_cast<double>(i) / steps) * (hip - from);
+    ++rest.asked;
+    if (inside(p)) return true;
+    rest.before = p;
+  }
+  return false;
+}
+
+/// From free voxel to free voxel, each the nearest to the HIP of its 26 neighbours, within the map. No voxel
+/// is asked twice and none is kept: those around the places where the walk has been were asked there.
+template <class Inside>
+glm::dvec3 walk_abstract_lomi(const glm::dvec3& middle, const glm::dvec3& hip, const LomiOptions& options,
+                              const Inside& inside, LomiRest& rest) noexcept {
+  const int reach = options.voxels / 2;
+  std::array<glm::ivec3, 2 * k_most_voxels> been;
+  int count = 0;
+  const auto place = [&](const glm::ivec3& v) { return middle + options.resolution * glm::dvec3(v); };
+  const auto was_asked = [&](const glm::ivec3& v, int but) {
+    for (int k = 0; k < but; ++k) {
+      const glm::ivec3 off = glm::abs(v - been[static_cast<std::size_t>(k)]);
+      if (off.x <= 1 && off.y <= 1 && off.z <= 1) return true;
+    }
+    return false;
+  };
+  glm::ivec3 at(0);
+  double nearest = glm::distance(middle, hip);
+  while (count < static_cast<int>(been.size())) {
+    been[static_cast<std::size_t>(count++)] = at;
+    glm::ivec3 best = at;
+    for (int z = -1; z <= 1; ++z)
+      for (int y = -1; y <= 1; ++y)
+        for (int x = -1; x <= 1; ++x) {
+          const glm::ivec3 v = at + glm::ivec3(x, y, z);
+          const glm::ivec3 off = glm::abs(v);
+          if (v == at || off.x > reach || off.y > reach || off.z > reach || was_asked(v, count - 1)) continue;
+          ++rest.asked;
+          if (inside(place(v))) continue;
+          if (const double d = glm::distance(place(v), hip); d < nearest) nearest = d, best = v;
+        }
+    if (best == at) break;
+    at = best;
+  }
+  return place(at);
+}
+
+/// The free voxel of the whole map that is nearest to the HIP: each is asked and stored first. One behind a
+/// thin wall is as good as any.
+template <class Inside>
+glm::dvec3 search_physical_lomi(const glm::dvec3& middle, const glm::dvec3& hip, const LomiOptions& options,
+                                const Inside& inside, LomiRest& rest) noexcept {
+  enum Type : std::uint8_t { free_space, surface, interior };
+  constexpr std::size_t k_cells = static_cast<std::size_t>(k_most_voxels) * k_most_voxels * k_most_voxels;
+  std::array<std::uint8_t, (k_cells + 3) / 4> map;  // two bits a voxel
+  const int n = options.voxels, reach = n / 2;
+  const auto index = [n](int x, int y, int z) { return static_cast<std::size_t>(x + n * (y + n * z)); };
+  const auto type = [&](std::size_t i) { return (map[i / 4] >> (2 * (i % 4))) & 3; };
+  const auto set = [&](std::size_t i, Type t) {
+    map[i / 4] = static_cast<std::uint8_t>((map[i / 4] & ~(3 << (2 * (i % 4)))) | (t << (2 * (i % 4))));
+  };
+  const auto place = [&](int x, int y, int z) {
+    return middle + options.resolution * glm::dvec3(x - reach, y - reach, z - reach);
+  };
+  for (int z = 0; z < n; ++z)
+    for (int y = 0; y < n; ++y)
+      for (int x = 0; x < n; ++x) {
+        ++rest.asked, ++rest.stored;
+        set(index(x, y, z), inside(place(x, y, z)) ? interior : free_space);
+      }
+  // Matter beside free space is its surface.
+  for (int z = 0; z < n; ++z)
+    for (int y = 0; y < n; ++y)
+      for (int x = 0; x < n; ++x) {
+        if (type(index(x, y, z)) != interior) continue;
+        const bool is_surface = (x > 0 && type(index(x - 1, y, z)) == free_space) ||
+                                (x + 1 < n && type(index(x + 1, y, z)) == free_space) ||
+                                (y > 0 && type(index(x, y - 1, z)) == free_space) ||
+                                (y + 1 < n && type(index(x, y + 1, z)) == free_space) ||
+                                (z > 0 && type(index(x, y, z - 1)) == free_space) ||
+                                (z + 1 < n && type(index(x, y, z + 1)) == free_space);
+        if (is_surface) set(index(x, y, z), surface);
+      }
+  glm::dvec3 best = middle;
+  double nearest = glm::distance(middle, hip);
+  for (int z = 0; z < n; ++z)
+    for (int y = 0; y < n; ++y)
+      for (int x = 0; x < n; ++x)
+        if (type(index(x, y, z)) == free_space)
+          if (const double d = glm::distance(place(x, y, z), hip); d < nearest)
+            nearest = d, best = place(x, y, z);
+  return best;
+}
+
+/// The proxy's voxel is divided by 27, the free part nearest to the HIP again, and so on.
+template <class Inside>
+glm::dvec3 sub_voxelize(glm::dvec3 place, const glm::dvec3& hip, double voxel, int levels,
+                        const Inside& inside_smoothly, LomiRest& rest) noexcept {
+  for (int level = 0; level < levels; ++level) {
+    voxel /= 3;
+    glm::dvec3 best = place;
+    double nearest = 1e300;
+    for (int z = -1; z <= 1; ++z)
+      for (int y = -1; y <= 1; ++y)
+        for (int x = -1; x <= 1; ++x) {
+          const glm::dvec3 p = place + voxel * glm::dvec3(x, y, z);
+          ++rest.asked;
+          if (inside_smoothly(p)) continue;
+          if (const double d = glm::distance(p, hip); d < nearest) nearest = d, best = p;
+        }
+    place = best;
+  }
+  return place;
+}
+
+/// All of it.
+template <class Inside, class InsideSmoothly>
+LomiRest find_rest(const glm::dvec3& from, const glm::dvec3& hip, const LomiOptions& options,
+                   const Inside& inside, const InsideSmoothly& inside_smoothly) noexcept {
+  LomiRest rest;
+  rest.is_blocked = preliminary_collision(from, hip, options.resolution, inside, rest);
+  rest.place = hip;
+  if (!rest.is_blocked) return rest;
+  rest.place = options.is_physical ? search_physical_lomi(rest.before, hip, options, inside, rest)
+                                   : walk_abstract_lomi(rest.before, hip, options, inside, rest);
+  rest.place = sub_voxelize(rest.place, hip, options.resolution, options.levels, inside_smoothly, rest);
+  return rest;
+}
+
+}  // namespace trephine::haptics::depth
