@@ -43,6 +43,28 @@ class VoxelSamples {
   NetVertices vertices_;
 };
 
+/// The vertices of a cell, one for each patch of its case: each in the middle of where its edges cross.
+template <class Samples>
+void place_between_crossings(const Samples& samples, const glm::ivec3& cell, const NetCase& net,
+                             glm::vec3* out) noexcept {
+  std::array<glm::vec3, 4> sum{};
+  std::array<int, 4> count{};
+  for (int e = 0; e < 12; ++e) {
+    if (!(net.edges >> e & 1)) continue;
+    const int axis = e / 4, corner = net_edge_corner(e);
+    const glm::ivec3 at(corner & 1, corner >> 1 & 1, corner >> 2 & 1);
+    glm::ivec3 low = cell + at, high = low;
+    ++high[axis];
+    glm::vec3 p(at);
+    p[axis] = samples.is_solid(low) ? samples.crossing(low, high) : 1 - samples.crossing(high, low);
+    const std::size_t patch = net.patch_of_edge[static_cast<std::size_t>(e)];
+    sum[patch] += p;
+    ++count[patch];
+  }
+  for (std::size_t k = 0; k < net.patch_count; ++k)
+    out[k] = glm::vec3(cell) + sum[k] / static_cast<float>(count[k]);
+}
+
 /// The lattice of an offset field. Borrows it. Any thread; allocates nothing.
 class OffsetSamples {
  public:
@@ -50,22 +72,7 @@ class OffsetSamples {
 
   bool is_solid(const glm::ivec3& v) const noexcept { return field_.at(v.x, v.y, v.z) >= 0; }
   void place(const glm::ivec3& cell, const NetCase& net, glm::vec3* out) const noexcept {
-    std::array<glm::vec3, 4> sum{};
-    std::array<int, 4> count{};
-    for (int e = 0; e < 12; ++e) {
-      if (!(net.edges >> e & 1)) continue;
-      const int axis = e / 4, corner = net_edge_corner(e);
-      const glm::ivec3 at(corner & 1, corner >> 1 & 1, corner >> 2 & 1);
-      glm::ivec3 low = cell + at, high = low;
-      ++high[axis];
-      glm::vec3 p(at);
-      p[axis] = is_solid(low) ? crossing(low, high) : 1 - crossing(high, low);
-      const std::size_t patch = net.patch_of_edge[static_cast<std::size_t>(e)];
-      sum[patch] += p;
-      ++count[patch];
-    }
-    for (std::size_t k = 0; k < net.patch_count; ++k)
-      out[k] = glm::vec3(cell) + sum[k] / static_cast<float>(count[k]);
+    place_between_crossings(*this, cell, net, out);
   }
   float crossing(const glm::ivec3& in, const glm::ivec3& air) const noexcept {
     const auto inside = static_cast<float>(field_.at(in.x, in.y, in.z)),

@@ -21,9 +21,6 @@ constexpr int k_bits = 14;                      // of a pixel, of corners across
 constexpr double k_farthest = double{1 << 15};  // pixels, of a corner beyond the lattice
 constexpr std::int64_t k_one = std::int64_t{1} << k_bits;
 
-/// The two axes across one, in their order.
-constexpr std::array<int, 2> across(int axis) { return {axis == 0 ? 1 : 0, axis == 2 ? 1 : 2}; }
-
 struct Corner {
   std::int64_t x, y;
   double depth;
@@ -92,10 +89,7 @@ std::size_t DepthCube::set_image(int axis, const std::vector<Crossing>& crossing
       const bool was = winding != 0;
       winding += c->sign;
       if ((winding != 0) == was) continue;
-      if (was && image.at.size() > image.first[p] && image.at.back() == c->at)
-        image.at.pop_back();  // nothing between
-      else
-        image.at.push_back(c->at);
+      image.at.push_back(c->at);  // also where matter ends as it begins: a voxel that is the threshold
     }
     if (winding != 0) {
       ++open;

@@ -8,7 +8,7 @@
 #include <span>
 #include <vector>
 
-#include "haptics/scene/touch_scene.h"
+#include "volume/field.h"
 #include "volume/frame.h"
 #include "volume/occupancy.h"
 
@@ -19,6 +19,9 @@ enum class Layers : std::uint8_t {
   outermost,  ///< what six cameras see from outside: the first and the last of each ray
   all
 };
+
+/// The two axes across one, in their order.
+constexpr std::array<int, 2> across(int axis) noexcept { return {axis == 0 ? 1 : 0, axis == 2 ? 1 : 2}; }
 
 /// Rays through the whole places of a lattice, along x, y and z of its frame; on each of them the places
 /// where it enters matter and where it leaves it, in their order. Immutable when made; queries: any thread,

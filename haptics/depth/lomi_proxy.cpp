@@ -1,7 +1,7 @@
 #include "haptics/depth/lomi_proxy.h"
 
+#include "haptics/depth/depth_items.h"
 #include "haptics/depth/depth_rules.h"
-#include "haptics/mesh/mesh_tree.h"
 
 namespace trephine::haptics {
 
@@ -14,26 +14,9 @@ volume::Status LomiProxy::prepare(const TouchScene& scene) {
   const depth::Rates rates;
   options_.resolution = k_resolution;
   options_.voxels = depth::lomi_voxels(depth::lomi_size(rates), options_.resolution);
-  cubes_.clear();
-  for (const TouchItem& item : scene.items) {
-    if (item.mover >= 0)
-      return volume::Error{"this method holds meshes still", item.name, "a mesh that moves", "",
-                           "use method scene"};
-    if (!item.is_mesh()) {
-      auto cube = DepthCube::of_voxels(item.field, *item.bits,
-                                       depth::rays_a_voxel(item.field.volume(), options_.resolution));
-      if (!cube) return cube.error();
-      cubes_.push_back(std::move(cube).value());
-      continue;
-    }
-    if (!item.tree) return volume::Error{"a mesh has no tree", item.name, "", "", ""};
-    glm::ivec3 size(0);
-    const auto frame = depth::lattice_around(item.tree->low(), item.tree->high(), options_.resolution, size);
-    if (!frame) return frame.error();
-    auto cube = DepthCube::of_triangles(item.tree->vertices(), item.tree->triangles(), frame.value(), size);
-    if (!cube) return cube.error();
-    cubes_.push_back(std::move(cube).value());
-  }
+  auto cubes = depth::cubes_of(scene, {options_.resolution, options_.resolution});
+  if (!cubes) return cubes.error();
+  cubes_ = std::move(cubes).value();
   return std::nullopt;
 }
 

@@ -2,6 +2,7 @@
 
 #include "haptics/mesh/god_object.h"
 #include "haptics/proxy/friction.h"
+#include "haptics/walls/cell_cast.h"
 #include "haptics/walls/solid_grid.h"
 #include "volume/local_net.h"
 #include "volume/marching_cubes.h"
@@ -29,25 +30,8 @@ class SurfaceCaster {
     return is_hit;
   }
 
-  /// Does p lie behind the surface of the shape? By the first triangle on the way to a free corner of its
-  /// cell.
-  bool is_behind(int s, const dvec3& p) const noexcept {
-    const Surface surface = surface_of(s);
-    ivec3 cell;
-    for (int a = 0; a < 3; ++a) cell[a] = static_cast<int>(std::floor(p[a]));
-    const int bits = surface.config(cell);
-    if (bits == 0 || bits == 255) return bits == 255;
-    int corner = 0;
-    while (bits >> corner & 1) ++corner;
-    const dvec3 way = dvec3(cell + ivec3(corner & 1, corner >> 1 & 1, corner >> 2 & 1)) - p;
-    double nearest = 2, nearest_facing = 0;
-    surface.triangles_of_cell(cell, [&](const glm::vec3& i, const glm::vec3& j, const glm::vec3& k) {
-      double t = 0, facing = 0;
-      if (crosses_triangle(p, way, dvec3(i), dvec3(j), dvec3(k), t, facing) && t < nearest)
-        nearest = t, nearest_facing = facing;
-    });
-    return nearest <= 1 && nearest_facing > 0;
-  }
+  /// Does p lie behind the surface of the shape?
+  bool is_behind(int s, const dvec3& p) const noexcept { return is_behind_cells(surface_of(s), p); }
 
  private:
   using Surface = Local<typename Grid::Samples>;
@@ -58,43 +42,15 @@ class SurfaceCaster {
     const bool is_front = holds(scene_, let_through_, s, Side::front),
                is_back = holds(scene_, let_through_, s, Side::back);
     if (!is_front && !is_back) return is_hit;
-    const Surface surface = surface_of(s);
     const auto shape = static_cast<std::size_t>(s);
-    const dvec3 way = b - a;
-    // Cells are cubes between voxel centres: the traversal's voxels, moved by half a step.
-    const volume::VoxelBox box{ivec3(-1), grid_.size() - 1};
-    volume::VoxelWalk walk(volume::Segment(a - 0.5, b - 0.5), box);
-    while (!walk.is_done()) {
-      const ivec3& cell = walk.voxel();
-      ++counters_.cells;
-      // A quad reaches beyond its cell: what was hit behind this cell may have something before it in the
-      // next.
-      if (is_hit && hit.t < walk.t_enter()) return true;
-      if (grid_.contains(cell)) {
-        // The cell's far corners lie one voxel on.
-        volume::VoxelBox empty = grid_.empty_box(cell, shape, shape + 1);
-        empty.high -= 1;
-        if (glm::all(glm::lessThanEqual(empty.low, cell)) && glm::all(glm::lessThanEqual(cell, empty.high))) {
-          walk.advance_past(empty);
-          continue;
-        }
-      }
-      surface.triangles_of_cell(cell, [&](const glm::vec3& i, const glm::vec3& j, const glm::vec3& k) {
-        ++counters_.triangles;
-        const dvec3 p(i), q(j), r(k);
-        double t = 0, facing = 0;
-        if (!crosses_triangle(a, way, p, q, r, t, facing) || (is_hit && t >= hit.t)) return;
-        // Triangles look to the free side where the frame is right-handed.
-        const bool is_from_free = facing < 0;
-        if (is_from_free ? !is_front : !is_back) return;
-        const dvec3 normal =
-            glm::normalize(grid_.frame().gradient_world_from_volume(glm::cross(q - p, r - p)));
-        hit = {t, is_from_free ? normal : -normal, s, side_of(!is_from_free)};
-        is_hit = true;
-      });
-      walk.advance();
-    }
-    return is_hit;
+    const auto empty_box = [&](const ivec3& cell) {
+      return grid_.contains(cell) ? grid_.empty_box(cell, shape, shape + 1)
+                                  : volume::VoxelBox{ivec3(1), ivec3(0)};
+    };
+    const bool is_nearer = cast_on_cells(surface_of(s), grid_.frame(), grid_.size(), empty_box, a, b,
+                                         is_front, is_back, is_hit, hit, counters_);
+    if (is_nearer) hit.shape = s;
+    return is_hit || is_nearer;
   }
 
   const TouchScene& scene_;

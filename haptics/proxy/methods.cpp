@@ -1,5 +1,6 @@
 #include "haptics/proxy/methods.h"
 
+#include "haptics/depth/depth_proxy.h"
 #include "haptics/depth/lomi_proxy.h"
 #include "haptics/mesh/mesh_proxy.h"
 #include "haptics/proxy/baseline_proxies.h"
@@ -51,6 +52,9 @@ constexpr Entry k_entries[] = {
     {{"scene-sequential", "a god-object on the models, then each volume after it",
       "thesis of the volume haptics toolkit, 4.2.2", Solid::cubes},
      make<SequentialProxy>},
+    {{"depth", "depth images along three axes with every layer, a god-object on the net of their crossings",
+      "this project; Ju, Losasso, Schaefer and Warren 2002", Solid::images, true},
+     make<DepthProxy>},
     {{"lomi", "depth images from six sides, the nearest free voxel of a map that is never stored",
       "Kim, Kyung and others 2009 (Presence 18:340)", Solid::nothing, true},
      make<LomiProxy>},

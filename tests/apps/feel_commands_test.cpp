@@ -396,7 +396,7 @@ TEST_F(Command, TouchTakesAMethodAndARadius) {
   ASSERT_EQ(run("phantom sphere --size 48 --psf 1.5 -o s.mha").exit_code, 0);
   write_press("p.csv", 1);
   for (const char* method : {"subvoxel", "implicit", "path", "explicit", "explicit-cubes", "mesh", "scene",
-                             "scene-sequential", "lomi", "raystep", "plane", "gradient"}) {
+                             "scene-sequential", "depth", "lomi", "raystep", "plane", "gradient"}) {
     const Json touch = json(std::string("touch s.mha --path p.csv -o t.csv --method ") + method);
     EXPECT_EQ(touch["method"], method);
     EXPECT_GT(touch["max_force_n"].get<double>(), 0.05) << method;

@@ -178,8 +178,9 @@ AttackRow attack(const Target& target, const MethodInfo& info, long steps, std::
     return dvec3(x, y, z);
   };
   // An explicit surface is judged by a whole mesh, which a cut makes anew: rarely.
-  const bool is_of_triangles =
-      info.solid == MethodInfo::Solid::net || info.solid == MethodInfo::Solid::marching_cubes;
+  const bool is_of_triangles = info.solid == MethodInfo::Solid::net ||
+                               info.solid == MethodInfo::Solid::images ||
+                               info.solid == MethodInfo::Solid::marching_cubes;
   const bool is_cut = !info.is_of_untouched && !is_held_from_within(scene);
   // Short runs are cut and undone too.
   const long cut_every = std::clamp(steps / 2, 200L, is_of_triangles || scene.tool_radius > 0 ? 1000L : 400L);

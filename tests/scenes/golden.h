@@ -32,6 +32,7 @@ inline constexpr Golden k_golden[] = {
     {3, "soak, its hour", 15450976775875540313u},
     {3, "lockstep, what was removed", 16858554636058654643u},
     {3, "lockstep, last force", 4597345573958413375u},
+    {7, "depth", 0x5b35ca3003b06b69},
     {7, "lomi", 0x2a097a85dd5e341c},
     // Points of masks are shifted from cell to cell (revision 4 changed none of these).
     {5, "lockstep, what was removed", 2175259919017709223u},

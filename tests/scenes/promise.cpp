@@ -1,5 +1,6 @@
 #include "tests/scenes/promise.h"
 
+#include "haptics/depth/depth_net.h"
 #include "volume/cell_mesh.h"
 
 namespace trephine::scenes {
@@ -44,6 +45,14 @@ Promise::Promise(const MethodInfo& method, const haptics::TouchScene& scene,
                            base_->size, checker::solid_voxels(base_, shape.field.shape(), version));
     return;
   }
+  if (method.solid == Solid::images) {
+    using namespace haptics::depth;
+    const DepthNet net(DepthCube::of_voxels(shape.field, *shape.bits, glm::ivec3(1)).value());
+    const volume::Mesh mesh = volume::mesh_of_cells(volume::LocalNet{DepthSamples(net)}, net.cube().size());
+    lattice_ = net.cube().frame();
+    triangles_ = std::make_unique<checker::MeshWall>(mesh.vertices.span(), mesh.triangles.span());
+    return;
+  }
   const volume::SurfaceSource source{&shape.field, version.get(), shape.bits.get(), false, true};
   using volume::LocalCubes, volume::LocalNet, volume::mesh_of_cells;
   const bool is_net = method.solid == Solid::net;
@@ -58,7 +67,8 @@ Promise::Promise(const MethodInfo& method, const haptics::TouchScene& scene,
 
 bool Promise::meets(const glm::dvec3& from, const glm::dvec3& to) const {
   const auto in_samples = [this](const glm::dvec3& p) {
-    return offset_ ? offset_->frame().volume_from_world(base_->frame.world_from_volume(p)) : p;
+    if (!offset_ && !lattice_) return p;
+    return (offset_ ? offset_->frame() : *lattice_).volume_from_world(base_->frame.world_from_volume(p));
   };
   const glm::dvec3 a = in_samples(from), b = in_samples(to);
   if (smooth_) return !smooth_->is_free(a, b);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 
 #include "haptics/proxy/methods.h"
 #include "tests/checker/mesh_judge.h"
@@ -24,6 +25,7 @@ class Promise {
  private:
   std::shared_ptr<const volume::Volume> base_;
   std::shared_ptr<const volume::OffsetField> offset_;  ///< null for a point
+  std::optional<volume::Frame> lattice_;               ///< of depth images
   std::unique_ptr<checker::SmoothSolid> smooth_;
   std::unique_ptr<checker::FallThroughJudge> cubes_;
   std::unique_ptr<checker::MeshWall> triangles_;

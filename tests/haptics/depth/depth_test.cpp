@@ -1,14 +1,21 @@
 // Depth images and the published search on them, against brute force.
 #include <cmath>
+#include <map>
 #include <numbers>
 #include <set>
 #include <tuple>
 
-#include "haptics/depth/depth_cube.h"
+#include "haptics/depth/depth_items.h"
+#include "haptics/depth/depth_proxy.h"
 #include "haptics/depth/depth_rules.h"
 #include "haptics/depth/lomi.h"
+#include "haptics/mesh/mesh_tree.h"
+#include "tests/checker/mesh_judge.h"
 #include "tests/haptics/proxy/method_play.h"
+#include "tests/whole.h"
+#include "volume/cell_mesh.h"
 #include "volume/deterministic_math.h"
+#include "volume/surface_nets.h"
 
 namespace trephine::haptics::depth {
 namespace {
@@ -273,6 +280,187 @@ TEST(Lomi, IsAMethodThatKeepsFromAModelAndAScan) {
   }
   EXPECT_GT(count, 1800);
   EXPECT_LT(worst, 0.2);  // the desired resolution
+}
+
+/// A scene of models alone, in a volume where nothing is solid.
+TouchScene models(std::initializer_list<Model> all) {
+  TouchScene scene = scenes::phantom_scene("sphere", grid(16, 1));
+  scene.items.clear();
+  for (const Model& m : all) {
+    scene.items.push_back(mesh_item("model", std::make_shared<const MeshTree>(m.vertices, m.triangles)));
+    scene.items.back().material.static_friction = scene.items.back().material.dynamic_friction = 0;
+  }
+  return scene;
+}
+/// Plays it without the judge of volumes.
+struct ModelPlay {
+  TouchScene scene;
+  std::unique_ptr<ProxyMethod> method;
+  TouchState seen;
+  ProxyState state;
+
+  ModelPlay(const std::string& name, TouchScene s)
+      : scene(std::move(s)), method(make_method(name).value()), seen(untouched(scene)) {
+    const volume::Status error = method->prepare(scene);
+    EXPECT_FALSE(error) << error->what;
+  }
+  ProxyStep step(const dvec3& hip) { return method->step(scene, seen, state, {hip}); }
+};
+
+/// Every edge is gone along as often one way as the other. Corners in one place count as one.
+bool is_closed(const volume::Mesh& mesh) {
+  std::map<std::pair<std::uint32_t, std::uint32_t>, int> ways;
+  for (std::size_t t = 0; t < mesh.triangles.size(); t += 3)
+    for (std::size_t k = 0; k < 3; ++k) {
+      const std::uint32_t a = mesh.triangles[t + k], b = mesh.triangles[t + (k + 1) % 3];
+      if (a != b) ways[std::minmax(a, b)] += a < b ? 1 : -1;
+    }
+  return !ways.empty() && std::all_of(ways.begin(), ways.end(), [](const auto& w) { return w.second == 0; });
+}
+
+/// The net of a volume's images is its surface net: the same cells, vertices to what single precision keeps.
+TEST(DepthNet, OfAVolumeIsItsSurfaceNet) {
+  for (const char* phantom : {"gyroid", "shell"}) {
+    const TouchScene scene = scenes::phantom_scene(phantom, grid(48, 0.7, 12));
+    const TouchItem& item = scene.items[0];
+    const DepthNet net(DepthCube::of_voxels(item.field, *item.bits, ivec3(1)).value());
+    const volume::Mesh shown = volume::mesh_of_cells(volume::LocalNet{DepthSamples(net)}, net.cube().size()),
+                       whole = volume::surface_net({&item.field, nullptr, item.bits.get(), false, true});
+    EXPECT_TRUE(is_closed(shown)) << phantom;
+    ASSERT_EQ(shown.triangles.size(), whole.triangles.size());
+    // Vertices in one place are one in the first.
+    ASSERT_NEAR(static_cast<double>(shown.vertices.size()), static_cast<double>(whole.vertices.size()), 20);
+    std::map<std::tuple<int, int, int>, std::vector<glm::vec3>> by_cell;
+    const auto key = [](const glm::vec3& v) {
+      return std::tuple(static_cast<int>(std::floor(v.x)), static_cast<int>(std::floor(v.y)),
+                        static_cast<int>(std::floor(v.z)));
+    };
+    for (const glm::vec3& v : whole.vertices.span()) by_cell[key(v)].push_back(v);
+    float worst = 0;
+    for (const glm::vec3& v : shown.vertices.span()) {
+      float nearest = 9;
+      for (int k = 0; k < 27; ++k) {
+        const auto found =
+            by_cell.find(key(v - 1.0F + 0.5F * glm::vec3(k % 3 - 1, k / 3 % 3 - 1, k / 9 - 1)));
+        if (found == by_cell.end()) continue;
+        for (const glm::vec3& w : found->second) nearest = std::min(nearest, glm::distance(v - 1.0F, w));
+      }
+      worst = std::max(worst, nearest);
+    }
+    EXPECT_LT(worst, 2e-5F) << phantom;
+  }
+}
+
+/// From outside, and from inside a calabash, which the published method cannot feel.
+TEST(DepthProxy, FeelsAModelWithinATenthOfHalfAPixelAndTheInsideOfACalabash) {
+  Model calabash = ball(dvec3(0), 20, 900);
+  calabash.add(ball(dvec3(0), 15, 900).inward());
+  for (const bool is_within : {false, true}) {
+    ModelPlay play("depth", models({calabash}));
+    const double radius = is_within ? 15 : 20, way = is_within ? 1 : -1;
+    if (is_within) play.step(dvec3(0));
+    double worst = 0, angle = 0;
+    long contacts = 0;
+    for (int i = 0; i < 3000; ++i) {
+      const double a = 0.0031 * i, z = 0.8 * std::sin(0.0017 * i), r = std::sqrt(1 - z * z);
+      const dvec3 out(r * std::cos(a), r * std::sin(a), z);
+      const double from = i < 50 ? 50 - i : 0;
+      const ProxyStep s = play.step((radius + way * (1 - 0.3 * from)) * out);
+      if (!s.has_contact || i < 100) continue;
+      ++contacts;
+      worst = std::max(worst, std::abs(glm::length(s.proxy_world) - radius));
+      angle = std::max(angle, std::acos(std::min(1.0, std::abs(glm::dot(s.normal_world, out)))));
+    }
+    EXPECT_GT(contacts, 2800) << is_within;
+    EXPECT_LT(worst, 0.01) << is_within;
+    EXPECT_LT(angle, 0.04) << is_within;
+  }
+  // In the cavity six cameras see matter.
+  ModelPlay published("lomi", models({calabash}));
+  for (int i = 0; i < 100; ++i) EXPECT_FALSE(published.step(dvec3(0.16 * i, 0, 0)).has_contact);
+}
+
+/// Thin parts, a narrow tube, a hidden interior, models within one another: from any side, at any speed.
+TEST(DepthProxy, NothingFallsThroughThinPartsTubesOrHiddenInteriors) {
+  Model plate = box({-8, -8, -0.15}, {8, 8, 0.15});  // 1.5 pixels
+  Model tube = box({-1.1, -1.1, 2}, {-0.6, 1.1, 14});
+  tube.add(box({0.6, -1.1, 2}, {1.1, 1.1, 14}));
+  tube.add(box({-0.6, -1.1, 2}, {0.6, -0.6, 14}));
+  tube.add(box({-0.6, 0.6, 2}, {0.6, 1.1, 14}));
+  Model hollow = ball({0, 0, -8}, 5, 60);
+  hollow.add(ball({0, 0, -8}, 4.4, 60).inward());
+  const TouchScene scene = models({plate, tube, hollow});
+  std::vector<DepthNet> nets;
+  std::vector<checker::MeshWall> walls;
+  std::vector<DepthCube> cubes = cubes_of(scene, {DepthProxy::k_pixel, 1}).value();
+  for (DepthCube& cube : cubes) {
+    EXPECT_EQ(cube.open_rays(), 0u);
+    nets.emplace_back(std::move(cube));
+    const volume::Mesh mesh =
+        volume::mesh_of_cells(volume::LocalNet{DepthSamples(nets.back())}, nets.back().cube().size());
+    EXPECT_TRUE(is_closed(mesh));
+    walls.emplace_back(mesh.vertices.span(), mesh.triangles.span());
+  }
+  const long steps = is_whole() ? 10000000 : 40000;
+  long crossed = 0, contacts = 0, hidden = 0, in_tube = 0;
+  std::uint64_t n = 1;
+  const auto random = [&] { return number(n++); };
+  ModelPlay play("depth", scene);
+  const volume::Frame& base = play.scene.base->frame;
+  dvec3 hip(0), way(0);
+  for (long i = 0; i < steps; ++i) {
+    if (i % 200 == 0) {  // anew, a third of the time in the cavity, or in the tube
+      play.state = {};
+      const double where = random();
+      hip = where < 0.33   ? dvec3(0, 0, -8)
+            : where < 0.66 ? dvec3(0, 0, 8)
+                           : dvec3(20 * random() - 10, 20 * random() - 10, 30 * random() - 14);
+    }
+    // Slow and fast, to 1 m/s and ten times that.
+    const double speed = i % 7 == 0 ? 10 : i % 3 == 0 ? 1 : 0.1;
+    way = dvec3(random() - 0.5, random() - 0.5, random() - 0.5);
+    hip = glm::clamp(hip + 2 * speed * way, dvec3(-10, -10, -15), dvec3(10, 10, 16));
+    const bool was_fresh = !play.state.has_proxy;
+    const ProxyStep s = play.step(hip);
+    ASSERT_TRUE(std::isfinite(glm::length(s.proxy_world)));
+    contacts += s.has_contact;
+    const dvec3& p = s.proxy_world;
+    hidden += glm::length(p - dvec3(0, 0, -8)) < 4.4,
+        in_tube += std::max(std::abs(p.x), std::abs(p.y)) < 0.6 && p.z > 2 && p.z < 14;
+    if (was_fresh) continue;
+    for (int k = 1; k < s.waypoint_count; ++k)
+      for (std::size_t item = 0; item < nets.size(); ++item) {
+        const volume::Frame& frame = nets[item].cube().frame();
+        const auto at = [&](int w) {
+          return frame.volume_from_world(base.world_from_volume(s.path_volume[static_cast<std::size_t>(w)]));
+        };
+        if (walls[item].is_entered(at(k - 1), at(k))) ++crossed;
+      }
+  }
+  EXPECT_EQ(crossed, 0);
+  EXPECT_GT(contacts, steps / 4);
+  EXPECT_GT(hidden, steps / 10);
+  EXPECT_GT(in_tube, steps / 200);
+  // The judge sees a proxy that goes straight: a planted fault.
+  EXPECT_TRUE(walls[0].is_entered(nets[0].cube().frame().volume_from_world({0.03, 0.04, 1}),
+                                  nets[0].cube().frame().volume_from_world({0.05, 0.02, -1})));
+}
+
+TEST(DepthProxy, SaysWhatItCannotTouch) {
+  Model open = box({0, 0, 0}, {5, 5, 5});
+  open.triangles.resize(open.triangles.size() - 3);
+  for (const char* name : {"depth", "lomi"}) {
+    const auto method = make_method(name).value();
+    const volume::Status sheet = method->prepare(models({open}));
+    ASSERT_TRUE(sheet) << name;
+    EXPECT_NE(sheet->what.find("not closed"), std::string::npos);
+    const volume::Status large = method->prepare(models({box(dvec3(0), dvec3(900, 5, 5))}));
+    ASSERT_TRUE(large) << name;
+    EXPECT_NE(large->expected.find("2048"), std::string::npos);
+    TouchScene moving = models({box(dvec3(0), dvec3(5))});
+    moving.items[0].mover = 0;
+    EXPECT_TRUE(method->prepare(moving)) << name;
+  }
 }
 
 }  // namespace

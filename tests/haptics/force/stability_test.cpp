@@ -30,7 +30,7 @@ constexpr bool k_is_fast_build = false;
 /// Fewer where each takes twenty times as long; TREPHINE_ATTACK_STEPS says another number.
 long attack_steps() {
   if (const char* wanted = std::getenv("TREPHINE_ATTACK_STEPS")) return std::atol(wanted);
-  return k_is_fast_build ? 250'000 : 60'000;
+  return k_is_fast_build ? 300'000 : 60'000;
 }
 
 TEST(Stability, NothingFallsThroughInRandomStepsCutAndUndoneUnderTheTool) {
@@ -43,7 +43,7 @@ TEST(Stability, NothingFallsThroughInRandomStepsCutAndUndoneUnderTheTool) {
     EXPECT_EQ(row.sunk, 0) << row.method << " on " << row.scene;
     EXPECT_EQ(row.not_finite, 0) << row.method << " on " << row.scene;
     by_shape += row.judged_by_shape;
-    if (row.steps > 1000) {
+    if (row.steps > 2000) {  // more than one start
       EXPECT_GT(row.contacts, row.steps / 100) << row.method << " on " << row.scene;
     }
     undos += row.undos;

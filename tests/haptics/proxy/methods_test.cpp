@@ -19,7 +19,7 @@ using glm::dvec3;
 class Methods : public testing::TestWithParam<const char*> {};
 INSTANTIATE_TEST_SUITE_P(All, Methods,
                          testing::Values("implicit", "path", "explicit", "explicit-cubes", "subvoxel", "mesh",
-                                         "scene", "scene-sequential"),
+                                         "depth", "scene", "scene-sequential"),
                          suite_name);
 
 /// Those that feel cuts, and whose work is by the voxel: a whole net is a model of what is untouched.

@@ -1,0 +1,90 @@
+#include "haptics/depth/depth_proxy.h"
+
+#include <algorithm>
+
+#include "haptics/depth/depth_items.h"
+#include "haptics/proxy/friction.h"
+#include "haptics/walls/cell_cast.h"
+#include "volume/local_net.h"
+
+namespace trephine::haptics {
+
+using depth::DepthCube;
+using glm::dvec3;
+using glm::ivec3;
+
+volume::Status DepthProxy::prepare(const TouchScene& scene) {
+  if (volume::Status error = check_touchable(scene, false, true)) return error;
+  if (volume::Status error = check_stays_whole(scene, name())) return error;
+  auto cubes = depth::cubes_of(scene, {k_pixel, 1e300});
+  if (!cubes) return cubes.error();
+  nets_.clear();
+  gap_ = 1;
+  for (DepthCube& cube : cubes.value()) {
+    const dvec3 mm = cube.frame().spacing();
+    nets_.emplace_back(std::move(cube));
+    gap_ = std::min(gap_, k_facet_gap * std::min({mm.x, mm.y, mm.z}));
+  }
+  return std::nullopt;
+}
+
+ProxyStep DepthProxy::step(const TouchScene& scene, const TouchState& seen, ProxyState& state,
+                           const ProxyInput& input) const noexcept {
+  const volume::Frame& frame = seen.version->base().frame;
+  ProxyStep result;
+  result.normal_world = dvec3(0);
+  const auto net_of = [this](int index) -> const depth::DepthNet& {
+    return nets_[static_cast<std::size_t>(index)];
+  };
+  const auto in_cube = [&](int index, const dvec3& p_world) {
+    const TouchItem& item = item_of(scene, index);
+    return net_of(index).cube().frame().volume_from_world(
+        item.is_mesh() ? item.placement.local_from_world(p_world) : p_world);
+  };
+  const auto find_solids = [&](const dvec3& p_world) {
+    for (int index = 0; index < item_count(scene); ++index)
+      state.inside.set(index, is_behind_cells(volume::LocalNet{depth::DepthSamples(net_of(index))},
+                                              in_cube(index, p_world)));
+  };
+  if (!state.has_proxy) {
+    state.begin_at(frame.volume_from_world(input.hip_world));
+    find_solids(input.hip_world);
+    result.proxy_world = input.hip_world;
+    result.add_waypoint(state.proxy_volume);
+    return result;
+  }
+  const auto cast = [&](const dvec3& a, const dvec3& b, FacetHit& hit) {
+    if (a == b) return false;
+    const dvec3 from = frame.world_from_volume(a), to = frame.world_from_volume(b);
+    const auto no_box = [](const ivec3&) { return volume::VoxelBox{ivec3(1), ivec3(0)}; };
+    bool is_hit = false;
+    for (int index = 0; index < item_count(scene); ++index) {
+      const bool is_front = holds(scene, state.around.let_through, index, Side::front),
+                 is_back = holds(scene, state.around.let_through, index, Side::back);
+      if (!is_front && !is_back) continue;
+      const DepthCube& cube = net_of(index).cube();
+      if (!cast_on_cells(volume::LocalNet{depth::DepthSamples(net_of(index))}, cube.frame(), cube.size(),
+                         no_box, in_cube(index, from), in_cube(index, to), is_front, is_back, is_hit, hit,
+                         result.counters))
+        continue;
+      const TouchItem& item = item_of(scene, index);
+      if (item.is_mesh()) hit.normal_world = item.placement.rotation * hit.normal_world;
+      hit.shape = index;
+      is_hit = true;
+    }
+    return is_hit;
+  };
+  const dvec3 before = state.proxy_volume;
+  const int landing = move_god_object(frame, input.hip_world, state.proxy_volume, gap_, cast, result);
+  const auto is_blocked = [&](const dvec3& a, const dvec3& b) {
+    FacetHit hit;
+    return cast(a, b, hit);
+  };
+  end_with_friction(frame, scene, input.hip_world, landing, is_blocked, state, result);
+  // Inside only where a side does not hold.
+  if (state.proxy_volume != before && (!state.inside.is_empty() || !result.has_contact))
+    find_solids(result.proxy_world);
+  return result;
+}
+
+}  // namespace trephine::haptics

@@ -1,0 +1,78 @@
+// Where a way first meets a surface whose triangles are made cell by cell, where the way goes.
+#pragma once
+
+#include <algorithm>
+#include <glm/common.hpp>
+#include <glm/vector_relational.hpp>
+
+#include "haptics/mesh/god_object.h"
+#include "volume/traversal.h"
+
+namespace trephine::haptics {
+
+/// Cells are cubes between whole places of a lattice of `size`; `surface.triangles_of_cell(cell, use)` makes
+/// the triangles that the inside of a cell may meet, free side counter-clockwise in the lattice.
+/// `empty_box(place)`: places around one that nothing solid is near; low > high where that is unknown.
+/// `is_hit`: another thing was met at hit.t, and only what is nearer counts. True where that is: sets all of
+/// `hit` but the shape.
+template <class Surface, class EmptyBox>
+bool cast_on_cells(const Surface& surface, const volume::Frame& frame, const glm::ivec3& size,
+                   const EmptyBox& empty_box, const glm::dvec3& a, const glm::dvec3& b, bool is_front,
+                   bool is_back, bool is_hit, FacetHit& hit, ProxyCounters& counters) noexcept {
+  using glm::dvec3;
+  using glm::ivec3;
+  bool is_nearer = false;
+  const dvec3 way = b - a;
+  // Cells lie between the traversal's voxels: moved by half a step.
+  const volume::VoxelBox box{ivec3(-1), size - 1};
+  volume::VoxelWalk walk(volume::Segment(a - 0.5, b - 0.5), box);
+  while (!walk.is_done()) {
+    const ivec3& cell = walk.voxel();
+    ++counters.cells;
+    // A quad reaches beyond its cell: what was hit behind this cell may have something before it in the
+    // next.
+    if ((is_hit || is_nearer) && hit.t < walk.t_enter()) return is_nearer;
+    // The cell's far corners lie one place on.
+    volume::VoxelBox empty = empty_box(cell);
+    empty.high -= 1;
+    if (glm::all(glm::lessThanEqual(empty.low, cell)) && glm::all(glm::lessThanEqual(cell, empty.high))) {
+      walk.advance_past(empty);
+      continue;
+    }
+    surface.triangles_of_cell(cell, [&](const glm::vec3& i, const glm::vec3& j, const glm::vec3& k) {
+      ++counters.triangles;
+      const dvec3 p(i), q(j), r(k);
+      double t = 0, facing = 0;
+      if (!crosses_triangle(a, way, p, q, r, t, facing) || ((is_hit || is_nearer) && t >= hit.t)) return;
+      const bool is_from_free = facing < 0;
+      if (is_from_free ? !is_front : !is_back) return;
+      // A covector: the same whichever way the lattice is handed.
+      const dvec3 normal = glm::normalize(frame.gradient_world_from_volume(glm::cross(q - p, r - p)));
+      hit = {t, is_from_free ? normal : -normal, hit.shape, side_of(!is_from_free)};
+      is_nearer = true;
+    });
+    walk.advance();
+  }
+  return is_nearer;
+}
+
+/// Does p lie behind such a surface? By the first triangle on the way to a free corner of its cell.
+template <class Surface>
+bool is_behind_cells(const Surface& surface, const glm::dvec3& p) noexcept {
+  using glm::dvec3;
+  const glm::ivec3 cell(glm::floor(p));
+  const int bits = surface.config(cell);
+  if (bits == 0 || bits == 255) return bits == 255;
+  int corner = 0;
+  while (bits >> corner & 1) ++corner;
+  const dvec3 way = dvec3(cell + glm::ivec3(corner & 1, corner >> 1 & 1, corner >> 2 & 1)) - p;
+  double nearest = 2, nearest_facing = 0;
+  surface.triangles_of_cell(cell, [&](const glm::vec3& i, const glm::vec3& j, const glm::vec3& k) {
+    double t = 0, facing = 0;
+    if (crosses_triangle(p, way, dvec3(i), dvec3(j), dvec3(k), t, facing) && t < nearest)
+      nearest = t, nearest_facing = facing;
+  });
+  return nearest <= 1 && nearest_facing > 0;
+}
+
+}  // namespace trephine::haptics
