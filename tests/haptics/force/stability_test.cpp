@@ -65,6 +65,7 @@ TEST(Stability, NothingFallsThroughInRandomStepsCutAndUndoneUnderTheTool) {
 TEST(Stability, TheAttackCatchesAProxyThatIsMovedThroughWalls) {
   bench::AttackOptions options;
   options.steps = 36'000;
+  options.seed = 5;  // one that comes to touch in every scene
   long contacts = 0;
   options.spoil = [&](ProxyStep& step, const dvec3& hip_volume, const dvec3& hip_world) {
     if (!step.has_contact || ++contacts % 20 != 0) return;
