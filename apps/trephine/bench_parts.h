@@ -16,6 +16,9 @@ volume::Status bench_feel(const BenchArguments& arguments, Outcome& outcome);
 /// Random attacks, maps and energies; on a scan too when one is given.
 volume::Status bench_stability(const BenchArguments& arguments, Outcome& outcome);
 
+/// Touch by depth images.
+volume::Status bench_depth(const BenchArguments& arguments, Outcome& outcome);
+
 /// Series found and read, on files that it writes.
 volume::Status bench_dicom(const BenchArguments& arguments, Outcome& outcome);
 

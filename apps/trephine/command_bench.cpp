@@ -24,7 +24,7 @@ using volume::Result;
 namespace {
 
 constexpr const char* k_benchmarks =
-    "surface, flood, parting, step, rays, xray, reslice, render, drill, load, dicom, open, feel or stability";
+    "surface, flood, parting, step, rays, xray, reslice, render, drill, load, dicom, open, depth, feel or stability";
 
 Json to_json(const bench::StepTimes& t) {
   return {{"count", t.count}, {"p50", t.p50}, {"p99", t.p99}, {"p999", t.p999}, {"max", t.max}};
@@ -408,6 +408,8 @@ Result<Outcome> run_bench(const BenchArguments& arguments) {
     if (volume::Status error = bench_stability(arguments, outcome)) return *error;
   } else if (arguments.what == "dicom") {
     if (volume::Status error = bench_dicom(arguments, outcome)) return *error;
+  } else if (arguments.what == "depth") {
+    if (volume::Status error = bench_depth(arguments, outcome)) return *error;
   } else if (arguments.what == "drill") {
     bench_drill(arguments, outcome);
   } else if (arguments.what == "open") {

@@ -392,6 +392,21 @@ TEST_F(Command, ATouchIsRecordedReplayedAndAudited) {
   }
 }
 
+TEST_F(Command, BenchDepthRedoesThePublishedTables) {
+  const Json bench = json("bench depth --quick");
+  ASSERT_EQ(bench["lomi"].size(), 7u);
+  for (const Json& row : bench["lomi"])
+    EXPECT_LT(row["error_rms_mm"], 0.5 * row["resolution_mm"].get<double>());
+  ASSERT_EQ(bench["levels"].size(), 7u);
+  ASSERT_EQ(bench["models"].size(), 1u);
+  EXPECT_EQ(bench["models"][0]["triangles"], 69451);
+  std::map<std::string, double> errors;
+  for (const Json& method : bench["models"][0]["methods"]) errors[method["name"]] = method["error_worst_mm"];
+  EXPECT_LT(errors.at("depth"), 0.01);
+  EXPECT_LT(errors.at("lomi"), 0.2);
+  EXPECT_GT(errors.at("lomi"), 5 * errors.at("depth"));
+}
+
 TEST_F(Command, TouchTakesAMethodAndARadius) {
   ASSERT_EQ(run("phantom sphere --size 48 --psf 1.5 -o s.mha").exit_code, 0);
   write_press("p.csv", 1);

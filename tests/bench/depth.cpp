@@ -1,0 +1,225 @@
+#include "tests/bench/depth.h"
+
+#include <cmath>
+#include <glm/geometric.hpp>
+
+#include "data-tools/phantoms.h"
+#include "haptics/depth/depth_cube.h"
+#include "haptics/depth/depth_rules.h"
+#include "haptics/depth/lomi.h"
+#include "haptics/mesh/mesh_tree.h"
+#include "haptics/proxy/methods.h"
+#include "tests/bench/measure.h"
+#include "tests/bench/peers.h"
+#include "tests/scenes/scenes.h"
+#include "volume/deterministic_math.h"
+
+namespace trephine::bench {
+
+using glm::dvec3;
+using glm::ivec3;
+using namespace haptics;
+using haptics::depth::DepthCube;
+using haptics::depth::Layers;
+
+namespace {
+
+constexpr double k_radius = 40;  // mm
+constexpr double k_two_pi = 6.283185307179586;
+
+struct Model {
+  std::vector<dvec3> vertices;
+  std::vector<std::uint32_t> triangles;
+};
+
+/// A ball of exactly so many triangles: rings and poles, some triangles split in three, and where the number
+/// is odd, as published ones are, one more without an area: a closed surface has an even number.
+Model ball(int count) {
+  const int around = std::max(8, static_cast<int>(std::sqrt(count / 1.0))), up = count / (2 * around) + 1;
+  Model m;
+  m.vertices.push_back({0, 0, k_radius});
+  for (int j = 1; j < up; ++j)
+    for (int i = 0; i < around; ++i) {
+      const double a = k_two_pi * i / around, b = 0.5 * k_two_pi * j / up;
+      m.vertices.push_back(k_radius *
+                           dvec3(std::sin(b) * std::cos(a), std::sin(b) * std::sin(a), std::cos(b)));
+    }
+  m.vertices.push_back({0, 0, -k_radius});
+  const auto at = [&](int i, int j) { return static_cast<std::uint32_t>(1 + (j - 1) * around + i % around); };
+  const auto last = static_cast<std::uint32_t>(m.vertices.size() - 1);
+  const auto add = [&](std::uint32_t a, std::uint32_t b, std::uint32_t c) {
+    m.triangles.insert(m.triangles.end(), {a, b, c});
+  };
+  for (int i = 0; i < around; ++i) {
+    add(0, at(i, 1), at(i + 1, 1));
+    for (int j = 1; j + 1 < up; ++j) {
+      add(at(i, j), at(i, j + 1), at(i + 1, j));
+      add(at(i + 1, j), at(i, j + 1), at(i + 1, j + 1));
+    }
+    add(at(i, up - 1), last, at(i + 1, up - 1));
+  }
+  const auto wanted = 3 * static_cast<std::size_t>(count);
+  for (std::size_t t = 0; m.triangles.size() + 6 <= wanted; t += 3) {
+    const std::uint32_t a = m.triangles[t], b = m.triangles[t + 1], c = m.triangles[t + 2];
+    m.vertices.push_back(k_radius * glm::normalize(m.vertices[a] + m.vertices[b] + m.vertices[c]));
+    const auto middle = static_cast<std::uint32_t>(m.vertices.size() - 1);
+    m.triangles[t + 2] = middle;
+    add(b, c, middle), add(c, a, middle);
+  }
+  while (m.triangles.size() < wanted) add(0, 0, 0);
+  return m;
+}
+
+/// Places all over a ball.
+dvec3 direction(int n) {
+  const auto share = [](int k) {
+    return static_cast<double>(volume::hash_bits(static_cast<std::uint64_t>(k)) >> 11) * 0x1p-53;
+  };
+  const double z = 1 - 2 * share(2 * n), a = k_two_pi * share(2 * n + 1);
+  const double r = std::sqrt(1 - z * z);
+  return {r * std::cos(a), r * std::sin(a), z};
+}
+
+/// A ball of 20 mm seen by six cameras, in pixels of a size.
+DepthCube six_images(double pixel) {
+  Model m = ball(200'000);
+  for (dvec3& v : m.vertices) v *= 20 / k_radius;
+  ivec3 size(0);
+  const auto frame = depth::lattice_around(dvec3(-20), dvec3(20), pixel, size).value();
+  return DepthCube::of_triangles(m.vertices, m.triangles, frame, size).value();
+}
+
+/// us a search, the median of many; error: mm, rms.
+double search_us(const DepthCube& cube, const depth::LomiOptions& options, double& error) {
+  constexpr int k_searches = 1000;
+  const auto inside = [&](const dvec3& p) {
+    return cube.is_inside(cube.frame().volume_from_world(p), Layers::outermost);
+  };
+  const auto inside_smoothly = [&](const dvec3& p) {
+    return cube.is_inside_smoothly(cube.frame().volume_from_world(p), Layers::outermost);
+  };
+  std::vector<double> us;
+  double sum = 0;
+  for (int n = 0; n < k_searches; ++n) {
+    // A hand at 1 m/s: half of a map deep, a little aside.
+    const dvec3 out = direction(n), aside = 0.3 * direction(n + 7000);
+    const auto begin = Clock::now();
+    const depth::LomiRest rest = depth::find_rest((20 + options.resolution) * out, 19.5 * out + aside,
+                                                  options, inside, inside_smoothly);
+    us.push_back(1e6 * seconds_since(begin));
+    const double off = glm::length(rest.place) - 20;
+    sum += off * off;
+  }
+  error = std::sqrt(sum / k_searches);
+  return times_of(us).p50;
+}
+
+}  // namespace
+
+std::vector<LomiRow> run_lomi_benchmark() {
+  std::vector<LomiRow> rows;
+  const struct {
+    double resolution;
+    int voxels;
+    double physical, abstract;
+  } published[] = {{0.7, 7, 130, 17},  {0.6, 11, 212, 25}, {0.5, 15, 291, 33}, {0.4, 19, 410, 41},
+                   {0.3, 23, 671, 49}, {0.2, 27, 791, 56}, {0.1, 31, 924, 65}};
+  for (const auto& p : published) {
+    LomiRow row;
+    row.resolution = p.resolution, row.published_voxels = p.voxels;
+    row.published_physical_us = p.physical, row.published_abstract_us = p.abstract;
+    row.voxels = depth::lomi_voxels(depth::lomi_size({}), p.resolution);
+    const DepthCube cube = six_images(p.resolution);
+    double unused = 0;
+    row.physical_us = search_us(cube, {p.resolution, row.voxels, 0, true}, unused);
+    row.abstract_us = search_us(cube, {p.resolution, row.voxels, 0, false}, row.error);
+    rows.push_back(row);
+  }
+  return rows;
+}
+
+std::vector<LevelRow> run_level_benchmark() {
+  std::vector<LevelRow> rows;
+  const DepthCube cube = six_images(0.2);
+  const double published[] = {11, 19, 28, 36, 44, 52, 60};
+  for (int level = 1; level <= 7; ++level) {
+    LevelRow row;
+    row.level = level, row.published_us = published[level - 1];
+    row.step = 0.2 / std::pow(3, level), row.published_step = 2 / std::pow(3, level);
+    row.us = search_us(cube, {0.2, 11, level, false}, row.error);
+    rows.push_back(row);
+  }
+  return rows;
+}
+
+std::vector<ModelRow> run_depth_models(bool is_quick) {
+  constexpr int k_steps = 20'000;
+  std::vector<ModelRow> rows;
+  for (const int count : {69'451, 134'356, 233'204, 871'414, 2'000'000}) {
+    ModelRow row;
+    row.triangles = count;
+    const Model m = ball(count);
+    const auto tree_begin = Clock::now();
+    const auto tree = std::make_shared<const MeshTree>(m.vertices, m.triangles);
+    const double tree_ms = 1e3 * seconds_since(tree_begin);
+    const auto images = [&](const volume::Frame& frame, const ivec3& size) {
+      double least = 1e300;
+      for (int run = 0; run < 3; ++run) {
+        const auto begin = Clock::now();
+        (void)DepthCube::of_triangles(m.vertices, m.triangles, frame, size).value();
+        least = std::min(least, 1e3 * seconds_since(begin));
+      }
+      return least;
+    };
+    const dvec3 touched = k_radius * direction(3);
+    row.clip_ms = images(volume::Frame::from_spacing(touched - 10.0, dvec3(0.2)).value(), ivec3(100));
+    ivec3 size(0);
+    const auto frame = depth::lattice_around(dvec3(-k_radius), dvec3(k_radius), 0.2, size).value();
+    row.whole_ms = images(frame, size);
+
+    TouchScene scene = scenes::phantom_scene("sphere", [] {
+      data_tools::PhantomOptions o;
+      o.size = ivec3(16);
+      return o;
+    }());
+    scene.items = {mesh_item("model", tree)};
+    scene.items[0].material.static_friction = scene.items[0].material.dynamic_friction = 0;
+    const auto version = untouched(scene);
+    std::vector<std::pair<std::string, std::unique_ptr<ProxyMethod>>> methods;
+    for (const char* name : {"depth", "lomi", "mesh", "scene"})
+      methods.emplace_back(name, make_method(name).value());
+    for (const Peer& peer : peers().methods)
+      if (std::string(peer.info.name) == "Embree") methods.emplace_back("Embree", peer.make());
+    for (const auto& [name, method] : methods) {
+      ModelRow::Method one;
+      one.name = name;
+      const auto begin = Clock::now();
+      if (method->prepare(scene)) continue;
+      one.ready_ms = 1e3 * seconds_since(begin) + (name == "mesh" || name == "scene" ? tree_ms : 0);
+      ProxyState state;
+      std::vector<double> us;
+      double sum = 0;
+      for (int i = 0; i < k_steps; ++i) {
+        const double a = 0.0025 * i, z = 0.85 * std::sin(0.0007 * i), r = std::sqrt(1 - z * z);
+        const dvec3 out(r * std::cos(a), r * std::sin(a), z);
+        const double deep = i < 100 ? -2 + 0.03 * i : 1;
+        const auto start = Clock::now();
+        const ProxyStep step = method->step(scene, *version, state, {(k_radius - deep) * out});
+        const double taken = 1e6 * seconds_since(start);
+        if (i < 200) continue;
+        us.push_back(taken);
+        const double off = std::abs(glm::length(step.proxy_world) - k_radius);
+        sum += off * off, one.worst = std::max(one.worst, off);
+      }
+      one.error = std::sqrt(sum / static_cast<double>(us.size()));
+      const StepTimes times = times_of(us);
+      one.p50 = times.p50, one.p999 = times.p999;
+      row.methods.push_back(one);
+    }
+    rows.push_back(std::move(row));
+    if (is_quick) break;
+  }
+  return rows;
+}
+
+}  // namespace trephine::bench

@@ -1,0 +1,47 @@
+// Touch by depth images: the published tables redone, and whatever the size of the model, beside its peers.
+// The rows behind `trephine bench depth`.
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace trephine::bench {
+
+/// A search for the resting place: by the local map in memory and by that which is never stored.
+struct LomiRow {
+  double resolution = 0;  ///< mm
+  int voxels = 0;         ///< along the map's edge, by the rule
+  int published_voxels = 0;
+  double physical_us = 0, abstract_us = 0;
+  double published_physical_us = 0, published_abstract_us = 0;
+  double error = 0;  ///< mm from the analytic surface, rms, of the one that is never stored
+};
+std::vector<LomiRow> run_lomi_benchmark();
+
+/// How often the proxy's voxel of 0.2 mm is divided by 27.
+struct LevelRow {
+  int level = 0;
+  double step = 0, published_step = 0;  ///< mm: 0.2 / 3^n as the text says, 2 / 3^n as the table does
+  double us = 0, published_us = 0;
+  double error = 0;  ///< mm, rms
+};
+std::vector<LevelRow> run_level_benchmark();
+
+/// A model of so many triangles, touched 1 mm deep.
+struct ModelRow {
+  int triangles = 0;
+  double clip_ms = 0;   ///< three images, all layers, of 20 mm around the touch, 100^2 pixels
+  double whole_ms = 0;  ///< of all of it, pixels of 0.2 mm
+  struct Method {
+    std::string name;
+    double ready_ms = 0;       ///< what is made beforehand
+    double p50 = 0, p999 = 0;  ///< us a step
+    double error = 0;          ///< mm from the analytic surface, rms; worst
+    double worst = 0;
+  };
+  std::vector<Method> methods;
+};
+/// `is_quick`: the smallest model alone.
+std::vector<ModelRow> run_depth_models(bool is_quick);
+
+}  // namespace trephine::bench
