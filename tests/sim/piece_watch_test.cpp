@@ -114,7 +114,9 @@ TEST(PieceWatch, LiveItIsTheSame) {
       samples.push_back({1e-3 * static_cast<double>(samples.size()), pose});
   haptics::PlaybackDevice device(haptics::PosePath::from_samples(samples, "").value());
   haptics::Device* devices[] = {&device};
-  LiveSession live(devices, plate.engine(), {});
+  haptics::ServoOptions options;
+  options.watchdog_seconds = options.lag_seconds = 10;  // of this machine's own delays nothing is asked here
+  LiveSession live(devices, plate.engine(), options);
   live.watch_pieces(20);
   ASSERT_FALSE(live.start().has_value());
   for (int i = 0; i < 1000 && live.fetch_state().bodies.empty(); ++i)
