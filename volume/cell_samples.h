@@ -43,12 +43,22 @@ class VoxelSamples {
   NetVertices vertices_;
 };
 
+/// Corners of a cell that are solid, bit i at (i & 1, i >> 1 & 1, i >> 2 & 1).
+template <class Samples>
+int config_of(const Samples& samples, const glm::ivec3& cell) noexcept {
+  int bits = 0;
+  for (int i = 0; i < 8; ++i)
+    bits |= static_cast<int>(samples.is_solid(cell + glm::ivec3(i & 1, i >> 1 & 1, i >> 2 & 1))) << i;
+  return bits;
+}
+
 /// The vertices of a cell, one for each patch of its case: each in the middle of where its edges cross.
 template <class Samples>
 void place_between_crossings(const Samples& samples, const glm::ivec3& cell, const NetCase& net,
                              glm::vec3* out) noexcept {
   std::array<glm::vec3, 4> sum{};
   std::array<int, 4> count{};
+  const int bits = config_of(samples, cell);
   for (int e = 0; e < 12; ++e) {
     if (!(net.edges >> e & 1)) continue;
     const int axis = e / 4, corner = net_edge_corner(e);
@@ -56,7 +66,7 @@ void place_between_crossings(const Samples& samples, const glm::ivec3& cell, con
     glm::ivec3 low = cell + at, high = low;
     ++high[axis];
     glm::vec3 p(at);
-    p[axis] = samples.is_solid(low) ? samples.crossing(low, high) : 1 - samples.crossing(high, low);
+    p[axis] = bits >> corner & 1 ? samples.crossing(low, high) : 1 - samples.crossing(high, low);
     const std::size_t patch = net.patch_of_edge[static_cast<std::size_t>(e)];
     sum[patch] += p;
     ++count[patch];
@@ -83,14 +93,5 @@ class OffsetSamples {
  private:
   const OffsetField& field_;
 };
-
-/// Corners of a cell that are solid, bit i at (i & 1, i >> 1 & 1, i >> 2 & 1).
-template <class Samples>
-int config_of(const Samples& samples, const glm::ivec3& cell) noexcept {
-  int bits = 0;
-  for (int i = 0; i < 8; ++i)
-    bits |= static_cast<int>(samples.is_solid(cell + glm::ivec3(i & 1, i >> 1 & 1, i >> 2 & 1))) << i;
-  return bits;
-}
 
 }  // namespace trephine::volume

@@ -30,6 +30,23 @@ DepthNet::DepthNet(DepthCube cube) : cube_(std::move(cube)) {
     }
 }
 
+int DepthNet::config(const ivec3& v) const noexcept {
+  const ivec3& size = cube_.size();
+  int bits = 0;
+  for (int k = 0; k < 4; ++k) {
+    const int y = v.y + (k & 1), z = v.z + (k >> 1);
+    if (y < 0 || z < 0 || y >= size.y || z >= size.z) continue;
+    const std::uint64_t* row =
+        bits_.data() + words_ * (static_cast<std::size_t>(y) +
+                                 static_cast<std::size_t>(size.y) * static_cast<std::size_t>(z));
+    const auto bit = [&](int x) {
+      return x < 0 || x >= size.x ? 0 : static_cast<int>(row[x >> 6] >> (x & 63) & 1u);
+    };
+    bits |= (bit(v.x) | bit(v.x + 1) << 1) << (2 * k);
+  }
+  return bits;
+}
+
 float DepthNet::crossing(const ivec3& in, const ivec3& air) const noexcept {
   const int axis = in.x != air.x ? 0 : in.y != air.y ? 1 : 2, low = std::min(in[axis], air[axis]);
   const auto [u, v] = across(axis);

@@ -23,6 +23,8 @@ class DepthNet {
         static_cast<std::size_t>(v.y) + static_cast<std::size_t>(size.y) * static_cast<std::size_t>(v.z);
     return bits_[row * words_ + static_cast<std::size_t>(v.x >> 6)] >> (v.x & 63) & 1u;
   }
+  /// Of the cell from v on, as volume::config_of() tells it.
+  int config(const glm::ivec3& v) const noexcept;
   /// How far from a solid place to a free one beside it the surface lies, 0 to 1; the middle where their ray
   /// knows none.
   float crossing(const glm::ivec3& in, const glm::ivec3& air) const noexcept;
@@ -34,13 +36,43 @@ class DepthNet {
   std::vector<std::uint64_t> bits_;
 };
 
-/// A net as a value. Borrows it.
+/// Vertices that one step has placed, of any net: neighbours of a cell ask for them four times, and a step
+/// goes through the same cells again.
+class PlacedCells {
+ public:
+  PlacedCells() noexcept {
+    for (Slot& slot : slots_) slot.of = nullptr;
+  }
+  struct Slot {
+    const DepthNet* of;
+    const volume::NetCase* net;
+    glm::ivec3 cell;
+    std::array<glm::vec3, 4> vertices;
+  };
+  Slot& slot_of(const glm::ivec3& cell) noexcept {
+    const auto hash = static_cast<std::uint32_t>(cell.x + 4 * cell.y + 16 * cell.z);
+    return slots_[hash % std::tuple_size_v<decltype(slots_)>];
+  }
+
+ private:
+  std::array<Slot, 64> slots_;
+};
+
+/// A net as a value. Borrows it, and what was placed.
 class DepthSamples {
  public:
-  explicit DepthSamples(const DepthNet& net) noexcept : net_(net) {}
+  explicit DepthSamples(const DepthNet& net, PlacedCells* placed = nullptr) noexcept
+      : net_(net), placed_(placed) {}
   bool is_solid(const glm::ivec3& v) const noexcept { return net_.is_solid(v); }
+  int config(const glm::ivec3& cell) const noexcept { return net_.config(cell); }
   void place(const glm::ivec3& cell, const volume::NetCase& net, glm::vec3* out) const noexcept {
-    volume::place_between_crossings(*this, cell, net, out);
+    if (placed_ == nullptr) return volume::place_between_crossings(*this, cell, net, out);
+    PlacedCells::Slot& slot = placed_->slot_of(cell);
+    if (slot.of != &net_ || slot.net != &net || slot.cell != cell) {
+      slot.of = &net_, slot.net = &net, slot.cell = cell;
+      volume::place_between_crossings(*this, cell, net, slot.vertices.data());
+    }
+    std::copy_n(slot.vertices.begin(), net.patch_count, out);
   }
   float crossing(const glm::ivec3& in, const glm::ivec3& air) const noexcept {
     return net_.crossing(in, air);
@@ -48,6 +80,12 @@ class DepthSamples {
 
  private:
   const DepthNet& net_;
+  PlacedCells* placed_;
 };
+
+/// Found in place of volume::config_of(), which would ask for each corner.
+inline int config_of(const DepthSamples& samples, const glm::ivec3& cell) noexcept {
+  return samples.config(cell);
+}
 
 }  // namespace trephine::haptics::depth

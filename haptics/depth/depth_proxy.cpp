@@ -36,6 +36,10 @@ ProxyStep DepthProxy::step(const TouchScene& scene, const TouchState& seen, Prox
   const auto net_of = [this](int index) -> const depth::DepthNet& {
     return nets_[static_cast<std::size_t>(index)];
   };
+  depth::PlacedCells placed;
+  const auto surface_of = [&](int index) {
+    return volume::LocalNet{depth::DepthSamples(net_of(index), &placed)};
+  };
   const auto in_cube = [&](int index, const dvec3& p_world) {
     const TouchItem& item = item_of(scene, index);
     return net_of(index).cube().frame().volume_from_world(
@@ -43,8 +47,7 @@ ProxyStep DepthProxy::step(const TouchScene& scene, const TouchState& seen, Prox
   };
   const auto find_solids = [&](const dvec3& p_world) {
     for (int index = 0; index < item_count(scene); ++index)
-      state.inside.set(index, is_behind_cells(volume::LocalNet{depth::DepthSamples(net_of(index))},
-                                              in_cube(index, p_world)));
+      state.inside.set(index, is_behind_cells(surface_of(index), in_cube(index, p_world)));
   };
   if (!state.has_proxy) {
     state.begin_at(frame.volume_from_world(input.hip_world));
@@ -63,9 +66,8 @@ ProxyStep DepthProxy::step(const TouchScene& scene, const TouchState& seen, Prox
                  is_back = holds(scene, state.around.let_through, index, Side::back);
       if (!is_front && !is_back) continue;
       const DepthCube& cube = net_of(index).cube();
-      if (!cast_on_cells(volume::LocalNet{depth::DepthSamples(net_of(index))}, cube.frame(), cube.size(),
-                         no_box, in_cube(index, from), in_cube(index, to), is_front, is_back, is_hit, hit,
-                         result.counters))
+      if (!cast_on_cells(surface_of(index), cube.frame(), cube.size(), no_box, in_cube(index, from),
+                         in_cube(index, to), is_front, is_back, is_hit, hit, result.counters))
         continue;
       const TouchItem& item = item_of(scene, index);
       if (item.is_mesh()) hit.normal_world = item.placement.rotation * hit.normal_world;
