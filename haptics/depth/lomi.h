@@ -2,6 +2,7 @@
 // as it is, faults and all, as a yardstick.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
@@ -26,18 +27,18 @@ struct LomiRest {
   int stored = 0;  ///< voxels in memory
 };
 
-/// From `from`, which is free, toward `hip`, mm. `inside(p)`: is p in matter; `inside_smoothly(p)`: the same
-/// between pixels. No allocation; at most `k_most_steps` places of the way are asked, of a faster hand
-/// coarser ones.
-inline constexpr int k_most_steps = 4096;
-inline constexpr int k_most_voxels = 31;  ///< of a map, along its edge
+// `inside(p)`: does p, mm, lie in matter? By the nearest pixels, or smoothly between them. Nothing here
+// allocates.
+
+inline constexpr int k_most_steps = 4096;  ///< places of a way that are asked; of a longer one coarser ones
+inline constexpr int k_most_voxels = 31;   ///< of a map, along its edge
 
 /// The last free place of a way, by places a resolution apart; false: all of it is free.
 template <class Inside>
 bool preliminary_collision(const glm::dvec3& from, const glm::dvec3& hip, double resolution,
                            const Inside& inside, LomiRest& rest) noexcept {
   const double length = glm::length(hip - from);
-  const int steps = std::max(1, std::min(k_most_steps, static_cast<int>(std::ceil(length / resolution))));
+  const int steps = static_cast<int>(std::clamp(std::ceil(length / resolution), 1.0, 1.0 * k_most_steps));
   rest.before = from;
   for (int i = 1; i <= steps; ++i) {
     const glm::dvec3 p = from + (static_cast<double>(i) / steps) * (hip - from);
@@ -153,7 +154,7 @@ glm::dvec3 sub_voxelize(glm::dvec3 place, const glm::dvec3& hip, double voxel, i
   return place;
 }
 
-/// All of it.
+/// All of it: from `from`, which is free, toward `hip`.
 template <class Inside, class InsideSmoothly>
 LomiRest find_rest(const glm::dvec3& from, const glm::dvec3& hip, const LomiOptions& options,
                    const Inside& inside, const InsideSmoothly& inside_smoothly) noexcept {
