@@ -14,18 +14,13 @@
 #include "tests/checker/force_judge.h"
 #include "tests/haptics/proxy/method_play.h"
 #include "tests/scenes/golden.h"
+#include "tests/whole.h"
 #include "volume/deterministic_math.h"
 
 namespace trephine::haptics {
 namespace {
 
 using glm::dvec3;
-
-#if defined(NDEBUG) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
-constexpr bool k_is_fast_build = true;
-#else
-constexpr bool k_is_fast_build = false;
-#endif
 
 /// Fewer where each takes twenty times as long; TREPHINE_ATTACK_STEPS says another number.
 long attack_steps() {
