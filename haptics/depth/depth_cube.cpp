@@ -4,7 +4,6 @@
 #include <bit>
 #include <cmath>
 #include <glm/common.hpp>
-#include <limits>
 
 #include "volume/parallel.h"
 

@@ -50,10 +50,8 @@ ProxyStep DepthProxy::step(const TouchScene& scene, const TouchState& seen, Prox
       state.inside.set(index, is_behind_cells(surface_of(index), in_cube(index, p_world)));
   };
   if (!state.has_proxy) {
-    state.begin_at(frame.volume_from_world(input.hip_world));
+    begin_at_hip(frame.volume_from_world(input.hip_world), input.hip_world, state, result);
     find_solids(input.hip_world);
-    result.proxy_world = input.hip_world;
-    result.add_waypoint(state.proxy_volume);
     return result;
   }
   const auto cast = [&](const dvec3& a, const dvec3& b, FacetHit& hit) {

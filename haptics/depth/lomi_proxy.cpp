@@ -27,9 +27,7 @@ ProxyStep LomiProxy::step(const TouchScene& scene, const TouchState& seen, Proxy
   result.normal_world = dvec3(0);
   const dvec3 hip = frame.volume_from_world(input.hip_world);
   if (!state.has_proxy) {
-    state.begin_at(hip);
-    result.proxy_world = input.hip_world;
-    result.add_waypoint(hip);
+    begin_at_hip(hip, input.hip_world, state, result);
     return result;
   }
   int met = -1;  // the last item that a query was in
@@ -55,9 +53,7 @@ ProxyStep LomiProxy::step(const TouchScene& scene, const TouchState& seen, Proxy
   // Where matter lies over the proxy nothing holds it. Nearest pixels and those between may tell two things.
   if (inside(from) && inside_smoothly(from)) {
     result.is_buried = state.had_contact;
-    state.begin_at(hip);
-    result.proxy_world = input.hip_world;
-    result.add_waypoint(hip);
+    begin_at_hip(hip, input.hip_world, state, result);
     return result;
   }
   const depth::LomiRest rest = depth::find_rest(from, input.hip_world, options_, inside, inside_smoothly);

@@ -48,10 +48,7 @@ ProxyStep MeshProxy::step(const TouchScene& scene, const TouchState& seen, Proxy
   result.normal_world = dvec3(0);
   const dvec3 hip = frame.volume_from_world(input.hip_world);
   if (!state.has_proxy) {
-    state.begin_at(hip);
-    result.proxy_world = input.hip_world;
-    result.path_volume[0] = hip;
-    result.waypoint_count = 1;
+    begin_at_hip(hip, input.hip_world, state, result);
     return result;
   }
   const auto cast = [&](const dvec3& a, const dvec3& b, FacetHit& hit) {

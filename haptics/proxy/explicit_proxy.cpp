@@ -76,13 +76,10 @@ void step_on_triangles(const TouchScene& scene, const Grid& grid, std::uint64_t 
         result.is_buried = is_fresh = true;
     }
   if (is_fresh) {
-    state.begin_at(hip);
+    begin_at_hip(hip, input.hip_world, state, result);
     state.version = serial;
     for (int s = 0; s < static_cast<int>(scene.items.size()); ++s)
       state.inside.set(s, caster.is_behind(s, hip));
-    result.proxy_world = input.hip_world;
-    result.path_volume[0] = hip;
-    result.waypoint_count = 1;
     return;
   }
 

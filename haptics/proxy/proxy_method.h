@@ -173,6 +173,14 @@ struct ProxyStep : ProxyAnswer {
   }
 };
 
+/// The first step, and one that lets the proxy go: it is where the hand is.
+inline void begin_at_hip(const glm::dvec3& hip_volume, const glm::dvec3& hip_world, ProxyState& state,
+                         ProxyStep& step) noexcept {
+  state.begin_at(hip_volume);
+  step.proxy_world = hip_world;
+  step.add_waypoint(hip_volume);
+}
+
 /// Few enough shapes of one volume, each with its bits: what most methods ask of a scene. Error also for a
 /// tool with a radius, or meshes, where the method has none.
 volume::Status check_touchable(const TouchScene& scene, bool has_radius = false, bool has_meshes = false);

@@ -88,10 +88,8 @@ bool begin_on_cubes(const TouchScene& scene, const Grid& grid, const glm::dvec3&
   }
   if (!is_fresh) return false;
   const glm::dvec3 hip = grid.frame().volume_from_world(hip_world);
-  state.begin_at(hip);
+  begin_at_hip(hip, hip_world, state, result);
   state.inside = solids_at(scene, grid, hip);
-  result.proxy_world = hip_world;
-  result.add_waypoint(hip);
   return true;
 }
 

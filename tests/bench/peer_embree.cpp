@@ -4,6 +4,7 @@
 #include <glm/geometric.hpp>
 
 #include "haptics/mesh/god_object.h"
+#include "haptics/mesh/mesh_tree.h"
 #include "tests/bench/peers.h"
 #include "volume/surface_nets.h"
 
@@ -25,12 +26,13 @@ class EmbreeProxy final : public haptics::ProxyMethod {
 
   const char* name() const noexcept override { return "Embree"; }
   volume::Status prepare(const haptics::TouchScene& scene) override {
-    if (volume::Status error = haptics::check_touchable(scene)) return error;
+    const bool is_model = scene.items.size() == 1 && scene.items[0].is_mesh();
+    if (volume::Status error = haptics::check_touchable(scene, false, is_model)) return error;
     if (scene_) rtcReleaseScene(scene_);
     scene_ = rtcNewScene(device_);
     rtcSetSceneFlags(scene_, RTC_SCENE_FLAG_ROBUST);
     const haptics::TouchItem& shape = scene.items[0];
-    const volume::Mesh net = volume::surface_net({&shape.field, nullptr, shape.bits.get()});
+    const Triangles net = is_model ? of_model(scene) : of_shape(shape);
     RTCGeometry geometry = rtcNewGeometry(device_, RTC_GEOMETRY_TYPE_TRIANGLE);
     auto* vertices = static_cast<float*>(rtcSetNewGeometryBuffer(
         geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 3 * sizeof(float), net.vertices.size()));
@@ -39,7 +41,7 @@ class EmbreeProxy final : public haptics::ProxyMethod {
     auto* triangles =
         static_cast<unsigned*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
                                                        3 * sizeof(unsigned), net.triangles.size() / 3));
-    std::copy(net.triangles.data(), net.triangles.data() + net.triangles.size(), triangles);
+    std::copy(net.triangles.begin(), net.triangles.end(), triangles);
     rtcCommitGeometry(geometry);
     rtcAttachGeometry(scene_, geometry);
     rtcReleaseGeometry(geometry);
@@ -94,6 +96,25 @@ class EmbreeProxy final : public haptics::ProxyMethod {
   }
 
  private:
+  /// In the volume's frame.
+  struct Triangles {
+    std::vector<glm::vec3> vertices;
+    std::vector<std::uint32_t> triangles;
+  };
+  static Triangles of_shape(const haptics::TouchItem& shape) {
+    const volume::Mesh net = volume::surface_net({&shape.field, nullptr, shape.bits.get()});
+    return {{net.vertices.span().begin(), net.vertices.span().end()},
+            {net.triangles.span().begin(), net.triangles.span().end()}};
+  }
+  static Triangles of_model(const haptics::TouchScene& scene) {
+    const haptics::TouchItem& item = scene.items[0];
+    Triangles model;
+    for (const dvec3& v : item.tree->vertices())
+      model.vertices.emplace_back(scene.base->frame.volume_from_world(item.placement.world_from_local(v)));
+    model.triangles = item.tree->triangles();
+    return model;
+  }
+
   RTCDevice device_;
   RTCScene scene_ = nullptr;
 };

@@ -469,6 +469,8 @@ TEST(DepthProxy, SaysWhatItCannotTouch) {
     const volume::Status large = method->prepare(models({box(dvec3(0), dvec3(900, 5, 5))}));
     ASSERT_TRUE(large) << name;
     EXPECT_NE(large->expected.find("2048"), std::string::npos);
+    EXPECT_EQ(large->where, "model");
+    EXPECT_NE(large->remedy.find("scene"), std::string::npos);
     TouchScene moving = models({box(dvec3(0), dvec3(5))});
     moving.items[0].mover = 0;
     EXPECT_TRUE(method->prepare(moving)) << name;
