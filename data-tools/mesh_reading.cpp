@@ -471,4 +471,10 @@ volume::Result<PolygonModel> read_polygon_model(const std::string& path, double 
   return checked(std::move(model).value(), scale, frame, path, heard);
 }
 
+bool is_polygon_model(const std::string& path) {
+  for (const char* end : {".ply.gz", ".ply", ".obj", ".stl", ".vtk", ".vtp"})
+    if (has_extension(path, end)) return true;
+  return false;
+}
+
 }  // namespace trephine::data_tools

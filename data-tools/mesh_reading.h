@@ -34,4 +34,7 @@ ModelFacts facts_of(const PolygonModel& model);
 volume::Result<PolygonModel> read_polygon_model(const std::string& path, double scale = 1,
                                                 const std::string& frame = "");
 
+/// By its ending.
+bool is_polygon_model(const std::string& path);
+
 }  // namespace trephine::data_tools

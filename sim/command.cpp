@@ -39,6 +39,18 @@ const Schema& AdoptFields::schema() {
   static constexpr Schema table{"adopt-fields", 1, fields};
   return table;
 }
+const Schema& AdoptDepths::schema() {
+  static constexpr Field fields[] = {
+      field<&AdoptDepths::item>("item", {.low = 0, .high = haptics::ShapeSet::k_most - 1}),
+      field<&AdoptDepths::serial>("serial", {.low = 1, .high = 0x1p53}),
+      field<&AdoptDepths::middle>("middle", {.unit = "mm", .low = -1e6, .high = 1e6}),
+      field<&AdoptDepths::touch>("touch", {.unit = "mm", .low = -1e6, .high = 1e6}),
+      field<&AdoptDepths::edge>("edge", {.unit = "mm", .low = 1, .high = 200}),
+      field<&AdoptDepths::time>("time", {.unit = "s", .low = 0, .high = 1e9}),
+      field<&AdoptDepths::hash>("hash")};
+  static constexpr Schema table{"adopt-depths", 1, fields};
+  return table;
+}
 const Schema& LayDown::schema() {
   static constexpr Schema table{"lay-down"};
   return table;

@@ -49,6 +49,14 @@ struct AdoptFields {
   std::int64_t serial = 0;
   static const Schema& schema();
 };
+/// An item is felt by another set of depth images from here on: so they were drawn.
+struct AdoptDepths {
+  std::int64_t item = 0, serial = 0;
+  glm::dvec3 middle{0.0}, touch{0.0};  ///< mm, of the item's frame, as haptics::depth::DepthView has them
+  double edge = 0, time = 0;           ///< mm; s
+  std::int64_t hash = 0;               ///< of what came of it
+  static const Schema& schema();
+};
 /// The hand lays its instrument down, and only touches.
 struct LayDown {
   static const Schema& schema();

@@ -36,6 +36,7 @@ Engine::Engine(std::vector<HandStart> hands, double dt, const Catalogue& catalog
     const std::shared_ptr<const haptics::TouchScene>& scene = hands[h].feels.scene;
     TREPHINE_ASSERT(h == 0 || scene->base == hands_[0].scene->base);
     tools_.push_back({scene, hands[h].feels.method, 0, hands[h].feels.method->name()});
+    depths_.emplace_back(*scene);
     hands_.push_back(std::move(hands[h].feels));
     now_.settings.hands.push_back(std::move(hands[h].instrument));
   }
@@ -64,7 +65,10 @@ Outcome Engine::apply(const haptics::ServoRecord& tick) {
   trails_[tick.hand].add(feels(tick.hand), tick);
   record_faults(tick);
   Instrument& instrument = now_.settings.hands[tick.hand];
-  if ((tick.raised & haptics::fault_not_finite) == 0) hand.place = haptics::place_of(tick.pose);
+  if ((tick.raised & haptics::fault_not_finite) == 0) {
+    hand.place = haptics::place_of(tick.pose);
+    depths_[tick.hand].see(tick.pose.position_world, tick.proxy_world);
+  }
   const InstrumentInput input{tick, dt_, std::exchange(hand.is_fresh, false)};
   bool was_pressed = false;
   if (instrument.type != nullptr) {
@@ -93,6 +97,7 @@ Outcome Engine::apply(const Command& command) {
     if (const auto* adopt = command.what.as<AdoptJob>())
       std::erase_if(results_, [&](const auto& kept) { return kept.first == adopt->job; });
     if (command.what.as<AdoptFields>()) made_fields_.clear();
+    if (command.what.as<AdoptDepths>()) made_depths_.clear();
     return outcome;
   }
   carry_out(command, outcome);
@@ -130,7 +135,8 @@ Status Engine::check(const Command& command) const {
   if (Status error = check_branch(command)) return error;
   if (Status error = check_way_back(command)) return error;
   // What keeps the books is nobody's wish, and not to be refused.
-  if (command.what.as<AdoptFields>() || command.what.as<AdoptJob>() || command.what.as<Resume>())
+  if (command.what.as<AdoptFields>() || command.what.as<AdoptDepths>() || command.what.as<AdoptJob>() ||
+      command.what.as<Resume>())
     return std::nullopt;
   for (const Module* module : catalogue_.modules())
     if (Status error = module->allows(command, now_)) return error;
@@ -160,6 +166,9 @@ void Engine::carry_out(const Command& command, Outcome& outcome) {
     if (!is_in_stroke()) end_stroke();
   } else if (record_setting(command)) {
     outcome.is_changed = true;
+    if (const auto* depths = what.as<AdoptDepths>())
+      outcome.job_hash =
+          depths_[command.hand].newest()[*depths_[command.hand].place_of(depths->item)]->hash();
   } else if (change_body(command, outcome)) {
   } else if (what.as<ToolGeometry>() || what.as<FreePieces>()) {
     begin_job(command, {}, outcome);
@@ -335,6 +344,7 @@ std::shared_ptr<haptics::ServoScene> Engine::make_scene(std::uint64_t serial) {
   for (std::size_t h = 0; h < hands_.size(); ++h) {
     const TouchFields* fields = fields_of(h);
     hands_[h].state = haptics::TouchState(felt_, fields ? fields->newest() : OffsetJob::Offsets());
+    hands_[h].state.depths = depths_[h].newest();
   }
   return next;
 }

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "sim/catalogue.h"
+#include "sim/depth_sets.h"
 #include "sim/engine_image.h"
 
 namespace trephine::sim {
@@ -137,6 +138,10 @@ class Engine {
   std::uint64_t oldest_stale_serial() const noexcept;
   /// What that job made, before AdoptFields; likewise.
   void hand_in(const OffsetJob& job, OffsetJob::Offsets made);
+  /// A set of depth images that a hand is owed now; nothing where none is near, or nothing moved.
+  std::optional<DepthJob> depth_job() const;
+  /// What that job made, before AdoptDepths; likewise.
+  void hand_in(const DepthJob& job, std::shared_ptr<const haptics::depth::DepthSet> made);
 
  private:
   enum class Change { cut, growth };
@@ -145,6 +150,8 @@ class Engine {
   volume::Status check_setting(const Command& command) const;
   bool set(const Command& command, std::int64_t& number, Change& change, volume::Status& error);
   bool record_setting(const Command& command);
+  volume::Status check_depths(const AdoptDepths& wish, std::size_t hand) const;
+  bool use_depths(const AdoptDepths& wish, std::uint8_t hand);
   volume::Status check_effect_of(const Instrument& held, std::size_t hand) const;
   bool use_effect_of_instrument(std::size_t hand);
 
@@ -229,6 +236,13 @@ class Engine {
     OffsetJob::Offsets offsets;
   };
   std::vector<MadeFields> made_fields_;
+
+  std::vector<DepthSets> depths_;  ///< one a hand
+  struct MadeDepths {
+    DepthJob job;
+    std::shared_ptr<const haptics::depth::DepthSet> set;
+  };
+  std::vector<MadeDepths> made_depths_;
 };
 
 }  // namespace trephine::sim

@@ -48,6 +48,7 @@ Status Engine::restore(const EngineImage& image) {
     if (hand.tool.scene != hands_[h].scene) hands_[h].set_scene(hand.tool.scene, hand.tool.method);
     work_[h] = hand.work;
     trails_[h] = hand.trail;
+    depths_[h] = DepthSets(*hand.tool.scene);
   }
   // Effects that ended make room for the instruments' own, and for those that began.
   for (const bool is_ending : {true, false}) {
@@ -71,6 +72,7 @@ Status Engine::restore(const EngineImage& image) {
   for (PendingJob& job : jobs_) arm(job);
   results_.clear();
   made_fields_.clear();
+  made_depths_.clear();
   std::shared_ptr<haptics::ServoScene> seen = make_scene(image.serial);
   seen->hands = hands_;
   seen->has_held = has_held();

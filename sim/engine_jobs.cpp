@@ -130,6 +130,48 @@ void Engine::hand_in(const OffsetJob& job, OffsetJob::Offsets made) {
   made_fields_.push_back({job.scene, job.serial, std::move(made)});
 }
 
+// ---- depth images ----
+
+std::optional<DepthJob> Engine::depth_job() const {
+  for (std::size_t h = 0; h < hands_.size(); ++h)
+    if (auto job =
+            depths_[h].job(feels(h), static_cast<std::uint8_t>(h), static_cast<double>(now_.next_tick) * dt_))
+      return job;
+  return std::nullopt;
+}
+
+void Engine::hand_in(const DepthJob& job, std::shared_ptr<const haptics::depth::DepthSet> made) {
+  made_depths_.push_back({job, std::move(made)});
+}
+
+volume::Status Engine::check_depths(const AdoptDepths& wish, std::size_t hand) const {
+  if (!depths_[hand].place_of(wish.item))
+    return volume::Error{"this item is not felt by depth images", "adopt-depths", std::to_string(wish.item),
+                         "one that is", ""};
+  glm::ivec3 size(0);
+  const auto frame = job_of(wish, static_cast<std::uint8_t>(hand), *tools_[hand].scene).view.lattice(size);
+  return frame ? volume::Status() : frame.error();
+}
+
+/// False: it cannot be seen so, and nothing is felt of it any more.
+bool Engine::use_depths(const AdoptDepths& wish, std::uint8_t hand) {
+  const DepthJob job = job_of(wish, hand, *tools_[hand].scene);
+  std::vector<MadeDepths> made = std::exchange(made_depths_, {});
+  const auto ready = std::find_if(made.begin(), made.end(), [&](const MadeDepths& one) {
+    return one.job.hand == hand && one.job.item == wish.item && one.job.serial == job.serial &&
+           one.job.view == job.view;
+  });
+  const std::shared_ptr<const haptics::depth::DepthSet> drawn =
+      ready != made.end() ? ready->set : job.make(0);
+  auto set = drawn ? std::make_shared<haptics::depth::DepthSet>(*drawn)
+                   : std::make_shared<haptics::depth::DepthSet>();
+  set->view = job.view;
+  if (!set->tree) set->tree = std::make_shared<const haptics::MeshTree>();
+  set->serial = job.serial;
+  depths_[hand].take(wish.item, std::move(set));
+  return drawn != nullptr;
+}
+
 void Engine::adopt_fields(const AdoptFields& wish, std::size_t hand, Outcome& outcome) {
   TouchFields* fields = fields_of(hand);
   const auto serial = static_cast<std::uint64_t>(wish.serial);

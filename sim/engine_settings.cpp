@@ -102,6 +102,7 @@ Status Engine::check_setting(const Command& command) const {
                    "the mover of a model", ""};
     return check_rotation(place->rotation, "place-model rotation");
   }
+  if (const auto* depths = command.what.as<AdoptDepths>()) return check_depths(*depths, command.hand);
   if (const auto* effect = command.what.as<SetEffect>();
       effect && effect->effect.value == k_instruments_effect)
     return Error{"this effect is the instrument's own", "set-effect", std::to_string(k_instruments_effect),
@@ -143,6 +144,10 @@ bool Engine::set(const Command& command, std::int64_t& number, Change& change, S
     for (haptics::ServoHand& one : hands_)
       if (has_mover(*one.scene, number))
         one.set_placement(static_cast<int>(number), {place->position, {q[0], q[1], q[2], q[3]}});
+  } else if (const auto* depths = command.what.as<AdoptDepths>()) {
+    number = depths->item;
+    if (!use_depths(*depths, command.hand))
+      error = Error{"such depth images cannot be made", "adopt-depths", std::to_string(number), "", ""};
   } else if (const auto* effect = command.what.as<SetEffect>()) {
     number = effect->effect.value;
     auto laws = laws_after(hand, *effect);

@@ -59,6 +59,7 @@ void LiveSession::stop() {
   if (thread_.joinable()) thread_.join();
   fields_.stop();
   jobs_.stop();
+  depths_.stop();
   // What came while it ended.
   std::vector<Command> commands;
   std::vector<std::promise<std::shared_ptr<const OperationState>>> snapshots;
@@ -100,6 +101,8 @@ std::vector<LiveSession::Place> LiveSession::places_now(std::size_t most) {
 void LiveSession::take_work() {
   for (const Background::Result& adopt : jobs_.take()) adopt();
   for (const Background::Result& adopt : fields_.take()) adopt();
+  for (const Background::Result& adopt : depths_.take()) adopt();
+  draw_depths();
   if (!engine_.has_stale_fields() || !fields_.is_idle()) return;
   fields_.submit([this, job = engine_.offset_job().value()]() mutable -> Background::Result {
     const auto begin = Clock::now();
@@ -116,6 +119,34 @@ void LiveSession::take_work() {
       carry_out({AdoptFields{static_cast<std::int64_t>(job.serial)}, static_cast<std::uint8_t>(job.hand)});
     };
   });
+}
+
+/// Depth images around the hands, where anything is near that is felt by them.
+void LiveSession::draw_depths() {
+  if (!depths_.is_idle()) return;
+  std::optional<DepthJob> owed = engine_.depth_job();
+  if (!owed) return;
+  depths_.submit([this, job = std::move(*owed)]() -> Background::Result {
+    const auto begin = Clock::now();
+    std::shared_ptr<const haptics::depth::DepthSet> made = job.make();
+    const double seconds = seconds_since(begin);
+    {
+      const std::lock_guard guard(lock_);
+      depth_report_.longest_seconds = std::max(depth_report_.longest_seconds, seconds);
+      depth_report_.late += seconds > DepthSets::k_interval;
+      ++depth_report_.count;
+    }
+    return [this, job, made = std::move(made)] {
+      if (!made) return;
+      engine_.hand_in(job, made);
+      carry_out({job.command(*made), job.hand});
+    };
+  });
+}
+
+LiveSession::DepthReport LiveSession::depth_report() {
+  const std::lock_guard guard(lock_);
+  return depth_report_;
 }
 
 /// A job of a module: run on a thread of its own, adopted at a place in the order of all that happens.

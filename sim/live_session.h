@@ -89,6 +89,13 @@ class LiveSession {
     double longest_seconds = 0;
   };
   OffsetReport offset_report();
+  /// Sets of depth images: how many, the longest that one took, and those that took longer than the next was
+  /// due.
+  struct DepthReport {
+    std::uint64_t count = 0, late = 0;
+    double longest_seconds = 0;
+  };
+  DepthReport depth_report();
   /// What edits took: a tick, and a command, which may take 2 ms and is named.
   struct EditReport {
     double longest_tick_seconds = 0, longest_command_seconds = 0;
@@ -114,6 +121,7 @@ class LiveSession {
   void update_state(const Outcome& outcome);  // with lock_ held
   void show(const Outcome& outcome, bool is_command);
   void take_work();
+  void draw_depths();
   void begin(const PendingJob& job);
   void free_pieces();
 
@@ -138,9 +146,10 @@ class LiveSession {
   bool has_new_overlays_ = true;  ///< of the edit thread
   std::thread thread_;
 
-  Background fields_, jobs_;    ///< threads that edits never wait for
-  OffsetReport offset_report_;  ///< lock_
-  EditReport edit_report_;      ///< lock_
+  Background fields_, jobs_, depths_;  ///< threads that edits never wait for
+  OffsetReport offset_report_;         ///< lock_
+  DepthReport depth_report_;           ///< lock_
+  EditReport edit_report_;             ///< lock_
 };
 
 }  // namespace trephine::sim

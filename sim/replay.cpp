@@ -324,6 +324,10 @@ void Replay::run_command(const Command& command) {
   if (outcome.refused)
     record_mismatch(state_->next_tick, "command", name + ' ' + command.what.words(),
                     outcome.refused->message());
+  if (const auto* adopt = command.what.as<AdoptDepths>())
+    if (outcome.job_hash && *outcome.job_hash != static_cast<std::uint64_t>(adopt->hash))
+      record_mismatch(state_->next_tick, "depth images", hexadecimal(static_cast<std::uint64_t>(adopt->hash)),
+                      hexadecimal(*outcome.job_hash));
   if (const auto* adopt = command.what.as<AdoptJob>())
     if (outcome.job_hash && *outcome.job_hash != static_cast<std::uint64_t>(adopt->hash))
       record_mismatch(state_->next_tick, "job", hexadecimal(static_cast<std::uint64_t>(adopt->hash)),

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "haptics/depth/depth_model.h"
 #include "haptics/force/effects.h"
 #include "haptics/mesh/mesh_tree.h"
 #include "sim/tool_geometry.h"
@@ -139,6 +140,13 @@ bool touches_smooth(const SceneSpec& spec) noexcept {
   });
 }
 
+namespace {
+Error in_structure(Error error, const StructureSpec& s) {
+  error.where = s.shape.name + ": " + error.where;
+  return error;
+}
+}  // namespace
+
 Result<TouchScene> build_items(const SceneSpec& spec, const SceneData& data) {
   TouchScene scene;
   scene.base = data.volumes.at(0);
@@ -146,7 +154,16 @@ Result<TouchScene> build_items(const SceneSpec& spec, const SceneData& data) {
   std::vector<std::size_t> soft;
   for (const StructureSpec& s : spec.structures) {
     if (!s.is_touchable) continue;
-    if (s.model >= 0) {
+    if (s.model >= 0 && s.depth_keys > 0) {
+      const auto first = data.models.begin() + s.model;
+      auto source = haptics::depth::DepthModel::of_keys(
+          {first, first + s.depth_keys}, s.depth_beat,
+          s.is_repeating ? haptics::depth::ModelKeys::After::repeat : haptics::depth::ModelKeys::After::stay);
+      if (!source) return in_structure(source.error(), s);
+      if (Status error = source.value()->check(s.depth_pixel)) return in_structure(*error, s);
+      scene.items.push_back(haptics::depth_item(s.shape.name, std::move(source).value(), *first, s.material));
+      scene.items.back().depth_pixel = s.depth_pixel;
+    } else if (s.model >= 0) {
       scene.items.push_back(
           haptics::mesh_item(s.shape.name, data.models[static_cast<std::size_t>(s.model)], s.material));
     } else {
@@ -249,6 +266,12 @@ SceneSpec describe_scene(const TouchScene& scene, const haptics::ProxyMethod& me
       s.shape.name = "model " + std::to_string(s.model + 1);  // never a file's
       s.placement = item.placement;
       s.mover = item.mover;
+      if (const auto* drawn = dynamic_cast<const haptics::depth::DepthModel*>(item.depth.get())) {
+        s.depth_keys = static_cast<int>(drawn->trees().size());
+        s.depth_beat = drawn->keys().beat;
+        s.is_repeating = drawn->keys().after == haptics::depth::ModelKeys::After::repeat;
+        s.depth_pixel = item.depth_pixel;
+      }
     } else {
       s.shape = item.field.shape();
       s.volume =
@@ -299,9 +322,17 @@ SceneSpec as_made(const SceneSpec& asked, const OperationStart& start) {
 SceneData data_of(const TouchScene& scene) {
   SceneData data(scene.base);
   data.volumes.insert(data.volumes.end(), scene.others.begin(), scene.others.end());
+  const auto add = [&](const std::shared_ptr<const haptics::MeshTree>& tree) {
+    if (std::find(data.models.begin(), data.models.end(), tree) == data.models.end())
+      data.models.push_back(tree);
+  };
   for (const TouchItem& item : scene.items)
-    if (item.is_mesh() && std::find(data.models.begin(), data.models.end(), item.tree) == data.models.end())
-      data.models.push_back(item.tree);
+    if (const auto* drawn = dynamic_cast<const haptics::depth::DepthModel*>(item.depth.get())) {
+      // Its keys stand together, whoever else has one of them.
+      data.models.insert(data.models.end(), drawn->trees().begin(), drawn->trees().end());
+    } else if (item.is_mesh()) {
+      add(item.tree);
+    }
   return data;
 }
 

@@ -37,6 +37,12 @@ struct StructureSpec {
   std::optional<haptics::Material> back_material = std::nullopt;
   haptics::Placement placement = {};  ///< of a model
   int mover = -1;                     ///< a model that is placed midway by this number
+  /// A model that is felt by depth images: so many models, from `model` on, are what it looks like a beat
+  /// after another; 0: it is felt as it is.
+  int depth_keys = 0;
+  double depth_beat = 1.0 / 30;  ///< s
+  bool is_repeating = false;     ///< after the last comes the first
+  double depth_pixel = 0.2;      ///< mm
 };
 
 struct HandSpec {

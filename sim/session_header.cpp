@@ -91,6 +91,12 @@ std::string to_text(const SceneSpec& h) {
       }
       line("at", at);
       unless("mover", s.mover, -1);
+      unless("depth_keys", s.depth_keys, 0);
+      if (s.depth_keys > 0) {
+        number("depth_beat", s.depth_beat);
+        unless("depth_repeats", s.is_repeating, 0);
+        number("depth_pixel", s.depth_pixel);
+      }
     } else {
       number("low", s.shape.low);
       number("high", s.shape.high);
@@ -340,6 +346,14 @@ Result<SessionHeader> read_lines(std::string_view text, const Words& words) {
     } else if (key == "mover") {
       if ((is_good = whole(0, haptics::TouchScene::k_max_movers - 1)))
         shape->mover = static_cast<int>(number);
+    } else if (key == "depth_keys") {
+      if ((is_good = whole(1, k_most_things))) shape->depth_keys = static_cast<int>(number);
+    } else if (key == "depth_beat") {
+      if ((is_good = between(1e-6, 1e6))) shape->depth_beat = number;
+    } else if (key == "depth_repeats") {
+      if ((is_good = whole(0, 1))) shape->is_repeating = number == 1;
+    } else if (key == "depth_pixel") {
+      if ((is_good = between(1e-3, 100))) shape->depth_pixel = number;
     } else if (key == "at") {
       const std::optional<haptics::Placement> at = placement_of(value);
       if ((is_good = at.has_value())) shape->placement = *at;
@@ -385,8 +399,10 @@ volume::Status check_whole(const SceneSpec& h, const Words& words) {
   std::size_t of_anatomy = 0;
   for (const StructureSpec& s : h.structures) {
     of_anatomy += s.is_touchable && s.model < 0 && s.volume == 0;
-    if (s.volume >= static_cast<int>(h.volumes.size()) || s.model >= static_cast<int>(h.models.size()))
+    const int last_model = s.model + std::max(s.depth_keys, 1) - 1;
+    if (s.volume >= static_cast<int>(h.volumes.size()) || last_model >= static_cast<int>(h.models.size()))
       return fail("of_volume, of_model", "a volume or model that the header names");
+    if (s.depth_keys > 0 && s.model < 0) return fail("depth_keys", "of a model");
     if (s.model >= 0 && (s.is_soft || s.ramp || s.is_forbidden || !s.is_touchable))
       return fail("a model", "one that is touched, without soft, ramp or forbidden");
   }

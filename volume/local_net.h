@@ -30,6 +30,19 @@ class LocalNet {
 
   int config(const glm::ivec3& cell) const noexcept { return config_of(samples_, cell); }
 
+  /// What a cell's patches are; where two patches pinch at a face, both its cells know.
+  const NetCase& case_of(const glm::ivec3& cell) const noexcept {
+    const int bits = config(cell);
+    const NetCase* net = &k_net_cases[0][static_cast<std::size_t>(bits)];
+    if (net->pinch_face >= 0) {
+      glm::ivec3 other = cell;
+      other[net->pinch_face / 2] += net->pinch_face % 2 ? 1 : -1;
+      if (k_net_cases[0][static_cast<std::size_t>(config(other))].pinch_face == (net->pinch_face ^ 1))
+        net = &k_net_cases[1][static_cast<std::size_t>(bits)];
+    }
+    return *net;
+  }
+
   /// The quad around the crossed edge from voxel `low` one step along `axis`.
   NetQuad quad(const glm::ivec3& low, int axis) const noexcept {
     // The four cells around the edge, counter-clockwise seen from its high end.
@@ -67,17 +80,10 @@ class LocalNet {
  private:
   /// The vertex of the cell's patch that holds one of its edges.
   glm::vec3 vertex(const glm::ivec3& cell, int edge) const noexcept {
-    const int bits = config(cell);
-    const NetCase* net = &k_net_cases[0][static_cast<std::size_t>(bits)];
-    if (net->pinch_face >= 0) {
-      glm::ivec3 other = cell;
-      other[net->pinch_face / 2] += net->pinch_face % 2 ? 1 : -1;
-      if (k_net_cases[0][static_cast<std::size_t>(config(other))].pinch_face == (net->pinch_face ^ 1))
-        net = &k_net_cases[1][static_cast<std::size_t>(bits)];
-    }
+    const NetCase& net = case_of(cell);
     std::array<glm::vec3, 4> all;
-    samples_.place(cell, *net, all.data());
-    return all[net->patch_of_edge[static_cast<std::size_t>(edge)]];
+    samples_.place(cell, net, all.data());
+    return all[net.patch_of_edge[static_cast<std::size_t>(edge)]];
   }
 
   Samples samples_;

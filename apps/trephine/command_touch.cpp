@@ -28,7 +28,10 @@ struct TouchArguments {
   workbench::ShapeChoice shape;
   std::optional<double> stiffness, viscosity, pop_force;
   double alpha = 0.3, rate = 1000, radius = 0, blur = 0;
-  std::vector<std::string> meshes;   ///< files of polygonal models
+  std::vector<std::string> meshes;  ///< files of polygonal models
+  std::vector<std::string> depths;  ///< of those felt by depth images, or folders of them
+  double depth_beat = 1.0 / 30, depth_pixel = 0.2;
+  bool is_depth_repeating = false;
   double mesh_scale = 1;             ///< mm per unit of theirs
   std::string mesh_frame;            ///< of the models: "LPS" or "RAS"; empty: as they say
   std::string mesh_at;               ///< x,y,z: where their origin lies; empty: 0,0,0
@@ -75,6 +78,14 @@ Result<std::vector<workbench::ModelChoice>> models_of(const TouchArguments& argu
   std::vector<workbench::ModelChoice> models;
   for (const std::string& file : arguments.meshes)
     models.push_back({file, arguments.mesh_scale, arguments.mesh_frame, at});
+  for (const std::string& file : arguments.depths) {
+    workbench::ModelChoice& model = models.emplace_back();
+    model.file = file;
+    model.mm_per_unit = arguments.mesh_scale, model.frame = arguments.mesh_frame, model.at_world = at;
+    model.is_depth = true;
+    model.beat = arguments.depth_beat, model.is_repeating = arguments.is_depth_repeating;
+    model.pixel = arguments.depth_pixel;
+  }
   return models;
 }
 
@@ -92,7 +103,8 @@ Result<workbench::MaterialChoice> material_of(const TouchArguments& arguments) {
 }
 
 Result<Outcome> run_touch(const TouchArguments& arguments) {
-  const bool needs_scene = !arguments.meshes.empty() && arguments.method == haptics::k_default_method;
+  const bool needs_scene = !(arguments.meshes.empty() && arguments.depths.empty()) &&
+                           arguments.method == haptics::k_default_method;
   const std::string method_name = needs_scene ? "scene" : arguments.method;
   if (!(arguments.alpha > 0 && arguments.alpha <= 1))
     return Error{"the smoothing factor is out of range", "--alpha", std::to_string(arguments.alpha),
@@ -115,7 +127,8 @@ Result<Outcome> run_touch(const TouchArguments& arguments) {
   choice.models = std::move(models_said).value();
   if (volume::Status error = check(choice)) return *error;
   data_tools::OutputSet outputs;
-  for (const std::string& model : arguments.meshes) outputs.reads(model);
+  for (const auto* models : {&arguments.meshes, &arguments.depths})
+    for (const std::string& model : *models) outputs.reads(model);
   for (const std::string& input : {arguments.source.path, arguments.path, arguments.record.file})
     outputs.reads(input);
   outputs.writes("output", arguments.output, data_tools::OutputKind::table);
@@ -230,6 +243,17 @@ Run build(Options& options) {
            "A polygonal model to touch too (.ply, .ply.gz, .obj, .stl, .vtk, .vtp); may come again; with "
            "--method scene unless another is named")
       .type("FILE");
+  options
+      .add("--depth", a->depths,
+           "A closed model to touch by depth images, which are made while the hand is near; or a folder of "
+           "the "
+           "keys of one that moves; may come again")
+      .type("MODEL");
+  options.add("--depth-beat", a->depth_beat, "Between two keys of it").shows_default().type("SECONDS");
+  options.add("--depth-repeat", a->is_depth_repeating, "After its last key comes the first");
+  options.add("--depth-pixel", a->depth_pixel, "Of the depth images, 0.02 to 5 mm")
+      .shows_default()
+      .type("MM");
   options.add("--mesh-scale", a->mesh_scale, "Of the models: 1000 for metres").shows_default().type("MM");
   options.add("--mesh-frame", a->mesh_frame, "Which way the models' axes go (default: as they say, else LPS)")
       .one_of({"LPS", "RAS"});

@@ -141,7 +141,7 @@ namespace {
 /// Options whose value is a file or folder, whether there is one of that name or not.
 bool is_file_option(const std::string& name) {
   for (const char* one : {"SRC", "SESSION", "SCRIPT", "--output", "--case", "--path", "--record", "--labels",
-                          "--mesh", "--screenshot", "--score", "--export", "--hand", "--pictures"})
+                          "--mesh", "--depth", "--screenshot", "--score", "--export", "--hand", "--pictures"})
     if (name == one) return true;
   return false;
 }

@@ -11,6 +11,7 @@
 #include "haptics/force/effects.h"
 #include "haptics/mesh/mesh_tree.h"
 #include "modules/catalogue.h"
+#include "volume/mix_hash.h"
 #include "volume/text.h"
 
 namespace trephine::workbench {
@@ -68,19 +69,80 @@ void add_forbidden(const Source& source, SceneSpec& spec) {
   }
 }
 
+/// The files of a model: of a folder all of its models, by their names.
+Result<std::vector<std::string>> keys_of(const ModelChoice& model) {
+  namespace fs = std::filesystem;
+  std::error_code failed;
+  if (!model.is_depth || !fs::is_directory(model.file, failed)) return std::vector<std::string>{model.file};
+  std::vector<std::string> files;
+  for (fs::directory_iterator at(model.file, failed), end; !failed && at != end; at.increment(failed))
+    if (data_tools::is_polygon_model(at->path().string())) files.push_back(at->path().string());
+  std::sort(files.begin(), files.end());
+  constexpr std::size_t k_most = 500;
+  if (files.empty() || files.size() > k_most)
+    return Error{"the folder holds no fitting number of models", data_tools::file_name(model.file),
+                 std::to_string(files.size()),
+                 "1 to " + std::to_string(k_most) + ", .ply, .ply.gz, .obj, .stl, .vtk or .vtp",
+                 "a folder of the keys of one animation"};
+  return files;
+}
+
+/// Do they have the same triangles, in whatever order?
+bool is_same_shape(const haptics::MeshTree& a, const haptics::MeshTree& b) {
+  const auto sum_of = [](const haptics::MeshTree& tree) {
+    std::uint64_t sum = 0;
+    const auto& t = tree.triangles();
+    for (std::size_t i = 0; i + 2 < t.size(); i += 3) {
+      const std::size_t least = t[i] <= t[i + 1] && t[i] <= t[i + 2] ? 0 : t[i + 1] <= t[i + 2] ? 1 : 2;
+      volume::MixHash hash;
+      for (std::size_t k = 0; k < 3; ++k) hash.add(std::uint64_t{t[i + (least + k) % 3]});
+      sum += hash.value();
+    }
+    return sum;
+  };
+  return a.vertices().size() == b.vertices().size() && a.triangle_count() == b.triangle_count() &&
+         sum_of(a) == sum_of(b);
+}
+
 Status add_models(const OperationChoice& choice, SceneSpec& spec, sim::SceneData& data,
                   const Listener& listener) {
+  int movers = 0;
   for (const ModelChoice& wanted : choice.models) {
-    auto loaded = load_model(wanted, data.models.size() + 1, listener);
-    if (!loaded) return loaded.error();
-    std::shared_ptr<const haptics::MeshTree> tree = std::move(loaded).value();
-    sim::StructureSpec& told = spec.structures.emplace_back();
+    auto files = keys_of(wanted);
+    if (!files) return files.error();
+    sim::StructureSpec told;
     told.model = static_cast<int>(data.models.size());
     told.shape.name = format_text("model %zu", data.models.size() + 1);  // what is kept names no file
+    std::vector<std::shared_ptr<const haptics::MeshTree>> trees;
+    for (const std::string& file : files.value()) {
+      ModelChoice one = wanted;
+      one.file = file;
+      auto loaded = load_model(one, data.models.size() + 1, trees.empty() ? listener : Listener());
+      if (!loaded) return loaded.error();
+      trees.push_back(std::move(loaded).value());
+      if (!is_same_shape(*trees[0], *trees.back()))
+        return Error{"the models of a folder do not have the same triangles", data_tools::file_name(file),
+                     std::to_string(trees.back()->triangle_count()) + " triangles of " +
+                         std::to_string(trees.back()->vertices().size()) + " corners",
+                     "those of the first: " + std::to_string(trees[0]->triangle_count()) + " of " +
+                         std::to_string(trees[0]->vertices().size()),
+                     "write each key of the animation with its corners in the same order"};
+    }
+    if (wanted.is_depth) {
+      told.depth_keys = static_cast<int>(trees.size());
+      told.depth_beat = wanted.beat, told.is_repeating = wanted.is_repeating, told.depth_pixel = wanted.pixel;
+      if (trees.size() > 1) told.mover = movers++;
+      if (movers > haptics::TouchScene::k_max_movers)
+        return Error{"too many models move", data_tools::file_name(wanted.file), std::to_string(movers),
+                     "at most " + std::to_string(haptics::TouchScene::k_max_movers), ""};
+    }
     told.material = choice.material.over({});
     told.placement.position_world = wanted.at_world;
-    spec.models.push_back({tree->triangle_count(), sim::content_hash(*tree)});
-    data.models.push_back(std::move(tree));
+    spec.structures.push_back(std::move(told));
+    for (auto& tree : trees) {
+      spec.models.push_back({tree->triangle_count(), sim::content_hash(*tree)});
+      data.models.push_back(std::move(tree));
+    }
   }
   return std::nullopt;
 }
@@ -150,6 +212,12 @@ Status check(const OperationChoice& choice) {
     return Error{"the blur is out of range", "blur", volume::text_of(choice.blur_voxels), "0 to 10 voxels",
                  ""};
   for (const ModelChoice& model : choice.models) {
+    if (model.is_depth && !(model.beat > 0 && model.beat <= 1000))
+      return Error{"the beat of a model is out of range", "depth beat", volume::text_of(model.beat),
+                   "above 0, at most 1000 s", ""};
+    if (model.is_depth && !(model.pixel >= 0.02 && model.pixel <= 5))
+      return Error{"the pixels of depth images are out of range", "depth pixel", volume::text_of(model.pixel),
+                   "0.02 to 5 mm", ""};
     if (model.screw) continue;
     std::error_code failed;
     if (!std::filesystem::exists(model.file, failed))

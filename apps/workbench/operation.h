@@ -16,6 +16,12 @@ struct ModelChoice {
   std::string frame;                                           ///< "LPS" or "RAS"; empty: as the file says
   glm::dvec3 at_world{0.0};                                    ///< where its origin lies
   std::optional<data_tools::ScrewPlace> screw = std::nullopt;  ///< in place of a file
+  /// It is felt by depth images. `file` may be a folder then: of models that have the same triangles, by
+  /// their names, which it looks like a beat after another.
+  bool is_depth = false;
+  double beat = 1.0 / 30;     ///< s
+  bool is_repeating = false;  ///< after the last comes the first
+  double pixel = 0.2;         ///< mm
 };
 
 /// The surface that is meant, where its file or place puts it; what was assumed is told.

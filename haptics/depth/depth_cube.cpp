@@ -1,6 +1,7 @@
 #include "haptics/depth/depth_cube.h"
 
 #include <algorithm>
+#include <atomic>
 #include <bit>
 #include <cmath>
 #include <glm/common.hpp>
@@ -19,6 +20,7 @@ namespace {
 constexpr int k_bits = 14;                      // of a pixel, of corners across the rays
 constexpr double k_farthest = double{1 << 15};  // pixels, of a corner beyond the lattice
 constexpr std::int64_t k_one = std::int64_t{1} << k_bits;
+constexpr float k_near_end = -1;  // of a ray that begins within matter
 
 struct Corner {
   std::int64_t x, y;
@@ -60,39 +62,45 @@ void scan(const Corner& a, const Corner& b, const Corner& c, int columns, int ro
 
 }  // namespace
 
-std::size_t DepthCube::set_image(int axis, const std::vector<Crossing>& crossings) {
+void DepthCube::SignedRays::sort(std::size_t pixels, std::vector<Crossing> unsorted) {
+  first.assign(pixels + 1, 0);
+  for (const Crossing& c : unsorted) ++first[c.pixel + 1];
+  for (std::size_t p = 0; p < pixels; ++p) first[p + 1] += first[p];
+  at.resize(unsorted.size());
+  std::vector<std::uint32_t> next(first.begin(), first.end() - 1);
+  for (const Crossing& c : unsorted) at[next[c.pixel]++] = c;
+  for (std::size_t p = 0; p < pixels; ++p)
+    std::sort(at.begin() + first[p], at.begin() + first[p + 1], [](const Crossing& a, const Crossing& b) {
+      return a.at != b.at ? a.at < b.at : a.sign > b.sign;
+    });
+}
+
+/// `start(ray, winding)`: how often matter winds round the ray's near end; false where nobody knows. What
+/// winds round matter more than once is one layer.
+template <class Start>
+std::size_t DepthCube::set_image(int axis, const SignedRays& rays, const Start& start) {
   const auto [u, v] = across(axis);
   Image& image = images_[static_cast<std::size_t>(axis)];
   image.columns = size_[u], image.rows = size_[v];
   const std::size_t pixels = static_cast<std::size_t>(image.columns) * static_cast<std::size_t>(image.rows);
-  // By pixel, then along each ray; what winds round matter more than once is one layer.
-  std::vector<std::uint32_t> first(pixels + 1, 0);
-  for (const Crossing& c : crossings) ++first[c.pixel + 1];
-  for (std::size_t p = 0; p < pixels; ++p) first[p + 1] += first[p];
-  std::vector<Crossing> sorted(crossings.size());
-  {
-    std::vector<std::uint32_t> next(first.begin(), first.end() - 1);
-    for (const Crossing& c : crossings) sorted[next[c.pixel]++] = c;
-  }
   image.first.assign(pixels + 1, 0);
   image.at.clear();
-  image.at.reserve(sorted.size());
+  image.at.reserve(rays.at.size());
   std::size_t open = 0;
   for (std::size_t p = 0; p < pixels; ++p) {
-    const auto begin = sorted.begin() + first[p], end = sorted.begin() + first[p + 1];
-    std::sort(begin, end, [](const Crossing& a, const Crossing& b) {
-      return a.at != b.at ? a.at < b.at : a.sign > b.sign;
-    });
     int winding = 0;
-    for (auto c = begin; c != end; ++c) {
-      const bool was = winding != 0;
-      winding += c->sign;
-      if ((winding != 0) == was) continue;
-      image.at.push_back(c->at);  // also where matter ends as it begins: a voxel that is the threshold
-    }
-    if (winding != 0) {
-      ++open;
-      image.at.resize(image.first[p]);  // neither side of it is known
+    if (start(p, winding)) {
+      if (winding != 0) image.at.push_back(k_near_end);
+      for (const Crossing& c : rays.ray(p)) {
+        const bool was = winding != 0;
+        winding += c.sign;
+        if ((winding != 0) == was) continue;
+        image.at.push_back(c.at);  // also where matter ends as it begins: a voxel that is the threshold
+      }
+      // Matter goes on beyond the far end.
+      if (winding != 0) image.at.push_back(static_cast<float>(size_[axis]));
+    } else {
+      ++open;  // neither side of it is known
     }
     image.first[p + 1] = static_cast<std::uint32_t>(image.at.size());
   }
@@ -100,9 +108,46 @@ std::size_t DepthCube::set_image(int axis, const std::vector<Crossing>& crossing
   return open;
 }
 
+namespace {
+
+/// Triangles that a clip volume needs, by the place of their first corner.
+struct Needed {
+  std::vector<std::uint32_t> of_columns;  ///< of the whole rays along x: they tell what is matter
+  std::vector<std::uint32_t> of_box;      ///< of the rays along y and z, within the lattice
+};
+
+Needed find_needed(std::span<const dvec3> places, std::span<const std::uint32_t> triangles, const ivec3& size,
+                   int threads) {
+  constexpr std::size_t k_part = 3 * 16384;
+  const auto parts = static_cast<int>((triangles.size() + k_part - 1) / k_part);
+  std::vector<Needed> found(static_cast<std::size_t>(parts));
+  const dvec3 most = dvec3(size) - 0.5;
+  volume::parallel_for(parts, threads, [&](int part) {
+    Needed& mine = found[static_cast<std::size_t>(part)];
+    const std::size_t begin = static_cast<std::size_t>(part) * k_part,
+                      end = std::min(begin + k_part, triangles.size() / 3 * 3);
+    for (std::size_t t = begin; t < end; t += 3) {
+      const dvec3 &a = places[triangles[t]], &b = places[triangles[t + 1]], &c = places[triangles[t + 2]];
+      const dvec3 low = glm::min(glm::min(a, b), c), high = glm::max(glm::max(a, b), c);
+      if (low.y > most.y || low.z > most.z || high.y < -0.5 || high.z < -0.5) continue;
+      mine.of_columns.push_back(static_cast<std::uint32_t>(t));
+      if (low.x <= most.x && high.x >= -0.5) mine.of_box.push_back(static_cast<std::uint32_t>(t));
+    }
+  });
+  Needed all;
+  for (const Needed& one : found) {
+    all.of_columns.insert(all.of_columns.end(), one.of_columns.begin(), one.of_columns.end());
+    all.of_box.insert(all.of_box.end(), one.of_box.begin(), one.of_box.end());
+  }
+  return all;
+}
+
+}  // namespace
+
 Result<DepthCube> DepthCube::of_triangles(std::span<const dvec3> vertices,
                                           std::span<const std::uint32_t> triangles,
-                                          const volume::Frame& frame, const ivec3& size, int threads) {
+                                          const volume::Frame& frame, const ivec3& size, int threads,
+                                          std::vector<std::uint32_t>* met) {
   for (int axis = 0; axis < 3; ++axis)
     if (size[axis] < 2 || size[axis] > k_most)
       return Error{"depth images are too small or too large", "pixels", std::to_string(size[axis]),
@@ -110,17 +155,24 @@ Result<DepthCube> DepthCube::of_triangles(std::span<const dvec3> vertices,
   DepthCube cube;
   cube.frame_ = frame, cube.size_ = size;
   std::vector<dvec3> places(vertices.size());
-  for (std::size_t i = 0; i < vertices.size(); ++i) {
-    places[i] = frame.volume_from_world(vertices[i]);
-    for (int axis = 0; axis < 3; ++axis)
-      if (!(std::abs(places[i][axis]) < k_farthest))
-        return Error{"a model reaches too far beyond its depth images", "corner", std::to_string(i),
-                     "within 32768 pixels", "choose a coarser resolution"};
-  }
+  constexpr std::size_t k_part = 16384;
+  std::atomic<std::size_t> too_far{vertices.size()};
+  volume::parallel_for(static_cast<int>((vertices.size() + k_part - 1) / k_part), threads, [&](int part) {
+    const std::size_t begin = static_cast<std::size_t>(part) * k_part;
+    for (std::size_t i = begin; i < std::min(begin + k_part, vertices.size()); ++i) {
+      const dvec3 p = places[i] = frame.volume_from_world(vertices[i]);
+      if (std::abs(p.x) < k_farthest && std::abs(p.y) < k_farthest && std::abs(p.z) < k_farthest) continue;
+      for (std::size_t first = too_far; i < first && !too_far.compare_exchange_weak(first, i);) {}
+    }
+  });
+  if (too_far < vertices.size())
+    return Error{"a model reaches too far beyond its depth images", "corner", std::to_string(too_far),
+                 "within 32768 pixels", "choose a coarser resolution"};
+  Needed needed = find_needed(places, triangles, size, threads);
   // A frame that mirrors turns triangles round.
   const glm::dmat3& axes = frame.axes();
   const int turn = glm::dot(glm::cross(axes[0], axes[1]), axes[2]) < 0 ? -1 : 1;
-  std::array<std::size_t, 3> open{};
+  std::array<SignedRays, 3> rays;
   volume::parallel_for(3, threads, [&](int axis) {
     const auto [u, v] = across(axis);
     const int handed = axis == 1 ? -turn : turn;  // x, z, y is left-handed
@@ -130,7 +182,8 @@ Result<DepthCube> DepthCube::of_triangles(std::span<const dvec3> vertices,
       return Corner{std::llround(p[u] * static_cast<double>(k_one)),
                     std::llround(p[v] * static_cast<double>(k_one)), p[axis]};
     };
-    for (std::size_t t = 0; t + 2 < triangles.size(); t += 3) {
+    const double far_end = axis == 0 ? 1e300 : size[axis], near_end = axis == 0 ? -1e300 : -1;
+    for (const std::uint32_t t : axis == 0 ? needed.of_columns : needed.of_box) {
       Corner a = corner(triangles[t]), b = corner(triangles[t + 1]), c = corner(triangles[t + 2]);
       const std::int64_t area = side(a, b, c.x, c.y);
       if (area == 0) continue;  // seen from its edge: its neighbours meet
@@ -138,12 +191,62 @@ Result<DepthCube> DepthCube::of_triangles(std::span<const dvec3> vertices,
       const int sign = (area > 0) == (handed > 0) ? -1 : 1;
       if (area < 0) std::swap(b, c);
       scan(a, b, c, size[u], size[v], [&](int i, int j, double depth) {
+        if (!(depth > near_end && depth < far_end)) return;
         crossings.push_back({static_cast<std::uint32_t>(i + size[u] * j), static_cast<float>(depth), sign});
       });
     }
-    open[static_cast<std::size_t>(axis)] = cube.set_image(axis, crossings);
+    rays[static_cast<std::size_t>(axis)].sort(
+        static_cast<std::size_t>(size[u]) * static_cast<std::size_t>(size[v]), std::move(crossings));
+  });
+  // Whole rays along x know themselves on which side of the surface each place is; what the others see begins
+  // within the lattice, and they are told.
+  const SignedRays& along_x = rays[0];
+  const auto pixel_of = [](int i, int j, int columns) {
+    return static_cast<std::size_t>(i) + static_cast<std::size_t>(columns) * static_cast<std::size_t>(j);
+  };
+  std::array<std::size_t, 3> open{};
+  volume::parallel_for(3, threads, [&](int axis) {
+    const SignedRays& own = rays[static_cast<std::size_t>(axis)];
+    const auto start = [&](std::size_t pixel, int& winding) {
+      const std::span<const Crossing> ray = own.ray(pixel);
+      if (axis == 0) {
+        int sum = 0;
+        for (const Crossing& c : ray) sum += c.sign;
+        return sum == 0;
+      }
+      const auto x = static_cast<int>(pixel % static_cast<std::size_t>(size.x)),
+                 other = static_cast<int>(pixel / static_cast<std::size_t>(size.x));
+      // A place near a crossing may lie on either side of it for the rays along x.
+      const auto told = [&](int place, int& sum) {
+        constexpr float k_near = 1e-3F;  // pixels
+        int before = 0;
+        for (const Crossing& c : ray) {
+          if (std::abs(c.at - static_cast<float>(place)) < k_near) return false;
+          if (c.at < static_cast<float>(place)) before += c.sign;
+        }
+        const int j = axis == 1 ? place : other, k = axis == 1 ? other : place;
+        sum = -before;
+        for (const Crossing& c : along_x.ray(pixel_of(j, k, size.y))) {
+          if (std::abs(c.at - static_cast<float>(x)) < k_near) return false;
+          if (c.at > static_cast<float>(x)) break;
+          sum += c.sign;
+        }
+        return true;
+      };
+      int first = 0, last = size[axis] - 1, at_last = 0;
+      while (first < size[axis] && !told(first, winding)) ++first;
+      while (last > first && !told(last, at_last)) --last;
+      if (first < size[axis]) return last <= first || winding == at_last;
+      // It lies in a face: matter begins at its near end if it only leaves.
+      int least = 0, sum = 0;
+      for (const Crossing& c : ray) least = std::min(least, sum += c.sign);
+      winding = -least;
+      return true;
+    };
+    open[static_cast<std::size_t>(axis)] = cube.set_image(axis, own, start);
   });
   cube.open_rays_ = open[0] + open[1] + open[2];
+  if (met) *met = std::move(needed.of_box);
   return cube;
 }
 
@@ -221,7 +324,10 @@ Result<DepthCube> DepthCube::of_voxels(const volume::Field& field, const volume:
                                static_cast<float>(at * rays[axis]), end[1] >= 0 ? 1 : -1});
         }
     });
-    cube.set_image(axis, crossings);
+    SignedRays rays;
+    rays.sort(static_cast<std::size_t>(cube.size_[u]) * static_cast<std::size_t>(cube.size_[v]),
+              std::move(crossings));
+    cube.set_image(axis, rays, [](std::size_t, int&) { return true; });
   });
   return cube;
 }

@@ -32,12 +32,14 @@ class DepthCube {
 
   /// Of triangles that look out counter-clockwise, in the frame that `frame` leads to. Matter is where the
   /// winding number is not 0. Corners are taken to 2^-14 of a pixel across the rays, and which triangle a ray
-  /// meets is decided in whole numbers: of a closed surface no ray finds one side alone. Error: the lattice
-  /// is too large, or the model too far beyond it. The same bits for any number of threads.
+  /// meets is decided in whole numbers: of a closed surface no ray finds one side alone. A lattice may be a
+  /// clip volume, far smaller than the model: of that a triangle costs a look at its box. Error: the lattice
+  /// is too large, or the model too far beyond it. The same bits for any number of threads. `met`: the places
+  /// of the first corners of triangles whose boxes meet the lattice.
   static volume::Result<DepthCube> of_triangles(std::span<const glm::dvec3> vertices,
                                                 std::span<const std::uint32_t> triangles,
                                                 const volume::Frame& frame, const glm::ivec3& size,
-                                                int threads = 0);
+                                                int threads = 0, std::vector<std::uint32_t>* met = nullptr);
 
   /// Of a shape of a volume as it is untouched, trilinear between its voxels: so many rays a voxel along each
   /// axis, the first through its middle. Solids end half a voxel beyond the border. Only cells that the
@@ -78,8 +80,18 @@ class DepthCube {
     float at;
     std::int32_t sign;  ///< + into matter
   };
+  /// All crossings of all rays of an image, along each in their order.
+  struct SignedRays {
+    std::vector<std::uint32_t> first;  ///< of each pixel, and one behind the last
+    std::vector<Crossing> at;
+    void sort(std::size_t pixels, std::vector<Crossing> unsorted);
+    std::span<const Crossing> ray(std::size_t pixel) const noexcept {
+      return {at.data() + first[pixel], at.data() + first[pixel + 1]};
+    }
+  };
   /// Returns how many rays are open.
-  std::size_t set_image(int axis, const std::vector<Crossing>& crossings);
+  template <class Start>
+  std::size_t set_image(int axis, const SignedRays& rays, const Start& start);
 
   volume::Frame frame_;
   glm::ivec3 size_{0};

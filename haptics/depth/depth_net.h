@@ -2,6 +2,8 @@
 // cameras is closed.
 #pragma once
 
+#include <bit>
+
 #include "haptics/depth/depth_cube.h"
 #include "volume/cell_samples.h"
 
@@ -28,6 +30,10 @@ class DepthNet {
   /// How far from a solid place to a free one beside it the surface lies, 0 to 1; the middle where their ray
   /// knows none.
   float crossing(const glm::ivec3& in, const glm::ivec3& air) const noexcept;
+  /// Calls use(low) for the places of a layer z from which the surface crosses the edge to the next place
+  /// along `axis`; both lie in the lattice.
+  template <class Use>
+  void for_crossed_edges(int axis, int z, const Use& use) const;
   std::size_t bytes() const noexcept { return cube_.bytes() + bits_.capacity() * sizeof(std::uint64_t); }
 
  private:
@@ -35,6 +41,26 @@ class DepthNet {
   std::size_t words_ = 0;  ///< of a row along x
   std::vector<std::uint64_t> bits_;
 };
+
+template <class Use>
+void DepthNet::for_crossed_edges(int axis, int z, const Use& use) const {
+  const glm::ivec3& size = cube_.size();
+  if (axis == 2 && z + 1 >= size.z) return;
+  const auto rows = static_cast<std::size_t>(size.y);
+  for (int y = 0; y < size.y - (axis == 1); ++y) {
+    const std::uint64_t* row =
+        bits_.data() + words_ * (static_cast<std::size_t>(y) + rows * static_cast<std::size_t>(z));
+    const std::uint64_t* beside = axis == 0 ? row : row + words_ * (axis == 1 ? 1 : rows);
+    for (std::size_t w = 0; w < words_; ++w) {
+      std::uint64_t next = beside[w];
+      if (axis == 0) next = row[w] >> 1 | (w + 1 < words_ ? row[w + 1] << 63 : 0);
+      std::uint64_t crossed = row[w] ^ next;
+      for (; crossed != 0; crossed &= crossed - 1)
+        if (const int x = static_cast<int>(64 * w) + std::countr_zero(crossed); axis != 0 || x + 1 < size.x)
+          use(glm::ivec3(x, y, z));
+    }
+  }
+}
 
 /// Vertices that one step has placed, of any net: neighbours of a cell ask for them four times, and a step
 /// goes through the same cells again.

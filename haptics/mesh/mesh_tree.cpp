@@ -34,19 +34,20 @@ bool meets_box(const dvec3& a, const dvec3& way, double most, const dvec3& box_l
 }
 }  // namespace
 
-MeshTree::MeshTree(std::vector<dvec3> vertices, std::vector<std::uint32_t> triangles)
+MeshTree::MeshTree(std::vector<dvec3> vertices, std::vector<std::uint32_t> triangles, Order order_of)
     : vertices_(std::move(vertices)), triangles_(std::move(triangles)) {
   const auto count = static_cast<std::uint32_t>(triangles_.size() / 3);
   if (count == 0) return;
-  std::vector<dvec3> centres(count);
+  std::vector<dvec3> centres(order_of == Order::by_place ? count : 0);
   double shortest = 1e300;
   for (std::uint32_t t = 0; t < count; ++t) {
     const dvec3 &a = vertices_[triangles_[3 * t]], &b = vertices_[triangles_[3 * t + 1]],
                 &c = vertices_[triangles_[3 * t + 2]];
-    centres[t] = (a + b + c) / 3.0;
-    for (const double edge : {glm::length(b - a), glm::length(c - b), glm::length(a - c)})
-      if (edge > 0) shortest = std::min(shortest, edge);
+    if (!centres.empty()) centres[t] = (a + b + c) / 3.0;
+    for (const dvec3& edge : {b - a, c - b, a - c})
+      if (const double square = glm::dot(edge, edge); square > 0) shortest = std::min(shortest, square);
   }
+  shortest = std::sqrt(shortest);
   double farthest = 0;
   for (const dvec3& v : vertices_)
     farthest = std::max({farthest, std::abs(v.x), std::abs(v.y), std::abs(v.z)});
@@ -56,6 +57,10 @@ MeshTree::MeshTree(std::vector<dvec3> vertices, std::vector<std::uint32_t> trian
   std::iota(order.begin(), order.end(), 0u);
   nodes_.reserve(count);
   build(0, count, centres, order, 0);
+  if (order_of == Order::as_given) {
+    refit(vertices_);
+    return;
+  }
   std::vector<std::uint32_t> sorted(triangles_.size());
   for (std::uint32_t t = 0; t < count; ++t)
     std::copy_n(triangles_.begin() + 3 * static_cast<std::ptrdiff_t>(order[t]), 3,
@@ -64,7 +69,7 @@ MeshTree::MeshTree(std::vector<dvec3> vertices, std::vector<std::uint32_t> trian
   refit(vertices_);
 }
 
-/// Halves along the longest side of the box of centres; returns the node's place.
+/// Halves; returns the node's place.
 std::uint32_t MeshTree::build(std::uint32_t begin, std::uint32_t end, std::span<const dvec3> centres,
                               std::vector<std::uint32_t>& order, int depth) {
   const auto place = static_cast<std::uint32_t>(nodes_.size());
@@ -74,6 +79,18 @@ std::uint32_t MeshTree::build(std::uint32_t begin, std::uint32_t end, std::span<
     std::sort(order.begin() + begin, order.begin() + end);
     return place;
   }
+  const std::uint32_t middle = (begin + end) / 2;
+  if (!centres.empty()) split(begin, middle, end, centres, order);
+  build(begin, middle, centres, order, depth + 1);
+  const std::uint32_t second = build(middle, end, centres, order, depth + 1);
+  nodes_[place].first = second;
+  nodes_[place].count = 0;
+  return place;
+}
+
+/// Along the longest side of the box of centres.
+void MeshTree::split(std::uint32_t begin, std::uint32_t middle, std::uint32_t end,
+                     std::span<const dvec3> centres, std::vector<std::uint32_t>& order) {
   dvec3 low(1e300), high(-1e300);
   for (std::uint32_t i = begin; i < end; ++i) {
     low = glm::min(low, centres[order[i]]);
@@ -81,17 +98,11 @@ std::uint32_t MeshTree::build(std::uint32_t begin, std::uint32_t end, std::span<
   }
   const dvec3 side = high - low;
   const int axis = side.x >= side.y && side.x >= side.z ? 0 : side.y >= side.z ? 1 : 2;
-  const std::uint32_t middle = (begin + end) / 2;
   std::nth_element(order.begin() + begin, order.begin() + middle, order.begin() + end,
                    [&](std::uint32_t a, std::uint32_t b) {
                      return centres[a][axis] != centres[b][axis] ? centres[a][axis] < centres[b][axis]
                                                                  : a < b;
                    });
-  build(begin, middle, centres, order, depth + 1);
-  const std::uint32_t second = build(middle, end, centres, order, depth + 1);
-  nodes_[place].first = second;
-  nodes_[place].count = 0;
-  return place;
 }
 
 void MeshTree::bound_leaf(Node& node) const {

@@ -19,7 +19,13 @@ class MeshTree {
  public:
   MeshTree() = default;
   /// Triangles look to the free side counter-clockwise. Degenerate ones are kept and never met. n log n.
-  MeshTree(std::vector<glm::dvec3> vertices, std::vector<std::uint32_t> triangles);
+  MeshTree(std::vector<glm::dvec3> vertices, std::vector<std::uint32_t> triangles)
+      : MeshTree(std::move(vertices), std::move(triangles), Order::by_place) {}
+  /// Of triangles that come in such an order that those near each other stand near each other: made in a
+  /// quarter of the time.
+  static MeshTree of_ordered(std::vector<glm::dvec3> vertices, std::vector<std::uint32_t> triangles) {
+    return {std::move(vertices), std::move(triangles), Order::as_given};
+  }
 
   /// The same triangles at other places: boxes anew, the tree as it is. Not while others look.
   void refit(std::span<const glm::dvec3> vertices);
@@ -75,10 +81,14 @@ class MeshTree {
     std::uint32_t count;  ///< of triangles; 0: an inner node
   };
   static constexpr std::uint32_t k_leaf = 4;
+  enum class Order : std::uint8_t { by_place, as_given };
+  MeshTree(std::vector<glm::dvec3> vertices, std::vector<std::uint32_t> triangles, Order order);
   static constexpr int k_deepest = 64;
 
   std::uint32_t build(std::uint32_t begin, std::uint32_t end, std::span<const glm::dvec3> centres,
                       std::vector<std::uint32_t>& order, int depth);
+  static void split(std::uint32_t begin, std::uint32_t middle, std::uint32_t end,
+                    std::span<const glm::dvec3> centres, std::vector<std::uint32_t>& order);
   void bound_leaf(Node& node) const;
   /// Calls use(triangle) for those in the leaves that `meets` leads to, asked anew at every node.
   template <class Meets, class Use>

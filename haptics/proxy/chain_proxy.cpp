@@ -351,7 +351,8 @@ ProxyStep ChainProxy::step(const TouchScene& scene, const TouchState& seen, Prox
   for (int s = 0; s < item_count(scene); ++s) around.near.set(s, true);  // tools are long
   around.fresh = ShapeSet{};  // a ball of some size that lies a little in a new model is pushed out of it
   // Meshes move one after the other; each is met where those before it are by now.
-  const auto now = layout_.placements_of(scene, input);
+  layout_.adopt_sets(scene, seen, input, around);
+  const auto now = layout_.placements_of(scene, seen, input);
   auto moving = state.has_proxy && around.has_placements ? around.placements : now;
   SceneWalls walls(scene, layout_, seen, state, moving, result.counters);
   Chain chain(scene, walls, state, input, result.counters);

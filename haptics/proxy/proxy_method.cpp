@@ -48,7 +48,16 @@ volume::Status check_burr_opens_voxels(const TouchScene& scene) {
   return check_smallest_burr(scene, diagonal);
 }
 
+volume::Status check_has_no_depth(const TouchScene& scene) {
+  for (const TouchItem& item : scene.items)
+    if (item.depth)
+      return volume::Error{"this method does not touch what is drawn anew", item.name,
+                           "an item felt by depth images", "none", "use method scene"};
+  return std::nullopt;
+}
+
 volume::Status check_touchable(const TouchScene& scene, bool has_radius, bool has_meshes) {
+  if (volume::Status error = check_has_no_depth(scene)) return error;
   std::size_t shapes = 0;
   for (const TouchItem& shape : scene.items) {
     if (shape.is_mesh() && !has_meshes)

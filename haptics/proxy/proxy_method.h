@@ -37,6 +37,8 @@ struct Surroundings {
   double near_radius = 0;
   bool has_placements = false;
   std::array<Placement, TouchScene::k_max_movers> placements;  ///< of moving meshes, in the last step
+  double time = 0;                                             ///< s, of the last step
+  std::array<std::uint64_t, TouchScene::k_max_depths> sets{};  ///< of depth images, in the last step
 };
 
 /// What a method keeps from step to step. Plain data: copying it saves and restores a method.
@@ -80,6 +82,7 @@ struct ProxyInput {
   std::span<const Placement> movers =
       {};                              ///< where the scene's moving meshes are now; empty: where they start
   glm::dquat orientation{1, 0, 0, 0};  ///< of the hand
+  double time = 0;                     ///< s since the operation began
 };
 
 /// Longest path a step reports: start, and two points an iteration, and the end.
@@ -191,6 +194,8 @@ volume::Status check_smallest_burr(const TouchScene& scene, double least_mm);
 volume::Status check_burr_opens_voxels(const TouchScene& scene);
 /// For methods that touch what was there at first: error when the scene is ready to be cut.
 volume::Status check_stays_whole(const TouchScene& scene, const char* method);
+/// For methods whose models stay as they are: error when one is felt by depth images that come and go.
+volume::Status check_has_no_depth(const TouchScene& scene);
 /// Has a scene whose tool has a radius the offset fields for it? Error also for a tool of several balls,
 /// where the method is for one.
 volume::Status check_offsets(const TouchScene& scene, bool has_balls = false);

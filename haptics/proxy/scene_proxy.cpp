@@ -4,6 +4,7 @@
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
+#include "haptics/depth/depth_source.h"
 #include "haptics/proxy/slide.h"
 
 namespace trephine::haptics {
@@ -52,28 +53,42 @@ void look_around(const TouchScene& scene, const SceneLayout& layout, const Place
 /// A model that is new may lie over the proxy by what its triangles are off the surface that was there: then
 /// it is set before the model, or would be felt from neither side. Not where another wall is in between.
 void set_before(const TouchScene& scene, const SceneLayout& layout, SceneWalls& walls,
-                const Placements& placements, int mesh, ProxyState& state, dvec3& proxy) noexcept {
-  const dvec3& spacing = scene.base->frame.spacing();
-  const double reach = 0.5 * std::max({spacing.x, spacing.y, spacing.z});
-  const TouchItem& item = item_of(scene, mesh);
+                const Placements& placements, int mesh, double reach, ProxyState& state,
+                dvec3& proxy) noexcept {
+  const MeshTree& tree = walls.tree_of(mesh);
   if (!walls.holds(mesh, Side::front) || walls.holds(mesh, Side::back)) return;
-  if (distance_to(scene, layout, placements, mesh, proxy) > 0) return;  // outside its box is outside
+  const double radius = scene.tool_radius, off = radius + 2 * tree.gap();
+  if (distance_to(scene, layout, placements, mesh, proxy) > radius) return;  // outside its box is outside
   const Placement& place = walls.placement_of(mesh);
-  const dvec3 p = place.local_from_world(proxy);
-  // Triangles that meet where it is nearest tell together whether that is before them or behind.
-  double nearest = reach;
-  dvec3 to(0), normals(0);
-  item.tree->for_near(p, reach, [&](const MeshTree::Near& near) {
-    if (near.distance > nearest + 1e-9) return;
-    if (near.distance < nearest - 1e-9) normals = dvec3(0);
-    nearest = std::min(nearest, near.distance);
-    to = near.nearest;
-    normals += near.normal;
-  });
-  const double length = glm::length(normals);
-  if (!(length > 1e-6) || glm::dot(p - to, normals) > 0) return;
-  const dvec3 before =
-      place.world_from_local(to + (scene.tool_radius + 2 * item.tree->gap()) / length * normals);
+  const dvec3 start = place.local_from_world(proxy);
+  dvec3 p = start;
+  constexpr int k_most_rounds = 16;  // in a corner one facet after another
+  for (int round = 0; round < k_most_rounds; ++round) {
+    // Triangles that meet where it is nearest tell together whether that is before them or behind.
+    double nearest = std::max(reach, off);
+    dvec3 to(0), normals(0);
+    tree.for_near(p, nearest, [&](const MeshTree::Near& near) {
+      if (near.distance > nearest + 1e-9) return;
+      if (near.distance < nearest - 1e-9) normals = dvec3(0);
+      nearest = std::min(nearest, near.distance);
+      to = near.nearest;
+      normals += near.normal;
+    });
+    const double length = glm::length(normals);
+    if (!(length > 1e-6)) break;
+    if (glm::dot(p - to, normals) <= 0) {
+      if (nearest > reach) return;
+      p = to + off / length * normals;
+    } else if (nearest >= radius + tree.gap() || !(nearest > 0)) {
+      break;
+    } else if (nearest < radius - reach) {
+      return;  // deeper than it can have come by that
+    } else {
+      p = to + off / nearest * (p - to);
+    }
+  }
+  if (p == start) return;
+  const dvec3 before = place.world_from_local(p);
   ShapeSet inside = state.inside;
   const volume::Frame& frame = walls.frame();
   if (walls
@@ -126,18 +141,29 @@ ProxyStep SceneProxy::step(const TouchScene& scene, const TouchState& seen, Prox
   Surroundings& around = state.around;
   ProxyStep result;
   result.normal_world = dvec3(0);
-  const Placements now = layout_.placements_of(scene, input);
+  const ShapeSet adopted = layout_.adopt_sets(scene, seen, input, around);
+  const Placements now = layout_.placements_of(scene, seen, input);
   const int rubbed = state.touched;
   dvec3 start = state.has_proxy ? base.world_from_volume(state.proxy_volume) : input.hip_world;
-  if (!around.fresh.is_empty()) {
-    for (int s = around.fresh.next(0); state.has_proxy && s < item_count(scene);
-         s = around.fresh.next(s + 1)) {
-      look_around(scene, layout_, now, start, start, around);
-      SceneWalls walls(scene, layout_, seen, state, now, result.counters);
-      set_before(scene, layout_, walls, now, s, state, start);
+  const auto set_before_all = [&](const ShapeSet& shapes, const Placements& at, auto reach_of) {
+    for (int s = shapes.next(0); state.has_proxy && s < item_count(scene); s = shapes.next(s + 1)) {
+      look_around(scene, layout_, at, start, start, around);
+      SceneWalls walls(scene, layout_, seen, state, at, result.counters);
+      set_before(scene, layout_, walls, at, s, reach_of(s), state, start);
     }
+  };
+  if (!around.fresh.is_empty()) {
+    const dvec3& spacing = scene.base->frame.spacing();
+    const double reach = 0.5 * std::max({spacing.x, spacing.y, spacing.z});
+    set_before_all(around.fresh, now, [&](int) { return reach; });
     around.fresh = ShapeSet{};
   }
+  // New images show a surface a little off that which was there, where that had gone by itself.
+  if (!adopted.is_empty())
+    set_before_all(adopted, around.has_placements ? around.placements : now, [&](int shape) {
+      const depth::DepthSet* set = depth::set_in(seen, layout_.depth_of(shape));
+      return set ? 2 * set->view.pixel + 2 * set->slack_before : 0.0;
+    });
   const bool has_moved = state.has_proxy && around.has_placements && now != around.placements;
   if (has_moved) {
     // One mesh after the other, each seen from itself: what the tool rubs on takes it along, and what would
@@ -145,6 +171,8 @@ ProxyStep SceneProxy::step(const TouchScene& scene, const TouchState& seen, Prox
     Placements moving = around.placements;
     std::array<dvec3, 3> in_the_way;  // normals of what blocked
     int in_the_way_count = 0;
+    const SceneWalls trees(scene, layout_, seen, state, moving, result.counters);
+    const auto tree_of = [&](int mesh) -> const MeshTree& { return trees.tree_of(mesh); };
     const auto move_to = [&](const dvec3& place, int mesh) {
       look_around(scene, layout_, moving, start, place, around);
       SceneWalls walls(scene, layout_, seen, state, moving, result.counters);
@@ -170,14 +198,13 @@ ProxyStep SceneProxy::step(const TouchScene& scene, const TouchState& seen, Prox
     };
     /// Around what stands in the way of a push; `a`: where the tool was, seen from the mesh.
     const auto push_aside = [&](std::size_t m, int shape, const dvec3& a) {
-      const TouchItem& mesh = item_of(scene, shape);
       const bool is_front = holds(scene, around.let_through, shape, Side::front),
                  is_back = holds(scene, around.let_through, shape, Side::back);
       constexpr int k_most_rounds = 8;
       for (int round = 0; round < k_most_rounds; ++round) {
         const dvec3 b = now[m].local_from_world(start);
         FacetHit hit;
-        if (!mesh.tree->cast(a, b, scene.tool_radius, is_front, is_back, hit, result.counters.triangles))
+        if (!tree_of(shape).cast(a, b, scene.tool_radius, is_front, is_back, hit, result.counters.triangles))
           return true;
         const dvec3 push = now[m].rotation * hit.normal_world;
         const dvec3 contact = now[m].world_from_local(a + hit.t * (b - a));
@@ -208,9 +235,9 @@ ProxyStep SceneProxy::step(const TouchScene& scene, const TouchState& seen, Prox
       }
       const dvec3 b = now[m].local_from_world(start);
       FacetHit hit;
-      if (!mesh.tree->cast(a, b, scene.tool_radius, holds(scene, around.let_through, shape, Side::front),
-                           holds(scene, around.let_through, shape, Side::back), hit,
-                           result.counters.triangles))
+      if (!tree_of(shape).cast(a, b, scene.tool_radius, holds(scene, around.let_through, shape, Side::front),
+                               holds(scene, around.let_through, shape, Side::back), hit,
+                               result.counters.triangles))
         continue;
       const double approach = -glm::dot(b - a, hit.normal_world);
       const double free = approach > 0 ? std::max(0.0, hit.t - gap / approach) : 0;

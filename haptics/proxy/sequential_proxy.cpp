@@ -55,6 +55,7 @@ ProxyStep follow_on_meshes(const TouchScene& scene, const ProxyState& state, con
 volume::Status SequentialProxy::prepare(const TouchScene& scene) {
   if (volume::Status error = check_offsets(scene)) return error;
   if (volume::Status error = check_burr_opens_voxels(scene)) return error;
+  if (volume::Status error = check_has_no_depth(scene)) return error;
   const auto layout = SceneLayout::of(scene);
   if (!layout) return layout.error();
   parts_.clear();

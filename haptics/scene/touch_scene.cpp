@@ -47,6 +47,13 @@ TouchItem mesh_item(std::string name, std::shared_ptr<const MeshTree> tree, cons
   return item;
 }
 
+TouchItem depth_item(std::string name, std::shared_ptr<const depth::DepthSource> depth,
+                     std::shared_ptr<const MeshTree> tree, const Material& material) {
+  TouchItem item = mesh_item(std::move(name), std::move(tree), material);
+  item.depth = std::move(depth);
+  return item;
+}
+
 double stiffness_at(const TouchScene& scene, int index, Side side, const glm::dvec3& place,
                     const glm::dvec3& normal) noexcept {
   const TouchItem& item = item_of(scene, index);

@@ -54,6 +54,10 @@ constexpr bool holds(Side sides, Side one) { return (static_cast<int>(sides) & s
 constexpr Side side_of(bool is_inside) { return is_inside ? Side::back : Side::front; }
 
 class MeshTree;
+namespace depth {
+class DepthSource;
+struct DepthSet;
+}  // namespace depth
 
 /// Where a rigid thing is: its frame in the world.
 struct Placement {
@@ -102,9 +106,17 @@ struct TouchItem {
   std::uint64_t since =
       0;  ///< the first ServoHand::layout that has it there: what is new may lie over a proxy
 
+  /// A mesh that is felt by depth images of this, made anew while a hand is near: its triangles in TouchState
+  /// come and go, and `tree` is what it looked like at first. One that moves by itself has a mover.
+  std::shared_ptr<const depth::DepthSource> depth = nullptr;
+  double depth_pixel = 0.2;  ///< mm, of those images
+
   bool is_mesh() const noexcept { return kind == Kind::mesh; }
 };
 TouchItem mesh_item(std::string name, std::shared_ptr<const MeshTree> tree, const Material& material = {});
+/// What can be drawn; `tree` is made of what it looks like at first.
+TouchItem depth_item(std::string name, std::shared_ptr<const depth::DepthSource> depth,
+                     std::shared_ptr<const MeshTree> tree, const Material& material = {});
 
 /// Items in the order in which ties go; shapes of one volume one after another, the base's first of
 /// all.
@@ -112,6 +124,7 @@ TouchItem mesh_item(std::string name, std::shared_ptr<const MeshTree> tree, cons
 struct TouchScene {
   static constexpr std::size_t k_max_shapes = 8;  ///< of one volume, for methods that touch one volume
   static constexpr int k_max_movers = 8;
+  static constexpr int k_max_depths = 8;  ///< items that are felt by depth images
   std::shared_ptr<const volume::Volume> base;
   std::vector<TouchItem> items;
   double tool_radius = 0;  ///< mm; above 0 every shape needs its offset field

@@ -28,6 +28,10 @@ struct TouchState {
   /// more was removed since, and never enters.
   OffsetFields offsets;
 
+  /// Depth images around the hand, one an item that is felt by them, in their order; null: none were made
+  /// yet. Empty: the scene has no such item.
+  std::vector<std::shared_ptr<const depth::DepthSet>> depths = {};
+
   /// What `shape` is touched with by a tool with a radius.
   const std::shared_ptr<const volume::OffsetField>& shared_offset(const TouchScene& scene,
                                                                   std::size_t shape) const noexcept {

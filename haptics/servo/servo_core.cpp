@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <xmmintrin.h>
 
+#include "haptics/depth/depth_source.h"
 #include "haptics/force/limited.h"
 #include "volume/traversal.h"
 
@@ -80,10 +82,11 @@ void ServoCore::let_through_what_is_off(const ServoHand& mine) noexcept {
 void ServoCore::find_ready(const ServoHand& mine, const dvec3& hip) noexcept {
   not_ready_ = mine.not_ready;
   const volume::Volume& base = *mine.scene->base;
-  if (mine.part_count == 0) return;
+  if (mine.part_count == 0 && mine.state.depths.empty()) return;
   double farthest = mine.scene->tool_radius;
   for (const dvec3& at : mine.scene->tool_balls)
     farthest = std::max(farthest, mine.scene->tool_radius + glm::length(at));
+  if (!mine.state.depths.empty()) find_depths_ready(mine, hip, farthest);
   for (std::size_t i = 0; i < mine.part_count; ++i) {
     const auto& [index, voxels] = mine.parts[i];
     const TouchItem& item = item_of(*mine.scene, index);
@@ -104,6 +107,34 @@ void ServoCore::find_ready(const ServoHand& mine, const dvec3& hip) noexcept {
     }
     // Beyond the volume's border there is nothing to wait for.
     not_ready_.set(index, !is_within && !is_beside);
+  }
+}
+
+/// What is felt by depth images holds where these look, and fades where new ones are long due.
+void ServoCore::find_depths_ready(const ServoHand& mine, const dvec3& hip, double farthest) noexcept {
+  const dvec3 proxy = state_.has_proxy ? mine.scene->base->frame.world_from_volume(state_.proxy_volume) : hip;
+  int d = 0;
+  for (int s = 0; s < item_count(*mine.scene); ++s) {
+    const TouchItem& item = item_of(*mine.scene, s);
+    if (!item.depth) continue;
+    const depth::DepthSet* set = depth::set_in(mine.state, d++);
+    Placement place = item.placement;
+    if (item.mover >= 0 && static_cast<std::size_t>(item.mover) < mine.placement_count)
+      place = mine.placements[static_cast<std::size_t>(item.mover)];
+    if (set) place = place * set->place_at(time());
+    const dvec3 here = place.local_from_world(hip), there = place.local_from_world(proxy);
+    const double late = set && set->goes_on ? time() - set->view.time - set->view.interval : 0;
+    const bool is_known = set && set->knows(here, farthest) && set->knows(there, farthest) &&
+                          late < depth::k_foretold + depth::k_fading;
+    dvec3 low, high;
+    item.depth->bounds(low, high);
+    const auto is_far = [&](const dvec3& p) {
+      const dvec3 off = p - glm::clamp(p, low, high);
+      return glm::length(off) > farthest + depth::k_beside;
+    };
+    if (!is_known && !(is_far(here) && is_far(there))) not_ready_.set(s, true);
+    if (late > depth::k_foretold && step_.has_contact && step_.shape == s)
+      cap_ = std::min(cap_, std::max(0.0, 1 - (late - depth::k_foretold) / depth::k_fading) * force_limit_);
   }
 }
 
@@ -215,7 +246,7 @@ ServoRecord ServoCore::step(const ServoScene& seen, const ServoInput& input) noe
                   ? step_with_held(mine, input)
                   : mine.method->step(scene, mine.state, state_,
                                       {hip, std::span(mine.placements.data(), mine.placement_count),
-                                       input.pose.orientation});
+                                       input.pose.orientation, time()});
       if (step_.has_contact) touched_ = step_.shape;
       if (step_.is_buried && has_grown && way_.count > 0) begin_lead(mine, hip);
     }
@@ -291,7 +322,7 @@ ProxyStep ServoCore::step_with_held(const ServoHand& mine, const ServoInput& inp
   }
   return mine.method->step(*mine.scene, mine.state, state_,
                            {input.pose.position_world, std::span(placements.data(), mine.placement_count),
-                            input.pose.orientation});
+                            input.pose.orientation, time()});
 }
 
 /// Where it is while its device is seen.
@@ -318,7 +349,7 @@ std::optional<Placement> ServoCore::place_before(std::uint64_t tick) const noexc
 ServoRecord ServoCore::without_scene(const ServoScene& seen, const ServoInput& input) noexcept {
   ServoRecord record;
   record.tick = tick_;
-  record.t = static_cast<double>(tick_) * dt_;
+  record.t = time();
   record.version = seen.serial;
   record.pose = Pose{dvec3(0), {1, 0, 0, 0}, 0};
   record.hand = static_cast<std::uint8_t>(hand_);

@@ -135,6 +135,8 @@ class ServoCore {
   void pop_through(const ServoHand& mine, const glm::dvec3& hip_world, ServoRecord& record) noexcept;
   void emit_events(ServoRecord& record) noexcept;
   void find_ready(const ServoHand& mine, const glm::dvec3& hip_world) noexcept;
+  void find_depths_ready(const ServoHand& mine, const glm::dvec3& hip_world, double farthest) noexcept;
+  double time() const noexcept { return static_cast<double>(tick_) * dt_; }
   void let_through_what_is_off(const ServoHand& mine) noexcept;
 
   ForceModel force_;

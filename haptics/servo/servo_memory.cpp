@@ -13,7 +13,7 @@ namespace trephine::haptics {
 namespace {
 
 // A struct that grows belongs here with its new field.
-static_assert(sizeof(ServoCore) == 7168 && sizeof(ProxyState) == 744 && sizeof(ServoRecord) == 384);
+static_assert(sizeof(ServoCore) == 7248 && sizeof(ProxyState) == 816 && sizeof(ServoRecord) == 384);
 
 template <class Fields>
 void fields_of(PlaneMemory& p, Fields& fields) {
@@ -26,7 +26,10 @@ void fields_of(Placement& p, Fields& fields) {
 template <class Fields>
 void fields_of(Surroundings& s, Fields& fields) {
   fields(s.let_through, s.fresh, s.near, s.near_middle_world, s.near_radius, s.has_placements);
-  if (s.has_placements) fields(s.placements);
+  if (s.has_placements) fields(s.placements, s.time);
+  bool has_sets = s.sets != decltype(s.sets){};
+  fields(has_sets);
+  if (has_sets) fields(s.sets);
 }
 template <class Fields>
 void fields_of(ProxyState& s, Fields& fields) {

@@ -7,6 +7,8 @@
 #include <glm/matrix.hpp>
 #include <new>
 
+#include "haptics/depth/depth_source.h"
+
 namespace trephine::haptics {
 
 using glm::dvec3;
@@ -14,6 +16,7 @@ using glm::ivec3;
 
 namespace {
 
+constexpr double k_goes_on = 40;       // mm that a thing may go between two sets of depth images
 constexpr double k_step = 0.5;         // mm, of the scene's frame where models alone could be coarser
 constexpr double k_steps_across = 40;  // a model is at least this large in it
 constexpr double k_least_gap = 5e-8;   // of a step of the scene's frame: half of what the slide keeps
@@ -103,6 +106,15 @@ volume::Status SceneLayout::add_voxels(const TouchScene& scene, int index) {
 
 volume::Status SceneLayout::add_mesh(const TouchItem& mesh, int index) {
   if (!mesh.tree) return volume::Error{"a mesh has no tree", mesh.name, "", "", ""};
+  if (mesh.depth) {
+    if (mesh.mover < 0 && mesh.depth->is_moving(0))
+      return volume::Error{"a thing that moves by itself has no mover", mesh.name, "", "a mover", ""};
+    depth_of_.back() = static_cast<int>(depths_.size());
+    depths_.push_back(index);
+    if (depths_.size() > TouchScene::k_max_depths)
+      return too_many("too many things felt by depth images", static_cast<int>(depths_.size()),
+                      TouchScene::k_max_depths);
+  }
   if (mesh.mover >= TouchScene::k_max_movers)
     return too_many("too many meshes that move", mesh.mover + 1, TouchScene::k_max_movers);
   if (mesh.mover >= 0) {
@@ -112,18 +124,52 @@ volume::Status SceneLayout::add_mesh(const TouchItem& mesh, int index) {
                            "one each", ""};
     moved = index;
   }
-  boxes_.push_back(mesh.mover < 0 ? world_box(mesh.tree->low(), mesh.tree->high(), mesh.placement)
-                                  : Box{mesh.tree->low(), mesh.tree->high()});
+  dvec3 low = mesh.tree->low(), high = mesh.tree->high();
+  if (mesh.depth) {
+    mesh.depth->bounds(low, high);
+    // Between two sets it is where it goes on to.
+    if (mesh.mover >= 0 && low.x <= high.x) low -= k_goes_on, high += k_goes_on;
+  }
+  boxes_.push_back(mesh.mover < 0 ? world_box(low, high, mesh.placement) : Box{low, high});
   return std::nullopt;
 }
 
 std::array<Placement, TouchScene::k_max_movers> SceneLayout::placements_of(
-    const TouchScene& scene, const ProxyInput& input) const noexcept {
+    const TouchScene& scene, const TouchState& seen, const ProxyInput& input) const noexcept {
   std::array<Placement, TouchScene::k_max_movers> now;
   for (std::size_t m = 0; m < now.size(); ++m)
-    if (const int shape = movers_[m]; shape >= 0)
-      now[m] = m < input.movers.size() ? input.movers[m] : item_of(scene, shape).placement;
+    if (const int shape = movers_[m]; shape >= 0) {
+      now[m] = set_place(item_of(scene, shape), input);
+      if (const int d = depth_of(shape); d >= 0)
+        if (const depth::DepthSet* set = depth::set_in(seen, d)) now[m] = now[m] * set->place_at(input.time);
+    }
   return now;
+}
+
+ShapeSet SceneLayout::adopt_sets(const TouchScene& scene, const TouchState& seen, const ProxyInput& input,
+                                 Surroundings& around) const noexcept {
+  ShapeSet adopted;
+  for (std::size_t d = 0; d < depths_.size(); ++d) {
+    const depth::DepthSet* set = depth::set_in(seen, static_cast<int>(d));
+    const std::uint64_t serial = set ? set->serial : 0;
+    const std::uint64_t last = std::exchange(around.sets[d], serial);
+    if (serial == last) continue;
+    adopted.set(depths_[d], true);
+    const int mover = item_of(scene, depths_[d]).mover;
+    if (!set || mover < 0) continue;
+    // As the last one had it: the thing may have turned back since.
+    Placement& before = around.placements[static_cast<std::size_t>(mover)];
+    before = last + 1 == serial && last > 0
+                 ? before * set->foretold.inverse()
+                 : set_place(item_of(scene, depths_[d]), input) * set->place_at(around.time);
+  }
+  around.time = input.time;
+  return adopted;
+}
+
+const Placement& SceneLayout::set_place(const TouchItem& mesh, const ProxyInput& input) noexcept {
+  const bool is_set = mesh.mover >= 0 && static_cast<std::size_t>(mesh.mover) < input.movers.size();
+  return is_set ? input.movers[static_cast<std::size_t>(mesh.mover)] : mesh.placement;
 }
 
 volume::Result<SceneLayout> SceneLayout::of(const TouchScene& scene) {
@@ -133,6 +179,7 @@ volume::Result<SceneLayout> SceneLayout::of(const TouchScene& scene) {
   layout.movers_.fill(-1);
   for (int i = 0; i < item_count(scene); ++i) {
     const TouchItem& item = item_of(scene, i);
+    layout.depth_of_.push_back(-1);
     if (volume::Status error = item.is_mesh() ? layout.add_mesh(item, i) : layout.add_voxels(scene, i))
       return *error;
   }
@@ -185,6 +232,14 @@ SmoothWalls& SceneWalls::walls_of(int i) noexcept {
                     counters_, part(i).begin, part(i).end, &state_.around.near);
   }
   return walls;
+}
+
+const MeshTree& SceneWalls::tree_of(int mesh) const noexcept {
+  const int d = layout_.depth_of(mesh);
+  if (d < 0) return *item_of(scene_, mesh).tree;
+  const depth::DepthSet* set = depth::set_in(seen_, d);
+  static const MeshTree k_nothing;
+  return set ? *set->tree : k_nothing;
 }
 
 const Placement& SceneWalls::placement_of(int shape) const noexcept {

@@ -33,9 +33,20 @@ class SceneLayout {
   const std::vector<Part>& parts() const noexcept { return parts_; }
   /// The mesh that each mover moves, as a shape; -1: none.
   const std::array<int, TouchScene::k_max_movers>& movers() const noexcept { return movers_; }
-  /// Where each of those is now; however many stand still.
+  /// Where each of those is now; however many stand still. What moves by itself goes on as its images tell.
   std::array<Placement, TouchScene::k_max_movers> placements_of(const TouchScene& scene,
+                                                                const TouchState& seen,
                                                                 const ProxyInput& input) const noexcept;
+  /// To be called first in a step, while `around` is still that of the step before: where new depth images
+  /// were adopted, their thing was then where they say it was. The shapes of those.
+  ShapeSet adopt_sets(const TouchScene& scene, const TouchState& seen, const ProxyInput& input,
+                      Surroundings& around) const noexcept;
+  /// Where a mesh is placed, however it moves by itself.
+  static const Placement& set_place(const TouchItem& mesh, const ProxyInput& input) noexcept;
+  /// Of an item its place among those felt by depth images; -1: it is none.
+  int depth_of(int shape) const noexcept { return depth_of_[static_cast<std::size_t>(shape)]; }
+  /// Those items.
+  const std::vector<int>& depths() const noexcept { return depths_; }
   const Box& box(int shape) const noexcept { return boxes_[static_cast<std::size_t>(shape)]; }
 
  private:
@@ -46,6 +57,7 @@ class SceneLayout {
   std::vector<Part> parts_;
   std::vector<Box> boxes_;
   std::array<int, TouchScene::k_max_movers> movers_;
+  std::vector<int> depths_, depth_of_;
 };
 
 /// Answers what Slide asks. Borrows everything for one step. Only shapes that `near` names are looked at; the
@@ -89,7 +101,8 @@ class SceneWalls {
   int walls_at(int shape, bool is_inside, const glm::dvec3& p, double within, WallList& walls) noexcept;
 
   const Placement& placement_of(int mesh_shape) const noexcept;
-  const MeshTree& tree_of(int mesh) const noexcept { return *item_of(scene_, mesh).tree; }
+  /// Of what is felt by depth images that which they show; none where nothing was looked at.
+  const MeshTree& tree_of(int mesh) const noexcept;
   bool is_mesh(int shape) const noexcept { return item_of(scene_, shape).is_mesh(); }
 
  private:

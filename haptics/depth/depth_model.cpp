@@ -1,0 +1,226 @@
+#include "haptics/depth/depth_model.h"
+
+#include <algorithm>
+#include <cmath>
+#include <glm/common.hpp>
+#include <glm/matrix.hpp>
+#include <glm/vector_relational.hpp>
+
+#include "volume/mix_hash.h"
+
+namespace trephine::haptics::depth {
+
+using glm::dvec3;
+using volume::Error;
+using volume::Result;
+
+namespace {
+
+bool is_place(const dvec3& p) noexcept {
+  return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z);
+}
+
+constexpr double k_around = 5;   // mm of the touch: what says how it moves there
+constexpr double k_touched = 3;  // mm of it: where it must move so
+
+/// A place of the surface, now and when the next set is due, and how much it says about the motion there.
+struct Sample {
+  dvec3 now, next;
+  double weight;
+};
+
+/// The rigid motion nearest to the samples': where p goes to q, q - p = h x (q + p) about the pivot, exactly,
+/// if the motion is rigid (Cayley). Least squares of that, which is linear.
+DepthMotion motion_of(const std::vector<Sample>& samples) {
+  DepthMotion motion;
+  double total = 0;
+  dvec3 now(0), next(0);
+  for (const Sample& s : samples) total += s.weight, now += s.weight * s.now, next += s.weight * s.next;
+  if (!(total > 0)) return motion;
+  motion.pivot = now / total;
+  motion.travel = (next - now) / total;
+  glm::dmat3 square(0);
+  dvec3 right(0);
+  double size = 0;
+  for (const Sample& s : samples) {
+    const dvec3 r = (s.now - motion.pivot) + (s.next - motion.pivot - motion.travel);
+    const dvec3 d = (s.next - s.now) - motion.travel;
+    square += s.weight * (glm::dot(r, r) * glm::dmat3(1) - glm::outerProduct(r, r));
+    right += s.weight * glm::cross(r, d);
+    size += s.weight * glm::dot(r, r);
+  }
+  // Places along one line do not say how they turn about it.
+  square += 1e-10 * size * glm::dmat3(1);
+  const double volume = glm::determinant(square);
+  if (volume > 0) motion.turn = glm::inverse(square) * right;
+  return motion;
+}
+
+}  // namespace
+
+Result<std::shared_ptr<const DepthModel>> DepthModel::of(ModelKeys keys) {
+  if (keys.keys.empty() || keys.triangles.size() < 3)
+    return Error{"a model without triangles has no depth", "model", "nothing", "triangles", ""};
+  if (!(keys.beat > 0) || !std::isfinite(keys.beat))
+    return Error{"the time between two keys is none", "beat", std::to_string(keys.beat) + " s", "above 0 s",
+                 ""};
+  const std::size_t corners = keys.keys[0].size();
+  for (std::size_t k = 0; k < keys.keys.size(); ++k) {
+    if (keys.keys[k].size() != corners)
+      return Error{"the keys of a model are not of the same corners", "key " + std::to_string(k + 1),
+                   std::to_string(keys.keys[k].size()) + " corners", std::to_string(corners), ""};
+    for (std::size_t i = 0; i < corners; ++i)
+      if (!is_place(keys.keys[k][i]))
+        return Error{"a corner of a model is nowhere", "key " + std::to_string(k + 1),
+                     "corner " + std::to_string(i), "three numbers", ""};
+  }
+  for (const std::uint32_t index : keys.triangles)
+    if (index >= corners)
+      return Error{"a triangle has a corner that there is not", "model", std::to_string(index),
+                   "below " + std::to_string(corners), ""};
+  return std::shared_ptr<const DepthModel>(new DepthModel(std::move(keys)));
+}
+
+Result<std::shared_ptr<const DepthModel>> DepthModel::of_keys(
+    std::vector<std::shared_ptr<const MeshTree>> trees, double beat, ModelKeys::After after) {
+  ModelKeys keys;
+  keys.beat = beat, keys.after = after;
+  for (const auto& tree : trees) keys.keys.push_back(tree->vertices());
+  if (!trees.empty()) keys.triangles = trees[0]->triangles();
+  auto made = of(std::move(keys));
+  if (!made) return made;
+  auto kept = std::make_shared<DepthModel>(*made.value());
+  kept->trees_ = std::move(trees);
+  return std::shared_ptr<const DepthModel>(std::move(kept));
+}
+
+volume::Status DepthModel::check(double pixel) const {
+  // Of a closed surface each edge is gone along both ways: by where its ends are, as files repeat corners.
+  std::uint64_t sum = 0;
+  const auto at = [&](std::uint32_t index) {
+    volume::MixHash hash;
+    const dvec3& p = keys_.keys[0][index];
+    hash.add(p.x), hash.add(p.y), hash.add(p.z);
+    return hash.value();
+  };
+  const auto& t = keys_.triangles;
+  for (std::size_t i = 0; i + 2 < t.size(); i += 3)
+    for (std::size_t k = 0; k < 3; ++k) {
+      const std::uint64_t a = at(t[i + k]), b = at(t[i + (k + 1) % 3]);
+      volume::MixHash edge;
+      edge.add(std::min(a, b)), edge.add(std::max(a, b));
+      if (a != b) sum += a < b ? edge.value() : ~edge.value() + 1;
+    }
+  if (sum != 0)
+    return Error{"a model is not closed: it has edges with one side alone", "model", "a sheet, or holes",
+                 "a closed surface whose triangles all look out", "close it, or touch it as a mesh"};
+  const dvec3 wide = high_ - low_;
+  constexpr double k_most = 10'000;  // pixels
+  const double widest = std::max({wide.x, wide.y, wide.z, std::abs(low_.x), std::abs(high_.x),
+                                  std::abs(low_.y), std::abs(high_.y), std::abs(low_.z), std::abs(high_.z)});
+  if (!(pixel > 0) || !(widest / pixel <= k_most * 100) ||
+      !(std::max({wide.x, wide.y, wide.z}) / pixel <= k_most))
+    return Error{"a model is too large for pixels so fine", "model",
+                 std::to_string(widest / pixel) + " pixels",
+                 "at most 10000 across, within a million of its origin", "coarser pixels"};
+  return std::nullopt;
+}
+
+DepthModel::DepthModel(ModelKeys keys) : keys_(std::move(keys)) {
+  volume::MixHash hash;
+  hash.add(keys_.beat);
+  hash.add(static_cast<std::uint64_t>(keys_.after));
+  low_ = dvec3(1e300), high_ = dvec3(-1e300);
+  for (const auto& key : keys_.keys)
+    for (const dvec3& p : key) {
+      low_ = glm::min(low_, p), high_ = glm::max(high_, p);
+      hash.add(p.x), hash.add(p.y), hash.add(p.z);
+    }
+  for (const std::uint32_t index : keys_.triangles) hash.add(std::uint64_t{index});
+  hash_ = hash.value();
+}
+
+DepthModel::Between DepthModel::between(double time) const noexcept {
+  const std::size_t count = keys_.keys.size();
+  if (count == 1 || !(time > 0)) return {0, 0, 0};
+  double beats = time / keys_.beat;
+  if (keys_.after == ModelKeys::After::stay) {
+    if (beats >= static_cast<double>(count - 1)) return {count - 1, count - 1, 0};
+  } else {
+    beats -= static_cast<double>(count) * std::floor(beats / static_cast<double>(count));
+  }
+  const auto before = std::min(static_cast<std::size_t>(beats), count - 1);
+  return {before, (before + 1) % count, beats - static_cast<double>(before)};
+}
+
+bool DepthModel::is_moving(double time) const noexcept {
+  const std::size_t count = keys_.keys.size();
+  if (count == 1) return false;
+  return keys_.after == ModelKeys::After::repeat || time < keys_.beat * static_cast<double>(count - 1);
+}
+
+std::vector<dvec3> DepthModel::corners(double time) const {
+  const Between at = between(time);
+  if (at.share == 0) return keys_.keys[at.before];
+  const std::vector<dvec3>&a = keys_.keys[at.before], &b = keys_.keys[at.after];
+  std::vector<dvec3> now(a.size());
+  for (std::size_t i = 0; i < a.size(); ++i) now[i] = a[i] + at.share * (b[i] - a[i]);
+  return now;
+}
+
+Result<DepthSet> DepthModel::draw(const DepthView& view, int threads) const {
+  glm::ivec3 size(0);
+  const auto frame = view.lattice(size);
+  if (!frame) return frame.error();
+  std::vector<dvec3> made;
+  const bool is_at_rest = keys_.keys.size() == 1;
+  if (!is_at_rest) made = corners(view.time);
+  const std::vector<dvec3>& now = is_at_rest ? keys_.keys[0] : made;
+  std::vector<std::uint32_t> met;
+  auto cube = DepthCube::of_triangles(now, keys_.triangles, frame.value(), size, threads, &met);
+  if (!cube) return cube.error();
+  DepthSet set = set_of(view, DepthNet(std::move(cube).value()));
+  set.goes_on = is_moving(view.time);
+  if (!set.goes_on) return set;
+  const double next_time = view.time + view.interval;
+  const Between next = between(next_time);
+  const auto corner_then = [&](std::uint32_t index) {
+    const dvec3 &a = keys_.keys[next.before][index], &b = keys_.keys[next.after][index];
+    return a + next.share * (b - a);
+  };
+  // Of what is near the middle, or of all where nothing is.
+  std::vector<Sample> samples;
+  const auto& t = keys_.triangles;
+  for (const double around : {k_around, 1e300}) {
+    const dvec3 low = view.touch - around, high = view.touch + around;
+    for (const std::uint32_t i : met) {
+      const dvec3 &a = now[t[i]], &b = now[t[i + 1]], &c = now[t[i + 2]];
+      const dvec3 least = glm::min(glm::min(a, b), c), most = glm::max(glm::max(a, b), c);
+      if (glm::any(glm::greaterThan(least, high)) || glm::any(glm::lessThan(most, low))) continue;
+      const dvec3 across = glm::cross(b - a, c - a);
+      const double doubled = glm::length(across);
+      if (!(doubled > 0)) continue;
+      const dvec3 p = corner_then(t[i]), q = corner_then(t[i + 1]), r = corner_then(t[i + 2]);
+      const auto add = [&](const dvec3& place) {
+        // Where on the triangle: shares of its area.
+        const double of_b = glm::dot(glm::cross(place - a, c - a), across) / (doubled * doubled),
+                     of_c = glm::dot(glm::cross(b - a, place - a), across) / (doubled * doubled);
+        const dvec3 off = place - view.touch;
+        const double near = 1 / (1 + glm::dot(off, off));
+        samples.push_back({place, p + of_b * (q - p) + of_c * (r - p), std::min(doubled, 1.0) * near * near});
+      };
+      // By the point nearest to the middle, and by its own middle.
+      add(nearest_on_triangle(view.touch, a, b, c));
+      add((a + b + c) / 3.0);
+    }
+    if (!samples.empty()) break;
+  }
+  set.motion = motion_of(samples);
+  const Placement then = set.motion.after(1);
+  for (const Sample& s : samples)
+    if (glm::length(s.now - view.touch) < k_touched)
+      set.slack = std::max(set.slack, glm::length(then.world_from_local(s.now) - s.next));
+  return set;
+}
+
+}  // namespace trephine::haptics::depth

@@ -1,0 +1,97 @@
+#include "sim/depth_sets.h"
+
+#include <algorithm>
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+
+namespace trephine::sim {
+
+using glm::dvec3;
+using haptics::TouchItem;
+using haptics::depth::DepthSet;
+using haptics::depth::DepthView;
+
+std::shared_ptr<const DepthSet> DepthJob::make(int threads) const {
+  auto drawn = source->draw(view, threads);
+  if (!drawn) return nullptr;
+  return std::make_shared<const DepthSet>(std::move(drawn).value());
+}
+
+AdoptDepths DepthJob::command(const DepthSet& made) const {
+  AdoptDepths wish;
+  wish.item = item;
+  wish.serial = static_cast<std::int64_t>(serial);
+  wish.middle = view.middle, wish.touch = view.touch;
+  wish.edge = view.edge, wish.time = view.time;
+  wish.hash = static_cast<std::int64_t>(made.hash());
+  return wish;
+}
+
+DepthJob job_of(const AdoptDepths& wish, std::uint8_t hand, const haptics::TouchScene& scene) {
+  const TouchItem& item = haptics::item_of(scene, static_cast<int>(wish.item));
+  DepthJob job{hand, wish.item, static_cast<std::uint64_t>(wish.serial), item.depth, {}};
+  job.view = {wish.middle, wish.touch, wish.edge, item.depth_pixel, wish.time, DepthSets::k_interval};
+  return job;
+}
+
+DepthSets::DepthSets(const haptics::TouchScene& scene) {
+  for (int i = 0; i < haptics::item_count(scene); ++i)
+    if (haptics::item_of(scene, i).depth) items_.push_back(i);
+  newest_.resize(items_.size());
+}
+
+std::optional<std::size_t> DepthSets::place_of(std::int64_t item) const noexcept {
+  const auto found = std::find(items_.begin(), items_.end(), item);
+  if (found == items_.end()) return std::nullopt;
+  return static_cast<std::size_t>(found - items_.begin());
+}
+
+std::uint64_t DepthSets::next_serial(std::size_t place) const noexcept {
+  return newest_[place] ? newest_[place]->serial + 1 : 1;
+}
+
+std::optional<DepthJob> DepthSets::job(const haptics::ServoHand& hand, std::uint8_t number,
+                                       double time) const {
+  if (!is_seen_) return std::nullopt;
+  for (std::size_t d = 0; d < items_.size(); ++d) {
+    const TouchItem& item = haptics::item_of(*hand.scene, items_[d]);
+    const DepthSet* set = newest_[d].get();
+    haptics::Placement drawn = item.placement;  // where it is, but for its own motion
+    if (item.mover >= 0 && static_cast<std::size_t>(item.mover) < hand.placement_count)
+      drawn = hand.placements[static_cast<std::size_t>(item.mover)];
+    const haptics::Placement place = set ? drawn * set->place_at(time) : drawn;
+    const dvec3 hip = place.local_from_world(hip_), proxy = place.local_from_world(proxy_);
+    dvec3 low, high;
+    item.depth->bounds(low, high);
+    const auto is_far = [&](const dvec3& p) {
+      return glm::length(p - glm::clamp(p, low, high)) > 0.5 * k_edge + hand.scene->tool_radius;
+    };
+    if (!(low.x <= high.x) || (is_far(hip) && is_far(proxy))) continue;
+    // A third of the way to the border is left when another is asked for.
+    constexpr double k_left = k_edge / 3;
+    const double reach = k_left + hand.scene->tool_radius;
+    const bool is_due = set && set->goes_on && time >= set->view.time + k_interval;
+    if (set && !is_due && set->knows(hip, reach) && set->knows(proxy, reach)) continue;
+    constexpr double k_widest = 100;  // mm: a hand so deep that more were needed is let go
+    DepthJob job{number, items_[d], next_serial(d), item.depth, {}};
+    const dvec3 seen_hip = drawn.local_from_world(hip_), seen_proxy = drawn.local_from_world(proxy_);
+    job.view.touch = seen_proxy;
+    job.view.middle = 0.5 * (seen_hip + seen_proxy);
+    job.view.edge = std::min(k_widest, k_edge + 2 * hand.scene->tool_radius + glm::length(hip - proxy));
+    job.view.pixel = item.depth_pixel;
+    job.view.time = time;
+    job.view.interval = k_interval;
+    return job;
+  }
+  return std::nullopt;
+}
+
+void DepthSets::take(std::int64_t item, std::shared_ptr<DepthSet> made) {
+  std::shared_ptr<const DepthSet>& kept = newest_[*place_of(item)];
+  const std::uint64_t serial = made->serial;
+  made->follow(kept.get());
+  made->serial = serial;  // of one that is told again it is not the next
+  kept = std::move(made);
+}
+
+}  // namespace trephine::sim

@@ -1,0 +1,64 @@
+// Things that are felt by depth images: which sets a hand is owed, and what it has.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "haptics/depth/depth_source.h"
+#include "haptics/servo/servo_scene.h"
+#include "sim/command.h"
+
+namespace trephine::sim {
+
+/// A set that is owed. Made on any thread, from immutable things alone.
+struct DepthJob {
+  std::uint8_t hand = 0;
+  std::int64_t item = 0;
+  std::uint64_t serial = 0;  ///< of the set
+  std::shared_ptr<const haptics::depth::DepthSource> source;
+  haptics::depth::DepthView view;
+
+  /// Milliseconds, by what there is to see; the same bits whatever `threads`. Null: it cannot be seen so.
+  std::shared_ptr<const haptics::depth::DepthSet> make(int threads = 1) const;
+  /// That from here on this set is felt.
+  AdoptDepths command(const haptics::depth::DepthSet& made) const;
+};
+
+/// One hand's. A value.
+class DepthSets {
+ public:
+  using Sets = std::vector<std::shared_ptr<const haptics::depth::DepthSet>>;
+  /// Of things at rest as many a second at most as of those that move.
+  static constexpr double k_interval = 0.01;
+  /// mm, the edge of a clip volume: as far as a hand of 1 m/s goes, either way, until the next set, and while
+  /// that is made.
+  static constexpr double k_edge = 30;
+
+  explicit DepthSets(const haptics::TouchScene& scene);
+
+  /// For what hands feel: one an item that is felt so.
+  const Sets& newest() const noexcept { return newest_; }
+  /// Where the hand is, and what it touches with; world.
+  void see(const glm::dvec3& hip, const glm::dvec3& proxy) noexcept {
+    hip_ = hip, proxy_ = proxy, is_seen_ = true;
+  }
+  /// The first that is owed at `time` (s), if the thing is in reach; nothing when all that is near is known.
+  std::optional<DepthJob> job(const haptics::ServoHand& hand, std::uint8_t number, double time) const;
+  /// That set is felt from here on, in place of the one before it.
+  void take(std::int64_t item, std::shared_ptr<haptics::depth::DepthSet> made);
+  /// Of an item, its place among those; nothing: it is none.
+  std::optional<std::size_t> place_of(std::int64_t item) const noexcept;
+  std::uint64_t next_serial(std::size_t place) const noexcept;
+
+ private:
+  std::vector<int> items_;
+  Sets newest_;
+  glm::dvec3 hip_{0.0}, proxy_{0.0};
+  bool is_seen_ = false;
+};
+
+/// The job that such a command tells of.
+DepthJob job_of(const AdoptDepths& wish, std::uint8_t hand, const haptics::TouchScene& scene);
+
+}  // namespace trephine::sim

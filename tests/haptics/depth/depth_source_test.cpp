@@ -1,0 +1,359 @@
+// Sets of depth images around a hand: as good as images of all of it, also of what moves and bends.
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <glm/matrix.hpp>
+#include <gtest/gtest.h>
+
+#include "haptics/depth/depth_model.h"
+#include "haptics/depth/depth_rules.h"
+#include "haptics/proxy/methods.h"
+#include "tests/haptics/depth/closed_models.h"
+#include "tests/scenes/scenes.h"
+#include "tests/whole.h"
+#include "volume/deterministic_math.h"
+#include "volume/local_net.h"
+
+namespace trephine::haptics::depth {
+namespace {
+
+using glm::ivec3;
+
+double number(std::uint64_t n) { return static_cast<double>(volume::hash_bits(n) >> 11) * 0x1p-53; }
+dvec3 place(std::uint64_t n, double within) {
+  return within * (2.0 * dvec3(number(3 * n), number(3 * n + 1), number(3 * n + 2)) - 1.0);
+}
+
+std::shared_ptr<const DepthModel> at_rest(const Model& m) {
+  ModelKeys keys;
+  keys.triangles = m.triangles;
+  keys.keys = {m.vertices};
+  return DepthModel::of(std::move(keys)).value();
+}
+
+/// A shell with a cavity, two balls that overlap, a thin plate.
+Model clutter() {
+  Model m = ball({0, 0, 0}, 12, 40);
+  m.add(ball({0, 0, 0}, 10, 32).inward());
+  m.add(ball({11, 4, 1}, 5, 24));
+  m.add(ball({-3, 2, 2}, 4, 24));
+  m.add(box({-20, -20, -14.05}, {20, 20, -13.6}));
+  return m;
+}
+
+DepthNet net_of(const Model& m, const DepthView& view) {
+  ivec3 size(0);
+  const volume::Frame frame = view.lattice(size).value();
+  return DepthNet(DepthCube::of_triangles(m.vertices, m.triangles, frame, size).value());
+}
+
+TEST(DepthSource, AClipVolumeSeesWhatAllImagesSee) {
+  const Model m = clutter();
+  DepthView whole;
+  whole.edge = 60;
+  const DepthNet all = net_of(m, whole);
+  int matter = 0, crossed = 0;
+  for (std::uint64_t n = 0; n < 25; ++n) {
+    DepthView view;
+    view.middle = place(n, 13);
+    view.edge = 6;
+    const DepthNet clip = net_of(m, view);
+    EXPECT_EQ(clip.cube().open_rays(), 0u) << n;
+    const dvec3 off = all.cube().frame().volume_from_world(clip.cube().frame().world_from_volume(dvec3(0)));
+    const ivec3 shift(glm::floor(off + 0.5)), size = clip.cube().size();
+    for (int z = 0; z < size.z; ++z)
+      for (int y = 0; y < size.y; ++y)
+        for (int x = 0; x < size.x; ++x) {
+          const ivec3 here(x, y, z);
+          ASSERT_EQ(clip.is_solid(here), all.is_solid(here + shift)) << n << ' ' << x << ' ' << y << ' ' << z;
+          matter += clip.is_solid(here);
+          for (int axis = 0; axis < 3; ++axis) {
+            ivec3 next = here;
+            if (++next[axis] >= size[axis] || clip.is_solid(here) == clip.is_solid(next)) continue;
+            const bool is_in = clip.is_solid(here);
+            ++crossed;
+            ASSERT_NEAR(clip.crossing(is_in ? here : next, is_in ? next : here),
+                        all.crossing((is_in ? here : next) + shift, (is_in ? next : here) + shift), 1e-4)
+                << n << ' ' << x << ' ' << y << ' ' << z << ' ' << axis;
+          }
+        }
+  }
+  EXPECT_GT(matter, 50'000);
+  EXPECT_GT(crossed, 10'000);
+  // A plane of pixels that lies in a face exactly.
+  DepthView face;
+  face.edge = 4;
+  face.middle = {2, 2, 2};
+  EXPECT_EQ(net_of(box({-3, -3, -3}, {2.8, 0.4, 1}), face).cube().open_rays(), 0u);
+  // A hole is told.
+  Model open = ball({0, 0, 0}, 12, 40);
+  open.triangles.resize(open.triangles.size() - 60);
+  DepthView at_hole;
+  at_hole.middle = {0, 0, -12};
+  EXPECT_GT(net_of(open, at_hole).cube().open_rays(), 0u);
+}
+
+TEST(DepthSource, TrianglesOfASetAreTheNetOfItsPixels) {
+  const auto model = at_rest(clutter());
+  for (std::uint64_t n = 0; n < 4; ++n) {
+    DepthView view;
+    view.middle = place(n + 50, 12);
+    view.edge = 8;
+    const DepthSet set = model->draw(view).value();
+    EXPECT_EQ(set.hash(), model->draw(view, 1).value().hash());
+    // Cell by cell, as steps make them.
+    ivec3 size(0);
+    const Model m = clutter();
+    const DepthNet net = net_of(m, view);
+    const volume::LocalNet local{DepthSamples(net)};
+    const auto key = [&](const dvec3& a, const dvec3& b, const dvec3& c) {
+      const dvec3 middle = a + b + c, normal = glm::cross(b - a, c - a);
+      return std::array<double, 6>{middle.x, middle.y, middle.z, normal.x, normal.y, normal.z};
+    };
+    std::vector<std::array<double, 6>> made, wanted;
+    for (std::uint32_t t = 0; t < set.tree->triangle_count(); ++t) {
+      const auto [a, b, c] = set.tree->corners(t);
+      made.push_back(key(a, b, c));
+    }
+    size = net.cube().size();
+    for (int z = 0; z < size.z; ++z)
+      for (int y = 0; y < size.y; ++y)
+        for (int x = 0; x < size.x; ++x)
+          for (int axis = 0; axis < 3; ++axis) {
+            const ivec3 low(x, y, z);
+            ivec3 high = low;
+            ++high[axis];
+            bool is_within = high[axis] < size[axis];
+            for (int k = 0; k < 3; ++k)
+              if (k != axis) is_within = is_within && low[k] >= 1 && low[k] <= size[k] - 2;
+            if (!is_within || net.is_solid(low) == net.is_solid(high)) continue;
+            local.quad(low, axis).triangles([&](const glm::vec3& a, const glm::vec3& b, const glm::vec3& c) {
+              const volume::Frame& f = net.cube().frame();
+              wanted.push_back(key(f.world_from_volume(dvec3(a)), f.world_from_volume(dvec3(b)),
+                                   f.world_from_volume(dvec3(c))));
+            });
+          }
+    std::sort(made.begin(), made.end());
+    std::sort(wanted.begin(), wanted.end());
+    EXPECT_GT(made.size(), 500u);
+    EXPECT_EQ(made, wanted) << n;
+  }
+}
+
+/// A turn about an axis, by its angle.
+dvec3 turned(const dvec3& p, const dvec3& axis, double angle) {
+  const dvec3 n = glm::normalize(axis);
+  return std::cos(angle) * p + std::sin(angle) * glm::cross(n, p) +
+         (1 - std::cos(angle)) * glm::dot(n, p) * n;
+}
+
+TEST(DepthSource, GoesOnAsItMoves) {
+  const Model m = ball({3, -2, 1}, 8, 40);
+  ModelKeys keys;
+  keys.triangles = m.triangles;
+  keys.keys = {m.vertices, m.vertices};
+  keys.beat = 0.01;
+  for (dvec3& p : keys.keys[1]) p = dvec3(4, 2, -1) + turned(p, {1, 2, -1}, 0.3);
+  const auto model = DepthModel::of(keys).value();
+  DepthView view;
+  view.middle = view.touch = {3, -2, 9};
+  view.interval = 0.01;
+  const DepthSet set = model->draw(view).value();
+  EXPECT_LT(set.slack, 1e-7);
+  EXPECT_TRUE(set.goes_on);
+  const Placement then = set.place_at(0.01);
+  for (std::size_t i = 0; i < m.vertices.size(); i += 17)
+    EXPECT_LT(glm::length(then.world_from_local(m.vertices[i]) - keys.keys[1][i]), 1e-7) << i;
+  EXPECT_LT(glm::length(set.place_at(0).world_from_local({1, 2, 3}) - dvec3(1, 2, 3)), 1e-12);
+  EXPECT_FALSE(model->draw({view.middle, view.touch, 20, 0.2, 0.01, 0.01}).value().goes_on);
+  // Of one that swells nothing rigid is right, and it says by how much.
+  for (std::size_t i = 0; i < m.vertices.size(); ++i) keys.keys[1][i] = 1.1 * m.vertices[i];
+  EXPECT_GT(DepthModel::of(keys).value()->draw(view).value().slack, 0.01);
+}
+
+TEST(DepthSource, SaysWhatItCannotDraw) {
+  const auto error_of = [](ModelKeys keys) {
+    const auto model = DepthModel::of(std::move(keys));
+    return model ? std::string() : model.error().message();
+  };
+  const Model m = box({0, 0, 0}, {1, 1, 1});
+  ModelKeys keys;
+  EXPECT_NE(error_of(keys), "");
+  keys.triangles = m.triangles;
+  keys.keys = {m.vertices, {m.vertices[0]}};
+  EXPECT_NE(error_of(keys).find("key 2"), std::string::npos);
+  keys.keys.pop_back();
+  keys.keys[0][3].y = std::nan("");
+  EXPECT_NE(error_of(keys).find("corner 3"), std::string::npos);
+  keys.keys[0] = m.vertices;
+  keys.beat = 0;
+  EXPECT_NE(error_of(keys), "");
+  keys.beat = 1;
+  keys.triangles[5] = 8;
+  EXPECT_NE(error_of(keys), "");
+  const auto model = at_rest(m);
+  for (const DepthView& view :
+       {DepthView{dvec3(0), dvec3(0), 20, 0, 0, 1}, DepthView{dvec3(0), dvec3(0), 1e9, 0.2, 0, 1},
+        DepthView{{0, std::nan(""), 0}, dvec3(0), 20, 0.2, 0, 1},
+        DepthView{{1e9, 0, 0}, dvec3(0), 20, 0.2, 0, 1}})
+    EXPECT_FALSE(model->draw(view));
+}
+
+/// A hand on a scene of one thing, which is drawn anew every ten ticks, as far behind as asked.
+struct Hand {
+  TouchScene scene = scenes::phantom_scene("sphere", [] {
+    data_tools::PhantomOptions o;
+    o.size = ivec3(16);
+    o.spacing_mm = dvec3(0.5);
+    return o;
+  }());
+  std::unique_ptr<ProxyMethod> method = make_method("scene").value();
+  std::shared_ptr<const volume::Version> version;
+  TouchState seen{nullptr};
+  ProxyState state;
+  int tick = 0;
+  int lag = 0;  ///< ticks from a set's time to its use
+  std::shared_ptr<const DepthSet> next;
+  bool knows_motion = true;
+
+  explicit Hand(std::shared_ptr<const DepthSource> source, double radius = 0, double rough = 0) {
+    scene.items.clear();
+    scene.items.push_back(depth_item("thing", source, std::make_shared<const MeshTree>()));
+    scene.items[0].mover = source->is_moving(0) ? 0 : -1;
+    scene.items[0].material.static_friction = scene.items[0].material.dynamic_friction = rough;
+    scene.tool_radius = radius;
+    version = untouched(scene);
+    seen = TouchState(version);
+    seen.depths.resize(1);
+    EXPECT_FALSE(method->prepare(scene));
+  }
+  ProxyStep step(const dvec3& hip) {
+    const double time = 0.001 * tick;
+    const dvec3 proxy = state.has_proxy ? version->base().frame.world_from_volume(state.proxy_volume) : hip;
+    if (tick % 10 == 0) {
+      DepthView view;
+      view.middle = 0.5 * (hip + proxy);
+      view.touch = proxy;
+      view.edge = clip_volume({1000, 1 / (0.01 + 0.001 * lag), 1000}) + glm::length(hip - proxy);
+      view.time = time;
+      auto set = std::make_shared<DepthSet>(scene.items[0].depth->draw(view, 1).value());
+      if (!knows_motion) set->motion = {};
+      set->follow(next.get());
+      next = std::move(set);
+    }
+    if (next && tick % 10 == lag) seen.depths[0] = next;
+    ProxyInput input{hip};
+    input.time = time;
+    ++tick;
+    return method->step(scene, seen, state, input);
+  }
+};
+
+TEST(DepthTouch, FeelsABallAsNearAsATenthOfHalfAPixelWithAPointAndABall) {
+  const auto model = at_rest(ball({0, 0, 0}, 30, 400));
+  for (const double radius : {0.0, 2.0}) {
+    Hand hand(model, radius);
+    double sum = 0, worst = 0;
+    int count = 0;
+    for (int i = 0; i < 1500; ++i) {
+      const double a = 0.01 * i, b = 1.3 * std::sin(0.0013 * i);
+      const dvec3 out(std::cos(b) * std::cos(a), std::cos(b) * std::sin(a), std::sin(b));
+      const ProxyStep step = hand.step((30 + radius + (i < 20 ? 2 - 0.15 * i : -1)) * out);
+      if (i < 40) continue;
+      ASSERT_TRUE(step.has_contact) << radius << ' ' << i;
+      const double off = glm::length(step.proxy_world) - 30 - radius;
+      worst = std::max(worst, std::abs(off));
+      sum += off * off, ++count;
+      EXPECT_GT(glm::dot(step.normal_world, glm::normalize(step.proxy_world)), 0.99);
+    }
+    EXPECT_LT(std::sqrt(sum / count), 0.01) << radius;
+    EXPECT_LT(worst, 0.02) << radius;
+  }
+}
+
+/// A plate, 1 mm thick, that goes to and fro at `speed` mm/s, leaning and bent by `bend` mm.
+struct Plate {
+  double speed, bend;
+  double height(double time) const {
+    const double way = 60, s = time * speed;
+    const double in = s - 2 * way * std::floor(s / (2 * way));
+    return (in < way ? in : 2 * way - in) - 30;
+  }
+  /// The plate's middle surface.
+  double at(double x, double y, double time) const {
+    return height(time) + 0.3 * x + bend * std::sin(time * 25) * (x * x + y * y) / 400;
+  }
+  std::shared_ptr<const DepthModel> model(double seconds) const {
+    constexpr int k_side = 24;
+    ModelKeys keys;
+    keys.beat = 0.005;
+    const auto corner = [&](int i, int j, int k) {
+      return static_cast<std::uint32_t>(2 * (i + (k_side + 1) * j) + k);
+    };
+    for (int key = 0; key <= static_cast<int>(std::ceil(seconds / keys.beat)); ++key) {
+      std::vector<dvec3>& v = keys.keys.emplace_back();
+      for (int j = 0; j <= k_side; ++j)
+        for (int i = 0; i <= k_side; ++i)
+          for (int k = 0; k < 2; ++k) {
+            const double x = 2.5 * (i - k_side / 2), y = 2.5 * (j - k_side / 2);
+            v.push_back({x, y, at(x, y, key * keys.beat) + k - 0.5});
+          }
+    }
+    const auto add = [&](std::uint32_t a, std::uint32_t b, std::uint32_t c, std::uint32_t d) {
+      keys.triangles.insert(keys.triangles.end(), {a, b, c, a, c, d});
+    };
+    for (int j = 0; j < k_side; ++j)
+      for (int i = 0; i < k_side; ++i) {
+        add(corner(i, j, 1), corner(i + 1, j, 1), corner(i + 1, j + 1, 1), corner(i, j + 1, 1));
+        add(corner(i, j, 0), corner(i, j + 1, 0), corner(i + 1, j + 1, 0), corner(i + 1, j, 0));
+      }
+    for (int i = 0; i < k_side; ++i) {
+      add(corner(i, 0, 0), corner(i + 1, 0, 0), corner(i + 1, 0, 1), corner(i, 0, 1));
+      add(corner(i + 1, k_side, 0), corner(i, k_side, 0), corner(i, k_side, 1), corner(i + 1, k_side, 1));
+      add(corner(0, i + 1, 0), corner(0, i, 0), corner(0, i, 1), corner(0, i + 1, 1));
+      add(corner(k_side, i, 0), corner(k_side, i + 1, 0), corner(k_side, i + 1, 1), corner(k_side, i, 1));
+    }
+    return DepthModel::of(std::move(keys)).value();
+  }
+};
+
+struct Pushed {
+  int up = 0, passed = 0;  ///< ticks in which the hand was pushed from where it rests, and was behind
+  double deepest = 0;      ///< mm into the plate
+};
+Pushed push(const Plate& plate, double radius, int lag, int ticks, bool knows_motion = true) {
+  Hand hand(plate.model(0.001 * ticks + 0.05), radius);
+  hand.lag = lag;
+  hand.knows_motion = knows_motion;
+  Pushed result;
+  // Above it at first, nearly at rest, while it comes and goes.
+  for (int i = 0; i < ticks; ++i) {
+    const dvec3 p = hand.step({3 + 0.5 * std::sin(0.02 * i), -2, 4}).proxy_world;
+    if (i < 15) continue;
+    const double above = p.z - plate.at(p.x, p.y, 0.001 * i);
+    result.up += p.z > 4.5;
+    result.passed += above < 0;
+    result.deepest = std::max(result.deepest, 0.5 + radius - above);
+  }
+  return result;
+}
+
+TEST(DepthTouch, APlateThatMovesAndBendsPushesAndIsNeverPassedTo1MPerS) {
+  for (const double speed : {1000.0, 400.0, 100.0}) {
+    for (const double bend : {0.0, 4.0})
+      for (const double radius : {0.0, 1.5})
+        for (const int lag : {0, 4}) {
+          if (!is_whole() && (lag == 0) == (radius == 0)) continue;
+          const Pushed result = push({speed, bend}, radius, lag, is_whole() ? 800 : 180);
+          EXPECT_EQ(result.passed, 0) << speed << ' ' << bend << ' ' << radius << ' ' << lag;
+          EXPECT_GT(result.up, 50) << speed << ' ' << bend << ' ' << radius << ' ' << lag;
+          EXPECT_LT(result.deepest, bend > 0 ? 0.2 : 1e-5)
+              << speed << ' ' << bend << ' ' << radius << ' ' << lag;
+        }
+    if (!is_whole()) break;
+  }
+  // Where nobody knows how it moves between two sets it goes through the hand, and that is seen.
+  EXPECT_GT(push({1000, 0}, 0, 4, 180, false).passed, 10);
+}
+
+}  // namespace
+}  // namespace trephine::haptics::depth

@@ -1,0 +1,228 @@
+// Things felt by depth images in an operation: sets follow the hands, and sessions replay them to the bit.
+#include <chrono>
+#include <thread>
+
+#include "haptics/depth/depth_model.h"
+#include "sim/live_session.h"
+#include "tests/sim/crowd.h"
+#include "tests/sim/opens_anywhere.h"
+
+namespace trephine::sim {
+namespace {
+
+using haptics::depth::DepthModel;
+using haptics::depth::ModelKeys;
+
+/// A paddle of many small triangles at a moment: it comes down, and bends.
+std::shared_ptr<const haptics::MeshTree> paddle(double time) {
+  constexpr int k_side = 16;
+  std::vector<dvec3> corners;
+  std::vector<std::uint32_t> triangles;
+  for (int j = 0; j <= k_side; ++j)
+    for (int i = 0; i <= k_side; ++i)
+      for (int k = 0; k < 2; ++k) {
+        const double x = 0.6 * (i - k_side / 2), y = 0.6 * (j - k_side / 2);
+        const double z = 7 + 3 * std::cos(6 * time) + 0.02 * std::sin(9 * time) * (x * x + y * y);
+        corners.push_back({x - 9, y, z + k - 0.5});
+      }
+  const auto at = [](int i, int j, int k) {
+    return static_cast<std::uint32_t>(2 * (i + (k_side + 1) * j) + k);
+  };
+  const auto quad = [&](std::uint32_t a, std::uint32_t b, std::uint32_t c, std::uint32_t d) {
+    triangles.insert(triangles.end(), {a, b, c, a, c, d});
+  };
+  for (int j = 0; j < k_side; ++j)
+    for (int i = 0; i < k_side; ++i) {
+      quad(at(i, j, 1), at(i + 1, j, 1), at(i + 1, j + 1, 1), at(i, j + 1, 1));
+      quad(at(i, j, 0), at(i, j + 1, 0), at(i + 1, j + 1, 0), at(i + 1, j, 0));
+    }
+  for (int i = 0; i < k_side; ++i) {
+    quad(at(i, 0, 0), at(i + 1, 0, 0), at(i + 1, 0, 1), at(i, 0, 1));
+    quad(at(i + 1, k_side, 0), at(i, k_side, 0), at(i, k_side, 1), at(i + 1, k_side, 1));
+    quad(at(0, i + 1, 0), at(0, i, 0), at(0, i, 1), at(0, i + 1, 1));
+    quad(at(k_side, i, 0), at(k_side, i + 1, 0), at(k_side, i + 1, 1), at(k_side, i, 1));
+  }
+  return std::make_shared<const haptics::MeshTree>(std::move(corners), std::move(triangles));
+}
+
+/// Bone to drill, a block beside it and a paddle over it, both felt by depth images.
+haptics::TouchScene mixed() {
+  haptics::TouchScene scene = small_bone();
+  const auto add = [&](std::vector<std::shared_ptr<const haptics::MeshTree>> keys, double beat) {
+    const auto first = keys[0];
+    const auto after = keys.size() > 1 ? ModelKeys::After::repeat : ModelKeys::After::stay;
+    scene.items.push_back(
+        haptics::depth_item("drawn", DepthModel::of_keys(std::move(keys), beat, after).value(), first));
+  };
+  add({box({6, -3, 0}, {9, 3, 4})}, 1);
+  std::vector<std::shared_ptr<const haptics::MeshTree>> keys;
+  for (int k = 0; k < 20; ++k) keys.push_back(paddle(k * 0.05));
+  add(std::move(keys), 0.05);
+  scene.items.back().mover = 0;
+  return scene;
+}
+
+OperationStart start_of(const haptics::TouchScene& scene) {
+  SceneSpec spec =
+      describe_scene(scene, *haptics::make_method("scene").value(), {}, {HandSpec(drilling::burr(k_burr))});
+  HandSpec& second = spec.hands.emplace_back();
+  second.method = "scene";
+  second.tool_radius = 0.8;
+  spec.smallest_burr = 3;
+  auto made = build_scene(spec, data_of(scene), drilling_catalogue());
+  EXPECT_TRUE(made.is_ok()) << made.error().message();
+  return std::move(made).value();
+}
+
+/// The first hand drills; the second goes from the block to under the paddle and presses.
+std::array<haptics::Pose, 2> poses_at(double t) {
+  static const haptics::PosePath wish = drilling_wish(20);
+  const double s = 0.5 - 0.5 * std::cos(1.7 * t);
+  return {wish.at(t), haptics::Pose{{8 - 16 * s, 0.6 * std::sin(5 * t), 3.4 + 3 * s}, {1, 0, 0, 0}, 0}};
+}
+
+struct Touched {
+  long on_block = 0, on_paddle = 0, pushed = 0;
+  void add(const haptics::ServoRecord& r) {
+    if (r.hand != 1 || !r.has_contact) return;
+    on_block += r.shape == 1;
+    on_paddle += r.shape == 2;
+    pushed += r.shape == 2 && glm::length(r.proxy_world - r.pose.position_world) > 0.3;
+  }
+};
+
+TEST(DepthSession, AReplayFeelsTheSameAndOpensAnywhere) {
+  const Folder folder;
+  const std::string path = folder.file("mixed.session");
+  const haptics::TouchScene scene = mixed();
+  std::uint64_t state = 0;
+  {
+    OperationStart start = start_of(scene);
+    auto writer = SessionWriter::create(path, SessionHeader(describe_scene(start.hands, {})), data_of(scene),
+                                        drilling_catalogue(), often(20'000));
+    ASSERT_TRUE(writer.is_ok()) << writer.error().message();
+    Lockstep run(Engine(std::move(start.hands), 1e-3, drilling_catalogue()), {}, 1000, writer.value().get());
+    Touched touched;
+    for (int i = 0; i < 4000; ++i) {
+      for (const haptics::ServoRecord& r : run.step(poses_at(1e-3 * i))) touched.add(r);
+      if (i % 900 == 450) run.undo();
+      if (i == 2000) {
+        PlaceModel place;
+        place.position = {0.5, 0, 0};
+        EXPECT_FALSE(run.apply(place).refused);
+      }
+    }
+    EXPECT_GT(touched.on_block, 100);
+    EXPECT_GT(touched.on_paddle, 100);
+    EXPECT_GT(touched.pushed, 50);
+    EXPECT_GT(run.engine().removed_mm3(), 5);
+    state = run.engine().now().hash();
+    EXPECT_FALSE(writer.value()->finish(run.engine(), 0));
+  }
+  const Verdict v = replay(path);
+  expect_same(v);
+  EXPECT_EQ(v.state, state);
+  EXPECT_GT(v.counts.commands, 300u);  // sets of images, a hundred a second
+  expect_opens_anywhere(path, drilling_catalogue(), data_of(scene), 3);
+}
+
+TEST(DepthSession, NothingIsDrawnWhereNothingMovesOrNobodyIsNear) {
+  haptics::TouchScene scene = mixed();
+  scene.items.pop_back();  // the block alone
+  OperationStart start = start_of(scene);
+  Lockstep run(Engine(std::move(start.hands), 1e-3, drilling_catalogue()), {}, 1000);
+  std::vector<haptics::Pose> poses(2, {{200, 0, 0}, {1, 0, 0, 0}, 0});
+  const auto sets = [&] {
+    const auto& set = run.engine().servo_scene()->hands[1].state.depths.at(0);
+    return set ? set->serial : 0;
+  };
+  for (int i = 0; i < 200; ++i) run.step(poses);
+  EXPECT_EQ(sets(), 0u);
+  poses[1].position_world = {10, 0, 2};
+  for (int i = 0; i < 200; ++i) run.step(poses);
+  EXPECT_EQ(sets(), 1u);  // seen once, and nothing moved since
+  const auto& set = *run.engine().servo_scene()->hands[1].state.depths[0];
+  EXPECT_LT(set.pixels, 100'000u);  // what the clip volume needs
+  EXPECT_FALSE(run.engine().servo_scene()->hands[0].state.depths[0]);
+}
+
+TEST(DepthSession, CommandsAboutSetsAreChecked) {
+  OperationStart start = start_of(mixed());
+  Engine engine(std::move(start.hands), 1e-3, drilling_catalogue());
+  AdoptDepths wish;
+  wish.item = 0, wish.serial = 1, wish.edge = 20;
+  ASSERT_TRUE(engine.apply({wish, 1}).refused);
+  EXPECT_NE(engine.apply({wish, 1}).refused->message().find("not felt by depth images"), std::string::npos);
+  wish.item = 1, wish.edge = 1e9;
+  EXPECT_TRUE(engine.apply({wish, 1}).refused);
+  wish.edge = 20;
+  EXPECT_FALSE(engine.apply({wish, 1}).refused);
+}
+
+TEST(DepthSession, ModelsThatCannotBeSeenAreRefusedInWords) {
+  haptics::TouchScene scene = mixed();
+  const auto refused = [&](auto&& change) {
+    SceneSpec spec = describe_scene(scene, *haptics::make_method("scene").value(), {}, {HandSpec()});
+    spec.hands[0].method = "scene";
+    SceneData data = data_of(scene);
+    change(spec, data);
+    const auto made = build_scene(spec, data, drilling_catalogue());
+    EXPECT_FALSE(made.is_ok());
+    return made ? std::string() : made.error().message();
+  };
+  EXPECT_NE(refused([](SceneSpec& s, SceneData& d) {
+              const auto& old = *d.models[0];
+              auto some = old.triangles();
+              some.resize(some.size() - 3);
+              d.models[0] = std::make_shared<const haptics::MeshTree>(old.vertices(), some);
+              s.models[0] = {d.models[0]->triangle_count(), content_hash(*d.models[0])};
+            }).find("not closed"),
+            std::string::npos);
+  EXPECT_NE(refused([](SceneSpec& s, SceneData&) { s.structures[2].mover = -1; }).find("mover"),
+            std::string::npos);
+  EXPECT_NE(refused([](SceneSpec& s, SceneData&) { s.structures[1].depth_pixel = 1e-5; }).find("pixels"),
+            std::string::npos);
+  for (const char* method : {"depth", "lomi", "mesh", "scene-sequential", "subvoxel"})
+    EXPECT_NE(refused([&](SceneSpec& s, SceneData&) { s.hands[0].method = method; }).find("scene"),
+              std::string::npos)
+        << method;
+}
+
+TEST(DepthSession, ALiveRunIsReplayedToTheBit) {
+  const Folder folder;
+  const std::string path = folder.file("live.session");
+  const haptics::TouchScene scene = mixed();
+  OperationStart start = start_of(scene);
+  auto writer = SessionWriter::create(path, SessionHeader(describe_scene(start.hands, {})), data_of(scene),
+                                      drilling_catalogue(), {});
+  ASSERT_TRUE(writer.is_ok());
+  std::vector<haptics::PosePath::Sample> samples[2];
+  for (double t = 0; t < 2.5; t += 0.01)
+    for (std::size_t h = 0; h < 2; ++h) samples[h].push_back({t, poses_at(t)[h]});
+  haptics::PlaybackDevice first(haptics::PosePath::from_samples(samples[0], "").value()),
+      second(haptics::PosePath::from_samples(samples[1], "").value());
+  haptics::Device* devices[] = {&first, &second};
+  haptics::ServoOptions options;
+  options.watchdog_seconds = options.lag_seconds = 10;
+  std::uint64_t hash = 0;
+  {
+    LiveSession live(devices, Engine(std::move(start.hands), 1e-3, drilling_catalogue()), options,
+                     writer.value().get());
+    live.keep_trace(100'000);
+    ASSERT_FALSE(live.start());
+    std::this_thread::sleep_for(std::chrono::milliseconds(2300));
+    live.stop();
+    EXPECT_GT(live.depth_report().count, 30u);
+    Touched touched;
+    for (const haptics::ServoRecord& r : live.trace()) touched.add(r);
+    EXPECT_GT(touched.on_block + touched.on_paddle, 100);
+    hash = live.engine().now().hash();
+    EXPECT_FALSE(writer.value()->finish(live.engine(), 0));
+  }
+  const Verdict v = replay(path);
+  expect_same(v);
+  EXPECT_EQ(v.state, hash);
+}
+
+}  // namespace
+}  // namespace trephine::sim
