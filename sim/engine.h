@@ -140,6 +140,8 @@ class Engine {
   void hand_in(const OffsetJob& job, OffsetJob::Offsets made);
   /// A set of depth images that a hand is owed now; nothing where none is near, or nothing moved.
   std::optional<DepthJob> depth_job() const;
+  /// Draws it here and now: the command that adopts it. Nothing when none is owed.
+  std::optional<Command> finish_depth_job();
   /// What that job made, before AdoptDepths; likewise.
   void hand_in(const DepthJob& job, std::shared_ptr<const haptics::depth::DepthSet> made);
 

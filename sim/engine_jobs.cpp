@@ -140,6 +140,16 @@ std::optional<DepthJob> Engine::depth_job() const {
   return std::nullopt;
 }
 
+std::optional<Command> Engine::finish_depth_job() {
+  const std::optional<DepthJob> job = depth_job();
+  if (!job) return std::nullopt;
+  std::shared_ptr<const haptics::depth::DepthSet> made = job->make(0);
+  if (!made) return std::nullopt;
+  Command wish(job->command(*made), job->hand);
+  hand_in(*job, std::move(made));
+  return wish;
+}
+
 void Engine::hand_in(const DepthJob& job, std::shared_ptr<const haptics::depth::DepthSet> made) {
   made_depths_.push_back({job, std::move(made)});
 }

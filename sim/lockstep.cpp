@@ -62,14 +62,8 @@ std::span<const haptics::ServoRecord> Lockstep::step(std::span<const haptics::Po
     ticks_owed_ = 0;
   }
   // Depth images follow at once.
-  for (std::size_t most = 2 * haptics::TouchScene::k_max_depths * engine_.hand_count(); most > 0; --most) {
-    const std::optional<DepthJob> job = engine_.depth_job();
-    if (!job) break;
-    const std::shared_ptr<const haptics::depth::DepthSet> made = job->make(0);
-    if (!made) break;
-    engine_.hand_in(*job, made);
-    last_outcome_.is_changed |= apply({job->command(*made), job->hand}).is_changed;
-  }
+  while (const std::optional<Command> owed = engine_.finish_depth_job())
+    last_outcome_.is_changed |= apply(*owed).is_changed;
   return records_;
 }
 

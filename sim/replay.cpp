@@ -61,6 +61,11 @@ Result<std::unique_ptr<Replay>> Replay::open(SessionReader& session, SceneData d
     if (!models) return models.error();
     data.models = std::move(models).value();
   }
+  if (data.streams.empty()) {
+    auto streams = session.streams();
+    if (!streams) return streams.error();
+    data.streams = std::move(streams).value();
+  }
   auto start = build_scene(header, data, modules.value());
   if (!start) return start.error();
   return open(session, std::move(start).value());

@@ -54,6 +54,13 @@ Status check_data(const SceneSpec& spec, const SceneData& data) {
     if (const std::uint64_t hash = content_hash(*data.models[m]); hash != spec.models[m].hash)
       return no_match("a model is not the one of the session", "hash " + hexadecimal(hash),
                       "hash " + hexadecimal(spec.models[m].hash));
+  if (data.streams.size() != spec.streams.size())
+    return no_match("the session needs other depth streams", std::to_string(data.streams.size()),
+                    std::to_string(spec.streams.size()));
+  for (std::size_t n = 0; n < spec.streams.size(); ++n)
+    if (const std::uint64_t hash = data.streams[n]->hash(); hash != spec.streams[n].hash)
+      return no_match("a depth stream is not the one of the session", "hash " + hexadecimal(hash),
+                      "hash " + hexadecimal(spec.streams[n].hash));
   return std::nullopt;
 }
 
@@ -154,7 +161,12 @@ Result<TouchScene> build_items(const SceneSpec& spec, const SceneData& data) {
   std::vector<std::size_t> soft;
   for (const StructureSpec& s : spec.structures) {
     if (!s.is_touchable) continue;
-    if (s.model >= 0 && s.depth_keys > 0) {
+    if (s.stream >= 0) {
+      const auto& source = data.streams[static_cast<std::size_t>(s.stream)];
+      scene.items.push_back(haptics::depth_item(s.shape.name, source,
+                                                data.models[static_cast<std::size_t>(s.model)], s.material));
+      scene.items.back().depth_pixel = s.depth_pixel;
+    } else if (s.model >= 0 && s.depth_keys > 0) {
       const auto first = data.models.begin() + s.model;
       auto source = haptics::depth::DepthModel::of_keys(
           {first, first + s.depth_keys}, s.depth_beat,
@@ -253,6 +265,7 @@ SceneSpec describe_scene(const TouchScene& scene, const haptics::ProxyMethod& me
   for (std::size_t v = 1; v < data.volumes.size(); ++v)
     spec.volumes[v].hash = volume::content_hash(*data.volumes[v]);
   for (const auto& m : data.models) spec.models.push_back({m->triangle_count(), content_hash(*m)});
+  for (const auto& n : data.streams) spec.streams.push_back({n->pictures().pictures.size(), n->hash()});
   for (const TouchItem& item : scene.items) {
     StructureSpec s;
     s.material = item.material;
@@ -266,11 +279,13 @@ SceneSpec describe_scene(const TouchScene& scene, const haptics::ProxyMethod& me
       s.shape.name = "model " + std::to_string(s.model + 1);  // never a file's
       s.placement = item.placement;
       s.mover = item.mover;
+      if (item.depth) s.depth_pixel = item.depth_pixel;
+      const auto stream = std::find(data.streams.begin(), data.streams.end(), item.depth);
+      if (stream != data.streams.end()) s.stream = static_cast<int>(stream - data.streams.begin());
       if (const auto* drawn = dynamic_cast<const haptics::depth::DepthModel*>(item.depth.get())) {
         s.depth_keys = static_cast<int>(drawn->trees().size());
         s.depth_beat = drawn->keys().beat;
         s.is_repeating = drawn->keys().after == haptics::depth::ModelKeys::After::repeat;
-        s.depth_pixel = item.depth_pixel;
       }
     } else {
       s.shape = item.field.shape();
@@ -332,6 +347,8 @@ SceneData data_of(const TouchScene& scene) {
       data.models.insert(data.models.end(), drawn->trees().begin(), drawn->trees().end());
     } else if (item.is_mesh()) {
       add(item.tree);
+      if (auto stream = std::dynamic_pointer_cast<const haptics::depth::DepthStream>(item.depth))
+        data.streams.push_back(std::move(stream));
     }
   return data;
 }

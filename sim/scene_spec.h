@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "haptics/depth/depth_stream.h"
 #include "haptics/proxy/methods.h"
 #include "haptics/servo/servo_loop.h"
 #include "sim/engine.h"
@@ -20,6 +21,11 @@ struct VolumeSpec {
 
 struct ModelSpec {
   std::uint64_t triangles = 0, hash = 0;
+};
+
+/// A depth stream.
+struct StreamSpec {
+  std::uint64_t pictures = 0, hash = 0;
 };
 
 /// Something in the scene: a shape of a volume, or a model. Of those that can be touched the anatomy's come
@@ -43,6 +49,8 @@ struct StructureSpec {
   double depth_beat = 1.0 / 30;  ///< s
   bool is_repeating = false;     ///< after the last comes the first
   double depth_pixel = 0.2;      ///< mm
+  /// Then it is this depth stream, placed as its camera; `model` is what it looked like at first.
+  int stream = -1;
 };
 
 struct HandSpec {
@@ -61,6 +69,7 @@ struct HandSpec {
 struct SceneSpec {
   std::vector<VolumeSpec> volumes;  ///< the anatomy first
   std::vector<ModelSpec> models;
+  std::vector<StreamSpec> streams;
   std::vector<StructureSpec> structures;
   std::vector<HandSpec> hands;
   double rate_hz = 1000;
@@ -75,6 +84,7 @@ struct SceneSpec {
 struct SceneData {
   std::vector<std::shared_ptr<const volume::Volume>> volumes;
   std::vector<std::shared_ptr<const haptics::MeshTree>> models;
+  std::vector<std::shared_ptr<const haptics::depth::DepthStream>> streams = {};
 
   SceneData() = default;
   SceneData(std::shared_ptr<const volume::Volume> anatomy) : volumes{std::move(anatomy)} {}

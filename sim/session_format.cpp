@@ -387,6 +387,51 @@ Result<std::shared_ptr<const haptics::MeshTree>> decode_model(std::string_view i
   return std::make_shared<const haptics::MeshTree>(std::move(places), std::move(triangles));
 }
 
+std::string encode_stream(const haptics::depth::DepthStream& stream) {
+  const haptics::depth::DepthPictures& all = stream.pictures();
+  std::string out;
+  put(out, static_cast<std::uint32_t>(all.camera.width));
+  put(out, static_cast<std::uint32_t>(all.camera.height));
+  for (const double value :
+       {all.camera.fx, all.camera.fy, all.camera.cx, all.camera.cy, all.mm_a_step, all.repeats_after})
+    put(out, value);
+  put(out, static_cast<std::uint8_t>(all.is_repeating));
+  put(out, static_cast<std::uint64_t>(all.pictures.size()));
+  for (const double time : all.times) put(out, time);
+  for (const auto& picture : all.pictures)
+    for (const std::uint16_t value : picture) put(out, value);
+  return out;
+}
+
+Result<std::shared_ptr<const haptics::depth::DepthStream>> decode_stream(std::string_view in) {
+  haptics::depth::DepthPictures all;
+  std::uint32_t width = 0, height = 0;
+  std::uint8_t is_repeating = 0;
+  std::uint64_t count = 0;
+  bool is_whole = get(in, width) && get(in, height);
+  for (double* value :
+       {&all.camera.fx, &all.camera.fy, &all.camera.cx, &all.camera.cy, &all.mm_a_step, &all.repeats_after})
+    is_whole = is_whole && get(in, *value);
+  if (!is_whole || !get(in, is_repeating) || !get(in, count)) return broken("a depth stream that ends early");
+  // What is there decides before anything is allocated.
+  constexpr std::uint32_t k_widest = 4096;
+  if (width == 0 || height == 0 || width > k_widest || height > k_widest)
+    return broken("a depth stream of a strange size");
+  const std::uint64_t pixels = std::uint64_t{width} * height, bytes = sizeof(double) + 2 * pixels;
+  if (count > in.size() / bytes || in.size() != count * bytes)
+    return broken("a depth stream of another size");
+  all.camera.width = static_cast<int>(width), all.camera.height = static_cast<int>(height);
+  all.is_repeating = is_repeating != 0;
+  all.times.resize(count);
+  for (double& time : all.times) get(in, time);
+  all.pictures.resize(count);
+  for (auto& picture : all.pictures) {
+    picture.resize(pixels);
+    for (std::uint16_t& value : picture) get(in, value);
+  }
+  return haptics::depth::DepthStream::of(std::move(all));
+}
+
 std::string encode_scan(const volume::Volume& scan) {
   std::string out;
   put(out, scan.size);

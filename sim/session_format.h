@@ -93,6 +93,9 @@ volume::Result<SessionEnd> decode_end(std::string_view bytes);
 /// A model. What is read is one that a tree can be made of.
 std::string encode_model(const haptics::MeshTree& model);
 volume::Result<std::shared_ptr<const haptics::MeshTree>> decode_model(std::string_view bytes);
+/// A depth stream; likewise.
+std::string encode_stream(const haptics::depth::DepthStream& stream);
+volume::Result<std::shared_ptr<const haptics::depth::DepthStream>> decode_stream(std::string_view bytes);
 /// The scan itself, for sessions that carry it.
 std::string encode_scan(const volume::Volume& scan);
 volume::Result<volume::Volume> decode_scan(std::string_view bytes);
@@ -154,8 +157,9 @@ class ItemDecoder {
 enum class BlockKind : std::uint32_t {
   header = 'H',
   scan_hash = 'C',
-  scan = 'V',   ///< the volumes, in their order
-  model = 'M',  ///< the models, in theirs
+  scan = 'V',    ///< the volumes, in their order
+  model = 'M',   ///< the models, in theirs
+  stream = 'D',  ///< depth streams, in theirs
   log = 'L',
   checkpoint = 'K',  ///< sim/checkpoint_format.h
   end = 'E'

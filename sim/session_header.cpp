@@ -49,6 +49,8 @@ std::string to_text(const SceneSpec& h) {
   for (const VolumeSpec& v : h.volumes)
     line("volume", text_of(v.size.x) + ' ' + text_of(v.size.y) + ' ' + text_of(v.size.z) +
                        (v.hash ? ' ' + hexadecimal(*v.hash) : ""));
+  for (const StreamSpec& s : h.streams)
+    line("stream", std::to_string(s.pictures) + ' ' + hexadecimal(s.hash));
   for (const ModelSpec& m : h.models) line("model", std::to_string(m.triangles) + ' ' + hexadecimal(m.hash));
   number("rate", h.rate_hz);
   number("smoothing_alpha", h.force.smoothing_alpha);
@@ -95,8 +97,9 @@ std::string to_text(const SceneSpec& h) {
       if (s.depth_keys > 0) {
         number("depth_beat", s.depth_beat);
         unless("depth_repeats", s.is_repeating, 0);
-        number("depth_pixel", s.depth_pixel);
       }
+      unless("of_stream", s.stream, -1);
+      if (s.depth_keys > 0 || s.stream >= 0) number("depth_pixel", s.depth_pixel);
     } else {
       number("low", s.shape.low);
       number("high", s.shape.high);
@@ -168,7 +171,7 @@ double* place_of(StructureSpec& shape, std::string_view key) {
 }  // namespace
 
 namespace {
-constexpr std::size_t k_most_types = 255, k_most_things = 64;
+constexpr std::size_t k_most_types = 255, k_most_things = 64, k_most_models = 256;
 
 template <class T>
 bool take_number(std::string_view& text, T& value, int base = 10) {
@@ -278,7 +281,13 @@ Result<SessionHeader> read_lines(std::string_view text, const Words& words) {
       if ((is_good = volume && h.volumes.size() < k_most_things)) h.volumes.push_back(*volume);
     } else if (key == "model") {
       const std::optional<ModelSpec> model = model_of(value);
-      if ((is_good = model && h.models.size() < k_most_things)) h.models.push_back(*model);
+      if ((is_good = model && h.models.size() < k_most_models)) h.models.push_back(*model);
+    } else if (key == "stream") {
+      const std::optional<ModelSpec> stream = model_of(value);  // a count and a hash too
+      if ((is_good = stream && h.streams.size() < k_most_things))
+        h.streams.push_back({stream->triangles, stream->hash});
+    } else if (key == "of_stream") {
+      if ((is_good = shape && whole(0, k_most_things))) shape->stream = static_cast<int>(number);
     } else if (key == "structure") {
       if ((is_good = h.structures.size() < haptics::ShapeSet::k_most)) {
         h.structures.emplace_back();
@@ -342,12 +351,12 @@ Result<SessionHeader> read_lines(std::string_view text, const Words& words) {
     } else if (key == "of_volume") {
       if ((is_good = whole(0, k_most_things))) shape->volume = static_cast<int>(number);
     } else if (key == "of_model") {
-      if ((is_good = whole(0, k_most_things))) shape->model = static_cast<int>(number);
+      if ((is_good = whole(0, k_most_models))) shape->model = static_cast<int>(number);
     } else if (key == "mover") {
       if ((is_good = whole(0, haptics::TouchScene::k_max_movers - 1)))
         shape->mover = static_cast<int>(number);
     } else if (key == "depth_keys") {
-      if ((is_good = whole(1, k_most_things))) shape->depth_keys = static_cast<int>(number);
+      if ((is_good = whole(1, k_most_models))) shape->depth_keys = static_cast<int>(number);
     } else if (key == "depth_beat") {
       if ((is_good = between(1e-6, 1e6))) shape->depth_beat = number;
     } else if (key == "depth_repeats") {
@@ -402,6 +411,10 @@ volume::Status check_whole(const SceneSpec& h, const Words& words) {
     const int last_model = s.model + std::max(s.depth_keys, 1) - 1;
     if (s.volume >= static_cast<int>(h.volumes.size()) || last_model >= static_cast<int>(h.models.size()))
       return fail("of_volume, of_model", "a volume or model that the header names");
+    if (s.stream >= static_cast<int>(h.streams.size()))
+      return fail("of_stream", "a stream that the header names");
+    if (s.stream >= 0 && (s.model < 0 || s.depth_keys > 0))
+      return fail("of_stream", "of a model, without keys");
     if (s.depth_keys > 0 && s.model < 0) return fail("depth_keys", "of a model");
     if (s.model >= 0 && (s.is_soft || s.ramp || s.is_forbidden || !s.is_touchable))
       return fail("a model", "one that is touched, without soft, ramp or forbidden");
@@ -434,6 +447,9 @@ Result<SceneSpec> scene_from_text(std::string_view text, const SceneData& data) 
   if (spec.models.empty())
     for (const auto& model : data.models)
       spec.models.push_back({model->triangle_count(), content_hash(*model)});
+  if (spec.streams.empty())
+    for (const auto& stream : data.streams)
+      spec.streams.push_back({stream->pictures().pictures.size(), stream->hash()});
   if (volume::Status error = check_whole(spec, k_of_scene)) return *error;
   return spec;
 }

@@ -75,6 +75,9 @@ Result<SessionReader> SessionReader::open(const std::string& path, const Catalog
       case BlockKind::model:
         r.models_.push_back({at, head.length});
         break;
+      case BlockKind::stream:
+        r.streams_.push_back({at, head.length});
+        break;
       case BlockKind::log:
         r.logs_.push_back({at, head.length});
         r.end_.reset();  // it went on
@@ -157,6 +160,18 @@ Result<std::vector<std::shared_ptr<const haptics::MeshTree>>> SessionReader::mod
     auto model = decode_model(bytes.value());
     if (!model) return model.error();
     all.push_back(std::move(model).value());
+  }
+  return all;
+}
+
+Result<std::vector<std::shared_ptr<const haptics::depth::DepthStream>>> SessionReader::streams() {
+  std::vector<std::shared_ptr<const haptics::depth::DepthStream>> all;
+  for (const Span& span : streams_) {
+    Result<std::string> bytes = read(span);
+    if (!bytes) return bytes.error();
+    auto stream = decode_stream(bytes.value());
+    if (!stream) return stream.error();
+    all.push_back(std::move(stream).value());
   }
   return all;
 }

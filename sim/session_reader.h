@@ -30,6 +30,7 @@ class SessionReader {
   std::size_t scan_count() const noexcept { return scans_.size(); }
   /// Those in the file.
   volume::Result<std::vector<std::shared_ptr<const haptics::MeshTree>>> models();
+  volume::Result<std::vector<std::shared_ptr<const haptics::depth::DepthStream>>> streams();
   /// Nothing when the program was stopped in the middle.
   const std::optional<SessionEnd>& end() const noexcept { return end_; }
   std::uint64_t whole_bytes() const noexcept { return whole_bytes_; }
@@ -76,7 +77,7 @@ class SessionReader {
   std::optional<SessionEnd> end_;
   std::uint64_t whole_bytes_ = 0, block_count_ = 0, lost_bytes_ = 0, tick_count_ = 0;
   bool is_damaged_ = false;
-  std::vector<Span> logs_, scans_, models_;
+  std::vector<Span> logs_, scans_, models_, streams_;
   std::vector<CheckpointIndex> checkpoints_;  ///< parts are of the file
   Place place_;
   std::string payload_;

@@ -86,6 +86,7 @@ Result<std::unique_ptr<SessionWriter>> SessionWriter::create(const std::string& 
   }
   sync_folder(path);
   for (const auto& model : data.models) writer->write_block(BlockKind::model, 0, encode_model(*model));
+  for (const auto& stream : data.streams) writer->write_block(BlockKind::stream, 0, encode_stream(*stream));
   if (options.is_embedding)
     for (const auto& volume : data.volumes) writer->write_block(BlockKind::scan, 0, encode_scan(*volume));
   writer->scan_ = data.volumes[0];

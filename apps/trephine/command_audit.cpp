@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "apps/trephine/commands.h"
+#include "apps/trephine/drawn_judge.h"
 #include "data-tools/atomic_file.h"
 #include "haptics/force/effects.h"
 #include "haptics/mesh/mesh_tree.h"
@@ -27,8 +28,8 @@ namespace {
 struct AuditArguments {
   std::string session, case_source;  ///< a session to certify; empty: rays
   std::uint64_t rays = 1'000'000, seed = 7;
-  std::string
-      plant;  ///< "fall", "force", "torque", "energy" or "ball": what one tick gets wrong before it is judged
+  std::string plant;  ///< "fall", "force", "torque", "energy", "ball" or "drawn": what one tick gets wrong
+                      ///< before it is judged
 };
 
 const haptics::Material& touched_material(const haptics::TouchScene& scene, const haptics::ServoRecord& r) {
@@ -187,6 +188,8 @@ class FeltSolids {
     return false;
   }
   bool has_movers() const {
+    for (const haptics::TouchItem& item : felt_->scene->items)
+      if (item.depth) return true;
     return std::any_of(models_.begin(), models_.end(),
                        [&](const Model& m) { return felt_->scene->items[m.item].mover >= 0; });
   }
@@ -235,6 +238,7 @@ class FeltSolids {
         whole_.push_back({i, alone.base, scenes::Promise(method(), alone)});
         continue;
       }
+      if (item.depth) continue;  // its triangles come and go: said in the report
       const glm::dvec3 size = item.tree->high() - item.tree->low();
       models_.push_back({i,
                          checker::MeshWall(item.tree->vertices(), item.tree->triangles(),
@@ -260,6 +264,7 @@ struct Hand {
   FeltSolids solids;
   checker::FallThroughJudge falls;
   checker::ForceJudge force;
+  DrawnJudge drawn;
   std::optional<Ball> ball;  ///< where it has a radius, by a method that touches the smooth solid
   std::shared_ptr<const haptics::TouchScene> scene;
   std::shared_ptr<const haptics::LawSet> laws;
@@ -409,12 +414,18 @@ Result<Outcome> audit_session(const AuditArguments& arguments) {
     const glm::dvec3 hip = scene.base->frame.volume_from_world(r.pose.position_world);
     glm::dvec3 middle = r.proxy_world;
     const bool is_seen_by_ball = hand.ball && r.shape < static_cast<int>(base_shapes(scene).size());
-    if (to_plant && (*to_plant != "ball" || is_seen_by_ball) && r.has_contact && !r.is_led &&
-        2 * replay.counts().ticks > all && glm::length(r.proxy_world - r.pose.position_world) > 0.1) {
+    glm::dvec3 drawn_at = r.proxy_world;
+    const bool is_drawn = r.has_contact && r.shape >= 0 &&
+                          scene.items[static_cast<std::size_t>(r.shape)].depth &&
+                          r.tick % DrawnJudge::k_every == 0;
+    if (to_plant && (*to_plant != "drawn" || is_drawn) && (*to_plant != "ball" || is_seen_by_ball) &&
+        r.has_contact && !r.is_led && 2 * replay.counts().ticks > all &&
+        glm::length(r.proxy_world - r.pose.position_world) > 0.1) {
       if (*to_plant == "force") tick.force.x += 0.01;
       if (*to_plant == "torque") tick.torque.y += 0.01;
       if (*to_plant == "energy") tick.contact_energy += 0.01;
       if (*to_plant == "fall") path[0] = hip, waypoints = 1;
+      if (*to_plant == "drawn") drawn_at -= 3.0 * r.normal_world;
       if (*to_plant == "ball") middle -= 3 * hand.ball->allowed_mm() * r.normal_world;
       to_plant.reset();
     }
@@ -434,14 +445,20 @@ Result<Outcome> audit_session(const AuditArguments& arguments) {
       if (hand.ball && hand.falls.judged() > before && !step.is_buried)
         hand.ball->judge_middle(middle, hand.popped_shape);
     }
+    if (!r.is_led && !is_lost && r.tick % DrawnJudge::k_every == 0 && !replay.felt()->state.depths.empty())
+      hand.drawn.judge(*replay.felt(), drawn_at, r.t);
     if (!is_lost) hand.pop(scene, r);
   }
   if (to_plant)
     return Error{"there is no tick to plant a fault in", data_tools::file_name(arguments.session), "",
                  "0.1 mm deep in contact in its second half", "audit it without --plant"};
   long fell = 0, wrong = 0, judged = 0;
-  double worst_force = 0, worst_torque = 0, worst_energy = 0;
+  double worst_force = 0, worst_torque = 0, worst_energy = 0, deepest_drawn = 0, allowed_drawn = 0;
+  long drawn = 0, drawn_sunk = 0;
   for (Hand& hand : judges) {
+    drawn += hand.drawn.judged, drawn_sunk += hand.drawn.sunk;
+    deepest_drawn = std::max(deepest_drawn, hand.drawn.deepest);
+    allowed_drawn = std::max(allowed_drawn, hand.drawn.allowed);
     take_ball(hand);
     fell += hand.falls.fall_throughs(), wrong += hand.force.wrong_forces();
     judged += hand.falls.judged();
@@ -451,7 +468,7 @@ Result<Outcome> audit_session(const AuditArguments& arguments) {
   }
   const bool is_same = !replay.mismatch().has_value(), is_balanced = worst_energy < 1e-6;
   const bool is_certified = fell == 0 && wrong == 0 && is_same && is_balanced && judged > 0 && sunk == 0 &&
-                            (allowed == 0 || balls > 0);
+                            drawn_sunk == 0 && (allowed == 0 || balls > 0);
   Outcome outcome{new_report("audit-session"), "", is_certified ? exit_done : exit_check_failed};
   outcome.json["method"] = header.hands[0].method;
   outcome.json["ticks"] = replay.counts().ticks;
@@ -463,6 +480,12 @@ Result<Outcome> audit_session(const AuditArguments& arguments) {
   outcome.json["worst_force_n"] = worst_force;
   outcome.json["worst_torque_nmm"] = worst_torque;
   outcome.json["worst_energy_nmm"] = worst_energy;
+  if (drawn > 0) {
+    outcome.json["drawn_judged"] = drawn;
+    outcome.json["drawn_sunk"] = drawn_sunk;
+    outcome.json["deepest_drawn_mm"] = deepest_drawn;
+    outcome.json["allowed_drawn_mm"] = allowed_drawn;
+  }
   if (allowed > 0) {
     outcome.json["balls_judged"] = balls;
     outcome.json["balls_sunk"] = sunk;
@@ -480,6 +503,12 @@ Result<Outcome> audit_session(const AuditArguments& arguments) {
     outcome.text +=
         format_text("the ball at %ld places: %ld times deeper in matter than %.2f mm, %.3f mm at most\n",
                     balls, sunk, allowed, deepest);
+  if (drawn > 0)
+    outcome.text += format_text(
+        "things felt by depth images, seen without images in %ld ticks: %ld times deeper in them than %.2f "
+        "mm, "
+        "at most %.3f mm\n",
+        drawn, drawn_sunk, allowed_drawn, std::max(0.0, deepest_drawn));
   if (judged == 0) outcome.text += "no tick could be judged: the hand was never free of matter before it\n";
   outcome.text += is_certified ? "certified\n" : "NOT certified\n";
   return outcome;
@@ -540,7 +569,7 @@ Run build(Options& options) {
            "or an energy that is, or a round tip in matter, before it is judged: fall, force, torque, energy "
            "or ball")
       .type("FAULT")
-      .one_of({"fall", "force", "torque", "energy", "ball"});
+      .one_of({"fall", "force", "torque", "energy", "ball", "drawn"});
   return run_with(a, run_audit);
 }
 

@@ -54,6 +54,23 @@ volume::Status bench_depth(const BenchArguments& arguments, Outcome& outcome) {
                               {"whole_images_ms", row.whole_ms},
                               {"methods", methods}});
   }
+  outcome.text +=
+      "\nA model that moves at 400 mm/s and swells, drawn 100 times a second around a hand that presses on "
+      "it\n"
+      "triangles   shape to force, ms: p50   p99     step, us: p50   p99.9     rms, mm   worst, mm   "
+      "passed\n";
+  json["deforming"] = Json::array();
+  for (const bench::DeformRow& row : bench::run_depth_deforming(arguments.is_quick)) {
+    outcome.text +=
+        format_text("%9d   %23.1f %5.1f   %14.2f %7.2f   %9.5f %11.5f %8ld\n", row.triangles, row.set_p50_ms,
+                    row.set_p99_ms, row.step_p50_us, row.step_p999_us, row.error, row.worst, row.passed);
+    json["deforming"].push_back({{"triangles", row.triangles},
+                                 {"shape_to_force_ms", {{"p50", row.set_p50_ms}, {"p99", row.set_p99_ms}}},
+                                 {"step_us", {{"p50", row.step_p50_us}, {"p999", row.step_p999_us}}},
+                                 {"error_rms_mm", row.error},
+                                 {"error_worst_mm", row.worst},
+                                 {"passed", row.passed}});
+  }
   return std::nullopt;
 }
 

@@ -32,6 +32,7 @@ struct TouchArguments {
   std::vector<std::string> depths;  ///< of those felt by depth images, or folders of them
   double depth_beat = 1.0 / 30, depth_pixel = 0.2;
   bool is_depth_repeating = false;
+  std::string camera;
   double mesh_scale = 1;             ///< mm per unit of theirs
   std::string mesh_frame;            ///< of the models: "LPS" or "RAS"; empty: as they say
   std::string mesh_at;               ///< x,y,z: where their origin lies; empty: 0,0,0
@@ -68,6 +69,17 @@ volume::Status parse_ramp(const std::string& text, std::optional<haptics::Stiffn
   return std::nullopt;
 }
 
+Result<std::array<double, 4>> parse_intrinsics(const std::string& text) {
+  std::array<double, 4> c{};
+  char extra = 0;
+  if (std::sscanf(text.c_str(), "%lf,%lf,%lf,%lf%c", &c[0], &c[1], &c[2], &c[3], &extra) != 4 ||
+      !(c[0] > 0 && c[1] > 0 && std::isfinite(c[0]) && std::isfinite(c[1]) && std::isfinite(c[2]) &&
+        std::isfinite(c[3])))
+    return Error{"these are no intrinsics of a camera", "--camera", text,
+                 "FX,FY,CX,CY in pixels, for example 525,525,319.5,239.5", ""};
+  return c;
+}
+
 Result<std::vector<workbench::ModelChoice>> models_of(const TouchArguments& arguments) {
   glm::dvec3 at(0);
   if (!arguments.mesh_at.empty()) {
@@ -85,6 +97,11 @@ Result<std::vector<workbench::ModelChoice>> models_of(const TouchArguments& argu
     model.is_depth = true;
     model.beat = arguments.depth_beat, model.is_repeating = arguments.is_depth_repeating;
     model.pixel = arguments.depth_pixel;
+    if (!arguments.camera.empty()) {
+      auto said = parse_intrinsics(arguments.camera);
+      if (!said) return said.error();
+      model.intrinsics = said.value();
+    }
   }
   return models;
 }
@@ -245,12 +262,13 @@ Run build(Options& options) {
       .type("FILE");
   options
       .add("--depth", a->depths,
-           "A closed model to touch by depth images, which are made while the hand is near; or a folder of "
-           "the "
-           "keys of one that moves; may come again")
+           "A closed model to touch by depth images, which are made while the hand is near; a folder of the "
+           "keys of one that moves; or a depth video (depth-record writes one, TUM RGB-D is read); may come "
+           "again")
       .type("MODEL");
   options.add("--depth-beat", a->depth_beat, "Between two keys of it").shows_default().type("SECONDS");
   options.add("--depth-repeat", a->is_depth_repeating, "After its last key comes the first");
+  options.add("--camera", a->camera, "Of a depth video that does not say it, in pixels").type("FX,FY,CX,CY");
   options.add("--depth-pixel", a->depth_pixel, "Of the depth images, 0.02 to 5 mm")
       .shows_default()
       .type("MM");

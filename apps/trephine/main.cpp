@@ -16,9 +16,10 @@ using trephine::volume::Result;
 
 /// As --help lists them.
 const Command* const k_commands[] = {
-    &k_phantom, &k_info,     &k_import,  &k_convert, &k_mesh,   &k_touch, &k_drill, &k_flap, &k_laminectomy,
-    &k_fluoro,  &k_section,  &k_slice,   &k_measure, &k_render, &k_view,  &k_demo,  &k_run,  &k_replay,
-    &k_resume,  &k_timeline, &k_compare, &k_modules, &k_doctor, &k_soak,  &k_bench, &k_audit};
+    &k_phantom, &k_info,        &k_import, &k_convert, &k_mesh,   &k_touch,   &k_drill,
+    &k_flap,    &k_laminectomy, &k_fluoro, &k_section, &k_slice,  &k_measure, &k_depth_record,
+    &k_render,  &k_view,        &k_demo,   &k_run,     &k_replay, &k_resume,  &k_timeline,
+    &k_compare, &k_modules,     &k_doctor, &k_soak,    &k_bench,  &k_audit};
 
 /// Says the outcome or the error in the form that was asked for; its exit code.
 int finish(const std::string& name, bool wants_json, const Result<Outcome>& result) {

@@ -1,5 +1,6 @@
 #include "apps/trephine/touch_judge.h"
 
+#include <algorithm>
 #include <glm/geometric.hpp>
 
 #include "haptics/mesh/mesh_tree.h"
@@ -12,7 +13,7 @@ namespace {
 std::vector<std::unique_ptr<checker::MeshWall>> mesh_walls(const haptics::TouchScene& scene) {
   std::vector<std::unique_ptr<checker::MeshWall>> walls;
   for (const haptics::TouchItem& mesh : scene.items) {
-    if (!mesh.is_mesh()) continue;
+    if (!mesh.is_mesh() || mesh.depth) continue;
     std::vector<glm::dvec3> vertices;
     std::vector<std::uint32_t> triangles;
     double longest = 1;
@@ -40,6 +41,8 @@ TouchJudge::TouchJudge(const workbench::Operation& operation)
       smooth_(scenes::touched_smooth_solid(scene_, nullptr)),
       falls_([this](const glm::dvec3& a, const glm::dvec3& b) { return meets(a, b); }) {
   if (std::string(info_.name) != "scene-sequential") models_ = mesh_walls(scene_);
+  has_drawn_ = std::any_of(scene_.items.begin(), scene_.items.end(),
+                           [](const haptics::TouchItem& item) { return item.depth != nullptr; });
 }
 
 bool TouchJudge::meets(const glm::dvec3& a, const glm::dvec3& b) const {
@@ -58,6 +61,10 @@ void TouchJudge::observe(const workbench::TouchTick& tick) {
   const haptics::ProxyStep& step = tick.servo.last_step();
   const glm::dvec3& place = record.pose.position_world;
   const glm::dvec3 hip = base_.frame.volume_from_world(place);
+  // What moves by itself takes the proxy along: through nothing else.
+  if (const glm::dvec3* last = falls_.free_proxy();
+      last && has_drawn_ && !step.is_buried && step.waypoint_count > 0 && step.path_volume[0] != *last)
+    falls_.carried_to(step.path_volume[0], meets(*last, step.path_volume[0]));
   falls_.judge_step({std::span(step.path_volume.data(), static_cast<std::size_t>(step.waypoint_count)), hip,
                      step.has_contact, step.is_buried});
   for (std::size_t e = 0; e < record.event_count; ++e)
@@ -66,7 +73,7 @@ void TouchJudge::observe(const workbench::TouchTick& tick) {
   // rest; with models about, none.
   resting_ = record.has_contact && glm::length(place - last_hip_) < 1e-6 ? resting_ + 1 : 0;
   last_hip_ = place;
-  if (models_.empty() && (is_smooth_ || scene_.tool_radius == 0) &&
+  if (models_.empty() && !has_drawn_ && (is_smooth_ || scene_.tool_radius == 0) &&
       (is_smooth_ ? resting_ == 10 : resting_ >= 10))
     stuck_ += is_stuck(tick, hip);
 }

@@ -36,6 +36,7 @@ class TouchJudge {
   std::shared_ptr<const volume::OffsetField> offset_;
   checker::SmoothSolid smooth_;
   std::vector<std::unique_ptr<checker::MeshWall>> models_;
+  bool has_drawn_ = false;  ///< something is felt by depth images, which move by themselves
   checker::FallThroughJudge falls_;
   long stuck_ = 0, resting_ = 0;
   glm::dvec3 last_hip_{1e300};

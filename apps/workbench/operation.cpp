@@ -5,6 +5,7 @@
 #include <glm/geometric.hpp>
 
 #include "apps/workbench/clock.h"
+#include "apps/workbench/depth_video.h"
 #include "apps/workbench/text.h"
 #include "data-tools/atomic_file.h"
 #include "data-tools/mesh_reading.h"
@@ -69,24 +70,6 @@ void add_forbidden(const Source& source, SceneSpec& spec) {
   }
 }
 
-/// The files of a model: of a folder all of its models, by their names.
-Result<std::vector<std::string>> keys_of(const ModelChoice& model) {
-  namespace fs = std::filesystem;
-  std::error_code failed;
-  if (!model.is_depth || !fs::is_directory(model.file, failed)) return std::vector<std::string>{model.file};
-  std::vector<std::string> files;
-  for (fs::directory_iterator at(model.file, failed), end; !failed && at != end; at.increment(failed))
-    if (data_tools::is_polygon_model(at->path().string())) files.push_back(at->path().string());
-  std::sort(files.begin(), files.end());
-  constexpr std::size_t k_most = 500;
-  if (files.empty() || files.size() > k_most)
-    return Error{"the folder holds no fitting number of models", data_tools::file_name(model.file),
-                 std::to_string(files.size()),
-                 "1 to " + std::to_string(k_most) + ", .ply, .ply.gz, .obj, .stl, .vtk or .vtp",
-                 "a folder of the keys of one animation"};
-  return files;
-}
-
 /// Do they have the same triangles, in whatever order?
 bool is_same_shape(const haptics::MeshTree& a, const haptics::MeshTree& b) {
   const auto sum_of = [](const haptics::MeshTree& tree) {
@@ -104,13 +87,44 @@ bool is_same_shape(const haptics::MeshTree& a, const haptics::MeshTree& b) {
          sum_of(a) == sum_of(b);
 }
 
+Error too_many_movers(const ModelChoice& model, int movers) {
+  return {"too many models move", data_tools::file_name(model.file), std::to_string(movers),
+          "at most " + std::to_string(haptics::TouchScene::k_max_movers), ""};
+}
+
+Status add_stream(const OperationChoice& choice, const ModelChoice& wanted, int& movers, SceneSpec& spec,
+                  sim::SceneData& data) {
+  auto video = data_tools::read_depth_video(wanted.file, wanted.intrinsics);
+  if (!video) return video.error();
+  sim::StructureSpec told;
+  told.model = static_cast<int>(data.models.size());
+  told.stream = static_cast<int>(data.streams.size());
+  told.shape.name = format_text("depth video %zu", data.streams.size() + 1);
+  told.material = choice.material.over({});
+  told.placement = {video.value().position + wanted.at_world, video.value().rotation};
+  if (video.value().pictures.size() > 1) told.mover = movers++;
+  if (movers > haptics::TouchScene::k_max_movers) return too_many_movers(wanted, movers);
+  auto stream = stream_of(std::move(video).value(), wanted.is_repeating);
+  if (!stream) return stream.error();
+  data.models.push_back(first_look(*stream.value()));
+  spec.models.push_back({data.models.back()->triangle_count(), sim::content_hash(*data.models.back())});
+  spec.streams.push_back({stream.value()->pictures().pictures.size(), stream.value()->hash()});
+  data.streams.push_back(std::move(stream).value());
+  spec.structures.push_back(std::move(told));
+  return std::nullopt;
+}
+
 Status add_models(const OperationChoice& choice, SceneSpec& spec, sim::SceneData& data,
                   const Listener& listener) {
   int movers = 0;
   for (const ModelChoice& wanted : choice.models) {
+    sim::StructureSpec told;
+    if (wanted.is_depth && data_tools::is_depth_video(wanted.file)) {
+      if (Status error = add_stream(choice, wanted, movers, spec, data)) return *error;
+      continue;
+    }
     auto files = keys_of(wanted);
     if (!files) return files.error();
-    sim::StructureSpec told;
     told.model = static_cast<int>(data.models.size());
     told.shape.name = format_text("model %zu", data.models.size() + 1);  // what is kept names no file
     std::vector<std::shared_ptr<const haptics::MeshTree>> trees;
@@ -132,9 +146,7 @@ Status add_models(const OperationChoice& choice, SceneSpec& spec, sim::SceneData
       told.depth_keys = static_cast<int>(trees.size());
       told.depth_beat = wanted.beat, told.is_repeating = wanted.is_repeating, told.depth_pixel = wanted.pixel;
       if (trees.size() > 1) told.mover = movers++;
-      if (movers > haptics::TouchScene::k_max_movers)
-        return Error{"too many models move", data_tools::file_name(wanted.file), std::to_string(movers),
-                     "at most " + std::to_string(haptics::TouchScene::k_max_movers), ""};
+      if (movers > haptics::TouchScene::k_max_movers) return too_many_movers(wanted, movers);
     }
     told.material = choice.material.over({});
     told.placement.position_world = wanted.at_world;

@@ -22,6 +22,8 @@ struct ModelChoice {
   double beat = 1.0 / 30;     ///< s
   bool is_repeating = false;  ///< after the last comes the first
   double pixel = 0.2;         ///< mm
+  /// Of a depth video that does not say them: fx, fy, cx, cy, pixels.
+  std::optional<std::array<double, 4>> intrinsics = std::nullopt;
 };
 
 /// The surface that is meant, where its file or place puts it; what was assumed is told.

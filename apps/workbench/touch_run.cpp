@@ -22,6 +22,10 @@ sim::Engine play_touch(const Operation& operation, const haptics::PosePath& path
     const sim::Outcome happened = engine.apply(record);
     if (recorder) recorder->add(record, engine, happened);
     observer({times[i], record, servo, us});
+    while (const std::optional<sim::Command> owed = engine.finish_depth_job()) {
+      const sim::Outcome adopted = engine.apply(*owed);
+      if (recorder) recorder->add(*owed, engine, adopted);
+    }
   }
   return engine;
 }

@@ -6,6 +6,7 @@
 #include <glm/matrix.hpp>
 #include <glm/vector_relational.hpp>
 
+#include "haptics/depth/motion_fit.h"
 #include "volume/mix_hash.h"
 
 namespace trephine::haptics::depth {
@@ -18,42 +19,6 @@ namespace {
 
 bool is_place(const dvec3& p) noexcept {
   return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z);
-}
-
-constexpr double k_around = 5;   // mm of the touch: what says how it moves there
-constexpr double k_touched = 3;  // mm of it: where it must move so
-
-/// A place of the surface, now and when the next set is due, and how much it says about the motion there.
-struct Sample {
-  dvec3 now, next;
-  double weight;
-};
-
-/// The rigid motion nearest to the samples': where p goes to q, q - p = h x (q + p) about the pivot, exactly,
-/// if the motion is rigid (Cayley). Least squares of that, which is linear.
-DepthMotion motion_of(const std::vector<Sample>& samples) {
-  DepthMotion motion;
-  double total = 0;
-  dvec3 now(0), next(0);
-  for (const Sample& s : samples) total += s.weight, now += s.weight * s.now, next += s.weight * s.next;
-  if (!(total > 0)) return motion;
-  motion.pivot = now / total;
-  motion.travel = (next - now) / total;
-  glm::dmat3 square(0);
-  dvec3 right(0);
-  double size = 0;
-  for (const Sample& s : samples) {
-    const dvec3 r = (s.now - motion.pivot) + (s.next - motion.pivot - motion.travel);
-    const dvec3 d = (s.next - s.now) - motion.travel;
-    square += s.weight * (glm::dot(r, r) * glm::dmat3(1) - glm::outerProduct(r, r));
-    right += s.weight * glm::cross(r, d);
-    size += s.weight * glm::dot(r, r);
-  }
-  // Places along one line do not say how they turn about it.
-  square += 1e-10 * size * glm::dmat3(1);
-  const double volume = glm::determinant(square);
-  if (volume > 0) motion.turn = glm::inverse(square) * right;
-  return motion;
 }
 
 }  // namespace
@@ -189,7 +154,7 @@ Result<DepthSet> DepthModel::draw(const DepthView& view, int threads) const {
     return a + next.share * (b - a);
   };
   // Of what is near the middle, or of all where nothing is.
-  std::vector<Sample> samples;
+  std::vector<MovingPlace> samples;
   const auto& t = keys_.triangles;
   for (const double around : {k_around, 1e300}) {
     const dvec3 low = view.touch - around, high = view.touch + around;
@@ -205,9 +170,8 @@ Result<DepthSet> DepthModel::draw(const DepthView& view, int threads) const {
         // Where on the triangle: shares of its area.
         const double of_b = glm::dot(glm::cross(place - a, c - a), across) / (doubled * doubled),
                      of_c = glm::dot(glm::cross(b - a, place - a), across) / (doubled * doubled);
-        const dvec3 off = place - view.touch;
-        const double near = 1 / (1 + glm::dot(off, off));
-        samples.push_back({place, p + of_b * (q - p) + of_c * (r - p), std::min(doubled, 1.0) * near * near});
+        samples.push_back({place, p + of_b * (q - p) + of_c * (r - p),
+                           std::min(doubled, 1.0) * weight_of(place - view.touch)});
       };
       // By the point nearest to the middle, and by its own middle.
       add(nearest_on_triangle(view.touch, a, b, c));
@@ -216,10 +180,7 @@ Result<DepthSet> DepthModel::draw(const DepthView& view, int threads) const {
     if (!samples.empty()) break;
   }
   set.motion = motion_of(samples);
-  const Placement then = set.motion.after(1);
-  for (const Sample& s : samples)
-    if (glm::length(s.now - view.touch) < k_touched)
-      set.slack = std::max(set.slack, glm::length(then.world_from_local(s.now) - s.next));
+  set.slack = slack_of(set.motion, samples, view.touch);
   return set;
 }
 

@@ -405,6 +405,9 @@ TEST_F(Command, BenchDepthRedoesThePublishedTables) {
   EXPECT_LT(errors.at("depth"), 0.01);
   EXPECT_LT(errors.at("lomi"), 0.2);
   EXPECT_GT(errors.at("lomi"), 5 * errors.at("depth"));
+  ASSERT_EQ(bench["deforming"].size(), 1u);
+  EXPECT_EQ(bench["deforming"][0]["passed"], 0);
+  EXPECT_LT(bench["deforming"][0]["error_worst_mm"], 0.1);
 }
 
 TEST_F(Command, TouchTakesAMethodAndARadius) {

@@ -1,10 +1,12 @@
 #include "tests/bench/depth.h"
 
+#include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
 
 #include "data-tools/phantoms.h"
 #include "haptics/depth/depth_cube.h"
+#include "haptics/depth/depth_model.h"
 #include "haptics/depth/depth_rules.h"
 #include "haptics/depth/lomi.h"
 #include "haptics/mesh/mesh_tree.h"
@@ -218,6 +220,83 @@ std::vector<ModelRow> run_depth_models(bool is_quick) {
       row.methods.push_back(one);
     }
     rows.push_back(std::move(row));
+    if (is_quick) break;
+  }
+  return rows;
+}
+
+std::vector<DeformRow> run_depth_deforming(bool is_quick) {
+  using depth::DepthModel;
+  using depth::DepthSet;
+  constexpr int k_ticks_a_set = 10;
+  const int sets = is_quick ? 20 : 200;
+  std::vector<DeformRow> rows;
+  for (const int count : {69'451, 233'204, 871'414, 2'000'000}) {
+    // To and fro at 400 mm/s, and larger by 2 mm.
+    const auto middle = [](double key) { return dvec3(0, 0, 4 * (std::abs(std::fmod(key, 4) - 2) - 1)); };
+    const auto swollen = [](double key) { return 1 + 0.05 * (1 - std::abs(std::fmod(key, 4) - 2) / 2); };
+    const Model rest = ball(count);
+    depth::ModelKeys keys;
+    keys.triangles = rest.triangles;
+    keys.beat = 0.01, keys.after = depth::ModelKeys::After::repeat;
+    for (int k = 0; k < 4; ++k) {
+      auto& corners = keys.keys.emplace_back(rest.vertices);
+      for (dvec3& p : corners) p = middle(k) + swollen(k) * p;
+    }
+    const auto model = DepthModel::of(std::move(keys)).value();
+    TouchScene scene = scenes::phantom_scene("sphere", [] {
+      data_tools::PhantomOptions o;
+      o.size = ivec3(16);
+      return o;
+    }());
+    scene.items = {depth_item("model", model, std::make_shared<const MeshTree>())};
+    scene.items[0].mover = 0;
+    scene.items[0].material.static_friction = scene.items[0].material.dynamic_friction = 0;
+    const auto version = untouched(scene);
+    const auto method = make_method("scene").value();
+    if (method->prepare(scene)) continue;
+    TouchState seen(version);
+    seen.depths.resize(1);
+    ProxyState state;
+    std::vector<double> set_ms, step_us;
+    DeformRow row;
+    row.triangles = count;
+    double sum = 0;
+    for (int i = 0; i < sets * k_ticks_a_set; ++i) {
+      ProxyInput input;
+      input.time = 1e-3 * i;
+      const double key = 0.1 * i, a = 0.002 * i;
+      const dvec3 out = glm::normalize(dvec3(std::cos(a), 0.3, std::sin(a)));
+      const double radius = k_radius * swollen(key);
+      input.hip_world = middle(key) + (radius + (i < 20 ? 2 - 0.15 * i : -1.0)) * out;
+      const auto begin = Clock::now();
+      if (i % k_ticks_a_set == 0) {
+        const dvec3 proxy =
+            state.has_proxy ? version->base().frame.world_from_volume(state.proxy_volume) : input.hip_world;
+        auto set = std::make_shared<DepthSet>(
+            model->draw({proxy, proxy, 20, 0.2, input.time, 1e-3 * k_ticks_a_set}).value());
+        set->follow(seen.depths[0].get());
+        seen.depths[0] = std::move(set);
+      }
+      const auto stepped = Clock::now();
+      const ProxyStep step = method->step(scene, seen, state, input);
+      if (i % k_ticks_a_set == 0)
+        set_ms.push_back(1e3 * seconds_since(begin));
+      else
+        step_us.push_back(1e6 * seconds_since(stepped));
+      if (i < 40) continue;
+      const double off = glm::length(step.proxy_world - middle(key)) - radius;
+      sum += off * off;
+      row.worst = std::max(row.worst, std::abs(off));
+      row.passed += off < -0.9;
+    }
+    row.error = std::sqrt(sum / (sets * k_ticks_a_set - 40));
+    std::sort(set_ms.begin(), set_ms.end());
+    row.set_p50_ms = set_ms[set_ms.size() / 2];
+    row.set_p99_ms = set_ms[set_ms.size() * 99 / 100];
+    const StepTimes times = times_of(step_us);
+    row.step_p50_us = times.p50, row.step_p999_us = times.p999;
+    rows.push_back(row);
     if (is_quick) break;
   }
   return rows;

@@ -44,4 +44,15 @@ struct ModelRow {
 /// `is_quick`: the smallest model alone.
 std::vector<ModelRow> run_depth_models(bool is_quick);
 
+/// A ball of so many triangles that goes to and fro and swells, 100 sets of images a second around a hand
+/// that presses on it: nothing is made beforehand.
+struct DeformRow {
+  int triangles = 0;
+  double set_p50_ms = 0, set_p99_ms = 0;  ///< from a new shape to the force: drawn, adopted, one step
+  double step_p50_us = 0, step_p999_us = 0;
+  double error = 0, worst = 0;  ///< mm from the analytic surface, rms, in all steps
+  long passed = 0;              ///< steps in which the proxy was more than 1 mm within it
+};
+std::vector<DeformRow> run_depth_deforming(bool is_quick);
+
 }  // namespace trephine::bench

@@ -6,6 +6,7 @@
 
 #include "haptics/depth/depth_model.h"
 #include "haptics/depth/depth_rules.h"
+#include "haptics/depth/depth_stream.h"
 #include "haptics/proxy/methods.h"
 #include "tests/haptics/depth/closed_models.h"
 #include "tests/scenes/scenes.h"
@@ -353,6 +354,117 @@ TEST(DepthTouch, APlateThatMovesAndBendsPushesAndIsNeverPassedTo1MPerS) {
   }
   // Where nobody knows how it moves between two sets it goes through the hand, and that is seen.
   EXPECT_GT(push({1000, 0}, 0, 4, 180, false).passed, 10);
+}
+
+/// What a camera 200 mm before a ball sees of it, in pixels of so many.
+DepthPictures pictures_of_ball(int side, const std::vector<dvec3>& middles, double radius, double beat) {
+  DepthPictures all;
+  all.camera = {side, side, 2.0 * side, 2.0 * side, 0.5 * (side - 1), 0.5 * (side - 1)};
+  all.mm_a_step = 0.01;
+  for (std::size_t k = 0; k < middles.size(); ++k) {
+    auto& picture = all.pictures.emplace_back();
+    all.times.push_back(beat * static_cast<double>(k));
+    for (int j = 0; j < side; ++j)
+      for (int i = 0; i < side; ++i) {
+        const dvec3 way = all.camera.place(i, j, 1);
+        const double a = glm::dot(way, way), b = glm::dot(way, middles[k]),
+                     c = glm::dot(middles[k], middles[k]) - radius * radius;
+        const double root = b * b - a * c, depth = root > 0 ? (b - std::sqrt(root)) / a : 0;
+        picture.push_back(static_cast<std::uint16_t>(std::lround(depth / all.mm_a_step)));
+      }
+  }
+  return all;
+}
+
+TEST(DepthStream, ABallInAVideoIsFeltAndPushes) {
+  // Toward the camera and back at 300 mm/s.
+  std::vector<dvec3> middles;
+  for (int k = 0; k < 12; ++k) middles.push_back({0, 0, 230 - 10.0 * (k % 6 < 3 ? k % 6 : 6 - k % 6)});
+  const double beat = 1.0 / 30;
+  const auto middle_at = [&](double time) {
+    const double key = time / beat;
+    const auto before = static_cast<std::size_t>(key);
+    return middles[before] + (key - std::floor(key)) * (middles[before + 1] - middles[before]);
+  };
+  const auto stream = DepthStream::of(pictures_of_ball(240, middles, 30, beat)).value();
+  for (const double radius : {0.0, 1.5}) {
+    Hand hand(stream, radius);
+    double sum = 0, worst = 0;
+    int count = 0;
+    for (int i = 0; i < 330; ++i) {
+      const double time = 1e-3 * i;
+      const dvec3 middle = middle_at(time), out = glm::normalize(dvec3(0.15 * std::sin(0.01 * i), 0.1, -1));
+      const ProxyStep step = hand.step(middle + (30 + radius + (i < 20 ? 2 - 0.15 * i : -1)) * out);
+      if (i < 30) continue;
+      ASSERT_TRUE(step.has_contact) << radius << ' ' << i;
+      const double off = glm::length(step.proxy_world - middle) - 30 - radius;
+      sum += off * off, ++count;
+      worst = std::max(worst, std::abs(off));
+    }
+    // A pixel is 0.4 mm there: half of it is what the published way is off.
+    EXPECT_LT(std::sqrt(sum / count), 0.04) << radius;
+    EXPECT_LT(worst, 0.2) << radius;
+  }
+  // At rest, as it comes.
+  Hand still(stream);
+  double highest = 0;
+  for (int i = 0; i < 330; ++i) {
+    const dvec3 p = still.step({0.5, 0.3, 195}).proxy_world;
+    highest = std::max(highest, 195 - p.z);
+    if (i > 20) {
+      EXPECT_GT(glm::length(p - middle_at(1e-3 * i)), 29.8) << i;
+    }
+  }
+  EXPECT_GT(highest, 14);  // to 180 mm before the camera
+}
+
+/// One thing by three sources.
+TEST(DepthStream, SourcesAgree) {
+  const dvec3 middle(0, 0, 230);
+  const auto stream = DepthStream::of(pictures_of_ball(400, {middle}, 30, 1)).value();
+  const auto model = at_rest(ball(middle, 30, 300));
+  for (std::uint64_t n = 0; n < 20; ++n) {
+    dvec3 out = place(n, 1);
+    out.z = -std::abs(out.z) - 0.5;
+    out = glm::normalize(out);
+    const DepthView view{middle + 30.0 * out, middle + 30.0 * out, 6, 0.2, 0, 1};
+    FacetHit hits[2];
+    const DepthSource* sources[] = {stream.get(), model.get()};
+    for (int k = 0; k < 2; ++k) {
+      const DepthSet set = sources[k]->draw(view).value();
+      int looked = 0;
+      ASSERT_TRUE(set.tree->cast(middle + 32.5 * out, middle + 27.5 * out, true, false, hits[k], looked))
+          << n << k;
+    }
+    EXPECT_NEAR(5 * hits[0].t, 5 * hits[1].t, 0.03) << n;
+    EXPECT_GT(glm::dot(hits[0].normal_world, hits[1].normal_world), 0.97) << n;
+  }
+}
+
+TEST(DepthStream, SaysWhatIsWrong) {
+  const auto error_of = [](auto&& change) {
+    DepthPictures all = pictures_of_ball(8, {{0, 0, 230}, {0, 0, 220}}, 30, 0.1);
+    change(all);
+    const auto made = DepthStream::of(std::move(all));
+    return made ? std::string() : made.error().message();
+  };
+  EXPECT_EQ(error_of([](DepthPictures&) {}), "");
+  EXPECT_NE(error_of([](DepthPictures& p) { p.camera.fx = 0; }).find("intrinsics"), std::string::npos);
+  EXPECT_NE(error_of([](DepthPictures& p) { p.pictures[1].pop_back(); }).find("picture 2"),
+            std::string::npos);
+  EXPECT_NE(error_of([](DepthPictures& p) { p.times[1] = 0; }).find("picture 2"), std::string::npos);
+  EXPECT_NE(error_of([](DepthPictures& p) { p.times.pop_back(); }), "");
+  EXPECT_NE(error_of([](DepthPictures& p) { p.camera.width = 1; }), "");
+  EXPECT_NE(error_of([](DepthPictures& p) { p.mm_a_step = 0; }), "");
+  EXPECT_NE(error_of([](DepthPictures& p) { p.is_repeating = true; }), "");
+  // Nothing was seen: nothing is felt, and nothing goes wrong.
+  DepthPictures dark = pictures_of_ball(8, {{0, 0, 230}}, 30, 1);
+  for (auto& value : dark.pictures[0]) value = 0;
+  const auto stream = DepthStream::of(std::move(dark)).value();
+  EXPECT_EQ(stream->draw({}).value().tree->triangle_count(), 0u);
+  dvec3 low, high;
+  stream->bounds(low, high);
+  EXPECT_GT(low.x, high.x);
 }
 
 }  // namespace

@@ -1,0 +1,158 @@
+#include "apps/workbench/depth_video.h"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <glm/geometric.hpp>
+#include <glm/gtc/quaternion.hpp>
+
+#include "data-tools/atomic_file.h"
+#include "data-tools/mesh_reading.h"
+#include "haptics/depth/depth_model.h"
+#include "volume/parallel.h"
+#include "volume/text.h"
+
+namespace trephine::workbench {
+
+using data_tools::DepthVideo;
+using glm::dvec3;
+using haptics::depth::DepthModel;
+using haptics::depth::DepthStream;
+using volume::Error;
+using volume::Result;
+
+Result<std::shared_ptr<const DepthStream>> stream_of(DepthVideo video, bool is_repeating) {
+  haptics::depth::DepthPictures all;
+  all.camera = {video.width, video.height, video.fx, video.fy, video.cx, video.cy};
+  all.mm_a_step = video.mm_a_step;
+  all.pictures = std::move(video.pictures);
+  all.times = std::move(video.times);
+  const std::size_t count = all.times.size();
+  if ((is_repeating || video.repeats_after) && count > 1) {
+    all.is_repeating = true;
+    all.repeats_after = video.repeats_after.value_or(all.times.back() * static_cast<double>(count) /
+                                                     static_cast<double>(count - 1));
+  }
+  return DepthStream::of(std::move(all));
+}
+
+std::shared_ptr<const haptics::MeshTree> first_look(const DepthStream& stream) {
+  dvec3 low, high;
+  stream.bounds(low, high);
+  haptics::depth::DepthView view;
+  if (low.x <= high.x) {
+    const dvec3 wide = high - low;
+    view.middle = 0.5 * (low + high);
+    view.edge = std::max({wide.x, wide.y, wide.z}) + 1;
+    view.pixel = view.edge / 100;
+  }
+  auto set = stream.draw(view);
+  return set ? set.value().tree : std::make_shared<const haptics::MeshTree>();
+}
+
+Result<std::vector<std::string>> keys_of(const ModelChoice& model) {
+  namespace fs = std::filesystem;
+  std::error_code failed;
+  if (!model.is_depth || !fs::is_directory(model.file, failed)) return std::vector<std::string>{model.file};
+  std::vector<std::string> files;
+  for (fs::directory_iterator at(model.file, failed), end; !failed && at != end; at.increment(failed))
+    if (data_tools::is_polygon_model(at->path().string())) files.push_back(at->path().string());
+  std::sort(files.begin(), files.end());
+  constexpr std::size_t k_most = 200;
+  if (files.empty() || files.size() > k_most)
+    return Error{
+        "the folder holds no fitting number of models", data_tools::file_name(model.file),
+        std::to_string(files.size()),
+        "1 to " + std::to_string(k_most) + ", .ply, .ply.gz, .obj, .stl, .vtk or .vtp; or a depth video",
+        "a folder of the keys of one animation"};
+  return files;
+}
+
+Result<DepthVideo> record_video(const std::vector<ModelChoice>& choices, const VideoWish& wish,
+                                const Listener& listener) {
+  const dvec3 way = wish.at - wish.from;
+  const double distance = glm::length(way);
+  if (!(distance > 1e-3))
+    return Error{"the camera looks at itself", "", volume::text_of(distance) + " mm", "two places", ""};
+  struct Seen {
+    std::shared_ptr<const DepthModel> model;
+    dvec3 at;
+    haptics::MeshTree tree;
+  };
+  std::vector<Seen> things;
+  double longest = 0;
+  for (const ModelChoice& choice : choices) {
+    auto files = keys_of(choice);
+    if (!files) return files.error();
+    std::vector<std::shared_ptr<const haptics::MeshTree>> keys;
+    for (const std::string& file : files.value()) {
+      ModelChoice one = choice;
+      one.file = file;
+      auto loaded = load_model(one, things.size() + 1, keys.empty() ? listener : Listener());
+      if (!loaded) return loaded.error();
+      keys.push_back(std::move(loaded).value());
+    }
+    const auto count = static_cast<double>(keys.size());
+    auto model = DepthModel::of_keys(std::move(keys), choice.beat,
+                                     choice.is_repeating ? haptics::depth::ModelKeys::After::repeat
+                                                         : haptics::depth::ModelKeys::After::stay);
+    if (!model) return model.error();
+    longest = std::max(longest, choice.beat * (choice.is_repeating ? count : count - 1));
+    things.push_back({std::move(model).value(), choice.at_world, {}});
+  }
+  const double seconds = wish.seconds > 0 ? wish.seconds : longest;
+  const auto count = std::max<std::size_t>(1, static_cast<std::size_t>(std::lround(seconds * wish.rate)));
+  constexpr std::size_t k_most = 3000;
+  if (count > k_most)
+    return Error{"the depth video would be too long", "", std::to_string(count) + " pictures",
+                 "at most " + std::to_string(k_most), "fewer seconds, or a lower rate"};
+  DepthVideo video;
+  video.width = wish.width, video.height = wish.height;
+  video.fx = video.fy = 0.5 * wish.width / std::tan(0.5 * wish.angle * 3.14159265358979323846 / 180);
+  video.cx = 0.5 * (wish.width - 1), video.cy = 0.5 * (wish.height - 1);
+  // Twice as far as what it looks at, in 16 bits.
+  video.mm_a_step = std::max(0.001, std::ceil(2 * distance / 65535 * 1000) / 1000);
+  video.position = wish.from;
+  const dvec3 ahead = way / distance;
+  const dvec3 up = std::abs(ahead.z) > 0.99 ? dvec3(0, -1, 0) : dvec3(0, 0, 1);
+  const dvec3 right = glm::normalize(glm::cross(ahead, up));
+  const glm::dmat3 axes(right, glm::cross(ahead, right), ahead);
+  video.rotation = glm::normalize(glm::quat_cast(axes));
+  const haptics::depth::DepthCamera camera{video.width, video.height, video.fx, video.fy, video.cx, video.cy};
+  const double farthest = 65535 * video.mm_a_step;
+  const bool is_moving = longest > 0;
+  const auto progress = listener.progress("looking at the models");
+  for (std::size_t n = 0; n < count; ++n) {
+    const double time = static_cast<double>(n) / wish.rate;
+    for (Seen& thing : things)
+      if (n == 0 || is_moving)
+        thing.tree = haptics::MeshTree(thing.model->corners(time), thing.model->keys().triangles);
+    video.times.push_back(time);
+    auto& picture = video.pictures.emplace_back(static_cast<std::size_t>(wish.width) *
+                                                static_cast<std::size_t>(wish.height));
+    volume::parallel_for(wish.height, 0, [&](int row) {
+      for (int column = 0; column < wish.width; ++column) {
+        const dvec3 end = wish.from + axes * camera.place(column, row, farthest);
+        double nearest = 1;
+        for (const Seen& thing : things) {
+          haptics::FacetHit hit;
+          int looked = 0;
+          if (thing.tree.cast(wish.from - thing.at, end - thing.at, true, true, hit, looked))
+            nearest = std::min(nearest, hit.t);
+        }
+        if (nearest < 1)
+          picture[static_cast<std::size_t>(column) +
+                  static_cast<std::size_t>(wish.width) * static_cast<std::size_t>(row)] =
+              static_cast<std::uint16_t>(std::lround(nearest * 65535));
+      }
+    });
+    if (!progress(static_cast<double>(n + 1) / static_cast<double>(count)))
+      return Error{"given up", "", "", "", ""};
+  }
+  if (is_moving && wish.seconds <= 0 &&
+      std::all_of(choices.begin(), choices.end(), [](const ModelChoice& one) { return one.is_repeating; }))
+    video.repeats_after = static_cast<double>(count) / wish.rate;
+  return video;
+}
+
+}  // namespace trephine::workbench

@@ -1,0 +1,61 @@
+// What one camera sees, picture after picture: a recorded depth video, or one that comes in.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "haptics/depth/depth_source.h"
+
+namespace trephine::haptics::depth {
+
+/// It looks along z of its own frame, x to the right, y down: as public formats of depth pictures have it.
+struct DepthCamera {
+  int width = 0, height = 0;
+  double fx = 0, fy = 0, cx = 0, cy = 0;  ///< pixels; (0, 0) is the middle of the first pixel
+
+  glm::dvec3 place(double column, double row, double depth) const noexcept {
+    return {(column - cx) / fx * depth, (row - cy) / fy * depth, depth};
+  }
+};
+
+struct DepthPictures {
+  DepthCamera camera;
+  double mm_a_step = 0.1;                            ///< of a value
+  std::vector<std::vector<std::uint16_t>> pictures;  ///< depths along z, row by row; 0: nothing was seen
+  std::vector<double> times;                         ///< s, rising, the first 0
+  bool is_repeating = false;
+  double repeats_after = 0;  ///< s, where it is
+};
+
+/// Its surface is that of the pixels, joined to their neighbours; what lies behind it is taken for matter, so
+/// that outlines are walls. Where nothing was seen there is nothing near. Between two pictures a pixel's
+/// depth goes straight, where it is the same thing's.
+class DepthStream final : public DepthSource {
+ public:
+  static constexpr double k_same = 40;  ///< mm from picture to picture: more is another thing
+  /// Error: no camera, no pictures, or one of another size; times that do not rise.
+  static volume::Result<std::shared_ptr<const DepthStream>> of(DepthPictures pictures);
+
+  volume::Result<DepthSet> draw(const DepthView& view, int threads = 0) const override;
+  bool is_moving(double time) const noexcept override;
+  void bounds(glm::dvec3& low, glm::dvec3& high) const noexcept override { low = low_, high = high_; }
+  std::uint64_t hash() const noexcept override { return hash_; }
+  const DepthPictures& pictures() const noexcept { return pictures_; }
+  /// mm; 0: nothing is seen there then.
+  double depth_at(int column, int row, double time) const noexcept;
+
+ private:
+  explicit DepthStream(DepthPictures pictures);
+  struct Between {
+    std::size_t before, after;
+    double share;
+  };
+  Between between(double time) const noexcept;
+  double depth_of(std::size_t pixel, const Between& at) const noexcept;
+
+  DepthPictures pictures_;
+  glm::dvec3 low_{1}, high_{-1};
+  std::uint64_t hash_ = 0;
+};
+
+}  // namespace trephine::haptics::depth

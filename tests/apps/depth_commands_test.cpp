@@ -1,0 +1,90 @@
+// Things felt by depth images, by command: touched, recorded, replayed, judged.
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+
+#include "tests/apps/command_fixture.h"
+
+namespace trephine::command_tests {
+namespace {
+
+/// A ball of many triangles that goes up and down, as keys of an animation.
+void write_keys(const std::string& folder) {
+  std::filesystem::create_directory(folder);
+  constexpr int k_around = 32, k_up = 16;
+  for (int key = 0; key < 6; ++key) {
+    std::ofstream out(folder + "/key" + std::to_string(key) + ".obj");
+    const double z = 8 + 3 * std::sin(2 * 3.14159265358979 * key / 6);
+    for (int j = 0; j <= k_up; ++j)
+      for (int i = 0; i < k_around; ++i) {
+        const double a = 2 * 3.14159265358979 * i / k_around, b = 3.14159265358979 * j / k_up;
+        if ((j == 0 || j == k_up) && i > 0) continue;
+        out << "v " << 6 * std::sin(b) * std::cos(a) << ' ' << 6 * std::sin(b) * std::sin(a) << ' '
+            << z + 6 * std::cos(b) << '\n';
+      }
+    const auto at = [](int i, int j) {
+      return j == 0 ? 1 : j == k_up ? 2 + (k_up - 1) * k_around : 2 + (j - 1) * k_around + i % k_around;
+    };
+    for (int j = 0; j < k_up; ++j)
+      for (int i = 0; i < k_around; ++i) {
+        if (j > 0) out << "f " << at(i, j) << ' ' << at(i, j + 1) << ' ' << at(i + 1, j) << '\n';
+        if (j + 1 < k_up)
+          out << "f " << at(i + 1, j) << ' ' << at(i, j + 1) << ' ' << at(i + 1, j + 1) << '\n';
+      }
+  }
+}
+
+TEST_F(Command, WhatIsDrawnIsTouchedRecordedReplayedAndAudited) {
+  ASSERT_EQ(run("phantom plate --size 48 --psf 1 -o s.mha").exit_code, 0);
+  write_keys(file("keys"));
+  {
+    std::ofstream path(file("p.csv"));
+    path << "t,x,y,z,button\n0,20,1,15,0\n0.4,2,1,13,0\n1.6,1,1,12,0\n2,18,0,14,0\n";
+  }
+  const std::string beat = " --depth-beat 0.1 --depth-repeat ";
+  const Json touch = json("touch s.mha --depth keys" + beat + "--path p.csv -o t.csv --record a.session");
+  EXPECT_EQ(touch["method"], "scene");
+  EXPECT_GT(touch["max_force_n"].get<double>(), 0.3);
+  EXPECT_EQ(touch["fall_throughs"], 0);
+  const Json audit = json("audit a.session --case s.mha");
+  EXPECT_TRUE(audit["is_certified"].get<bool>());
+  EXPECT_GT(audit["drawn_judged"].get<int>(), 100);
+  EXPECT_LT(audit["deepest_drawn_mm"].get<double>(), 0.2);
+  EXPECT_EQ(run("audit a.session --case s.mha --plant drawn").exit_code, 1);
+
+  // The same by a camera above it.
+  const Json made =
+      json("depth-record keys" + beat + "--from 0,0,200 --aim 0,0,8 --angle 10 --size 200x200 -o video");
+  EXPECT_EQ(made["pictures"], 18);
+  EXPECT_EQ(run("depth-record keys --from 0,0,200 -o video").exit_code, 2);  // there is one
+  EXPECT_NE(run("depth-record keys --from 0,0,200 --aim 0,0,400 -o other").exit_code, 0);
+  const Json video = json("touch s.mha --depth video --path p.csv -o t.csv --record b.session");
+  EXPECT_GT(video["max_force_n"].get<double>(), 0.3);
+  EXPECT_TRUE(json("audit b.session --case s.mha")["is_certified"].get<bool>());
+
+  // As TUM's benchmark has it: its times, 5000 a metre, no intrinsics.
+  std::filesystem::create_directory(file("tum"));
+  std::filesystem::copy(file("video/depth-0001.png"), file("tum/first.png"));
+  std::filesystem::copy(file("video/depth-0002.png"), file("tum/second.png"));
+  {
+    std::ofstream list(file("tum/depth.txt"));
+    list << "# depth maps\n1305031102.160407 first.png\n1305031102.194330 second.png\n";
+  }
+  const auto lacking = run("touch s.mha --depth tum --path p.csv -o t.csv");
+  EXPECT_EQ(lacking.exit_code, 2);
+  EXPECT_NE(lacking.err.find("intrinsics"), std::string::npos) << lacking.err;
+  EXPECT_EQ(run("touch s.mha --depth tum --camera 525,525,99.5,99.5 --path p.csv -o t.csv").exit_code, 0);
+  EXPECT_EQ(run("touch s.mha --depth tum --camera 525,0,99.5,99.5 --path p.csv -o t.csv").exit_code, 2);
+  std::filesystem::remove(file("tum/second.png"));
+  const auto stops = run("touch s.mha --depth tum --camera 525,525,99.5,99.5 --path p.csv -o t.csv");
+  EXPECT_NE(stops.err.find("second.png"), std::string::npos) << stops.err;
+  // Keys that are not of one shape, and a sheet.
+  { std::ofstream(file("keys/key9.obj")) << "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"; }
+  EXPECT_NE(run("touch s.mha --depth keys --path p.csv -o t.csv").err.find("same triangles"),
+            std::string::npos);
+  EXPECT_NE(run("touch s.mha --depth keys/key9.obj --path p.csv -o t.csv").err.find("not closed"),
+            std::string::npos);
+}
+
+}  // namespace
+}  // namespace trephine::command_tests
