@@ -112,11 +112,14 @@ ScriptPlace read_place(TomlReader& reader, const toml::value& value) {
 }
 
 ScriptModel read_model(TomlReader& reader, const toml::value& value) {
-  const toml::table& t = reader.table(value, {"file", "at", "screw"});
+  const toml::table& t = reader.table(value, {"file", "at", "screw", "depth", "depth_beat", "depth_repeats"});
   ScriptModel model;
   model.line = TomlReader::line_of(value);
   model.file = reader.text(t, "file").value_or("");
   model.at = reader.point(t, "at").value_or(model.at);
+  model.is_depth = reader.claim(t, "depth").value_or(false);
+  model.beat = reader.number(t, "depth_beat", 1e-3, 1000).value_or(model.beat);
+  model.is_repeating = reader.claim(t, "depth_repeats").value_or(false);
   if (const auto screw = reader.text(t, "screw")) {
     const auto place = parse_screw(*screw);
     if (place)

@@ -43,6 +43,9 @@ struct ScriptModel {
   std::string file;
   glm::dvec3 at{0.0};  ///< mm (LPS), where a file's origin lies
   std::optional<ScrewPlace> screw;
+  bool is_depth = false;      ///< felt by depth images: a model, a folder of keys, or a depth video
+  double beat = 1.0 / 30;     ///< s between keys
+  bool is_repeating = false;  ///< after the last comes the first
 };
 
 /// Something that is told at a moment.

@@ -129,8 +129,8 @@ Result<std::unique_ptr<ScriptRun>> ScriptRun::open(const Script& script, const s
   choice.rate_hz = script.rate_hz;
   choice.smallest_burr = script.smallest_burr;
   for (const data_tools::ScriptModel& model : script.models)
-    choice.models.push_back(
-        {model.file.empty() ? "" : seen_from(folder, model.file), 1, "", model.at, model.screw});
+    choice.models.push_back({model.file.empty() ? "" : seen_from(folder, model.file), 1, "", model.at,
+                             model.screw, model.is_depth, model.beat, model.is_repeating});
   choice.hands.clear();
   if (Status error = check(choice)) {
     error->where = where + ": " + error->where;

@@ -86,5 +86,15 @@ TEST_F(Command, WhatIsDrawnIsTouchedRecordedReplayedAndAudited) {
             std::string::npos);
 }
 
+/// The sample: one hand drills, the other rests on a blade that gives way; voxels, a burr and what is drawn.
+TEST_F(Command, ARetractorGivesWayBesideABurrHole) {
+  const std::string script = TREPHINE_SOURCE_DIR "/docs/examples/retractor.toml";
+  EXPECT_EQ(run("run '" + script + "' --record r.session").exit_code, 0);
+  const Json audit = json("audit r.session");
+  EXPECT_TRUE(audit["is_certified"].get<bool>());
+  EXPECT_GT(audit["drawn_judged"].get<int>(), 1000);
+  EXPECT_LT(audit["deepest_drawn_mm"].get<double>(), 0.1);
+}
+
 }  // namespace
 }  // namespace trephine::command_tests
