@@ -255,7 +255,7 @@ TEST(DepthTouch, FeelsABallAsNearAsATenthOfHalfAPixelWithAPointAndABall) {
     Hand hand(model, radius);
     double sum = 0, worst = 0;
     int count = 0;
-    for (int i = 0; i < 1500; ++i) {
+    for (int i = 0; i < 700; ++i) {
       const double a = 0.01 * i, b = 1.3 * std::sin(0.0013 * i);
       const dvec3 out(std::cos(b) * std::cos(a), std::cos(b) * std::sin(a), std::sin(b));
       const ProxyStep step = hand.step((30 + radius + (i < 20 ? 2 - 0.15 * i : -1)) * out);
