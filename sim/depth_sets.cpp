@@ -70,17 +70,26 @@ std::optional<DepthJob> DepthSets::job(const haptics::ServoHand& hand, std::uint
     // A third of the way to the border is left when another is asked for.
     constexpr double k_left = k_edge / 3;
     const double reach = k_left + hand.scene->tool_radius;
-    const bool is_due = set && set->goes_on && time >= set->view.time + k_interval;
-    if (set && !is_due && set->knows(hip, reach) && set->knows(proxy, reach)) continue;
+    // Never sooner than the next is due, whatever the last one could not show.
+    const bool is_due = !set || time >= set->view.time + k_interval;
+    const bool is_old = !set || set->goes_on || !set->knows(hip, reach) || !set->knows(proxy, reach);
+    if (!is_due || !is_old) continue;
     constexpr double k_widest = 100;  // mm: a hand so deep that more were needed is let go
     DepthJob job{number, items_[d], next_serial(d), item.depth, {}};
     const dvec3 seen_hip = drawn.local_from_world(hip_), seen_proxy = drawn.local_from_world(proxy_);
     job.view.touch = seen_proxy;
     job.view.middle = 0.5 * (seen_hip + seen_proxy);
-    job.view.edge = std::min(k_widest, k_edge + 2 * hand.scene->tool_radius + glm::length(hip - proxy));
+    // What is known ends a few pixels before the border.
+    const double wished =
+        std::min(k_widest, k_edge + 2 * hand.scene->tool_radius + glm::length(hip - proxy)) +
+        6 * item.depth_pixel;
+    job.view.edge = std::min(wished, 2000 * item.depth_pixel);
     job.view.pixel = item.depth_pixel;
     job.view.time = time;
     job.view.interval = k_interval;
+    // A hand that rests where no set shows all of it gets no other one.
+    if (set && !set->goes_on && job.view.middle == set->view.middle && job.view.edge == set->view.edge)
+      continue;
     return job;
   }
   return std::nullopt;
