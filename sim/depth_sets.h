@@ -25,6 +25,13 @@ struct DepthJob {
   AdoptDepths command(const haptics::depth::DepthSet& made) const;
 };
 
+/// A set as it is felt now, for whoever looks.
+struct SeenDepths {
+  std::shared_ptr<const haptics::depth::DepthSet> set;
+  haptics::Placement drawn;  ///< of the thing's frame in the world; the clip volume lies so
+  haptics::Placement now;    ///< of what was drawn, as it has gone on
+};
+
 /// One hand's. A value.
 class DepthSets {
  public:

@@ -422,7 +422,7 @@ Overlays Engine::overlays() const {
     Overlay& one = all.emplace_back();
     one.kind = Overlay::Kind::metal;
     one.name = item->name;
-    one.surface = item->tree;
+    one.surface = look_of(*item);
     one.place = place_of(*item);
   }
   for (const Module* module : catalogue_.modules())

@@ -91,6 +91,11 @@ class Engine {
   haptics::Placement place_of(const Body& body) const;
   /// Models of the scene, without what came off, and where they are now.
   std::vector<const haptics::TouchItem*> models() const;
+  /// What one of them looks like now, and does any of them look otherwise soon?
+  std::shared_ptr<const haptics::MeshTree> look_of(const haptics::TouchItem& model) const;
+  bool has_moving_looks() const;
+  /// The depth images that a hand has; none of things that it was never near.
+  std::vector<SeenDepths> seen_depths(std::size_t hand) const;
   haptics::Placement place_of(const haptics::TouchItem& item) const;
 
   /// What must not be cut; OperationState::watches says how near each hand came to each.

@@ -173,6 +173,30 @@ std::vector<const haptics::TouchItem*> Engine::models() const {
   return all;
 }
 
+std::shared_ptr<const haptics::MeshTree> Engine::look_of(const haptics::TouchItem& model) const {
+  std::shared_ptr<const haptics::MeshTree> look;
+  if (model.depth) look = model.depth->look(static_cast<double>(now_.next_tick) * dt_);
+  return look ? look : model.tree;
+}
+
+bool Engine::has_moving_looks() const {
+  const std::vector<haptics::TouchItem>& items = scene().items;
+  return std::any_of(items.begin(), items.end(), [&](const haptics::TouchItem& item) {
+    return item.depth && item.depth->is_moving(static_cast<double>(now_.next_tick) * dt_);
+  });
+}
+
+std::vector<SeenDepths> Engine::seen_depths(std::size_t hand) const {
+  std::vector<SeenDepths> all;
+  const double time = static_cast<double>(now_.next_tick) * dt_;
+  for (const haptics::TouchItem& item : scene().items)
+    if (item.depth)
+      if (const auto at = depths_[hand].place_of(&item - scene().items.data()))
+        if (const auto& set = depths_[hand].newest()[*at])
+          all.push_back({set, place_of(item), place_of(item) * set->place_at(time)});
+  return all;
+}
+
 void Engine::put_down(Body& body) {
   body.place = place_of(body);
   body.holder = -1;

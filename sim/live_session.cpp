@@ -306,7 +306,8 @@ void LiveSession::apply(Command command) {
 
 /// Edit thread: overlays are made for who looks, when something may have changed.
 void LiveSession::show(const Outcome& outcome, bool is_command) {
-  has_new_overlays_ = has_new_overlays_ || is_command || outcome.is_changed || outcome.event_count > 0;
+  has_new_overlays_ = has_new_overlays_ || is_command || outcome.is_changed || outcome.event_count > 0 ||
+                      (is_looked_at_ && engine_.has_moving_looks());
   if (!has_new_overlays_ || !is_looked_at_.exchange(false)) return;
   has_new_overlays_ = false;
   auto overlays = std::make_shared<const Overlays>(engine_.overlays());
@@ -320,6 +321,7 @@ void LiveSession::show(const Outcome& outcome, bool is_command) {
   const std::lock_guard guard(lock_);
   if (bytes) state_.history_bytes = *bytes;
   state_.overlays = std::move(overlays);
+  state_.depths = engine_.seen_depths(0);
   state_.settings = engine_.now().settings.modules;
   state_.bodies.clear();
   for (const Body& body : engine_.now().world.bodies) state_.bodies.push_back(body.id);

@@ -36,6 +36,8 @@ struct LiveState {
   /// What to show beside the anatomy, as it was a look ago or later; null: nobody looked before.
   std::shared_ptr<const Overlays> overlays;
   std::vector<Id> bodies;  ///< of the first overlays
+  /// Depth images of the first hand, as old as the overlays.
+  std::vector<SeenDepths> depths;
   /// What modules keep that undo leaves alone, as old as the overlays.
   std::vector<std::shared_ptr<const Value>> settings;
   std::size_t pending_jobs = 0;

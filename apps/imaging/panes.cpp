@@ -4,6 +4,7 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 
+#include "apps/imaging/depth_panel.h"
 #include "apps/imaging/section_panel.h"
 #include "apps/workbench/text.h"
 
@@ -48,12 +49,17 @@ void Panes::show(Subject subject, bool is_changed) {
     is_changed = subject.things[i].tree != subject_.things[i].tree ||
                  !(subject.things[i].place == subject_.things[i].place);
   is_changed |= subject.version != subject_.version;
+  const auto is_newer = [&](std::size_t i) { return subject.depths[i].set != subject_.depths[i].set; };
+  bool are_newer = subject.depths.size() != subject_.depths.size();
+  for (std::size_t i = 0; !are_newer && i < subject.depths.size(); ++i) are_newer = is_newer(i);
   subject_ = std::move(subject);
   if (is_other && subject_.scan) {
     at_ = middle_of(*subject_.scan);
     if (!has_arm_) arm_.isocentre = at_;
   }
   if (is_changed) make_stale(is_live_);
+  for (Pane& pane : panes_)
+    if (pane.kind == PaneKind::depths) pane.is_stale |= are_newer;
 }
 
 /// What was made of something else, or is being made.
@@ -74,16 +80,16 @@ void Panes::forget() {
   arm_ = {};
 }
 
-bool Panes::sees_xray() const noexcept {
+bool Panes::sees(PaneKind kind) const noexcept {
   for (const Pane& pane : panes_)
-    if (pane.kind == PaneKind::xray && pane.is_visible) return true;
+    if (pane.kind == kind && pane.is_visible) return true;
   return false;
 }
 
 /// X-rays are of when they were taken: only live ones follow.
 void Panes::make_stale(bool with_xrays) {
   for (Pane& pane : panes_)
-    if (pane.kind != PaneKind::xray || with_xrays) pane.is_stale = true;
+    if ((pane.kind != PaneKind::xray || with_xrays) && pane.kind != PaneKind::depths) pane.is_stale = true;
 }
 
 void Panes::make_slices_stale(bool with_sections) {
@@ -278,7 +284,7 @@ ImagePlane Panes::turned(const Pane& pane) const {
 
 std::optional<ImagePlane> Panes::plane(std::size_t index) const {
   const Pane& pane = panes_[index];
-  if (!subject_.scan || pane.kind == PaneKind::xray || pane.kind == PaneKind::drawn) return std::nullopt;
+  if (!subject_.scan || !is_planar(pane.kind)) return std::nullopt;
   return turned(pane);
 }
 
@@ -295,7 +301,7 @@ std::optional<dvec2> Panes::pixel(std::size_t index, const dvec3& world) const {
     return dvec2(mm.x / shown->pixel + 0.5 * (shown->columns - 1),
                  0.5 * (shown->rows - 1) - mm.y / shown->pixel);
   }
-  if (pane.kind == PaneKind::drawn) return std::nullopt;
+  if (pane.kind != PaneKind::xray) return std::nullopt;
   // An X-ray, as large as the pane allows.
   const fluoroscopy::View view(arm_);
   const auto at = view.seen(world);
@@ -330,6 +336,15 @@ void Panes::wish(std::size_t index) {
     return;
   }
   if (pane.kind == PaneKind::drawn) return wish_drawn(index);
+  if (pane.kind == PaneKind::depths) {
+    worker_.wish(
+        index,
+        [depths = subject_.depths, columns = pane.columns, rows = pane.rows] {
+          return depth_panel(depths, columns, rows);
+        },
+        pane.stamp);
+    return;
+  }
   const ImagePlane shown = turned(pane);
   if (pane.kind == PaneKind::section) {
     if (!subject_.bone) {

@@ -13,10 +13,12 @@
 namespace trephine::imaging {
 
 /// What a pane shows. Along the tool: a slice in which its shaft lies. Drawn: the scan itself, directly, seen
-/// as the picture is.
-enum class PaneKind : std::uint8_t { axial, coronal, sagittal, tool, section, xray, drawn };
+/// as the picture is. Depths: the depth images around the tool.
+enum class PaneKind : std::uint8_t { axial, coronal, sagittal, tool, section, xray, drawn, depths };
+/// Does it show a plane of the scan?
+constexpr bool is_planar(PaneKind kind) { return kind < PaneKind::xray; }
 inline constexpr std::string_view k_pane_kinds[] = {"axial",   "coronal", "sagittal", "tool",
-                                                    "section", "xray",    "drawn"};
+                                                    "section", "xray",    "drawn",    "depths"};
 
 /// One thread. Pixels of a pane are counted from its upper left.
 class Panes {
@@ -90,8 +92,8 @@ class Panes {
   std::uint64_t made(std::size_t pane) const noexcept { return panes_[pane].made; }
   /// Another number whenever there is something else to draw.
   std::uint64_t changes(std::size_t pane) const noexcept { return panes_[pane].changes; }
-  /// Does anybody see an X-ray?
-  bool sees_xray() const noexcept;
+  /// Does anybody see one of this kind?
+  bool sees(PaneKind kind) const noexcept;
   /// Is all that is visible as it should be?
   bool is_up_to_date() const;
   PaneWorker::Counters counters() const { return worker_.counters(); }

@@ -16,6 +16,7 @@ struct Subject {
   std::vector<volume::Shape> structures;  ///< that must not be cut
   std::vector<Thing> things;
   std::vector<std::array<glm::dvec3, 2>> plan;  ///< lines, world
+  std::vector<sim::SeenDepths> depths = {};     ///< what the hand feels by depth images
 };
 Subject subject_of(const workbench::Moment& moment);
 

@@ -1,5 +1,6 @@
 // depth-record: what a depth camera would see of models, as a depth video to touch.
 #include "apps/trephine/commands.h"
+#include "apps/trephine/model_options.h"
 #include "apps/workbench/depth_video.h"
 #include "data-tools/output_set.h"
 
@@ -12,10 +13,8 @@ using volume::Status;
 namespace {
 
 struct RecordArguments {
-  std::vector<std::string> models;
-  double scale = 1, beat = 1.0 / 30;
-  std::string frame, place, from, at = "0,0,0", size = "320x240", output;
-  bool is_repeating = false;
+  ModelArguments models;
+  std::string from, at = "0,0,0", size = "320x240", output;
   workbench::VideoWish wish;
 };
 
@@ -38,30 +37,19 @@ Result<Outcome> run_record(const RecordArguments& arguments) {
   if (Status error = in_range(wish.angle, 1, 150, "--angle")) return *error;
   if (Status error = in_range(wish.rate, 0.1, 1000, "--fps")) return *error;
   if (Status error = in_range(wish.seconds, 0, 600, "--seconds")) return *error;
-  if (Status error = in_range(arguments.beat, 1e-4, 1000, "--depth-beat")) return *error;
+  if (Status error = in_range(arguments.models.beat, 1e-4, 1000, "--depth-beat")) return *error;
   auto from = parse_place(arguments.from, "--from");
   if (!from) return from.error();
   auto at = parse_place(arguments.at, "--aim");
   if (!at) return at.error();
   wish.from = from.value(), wish.at = at.value();
-  glm::dvec3 place(0);
-  if (!arguments.place.empty()) {
-    auto said = parse_place(arguments.place, "--mesh-at");
-    if (!said) return said.error();
-    place = said.value();
-  }
+  auto models = models_of(arguments.models);
+  if (!models) return models.error();
   data_tools::OutputSet outputs;
-  std::vector<workbench::ModelChoice> models;
-  for (const std::string& file : arguments.models) {
-    outputs.reads(file);
-    workbench::ModelChoice& model = models.emplace_back();
-    model.file = file;
-    model.mm_per_unit = arguments.scale, model.frame = arguments.frame, model.at_world = place;
-    model.is_depth = true, model.beat = arguments.beat, model.is_repeating = arguments.is_repeating;
-  }
+  for (const std::string& file : arguments.models.depths) outputs.reads(file);
   outputs.writes("output", arguments.output, data_tools::OutputKind::folder);
   if (Status error = outputs.check()) return *error;
-  auto video = workbench::record_video(models, wish, person());
+  auto video = workbench::record_video(models.value(), wish, person());
   if (!video) return video.error();
   const data_tools::DepthVideo& made = video.value();
   std::size_t seen = 0;
@@ -89,7 +77,7 @@ Result<Outcome> run_record(const RecordArguments& arguments) {
 Run build(Options& options) {
   auto a = std::make_shared<RecordArguments>();
   options
-      .add("MODEL", a->models,
+      .add("MODEL", a->models.depths,
            "A polygonal model, or a folder of the keys of one that moves; several of them")
       .required();
   options.add("-o,--output", a->output, "A new folder: depth-0001.png, ... and depth.json")
@@ -101,13 +89,8 @@ Run build(Options& options) {
   options.add("--angle", a->wish.angle, "That its width sees").shows_default().type("DEGREES");
   options.add("--fps", a->wish.rate, "Pictures a second").shows_default().type("HZ");
   options.add("--seconds", a->wish.seconds, "How long; 0: as long as the models move").shows_default();
-  options.add("--depth-beat", a->beat, "Between two keys of a model").shows_default().type("SECONDS");
-  options.add("--depth-repeat", a->is_repeating, "After its last key comes the first");
-  options.add("--mesh-scale", a->scale, "Of the models: 1000 for metres").shows_default().type("MM");
-  options.add("--mesh-frame", a->frame, "Which way the models' axes go (default: as they say, else LPS)")
-      .one_of({"LPS", "RAS"});
-  options.add("--mesh-at", a->place, "Where the models' origin lies, mm (LPS); 0,0,0 unless given")
-      .type("X,Y,Z");
+  add_model_keys(options, a->models);
+  add_model_units(options, a->models);
   return run_with(a, run_record);
 }
 

@@ -7,6 +7,7 @@
 #include <map>
 
 #include "apps/trephine/commands.h"
+#include "apps/trephine/model_options.h"
 #include "apps/trephine/steps_csv.h"
 #include "apps/trephine/touch_judge.h"
 #include "data-tools/atomic_file.h"
@@ -28,14 +29,7 @@ struct TouchArguments {
   workbench::ShapeChoice shape;
   std::optional<double> stiffness, viscosity, pop_force;
   double alpha = 0.3, rate = 1000, radius = 0, blur = 0;
-  std::vector<std::string> meshes;  ///< files of polygonal models
-  std::vector<std::string> depths;  ///< of those felt by depth images, or folders of them
-  double depth_beat = 1.0 / 30, depth_pixel = 0.2;
-  bool is_depth_repeating = false;
-  std::string camera;
-  double mesh_scale = 1;             ///< mm per unit of theirs
-  std::string mesh_frame;            ///< of the models: "LPS" or "RAS"; empty: as they say
-  std::string mesh_at;               ///< x,y,z: where their origin lies; empty: 0,0,0
+  ModelArguments models;
   std::vector<std::string> effects;  ///< in words (haptics/force/effects.h)
   std::string stiffness_ramp;        ///< HU0,HU1,K1
   bool is_passive = false;
@@ -69,43 +63,6 @@ volume::Status parse_ramp(const std::string& text, std::optional<haptics::Stiffn
   return std::nullopt;
 }
 
-Result<std::array<double, 4>> parse_intrinsics(const std::string& text) {
-  std::array<double, 4> c{};
-  char extra = 0;
-  if (std::sscanf(text.c_str(), "%lf,%lf,%lf,%lf%c", &c[0], &c[1], &c[2], &c[3], &extra) != 4 ||
-      !(c[0] > 0 && c[1] > 0 && std::isfinite(c[0]) && std::isfinite(c[1]) && std::isfinite(c[2]) &&
-        std::isfinite(c[3])))
-    return Error{"these are no intrinsics of a camera", "--camera", text,
-                 "FX,FY,CX,CY in pixels, for example 525,525,319.5,239.5", ""};
-  return c;
-}
-
-Result<std::vector<workbench::ModelChoice>> models_of(const TouchArguments& arguments) {
-  glm::dvec3 at(0);
-  if (!arguments.mesh_at.empty()) {
-    const auto place = parse_place(arguments.mesh_at, "--mesh-at");
-    if (!place) return place.error();
-    at = place.value();
-  }
-  std::vector<workbench::ModelChoice> models;
-  for (const std::string& file : arguments.meshes)
-    models.push_back({file, arguments.mesh_scale, arguments.mesh_frame, at});
-  for (const std::string& file : arguments.depths) {
-    workbench::ModelChoice& model = models.emplace_back();
-    model.file = file;
-    model.mm_per_unit = arguments.mesh_scale, model.frame = arguments.mesh_frame, model.at_world = at;
-    model.is_depth = true;
-    model.beat = arguments.depth_beat, model.is_repeating = arguments.is_depth_repeating;
-    model.pixel = arguments.depth_pixel;
-    if (!arguments.camera.empty()) {
-      auto said = parse_intrinsics(arguments.camera);
-      if (!said) return said.error();
-      model.intrinsics = said.value();
-    }
-  }
-  return models;
-}
-
 /// Of the surface, where something was said of it.
 Result<workbench::MaterialChoice> material_of(const TouchArguments& arguments) {
   workbench::MaterialChoice material;
@@ -120,8 +77,7 @@ Result<workbench::MaterialChoice> material_of(const TouchArguments& arguments) {
 }
 
 Result<Outcome> run_touch(const TouchArguments& arguments) {
-  const bool needs_scene = !(arguments.meshes.empty() && arguments.depths.empty()) &&
-                           arguments.method == haptics::k_default_method;
+  const bool needs_scene = arguments.models.is_any() && arguments.method == haptics::k_default_method;
   const std::string method_name = needs_scene ? "scene" : arguments.method;
   if (!(arguments.alpha > 0 && arguments.alpha <= 1))
     return Error{"the smoothing factor is out of range", "--alpha", std::to_string(arguments.alpha),
@@ -139,12 +95,12 @@ Result<Outcome> run_touch(const TouchArguments& arguments) {
   if (!said) return said.error();
   choice.material = said.value();
   if (volume::Status error = parse_ramp(arguments.stiffness_ramp, choice.ramp)) return *error;
-  auto models_said = models_of(arguments);
+  auto models_said = models_of(arguments.models);
   if (!models_said) return models_said.error();
   choice.models = std::move(models_said).value();
   if (volume::Status error = check(choice)) return *error;
   data_tools::OutputSet outputs;
-  for (const auto* models : {&arguments.meshes, &arguments.depths})
+  for (const auto* models : {&arguments.models.meshes, &arguments.models.depths})
     for (const std::string& model : *models) outputs.reads(model);
   for (const std::string& input : {arguments.source.path, arguments.path, arguments.record.file})
     outputs.reads(input);
@@ -255,28 +211,7 @@ Run build(Options& options) {
       .means("tool radius")
       .shows_default()
       .type("MM");
-  options
-      .add("--mesh", a->meshes,
-           "A polygonal model to touch too (.ply, .ply.gz, .obj, .stl, .vtk, .vtp); may come again; with "
-           "--method scene unless another is named")
-      .type("FILE");
-  options
-      .add("--depth", a->depths,
-           "A closed model to touch by depth images, which are made while the hand is near; a folder of the "
-           "keys of one that moves; or a depth video (depth-record writes one, TUM RGB-D is read); may come "
-           "again")
-      .type("MODEL");
-  options.add("--depth-beat", a->depth_beat, "Between two keys of it").shows_default().type("SECONDS");
-  options.add("--depth-repeat", a->is_depth_repeating, "After its last key comes the first");
-  options.add("--camera", a->camera, "Of a depth video that does not say it, in pixels").type("FX,FY,CX,CY");
-  options.add("--depth-pixel", a->depth_pixel, "Of the depth images, 0.02 to 5 mm")
-      .shows_default()
-      .type("MM");
-  options.add("--mesh-scale", a->mesh_scale, "Of the models: 1000 for metres").shows_default().type("MM");
-  options.add("--mesh-frame", a->mesh_frame, "Which way the models' axes go (default: as they say, else LPS)")
-      .one_of({"LPS", "RAS"});
-  options.add("--mesh-at", a->mesh_at, "Where the models' origin lies, mm (LPS); 0,0,0 unless given")
-      .type("X,Y,Z");
+  add_models(options, a->models);
   options
       .add("--blur", a->blur,
            "Gaussian over the scan before it is touched: sigma in voxels, 1.4 for the seven taps of the "

@@ -1,6 +1,7 @@
 // view: a window to touch and cut with the mouse.
 #include "apps/trephine/burr_options.h"
 #include "apps/trephine/commands.h"
+#include "apps/trephine/model_options.h"
 #include "apps/view/render_window.h"
 #include "apps/view/view_window.h"
 #include "apps/workbench/devices.h"
@@ -21,6 +22,7 @@ struct ViewArguments {
   std::string screenshot, side;
   workbench::ShapeChoice shape;
   drilling::Burr burr;
+  ModelArguments models;
   std::optional<double> smallest_burr;  ///< mm
   std::optional<double> seconds;
   std::string device = "mouse";
@@ -45,6 +47,7 @@ class Host {
     if (!opened) return opened.error();
     workbench::OperationChoice choice = choice_;
     choice.shape = {};
+    choice.models.clear();  // they lie in the frame of the scan that they came with
     // A person can move the window from here; a program would have been asked for a shape.
     if (!opened.value().plan) choice.shape.is_auto = true;
     Result<view::OpenedScene> made = make(opened.value(), path, choice, listener);
@@ -95,6 +98,8 @@ Result<Outcome> run_view(const ViewArguments& arguments) {
   if (arguments.screenshot.empty() && !view::has_display()) return view::no_display();
   data_tools::OutputSet outputs;
   outputs.reads(arguments.source.path);
+  for (const auto* files : {&arguments.models.meshes, &arguments.models.depths})
+    for (const std::string& file : *files) outputs.reads(file);
   outputs.writes("screenshot", arguments.screenshot, data_tools::OutputKind::picture);
   if (volume::Status error = outputs.check()) return *error;
   if (arguments.seconds && !view::has_display())
@@ -104,6 +109,10 @@ Result<Outcome> run_view(const ViewArguments& arguments) {
   workbench::OperationChoice choice;
   choice.shape = arguments.shape;
   choice.hands[0] = sim::HandSpec(drilling::burr(arguments.burr));
+  auto models = models_of(arguments.models);
+  if (!models) return models.error();
+  choice.models = std::move(models).value();
+  if (arguments.models.is_any()) choice.hands[0].method = "scene";
   // Other burrs may be chosen in the window: a fine one leaves its hole too, unless a finer yet is named.
   constexpr double k_fine_burr = 2;
   choice.smallest_burr = arguments.smallest_burr;
@@ -120,6 +129,7 @@ Result<Outcome> run_view(const ViewArguments& arguments) {
   options.catalogue = &modules::catalogue();
   options.device = device.value();
   options.in_use = {arguments.source.path};
+  for (const workbench::ModelChoice& model : choice.models) options.in_use.push_back(model.file);
   options.seconds = arguments.seconds;
   options.wants_to_end = is_interrupted;
   options.screenshot = arguments.screenshot;
@@ -213,6 +223,7 @@ Run build(Options& options) {
            "The smallest burr that can be chosen in the window, mm: the finer it is the finer cuts are "
            "sampled (default: 2, or the burr if that is smaller)")
       .type("MM");
+  add_models(options, a->models);
   add_side(options, a->side);
   options.add("--screenshot", a->screenshot, "Write a picture; without --seconds no window is opened")
       .type("OUT.png");

@@ -116,8 +116,13 @@ void OperationController::frame() {
   const bool is_held =
       state_.overlays && std::any_of(state_.overlays->begin(), state_.overlays->end(),
                                      [](const sim::Overlay& one) { return one.holder >= 0; });
-  if (state_.overlays && (is_held || shown_ != state_.overlays))
-    viewport_.show(*(shown_ = state_.overlays), state_.hands);
+  if (state_.overlays && (is_held || shown_ != state_.overlays || shows_clip_volumes_)) {
+    shown_ = state_.overlays;
+    if (shows_clip_volumes_)
+      viewport_.show(with_clip_volumes(*shown_, state_.depths), state_.hands);
+    else
+      viewport_.show(*shown_, state_.hands);
+  }
   const double ms = viewport_.draw();
   ++report_.frames;
   if (frame_ms_.size() < k_most_times) frame_ms_.push_back(static_cast<float>(ms));

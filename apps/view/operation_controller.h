@@ -36,6 +36,11 @@ class OperationController {
   bool is_pressed() const noexcept { return is_pressed_; }
   /// Turns the tool about its shaft, by so many steps of 15 degrees.
   void roll(int steps) { roll_ += steps; }
+  /// Draws where depth images are made.
+  void show_clip_volumes(bool are_shown) {
+    if (!are_shown && shows_clip_volumes_) shown_.reset();
+    shows_clip_volumes_ = are_shown;
+  }
   /// How far a pressed stylus wants to go below the surface, mm.
   void set_depth(double mm);
   double depth() const noexcept { return depth_mm_; }
@@ -106,6 +111,7 @@ class OperationController {
   glm::dvec3 shaft_{0, 0, 1};                         ///< unit, of the mouse's tool
   bool is_over_bone_ = false;                         ///< the cursor
   bool is_pressed_ = false, is_finished_ = false, is_started_ = false;
+  bool shows_clip_volumes_ = false;
   glm::dvec3 wish_{1e9};
   std::optional<std::size_t> wished_stroke_;  ///< until it is there
   std::string refused_;

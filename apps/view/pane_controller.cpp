@@ -30,6 +30,7 @@ imaging::Subject subject_of(const PaneNews& news) {
   if (news.plan != nullptr)
     for (const sim::Overlay& one : *news.plan)
       subject.plan.insert(subject.plan.end(), one.lines.begin(), one.lines.end());
+  subject.depths.assign(news.depths.begin(), news.depths.end());
   return subject;
 }
 
@@ -95,7 +96,7 @@ bool PaneController::frame(const PaneNews& news) {
   if (news.is_tool_there) tool_ = {tip, tip + k_shaft * shaft};
   panes_.show_tool(tip, shaft);
   if (follows_tool && r.has_contact) panes_.look_at(tip);
-  if (panes_.is_live() && !panes_.sees_xray()) set_live(false);
+  if (panes_.is_live() && !panes_.sees(imaging::PaneKind::xray)) set_live(false);
   if (panes_.is_live()) {
     exposed_ += news.elapsed;
     if (exposed_ >= 1) tell_exposure();

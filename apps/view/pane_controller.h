@@ -25,6 +25,7 @@ struct PaneNews {
   double elapsed = 0;         ///< s, since the last frame
   volume::Eye eye;            ///< as the picture is seen
   std::optional<volume::Openings::Plane> clip;
+  std::span<const sim::SeenDepths> depths = {};
 };
 
 /// No windowing toolkit in here. The thread that draws; images are made on another.

@@ -33,6 +33,7 @@ QColor colour_of(PaneKind kind) {
       return {190, 150, 235};
     case PaneKind::xray:
     case PaneKind::drawn:
+    case PaneKind::depths:
       break;
   }
   return {170, 180, 195};
@@ -40,7 +41,7 @@ QColor colour_of(PaneKind kind) {
 
 QString words_of_kind(PaneKind kind) {
   constexpr const char* names[] = {"Axial",   "Coronal", "Sagittal", "Along the tool",
-                                   "Section", "X-ray",   "Drawn"};
+                                   "Section", "X-ray",   "Drawn",    "Depth images"};
   return names[static_cast<std::size_t>(kind)];
 }
 
@@ -182,7 +183,7 @@ void ImagePane::paintEvent(QPaintEvent*) {
     }
   }
   // Where the others go through, with a gap in which one sees what is there.
-  if (kind != PaneKind::xray && kind != PaneKind::drawn && panel != nullptr)
+  if (imaging::is_planar(kind) && panel != nullptr)
     if (const auto at = panes_->pixel(index_, panes_->looked_at())) {
       constexpr double k_gap = 9;
       const QPointF p(at->x + 0.5, at->y + 0.5);
@@ -222,11 +223,12 @@ void ImagePane::paintEvent(QPaintEvent*) {
     letter(Qt::AlignHCenter | Qt::AlignTop, panel->above);
     QString foot = QString::fromStdString(panel->foot);
     if (kind == PaneKind::xray) foot = QString::fromStdString(panel->title + panes_->xray_note());
+    if (kind == PaneKind::depths) foot = QString::fromStdString(panel->title + "\n" + panel->foot);
     if (kind == PaneKind::section) foot = QString::fromStdString(panel->title + "   " + panel->foot);
     write(painter, inner, Qt::AlignLeft | Qt::AlignBottom, foot.trimmed());
     const double ms = panes_->milliseconds(index_);
     QString right = QString("%1 ms").arg(ms, 0, 'f', ms < 10 ? 1 : 0);
-    if (kind != PaneKind::section && kind != PaneKind::xray && kind != PaneKind::drawn)
+    if (kind != PaneKind::section && imaging::is_planar(kind))
       if (const auto value = panes_->probe())
         right = QString("%1%2\n%3").arg(*value).arg(panes_->is_hounsfield() ? " HU" : "", right);
     write(painter, inner, Qt::AlignRight | Qt::AlignTop, right);
@@ -261,7 +263,7 @@ void ImagePane::mouseMoveEvent(QMouseEvent* event) {
   last_ = event->localPos();
   if (panes_->kind(index_) == PaneKind::drawn && event->buttons() != Qt::NoButton)
     return on_turn(0.4 * step.x(), 0.4 * step.y());
-  if (panes_->kind(index_) == PaneKind::xray) return;
+  if (!imaging::is_planar(panes_->kind(index_))) return;
   if (event->modifiers() & Qt::ShiftModifier) {
     if (const auto at = panes_->world(index_, {last_.x(), last_.y()})) panes_->look_at(*at), on_look();
   } else if (event->buttons() & Qt::MiddleButton) {

@@ -38,7 +38,7 @@ void PaneGrid::show_what_is_seen() {
   const auto is_seen = [&](int which) {  // 0: the picture
     if (alone_ >= 0) return which == alone_;
     return which == 0 || (layout_ == Layout::slices) || (layout_ == Layout::xray && which > 1) ||
-           (layout_ == Layout::drawn && which == 2);
+           ((layout_ == Layout::drawn || layout_ == Layout::depths) && which == 2);
   };
   if (canvas_) canvas_->setVisible(is_seen(0));
   for (std::size_t i = 0; i < k_panes; ++i) panes_[i]->setVisible(is_seen(static_cast<int>(i) + 1));
@@ -66,9 +66,10 @@ void PaneGrid::arrange(Layout layout) {
   if (!is_other || layout == Layout::picture) return;
   constexpr PaneKind slices[] = {PaneKind::sagittal, PaneKind::axial, PaneKind::coronal},
                      xray[] = {PaneKind::sagittal, PaneKind::xray, PaneKind::section},
-                     drawn[] = {PaneKind::sagittal, PaneKind::drawn, PaneKind::coronal};
-  const PaneKind* kinds = layout == Layout::slices ? slices : layout == Layout::xray ? xray : drawn;
-  for (std::size_t i = 0; i < k_panes; ++i) panes_[i]->set_kind(kinds[i]);
+                     drawn[] = {PaneKind::sagittal, PaneKind::drawn, PaneKind::coronal},
+                     depths[] = {PaneKind::sagittal, PaneKind::depths, PaneKind::coronal};
+  const PaneKind* kinds[] = {nullptr, slices, xray, drawn, depths};
+  for (std::size_t i = 0; i < k_panes; ++i) panes_[i]->set_kind(kinds[static_cast<std::size_t>(layout)][i]);
   setSizes(layout == Layout::xray ? QList<int>{620, 380} : QList<int>{500, 500});
   left_->setSizes({500, 500});
   right_->setSizes({500, 500});

@@ -10,8 +10,8 @@
 namespace trephine::view {
 
 /// Arrangements by name.
-enum class Layout : std::uint8_t { picture, slices, xray, drawn };
-inline constexpr std::array k_layouts{"picture", "slices", "xray", "drawn"};
+enum class Layout : std::uint8_t { picture, slices, xray, drawn, depths };
+inline constexpr std::array k_layouts{"picture", "slices", "xray", "drawn", "depths"};
 
 /// Two columns: the picture over one pane, two panes. Borders are dragged; one of them alone, and back.
 class PaneGrid : public QSplitter {

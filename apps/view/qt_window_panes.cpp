@@ -61,6 +61,7 @@ void MainWindow::build_panes_menu() {
   add(menu, "layout_xray", "Picture, &X-ray and section", QKeySequence("F7"), arrange(Layout::xray));
   add(menu, "layout_drawn", "Picture and the scan &drawn directly", QKeySequence("F8"),
       arrange(Layout::drawn));
+  add(menu, "layout_depths", "Picture and &depth images", QKeySequence("F9"), arrange(Layout::depths));
   menu->addSeparator();
   QMenu* greys = menu->addMenu("&Greys");
   for (const ct_viewer::NamedWindow& known : ct_viewer::k_windows) {
@@ -164,6 +165,10 @@ void MainWindow::show_scan_facts() {
 
 /// One frame of the panes, where any is seen.
 void MainWindow::show_panes(double elapsed) {
+  const bool sees_depths =
+      grid_->arrangement() != Layout::picture && panes_.panes().sees(imaging::PaneKind::depths);
+  if (operation_) operation_->show_clip_volumes(sees_depths);
+  if (replay_) replay_->show_clip_volumes(sees_depths);
   if (grid_->arrangement() == Layout::picture)
     return panes_.rest(operation_ ? std::span(operation_->state().settings)
                                   : std::span(replay_->engine().now().settings.modules));
@@ -172,7 +177,9 @@ void MainWindow::show_panes(double elapsed) {
   const sim::Overlays* overlays = nullptr;
   std::span<const std::shared_ptr<const sim::Value>> settings;
   bool is_changed = false;
+  std::vector<sim::SeenDepths> depths;
   if (operation_) {
+    depths = operation_->state().depths;
     overlays = operation_->state().overlays.get();
     settings = operation_->state().settings;
     is_changed = operation_->state().changed.low.x <= operation_->state().changed.high.x;
@@ -181,11 +188,12 @@ void MainWindow::show_panes(double elapsed) {
     overlays = &shown;
     settings = replay_->engine().now().settings.modules;
     is_changed = replay_->has_changed();
+    depths = replay_->engine().seen_depths(0);
   }
   panes_.frame({*scene_, version(), is_changed, overlays, &options_.plan, settings,
                 operation_ ? operation_->forbidden() : replay_->engine().forbidden(), newest,
                 !operation_ || operation_->touched().has_value(), elapsed, viewport()->eye(),
-                viewport()->clip_plane()});
+                viewport()->clip_plane(), depths});
   for (std::size_t i = 0; i < PaneGrid::k_panes; ++i) grid_->pane(i)->refresh(panes_.tool());
   const int at_section = clip_->count() - 1;
   if (panes_.clip() != followed_clip_) {

@@ -43,6 +43,8 @@ volume::Status ReplayController::frame(double elapsed) {
   if (shown_ != replay_->next_tick()) {  // the engine knows where hands are
     sim::Overlays overlays = replay_->engine().overlays();
     for (sim::Overlay& one : overlays) one.holder = -1;
+    if (shows_clip_volumes_)
+      overlays = with_clip_volumes(std::move(overlays), replay_->engine().seen_depths(0));
     viewport_.show(overlays, {});
     shown_ = replay_->next_tick();
   }

@@ -33,12 +33,17 @@ class ReplayController {
   const haptics::ServoRecord& record() const noexcept { return replay_->record(); }
   const sim::Engine& engine() const { return replay_->engine(); }
   Viewport& viewport() noexcept { return viewport_; }
+  /// Draws where depth images were made.
+  void show_clip_volumes(bool are_shown) {
+    if (are_shown != shows_clip_volumes_) shown_.reset();
+    shows_clip_volumes_ = are_shown;
+  }
 
  private:
   sim::Replay* replay_;
   double rate_hz_, seconds_;
   Viewport viewport_;
-  bool is_playing_ = true, has_changed_ = false;
+  bool is_playing_ = true, has_changed_ = false, shows_clip_volumes_ = false;
   double speed_ = 1, now_ = 0;
   std::optional<std::uint64_t> shown_;  ///< the tick whose overlays are in the picture
 };

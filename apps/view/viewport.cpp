@@ -11,6 +11,7 @@
 #include <vtkRenderWindow.h>
 #include <vtkRenderer.h>
 
+#include "apps/imaging/depth_panel.h"
 #include "apps/workbench/clock.h"
 #include "haptics/walls/solid_grid.h"
 #include "volume/traversal.h"
@@ -47,6 +48,23 @@ Viewport::Viewport(const haptics::TouchScene& scene, vtkRenderWindow* window, bo
         dvec3(corner & 1 ? high.x : low.x, corner & 2 ? high.y : low.y, corner & 4 ? high.z : low.z));
     low_ = glm::min(low_, p), high_ = glm::max(high_, p);
   }
+  seen_low_ = low_, seen_high_ = high_;
+  for (const haptics::TouchItem& item : scene.items) {
+    if (!item.tree || item.tree->triangle_count() == 0) continue;
+    dvec3 least(1e300), most(-1e300);
+    for (const dvec3& v : item.tree->vertices()) {
+      const dvec3 p = item.placement.world_from_local(v);
+      least = glm::min(least, p), most = glm::max(most, p);
+    }
+    // A whole room around a head is not looked at from outside.
+    if (glm::length(most - least) > 1.5 * glm::length(high_ - low_)) continue;
+    seen_low_ = glm::min(seen_low_, least), seen_high_ = glm::max(seen_high_, most);
+  }
+}
+
+sim::Overlays with_clip_volumes(sim::Overlays overlays, std::span<const sim::SeenDepths> depths) {
+  overlays.emplace_back().lines = imaging::clip_volumes(depths);
+  return overlays;
 }
 
 void Viewport::request_all(const std::shared_ptr<const volume::Version>& version) {

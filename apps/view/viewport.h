@@ -7,6 +7,7 @@
 
 #include "apps/view/bone_view.h"
 #include "haptics/servo/servo_core.h"
+#include "sim/depth_sets.h"
 #include "volume/direct_image.h"
 #include "volume/traversal.h"
 
@@ -23,6 +24,9 @@ struct ClipChoice {
   glm::dvec3 at{0.0};          ///< world
   glm::dvec3 normal{0, 0, 1};  ///< unit; nothing before it is shown
 };
+
+/// And where the depth images are made.
+sim::Overlays with_clip_volumes(sim::Overlays overlays, std::span<const sim::SeenDepths> depths);
 
 /// Borrows the scene. One thread: the one that draws.
 class Viewport {
@@ -67,7 +71,7 @@ class Viewport {
   /// From `out` a little to the side and above, so that depth is seen. Unit.
   static glm::dvec3 obliquely(const glm::dvec3& out);
   /// All of the bone, seen from one of A P L R S I, or from the front left above (0).
-  void look_from(char side) { view_.look_from(side, low_, high_); }
+  void look_from(char side) { view_.look_from(side, seen_low_, seen_high_); }
   /// Takes finished chunks in and draws. Milliseconds that it took.
   double draw();
 
@@ -97,7 +101,8 @@ class Viewport {
   std::unique_ptr<ChunkWorker> worker_;
   ClipChoice clip_;
   double touch_radius_;
-  glm::dvec3 low_{0.0}, high_{0.0};  ///< world box of all that is solid
+  glm::dvec3 low_{0.0}, high_{0.0};            ///< world box of all that is solid
+  glm::dvec3 seen_low_{0.0}, seen_high_{0.0};  ///< and of models beside it
   glm::dvec3 clip_origin_{0.0}, clip_normal_{0.0};
 };
 

@@ -36,20 +36,6 @@ Result<std::shared_ptr<const DepthStream>> stream_of(DepthVideo video, bool is_r
   return DepthStream::of(std::move(all));
 }
 
-std::shared_ptr<const haptics::MeshTree> first_look(const DepthStream& stream) {
-  dvec3 low, high;
-  stream.bounds(low, high);
-  haptics::depth::DepthView view;
-  if (low.x <= high.x) {
-    const dvec3 wide = high - low;
-    view.middle = 0.5 * (low + high);
-    view.edge = std::max({wide.x, wide.y, wide.z}) + 1;
-    view.pixel = view.edge / 100;
-  }
-  auto set = stream.draw(view);
-  return set ? set.value().tree : std::make_shared<const haptics::MeshTree>();
-}
-
 Result<std::vector<std::string>> keys_of(const ModelChoice& model) {
   namespace fs = std::filesystem;
   std::error_code failed;

@@ -11,8 +11,6 @@ namespace trephine::workbench {
 /// when.
 volume::Result<std::shared_ptr<const haptics::depth::DepthStream>> stream_of(data_tools::DepthVideo video,
                                                                              bool is_repeating);
-/// Its surface at first, for pictures.
-std::shared_ptr<const haptics::MeshTree> first_look(const haptics::depth::DepthStream& stream);
 
 /// The files of a model: of a folder all of its models, by their names.
 volume::Result<std::vector<std::string>> keys_of(const ModelChoice& model);

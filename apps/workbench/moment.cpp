@@ -62,7 +62,7 @@ Status go_to(Moment& moment, std::uint64_t tick) {
     if (!moment.shape && !item.is_mesh() && &item.field.volume() == scene.base.get())
       moment.shape = item.field.shape();
   for (const haptics::TouchItem* model : engine.models())
-    moment.things.push_back({model->name, model->tree, engine.place_of(*model)});
+    moment.things.push_back({model->name, engine.look_of(*model), engine.place_of(*model)});
   for (const sim::Body& body : bodies)
     moment.things.push_back(
         {format_text("piece %u", body.id.value), body.piece->tree, engine.place_of(body), true});

@@ -106,7 +106,8 @@ Status add_stream(const OperationChoice& choice, const ModelChoice& wanted, int&
   if (movers > haptics::TouchScene::k_max_movers) return too_many_movers(wanted, movers);
   auto stream = stream_of(std::move(video).value(), wanted.is_repeating);
   if (!stream) return stream.error();
-  data.models.push_back(first_look(*stream.value()));
+  auto look = stream.value()->look(0);
+  data.models.push_back(look ? std::move(look) : std::make_shared<const haptics::MeshTree>());
   spec.models.push_back({data.models.back()->triangle_count(), sim::content_hash(*data.models.back())});
   spec.streams.push_back({stream.value()->pictures().pictures.size(), stream.value()->hash()});
   data.streams.push_back(std::move(stream).value());

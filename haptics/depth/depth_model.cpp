@@ -124,6 +124,12 @@ bool DepthModel::is_moving(double time) const noexcept {
   return keys_.after == ModelKeys::After::repeat || time < keys_.beat * static_cast<double>(count - 1);
 }
 
+std::shared_ptr<const MeshTree> DepthModel::look(double time) const {
+  if (trees_.empty()) return nullptr;
+  const Between at = between(time);
+  return trees_[at.share < 0.5 ? at.before : at.after];
+}
+
 std::vector<dvec3> DepthModel::corners(double time) const {
   const Between at = between(time);
   if (at.share == 0) return keys_.keys[at.before];

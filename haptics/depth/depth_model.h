@@ -33,6 +33,8 @@ class DepthModel final : public DepthSource {
   bool is_moving(double time) const noexcept override;
   void bounds(glm::dvec3& low, glm::dvec3& high) const noexcept override { low = low_, high = high_; }
   std::uint64_t hash() const noexcept override { return hash_; }
+  /// The nearest key.
+  std::shared_ptr<const MeshTree> look(double time) const override;
 
   const ModelKeys& keys() const noexcept { return keys_; }
   /// Its corners then.

@@ -93,6 +93,8 @@ class DepthSource {
   virtual void bounds(glm::dvec3& low, glm::dvec3& high) const noexcept = 0;
   /// Of all that it is made of.
   virtual std::uint64_t hash() const noexcept = 0;
+  /// What a picture shows of it at a time, its own frame; null: what its item says.
+  virtual std::shared_ptr<const MeshTree> look(double /*time*/) const { return nullptr; }
 };
 
 /// That of an item by its place among those felt by depth images; null: none was made yet.

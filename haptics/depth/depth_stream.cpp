@@ -104,6 +104,47 @@ double DepthStream::depth_at(int column, int row, double time) const noexcept {
       between(time));
 }
 
+std::shared_ptr<const MeshTree> DepthStream::look(double time) const {
+  const Between at = between(time);
+  const std::size_t picture = at.share < 0.5 ? at.before : at.after;
+  const std::lock_guard guard(looked_.lock);
+  if (looked_.picture == picture) return looked_.tree;
+  const DepthCamera& c = pictures_.camera;
+  constexpr int k_most = 160;  // pixels either way
+  const int step = std::max(1, (std::max(c.width, c.height) - 1) / k_most + 1);
+  std::vector<dvec3> vertices;
+  std::vector<std::uint32_t> triangles;
+  constexpr std::uint32_t k_none = 0xffffffff;
+  const int columns = (c.width - 1) / step + 1;
+  std::vector<std::uint32_t> above, here(static_cast<std::size_t>(columns), k_none);
+  for (int j = 0; j < c.height; j += step) {
+    std::swap(above, here);
+    here.assign(static_cast<std::size_t>(columns), k_none);
+    for (int i = 0; i < c.width; i += step) {
+      const double depth =
+          pictures_.mm_a_step *
+          pictures_.pictures[picture][static_cast<std::size_t>(i) +
+                                      static_cast<std::size_t>(c.width) * static_cast<std::size_t>(j)];
+      if (depth <= 0) continue;
+      here[static_cast<std::size_t>(i / step)] = static_cast<std::uint32_t>(vertices.size());
+      vertices.push_back(c.place(i, j, depth));
+    }
+    if (j == 0) continue;
+    for (std::size_t i = 0; i + 1 < static_cast<std::size_t>(columns); ++i) {
+      const std::uint32_t a = above[i], b = here[i], d = here[i + 1], e = above[i + 1];
+      if (a == k_none || b == k_none || d == k_none || e == k_none) continue;
+      const auto [low, high] = std::minmax({vertices[a].z, vertices[b].z, vertices[d].z, vertices[e].z});
+      if (high - low > k_same) continue;
+      triangles.insert(triangles.end(), {a, b, d, a, d, e});
+    }
+  }
+  looked_.picture = picture;
+  looked_.tree = triangles.empty()
+                     ? nullptr
+                     : std::make_shared<const MeshTree>(std::move(vertices), std::move(triangles));
+  return looked_.tree;
+}
+
 bool DepthStream::is_moving(double time) const noexcept {
   return pictures_.times.size() > 1 && (pictures_.is_repeating || time < pictures_.times.back());
 }

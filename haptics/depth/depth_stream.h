@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <mutex>
 #include <vector>
 
 #include "haptics/depth/depth_source.h"
@@ -40,6 +41,9 @@ class DepthStream final : public DepthSource {
   bool is_moving(double time) const noexcept override;
   void bounds(glm::dvec3& low, glm::dvec3& high) const noexcept override { low = low_, high = high_; }
   std::uint64_t hash() const noexcept override { return hash_; }
+  /// The nearest picture's surface as it was seen, without what lies behind outlines, and in no more pixels
+  /// than a person sees; null where nothing was seen.
+  std::shared_ptr<const MeshTree> look(double time) const override;
   const DepthPictures& pictures() const noexcept { return pictures_; }
   /// mm; 0: nothing is seen there then.
   double depth_at(int column, int row, double time) const noexcept;
@@ -56,6 +60,13 @@ class DepthStream final : public DepthSource {
   DepthPictures pictures_;
   glm::dvec3 low_{1}, high_{-1};
   std::uint64_t hash_ = 0;
+  /// The newest look, and of which picture.
+  struct Looked {
+    std::mutex lock;
+    std::size_t picture = static_cast<std::size_t>(-1);
+    std::shared_ptr<const MeshTree> tree;
+  };
+  mutable Looked looked_;
 };
 
 }  // namespace trephine::haptics::depth

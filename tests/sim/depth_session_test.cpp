@@ -146,6 +146,55 @@ TEST(DepthSession, NothingIsDrawnWhereNothingMovesOrNobodyIsNear) {
   EXPECT_FALSE(run.engine().servo_scene()->hands[0].state.depths[0]);
 }
 
+/// A hand so deep that no set shows all of it, in coarse pixels and in fine ones.
+TEST(DepthSession, NoMoreSetsThanAHundredASecondWhateverTheyShow) {
+  for (const double pixel : {5.0, 0.05}) {
+    haptics::TouchScene scene = mixed();
+    scene.items.pop_back();
+    scene.items.back().depth_pixel = pixel;
+    OperationStart start = start_of(scene);
+    Lockstep run(Engine(std::move(start.hands), 1e-3, drilling_catalogue()), {}, 1000);
+    std::vector<haptics::Pose> poses(2, {{20, 0, 2}, {1, 0, 0, 0}, 0});
+    for (int i = 0; i < 45; ++i) {
+      if (i > 20) poses[1].position_world = {-80 + 0.1 * i, 0, 2};
+      run.step(poses);
+    }
+    const auto& set = run.engine().servo_scene()->hands[1].state.depths.at(0);
+    ASSERT_TRUE(set) << pixel;
+    EXPECT_LE(set->serial, 5u) << pixel;
+  }
+}
+
+/// Pictures show a thing as it is then: the nearest key, where its frame is, and the images of the hand.
+TEST(DepthSession, APictureShowsWhatMovesAsItIs) {
+  OperationStart start = start_of(mixed());
+  Lockstep run(Engine(std::move(start.hands), 1e-3, drilling_catalogue()), {}, 1000);
+  std::vector<haptics::Pose> poses(2, {{200, 0, 0}, {1, 0, 0, 0}, 0});
+  const auto lowest_of = [](const haptics::MeshTree& tree) {
+    double z = 1e300;
+    for (const dvec3& p : tree.vertices()) z = std::min(z, p.z);
+    return z;
+  };
+  const auto lowest = [&](std::size_t thing) {
+    return lowest_of(*run.engine().overlays().at(thing).surface);
+  };
+  const double block = lowest(0);
+  EXPECT_EQ(lowest(1), lowest_of(*paddle(0)));
+  EXPECT_TRUE(run.engine().seen_depths(1).empty());
+  poses[1].position_world = {-9, 0, 3};
+  for (int i = 0; i < 500; ++i) run.step(poses);
+  EXPECT_EQ(lowest(1), lowest_of(*paddle(0.5)));
+  EXPECT_EQ(lowest(0), block);
+  EXPECT_TRUE(run.engine().has_moving_looks());
+  const std::vector<SeenDepths> seen = run.engine().seen_depths(1);
+  ASSERT_FALSE(seen.empty());
+  // What was drawn lies on the thing as it is now.
+  double least = 1e300;
+  for (const dvec3& p : seen.back().set->tree->vertices())
+    least = std::min(least, seen.back().now.world_from_local(p).z);
+  EXPECT_NEAR(least, lowest(1), 0.25);
+}
+
 TEST(DepthSession, CommandsAboutSetsAreChecked) {
   OperationStart start = start_of(mixed());
   Engine engine(std::move(start.hands), 1e-3, drilling_catalogue());

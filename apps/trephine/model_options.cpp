@@ -1,0 +1,85 @@
+#include "apps/trephine/model_options.h"
+
+#include <array>
+#include <cmath>
+#include <cstdio>
+
+#include "apps/trephine/commands.h"
+
+namespace trephine::app {
+
+using volume::Error;
+using volume::Result;
+
+namespace {
+
+Result<std::array<double, 4>> parse_intrinsics(const std::string& text) {
+  std::array<double, 4> c{};
+  char extra = 0;
+  if (std::sscanf(text.c_str(), "%lf,%lf,%lf,%lf%c", &c[0], &c[1], &c[2], &c[3], &extra) != 4 ||
+      !(c[0] > 0 && c[1] > 0 && std::isfinite(c[0]) && std::isfinite(c[1]) && std::isfinite(c[2]) &&
+        std::isfinite(c[3])))
+    return Error{"these are no intrinsics of a camera", "--camera", text,
+                 "FX,FY,CX,CY in pixels, for example 525,525,319.5,239.5", ""};
+  return c;
+}
+
+}  // namespace
+
+Result<std::vector<workbench::ModelChoice>> models_of(const ModelArguments& arguments) {
+  glm::dvec3 at(0);
+  if (!arguments.at.empty()) {
+    const auto place = parse_place(arguments.at, "--mesh-at");
+    if (!place) return place.error();
+    at = place.value();
+  }
+  std::vector<workbench::ModelChoice> models;
+  for (const std::string& file : arguments.meshes)
+    models.push_back({file, arguments.scale, arguments.frame, at});
+  for (const std::string& file : arguments.depths) {
+    workbench::ModelChoice& model = models.emplace_back();
+    model.file = file;
+    model.mm_per_unit = arguments.scale, model.frame = arguments.frame, model.at_world = at;
+    model.is_depth = true;
+    model.beat = arguments.beat, model.is_repeating = arguments.is_repeating;
+    model.pixel = arguments.pixel;
+    if (!arguments.camera.empty()) {
+      auto said = parse_intrinsics(arguments.camera);
+      if (!said) return said.error();
+      model.intrinsics = said.value();
+    }
+  }
+  return models;
+}
+
+void add_models(Options& options, ModelArguments& a) {
+  options
+      .add("--mesh", a.meshes,
+           "A polygonal model to touch too (.ply, .ply.gz, .obj, .stl, .vtk, .vtp); may come again; with "
+           "--method scene unless another is named")
+      .type("FILE");
+  options
+      .add("--depth", a.depths,
+           "A closed model to touch by depth images, which are made while the hand is near; a folder of the "
+           "keys of one that moves; or a depth video (depth-record writes one, TUM RGB-D is read); may come "
+           "again")
+      .type("MODEL");
+  add_model_keys(options, a);
+  options.add("--camera", a.camera, "Of a depth video that does not say it, in pixels").type("FX,FY,CX,CY");
+  options.add("--depth-pixel", a.pixel, "Of the depth images, 0.02 to 5 mm").shows_default().type("MM");
+  add_model_units(options, a);
+}
+
+void add_model_keys(Options& options, ModelArguments& a) {
+  options.add("--depth-beat", a.beat, "Between two keys of a model").shows_default().type("SECONDS");
+  options.add("--depth-repeat", a.is_repeating, "After its last key comes the first");
+}
+
+void add_model_units(Options& options, ModelArguments& a) {
+  options.add("--mesh-scale", a.scale, "Of the models: 1000 for metres").shows_default().type("MM");
+  options.add("--mesh-frame", a.frame, "Which way the models' axes go (default: as they say, else LPS)")
+      .one_of({"LPS", "RAS"});
+  options.add("--mesh-at", a.at, "Where the models' origin lies, mm (LPS); 0,0,0 unless given").type("X,Y,Z");
+}
+
+}  // namespace trephine::app

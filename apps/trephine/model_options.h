@@ -1,0 +1,28 @@
+// Options about models and depth videos beside a scan: files, units, frames, and how they move.
+#pragma once
+
+#include "apps/trephine/options.h"
+#include "apps/workbench/operation.h"
+
+namespace trephine::app {
+
+struct ModelArguments {
+  std::vector<std::string> meshes;  ///< files of polygonal models
+  std::vector<std::string> depths;  ///< of those felt by depth images, folders of them, or depth videos
+  double beat = 1.0 / 30, pixel = 0.2;
+  bool is_repeating = false;
+  std::string camera;     ///< fx,fy,cx,cy
+  double scale = 1;       ///< mm per unit of theirs
+  std::string frame, at;  ///< "LPS" or "RAS", empty: as they say; x,y,z of their origin, empty: 0,0,0
+
+  bool is_any() const noexcept { return !meshes.empty() || !depths.empty(); }
+};
+
+/// --mesh, --depth and what belongs to them.
+void add_models(Options& options, ModelArguments& arguments);
+/// How the files of models are meant: --mesh-scale, --mesh-frame, --mesh-at; --depth-beat and --depth-repeat.
+void add_model_units(Options& options, ModelArguments& arguments);
+void add_model_keys(Options& options, ModelArguments& arguments);
+volume::Result<std::vector<workbench::ModelChoice>> models_of(const ModelArguments& arguments);
+
+}  // namespace trephine::app

@@ -1,0 +1,89 @@
+// What is felt by depth images, in the window: seen as it moves, touched by the mouse, its images and clip
+// volume shown on demand.
+
+#include "haptics/depth/depth_model.h"
+#include "haptics/proxy/methods.h"
+#include "tests/apps/window_fixture.h"
+#include "tests/haptics/depth/closed_models.h"
+
+namespace trephine::view {
+namespace {
+
+using glm::dvec3;
+using haptics::depth::DepthModel;
+using haptics::depth::ModelKeys;
+
+/// A shell that breathes around the ball of bone.
+std::shared_ptr<const haptics::TouchScene> with_shell(const haptics::TouchScene& scene) {
+  haptics::TouchScene with = scene;
+  const volume::Volume& scan = *scene.base;
+  const dvec3 middle = scan.frame.world_from_volume(0.5 * (dvec3(scan.size) - 1.0));
+  const double radius = 0.46 * scan.size.x * scan.frame.spacing().x;
+  std::vector<std::shared_ptr<const haptics::MeshTree>> keys;
+  for (const double r : {radius, radius + 4}) {
+    haptics::depth::Model model = haptics::depth::ball(middle, r, 48);
+    keys.push_back(std::make_shared<const haptics::MeshTree>(model.vertices, model.triangles));
+  }
+  const auto first = keys[0];
+  with.items.push_back(haptics::depth_item(
+      "shell", DepthModel::of_keys(std::move(keys), 0.5, ModelKeys::After::repeat).value(), first));
+  with.items.back().mover = 0;
+  return std::make_shared<const haptics::TouchScene>(std::move(with));
+}
+
+TEST_F(Window, DepthImagesAreTouchedAndShown) {
+  scene_ = with_shell(*scene_);
+  std::shared_ptr<haptics::ProxyMethod> method = haptics::make_method("scene").value();
+  ASSERT_FALSE(method->prepare(*scene_));
+  sim::HandStart hand{haptics::ServoHand(scene_, method, haptics::TouchState(nullptr)), drilling::burr({})};
+  options_.start = WindowStart{sim::Engine({std::move(hand)}, 1e-3, catalogue())};
+  options_.recorder = nullptr;
+  MainWindow window(scene_, options_);
+  window.show();
+  ASSERT_TRUE(QTest::qWaitForWindowExposed(&window));
+  ASSERT_TRUE(QTest::qWaitFor([&] { return window.operation()->viewport().triangle_count() > 1000; }, 10000));
+  const int shell = static_cast<int>(scene_->items.size()) - 1;
+  const auto touch = [&] {
+    const QPoint middle = window.canvas()->rect().center();
+    QTest::mouseMove(window.canvas(), middle + QPoint(1, 0));
+    QTest::mouseMove(window.canvas(), middle);
+    QTest::mousePress(window.canvas(), Qt::LeftButton, {}, middle);
+    const bool has_touched = QTest::qWaitFor(
+        [&] {
+          if (!window.operation()->fault_text().empty()) window.operation()->reset_faults();
+          const haptics::ServoRecord& r = window.operation()->state().newest;
+          return r.has_contact && r.shape == shell;
+        },
+        20000);
+    QTest::mouseRelease(window.canvas(), Qt::LeftButton, {}, middle);
+    return has_touched;
+  };
+  EXPECT_TRUE(touch());
+  // It is seen to move.
+  const auto seen = [&] { return window.operation()->state().overlays->at(0).surface.get(); };
+  const auto* first = seen();
+  EXPECT_TRUE(QTest::qWaitFor([&] { return seen() != first; }, 5000));
+  // Its images, and where they are made; nothing is made for a pane that is not seen.
+  constexpr std::size_t depths = 1;
+  imaging::Panes& panes = window.pane_controller().panes();
+  EXPECT_EQ(panes.made(depths), 0u);
+  const std::size_t drawn = window.operation()->viewport().overlay_count();
+  child<QAction>(window, "layout_depths")->trigger();
+  ASSERT_EQ(panes.kind(depths), imaging::PaneKind::depths);
+  ASSERT_TRUE(touch());
+  ASSERT_TRUE(QTest::qWaitFor([&] { return panes.panel(depths) != nullptr; }, 20000))
+      << panes.trouble(depths);
+  keep(window, "depths");
+  std::size_t bright = 0;
+  for (const auto& colour : panes.panel(depths)->pixels) bright += colour[0] > 100;
+  EXPECT_GT(bright, panes.panel(depths)->pixels.size() / 20);
+  EXPECT_GT(window.operation()->viewport().overlay_count(), drawn) << "the clip volume";
+  const std::uint64_t made = panes.made(depths);
+  EXPECT_TRUE(QTest::qWaitFor([&] { return panes.made(depths) > made + 3; }, 10000)) << "it moves";
+  child<QAction>(window, "layout_picture")->trigger();
+  EXPECT_TRUE(QTest::qWaitFor([&] { return window.operation()->viewport().overlay_count() == drawn; }, 5000));
+  window.close();
+}
+
+}  // namespace
+}  // namespace trephine::view
