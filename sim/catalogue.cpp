@@ -11,14 +11,14 @@ using volume::Status;
 namespace {
 
 /// What can be told whatever the modules are ...
-std::array<const ValueType*, 20> own_commands() noexcept {
+std::array<const ValueType*, 21> own_commands() noexcept {
   return {&value_type<Undo>(),         &value_type<Redo>(),         &value_type<BeginBranch>(),
           &value_type<SwitchBranch>(), &value_type<Note>(),         &value_type<Resume>(),
           &value_type<LayDown>(),      &value_type<SwitchItem>(),   &value_type<PlaceModel>(),
           &value_type<SetEffect>(),    &value_type<ToolGeometry>(), &value_type<FreePieces>(),
           &value_type<HoldBody>(),     &value_type<ReleaseBody>(),  &value_type<PlaceBody>(),
           &value_type<DiscardBody>(),  &value_type<AdoptFields>(),  &value_type<AdoptDepths>(),
-          &value_type<AdoptJob>(),     &value_type<CancelJob>()};
+          &value_type<AdoptPicture>(), &value_type<AdoptJob>(),     &value_type<CancelJob>()};
 }
 /// ... and what an engine tells.
 std::array<const ValueType*, 9> own_events() noexcept {
@@ -67,8 +67,9 @@ bool Catalogue::is_event(const ValueType& type) const noexcept {
 }
 
 bool Catalogue::is_command(const ValueType& type) const noexcept {
-  for (const ValueType* books : {&value_type<AdoptFields>(), &value_type<AdoptDepths>(),
-                                 &value_type<AdoptJob>(), &value_type<CancelJob>(), &value_type<Resume>()})
+  for (const ValueType* books :
+       {&value_type<AdoptFields>(), &value_type<AdoptDepths>(), &value_type<AdoptPicture>(),
+        &value_type<AdoptJob>(), &value_type<CancelJob>(), &value_type<Resume>()})
     if (&type == books) return false;
   return !is_event(type);
 }

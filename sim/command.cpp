@@ -7,6 +7,10 @@
 
 namespace trephine::sim {
 
+bool keeps_books(const Value& what) noexcept {
+  return what.as<AdoptFields>() || what.as<AdoptDepths>() || what.as<AdoptPicture>();
+}
+
 const Schema& Undo::schema() {
   static constexpr Schema table{"undo"};
   return table;
@@ -49,6 +53,29 @@ const Schema& AdoptDepths::schema() {
       field<&AdoptDepths::time>("time", {.unit = "s", .low = 0, .high = 1e9}),
       field<&AdoptDepths::hash>("hash")};
   static constexpr Schema table{"adopt-depths", 1, fields};
+  return table;
+}
+const Schema& AdoptPicture::schema() {
+  using Of = AdoptPicture;
+  static constexpr Field fields[] = {
+      field<&Of::item>("item", {.low = 0, .high = haptics::ShapeSet::k_most - 1}),
+      field<&Of::serial>("serial", {.low = 1, .high = 0x1p53}),
+      field<&Of::touch>("touch", {.unit = "mm", .low = -1e6, .high = 1e6}),
+      field<&Of::edge>("edge", {.unit = "mm", .low = 0.1, .high = 1000}),
+      field<&Of::time>("time", {.unit = "s", .low = 0, .high = 1e9}),
+      field<&Of::width>("width", {.low = 2, .high = 4096}),
+      field<&Of::height>("height", {.low = 2, .high = 4096}),
+      field<&Of::fx>("fx", {.low = 1e-3, .high = 1e6}),
+      field<&Of::fy>("fy", {.low = 1e-3, .high = 1e6}),
+      field<&Of::cx>("cx", {.low = -1e6, .high = 1e6}),
+      field<&Of::cy>("cy", {.low = -1e6, .high = 1e6}),
+      field<&Of::position>("position", {.unit = "mm", .low = -1e6, .high = 1e6}),
+      field<&Of::rotation>("rotation", {.low = -1, .high = 1}),
+      field<&Of::nearest>("nearest", {.unit = "mm", .low = 1e-6, .high = 1e6}),
+      field<&Of::step>("step", {.unit = "mm", .low = 1e-6, .high = 1000}),
+      field<&Of::values>("values"),
+      field<&Of::hash>("hash")};
+  static constexpr Schema table{"adopt-picture", 1, fields};
   return table;
 }
 const Schema& LayDown::schema() {

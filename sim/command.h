@@ -57,6 +57,20 @@ struct AdoptDepths {
   std::int64_t hash = 0;               ///< of what came of it
   static const Schema& schema();
 };
+/// An item of which pictures come in is felt as this one shows it, from here on.
+struct AdoptPicture {
+  std::int64_t item = 0, serial = 0;
+  glm::dvec3 touch{0.0};                     ///< mm, of the item's frame: middle of the clip volume
+  double edge = 0, time = 0;                 ///< mm; s
+  std::int64_t width = 0, height = 0;        ///< pixels
+  double fx = 0, fy = 0, cx = 0, cy = 0;     ///< as haptics::depth::DepthPicture has them
+  glm::dvec3 position{0.0};                  ///< mm, of the camera in the item's frame
+  std::vector<double> rotation{1, 0, 0, 0};  ///< a unit quaternion, w first
+  double nearest = 1, step = 0.1;            ///< mm
+  std::string values;
+  std::int64_t hash = 0;  ///< of what came of it
+  static const Schema& schema();
+};
 /// The hand lays its instrument down, and only touches.
 struct LayDown {
   static const Schema& schema();
@@ -126,5 +140,8 @@ struct CancelJob {
   Id job;
   static const Schema& schema();
 };
+
+/// It says what was made, many times a second: nobody's wish, nor anybody's deed.
+bool keeps_books(const Value& what) noexcept;
 
 }  // namespace trephine::sim

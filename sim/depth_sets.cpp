@@ -27,6 +27,45 @@ AdoptDepths DepthJob::command(const DepthSet& made) const {
   return wish;
 }
 
+AdoptPicture told_of(const haptics::depth::DepthPicture& picture, std::int64_t item, const dvec3& touch,
+                     double edge) {
+  const haptics::depth::DepthCamera& c = picture.camera;
+  const glm::dquat& q = picture.place.rotation;
+  AdoptPicture wish;
+  wish.item = item;
+  wish.touch = touch, wish.edge = edge;
+  wish.width = c.width, wish.height = c.height;
+  wish.fx = c.fx, wish.fy = c.fy, wish.cx = c.cx, wish.cy = c.cy;
+  wish.position = picture.place.position_world;
+  wish.rotation = {q.w, q.x, q.y, q.z};
+  wish.nearest = picture.nearest, wish.step = picture.mm_a_step;
+  wish.values = picture.values;
+  return wish;
+}
+
+haptics::depth::DepthPicture picture_of(const AdoptPicture& wish) {
+  haptics::depth::DepthPicture picture;
+  picture.camera = {
+      static_cast<int>(wish.width), static_cast<int>(wish.height), wish.fx, wish.fy, wish.cx, wish.cy};
+  const std::vector<double>& q = wish.rotation;
+  picture.place.position_world = wish.position;
+  if (q.size() == 4) picture.place.rotation = {q[0], q[1], q[2], q[3]};
+  picture.nearest = wish.nearest, picture.mm_a_step = wish.step;
+  picture.values = wish.values;
+  return picture;
+}
+
+std::shared_ptr<const DepthSet> set_of(const AdoptPicture& wish) {
+  const haptics::depth::DepthPicture picture = picture_of(wish);
+  DepthView view;
+  view.middle = view.touch = wish.touch;
+  view.edge = wish.edge, view.time = wish.time;
+  view.interval = DepthSets::k_interval;
+  const double far = glm::length(wish.touch - wish.position);
+  view.pixel = std::max(1e-3, far / std::min(wish.fx, wish.fy));
+  return std::make_shared<const DepthSet>(haptics::depth::set_of(view, picture));
+}
+
 DepthJob job_of(const AdoptDepths& wish, std::uint8_t hand, const haptics::TouchScene& scene) {
   const TouchItem& item = haptics::item_of(scene, static_cast<int>(wish.item));
   DepthJob job{hand, wish.item, static_cast<std::uint64_t>(wish.serial), item.depth, {}};
@@ -55,6 +94,7 @@ std::optional<DepthJob> DepthSets::job(const haptics::ServoHand& hand, std::uint
   if (!is_seen_) return std::nullopt;
   for (std::size_t d = 0; d < items_.size(); ++d) {
     const TouchItem& item = haptics::item_of(*hand.scene, items_[d]);
+    if (item.depth->comes_in()) continue;
     const DepthSet* set = newest_[d].get();
     haptics::Placement drawn = item.placement;  // where it is, but for its own motion
     if (item.mover >= 0 && static_cast<std::size_t>(item.mover) < hand.placement_count)

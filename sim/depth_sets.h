@@ -5,7 +5,7 @@
 #include <optional>
 #include <vector>
 
-#include "haptics/depth/depth_source.h"
+#include "haptics/depth/depth_picture.h"
 #include "haptics/servo/servo_scene.h"
 #include "sim/command.h"
 
@@ -25,8 +25,17 @@ struct DepthJob {
   AdoptDepths command(const haptics::depth::DepthSet& made) const;
 };
 
+/// A picture that came in, as it is told of: `time` when it was taken, `edge` of the clip volume about
+/// `touch` (mm, of the item's frame).
+AdoptPicture told_of(const haptics::depth::DepthPicture& picture, std::int64_t item, const glm::dvec3& touch,
+                     double edge);
+haptics::depth::DepthPicture picture_of(const AdoptPicture& wish);
+/// The surface that it shows; some milliseconds.
+std::shared_ptr<const haptics::depth::DepthSet> set_of(const AdoptPicture& wish);
+
 /// A set as it is felt now, for whoever looks.
 struct SeenDepths {
+  int item;
   std::shared_ptr<const haptics::depth::DepthSet> set;
   haptics::Placement drawn;  ///< of the thing's frame in the world; the clip volume lies so
   haptics::Placement now;    ///< of what was drawn, as it has gone on

@@ -97,7 +97,7 @@ Outcome Engine::apply(const Command& command) {
     if (const auto* adopt = command.what.as<AdoptJob>())
       std::erase_if(results_, [&](const auto& kept) { return kept.first == adopt->job; });
     if (command.what.as<AdoptFields>()) made_fields_.clear();
-    if (command.what.as<AdoptDepths>()) made_depths_.clear();
+    if (command.what.as<AdoptDepths>() || command.what.as<AdoptPicture>()) made_depths_.clear();
     return outcome;
   }
   carry_out(command, outcome);
@@ -135,8 +135,7 @@ Status Engine::check(const Command& command) const {
   if (Status error = check_branch(command)) return error;
   if (Status error = check_way_back(command)) return error;
   // What keeps the books is nobody's wish, and not to be refused.
-  if (command.what.as<AdoptFields>() || command.what.as<AdoptDepths>() || command.what.as<AdoptJob>() ||
-      command.what.as<Resume>())
+  if (keeps_books(command.what) || command.what.as<AdoptJob>() || command.what.as<Resume>())
     return std::nullopt;
   for (const Module* module : catalogue_.modules())
     if (Status error = module->allows(command, now_)) return error;
@@ -166,9 +165,12 @@ void Engine::carry_out(const Command& command, Outcome& outcome) {
     if (!is_in_stroke()) end_stroke();
   } else if (record_setting(command)) {
     outcome.is_changed = true;
-    if (const auto* depths = what.as<AdoptDepths>())
-      outcome.job_hash =
-          depths_[command.hand].newest()[*depths_[command.hand].place_of(depths->item)]->hash();
+    const auto* depths = what.as<AdoptDepths>();
+    const auto* picture = what.as<AdoptPicture>();
+    if (depths || picture)
+      outcome.job_hash = depths_[command.hand]
+                             .newest()[*depths_[command.hand].place_of(depths ? depths->item : picture->item)]
+                             ->hash();
   } else if (change_body(command, outcome)) {
   } else if (what.as<ToolGeometry>() || what.as<FreePieces>()) {
     begin_job(command, {}, outcome);
@@ -420,7 +422,7 @@ Overlays Engine::overlays() const {
   }
   for (const haptics::TouchItem* item : models()) {
     Overlay& one = all.emplace_back();
-    one.kind = Overlay::Kind::metal;
+    one.kind = item->depth && item->depth->comes_in() ? Overlay::Kind::scenery : Overlay::Kind::metal;
     one.name = item->name;
     one.surface = look_of(*item);
     one.place = place_of(*item);

@@ -77,6 +77,8 @@ class Engine {
   /// From here on nothing that was published is written again, in the middle of a stroke too. Changes no
   /// bits.
   void freeze();
+  /// s, of the next tick.
+  double seconds() const noexcept { return static_cast<double>(now_.next_tick) * dt_; }
   /// What is left of the anatomy.
   const std::shared_ptr<const volume::Version>& current() const noexcept { return now_.world.version; }
   const std::shared_ptr<const volume::Version>& untouched() const noexcept { return untouched_; }
@@ -149,6 +151,9 @@ class Engine {
   std::optional<Command> finish_depth_job();
   /// What that job made, before AdoptDepths; likewise.
   void hand_in(const DepthJob& job, std::shared_ptr<const haptics::depth::DepthSet> made);
+  /// The number of the next picture of an item for a hand; a job of that number without a source hands in
+  /// what was made of it.
+  std::uint64_t next_picture(std::int64_t item, std::size_t hand) const;
 
  private:
   enum class Change { cut, growth };
@@ -159,6 +164,8 @@ class Engine {
   bool record_setting(const Command& command);
   volume::Status check_depths(const AdoptDepths& wish, std::size_t hand) const;
   bool use_depths(const AdoptDepths& wish, std::uint8_t hand);
+  volume::Status check_picture(const AdoptPicture& wish, std::size_t hand) const;
+  void use_picture(const AdoptPicture& wish, std::uint8_t hand);
   volume::Status check_effect_of(const Instrument& held, std::size_t hand) const;
   bool use_effect_of_instrument(std::size_t hand);
 

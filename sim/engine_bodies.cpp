@@ -175,25 +175,26 @@ std::vector<const haptics::TouchItem*> Engine::models() const {
 
 std::shared_ptr<const haptics::MeshTree> Engine::look_of(const haptics::TouchItem& model) const {
   std::shared_ptr<const haptics::MeshTree> look;
-  if (model.depth) look = model.depth->look(static_cast<double>(now_.next_tick) * dt_);
+  if (model.depth) look = model.depth->look(seconds());
   return look ? look : model.tree;
 }
 
 bool Engine::has_moving_looks() const {
   const std::vector<haptics::TouchItem>& items = scene().items;
   return std::any_of(items.begin(), items.end(), [&](const haptics::TouchItem& item) {
-    return item.depth && item.depth->is_moving(static_cast<double>(now_.next_tick) * dt_);
+    return item.depth && item.depth->is_moving(seconds());
   });
 }
 
 std::vector<SeenDepths> Engine::seen_depths(std::size_t hand) const {
   std::vector<SeenDepths> all;
-  const double time = static_cast<double>(now_.next_tick) * dt_;
-  for (const haptics::TouchItem& item : scene().items)
-    if (item.depth)
-      if (const auto at = depths_[hand].place_of(&item - scene().items.data()))
-        if (const auto& set = depths_[hand].newest()[*at])
-          all.push_back({set, place_of(item), place_of(item) * set->place_at(time)});
+  const double time = seconds();
+  for (int i = 0; i < haptics::item_count(scene()); ++i)
+    if (const auto at = depths_[hand].place_of(i))
+      if (const auto& set = depths_[hand].newest()[*at]) {
+        const haptics::Placement drawn = place_of(haptics::item_of(scene(), i));
+        all.push_back({i, set, drawn, drawn * set->place_at(time)});
+      }
   return all;
 }
 

@@ -134,9 +134,7 @@ void Engine::hand_in(const OffsetJob& job, OffsetJob::Offsets made) {
 
 std::optional<DepthJob> Engine::depth_job() const {
   for (std::size_t h = 0; h < hands_.size(); ++h)
-    if (auto job =
-            depths_[h].job(feels(h), static_cast<std::uint8_t>(h), static_cast<double>(now_.next_tick) * dt_))
-      return job;
+    if (auto job = depths_[h].job(feels(h), static_cast<std::uint8_t>(h), seconds())) return job;
   return std::nullopt;
 }
 
@@ -158,6 +156,9 @@ volume::Status Engine::check_depths(const AdoptDepths& wish, std::size_t hand) c
   if (!depths_[hand].place_of(wish.item))
     return volume::Error{"this item is not felt by depth images", "adopt-depths", std::to_string(wish.item),
                          "one that is", ""};
+  if (haptics::item_of(*tools_[hand].scene, static_cast<int>(wish.item)).depth->comes_in())
+    return volume::Error{"nobody draws this item: its pictures come in", "adopt-depths",
+                         std::to_string(wish.item), "one that is drawn", ""};
   glm::ivec3 size(0);
   const auto frame = job_of(wish, static_cast<std::uint8_t>(hand), *tools_[hand].scene).view.lattice(size);
   return frame ? volume::Status() : frame.error();
@@ -180,6 +181,32 @@ bool Engine::use_depths(const AdoptDepths& wish, std::uint8_t hand) {
   set->serial = job.serial;
   depths_[hand].take(wish.item, std::move(set));
   return drawn != nullptr;
+}
+
+volume::Status Engine::check_picture(const AdoptPicture& wish, std::size_t hand) const {
+  const haptics::TouchScene& scene = *tools_[hand].scene;
+  if (!depths_[hand].place_of(wish.item) ||
+      !haptics::item_of(scene, static_cast<int>(wish.item)).depth->comes_in())
+    return volume::Error{"no pictures come in of this item", "adopt-picture", std::to_string(wish.item),
+                         "one that is felt by them", ""};
+  if (volume::Status error = check_rotation(wish.rotation, "adopt-picture rotation")) return error;
+  return haptics::depth::check(picture_of(wish));
+}
+
+void Engine::use_picture(const AdoptPicture& wish, std::uint8_t hand) {
+  std::vector<MadeDepths> made = std::exchange(made_depths_, {});
+  const auto ready = std::find_if(made.begin(), made.end(), [&](const MadeDepths& one) {
+    return one.job.hand == hand && one.job.item == wish.item && one.job.source == nullptr &&
+           one.job.serial == static_cast<std::uint64_t>(wish.serial);
+  });
+  auto set = std::make_shared<haptics::depth::DepthSet>(ready != made.end() ? *ready->set : *set_of(wish));
+  set->serial = static_cast<std::uint64_t>(wish.serial);
+  depths_[hand].take(wish.item, std::move(set));
+}
+
+std::uint64_t Engine::next_picture(std::int64_t item, std::size_t hand) const {
+  const auto place = depths_[hand].place_of(item);
+  return place ? depths_[hand].next_serial(*place) : 1;
 }
 
 void Engine::adopt_fields(const AdoptFields& wish, std::size_t hand, Outcome& outcome) {

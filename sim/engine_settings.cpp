@@ -103,6 +103,7 @@ Status Engine::check_setting(const Command& command) const {
     return check_rotation(place->rotation, "place-model rotation");
   }
   if (const auto* depths = command.what.as<AdoptDepths>()) return check_depths(*depths, command.hand);
+  if (const auto* picture = command.what.as<AdoptPicture>()) return check_picture(*picture, command.hand);
   if (const auto* effect = command.what.as<SetEffect>();
       effect && effect->effect.value == k_instruments_effect)
     return Error{"this effect is the instrument's own", "set-effect", std::to_string(k_instruments_effect),
@@ -148,6 +149,9 @@ bool Engine::set(const Command& command, std::int64_t& number, Change& change, S
     number = depths->item;
     if (!use_depths(*depths, command.hand))
       error = Error{"such depth images cannot be made", "adopt-depths", std::to_string(number), "", ""};
+  } else if (const auto* picture = command.what.as<AdoptPicture>()) {
+    number = picture->item;
+    use_picture(*picture, command.hand);
   } else if (const auto* effect = command.what.as<SetEffect>()) {
     number = effect->effect.value;
     auto laws = laws_after(hand, *effect);

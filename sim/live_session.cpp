@@ -123,7 +123,7 @@ void LiveSession::take_work() {
 
 /// Depth images around the hands, where anything is near that is felt by them.
 void LiveSession::draw_depths() {
-  if (!depths_.is_idle()) return;
+  if (!depths_.is_idle() || take_picture()) return;
   std::optional<DepthJob> owed = engine_.depth_job();
   if (!owed) return;
   depths_.submit([this, job = std::move(*owed)]() -> Background::Result {
@@ -142,6 +142,36 @@ void LiveSession::draw_depths() {
       carry_out({job.command(*made), job.hand});
     };
   });
+}
+
+void LiveSession::see(haptics::depth::DepthPicture picture, std::int64_t item, const glm::dvec3& touch,
+                      double edge, std::uint8_t hand) {
+  Command command(told_of(picture, item, touch, edge), hand);
+  const std::lock_guard guard(lock_);
+  picture_ = std::move(command);
+}
+
+/// What came in becomes a surface beside the edits. False: nothing did.
+bool LiveSession::take_picture() {
+  std::optional<Command> come;
+  {
+    const std::lock_guard guard(lock_);
+    come.swap(picture_);
+  }
+  if (!come) return false;
+  AdoptPicture wish = *come->what.as<AdoptPicture>();
+  wish.serial = static_cast<std::int64_t>(engine_.next_picture(wish.item, come->hand));
+  wish.time = engine_.seconds();
+  depths_.submit([this, wish = std::move(wish), hand = come->hand]() -> Background::Result {
+    std::shared_ptr<const haptics::depth::DepthSet> made = set_of(wish);
+    return [this, wish, hand, made = std::move(made)]() mutable {
+      wish.hash = static_cast<std::int64_t>(made->hash());
+      engine_.hand_in({hand, wish.item, static_cast<std::uint64_t>(wish.serial), nullptr, {}},
+                      std::move(made));
+      carry_out({std::move(wish), hand});
+    };
+  });
+  return true;
 }
 
 LiveSession::DepthReport LiveSession::depth_report() {

@@ -72,6 +72,10 @@ class LiveSession {
   /// Sets the tool down at a free point (volume frame), as a hand that lifts it over: the proxy does not pass
   /// through what lies between. The device must be there too.
   void set_down(const glm::dvec3& free_point_volume, std::size_t hand = 0);
+  /// A picture of an item of which pictures come in, for a hand: the clip volume of `edge` mm about `touch`
+  /// (of the item's frame) is felt as it shows it, some milliseconds later. The newest counts. Any thread.
+  void see(haptics::depth::DepthPicture picture, std::int64_t item, const glm::dvec3& touch, double edge,
+           std::uint8_t hand = 0);
   /// After a latched fault whose cause is gone: the force comes back from zero, and the proxy from the last
   /// free place.
   void reset_faults() noexcept { wants_reset_ = true; }
@@ -124,6 +128,7 @@ class LiveSession {
   void show(const Outcome& outcome, bool is_command);
   void take_work();
   void draw_depths();
+  bool take_picture();
   void begin(const PendingJob& job);
   void free_pieces();
 
@@ -138,6 +143,7 @@ class LiveSession {
   LiveState state_;
   std::vector<Command> commands_;
   std::vector<std::pair<std::size_t, glm::dvec3>> landings_;
+  std::optional<Command> picture_;  ///< that came in, and nobody looked at yet
   std::vector<std::promise<std::shared_ptr<const OperationState>>> snapshots_;    ///< that are waited for
   std::vector<std::pair<std::size_t, std::promise<std::vector<Place>>>> places_;  ///< likewise
   bool is_running_ = false;                                                       ///< the edit thread answers

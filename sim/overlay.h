@@ -15,8 +15,8 @@ namespace trephine::sim {
 
 /// A thing of surfaces, lines and labels in one frame, mm.
 struct Overlay {
-  /// What it is, from which a view takes colours.
-  enum class Kind : std::uint8_t { bone, metal, plan, warning };
+  /// What it is, from which a view takes colours. Scenery is felt as it is drawn.
+  enum class Kind : std::uint8_t { bone, metal, plan, warning, scenery };
   struct Label {
     glm::dvec3 at{0.0};
     std::string text;

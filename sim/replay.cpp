@@ -329,14 +329,14 @@ void Replay::run_command(const Command& command) {
   if (outcome.refused)
     record_mismatch(state_->next_tick, "command", name + ' ' + command.what.words(),
                     outcome.refused->message());
-  if (const auto* adopt = command.what.as<AdoptDepths>())
-    if (outcome.job_hash && *outcome.job_hash != static_cast<std::uint64_t>(adopt->hash))
-      record_mismatch(state_->next_tick, "depth images", hexadecimal(static_cast<std::uint64_t>(adopt->hash)),
+  const auto compare = [&](const auto* adopt, const char* what) {
+    if (adopt && outcome.job_hash && *outcome.job_hash != static_cast<std::uint64_t>(adopt->hash))
+      record_mismatch(state_->next_tick, what, hexadecimal(static_cast<std::uint64_t>(adopt->hash)),
                       hexadecimal(*outcome.job_hash));
-  if (const auto* adopt = command.what.as<AdoptJob>())
-    if (outcome.job_hash && *outcome.job_hash != static_cast<std::uint64_t>(adopt->hash))
-      record_mismatch(state_->next_tick, "job", hexadecimal(static_cast<std::uint64_t>(adopt->hash)),
-                      hexadecimal(*outcome.job_hash));
+  };
+  compare(command.what.as<AdoptDepths>(), "depth images");
+  compare(command.what.as<AdoptPicture>(), "a depth picture");
+  compare(command.what.as<AdoptJob>(), "job");
   if (command.what.as<Resume>()) {
     ++counts_.resumes;
     state_->servo.begin_anew(state_->next_tick);

@@ -166,6 +166,10 @@ Result<TouchScene> build_items(const SceneSpec& spec, const SceneData& data) {
       scene.items.push_back(haptics::depth_item(s.shape.name, source,
                                                 data.models[static_cast<std::size_t>(s.model)], s.material));
       scene.items.back().depth_pixel = s.depth_pixel;
+    } else if (s.model >= 0 && s.comes_in) {
+      scene.items.push_back(haptics::depth_item(s.shape.name,
+                                                std::make_shared<haptics::depth::IncomingDepths>(),
+                                                data.models[static_cast<std::size_t>(s.model)], s.material));
     } else if (s.model >= 0 && s.depth_keys > 0) {
       const auto first = data.models.begin() + s.model;
       auto source = haptics::depth::DepthModel::of_keys(
@@ -280,6 +284,7 @@ SceneSpec describe_scene(const TouchScene& scene, const haptics::ProxyMethod& me
       s.placement = item.placement;
       s.mover = item.mover;
       if (item.depth) s.depth_pixel = item.depth_pixel;
+      s.comes_in = item.depth && item.depth->comes_in();
       const auto stream = std::find(data.streams.begin(), data.streams.end(), item.depth);
       if (stream != data.streams.end()) s.stream = static_cast<int>(stream - data.streams.begin());
       if (const auto* drawn = dynamic_cast<const haptics::depth::DepthModel*>(item.depth.get())) {

@@ -51,6 +51,8 @@ struct StructureSpec {
   double depth_pixel = 0.2;      ///< mm
   /// Then it is this depth stream, placed as its camera; `model` is what it looked like at first.
   int stream = -1;
+  /// It is felt as pictures show it that come in; `model` is what is drawn of it.
+  bool comes_in = false;
 };
 
 struct HandSpec {

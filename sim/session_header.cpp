@@ -99,6 +99,7 @@ std::string to_text(const SceneSpec& h) {
         unless("depth_repeats", s.is_repeating, 0);
       }
       unless("of_stream", s.stream, -1);
+      unless("comes_in", s.comes_in, 0);
       if (s.depth_keys > 0 || s.stream >= 0) number("depth_pixel", s.depth_pixel);
     } else {
       number("low", s.shape.low);
@@ -361,6 +362,8 @@ Result<SessionHeader> read_lines(std::string_view text, const Words& words) {
       if ((is_good = between(1e-6, 1e6))) shape->depth_beat = number;
     } else if (key == "depth_repeats") {
       if ((is_good = whole(0, 1))) shape->is_repeating = number == 1;
+    } else if (key == "comes_in") {
+      if ((is_good = whole(0, 1))) shape->comes_in = number == 1;
     } else if (key == "depth_pixel") {
       if ((is_good = between(1e-3, 100))) shape->depth_pixel = number;
     } else if (key == "at") {
@@ -416,6 +419,8 @@ volume::Status check_whole(const SceneSpec& h, const Words& words) {
     if (s.stream >= 0 && (s.model < 0 || s.depth_keys > 0))
       return fail("of_stream", "of a model, without keys");
     if (s.depth_keys > 0 && s.model < 0) return fail("depth_keys", "of a model");
+    if (s.comes_in && (s.model < 0 || s.depth_keys > 0 || s.stream >= 0))
+      return fail("comes_in", "of a model, without keys or a stream");
     if (s.model >= 0 && (s.is_soft || s.ramp || s.is_forbidden || !s.is_touchable))
       return fail("a model", "one that is touched, without soft, ramp or forbidden");
   }

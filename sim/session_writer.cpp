@@ -186,8 +186,7 @@ void SessionWriter::add(const Command& command, Engine& engine, const Outcome& o
     const std::lock_guard guard(lock_);
     items_.add(CommandItem{command});
     record_outcome(engine, outcome);
-    if (!command.what.as<AdoptFields>() &&
-        !command.what.as<AdoptDepths>()) {  // nobody's wish, many times a second
+    if (!keeps_books(command.what)) {
       ask_sync(engine);
       was_in_stroke_ = engine.is_in_stroke();
     }

@@ -509,6 +509,11 @@ Result<Outcome> audit_session(const AuditArguments& arguments) {
         "mm, "
         "at most %.3f mm\n",
         drawn, drawn_sunk, allowed_drawn, std::max(0.0, deepest_drawn));
+  const bool is_on_screen = std::any_of(header.structures.begin(), header.structures.end(),
+                                        [](const sim::StructureSpec& s) { return s.comes_in; });
+  outcome.json["is_screen_judged"] = !is_on_screen;
+  if (is_on_screen)
+    outcome.text += "what was felt as it stood on the screen is not judged: the screen is gone\n";
   if (judged == 0) outcome.text += "no tick could be judged: the hand was never free of matter before it\n";
   outcome.text += is_certified ? "certified\n" : "NOT certified\n";
   return outcome;

@@ -1,8 +1,86 @@
 // bench depth: touch by depth images, the published tables redone.
 #include "apps/trephine/bench_parts.h"
+#include "apps/view/render_window.h"
 #include "tests/bench/depth.h"
+#include "tests/bench/depth_images.h"
 
 namespace trephine::app {
+
+namespace {
+
+bench::DrawOn draw_on(int pixels) {
+  bench::DrawOn on;
+  auto surface = view::make_offscreen(pixels, pixels);
+  if (!surface) return on;
+  on.window = surface.value()->window();
+  on.surface = {surface.value().release(), [](void* one) { delete static_cast<view::DrawSurface*>(one); }};
+  return on;
+}
+
+/// Below 0: it is not there.
+std::string cell(double value, const char* form) { return value < 0 ? "-" : format_text(form, value); }
+Json put(double value) { return value < 0 ? Json(nullptr) : Json(value); }
+
+void report_images(bool is_quick, Outcome& outcome) {
+  Json& json = outcome.json;
+  outcome.text +=
+      "\nSix images of 20 mm around the touch, ms; ours: every layer, nothing made beforehand\n"
+      "triangles   pixels    ours    Embree: its tree   first hits    VTK's depth buffer: first   then\n";
+  json["images"] = Json::array();
+  for (const bench::ImagesRow& row : bench::run_depth_images(is_quick, draw_on)) {
+    outcome.text +=
+        format_text("%9d   %4d^2  %7.2f   %15s   %10s   %25s   %s\n", row.triangles, row.pixels, row.ours_ms,
+                    cell(row.embree_made_ms, "%.1f").c_str(), cell(row.embree_ms, "%.2f").c_str(),
+                    cell(row.gl_first_ms, "%.1f").c_str(), cell(row.gl_ms, "%.1f").c_str());
+    json["images"].push_back({{"triangles", row.triangles},
+                              {"pixels", row.pixels},
+                              {"ours_ms", row.ours_ms},
+                              {"embree_tree_ms", put(row.embree_made_ms)},
+                              {"embree_first_hits_ms", put(row.embree_ms)},
+                              {"gl_first_ms", put(row.gl_first_ms)},
+                              {"gl_ms", put(row.gl_ms)}});
+  }
+  outcome.text +=
+      "\nSix images of 256^2 rows of voxels after a burr touched them\n"
+      "burr, mm   all anew, ms   where it changed, us   the chunk's net, ms   Embree's tree of it, ms   "
+      "ratio\n";
+  json["edits"] = Json::array();
+  for (const bench::EditRow& row : bench::run_depth_edits()) {
+    outcome.text +=
+        format_text("%8.0f   %12.2f   %20.1f   %19.2f   %23s   %s\n", row.burr, row.all_ms, row.update_us,
+                    row.net_ms, cell(row.embree_ms, "%.2f").c_str(),
+                    cell(row.embree_ms < 0 ? -1 : 1e3 * row.embree_ms / row.update_us, "%.0f").c_str());
+    json["edits"].push_back({{"burr_mm", row.burr},
+                             {"all_ms", row.all_ms},
+                             {"update_us", row.update_us},
+                             {"net_ms", row.net_ms},
+                             {"triangles", row.triangles},
+                             {"embree_tree_ms", put(row.embree_ms)}});
+  }
+  outcome.text +=
+      "\nA frame of 512^2 pixels, and what it does for the hand: OpenHaptics draws again or goes through all "
+      "triangles\n"
+      "surface or volume     drawn, ms   voxels touched, us   depth images, ms   drawn again and read, ms   "
+      "all triangles, ms\n";
+  json["frames"] = Json::array();
+  for (const bench::FrameRow& row : bench::run_frame_times(is_quick, draw_on)) {
+    const std::string what =
+        row.triangles > 0 ? format_text("%d triangles", row.triangles) : format_text("%d slices", row.slices);
+    outcome.text +=
+        format_text("%-18s   %10s   %18.1f   %16s   %24s   %17s\n", what.c_str(),
+                    cell(row.draw_ms, "%.1f").c_str(), row.ours_us, cell(row.depth_ms, "%.2f").c_str(),
+                    cell(row.again_ms, "%.1f").c_str(), cell(row.feedback_ms, "%.2f").c_str());
+    json["frames"].push_back({{"triangles", row.triangles},
+                              {"slices", row.slices},
+                              {"draw_ms", put(row.draw_ms)},
+                              {"voxels_us", row.ours_us},
+                              {"depth_images_ms", put(row.depth_ms)},
+                              {"drawn_again_ms", put(row.again_ms)},
+                              {"feedback_ms", put(row.feedback_ms)}});
+  }
+}
+
+}  // namespace
 
 volume::Status bench_depth(const BenchArguments& arguments, Outcome& outcome) {
   Json& json = outcome.json;
@@ -71,6 +149,7 @@ volume::Status bench_depth(const BenchArguments& arguments, Outcome& outcome) {
                                  {"error_worst_mm", row.worst},
                                  {"passed", row.passed}});
   }
+  report_images(arguments.is_quick, outcome);
   return std::nullopt;
 }
 

@@ -52,7 +52,7 @@ class Timeline {
     } else if (const auto* command = std::get_if<sim::CommandItem>(&item)) {
       // What keeps the books is nobody's deed.
       const sim::Value& what = command->command.what;
-      if (what.is_empty() || what.as<sim::AdoptFields>() || what.as<sim::AdoptDepths>()) return;
+      if (what.is_empty() || sim::keeps_books(what)) return;
       end_stroke();
       const std::string words = what.words();
       rows_.push_back({last_, "command", command->command.hand,

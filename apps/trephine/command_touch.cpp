@@ -100,8 +100,7 @@ Result<Outcome> run_touch(const TouchArguments& arguments) {
   choice.models = std::move(models_said).value();
   if (volume::Status error = check(choice)) return *error;
   data_tools::OutputSet outputs;
-  for (const auto* models : {&arguments.models.meshes, &arguments.models.depths})
-    for (const std::string& model : *models) outputs.reads(model);
+  for (const std::string& model : arguments.models.files()) outputs.reads(model);
   for (const std::string& input : {arguments.source.path, arguments.path, arguments.record.file})
     outputs.reads(input);
   outputs.writes("output", arguments.output, data_tools::OutputKind::table);

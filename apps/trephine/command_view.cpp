@@ -98,8 +98,7 @@ Result<Outcome> run_view(const ViewArguments& arguments) {
   if (arguments.screenshot.empty() && !view::has_display()) return view::no_display();
   data_tools::OutputSet outputs;
   outputs.reads(arguments.source.path);
-  for (const auto* files : {&arguments.models.meshes, &arguments.models.depths})
-    for (const std::string& file : *files) outputs.reads(file);
+  for (const std::string& file : arguments.models.files()) outputs.reads(file);
   outputs.writes("screenshot", arguments.screenshot, data_tools::OutputKind::picture);
   if (volume::Status error = outputs.check()) return *error;
   if (arguments.seconds && !view::has_display())
@@ -224,6 +223,12 @@ Run build(Options& options) {
            "sampled (default: 2, or the burr if that is smaller)")
       .type("MM");
   add_models(options, a->models);
+  options
+      .add("--background", a->models.backgrounds,
+           "A model, closed or not, that is felt as it is seen: by the depth that the screen has of it "
+           "anyway; "
+           "may come again")
+      .type("MODEL");
   add_side(options, a->side);
   options.add("--screenshot", a->screenshot, "Write a picture; without --seconds no window is opened")
       .type("OUT.png");

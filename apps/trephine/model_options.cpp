@@ -26,6 +26,12 @@ Result<std::array<double, 4>> parse_intrinsics(const std::string& text) {
 
 }  // namespace
 
+std::vector<std::string> ModelArguments::files() const {
+  std::vector<std::string> all;
+  for (const auto* some : {&meshes, &depths, &backgrounds}) all.insert(all.end(), some->begin(), some->end());
+  return all;
+}
+
 Result<std::vector<workbench::ModelChoice>> models_of(const ModelArguments& arguments) {
   glm::dvec3 at(0);
   if (!arguments.at.empty()) {
@@ -48,6 +54,10 @@ Result<std::vector<workbench::ModelChoice>> models_of(const ModelArguments& argu
       if (!said) return said.error();
       model.intrinsics = said.value();
     }
+  }
+  for (const std::string& file : arguments.backgrounds) {
+    models.push_back({file, arguments.scale, arguments.frame, at});
+    models.back().is_background = true;
   }
   return models;
 }

@@ -7,15 +7,17 @@
 namespace trephine::app {
 
 struct ModelArguments {
-  std::vector<std::string> meshes;  ///< files of polygonal models
-  std::vector<std::string> depths;  ///< of those felt by depth images, folders of them, or depth videos
+  std::vector<std::string> meshes;       ///< files of polygonal models
+  std::vector<std::string> depths;       ///< of those felt by depth images, folders of them, or depth videos
+  std::vector<std::string> backgrounds;  ///< of those felt as they are drawn on the screen
   double beat = 1.0 / 30, pixel = 0.2;
   bool is_repeating = false;
   std::string camera;     ///< fx,fy,cx,cy
   double scale = 1;       ///< mm per unit of theirs
   std::string frame, at;  ///< "LPS" or "RAS", empty: as they say; x,y,z of their origin, empty: 0,0,0
 
-  bool is_any() const noexcept { return !meshes.empty() || !depths.empty(); }
+  bool is_any() const noexcept { return !meshes.empty() || !depths.empty() || !backgrounds.empty(); }
+  std::vector<std::string> files() const;
 };
 
 /// --mesh, --depth and what belongs to them.

@@ -123,6 +123,7 @@ class BoneLayer::Painter {
   void show(const ChunkMesh& mesh);
   void clear();
   void set_clip(const dvec3& origin, const dvec3& normal);
+  void set_room(const dvec3& low, const dvec3& high) { room_low_ = low, room_high_ = high; }
   void render();
   void expose();
   bool is_complete() const noexcept { return is_fine_; }
@@ -181,6 +182,7 @@ class BoneLayer::Painter {
   bool can_keep_ = true, is_fine_ = false, is_first_batch_ = true, is_last_batch_ = false;
   std::vector<Key> to_draw_;                       ///< chunks that the coming picture still lacks
   Rectangle changed_;                              ///< where the picture that is seen is no longer true
+  dvec3 room_low_{1e300}, room_high_{-1e300};      ///< of what is drawn on top
   dvec3 fitted_low_{1e300}, fitted_high_{-1e300};  ///< bounds that the camera's planes enclose
   std::array<double, 16> seen_from_{};
   std::array<int, 2> seen_size_{};
@@ -424,6 +426,7 @@ void BoneLayer::Painter::fit_clipping_range() {
   bounds(low, high);
   if (low.x > high.x) return;
   fitted_low_ = low, fitted_high_ = high;
+  low = glm::min(low, room_low_), high = glm::max(high, room_high_);
   const double box[6] = {low.x - k_room_mm,  high.x + k_room_mm, low.y - k_room_mm,
                          high.y + k_room_mm, low.z - k_room_mm,  high.z + k_room_mm};
   bone_->ResetCameraClippingRange(box);
@@ -531,6 +534,7 @@ BoneLayer::~BoneLayer() = default;
 void BoneLayer::show(const ChunkMesh& mesh) { painter_->show(mesh); }
 void BoneLayer::clear() { painter_->clear(); }
 void BoneLayer::set_clip(const dvec3& origin, const dvec3& normal) { painter_->set_clip(origin, normal); }
+void BoneLayer::set_room(const dvec3& low, const dvec3& high) { painter_->set_room(low, high); }
 void BoneLayer::expose() { painter_->expose(); }
 void BoneLayer::render() { painter_->render(); }
 bool BoneLayer::is_complete() const noexcept { return painter_->is_complete(); }

@@ -27,6 +27,8 @@ class BoneLayer {
   void clear();
   /// Cuts the picture open: only what lies on the side of `normal_world` is drawn. Null normal: all of it.
   void set_clip(const glm::dvec3& origin_world, const glm::dvec3& normal_world);
+  /// What is drawn on top reaches so far too: the camera sees it whole.
+  void set_room(const glm::dvec3& low, const glm::dvec3& high);
   /// Draws one frame of the window.
   void render();
   /// Whoever draws the window next (a picture file) gets all of it, in full. render() goes on as before.

@@ -9,8 +9,10 @@
 #include <tuple>
 #include <vtkActor.h>
 #include <vtkArrowSource.h>
+#include <vtkCallbackCommand.h>
 #include <vtkCamera.h>
 #include <vtkCellArray.h>
+#include <vtkCommand.h>
 #include <vtkDiskSource.h>
 #include <vtkFloatArray.h>
 #include <vtkLight.h>
@@ -126,6 +128,13 @@ struct BoneView::Parts {
   vtkNew<vtkRenderer> front;     // live: what is drawn on top of the kept picture
   std::unique_ptr<BoneLayer> bone;
   std::unique_ptr<OverlayLayer> overlays;
+  /// Live, where there is some: drawn between bone and instruments, so that the depth is read in between.
+  struct Scenery {
+    vtkNew<vtkRenderer> renderer;
+    std::unique_ptr<OverlayLayer> layer;
+    ScreenDepth depth;
+  };
+  std::unique_ptr<Scenery> scenery;
   vtkRenderer* on_top;
   vtkSmartPointer<vtkActor> shaft, grip, proxy, arrow, leash, ring;
   std::vector<ToolPart> drawn;  ///< of which these are made
@@ -135,20 +144,49 @@ struct BoneView::Parts {
   std::array<vtkSmartPointer<vtkTextActor>, 4> edges;  ///< which way of the patient is right, left, up, down
 };
 
-BoneView::BoneView(vtkRenderWindow* window, bool is_live) : parts_(std::make_unique<Parts>()) {
+BoneView::BoneView(vtkRenderWindow* window, bool is_live, bool has_scenery)
+    : parts_(std::make_unique<Parts>()) {
   ++volume::work_counters().gl_contexts;
   Parts& p = *parts_;
   p.window = window;
   window->AddRenderer(p.renderer);
   if (is_live) {
     window->SetMultiSamples(0);  // the kept picture has one sample a pixel
-    window->AddRenderer(p.front);
-    p.front->SetActiveCamera(p.renderer->GetActiveCamera());
-    p.front->SetTwoSidedLighting(true);
-    p.front->AutomaticLightCreationOff();
+    const auto add_over = [&](vtkRenderer* one) {
+      window->AddRenderer(one);
+      one->SetActiveCamera(p.renderer->GetActiveCamera());
+      one->SetTwoSidedLighting(true);
+      one->AutomaticLightCreationOff();
+      one->PreserveColorBufferOn();
+      one->PreserveDepthBufferOn();
+    };
+    if (has_scenery) {
+      p.scenery = std::make_unique<Parts::Scenery>();
+      add_over(p.scenery->renderer);
+      p.scenery->layer = std::make_unique<OverlayLayer>(p.scenery->renderer);
+    }
+    add_over(p.front);
     p.front->UseFXAAOn();
   }
-  p.bone = std::make_unique<BoneLayer>(window, p.renderer, p.front, is_live);
+  vtkRenderer* first_over = p.scenery ? p.scenery->renderer.Get() : p.front.Get();
+  p.bone = std::make_unique<BoneLayer>(window, p.renderer, first_over, is_live);
+  if (p.scenery) {
+    // After the bone layer's own, which puts the kept picture back.
+    const auto observe = [&](unsigned long event, auto callback) {
+      vtkNew<vtkCallbackCommand> command;
+      command->SetClientData(&p);
+      command->SetCallback(callback);
+      p.scenery->renderer->AddObserver(event, command, -1);
+    };
+    observe(vtkCommand::StartEvent, [](vtkObject*, unsigned long, void* of, void*) {
+      auto* parts = static_cast<Parts*>(of);
+      parts->scenery->depth.before(parts->scenery->renderer, parts->window);
+    });
+    observe(vtkCommand::EndEvent, [](vtkObject*, unsigned long, void* of, void*) {
+      auto* parts = static_cast<Parts*>(of);
+      parts->scenery->depth.after(parts->scenery->renderer, parts->window);
+    });
+  }
   vtkRenderer* on_top = p.on_top = is_live ? p.front.Get() : p.renderer.Get();
   p.overlays = std::make_unique<OverlayLayer>(on_top);
   p.renderer->SetBackground(0.10, 0.12, 0.16);
@@ -166,6 +204,7 @@ BoneView::BoneView(vtkRenderWindow* window, bool is_live) : parts_(std::make_uni
     l->SetColor(1.0, 0.98 - 0.05 * warm, 0.96 - 0.12 * warm);
     p.renderer->AddLight(l);
     if (is_live) p.front->AddLight(l);
+    if (p.scenery) p.scenery->renderer->AddLight(l);
   };
   light(-0.7, 0.9, 1.0, 0.82, 1);
   light(1.0, 0.1, 0.7, 0.32, 0);
@@ -254,7 +293,14 @@ BoneView::BoneView(vtkRenderWindow* window, bool is_live) : parts_(std::make_uni
   p.foot->GetTextProperty()->SetFontSize(15);
 }
 
-BoneView::~BoneView() = default;
+BoneView::~BoneView() {
+  if (parts_->scenery && is_drawable()) parts_->scenery->depth.release();
+}
+
+bool BoneView::is_drawable() {
+  parts_->window->MakeCurrent();
+  return parts_->window->IsCurrent();
+}
 
 /// At the picture's edges, as on slices.
 void BoneView::show_directions() {
@@ -271,6 +317,8 @@ void BoneView::show_directions() {
 
 vtkRenderer* BoneView::renderer() { return parts_->renderer; }
 BoneLayer& BoneView::bone() { return *parts_->bone; }
+OverlayLayer* BoneView::scenery() { return parts_->scenery ? parts_->scenery->layer.get() : nullptr; }
+ScreenDepth* BoneView::screen_depth() { return parts_->scenery ? &parts_->scenery->depth : nullptr; }
 OverlayLayer& BoneView::overlays() { return *parts_->overlays; }
 const BoneLayer& BoneView::bone() const { return *parts_->bone; }
 

@@ -9,6 +9,7 @@
 
 #include "apps/view/bone_layer.h"
 #include "apps/view/overlay_layer.h"
+#include "apps/view/screen_depth.h"
 #include "apps/view/tool_look.h"
 
 class vtkRenderer;
@@ -35,8 +36,8 @@ struct StylusLook {
 class BoneView {
  public:
   /// Adds its renderers to the window. Live: frames cost what changed in them. Not live: pictures, with
-  /// ambient occlusion in the image.
-  BoneView(vtkRenderWindow* window, bool is_live);
+  /// ambient occlusion in the image. Scenery is drawn by itself only where there is some: live, then.
+  BoneView(vtkRenderWindow* window, bool is_live, bool has_scenery = false);
   ~BoneView();
   BoneView(const BoneView&) = delete;
   BoneView& operator=(const BoneView&) = delete;
@@ -45,6 +46,11 @@ class BoneView {
   const BoneLayer& bone() const;
   void show(const StylusLook& stylus);
   OverlayLayer& overlays();
+  /// What is felt as it is drawn, and its depth on the screen; null: there is none, or it is no live window.
+  OverlayLayer* scenery();
+  ScreenDepth* screen_depth();
+  /// Makes the GL context current.
+  bool is_drawable();
   /// Lines of text in the upper left corner, and one below in the middle.
   void show_text(const std::string& corner, const std::string& foot);
   /// From which all of a world box is seen, mm.

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <glm/gtc/quaternion.hpp>
 
@@ -38,6 +39,8 @@ OperationController::OperationController(const haptics::TouchScene& scene, const
   state_ = live_.fetch_state();
   version_ = state_.version;
   untouched_ = haptics::untouched(scene);
+  for (int i = 0; i < haptics::item_count(scene); ++i)
+    if (const auto& depth = haptics::item_of(scene, i).depth; depth && depth->comes_in()) scenery_ = i;
 }
 
 OperationController::~OperationController() { finish(); }
@@ -123,11 +126,66 @@ void OperationController::frame() {
     else
       viewport_.show(*shown_, state_.hands);
   }
+  feel_scenery();
   const double ms = viewport_.draw();
   ++report_.frames;
   if (frame_ms_.size() < k_most_times) frame_ms_.push_back(static_cast<float>(ms));
   const bool is_cutting = state_.changed.low.x <= state_.changed.high.x && state_.newest.pose.is_pressed();
   if (is_cutting && drilling_ms_.size() < k_most_times) drilling_ms_.push_back(static_cast<float>(ms));
+}
+
+/// What is drawn beside the bone is felt as the screen has it: its depth is read around the hand when the
+/// view turned, or the hand comes to where nothing was read. A picture in which something hides the hand says
+/// nothing of what it touches: what it felt before stays.
+void OperationController::feel_scenery() {
+  if (scenery_ < 0) return;
+  const haptics::ServoRecord& r = state_.newest;
+  const dvec3 hip = r.pose.position_world, proxy = r.has_contact ? r.proxy_world : hip;
+  if (const std::optional<ScreenDepth::Seen> seen = viewport_.take_depth()) {
+    const haptics::depth::DepthPicture& picture = seen->picture;
+    const double pixel = glm::length(seen->at - picture.place.position_world) / picture.camera.fx;
+    const std::optional<double> behind = picture.behind(proxy);
+    const bool hides =
+        state_.newest.shape == scenery_ && r.has_contact && (!behind || *behind > 1 + 2 * pixel);
+    hidden_ += hides;
+    constexpr double k_least = 2;  // mm
+    if (!hides && seen->edge > k_least) live_.see(picture, scenery_, seen->at, seen->edge);
+    // A hand that was there before the picture is set down before what it shows.
+    const double deepest = depth_mm_ + 2 * state_.tool_radius + 4;
+    if (!hides && !r.has_contact && behind && *behind > -state_.tool_radius && *behind < deepest) {
+      const dvec3 ahead = glm::normalize(proxy - picture.place.position_world);
+      landing_ = proxy - (*behind + state_.tool_radius + 1) * ahead;
+    }
+  }
+  constexpr double k_edge = 40, k_left = 8;  // mm: of what is asked for, and that is left when more is
+  const volume::Eye eye = viewport_.eye();
+  const haptics::depth::DepthSet* known = nullptr;
+  for (const sim::SeenDepths& one : state_.depths)
+    if (one.item == scenery_) known = one.set.get();
+  if (landing_ && known != nullptr && known->serial != felt_picture_) {
+    if (!r.has_contact) live_.set_down(version_->base().frame.volume_from_world(*landing_));
+    landing_.reset();
+  }
+  if (known != nullptr) felt_picture_ = known->serial;
+  const haptics::MeshTree* drawn = nullptr;
+  if (state_.overlays)
+    for (const sim::Overlay& one : *state_.overlays)
+      if (one.kind == sim::Overlay::Kind::scenery) drawn = one.surface.get();
+  const bool is_same_view = eye.at == drawn_from_.at && eye.forward == drawn_from_.forward &&
+                            eye.up == drawn_from_.up && eye.columns == drawn_from_.columns &&
+                            eye.rows == drawn_from_.rows && drawn == drawn_;
+  const auto knows = [&](const dvec3& p) {
+    return known != nullptr && known->knows(p, k_left + state_.tool_radius);
+  };
+  const auto is_near = [&](const dvec3& p) {
+    return glm::length(p - glm::clamp(p, drawn->low(), drawn->high())) < k_edge;
+  };
+  if (drawn == nullptr || (!is_near(hip) && !is_near(proxy))) return;
+  // What was asked for is on its way, or the screen shows no more there.
+  const bool is_same_place = glm::length(proxy - asked_at_) < 1;
+  if (is_same_view && (is_same_place || (knows(hip) && knows(proxy)))) return;
+  drawn_from_ = eye, drawn_ = drawn, asked_at_ = proxy;
+  viewport_.ask_depth(proxy, k_edge);
 }
 
 bool OperationController::take_or_put_down() {

@@ -79,6 +79,10 @@ class OperationController {
   /// One frame: the stylus moves on, news are fetched, the picture is drawn.
   void frame();
   const sim::LiveState& state() const noexcept { return state_; }
+  /// That were drawn so far.
+  int frames() const noexcept { return report_.frames; }
+  /// Pictures of scenery in which something hid the hand, so that it feels what it felt before.
+  std::uint64_t hidden_pictures() const noexcept { return hidden_; }
   haptics::ServoReport servo() const { return live_.servo_report(); }
   /// Latched faults in words, with what mends them; empty when there are none.
   std::string fault_text() const;
@@ -93,6 +97,7 @@ class OperationController {
  private:
   void follow_cursor();
   void drag_point();
+  void feel_scenery();
   void go_on_taking();
   double distance_to_bodies(const Ray& ray) const;
   void follow_surface(const Ray& ray, bool is_over_bone);
@@ -112,6 +117,12 @@ class OperationController {
   bool is_over_bone_ = false;                         ///< the cursor
   bool is_pressed_ = false, is_finished_ = false, is_started_ = false;
   bool shows_clip_volumes_ = false;
+  int scenery_ = -1;        ///< the item that is felt as it is drawn; -1: there is none
+  volume::Eye drawn_from_;  ///< when its depth was asked for last, and where
+  glm::dvec3 asked_at_{1e9};
+  const haptics::MeshTree* drawn_ = nullptr;
+  std::uint64_t hidden_ = 0, felt_picture_ = 0;
+  std::optional<glm::dvec3> landing_;  ///< world: when the next picture is felt
   glm::dvec3 wish_{1e9};
   std::optional<std::size_t> wished_stroke_;  ///< until it is there
   std::string refused_;

@@ -40,6 +40,8 @@ Colour colour_of(sim::Overlay::Kind kind) {
       return {0.72, 0.75, 0.80};
     case sim::Overlay::Kind::warning:
       return {0.96, 0.78, 0.20};
+    case sim::Overlay::Kind::scenery:
+      return {0.62, 0.60, 0.66};
     case sim::Overlay::Kind::plan:
       break;
   }

@@ -24,11 +24,19 @@ using workbench::seconds_since;
 using glm::dvec3;
 
 namespace {
-constexpr int k_threads = 2;  // meshing; ordinary ones, so that servo and edits go first
+bool has_scenery(const haptics::TouchScene& scene) {
+  return std::any_of(scene.items.begin(), scene.items.end(),
+                     [](const haptics::TouchItem& item) { return item.depth && item.depth->comes_in(); });
 }
 
+constexpr int k_threads = 2;  // meshing; ordinary ones, so that servo and edits go first
+}  // namespace
+
 Viewport::Viewport(const haptics::TouchScene& scene, vtkRenderWindow* window, bool is_live)
-    : scene_(&scene), window_(window), view_(window, is_live), touch_radius_(scene.tool_radius) {
+    : scene_(&scene),
+      window_(window),
+      view_(window, is_live, has_scenery(scene)),
+      touch_radius_(scene.tool_radius) {
   worker_ = std::make_unique<ChunkWorker>(scene, k_threads);
   // The box of the solid voxels, so that the camera need not wait for the surface.
   glm::ivec3 low = scene.base->size, high(-1);
@@ -49,6 +57,7 @@ Viewport::Viewport(const haptics::TouchScene& scene, vtkRenderWindow* window, bo
     low_ = glm::min(low_, p), high_ = glm::max(high_, p);
   }
   seen_low_ = low_, seen_high_ = high_;
+  dvec3 room_low(low_), room_high(high_);
   for (const haptics::TouchItem& item : scene.items) {
     if (!item.tree || item.tree->triangle_count() == 0) continue;
     dvec3 least(1e300), most(-1e300);
@@ -56,10 +65,12 @@ Viewport::Viewport(const haptics::TouchScene& scene, vtkRenderWindow* window, bo
       const dvec3 p = item.placement.world_from_local(v);
       least = glm::min(least, p), most = glm::max(most, p);
     }
+    room_low = glm::min(room_low, least), room_high = glm::max(room_high, most);
     // A whole room around a head is not looked at from outside.
     if (glm::length(most - least) > 1.5 * glm::length(high_ - low_)) continue;
     seen_low_ = glm::min(seen_low_, least), seen_high_ = glm::max(seen_high_, most);
   }
+  view_.bone().set_room(room_low, room_high);
 }
 
 sim::Overlays with_clip_volumes(sim::Overlays overlays, std::span<const sim::SeenDepths> depths) {
@@ -157,15 +168,14 @@ void Viewport::turn(double left, double up) {
 Ray Viewport::ray_at(double x, double y) {
   vtkRenderer* renderer = view_.renderer();
   const int* size = window_->GetSize();
-  dvec3 ends[2];
-  for (int i = 0; i < 2; ++i) {
-    renderer->SetDisplayPoint(x * size[0], y * size[1], i);
-    renderer->DisplayToWorld();
-    double world[4];
-    renderer->GetWorldPoint(world);
-    ends[i] = dvec3(world[0], world[1], world[2]) / world[3];
-  }
-  return {ends[0], glm::normalize(ends[1] - ends[0])};
+  // From the eye: the near plane moves when the view turns.
+  double eye[3], world[4];
+  renderer->GetActiveCamera()->GetPosition(eye);
+  renderer->SetDisplayPoint(x * size[0], y * size[1], 1);
+  renderer->DisplayToWorld();
+  renderer->GetWorldPoint(world);
+  const dvec3 from(eye[0], eye[1], eye[2]);
+  return {from, glm::normalize(dvec3(world[0], world[1], world[2]) / world[3] - from)};
 }
 
 double Viewport::distance_to_solid(const volume::Version& version, const Ray& ray) const {
@@ -279,9 +289,12 @@ void Viewport::show_stylus(const haptics::ServoRecord& record, ToolLook tool, co
 void Viewport::show(std::span<const sim::Overlay> overlays, std::span<const haptics::ServoRecord> hands) {
   std::vector<haptics::Placement> places;
   for (const haptics::ServoRecord& hand : hands) places.push_back(haptics::place_of(hand.pose));
-  if (plan_.empty()) return view_.overlays().show(overlays, places);
-  sim::Overlays all = plan_;
-  all.insert(all.end(), overlays.begin(), overlays.end());
+  OverlayLayer* scenery = view_.scenery();
+  if (plan_.empty() && scenery == nullptr) return view_.overlays().show(overlays, places);
+  sim::Overlays all = plan_, drawn;
+  for (const sim::Overlay& one : overlays)
+    (scenery != nullptr && one.kind == sim::Overlay::Kind::scenery ? drawn : all).push_back(one);
+  if (scenery != nullptr) scenery->show(drawn, places);
   view_.overlays().show(all, places);
 }
 
@@ -309,6 +322,15 @@ void Viewport::show_still(const std::shared_ptr<const volume::Version>& version,
 void Viewport::set_plan(sim::Overlays plan) {
   plan_ = std::move(plan);
   show({}, {});
+}
+
+void Viewport::ask_depth(const dvec3& at, double edge) {
+  if (ScreenDepth* depth = view_.screen_depth()) depth->ask(at, edge);
+}
+
+std::optional<ScreenDepth::Seen> Viewport::take_depth() {
+  ScreenDepth* depth = view_.screen_depth();
+  return depth != nullptr && view_.is_drawable() ? depth->take() : std::nullopt;
 }
 
 double Viewport::draw() {

@@ -88,6 +88,10 @@ class Viewport {
   /// Unit normal of the first shape's surface, out of the solid; 0 where it is flat.
   glm::dvec3 normal_at(const volume::Version& version, const glm::dvec3& p_world) const;
 
+  /// Of scenery: asks for its depth on the screen around a place, in the next frame. What came of it; nothing
+  /// where there is no scenery, or nothing is ready.
+  void ask_depth(const glm::dvec3& at, double edge);
+  std::optional<ScreenDepth::Seen> take_depth();
   BoneView& view() noexcept { return view_; }
   std::size_t triangle_count() const { return view_.bone().triangle_count(); }
   bool is_complete() const;

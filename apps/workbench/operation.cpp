@@ -115,11 +115,37 @@ Status add_stream(const OperationChoice& choice, const ModelChoice& wanted, int&
   return std::nullopt;
 }
 
+/// Whatever can be drawn, closed or not: one thing, as the screen has one picture.
+Status add_background(const OperationChoice& choice, SceneSpec& spec, sim::SceneData& data,
+                      const Listener& listener) {
+  std::vector<glm::dvec3> vertices;
+  std::vector<std::uint32_t> triangles;
+  for (const ModelChoice& wanted : choice.models) {
+    if (!wanted.is_background) continue;
+    auto loaded = load_model(wanted, data.models.size() + 1, listener);
+    if (!loaded) return loaded.error();
+    const auto first = static_cast<std::uint32_t>(vertices.size());
+    for (const glm::dvec3& p : loaded.value()->vertices()) vertices.push_back(p + wanted.at_world);
+    for (const std::uint32_t v : loaded.value()->triangles()) triangles.push_back(first + v);
+  }
+  if (triangles.empty()) return std::nullopt;
+  sim::StructureSpec told;
+  told.model = static_cast<int>(data.models.size());
+  told.shape.name = "background";
+  told.material = choice.material.over({});
+  told.comes_in = true;
+  data.models.push_back(std::make_shared<const haptics::MeshTree>(std::move(vertices), std::move(triangles)));
+  spec.models.push_back({data.models.back()->triangle_count(), sim::content_hash(*data.models.back())});
+  spec.structures.push_back(std::move(told));
+  return std::nullopt;
+}
+
 Status add_models(const OperationChoice& choice, SceneSpec& spec, sim::SceneData& data,
                   const Listener& listener) {
   int movers = 0;
   for (const ModelChoice& wanted : choice.models) {
     sim::StructureSpec told;
+    if (wanted.is_background) continue;
     if (wanted.is_depth && data_tools::is_depth_video(wanted.file)) {
       if (Status error = add_stream(choice, wanted, movers, spec, data)) return *error;
       continue;
@@ -274,6 +300,7 @@ Result<Operation> make_operation(Source source, const OperationChoice& choice, c
   spec.structures[0].material = choice.material.over(spec.structures[0].material);
   spec.structures[0].ramp = choice.ramp;
   if (Status error = add_models(choice, spec, data, listener)) return *error;
+  if (Status error = add_background(choice, spec, data, listener)) return *error;
   if (Status error = add_hands(choice, *source.volume, listener, spec)) return *error;
   const auto has_instrument = [](const HandSpec& hand) { return !hand.instrument.empty(); };
   if (choice.cuts_by_command || std::any_of(spec.hands.begin(), spec.hands.end(), has_instrument))

@@ -24,6 +24,8 @@ struct ModelChoice {
   double pixel = 0.2;         ///< mm
   /// Of a depth video that does not say them: fx, fy, cx, cy, pixels.
   std::optional<std::array<double, 4>> intrinsics = std::nullopt;
+  /// It is felt as the picture of it on the screen; all of those are one thing.
+  bool is_background = false;
 };
 
 /// The surface that is meant, where its file or place puts it; what was assumed is told.

@@ -89,6 +89,8 @@ class DepthSource {
   virtual volume::Result<DepthSet> draw(const DepthView& view, int threads = 0) const = 0;
   /// Does it look otherwise at another time?
   virtual bool is_moving(double time) const noexcept = 0;
+  /// Nobody draws it: its pictures come in, and are told of by sim::AdoptPicture.
+  virtual bool comes_in() const noexcept { return false; }
   /// mm, its own frame: all places where it ever is; low > high where there is nothing.
   virtual void bounds(glm::dvec3& low, glm::dvec3& high) const noexcept = 0;
   /// Of all that it is made of.

@@ -5,6 +5,7 @@
 #include <glm/common.hpp>
 #include <glm/vector_relational.hpp>
 
+#include "haptics/depth/depth_picture.h"
 #include "haptics/depth/motion_fit.h"
 #include "volume/mix_hash.h"
 
@@ -99,9 +100,7 @@ double DepthStream::depth_of(std::size_t pixel, const Between& at) const noexcep
 double DepthStream::depth_at(int column, int row, double time) const noexcept {
   const DepthCamera& c = pictures_.camera;
   if (column < 0 || row < 0 || column >= c.width || row >= c.height) return 0;
-  return depth_of(
-      static_cast<std::size_t>(column) + static_cast<std::size_t>(c.width) * static_cast<std::size_t>(row),
-      between(time));
+  return depth_of(number_of(column, row), between(time));
 }
 
 std::shared_ptr<const MeshTree> DepthStream::look(double time) const {
@@ -121,10 +120,7 @@ std::shared_ptr<const MeshTree> DepthStream::look(double time) const {
     std::swap(above, here);
     here.assign(static_cast<std::size_t>(columns), k_none);
     for (int i = 0; i < c.width; i += step) {
-      const double depth =
-          pictures_.mm_a_step *
-          pictures_.pictures[picture][static_cast<std::size_t>(i) +
-                                      static_cast<std::size_t>(c.width) * static_cast<std::size_t>(j)];
+      const double depth = pictures_.mm_a_step * pictures_.pictures[picture][number_of(i, j)];
       if (depth <= 0) continue;
       here[static_cast<std::size_t>(i / step)] = static_cast<std::uint32_t>(vertices.size());
       vertices.push_back(c.place(i, j, depth));
@@ -158,74 +154,24 @@ Result<DepthSet> DepthStream::draw(const DepthView& view, int) const {
   set.view = view;
   set.low = view.middle - 0.5 * view.edge, set.high = view.middle + 0.5 * view.edge;
   set.goes_on = is_moving(view.time);
-  // Which pixels can show anything there: by the corners of the clip volume, where all lie before the camera.
-  glm::ivec2 first(0), last(c.width - 1, c.height - 1);
-  if (set.high.z <= 0) last = glm::ivec2(-1);
-  if (set.low.z > 0) {
-    glm::dvec2 least(1e300), most(-1e300);
-    for (int k = 0; k < 8; ++k) {
-      const dvec3 p(k & 1 ? set.high.x : set.low.x, k & 2 ? set.high.y : set.low.y,
-                    k & 4 ? set.high.z : set.low.z);
-      const glm::dvec2 at(c.fx * p.x / p.z + c.cx, c.fy * p.y / p.z + c.cy);
-      least = glm::min(least, at), most = glm::max(most, at);
-    }
-    const auto within = [](double value, int count) {
-      return static_cast<int>(std::clamp(value, -1.0, 1.0 * count));
-    };
-    first = glm::max(first, glm::ivec2(within(std::floor(least.x) - 1, c.width),
-                                       within(std::floor(least.y) - 1, c.height)));
-    last = glm::min(
-        last, glm::ivec2(within(std::ceil(most.x) + 1, c.width), within(std::ceil(most.y) + 1, c.height)));
-  }
-  // Beyond all that the clip volume holds, so that outlines before nothing are walls too.
-  const double unseen = std::max(0.0, set.high.z) + view.edge;
-  std::vector<dvec3> vertices;
-  std::vector<std::uint32_t> triangles;
+  PixelSurface surface = pixel_surface(c, set.low, set.high, view.edge, [&](int column, int row) {
+    return depth_of(number_of(column, row), now);
+  });
   std::vector<MovingPlace> places;
-  constexpr std::uint32_t k_none = 0xffffffff;
-  const int columns = last.x - first.x + 1;
-  std::vector<dvec3> rows[2];
-  std::vector<std::uint32_t> numbers[2];
-  for (int j = first.y; j <= last.y && columns > 1; ++j) {
-    std::vector<dvec3>& here = rows[j & 1];
-    here.assign(static_cast<std::size_t>(columns), dvec3(0));
-    numbers[j & 1].assign(static_cast<std::size_t>(columns), k_none);
-    for (int i = first.x; i <= last.x; ++i) {
-      const std::size_t pixel =
-          static_cast<std::size_t>(i) + static_cast<std::size_t>(c.width) * static_cast<std::size_t>(j);
-      const double depth = depth_of(pixel, now);
-      const dvec3 p = here[static_cast<std::size_t>(i - first.x)] = c.place(i, j, depth > 0 ? depth : unseen);
+  for (int j = surface.first.y; set.goes_on && j <= surface.last.y; ++j)
+    for (int i = surface.first.x; i <= surface.last.x; ++i) {
+      const double depth = depth_of(number_of(i, j), now);
       if (depth <= 0) continue;
-      ++set.crossings;
-      if (!set.goes_on || glm::length(p - view.touch) > k_around) continue;
-      const double then = depth_of(pixel, next);
+      const dvec3 p = c.place(i, j, depth);
+      if (glm::length(p - view.touch) > k_around) continue;
+      const double then = depth_of(number_of(i, j), next);
       if (then > 0 && std::abs(then - depth) <= k_same)
         places.push_back({p, c.place(i, j, then), weight_of(p - view.touch)});
     }
-    if (j == first.y) continue;
-    const std::vector<dvec3>& above = rows[(j - 1) & 1];
-    for (std::size_t i = 0; i + 1 < static_cast<std::size_t>(columns); ++i) {
-      const std::array<dvec3, 4> corners{above[i], here[i], here[i + 1], above[i + 1]};
-      const dvec3 low = glm::min(glm::min(corners[0], corners[1]), glm::min(corners[2], corners[3])),
-                  high = glm::max(glm::max(corners[0], corners[1]), glm::max(corners[2], corners[3]));
-      if (glm::any(glm::greaterThan(low, set.high)) || glm::any(glm::lessThan(high, set.low))) continue;
-      const auto number = [&](int row, std::size_t column, const dvec3& p) {
-        std::uint32_t& known = numbers[row & 1][column];
-        if (known == k_none) {
-          known = static_cast<std::uint32_t>(vertices.size());
-          vertices.push_back(p);
-        }
-        return known;
-      };
-      // Seen from the camera counter-clockwise.
-      const std::uint32_t a = number(j - 1, i, corners[0]), b = number(j, i, corners[1]),
-                          d = number(j, i + 1, corners[2]), e = number(j - 1, i + 1, corners[3]);
-      triangles.insert(triangles.end(), {a, b, d, a, d, e});
-    }
-  }
-  set.pixels = static_cast<std::size_t>(std::max(0, columns)) *
-               static_cast<std::size_t>(std::max(0, last.y - first.y + 1));
-  set.tree = std::make_shared<const MeshTree>(std::move(vertices), std::move(triangles));
+  const glm::ivec2 size = glm::max(surface.last - surface.first + 1, glm::ivec2(0));
+  set.pixels = static_cast<std::size_t>(size.x) * static_cast<std::size_t>(size.y);
+  set.crossings = surface.seen;
+  set.tree = std::make_shared<const MeshTree>(std::move(surface.vertices), std::move(surface.triangles));
   if (set.goes_on) {
     set.motion = motion_of(places);
     set.slack = slack_of(set.motion, places, view.touch);

@@ -5,19 +5,10 @@
 #include <mutex>
 #include <vector>
 
+#include "haptics/depth/depth_camera.h"
 #include "haptics/depth/depth_source.h"
 
 namespace trephine::haptics::depth {
-
-/// It looks along z of its own frame, x to the right, y down: as public formats of depth pictures have it.
-struct DepthCamera {
-  int width = 0, height = 0;
-  double fx = 0, fy = 0, cx = 0, cy = 0;  ///< pixels; (0, 0) is the middle of the first pixel
-
-  glm::dvec3 place(double column, double row, double depth) const noexcept {
-    return {(column - cx) / fx * depth, (row - cy) / fy * depth, depth};
-  }
-};
 
 struct DepthPictures {
   DepthCamera camera;
@@ -55,6 +46,10 @@ class DepthStream final : public DepthSource {
     double share;
   };
   Between between(double time) const noexcept;
+  std::size_t number_of(int column, int row) const noexcept {
+    return static_cast<std::size_t>(column) +
+           static_cast<std::size_t>(pictures_.camera.width) * static_cast<std::size_t>(row);
+  }
   double depth_of(std::size_t pixel, const Between& at) const noexcept;
 
   DepthPictures pictures_;

@@ -31,12 +31,16 @@ std::shared_ptr<const haptics::TouchScene> with_shell(const haptics::TouchScene&
   return std::make_shared<const haptics::TouchScene>(std::move(with));
 }
 
+WindowStart begin_with_scene_method(const std::shared_ptr<const haptics::TouchScene>& scene) {
+  std::shared_ptr<haptics::ProxyMethod> method = haptics::make_method("scene").value();
+  EXPECT_FALSE(method->prepare(*scene));
+  sim::HandStart hand{haptics::ServoHand(scene, method, haptics::TouchState(nullptr)), drilling::burr({})};
+  return {sim::Engine({std::move(hand)}, 1e-3, catalogue())};
+}
+
 TEST_F(Window, DepthImagesAreTouchedAndShown) {
   scene_ = with_shell(*scene_);
-  std::shared_ptr<haptics::ProxyMethod> method = haptics::make_method("scene").value();
-  ASSERT_FALSE(method->prepare(*scene_));
-  sim::HandStart hand{haptics::ServoHand(scene_, method, haptics::TouchState(nullptr)), drilling::burr({})};
-  options_.start = WindowStart{sim::Engine({std::move(hand)}, 1e-3, catalogue())};
+  options_.start = begin_with_scene_method(scene_);
   options_.recorder = nullptr;
   MainWindow window(scene_, options_);
   window.show();
@@ -82,6 +86,77 @@ TEST_F(Window, DepthImagesAreTouchedAndShown) {
   EXPECT_TRUE(QTest::qWaitFor([&] { return panes.made(depths) > made + 3; }, 10000)) << "it moves";
   child<QAction>(window, "layout_picture")->trigger();
   EXPECT_TRUE(QTest::qWaitFor([&] { return window.operation()->viewport().overlay_count() == drawn; }, 5000));
+  window.close();
+}
+
+/// A sheet beside the ball of bone: no solid, and drawn anyway.
+std::shared_ptr<const haptics::TouchScene> with_sheet(const haptics::TouchScene& scene, double* height) {
+  haptics::TouchScene with = scene;
+  const volume::Volume& scan = *scene.base;
+  const dvec3 middle = scan.frame.world_from_volume(0.5 * (dvec3(scan.size) - 1.0));
+  const double wide = 0.45 * scan.size.x * scan.frame.spacing().x;
+  *height = middle.z + 1.05 * wide;
+  std::vector<dvec3> corners;
+  for (int c = 0; c < 4; ++c)
+    corners.push_back({middle.x + (c & 1 ? wide : -wide), middle.y + (c & 2 ? wide : -wide), *height});
+  with.items.push_back(haptics::depth_item(
+      "background", std::make_shared<haptics::depth::IncomingDepths>(),
+      std::make_shared<const haptics::MeshTree>(corners, std::vector<std::uint32_t>{0, 1, 3, 0, 3, 2})));
+  return std::make_shared<const haptics::TouchScene>(std::move(with));
+}
+
+TEST_F(Window, WhatIsOnTheScreenIsTouched) {
+  double height = 0;
+  scene_ = with_sheet(*scene_, &height);
+  options_.start = begin_with_scene_method(scene_);
+  options_.recorder = nullptr;
+  MainWindow window(scene_, options_);
+  window.show();
+  ASSERT_TRUE(QTest::qWaitForWindowExposed(&window));
+  OperationController& operation = *window.operation();
+  operation.viewport().look_from('S');
+  ASSERT_TRUE(QTest::qWaitFor([&] { return operation.viewport().triangle_count() > 1000; }, 10000));
+  const int sheet = static_cast<int>(scene_->items.size()) - 1;
+  const auto push = [&](auto&& wanted) {
+    const QPoint middle = window.canvas()->rect().center();
+    QTest::mouseMove(window.canvas(), middle + QPoint(1, 0));
+    QTest::mouseMove(window.canvas(), middle);
+    QTest::mousePress(window.canvas(), Qt::LeftButton, {}, middle);
+    const bool is_so = QTest::qWaitFor(
+        [&] {
+          if (!operation.fault_text().empty()) operation.reset_faults();
+          return wanted(operation.state().newest);
+        },
+        20000);
+    return is_so;
+  };
+  const auto on_sheet = [&](const haptics::ServoRecord& r) { return r.has_contact && r.shape == sheet; };
+  ASSERT_TRUE(push(on_sheet));
+  ASSERT_TRUE(QTest::qWaitFor(
+      [&] {
+        return on_sheet(operation.state().newest) && glm::length(operation.state().newest.force_world) > 0.2;
+      },
+      20000));
+  // On the sheet by the depth of the screen, to a step of it.
+  EXPECT_NEAR(operation.state().newest.proxy_world.z, height, 0.05);
+  keep(window, "screen_depth");
+  const ScreenDepth::Counters before = operation.viewport().view().screen_depth()->counters();
+  EXPECT_GT(before.reads, 0u);
+  EXPECT_LT(before.reads, 40u) << "at rest nothing is read";
+  // Held down while the view turns: it stays, and every new view is read. Nothing is drawn for that.
+  const int frames = operation.frames();
+  for (int i = 0; i < 12; ++i) {
+    operation.viewport().turn(2, 1);
+    QTest::qWait(60);
+    if (!operation.fault_text().empty()) operation.reset_faults();
+  }
+  ASSERT_TRUE(QTest::qWaitFor([&] { return on_sheet(operation.state().newest); }, 5000));
+  EXPECT_NEAR(operation.state().newest.proxy_world.z, height, 0.15);
+  const ScreenDepth::Counters after = operation.viewport().view().screen_depth()->counters();
+  EXPECT_GT(after.reads, before.reads + 4);
+  EXPECT_EQ(after.draws - before.draws, static_cast<std::uint64_t>(operation.frames() - frames))
+      << "as often as the window draws itself";
+  QTest::mouseRelease(window.canvas(), Qt::LeftButton, {}, window.canvas()->rect().center());
   window.close();
 }
 

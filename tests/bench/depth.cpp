@@ -11,6 +11,7 @@
 #include "haptics/depth/lomi.h"
 #include "haptics/mesh/mesh_tree.h"
 #include "haptics/proxy/methods.h"
+#include "tests/bench/depth_models.h"
 #include "tests/bench/measure.h"
 #include "tests/bench/peers.h"
 #include "tests/scenes/scenes.h"
@@ -26,65 +27,11 @@ using haptics::depth::Layers;
 
 namespace {
 
-constexpr double k_radius = 40;  // mm
-constexpr double k_two_pi = 6.283185307179586;
-
-struct Model {
-  std::vector<dvec3> vertices;
-  std::vector<std::uint32_t> triangles;
-};
-
-/// A ball of exactly so many triangles: rings and poles, some triangles split in three, and where the number
-/// is odd, as published ones are, one more without an area: a closed surface has an even number.
-Model ball(int count) {
-  const int around = std::max(8, static_cast<int>(std::sqrt(count / 1.0))), up = count / (2 * around) + 1;
-  Model m;
-  m.vertices.push_back({0, 0, k_radius});
-  for (int j = 1; j < up; ++j)
-    for (int i = 0; i < around; ++i) {
-      const double a = k_two_pi * i / around, b = 0.5 * k_two_pi * j / up;
-      m.vertices.push_back(k_radius *
-                           dvec3(std::sin(b) * std::cos(a), std::sin(b) * std::sin(a), std::cos(b)));
-    }
-  m.vertices.push_back({0, 0, -k_radius});
-  const auto at = [&](int i, int j) { return static_cast<std::uint32_t>(1 + (j - 1) * around + i % around); };
-  const auto last = static_cast<std::uint32_t>(m.vertices.size() - 1);
-  const auto add = [&](std::uint32_t a, std::uint32_t b, std::uint32_t c) {
-    m.triangles.insert(m.triangles.end(), {a, b, c});
-  };
-  for (int i = 0; i < around; ++i) {
-    add(0, at(i, 1), at(i + 1, 1));
-    for (int j = 1; j + 1 < up; ++j) {
-      add(at(i, j), at(i, j + 1), at(i + 1, j));
-      add(at(i + 1, j), at(i, j + 1), at(i + 1, j + 1));
-    }
-    add(at(i, up - 1), last, at(i + 1, up - 1));
-  }
-  const auto wanted = 3 * static_cast<std::size_t>(count);
-  for (std::size_t t = 0; m.triangles.size() + 6 <= wanted; t += 3) {
-    const std::uint32_t a = m.triangles[t], b = m.triangles[t + 1], c = m.triangles[t + 2];
-    m.vertices.push_back(k_radius * glm::normalize(m.vertices[a] + m.vertices[b] + m.vertices[c]));
-    const auto middle = static_cast<std::uint32_t>(m.vertices.size() - 1);
-    m.triangles[t + 2] = middle;
-    add(b, c, middle), add(c, a, middle);
-  }
-  while (m.triangles.size() < wanted) add(0, 0, 0);
-  return m;
-}
-
-/// Places all over a ball.
-dvec3 direction(int n) {
-  const auto share = [](int k) {
-    return static_cast<double>(volume::hash_bits(static_cast<std::uint64_t>(k)) >> 11) * 0x1p-53;
-  };
-  const double z = 1 - 2 * share(2 * n), a = k_two_pi * share(2 * n + 1);
-  const double r = std::sqrt(1 - z * z);
-  return {r * std::cos(a), r * std::sin(a), z};
-}
+constexpr double k_radius = k_ball_radius;
 
 /// A ball of 20 mm seen by six cameras, in pixels of a size.
 DepthCube six_images(double pixel) {
-  Model m = ball(200'000);
+  BallModel m = ball_of(200'000);
   for (dvec3& v : m.vertices) v *= 20 / k_radius;
   ivec3 size(0);
   const auto frame = depth::lattice_around(dvec3(-20), dvec3(20), pixel, size).value();
@@ -160,7 +107,7 @@ std::vector<ModelRow> run_depth_models(bool is_quick) {
   for (const int count : {69'451, 134'356, 233'204, 871'414, 2'000'000}) {
     ModelRow row;
     row.triangles = count;
-    const Model m = ball(count);
+    const BallModel m = ball_of(count);
     const auto tree_begin = Clock::now();
     const auto tree = std::make_shared<const MeshTree>(m.vertices, m.triangles);
     const double tree_ms = 1e3 * seconds_since(tree_begin);
@@ -191,7 +138,7 @@ std::vector<ModelRow> run_depth_models(bool is_quick) {
     for (const char* name : {"depth", "lomi", "mesh", "scene"})
       methods.emplace_back(name, make_method(name).value());
     for (const Peer& peer : peers().methods)
-      if (std::string(peer.info.name) == "Embree") methods.emplace_back("Embree", peer.make());
+      if (std::string(peer.info.name) != "OpenVDB") methods.emplace_back(peer.info.name, peer.make());
     for (const auto& [name, method] : methods) {
       ModelRow::Method one;
       one.name = name;
@@ -235,7 +182,7 @@ std::vector<DeformRow> run_depth_deforming(bool is_quick) {
     // To and fro at 400 mm/s, and larger by 2 mm.
     const auto middle = [](double key) { return dvec3(0, 0, 4 * (std::abs(std::fmod(key, 4) - 2) - 1)); };
     const auto swollen = [](double key) { return 1 + 0.05 * (1 - std::abs(std::fmod(key, 4) - 2) / 2); };
-    const Model rest = ball(count);
+    const BallModel rest = ball_of(count);
     depth::ModelKeys keys;
     keys.triangles = rest.triangles;
     keys.beat = 0.01, keys.after = depth::ModelKeys::After::repeat;

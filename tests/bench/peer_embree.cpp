@@ -5,7 +5,9 @@
 
 #include "haptics/mesh/god_object.h"
 #include "haptics/mesh/mesh_tree.h"
+#include "tests/bench/measure.h"
 #include "tests/bench/peers.h"
+#include "volume/parallel.h"
 #include "volume/surface_nets.h"
 
 namespace trephine::bench {
@@ -127,6 +129,87 @@ Peer embree_peer() {
           RTC_VERSION_STRING,
           false,
           [] { return std::unique_ptr<haptics::ProxyMethod>(std::make_unique<EmbreeProxy>()); }};
+}
+
+namespace {
+
+/// A scene of triangles and what made it.
+struct Built {
+  RTCDevice device;
+  RTCScene scene = nullptr;
+  double ms = 1e300;
+
+  Built(const float* vertices, long vertex_count, const unsigned* triangles, long triangle_count)
+      : device(rtcNewDevice(nullptr)) {
+    for (int run = 0; run < 3; ++run) {
+      if (scene) rtcReleaseScene(scene);
+      const auto begin = Clock::now();
+      scene = rtcNewScene(device);
+      rtcSetSceneFlags(scene, RTC_SCENE_FLAG_ROBUST);
+      RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
+      auto* to = static_cast<float*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0,
+                                                             RTC_FORMAT_FLOAT3, 3 * sizeof(float),
+                                                             static_cast<std::size_t>(vertex_count)));
+      std::copy_n(vertices, 3 * vertex_count, to);
+      auto* corners = static_cast<unsigned*>(
+          rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 3 * sizeof(unsigned),
+                                  static_cast<std::size_t>(triangle_count)));
+      std::copy_n(triangles, 3 * triangle_count, corners);
+      rtcCommitGeometry(geometry);
+      rtcAttachGeometry(scene, geometry);
+      rtcReleaseGeometry(geometry);
+      rtcCommitScene(scene);
+      ms = std::min(ms, 1e3 * seconds_since(begin));
+    }
+  }
+  ~Built() {
+    rtcReleaseScene(scene);
+    rtcReleaseDevice(device);
+  }
+  Built(const Built&) = delete;
+  Built& operator=(const Built&) = delete;
+};
+
+}  // namespace
+
+double embree_tree(const float* vertices, long vertex_count, const unsigned* triangles, long triangle_count) {
+  return Built(vertices, vertex_count, triangles, triangle_count).ms;
+}
+
+double embree_images(const float* vertices, long vertex_count, const unsigned* triangles, long triangle_count,
+                     const double* middle, double edge, int pixels, double& images_ms) {
+  const Built built(vertices, vertex_count, triangles, triangle_count);
+  std::vector<float> depths(6 * static_cast<std::size_t>(pixels) * static_cast<std::size_t>(pixels));
+  images_ms = 1e300;
+  for (int run = 0; run < 3; ++run) {
+    const auto begin = Clock::now();
+    volume::parallel_for(6 * pixels, 0, [&](int line) {
+      const int camera = line / pixels, row = line % pixels, axis = camera / 2, u = (axis + 1) % 3,
+                v = (axis + 2) % 3;
+      const double way = camera % 2 == 0 ? 1 : -1;
+      for (int column = 0; column < pixels; ++column) {
+        RTCIntersectContext context;
+        rtcInitIntersectContext(&context);
+        RTCRayHit ray{};
+        double from[3], along[3] = {0, 0, 0};
+        from[axis] = middle[axis] - 0.5 * way * edge;
+        from[u] = middle[u] + edge * ((column + 0.5) / pixels - 0.5);
+        from[v] = middle[v] + edge * ((row + 0.5) / pixels - 0.5);
+        along[axis] = way;
+        ray.ray.org_x = static_cast<float>(from[0]), ray.ray.org_y = static_cast<float>(from[1]),
+        ray.ray.org_z = static_cast<float>(from[2]);
+        ray.ray.dir_x = static_cast<float>(along[0]), ray.ray.dir_y = static_cast<float>(along[1]),
+        ray.ray.dir_z = static_cast<float>(along[2]);
+        ray.ray.tnear = 0, ray.ray.tfar = static_cast<float>(edge), ray.ray.mask = ~0u;
+        ray.hit.geomID = ray.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
+        rtcIntersect1(built.scene, &context, &ray);
+        depths[static_cast<std::size_t>(line) * static_cast<std::size_t>(pixels) +
+               static_cast<std::size_t>(column)] = ray.ray.tfar;
+      }
+    });
+    images_ms = std::min(images_ms, 1e3 * seconds_since(begin));
+  }
+  return built.ms;
 }
 
 }  // namespace trephine::bench

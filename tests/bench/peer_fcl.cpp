@@ -5,6 +5,7 @@
 #include <fcl/narrowphase/distance.h>
 #include <glm/geometric.hpp>
 
+#include "haptics/mesh/mesh_tree.h"
 #include "tests/bench/peers.h"
 #include "volume/surface_nets.h"
 
@@ -19,18 +20,30 @@ class FclProxy final : public haptics::ProxyMethod {
  public:
   const char* name() const noexcept override { return "FCL"; }
   volume::Status prepare(const haptics::TouchScene& scene) override {
-    if (volume::Status error = haptics::check_touchable(scene, true)) return error;
+    const bool is_model = scene.items.size() == 1 && scene.items[0].is_mesh();
+    if (volume::Status error = haptics::check_touchable(scene, !is_model, is_model)) return error;
     const haptics::TouchItem& shape = scene.items[0];
     const volume::Frame& frame = scene.base->frame;
-    const volume::Mesh net = volume::surface_net({&shape.field, nullptr, shape.bits.get()});
     std::vector<fcl::Vector3d> vertices;
-    for (std::size_t i = 0; i < net.vertices.size(); ++i) {
-      const dvec3 p = frame.world_from_volume(dvec3(net.vertices[i]));
-      vertices.emplace_back(p.x, p.y, p.z);
-    }
     std::vector<fcl::Triangle> triangles;
-    for (std::size_t t = 0; t < net.triangles.size(); t += 3)
-      triangles.emplace_back(net.triangles[t], net.triangles[t + 1], net.triangles[t + 2]);
+    const auto add = [&](const auto& corners) {
+      for (std::size_t t = 0; t + 2 < corners.size(); t += 3)
+        triangles.emplace_back(corners[t], corners[t + 1], corners[t + 2]);
+    };
+    if (is_model) {
+      for (const dvec3& v : shape.tree->vertices()) {
+        const dvec3 p = shape.placement.world_from_local(v);
+        vertices.emplace_back(p.x, p.y, p.z);
+      }
+      add(shape.tree->triangles());
+    } else {
+      const volume::Mesh net = volume::surface_net({&shape.field, nullptr, shape.bits.get()});
+      for (std::size_t i = 0; i < net.vertices.size(); ++i) {
+        const dvec3 p = frame.world_from_volume(dvec3(net.vertices[i]));
+        vertices.emplace_back(p.x, p.y, p.z);
+      }
+      add(net.triangles);
+    }
     auto model = std::make_shared<Model>();
     model->beginModel();
     model->addSubModel(vertices, triangles);

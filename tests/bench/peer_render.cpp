@@ -1,14 +1,20 @@
-// VTK's mappers of volumes, in a library that only `trephine bench render` loads.
+// VTK's mappers of volumes, and its depth buffer, in a library that only benchmarks load.
 #include <algorithm>
+#include <vtkActor.h>
 #include <vtkAutoInit.h>
 #include <vtkCamera.h>
+#include <vtkCellArray.h>
 #include <vtkColorTransferFunction.h>
 #include <vtkFixedPointVolumeRayCastMapper.h>
+#include <vtkFloatArray.h>
 #include <vtkImageData.h>
 #include <vtkNew.h>
 #include <vtkOpenGLGPUVolumeRayCastMapper.h>
 #include <vtkPiecewiseFunction.h>
 #include <vtkPointData.h>
+#include <vtkPoints.h>
+#include <vtkPolyData.h>
+#include <vtkPolyDataMapper.h>
 #include <vtkRenderWindow.h>
 #include <vtkRenderer.h>
 #include <vtkShortArray.h>
@@ -16,6 +22,7 @@
 #include <vtkVolume.h>
 #include <vtkVolumeProperty.h>
 
+#include "tests/bench/depth_images.h"
 #include "tests/bench/measure.h"
 #include "tests/bench/render.h"
 
@@ -100,6 +107,70 @@ extern "C" bool trephine_render_peer(const RenderPeerWish& wish, vtkRenderWindow
   window->GetPixelData(0, 0, size[0] - 1, size[1] - 1, 0, pixels);
   answer.greys.clear();
   for (vtkIdType i = 0; i < pixels->GetNumberOfTuples(); ++i) answer.greys.push_back(pixels->GetValue(3 * i));
+  window->RemoveRenderer(renderer);
+  return true;
+}
+
+extern "C" bool trephine_draw_peer(const DrawPeerWish& wish, vtkRenderWindow* window,
+                                   DrawPeerAnswer& answer) {
+  vtkNew<vtkFloatArray> places;
+  places->SetNumberOfComponents(3);
+  places->SetArray(const_cast<float*>(wish.vertices), 3 * wish.vertex_count, 1);
+  vtkNew<vtkPoints> points;
+  points->SetData(places);
+  vtkNew<vtkCellArray> cells;
+  cells->AllocateExact(wish.triangle_count, 3 * wish.triangle_count);
+  for (long t = 0; t < wish.triangle_count; ++t) {
+    const vtkIdType corners[3] = {wish.triangles[3 * t], wish.triangles[3 * t + 1],
+                                  wish.triangles[3 * t + 2]};
+    cells->InsertNextCell(3, corners);
+  }
+  vtkNew<vtkPolyData> data;
+  data->SetPoints(points);
+  data->SetPolys(cells);
+  vtkNew<vtkPolyDataMapper> mapper;
+  mapper->SetInputData(data);
+  vtkNew<vtkActor> actor;
+  actor->SetMapper(mapper);
+  vtkNew<vtkRenderer> renderer;
+  renderer->AddActor(actor);
+  window->SetMultiSamples(0);
+  window->AddRenderer(renderer);
+  vtkCamera* camera = renderer->GetActiveCamera();
+  camera->ParallelProjectionOn();
+  camera->SetParallelScale(0.5 * wish.edge);
+  const int* size = window->GetSize();
+  vtkNew<vtkFloatArray> depths;
+  answer.draw_ms = answer.read_ms = 1e300;
+  for (int round = 0; round <= wish.rounds; ++round) {
+    double draw_ms = 0, read_ms = 0;
+    for (int face = 0; face < 6; ++face) {
+      const int axis = face / 2;
+      double at[3], up[3] = {0, 0, 0};
+      for (int a = 0; a < 3; ++a) at[a] = wish.middle[a];
+      at[axis] += (face % 2 == 0 ? 0.5 : -0.5) * wish.edge;
+      up[(axis + 1) % 3] = 1;
+      camera->SetPosition(at);
+      camera->SetFocalPoint(wish.middle);
+      camera->SetViewUp(up);
+      camera->SetClippingRange(1e-3, wish.edge);
+      auto begin = Clock::now();
+      window->Render();
+      window->WaitForCompletion();
+      draw_ms += 1e3 * seconds_since(begin);
+      begin = Clock::now();
+      window->GetZbufferData(0, 0, size[0] - 1, size[1] - 1, depths);
+      read_ms += 1e3 * seconds_since(begin);
+    }
+    answer.nearest =
+        static_cast<double>(depths->GetValue(depths->GetNumberOfValues() / 2 + size[0] / 2)) * wish.edge;
+    if (round == 0) {
+      answer.first_ms = draw_ms + read_ms;
+      continue;
+    }
+    answer.draw_ms = std::min(answer.draw_ms, draw_ms);
+    answer.read_ms = std::min(answer.read_ms, read_ms);
+  }
   window->RemoveRenderer(renderer);
   return true;
 }

@@ -45,6 +45,10 @@ extern "C" const trephine::bench::PeerSet* trephine_peer_set() {
       nullptr,
       nullptr,
 #endif
+#ifdef TREPHINE_HAS_EMBREE
+      embree_tree,
+      embree_images,
+#endif
   };
   return &set;
 }

@@ -32,7 +32,14 @@ double itk_read(const char* folder, long long& sum);
 /// A cube of so many voxels along its edges, `low` and above: seconds to flood from a seed (26 around each),
 /// and to find all components; voxels of the flood, and how many components there are.
 double itk_flood(const short* voxels, int size, short low, const int* seed, long long& count);
-double itk_components(const short* voxels, int size, short low, bool has_corners, int threads, long long& count);
+double itk_components(const short* voxels, int size, short low, bool has_corners, int threads,
+                      long long& count);
+
+/// ms that Embree makes its tree of triangles in; and six orthographic images of a cube about a place, first
+/// hits, into `images_ms`. Least of three.
+double embree_tree(const float* vertices, long vertex_count, const unsigned* triangles, long triangle_count);
+double embree_images(const float* vertices, long vertex_count, const unsigned* triangles, long triangle_count,
+                     const double* middle, double edge, int pixels, double& images_ms);
 
 /// All of them: a library of its own, loaded when a benchmark asks, so that nothing else links them.
 struct PeerSet {
@@ -47,6 +54,9 @@ struct PeerSet {
   double (*itk_read)(const char* folder, long long& sum) = nullptr;
   double (*itk_flood)(const short*, int, short, const int*, long long&) = nullptr;
   double (*itk_components)(const short*, int, short, bool, int, long long&) = nullptr;
+  double (*embree_tree)(const float*, long, const unsigned*, long) = nullptr;
+  double (*embree_images)(const float*, long, const unsigned*, long, const double*, double, int,
+                          double&) = nullptr;
 };
 /// Those beside this program; empty when their library is not there.
 const PeerSet& peers();

@@ -2,13 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <dlfcn.h>
-#include <filesystem>
 #include <glm/geometric.hpp>
 #include <memory>
 
 #include "data-tools/phantoms.h"
 #include "tests/bench/measure.h"
+#include "tests/bench/module.h"
 #include "volume/direct_image.h"
 #include "volume/removal.h"
 
@@ -21,16 +20,6 @@ namespace {
 
 constexpr int k_pixels = 512, k_runs = 4;
 constexpr double k_ramp[] = {160, 0, 320, 0.55, 1200, 0.95};
-
-/// Beside the program.
-RenderPeer find_peer() {
-  std::error_code error;
-  const auto program = std::filesystem::read_symlink("/proc/self/exe", error);
-  const std::string path = (program.parent_path() / "libtrephine-render-peer.so").string();
-  void* library = error ? nullptr : dlopen(path.c_str(), RTLD_NOW | RTLD_LOCAL);
-  void* entry = library ? dlsym(library, "trephine_render_peer") : nullptr;
-  return entry ? reinterpret_cast<RenderPeer>(entry) : nullptr;
-}
 
 }  // namespace
 
@@ -103,7 +92,9 @@ std::vector<RenderRow> run_render_benchmark(int size, vtkRenderWindow* window) {
       }
       rows.push_back(row);
     }
-  const RenderPeer peer = window != nullptr ? find_peer() : nullptr;
+  const RenderPeer peer =
+      window != nullptr ? find_in_module<RenderPeer>("libtrephine-render-peer.so", "trephine_render_peer")
+                        : nullptr;
   for (const auto& [name, is_on_gpu, threads] :
        {std::tuple("VTK fixed point", false, 1), std::tuple("VTK fixed point", false, 2),
         std::tuple("VTK OpenGL", true, 0)}) {

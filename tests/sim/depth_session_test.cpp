@@ -208,6 +208,66 @@ TEST(DepthSession, CommandsAboutSetsAreChecked) {
   EXPECT_FALSE(engine.apply({wish, 1}).refused);
 }
 
+/// A plane before a camera that looks down on it, as pictures of it come in.
+AdoptPicture picture_of_plane(double height, std::int64_t item) {
+  haptics::depth::DepthPicture picture;
+  picture.place = {{8, 0, 100}, {0, 1, 0, 0}};  // x stays, y and z turn around
+  picture.camera = {80, 80, 200, 200, 39.5, 39.5};
+  picture.keep(std::vector<double>(80 * 80, 100 - height));
+  AdoptPicture wish = told_of(picture, item, {8, 0, height}, 16);
+  wish.hash = static_cast<std::int64_t>(set_of(wish)->hash());
+  return wish;
+}
+
+TEST(DepthSession, PicturesThatComeInAreKeptAndReplayed) {
+  const Folder folder;
+  const std::string path = folder.file("pictures.session");
+  haptics::TouchScene scene = small_bone();
+  scene.items.push_back(haptics::depth_item("background", std::make_shared<haptics::depth::IncomingDepths>(),
+                                            box({4, -4, 0}, {12, 4, 2})));
+  OperationStart start = start_of(scene);
+  auto writer = SessionWriter::create(path, SessionHeader(describe_scene(start.hands, {})), data_of(scene),
+                                      drilling_catalogue(), often(20'000));
+  ASSERT_TRUE(writer.is_ok()) << writer.error().message();
+  Lockstep run(Engine(std::move(start.hands), 1e-3, drilling_catalogue()), {}, 1000, writer.value().get());
+  const auto show = [&](double height, std::int64_t serial) {
+    AdoptPicture wish = picture_of_plane(height, 1);
+    wish.serial = serial, wish.time = run.engine().seconds();
+    return run.apply(Command(wish, 1));
+  };
+  std::vector<haptics::Pose> poses{poses_at(0)[0], {{8, 0, 6}, {1, 0, 0, 0}, 0}};
+  double lowest[2] = {1e9, 1e9};
+  for (int i = 0; i < 2600; ++i) {
+    const bool is_lower = i >= 250;
+    if (i == 50 || i % 250 == 0) {
+      ASSERT_FALSE(show(is_lower ? 2.5 : 3, 1 + i / 50).refused);
+    }
+    poses[0] = poses_at(1e-3 * i)[0];
+    poses[1].position_world.z = std::max(1.0, 6 - 0.05 * i);
+    for (const haptics::ServoRecord& r : run.step(poses))
+      if (r.hand == 1 && r.has_contact) lowest[is_lower] = std::min(lowest[is_lower], r.proxy_world.z);
+  }
+  EXPECT_NEAR(lowest[0], 3.8, 1e-3);  // the ball of 0.8 mm on it
+  EXPECT_NEAR(lowest[1], 3.3, 1e-3);
+  // What is no picture of it is refused, and so is drawing it.
+  AdoptPicture wrong = picture_of_plane(3, 0);
+  wrong.serial = 3;
+  EXPECT_TRUE(run.apply(Command(wrong, 1)).refused);
+  wrong = picture_of_plane(3, 1), wrong.serial = 3, wrong.values.pop_back();
+  EXPECT_TRUE(run.apply(Command(wrong, 1)).refused);
+  wrong = picture_of_plane(3, 1), wrong.serial = 3, wrong.rotation = {1, 1, 0, 0};
+  EXPECT_TRUE(run.apply(Command(wrong, 1)).refused);
+  AdoptDepths drawn;
+  drawn.item = 1, drawn.serial = 3, drawn.edge = 10;
+  EXPECT_TRUE(run.apply(Command(drawn, 1)).refused);
+  const std::uint64_t state = run.engine().now().hash();
+  EXPECT_FALSE(writer.value()->finish(run.engine(), 0));
+  const Verdict v = replay(path);
+  expect_same(v);
+  EXPECT_EQ(v.state, state);
+  expect_opens_anywhere(path, drilling_catalogue(), data_of(scene), 3);
+}
+
 TEST(DepthSession, ModelsThatCannotBeSeenAreRefusedInWords) {
   haptics::TouchScene scene = mixed();
   const auto refused = [&](auto&& change) {

@@ -1,0 +1,152 @@
+#include "apps/view/screen_depth.h"
+
+#include <algorithm>
+#include <cmath>
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+#include <glm/gtc/quaternion.hpp>
+#include <glm/mat3x3.hpp>
+#include <utility>
+#include <vector>
+#include <vtkCamera.h>
+#include <vtkRenderWindow.h>
+#include <vtkRenderer.h>
+#include <vtk_glew.h>
+
+#include "haptics/depth/depth_rules.h"
+
+namespace trephine::view {
+
+using glm::dvec3;
+using glm::ivec2;
+using haptics::depth::DepthCamera;
+using haptics::depth::DepthPicture;
+
+namespace {
+
+constexpr int k_most = 160;  // pixels either way, of what is read: as much as a command holds
+
+/// The picture's camera as depth pictures have it: x to the right, y down, z ahead; all of its pixels.
+std::pair<DepthCamera, haptics::Placement> camera_of(vtkCamera* camera, const int* size) {
+  double at[3], ahead[3], up[3];
+  camera->GetPosition(at);
+  camera->GetDirectionOfProjection(ahead);
+  camera->OrthogonalizeViewUp();
+  camera->GetViewUp(up);
+  const dvec3 z(ahead[0], ahead[1], ahead[2]), y = -dvec3(up[0], up[1], up[2]);
+  DepthCamera all;
+  all.width = size[0], all.height = size[1];
+  all.fx = all.fy = 0.5 * size[1] / std::tan(0.5 * camera->GetViewAngle() * 3.14159265358979 / 180);
+  all.cx = 0.5 * (size[0] - 1), all.cy = 0.5 * (size[1] - 1);
+  haptics::Placement place;
+  place.position_world = {at[0], at[1], at[2]};
+  place.rotation = glm::normalize(glm::quat_cast(glm::dmat3(glm::normalize(glm::cross(y, z)), y, z)));
+  return {all, place};
+}
+
+}  // namespace
+
+void ScreenDepth::before(vtkRenderer* renderer, vtkRenderWindow* window) {
+  ++counters_.draws;
+  is_reading_ = false;
+  if (!wish_ || asked_) return;
+  const Wish wish = *std::exchange(wish_, std::nullopt);
+  vtkCamera* camera = renderer->GetActiveCamera();
+  const auto [all, place] = camera_of(camera, window->GetSize());
+  const dvec3 p = place.local_from_world(wish.at);
+  if (!(p.z > 0)) return;
+  const double column = all.fx * p.x / p.z + all.cx, row = all.fy * p.y / p.z + all.cy;
+  // A cube however it is turned.
+  const double reach = 0.87 * wish.edge / p.z * all.fx + 2;
+  const auto range = [&](double middle, int count, int& first, int& number) {
+    const double half = std::min(reach, 0.5 * (k_most - 1));
+    first = static_cast<int>(std::clamp(std::floor(middle - half), 0.0, 1.0 * count));
+    const int last = static_cast<int>(std::clamp(std::ceil(middle + half), -1.0, count - 1.0));
+    number = std::min(k_most, last - first + 1);
+  };
+  int left = 0, top = 0, columns = 0, rows = 0;
+  range(column, all.width, left, columns);
+  range(row, all.height, top, rows);
+  if (columns < 4 || rows < 4) return;
+  Seen seen{{}, wish.at, wish.edge};
+  seen.picture.camera = {columns, rows, all.fx, all.fy, all.cx - left, all.cy - top};
+  seen.picture.place = place;
+  camera->GetClippingRange(near_, far_);
+  corner_ = {left, all.height - top - rows};
+  asked_ = std::move(seen);
+  is_reading_ = true;
+  read(0);
+}
+
+void ScreenDepth::after(vtkRenderer*, vtkRenderWindow*) {
+  if (!is_reading_) return;
+  is_reading_ = false;
+  read(1);
+  fence_ = glFenceSync(GL_SYNC_GPU_COMMANDS_COMPLETE, 0);
+  ++counters_.reads;
+}
+
+/// Into a buffer on the graphics side; every binding stays as it was.
+void ScreenDepth::read(std::size_t which) {
+  const DepthCamera& c = asked_->picture.camera;
+  GLint from = 0, to = 0, pack = 0, alignment = 4;
+  glGetIntegerv(GL_READ_FRAMEBUFFER_BINDING, &from);
+  glGetIntegerv(GL_DRAW_FRAMEBUFFER_BINDING, &to);
+  glGetIntegerv(GL_PIXEL_PACK_BUFFER_BINDING, &pack);
+  glGetIntegerv(GL_PACK_ALIGNMENT, &alignment);
+  if (buffers_[which] == 0) glGenBuffers(1, &buffers_[which]);
+  glBindFramebuffer(GL_READ_FRAMEBUFFER, static_cast<GLuint>(to));
+  glBindBuffer(GL_PIXEL_PACK_BUFFER, buffers_[which]);
+  glBufferData(GL_PIXEL_PACK_BUFFER, static_cast<GLsizeiptr>(sizeof(float)) * c.width * c.height, nullptr,
+               GL_STREAM_READ);
+  glPixelStorei(GL_PACK_ALIGNMENT, 4);
+  glReadPixels(corner_.x, corner_.y, c.width, c.height, GL_DEPTH_COMPONENT, GL_FLOAT, nullptr);
+  glPixelStorei(GL_PACK_ALIGNMENT, alignment);
+  glBindBuffer(GL_PIXEL_PACK_BUFFER, static_cast<GLuint>(pack));
+  glBindFramebuffer(GL_READ_FRAMEBUFFER, static_cast<GLuint>(from));
+}
+
+std::optional<ScreenDepth::Seen> ScreenDepth::take() {
+  if (!asked_ || fence_ == nullptr) return std::nullopt;
+  if (glClientWaitSync(static_cast<GLsync>(fence_), GL_SYNC_FLUSH_COMMANDS_BIT, 0) == GL_TIMEOUT_EXPIRED)
+    return std::nullopt;
+  glDeleteSync(static_cast<GLsync>(std::exchange(fence_, nullptr)));
+  Seen seen = *std::exchange(asked_, std::nullopt);
+  const DepthCamera& c = seen.picture.camera;
+  const auto count = static_cast<std::size_t>(c.width) * static_cast<std::size_t>(c.height);
+  std::array<std::vector<float>, 2> read;
+  GLint pack = 0;
+  glGetIntegerv(GL_PIXEL_PACK_BUFFER_BINDING, &pack);
+  for (std::size_t which = 0; which < 2; ++which) {
+    read[which].resize(count);
+    glBindBuffer(GL_PIXEL_PACK_BUFFER, buffers_[which]);
+    glGetBufferSubData(GL_PIXEL_PACK_BUFFER, 0, static_cast<GLsizeiptr>(sizeof(float) * count),
+                       read[which].data());
+  }
+  glBindBuffer(GL_PIXEL_PACK_BUFFER, static_cast<GLuint>(pack));
+  // The scenery is where it is nearer than what was there before; rows go upward in GL.
+  std::vector<double> depths(count, 0);
+  for (int row = 0; row < c.height; ++row)
+    for (int column = 0; column < c.width; ++column) {
+      const auto at = [&](int r) {
+        return static_cast<std::size_t>(column) +
+               static_cast<std::size_t>(c.width) * static_cast<std::size_t>(r);
+      };
+      const std::size_t from = at(c.height - 1 - row);
+      if (read[1][from] < read[0][from])
+        depths[at(row)] =
+            haptics::depth::perspective_distance(near_, far_, static_cast<double>(read[1][from]));
+    }
+  seen.picture.keep(depths);
+  seen.edge = std::min(seen.edge, seen.picture.known_around(seen.at));
+  return seen;
+}
+
+void ScreenDepth::release() {
+  if (fence_ != nullptr) glDeleteSync(static_cast<GLsync>(std::exchange(fence_, nullptr)));
+  glDeleteBuffers(2, buffers_.data());
+  buffers_ = {};
+  asked_.reset();
+}
+
+}  // namespace trephine::view

@@ -1,0 +1,58 @@
+// The six depth images of a shape's voxels as they are left, looked at anew only where something changed.
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "volume/cell_samples.h"
+#include "volume/traversal.h"
+
+namespace trephine::haptics::depth {
+
+/// Orthographic cameras on the six faces of a volume, a pixel a row of voxels: first solids are bits that are
+/// scanned for, 64 rows at a time. One thread; queries between changes: any.
+class VoxelImages {
+ public:
+  /// All six of them.
+  explicit VoxelImages(const volume::SurfaceSource& source);
+  /// Another state of the same shape, which differs from the last one in that box alone: rows that come
+  /// through it are looked at, from where they may have changed on.
+  void update(const volume::SurfaceSource& source, const volume::VoxelBox& changed);
+
+  const glm::ivec3& size() const noexcept { return size_; }
+  /// The first solid voxel of the row along `axis` at (i, j) of the other two axes in their order, from the
+  /// low side or the high one; -1: there is none.
+  int first(int axis, bool from_high, int i, int j) const noexcept {
+    return image(axis, from_high)[pixel(axis, i, j)].voxel;
+  }
+  /// Where the surface before it lies, voxels along the axis.
+  float surface(int axis, bool from_high, int i, int j) const noexcept {
+    return image(axis, from_high)[pixel(axis, i, j)].at;
+  }
+  /// Voxels that were asked one by one by the last update.
+  std::size_t asked() const noexcept { return asked_; }
+
+ private:
+  struct Pixel {
+    int voxel = -1;
+    float at = 0;
+  };
+  using Image = std::vector<Pixel>;
+  const Image& image(int axis, bool from_high) const noexcept {
+    return images_[static_cast<std::size_t>(2 * axis + from_high)];
+  }
+  std::size_t pixel(int axis, int i, int j) const noexcept {
+    return static_cast<std::size_t>(i) +
+           static_cast<std::size_t>(axis == 0 ? size_.y : size_.x) * static_cast<std::size_t>(j);
+  }
+  void scan_rows(const volume::SurfaceSource& source, bool from_high);
+  void scan_across(const volume::SurfaceSource& source, int axis, bool from_high);
+  void place(const volume::VoxelSamples& samples, int axis, bool from_high, const glm::ivec3& first,
+             Pixel& to);
+
+  glm::ivec3 size_;
+  std::array<Image, 6> images_;
+  std::size_t asked_ = 0;
+};
+
+}  // namespace trephine::haptics::depth

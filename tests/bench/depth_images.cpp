@@ -1,0 +1,239 @@
+#include "tests/bench/depth_images.h"
+
+#include <algorithm>
+#include <cmath>
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+
+#include "data-tools/phantoms.h"
+#include "haptics/depth/depth_cube.h"
+#include "haptics/depth/depth_model.h"
+#include "haptics/depth/voxel_images.h"
+#include "haptics/proxy/methods.h"
+#include "tests/bench/depth_models.h"
+#include "tests/bench/measure.h"
+#include "tests/bench/module.h"
+#include "tests/bench/peers.h"
+#include "tests/scenes/scenes.h"
+#include "volume/direct_image.h"
+#include "volume/removal.h"
+#include "volume/surface_nets.h"
+
+namespace trephine::bench {
+
+using glm::dvec3;
+using glm::ivec3;
+using namespace haptics;
+using depth::DepthCube;
+
+namespace {
+
+template <class Work>
+double least_ms(int runs, Work&& work) {
+  double least = 1e300;
+  for (int run = 0; run < runs; ++run) {
+    const auto begin = Clock::now();
+    work();
+    least = std::min(least, 1e3 * seconds_since(begin));
+  }
+  return least;
+}
+
+DrawPeer draw_peer() {
+  static const auto found = find_in_module<DrawPeer>("libtrephine-render-peer.so", "trephine_draw_peer");
+  return found;
+}
+
+struct Floats {
+  std::vector<float> vertices;
+  explicit Floats(const std::vector<dvec3>& from) {
+    for (const dvec3& p : from)
+      for (int a = 0; a < 3; ++a) vertices.push_back(static_cast<float>(p[a]));
+  }
+};
+
+DrawPeerWish wish_of(const Floats& floats, const BallModel& m, const dvec3& middle, double edge, int rounds) {
+  DrawPeerWish wish{floats.vertices.data(),
+                    static_cast<long>(m.vertices.size()),
+                    m.triangles.data(),
+                    static_cast<long>(m.triangles.size() / 3),
+                    {},
+                    edge,
+                    rounds};
+  for (int a = 0; a < 3; ++a) wish.middle[a] = middle[a];
+  return wish;
+}
+
+}  // namespace
+
+std::vector<ImagesRow> run_depth_images(bool is_quick, MakeWindow draw_on) {
+  std::vector<ImagesRow> rows;
+  const std::vector<int> counts =
+      is_quick ? std::vector{69'451} : std::vector{69'451, 200'000, 400'000, 800'000, 1'600'000};
+  const std::vector<int> sizes = is_quick ? std::vector{100} : std::vector{100, 250, 500, 1000};
+  for (const int count : counts) {
+    const BallModel m = ball_of(count);
+    const Floats floats(m.vertices);
+    const dvec3 touched = k_ball_radius * direction(3);
+    constexpr double k_edge = 20;  // mm
+    for (const int pixels : sizes) {
+      // Every size of one model, and every model in 100^2 pixels.
+      if (pixels != 100 && count != 69'451 && count != 1'600'000) continue;
+      ImagesRow row;
+      row.triangles = count, row.pixels = pixels;
+      const double step = k_edge / pixels;
+      row.ours_ms = least_ms(3, [&] {
+        (void)DepthCube::of_triangles(
+            m.vertices, m.triangles, volume::Frame::from_spacing(touched - 0.5 * k_edge, dvec3(step)).value(),
+            ivec3(pixels))
+            .value();
+      });
+      if (peers().embree_images) {
+        const double at[3] = {touched.x, touched.y, touched.z};
+        row.embree_made_ms = peers().embree_images(
+            floats.vertices.data(), static_cast<long>(m.vertices.size()), m.triangles.data(),
+            static_cast<long>(m.triangles.size() / 3), at, k_edge, pixels, row.embree_ms);
+      }
+      if (const DrawOn on = draw_on(pixels); on.window && draw_peer()) {
+        DrawPeerAnswer answer;
+        if (draw_peer()(wish_of(floats, m, touched, k_edge, 3), on.window, answer))
+          row.gl_first_ms = answer.first_ms, row.gl_ms = answer.draw_ms + answer.read_ms;
+      }
+      rows.push_back(row);
+    }
+  }
+  return rows;
+}
+
+std::vector<EditRow> run_depth_edits() {
+  data_tools::PhantomOptions o;
+  o.size = ivec3(256);
+  o.spacing_mm = dvec3(0.5);
+  o.psf_sigma_voxels = 1;
+  const TouchScene scene = scenes::phantom_scene("shell", o);
+  const TouchItem& bone = scene.items[0];
+  const auto start =
+      std::make_shared<volume::Version>(scene.base, volume::CutLattice::for_burr(*scene.base, 4).value());
+  const dvec3 middle = scene.base->frame.world_from_volume(0.5 * (dvec3(scene.base->size) - 1.0));
+  // Where the shell begins, from afar.
+  const auto outside = [&](const dvec3& out) {
+    double far = 80;
+    while (far > 0 && scene.base->contains(ivec3(scene.base->frame.volume_from_world(middle + far * out))) &&
+           !bone.bits->is_solid(ivec3(scene.base->frame.volume_from_world(middle + far * out))))
+      far -= 0.25;
+    return middle + far * out;
+  };
+  std::vector<EditRow> rows;
+  for (const double burr : {1.0, 2.0, 4.0, 6.0}) {
+    volume::RemovalEditor editor(start, {bone.field});
+    EditRow row;
+    row.burr = burr;
+    volume::SurfaceSource source{&bone.field, start.get(), bone.bits.get()};
+    std::shared_ptr<const volume::Version> now = start;
+    depth::VoxelImages images(source);
+    row.all_ms = least_ms(2, [&] { images = depth::VoxelImages(source); });
+    std::vector<double> us, net_ms, tree_ms;
+    for (int n = 0; n < 40; ++n) {
+      const dvec3 at = outside(direction(n));
+      const volume::RemovalReport cut = editor.remove({at, at, 0.5 * burr});
+      if (cut.removed_units == 0) continue;
+      now = editor.freeze();
+      source.version = now.get();
+      auto begin = Clock::now();
+      images.update(source, cut.box);
+      us.push_back(1e6 * seconds_since(begin));
+      const ivec3 chunk = (ivec3(scene.base->frame.volume_from_world(at)) + 1) / volume::k_chunk;
+      begin = Clock::now();
+      const volume::Mesh net = volume::surface_net_chunk(source, chunk);
+      net_ms.push_back(1e3 * seconds_since(begin));
+      row.triangles = std::max(row.triangles, static_cast<long>(net.triangles.size() / 3));
+      if (peers().embree_tree && net.triangles.size() > 0)
+        tree_ms.push_back(
+            peers().embree_tree(&net.vertices.span()[0].x, static_cast<long>(net.vertices.size()),
+                                net.triangles.span().data(), static_cast<long>(net.triangles.size() / 3)));
+    }
+    row.update_us = times_of(us).p50, row.net_ms = times_of(net_ms).p50;
+    if (!tree_ms.empty()) row.embree_ms = times_of(tree_ms).p50;
+    rows.push_back(row);
+  }
+  return rows;
+}
+
+std::vector<FrameRow> run_frame_times(bool is_quick, MakeWindow draw_on) {
+  std::vector<FrameRow> rows;
+  data_tools::PhantomOptions o;
+  o.size = ivec3(128);
+  const TouchScene scene = scenes::phantom_scene("sphere", o);
+  const auto version = untouched(scene);
+  const auto method = make_method(k_default_method).value();
+  if (method->prepare(scene)) return rows;
+  const TouchState seen(version);
+  // What the hand needs of voxels while a frame is drawn: 16 steps of a servo beside it, and nothing of the
+  // frame's own thread; told as if they were its.
+  const dvec3 middle = scene.base->frame.world_from_volume(0.5 * (dvec3(scene.base->size) - 1.0));
+  const auto steps_us = [&] {
+    ProxyState state;
+    for (int i = 0; i < 400; ++i)
+      (void)method->step(scene, seen, state, {middle + (80.0 - 0.1 * i) * direction(5)});
+    return 1e3 * least_ms(5, [&] {
+             for (int i = 0; i < 16; ++i)
+               (void)method->step(scene, seen, state, {middle + (40.0 + 0.01 * i) * direction(5)});
+           });
+  };
+  constexpr int k_pixels = 512;
+  for (const int count :
+       is_quick ? std::vector{100'000} : std::vector{100'000, 200'000, 400'000, 800'000, 1'200'000}) {
+    const BallModel m = ball_of(count);
+    const Floats floats(m.vertices);
+    FrameRow row;
+    row.triangles = count;
+    row.ours_us = steps_us();
+    const dvec3 touched = k_ball_radius * direction(3);
+    row.depth_ms = least_ms(3, [&] {
+      depth::ModelKeys keys;
+      (void)DepthCube::of_triangles(m.vertices, m.triangles,
+                                    volume::Frame::from_spacing(touched - 10.0, dvec3(0.2)).value(),
+                                    ivec3(100))
+          .value();
+    });
+    long near = 0;
+    row.feedback_ms = least_ms(3, [&] {
+      near = 0;
+      for (std::size_t t = 0; t + 2 < m.triangles.size(); t += 3) {
+        const dvec3 &a = m.vertices[m.triangles[t]], &b = m.vertices[m.triangles[t + 1]],
+                    &c = m.vertices[m.triangles[t + 2]];
+        const dvec3 low = glm::min(glm::min(a, b), c), high = glm::max(glm::max(a, b), c);
+        near += glm::length(touched - glm::clamp(touched, low, high)) < 5;
+      }
+    });
+    if (near == 0) row.feedback_ms = -1;
+    if (const DrawOn on = draw_on(k_pixels); on.window && draw_peer()) {
+      DrawPeerAnswer answer;
+      if (draw_peer()(wish_of(floats, m, dvec3(0), 2.5 * k_ball_radius, 3), on.window, answer)) {
+        row.draw_ms = answer.draw_ms / 6;
+        row.again_ms = (answer.draw_ms + answer.read_ms) / 6;
+      }
+    }
+    rows.push_back(row);
+  }
+  volume::DirectImage image(scene.base);
+  image.set_ramp({{0, dvec3(1), 0}, {500, dvec3(1), 0.6}, {1000, dvec3(1), 0.9}});
+  const double wide = scene.base->frame.spacing().x * scene.base->size.x;
+  volume::DirectWish wish;
+  wish.eye.forward = {0, 1, 0}, wish.eye.up = {0, 0, 1};
+  wish.eye.at = middle - dvec3(0, 3 * wide, 0);
+  wish.eye.distance = 3 * wide, wish.eye.height = 1.2 * wide;
+  wish.eye.columns = wish.eye.rows = k_pixels;
+  std::vector<volume::DirectPixel> pixels(static_cast<std::size_t>(k_pixels) * k_pixels);
+  for (const int slices : is_quick ? std::vector{200} : std::vector{200, 500, 1000, 2000}) {
+    FrameRow row;
+    row.slices = slices;
+    wish.step = wide / slices;
+    row.ours_us = steps_us();
+    row.draw_ms = least_ms(3, [&] { image.draw(wish, *version, {}, 0, pixels); });
+    rows.push_back(row);
+  }
+  return rows;
+}
+
+}  // namespace trephine::bench

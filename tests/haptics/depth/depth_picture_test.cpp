@@ -1,0 +1,187 @@
+// Pictures that come in, as a screen has them: what they show, what is felt while the view turns, and what
+// they hide.
+#include "haptics/depth/depth_picture.h"
+
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <glm/gtc/quaternion.hpp>
+#include <gtest/gtest.h>
+
+#include "haptics/depth/depth_rules.h"
+#include "haptics/proxy/methods.h"
+#include "tests/scenes/scenes.h"
+
+namespace trephine::haptics::depth {
+namespace {
+
+using glm::dvec3;
+
+constexpr double k_radius = 30, k_far = 500, k_pixel = 0.4;  // mm
+
+/// A ball at the origin from so many degrees about y, 0: from -z; a window of pixels around a place.
+DepthPicture picture_of_ball(double degrees, const dvec3& touch) {
+  DepthPicture picture;
+  const glm::dquat turn = glm::angleAxis(degrees * 3.14159265358979 / 180, dvec3(0, 1, 0));
+  picture.place = {turn * dvec3(0, 0, -k_far), turn};
+  constexpr int k_side = 120;
+  const double f = k_far / k_pixel;
+  const dvec3 at = picture.place.local_from_world(touch);
+  picture.camera = {
+      k_side, k_side, f, f, 0.5 * (k_side - 1) - f * at.x / at.z, 0.5 * (k_side - 1) - f * at.y / at.z};
+  std::vector<double> depths;
+  const dvec3 middle = picture.place.local_from_world(dvec3(0));
+  for (int j = 0; j < k_side; ++j)
+    for (int i = 0; i < k_side; ++i) {
+      const dvec3 way = picture.camera.place(i, j, 1);
+      const double a = glm::dot(way, way), b = glm::dot(way, middle),
+                   c = glm::dot(middle, middle) - k_radius * k_radius, root = b * b - a * c;
+      // As a depth buffer of 24 bits has it.
+      const double depth = root > 0 ? (b - std::sqrt(root)) / a : 0, near = 300, far = 800;
+      if (depth <= 0) {
+        depths.push_back(0);
+        continue;
+      }
+      const double buffer = std::round((far - far * near / depth) / (far - near) * 0x1p24) * 0x1p-24;
+      depths.push_back(perspective_distance(near, far, buffer));
+    }
+  picture.keep(depths);
+  return picture;
+}
+
+struct ScreenHand {
+  TouchScene scene = scenes::phantom_scene("sphere", [] {
+    data_tools::PhantomOptions o;
+    o.size = glm::ivec3(16);
+    o.spacing_mm = dvec3(0.5);
+    return o;
+  }());
+  std::unique_ptr<ProxyMethod> method = make_method("scene").value();
+  std::shared_ptr<const volume::Version> version;
+  TouchState seen{nullptr};
+  ProxyState state;
+  int tick = 0, hidden = 0;
+  dvec3 proxy{0.0};
+
+  explicit ScreenHand(double radius) {
+    scene.items.clear();
+    scene.items.push_back(
+        depth_item("background", std::make_shared<IncomingDepths>(), std::make_shared<const MeshTree>()));
+    scene.tool_radius = radius;
+    version = untouched(scene);
+    seen = TouchState(version);
+    seen.depths.resize(1);
+    EXPECT_FALSE(method->prepare(scene));
+  }
+  /// As a window does it: what hides the hand is not taken.
+  void look(double degrees) {
+    const DepthPicture picture = picture_of_ball(degrees, proxy);
+    const auto behind = picture.behind(proxy);
+    if (!behind || *behind > 1 + 2 * k_pixel) {
+      ++hidden;
+      return;
+    }
+    DepthView view;
+    view.middle = view.touch = proxy;
+    view.edge = std::min(24.0, picture.known_around(proxy));
+    view.pixel = k_pixel;
+    view.time = 0.001 * tick;
+    auto set = std::make_shared<DepthSet>(set_of(view, picture));
+    set->follow(seen.depths[0].get());
+    seen.depths[0] = set;
+  }
+  ProxyStep step(const dvec3& hip) {
+    ProxyInput input{hip};
+    input.time = 0.001 * tick++;
+    const ProxyStep made = method->step(scene, seen, state, input);
+    proxy = made.proxy_world;
+    return made;
+  }
+};
+
+TEST(DepthPicture, WhatIsTouchedStaysWhileTheViewTurns) {
+  for (const double radius : {0.0, 1.5}) {
+    ScreenHand hand(radius);
+    const dvec3 out = glm::normalize(dvec3(0.1, 0.2, -1));
+    hand.proxy = (k_radius + radius + 3) * out;
+    hand.look(0);
+    for (int i = 0; i < 100; ++i) hand.step((k_radius + radius + 3 - 0.05 * i) * out);
+    const dvec3 first = hand.proxy;
+    EXPECT_NEAR(glm::length(first), k_radius + radius, 0.02) << radius;
+    dvec3 last = first;
+    double worst = 0, leap = 0;
+    // A turn of 60 degrees in a second, 60 pictures a second.
+    for (int i = 0; i < 1000; ++i) {
+      if (i % 16 == 0) hand.look(0.06 * i);
+      const ProxyStep step = hand.step((k_radius + radius - 2) * out);
+      ASSERT_TRUE(step.has_contact) << i;
+      worst = std::max(worst, std::abs(glm::length(hand.proxy) - k_radius - radius));
+      leap = std::max(leap, glm::length(hand.proxy - last));
+      last = hand.proxy;
+    }
+    EXPECT_LT(worst, 0.1) << radius;  // where the surface leans a pixel is 0.8 mm of it
+    EXPECT_LT(leap, 0.5) << radius;
+    EXPECT_LT(glm::length(last - first), 0.5) << radius;
+    EXPECT_EQ(hand.hidden, 0);
+    // From behind nothing is seen of what it touches: that stays as it was.
+    const auto before = hand.seen.depths[0];
+    for (int i = 0; i < 100; ++i) {
+      if (i % 16 == 0) hand.look(120 + 0.5 * i);
+      ASSERT_TRUE(hand.step((k_radius + radius - 2) * out).has_contact) << i;
+    }
+    EXPECT_EQ(hand.hidden, 7);
+    EXPECT_EQ(hand.seen.depths[0], before);
+    EXPECT_LT(glm::length(hand.proxy - last), 0.05);
+  }
+}
+
+/// To any place before the picture, at 1 m/s: never behind what it shows.
+TEST(DepthPicture, NothingIsPassedThrough) {
+  ScreenHand hand(0);
+  hand.proxy = {0, 0, -k_radius - 4};
+  hand.look(0);
+  double deepest = 0;
+  long in_contact = 0;
+  for (int i = 0; i < 4000; ++i) {
+    const double a = 0.011 * i, b = 0.037 * i;
+    const dvec3 hip(6 * std::sin(a), 5 * std::sin(b), -k_radius + 4 * std::sin(0.05 * i));
+    if (i % 50 == 0) hand.look(5 * std::sin(0.001 * i));
+    in_contact += hand.step(hip).has_contact;
+    deepest = std::max(deepest, k_radius - glm::length(hand.proxy));
+  }
+  EXPECT_GT(in_contact, 1000);
+  EXPECT_LT(deepest, 0.05);
+}
+
+TEST(DepthPicture, KeepsDepthsAndSaysWhatIsWrong) {
+  DepthPicture picture = picture_of_ball(0, {0, 0, -k_radius});
+  EXPECT_FALSE(check(picture));
+  EXPECT_LT(picture.mm_a_step, 0.001);
+  // A step at the middle: equation 1 backward and forward, and 16 bits.
+  EXPECT_NEAR(picture.depth(59, 59), k_far - k_radius, 0.003);
+  EXPECT_NEAR(*picture.behind({0, 0, -k_radius + 2}), 2, 0.01);
+  EXPECT_FALSE(picture.behind({0, 0, -k_far - 10}));
+  EXPECT_FALSE(picture.behind({300, 0, 0}));
+  EXPECT_GT(picture.known_around({0, 0, -k_radius}), 20);
+  EXPECT_EQ(picture.known_around({0, 0, -k_far - 10}), 0);
+  EXPECT_EQ(picture.known_around({40, 0, -k_radius}), 0);
+  // All dark: nothing is known, nothing is felt, nothing goes wrong.
+  DepthPicture dark = picture;
+  dark.keep(std::vector<double>(120 * 120, 0));
+  EXPECT_FALSE(check(dark));
+  EXPECT_FALSE(dark.behind({0, 0, -k_radius}));
+  EXPECT_EQ(set_of(DepthView(), dark).crossings, 0u);
+  const auto refused = [&](auto&& change) {
+    DepthPicture other = picture;
+    change(other);
+    return check(other).has_value();
+  };
+  EXPECT_TRUE(refused([](DepthPicture& p) { p.values.pop_back(); }));
+  EXPECT_TRUE(refused([](DepthPicture& p) { p.camera.fx = 0; }));
+  EXPECT_TRUE(refused([](DepthPicture& p) { p.camera.width = 1; }));
+  EXPECT_TRUE(refused([](DepthPicture& p) { p.mm_a_step = std::nan(""); }));
+  EXPECT_TRUE(refused([](DepthPicture& p) { p.nearest = 0; }));
+  EXPECT_FALSE(IncomingDepths().draw({}).is_ok());
+}
+
+}  // namespace
+}  // namespace trephine::haptics::depth
