@@ -38,14 +38,15 @@ void report_images(bool is_quick, Outcome& outcome) {
                               {"embree_tree_ms", put(row.embree_made_ms)},
                               {"embree_first_hits_ms", put(row.embree_ms)},
                               {"gl_first_ms", put(row.gl_first_ms)},
-                              {"gl_ms", put(row.gl_ms)}});
+                              {"gl_ms", put(row.gl_ms)},
+                              {"gl_off_mm", put(row.gl_off)}});
   }
   outcome.text +=
       "\nSix images of 256^2 rows of voxels after a burr touched them\n"
       "burr, mm   all anew, ms   where it changed, us   the chunk's net, ms   Embree's tree of it, ms   "
       "ratio\n";
   json["edits"] = Json::array();
-  for (const bench::EditRow& row : bench::run_depth_edits()) {
+  for (const bench::EditRow& row : bench::run_depth_edits(is_quick)) {
     outcome.text +=
         format_text("%8.0f   %12.2f   %20.1f   %19.2f   %23s   %s\n", row.burr, row.all_ms, row.update_us,
                     row.net_ms, cell(row.embree_ms, "%.2f").c_str(),

@@ -4,6 +4,7 @@
 #include <fstream>
 
 #include "tests/apps/command_fixture.h"
+#include "tests/whole.h"
 
 namespace trephine::command_tests {
 namespace {
@@ -90,10 +91,25 @@ TEST_F(Command, WhatIsDrawnIsTouchedRecordedReplayedAndAudited) {
 TEST_F(Command, ARetractorGivesWayBesideABurrHole) {
   const std::string script = TREPHINE_SOURCE_DIR "/docs/examples/retractor.toml";
   EXPECT_EQ(run("run '" + script + "' --record r.session").exit_code, 0);
+  if (!is_whole()) return;  // some ten seconds
   const Json audit = json("audit r.session");
   EXPECT_TRUE(audit["is_certified"].get<bool>());
   EXPECT_GT(audit["drawn_judged"].get<int>(), 1000);
   EXPECT_LT(audit["deepest_drawn_mm"].get<double>(), 0.1);
+}
+
+/// The samples: voxels, a mesh and what is drawn in one scene; a depth video; the inside of a calabash.
+TEST_F(Command, SamplesOfMixedScenesAreCertified) {
+  for (const char* name : {"depth-video", "calabash", "mixed-scene"}) {
+    if (!is_whole() && name == std::string("mixed-scene")) continue;  // drills for seconds
+    const std::string script = std::string(TREPHINE_SOURCE_DIR "/docs/examples/") + name + ".toml";
+    const std::string session = std::string(name) + ".session";
+    EXPECT_EQ(run("run '" + script + "' --record " + session).exit_code, 0) << name;
+    const Json audit = json("audit " + session);
+    EXPECT_TRUE(audit["is_certified"].get<bool>()) << name;
+    EXPECT_GT(audit["drawn_judged"].get<int>(), 100) << name;
+    EXPECT_LT(audit["deepest_drawn_mm"].get<double>(), 0.1) << name;
+  }
 }
 
 }  // namespace

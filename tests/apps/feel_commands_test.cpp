@@ -408,6 +408,13 @@ TEST_F(Command, BenchDepthRedoesThePublishedTables) {
   ASSERT_EQ(bench["deforming"].size(), 1u);
   EXPECT_EQ(bench["deforming"][0]["passed"], 0);
   EXPECT_LT(bench["deforming"][0]["error_worst_mm"], 0.1);
+  // A depth buffer of 24 bits over 20 mm, corners on a grid of 1/256 pixel, and our rays: the same place.
+  ASSERT_EQ(bench["images"].size(), 1u);
+  if (!bench["images"][0]["gl_off_mm"].is_null()) {
+    EXPECT_LT(bench["images"][0]["gl_off_mm"].get<double>(), 2e-3);
+  }
+  EXPECT_EQ(bench["edits"].size(), 1u);
+  EXPECT_EQ(bench["frames"].size(), 2u);
 }
 
 TEST_F(Command, TouchTakesAMethodAndARadius) {

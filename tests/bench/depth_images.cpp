@@ -98,6 +98,15 @@ std::vector<ImagesRow> run_depth_images(bool is_quick, MakeWindow draw_on) {
         DrawPeerAnswer answer;
         if (draw_peer()(wish_of(floats, m, touched, k_edge, 3), on.window, answer))
           row.gl_first_ms = answer.first_ms, row.gl_ms = answer.draw_ms + answer.read_ms;
+        // Rays through the middles of its pixels.
+        const dvec3 first = touched - 0.5 * k_edge + 0.5 * step;
+        const DepthCube same =
+            DepthCube::of_triangles(m.vertices, m.triangles,
+                                    volume::Frame::from_spacing(first, dvec3(step)).value(), ivec3(pixels))
+                .value();
+        const auto ray = same.ray(2, pixels / 2, pixels / 2);
+        if (row.gl_ms > 0 && !ray.empty())
+          row.gl_off = std::abs((static_cast<double>(ray.front()) + 0.5) * step - answer.nearest);
       }
       rows.push_back(row);
     }
@@ -105,10 +114,11 @@ std::vector<ImagesRow> run_depth_images(bool is_quick, MakeWindow draw_on) {
   return rows;
 }
 
-std::vector<EditRow> run_depth_edits() {
+std::vector<EditRow> run_depth_edits(bool is_quick) {
   data_tools::PhantomOptions o;
-  o.size = ivec3(256);
-  o.spacing_mm = dvec3(0.5);
+  const int side = is_quick ? 128 : 256;
+  o.size = ivec3(side);
+  o.spacing_mm = dvec3(128.0 / side);
   o.psf_sigma_voxels = 1;
   const TouchScene scene = scenes::phantom_scene("shell", o);
   const TouchItem& bone = scene.items[0];
@@ -124,7 +134,7 @@ std::vector<EditRow> run_depth_edits() {
     return middle + far * out;
   };
   std::vector<EditRow> rows;
-  for (const double burr : {1.0, 2.0, 4.0, 6.0}) {
+  for (const double burr : is_quick ? std::vector{4.0} : std::vector{1.0, 2.0, 4.0, 6.0}) {
     volume::RemovalEditor editor(start, {bone.field});
     EditRow row;
     row.burr = burr;

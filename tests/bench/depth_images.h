@@ -22,7 +22,7 @@ struct DrawPeerWish {
 struct DrawPeerAnswer {
   double first_ms = 0;          ///< with the triangles' way to the graphics side
   double draw_ms = 0, read_ms;  ///< six pictures as large as the window, drawn; and their depths read
-  double nearest = 0;           ///< mm along -z from the first camera's face, of its middle pixel
+  double nearest = 0;           ///< mm before the camera that looks along +z (up: x), in its middle pixel
 };
 using DrawPeer = bool (*)(const DrawPeerWish&, vtkRenderWindow*, DrawPeerAnswer&);
 
@@ -32,6 +32,7 @@ struct ImagesRow {
   double ours_ms = 0;                          ///< every layer, nothing made beforehand
   double embree_made_ms = -1, embree_ms = -1;  ///< its tree; first hits alone. Below 0: it is not there
   double gl_first_ms = -1, gl_ms = -1;  ///< VTK's depth buffer: the first six, and others with reading back
+  double gl_off = -1;                   ///< mm between the two in the middle pixel
 };
 /// `draw_on`: a window of so many pixels either way to draw into; null: there is no GL.
 struct DrawOn {
@@ -48,7 +49,7 @@ struct EditRow {
   double net_ms = 0, embree_ms = -1;  ///< the chunk's triangles, and Embree's tree of them
   long triangles = 0;
 };
-std::vector<EditRow> run_depth_edits();
+std::vector<EditRow> run_depth_edits(bool is_quick);
 
 /// One frame of 512^2 pixels: of a surface of so many triangles, or of a volume in so many slices.
 struct FrameRow {

@@ -418,6 +418,40 @@ TEST(DepthStream, ABallInAVideoIsFeltAndPushes) {
   EXPECT_GT(highest, 14);  // to 180 mm before the camera
 }
 
+/// A corner of voxels, a mesh and what is drawn: one proxy on all three.
+TEST(DepthTouch, VoxelsMeshesAndDepthsInOneContact) {
+  data_tools::PhantomOptions o;
+  o.size = ivec3(48);
+  o.spacing_mm = dvec3(0.5, 0.5, 0.7);
+  TouchScene scene = scenes::phantom_scene("plane", o);
+  const Model wall = box({3, -20, -10}, {20, 20, 20}), drawn = box({-20, 3, -10}, {20, 20, 20});
+  scene.items.push_back(mesh_item("wall", std::make_shared<const MeshTree>(wall.vertices, wall.triangles)));
+  scene.items.push_back(depth_item("drawn", at_rest(drawn), std::make_shared<const MeshTree>()));
+  for (TouchItem& item : scene.items) item.material.static_friction = item.material.dynamic_friction = 0;
+  const auto method = make_method("scene").value();
+  ASSERT_FALSE(method->prepare(scene));
+  const auto version = untouched(scene);
+  TouchState seen(version);
+  DepthView view;
+  view.middle = view.touch = {3, 3, 0}, view.edge = 24;
+  auto set = std::make_shared<DepthSet>(scene.items.back().depth->draw(view).value());
+  set->follow(nullptr);
+  seen.depths = {set};
+  ProxyState state;
+  ProxyStep step;
+  for (int i = 0; i < 400; ++i)
+    step = method->step(scene, seen, state, {dvec3(0.012 * i, 0.014 * i, 4 - 0.016 * i)});
+  ASSERT_TRUE(step.has_contact);
+  // Where the plane of voxels lies there, by a hand that is pressed straight onto it.
+  ProxyState other;
+  ProxyStep on_plane;
+  for (int i = 0; i < 100; ++i) on_plane = method->step(scene, seen, other, {dvec3(2.9, 2.9, 4 - 0.06 * i)});
+  EXPECT_NEAR(step.proxy_world.x, 3, 1e-3);
+  EXPECT_NEAR(step.proxy_world.y, 3, 1e-2);
+  EXPECT_NEAR(step.proxy_world.z, on_plane.proxy_world.z, 0.05);
+  EXPECT_LT(step.proxy_world.z, 2);
+}
+
 /// One thing by three sources.
 TEST(DepthStream, SourcesAgree) {
   const dvec3 middle(0, 0, 230);
