@@ -46,6 +46,7 @@ struct ScriptModel {
   bool is_depth = false;      ///< felt by depth images: a model, a folder of keys, or a depth video
   double beat = 1.0 / 30;     ///< s between keys
   bool is_repeating = false;  ///< after the last comes the first
+  double rate = 100;          ///< Hz, of depth images
 };
 
 /// Something that is told at a moment.

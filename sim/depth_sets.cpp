@@ -60,7 +60,6 @@ std::shared_ptr<const DepthSet> set_of(const AdoptPicture& wish) {
   DepthView view;
   view.middle = view.touch = wish.touch;
   view.edge = wish.edge, view.time = wish.time;
-  view.interval = DepthSets::k_interval;
   const double far = glm::length(wish.touch - wish.position);
   view.pixel = std::max(1e-3, far / std::min(wish.fx, wish.fy));
   return std::make_shared<const DepthSet>(haptics::depth::set_of(view, picture));
@@ -69,7 +68,7 @@ std::shared_ptr<const DepthSet> set_of(const AdoptPicture& wish) {
 DepthJob job_of(const AdoptDepths& wish, std::uint8_t hand, const haptics::TouchScene& scene) {
   const TouchItem& item = haptics::item_of(scene, static_cast<int>(wish.item));
   DepthJob job{hand, wish.item, static_cast<std::uint64_t>(wish.serial), item.depth, {}};
-  job.view = {wish.middle, wish.touch, wish.edge, item.depth_pixel, wish.time, DepthSets::k_interval};
+  job.view = {wish.middle, wish.touch, wish.edge, item.depth_pixel, wish.time, DepthSets::interval_of(item)};
   return job;
 }
 
@@ -96,6 +95,7 @@ std::optional<DepthJob> DepthSets::job(const haptics::ServoHand& hand, std::uint
     const TouchItem& item = haptics::item_of(*hand.scene, items_[d]);
     if (item.depth->comes_in()) continue;
     const DepthSet* set = newest_[d].get();
+    const double edge = edge_of(item);
     haptics::Placement drawn = item.placement;  // where it is, but for its own motion
     if (item.mover >= 0 && static_cast<std::size_t>(item.mover) < hand.placement_count)
       drawn = hand.placements[static_cast<std::size_t>(item.mover)];
@@ -104,29 +104,27 @@ std::optional<DepthJob> DepthSets::job(const haptics::ServoHand& hand, std::uint
     dvec3 low, high;
     item.depth->bounds(low, high);
     const auto is_far = [&](const dvec3& p) {
-      return glm::length(p - glm::clamp(p, low, high)) > 0.5 * k_edge + hand.scene->tool_radius;
+      return glm::length(p - glm::clamp(p, low, high)) > 0.5 * edge + hand.scene->tool_radius;
     };
     if (!(low.x <= high.x) || (is_far(hip) && is_far(proxy))) continue;
     // A third of the way to the border is left when another is asked for.
-    constexpr double k_left = k_edge / 3;
-    const double reach = k_left + hand.scene->tool_radius;
+    const double reach = edge / 3 + hand.scene->tool_radius;
     // Never sooner than the next is due, whatever the last one could not show.
-    const bool is_due = !set || time >= set->view.time + k_interval;
+    const bool is_due = !set || time >= set->view.time + interval_of(item);
     const bool is_old = !set || set->goes_on || !set->knows(hip, reach) || !set->knows(proxy, reach);
     if (!is_due || !is_old) continue;
-    constexpr double k_widest = 100;  // mm: a hand so deep that more were needed is let go
+    constexpr double k_widest = 150;  // mm: a hand so deep that more were needed is let go
     DepthJob job{number, items_[d], next_serial(d), item.depth, {}};
     const dvec3 seen_hip = drawn.local_from_world(hip_), seen_proxy = drawn.local_from_world(proxy_);
     job.view.touch = seen_proxy;
     job.view.middle = 0.5 * (seen_hip + seen_proxy);
     // What is known ends a few pixels before the border.
-    const double wished =
-        std::min(k_widest, k_edge + 2 * hand.scene->tool_radius + glm::length(hip - proxy)) +
-        6 * item.depth_pixel;
+    const double wished = std::min(k_widest, edge + 2 * hand.scene->tool_radius + glm::length(hip - proxy)) +
+                          6 * item.depth_pixel;
     job.view.edge = std::min(wished, 2000 * item.depth_pixel);
     job.view.pixel = item.depth_pixel;
     job.view.time = time;
-    job.view.interval = k_interval;
+    job.view.interval = interval_of(item);
     // A hand that rests where no set shows all of it gets no other one.
     if (set && !set->goes_on && job.view.middle == set->view.middle && job.view.edge == set->view.edge)
       continue;

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "haptics/depth/depth_picture.h"
+#include "haptics/depth/depth_rules.h"
 #include "haptics/servo/servo_scene.h"
 #include "sim/command.h"
 
@@ -45,11 +46,13 @@ struct SeenDepths {
 class DepthSets {
  public:
   using Sets = std::vector<std::shared_ptr<const haptics::depth::DepthSet>>;
-  /// Of things at rest as many a second at most as of those that move.
-  static constexpr double k_interval = 0.01;
-  /// mm, the edge of a clip volume: as far as a hand of 1 m/s goes, either way, until the next set, and while
-  /// that is made.
-  static constexpr double k_edge = 30;
+  /// s between two sets: of things at rest as many a second at most as of those that move.
+  static double interval_of(const haptics::TouchItem& item) noexcept { return 1 / item.depth_rate; }
+  /// mm, the edge of a clip volume: as far as a hand of 1 m/s goes, either way, until the next set, and half
+  /// as far again while that is made.
+  static double edge_of(const haptics::TouchItem& item) noexcept {
+    return 1.5 * haptics::depth::clip_volume({1000, item.depth_rate, 1000});
+  }
 
   explicit DepthSets(const haptics::TouchScene& scene);
 

@@ -133,7 +133,7 @@ void LiveSession::draw_depths() {
     {
       const std::lock_guard guard(lock_);
       depth_report_.longest_seconds = std::max(depth_report_.longest_seconds, seconds);
-      depth_report_.late += seconds > DepthSets::k_interval;
+      depth_report_.late += seconds > job.view.interval;
       ++depth_report_.count;
     }
     return [this, job, made = std::move(made)] {

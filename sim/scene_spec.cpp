@@ -165,7 +165,7 @@ Result<TouchScene> build_items(const SceneSpec& spec, const SceneData& data) {
       const auto& source = data.streams[static_cast<std::size_t>(s.stream)];
       scene.items.push_back(haptics::depth_item(s.shape.name, source,
                                                 data.models[static_cast<std::size_t>(s.model)], s.material));
-      scene.items.back().depth_pixel = s.depth_pixel;
+      scene.items.back().depth_pixel = s.depth_pixel, scene.items.back().depth_rate = s.depth_rate;
     } else if (s.model >= 0 && s.comes_in) {
       scene.items.push_back(haptics::depth_item(s.shape.name,
                                                 std::make_shared<haptics::depth::IncomingDepths>(),
@@ -178,7 +178,7 @@ Result<TouchScene> build_items(const SceneSpec& spec, const SceneData& data) {
       if (!source) return in_structure(source.error(), s);
       if (Status error = source.value()->check(s.depth_pixel)) return in_structure(*error, s);
       scene.items.push_back(haptics::depth_item(s.shape.name, std::move(source).value(), *first, s.material));
-      scene.items.back().depth_pixel = s.depth_pixel;
+      scene.items.back().depth_pixel = s.depth_pixel, scene.items.back().depth_rate = s.depth_rate;
     } else if (s.model >= 0) {
       scene.items.push_back(
           haptics::mesh_item(s.shape.name, data.models[static_cast<std::size_t>(s.model)], s.material));
@@ -283,7 +283,7 @@ SceneSpec describe_scene(const TouchScene& scene, const haptics::ProxyMethod& me
       s.shape.name = "model " + std::to_string(s.model + 1);  // never a file's
       s.placement = item.placement;
       s.mover = item.mover;
-      if (item.depth) s.depth_pixel = item.depth_pixel;
+      if (item.depth) s.depth_pixel = item.depth_pixel, s.depth_rate = item.depth_rate;
       s.comes_in = item.depth && item.depth->comes_in();
       const auto stream = std::find(data.streams.begin(), data.streams.end(), item.depth);
       if (stream != data.streams.end()) s.stream = static_cast<int>(stream - data.streams.begin());

@@ -49,6 +49,7 @@ struct StructureSpec {
   double depth_beat = 1.0 / 30;  ///< s
   bool is_repeating = false;     ///< after the last comes the first
   double depth_pixel = 0.2;      ///< mm
+  double depth_rate = 100;       ///< Hz
   /// Then it is this depth stream, placed as its camera; `model` is what it looked like at first.
   int stream = -1;
   /// It is felt as pictures show it that come in; `model` is what is drawn of it.

@@ -100,7 +100,10 @@ std::string to_text(const SceneSpec& h) {
       }
       unless("of_stream", s.stream, -1);
       unless("comes_in", s.comes_in, 0);
-      if (s.depth_keys > 0 || s.stream >= 0) number("depth_pixel", s.depth_pixel);
+      if (s.depth_keys > 0 || s.stream >= 0) {
+        number("depth_pixel", s.depth_pixel);
+        if (s.depth_rate != StructureSpec().depth_rate) number("depth_rate", s.depth_rate);
+      }
     } else {
       number("low", s.shape.low);
       number("high", s.shape.high);
@@ -362,6 +365,8 @@ Result<SessionHeader> read_lines(std::string_view text, const Words& words) {
       if ((is_good = between(1e-6, 1e6))) shape->depth_beat = number;
     } else if (key == "depth_repeats") {
       if ((is_good = whole(0, 1))) shape->is_repeating = number == 1;
+    } else if (key == "depth_rate") {
+      if ((is_good = between(10, 1000))) shape->depth_rate = number;
     } else if (key == "comes_in") {
       if ((is_good = whole(0, 1))) shape->comes_in = number == 1;
     } else if (key == "depth_pixel") {

@@ -48,7 +48,7 @@ Result<std::vector<workbench::ModelChoice>> models_of(const ModelArguments& argu
     model.mm_per_unit = arguments.scale, model.frame = arguments.frame, model.at_world = at;
     model.is_depth = true;
     model.beat = arguments.beat, model.is_repeating = arguments.is_repeating;
-    model.pixel = arguments.pixel;
+    model.pixel = arguments.pixel, model.rate = arguments.rate;
     if (!arguments.camera.empty()) {
       auto said = parse_intrinsics(arguments.camera);
       if (!said) return said.error();
@@ -77,6 +77,12 @@ void add_models(Options& options, ModelArguments& a) {
   add_model_keys(options, a);
   options.add("--camera", a.camera, "Of a depth video that does not say it, in pixels").type("FX,FY,CX,CY");
   options.add("--depth-pixel", a.pixel, "Of the depth images, 0.02 to 5 mm").shows_default().type("MM");
+  options
+      .add("--depth-rate", a.rate,
+           "Depth images a second where the thing moves, 10 to 1000; the slower, the larger the part around "
+           "the hand that each shows")
+      .shows_default()
+      .type("HZ");
   add_model_units(options, a);
 }
 

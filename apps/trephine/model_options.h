@@ -10,7 +10,7 @@ struct ModelArguments {
   std::vector<std::string> meshes;       ///< files of polygonal models
   std::vector<std::string> depths;       ///< of those felt by depth images, folders of them, or depth videos
   std::vector<std::string> backgrounds;  ///< of those felt as they are drawn on the screen
-  double beat = 1.0 / 30, pixel = 0.2;
+  double beat = 1.0 / 30, pixel = 0.2, rate = 100;
   bool is_repeating = false;
   std::string camera;     ///< fx,fy,cx,cy
   double scale = 1;       ///< mm per unit of theirs

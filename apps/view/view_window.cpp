@@ -70,6 +70,8 @@ Result<WindowReport> draw_once(const haptics::TouchScene& scene, const WindowOpt
   picture.request_all(version);
   picture.wait();
   picture.look_from(options.side);
+  if (!options.plan.empty()) picture.set_plan(options.plan);
+  if (options.start) picture.show(options.start->engine.overlays(), {});
   if (options.replay && options.replay->next_tick() > 0)
     show_replay(*options.replay, scene, picture);
   else if (options.has_tool)
@@ -77,7 +79,6 @@ Result<WindowReport> draw_once(const haptics::TouchScene& scene, const WindowOpt
         *version,
         options.start ? look_of(options.start->engine.now().settings.hands[0].parameters) : ball_look(2),
         picture);
-  if (!options.plan.empty()) picture.set_plan(options.plan);
   picture.show_text(options.title, "");
   picture.draw();
   WindowReport report;

@@ -102,6 +102,7 @@ Status add_stream(const OperationChoice& choice, const ModelChoice& wanted, int&
   told.shape.name = format_text("depth video %zu", data.streams.size() + 1);
   told.material = choice.material.over({});
   told.placement = {video.value().position + wanted.at_world, video.value().rotation};
+  told.depth_rate = wanted.rate;
   if (video.value().pictures.size() > 1) told.mover = movers++;
   if (movers > haptics::TouchScene::k_max_movers) return too_many_movers(wanted, movers);
   auto stream = stream_of(std::move(video).value(), wanted.is_repeating);
@@ -172,6 +173,7 @@ Status add_models(const OperationChoice& choice, SceneSpec& spec, sim::SceneData
     if (wanted.is_depth) {
       told.depth_keys = static_cast<int>(trees.size());
       told.depth_beat = wanted.beat, told.is_repeating = wanted.is_repeating, told.depth_pixel = wanted.pixel;
+      told.depth_rate = wanted.rate;
       if (trees.size() > 1) told.mover = movers++;
       if (movers > haptics::TouchScene::k_max_movers) return too_many_movers(wanted, movers);
     }
@@ -254,6 +256,9 @@ Status check(const OperationChoice& choice) {
     if (model.is_depth && !(model.beat > 0 && model.beat <= 1000))
       return Error{"the beat of a model is out of range", "depth beat", volume::text_of(model.beat),
                    "above 0, at most 1000 s", ""};
+    if (model.is_depth && !(model.rate >= 10 && model.rate <= 1000))
+      return Error{"the rate of depth images is out of range", "depth rate", volume::text_of(model.rate),
+                   "10 to 1000 Hz", ""};
     if (model.is_depth && !(model.pixel >= 0.02 && model.pixel <= 5))
       return Error{"the pixels of depth images are out of range", "depth pixel", volume::text_of(model.pixel),
                    "0.02 to 5 mm", ""};

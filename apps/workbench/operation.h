@@ -22,6 +22,7 @@ struct ModelChoice {
   double beat = 1.0 / 30;     ///< s
   bool is_repeating = false;  ///< after the last comes the first
   double pixel = 0.2;         ///< mm
+  double rate = 100;          ///< Hz, of depth images
   /// Of a depth video that does not say them: fx, fy, cx, cy, pixels.
   std::optional<std::array<double, 4>> intrinsics = std::nullopt;
   /// It is felt as the picture of it on the screen; all of those are one thing.

@@ -128,9 +128,11 @@ Result<std::unique_ptr<ScriptRun>> ScriptRun::open(const Script& script, const s
   choice.shape = {script.iso, script.window, script.label, script.is_auto, script.is_largest};
   choice.rate_hz = script.rate_hz;
   choice.smallest_burr = script.smallest_burr;
-  for (const data_tools::ScriptModel& model : script.models)
+  for (const data_tools::ScriptModel& model : script.models) {
     choice.models.push_back({model.file.empty() ? "" : seen_from(folder, model.file), 1, "", model.at,
                              model.screw, model.is_depth, model.beat, model.is_repeating});
+    choice.models.back().rate = model.rate;
+  }
   choice.hands.clear();
   if (Status error = check(choice)) {
     error->where = where + ": " + error->where;

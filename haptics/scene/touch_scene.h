@@ -110,6 +110,7 @@ struct TouchItem {
   /// come and go, and `tree` is what it looked like at first. One that moves by itself has a mover.
   std::shared_ptr<const depth::DepthSource> depth = nullptr;
   double depth_pixel = 0.2;  ///< mm, of those images
+  double depth_rate = 100;   ///< sets of them a second, where it moves
 
   bool is_mesh() const noexcept { return kind == Kind::mesh; }
 };

@@ -165,6 +165,27 @@ TEST(DepthSession, NoMoreSetsThanAHundredASecondWhateverTheyShow) {
   }
 }
 
+/// The published schedule (30, 100 and 1000 Hz): as many sets a second as are asked for, each as large as a
+/// hand of 1 m/s needs until the next one.
+TEST(DepthSession, AsManySetsASecondAsAreAskedFor) {
+  for (const double rate : {30.0, 100.0, 250.0}) {
+    haptics::TouchScene scene = mixed();
+    scene.items.back().depth_rate = rate;
+    OperationStart start = start_of(scene);
+    Lockstep run(Engine(std::move(start.hands), 1e-3, drilling_catalogue()), {}, 1000);
+    std::vector<haptics::Pose> poses(2, {{-9, 0, 3}, {1, 0, 0, 0}, 0});
+    for (int i = 0; i < 400; ++i) run.step(poses);
+    const auto& set = run.engine().servo_scene()->hands[1].state.depths.at(1);
+    ASSERT_TRUE(set) << rate;
+    EXPECT_NEAR(static_cast<double>(set->serial), 0.4 * rate, 2 + 0.02 * rate) << rate;
+    EXPECT_EQ(set->view.interval, 1 / rate);
+    EXPECT_GE(set->view.edge, 2000 / rate) << rate;
+    // In the header of a session, and back.
+    const SceneSpec spec = describe_scene(scene, *haptics::make_method("scene").value(), {}, {HandSpec()});
+    EXPECT_EQ(spec.structures.back().depth_rate, rate);
+  }
+}
+
 /// Pictures show a thing as it is then: the nearest key, where its frame is, and the images of the hand.
 TEST(DepthSession, APictureShowsWhatMovesAsItIs) {
   OperationStart start = start_of(mixed());
