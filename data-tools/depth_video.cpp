@@ -82,6 +82,8 @@ Status read_ours(const std::string& path, DepthVideo& video, std::vector<std::st
     for (const auto& [key, value] :
          {std::pair{"fx", &video.fx}, {"fy", &video.fy}, {"cx", &video.cx}, {"cy", &video.cy}})
       if (j.contains(key)) *value = j.at(key).get<double>();
+    if (j.contains("width")) video.width = j.at("width").get<int>();
+    if (j.contains("height")) video.height = j.at("height").get<int>();
     video.mm_a_step = j.at("mm_a_step").get<double>();
     video.times = j.at("times_s").get<std::vector<double>>();
     if (j.contains("repeats_after_s")) video.repeats_after = j.at("repeats_after_s").get<double>();
@@ -151,6 +153,11 @@ Result<DepthVideo> read_depth_video(const std::string& path,
   if (facts.channels != 1 || facts.bits != 16)
     return refused(0,
                    std::to_string(facts.channels) + " channels of " + std::to_string(facts.bits) + " bits");
+  if ((video.width != 0 && video.width != facts.width) || (video.height != 0 && video.height != facts.height))
+    return Error{"the pictures of a depth video are not of the size that is said", k_place_file,
+                 std::to_string(facts.width) + " x " + std::to_string(facts.height) + " pixels",
+                 std::to_string(video.width) + " x " + std::to_string(video.height),
+                 "the pictures that belong to it: its intrinsics are of those"};
   video.width = facts.width, video.height = facts.height;
   const std::size_t area = static_cast<std::size_t>(facts.width) * static_cast<std::size_t>(facts.height);
   if (area == 0 || area * files.size() > k_most_values)

@@ -121,7 +121,7 @@ std::optional<DepthJob> DepthSets::job(const haptics::ServoHand& hand, std::uint
     // What is known ends a few pixels before the border.
     const double wished = std::min(k_widest, edge + 2 * hand.scene->tool_radius + glm::length(hip - proxy)) +
                           6 * item.depth_pixel;
-    job.view.edge = std::min(wished, 2000 * item.depth_pixel);
+    job.view.edge = std::min(wished, 800 * item.depth_pixel);
     job.view.pixel = item.depth_pixel;
     job.view.time = time;
     job.view.interval = interval_of(item);

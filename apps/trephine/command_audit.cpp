@@ -415,12 +415,17 @@ Result<Outcome> audit_session(const AuditArguments& arguments) {
     glm::dvec3 middle = r.proxy_world;
     const bool is_seen_by_ball = hand.ball && r.shape < static_cast<int>(base_shapes(scene).size());
     glm::dvec3 drawn_at = r.proxy_world;
-    const bool is_drawn = r.has_contact && r.shape >= 0 &&
-                          scene.items[static_cast<std::size_t>(r.shape)].depth &&
-                          r.tick % DrawnJudge::k_every == 0;
-    if (to_plant && (*to_plant != "drawn" || is_drawn) && (*to_plant != "ball" || is_seen_by_ball) &&
-        r.has_contact && !r.is_led && 2 * replay.counts().ticks > all &&
-        glm::length(r.proxy_world - r.pose.position_world) > 0.1) {
+    const haptics::TouchItem* on =
+        r.has_contact && r.shape >= 0 && r.shape < static_cast<int>(scene.items.size())
+            ? &scene.items[static_cast<std::size_t>(r.shape)]
+            : nullptr;
+    // Each fault where its judge looks.
+    const bool is_drawn = on && on->depth;
+    const bool is_judged_drawn =
+        is_drawn && !on->depth->comes_in() && hand.drawn.is_free() && r.tick % DrawnJudge::k_every == 0;
+    if (to_plant && (*to_plant != "drawn" || is_judged_drawn) && (*to_plant != "fall" || !is_drawn) &&
+        (*to_plant != "ball" || is_seen_by_ball) && r.has_contact && !r.is_led &&
+        2 * replay.counts().ticks > all && glm::length(r.proxy_world - r.pose.position_world) > 0.1) {
       if (*to_plant == "force") tick.force.x += 0.01;
       if (*to_plant == "torque") tick.torque.y += 0.01;
       if (*to_plant == "energy") tick.contact_energy += 0.01;
@@ -571,8 +576,9 @@ Run build(Options& options) {
   options
       .add("--plant", a->plant,
            "Show that the audit sees: one tick of the session falls through, has a force that is 0.01 N off "
-           "or an energy that is, or a round tip in matter, before it is judged: fall, force, torque, energy "
-           "or ball")
+           "or an energy that is, or a round tip in matter, or a proxy in what is felt by depth images, "
+           "before "
+           "it is judged: fall, force, torque, energy, ball or drawn")
       .type("FAULT")
       .one_of({"fall", "force", "torque", "energy", "ball", "drawn"});
   return run_with(a, run_audit);

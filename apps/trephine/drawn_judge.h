@@ -1,6 +1,7 @@
 // Judges what an operation felt by depth images.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <map>
@@ -19,6 +20,10 @@ class DrawnJudge {
 
   long judged = 0, sunk = 0;
   double deepest = 0, allowed = 0;  ///< mm
+  /// Was the proxy free of all that is near? Else the next tick is not judged.
+  bool is_free() const noexcept {
+    return std::any_of(was_free_.begin(), was_free_.end(), [](bool was) { return was; });
+  }
 
   /// `p`: where the hand's proxy is, world.
   void judge(const haptics::ServoHand& felt, const glm::dvec3& p, double time) {
@@ -32,9 +37,10 @@ class DrawnJudge {
       const haptics::Placement place =
           item.mover >= 0 && mover < felt.placement_count ? felt.placements[mover] : item.placement;
       const glm::dvec3 at = place.local_from_world(p);
-      const bool is_known = set && !felt.untouchable.contains(static_cast<int>(i)) &&
-                            time <= set->view.time + set->view.interval + haptics::depth::k_foretold &&
-                            set->knows(set->place_at(time).local_from_world(at), felt.scene->tool_radius);
+      const bool is_known =
+          set && !felt.untouchable.contains(static_cast<int>(i)) &&
+          (!set->goes_on || time <= set->view.time + set->view.interval + haptics::depth::k_foretold) &&
+          set->knows(set->place_at(time).local_from_world(at), felt.scene->tool_radius);
       if (!is_known) {
         was_free = false;
         continue;

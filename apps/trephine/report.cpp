@@ -15,6 +15,7 @@
 #include "apps/trephine/build_info.h"
 #include "data-tools/atomic_file.h"
 #include "data-tools/words.h"
+#include "haptics/mesh/mesh_tree.h"
 #include "volume/percentile.h"
 #include "volume/work_counters.h"
 
@@ -234,9 +235,15 @@ void say_where(const haptics::TouchScene& scene, const haptics::PosePath& path) 
   const auto box = [](const glm::dvec3& a, const glm::dvec3& b) {
     return format_text("x %.0f to %.0f, y %.0f to %.0f, z %.0f to %.0f mm", a.x, b.x, a.y, b.y, a.z, b.z);
   };
-  notice("note: the path never met the shape with the button pressed; the shape lies within " +
-         box(shape_low, shape_high) + "\n  the path runs within   " + box(path_low, path_high) +
-         "\n  (x to the patient's left, y to the back, z up)");
+  for (const haptics::TouchItem& item : scene.items) {
+    if (!item.is_mesh() || !item.tree || item.tree->triangle_count() == 0) continue;
+    for (const glm::dvec3& v : item.tree->vertices()) {
+      const glm::dvec3 p = item.placement.world_from_local(v);
+      shape_low = glm::min(shape_low, p), shape_high = glm::max(shape_high, p);
+    }
+  }
+  notice("note: the path never met what can be touched; that lies within " + box(shape_low, shape_high) +
+         ", the path within " + box(path_low, path_high) + " (x to the patient's left, y to the back, z up)");
 }
 
 Json memory_report(const haptics::TouchScene& scene, const volume::Version& version) {
