@@ -100,10 +100,11 @@ void set_before(const TouchScene& scene, const SceneLayout& layout, SceneWalls& 
   state.proxy_volume = scene.base->frame.volume_from_world(proxy = before);
 }
 
-/// Does the tool, which rested at `start` on what depth images show, leave what they know on its way?
-bool leaves_images(const TouchScene& scene, const SceneLayout& layout, const TouchState& seen,
-                   const SceneWalls& walls, const volume::Frame& base, const dvec3& start,
-                   const ProxyStep& way) noexcept {
+/// The shape that depth images show, near which the tool was at `start`, where its way leaves what they know;
+/// -1: none.
+int left_images(const TouchScene& scene, const SceneLayout& layout, const TouchState& seen,
+                const SceneWalls& walls, const volume::Frame& base, const dvec3& start,
+                const ProxyStep& way) noexcept {
   for (std::size_t d = 0; d < layout.depths().size(); ++d) {
     const depth::DepthSet* set = depth::set_in(seen, static_cast<int>(d));
     const int shape = layout.depths()[d];
@@ -111,19 +112,19 @@ bool leaves_images(const TouchScene& scene, const SceneLayout& layout, const Tou
     const Placement& place = walls.placement_of(shape);
     const dvec3 from = place.local_from_world(start);
     bool leaves = false;
-    for (int i = 0; i < way.waypoint_count; ++i) {
+    for (int i = 1; i < way.waypoint_count; ++i) {
       const dvec3 p = base.world_from_volume(way.path_volume[static_cast<std::size_t>(i)]);
       leaves = leaves || !set->knows(place.local_from_world(p), 0);
     }
-    if (!leaves || !set->knows(from, 0)) continue;
+    if (!leaves) continue;
     // What it slides along may have moved off by this tick's part.
     constexpr double k_off = 1;  // mm
     const double near = scene.tool_radius + k_off;
     bool rested = false;
     set->tree->for_near(from, near, [&](const MeshTree::Near&) { rested = true; });
-    if (rested) return true;
+    if (rested) return shape;
   }
-  return false;
+  return -1;
 }
 
 /// The shortest way along which `push` (unit) gains `gap` and that leads into none of the walls, whose
@@ -284,12 +285,19 @@ ProxyStep SceneProxy::step(const TouchScene& scene, const TouchState& seen, Prox
   slide(scene, walls, base, state, input.hip_world, result);
   // Beyond the border of depth images nobody knows the surface that the tool slides along: it goes no farther
   // until the next ones come.
-  constexpr double k_least = 1.0 / 64;  // of its way
-  for (double share = 0.5;
-       may_leave && share >= k_least && leaves_images(scene, layout_, seen, walls, base, start, result);
-       share *= 0.5) {
+  constexpr double k_least = 1.0 / 64;  // of its way; less is none
+  int left = may_leave ? left_images(scene, layout_, seen, walls, base, start, result) : -1;
+  const int holding = left;
+  for (double share = 0.5; left >= 0; share *= 0.5) {
     state = before, result = made;
-    slide(scene, walls, base, state, start + share * (input.hip_world - start), result);
+    const dvec3 part = share < k_least ? dvec3(0) : share * (input.hip_world - start);
+    slide(scene, walls, base, state, start + part, result);
+    left = share < k_least ? -1 : left_images(scene, layout_, seen, walls, base, start, result);
+  }
+  if (holding >= 0 && !result.has_contact) {
+    result.has_contact = state.had_contact = true;
+    result.shape = holding, result.side = Side::front;
+    result.normal_world = glm::normalize(result.proxy_world - input.hip_world);
   }
   result.is_buried = result.is_buried || was_buried;
   const int touched = result.has_contact && item_of(scene, result.shape).mover >= 0 ? result.shape : -1;
