@@ -24,7 +24,8 @@ using volume::Result;
 namespace {
 
 constexpr const char* k_benchmarks =
-    "surface, flood, parting, step, rays, xray, reslice, render, drill, load, dicom, open, depth, feel or stability";
+    "surface, flood, parting, step, rays, xray, reslice, render, drill, load, dicom, open, depth, feel or "
+    "stability";
 
 Json to_json(const bench::StepTimes& t) {
   return {{"count", t.count}, {"p50", t.p50}, {"p99", t.p99}, {"p999", t.p999}, {"max", t.max}};
@@ -425,8 +426,8 @@ Run build(Options& options) {
   options.add("WHAT", a->what, k_benchmarks).required();
   options.add("SRC", a->source,
               "A scan: for load; one more scene for feel and stability; a folder for dicom. A session: for "
-              "open (none: ten "
-              "minutes of drilling, recorded first)");
+              "open (none: ten minutes of drilling, recorded first). A polygonal model, or a folder of them: "
+              "for depth, touched beside the made ones");
   options.add("--case", a->case_source, "The scan of that session, where the session needs it");
   options.add("--size", a->size, "Voxels along each axis (surface, step and rays)").shows_default();
   options.add("-o,--output", a->output, "Folder for the tables and charts of feel and stability").type("DIR");
@@ -453,6 +454,7 @@ Run build(Options& options) {
 const Command k_bench{"bench", "Measure, beside peers in the same run",
                       "  trephine bench surface\n  trephine bench step --json\n  trephine bench drill\n  "
                       "trephine bench load SCANS/HEAD\n"
+                      "  trephine bench depth\n"
                       "  trephine bench dicom\n  trephine bench open\n  trephine bench open drill.session\n"
                       "  trephine bench feel -o out/ --quick\n"
                       "  trephine bench stability SCANS/HEAD --steps 100000000 -o out/",

@@ -1,6 +1,11 @@
 // bench depth: touch by depth images, the published tables redone.
+#include <algorithm>
+#include <filesystem>
+#include <utility>
+
 #include "apps/trephine/bench_parts.h"
 #include "apps/view/render_window.h"
+#include "data-tools/mesh_reading.h"
 #include "tests/bench/depth.h"
 #include "tests/bench/depth_images.h"
 
@@ -81,6 +86,59 @@ void report_images(bool is_quick, Outcome& outcome) {
   }
 }
 
+void report_falls(bool is_quick, Outcome& outcome) {
+  outcome.text +=
+      "\nWalls passed in steps to 1 m/s, pixels of 0.2 mm (steps in contact in brackets)\n"
+      "thing       wall, mm     steps   ";
+  outcome.json["falls"] = Json::array();
+  bool is_first = true;
+  for (const bench::FallRow& row : bench::run_depth_falls(is_quick)) {
+    if (std::exchange(is_first, false)) {
+      for (const auto& m : row.methods) outcome.text += format_text("%20s", m.name.c_str());
+      outcome.text += "\n";
+    }
+    outcome.text += format_text("%-10s %9.1f %9ld   ", row.thing.c_str(), row.wall, row.steps);
+    Json methods = Json::array();
+    for (const auto& m : row.methods) {
+      outcome.text += format_text("%20s", format_text("%ld (%ld)", m.passed, m.touched).c_str());
+      methods.push_back({{"name", m.name}, {"passed", m.passed}, {"steps_in_contact", m.touched}});
+    }
+    outcome.text += "\n";
+    outcome.json["falls"].push_back(
+        {{"thing", row.thing}, {"wall_mm", row.wall}, {"steps", row.steps}, {"methods", methods}});
+  }
+}
+
+/// Of a file or of all files of a folder; closed, 100 mm long.
+volume::Result<std::vector<bench::BenchModel>> real_models(const std::string& source) {
+  namespace fs = std::filesystem;
+  std::vector<bench::BenchModel> models;
+  if (source.empty()) return models;
+  std::vector<fs::path> files{source};
+  std::error_code ignored;
+  if (fs::is_directory(source, ignored)) {
+    files.clear();
+    for (const auto& entry : fs::directory_iterator(source, ignored))
+      if (entry.is_regular_file() && data_tools::is_polygon_model(entry.path().string()))
+        files.push_back(entry.path());
+    std::sort(files.begin(), files.end());
+    if (files.empty())
+      return volume::Error{"there are no polygonal models in it", "", "a folder without any", "models",
+                           "name a folder of .ply, .obj, .stl or .vtk files, or one of these"};
+  }
+  for (const fs::path& file : files) {
+    auto read = data_tools::read_polygon_model(file.string());
+    if (!read) return read.error();
+    bench::BenchModel model{"model " + std::to_string(models.size() + 1), std::move(read.value().vertices),
+                            std::move(read.value().triangles)};
+    bench::fit(model, 100);
+    if (const int holes = bench::close_holes(model); holes > 0)
+      model.name += format_text(" (%d hole%s closed)", holes, holes > 1 ? "s" : "");
+    models.push_back(std::move(model));
+  }
+  return models;
+}
+
 }  // namespace
 
 volume::Status bench_depth(const BenchArguments& arguments, Outcome& outcome) {
@@ -110,17 +168,19 @@ volume::Status bench_depth(const BenchArguments& arguments, Outcome& outcome) {
     json["levels"].push_back(
         {{"level", row.level}, {"step_mm", row.step}, {"us", row.us}, {"error_rms_mm", row.error}});
   }
+  const auto real = real_models(arguments.source);
+  if (!real) return real.error();
   outcome.text += "\nModels touched 1 mm deep; published: 60 to 62 us a step, CHAI3D 22 to 430 ms\n";
   json["models"] = Json::array();
-  for (const bench::ModelRow& row : bench::run_depth_models(arguments.is_quick)) {
+  for (const bench::ModelRow& row : bench::run_depth_models(arguments.is_quick, real.value())) {
     outcome.text += format_text(
-        "%d triangles; images of 20 mm in 100^2 %.2f ms, of all in 0.2 mm %.1f ms\n"
-        "  %-8s %15s %12s %12s %12s %12s\n",
-        row.triangles, row.clip_ms, row.whole_ms, "method", "made before, ms", "p50, us", "p99.9, us",
-        "rms, mm", "worst, mm");
+        "%s, %d triangles; images of 20 mm in 100^2 %.2f ms, of all in 0.2 mm %.1f ms\n"
+        "  %-10s %15s %12s %12s %12s %12s\n",
+        row.name.c_str(), row.triangles, row.clip_ms, row.whole_ms, "method", "made before, ms", "p50, us",
+        "p99.9, us", "rms, mm", "worst, mm");
     Json methods = Json::array();
     for (const bench::ModelRow::Method& m : row.methods) {
-      outcome.text += format_text("  %-8s %15.1f %12.2f %12.2f %12.5f %12.5f\n", m.name.c_str(), m.ready_ms,
+      outcome.text += format_text("  %-10s %15.1f %12.2f %12.2f %12.5f %12.5f\n", m.name.c_str(), m.ready_ms,
                                   m.p50, m.p999, m.error, m.worst);
       methods.push_back({{"name", m.name},
                          {"made_before_ms", m.ready_ms},
@@ -128,7 +188,8 @@ volume::Status bench_depth(const BenchArguments& arguments, Outcome& outcome) {
                          {"error_rms_mm", m.error},
                          {"error_worst_mm", m.worst}});
     }
-    json["models"].push_back({{"triangles", row.triangles},
+    json["models"].push_back({{"name", row.name},
+                              {"triangles", row.triangles},
                               {"clip_images_ms", row.clip_ms},
                               {"whole_images_ms", row.whole_ms},
                               {"methods", methods}});
@@ -150,6 +211,7 @@ volume::Status bench_depth(const BenchArguments& arguments, Outcome& outcome) {
                                  {"error_worst_mm", row.worst},
                                  {"passed", row.passed}});
   }
+  report_falls(arguments.is_quick, outcome);
   report_images(arguments.is_quick, outcome);
   return std::nullopt;
 }

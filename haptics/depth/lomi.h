@@ -18,13 +18,22 @@ struct LomiOptions {
   bool is_physical = false;  ///< all of the map is filled first, two bits a voxel
 };
 
+/// Where the HIP came to, by what it is to the way there: the published cases 1 to 3.
+enum class HipCase : std::uint8_t {
+  stays_inside,      ///< 1: matter thicker than its way
+  moves_out,         ///< 2: nothing was met; no force
+  passes_thin_part,  ///< 3: free again behind what was met; the first collision counts
+};
+
 /// Where a search ended, and what it cost.
 struct LomiRest {
   glm::dvec3 before{0.0};  ///< the temporary place: the last free one of the way
   glm::dvec3 place{0.0};   ///< the true one
-  bool is_blocked = false;
+  HipCase hip_case = HipCase::moves_out;
   int asked = 0;   ///< queries
   int stored = 0;  ///< voxels in memory
+
+  bool is_blocked() const noexcept { return hip_case != HipCase::moves_out; }
 };
 
 // `inside(p)`: does p, mm, lie in matter? By the nearest pixels, or smoothly between them. Nothing here
@@ -159,9 +168,10 @@ template <class Inside, class InsideSmoothly>
 LomiRest find_rest(const glm::dvec3& from, const glm::dvec3& hip, const LomiOptions& options,
                    const Inside& inside, const InsideSmoothly& inside_smoothly) noexcept {
   LomiRest rest;
-  rest.is_blocked = preliminary_collision(from, hip, options.resolution, inside, rest);
   rest.place = hip;
-  if (!rest.is_blocked) return rest;
+  if (!preliminary_collision(from, hip, options.resolution, inside, rest)) return rest;
+  ++rest.asked;
+  rest.hip_case = inside(hip) ? HipCase::stays_inside : HipCase::passes_thin_part;
   rest.place = options.is_physical ? search_physical_lomi(rest.before, hip, options, inside, rest)
                                    : walk_abstract_lomi(rest.before, hip, options, inside, rest);
   rest.place = sub_voxelize(rest.place, hip, options.resolution, options.levels, inside_smoothly, rest);

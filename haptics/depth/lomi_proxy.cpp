@@ -17,7 +17,19 @@ volume::Status LomiProxy::prepare(const TouchScene& scene) {
   auto cubes = depth::cubes_of(scene, {options_.resolution, options_.resolution});
   if (!cubes) return cubes.error();
   cubes_ = std::move(cubes).value();
+  parts_.clear();
+  if (objects_ == Objects::parts)
+    for (const DepthCube& cube : cubes_) parts_.emplace_back(cube);
   return std::nullopt;
+}
+
+bool LomiProxy::is_inside(std::size_t item, const dvec3& p, bool is_smooth) const noexcept {
+  const DepthCube& cube = cubes_[item];
+  const dvec3 at = cube.frame().volume_from_world(p);
+  if (objects_ == Objects::whole)
+    return is_smooth ? cube.is_inside_smoothly(at, depth::Layers::outermost)
+                     : cube.is_inside(at, depth::Layers::outermost);
+  return is_smooth ? parts_[item].is_inside_smoothly(cube, at) : parts_[item].is_inside(cube, at);
 }
 
 ProxyStep LomiProxy::step(const TouchScene& scene, const TouchState& seen, ProxyState& state,
@@ -35,12 +47,9 @@ ProxyStep LomiProxy::step(const TouchScene& scene, const TouchState& seen, Proxy
     for (int index = 0; index < item_count(scene); ++index) {
       if (!holds(scene, state.around.let_through, index, Side::front)) continue;
       const TouchItem& item = item_of(scene, index);
-      const DepthCube& cube = cubes_[static_cast<std::size_t>(index)];
       const dvec3 local = item.is_mesh() ? item.placement.local_from_world(p) : p;
-      const dvec3 at = cube.frame().volume_from_world(local);
       ++result.counters.cells;
-      if (is_smooth ? cube.is_inside_smoothly(at, depth::Layers::outermost)
-                    : cube.is_inside(at, depth::Layers::outermost)) {
+      if (is_inside(static_cast<std::size_t>(index), local, is_smooth)) {
         met = index;
         return true;
       }
@@ -50,8 +59,10 @@ ProxyStep LomiProxy::step(const TouchScene& scene, const TouchState& seen, Proxy
   const auto inside = [&](const dvec3& p) { return ask(p, false); };
   const auto inside_smoothly = [&](const dvec3& p) { return ask(p, true); };
   const dvec3 from = frame.world_from_volume(state.proxy_volume);
-  // Where matter lies over the proxy nothing holds it. Nearest pixels and those between may tell two things.
-  if (inside(from) && inside_smoothly(from)) {
+  // Nearest pixels and those between may tell two things.
+  const auto is_in_matter = [&](const dvec3& p) { return inside(p) && inside_smoothly(p); };
+  // Where matter lies over the proxy nothing holds it.
+  if (is_in_matter(from)) {
     result.is_buried = state.had_contact;
     begin_at_hip(hip, input.hip_world, state, result);
     return result;
@@ -59,7 +70,7 @@ ProxyStep LomiProxy::step(const TouchScene& scene, const TouchState& seen, Proxy
   const depth::LomiRest rest = depth::find_rest(from, input.hip_world, options_, inside, inside_smoothly);
   result.counters.iterations = rest.asked;
   result.add_waypoint(state.proxy_volume);
-  if (!rest.is_blocked) {
+  if (!rest.is_blocked()) {
     result.add_waypoint(hip);
   } else {
     result.add_waypoint(frame.volume_from_world(rest.before));
@@ -68,11 +79,23 @@ ProxyStep LomiProxy::step(const TouchScene& scene, const TouchState& seen, Proxy
     if (const double length = glm::length(out); length > 0 && met >= 0)
       result.set_contact(met, Side::front, out / length);
   }
-  // Without friction: the normal is the way to the HIP, of which a cone would hold a proxy that lags for
-  // ever.
+  // A free place that lies halfway between two pixels may not be free when it is rounded for the next step.
+  if (is_in_matter(
+          frame.world_from_volume(result.path_volume[static_cast<std::size_t>(result.waypoint_count - 1)])))
+    result.waypoint_count = 1;
+  const bool is_rubbing = result.has_contact && state.had_contact;
   state.had_contact = result.has_contact;
   state.proxy_volume = result.path_volume[static_cast<std::size_t>(result.waypoint_count - 1)];
   result.proxy_world = frame.world_from_volume(state.proxy_volume);
+  // Friction pulls from the temporary place, where the surface was met, to the true one: the spring ends so
+  // much before that. The next search begins at the true place, so that a hand that rests is not held.
+  if (is_rubbing) {
+    const Material& material = material_of(scene, result.shape, result.side);
+    const dvec3 slid = rest.before - rest.place;
+    const double most = material.dynamic_friction * glm::distance(rest.place, input.hip_world);
+    const double length = glm::length(slid);
+    if (length > 0) result.proxy_world += std::min(1.0, most / length) * slid;
+  }
   return result;
 }
 

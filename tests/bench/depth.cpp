@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <glm/geometric.hpp>
 
 #include "data-tools/phantoms.h"
@@ -31,7 +32,7 @@ constexpr double k_radius = k_ball_radius;
 
 /// A ball of 20 mm seen by six cameras, in pixels of a size.
 DepthCube six_images(double pixel) {
-  BallModel m = ball_of(200'000);
+  BenchModel m = ball_of(200'000);
   for (dvec3& v : m.vertices) v *= 20 / k_radius;
   ivec3 size(0);
   const auto frame = depth::lattice_around(dvec3(-20), dvec3(20), pixel, size).value();
@@ -101,74 +102,140 @@ std::vector<LevelRow> run_level_benchmark() {
   return rows;
 }
 
-std::vector<ModelRow> run_depth_models(bool is_quick) {
-  constexpr int k_steps = 20'000;
+namespace {
+
+/// A hand on a model, step by step.
+struct ModelHand {
+  int steps = 0;
+  std::function<dvec3(int)> at;             ///< mm
+  std::function<bool(int)> begins;          ///< there, as if it had never touched
+  std::function<bool(int)> is_judged;       ///< it has settled
+  std::function<double(const dvec3&)> off;  ///< mm from the surface
+};
+
+ModelHand hand_on_ball() {
+  ModelHand hand;
+  hand.steps = 20'000;
+  hand.at = [](int i) {
+    const double a = 0.0025 * i, z = 0.85 * std::sin(0.0007 * i), r = std::sqrt(1 - z * z);
+    return (k_radius - (i < 100 ? -2 + 0.03 * i : 1)) * dvec3(r * std::cos(a), r * std::sin(a), z);
+  };
+  hand.begins = [](int i) { return i == 0; };
+  hand.is_judged = [](int i) { return i >= 200; };
+  hand.off = [](const dvec3& p) { return std::abs(glm::length(p) - k_radius); };
+  return hand;
+}
+
+/// Down onto it at 150 places, each 60 steps to 1 mm deep and 40 along it at 50 mm/s.
+ModelHand hand_on(const std::shared_ptr<const MeshTree>& tree) {
+  static constexpr int k_visit = 100, k_down = 60;
+  ModelHand hand;
+  hand.steps = 150 * k_visit;
+  hand.at = [tree](int i) {
+    const auto count = static_cast<std::uint32_t>(tree->triangle_count());
+    const auto [a, b, c] = tree->corners(
+        static_cast<std::uint32_t>(volume::hash_bits(static_cast<std::uint64_t>(i / k_visit)) % count));
+    const dvec3 across = glm::cross(b - a, c - a);
+    const dvec3 out = glm::length(across) > 0 ? glm::normalize(across) : dvec3(0, 0, 1);
+    const dvec3 along = glm::length(b - a) > 0 ? glm::normalize(b - a) : dvec3(1, 0, 0);
+    const int down = std::min(i % k_visit, k_down), aside = std::max(0, i % k_visit - k_down);
+    return (a + b + c) / 3.0 + (2 - 3.0 * down / k_down) * out + 0.05 * aside * along;
+  };
+  hand.begins = [](int i) { return i % k_visit == 0; };
+  hand.is_judged = [](int i) { return i % k_visit >= k_down; };
+  hand.off = [tree](const dvec3& p) {
+    double nearest = 5;
+    tree->for_near(p, nearest,
+                   [&](const MeshTree::Near& near) { nearest = std::min(nearest, near.distance); });
+    return nearest;
+  };
+  return hand;
+}
+
+/// The steps of one method, the least of several runs each.
+void time_steps(const ProxyMethod& method, const TouchScene& scene, const ModelHand& hand,
+                ModelRow::Method& one) {
+  const auto version = untouched(scene);
+  MinimumOfRuns least;
+  double sum = 0;
+  long judged = 0;
+  for (int run = 0; run < MinimumOfRuns::k_runs; ++run) {
+    ProxyState state;
+    for (int i = 0; i < hand.steps; ++i) {
+      if (hand.begins(i)) state = {};
+      const dvec3 hip = hand.at(i);
+      const auto start = Clock::now();
+      const ProxyStep step = method.step(scene, *version, state, {hip});
+      if (step.has_contact) least.add(static_cast<std::size_t>(i), 1e6 * seconds_since(start));
+      if (run > 0 || !step.has_contact || !hand.is_judged(i)) continue;
+      const double off = hand.off(step.proxy_world);
+      sum += off * off, one.worst = std::max(one.worst, off);
+      ++judged;
+    }
+  }
+  one.error = std::sqrt(sum / static_cast<double>(std::max(1L, judged)));
+  const StepTimes times = least.result();
+  one.p50 = times.p50, one.p999 = times.p999;
+}
+
+ModelRow model_row(const BenchModel& m, bool is_quick, bool is_ball) {
+  ModelRow row;
+  row.name = m.name, row.triangles = static_cast<int>(m.triangles.size() / 3);
+  const auto tree_begin = Clock::now();
+  const auto tree = std::make_shared<const MeshTree>(m.vertices, m.triangles);
+  const double tree_ms = 1e3 * seconds_since(tree_begin);
+  const auto images = [&](const volume::Frame& frame, const ivec3& size) {
+    double least = 1e300;
+    for (int run = 0; run < 3; ++run) {
+      const auto begin = Clock::now();
+      (void)DepthCube::of_triangles(m.vertices, m.triangles, frame, size).value();
+      least = std::min(least, 1e3 * seconds_since(begin));
+    }
+    return least;
+  };
+  const ModelHand hand = is_ball ? hand_on_ball() : hand_on(tree);
+  const dvec3 touched = is_ball ? k_radius * direction(3) : hand.at(0);
+  row.clip_ms = images(volume::Frame::from_spacing(touched - 10.0, dvec3(0.2)).value(), ivec3(100));
+  ivec3 size(0);
+  const auto frame = depth::lattice_around(tree->low(), tree->high(), 0.2, size).value();
+  row.whole_ms = images(frame, size);
+
+  TouchScene scene = scenes::phantom_scene("sphere", [] {
+    data_tools::PhantomOptions o;
+    o.size = ivec3(16);
+    return o;
+  }());
+  scene.items = {mesh_item("model", tree)};
+  scene.items[0].material.static_friction = scene.items[0].material.dynamic_friction = 0;
+  std::vector<std::pair<std::string, std::unique_ptr<ProxyMethod>>> methods;
+  for (const char* name : {"depth", "lomi", "lomi-parts", "mesh", "scene"})
+    methods.emplace_back(name, make_method(name).value());
+  for (const Peer& peer : peers().methods)
+    if (const std::string name = peer.info.name; name == "Embree" || (name == "FCL" && !is_quick))
+      methods.emplace_back(name, peer.make());
+  for (const auto& [name, method] : methods) {
+    ModelRow::Method one;
+    one.name = name;
+    const auto begin = Clock::now();
+    if (method->prepare(scene)) continue;
+    one.ready_ms = 1e3 * seconds_since(begin) + (name == "mesh" || name == "scene" ? tree_ms : 0);
+    time_steps(*method, scene, hand, one);
+    row.methods.push_back(one);
+  }
+  return row;
+}
+
+}  // namespace
+
+std::vector<ModelRow> run_depth_models(bool is_quick, const std::vector<BenchModel>& real) {
   std::vector<ModelRow> rows;
   for (const int count : {69'451, 134'356, 233'204, 871'414, 2'000'000}) {
-    ModelRow row;
-    row.triangles = count;
-    const BallModel m = ball_of(count);
-    const auto tree_begin = Clock::now();
-    const auto tree = std::make_shared<const MeshTree>(m.vertices, m.triangles);
-    const double tree_ms = 1e3 * seconds_since(tree_begin);
-    const auto images = [&](const volume::Frame& frame, const ivec3& size) {
-      double least = 1e300;
-      for (int run = 0; run < 3; ++run) {
-        const auto begin = Clock::now();
-        (void)DepthCube::of_triangles(m.vertices, m.triangles, frame, size).value();
-        least = std::min(least, 1e3 * seconds_since(begin));
-      }
-      return least;
-    };
-    const dvec3 touched = k_radius * direction(3);
-    row.clip_ms = images(volume::Frame::from_spacing(touched - 10.0, dvec3(0.2)).value(), ivec3(100));
-    ivec3 size(0);
-    const auto frame = depth::lattice_around(dvec3(-k_radius), dvec3(k_radius), 0.2, size).value();
-    row.whole_ms = images(frame, size);
-
-    TouchScene scene = scenes::phantom_scene("sphere", [] {
-      data_tools::PhantomOptions o;
-      o.size = ivec3(16);
-      return o;
-    }());
-    scene.items = {mesh_item("model", tree)};
-    scene.items[0].material.static_friction = scene.items[0].material.dynamic_friction = 0;
-    const auto version = untouched(scene);
-    std::vector<std::pair<std::string, std::unique_ptr<ProxyMethod>>> methods;
-    for (const char* name : {"depth", "lomi", "mesh", "scene"})
-      methods.emplace_back(name, make_method(name).value());
-    for (const Peer& peer : peers().methods)
-      if (const std::string name = peer.info.name; name == "Embree" || (name == "FCL" && !is_quick)) methods.emplace_back(peer.info.name, peer.make());
-    for (const auto& [name, method] : methods) {
-      ModelRow::Method one;
-      one.name = name;
-      const auto begin = Clock::now();
-      if (method->prepare(scene)) continue;
-      one.ready_ms = 1e3 * seconds_since(begin) + (name == "mesh" || name == "scene" ? tree_ms : 0);
-      MinimumOfRuns least;
-      double sum = 0;
-      for (int run = 0; run < MinimumOfRuns::k_runs; ++run) {
-        ProxyState state;
-        for (int i = 0; i < k_steps; ++i) {
-          const double a = 0.0025 * i, z = 0.85 * std::sin(0.0007 * i), r = std::sqrt(1 - z * z);
-          const dvec3 out(r * std::cos(a), r * std::sin(a), z);
-          const double deep = i < 100 ? -2 + 0.03 * i : 1;
-          const auto start = Clock::now();
-          const ProxyStep step = method->step(scene, *version, state, {(k_radius - deep) * out});
-          if (step.has_contact) least.add(static_cast<std::size_t>(i), 1e6 * seconds_since(start));
-          if (run > 0 || i < 200) continue;
-          const double off = std::abs(glm::length(step.proxy_world) - k_radius);
-          sum += off * off, one.worst = std::max(one.worst, off);
-        }
-      }
-      one.error = std::sqrt(sum / (k_steps - 200));
-      const StepTimes times = least.result();
-      one.p50 = times.p50, one.p999 = times.p999;
-      row.methods.push_back(one);
-    }
-    rows.push_back(std::move(row));
+    BenchModel m = ball_of(count);
+    m.name = "ball";
+    rows.push_back(model_row(m, is_quick, true));
     if (is_quick) break;
   }
+  for (const BenchModel& m : real) rows.push_back(model_row(m, is_quick, false));
   return rows;
 }
 
@@ -182,7 +249,7 @@ std::vector<DeformRow> run_depth_deforming(bool is_quick) {
     // To and fro at 400 mm/s, and larger by 2 mm.
     const auto middle = [](double key) { return dvec3(0, 0, 4 * (std::abs(std::fmod(key, 4) - 2) - 1)); };
     const auto swollen = [](double key) { return 1 + 0.05 * (1 - std::abs(std::fmod(key, 4) - 2) / 2); };
-    const BallModel rest = ball_of(count);
+    const BenchModel rest = ball_of(count);
     depth::ModelKeys keys;
     keys.triangles = rest.triangles;
     keys.beat = 0.01, keys.after = depth::ModelKeys::After::repeat;

@@ -5,6 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "tests/bench/depth_models.h"
+
 namespace trephine::bench {
 
 /// A search for the resting place: by the local map in memory and by that which is never stored.
@@ -27,8 +29,9 @@ struct LevelRow {
 };
 std::vector<LevelRow> run_level_benchmark();
 
-/// A model of so many triangles, touched 1 mm deep.
+/// A model touched 1 mm deep: balls of so many triangles all the way around, others at places all over them.
 struct ModelRow {
+  std::string name;
   int triangles = 0;
   double clip_ms = 0;   ///< three images, all layers, of 20 mm around the touch, 100^2 pixels
   double whole_ms = 0;  ///< of all of it, pixels of 0.2 mm
@@ -36,13 +39,27 @@ struct ModelRow {
     std::string name;
     double ready_ms = 0;       ///< what is made beforehand
     double p50 = 0, p999 = 0;  ///< us a step
-    double error = 0;          ///< mm from the analytic surface, rms; worst
+    double error = 0;          ///< mm from the ball, or from the model's triangles, rms; worst
     double worst = 0;
   };
   std::vector<Method> methods;
 };
-/// `is_quick`: the smallest model alone.
-std::vector<ModelRow> run_depth_models(bool is_quick);
+/// `is_quick`: of the balls the smallest alone. `real`: closed models, in mm.
+std::vector<ModelRow> run_depth_models(bool is_quick, const std::vector<BenchModel>& real);
+
+/// Steps at random in and around a thing with thin walls, and how often a method passed one.
+struct FallRow {
+  std::string thing;
+  double wall = 0;  ///< mm, its thickness
+  long steps = 0;
+  struct Method {
+    std::string name;
+    long touched = 0;  ///< steps in contact
+    long passed = 0;   ///< ways of the proxy from one side of a wall to the other
+  };
+  std::vector<Method> methods;
+};
+std::vector<FallRow> run_depth_falls(bool is_quick);
 
 /// A ball of so many triangles that goes to and fro and swells, 100 sets of images a second around a hand
 /// that presses on it: nothing is made beforehand.

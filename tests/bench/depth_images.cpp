@@ -52,7 +52,8 @@ struct Floats {
   }
 };
 
-DrawPeerWish wish_of(const Floats& floats, const BallModel& m, const dvec3& middle, double edge, int rounds) {
+DrawPeerWish wish_of(const Floats& floats, const BenchModel& m, const dvec3& middle, double edge,
+                     int rounds) {
   DrawPeerWish wish{floats.vertices.data(),
                     static_cast<long>(m.vertices.size()),
                     m.triangles.data(),
@@ -72,7 +73,7 @@ std::vector<ImagesRow> run_depth_images(bool is_quick, MakeWindow draw_on) {
       is_quick ? std::vector{69'451} : std::vector{69'451, 200'000, 400'000, 800'000, 1'600'000};
   const std::vector<int> sizes = is_quick ? std::vector{100} : std::vector{100, 250, 500, 1000};
   for (const int count : counts) {
-    const BallModel m = ball_of(count);
+    const BenchModel m = ball_of(count);
     const Floats floats(m.vertices);
     const dvec3 touched = k_ball_radius * direction(3);
     constexpr double k_edge = 20;  // mm
@@ -193,7 +194,7 @@ std::vector<FrameRow> run_frame_times(bool is_quick, MakeWindow draw_on) {
   constexpr int k_pixels = 512;
   for (const int count :
        is_quick ? std::vector{100'000} : std::vector{100'000, 200'000, 400'000, 800'000, 1'200'000}) {
-    const BallModel m = ball_of(count);
+    const BenchModel m = ball_of(count);
     const Floats floats(m.vertices);
     FrameRow row;
     row.triangles = count;

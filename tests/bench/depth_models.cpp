@@ -2,7 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <glm/common.hpp>
 #include <glm/geometric.hpp>
+#include <map>
+#include <tuple>
 
 #include "volume/deterministic_math.h"
 
@@ -14,9 +17,9 @@ namespace {
 constexpr double k_two_pi = 6.283185307179586;
 }
 
-BallModel ball_of(int count) {
+BenchModel ball_of(int count) {
   const int around = std::max(8, static_cast<int>(std::sqrt(count / 1.0))), up = count / (2 * around) + 1;
-  BallModel m;
+  BenchModel m;
   m.vertices.push_back({0, 0, k_ball_radius});
   for (int j = 1; j < up; ++j)
     for (int i = 0; i < around; ++i) {
@@ -48,6 +51,57 @@ BallModel ball_of(int count) {
   }
   while (m.triangles.size() < wanted) add(0, 0, 0);
   return m;
+}
+
+int close_holes(BenchModel& m) {
+  // Corners in one place are one.
+  const auto less = [](const dvec3& a, const dvec3& b) {
+    return std::tie(a.x, a.y, a.z) < std::tie(b.x, b.y, b.z);
+  };
+  std::map<dvec3, std::uint32_t, decltype(less)> first(less);
+  std::vector<std::uint32_t> same;
+  for (const dvec3& p : m.vertices)
+    same.push_back(first.emplace(p, static_cast<std::uint32_t>(same.size())).first->second);
+  for (std::uint32_t& v : m.triangles) v = same[v];
+  std::map<std::pair<std::uint32_t, std::uint32_t>, int> open;  // from, to: how often more than back
+  for (std::size_t t = 0; t < m.triangles.size(); t += 3)
+    for (std::size_t k = 0; k < 3; ++k) {
+      const std::uint32_t a = m.triangles[t + k], b = m.triangles[t + (k + 1) % 3];
+      if (a == b) continue;
+      if (const auto back = open.find({b, a}); back != open.end())
+        back->second == 1 ? (void)open.erase(back) : (void)--back->second;
+      else
+        ++open[{a, b}];
+    }
+  int holes = 0;
+  while (!open.empty()) {
+    std::vector<std::uint32_t> loop;
+    std::uint32_t at = open.begin()->first.first;
+    while (true) {
+      const auto next = open.lower_bound({at, 0});
+      if (next == open.end() || next->first.first != at) break;
+      loop.push_back(at);
+      at = next->first.second;
+      if (--next->second == 0) open.erase(next);
+    }
+    if (loop.empty()) break;
+    ++holes;
+    dvec3 middle(0);
+    for (const std::uint32_t v : loop) middle += m.vertices[v] / static_cast<double>(loop.size());
+    const auto centre = static_cast<std::uint32_t>(m.vertices.size());
+    m.vertices.push_back(middle);
+    for (std::size_t i = 0; i < loop.size(); ++i)
+      m.triangles.insert(m.triangles.end(), {loop[(i + 1) % loop.size()], loop[i], centre});
+  }
+  return holes;
+}
+
+void fit(BenchModel& m, double longest_mm) {
+  dvec3 low(1e300), high(-1e300);
+  for (const dvec3& p : m.vertices) low = glm::min(low, p), high = glm::max(high, p);
+  const dvec3 wide = high - low;
+  const double scale = longest_mm / std::max({wide.x, wide.y, wide.z});
+  for (dvec3& p : m.vertices) p = scale * (p - 0.5 * (low + high));
 }
 
 dvec3 direction(int n) {

@@ -34,6 +34,8 @@ inline constexpr Golden k_golden[] = {
     {3, "lockstep, last force", 4597345573958413375u},
     {7, "depth", 0x5b35ca3003b06b69},
     {7, "lomi", 0x2a097a85dd5e341c},
+    {10, "lomi", 0x248e6ac510e57795},  // friction; what rounding lets through is held
+    {10, "lomi-parts", 0x75f2cd3c7b0fdee2},
     // Points of masks are shifted from cell to cell (revision 4 changed none of these).
     {5, "lockstep, what was removed", 2175259919017709223u},
 };

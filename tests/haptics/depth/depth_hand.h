@@ -7,7 +7,7 @@
 #include "haptics/depth/depth_model.h"
 #include "haptics/depth/depth_rules.h"
 #include "haptics/proxy/methods.h"
-#include "tests/haptics/depth/closed_models.h"
+#include "tests/haptics/depth/model_play.h"
 #include "tests/scenes/scenes.h"
 #include "volume/deterministic_math.h"
 
@@ -15,7 +15,6 @@ namespace trephine::haptics::depth {
 
 using glm::ivec3;
 
-inline double number(std::uint64_t n) { return static_cast<double>(volume::hash_bits(n) >> 11) * 0x1p-53; }
 inline dvec3 place(std::uint64_t n, double within) {
   return within * (2.0 * dvec3(number(3 * n), number(3 * n + 1), number(3 * n + 2)) - 1.0);
 }

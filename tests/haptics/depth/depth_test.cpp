@@ -2,17 +2,13 @@
 #include <cmath>
 #include <map>
 #include <numbers>
-#include <set>
 #include <tuple>
 
 #include "haptics/depth/depth_items.h"
 #include "haptics/depth/depth_proxy.h"
 #include "haptics/depth/depth_rules.h"
-#include "haptics/depth/lomi.h"
-#include "haptics/mesh/mesh_tree.h"
 #include "tests/checker/mesh_judge.h"
-#include "tests/haptics/depth/closed_models.h"
-#include "tests/haptics/proxy/method_play.h"
+#include "tests/haptics/depth/model_play.h"
 #include "tests/whole.h"
 #include "volume/cell_mesh.h"
 #include "volume/deterministic_math.h"
@@ -23,8 +19,6 @@ namespace {
 
 using glm::dvec3;
 using glm::ivec3;
-
-double number(std::uint64_t n) { return static_cast<double>(volume::hash_bits(n) >> 11) * 0x1p-53; }
 
 /// By solid angles (van Oosterom and Strackee 1983): no ray, no image.
 double winding(const Model& m, const dvec3& p) {
@@ -153,127 +147,6 @@ TEST(DepthCube, OfVoxelsIsTheirField) {
   EXPECT_FALSE(cube.is_inside(middle, Layers::all));
 }
 
-TEST(Lomi, AsksNoVoxelTwiceAndStoresNone) {
-  std::set<std::tuple<int, int, int>> asked;
-  const LomiOptions options{0.2, 31, 0, false};
-  const dvec3 middle(0);
-  long walks = 0, longest = 0;
-  for (std::uint64_t n = 0; n < 300; ++n) {
-    asked.clear();
-    // A slope with a bend, under a hand deep in it.
-    const dvec3 slope = glm::normalize(dvec3(number(4 * n) - 0.5, number(4 * n + 1) - 0.5, 1.2));
-    const auto inside = [&](const dvec3& p) {
-      const auto voxel = [&](double x) { return static_cast<int>(std::lround(x / 0.2)); };
-      EXPECT_TRUE(asked.insert({voxel(p.x), voxel(p.y), voxel(p.z)}).second) << n;
-      return glm::dot(slope, p) + 0.3 * std::abs(p.x) < -0.05;
-    };
-    LomiRest rest;
-    const dvec3 hip = dvec3(4 * number(4 * n + 2) - 2, 4 * number(4 * n + 3) - 2, -2);
-    const dvec3 place = walk_abstract_lomi(middle, hip, options, inside, rest);
-    EXPECT_EQ(rest.stored, 0);
-    walks += place != middle, longest = std::max(longest, static_cast<long>(rest.asked));
-    EXPECT_LT(rest.asked, 500);
-  }
-  EXPECT_GT(walks, 200);
-  EXPECT_GT(longest, 60);
-}
-
-/// On a ball, by both maps; each level comes three times as near, as far as the proxy's voxel reaches.
-TEST(Lomi, RestsOnABallAsNearAsItsVoxels) {
-  const auto inside = [](const dvec3& p) { return glm::length(p) < 20; };
-  for (const bool is_physical : {false, true})
-    for (const double resolution : {0.7, 0.4, 0.2}) {
-      double worst = 0, aside = 0;
-      int asked = 0;
-      for (std::uint64_t n = 0; n < 200; ++n) {
-        const double a = 6.283 * number(5 * n), z = 2 * number(5 * n + 1) - 1, r = std::sqrt(1 - z * z);
-        const dvec3 out(r * std::cos(a), r * std::sin(a), z);
-        const LomiOptions options{resolution, lomi_voxels(2, resolution), 4, is_physical};
-        const LomiRest rest = find_rest(20.5 * out, 19.6 * out, options, inside, inside);
-        ASSERT_TRUE(rest.is_blocked);
-        worst = std::max(worst, glm::length(rest.place) - 20);
-        ASSERT_GE(glm::length(rest.place), 20 - 1e-9);
-        aside = std::max(aside, glm::length(rest.place - glm::dot(rest.place, out) * out));
-        asked = std::max(asked, rest.asked);
-        EXPECT_EQ(rest.stored, is_physical ? options.voxels * options.voxels * options.voxels : 0);
-      }
-      EXPECT_LT(worst, resolution) << is_physical;
-      EXPECT_LT(aside, 2 * resolution) << is_physical;
-      if (!is_physical) {
-        EXPECT_LT(asked, 250);
-      }
-    }
-}
-
-/// The three cases of the published method, on a plate of 1 mm.
-TEST(Lomi, HoldsInsideGivesBackOutsideAndHoldsBeyondThinMatter) {
-  const auto inside = [](const dvec3& p) { return std::abs(p.z) < 0.5; };
-  const LomiOptions options;
-  const dvec3 from(0, 0, 0.6);
-  const LomiRest in = find_rest(from, dvec3(0.3, 0, -0.2), options, inside, inside);
-  EXPECT_TRUE(in.is_blocked);
-  EXPECT_NEAR(in.place.z, 0.5, 0.2);
-  EXPECT_NEAR(in.place.x, 0.3, 0.1);
-  EXPECT_FALSE(find_rest(from, dvec3(0.3, 0, 0.7), options, inside, inside).is_blocked);
-  const LomiRest through = find_rest(from, dvec3(0.3, 0, -1.2), options, inside, inside);
-  EXPECT_TRUE(through.is_blocked);
-  EXPECT_GT(through.place.z, 0.4);  // the first collision counts
-}
-
-TEST(Lomi, IsAMethodThatKeepsFromAModelAndAScan) {
-  Play play("lomi", scenes::phantom_scene("sphere", grid(128, 1.5)));
-  play.no_friction();
-  double worst = 0;
-  long count = 0;
-  const PosePath path = scenes::sphere_slide(45, 1.0, 100, 2);
-  for (const auto& sample : path.samples()) {
-    const ProxyStep s = play.step(sample.pose.position_world);
-    ASSERT_TRUE(std::isfinite(glm::length(s.proxy_world)));
-    if (!s.has_contact || sample.t < 0.1) continue;
-    worst = std::max(worst, std::abs(glm::length(s.proxy_world) - 45));
-    ++count;
-  }
-  EXPECT_GT(count, 1800);
-  EXPECT_LT(worst, 0.2);  // the desired resolution
-}
-
-TEST(Lomi, FarHandsAreHarmless) {
-  Play play("lomi", scenes::phantom_scene("sphere", grid(32, 1.5)));
-  for (const double far : {1e3, 1e9, 1e150, -1e150, 1e300}) {
-    play.state = {};
-    play.method->step(play.scene, *play.seen, play.state, {dvec3(70, 0, 0)});
-    for (const dvec3& hip : {dvec3(far, 0, 0), dvec3(0), dvec3(0, far, far)}) {
-      const ProxyStep s = play.method->step(play.scene, *play.seen, play.state, {hip});
-      ASSERT_TRUE(std::isfinite(s.proxy_world.x)) << far;
-    }
-  }
-}
-
-/// A scene of models alone, in a volume where nothing is solid.
-TouchScene models(std::initializer_list<Model> all) {
-  TouchScene scene = scenes::phantom_scene("sphere", grid(16, 1));
-  scene.items.clear();
-  for (const Model& m : all) {
-    scene.items.push_back(mesh_item("model", std::make_shared<const MeshTree>(m.vertices, m.triangles)));
-    scene.items.back().material.static_friction = scene.items.back().material.dynamic_friction = 0;
-  }
-  return scene;
-}
-/// Plays it without the judge of volumes.
-struct ModelPlay {
-  TouchScene scene;
-  std::unique_ptr<ProxyMethod> method;
-  TouchState seen;
-  ProxyState state;
-
-  ModelPlay(const std::string& name, TouchScene s)
-      : scene(std::move(s)), method(make_method(name).value()), seen(untouched(scene)) {
-    const volume::Status error = method->prepare(scene);
-    EXPECT_FALSE(error) << error->what;
-  }
-  ProxyStep step(const dvec3& hip) { return method->step(scene, seen, state, {hip}); }
-};
-
 /// Every edge is gone along as often one way as the other. Corners in one place count as one.
 bool is_closed(const volume::Mesh& mesh) {
   std::map<std::pair<std::uint32_t, std::uint32_t>, int> ways;
@@ -318,7 +191,7 @@ TEST(DepthNet, OfAVolumeIsItsSurfaceNet) {
   }
 }
 
-/// From outside, and from inside a calabash, which the published method cannot feel.
+/// From outside, and from inside a calabash.
 TEST(DepthProxy, FeelsAModelWithinATenthOfHalfAPixelAndTheInsideOfACalabash) {
   Model calabash = ball(dvec3(0), 20, 900);
   calabash.add(ball(dvec3(0), 15, 900).inward());
@@ -342,9 +215,6 @@ TEST(DepthProxy, FeelsAModelWithinATenthOfHalfAPixelAndTheInsideOfACalabash) {
     EXPECT_LT(worst, 0.01) << is_within;
     EXPECT_LT(angle, 0.04) << is_within;
   }
-  // In the cavity six cameras see matter.
-  ModelPlay published("lomi", models({calabash}));
-  for (int i = 0; i < 100; ++i) EXPECT_FALSE(published.step(dvec3(0.16 * i, 0, 0)).has_contact);
 }
 
 /// Thin parts, a narrow tube, a hidden interior, models within one another: from any side, at any speed.

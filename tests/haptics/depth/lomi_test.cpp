@@ -1,0 +1,227 @@
+// The published method of touching depth images, as it is.
+#include "haptics/depth/lomi.h"
+
+#include <cmath>
+#include <set>
+#include <tuple>
+
+#include "haptics/depth/depth_items.h"
+#include "haptics/depth/depth_parts.h"
+#include "haptics/depth/depth_rules.h"
+#include "haptics/depth/lomi_proxy.h"
+#include "tests/haptics/depth/model_play.h"
+
+namespace trephine::haptics::depth {
+namespace {
+
+using glm::dvec3;
+using glm::ivec3;
+
+TEST(Lomi, AsksNoVoxelTwiceAndStoresNone) {
+  std::set<std::tuple<int, int, int>> asked;
+  const LomiOptions options{0.2, 31, 0, false};
+  const dvec3 middle(0);
+  long walks = 0, longest = 0;
+  for (std::uint64_t n = 0; n < 300; ++n) {
+    asked.clear();
+    // A slope with a bend, under a hand deep in it.
+    const dvec3 slope = glm::normalize(dvec3(number(4 * n) - 0.5, number(4 * n + 1) - 0.5, 1.2));
+    const auto inside = [&](const dvec3& p) {
+      const auto voxel = [&](double x) { return static_cast<int>(std::lround(x / 0.2)); };
+      EXPECT_TRUE(asked.insert({voxel(p.x), voxel(p.y), voxel(p.z)}).second) << n;
+      return glm::dot(slope, p) + 0.3 * std::abs(p.x) < -0.05;
+    };
+    LomiRest rest;
+    const dvec3 hip = dvec3(4 * number(4 * n + 2) - 2, 4 * number(4 * n + 3) - 2, -2);
+    const dvec3 place = walk_abstract_lomi(middle, hip, options, inside, rest);
+    EXPECT_EQ(rest.stored, 0);
+    walks += place != middle, longest = std::max(longest, static_cast<long>(rest.asked));
+    EXPECT_LT(rest.asked, 500);
+  }
+  EXPECT_GT(walks, 200);
+  EXPECT_GT(longest, 60);
+}
+
+/// On a ball, by both maps; each level comes three times as near, as far as the proxy's voxel reaches.
+TEST(Lomi, RestsOnABallAsNearAsItsVoxels) {
+  const auto inside = [](const dvec3& p) { return glm::length(p) < 20; };
+  for (const bool is_physical : {false, true})
+    for (const double resolution : {0.7, 0.4, 0.2}) {
+      double worst = 0, aside = 0;
+      int asked = 0;
+      for (std::uint64_t n = 0; n < 200; ++n) {
+        const double a = 6.283 * number(5 * n), z = 2 * number(5 * n + 1) - 1, r = std::sqrt(1 - z * z);
+        const dvec3 out(r * std::cos(a), r * std::sin(a), z);
+        const LomiOptions options{resolution, lomi_voxels(2, resolution), 4, is_physical};
+        const LomiRest rest = find_rest(20.5 * out, 19.6 * out, options, inside, inside);
+        ASSERT_TRUE(rest.is_blocked());
+        worst = std::max(worst, glm::length(rest.place) - 20);
+        ASSERT_GE(glm::length(rest.place), 20 - 1e-9);
+        aside = std::max(aside, glm::length(rest.place - glm::dot(rest.place, out) * out));
+        asked = std::max(asked, rest.asked);
+        EXPECT_EQ(rest.stored, is_physical ? options.voxels * options.voxels * options.voxels : 0);
+      }
+      EXPECT_LT(worst, resolution) << is_physical;
+      EXPECT_LT(aside, 2 * resolution) << is_physical;
+      if (!is_physical) {
+        EXPECT_LT(asked, 250);
+      }
+    }
+}
+
+/// The three cases of the published method, on a plate of 1 mm.
+TEST(Lomi, HoldsInsideGivesBackOutsideAndHoldsBeyondThinMatter) {
+  const auto inside = [](const dvec3& p) { return std::abs(p.z) < 0.5; };
+  const LomiOptions options;
+  const dvec3 from(0, 0, 0.6);
+  const LomiRest in = find_rest(from, dvec3(0.3, 0, -0.2), options, inside, inside);
+  EXPECT_EQ(in.hip_case, HipCase::stays_inside);
+  EXPECT_NEAR(in.place.z, 0.5, 0.2);
+  EXPECT_NEAR(in.place.x, 0.3, 0.1);
+  const LomiRest out = find_rest(from, dvec3(0.3, 0, 0.7), options, inside, inside);
+  EXPECT_EQ(out.hip_case, HipCase::moves_out);
+  EXPECT_EQ(out.place, dvec3(0.3, 0, 0.7));
+  const LomiRest through = find_rest(from, dvec3(0.3, 0, -1.2), options, inside, inside);
+  EXPECT_EQ(through.hip_case, HipCase::passes_thin_part);
+  EXPECT_GT(through.place.z, 0.4);  // the first collision counts
+}
+
+TEST(Lomi, IsAMethodThatKeepsFromAModelAndAScan) {
+  Play play("lomi", scenes::phantom_scene("sphere", grid(128, 1.5)));
+  play.no_friction();
+  double worst = 0;
+  long count = 0;
+  const PosePath path = scenes::sphere_slide(45, 1.0, 100, 2);
+  for (const auto& sample : path.samples()) {
+    const ProxyStep s = play.step(sample.pose.position_world);
+    ASSERT_TRUE(std::isfinite(glm::length(s.proxy_world)));
+    if (!s.has_contact || sample.t < 0.1) continue;
+    worst = std::max(worst, std::abs(glm::length(s.proxy_world) - 45));
+    ++count;
+  }
+  EXPECT_GT(count, 1800);
+  EXPECT_LT(worst, 0.2);  // the desired resolution
+}
+
+TEST(Lomi, FarHandsAreHarmless) {
+  Play play("lomi", scenes::phantom_scene("sphere", grid(32, 1.5)));
+  for (const double far : {1e3, 1e9, 1e150, -1e150, 1e300}) {
+    play.state = {};
+    play.method->step(play.scene, *play.seen, play.state, {dvec3(70, 0, 0)});
+    for (const dvec3& hip : {dvec3(far, 0, 0), dvec3(0), dvec3(0, far, far)}) {
+      const ProxyStep s = play.method->step(play.scene, *play.seen, play.state, {hip});
+      ASSERT_TRUE(std::isfinite(s.proxy_world.x)) << far;
+    }
+  }
+}
+
+/// A hand that goes along a plate: the force of the published friction is the stretch from the true place
+/// back to the temporary one, so it grows with how far it slides in a tick, to the cone's edge, and lets a
+/// hand that rests alone.
+TEST(Lomi, FrictionIsTheWayFromTheTrueToTheTemporaryPlace) {
+  Model plate = box({-30, -30, -4}, {30, 30, 0});
+  const auto slide = [&](double friction, double mm_a_tick, double& behind, double& at_rest) {
+    TouchScene scene = models({plate});
+    scene.items[0].material.static_friction = scene.items[0].material.dynamic_friction = friction;
+    ModelPlay play("lomi", std::move(scene));
+    for (int i = 0; i < 100; ++i) play.step({-10, 0.05, 1 - 0.02 * i});  // 1 mm deep
+    double sum = 0, last = 0;
+    int count = 0;
+    for (int i = 1; i <= 60; ++i) {
+      const dvec3 hip(-10 + mm_a_tick * i, 0.05, -1);
+      const ProxyStep s = play.step(hip);
+      EXPECT_TRUE(s.has_contact);
+      last = s.proxy_world.x - hip.x;
+      EXPECT_NEAR(s.proxy_world.z, 0, 0.2);
+      if (i > 20) sum += last, ++count;
+    }
+    behind = -sum / count;
+    ProxyStep s;
+    const dvec3 rest(-10 + 60 * mm_a_tick, 0.05, -1);
+    for (int i = 0; i < 20; ++i) s = play.step(rest);
+    at_rest = -(s.proxy_world.x - rest.x);
+  };
+  double behind = 0, at_rest = 0;
+  slide(0, 0.3, behind, at_rest);
+  EXPECT_NEAR(behind, 0, 0.02);
+  slide(0.4, 0.1, behind, at_rest);  // 100 mm/s: as far as a tick goes
+  EXPECT_NEAR(behind, 0.1, 0.05);
+  EXPECT_NEAR(at_rest, 0, 0.02);
+  slide(0.2, 0.4, behind, at_rest);  // 400 mm/s: the cone's edge at 1 mm
+  EXPECT_NEAR(behind, 0.2, 0.05);
+  EXPECT_NEAR(at_rest, 0, 0.02);
+}
+
+/// A face through whole places of the lattice: half a pixel below it nearest pixels change their mind, and
+/// rounding decides for whom.
+TEST(Lomi, AHandBetweenTwoPixelsIsHeld) {
+  for (const double step : {0.02, 0.05, 0.1}) {
+    ModelPlay play("lomi", models({box({-5, -5, -4}, {5, 5, 0})}));
+    ProxyStep s;
+    for (int i = 0; i * step < 2; ++i) s = play.step({-1, 0.05, 1 - step * i});
+    EXPECT_TRUE(s.has_contact) << step;
+    EXPECT_NEAR(s.proxy_world.z, 0, 0.2) << step;
+  }
+}
+
+/// Parts against all layers, place by place; the whole of a calabash hides its cavity.
+TEST(Lomi, PartsOfAConcaveThingHideNothing) {
+  Model calabash = ball(dvec3(0), 10, 90);
+  calabash.add(ball(dvec3(0.3, -0.2, 0.1), 7, 90).inward());
+  // Open at its edges, and yet no camera sees its middle.
+  Model crate;
+  for (const double at : {-6.0, 5.0}) {
+    crate.add(box({at, -4, -4}, {at + 1, 4, 4}));
+    crate.add(box({-4, at, -4}, {4, at + 1, 4}));
+    crate.add(box({-4, -4, at}, {4, 4, at + 1}));
+  }
+  const Model one = ball(dvec3(0), 10, 90);
+  for (const auto& [model, hides] :
+       {std::pair(calabash, true), std::pair(crate, true), std::pair(one, false)}) {
+    const TouchScene scene = models({model});
+    const DepthCube cube = std::move(cubes_of(scene, {0.2, 1}).value()[0]);
+    const DepthParts parts(cube);
+    EXPECT_EQ(parts.count() > 1, hides);
+    EXPECT_LT(parts.count(), 300u);
+    long hidden = 0, inside = 0, differ = 0;
+    ivec3 v;
+    for (v.z = 0; v.z < cube.size().z; ++v.z)
+      for (v.y = 0; v.y < cube.size().y; ++v.y)
+        for (v.x = 0; v.x < cube.size().x; ++v.x) {
+          const bool is_matter = cube.is_inside(dvec3(v), Layers::all);
+          inside += is_matter;
+          differ += parts.is_inside(cube, dvec3(v)) != is_matter;
+          hidden += cube.is_inside(dvec3(v), Layers::outermost) != is_matter;
+        }
+    EXPECT_GT(inside, 1000);
+    EXPECT_EQ(differ, 0);
+    EXPECT_EQ(hidden > 0, hides);  // without parts it is seen that something hides
+  }
+}
+
+TEST(Lomi, TheInsideOfACalabashIsFeltByItsPartsAlone) {
+  Model calabash = ball(dvec3(0), 20, 300);
+  calabash.add(ball(dvec3(0), 15, 300).inward());
+  for (const bool is_whole : {true, false}) {
+    ModelPlay play(is_whole ? "lomi" : "lomi-parts", models({calabash}));
+    play.step(dvec3(0));
+    long contacts = 0;
+    double worst = 0;
+    for (int i = 0; i < 2000; ++i) {
+      const double a = 0.0031 * i, z = 0.8 * std::sin(0.0017 * i), r = std::sqrt(1 - z * z);
+      const dvec3 out(r * std::cos(a), r * std::sin(a), z);
+      const ProxyStep s = play.step((i < 160 ? 0.1 * i : 16) * out);
+      contacts += s.has_contact;
+      if (i > 200) worst = std::max(worst, std::abs(glm::length(s.proxy_world) - 15));
+    }
+    if (is_whole) {
+      EXPECT_EQ(contacts, 0);  // six cameras around it see matter in there
+    } else {
+      EXPECT_GT(contacts, 1800);
+      EXPECT_LT(worst, 0.2);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace trephine::haptics::depth

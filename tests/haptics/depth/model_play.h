@@ -1,0 +1,41 @@
+// A hand on closed models that are at rest, by any method.
+#pragma once
+
+#include <initializer_list>
+#include <memory>
+
+#include "haptics/mesh/mesh_tree.h"
+#include "tests/haptics/depth/closed_models.h"
+#include "tests/haptics/proxy/method_play.h"
+#include "volume/deterministic_math.h"
+
+namespace trephine::haptics::depth {
+
+inline double number(std::uint64_t n) { return static_cast<double>(volume::hash_bits(n) >> 11) * 0x1p-53; }
+
+/// A scene of models alone, in a volume where nothing is solid.
+inline TouchScene models(std::initializer_list<Model> all) {
+  TouchScene scene = scenes::phantom_scene("sphere", grid(16, 1));
+  scene.items.clear();
+  for (const Model& m : all) {
+    scene.items.push_back(mesh_item("model", std::make_shared<const MeshTree>(m.vertices, m.triangles)));
+    scene.items.back().material.static_friction = scene.items.back().material.dynamic_friction = 0;
+  }
+  return scene;
+}
+/// Plays it without the judge of volumes.
+struct ModelPlay {
+  TouchScene scene;
+  std::unique_ptr<ProxyMethod> method;
+  TouchState seen;
+  ProxyState state;
+
+  ModelPlay(const std::string& name, TouchScene s)
+      : scene(std::move(s)), method(make_method(name).value()), seen(untouched(scene)) {
+    const volume::Status error = method->prepare(scene);
+    EXPECT_FALSE(error) << error->what;
+  }
+  ProxyStep step(const dvec3& hip) { return method->step(scene, seen, state, {hip}); }
+};
+
+}  // namespace trephine::haptics::depth
