@@ -32,13 +32,12 @@ class LocalNet {
 
   /// What a cell's patches are; where two patches pinch at a face, both its cells know.
   const NetCase& case_of(const glm::ivec3& cell) const noexcept {
-    const int bits = config(cell);
-    const NetCase* net = &k_net_cases[0][static_cast<std::size_t>(bits)];
+    const std::size_t bits = table_bits(cell);
+    const NetCase* net = &k_net_cases[0][bits];
     if (net->pinch_face >= 0) {
       glm::ivec3 other = cell;
       other[net->pinch_face / 2] += net->pinch_face % 2 ? 1 : -1;
-      if (k_net_cases[0][static_cast<std::size_t>(config(other))].pinch_face == (net->pinch_face ^ 1))
-        net = &k_net_cases[1][static_cast<std::size_t>(bits)];
+      if (k_net_cases[0][table_bits(other)].pinch_face == (net->pinch_face ^ 1)) net = &k_net_cases[1][bits];
     }
     return *net;
   }
@@ -78,6 +77,14 @@ class LocalNet {
   }
 
  private:
+  /// The table keeps solid corners apart on ambiguous faces. Samples that want them joined, so that leaning
+  /// walls of one layer hold, are looked up as if air were solid: the same edges, the other patches.
+  std::size_t table_bits(const glm::ivec3& cell) const noexcept {
+    int bits = config(cell);
+    if constexpr (requires { samples_.joins_solid(); })
+      if (samples_.joins_solid()) bits ^= 255;
+    return static_cast<std::size_t>(bits);
+  }
   /// The vertex of the cell's patch that holds one of its edges.
   glm::vec3 vertex(const glm::ivec3& cell, int edge) const noexcept {
     const NetCase& net = case_of(cell);

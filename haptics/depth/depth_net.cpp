@@ -7,10 +7,16 @@ namespace trephine::haptics::depth {
 
 using glm::ivec3;
 
-DepthNet::DepthNet(DepthCube cube) : cube_(std::move(cube)) {
+DepthNet::DepthNet(DepthCube cube, Thin thin) : cube_(std::move(cube)), thin_(thin) {
   const ivec3 size = cube_.size();
   words_ = static_cast<std::size_t>(size.x + 63) / 64;
   bits_.assign(words_ * static_cast<std::size_t>(size.y) * static_cast<std::size_t>(size.z), 0);
+  set_by_rays();
+  if (thin == Thin::held) hold_thin_matter();
+}
+
+void DepthNet::set_by_rays() {
+  const ivec3 size = cube_.size();
   std::uint64_t* row = bits_.data();
   for (int z = 0; z < size.z; ++z)
     for (int y = 0; y < size.y; ++y, row += words_) {
@@ -30,15 +36,75 @@ DepthNet::DepthNet(DepthCube cube) : cube_(std::move(cube)) {
     }
 }
 
+namespace {
+/// Of a ray's stretch of matter: does it lie between two whole places? Both ends belong to matter.
+bool is_between_places(float begin, float end) noexcept { return std::ceil(begin) > std::floor(end); }
+}  // namespace
+
+bool DepthNet::is_thin(int axis, const ivec3& v) const noexcept {
+  const auto [i, j] = across(axis);
+  const std::span<const float> ray = cube_.ray(axis, v[i], v[j]);
+  const auto low = static_cast<float>(v[axis]);
+  for (std::size_t k = 0; k + 1 < ray.size() && ray[k] < low + 1; k += 2)
+    if (ray[k] > low && is_between_places(ray[k], ray[k + 1])) return true;
+  return false;
+}
+
+bool DepthNet::is_free(int axis, const ivec3& v) const noexcept {
+  ivec3 next = v;
+  ++next[axis];
+  return !is_solid(v) && !is_solid(next) && !is_thin(axis, v);
+}
+
+void DepthNet::set_solid(const ivec3& v) noexcept {
+  bits_[row_of(v) + static_cast<std::size_t>(v.x >> 6)] |= std::uint64_t{1} << (v.x & 63);
+}
+
+/// What separates two free places is a crossed edge between them, so that no way leads past places that hold
+/// both ends of each. Where three free edges lead around such an edge nothing is separated.
+void DepthNet::hold_thin_matter() {
+  const ivec3 size = cube_.size();
+  std::vector<ivec3> held;
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto [i, j] = across(axis);
+    const auto is_around_free = [&, i = i, j = j](const ivec3& v) {
+      for (const int aside : {i, j})
+        for (const int step : {-1, 1}) {
+          ivec3 beside = v;
+          beside[aside] += step;
+          if (beside[aside] < 0 || beside[aside] >= size[aside]) continue;  // beyond it all is unknown
+          const ivec3& low = step < 0 ? beside : v;
+          ivec3 far = low;
+          ++far[axis];
+          if (is_free(aside, low) && is_free(axis, beside) && is_free(aside, far)) return true;
+        }
+      return false;
+    };
+    for (int row = 0; row < size[j]; ++row)
+      for (int column = 0; column < size[i]; ++column) {
+        const std::span<const float> ray = cube_.ray(axis, column, row);
+        for (std::size_t k = 0; k + 1 < ray.size(); k += 2) {
+          if (!is_between_places(ray[k], ray[k + 1])) continue;
+          ivec3 v;
+          v[i] = column, v[j] = row, v[axis] = static_cast<int>(std::floor(ray[k]));
+          if (v[axis] < 0 || v[axis] + 1 >= size[axis] || is_around_free(v)) continue;
+          ++thin_edges_;
+          held.push_back(v);
+          ++v[axis];
+          held.push_back(v);
+        }
+      }
+  }
+  for (const ivec3& v : held) set_solid(v);
+}
+
 int DepthNet::config(const ivec3& v) const noexcept {
   const ivec3& size = cube_.size();
   int bits = 0;
   for (int k = 0; k < 4; ++k) {
     const int y = v.y + (k & 1), z = v.z + (k >> 1);
     if (y < 0 || z < 0 || y >= size.y || z >= size.z) continue;
-    const std::uint64_t* row =
-        bits_.data() + words_ * (static_cast<std::size_t>(y) +
-                                 static_cast<std::size_t>(size.y) * static_cast<std::size_t>(z));
+    const std::uint64_t* row = bits_.data() + row_of({0, y, z});
     const auto bit = [&](int x) {
       return x < 0 || x >= size.x ? 0 : static_cast<int>(row[x >> 6] >> (x & 63) & 1u);
     };
@@ -57,7 +123,10 @@ float DepthNet::crossing(const ivec3& in, const ivec3& air) const noexcept {
     if (ray[k] > static_cast<float>(low + 1)) break;
     return std::abs(ray[k] - static_cast<float>(in[axis]));
   }
-  return 0.5F;
+  const float middle = static_cast<float>(low) + 0.5F;
+  std::size_t passed = 0;
+  while (passed < ray.size() && ray[passed] <= middle) ++passed;
+  return passed % 2 == 1 ? 1.0F : 0.0F;
 }
 
 }  // namespace trephine::haptics::depth

@@ -14,32 +14,53 @@ namespace trephine::haptics::depth {
 /// Immutable when made; queries: any thread, no allocation.
 class DepthNet {
  public:
-  explicit DepthNet(DepthCube cube);
+  /// Walls of one layer of places that touch by their edges alone.
+  enum class Thin : std::uint8_t {
+    apart,  ///< as the surface net of a volume has them: a way leads through between them
+    held    ///< joined; and matter between two places, thinner than a pixel, is held by both, unless one gets
+            ///< around it right there, as at a sharp edge
+  };
+  explicit DepthNet(DepthCube cube, Thin thin = Thin::held);
 
   const DepthCube& cube() const noexcept { return cube_; }
   /// By the ray along x. Nothing is solid beyond the lattice.
   bool is_solid(const glm::ivec3& v) const noexcept {
     const glm::ivec3& size = cube_.size();
     if (v.x < 0 || v.y < 0 || v.z < 0 || v.x >= size.x || v.y >= size.y || v.z >= size.z) return false;
-    const std::size_t row =
-        static_cast<std::size_t>(v.y) + static_cast<std::size_t>(size.y) * static_cast<std::size_t>(v.z);
-    return bits_[row * words_ + static_cast<std::size_t>(v.x >> 6)] >> (v.x & 63) & 1u;
+    return bits_[row_of(v) + static_cast<std::size_t>(v.x >> 6)] >> (v.x & 63) & 1u;
   }
   /// Of the cell from v on, as volume::config_of() tells it.
   int config(const glm::ivec3& v) const noexcept;
-  /// How far from a solid place to a free one beside it the surface lies, 0 to 1; the middle where their ray
-  /// knows none.
+  /// How far from a solid place to a free one beside it the surface lies, 0 to 1. Where their ray knows none
+  /// it is at the place about which that and another one disagree, or which holds what is thin.
   float crossing(const glm::ivec3& in, const glm::ivec3& air) const noexcept;
   /// Calls use(low) for the places of a layer z from which the surface crosses the edge to the next place
   /// along `axis`; both lie in the lattice.
   template <class Use>
   void for_crossed_edges(int axis, int z, const Use& use) const;
+  bool joins_solid() const noexcept { return thin_ == Thin::held; }
+  /// Edges between two places that hold matter thinner than a pixel.
+  std::size_t thin_edges() const noexcept { return thin_edges_; }
   std::size_t bytes() const noexcept { return cube_.bytes() + bits_.capacity() * sizeof(std::uint64_t); }
 
  private:
+  void set_by_rays();
+  void hold_thin_matter();
+  /// Does matter lie between v and the next place along the axis that neither of them is in?
+  bool is_thin(int axis, const glm::ivec3& v) const noexcept;
+  /// Is a way from v to the next place along the axis free?
+  bool is_free(int axis, const glm::ivec3& v) const noexcept;
+  void set_solid(const glm::ivec3& v) noexcept;
+  std::size_t row_of(const glm::ivec3& v) const noexcept {
+    return words_ * (static_cast<std::size_t>(v.y) +
+                     static_cast<std::size_t>(cube_.size().y) * static_cast<std::size_t>(v.z));
+  }
+
   DepthCube cube_;
+  Thin thin_;
   std::size_t words_ = 0;  ///< of a row along x
   std::vector<std::uint64_t> bits_;
+  std::size_t thin_edges_ = 0;
 };
 
 template <class Use>
@@ -91,6 +112,7 @@ class DepthSamples {
       : net_(net), placed_(placed) {}
   bool is_solid(const glm::ivec3& v) const noexcept { return net_.is_solid(v); }
   int config(const glm::ivec3& cell) const noexcept { return net_.config(cell); }
+  bool joins_solid() const noexcept { return net_.joins_solid(); }
   void place(const glm::ivec3& cell, const volume::NetCase& net, glm::vec3* out) const noexcept {
     if (placed_ == nullptr) return volume::place_between_crossings(*this, cell, net, out);
     PlacedCells::Slot& slot = placed_->slot_of(cell);

@@ -20,9 +20,11 @@ volume::Status DepthProxy::prepare(const TouchScene& scene) {
   if (!cubes) return cubes.error();
   nets_.clear();
   gap_ = 1;
-  for (DepthCube& cube : cubes.value()) {
+  for (std::size_t i = 0; i < cubes.value().size(); ++i) {
+    DepthCube& cube = cubes.value()[i];
     const dvec3 mm = cube.frame().spacing();
-    nets_.emplace_back(std::move(cube));
+    using Thin = depth::DepthNet::Thin;
+    nets_.emplace_back(std::move(cube), scene.items[i].is_mesh() ? Thin::held : Thin::apart);
     gap_ = std::min(gap_, k_facet_gap * std::min({mm.x, mm.y, mm.z}));
   }
   return std::nullopt;

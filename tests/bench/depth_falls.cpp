@@ -2,6 +2,7 @@
 #include <cmath>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
+#include <glm/gtc/quaternion.hpp>
 
 #include "data-tools/phantoms.h"
 #include "haptics/mesh/mesh_tree.h"
@@ -68,6 +69,13 @@ std::vector<Thing> things() {
     Thing hollow{"calabash", wall, ball(dvec3(0), 6, 90), ball(dvec3(0), 6 - 0.5 * wall, 90), dvec3(0)};
     hollow.model.add(ball(dvec3(0), 6 - wall, 90).inward());
     all.push_back(hollow);
+  }
+  // Leaning, so that no face lies along pixels.
+  const glm::dquat turn = glm::normalize(glm::dquat(1, 0.15, -0.3, 0.2));
+  for (Thing& thing : all) {
+    for (Model* m : {&thing.model, &thing.middle})
+      for (dvec3& p : m->vertices) p = turn * p;
+    thing.hidden = turn * thing.hidden;
   }
   return all;
 }

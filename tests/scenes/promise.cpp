@@ -47,7 +47,8 @@ Promise::Promise(const MethodInfo& method, const haptics::TouchScene& scene,
   }
   if (method.solid == Solid::images) {
     using namespace haptics::depth;
-    const DepthNet net(DepthCube::of_voxels(shape.field, *shape.bits, glm::ivec3(1)).value());
+    const DepthNet net(DepthCube::of_voxels(shape.field, *shape.bits, glm::ivec3(1)).value(),
+                       DepthNet::Thin::apart);
     const volume::Mesh mesh = volume::mesh_of_cells(volume::LocalNet{DepthSamples(net)}, net.cube().size());
     lattice_ = net.cube().frame();
     triangles_ = std::make_unique<checker::MeshWall>(mesh.vertices.span(), mesh.triangles.span());

@@ -15,10 +15,6 @@ namespace trephine::haptics::depth {
 
 using glm::ivec3;
 
-inline dvec3 place(std::uint64_t n, double within) {
-  return within * (2.0 * dvec3(number(3 * n), number(3 * n + 1), number(3 * n + 2)) - 1.0);
-}
-
 inline std::shared_ptr<const DepthModel> at_rest(const Model& m) {
   ModelKeys keys;
   keys.triangles = m.triangles;

@@ -163,7 +163,7 @@ TEST(DepthNet, OfAVolumeIsItsSurfaceNet) {
   for (const char* phantom : {"gyroid", "shell"}) {
     const TouchScene scene = scenes::phantom_scene(phantom, grid(48, 0.7, 12));
     const TouchItem& item = scene.items[0];
-    const DepthNet net(DepthCube::of_voxels(item.field, *item.bits, ivec3(1)).value());
+    const DepthNet net(DepthCube::of_voxels(item.field, *item.bits, ivec3(1)).value(), DepthNet::Thin::apart);
     const volume::Mesh shown = volume::mesh_of_cells(volume::LocalNet{DepthSamples(net)}, net.cube().size()),
                        whole = volume::surface_net({&item.field, nullptr, item.bits.get(), false, true});
     EXPECT_TRUE(is_closed(shown)) << phantom;
@@ -281,6 +281,63 @@ TEST(DepthProxy, NothingFallsThroughThinPartsTubesOrHiddenInteriors) {
   // The judge sees a proxy that goes straight: a planted fault.
   EXPECT_TRUE(walls[0].is_entered(nets[0].cube().frame().volume_from_world({0.03, 0.04, 1}),
                                   nets[0].cube().frame().volume_from_world({0.05, 0.02, -1})));
+}
+
+/// Plates thinner than a pixel, leaning in any way, hit from both sides: the rays meet both faces between two
+/// places. Without what holds them they would not be there, as the published method shows.
+TEST(DepthProxy, PlatesThinnerThanAPixelHold) {
+  const auto fallen = [](const char* method, double thick, std::uint64_t lean, long& contacts) {
+    const glm::dquat turn = glm::normalize(glm::dquat(1, place(lean, 0.8)));
+    const auto turned = [&](Model m) {
+      for (dvec3& p : m.vertices) p = turn * p;
+      return m;
+    };
+    const Model middle = turned(box({-5, -5, 0}, {5, 5, 0}));
+    const checker::MeshWall wall(middle.vertices, middle.triangles, 1.0);
+    ModelPlay play(method, models({turned(box({-7, -7, -0.5 * thick}, {7, 7, 0.5 * thick}))}));
+    const volume::Frame& base = play.scene.base->frame;
+    long crossed = 0;
+    for (std::uint64_t n = 0; n < 60; ++n) {
+      play.state = {};
+      const double side = n % 2 == 0 ? 1 : -1;
+      const dvec3 begin = 4.0 * dvec3(number(5 * n + lean) - 0.5, number(5 * n + lean + 1) - 0.5, 0);
+      for (int i = 0; i < 60; ++i) {
+        const dvec3 hip(begin.x + 0.03 * i * (number(5 * n + 2) - 0.5), begin.y, side * (1 - 0.05 * i));
+        const ProxyStep s = play.step(turn * hip);
+        contacts += s.has_contact;
+        for (int k = 1; k < s.waypoint_count; ++k)
+          crossed += wall.is_crossed(base.world_from_volume(s.path_volume[static_cast<std::size_t>(k - 1)]),
+                                     base.world_from_volume(s.path_volume[static_cast<std::size_t>(k)]));
+      }
+    }
+    return crossed;
+  };
+  for (const double thick : {0.19, 0.08, 0.02})
+    for (std::uint64_t lean = 0; lean < 6; ++lean) {
+      long contacts = 0;
+      EXPECT_EQ(fallen("depth", thick, lean, contacts), 0) << thick << ", lean " << lean;
+      EXPECT_GT(contacts, 60 * 30) << thick << ", lean " << lean;
+    }
+  long contacts = 0;
+  EXPECT_GT(fallen("lomi", 0.02, 1, contacts), 20);
+}
+
+/// What is held where it is thinner than a pixel does not round the edges of what is thicker.
+TEST(DepthNet, SharpEdgesStayAsTheyAre) {
+  const glm::dquat turn = glm::normalize(glm::dquat(1, 0.15, -0.3, 0.2));
+  Model m = box({-4, -3, -2}, {4, 3, 2});
+  for (dvec3& p : m.vertices) p = turn * p;
+  const TouchScene scene = models({m});
+  const DepthNet net(std::move(cubes_of(scene, {0.2, 1}).value()[0]));
+  EXPECT_EQ(net.thin_edges(), 0u);
+  const volume::Mesh shown = volume::mesh_of_cells(volume::LocalNet{DepthSamples(net)}, net.cube().size());
+  double worst = 0;
+  for (const glm::vec3& v : shown.vertices.span()) {
+    const dvec3 p = glm::conjugate(turn) * net.cube().frame().world_from_volume(dvec3(v));
+    const dvec3 beyond = glm::abs(p) - dvec3(4, 3, 2);
+    worst = std::max({worst, beyond.x, beyond.y, beyond.z});
+  }
+  EXPECT_LT(worst, 0.01);  // nothing stands out
 }
 
 TEST(DepthProxy, SaysWhatItCannotTouch) {

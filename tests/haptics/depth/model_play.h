@@ -12,6 +12,9 @@
 namespace trephine::haptics::depth {
 
 inline double number(std::uint64_t n) { return static_cast<double>(volume::hash_bits(n) >> 11) * 0x1p-53; }
+inline dvec3 place(std::uint64_t n, double within) {
+  return within * (2.0 * dvec3(number(3 * n), number(3 * n + 1), number(3 * n + 2)) - 1.0);
+}
 
 /// A scene of models alone, in a volume where nothing is solid.
 inline TouchScene models(std::initializer_list<Model> all) {
