@@ -112,7 +112,7 @@ Result<DepthVideo> record_video(const std::vector<ModelChoice>& choices, const V
     const double time = static_cast<double>(n) / wish.rate;
     for (Seen& thing : things)
       if (n == 0 || is_moving)
-        thing.tree = haptics::MeshTree(thing.model->corners(time), thing.model->keys().triangles);
+        thing.tree = haptics::MeshTree(thing.model->corners(time).all(), thing.model->keys().triangles);
     video.times.push_back(time);
     auto& picture = video.pictures.emplace_back(static_cast<std::size_t>(wish.width) *
                                                 static_cast<std::size_t>(wish.height));

@@ -116,22 +116,29 @@ struct Needed {
   std::vector<std::uint32_t> of_box;      ///< of the rays along y and z, within the lattice
 };
 
-Needed find_needed(std::span<const dvec3> places, std::span<const std::uint32_t> triangles, const ivec3& size,
+/// On which sides a place lies beyond the lattice, a bit each.
+enum Beyond : std::uint8_t { beyond_x = 3, beyond_y = 12, beyond_z = 48 };
+std::uint8_t beyond(const dvec3& p, const dvec3& most) noexcept {
+  int bits = 0;
+  for (int axis = 0; axis < 3; ++axis)
+    bits |= (p[axis] < -0.5) << (2 * axis) | (p[axis] > most[axis]) << (2 * axis + 1);
+  return static_cast<std::uint8_t>(bits);
+}
+
+Needed find_needed(std::span<const std::uint8_t> beyonds, std::span<const std::uint32_t> triangles,
                    int threads) {
   constexpr std::size_t k_part = 3 * 16384;
   const auto parts = static_cast<int>((triangles.size() + k_part - 1) / k_part);
   std::vector<Needed> found(static_cast<std::size_t>(parts));
-  const dvec3 most = dvec3(size) - 0.5;
   volume::parallel_for(parts, threads, [&](int part) {
     Needed& mine = found[static_cast<std::size_t>(part)];
     const std::size_t begin = static_cast<std::size_t>(part) * k_part,
                       end = std::min(begin + k_part, triangles.size() / 3 * 3);
     for (std::size_t t = begin; t < end; t += 3) {
-      const dvec3 &a = places[triangles[t]], &b = places[triangles[t + 1]], &c = places[triangles[t + 2]];
-      const dvec3 low = glm::min(glm::min(a, b), c), high = glm::max(glm::max(a, b), c);
-      if (low.y > most.y || low.z > most.z || high.y < -0.5 || high.z < -0.5) continue;
+      const int all = beyonds[triangles[t]] & beyonds[triangles[t + 1]] & beyonds[triangles[t + 2]];
+      if (all & (beyond_y | beyond_z)) continue;
       mine.of_columns.push_back(static_cast<std::uint32_t>(t));
-      if (low.x <= most.x && high.x >= -0.5) mine.of_box.push_back(static_cast<std::uint32_t>(t));
+      if (!(all & beyond_x)) mine.of_box.push_back(static_cast<std::uint32_t>(t));
     }
   });
   Needed all;
@@ -144,7 +151,7 @@ Needed find_needed(std::span<const dvec3> places, std::span<const std::uint32_t>
 
 }  // namespace
 
-Result<DepthCube> DepthCube::of_triangles(std::span<const dvec3> vertices,
+Result<DepthCube> DepthCube::of_triangles(const ModelCorners& corners,
                                           std::span<const std::uint32_t> triangles,
                                           const volume::Frame& frame, const ivec3& size, int threads,
                                           std::vector<std::uint32_t>* met) {
@@ -154,21 +161,29 @@ Result<DepthCube> DepthCube::of_triangles(std::span<const dvec3> vertices,
                    "2 to " + std::to_string(k_most), "choose another resolution"};
   DepthCube cube;
   cube.frame_ = frame, cube.size_ = size;
-  std::vector<dvec3> places(vertices.size());
+  const auto place_of = [&](std::size_t index) { return frame.volume_from_world(corners[index]); };
   constexpr std::size_t k_part = 16384;
-  std::atomic<std::size_t> too_far{vertices.size()};
-  volume::parallel_for(static_cast<int>((vertices.size() + k_part - 1) / k_part), threads, [&](int part) {
-    const std::size_t begin = static_cast<std::size_t>(part) * k_part;
-    for (std::size_t i = begin; i < std::min(begin + k_part, vertices.size()); ++i) {
-      const dvec3 p = places[i] = frame.volume_from_world(vertices[i]);
-      if (std::abs(p.x) < k_farthest && std::abs(p.y) < k_farthest && std::abs(p.z) < k_farthest) continue;
-      for (std::size_t first = too_far; i < first && !too_far.compare_exchange_weak(first, i);) {}
-    }
+  const auto for_corners = [&](const auto& use) {
+    volume::parallel_for(static_cast<int>((corners.size() + k_part - 1) / k_part), threads, [&](int part) {
+      const std::size_t begin = static_cast<std::size_t>(part) * k_part;
+      for (std::size_t i = begin; i < std::min(begin + k_part, corners.size()); ++i) use(i);
+    });
+  };
+  std::vector<std::uint8_t> beyonds(corners.size());
+  std::atomic<std::size_t> too_far{corners.size()};
+  for_corners([&, most = dvec3(size) - 0.5](std::size_t i) {
+    const dvec3 p = place_of(i);
+    beyonds[i] = beyond(p, most);
+    if (std::abs(p.x) < k_farthest && std::abs(p.y) < k_farthest && std::abs(p.z) < k_farthest) return;
+    for (std::size_t first = too_far; i < first && !too_far.compare_exchange_weak(first, i);) {}
   });
-  if (too_far < vertices.size())
+  if (too_far < corners.size())
     return Error{"a model reaches too far beyond its depth images", "corner", std::to_string(too_far),
                  "within 32768 pixels", "choose a coarser resolution"};
-  Needed needed = find_needed(places, triangles, size, threads);
+  Needed needed = find_needed(beyonds, triangles, threads);
+  // Where many are needed each corner is placed once.
+  std::vector<dvec3> places(4 * needed.of_columns.size() > corners.size() ? corners.size() : 0);
+  if (!places.empty()) for_corners([&](std::size_t i) { places[i] = place_of(i); });
   // A frame that mirrors turns triangles round.
   const glm::dmat3& axes = frame.axes();
   const int turn = glm::dot(glm::cross(axes[0], axes[1]), axes[2]) < 0 ? -1 : 1;
@@ -178,7 +193,7 @@ Result<DepthCube> DepthCube::of_triangles(std::span<const dvec3> vertices,
     const int handed = axis == 1 ? -turn : turn;  // x, z, y is left-handed
     std::vector<Crossing> crossings;
     const auto corner = [&](std::uint32_t index) {
-      const dvec3& p = places[index];
+      const dvec3 p = places.empty() ? place_of(index) : places[index];
       return Corner{std::llround(p[u] * static_cast<double>(k_one)),
                     std::llround(p[v] * static_cast<double>(k_one)), p[axis]};
     };

@@ -23,6 +23,25 @@ enum class Layers : std::uint8_t {
 /// The two axes across one, in their order.
 constexpr std::array<int, 2> across(int axis) noexcept { return {axis == 0 ? 1 : 0, axis == 2 ? 1 : 2}; }
 
+/// Corners of a model, at rest or on the straight way from one shape to another. Borrows them.
+struct ModelCorners {
+  std::span<const glm::dvec3> from, to;
+  double share = 0;  ///< of the way
+
+  ModelCorners(const std::vector<glm::dvec3>& at_rest) : from(at_rest), to(at_rest) {}
+  ModelCorners(const std::vector<glm::dvec3>& here, const std::vector<glm::dvec3>& there, double way)
+      : from(here), to(there), share(way) {}
+  std::size_t size() const noexcept { return from.size(); }
+  std::vector<glm::dvec3> all() const {
+    std::vector<glm::dvec3> corners(size());
+    for (std::size_t i = 0; i < corners.size(); ++i) corners[i] = (*this)[i];
+    return corners;
+  }
+  glm::dvec3 operator[](std::size_t i) const noexcept {
+    return share == 0 ? from[i] : from[i] + share * (to[i] - from[i]);
+  }
+};
+
 /// Rays through the whole places of a lattice, along x, y and z of its frame; on each of them the places
 /// where it enters matter and where it leaves it, in their order. Immutable when made; queries: any thread,
 /// no allocation. Rays are whole lines: a lattice may lie within matter, and knows it.
@@ -33,10 +52,11 @@ class DepthCube {
   /// Of triangles that look out counter-clockwise, in the frame that `frame` leads to. Matter is where the
   /// winding number is not 0. Corners are taken to 2^-14 of a pixel across the rays, and which triangle a ray
   /// meets is decided in whole numbers: of a closed surface no ray finds one side alone. A lattice may be a
-  /// clip volume, far smaller than the model: of that a triangle costs a look at its box. Error: the lattice
+  /// clip volume, far smaller than the model: of that a corner costs a look at where it lies, a triangle at
+  /// its three corners' answers, and nothing of its size is kept. Error: the lattice
   /// is too large, or the model too far beyond it. The same bits for any number of threads. `met`: the places
   /// of the first corners of triangles whose boxes meet the lattice.
-  static volume::Result<DepthCube> of_triangles(std::span<const glm::dvec3> vertices,
+  static volume::Result<DepthCube> of_triangles(const ModelCorners& corners,
                                                 std::span<const std::uint32_t> triangles,
                                                 const volume::Frame& frame, const glm::ivec3& size,
                                                 int threads = 0, std::vector<std::uint32_t>* met = nullptr);

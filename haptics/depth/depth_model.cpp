@@ -130,48 +130,36 @@ std::shared_ptr<const MeshTree> DepthModel::look(double time) const {
   return trees_[at.share < 0.5 ? at.before : at.after];
 }
 
-std::vector<dvec3> DepthModel::corners(double time) const {
+ModelCorners DepthModel::corners(double time) const noexcept {
   const Between at = between(time);
-  if (at.share == 0) return keys_.keys[at.before];
-  const std::vector<dvec3>&a = keys_.keys[at.before], &b = keys_.keys[at.after];
-  std::vector<dvec3> now(a.size());
-  for (std::size_t i = 0; i < a.size(); ++i) now[i] = a[i] + at.share * (b[i] - a[i]);
-  return now;
+  return {keys_.keys[at.before], keys_.keys[at.after], at.share};
 }
 
 Result<DepthSet> DepthModel::draw(const DepthView& view, int threads) const {
   glm::ivec3 size(0);
   const auto frame = view.lattice(size);
   if (!frame) return frame.error();
-  std::vector<dvec3> made;
-  const bool is_at_rest = keys_.keys.size() == 1;
-  if (!is_at_rest) made = corners(view.time);
-  const std::vector<dvec3>& now = is_at_rest ? keys_.keys[0] : made;
+  const ModelCorners now = corners(view.time);
   std::vector<std::uint32_t> met;
   auto cube = DepthCube::of_triangles(now, keys_.triangles, frame.value(), size, threads, &met);
   if (!cube) return cube.error();
   DepthSet set = set_of(view, DepthNet(std::move(cube).value()));
   set.goes_on = is_moving(view.time);
   if (!set.goes_on) return set;
-  const double next_time = view.time + view.interval;
-  const Between next = between(next_time);
-  const auto corner_then = [&](std::uint32_t index) {
-    const dvec3 &a = keys_.keys[next.before][index], &b = keys_.keys[next.after][index];
-    return a + next.share * (b - a);
-  };
+  const ModelCorners then = corners(view.time + view.interval);
   // Of what is near the middle, or of all where nothing is.
   std::vector<MovingPlace> samples;
   const auto& t = keys_.triangles;
   for (const double around : {k_around, 1e300}) {
     const dvec3 low = view.touch - around, high = view.touch + around;
     for (const std::uint32_t i : met) {
-      const dvec3 &a = now[t[i]], &b = now[t[i + 1]], &c = now[t[i + 2]];
+      const dvec3 a = now[t[i]], b = now[t[i + 1]], c = now[t[i + 2]];
       const dvec3 least = glm::min(glm::min(a, b), c), most = glm::max(glm::max(a, b), c);
       if (glm::any(glm::greaterThan(least, high)) || glm::any(glm::lessThan(most, low))) continue;
       const dvec3 across = glm::cross(b - a, c - a);
       const double doubled = glm::length(across);
       if (!(doubled > 0)) continue;
-      const dvec3 p = corner_then(t[i]), q = corner_then(t[i + 1]), r = corner_then(t[i + 2]);
+      const dvec3 p = then[t[i]], q = then[t[i + 1]], r = then[t[i + 2]];
       const auto add = [&](const dvec3& place) {
         // Where on the triangle: shares of its area.
         const double of_b = glm::dot(glm::cross(place - a, c - a), across) / (doubled * doubled),

@@ -38,7 +38,7 @@ class DepthModel final : public DepthSource {
 
   const ModelKeys& keys() const noexcept { return keys_; }
   /// Its corners then.
-  std::vector<glm::dvec3> corners(double time) const;
+  ModelCorners corners(double time) const noexcept;
 
  private:
   explicit DepthModel(ModelKeys keys);
