@@ -73,7 +73,8 @@ std::uint64_t morton(const ivec3& p) noexcept {
 }
 }  // namespace
 
-void triangles_of(const DepthNet& net, std::vector<dvec3>& vertices, std::vector<std::uint32_t>& triangles) {
+void triangles_of(const DepthNet& net, std::vector<dvec3>& vertices, std::vector<std::uint32_t>& triangles,
+                  std::vector<std::uint64_t>& codes) {
   const ivec3 size = net.cube().size();
   const volume::Frame& frame = net.cube().frame();
   const DepthSamples samples(net);
@@ -127,8 +128,11 @@ void triangles_of(const DepthNet& net, std::vector<dvec3>& vertices, std::vector
   std::sort(order.begin(), order.end());
   std::vector<std::uint32_t> sorted;
   sorted.reserve(triangles.size());
-  for (const auto& [place, begin] : order)
+  codes.reserve(order.size());
+  for (const auto& [place, begin] : order) {
     sorted.insert(sorted.end(), triangles.begin() + begin, triangles.begin() + begin + 6);
+    codes.push_back(place);
+  }
   triangles = std::move(sorted);
 }
 
@@ -137,9 +141,10 @@ DepthSet set_of(const DepthView& view, const DepthNet& net) {
   set.view = view;
   std::vector<dvec3> vertices;
   std::vector<std::uint32_t> triangles;
-  triangles_of(net, vertices, triangles);
-  set.tree =
-      std::make_shared<const MeshTree>(MeshTree::of_ordered(std::move(vertices), std::move(triangles)));
+  std::vector<std::uint64_t> codes;
+  triangles_of(net, vertices, triangles, codes);
+  set.tree = std::make_shared<const MeshTree>(
+      MeshTree::of_ordered(std::move(vertices), std::move(triangles), codes));
   const DepthCube& cube = net.cube();
   // A quad lies in the cells around its edge: two places from the border all of them are there.
   set.low = cube.frame().world_from_volume(dvec3(2));

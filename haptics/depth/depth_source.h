@@ -78,8 +78,9 @@ struct DepthSet {
 };
 
 /// The surface of a net as triangles: those of volume/local_net.h, without what lies at the lattice's border.
+/// In the order of where they are: `codes` for MeshTree::of_ordered().
 void triangles_of(const DepthNet& net, std::vector<glm::dvec3>& vertices,
-                  std::vector<std::uint32_t>& triangles);
+                  std::vector<std::uint32_t>& triangles, std::vector<std::uint64_t>& codes);
 
 /// Something that can be drawn. Immutable; any thread.
 class DepthSource {

@@ -49,39 +49,13 @@ void exact_product(double a, double b, double& high, double& low) noexcept {
   low = ((ah * bh - high) + ah * bl + al * bh) + al * bl;
 }
 
-/// a b - c d with the right sign, whatever rounding does to the products.
-double determinant(double a, double b, double c, double d) noexcept {
-  const double ab = a * b, cd = c * d, value = ab - cd;
-  if (std::abs(value) > 1e-15 * (std::abs(ab) + std::abs(cd))) return value;
+}  // namespace
+
+double exact_determinant(double a, double b, double c, double d) noexcept {
   double p, pe, q, qe;
   exact_product(a, b, p, pe);
   exact_product(c, d, q, qe);
   return (p - q) + (pe - qe);
-}
-
-}  // namespace
-
-bool crosses_triangle(const dvec3& a, const dvec3& d, const dvec3& v0, const dvec3& v1, const dvec3& v2,
-                      double& t, double& facing) noexcept {
-  // Seen along the way, each corner is a point of a plane, rounded once and so the same for all its
-  // triangles; which side of their edges the way passes is then decided exactly.
-  const dvec3 size = glm::abs(d);
-  const int z = size.x > size.y ? (size.x > size.z ? 0 : 2) : (size.y > size.z ? 1 : 2);
-  const int x = z == 2 ? 0 : z + 1, y = x == 2 ? 0 : x + 1;
-  if (!(size[z] > 0)) return false;
-  const double sx = d[x] / d[z], sy = d[y] / d[z];
-  const dvec3 p = v0 - a, q = v1 - a, r = v2 - a;
-  const double px = p[x] - sx * p[z], py = p[y] - sy * p[z];
-  const double qx = q[x] - sx * q[z], qy = q[y] - sy * q[z];
-  const double rx = r[x] - sx * r[z], ry = r[y] - sy * r[z];
-  const double u = determinant(rx, qy, ry, qx), v = determinant(px, ry, py, rx),
-               w = determinant(qx, py, qy, px);
-  if ((u < 0 || v < 0 || w < 0) && (u > 0 || v > 0 || w > 0)) return false;
-  const dvec3 normal = glm::cross(v1 - v0, v2 - v0);
-  facing = glm::dot(d, normal);
-  if (facing == 0) return false;
-  t = glm::dot(p, normal) / facing;
-  return t >= 0 && t <= 1;
 }
 
 }  // namespace trephine::haptics

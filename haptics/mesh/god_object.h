@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
 #include "haptics/proxy/friction.h"
@@ -32,12 +33,57 @@ struct HoldingPlane {
 glm::dvec3 nearest_allowed(const glm::dvec3& wish, const std::array<HoldingPlane, 3>& planes,
                            int count) noexcept;
 
-/// Does the way a + t d, t in [0, 1], cross the triangle? Watertight at edges and vertices: corners are
-/// projected along the way, once and alike for all their triangles, and edges are decided exactly (after
-/// Woop, Benthin and Wald 2013; zero counts as inside). `facing` < 0: the way goes against the triangle's
-/// normal. Degenerate triangles are missed.
-bool crosses_triangle(const glm::dvec3& a, const glm::dvec3& d, const glm::dvec3& v0, const glm::dvec3& v1,
-                      const glm::dvec3& v2, double& t, double& facing) noexcept;
+/// a b - c d with the right sign, whatever rounding does to the products.
+double exact_determinant(double a, double b, double c, double d) noexcept;
+
+/// The way a + t d, t in [0, 1], ready to be asked about many triangles.
+class CrossingWay {
+ public:
+  CrossingWay(const glm::dvec3& a, const glm::dvec3& d) noexcept : a_(a), d_(d) {
+    const glm::dvec3 size = glm::abs(d);
+    z_ = size.x > size.y ? (size.x > size.z ? 0 : 2) : (size.y > size.z ? 1 : 2);
+    x_ = z_ == 2 ? 0 : z_ + 1, y_ = x_ == 2 ? 0 : x_ + 1;
+    is_way_ = size[z_] > 0;
+    sx_ = d[x_] / d[z_], sy_ = d[y_] / d[z_];
+    first_ = std::min(0.0, d[z_]) - k_beside * size[z_], last_ = std::max(0.0, d[z_]) + k_beside * size[z_];
+  }
+  /// Does it cross the triangle? Watertight at edges and vertices: corners are projected along the way, once
+  /// and alike for all their triangles, and edges are decided exactly (after Woop, Benthin and Wald 2013;
+  /// zero counts as inside). `facing` < 0: the way goes against the triangle's normal. Degenerate triangles
+  /// are missed.
+  bool crosses(const glm::dvec3& v0, const glm::dvec3& v1, const glm::dvec3& v2, double& t,
+               double& facing) const noexcept {
+    if (!is_way_) return false;
+    const glm::dvec3 p = v0 - a_, q = v1 - a_, r = v2 - a_;
+    // Most triangles of a box lie before the way or behind it.
+    if (std::min({p[z_], q[z_], r[z_]}) > last_ || std::max({p[z_], q[z_], r[z_]}) < first_) return false;
+    // Seen along the way, each corner is a point of a plane, rounded once and so the same for all its
+    // triangles; which side of their edges the way passes is then decided exactly.
+    const double px = p[x_] - sx_ * p[z_], py = p[y_] - sy_ * p[z_];
+    const double qx = q[x_] - sx_ * q[z_], qy = q[y_] - sy_ * q[z_];
+    const double rx = r[x_] - sx_ * r[z_], ry = r[y_] - sy_ * r[z_];
+    const double u = determinant(rx, qy, ry, qx), v = determinant(px, ry, py, rx),
+                 w = determinant(qx, py, qy, px);
+    if ((u < 0 || v < 0 || w < 0) && (u > 0 || v > 0 || w > 0)) return false;
+    const glm::dvec3 normal = glm::cross(v1 - v0, v2 - v0);
+    facing = glm::dot(d_, normal);
+    if (facing == 0) return false;
+    t = glm::dot(p, normal) / facing;
+    return t >= 0 && t <= 1;
+  }
+
+ private:
+  static constexpr double k_beside = 1e-9;  // of the way: more than rounding
+  static double determinant(double a, double b, double c, double d) noexcept {
+    const double ab = a * b, cd = c * d, value = ab - cd;
+    return std::abs(value) > 1e-15 * (std::abs(ab) + std::abs(cd)) ? value : exact_determinant(a, b, c, d);
+  }
+
+  glm::dvec3 a_, d_;
+  int x_, y_, z_;
+  double sx_, sy_, first_, last_;
+  bool is_way_;
+};
 
 inline constexpr int k_max_facet_moves = 10;
 inline constexpr double k_facet_gap = 1e-5;  ///< voxels (or of a mesh's shortest scale) kept before a facet

@@ -1,6 +1,7 @@
 #include "haptics/mesh/mesh_tree.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
@@ -15,35 +16,50 @@ namespace {
 constexpr int k_max_newton = 32;
 constexpr double k_near = 1e-12;  // of the way: nearer than this is met
 
-/// May a + t way, t in [0, most], come within `radius` of the box? A little larger than rounding.
-bool meets_box(const dvec3& a, const dvec3& way, double most, const dvec3& box_low, const dvec3& box_high,
-               double radius) noexcept {
-  double from = 0, to = most;
-  for (int k = 0; k < 3; ++k) {
-    const double slack = radius + 1e-12 * (std::abs(a[k]) + std::abs(box_low[k]) + std::abs(box_high[k]));
-    const double low = box_low[k] - slack - a[k], high = box_high[k] + slack - a[k];
-    if (way[k] == 0) {
-      if (low > 0 || high < 0) return false;
-      continue;
-    }
-    const double inverse = 1 / way[k], t0 = low * inverse, t1 = high * inverse;
-    from = std::max(from, std::min(t0, t1) * (1 - 1e-12) - 1e-300);
-    to = std::min(to, std::max(t0, t1) * (1 + 1e-12) + 1e-300);
+/// A way that a ball goes through boxes: which may it meet? A little larger than rounding.
+class BoxesOnWay {
+ public:
+  /// `low`, `high`: of all boxes.
+  BoxesOnWay(const dvec3& a, const dvec3& way, double radius, const dvec3& low, const dvec3& high) noexcept
+      : a_(a), way_(way), inverse_(1.0 / way) {
+    const dvec3 far = glm::max(glm::abs(low), glm::abs(high));
+    slack_ = radius + 1e-12 * (glm::abs(a) + glm::abs(way) + far);
+    low_ = glm::min(a, a + way) - slack_;
+    high_ = glm::max(a, a + way) + slack_;
   }
-  return from <= to;
-}
+  /// From the way's beginning up to `most` of it.
+  bool meets(const dvec3& low, const dvec3& high, double most) const noexcept {
+    // Most boxes lie aside of all of it.
+    if (low.x > high_.x || high.x < low_.x || low.y > high_.y || high.y < low_.y || low.z > high_.z ||
+        high.z < low_.z)
+      return false;
+    double from = 0, to = most;
+    for (int k = 0; k < 3; ++k) {
+      if (way_[k] == 0) continue;
+      const double t0 = (low[k] - slack_[k] - a_[k]) * inverse_[k],
+                   t1 = (high[k] + slack_[k] - a_[k]) * inverse_[k];
+      from = std::max(from, std::min(t0, t1) * (1 - 1e-12) - 1e-300);
+      to = std::min(to, std::max(t0, t1) * (1 + 1e-12) + 1e-300);
+    }
+    return from <= to;
+  }
+
+ private:
+  dvec3 a_, way_, inverse_, slack_, low_, high_;
+};
 }  // namespace
 
-MeshTree::MeshTree(std::vector<dvec3> vertices, std::vector<std::uint32_t> triangles, Order order_of)
+MeshTree::MeshTree(std::vector<dvec3> vertices, std::vector<std::uint32_t> triangles,
+                   std::span<const std::uint64_t> codes)
     : vertices_(std::move(vertices)), triangles_(std::move(triangles)) {
   const auto count = static_cast<std::uint32_t>(triangles_.size() / 3);
   if (count == 0) return;
-  std::vector<dvec3> centres(order_of == Order::by_place ? count : 0);
+  Guide guide{std::vector<dvec3>(codes.empty() ? count : 0), codes, std::vector<std::uint32_t>(count)};
   double shortest = 1e300;
   for (std::uint32_t t = 0; t < count; ++t) {
     const dvec3 &a = vertices_[triangles_[3 * t]], &b = vertices_[triangles_[3 * t + 1]],
                 &c = vertices_[triangles_[3 * t + 2]];
-    if (!centres.empty()) centres[t] = (a + b + c) / 3.0;
+    if (codes.empty()) guide.centres[t] = (a + b + c) / 3.0;
     for (const dvec3& edge : {b - a, c - b, a - c})
       if (const double square = glm::dot(edge, edge); square > 0) shortest = std::min(shortest, square);
   }
@@ -53,11 +69,11 @@ MeshTree::MeshTree(std::vector<dvec3> vertices, std::vector<std::uint32_t> trian
     farthest = std::max({farthest, std::abs(v.x), std::abs(v.y), std::abs(v.z)});
   // Well above the rounding of coordinates, however small the triangles.
   gap_ = std::clamp(1e-3 * shortest, std::min(1e-5, 1e-10 * farthest), 1e-5);
-  std::vector<std::uint32_t> order(count);
+  std::vector<std::uint32_t>& order = guide.order;
   std::iota(order.begin(), order.end(), 0u);
   nodes_.reserve(count);
-  build(0, count, centres, order, 0);
-  if (order_of == Order::as_given) {
+  build(0, count, guide, 0);
+  if (!codes.empty()) {
     refit(vertices_);
     return;
   }
@@ -69,20 +85,36 @@ MeshTree::MeshTree(std::vector<dvec3> vertices, std::vector<std::uint32_t> trian
   refit(vertices_);
 }
 
-/// Halves; returns the node's place.
-std::uint32_t MeshTree::build(std::uint32_t begin, std::uint32_t end, std::span<const dvec3> centres,
-                              std::vector<std::uint32_t>& order, int depth) {
+namespace {
+/// Where the highest bit changes in which codes differ; the middle where all are the same. `begin`, `end`: of
+/// triangles, two of which have one code.
+std::uint32_t where_codes_part(std::span<const std::uint64_t> codes, std::uint32_t begin, std::uint32_t end) {
+  const std::uint64_t first = codes[begin / 2], differing = first ^ codes[(end - 1) / 2];
+  if (differing == 0) return (begin + end) / 2;
+  const std::uint64_t bit = std::bit_floor(differing);
+  const auto* const found =
+      std::partition_point(codes.data() + begin / 2, codes.data() + (end + 1) / 2,
+                           [&](std::uint64_t code) { return (code & bit) == (first & bit); });
+  return 2 * static_cast<std::uint32_t>(found - codes.data());
+}
+}  // namespace
+
+/// Parts them in two; returns the node's place.
+std::uint32_t MeshTree::build(std::uint32_t begin, std::uint32_t end, Guide& guide, int depth) {
   const auto place = static_cast<std::uint32_t>(nodes_.size());
   nodes_.push_back({dvec3(0), dvec3(0), begin, end - begin});
   if (end - begin <= k_leaf || depth == k_deepest - 2) {
     // In their own order, so that a tree of what this one holds is the same: it halves at the same places.
-    std::sort(order.begin() + begin, order.begin() + end);
+    std::sort(guide.order.begin() + begin, guide.order.begin() + end);
     return place;
   }
-  const std::uint32_t middle = (begin + end) / 2;
-  if (!centres.empty()) split(begin, middle, end, centres, order);
-  build(begin, middle, centres, order, depth + 1);
-  const std::uint32_t second = build(middle, end, centres, order, depth + 1);
+  std::uint32_t middle = (begin + end) / 2;
+  if (!guide.codes.empty())
+    middle = where_codes_part(guide.codes, begin, end);
+  else
+    split(begin, middle, end, guide.centres, guide.order);
+  build(begin, middle, guide, depth + 1);
+  const std::uint32_t second = build(middle, end, guide, depth + 1);
   nodes_[place].first = second;
   nodes_[place].count = 0;
   return place;
@@ -128,19 +160,31 @@ void MeshTree::refit(std::span<const dvec3> vertices) {
   }
 }
 
+bool MeshTree::is_near(const dvec3& p, double reach) const noexcept {
+  bool is_any = false;
+  for_triangles([&](const Node& node) { return !is_any && square_to(node, p) <= reach * reach; },
+                [&](std::uint32_t t) {
+                  Near near;
+                  is_any = is_any || look(t, p, reach, near);
+                });
+  return is_any;
+}
+
 bool MeshTree::cast(const dvec3& a, const dvec3& b, bool is_front, bool is_back, FacetHit& hit,
                     int& looked) const noexcept {
   if (a == b) return false;
   const dvec3 way = b - a;
+  const BoxesOnWay boxes(a, way, 0, low(), high());
+  const CrossingWay crossing(a, way);
   double nearest = std::numeric_limits<double>::infinity();
   const auto meets = [&](const Node& node) {
-    return meets_box(a, way, std::min(1.0, nearest), node.low, node.high, 0);
+    return boxes.meets(node.low, node.high, std::min(1.0, nearest));
   };
   for_triangles(meets, [&](std::uint32_t i) {
     const auto [p, q, r] = corners(i);
     double t = 0, facing = 0;
     ++looked;
-    if (!crosses_triangle(a, way, p, q, r, t, facing) || t >= nearest) return;
+    if (!crossing.crosses(p, q, r, t, facing) || t >= nearest) return;
     if (facing < 0 ? !is_front : !is_back) return;
     const dvec3 normal = glm::normalize(glm::cross(q - p, r - p));
     nearest = t;
@@ -152,41 +196,15 @@ bool MeshTree::cast(const dvec3& a, const dvec3& b, bool is_front, bool is_back,
   return nearest <= 1;
 }
 
-dvec3 nearest_on_triangle(const dvec3& p, const dvec3& a, const dvec3& b, const dvec3& c,
-                          TriangleFeature* feature) noexcept {
-  const auto on = [feature](TriangleFeature f, const dvec3& q) {
-    if (feature) *feature = f;
-    return q;
-  };
-  using enum TriangleFeature;
-  const dvec3 ab = b - a, ac = c - a, ap = p - a;
-  const double d1 = glm::dot(ab, ap), d2 = glm::dot(ac, ap);
-  if (d1 <= 0 && d2 <= 0) return on(corner, a);
-  const dvec3 bp = p - b;
-  const double d3 = glm::dot(ab, bp), d4 = glm::dot(ac, bp);
-  if (d3 >= 0 && d4 <= d3) return on(corner, b);
-  const double vc = d1 * d4 - d3 * d2;
-  if (vc <= 0 && d1 >= 0 && d3 <= 0) return on(edge_ab, a + d1 / (d1 - d3) * ab);
-  const dvec3 cp = p - c;
-  const double d5 = glm::dot(ab, cp), d6 = glm::dot(ac, cp);
-  if (d6 >= 0 && d5 <= d6) return on(corner, c);
-  const double vb = d5 * d2 - d1 * d6;
-  if (vb <= 0 && d2 >= 0 && d6 <= 0) return on(edge_ac, a + d2 / (d2 - d6) * ac);
-  const double va = d3 * d6 - d5 * d4;
-  if (va <= 0 && d4 - d3 >= 0 && d5 - d6 >= 0)
-    return on(edge_bc, b + (d4 - d3) / ((d4 - d3) + (d5 - d6)) * (c - b));
-  const double share = 1 / (va + vb + vc);
-  return on(face, a + (vb * share) * ab + (vc * share) * ac);
-}
-
 bool MeshTree::cast_ball(const dvec3& a, const dvec3& b, double radius, bool is_front, bool is_back,
                          FacetHit& hit, int& looked) const noexcept {
   if (a == b) return false;
   const dvec3 way = b - a;
   const double length = glm::length(way);
+  const BoxesOnWay boxes(a, way, radius, low(), high());
   double nearest = std::numeric_limits<double>::infinity();
   const auto meets = [&](const Node& node) {
-    return meets_box(a, way, std::min(1.0, nearest), node.low, node.high, radius);
+    return boxes.meets(node.low, node.high, std::min(1.0, nearest));
   };
   for_triangles(meets, [&](std::uint32_t i) {
     const auto [p, q, r] = corners(i);

@@ -67,9 +67,9 @@ void set_before(const TouchScene& scene, const SceneLayout& layout, SceneWalls& 
     // Triangles that meet where it is nearest tell together whether that is before them or behind.
     double nearest = std::max(reach, off);
     dvec3 to(0), normals(0);
-    tree.for_near(p, nearest, [&](const MeshTree::Near& near) {
-      if (near.distance > nearest + 1e-9) return;
-      if (near.distance < nearest - 1e-9) normals = dvec3(0);
+    constexpr double k_tie = 1e-9;
+    tree.for_nearest(p, nearest, k_tie, [&](const MeshTree::Near& near) {
+      if (near.distance < nearest - k_tie) normals = dvec3(0);
       nearest = std::min(nearest, near.distance);
       to = near.nearest;
       normals += near.normal;
@@ -120,9 +120,7 @@ int left_images(const TouchScene& scene, const SceneLayout& layout, const TouchS
     // What it slides along may have moved off by this tick's part.
     constexpr double k_off = 1;  // mm
     const double near = scene.tool_radius + k_off;
-    bool rested = false;
-    set->tree->for_near(from, near, [&](const MeshTree::Near&) { rested = true; });
-    if (rested) return shape;
+    if (set->tree->is_near(from, near)) return shape;
   }
   return -1;
 }

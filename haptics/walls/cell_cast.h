@@ -23,6 +23,7 @@ bool cast_on_cells(const Surface& surface, const volume::Frame& frame, const glm
   using glm::ivec3;
   bool is_nearer = false;
   const dvec3 way = b - a;
+  const CrossingWay crossing(a, way);
   // Cells lie between the traversal's voxels: moved by half a step.
   const volume::VoxelBox box{ivec3(-1), size - 1};
   volume::VoxelWalk walk(volume::Segment(a - 0.5, b - 0.5), box);
@@ -43,7 +44,7 @@ bool cast_on_cells(const Surface& surface, const volume::Frame& frame, const glm
       ++counters.triangles;
       const dvec3 p(i), q(j), r(k);
       double t = 0, facing = 0;
-      if (!crosses_triangle(a, way, p, q, r, t, facing) || ((is_hit || is_nearer) && t >= hit.t)) return;
+      if (!crossing.crosses(p, q, r, t, facing) || ((is_hit || is_nearer) && t >= hit.t)) return;
       const bool is_from_free = facing < 0;
       if (is_from_free ? !is_front : !is_back) return;
       // A covector: the same whichever way the lattice is handed.
@@ -66,10 +67,11 @@ bool is_behind_cells(const Surface& surface, const glm::dvec3& p) noexcept {
   int corner = 0;
   while (bits >> corner & 1) ++corner;
   const dvec3 way = dvec3(cell + glm::ivec3(corner & 1, corner >> 1 & 1, corner >> 2 & 1)) - p;
+  const CrossingWay crossing(p, way);
   double nearest = 2, nearest_facing = 0;
   surface.triangles_of_cell(cell, [&](const glm::vec3& i, const glm::vec3& j, const glm::vec3& k) {
     double t = 0, facing = 0;
-    if (crosses_triangle(p, way, dvec3(i), dvec3(j), dvec3(k), t, facing) && t < nearest)
+    if (crossing.crosses(dvec3(i), dvec3(j), dvec3(k), t, facing) && t < nearest)
       nearest = t, nearest_facing = facing;
   });
   return nearest <= 1 && nearest_facing > 0;

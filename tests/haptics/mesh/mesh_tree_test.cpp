@@ -53,7 +53,7 @@ TEST(MeshTree, FindsTheFirstTriangleThatAnyTriangleByTriangleSearchFinds) {
     double nearest = 2;
     for (std::size_t i = 0; i < triangles.size(); i += 3) {
       double t = 0, facing = 0;
-      if (crosses_triangle(a, b - a, vertices[i], vertices[i + 1], vertices[i + 2], t, facing) &&
+      if (CrossingWay(a, b - a).crosses(vertices[i], vertices[i + 1], vertices[i + 2], t, facing) &&
           (facing < 0 ? is_front : is_back))
         nearest = std::min(nearest, t);
     }
