@@ -93,6 +93,12 @@ int close_holes(BenchModel& m) {
     for (std::size_t i = 0; i < loop.size(); ++i)
       m.triangles.insert(m.triangles.end(), {loop[(i + 1) % loop.size()], loop[i], centre});
   }
+  double volume = 0;
+  for (std::size_t t = 0; t < m.triangles.size(); t += 3)
+    volume += glm::dot(m.vertices[m.triangles[t]],
+                       glm::cross(m.vertices[m.triangles[t + 1]], m.vertices[m.triangles[t + 2]]));
+  if (volume < 0)
+    for (std::size_t t = 0; t < m.triangles.size(); t += 3) std::swap(m.triangles[t], m.triangles[t + 1]);
   return holes;
 }
 

@@ -18,7 +18,7 @@ struct BenchModel {
 /// Rings and poles, some triangles split in three, and where the number is odd, as published ones are, one
 /// more without an area: a closed surface has an even number.
 BenchModel ball_of(int triangles);
-/// Each loop of open edges gets a fan around its middle; how many.
+/// Each loop of open edges gets a fan around its middle; how many. Then the model looks out.
 int close_holes(BenchModel& model);
 /// In its middle, as long in its longest direction.
 void fit(BenchModel& model, double longest_mm);
