@@ -30,13 +30,16 @@ void report_images(bool is_quick, Outcome& outcome) {
   Json& json = outcome.json;
   outcome.text +=
       "\nSix images of 20 mm around the touch, ms; ours: every layer, nothing made beforehand\n"
-      "triangles   pixels    ours    Embree: its tree   first hits    VTK's depth buffer: first   then\n";
+      "triangles   pixels    ours    Embree: its tree   first hits   apart    VTK's depth buffer: first     "
+      "then   apart   (ours moved by a pixel)\n";
   json["images"] = Json::array();
   for (const bench::ImagesRow& row : bench::run_depth_images(is_quick, draw_on)) {
-    outcome.text +=
-        format_text("%9d   %4d^2  %7.2f   %15s   %10s   %25s   %s\n", row.triangles, row.pixels, row.ours_ms,
-                    cell(row.embree_made_ms, "%.1f").c_str(), cell(row.embree_ms, "%.2f").c_str(),
-                    cell(row.gl_first_ms, "%.1f").c_str(), cell(row.gl_ms, "%.1f").c_str());
+    outcome.text += format_text("%9d   %4d^2  %7.2f   %15s   %10s   %5s   %25s   %6s   %5s   (%ld)\n",
+                                row.triangles, row.pixels, row.ours_ms,
+                                cell(row.embree_made_ms, "%.1f").c_str(), cell(row.embree_ms, "%.2f").c_str(),
+                                cell(static_cast<double>(row.embree_apart), "%.0f").c_str(),
+                                cell(row.gl_first_ms, "%.1f").c_str(), cell(row.gl_ms, "%.1f").c_str(),
+                                cell(static_cast<double>(row.gl_apart), "%.0f").c_str(), row.moved_apart);
     json["images"].push_back({{"triangles", row.triangles},
                               {"pixels", row.pixels},
                               {"ours_ms", row.ours_ms},
@@ -44,7 +47,9 @@ void report_images(bool is_quick, Outcome& outcome) {
                               {"embree_first_hits_ms", put(row.embree_ms)},
                               {"gl_first_ms", put(row.gl_first_ms)},
                               {"gl_ms", put(row.gl_ms)},
-                              {"gl_off_mm", put(row.gl_off)}});
+                              {"embree_apart", row.embree_apart < 0 ? Json(nullptr) : Json(row.embree_apart)},
+                              {"gl_apart", row.gl_apart < 0 ? Json(nullptr) : Json(row.gl_apart)},
+                              {"moved_apart", row.moved_apart}});
   }
   outcome.text +=
       "\nSix images of 256^2 rows of voxels after a burr touched them\n"

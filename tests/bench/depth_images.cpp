@@ -52,15 +52,43 @@ struct Floats {
   }
 };
 
-DrawPeerWish wish_of(const Floats& floats, const BenchModel& m, const dvec3& middle, double edge,
-                     int rounds) {
+/// Pixels in which a peer's images and ours are apart: ours by rays through the same pixels.
+long apart(const DepthCube& ours, const SixImages& peer, double edge) {
+  constexpr double k_apart = 2e-3;  // mm; corners of a rasteriser lie on 1/256 pixel
+  const int pixels = peer.pixels;
+  const double step = edge / pixels;
+  long count = 0;
+  const float* mm = peer.mm.data();
+  for (int camera = 0; camera < 6; ++camera) {
+    const int axis = camera / 2, u = (axis + 1) % 3, v = (axis + 2) % 3;
+    for (int row = 0; row < pixels; ++row)
+      for (int column = 0; column < pixels; ++column, ++mm) {
+        const auto ray = ours.ray(axis, u < v ? column : row, u < v ? row : column);
+        double first = edge;
+        for (const float crossing : ray) {
+          const double from_low = (static_cast<double>(crossing) + 0.5) * step;
+          if (from_low <= 0 || from_low >= edge)
+            continue;  // beyond the cube, or where a ray begins in matter
+          first = std::min(first, camera % 2 == 0 ? from_low : edge - from_low);
+        }
+        const double seen = static_cast<double>(*mm);
+        const bool is_seen = seen < edge - k_apart, is_ours = first < edge - k_apart;
+        count += is_seen != is_ours || (is_seen && std::abs(seen - first) > k_apart);
+      }
+  }
+  return count;
+}
+
+DrawPeerWish wish_of(const Floats& floats, const BenchModel& m, const dvec3& middle, double edge, int rounds,
+                     SixImages& images) {
   DrawPeerWish wish{floats.vertices.data(),
                     static_cast<long>(m.vertices.size()),
                     m.triangles.data(),
                     static_cast<long>(m.triangles.size() / 3),
                     {},
                     edge,
-                    rounds};
+                    rounds,
+                    images.mm.data()};
   for (int a = 0; a < 3; ++a) wish.middle[a] = middle[a];
   return wish;
 }
@@ -89,26 +117,30 @@ std::vector<ImagesRow> run_depth_images(bool is_quick, MakeWindow draw_on) {
             ivec3(pixels))
             .value();
       });
+      // Rays through the middles of pixels, as peers have them.
+      const auto ours_at = [&](const dvec3& middle) {
+        const dvec3 first = middle - 0.5 * k_edge + 0.5 * step;
+        return DepthCube::of_triangles(m.vertices, m.triangles,
+                                       volume::Frame::from_spacing(first, dvec3(step)).value(), ivec3(pixels))
+            .value();
+      };
+      SixImages images(pixels);
       if (peers().embree_images) {
         const double at[3] = {touched.x, touched.y, touched.z};
         row.embree_made_ms = peers().embree_images(
             floats.vertices.data(), static_cast<long>(m.vertices.size()), m.triangles.data(),
-            static_cast<long>(m.triangles.size() / 3), at, k_edge, pixels, row.embree_ms);
+            static_cast<long>(m.triangles.size() / 3), at, k_edge, pixels, row.embree_ms, images.mm.data());
+        row.embree_apart = apart(ours_at(touched), images, k_edge);
       }
       if (const DrawOn on = draw_on(pixels); on.window && draw_peer()) {
         DrawPeerAnswer answer;
-        if (draw_peer()(wish_of(floats, m, touched, k_edge, 3), on.window, answer))
+        if (draw_peer()(wish_of(floats, m, touched, k_edge, 3, images), on.window, answer)) {
           row.gl_first_ms = answer.first_ms, row.gl_ms = answer.draw_ms + answer.read_ms;
-        // Rays through the middles of its pixels.
-        const dvec3 first = touched - 0.5 * k_edge + 0.5 * step;
-        const DepthCube same =
-            DepthCube::of_triangles(m.vertices, m.triangles,
-                                    volume::Frame::from_spacing(first, dvec3(step)).value(), ivec3(pixels))
-                .value();
-        const auto ray = same.ray(2, pixels / 2, pixels / 2);
-        if (row.gl_ms > 0 && !ray.empty())
-          row.gl_off = std::abs((static_cast<double>(ray.front()) + 0.5) * step - answer.nearest);
+          row.gl_apart = apart(ours_at(touched), images, k_edge);
+        }
       }
+      if (row.embree_apart >= 0 || row.gl_apart >= 0)
+        row.moved_apart = apart(ours_at(touched + dvec3(step, 0, 0)), images, k_edge);
       rows.push_back(row);
     }
   }
@@ -220,7 +252,8 @@ std::vector<FrameRow> run_frame_times(bool is_quick, MakeWindow draw_on) {
     if (near == 0) row.feedback_ms = -1;
     if (const DrawOn on = draw_on(k_pixels); on.window && draw_peer()) {
       DrawPeerAnswer answer;
-      if (draw_peer()(wish_of(floats, m, dvec3(0), 2.5 * k_ball_radius, 3), on.window, answer)) {
+      SixImages images(k_pixels);
+      if (draw_peer()(wish_of(floats, m, dvec3(0), 2.5 * k_ball_radius, 3, images), on.window, answer)) {
         row.draw_ms = answer.draw_ms / 6;
         row.again_ms = (answer.draw_ms + answer.read_ms) / 6;
       }

@@ -10,6 +10,15 @@ class vtkRenderWindow;
 
 namespace trephine::bench {
 
+/// Six images as every source tells them: camera 2 a looks along axis a from the low face of the cube, camera
+/// 2 a + 1 against it from the high one; rows along axis (a + 2) % 3, columns along (a + 1) % 3, both rising;
+/// mm before the camera, through the pixel's middle; the cube's edge or more: nothing was seen.
+struct SixImages {
+  int pixels;
+  std::vector<float> mm;
+  explicit SixImages(int n) : pixels(n), mm(6 * static_cast<std::size_t>(n) * static_cast<std::size_t>(n)) {}
+};
+
 /// What the graphics side is asked; plain data, for a library of its own that is loaded for this.
 struct DrawPeerWish {
   const float* vertices;
@@ -18,11 +27,11 @@ struct DrawPeerWish {
   long triangle_count;
   double middle[3], edge;  ///< mm: of the cube on whose faces the six cameras are
   int rounds;
+  float* depths;  ///< for SixImages
 };
 struct DrawPeerAnswer {
   double first_ms = 0;          ///< with the triangles' way to the graphics side
   double draw_ms = 0, read_ms;  ///< six pictures as large as the window, drawn; and their depths read
-  double nearest = 0;           ///< mm before the camera that looks along +z (up: x), in its middle pixel
 };
 using DrawPeer = bool (*)(const DrawPeerWish&, vtkRenderWindow*, DrawPeerAnswer&);
 
@@ -32,7 +41,9 @@ struct ImagesRow {
   double ours_ms = 0;                          ///< every layer, nothing made beforehand
   double embree_made_ms = -1, embree_ms = -1;  ///< its tree; first hits alone. Below 0: it is not there
   double gl_first_ms = -1, gl_ms = -1;  ///< VTK's depth buffer: the first six, and others with reading back
-  double gl_off = -1;                   ///< mm between the two in the middle pixel
+  // Of the six images, pixels in which a peer sees the surface farther than 2 um from where ours has it, or
+  // only one of the two does; -1: it is not there. And those apart when ours are moved by a pixel.
+  long embree_apart = -1, gl_apart = -1, moved_apart = 0;
 };
 /// `draw_on`: a window of so many pixels either way to draw into; null: there is no GL.
 struct DrawOn {

@@ -177,9 +177,8 @@ double embree_tree(const float* vertices, long vertex_count, const unsigned* tri
 }
 
 double embree_images(const float* vertices, long vertex_count, const unsigned* triangles, long triangle_count,
-                     const double* middle, double edge, int pixels, double& images_ms) {
+                     const double* middle, double edge, int pixels, double& images_ms, float* depths) {
   const Built built(vertices, vertex_count, triangles, triangle_count);
-  std::vector<float> depths(6 * static_cast<std::size_t>(pixels) * static_cast<std::size_t>(pixels));
   images_ms = 1e300;
   for (int run = 0; run < 3; ++run) {
     const auto begin = Clock::now();

@@ -139,6 +139,7 @@ extern "C" bool trephine_draw_peer(const DrawPeerWish& wish, vtkRenderWindow* wi
   vtkCamera* camera = renderer->GetActiveCamera();
   camera->ParallelProjectionOn();
   camera->SetParallelScale(0.5 * wish.edge);
+  constexpr double k_near = 1e-3;  // mm
   const int* size = window->GetSize();
   vtkNew<vtkFloatArray> depths;
   answer.draw_ms = answer.read_ms = 1e300;
@@ -153,7 +154,7 @@ extern "C" bool trephine_draw_peer(const DrawPeerWish& wish, vtkRenderWindow* wi
       camera->SetPosition(at);
       camera->SetFocalPoint(wish.middle);
       camera->SetViewUp(up);
-      camera->SetClippingRange(1e-3, wish.edge);
+      camera->SetClippingRange(k_near, wish.edge);
       auto begin = Clock::now();
       window->Render();
       window->WaitForCompletion();
@@ -161,9 +162,19 @@ extern "C" bool trephine_draw_peer(const DrawPeerWish& wish, vtkRenderWindow* wi
       begin = Clock::now();
       window->GetZbufferData(0, 0, size[0] - 1, size[1] - 1, depths);
       read_ms += 1e3 * seconds_since(begin);
+      if (round > 0) continue;
+      // Up is along (axis + 1) % 3; from the high face right is against (axis + 2) % 3.
+      const bool is_high = face % 2 == 0;
+      const int pixels = size[0];
+      float* const image = wish.depths + static_cast<std::ptrdiff_t>(2 * axis + is_high) * pixels * pixels;
+      for (int up_pixel = 0; up_pixel < pixels; ++up_pixel)
+        for (int right_pixel = 0; right_pixel < pixels; ++right_pixel) {
+          const int row = is_high ? pixels - 1 - right_pixel : right_pixel;
+          const double depth = depths->GetValue(static_cast<vtkIdType>(up_pixel) * pixels + right_pixel);
+          image[static_cast<std::ptrdiff_t>(row) * pixels + up_pixel] =
+              static_cast<float>(depth < 1 ? k_near + depth * (wish.edge - k_near) : wish.edge);
+        }
     }
-    answer.nearest =
-        static_cast<double>(depths->GetValue(depths->GetNumberOfValues() / 2 + size[0] / 2)) * wish.edge;
     if (round == 0) {
       answer.first_ms = draw_ms + read_ms;
       continue;

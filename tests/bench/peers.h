@@ -35,11 +35,11 @@ double itk_flood(const short* voxels, int size, short low, const int* seed, long
 double itk_components(const short* voxels, int size, short low, bool has_corners, int threads,
                       long long& count);
 
-/// ms that Embree makes its tree of triangles in; and six orthographic images of a cube about a place, first
-/// hits, into `images_ms`. Least of three.
+/// ms that Embree makes its tree of triangles in; and of six orthographic images of a cube about a place,
+/// first hits: `depths` as SixImages has them, their time into `images_ms`. Least of three.
 double embree_tree(const float* vertices, long vertex_count, const unsigned* triangles, long triangle_count);
 double embree_images(const float* vertices, long vertex_count, const unsigned* triangles, long triangle_count,
-                     const double* middle, double edge, int pixels, double& images_ms);
+                     const double* middle, double edge, int pixels, double& images_ms, float* depths);
 
 /// All of them: a library of its own, loaded when a benchmark asks, so that nothing else links them.
 struct PeerSet {
@@ -55,8 +55,8 @@ struct PeerSet {
   double (*itk_flood)(const short*, int, short, const int*, long long&) = nullptr;
   double (*itk_components)(const short*, int, short, bool, int, long long&) = nullptr;
   double (*embree_tree)(const float*, long, const unsigned*, long) = nullptr;
-  double (*embree_images)(const float*, long, const unsigned*, long, const double*, double, int,
-                          double&) = nullptr;
+  double (*embree_images)(const float*, long, const unsigned*, long, const double*, double, int, double&,
+                          float*) = nullptr;
 };
 /// Those beside this program; empty when their library is not there.
 const PeerSet& peers();
