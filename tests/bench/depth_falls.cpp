@@ -32,19 +32,6 @@ struct Thing {
   dvec3 hidden;  ///< a free place within it
 };
 
-/// By solid angles (van Oosterom and Strackee 1983).
-bool is_matter(const Model& m, const dvec3& p) {
-  double sum = 0;
-  for (std::size_t t = 0; t < m.triangles.size(); t += 3) {
-    const dvec3 a = m.vertices[m.triangles[t]] - p, b = m.vertices[m.triangles[t + 1]] - p,
-                c = m.vertices[m.triangles[t + 2]] - p;
-    const double la = glm::length(a), lb = glm::length(b), lc = glm::length(c);
-    sum += std::atan2(glm::dot(a, glm::cross(b, c)),
-                      la * lb * lc + glm::dot(a, b) * lc + glm::dot(b, c) * la + glm::dot(c, a) * lb);
-  }
-  return std::abs(sum) > 3;  // 2 pi inside of one part, more where parts overlap
-}
-
 std::vector<Thing> things() {
   std::vector<Thing> all;
   for (const double wall : {0.1, 0.3, 1.0, 2.5}) {
@@ -112,7 +99,7 @@ std::vector<FallRow> run_depth_falls(bool is_quick) {
         if (i % 200 == 0) {  // anew, within it and around it in turn
           state = {};
           do hip = i % 400 == 0 ? thing.hidden : 9.0 * (2.0 * dvec3(random(), random(), random()) - 1.0);
-          while (is_matter(thing.model, hip));
+          while (std::abs(depth::winding(thing.model, hip)) > 0.5);
         }
         const bool was_fresh = !state.has_proxy;
         const double mm = was_fresh ? 0 : i % 3 == 0 ? 1 : 0.1;  // a tick: 1 m/s and a tenth of it

@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <cstdint>
+#include <glm/geometric.hpp>
 #include <glm/vec3.hpp>
 #include <numbers>
 #include <utility>
@@ -56,6 +57,19 @@ inline Model ball(const dvec3& middle, double radius, int around) {
       if (j + 1 < up) m.triangles.insert(m.triangles.end(), {at(i + 1, j), at(i, j + 1), at(i + 1, j + 1)});
     }
   return m;
+}
+
+/// How often a model winds round p: by solid angles (van Oosterom and Strackee 1983): no ray, no image.
+inline double winding(const Model& m, const dvec3& p) {
+  double sum = 0;
+  for (std::size_t t = 0; t < m.triangles.size(); t += 3) {
+    const dvec3 a = m.vertices[m.triangles[t]] - p, b = m.vertices[m.triangles[t + 1]] - p,
+                c = m.vertices[m.triangles[t + 2]] - p;
+    const double la = glm::length(a), lb = glm::length(b), lc = glm::length(c);
+    sum += 2 * std::atan2(glm::dot(a, glm::cross(b, c)),
+                          la * lb * lc + glm::dot(a, b) * lc + glm::dot(b, c) * la + glm::dot(c, a) * lb);
+  }
+  return sum / (4 * std::numbers::pi);
 }
 
 }  // namespace trephine::haptics::depth

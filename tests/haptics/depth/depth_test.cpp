@@ -20,19 +20,6 @@ namespace {
 using glm::dvec3;
 using glm::ivec3;
 
-/// By solid angles (van Oosterom and Strackee 1983): no ray, no image.
-double winding(const Model& m, const dvec3& p) {
-  double sum = 0;
-  for (std::size_t t = 0; t < m.triangles.size(); t += 3) {
-    const dvec3 a = m.vertices[m.triangles[t]] - p, b = m.vertices[m.triangles[t + 1]] - p,
-                c = m.vertices[m.triangles[t + 2]] - p;
-    const double la = glm::length(a), lb = glm::length(b), lc = glm::length(c);
-    sum += 2 * std::atan2(glm::dot(a, glm::cross(b, c)),
-                          la * lb * lc + glm::dot(a, b) * lc + glm::dot(b, c) * la + glm::dot(c, a) * lb);
-  }
-  return sum / (4 * std::numbers::pi);
-}
-
 DepthCube cube_of(const Model& m, const volume::Frame& frame, const ivec3& size, int threads = 0) {
   return DepthCube::of_triangles(m.vertices, m.triangles, frame, size, threads).value();
 }
