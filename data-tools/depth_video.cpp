@@ -15,6 +15,7 @@
 #include "data-tools/opening.h"
 #include "data-tools/words.h"
 #include "data-tools/writing.h"
+#include "volume/text.h"
 
 namespace trephine::data_tools {
 
@@ -29,6 +30,7 @@ namespace {
 constexpr const char* k_place_file = "depth.json";
 constexpr const char* k_tum_file = "depth.txt";
 constexpr const char* k_schema = "trephine.depth/1";
+constexpr const char* k_world = "LPS, mm";
 constexpr double k_tum_step = 0.2;             // mm: 5000 a metre
 constexpr std::size_t k_most_pictures = 3000;  // some minutes
 constexpr std::size_t k_most_values = std::size_t{1} << 30;
@@ -77,13 +79,24 @@ Status read_ours(const std::string& path, DepthVideo& video, std::vector<std::st
   std::ifstream in(fs::path(path) / k_place_file);
   const json j = json::parse(in, nullptr, false);
   if (j.is_discarded() || !j.is_object()) return wrong("no JSON object");
-  if (j.value("schema", "") != k_schema) return wrong("schema " + j.value("schema", std::string("missing")));
+  if (!j.contains("schema") || j["schema"] != k_schema)
+    return wrong(j.contains("schema") ? "another schema" : "no schema");
+  if (j.contains("world") && j["world"] != k_world) return wrong("another world");
   try {
+    // All of the camera or nothing of it, which is told on the command line then.
+    const bool has_camera = j.contains("fx") || j.contains("fy") || j.contains("cx") || j.contains("cy");
     for (const auto& [key, value] :
          {std::pair{"fx", &video.fx}, {"fy", &video.fy}, {"cx", &video.cx}, {"cy", &video.cy}})
-      if (j.contains(key)) *value = j.at(key).get<double>();
-    if (j.contains("width")) video.width = j.at("width").get<int>();
-    if (j.contains("height")) video.height = j.at("height").get<int>();
+      if (has_camera) *value = j.at(key).get<double>();
+    for (const auto& [key, value] : {std::pair{"width", &video.width}, {"height", &video.height}}) {
+      if (!j.contains(key)) continue;
+      const double pixels = j.at(key).get<double>();
+      if (!(pixels >= 1 && pixels <= 1e5) || pixels != std::floor(pixels))
+        return wrong(std::string(key) + " is no number of pixels");
+      *value = static_cast<int>(pixels);
+    }
+    if (j.at("position_mm").size() != 3) return wrong("position_mm is not three numbers");
+    if (j.at("rotation").size() != 4) return wrong("rotation is not four numbers");
     video.mm_a_step = j.at("mm_a_step").get<double>();
     video.times = j.at("times_s").get<std::vector<double>>();
     if (j.contains("repeats_after_s")) video.repeats_after = j.at("repeats_after_s").get<double>();
@@ -94,6 +107,10 @@ Status read_ours(const std::string& path, DepthVideo& video, std::vector<std::st
   } catch (const json::exception& e) {
     return wrong(std::string(e.what()).substr(0, 100));
   }
+  if (!(video.mm_a_step > 0 && video.mm_a_step <= 100))
+    return wrong("mm_a_step is not above 0 and up to 100");
+  for (int a = 0; a < 3; ++a)
+    if (!(std::abs(video.position[a]) < 1e6)) return wrong("position_mm is farther than a kilometre");
   const double length = glm::dot(video.rotation, video.rotation);
   if (!(std::abs(length - 1) < 1e-6)) return wrong("a rotation that is no unit quaternion");
   for (std::size_t i = 0; i < video.times.size(); ++i)
@@ -121,7 +138,15 @@ Result<DepthVideo> read_depth_video(const std::string& path,
   if (intrinsics)
     video.fx = (*intrinsics)[0], video.fy = (*intrinsics)[1], video.cx = (*intrinsics)[2],
     video.cy = (*intrinsics)[3];
-  if (!(video.fx > 0 && video.fy > 0))
+  const bool are_said = intrinsics || video.fx != 0 || video.fy != 0;
+  const auto is_pixels = [](double value, double least) { return value >= least && value < 1e5; };
+  if (are_said && !(is_pixels(video.fx, 1) && is_pixels(video.fy, 1) && is_pixels(video.cx, -1e5) &&
+                    is_pixels(video.cy, -1e5)))
+    return Error{"the camera's intrinsics are none", is_ours ? k_place_file : k_tum_file,
+                 volume::text_of(video.fx) + ", " + volume::text_of(video.fy) + ", " +
+                     volume::text_of(video.cx) + ", " + volume::text_of(video.cy),
+                 "focal lengths of 1 pixel and more, and the middle, in pixels", ""};
+  if (!are_said)
     return Error{"the camera's intrinsics are missing", is_ours ? k_place_file : k_tum_file, "",
                  "focal lengths and middle, in pixels",
                  "say them: --camera 525,525,319.5,239.5, for a Kinect"};
@@ -169,15 +194,21 @@ Result<DepthVideo> read_depth_video(const std::string& path,
           LoadedFormat::pictures, static_cast<int>(files.size()), file_name(path),
           [&](const void* library, int i) {
             const auto n = static_cast<std::size_t>(i);
-            PictureFacts& said = *new (reads->data() + n * sizeof(PictureFacts)) PictureFacts(facts);
-            static_cast<const PictureLibrary*>(library)->read(
-                files[n].c_str(), 0, said, reinterpret_cast<float*>(values->data()) + n * area);
+            PictureFacts& said = *new (reads->data() + n * sizeof(PictureFacts)) PictureFacts();
+            const auto* pictures = static_cast<const PictureLibrary*>(library);
+            pictures->describe(files[n].c_str(), said);
+            if (said.fault[0] == 0 && said.channels == 1 && said.width == facts.width &&
+                said.height == facts.height)
+              pictures->read(files[n].c_str(), 0, said, reinterpret_cast<float*>(values->data()) + n * area);
           },
           {}, [&](int i) { return file_name(files[static_cast<std::size_t>(i)]); }))
     return *error;
   for (std::size_t i = 0; i < files.size(); ++i) {
     const auto& said = reinterpret_cast<const PictureFacts*>(reads->data())[i];
     if (said.fault[0] != 0) return refused(i, said.fault);
+    if (said.channels != 1 || said.bits != 16)
+      return refused(i,
+                     std::to_string(said.channels) + " channels of " + std::to_string(said.bits) + " bits");
     if (said.width != facts.width || said.height != facts.height)
       return refused(i, std::to_string(said.width) + " x " + std::to_string(said.height) +
                             " pixels, where the first has " + std::to_string(facts.width) + " x " +
@@ -201,7 +232,7 @@ Status write_depth_video(const std::string& path, const DepthVideo& video, const
                 {"cy", video.cy},
                 {"mm_a_step", video.mm_a_step},
                 {"times_s", video.times},
-                {"world", "LPS, mm"},
+                {"world", k_world},
                 {"position_mm", {video.position.x, video.position.y, video.position.z}},
                 {"rotation", {q.w, q.x, q.y, q.z}}};
   if (video.repeats_after) place["repeats_after_s"] = *video.repeats_after;

@@ -4,6 +4,8 @@
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
+#include "volume/text.h"
+
 namespace trephine::sim {
 
 using glm::dvec3;
@@ -68,11 +70,52 @@ std::shared_ptr<const DepthSet> set_of(const AdoptPicture& wish) {
 DepthJob job_of(const AdoptDepths& wish, std::uint8_t hand, const haptics::TouchScene& scene) {
   const TouchItem& item = haptics::item_of(scene, static_cast<int>(wish.item));
   DepthJob job{hand, wish.item, static_cast<std::uint64_t>(wish.serial), item.depth, {}};
-  job.view = {wish.middle, wish.touch, wish.edge, item.depth_pixel, wish.time, DepthSets::interval_of(item)};
+  job.view = {wish.middle,      wish.touch, wish.edge,
+              item.depth_pixel, wish.time,  DepthSets::interval_of(item, wish.time)};
   return job;
 }
 
-DepthSets::DepthSets(const haptics::TouchScene& scene) {
+double DepthSets::interval_of(const TouchItem& item, double time) noexcept {
+  const double longest = 1 / item.depth_rate;
+  return std::clamp(item.depth->turns_at(time) - time, 0.2 * longest, longest);
+}
+
+namespace {
+constexpr double k_usual = 1000;       // mm/s, of a hand
+constexpr double k_most_pixels = 800;  // along the edge of a clip volume
+constexpr double k_border = 6;         // pixels: what is known ends before them
+
+/// mm, of a hand so fast.
+double edge_at(double speed, double rate, double tick) noexcept {
+  constexpr double k_making = 0.005;  // s
+  const double until_next = 1 / rate, making = std::max({0.5 * until_next, k_making, 2 * tick});
+  return haptics::depth::clip_volume({speed, 1 / (until_next + making), 1 / tick});
+}
+}  // namespace
+
+double DepthSets::edge_of(const TouchItem& item) const noexcept {
+  return edge_at(std::max(k_usual, 1.5 * speed_), item.depth_rate, tick_);
+}
+
+volume::Status DepthSets::check_pixel(double pixel_mm, double rate, double tool_radius) {
+  const double least = edge_at(k_usual, rate, 1e-3) + 2 * tool_radius + k_border * pixel_mm;
+  if (k_most_pixels * pixel_mm >= least) return std::nullopt;
+  return volume::Error{
+      "depth images in pixels so fine show too little around a hand", "depth pixel",
+      volume::text_of(k_most_pixels * pixel_mm) + " mm",
+      volume::text_of(least) + " mm and more: a hand of 1 m/s, " + volume::text_of(rate) + " sets a second",
+      "coarser pixels, or more sets a second"};
+}
+
+void DepthSets::see(const dvec3& hip, const dvec3& proxy) noexcept {
+  constexpr double k_forgotten = 0.98;  // a tick
+  constexpr double k_no_hand = 20'000;  // mm/s: a leap, after which it goes as before
+  const double speed = is_seen_ ? glm::length(hip - hip_) / tick_ : 0;
+  speed_ = std::max(k_forgotten * speed_, speed < k_no_hand ? speed : 0);
+  hip_ = hip, proxy_ = proxy, is_seen_ = true;
+}
+
+DepthSets::DepthSets(const haptics::TouchScene& scene, double tick) : tick_(tick) {
   for (int i = 0; i < haptics::item_count(scene); ++i)
     if (haptics::item_of(scene, i).depth) items_.push_back(i);
   newest_.resize(items_.size());
@@ -101,30 +144,31 @@ std::optional<DepthJob> DepthSets::job(const haptics::ServoHand& hand, std::uint
       drawn = hand.placements[static_cast<std::size_t>(item.mover)];
     const haptics::Placement place = set ? drawn * set->place_at(time) : drawn;
     const dvec3 hip = place.local_from_world(hip_), proxy = place.local_from_world(proxy_);
+    const dvec3 seen_hip = drawn.local_from_world(hip_), seen_proxy = drawn.local_from_world(proxy_);
     dvec3 low, high;
     item.depth->bounds(low, high);
     const auto is_far = [&](const dvec3& p) {
       return glm::length(p - glm::clamp(p, low, high)) > 0.5 * edge + hand.scene->tool_radius;
     };
-    if (!(low.x <= high.x) || (is_far(hip) && is_far(proxy))) continue;
+    // By where it may ever be, which does not go on with it.
+    if (!(low.x <= high.x) || (is_far(seen_hip) && is_far(seen_proxy))) continue;
     // A third of the way to the border is left when another is asked for.
     const double reach = edge / 3 + hand.scene->tool_radius;
     // Never sooner than the next is due, whatever the last one could not show.
-    const bool is_due = !set || time >= set->view.time + interval_of(item);
+    const bool is_due = !set || time >= set->view.time + set->view.interval;
     const bool is_old = !set || set->goes_on || !set->knows(hip, reach) || !set->knows(proxy, reach);
     if (!is_due || !is_old) continue;
     constexpr double k_widest = 150;  // mm: a hand so deep that more were needed is let go
     DepthJob job{number, items_[d], next_serial(d), item.depth, {}};
-    const dvec3 seen_hip = drawn.local_from_world(hip_), seen_proxy = drawn.local_from_world(proxy_);
     job.view.touch = seen_proxy;
     job.view.middle = 0.5 * (seen_hip + seen_proxy);
     // What is known ends a few pixels before the border.
     const double wished = std::min(k_widest, edge + 2 * hand.scene->tool_radius + glm::length(hip - proxy)) +
-                          6 * item.depth_pixel;
-    job.view.edge = std::min(wished, 800 * item.depth_pixel);
+                          k_border * item.depth_pixel;
+    job.view.edge = std::min(wished, k_most_pixels * item.depth_pixel);
     job.view.pixel = item.depth_pixel;
     job.view.time = time;
-    job.view.interval = interval_of(item);
+    job.view.interval = interval_of(item, time);
     // A hand that rests where no set shows all of it gets no other one.
     if (set && !set->goes_on && job.view.middle == set->view.middle && job.view.edge == set->view.edge)
       continue;

@@ -46,22 +46,23 @@ struct SeenDepths {
 class DepthSets {
  public:
   using Sets = std::vector<std::shared_ptr<const haptics::depth::DepthSet>>;
-  /// s between two sets: of things at rest as many a second at most as of those that move.
-  static double interval_of(const haptics::TouchItem& item) noexcept { return 1 / item.depth_rate; }
-  /// mm, the edge of a clip volume: as far as a hand of 1 m/s goes, either way, until the next set, and half
-  /// as far again while that is made.
-  static double edge_of(const haptics::TouchItem& item) noexcept {
-    return 1.5 * haptics::depth::clip_volume({1000, item.depth_rate, 1000});
-  }
+  /// s from a set that is drawn then to the next: of things at rest as many a second at most as of those that
+  /// move. Shorter where it would turn meanwhile, which a motion between two sets does not.
+  static double interval_of(const haptics::TouchItem& item, double time) noexcept;
+  /// mm, the edge of a clip volume: as far as the hand goes, either way, until the next set and while that is
+  /// made. A hand goes 1 m/s, or half as fast again as it went last.
+  double edge_of(const haptics::TouchItem& item) const noexcept;
 
-  explicit DepthSets(const haptics::TouchScene& scene);
+  /// Can images of such pixels show as much of it as a hand of 1 m/s needs? Error: they are too fine.
+  static volume::Status check_pixel(double pixel_mm, double rate, double tool_radius);
+
+  /// `tick`: s between two poses of the hand.
+  DepthSets(const haptics::TouchScene& scene, double tick);
 
   /// For what hands feel: one an item that is felt so.
   const Sets& newest() const noexcept { return newest_; }
   /// Where the hand is, and what it touches with; world.
-  void see(const glm::dvec3& hip, const glm::dvec3& proxy) noexcept {
-    hip_ = hip, proxy_ = proxy, is_seen_ = true;
-  }
+  void see(const glm::dvec3& hip, const glm::dvec3& proxy) noexcept;
   /// The first that is owed at `time` (s), if the thing is in reach; nothing when all that is near is known.
   std::optional<DepthJob> job(const haptics::ServoHand& hand, std::uint8_t number, double time) const;
   /// That set is felt from here on, in place of the one before it.
@@ -75,6 +76,8 @@ class DepthSets {
   Sets newest_;
   glm::dvec3 hip_{0.0}, proxy_{0.0};
   bool is_seen_ = false;
+  double tick_;
+  double speed_ = 0;  ///< mm/s, of the hand; a fast one is remembered for a while
 };
 
 /// The job that such a command tells of.

@@ -36,7 +36,7 @@ Engine::Engine(std::vector<HandStart> hands, double dt, const Catalogue& catalog
     const std::shared_ptr<const haptics::TouchScene>& scene = hands[h].feels.scene;
     TREPHINE_ASSERT(h == 0 || scene->base == hands_[0].scene->base);
     tools_.push_back({scene, hands[h].feels.method, 0, hands[h].feels.method->name()});
-    depths_.emplace_back(*scene);
+    depths_.emplace_back(*scene, dt_);
     hands_.push_back(std::move(hands[h].feels));
     now_.settings.hands.push_back(std::move(hands[h].instrument));
   }

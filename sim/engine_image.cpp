@@ -48,7 +48,7 @@ Status Engine::restore(const EngineImage& image) {
     if (hand.tool.scene != hands_[h].scene) hands_[h].set_scene(hand.tool.scene, hand.tool.method);
     work_[h] = hand.work;
     trails_[h] = hand.trail;
-    depths_[h] = DepthSets(*hand.tool.scene);
+    depths_[h] = DepthSets(*hand.tool.scene, dt_);
   }
   // Effects that ended make room for the instruments' own, and for those that began.
   for (const bool is_ending : {true, false}) {

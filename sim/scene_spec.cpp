@@ -5,6 +5,7 @@
 #include "haptics/depth/depth_model.h"
 #include "haptics/force/effects.h"
 #include "haptics/mesh/mesh_tree.h"
+#include "sim/depth_sets.h"
 #include "sim/tool_geometry.h"
 #include "volume/text.h"
 
@@ -177,6 +178,8 @@ Result<TouchScene> build_items(const SceneSpec& spec, const SceneData& data) {
           s.is_repeating ? haptics::depth::ModelKeys::After::repeat : haptics::depth::ModelKeys::After::stay);
       if (!source) return in_structure(source.error(), s);
       if (Status error = source.value()->check(s.depth_pixel)) return in_structure(*error, s);
+      if (Status error = DepthSets::check_pixel(s.depth_pixel, s.depth_rate, 0))
+        return in_structure(*error, s);
       scene.items.push_back(haptics::depth_item(s.shape.name, std::move(source).value(), *first, s.material));
       scene.items.back().depth_pixel = s.depth_pixel, scene.items.back().depth_rate = s.depth_rate;
     } else if (s.model >= 0) {

@@ -385,6 +385,7 @@ Result<Outcome> audit_session(const AuditArguments& arguments) {
       for (Hand& each : judges) {
         each.force.restart(is_fresh);
         each.falls.restart();
+        each.drawn.restart();
         if (is_fresh) each.popped_shape = -1;
       }
     resumes = replay.counts().resumes, dropped = replay.counts().dropped;
@@ -430,13 +431,13 @@ Result<Outcome> audit_session(const AuditArguments& arguments) {
       if (*to_plant == "torque") tick.torque.y += 0.01;
       if (*to_plant == "energy") tick.contact_energy += 0.01;
       if (*to_plant == "fall") path[0] = hip, waypoints = 1;
-      if (*to_plant == "drawn") drawn_at -= 3.0 * r.normal_world;
+      if (*to_plant == "drawn") drawn_at -= 1.5 * r.normal_world;
       if (*to_plant == "ball") middle -= 3 * hand.ball->allowed_mm() * r.normal_world;
       to_plant.reset();
     }
     hand.force.judge_tick(tick);
     // A proxy that is led out of matter that grew over it is no free proxy; nor has a lost pose moved one.
-    if (r.is_led || r.is_reset || r.is_restarted) hand.falls.restart();
+    if (r.is_led || r.is_reset || r.is_restarted) hand.falls.restart(), hand.drawn.restart();
     if (r.is_reset) hand.popped_shape = -1;
     if (r.is_led) ++led;
     if (!r.is_led && !is_lost) {
@@ -451,17 +452,23 @@ Result<Outcome> audit_session(const AuditArguments& arguments) {
         hand.ball->judge_middle(middle, hand.popped_shape);
     }
     if (!r.is_led && !is_lost && r.tick % DrawnJudge::k_every == 0 && !replay.felt()->state.depths.empty())
-      hand.drawn.judge(*replay.felt(), drawn_at, r.t);
+      hand.drawn.judge(*replay.felt(), drawn_at, r.t, hand.popped_shape);
     if (!is_lost) hand.pop(scene, r);
   }
   if (to_plant)
     return Error{"there is no tick to plant a fault in", data_tools::file_name(arguments.session), "",
                  "0.1 mm deep in contact in its second half", "audit it without --plant"};
+  if (arguments.plant == "drawn" &&
+      std::none_of(judges.begin(), judges.end(), [](const Hand& hand) { return hand.drawn.sunk > 0; }))
+    return Error{"the fault that was planted cannot be seen there", data_tools::file_name(arguments.session),
+                 "a proxy 1.5 mm behind a surface, where the thing is thinner than that",
+                 "deeper in it than its images allow", "audit it without --plant"};
   long fell = 0, wrong = 0, judged = 0;
   double worst_force = 0, worst_torque = 0, worst_energy = 0, deepest_drawn = 0, allowed_drawn = 0;
-  long drawn = 0, drawn_sunk = 0;
+  long drawn = 0, drawn_sunk = 0, let_through = 0;
   for (Hand& hand : judges) {
     drawn += hand.drawn.judged, drawn_sunk += hand.drawn.sunk;
+    let_through += hand.drawn.let_through;
     deepest_drawn = std::max(deepest_drawn, hand.drawn.deepest);
     allowed_drawn = std::max(allowed_drawn, hand.drawn.allowed);
     take_ball(hand);
@@ -473,7 +480,7 @@ Result<Outcome> audit_session(const AuditArguments& arguments) {
   }
   const bool is_same = !replay.mismatch().has_value(), is_balanced = worst_energy < 1e-6;
   const bool is_certified = fell == 0 && wrong == 0 && is_same && is_balanced && judged > 0 && sunk == 0 &&
-                            drawn_sunk == 0 && (allowed == 0 || balls > 0);
+                            drawn_sunk == 0 && let_through == 0 && (allowed == 0 || balls > 0);
   Outcome outcome{new_report("audit-session"), "", is_certified ? exit_done : exit_check_failed};
   outcome.json["method"] = header.hands[0].method;
   outcome.json["ticks"] = replay.counts().ticks;
@@ -485,7 +492,8 @@ Result<Outcome> audit_session(const AuditArguments& arguments) {
   outcome.json["worst_force_n"] = worst_force;
   outcome.json["worst_torque_nmm"] = worst_torque;
   outcome.json["worst_energy_nmm"] = worst_energy;
-  if (drawn > 0) {
+  if (drawn > 0 || let_through > 0) {
+    outcome.json["drawn_let_through"] = let_through;
     outcome.json["drawn_judged"] = drawn;
     outcome.json["drawn_sunk"] = drawn_sunk;
     outcome.json["deepest_drawn_mm"] = deepest_drawn;
@@ -514,6 +522,12 @@ Result<Outcome> audit_session(const AuditArguments& arguments) {
         "mm, "
         "at most %.3f mm\n",
         drawn, drawn_sunk, allowed_drawn, std::max(0.0, deepest_drawn));
+  if (let_through > 0)
+    outcome.text += format_text(
+        "in %ld more ticks the hand was in them where no images held it: too fast or too deep for them, or "
+        "they "
+        "came too late\n",
+        let_through);
   const bool is_on_screen = std::any_of(header.structures.begin(), header.structures.end(),
                                         [](const sim::StructureSpec& s) { return s.comes_in; });
   outcome.json["is_screen_judged"] = !is_on_screen;

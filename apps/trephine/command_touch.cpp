@@ -152,7 +152,9 @@ Result<Outcome> run_touch(const TouchArguments& arguments) {
   if (volume::Status error = outputs.result()) return *error;
 
   Outcome outcome{new_report("touch"), "",
-                  judge.fall_throughs() > 0 && judge.is_promised() ? exit_check_failed : exit_done};
+                  (judge.fall_throughs() > 0 && judge.is_promised()) || judge.in_drawn() > 0
+                      ? exit_check_failed
+                      : exit_done};
   Json& json = outcome.json;
   json["source"] = name_in_report(source);
   json["shape"] = volume::describe(scene.items[0].field.shape(), source.volume->is_hounsfield);
@@ -178,6 +180,7 @@ Result<Outcome> run_touch(const TouchArguments& arguments) {
   json["energy_nmm"] = {
       {"contact", energy.contact}, {"friction", energy.friction}, {"active", energy.active}};
   json["fall_throughs"] = judge.fall_throughs();
+  if (judge.has_drawn()) json["in_drawn"] = judge.in_drawn();
   json["stuck"] = judge.stuck();
   json["max_force_n"] = strongest;
   json["open_to_touch_seconds"] = first_touch_seconds;
@@ -189,6 +192,12 @@ Result<Outcome> run_touch(const TouchArguments& arguments) {
                              contact_us.size() + free_us.size(), contact_us.size(), strongest);
   outcome.text += format_text("fell through the surface: %ld times; stuck at rest: %ld steps\n",
                               judge.fall_throughs(), judge.stuck());
+  if (judge.in_drawn() > 0)
+    outcome.text += format_text(
+        "in what is felt by depth images at %ld of the ticks looked at: the hand was too fast or too deep "
+        "for "
+        "them\n",
+        judge.in_drawn());
   if (!contact_us.empty())
     outcome.text += format_text("a step in contact took %.2f us (median), %.2f us (99.9 %%)\n",
                                 json["step_us"]["contact"]["p50"].get<double>(),

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
 #include <map>
 
 #include "haptics/depth/depth_model.h"
@@ -19,44 +21,54 @@ class DrawnJudge {
   static constexpr std::uint64_t k_every = 5;  ///< ticks
 
   long judged = 0, sunk = 0;
+  long let_through = 0;             ///< ticks in matter that it came into where no images held it
   double deepest = 0, allowed = 0;  ///< mm
   /// Was the proxy free of all that is near? Else the next tick is not judged.
   bool is_free() const noexcept {
-    return std::any_of(was_free_.begin(), was_free_.end(), [](bool was) { return was; });
+    return std::any_of(seen_.begin(), seen_.end(), [](const Seen& one) { return one.was_free; });
   }
+  /// The next proxy did not come from the last one.
+  void restart() noexcept { seen_ = {}; }
 
-  /// `p`: where the hand's proxy is, world.
-  void judge(const haptics::ServoHand& felt, const glm::dvec3& p, double time) {
+  /// `p`: where the hand's proxy is, world. `popped`: an item that gave way, as asked; -1: none.
+  void judge(const haptics::ServoHand& felt, const glm::dvec3& p, double time, int popped) {
     std::size_t d = 0;
     for (std::size_t i = 0; i < felt.scene->items.size(); ++i) {
       const haptics::TouchItem& item = felt.scene->items[i];
       if (!item.depth) continue;
       const haptics::depth::DepthSet* set = haptics::depth::set_in(felt.state, static_cast<int>(d));
-      bool& was_free = was_free_[d++];
+      Seen& seen = seen_[d++];
+      if (felt.untouchable.contains(static_cast<int>(i)) || popped == static_cast<int>(i)) {
+        seen = {};
+        continue;
+      }
       const auto mover = static_cast<std::size_t>(item.mover);
       const haptics::Placement place =
           item.mover >= 0 && mover < felt.placement_count ? felt.placements[mover] : item.placement;
       const glm::dvec3 at = place.local_from_world(p);
       const bool is_known =
-          set && !felt.untouchable.contains(static_cast<int>(i)) &&
+          set &&
           (!set->goes_on || time <= set->view.time + set->view.interval + haptics::depth::k_foretold) &&
           set->knows(set->place_at(time).local_from_world(at), felt.scene->tool_radius);
-      if (!is_known) {
-        was_free = false;
-        continue;
-      }
-      const double within = depth(item, at, time);
+      // Of what is far from all of it nobody needs to ask its triangles.
+      glm::dvec3 low, high;
+      item.depth->bounds(low, high);
+      const double far = glm::length(at - glm::clamp(at, low, high));
+      const double within = low.x > high.x ? std::nan("") : far > 1 ? -far : depth(item, at, time);
       if (std::isnan(within)) {  // nobody knows
-        was_free = false;
+        seen.was_free = false;
         continue;
       }
-      const double may = item.depth_pixel + 0.3 + 2 * (set->slack + set->slack_before);
-      if (was_free) {
+      const double may = item.depth_pixel + 0.3 + (set ? 2 * (set->slack + set->slack_before) : 0);
+      if (is_known && seen.was_free) {
         ++judged;
         sunk += within > may;
         deepest = std::max(deepest, within), allowed = std::max(allowed, may);
+      } else if (seen.has_been_free) {
+        let_through += within > may;
       }
-      was_free = within <= 0 || (was_free && within <= may);
+      seen.was_free = is_known && (within <= 0 || (seen.was_free && within <= may));
+      seen.has_been_free = seen.has_been_free || within <= 0;
     }
   }
 
@@ -84,7 +96,11 @@ class DrawnJudge {
   }
 
   std::map<const haptics::depth::DepthModel*, checker::MovingModel> models_;
-  std::array<bool, haptics::TouchScene::k_max_depths> was_free_{};
+  struct Seen {
+    bool was_free = false;       ///< in the tick before, and held
+    bool has_been_free = false;  ///< since it began
+  };
+  std::array<Seen, haptics::TouchScene::k_max_depths> seen_{};
 };
 
 }  // namespace trephine::app

@@ -9,13 +9,23 @@ namespace trephine::app {
 
 namespace {
 
-/// Judges for the models, in the volume's frame.
-std::vector<std::unique_ptr<checker::MeshWall>> mesh_walls(const haptics::TouchScene& scene) {
+/// Judges for the models, in the volume's frame: their triangles, or what images of them show, which is what
+/// a method on those promises.
+std::vector<std::unique_ptr<checker::MeshWall>> mesh_walls(const haptics::TouchScene& scene,
+                                                           bool is_by_images) {
   std::vector<std::unique_ptr<checker::MeshWall>> walls;
   for (const haptics::TouchItem& mesh : scene.items) {
     if (!mesh.is_mesh() || mesh.depth) continue;
     std::vector<glm::dvec3> vertices;
     std::vector<std::uint32_t> triangles;
+    if (is_by_images) {
+      const scenes::ShownModel shown = scenes::shown_by_images(mesh);
+      for (const glm::dvec3& v : shown.vertices)
+        vertices.push_back(scene.base->frame.volume_from_world(mesh.placement.world_from_local(v)));
+      triangles = shown.triangles;
+      walls.push_back(std::make_unique<checker::MeshWall>(vertices, triangles, 1.0));
+      continue;
+    }
     double longest = 1;
     for (std::uint32_t t = 0; t < mesh.tree->triangle_count(); ++t)
       for (const glm::dvec3& corner : mesh.tree->corners(t)) {
@@ -40,9 +50,15 @@ TouchJudge::TouchJudge(const workbench::Operation& operation)
       offset_(scenes::touched_offset(scene_, nullptr)),
       smooth_(scenes::touched_smooth_solid(scene_, nullptr)),
       falls_([this](const glm::dvec3& a, const glm::dvec3& b) { return meets(a, b); }) {
-  if (std::string(info_.name) != "scene-sequential") models_ = mesh_walls(scene_);
+  if (std::string(info_.name) != "scene-sequential")
+    models_ = mesh_walls(scene_, info_.solid == haptics::MethodInfo::Solid::images);
   has_drawn_ = std::any_of(scene_.items.begin(), scene_.items.end(),
                            [](const haptics::TouchItem& item) { return item.depth != nullptr; });
+  // A look asks every triangle: 5 ms a tick at most.
+  constexpr std::size_t k_triangles_a_tick = 2000;
+  for (const haptics::TouchItem& item : scene_.items)
+    if (item.depth && item.tree)
+      look_every_ = std::max<std::uint64_t>(look_every_, item.tree->triangle_count() / k_triangles_a_tick);
 }
 
 bool TouchJudge::meets(const glm::dvec3& a, const glm::dvec3& b) const {
@@ -68,7 +84,13 @@ void TouchJudge::observe(const workbench::TouchTick& tick) {
   falls_.judge_step({std::span(step.path_volume.data(), static_cast<std::size_t>(step.waypoint_count)), hip,
                      step.has_contact, step.is_buried});
   for (std::size_t e = 0; e < record.event_count; ++e)
-    if (record.events[e].kind == haptics::TouchEvent::popped) falls_.restart();  // let through, as asked
+    if (record.events[e].kind == haptics::TouchEvent::popped) {  // let through, as asked
+      falls_.restart();
+      popped_ = record.events[e].shape;
+    }
+  if (!record.has_contact && popped_ >= 0) drawn_.restart(), popped_ = -1;
+  if (has_drawn_ && record.tick % look_every_ == 0)
+    drawn_.judge(tick.felt, record.proxy_world, tick.t, popped_);
   // On cubes each tick at rest is looked at, on the smooth solid, which takes milliseconds, the tenth of each
   // rest; with models about, none.
   resting_ = record.has_contact && glm::length(place - last_hip_) < 1e-6 ? resting_ + 1 : 0;

@@ -5,6 +5,7 @@
 #include <memory>
 #include <vector>
 
+#include "apps/trephine/drawn_judge.h"
 #include "apps/workbench/touch_run.h"
 #include "tests/scenes/promise.h"
 
@@ -18,6 +19,9 @@ class TouchJudge {
 
   long fall_throughs() const { return falls_.fall_throughs(); }
   long stuck() const { return stuck_; }
+  /// Ticks looked at in which it was in what is felt by depth images, deeper than these allow.
+  long in_drawn() const { return drawn_.sunk + drawn_.let_through; }
+  bool has_drawn() const { return has_drawn_; }
   /// Does the method promise anything?
   bool is_promised() const { return info_.solid != haptics::MethodInfo::Solid::nothing; }
 
@@ -36,6 +40,9 @@ class TouchJudge {
   std::shared_ptr<const volume::OffsetField> offset_;
   checker::SmoothSolid smooth_;
   std::vector<std::unique_ptr<checker::MeshWall>> models_;
+  DrawnJudge drawn_;
+  std::uint64_t look_every_ = DrawnJudge::k_every;  ///< ticks; of large models fewer
+  int popped_ = -1;
   bool has_drawn_ = false;  ///< something is felt by depth images, which move by themselves
   checker::FallThroughJudge falls_;
   long stuck_ = 0, resting_ = 0;

@@ -10,6 +10,7 @@ struct TouchTick {
   double t = 0;                        ///< s
   const haptics::ServoRecord& record;  ///< input and output
   const haptics::ServoCore& servo;     ///< after it
+  const haptics::ServoHand& felt;      ///< what it felt
   double step_us = 0;                  ///< what the servo's step took
 };
 using TouchObserver = std::function<void(const TouchTick& tick)>;

@@ -60,25 +60,42 @@ Result<std::shared_ptr<const DepthModel>> DepthModel::of_keys(
 }
 
 volume::Status DepthModel::check(double pixel) const {
-  // Of a closed surface each edge is gone along both ways: by where its ends are, as files repeat corners.
-  std::uint64_t sum = 0;
-  const auto at = [&](std::uint32_t index) {
-    volume::MixHash hash;
-    const dvec3& p = keys_.keys[0][index];
-    hash.add(p.x), hash.add(p.y), hash.add(p.z);
-    return hash.value();
-  };
+  // Of a closed surface each edge is gone along both ways: by its corners, or, as files repeat corners, by
+  // where these are, in every key.
   const auto& t = keys_.triangles;
-  for (std::size_t i = 0; i + 2 < t.size(); i += 3)
-    for (std::size_t k = 0; k < 3; ++k) {
-      const std::uint64_t a = at(t[i + k]), b = at(t[i + (k + 1) % 3]);
-      volume::MixHash edge;
-      edge.add(std::min(a, b)), edge.add(std::max(a, b));
-      if (a != b) sum += a < b ? edge.value() : ~edge.value() + 1;
+  const auto is_closed = [&](const auto& name_of) {
+    std::uint64_t sum = 0;
+    for (std::size_t i = 0; i + 2 < t.size(); i += 3)
+      for (std::size_t k = 0; k < 3; ++k) {
+        const std::uint64_t a = name_of(t[i + k]), b = name_of(t[i + (k + 1) % 3]);
+        volume::MixHash edge;
+        edge.add(std::min(a, b)), edge.add(std::max(a, b));
+        if (a != b) sum += a < b ? edge.value() : ~edge.value() + 1;
+      }
+    return sum == 0;
+  };
+  if (!is_closed([](std::uint32_t index) { return std::uint64_t{index}; }))
+    for (std::size_t key = 0; key < keys_.keys.size(); ++key) {
+      const auto place_of = [&](std::uint32_t index) {
+        volume::MixHash hash;
+        const dvec3& p = keys_.keys[key][index];
+        hash.add(p.x), hash.add(p.y), hash.add(p.z);
+        return hash.value();
+      };
+      if (!is_closed(place_of))
+        return Error{"a model is not closed: it has edges with one side alone",
+                     keys_.keys.size() > 1 ? "key " + std::to_string(key + 1) : "model", "a sheet, or holes",
+                     "a closed surface", "close it, or touch it as a mesh"};
     }
-  if (sum != 0)
-    return Error{"a model is not closed: it has edges with one side alone", "model", "a sheet, or holes",
-                 "a closed surface whose triangles all look out", "close it, or touch it as a mesh"};
+  double volume = 0, area = 0;
+  for (std::size_t i = 0; i + 2 < t.size(); i += 3) {
+    const dvec3 a = keys_.keys[0][t[i]] - low_, b = keys_.keys[0][t[i + 1]] - low_,
+                c = keys_.keys[0][t[i + 2]] - low_;
+    volume += glm::dot(a, glm::cross(b, c)), area += glm::length(glm::cross(b - a, c - a));
+  }
+  if (!(std::abs(volume) > 1e-9 * area * glm::length(high_ - low_)))
+    return Error{"a model encloses nothing", "model", "a sheet with two sides, or one shape twice",
+                 "a closed surface around something", "touch it as a mesh"};
   const dvec3 wide = high_ - low_;
   constexpr double k_most = 10'000;  // pixels
   const double widest = std::max({wide.x, wide.y, wide.z, std::abs(low_.x), std::abs(high_.x),
@@ -122,6 +139,10 @@ bool DepthModel::is_moving(double time) const noexcept {
   const std::size_t count = keys_.keys.size();
   if (count == 1) return false;
   return keys_.after == ModelKeys::After::repeat || time < keys_.beat * static_cast<double>(count - 1);
+}
+
+double DepthModel::turns_at(double time) const noexcept {
+  return is_moving(time) ? keys_.beat * (std::floor(std::max(0.0, time) / keys_.beat) + 1) : 1e300;
 }
 
 std::shared_ptr<const MeshTree> DepthModel::look(double time) const {

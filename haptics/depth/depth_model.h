@@ -31,6 +31,7 @@ class DepthModel final : public DepthSource {
 
   volume::Result<DepthSet> draw(const DepthView& view, int threads = 0) const override;
   bool is_moving(double time) const noexcept override;
+  double turns_at(double time) const noexcept override;
   void bounds(glm::dvec3& low, glm::dvec3& high) const noexcept override { low = low_, high = high_; }
   std::uint64_t hash() const noexcept override { return hash_; }
   /// The nearest key.

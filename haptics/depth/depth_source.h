@@ -90,6 +90,9 @@ class DepthSource {
   virtual volume::Result<DepthSet> draw(const DepthView& view, int threads = 0) const = 0;
   /// Does it look otherwise at another time?
   virtual bool is_moving(double time) const noexcept = 0;
+  /// The next time at which it may turn: from here until then everything of it goes straight. Beyond all
+  /// numbers where it never does.
+  virtual double turns_at(double /*time*/) const noexcept { return 1e300; }
   /// Nobody draws it: its pictures come in, and are told of by sim::AdoptPicture.
   virtual bool comes_in() const noexcept { return false; }
   /// mm, its own frame: all places where it ever is; low > high where there is nothing.

@@ -145,6 +145,15 @@ bool DepthStream::is_moving(double time) const noexcept {
   return pictures_.times.size() > 1 && (pictures_.is_repeating || time < pictures_.times.back());
 }
 
+double DepthStream::turns_at(double time) const noexcept {
+  if (!is_moving(time)) return 1e300;
+  const std::vector<double>& times = pictures_.times;
+  const double round =
+      pictures_.is_repeating ? pictures_.repeats_after * std::floor(time / pictures_.repeats_after) : 0;
+  const auto next = std::upper_bound(times.begin(), times.end(), time - round);
+  return round + (next == times.end() ? pictures_.repeats_after : *next);
+}
+
 Result<DepthSet> DepthStream::draw(const DepthView& view, int) const {
   glm::ivec3 unused(0);
   if (const auto frame = view.lattice(unused); !frame) return frame.error();

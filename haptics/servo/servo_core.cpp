@@ -121,6 +121,8 @@ void ServoCore::find_depths_ready(const ServoHand& mine, const dvec3& hip, doubl
     Placement place = item.placement;
     if (item.mover >= 0 && static_cast<std::size_t>(item.mover) < mine.placement_count)
       place = mine.placements[static_cast<std::size_t>(item.mover)];
+    // Where it may ever be does not go on with it.
+    const dvec3 hip_there = place.local_from_world(hip), proxy_there = place.local_from_world(proxy);
     if (set) place = place * set->place_at(time());
     const dvec3 here = place.local_from_world(hip), there = place.local_from_world(proxy);
     const double late = set && set->goes_on ? time() - set->view.time - set->view.interval : 0;
@@ -132,7 +134,7 @@ void ServoCore::find_depths_ready(const ServoHand& mine, const dvec3& hip, doubl
       const dvec3 off = p - glm::clamp(p, low, high);
       return glm::length(off) > farthest + depth::k_beside;
     };
-    if (!is_known && !(is_far(here) && is_far(there))) not_ready_.set(s, true);
+    if (!is_known && !(is_far(hip_there) && is_far(proxy_there))) not_ready_.set(s, true);
     if (late > depth::k_foretold && step_.has_contact && step_.shape == s)
       cap_ = std::min(cap_, std::max(0.0, 1 - (late - depth::k_foretold) / depth::k_fading) * force_limit_);
   }

@@ -3,6 +3,7 @@
 
 #include <memory>
 #include <optional>
+#include <vector>
 
 #include "haptics/proxy/methods.h"
 #include "tests/checker/mesh_judge.h"
@@ -39,5 +40,12 @@ std::shared_ptr<const volume::OffsetField> touched_offset(const haptics::TouchSc
 checker::SmoothSolid touched_smooth_solid(const haptics::TouchScene& scene,
                                           std::shared_ptr<const haptics::TouchState> seen,
                                           std::size_t shape = 0);
+
+/// A model as its depth images show it: mm, its own frame.
+struct ShownModel {
+  std::vector<glm::dvec3> vertices;
+  std::vector<std::uint32_t> triangles;
+};
+ShownModel shown_by_images(const haptics::TouchItem& model);
 
 }  // namespace trephine::scenes

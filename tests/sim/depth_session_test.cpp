@@ -177,8 +177,10 @@ TEST(DepthSession, AsManySetsASecondAsAreAskedFor) {
     for (int i = 0; i < 400; ++i) run.step(poses);
     const auto& set = run.engine().servo_scene()->hands[1].state.depths.at(1);
     ASSERT_TRUE(set) << rate;
-    EXPECT_NEAR(static_cast<double>(set->serial), 0.4 * rate, 2 + 0.02 * rate) << rate;
-    EXPECT_EQ(set->view.interval, 1 / rate);
+    // And one more where it turns, which it does every tenth of a second.
+    EXPECT_GE(static_cast<double>(set->serial), 0.4 * rate - 2 - 0.02 * rate) << rate;
+    EXPECT_LE(static_cast<double>(set->serial), 0.4 * rate + 6 + 0.02 * rate) << rate;
+    EXPECT_LE(set->view.interval, 1 / rate);
     EXPECT_GE(set->view.edge, 2000 / rate) << rate;
     // In the header of a session, and back.
     const SceneSpec spec = describe_scene(scene, *haptics::make_method("scene").value(), {}, {HandSpec()});
