@@ -7,6 +7,7 @@
 #include <cmath>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
+#include <limits>
 
 #include "haptics/proxy/friction.h"
 #include "volume/frame.h"
@@ -68,8 +69,14 @@ class CrossingWay {
     const glm::dvec3 normal = glm::cross(v1 - v0, v2 - v0);
     facing = glm::dot(d_, normal);
     if (facing == 0) return false;
-    t = glm::dot(p, normal) / facing;
-    return t >= 0 && t <= 1;
+    // A way that ends on the triangle and the next one, which begins there, must not both miss it for
+    // rounding.
+    const double slack =
+        8 * std::numeric_limits<double>::epsilon() * glm::dot(glm::abs(v0) + glm::abs(a_), glm::abs(normal));
+    const double at = glm::dot(p, normal) / facing, beside = slack / std::abs(facing);
+    if (!(at >= -beside && at <= 1 + beside)) return false;
+    t = std::clamp(at, 0.0, 1.0);
+    return true;
   }
 
  private:

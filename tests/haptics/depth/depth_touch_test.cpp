@@ -165,6 +165,28 @@ Kept keep_in_or_out(bool is_in, long ticks, bool knows_motion) {
   return kept;
 }
 
+/// A thing whose surface comes to lie just where a hand rests, to the last bit: a way that ends on it and the
+/// next one, which begins there, both find it.
+TEST(DepthTouch, WhatComesToLieOnTheHandPushesIt) {
+  const Model plate = box({-20, -20, -2}, {20, 20, 2});
+  for (const double begin : {-2.0, 0.4, 1.0, 1.2, 1.6}) {
+    ModelKeys keys;
+    keys.triangles = plate.triangles;
+    keys.keys = {plate.vertices, plate.vertices};
+    for (dvec3& p : keys.keys[1]) p.z += 40;
+    keys.beat = 0.1;
+    Hand hand(DepthModel::of(std::move(keys)).value());
+    for (int i = 0; i < 95; ++i) {
+      const double top = 0.4 * i + 2;
+      const ProxyStep s = hand.step({0, 0, 24 + begin});
+      if (top > 24.2 + begin && top < 24.2 + begin + 8) {
+        EXPECT_TRUE(s.has_contact) << begin << ", tick " << i;
+        EXPECT_NEAR(s.proxy_world.z, top, 0.01) << begin << ", tick " << i;
+      }
+    }
+  }
+}
+
 TEST(DepthTouch, NothingPassesAShellThatFliesAboutAndSwells) {
   const long ticks = is_whole() ? 100'000 : 1'000;
   for (const bool is_in : {true, false}) {
