@@ -87,6 +87,33 @@ TEST_F(Command, WhatIsDrawnIsTouchedRecordedReplayedAndAudited) {
             std::string::npos);
 }
 
+/// A hand pressed so deep that no images show the surface any more is let go, and that is counted: a zero
+/// there could have come out otherwise.
+TEST_F(Command, AHandThatImagesDoNotHoldIsCounted) {
+  ASSERT_EQ(run("phantom plate --size 48 --psf 1 -o s.mha").exit_code, 0);
+  {
+    std::ofstream cube(file("cube.obj"));
+    for (const int z : {-500, -100})
+      for (const int y : {-200, 200})
+        for (const int x : {-200, 200}) cube << "v " << x << ' ' << y << ' ' << z << '\n';
+    cube << "f 1 3 2\nf 2 3 4\nf 5 6 7\nf 6 8 7\nf 1 2 5\nf 2 6 5\nf 3 7 4\nf 4 7 8\nf 1 5 3\nf 3 5 7\n"
+            "f 2 4 6\nf 4 8 6\n";
+    std::ofstream(file("deep.csv")) << "t,x,y,z\n0,0,0,-95\n0.6,0,0,-280\n0.8,0,0,-280\n";
+    std::ofstream(file("held.csv")) << "t,x,y,z\n0,0,0,-95\n0.1,0,0,-120\n0.3,0,0,-120\n";
+  }
+  const std::string touch = "touch s.mha --depth cube.obj --depth-pixel 1 --stiffness 0.02 -o t.csv ";
+  const Json held = json(touch + "--path held.csv --record held.session");
+  EXPECT_EQ(held["in_drawn"], 0);
+  EXPECT_TRUE(json("audit held.session --case s.mha")["is_certified"].get<bool>());
+  EXPECT_EQ(run(touch + "--path deep.csv --record deep.session").exit_code, 1);
+  const auto audit = run("audit deep.session --case s.mha");
+  EXPECT_EQ(audit.exit_code, 1);
+  EXPECT_NE(audit.out.find("where no images held it"), std::string::npos) << audit.out;
+  const auto fine = run("touch s.mha --depth cube.obj --depth-pixel 0.02 --path held.csv -o t.csv");
+  EXPECT_EQ(fine.exit_code, 2);
+  EXPECT_NE(fine.err.find("coarser pixels"), std::string::npos) << fine.err;
+}
+
 /// The sample: one hand drills, the other rests on a blade that gives way; voxels, a burr and what is drawn.
 TEST_F(Command, ARetractorGivesWayBesideABurrHole) {
   const std::string script = TREPHINE_SOURCE_DIR "/docs/examples/retractor.toml";

@@ -218,6 +218,14 @@ TEST(DepthSession, APictureShowsWhatMovesAsItIs) {
   EXPECT_NEAR(least, lowest(1), 0.25);
 }
 
+TEST(DepthSession, PixelsTooFineForAHandAreRefused) {
+  EXPECT_FALSE(DepthSets::check_pixel(0.05, 100, 0));
+  const auto fine = DepthSets::check_pixel(0.02, 100, 0);
+  ASSERT_TRUE(fine);
+  EXPECT_NE(fine->what.find("too little"), std::string::npos);
+  EXPECT_FALSE(DepthSets::check_pixel(0.02, 1000, 0));  // less is needed until the next set
+}
+
 TEST(DepthSession, CommandsAboutSetsAreChecked) {
   OperationStart start = start_of(mixed());
   Engine engine(std::move(start.hands), 1e-3, drilling_catalogue());
