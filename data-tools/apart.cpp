@@ -106,7 +106,7 @@ ApartResult run_apart(int count, const std::function<void(int)>& work,
         const int at = progress[p].at;
         end_all();
         return {End::failed, at,
-                WIFSIGNALED(status) ? "it crashes the library that reads it" : "it cannot be read"};
+                WIFSIGNALED(status) ? "damaged contents, on which its reader stopped" : "it cannot be read"};
       }
       if (progress[p].at != last[p]) last[p] = progress[p].at, since[p] = Clock::now();
       if (std::chrono::duration<double>(Clock::now() - since[p]).count() > seconds_each) {

@@ -78,9 +78,8 @@ Result<std::vector<ArchiveMember>> read_archive(const std::string& path, const P
                              archive_read_support_format_7zip, archive_read_support_format_raw})
     support(reader.get());
   const auto damaged = [&] {
-    const char* why = archive_error_string(reader.get());
-    Error error{"the archive cannot be unpacked", where, why ? why : "", "a whole .zip, .tar or .gz",
-                "copy it again, or unpack it yourself and point at the folder"};
+    Error error{"the archive cannot be unpacked", where, "damaged contents, or another kind of file",
+                "a whole .zip, .tar or .gz", "copy it again, or unpack it yourself and point at the folder"};
     const int format = archive_format(reader.get()) & ARCHIVE_FORMAT_BASE_MASK;  // asked of others it crashes
     if ((format == ARCHIVE_FORMAT_ZIP || format == ARCHIVE_FORMAT_7ZIP) &&
         archive_read_has_encrypted_entries(reader.get()) > 0)

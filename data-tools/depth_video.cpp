@@ -46,7 +46,8 @@ Error bad_line(const std::string& where, std::size_t line, const std::string& fo
 }
 
 /// TUM's list: times since 1970, pictures beside it.
-Status read_tum(const std::string& path, DepthVideo& video, std::vector<std::string>& files) {
+Status read_tum(const std::string& path, const DepthVideoOptions& options, DepthVideo& video,
+                std::vector<std::string>& files) {
   std::ifstream in(fs::path(path) / k_tum_file);
   std::string line;
   std::size_t number = 0;
@@ -67,7 +68,14 @@ Status read_tum(const std::string& path, DepthVideo& video, std::vector<std::str
     video.times.push_back(time - first);
     files.push_back((fs::path(path) / inside).string());
   }
-  video.mm_a_step = k_tum_step;
+  video.mm_a_step = options.mm_per_value.value_or(k_tum_step);
+  if (!options.mm_per_value)
+    video.notices.emplace_back(
+        "depth.txt does not state the unit of its values: taken as 5000 per metre, the TUM convention "
+        "(RealSense and OpenLORIS write 1000 per metre: --depth-unit 1)");
+  std::error_code missing;
+  if (fs::exists(fs::path(path) / "groundtruth.txt", missing))
+    video.notices.emplace_back("groundtruth.txt was ignored: the camera is taken as fixed at the origin");
   return std::nullopt;
 }
 
@@ -126,15 +134,19 @@ bool is_depth_video(const std::string& path) {
                                             fs::is_regular_file(fs::path(path) / k_tum_file, failed));
 }
 
-Result<DepthVideo> read_depth_video(const std::string& path,
-                                    const std::optional<std::array<double, 4>>& intrinsics) {
+Result<DepthVideo> read_depth_video(const std::string& path, const DepthVideoOptions& options) {
   DepthVideo video;
   std::vector<std::string> files;
   std::error_code missing;
   const bool is_ours = fs::is_regular_file(fs::path(path) / k_place_file, missing);
   if (!is_depth_video(path))
     return Error{"this is no depth video", file_name(path), "", "a folder with depth.json or depth.txt", ""};
-  if (Status error = is_ours ? read_ours(path, video, files) : read_tum(path, video, files)) return *error;
+  if (is_ours && options.mm_per_value)
+    return Error{"depth.json states the unit of its values already", k_place_file, "",
+                 "a folder with depth.txt", "leave out --depth-unit"};
+  if (Status error = is_ours ? read_ours(path, video, files) : read_tum(path, options, video, files))
+    return *error;
+  const auto& intrinsics = options.intrinsics;
   if (intrinsics)
     video.fx = (*intrinsics)[0], video.fy = (*intrinsics)[1], video.cx = (*intrinsics)[2],
     video.cy = (*intrinsics)[3];

@@ -24,15 +24,21 @@ struct DepthVideo {
   std::optional<double> repeats_after;               ///< s
   glm::dvec3 position{0.0};                          ///< of the camera, mm (LPS); it looks along z, y down
   glm::dquat rotation{1, 0, 0, 0};
+  std::vector<std::string> notices;  ///< what was assumed or ignored
+};
+
+/// What the caller states about a folder.
+struct DepthVideoOptions {
+  std::optional<std::array<double, 4>> intrinsics;  ///< fx, fy, cx, cy, pixels; replaces the folder's
+  std::optional<double> mm_per_value;               ///< of folders with depth.txt, which do not state it
 };
 
 /// A folder with depth.json (ours), or depth.txt (TUM's: a time and a picture a line, 5000 a metre)?
 bool is_depth_video(const std::string& path);
 
-/// `intrinsics`: fx, fy, cx, cy, for folders that do not say them; of others they replace what is said. Error
-/// with the picture that is missing, of another size, or no picture of 16 bits.
-volume::Result<DepthVideo> read_depth_video(const std::string& path,
-                                            const std::optional<std::array<double, 4>>& intrinsics = {});
+/// Reads a folder. Error when the intrinsics are missing, and for a picture that is missing, of another size,
+/// or not of 16 bits.
+volume::Result<DepthVideo> read_depth_video(const std::string& path, const DepthVideoOptions& options = {});
 
 /// Writes depth-0001.png, ... and depth.json into a new folder.
 volume::Status write_depth_video(const std::string& path, const DepthVideo& video,

@@ -137,7 +137,7 @@ Error nothing_found(const DicomFolder& folder, const std::string& path) {
   if (!folder.passed_over.empty())
     return {"there are no images here that lie in a patient", where, list_of(folder.passed_over),
             "the slices of a CT or MR series", "point at the folder with the slices"};
-  return {"there are no DICOM images here", where,
+  return {k_no_dicom, where,
           !folder.notices.empty()                             ? list_of(folder.notices)
           : fs::is_directory(path) || folder.no_dicom.empty() ? counted(folder.no_dicom.size(), "other file")
                                                               : folder.no_dicom[0].second,

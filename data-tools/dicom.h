@@ -5,6 +5,9 @@
 
 namespace trephine::data_tools {
 
+/// What the error of a folder, file or archive without any DICOM image says.
+inline constexpr const char* k_no_dicom = "there are no DICOM images here";
+
 /// Can the file be read as DICOM, with or without preamble?
 bool is_dicom_file(const std::string& path);
 /// Reads the one series of a folder, or one file. See open_volume.

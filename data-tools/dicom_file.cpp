@@ -201,6 +201,12 @@ class Parser {
       last = tag;
       const bool is_kept = into && wanted != std::end(k_kept) && *wanted == tag;
       if (length == k_undefined || (is_kept && vr == "SQ")) {
+        // Encapsulated pixels, of an icon for example, are fragments and not data sets (PS3.5 A.4).
+        if (length == k_undefined && vr[0] == 'O') {
+          if (!skip_fragments(value, end, syntax)) return false;
+          at = value;
+          continue;
+        }
         // An unknown sequence of undefined length is implicit, whatever the file is.
         const Syntax inner = vr == "UN" ? Syntax{false, false} : syntax;
         DicomDataSet::Element* kept = nullptr;
@@ -257,6 +263,21 @@ class Parser {
     if (is_open) return fail("it ends within a sequence");
     at = stop;
     return true;
+  }
+  /// Moves `at` past the fragments of an encapsulated value and their delimiter.
+  bool skip_fragments(std::uint64_t& at, std::uint64_t end, Syntax syntax) {
+    while (at + 8 <= end) {
+      const unsigned char* p = head_->at(at, 8);
+      if (!p) return fail("its head is longer than 256 MiB, or cannot be read");
+      const DicomTag tag =
+          static_cast<DicomTag>(short_at(p, syntax.is_big)) << 16 | short_at(p + 2, syntax.is_big);
+      const std::uint32_t size = long_at(p + 4, syntax.is_big);
+      at += 8;
+      if (tag == k_sequence_end) return true;
+      if (tag != k_item || size > end - at) return fail("it ends within encapsulated pixels");
+      at += size;
+    }
+    return fail("it ends within encapsulated pixels");
   }
   bool fail(const char* why) {
     why_ = why;

@@ -59,7 +59,16 @@ std::string unpack(const std::string& uid, const std::string& packed, const Dico
   return "";
 }
 
+std::size_t frame_count(const DicomEntry& entry) {
+  return static_cast<std::size_t>(std::max(1.0, entry.file.data.number(dicom_tag::k_frames).value_or(1)));
+}
+
 }  // namespace
+
+std::uint64_t expected_pixel_bytes(const DicomEntry& entry, const DicomSlice& first) {
+  return frame_count(entry) * static_cast<std::uint64_t>(first.rows) *
+         static_cast<std::uint64_t>(first.columns) * static_cast<std::uint64_t>(first.bits_allocated / 8);
+}
 
 std::string DicomPixels::open(const DicomEntry& entry, const DicomSlice& first, DicomPixels& into) {
   into = {};
@@ -69,19 +78,18 @@ std::string DicomPixels::open(const DicomEntry& entry, const DicomSlice& first, 
     if (!into.reopened_) return "it cannot be opened any more";
   }
   into.source_ = entry.file.source ? entry.file.source.get() : into.reopened_.get();
-  const auto frames = static_cast<std::size_t>(entry.file.data.number(dicom_tag::k_frames).value_or(1));
+  const std::size_t frames = frame_count(entry);
   if (entry.file.is_encapsulated) {
-    auto read = read_encapsulated_frames(entry.file, *into.source_, std::max<std::size_t>(frames, 1));
+    auto read = read_encapsulated_frames(entry.file, *into.source_, frames);
     if (const auto* refusal = std::get_if<DicomRefusal>(&read)) return refusal->found;
     into.frames_ = std::move(std::get<std::vector<std::string>>(read));
     return "";
   }
-  const std::uint64_t wanted = std::max<std::size_t>(frames, 1) * static_cast<std::uint64_t>(first.rows) *
-                               static_cast<std::uint64_t>(first.columns) *
-                               static_cast<std::uint64_t>(first.bits_allocated / 8);
+  const std::uint64_t wanted = expected_pixel_bytes(entry, first);
   const std::uint64_t size = into.source_->size(), offset = entry.file.pixel_offset;
   const std::uint64_t there = std::min(entry.file.pixel_bytes, size > offset ? size - offset : 0);
-  if (there >= wanted && there <= wanted + 1) return "";
+  // Excess bytes behind the pixels are padding (PS3.5, 8.1.1), as long as no further frame fits into them.
+  if (there >= wanted && there - wanted < wanted / frames) return "";
   if (there > wanted)
     return std::to_string(there) + " bytes of pixels, where its size makes " + std::to_string(wanted);
   return "only " + std::to_string(there) + " of " + std::to_string(wanted) + " bytes of its pixels";

@@ -7,6 +7,9 @@
 
 namespace trephine::data_tools {
 
+/// Returns the number of bytes that the uncompressed pixels of a file take by its size, frames and bits.
+std::uint64_t expected_pixel_bytes(const DicomEntry& entry, const DicomSlice& first);
+
 /// Frames of one file after another. Compressed ones are unpacked by GDCM, each from all its fragments.
 class DicomPixels {
  public:

@@ -158,7 +158,7 @@ bool is_dicom_segmentation(const std::string& path) {
   return file && file->data.text(k_sop_class) == k_segmentation_class;
 }
 
-Result<OpenedVolume> open_dicom_segmentation(const std::string& path) {
+Result<OpenedVolume> open_dicom_segmentation(const std::string& path, int only_segment) {
   const std::string where = file_name(path);
   const auto file = read_head(path);
   if (!file) return Error{"the DICOM segmentation cannot be read", where, "", "a whole file", ""};
@@ -200,6 +200,7 @@ Result<OpenedVolume> open_dicom_segmentation(const std::string& path) {
   std::int64_t overlaps = 0, parts = 0;
   for (std::size_t f = 0; f < frames; ++f) {
     const auto [slice, segment] = layout.value().slice_and_segment[f];
+    if (only_segment > 0 && segment != only_segment) continue;
     std::int16_t* to = opened.volume.voxels.data() + static_cast<std::size_t>(slice) * area;
     for (std::size_t i = 0; i < area; ++i) {
       const std::size_t at = f * area + i;
@@ -216,10 +217,18 @@ Result<OpenedVolume> open_dicom_segmentation(const std::string& path) {
       to[i] = static_cast<std::int16_t>(segment);
     }
   }
-  if (overlaps > 0)
-    return Error{"segments overlap", where, std::to_string(overlaps) + " voxels belong to several",
-                 "one label a voxel",
-                 "export the segments that are needed as one label map, the more important last"};
+  if (overlaps > 0) {
+    if (opened.segments.empty())
+      return Error{"segments overlap, and the file names none of them", where,
+                   std::to_string(overlaps) + " voxels belong to several", "a list of segments",
+                   "export the segments again"};
+    // Each segment is a layer of its own then, to be read one by one.
+    std::vector<SegmentFacts> segments = std::move(opened.segments);
+    for (std::size_t i = 0; i < segments.size(); ++i) segments[i].layer = static_cast<int>(i);
+    Result<OpenedVolume> first = open_dicom_segmentation(path, segments[0].value);
+    if (first) first.value().segments = std::move(segments);
+    return first;
+  }
   if (parts > 0)
     opened.notices.push_back(std::to_string(parts) +
                              " voxels belong to their segment in part: those from a half up were taken");

@@ -7,7 +7,8 @@ namespace trephine::data_tools {
 
 bool is_dicom_segmentation(const std::string& path);
 
-/// As a map of segment numbers, with the segments' names. Error when segments overlap: one voxel, one label.
-volume::Result<OpenedVolume> open_dicom_segmentation(const std::string& path);
+/// Returns a map of segment numbers, with the segments' names. Where segments overlap, each is a layer of its
+/// own: the map is of the first, `only_segment` (its number) reads another.
+volume::Result<OpenedVolume> open_dicom_segmentation(const std::string& path, int only_segment = 0);
 
 }  // namespace trephine::data_tools

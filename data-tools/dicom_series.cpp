@@ -12,6 +12,7 @@
 #include <tuple>
 
 #include "data-tools/dicom_heads.h"
+#include "data-tools/dicom_repeats.h"
 #include "data-tools/names_met.h"
 #include "data-tools/words.h"
 #include "volume/parallel.h"
@@ -24,8 +25,6 @@ using volume::Result;
 
 namespace {
 
-constexpr double k_same_direction = 1e-3;  // of unit vectors; a stack is judged more strictly
-constexpr double k_same_mm = 1e-3;
 constexpr const char* k_index = "index of the disk";
 
 /// Of an attribute that a frame has, all frames share, or the file has.
@@ -159,6 +158,8 @@ std::string add_slices(const DicomEntry& entry, std::size_t index, std::vector<D
   if (photometric == "MONOCHROME1") return "inverted grey values (MONOCHROME1)";
   const int frames = std::max(1, whole(data.number(k_frames), 1));
   if (frames > 100'000) return "a number of frames that cannot be";
+  if (frames > 1 && data.items(k_frame_groups).empty())
+    return "it states one place for all of its " + std::to_string(frames) + " frames";
   for (int f = 0; f < frames; ++f) {
     const FrameView view(data, static_cast<std::size_t>(f));
     DicomSlice slice;
@@ -214,157 +215,6 @@ std::string add_slices(const DicomEntry& entry, std::size_t index, std::vector<D
 bool is_localizer(const DicomDataSet& data) {
   const std::string_view kind = data.text(k_image_type);
   return kind.find("LOCALIZER") != std::string_view::npos || kind.find("SCOUT") != std::string_view::npos;
-}
-
-bool are_of_one_grid(const DicomSlice& a, const DicomSlice& b) {
-  const auto close = [](double x, double y) { return std::abs(x - y) <= 1e-3 * std::abs(x); };
-  return a.rows == b.rows && a.columns == b.columns &&
-         glm::length(a.place.row_axis - b.place.row_axis) < k_same_direction &&
-         glm::length(a.place.column_axis - b.place.column_axis) < k_same_direction &&
-         close(a.place.row_spacing, b.place.row_spacing) &&
-         close(a.place.column_spacing, b.place.column_spacing);
-}
-
-bool are_in_one_place(const DicomSlice& a, const DicomSlice& b) {
-  return glm::length(a.place.position - b.place.position) < k_same_mm;
-}
-
-/// Pixels that are the same bytes (of a frame of many, the file decides).
-bool are_same_pixels(const DicomFolder& folder, const DicomSlice& a, const DicomSlice& b) {
-  const DicomFile &f = folder.entries[a.entry].file, &g = folder.entries[b.entry].file;
-  const auto opened = [](const DicomEntry& entry) {
-    return entry.file.source ? nullptr : ByteSource::open(entry.path);
-  };
-  const auto of_a = opened(folder.entries[a.entry]), of_b = opened(folder.entries[b.entry]);
-  const ByteSource *source_a = of_a ? of_a.get() : f.source.get(),
-                   *source_b = of_b ? of_b.get() : g.source.get();
-  if (!source_a || !source_b) return false;
-  if (a.entry == b.entry || a.frame != b.frame || f.pixel_bytes != g.pixel_bytes ||
-      f.transfer_syntax != g.transfer_syntax || a.slope != b.slope || a.intercept != b.intercept)
-    return false;
-  std::string x(1 << 20, '\0'), y = x;
-  for (std::uint64_t done = 0; done < f.pixel_bytes;) {
-    const auto part = static_cast<std::size_t>(std::min<std::uint64_t>(x.size(), f.pixel_bytes - done));
-    if (!source_a->read(f.pixel_offset + done, x.data(), part) ||
-        !source_b->read(g.pixel_offset + done, y.data(), part) || x.compare(0, part, y, 0, part) != 0)
-      return false;
-    done += part;
-  }
-  return true;
-}
-
-std::vector<std::size_t> by_height(const std::vector<DicomSlice>& slices) {
-  const glm::dvec3 normal = glm::cross(slices[0].place.row_axis, slices[0].place.column_axis);
-  std::vector<std::size_t> order(slices.size());
-  std::iota(order.begin(), order.end(), std::size_t{0});
-  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
-    return glm::dot(slices[a].place.position, normal) < glm::dot(slices[b].place.position, normal);
-  });
-  return order;
-}
-
-std::size_t count_places(const std::vector<DicomSlice>& slices) {
-  const std::vector<std::size_t> order = by_height(slices);
-  std::size_t count = 1;
-  for (std::size_t i = 1; i < order.size(); ++i)
-    count += !are_in_one_place(slices[order[i - 1]], slices[order[i]]);
-  return count;
-}
-/// The most slices in one place.
-std::size_t highest_pile(const std::vector<DicomSlice>& slices) {
-  const std::vector<std::size_t> order = by_height(slices);
-  std::size_t most = 1, now = 1;
-  for (std::size_t i = 1; i < order.size(); ++i) {
-    now = are_in_one_place(slices[order[i - 1]], slices[order[i]]) ? now + 1 : 1;
-    most = std::max(most, now);
-  }
-  return most;
-}
-bool has_doubles(const std::vector<DicomSlice>& slices) { return count_places(slices) < slices.size(); }
-
-/// Takes away all but one of what is there twice; their names.
-std::vector<std::string> drop_copies(const DicomFolder& folder, std::vector<DicomSlice>& slices) {
-  std::vector<std::string> dropped;
-  if (!has_doubles(slices)) return dropped;
-  const std::vector<std::size_t> order = by_height(slices);
-  std::vector<char> is_copy(slices.size(), 0);
-  for (std::size_t i = 0; i < order.size(); ++i)
-    for (std::size_t k = i + 1; k < order.size() && are_in_one_place(slices[order[i]], slices[order[k]]);
-         ++k) {
-      if (is_copy[order[i]] || is_copy[order[k]]) continue;
-      const DicomSlice &a = slices[order[i]], &b = slices[order[k]];
-      // The same pixels in another phase are that phase's own.
-      if (a.marks != b.marks || !are_same_pixels(folder, a, b)) continue;
-      is_copy[order[k]] = 1;
-      dropped.push_back(b.place.name);
-    }
-  std::vector<DicomSlice> kept;
-  for (std::size_t i = 0; i < slices.size(); ++i)
-    if (!is_copy[i]) kept.push_back(std::move(slices[i]));
-  slices = std::move(kept);
-  return dropped;
-}
-
-/// Stacks in which no two slices lie in one place, as far as marks or the order of numbers tell them apart.
-void split_doubles(DicomStack stack, std::size_t mark, std::vector<DicomStack>& to) {
-  if (!has_doubles(stack.slices)) return to.push_back(std::move(stack));
-  const std::size_t marks = stack.slices[0].marks.size(), places = count_places(stack.slices),
-                    highest = highest_pile(stack.slices);
-  for (; mark < marks; ++mark) {
-    std::map<std::string, DicomStack> parts;
-    std::vector<std::string> in_order;
-    for (DicomSlice& slice : stack.slices) {
-      const auto& [name, value] = slice.marks[mark];
-      DicomStack& part = parts[value];
-      if (part.slices.empty()) {
-        in_order.push_back(value);
-        part.mark =
-            stack.mark + (stack.mark.empty() ? "" : ", ") + name + " " + (value.empty() ? "?" : value);
-        part.is_localizer = stack.is_localizer;
-      }
-      part.slices.push_back(slice);
-    }
-    // It tells them apart when one of the parts has a slice in every place, or when there are no more parts
-    // than slices in one place, none of which holds two there: some may lack slices.
-    const bool has_whole = std::any_of(parts.begin(), parts.end(), [&](const auto& part) {
-      return count_places(part.second.slices) == places;
-    });
-    const bool are_piles = parts.size() <= highest &&
-                           std::none_of(parts.begin(), parts.end(),
-                                        [](const auto& part) { return has_doubles(part.second.slices); });
-    if (parts.size() < 2 || (!has_whole && !are_piles)) continue;
-    // Numbers in their order, not as words.
-    std::stable_sort(in_order.begin(), in_order.end(), [](const std::string& a, const std::string& b) {
-      return a.size() != b.size() ? a.size() < b.size() : a < b;
-    });
-    for (const std::string& value : in_order) split_doubles(std::move(parts[value]), mark + 1, to);
-    return;
-  }
-  // As many in each place: one volume after another, by their numbers.
-  std::vector<std::size_t> order = by_height(stack.slices);
-  std::vector<std::vector<std::size_t>> piles;
-  for (const std::size_t i : order) {
-    if (piles.empty() || !are_in_one_place(stack.slices[piles.back()[0]], stack.slices[i]))
-      piles.emplace_back();
-    piles.back().push_back(i);
-  }
-  const std::size_t volumes = piles[0].size();
-  std::set<long> numbers;
-  for (const DicomSlice& slice : stack.slices) numbers.insert(slice.number);
-  const bool is_regular =
-      numbers.size() == stack.slices.size() &&
-      std::all_of(piles.begin(), piles.end(), [&](const auto& p) { return p.size() == volumes; });
-  if (!is_regular) return to.push_back(std::move(stack));  // refused when it is asked for, by name
-  for (auto& pile : piles)
-    std::sort(pile.begin(), pile.end(),
-              [&](std::size_t a, std::size_t b) { return stack.slices[a].number < stack.slices[b].number; });
-  for (std::size_t v = 0; v < volumes; ++v) {
-    DicomStack part;
-    part.mark = stack.mark + (stack.mark.empty() ? "" : ", ") + "repetition " + std::to_string(v + 1);
-    part.is_localizer = stack.is_localizer;
-    for (const auto& pile : piles) part.slices.push_back(stack.slices[pile[v]]);
-    to.push_back(std::move(part));
-  }
 }
 
 }  // namespace
@@ -485,6 +335,7 @@ Result<DicomFolder> scan_dicom(const std::string& path, const Progress& progress
     }
     series.stacks = std::move(split);
   }
+  join_lone_slices(folder);
   const auto number = [](const std::string& text) { return text.empty() ? 1e9 : std::atof(text.c_str()); };
   std::stable_sort(
       folder.series.begin(), folder.series.end(),

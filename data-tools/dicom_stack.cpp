@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <numeric>
 
@@ -25,6 +26,19 @@ std::string mm(double value) {
   char text[40];
   std::snprintf(text, sizeof text, "%.3f mm", value);
   return text;
+}
+
+/// Returns the step in which all positions differ, mm: 0.1 or 0.01 where they are rounded, else 0.
+double rounding_of(const std::vector<SlicePlace>& slices) {
+  for (const double step : {0.1, 0.01}) {
+    const bool are_multiples = std::all_of(slices.begin(), slices.end(), [&](const SlicePlace& s) {
+      const dvec3 steps = (s.position - slices.front().position) / step;
+      const dvec3 share = steps - glm::floor(steps + 0.5);
+      return glm::length(share) < 1e-3;
+    });
+    if (are_multiples) return step;
+  }
+  return 0;
 }
 }  // namespace
 
@@ -95,7 +109,9 @@ Result<SliceStack> stack_slices(const std::vector<SlicePlace>& slices, bool make
                      sorted.end());
     const double usual = sorted[sorted.size() / 2];
     const auto [least, most] = std::minmax_element(gaps.begin(), gaps.end());
-    const double tolerance = std::max(k_step_share * usual, k_step_mm);
+    // Two rounded positions are apart by up to sqrt(3) steps more or less; never by a good part of a slice.
+    const double rounding = std::min(std::sqrt(3.0) * rounding_of(slices), 0.25 * usual);
+    const double tolerance = std::max({k_step_share * usual, k_step_mm, 0.5 * rounding});
     const dvec3 whole = at(count - 1).position - at(0).position;
     const double length = glm::dot(whole, normal);
     for (std::size_t k = 0; k < count; ++k) {
@@ -114,7 +130,8 @@ Result<SliceStack> stack_slices(const std::vector<SlicePlace>& slices, bool make
         if (std::abs(g - times * usual) > times * tolerance) is_only_missing = false;
         if (times > 1) missing += static_cast<std::size_t>(times) - 1;
       }
-      is_only_missing = is_only_missing && missing > 0;
+      // Where a good part would be missing, the spacing changes instead.
+      is_only_missing = is_only_missing && missing > 0 && 4 * missing <= count;
       if (!makes_even) {
         std::string where;
         int shown = 0;
@@ -153,7 +170,7 @@ Result<SliceStack> stack_slices(const std::vector<SlicePlace>& slices, bool make
     step = whole / static_cast<double>(steps);
     // Less is rounding of the positions, and no tilt.
     const dvec3 aside = whole - length * normal;
-    if (glm::length(aside) < k_step_mm)
+    if (glm::length(aside) < std::max(k_step_mm, rounding))
       step = glm::dot(step, normal) * normal;
     else
       stack.tilt_degrees = std::atan2(glm::length(aside), length) * 180 / 3.14159265358979323846;

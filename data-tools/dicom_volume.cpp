@@ -341,8 +341,20 @@ class Loader {
       opened.notices.push_back(counted(made_slices_, "slice") + " of " + std::to_string(made_.at.size()) +
                                " were interpolated (--resample)");
     if (opened.volume.size.z == 1)
-      opened.notices.push_back("one slice only: its thickness of " + short_number(made_.frame.spacing().z) +
-                               " mm stands for the distance of slices");
+      opened.notices.push_back(first.place.thickness > 0
+                                   ? "one slice only: its thickness of " +
+                                         short_number(made_.frame.spacing().z) +
+                                         " mm stands for the distance of slices"
+                                   : "one slice only, which does not state its thickness: 1 mm was assumed");
+    std::set<std::size_t> padded;
+    for (const DicomSlice& slice : stack_->slices) {
+      const DicomEntry& entry = folder_->entries[slice.entry];
+      if (!entry.file.is_encapsulated && entry.file.pixel_bytes > expected_pixel_bytes(entry, slice) + 1)
+        padded.insert(slice.entry);
+    }
+    if (!padded.empty())
+      opened.notices.push_back("excess bytes behind the pixels of " + counted(padded.size(), "file") +
+                               " were ignored");
     if (padding_ > 0 && opened.volume.is_hounsfield) {
       std::int16_t value = 0;
       const bool is_held = voxel_of(first, first.padding ? first.padding->first : 0, value);

@@ -12,7 +12,10 @@
 #include <itkMetaImageIO.h>
 #include <itkNrrdImageIO.h>
 #include <itkObjectFactoryBase.h>
+#include <map>
+#include <memory>
 #include <sstream>
+#include <zlib.h>
 
 #include "data-tools/atomic_file.h"
 #include "data-tools/opening.h"
@@ -126,38 +129,86 @@ std::string metaimage_header_fault(const std::string& path) {
   return "no data after its header";
 }
 
-/// ITK reads on past the end of a short MetaImage: what is missing from it, in words, or "".
-std::string missing_bytes(const std::string& path, std::size_t voxel_bytes) {
-  if (!has_extension(path, ".mha") && !has_extension(path, ".mhd")) return "";
+/// Where the voxels of a MetaImage are stored.
+struct MetaImageData {
+  std::string path;
+  std::uint64_t begin = 0, size = 0;  ///< bytes, in that file
+  bool is_compressed = false;
+};
+
+/// Reads it from the header. Returns what is wrong, in words, or "".
+std::string find_metaimage_data(const std::string& path, MetaImageData& data) {
   std::ifstream in(path, std::ios::binary);
-  std::string head(1 << 16, '\0');
-  in.read(head.data(), static_cast<std::streamsize>(head.size()));
-  head.resize(static_cast<std::size_t>(in.gcount()));
-  const std::size_t marker = head.find("ElementDataFile");
-  const std::size_t line_end = marker == std::string::npos ? marker : head.find('\n', marker);
-  if (line_end == std::string::npos) return "no data after its header";
-  std::size_t expected = voxel_bytes;
-  if (head.find("CompressedData = True") < marker) {
-    const std::size_t at = head.find("CompressedDataSize = ");
-    expected = at > marker ? 1 : static_cast<std::size_t>(std::strtoull(head.c_str() + at + 21, nullptr, 10));
-  }
-  // The voxels follow the header, or lie in a file beside it.
-  std::string data = head.substr(head.find('=', marker) + 1, line_end - head.find('=', marker) - 1);
-  data.erase(0, data.find_first_not_of(' '));
-  data.erase(data.find_last_not_of(" \r") + 1);
-  std::size_t held = 0;
-  if (leaves_folder(data)) return "voxels in a file outside its folder";
-  if (data == "LOCAL") {
-    held = static_cast<std::size_t>(fs::file_size(path)) - (line_end + 1);
+  std::map<std::string, std::string> fields;
+  const auto trimmed = [](const std::string& text) {
+    const std::size_t first = text.find_first_not_of(" \t\r"), last = text.find_last_not_of(" \t\r");
+    return first == std::string::npos ? std::string() : text.substr(first, last - first + 1);
+  };
+  for (std::string line; !fields.contains("ElementDataFile") && std::getline(in, line);)
+    if (const std::size_t equals = line.find('='); equals != std::string::npos)
+      fields[trimmed(line.substr(0, equals))] = trimmed(line.substr(equals + 1));
+  if (!fields.contains("ElementDataFile")) return "no data after its header";
+  const std::string flag = fields["CompressedData"];
+  data.is_compressed = !flag.empty() && (flag[0] == 'T' || flag[0] == 't' || flag[0] == '1');
+  const std::string name = fields["ElementDataFile"];
+  if (leaves_folder(name)) return "voxels in a file outside its folder";
+  if (name == "LOCAL" || name == "local" || name == "Local") {
+    data.path = path;
+    data.begin = in ? static_cast<std::uint64_t>(in.tellg()) : fs::file_size(path);
   } else {
-    std::error_code error;
-    const fs::path beside = fs::path(path).parent_path() / data;
-    if (data.starts_with("LIST") || data.find('%') != std::string::npos)
+    if (name.starts_with("LIST") || name.find('%') != std::string::npos)
       return "voxels spread over several files";
-    held = static_cast<std::size_t>(fs::file_size(beside, error));
-    if (error) return "no file " + file_name(data) + " with the voxels";
+    data.path = (fs::path(path).parent_path() / name).string();
   }
-  return held < expected ? std::to_string(held) + " of " + std::to_string(expected) + " bytes of voxels" : "";
+  std::error_code error;
+  const std::uint64_t whole = fs::file_size(data.path, error);
+  if (error) return "no file " + file_name(name) + " with the voxels";
+  data.size = whole > data.begin ? whole - data.begin : 0;
+  if (!data.is_compressed || !fields.contains("CompressedDataSize")) return "";
+  const std::uint64_t promised = std::strtoull(fields["CompressedDataSize"].c_str(), nullptr, 10);
+  if (data.size < promised)
+    return std::to_string(data.size) + " of " + std::to_string(promised) + " bytes of compressed voxels";
+  data.size = promised;
+  return "";
+}
+
+/// Inflates compressed voxels, whose size and checksum must be right: MetaIO checks neither. Returns what is
+/// wrong, in words, or "".
+std::string inflate_voxels(const MetaImageData& data, char* to, std::size_t bytes) {
+  std::ifstream in(data.path, std::ios::binary);
+  in.seekg(static_cast<std::streamoff>(data.begin));
+  z_stream stream{};
+  constexpr int k_zlib_or_gzip = 32 + MAX_WBITS;
+  if (inflateInit2(&stream, k_zlib_or_gzip) != Z_OK) return "no memory to decompress it";
+  const std::unique_ptr<z_stream, int (*)(z_stream*)> closing(&stream, inflateEnd);
+  std::vector<char> part(1 << 20);
+  std::uint64_t left = data.size;
+  std::size_t written = 0;
+  char spare = 0;  // shows whether there is more than was promised
+  for (;;) {
+    if (stream.avail_in == 0 && left > 0) {
+      const std::size_t count = std::min<std::uint64_t>(left, part.size());
+      in.read(part.data(), static_cast<std::streamsize>(count));
+      if (in.gcount() != static_cast<std::streamsize>(count)) return "its compressed voxels cannot be read";
+      left -= count;
+      stream.next_in = reinterpret_cast<Bytef*>(part.data());
+      stream.avail_in = static_cast<uInt>(count);
+    }
+    const bool is_full = written == bytes;
+    const std::size_t room = is_full ? 1 : std::min<std::size_t>(bytes - written, 1u << 30);
+    stream.next_out = reinterpret_cast<Bytef*>(is_full ? &spare : to + written);
+    stream.avail_out = static_cast<uInt>(room);
+    const int state = inflate(&stream, Z_NO_FLUSH);
+    const std::size_t made = room - stream.avail_out;
+    if (is_full && made > 0) return "more voxels than its size promises";
+    written += made;
+    if (state == Z_STREAM_END) break;
+    if (state == Z_BUF_ERROR || (state == Z_OK && made == 0 && stream.avail_in == 0 && left == 0))
+      return "compressed voxels that end too early";
+    if (state != Z_OK) return "damaged compressed voxels";
+  }
+  if (written < bytes) return std::to_string(written) + " of " + std::to_string(bytes) + " bytes of voxels";
+  return "";
 }
 
 /// Does a MetaImage's header say one of these?
@@ -292,7 +343,10 @@ Result<OpenedVolume> open_image_file(const std::string& path, const OpenOptions&
       if (__builtin_mul_overflow(promised, static_cast<std::size_t>(size[i]), &promised))
         return broken("a size that cannot be");
     if (__builtin_mul_overflow(promised, volumes, &promised)) return broken("a size that cannot be");
-    if (const std::string gap = missing_bytes(path, promised); !gap.empty()) return broken(gap);
+    MetaImageData data;
+    if (const std::string fault = find_metaimage_data(path, data); !fault.empty()) return broken(fault);
+    if (!data.is_compressed && data.size < promised)
+      return broken(std::to_string(data.size) + " of " + std::to_string(promised) + " bytes of voxels");
     Result<Volume> made = make_room(size, frame, where);
     if (!made) return made.error();
     const std::size_t bytes = made.value().voxels.size() * io.GetComponentSize() * volumes;
@@ -305,11 +359,24 @@ Result<OpenedVolume> open_image_file(const std::string& path, const OpenOptions&
     opened.volume = std::move(made).value();
     const std::size_t told = opened.notices.size();
     Volume& volume = opened.volume;
+    const auto read_all = [&](char* to) -> std::string {
+      if (!data.is_compressed) {
+        io.Read(to);
+        return "";
+      }
+      if (std::string fault = inflate_voxels(data, to, bytes); !fault.empty()) return fault;
+      if (io.GetByteOrder() == itk::IOByteOrderEnum::BigEndian) {
+        const std::size_t width = io.GetComponentSize();
+        for (char* v = to; v < to + bytes; v += width) std::reverse(v, v + width);
+      }
+      return "";
+    };
     if (io.GetComponentType() == itk::IOComponentEnum::SHORT && volumes == 1 && !options.scale) {
-      io.Read(volume.voxels.data());
+      if (const std::string fault = read_all(reinterpret_cast<char*>(volume.voxels.data())); !fault.empty())
+        return broken(fault);
     } else {
       volume::Buffer<char> raw(bytes);
-      io.Read(raw.data());
+      if (const std::string fault = read_all(raw.data()); !fault.empty()) return broken(fault);
       const auto values = reader_of(io.GetComponentType(), raw.data() + index.value() * (bytes / volumes));
       if (!values) return broken("voxels of an unknown kind");
       if (Status error = fill_voxels(volume, *values, options.scale, where, opened.notices)) return *error;

@@ -16,8 +16,10 @@ struct ReadLabels {
 };
 
 /// Reads them for `scan`: resampled (nearest) from a grid of their own; renumbered when values are beyond
-/// 255. Names are the file's (.seg.nrrd, DICOM SEG) or "label-N". Error when none lies in the scan, when
-/// there are more than 255, or when segments overlap.
+/// 255. Names are the file's (.seg.nrrd, DICOM SEG, TotalSegmentator's NIfTI) or "label-N". `path` may be a
+/// folder of masks, one a structure, which gives the structure its name. Where segments overlap, the voxels
+/// that belong to several get a label of their own. Error when no label lies in the scan, or when there are
+/// more than 255.
 volume::Result<ReadLabels> read_labels(const std::string& path, const volume::Volume& scan,
                                        const OpenOptions& options = {});
 

@@ -2,35 +2,34 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
-#include <charconv>
 #include <cmath>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <functional>
 #include <glm/geometric.hpp>
-#include <map>
 #include <new>
 #include <numeric>
 #include <sstream>
-#include <string_view>
 #include <utility>
 #include <vtkCellArray.h>
 #include <vtkCellArrayIterator.h>
+#include <vtkFieldData.h>
 #include <vtkNew.h>
-#include <vtkOBJReader.h>
 #include <vtkPoints.h>
 #include <vtkPolyData.h>
 #include <vtkPolyDataReader.h>
 #include <vtkSTLReader.h>
+#include <vtkStringArray.h>
 #include <vtkTriangleFilter.h>
 #include <vtkXMLPolyDataReader.h>
 #include <zlib.h>
 
 #include "data-tools/apart.h"
 #include "data-tools/atomic_file.h"
+#include "data-tools/obj_file.h"
 #include "data-tools/opening.h"
+#include "data-tools/ply_file.h"
 #include "data-tools/quiet_streams.h"
 #include "data-tools/vtk_errors.h"
 #include "data-tools/words.h"
@@ -73,160 +72,47 @@ volume::Status check_corners(vtkPolyData* raw, const std::string& name) {
   return std::nullopt;
 }
 
-/// A property of a .ply element: a number, or a list with its count.
-struct PlyProperty {
-  std::string name;
-  int size = 4, count_size = 0;       ///< bytes; count_size 0: no list
-  char kind = 'f', count_kind = 'u';  ///< f floating, i signed, u unsigned
-};
-struct PlyElement {
-  std::string name;
-  std::size_t count = 0;
-  std::vector<PlyProperty> properties;
-};
-
-/// Bytes and kind of a .ply type; 0 bytes for another word.
-int ply_type(const std::string& word, char& kind) {
-  static const std::map<std::string, std::pair<int, char>> k_types{
-      {"char", {1, 'i'}},  {"int8", {1, 'i'}},    {"uchar", {1, 'u'}},  {"uint8", {1, 'u'}},
-      {"short", {2, 'i'}}, {"int16", {2, 'i'}},   {"ushort", {2, 'u'}}, {"uint16", {2, 'u'}},
-      {"int", {4, 'i'}},   {"int32", {4, 'i'}},   {"uint", {4, 'u'}},   {"uint32", {4, 'u'}},
-      {"float", {4, 'f'}}, {"float32", {4, 'f'}}, {"double", {8, 'f'}}, {"float64", {8, 'f'}}};
-  const auto found = k_types.find(word);
-  if (found == k_types.end()) return 0;
-  kind = found->second.second;
-  return found->second.first;
-}
-
-/// Reads numbers one after another, as text or as bytes; never beyond the end.
-class PlyNumbers {
- public:
-  PlyNumbers(std::string_view body, bool is_text, bool is_big)
-      : rest_(body), is_text_(is_text), is_big_(is_big) {}
-  bool is_over() const { return is_over_; }
-  std::size_t left() const { return rest_.size(); }
-  double next(int size, char kind) {
-    if (is_text_) return next_word();
-    if (rest_.size() < static_cast<std::size_t>(size)) {
-      is_over_ = true;
-      return 0;
-    }
-    unsigned char bytes[8] = {};
-    for (int k = 0; k < size; ++k)
-      bytes[is_big_ ? size - 1 - k : k] = static_cast<unsigned char>(rest_[static_cast<std::size_t>(k)]);
-    rest_.remove_prefix(static_cast<std::size_t>(size));
-    std::uint64_t bits = 0;
-    for (int k = 0; k < 8; ++k) bits |= std::uint64_t{bytes[k]} << (8 * k);
-    if (kind == 'f')
-      return size == 8 ? std::bit_cast<double>(bits)
-                       : static_cast<double>(std::bit_cast<float>(static_cast<std::uint32_t>(bits)));
-    if (kind == 'i' && size < 8 && bits >> (8 * size - 1) & 1u)
-      return static_cast<double>(bits) - std::ldexp(1.0, 8 * size);
-    return static_cast<double>(bits);
-  }
-
- private:
-  double next_word() {
-    const std::size_t start = rest_.find_first_not_of(" \t\r\n");
-    if (start == std::string_view::npos) {
-      is_over_ = true;
-      return 0;
-    }
-    rest_.remove_prefix(start);
-    double value = 0;
-    const auto [end, error] = std::from_chars(rest_.data(), rest_.data() + rest_.size(), value);
-    if (error != std::errc()) is_over_ = true;
-    rest_.remove_prefix(static_cast<std::size_t>(end - rest_.data()));
-    return value;
-  }
-  std::string_view rest_;
-  bool is_text_, is_big_, is_over_ = false;
-};
-
-/// VTK's reader crashes on corners that are not there, and reads what is left of a cut file.
-volume::Result<PolygonModel> read_ply(const std::string& text, const std::string& name) {
-  const Error cut{"the model ends too early", name, "", "as many vertices and faces as its head says",
-                  "fetch the file again"};
-  const Error no_head{"this is no .ply model", name, "", "a head from \"ply\" to \"end_header\"", ""};
-  std::vector<PlyElement> elements;
-  bool is_text = false, is_big = false, is_done = false, is_first = true;
-  std::size_t at = 0;
-  while (!is_done && at < std::min<std::size_t>(text.size(), 1 << 16)) {
-    const std::size_t end = std::min(text.find('\n', at), text.size());
-    std::istringstream words(text.substr(at, end - at));
-    at = end + 1;
-    std::string word, type;
-    words >> word >> type;
-    if (std::exchange(is_first, false)) {
-      if (word != "ply") return no_head;
-    } else if (word == "format") {
-      is_text = type == "ascii", is_big = type == "binary_big_endian";
-    } else if (word == "element") {
-      PlyElement element;
-      element.name = type;
-      if (!(words >> element.count) || element.count > (1u << 30)) return no_head;
-      elements.push_back(element);
-    } else if (word == "property") {
-      if (elements.empty()) return no_head;
-      PlyProperty p;
-      if (type == "list") {
-        words >> type;
-        p.count_size = ply_type(type, p.count_kind);
-        if (p.count_size == 0) return no_head;
-        words >> type;
-      }
-      p.size = ply_type(type, p.kind);
-      if (p.size == 0 || !(words >> p.name)) return no_head;
-      elements.back().properties.push_back(p);
-    }
-    is_done = word == "end_header";
-  }
-  if (!is_done) return no_head;
-  PlyNumbers numbers(std::string_view(text).substr(std::min(at, text.size())), is_text, is_big);
-  PolygonModel model;
-  std::vector<double> corners;
-  for (const PlyElement& element : elements) {
-    // Each row takes a byte at least: a count that cannot be is refused before it takes memory.
-    if (!element.properties.empty() && element.count > numbers.left()) return cut;
-    for (std::size_t i = 0; i < element.count; ++i) {
-      glm::dvec3 place(0);
-      for (const PlyProperty& p : element.properties) {
-        if (p.count_size == 0) {
-          const double value = numbers.next(p.size, p.kind);
-          if (element.name == "vertex" && p.name.size() == 1 && p.name[0] >= 'x' && p.name[0] <= 'z')
-            place[p.name[0] - 'x'] = value;
-          continue;
-        }
-        const double count = numbers.next(p.count_size, p.count_kind);
-        if (!(count >= 0 && count <= static_cast<double>(numbers.left()))) return cut;
-        corners.clear();
-        for (int k = 0; k < static_cast<int>(count) && !numbers.is_over(); ++k)
-          corners.push_back(numbers.next(p.size, p.kind));
-        if (element.name != "face" || !p.name.starts_with("vertex_ind")) continue;
-        for (const double corner : corners)
-          if (!(corner >= 0 && corner < static_cast<double>(model.vertices.size())))
-            return Error{"a polygon names a corner that is not there", name, std::to_string(corner),
-                         "0 to " + std::to_string(model.vertices.size()) + " less 1", "the file is damaged"};
-        for (std::size_t k = 2; k < corners.size(); ++k)  // a fan
-          for (const double corner : {corners[0], corners[k - 1], corners[k]})
-            model.triangles.push_back(static_cast<std::uint32_t>(corner));
-      }
-      if (numbers.is_over()) return cut;
-      if (element.name == "vertex") model.vertices.push_back(place);
-    }
-  }
-  return model;
-}
-
-/// Scaled, with every corner a place.
-/// Which way the file says that its axes go; "": it does not.
-std::string said_frame(const std::string& path) {
+/// Returns the frame that a text file names in its comments, "RAS" or "LPS", or "". 3D Slicer writes
+/// "SPACE=RAS" into the comments or the first lines of its models.
+std::string frame_in_comments(const std::string& path) {
+  // All of a .ply's head; of other formats the lines that describe the file.
+  constexpr std::size_t k_most = 1 << 16, k_description = 600;
   std::ifstream file(path, std::ios::binary);
-  std::string head(600, '\0');
+  std::string head(k_most, '\0');
   file.read(head.data(), static_cast<std::streamsize>(head.size()));
   head.resize(static_cast<std::size_t>(file.gcount()));
+  const std::size_t end = head.find("end_header");
+  head.resize(std::min(head.size(), end == std::string::npos ? k_description : end));
   for (const char* frame : {"RAS", "LPS"})
     if (head.find(std::string("SPACE=") + frame) != std::string::npos) return frame;
+  return "";
+}
+
+/// Returns the frame that 3D Slicer named in the field data of a model, or "".
+std::string frame_in_fields(vtkPolyData* data) {
+  auto* names =
+      data ? vtkStringArray::SafeDownCast(data->GetFieldData()->GetAbstractArray("SPACE")) : nullptr;
+  const std::string name = names && names->GetNumberOfValues() > 0 ? names->GetValue(0) : "";
+  return name == "RAS" || name == "LPS" ? name : "";
+}
+
+/// What a model's file says beside the polygons.
+struct ModelFile {
+  std::string frame;       ///< "RAS", "LPS" or ""
+  bool has_error = false;  ///< the library reported one
+};
+
+/// Returns why a .vtk file holds no surface, or "".
+std::string other_dataset(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  std::string line;
+  for (int i = 0; i < 8 && std::getline(file, line); ++i)
+    if (line.starts_with("DATASET") && line.find("POLYDATA") == std::string::npos) {
+      std::transform(line.begin(), line.end(), line.begin(), [](char c) {
+        return c == '_' ? ' ' : static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+      });
+      return line.substr(std::min<std::size_t>(line.size(), 8), 40);
+    }
   return "";
 }
 
@@ -249,10 +135,12 @@ void tell(PolygonModel& model) {
     say("it is " + short_number(longest) + " mm long: is its unit another (--mesh-scale)?");
 }
 
+/// Scales a model and brings it to LPS. Error when it holds no polygon or a corner is not finite.
 volume::Result<PolygonModel> checked(PolygonModel model, double scale, const std::string& frame,
-                                     const std::string& path, const std::string& heard) {
-  const std::string name = file_name(path), said = said_frame(path),
-                    taken = frame.empty() ? said.empty() ? "LPS" : said : frame;
+                                     const std::string& path, const ModelFile& file) {
+  const std::string name = file_name(path);
+  const std::string said = file.frame.empty() ? frame_in_comments(path) : file.frame;
+  const std::string taken = !frame.empty() ? frame : said.empty() ? "LPS" : said;
   const double sign = taken == "RAS" ? -1 : 1;
   for (std::size_t i = 0; i < model.vertices.size(); ++i) {
     glm::dvec3& p = model.vertices[i];
@@ -262,7 +150,11 @@ volume::Result<PolygonModel> checked(PolygonModel model, double scale, const std
         return Error{"a corner of the model is no place", name, "vertex " + std::to_string(i),
                      "coordinates within 1000 m", ""};
   }
-  if (model.triangles.empty()) return Error{"the model holds no polygon", name, heard.substr(0, 200), "", ""};
+  if (model.triangles.empty())
+    return file.has_error ? Error{"the model cannot be read", name, "damaged contents, or another format",
+                                  "a surface of polygons", "export it again, as .ply or .stl"}
+                          : Error{"the model holds no polygon", name, counted(model.vertices.size(), "point"),
+                                  "a surface of polygons", "export the surface, not points or lines alone"};
   if (frame.empty() && said == "RAS")
     model.notices.emplace_back("the file says that it is in RAS: brought to LPS");
   if (!frame.empty() && !said.empty() && said != frame)
@@ -325,8 +217,9 @@ ModelFacts facts_of(const PolygonModel& model) {
 
 namespace {
 
-/// By VTK: a crash on a damaged file is what its process is there for. `heard` is what it would have printed.
-volume::Result<PolygonModel> read_by_vtk(const std::string& path, std::string& heard) {
+/// Reads by VTK; for a process of its own, since damaged files may crash it.
+volume::Result<PolygonModel> read_by_vtk(const std::string& path, ModelFile& file) {
+  std::string heard;
   const QuietStreams quiet;
   vtkNew<vtkTriangleFilter> triangles;
   triangles->PassLinesOff();
@@ -339,19 +232,19 @@ volume::Result<PolygonModel> read_by_vtk(const std::string& path, std::string& h
     reader->SetFileName(path.c_str());
     reader->Update();
     vtkPolyData* raw = reader->GetOutput();
+    file.frame = frame_in_fields(raw);
     if ((damage = check_corners(raw, file_name(path)))) return;
     triangles->SetInputData(raw);
     triangles->Update();
   };
-  if (has_extension(path, ".obj"))
-    read(vtkNew<vtkOBJReader>());
-  else if (has_extension(path, ".stl"))
+  if (has_extension(path, ".stl"))
     read(vtkNew<vtkSTLReader>());
   else if (has_extension(path, ".vtk"))
     read(vtkNew<vtkPolyDataReader>());
   else
     read(vtkNew<vtkXMLPolyDataReader>());
   if (damage) return *damage;
+  file.has_error = !heard.empty();
   vtkPolyData* made = triangles->GetOutput();
   PolygonModel model;
   if (!made || !made->GetPoints() || !made->GetPolys()) return model;
@@ -376,7 +269,8 @@ struct FoundModel {
   std::size_t vertices = 0, corners = 0;
   bool has_failed = false;
   std::array<std::array<char, 240>, 5> error{};  // what, where, found, expected, remedy
-  std::array<char, 240> heard{};
+  std::array<char, 8> frame{};                   // as ModelFile
+  bool has_library_error = false;
 
   static void put(std::array<char, 240>& to, const std::string& text) {
     std::snprintf(to.data(), to.size(), "%s", text.c_str());
@@ -392,24 +286,30 @@ struct FoundModel {
 };
 
 /// The same in a process of its own: once for the sizes, once for what they hold.
-volume::Result<PolygonModel> read_apart(const std::string& path, std::string& heard) {
+volume::Result<PolygonModel> read_apart(const std::string& path, ModelFile& file) {
   const std::string where = file_name(path);
   const auto shared = SharedBytes::make(sizeof(FoundModel));
   if (!shared) return too_large(sizeof(FoundModel), where);
   FoundModel& found = *new (shared->data()) FoundModel;
-  const auto run = [&](const std::function<void(const PolygonModel&)>& use) {
-    return apart_status(run_apart(1,
-                                  [&](int) {
-                                    std::string said;
-                                    const auto model = read_by_vtk(path, said);
-                                    FoundModel::put(found.heard, said);
-                                    if (model)
-                                      use(model.value());
-                                    else
-                                      found.fail(model.error());
-                                  },
-                                  {}),
-                        where);
+  const auto run = [&](const std::function<void(const PolygonModel&)>& use) -> volume::Status {
+    volume::Status status = apart_status(run_apart(1,
+                                                   [&](int) {
+                                                     ModelFile said;
+                                                     const auto model = read_by_vtk(path, said);
+                                                     std::snprintf(found.frame.data(), found.frame.size(),
+                                                                   "%s", said.frame.c_str());
+                                                     found.has_library_error = said.has_error;
+                                                     if (model)
+                                                       use(model.value());
+                                                     else
+                                                       found.fail(model.error());
+                                                   },
+                                                   {}),
+                                         where);
+    if (status && status->kind != volume::ErrorKind::interrupted)
+      status->what = "the model cannot be read", status->expected = "a whole model of its format",
+      status->remedy = "export it again, as .ply or .stl";
+    return status;
   };
   if (volume::Status error = run([&](const PolygonModel& model) {
         found.vertices = model.vertices.size();
@@ -434,7 +334,7 @@ volume::Result<PolygonModel> read_apart(const std::string& path, std::string& he
       }))
     return *error;
   if (found.has_failed) return found.failure();
-  heard = found.heard.data();
+  file = {found.frame.data(), found.has_library_error};
   model.vertices.resize(vertices);
   model.triangles.resize(corners);
   std::memcpy(model.vertices.data(), room->data(), place_bytes);
@@ -456,19 +356,23 @@ volume::Result<PolygonModel> read_polygon_model(const std::string& path, double 
   if (!std::filesystem::is_regular_file(path, failed))
     return Error{"there is no such model", file_name(path), "", k_read, ""};
   const auto is = [&path](const char* end) { return has_extension(path, end); };
-  if (is(".ply.gz") || is(".ply")) {
+  if (is(".ply.gz") || is(".ply") || is(".obj")) {
     auto text = unpacked(path);  // plain files come as they are
     if (!text) return text.error();
-    auto model = read_ply(text.value(), file_name(path));
+    auto model =
+        is(".obj") ? read_obj(text.value(), file_name(path)) : read_ply(text.value(), file_name(path));
     if (!model) return model.error();
-    return checked(std::move(model).value(), scale, frame, path, "");
+    return checked(std::move(model).value(), scale, frame, path, {});
   }
-  if (!is(".obj") && !is(".stl") && !is(".vtk") && !is(".vtp"))
+  if (!is(".stl") && !is(".vtk") && !is(".vtp"))
     return Error{"this is no model that can be read", file_name(path), "", k_read, ""};
-  std::string heard;
-  auto model = read_apart(path, heard);
+  if (const std::string other = is(".vtk") ? other_dataset(path) : ""; !other.empty())
+    return Error{"the file holds no surface", file_name(path), other, "polygons (POLYDATA)",
+                 "extract its surface and export that"};
+  ModelFile file;
+  auto model = read_apart(path, file);
   if (!model) return model.error();
-  return checked(std::move(model).value(), scale, frame, path, heard);
+  return checked(std::move(model).value(), scale, frame, path, file);
 }
 
 bool is_polygon_model(const std::string& path) {

@@ -27,10 +27,10 @@ struct ModelFacts {
 };
 ModelFacts facts_of(const PolygonModel& model);
 
-/// Reads .ply, .ply.gz (in our own code: VTK 9.1 crashes on damaged ones), .obj, .stl, .vtk or .vtp; polygons
-/// and strips become triangles, `scale` (mm per unit) is applied. `frame`, "LPS" or "RAS", says which way its
-/// axes go; "" believes the file (3D Slicer writes SPACE=RAS into headers), or takes LPS. Error when there is
-/// no such file, nothing to touch in it, or a corner is no place.
+/// Reads .ply, .ply.gz, .obj (both in our own code: VTK 9.1 crashes on some), .stl, .vtk or .vtp; polygons
+/// and strips become triangles, `scale` (mm per unit) is applied. `frame`, "LPS" or "RAS", states the axes;
+/// "" uses what the file states (3D Slicer writes SPACE=RAS into headers or field data), else LPS. Error when
+/// there is no such file, it holds no polygon, or a coordinate is not finite.
 volume::Result<PolygonModel> read_polygon_model(const std::string& path, double scale = 1,
                                                 const std::string& frame = "");
 

@@ -12,9 +12,11 @@
 #include <vector>
 #include <zlib.h>
 
+#include "data-tools/archive.h"
 #include "data-tools/atomic_file.h"
 #include "data-tools/opening.h"
 #include "data-tools/voxel_values.h"
+#include "data-tools/words.h"
 
 namespace trephine::data_tools {
 
@@ -75,12 +77,80 @@ std::optional<ValueReader> reader_of(const nifti_image& image, const void* data)
   }
 }
 
+/// Brings a header of the other byte order to this machine's, so that it can be checked.
+void swap_to_native(void* header, int version) {
+  std::int32_t size = 0;  // the first field of every version
+  std::memcpy(&size, header, sizeof size);
+  const std::int32_t expected = version == 2 ? 540 : 348;
+  if (size != expected &&
+      __builtin_bswap32(static_cast<std::uint32_t>(size)) == static_cast<std::uint32_t>(expected))
+    swap_nifti_header(header, version);
+}
+
 /// Could the file hold so many bytes of voxels? A compressed one at a thousand times its own size at most.
 bool can_hold(const nifti_image& image, std::size_t bytes) {
   std::error_code error;
   const auto held = std::filesystem::file_size(image.iname, error);
   const std::size_t times = has_extension(image.iname, ".gz") ? 1100 : 1;
   return !error && held * times >= static_cast<std::size_t>(image.iname_offset) + bytes;
+}
+
+/// Returns the value of an XML attribute, or "".
+std::string attribute_of(std::string_view tag, const std::string& name) {
+  for (const char quote : {'"', '\''}) {
+    const std::string key = " " + name + "=" + quote;
+    const std::size_t at = tag.find(key);
+    if (at == std::string_view::npos) continue;
+    const std::size_t first = at + key.size(), end = tag.find(quote, first);
+    if (end != std::string_view::npos) return std::string(tag.substr(first, end - first));
+  }
+  return "";
+}
+
+/// Replaces the five entities that XML defines.
+std::string xml_text(std::string text) {
+  for (const auto& [entity, letter] :
+       {std::pair("&lt;", "<"), {"&gt;", ">"}, {"&quot;", "\""}, {"&apos;", "'"}, {"&amp;", "&"}})
+    for (std::size_t at = 0; (at = text.find(entity, at)) != std::string::npos; ++at)
+      text.replace(at, std::strlen(entity), letter);
+  return text;
+}
+
+/// Returns the label table of a Caret extension, whatever its code, as TotalSegmentator and Connectome
+/// Workbench write it: <Label Key="1" Red="1" Green="0" Blue="0" Alpha="1"><![CDATA[spleen]]></Label>.
+std::vector<SegmentFacts> segments_of(const nifti_image& image) {
+  std::vector<SegmentFacts> segments;
+  for (int i = 0; i < image.num_ext; ++i) {
+    const nifti1_extension& extension = image.ext_list[i];
+    if (extension.esize <= 8 || extension.edata == nullptr) continue;
+    const std::string_view xml(extension.edata, static_cast<std::size_t>(extension.esize) - 8);
+    if (xml.find("<CaretExtension") == std::string_view::npos) continue;
+    for (std::size_t at = 0; (at = xml.find("<Label ", at)) != std::string_view::npos; ++at) {
+      const std::size_t tag_end = xml.find('>', at), end = xml.find("</Label>", at);
+      if (tag_end == std::string_view::npos || end == std::string_view::npos || end < tag_end) break;
+      const std::string_view tag = xml.substr(at, tag_end - at);
+      std::string_view name = xml.substr(tag_end + 1, end - tag_end - 1);
+      constexpr std::string_view k_open = "<![CDATA[", k_close = "]]>";
+      const std::size_t open = name.find(k_open), close = name.rfind(k_close);
+      const bool is_literal = open != std::string_view::npos && close != std::string_view::npos;
+      if (is_literal) name = name.substr(open + k_open.size(), close - open - k_open.size());
+      const long key = std::strtol(attribute_of(tag, "Key").c_str(), nullptr, 10);
+      if (key <= 0 || key > 32767 || name.empty()) continue;
+      SegmentFacts segment{utf8_text(is_literal ? std::string(name) : xml_text(std::string(name))),
+                           static_cast<int>(key), 0};
+      glm::dvec3 colour(0);
+      bool has_colour = true;
+      int channel = 0;
+      for (const char* part : {"Red", "Green", "Blue"}) {
+        const std::string text = attribute_of(tag, part);
+        has_colour = has_colour && !text.empty();
+        colour[channel++] = std::clamp(std::strtod(text.c_str(), nullptr), 0.0, 1.0);
+      }
+      if (has_colour) segment.colour = glm::u8vec3(255.0 * colour + 0.5);
+      segments.push_back(std::move(segment));
+    }
+  }
+  return segments;
 }
 
 /// The voxels as they are (niftilib makes 0 of what is no number), from a file compressed or not, to the
@@ -121,9 +191,13 @@ Result<OpenedVolume> open_nifti(const std::string& path, const OpenOptions& opti
   int version = 0;  // 0: Analyze 7.5
   const std::unique_ptr<void, decltype(&std::free)> header(nifti_read_header(path.c_str(), &version, 0),
                                                            &std::free);
+  if (header) swap_to_native(header.get(), version);
   const bool is_good =
       header && (version == 2 ? nifti_hdr2_looks_good(static_cast<nifti_2_header*>(header.get()))
                               : nifti_hdr1_looks_good(static_cast<nifti_1_header*>(header.get())));
+  if (!is_good && has_extension(path, ".nii") && is_archive(path))
+    return Error{"the NIfTI file is compressed, though its name says it is not", where,
+                 "a name ending in .nii", "a compressed file ends in .nii.gz", "rename it"};
   if (!is_good) return broken("no NIfTI header");
   const int datatype = version == 2 ? static_cast<nifti_2_header*>(header.get())->datatype
                                     : static_cast<nifti_1_header*>(header.get())->datatype;
@@ -199,6 +273,7 @@ Result<OpenedVolume> open_nifti(const std::string& path, const OpenOptions& opti
     return *error;
   opened.is_rounded = opened.notices.size() > told;
   if (volumes > 1) tell_volumes(opened, index.value(), volumes);
+  opened.segments = segments_of(*image);
   know_units(opened, std::string_view(image->descrip, strnlen(image->descrip, sizeof image->descrip)) ==
                          k_hounsfield_note);
   return opened;

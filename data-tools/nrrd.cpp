@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <filesystem>
 #include <fstream>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
@@ -46,14 +47,27 @@ std::optional<glm::dvec3> signs_to_lps(int space) {
   }
 }
 
-/// Millimetres a unit of the file; nothing: an unknown one.
-std::optional<double> mm_per_unit(const Nrrd& file) {
-  const char* unit = file.spaceUnits[0];
+/// Returns the millimetres per unit of an axis of the space; nothing for an unknown unit.
+std::optional<double> mm_per_unit(const Nrrd& file, int axis) {
+  const char* unit = file.spaceUnits[axis];
   if (unit == nullptr || *unit == '\0' || std::strcmp(unit, "mm") == 0) return 1;
   if (std::strcmp(unit, "m") == 0) return 1000;
   if (std::strcmp(unit, "cm") == 0) return 10;
   if (std::strcmp(unit, "um") == 0 || std::strcmp(unit, "microns") == 0) return 1e-3;
   return std::nullopt;
+}
+
+/// Returns the millimetres per unit of each axis of the file's space. Error when a unit is unknown.
+Result<glm::dvec3> space_unit_mm(const Nrrd& file, const std::string& where) {
+  glm::dvec3 units(1);
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto unit = mm_per_unit(file, axis);
+    if (!unit)
+      return Error{"the unit of the file's space is not known", where, file.spaceUnits[axis],
+                   "mm, cm, m or um", "export it with its space in mm"};
+    units[axis] = *unit;
+  }
+  return units;
 }
 
 /// Which axes of the file are those of the volume, and where it lies.
@@ -65,7 +79,8 @@ struct Layout {
 
 Result<Layout> layout_of(const Nrrd& file, const OpenOptions& options, const std::string& where) {
   Layout layout;
-  if (file.spaceDim == 0) {
+  // "space dimension: 3" alone does not name the axes: then those of the options count, where they are given.
+  if (file.spaceDim == 0 || (file.space == nrrdSpaceUnknown && options.spacing)) {
     std::string spacings;
     for (unsigned a = 0; a < file.dim; ++a)
       if (std::isfinite(file.axis[a].spacing))
@@ -86,23 +101,21 @@ Result<Layout> layout_of(const Nrrd& file, const OpenOptions& options, const std
     return layout;
   }
   const auto signs = signs_to_lps(file.space);
-  const auto unit = mm_per_unit(file);
-  if (!signs || !unit)
-    return Error{
-        signs ? "the unit of the file's space is not known" : "the file's space is none of a patient", where,
-        signs        ? file.spaceUnits[0]
-        : file.space ? airEnumStr(nrrdSpace, file.space)
-                     : "no space",
-        signs ? "mm, cm, m or um"
-              : "left-posterior-superior, right-anterior-superior or left-anterior-superior",
-        "export it with its anatomical space"};
+  if (!signs)
+    return Error{"the file's space is none of a patient", where,
+                 file.space ? airEnumStr(nrrdSpace, file.space) : "no space",
+                 "left-posterior-superior, right-anterior-superior or left-anterior-superior",
+                 file.space ? "export it with its anatomical space"
+                            : "state the voxel size and the axes: --spacing X,Y,Z --axes LPS"};
+  const Result<glm::dvec3> unit = space_unit_mm(file, where);
+  if (!unit) return unit.error();
   std::size_t found = 0;
   for (unsigned a = 0; a < file.dim; ++a) {
     const double* d = file.axis[a].spaceDirection;
     if (!std::isfinite(d[0])) continue;
     if (found < 3) {
       layout.axes[found] = a;
-      layout.directions[static_cast<int>(found)] = *unit * *signs * glm::dvec3(d[0], d[1], d[2]);
+      layout.directions[static_cast<int>(found)] = unit.value() * *signs * glm::dvec3(d[0], d[1], d[2]);
     }
     ++found;
   }
@@ -110,7 +123,8 @@ Result<Layout> layout_of(const Nrrd& file, const OpenOptions& options, const std
     return Error{"the file does not say how the volume lies in the patient", where,
                  std::to_string(found) + " directions", "three", "export it again"};
   for (int i = 0; i < 3; ++i)
-    layout.origin[i] = std::isfinite(file.spaceOrigin[i]) ? *unit * (*signs)[i] * file.spaceOrigin[i] : 0;
+    layout.origin[i] =
+        std::isfinite(file.spaceOrigin[i]) ? unit.value()[i] * (*signs)[i] * file.spaceOrigin[i] : 0;
   return layout;
 }
 
@@ -148,10 +162,18 @@ std::vector<SegmentFacts> segments_of(const Nrrd& file) {
     key.append(std::to_string(i)).append("_");
     const std::string name = utf8_text(value_of(file, key + "Name")),
                       value = value_of(file, key + "LabelValue");
+    const std::string layer_text = value_of(file, key + "Layer");
     const long number = std::strtol(value.c_str(), nullptr, 10),
-               layer = std::strtol(value_of(file, key + "Layer").c_str(), nullptr, 10);
-    segments.push_back({name, number > 0 && number < 32768 ? static_cast<int>(number) : i + 1,
-                        layer >= 0 && layer < 4096 ? static_cast<int>(layer) : 0,
+               layer = std::strtol(layer_text.c_str(), nullptr, 10);
+    // Slicer before 4.11 wrote neither field: segment i is component i, with value 1.
+    const bool is_before_layers = value.empty() && layer_text.empty();
+    segments.push_back({name,
+                        is_before_layers               ? 1
+                        : number > 0 && number < 32768 ? static_cast<int>(number)
+                                                       : i + 1,
+                        is_before_layers             ? i
+                        : layer >= 0 && layer < 4096 ? static_cast<int>(layer)
+                                                     : 0,
                         colour_of(value_of(file, key + "Color"))});
   }
   return segments;
@@ -177,6 +199,26 @@ bool names_file_elsewhere(const std::string& path) {
   return false;
 }
 
+/// Returns the name of a detached data file that does not exist, or "".
+std::string missing_data_file(const std::string& path) {
+  std::ifstream in(path, std::ios::binary);
+  std::size_t lines = 0;
+  for (std::string line; std::getline(in, line) && lines++ < 1000;) {
+    while (!line.empty() && (line.back() == '\r' || line.back() == ' ')) line.pop_back();
+    if (line.empty()) break;
+    for (const char* key : {"data file:", "datafile:"}) {
+      if (!line.starts_with(key)) continue;
+      const std::size_t at = line.find_first_not_of(' ', std::strlen(key));
+      const std::string name = at == std::string::npos ? "" : line.substr(at);
+      if (name.empty() || name.starts_with("LIST") || name.find('%') != std::string::npos) continue;
+      std::error_code failed;
+      if (!std::filesystem::is_regular_file(std::filesystem::path(path).parent_path() / name, failed))
+        return file_name(name);
+    }
+  }
+  return "";
+}
+
 bool load(Nrrd* into, const std::string& path, bool wants_voxels) {
   const std::unique_ptr<NrrdIoState, NrrdIoState* (*)(NrrdIoState*)> how(nrrdIoStateNew(), nrrdIoStateNix);
   how->skipData = !wants_voxels;
@@ -195,12 +237,20 @@ Result<OpenedVolume> open_nrrd(const std::string& path, const OpenOptions& optio
                  "copy or export it again"};
   };
   if (names_file_elsewhere(path)) return broken("voxels in a file outside its folder");
+  if (const std::string name = missing_data_file(path); !name.empty())
+    return broken("no file " + name + " with the voxels");
   // The header first, the memory for it then.
   const File header(nrrdNew(), nrrdNuke);
   if (!load(header.get(), path, false)) return broken("no NRRD header that makes sense");
   if (header->type == nrrdTypeBlock || header->type <= 0) return broken("voxels of an unknown kind");
   const Result<Layout> layout = layout_of(*header, options, where);
   if (!layout) return layout.error();
+  for (unsigned a = 0; a < header->dim; ++a)
+    if (const int kind = header->axis[a].kind; kind == nrrdKindRGBColor || kind == nrrdKindRGBAColor ||
+                                               kind == nrrdKindHSVColor || kind == nrrdKindXYZColor ||
+                                               kind == nrrdKind3Color || kind == nrrdKind4Color)
+      return Error{"the file holds colours", where, airEnumStr(nrrdKind, kind), "one grey value per voxel",
+                   "export the scan itself, without colours"};
   glm::ivec3 size(1);
   std::size_t count = 1, volumes = 1;
   std::array<std::size_t, NRRD_DIM_MAX> stride{};
@@ -229,7 +279,7 @@ Result<OpenedVolume> open_nrrd(const std::string& path, const OpenOptions& optio
   OpenedVolume opened;
   opened.volume = std::move(made).value();
   opened.format = "NRRD";
-  opened.uses_given_frame = file->spaceDim == 0;
+  opened.uses_given_frame = file->spaceDim == 0 || file->space == nrrdSpaceUnknown;
   // The axes that are not the volume's count through the volumes.
   std::size_t offset = 0, rest = index.value();
   for (unsigned a = 0; a < file->dim; ++a) {

@@ -1,6 +1,9 @@
 #include "data-tools/open_volume.h"
 
+#include <array>
+#include <cerrno>
 #include <chrono>
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 
@@ -15,6 +18,7 @@
 #include "data-tools/raw_file.h"
 #include "data-tools/vdb.h"
 #include "data-tools/vti.h"
+#include "data-tools/words.h"
 
 namespace trephine::data_tools {
 
@@ -28,6 +32,90 @@ constexpr const char* k_what_is_read =
     "a DICOM folder, file or archive (.zip, .tar, .gz), .mha, .mhd, .nrrd, .nhdr, .nii, .nii.gz, .hdr, "
     ".vti, .vdb, .inv3, or pictures (a folder of .png or .tif, one .tif)";
 
+/// A file format by the name's ending.
+struct NamedFormat {
+  const char *extension, *name;
+};
+constexpr NamedFormat k_formats[] = {{".nii", "NIfTI"},
+                                     {".nii.gz", "NIfTI"},
+                                     {".mha", "MetaImage"},
+                                     {".mhd", "MetaImage"},
+                                     {".nrrd", "NRRD"},
+                                     {".nhdr", "NRRD"},
+                                     {".hdr", "Analyze or NIfTI"},
+                                     {".hdr.gz", "Analyze or NIfTI"},
+                                     {".vti", "VTK image"},
+                                     {".vdb", "OpenVDB"},
+                                     {".inv3", "InVesalius"},
+                                     {".mgz", "FreeSurfer"},
+                                     {".mgh", "FreeSurfer"},
+                                     {".stl", "STL model"},
+                                     {".ply", "PLY model"},
+                                     {".obj", "OBJ model"}};
+
+/// Returns the format of a name's ending, or "".
+std::string format_of(const std::string& path) {
+  for (const auto& [extension, name] : k_formats)
+    if (has_extension(path, extension)) return name;
+  return "";
+}
+
+/// Does the file begin with DICOM's preamble, whatever its name?
+bool has_dicom_preamble(const std::string& path) {
+  std::array<char, 132> head{};
+  std::ifstream in(path, std::ios::binary);
+  return in.read(head.data(), head.size()) && std::string_view(head.data() + 128, 4) == "DICM";
+}
+
+/// Opens the only scan of an archive, through a temporary file.
+Result<OpenedVolume> open_member(const ArchiveMember& member, const OpenOptions& options) {
+  std::string folder = (fs::temp_directory_path() / "trephine-XXXXXX").string();
+  if (mkdtemp(folder.data()) == nullptr) return cannot_write(folder, errno);
+  const fs::path name = fs::path(member.name).filename(), file = fs::path(folder) / name;
+  std::ofstream out(file, std::ios::binary);
+  out.write(member.bytes->data(), static_cast<std::streamsize>(member.bytes->size()));
+  out.close();
+  Result<OpenedVolume> opened =
+      out ? open_volume(file.string(), options) : Result<OpenedVolume>(cannot_write(name.string(), errno));
+  std::error_code ignored;
+  fs::remove_all(folder, ignored);
+  if (opened)
+    opened.value().notices.push_back("the archive holds one scan, of format " + format_of(name.string()));
+  return opened;
+}
+
+/// Opens a folder or archive without DICOM images that holds one scan of another format; else says what it
+/// holds. `error`: of looking for DICOM images.
+Result<OpenedVolume> open_other_contents(const std::string& path, const OpenOptions& options, Error error) {
+  std::vector<std::string> scans;
+  std::string format;
+  std::error_code failed;
+  const bool is_folder = fs::is_directory(path, failed);
+  if (is_folder) {
+    for (fs::directory_iterator at(path, failed), end; !failed && at != end; at.increment(failed))
+      if (at->is_regular_file(failed) && !format_of(at->path().string()).empty())
+        scans.push_back(at->path().string());
+  } else if (const auto members = read_archive(path, options.progress)) {
+    const ArchiveMember* scan = nullptr;
+    for (const ArchiveMember& member : members.value())
+      if (!format_of(member.name).empty()) scans.push_back(member.name), scan = &member;
+    if (scans.size() == 1) return open_member(*scan, options);
+  }
+  if (scans.empty()) return error;
+  format = format_of(scans[0]);
+  if (is_folder && scans.size() == 1) {
+    Result<OpenedVolume> opened = open_volume(scans[0], options);
+    if (opened) opened.value().notices.push_back("the folder holds one scan, of format " + format);
+    return opened;
+  }
+  error.what = is_folder ? "the folder holds several files of other formats than DICOM"
+                         : "the archive holds several files of other formats than DICOM";
+  error.found = counted(scans.size(), "file") + ", the first of format " + format;
+  error.expected = "DICOM images, or one scan";
+  error.remedy = is_folder ? "name the file to open" : "unpack it and name the file to open";
+  return error;
+}
+
 Result<OpenedVolume> open_by_kind(const std::string& path, const OpenOptions& options) {
   std::error_code error;
   const fs::file_status status = fs::status(path, error);
@@ -35,24 +123,33 @@ Result<OpenedVolume> open_by_kind(const std::string& path, const OpenOptions& op
   if (!fs::exists(status))
     return Error{"there is no such file or folder", where, "", k_what_is_read,
                  "check the spelling; the built-in phantoms are called head and spine"};
+  const auto open_dicom_or_other = [&]() -> Result<OpenedVolume> {
+    Result<OpenedVolume> opened = open_dicom(path, options);
+    if (opened || opened.error().what != k_no_dicom) return opened;
+    return open_other_contents(path, options, opened.error());
+  };
   if (fs::is_directory(status))
-    return is_picture_stack(path) ? open_picture_stack(path, options) : open_dicom(path, options);
+    return is_picture_stack(path) ? open_picture_stack(path, options) : open_dicom_or_other();
   if (!fs::is_regular_file(status)) return Error{"this is neither a file nor a folder", where, "", "", ""};
   if (fs::file_size(path, error) == 0)
     return Error{"the file is empty", where, "0 bytes", "a scan", "copy or export it again"};
   if (!options.raw.empty()) return open_raw(path, options);
+  if (has_dicom_preamble(path)) return open_dicom(path, options);
+  if (has_extension(path, ".mgz") || has_extension(path, ".mgh"))
+    return Error{"FreeSurfer volumes are not read", where, "a file .mgz or .mgh", k_what_is_read,
+                 "convert it: mri_convert in.mgz out.nii.gz"};
   for (const char* extension : {".mha", ".mhd"})
     if (has_extension(path, extension)) return open_image_file(path, options);
   if (has_extension(path, ".vti")) return open_vti(path, options);
   for (const char* extension : {".nrrd", ".nhdr"})
     if (has_extension(path, extension)) return open_nrrd(path, options);
-  for (const char* extension : {".nii", ".nii.gz", ".hdr", ".img"})
+  for (const char* extension : {".nii", ".nii.gz", ".hdr", ".img", ".hdr.gz", ".img.gz"})
     if (has_extension(path, extension)) return open_nifti(path, options);
   if (has_extension(path, ".vdb")) return open_vdb(path, options);
   if (has_extension(path, ".inv3")) return open_invesalius(path, options);
   if (is_picture_stack(path)) return open_picture_stack(path, options);
-  if (is_dicom_file(path) || is_archive(path) || has_extension(path, ".dcm"))
-    return open_dicom(path, options);
+  if (is_archive(path)) return open_dicom_or_other();
+  if (is_dicom_file(path) || has_extension(path, ".dcm")) return open_dicom(path, options);
   for (const char* extension : {".png", ".jpg", ".jpeg", ".bmp", ".pgm"})
     if (has_extension(path, extension))
       return Error{"one picture is no scan", where, "a picture", "a folder of them, slice by slice",

@@ -90,7 +90,8 @@ Result<PlanFile> read_markups(const std::string& text, const std::string& where)
                                counted(points.size(), "point") + " and was passed over");
         continue;
       }
-      std::string name = common_name(points[0].name, points[1].name);
+      std::string name = text_of(markup, "name");
+      if (name.empty()) name = common_name(points[0].name, points[1].name);
       if (name.empty()) name = "line-" + std::to_string(line_count);
       plan.trajectories.push_back({name, points[0].place_world, points[1].place_world, 0});
     } else {

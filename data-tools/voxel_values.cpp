@@ -127,17 +127,27 @@ Status fill_voxels(volume::Volume& volume, const ValueReader& values, std::optio
 
 std::string guess_hounsfield(volume::Volume& volume) {
   // Air all around, or most of what lies below water: no other modality has that.
-  std::size_t air = 0, below = 0;
+  std::size_t air = 0, below = 0, least_count = 0;
+  std::int16_t least = 32767;
   for (const std::int16_t v : volume.voxels.span()) {
     air += v >= -1100 && v <= -900;
     below += v < -200;
+    if (v < least) least = v, least_count = 0;
+    least_count += v == least;
   }
-  const double share =
-      static_cast<double>(air) / static_cast<double>(std::max<std::size_t>(volume.voxels.size(), 1));
-  volume.is_hounsfield = share >= 0.01 && 2 * air >= below;
+  // One value far below air in many voxels is padding outside the field of view (-2000, -3024, ...).
+  const std::size_t count = std::max<std::size_t>(volume.voxels.size(), 1);
+  const bool has_padding = least < -1100 && 200 * least_count >= count;
+  const std::size_t padding = has_padding ? least_count : 0;
+  const double share = static_cast<double>(air) / static_cast<double>(count);
+  volume.is_hounsfield = share >= 0.01 && 2 * air >= below - padding;
   if (!volume.is_hounsfield) return "";
-  return "taken as Hounsfield units: " + std::to_string(static_cast<int>(100 * share + 0.5)) +
-         " % of the voxels are air (-1000)";
+  const auto percent = [count](std::size_t n) {
+    return std::to_string(
+        static_cast<int>(100.0 * static_cast<double>(n) / static_cast<double>(count) + 0.5));
+  };
+  return "taken as Hounsfield units: " + percent(air) + " % of the voxels are air (-1000)" +
+         (has_padding ? ", " + percent(padding) + " % padding (" + std::to_string(least) + ")" : "");
 }
 
 }  // namespace trephine::data_tools

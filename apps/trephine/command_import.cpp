@@ -66,6 +66,20 @@ std::string what_is_odd(const data_tools::CaseTrajectory& t, const volume::Volum
          " on its way: is it the plan of this patient, in the right frame?";
 }
 
+/// Returns `name`, or a name like it that none of `others` has, with a notice.
+template <class Others>
+std::string unique_name(const std::string& name, const Others& others) {
+  const auto is_used = [&](const std::string& text) {
+    return std::any_of(others.begin(), others.end(), [&](const auto& one) { return one.name == text; });
+  };
+  if (!is_used(name)) return name;
+  for (int k = 2;; ++k)
+    if (const std::string candidate = name + "-" + std::to_string(k); !is_used(candidate)) {
+      notice("note: the plan has several places named " + name + ": one is " + candidate + " now");
+      return candidate;
+    }
+}
+
 /// Trajectories and landmarks of other programs; what lies outside of the scan is told.
 Status add_plan(data_tools::CasePlan& plan, const std::string& file, const volume::Volume& scan) {
   auto read = data_tools::read_plan(file);
@@ -86,10 +100,14 @@ Status add_plan(data_tools::CasePlan& plan, const std::string& file, const volum
     if (const std::string odd = what_is_odd(t, scan, plan); !odd.empty())
       notice("warning: " + t.name + " " + odd);
     plan.trajectories.push_back(t);
+    plan.trajectories.back().name =
+        unique_name(t.name, std::span(plan.trajectories).first(plan.trajectories.size() - 1));
   }
   for (const data_tools::CaseLandmark& l : read.value().landmarks) {
     look(l.name, l.place_world);
     plan.landmarks.push_back(l);
+    plan.landmarks.back().name =
+        unique_name(l.name, std::span(plan.landmarks).first(plan.landmarks.size() - 1));
   }
   if (!outside.empty())
     notice("warning: these places of the plan lie outside of the scan: " + outside.substr(0, 400) +

@@ -5,6 +5,7 @@
 #include <cstdio>
 
 #include "apps/trephine/commands.h"
+#include "volume/text.h"
 
 namespace trephine::app {
 
@@ -54,6 +55,11 @@ Result<std::vector<workbench::ModelChoice>> models_of(const ModelArguments& argu
       if (!said) return said.error();
       model.intrinsics = said.value();
     }
+    if (arguments.depth_unit && !(*arguments.depth_unit > 0 && *arguments.depth_unit <= 100))
+      return Error{"the unit of depth values is out of range", "--depth-unit",
+                   volume::text_of(*arguments.depth_unit) + " mm", "above 0 and at most 100 mm",
+                   "pass 1 for values in millimetres, 0.2 for 5000 per metre"};
+    model.mm_per_value = arguments.depth_unit;
   }
   for (const std::string& file : arguments.backgrounds) {
     models.push_back({file, arguments.scale, arguments.frame, at});
@@ -76,6 +82,8 @@ void add_models(Options& options, ModelArguments& a) {
       .type("MODEL");
   add_model_keys(options, a);
   options.add("--camera", a.camera, "Of a depth video that does not say it, in pixels").type("FX,FY,CX,CY");
+  options.add("--depth-unit", a.depth_unit, "Millimetres per value of a depth video with depth.txt")
+      .type("MM");
   options.add("--depth-pixel", a.pixel, "Of the depth images, 0.02 to 5 mm").shows_default().type("MM");
   options
       .add("--depth-rate", a.rate,

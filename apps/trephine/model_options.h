@@ -12,8 +12,9 @@ struct ModelArguments {
   std::vector<std::string> backgrounds;  ///< of those felt as they are drawn on the screen
   double beat = 1.0 / 30, pixel = 0.2, rate = 100;
   bool is_repeating = false;
-  std::string camera;     ///< fx,fy,cx,cy
-  double scale = 1;       ///< mm per unit of theirs
+  std::string camera;                ///< fx,fy,cx,cy
+  std::optional<double> depth_unit;  ///< mm per value of a depth video
+  double scale = 1;                  ///< mm per unit of theirs
   std::string frame, at;  ///< "LPS" or "RAS", empty: as they say; x,y,z of their origin, empty: 0,0,0
 
   bool is_any() const noexcept { return !meshes.empty() || !depths.empty() || !backgrounds.empty(); }

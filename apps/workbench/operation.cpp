@@ -93,9 +93,11 @@ Error too_many_movers(const ModelChoice& model, int movers) {
 }
 
 Status add_stream(const OperationChoice& choice, const ModelChoice& wanted, int& movers, SceneSpec& spec,
-                  sim::SceneData& data) {
-  auto video = data_tools::read_depth_video(wanted.file, wanted.intrinsics);
+                  sim::SceneData& data, const Listener& listener) {
+  auto video = data_tools::read_depth_video(wanted.file, {wanted.intrinsics, wanted.mm_per_value});
   if (!video) return video.error();
+  for (const std::string& text : video.value().notices)
+    listener.notice(format_text("note: depth video %zu: ", data.streams.size() + 1) + text);
   sim::StructureSpec told;
   told.model = static_cast<int>(data.models.size());
   told.stream = static_cast<int>(data.streams.size());
@@ -148,7 +150,7 @@ Status add_models(const OperationChoice& choice, SceneSpec& spec, sim::SceneData
     sim::StructureSpec told;
     if (wanted.is_background) continue;
     if (wanted.is_depth && data_tools::is_depth_video(wanted.file)) {
-      if (Status error = add_stream(choice, wanted, movers, spec, data)) return *error;
+      if (Status error = add_stream(choice, wanted, movers, spec, data, listener)) return *error;
       continue;
     }
     auto files = keys_of(wanted);

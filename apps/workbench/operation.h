@@ -25,6 +25,7 @@ struct ModelChoice {
   double rate = 100;          ///< Hz, of depth images
   /// Of a depth video that does not say them: fx, fy, cx, cy, pixels.
   std::optional<std::array<double, 4>> intrinsics = std::nullopt;
+  std::optional<double> mm_per_value = std::nullopt;  ///< of a depth video that does not state it
   /// It is felt as the picture of it on the screen; all of those are one thing.
   bool is_background = false;
 };

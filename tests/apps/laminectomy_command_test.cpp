@@ -112,12 +112,12 @@ TEST_F(Command, ALaminectomyOfARealSpine) {
                       thinning.hand("burr", "diameter=6") +
                       lamina.hand("rongeur", "kind=kerrison width=5 opening=20") +
                       "[[do]]\nat = " + std::to_string(lamina.end() + 0.2) +
-                      "\ncommand = \"judge-laminectomy\"\nwith = \"vertebra=label-28\"\n"
+                      "\ncommand = \"judge-laminectomy\"\nwith = \"vertebra=vertebrae_L4\"\n"
                       "[[expect]]\nwhat = \"canal\"\nleast = 305\n"
                       "[[expect]]\nwhat = \"opened length\"\nleast = 8\n");
   const Json played = json("run l.toml --record l.session");
   EXPECT_EQ(played["is_met"], true) << played.dump(1);
-  const Json outcome = json("laminectomy l.session --case real --vertebra label-28 --slices o.png");
+  const Json outcome = json("laminectomy l.session --case real --vertebra vertebrae_L4 --slices o.png");
   EXPECT_NEAR(outcome["canal"]["before_mm2"].get<double>(), 299, 6);
   EXPECT_GT(outcome["canal"]["now_mm2"], 305);
   EXPECT_LT(outcome["spinous_process"]["left_mm3"].get<double>(),

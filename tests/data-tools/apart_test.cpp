@@ -29,8 +29,8 @@ TEST(Apart, WhatIsSharedComesBackAndNothingElse) {
 /// Each way to end badly, and of which piece of work it was.
 TEST(Apart, CrashesAreErrorsThatSayWhere) {
   const std::pair<const char*, void (*)()> ways[] = {
-      {"crashes", [] { std::raise(SIGSEGV); }},
-      {"crashes", [] { std::abort(); }},
+      {"damaged", [] { std::raise(SIGSEGV); }},
+      {"damaged", [] { std::abort(); }},
       {"cannot", [] { throw 3; }},
       {"cannot", [] { std::_Exit(7); }},
       {"does not end", [] { std::this_thread::sleep_for(std::chrono::hours(1)); }}};

@@ -1,0 +1,237 @@
+#include "data-tools/dicom_repeats.h"
+
+#include <algorithm>
+#include <glm/geometric.hpp>
+#include <iterator>
+#include <map>
+#include <numeric>
+#include <set>
+
+#include "data-tools/words.h"
+#include "volume/mix_hash.h"
+#include "volume/parallel.h"
+
+namespace trephine::data_tools {
+
+namespace {
+
+constexpr double k_same_direction = 1e-3;  // of unit vectors; a stack is judged more strictly
+constexpr double k_same_mm = 1e-3;
+
+bool are_in_one_place(const DicomSlice& a, const DicomSlice& b) {
+  return glm::length(a.place.position - b.place.position) < k_same_mm;
+}
+
+/// Returns a hash of the bytes of a file's pixels; nothing when they cannot be read.
+std::optional<std::uint64_t> pixel_hash(const DicomEntry& entry) {
+  const auto opened = entry.file.source ? nullptr : ByteSource::open(entry.path);
+  const ByteSource* source = opened ? opened.get() : entry.file.source.get();
+  if (!source) return std::nullopt;
+  volume::MixHash hash;
+  std::vector<std::uint64_t> part(1 << 15);
+  for (std::uint64_t done = 0; done < entry.file.pixel_bytes;) {
+    const std::uint64_t count = std::min<std::uint64_t>(8 * part.size(), entry.file.pixel_bytes - done);
+    std::fill(part.begin(), part.end(), 0);
+    if (!source->read(entry.file.pixel_offset + done, part.data(), count)) return std::nullopt;
+    for (std::size_t i = 0; i < (count + 7) / 8; ++i) hash.add(part[i]);
+    done += count;
+  }
+  return hash.value();
+}
+
+/// Pixels that are the same bytes (of a frame of many, the file decides).
+bool are_same_pixels(const DicomFolder& folder, const DicomSlice& a, const DicomSlice& b) {
+  const DicomFile &f = folder.entries[a.entry].file, &g = folder.entries[b.entry].file;
+  const auto opened = [](const DicomEntry& entry) {
+    return entry.file.source ? nullptr : ByteSource::open(entry.path);
+  };
+  const auto of_a = opened(folder.entries[a.entry]), of_b = opened(folder.entries[b.entry]);
+  const ByteSource *source_a = of_a ? of_a.get() : f.source.get(),
+                   *source_b = of_b ? of_b.get() : g.source.get();
+  if (!source_a || !source_b) return false;
+  if (a.entry == b.entry || a.frame != b.frame || f.pixel_bytes != g.pixel_bytes ||
+      f.transfer_syntax != g.transfer_syntax || a.slope != b.slope || a.intercept != b.intercept)
+    return false;
+  std::string x(1 << 20, '\0'), y = x;
+  for (std::uint64_t done = 0; done < f.pixel_bytes;) {
+    const auto part = static_cast<std::size_t>(std::min<std::uint64_t>(x.size(), f.pixel_bytes - done));
+    if (!source_a->read(f.pixel_offset + done, x.data(), part) ||
+        !source_b->read(g.pixel_offset + done, y.data(), part) || x.compare(0, part, y, 0, part) != 0)
+      return false;
+    done += part;
+  }
+  return true;
+}
+
+std::vector<std::size_t> by_height(const std::vector<DicomSlice>& slices) {
+  const glm::dvec3 normal = glm::cross(slices[0].place.row_axis, slices[0].place.column_axis);
+  std::vector<std::size_t> order(slices.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+    return glm::dot(slices[a].place.position, normal) < glm::dot(slices[b].place.position, normal);
+  });
+  return order;
+}
+
+std::size_t count_places(const std::vector<DicomSlice>& slices) {
+  const std::vector<std::size_t> order = by_height(slices);
+  std::size_t count = 1;
+  for (std::size_t i = 1; i < order.size(); ++i)
+    count += !are_in_one_place(slices[order[i - 1]], slices[order[i]]);
+  return count;
+}
+/// The most slices in one place.
+std::size_t highest_pile(const std::vector<DicomSlice>& slices) {
+  const std::vector<std::size_t> order = by_height(slices);
+  std::size_t most = 1, now = 1;
+  for (std::size_t i = 1; i < order.size(); ++i) {
+    now = are_in_one_place(slices[order[i - 1]], slices[order[i]]) ? now + 1 : 1;
+    most = std::max(most, now);
+  }
+  return most;
+}
+}  // namespace
+
+bool are_of_one_grid(const DicomSlice& a, const DicomSlice& b) {
+  const auto close = [](double x, double y) { return std::abs(x - y) <= 1e-3 * std::abs(x); };
+  return a.rows == b.rows && a.columns == b.columns &&
+         glm::length(a.place.row_axis - b.place.row_axis) < k_same_direction &&
+         glm::length(a.place.column_axis - b.place.column_axis) < k_same_direction &&
+         close(a.place.row_spacing, b.place.row_spacing) &&
+         close(a.place.column_spacing, b.place.column_spacing);
+}
+
+bool has_doubles(const std::vector<DicomSlice>& slices) { return count_places(slices) < slices.size(); }
+
+std::vector<std::string> drop_copies(const DicomFolder& folder, std::vector<DicomSlice>& slices) {
+  std::vector<std::string> dropped;
+  if (!has_doubles(slices)) return dropped;
+  const std::vector<std::size_t> order = by_height(slices);
+  // Each file whose marks do not tell it from its neighbours is read once, for its hash.
+  std::vector<char> needs_hash(slices.size(), 0), is_copy(slices.size(), 0);
+  for (std::size_t i = 0; i < order.size(); ++i)
+    for (std::size_t k = i + 1; k < order.size() && are_in_one_place(slices[order[i]], slices[order[k]]); ++k)
+      if (slices[order[i]].marks == slices[order[k]].marks) needs_hash[order[i]] = needs_hash[order[k]] = 1;
+  std::vector<std::optional<std::uint64_t>> hashes(slices.size());
+  volume::parallel_for(static_cast<int>(slices.size()), 0, [&](int i) {
+    const auto n = static_cast<std::size_t>(i);
+    if (needs_hash[n]) hashes[n] = pixel_hash(folder.entries[slices[n].entry]);
+  });
+  for (std::size_t i = 0; i < order.size(); ++i)
+    for (std::size_t k = i + 1; k < order.size() && are_in_one_place(slices[order[i]], slices[order[k]]);
+         ++k) {
+      if (is_copy[order[i]] || is_copy[order[k]]) continue;
+      const DicomSlice &a = slices[order[i]], &b = slices[order[k]];
+      // The same pixels in another phase are that phase's own.
+      if (a.marks != b.marks || hashes[order[i]] != hashes[order[k]] || !are_same_pixels(folder, a, b))
+        continue;
+      is_copy[order[k]] = 1;
+      dropped.push_back(b.place.name);
+    }
+  std::vector<DicomSlice> kept;
+  for (std::size_t i = 0; i < slices.size(); ++i)
+    if (!is_copy[i]) kept.push_back(std::move(slices[i]));
+  slices = std::move(kept);
+  return dropped;
+}
+
+void split_doubles(DicomStack stack, std::size_t mark, std::vector<DicomStack>& to) {
+  if (!has_doubles(stack.slices)) return to.push_back(std::move(stack));
+  const std::size_t marks = stack.slices[0].marks.size(), places = count_places(stack.slices),
+                    highest = highest_pile(stack.slices);
+  for (; mark < marks; ++mark) {
+    std::map<std::string, DicomStack> parts;
+    std::vector<std::string> in_order;
+    for (DicomSlice& slice : stack.slices) {
+      const auto& [name, value] = slice.marks[mark];
+      DicomStack& part = parts[value];
+      if (part.slices.empty()) {
+        in_order.push_back(value);
+        part.mark =
+            stack.mark + (stack.mark.empty() ? "" : ", ") + name + " " + (value.empty() ? "?" : value);
+        part.is_localizer = stack.is_localizer;
+      }
+      part.slices.push_back(slice);
+    }
+    // It tells them apart when one of the parts has a slice in every place, or when there are no more parts
+    // than slices in one place, none of which holds two there: some may lack slices.
+    const bool has_whole = std::any_of(parts.begin(), parts.end(), [&](const auto& part) {
+      return count_places(part.second.slices) == places;
+    });
+    const bool are_piles = parts.size() <= highest &&
+                           std::none_of(parts.begin(), parts.end(),
+                                        [](const auto& part) { return has_doubles(part.second.slices); });
+    if (parts.size() < 2 || (!has_whole && !are_piles)) continue;
+    // Numbers in their order, not as words.
+    std::stable_sort(in_order.begin(), in_order.end(), [](const std::string& a, const std::string& b) {
+      return a.size() != b.size() ? a.size() < b.size() : a < b;
+    });
+    for (const std::string& value : in_order) split_doubles(std::move(parts[value]), mark + 1, to);
+    return;
+  }
+  // As many in each place: one volume after another, by their numbers.
+  std::vector<std::size_t> order = by_height(stack.slices);
+  std::vector<std::vector<std::size_t>> piles;
+  for (const std::size_t i : order) {
+    if (piles.empty() || !are_in_one_place(stack.slices[piles.back()[0]], stack.slices[i]))
+      piles.emplace_back();
+    piles.back().push_back(i);
+  }
+  const std::size_t volumes = piles[0].size();
+  std::set<long> numbers;
+  for (const DicomSlice& slice : stack.slices) numbers.insert(slice.number);
+  const bool is_regular =
+      numbers.size() == stack.slices.size() &&
+      std::all_of(piles.begin(), piles.end(), [&](const auto& p) { return p.size() == volumes; });
+  if (!is_regular) return to.push_back(std::move(stack));  // refused when it is asked for, by name
+  for (auto& pile : piles)
+    std::sort(pile.begin(), pile.end(),
+              [&](std::size_t a, std::size_t b) { return stack.slices[a].number < stack.slices[b].number; });
+  for (std::size_t v = 0; v < volumes; ++v) {
+    DicomStack part;
+    part.mark = stack.mark + (stack.mark.empty() ? "" : ", ") + "repetition " + std::to_string(v + 1);
+    part.is_localizer = stack.is_localizer;
+    for (const auto& pile : piles) part.slices.push_back(stack.slices[pile[v]]);
+    to.push_back(std::move(part));
+  }
+}
+
+void join_lone_slices(DicomFolder& folder) {
+  std::map<std::string, std::vector<std::size_t>> groups;
+  for (std::size_t s = 0; s < folder.series.size(); ++s) {
+    const DicomSeries& series = folder.series[s];
+    if (series.stacks.size() != 1 || series.stacks[0].slices.size() != 1 || series.stacks[0].is_localizer)
+      continue;
+    std::string key;
+    for (const std::string* text : {&series.modality, &series.number, &series.description, &series.kernel})
+      key.append(*text).append("|");
+    groups[key].push_back(s);
+  }
+  constexpr std::size_t k_least = 3;
+  std::vector<char> is_joined(folder.series.size(), 0);
+  for (const auto& [key, members] : groups) {
+    if (members.size() < k_least) continue;
+    const DicomSlice& first = folder.series[members[0]].stacks[0].slices[0];
+    std::vector<DicomSlice> slices;
+    std::vector<SlicePlace> places;
+    for (const std::size_t s : members) {
+      const DicomSlice& slice = folder.series[s].stacks[0].slices[0];
+      if (!are_of_one_grid(first, slice)) break;
+      slices.push_back(slice);
+      places.push_back(slice.place);
+    }
+    if (slices.size() < members.size() || !stack_slices(places)) continue;
+    for (const std::size_t s : members) is_joined[s] = s != members[0];
+    folder.series[members[0]].stacks[0].slices = std::move(slices);
+    folder.notices.push_back(
+        std::to_string(members.size()) +
+        " series of one slice each, which make one regular stack, were joined: each slice has a series UID "
+        "of its own");
+  }
+  std::vector<DicomSeries> kept;
+  for (std::size_t s = 0; s < folder.series.size(); ++s)
+    if (!is_joined[s]) kept.push_back(std::move(folder.series[s]));
+  folder.series = std::move(kept);
+}
+
+}  // namespace trephine::data_tools

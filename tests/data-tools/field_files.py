@@ -1,0 +1,24 @@
+#!/usr/bin/python3
+"""Runs the cases from public bug reports in the shared data: field_files.py TREPHINE DATA. 77: no data."""
+import os
+import subprocess
+import sys
+
+
+def wrong_cases(script, binary):
+    """Returns the lines of the cases that are wrong, and whether the script came to its end."""
+    out = subprocess.run([sys.executable, script, binary], capture_output=True, text=True).stdout
+    lines = [line for line in out.splitlines() if line.startswith("WRONG")]
+    return lines, out.rstrip().endswith(f"{len(lines)} wrong")
+
+
+binary, data = sys.argv[1], os.environ.get("TREPHINE_DATA", sys.argv[2])
+script = os.path.join(data, "field_cases", "check.py")
+if not os.path.exists(script):
+    print("no real data: set TREPHINE_DATA")
+    sys.exit(77)
+lines, is_complete = wrong_cases(script, binary)
+print("\n".join(lines) or "no case is wrong")
+# A command that answers nothing must be found wrong, or the cases judge nothing.
+planted, _ = wrong_cases(script, "/bin/false")
+sys.exit(not is_complete or bool(lines) or len(planted) < 40)
