@@ -160,6 +160,7 @@ std::shared_ptr<const SoftField> SoftField::build(const Occupancy& bits, int thr
                                                   std::span<const Occupancy* const> beside) {
   auto made = std::make_shared<SoftField>();
   made->size_ = bits.size();
+  made->is_extended_ = !beside.empty();
   made->slots_size_ = (bits.size() + k_edge - 1) / k_edge;
   const ivec3 n = made->slots_size_;
   made->slots_.resize(static_cast<std::size_t>(n.x) * static_cast<std::size_t>(n.y) *
@@ -230,6 +231,25 @@ double SoftField::at(int x, int y, int z) const noexcept {
   const SampleSlot& slot = slots_[slot_index(x >> 3, y >> 3, z >> 3)];
   if (!slot.brick) return slot.is_solid ? 0.5 : -0.5;
   return static_cast<double>(slot.brick->values[SampleBrick::index_of({x, y, z})]);
+}
+
+bool SoftField::is_air_around(const ivec3& v) const noexcept {
+  const ivec3 low = glm::max(v - 1, ivec3(0)), high = glm::min(v + 1, size_ - 1);
+  for (int bz = low.z >> 3; bz <= high.z >> 3; ++bz)
+    for (int by = low.y >> 3; by <= high.y >> 3; ++by)
+      for (int bx = low.x >> 3; bx <= high.x >> 3; ++bx) {
+        const SampleSlot& slot = slots_[slot_index(bx, by, bz)];
+        if (!slot.brick) {
+          if (slot.is_solid) return false;
+          continue;
+        }
+        const ivec3 corner = 8 * ivec3(bx, by, bz), a = glm::max(low, corner), b = glm::min(high, corner + 7);
+        for (int z = a.z; z <= b.z; ++z)
+          for (int y = a.y; y <= b.y; ++y)
+            for (int x = a.x; x <= b.x; ++x)
+              if (slot.brick->values[SampleBrick::index_of({x, y, z})] >= 0) return false;
+      }
+  return true;
 }
 
 void SoftField::load(const ivec3& v, QuadraticPatch& patch) const noexcept {

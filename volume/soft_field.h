@@ -24,7 +24,7 @@ class SoftField {
   static constexpr double k_conflict = 0.1;
 
   static constexpr int k_overlap = 4;  ///< voxels that a shape goes on into those beside it
-  /// Of the solid voxels alone. `beside`: the bits of other shapes of the volume, softened too. Into those a
+  /// Of the solid voxels alone. `beside`: the bits of other shapes, on the grid of this volume. Into those a
   /// shape goes on for k_overlap voxels, so that two that meet leave no notch between their rounded edges;
   /// its samples are those of a shape with these voxels. threads 0 = all; the same bits for any number.
   static std::shared_ptr<const SoftField> build(const Occupancy& bits, int threads = 0,
@@ -33,9 +33,13 @@ class SoftField {
   static bool is_two_valued(const Field& field, const Occupancy& bits);
 
   double at(int x, int y, int z) const noexcept;
+  /// Are all samples within one voxel of v air?
+  bool is_air_around(const glm::ivec3& v) const noexcept;
   /// Samples around voxel v, anywhere.
   void load(const glm::ivec3& v, QuadraticPatch& patch) const noexcept;
   const glm::ivec3& size() const noexcept { return size_; }
+  /// May the shape go on into others, up to k_overlap voxels beyond its own bits?
+  bool is_extended() const noexcept { return is_extended_; }
   std::size_t bytes() const noexcept;
 
  private:
@@ -43,6 +47,7 @@ class SoftField {
     return static_cast<std::size_t>(bx + slots_size_.x * (by + slots_size_.y * bz));
   }
   glm::ivec3 size_{0}, slots_size_{0};
+  bool is_extended_ = false;
   std::vector<SampleSlot> slots_;
 };
 

@@ -1,8 +1,12 @@
 #include "haptics/scene/touch_scene.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
+#include <glm/common.hpp>
 #include <string>
+
+#include "volume/parallel.h"
 
 namespace trephine::haptics {
 
@@ -94,6 +98,43 @@ const std::string& name_of(const TouchItem& item) noexcept {
   return item.is_mesh() ? item.name : item.field.shape().name;
 }
 
+namespace {
+
+/// Returns the bits of a shape of another volume on the grid of `volume`, at the nearest voxels; nothing
+/// where they do not meet.
+std::optional<volume::Occupancy> bits_on_grid(const TouchItem& item, const volume::Volume& volume) {
+  const volume::Volume& other = item.field.volume();
+  const glm::ivec3& size = volume.size;
+  const auto other_from_volume = [&](const glm::dvec3& p) {
+    return other.frame.volume_from_world(volume.frame.world_from_volume(p));
+  };
+  const glm::dvec3 origin = other_from_volume(glm::dvec3(0)), step_x = other_from_volume({1, 0, 0}) - origin,
+                   step_y = other_from_volume({0, 1, 0}) - origin,
+                   step_z = other_from_volume({0, 0, 1}) - origin;
+  auto mask = volume::make_volume(size, volume.frame, true);
+  if (!mask) return std::nullopt;  // no memory: the shapes stay apart
+  std::atomic<bool> is_any = false;
+  volume::parallel_for(size.z, 0, [&](int z) {
+    bool is_any_here = false;
+    for (int y = 0; y < size.y; ++y) {
+      const glm::dvec3 row = origin + static_cast<double>(y) * step_y + static_cast<double>(z) * step_z;
+      for (int x = 0; x < size.x; ++x) {
+        const glm::ivec3 v(glm::floor(row + static_cast<double>(x) * step_x + 0.5));
+        const bool is_solid = other.contains(v) && item.bits->is_solid(v);
+        mask.value().labels[mask.value().index(x, y, z)] = is_solid;
+        is_any_here = is_any_here || is_solid;
+      }
+    }
+    if (is_any_here) is_any = true;
+  });
+  if (!is_any) return std::nullopt;
+  volume::Shape shape;
+  shape.label = 1;
+  return volume::Occupancy::build(mask.value(), shape);
+}
+
+}  // namespace
+
 void soften(TouchScene& scene, int threads) {
   std::vector<std::size_t> which;
   for (std::size_t s = 0; s < scene.items.size(); ++s)
@@ -107,11 +148,19 @@ void soften(TouchScene& scene, std::span<const std::size_t> which, int threads) 
   for (const std::size_t s : which) {
     TouchItem& shape = scene.items[s];
     std::vector<const volume::Occupancy*> beside;
+    std::vector<volume::Occupancy> resampled;
+    resampled.reserve(scene.items.size());
     // A tool that is held within one of the two may be where the other would go on.
-    for (const std::size_t other : which)
-      if (other != s && shape.sides == Side::front && scene.items[other].sides == Side::front &&
-          &scene.items[other].field.volume() == &shape.field.volume())
-        beside.push_back(scene.items[other].bits.get());
+    for (std::size_t other = 0; other < scene.items.size(); ++other) {
+      const TouchItem& item = scene.items[other];
+      if (other == s || item.is_mesh() || shape.sides != Side::front || item.sides != Side::front) continue;
+      if (&item.field.volume() == &shape.field.volume()) {
+        beside.push_back(item.bits.get());
+      } else if (auto bits = bits_on_grid(item, shape.field.volume())) {
+        resampled.push_back(std::move(*bits));
+        beside.push_back(&resampled.back());
+      }
+    }
     shape.soft = volume::SoftField::build(*shape.bits, threads, beside);
   }
 }

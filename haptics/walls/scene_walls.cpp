@@ -21,7 +21,8 @@ constexpr double k_step = 0.5;         // mm, of the scene's frame where models 
 constexpr double k_steps_across = 40;  // a model is at least this large in it
 constexpr double k_least_gap = 5e-8;   // of a step of the scene's frame: half of what the slide keeps
 
-/// The box of a shape's voxels, two voxels larger all round, in the world. low > high: there is no matter.
+/// The box of a shape's voxels in the world, larger all round by two voxels and by how far a soft shape goes
+/// on into others. low > high: there is no matter.
 SceneLayout::Box matter_box(const TouchItem& shape) {
   const volume::Volume& base = shape.field.volume();
   const ivec3& size = base.size;
@@ -39,9 +40,11 @@ SceneLayout::Box matter_box(const TouchItem& shape) {
     }
   SceneLayout::Box box{dvec3(1e300), dvec3(-1e300)};
   if (high.x < 0) return box;
+  const int margin = 2 + (shape.soft && shape.soft->is_extended() ? volume::SoftField::k_overlap : 0);
   for (int corner = 0; corner < 8; ++corner) {
-    const dvec3 p(corner & 1 ? high.x + 2 : low.x - 2, corner & 2 ? high.y + 2 : low.y - 2,
-                  corner & 4 ? high.z + 2 : low.z - 2);
+    const dvec3 p(corner & 1 ? high.x + margin : low.x - margin,
+                  corner & 2 ? high.y + margin : low.y - margin,
+                  corner & 4 ? high.z + margin : low.z - margin);
     const dvec3 world = base.frame.world_from_volume(p);
     box.low = glm::min(box.low, world);
     box.high = glm::max(box.high, world);

@@ -74,9 +74,10 @@ bool SmoothWalls::is_near_cut(const ivec3& v) const noexcept {
   return version_->has_brick(lattice.low_of(v) - 1, lattice.high_of(v) + 1);
 }
 
-bool SmoothWalls::is_air_around(const TouchItem& shape, const ivec3& v) const noexcept {
-  const volume::Occupancy& bits = *shape.bits;
-  const ivec3& size = volume_->size;
+namespace {
+
+/// Are all voxels within one of v air?
+bool are_air(const volume::Occupancy& bits, const ivec3& size, const ivec3& v) noexcept {
   const int x0 = std::max(v.x - 1, 0), x1 = std::min(v.x + 1, size.x - 1);
   if (x0 > x1) return true;
   for (int z = std::max(v.z - 1, 0); z <= std::min(v.z + 1, size.z - 1); ++z)
@@ -87,6 +88,24 @@ bool SmoothWalls::is_air_around(const TouchItem& shape, const ivec3& v) const no
       if (few & ((2ull << (x1 - x0)) - 1)) return false;
     }
   return true;
+}
+
+}  // namespace
+
+int SmoothWalls::empty_distance(int shape, const ivec3& v) const noexcept {
+  const TouchItem& item = scene_->items[static_cast<std::size_t>(shape)];
+  // What a soft shape goes on for fits into one block of four voxels.
+  static_assert(volume::SoftField::k_overlap <= 4);
+  const int extension = item.soft && item.soft->is_extended() ? 1 : 0;
+  return item.bits->empty_distance(v) - extension;
+}
+
+bool SmoothWalls::is_air_around(int shape, const ivec3& v) const noexcept {
+  const auto item = [this](int s) -> const TouchItem& { return scene_->items[static_cast<std::size_t>(s)]; };
+  if (!are_air(*item(shape).bits, volume_->size, v)) return false;
+  // A soft shape may go on beyond its own bits.
+  const volume::SoftField* soft = item(shape).soft.get();
+  return !soft || !soft->is_extended() || soft->is_air_around(v);
 }
 
 volume::Jet SmoothWalls::jet(const Wall& wall, const dvec3& p) noexcept {
@@ -321,12 +340,11 @@ Reach SmoothWalls::reach(const dvec3& a, const dvec3& b, ShapeSet& inside, doubl
     std::array<Passed, 32> passed;
     std::size_t passes = 0;
     for (int s = next_shape(0); s < ShapeSet::k_most; s = next_shape(s + 1)) {
-      const TouchItem& shape = scene_->items[static_cast<std::size_t>(s)];
       double from = t0;
       for (int turn = 0; turn < 4 && from < reach.t; ++turn) {
         const bool is_inside = inside.contains(s);
         if (!is_inside && !is_known_near &&
-            (is_round_ ? offset(static_cast<std::size_t>(s)).is_free_around(v) : is_air_around(shape, v)))
+            (is_round_ ? offset(static_cast<std::size_t>(s)).is_free_around(v) : is_air_around(s, v)))
           break;
         if (holds(s, side_of(is_inside))) {
           Wall wall;
@@ -372,7 +390,7 @@ Reach SmoothWalls::reach(const dvec3& a, const dvec3& b, ShapeSet& inside, doubl
     } else if (inside.is_empty() && volume_->contains(v)) {
       int far = 255;
       for (int s = next_shape(0); s < ShapeSet::k_most; s = next_shape(s + 1))
-        far = std::min(far, scene_->items[static_cast<std::size_t>(s)].bits->empty_distance(v));
+        far = std::min(far, empty_distance(s, v));
       if (far > 1) {
         const ivec3 block(v.x >> 2, v.y >> 2, v.z >> 2);
         walk.advance_past({4 * (block - (far - 2)), 4 * (block + (far - 1)) - 1});

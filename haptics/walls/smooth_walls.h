@@ -140,7 +140,10 @@ class SmoothWalls {
   CubeSpan cubes_of(const Wall& wall, const glm::dvec3& a, const glm::dvec3& b) const noexcept;
   volume::QuadraticPatch::HessianBound bound_over(const Wall& wall, const CubeSpan& cubes,
                                                   bool& is_whole) noexcept;
-  bool is_air_around(const TouchItem& shape, const glm::ivec3& v) const noexcept;
+  /// Blocks of four voxels to the nearest one that may hold matter of the shape, by a chessboard's distance.
+  int empty_distance(int shape, const glm::ivec3& v) const noexcept;
+  /// Is there no matter within one voxel of v, of the shape or of what it goes on into?
+  bool is_air_around(int shape, const glm::ivec3& v) const noexcept;
   /// A way a + t along, and the steps of t below which nothing is proven.
   struct Way {
     const glm::dvec3 &a, &along;

@@ -1,0 +1,170 @@
+// A ball whose matter is divided among labels, windows, models and volumes is as closed as a ball of one
+// shape.
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <glm/matrix.hpp>
+#include <gtest/gtest.h>
+
+#include "haptics/mesh/mesh_tree.h"
+#include "haptics/proxy/methods.h"
+#include "tests/scenes/scenes.h"
+#include "volume/surface_nets.h"
+
+namespace trephine::haptics {
+namespace {
+
+using glm::dvec3;
+using glm::ivec3;
+
+constexpr double k_radius = 16;  // mm
+
+/// Voxels of 0.5 x 0.5 x 0.8 mm, turned; the ball's centre lies in the origin.
+volume::Frame oblique_frame(const ivec3& size) {
+  const double a = 25 * 3.14159265358979 / 180, c = std::cos(a), s = std::sin(a);
+  const dvec3 spacing(0.5, 0.5, 0.8);
+  const glm::dmat3 axes(spacing.x * dvec3(c, s, 0.1), spacing.y * dvec3(-s, c, 0),
+                        spacing.z * glm::normalize(dvec3(-0.1 * c, -0.1 * s, 1)));
+  return volume::Frame::from_axes(-axes * (0.5 * dvec3(size - 1)), axes).value();
+}
+
+/// Labels 1 to 3 by the angle about z; intensities rise from -1000 to 1000 over `ramp` mm, 0: at once.
+std::shared_ptr<const volume::Volume> divided_ball(double ramp) {
+  const ivec3 size(90, 90, 70);
+  volume::Volume v = volume::make_volume(size, oblique_frame(size), true).value();
+  v.label_names = {"background", "part1", "part2", "part3"};
+  for (int z = 0; z < size.z; ++z)
+    for (int y = 0; y < size.y; ++y)
+      for (int x = 0; x < size.x; ++x) {
+        const dvec3 p = v.frame.world_from_volume({x, y, z});
+        const double depth = k_radius - glm::length(p);
+        const std::size_t i = v.index(x, y, z);
+        v.voxels[i] = static_cast<std::int16_t>(ramp > 0    ? std::clamp(2000 * depth / ramp, -1000.0, 1000.0)
+                                                : depth > 0 ? 1000
+                                                            : -1000);
+        const double turn = std::atan2(p.y, p.x) / (2 * 3.14159265358979) + 1;
+        v.labels[i] = depth > 0 ? static_cast<std::uint8_t>(1 + static_cast<int>(3 * turn) % 3) : 0;
+      }
+  return std::make_shared<const volume::Volume>(std::move(v));
+}
+
+TouchItem item_of_shape(const volume::Volume& base, const volume::Shape& shape) {
+  return {volume::Field(base, shape),
+          std::make_shared<const volume::Occupancy>(volume::Occupancy::build(base, shape)), Material{},
+          Side::front};
+}
+volume::Shape label_of(int label) {
+  volume::Shape shape;
+  shape.name = "part" + std::to_string(label);
+  shape.label = label;
+  return shape;
+}
+volume::Shape window_from(double low) {
+  volume::Shape shape;
+  shape.name = "bone";
+  shape.low = low;
+  return shape;
+}
+
+/// A metal ball of 8 mm that stands out of the surface by 2 mm.
+TouchItem metal_ball() {
+  const haptics::TouchScene sphere = scenes::phantom_scene("sphere", [] {
+    data_tools::PhantomOptions o;
+    o.size = ivec3(64), o.parameters = {{"radius", 8}};
+    return o;
+  }());
+  const volume::Mesh net = volume::surface_net({&sphere.items[0].field, nullptr, sphere.items[0].bits.get()});
+  std::vector<dvec3> vertices;
+  for (const glm::vec3& v : net.vertices.span())
+    vertices.push_back(sphere.base->frame.world_from_volume(dvec3(v)) + dvec3(10, 0, 0));
+  return mesh_item("metal", std::make_shared<MeshTree>(
+                                std::move(vertices),
+                                std::vector<std::uint32_t>(net.triangles.data(),
+                                                           net.triangles.data() + net.triangles.size())));
+}
+
+struct Division {
+  const char* name;
+  TouchScene scene;
+  bool is_of_one_volume = true, has_models = false;
+};
+std::vector<Division> divisions() {
+  const auto binary = divided_ball(0), grey = divided_ball(4);
+  std::vector<Division> all;
+  all.reserve(8);  // references stay valid
+  const auto add = [&](const char* name, const auto& base) -> TouchScene& {
+    all.push_back({name, {}});
+    all.back().scene.base = base;
+    return all.back().scene;
+  };
+  TouchScene& labels = add("three labels", binary);
+  for (int k = 1; k <= 3; ++k) labels.items.push_back(item_of_shape(*binary, label_of(k)));
+  TouchScene& overlap = add("a window and a label in it", binary);
+  overlap.items = {item_of_shape(*binary, window_from(0)), item_of_shape(*binary, label_of(1))};
+  TouchScene& mixed = add("a grey window and a label in it", grey);
+  mixed.items = {item_of_shape(*grey, window_from(0)), item_of_shape(*grey, label_of(1))};
+  TouchScene& metal = add("three labels and a model", binary);
+  metal.items = labels.items;
+  metal.items.push_back(metal_ball());
+  all.back().has_models = true;
+  TouchScene& two = add("two volumes", binary);
+  two.others = {grey};
+  two.items = {item_of_shape(*binary, label_of(1)), item_of_shape(*binary, label_of(2)),
+               item_of_shape(*grey, label_of(3))};
+  all.back().is_of_one_volume = false;
+  for (Division& division : all) {
+    for (TouchItem& item : division.scene.items) item.material = {0.5, 0.001, 0.2, 0.15};
+    soften(division.scene);
+  }
+  return all;
+}
+
+/// Goes round the ball, 1.2 to 1.8 mm inside it at 60 mm/s, across every seam at several latitudes. Counts
+/// the ticks in which nothing holds the tool, or holds it too deep. `is_lost(i)`: a planted fault in tick i.
+template <class IsLost>
+long count_lost(const TouchScene& scene, const ProxyMethod& method, double rate, IsLost&& is_lost) {
+  const auto seen = std::make_shared<const TouchState>(untouched(scene));
+  ProxyState state;
+  long lost = 0;
+  const long count = static_cast<long>(7 * rate);
+  for (long i = 0; i < count; ++i) {
+    const double t = static_cast<double>(i) / rate, angle = 3.7 * t, tilt = 0.5 * std::sin(2.8 * t);
+    const dvec3 u(std::cos(angle) * std::cos(tilt), std::sin(angle) * std::cos(tilt), std::sin(tilt));
+    const double in = std::min(1.0, t / 0.3) * (4.2 + 0.6 * std::sin(15 * t)) - 3 - scene.tool_radius;
+    ProxyStep step = method.step(scene, *seen, state, {(k_radius - in) * u});
+    if (getenv("DBG") && i % 200 == 0) std::printf("%ld in %g contact %d depth %g shape %d buried %d\n", i, in, step.has_contact, k_radius - glm::length(step.proxy_world), step.shape, step.is_buried);
+    if (is_lost(i)) step.has_contact = false;
+    // What stands out of the ball holds the tool farther out.
+    const double depth = k_radius - glm::length(step.proxy_world);
+    constexpr double k_deep = 0.9;  // mm, of the proxy: of labels and thick slices
+    lost += (in > 0.6 && !step.has_contact) || (step.has_contact && depth + scene.tool_radius > k_deep);
+  }
+  return lost;
+}
+
+TEST(Seams, NothingFallsThroughWhereShapesMeet) {
+  for (Division& division : divisions())
+    for (const double radius : {0.0, 1.5}) {
+      if (radius > 0 && set_tool_radius(division.scene, radius)) continue;
+      for (const char* name : {"subvoxel", "scene"}) {
+        const auto method = make_method(name).value();
+        if (method->prepare(division.scene)) {
+          EXPECT_STREQ(name, "subvoxel");
+          EXPECT_TRUE(division.has_models || !division.is_of_one_volume) << division.name;
+          continue;
+        }
+        for (const double rate : {100.0, 1000.0, 5000.0})
+          EXPECT_EQ(count_lost(division.scene, *method, rate, [](long) { return false; }), 0)
+              << division.name << ", " << name << ", " << rate << " Hz, ball of " << radius << " mm";
+      }
+    }
+}
+
+TEST(Seams, LostContactsAreCounted) {
+  Division division = std::move(divisions().front());
+  const auto method = make_method("subvoxel").value();
+  ASSERT_FALSE(method->prepare(division.scene));
+  EXPECT_EQ(count_lost(division.scene, *method, 100, [](long i) { return i == 300 || i == 500; }), 2);
+}
+
+}  // namespace
+}  // namespace trephine::haptics
