@@ -49,40 +49,79 @@ struct Scratch {
   std::array<float, static_cast<std::size_t>(k_mid) * k_mid * k_mid> blurred;
 };
 
-/// The bits of the wide window that begins at `first`: the shape's own, and of those beside it what lies
-/// within reach of it (a chessboard's distance).
-void gather(const Occupancy& bits, std::span<const Occupancy* const> beside, const ivec3& first, Scratch& s) {
-  constexpr int k_far = k_wide + 2 * SoftField::k_overlap;
-  static_assert(k_far <= 32);
-  const auto row_of = [](int y, int z) { return static_cast<std::size_t>(y + k_wide * z); };
-  for (int z = 0; z < k_wide; ++z)
-    for (int y = 0; y < k_wide; ++y)
-      s.rows[row_of(y, z)] = bits_of_row(bits, first.x, first.y + y, first.z + z, k_wide);
-  if (beside.empty()) return;
+constexpr int k_overlap = SoftField::k_overlap;
+constexpr int k_far = k_wide + 2 * k_overlap;  // bits from which the shape may go on into the wide window
+constexpr int k_edge_of_far = k_far + 2;       // and one voxel around them
+static_assert(k_edge_of_far <= 32);
+using FarRows = std::array<std::uint32_t, static_cast<std::size_t>(k_far) * k_far>;  ///< [z][y], bits along x
+std::size_t wide_row(int y, int z) noexcept { return static_cast<std::size_t>(y + k_wide * z); }
+std::size_t far_row(int y, int z) noexcept { return static_cast<std::size_t>(y + k_far * z); }
+
+/// Adds to the window at `first` what of the hosts lies within k_overlap voxels of `sources` (a chessboard's
+/// distance).
+void extend(const FarRows& sources, std::span<const Occupancy* const> hosts, const ivec3& first, Scratch& s) {
   // Grown along x, then y, then z.
-  std::array<std::uint32_t, static_cast<std::size_t>(k_far) * k_far> along_x;
-  const auto far_row = [](int y, int z) { return static_cast<std::size_t>(y + k_far * z); };
-  for (int z = 0; z < k_far; ++z)
-    for (int y = 0; y < k_far; ++y) {
-      const std::uint32_t row =
-          bits_of_row(bits, first.x - SoftField::k_overlap, first.y + y - SoftField::k_overlap,
-                      first.z + z - SoftField::k_overlap, k_far);
-      std::uint32_t grown = 0;
-      for (int k = 0; k <= 2 * SoftField::k_overlap; ++k) grown |= row >> k;
-      along_x[far_row(y, z)] = grown & ((1u << k_wide) - 1);
-    }
+  FarRows along_x;
+  for (std::size_t i = 0; i < sources.size(); ++i) {
+    std::uint32_t grown = 0;
+    for (int k = 0; k <= 2 * k_overlap; ++k) grown |= sources[i] >> k;
+    along_x[i] = grown & ((1u << k_wide) - 1);
+  }
   std::array<std::uint32_t, static_cast<std::size_t>(k_wide) * k_far> along_y{};
   for (int z = 0; z < k_far; ++z)
     for (int y = 0; y < k_wide; ++y)
-      for (int k = 0; k <= 2 * SoftField::k_overlap; ++k) along_y[row_of(y, z)] |= along_x[far_row(y + k, z)];
+      for (int k = 0; k <= 2 * k_overlap; ++k) along_y[wide_row(y, z)] |= along_x[far_row(y + k, z)];
   for (int z = 0; z < k_wide; ++z)
     for (int y = 0; y < k_wide; ++y) {
       std::uint32_t grown = 0, others = 0;
-      for (int k = 0; k <= 2 * SoftField::k_overlap; ++k) grown |= along_y[row_of(y, z + k)];
-      for (const Occupancy* other : beside)
-        others |= bits_of_row(*other, first.x, first.y + y, first.z + z, k_wide);
-      s.rows[row_of(y, z)] |= grown & others;
+      for (int k = 0; k <= 2 * k_overlap; ++k) grown |= along_y[wide_row(y, z + k)];
+      for (const Occupancy* host : hosts)
+        others |= bits_of_row(*host, first.x, first.y + y, first.z + z, k_wide);
+      s.rows[wide_row(y, z)] |= grown & others;
     }
+}
+
+/// The voxels of the shape, as sources, that have a voxel of no shape beside them.
+FarRows exposed(const Occupancy& bits, const SoftNeighbours& beside, const ivec3& first) {
+  std::array<std::uint32_t, static_cast<std::size_t>(k_edge_of_far) * k_edge_of_far> air;
+  const auto row = [](int y, int z) { return static_cast<std::size_t>(y + k_edge_of_far * z); };
+  const ivec3 corner = first - (k_overlap + 1);
+  for (int z = 0; z < k_edge_of_far; ++z)
+    for (int y = 0; y < k_edge_of_far; ++y) {
+      std::uint32_t solid = bits_of_row(bits, corner.x, corner.y + y, corner.z + z, k_edge_of_far);
+      for (const auto& hosts : {beside.whole, beside.at_surface})
+        for (const Occupancy* host : hosts)
+          solid |= bits_of_row(*host, corner.x, corner.y + y, corner.z + z, k_edge_of_far);
+      // Bit x: is there air at x, x + 1 or x + 2?
+      air[row(y, z)] = ~solid | ~solid >> 1 | ~solid >> 2;
+    }
+  FarRows sources;
+  for (int z = 0; z < k_far; ++z)
+    for (int y = 0; y < k_far; ++y) {
+      std::uint32_t near = 0;
+      for (int dz = 0; dz < 3; ++dz)
+        for (int dy = 0; dy < 3; ++dy) near |= air[row(y + dy, z + dz)];
+      sources[far_row(y, z)] =
+          near & bits_of_row(bits, corner.x + 1, corner.y + 1 + y, corner.z + 1 + z, k_far);
+    }
+  return sources;
+}
+
+/// The bits of the wide window that begins at `first`: the shape's own, and of its neighbours what it goes on
+/// into.
+void gather(const Occupancy& bits, const SoftNeighbours& beside, const ivec3& first, Scratch& s) {
+  for (int z = 0; z < k_wide; ++z)
+    for (int y = 0; y < k_wide; ++y)
+      s.rows[wide_row(y, z)] = bits_of_row(bits, first.x, first.y + y, first.z + z, k_wide);
+  if (!beside.whole.empty()) {
+    FarRows own;
+    for (int z = 0; z < k_far; ++z)
+      for (int y = 0; y < k_far; ++y)
+        own[far_row(y, z)] =
+            bits_of_row(bits, first.x - k_overlap, first.y + y - k_overlap, first.z + z - k_overlap, k_far);
+    extend(own, beside.whole, first, s);
+  }
+  if (!beside.at_surface.empty()) extend(exposed(bits, beside, first), beside.at_surface, first, s);
 }
 
 /// How many voxels of the brick and its guard are solid in the window.
@@ -157,10 +196,10 @@ void fill(const std::array<float, 2 * k_reach + 1>& weights, Scratch& s, SampleB
 }  // namespace
 
 std::shared_ptr<const SoftField> SoftField::build(const Occupancy& bits, int threads,
-                                                  std::span<const Occupancy* const> beside) {
+                                                  const SoftNeighbours& beside) {
   auto made = std::make_shared<SoftField>();
   made->size_ = bits.size();
-  made->is_extended_ = !beside.empty();
+  made->is_extended_ = !beside.is_empty();
   made->slots_size_ = (bits.size() + k_edge - 1) / k_edge;
   const ivec3 n = made->slots_size_;
   made->slots_.resize(static_cast<std::size_t>(n.x) * static_cast<std::size_t>(n.y) *
@@ -173,7 +212,7 @@ std::shared_ptr<const SoftField> SoftField::build(const Occupancy& bits, int thr
         const ivec3 corner = k_edge * ivec3(bx, by, bz);
         SampleSlot& slot = made->slots_[made->slot_index(bx, by, bz)];
         // Solid and air within two voxels of the brick, or as far as the shape goes on beyond itself?
-        const int margin = k_guard + (beside.empty() ? 0 : k_overlap), wide = k_edge + 2 * margin;
+        const int margin = k_guard + (beside.is_empty() ? 0 : k_overlap), wide = k_edge + 2 * margin;
         int count = 0;
         for (int z = -margin; z < k_edge + margin; ++z)
           for (int y = -margin; y < k_edge + margin; ++y)
@@ -181,7 +220,7 @@ std::shared_ptr<const SoftField> SoftField::build(const Occupancy& bits, int thr
         slot.is_solid = count > 0;
         if (count == 0 || count == wide * wide * wide) continue;
         gather(bits, beside, corner - (k_guard + k_reach), *scratch);
-        if (!beside.empty()) {
+        if (!beside.is_empty()) {
           const int near = count_near(*scratch);
           slot.is_solid = near > 0;
           if (near == 0 || near == k_mid * k_mid * k_mid) continue;

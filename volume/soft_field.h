@@ -11,6 +11,15 @@
 
 namespace trephine::volume {
 
+/// The bits of other shapes, on the grid of the volume, which must be as large. Into those of `whole` a shape
+/// goes on for SoftField::k_overlap voxels wherever they meet: cuts between them stay closed. Into those of
+/// `at_surface` only near its own voxels that have air beside them, so that nothing of it is felt where the
+/// other, which covers it, lets a tool through.
+struct SoftNeighbours {
+  std::span<const Occupancy* const> whole = {}, at_surface = {};
+  bool is_empty() const noexcept { return whole.empty() && at_surface.empty(); }
+};
+
 /// g = the solid blurred by a Gaussian of 1.5 voxels, less one half, with the sign of every voxel kept as it
 /// is (in the manner of Whitaker 2000, "Reducing aliasing artifacts in iso-surfaces of binary volumes"):
 /// where the blur would take a voxel to the other side by much - plates and rods of a voxel or two - the
@@ -23,12 +32,12 @@ class SoftField {
   static constexpr double k_least = 0.01;  ///< of |g| at a voxel
   static constexpr double k_conflict = 0.1;
 
-  static constexpr int k_overlap = 4;  ///< voxels that a shape goes on into those beside it
-  /// Of the solid voxels alone. `beside`: the bits of other shapes, on the grid of this volume. Into those a
-  /// shape goes on for k_overlap voxels, so that two that meet leave no notch between their rounded edges;
-  /// its samples are those of a shape with these voxels. threads 0 = all; the same bits for any number.
+  static constexpr int k_overlap = 4;  ///< voxels that a shape goes on into its neighbours
+
+  /// Of the solid voxels alone. Shapes that meet leave no notch between their rounded edges: the samples are
+  /// those of the shape with what it goes on into. threads 0 = all; the same bits for any number.
   static std::shared_ptr<const SoftField> build(const Occupancy& bits, int threads = 0,
-                                                std::span<const Occupancy* const> beside = {});
+                                                const SoftNeighbours& beside = {});
   /// Does a shape have but two values near its surface? A label does; so do thresholded intensities.
   static bool is_two_valued(const Field& field, const Occupancy& bits);
 

@@ -77,12 +77,13 @@ ProxyStep DepthProxy::step(const TouchScene& scene, const TouchState& seen, Prox
     return is_hit;
   };
   const dvec3 before = state.proxy_volume;
-  const int landing = move_god_object(frame, input.hip_world, state.proxy_volume, gap_, cast, result);
+  PathFacets facets;
+  const int landing = move_god_object(frame, input.hip_world, state.proxy_volume, gap_, cast, facets, result);
   const auto is_blocked = [&](const dvec3& a, const dvec3& b) {
     FacetHit hit;
     return cast(a, b, hit);
   };
-  end_with_friction(frame, scene, input.hip_world, landing, is_blocked, state, result);
+  end_with_friction(frame, scene, input.hip_world, landing, &facets, is_blocked, state, result);
   // Inside only where a side does not hold.
   if (state.proxy_volume != before && (!state.inside.is_empty() || !result.has_contact))
     find_solids(result.proxy_world);

@@ -98,10 +98,10 @@ inline constexpr double k_facet_gap = 1e-5;  ///< voxels (or of a mesh's shortes
 /// Moves from `start_volume` toward the HIP; waypoints go to result.path_volume, the last of them is the
 /// frictionless proxy. `cast(a, b, hit)`: does the way from a to b (volume frame) meet a holding facet?
 /// `gap_mm`: how far before facets the proxy stays. Returns the waypoint at which the first facet was met: 1
-/// when the proxy fell on it from a tenth of a voxel or farther, else 0.
+/// when the proxy fell on it from a tenth of a voxel or farther, else 0. `facets`: those of each leg.
 template <class Cast>
 int move_god_object(const volume::Frame& frame, const glm::dvec3& hip_world, const glm::dvec3& start_volume,
-                    double gap_mm, Cast&& cast, ProxyStep& result) noexcept {
+                    double gap_mm, Cast&& cast, PathFacets& facets, ProxyStep& result) noexcept {
   using glm::dvec3;
   const dvec3 hip = frame.volume_from_world(hip_world);
   dvec3 at = start_volume, goal = hip;
@@ -111,6 +111,9 @@ int move_god_object(const volume::Frame& frame, const glm::dvec3& hip_world, con
   double best = glm::dot(start_offset, start_offset);
   std::array<HoldingPlane, 3> planes;
   int count = 0, landing = 0;
+  LegFacets leg;  // those of `planes`
+  const auto set_facets = [&] { facets[static_cast<std::size_t>(result.waypoint_count - 1)] = leg; };
+  set_facets();
   for (int i = 0; i < k_max_facet_moves; ++i) {
     ++result.counters.iterations;
     FacetHit hit;
@@ -124,6 +127,7 @@ int move_god_object(const volume::Frame& frame, const glm::dvec3& hip_world, con
     if (free > 0 && goal != at) {
       const dvec3 to = is_blocked ? at + free * (goal - at) : goal;
       result.add_waypoint(to);
+      set_facets();
       const dvec3 off = frame.world_from_volume(to) - hip_world;
       if (const double energy = glm::dot(off, off); energy < best) {
         best = energy;
@@ -141,6 +145,8 @@ int move_god_object(const volume::Frame& frame, const glm::dvec3& hip_world, con
       planes[1] = planes[2];
       --count;
     }
+    leg.add(hit.normal_world, hit.shape, hit.side);
+    set_facets();
     planes[static_cast<std::size_t>(count++)] = {hit.normal_world,
                                                  glm::dot(hit.normal_world, touched_world) + gap_mm};
     goal = frame.volume_from_world(nearest_allowed(hip_world, planes, count));

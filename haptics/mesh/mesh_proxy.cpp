@@ -71,12 +71,13 @@ ProxyStep MeshProxy::step(const TouchScene& scene, const TouchState& seen, Proxy
     }
     return is_hit;
   };
-  const int landing = move_god_object(frame, input.hip_world, state.proxy_volume, gap_, cast, result);
+  PathFacets facets;
+  const int landing = move_god_object(frame, input.hip_world, state.proxy_volume, gap_, cast, facets, result);
   const auto is_blocked = [&](const dvec3& a, const dvec3& b) {
     FacetHit hit;
     return cast(a, b, hit);
   };
-  end_with_friction(frame, scene, input.hip_world, landing, is_blocked, state, result);
+  end_with_friction(frame, scene, input.hip_world, landing, &facets, is_blocked, state, result);
   return result;
 }
 

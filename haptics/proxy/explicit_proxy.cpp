@@ -85,13 +85,15 @@ void step_on_triangles(const TouchScene& scene, const Grid& grid, std::uint64_t 
 
   const glm::dvec3& spacing = frame.spacing();
   const double gap = k_facet_gap * std::min(std::min(spacing.x, spacing.y), spacing.z);
-  const int landing = move_god_object(frame, input.hip_world, state.proxy_volume, gap, caster, result);
+  PathFacets facets;
+  const int landing =
+      move_god_object(frame, input.hip_world, state.proxy_volume, gap, caster, facets, result);
   const dvec3 before = state.proxy_volume;
   const auto is_blocked = [&](const dvec3& a, const dvec3& b) {
     FacetHit hit;
     return caster(a, b, hit);
   };
-  end_with_friction(frame, scene, input.hip_world, landing, is_blocked, state, result);
+  end_with_friction(frame, scene, input.hip_world, landing, &facets, is_blocked, state, result);
   const dvec3& proxy = state.proxy_volume;
   state.version = serial;
   // Inside only where a side does not hold; looked at when the proxy moved without contact.

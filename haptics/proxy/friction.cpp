@@ -1,20 +1,117 @@
 #include "haptics/proxy/friction.h"
 
 #include <algorithm>
+#include <cmath>
 #include <glm/geometric.hpp>
 
 namespace trephine::haptics {
 
-glm::dvec3 apply_friction(const volume::Frame& frame, const Material& material, const glm::dvec3& hip_world,
-                          int landing, ProxyStep& step, bool& is_sticking) noexcept {
-  const auto waypoint = [&step](int i) -> glm::dvec3& {
-    return step.path_volume[static_cast<std::size_t>(i)];
+using glm::dvec3;
+
+FrictionLoad friction_load(const HoldingWalls& walls, const dvec3& pull) noexcept {
+  const auto normal = [&](int i) -> const dvec3& { return walls.normals[static_cast<std::size_t>(i)]; };
+  const auto friction = [&](int i) { return walls.friction[static_cast<std::size_t>(i)]; };
+  const double tolerance = 1e-9 * glm::length(pull);
+  // The rest must press on none of the walls that are left out.
+  const auto is_rest = [&](const dvec3& rest) {
+    for (int k = 0; k < walls.count; ++k)
+      if (glm::dot(rest, normal(k)) > tolerance) return false;
+    return true;
   };
-  const glm::dvec3& normal = step.normal_world;
-  const auto tangential = [&normal](const glm::dvec3& v) {
-    return glm::length(v - glm::dot(v, normal) * normal);
+  for (int i = 0; i < walls.count; ++i) {
+    const double press = glm::dot(pull, normal(i));
+    if (press <= 0) continue;
+    const dvec3 rest = pull - press * normal(i);
+    if (is_rest(rest)) return {glm::length(rest), friction(i) * press};
+  }
+  for (int i = 0; i < walls.count; ++i)
+    for (int j = i + 1; j < walls.count; ++j) {
+      const double c = glm::dot(normal(i), normal(j)), s = 1 - c * c;
+      if (s < 1e-8) continue;
+      const double pi = glm::dot(pull, normal(i)), pj = glm::dot(pull, normal(j));
+      const double a = (pi - c * pj) / s, b = (pj - c * pi) / s;
+      if (a < 0 || b < 0) continue;
+      const dvec3 rest = pull - a * normal(i) - b * normal(j);
+      if (is_rest(rest)) return {glm::length(rest), friction(i) * a + friction(j) * b};
+    }
+  for (int i = 0; i < walls.count; ++i)
+    for (int j = i + 1; j < walls.count; ++j)
+      for (int k = j + 1; k < walls.count; ++k) {
+        const dvec3 jk = glm::cross(normal(j), normal(k)), ki = glm::cross(normal(k), normal(i)),
+                    ij = glm::cross(normal(i), normal(j));
+        const double volume = glm::dot(normal(i), jk);
+        if (!(std::abs(volume) > 1e-8)) continue;
+        const double a = glm::dot(pull, jk) / volume, b = glm::dot(pull, ki) / volume,
+                     c = glm::dot(pull, ij) / volume;
+        if (a >= 0 && b >= 0 && c >= 0) return {0, friction(i) * a + friction(j) * b + friction(k) * c};
+      }
+  return {glm::length(pull), 0};
+}
+
+namespace {
+
+double coefficient(const TouchScene& scene, int shape, Side side, bool is_static) noexcept {
+  const Material& material = material_of(scene, shape, side);
+  return is_static ? material.static_friction : material.dynamic_friction;
+}
+
+}  // namespace
+
+dvec3 apply_facet_friction(const volume::Frame& frame, const TouchScene& scene, const dvec3& hip_world,
+                           int landing, const PathFacets& facets, ProxyStep& step,
+                           bool& is_sticking) noexcept {
+  const auto waypoint = [&step](int i) -> dvec3& { return step.path_volume[static_cast<std::size_t>(i)]; };
+  const auto load_at = [&](const LegFacets& leg, const dvec3& p, bool is_static) {
+    HoldingWalls walls;
+    for (std::size_t k = 0; k < static_cast<std::size_t>(leg.count); ++k)
+      walls.add(-leg.normals[k], coefficient(scene, leg.shapes[k], leg.sides[k], is_static));
+    return friction_load(walls, hip_world - frame.world_from_volume(p));
   };
-  const glm::dvec3 ideal_world = frame.world_from_volume(waypoint(step.waypoint_count - 1));
+  const int first = std::min(landing, step.waypoint_count - 1);
+  const dvec3 spacing = frame.spacing();
+  // Legs as short as the gap before facets are no slide.
+  const double still = 1e-3 * std::min({spacing.x, spacing.y, spacing.z});
+  bool may_stick = is_sticking;
+  is_sticking = false;
+  double gone = 0;
+  for (int i = first; i + 1 < step.waypoint_count; ++i) {
+    const LegFacets& leg = facets[static_cast<std::size_t>(i)];
+    const dvec3 begin = waypoint(i), way = waypoint(i + 1) - begin;
+    const double length = glm::length(frame.vector_world_from_volume(way));
+    const bool is_short = gone + length < still && i + 2 < step.waypoint_count;
+    if (const FrictionLoad load = load_at(leg, begin, may_stick); !is_short && load.is_held()) {
+      is_sticking = gone < still && load.is_at_rest(may_stick);
+      step.waypoint_count = i + 1;
+      return begin;
+    }
+    const auto excess = [&](double t) {
+      const FrictionLoad load = load_at(leg, begin + t * way, false);
+      return load.along - load.limit;
+    };
+    if (!is_short && excess(1) <= 0) {
+      // Along one facet or one groove the load falls steadily.
+      double low = 0, high = 1;
+      constexpr int k_halvings = 20;
+      for (int k = 0; k < k_halvings; ++k) {
+        const double middle = 0.5 * (low + high);
+        (excess(middle) > 0 ? low : high) = middle;
+      }
+      waypoint(i + 1) = begin + high * way;
+      step.waypoint_count = i + 2;
+      return waypoint(i + 1);
+    }
+    if (!is_short) may_stick = false;
+    gone += length;
+  }
+  return waypoint(step.waypoint_count - 1);
+}
+
+dvec3 apply_friction(const volume::Frame& frame, const Material& material, const dvec3& hip_world,
+                     int landing, ProxyStep& step, bool& is_sticking) noexcept {
+  const auto waypoint = [&step](int i) -> dvec3& { return step.path_volume[static_cast<std::size_t>(i)]; };
+  const dvec3& normal = step.normal_world;
+  const auto tangential = [&normal](const dvec3& v) { return glm::length(v - glm::dot(v, normal) * normal); };
+  const dvec3 ideal_world = frame.world_from_volume(waypoint(step.waypoint_count - 1));
   const double depth = std::max(0.0, glm::dot(ideal_world - hip_world, normal));
   const double slide = tangential(ideal_world - frame.world_from_volume(waypoint(0)));
   is_sticking = slide <= (is_sticking ? material.static_friction : material.dynamic_friction) * depth;
@@ -26,8 +123,8 @@ glm::dvec3 apply_friction(const volume::Frame& frame, const Material& material, 
   }
   double back = material.dynamic_friction * depth;
   while (step.waypoint_count - 1 > first && back > 0) {
-    glm::dvec3& end = waypoint(step.waypoint_count - 1);
-    const glm::dvec3 begin = waypoint(step.waypoint_count - 2);
+    dvec3& end = waypoint(step.waypoint_count - 1);
+    const dvec3 begin = waypoint(step.waypoint_count - 2);
     const double length = tangential(frame.vector_world_from_volume(end - begin));
     if (length > back) {
       end = begin + (1 - back / length) * (end - begin);
@@ -41,7 +138,7 @@ glm::dvec3 apply_friction(const volume::Frame& frame, const Material& material, 
 
 int landing_of_first_leg(const ProxyStep& step) noexcept {
   if (step.waypoint_count < 2) return 0;
-  const glm::dvec3 drop = step.path_volume[1] - step.path_volume[0];
+  const dvec3 drop = step.path_volume[1] - step.path_volume[0];
   constexpr double k_support = 0.1;
   return glm::dot(drop, drop) > k_support * k_support ? 1 : 0;
 }

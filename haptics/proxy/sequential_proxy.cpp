@@ -46,7 +46,8 @@ ProxyStep follow_on_meshes(const TouchScene& scene, const ProxyState& state, con
     if (item.is_mesh()) gap = std::min(gap, item.tree->gap());
   static const volume::Frame world;
   ProxyStep step;
-  move_god_object(world, input.hip_world, state.on_meshes_world, gap, cast, step);
+  PathFacets facets;
+  move_god_object(world, input.hip_world, state.on_meshes_world, gap, cast, facets, step);
   return step;
 }
 

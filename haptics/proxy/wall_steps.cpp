@@ -12,15 +12,15 @@ namespace {
 
 constexpr double k_least_hessian = 0.25;  // of the reduced Hessian; below it a step would run away
 
-/// Two unit vectors that complete n to a frame (Duff et al. 2017).
+}  // namespace
+
+/// After Duff et al. 2017.
 void tangents(const dvec3& n, dvec3& u, dvec3& w) noexcept {
   const double sign = n.z >= 0 ? 1.0 : -1.0;
   const double a = -1 / (sign + n.z), b = n.x * n.y * a;
   u = {1 + sign * n.x * n.x * a, sign * b, -sign * n.x};
   w = {b, sign + n.y * n.y * a, -n.y};
 }
-
-}  // namespace
 
 dvec3 single_step(const volume::Frame& frame, double voxel_mm, const Plane& plane,
                   const dvec3& to_hip) noexcept {

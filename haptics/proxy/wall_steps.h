@@ -34,6 +34,8 @@ struct Planes {
   }
 };
 
+/// Two unit vectors that complete a unit normal to a frame.
+void tangents(const glm::dvec3& normal, glm::dvec3& u, glm::dvec3& w) noexcept;
 /// Newton's step for the nearest point to the HIP on one wall (mm, world): along it by the reduced Hessian 1
 /// + lambda (tangential second derivatives), and to it along its normal. `to_hip` and `voxel_mm` in mm;
 /// `frame` of the walls.

@@ -147,21 +147,24 @@ void soften(TouchScene& scene, int threads) {
 void soften(TouchScene& scene, std::span<const std::size_t> which, int threads) {
   for (const std::size_t s : which) {
     TouchItem& shape = scene.items[s];
-    std::vector<const volume::Occupancy*> beside;
+    std::vector<const volume::Occupancy*> whole, at_surface;
     std::vector<volume::Occupancy> resampled;
     resampled.reserve(scene.items.size());
     // A tool that is held within one of the two may be where the other would go on.
     for (std::size_t other = 0; other < scene.items.size(); ++other) {
       const TouchItem& item = scene.items[other];
       if (other == s || item.is_mesh() || shape.sides != Side::front || item.sides != Side::front) continue;
+      // What a shape that lets tools through covers must not be felt in it then.
+      const bool is_soft = std::find(which.begin(), which.end(), other) != which.end();
+      const double pop_force = std::max(item.material.pop_force, shape.material.pop_force);
       if (&item.field.volume() == &shape.field.volume()) {
-        beside.push_back(item.bits.get());
+        (is_soft && pop_force == 0 ? whole : at_surface).push_back(item.bits.get());
       } else if (auto bits = bits_on_grid(item, shape.field.volume())) {
         resampled.push_back(std::move(*bits));
-        beside.push_back(&resampled.back());
+        at_surface.push_back(&resampled.back());
       }
     }
-    shape.soft = volume::SoftField::build(*shape.bits, threads, beside);
+    shape.soft = volume::SoftField::build(*shape.bits, threads, {whole, at_surface});
   }
 }
 

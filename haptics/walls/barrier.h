@@ -115,7 +115,7 @@ void end_on_cubes(const TouchScene& scene, const Grid& grid, const glm::dvec3& h
     ShapeSet after = state.inside;
     return find_barrier(scene, grid, a, b, state.around.let_through, after, result.counters).is_blocked;
   };
-  end_with_friction(grid.frame(), scene, hip_world, landing, is_blocked, state, result);
+  end_with_friction(grid.frame(), scene, hip_world, landing, nullptr, is_blocked, state, result);
   state.inside = solids_at(scene, grid, state.proxy_volume);
 }
 

@@ -87,13 +87,14 @@ class EmbreeProxy final : public haptics::ProxyMethod {
     };
     const glm::dvec3& spacing = frame.spacing();
     const double gap = 1e-3 * std::min({spacing.x, spacing.y, spacing.z});  // above single precision
+    haptics::PathFacets facets;
     const int landing =
-        haptics::move_god_object(frame, input.hip_world, state.proxy_volume, gap, cast, result);
+        haptics::move_god_object(frame, input.hip_world, state.proxy_volume, gap, cast, facets, result);
     const auto is_blocked = [&](const dvec3& a, const dvec3& b) {
       haptics::FacetHit hit;
       return cast(a, b, hit);
     };
-    haptics::end_with_friction(frame, scene, input.hip_world, landing, is_blocked, state, result);
+    haptics::end_with_friction(frame, scene, input.hip_world, landing, &facets, is_blocked, state, result);
     return result;
   }
 

@@ -38,6 +38,15 @@ inline constexpr Golden k_golden[] = {
     {10, "lomi-parts", 0x75f2cd3c7b0fdee2},
     // Points of masks are shifted from cell to cell (revision 4 changed none of these).
     {5, "lockstep, what was removed", 2175259919017709223u},
+    // Friction by the walls where the proxy is, each with its own share; soft shapes go on into neighbours.
+    {11, "subvoxel", 0x4113f538b937e51e},
+    {11, "explicit", 0x290924269655a5a0},
+    {11, "explicit-cubes", 0x4313c559483cccea},
+    {11, "mesh", 0xe234ea35f04e49d3},
+    {11, "scene", 0x6d4d08205e19cf05},
+    {11, "depth", 0xf3eee562470354e7},
+    {11, "soak, its first minute", 2728968761577327183u},
+    {11, "soak, its hour", 7184610607181717583u},
 };
 
 /// Of this revision; 0 where nobody wrote it down, which no answer is.

@@ -190,7 +190,7 @@ TEST(SoftField, GoesOnIntoShapesBesideIt) {
   });
   const Occupancy floor = bits_of(1), wall = bits_of(2);
   const Occupancy* beside[] = {&floor};
-  const auto soft = SoftField::build(wall, 2, beside);
+  const auto soft = SoftField::build(wall, 2, {beside});
   for_voxels([&](const ivec3& v) {
     bool is_near = label(v) == 2;
     constexpr int k = SoftField::k_overlap;

@@ -113,13 +113,14 @@ TEST(MeshTree, NothingFallsIntoABallOfTenMicrometreEdgesOrOneThatMoved) {
           dvec3(std::sin(0.011 * static_cast<double>(n)), std::sin(0.017 * static_cast<double>(n) + 1),
                 std::sin(0.023 * static_cast<double>(n) + 1.6));
       ProxyStep step;
+      PathFacets facets;
       int looked = 0;
       move_god_object(
           frame, hip, proxy, tree.gap(),
           [&](const dvec3& a, const dvec3& b, FacetHit& hit) {
             return tree.cast(a, b, true, false, hit, looked);
           },
-          step);
+          facets, step);
       proxy = step.path_volume[static_cast<std::size_t>(step.waypoint_count - 1)];
       ASSERT_GT(glm::length(proxy), r * std::cos(3.15 / 120) - tree.gap())
           << n;  // no deeper than a facet's middle
