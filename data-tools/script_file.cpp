@@ -221,8 +221,10 @@ Result<Script> parse_script(const std::string& text, const std::string& where) {
   const toml::value& root = parsed.value();
   TomlReader reader(where);
   const toml::table& top = reader.table(
-      root, {"schema", "title", "scan", "iso", "window", "label", "auto", "largest", "plan", "rate",
-             "smallest_burr", "free_pieces", "places", "models", "hands", "do", "expect", "pictures"});
+      root, {"schema",        "title",       "scan",   "iso",    "window",          "label",
+             "auto",          "largest",     "plan",   "rate",   "static_friction", "dynamic_friction",
+             "smallest_burr", "free_pieces", "places", "models", "hands",           "do",
+             "expect",        "pictures"});
   if (volume::Status error = reader.check_schema(top, Script::k_schema, "script")) return *error;
   Script script;
   script.title = reader.text(top, "title").value_or("");
@@ -236,6 +238,8 @@ Result<Script> parse_script(const std::string& text, const std::string& where) {
   script.is_largest = reader.claim(top, "largest").value_or(false);
   script.takes_plan = reader.claim(top, "plan").value_or(false);
   script.rate_hz = reader.number(top, "rate", 10, 100000).value_or(1000);
+  script.static_friction = reader.number(top, "static_friction", 0, 10);
+  script.dynamic_friction = reader.number(top, "dynamic_friction", 0, 10);
   script.free_pieces = reader.number(top, "free_pieces", 0, 1e6);
   script.smallest_burr = reader.number(top, "smallest_burr", 1e-3, 30);
   for (const toml::value* v : reader.tables(top, "hands")) script.hands.push_back(read_hand(reader, *v));

@@ -90,6 +90,7 @@ struct Script {
   bool takes_plan = false;                   ///< of a scan that is built in
   bool is_auto = false, is_largest = false;  ///< from where the histogram parts; only the largest part
   double rate_hz = 1000;
+  std::optional<double> static_friction, dynamic_friction;  ///< of the shape, and of models
   std::optional<double> free_pieces;  ///< mm3: pieces so large come off by themselves; nothing: none does
   std::optional<double> smallest_burr;
   std::vector<ScriptPlace> places;

@@ -284,8 +284,12 @@ Status Replay::run_tick(const TickItem& item) {
   if (const std::uint64_t serial = state_->servo.seen()->serial; serial != recorded.version)
     record_mismatch(recorded.tick, "version", std::to_string(recorded.version), std::to_string(serial));
   recorded_force_ = recorded.force_world;
-  if (output_check(record_) != item.check)
+  // The check covers every output; the force and the contact are stated besides, for programs that only read.
+  if (output_check(record_) != item.check || recorded.force_world != logged_force(record_.force_world))
     record_mismatch(recorded.tick, "force", newtons(recorded.force_world), newtons(record_.force_world));
+  if (recorded.has_contact != record_.has_contact)
+    record_mismatch(recorded.tick, "contact", recorded.has_contact ? "yes" : "no",
+                    record_.has_contact ? "yes" : "no");
   if (comparing_) compare_tick();
   finish_tick();
   return std::nullopt;
@@ -339,6 +343,7 @@ void Replay::run_command(const Command& command) {
   compare(command.what.as<AdoptJob>(), "job");
   if (command.what.as<Resume>()) {
     ++counts_.resumes;
+    dropped_before_ = counts_.dropped;
     state_->servo.begin_anew(state_->next_tick);
   }
   add_change(outcome);
@@ -386,8 +391,21 @@ void Replay::check(const HashItem& item) {
 /// The end says the whole state once more.
 void Replay::check_end() {
   const std::optional<SessionEnd>& end = session_->end();
+  if (counts_.ticks == 0 && counts_.commands == 0 && session_->tick_count() == 0)
+    record_mismatch(0, "ticks", "none", "a session holds a tick or a command");
   if (!end) return;
+  if (session_->lost_bytes() > 0)
+    record_mismatch(state_->next_tick, "end", std::to_string(session_->lost_bytes()) + " bytes after it",
+                    "none");
   const Engine& engine = state_->engine;
+  const auto compare = [&](const char* what, std::uint64_t recorded, std::uint64_t replayed) {
+    if (recorded != replayed)
+      record_mismatch(state_->next_tick, what, std::to_string(recorded), std::to_string(replayed));
+  };
+  compare("ticks", end->ticks, state_->next_tick);
+  compare("version", end->serial, engine.serial());
+  // Ticks before the moment at which the session was opened were not counted.
+  if (state_->opened_at == 0) compare("dropped ticks", end->dropped, counts_.dropped - dropped_before_);
   if (const std::uint64_t hash = engine.current()->content_hash(); hash != end->hash)
     record_mismatch(state_->next_tick, "voxels", hexadecimal(end->hash), hexadecimal(hash));
   if (engine.removed_mm3() != end->removed_mm3)

@@ -121,6 +121,7 @@ class Replay {
   std::optional<Mismatch> mismatch_;
   volume::VoxelBox changed_{glm::ivec3(0), glm::ivec3(-1)};
   Counts counts_;
+  std::uint64_t dropped_before_ = 0;  ///< ticks, before the newest resume: an end counts those after it
 };
 
 }  // namespace trephine::sim

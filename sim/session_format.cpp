@@ -72,6 +72,11 @@ std::uint32_t output_check(const haptics::ServoRecord& r) noexcept {
 namespace {
 
 constexpr double k_force_grid = 0x1p-10;  // N
+/// A force's part in steps of the grid; 0 for what no device renders.
+std::int64_t force_count(double newtons) noexcept {
+  const double count = std::nearbyint(newtons / k_force_grid);
+  return std::abs(count) < 0x1p40 ? static_cast<std::int64_t>(count) : 0;
+}
 /// In place of a number's difference: what follows is the number itself, for one that is on no grid.
 constexpr std::int64_t k_exact = std::numeric_limits<std::int64_t>::min();
 
@@ -157,8 +162,7 @@ void ItemEncoder::add(const haptics::ServoRecord& r) {
   if (extras & has_axes) put(bytes_, r.pose.axes);
   if (flags & has_force)
     for (std::size_t a = 0; a < 3; ++a) {
-      const double force = std::nearbyint(r.force_world[static_cast<int>(a)] / k_force_grid);
-      const auto count = std::abs(force) < 0x1p40 ? static_cast<std::int64_t>(force) : 0;
+      const std::int64_t count = force_count(r.force_world[static_cast<int>(a)]);
       put_number(bytes_, count - last.force[a]);
       last.force[a] = count;
     }
@@ -303,6 +307,12 @@ Result<LogItem> ItemDecoder::next_tick(std::uint8_t flags) {
   r.is_restarted = (extras & restart_flag) != 0;
   r.has_contact = ((flags & has_force) != 0) != ((extras & contact_flag) != 0);
   return LogItem{std::move(item)};
+}
+
+glm::dvec3 logged_force(const glm::dvec3& force_world) noexcept {
+  glm::dvec3 logged(0);
+  for (int a = 0; a < 3; ++a) logged[a] = static_cast<double>(force_count(force_world[a])) * k_force_grid;
+  return logged;
 }
 
 std::uint64_t block_checksum(const BlockHead& head, std::string_view payload) noexcept {

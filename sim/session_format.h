@@ -75,15 +75,18 @@ using LogItem = std::variant<TickItem, CommandItem, EventItem, UnknownItem, Vers
 
 /// The end of a session that was closed in order.
 struct SessionEnd {
-  std::uint64_t ticks = 0, dropped = 0, serial = 0;
-  std::uint64_t hash = 0;   ///< of what was removed
-  std::uint64_t state = 0;  ///< OperationState::hash()
+  std::uint64_t ticks = 0, serial = 0;
+  std::uint64_t dropped = 0;  ///< ticks missing between those recorded, since the session last went on
+  std::uint64_t hash = 0;     ///< of what was removed
+  std::uint64_t state = 0;    ///< OperationState::hash()
   double removed_mm3 = 0;
   std::vector<Measure> measures = {};  ///< facts: what was measured, as it was told then
 };
 
 /// Of everything that a tick's step answered, bit by bit.
 std::uint32_t output_check(const haptics::ServoRecord& record) noexcept;
+/// The force as a session states it, rounded to its grid.
+glm::dvec3 logged_force(const glm::dvec3& force_world) noexcept;
 
 std::string encode(const SessionHeader& header);
 volume::Result<SessionHeader> decode_header(std::string_view text);

@@ -124,6 +124,7 @@ Result<std::unique_ptr<SessionWriter>> SessionWriter::append(SessionLock lock, S
     return disk_error("the session cannot be continued", where, errno);
   writer->bytes_written_ = tail.length;
   writer->next_block_ = tail.blocks;
+  writer->is_appended_ = true;
   writer->log_blocks_ = tail.log_blocks;
   writer->tail_ = std::move(tail.checkpoints);
   writer->writer_ = std::thread([w = writer.get()] { w->write_loop(); });
@@ -157,6 +158,7 @@ void SessionWriter::stop_threads() {
 
 void SessionWriter::begin(const Engine& engine, const haptics::ForceOptions& force, double rate_hz,
                           std::uint64_t first_tick, bool may_wait) {
+  ticks_ = first_tick;
   if (options_.checkpoint_work <= 0) return;
   TREPHINE_ASSERT(maker_ == nullptr);  // once a recording
   maker_ =
@@ -171,6 +173,13 @@ void SessionWriter::add(const haptics::ServoRecord& record, Engine& engine, cons
     items_.add(record);
     seal_if_long();
     last_tick_ = record.tick;
+    ticks_ = std::max(ticks_, record.tick + 1);
+    // A session that goes on begins at whatever tick comes first.
+    while (next_ticks_.size() <= record.hand)
+      next_ticks_.push_back(is_appended_ ? std::nullopt : std::optional<std::uint64_t>(0));
+    std::optional<std::uint64_t>& next = next_ticks_[record.hand];
+    if (next && record.tick > *next) dropped_ += record.tick - *next;
+    next = record.tick + 1;
     record_outcome(engine, outcome);
     if (was_in_stroke_ && !engine.is_in_stroke()) ask_sync(engine);
     was_in_stroke_ = engine.is_in_stroke();
@@ -362,7 +371,7 @@ Status SessionWriter::status() const {
   return status_;
 }
 
-Status SessionWriter::finish(const Engine& engine, std::uint64_t dropped) {
+Status SessionWriter::finish(const Engine& engine) {
   stop_threads();
   if (file_ < 0) return status();
   {
@@ -371,8 +380,13 @@ Status SessionWriter::finish(const Engine& engine, std::uint64_t dropped) {
   }
   const volume::Version& version = *engine.current();
   write_block(BlockKind::end, last_tick_,
-              encode(SessionEnd{last_tick_ + 1, dropped, engine.serial(), version.content_hash(),
-                                engine.now().hash(), engine.removed_mm3(), engine.measures()}));
+              encode(SessionEnd{.ticks = ticks_,
+                                .serial = engine.serial(),
+                                .dropped = dropped_,
+                                .hash = version.content_hash(),
+                                .state = engine.now().hash(),
+                                .removed_mm3 = engine.removed_mm3(),
+                                .measures = engine.measures()}));
   if (::fsync(file_) != 0) fail(errno);
   ::close(std::exchange(file_, -1));
   if (options_.is_removed_when_empty && !has_edits()) ::unlink(path_.c_str());

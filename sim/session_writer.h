@@ -86,7 +86,7 @@ class SessionWriter {
   /// Was anything cut?
   bool has_edits() const noexcept { return has_edits_.load(); }
   /// Writes the rest and the end, syncs and closes. The first failure of the whole recording, if any.
-  volume::Status finish(const Engine& engine, std::uint64_t dropped);
+  volume::Status finish(const Engine& engine);
   /// The first failure so far.
   volume::Status status() const;
   /// How often the file was made safe against a power cut.
@@ -130,6 +130,10 @@ class SessionWriter {
   bool wants_sync_ = false, is_sync_due_ = false, is_stopping_ = false;
   volume::Status status_;
   std::uint64_t next_block_ = 0, last_tick_ = 0, hashed_serial_ = 0;
+  std::vector<std::optional<std::uint64_t>> next_ticks_;  ///< of each hand, once it is known
+  bool is_appended_ = false;
+  std::uint64_t dropped_ = 0;  ///< ticks missing between those added
+  std::uint64_t ticks_ = 0;    ///< one past the newest of the session
   bool was_in_stroke_ = false;
   std::atomic<std::uint64_t> bytes_written_{0};
   std::atomic<bool> has_edits_{false};

@@ -32,7 +32,7 @@ struct trephine_operation {
   volume::VoxelBox changed = sim::k_no_voxels;
 
   ~trephine_operation() {
-    if (recorder && !has_ended) (void)recorder->finish(run->engine(), 0);
+    if (recorder && !has_ended) (void)recorder->finish(run->engine());
   }
   const sim::Engine& engine() const noexcept { return run ? run->engine() : replay->engine(); }
   sim::Engine& engine() noexcept { return run ? run->engine() : replay->engine(); }
@@ -216,7 +216,7 @@ int trephine_operation_end(trephine_operation* operation, trephine_error* error)
   const int code = guarded(error, [&]() -> Status {
     if (Status wrong = check_run(operation)) return wrong;
     operation->has_ended = true;
-    if (operation->recorder) failed = operation->recorder->finish(operation->run->engine(), 0);
+    if (operation->recorder) failed = operation->recorder->finish(operation->run->engine());
     return std::nullopt;
   });
   return failed ? fail(error, TREPHINE_FAILED, *failed) : code;

@@ -16,7 +16,7 @@ using Kind = SectionObject::Kind;
 namespace {
 
 /// Pieces and models in turn, so that neighbours differ.
-constexpr Panel::Colour k_bone{150, 150, 150};
+constexpr Panel::Colour k_bone{150, 150, 150}, k_cancellous{84, 78, 74};
 constexpr Panel::Colour k_pieces[] = {{196, 170, 120}, {150, 178, 128}, {184, 146, 168}};
 constexpr Panel::Colour k_models[] = {{245, 245, 245}, {188, 222, 248}, {250, 232, 178}};
 
@@ -39,6 +39,7 @@ Result<std::vector<SectionObject>> section_objects(const Subject& subject, const
         {kind, shape.name, colour, cross_section::cut_volume(plane, field, subject.version.get())});
   };
   add(Kind::bone, *subject.bone, k_bone);
+  objects[0].by_labels = cross_section::bone_by_labels(plane, *subject.scan, subject.version.get());
   for (std::size_t i = 0; i < subject.structures.size(); ++i)
     add(Kind::structure, subject.structures[i], colour_of(*subject.scan, subject.structures[i], i));
   std::size_t pieces = 0, models = 0;
@@ -65,7 +66,8 @@ Panel section_panel(const std::vector<SectionObject>& objects, const ImagePlane&
       const std::size_t at = static_cast<std::size_t>(column) +
                              static_cast<std::size_t>(plane.columns) * static_cast<std::size_t>(row);
       Panel::Colour colour = k_empty;
-      bool is_bone = false;
+      bool is_bone = !objects[0].by_labels.empty() && objects[0].by_labels[at];
+      if (is_bone) colour = k_cancellous;
       const SectionObject* model = nullptr;
       for (const SectionObject& object : objects) {
         if (!object.cut.inside[at]) continue;

@@ -13,6 +13,7 @@ struct SectionObject {
   std::string name;
   Panel::Colour colour;
   cross_section::Cut cut;
+  std::vector<std::uint8_t> by_labels = {};  ///< of bone: what labels that name a bone add to it
 };
 inline constexpr Panel::Colour k_outside_bone{225, 45, 40};
 

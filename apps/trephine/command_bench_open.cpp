@@ -64,7 +64,7 @@ volume::Result<double> record_long_hand(const std::string& file, double burr_dia
       return interrupted("recording");
     run.step(hand.at(times[i]));
   }
-  if (volume::Status error = recorder.value()->finish(run.engine(), 0)) return *error;
+  if (volume::Status error = recorder.value()->finish(run.engine())) return *error;
   return run.engine().removed_mm3();
 }
 

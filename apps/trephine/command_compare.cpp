@@ -17,7 +17,7 @@ namespace {
 struct CompareArguments {
   workbench::SourceChoice case_source;
   std::string session, output;
-  double at = 0;
+  std::optional<double> at;  ///< s; nothing: before anything was done
   std::optional<double> with;
 };
 
@@ -41,7 +41,7 @@ Result<Outcome> run_compare(const CompareArguments& arguments) {
   for (const std::string& input : {arguments.session, arguments.case_source.path}) outputs.reads(input);
   outputs.writes("output", arguments.output, data_tools::OutputKind::picture);
   if (Status error = outputs.check()) return *error;
-  for (const double time : {arguments.at, arguments.with.value_or(0)})
+  for (const double time : {arguments.at.value_or(0), arguments.with.value_or(0)})
     if (!(time >= 0))
       return Error{"the time is out of range", "--at, --with", std::to_string(time), "0 s or more", ""};
   auto opened = workbench::open_session(arguments.session, arguments.case_source, person());
@@ -49,7 +49,7 @@ Result<Outcome> run_compare(const CompareArguments& arguments) {
   workbench::OpenedSession& session = *opened.value();
   const double rate = session.reader->header().rate_hz;
   const std::uint64_t all = session.reader->tick_count();
-  for (const double time : {arguments.at, arguments.with.value_or(0)})
+  for (const double time : {arguments.at.value_or(0), arguments.with.value_or(0)})
     if (time * rate > static_cast<double>(all) + 0.5)
       return Error{"the session ends before that", "--at, --with", format_text("%.1f s", time),
                    format_text("0 to %.1f s", static_cast<double>(all) / rate), ""};
@@ -57,9 +57,20 @@ Result<Outcome> run_compare(const CompareArguments& arguments) {
     return time ? std::min(all, static_cast<std::uint64_t>(std::llround(*time * rate))) : all;
   };
   std::array<std::size_t, 2> bodies{};
-  auto first = state_at(*session.replay, tick_of(arguments.at), rate, *session.reader);
+  // Commands may come before the first tick, so 0 s is not before anything.
+  const auto first_state = [&]() -> Result<view::ComparedState> {
+    if (!arguments.at) {
+      view::ComparedState untouched;
+      untouched.title = "before anything";
+      untouched.version = session.replay->engine().untouched();
+      return untouched;
+    }
+    auto state = state_at(*session.replay, tick_of(arguments.at), rate, *session.reader);
+    bodies[0] = session.replay->engine().now().world.bodies.size();
+    return state;
+  };
+  auto first = first_state();
   if (!first) return first.error();
-  bodies[0] = session.replay->engine().now().world.bodies.size();
   auto second = state_at(*session.replay, tick_of(arguments.with), rate, *session.reader);
   if (!second) return second.error();
   bodies[1] = session.replay->engine().now().world.bodies.size();
@@ -95,7 +106,7 @@ Result<Outcome> run_compare(const CompareArguments& arguments) {
 Run build(Options& options) {
   auto a = std::make_shared<CompareArguments>();
   add_session(options, a->session, a->case_source);
-  options.add("--at", a->at, "The first moment, s").type("S").shows_default();
+  options.add("--at", a->at, "The first moment; before anything when left out").type("S");
   options.add("--with", a->with, "The second; the end when left out").type("S");
   options.add("-o,--output", a->output, "Write a picture of both beside each other").type("PNG");
   return run_with(a, run_compare);

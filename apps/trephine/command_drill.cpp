@@ -130,7 +130,7 @@ Result<Outcome> run_drill(const DrillArguments& arguments) {
   ProgressLine progress("drilling");
   for (std::size_t i = 0; i < times.size(); ++i) {
     if (i % 256 == 0 && !progress(static_cast<double>(i) / static_cast<double>(times.size()))) {
-      return interrupted("drilling", recorder.value() && !recorder.value()->finish(run.engine(), 0));
+      return interrupted("drilling", recorder.value() && !recorder.value()->finish(run.engine()));
     }
     const auto begin = Clock::now();
     run.step(path.value().at(times[i]));
@@ -142,7 +142,7 @@ Result<Outcome> run_drill(const DrillArguments& arguments) {
   const volume::Version& version = *run.engine().current();
   // A recording that failed takes nothing else with it.
   const volume::Status not_recorded =
-      recorder.value() ? recorder.value()->finish(run.engine(), 0) : std::nullopt;
+      recorder.value() ? recorder.value()->finish(run.engine()) : std::nullopt;
   tell_resampled(*source.volume, arguments.output);
   outputs.write(arguments.output, [&] { return data_tools::write_operated(arguments.output, version); });
   outputs.recorded(not_recorded);

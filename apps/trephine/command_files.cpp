@@ -139,6 +139,7 @@ Result<Outcome> run_mesh(const MeshArguments& arguments) {
   const auto start = Clock::now();
   const volume::Mesh mesh = volume::surface_net({&shape.field, nullptr, shape.bits.get(), arguments.is_open});
   const double seconds = seconds_since(start);
+  if (is_interrupted()) return interrupted("making the mesh");
   outputs.write(arguments.output,
                 [&] { return data_tools::write_mesh(arguments.output, mesh, source.volume->frame); });
   if (volume::Status error = outputs.result()) return *error;

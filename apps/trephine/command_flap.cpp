@@ -246,6 +246,7 @@ Result<Outcome> run_flap(const FlapArguments& arguments) {
   choice.smallest_burr = arguments.smallest_burr.value_or(burr_for(wish));
   auto opened = workbench::open_operation(arguments.source, choice, person());
   if (!opened) return opened.error();
+  if (is_interrupted()) return interrupted("the flap");
   const workbench::Operation& operation = opened.value();
   if (!arguments.target.empty() && label_of(arguments, operation) < 0)
     return Error{"there is no label of that name", "target", arguments.target, "a label of the scan", ""};
@@ -271,13 +272,15 @@ Result<Outcome> run_flap(const FlapArguments& arguments) {
     const sim::Outcome done = run.apply_whole({wish, 0});
     if (done.refused) return *done.refused;
   }
+  if (is_interrupted())
+    return interrupted("the flap", recorder.value() && !recorder.value()->finish(run.engine()));
   const double seconds = seconds_since(begin);
   if (arguments.lift > 0 && !run.engine().now().world.bodies.empty()) {
     const dvec3 up = arguments.lift * run.engine().now().world_of<bone_flap::FlapWorld>()->normal;
     const std::vector<sim::Body> freed = run.engine().now().world.bodies;
     for (const sim::Body& body : freed) run.apply({sim::PlaceBody{body.id, up}, 0});
   }
-  const Status not_recorded = recorder.value() ? recorder.value()->finish(run.engine(), 0) : std::nullopt;
+  const Status not_recorded = recorder.value() ? recorder.value()->finish(run.engine()) : std::nullopt;
   Outcome outcome{new_report("flap"), "", exit_done};
   Json& json = outcome.json;
   json["source"] = name_in_report(operation.source);

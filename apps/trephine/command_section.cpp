@@ -110,7 +110,12 @@ Result<Outcome> run_section(const SectionArguments& a) {
           format_text("of models %.1f mm2 lie beyond the picture, and are not among those below\n", beyond);
     json["models_mm2"] = areas.models;
     json["models_outside_bone_mm2"] = areas.outside;
+    json["bone_is_by_labels"] = !objects[0].by_labels.empty();
     outcome.text += format_text("of models %.1f mm2 lie outside bone (red)\n", areas.outside);
+    if (objects[0].by_labels.empty() && areas.outside > 0)
+      outcome.text +=
+          "bone is judged by its window alone, below which cancellous bone lies: import labels of the bones "
+          "(import --labels) to judge by them\n";
   }
   outputs.write(a.output, [&] { return view::write_slices({panel}, a.output, 720); });
   outputs.write(a.svg, [&] { return data_tools::write_file_atomically(a.svg, svg_of(plane, objects)); });

@@ -161,6 +161,9 @@ Result<Outcome> run_replay(const ReplayArguments& arguments) {
                       "\n  recorded: " + mismatch->recorded + "\n  replayed: " + mismatch->replayed + "\n";
       outcome.exit_code = exit_check_failed;
     } else {
+      json["is_complete"] = session.reader->end().has_value();
+      if (!session.reader->end())
+        outcome.text += "the session has no end, since the program was stopped: what is there is compared\n";
       outcome.text += format_text(
           "the same to the bit: %llu forces, %llu versions, %llu checkpoints, voxel hash %s\n",
           static_cast<unsigned long long>(counts.ticks), static_cast<unsigned long long>(counts.versions),
@@ -233,7 +236,7 @@ Result<Outcome> run_resume(const ResumeArguments& arguments) {
       if (i % 256 == 0 && !progress(static_cast<double>(i) / static_cast<double>(times.size()))) break;
       run.step(path->at(times[i]));
     }
-    if (Status error = writer.finish(run.engine(), 0)) return *error;
+    if (Status error = writer.finish(run.engine())) return *error;
     after = run.engine().removed_mm3();
     if (is_interrupted()) {
       Error error = interrupted("going on");

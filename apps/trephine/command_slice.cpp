@@ -100,15 +100,20 @@ Result<Outcome> run_slice(const SliceArguments& a) {
   }
   const imaging::Subject subject = imaging::subject_of(moment);
   std::vector<imaging::Panel> panels;
-  const auto add_panel = [&](ct_viewer::Blend blend) {
+  const auto add_panel = [&](ct_viewer::Blend blend, const imaging::Subject& shown) {
     panels.push_back(imaging::slice_panel(values, plane, window.value(), blend));
-    return imaging::draw_in(panels.back(), subject, plane, a.has_labels);
+    return imaging::draw_in(panels.back(), shown, plane, a.has_labels);
   };
   if (a.is_beside) {
-    if (Status error = add_panel(ct_viewer::Blend::before)) return *error;
+    // Outlines of the untouched scan, without the pieces that were cut free of it.
+    imaging::Subject before = subject;
+    before.version = nullptr;
+    std::erase_if(before.things, [](const imaging::Thing& thing) { return thing.is_piece; });
+    if (Status error = add_panel(ct_viewer::Blend::before, before)) return *error;
     panels.back().title = "as it was";
   }
-  if (Status error = add_panel(a.is_blended ? ct_viewer::Blend::both : ct_viewer::Blend::now)) return *error;
+  if (Status error = add_panel(a.is_blended ? ct_viewer::Blend::both : ct_viewer::Blend::now, subject))
+    return *error;
   panels.back().title =
       a.is_beside ? "as it is"
       : a.thickness > 0

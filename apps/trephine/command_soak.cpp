@@ -146,7 +146,7 @@ Result<Outcome> run_soak(const SoakArguments& arguments) {
   }
   live.stop();
   const haptics::ServoReport servo = live.servo_report();
-  if (volume::Status error = recorder.value()->finish(live.engine(), servo.dropped)) return *error;
+  if (volume::Status error = recorder.value()->finish(live.engine())) return *error;
   const std::uint64_t hash = live.engine().current()->content_hash();
 
   // All of it again.

@@ -145,7 +145,7 @@ Result<Outcome> run_touch(const TouchArguments& arguments) {
   const sim::Engine engine =
       workbench::play_touch(operation, path.value(), recorder.value().get(), see, person());
   // A recording that failed takes nothing else with it.
-  const volume::Status not_recorded = recorder.value() ? recorder.value()->finish(engine, 0) : std::nullopt;
+  const volume::Status not_recorded = recorder.value() ? recorder.value()->finish(engine) : std::nullopt;
   if (is_interrupted()) return interrupted("the touch", recorder.value() && !not_recorded);
   outputs.write(arguments.output, [&] { return data_tools::write_file_atomically(arguments.output, csv); });
   outputs.recorded(not_recorded);

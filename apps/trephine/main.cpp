@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <csignal>
 #include <cstdio>
+#include <numeric>
+#include <optional>
 #include <sstream>
 
 #include "apps/trephine/build_info.h"
@@ -67,9 +69,38 @@ Error unreadable(const CLI::ParseError& error, const std::string& name) {
   if (dynamic_cast<const CLI::ExtrasError*>(&error) && !name.empty() && !name.starts_with("-"))
     return {"there is no such option, or nothing more is expected", name, options_first(rest), "", help};
   if (name.empty() || name.starts_with("-")) return {why, "", "", "", "see: trephine --help"};
-  for (const Command* known : k_commands)
-    if (known->name == name) return {why, name, "", "", "see: trephine " + name + " --help"};
-  return {"there is no such command", "", name, "one that trephine --help lists", "check the spelling"};
+  return {why, name, "", "", "see: trephine " + name + " --help"};
+}
+
+/// Letters that have to be changed, added or left out to make one word of the other (Levenshtein 1966).
+std::size_t edit_distance(std::string_view a, std::string_view b) {
+  std::vector<std::size_t> row(b.size() + 1);
+  std::iota(row.begin(), row.end(), std::size_t{0});
+  for (const char letter : a) {
+    std::size_t diagonal = row[0]++;
+    for (std::size_t j = 0; j < b.size(); ++j) {
+      const std::size_t changed = diagonal + (letter != b[j]);
+      diagonal = row[j + 1];
+      row[j + 1] = std::min({changed, row[j] + 1, row[j + 1] + 1});
+    }
+  }
+  return row.back();
+}
+
+/// Error for a word that is not a command, with the command whose name is nearest; nothing for commands.
+std::optional<Error> unknown_command(const std::string& name) {
+  if (name.empty() || name.starts_with("-")) return std::nullopt;
+  const Command* nearest = nullptr;
+  std::size_t least = 3;  // letters
+  for (const Command* known : k_commands) {
+    const std::string_view other = known->name;
+    if (other == name) return std::nullopt;
+    const bool is_beginning = other.starts_with(name) || name.starts_with(other);
+    const std::size_t distance = is_beginning ? 1 : edit_distance(other, name);
+    if (distance < least) nearest = known, least = distance;
+  }
+  return Error{"there is no such command", "", name, "one that trephine --help lists",
+               nearest ? "did you mean " + std::string(nearest->name) + "?" : "see: trephine --help"};
 }
 
 }  // namespace
@@ -104,6 +135,7 @@ int main(int argc, char** argv) {
 
   for (int i = 1; i < argc; ++i) wants_json = wants_json || std::string_view(argv[i]) == "--json";
   const std::string name = argc > 1 ? argv[1] : "";
+  if (const auto unknown = unknown_command(name)) return finish(name, wants_json, *unknown);
   try {
     cli.parse(argc, argv);
   } catch (const CLI::Success& e) {
@@ -128,6 +160,9 @@ int main(int argc, char** argv) {
         for (Json& text : result.value().json["notices"])
           text = chosen->options->without_names(text.get<std::string>());
     }
+    // What was written is whole; the program was asked to stop all the same.
+    if (result && is_interrupted() && result.value().exit_code == exit_done)
+      result.value().exit_code = exit_interrupted;
     return finish(chosen->command->name, wants_json, result);
   } catch (const std::bad_alloc&) {
     return finish(chosen->command->name, wants_json,

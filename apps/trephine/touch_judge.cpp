@@ -50,6 +50,10 @@ TouchJudge::TouchJudge(const workbench::Operation& operation)
       offset_(scenes::touched_offset(scene_, nullptr)),
       smooth_(scenes::touched_smooth_solid(scene_, nullptr)),
       falls_([this](const glm::dvec3& a, const glm::dvec3& b) { return meets(a, b); }) {
+  const auto shapes = base_shapes(scene_);
+  for (std::size_t i = 1; i < shapes.size(); ++i)
+    if (shapes[i].sides == haptics::Side::front)
+      others_.push_back(std::make_unique<scenes::Promise>(info_, scene_, nullptr, i));
   if (std::string(info_.name) != "scene-sequential")
     models_ = mesh_walls(scene_, info_.solid == haptics::MethodInfo::Solid::images);
   has_drawn_ = std::any_of(scene_.items.begin(), scene_.items.end(),
@@ -63,6 +67,8 @@ TouchJudge::TouchJudge(const workbench::Operation& operation)
 
 bool TouchJudge::meets(const glm::dvec3& a, const glm::dvec3& b) const {
   if (promise_.meets(a, b)) return true;
+  for (const auto& other : others_)
+    if (other->meets(a, b)) return true;
   for (const auto& wall : models_)
     if (a != b && wall->is_entered(a, b)) return true;
   return false;

@@ -13,7 +13,7 @@ namespace trephine::app {
 
 class TouchJudge {
  public:
-  /// Borrows the operation. Of its first shape, and of models.
+  /// Borrows the operation. Judges all shapes of its scan that hold from the front, and models.
   explicit TouchJudge(const workbench::Operation& operation);
   void observe(const workbench::TouchTick& tick);
 
@@ -35,7 +35,8 @@ class TouchJudge {
   const haptics::MethodInfo& info_;
   bool is_smooth_;
   checker::SolidVoxels solid_;
-  scenes::Promise promise_;
+  scenes::Promise promise_;                               ///< of the first shape
+  std::vector<std::unique_ptr<scenes::Promise>> others_;  ///< of the others
   /// A round tool's middle is judged by the samples of its offset field, in that field's frame.
   std::shared_ptr<const volume::OffsetField> offset_;
   checker::SmoothSolid smooth_;

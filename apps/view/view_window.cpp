@@ -28,6 +28,13 @@ using volume::Result;
 
 namespace {
 
+/// Pieces and what modules show, where the session has them now.
+void show_scenery(const sim::Replay& replay, Viewport& picture) {
+  sim::Overlays overlays = replay.engine().overlays();
+  for (sim::Overlay& one : overlays) one.holder = -1;  // the engine knows where they are
+  picture.show(overlays, {});
+}
+
 /// The tool as the session left it, seen from its side of the bone.
 void show_replay(const sim::Replay& replay, const haptics::TouchScene& scene, Viewport& picture) {
   const haptics::ServoRecord& record = replay.record();
@@ -42,9 +49,7 @@ void show_replay(const sim::Replay& replay, const haptics::TouchScene& scene, Vi
   picture.view().aim_camera(0.5 * (low + high), from, {0, 0, 1}, BoneView::distance_of(low, high));
   picture.show_stylus(record, look_of(replay.engine().now().settings.hands[record.hand].parameters),
                       *replay.engine().current(), from);
-  sim::Overlays overlays = replay.engine().overlays();
-  for (sim::Overlay& one : overlays) one.holder = -1;  // the engine knows where they are
-  picture.show(overlays, {});
+  show_scenery(replay, picture);
 }
 
 /// The stylus rests on what is in the middle of the picture.
@@ -74,6 +79,8 @@ Result<WindowReport> draw_once(const haptics::TouchScene& scene, const WindowOpt
   if (options.start) picture.show(options.start->engine.overlays(), {});
   if (options.replay && options.replay->next_tick() > 0)
     show_replay(*options.replay, scene, picture);
+  else if (options.replay)
+    show_scenery(*options.replay, picture);  // commands alone: no hand moved
   else if (options.has_tool)
     rest_stylus(
         *version,

@@ -127,6 +127,8 @@ Result<std::unique_ptr<ScriptRun>> ScriptRun::open(const Script& script, const s
   OperationChoice choice;
   choice.shape = {script.iso, script.window, script.label, script.is_auto, script.is_largest};
   choice.rate_hz = script.rate_hz;
+  choice.material.static_friction = script.static_friction;
+  choice.material.dynamic_friction = script.dynamic_friction;
   choice.smallest_burr = script.smallest_burr;
   for (const data_tools::ScriptModel& model : script.models) {
     choice.models.push_back({model.file.empty() ? "" : seen_from(folder, model.file), 1, "", model.at,
@@ -258,7 +260,7 @@ Result<ScriptReport> ScriptRun::play(sim::SessionWriter* recorder, PictureTaker 
   std::vector<haptics::Pose> poses(paths_.size());
   const auto progress = listener.progress("playing");
   const auto leave = [&](const Error& error) {
-    if (recorder) (void)recorder->finish(run.engine(), 0);
+    if (recorder) (void)recorder->finish(run.engine());
     return error;
   };
   for (std::uint64_t tick = 0; tick < ticks; ++tick) {
@@ -277,7 +279,7 @@ Result<ScriptReport> ScriptRun::play(sim::SessionWriter* recorder, PictureTaker 
   command_until(duration_, duration_);
   Result<ScriptReport> report = watch.finish(run.engine());
   if (!report) return leave(report.error());
-  if (recorder) report.value().recording = recorder->finish(run.engine(), 0);
+  if (recorder) report.value().recording = recorder->finish(run.engine());
   return report;
 }
 
@@ -325,7 +327,7 @@ Result<ScriptRun::Live> ScriptRun::play_live(sim::SessionWriter& recorder, const
   }
   live.stop();
   result.servo = live.servo_report();
-  const Status finished = recorder.finish(live.engine(), result.servo.dropped);
+  const Status finished = recorder.finish(live.engine());
   if (broken) return *broken;
   if (finished)
     return Error{"what was played live cannot be checked: its recording was not written whole",

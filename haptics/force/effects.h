@@ -13,7 +13,7 @@ namespace trephine::haptics {
 struct ConstantForce {
   glm::dvec3 force_world{0.0};  ///< N
 };
-/// Against the motion, like honey.
+/// A viscous force against the motion.
 struct Viscosity {
   double damping = 0.002;  ///< N s/mm
 };
@@ -23,8 +23,8 @@ struct Spring {
   double stiffness = 0.1;  ///< N/mm
 };
 /// A straight track: springs hold the tip on it sideways, and making it longer costs a force, the probe's way
-/// through a pedicle (thesis of the volume haptics toolkit, 6.2.3). Going back and forth in what is already
-/// made costs none.
+/// through a pedicle (thesis "A Surface-based Volume Haptics Approach", 6.2.3). Going back and forth in what
+/// is already made costs none.
 struct LineTrack {
   glm::dvec3 start_world{0.0}, ahead_world{0, 0, -1};
   double stiffness = 0.5;  ///< N/mm, sideways and where the track ends

@@ -42,7 +42,7 @@ std::string fault_names(std::uint32_t faults);
 
 /// Spring and damper between HIP and proxy: F = K (proxy - HIP) + B d/dt (proxy - HIP), less the material's
 /// viscosity times the motion along the surface, seen from what is touched, then exponential
-/// smoothing f_n = a x_n + (1 - a) f_(n-1) (thesis of the volume haptics toolkit, eq. 4.1).
+/// smoothing f_n = a x_n + (1 - a) f_(n-1) (thesis "A Surface-based Volume Haptics Approach", eq. 4.1).
 class ForceModel {
  public:
   /// `dt` (s) is the servo's period; alpha is converted to it here, once.

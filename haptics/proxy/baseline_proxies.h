@@ -7,9 +7,9 @@ namespace trephine::haptics {
 
 /// Fixed steps of k = 0.1 mm along the way (delta = k / |end - start|), the nearest voxel at each looked up
 /// in binary transfer functions; the normal by central differences at the voxel, turned round on the back;
-/// the proxy goes on in the tangent plane at the contact (thesis chapter on touching multiple
-/// isosurfaces, 3.2 - 3.4). Thin matter between two steps, and what lies under the tangent plane, is passed.
-/// Cost: proportional to speed.
+/// the proxy goes on in the tangent plane at the contact ("Haptic Interaction with Volumetric
+/// Datasets Using Surface-based Haptic Libraries", 3.2 - 3.4). Thin matter between two steps, and what lies
+/// under the tangent plane, is passed. Cost: proportional to speed.
 class RaystepProxy final : public ProxyMethod {
  public:
   static constexpr double k_step = 0.1;  ///< mm

@@ -7,9 +7,9 @@
 namespace trephine::haptics {
 
 /// The traversal names the cells that a way meets; naive surface nets, or marching cubes, makes the triangles
-/// of those cells alone (thesis of the volume haptics toolkit, 3.4.2), bit for bit those of the whole
-/// surface; a god-object moves on them, on up to three facets at once (Zilles and Salisbury 1995). The proxy
-/// never passes a triangle. For a round tool the surface is that of the offset fields. Cost: some us in
+/// of those cells alone (thesis "A Surface-based Volume Haptics Approach", 3.4.2), bit for bit those of the
+/// whole surface; a god-object moves on them, on up to three facets at once (Zilles and Salisbury 1995). The
+/// proxy never passes a triangle. For a round tool the surface is that of the offset fields. Cost: some us in
 /// contact, whatever the volume's size and the tool's.
 class ExplicitProxy : public ProxyMethod {
  public:

@@ -5,10 +5,10 @@
 
 namespace trephine::haptics {
 
-/// The pipeline of the thesis of the volume haptics toolkit (4.2.2): a god-object on the meshes follows the
-/// hand, then every volume for itself follows that god-object, and the one with the shortest penetration
-/// counts. Kept honest: what the volumes push the proxy into, no mesh hears of (figure 23). A scene that is
-/// changed after prepare() is seen as it was.
+/// The pipeline of the thesis "A Surface-based Volume Haptics Approach" (4.2.2): a god-object on the meshes
+/// follows the hand, then every volume for itself follows that god-object, and the one with the shortest
+/// penetration counts. Kept honest: what the volumes push the proxy into, no mesh hears of (figure 23). A
+/// scene that is changed after prepare() is seen as it was.
 class SequentialProxy final : public ProxyMethod {
  public:
   const char* name() const noexcept override { return "scene-sequential"; }

@@ -10,7 +10,8 @@ enum class Saw : std::uint8_t { w0_8, w1_2, w1_6, w2_0, w2_4 };
 double width_of(Saw saw) noexcept;
 
 /// What is cut: a kerf as wide as the saw along the sides of a pyramid, or the voxels that lines from its
-/// apex to the outline go through (seeds/003 5.2.3), which leave holes.
+/// apex to the outline go through ("A Surface-based Volume Haptics Approach", thesis, 5.2.3), which leave
+/// holes.
 enum class Way : std::uint8_t { kerf, traced };
 
 inline constexpr std::int64_t k_most_anchors = 1000;

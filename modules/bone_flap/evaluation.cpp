@@ -8,6 +8,7 @@
 #include <set>
 #include <utility>
 
+#include "modules/bone_flap/kerf.h"
 #include "modules/bone_flap/outline.h"
 
 namespace trephine::bone_flap {
@@ -151,8 +152,12 @@ std::vector<Near> nearness_of(const FlapWorld& flap,
   for (const auto& structure : forbidden) {
     Near near{structure->name(), sim::Forbidden::k_reach, {}};
     for (std::size_t i = 0; i < flap.outline.size(); ++i) {
-      const double mm = structure->clearance(flap.outline[i], {flap.floor[i], 0.5 * flap.width}, near.mm);
-      if (mm < near.mm) near.mm = mm, near.at_world = flap.floor[i];
+      // The footplate slides along under the bone: the saw's end, round here, reaches the inner table.
+      const dvec3 up = flap.outline[i] - flap.floor[i];
+      const double length = glm::length(up), lift = std::min(length, k_under_table + 0.5 * flap.width);
+      const dvec3 end = length > 0 ? flap.floor[i] + lift / length * up : flap.floor[i];
+      const double mm = structure->clearance(flap.outline[i], {end, 0.5 * flap.width}, near.mm);
+      if (mm < near.mm) near.mm = mm, near.at_world = end;
     }
     all.push_back(std::move(near));
   }

@@ -8,6 +8,9 @@
 
 namespace trephine::bone_flap {
 
+/// mm that a kerf goes on beyond the inner and the outer table, so that the flap comes free.
+inline constexpr double k_under_table = 0.25;
+
 /// How deep the saw goes, mm.
 struct Depth {
   double hole = 5;       ///< along the outline: wider than that without bone is no seam
@@ -100,8 +103,9 @@ class Kerf final : public volume::RemovalField {
   volume::VoxelBox box_;
 };
 
-/// The other way, of seeds/003 5.2.3: all voxels that lines from the apex to places of the outline go
-/// through, exactly. Kept beside the kerf to be compared with it: it has holes.
+/// The other way, of the thesis "A Surface-based Volume Haptics Approach" (5.2.3): all voxels that lines from
+/// the apex to places of the outline go through, exactly. Kept beside the kerf to be compared with it: it has
+/// holes.
 class TracedVoxels final : public volume::RemovalField {
  public:
   /// `step`: mm between places along the outline.

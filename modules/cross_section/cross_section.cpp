@@ -31,6 +31,8 @@ std::shared_ptr<const sim::JobResult> run(const void* parameters, const sim::Job
   const volume::Field& bone = input.anatomy.items[static_cast<std::size_t>(wish.item)].field;
   const Cut of_bone = cut_volume(plane, bone, input.state.world.version.get());
   made->what.bone = of_bone.area;
+  const std::vector<std::uint8_t> of_labels =
+      bone_by_labels(plane, bone.volume(), input.state.world.version.get());
   double outside = 0;
   for (const haptics::TouchItem& item : input.anatomy.items) {
     if (!item.is_mesh()) continue;
@@ -54,7 +56,7 @@ std::shared_ptr<const sim::JobResult> run(const void* parameters, const sim::Job
     }
     made->what.models += cut.value().area;
     for (std::size_t i = 0; i < of_bone.inside.size(); ++i)
-      outside += cut.value().inside[i] && !of_bone.inside[i];
+      outside += cut.value().inside[i] && !of_bone.inside[i] && (of_labels.empty() || !of_labels[i]);
   }
   made->what.outside = outside * wish.pixel * wish.pixel;
   volume::MixHash all;

@@ -290,4 +290,42 @@ Cut cut_volume(const ImagePlane& plane, const volume::Field& field, const volume
   return cut;
 }
 
+bool names_bone(std::string_view label) {
+  std::string name(label);
+  for (char& c : name) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+  for (const char* bone : {"vertebra", "sacrum", "coccyx",  "skull",     "cranium",  "mandible", "bone",
+                           "pelvis",   "hip_",   "rib_",    "femur",     "tibia",    "fibula",   "humerus",
+                           "radius",   "ulna",   "scapula", "clavicula", "clavicle", "sternum",  "ilium"})
+    if (name.starts_with(bone) || name.find(std::string("_") + bone) != std::string::npos ||
+        name.find(std::string(" ") + bone) != std::string::npos)
+      return true;
+  // "c3", "T12", "L4", "S1", "l4 vertebra"
+  if (name.size() < 2 || std::string_view("ctls").find(name[0]) == std::string_view::npos) return false;
+  std::size_t end = 1;
+  while (end < name.size() && name[end] >= '0' && name[end] <= '9') ++end;
+  return end > 1 && end <= 3 && (end == name.size() || name.find("vertebra", end) != std::string::npos);
+}
+
+std::vector<std::uint8_t> bone_by_labels(const volume::ImagePlane& plane, const volume::Volume& volume,
+                                         const volume::Version* version) {
+  if (volume.labels.is_empty()) return {};
+  std::array<bool, 256> is_bone{};
+  bool has_any = false;
+  for (std::size_t i = 1; i < std::min<std::size_t>(volume.label_names.size(), is_bone.size()); ++i)
+    has_any |= is_bone[i] = names_bone(volume.label_names[i]);
+  if (!has_any) return {};
+  std::vector<std::uint8_t> inside(static_cast<std::size_t>(plane.columns) *
+                                   static_cast<std::size_t>(plane.rows));
+  volume::parallel_for(plane.rows, 0, [&](int row) {
+    for (int column = 0; column < plane.columns; ++column) {
+      const glm::ivec3 v(glm::floor(volume.frame.volume_from_world(plane.world(column, row)) + 0.5));
+      if (!volume.contains(v) || !is_bone[volume.labels[volume.index(v.x, v.y, v.z)]]) continue;
+      if (version && !version->is_kept(v)) continue;
+      inside[static_cast<std::size_t>(column) +
+             static_cast<std::size_t>(plane.columns) * static_cast<std::size_t>(row)] = 1;
+    }
+  });
+  return inside;
+}
+
 }  // namespace trephine::cross_section

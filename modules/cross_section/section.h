@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <span>
+#include <string_view>
 #include <vector>
 
 #include "volume/field.h"
@@ -43,5 +44,14 @@ volume::Result<Cut> cut_mesh(const volume::ImagePlane& plane, const SectionMesh&
 /// between.
 Cut cut_volume(const volume::ImagePlane& plane, const volume::Field& field, const volume::Version* version,
                int threads = 0);
+
+/// Does the name of a label name a bone: "vertebrae_L4", "L4", "skull", "sacrum", "hip_left"? Names of
+/// TotalSegmentator, VerSe and the built-in phantoms.
+bool names_bone(std::string_view label);
+
+/// The pixels whose middles lie in voxels of labels that name a bone and are not cut away: cancellous bone
+/// below the threshold of a window is bone too. A byte a pixel as in Cut; empty where no label names a bone.
+std::vector<std::uint8_t> bone_by_labels(const volume::ImagePlane& plane, const volume::Volume& volume,
+                                         const volume::Version* version);
 
 }  // namespace trephine::cross_section

@@ -247,7 +247,7 @@ TEST_F(Command, AuditRefusesASessionWithOneWrongTick) {
     ASSERT_TRUE(writer.is_ok());
     sim::Lockstep run(scene, method, drilling::burr(burr), {}, 1000, writer.value().get());
     for (int i = 0; i < 600; ++i) run.step({{0.3, 0.2, std::max(1.0, 5 - 0.02 * i)}, {1, 0, 0, 0}, i > 400});
-    ASSERT_FALSE(writer.value()->finish(run.engine(), 0).has_value());
+    ASSERT_FALSE(writer.value()->finish(run.engine()));
     const Ended audit = this->run("audit '" + path + "' --json");
     ASSERT_EQ(audit.exit_code, aside > 0 ? 1 : 0) << audit.err;
     EXPECT_EQ(Json::parse(audit.out)["is_same_as_recorded"], aside == 0);

@@ -35,6 +35,10 @@ TEST_F(Command, AFlapIsSawnLiftedRecordedAndReplayed) {
   const std::string timeline = run("timeline f.session").out;
   EXPECT_NE(timeline.find("a bone flap of"), std::string::npos);
   EXPECT_NE(timeline.find("place-body"), std::string::npos);
+  // The flap was cut before the first tick: the first moment is before that.
+  const Json compared = json("compare f.session --case h");
+  EXPECT_GT(compared["only_in_first_mm3"], flap["kerf_mm3"].get<double>());
+  EXPECT_EQ(compared["first"], "before anything");
 
   // The same outline from a file, of other programs' frame, and from the case's plan; judged against itself.
   std::string csv = "name,x,y,z\n", slicer = R"({"markups":[{"type":"ClosedCurve","coordinateSystem":"RAS",)"

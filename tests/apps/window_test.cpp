@@ -339,7 +339,7 @@ TEST_F(Window, PlaysASessionPausedAtAnySpeedAndToAnyMoment) {
       const sim::Outcome outcome = edits.apply(record);
       recorder_->add(record, edits, outcome);
     }
-    ASSERT_FALSE(recorder_->finish(edits, 0).has_value());
+    ASSERT_FALSE(recorder_->finish(edits).has_value());
   }
   auto opened = sim::SessionReader::open(session_, catalogue());
   ASSERT_TRUE(opened.is_ok());

@@ -282,6 +282,38 @@ haptics::TouchScene two_shapes_scene() {
   return scene;
 }
 
+/// A ball in sheared voxels, its matter divided among three labels by the angle about z.
+haptics::TouchScene three_labels_scene() {
+  data_tools::PhantomOptions o;
+  o.size = glm::ivec3(64);
+  o.psf_sigma_voxels = 0;
+  o.shear_degrees = 7;
+  volume::Volume made = data_tools::make_phantom("sphere", o).value();
+  made.label_names = {"background", "part1", "part2", "part3"};
+  made.labels = volume::Buffer<std::uint8_t>(made.voxels.size());
+  for (int z = 0; z < made.size.z; ++z)
+    for (int y = 0; y < made.size.y; ++y)
+      for (int x = 0; x < made.size.x; ++x) {
+        const std::size_t i = made.index(x, y, z);
+        const dvec3 p = made.frame.world_from_volume({x, y, z});
+        const bool is_ahead = p.y > 0.3 * p.x, is_left = p.x > 0.2 * p.y + 0.1 * p.z;
+        made.labels[i] = static_cast<std::uint8_t>(made.voxels[i] < 300 ? 0 : is_ahead ? 1 : is_left ? 2 : 3);
+      }
+  haptics::TouchScene scene;
+  scene.base = std::make_shared<const volume::Volume>(std::move(made));
+  for (int label = 1; label <= 3; ++label) {
+    volume::Shape shape;
+    shape.name = scene.base->label_names[static_cast<std::size_t>(label)];
+    shape.label = label;
+    scene.items.push_back(
+        {volume::Field(*scene.base, shape),
+         std::make_shared<const volume::Occupancy>(volume::Occupancy::build(*scene.base, shape)),
+         haptics::Material{}, haptics::Side::front});
+  }
+  haptics::soften(scene);
+  return scene;
+}
+
 haptics::TouchScene held_from_within_scene() {
   haptics::TouchScene scene = attack_scene("gyroid", 1, false, false);
   scene.items[0].sides = haptics::Side::back;
@@ -335,7 +367,12 @@ std::vector<AttackRow> run_attack(const AttackOptions& options) {
       with_radius(fine(target("groove, slices 1:3, fine cuts, ball of 2.5 mm", "groove", 0.7, false, false,
                               {{"angle", 60}}, 3)),
                   2.5),
-      {"gyroid pierced by a mesh", pierced_scene()}};
+      {"gyroid pierced by a mesh", pierced_scene()},
+      fine({"ball of three labels, fine cuts", three_labels_scene(),
+            [](const dvec3& p) { return data_tools::phantom_distance("sphere", {}, p); }}),
+      with_radius({"ball of three labels, ball of 2.5 mm", three_labels_scene(),
+                   [](const dvec3& p) { return data_tools::phantom_distance("sphere", {}, p); }},
+                  2.5)};
   for (const auto& [name, scene] : options.more) targets.push_back({name, scene});
   std::vector<const MethodInfo*> methods;
   for (const MethodInfo& info : haptics::method_catalogue()) {

@@ -2,11 +2,13 @@
 #include "data-tools/plan_file.h"
 
 #include <cstring>
+#include <filesystem>
 #include <fstream>
 #include <glm/geometric.hpp>
 #include <gtest/gtest.h>
 
 #include "data-tools/label_file.h"
+#include "data-tools/script_file.h"
 #include "tests/scenes/dicom_files.h"
 #include "tests/scenes/scratch.h"
 
@@ -238,6 +240,18 @@ TEST_F(Plans, SegmentationsOfDicomAreLabelsWithNames) {
   cut.resize(cut.size() - 9);
   std::ofstream(scratch_ / "s.dcm", std::ios::binary) << cut;
   EXPECT_FALSE(read_labels(scratch_ / "s.dcm", scan).is_ok());
+}
+
+TEST(Scripts, EveryScriptOfTheDocsIsRead) {
+  long count = 0;
+  for (const auto& entry :
+       std::filesystem::recursive_directory_iterator(TREPHINE_SOURCE_DIR "/docs/examples")) {
+    if (entry.path().extension() != ".toml") continue;
+    const auto script = read_script(entry.path().string());
+    EXPECT_TRUE(script.is_ok()) << entry.path() << (script ? "" : script.error().message());
+    ++count;
+  }
+  EXPECT_GT(count, 10);
 }
 
 }  // namespace

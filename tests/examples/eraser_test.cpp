@@ -65,7 +65,7 @@ TEST(Eraser, ErasesTellsCountsUndoesAndOpensAnywhere) {
     EXPECT_TRUE(run.apply(Eraser{30}).refused);
     EXPECT_TRUE(run.apply(LimitEraser{-1}).refused);
     for (int i = 0; i < 300; ++i) run.step({{0, 0.03 * i, 1}, {1, 0, 0, 0}, i < 290 ? 1u : 0u});
-    EXPECT_FALSE(writer->finish(run.engine(), 0).has_value());
+    EXPECT_FALSE(writer->finish(run.engine()));
   }
   expect_opens_anywhere(path, catalogue(), scene.base, 3);
 }

@@ -194,5 +194,29 @@ TEST(CrossSection, OfAVolumeIsWhatIsFelt) {
   }
 }
 
+TEST(CrossSection, LabelsThatNameBonesAreBone) {
+  for (const char* bone :
+       {"vertebrae_L4", "L4", "t12", "Skull", "sacrum", "hip_left", "rib_left_3", "L4 vertebra"})
+    EXPECT_TRUE(names_bone(bone)) << bone;
+  for (const char* other :
+       {"dura", "brain", "liver", "spinal_cord", "label-3", "colon", "L", "c4d", "tumour", "sac"})
+    EXPECT_FALSE(names_bone(other)) << other;
+  volume::Volume v =
+      volume::make_volume(glm::ivec3(20),
+                          volume::Frame::from_spacing(glm::dvec3(0), glm::dvec3(1, 1, 2)).value(), true)
+          .value();
+  v.label_names = {"background", "vertebrae_L4", "spinal_cord"};
+  for (std::size_t i = 0; i < v.labels.size(); ++i) v.labels[i] = i % 20 < 10 ? 1 : 2;
+  volume::ImagePlane plane;
+  plane.middle_world = {9.5, 9.5, 20};
+  plane.right = {1, 0, 0}, plane.up = {0, -1, 0};
+  plane.pixel = 1, plane.columns = plane.rows = 24;
+  const auto inside = bone_by_labels(plane, v, nullptr);
+  ASSERT_EQ(inside.size(), 24u * 24u);
+  EXPECT_EQ(std::count(inside.begin(), inside.end(), 1), 10 * 20);
+  v.label_names[1] = "liver";
+  EXPECT_TRUE(bone_by_labels(plane, v, nullptr).empty());
+}
+
 }  // namespace
 }  // namespace trephine::cross_section

@@ -94,7 +94,7 @@ TEST(Bodies, ADiskIsSawnOutAndLiftedAgainstTheOtherHand) {
       const haptics::Pose poses[2] = {first.at(k_end), second.at(k_end)};
       run.step(poses);
     }
-    EXPECT_FALSE(writer->finish(run.engine(), 0).has_value());
+    EXPECT_FALSE(writer->finish(run.engine()));
   }
   expect_opens_anywhere(path, drilling_catalogue(), bench.scene.base);
 }
@@ -126,7 +126,7 @@ TEST(Bodies, AreTheSameLiveInReplayAndBySeek) {
     live.stop();
     ASSERT_EQ(live.engine().now().world.bodies.size(), 1u);
     state = live.engine().now().hash();
-    EXPECT_FALSE(writer->finish(live.engine(), live.servo_report().dropped).has_value());
+    EXPECT_FALSE(writer->finish(live.engine()));
   }
   const Verdict verdict = replay(path, bench.scene.base);
   expect_same(verdict);
@@ -358,7 +358,7 @@ TEST(Bodies, AFaultOnABodyThatIsThenDiscardedOpensAgain) {
         EXPECT_FALSE(run.apply(DiscardBody{{1}}).refused);
       }
     }
-    EXPECT_FALSE(writer->finish(run.engine(), 0).has_value());
+    EXPECT_FALSE(writer->finish(run.engine()));
   }
   expect_opens_anywhere(path, drilling_catalogue(), bench.scene.base, 3);
 }

@@ -116,7 +116,7 @@ TEST(Branches, AreTheSameInReplayAndBySeek) {
   }
   EXPECT_EQ(begun, 10);
   EXPECT_GT(switched, 8);
-  EXPECT_FALSE(writer->finish(run.engine(), 0).has_value());
+  EXPECT_FALSE(writer->finish(run.engine()));
   expect_opens_anywhere(path, toys(), bench.scene.base);
 }
 

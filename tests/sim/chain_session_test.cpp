@@ -74,7 +74,7 @@ TEST(ChainSession, IsRecordedReplayedAndOpenedAnywhereWithItsTorques) {
     haptics::Pose poses[2] = {waving(i), wish.at(1e-3 * i)};
     run.step(poses);
   }
-  EXPECT_FALSE(writer.value()->finish(run.engine(), 0).has_value());
+  EXPECT_FALSE(writer.value()->finish(run.engine()));
   expect_opens_anywhere(path, drilling_catalogue(), {});
 }
 
@@ -96,7 +96,7 @@ TEST(ChainSession, BackToOneBallIsTheMethodOfTheStart) {
       if (i == 1500) give({});
     }
     EXPECT_STREQ(run.engine().tool().method->name(), "implicit");
-    EXPECT_FALSE(writer->finish(run.engine(), 0).has_value());
+    EXPECT_FALSE(writer->finish(run.engine()));
   }
   expect_opens_anywhere(path, drilling_catalogue(), bench.scene.base, 3);
 }

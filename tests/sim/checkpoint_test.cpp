@@ -31,7 +31,7 @@ TEST(Checkpoint, ARandomLogOpensAtAnyTick) {
       for (int n = static_cast<int>(random() % 3); n > 0; --n)
         run.apply(with_hash(random_command(random, run.engine().jobs()), run.engine()));
     }
-    EXPECT_FALSE(writer->finish(run.engine(), 0).has_value());
+    EXPECT_FALSE(writer->finish(run.engine()));
     EXPECT_LT(expect_opens_anywhere(path, toys(), bench.scene.base), 2500u);
   }
 }
@@ -70,7 +70,7 @@ TEST(Checkpoint, OpensWhereTheServoRanAheadOfTheEdits) {
     writer->add(command, engine, done);
     if (done.is_changed) published = engine.servo_scene();
   }
-  EXPECT_FALSE(writer->finish(engine, 0).has_value());
+  EXPECT_FALSE(writer->finish(engine));
   expect_opens_anywhere(path, toys(), bench.scene.base);
 }
 
@@ -92,7 +92,7 @@ void record_drilling(RoundBench& bench, const std::string& path, int ticks, Tell
     run.step(wish.at(1e-3 * i));
     tell(run, i);
   }
-  EXPECT_FALSE(writer->finish(run.engine(), 0).has_value());
+  EXPECT_FALSE(writer->finish(run.engine()));
 }
 
 TEST(Checkpoint, ARoundToolsFieldsComeWithIt) {
@@ -120,7 +120,7 @@ TEST(Checkpoint, ALiveSessionOpensAtAnyTick) {
       if (i % 2 == 1) live.undo();
     }
     live.stop();
-    EXPECT_FALSE(writer->finish(live.engine(), live.servo_report().dropped).has_value());
+    EXPECT_FALSE(writer->finish(live.engine()));
   }
   expect_opens_anywhere(path, drilling_catalogue(), bench.scene.base, 2);
 }
@@ -139,7 +139,7 @@ TEST(Checkpoint, GoesOnWithoutPlayingTheWholeSession) {
       run.step(wish.at(1e-3 * i));
       if (i % 500 == 250) run.undo();
     }
-    EXPECT_FALSE(writer->finish(run.engine(), 0).has_value());
+    EXPECT_FALSE(writer->finish(run.engine()));
   }
   for (int part = 0; part < 2; ++part) {
     fs::resize_file(path, fs::file_size(path) - 100);
@@ -166,7 +166,7 @@ TEST(Checkpoint, GoesOnWithoutPlayingTheWholeSession) {
       run.step(wish.at(2e-3 * i));
       if (i % 700 == 600) run.undo();
     }
-    EXPECT_FALSE(writer->finish(run.engine(), 0).has_value());
+    EXPECT_FALSE(writer->finish(run.engine()));
   }
   expect_opens_anywhere(path, drilling_catalogue(), bench.scene.base);
 }
@@ -186,7 +186,7 @@ TEST(Checkpoint, OpensAfterManyUndos) {
     if (random() % 300 == 0) run.undo();  // in contact and in the air
   }
   EXPECT_GT(led, 20);
-  EXPECT_FALSE(writer->finish(run.engine(), 0).has_value());
+  EXPECT_FALSE(writer->finish(run.engine()));
   expect_opens_anywhere(path, drilling_catalogue(), bench.scene.base);
 }
 
@@ -272,7 +272,7 @@ Lied recorded(const Folder& folder) {
   Lockstep run(bench.scene, bench.method, drilling::burr(bench.burr), {}, 1000, writer.get());
   const haptics::PosePath wish = drilling_wish(10);
   for (int i = 0; i < 3000; ++i) run.step(wish.at(1e-3 * i));
-  EXPECT_FALSE(writer->finish(run.engine(), 0).has_value());
+  EXPECT_FALSE(writer->finish(run.engine()));
   all.blocks = blocks_of(all.path, all.preamble);
   std::size_t seen = 0;
   for (std::size_t b = 0; b < all.blocks.size(); ++b)
@@ -413,7 +413,7 @@ TEST(Checkpoint, AnEngineMayOutliveItsReader) {
   Lockstep run(bench.scene, bench.method, drilling::burr(bench.burr), {}, 1000, writer.get());
   const haptics::PosePath wish = drilling_wish(10);
   for (int i = 0; i < 4000; ++i) run.step(wish.at(1e-3 * i));
-  ASSERT_FALSE(writer->finish(run.engine(), 0).has_value());
+  ASSERT_FALSE(writer->finish(run.engine()));
   std::optional<Engine> goes_on;
   {
     auto opened = SessionReader::open(path, drilling_catalogue());
@@ -448,8 +448,43 @@ TEST(Checkpoint, WhateverItSaysOfBodiesNothingBreaks) {
       ASSERT_FALSE(run.apply({HoldBody{{1}}, 1}).refused);
     }
   }
-  ASSERT_FALSE(writer->finish(run.engine(), 0).has_value());
+  ASSERT_FALSE(writer->finish(run.engine()));
   expect_nothing_breaks(path, bench.scene.base, 18);
+}
+
+/// What the end states is compared, and nothing may follow it.
+TEST(Checkpoints, EveryFactOfTheEndIsCompared) {
+  const Folder folder;
+  Lied all = recorded(folder);
+  const auto verdict = [&] {
+    const Verdict v = replay(all.path);
+    return v.mismatch ? v.mismatch->what : v.error;
+  };
+  EXPECT_EQ(verdict(), "");
+  const auto end_block = std::find_if(all.blocks.begin(), all.blocks.end(), [](const Block& block) {
+    return block.head.kind == static_cast<std::uint32_t>(BlockKind::end);
+  });
+  ASSERT_NE(end_block, all.blocks.end());
+  const SessionEnd truth = decode_end(end_block->payload).value();
+  const std::pair<const char*, std::function<void(SessionEnd&)>> lies[] = {
+      {"ticks", [](SessionEnd& e) { ++e.ticks; }},
+      {"dropped ticks", [](SessionEnd& e) { ++e.dropped; }},
+      {"version", [](SessionEnd& e) { ++e.serial; }},
+      {"removed volume", [](SessionEnd& e) { e.removed_mm3 += 1; }},
+      {"state", [](SessionEnd& e) { ++e.state; }},
+      {"voxels", [](SessionEnd& e) { ++e.hash; }}};
+  for (const auto& [what, lie] : lies) {
+    SessionEnd changed = truth;
+    lie(changed);
+    end_block->payload = encode(changed);
+    write_blocks(all.path, all.preamble, all.blocks);
+    EXPECT_EQ(verdict(), what);
+  }
+  end_block->payload = encode(truth);
+  write_blocks(all.path, all.preamble, all.blocks);
+  EXPECT_EQ(verdict(), "");
+  std::ofstream(all.path, std::ios::binary | std::ios::app) << "more";
+  EXPECT_EQ(verdict(), "end");
 }
 
 }  // namespace

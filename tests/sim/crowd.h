@@ -103,7 +103,7 @@ inline void record_crowd(const std::string& path, std::uint64_t* state,
   EXPECT_GT(contacts[1], 300);
   EXPECT_GT(on_models, 100);
   EXPECT_GT(on_ball, 100);
-  EXPECT_FALSE(writer.value()->finish(run.engine(), 0).has_value());
+  EXPECT_FALSE(writer.value()->finish(run.engine()));
   *state = run.engine().now().hash();
 }
 

@@ -117,7 +117,7 @@ TEST(DepthSession, AReplayFeelsTheSameAndOpensAnywhere) {
     EXPECT_GT(touched.pushed, 50);
     EXPECT_GT(run.engine().removed_mm3(), 5);
     state = run.engine().now().hash();
-    EXPECT_FALSE(writer.value()->finish(run.engine(), 0));
+    EXPECT_FALSE(writer.value()->finish(run.engine()));
   }
   const Verdict v = replay(path);
   expect_same(v);
@@ -292,7 +292,7 @@ TEST(DepthSession, PicturesThatComeInAreKeptAndReplayed) {
   drawn.item = 1, drawn.serial = 3, drawn.edge = 10;
   EXPECT_TRUE(run.apply(Command(drawn, 1)).refused);
   const std::uint64_t state = run.engine().now().hash();
-  EXPECT_FALSE(writer.value()->finish(run.engine(), 0));
+  EXPECT_FALSE(writer.value()->finish(run.engine()));
   const Verdict v = replay(path);
   expect_same(v);
   EXPECT_EQ(v.state, state);
@@ -361,7 +361,7 @@ TEST(DepthSession, ALiveRunIsReplayedToTheBit) {
       EXPECT_GT(touched.on_block + touched.on_paddle, 100);
     }
     hash = live.engine().now().hash();
-    EXPECT_FALSE(writer.value()->finish(live.engine(), 0));
+    EXPECT_FALSE(writer.value()->finish(live.engine()));
   }
   const Verdict v = replay(path);
   expect_same(v);

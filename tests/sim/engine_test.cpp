@@ -70,7 +70,7 @@ TEST(Engine, ARandomLogGivesOneStateThroughLockstepReplayAndSeek) {
         undone += command.what.as<Undo>() && outcome.is_changed;
       }
     }
-    EXPECT_FALSE(writer->finish(run.engine(), 0).has_value());
+    EXPECT_FALSE(writer->finish(run.engine()));
     expect_hashes(path, bench, hashes, seed);
   }
   EXPECT_GT(refused, 80u);
@@ -117,7 +117,7 @@ TEST(Engine, AnyInterleavingOfServoEditsAndCommandsGivesOneState) {
         if (done.is_changed) published = engine.servo_scene();
       }
     }
-    EXPECT_FALSE(writer->finish(engine, 0).has_value());
+    EXPECT_FALSE(writer->finish(engine));
     expect_hashes(path, bench, hashes, seed);
   }
 }
@@ -132,7 +132,7 @@ std::shared_ptr<const OperationState> run_live(ToyBench& bench, const std::strin
   EXPECT_FALSE(live.start().has_value());
   during(live);
   live.stop();
-  EXPECT_FALSE(writer->finish(live.engine(), live.servo_report().dropped).has_value());
+  EXPECT_FALSE(writer->finish(live.engine()));
   return std::make_shared<const OperationState>(live.engine().now());
 }
 
@@ -185,7 +185,7 @@ TEST(Engine, AJobThatIsNotPureAndAStateThatDiffersAreFound) {
       if (i == 5) run.apply(ToyFlood{});
       if (i == 10) run.apply(with_hash(AdoptJob{{1}}, run.engine()));
     }
-    EXPECT_FALSE(writer->finish(run.engine(), 0).has_value());
+    EXPECT_FALSE(writer->finish(run.engine()));
   }
   expect_same(replay(path, bench.scene.base, toys()));
   Toy::salt = 1;
@@ -243,7 +243,7 @@ TEST(Engine, WithoutItsModuleASessionIsReadAndNotReplayed) {
       run.step({{0, 0, 5}, {1, 0, 0, 0}, false});
       if (i == 10) run.apply(ToyMark{{1, 2, 0}});
     }
-    EXPECT_FALSE(writer->finish(run.engine(), 0).has_value());
+    EXPECT_FALSE(writer->finish(run.engine()));
   }
   auto session = SessionReader::open(path, drilling_catalogue());
   ASSERT_TRUE(session.is_ok());
@@ -380,7 +380,7 @@ TEST(Engine, ASessionOfModuleWorkAloneIsKept) {
     Lockstep run(bench.engine(), {}, 1000, writer.get());
     run.step({{0, 0, 5}, {1, 0, 0, 0}, false});
     run.apply(is_marked ? Command(ToyMark{}) : Command(SetEffect{{0}, "viscous damping=0.001"}));
-    EXPECT_FALSE(writer->finish(run.engine(), 0));
+    EXPECT_FALSE(writer->finish(run.engine()));
     EXPECT_EQ(fs::exists(path), is_marked);
   }
 }

@@ -253,7 +253,7 @@ TEST(Forbidden, SessionsHoldItAndASceneWithoutPaysNothing) {
                  {}, 1000, writer.get());
     const haptics::PosePath wish = drilling_wish(10);
     for (int i = 0; i < 1500; ++i) run.step(wish.at(1e-3 * i));
-    EXPECT_FALSE(writer->finish(run.engine(), 0));
+    EXPECT_FALSE(writer->finish(run.engine()));
     state = run.engine().now().hash();
     events = run.engine().now().chronicle.size();
   }

@@ -35,7 +35,7 @@ TEST(Replay, SeeksForwardAndBackToTheSameState) {
   EXPECT_FALSE(run.mismatch().has_value());
 }
 
-enum class Lie { none, force, removed_volume, voxels };
+enum class Lie { none, force, stated_force, removed_volume, voxels };
 
 /// A session written block by block, with one lie in it.
 void write_session_with(Lie lie, const std::string& path) {
@@ -44,13 +44,25 @@ void write_session_with(Lie lie, const std::string& path) {
   haptics::ServoCore core({}, 1e-3);
   ItemEncoder items(drilling_catalogue().all());
   const haptics::PosePath wish = drilling_wish(10);
+  std::string true_bytes, forged_bytes;
   for (int i = 0; i < 600; ++i) {
     haptics::ServoInput input;
     input.pose = wish.at(1e-3 * i);
     haptics::ServoRecord record = core.step(*edits.servo_scene(), input);
     const Outcome outcome = edits.apply(record);
     if (lie == Lie::force && i == 400) record.force_world.x += 1e-12;
-    items.add(record);
+    if (lie == Lie::stated_force && i == 599) {
+      // Another force with the check of the true one.
+      ItemEncoder other = items;
+      haptics::ServoRecord changed = record;
+      changed.force_world.x += 1;
+      other.add(changed);
+      items.add(record);
+      true_bytes = ItemEncoder(items).take(), forged_bytes = other.take();
+      forged_bytes.replace(forged_bytes.size() - 4, 4, true_bytes, true_bytes.size() - 4, 4);
+    } else {
+      items.add(record);
+    }
     if (outcome.is_changed) {
       const bool is_lie =
           std::exchange(lie, lie == Lie::removed_volume ? Lie::none : lie) == Lie::removed_volume;
@@ -61,6 +73,7 @@ void write_session_with(Lie lie, const std::string& path) {
   edits.apply(undo);
   items.add(CommandItem{undo});
   items.add(HashItem{edits.serial(), edits.current()->content_hash() ^ (lie == Lie::voxels ? 1u : 0u)});
+  const std::string log = forged_bytes + items.take().substr(true_bytes.size());
   std::string bytes(k_session_magic);
   const std::uint32_t layout[2] = {k_session_layout, 0};
   bytes.append(reinterpret_cast<const char*>(layout), sizeof layout);
@@ -68,7 +81,7 @@ void write_session_with(Lie lie, const std::string& path) {
   SessionHeader header = bench.header();
   describe(drilling_catalogue(), header);
   for (const auto& [kind, payload] :
-       {std::pair(BlockKind::header, encode(header)), std::pair(BlockKind::log, packed(items.take()))}) {
+       {std::pair(BlockKind::header, encode(header)), std::pair(BlockKind::log, packed(log))}) {
     const BlockHead head{k_block_magic, static_cast<std::uint32_t>(kind), number++, 0, payload.size()};
     const std::uint64_t check = block_checksum(head, payload);
     bytes.append(reinterpret_cast<const char*>(&head), sizeof head);
@@ -83,6 +96,7 @@ TEST(Replay, EveryLieOfARecordingIsFound) {
   const std::string path = folder.file("lie.session");
   const std::pair<Lie, const char*> lies[] = {{Lie::none, ""},
                                               {Lie::force, "force"},
+                                              {Lie::stated_force, "force"},
                                               {Lie::removed_volume, "removed volume"},
                                               {Lie::voxels, "voxels"}};
   for (const auto& [lie, what] : lies) {
@@ -112,7 +126,7 @@ TEST(Replay, CommandsAfterTheLastTickAreReplayedToo) {
     ASSERT_GT(run.engine().removed_mm3(), 0);
     run.undo();
     ASSERT_EQ(run.engine().removed_mm3(), 0);
-    EXPECT_FALSE(writer->finish(run.engine(), 0).has_value());
+    EXPECT_FALSE(writer->finish(run.engine()));
   }
   auto opened = SessionReader::open(path, drilling_catalogue());
   ASSERT_TRUE(opened.is_ok());
@@ -183,7 +197,7 @@ TEST(Replay, AnyInterleavingOfServoAndEditsReplaysToTheBit) {
         ++commands;
       }
     }
-    EXPECT_FALSE(writer->finish(edits, 0).has_value());
+    EXPECT_FALSE(writer->finish(edits).has_value());
     const Verdict v = replay(path);
     expect_same(v);
     EXPECT_EQ(v.hash, edits.current()->content_hash());

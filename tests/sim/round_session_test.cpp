@@ -53,7 +53,7 @@ TEST(RoundSession, DrillsByItsWholeBallAndItsFieldIsNeverTooFree) {
     EXPECT_GT(run.engine().removed_mm3(), 20);
     hash = run.engine().current()->content_hash();
     removed = run.engine().removed_mm3();
-    EXPECT_FALSE(writer->finish(run.engine(), 0).has_value());
+    EXPECT_FALSE(writer->finish(run.engine()));
   }
   const Verdict v = replay(path);
   EXPECT_EQ(v.tool_radius, 1.0);
@@ -144,7 +144,7 @@ TEST(RoundSession, LiveUndoneInContactReplaysToTheBit) {
   // Two fields, each within so much of the truth.
   EXPECT_LT(too_free(bench.scene, live.engine()), 2 * (0.1 + 0.02 * bench.scene.tool_radius));
   const std::uint64_t hash = live.engine().current()->content_hash();
-  EXPECT_FALSE(writer->finish(live.engine(), live.servo_report().dropped).has_value());
+  EXPECT_FALSE(writer->finish(live.engine()));
   const Verdict v = replay(path);
   EXPECT_EQ(v.tool_radius, 1.0);
   expect_same(v);

@@ -23,7 +23,7 @@ TEST(Session, OneWriterAtATimeAndAnEmptyAutosaveGoesAway) {
     EXPECT_NE(second.error().what.find("right now"), std::string::npos);
     Lockstep run(bench.scene, bench.method, drilling::burr(bench.burr), {}, 1000, writer.get());
     for (int i = 0; i < 20; ++i) run.step({{0, 0, 8}, {1, 0, 0, 0}, false});
-    EXPECT_FALSE(writer->finish(run.engine(), 0).has_value());
+    EXPECT_FALSE(writer->finish(run.engine()));
   }
   EXPECT_FALSE(fs::exists(path));
   {
@@ -32,7 +32,7 @@ TEST(Session, OneWriterAtATimeAndAnEmptyAutosaveGoesAway) {
     const haptics::PosePath wish = drilling_wish(2);
     for (int i = 0; i < 550; ++i) run.step(wish.at(1e-3 * i));
     run.undo();  // work all the same: it can be done again
-    EXPECT_FALSE(writer->finish(run.engine(), 0).has_value());
+    EXPECT_FALSE(writer->finish(run.engine()));
   }
   EXPECT_TRUE(fs::exists(path));
   EXPECT_FALSE(SessionWriter::is_being_written(path));
@@ -55,7 +55,7 @@ TEST(Session, DamageInALargeScanIsNoTornEnd) {
     const drilling::Burr burr = k_burr;
     Lockstep run(scene, method, drilling::burr(burr), {}, 1000, writer.get());
     for (int i = 0; i < 20; ++i) run.step({{0, 0, 50}, {1, 0, 0, 0}, false});
-    EXPECT_FALSE(writer->finish(run.engine(), 0).has_value());
+    EXPECT_FALSE(writer->finish(run.engine()));
   }
   std::fstream file(path, std::ios::in | std::ios::out | std::ios::binary);
   file.seekp(100'000);
@@ -142,7 +142,7 @@ TEST(Session, ForeignNewerAndOlderFilesAreSaidSo) {
     auto writer = SessionWriter::create(old, header, bench.scene.base, drilling_catalogue()).value();
     Lockstep run(bench.scene, bench.method, drilling::burr(bench.burr), {}, 1000, writer.get());
     for (int i = 0; i < 50; ++i) run.step({{0, 0, 5}, {1, 0, 0, 0}, false});
-    EXPECT_FALSE(writer->finish(run.engine(), 0).has_value());
+    EXPECT_FALSE(writer->finish(run.engine()));
   }
   auto opened = SessionReader::open(old, drilling_catalogue());
   ASSERT_TRUE(opened.is_ok());
@@ -174,7 +174,7 @@ TEST(Session, CarriesItsScanWhenAsked) {
     auto writer = bench.writer(path, 1000, options);
     Lockstep run(bench.scene, bench.method, drilling::burr(bench.burr), {}, 1000, writer.get());
     for (int i = 0; i < 20; ++i) run.step({{0, 0, 5}, {1, 0, 0, 0}, false});
-    EXPECT_FALSE(writer->finish(run.engine(), 0).has_value());
+    EXPECT_FALSE(writer->finish(run.engine()));
   }
   auto opened = SessionReader::open(path, drilling_catalogue());
   ASSERT_TRUE(opened.is_ok());
@@ -203,7 +203,7 @@ TEST(Session, AFullDiskEndsTheRecordingAndKeepsWhatWasWritten) {
     if (i % 50 == 0) std::this_thread::sleep_for(std::chrono::milliseconds(3));
   }
   EXPECT_TRUE(writer->status().has_value());  // said while it goes on
-  const volume::Status status = writer->finish(run.engine(), 0);
+  const volume::Status status = writer->finish(run.engine());
   setrlimit(RLIMIT_FSIZE, &before);
   std::signal(SIGXFSZ, old_handler);
   ASSERT_TRUE(status.has_value());
@@ -280,7 +280,7 @@ TEST(Session, DrillsUndoesAndReplaysInEveryFrameUnitAndMask) {
       go(400, 500, true);
       EXPECT_GT(contacts, 200);
       hash = run.engine().current()->content_hash(), removed = run.engine().removed_mm3();
-      EXPECT_FALSE(writer->finish(run.engine(), 0).has_value());
+      EXPECT_FALSE(writer->finish(run.engine()));
     }
     const Verdict v = replay(path, scene.base);
     expect_same(v);

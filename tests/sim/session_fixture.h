@@ -135,7 +135,7 @@ inline std::uint64_t record_lockstep(const std::string& path, int ticks) {
     run.step(wish.at(1e-3 * i));
     if (i % 500 == 250) run.undo();
   }
-  EXPECT_FALSE(writer->finish(run.engine(), 0).has_value());
+  EXPECT_FALSE(writer->finish(run.engine()));
   return run.engine().current()->content_hash();
 }
 

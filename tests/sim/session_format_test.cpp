@@ -108,7 +108,7 @@ TEST(SessionFormat, ATickOfContactTakesAtMost25Bytes) {
     contacts += r.has_contact;
     cut += run.last_outcome().is_changed;
   }
-  EXPECT_FALSE(writer->finish(run.engine(), 0).has_value());
+  EXPECT_FALSE(writer->finish(run.engine()));
   const double bytes = static_cast<double>(fs::file_size(path)) / k_ticks;
   EXPECT_GT(contacts, 0.4 * k_ticks);
   EXPECT_GT(cut, 0.08 * k_ticks);

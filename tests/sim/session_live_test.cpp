@@ -63,7 +63,7 @@ void record_live(const std::string& path, int undos, double rate, std::uint64_t*
   live.stop();
   *hash = live.engine().current()->content_hash();
   *removed = live.engine().removed_mm3();
-  const volume::Status status = writer->finish(live.engine(), live.servo_report().dropped);
+  const volume::Status status = writer->finish(live.engine());
   EXPECT_FALSE(status.has_value()) << status->message();
 }
 
@@ -166,7 +166,7 @@ TEST(Session, AFullRingAndSlowEditsFadeTheForceAndReplay) {
     EXPECT_TRUE(wait_until([&](const LiveState& s) { return s.newest.tick > 1500; }));
     live.stop();
     const haptics::ServoReport report = live.servo_report();
-    EXPECT_FALSE(writer->finish(live.engine(), report.dropped).has_value());
+    EXPECT_FALSE(writer->finish(live.engine()));
     const Verdict v = replay(path, nullptr, catalogue);
     expect_same(v);
     EXPECT_EQ(v.hash, live.engine().current()->content_hash());
@@ -225,7 +225,7 @@ TEST(Session, TwoHandsShareAServoAndAHistory) {
   for (int i = 0; i < 3000 && live.fetch_state().newest.t < 1.0; ++i)
     std::this_thread::sleep_for(std::chrono::milliseconds(2));
   live.stop();
-  EXPECT_FALSE(writer->finish(live.engine(), live.servo_report().dropped).has_value());
+  EXPECT_FALSE(writer->finish(live.engine()));
   // Both drilled, as one stroke; a tick's two hands saw one version.
   EXPECT_EQ(live.engine().stroke_count(), 1u);
   EXPECT_GT(live.engine().removed_mm3(), 5);
@@ -277,7 +277,7 @@ TEST(Session, GoesOnWhereItStopped) {
     std::this_thread::sleep_for(std::chrono::milliseconds(2));
   live.undo();
   live.stop();
-  EXPECT_FALSE(writer->finish(live.engine(), live.servo_report().dropped).has_value());
+  EXPECT_FALSE(writer->finish(live.engine()));
   const Verdict v = replay(path);
   expect_same(v);
   EXPECT_EQ(v.hash, live.engine().current()->content_hash());
@@ -304,7 +304,7 @@ TEST(Session, EndsOfStrokesAndCommandsAreSyncedAtOnce) {
   EXPECT_TRUE(wait_for(1));
   run.undo();
   EXPECT_TRUE(wait_for(2));
-  EXPECT_FALSE(writer->finish(run.engine(), 0).has_value());
+  EXPECT_FALSE(writer->finish(run.engine()));
 }
 
 // kill -9 at any moment, with the processors busy, loses at most the last 100 ms.
