@@ -98,6 +98,9 @@ Result<Outcome> run_replay(const ReplayArguments& arguments) {
         all, "file",
         format_text("damaged at byte %llu", static_cast<unsigned long long>(session.reader->whole_bytes())),
         "what lies before that is the same"};
+  // Nothing to compare is not the same: a session cut to its header.
+  if (!mismatch && replay.counts().ticks == 0 && replay.counts().commands == 0)
+    mismatch = sim::Mismatch{0, "session", "neither ticks nor commands", "something to compare"};
   outputs.write(arguments.steps, [&] { return data_tools::write_file_atomically(arguments.steps, csv); });
   tell_resampled(*session.source.volume, arguments.output);
   outputs.write(arguments.output,
