@@ -27,7 +27,7 @@ struct DepthVideo {
   std::vector<std::string> notices;  ///< what was assumed or ignored
 };
 
-/// What the caller states about a folder.
+/// Facts about a folder that the caller states.
 struct DepthVideoOptions {
   std::optional<std::array<double, 4>> intrinsics;  ///< fx, fy, cx, cy, pixels; replaces the folder's
   std::optional<double> mm_per_value;               ///< of folders with depth.txt, which do not state it

@@ -5,7 +5,7 @@
 
 namespace trephine::data_tools {
 
-/// What the error of a folder, file or archive without any DICOM image says.
+/// Message of the error for a folder, file or archive without any DICOM image.
 inline constexpr const char* k_no_dicom = "there are no DICOM images here";
 
 /// Can the file be read as DICOM, with or without preamble?

@@ -241,12 +241,9 @@ class Parser {
     if (!is_open && (at > end || length > end - at)) return fail("it ends within a sequence");
     const std::uint64_t stop = is_open ? end : at + length;
     while (at + 8 <= stop) {
-      const unsigned char* p = head_->at(at, 8);
-      if (!p) return fail("its head is longer than 256 MiB, or cannot be read");
-      const DicomTag tag =
-          static_cast<DicomTag>(short_at(p, syntax.is_big)) << 16 | short_at(p + 2, syntax.is_big);
-      const std::uint32_t size = long_at(p + 4, syntax.is_big);
-      at += 8;
+      DicomTag tag = 0;
+      std::uint32_t size = 0;
+      if (!item_head(at, syntax, tag, size)) return false;
       if (tag == k_sequence_end) {
         if (!is_open) at = stop;
         return true;
@@ -264,15 +261,21 @@ class Parser {
     at = stop;
     return true;
   }
+  /// Reads the tag and length of an item and moves `at` past them.
+  bool item_head(std::uint64_t& at, Syntax syntax, DicomTag& tag, std::uint32_t& size) {
+    const unsigned char* p = head_->at(at, 8);
+    if (!p) return fail("its head is longer than 256 MiB, or cannot be read");
+    tag = static_cast<DicomTag>(short_at(p, syntax.is_big)) << 16 | short_at(p + 2, syntax.is_big);
+    size = long_at(p + 4, syntax.is_big);
+    at += 8;
+    return true;
+  }
   /// Moves `at` past the fragments of an encapsulated value and their delimiter.
   bool skip_fragments(std::uint64_t& at, std::uint64_t end, Syntax syntax) {
     while (at + 8 <= end) {
-      const unsigned char* p = head_->at(at, 8);
-      if (!p) return fail("its head is longer than 256 MiB, or cannot be read");
-      const DicomTag tag =
-          static_cast<DicomTag>(short_at(p, syntax.is_big)) << 16 | short_at(p + 2, syntax.is_big);
-      const std::uint32_t size = long_at(p + 4, syntax.is_big);
-      at += 8;
+      DicomTag tag = 0;
+      std::uint32_t size = 0;
+      if (!item_head(at, syntax, tag, size)) return false;
       if (tag == k_sequence_end) return true;
       if (tag != k_item || size > end - at) return fail("it ends within encapsulated pixels");
       at += size;

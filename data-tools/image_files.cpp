@@ -129,7 +129,7 @@ std::string metaimage_header_fault(const std::string& path) {
   return "no data after its header";
 }
 
-/// Where the voxels of a MetaImage are stored.
+/// Location of the voxels of a MetaImage.
 struct MetaImageData {
   std::string path;
   std::uint64_t begin = 0, size = 0;  ///< bytes, in that file

@@ -96,7 +96,7 @@ std::string frame_in_fields(vtkPolyData* data) {
   return name == "RAS" || name == "LPS" ? name : "";
 }
 
-/// What a model's file says beside the polygons.
+/// Facts of a model's file beside the polygons.
 struct ModelFile {
   std::string frame;       ///< "RAS", "LPS" or ""
   bool has_error = false;  ///< the library reported one

@@ -102,7 +102,7 @@ Result<Layout> layout_of(const Nrrd& file, const OpenOptions& options, const std
   }
   const auto signs = signs_to_lps(file.space);
   if (!signs)
-    return Error{"the file's space is none of a patient", where,
+    return Error{"the file's axes are not named by directions of the patient", where,
                  file.space ? airEnumStr(nrrdSpace, file.space) : "no space",
                  "left-posterior-superior, right-anterior-superior or left-anterior-superior",
                  file.space ? "export it with its anatomical space"

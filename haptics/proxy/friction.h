@@ -63,7 +63,7 @@ struct LegFacets {
     normals[i] = normal, shapes[i] = shape, sides[i] = side;
   }
 };
-/// Of the legs that begin at each waypoint of a path.
+/// Facets of the legs that begin at each waypoint of a path.
 using PathFacets = std::array<LegFacets, k_max_waypoints>;
 
 /// For methods on facets, along which legs are straight: the first place of the path, from waypoint `landing`

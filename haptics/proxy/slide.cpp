@@ -337,7 +337,7 @@ bool Slide<Walls>::add_flanks(const glm::dvec3& p_world, const Plane& plane, dou
   return true;
 }
 
-/// What the hand's pull asks of the walls that the tool touches at the place of the planes.
+/// Splits the hand's pull among the walls that the tool touches at the place of the planes.
 template <class Walls>
 FrictionLoad Slide<Walls>::load_at(const glm::dvec3& p_world, const Planes& planes, bool is_static) noexcept {
   HoldingWalls holding;
@@ -373,15 +373,17 @@ bool Slide<Walls>::slide_by(const glm::dvec3& from_world, const glm::dvec3& slid
 template <class Walls>
 void Slide<Walls>::trail(const glm::dvec3& from, glm::dvec3& to, Planes& planes) noexcept {
   const glm::dvec3 begin = frame_.world_from_volume(from), end = frame_.world_from_volume(to),
-                   slide = end - begin, end_volume = to;
+                   slide = end - begin;
   const FrictionLoad at_end = load_at(end, planes, false);
   const double length = glm::length(slide);
   if (!at_end.is_held() || at_end.limit <= 0 || !(length > 0)) return;
   constexpr double k_within = 4e-3;  // of the limit: how far inside the cone it may end
   constexpr int k_most_tries = 8;
   double low = 0, high = 1, low_excess = 1e300, high_excess = at_end.along - at_end.limit;
-  Planes held;
+  Planes held, frictionless;
   held.copy_from(planes);
+  frictionless.copy_from(planes);
+  const glm::dvec3 frictionless_at = to;
   glm::dvec3 held_at = to, probe = to;
   double share = 1 - (1 - 0.25 * k_within) * at_end.limit / length;
   for (int i = 0; i < k_most_tries; ++i) {
@@ -404,7 +406,10 @@ void Slide<Walls>::trail(const glm::dvec3& from, glm::dvec3& to, Planes& planes)
   to = held_at;
   planes.copy_from(held);
   // Friction takes energy: where the way there led farther from the HIP first, it goes all the way.
-  if (energy(to) > energy(from)) to = end_volume;
+  if (energy(to) > energy(from)) {
+    to = frictionless_at;
+    planes.copy_from(frictionless);
+  }
 }
 
 /// Coulomb friction on a slide along one stage (cone of Salisbury and Tarr 1997, at the proxy's own normals,
@@ -420,8 +425,8 @@ bool Slide<Walls>::is_held_by_friction(const glm::dvec3& from, const Planes& fir
   return false;
 }
 
-/// The same on a path of several stages, from waypoint `landing_` on: it ends at the first place whose walls
-/// hold the pull.
+/// Applies friction to a path of several stages, from waypoint `landing_` on: ends it at the first place
+/// whose walls hold the pull.
 template <class Walls>
 glm::dvec3 Slide<Walls>::rub_path() noexcept {
   const auto waypoint = [this](int i) { return result_.path_volume[static_cast<std::size_t>(i)]; };

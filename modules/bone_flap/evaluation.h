@@ -22,8 +22,8 @@ struct Cover {
 };
 Cover cover_of(const FlapWorld& flap, const volume::Volume& scan, int label);
 
-/// How near the saw comes to what must not be cut, along its lines down to the inner table: a footplate keeps
-/// it from what lies below, which is stripped off the bone.
+/// Distance of the saw from a structure that must not be cut, along its lines down to the inner table: a
+/// footplate keeps it from what lies below, which is stripped off the bone.
 struct Near {
   std::string structure;
   double mm = sim::Forbidden::k_reach;  ///< at most that; negative: so deep it goes into it
