@@ -26,6 +26,7 @@ namespace {
 constexpr const char* k_plan_file = "case.toml";
 constexpr const char* k_volume_file = "volume.mha";
 constexpr const char* k_labels_file = "labels.mha";
+constexpr const char* k_shape_file = "shape.mha";
 
 /// ["#RRGGBB", ...] of labels 1, 2, ...; the background is black.
 std::vector<glm::u8vec3> read_colours(TomlReader& reader, const toml::value& list, std::size_t label_count) {
@@ -124,6 +125,68 @@ ScanQuality read_quality(TomlReader& reader, const toml::value& value) {
   return quality;
 }
 
+/// The voxels of a second file of the case, checked to lie on the grid of its scan.
+Result<volume::Volume> read_beside(const std::string& path, const char* file, const std::string& what,
+                                   const std::string& key, const volume::Volume& scan,
+                                   const Progress& progress) {
+  const std::string where = file_name(path) + "/" + file;
+  if (std::error_code error; !fs::exists(fs::path(path) / file, error))
+    return Error{"the case lacks its " + what, where, "no such file", what + ", as case.toml describes it",
+                 "copy the whole case again, or remove " + key + " from case.toml"};
+  OpenOptions plain;
+  plain.progress = progress;
+  Result<OpenedVolume> opened = open_volume((fs::path(path) / file).string(), plain);
+  if (!opened) return opened.error();
+  volume::Volume& read = opened.value().volume;
+  if (read.size != scan.size)
+    return Error{"the " + what + " and the scan have different sizes", where, "", "the same size", ""};
+  if (const double apart = farthest_corner(read.frame, scan.frame, scan.size); apart > k_same_place_mm)
+    return Error{"the " + what + " and the scan lie in different places", where,
+                 "a corner is " + volume::text_of(std::floor(100 * apart) / 100) + " mm off",
+                 "the same place", "resample to the scan first"};
+  return std::move(read);
+}
+
+/// Reads shape.mha into `scan.shape_voxels`.
+Status read_shape(const std::string& path, const CasePlan& plan, volume::Volume& scan,
+                  const Progress& progress) {
+  Result<volume::Volume> mask = read_beside(path, k_shape_file, "shape", "[shape]", scan, progress);
+  if (!mask) return mask.error();
+  scan.shape_voxels = std::move(mask.value().voxels);
+  for (std::size_t i = 0; i < scan.voxels.size(); ++i) {
+    std::int16_t& value = scan.shape_voxels[i];
+    if (value < 0 || static_cast<std::size_t>(value) > plan.shape_values.size())
+      return Error{"a value of the shape is not described", file_name(path) + "/" + k_shape_file,
+                   std::to_string(value), "0 to " + std::to_string(plan.shape_values.size()),
+                   "add what it reads as to values under [shape] in case.toml"};
+    value = value == 0 ? scan.voxels[i] : plan.shape_values[static_cast<std::size_t>(value) - 1];
+  }
+  return std::nullopt;
+}
+
+/// Where the shape of `scan` differs from its scan, as labels 1, 2, ... of what it reads as: added to
+/// `values`. Error when it reads as more than 255 values.
+Result<volume::Volume> shape_mask(const volume::Volume& scan, std::vector<std::int16_t>& values) {
+  volume::Volume mask;
+  mask.size = scan.size;
+  mask.frame = scan.frame;
+  mask.voxels = volume::Buffer<std::int16_t>::borrow(scan.voxels.data(), scan.voxels.size());
+  mask.labels = volume::Buffer<std::uint8_t>(scan.voxels.size());
+  for (std::size_t i = 0; i < scan.voxels.size(); ++i) {
+    const std::int16_t value = scan.shape_voxels[i];
+    mask.labels[i] = 0;
+    if (value == scan.voxels[i]) continue;
+    const auto at = std::find(values.begin(), values.end(), value);
+    if (at == values.end() && values.size() == 255)
+      return Error{"the shape has too many values of its own", "", "more than 255", "at most 255", ""};
+    mask.labels[i] = static_cast<std::uint8_t>(at - values.begin() + 1);
+    if (at == values.end()) values.push_back(value);
+  }
+  mask.label_names.emplace_back("as scanned");
+  for (const std::int16_t value : values) mask.label_names.push_back("reads as " + std::to_string(value));
+  return mask;
+}
+
 /// A file of the case that is a link to somewhere else: not of the case.
 Status check_inside(const fs::path& folder, const char* file) {
   std::error_code error;
@@ -156,8 +219,9 @@ Result<CasePlan> parse_case(const std::string& text, const std::string& where) {
   if (!parsed) return parsed.error();
   const toml::value& root = parsed.value();
   TomlReader reader(where);
-  const toml::table& top = reader.table(root, {"schema", "name", "modality", "hounsfield", "labels",
-                                               "structures", "trajectories", "landmarks", "quality"});
+  const toml::table& top =
+      reader.table(root, {"schema", "name", "modality", "hounsfield", "labels", "structures", "trajectories",
+                          "landmarks", "quality", "shape"});
   if (Status error = reader.check_schema(top, CasePlan::k_schema, "case")) return *error;
   CasePlan plan;
   const auto name = reader.text(top, "name");
@@ -181,6 +245,22 @@ Result<CasePlan> parse_case(const std::string& text, const std::string& where) {
     if (const auto colours = t.find("colours"); colours != t.end())
       plan.label_colours = read_colours(reader, colours->second, plan.label_names.size());
   }
+  if (const auto shape = top.find("shape"); shape != top.end()) {
+    const toml::table& t = reader.table(shape->second, {"values"});
+    const auto values = t.find("values");
+    if (values == t.end() || !values->second.is_array() || values->second.as_array().empty() ||
+        values->second.as_array().size() > 255) {
+      reader.fail(shape->second, "the shape has no values", "",
+                  "values = [-1000, ...]: what 1, 2, ... of shape.mha read as");
+    } else {
+      for (const toml::value& v : values->second.as_array()) {
+        const std::int64_t value = v.is_integer() ? v.as_integer() : INT64_MAX;
+        if (value < INT16_MIN || value > INT16_MAX)
+          reader.fail(v, "a value of the shape is not an intensity", "", "a whole number of -32768 to 32767");
+        plan.shape_values.push_back(static_cast<std::int16_t>(value));
+      }
+    }
+  }
   for (const toml::value* v : reader.tables(top, "structures"))
     plan.structures.push_back(read_structure(reader, *v, plan.label_names.size()));
   for (const toml::value* v : reader.tables(top, "trajectories"))
@@ -197,7 +277,7 @@ Result<CasePlan> parse_case(const std::string& text, const std::string& where) {
 
 Result<OpenedCase> open_case(const std::string& path, const OpenOptions& options) {
   const std::string where = file_name(path) + "/" + k_plan_file;
-  for (const char* name : {k_plan_file, k_volume_file, k_labels_file})
+  for (const char* name : {k_plan_file, k_volume_file, k_labels_file, k_shape_file})
     if (Status error = check_inside(path, name)) return *error;
   std::ifstream file(fs::path(path) / k_plan_file, std::ios::binary);
   if (!file) return Error{"the case cannot be read", where, "", "a folder with case.toml", ""};
@@ -213,23 +293,14 @@ Result<OpenedCase> open_case(const std::string& path, const OpenOptions& options
   result.scan.format = "case";
   result.scan.modality = result.plan.modality;
   result.scan.notices.clear();  // of what the image file left open; the plan says it
+  if (!result.plan.shape_values.empty())
+    if (Status error = read_shape(path, result.plan, v, options.progress)) return *error;
   if (result.plan.label_names.empty()) return result;
-
-  OpenOptions plain;
-  plain.progress = options.progress;
   const std::string labels_where = file_name(path) + "/" + k_labels_file;
-  if (std::error_code error; !fs::exists(fs::path(path) / k_labels_file, error))
-    return Error{"the case lacks its labels", labels_where, "no such file", "labels, as case.toml names them",
-                 "copy the whole case again, or take [labels] and its structures out of case.toml"};
-  Result<OpenedVolume> labels = open_volume((fs::path(path) / k_labels_file).string(), plain);
+  const Result<volume::Volume> labels =
+      read_beside(path, k_labels_file, "labels", "[labels] and its structures", v, options.progress);
   if (!labels) return labels.error();
-  const volume::Volume& l = labels.value().volume;
-  if (l.size != v.size)
-    return Error{"the labels lie on another grid than the scan", labels_where, "", "the same size", ""};
-  if (const double apart = farthest_corner(l.frame, v.frame, v.size); apart > k_same_place_mm)
-    return Error{"the labels lie elsewhere than the scan", labels_where,
-                 "a corner is " + volume::text_of(std::floor(100 * apart) / 100) + " mm off",
-                 "the same place", "resample them to the scan first"};
+  const volume::Volume& l = labels.value();
   v.labels = volume::Buffer<std::uint8_t>(v.voxels.size());
   for (std::size_t i = 0; i < v.voxels.size(); ++i) {
     if (l.voxels[i] < 0 || static_cast<std::size_t>(l.voxels[i]) >= result.plan.label_names.size())
@@ -274,6 +345,12 @@ std::string case_text(const CasePlan& plan, bool has_labels) {
       out.append(i > 1 ? ", " : "").append(colour).append(i + 1 == plan.label_colours.size() ? "]\n" : "");
     }
   }
+  if (!plan.shape_values.empty()) {
+    out += "\n[shape]  # of shape.mha: 0 is as scanned; what 1, 2, ... read as for windows\nvalues = [";
+    for (std::size_t i = 0; i < plan.shape_values.size(); ++i)
+      out += (i > 0 ? ", " : "") + std::to_string(plan.shape_values[i]);
+    out += "]\n";
+  }
   if (plan.quality) {
     out += "\n[quality]  # of the scan, as import measured it: mm, noise in its units\n";
     for_each_quality(*plan.quality, [&](const char* key, const std::optional<double>& one) {
@@ -315,24 +392,37 @@ Status write_case(const std::string& path, const CasePlan& plan, const volume::V
                   const Progress& progress) {
   const std::string where = file_name(path);
   const bool has_labels = !scan.labels.is_empty();
-  const std::string text = case_text(plan, has_labels);
+  CasePlan written = plan;
+  written.shape_values.clear();
+  std::optional<volume::Volume> shape;
+  if (!scan.shape_voxels.is_empty()) {
+    Result<volume::Volume> mask = shape_mask(scan, written.shape_values);
+    if (!mask) return mask.error();
+    if (!written.shape_values.empty()) shape = std::move(mask).value();
+  }
+  const std::string text = case_text(written, has_labels);
   // What is written must be understood again.
   if (const Result<CasePlan> again = parse_case(text, where + "/" + k_plan_file); !again)
     return again.error();
   const auto goes_on = [&progress](double share) { return !progress || progress(share); };
   const Error cancelled{
       "the import was interrupted; nothing was written", where, "", "", "", volume::ErrorKind::interrupted};
-  return write_folder_atomically(
-      path, {k_volume_file, k_labels_file, k_plan_file}, [&](const std::string& made) -> Status {
-        const auto file = [&made](const char* name) { return (fs::path(made) / name).string(); };
-        if (!goes_on(0.1)) return cancelled;
-        if (Status error = write_volume(file(k_volume_file), scan)) return error;
-        if (!goes_on(0.7)) return cancelled;
-        if (has_labels)
-          if (Status error = write_labels(file(k_labels_file), scan)) return error;
-        if (!goes_on(0.9)) return cancelled;
-        return write_file_atomically(file(k_plan_file), text);
-      });
+  return write_folder_atomically(path, {k_volume_file, k_labels_file, k_shape_file, k_plan_file},
+                                 [&](const std::string& made) -> Status {
+                                   const auto file = [&made](const char* name) {
+                                     return (fs::path(made) / name).string();
+                                   };
+                                   if (!goes_on(0.1)) return cancelled;
+                                   if (Status error = write_volume(file(k_volume_file), scan)) return error;
+                                   if (!goes_on(0.7)) return cancelled;
+                                   if (has_labels)
+                                     if (Status error = write_labels(file(k_labels_file), scan)) return error;
+                                   if (shape)
+                                     if (Status error = write_labels(file(k_shape_file), *shape))
+                                       return error;
+                                   if (!goes_on(0.9)) return cancelled;
+                                   return write_file_atomically(file(k_plan_file), text);
+                                 });
 }
 
 }  // namespace trephine::data_tools

@@ -50,6 +50,9 @@ struct CasePlan {
   std::vector<CaseStructure> structures;
   std::vector<CaseTrajectory> trajectories;
   std::vector<CaseLandmark> landmarks;
+  /// What a voxel of shape.mha reads as for shapes by window: value k as shape_values[k - 1], 0 as scanned.
+  /// Empty: there is no shape.mha. write_case() derives it from Volume::shape_voxels.
+  std::vector<std::int16_t> shape_values;
   std::optional<ScanQuality> quality;  ///< of the scan, as it was measured; its edge is not kept
 };
 
@@ -70,8 +73,9 @@ volume::Result<CasePlan> parse_case(const std::string& text, const std::string& 
 /// The text of case.toml, with a remark where a person would edit.
 std::string case_text(const CasePlan& plan, bool has_labels);
 
-/// Writes volume.mha, labels.mha (when there are labels) and case.toml into a new folder that is there whole
-/// or not at all. An existing folder is refused. `progress` may cancel.
+/// Writes volume.mha, labels.mha (when there are labels), shape.mha (when the shape was cleaned) and
+/// case.toml into a new folder that is there whole or not at all. An existing folder is refused. `progress`
+/// may cancel.
 volume::Status write_case(const std::string& path, const CasePlan& plan, const volume::Volume& scan,
                           const Progress& progress = {});
 

@@ -266,11 +266,12 @@ void Engine::watch_forbidden(const InstrumentInput& input) {
     ForbiddenWatch& watch = now_.watches[tick.hand * forbidden_.size() + s];
     const std::string& name = forbidden_[s]->name();
     const glm::dvec3 at = body ? body->centre : tick.proxy_world;
+    if (!body) watch.depth = 0, watch.has_entry = false;
     watch.clearance = !body     ? Forbidden::k_reach
-                      : goes_on ? forbidden_[s]->clearance(last->centre, *body, watch.clearance)
-                                : forbidden_[s]->clearance(*body, watch.clearance);
-    watch.nearest = std::min(watch.nearest, watch.clearance);
+                      : goes_on ? forbidden_[s]->follow(last->centre, *body, watch.clearance, watch)
+                                : forbidden_[s]->set_down(*body, watch.clearance, watch);
     const bool is_inside = watch.clearance < 0;
+    watch.nearest = std::min(watch.nearest, is_inside ? -watch.depth : watch.clearance);
     if (is_inside && !watch.is_inside) {
       ++watch.entries;
       watch.entered_tick = static_cast<std::int64_t>(tick.tick);
@@ -280,12 +281,12 @@ void Engine::watch_forbidden(const InstrumentInput& input) {
     }
     if (is_inside) {
       ++watch.ticks_inside;
-      watch.deepest_now = std::max(watch.deepest_now, -watch.clearance);
+      watch.deepest_now = std::max(watch.deepest_now, watch.depth);
       const bool is_working = tick.pose.is_pressed();
       watch.has_worked = watch.has_worked || is_working;
-      if (!watch.is_torn && -watch.clearance > (is_working ? k_tears : k_bursts)) {
+      if (!watch.is_torn && watch.depth > (is_working ? k_tears : k_bursts)) {
         watch.is_torn = true;
-        news_.push_back({tick.tick, tick.hand, at, StructureTorn{name, -watch.clearance}});
+        news_.push_back({tick.tick, tick.hand, at, StructureTorn{name, watch.depth}});
       }
     } else if (watch.is_inside) {
       const auto ticks = static_cast<double>(static_cast<std::int64_t>(tick.tick) - watch.entered_tick);

@@ -34,40 +34,111 @@ volume::Result<std::shared_ptr<const Forbidden>> Forbidden::build(
   return std::shared_ptr<const Forbidden>(std::move(made));
 }
 
-/// Of a point from the surface, at most `reach`.
-double Forbidden::distance(const dvec3& p, double reach) const noexcept {
+void ForbiddenWatch::follow(const dvec3& from, const ToolBall& ball, const Nearness& now,
+                            double slack) noexcept {
+  if (!(now.clearance < 0)) {
+    has_entry = is_beyond_middle = false;
+    depth = 0;
+    return;
+  }
+  depth = -now.clearance;
+  if (!now.has_surface) {  // far inside
+    is_beyond_middle = has_entry;
+    if (has_entry) depth = std::max(depth, glm::length(ball.centre - entry_world) + ball.radius);
+    return;
+  }
+  if (!now.is_centre_inside || !has_entry) {
+    entry_world = now.surface_world;
+    is_beyond_middle = false;
+    has_entry = true;
+    return;
+  }
+  // The nearest point of the surface goes along with the ball, until the middle of the structure is passed:
+  // then it leaps to another side, and the entry stays where it was.
+  const double leap = glm::length(now.surface_world - entry_world);
+  const bool is_other_side = glm::dot(entry_world - ball.centre, now.surface_world - ball.centre) < 0 ||
+                             leap > 2 * glm::length(ball.centre - from) + slack;
+  is_beyond_middle = is_beyond_middle ? leap > slack : is_other_side;
+  if (is_beyond_middle)
+    depth = std::max(depth, glm::length(ball.centre - entry_world) + ball.radius);
+  else
+    entry_world = now.surface_world;
+}
+
+/// Returns the distance from the surface, at most `reach`, and its nearest point.
+double Forbidden::distance(const dvec3& p, double reach, dvec3& nearest_world) const noexcept {
   double nearest = reach;
-  surface_.for_near(p, reach,
-                    [&](const haptics::MeshTree::Near& near) { nearest = std::min(nearest, near.distance); });
+  surface_.for_near(p, reach, [&](const haptics::MeshTree::Near& near) {
+    if (near.distance < nearest) nearest = near.distance, nearest_world = near.nearest;
+  });
   return nearest;
 }
 
-double Forbidden::clearance(const ToolBall& ball, double expected) const noexcept {
+Nearness Forbidden::locate(const ToolBall& ball, double expected) const noexcept {
   const dvec3 v = volume_->frame.volume_from_world(ball.centre);
-  const bool is_within = field_.value(v) >= 0;
+  Nearness found;
+  found.is_centre_inside = field_.value(v) >= 0;
   // Around the middle, farther and farther out; so much farther as the ball is large.
   const double most = k_reach + ball.radius;
   double reach = std::clamp(std::abs(expected + ball.radius) + step_mm_, 2 * step_mm_, most);
-  double away = distance(ball.centre, reach);
+  double away = distance(ball.centre, reach, found.surface_world);
   while (away >= reach && reach < most) {
     reach = std::min(most, 2 * reach);
-    away = distance(ball.centre, reach);
+    away = distance(ball.centre, reach, found.surface_world);
   }
-  return (is_within ? -away : away) - ball.radius;
+  found.has_surface = away < reach;
+  found.clearance = (found.is_centre_inside ? -away : away) - ball.radius;
+  return found;
+}
+
+/// Calls each(place) for places half a voxel apart between `from` and `to`, without the ends.
+template <class Each>
+void Forbidden::for_places(const dvec3& from, const dvec3& to, const Each& each) const noexcept {
+  constexpr double k_most_parts = 4096;  // faster than any hand: a metre in a tick
+  const int parts = static_cast<int>(std::min(std::ceil(glm::length(to - from) / step_mm_), k_most_parts));
+  for (int i = 1; i < parts; ++i) each(from + (static_cast<double>(i) / parts) * (to - from));
 }
 
 double Forbidden::clearance(const dvec3& from, const ToolBall& ball, double expected) const noexcept {
-  const double length = glm::length(ball.centre - from);
   // From far away nothing is met on a short way.
   double least = clearance(ball, expected);
-  if (least > length) return least;
-  constexpr double k_most_parts = 4096;  // faster than any hand: a metre in a tick
-  const int parts = static_cast<int>(std::min(std::ceil(length / step_mm_), k_most_parts));
-  for (int i = 1; i < parts; ++i) {
-    const dvec3 at = from + (static_cast<double>(i) / parts) * (ball.centre - from);
+  if (least > glm::length(ball.centre - from)) return least;
+  for_places(from, ball.centre, [&](const dvec3& at) {
     least = std::min(least, clearance({at, ball.radius}, least));
+  });
+  return least;
+}
+
+double Forbidden::follow(const dvec3& from, const ToolBall& ball, double expected,
+                         ForbiddenWatch& watch) const noexcept {
+  const double slack = 4 * step_mm_;
+  const Nearness end = locate(ball, expected);
+  double least = end.clearance;
+  if (least <= glm::length(ball.centre - from)) {
+    dvec3 before = from;
+    double deepest = 0;
+    for_places(from, ball.centre, [&](const dvec3& at) {
+      const ToolBall there{at, ball.radius};
+      const Nearness now = locate(there, least);
+      watch.follow(before, there, now, slack);
+      least = std::min(least, now.clearance);
+      deepest = std::max(deepest, watch.depth);
+      before = at;
+    });
+    watch.follow(before, ball, end, slack);
+    // A structure that the ball passed within one tick was entered, too.
+    if (least < 0) watch.depth = std::max(watch.depth, deepest);
+  } else {
+    watch.follow(from, ball, end, slack);
   }
   return least;
+}
+
+double Forbidden::set_down(const ToolBall& ball, double expected, ForbiddenWatch& watch) const noexcept {
+  watch.has_entry = false;
+  const Nearness now = locate(ball, expected);
+  watch.follow(ball.centre, ball, now, 4 * step_mm_);
+  return now.clearance;
 }
 
 const Schema& ForbiddenEntered::schema() {
@@ -108,6 +179,10 @@ const Schema& ForbiddenWatch::schema() {
   static constexpr Field fields[] = {field<&ForbiddenWatch::is_inside>("inside"),
                                      field<&ForbiddenWatch::clearance>("clearance", {.unit = "mm"}),
                                      field<&ForbiddenWatch::nearest>("nearest", {.unit = "mm"}),
+                                     field<&ForbiddenWatch::has_entry>("has_entry"),
+                                     field<&ForbiddenWatch::is_beyond_middle>("is_beyond_middle"),
+                                     field<&ForbiddenWatch::entry_world>("entry", {.unit = "mm"}),
+                                     field<&ForbiddenWatch::depth>("depth", {.unit = "mm"}),
                                      field<&ForbiddenWatch::deepest_now>("deepest_now", {.unit = "mm"}),
                                      field<&ForbiddenWatch::has_worked>("has_worked"),
                                      field<&ForbiddenWatch::is_torn>("is_torn"),

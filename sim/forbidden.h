@@ -17,6 +17,16 @@ struct ToolBall {
   double radius = 0;  ///< mm
 };
 
+/// Where a ball is with respect to a structure.
+struct Nearness {
+  double clearance = 0;  ///< mm to the surface; negative: so deep is the ball inside, at the nearest side
+  bool is_centre_inside = false;  ///< of the structure
+  bool has_surface = false;       ///< is any of the surface within reach?
+  glm::dvec3 surface_world{0.0};  ///< then its point nearest to the centre
+};
+
+struct ForbiddenWatch;
+
 /// A structure that must not be cut, as it was before anything was. Immutable. Distances to its surface as it
 /// is drawn, which lies within half a voxel of where the structure ends; by what side of it a point is on,
 /// its samples decide.
@@ -31,13 +41,24 @@ class Forbidden {
   static constexpr double k_reach = 20;
   /// mm from the ball to the structure, at most k_reach; negative: so deep is it inside. `expected`: about
   /// how much it will be; any guess gives the same answer, a good one sooner.
-  double clearance(const ToolBall& ball, double expected = k_reach) const noexcept;
+  double clearance(const ToolBall& ball, double expected = k_reach) const noexcept {
+    return locate(ball, expected).clearance;
+  }
+  Nearness locate(const ToolBall& ball, double expected = k_reach) const noexcept;
+  /// The same, the least while the ball goes straight from `from` to its place, and `watch` follows its way
+  /// in by the same places.
+  double follow(const glm::dvec3& from, const ToolBall& ball, double expected,
+                ForbiddenWatch& watch) const noexcept;
+  /// The ball was set down at its place.
+  double set_down(const ToolBall& ball, double expected, ForbiddenWatch& watch) const noexcept;
   /// The least while the ball goes straight from `from` to its place, by places half a voxel apart.
   double clearance(const glm::dvec3& from, const ToolBall& ball, double expected = k_reach) const noexcept;
 
  private:
   Forbidden(std::shared_ptr<const volume::Volume> volume, const volume::Shape& shape);
-  double distance(const glm::dvec3& p, double reach) const noexcept;
+  double distance(const glm::dvec3& p, double reach, glm::dvec3& nearest_world) const noexcept;
+  template <class Each>
+  void for_places(const glm::dvec3& from, const glm::dvec3& to, const Each& each) const noexcept;
 
   std::shared_ptr<const volume::Volume> volume_;
   volume::Field field_;
@@ -85,11 +106,19 @@ inline constexpr double k_tears = 0.5, k_bursts = 3;
 /// Of one hand and one structure, since the start; what undo takes back does not make it undone.
 struct ForbiddenWatch {
   bool is_inside = false;
-  double clearance = Forbidden::k_reach;     ///< mm, in the newest tick
-  double nearest = Forbidden::k_reach;       ///< mm, ever; negative: so deep
-  double deepest_now = 0;                    ///< mm, of the visit that goes on
+  double clearance = Forbidden::k_reach;  ///< mm, in the newest tick
+  double nearest = Forbidden::k_reach;    ///< mm, ever; negative: so deep along the way in
+  // The way in of the visit that goes on. A tool that went through a brain to 2 mm before its far side is not
+  // 2 mm deep: depth is measured to the side on which it entered.
+  bool has_entry = false, is_beyond_middle = false;
+  glm::dvec3 entry_world{0.0};               ///< the point of that side under which the tool is
+  double depth = 0;                          ///< mm, now; 0 outside
+  double deepest_now = 0;                    ///< mm, of the visit
   bool has_worked = false, is_torn = false;  ///< in it
   std::int64_t entries = 0, ticks_inside = 0, entered_tick = 0;
+  /// Follows the way in: the ball went from `from_world` to its place, where `now` holds. `slack`: by how
+  /// much the nearest point of a rough surface leaps, mm.
+  void follow(const glm::dvec3& from_world, const ToolBall& ball, const Nearness& now, double slack) noexcept;
   static const Schema& schema();
 };
 

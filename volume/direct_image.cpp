@@ -64,7 +64,7 @@ DirectImage::DirectImage(std::shared_ptr<const Volume> scan, int threads)
                      high = std::numeric_limits<std::int16_t>::min();
         for (int z = first.z; z <= last.z; ++z)
           for (int y = first.y; y <= last.y; ++y) {
-            const std::int16_t* row = v.voxels.data() + v.index(0, y, z);
+            const std::int16_t* row = v.window_voxels().data() + v.index(0, y, z);
             for (int x = first.x; x <= last.x; ++x)
               low = std::min(low, row[x]), high = std::max(high, row[x]);
           }
@@ -122,7 +122,7 @@ void DirectImage::set_ramp(const Ramp& ramp, int threads) {
           for (int z = first.z; z <= last.z; ++z)
             for (int y = first.y; y <= last.y; ++y)
               for (int x = first.x; x <= last.x; ++x) {
-                const std::int16_t value = v.voxels[v.index(x, y, z)];
+                const std::int16_t value = v.window_voxels()[v.index(x, y, z)];
                 low = std::min(low, value), high = std::max(high, value);
               }
           if (is_seen(low, high)) cells_[at] |= std::uint64_t{1} << cell;
@@ -425,7 +425,7 @@ void DirectImage::draw(const DirectWish& wish, const Version& version, std::span
                   back,
                   !near_labels_.empty(),
                   std::min({mm.x, mm.y, mm.z}),
-                  scan_->voxels.data(),
+                  scan_->window_voxels().data(),
                   glm::max(scan_->size - 2, ivec3(0)),
                   row,
                   slice,

@@ -33,7 +33,7 @@ class Field {
   /// g of the voxel stored at `index`, which is not checked.
   double at_index(std::size_t index) const noexcept {
     if (shape_.is_label()) return volume_->labels[index] == shape_.label ? 0.5 : -0.5;
-    const double intensity = volume_->voxels[index];
+    const double intensity = volume_->window_voxels()[index];
     return std::min(intensity - shape_.low, shape_.high - intensity);
   }
   /// Trilinear value at p.

@@ -83,10 +83,17 @@ Result<Volume> gaussian_blurred(const Volume& volume, const glm::dvec3& sigma_vo
   Volume& result = made.value();
   result.take_meaning(volume);
   std::copy_n(volume.labels.data(), volume.labels.size(), result.labels.data());
-  std::vector<float> values(volume.voxels.span().begin(), volume.voxels.span().end());
-  gaussian_blur(values, volume.size, sigma_voxels, threads);
-  for (std::size_t i = 0; i < values.size(); ++i)
-    result.voxels[i] = static_cast<std::int16_t>(std::floor(values[i] + 0.5f));
+  const auto blur = [&](const Buffer<std::int16_t>& from, Buffer<std::int16_t>& to) {
+    std::vector<float> values(from.span().begin(), from.span().end());
+    gaussian_blur(values, volume.size, sigma_voxels, threads);
+    for (std::size_t i = 0; i < values.size(); ++i)
+      to[i] = static_cast<std::int16_t>(std::floor(values[i] + 0.5f));
+  };
+  blur(volume.voxels, result.voxels);
+  if (!volume.shape_voxels.is_empty()) {
+    result.shape_voxels = Buffer<std::int16_t>(volume.voxels.size());
+    blur(volume.shape_voxels, result.shape_voxels);
+  }
   return made;
 }
 

@@ -210,9 +210,7 @@ void LineIntegrals::integrate_tile(const RayFan& fan, const PixelBox& tile, RayS
   // Packets begin at every eighth column of the fan, whatever the tile: a ray's bits do not depend on it.
   for (int j = tile.row_low; j < tile.row_high; ++j)
     for (int i = tile.column_low & ~7; i < tile.column_high; i += 8) {
-      // The view in which its middle ray leans least, in voxels.
-      const dvec3 along = glm::abs(fan.pixel(std::min(i + 3.5, fan.columns - 1.0), j) - fan.source);
-      const std::size_t d = along.x > along.y ? (along.x > along.z ? 0 : 2) : (along.y > along.z ? 1 : 2);
+      const auto d = static_cast<std::size_t>(fan.slab_axis(i, j));  // in which its middle ray leans least
       const View& view = views_[d];
       Tile::Packet packet{};
       packet.column.fill(-1);

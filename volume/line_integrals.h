@@ -31,6 +31,12 @@ struct RayFan {
   int columns = 0, rows = 0;
 
   glm::dvec3 pixel(double i, double j) const noexcept { return corner + i * right + j * down; }
+  /// The axis across whose slabs the ray to a pixel is summed up: that along which the middle ray of its
+  /// packet of eight goes most.
+  int slab_axis(int i, int j) const noexcept {
+    const glm::dvec3 along = glm::abs(pixel(std::min((i & ~7) + 3.5, columns - 1.0), j) - source);
+    return along.x > along.y ? (along.x > along.z ? 0 : 2) : (along.y > along.z ? 1 : 2);
+  }
 };
 /// Pixels low .. high - 1.
 struct PixelBox {

@@ -63,7 +63,7 @@ void threshold_row(const Volume& volume, const Shape& shape, int y, int z, std::
   }
   const __m128i low = _mm_set1_epi16(static_cast<short>(window.low));
   const __m128i high = _mm_set1_epi16(static_cast<short>(window.high));
-  const std::int16_t* row = volume.voxels.data() + start;
+  const std::int16_t* row = volume.window_voxels().data() + start;
   int x = 0;
   for (; x + 64 <= count; x += 64) words[x / 64] = threshold_64(row + x, low, high);
   if (x < count) {

@@ -23,8 +23,9 @@ void QuadraticPatch::load(const Field& field, const glm::ivec3& v) noexcept {
   if (is_inside && !shape.is_label()) {
     const std::size_t row = static_cast<std::size_t>(size.x), slice = row * static_cast<std::size_t>(size.y);
     const std::size_t first = volume.index(v.x - 1, v.y - 1, v.z - 1);
-    if (first + 2 * slice + 2 * row + 3 < volume.voxels.size()) {  // the fourth sample of the last row exists
-      const std::int16_t* base = volume.voxels.data() + first;
+    if (first + 2 * slice + 2 * row + 3 <
+        volume.window_voxels().size()) {  // the fourth sample of the last row exists
+      const std::int16_t* base = volume.window_voxels().data() + first;
       const __m128d from = _mm_set1_pd(shape.low), to = _mm_set1_pd(shape.high);
       const bool is_open = shape.high > 1e300;
       for (std::size_t k = 0; k < 3; ++k)

@@ -88,10 +88,20 @@ Error nothing_of(const Shape& shape, const Volume& volume) {
           "some", "choose another shape"};
 }
 
+/// A copy whose shape voxels may be written: they are those of `volume`, or its scan.
+Result<Volume> with_shape_voxels(const Volume& volume) {
+  Result<Volume> made = copy_of(volume);
+  if (!made || !volume.shape_voxels.is_empty()) return made;
+  const Buffer<std::int16_t>& scan = volume.voxels;
+  made.value().shape_voxels = Buffer<std::int16_t>(scan.size());
+  std::copy_n(scan.data(), scan.size(), made.value().shape_voxels.data());
+  return made;
+}
+
 /// A copy without the parts that do not stay.
 Result<Volume> with_parts(const Volume& volume, const Shape& shape, const SolidParts& parts,
                           const std::vector<bool>& stays) {
-  Result<Volume> made = copy_of(volume);
+  Result<Volume> made = shape.is_label() ? copy_of(volume) : with_shape_voxels(volume);
   if (!made) return made;
   Volume& copy = made.value();
   const std::int16_t lowest = *std::min_element(volume.voxels.span().begin(), volume.voxels.span().end());
@@ -101,7 +111,7 @@ Result<Volume> with_parts(const Volume& volume, const Shape& shape, const SolidP
     if (shape.is_label())
       copy.labels[voxel] = 0;
     else
-      copy.voxels[voxel] = air;
+      copy.shape_voxels[voxel] = air;
   });
   return made;
 }
@@ -202,14 +212,14 @@ bool lies_between(const BitGrid& solid, const Frame& frame, const glm::ivec3& vo
 /// and in what lies evenly between two bones, they do not.
 bool stands_out(const BitGrid& solid, const Volume& v, const glm::ivec3& voxel, double fall,
                 double reach_mm) {
-  const double below = v.voxels[v.index(voxel.x, voxel.y, voxel.z)] - fall;
+  const double below = v.window_voxels()[v.index(voxel.x, voxel.y, voxel.z)] - fall;
   const auto falls = [&](const glm::ivec3& step) {
     const double length = glm::length(v.frame.vector_world_from_volume(glm::dvec3(step)));
     glm::ivec3 p = voxel;
     for (double gone = length; gone <= reach_mm; gone += length) {
       p += step;
       if (!v.contains(p) || solid.has(p.x, p.y, p.z)) return false;
-      if (v.voxels[v.index(p.x, p.y, p.z)] <= below) return true;
+      if (v.window_voxels()[v.index(p.x, p.y, p.z)] <= below) return true;
     }
     return false;
   };
@@ -257,7 +267,7 @@ Result<Volume> with_seeded_parts(const std::shared_ptr<const Volume>& volume, co
   const SolidParts parts = find_parts(volume, shape);
   std::vector<bool> stays(parts.parts().size(), false);
   for_each_voxel(*volume, parts, [&](int part, std::size_t voxel) {
-    if (volume->voxels[voxel] >= seed) stays[static_cast<std::size_t>(part)] = true;
+    if (volume->window_voxels()[voxel] >= seed) stays[static_cast<std::size_t>(part)] = true;
   });
   gone = {};
   for (std::size_t p = 0; p < stays.size(); ++p)
@@ -278,14 +288,15 @@ Result<Volume> with_seeded_parts(const std::shared_ptr<const Volume>& volume, co
 Result<Volume> with_thin_filled(const Volume& volume, const Shape& shape, double from, double to,
                                 double reach_mm, std::int64_t& filled) {
   filled = 0;
-  Result<Volume> made = copy_of(volume);
+  Result<Volume> made = with_shape_voxels(volume);
   if (!made) return made;
   const glm::ivec3& size = volume.size;
   BitGrid solid(size);
   for (int z = 0; z < size.z; ++z)
     for (int y = 0; y < size.y; ++y)
       for (int x = 0; x < size.x; ++x)
-        if (shape.is_solid(volume.voxels[volume.index(x, y, z)])) solid.row(y, z)[x / 64] |= 1ull << (x % 64);
+        if (shape.is_solid(volume.window_voxels()[volume.index(x, y, z)]))
+          solid.row(y, z)[x / 64] |= 1ull << (x % 64);
   const glm::dvec3& spacing = volume.frame.spacing();
   const double half_voxel = 0.5 * std::min({spacing.x, spacing.y, spacing.z});
   // Grown by the ball, then its outside grown back. Beyond the border there is no outside.
@@ -297,7 +308,7 @@ Result<Volume> with_thin_filled(const Volume& volume, const Shape& shape, double
   for (int z = 0; z < size.z; ++z)
     for (int y = 0; y < size.y; ++y)
       for (int x = 0; x < size.x; ++x) {
-        std::int16_t& v = made.value().voxels[volume.index(x, y, z)];
+        std::int16_t& v = made.value().shape_voxels[volume.index(x, y, z)];
         if (v < from || !closed.has(x, y, z) || solid.has(x, y, z) ||
             !lies_between(solid, volume.frame, {x, y, z}, reach_mm) ||
             !stands_out(solid, volume, {x, y, z}, 0.5 * (shape.low - from), reach_mm))

@@ -18,7 +18,8 @@ struct ShapeParts {
 };
 ShapeParts parts_of(const std::shared_ptr<const Volume>& volume, const Shape& shape);
 
-/// A copy in which the other parts are gone: air in a window's shape, background in a label's.
+/// A copy without the shape's other parts. The scan's voxels stay as they are: a part of a window becomes air
+/// in Volume::shape_voxels, a part of a label becomes background in the labels.
 Result<Volume> with_largest_part(const std::shared_ptr<const Volume>& volume, const Shape& shape,
                                  ShapeParts& parts);
 
@@ -28,11 +29,12 @@ Result<Volume> with_largest_part(const std::shared_ptr<const Volume>& volume, co
 Result<Volume> with_seeded_parts(const std::shared_ptr<const Volume>& volume, const Shape& shape, double seed,
                                  double least_share, ShapeParts& gone);
 
-/// Walls thinner than a scan can show fall below the threshold. A copy in which voxels of `from` and above,
-/// in gaps of the shape that a ball of `reach_mm` cannot enter, are lifted to `to`; counts them. (The shape's
-/// closing, half a voxel more generous: a hole in a sheet of one voxel has no depth to be kept out of; and
-/// only with solid on two opposite sides, so that outer sides stay where they are; and only what stands out
-/// by half of what `from` lies below the shape, on two other sides: a wall, not the gap of a joint.)
+/// Walls thinner than a scan can show fall below the threshold. A copy whose shape voxels of `from` and
+/// above, in gaps of the shape that a ball of `reach_mm` cannot enter, are lifted to `to`; counts them. (The
+/// shape's closing, half a voxel more generous: a hole in a sheet of one voxel has no depth to be kept out
+/// of; and only with solid on two opposite sides, so that outer sides stay where they are; and only what
+/// stands out by half of what `from` lies below the shape, on two other sides: a wall, not the gap of a
+/// joint.)
 Result<Volume> with_thin_filled(const Volume& volume, const Shape& shape, double from, double to,
                                 double reach_mm, std::int64_t& filled);
 

@@ -237,6 +237,7 @@ bool SoftField::is_two_valued(const Field& field, const Occupancy& bits) {
   if (field.shape().is_label()) return true;
   const Volume& volume = field.volume();
   const ivec3& size = volume.size;
+  const Buffer<std::int16_t>& voxels = volume.window_voxels();
   // Along rows, on both sides of every change: two intensities, whatever they are.
   bool has_solid = false, has_air = false;
   std::int16_t solid = 0, air = 0;
@@ -245,16 +246,14 @@ bool SoftField::is_two_valued(const Field& field, const Occupancy& bits) {
       for (int x = 1; x < size.x; ++x) {
         const bool is_in = bits.is_solid({x, y, z});
         if (is_in == bits.is_solid({x - 1, y, z})) continue;
-        const std::int16_t here = volume.voxels[volume.index(x, y, z)],
-                           before = volume.voxels[volume.index(x - 1, y, z)];
+        const std::int16_t here = voxels[volume.index(x, y, z)], before = voxels[volume.index(x - 1, y, z)];
         const std::int16_t of_solid = is_in ? here : before, of_air = is_in ? before : here;
         if ((has_solid && of_solid != solid) || (has_air && of_air != air)) return false;
         // A grey ramp across x has the same pair in every row; one more voxel tells.
         if (x + 1 < size.x && bits.is_solid({x + 1, y, z}) == is_in &&
-            volume.voxels[volume.index(x + 1, y, z)] != here)
+            voxels[volume.index(x + 1, y, z)] != here)
           return false;
-        if (x >= 2 && bits.is_solid({x - 2, y, z}) != is_in &&
-            volume.voxels[volume.index(x - 2, y, z)] != before)
+        if (x >= 2 && bits.is_solid({x - 2, y, z}) != is_in && voxels[volume.index(x - 2, y, z)] != before)
           return false;
         solid = of_solid, air = of_air;
         has_solid = has_air = true;

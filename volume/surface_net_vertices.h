@@ -103,7 +103,7 @@ class NetVertices {
     if (is_inside && is_plain_window_) {
       const std::size_t row = static_cast<std::size_t>(volume_.size.x),
                         slice = row * static_cast<std::size_t>(volume_.size.y);
-      const std::int16_t* v = volume_.voxels.data() + volume_.index(cell.x, cell.y, cell.z);
+      const std::int16_t* v = volume_.window_voxels().data() + volume_.index(cell.x, cell.y, cell.z);
       const auto pair = [](const std::int16_t* at) {
         int both;
         std::memcpy(&both, at, sizeof both);

@@ -497,7 +497,7 @@ class NetBuilder {
   void prefetch(const glm::ivec3& cell) const {
     const glm::ivec3 last = volume_.size - 1, low = glm::clamp(cell, glm::ivec3(0), last),
                      high = glm::min(low + 1, last);
-    const std::int16_t* v = volume_.voxels.data();
+    const std::int16_t* v = volume_.window_voxels().data();
     for (const std::size_t at : {volume_.index(low.x, low.y, low.z), volume_.index(low.x, high.y, low.z),
                                  volume_.index(low.x, low.y, high.z), volume_.index(low.x, high.y, high.z)})
       _mm_prefetch(reinterpret_cast<const char*>(v + at), _MM_HINT_T0);

@@ -62,6 +62,7 @@ std::uint64_t content_hash(const Volume& volume) noexcept {
   };
   add_bytes(volume.voxels.data(), volume.voxels.bytes());
   add_bytes(volume.labels.data(), volume.labels.bytes());
+  if (!volume.shape_voxels.is_empty()) add_bytes(volume.shape_voxels.data(), volume.shape_voxels.bytes());
   return hash.value();
 }
 
@@ -112,6 +113,10 @@ Result<Volume> copy_of(const Volume& volume) {
   copy.take_meaning(volume);
   std::copy_n(volume.voxels.data(), volume.voxels.size(), copy.voxels.data());
   std::copy_n(volume.labels.data(), volume.labels.size(), copy.labels.data());
+  if (!volume.shape_voxels.is_empty()) {
+    copy.shape_voxels = Buffer<std::int16_t>(volume.shape_voxels.size());
+    std::copy_n(volume.shape_voxels.data(), volume.shape_voxels.size(), copy.shape_voxels.data());
+  }
   return made;
 }
 

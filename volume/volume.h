@@ -16,7 +16,10 @@ namespace trephine::volume {
 struct Volume {
   glm::ivec3 size{0};
   Frame frame;
-  Buffer<std::int16_t> voxels;             ///< size.x * size.y * size.z intensities
+  Buffer<std::int16_t> voxels;  ///< size.x * size.y * size.z intensities, as scanned
+  /// Empty, or the intensities that shapes by window read in place of `voxels`: small parts removed, thin
+  /// walls closed. Slices, X-rays and measurements read `voxels`.
+  Buffer<std::int16_t> shape_voxels;
   bool is_hounsfield = false;              ///< intensities are Hounsfield units (CT)
   Buffer<std::uint8_t> labels;             ///< empty, or one label per voxel
   std::vector<std::string> label_names;    ///< name of each label value; 0 is the background
@@ -27,12 +30,16 @@ struct Volume {
            static_cast<std::size_t>(size.x) *
                (static_cast<std::size_t>(y) + static_cast<std::size_t>(size.y) * static_cast<std::size_t>(z));
   }
+  /// What shapes by window read.
+  const Buffer<std::int16_t>& window_voxels() const noexcept {
+    return shape_voxels.is_empty() ? voxels : shape_voxels;
+  }
   bool contains(const glm::ivec3& v) const noexcept {
     return v.x >= 0 && v.y >= 0 && v.z >= 0 && v.x < size.x && v.y < size.y && v.z < size.z;
   }
   /// The label value named `name`, or -1.
   int label_value(const std::string& name) const noexcept;
-  std::size_t bytes() const noexcept { return voxels.bytes() + labels.bytes(); }
+  std::size_t bytes() const noexcept { return voxels.bytes() + shape_voxels.bytes() + labels.bytes(); }
   /// Its numbers mean what they mean in another volume: the unit, and what labels are called.
   void take_meaning(const Volume& of);
 };

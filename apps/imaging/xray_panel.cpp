@@ -53,7 +53,7 @@ volume::Result<Panel> XrayCamera::shoot(const Subject& subject, const fluoroscop
   }
   const View view(arm);
   const auto things = things_of(subject, fluoroscopy::Matter::titanium, k_energy);
-  if (volume::Status error = xray_->project(view, subject.version, things, volume::RaySum::exact, threads))
+  if (volume::Status error = xray_->project(view, subject.version, things, volume::RaySum::joseph, threads))
     return *error;
   if (!(arm == arm_) || beyond_.empty()) {
     arm_ = arm;

@@ -29,8 +29,8 @@ using volume::Status;
 
 namespace {
 
-enum class Way : std::uint8_t { volume, joseph, surface };
-constexpr std::string_view k_ways[] = {"volume", "joseph", "surface"};
+enum class Way : std::uint8_t { interpolated, exact, surface };
+constexpr std::string_view k_ways[] = {"interpolated", "exact", "surface"};
 constexpr std::string_view k_metals[] = {"titanium", "steel"};
 
 struct FluoroArguments {
@@ -269,9 +269,9 @@ Result<Outcome> run_fluoro(const FluoroArguments& a) {
   if (!is_surface || a.is_beside) {
     fluoroscopy::VolumeXray xray(moment.scan, energy);
     const auto things = imaging::things_of(imaging::subject_of(moment), matter, energy);
-    const bool is_joseph = a.way == static_cast<std::uint8_t>(Way::joseph);
+    const bool is_exact = a.way == static_cast<std::uint8_t>(Way::exact);
     if (Status error = xray.project(fine, moment.version, things,
-                                    is_joseph ? volume::RaySum::joseph : volume::RaySum::exact))
+                                    is_exact ? volume::RaySum::exact : volume::RaySum::joseph))
       return *error;
     (is_surface ? other : sums) = xray.sums();
     std::vector<double>& seen = is_surface ? other_seen : sums_seen;
@@ -375,7 +375,7 @@ Run build(Options& options) {
   options.add("--pose", a->pose, "Stand as the C-arm of this DICOM image did (XA, RF)").type("FILE");
   options.add("--shot", a->shot, "This shot of the session again: its pose, and the state of that moment")
       .type("N");
-  options.add("--method", a->way, k_ways, "Through voxels exactly, interpolated, or by surfaces");
+  options.add("--method", a->way, k_ways, "How rays are summed: interpolated between voxels, exact through voxels as boxes, or by surfaces");
   options.add("--energy", a->energy, "Of the photons, keV (60)").type("KEV");
   options.add("--edge", a->edge, "Surfaces: how much a ray counts that only grazes bone").shows_default();
   add_things(options, a->things);

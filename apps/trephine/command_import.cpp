@@ -59,7 +59,8 @@ std::string what_is_odd(const data_tools::CaseTrajectory& t, const volume::Volum
   for (double mm = 0; mm <= length; mm += 0.5) {
     const glm::ivec3 p(
         glm::floor(scan.frame.volume_from_world(glm::mix(t.entry_world, t.target_world, mm / length)) + 0.5));
-    if (scan.contains(p) && plan.structures[0].shape.is_solid(scan.voxels[scan.index(p.x, p.y, p.z)]))
+    if (scan.contains(p) &&
+        plan.structures[0].shape.is_solid(scan.window_voxels()[scan.index(p.x, p.y, p.z)]))
       return "";
   }
   return "meets no " + plan.structures[0].shape.name +

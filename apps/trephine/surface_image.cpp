@@ -23,7 +23,8 @@ double mean_weight(const volume::Volume& scan, const volume::Shape& shape, doubl
   const volume::VoxelWeights weights = fluoroscopy::weights_of_hounsfield(energy);
   double sum = 0, count = 0;
   for (std::size_t i = 0; i < scan.voxels.size(); ++i) {
-    const bool is_solid = shape.is_label() ? scan.labels[i] == shape.label : shape.is_solid(scan.voxels[i]);
+    const bool is_solid =
+        shape.is_label() ? scan.labels[i] == shape.label : shape.is_solid(scan.window_voxels()[i]);
     if (is_solid) sum += weights.of(scan.voxels[i]), ++count;
   }
   return count > 0 ? sum / count : 0;

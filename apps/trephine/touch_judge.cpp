@@ -3,38 +3,37 @@
 #include <algorithm>
 #include <glm/geometric.hpp>
 
+#include "haptics/depth/depth_model.h"
+#include "haptics/depth/depth_source.h"
 #include "haptics/mesh/mesh_tree.h"
 
 namespace trephine::app {
 
 namespace {
 
-/// Judges for the models, in the volume's frame: their triangles, or what images of them show, which is what
-/// a method on those promises.
-std::vector<std::unique_ptr<checker::MeshWall>> mesh_walls(const haptics::TouchScene& scene,
-                                                           bool is_by_images) {
+/// The triangles of a model, by `place` of each corner.
+template <class Place>
+checker::MeshWall wall_of(const std::vector<glm::dvec3>& vertices,
+                          const std::vector<std::uint32_t>& triangles, double least_cube,
+                          const Place& place) {
+  std::vector<glm::dvec3> placed;
+  placed.reserve(vertices.size());
+  for (const glm::dvec3& v : vertices) placed.push_back(place(v));
+  double longest = least_cube;
+  for (std::size_t i = 0; i < triangles.size(); ++i)
+    longest = std::max(longest, glm::length(placed[triangles[i]] - placed[triangles[i - i % 3]]));
+  return {placed, triangles, std::max(least_cube, longest / 8)};
+}
+
+/// Judges for models that a method touches by their triangles, in the volume's frame.
+std::vector<std::unique_ptr<checker::MeshWall>> mesh_walls(const haptics::TouchScene& scene) {
   std::vector<std::unique_ptr<checker::MeshWall>> walls;
-  for (const haptics::TouchItem& mesh : scene.items) {
-    if (!mesh.is_mesh() || mesh.depth) continue;
-    std::vector<glm::dvec3> vertices;
-    std::vector<std::uint32_t> triangles;
-    if (is_by_images) {
-      const scenes::ShownModel shown = scenes::shown_by_images(mesh);
-      for (const glm::dvec3& v : shown.vertices)
-        vertices.push_back(scene.base->frame.volume_from_world(mesh.placement.world_from_local(v)));
-      triangles = shown.triangles;
-      walls.push_back(std::make_unique<checker::MeshWall>(vertices, triangles, 1.0));
-      continue;
-    }
-    double longest = 1;
-    for (std::uint32_t t = 0; t < mesh.tree->triangle_count(); ++t)
-      for (const glm::dvec3& corner : mesh.tree->corners(t)) {
-        triangles.push_back(static_cast<std::uint32_t>(vertices.size()));
-        vertices.push_back(scene.base->frame.volume_from_world(mesh.placement.world_from_local(corner)));
-        longest = std::max(longest, glm::length(vertices.back() - vertices[3 * t]));
-      }
-    walls.push_back(std::make_unique<checker::MeshWall>(vertices, triangles, std::max(1.0, longest / 8)));
-  }
+  for (const haptics::TouchItem& mesh : scene.items)
+    if (mesh.is_mesh() && !mesh.depth)
+      walls.push_back(std::make_unique<checker::MeshWall>(
+          wall_of(mesh.tree->vertices(), mesh.tree->triangles(), 1, [&](const glm::dvec3& v) {
+            return scene.base->frame.volume_from_world(mesh.placement.world_from_local(v));
+          })));
   return walls;
 }
 
@@ -54,8 +53,20 @@ TouchJudge::TouchJudge(const workbench::Operation& operation)
   for (std::size_t i = 1; i < shapes.size(); ++i)
     if (shapes[i].sides == haptics::Side::front)
       others_.push_back(std::make_unique<scenes::Promise>(info_, scene_, nullptr, i));
-  if (std::string(info_.name) != "scene-sequential")
-    models_ = mesh_walls(scene_, info_.solid == haptics::MethodInfo::Solid::images);
+  const bool is_by_images = info_.solid == haptics::MethodInfo::Solid::images;
+  if (std::string(info_.name) != "scene-sequential" && !is_by_images) models_ = mesh_walls(scene_);
+  const auto here = [](const glm::dvec3& v) { return v; };
+  for (std::size_t i = 0; i < scene_.items.size(); ++i) {
+    const haptics::TouchItem& item = scene_.items[i];
+    if (const auto* model = dynamic_cast<const haptics::depth::DepthModel*>(item.depth.get())) {
+      if (model->keys().keys.size() == 1)
+        imaged_.push_back(
+            {i, {wall_of(model->keys().keys[0], model->keys().triangles, 1, here), item.depth_pixel}, {}});
+    } else if (item.is_mesh() && !item.depth && is_by_images) {
+      imaged_.push_back(
+          {i, {wall_of(item.tree->vertices(), item.tree->triangles(), 1, here), item.depth_pixel}, {}});
+    }
+  }
   has_drawn_ = std::any_of(scene_.items.begin(), scene_.items.end(),
                            [](const haptics::TouchItem& item) { return item.depth != nullptr; });
   // A look asks every triangle: 5 ms a tick at most.
@@ -94,6 +105,7 @@ void TouchJudge::observe(const workbench::TouchTick& tick) {
       falls_.restart();
       popped_ = record.events[e].shape;
     }
+  judge_passages(tick);
   if (!record.has_contact && popped_ >= 0) drawn_.restart(), popped_ = -1;
   if (has_drawn_ && record.tick % look_every_ == 0)
     drawn_.judge(tick.felt, record.proxy_world, tick.t, popped_);
@@ -104,6 +116,49 @@ void TouchJudge::observe(const workbench::TouchTick& tick) {
   if (models_.empty() && !has_drawn_ && (is_smooth_ || scene_.tool_radius == 0) &&
       (is_smooth_ ? resting_ == 10 : resting_ >= 10))
     stuck_ += is_stuck(tick, hip);
+}
+
+namespace {
+/// Do the images that the hand feels an item by reach around a place of its frame?
+bool knows(const workbench::TouchTick& tick, std::size_t index, const glm::dvec3& at) {
+  int depth = 0;
+  for (std::size_t i = 0; i < index; ++i) depth += tick.felt.scene->items[i].depth != nullptr;
+  const haptics::depth::DepthSet* set = haptics::depth::set_in(tick.felt.state, depth);
+  return set != nullptr && set->knows(at, tick.felt.scene->tool_radius);
+}
+}  // namespace
+
+/// By the triangles of what a method knows by images alone. A model that moves takes its own frame along.
+void TouchJudge::judge_passages(const workbench::TouchTick& tick) {
+  const haptics::ServoRecord& record = tick.record;
+  for (ImagedModel& model : imaged_) {
+    const haptics::TouchItem& item = scene_.items[model.item];
+    const auto mover = static_cast<std::size_t>(item.mover);
+    const haptics::Placement place =
+        item.mover >= 0 && mover < tick.felt.placement_count ? tick.felt.placements[mover] : item.placement;
+    const glm::dvec3 at = place.local_from_world(record.proxy_world);
+    const bool is_let_through = tick.felt.untouchable.contains(static_cast<int>(model.item)) ||
+                                popped_ == static_cast<int>(model.item);
+    // Where no images of a thing reach, a hand faster than any they are made for, nothing was promised.
+    const bool is_seen = !item.depth || knows(tick, model.item, at);
+    if (is_let_through || !is_seen || record.is_reset || record.is_restarted ||
+        tick.servo.last_step().is_buried)
+      model.has_last = false;
+    if (!model.has_last) model.judge.restart();
+    // On the way of the proxy where the model is at rest; else straight.
+    glm::dvec3 from = model.last;
+    const haptics::ProxyStep& step = tick.servo.last_step();
+    if (model.has_last && item.mover < 0)
+      for (int i = 0; i < step.waypoint_count; ++i) {
+        const glm::dvec3 to = place.local_from_world(
+            base_.frame.world_from_volume(step.path_volume[static_cast<std::size_t>(i)]));
+        passed_ += model.judge.goes(from, to);
+        from = to;
+      }
+    if (model.has_last) passed_ += model.judge.goes(from, at);
+    model.last = at;
+    model.has_last = !is_let_through && is_seen;
+  }
 }
 
 /// Farther than a voxel, and than friction holds it, from where a frictionless proxy on the same solid is.

@@ -7,6 +7,7 @@
 
 #include "apps/trephine/drawn_judge.h"
 #include "apps/workbench/touch_run.h"
+#include "tests/checker/passage_judge.h"
 #include "tests/scenes/promise.h"
 
 namespace trephine::app {
@@ -17,7 +18,7 @@ class TouchJudge {
   explicit TouchJudge(const workbench::Operation& operation);
   void observe(const workbench::TouchTick& tick);
 
-  long fall_throughs() const { return falls_.fall_throughs(); }
+  long fall_throughs() const { return falls_.fall_throughs() + passed_; }
   long stuck() const { return stuck_; }
   /// Ticks looked at in which it was in what is felt by depth images, deeper than these allow.
   long in_drawn() const { return drawn_.sunk + drawn_.let_through; }
@@ -41,6 +42,16 @@ class TouchJudge {
   std::shared_ptr<const volume::OffsetField> offset_;
   checker::SmoothSolid smooth_;
   std::vector<std::unique_ptr<checker::MeshWall>> models_;
+  /// A model that a method knows by images of it, by its triangles in its own frame.
+  struct ImagedModel {
+    std::size_t item;
+    checker::PassageJudge judge;
+    glm::dvec3 last;  ///< the proxy in the tick before
+    bool has_last = false;
+  };
+  void judge_passages(const workbench::TouchTick& tick);
+  std::vector<ImagedModel> imaged_;
+  long passed_ = 0;
   DrawnJudge drawn_;
   std::uint64_t look_every_ = DrawnJudge::k_every;  ///< ticks; of large models fewer
   int popped_ = -1;

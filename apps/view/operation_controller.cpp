@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <glm/gtc/quaternion.hpp>
@@ -89,10 +90,17 @@ void OperationController::go_to_stroke(std::size_t strokes) {
 std::string OperationController::fault_text() const {
   const std::uint32_t faults = state_.newest.faults & haptics::k_latched_faults;
   if (faults == 0) {
-    for (std::size_t s = 0; s < state_.watches.size(); ++s)
-      if (state_.watches[s].is_inside)
-        return "The tool is in " + live_.engine().forbidden()[s]->name() + ": lift it.";
-    return {};
+    // The deepest structure is named: the one that was entered last, and of those the innermost.
+    const sim::ForbiddenWatch* deepest = nullptr;
+    for (const sim::ForbiddenWatch& watch : state_.watches)
+      if (watch.is_inside && (deepest == nullptr || watch.entered_tick > deepest->entered_tick ||
+                              (watch.entered_tick == deepest->entered_tick && watch.depth < deepest->depth)))
+        deepest = &watch;
+    if (deepest == nullptr) return {};
+    char depth[32];
+    std::snprintf(depth, sizeof depth, ", %.1f mm deep", deepest->depth);
+    const auto at = static_cast<std::size_t>(deepest - state_.watches.data());
+    return "The tool is in " + live_.engine().forbidden()[at]->name() + depth + ". Lift it.";
   }
   std::string why;
   if (faults & haptics::fault_lost_device) why = "the device does not answer";
@@ -299,21 +307,45 @@ void OperationController::follow_surface(const Ray& ray, bool is_over_bone) {
   if (angle > 1e-6) shaft_ = glm::normalize(shaft_ + std::min(1.0, k_most / angle) * (wish - shaft_));
 }
 
+/// Returns how far along the ray a tool may go that nothing holds, at most `along`: it stays off every
+/// structure that must not be touched.
+double OperationController::above_soft(const Ray& ray, double along) const {
+  constexpr double k_margin = 0.5;  // mm: of the way from one place to the next
+  constexpr int k_most_steps = 20;
+  const ToolLook look = look_of(state_.tool);
+  const double radius = std::max(state_.tool_radius, look.radius);
+  // The middle of the tool's end: a ball is held there, another tool by its lowest point.
+  const dvec3 middle = look.is_ball && state_.tool_radius > 0 ? dvec3(0) : radius * shaft_;
+  for (int i = 0; i < k_most_steps; ++i) {
+    double clearance = 1e9;
+    for (const auto& structure : live_.engine().forbidden())
+      clearance =
+          std::min(clearance, structure->clearance({ray.origin + along * ray.direction + middle, radius}, 0));
+    if (clearance >= k_margin) break;
+    along -= std::max(0.1, k_margin - clearance);
+  }
+  return along;
+}
+
 void OperationController::follow_cursor() {
   // The hand's wish: on the surface under the cursor, and into it while the button is down.
   const Ray ray = viewport_.ray_at(x_, y_);
-  double hit = viewport_.distance_to_solid(*version_, ray);
-  if (const double body = distance_to_bodies(ray); body >= 0 && (hit < 0 || body < hit)) hit = body;
+  const Viewport::RestingPlace rest = viewport_.resting_place(*version_, ray);
+  double hit = is_pressed_ ? viewport_.distance_to_solid(*version_, ray) : rest.distance;
+  bool is_soft = !is_pressed_ && rest.is_soft;
+  if (const double body = distance_to_bodies(ray); body >= 0 && (hit < 0 || body < hit))
+    hit = body, is_soft = false;
   // A tool that works and came through goes no farther: not to the far side, which is seen through its hole.
   constexpr double k_through = 10;  // mm
   if (is_pressed_ && is_over_bone_ && hit > reach_ + k_through) hit = reach_;
   if (hit >= 0) reach_ = hit;
   is_over_bone_ = hit >= 0;
   const double middle = state_.tool_radius;  // of a round tool, above what it touches
-  const double along =
+  double along =
       hit >= 0 ? hit - middle + (is_pressed_ ? depth_mm_ : 0.3) : std::max(0.0, reach_ - middle - 8);
-  const dvec3 wish = ray.origin + along * ray.direction;
   follow_surface(ray, is_over_bone_);
+  if (is_soft) along = above_soft(ray, hit - middle);
+  const dvec3 wish = ray.origin + along * ray.direction;
   const dvec3 up(0, 0, 1);
   constexpr double k_roll = 3.14159265358979 / 12;
   mouse_.set(wish, glm::dquat(up, shaft_) * glm::angleAxis(k_roll * roll_, up), is_pressed_ && hit >= 0);

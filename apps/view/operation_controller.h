@@ -96,6 +96,7 @@ class OperationController {
 
  private:
   void follow_cursor();
+  double above_soft(const Ray& ray, double along) const;
   void drag_point();
   void feel_scenery();
   void go_on_taking();

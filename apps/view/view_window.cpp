@@ -55,7 +55,7 @@ void show_replay(const sim::Replay& replay, const haptics::TouchScene& scene, Vi
 /// The stylus rests on what is in the middle of the picture.
 void rest_stylus(const volume::Version& version, const ToolLook& tool, Viewport& picture) {
   const Ray ray = picture.ray_at(0.5, 0.5);
-  const double hit = picture.distance_to_solid(version, ray);
+  const double hit = picture.resting_place(version, ray).distance;
   if (hit < 0) return;
   haptics::ServoRecord record;
   record.has_contact = true;

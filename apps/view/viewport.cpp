@@ -178,31 +178,58 @@ Ray Viewport::ray_at(double x, double y) {
   return {from, glm::normalize(dvec3(world[0], world[1], world[2]) / world[3] - from)};
 }
 
-double Viewport::distance_to_solid(const volume::Version& version, const Ray& ray) const {
+template <class Visit>
+void Viewport::follow(const volume::Version& version, const Ray& ray, const Visit& visit) const {
   constexpr double k_far = 5000;
   const volume::Frame& frame = scene_->base->frame;
-  // Past the plane that cuts the picture open; matter that it lies in is no surface.
   double from = 0;
-  bool is_inside = false;
   if (clip_normal_ != dvec3(0))
     if (const double along = glm::dot(ray.direction, clip_normal_); along > 1e-9)
       from = std::clamp(glm::dot(clip_origin_ - ray.origin, clip_normal_) / along, 0.0, k_far);
-  is_inside = from > 0;
-  double hit = -1;
+  // Matter that the plane lies in is no surface.
+  bool is_inside = from > 0;
   volume::traverse(frame.volume_from_world(ray.origin + from * ray.direction),
                    frame.volume_from_world(ray.origin + (from + k_far) * ray.direction),
                    {glm::ivec3(0), scene_->base->size - 1}, [&](const volume::VoxelVisit& v) {
-                     bool is_solid = false;
+                     bool is_scanned = false;
                      for (const haptics::TouchItem& shape : base_shapes(*scene_))
-                       is_solid = is_solid || (shape.bits->is_solid(v.voxel) && version.is_kept(v.voxel));
-                     if (is_solid && !is_inside) {
-                       hit = from + k_far * v.t_enter;
-                       return false;
-                     }
+                       is_scanned = is_scanned || shape.bits->is_solid(v.voxel);
+                     const bool is_solid = is_scanned && version.is_kept(v.voxel);
                      is_inside = is_solid && is_inside;
-                     return true;
+                     return visit(from + k_far * v.t_enter, v.voxel, is_scanned, is_solid && !is_inside);
                    });
+}
+
+double Viewport::distance_to_solid(const volume::Version& version, const Ray& ray) const {
+  double hit = -1;
+  follow(version, ray, [&](double distance, const glm::ivec3&, bool, bool is_solid) {
+    if (is_solid) hit = distance;
+    return !is_solid;
+  });
   return hit;
+}
+
+Viewport::RestingPlace Viewport::resting_place(const volume::Version& version, const Ray& ray) const {
+  constexpr double k_behind = 10;  // mm: what lies as near behind an opening can be reached through it
+  const volume::Volume& base = *scene_->base;
+  RestingPlace place;
+  double opening = -1;  // where the ray left what was removed
+  bool is_in_opening = false;
+  follow(version, ray, [&](double distance, const glm::ivec3& voxel, bool is_scanned, bool is_solid) {
+    if (opening >= 0 && distance > opening + k_behind) return false;
+    if (is_solid) {
+      place = {distance, false};
+      return false;
+    }
+    if (is_in_opening && !is_scanned) opening = distance;
+    is_in_opening = is_scanned;
+    if (opening < 0 || is_scanned || base.labels.is_empty() ||
+        base.labels[base.index(voxel.x, voxel.y, voxel.z)] == 0)
+      return true;
+    place = {distance, true};
+    return false;
+  });
+  return place.distance < 0 && opening >= 0 ? RestingPlace{opening, true} : place;
 }
 
 dvec3 Viewport::outside_point() const {

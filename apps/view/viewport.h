@@ -80,6 +80,14 @@ class Viewport {
   /// Where the ray first meets the solid of any shape, mm along it, in the part that is not clipped away;
   /// negative when it does not.
   double distance_to_solid(const volume::Version& version, const Ray& ray) const;
+  /// Where a tool that does not work comes to rest along the ray. Through an opening in what was solid before
+  /// anything was cut it goes no farther than the first labelled structure behind it, or, where nothing is
+  /// near, the far side of what was removed; not to the far side of the skull.
+  struct RestingPlace {
+    double distance = -1;  ///< mm along the ray; negative: it meets nothing
+    bool is_soft = false;  ///< over an opening: nothing there holds the tool
+  };
+  RestingPlace resting_place(const volume::Version& version, const Ray& ray) const;
   /// Unit, out of the solid: how the surface lies on the whole, some millimetres around where the ray meets
   /// it. Nothing where there is too little of it.
   std::optional<glm::dvec3> facing(const volume::Version& version, const Ray& ray) const;
@@ -97,6 +105,10 @@ class Viewport {
   bool is_complete() const;
 
  private:
+  /// Calls visit(distance along the ray, voxel, is it solid as scanned, is it solid now) along the ray, past
+  /// the plane that cuts the picture open, while it returns true.
+  template <class Visit>
+  void follow(const volume::Version& version, const Ray& ray, const Visit& visit) const;
   sim::Overlays plan_;
   const haptics::TouchScene* scene_;
   vtkRenderWindow* window_;

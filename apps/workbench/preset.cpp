@@ -37,7 +37,7 @@ bool is_empty(const volume::Volume& v, const volume::Shape& shape) {
   if (shape.is_label())
     return std::none_of(v.labels.span().begin(), v.labels.span().end(),
                         [&](std::uint8_t label) { return label == shape.label; });
-  return std::none_of(v.voxels.span().begin(), v.voxels.span().end(),
+  return std::none_of(v.window_voxels().span().begin(), v.window_voxels().span().end(),
                       [&](std::int16_t value) { return shape.is_solid(value); });
 }
 
@@ -103,12 +103,11 @@ Result<volume::Shape> bring_out(Source& source, const PresetChoice& choice, cons
                  to = shape.low + 0.5 * (shape.low - from);
     auto made = volume::with_thin_filled(*source.volume, shape, from, to, reach, filled);
     if (!made) return made.error();
-    listener.notice(
-        format_text("thin walls were filled (--fill-thin %.3g): %lld voxels (%.2g %% of the scan, %.0f mm3) "
-                    "of %.0f and more "
-                    "became %.0f",
-                    reach, static_cast<long long>(filled), percent_of_voxels(filled),
-                    static_cast<double>(filled) * source.volume->frame.voxel_mm3(), from, to));
+    listener.notice(format_text(
+        "thin walls were closed in the shape (--fill-thin %.3g): %lld voxels (%.2g %% of the scan, "
+        "%.0f mm3) of %.0f and more count as %.0f; the scan stays as it is",
+        reach, static_cast<long long>(filled), percent_of_voxels(filled),
+        static_cast<double>(filled) * source.volume->frame.voxel_mm3(), from, to));
     if (filled > 0) take(source, std::move(made));
   }
   if (preset) {
@@ -118,8 +117,8 @@ Result<volume::Shape> bring_out(Source& source, const PresetChoice& choice, cons
         volume::with_seeded_parts(source.volume, shape, certain, std::min(preset->least_share, 0.99), gone);
     if (!made) return made.error();
     listener.notice(format_text(
-        "bone: %.0f HU and above where it hangs together with %.0f HU; %d small part%s, %lld voxels, became "
-        "air",
+        "bone: %.0f HU and above where it hangs together with %.0f HU; %d small part%s, %lld voxels, "
+        "left out of the shape; the scan stays as it is",
         shape.low, certain, gone.count, gone.count == 1 ? "" : "s", static_cast<long long>(gone.others)));
     if (gone.count > 0) take(source, std::move(made));
   }

@@ -208,7 +208,7 @@ volume::Status keep_largest(Source& source, const volume::Shape& shape, const Li
     return error;
   }
   listener.notice(format_text(
-      "the largest part was kept: %.1f %% of the shape; %d other part%s, %lld voxels, became air",
+      "the largest part was kept: %.1f %% of the shape; %d other part%s, %lld voxels, left out",
       100.0 * static_cast<double>(parts.largest) / static_cast<double>(parts.largest + parts.others),
       parts.count - 1, parts.count == 2 ? "" : "s", static_cast<long long>(parts.others)));
   if (parts.others == 0) return std::nullopt;

@@ -12,7 +12,9 @@ DepthNet::DepthNet(DepthCube cube, Thin thin) : cube_(std::move(cube)), thin_(th
   words_ = static_cast<std::size_t>(size.x + 63) / 64;
   bits_.assign(words_ * static_cast<std::size_t>(size.y) * static_cast<std::size_t>(size.z), 0);
   set_by_rays();
-  if (thin == Thin::held) hold_thin_matter();
+  if (thin != Thin::held) return;
+  set_by_ends();
+  hold_thin_matter();
 }
 
 void DepthNet::set_by_rays() {
@@ -58,6 +60,34 @@ bool DepthNet::is_free(int axis, const ivec3& v) const noexcept {
 
 void DepthNet::set_solid(const ivec3& v) noexcept {
   bits_[row_of(v) + static_cast<std::size_t>(v.x >> 6)] |= std::uint64_t{1} << (v.x & 63);
+}
+
+/// A place is solid by any of its three rays, and where matter only just ends at it: a ray that grazes an
+/// edge or a corner of a model belongs to one of its triangles, or to none, and would leave a hole in a thin
+/// wall there. Only near the ends of a stretch of matter may the rays of a place disagree.
+void DepthNet::set_by_ends() {
+  constexpr float k_graze = 0x1p-10F;  // of a pixel: more than what corners are taken to, and rounding
+  constexpr int k_near = 3;            // places
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto [i, j] = across(axis);
+    const int end = cube_.size()[axis];
+    for (int row = 0; row < cube_.size()[j]; ++row)
+      for (int column = 0; column < cube_.size()[i]; ++column) {
+        const std::span<const float> ray = cube_.ray(axis, column, row);
+        for (std::size_t k = 0; k + 1 < ray.size(); k += 2) {
+          const int first = std::max(static_cast<int>(std::ceil(std::max(ray[k], -1.0F) - k_graze)), 0),
+                    last = std::min(
+                        static_cast<int>(std::floor(std::min(ray[k + 1], static_cast<float>(end)) + k_graze)),
+                        end - 1);
+          ivec3 v;
+          v[i] = column, v[j] = row;
+          for (v[axis] = first; v[axis] <= last; ++v[axis]) {
+            if (v[axis] == first + k_near) v[axis] = std::max(v[axis], last - k_near + 1);
+            if (!is_solid(v)) set_solid(v);
+          }
+        }
+      }
+  }
 }
 
 /// What separates two free places is a crossed edge between them, so that no way leads past places that hold

@@ -45,6 +45,7 @@ class DepthNet {
 
  private:
   void set_by_rays();
+  void set_by_ends();
   void hold_thin_matter();
   /// Does matter lie between v and the next place along the axis that neither of them is in?
   bool is_thin(int axis, const glm::ivec3& v) const noexcept;

@@ -29,7 +29,7 @@ dvec3 voxel_normal(const volume::Field& field, const volume::Frame& frame, const
   const auto at = [&field](int x, int y, int z) {
     const volume::Volume& base = field.volume();
     if (field.shape().is_label() || !base.contains({x, y, z})) return field.at(x, y, z);
-    return static_cast<double>(base.voxels[base.index(x, y, z)]);
+    return static_cast<double>(base.window_voxels()[base.index(x, y, z)]);
   };
   const dvec3 gradient(at(v.x + 1, v.y, v.z) - at(v.x - 1, v.y, v.z),
                        at(v.x, v.y + 1, v.z) - at(v.x, v.y - 1, v.z),

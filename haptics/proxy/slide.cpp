@@ -301,7 +301,7 @@ bool Slide<Walls>::look_again(Planes& planes, const glm::dvec3& at, const glm::d
 }
 
 /// A groove sharper than samples can show is one smooth wall with a narrow bottom. What holds the tool there
-/// are its flanks, two voxels to either side. False where the wall is no such groove.
+/// are its flanks, two samples to either side. False where the wall is no such groove.
 template <class Walls>
 bool Slide<Walls>::add_flanks(const glm::dvec3& p_world, const Plane& plane, double coefficient,
                               HoldingWalls& holding) noexcept {
@@ -316,13 +316,14 @@ bool Slide<Walls>::add_flanks(const glm::dvec3& p_world, const Plane& plane, dou
                ww = glm::dot(hessian_w, w_voxel);
   const double half = 0.5 * (uu - ww), root = std::sqrt(half * half + uw * uw),
                bend = (0.5 * (uu + ww) + root) / plane.steepness;
-  constexpr double k_sharp = 0.5;  // voxels of bend a voxel: a radius of two voxels
-  if (!(bend * voxel_mm_ > k_sharp)) return false;
+  constexpr double k_sharp = 0.5;  // samples of bend a sample: a radius of two
+  const double sample_mm = walls_.sample_mm(plane.wall);
+  if (!(bend * sample_mm > k_sharp)) return false;
   const glm::dvec3 across = half >= 0 ? (half + root) * u + uw * w : uw * u + (root - half) * w;
   const double size = glm::length(across);
   if (!(size > 0)) return false;
-  constexpr double k_aside = 2;  // voxels: farther than the smooth reconstruction rounds a kink
-  const double aside = walls_.longest_leg(plane.wall, k_aside * voxel_mm_);
+  constexpr double k_aside = 2;  // samples: farther than the smooth reconstruction rounds a kink
+  const double aside = walls_.longest_leg(plane.wall, k_aside * sample_mm);
   std::array<glm::dvec3, 2> normals;
   for (const int side : {0, 1}) {
     const glm::dvec3 at = p_world + (side == 0 ? -aside : aside) / size * across;

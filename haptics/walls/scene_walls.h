@@ -94,6 +94,7 @@ class SceneWalls {
   double longest_leg(const Wall& wall, double usual) noexcept {
     return is_mesh(wall.shape) ? usual : walls_of(part_of(wall.shape)).longest_leg(wall, usual);
   }
+  double sample_mm(const Wall& wall) noexcept { return walls_of(part_of(wall.shape)).sample_mm(wall); }
   void widen(const Wall&, const Span&, const glm::dvec3&, volume::QuadraticPatch::HessianBound&,
              bool&) const noexcept {}
   using WallList = std::array<Wall, 4>;

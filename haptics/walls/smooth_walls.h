@@ -104,6 +104,11 @@ class SmoothWalls {
     constexpr double k_bands = 2.2;
     return wall.is_cut ? std::min(usual, k_bands * version_->band_mm()) : usual;
   }
+  /// mm between the samples of a wall's function: voxels, or where it is a cut those of its finer lattice.
+  double sample_mm(const Wall& wall) const noexcept {
+    const glm::dvec3& mm = wall.is_cut ? version_->lattice().frame().spacing() : frame().spacing();
+    return std::min({mm.x, mm.y, mm.z});
+  }
   /// Would this wall alone, kept, leave every way free that it leaves free? So where one shape is touched
   /// from outside.
   bool is_only_wall(const Wall& wall) const noexcept { return end_ - begin_ == 1 && !wall.is_back; }

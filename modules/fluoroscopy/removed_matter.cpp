@@ -1,6 +1,7 @@
 #include "modules/fluoroscopy/removed_matter.h"
 
 #include <algorithm>
+#include <cmath>
 #include <set>
 
 #include "volume/parallel.h"
@@ -42,6 +43,15 @@ double removed_share(const Version& version, const ivec3& voxel, double softness
 
 }  // namespace
 
+bool is_of_body(const volume::Volume& scan) {
+  constexpr std::int16_t k_low = -150, k_bone = 120;  // HU
+  const std::size_t every = 1 + scan.voxels.size() / 400'000;
+  std::int64_t tissue = 0, bone = 0;
+  for (std::size_t i = 0; i < scan.voxels.size(); i += every)
+    (scan.voxels[i] >= k_bone ? bone : tissue) += scan.voxels[i] >= k_low;
+  return tissue > bone;
+}
+
 volume::VoxelBox RemovedMatter::box_of(const std::array<int, 3>& place) noexcept {
   const ivec3 low = k_edge * ivec3(place[2], place[1], place[0]);
   return {low, low + k_edge - 1};
@@ -55,6 +65,31 @@ double RemovedMatter::sum(const volume::Ray& ray, double from, double to, const 
   });
 }
 
+double RemovedMatter::interpolated_sum(const volume::Ray& ray, int axis, const std::array<int, 3>& place,
+                                       const Block& block) noexcept {
+  const glm::dvec3 along = ray.end - ray.start;
+  if (along[axis] == 0) return 0;
+  const int a = axis == 0 ? 1 : 0, b = axis == 2 ? 1 : 2;
+  const ivec3 low = box_of(place).low;
+  const auto tent = [](double p) { return std::max(0.0, 1 - std::abs(p)); };
+  double sum = 0;
+  for (int k = 0; k < k_edge; ++k) {
+    const double t = (low[axis] + k - ray.start[axis]) / along[axis];
+    if (!(t >= 0 && t <= 1)) continue;
+    const glm::dvec3 p = ray.start + t * along - glm::dvec3(low);
+    if (!(p[a] > -1 && p[b] > -1 && p[a] < k_edge && p[b] < k_edge)) continue;
+    for (int corner = 0; corner < 4; ++corner) {
+      ivec3 v;
+      v[axis] = k, v[a] = static_cast<int>(std::floor(p[a])) + (corner & 1);
+      v[b] = static_cast<int>(std::floor(p[b])) + (corner >> 1);
+      if (v[a] < 0 || v[b] < 0 || v[a] >= k_edge || v[b] >= k_edge) continue;
+      sum += tent(p[a] - v[a]) * tent(p[b] - v[b]) *
+             static_cast<double>(block.weights[static_cast<std::size_t>(v.x + 8 * (v.y + 8 * v.z))]);
+    }
+  }
+  return sum / std::abs(along[axis]);
+}
+
 std::vector<ivec3> RemovedMatter::update(const volume::LineIntegrals& lines,
                                          std::shared_ptr<const Version> version, int threads) {
   std::set<std::array<int, 3>> changed;
@@ -65,6 +100,7 @@ std::vector<ivec3> RemovedMatter::update(const volume::LineIntegrals& lines,
   std::vector<std::uint8_t> is_any(places.size(), 0);
   const volume::Volume& base = version->base();
   const volume::CutLattice& lattice = version->lattice();
+  if (filled_with_ < 0) filled_with_ = is_of_body(base) ? lines.weights().of(0) : 0;
   const double softness =
       (lattice.frame().spacing().x + lattice.frame().spacing().y + lattice.frame().spacing().z) / 3;
   volume::parallel_for(static_cast<int>(places.size()), threads, [&](int n) {
@@ -79,8 +115,10 @@ std::vector<ivec3> RemovedMatter::update(const volume::LineIntegrals& lines,
           if (intensity <= lines.weights().none) continue;
           const double share = removed_share(*version, {x, y, z}, softness);
           if (!(share > 0)) continue;
+          const double less = lines.weights().of(intensity) - filled_with_;
+          if (!(less > 0)) continue;
           made[i].weights[static_cast<std::size_t>((x & 7) + 8 * ((y & 7) + 8 * (z & 7)))] =
-              static_cast<float>(share * lines.weights().of(intensity));
+              static_cast<float>(share * less);
           is_any[i] = 1;
         }
       }

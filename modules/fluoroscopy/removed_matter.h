@@ -12,8 +12,12 @@
 
 namespace trephine::fluoroscopy {
 
-/// Blocks of 8 x 8 x 8 voxels of which something was removed: what each voxel counts, times its removed
-/// share.
+/// Does a scan show a body, with soft tissue around the bone, and not a dry specimen? What is removed from a
+/// body is replaced by fluid and soft tissue; from a specimen, by air.
+bool is_of_body(const volume::Volume& scan);
+
+/// Blocks of 8 x 8 x 8 voxels of which something was removed: how much less each voxel counts now, times its
+/// removed share. In a body, bone that was removed counts as water, and soft tissue stays as it is.
 class RemovedMatter {
  public:
   static constexpr int k_edge = 8;
@@ -32,9 +36,14 @@ class RemovedMatter {
   /// What a ray (volume frame) passes of one block between two of its parameters.
   static double sum(const volume::Ray& ray, double from, double to, const std::array<int, 3>& place,
                     const Block& block) noexcept;
+  /// The same of the whole ray, interpolated between the voxels of each slab across `axis`, as
+  /// volume::RaySum::joseph has it.
+  static double interpolated_sum(const volume::Ray& ray, int axis, const std::array<int, 3>& place,
+                                 const Block& block) noexcept;
 
  private:
   std::shared_ptr<const volume::Version> version_;
+  double filled_with_ = -1;  ///< what a mm counts that takes the place of what was removed; -1: not known yet
   Blocks blocks_;
 };
 

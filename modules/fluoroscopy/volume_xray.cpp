@@ -45,7 +45,8 @@ VolumeXray::VolumeXray(std::shared_ptr<const volume::Volume> scan, double energy
 
 /// The pixels in which a block may be seen.
 PixelBox VolumeXray::shadow(const View& view, const std::array<int, 3>& block) const {
-  const volume::VoxelBox box = RemovedMatter::box_of(block);
+  volume::VoxelBox box = RemovedMatter::box_of(block);
+  if (how_ == volume::RaySum::joseph) --box.low, ++box.high;  // a ray between two voxels reads both
   double low_x = 1e300, low_y = 1e300, high_x = -1e300, high_y = -1e300;
   for (const dvec3& corner : volume::corners_world(scan_->frame, box.low, box.high)) {
     const auto at = view.seen(corner);
@@ -85,6 +86,7 @@ void VolumeXray::renew_removed(const View& view, const std::vector<ivec3>* chang
   for (std::size_t tile = 0; tile < tiles_.size(); ++tile)
     if (is_stale[tile]) stale.push_back(static_cast<int>(tile));
   std::atomic<std::int64_t> rays{0};
+  const volume::RayFan fan = view.fan_in(scan_->frame);
   volume::parallel_for(static_cast<int>(stale.size()), threads, [&](int n) {
     const int tile = stale[static_cast<std::size_t>(n)];
     const BlockList& blocks = tiles_[static_cast<std::size_t>(tile)];
@@ -97,7 +99,11 @@ void VolumeXray::renew_removed(const View& view, const std::vector<ivec3>* chang
         double sum = 0;
         if (!blocks.empty()) {
           const Ray ray = ray_in(scan_->frame, view, column, row);
-          for (const auto* block : blocks) sum += RemovedMatter::sum(ray, 0, 1, block->first, block->second);
+          const int axis = how_ == volume::RaySum::joseph ? fan.slab_axis(column, row) : 0;
+          for (const auto* block : blocks)
+            sum += how_ == volume::RaySum::joseph
+                       ? RemovedMatter::interpolated_sum(ray, axis, block->first, block->second)
+                       : RemovedMatter::sum(ray, 0, 1, block->first, block->second);
           sum *= length_of(view, column, row);
           rays.fetch_add(1, std::memory_order_relaxed);
         }

@@ -69,4 +69,17 @@ class Command : public ::testing::Test {
   fs::path folder_;
 };
 
+/// An NRRD file in text, cubes of 1 mm: value(x, y, z) of `size` voxels along each axis.
+template <class Value>
+std::string nrrd(int size, const Value& value, const std::string& keys = "") {
+  const std::string n = std::to_string(size);
+  std::string text =
+      "NRRD0004\ntype: short\ndimension: 3\nspace: left-posterior-superior\nsizes: " + n + " " + n + " " + n +
+      "\nspace directions: (1,0,0) (0,1,0) (0,0,1)\nspace origin: (0,0,0)\nencoding: ascii\n" + keys + "\n";
+  for (int z = 0; z < size; ++z)
+    for (int y = 0; y < size; ++y)
+      for (int x = 0; x < size; ++x) text.append(std::to_string(value(x, y, z))).append(" ");
+  return text;
+}
+
 }  // namespace trephine::command_tests

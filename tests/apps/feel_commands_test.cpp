@@ -180,7 +180,9 @@ TEST_F(Command, AuditCertifiesEveryTickOfASession) {
   EXPECT_LT(audit["worst_force_n"].get<double>(), 1e-9);
   EXPECT_LT(audit["worst_energy_nmm"].get<double>(), 1e-9);
   // Each of its judges sees the fault that is there for it, and no other does.
-  for (const char* fault : {"fall", "force", "energy"}) {
+  EXPECT_GT(audit["friction_judged"].get<long>(), 50);
+  EXPECT_EQ(audit["friction_outside_cone"], 0);
+  for (const char* fault : {"fall", "force", "energy", "friction"}) {
     const Ended planted = run(std::string("audit d.session --case s.mha --json --plant ") + fault);
     EXPECT_EQ(planted.exit_code, 1) << fault << planted.err;
     const Json seen = Json::parse(planted.out);
@@ -188,6 +190,7 @@ TEST_F(Command, AuditCertifiesEveryTickOfASession) {
     EXPECT_EQ(seen["fall_throughs"] > 0, std::string(fault) == "fall") << seen;
     EXPECT_EQ(seen["wrong_forces"] > 0, std::string(fault) == "force") << seen;
     EXPECT_EQ(seen["worst_energy_nmm"] > 1e-3, std::string(fault) == "energy") << seen;
+    EXPECT_EQ(seen["friction_outside_cone"] > 0, std::string(fault) == "friction") << seen;
   }
 }
 

@@ -3,6 +3,8 @@
 #include "tests/apps/window_fixture.h"
 #include "tests/sim/saw_bench.h"
 
+using glm::dvec3;
+
 namespace trephine::view {
 namespace {
 
@@ -67,6 +69,98 @@ TEST_F(Window, PiecesAreFreedSeenTakenPutDownAndTakenBack) {
   operation.undo();
   EXPECT_TRUE(QTest::qWaitFor([&] { return operation.viewport().overlay_count() == 0; }, 3000));
   window.close();
+}
+
+/// A plate with a hole of 10 mm, 14 mm above another one: a skull that was opened, and its far side. Between
+/// them, when `has_dura`, a sheet of dura 3 mm under the hole.
+struct Opened {
+  std::shared_ptr<haptics::TouchScene> scene;
+  std::shared_ptr<const sim::Forbidden> dura;
+  std::optional<sim::Engine> engine;
+  explicit Opened(bool has_dura) {
+    constexpr int k_side = 64;
+    constexpr double k_mm = 0.5;
+    const auto axes = glm::dmat3(k_mm);
+    const dvec3 corner(-0.5 * k_mm * k_side, -0.5 * k_mm * k_side, -26);
+    volume::Volume made =
+        volume::make_volume(glm::ivec3(k_side), volume::Frame::from_axes(corner, axes).value(), true).value();
+    volume::Volume* scan = &made;
+    scan->is_hounsfield = true;
+    scan->label_names = {"nothing", "dura"};
+    for (int z = 0; z < k_side; ++z)
+      for (int y = 0; y < k_side; ++y)
+        for (int x = 0; x < k_side; ++x) {
+          const double height = scan->frame.world_from_volume({x, y, z}).z;
+          const bool is_bone = (height > -4 && height < 0) || height < -18;
+          scan->voxels[scan->index(x, y, z)] = is_bone ? 1200 : -1000;
+          scan->labels[scan->index(x, y, z)] = has_dura && height > -8 && height < -7;
+        }
+    scene = std::make_shared<haptics::TouchScene>(scenes::scene_of(std::move(made)));
+    auto method = std::make_shared<haptics::SubvoxelProxy>();
+    EXPECT_FALSE(method->prepare(*scene));
+    std::vector<std::shared_ptr<const sim::Forbidden>> forbidden;
+    if (has_dura) {
+      volume::Shape shape;
+      shape.label = 1;
+      shape.name = "dura";
+      dura = sim::Forbidden::build(scene->base, shape).value();
+      forbidden = {dura};
+    }
+    sim::HandStart hand{haptics::ServoHand(scene, method, haptics::TouchState(nullptr)),
+                        drilling::burr({10, 60, 1e3, true})};
+    sim::Lockstep run(sim::Engine({std::move(hand)}, 1e-3, catalogue(), forbidden), {}, 1000);
+    for (int i = 0; i < 600; ++i)
+      run.step({{0, 0, 6 - 0.013 * i}, {1, 0, 0, 0}, true});  // its lowest point stays above the dura
+    run.step({{0, 0, 40}, {1, 0, 0, 0}, false});
+    run.apply(drilling::Burr{3, 60, 40});
+    run.step({{0, 0, 40}, {1, 0, 0, 0}, false});
+    run.engine().freeze();
+    engine = run.engine();
+  }
+};
+
+/// Over an opening a tool that does not work rests on what lies in it, or on a plane over it: never on the
+/// far side of the skull, and nobody who only looks around is reported to have touched anything.
+TEST_F(Window, AReleasedToolRestsOverAnOpening) {
+  for (const bool has_dura : {true, false}) {
+    SCOPED_TRACE(has_dura ? "over dura" : "over nothing");
+    const Opened opened(has_dura);
+    options_.start = WindowStart{*opened.engine};
+    options_.recorder = nullptr;
+    options_.session_file.clear();
+    options_.side = 'S';
+    MainWindow window(nullptr, options_);
+    window.show();
+    ASSERT_TRUE(QTest::qWaitForWindowExposed(&window));
+    OperationController& operation = *window.operation();
+    ASSERT_TRUE(QTest::qWaitFor([&] { return operation.viewport().triangle_count() > 100; }, 20000));
+    double lowest = 1e9;
+    const auto hover = [&](double x, double y) {
+      const QRect canvas = window.canvas()->rect();
+      QTest::mouseMove(window.canvas(),
+                       {static_cast<int>(x * canvas.width()), static_cast<int>(y * canvas.height())});
+      const std::uint64_t tick = operation.state().newest.tick;
+      ASSERT_TRUE(QTest::qWaitFor([&] { return operation.state().newest.tick > tick + 150; }, 20000));
+      lowest = std::min(lowest, operation.state().newest.pose.position_world.z);
+      for (const sim::ForbiddenWatch& watch : operation.state().watches)
+        EXPECT_EQ(watch.entries, 0) << x << " " << watch.nearest << " " << lowest;
+    };
+    for (int i = 0; i <= 12; ++i) hover(0.44 + 0.01 * i, 0.5);
+    hover(0.9, 0.5);
+    hover(0.5, 0.5);
+    keep(window, has_dura ? "rests-on-dura" : "rests-over-opening");
+    // Under the hole, above the dura or on the plane of the inner side; the burr's radius is 1.5 mm.
+    const double z = operation.state().newest.pose.position_world.z;
+    if (has_dura) {
+      EXPECT_LT(z, -3);
+      EXPECT_GT(z, -7);
+    } else {
+      EXPECT_NEAR(z, -4, 1);
+    }
+    EXPECT_GT(lowest, has_dura ? -7 : -5);
+    EXPECT_EQ(operation.fault_text(), "");
+    window.close();
+  }
 }
 
 TEST(WindowStage, OneThingAtATimeAndNothingUnderADialog) {

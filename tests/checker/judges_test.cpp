@@ -10,8 +10,10 @@
 #include "tests/checker/exact_traversal.h"
 #include "tests/checker/fall_through.h"
 #include "tests/checker/force_judge.h"
+#include "tests/checker/friction_judge.h"
 #include "tests/checker/ideal_hand.h"
 #include "tests/checker/mesh_judge.h"
+#include "tests/checker/passage_judge.h"
 #include "tests/checker/smooth_judge.h"
 
 namespace trephine::checker {
@@ -170,6 +172,72 @@ TEST(MeshJudge, FindsEveryKindOfFault) {
   faulty = tetrahedron;  // a second tetrahedron hangs on vertex 0 alone
   faulty.insert(faulty.end(), {0, 5, 4, 0, 4, 6, 4, 5, 6, 0, 6, 5});
   EXPECT_EQ(judge_mesh(v, faulty).pinched_vertices, 1u);
+}
+
+/// On one wall a friction angle; in a groove both walls hold, each by what presses on it.
+TEST(FrictionJudge, KnowsConesAndGrooves) {
+  const double mu = 0.2;
+  const glm::dvec3 up(0, 0, 1);
+  for (const double share : {0.0, 0.1, 0.19, 0.21, 0.5}) {
+    const double beyond = beyond_cone({share, 0, -1}, {up}, mu);
+    EXPECT_NEAR(beyond, std::max(0.0, share - mu) / std::sqrt(1 + mu * mu), 1e-6) << share;
+  }
+  EXPECT_NEAR(beyond_cone({0.3, 0, 0.4}, {up}, mu), 0.5, 1e-6) << "a pull away is held by nothing";
+  // Along a groove of some angle the walls hold mu / sin(half of it) of the press.
+  for (const double degrees : {90.0, 60.0}) {
+    const double half = 0.5 * degrees / 57.29577951308232, most = mu / std::sin(half);
+    const std::vector<glm::dvec3> walls{{std::cos(half), 0, std::sin(half)},
+                                        {-std::cos(half), 0, std::sin(half)}};
+    EXPECT_LT(beyond_cone({0, 0.99 * most, -1}, walls, mu), 1e-3) << degrees;
+    EXPECT_GT(beyond_cone({0, 2 * most, -1}, walls, mu), 0.1) << degrees;
+  }
+  // Where the walls are: one on a plane and in a wide bowl, two in a groove.
+  const auto plane = [](const glm::dvec3& p) { return -(0.3 * p.x + p.z); };
+  const auto walls = walls_at(plane, glm::dvec3(0), 0.01, 1);
+  ASSERT_EQ(walls.size(), 1u);
+  EXPECT_NEAR(walls[0].x / walls[0].z, 0.3, 1e-6);
+  const auto bowl = [](const glm::dvec3& p) { return glm::length(p - glm::dvec3(0, 0, 5)) - 5; };
+  EXPECT_EQ(walls_at(bowl, glm::dvec3(0), 0.01, 1).size(), 1u);
+  const auto groove = [](const glm::dvec3& p) { return std::abs(p.x) - p.z; };
+  EXPECT_LT(beyond_cone({0, 0.99 * mu * std::sqrt(2.0), -1}, walls_at(groove, {1e-3, 0, 0}, 1e-4, 1), mu),
+            1e-3);
+}
+
+/// A thin plate with a sharp rim: a way may shave its rim and dip into its faces, and may not go through.
+TEST(PassageJudge, TellsThroughFromAround) {
+  // A lens of two pyramids over a square, 0.1 thick in its middle.
+  const std::vector<glm::dvec3> corners{{-5, -5, 0}, {5, -5, 0},   {5, 5, 0},
+                                        {-5, 5, 0},  {0, 0, 0.05}, {0, 0, -0.05}};
+  const std::vector<std::uint32_t> triangles{0, 1, 4, 1, 2, 4, 2, 3, 4, 3, 0, 4,
+                                             1, 0, 5, 2, 1, 5, 3, 2, 5, 0, 3, 5};
+  PassageJudge judge(MeshWall(corners, triangles, 1.0), 0.2);
+  EXPECT_FALSE(judge.goes({1, 1.1, 1}, {1, 1.1, 0.2}));
+  EXPECT_TRUE(judge.goes({1, 1.1, 0.2}, {1, 1.1, -0.2}));
+  EXPECT_FALSE(judge.goes({1, 1.1, -0.2}, {1, 1.1, -1}));
+  judge.restart();
+  EXPECT_FALSE(judge.goes({1, 1.1, 0.2}, {1, 1.1, 0.01})) << "it is a little off";
+  EXPECT_TRUE(judge.goes({1, 1.1, 0.01}, {1, 1.1, -0.2})) << "and comes out below";
+  judge.restart();
+  EXPECT_FALSE(judge.goes({1, 1.1, 0.2}, {1, 1.1, 0.03}));
+  EXPECT_FALSE(judge.goes({1, 1.1, 0.03}, {2, 1.1, 0.03})) << "along, within, and out where it curves away";
+  EXPECT_FALSE(judge.goes({2, 1.1, 0.03}, {4, 1.1, 0.1}));
+  judge.restart();
+  EXPECT_FALSE(judge.goes({4.9, 1.1, 0.1}, {4.9, 1.1, -0.1})) << "over its rim, a shave";
+  judge.restart();
+  EXPECT_FALSE(judge.goes({6, 1.1, 0.3}, {6, 1.1, -0.3})) << "beside it";
+  // Deep in matter that is thick.
+  const std::vector<glm::dvec3> cube{{0, 0, 0}, {9, 0, 0}, {0, 9, 0}, {9, 9, 0},
+                                     {0, 0, 9}, {9, 0, 9}, {0, 9, 9}, {9, 9, 9}};
+  PassageJudge thick(
+      MeshWall(cube, std::vector<std::uint32_t>{0, 2, 1, 1, 2, 3, 4, 5, 6, 5, 7, 6, 0, 1, 4, 1, 5, 4,
+                                                2, 6, 3, 3, 6, 7, 0, 4, 2, 2, 4, 6, 1, 3, 5, 3, 7, 5},
+               1.0),
+      0.2);
+  EXPECT_FALSE(thick.goes({-1, 4, 4.1}, {0.2, 4, 4.1}));
+  EXPECT_TRUE(thick.goes({0.2, 4, 4.1}, {0.5, 4, 4.1}));
+  EXPECT_FALSE(thick.goes({0.5, 4, 4.1}, {4, 4, 4.1})) << "once";
+  thick.restart();
+  EXPECT_FALSE(thick.goes({4, 4, 4.1}, {-1, 4, 4.1})) << "what began inside is let out";
 }
 
 TEST(ExactTraversal, KnowsTheRuleOfTheMovedLine) {

@@ -188,6 +188,54 @@ bool MeshWall::is_entered(const glm::dvec3& a, const glm::dvec3& b) const {
   return false;
 }
 
+std::vector<MeshWall::Crossing> MeshWall::crossings_along(const glm::dvec3& a, const glm::dvec3& b) const {
+  std::vector<Crossing> all;
+  for (const std::uint32_t i : crossed(a, b)) {
+    const glm::dvec3 &p = vertices_[triangles_[i]], &q = vertices_[triangles_[i + 1]],
+                     &r = vertices_[triangles_[i + 2]];
+    const glm::dvec3 normal = glm::normalize(glm::cross(q - p, r - p));
+    all.push_back({glm::dot(p - a, normal) / glm::dot(b - a, normal), normal});
+  }
+  std::sort(all.begin(), all.end(), [](const Crossing& x, const Crossing& y) { return x.at < y.at; });
+  const auto is_same = [&](const Crossing& x, const Crossing& y) {
+    return y.at - x.at < 1e-9 && (glm::dot(x.normal, b - a) > 0) == (glm::dot(y.normal, b - a) > 0);
+  };
+  all.erase(std::unique(all.begin(), all.end(), is_same), all.end());
+  return all;
+}
+
+bool MeshWall::is_near(const glm::dvec3& p, double reach) const {
+  const glm::ivec3 first = cube_of((p - reach) / cube_), last = cube_of((p + reach) / cube_);
+  for (int z = first.z; z <= last.z; ++z)
+    for (int y = first.y; y <= last.y; ++y)
+      for (int x = first.x; x <= last.x; ++x) {
+        const auto newest = newest_in_cube_.find(key_of(x, y, z));
+        if (newest == newest_in_cube_.end()) continue;
+        for (std::uint32_t n = newest->second; n != k_none; n = near_[n].next) {
+          const std::uint32_t i = near_[n].triangle;
+          const glm::dvec3 &u = vertices_[triangles_[i]], &v = vertices_[triangles_[i + 1]],
+                           &w = vertices_[triangles_[i + 2]];
+          // The nearest of its plane's foot, its edges and its corners.
+          const glm::dvec3 normal = glm::cross(v - u, w - u);
+          const double square = glm::dot(normal, normal);
+          if (square > 0) {
+            const glm::dvec3 foot = p - glm::dot(p - u, normal) / square * normal;
+            if (glm::dot(glm::cross(v - u, foot - u), normal) >= 0 &&
+                glm::dot(glm::cross(w - v, foot - v), normal) >= 0 &&
+                glm::dot(glm::cross(u - w, foot - w), normal) >= 0 && glm::length(foot - p) <= reach)
+              return true;
+          }
+          for (const auto& [from, to] : {std::pair(u, v), std::pair(v, w), std::pair(w, u)}) {
+            const glm::dvec3 way = to - from;
+            const double length = glm::dot(way, way);
+            const double share = length > 0 ? std::clamp(glm::dot(p - from, way) / length, 0.0, 1.0) : 0;
+            if (glm::length(from + share * way - p) <= reach) return true;
+          }
+        }
+      }
+  return false;
+}
+
 bool MeshWall::is_inside(const glm::dvec3& p) const {
   // Up, a little off the axes, so that no edge is met.
   const double up = top_ + cube_ - p.z;

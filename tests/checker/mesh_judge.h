@@ -39,6 +39,15 @@ class MeshWall {
   bool is_entered(const glm::dvec3& a, const glm::dvec3& b) const;
   /// Is p inside the closed mesh? By the crossings of a way out.
   bool is_inside(const glm::dvec3& p) const;
+  /// Where a way crosses the mesh: a share of the way, and the unit normal of the front there.
+  struct Crossing {
+    double at;
+    glm::dvec3 normal;
+  };
+  /// All of them, by rising place; triangles that meet at one place are one.
+  std::vector<Crossing> crossings_along(const glm::dvec3& a, const glm::dvec3& b) const;
+  /// Is any triangle within `reach` of p?
+  bool is_near(const glm::dvec3& p, double reach) const;
 
  private:
   std::set<std::uint32_t> crossed(const glm::dvec3& a, const glm::dvec3& b) const;

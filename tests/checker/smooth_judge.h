@@ -32,6 +32,7 @@ class SmoothSolid {
     return SmoothSolid([field = fields_[0].samples](int x, int y, int z) { return -field(x, y, z); });
   }
   std::size_t field_count() const { return fields_.size(); }
+  const glm::ivec3& per_voxel(std::size_t f) const { return fields_[f].per_voxel; }
   /// Value of field f at p (volume frame), by the sum over 27 of its samples.
   double value(std::size_t f, const glm::dvec3& p) const;
   bool is_solid(const glm::dvec3& p) const;

@@ -1,8 +1,6 @@
 #include "tests/scenes/promise.h"
 
-#include "haptics/depth/depth_items.h"
 #include "haptics/depth/depth_net.h"
-#include "haptics/depth/depth_proxy.h"
 #include "volume/cell_mesh.h"
 
 namespace trephine::scenes {
@@ -48,6 +46,8 @@ Promise::Promise(const MethodInfo& method, const haptics::TouchScene& scene,
     return;
   }
   if (method.solid == Solid::images) {
+    // Of a volume: DepthNet.OfAVolumeIsItsSurfaceNet compares this net with the surface net. Models are
+    // judged by their triangles.
     using namespace haptics::depth;
     const DepthNet net(DepthCube::of_voxels(shape.field, *shape.bits, glm::ivec3(1)).value(),
                        DepthNet::Thin::apart);
@@ -77,19 +77,6 @@ bool Promise::meets(const glm::dvec3& from, const glm::dvec3& to) const {
   if (smooth_) return !smooth_->is_free(a, b);
   if (cubes_) return cubes_->meets_solid(a, b);
   return a == b ? triangles_->is_inside(a) : triangles_->is_crossed(a, b);
-}
-
-ShownModel shown_by_images(const haptics::TouchItem& model) {
-  using namespace haptics::depth;
-  haptics::TouchScene alone;
-  alone.items = {model};
-  const DepthNet net(std::move(cubes_of(alone, {haptics::DepthProxy::k_pixel, 1}).value()[0]));
-  const volume::Mesh mesh = volume::mesh_of_cells(volume::LocalNet{DepthSamples(net)}, net.cube().size());
-  ShownModel shown;
-  for (const glm::vec3& v : mesh.vertices.span())
-    shown.vertices.push_back(net.cube().frame().world_from_volume(glm::dvec3(v)));
-  shown.triangles.assign(mesh.triangles.span().begin(), mesh.triangles.span().end());
-  return shown;
 }
 
 }  // namespace trephine::scenes

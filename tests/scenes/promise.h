@@ -41,11 +41,4 @@ checker::SmoothSolid touched_smooth_solid(const haptics::TouchScene& scene,
                                           std::shared_ptr<const haptics::TouchState> seen,
                                           std::size_t shape = 0);
 
-/// A model as its depth images show it: mm, its own frame.
-struct ShownModel {
-  std::vector<glm::dvec3> vertices;
-  std::vector<std::uint32_t> triangles;
-};
-ShownModel shown_by_images(const haptics::TouchItem& model);
-
 }  // namespace trephine::scenes

@@ -164,6 +164,68 @@ TEST(Forbidden, WhatAVisitDidIsTold) {
   }
 }
 
+// A brain of radius 9 mm, gone through along and beside its middle, and a membrane over which a tool slides:
+// depth is measured to the side on which the tool came in.
+TEST(Forbidden, DepthIsMeasuredAlongTheWayIn) {
+  constexpr double k_radius = 9;
+  for (const double spacing : {0.4, 1.0})
+    for (const double beside : {0.0, 2.5}) {
+      SCOPED_TRACE(std::to_string(spacing) + " " + std::to_string(beside));
+      const auto axes = spacing * glm::dmat3(1, 0, 0, 0.2, 1, 0, 0, 0, 1);
+      const int n = static_cast<int>(30 / spacing);
+      auto scan = std::make_shared<volume::Volume>(
+          volume::make_volume(glm::ivec3(n), volume::Frame::from_axes(axes * dvec3(-0.5 * n), axes).value(),
+                              true)
+              .value());
+      scan->label_names = {"nothing", "brain"};
+      std::fill(scan->voxels.span().begin(), scan->voxels.span().end(), std::int16_t{0});
+      for (int z = 0; z < n; ++z)
+        for (int y = 0; y < n; ++y)
+          for (int x = 0; x < n; ++x)
+            scan->labels[scan->index(x, y, z)] =
+                glm::length(scan->frame.world_from_volume({x, y, z})) <= k_radius;
+      volume::Shape brain;
+      brain.label = 1;
+      const auto forbidden = Forbidden::build(scan, brain).value();
+      const double half = std::sqrt(k_radius * k_radius - beside * beside), ball = 0.5;
+      // In from above, by steps of several lengths, and out at the far side; then back.
+      for (const double step : {0.03, 0.4, 3.0}) {
+        ForbiddenWatch watch;
+        dvec3 at(beside, 0, 12);
+        watch.clearance = forbidden->set_down({at, ball}, 0, watch);
+        double deepest = 0;
+        for (double z = 12; z > -12; z -= step) {
+          const dvec3 to(beside, 0, z);
+          watch.clearance = forbidden->follow(at, {to, ball}, watch.clearance, watch);
+          at = to;
+          deepest = std::max(deepest, watch.depth);
+          const double exact = half - z + ball;
+          if (z > -half + 2 && z < half - 1) {
+            ASSERT_NEAR(watch.depth, exact, 0.2 * exact + 1.5 * spacing) << z << " by " << step;
+          }
+        }
+        for (int i = 0; i < 2; ++i) {
+          const dvec3 to = at - dvec3(0, 0, 3);
+          watch.clearance = forbidden->follow(at, {to, ball}, watch.clearance, watch);
+          at = to;
+        }
+        EXPECT_EQ(watch.depth, 0) << "it is out again";
+        EXPECT_GT(deepest, 1.7 * half) << "not how near it came to the far side";
+      }
+      // Along below its surface, half around.
+      ForbiddenWatch watch;
+      const auto place = [&](double angle) {
+        return (k_radius - 1) * dvec3(std::sin(angle), 0, std::cos(angle));
+      };
+      watch.clearance = forbidden->set_down({place(0), ball}, 0, watch);
+      for (double angle = 0; angle < 3; angle += 0.02) {
+        watch.clearance =
+            forbidden->follow(place(angle - 0.02), {place(angle), ball}, watch.clearance, watch);
+        ASSERT_NEAR(watch.depth, 1.5, 0.6 * spacing) << angle;
+      }
+    }
+}
+
 // In one tick through a sheet and beyond: the way between two ticks counts.
 TEST(Forbidden, AJumpThroughASheetIsNoticed) {
   Guarded guarded;

@@ -64,12 +64,13 @@ TEST(LargestPart, StaysAsItWasAndTheOthersAreAir) {
   EXPECT_EQ(told.largest + told.others, before.largest + before.others);
   std::int64_t changed = 0;
   for (std::size_t i = 0; i < kept.voxels.size(); ++i)
-    if (kept.voxels[i] != scan->voxels[i]) {
+    if (kept.shape_voxels[i] != scan->voxels[i]) {
       ++changed;
-      ASSERT_EQ(kept.voxels[i], -900);  // as low as anything there, and not lower than air
+      ASSERT_EQ(kept.shape_voxels[i], -900);  // as low as anything there, and not lower than air
       ASSERT_GE(scan->voxels[i], 300);
     }
   EXPECT_EQ(changed, told.others);
+  EXPECT_TRUE(std::equal(kept.voxels.span().begin(), kept.voxels.span().end(), scan->voxels.span().begin()));
   const ShapeParts after =
       parts_of(std::make_shared<const Volume>(with_largest_part(scan, bone, told).value()), bone);
   EXPECT_EQ(after.count, 1);
@@ -102,7 +103,7 @@ TEST(SeededParts, OnlyWhatHangsTogetherWithSomethingCertainStays) {
       for (int x = 0; x < 40; ++x) {
         const std::size_t i = scan->index(x, y, z);
         const bool is_second = x > 20 && scan->voxels[i] >= 300;
-        EXPECT_EQ(kept.voxels[i], is_second ? -900 : scan->voxels[i]);
+        EXPECT_EQ(kept.shape_voxels[i], is_second ? -900 : scan->voxels[i]);
         changed += is_second;
       }
   EXPECT_EQ(gone.others, changed);
@@ -180,7 +181,7 @@ std::int64_t closing_errors(const Volume& v, const Shape& shape, const Volume& f
           lines += dark_sides == 2;
         }
         const bool lifts = !is_open && is_between && lines >= 3 && !is_solid(p) && v.voxels[i] >= from;
-        errors += filled.voxels[i] != (lifts ? static_cast<std::int16_t>(to) : v.voxels[i]);
+        errors += filled.shape_voxels[i] != (lifts ? static_cast<std::int16_t>(to) : v.voxels[i]);
       }
   return errors;
 }
@@ -200,7 +201,7 @@ TEST(ThinFill, IsTheClosingOfItsDefinitionOnAnyGrid) {
     const Shape bone;
     std::int64_t count = 0, differing = 0;
     const Volume filled = with_thin_filled(v, bone, 150, 350, 1.8, count).value();
-    for (std::size_t i = 0; i < v.voxels.size(); ++i) differing += filled.voxels[i] != v.voxels[i];
+    for (std::size_t i = 0; i < v.voxels.size(); ++i) differing += filled.shape_voxels[i] != v.voxels[i];
     EXPECT_EQ(count, differing);
     EXPECT_GT(count, 100);
     EXPECT_EQ(closing_errors(v, bone, filled, 150, 350, 1.8), 0);
@@ -220,7 +221,7 @@ TEST(ThinFill, ClosesAHoleInAThinWall) {
   std::int64_t count = 0;
   const Volume filled = with_thin_filled(v, Shape{}, 150, 350, 6, count).value();
   EXPECT_EQ(count, 2 * 13);
-  EXPECT_EQ(filled.voxels[v.index(20, 20, 20)], 350);
+  EXPECT_EQ(filled.shape_voxels[v.index(20, 20, 20)], 350);
 }
 
 /// Between two bones a joint stays open, however much of them is in its voxels.

@@ -8,6 +8,7 @@
 #include "haptics/depth/depth_proxy.h"
 #include "haptics/depth/depth_rules.h"
 #include "tests/checker/mesh_judge.h"
+#include "tests/checker/passage_judge.h"
 #include "tests/haptics/depth/model_play.h"
 #include "tests/whole.h"
 #include "volume/cell_mesh.h"
@@ -307,6 +308,79 @@ TEST(DepthProxy, PlatesThinnerThanAPixelHold) {
     }
   long contacts = 0;
   EXPECT_GT(fallen("lomi", 0.02, 1, contacts), 20);
+}
+
+/// Closed shells thinner than a pixel whose walls lie along the lattice, where rays graze facets and corners:
+/// a ball in a ball, a box in a box, a prism in a prism. Judged by the triangles.
+TEST(DepthProxy, ClosedShellsAlongTheLatticeHold) {
+  constexpr double k_outer = 10;
+  const auto prism = [](double radius, double half) {  // an octagon's, its flat sides across the axes
+    Model m;
+    for (const double z : {-half, half})
+      for (int k = 0; k < 8; ++k) {
+        const double a = std::numbers::pi * (2 * k + 1) / 8;
+        m.vertices.push_back({radius / std::cos(std::numbers::pi / 8) * std::cos(a),
+                              radius / std::cos(std::numbers::pi / 8) * std::sin(a), z});
+      }
+    for (std::uint32_t k = 0; k < 8; ++k) {
+      const std::uint32_t next = (k + 1) % 8;
+      m.triangles.insert(m.triangles.end(), {k, next, k + 8, k + 8, next, next + 8});
+      if (k > 0 && k < 7) m.triangles.insert(m.triangles.end(), {0, k + 1, k, 8, k + 8, k + 9});
+    }
+    return m;
+  };
+  const auto solid = [&](int kind, double half) {
+    return kind == 0   ? ball(dvec3(0), half, 80)
+           : kind == 1 ? box(dvec3(-half), dvec3(half))
+                       : prism(half, half);
+  };
+  long contacts = 0;
+  for (int kind = 0; kind < 3; ++kind)
+    for (const double thick : {0.19, 0.15, 0.1, 0.05, 0.02})
+      for (const dvec3& middle : {dvec3(0), dvec3(0.031, 0.047, 0.077), dvec3(0.1, 0.2, 0.05)}) {
+        SCOPED_TRACE(std::to_string(kind) + ", " + std::to_string(thick) + ", " + std::to_string(middle.x));
+        Model shell = solid(kind, k_outer);
+        shell.add(solid(kind, k_outer - thick).inward());
+        for (dvec3& p : shell.vertices) p += middle;
+        checker::PassageJudge judge(checker::MeshWall(shell.vertices, shell.triangles, 1.0),
+                                    DepthProxy::k_pixel);
+        ModelPlay play("depth", models({shell}));
+        const volume::Frame& base = play.scene.base->frame;
+        int passed = 0;
+        std::uint64_t n = 1;
+        for (int axis = 0; axis < 3; ++axis)
+          for (const double side : {1.0, -1.0})
+            for (int poke = 0; poke < 5; ++poke) {
+              dvec3 way =
+                  poke == 0 ? dvec3(0) : 0.12 * (2.0 * dvec3(number(n), number(n + 1), number(n + 2)) - 1.0);
+              n += 3;
+              way[axis] = side;
+              // From outside in, and from the middle out.
+              for (const bool is_out : {false, true}) {
+                play.state = {};
+                judge.restart();
+                for (int i = 0; i <= 40; ++i) {
+                  const double far = is_out ? 8 + 0.1 * i : 12 - 0.1 * i;
+                  const ProxyStep s = play.step(middle + far * way);
+                  contacts += s.has_contact;
+                  for (int k = 1; k < s.waypoint_count; ++k)
+                    passed +=
+                        judge.goes(base.world_from_volume(s.path_volume[static_cast<std::size_t>(k - 1)]),
+                                   base.world_from_volume(s.path_volume[static_cast<std::size_t>(k)]));
+                }
+              }
+            }
+        EXPECT_EQ(passed, 0);
+        // A hand that nothing holds is seen by the judge: the planted fault.
+        judge.restart();
+        bool is_seen = false;
+        for (int i = 0; i < 40; ++i)
+          is_seen = judge.goes(middle + dvec3(0.01, 0.02, 12 - 0.1 * i),
+                               middle + dvec3(0.01, 0.02, 11.9 - 0.1 * i)) ||
+                    is_seen;
+        EXPECT_TRUE(is_seen);
+      }
+  EXPECT_GT(contacts, 3 * 5 * 3 * 60 * 15);
 }
 
 /// What is held where it is thinner than a pixel does not round the edges of what is thicker.

@@ -1,0 +1,135 @@
+// A case keeps every voxel of its scan, whatever shape was chosen in it; the cleaned shape lies beside the
+// scan.
+#include <algorithm>
+
+#include "data-tools/case_folder.h"
+#include "tests/apps/command_fixture.h"
+#include "tests/data-tools/file_helpers.h"
+#include "tests/whole.h"
+
+namespace trephine::command_tests {
+namespace {
+
+class CaseShape : public Command {
+ protected:
+  /// Imports `scan` with `options` and returns the case; its voxels are those of the scan.
+  data_tools::OpenedCase expect_same_voxels(const std::string& scan, const std::string& options,
+                                            const std::string& name) {
+    SCOPED_TRACE(name + " " + options);
+    const Ended made = run("import '" + scan + "' " + options + " -o " + name);
+    EXPECT_EQ(made.exit_code, 0) << made.err;
+    auto opened = data_tools::open_case(file(name));
+    EXPECT_TRUE(opened.is_ok());
+    if (!opened.is_ok()) return {};
+    const std::string path = scan[0] == '/' ? scan : file(scan);
+    volume::Volume read = data_tools::is_case_folder(path)
+                              ? std::move(data_tools::open_case(path).value().scan.volume)
+                              : std::move(data_tools::open_volume(path).value().volume);
+    const auto from = read.voxels.span();
+    const auto kept = opened.value().scan.volume.voxels.span();
+    EXPECT_TRUE(std::equal(from.begin(), from.end(), kept.begin(), kept.end()));
+    return std::move(opened).value();
+  }
+  /// Is the picture that `command` writes of both the same, byte for byte?
+  void expect_same_picture(const std::string& command, const std::string& a, const std::string& b,
+                           const std::string& options) {
+    SCOPED_TRACE(command + " " + options);
+    for (const auto& [source, picture] : {std::pair(a, "a.png"), std::pair(b, "b.png")}) {
+      const Ended made = run(command + " " + source + " " + options + " -o " + picture);
+      EXPECT_EQ(made.exit_code, 0) << made.err;
+    }
+    EXPECT_TRUE(read(file("a.png")) == read(file("b.png")));
+    std::filesystem::remove(file("a.png")), std::filesystem::remove(file("b.png"));
+  }
+};
+
+/// A box of bone with a window of thin bone in its wall, on a table, beside two grains.
+int box_on_a_table(int x, int y, int z) {
+  const int most = std::max({std::abs(x - 16), std::abs(y - 14), std::abs(z - 16)});
+  if (y >= 29) return 600;
+  if (most == 9) return std::max(std::abs(y - 14), std::abs(z - 16)) < 2 && x < 16 ? 200 : 900;
+  if (x == 16 && y == 14 && z == 16) return 500;
+  return x == 2 && y == 2 && z < 4 ? 320 : most < 9 ? 40 : -1000;
+}
+
+TEST_F(CaseShape, LeavesTheScanAsItIs) {
+  write("raw.nrrd", nrrd(32, box_on_a_table));
+  const data_tools::OpenedCase opened =
+      expect_same_voxels("raw.nrrd", "--preset skull --fill-thin 3", "made");
+  const volume::Volume& v = opened.scan.volume;
+  ASSERT_FALSE(v.shape_voxels.is_empty());
+  EXPECT_NE(read(file("made/case.toml")).find("[shape]"), std::string::npos);
+  const auto shape_at = [&](int x, int y, int z) { return v.shape_voxels[v.index(x, y, z)]; };
+  EXPECT_EQ(shape_at(2, 2, 2), -1000) << "a grain";
+  EXPECT_EQ(shape_at(20, 30, 20), -1000) << "the table";
+  EXPECT_EQ(shape_at(16, 14, 16), -1000) << "what lies within";
+  EXPECT_EQ(shape_at(7, 14, 16), 375) << "thin bone is closed";
+  EXPECT_EQ(shape_at(7, 5, 16), 900);
+  EXPECT_EQ(shape_at(12, 14, 16), 40);
+  expect_same_picture("slice", "raw.nrrd", "made", "--plane sagittal --at 16,14,16");
+  expect_same_picture("slice", "raw.nrrd", "made", "--plane axial --at 7,14,16");
+  expect_same_picture("fluoro", "raw.nrrd", "made", "--view ap --size 128");
+  // A case of a case, and a session of it, have the same shape.
+  const data_tools::OpenedCase again = expect_same_voxels("made", "", "again");
+  EXPECT_EQ(volume::content_hash(again.scan.volume), volume::content_hash(v));
+  EXPECT_NE(volume::content_hash(data_tools::open_volume(file("raw.nrrd")).value().volume),
+            volume::content_hash(v))
+      << "another shape is another scene";
+  write("p.csv", "t,x,y,z\n0,7,14,40\n1,7,14,20\n");
+  ASSERT_EQ(run("touch made --path p.csv -o t.csv --record d.session").exit_code, 0);
+  EXPECT_EQ(run("replay d.session --case made --verify").exit_code, 0);
+  EXPECT_NE(run("replay d.session --case raw.nrrd --verify").exit_code, 0);
+  ASSERT_EQ(
+      run("drill raw.nrrd --largest --burr-diameter 3 --path p.csv --record e.session -o e.mha").exit_code,
+      0);
+  EXPECT_EQ(run("replay e.session --verify").exit_code, 0) << "the shape is in the session";
+}
+
+TEST_F(CaseShape, IsRefusedWhereItDoesNotFit) {
+  write("raw.nrrd", nrrd(32, box_on_a_table));
+  ASSERT_EQ(run("import raw.nrrd --preset skull -o made").exit_code, 0);
+  const std::string plan = read(file("made/case.toml"));
+  const std::size_t at = plan.find("values = [");
+  ASSERT_NE(at, std::string::npos) << plan;
+  write("made/case.toml", plan.substr(0, at) + "values = [40000]" + plan.substr(plan.find('\n', at)));
+  EXPECT_NE(run("info made").err.find("not an intensity"), std::string::npos);
+  write("made/case.toml", plan.substr(0, at) + "values = []" + plan.substr(plan.find('\n', at)));
+  EXPECT_NE(run("info made").err.find("has no values"), std::string::npos);
+  write("made/case.toml", plan);
+  ASSERT_EQ(run("convert head -o made/other.mha").exit_code, 0);
+  std::filesystem::rename(file("made/other.mha"), file("made/shape.mha"));
+  EXPECT_NE(run("info made").err.find("different sizes"), std::string::npos);
+  std::filesystem::remove(file("made/shape.mha"));
+  EXPECT_NE(run("info made").err.find("lacks its shape"), std::string::npos);
+}
+
+TEST_F(CaseShape, LeavesEveryRealScanAsItIs) {
+  const std::string data = data_tools::real_data();
+  if (data.empty()) GTEST_SKIP() << "no real data: set TREPHINE_DATA";
+  const struct {
+    const char *scan, *reading, *shape;
+    bool is_small;
+  } scans[] = {{"/spine_lumbar/example_ct.nii.gz", "", "--preset spine", true},
+               {"/mr_head/ch2.nii.gz", "", "--auto --largest", true},
+               {"/spine_thoracic/tspine_roi_078x078x1.nii.gz", "--hounsfield", "--preset spine", false},
+               {"/spine_vhf/vhf_lumbar_pelvis_1mm.dicom.tar.xz", "", "--preset spine", false},
+               {"/skull_phantom/bone_1mm.dicom.tar.xz", "", "--largest", false},
+               {"/head_real/pcir_head_0.6mm.dicom.tar.xz", "", "--preset skull", false}};
+  for (const auto& [scan, reading, shape, is_small] : scans) {
+    if (!is_small && !is_whole()) continue;
+    const data_tools::OpenedCase opened =
+        expect_same_voxels(data + scan, std::string(reading) + " " + shape, "made");
+    EXPECT_FALSE(opened.scan.volume.shape_voxels.is_empty()) << "something was left out of every one";
+    const glm::dvec3 middle =
+        opened.scan.volume.frame.world_from_volume(0.5 * glm::dvec3(opened.scan.volume.size));
+    const std::string at =
+        std::to_string(middle.x) + "," + std::to_string(middle.y) + "," + std::to_string(middle.z);
+    const std::string source = "'" + data + scan + "' " + reading;
+    expect_same_picture("slice", source, "made", "--plane sagittal --at=" + at);
+    if (opened.plan.is_hounsfield) expect_same_picture("fluoro", source, "made", "--view lateral --size 256");
+    fs::remove_all(file("made"));
+  }
+}
+
+}  // namespace
+}  // namespace trephine::command_tests
