@@ -93,8 +93,11 @@ volume::Status check_rotation(const std::vector<double>& q, const char* field) {
   double sum = 0;
   for (const double part : q) sum += part * part;
   if (q.size() == 4 && std::abs(sum - 1) < 1e-6) return std::nullopt;
-  return volume::Error{"a rotation is none", field, std::to_string(q.size()) + " numbers",
-                       "four, a unit quaternion, w first", ""};
+  const std::string found = std::to_string(q.size()) + " numbers" +
+                            (q.size() == 4 ? " of length " + std::to_string(std::sqrt(sum)) : "");
+  return volume::Error{"the rotation is not a unit quaternion", field, found,
+                       "four numbers of length 1, w first",
+                       q.size() == 4 && sum > 0 ? "divide them by their length" : ""};
 }
 const Schema& PlaceModel::schema() {
   static constexpr Field fields[] = {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <optional>
 
 #include "volume/bytes.h"
 #include "volume/text.h"
@@ -208,6 +209,38 @@ std::string list_text(const std::vector<T>& list, char between) {
   return all;
 }
 
+/// A text as from_words() reads it: in quotes when it is empty or holds a space, a quote or a backslash; then
+/// quotes and backslashes have a backslash before them, and the end of a line is written \n.
+std::string quoted_where_needed(const std::string& text) {
+  if (!text.empty() && text.find_first_of(" \t\n\"\\") == text.npos) return text;
+  std::string quoted = "\"";
+  for (const char c : text) {
+    if (c == '"' || c == '\\') quoted += '\\';
+    if (c == '\n')
+      quoted += "\\n";
+    else
+      quoted += c;
+  }
+  return quoted + '"';
+}
+
+/// Takes a text in quotes from the front of `words`. Nothing when it does not end.
+std::optional<std::string> take_quoted(std::string_view& words) {
+  std::string text;
+  for (std::size_t i = 1; i < words.size(); ++i) {
+    if (words[i] == '"') {
+      words.remove_prefix(i + 1);
+      return text;
+    }
+    if (words[i] == '\\' && i + 1 < words.size() &&
+        (words[i + 1] == '"' || words[i + 1] == '\\' || words[i + 1] == 'n'))
+      text += words[++i] == 'n' ? '\n' : words[i];
+    else
+      text += words[i];
+  }
+  return std::nullopt;
+}
+
 std::string value_text(const Field& field, const FieldPlace& place) {
   return std::visit(
       Overloaded{[](bool* v) { return std::string(*v ? "yes" : "no"); },
@@ -217,7 +250,7 @@ std::string value_text(const Field& field, const FieldPlace& place) {
                    return *v < field.info.choices.size() ? std::string(field.info.choices[*v])
                                                          : std::to_string(*v);
                  },
-                 [](std::string* v) { return v->find(' ') == v->npos ? *v : '"' + *v + '"'; },
+                 [](std::string* v) { return quoted_where_needed(*v); },
                  [](std::vector<double>* v) { return list_text(*v, ','); },
                  [](std::vector<dvec3>* v) { return list_text(*v, ';'); },
                  [](std::vector<Id>* v) { return list_text(*v, ','); }},
@@ -297,26 +330,33 @@ Status from_words(const Schema& schema, void* value, std::string_view words) {
   for (;;) {
     words.remove_prefix(std::min(words.size(), words.find_first_not_of(k_spaces)));
     if (words.empty()) break;
+    const std::size_t equals = words.find('='), space = words.find_first_of(k_spaces);
+    const std::string_view name = words.substr(0, std::min(equals, space));
     // A value in quotes may hold spaces: words="viscous damping=0.01".
-    const std::size_t quote = words.find("=\"");
-    const bool is_quoted = quote < words.find_first_of(k_spaces) && words.find('"', quote + 2) != words.npos;
-    const std::size_t length = is_quoted ? words.find('"', quote + 2) + 1 : words.find_first_of(k_spaces);
-    const std::string_view word = words.substr(0, length);
-    words.remove_prefix(word.size());
-    const std::size_t equals = word.find('=');
-    const std::string_view name = word.substr(0, equals);
+    const bool is_quoted = equals < space && words.substr(equals + 1).starts_with('"');
+    const std::string_view word = words.substr(0, space);
+    std::string text;
+    if (is_quoted) {
+      words.remove_prefix(equals + 1);
+      std::optional<std::string> taken = take_quoted(words);
+      if (!taken || (!words.empty() && k_spaces.find(words[0]) == std::string_view::npos))
+        return Error{"a text in quotes does not end", std::string(schema.name) + ' ' + std::string(name),
+                     std::string(word), "a quote before the next space",
+                     "write \\\" for a quote within the text"};
+      text = std::move(*taken);
+    } else {
+      words.remove_prefix(word.size());
+      text = equals < word.size() ? word.substr(equals + 1) : std::string_view();
+    }
     const auto found = std::find_if(schema.fields.begin(), schema.fields.end(),
                                     [&](const Field& field) { return field.name == name; });
-    if (equals == std::string_view::npos || found == schema.fields.end())
+    if (equals > space || equals == std::string_view::npos || found == schema.fields.end())
       return Error{"there is no such field", std::string(schema.name), std::string(word),
                    "NAME=VALUE, with a name of: " + names_of(schema), ""};
     const FieldPlace place = found->place(value);
-    std::string_view text = word.substr(equals + 1);
-    if (is_quoted) text = text.substr(1, text.size() - 2);
     if (!read_value(*found, place, text))
-      return Error{"a value cannot be read", std::string(schema.name) + ' ' + std::string(name),
-                   std::string(text), found->info.choices.empty() ? type_name(*found) : choices_of(*found),
-                   ""};
+      return Error{"a value cannot be read", std::string(schema.name) + ' ' + std::string(name), text,
+                   found->info.choices.empty() ? type_name(*found) : choices_of(*found), ""};
   }
   return check_fields(schema, value);
 }

@@ -150,7 +150,11 @@ Result<Outcome> run_timeline(const TimelineArguments& arguments) {
     if (is_stroke) {
       one["seconds"] = seconds;
       one["strongest_force_n"] = row.strongest;
-      text = format_text("stroke %zu, %.2f s, %.2f N at most", ++strokes, seconds, row.strongest);
+      // As in a window: a stroke is a press that changed something.
+      text = row.units != 0
+                 ? format_text("stroke %zu, %.2f s, %.2f N at most", ++strokes, seconds, row.strongest)
+                 : format_text("press, %.2f s, %.2f N at most, changed nothing", seconds, row.strongest);
+      if (row.units == 0) one["kind"] = "press";
     }
     one["text"] = text;
     if (!row.branch.empty()) one["branch"] = row.branch;
@@ -164,8 +168,9 @@ Result<Outcome> run_timeline(const TimelineArguments& arguments) {
     }
     rows.push_back(std::move(one));
     const std::string branch = timeline.branches().size() > 1 ? "[" + row.branch + "] " : "";
-    outcome.text += format_text("%9.3f s  hand %d  %-8s %s%s\n", at, row.hand + 1, row.kind, branch.c_str(),
-                                text.c_str());
+    outcome.text +=
+        format_text("%9.3f s  hand %d  %-8s %s%s\n", at, row.hand + 1,
+                    is_stroke && row.units == 0 ? "press" : row.kind, branch.c_str(), text.c_str());
   }
   outcome.json["seconds"] = static_cast<double>(session.tick_count()) / header.rate_hz;
   outcome.json["strokes"] = strokes;

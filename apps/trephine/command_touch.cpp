@@ -8,6 +8,7 @@
 
 #include "apps/trephine/commands.h"
 #include "apps/trephine/model_options.h"
+#include "apps/trephine/returned_energy.h"
 #include "apps/trephine/steps_csv.h"
 #include "apps/trephine/touch_judge.h"
 #include "data-tools/atomic_file.h"
@@ -129,11 +130,13 @@ Result<Outcome> run_touch(const TouchArguments& arguments) {
   haptics::ProxyCounters total, worst;
   haptics::EnergyLedger energy;
   double strongest = 0, first_touch_seconds = 0;
+  ReturnedEnergy returned(scene, haptics::ForceModel(choice.force, 1 / choice.rate_hz).alpha());
   const auto see = [&](const workbench::TouchTick& tick) {
     if (csv.size() == std::strlen(k_steps_header)) first_touch_seconds = process_seconds();
     const haptics::ServoRecord& record = tick.record;
     (record.has_contact ? contact_us : free_us).push_back(tick.step_us);
     judge.observe(tick);
+    returned.observe(record);
     const haptics::ProxyCounters& counters = tick.servo.last_step().counters;
     total.voxels += counters.voxels, total.cells += counters.cells, total.iterations += counters.iterations;
     worst.voxels = std::max(worst.voxels, counters.voxels);
@@ -177,8 +180,11 @@ Result<Outcome> run_touch(const TouchArguments& arguments) {
       json["meshes"].push_back(
           {{"name", item.name}, {"triangles", item.tree->triangle_count()}, {"bytes", item.tree->bytes()}});
   json["events"] = events;
-  json["energy_nmm"] = {
-      {"contact", energy.contact}, {"friction", energy.friction}, {"active", energy.active}};
+  json["energy_nmm"] = {{"contact", energy.contact},
+                        {"friction", energy.friction},
+                        {"active", energy.active},
+                        {"returned", returned.returned()},
+                        {"returned_at_most", returned.bound()}};
   json["fall_throughs"] = judge.fall_throughs();
   if (judge.has_drawn()) json["in_drawn"] = judge.in_drawn();
   json["stuck"] = judge.stuck();
@@ -192,6 +198,10 @@ Result<Outcome> run_touch(const TouchArguments& arguments) {
                              contact_us.size() + free_us.size(), contact_us.size(), strongest);
   outcome.text += format_text("fell through the surface: %ld times; stuck at rest: %ld steps\n",
                               judge.fall_throughs(), judge.stuck());
+  if (returned.bound() > 0)
+    outcome.text += format_text(
+        "the force alone returned %.2f N mm more than it took; sampling and smoothing allow %.2f N mm\n",
+        returned.returned(), returned.bound());
   if (judge.in_drawn() > 0)
     outcome.text += format_text(
         "in what is felt by depth images at %ld of the ticks looked at: the hand was too fast or too deep "

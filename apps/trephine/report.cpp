@@ -136,7 +136,11 @@ std::string for_terminal(const std::string& text, bool is_one_line) {
   return out;
 }
 
-void notice(const std::string& text) { std::fprintf(stderr, "%s\n", for_terminal(text, true).c_str()); }
+void notice(const std::string& text) {
+  std::string line = text;
+  std::replace(line.begin(), line.end(), '\n', ' ');
+  std::fprintf(stderr, "%s\n", for_terminal(line, true).c_str());
+}
 
 workbench::Listener person() {
   return {notice, [](const char* what) {

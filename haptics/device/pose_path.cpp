@@ -95,9 +95,11 @@ Result<PosePath> PosePath::from_samples(std::vector<Sample> samples, const std::
         return Error{"the path has an axis out of range", at, std::to_string(axis), "-1e6 to 1e6", ""};
     const glm::dquat& q = s.pose.orientation;
     const double length = q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z;
-    if (!(length > 0.25 && length < 4))
+    constexpr double k_rounding = 0.02;  // of the squared length, of numbers with two digits
+    if (!(std::abs(length - 1) < k_rounding))
       return Error{"the path has an orientation that is no rotation", at,
-                   "squared length " + std::to_string(length), "a unit quaternion", ""};
+                   "a quaternion of length " + std::to_string(std::sqrt(length)), "a unit quaternion",
+                   length > 0 ? "divide its four numbers by their length" : ""};
     if (i > 0 && !(s.t > samples[i - 1].t))
       return Error{"the path goes back in time", at,
                    std::to_string(s.t) + " s after " + std::to_string(samples[i - 1].t) + " s",

@@ -311,6 +311,28 @@ std::vector<Plan> plans(bool is_quick) {
                    grid,
                    along({{-25, 3, 0}, {25, 12, 17}, {-25, 8, -13}}, 60)});
   }
+  // Balls in what is narrow: they rest on two or three walls above its ground.
+  for (const double angle : {15.0, 30.0, 90.0})
+    all.push_back({"groove " + std::to_string(static_cast<int>(angle)),
+                   "psf 1, radius 1 mm",
+                   "circle",
+                   "sharp",
+                   "groove",
+                   {{"angle", angle}},
+                   {1, 0, 0, false, false},
+                   circles({0, 0, 0}, {-1, 4, -24}, 4, 60),
+                   1});
+  for (const char* name : {"corner", "slot"})
+    all.push_back({name,
+                   "psf 1, radius 1 mm",
+                   "circle",
+                   "sharp",
+                   name,
+                   {},
+                   {1, 0, 0, false, false},
+                   std::string(name) == "slot" ? circles({0, 0, -10}, {-1, 4, -22}, 6, 60)
+                                               : circles({0, 0, 0}, {-22, -24, -23}, 5, 60),
+                   1});
   // Round tools, on the sphere and in a burr hole drilled in the same run.
   // Down its axis, then out to the wall, and round it from under the rim to its round end; or over the rim
   // too.

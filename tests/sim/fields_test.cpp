@@ -80,7 +80,8 @@ struct Remark {
 };
 
 TEST(Fields, TextsWithSpacesStandInQuotes) {
-  for (const char* text : {"", "short", "viscous damping=0.01", " ", "a=b"}) {
+  for (const char* text : {"", "short", "viscous damping=0.01", " ", "a=b", "a \"quoted\" word", "\"",
+                           "C:\\new", "two\nlines", "ends with \\", "\ttab"}) {
     const Remark said{text, 2};
     Remark read;
     const std::string words = to_words(Remark::schema(), &said);
@@ -92,6 +93,7 @@ TEST(Fields, TextsWithSpacesStandInQuotes) {
   Remark read;
   EXPECT_TRUE(from_words(Remark::schema(), &read, "text=two words"));
   EXPECT_TRUE(from_words(Remark::schema(), &read, "text=\"no end"));
+  EXPECT_TRUE(from_words(Remark::schema(), &read, "text=\"ends\"early weight=1"));
 }
 
 TEST(Fields, WhatIsOutOfRangeIsRefusedByName) {
