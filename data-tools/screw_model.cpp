@@ -47,7 +47,7 @@ ScrewModel screw_model(const ScrewPlace& place) {
   const std::array<std::array<double, 2>, 4> rings{{{-k_head_length, k_head_width * radius},
                                                     {0, k_head_width * radius},
                                                     {0, radius},
-                                                    {length - place.diameter, radius}}};
+                                                    {length - k_screw_tip * place.diameter, radius}}};
   ScrewModel model;
   for (const auto& [at, wide] : rings)
     for (std::uint32_t i = 0; i < k_facets; ++i) {

@@ -31,6 +31,25 @@ Panel::Colour colour_of(const volume::Volume& scan, const volume::Shape& structu
 
 }  // namespace
 
+namespace {
+
+/// The pixels before the shaft of a screw begins and after it ends.
+std::vector<std::uint8_t> head_and_tip(const ImagePlane& plane, const data_tools::ScrewPlace& screw) {
+  std::vector<std::uint8_t> beyond(static_cast<std::size_t>(plane.columns) *
+                                   static_cast<std::size_t>(plane.rows));
+  const glm::dvec3 way = screw.tip_world - screw.entry_world, along = glm::normalize(way);
+  const double length = glm::length(way) - data_tools::k_screw_tip * screw.diameter;
+  for (int row = 0; row < plane.rows; ++row)
+    for (int column = 0; column < plane.columns; ++column) {
+      const double at = glm::dot(plane.world(column, row) - screw.entry_world, along);
+      beyond[static_cast<std::size_t>(column) +
+             static_cast<std::size_t>(plane.columns) * static_cast<std::size_t>(row)] = at < 0 || at > length;
+    }
+  return beyond;
+}
+
+}  // namespace
+
 Result<std::vector<SectionObject>> section_objects(const Subject& subject, const ImagePlane& plane) {
   std::vector<SectionObject> objects;
   const auto add = [&](Kind kind, const volume::Shape& shape, const Panel::Colour& colour) {
@@ -50,6 +69,7 @@ Result<std::vector<SectionObject>> section_objects(const Subject& subject, const
         {thing.is_piece ? Kind::piece : Kind::model, thing.name,
          thing.is_piece ? k_pieces[pieces++ % std::size(k_pieces)] : k_models[models++ % std::size(k_models)],
          std::move(cut).value()});
+    if (thing.screw) objects.back().uncounted = head_and_tip(plane, *thing.screw);
   }
   return objects;
 }
@@ -77,8 +97,9 @@ Panel section_panel(const std::vector<SectionObject>& objects, const ImagePlane&
           colour = object.colour, is_bone |= object.kind != Kind::structure;
       }
       if (model != nullptr) {
-        colour = is_bone ? model->colour : k_outside_bone;
-        of_models += 1, outside += !is_bone;
+        const bool is_outside = !is_bone && (model->uncounted.empty() || !model->uncounted[at]);
+        colour = is_outside ? k_outside_bone : model->colour;
+        of_models += 1, outside += is_outside;
       }
       panel.pixels.push_back(colour);
     }

@@ -13,6 +13,8 @@ struct SectionObject {
   std::string name;
   Panel::Colour colour;
   cross_section::Cut cut;
+  std::vector<std::uint8_t> uncounted =
+      {};  ///< of a screw: its head and tip, which are not asked to be in bone
   std::vector<std::uint8_t> by_labels = {};  ///< of bone: what labels that name a bone add to it
 };
 inline constexpr Panel::Colour k_outside_bone{225, 45, 40};

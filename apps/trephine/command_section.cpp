@@ -3,6 +3,7 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 
+#include "apps/imaging/screw_breach.h"
 #include "apps/imaging/section_panel.h"
 #include "apps/trephine/commands.h"
 #include "apps/trephine/plane_options.h"
@@ -52,6 +53,26 @@ std::string svg_of(const ImagePlane& plane, const std::vector<SectionObject>& ob
     text += format_text("\"><title>%s, %.1f mm2</title></path>\n", name.c_str(), object.cut.area);
   }
   return text + "</svg>\n";
+}
+
+/// Of a screw in the whole scan, not only in the plane.
+void tell_breach(const workbench::Moment::Thing& thing, const workbench::Moment& moment, Outcome& outcome) {
+  const imaging::ScrewBreach breach = imaging::breach_of(*thing.screw, imaging::subject_of(moment));
+  Json one = {{"name", thing.name}, {"meets_bone", breach.has_bone}, {"breach_mm", breach.mm}};
+  if (!breach.has_bone) {
+    outcome.text += thing.name + ": its axis meets no bone\n";
+  } else if (breach.mm < 0.05) {
+    outcome.text += thing.name + ": all of its shaft lies in bone\n";
+  } else {
+    const std::string side = imaging::side_of_patient(breach.outward);
+    outcome.text +=
+        format_text("%s: its shaft reaches %.1f mm out of bone toward %s, %.0f mm from its entry\n",
+                    thing.name.c_str(), breach.mm, side.c_str(), breach.from_entry_mm);
+    one["toward"] = side;
+    one["from_entry_mm"] = breach.from_entry_mm;
+    one["at_world_mm"] = json_of(breach.at_world);
+  }
+  outcome.json["screws"].push_back(std::move(one));
 }
 
 Result<Outcome> run_section(const SectionArguments& a) {
@@ -112,6 +133,8 @@ Result<Outcome> run_section(const SectionArguments& a) {
     json["models_outside_bone_mm2"] = areas.outside;
     json["bone_is_by_labels"] = !objects[0].by_labels.empty();
     outcome.text += format_text("of models %.1f mm2 lie outside bone (red)\n", areas.outside);
+    for (const workbench::Moment::Thing& thing : moment.things)
+      if (thing.screw) tell_breach(thing, moment, outcome);
     if (objects[0].by_labels.empty() && areas.outside > 0)
       outcome.text +=
           "bone is judged by its window alone, below which cancellous bone lies: import labels of the bones "

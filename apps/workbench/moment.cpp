@@ -107,7 +107,7 @@ Result<std::unique_ptr<Moment>> open_moment(const MomentChoice& choice, const Li
     place.position_world = wanted.at_world;
     moment->things.push_back({wanted.screw ? format_text("screw %zu", moment->things.size() + 1)
                                            : format_text("model %zu", moment->things.size() + 1),
-                              std::move(model).value(), place, false, true});
+                              std::move(model).value(), place, false, true, wanted.screw});
   }
   return moment;
 }

@@ -20,8 +20,9 @@ struct Moment {
     std::string name;  ///< "model 1", "piece 2": never of a file
     std::shared_ptr<const haptics::MeshTree> tree;
     haptics::Placement place;
-    bool is_piece = false;   ///< of bone, that came off
-    bool is_beside = false;  ///< of no session: opened beside it
+    bool is_piece = false;                                       ///< of bone, that came off
+    bool is_beside = false;                                      ///< of no session: opened beside it
+    std::optional<data_tools::ScrewPlace> screw = std::nullopt;  ///< where it is a screw
   };
 
   Source source;

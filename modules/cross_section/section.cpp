@@ -306,24 +306,37 @@ bool names_bone(std::string_view label) {
   return end > 1 && end <= 3 && (end == name.size() || name.find("vertebra", end) != std::string::npos);
 }
 
+BoneAt::BoneAt(const volume::Volume& volume, const volume::Shape& shape, const volume::Version* version)
+    : field_(volume, shape), version_(version) {
+  if (volume.labels.is_empty()) return;
+  for (std::size_t i = 1; i < std::min<std::size_t>(volume.label_names.size(), names_bone_.size()); ++i)
+    has_labels_ |= names_bone_[i] = names_bone(volume.label_names[i]);
+}
+
+bool BoneAt::by_labels(const dvec3& p_world) const noexcept {
+  if (!has_labels_) return false;
+  const volume::Volume& volume = field_.volume();
+  const glm::ivec3 v(glm::floor(volume.frame.volume_from_world(p_world) + 0.5));
+  return volume.contains(v) && names_bone_[volume.labels[volume.index(v.x, v.y, v.z)]] &&
+         (version_ == nullptr || version_->is_kept(v));
+}
+
+bool BoneAt::operator()(const dvec3& p_world) const noexcept {
+  const dvec3 p = field_.volume().frame.volume_from_world(p_world);
+  return by_labels(p_world) || (field_.value(p) >= 0 && (version_ == nullptr || version_->distance(p) > 0));
+}
+
 std::vector<std::uint8_t> bone_by_labels(const volume::ImagePlane& plane, const volume::Volume& volume,
                                          const volume::Version* version) {
-  if (volume.labels.is_empty()) return {};
-  std::array<bool, 256> is_bone{};
-  bool has_any = false;
-  for (std::size_t i = 1; i < std::min<std::size_t>(volume.label_names.size(), is_bone.size()); ++i)
-    has_any |= is_bone[i] = names_bone(volume.label_names[i]);
-  if (!has_any) return {};
+  const BoneAt bone(volume, {}, version);
+  if (!bone.has_labels()) return {};
   std::vector<std::uint8_t> inside(static_cast<std::size_t>(plane.columns) *
                                    static_cast<std::size_t>(plane.rows));
   volume::parallel_for(plane.rows, 0, [&](int row) {
-    for (int column = 0; column < plane.columns; ++column) {
-      const glm::ivec3 v(glm::floor(volume.frame.volume_from_world(plane.world(column, row)) + 0.5));
-      if (!volume.contains(v) || !is_bone[volume.labels[volume.index(v.x, v.y, v.z)]]) continue;
-      if (version && !version->is_kept(v)) continue;
+    for (int column = 0; column < plane.columns; ++column)
       inside[static_cast<std::size_t>(column) +
-             static_cast<std::size_t>(plane.columns) * static_cast<std::size_t>(row)] = 1;
-    }
+             static_cast<std::size_t>(plane.columns) * static_cast<std::size_t>(row)] =
+          bone.by_labels(plane.world(column, row));
   });
   return inside;
 }

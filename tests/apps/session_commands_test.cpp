@@ -90,8 +90,9 @@ TEST_F(Command, ATimelineListsStrokesCommandsAndEvents) {
   EXPECT_EQ(run("timeline nowhere.session").exit_code, 2);
   write_press("p.csv", 1);
   ASSERT_EQ(run("touch s.mha --path p.csv -o t.csv --record t.session").exit_code, 0);
-  EXPECT_EQ(json("timeline t.session")["strokes"],
-            1);  // a path without a button column is pressed throughout
+  // A path without a button column is pressed throughout; what changes nothing is no stroke, as in a window.
+  EXPECT_EQ(json("timeline t.session")["strokes"], 0);
+  EXPECT_EQ(json("timeline t.session")["rows"][0]["kind"], "press");
   EXPECT_EQ(json("timeline t.session")["rows"][0]["removed_mm3"], Json());
 }
 
