@@ -271,18 +271,18 @@ void Engine::watch_forbidden(const InstrumentInput& input) {
                       : goes_on ? forbidden_[s]->follow(last->centre, *body, watch.clearance, watch)
                                 : forbidden_[s]->set_down(*body, watch.clearance, watch);
     const bool is_inside = watch.clearance < 0;
+    const bool is_working = tick.pose.is_pressed() && !(body && body->is_blunt);
     watch.nearest = std::min(watch.nearest, is_inside ? -watch.depth : watch.clearance);
     if (is_inside && !watch.is_inside) {
       ++watch.entries;
       watch.entered_tick = static_cast<std::int64_t>(tick.tick);
       watch.deepest_now = 0;
       watch.has_worked = watch.is_torn = false;
-      news_.push_back({tick.tick, tick.hand, at, ForbiddenEntered{name, tick.pose.is_pressed()}});
+      news_.push_back({tick.tick, tick.hand, at, ForbiddenEntered{name, is_working}});
     }
     if (is_inside) {
       ++watch.ticks_inside;
       watch.deepest_now = std::max(watch.deepest_now, watch.depth);
-      const bool is_working = tick.pose.is_pressed();
       watch.has_worked = watch.has_worked || is_working;
       if (!watch.is_torn && watch.depth > (is_working ? k_tears : k_bursts)) {
         watch.is_torn = true;

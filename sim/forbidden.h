@@ -1,6 +1,7 @@
 // What must not be cut: how far a tool's body is from it at every tick, and what happened when it was not.
 #pragma once
 
+#include <algorithm>
 #include <memory>
 #include <string>
 
@@ -14,7 +15,8 @@ namespace trephine::sim {
 /// A tool's body: a ball, world frame.
 struct ToolBall {
   glm::dvec3 centre{0.0};
-  double radius = 0;  ///< mm
+  double radius = 0;      ///< mm
+  bool is_blunt = false;  ///< while the tool works too: a foot that pushes a membrane off the bone
 };
 
 /// Where a ball is with respect to a structure.
@@ -37,6 +39,11 @@ class Forbidden {
                                                                 const volume::Shape& shape, int threads = 0);
   const std::string& name() const noexcept { return field_.shape().name; }
   const volume::Shape& shape() const noexcept { return field_.shape(); }
+  /// mm, the longest side of its voxels.
+  double voxel_mm() const noexcept {
+    const glm::dvec3& spacing = volume_->frame.spacing();
+    return std::max({spacing.x, spacing.y, spacing.z});
+  }
   /// Beyond this nothing is told apart, mm.
   static constexpr double k_reach = 20;
   /// mm from the ball to the structure, at most k_reach; negative: so deep is it inside. `expected`: about

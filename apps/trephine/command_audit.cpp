@@ -214,6 +214,8 @@ class Friction {
     };
     const double allowed = k_share * glm::length(pull) + k_slack_mm;
     auto walls = checker::walls_at(value, r.proxy_world, step, 0);
+    // A hand that leaps leaves a proxy behind that is still on its way, by so many legs a tick.
+    if (hand_moved > k_leap_mm || glm::length(r.proxy_world - last) > k_leap_mm) return;
     // Right on the surface: one that is about to leave it over an edge is not
     // judged.
     if (walls.empty() || value(r.proxy_world - k_on_surface * voxel * walls[0]) < 0) return;
@@ -232,15 +234,19 @@ class Friction {
     const double press = -glm::dot(pull, walls[0]);
     const double rest = glm::length(pull + press * walls[0]);
     ++slid_;
-    beyond_ += rest < material.dynamic_friction * press * (1 - 2 * k_share) - k_slack_mm;
+    short_ += rest < material.dynamic_friction * press * (1 - 2 * k_share) - k_slack_mm;
   }
   long judged() const { return judged_; }
   long slid() const { return slid_; }
   long beyond() const { return beyond_; }
+  /// Slides that ended with less friction than the dynamic coefficient: over a bump, from where every place
+  /// that would hold lies farther from the hand. They take no energy, and make none.
+  long short_of() const { return short_; }
   double worst() const { return worst_; }
 
  private:
   static constexpr double k_on_surface = 2e-3;  // voxels
+  static constexpr double k_leap_mm = 1;
   static constexpr double k_least_mm = 0.05, k_share = 0.04, k_slack_mm = 0.004;
   struct Solid {
     checker::SmoothSolid solid;
@@ -249,7 +255,7 @@ class Friction {
   std::vector<Solid> solids_;
   glm::dvec3 last_{0.0}, last_hand_{0.0};
   bool is_new_ = true;
-  long judged_ = 0, slid_ = 0, beyond_ = 0;
+  long judged_ = 0, slid_ = 0, beyond_ = 0, short_ = 0;
   double worst_ = 0;
 };
 
@@ -598,7 +604,7 @@ Result<Outcome> audit_session(const AuditArguments& arguments) {
                  "deeper in it than its images allow", "audit it without --plant"};
   long fell = 0, wrong = 0, judged = 0;
   double worst_force = 0, worst_torque = 0, worst_energy = 0, deepest_drawn = 0, allowed_drawn = 0;
-  long drawn = 0, drawn_sunk = 0, let_through = 0, held = 0, slid = 0, beyond_cone = 0;
+  long drawn = 0, drawn_sunk = 0, let_through = 0, held = 0, slid = 0, beyond_cone = 0, short_of = 0;
   double worst_cone = 0;
   for (Hand& hand : judges) {
     drawn += hand.drawn.judged, drawn_sunk += hand.drawn.sunk;
@@ -606,7 +612,8 @@ Result<Outcome> audit_session(const AuditArguments& arguments) {
     deepest_drawn = std::max(deepest_drawn, hand.drawn.deepest);
     allowed_drawn = std::max(allowed_drawn, hand.drawn.allowed);
     take_ball(hand);
-    held += hand.friction.judged(), slid += hand.friction.slid(), beyond_cone += hand.friction.beyond();
+    held += hand.friction.judged(), slid += hand.friction.slid(), beyond_cone += hand.friction.beyond(),
+        short_of += hand.friction.short_of();
     worst_cone = std::max(worst_cone, hand.friction.worst());
     fell += hand.falls.fall_throughs(), wrong += hand.force.wrong_forces();
     judged += hand.falls.judged();
@@ -632,6 +639,7 @@ Result<Outcome> audit_session(const AuditArguments& arguments) {
   if (held > 0) {
     outcome.json["friction_judged"] = held;
     outcome.json["friction_slid"] = slid;
+    outcome.json["friction_slid_with_less"] = short_of;
     outcome.json["friction_outside_cone"] = beyond_cone;
     outcome.json["worst_friction_share"] = worst_cone;
   }

@@ -170,11 +170,15 @@ Status report_flap(const FlapArguments& a, const workbench::Operation& operation
   // As near as the saw came to what must not be cut: along its lines down to under the inner table.
   Json near = Json::array();
   for (const bone_flap::Near& one : bone_flap::nearness_of(flap, engine.forbidden())) {
-    near.push_back({{"structure", one.structure}, {"nearest_mm", one.mm}});
-    if (one.mm < sim::Forbidden::k_reach)
-      outcome.text += one.mm < 0
-                          ? format_text("the saw goes %.1f mm into %s\n", -one.mm, one.structure.c_str())
-                          : format_text("the saw stays %.1f mm from %s\n", one.mm, one.structure.c_str());
+    near.push_back(
+        {{"structure", one.structure}, {"nearest_mm", one.mm}, {"is_stripped", one.is_stripped()}});
+    const char* name = one.structure.c_str();
+    if (one.is_stripped())
+      outcome.text += format_text("the saw's foot strips %s off the bone\n", name);
+    else if (one.mm < 0)
+      outcome.text += format_text("the saw goes %.1f mm into %s\n", -one.mm, name);
+    else if (one.mm < sim::Forbidden::k_reach)
+      outcome.text += format_text("the saw stays %.1f mm from %s\n", one.mm, name);
   }
   if (engine.forbidden().empty()) outcome.text += "no plan says what must not be cut: nothing was watched\n";
   json["forbidden"] = near;

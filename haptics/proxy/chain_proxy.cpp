@@ -156,7 +156,7 @@ void Chain::find_bounds() noexcept {
     for (int s = walls_.next_shape(0); s < ShapeSet::k_most; s = walls_.next_shape(s + 1)) {
       if (!walls_.may_hold(s, inside.contains(s))) continue;
       SceneWalls::WallList few;
-      const int found = walls_.walls_at(s, inside.contains(s), p, k_near * voxel_, few);
+      const int found = walls_.walls_at(s, inside, p, k_near * voxel_, few);
       for (int k = 0; k < found; ++k) add_bound(few[static_cast<std::size_t>(k)], i, p);
     }
   }

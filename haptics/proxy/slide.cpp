@@ -204,7 +204,7 @@ void Slide<Walls>::planes_at(const glm::dvec3& p, double within, Planes& planes)
     const bool is_inside = inside_.contains(s);
     if (!walls_.may_hold(s, is_inside)) continue;
     typename Walls::WallList walls;
-    const int found = walls_.walls_at(s, is_inside, p, within, walls);
+    const int found = walls_.walls_at(s, inside_, p, within, walls);
     for (int i = 0; i < found; ++i) {
       const Wall& wall = walls[static_cast<std::size_t>(i)];
       if (count == k_max_planes) {  // more than can be held at once are still looked at

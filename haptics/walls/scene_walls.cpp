@@ -374,11 +374,12 @@ volume::QuadraticPatch::HessianBound SceneWalls::hessian_bound(const Wall& wall,
           {glm::dot(map[1], bent[2]), glm::dot(map[0], bent[2]), glm::dot(map[0], bent[1])}};
 }
 
-int SceneWalls::walls_at(int shape, bool is_inside, const dvec3& p, double within, WallList& walls) noexcept {
+int SceneWalls::walls_at(int shape, const ShapeSet& inside, const dvec3& p, double within,
+                         WallList& walls) noexcept {
   if (!is_mesh(shape)) {
     const int i = part_of(shape);
     SmoothWalls::WallList few;
-    const int count = walls_of(i).walls_at(shape, is_inside, in_part(i, p), within, few);
+    const int count = walls_of(i).walls_at(shape, inside, in_part(i, p), within, few);
     std::copy_n(few.begin(), count, walls.begin());
     return count;
   }

@@ -99,7 +99,8 @@ class SceneWalls {
              bool&) const noexcept {}
   using WallList = std::array<Wall, 4>;
   /// Of a mesh: the facets within `within` mm of the tool, but those that others keep it away from.
-  int walls_at(int shape, bool is_inside, const glm::dvec3& p, double within, WallList& walls) noexcept;
+  int walls_at(int shape, const ShapeSet& inside, const glm::dvec3& p, double within,
+               WallList& walls) noexcept;
 
   const Placement& placement_of(int mesh_shape) const noexcept;
   /// Of what is felt by depth images that which they show; none where nothing was looked at.

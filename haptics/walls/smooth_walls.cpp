@@ -191,7 +191,22 @@ bool SmoothWalls::is_solid(int shape, const dvec3& p) noexcept {
   return !is_near_cut(volume::voxel_of(p)) || value_and_gradient({shape, true, false}, p).value >= 0;
 }
 
-int SmoothWalls::walls_at(int shape, bool is_inside, const dvec3& p, double, WallList& walls) noexcept {
+bool SmoothWalls::is_covered(int shape, const ShapeSet& inside, const ivec3& v) noexcept {
+  if (end_ - begin_ < 2 || !is_near_cut(v) || inside.contains(shape) || !holds(shape, Side::front))
+    return false;
+  for (int other = next_shape(0); other < ShapeSet::k_most; other = next_shape(other + 1)) {
+    if (other == shape || inside.contains(other) || !holds(other, Side::front)) continue;
+    if (!(patch(other, v).patch.least() > 0)) continue;
+    if (other < shape || !(patch(shape, v).patch.least() > 0))
+      return true;  // of two that fill it the first stays
+  }
+  return false;
+}
+
+int SmoothWalls::walls_at(int shape, const ShapeSet& inside, const dvec3& p, double,
+                          WallList& walls) noexcept {
+  const bool is_inside = inside.contains(shape);
+  if (is_covered(shape, inside, volume::voxel_of(p))) return 0;
   const bool has_cut = is_near_cut(volume::voxel_of(p));
   walls[0] = {shape, false, is_inside};
   if (!has_cut) return 1;
@@ -346,6 +361,7 @@ Reach SmoothWalls::reach(const dvec3& a, const dvec3& b, ShapeSet& inside, doubl
         if (!is_inside && !is_known_near &&
             (is_round_ ? offset(static_cast<std::size_t>(s)).is_free_around(v) : is_air_around(s, v)))
           break;
+        if (is_covered(s, inside, v)) break;
         if (holds(s, side_of(is_inside))) {
           Wall wall;
           const double free = reach_in_cube(s, is_inside, v, way, from, std::min(t1, reach.t), wall);

@@ -118,7 +118,8 @@ class SmoothWalls {
   /// The walls of one shape on which p, on the side `is_inside`, may rest: the most free one from outside,
   /// field and cut from inside. Returns how many; `within` is for walls of other kinds.
   using WallList = std::array<Wall, 2>;
-  int walls_at(int shape, bool is_inside, const glm::dvec3& p, double within, WallList& walls) noexcept;
+  int walls_at(int shape, const ShapeSet& inside, const glm::dvec3& p, double within,
+               WallList& walls) noexcept;
 
  private:
   struct Cached {
@@ -161,6 +162,10 @@ class SmoothWalls {
   /// The same where the cut, if there is one, has one polynomial: all in the cube of `sample`.
   double reach_in_piece(int shape, bool is_inside, const glm::ivec3& v, const glm::ivec3* sample,
                         const Way& way, double t0, double t1, Wall& blocker) noexcept;
+  /// Near a cut, is everything of the shape in the cube of v also matter of another one that holds there?
+  /// Then the cut alone bounds both, and the walls of the other one do. So where a soft shape goes on into
+  /// its neighbour and ends there, which a tool in a hole would meet.
+  bool is_covered(int shape, const ShapeSet& inside, const glm::ivec3& v) noexcept;
   /// Follows a shape that does not hold: changes `inside` where the way passes its surface.
   void pass(int shape, const glm::ivec3& v, const glm::dvec3& a, const glm::dvec3& along, double t0,
             double t1, ShapeSet& inside, double& t_changed) noexcept;

@@ -319,9 +319,11 @@ void adopt(const void* parameters, const sim::JobResult& result, sim::ModuleWork
                            made.cut.kerf_size, made.cut.rim_size, made.cut.flap_size, made.holes},
                    made.cut.centre);
   for (const MadeFlap::Piece& piece : made.pieces) work.raise_event(piece.told, piece.middle_world);
-  // A saw works, and is stiff: what stands in the bone is touched, or torn.
+  // A saw works, and is stiff: what stands in the bone is touched, or torn; what lies under it is stripped.
   for (const Near& one : made.near) {
-    if (one.mm < -sim::k_tears)
+    if (one.is_stripped())
+      work.raise_event(sim::StructureStripped{one.structure, -one.mm}, one.at_world);
+    else if (one.mm < -sim::k_tears)
       work.raise_event(sim::StructureTorn{one.structure, -one.mm}, one.at_world);
     else if (one.mm < 0)
       work.raise_event(sim::StructureTouched{one.structure, -one.mm}, one.at_world);

@@ -150,7 +150,7 @@ std::vector<Near> nearness_of(const FlapWorld& flap,
                               std::span<const std::shared_ptr<const sim::Forbidden>> forbidden) {
   std::vector<Near> all;
   for (const auto& structure : forbidden) {
-    Near near{structure->name(), sim::Forbidden::k_reach, {}};
+    Near near{structure->name(), sim::Forbidden::k_reach, {}, 1.5 * structure->voxel_mm()};
     for (std::size_t i = 0; i < flap.outline.size(); ++i) {
       // The footplate slides along under the bone: the saw's end, round here, reaches the inner table.
       const dvec3 up = flap.outline[i] - flap.floor[i];

@@ -28,6 +28,10 @@ struct Near {
   std::string structure;
   double mm = sim::Forbidden::k_reach;  ///< at most that; negative: so deep it goes into it
   glm::dvec3 at_world{0.0};             ///< where
+  double resolved = 0;                  ///< mm that the scan tells apart: 1.5 of the structure's voxels
+  /// A membrane that lies against the bone overlaps its blurred inner table by less than the scan tells
+  /// apart: the footplate strips it. What stands in the bone by more is cut.
+  bool is_stripped() const noexcept { return mm < 0 && -mm <= resolved; }
 };
 std::vector<Near> nearness_of(const FlapWorld& flap,
                               std::span<const std::shared_ptr<const sim::Forbidden>> forbidden);

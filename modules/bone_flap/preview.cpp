@@ -57,7 +57,8 @@ std::shared_ptr<const sim::JobResult> run_preview(const void* parameters, const 
   FlapWorld saw;
   saw.width = width_of(wish.saw), saw.outline = sheet.outline(), saw.floor = sheet.floor();
   for (const Near& one : nearness_of(saw, input.forbidden))
-    if (one.mm < 0) seen.preview += "\nthe saw would go " + tenths(-one.mm) + " mm into " + one.structure;
+    if (one.mm < 0 && !one.is_stripped())
+      seen.preview += "\nthe saw would go " + tenths(-one.mm) + " mm into " + one.structure;
   return made;
 }
 

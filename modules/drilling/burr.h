@@ -80,7 +80,7 @@ sim::Instrument burr(const Burr& parameters);
 class Drilling final : public sim::Module {
  public:
   std::string_view name() const noexcept override { return "drilling"; }
-  std::uint32_t version() const noexcept override { return 3; }  // 3: a craniotome's foot is round
+  std::uint32_t version() const noexcept override { return 4; }  // 4: a craniotome's foot is blunt
   std::span<const sim::InstrumentType* const> instruments() const override;
   std::span<const sim::ValueType* const> events() const override;
   std::vector<sim::Measure> measures(const sim::OperationState& now) const override;

@@ -176,7 +176,11 @@ void step(const Craniotome& c, CraniotomeState& state, const sim::InstrumentInpu
 }
 
 sim::ToolBall body(const Craniotome& c, const CraniotomeState& state, const sim::InstrumentInput& input) {
-  return ball_around(bit_of(c), body_of(c), state, input);
+  // Its foot goes between bone and dura and strips it; the bit above it never reaches that far.
+  const sim::ToolBall bit = ball_around(bit_of(c), body_of(c), state, input);
+  const dvec3 shaft = turned(shaft_of(input.tick.pose.orientation), input.tick.turn_world),
+              end = bit.centre - body_of(c).middle() * shaft;
+  return {end - 0.5 * k_foot_thickness * shaft, 0.5 * k_foot_thickness, true};
 }
 
 sim::ToolNeeds needs(const Craniotome& c, const volume::Volume& anatomy) {

@@ -53,6 +53,25 @@ std::string reason_not_to_close(const Rongeur& r, const ToolPlace& at, const sim
   return {};
 }
 
+/// How much bone lies between the jaws, mm3, by points half a millimetre apart.
+double bite_size(const Rongeur& r, const ToolPlace& at, const sim::Work& work) {
+  constexpr double k_step = 0.5;
+  const dvec3 aside = std::abs(at.axis_world.x) < 0.6 ? dvec3(1, 0, 0) : dvec3(0, 1, 0);
+  const dvec3 a = glm::normalize(glm::cross(at.axis_world, aside)), b = glm::cross(at.axis_world, a);
+  const double radius = 0.5 * r.width;
+  const int across = static_cast<int>(std::ceil(radius / k_step)),
+            along = static_cast<int>(std::ceil(r.opening / k_step));
+  int inside = 0;
+  for (int k = 0; k < along; ++k)
+    for (int i = -across; i <= across; ++i)
+      for (int j = -across; j <= across; ++j) {
+        const double x = i * k_step, y = j * k_step, z = (k + 0.5) * k_step;
+        if (x * x + y * y > radius * radius || z > r.opening) continue;
+        inside += work.is_matter(at.at_world + z * at.axis_world + x * a + y * b);
+      }
+  return inside * k_step * k_step * k_step;
+}
+
 void step(const Rongeur& r, RongeurState& state, const sim::InstrumentInput& input, sim::Work& work) {
   const haptics::Pose& pose = input.tick.pose;
   if (input.tick.raised & haptics::fault_not_finite) return;  // nobody knows what the hand does
@@ -71,6 +90,13 @@ void step(const Rongeur& r, RongeurState& state, const sim::InstrumentInput& inp
   const dvec3 middle = at.at_world + 0.5 * r.opening * at.axis_world;
   if (std::string why = reason_not_to_close(r, at, work); !why.empty()) {
     work.raise_event(BiteRefused{std::move(why)}, middle);
+    return;
+  }
+  if (const double size = bite_size(r, at, work); size > r.most) {
+    work.raise_event(
+        BiteRefused{"the bite would be " + std::to_string(std::lround(size)) + " mm3, and a hand bites " +
+                    std::to_string(std::lround(r.most)) + ": take less of the edge, or thin the bone"},
+        middle);
     return;
   }
   const volume::RemovalReport bitten = work.remove(volume::ToolSweep{r.bite(), at, at});
@@ -104,6 +130,7 @@ const sim::Schema& Rongeur::schema() {
       field<&Rongeur::width>("width", {.unit = "mm", .low = 1, .high = 12, .help = "of the jaws"}),
       field<&Rongeur::opening>("opening", {.unit = "mm", .low = 1, .high = 20, .help = "between the jaws"}),
       field<&Rongeur::jaw>("jaw", {.unit = "mm", .low = 0.3, .high = 5, .help = "how thick each is"}),
+      field<&Rongeur::most>("most", {.unit = "mm3", .low = 1, .high = 2000, .help = "of bone at a bite"}),
       field<&Rongeur::close_time>(
           "close_time", {.unit = "s", .low = 0, .high = 10, .help = "of the button, without a squeeze"})};
   static constexpr sim::Schema table{"rongeur", 1, fields};

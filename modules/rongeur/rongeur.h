@@ -15,6 +15,7 @@ struct Rongeur {
   double width = 4;         ///< mm, of the jaws: they are round
   double opening = 6;       ///< mm between them
   double jaw = 1.2;         ///< mm, how thick each of them is
+  double most = 60;         ///< mm3 that a hand can bite through at once; more is refused
   double close_time = 0.4;  ///< s of the button held until they are closed, where the device has no squeeze
   static const sim::Schema& schema();
   /// What lies between the open jaws.
@@ -48,7 +49,7 @@ sim::Instrument rongeur(const Rongeur& parameters);
 class RongeurModule final : public sim::Module {
  public:
   std::string_view name() const noexcept override { return "rongeur"; }
-  std::uint32_t version() const noexcept override { return 2; }  // 2: its body is its jaws'
+  std::uint32_t version() const noexcept override { return 3; }  // 3: a bite has a largest size
   std::span<const sim::InstrumentType* const> instruments() const override;
   std::span<const sim::ValueType* const> events() const override;
   std::vector<sim::Measure> measures(const sim::OperationState& now) const override;

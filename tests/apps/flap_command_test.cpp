@@ -25,7 +25,9 @@ TEST_F(Command, AFlapIsSawnLiftedRecordedAndReplayed) {
   EXPECT_GT(flap["target"]["depth_mm"], 5);
   EXPECT_GE(flap["target"]["covered_share"], 0);
   EXPECT_GT(flap["outline"]["roundness"], 0.9);
-  EXPECT_FALSE(flap["forbidden"].empty());
+  ASSERT_FALSE(flap["forbidden"].empty());
+  EXPECT_EQ(flap["forbidden"][0]["structure"], "dura");
+  EXPECT_EQ(flap["forbidden"][0]["is_stripped"], true) << "a saw with a foot stops at the inner table";
   EXPECT_GT(fs::file_size(folder_ / "flap.stl"), 10000u);
   EXPECT_GT(fs::file_size(folder_ / "flap.png"), 20000u);
   const Json again = json("replay f.session --case h --verify -o again.mha");
@@ -34,6 +36,8 @@ TEST_F(Command, AFlapIsSawnLiftedRecordedAndReplayed) {
   EXPECT_EQ(read(file("again.mha")), read(file("open.mha")));
   const std::string timeline = run("timeline f.session").out;
   EXPECT_NE(timeline.find("a bone flap of"), std::string::npos);
+  EXPECT_NE(timeline.find("dura pushed aside"), std::string::npos) << timeline;
+  EXPECT_EQ(timeline.find("torn"), std::string::npos) << timeline;
   EXPECT_NE(timeline.find("place-body"), std::string::npos);
   // The flap was cut before the first tick: the first moment is before that.
   const Json compared = json("compare f.session --case h");

@@ -108,9 +108,9 @@ TEST_F(Command, ALaminectomyOfARealSpine) {
     lamina.add(0.1, x, y, 262, 0), lamina.add(0.3, x, -40, 262, 0);
   }
   write("l.toml", "schema = 1\nscan = \"real\"\nrate = 250\n" +
-                      process.hand("rongeur", "kind=rongeur width=8 opening=20") +
+                      process.hand("rongeur", "kind=rongeur width=8 opening=20 most=900") +
                       thinning.hand("burr", "diameter=6") +
-                      lamina.hand("rongeur", "kind=kerrison width=5 opening=20") +
+                      lamina.hand("rongeur", "kind=kerrison width=5 opening=20 most=400") +
                       "[[do]]\nat = " + std::to_string(lamina.end() + 0.2) +
                       "\ncommand = \"judge-laminectomy\"\nwith = \"vertebra=vertebrae_L4\"\n"
                       "[[expect]]\nwhat = \"canal\"\nleast = 305\n"

@@ -83,6 +83,26 @@ TEST(Rongeur, AKerrisonBitesWhatItsJawsHold) {
   }
 }
 
+/// A hand bites through so much bone and no more: what is larger is refused, with its size.
+TEST(Rongeur, ABiteHasALargestSize) {
+  const double exact = 0.5 * std::numbers::pi * 4 * k_thick;
+  for (const double share : {0.8, 1.2}) {
+    const Lamina lamina(dvec3(0.4));
+    sim::Lockstep run =
+        lamina.with({.kind = Kind::kerrison, .width = 4, .opening = 6, .most = share * exact});
+    hold(run, {0, 0, -0.6}, 0, 10);
+    hold(run, {0, 0, -0.6}, -1);
+    EXPECT_EQ(events<Bite>(run).size(), share > 1 ? 1u : 0u) << share;
+    const auto refused = events<BiteRefused>(run);
+    ASSERT_EQ(refused.size(), share > 1 ? 0u : 1u);
+    if (refused.empty()) continue;
+    EXPECT_NE(refused[0].why.find("a hand bites " + std::to_string(std::lround(share * exact))),
+              std::string::npos)
+        << refused[0].why;
+    EXPECT_EQ(run.engine().removed_mm3(), 0);
+  }
+}
+
 TEST(Rongeur, ASqueezeClosesTheJaws) {
   const Lamina lamina(dvec3(0.5));
   sim::Lockstep run = lamina.with({.kind = Kind::kerrison});

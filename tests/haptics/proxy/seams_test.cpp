@@ -8,6 +8,7 @@
 #include "haptics/mesh/mesh_tree.h"
 #include "haptics/proxy/methods.h"
 #include "tests/scenes/scenes.h"
+#include "volume/removal.h"
 #include "volume/surface_nets.h"
 
 namespace trephine::haptics {
@@ -131,7 +132,6 @@ long count_lost(const TouchScene& scene, const ProxyMethod& method, double rate,
     const dvec3 u(std::cos(angle) * std::cos(tilt), std::sin(angle) * std::cos(tilt), std::sin(tilt));
     const double in = std::min(1.0, t / 0.3) * (4.2 + 0.6 * std::sin(15 * t)) - 3 - scene.tool_radius;
     ProxyStep step = method.step(scene, *seen, state, {(k_radius - in) * u});
-    if (getenv("DBG") && i % 200 == 0) std::printf("%ld in %g contact %d depth %g shape %d buried %d\n", i, in, step.has_contact, k_radius - glm::length(step.proxy_world), step.shape, step.is_buried);
     if (is_lost(i)) step.has_contact = false;
     // What stands out of the ball holds the tool farther out.
     const double depth = k_radius - glm::length(step.proxy_world);
@@ -155,6 +155,57 @@ TEST(Seams, NothingFallsThroughWhereShapesMeet) {
         for (const double rate : {100.0, 1000.0, 5000.0})
           EXPECT_EQ(count_lost(division.scene, *method, rate, [](long) { return false; }), 0)
               << division.name << ", " << name << ", " << rate << " Hz, ball of " << radius << " mm";
+      }
+    }
+}
+
+/// A trough cut across the seam of a label and a window beside it: where the field of one goes on into the
+/// other and ends there, a frictionless tool on its ground meets nothing.
+TEST(Seams, ATroughAcrossThemIsOneTrough) {
+  volume::Volume made =
+      volume::make_volume(ivec3(40), volume::Frame::from_axes(dvec3(0), glm::dmat3(1)).value(), true).value();
+  made.label_names = {"background", "part1"};
+  for (int z = 0; z < 40; ++z)
+    for (int y = 0; y < 40; ++y)
+      for (int x = 0; x < 40; ++x) {
+        const std::size_t i = made.index(x, y, z);
+        made.voxels[i] = z >= 20 ? -1000 : x < 20 ? 100 : 1000;
+        made.labels[i] = z < 20 && x < 20;
+      }
+  const auto base = std::make_shared<const volume::Volume>(std::move(made));
+  for (const double low : {300.0, 990.0})
+    for (const bool is_label_first : {true, false}) {
+      TouchScene scene;
+      scene.base = base;
+      scene.items = {item_of_shape(*base, window_from(low)), item_of_shape(*base, label_of(1))};
+      if (is_label_first) std::swap(scene.items[0], scene.items[1]);
+      for (TouchItem& item : scene.items) item.material = {0.5, 0.001, 0, 0};
+      soften(scene);
+      volume::RemovalEditor editor(
+          std::make_shared<volume::Version>(base, volume::CutLattice::for_burr(*base, 4).value()),
+          solids_of(scene));
+      editor.remove({{10, 20, 19}, {30, 20, 19}, 2});
+      for (const char* name : {"subvoxel", "scene"}) {
+        const auto method = make_method(name).value();
+        ASSERT_FALSE(method->prepare(scene));
+        const auto seen = std::make_shared<const TouchState>(editor.freeze());
+        ProxyState state;
+        double behind = 0, lowest = 1e9, highest = 0;
+        const auto go = [&](const dvec3& from, const dvec3& to, bool is_judged) {
+          for (int i = 0; i <= 800; ++i) {
+            const dvec3 hip = from + i / 800.0 * (to - from);
+            const ProxyStep step = method->step(scene, *seen, state, {hip});
+            if (!is_judged) continue;
+            behind = std::max(behind, std::abs(step.proxy_world.x - hip.x));
+            lowest = std::min(lowest, step.proxy_world.z), highest = std::max(highest, step.proxy_world.z);
+          }
+        };
+        go({28, 20.3, 30}, {28, 20.3, 15.5}, false);
+        go({28, 20.3, 15.5}, {12, 20.4, 15}, true);
+        go({12, 20.4, 15}, {28, 20.1, 14.6}, true);
+        EXPECT_LT(behind, 0.05) << name << ", from " << low << ", label first: " << is_label_first;
+        EXPECT_GT(lowest, 16.9) << name;
+        EXPECT_LT(highest, 17.1) << name;
       }
     }
 }
