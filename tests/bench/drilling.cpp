@@ -20,7 +20,7 @@ using glm::dvec3;
 namespace {
 
 constexpr double k_pi = std::numbers::pi;
-constexpr double k_way = 8, k_speed = 20, k_bone = 1600, k_threshold = 300, k_box = 20;
+constexpr double k_bone = 1600, k_threshold = 300, k_box = 20;
 
 volume::Volume block(const dvec3& spacing) {
   const dvec3 half(0.5 * k_box);
@@ -30,7 +30,11 @@ volume::Volume block(const dvec3& spacing) {
 /// Where the burr begins, which way it goes, and how its shaft stands: along no axis of the grid.
 const dvec3 k_along = glm::normalize(dvec3(3, 2, 1.2));
 const dvec3 k_shaft = glm::normalize(glm::cross(k_along, dvec3(0.2, -0.4, 1)));
-const dvec3 k_start = dvec3(0.11, -0.07, 0.19) - 0.5 * k_way * k_along;
+/// A way through the bone's middle, mm and mm/s.
+struct Stroke {
+  double way = 8, speed = 20;
+  dvec3 start() const { return dvec3(0.11, -0.07, 0.19) - 0.5 * way * k_along; }
+};
 
 using IsGone = std::function<bool(const dvec3&)>;
 /// As a surface shows it: the trilinear field of what is left.
@@ -52,7 +56,7 @@ double volume_of(const IsGone& is_gone) {
 }
 
 /// Along rays across its way from the middle of its shaft, all round: how far off its outline.
-double surface_error(const IsGone& is_gone, const volume::ToolBody& body) {
+double surface_error(const IsGone& is_gone, const volume::ToolBody& body, const Stroke& stroke) {
   const double middle = body.is_ball() ? 0 : body.middle();
   const dvec3 third = glm::cross(k_along, k_shaft);
   const auto along_ray = [](auto&& is_inside) {
@@ -65,7 +69,7 @@ double surface_error(const IsGone& is_gone, const volume::ToolBody& body) {
   };
   double worst = 0;
   for (int i = 1; i < 120; ++i) {
-    const dvec3 on_axis = k_start + k_way * i / 120 * k_along;
+    const dvec3 on_axis = stroke.start() + stroke.way * i / 120 * k_along;
     const double turn = 2.399963 * i, up = std::cos(turn), out = std::sin(turn);
     const dvec3 ray = up * k_shaft + out * third;
     const double exact =
@@ -77,7 +81,7 @@ double surface_error(const IsGone& is_gone, const volume::ToolBody& body) {
 }
 
 /// Its own volume, and its outline's area times the way (Cavalieri; it goes across its shaft).
-double exact_volume(const volume::ToolBody& body) {
+double exact_volume(const volume::ToolBody& body, const Stroke& stroke) {
   constexpr int k_slices = 4000;
   const double low = body.low(), high = body.high();
   double solid = 0, area = 0;
@@ -90,17 +94,17 @@ double exact_volume(const volume::ToolBody& body) {
     }
     solid += k_pi * off * off, area += 2 * off;
   }
-  return (solid + area * k_way) * (high - low) / k_slices;
+  return (solid + area * stroke.way) * (high - low) / k_slices;
 }
 
 /// Calls tick(from, to, seconds, is_first) all the way.
 template <class Tick>
-StepTimes go(double rate, Tick&& tick) {
+StepTimes go(const Stroke& stroke, double rate, Tick&& tick) {
   std::vector<double> us;
-  const int count = static_cast<int>(std::lround(k_way / k_speed * rate));
+  const int count = static_cast<int>(std::lround(stroke.way / stroke.speed * rate));
   for (int i = 0; i < count; ++i) {
-    const dvec3 from = k_start + k_way * i / count * k_along,
-                to = k_start + k_way * (i + 1) / count * k_along;
+    const dvec3 from = stroke.start() + stroke.way * i / count * k_along,
+                to = stroke.start() + stroke.way * (i + 1) / count * k_along;
     const auto start = Clock::now();
     tick(from, to, 1 / rate, i == 0);
     us.push_back(1e6 * seconds_since(start));
@@ -127,45 +131,58 @@ std::vector<DrillingRow> run_drilling_benchmark(bool is_quick) {
                 {"barrel", drilling::Shape::barrel},
                 {"match head", drilling::Shape::match_head}};
   std::vector<DrillingRow> rows;
-  const auto add = [&](const char* way, const char* burr, const char* voxels, double rate,
-                       const volume::ToolBody& body, double mm3, const IsGone& is_gone,
+  const auto add = [&](const std::string& way, const char* burr, const char* voxels, double rate,
+                       const Stroke& stroke, const volume::ToolBody& body, double mm3, const IsGone& is_gone,
                        const StepTimes& times) {
-    rows.push_back(
-        {way, burr, voxels, rate, mm3 / exact_volume(body) - 1, surface_error(is_gone, body), times});
+    rows.push_back({way, burr, voxels, rate, mm3 / exact_volume(body, stroke) - 1,
+                    surface_error(is_gone, body, stroke), times});
   };
+  const auto sweep = [&](const std::string& way, const auto& grid, const auto& shape, double rate,
+                         const Stroke& stroke) {
+    const drilling::Burr burr{.diameter = 4, .shape = shape.shape};
+    const volume::ToolBody body = burr.body();
+    const auto base = std::make_shared<const volume::Volume>(block(grid.spacing));
+    const auto lattice =
+        volume::CutLattice::for_burr(*base, 2 * std::min(body.radius, body.end_radius)).value();
+    volume::RemovalEditor editor(std::make_shared<volume::Version>(base, lattice),
+                                 {volume::Field(*base, volume::Shape{})});
+    const dvec3 lift = (body.is_ball() ? 0 : -body.middle()) * k_shaft;
+    const StepTimes times = go(stroke, rate, [&](const dvec3& from, const dvec3& to, double, bool is_first) {
+      editor.remove(volume::ToolSweep{body, {from + lift, k_shaft}, {to + lift, k_shaft}, !is_first});
+      editor.publish();
+    });
+    const volume::Version& left = editor.working();
+    add(
+        way, shape.name, grid.name, rate, stroke, body, left.mm3_of(left.ledger().total()),
+        [&](const dvec3& p) { return left.distance(base->frame.volume_from_world(p)) <= 0; }, times);
+  };
+  const Stroke usual;
   for (const auto& grid : grids)
     for (const double rate : {100.0, 1000.0, 10000.0}) {
       if (is_quick && (&grid == &grids[0] || rate > 1000)) continue;
-      for (const auto& shape : shapes) {
-        const drilling::Burr burr{.diameter = 4, .shape = shape.shape};
-        const volume::ToolBody body = burr.body();
-        const auto base = std::make_shared<const volume::Volume>(block(grid.spacing));
-        const auto lattice =
-            volume::CutLattice::for_burr(*base, 2 * std::min(body.radius, body.end_radius)).value();
-        volume::RemovalEditor editor(std::make_shared<volume::Version>(base, lattice),
-                                     {volume::Field(*base, volume::Shape{})});
-        const dvec3 lift = (body.is_ball() ? 0 : -body.middle()) * k_shaft;
-        const StepTimes times = go(rate, [&](const dvec3& from, const dvec3& to, double, bool is_first) {
-          editor.remove(volume::ToolSweep{body, {from + lift, k_shaft}, {to + lift, k_shaft}, !is_first});
-          editor.publish();
-        });
-        const volume::Version& left = editor.working();
-        add(
-            "swept (ours)", shape.name, grid.name, rate, body, left.mm3_of(left.ledger().total()),
-            [&](const dvec3& p) { return left.distance(base->frame.volume_from_world(p)) <= 0; }, times);
-      }
+      for (const auto& shape : shapes) sweep("swept (ours)", grid, shape, rate, usual);
       const volume::ToolBody ball = volume::ToolBody::ball(2);
       // A voxel in the ball is air after 50 ms.
       drilling::IntensityDrill intensity(block(grid.spacing), 2, (k_bone + 1000) / 0.05);
-      const StepTimes slow =
-          go(rate, [&](const dvec3&, const dvec3& to, double seconds, bool) { intensity.stay(to, seconds); });
+      const StepTimes slow = go(usual, rate, [&](const dvec3&, const dvec3& to, double seconds, bool) {
+        intensity.stay(to, seconds);
+      });
       const IsGone lowered = left_of(intensity.left());
-      add("intensity lowered near the tip", "ball", grid.name, rate, ball, volume_of(lowered), lowered, slow);
+      add("intensity lowered near the tip", "ball", grid.name, rate, usual, ball, volume_of(lowered), lowered,
+          slow);
       drilling::VoxelsATick voxels(block(grid.spacing), 2, 6);
       const StepTimes fast =
-          go(rate, [&](const dvec3&, const dvec3& to, double, bool) { voxels.tick(to, k_threshold); });
+          go(usual, rate, [&](const dvec3&, const dvec3& to, double, bool) { voxels.tick(to, k_threshold); });
       const IsGone taken = left_of(voxels.left());
-      add("6 voxels a tick", "ball", grid.name, rate, ball, volume_of(taken), taken, fast);
+      add("6 voxels a tick", "ball", grid.name, rate, usual, ball, volume_of(taken), taken, fast);
+    }
+  // Short strokes, and slow ones in which the burr goes a fraction of a point's step in a tick.
+  for (const auto& [name, stroke] :
+       {std::pair("swept (ours), 1 mm", Stroke{1, 20}), std::pair("swept (ours), 0.2 mm", Stroke{0.2, 20}),
+        std::pair("swept (ours), 4 mm at 1 mm/s", Stroke{4, 1})})
+    for (const auto& grid : grids) {
+      if (is_quick && &grid != &grids[1] && &grid != &grids[4]) continue;
+      for (const auto& shape : shapes) sweep(name, grid, shape, 1000, stroke);
     }
   return rows;
 }
