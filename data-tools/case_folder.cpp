@@ -164,8 +164,8 @@ Status read_shape(const std::string& path, const CasePlan& plan, volume::Volume&
   return std::nullopt;
 }
 
-/// Where the shape of `scan` differs from its scan, as labels 1, 2, ... of what it reads as: added to
-/// `values`. Error when it reads as more than 255 values.
+/// Returns the places at which the shape of `scan` differs from its scan, as labels 1, 2, ... of what it
+/// reads as: added to `values`. Error when it reads as more than 255 values.
 Result<volume::Volume> shape_mask(const volume::Volume& scan, std::vector<std::int16_t>& values) {
   volume::Volume mask;
   mask.size = scan.size;

@@ -50,8 +50,8 @@ struct CasePlan {
   std::vector<CaseStructure> structures;
   std::vector<CaseTrajectory> trajectories;
   std::vector<CaseLandmark> landmarks;
-  /// What a voxel of shape.mha reads as for shapes by window: value k as shape_values[k - 1], 0 as scanned.
-  /// Empty: there is no shape.mha. write_case() derives it from Volume::shape_voxels.
+  /// The intensities that shapes by window read for the values of shape.mha: value k as shape_values[k - 1],
+  /// 0 as scanned. Empty: there is no shape.mha. write_case() derives it from Volume::shape_voxels.
   std::vector<std::int16_t> shape_values;
   std::optional<ScanQuality> quality;  ///< of the scan, as it was measured; its edge is not kept
 };

@@ -22,7 +22,7 @@ struct ScrewModel {
   std::vector<glm::dvec3> vertices_world;
   std::vector<std::uint32_t> triangles;  ///< seen from outside counter-clockwise
 };
-/// How long a screw's tip is, in diameters.
+/// The length of a screw's tip, in diameters.
 inline constexpr double k_screw_tip = 1;
 /// A shaft with a pointed tip, and a head half as wide again that stands 6 mm before the entry.
 ScrewModel screw_model(const ScrewPlace& place);

@@ -179,16 +179,16 @@ const Schema& ForbiddenWatch::schema() {
   static constexpr Field fields[] = {field<&ForbiddenWatch::is_inside>("inside"),
                                      field<&ForbiddenWatch::clearance>("clearance", {.unit = "mm"}),
                                      field<&ForbiddenWatch::nearest>("nearest", {.unit = "mm"}),
-                                     field<&ForbiddenWatch::has_entry>("has_entry"),
-                                     field<&ForbiddenWatch::is_beyond_middle>("is_beyond_middle"),
-                                     field<&ForbiddenWatch::entry_world>("entry", {.unit = "mm"}),
-                                     field<&ForbiddenWatch::depth>("depth", {.unit = "mm"}),
                                      field<&ForbiddenWatch::deepest_now>("deepest_now", {.unit = "mm"}),
                                      field<&ForbiddenWatch::has_worked>("has_worked"),
                                      field<&ForbiddenWatch::is_torn>("is_torn"),
                                      field<&ForbiddenWatch::entries>("entries"),
                                      field<&ForbiddenWatch::ticks_inside>("ticks_inside"),
-                                     field<&ForbiddenWatch::entered_tick>("entered_tick")};
+                                     field<&ForbiddenWatch::entered_tick>("entered_tick"),
+                                     field<&ForbiddenWatch::has_entry>("has_entry"),
+                                     field<&ForbiddenWatch::is_beyond_middle>("is_beyond_middle"),
+                                     field<&ForbiddenWatch::entry_world>("entry", {.unit = "mm"}),
+                                     field<&ForbiddenWatch::depth>("depth", {.unit = "mm"})};
   static constexpr Schema table{"forbidden-watch", 1, fields};
   return table;
 }

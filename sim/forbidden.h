@@ -19,7 +19,7 @@ struct ToolBall {
   bool is_blunt = false;  ///< while the tool works too: a foot that pushes a membrane off the bone
 };
 
-/// Where a ball is with respect to a structure.
+/// The position of a ball relative to a structure.
 struct Nearness {
   double clearance = 0;  ///< mm to the surface; negative: so deep is the ball inside, at the nearest side
   bool is_centre_inside = false;  ///< of the structure
@@ -52,8 +52,8 @@ class Forbidden {
     return locate(ball, expected).clearance;
   }
   Nearness locate(const ToolBall& ball, double expected = k_reach) const noexcept;
-  /// The same, the least while the ball goes straight from `from` to its place, and `watch` follows its way
-  /// in by the same places.
+  /// Returns the least clearance while the ball goes straight from `from` to its place, and `watch` follows
+  /// its way in by the same places.
   double follow(const glm::dvec3& from, const ToolBall& ball, double expected,
                 ForbiddenWatch& watch) const noexcept;
   /// The ball was set down at its place.

@@ -18,7 +18,7 @@ volume::Error broken(const char* what) {
           "only the part before it can be used"};
 }
 
-/// What a scan in a session has beside its voxels.
+/// Flags for the parts of a scan in a session, in addition to its voxels.
 constexpr std::uint8_t k_has_labels = 1, k_has_shape = 2;
 
 }  // namespace

@@ -30,7 +30,7 @@ struct Volume {
            static_cast<std::size_t>(size.x) *
                (static_cast<std::size_t>(y) + static_cast<std::size_t>(size.y) * static_cast<std::size_t>(z));
   }
-  /// What shapes by window read.
+  /// Returns the intensities that shapes by window read.
   const Buffer<std::int16_t>& window_voxels() const noexcept {
     return shape_voxels.is_empty() ? voxels : shape_voxels;
   }

@@ -1,4 +1,4 @@
-// How far a screw reaches out of bone, and on which side.
+// Measures by how much a screw reaches out of bone, and on which side.
 #pragma once
 
 #include <optional>

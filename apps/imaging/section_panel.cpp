@@ -29,10 +29,6 @@ Panel::Colour colour_of(const volume::Volume& scan, const volume::Shape& structu
           static_cast<std::uint8_t>(255 * share.z)};
 }
 
-}  // namespace
-
-namespace {
-
 /// The pixels before the shaft of a screw begins and after it ends.
 std::vector<std::uint8_t> head_and_tip(const ImagePlane& plane, const data_tools::ScrewPlace& screw) {
   std::vector<std::uint8_t> beyond(static_cast<std::size_t>(plane.columns) *

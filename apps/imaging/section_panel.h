@@ -13,8 +13,8 @@ struct SectionObject {
   std::string name;
   Panel::Colour colour;
   cross_section::Cut cut;
-  std::vector<std::uint8_t> uncounted =
-      {};  ///< of a screw: its head and tip, which are not asked to be in bone
+  /// The head and the tip of a screw: they need not be in bone.
+  std::vector<std::uint8_t> uncounted = {};
   std::vector<std::uint8_t> by_labels = {};  ///< of bone: what labels that name a bone add to it
 };
 inline constexpr Panel::Colour k_outside_bone{225, 45, 40};

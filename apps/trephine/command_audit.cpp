@@ -1,6 +1,5 @@
-// audit: every tick and voxel of a session, judged by code that shares none
-// with what it judges. One file: each judge sees the same replay, and they say
-// one report.
+// audit: every tick and voxel of a session, judged by code that shares none with what it judges. One file:
+// each judge sees the same replay, and they say one report.
 #include <algorithm>
 #include <array>
 #include <deque>
@@ -9,13 +8,13 @@
 
 #include "apps/trephine/commands.h"
 #include "apps/trephine/drawn_judge.h"
+#include "apps/trephine/friction_audit.h"
 #include "data-tools/atomic_file.h"
 #include "haptics/force/effects.h"
 #include "haptics/mesh/mesh_tree.h"
 #include "haptics/proxy/methods.h"
 #include "tests/checker/ball_judge.h"
 #include "tests/checker/force_judge.h"
-#include "tests/checker/friction_judge.h"
 #include "tests/checker/mesh_judge.h"
 #include "tests/checker/traversal_audit.h"
 #include "tests/scenes/promise.h"
@@ -30,8 +29,7 @@ namespace {
 struct AuditArguments {
   std::string session, case_source;  ///< a session to certify; empty: rays
   std::uint64_t rays = 1'000'000, seed = 7;
-  std::string plant;  ///< "fall", "force", "torque", "energy", "friction", "ball" or
-                      ///< "drawn": what one tick gets wrong before it is judged
+  std::string plant;  ///< the fault that one tick gets before it is judged: see the option
 };
 
 const haptics::Material& touched_material(const haptics::TouchScene& scene, const haptics::ServoRecord& r) {
@@ -39,8 +37,7 @@ const haptics::Material& touched_material(const haptics::TouchScene& scene, cons
   return r.side == haptics::Side::back && shape.back_material ? *shape.back_material : shape.material;
 }
 
-/// By the ramp as the documents state it: from the intensity a voxel under the
-/// surface.
+/// By the ramp as the documents state it: from the intensity a voxel under the surface.
 double stiffness_there(const haptics::TouchScene& scene, const haptics::ServoRecord& r) {
   const haptics::TouchItem& shape = scene.items[static_cast<std::size_t>(r.shape)];
   const double soft = touched_material(scene, r).stiffness;
@@ -57,12 +54,6 @@ double stiffness_there(const haptics::TouchScene& scene, const haptics::ServoRec
   if (*intensity >= ramp.dense_intensity) return ramp.dense_stiffness;
   return soft + (ramp.dense_stiffness - soft) * (*intensity - ramp.intensity) /
                     (ramp.dense_intensity - ramp.intensity);
-}
-
-/// Some direction along a surface. Unit.
-glm::dvec3 aside_of(const glm::dvec3& normal) {
-  return glm::normalize(
-      glm::cross(normal, std::abs(normal.z) < 0.9 ? glm::dvec3(0, 0, 1) : glm::dvec3(1, 0, 0)));
 }
 
 /// The judge's law of an effect that a header names.
@@ -100,8 +91,7 @@ checker::EffectLaw law_of(const std::string& words) {
   return law;
 }
 
-/// A round tip where its field lets it be, beside the scan's own samples and
-/// cuts.
+/// A round tip where its field lets it be, beside the scan's own samples and cuts.
 class Ball {
  public:
   explicit Ball(const haptics::TouchScene& scene)
@@ -115,8 +105,7 @@ class Ball {
       solids_.push_back(checker::smooth_solid(scene_.base, shape.field.shape(), version, shape.soft));
     is_new_ = true;
   }
-  /// `popped`: the shape that gave way; -1 for none. Looks where the tip has
-  /// moved, and after each cut.
+  /// `popped`: the shape that gave way; -1 for none. Looks where the tip has moved, and after each cut.
   void judge_middle(const glm::dvec3& middle_world, int popped) {
     if (!is_new_ && glm::length(middle_world - last_) < least_move_) return;
     is_new_ = false, last_ = middle_world;
@@ -148,120 +137,8 @@ class Ball {
   double deepest_ = 0;
 };
 
-/// Coulomb's cone at the proxy of a hand on shapes of the anatomy, by the
-/// scan's own samples and cuts. Models are not judged: a scene with any is left
-/// out.
-class Friction {
- public:
-  void see(const std::shared_ptr<const haptics::ServoHand>& felt) {
-    const haptics::TouchScene& scene = *felt->scene;
-    solids_.clear();
-    is_new_ = true;
-    if (base_shapes(scene).size() != scene.items.size()) return;
-    if (haptics::find_method(felt->method->name())->solid != haptics::MethodInfo::Solid::smooth) return;
-    const auto state = std::shared_ptr<const haptics::TouchState>(felt, &felt->state);
-    for (std::size_t s = 0; s < scene.items.size(); ++s) {
-      const auto offset = scenes::touched_offset(scene, state.get(), s);
-      solids_.push_back(
-          {scenes::touched_smooth_solid(scene, state, s), offset ? offset->frame() : scene.base->frame});
-    }
-  }
-  void judge(const haptics::ServoRecord& r, const haptics::Material& material, const glm::dvec3& pull) {
-    const glm::dvec3 last = std::exchange(last_, r.proxy_world);
-    const double hand_moved =
-        glm::length(r.pose.position_world - std::exchange(last_hand_, r.pose.position_world));
-    const bool is_new = std::exchange(is_new_, false);
-    if (solids_.empty() || r.side != haptics::Side::front || !(glm::length(pull) > k_least_mm)) {
-      is_new_ = true;
-      return;
-    }
-    const glm::dvec3 mm = solids_[0].frame.spacing();
-    const double voxel = std::min({mm.x, mm.y, mm.z});
-    // Each field by its slope there: intensities and distances to cuts are
-    // compared in mm.
-    std::vector<std::vector<double>> slopes;
-    double sample = 0, nearest = 1e300;  // mm between the samples of the field that is touched
-    const double step = 0.002 * voxel;
-    for (const Solid& solid : solids_) {
-      slopes.emplace_back();
-      for (std::size_t f = 0; f < solid.solid.field_count(); ++f) {
-        glm::dvec3 slope;
-        for (int a = 0; a < 3; ++a) {
-          glm::dvec3 off(0);
-          off[a] = step;
-          slope[a] = (solid.solid.value(f, solid.frame.volume_from_world(r.proxy_world + off)) -
-                      solid.solid.value(f, solid.frame.volume_from_world(r.proxy_world - off))) /
-                     (2 * step);
-        }
-        slopes.back().push_back(std::max(glm::length(slope), 1e-9));
-        const double away = std::abs(solid.solid.value(f, solid.frame.volume_from_world(r.proxy_world))) /
-                            slopes.back().back();
-        if (away > nearest) continue;
-        const glm::dvec3 apart = mm / glm::dvec3(solid.solid.per_voxel(f));
-        nearest = away, sample = std::max({apart.x, apart.y, apart.z});
-      }
-    }
-    const auto value = [&](const glm::dvec3& p) {
-      double most = -1e300;
-      for (std::size_t s = 0; s < solids_.size(); ++s) {
-        const glm::dvec3 at = solids_[s].frame.volume_from_world(p);
-        double least = 1e300;
-        for (std::size_t f = 0; f < slopes[s].size(); ++f)
-          least = std::min(least, solids_[s].solid.value(f, at) / slopes[s][f]);
-        most = std::max(most, least);
-      }
-      return most;
-    };
-    const double allowed = k_share * glm::length(pull) + k_slack_mm;
-    auto walls = checker::walls_at(value, r.proxy_world, step, 0);
-    // A hand that leaps leaves a proxy behind that is still on its way, by so many legs a tick.
-    if (hand_moved > k_leap_mm || glm::length(r.proxy_world - last) > k_leap_mm) return;
-    // Right on the surface: one that is about to leave it over an edge is not
-    // judged.
-    if (walls.empty() || value(r.proxy_world - k_on_surface * voxel * walls[0]) < 0) return;
-    ++judged_;
-    double beyond = checker::beyond_cone(pull, walls, material.static_friction);
-    if (beyond > allowed) {
-      walls = checker::walls_at(value, r.proxy_world, step, 2 * sample);
-      beyond = checker::beyond_cone(pull, walls, material.static_friction);
-    }
-    worst_ = std::max(worst_, beyond / glm::length(pull));
-    beyond_ += beyond > allowed;
-    // One that slid has come to rest where the cone of the dynamic coefficient
-    // just holds it. One that leapt over an edge was in the air on its way.
-    const double moved = glm::length(r.proxy_world - last);
-    if (is_new || walls.size() != 1 || !(moved > 1e-3) || moved > 2 * hand_moved + k_slack_mm) return;
-    const double press = -glm::dot(pull, walls[0]);
-    const double rest = glm::length(pull + press * walls[0]);
-    ++slid_;
-    short_ += rest < material.dynamic_friction * press * (1 - 2 * k_share) - k_slack_mm;
-  }
-  long judged() const { return judged_; }
-  long slid() const { return slid_; }
-  long beyond() const { return beyond_; }
-  /// Slides that ended with less friction than the dynamic coefficient: over a bump, from where every place
-  /// that would hold lies farther from the hand. They take no energy, and make none.
-  long short_of() const { return short_; }
-  double worst() const { return worst_; }
-
- private:
-  static constexpr double k_on_surface = 2e-3;  // voxels
-  static constexpr double k_leap_mm = 1;
-  static constexpr double k_least_mm = 0.05, k_share = 0.04, k_slack_mm = 0.004;
-  struct Solid {
-    checker::SmoothSolid solid;
-    volume::Frame frame;
-  };
-  std::vector<Solid> solids_;
-  glm::dvec3 last_{0.0}, last_hand_{0.0};
-  bool is_new_ = true;
-  long judged_ = 0, slid_ = 0, beyond_ = 0, short_ = 0;
-  double worst_ = 0;
-};
-
-/// What stops one hand, read from samples and triangles with the judges' own
-/// code: shapes of the anatomy as a tick saw them, of other scans, and models
-/// where they are.
+/// What stops one hand, read from samples and triangles with the judges' own code: shapes of the anatomy as
+/// a tick saw them, of other scans, and models where they are.
 class FeltSolids {
  public:
   /// True when it is another solid than before.
@@ -284,9 +161,8 @@ class FeltSolids {
     return is_cut || has_moved || is_switched;
   }
   const haptics::MethodInfo& method() const { return *haptics::find_method(felt_->method->name()); }
-  /// Does the way meet what holds this hand from its front? Volume frame of the
-  /// anatomy. `popped`: an item that gave way. `is_still`: models that move are
-  /// left out.
+  /// Does the way meet what holds this hand from its front? Volume frame of the anatomy. `popped`: an item
+  /// that gave way. `is_still`: models that move are left out.
   bool meets(const glm::dvec3& a, const glm::dvec3& b, int popped, bool is_still = false) const {
     const haptics::TouchScene& scene = *felt_->scene;
     const auto holds = [&](std::size_t item) {
@@ -389,17 +265,15 @@ struct Hand {
   checker::FallThroughJudge falls;
   checker::ForceJudge force;
   DrawnJudge drawn;
-  Friction friction;
-  std::optional<Ball> ball;  ///< where it has a radius, by a method that touches
-                             ///< the smooth solid
+  FrictionAudit friction;
+  std::optional<Ball> ball;  ///< where it has a radius, by a method that touches the smooth solid
   std::shared_ptr<const haptics::TouchScene> scene;
   std::shared_ptr<const haptics::LawSet> laws;
   int popped_shape = -1;
   double rearm = 0;
   glm::dvec3 popped_at{0.0};
 
-  /// A surface pressed harder than it bears lets the next ticks through, until
-  /// the hand is away from there.
+  /// A surface pressed harder than it bears lets the next ticks through, until the hand is away from there.
   void pop(const haptics::TouchScene& scene, const haptics::ServoRecord& r) {
     const glm::dvec3& at = r.pose.position_world;
     if (popped_shape >= 0) {
@@ -418,8 +292,8 @@ struct Hand {
   }
 };
 
-/// Replays a session and has every tick judged: the path met no solid, the
-/// force obeys its law, the ledger adds up.
+/// Replays a session and has every tick judged: the path met no solid, the force obeys its law, the ledger
+/// adds up.
 Result<Outcome> audit_session(const AuditArguments& arguments) {
   auto opened = workbench::open_session(arguments.session, arguments.case_source, person());
   if (!opened) return opened.error();
@@ -461,8 +335,7 @@ Result<Outcome> audit_session(const AuditArguments& arguments) {
     if (hand.scene != felt->scene) {
       take_ball(hand);
       hand.scene = felt->scene;
-      // Methods on cubes promise no more than these, and a ball of a voxel may
-      // lie in the corner of one.
+      // Methods on cubes promise no more than these, and a ball of a voxel may lie in the corner of one.
       if (hand.scene->tool_radius > 0 && haptics::find_method(felt->method->name())->solid == Solid::smooth)
         hand.ball.emplace(*hand.scene);
     }
@@ -478,7 +351,7 @@ Result<Outcome> audit_session(const AuditArguments& arguments) {
     }
     if (!hand.solids.see(felt)) return;
     hand.falls.solid_changed();
-    hand.friction.see(felt);
+    hand.friction.set_solid(felt);
     if (hand.ball) hand.ball->set_version(felt->state.version);
   };
 
@@ -493,8 +366,7 @@ Result<Outcome> audit_session(const AuditArguments& arguments) {
         return hand.tool_radius > 0 && haptics::find_method(hand.method)->solid == Solid::smooth;
       }))
     return Error{"this fault needs a round tip", "--plant", *to_plant,
-                 "a session of --round or --radius by a method that touches "
-                 "the smooth solid",
+                 "a session of --round or --radius by a method that touches the smooth solid",
                  "plant another"};
   for (std::uint64_t n = 0;; ++n) {
     if (n % 256 == 0 && !progress(static_cast<double>(replay.next_tick()) / static_cast<double>(all)))
@@ -561,8 +433,7 @@ Result<Outcome> audit_session(const AuditArguments& arguments) {
       if (*to_plant == "force") tick.force.x += 0.01;
       if (*to_plant == "torque") tick.torque.y += 0.01;
       if (*to_plant == "friction")
-        pull += (0.2 + 1.2 * touched_material(scene, r).static_friction) * glm::length(pull) *
-                aside_of(r.normal_world);
+        pull += FrictionAudit::planted(pull, r.normal_world, touched_material(scene, r).static_friction);
       if (*to_plant == "energy") tick.contact_energy += 0.01;
       if (*to_plant == "fall") path[0] = hip, waypoints = 1;
       if (*to_plant == "drawn") drawn_at -= 1.5 * r.normal_world;
@@ -570,15 +441,13 @@ Result<Outcome> audit_session(const AuditArguments& arguments) {
       to_plant.reset();
     }
     hand.force.judge_tick(tick);
-    // A proxy that is led out of matter that grew over it is no free proxy; nor
-    // has a lost pose moved one.
+    // A proxy that is led out of matter that grew over it is no free proxy; nor has a lost pose moved one.
     if (r.is_led || r.is_reset || r.is_restarted) hand.falls.restart(), hand.drawn.restart();
     if (r.is_reset) hand.popped_shape = -1;
     if (r.is_led) ++led;
     if (!r.is_led && !is_lost) {
       const long before = hand.falls.judged();
-      // What moves may have taken the proxy along before its way began: through
-      // nothing else.
+      // What moves may have taken the proxy along before its way began: through nothing else.
       if (const glm::dvec3* last = hand.falls.free_proxy();
           last && hand.solids.has_movers() && !step.is_buried && waypoints > 0 && path[0] != *last)
         hand.falls.carried_to(path[0], hand.solids.meets(*last, path[0], hand.popped_shape, true));
@@ -587,8 +456,7 @@ Result<Outcome> audit_session(const AuditArguments& arguments) {
       if (hand.ball && hand.falls.judged() > before && !step.is_buried)
         hand.ball->judge_middle(middle, hand.popped_shape);
     }
-    if (r.has_contact && !r.is_led && !is_lost && !step.is_buried && hand.popped_shape < 0 && r.shape >= 0 &&
-        r.shape < static_cast<int>(scene.items.size()))
+    if (on && !r.is_led && !is_lost && !step.is_buried && hand.popped_shape < 0)
       hand.friction.judge(r, touched_material(scene, r), pull);
     if (!r.is_led && !is_lost && r.tick % DrawnJudge::k_every == 0 && !replay.felt()->state.depths.empty())
       hand.drawn.judge(*replay.felt(), drawn_at, r.t, hand.popped_shape);
@@ -604,17 +472,15 @@ Result<Outcome> audit_session(const AuditArguments& arguments) {
                  "deeper in it than its images allow", "audit it without --plant"};
   long fell = 0, wrong = 0, judged = 0;
   double worst_force = 0, worst_torque = 0, worst_energy = 0, deepest_drawn = 0, allowed_drawn = 0;
-  long drawn = 0, drawn_sunk = 0, let_through = 0, held = 0, slid = 0, beyond_cone = 0, short_of = 0;
-  double worst_cone = 0;
+  long drawn = 0, drawn_sunk = 0, let_through = 0;
+  FrictionAudit::Found friction;
   for (Hand& hand : judges) {
     drawn += hand.drawn.judged, drawn_sunk += hand.drawn.sunk;
     let_through += hand.drawn.let_through;
     deepest_drawn = std::max(deepest_drawn, hand.drawn.deepest);
     allowed_drawn = std::max(allowed_drawn, hand.drawn.allowed);
     take_ball(hand);
-    held += hand.friction.judged(), slid += hand.friction.slid(), beyond_cone += hand.friction.beyond(),
-        short_of += hand.friction.short_of();
-    worst_cone = std::max(worst_cone, hand.friction.worst());
+    friction += hand.friction.found();
     fell += hand.falls.fall_throughs(), wrong += hand.force.wrong_forces();
     judged += hand.falls.judged();
     worst_force = std::max(worst_force, hand.force.worst_force_n());
@@ -623,7 +489,7 @@ Result<Outcome> audit_session(const AuditArguments& arguments) {
   }
   const bool is_same = !replay.mismatch().has_value(), is_balanced = worst_energy < 1e-6;
   const bool is_certified = fell == 0 && wrong == 0 && is_same && is_balanced && judged > 0 && sunk == 0 &&
-                            drawn_sunk == 0 && let_through == 0 && beyond_cone == 0 &&
+                            drawn_sunk == 0 && let_through == 0 && friction.outside == 0 &&
                             (allowed == 0 || balls > 0);
   Outcome outcome{new_report("audit-session"), "", is_certified ? exit_done : exit_check_failed};
   outcome.json["method"] = header.hands[0].method;
@@ -636,12 +502,12 @@ Result<Outcome> audit_session(const AuditArguments& arguments) {
   outcome.json["worst_force_n"] = worst_force;
   outcome.json["worst_torque_nmm"] = worst_torque;
   outcome.json["worst_energy_nmm"] = worst_energy;
-  if (held > 0) {
-    outcome.json["friction_judged"] = held;
-    outcome.json["friction_slid"] = slid;
-    outcome.json["friction_slid_with_less"] = short_of;
-    outcome.json["friction_outside_cone"] = beyond_cone;
-    outcome.json["worst_friction_share"] = worst_cone;
+  if (friction.judged > 0) {
+    outcome.json["friction_judged"] = friction.judged;
+    outcome.json["friction_slid"] = friction.slid;
+    outcome.json["friction_slid_with_less"] = friction.slid_with_less;
+    outcome.json["friction_outside_cone"] = friction.outside;
+    outcome.json["worst_friction_share"] = friction.worst;
   }
   if (drawn > 0 || let_through > 0) {
     outcome.json["drawn_let_through"] = let_through;
@@ -659,33 +525,28 @@ Result<Outcome> audit_session(const AuditArguments& arguments) {
   outcome.json["is_same_as_recorded"] = is_same;
   outcome.json["is_certified"] = is_certified;
   outcome.text = format_text(
-      "%llu ticks with %s, %ld of them judged: fell through %ld times; %ld "
-      "forces off their law (worst %.1e "
+      "%llu ticks with %s, %ld of them judged: fell through %ld times; %ld forces off their law (worst %.1e "
       "N); ledger within %.1e N mm; %s as recorded\n",
       static_cast<unsigned long long>(replay.counts().ticks), header.hands[0].method.c_str(), judged, fell,
       wrong, worst_force, worst_energy, is_same ? "the same bits" : "not the same");
-  if (held > 0)
+  if (friction.judged > 0)
     outcome.text += format_text(
-        "friction in %ld ticks, sliding in %ld: %ld times outside "
-        "Coulomb's cone, by %.1f %% of the pull at "
+        "friction in %ld ticks, sliding in %ld: %ld times outside Coulomb's cone, by %.1f %% of the pull at "
         "most\n",
-        held, slid, beyond_cone, 100 * worst_cone);
+        friction.judged, friction.slid, friction.outside, 100 * friction.worst);
   if (allowed > 0)
-    outcome.text += format_text(
-        "the ball at %ld places: %ld times deeper in "
-        "matter than %.2f mm, %.3f mm at most\n",
-        balls, sunk, allowed, deepest);
+    outcome.text +=
+        format_text("the ball at %ld places: %ld times deeper in matter than %.2f mm, %.3f mm at most\n",
+                    balls, sunk, allowed, deepest);
   if (drawn > 0)
     outcome.text += format_text(
-        "things felt by depth images, seen without images in %ld ticks: %ld "
-        "times deeper in them than %.2f "
+        "things felt by depth images, seen without images in %ld ticks: %ld times deeper in them than %.2f "
         "mm, "
         "at most %.3f mm\n",
         drawn, drawn_sunk, allowed_drawn, std::max(0.0, deepest_drawn));
   if (let_through > 0)
     outcome.text += format_text(
-        "in %ld more ticks the hand was in them where no images "
-        "held it: too fast or too deep for them, or "
+        "in %ld more ticks the hand was in them where no images held it: too fast or too deep for them, or "
         "they "
         "came too late\n",
         let_through);
@@ -693,13 +554,8 @@ Result<Outcome> audit_session(const AuditArguments& arguments) {
                                         [](const sim::StructureSpec& s) { return s.comes_in; });
   outcome.json["is_screen_judged"] = !is_on_screen;
   if (is_on_screen)
-    outcome.text +=
-        "what was felt as it stood on the screen is not judged: "
-        "the screen is gone\n";
-  if (judged == 0)
-    outcome.text +=
-        "no tick could be judged: the hand was never free of "
-        "matter before it\n";
+    outcome.text += "what was felt as it stood on the screen is not judged: the screen is gone\n";
+  if (judged == 0) outcome.text += "no tick could be judged: the hand was never free of matter before it\n";
   outcome.text += is_certified ? "certified\n" : "NOT certified\n";
   return outcome;
 }
@@ -735,8 +591,7 @@ Result<Outcome> run_audit(const AuditArguments& arguments) {
   outcome.json["worst_t_ulp"] = total.worst_t_ulp;
   outcome.json["first_mismatch"] = total.first_mismatch;
   outcome.text = format_text(
-      "%llu adversarial rays, %llu voxels: %llu mismatches, %llu "
-      "in reverse, entry parameters within %.2f "
+      "%llu adversarial rays, %llu voxels: %llu mismatches, %llu in reverse, entry parameters within %.2f "
       "ulp\n",
       static_cast<unsigned long long>(total.rays), static_cast<unsigned long long>(total.voxels),
       static_cast<unsigned long long>(total.mismatches),
@@ -748,8 +603,7 @@ Result<Outcome> run_audit(const AuditArguments& arguments) {
 Run build(Options& options) {
   auto a = std::make_shared<AuditArguments>();
   options.add("SESSION", a->session,
-              "What touch, drill or view recorded, of a method on voxels or "
-              "the smooth solid; without it, "
+              "What touch, drill or view recorded, of a method on voxels or the smooth solid; without it, "
               "traversal is judged");
   options.add("--case", a->case_source, "The scan that was operated on, when the session does not hold it")
       .type("SRC");
@@ -757,13 +611,11 @@ Run build(Options& options) {
   options.add("--seed", a->seed, "Which rays: another number, others").shows_default();
   options
       .add("--plant", a->plant,
-           "Show that the audit sees a fault, planted in one tick before it is "
-           "judged: a fall through a "
+           "Show that the audit sees a fault, planted in one tick before it is judged: a fall through a "
            "surface, a "
-           "force or a torque off its law, an energy off its ledger, a pull "
-           "outside the cone of friction, a "
+           "force or a torque off its law, an energy off its ledger, a pull outside the cone of friction, a "
            "round tip "
-           "in matter, or a proxy inside what is felt by depth images")
+           "in matter, or a proxy inside what depth images show")
       .type("FAULT")
       .one_of({"fall", "force", "torque", "energy", "friction", "ball", "drawn"});
   return run_with(a, run_audit);
@@ -771,11 +623,8 @@ Run build(Options& options) {
 
 }  // namespace
 
-const Command k_audit{"audit",
-                      "Judge every tick of a session, or voxel traversal, by "
-                      "code that shares nothing with them",
-                      "  trephine audit drill.session --case head-case\n  "
-                      "trephine audit --rays 100000000",
-                      build};
+const Command k_audit{
+    "audit", "Judge every tick of a session, or voxel traversal, by code that shares nothing with them",
+    "  trephine audit drill.session --case head-case\n  trephine audit --rays 100000000", build};
 
 }  // namespace trephine::app

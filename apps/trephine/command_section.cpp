@@ -55,7 +55,7 @@ std::string svg_of(const ImagePlane& plane, const std::vector<SectionObject>& ob
   return text + "</svg>\n";
 }
 
-/// Of a screw in the whole scan, not only in the plane.
+/// Adds the breach of a screw, in the whole scan and not only in the plane, to the report.
 void tell_breach(const workbench::Moment::Thing& thing, const workbench::Moment& moment, Outcome& outcome) {
   const imaging::ScrewBreach breach = imaging::breach_of(*thing.screw, imaging::subject_of(moment));
   Json one = {{"name", thing.name}, {"meets_bone", breach.has_bone}, {"breach_mm", breach.mm}};

@@ -9,7 +9,7 @@
 namespace trephine::app {
 
 /// A force is held until the next tick, while the hand goes on: a spring of stiffness K, sampled every T and
-/// smoothed by alpha, is felt (1/2 + (1 - alpha)/alpha) ticks late. On a way in and out again it returns at
+/// smoothed by alpha, acts (1/2 + (1 - alpha)/alpha) ticks late. On a way in and out again it returns at
 /// most that many times K |dx|^2 a tick more than it took (Colgate and Schenkel 1997: K T / 2 is what a
 /// device must damp).
 class ReturnedEnergy {
@@ -36,7 +36,7 @@ class ReturnedEnergy {
   /// N mm, over all touches from first contact to no force: what the force gave beyond what it took, in those
   /// that gave.
   double returned() const { return returned_; }
-  /// The same, at most.
+  /// Returns what sampling and smoothing allow it to be at most.
   double bound() const { return all_bound_; }
 
  private:

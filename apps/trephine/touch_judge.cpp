@@ -113,7 +113,7 @@ void TouchJudge::observe(const workbench::TouchTick& tick) {
   // rest; with models about, none.
   resting_ = record.has_contact && glm::length(place - last_hip_) < 1e-6 ? resting_ + 1 : 0;
   last_hip_ = place;
-  if (models_.empty() && !has_drawn_ && (is_smooth_ || scene_.tool_radius == 0) &&
+  if (models_.empty() && imaged_.empty() && !has_drawn_ && (is_smooth_ || scene_.tool_radius == 0) &&
       (is_smooth_ ? resting_ == 10 : resting_ >= 10))
     stuck_ += is_stuck(tick, hip);
 }
@@ -139,7 +139,7 @@ void TouchJudge::judge_passages(const workbench::TouchTick& tick) {
     const glm::dvec3 at = place.local_from_world(record.proxy_world);
     const bool is_let_through = tick.felt.untouchable.contains(static_cast<int>(model.item)) ||
                                 popped_ == static_cast<int>(model.item);
-    // Where no images of a thing reach, a hand faster than any they are made for, nothing was promised.
+    // A hand faster than images are made for leaves them: nothing is promised there.
     const bool is_seen = !item.depth || knows(tick, model.item, at);
     if (is_let_through || !is_seen || record.is_reset || record.is_restarted ||
         tick.servo.last_step().is_buried)

@@ -80,9 +80,9 @@ class Viewport {
   /// Where the ray first meets the solid of any shape, mm along it, in the part that is not clipped away;
   /// negative when it does not.
   double distance_to_solid(const volume::Version& version, const Ray& ray) const;
-  /// Where a tool that does not work comes to rest along the ray. Through an opening in what was solid before
-  /// anything was cut it goes no farther than the first labelled structure behind it, or, where nothing is
-  /// near, the far side of what was removed; not to the far side of the skull.
+  /// Finds the place at which a tool that does not work rests along the ray. Through an opening in what was
+  /// solid before anything was cut it goes no farther than the first labelled structure behind it, or, where
+  /// nothing is near, the far side of what was removed; not to the far side of the skull.
   struct RestingPlace {
     double distance = -1;  ///< mm along the ray; negative: it meets nothing
     bool is_soft = false;  ///< over an opening: nothing there holds the tool

@@ -28,9 +28,9 @@ struct Near {
   std::string structure;
   double mm = sim::Forbidden::k_reach;  ///< at most that; negative: so deep it goes into it
   glm::dvec3 at_world{0.0};             ///< where
-  double resolved = 0;                  ///< mm that the scan tells apart: 1.5 of the structure's voxels
-  /// A membrane that lies against the bone overlaps its blurred inner table by less than the scan tells
-  /// apart: the footplate strips it. What stands in the bone by more is cut.
+  double resolved = 0;                  ///< mm that the scan resolves: 1.5 of the structure's voxels
+  /// A membrane that lies against the bone overlaps its blurred inner table by less than the scan resolves:
+  /// the footplate strips it. What stands in the bone by more is cut.
   bool is_stripped() const noexcept { return mm < 0 && -mm <= resolved; }
 };
 std::vector<Near> nearness_of(const FlapWorld& flap,

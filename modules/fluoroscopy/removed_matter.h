@@ -36,7 +36,7 @@ class RemovedMatter {
   /// What a ray (volume frame) passes of one block between two of its parameters.
   static double sum(const volume::Ray& ray, double from, double to, const std::array<int, 3>& place,
                     const Block& block) noexcept;
-  /// The same of the whole ray, interpolated between the voxels of each slab across `axis`, as
+  /// The sum along the whole ray, interpolated between the voxels of each slab across `axis`, as
   /// volume::RaySum::joseph has it.
   static double interpolated_sum(const volume::Ray& ray, int axis, const std::array<int, 3>& place,
                                  const Block& block) noexcept;

@@ -53,7 +53,7 @@ std::string reason_not_to_close(const Rongeur& r, const ToolPlace& at, const sim
   return {};
 }
 
-/// How much bone lies between the jaws, mm3, by points half a millimetre apart.
+/// Returns the bone between the jaws, mm3, by points half a millimetre apart.
 double bite_size(const Rongeur& r, const ToolPlace& at, const sim::Work& work) {
   constexpr double k_step = 0.5;
   const dvec3 aside = std::abs(at.axis_world.x) < 0.6 ? dvec3(1, 0, 0) : dvec3(0, 1, 0);
@@ -130,9 +130,9 @@ const sim::Schema& Rongeur::schema() {
       field<&Rongeur::width>("width", {.unit = "mm", .low = 1, .high = 12, .help = "of the jaws"}),
       field<&Rongeur::opening>("opening", {.unit = "mm", .low = 1, .high = 20, .help = "between the jaws"}),
       field<&Rongeur::jaw>("jaw", {.unit = "mm", .low = 0.3, .high = 5, .help = "how thick each is"}),
-      field<&Rongeur::most>("most", {.unit = "mm3", .low = 1, .high = 2000, .help = "of bone at a bite"}),
       field<&Rongeur::close_time>(
-          "close_time", {.unit = "s", .low = 0, .high = 10, .help = "of the button, without a squeeze"})};
+          "close_time", {.unit = "s", .low = 0, .high = 10, .help = "of the button, without a squeeze"}),
+      field<&Rongeur::most>("most", {.unit = "mm3", .low = 1, .high = 2000, .help = "of bone at a bite"})};
   static constexpr sim::Schema table{"rongeur", 1, fields};
   return table;
 }

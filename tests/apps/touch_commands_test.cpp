@@ -29,5 +29,24 @@ TEST_F(Command, TheForceAloneReturnsNoMoreThanSamplingAllows) {
   EXPECT_LT(passive, 0.05 * plain);
 }
 
+/// A tool that rests on a model by depth images is held by it, and not stuck on the scan behind.
+TEST_F(Command, ATouchOfAModelByImagesIsNotStuck) {
+  ASSERT_EQ(run("phantom sphere --size 128 --psf 1 -o s.mha").exit_code, 0);
+  // 4 mm into the plate from above, beside the ball of the scan, and a second of rest.
+  write("box.obj",
+        "v -60 -60 40\nv -40 -60 40\nv -60 -40 40\nv -40 -40 40\nv -60 -60 50\nv -40 -60 50\nv -60 -40 50\nv "
+        "-40 -40 "
+        "50\nf 1 3 2\nf 2 3 4\nf 5 6 7\nf 6 8 7\nf 1 2 5\nf 2 6 5\nf 3 7 4\nf 4 7 8\nf 1 5 3\nf 3 5 7\nf 2 4 "
+        "6\nf 4 8 6\n");
+  write("p.csv", "t,x,y,z\n0,-50,-50,55\n0.2,-50,-50,46\n1.2,-50,-50,46\n");
+  for (const char* by : {"--mesh box.obj --method depth", "--mesh box.obj --method mesh"}) {
+    fs::remove(file("o.csv"));
+    const Json touch = json(std::string("touch s.mha --path p.csv -o o.csv --friction 0,0 ") + by);
+    EXPECT_GT(touch["step_us"]["contact"]["count"], 900) << by;
+    EXPECT_EQ(touch["stuck"], 0) << by;
+    EXPECT_EQ(touch["fall_throughs"], 0) << by;
+  }
+}
+
 }  // namespace
 }  // namespace trephine::command_tests

@@ -12,9 +12,9 @@ namespace trephine::checker {
 /// not needed; only where its surface lies and how it is inclined.
 using SurfaceValue = std::function<double(const glm::dvec3&)>;
 
-/// How far the pull of a hand (mm, from the proxy to the hand) lies outside the cone: what is left of it when
-/// each wall holds as well as friction of this coefficient lets it; 0 inside. `normals`: unit, out of each
-/// wall.
+/// Returns by how much the pull of a hand (mm, from the proxy to the hand) lies outside the cone: what is
+/// left of it when each wall holds as well as friction of this coefficient lets it; 0 inside. `normals`:
+/// unit, out of each wall.
 double beyond_cone(const glm::dvec3& pull, const std::vector<glm::dvec3>& normals, double coefficient);
 
 /// The walls that touch a place: the normal of the surface there; and, where the surface bends with a radius

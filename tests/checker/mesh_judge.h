@@ -39,7 +39,7 @@ class MeshWall {
   bool is_entered(const glm::dvec3& a, const glm::dvec3& b) const;
   /// Is p inside the closed mesh? By the crossings of a way out.
   bool is_inside(const glm::dvec3& p) const;
-  /// Where a way crosses the mesh: a share of the way, and the unit normal of the front there.
+  /// A place at which a way crosses the mesh: a share of the way, and the unit normal of the front there.
   struct Crossing {
     double at;
     glm::dvec3 normal;

@@ -85,7 +85,8 @@ TEST(VolumeXray, OfBallsAndEllipsoidsComesNearTheirChords) {
   }
 }
 
-/// What an X-ray shows of a cut: a dry specimen has air there, a body fluid; its soft tissue stays as it is.
+/// Returns a cut as an X-ray shows it: a dry specimen has air there, a body fluid; its soft tissue stays as
+/// it is.
 std::shared_ptr<const volume::Volume> as_xrayed(const Version& version, bool is_body) {
   volume::Volume cut = volume::operated_volume(version).value();
   const auto before = version.base().voxels.span();

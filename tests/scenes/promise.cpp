@@ -46,7 +46,7 @@ Promise::Promise(const MethodInfo& method, const haptics::TouchScene& scene,
     return;
   }
   if (method.solid == Solid::images) {
-    // Of a volume: DepthNet.OfAVolumeIsItsSurfaceNet compares this net with the surface net. Models are
+    // For a volume: DepthNet.OfAVolumeIsItsSurfaceNet compares this net with the surface net. Models are
     // judged by their triangles.
     using namespace haptics::depth;
     const DepthNet net(DepthCube::of_voxels(shape.field, *shape.bits, glm::ivec3(1)).value(),

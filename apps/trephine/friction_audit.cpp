@@ -1,0 +1,119 @@
+#include "apps/trephine/friction_audit.h"
+
+#include <algorithm>
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <utility>
+
+#include "haptics/proxy/methods.h"
+#include "tests/checker/friction_judge.h"
+#include "tests/scenes/promise.h"
+
+namespace trephine::app {
+
+using glm::dvec3;
+
+namespace {
+
+constexpr double k_on_surface = 2e-3;  // voxels
+constexpr double k_leap_mm = 1;
+constexpr double k_least_mm = 0.05;                   // a pull below it is not judged
+constexpr double k_share = 0.04, k_slack_mm = 0.004;  // how far outside the cone a pull may be
+
+}  // namespace
+
+FrictionAudit::Found& FrictionAudit::Found::operator+=(const Found& other) {
+  judged += other.judged, slid += other.slid, outside += other.outside;
+  slid_with_less += other.slid_with_less;
+  worst = std::max(worst, other.worst);
+  return *this;
+}
+
+void FrictionAudit::set_solid(const std::shared_ptr<const haptics::ServoHand>& hand) {
+  const haptics::TouchScene& scene = *hand->scene;
+  solids_.clear();
+  is_new_ = true;
+  if (base_shapes(scene).size() != scene.items.size()) return;
+  if (haptics::find_method(hand->method->name())->solid != haptics::MethodInfo::Solid::smooth) return;
+  const auto state = std::shared_ptr<const haptics::TouchState>(hand, &hand->state);
+  for (std::size_t s = 0; s < scene.items.size(); ++s) {
+    const auto offset = scenes::touched_offset(scene, state.get(), s);
+    solids_.push_back(
+        {scenes::touched_smooth_solid(scene, state, s), offset ? offset->frame() : scene.base->frame});
+  }
+}
+
+void FrictionAudit::judge(const haptics::ServoRecord& r, const haptics::Material& material,
+                          const dvec3& pull) {
+  const dvec3 last = std::exchange(last_, r.proxy_world);
+  const double hand_moved =
+      glm::length(r.pose.position_world - std::exchange(last_hand_, r.pose.position_world));
+  const double moved = glm::length(r.proxy_world - last);
+  const bool is_new = std::exchange(is_new_, false);
+  if (solids_.empty() || r.side != haptics::Side::front || !(glm::length(pull) > k_least_mm)) {
+    is_new_ = true;
+    return;
+  }
+  // A hand that leaps leaves a proxy behind that is still on its way, by so many legs a tick.
+  if (hand_moved > k_leap_mm || moved > k_leap_mm) return;
+  const dvec3 mm = solids_[0].frame.spacing();
+  const double voxel = std::min({mm.x, mm.y, mm.z}), step = 0.002 * voxel;
+  // Intensities and distances to cuts are compared in mm: each field by its slope at the proxy.
+  std::vector<std::vector<double>> slopes;
+  double sample = 0, nearest = 1e300;  // mm between the samples of the field that is touched
+  for (const Solid& solid : solids_) {
+    slopes.emplace_back();
+    for (std::size_t f = 0; f < solid.solid.field_count(); ++f) {
+      const auto value = [&](const dvec3& p) {
+        return solid.solid.value(f, solid.frame.volume_from_world(p));
+      };
+      dvec3 slope;
+      for (int a = 0; a < 3; ++a) {
+        dvec3 off(0);
+        off[a] = step;
+        slope[a] = (value(r.proxy_world + off) - value(r.proxy_world - off)) / (2 * step);
+      }
+      slopes.back().push_back(std::max(glm::length(slope), 1e-9));
+      const double away = std::abs(value(r.proxy_world)) / slopes.back().back();
+      if (away > nearest) continue;
+      const dvec3 apart = mm / dvec3(solid.solid.per_voxel(f));
+      nearest = away, sample = std::max({apart.x, apart.y, apart.z});
+    }
+  }
+  const auto depth = [&](const dvec3& p) {
+    double most = -1e300;
+    for (std::size_t s = 0; s < solids_.size(); ++s) {
+      const dvec3 at = solids_[s].frame.volume_from_world(p);
+      double least = 1e300;
+      for (std::size_t f = 0; f < slopes[s].size(); ++f)
+        least = std::min(least, solids_[s].solid.value(f, at) / slopes[s][f]);
+      most = std::max(most, least);
+    }
+    return most;
+  };
+  auto walls = checker::walls_at(depth, r.proxy_world, step, 0);
+  // A proxy that is about to leave the surface over an edge is not judged.
+  if (walls.empty() || depth(r.proxy_world - k_on_surface * voxel * walls[0]) < 0) return;
+  ++found_.judged;
+  const double allowed = k_share * glm::length(pull) + k_slack_mm;
+  double beyond = checker::beyond_cone(pull, walls, material.static_friction);
+  if (beyond > allowed) {
+    walls = checker::walls_at(depth, r.proxy_world, step, 2 * sample);
+    beyond = checker::beyond_cone(pull, walls, material.static_friction);
+  }
+  found_.worst = std::max(found_.worst, beyond / glm::length(pull));
+  found_.outside += beyond > allowed;
+  // A proxy that slid has come to rest where the cone of the dynamic coefficient just holds it. One that
+  // leapt over an edge was in the air on its way.
+  if (is_new || walls.size() != 1 || !(moved > 1e-3) || moved > 2 * hand_moved + k_slack_mm) return;
+  const double press = -glm::dot(pull, walls[0]), along = glm::length(pull + press * walls[0]);
+  ++found_.slid;
+  found_.slid_with_less += along < material.dynamic_friction * press * (1 - 2 * k_share) - k_slack_mm;
+}
+
+dvec3 FrictionAudit::planted(const dvec3& pull, const dvec3& normal, double coefficient) {
+  const dvec3 other = std::abs(normal.z) < 0.9 ? dvec3(0, 0, 1) : dvec3(1, 0, 0);
+  return (0.2 + 1.2 * coefficient) * glm::length(pull) * glm::normalize(glm::cross(normal, other));
+}
+
+}  // namespace trephine::app

@@ -1,0 +1,154 @@
+// The slide of one servo step as a class. Included by slide.cpp alone: in one place compiled, whole inlined.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+
+#include "haptics/proxy/friction.h"
+#include "haptics/proxy/slide.h"
+#include "haptics/proxy/wall_steps.h"
+
+namespace trephine::haptics {
+namespace {
+
+constexpr double k_gap = 1e-7;      // voxels: how far before a wall the proxy rests
+constexpr double k_touch = 2e-3;    // voxels: nearer than this is on the wall
+constexpr double k_landing = 1e-3;  // voxels: how near to a wall a straight way must get
+static_assert(k_landing < k_touch, "a way that a wall stopped must end where that wall is touched");
+constexpr double k_settled = 2e-4;  // voxels: the Newton step whose square is nothing
+constexpr double k_exact = 1e-7;    // voxels: what may be left
+constexpr int k_max_stages = 8;     // legs of surface a step may run along
+constexpr int k_max_newton = 8;     // Newton steps a stage
+constexpr double k_stage = 1.5;     // voxels: the longest leg of surface
+constexpr double k_shortest_stage = 0.01;
+
+struct FrozenPlane {
+  glm::dvec3 point_world, normal;
+};
+
+/// The slide of one servo step: from the last proxy toward the HIP, straight until walls stop it, then along
+/// them. Lives for one step.
+template <class Walls>
+class Slide {
+ public:
+  /// `base`: the frame of the state and of the path that is told; `walls` may be in another.
+  Slide(const TouchScene& scene, Walls& walls, const volume::Frame& base, ProxyState& state,
+        const glm::dvec3& hip_world, ProxyStep& result) noexcept
+      : scene_(scene),
+        walls_(walls),
+        frame_(walls_.frame()),
+        base_(base),
+        state_(state),
+        hip_world_(hip_world),
+        hip_(frame_.volume_from_world(hip_world)),
+        result_(result) {
+    const glm::dvec3 spacing = frame_.spacing();
+    voxel_mm_ = std::min(std::min(spacing.x, spacing.y), spacing.z);
+  }
+
+  void run() noexcept;
+
+ private:
+  double energy(const glm::dvec3& p) const noexcept {
+    const glm::dvec3 d = frame_.vector_world_from_volume(hip_ - p);
+    return glm::dot(d, d);
+  }
+  /// mm: the same along every axis and for every wall, whatever their voxels.
+  double landing() const noexcept { return k_landing * voxel_mm_; }
+  bool is_elsewhere() const noexcept { return &frame_ != &base_; }
+  /// A point of the walls' frame in the volume's.
+  glm::dvec3 in_volume(const glm::dvec3& p) const noexcept {
+    if (!is_elsewhere()) return p;
+    return base_.volume_from_world(p == hip_ ? hip_world_ : frame_.world_from_volume(p));
+  }
+  /// The path is told in the volume's frame, and begins and ends where the state says.
+  void report_path() noexcept {
+    if (!is_elsewhere()) return;
+    for (int i = 0; i < result_.waypoint_count; ++i) {
+      glm::dvec3& p = result_.path_volume[static_cast<std::size_t>(i)];
+      p = i == 0 && p == start_ ? before_ : in_volume(p);
+    }
+  }
+  void add(const glm::dvec3& p) noexcept {
+    if (result_.waypoint_count < k_max_waypoints)
+      result_.path_volume[static_cast<std::size_t>(result_.waypoint_count++)] = p;
+  }
+  /// Keeps the nearest waypoint and what touches there.
+  void add_waypoint(const glm::dvec3& p) noexcept {
+    const double e = energy(p);
+    if (e < best_energy_) {
+      best_energy_ = e;
+      best_count_ = result_.waypoint_count;
+      best_inside_ = inside_;
+    }
+  }
+  bool has_friction(const Wall& wall) const noexcept {
+    const Material& material = material_of(scene_, wall.shape, side_of(wall.is_back));
+    return material.static_friction > 0 || material.dynamic_friction > 0;
+  }
+  void touch(const Plane& plane) noexcept {
+    result_.shape = plane.wall.shape;
+    result_.side = side_of(plane.wall.is_back);
+    result_.normal_world = -plane.normal;
+  }
+  /// Newton's steps square their error: p after q leaves about p^3 / q^2.
+  bool is_last(double square, double square_before) const noexcept {
+    const double unit = voxel_mm_ * voxel_mm_;
+    if (square < k_settled * k_settled * unit) return true;
+    return square < k_short_step * k_short_step * unit &&
+           square * square * square < k_exact * k_exact * unit * square_before * square_before;
+  }
+  /// The shapes in whose solid p lies.
+  ShapeSet solids_at(const glm::dvec3& p) noexcept {
+    ShapeSet found;
+    for (int s = walls_.next_shape(0); s < ShapeSet::k_most; s = walls_.next_shape(s + 1))
+      if (walls_.is_solid(s, p)) found.flip(s);
+    return found;
+  }
+  bool begin() noexcept;
+  void planes_at(const glm::dvec3& p, double within, Planes& planes) noexcept;
+  void plane_of(const Wall& wall, const glm::dvec3& p, Plane& plane) noexcept;
+  double farthest_back() const noexcept { return 16 * k_stage * k_stage * voxel_mm_ * voxel_mm_; }
+  bool look_again(Planes& planes, const glm::dvec3& at, const glm::dvec3& p) noexcept;
+  bool add_flanks(const glm::dvec3& p_world, const Plane& plane, double coefficient,
+                  HoldingWalls& holding) noexcept;
+  FrictionLoad load_at(const glm::dvec3& p_world, const Planes& planes, bool is_static) noexcept;
+  bool slide_by(const glm::dvec3& from_world, const glm::dvec3& slide, double share, glm::dvec3& to,
+                Planes& planes) noexcept;
+  void trail(const glm::dvec3& from, glm::dvec3& to, Planes& planes) noexcept;
+  bool is_held_by_friction(const glm::dvec3& from, const Planes& first, glm::dvec3& to,
+                           Planes& planes) noexcept;
+  glm::dvec3 rub_path() noexcept;
+  bool solve(const glm::dvec3& from, double limit, glm::dvec3& to, Planes& planes, bool& is_settled) noexcept;
+  bool go(const glm::dvec3& from, const glm::dvec3& to, const Planes& first, const Planes& last,
+          glm::dvec3& at) noexcept;
+  bool is_short_way_free(const Plane& first, const Plane& last, const glm::dvec3& from,
+                         const glm::dvec3& middle, const glm::dvec3& to,
+                         const volume::QuadraticPatch::HessianBound& bound) noexcept;
+  void remember(const glm::dvec3& p, const Plane& plane) noexcept;
+  void finish() noexcept;
+
+  const TouchScene& scene_;
+  Walls& walls_;
+  const volume::Frame &frame_, &base_;  ///< of the walls, in which all points here are, and of the volume
+  ProxyState& state_;
+  const glm::dvec3 hip_world_, hip_;
+  glm::dvec3 start_{0.0},
+      before_{0.0};  ///< the proxy of the last step, in the walls' frame and in the volume's
+  ProxyStep& result_;
+  double voxel_mm_;
+  ShapeSet inside_, best_inside_;
+  int best_count_ = 1, landing_ = 0;
+  double best_energy_ = 1e300;
+  Planes planes_, moved_;
+  std::array<FrozenPlane, 3> met_;
+  int met_count_ = 0;
+  bool is_rubbed_ = false;    ///< friction has had its say
+  bool is_in_solid_ = false;  ///< the point of the last planes_at() was
+};
+
+}  // namespace
+}  // namespace trephine::haptics
