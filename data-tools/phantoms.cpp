@@ -40,6 +40,12 @@ const std::vector<PhantomInfo> k_catalogue{
      "an inner corner of three walls, turned off the axes",
      {{"offset", "mm from the middle along each wall's normal", 20}}},
     {"slot", "a half space with a slot, turned off the axes", {{"width", "mm", 8}, {"depth", "mm", 20}}},
+    {"pit",
+     "a half space with a conical pit, turned off the axes",
+     {{"angle", "degrees between opposite sides", 60}, {"depth", "mm", 20}}},
+    {"wedge",
+     "a wedge with its edge 20 mm above the middle, turned off the axes",
+     {{"angle", "degrees between its sides", 60}}},
     {"cone",
      "a cone with its tip 20 mm above the middle, turned off the axes",
      {{"angle", "degrees from its axis to its side", 30}}},
@@ -93,6 +99,8 @@ struct AnalyticShape {
     groove,
     corner,
     slot,
+    pit,
+    wedge,
     cone,
     steps,
     shell,
@@ -126,6 +134,10 @@ struct AnalyticShape {
       kind = Kind::corner, a = get("offset");
     else if (name == "slot")
       kind = Kind::slot, a = 0.5 * get("width"), b = get("depth");
+    else if (name == "pit")
+      kind = Kind::pit, b = get("depth"), set_angle(0.5 * get("angle") * k_degree);
+    else if (name == "wedge")
+      kind = Kind::wedge, set_angle(0.5 * get("angle") * k_degree);
     else if (name == "cone")
       kind = Kind::cone, a = get("angle") * k_degree, set_angle(a);
     else if (name == "steps")
@@ -169,6 +181,15 @@ struct AnalyticShape {
       case Kind::slot: {
         const double x = std::abs(glm::dot(p, k_across)), z = glm::dot(p, k_up);
         return std::max(z, std::min(a - x, z + b));
+      }
+      case Kind::pit: {
+        const double x = glm::dot(p, k_across), y = glm::dot(p, k_along), z = glm::dot(p, k_up);
+        return std::max(z, (z + b) * sine - std::sqrt(x * x + y * y) * cosine);
+      }
+      case Kind::wedge: {
+        const double x = std::abs(glm::dot(p, k_across)), z = glm::dot(p, k_up) - 20;
+        const bool is_beyond_edge = x * sine < z * cosine;
+        return is_beyond_edge ? std::sqrt(x * x + z * z) : x * cosine + z * sine;
       }
       case Kind::cone: {
         const double x = glm::dot(p, k_across), y = glm::dot(p, k_along), z = glm::dot(p, k_up);

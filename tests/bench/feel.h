@@ -33,7 +33,8 @@ struct FeelScene {
   /// Signed distance (mm, negative inside) from a point to where the tool's middle may not be; empty for
   /// scans.
   std::function<double(const glm::dvec3&)> distance;
-  double plate_mm = 0;  ///< its thickness, where the shape is a plate
+  double plate_mm = 0;          ///< its thickness, where the shape is a plate
+  bool has_outer_edge = false;  ///< Blurred samples blunt the edge by up to a voxel.
 };
 
 /// One method on one scene. Errors in voxels (the shortest step of the grid) or as named; absent where the

@@ -311,7 +311,7 @@ std::vector<Plan> plans(bool is_quick) {
                    grid,
                    along({{-25, 3, 0}, {25, 12, 17}, {-25, 8, -13}}, 60)});
   }
-  // Balls in what is narrow: they rest on two or three walls above its ground.
+  // Balls in what is narrow rest on two or three walls above its ground; over an edge they roll.
   for (const double angle : {15.0, 30.0, 90.0})
     all.push_back({"groove " + std::to_string(static_cast<int>(angle)),
                    "psf 1, radius 1 mm",
@@ -322,6 +322,25 @@ std::vector<Plan> plans(bool is_quick) {
                    {1, 0, 0, false, false},
                    circles({0, 0, 0}, {-1, 4, -24}, 4, 60),
                    1});
+  for (const double angle : {60.0, 90.0})
+    all.push_back({"pit " + std::to_string(static_cast<int>(angle)),
+                   "psf 1, radius 1 mm",
+                   "circle",
+                   "sharp",
+                   "pit",
+                   {{"angle", angle}},
+                   {1, 0, 0, false, false},
+                   circles({0, 0, 0}, {-1, 4, -24}, 4, 60),
+                   1});
+  all.push_back({"wedge 60",
+                 "psf 1, radius 1 mm",
+                 "over the edge",
+                 "sharp",
+                 "wedge",
+                 {{"angle", 60}},
+                 {1, 0, 0, false, false},
+                 along({{-20, -8, 18}, {14, 4, 17}, {-6, -16, 16}, {10, 12, 12}}, 100),
+                 1});
   for (const char* name : {"corner", "slot"})
     all.push_back({name,
                    "psf 1, radius 1 mm",
@@ -495,6 +514,7 @@ void for_feel_scenes(bool is_quick, const std::string& only, const std::function
     if (haptics::set_tool_radius(scene.scene, plan.radius)) continue;
     if (plan.radius > 0) scene.field_s = seconds_since(begin);
     scene.distance = distance;
+    scene.has_outer_edge = plan.phantom == "wedge";
     if (plan.phantom == "plate") scene.plate_mm = plan.parameters.at("thickness");
     if (plan.has_hole) {
       drill_hole(scene);

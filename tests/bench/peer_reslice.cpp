@@ -1,5 +1,3 @@
-#include "tests/bench/reslice.h"
-
 #include <algorithm>
 #include <cstdlib>
 #include <glm/geometric.hpp>
@@ -11,6 +9,7 @@
 
 #include "data-tools/phantoms.h"
 #include "tests/bench/measure.h"
+#include "tests/bench/reslice.h"
 #include "volume/reslice.h"
 
 namespace trephine::bench {

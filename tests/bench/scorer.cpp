@@ -123,7 +123,8 @@ const ExactHand& Ideal::judge() const {
 
 bool Ideal::is_fallen(const dvec3& p) const {
   const double deep = -scene_.distance(p);
-  if (scene_.radius_mm > 0) return deep > 0.1 * voxel_ + 0.02 * scene_.radius_mm;
+  const double blunted = scene_.has_outer_edge ? voxel_ : 0.1 * voxel_;
+  if (scene_.radius_mm > 0) return deep > blunted + 0.02 * scene_.radius_mm;
   // Of a sharp shape the samples hold a blunt one, outside of which a point is free.
   return deep > voxel_ && (scene_.group != "sharp" || of_smooth_(p) < 0);
 }

@@ -32,7 +32,7 @@ class Ideal {
   /// rests.
   const ExactHand& judge() const;
   /// Is a proxy so deep in the analytic shape that nothing excuses it? More than a voxel; of a ball, a tenth
-  /// of one and 2 % of its radius.
+  /// of one (a whole one beside an outer edge) and 2 % of its radius.
   bool is_fallen(const glm::dvec3& p) const;
   /// Is p in the solid that the judge's hand is on?
   bool is_in_matter(const glm::dvec3& p) const {
