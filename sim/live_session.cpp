@@ -359,6 +359,13 @@ void LiveSession::show(const Outcome& outcome, bool is_command) {
 
 void LiveSession::update_state(const Outcome& outcome) {
   if (outcome.refused) state_.refused = outcome.refused;
+  if (outcome.event_count > 0) {
+    const Chronicle& chronicle = engine_.now().chronicle;
+    for (std::size_t i = chronicle.size() - outcome.event_count; i < chronicle.size(); ++i)
+      state_.events.push_back(chronicle[i]);
+    if (state_.events.size() > LiveState::k_most_events)
+      state_.events.erase(state_.events.begin(), state_.events.end() - LiveState::k_most_events);
+  }
   if (outcome.is_changed) {
     state_.version = engine_.current();
     state_.changed = united(state_.changed, outcome.box);
@@ -390,6 +397,7 @@ LiveState LiveSession::fetch_state() {
   LiveState copy = state_;
   state_.changed = k_no_voxels;
   state_.refused.reset();
+  state_.events.clear();
   return copy;
 }
 

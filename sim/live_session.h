@@ -32,6 +32,8 @@ struct LiveState {
   std::size_t history_bytes = 0;         ///< of all branches, as it was when a stroke ended last
   std::vector<ForbiddenWatch> watches;   ///< of the first hand, each forbidden structure
   std::optional<volume::Error> refused;  ///< of the newest command that was, since the last look
+  std::vector<Event> events;             ///< since the last look; the newest k_most_events of them
+  static constexpr std::size_t k_most_events = 256;
   bool can_undo = false, can_redo = false;
   /// What to show beside the anatomy, as it was a look ago or later; null: nobody looked before.
   std::shared_ptr<const Overlays> overlays;

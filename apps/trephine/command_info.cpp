@@ -4,9 +4,9 @@
 #include <sstream>
 
 #include "apps/trephine/commands.h"
-#include "apps/trephine/event_words.h"
 #include "apps/trephine/frame_json.h"
 #include "apps/trephine/quality_report.h"
+#include "apps/workbench/event_text.h"
 #include "data-tools/atomic_file.h"
 #include "data-tools/output_set.h"
 #include "modules/catalogue.h"
@@ -72,7 +72,7 @@ Result<Outcome> describe_session(const std::string& path) {
       redos += what.as<sim::Redo>() != nullptr;
       if (const auto* remark = what.as<sim::Note>()) print_line(last, command->command.hand, remark->text);
     } else if (const auto* event = std::get_if<sim::EventItem>(&item)) {
-      print_line(event->event.tick, event->event.hand, words_of(event->event));
+      print_line(event->event.tick, event->event.hand, workbench::describe_event(event->event).text);
     } else if (const auto* version = std::get_if<sim::VersionItem>(&item)) {
       ++versions;
       units = version->removed_units;

@@ -3,7 +3,7 @@
 #include <glm/geometric.hpp>
 
 #include "apps/trephine/commands.h"
-#include "apps/trephine/event_words.h"
+#include "apps/workbench/event_text.h"
 #include "data-tools/atomic_file.h"
 #include "modules/catalogue.h"
 
@@ -69,7 +69,7 @@ class Timeline {
       rows_.push_back({last_, unknown->is_command ? "command" : "event", 0,
                        types_[unknown->type].name + " (unknown to this program)"});
     } else if (const auto* event = std::get_if<sim::EventItem>(&item)) {
-      rows_.push_back({event->event.tick, "event", event->event.hand, words_of(event->event)});
+      rows_.push_back({event->event.tick, "event", event->event.hand, workbench::describe_event(event->event).text});
       rows_.back().branch = branches_.back();
     }
   }

@@ -199,7 +199,8 @@ Result<Outcome> run_view(const ViewArguments& arguments) {
                    {"step_p99_us", r.servo.step_p99_us},
                    {"late_p50_us", r.servo.late_p50_us},
                    {"late_p99_us", r.servo.late_p99_us},
-                   {"faults", r.servo.faults}};
+                   {"faults", r.servo.faults},
+                   {"force_faults", r.force_faults}};
   outcome.text =
       format_text("%zu triangles; frames: %d, the first after %.2f s, removed: %.1f mm3, strokes: %zu\n",
                   r.triangles, r.frames, r.first_frame_seconds, r.removed_mm3, r.strokes);

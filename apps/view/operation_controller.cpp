@@ -13,6 +13,9 @@
 namespace trephine::view {
 
 using glm::dvec3;
+using workbench::Clock;
+using workbench::EventLevel;
+using workbench::seconds_since;
 
 namespace {
 
@@ -35,7 +38,8 @@ OperationController::OperationController(const haptics::TouchScene& scene, const
       mouse_(viewport_.outside_point()),
       devices_{options.device ? options.device.get() : &mouse_},
       live_(devices_, options.start->engine, servo_options(options), options.recorder,
-            options.start->first_tick) {
+            options.start->first_tick),
+      started_(Clock::now()) {
   TREPHINE_ASSERT(live_.engine().tool().scene.get() == &scene);
   state_ = live_.fetch_state();
   version_ = state_.version;
@@ -107,7 +111,46 @@ std::string OperationController::fault_text() const {
   if (faults & haptics::fault_not_finite) why = "the device sent no number";
   if (faults & haptics::fault_full_ring) why = "the edits stood still";
   if (faults & haptics::fault_stale_scene) why = "the computer was busy elsewhere";
-  return "The force is off: " + why + ". Press F to go on.";
+  return "The force is off: " + why +
+         (options_.device ? ". Press F to turn it on again." : ". It comes back by itself.");
+}
+
+std::string OperationController::notice_text() const {
+  const bool is_off = (state_.newest.faults & haptics::k_latched_faults) != 0;
+  const std::string fault = is_off ? fault_text() : "", shown = notices_.shown(seconds());
+  return fault + (fault.empty() || shown.empty() ? "" : "\n") + shown;
+}
+
+EventLevel OperationController::notice_level() const {
+  const bool is_off = (state_.newest.faults & haptics::k_latched_faults) != 0;
+  return is_off ? EventLevel::danger : notices_.shown_level(seconds());
+}
+
+void OperationController::collect_notices() {
+  const double now = seconds();
+  const auto session_time = [&](std::uint64_t tick) { return static_cast<double>(tick) / options_.rate_hz; };
+  for (const sim::Event& event : state_.events) {
+    workbench::EventText text = workbench::describe_event(event);
+    notices_.add({now, session_time(event.tick), text.level, std::move(text.text)});
+    if (const auto* fault = event.what.as<sim::FaultEvent>()) report_.force_faults += !fault->is_cleared;
+  }
+  if (state_.refused)
+    notices_.add({now, session_time(state_.newest.tick), EventLevel::refusal,
+                  "Not done: " + state_.refused->message()});
+}
+
+/// A mouse has no motors: after a fault its force comes back by itself, once the cause had time to pass.
+void OperationController::restore_force() {
+  if (options_.device) return;
+  constexpr double k_wait_seconds = 0.5;
+  if ((state_.newest.faults & haptics::k_latched_faults) == 0)
+    fault_since_.reset();
+  else if (!fault_since_)
+    fault_since_ = Clock::now();
+  else if (seconds_since(*fault_since_) > k_wait_seconds) {
+    live_.reset_faults();
+    fault_since_ = Clock::now();
+  }
 }
 
 void OperationController::frame() {
@@ -117,6 +160,8 @@ void OperationController::frame() {
   state_ = live_.fetch_state();
   if (state_.refused) refused_ = state_.refused->message();
   if (state_.refused) drop_point();
+  collect_notices();
+  restore_force();
   go_on_taking();
   viewport_.set_touch_radius(state_.tool_radius);
   drag_point();

@@ -1,14 +1,17 @@
 // A person operates: cursor and buttons become a stylus, the live session becomes pictures.
 #pragma once
 
+#include <chrono>
 #include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "apps/view/mouse_device.h"
+#include "apps/view/notices.h"
 #include "apps/view/view_window.h"
 #include "apps/view/viewport.h"
+#include "apps/workbench/clock.h"
 #include "sim/live_session.h"
 
 namespace trephine::view {
@@ -88,6 +91,13 @@ class OperationController {
   std::string fault_text() const;
   /// Why the newest command was refused, once; empty when none was.
   std::string take_refusal() { return std::exchange(refused_, {}); }
+  /// Returns the time since this operation's window opened, s.
+  double seconds() const noexcept { return workbench::seconds_since(started_); }
+  /// What happened so far, in sentences. Refused commands are in it too.
+  const Notices& notices() const noexcept { return notices_; }
+  /// Returns the messages to show beside the tool now; what lasts (a fault, a tool inside a structure) first.
+  std::string notice_text() const;
+  workbench::EventLevel notice_level() const;
   Viewport& viewport() noexcept { return viewport_; }
   const std::shared_ptr<const volume::Version>& version() const noexcept { return version_; }
   /// What is left now, for good: nothing that is cut later shows in it. Waits for the edits, some
@@ -95,6 +105,8 @@ class OperationController {
   std::shared_ptr<const volume::Version> frozen() { return live_.snapshot().get()->world.version; }
 
  private:
+  void collect_notices();
+  void restore_force();
   void follow_cursor();
   double above_soft(const Ray& ray, double along) const;
   void drag_point();
@@ -127,6 +139,9 @@ class OperationController {
   glm::dvec3 wish_{1e9};
   std::optional<std::size_t> wished_stroke_;  ///< until it is there
   std::string refused_;
+  Notices notices_;
+  std::chrono::steady_clock::time_point started_;
+  std::optional<std::chrono::steady_clock::time_point> fault_since_;  ///< of a mouse's hand
   sim::Value grabbed_;          ///< the command that moves what is held; empty: nothing is
   glm::dvec3 dragged_to_{0.0};  ///< where that was told last
   int frames_since_drag_ = 0;

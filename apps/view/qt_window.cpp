@@ -66,6 +66,8 @@ MainWindow::MainWindow(std::shared_ptr<const haptics::TouchScene> scene, const W
   resize(static_cast<int>(options.width), static_cast<int>(options.height));
   report_.window = "qt";
   build_panel();
+  log_ = new EventLog(this);
+  addDockWidget(Qt::BottomDockWidgetArea, log_);
   options.replay ? build_replay_panel() : build_history_panel();
   build_menu();
   servo_ = new QLabel;
@@ -124,6 +126,8 @@ void MainWindow::begin(std::shared_ptr<const haptics::TouchScene> scene) {
   vtkNew<vtkGenericOpenGLRenderWindow> window;
   canvas_->setRenderWindow(window);
   grid_->set_canvas(canvas_);
+  at_tool_ = new NoticeLabel(canvas_);
+  log_->clear();
   Viewport* drawn = nullptr;
   if (options_.replay) {
     replay_ = std::make_unique<ReplayController>(*scene_, *options_.replay, options_.rate_hz,
@@ -197,6 +201,9 @@ void MainWindow::keyPressEvent(QKeyEvent* event) {
       return;
     case Qt::Key_T:
       if (operation_ && !operation_->take_or_put_down()) say("Touch a piece to take it.");
+      return;
+    case Qt::Key_E:
+      log_->setVisible(log_->isHidden());
       return;
     case Qt::Key_C:
       clip_->setCurrentIndex(clip_->currentIndex() == 0 ? static_cast<int>(ClipChoice::Axis::view) : 0);
@@ -362,6 +369,16 @@ void MainWindow::say(const QString& text) {
   });
 }
 
+/// Messages beside the tip of the tool, and the log.
+void MainWindow::show_notices() {
+  if (!operation_) return;
+  const glm::dvec2 tip = viewport()->project(operation_->state().newest.proxy_world);
+  at_tool_->show_at(
+      QString::fromStdString(operation_->notice_text()), operation_->notice_level(),
+      {static_cast<int>(tip.x * canvas_->width()), static_cast<int>((1 - tip.y) * canvas_->height())});
+  log_->update_from(operation_->notices());
+}
+
 void MainWindow::show_state() {
   const haptics::ServoRecord& record = operation_ ? operation_->state().newest : replay_->record();
   const double force = glm::length(record.force_world);
@@ -389,6 +406,7 @@ void MainWindow::show_state() {
     if (!refused.empty()) {
       say("not done: " + QString::fromStdString(refused).trimmed().replace('\n', "; ").simplified());
     }
+    show_notices();
     const haptics::ServoReport servo = operation_->servo();
     servo_->setText(QString("servo %1 Hz   step %2 \u00b5s   late %3 \u00b5s")
                         .arg(options_.rate_hz, 0, 'f', 0)

@@ -10,6 +10,7 @@
 
 #include "apps/view/operation_controller.h"
 #include "apps/view/pane_controller.h"
+#include "apps/view/qt_notices.h"
 #include "apps/view/qt_pane_grid.h"
 #include "apps/view/qt_panels.h"
 #include "apps/view/qt_sound.h"
@@ -101,6 +102,7 @@ class MainWindow : public QMainWindow {
   /// For files: of this moment, whatever is cut meanwhile.
   std::shared_ptr<const volume::Version> frozen();
   void show_state();
+  void show_notices();
   void preview_shape();
   void use_shape();
   void forget_preview();
@@ -150,6 +152,8 @@ class MainWindow : public QMainWindow {
   QPushButton* cancel_ = nullptr;
   QAction *undo_action_ = nullptr, *redo_action_ = nullptr;
   HelpOverlay* help_ = nullptr;
+  NoticeLabel* at_tool_ = nullptr;
+  EventLog* log_ = nullptr;
 };
 
 /// A dark palette that leaves the light to the bone, and keeps its contrast for every kind of sight.

@@ -233,7 +233,8 @@ void MainWindow::build_history_panel() {
   });
   connect(compare, &QPushButton::clicked, this, &MainWindow::ask_and_compare);
   dock->setWidget(panel);
-  addDockWidget(Qt::BottomDockWidgetArea, dock);
+  panel->setSizePolicy(QSizePolicy::Preferred, QSizePolicy::Fixed);
+  splitDockWidget(log_, dock, Qt::Vertical);
 }
 
 void MainWindow::show_history() {
@@ -355,6 +356,8 @@ void MainWindow::build_menu() {
   add(view, "view_all", "&All of it", {}, [this] { viewport()->look_from(0); });
   add(view, "larger_text", "&Larger text", QKeySequence::ZoomIn, [this] { scale_text(1.15); });
   add(view, "smaller_text", "S&maller text", QKeySequence::ZoomOut, [this] { scale_text(1 / 1.15); });
+  if (!options_.replay)
+    add(view, "show_event_log", "&Event log\tE", {}, [this] { log_->setVisible(log_->isHidden()); });
   QAction* sound = add(view, "sound", "&Sound of contact and drill", {}, [this](bool is_on) {
     is_sound_on_ = is_on && sound_.start();
     if (!is_on) sound_.stop();

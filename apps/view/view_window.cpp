@@ -132,7 +132,8 @@ std::string status_text(const OperationController& operation, double rate_hz) {
       glm::length(s.newest.force_world), s.removed_mm3, s.strokes, s.strokes == 1 ? "" : "s",
       operation.depth(), rate_hz, operation.servo().step_p50_us, operation.fault_text().empty() ? "" : "\n",
       operation.fault_text().c_str());
-  return text;
+  const std::string notices = operation.notices().shown(operation.seconds());
+  return notices.empty() ? text : text + ("\n\n" + notices);
 }
 
 }  // namespace

@@ -78,6 +78,7 @@ struct WindowReport {
   haptics::ServoReport servo;
   double removed_mm3 = 0;
   std::size_t strokes = 0;
+  std::uint64_t force_faults = 0;  ///< how often the force was switched off
   int frames = 0, drilling_frames = 0;
   double frame_p50_ms = 0, frame_p99_ms = 0;        ///< of all frames
   double drilling_p50_ms = 0, drilling_p99_ms = 0;  ///< of those in which bone was being cut

@@ -178,6 +178,15 @@ Ray Viewport::ray_at(double x, double y) {
   return {from, glm::normalize(dvec3(world[0], world[1], world[2]) / world[3] - from)};
 }
 
+glm::dvec2 Viewport::project(const dvec3& at_world) {
+  vtkRenderer* renderer = view_.renderer();
+  const int* size = window_->GetSize();
+  renderer->SetWorldPoint(at_world.x, at_world.y, at_world.z, 1);
+  renderer->WorldToDisplay();
+  const double* at = renderer->GetDisplayPoint();
+  return {at[0] / std::max(size[0], 1), at[1] / std::max(size[1], 1)};
+}
+
 template <class Visit>
 void Viewport::follow(const volume::Version& version, const Ray& ray, const Visit& visit) const {
   constexpr double k_far = 5000;

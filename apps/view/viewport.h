@@ -77,6 +77,8 @@ class Viewport {
 
   /// Through the picture at (x, y), shares of its width and height from the lower left.
   Ray ray_at(double x, double y);
+  /// Returns where a place of the world is in the picture, as ray_at() takes it.
+  glm::dvec2 project(const glm::dvec3& at_world);
   /// Where the ray first meets the solid of any shape, mm along it, in the part that is not clipped away;
   /// negative when it does not.
   double distance_to_solid(const volume::Version& version, const Ray& ray) const;

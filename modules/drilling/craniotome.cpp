@@ -80,9 +80,11 @@ bool has_bone_around(const Craniotome& c, const ToolPlace& at, const sim::Work& 
 
 /// Why it does not start at a place; empty: it does.
 std::string reason_not_to_start(const Craniotome& c, const ToolPlace& at, const sim::Work& work) {
-  if (!is_bit_free(c, at, work)) return "the bit stands in bone: it begins in a burr hole";
-  if (!is_foot_free(c, at, work)) return "the foot has no room under the bone";
-  if (!has_bone_around(c, at, work)) return "there is no bone around";
+  if (!is_bit_free(c, at, work)) return "the bit is in bone. Start in a burr hole.";
+  if (!is_foot_free(c, at, work))
+    return "the foot has no room under the bone. Widen the hole to its inner side.";
+  if (!has_bone_around(c, at, work))
+    return "there is no bone near the bit. Move it to the edge of a burr hole.";
   return {};
 }
 

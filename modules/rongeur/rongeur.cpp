@@ -44,12 +44,13 @@ bool is_in_bone(const Rongeur& r, const ToolPlace& at, double along, double thic
 
 /// Why the jaws do not close; empty: they do.
 std::string reason_not_to_close(const Rongeur& r, const ToolPlace& at, const sim::Work& work) {
+  const bool is_kerrison = r.kind == Kind::kerrison;
   if (is_in_bone(r, at, 0, -r.jaw, work))
-    return r.kind == Kind::kerrison ? "the foot stands in bone: it goes under the lamina first"
-                                    : "a cup stands in bone: what it should bite is wider than the jaws open";
+    return is_kerrison ? "the foot is in bone. Slide it under the lamina first."
+                       : "a cup is in bone. Take a thinner edge, or open the jaws wider.";
   if (is_in_bone(r, at, r.opening, r.jaw, work))
-    return r.kind == Kind::kerrison ? "the bone is thicker than the jaws open"
-                                    : "a cup stands in bone: what it should bite is wider than the jaws open";
+    return is_kerrison ? "the bone is thicker than the jaws open. Thin it with a burr first."
+                       : "a cup is in bone. Take a thinner edge, or open the jaws wider.";
   return {};
 }
 
@@ -94,8 +95,8 @@ void step(const Rongeur& r, RongeurState& state, const sim::InstrumentInput& inp
   }
   if (const double size = bite_size(r, at, work); size > r.most) {
     work.raise_event(
-        BiteRefused{"the bite would be " + std::to_string(std::lround(size)) + " mm3, and a hand bites " +
-                    std::to_string(std::lround(r.most)) + ": take less of the edge, or thin the bone"},
+        BiteRefused{"it would take " + std::to_string(std::lround(size)) + " mm3, and a hand bites " +
+                    std::to_string(std::lround(r.most)) + " mm3. Take less of the edge, or thin the bone."},
         middle);
     return;
   }

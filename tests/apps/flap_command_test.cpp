@@ -35,8 +35,8 @@ TEST_F(Command, AFlapIsSawnLiftedRecordedAndReplayed) {
   EXPECT_EQ(again["content_hash"], flap["content_hash"]);
   EXPECT_EQ(read(file("again.mha")), read(file("open.mha")));
   const std::string timeline = run("timeline f.session").out;
-  EXPECT_NE(timeline.find("a bone flap of"), std::string::npos);
-  EXPECT_NE(timeline.find("dura pushed aside"), std::string::npos) << timeline;
+  EXPECT_NE(timeline.find("Bone flap of"), std::string::npos);
+  EXPECT_NE(timeline.find("Dura pushed aside"), std::string::npos) << timeline;
   EXPECT_EQ(timeline.find("torn"), std::string::npos) << timeline;
   EXPECT_NE(timeline.find("place-body"), std::string::npos);
   // The flap was cut before the first tick: the first moment is before that.
@@ -172,7 +172,7 @@ TEST_F(Command, ACraniotomyIsPlayedBranchedAndReplayed) {
   EXPECT_TRUE(branches.contains("main") && branches.contains("flap"));
   const std::string text = run("timeline c.session").out;
   EXPECT_NE(text.find("[flap] hold-body"), std::string::npos);
-  EXPECT_NE(text.find("no bone flap: the outline crosses itself"), std::string::npos);
+  EXPECT_NE(text.find("No bone flap: the outline crosses itself"), std::string::npos);
   EXPECT_NE(text.find(" ..."), std::string::npos) << "long lists are cut";
 
   // Places that are none, before anything is opened.

@@ -1,0 +1,59 @@
+#include "apps/view/notices.h"
+
+#include <algorithm>
+#include <utility>
+#include <vector>
+
+namespace trephine::view {
+
+using workbench::EventLevel;
+
+namespace {
+
+double seconds_of(EventLevel level) noexcept {
+  switch (level) {
+    case EventLevel::outcome:
+      return Notices::k_outcome_seconds;
+    case EventLevel::refusal:
+      return Notices::k_refusal_seconds;
+    case EventLevel::danger:
+      return Notices::k_danger_seconds;
+    case EventLevel::record:
+      break;
+  }
+  return 0;
+}
+
+}  // namespace
+
+void Notices::add(Entry entry) {
+  ++count_;
+  log_.push_back(std::move(entry));
+  if (log_.size() > k_most_logged) log_.pop_front();
+}
+
+template <class Visit>
+void Notices::visit_shown(double now, const Visit& visit) const {
+  std::vector<const Entry*> shown;
+  for (auto entry = log_.rbegin(); entry != log_.rend() && shown.size() < k_most_shown; ++entry) {
+    if (now - entry->time > k_danger_seconds) break;
+    if (now - entry->time > seconds_of(entry->level) || entry->level == EventLevel::record) continue;
+    if (std::none_of(shown.begin(), shown.end(), [&](const Entry* s) { return s->text == entry->text; }))
+      shown.push_back(&*entry);
+  }
+  for (auto entry = shown.rbegin(); entry != shown.rend(); ++entry) visit(**entry);
+}
+
+std::string Notices::shown(double now) const {
+  std::string text;
+  visit_shown(now, [&](const Entry& entry) { text += (text.empty() ? "" : "\n") + entry.text; });
+  return text;
+}
+
+EventLevel Notices::shown_level(double now) const {
+  EventLevel level = EventLevel::record;
+  visit_shown(now, [&](const Entry& entry) { level = std::max(level, entry.level); });
+  return level;
+}
+
+}  // namespace trephine::view

@@ -1,0 +1,41 @@
+// What a window reports at the tool for some seconds, and keeps in a log.
+#pragma once
+
+#include <cstddef>
+#include <deque>
+#include <string>
+
+#include "apps/workbench/event_text.h"
+
+namespace trephine::view {
+
+/// Messages about events. Times are seconds since the window opened. One thread.
+class Notices {
+ public:
+  static constexpr double k_outcome_seconds = 5, k_refusal_seconds = 6, k_danger_seconds = 8;
+  static constexpr std::size_t k_most_shown = 3, k_most_logged = 2000;
+
+  struct Entry {
+    double time = 0;          ///< s, when it was added
+    double session_time = 0;  ///< s, of the session
+    workbench::EventLevel level = workbench::EventLevel::record;
+    std::string text;
+  };
+
+  void add(Entry entry);
+  /// Returns the newest messages to show at the tool, one a line, newest last. Equal messages are one line.
+  std::string shown(double now) const;
+  /// Returns the most urgent level among those.
+  workbench::EventLevel shown_level(double now) const;
+  const std::deque<Entry>& log() const noexcept { return log_; }
+  /// Returns how many entries were ever added; changes with the log.
+  std::size_t count() const noexcept { return count_; }
+
+ private:
+  template <class Visit>
+  void visit_shown(double now, const Visit& visit) const;
+  std::deque<Entry> log_;
+  std::size_t count_ = 0;
+};
+
+}  // namespace trephine::view

@@ -1,0 +1,168 @@
+#include "apps/workbench/event_text.h"
+
+#include <algorithm>
+#include <array>
+
+#include "apps/workbench/text.h"
+#include "modules/bone_flap/bone_flap.h"
+#include "modules/cross_section/cross_section.h"
+#include "modules/drilling/craniotome.h"
+#include "modules/drilling/perforator.h"
+#include "modules/fluoroscopy/fluoroscopy.h"
+#include "modules/laminectomy/laminectomy.h"
+#include "modules/measurement/measurement.h"
+#include "modules/rongeur/rongeur.h"
+#include "sim/forbidden.h"
+
+namespace trephine::workbench {
+
+namespace {
+
+using Level = EventLevel;
+
+/// A window shows a fault for as long as it lasts.
+EventText text_of(const sim::FaultEvent& e) {
+  return e.is_cleared ? EventText{"The force is on again.", Level::outcome}
+                      : EventText{"The force is off (" + e.names + ").", Level::record};
+}
+EventText text_of(const sim::JobDiscarded& e) { return {"Not finished: " + e.why + ".", Level::refusal}; }
+EventText text_of(const sim::ForbiddenEntered& e) {
+  return {"The tool entered " + e.structure + (e.is_working ? " while it was running." : "."), Level::danger};
+}
+EventText text_of(const sim::ForbiddenLeft& e) {
+  return {format_text("The tool left %s after %.1f s, at most %.2f mm deep.", e.structure.c_str(), e.seconds,
+                      e.deepest),
+          Level::record};
+}
+EventText text_of(const sim::StructureStripped& e) {
+  return {format_text("%s pushed aside by %.2f mm.", e.structure.c_str(), e.deepest), Level::outcome};
+}
+EventText text_of(const sim::StructureTouched& e) {
+  return {format_text("The running tool touched %s, %.2f mm deep.", e.structure.c_str(), e.deepest),
+          Level::danger};
+}
+EventText text_of(const sim::StructureTorn& e) {
+  return {format_text("%s torn, %.2f mm deep.", e.structure.c_str(), e.deepest), Level::danger};
+}
+EventText text_of(const sim::PieceFreed& e) {
+  return {format_text("Body %u came off, %.0f mm3.", e.body.value, e.size), Level::outcome};
+}
+EventText text_of(const sim::DebrisFreed& e) {
+  return {format_text("%lld small part%s came off, %.1f mm3.", static_cast<long long>(e.count),
+                      e.count == 1 ? "" : "s", e.size),
+          Level::record};
+}
+EventText text_of(const bone_flap::FlapCut& e) {
+  return {format_text("Bone flap of %.1f cm2 cut, %.0f mm3; the saw removed %.0f mm3.", e.area / 100,
+                      e.flap_size, e.kerf_size),
+          Level::outcome};
+}
+EventText text_of(const bone_flap::FlapPiece& e) {
+  return {format_text("Piece %lld of the flap: %.0f mm3, %s.", static_cast<long long>(e.number), e.size,
+                      e.is_taken ? "removed" : "left in place"),
+          Level::record};
+}
+EventText text_of(const bone_flap::FlapSeen& e) {
+  return {(e.area > 0 ? "Preview: " : "Preview: no flap. ") + e.says,
+          e.area > 0 ? Level::outcome : Level::refusal};
+}
+EventText text_of(const bone_flap::NoFlap& e) { return {"No bone flap: " + e.why, Level::refusal}; }
+EventText text_of(const cross_section::SectionMeasured& e) {
+  return {format_text("Section: bone %.1f mm2, models %.1f mm2, of which %.1f mm2 outside bone.", e.bone,
+                      e.models, e.outside),
+          Level::outcome};
+}
+EventText text_of(const measurement::Measured& e) {
+  if (!e.trouble.empty()) return {"Not measured: " + e.trouble, Level::refusal};
+  return {format_text("Measured: %.1f mm, %.1f degrees, mean %.0f.", e.length, e.angle, e.mean),
+          Level::outcome};
+}
+EventText text_of(const fluoroscopy::XrayTaken& e) {
+  return {format_text("X-ray %lld: primary %.0f degrees, secondary %.0f degrees, %.1f mGy cm2.",
+                      static_cast<long long>(e.number), e.primary, e.secondary, e.area_product),
+          Level::record};
+}
+EventText text_of(const laminectomy::Judgement& e) {
+  return {format_text("%s: canal %.0f mm2 (%.0f mm2 before), its roof open along %.0f mm.",
+                      e.vertebra.empty() ? "Vertebra" : e.vertebra.c_str(), e.canal_after, e.canal_before,
+                      e.opened_length),
+          Level::outcome};
+}
+EventText text_of(const laminectomy::NoVertebra& e) {
+  return {"Vertebra " + e.vertebra + " not judged: " + e.why, Level::refusal};
+}
+EventText text_of(const drilling::Breakthrough& e) {
+  return {
+      format_text("Broke through under %.1f N, plunged %.1f mm in %.2f s.", e.thrust, e.plunge, e.seconds),
+      Level::outcome};
+}
+EventText text_of(const drilling::PerforatorStopped& e) {
+  return {format_text("The clutch released after %.1f mm of bone.", e.depth), Level::outcome};
+}
+EventText text_of(const drilling::CraniotomeRefused& e) { return {"No cut: " + e.why, Level::refusal}; }
+EventText text_of(const rongeur::Bite& e) {
+  return {format_text("Bite of %.0f mm3.", e.size), Level::outcome};
+}
+EventText text_of(const rongeur::BiteRefused& e) { return {"No bite: " + e.why, Level::refusal}; }
+
+struct Row {
+  const sim::ValueType* type;
+  EventText (*describe)(const sim::Value& what);
+};
+
+template <class E>
+Row row() {
+  return {&sim::value_type<E>(), [](const sim::Value& what) { return text_of(*what.as<E>()); }};
+}
+
+const auto& rows() {
+  static const std::array k_rows{row<sim::FaultEvent>(),
+                                 row<sim::JobDiscarded>(),
+                                 row<sim::ForbiddenEntered>(),
+                                 row<sim::ForbiddenLeft>(),
+                                 row<sim::StructureStripped>(),
+                                 row<sim::StructureTouched>(),
+                                 row<sim::StructureTorn>(),
+                                 row<sim::PieceFreed>(),
+                                 row<sim::DebrisFreed>(),
+                                 row<bone_flap::FlapCut>(),
+                                 row<bone_flap::FlapPiece>(),
+                                 row<bone_flap::FlapSeen>(),
+                                 row<bone_flap::NoFlap>(),
+                                 row<cross_section::SectionMeasured>(),
+                                 row<measurement::Measured>(),
+                                 row<fluoroscopy::XrayTaken>(),
+                                 row<laminectomy::Judgement>(),
+                                 row<laminectomy::NoVertebra>(),
+                                 row<drilling::Breakthrough>(),
+                                 row<drilling::PerforatorStopped>(),
+                                 row<drilling::CraniotomeRefused>(),
+                                 row<rongeur::Bite>(),
+                                 row<rongeur::BiteRefused>()};
+  return k_rows;
+}
+
+const Row* find_row(const sim::ValueType& type) {
+  const auto& all = rows();
+  const auto it = std::find_if(all.begin(), all.end(), [&](const Row& row) { return row.type == &type; });
+  return it == all.end() ? nullptr : &*it;
+}
+
+}  // namespace
+
+bool has_event_text(const sim::ValueType& type) { return find_row(type) != nullptr; }
+
+EventText describe_event(const sim::Event& event) {
+  EventText result;
+  if (const Row* row = find_row(event.what.type())) {
+    result = row->describe(event.what);
+  } else {
+    const std::string words = event.what.words();
+    result.text = std::string(event.what.name()) + (words.empty() ? "" : " " + words);
+  }
+  if (!result.text.empty() && result.text[0] >= 'a' && result.text[0] <= 'z')
+    result.text[0] = static_cast<char>(result.text[0] - 'a' + 'A');
+  return result;
+}
+
+}  // namespace trephine::workbench

@@ -1,0 +1,53 @@
+// Events as sentences: every type of the catalogue has one.
+#include "apps/workbench/event_text.h"
+
+#include <cctype>
+#include <gtest/gtest.h>
+
+#include "modules/bone_flap/bone_flap.h"
+#include "modules/catalogue.h"
+#include "sim/forbidden.h"
+
+namespace trephine::workbench {
+namespace {
+
+/// A window shows what this table has: a type that is missing would be seen by nobody.
+TEST(EventText, EveryEventOfTheCatalogueHasASentence) {
+  int count = 0;
+  for (const sim::ValueType* type : modules::catalogue().all()) {
+    if (!modules::catalogue().is_event(*type)) {
+      EXPECT_FALSE(has_event_text(*type)) << type->schema->name;
+      continue;
+    }
+    ++count;
+    EXPECT_TRUE(has_event_text(*type))
+        << type->schema->name << " needs a row in apps/workbench/event_text.cpp";
+  }
+  EXPECT_GT(count, 20);
+  // A type that no table knows: the check above can fail.
+  struct Unknown {
+    double value = 3;
+    static const sim::Schema& schema() {
+      static constexpr sim::Field fields[] = {sim::field<&Unknown::value>("value")};
+      static constexpr sim::Schema table{"unknown-event", 1, fields};
+      return table;
+    }
+  };
+  EXPECT_FALSE(has_event_text(sim::value_type<Unknown>()));
+  const EventText plain = describe_event({0, 0, {}, Unknown{}});
+  EXPECT_NE(plain.text.find("value=3"), std::string::npos) << plain.text;
+  EXPECT_EQ(plain.level, EventLevel::record);
+}
+
+TEST(EventText, SentencesAndLevels) {
+  const EventText torn = describe_event({0, 0, {}, sim::StructureTorn{"dura", 1.45}});
+  EXPECT_EQ(torn.text, "Dura torn, 1.45 mm deep.");
+  EXPECT_EQ(torn.level, EventLevel::danger);
+  const EventText none = describe_event({0, 0, {}, bone_flap::NoFlap{"the outline crosses itself"}});
+  EXPECT_EQ(none.text, "No bone flap: the outline crosses itself");
+  EXPECT_EQ(none.level, EventLevel::refusal);
+  EXPECT_EQ(describe_event({0, 0, {}, sim::FaultEvent{"stale scene", true}}).level, EventLevel::outcome);
+}
+
+}  // namespace
+}  // namespace trephine::workbench

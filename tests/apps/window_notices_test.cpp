@@ -1,0 +1,159 @@
+// Messages in the window: at the tool, in the log, and a force that comes back by itself.
+#include <QListWidget>
+#include <chrono>
+#include <thread>
+
+#include "modules/catalogue.h"
+#include "modules/drilling/perforator.h"
+#include "modules/rongeur/rongeur.h"
+#include "tests/apps/window_fixture.h"
+
+namespace trephine::view {
+namespace {
+
+using workbench::EventLevel;
+
+TEST(Notices, AreShownForSomeSecondsAndLoggedForGood) {
+  Notices notices;
+  notices.add({1, 1, EventLevel::outcome, "Bite of 30 mm3."});
+  notices.add({2, 2, EventLevel::record, "The tool left dura."});
+  notices.add({3, 3, EventLevel::danger, "Dura torn."});
+  notices.add({4, 4, EventLevel::danger, "Dura torn."});
+  EXPECT_EQ(notices.shown(4), "Bite of 30 mm3.\nDura torn.");
+  EXPECT_EQ(notices.shown_level(4), EventLevel::danger);
+  EXPECT_EQ(notices.shown(7), "Dura torn.");
+  EXPECT_EQ(notices.shown(13), "");
+  EXPECT_EQ(notices.log().size(), 4u);
+  for (int i = 0; i < 5; ++i) notices.add({20, 20, EventLevel::refusal, "No bite: " + std::to_string(i)});
+  EXPECT_EQ(notices.shown(20), "No bite: 2\nNo bite: 3\nNo bite: 4");
+}
+
+/// Stops the edit thread for longer than a servo waits for it, once.
+struct Sleeper {
+  double seconds = 1.5;
+  static const sim::Schema& schema() {
+    static constexpr sim::Field fields[] = {sim::field<&Sleeper::seconds>("seconds", {.unit = "s"})};
+    static constexpr sim::Schema table{"sleeper", 1, fields};
+    return table;
+  }
+};
+class SleeperModule final : public sim::Module {
+ public:
+  std::string_view name() const noexcept override { return "sleeper"; }
+  std::span<const sim::ValueType* const> commands() const override {
+    static const std::array all{&sim::value_type<Sleeper>()};
+    return all;
+  }
+  void apply(const sim::Command& command, sim::ModuleWork&) const override {
+    if (const auto* sleeper = command.what.as<Sleeper>())
+      std::this_thread::sleep_for(std::chrono::duration<double>(sleeper->seconds));
+  }
+};
+
+TEST_F(Window, AForceOfAMouseComesBackByItself) {
+  static const drilling::Drilling drilling;
+  static const SleeperModule sleeper;
+  static const sim::Catalogue all({&drilling, &sleeper});
+  auto method = std::make_shared<haptics::SubvoxelProxy>();
+  ASSERT_FALSE(method->prepare(*scene_));
+  sim::HandStart hand{haptics::ServoHand(scene_, method, haptics::TouchState(nullptr)), drilling::burr({})};
+  options_.start = WindowStart{sim::Engine({std::move(hand)}, 1e-3, all)};
+  options_.catalogue = &all;
+  options_.recorder = nullptr;
+  MainWindow window(scene_, options_);
+  window.show();
+  ASSERT_TRUE(QTest::qWaitForWindowExposed(&window));
+  OperationController& operation = *window.operation();
+  ASSERT_TRUE(QTest::qWaitFor([&] { return operation.viewport().triangle_count() > 1000; }, 20000));
+  auto* at_tool = child<QLabel>(window, "notice_at_tool");
+  operation.apply(Sleeper{});
+  const auto was_off = [&] {
+    return at_tool->isVisible() && at_tool->text().startsWith("The force is off: ");
+  };
+  EXPECT_TRUE(QTest::qWaitFor(was_off, 30000));
+  keep(window, "force-off");
+  EXPECT_TRUE(QTest::qWaitFor(
+      [&] { return at_tool->text().contains("The force is on again.") && operation.fault_text().empty(); },
+      30000))
+      << at_tool->text().toStdString();
+  EXPECT_TRUE(QTest::qWaitFor([&] { return at_tool->isHidden(); }, 30000)) << "a message does not stay";
+  window.close();
+  EXPECT_GE(window.finish().force_faults, 1u);
+}
+
+TEST_F(Window, WhatABiteLedToIsShownAtTheTool) {
+  auto method = std::make_shared<haptics::SubvoxelProxy>();
+  ASSERT_FALSE(method->prepare(*scene_));
+  sim::HandStart hand{haptics::ServoHand(scene_, method, haptics::TouchState(nullptr)),
+                      rongeur::rongeur({.opening = 3})};
+  options_.start = WindowStart{sim::Engine({std::move(hand)}, 1e-3, modules::catalogue())};
+  options_.catalogue = &modules::catalogue();
+  options_.recorder = nullptr;
+  MainWindow window(scene_, options_);
+  window.show();
+  ASSERT_TRUE(QTest::qWaitForWindowExposed(&window));
+  OperationController& operation = *window.operation();
+  ASSERT_TRUE(QTest::qWaitFor([&] { return operation.viewport().triangle_count() > 1000; }, 20000));
+  auto* at_tool = child<QLabel>(window, "notice_at_tool");
+  EXPECT_TRUE(at_tool->isHidden());
+  const QPoint middle = window.canvas()->rect().center();
+  QTest::mouseMove(window.canvas(), middle + QPoint(1, 0));
+  QTest::mouseMove(window.canvas(), middle);
+  ASSERT_TRUE(QTest::qWaitFor([&] { return operation.state().newest.has_contact; }, 20000));
+  QTest::mousePress(window.canvas(), Qt::LeftButton, {}, middle);
+  EXPECT_TRUE(QTest::qWaitFor([&] { return at_tool->isVisible(); }, 20000));
+  EXPECT_TRUE(at_tool->text().startsWith("No bite: ") || at_tool->text().startsWith("Bite of "))
+      << at_tool->text().toStdString();
+  // Beside the tip, within the picture.
+  EXPECT_TRUE(window.canvas()->rect().contains(at_tool->geometry()));
+  EXPECT_TRUE(at_tool->geometry().adjusted(-60, -60, 60, 60).contains(middle));
+  QTest::mouseRelease(window.canvas(), Qt::LeftButton, {}, middle);
+  auto* log = child<QListWidget>(window, "event_list");
+  EXPECT_FALSE(log->isVisible());
+  QTest::keyClick(&window, Qt::Key_E);
+  EXPECT_TRUE(QTest::qWaitFor([&] { return log->isVisible() && log->count() > 0; }, 20000));
+  EXPECT_TRUE(log->item(log->count() - 1)->text().contains(at_tool->text().section('\n', -1)))
+      << log->item(log->count() - 1)->text().toStdString();
+  keep(window, "bite");
+  window.close();
+}
+
+/// The button is let go in an unfinished hole, and pressed again some pixels aside.
+TEST_F(Window, APerforatorGoesOnInAnUnfinishedHole) {
+  scene_ = ball(128);
+  auto method = std::make_shared<haptics::SubvoxelProxy>();
+  haptics::TouchScene touched = *scene_;
+  ASSERT_FALSE(haptics::set_tool_radius(touched, 5.5));
+  auto scene = std::make_shared<const haptics::TouchScene>(std::move(touched));
+  ASSERT_FALSE(method->prepare(*scene));
+  sim::HandStart hand{haptics::ServoHand(scene, method, haptics::TouchState(nullptr)),
+                      drilling::perforator({})};
+  options_.start = WindowStart{sim::Engine({std::move(hand)}, 1e-3, catalogue())};
+  options_.recorder = nullptr;
+  MainWindow window(scene, options_);
+  window.show();
+  ASSERT_TRUE(QTest::qWaitForWindowExposed(&window));
+  OperationController& operation = *window.operation();
+  ASSERT_TRUE(QTest::qWaitFor([&] { return operation.viewport().triangle_count() > 1000; }, 20000));
+  operation.set_depth(12);
+  const QPoint middle = window.canvas()->rect().center();
+  double removed = 0;
+  for (const int aside : {0, 5, -4}) {
+    SCOPED_TRACE(aside);
+    const QPoint at = middle + QPoint(aside, 0);
+    QTest::mouseMove(window.canvas(), at + QPoint(1, 0));
+    QTest::mouseMove(window.canvas(), at);
+    ASSERT_TRUE(QTest::qWaitFor([&] { return operation.state().newest.has_contact; }, 20000));
+    QTest::mousePress(window.canvas(), Qt::LeftButton, {}, at);
+    EXPECT_TRUE(QTest::qWaitFor([&] { return operation.state().removed_mm3 > removed + 60; }, 30000))
+        << operation.state().removed_mm3 << " " << operation.notice_text();
+    removed = operation.state().removed_mm3;
+    keep(window, ("perforator" + std::to_string(aside)).c_str());
+    QTest::mouseRelease(window.canvas(), Qt::LeftButton, {}, at);
+    QTest::qWait(200);
+  }
+  window.close();
+}
+
+}  // namespace
+}  // namespace trephine::view
