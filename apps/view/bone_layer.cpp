@@ -81,8 +81,9 @@ vtkSmartPointer<vtkPolyData> to_poly_data(const std::vector<const DrawMesh*>& me
   for (const DrawMesh* m : meshes) {
     for (std::size_t i = 0; i < m->vertices.size(); ++i) {
       const double fresh = static_cast<double>(m->freshness[i]), density = static_cast<double>(m->density[i]);
-      const dvec3 old = glm::mix(tint.spongy, tint.compact, density),
-                  cut = glm::mix(tint.cut_spongy, tint.cut_compact, density);
+      const Tint own = m->colours.empty() ? tint : tint_of(0, dvec3(m->colours[i]));
+      const dvec3 old = glm::mix(own.spongy, own.compact, density),
+                  cut = glm::mix(own.cut_spongy, own.cut_compact, density);
       // Half of the light comes from the sky.
       const double light = 0.28 + 0.72 * static_cast<double>(m->openness[i]);
       const dvec3 color = light * glm::mix(old, cut, fresh);

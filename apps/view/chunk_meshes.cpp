@@ -63,9 +63,10 @@ float openness_at(const haptics::TouchScene& scene, const volume::Version& versi
 }  // namespace
 
 ChunkMesh make_chunk_mesh(const haptics::TouchScene& scene, std::size_t shape, const volume::Version& version,
-                          const glm::ivec3& chunk, volume::NetScratch* scratch) {
+                          const glm::ivec3& chunk, volume::NetScratch* scratch, CutsOfShape cuts) {
   const haptics::TouchItem& touch = scene.items[shape];
-  const volume::SurfaceSource source{&touch.field, &version, touch.bits.get(), false};
+  const bool is_cut = cuts == CutsOfShape::applied;
+  const volume::SurfaceSource source{&touch.field, is_cut ? &version : nullptr, touch.bits.get(), false};
   const volume::Mesh mesh = volume::surface_net_chunk(source, chunk, scratch);
   const volume::Buffer<glm::vec3> normals = volume::vertex_normals(source, mesh, 1);
   const volume::Volume& base = *scene.base;
@@ -93,7 +94,7 @@ ChunkMesh make_chunk_mesh(const haptics::TouchScene& scene, std::size_t shape, c
     const dvec3 p(mesh.vertices[i]), normal(fine.normals[i]);
     fine.vertices.emplace_back(frame.world_from_volume(p));
     float fresh = 0;
-    if (version.is_near_cut(p))
+    if (is_cut && version.is_near_cut(p))
       fresh = static_cast<float>(std::clamp(1.6 - std::abs(version.distance(p)) / fresh_mm * 1.6, 0.0, 1.0));
     fine.freshness.push_back(fresh);
     fine.openness.push_back(openness_at(scene, version, p, normal));
@@ -116,6 +117,19 @@ ChunkMesh make_chunk_mesh(const haptics::TouchScene& scene, std::size_t shape, c
   }
   result.coarse = clustered(fine, cells * std::cbrt(frame.voxel_mm3()), is_border);
   return result;
+}
+
+void set_changed(ChunkMesh& mesh, const volume::Frame& frame, const volume::VoxelBox& voxels) {
+  constexpr double k_light_mm = 3;
+  const double margin = 2 * frame.diagonal_mm() + k_light_mm;
+  mesh.changed_low = dvec3(1e300), mesh.changed_high = dvec3(-1e300);
+  for (int corner = 0; corner < 8; ++corner) {
+    const dvec3 p = frame.world_from_volume(dvec3(corner & 1 ? voxels.high.x : voxels.low.x,
+                                                  corner & 2 ? voxels.high.y : voxels.low.y,
+                                                  corner & 4 ? voxels.high.z : voxels.low.z));
+    mesh.changed_low = glm::min(mesh.changed_low, p - margin);
+    mesh.changed_high = glm::max(mesh.changed_high, p + margin);
+  }
 }
 
 DrawMesh clustered(const DrawMesh& mesh, double cell, const std::vector<bool>& stays) {
@@ -243,17 +257,7 @@ void ChunkWorker::run() {
     ChunkMesh mesh =
         make_chunk_mesh(*scene_, std::get<3>(chosen), *version,
                         {std::get<2>(chosen), std::get<1>(chosen), std::get<0>(chosen)}, &scratch);
-    // The surface moves with the voxels on either side; so does the light on it, a little farther.
-    constexpr double k_margin_mm = 3;
-    const double margin = 2 * scene_->base->frame.diagonal_mm() + k_margin_mm;
-    mesh.changed_low = dvec3(1e300), mesh.changed_high = dvec3(-1e300);
-    for (int corner = 0; corner < 8; ++corner) {
-      const dvec3 p = scene_->base->frame.world_from_volume(dvec3(corner & 1 ? box.high.x : box.low.x,
-                                                                  corner & 2 ? box.high.y : box.low.y,
-                                                                  corner & 4 ? box.high.z : box.low.z));
-      mesh.changed_low = glm::min(mesh.changed_low, p - margin);
-      mesh.changed_high = glm::max(mesh.changed_high, p + margin);
-    }
+    set_changed(mesh, scene_->base->frame, box);
     guard.lock();
     done_.push_back(std::move(mesh));
     busy_.erase(chosen);

@@ -22,9 +22,10 @@ namespace trephine::view {
 /// Vertices in the world frame (mm), unit normals, and what their colour is made of.
 struct DrawMesh {
   std::vector<glm::vec3> vertices, normals;
-  std::vector<float> freshness;  ///< 0 old bone, 1 cut
-  std::vector<float> openness;   ///< share of the sky that a vertex sees: 0 in a crevice, 1 in the open
-  std::vector<float> density;    ///< of the matter just below, 0 spongy to 1 compact; 1 without HU
+  std::vector<float> freshness;    ///< 0 old bone, 1 cut
+  std::vector<float> openness;     ///< share of the sky that a vertex sees: 0 in a crevice, 1 in the open
+  std::vector<float> density;      ///< of the matter just below, 0 spongy to 1 compact; 1 without HU
+  std::vector<glm::vec3> colours;  ///< of each vertex, shares of 1; empty: the shape has one colour
   std::vector<std::uint32_t> triangles;
 };
 
@@ -38,9 +39,16 @@ struct ChunkMesh {
   DrawMesh fine, coarse;
 };
 
-/// Meshes one chunk of a shape in a version.
+enum class CutsOfShape { applied, ignored };
+
+/// Meshes one chunk of a shape in a version. Cuts that are ignored for the shape still let light in.
 ChunkMesh make_chunk_mesh(const haptics::TouchScene& scene, std::size_t shape, const volume::Version& version,
-                          const glm::ivec3& chunk, volume::NetScratch* scratch = nullptr);
+                          const glm::ivec3& chunk, volume::NetScratch* scratch = nullptr,
+                          CutsOfShape cuts = CutsOfShape::applied);
+
+/// Notes that only what these voxels decide has changed: the surface beside them, and the light a little
+/// farther.
+void set_changed(ChunkMesh& mesh, const volume::Frame& frame, const volume::VoxelBox& voxels);
 
 /// Vertices that share a cube of `cell` mm become one, at their mean; what is left of the triangles
 /// (Rossignac & Borrel 1993). Vertices that are marked stay as they are: along a chunk's border, where its

@@ -36,6 +36,7 @@ Viewport::Viewport(const haptics::TouchScene& scene, vtkRenderWindow* window, bo
     : scene_(&scene),
       window_(window),
       view_(window, is_live, has_scenery(scene)),
+      structures_(scene),
       touch_radius_(scene.tool_radius) {
   worker_ = std::make_unique<ChunkWorker>(scene, k_threads);
   // The box of the solid voxels, so that the camera need not wait for the surface.
@@ -80,16 +81,20 @@ sim::Overlays with_clip_volumes(sim::Overlays overlays, std::span<const sim::See
 
 void Viewport::request_all(const std::shared_ptr<const volume::Version>& version) {
   worker_->request_all(version);
+  structures_.request_all(version);
 }
 
 void Viewport::request(const std::shared_ptr<const volume::Version>& version,
                        const volume::VoxelBox& changed) {
-  if (changed.low.x <= changed.high.x) worker_->request(version, changed.low, changed.high);
+  if (changed.low.x > changed.high.x) return;
+  worker_->request(version, changed.low, changed.high);
+  structures_.request(version, changed);
 }
 
 void Viewport::wait() {
   worker_->finish();
-  for (const ChunkMesh& mesh : worker_->take()) view_.bone().show(mesh);
+  structures_.finish();
+  take_meshes();
 }
 
 void Viewport::preview(std::unique_ptr<haptics::TouchScene> shapes,
@@ -98,7 +103,7 @@ void Viewport::preview(std::unique_ptr<haptics::TouchScene> shapes,
   preview_ = std::move(shapes);
   worker_ = std::make_unique<ChunkWorker>(preview_ ? *preview_ : *scene_, k_threads);
   view_.bone().clear();
-  worker_->request_all(version);
+  request_all(version);
 }
 
 void Viewport::set_clip(const ClipChoice& choice) {
@@ -371,11 +376,18 @@ std::optional<ScreenDepth::Seen> Viewport::take_depth() {
 
 double Viewport::draw() {
   const auto begin = Clock::now();
-  for (const ChunkMesh& mesh : worker_->take()) view_.bone().show(mesh);
+  take_meshes();
   view_.render();
   return 1e3 * seconds_since(begin);
 }
 
-bool Viewport::is_complete() const { return worker_->remaining() == 0 && view_.bone().is_complete(); }
+void Viewport::take_meshes() {
+  for (const ChunkMesh& mesh : worker_->take()) view_.bone().show(mesh);
+  for (const ChunkMesh& mesh : structures_.take()) view_.bone().show(mesh);
+}
+
+bool Viewport::is_complete() const {
+  return worker_->remaining() == 0 && structures_.is_complete() && view_.bone().is_complete();
+}
 
 }  // namespace trephine::view

@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "apps/view/bone_view.h"
+#include "apps/view/opened_structures.h"
 #include "haptics/servo/servo_core.h"
 #include "sim/depth_sets.h"
 #include "volume/direct_image.h"
@@ -107,6 +108,8 @@ class Viewport {
   bool is_complete() const;
 
  private:
+  /// Gives finished chunks of bone and of opened structures to the picture.
+  void take_meshes();
   /// Calls visit(distance along the ray, voxel, is it solid as scanned, is it solid now) along the ray, past
   /// the plane that cuts the picture open, while it returns true.
   template <class Visit>
@@ -117,6 +120,7 @@ class Viewport {
   BoneView view_;
   std::unique_ptr<haptics::TouchScene> preview_;
   std::unique_ptr<ChunkWorker> worker_;
+  OpenedStructures structures_;
   ClipChoice clip_;
   double touch_radius_;
   glm::dvec3 low_{0.0}, high_{0.0};            ///< world box of all that is solid

@@ -293,6 +293,9 @@ Cut cut_volume(const ImagePlane& plane, const volume::Field& field, const volume
 bool names_bone(std::string_view label) {
   std::string name(label);
   for (char& c : name) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+  // "vertebral disc", "vertebral artery"
+  for (const char* soft : {"disc", "artery", "vein", "canal", "nerve"})
+    if (name.find(soft) != std::string::npos) return false;
   for (const char* bone : {"vertebra", "sacrum", "coccyx",  "skull",     "cranium",  "mandible", "bone",
                            "pelvis",   "hip_",   "rib_",    "femur",     "tibia",    "fibula",   "humerus",
                            "radius",   "ulna",   "scapula", "clavicula", "clavicle", "sternum",  "ilium"})

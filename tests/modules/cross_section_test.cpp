@@ -198,8 +198,8 @@ TEST(CrossSection, LabelsThatNameBonesAreBone) {
   for (const char* bone :
        {"vertebrae_L4", "L4", "t12", "Skull", "sacrum", "hip_left", "rib_left_3", "L4 vertebra"})
     EXPECT_TRUE(names_bone(bone)) << bone;
-  for (const char* other :
-       {"dura", "brain", "liver", "spinal_cord", "label-3", "colon", "L", "c4d", "tumour", "sac"})
+  for (const char* other : {"vertebral_disc", "vertebral artery left", "dura", "brain", "liver",
+                            "spinal_cord", "label-3", "colon", "L", "c4d", "tumour", "sac"})
     EXPECT_FALSE(names_bone(other)) << other;
   volume::Volume v =
       volume::make_volume(glm::ivec3(20),

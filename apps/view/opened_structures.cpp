@@ -1,0 +1,280 @@
+#include "apps/view/opened_structures.h"
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cmath>
+#include <glm/common.hpp>
+#include <string>
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include "modules/cross_section/section.h"
+#include "volume/removal.h"
+#include "volume/traversal.h"
+
+namespace trephine::view {
+
+using glm::dvec3;
+using glm::ivec3;
+using volume::VoxelBox;
+
+namespace {
+
+constexpr double k_margin = 12;  // mm around an opening in which structures are meshed
+constexpr int k_beside = 3;      // voxels beside a chunk that its surface and normals look at
+// Of 64. Below one half, so that a nerve of one voxel is not smoothed away.
+constexpr double k_level = 27;
+constexpr int k_torn_near = 3;  // voxels around a deep cut in which shallow ones are drawn too
+
+/// Parts of names, the colour of what they name, shares of 1.
+struct NamedColour {
+  const char* part;
+  dvec3 colour;
+};
+constexpr NamedColour k_structures[] = {
+    {"dura", {0.70, 0.73, 0.80}},     {"brain", {0.86, 0.66, 0.62}},      {"cerebr", {0.86, 0.66, 0.62}},
+    {"cerebell", {0.82, 0.60, 0.56}}, {"tumour", {0.80, 0.62, 0.30}},     {"tumor", {0.80, 0.62, 0.30}},
+    {"lesion", {0.80, 0.62, 0.30}},   {"meningioma", {0.80, 0.62, 0.30}}, {"venous", {0.36, 0.42, 0.70}},
+    {"vein", {0.36, 0.42, 0.70}},     {"artery", {0.76, 0.22, 0.20}},     {"vessel", {0.76, 0.22, 0.20}},
+    {"aorta", {0.76, 0.22, 0.20}},    {"cord", {0.84, 0.80, 0.70}},       {"thecal", {0.70, 0.73, 0.80}},
+    {"csf", {0.66, 0.66, 0.72}},      {"fluid", {0.66, 0.66, 0.72}},      {"ventricle", {0.66, 0.66, 0.72}},
+    {"nerve", {0.93, 0.82, 0.45}},    {"root", {0.93, 0.82, 0.45}},       {"disc", {0.74, 0.82, 0.86}}};
+
+const NamedColour* find_structure(std::string name) {
+  for (char& c : name) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+  if (cross_section::names_bone(name)) return nullptr;
+  for (const NamedColour& one : k_structures)
+    if (name.find(one.part) != std::string::npos) return &one;
+  return nullptr;
+}
+
+bool is_empty(const VoxelBox& box) { return box.low.x > box.high.x; }
+
+VoxelBox grown(const VoxelBox& box, const ivec3& by, const ivec3& size) {
+  return {glm::max(box.low - by, ivec3(0)), glm::min(box.high + by, size - 1)};
+}
+
+template <class Each>
+void for_voxels(const VoxelBox& box, const Each& each) {
+  for (int z = box.low.z; z <= box.high.z; ++z)
+    for (int y = box.low.y; y <= box.high.y; ++y)
+      for (int x = box.low.x; x <= box.high.x; ++x) each(ivec3(x, y, z));
+}
+
+}  // namespace
+
+/// All structures as one solid: where two of them touch, two surfaces would lie in each other.
+struct OpenedStructures::Solid {
+  Solid(const haptics::TouchScene& touched, const std::vector<int>& labels);
+  std::vector<ChunkMesh> mesh(const volume::Version& version, const VoxelBox& changed);
+
+ private:
+  bool is_structure(const ivec3& v) const {
+    return base->contains(v) && is_one[base->labels[base->index(v.x, v.y, v.z)]];
+  }
+  /// Returns whether a voxel lies deeper in the structures than a membrane's thickness.
+  bool is_deep(const ivec3& v) const;
+  void cut(const volume::Version& version, const VoxelBox& box);
+  /// Smooths what is drawn in a box: labels have steps.
+  void smooth(const VoxelBox& box);
+  void paint(DrawMesh& mesh) const;
+
+  std::shared_ptr<const volume::Volume> base;
+  std::size_t shape;  ///< its number in the picture
+  std::vector<int> labels;
+  std::array<bool, 256> is_one{};  ///< is this label value one of the structures?
+  std::vector<dvec3> colours;      ///< of each label value
+  std::shared_ptr<volume::Volume> drawn;
+  std::vector<std::shared_ptr<const volume::Occupancy>> bone;  ///< keeps the light off
+  std::set<std::tuple<int, int, int>> meshed;                  ///< chunks
+  volume::NetScratch scratch;
+};
+
+OpenedStructures::Solid::Solid(const haptics::TouchScene& touched, const std::vector<int>& values)
+    : base(touched.base),
+      shape(base_shapes(touched).size()),
+      labels(values),
+      colours(touched.base->label_names.size()),
+      drawn(std::make_shared<volume::Volume>()) {
+  for (const int label : labels) {
+    const auto l = static_cast<std::size_t>(label);
+    is_one[l] = true;
+    colours[l] = l < base->label_colours.size() ? dvec3(base->label_colours[l]) / 255.0
+                                                : find_structure(base->label_names[l])->colour;
+  }
+  for (const haptics::TouchItem& item : base_shapes(touched)) bone.push_back(item.bits);
+  drawn->size = base->size;
+  drawn->frame = base->frame;
+  drawn->label_names = {"", "structures"};
+  drawn->labels = volume::Buffer<std::uint8_t>(base->labels.size());
+  drawn->voxels = volume::Buffer<std::int16_t>(base->labels.size());
+  std::fill(drawn->voxels.span().begin(), drawn->voxels.span().end(), std::int16_t{0});
+  const auto from = base->labels.span();
+  std::transform(from.begin(), from.end(), drawn->labels.span().begin(),
+                 [&](std::uint8_t label) { return is_one[label] ? 1 : 0; });
+}
+
+bool OpenedStructures::Solid::is_deep(const ivec3& v) const {
+  for (int z = -1; z <= 1; ++z)
+    for (int y = -1; y <= 1; ++y)
+      for (int x = -1; x <= 1; ++x)
+        if (!is_structure(v + ivec3(x, y, z))) return false;
+  return true;
+}
+
+void OpenedStructures::Solid::cut(const volume::Version& version, const VoxelBox& box) {
+  for_voxels(box, [&](const ivec3& v) { drawn->labels[drawn->index(v.x, v.y, v.z)] = is_structure(v); });
+  for_voxels(grown(box, ivec3(k_torn_near), base->size), [&](const ivec3& v) {
+    if (version.is_kept(v) || !is_deep(v)) return;
+    const VoxelBox near = grown({v, v}, ivec3(k_torn_near), base->size);
+    for_voxels({glm::max(near.low, box.low), glm::min(near.high, box.high)}, [&](const ivec3& other) {
+      if (!version.is_kept(other)) drawn->labels[drawn->index(other.x, other.y, other.z)] = 0;
+    });
+  });
+}
+
+void OpenedStructures::Solid::smooth(const VoxelBox& box) {
+  for_voxels(box, [&](const ivec3& v) {
+    int sum = 0;
+    for (int z = -1; z <= 1; ++z)
+      for (int y = -1; y <= 1; ++y)
+        for (int x = -1; x <= 1; ++x) {
+          const ivec3 p = glm::clamp(v + ivec3(x, y, z), ivec3(0), base->size - 1);
+          sum += drawn->labels[drawn->index(p.x, p.y, p.z)] << (3 - x * x - y * y - z * z);
+        }
+    drawn->voxels[drawn->index(v.x, v.y, v.z)] = static_cast<std::int16_t>(sum);
+  });
+}
+
+std::vector<ChunkMesh> OpenedStructures::Solid::mesh(const volume::Version& version,
+                                                     const VoxelBox& changed) {
+  const ivec3 margin(glm::ceil(k_margin / base->frame.spacing()));
+  const VoxelBox around = grown(changed, margin, base->size),
+                 near = grown(changed, ivec3(k_torn_near + 1), base->size);
+  const volume::ChunkRange range = volume::chunks_touching(around.low, around.high, base->size),
+                           again = volume::chunks_touching(near.low, near.high, base->size);
+  cut(version, grown(changed, ivec3(k_torn_near), base->size));
+  smooth(near);
+  std::vector<std::pair<ivec3, bool>> chunks;  // and whether it is new
+  for_voxels({range.first, range.last}, [&](const ivec3& chunk) {
+    const bool is_new = meshed.insert({chunk.x, chunk.y, chunk.z}).second;
+    if (!is_new && !VoxelBox{again.first, again.last}.contains(chunk)) return;
+    chunks.emplace_back(chunk, is_new);
+    const VoxelBox cells{volume::k_chunk * chunk, volume::k_chunk * (chunk + 1) - 1};
+    if (is_new) smooth(grown(cells, ivec3(k_beside), base->size));
+  });
+  volume::Shape solid;
+  solid.name = "structures";
+  solid.low = k_level;
+  haptics::TouchScene scene;
+  scene.base = drawn;
+  const volume::Field field(*drawn, solid);
+  auto bits = std::make_shared<const volume::Occupancy>(volume::Occupancy::build(*drawn, solid, 1));
+  scene.items.push_back({field, bits, {}, haptics::Side::front});
+  for (const auto& other : bone) scene.items.push_back({field, other, {}, haptics::Side::front});
+
+  std::vector<ChunkMesh> done;
+  for (const auto& [chunk, is_new] : chunks) {
+    const ivec3 middle = glm::min(volume::k_chunk * chunk + volume::k_chunk / 2, base->size - 1);
+    if (bits->empty_distance(middle) > volume::k_chunk / 8 + 2) continue;
+    ChunkMesh made = make_chunk_mesh(scene, 0, version, chunk, &scratch, CutsOfShape::ignored);
+    made.shape = shape;
+    paint(made.fine);
+    paint(made.coarse);
+    set_changed(made, base->frame,
+                is_new ? VoxelBox{volume::k_chunk * chunk - 1, volume::k_chunk * (chunk + 1)} : near);
+    done.push_back(std::move(made));
+  }
+  return done;
+}
+
+void OpenedStructures::Solid::paint(DrawMesh& mesh) const {
+  const double step = 0.5 * std::cbrt(base->frame.voxel_mm3());
+  mesh.colours.reserve(mesh.vertices.size());
+  for (std::size_t i = 0; i < mesh.vertices.size(); ++i) {
+    // The matter just below the surface.
+    int label = labels.front();
+    for (int deep = 1; deep <= 4; ++deep) {
+      const ivec3 v = volume::voxel_of(
+          base->frame.volume_from_world(dvec3(mesh.vertices[i]) - deep * step * dvec3(mesh.normals[i])));
+      if (!is_structure(v)) continue;
+      label = base->labels[base->index(v.x, v.y, v.z)];
+      break;
+    }
+    mesh.colours.emplace_back(colours[static_cast<std::size_t>(label)]);
+  }
+}
+
+std::vector<int> OpenedStructures::structures_of(const haptics::TouchScene& scene) {
+  std::vector<int> labels;
+  if (scene.base->labels.is_empty()) return labels;
+  const auto& names = scene.base->label_names;
+  const auto items = base_shapes(scene);
+  for (std::size_t i = 1; i < std::min<std::size_t>(names.size(), 256); ++i) {
+    const int label = static_cast<int>(i);
+    const bool is_shown = std::any_of(items.begin(), items.end(), [&](const haptics::TouchItem& item) {
+      return item.field.shape().is_label() && item.field.shape().label == label;
+    });
+    if (!is_shown && find_structure(names[i])) labels.push_back(label);
+  }
+  return labels;
+}
+
+OpenedStructures::OpenedStructures(const haptics::TouchScene& scene)
+    : scene_(&scene), labels_(structures_of(scene)) {}
+
+OpenedStructures::~OpenedStructures() {
+  if (job_.valid()) job_.wait();
+}
+
+void OpenedStructures::request_all(const std::shared_ptr<const volume::Version>& version) {
+  if (labels_.empty() || version->is_untouched()) return;
+  // By chunks: what is asked for is as coarse.
+  const volume::CutLattice& lattice = version->lattice();
+  VoxelBox opened{ivec3(0), ivec3(-1)};
+  for_voxels({ivec3(0), (scene_->base->size - 1) / volume::k_chunk}, [&](const ivec3& chunk) {
+    const VoxelBox box{volume::k_chunk * chunk,
+                       glm::min(volume::k_chunk * (chunk + 1), scene_->base->size) - 1};
+    if (version->has_brick(lattice.low_of(box.low), lattice.high_of(box.high)))
+      opened = is_empty(opened) ? box : volume::united(opened, box);
+  });
+  request(version, opened);
+}
+
+void OpenedStructures::request(const std::shared_ptr<const volume::Version>& version,
+                               const VoxelBox& changed) {
+  if (labels_.empty() || is_empty(changed)) return;
+  version_ = version;
+  waiting_ = is_empty(waiting_) ? changed : volume::united(waiting_, changed);
+  start();
+}
+
+void OpenedStructures::start() {
+  if (job_.valid() || is_empty(waiting_)) return;
+  job_ = std::async(std::launch::async, [this, version = std::move(version_),
+                                         changed = std::exchange(waiting_, {ivec3(0), ivec3(-1)})] {
+    setpriority(PRIO_PROCESS, static_cast<id_t>(gettid()), 10);
+    if (!solid_) solid_ = std::make_unique<Solid>(*scene_, labels_);
+    return solid_->mesh(*version, changed);
+  });
+}
+
+void OpenedStructures::collect() {
+  std::vector<ChunkMesh> meshes = job_.get();
+  std::move(meshes.begin(), meshes.end(), std::back_inserter(done_));
+  start();
+}
+
+std::vector<ChunkMesh> OpenedStructures::take() {
+  if (job_.valid() && job_.wait_for(std::chrono::seconds(0)) == std::future_status::ready) collect();
+  return std::exchange(done_, {});
+}
+
+void OpenedStructures::finish() {
+  while (job_.valid()) collect();
+}
+
+bool OpenedStructures::is_complete() const { return !job_.valid() && done_.empty(); }
+
+}  // namespace trephine::view
