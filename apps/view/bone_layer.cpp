@@ -128,6 +128,10 @@ class BoneLayer::Painter {
   void render();
   void expose();
   bool is_complete() const noexcept { return is_fine_; }
+  double drawn_share() const noexcept {
+    if (is_fine_ || chunks_.empty()) return 1;
+    return 1 - std::min(1.0, static_cast<double>(to_draw_.size()) / static_cast<double>(chunks_.size()));
+  }
   std::size_t triangle_count() const noexcept { return triangles_; }
   std::size_t coarse_triangle_count() const;
   void bounds(dvec3& low, dvec3& high) const;
@@ -185,6 +189,7 @@ class BoneLayer::Painter {
   Rectangle changed_;                              ///< where the picture that is seen is no longer true
   dvec3 room_low_{1e300}, room_high_{-1e300};      ///< of what is drawn on top
   dvec3 fitted_low_{1e300}, fitted_high_{-1e300};  ///< bounds that the camera's planes enclose
+  std::array<double, 2> fitted_range_{};           ///< these planes
   std::array<double, 16> seen_from_{};
   std::array<int, 2> seen_size_{};
   Clock::time_point moved_at_;
@@ -431,6 +436,7 @@ void BoneLayer::Painter::fit_clipping_range() {
   const double box[6] = {low.x - k_room_mm,  high.x + k_room_mm, low.y - k_room_mm,
                          high.y + k_room_mm, low.z - k_room_mm,  high.z + k_room_mm};
   bone_->ResetCameraClippingRange(box);
+  bone_->GetActiveCamera()->GetClippingRange(fitted_range_.data());
 }
 
 void BoneLayer::Painter::expose() {
@@ -503,6 +509,8 @@ void BoneLayer::Painter::render() {
     drawn_triangles_ = 0;
     bone_->DrawOff();
   }
+  // Others fit the camera's planes to what is visible at the moment, of which most is not drawn again.
+  camera->SetClippingRange(fitted_range_.data());
   const bool was_changed = !changed_.is_empty();
   if (pass_ == Pass::rectangle) changed_ = {};
   const auto begin = Clock::now();
@@ -539,6 +547,7 @@ void BoneLayer::set_room(const dvec3& low, const dvec3& high) { painter_->set_ro
 void BoneLayer::expose() { painter_->expose(); }
 void BoneLayer::render() { painter_->render(); }
 bool BoneLayer::is_complete() const noexcept { return painter_->is_complete(); }
+double BoneLayer::drawn_share() const noexcept { return painter_->drawn_share(); }
 std::size_t BoneLayer::triangle_count() const noexcept { return painter_->triangle_count(); }
 std::size_t BoneLayer::coarse_triangle_count() const { return painter_->coarse_triangle_count(); }
 std::size_t BoneLayer::drawn_triangles() const noexcept { return painter_->drawn_triangles(); }

@@ -35,6 +35,8 @@ class BoneLayer {
   void expose();
   /// Is all of the bone in the picture, in full?
   bool is_complete() const noexcept;
+  /// Returns the share of the bone that is in the picture in full, 0 to 1.
+  double drawn_share() const noexcept;
 
   std::size_t triangle_count() const noexcept;
   std::size_t coarse_triangle_count() const;

@@ -8,6 +8,7 @@
 #include <glm/matrix.hpp>
 #include <glm/vector_relational.hpp>
 #include <map>
+#include <numeric>
 #include <sys/resource.h>
 #include <unistd.h>
 
@@ -133,33 +134,50 @@ void set_changed(ChunkMesh& mesh, const volume::Frame& frame, const volume::Voxe
 }
 
 DrawMesh clustered(const DrawMesh& mesh, double cell, const std::vector<bool>& stays) {
-  DrawMesh result;
-  std::map<std::array<int, 3>, std::uint32_t> cubes;
-  std::vector<std::uint32_t> cube_of(mesh.vertices.size());
-  std::vector<float> counts;
-  for (std::size_t i = 0; i < mesh.vertices.size(); ++i) {
+  const std::size_t count = mesh.vertices.size();
+  // The side of a cube on which a vertex is: the two sides of a thin wall have normals that would cancel.
+  std::map<std::array<int, 3>, std::vector<std::pair<glm::vec3, std::uint32_t>>> cubes;
+  std::vector<std::uint32_t> side_of(count);
+  std::uint32_t side_count = 0;
+  for (std::size_t i = 0; i < count; ++i) {
     if (stays[i]) {
-      cube_of[i] = static_cast<std::uint32_t>(counts.size());
-      result.vertices.push_back(mesh.vertices[i]);
-      result.normals.push_back(mesh.normals[i]);
-      result.freshness.push_back(mesh.freshness[i]);
-      result.openness.push_back(mesh.openness[i]);
-      result.density.push_back(mesh.density[i]);
-      counts.push_back(1);
+      side_of[i] = side_count++;
       continue;
     }
     const dvec3 at = glm::floor(dvec3(mesh.vertices[i]) / cell);
-    const auto [it, is_new] =
-        cubes.try_emplace({static_cast<int>(at.x), static_cast<int>(at.y), static_cast<int>(at.z)},
-                          static_cast<std::uint32_t>(counts.size()));
-    const std::size_t c = it->second;
-    cube_of[i] = it->second;
-    if (is_new) {
+    auto& sides = cubes[{static_cast<int>(at.x), static_cast<int>(at.y), static_cast<int>(at.z)}];
+    const auto same = std::find_if(sides.begin(), sides.end(), [&](const auto& side) {
+      return glm::dot(side.first, mesh.normals[i]) > 0;
+    });
+    side_of[i] =
+        same != sides.end() ? same->second : sides.emplace_back(mesh.normals[i], side_count++).second;
+  }
+  // What becomes one hangs together: two sheets that lie over each other in a cube stay two.
+  std::vector<std::uint32_t> root(count);
+  std::iota(root.begin(), root.end(), 0u);
+  const auto root_of = [&](std::uint32_t i) {
+    while (root[i] != i) i = root[i] = root[root[i]];
+    return i;
+  };
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    const std::uint32_t a = mesh.triangles[t], b = mesh.triangles[t % 3 == 2 ? t - 2 : t + 1];
+    if (side_of[a] != side_of[b]) continue;
+    const std::uint32_t from = root_of(a), to = root_of(b);
+    root[std::max(from, to)] = std::min(from, to);
+  }
+  DrawMesh result;
+  std::vector<std::uint32_t> cluster_of(count);
+  std::vector<float> counts;
+  for (std::uint32_t i = 0; i < count; ++i) {
+    const std::uint32_t first = root_of(i);
+    if (first == i) {
+      cluster_of[i] = static_cast<std::uint32_t>(counts.size());
       result.vertices.emplace_back(0.0f);
       result.normals.emplace_back(0.0f);
       for (auto* values : {&result.freshness, &result.openness, &result.density}) values->push_back(0);
       counts.push_back(0);
     }
+    const std::uint32_t c = cluster_of[i] = cluster_of[first];
     result.vertices[c] += mesh.vertices[i];
     result.normals[c] += mesh.normals[i];
     result.freshness[c] += mesh.freshness[i];
@@ -174,8 +192,8 @@ DrawMesh clustered(const DrawMesh& mesh, double cell, const std::vector<bool>& s
     for (auto* values : {&result.freshness, &result.openness, &result.density}) (*values)[c] /= counts[c];
   }
   for (std::size_t t = 0; t + 2 < mesh.triangles.size(); t += 3) {
-    const std::uint32_t a = cube_of[mesh.triangles[t]], b = cube_of[mesh.triangles[t + 1]],
-                        c = cube_of[mesh.triangles[t + 2]];
+    const std::uint32_t a = cluster_of[mesh.triangles[t]], b = cluster_of[mesh.triangles[t + 1]],
+                        c = cluster_of[mesh.triangles[t + 2]];
     if (a != b && b != c && c != a) result.triangles.insert(result.triangles.end(), {a, b, c});
   }
   return result;
@@ -205,6 +223,7 @@ void ChunkWorker::request(std::shared_ptr<const volume::Version> version, const 
   {
     const std::lock_guard guard(lock_);
     version_ = std::move(version);
+    if (waiting_.empty() && busy_.empty()) finished_ = 0;
     for (int z = range.first.z; z <= range.last.z; ++z)
       for (int y = range.first.y; y <= range.last.y; ++y)
         for (int x = range.first.x; x <= range.last.x; ++x) {
@@ -236,6 +255,12 @@ int ChunkWorker::remaining() const {
   return static_cast<int>(waiting_.size() + busy_.size());
 }
 
+double ChunkWorker::finished_share() const {
+  const std::lock_guard guard(lock_);
+  const std::size_t remaining = waiting_.size() + busy_.size();
+  return remaining == 0 ? 1.0 : static_cast<double>(finished_) / static_cast<double>(finished_ + remaining);
+}
+
 void ChunkWorker::run() {
   // Behind whoever draws: a surface that is a frame late is not seen, a frame that is late is.
   setpriority(PRIO_PROCESS, static_cast<id_t>(gettid()), 10);
@@ -260,6 +285,7 @@ void ChunkWorker::run() {
     set_changed(mesh, scene_->base->frame, box);
     guard.lock();
     done_.push_back(std::move(mesh));
+    ++finished_;
     busy_.erase(chosen);
     wake_.notify_all();
     if (waiting_.empty() && busy_.empty()) idle_.notify_all();

@@ -50,9 +50,9 @@ ChunkMesh make_chunk_mesh(const haptics::TouchScene& scene, std::size_t shape, c
 /// farther.
 void set_changed(ChunkMesh& mesh, const volume::Frame& frame, const volume::VoxelBox& voxels);
 
-/// Vertices that share a cube of `cell` mm become one, at their mean; what is left of the triangles
-/// (Rossignac & Borrel 1993). Vertices that are marked stay as they are: along a chunk's border, where its
-/// neighbour has the same ones, so that nothing gapes.
+/// Vertices that share a cube of `cell` mm, face the same way and hang together become one, at their mean;
+/// what is left of the triangles (Rossignac & Borrel 1993). Vertices that are marked stay as they are: along
+/// a chunk's border, where its neighbour has the same ones, so that nothing gapes.
 DrawMesh clustered(const DrawMesh& mesh, double cell, const std::vector<bool>& stays);
 
 /// Meshes chunks on threads of its own, newest version first come. request() and take() may be called from
@@ -74,6 +74,8 @@ class ChunkWorker {
   /// Waits until nothing is left to do.
   void finish();
   int remaining() const;
+  /// Returns the share of what was asked for since it last had nothing to do that is finished, 0 to 1.
+  double finished_share() const;
 
  private:
   void run();
@@ -87,6 +89,7 @@ class ChunkWorker {
   std::set<Key> busy_;
   std::vector<ChunkMesh> done_;
   bool is_stopping_ = false;
+  std::size_t finished_ = 0;  ///< since it last had nothing to do
   std::vector<std::thread> threads_;
 };
 

@@ -335,9 +335,7 @@ void MainWindow::tick() {
   take_opened();
   const double elapsed = seconds_since(last_tick_);
   last_tick_ = Clock::now();
-  if (!vtkGenericOpenGLRenderWindow::SafeDownCast(canvas_->renderWindow())->GetReadyForRendering() ||
-      canvas_->width() < 2)
-    return;
+  if (!is_drawable()) return;
   if (operation_) {
     // The cursor in shares of the picture, wherever the last event came from.
     const QPoint at = canvas_->mapFromGlobal(QCursor::pos());
@@ -359,6 +357,11 @@ void MainWindow::tick() {
   }
   show_panes(elapsed);
   show_state();
+}
+
+bool MainWindow::is_drawable() const {
+  return vtkGenericOpenGLRenderWindow::SafeDownCast(canvas_->renderWindow())->GetReadyForRendering() &&
+         canvas_->width() >= 2;
 }
 
 /// In the status line, for a while.
@@ -413,13 +416,15 @@ void MainWindow::show_state() {
                         .arg(servo.step_p50_us, 0, 'f', 1)
                         .arg(servo.late_p50_us, 0, 'f', 0));
     const std::string fault = operation_->fault_text();
+    const double share = viewport()->drawn_share();
     const Status recording = options_.recorder ? options_.recorder->status() : std::nullopt;
     fault_->setText(!fault.empty() ? QString::fromStdString("\u26a0 " + fault)
                     : recording
                         ? QString::fromStdString("\u26a0 " + recording->what + ": " + recording->found)
                     : record.is_led                        ? QString("led out of the bone that grew back")
                     : operation_->state().pending_jobs > 0 ? QString("working ...")
-                                                           : QString("ready"));
+                    : share < 1 ? QString("drawing, %1 %").arg(static_cast<int>(100 * share))
+                                : QString("ready"));
     fault_->setStyleSheet(fault.empty() && !recording ? "" : "color: #f6c944; font-weight: bold");
   } else {
     play_->setText(replay_->is_playing() ? "Pause" : "Play");
@@ -446,7 +451,7 @@ WindowReport MainWindow::finish() {
 void MainWindow::closeEvent(QCloseEvent* event) {
   remember_layout();
   if (!options_.screenshot.empty())
-    if (const Status error = save_picture(QString::fromStdString(options_.screenshot))) show_error(*error);
+    screenshot_error_ = save_picture(QString::fromStdString(options_.screenshot));
   finish();
   QMainWindow::closeEvent(event);
 }
@@ -480,5 +485,7 @@ trephine::volume::Result<trephine::view::WindowReport> trephine_run_qt_window(
   MainWindow window(std::move(scene), remembering);
   window.show();
   QApplication::exec();
-  return window.finish();
+  WindowReport report = window.finish();
+  if (window.screenshot_error()) return *window.screenshot_error();
+  return report;
 }

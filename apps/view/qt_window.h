@@ -63,6 +63,8 @@ class MainWindow : public QMainWindow {
   void cancel_opening();
   /// Ends the operation and says what happened in the window.
   WindowReport finish();
+  /// Why the picture that was asked for at the end was not written.
+  const volume::Status& screenshot_error() const noexcept { return screenshot_error_; }
 
  protected:
   void closeEvent(QCloseEvent* event) override;
@@ -112,6 +114,8 @@ class MainWindow : public QMainWindow {
                          volume::Status (MainWindow::*save)(const QString&));
   std::shared_ptr<const volume::Version> version() const;
   Viewport* viewport();
+  /// Can the canvas be drawn into yet?
+  bool is_drawable() const;
 
   WindowOptions options_;
   std::shared_ptr<const haptics::TouchScene> scene_;
@@ -133,6 +137,7 @@ class MainWindow : public QMainWindow {
   WindowStage stage_;
   DrillSound sound_;
   WindowReport report_;
+  volume::Status screenshot_error_;
   bool has_first_frame_ = false, is_sound_on_ = false, is_previewing_ = false;
   std::chrono::steady_clock::time_point opened_at_, last_tick_;
   QTimer timer_, preview_timer_;

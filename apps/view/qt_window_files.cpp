@@ -171,6 +171,13 @@ Status MainWindow::save_session(const QString& path) {
 Status MainWindow::save_picture(const QString& path) {
   const std::string file = path.toStdString();
   if (Status error = check_save(file, data_tools::OutputKind::picture)) return error;
+  if (!is_drawable() || !viewport()->complete())
+    return Error{"The picture cannot be made: the window was not drawn yet",
+                 data_tools::file_name(file),
+                 "",
+                 "",
+                 "show the window on a display before it is saved; with --seconds, allow more of them",
+                 volume::ErrorKind::missing_here};
   // What the canvas shows: the widget's own pixels, without panels.
   QByteArray bytes;
   QBuffer buffer(&bytes);

@@ -194,7 +194,13 @@ Result<WindowReport> run_plain_window(const haptics::TouchScene& scene, const Wi
   report.window = "plain";
   report.first_frame_seconds = first_frame;
   if (!options.screenshot.empty()) {
-    operation.viewport().view().bone().expose();
+    if (!operation.viewport().complete())
+      return volume::Error{"The picture cannot be made: the window was not drawn",
+                           "--screenshot",
+                           "",
+                           "",
+                           "write it without a window: --screenshot without --seconds",
+                           volume::ErrorKind::missing_here};
     if (volume::Status error = write_png(window, options.screenshot)) return *error;
   }
   return report;

@@ -3,10 +3,12 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <chrono>
 #include <cmath>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <glm/gtc/quaternion.hpp>
+#include <thread>
 #include <vtkCamera.h>
 #include <vtkRenderWindow.h>
 #include <vtkRenderer.h>
@@ -388,6 +390,23 @@ void Viewport::take_meshes() {
 
 bool Viewport::is_complete() const {
   return worker_->remaining() == 0 && structures_.is_complete() && view_.bone().is_complete();
+}
+
+double Viewport::drawn_share() const {
+  if (is_complete()) return 1;
+  constexpr double k_meshing = 0.7;  // of the work; the rest is drawing
+  const double meshed = worker_->finished_share();
+  return std::min(0.99, k_meshing * meshed + (meshed < 1 ? 0 : (1 - k_meshing) * view_.bone().drawn_share()));
+}
+
+bool Viewport::complete() {
+  if (!view_.is_drawable()) return false;
+  wait();
+  do {
+    draw();
+    std::this_thread::sleep_for(std::chrono::milliseconds(2));
+  } while (!is_complete());
+  return true;
 }
 
 }  // namespace trephine::view

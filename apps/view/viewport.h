@@ -106,6 +106,10 @@ class Viewport {
   BoneView& view() noexcept { return view_; }
   std::size_t triangle_count() const { return view_.bone().triangle_count(); }
   bool is_complete() const;
+  /// Returns the share of the picture that is drawn in full, 0 to 1; 1: it is complete.
+  double drawn_share() const;
+  /// Draws until the picture is complete. False where the window cannot be drawn into.
+  bool complete();
 
  private:
   /// Gives finished chunks of bone and of opened structures to the picture.

@@ -25,7 +25,7 @@ const std::map<std::string, std::vector<std::string>> k_outsiders{
     {"vtk",
      {"apps/view/", "data-tools/vti.cpp", "data-tools/vtk_errors.h", "data-tools/mesh_reading.cpp",
       "data-tools/polygon_builder.cpp", "data-tools/invesalius.cpp", "tests/data-tools/round_trip_test.cpp",
-      "tests/bench/peer_", "tests/apps/window_"}},
+      "tests/bench/peer_", "tests/apps/window_", "tests/apps/whole_picture_test.cpp"}},
     {"itk", {"data-tools/image_files.cpp", "tests/data-tools/round_trip_test.cpp", "tests/bench/peer_"}},
     {"gdcm", {"data-tools/dicom_pixels.cpp", "data-tools/dicom_writer.cpp"}},
     {"teem/", {"data-tools/nrrd.cpp"}},

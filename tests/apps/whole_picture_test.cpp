@@ -1,0 +1,272 @@
+// Pictures of bone have no holes: what a ray through the voxels meets is drawn, near and far, in the coarse
+// picture of a moving view and in the full one.
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <glm/trigonometric.hpp>
+#include <gtest/gtest.h>
+#include <thread>
+#include <vtkCamera.h>
+#include <vtkFloatArray.h>
+#include <vtkNew.h>
+#include <vtkRenderWindow.h>
+#include <vtkRenderer.h>
+#include <vtkUnsignedCharArray.h>
+
+#include "apps/view/render_window.h"
+#include "apps/view/viewport.h"
+#include "data-tools/open_volume.h"
+#include "tests/data-tools/file_helpers.h"
+#include "tests/scenes/scenes.h"
+#include "tests/whole.h"
+
+namespace trephine::view {
+namespace {
+
+constexpr int k_width = 480, k_height = 360;
+
+struct Picture {
+  std::vector<float> depth;
+  std::vector<unsigned char> colours;  ///< red, green, blue
+  bool is_drawn(int x, int y) const { return depth[index(x, y)] < 0.9999999f; }
+  double light(int x, int y) const {
+    const std::size_t i = 3 * index(x, y);
+    return 0.30 * colours[i] + 0.59 * colours[i + 1] + 0.11 * colours[i + 2];
+  }
+  static std::size_t index(int x, int y) { return static_cast<std::size_t>(y * k_width + x); }
+};
+
+Picture read(vtkRenderWindow* window) {
+  Picture picture;
+  vtkNew<vtkFloatArray> depth;
+  vtkNew<vtkUnsignedCharArray> colours;
+  window->GetZbufferData(0, 0, k_width - 1, k_height - 1, depth);
+  window->GetPixelData(0, 0, k_width - 1, k_height - 1, 0, colours);
+  picture.depth.assign(depth->GetPointer(0), depth->GetPointer(0) + k_width * k_height);
+  picture.colours.assign(colours->GetPointer(0), colours->GetPointer(0) + 3 * k_width * k_height);
+  return picture;
+}
+
+struct Faults {
+  int inside = 0;   ///< pixels well within the silhouette of the bone
+  int missing = 0;  ///< of these, with the background
+  int black = 0;    ///< darker than any bone is
+};
+
+/// Voxels with nothing but solid around them: whatever surface is drawn, it lies around these.
+class DeepVoxels {
+ public:
+  explicit DeepVoxels(const haptics::TouchScene& scene)
+      : frame_(scene.base->frame), size_(scene.base->size), deep_(scene.base->voxels.size()) {
+    const volume::Occupancy& bits = *scene.items[0].bits;
+    for (int z = 1; z + 1 < size_.z; ++z)
+      for (int y = 1; y + 1 < size_.y; ++y)
+        for (int x = 1; x + 1 < size_.x; ++x) {
+          bool is_deep = bits.is_solid({x, y, z});
+          for (int n = 0; n < 27 && is_deep; ++n)
+            is_deep = bits.is_solid({x + n % 3 - 1, y + n / 3 % 3 - 1, z + n / 9 - 1});
+          deep_[scene.base->index(x, y, z)] = is_deep;
+        }
+  }
+  /// mm along the ray to the first; negative: it meets none. By steps of a
+  /// quarter of a voxel; a ray that only grazes a voxel's corner may miss what is drawn around it.
+  double distance(const Ray& ray) const {
+    const glm::dvec3 from = frame_.volume_from_world(ray.origin),
+                     way = frame_.vector_volume_from_world(ray.direction);
+    double near = 0, far = 1e9;
+    for (int a = 0; a < 3; ++a) {
+      if (std::abs(way[a]) < 1e-12) {
+        if (from[a] < 0 || from[a] > size_[a] - 1) return -1;
+        continue;
+      }
+      const double t = -from[a] / way[a], u = (size_[a] - 1 - from[a]) / way[a];
+      near = std::max(near, std::min(t, u)), far = std::min(far, std::max(t, u));
+    }
+    const double step = 0.25 / glm::length(way);
+    for (double t = near; t < far; t += step) {
+      const glm::dvec3 p = from + t * way;
+      const glm::ivec3 v(glm::floor(p + 0.5));
+      const glm::dvec3 off = glm::abs(p - glm::dvec3(v));
+      if (std::max({off.x, off.y, off.z}) > 0.35) continue;
+      if (v.x < 0 || v.y < 0 || v.z < 0 || v.x >= size_.x || v.y >= size_.y || v.z >= size_.z) continue;
+      if (deep_[(static_cast<std::size_t>(v.z) * size_.y + v.y) * size_.x + v.x]) return t;
+    }
+    return -1;
+  }
+
+ private:
+  const volume::Frame& frame_;
+  glm::ivec3 size_;
+  std::vector<char> deep_;
+};
+
+/// How far away bone is in a grid of pixels.
+class Silhouette {
+ public:
+  Silhouette(Viewport& picture, const DeepVoxels& bone)
+      : rays_(k_width * k_height), bone_(k_width * k_height) {
+    for (int y = 0; y < k_height; y += k_step)
+      for (int x = 0; x < k_width; x += k_step) {
+        const std::size_t i = Picture::index(x, y);
+        rays_[i] = picture.ray_at((x + 0.5) / k_width, (y + 0.5) / k_height);
+        bone_[i] = bone.distance(rays_[i]);
+      }
+  }
+  /// mm to the bone, the farthest within `margin` steps; negative where there is none in one of them.
+  double farthest(int x, int y, int margin) const {
+    double most = 0;
+    for (int j = -margin; j <= margin; ++j)
+      for (int i = -margin; i <= margin; ++i) {
+        const int u = x + i * k_step, v = y + j * k_step;
+        if (u < 0 || v < 0 || u >= k_width || v >= k_height || bone_[Picture::index(u, v)] < 0) return -1;
+        most = std::max(most, bone_[Picture::index(u, v)]);
+      }
+    return most;
+  }
+  /// `slack`: mm that the surface may lie behind the bone.
+  Faults faults(const Picture& picture, vtkCamera* camera, int margin, double slack) const {
+    double range[2];
+    camera->GetClippingRange(range);
+    const double* way = camera->GetDirectionOfProjection();
+    Faults f;
+    for (int y = 0; y < k_height; y += k_step)
+      for (int x = 0; x < k_width; x += k_step) {
+        const double bone = farthest(x, y, margin);
+        if (bone < 0) continue;
+        const std::size_t i = Picture::index(x, y);
+        const double z = static_cast<double>(picture.depth[i]);
+        const double ahead = range[0] * range[1] / (range[1] - z * (range[1] - range[0]));
+        const double seen = ahead / glm::dot(rays_[i].direction, glm::dvec3(way[0], way[1], way[2]));
+        ++f.inside;
+        f.missing += !picture.is_drawn(x, y) || seen > bone + slack;
+        f.black += picture.light(x, y) < 12;
+      }
+    return f;
+  }
+
+ private:
+  static constexpr int k_step = 2;
+  std::vector<Ray> rays_;
+  std::vector<double> bone_;
+};
+
+/// A live picture of a scene, and its judge.
+class Subject {
+ public:
+  explicit Subject(const haptics::TouchScene& scene) : scene_(scene), bone_(scene) {
+    surface_ = make_offscreen(k_width, k_height).value();
+    picture_.emplace(scene, surface_->window(), true);
+    picture_->request_all(haptics::untouched(scene));
+    picture_->wait();
+  }
+  Viewport& picture() { return *picture_; }
+  vtkCamera* camera() { return picture_->view().renderer()->GetActiveCamera(); }
+  void look(char side, double nearer) {
+    picture_->look_from(side);
+    camera()->Dolly(nearer);
+  }
+  /// Judges what is in the window. A coarse surface lies within a cube of four voxels.
+  Faults faults(bool is_coarse) {
+    const glm::dvec3 spacing = scene_.base->frame.spacing();
+    const double voxel = std::max({spacing.x, spacing.y, spacing.z});
+    const double pixel =
+        2 * camera()->GetDistance() * std::tan(0.5 * glm::radians(camera()->GetViewAngle())) / k_height;
+    const Silhouette silhouette(*picture_, bone_);
+    const int margin = is_coarse ? 1 + static_cast<int>(std::ceil(3 * voxel / pixel / 2)) : 0;
+    return silhouette.faults(read(surface_->window()), camera(), margin, (is_coarse ? 3 : 0.5) * voxel);
+  }
+  void keep(const std::string& name) {
+    if (const char* folder = std::getenv("TREPHINE_SCREENSHOTS"))
+      write_png(surface_->window(), (std::filesystem::path(folder) / (name + ".png")).string());
+  }
+
+ private:
+  const haptics::TouchScene& scene_;
+  DeepVoxels bone_;
+  std::unique_ptr<DrawSurface> surface_;
+  std::optional<Viewport> picture_;
+};
+
+void expect_whole(const haptics::TouchScene& scene, const std::string& name) {
+  Subject subject(scene);
+  int view_number = 0;
+  for (const char side : {'\0', 'A', 'P', 'L', 'S', 'I'})
+    for (const double nearer : {1.0, 2.5}) {
+      if (!is_whole() && view_number++ % 5 != 0) continue;  // 0 from afar, P near, S from afar
+      const std::string view = name + "-" + (side ? side : '0') + (nearer > 1 ? "-near" : "");
+      SCOPED_TRACE(view);
+      subject.look(side, nearer);
+      subject.picture().draw();
+      subject.keep(view + "-coarse");
+      const Faults coarse = subject.faults(true);
+      ASSERT_TRUE(subject.picture().complete());
+      EXPECT_EQ(subject.picture().drawn_share(), 1.0);
+      subject.keep(view + "-fine");
+      const Faults fine = subject.faults(false);
+      EXPECT_GT(fine.inside, 80);
+      EXPECT_EQ(coarse.missing, 0);
+      // One pixel of 13,000 was missing in one of eight runs, on a machine that was busy elsewhere.
+      EXPECT_LE(fine.missing, 1);
+      // In the skull's base and in noisy skin some crevices are as dark.
+      EXPECT_LE(coarse.black, fine.black + coarse.inside / 5000);
+    }
+}
+
+TEST(WholePicture, OfThePhantoms) {
+  for (const char* name : {"head", "spine"}) expect_whole(scenes::phantom_scene(name, {}), name);
+}
+
+TEST(WholePicture, OfEveryRealScan) {
+  const std::string data = data_tools::real_data();
+  if (data.empty()) GTEST_SKIP() << "no real data: set TREPHINE_DATA";
+  struct Scan {
+    const char* file;
+    double threshold;
+    bool is_quick;
+  };
+  for (const Scan& scan : {Scan{"head_real/pcir_head_0.6mm.dicom.tar.xz", 300, false},
+                           Scan{"skull_phantom/bone_1mm.dicom.tar.xz", 300, false},
+                           Scan{"spine_thoracic/tspine_roi_078x078x1.nii.gz", 200, true},
+                           Scan{"spine_lumbar/example_ct.nii.gz", 200, true},
+                           Scan{"spine_vhf/vhf_lumbar_pelvis_1mm.dicom.tar.xz", 200, false},
+                           Scan{"mr_head/ch2.nii.gz", 60, true}}) {
+    if (!is_whole() && !scan.is_quick) continue;
+    auto opened = data_tools::open_volume(data + "/" + scan.file);
+    ASSERT_TRUE(opened.is_ok()) << scan.file;
+    volume::Shape shape;
+    shape.low = scan.threshold;
+    expect_whole(scenes::scene_of(std::move(opened.value().volume), {}, shape),
+                 std::filesystem::path(scan.file).parent_path().string());
+  }
+}
+
+/// A cut that hides a part, and planes of the camera that do, are seen by the judge.
+TEST(WholePicture, IsJudgedByWhatIsMissing) {
+  const haptics::TouchScene scene = scenes::phantom_scene("head", {});
+  Subject subject(scene);
+  subject.look('L', 1);
+  subject.picture().set_clip({ClipChoice::Axis::view, 0.2});
+  ASSERT_TRUE(subject.picture().complete());
+  EXPECT_GT(subject.faults(false).missing, 1000);
+}
+
+/// Whoever else fits the camera's planes to what is visible at the moment cuts nothing away.
+TEST(WholePicture, StaysWholeWhenOthersMoveTheCamerasPlanes) {
+  const haptics::TouchScene scene = scenes::phantom_scene("head", {});
+  Subject subject(scene);
+  subject.look('A', 1);
+  subject.picture().draw();
+  double range[2];
+  subject.camera()->GetClippingRange(range);
+  const double middle = 0.5 * (range[0] + range[1]);
+  for (int i = 0; i < 1000 && !subject.picture().is_complete(); ++i) {
+    subject.camera()->SetClippingRange(middle, middle + 20);
+    subject.picture().draw();
+    std::this_thread::sleep_for(std::chrono::milliseconds(2));
+  }
+  EXPECT_EQ(subject.faults(false).missing, 0);
+}
+
+}  // namespace
+}  // namespace trephine::view
