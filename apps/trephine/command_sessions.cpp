@@ -7,6 +7,7 @@
 #include "apps/trephine/steps_csv.h"
 #include "apps/view/render_window.h"
 #include "apps/view/view_window.h"
+#include "apps/workbench/continued_session.h"
 #include "data-tools/atomic_file.h"
 #include "data-tools/open_volume.h"
 #include "data-tools/output_set.h"
@@ -188,44 +189,16 @@ Result<Outcome> run_resume(const ResumeArguments& arguments) {
     if (!read) return read.error();
     path = std::move(read).value();
   }
-  // Before it is read: what another program writes meanwhile is not lost.
-  auto lock = sim::SessionLock::take(arguments.session);
-  if (!lock) return lock.error();
-  auto opened = workbench::open_session(arguments.session, arguments.case_source, person());
-  if (!opened) return opened.error();
-  workbench::OpenedSession& session = *opened.value();
-  sim::Replay& replay = *session.replay;
-  const sim::SessionHeader& header = session.reader->header();
-  const std::string where = data_tools::file_name(arguments.session);
-  if (Status why = replay.why_not_verifiable()) {
-    why->what = "the session cannot be continued, only viewed";
-    why->where = where;
-    why->remedy = "go on with it in the version that recorded it";
-    return *why;
-  }
-  if (session.reader->is_damaged())
-    return Error{"the session is damaged and cannot be continued", where, "blocks after the damage",
-                 "a whole file", "replay it, and write what is left with -o"};
-  if (header.hands.size() != 1)
-    return Error{"only sessions of one hand can be continued here", where,
-                 std::to_string(header.hands.size()), "1", ""};
-  if (!path && !(header.rate_hz >= 250 && header.rate_hz <= 10000))
-    return Error{"this session cannot go on in the window", where, std::to_string(header.rate_hz) + " Hz",
-                 "250 to 10000 Hz", "give a path to go on with: --path PATH.csv"};
-  if (Status error = replay.seek(session.reader->tick_count())) return *error;
-  if (replay.mismatch())
-    return Error{"the session does not replay as it was recorded", where, replay.mismatch()->what,
-                 "the same bits", "see where: trephine replay --verify"};
-  const std::uint64_t first_tick = replay.next_tick();
-  auto made = sim::SessionWriter::append(std::move(lock).value(), replay.tail(), modules::catalogue());
-  if (!made) return made.error();
-  sim::SessionWriter& writer = *made.value();
-  const auto scene = replay.engine().servo_scene()->hands[0].scene;
-  sim::Engine engine = std::move(replay.engine());
+  auto continued =
+      workbench::continue_session(arguments.session, arguments.case_source, !path.has_value(), person());
+  if (!continued) return continued.error();
+  workbench::OpenedSession& session = *continued.value().session;
+  const sim::SessionHeader& header = continued.value().header();
+  sim::SessionWriter& writer = *continued.value().writer;
+  sim::Engine& engine = continued.value().engine;
+  const std::uint64_t first_tick = continued.value().first_tick;
+  const auto scene = engine.servo_scene()->hands[0].scene;
   const double before = engine.removed_mm3();
-  const sim::Command command{sim::Resume{}};
-  const sim::Outcome resumed = engine.apply(command);
-  writer.add(command, engine, resumed);
 
   Outcome outcome{new_report("resume"), "", exit_done};
   outcome.json["from_seconds"] = static_cast<double>(first_tick) / header.rate_hz;

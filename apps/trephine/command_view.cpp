@@ -4,6 +4,7 @@
 #include "apps/trephine/model_options.h"
 #include "apps/view/render_window.h"
 #include "apps/view/view_window.h"
+#include "apps/workbench/continued_session.h"
 #include "apps/workbench/devices.h"
 #include "data-tools/atomic_file.h"
 #include "data-tools/output_set.h"
@@ -55,6 +56,30 @@ class Host {
     return made;
   }
 
+  /// A session of a scan that it does not hold and that is not built in is of the one that is open.
+  Result<view::OpenedScene> resume(const std::string& session, const workbench::Listener& listener) {
+    auto continued = workbench::continue_session(session, {}, true, listener);
+    if (!continued && continued.error().where == "case") {
+      workbench::SourceChoice current;
+      current.path = path_;
+      continued = workbench::continue_session(session, current, true, listener);
+    }
+    if (!continued) return continued.error();
+    auto kept = std::make_shared<workbench::ContinuedSession>(std::move(continued).value());
+    const workbench::Source& source = kept->session->source;
+    view::OpenedScene opened{{std::move(kept->engine), kept->first_tick},
+                             source.written_name(),
+                             std::move(kept->writer),
+                             session,
+                             {session, path_},
+                             {},
+                             kept,
+                             kept->header().rate_hz,
+                             kept->header().force};
+    if (source.plan) opened.plan = workbench::plan_overlays(*source.plan);
+    return opened;
+  }
+
   Result<view::OpenedScene> reshape(double low, double high, const workbench::Listener& listener) {
     workbench::OperationChoice choice = choice_;
     choice.shape = {};
@@ -77,7 +102,7 @@ class Host {
     auto started = workbench::start_recording(record, operation.value());
     if (!started) return started.error();
     view::OpenedScene opened{
-        {operation.value().engine()}, source.name, std::move(started).value(), "", {path}, {}};
+        {operation.value().engine()}, source.written_name(), std::move(started).value(), "", {path}, {}, {}};
     if (opened.recorder) opened.session_file = record.file;
     if (source.plan) opened.plan = workbench::plan_overlays(*source.plan);
     return opened;
@@ -135,7 +160,7 @@ Result<Outcome> run_view(const ViewArguments& arguments) {
   options.side = side_of(arguments.side);
   options.has_tool = arguments.side.empty();  // a picture from a side is of the anatomy and its plan
   if (source.plan) options.plan = workbench::plan_overlays(*source.plan);
-  options.title = arguments.screenshot.empty() ? source.name : source.written_name();
+  options.title = source.written_name();
   // A screenshot alone needs no window; --seconds asks for one.
   options.is_offscreen = !view::has_display() || (!arguments.screenshot.empty() && !arguments.seconds);
 
@@ -162,6 +187,10 @@ Result<Outcome> run_view(const ViewArguments& arguments) {
   options.host.open = [host](const std::string& path, const workbench::Listener& listener) {
     return host->open(path, listener);
   };
+  options.host.resume = [host](const std::string& session, const workbench::Listener& listener) {
+    return host->resume(session, listener);
+  };
+  options.host.session_folder = workbench::autosave_folder();
   options.host.reshape = [host](double low, double high, const workbench::Listener& listener) {
     return host->reshape(low, high, listener);
   };

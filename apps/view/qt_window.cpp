@@ -450,6 +450,13 @@ WindowReport MainWindow::finish() {
 
 void MainWindow::closeEvent(QCloseEvent* event) {
   remember_layout();
+  // A person who closes it is told; a program, or a time that is up, is not kept waiting.
+  if (const QString saved = saved_as(); !saved.isEmpty() && (event->spontaneous() || is_quitting_)) {
+    const WindowStage::Dialog dialog(stage_);
+    QMessageBox::information(this, "trephine",
+                             "The session is saved as\n" + saved +
+                                 "\n\nGo on with it later: File > Open a session, or trephine resume.");
+  }
   if (!options_.screenshot.empty())
     screenshot_error_ = save_picture(QString::fromStdString(options_.screenshot));
   finish();

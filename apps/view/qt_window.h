@@ -45,6 +45,8 @@ class MainWindow : public QMainWindow {
 
   /// Opens another scan in the background; errors are shown, the old operation stays then.
   void open_source(const QString& source);
+  /// Goes on with a recorded session, likewise.
+  void resume_session(const QString& session);
   volume::Status check_save(const std::string& file, data_tools::OutputKind kind) const;
   volume::Status save_volume(const QString& path);
   volume::Status save_mesh(const QString& path);
@@ -104,6 +106,8 @@ class MainWindow : public QMainWindow {
   /// For files: of this moment, whatever is cut meanwhile.
   std::shared_ptr<const volume::Version> frozen();
   void show_state();
+  /// Where the session is that was recorded until now; empty where nothing was done or recorded.
+  QString saved_as() const;
   void show_notices();
   void preview_shape();
   void use_shape();
@@ -119,6 +123,7 @@ class MainWindow : public QMainWindow {
 
   WindowOptions options_;
   std::shared_ptr<const haptics::TouchScene> scene_;
+  std::shared_ptr<void> owner_;                   ///< of what an opened session borrows
   std::unique_ptr<sim::SessionWriter> recorder_;  ///< of a scan opened from here
   QVTKOpenGLNativeWidget* canvas_ = nullptr;
   std::unique_ptr<OperationController> operation_;
@@ -138,6 +143,7 @@ class MainWindow : public QMainWindow {
   DrillSound sound_;
   WindowReport report_;
   volume::Status screenshot_error_;
+  bool is_quitting_ = false;  ///< by the menu
   bool has_first_frame_ = false, is_sound_on_ = false, is_previewing_ = false;
   std::chrono::steady_clock::time_point opened_at_, last_tick_;
   QTimer timer_, preview_timer_;

@@ -50,6 +50,17 @@ void MainWindow::open_source(const QString& source) {
   });
 }
 
+void MainWindow::resume_session(const QString& session) {
+  if (!options_.host.resume) return;
+  open_by([resume = options_.host.resume, path = session.toStdString()](
+              const WindowHost::Listener& listener) { return resume(path, listener); });
+}
+
+QString MainWindow::saved_as() const {
+  const bool is_changed = operation_ && operation_->state().strokes > 0;
+  return is_changed && options_.recorder ? QString::fromStdString(options_.session_file) : QString();
+}
+
 WindowHost::Listener MainWindow::Opening::listener() const {
   return {[](const std::string&) {},
           [share = share, is_cancelled = is_cancelled](const char*) {
@@ -91,10 +102,15 @@ void MainWindow::take_opened() {
   if (!stage_.opened()) return say("not opened");
   if (!opened) return show_error(opened.error());
   OpenedScene& o = opened.value();
+  const QString saved = saved_as();
   if (operation_)
     if (const Status& ended = operation_->finish().recording) show_error(*ended);
   operation_.reset();
   recorder_ = std::move(o.recorder);
+  // What the one before borrowed goes when nothing shows it any more.
+  const std::shared_ptr<void> before = std::exchange(owner_, std::move(o.owner));
+  options_.rate_hz = o.rate_hz;
+  options_.force = o.force;
   options_.recorder = recorder_.get();
   options_.session_file = o.session_file;
   options_.in_use = o.in_use;
@@ -104,6 +120,8 @@ void MainWindow::take_opened() {
   options_.title = o.title;
   clip_->setCurrentIndex(0);
   begin(options_.start->scene());
+  if (!saved.isEmpty())
+    say("The session before is saved as " + saved + ". File > Open a session goes on with it.");
 }
 
 std::shared_ptr<const volume::Version> MainWindow::frozen() {

@@ -321,6 +321,15 @@ void MainWindow::build_menu() {
     add(file, "open_spine", "Open the built-in sp&ine", {}, [this] { open_source("spine"); });
     file->addSeparator();
   }
+  if (options_.host.resume) {
+    add(file, "open_session", "Open a s&ession to go on with ...", QKeySequence("Ctrl+Alt+O"), [this] {
+      const QString path = QFileDialog::getOpenFileName(this, "Open a session",
+                                                        QString::fromStdString(options_.host.session_folder),
+                                                        "Sessions (*.session);;All files (*)");
+      if (!path.isEmpty()) resume_session(path);
+    });
+    file->addSeparator();
+  }
   add(file, "save_volume", "&Save the operated volume ...", QKeySequence::Save, [this] {
     ask_path_and_save("Save the operated volume", "operated.nii.gz", k_volume_filter,
                       &MainWindow::save_volume);
@@ -336,7 +345,10 @@ void MainWindow::build_menu() {
     ask_path_and_save("Save the picture", "operation.png", "Pictures (*.png)", &MainWindow::save_picture);
   });
   file->addSeparator();
-  add(file, "quit", "&Quit", QKeySequence::Quit, [this] { close(); });
+  add(file, "quit", "&Quit", QKeySequence::Quit, [this] {
+    is_quitting_ = true;
+    close();
+  });
 
   QMenu* edit = menuBar()->addMenu("&Edit");
   undo_action_ =

@@ -28,9 +28,12 @@ struct OpenedScene {
   WindowStart start;
   std::string title;
   std::unique_ptr<sim::SessionWriter> recorder;
-  std::string session_file;         ///< where the recorder writes; empty without
-  std::vector<std::string> in_use;  ///< what it was read from: saving replaces none of it
-  sim::Overlays plan;               ///< shown beside the bone
+  std::string session_file;               ///< where the recorder writes; empty without
+  std::vector<std::string> in_use;        ///< what it was read from: saving replaces none of it
+  sim::Overlays plan;                     ///< shown beside the bone
+  std::shared_ptr<void> owner = nullptr;  ///< keeps what `start` borrows; null where it borrows nothing
+  double rate_hz = 1000;
+  haptics::ForceOptions force = {};
 };
 
 /// What only the program around a window can do: find and read scans, begin recordings.
@@ -38,6 +41,10 @@ struct WindowHost {
   using Listener = workbench::Listener;
   /// A folder, a file, "head" or "spine". Off the drawing thread; one of both at a time.
   std::function<volume::Result<OpenedScene>(const std::string& source, const Listener& listener)> open;
+  /// A recorded session, to go on where it stopped, in the same file. Its scan: in the session, built in, or
+  /// else the one that is open.
+  std::function<volume::Result<OpenedScene>(const std::string& session, const Listener& listener)> resume;
+  std::string session_folder;  ///< where sessions are kept that nobody named; empty: nowhere
   /// The scan that was opened last, with another window of intensities.
   std::function<volume::Result<OpenedScene>(double low, double high, const Listener& listener)> reshape;
 };
@@ -45,7 +52,7 @@ struct WindowHost {
 struct WindowOptions {
   const sim::Catalogue* catalogue = nullptr;  ///< what hands may take and tell; null: what they begin with
   double rate_hz = 1000;
-  haptics::ForceOptions force;
+  haptics::ForceOptions force = {};
   std::shared_ptr<haptics::Device> device;  ///< drives the first hand; null: the mouse
   std::optional<double> seconds;            ///< close by itself after so long
   /// Asked in every frame: true closes the window in order, as its own button does.

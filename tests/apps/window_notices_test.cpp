@@ -156,4 +156,27 @@ TEST_F(Window, APerforatorGoesOnInAnUnfinishedHole) {
 }
 
 }  // namespace
+/// After work the window says where the session before is, and goes on with a recorded one.
+TEST_F(Window, ASessionIsGoneOnWithFromTheMenu) {
+  std::string asked;
+  options_.host.resume = [&](const std::string& session,
+                             const WindowHost::Listener&) -> volume::Result<OpenedScene> {
+    asked = session;
+    OpenedScene opened{start_on(ball(40)), "scan", nullptr, "", {}, {}};
+    opened.rate_hz = 500;
+    return opened;
+  };
+  MainWindow window(scene_, options_);
+  window.show();
+  ASSERT_TRUE(QTest::qWaitForWindowExposed(&window));
+  EXPECT_NE(window.findChild<QAction*>("open_session"), nullptr);
+  window.resume_session("before.session");
+  ASSERT_TRUE(QTest::qWaitFor([&] { return !window.is_opening(); }, 20000));
+  EXPECT_EQ(asked, "before.session");
+  EXPECT_EQ(window.windowTitle(), "scan - trephine");
+  ASSERT_NE(window.operation(), nullptr);
+  EXPECT_FALSE(child<QLabel>(window, "notice")->text().contains("saved")) << "nothing was done before";
+  window.close();
+}
+
 }  // namespace trephine::view
