@@ -117,7 +117,15 @@ TEST_F(Window, TouchDrillUndoSaveAndQuit) {
     EXPECT_TRUE(window.save_volume("left.doc").has_value());
     EXPECT_TRUE(window.save_picture("/no/such/folder/a.png").has_value());
 
+    QString said;
+    QTimer::singleShot(400, [&said] {
+      auto* box = qobject_cast<QMessageBox*>(QApplication::activeModalWidget());
+      ASSERT_NE(box, nullptr);
+      said = box->text();
+      box->accept();
+    });
     child<QAction>(window, "quit")->trigger();
+    EXPECT_TRUE(said.contains(QString::fromStdString(session_))) << "where the session is";
     EXPECT_FALSE(window.isVisible());
     report = window.finish();
   }
