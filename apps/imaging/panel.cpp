@@ -23,6 +23,16 @@ void set_letters(Panel& panel, const glm::dvec3& right_world, const glm::dvec3& 
   panel.above = direction_letters(up_world), panel.below = direction_letters(-up_world);
 }
 
+void mirror(Panel& panel) {
+  for (int row = 0; row < panel.rows; ++row) {
+    const auto begin = panel.pixels.begin() + static_cast<std::ptrdiff_t>(row) * panel.columns;
+    std::reverse(begin, begin + panel.columns);
+  }
+  for (Panel::Line& line : panel.lines)
+    for (glm::dvec2& place : line.places) place.x = -place.x;
+  std::swap(panel.left, panel.right);
+}
+
 int bar_length(double longest) noexcept {
   int mm = 1;
   for (const int longer : {2, 5, 10, 20, 50, 100})

@@ -33,5 +33,7 @@ std::string direction_letters(const glm::dvec3& direction_world);
 int bar_length(double longest) noexcept;
 /// The letters at its edges, of where its right and its upper edge lie.
 void set_letters(Panel& panel, const glm::dvec3& right_world, const glm::dvec3& up_world);
+/// Exchanges left and right: pixels, lines and letters.
+void mirror(Panel& panel);
 
 }  // namespace trephine::imaging

@@ -4,34 +4,21 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 
-#include "apps/imaging/depth_panel.h"
-#include "apps/imaging/section_panel.h"
-#include "apps/workbench/text.h"
-
 namespace trephine::imaging {
 
 using glm::dvec2;
 using glm::dvec3;
 using volume::ImagePlane;
-using volume::Result;
-using workbench::format_text;
 
 namespace {
-
-constexpr int k_threads = 1;  // the other cores are the servo's and the picture's
-constexpr int k_live_pixels = 256, k_shot_pixels = 1024;
 
 dvec3 middle_of(const volume::Volume& scan) {
   return scan.frame.world_from_volume(0.5 * (dvec3(scan.size) - 1.0));
 }
 
-/// The same detector in other pixels.
-fluoroscopy::CArm in_pixels(fluoroscopy::CArm arm, int columns) {
-  arm.pixel *= static_cast<double>(arm.columns) / columns;
-  arm.rows = std::max<std::int64_t>(
-      1, std::llround(static_cast<double>(arm.rows) * columns / static_cast<double>(arm.columns)));
-  arm.columns = columns;
-  return arm;
+/// An X-ray that shows left and right, of which one does not know any more how it was taken.
+void mirror_if_sideways(Panel& panel) {
+  if (panel.right.starts_with('L') || panel.right.starts_with('R')) mirror(panel);
 }
 
 }  // namespace
@@ -130,6 +117,21 @@ void Panes::set_kind(std::size_t index, PaneKind kind) {
   pane.kind = kind;
   forget(index);
   reset(index);
+}
+
+void Panes::set_from_back(bool is_from_back) {
+  if (is_from_back_ == is_from_back) return;
+  is_from_back_ = is_from_back;
+  for (std::size_t i = 0; i < panes_.size(); ++i) {
+    Pane& pane = panes_[i];
+    if (pane.kind == PaneKind::xray && pane.panel) mirror_if_sideways(*pane.panel), ++pane.changes;
+    if (is_planar(pane.kind)) pane.is_stale = true;
+  }
+}
+
+/// Does its X-ray show the patient's left and right?
+bool Panes::is_mirrored(const fluoroscopy::View& view) const noexcept {
+  return is_from_back_ && std::abs(view.right.x) > 0.5 * glm::length(view.right);
 }
 
 void Panes::set_size(std::size_t index, int columns, int rows, bool is_visible) {
@@ -262,6 +264,10 @@ ImagePlane Panes::turned(const Pane& pane) const {
   } else {
     turn_plane(plane, k_pane_kinds[static_cast<std::size_t>(pane.kind)]);
   }
+  if (is_from_back_ && plane.right.x > 0.5) {
+    if (std::abs(plane.normal().z) > 0.7) plane.up = -plane.up;
+    plane.right = -plane.right;
+  }
   // All of the scan, where nobody said how much.
   dvec2 low(1e300), high(-1e300);
   for (const dvec3& corner :
@@ -306,173 +312,16 @@ std::optional<dvec2> Panes::pixel(std::size_t index, const dvec3& world) const {
   const fluoroscopy::View view(arm_);
   const auto at = view.seen(world);
   if (!at || pane.columns < 2) return std::nullopt;
+  const double way = is_mirrored(view) ? -1 : 1;
   const double scale =
       std::min(pane.columns / static_cast<double>(view.columns), pane.rows / static_cast<double>(view.rows));
-  return dvec2(scale * (at->x - 0.5 * (view.columns - 1)) + 0.5 * (pane.columns - 1),
+  return dvec2(way * scale * (at->x - 0.5 * (view.columns - 1)) + 0.5 * (pane.columns - 1),
                scale * (at->y - 0.5 * (view.rows - 1)) + 0.5 * (pane.rows - 1));
 }
 
 const Panel* Panes::panel(std::size_t index) const noexcept {
   const Pane& pane = panes_[index];
   return pane.panel ? &*pane.panel : nullptr;
-}
-
-/// Beginning an image with values of now; nothing that it uses changes.
-void Panes::wish(std::size_t index) {
-  Pane& pane = panes_[index];
-  pane.is_stale = false;
-  if (pane.kind == PaneKind::xray) {
-    if (!subject_.scan->is_hounsfield) {
-      pane.trouble = "X-rays are made of Hounsfield units, and the scan has others", ++pane.changes;
-      return;
-    }
-    if (!pane.camera) pane.camera = std::make_shared<XrayCamera>();
-    const bool is_shot = std::exchange(pane.is_wanted, false) || !is_live_;
-    const fluoroscopy::CArm arm = in_pixels(arm_, is_shot ? k_shot_pixels : k_live_pixels);
-    worker_.wish(
-        index,
-        [camera = pane.camera, subject = subject_, arm] { return camera->shoot(subject, arm, k_threads); },
-        pane.stamp);
-    return;
-  }
-  if (pane.kind == PaneKind::drawn) return wish_drawn(index);
-  if (pane.kind == PaneKind::depths) {
-    worker_.wish(
-        index,
-        [depths = subject_.depths, columns = pane.columns, rows = pane.rows] {
-          return depth_panel(depths, columns, rows);
-        },
-        pane.stamp);
-    return;
-  }
-  const ImagePlane shown = turned(pane);
-  if (pane.kind == PaneKind::section) {
-    if (!subject_.bone) {
-      pane.trouble = "nobody says what is bone", ++pane.changes;
-      return;
-    }
-    worker_.wish(
-        index,
-        [subject = subject_, shown]() -> Result<Panel> {
-          const auto objects = section_objects(subject, shown);
-          if (!objects) return objects.error();
-          SectionAreas areas;
-          Panel panel = section_panel(objects.value(), shown, areas);
-          panel.foot = areas.models > 0 ? format_text("models %.0f mm\u00b2, outside bone %.0f", areas.models,
-                                                      areas.outside)
-                                        : "";
-          return panel;
-        },
-        pane.stamp);
-    return;
-  }
-  const volume::Slab slab{slab_, volume::Slab::Kind::mean};
-  worker_.wish(
-      index,
-      [subject = subject_, shown, slab, window = window_, blend = blend_, labels = has_labels_,
-       kind = pane.kind]() -> Result<Panel> {
-        const ct_viewer::SliceValues values =
-            ct_viewer::slice_values(*subject.scan, *subject.version, shown, slab, k_threads);
-        Panel panel = slice_panel(values, shown, window, blend);
-        if (volume::Status error = draw_in(panel, subject, shown, labels)) return *error;
-        panel.title = kind == PaneKind::tool ? "along the tool"
-                                             : std::string(k_pane_kinds[static_cast<std::size_t>(kind)]);
-        panel.foot = format_text("window %.0f / %.0f", window.width, window.level);
-        if (slab.thickness > 0) panel.foot += format_text(", mean of %.0f mm", slab.thickness);
-        return panel;
-      },
-      pane.stamp);
-}
-
-/// In as many pixels as 60 ms draw while things move, in all of them when they rest.
-void Panes::wish_drawn(std::size_t index) {
-  Pane& pane = panes_[index];
-  if (!has_eye_) return;
-  if (!pane.renderer) {
-    pane.renderer = std::make_shared<Renderer>(ramp_);
-    pane.renderer->set_labels(looks_);
-  }
-  const auto now = std::chrono::steady_clock::now();
-  const bool is_moving = now - pane.asked < std::chrono::milliseconds(250);
-  pane.asked = now;
-  constexpr double k_patience = 60;  // ms
-  const double all = static_cast<double>(pane.columns) * pane.rows;
-  const double share = is_moving ? std::clamp(std::sqrt(k_patience * pixels_a_ms_ / all), 0.08, 1.0) : 1.0;
-  pane.is_coarse = share < 0.95;
-  volume::DirectWish wish;
-  wish.eye = eye_;
-  wish.openings.plane = clip_;
-  wish.eye.columns = std::max(1, static_cast<int>(std::lround(pane.columns * (pane.is_coarse ? share : 1))));
-  wish.eye.rows = std::max(1, static_cast<int>(std::lround(pane.rows * (pane.is_coarse ? share : 1))));
-  if (const volume::Status error = volume::check(wish.eye)) {
-    pane.is_stale = pane.is_coarse = false;
-    pane.trouble = error->message(), ++pane.changes;
-    return;
-  }
-  // One that takes long is given up for what is wanted sooner.
-  pane.is_given_up = std::make_shared<std::atomic<bool>>(false);
-  if (!pane.is_coarse) wish.is_given_up = pane.is_given_up.get();
-  worker_.wish(
-      index,
-      [renderer = pane.renderer, subject = subject_, wish, name = ramp_,
-       given_up = pane.is_given_up]() -> Result<Panel> {
-        Panel panel = renderer->draw(subject, wish, k_threads);
-        if (wish.is_given_up != nullptr && *given_up) return Panel();
-        panel.foot = subject.scan->is_hounsfield ? name : "grey";
-        return panel;
-      },
-      pane.stamp);
-}
-
-bool Panes::frame() {
-  bool is_new = false;
-  for (std::size_t i = 0; i < panes_.size(); ++i) {
-    auto made = worker_.take(i);
-    Pane& pane = panes_[i];
-    if (!made || made->stamp != pane.stamp) continue;
-    if (made->panel && made->panel.value().pixels.empty()) {  // given up
-      pane.is_stale = pane.is_stale || *pane.is_given_up;     // else there is a newer wish
-      continue;
-    }
-    is_new = true, ++pane.changes;
-    pane.milliseconds = made->milliseconds, ++pane.made;
-    pane.trouble = made->panel ? "" : made->panel.error().message();
-    if (made->panel) pane.panel = std::move(made->panel).value();
-    if (pane.kind == PaneKind::xray && pane.panel)
-      pane.panel->title = is_live_ ? "X-ray, live" : "X-ray, held";
-    if (pane.kind == PaneKind::drawn && pane.panel && made->milliseconds > 0)
-      pixels_a_ms_ = static_cast<double>(pane.panel->pixels.size()) / made->milliseconds;
-  }
-  if (!subject_.scan) return is_new;
-  if (!has_window_) {
-    // Of numbers that mean nothing by themselves: of the middle slice.
-    ImagePlane middle;
-    turn_plane(middle, "axial");
-    middle.middle_world = middle_of(*subject_.scan);
-    window_ = first_window(*subject_.scan,
-                           ct_viewer::slice_values(*subject_.scan, *subject_.version, middle, {}, 1).before);
-    has_window_ = true;
-  }
-  // What was drawn in few pixels is drawn in all of them once nothing moved for a while.
-  for (Pane& pane : panes_)
-    if (pane.is_coarse && pane.kind == PaneKind::drawn &&
-        std::chrono::steady_clock::now() - pane.asked > std::chrono::milliseconds(300))
-      pane.is_stale = true;
-  bool is_any = false;
-  for (const Pane& pane : panes_) is_any = is_any || (pane.is_stale && pane.is_visible);
-  for (std::size_t i = 0; i < panes_.size(); ++i) {
-    Pane& pane = panes_[i];
-    // Others do not wait for a drawn one that takes long, nor for one that nobody sees.
-    if (pane.is_given_up && (is_any || !pane.is_visible)) *pane.is_given_up = true;
-    if (pane.is_stale && pane.is_visible && pane.columns > 1 && pane.rows > 1) wish(i);
-  }
-  return is_new;
-}
-
-bool Panes::is_up_to_date() const {
-  for (const Pane& pane : panes_)
-    if (pane.is_visible && (pane.is_stale || pane.is_coarse)) return false;
-  return worker_.is_idle();
 }
 
 }  // namespace trephine::imaging

@@ -40,6 +40,11 @@ class Panes {
   std::optional<int> probe() const;
   bool is_hounsfield() const noexcept { return subject_.scan && subject_.scan->is_hounsfield; }
 
+  /// As a surgeon stands behind the patient: the patient's left is on the left in slices, sections and X-rays
+  /// alike, and the back is up in axial ones. Otherwise as radiologists look at them.
+  void set_from_back(bool is_from_back);
+  bool is_from_back() const noexcept { return is_from_back_; }
+
   // What a person turns.
   std::size_t count() const noexcept { return panes_.size(); }
   void set_kind(std::size_t pane, PaneKind kind);
@@ -126,6 +131,7 @@ class Panes {
   };
   void forget(std::size_t index);
   volume::ImagePlane turned(const Pane& pane) const;
+  bool is_mirrored(const fluoroscopy::View& view) const noexcept;
   void wish(std::size_t index);
   void wish_drawn(std::size_t index);
   void make_stale(bool with_xrays);
@@ -137,7 +143,7 @@ class Panes {
   glm::dvec3 at_{0.0}, tip_{0.0}, shaft_{0, 0, 1}, section_normal_{0, -1, 0};
   ct_viewer::GreyWindow window_;
   ct_viewer::Blend blend_ = ct_viewer::Blend::now;
-  bool has_labels_ = false, is_live_ = false, has_window_ = false, has_arm_ = false;
+  bool is_from_back_ = false, has_labels_ = false, is_live_ = false, has_window_ = false, has_arm_ = false;
   double slab_ = 0;
   fluoroscopy::CArm arm_;
   volume::Eye eye_;

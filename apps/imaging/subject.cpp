@@ -1,5 +1,7 @@
 #include "apps/imaging/subject.h"
 
+#include <cctype>
+
 #include "apps/workbench/text.h"
 #include "data-tools/mesh_reading.h"
 
@@ -18,6 +20,20 @@ Subject subject_of(const workbench::Moment& moment) {
   for (const data_tools::CaseTrajectory& t : moment.plan->trajectories)
     subject.plan.push_back({t.entry_world, t.target_world});
   return subject;
+}
+
+bool is_spine(const volume::Volume& scan) {
+  bool has_vertebra = false;
+  for (const std::string& label : scan.label_names) {
+    std::string name(label);
+    for (char& c : name) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    for (const char* of_head : {"skull", "cranium", "brain", "mandible"})
+      if (name.find(of_head) != std::string::npos) return false;
+    const bool is_short = name.size() >= 2 && name.size() <= 3 && name[1] >= '0' && name[1] <= '9';
+    has_vertebra |=
+        cross_section::names_bone(label) && (is_short || name.find("vertebra") != std::string::npos);
+  }
+  return has_vertebra;
 }
 
 Status check_closed(const Thing& thing) {

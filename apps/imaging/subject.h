@@ -20,6 +20,9 @@ struct Subject {
 };
 Subject subject_of(const workbench::Moment& moment);
 
+/// Do the names of its labels show a spine, which is operated on from the back: vertebrae, and no skull?
+bool is_spine(const volume::Volume& scan);
+
 /// Error names a thing that is no closed surface, or looks inward.
 volume::Status check_closed(const Thing& thing);
 /// Of a model, a screw or a piece; error names one that is no closed surface.

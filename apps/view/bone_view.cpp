@@ -140,6 +140,8 @@ struct BoneView::Parts {
   std::vector<ToolPart> drawn;  ///< of which these are made
   std::vector<vtkSmartPointer<vtkActor>> tool;
   vtkNew<vtkLineSource> leash_line;
+  vtkSmartPointer<vtkActor> edge;  ///< the line that a foot goes under
+  vtkNew<vtkPolyData> edge_line;
   vtkNew<vtkTextActor> corner, foot;
   std::array<vtkSmartPointer<vtkTextActor>, 4> edges;  ///< which way of the patient is right, left, up, down
 };
@@ -252,10 +254,17 @@ BoneView::BoneView(vtkRenderWindow* window, bool is_live, bool has_scenery)
   turned->SetTransform(turn);
   p.ring = make_actor(turned->GetOutputPort(), 0.98, 0.80, 0.10);
   p.ring->GetProperty()->LightingOff();
+  vtkNew<vtkTubeFilter> band;
+  band->SetInputData(p.edge_line);
+  band->SetRadius(0.35);
+  band->SetNumberOfSides(12);
+  band->CappingOn();
+  p.edge = make_actor(band->GetOutputPort(), 0.25, 0.86, 0.38);
+  p.edge->GetProperty()->LightingOff();
   for (vtkActor* a : {p.arrow.Get(), p.grip.Get(), p.shaft.Get()}) a->GetProperty()->SetAmbient(0.35);
   p.proxy->GetProperty()->SetAmbient(0.4);
-  for (vtkActor* a :
-       {p.shaft.Get(), p.grip.Get(), p.proxy.Get(), p.arrow.Get(), p.leash.Get(), p.ring.Get()}) {
+  for (vtkActor* a : {p.shaft.Get(), p.grip.Get(), p.proxy.Get(), p.arrow.Get(), p.leash.Get(), p.ring.Get(),
+                      p.edge.Get()}) {
     a->VisibilityOff();
     a->PickableOff();
     on_top->AddActor(a);
@@ -365,6 +374,15 @@ void BoneView::show(const StylusLook& s) {
   const double above = glm::length(s.tool_world - s.ring_world);
   const double wide = 1.15 * size + 0.25 * std::max(0.0, above - size);
   place(p.ring, s.ring_world + 0.4 * s.ring_normal_world, s.ring_normal_world, wide, wide);
+  p.edge->SetVisibility(s.edge.size() > 1);
+  if (s.edge.size() > 1) {
+    vtkNew<vtkPoints> points;
+    vtkNew<vtkCellArray> lines;
+    lines->InsertNextCell(static_cast<int>(s.edge.size()));
+    for (const dvec3& at : s.edge) lines->InsertCellPoint(points->InsertNextPoint(at.x, at.y, at.z));
+    p.edge_line->SetPoints(points);
+    p.edge_line->SetLines(lines);
+  }
   const double force = glm::length(s.force_world);
   p.arrow->SetVisibility(is_touching && force > 0.02);
   // 12 mm a newton, from beside the burr, so that it is not hidden in it.

@@ -30,6 +30,7 @@ struct StylusLook {
   /// Depth cue: a ring on the bone below the tool, which closes in as it comes near; none when not set.
   bool has_ring = false;
   glm::dvec3 ring_world{0.0}, ring_normal_world{0, 0, 1};
+  std::vector<glm::dvec3> edge = {};  ///< line on the bone; empty: none
 };
 
 /// Everything in one window. One thread: the one that draws.

@@ -44,6 +44,8 @@ OperationController::OperationController(const haptics::TouchScene& scene, const
   state_ = live_.fetch_state();
   version_ = state_.version;
   untouched_ = haptics::untouched(scene);
+  solids_ = haptics::solids_of(scene);
+  guided_at_ = started_;
   for (int i = 0; i < haptics::item_count(scene); ++i)
     if (const auto& depth = haptics::item_of(scene, i).depth; depth && depth->comes_in()) scenery_ = i;
 }
@@ -258,8 +260,8 @@ void OperationController::take(sim::Value what) {
       options_.catalogue ? options_.catalogue->find_instrument(what.name()) : nullptr;
   const sim::ToolNeeds needs =
       type && type->needs ? type->needs(what.data(), *scene_->base) : sim::ToolNeeds();
-  // What needs none touches as the operation began.
-  const bool is_own = needs.touch_radius == 0 && needs.balls.empty();
+  // What needs none touches as the operation began, but not with the balls of another tool.
+  const bool is_own = needs.touch_radius == 0 && needs.balls.empty() && scene_->tool_balls.empty();
   wanted_radius_ = is_own ? scene_->tool_radius : needs.touch_radius;
   const std::vector<dvec3>& balls = is_own ? scene_->tool_balls : needs.balls;
   wanted_balls_ = balls.size();
@@ -336,22 +338,6 @@ std::optional<dvec3> OperationController::touched() const {
   return std::nullopt;
 }
 
-/// A tool is held upright on the surface, one whose end is a ball so that its work is seen. While it works
-/// the hand turns it no faster than a wrist.
-void OperationController::follow_surface(const Ray& ray, bool is_over_bone) {
-  if (!is_over_bone) return;
-  const std::optional<dvec3> normal = viewport_.facing(*untouched_, ray);
-  if (!normal) return;
-  const dvec3 wish = look_of(state_.tool).is_ball ? Viewport::held_at(*normal, -ray.direction) : *normal;
-  if (!is_pressed_) {
-    shaft_ = wish;
-    return;
-  }
-  constexpr double k_most = 0.01;  // radians a frame
-  const double angle = std::acos(std::clamp(glm::dot(shaft_, wish), -1.0, 1.0));
-  if (angle > 1e-6) shaft_ = glm::normalize(shaft_ + std::min(1.0, k_most / angle) * (wish - shaft_));
-}
-
 /// Returns how far along the ray a tool may go that nothing holds, at most `along`: it stays off every
 /// structure that must not be touched.
 double OperationController::above_soft(const Ray& ray, double along) const {
@@ -360,7 +346,7 @@ double OperationController::above_soft(const Ray& ray, double along) const {
   const ToolLook look = look_of(state_.tool);
   const double radius = std::max(state_.tool_radius, look.radius);
   // The middle of the tool's end: a ball is held there, another tool by its lowest point.
-  const dvec3 middle = look.is_ball && state_.tool_radius > 0 ? dvec3(0) : radius * shaft_;
+  const dvec3 middle = look.is_ball && state_.tool_radius > 0 ? dvec3(0) : radius * shaft();
   for (int i = 0; i < k_most_steps; ++i) {
     double clearance = 1e9;
     for (const auto& structure : live_.engine().forbidden())
@@ -388,12 +374,16 @@ void OperationController::follow_cursor() {
   const double middle = state_.tool_radius;  // of a round tool, above what it touches
   double along =
       hit >= 0 ? hit - middle + (is_pressed_ ? depth_mm_ : 0.3) : std::max(0.0, reach_ - middle - 8);
-  follow_surface(ray, is_over_bone_);
+  // A craniotome stands as the bone around it lies, not as that under a cursor that is ahead.
+  const bool is_led = guide_.is_holding() && look_of(state_.tool).foot.kind == FootTool::Kind::craniotome;
+  follow_surface(is_led ? Ray{ray.origin, glm::normalize(state_.newest.proxy_world - ray.origin)} : ray,
+                 is_over_bone_ || is_led);
+  if (follow_guide(ray, hit)) return;
   if (is_soft) along = above_soft(ray, hit - middle);
   const dvec3 wish = ray.origin + along * ray.direction;
   const dvec3 up(0, 0, 1);
   constexpr double k_roll = 3.14159265358979 / 12;
-  mouse_.set(wish, glm::dquat(up, shaft_) * glm::angleAxis(k_roll * roll_, up), is_pressed_ && hit >= 0);
+  mouse_.set(wish, glm::dquat(up, shaft()) * glm::angleAxis(k_roll * roll_, up), is_pressed_ && hit >= 0);
   // A cursor that jumps lifts the stylus over; it is not dragged through the bone.
   constexpr double k_jump_mm = 8;
   if (glm::length(wish - wish_) > k_jump_mm) {

@@ -9,6 +9,7 @@
 
 #include "apps/view/mouse_device.h"
 #include "apps/view/notices.h"
+#include "apps/view/tool_guide.h"
 #include "apps/view/view_window.h"
 #include "apps/view/viewport.h"
 #include "apps/workbench/clock.h"
@@ -30,15 +31,33 @@ class OperationController {
   const WindowReport& finish();
 
   /// Where the cursor is: shares of the picture's width and height from the lower left.
-  void point(double x, double y) { x_ = x, y_ = y; }
+  void point(double x, double y) {
+    if (!is_tip_held_) x_ = x, y_ = y;
+  }
   void press(bool is_down) {
     if (is_pressed_ && !is_down)
       wish_ = glm::dvec3(1e9);  // released: the stylus is lifted off, wherever it is held
     is_pressed_ = is_down;
+    has_click_ = has_click_ || is_down;
   }
   bool is_pressed() const noexcept { return is_pressed_; }
   /// Turns the tool about its shaft, by so many steps of 15 degrees.
   void roll(int steps) { roll_ += steps; }
+  /// Leans the shaft about the tip toward the right and the upper edge of the picture, degrees. It leans at
+  /// most 75 degrees from how it is held otherwise.
+  void tilt(double right, double up);
+  /// Which way the shaft points before it is tilted.
+  enum class Hold : std::uint8_t { surface, viewer, fixed };
+  /// Changes to the next way of holding it; a tilt ends. A fixed shaft stays as it is now.
+  Hold hold_next();
+  /// Degrees between the shaft and how it is held without tilt.
+  double tilted() const;
+  /// Moves the tip over what is seen, mm in the picture, as a cursor would.
+  void move_tip(double right, double up);
+  /// Keeps the tip where it is, whatever the cursor does, until it is let go.
+  void hold_tip(bool is_held) { is_tip_held_ = is_held; }
+  /// Slides the foot of a Kerrison that is under an edge. False: there is none.
+  bool slide_foot(int steps) { return guide_.slide(steps); }
   /// Draws where depth images are made.
   void show_clip_volumes(bool are_shown) {
     if (!are_shown && shows_clip_volumes_) shown_.reset();
@@ -95,6 +114,8 @@ class OperationController {
   double seconds() const noexcept { return workbench::seconds_since(started_); }
   /// What happened so far, in sentences. Refused commands are in it too.
   const Notices& notices() const noexcept { return notices_; }
+  /// What holds a tool with a foot.
+  const ToolGuide& guide() const noexcept { return guide_; }
   /// Returns the messages to show beside the tool now; what lasts (a fault, a tool inside a structure) first.
   std::string notice_text() const;
   workbench::EventLevel notice_level() const;
@@ -114,6 +135,9 @@ class OperationController {
   void go_on_taking();
   double distance_to_bodies(const Ray& ray) const;
   void follow_surface(const Ray& ray, bool is_over_bone);
+  bool follow_guide(const Ray& ray, double hit);
+  std::optional<glm::dvec3> bone_beside(const Ray& ray, double hit);
+  glm::dvec3 shaft() const { return tilt_ * shaft_; }
 
   const haptics::TouchScene* scene_;
   WindowOptions options_;
@@ -126,9 +150,15 @@ class OperationController {
   double x_ = 0.5, y_ = 0.5, depth_mm_ = 2, reach_ = 300;
   int roll_ = 0;
   std::shared_ptr<const volume::Version> untouched_;  ///< by which a tool is held, whatever is cut
-  glm::dvec3 shaft_{0, 0, 1};                         ///< unit, of the mouse's tool
-  bool is_over_bone_ = false;                         ///< the cursor
-  bool is_pressed_ = false, is_finished_ = false, is_started_ = false;
+  glm::dvec3 shaft_{0, 0, 1};                         ///< unit, of the mouse's tool, before it is tilted
+  glm::dquat tilt_{1, 0, 0, 0};
+  std::vector<volume::Field> solids_;  ///< what counts as bone
+  Hold hold_ = Hold::surface;
+  ToolGuide guide_;
+  std::chrono::steady_clock::time_point guided_at_;
+  bool is_over_bone_ = false;  ///< the cursor
+  bool has_click_ = false;  ///< since the last frame, however short
+  bool is_tip_held_ = false, is_pressed_ = false, is_finished_ = false, is_started_ = false;
   bool shows_clip_volumes_ = false;
   int scenery_ = -1;        ///< the item that is felt as it is drawn; -1: there is none
   volume::Eye drawn_from_;  ///< when its depth was asked for last, and where

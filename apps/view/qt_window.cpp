@@ -114,6 +114,7 @@ MainWindow::~MainWindow() {
 
 void MainWindow::begin(std::shared_ptr<const haptics::TouchScene> scene) {
   operation_.reset();
+  cursor_.reset();
   panes_.begin();
   followed_clip_.reset();
   scene_ = std::move(scene);
@@ -142,7 +143,10 @@ void MainWindow::begin(std::shared_ptr<const haptics::TouchScene> scene) {
     if (const Status error = operation_->start()) show_error(*error);
     drawn = &operation_->viewport();
   }
-  drawn->look_from(options_.side);
+  // A spine is operated on from the back, and every pane shows it so.
+  const bool is_from_back = options_.side == 'P' || (options_.side == 0 && imaging::is_spine(*scene_->base));
+  drawn->look_from(is_from_back ? 'P' : options_.side);
+  set_from_back(is_from_back);
   drawn->set_plan(options_.plan);
   vtkNew<StylusStyle> style;
   style->SetDefaultRenderer(drawn->view().renderer());
@@ -154,8 +158,18 @@ void MainWindow::begin(std::shared_ptr<const haptics::TouchScene> scene) {
     if (!is_down) return operation_->drop_point();
     if (!operation_->grab_point()) say("There is no point of an outline to drag.");
   };
-  style->on_wheel = [this](int way) { depth_->setValue(depth_->value() + way); };
-  style->on_key = [](const std::string&, bool) {};
+  style->on_wheel = [this](int way) { press_deeper(way); };
+  style->on_roll = [this](int way) {
+    if (operation_) operation_->roll(way);
+  };
+  style->on_tilt = [this](bool is_down) {
+    if (operation_) operation_->hold_tip(is_down);
+  };
+  style->on_tilt_move = [this](double right, double up) {
+    constexpr double k_degrees = 0.3;  // a pixel
+    tilt(k_degrees * right, k_degrees * up);
+  };
+  style->on_turn = [this](double right, double up) { turn(right, up); };
   canvas_->interactor()->SetInteractorStyle(style);
   canvas_->setFocus();
   setWindowTitle(QString::fromStdString(options_.title) + " - trephine");
@@ -179,82 +193,6 @@ std::shared_ptr<const volume::Version> MainWindow::version() const {
 }
 
 // ---- what a person does ---------------------------------------------------------------------------------
-
-void MainWindow::keyPressEvent(QKeyEvent* event) {
-  help_->hide();
-  const bool is_plain = (event->modifiers() & (Qt::ControlModifier | Qt::AltModifier)) == 0;
-  if (!is_plain) return QMainWindow::keyPressEvent(event);
-  switch (event->key()) {
-    case Qt::Key_Space:
-      if (event->isAutoRepeat()) return;
-      if (operation_) operation_->press(true);
-      if (replay_) play_->click();
-      return;
-    case Qt::Key_U:
-      if (operation_) operation_->undo();
-      return;
-    case Qt::Key_Y:
-      if (operation_) operation_->redo();
-      return;
-    case Qt::Key_F:
-      if (operation_) operation_->reset_faults();
-      return;
-    case Qt::Key_T:
-      if (operation_ && !operation_->take_or_put_down()) say("Touch a piece to take it.");
-      return;
-    case Qt::Key_E:
-      log_->setVisible(log_->isHidden());
-      return;
-    case Qt::Key_C:
-      clip_->setCurrentIndex(clip_->currentIndex() == 0 ? static_cast<int>(ClipChoice::Axis::view) : 0);
-      return;
-    case Qt::Key_Plus:
-    case Qt::Key_Equal:
-      tool_->step(1);
-      return;
-    case Qt::Key_Minus:
-      tool_->step(-1);
-      return;
-    case Qt::Key_G:
-      if (!operation_) return;
-      if (operation_->has_point()) return operation_->drop_point();
-      if (!operation_->grab_point()) say("Touch a point of an outline to drag it.");
-      return;
-    case Qt::Key_Comma:
-    case Qt::Key_Period:
-      if (operation_) operation_->roll(event->key() == Qt::Key_Comma ? -1 : 1);
-      return;
-    case Qt::Key_Up:
-    case Qt::Key_Down:
-      depth_->setValue(depth_->value() + (event->key() == Qt::Key_Up ? 1 : -1));
-      return;
-    case Qt::Key_A:
-    case Qt::Key_P:
-    case Qt::Key_L:
-    case Qt::Key_R:
-    case Qt::Key_S:
-    case Qt::Key_I:
-      viewport()->look_from(static_cast<char>(event->key()));
-      return;
-    case Qt::Key_0:
-      viewport()->look_from(0);
-      return;
-    default:
-      QMainWindow::keyPressEvent(event);
-  }
-}
-
-/// Keys and buttons that are let go elsewhere are never told: a window that is not in front does not drill.
-bool MainWindow::event(QEvent* event) {
-  const bool is_left = event->type() == QEvent::WindowDeactivate || event->type() == QEvent::Hide;
-  if (is_left && operation_) operation_->press(false), operation_->drop_point();
-  return QMainWindow::event(event);
-}
-
-void MainWindow::keyReleaseEvent(QKeyEvent* event) {
-  if (event->key() == Qt::Key_Space && !event->isAutoRepeat() && operation_) operation_->press(false);
-  QMainWindow::keyReleaseEvent(event);
-}
 
 void MainWindow::dragEnterEvent(QDragEnterEvent* event) {
   if (options_.host.open && event->mimeData()->hasUrls()) event->acceptProposedAction();
@@ -339,11 +277,14 @@ void MainWindow::tick() {
   if (operation_) {
     // The cursor in shares of the picture, wherever the last event came from.
     const QPoint at = canvas_->mapFromGlobal(QCursor::pos());
-    if (canvas_->isVisible())
+    if (!canvas_->isVisible()) {
+      operation_->point(-10, -10);  // over another pane: nothing is touched
+      cursor_.reset();
+    } else if (cursor_ != at) {  // else keys move the tip
       operation_->point(static_cast<double>(at.x()) / canvas_->width(),
                         1 - static_cast<double>(at.y()) / canvas_->height());
-    else
-      operation_->point(-10, -10);  // over another pane: nothing is touched
+      cursor_ = at;
+    }
     operation_->frame();
   } else if (replay_) {
     if (const Status error = replay_->frame(elapsed)) {

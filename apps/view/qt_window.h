@@ -109,6 +109,10 @@ class MainWindow : public QMainWindow {
   /// Where the session is that was recorded until now; empty where nothing was done or recorded.
   QString saved_as() const;
   void show_notices();
+  void press_deeper(int steps);
+  void tilt(double right, double up);
+  void turn(double right, double up);
+  bool move_by_key(const QKeyEvent* event);
   void preview_shape();
   void use_shape();
   void forget_preview();
@@ -120,6 +124,7 @@ class MainWindow : public QMainWindow {
   Viewport* viewport();
   /// Can the canvas be drawn into yet?
   bool is_drawable() const;
+  void set_from_back(bool is_from_back);
 
   WindowOptions options_;
   std::shared_ptr<const haptics::TouchScene> scene_;
@@ -145,6 +150,7 @@ class MainWindow : public QMainWindow {
   volume::Status screenshot_error_;
   bool is_quitting_ = false;  ///< by the menu
   bool has_first_frame_ = false, is_sound_on_ = false, is_previewing_ = false;
+  std::optional<QPoint> cursor_;  ///< on the canvas, when it moved last
   std::chrono::steady_clock::time_point opened_at_, last_tick_;
   QTimer timer_, preview_timer_;
 
@@ -161,7 +167,7 @@ class MainWindow : public QMainWindow {
               *play_ = nullptr;
   QProgressBar* opening_bar_ = nullptr;
   QPushButton* cancel_ = nullptr;
-  QAction *undo_action_ = nullptr, *redo_action_ = nullptr;
+  QAction *from_back_ = nullptr, *undo_action_ = nullptr, *redo_action_ = nullptr;
   HelpOverlay* help_ = nullptr;
   NoticeLabel* at_tool_ = nullptr;
   EventLog* log_ = nullptr;

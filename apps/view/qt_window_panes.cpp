@@ -96,6 +96,9 @@ void MainWindow::build_panes_menu() {
   add(menu, "labels", "Outlines of the scan's &labels", {}, [this](bool are_shown) {
     panes_.panes().set_labels(are_shown);
   })->setCheckable(true);
+  from_back_ = add(menu, "from_back", "Seen from the bac&k: the patient's left is on the left", {},
+                   [this](bool is_on) { panes_.panes().set_from_back(is_on); });
+  from_back_->setCheckable(true);
   QAction* follow = add(menu, "follow_tool", "Slices go &with the tool", {},
                         [this](bool does) { panes_.follows_tool = does; });
   follow->setCheckable(true);
@@ -110,6 +113,11 @@ void MainWindow::build_panes_menu() {
   });
   menu->addSeparator();
   add(menu, "about_scan", "&About the scan ...", {}, [this] { show_scan_facts(); });
+}
+
+void MainWindow::set_from_back(bool is_from_back) {
+  from_back_->setChecked(is_from_back);
+  panes_.panes().set_from_back(is_from_back);
 }
 
 /// Each of the scan's labels as it is, seen through, or hidden, where the scan is drawn directly.

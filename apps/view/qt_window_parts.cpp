@@ -75,7 +75,7 @@ void MainWindow::build_panel() {
   };
   grid->addWidget(tool_, 0, 0, 1, 3);
   depth_ = make_slider("depth", 1, 24, 4);
-  depth_->setToolTip("How deep a press wants to go below the surface  (wheel)");
+  depth_->setToolTip("How deep a press goes below the surface  (wheel, PgUp, PgDn)");
   auto* depth_text = new QLabel("2.0 mm");
   connect(depth_, &QSlider::valueChanged, this, [this, depth_text](int half_mm) {
     depth_text->setText(QString("%1 mm").arg(0.5 * half_mm, 0, 'f', 1));
@@ -100,8 +100,8 @@ void MainWindow::build_panel() {
                                                 {'R', "Right"}, {'S', "Above"}, {'I', "Below"}};
   for (int i = 0; i < 6; ++i) {
     const char side = sides[i].first;
-    auto* button = make_button(QString("view_%1").arg(side).toLatin1(),
-                               QString("%1  %2").arg(side).arg(sides[i].second), "");
+    auto* button = make_button(QString("view_%1").arg(side).toLatin1(), sides[i].second,
+                               QString("Shift+%1").arg(side).toLatin1());
     connect(button, &QPushButton::clicked, this, [this, side] { viewport()->look_from(side); });
     views->addWidget(button, i / 2, i % 2);
   }

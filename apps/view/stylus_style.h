@@ -1,5 +1,5 @@
-// Mouse over the picture: left presses the stylus, right turns, middle moves, wheel is depth, Ctrl + wheel
-// zooms.
+// Mouse over the picture: left presses the stylus, middle tilts it, right turns the picture, Shift + right
+// moves it; the wheel is depth, with the middle button down roll, with Ctrl zoom.
 #pragma once
 
 #include <functional>
@@ -15,10 +15,14 @@ class StylusStyle : public vtkInteractorStyleTrackballCamera {
   static StylusStyle* New();
   vtkTypeMacro(StylusStyle, vtkInteractorStyleTrackballCamera)
 
-      std::function<void(bool)> on_press,
-      on_shift_press;
-  std::function<void(int)> on_wheel;
-  std::function<void(const std::string&, bool)> on_key;
+      std::function<void(bool)> on_press = [](bool) {},
+                                on_shift_press;
+  std::function<void(int)> on_wheel = [](int) {}, on_roll = [](int) {};
+  std::function<void(const std::string&, bool)> on_key = [](const std::string&, bool) {};
+  /// The middle button went down or up.
+  std::function<void(bool)> on_tilt = [](bool) {};
+  /// The cursor moved while that, or the right button, was down: pixels to the right and up.
+  std::function<void(double, double)> on_tilt_move = [](double, double) {}, on_turn = [](double, double) {};
 
   void OnLeftButtonDown() override {
     Interactor->GetShiftKey() && on_shift_press ? on_shift_press(true) : on_press(true);
@@ -27,10 +31,18 @@ class StylusStyle : public vtkInteractorStyleTrackballCamera {
     if (on_shift_press) on_shift_press(false);  // whatever its key does by now
     on_press(false);
   }
-  void OnRightButtonDown() override { pick_renderer(), StartRotate(); }
-  void OnRightButtonUp() override { EndRotate(); }
-  void OnMiddleButtonDown() override { pick_renderer(), StartPan(); }
-  void OnMiddleButtonUp() override { EndPan(); }
+  void OnRightButtonDown() override {
+    pick_renderer();
+    Interactor->GetShiftKey() ? StartPan() : StartRotate();
+  }
+  void OnRightButtonUp() override { State == VTKIS_PAN ? EndPan() : EndRotate(); }
+  void OnMiddleButtonDown() override { on_tilt(is_tilting_ = true); }
+  void OnMiddleButtonUp() override { on_tilt(is_tilting_ = false); }
+  void OnMouseMove() override {
+    if (is_tilting_) on_tilt_move(moved(0), moved(1));
+    Superclass::OnMouseMove();
+  }
+  void Rotate() override { on_turn(moved(0), moved(1)); }
   void OnMouseWheelForward() override { wheel(1); }
   void OnMouseWheelBackward() override { wheel(-1); }
   void OnKeyPress() override {
@@ -40,7 +52,12 @@ class StylusStyle : public vtkInteractorStyleTrackballCamera {
 
  private:
   void pick_renderer() { SetCurrentRenderer(DefaultRenderer); }
+  int moved(int axis) const {
+    return Interactor->GetEventPosition()[axis] - Interactor->GetLastEventPosition()[axis];
+  }
+  bool is_tilting_ = false;
   void wheel(int way) {
+    if (is_tilting_) return on_roll(way);
     if (!Interactor->GetControlKey()) return on_wheel(way);
     pick_renderer();
     way > 0 ? Superclass::OnMouseWheelForward() : Superclass::OnMouseWheelBackward();

@@ -117,6 +117,11 @@ ToolLook look_of(const sim::Value& parameters) {
       look.parts = {disc(-f.jaw, 0, wide), disc(f.opening, f.opening + 2 * f.jaw, wide),
                     rod({-wide, 0, -f.jaw}, {-wide, 0, f.opening + 4 * f.jaw}, 0.45 * look.shaft_radius)};
       look.shaft_from = f.opening + 2 * f.jaw;
+      look.foot = {.kind = FootTool::Kind::kerrison,
+                   .radius = wide,
+                   .thickness = f.jaw,
+                   .opening = f.opening,
+                   .jaw = f.jaw};
       return look;
     }
     look.shaft_from = wide + 2 * f.opening;
@@ -142,6 +147,11 @@ ToolLook look_of(const sim::Value& parameters) {
     look.parts = {drum(radius, radius, f.length), disc(-k_foot_thickness, 0, 0.5 * f.foot, false)};
     look.shaft_from = f.length;
     look.shaft_radius = 1.6 * radius;
+    look.foot = {.kind = FootTool::Kind::craniotome,
+                 .radius = 0.5 * f.foot,
+                 .thickness = k_foot_thickness,
+                 .bit = radius,
+                 .length = f.length};
   } else if (f.shape == "cylinder" || f.shape == "barrel") {
     const bool is_barrel = f.shape == "barrel";
     look.shaft_from = f.length > 0 ? f.length : (is_barrel ? 2.4 : 3) * radius;

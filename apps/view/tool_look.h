@@ -5,6 +5,7 @@
 #include <glm/vec3.hpp>
 #include <vector>
 
+#include "apps/view/foot_place.h"
 #include "sim/value.h"
 
 namespace trephine::view {
@@ -24,6 +25,7 @@ struct ToolLook {
   bool is_ball = true;        ///< the hand holds a ball's middle: it looks the same however it is held
   double shaft_from = 0;      ///< mm along z, where the shaft begins ...
   double shaft_radius = 0.5;  ///< ... and how thick that is
+  FootTool foot;              ///< of kind none where it has none
 };
 
 /// Of the fields "diameter", "shape" (sphere, cylinder, barrel, match-head), "length"; with a "foot", below

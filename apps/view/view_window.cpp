@@ -155,6 +155,10 @@ Result<WindowReport> run_plain_window(const haptics::TouchScene& scene, const Wi
   style->SetDefaultRenderer(operation.viewport().view().renderer());
   style->on_press = [&](bool is_down) { operation.press(is_down); };
   style->on_wheel = [&](int way) { operation.set_depth(operation.depth() + 0.5 * way); };
+  style->on_tilt = [&](bool is_down) { operation.hold_tip(is_down); };
+  style->on_tilt_move = [&](double right, double up) { operation.tilt(0.3 * right, 0.3 * up); };
+  style->on_roll = [&](int way) { operation.roll(way); };
+  style->on_turn = [&](double right, double up) { operation.viewport().turn(0.3 * right, -0.3 * up); };
   style->on_key = [&](const std::string& key, bool has_control) {
     act(operation, key, has_control, interactor);
   };
@@ -178,8 +182,8 @@ Result<WindowReport> run_plain_window(const haptics::TouchScene& scene, const Wi
     l->operation->viewport().show_text(
         status_text(*l->operation, l->options->rate_hz),
         size[0] < 900 ? "left: drill   wheel: depth   right: turn   u: undo   y: redo   q: quit"
-                      : "left: press and drill   wheel: depth   right: turn   middle: move   Ctrl+wheel: "
-                        "zoom   u: undo   "
+                      : "left: press and drill   wheel: depth   right: turn   middle: tilt   "
+                        "Ctrl+wheel: zoom   u: undo   "
                         "y: redo   a p l r s i: views   q: quit");
     l->operation->frame();
     if ((l->options->seconds && seconds_since(l->started) > *l->options->seconds) ||

@@ -104,8 +104,8 @@ inline std::shared_ptr<const haptics::TouchScene> borrowed(const haptics::TouchS
 
 /// Runs until the window closes. The full window comes from its own library when that is installed
 /// (libtrephine-window, Qt); otherwise, and in programs that embed, a plain one with mouse and keys: move to
-/// ride the surface, left button to press and drill, wheel for depth, right button to orbit, middle to pan,
-/// Ctrl + wheel to zoom; u or Ctrl+Z to undo, y or Ctrl+Y to redo; a p l r s i for views; f to clear a fault;
+/// ride the surface, left button to press and drill, wheel for depth, right button to turn, middle to tilt the
+/// tool, Shift + right to move the picture, Ctrl + wheel to zoom; u or Ctrl+Z to undo, y or Ctrl+Y to redo; a p l r s i for views; f to clear a fault;
 /// q to quit. `scene`: of a replay or a picture; an operation has its own.
 volume::Result<WindowReport> run_window(std::shared_ptr<const haptics::TouchScene> scene,
                                         const WindowOptions& options);

@@ -166,9 +166,24 @@ volume::Eye Viewport::eye() {
 
 void Viewport::turn(double left, double up) {
   vtkCamera* camera = view_.renderer()->GetActiveCamera();
-  camera->Azimuth(-left);
-  camera->Elevation(up);
-  camera->OrthogonalizeViewUp();
+  constexpr double k_radians = 3.14159265358979 / 180, k_pole = 0.5 * k_radians;
+  dvec3 target, at, screen_up;
+  camera->GetFocalPoint(target.x, target.y, target.z);
+  camera->GetPosition(at.x, at.y, at.z);
+  camera->GetViewUp(screen_up.x, screen_up.y, screen_up.z);
+  const dvec3 from = at - target;
+  const double distance = glm::length(from);
+  // Seen along the body's axis, the picture's upper edge says on which side the eye is.
+  dvec3 level(from.x, from.y, 0);
+  if (glm::length(level) < 2 * k_pole * distance)
+    level = (from.z > 0 ? -1.0 : 1.0) * dvec3(screen_up.x, screen_up.y, 0);
+  const double around = std::atan2(level.y, level.x) - k_radians * left;
+  const double polar = std::clamp(std::acos(std::clamp(from.z / distance, -1.0, 1.0)) - k_radians * up,
+                                  k_pole, 3.14159265358979 - k_pole);
+  at = target + distance * dvec3(std::sin(polar) * std::cos(around), std::sin(polar) * std::sin(around),
+                                 std::cos(polar));
+  camera->SetPosition(at.x, at.y, at.z);
+  camera->SetViewUp(0, 0, 1);
   view_.renderer()->ResetCameraClippingRange();
 }
 
@@ -326,6 +341,7 @@ void Viewport::show_stylus(const haptics::ServoRecord& record, ToolLook tool, co
     look.ring_normal_world = normal_at(version, look.ring_world);
   }
   look.tool = std::move(tool);
+  look.edge = edge_;
   view_.show(look);
 }
 

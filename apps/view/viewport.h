@@ -47,7 +47,7 @@ class Viewport {
   std::optional<volume::Openings::Plane> clip_plane() const;
   /// Whence the picture is seen, in its own pixels.
   volume::Eye eye();
-  /// Turned about what is looked at, degrees.
+  /// Turns the picture about what is looked at, degrees; the patient's head stays up.
   void turn(double left, double up);
 
   /// mm, of the ball that the tool touches with by now; 0: a point.
@@ -58,6 +58,8 @@ class Viewport {
   /// How the shaft of a ball is held on a surface so that one sees what it does: between the normal and the
   /// viewer. Unit.
   static glm::dvec3 held_at(const glm::dvec3& normal, const glm::dvec3& toward_viewer);
+  /// Draws a line on the bone, world, with the stylus: the edge that a tool goes under. Empty: none.
+  void mark_edge(std::vector<glm::dvec3> line) { edge_ = std::move(line); }
   /// What is shown beside the bone at all times: a plan.
   void set_plan(sim::Overlays plan);
   /// What else is shown beside it, and no more; `hands`: the newest tick of each.
@@ -119,6 +121,7 @@ class Viewport {
   template <class Visit>
   void follow(const volume::Version& version, const Ray& ray, const Visit& visit) const;
   sim::Overlays plan_;
+  std::vector<glm::dvec3> edge_;
   const haptics::TouchScene* scene_;
   vtkRenderWindow* window_;
   BoneView view_;

@@ -227,6 +227,62 @@ TEST_F(WindowPanes, TheLastXrayIsHeldUntilTheNextOne) {
   window.close();
 }
 
+TEST_F(WindowPanes, SeenFromTheBackThePatientsLeftIsOnTheLeftInEveryPane) {
+  fs::create_directories(fs::path(options_.layout_file).parent_path());
+  std::ofstream(options_.layout_file) << "1 xray sagittal xray section 600 500 500\n";
+  MainWindow window(scene_, options_);
+  open(window);
+  imaging::Panes& panes = window.pane_controller().panes();
+  child<QToolButton>(window, "xray_shoot_1")->click();
+  const glm::dvec3 at = panes.looked_at();
+  const auto goes_left = [&](std::size_t pane) {
+    return panes.pixel(pane, at + glm::dvec3(5, 0, 0))->x < panes.pixel(pane, at)->x - 1;
+  };
+  const auto goes_up = [&](std::size_t pane, const glm::dvec3& way) {
+    return panes.pixel(pane, at + 5.0 * way)->y < panes.pixel(pane, at)->y - 1;
+  };
+  std::vector<imaging::Panel::Colour> first;
+  auto* from_back = child<QAction>(window, "from_back");
+  EXPECT_FALSE(from_back->isChecked()) << "a ball is no spine";
+  for (const bool is_from_back : {false, true, false}) {
+    from_back->setChecked(!is_from_back);
+    from_back->trigger();
+    ASSERT_EQ(panes.is_from_back(), is_from_back);
+    ASSERT_TRUE(settle(window));
+    ASSERT_TRUE(QTest::qWaitFor([&] { return panes.panel(1) != nullptr; }, 20000));
+    EXPECT_EQ(goes_left(1), is_from_back);
+    EXPECT_EQ(panes.panel(1)->left, is_from_back ? "L" : "R");
+    EXPECT_TRUE(goes_up(1, {0, 0, 1}));
+    for (const imaging::PaneKind kind :
+         {imaging::PaneKind::axial, imaging::PaneKind::coronal, imaging::PaneKind::section}) {
+      window.panes()->pane(2)->set_kind(kind);
+      ASSERT_TRUE(QTest::qWaitFor([&] { return panes.panel(2) != nullptr; }, 20000)) << panes.trouble(2);
+      EXPECT_EQ(goes_left(2), is_from_back) << imaging::k_pane_kinds[static_cast<std::size_t>(kind)];
+      EXPECT_EQ(panes.panel(2)->left, is_from_back ? "L" : "R");
+      const bool is_axial = kind == imaging::PaneKind::axial;
+      EXPECT_TRUE(goes_up(2, is_axial ? glm::dvec3(0, is_from_back ? 1 : -1, 0) : glm::dvec3(0, 0, 1)));
+    }
+    const imaging::Panel& xray = *panes.panel(1);
+    if (is_from_back) {
+      ASSERT_EQ(xray.pixels.size(), first.size());
+      for (int row = 0; row < xray.rows; row += 50)
+        for (int column = 0; column < xray.columns; column += 7) {
+          const auto place = [&](int x) { return static_cast<std::size_t>(row * xray.columns + x); };
+          EXPECT_EQ(xray.pixels[place(column)], first[place(xray.columns - 1 - column)]);
+        }
+    } else if (!first.empty()) {
+      EXPECT_EQ(xray.pixels, first);
+    }
+    first = is_from_back ? first : xray.pixels;
+  }
+  // One that is taken then is mirrored, too.
+  from_back->trigger();
+  child<QToolButton>(window, "xray_shoot_1")->click();
+  const std::uint64_t made = panes.made(1);
+  ASSERT_TRUE(QTest::qWaitFor([&] { return panes.made(1) > made; }, 20000));
+  EXPECT_EQ(panes.panel(1)->left, "L");
+}
+
 TEST_F(WindowPanes, TheScanIsDrawnAsThePictureIsSeen) {
   MainWindow window(scene_, options_);
   open(window);

@@ -78,7 +78,7 @@ TEST_F(Window, TouchDrillUndoSaveAndQuit) {
 
     // Views, depth, clip plane, help, larger text: everything that is there answers.
     const int depth = child<QSlider>(window, "depth")->value();
-    QTest::keyClick(&window, Qt::Key_Up);
+    QTest::keyClick(&window, Qt::Key_PageDown);
     EXPECT_EQ(child<QSlider>(window, "depth")->value(), depth + 1);
     for (const char* view : {"view_A", "view_P", "view_L", "view_R", "view_S", "view_I"})
       QTest::mouseClick(child<QPushButton>(window, view), Qt::LeftButton);

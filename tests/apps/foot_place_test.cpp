@@ -1,0 +1,222 @@
+// Where a foot goes, against shapes with closed forms: the foot is free, the bone is between the jaws, the
+// edge is where the shape ends. And the guide that moves a tool there.
+#include "apps/view/foot_place.h"
+
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <gtest/gtest.h>
+
+#include "apps/view/tool_guide.h"
+
+namespace trephine::view {
+namespace {
+
+using glm::dvec3;
+
+constexpr FootTool k_kerrison{
+    .kind = FootTool::Kind::kerrison, .radius = 2, .thickness = 1.2, .opening = 6, .jaw = 1.2};
+constexpr FootTool k_craniotome{
+    .kind = FootTool::Kind::craniotome, .radius = 2.5, .thickness = 0.8, .bit = 1.15, .length = 14};
+
+/// Is the tool's foot free, by a dense set of its points?
+bool is_free(const BoneTest& is_bone, const FootTool& tool, const FootPlace& place) {
+  for (double x = -tool.radius; x <= tool.radius; x += 0.1)
+    for (double y = -tool.radius; y <= tool.radius; y += 0.1)
+      for (double z = -tool.thickness; z <= 0; z += 0.1)
+        if (x * x + y * y <= tool.radius * tool.radius &&
+            is_bone(place.at_world + place.turn * dvec3(x, y, z)))
+          return false;
+  return true;
+}
+
+/// A plate with a wavy edge, turned any way: bone where 0 > z > -thickness and x < wave(y).
+struct Plate {
+  double thickness = 5;
+  glm::dquat turn = glm::normalize(glm::dquat(0.8, 0.3, -0.4, 0.33));
+  dvec3 at{12, -30, 45};
+  double wave(double y) const { return 0.8 * std::sin(0.4 * y); }
+  bool operator()(const dvec3& world) const {
+    const dvec3 p = glm::conjugate(turn) * (world - at);
+    return p.z < 0 && p.z > -thickness && p.x < wave(p.y);
+  }
+  dvec3 world(const dvec3& p) const { return at + turn * p; }
+  dvec3 local(const dvec3& w) const { return glm::conjugate(turn) * (w - at); }
+};
+
+TEST(FootPlace, AKerrisonsFootGoesUnderTheEdge) {
+  for (const double thickness : {1.5, 3.0, 5.5})
+    for (const double reach : {-1.0, 0.0, 1.0})
+      for (const double y : {-7.0, 0.0, 3.0}) {
+        const Plate plate{.thickness = thickness};
+        const dvec3 shaft = plate.turn * dvec3(0, 0, 1);
+        const FootSearch found = find_edge(plate, k_kerrison, plate.world({-3, y, 0}), shaft, reach);
+        ASSERT_TRUE(found.place) << found.why;
+        const dvec3 edge = plate.local(found.place->edge_world), at = plate.local(found.place->at_world);
+        EXPECT_NEAR(edge.x, plate.wave(edge.y), 0.15);
+        EXPECT_NEAR(edge.z, 0, 0.15);
+        EXPECT_NEAR(found.place->bone_thickness, thickness, 0.3);
+        EXPECT_NEAR(at.z, -thickness - 0.3, 0.2);
+        EXPECT_NEAR(glm::length(dvec3(at.x - edge.x, at.y - edge.y, 0)), std::abs(reach), 0.1);
+        EXPECT_TRUE(is_free(plate, k_kerrison, *found.place));
+        // The jaws close toward the bone: its open side is +x of the tool.
+        EXPECT_GT(glm::dot(found.place->turn * dvec3(1, 0, 0), plate.turn * dvec3(1, 0, 0)), 0.9);
+        EXPECT_GT(glm::dot(found.place->turn * dvec3(0, 0, 1), shaft), 0.999);
+        for (const dvec3& p : found.place->way) EXPECT_FALSE(plate(p));
+        ASSERT_GT(found.place->edge.size(), 10u);
+        for (const dvec3& p : found.place->edge)
+          EXPECT_NEAR(plate.local(p).x, plate.wave(plate.local(p).y), 0.3);
+      }
+}
+
+TEST(FootPlace, SaysWhyAFootGoesNowhere) {
+  const Plate thick{.thickness = 6.5}, plate;
+  const dvec3 shaft = plate.turn * dvec3(0, 0, 1);
+  EXPECT_NE(find_edge(thick, k_kerrison, thick.world({-3, 0, 0}), shaft, 0).why.find("thicker"),
+            std::string::npos);
+  EXPECT_NE(find_edge(plate, k_kerrison, plate.world({-20, 0, 0}), shaft, 0).why.find("no edge"),
+            std::string::npos);
+  const auto with_floor = [&](const dvec3& w) { return plate(w) || plate.local(w).z < -6; };
+  EXPECT_NE(find_edge(with_floor, k_kerrison, plate.world({-3, 0, 0}), shaft, 0).why, "");
+  EXPECT_FALSE(find_edge([](const dvec3&) { return false; }, k_kerrison, {0, 0, 0}, shaft, 0).place);
+  EXPECT_FALSE(find_edge([](const dvec3&) { return true; }, k_kerrison, {0, 0, 0}, shaft, 0).place);
+}
+
+/// A shell of bone between two spheres, with a diploe and a hole of two diameters.
+struct Vault {
+  double outer = 70, inner = 63, hole = 7, hole_inside = 5.5;
+  bool was(const dvec3& p) const {
+    const double r = glm::length(p);
+    return r < outer && r > inner && !(std::abs(r - 67) < 0.5);  // a hollow of 1 mm: diploe
+  }
+  bool is(const dvec3& p) const {
+    const double off = std::hypot(p.x, p.y);
+    const bool is_removed = p.z > 0 && (off < (p.z > inner + 2 ? hole : hole_inside));
+    return was(p) && !is_removed;
+  }
+};
+
+TEST(FootPlace, ACraniotomeStandsInABurrHole) {
+  const Vault vault;
+  const auto is = [&](const dvec3& p) { return vault.is(p); };
+  const auto was = [&](const dvec3& p) { return vault.was(p); };
+  for (const double off : {0.0, 3.0, 8.0}) {
+    const dvec3 shaft = glm::normalize(dvec3(off, 0, vault.outer));
+    const FootSearch found = find_hole(is, was, k_craniotome, vault.outer * shaft, shaft);
+    ASSERT_TRUE(found.place) << off << ": " << found.why;
+    EXPECT_TRUE(is_free(is, k_craniotome, *found.place));
+    EXPECT_NEAR(glm::length(found.place->at_world), vault.inner - 0.3, 0.5);
+    EXPECT_NEAR(found.place->bone_thickness, vault.outer - vault.inner + 0.3, 0.4);
+  }
+  const dvec3 far = glm::normalize(dvec3(30, 0, 60));
+  EXPECT_NE(find_hole(is, was, k_craniotome, vault.outer * far, far).why.find("no burr hole"),
+            std::string::npos);
+  const Vault narrow{.hole = 1.3, .hole_inside = 1.3};
+  const auto is_narrow = [&](const dvec3& p) { return narrow.is(p); };
+  EXPECT_NE(find_hole(is_narrow, was, k_craniotome, dvec3(0, 0, 70), dvec3(0, 0, 1)).why.find("no room"),
+            std::string::npos);
+}
+
+/// Frames of a window, 60 a second, with a cursor over a place.
+struct Desk {
+  BoneTest is_bone, was_bone;
+  ToolGuide guide = {};
+  ToolGuide::Input input = {};
+  int version = 0;
+  std::vector<int> versions = std::vector<int>(100);
+  std::optional<ToolGuide::Pose> frame() {
+    input.seconds = 1.0 / 60;
+    input.version = &versions[static_cast<std::size_t>(version)];
+    const auto pose = guide.follow(is_bone, was_bone, input);
+    if (pose) input.tip = pose->at_world;
+    return pose;
+  }
+  std::optional<ToolGuide::Pose> frames(int count) {
+    std::optional<ToolGuide::Pose> pose;
+    for (int i = 0; i < count; ++i) pose = frame();
+    return pose;
+  }
+  void look_at(const dvec3& at, const dvec3& shaft) {
+    input.eye = at + 300.0 * shaft, input.direction = -shaft, input.shaft = shaft;
+    input.surface = input.old_surface = at;
+  }
+};
+
+TEST(ToolGuide, AClickSlidesTheFootUnderTheEdgeAndTheNextOneBites) {
+  Plate plate{.thickness = 4};
+  double bitten = 0;  // the plate ends so much earlier
+  Desk desk;
+  desk.is_bone = [&](const dvec3& p) {
+    return plate(p) && plate.local(p).x < plate.wave(plate.local(p).y) - bitten;
+  };
+  desk.input.tool = k_kerrison;
+  const dvec3 shaft = plate.turn * dvec3(0, 0, 1);
+  desk.look_at(plate.world({-3, 0, 0}), shaft);
+  EXPECT_FALSE(desk.frame());
+  EXPECT_GT(desk.guide.edge().size(), 5u);
+  desk.input.is_pressed = true;
+  const auto first = desk.frame();
+  ASSERT_TRUE(first);
+  EXPECT_TRUE(first->is_jump);
+  EXPECT_FALSE(first->is_pressed);
+  const auto held = desk.frames(60);
+  ASSERT_TRUE(held);
+  EXPECT_FALSE(held->is_pressed);  // still the click that slid it in
+  EXPECT_FALSE(held->is_jump);
+  EXPECT_NEAR(plate.local(held->at_world).z, -4.3, 0.2);
+  desk.input.is_pressed = false;
+  desk.frames(2);
+  // Farther in, then a bite: the foot follows the edge.
+  EXPECT_TRUE(desk.guide.slide(2));
+  const double before = plate.local(desk.frames(30)->at_world).x;
+  EXPECT_NEAR(before - plate.local(held->at_world).x, -1, 0.3);
+  desk.input.is_pressed = true;
+  EXPECT_TRUE(desk.frames(3)->is_pressed);
+  bitten = 2, ++desk.version;
+  desk.input.is_pressed = false;
+  const auto next = desk.frames(60);
+  ASSERT_TRUE(next);
+  EXPECT_NEAR(plate.local(next->at_world).x - before, -2, 0.4);
+  // The cursor leaves.
+  desk.look_at(plate.world({-20, 0, 0}), shaft);
+  EXPECT_FALSE(desk.frame());
+  EXPECT_FALSE(desk.guide.is_holding());
+  EXPECT_FALSE(desk.guide.slide(1));
+}
+
+TEST(ToolGuide, ACraniotomeIsLedAlongTheVaultWithItsFootBelowIt) {
+  const Vault vault;
+  Desk desk;
+  desk.is_bone = [&](const dvec3& p) { return vault.is(p); };
+  desk.was_bone = [&](const dvec3& p) { return vault.was(p); };
+  desk.input.tool = k_craniotome;
+  desk.look_at({0, 0, 70}, {0, 0, 1});
+  const auto standing = desk.frames(60);
+  ASSERT_TRUE(standing);
+  EXPECT_FALSE(standing->is_pressed);
+  EXPECT_NEAR(glm::length(standing->at_world), vault.inner - 0.3, 0.4);
+  // Led away: the hand is no more than 3 mm ahead of the bit, and its foot stays below the inner table.
+  desk.input.is_pressed = true;
+  for (int i = 1; i <= 60; ++i) {
+    const dvec3 out = glm::normalize(dvec3(0.5 * i, 0.2 * i, 65));
+    desk.look_at(vault.outer * out, out);
+    const dvec3 tip = desk.input.tip;
+    const auto pose = desk.frame();
+    ASSERT_TRUE(pose);
+    EXPECT_TRUE(pose->is_pressed);
+    EXPECT_LT(glm::length(pose->at_world - tip), 9.61);
+    EXPECT_LT(glm::length(pose->at_world), vault.inner + 0.1) << i;
+    EXPECT_GT(glm::length(pose->at_world), vault.inner - 1.2) << i;
+  }
+  // Let go, it stays in its kerf; far away it is lifted out.
+  desk.input.is_pressed = false;
+  const dvec3 tip = desk.input.tip;
+  const auto rest = desk.frames(5);
+  ASSERT_TRUE(rest);
+  EXPECT_FALSE(rest->is_pressed);
+  EXPECT_LT(glm::length(rest->at_world - tip), 1e-9);
+  desk.look_at({-40, 0, 57}, glm::normalize(dvec3(-40, 0, 57)));
+  EXPECT_FALSE(desk.frame());
+}
+
+}  // namespace
+}  // namespace trephine::view

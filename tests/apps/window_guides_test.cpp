@@ -1,0 +1,172 @@
+// A tool that a mouse and a keyboard tilt, and guide under an edge and into a burr hole.
+#include <glm/gtc/quaternion.hpp>
+
+#include "apps/workbench/operation.h"
+#include "modules/catalogue.h"
+#include "modules/drilling/craniotome.h"
+#include "modules/rongeur/rongeur.h"
+#include "tests/apps/window_fixture.h"
+
+namespace trephine::view {
+namespace {
+
+using glm::dvec3;
+
+class GuidedWindow : public Window {
+ protected:
+  /// A window on a phantom that is built in, with an instrument.
+  void open(const char* source, const sim::Instrument& instrument) {
+    workbench::OperationChoice choice;
+    choice.hands = {sim::HandSpec(instrument)};
+    auto operation = workbench::open_operation({source}, choice);
+    ASSERT_TRUE(operation) << operation.error().message();
+    held_ = std::make_unique<workbench::Operation>(std::move(operation.value()));
+    options_.start = WindowStart{held_->engine()};
+    options_.catalogue = &modules::catalogue();
+    options_.recorder = nullptr;
+    options_.width = 1200, options_.height = 900;
+    window_ = std::make_unique<MainWindow>(held_->scene(), options_);
+    window_->show();
+    ASSERT_TRUE(QTest::qWaitForWindowExposed(window_.get()));
+    ASSERT_TRUE(QTest::qWaitFor([&] { return hand().viewport().triangle_count() > 1000; }, 60000));
+  }
+  OperationController& hand() { return *window_->operation(); }
+  QPoint pixel_of(const dvec3& world) {
+    const glm::dvec2 at = hand().viewport().project(world);
+    return {static_cast<int>(at.x * window_->canvas()->width()),
+            static_cast<int>((1 - at.y) * window_->canvas()->height())};
+  }
+  void point_at(const dvec3& world) {
+    QTest::mouseMove(window_->canvas(), pixel_of(world) + QPoint(2, 0));
+    QTest::mouseMove(window_->canvas(), pixel_of(world));
+    QTest::qWait(300);
+  }
+  bool holds(const char* instrument) {
+    return !hand().is_taking() && !hand().tool().is_empty() && hand().tool().name() == instrument;
+  }
+  dvec3 shaft() { return hand().state().newest.pose.orientation * dvec3(0, 0, 1); }
+  bool reaches(const std::function<bool()>& is_there, int ms = 20000) {
+    return QTest::qWaitFor(is_there, ms);
+  }
+
+  std::unique_ptr<workbench::Operation> held_;
+  std::unique_ptr<MainWindow> window_;
+};
+
+TEST_F(GuidedWindow, AKerrisonsFootGoesUnderALaminaByClicksAndByKeys) {
+  open("spine", rongeur::rongeur({.kind = rongeur::Kind::kerrison, .width = 3, .opening = 14, .most = 130}));
+  QTest::keyClick(window_.get(), Qt::Key_P, Qt::ShiftModifier);
+  QTest::qWait(200);
+  // The lower edge of the lamina of L4, beside its spinous process.
+  const dvec3 lamina(7, 43, -13);
+  point_at(lamina);
+  ASSERT_TRUE(reaches([&] { return hand().guide().edge().size() > 5; }));
+  keep(*window_, "kerrison-edge");
+  QTest::mouseClick(window_->canvas(), Qt::LeftButton, {}, pixel_of(lamina));
+  ASSERT_TRUE(reaches([&] { return hand().guide().is_holding(); }));
+  ASSERT_TRUE(reaches([&] { return hand().state().newest.pose.position_world.y < 36; }));
+  keep(*window_, "kerrison-under");
+  EXPECT_EQ(hand().state().removed_mm3, 0);
+  // Keys do the same as buttons.
+  QTest::keyClick(window_.get(), Qt::Key_PageDown);
+  QTest::qWait(400);
+  QTest::keyPress(window_.get(), Qt::Key_Space);
+  ASSERT_TRUE(reaches([&] { return hand().state().removed_mm3 > 5; }));
+  QTest::keyRelease(window_.get(), Qt::Key_Space);
+  EXPECT_LT(hand().state().removed_mm3, 130);
+  const double first = hand().state().removed_mm3;
+  QTest::qWait(1000);
+  ASSERT_TRUE(hand().guide().is_holding());  // at the new edge
+  QTest::keyPress(window_.get(), Qt::Key_Space);
+  ASSERT_TRUE(reaches([&] { return hand().state().removed_mm3 > first + 3; }));
+  QTest::keyRelease(window_.get(), Qt::Key_Space);
+  keep(*window_, "kerrison-bitten");
+  point_at({20, 43, 20});
+  EXPECT_TRUE(reaches([&] { return !hand().guide().is_holding(); }));
+}
+
+TEST_F(GuidedWindow, ACraniotomeGoesFromABurrHoleAlongTheBone) {
+  if (std::getenv("TREPHINE_WHOLE") == nullptr) GTEST_SKIP() << "50 s: set TREPHINE_WHOLE=1";
+  open("head", drilling::craniotome({}));
+  hand().take(drilling::burr({.diameter = 6, .removal_rate = 400}).parameters);
+  ASSERT_TRUE(reaches([&] { return holds("burr"); }, 60000));
+  QTest::keyClick(window_.get(), Qt::Key_L, Qt::ShiftModifier);
+  QTest::qWait(200);
+  const QPoint middle = window_->canvas()->rect().center() + QPoint(0, -150);
+  QTest::mouseMove(window_->canvas(), middle + QPoint(2, 0));
+  QTest::mouseMove(window_->canvas(), middle);
+  ASSERT_TRUE(reaches([&] { return hand().touched().has_value(); }));
+  const dvec3 hole = *hand().touched();
+  const auto beside = [&](double back, double up) { return hole + dvec3(0, back, up); };
+  // A ring, deeper and deeper, so that the foot has room on its inner side. A machine that is busy elsewhere
+  // takes the button away: it is pressed again.
+  child<QSlider>(*window_, "depth")->setValue(16);
+  for (int i = 0; i < 160; ++i) {
+    const QPoint at = pixel_of(beside(3 * std::cos(0.4 * i), 3 * std::sin(0.4 * i)));
+    QTest::mouseMove(window_->canvas(), at);
+    if (i % 20 == 0) QTest::mousePress(window_->canvas(), Qt::LeftButton, {}, at);
+    QTest::qWait(80);
+    if (i % 20 == 19) QTest::mouseRelease(window_->canvas(), Qt::LeftButton, {}, at), QTest::qWait(80);
+  }
+  keep(*window_, "craniotome-hole");
+
+  hand().take(drilling::craniotome({}).parameters);
+  ASSERT_TRUE(reaches([&] { return holds("craniotome"); }, 60000));
+  point_at(hole);
+  ASSERT_TRUE(reaches([&] { return hand().guide().is_holding(); }));
+  QTest::qWait(800);
+  keep(*window_, "craniotome-standing");
+  const double before = hand().state().removed_mm3;
+  QTest::mousePress(window_->canvas(), Qt::LeftButton, {}, pixel_of(hole));
+  for (int i = 1; i <= 60; ++i) {
+    QTest::mouseMove(window_->canvas(), pixel_of(beside(0.5 * i, 0)));
+    QTest::qWait(60);
+  }
+  EXPECT_TRUE(reaches([&] { return hand().state().removed_mm3 > before + 100; }));
+  QTest::mouseRelease(window_->canvas(), Qt::LeftButton, {}, pixel_of(beside(30, 0)));
+  keep(*window_, "craniotome-kerf");
+}
+
+TEST_F(GuidedWindow, TheShaftIsTiltedByTheMiddleButtonAndByKeys) {
+  open("spine", rongeur::rongeur({}));
+  QTest::keyClick(window_.get(), Qt::Key_P, Qt::ShiftModifier);
+  const dvec3 place(8, 43, -6);
+  point_at(place);
+  ASSERT_TRUE(reaches([&] { return hand().touched().has_value(); }));
+  QTest::qWait(500);
+  const dvec3 before = shaft();
+  const dvec3 tip = hand().state().newest.pose.position_world;
+  for (int i = 0; i < 10; ++i) QTest::keyClick(window_.get(), Qt::Key_D);
+  EXPECT_NEAR(hand().tilted(), 20, 1e-6);
+  const auto leans = [&](double degrees) {
+    return std::abs(std::acos(std::min(1.0, glm::dot(before, shaft()))) * 180 / 3.14159265 - degrees) < 1;
+  };
+  EXPECT_TRUE(reaches([&] { return leans(20); }));
+  // Toward the right edge; seen from the back that is the patient's right.
+  EXPECT_LT(glm::dot(shaft() - before, dvec3(1, 0, 0)), -0.2);
+  // The tip stays where it is.
+  EXPECT_LT(glm::length(hand().state().newest.pose.position_world - tip), 1.5);
+  keep(*window_, "tilted");
+  // Back by the mouse, which turns it about the tip.
+  const QPoint at = pixel_of(place);
+  QTest::mousePress(window_->canvas(), Qt::MiddleButton, {}, at);
+  for (int i = 1; i <= 10; ++i) QTest::mouseMove(window_->canvas(), at - QPoint(6 * i, 0));
+  QTest::mouseRelease(window_->canvas(), Qt::MiddleButton, {}, at - QPoint(60, 0));
+  EXPECT_LT(hand().tilted(), 6);
+  // A fixed shaft does not follow the surface.
+  QTest::keyClick(window_.get(), Qt::Key_K);
+  QTest::keyClick(window_.get(), Qt::Key_K);
+  QTest::qWait(500);
+  const dvec3 fixed = shaft();
+  point_at({14, 43, 4});
+  QTest::qWait(500);
+  EXPECT_GT(glm::dot(fixed, shaft()), 0.9999);
+  // Arrows move the tip over the bone, a millimetre each.
+  const dvec3 here = hand().state().newest.pose.position_world;
+  for (int i = 0; i < 4; ++i) QTest::keyClick(window_.get(), Qt::Key_Up);
+  EXPECT_TRUE(
+      reaches([&] { return std::abs(hand().state().newest.pose.position_world.z - here.z - 4) < 1; }));
+}
+
+}  // namespace
+}  // namespace trephine::view
