@@ -48,6 +48,10 @@ class Replay {
   SessionTail tail();
 
   const haptics::ServoRecord& record() const noexcept { return record_; }  ///< as replayed, exact
+  /// The newest of one hand.
+  const haptics::ServoRecord& record(int hand) const noexcept {
+    return records_[static_cast<std::size_t>(hand)];
+  }
   const glm::dvec3& recorded_force() const noexcept { return recorded_force_; }
   /// What the method did in that tick, and what it saw.
   const haptics::ProxyStep& proxy_step() const noexcept {
@@ -117,6 +121,7 @@ class Replay {
   std::optional<Checkpoint> comparing_;  ///< its ticks go on
   std::size_t compared_ticks_ = 0;
   haptics::ServoRecord record_;
+  std::vector<haptics::ServoRecord> records_;  ///< of each hand
   glm::dvec3 recorded_force_{0.0};
   std::optional<Mismatch> mismatch_;
   volume::VoxelBox changed_{glm::ivec3(0), glm::ivec3(-1)};

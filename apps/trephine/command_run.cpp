@@ -87,8 +87,8 @@ Result<Outcome> run_script(const RunArguments& arguments) {
     const std::string scan = workbench::scan_of(wish.script, wish.folder);
     auto again = workbench::open_session(played.value().session, scan, person());
     if (!again) return again.error();
-    if (Status error =
-            play_in_window(*again.value(), wish.script.title.empty() ? "script" : wish.script.title))
+    if (Status error = play_in_window(*again.value(), played.value().session,
+                                      wish.script.title.empty() ? "script" : wish.script.title))
       return *error;
   }
   if (is_interrupted()) outcome.exit_code = exit_interrupted;

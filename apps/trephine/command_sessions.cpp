@@ -61,7 +61,8 @@ Result<Outcome> run_replay(const ReplayArguments& arguments) {
   if (arguments.is_verifying) replay.verify_checkpoints();
 
   if (arguments.wants_window) {
-    if (Status error = play_in_window(session, session.source.written_name())) return *error;
+    if (Status error = play_in_window(session, arguments.session, session.source.written_name()))
+      return *error;
     return Outcome{new_report("replay"), "", is_interrupted() ? exit_interrupted : exit_done};
   }
   const std::uint64_t all = session.reader->tick_count();
@@ -114,6 +115,9 @@ Result<Outcome> run_replay(const ReplayArguments& arguments) {
     options.is_offscreen = true;
     options.version = engine.current();
     options.replay = session.replay.get();
+    auto summary = workbench::summarize_session(arguments.session);
+    if (!summary) return summary.error();
+    options.summary = std::move(summary).value();
     const auto shown = view::run_window(view::borrowed(session.scene()), options);
     return shown ? std::nullopt : Status(shown.error());
   });

@@ -7,7 +7,8 @@
 
 namespace trephine::app {
 
-/// Plays it until the window is closed.
-volume::Status play_in_window(workbench::OpenedSession& session, const std::string& title);
+/// Plays a session that was opened from `file` until the window is closed.
+volume::Status play_in_window(workbench::OpenedSession& session, const std::string& file,
+                              const std::string& title);
 
 }  // namespace trephine::app

@@ -17,7 +17,6 @@
 #include <vtkFloatArray.h>
 #include <vtkLight.h>
 #include <vtkLineSource.h>
-#include <vtkMath.h>
 #include <vtkMatrix4x4.h>
 #include <vtkNew.h>
 #include <vtkPointData.h>
@@ -32,15 +31,13 @@
 #include <vtkSSAOPass.h>
 #include <vtkSmartPointer.h>
 #include <vtkSphereSource.h>
-#include <vtkTextActor.h>
-#include <vtkTextProperty.h>
 #include <vtkTransform.h>
 #include <vtkTransformPolyDataFilter.h>
 #include <vtkTubeFilter.h>
 #include <vtkTypeInt64Array.h>
 #include <vtkUnsignedCharArray.h>
 
-#include "apps/imaging/panel.h"
+#include "apps/view/picture_text.h"
 #include "volume/work_counters.h"
 
 namespace trephine::view {
@@ -49,15 +46,20 @@ using glm::dvec3;
 
 namespace {
 
-/// A silhouette that is turned around +z.
-vtkSmartPointer<vtkPolyData> turned_around(const std::vector<glm::dvec2>& profile) {
-  constexpr int k_sides = 40;
+/// A silhouette that is turned around +z; what cuts has flutes that wind around it.
+vtkSmartPointer<vtkPolyData> turned_around(const std::vector<glm::dvec2>& profile, bool is_fluted) {
+  constexpr int k_sides = 96, k_flutes = 8;
+  constexpr double k_deep = 0.14;  // of the radius
+  double widest = 1e-9;
+  for (const glm::dvec2& p : profile) widest = std::max(widest, p.y);
   vtkNew<vtkPoints> points;
   vtkNew<vtkCellArray> faces;
   for (const glm::dvec2& p : profile)
     for (int i = 0; i < k_sides; ++i) {
       const double a = 2 * 3.14159265358979 * i / k_sides;
-      points->InsertNextPoint(p.y * std::cos(a), p.y * std::sin(a), p.x);
+      const double wave = 0.5 - 0.5 * std::cos(k_flutes * (a - 0.5 * p.x / widest));
+      const double r = p.y * (is_fluted ? 1 - k_deep * std::pow(wave, 3) : 1);
+      points->InsertNextPoint(r * std::cos(a), r * std::sin(a), p.x);
     }
   for (std::size_t row = 0; row + 1 < profile.size(); ++row)
     for (int i = 0; i < k_sides; ++i) {
@@ -139,11 +141,10 @@ struct BoneView::Parts {
   vtkSmartPointer<vtkActor> shaft, grip, proxy, arrow, leash, ring;
   std::vector<ToolPart> drawn;  ///< of which these are made
   std::vector<vtkSmartPointer<vtkActor>> tool;
+  std::unique_ptr<PictureText> text;
   vtkNew<vtkLineSource> leash_line;
   vtkSmartPointer<vtkActor> edge;  ///< the line that a foot goes under
   vtkNew<vtkPolyData> edge_line;
-  vtkNew<vtkTextActor> corner, foot;
-  std::array<vtkSmartPointer<vtkTextActor>, 4> edges;  ///< which way of the patient is right, left, up, down
 };
 
 BoneView::BoneView(vtkRenderWindow* window, bool is_live, bool has_scenery)
@@ -270,36 +271,7 @@ BoneView::BoneView(vtkRenderWindow* window, bool is_live, bool has_scenery)
     on_top->AddActor(a);
   }
 
-  for (vtkTextActor* text : {p.corner.GetPointer(), p.foot.GetPointer()}) {
-    text->GetTextProperty()->SetFontFamilyToArial();
-    text->GetTextProperty()->SetFontSize(18);
-    text->GetTextProperty()->SetColor(0.94, 0.95, 0.97);
-    text->GetTextProperty()->SetLineSpacing(1.25);
-    text->GetPositionCoordinate()->SetCoordinateSystemToNormalizedViewport();
-    on_top->AddActor2D(text);
-  }
-  const double places[4][2] = {{0.985, 0.5}, {0.015, 0.5}, {0.5, 0.975}, {0.5, 0.025}};
-  for (std::size_t i = 0; i < 4; ++i) {
-    auto& edge = p.edges[i] = vtkSmartPointer<vtkTextActor>::New();
-    vtkTextProperty* look = edge->GetTextProperty();
-    look->SetFontFamilyToArial();
-    look->SetFontSize(15);
-    look->SetColor(0.75, 0.79, 0.85);
-    i == 0   ? look->SetJustificationToRight()
-    : i == 1 ? look->SetJustificationToLeft()
-             : look->SetJustificationToCentered();
-    i == 2   ? look->SetVerticalJustificationToTop()
-    : i == 3 ? look->SetVerticalJustificationToBottom()
-             : look->SetVerticalJustificationToCentered();
-    edge->GetPositionCoordinate()->SetCoordinateSystemToNormalizedViewport();
-    edge->SetPosition(places[i][0], places[i][1]);
-    on_top->AddActor2D(edge);
-  }
-  p.corner->SetPosition(0.018, 0.975);
-  p.corner->GetTextProperty()->SetVerticalJustificationToTop();
-  p.foot->SetPosition(0.5, 0.055);
-  p.foot->GetTextProperty()->SetJustificationToCentered();
-  p.foot->GetTextProperty()->SetFontSize(15);
+  p.text = std::make_unique<PictureText>(on_top);
 }
 
 BoneView::~BoneView() {
@@ -309,19 +281,6 @@ BoneView::~BoneView() {
 bool BoneView::is_drawable() {
   parts_->window->MakeCurrent();
   return parts_->window->IsCurrent();
-}
-
-/// At the picture's edges, as on slices.
-void BoneView::show_directions() {
-  double right[3], up[3], out[3];
-  vtkCamera* camera = parts_->renderer->GetActiveCamera();
-  camera->OrthogonalizeViewUp();
-  camera->GetViewUp(up);
-  camera->GetDirectionOfProjection(out);
-  vtkMath::Cross(out, up, right);
-  const dvec3 ways[] = {{right[0], right[1], right[2]}, {up[0], up[1], up[2]}};
-  for (std::size_t i = 0; i < 4; ++i)
-    parts_->edges[i]->SetInput(imaging::direction_letters(i % 2 == 0 ? ways[i / 2] : -ways[i / 2]).c_str());
 }
 
 vtkRenderer* BoneView::renderer() { return parts_->renderer; }
@@ -339,10 +298,10 @@ void BoneView::show(const StylusLook& s) {
     p.drawn = s.tool.parts;
     for (const ToolPart& part : p.drawn) {
       vtkNew<vtkPolyDataMapper> mapper;
-      mapper->SetInputData(turned_around(part.profile));
+      mapper->SetInputData(turned_around(part.profile, part.is_cutting));
       const auto actor =
           make_actor(mapper, part.is_cutting ? dvec3(0.72, 0.75, 0.80) : dvec3(0.60, 0.63, 0.68));
-      actor->GetProperty()->SetSpecular(0.9);
+      actor->GetProperty()->SetSpecular(0.55);
       actor->PickableOff();
       p.on_top->AddActor(actor);
       p.tool.push_back(actor);
@@ -358,12 +317,17 @@ void BoneView::show(const StylusLook& s) {
   const dvec3 shaft_begin = s.tool_world + s.tool.shaft_from * shaft;
   place(p.shaft, shaft_begin, shaft, 34, s.tool.shaft_radius);
   place(p.grip, shaft_begin + 30.0 * shaft, shaft, 70, std::max(4.5, 2.6 * s.tool.shaft_radius));
-  // Seen from its end a handle hides what the tool does: then it is seen through.
+  // Seen from its end, or from near, a handle hides what the tool does: it is seen through, or not drawn.
+  vtkCamera* camera = p.renderer->GetActiveCamera();
   double eye[3];
-  p.renderer->GetActiveCamera()->GetPosition(eye);
+  camera->GetPosition(eye);
   const dvec3 viewer = dvec3(eye[0], eye[1], eye[2]) - s.tool_world;
-  const bool is_end_on = glm::dot(shaft, viewer) > 0.93 * glm::length(viewer);
-  p.grip->GetProperty()->SetOpacity(is_end_on ? 0.15 : 1);
+  constexpr double k_half_degree = 3.14159265358979 / 360;
+  const double seen = 2 * glm::length(viewer) * std::tan(camera->GetViewAngle() * k_half_degree);  // mm high
+  constexpr double k_near = 90;                                                                    // mm
+  const bool is_end_on = glm::dot(shaft, viewer) > 0.93 * glm::length(viewer), is_near = seen < k_near;
+  p.grip->SetVisibility(s.is_visible && !(is_near && is_end_on) && seen > 0.5 * k_near);
+  p.grip->GetProperty()->SetOpacity(is_end_on || is_near ? 0.15 : 1);
   p.shaft->GetProperty()->SetOpacity(is_end_on ? 0.35 : 1);
   const bool is_touching = s.is_visible && s.has_contact;
   for (vtkActor* a : {p.proxy.Get(), p.leash.Get()}) a->SetVisibility(is_touching);
@@ -389,12 +353,19 @@ void BoneView::show(const StylusLook& s) {
   const dvec3 aside = glm::length(glm::cross(shaft, s.force_world)) > 1e-9
                           ? glm::normalize(glm::cross(shaft, s.force_world))
                           : glm::normalize(glm::cross(shaft, dvec3(0.3, 1, 0.2)));
-  place(p.arrow, s.proxy_world + (size + 2.5) * aside, s.force_world, std::clamp(12 * force, 3.0, 60.0), 11);
+  // As large in the picture from near as from afar.
+  const double zoom = std::min(1.0, seen / 180);
+  place(p.arrow, s.proxy_world + (size + 2.5 * zoom) * aside, s.force_world,
+        zoom * std::clamp(12 * force, 3.0, 60.0), zoom * 11);
 }
 
 void BoneView::show_text(const std::string& corner, const std::string& foot) {
-  parts_->corner->SetInput(corner.c_str());
-  parts_->foot->SetInput(foot.c_str());
+  parts_->text->show(corner, foot);
+}
+
+void BoneView::set_text_scale(double factor) {
+  parts_->text->set_scale(factor);
+  parts_->overlays->labels().set_text_scale(factor);
 }
 
 double BoneView::distance_of(const dvec3& low, const dvec3& high) {
@@ -449,7 +420,8 @@ void BoneView::look_from(char side, const dvec3& low, const dvec3& high) {
 }
 
 void BoneView::render() {
-  show_directions();
+  parts_->text->update();
+  parts_->overlays->labels().lay_out();
   parts_->bone->render();
 }
 

@@ -61,14 +61,14 @@ class BoneView {
   /// All of a world box, seen from one of A P L R S I, or from the front left above (0).
   void look_from(char side, const glm::dvec3& low, const glm::dvec3& high);
   void render();
+  /// Letters, scale bar and labels: times the size that they have otherwise.
+  void set_text_scale(double factor);
 
   vtkRenderer* renderer();
   /// World box of what is shown.
   void bounds(glm::dvec3& low, glm::dvec3& high) const;
 
  private:
-  void show_directions();
-
   struct Parts;
   std::unique_ptr<Parts> parts_;
 };

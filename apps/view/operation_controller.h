@@ -157,7 +157,7 @@ class OperationController {
   ToolGuide guide_;
   std::chrono::steady_clock::time_point guided_at_;
   bool is_over_bone_ = false;  ///< the cursor
-  bool has_click_ = false;  ///< since the last frame, however short
+  bool has_click_ = false;     ///< since the last frame, however short
   bool is_tip_held_ = false, is_pressed_ = false, is_finished_ = false, is_started_ = false;
   bool shows_clip_volumes_ = false;
   int scenery_ = -1;        ///< the item that is felt as it is drawn; -1: there is none

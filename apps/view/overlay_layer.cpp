@@ -5,7 +5,6 @@
 #include <glm/gtc/quaternion.hpp>
 #include <map>
 #include <vtkActor.h>
-#include <vtkBillboardTextActor3D.h>
 #include <vtkCellArray.h>
 #include <vtkDoubleArray.h>
 #include <vtkFloatArray.h>
@@ -19,7 +18,6 @@
 #include <vtkRenderer.h>
 #include <vtkSmartPointer.h>
 #include <vtkSphereSource.h>
-#include <vtkTextProperty.h>
 
 namespace trephine::view {
 
@@ -141,14 +139,17 @@ struct OverlayLayer::Parts {
   std::map<const haptics::MeshTree*, Surface> surfaces;
   /// Made anew each time: they are few.
   std::vector<vtkSmartPointer<vtkProp>> others;
+  LabelLayer labels;
 };
 
-OverlayLayer::OverlayLayer(vtkRenderer* renderer) : parts_(std::make_unique<Parts>()) {
-  parts_->renderer = renderer;
-}
+OverlayLayer::OverlayLayer(vtkRenderer* renderer)
+    : parts_(new Parts{renderer, {}, {}, LabelLayer(renderer)}) {}
 OverlayLayer::~OverlayLayer() = default;
 
-std::size_t OverlayLayer::size() const noexcept { return parts_->surfaces.size() + parts_->others.size(); }
+std::size_t OverlayLayer::size() const noexcept {
+  return parts_->surfaces.size() + parts_->others.size() + parts_->labels.size();
+}
+LabelLayer& OverlayLayer::labels() noexcept { return parts_->labels; }
 
 void OverlayLayer::show(std::span<const sim::Overlay> overlays, std::span<const haptics::Placement> hands) {
   Parts& p = *parts_;
@@ -158,6 +159,7 @@ void OverlayLayer::show(std::span<const sim::Overlay> overlays, std::span<const 
   };
   for (const auto& prop : p.others) p.renderer->RemoveViewProp(prop);
   p.others.clear();
+  p.labels.clear();
   for (auto& [tree, surface] : p.surfaces) surface.is_wanted = false;
   for (const sim::Overlay& one : overlays) {
     const bool is_held = one.holder >= 0 && one.holder < static_cast<int>(hands.size());
@@ -198,15 +200,7 @@ void OverlayLayer::show(std::span<const sim::Overlay> overlays, std::span<const 
     }
     for (const sim::Overlay::Label& label : one.labels) {
       const dvec3 world = at.world_from_local(label.at);
-      const auto text = vtkSmartPointer<vtkBillboardTextActor3D>::New();
-      text->SetInput(label.text.c_str());
-      text->SetPosition(world.x, world.y, world.z);
-      text->GetTextProperty()->SetFontFamilyToArial();
-      text->GetTextProperty()->SetFontSize(16);
-      text->GetTextProperty()->SetColor(colour.r, colour.g, colour.b);
-      text->GetTextProperty()->SetBackgroundColor(0.07, 0.09, 0.12);
-      text->GetTextProperty()->SetBackgroundOpacity(0.6);
-      add(text);
+      p.labels.add(world, label.text, {colour.r, colour.g, colour.b});
     }
   }
   for (auto it = p.surfaces.begin(); it != p.surfaces.end();) {

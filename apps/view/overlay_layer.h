@@ -4,6 +4,7 @@
 #include <memory>
 #include <span>
 
+#include "apps/view/label_layer.h"
 #include "sim/overlay.h"
 
 class vtkRenderer;
@@ -22,6 +23,8 @@ class OverlayLayer {
   void show(std::span<const sim::Overlay> overlays, std::span<const haptics::Placement> hands);
   /// What is drawn: surfaces, sets of lines and labels together.
   std::size_t size() const noexcept;
+  /// To be laid out before each frame.
+  LabelLayer& labels() noexcept;
 
  private:
   struct Parts;

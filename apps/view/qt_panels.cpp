@@ -1,8 +1,11 @@
 #include "apps/view/qt_panels.h"
 
 #include <QFontMetrics>
+#include <QHelpEvent>
 #include <QPainter>
+#include <QToolTip>
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 namespace trephine::view {
@@ -45,6 +48,35 @@ void ForceBar::paintEvent(QPaintEvent*) {
   painter.drawText(
       QRectF(0, 0, width(), line + 2), Qt::AlignRight | Qt::AlignVCenter,
       QString("%1 N%2").arg(force_, 0, 'f', 2).arg(force_ >= 0.98 * limit_ ? ", at its limit" : ""));
+}
+
+double MarkedSlider::x_of(int value) const {
+  constexpr double k_handle = 6;  // half of it, pixels
+  const double share =
+      maximum() > minimum() ? static_cast<double>(value - minimum()) / (maximum() - minimum()) : 0.0;
+  return k_handle + share * (width() - 2 * k_handle);
+}
+
+void MarkedSlider::paintEvent(QPaintEvent* event) {
+  QSlider::paintEvent(event);
+  QPainter painter(this);
+  for (const Mark& mark : marks_) {
+    painter.setPen(QPen(mark.is_danger ? QColor(255, 92, 80) : QColor(246, 201, 68), 2));
+    const double x = x_of(mark.value);
+    painter.drawLine(QPointF(x, 1), QPointF(x, 6));
+  }
+}
+
+bool MarkedSlider::event(QEvent* event) {
+  if (event->type() != QEvent::ToolTip) return QSlider::event(event);
+  auto* help = static_cast<QHelpEvent*>(event);
+  constexpr double k_near = 5;  // pixels
+  QStringList texts;
+  for (const Mark& mark : marks_)
+    if (std::abs(x_of(mark.value) - help->pos().x()) < k_near && texts.size() < 6)
+      texts << QString("%1 s   %2").arg(1e-3 * mark.value, 0, 'f', 1).arg(mark.text);
+  texts.isEmpty() ? QToolTip::hideText() : QToolTip::showText(help->globalPos(), texts.join("\n"), this);
+  return true;
 }
 
 HelpOverlay::HelpOverlay(QWidget* parent) : QWidget(parent) {

@@ -1,7 +1,9 @@
 // Small widgets of the window: the force bar, and what a person turns and presses beside the picture.
 #pragma once
 
+#include <QSlider>
 #include <QWidget>
+#include <vector>
 
 namespace trephine::view {
 
@@ -22,6 +24,31 @@ class ForceBar : public QWidget {
 
  private:
   double force_ = 0, limit_ = 8, peak_ = 0;
+};
+
+/// A horizontal slider with marks of what happened when: amber, red where it is a danger. The mark under the
+/// mouse shows its text.
+class MarkedSlider : public QSlider {
+  Q_OBJECT
+
+ public:
+  explicit MarkedSlider(QWidget* parent = nullptr) : QSlider(Qt::Horizontal, parent) {}
+  void add_mark(int value, bool is_danger, const QString& text) {
+    marks_.push_back({value, is_danger, text});
+  }
+
+ protected:
+  void paintEvent(QPaintEvent* event) override;
+  bool event(QEvent* event) override;
+
+ private:
+  struct Mark {
+    int value;
+    bool is_danger;
+    QString text;
+  };
+  double x_of(int value) const;
+  std::vector<Mark> marks_;
 };
 
 /// Keys and mouse in two columns, over the picture; a click or a key closes it.

@@ -132,8 +132,11 @@ void MainWindow::begin(std::shared_ptr<const haptics::TouchScene> scene) {
   Viewport* drawn = nullptr;
   if (options_.replay) {
     replay_ = std::make_unique<ReplayController>(*scene_, *options_.replay, options_.rate_hz,
-                                                 options_.replay_seconds, window);
+                                                 options_.replay_seconds, options_.summary, window);
     replay_->start();
+    replayed_ = {};
+    for (const auto& mark : options_.summary.marks)
+      replayed_.add({mark.seconds, mark.seconds, mark.level, mark.text});
     drawn = &replay_->viewport();
   } else {
     operation_ = std::make_unique<OperationController>(*scene_, options_, window);
@@ -147,6 +150,8 @@ void MainWindow::begin(std::shared_ptr<const haptics::TouchScene> scene) {
   const bool is_from_back = options_.side == 'P' || (options_.side == 0 && imaging::is_spine(*scene_->base));
   drawn->look_from(is_from_back ? 'P' : options_.side);
   set_from_back(is_from_back);
+  if (options_.replay && options_.side == 0 && options_.summary.worked_at)
+    drawn->look_at_work(*options_.summary.worked_at);
   drawn->set_plan(options_.plan);
   vtkNew<StylusStyle> style;
   style->SetDefaultRenderer(drawn->view().renderer());
@@ -315,12 +320,13 @@ void MainWindow::say(const QString& text) {
 
 /// Messages beside the tip of the tool, and the log.
 void MainWindow::show_notices() {
-  if (!operation_) return;
-  const glm::dvec2 tip = viewport()->project(operation_->state().newest.proxy_world);
+  const haptics::ServoRecord& newest = operation_ ? operation_->state().newest : replay_->record();
+  const glm::dvec2 tip = viewport()->project(newest.proxy_world);
   at_tool_->show_at(
-      QString::fromStdString(operation_->notice_text()), operation_->notice_level(),
+      QString::fromStdString(operation_ ? operation_->notice_text() : replayed_.shown(replay_->seconds())),
+      operation_ ? operation_->notice_level() : replayed_.shown_level(replay_->seconds()),
       {static_cast<int>(tip.x * canvas_->width()), static_cast<int>((1 - tip.y) * canvas_->height())});
-  log_->update_from(operation_->notices());
+  log_->update_from(operation_ ? operation_->notices() : replayed_);
 }
 
 void MainWindow::show_state() {
@@ -368,6 +374,7 @@ void MainWindow::show_state() {
                                 : QString("ready"));
     fault_->setStyleSheet(fault.empty() && !recording ? "" : "color: #f6c944; font-weight: bold");
   } else {
+    show_notices();
     play_->setText(replay_->is_playing() ? "Pause" : "Play");
     if (!session_slider_->isSliderDown())
       session_slider_->setValue(static_cast<int>(1000 * replay_->seconds()));

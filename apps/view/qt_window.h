@@ -150,6 +150,7 @@ class MainWindow : public QMainWindow {
   volume::Status screenshot_error_;
   bool is_quitting_ = false;  ///< by the menu
   bool has_first_frame_ = false, is_sound_on_ = false, is_previewing_ = false;
+  Notices replayed_;              ///< events of a replay, by its time
   std::optional<QPoint> cursor_;  ///< on the canvas, when it moved last
   std::chrono::steady_clock::time_point opened_at_, last_tick_;
   QTimer timer_, preview_timer_;

@@ -33,12 +33,16 @@ namespace {
 constexpr const char* k_volume_filter = "Volumes (*.mha *.nrrd *.nii.gz *.nii)";
 constexpr const char* k_mesh_filter = "Meshes (*.stl *.ply *.obj *.vtp)";
 
-QSlider* make_slider(const char* name, int low, int high, int value) {
-  auto* slider = new QSlider(Qt::Horizontal);
+void set_up(QSlider* slider, const char* name, int low, int high, int value) {
   slider->setObjectName(name);
   slider->setRange(low, high);
   slider->setValue(value);
   slider->setFocusPolicy(Qt::NoFocus);
+}
+
+QSlider* make_slider(const char* name, int low, int high, int value) {
+  auto* slider = new QSlider(Qt::Horizontal);
+  set_up(slider, name, low, high, value);
   return slider;
 }
 
@@ -184,7 +188,13 @@ void MainWindow::build_replay_panel() {
   auto* panel = new QWidget;
   auto* row = new QHBoxLayout(panel);
   play_ = make_button("play", "Pause", "Space");
-  session_slider_ = make_slider("session_time", 0, static_cast<int>(1000 * options_.replay_seconds), 0);
+  auto* slider = new MarkedSlider;
+  set_up(slider, "session_time", 0, static_cast<int>(1000 * options_.replay_seconds), 0);
+  for (const auto& mark : options_.summary.marks)
+    if (mark.level != workbench::EventLevel::record)
+      slider->add_mark(static_cast<int>(1000 * mark.seconds), mark.level == workbench::EventLevel::danger,
+                       QString::fromStdString(mark.text));
+  session_slider_ = slider;
   session_time_ = new QLabel;
   session_time_->setObjectName("session_clock");
   speed_ = new QComboBox;
@@ -368,8 +378,7 @@ void MainWindow::build_menu() {
   add(view, "view_all", "&All of it", {}, [this] { viewport()->look_from(0); });
   add(view, "larger_text", "&Larger text", QKeySequence::ZoomIn, [this] { scale_text(1.15); });
   add(view, "smaller_text", "S&maller text", QKeySequence::ZoomOut, [this] { scale_text(1 / 1.15); });
-  if (!options_.replay)
-    add(view, "show_event_log", "&Event log\tE", {}, [this] { log_->setVisible(log_->isHidden()); });
+  add(view, "show_event_log", "&Event log\tE", {}, [this] { log_->setVisible(log_->isHidden()); });
   QAction* sound = add(view, "sound", "&Sound of contact and drill", {}, [this](bool is_on) {
     is_sound_on_ = is_on && sound_.start();
     if (!is_on) sound_.stop();

@@ -8,8 +8,12 @@
 namespace trephine::view {
 
 ReplayController::ReplayController(const haptics::TouchScene& scene, sim::Replay& replay, double rate_hz,
-                                   double seconds, vtkRenderWindow* window)
-    : replay_(&replay), rate_hz_(rate_hz), seconds_(seconds), viewport_(scene, window, true) {}
+                                   double seconds, workbench::SessionSummary summary, vtkRenderWindow* window)
+    : replay_(&replay),
+      rate_hz_(rate_hz),
+      seconds_(seconds),
+      summary_(std::move(summary)),
+      viewport_(scene, window, true) {}
 
 void ReplayController::start() {
   viewport_.request_all(replay_->engine().current());
@@ -38,8 +42,10 @@ volume::Status ReplayController::frame(double elapsed) {
   const glm::dvec3 viewer = -viewport_.ray_at(0.5, 0.5).direction;
   // The tool as it was then.
   if (replay_->next_tick() > 0)
-    viewport_.show_stylus(replay_->record(), look_of(replay_->engine().now().settings.hands[0].parameters),
-                          *version, viewer);
+    viewport_.show_stylus(
+        record(),
+        look_of(replay_->engine().now().settings.hands[static_cast<std::size_t>(hand())].parameters),
+        *version, viewer);
   if (shown_ != replay_->next_tick()) {  // the engine knows where hands are
     sim::Overlays overlays = replay_->engine().overlays();
     for (sim::Overlay& one : overlays) one.holder = -1;

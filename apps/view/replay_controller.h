@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "apps/view/viewport.h"
+#include "apps/workbench/session_summary.h"
 #include "sim/replay.h"
 
 namespace trephine::view {
@@ -12,9 +13,9 @@ namespace trephine::view {
 /// No windowing toolkit in here. One thread: the one that draws. Borrows scene, replay and window.
 class ReplayController {
  public:
-  /// `rate_hz` and `seconds` of the session.
+  /// `rate_hz` and `seconds` of the session, and what a summary says of it.
   ReplayController(const haptics::TouchScene& scene, sim::Replay& replay, double rate_hz, double seconds,
-                   vtkRenderWindow* window);
+                   workbench::SessionSummary summary, vtkRenderWindow* window);
 
   void start();
   void play(bool is_playing) { is_playing_ = is_playing; }
@@ -30,7 +31,10 @@ class ReplayController {
   volume::Status frame(double elapsed);
   /// Did matter change in the newest frame?
   bool has_changed() const noexcept { return has_changed_; }
-  const haptics::ServoRecord& record() const noexcept { return replay_->record(); }
+  /// Of the hand that works.
+  const haptics::ServoRecord& record() const noexcept { return replay_->record(hand()); }
+  int hand() const noexcept { return summary_.hand_at(replay_->next_tick()); }
+  const workbench::SessionSummary& summary() const noexcept { return summary_; }
   const sim::Engine& engine() const { return replay_->engine(); }
   Viewport& viewport() noexcept { return viewport_; }
   /// Draws where depth images were made.
@@ -42,6 +46,7 @@ class ReplayController {
  private:
   sim::Replay* replay_;
   double rate_hz_, seconds_;
+  workbench::SessionSummary summary_;
   Viewport viewport_;
   bool is_playing_ = true, has_changed_ = false, shows_clip_volumes_ = false;
   double speed_ = 1, now_ = 0;

@@ -36,8 +36,9 @@ void show_scenery(const sim::Replay& replay, Viewport& picture) {
 }
 
 /// The tool as the session left it, seen from its side of the bone.
-void show_replay(const sim::Replay& replay, const haptics::TouchScene& scene, Viewport& picture) {
-  const haptics::ServoRecord& record = replay.record();
+void show_replay(const sim::Replay& replay, const workbench::SessionSummary& summary,
+                 const haptics::TouchScene& scene, Viewport& picture) {
+  const haptics::ServoRecord& record = replay.record(summary.hand_at(replay.next_tick()));
   const volume::Volume& base = *scene.base;
   const glm::dvec3 middle = base.frame.world_from_volume(0.5 * glm::dvec3(base.size - 1));
   const glm::dvec3 place = record.has_contact ? record.proxy_world : record.pose.position_world;
@@ -78,7 +79,7 @@ Result<WindowReport> draw_once(const haptics::TouchScene& scene, const WindowOpt
   if (!options.plan.empty()) picture.set_plan(options.plan);
   if (options.start) picture.show(options.start->engine.overlays(), {});
   if (options.replay && options.replay->next_tick() > 0)
-    show_replay(*options.replay, scene, picture);
+    show_replay(*options.replay, options.summary, scene, picture);
   else if (options.replay)
     show_scenery(*options.replay, picture);  // commands alone: no hand moved
   else if (options.has_tool)

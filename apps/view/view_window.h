@@ -7,6 +7,7 @@
 #include <string>
 
 #include "apps/workbench/listener.h"
+#include "apps/workbench/session_summary.h"
 #include "haptics/servo/servo_loop.h"
 #include "sim/live_session.h"
 #include "sim/overlay.h"
@@ -74,6 +75,7 @@ struct WindowOptions {
   std::optional<WindowStart> start;        ///< of what is operated on; nothing: a replay, or a picture
   sim::Replay* replay = nullptr;           ///< plays this instead of operating
   double replay_seconds = 0;               ///< its length
+  workbench::SessionSummary summary;       ///< of what is replayed: camera, active hand, marks
   std::string layout_file;                 ///< where panes are remembered; empty: they are not
   WindowHost host;                         ///< without functions nothing else can be opened
   double width = 1100, height = 760;       ///< pixels
@@ -104,9 +106,10 @@ inline std::shared_ptr<const haptics::TouchScene> borrowed(const haptics::TouchS
 
 /// Runs until the window closes. The full window comes from its own library when that is installed
 /// (libtrephine-window, Qt); otherwise, and in programs that embed, a plain one with mouse and keys: move to
-/// ride the surface, left button to press and drill, wheel for depth, right button to turn, middle to tilt the
-/// tool, Shift + right to move the picture, Ctrl + wheel to zoom; u or Ctrl+Z to undo, y or Ctrl+Y to redo; a p l r s i for views; f to clear a fault;
-/// q to quit. `scene`: of a replay or a picture; an operation has its own.
+/// ride the surface, left button to press and drill, wheel for depth, right button to turn, middle to tilt
+/// the tool, Shift + right to move the picture, Ctrl + wheel to zoom; u or Ctrl+Z to undo, y or Ctrl+Y to
+/// redo; a p l r s i for views; f to clear a fault; q to quit. `scene`: of a replay or a picture; an
+/// operation has its own.
 volume::Result<WindowReport> run_window(std::shared_ptr<const haptics::TouchScene> scene,
                                         const WindowOptions& options);
 volume::Result<WindowReport> run_plain_window(const haptics::TouchScene& scene, const WindowOptions& options);

@@ -334,8 +334,8 @@ void Viewport::show_stylus(const haptics::ServoRecord& record, ToolLook tool, co
   if (!is_round && tool.is_ball)
     look.tool_world += tool.radius * (record.has_contact ? record.normal_world : shaft);
   // The depth cue: where the tool would land.
-  const Ray down{look.tool_world + 20.0 * shaft, -shaft};
-  if (const double landing = distance_to_solid(version, down); landing >= 0) {
+  const Ray down{look.tool_world, -shaft};
+  if (const double landing = distance_to_solid(version, down); !record.has_contact && landing > 0) {
     look.has_ring = true;
     look.ring_world = down.origin + landing * down.direction;
     look.ring_normal_world = normal_at(version, look.ring_world);
@@ -376,6 +376,13 @@ void Viewport::show_still(const std::shared_ptr<const volume::Version>& version,
   const haptics::ServoRecord nowhere;
   show(overlays, {&nowhere, 1});
   draw();
+}
+
+void Viewport::look_at_work(const dvec3& at_world) {
+  const dvec3 middle = 0.5 * (seen_low_ + seen_high_), out = at_world - middle;
+  if (glm::length(out) < 1) return view_.look_from(0, seen_low_, seen_high_);
+  view_.aim_camera(glm::mix(middle, at_world, 0.6), obliquely(glm::normalize(out)), {0, 0, 1},
+                   0.75 * BoneView::distance_of(seen_low_, seen_high_));
 }
 
 void Viewport::set_plan(sim::Overlays plan) {

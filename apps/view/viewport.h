@@ -75,6 +75,8 @@ class Viewport {
   static glm::dvec3 obliquely(const glm::dvec3& out);
   /// All of the bone, seen from one of A P L R S I, or from the front left above (0).
   void look_from(char side) { view_.look_from(side, seen_low_, seen_high_); }
+  /// Seen from where a surgeon stands who works at a place: from outside, a little aside.
+  void look_at_work(const glm::dvec3& at_world);
   /// Takes finished chunks in and draws. Milliseconds that it took.
   double draw();
 

@@ -1,0 +1,147 @@
+#include "apps/view/label_layer.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <glm/vec2.hpp>
+#include <vector>
+#include <vtkActor2D.h>
+#include <vtkCellArray.h>
+#include <vtkNew.h>
+#include <vtkPoints.h>
+#include <vtkPolyData.h>
+#include <vtkPolyDataMapper2D.h>
+#include <vtkProperty2D.h>
+#include <vtkRenderer.h>
+#include <vtkSmartPointer.h>
+#include <vtkTextActor.h>
+#include <vtkTextProperty.h>
+
+namespace trephine::view {
+
+using glm::dvec2;
+using glm::dvec3;
+
+namespace {
+constexpr int k_text_size = 15;  // pixels
+}
+
+struct LabelLayer::Parts {
+  struct Label {
+    dvec3 at;
+    vtkSmartPointer<vtkTextActor> text;
+  };
+  vtkRenderer* renderer;
+  std::vector<Label> labels;
+  vtkNew<vtkPolyData> leads;
+  vtkNew<vtkActor2D> lines;
+  bool are_visible = true;
+  double scale = 1;
+};
+
+LabelLayer::LabelLayer(vtkRenderer* renderer) : parts_(std::make_unique<Parts>()) {
+  parts_->renderer = renderer;
+  vtkNew<vtkPolyDataMapper2D> mapper;
+  mapper->SetInputData(parts_->leads);
+  parts_->lines->SetMapper(mapper);
+  parts_->lines->GetProperty()->SetColor(0.92, 0.94, 0.97);
+  parts_->lines->GetProperty()->SetLineWidth(1.5);
+  parts_->lines->VisibilityOff();
+  renderer->AddActor2D(parts_->lines);
+}
+LabelLayer::~LabelLayer() = default;
+
+void LabelLayer::clear() {
+  for (const Parts::Label& label : parts_->labels) parts_->renderer->RemoveActor2D(label.text);
+  parts_->labels.clear();
+}
+
+void LabelLayer::add(const dvec3& at_world, const std::string& text, const dvec3& colour) {
+  const auto actor = vtkSmartPointer<vtkTextActor>::New();
+  actor->SetInput(text.c_str());
+  vtkTextProperty* look = actor->GetTextProperty();
+  look->SetFontFamilyToArial();
+  look->SetFontSize(static_cast<int>(std::lround(k_text_size * parts_->scale)));
+  // Lighter than what it names, so that it reads on its plate.
+  look->SetColor(0.5 + 0.5 * colour.r, 0.5 + 0.5 * colour.g, 0.5 + 0.5 * colour.b);
+  look->SetBackgroundColor(0.05, 0.07, 0.10);
+  look->SetBackgroundOpacity(0.78);
+  look->SetVerticalJustificationToBottom();
+  actor->SetVisibility(false);
+  parts_->renderer->AddActor2D(actor);
+  parts_->labels.push_back({at_world, actor});
+}
+
+void LabelLayer::set_visible(bool are_visible) { parts_->are_visible = are_visible; }
+bool LabelLayer::is_visible() const noexcept { return parts_->are_visible; }
+void LabelLayer::set_text_scale(double factor) {
+  parts_->scale = factor;
+  for (const Parts::Label& label : parts_->labels)
+    label.text->GetTextProperty()->SetFontSize(static_cast<int>(std::lround(k_text_size * factor)));
+}
+std::size_t LabelLayer::size() const noexcept { return parts_->labels.size(); }
+
+void LabelLayer::lay_out() {
+  Parts& p = *parts_;
+  constexpr double k_away = 26, k_gap = 4, k_border = 6;  // pixels
+  struct Placed {
+    std::size_t label;
+    dvec2 anchor, low, size;
+  };
+  const int* window = p.renderer->GetSize();
+  std::vector<Placed> placed;
+  for (std::size_t i = 0; i < p.labels.size(); ++i) {
+    p.labels[i].text->SetVisibility(false);
+    if (!p.are_visible) continue;
+    const dvec3& at = p.labels[i].at;
+    p.renderer->SetWorldPoint(at.x, at.y, at.z, 1);
+    p.renderer->WorldToDisplay();
+    double display[3];
+    p.renderer->GetDisplayPoint(display);
+    if (display[0] < 0 || display[1] < 0 || display[0] > window[0] || display[1] > window[1] ||
+        display[2] > 1 || display[2] < 0)
+      continue;
+    double size[2];
+    p.labels[i].text->GetSize(p.renderer, size);
+    const dvec2 anchor(display[0], display[1]);
+    // To the side on which there is more room.
+    const bool is_right = display[0] < 0.5 * window[0] + 1;
+    const dvec2 low(is_right ? anchor.x - k_away - size[0] : anchor.x + k_away, anchor.y + 0.5 * k_away);
+    placed.push_back({i, anchor, low, {size[0], size[1]}});
+  }
+  // From the top down each goes below those that it would cover.
+  std::sort(placed.begin(), placed.end(), [](const Placed& a, const Placed& b) { return a.low.y > b.low.y; });
+  for (std::size_t i = 0; i < placed.size(); ++i) {
+    Placed& one = placed[i];
+    one.low.x = std::clamp(one.low.x, k_border, std::max(k_border, window[0] - one.size.x - k_border));
+    one.low.y = std::clamp(one.low.y, k_border, std::max(k_border, window[1] - one.size.y - k_border));
+    for (bool is_moved = true; is_moved;) {
+      is_moved = false;
+      for (std::size_t j = 0; j < i; ++j) {
+        const Placed& other = placed[j];
+        const bool is_apart =
+            one.low.x > other.low.x + other.size.x + k_gap || other.low.x > one.low.x + one.size.x + k_gap ||
+            one.low.y > other.low.y + other.size.y + k_gap || other.low.y > one.low.y + one.size.y + k_gap;
+        if (is_apart) continue;
+        one.low.y = other.low.y - one.size.y - k_gap - 1;
+        is_moved = true;
+      }
+    }
+  }
+  vtkNew<vtkPoints> points;
+  vtkNew<vtkCellArray> lines;
+  for (const Placed& one : placed) {
+    vtkTextActor* text = p.labels[one.label].text;
+    text->SetDisplayPosition(static_cast<int>(one.low.x), static_cast<int>(one.low.y));
+    text->SetVisibility(true);
+    const double near = one.low.x > one.anchor.x ? one.low.x - 2 : one.low.x + one.size.x + 2;
+    const std::array<vtkIdType, 2> ends{points->InsertNextPoint(one.anchor.x, one.anchor.y, 0),
+                                        points->InsertNextPoint(near, one.low.y + 0.5 * one.size.y, 0)};
+    lines->InsertNextCell(2, ends.data());
+  }
+  p.leads->SetPoints(points);
+  p.leads->SetLines(lines);
+  p.lines->SetVisibility(!placed.empty());
+}
+
+}  // namespace trephine::view

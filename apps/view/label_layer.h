@@ -1,0 +1,36 @@
+// Labels over a picture: light text on dark plates, always in front, apart from each other, with a line to
+// what each names.
+#pragma once
+
+#include <glm/vec3.hpp>
+#include <memory>
+#include <string>
+
+class vtkRenderer;
+
+namespace trephine::view {
+
+/// One thread: the one that draws.
+class LabelLayer {
+ public:
+  explicit LabelLayer(vtkRenderer* renderer);
+  ~LabelLayer();
+  LabelLayer(const LabelLayer&) = delete;
+  LabelLayer& operator=(const LabelLayer&) = delete;
+
+  void clear();
+  void add(const glm::dvec3& at_world, const std::string& text, const glm::dvec3& colour);
+  void set_visible(bool are_visible);
+  bool is_visible() const noexcept;
+  /// Times the size at which labels are drawn otherwise.
+  void set_text_scale(double factor);
+  std::size_t size() const noexcept;
+  /// Places the labels for the camera as it is now. Before each frame.
+  void lay_out();
+
+ private:
+  struct Parts;
+  std::unique_ptr<Parts> parts_;
+};
+
+}  // namespace trephine::view
