@@ -20,12 +20,13 @@ const Schema& Redo::schema() {
   return table;
 }
 const Schema& BeginBranch::schema() {
-  static constexpr Field fields[] = {field<&BeginBranch::name>("name")};
+  static constexpr Field fields[] = {field<&BeginBranch::name>("name", {.label = "Name of what comes"})};
   static constexpr Schema table{"begin-branch", 1, fields};
   return table;
 }
 const Schema& SwitchBranch::schema() {
-  static constexpr Field fields[] = {field<&SwitchBranch::name>("name")};
+  static constexpr Field fields[] = {
+      field<&SwitchBranch::name>("name", {.label = "Branch", .names = FieldInfo::Names::branch})};
   static constexpr Schema table{"switch-branch", 1, fields};
   return table;
 }

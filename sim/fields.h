@@ -32,6 +32,10 @@ struct FieldInfo {
   double low = -std::numeric_limits<double>::max(), high = std::numeric_limits<double>::max();
   std::span<const std::string_view> choices = {};  ///< names of an enum's values, from 0 on
   std::string_view help = {};                      ///< half a sentence, for people
+  std::string_view label = {};                     ///< what people call it; empty: its name
+  bool is_expert = false;                          ///< a window shows it only on request
+  /// What a text is the name of, so that a window offers those that there are.
+  enum class Names : std::uint8_t { any, label, branch } names = Names::any;
 };
 
 struct Field {

@@ -381,7 +381,12 @@ void LiveSession::update_state(const Outcome& outcome) {
   const Branch& branch = engine_.branch();
   state_.first_stroke = branch.forgotten;
   state_.all_strokes = branch.forgotten + branch.history.size() - 1;
-  if (state_.branch != branch.name) state_.branch = branch.name;
+  const std::vector<Branch>& others = engine_.left_branches();
+  if (state_.branch != branch.name || state_.branches.size() != others.size()) {
+    state_.branch = branch.name;
+    state_.branches.clear();
+    for (const Branch& other : others) state_.branches.push_back(other.name);
+  }
   state_.can_undo = engine_.can_undo();
   state_.can_redo = engine_.can_redo();
 }

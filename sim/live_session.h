@@ -29,6 +29,7 @@ struct LiveState {
   std::size_t all_strokes = 0;           ///< with those that redo brings back
   std::size_t first_stroke = 0;          ///< before it there is no way back any more
   std::string branch;                    ///< on which it goes on
+  std::vector<std::string> branches;     ///< the others
   std::size_t history_bytes = 0;         ///< of all branches, as it was when a stroke ended last
   std::vector<ForbiddenWatch> watches;   ///< of the first hand, each forbidden structure
   std::optional<volume::Error> refused;  ///< of the newest command that was, since the last look

@@ -6,6 +6,7 @@
 #include "apps/view/view_window.h"
 #include "apps/workbench/continued_session.h"
 #include "apps/workbench/devices.h"
+#include "apps/workbench/preset.h"
 #include "data-tools/atomic_file.h"
 #include "data-tools/output_set.h"
 #include "modules/catalogue.h"
@@ -80,12 +81,20 @@ class Host {
     return opened;
   }
 
-  Result<view::OpenedScene> reshape(double low, double high, const workbench::Listener& listener) {
+  Result<view::OpenedScene> reshape(const view::ShapeRequest& request, const workbench::Listener& listener) {
+    const auto range = [](double low, double high) {
+      return format_text("%.17g:", low) + (std::isfinite(high) ? format_text("%.17g", high) : std::string());
+    };
+    workbench::Source source = source_;
+    workbench::ShapeChoice asked;
+    if (request.preset.empty()) asked.window = range(request.low, request.high);
+    asked.is_largest = request.is_largest;
+    auto shape = workbench::bring_out(source, {request.preset, {}}, asked, listener);
+    if (!shape) return shape.error();
     workbench::OperationChoice choice = choice_;
     choice.shape = {};
-    choice.shape.window =
-        format_text("%.17g:", low) + (std::isfinite(high) ? format_text("%.17g", high) : std::string());
-    return make(source_, path_, choice, listener);
+    choice.shape.window = range(shape.value().low, shape.value().high);
+    return make(source, path_, choice, listener);
   }
 
  private:
@@ -191,8 +200,8 @@ Result<Outcome> run_view(const ViewArguments& arguments) {
     return host->resume(session, listener);
   };
   options.host.session_folder = workbench::autosave_folder();
-  options.host.reshape = [host](double low, double high, const workbench::Listener& listener) {
-    return host->reshape(low, high, listener);
+  options.host.reshape = [host](const view::ShapeRequest& shape, const workbench::Listener& listener) {
+    return host->reshape(shape, listener);
   };
 
   const double ready_seconds = process_seconds();

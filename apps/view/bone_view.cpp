@@ -142,6 +142,7 @@ struct BoneView::Parts {
   std::vector<ToolPart> drawn;  ///< of which these are made
   std::vector<vtkSmartPointer<vtkActor>> tool;
   std::unique_ptr<PictureText> text;
+  double text_scale = 1, drawn_text_scale = 1;
   vtkNew<vtkLineSource> leash_line;
   vtkSmartPointer<vtkActor> edge;  ///< the line that a foot goes under
   vtkNew<vtkPolyData> edge_line;
@@ -363,9 +364,16 @@ void BoneView::show_text(const std::string& corner, const std::string& foot) {
   parts_->text->show(corner, foot);
 }
 
-void BoneView::set_text_scale(double factor) {
-  parts_->text->set_scale(factor);
-  parts_->overlays->labels().set_text_scale(factor);
+void BoneView::set_text_scale(double factor) { parts_->text_scale = factor; }
+
+/// Text is no larger than a small picture has room for.
+void BoneView::fit_text() {
+  constexpr double k_wide = 420;  // pixels
+  const double scale = std::min(parts_->text_scale, std::max(1.0, parts_->window->GetSize()[0] / k_wide));
+  if (scale == parts_->drawn_text_scale) return;
+  parts_->drawn_text_scale = scale;
+  parts_->text->set_scale(scale);
+  parts_->overlays->labels().set_text_scale(scale);
 }
 
 double BoneView::distance_of(const dvec3& low, const dvec3& high) {
@@ -420,6 +428,7 @@ void BoneView::look_from(char side, const dvec3& low, const dvec3& high) {
 }
 
 void BoneView::render() {
+  fit_text();
   parts_->text->update();
   parts_->overlays->labels().lay_out();
   parts_->bone->render();

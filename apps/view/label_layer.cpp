@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <glm/common.hpp>
 #include <glm/vec2.hpp>
 #include <vector>
 #include <vtkActor2D.h>
@@ -37,6 +38,7 @@ struct LabelLayer::Parts {
   vtkNew<vtkActor2D> lines;
   bool are_visible = true;
   double scale = 1;
+  std::vector<LabelLayer::Box> boxes;  ///< of the newest frame
 };
 
 LabelLayer::LabelLayer(vtkRenderer* renderer) : parts_(std::make_unique<Parts>()) {
@@ -81,6 +83,8 @@ void LabelLayer::set_text_scale(double factor) {
 }
 std::size_t LabelLayer::size() const noexcept { return parts_->labels.size(); }
 
+std::vector<LabelLayer::Box> LabelLayer::boxes() const { return parts_->boxes; }
+
 void LabelLayer::lay_out() {
   Parts& p = *parts_;
   constexpr double k_away = 26, k_gap = 4, k_border = 6;  // pixels
@@ -109,6 +113,11 @@ void LabelLayer::lay_out() {
     const dvec2 low(is_right ? anchor.x - k_away - size[0] : anchor.x + k_away, anchor.y + 0.5 * k_away);
     placed.push_back({i, anchor, low, {size[0], size[1]}});
   }
+  // Not on the letters at the picture's edges.
+  std::vector<Placed> taken;
+  const dvec2 letter(44 * p.scale, 34 * p.scale), all(window[0], window[1]);
+  for (const dvec2& at : {dvec2(0.5, 1), dvec2(0.5, 0), dvec2(0, 0.5), dvec2(1, 0.5)})
+    taken.push_back({0, {}, glm::clamp(at * all - 0.5 * letter, dvec2(0), all - letter), letter});
   // From the top down each goes below those that it would cover.
   std::sort(placed.begin(), placed.end(), [](const Placed& a, const Placed& b) { return a.low.y > b.low.y; });
   for (std::size_t i = 0; i < placed.size(); ++i) {
@@ -117,8 +126,8 @@ void LabelLayer::lay_out() {
     one.low.y = std::clamp(one.low.y, k_border, std::max(k_border, window[1] - one.size.y - k_border));
     for (bool is_moved = true; is_moved;) {
       is_moved = false;
-      for (std::size_t j = 0; j < i; ++j) {
-        const Placed& other = placed[j];
+      for (std::size_t j = 0; j < i + taken.size(); ++j) {
+        const Placed& other = j < i ? placed[j] : taken[j - i];
         const bool is_apart =
             one.low.x > other.low.x + other.size.x + k_gap || other.low.x > one.low.x + one.size.x + k_gap ||
             one.low.y > other.low.y + other.size.y + k_gap || other.low.y > one.low.y + one.size.y + k_gap;
@@ -130,7 +139,9 @@ void LabelLayer::lay_out() {
   }
   vtkNew<vtkPoints> points;
   vtkNew<vtkCellArray> lines;
+  p.boxes.clear();
   for (const Placed& one : placed) {
+    p.boxes.push_back({one.low, one.low + one.size});
     vtkTextActor* text = p.labels[one.label].text;
     text->SetDisplayPosition(static_cast<int>(one.low.x), static_cast<int>(one.low.y));
     text->SetVisibility(true);

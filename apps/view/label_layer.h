@@ -2,9 +2,11 @@
 // what each names.
 #pragma once
 
+#include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 #include <memory>
 #include <string>
+#include <vector>
 
 class vtkRenderer;
 
@@ -27,6 +29,11 @@ class LabelLayer {
   std::size_t size() const noexcept;
   /// Places the labels for the camera as it is now. Before each frame.
   void lay_out();
+  struct Box {
+    glm::dvec2 low, high;
+  };
+  /// Where those that are shown lie, pixels from the lower left.
+  std::vector<Box> boxes() const;
 
  private:
   struct Parts;

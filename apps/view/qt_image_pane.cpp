@@ -54,6 +54,30 @@ void write(QPainter& painter, const QRectF& where, int flags, const QString& tex
   painter.drawText(where, flags, text);
 }
 
+/// Names of what is outlined, each once, in its colour; those that do not fit are counted.
+void write_legend(QPainter& painter, const Panel& panel, const QRectF& where) {
+  std::vector<const Panel::Line*> named;
+  for (const Panel::Line& line : panel.lines)
+    if (!line.name.empty() && std::none_of(named.begin(), named.end(), [&](const Panel::Line* other) {
+          return other->name == line.name;
+        }))
+      named.push_back(&line);
+  const double high = painter.fontMetrics().height() + 2.0, swatch = 0.6 * high;
+  const std::size_t most =
+      std::min(named.size(), static_cast<std::size_t>(std::max(0.0, 0.45 * where.height() / high)));
+  double y = where.bottom() - high * static_cast<double>(most + (most < named.size()));
+  for (std::size_t i = 0; i < most; ++i, y += high) {
+    const Panel::Line& line = *named[i];
+    write(painter, QRectF(where.left() + swatch + 10, y, where.width() - swatch - 10, high),
+          Qt::AlignLeft | Qt::AlignVCenter, QString::fromStdString(line.name));
+    painter.fillRect(QRectF(where.left() + 2, y + 0.2 * high, swatch, swatch),
+                     QColor(line.colour[0], line.colour[1], line.colour[2]));
+  }
+  if (most < named.size())
+    write(painter, QRectF(where.left(), y, where.width(), high), Qt::AlignLeft | Qt::AlignVCenter,
+          QString("and %1 more").arg(named.size() - most));
+}
+
 }  // namespace
 
 ImagePane::ImagePane(imaging::Panes& panes, std::size_t index, QWidget* parent)
@@ -103,22 +127,23 @@ ImagePane::ImagePane(imaging::Panes& panes, std::size_t index, QWidget* parent)
 void ImagePane::set_kind(PaneKind kind) { kind_->setCurrentIndex(static_cast<int>(kind)); }
 
 void ImagePane::lay_out() {
-  constexpr int k_gap = 5, k_high = 24;
+  constexpr int k_gap = 5;
+  const int high = std::max(24, fontMetrics().height() + 8);
   int x = k_gap;
   const bool is_xray = panes_->kind(index_) == PaneKind::xray;
   for (QWidget* w : std::initializer_list<QWidget*>{preset_, live_, shoot_}) w->setVisible(is_xray);
   // As wide as there is room, boxes narrower first.
-  const int room = width() - 2 * k_gap - k_high - 3;
+  const int room = width() - 2 * k_gap - high - 3;
   const int buttons = is_xray ? live_->sizeHint().width() + shoot_->sizeHint().width() + 9 : 0;
   const int box = std::max(40, (room - buttons) / (is_xray ? 2 : 1));
   for (QWidget* w : std::initializer_list<QWidget*>{kind_, preset_, live_, shoot_}) {
     if (w->isHidden()) continue;
     const bool is_box = w == kind_ || w == preset_;
     const int wide = is_box ? std::min(box, w->sizeHint().width()) : w->sizeHint().width();
-    w->setGeometry(x, k_gap, wide, k_high);
+    w->setGeometry(x, k_gap, wide, high);
     x += wide + 3;
   }
-  maximise_->setGeometry(width() - k_high - k_gap, k_gap, k_high, k_high);
+  maximise_->setGeometry(width() - high - k_gap, k_gap, high, high);
 }
 
 void ImagePane::resizeEvent(QResizeEvent*) {
@@ -210,10 +235,11 @@ void ImagePane::paintEvent(QPaintEvent*) {
     painter.setPen(QPen(QColor(232, 236, 242), 1.5));
     painter.drawLine(QPointF(left, y), QPointF(right, y));
     for (const double x : {left, right}) painter.drawLine(QPointF(x, y - 4), QPointF(x, y));
-    write(painter, QRectF(left - 60, y - 24, right - left + 60, 20), Qt::AlignRight | Qt::AlignBottom,
-          QString("%1 mm").arg(mm));
+    const double line = fontMetrics().height() + 2;
+    write(painter, QRectF(left - 200, y - line - 4, right - left + 200, line),
+          Qt::AlignRight | Qt::AlignBottom, QString("%1 mm").arg(mm));
   }
-  const QRectF inner = QRectF(rect()).adjusted(8, 34, -8, -6);
+  const QRectF inner = QRectF(rect()).adjusted(8, maximise_->height() + 10, -8, -6);
   if (panel != nullptr && panes_->trouble(index_).empty()) {
     const auto letter = [&](int flags, const std::string& text) {
       write(painter, inner, flags, QString::fromStdString(text));
@@ -225,13 +251,21 @@ void ImagePane::paintEvent(QPaintEvent*) {
     if (kind == PaneKind::xray) foot = QString::fromStdString(panel->title + panes_->xray_note());
     if (kind == PaneKind::depths) foot = QString::fromStdString(panel->title + "\n" + panel->foot);
     if (kind == PaneKind::section) foot = QString::fromStdString(panel->title + "   " + panel->foot);
-    write(painter, inner, Qt::AlignLeft | Qt::AlignBottom, foot.trimmed());
+    // Beside the scale bar.
+    const QFontMetricsF metrics(font());
+    const double bar = std::max(0.3 * width(), metrics.horizontalAdvance("100 mm") + 16);
+    const double room = panes_->plane(index_) ? width() - bar - 16 : width();
+    QStringList lines = foot.trimmed().split('\n');
+    for (QString& one : lines) one = metrics.elidedText(one, Qt::ElideRight, room - 12);
+    write(painter, inner, Qt::AlignLeft | Qt::AlignBottom, lines.join('\n'));
+    write_legend(painter, *panel, inner.adjusted(0, 0, 0, -metrics.height() * lines.size() - 8));
     const double ms = panes_->milliseconds(index_);
     QString right = QString("%1 ms").arg(ms, 0, 'f', ms < 10 ? 1 : 0);
+    if (width() < 14 * metrics.height()) right.clear();  // a small pane has no room for it
     if (kind != PaneKind::section && imaging::is_planar(kind))
       if (const auto value = panes_->probe())
         right = QString("%1%2\n%3").arg(*value).arg(panes_->is_hounsfield() ? " HU" : "", right);
-    write(painter, inner, Qt::AlignRight | Qt::AlignTop, right);
+    write(painter, inner, Qt::AlignRight | Qt::AlignTop, right.trimmed());
   } else if (!panes_->trouble(index_).empty()) {
     write(painter, inner, Qt::AlignCenter | Qt::TextWordWrap,
           QString::fromStdString(panes_->trouble(index_)));

@@ -24,6 +24,8 @@ class ImagePane : public QWidget {
   /// Newest image, tool and crosshair, at every frame. `tool`: tip and a point up its shaft.
   void refresh(const std::array<glm::dvec3, 2>* tool);
   void set_kind(imaging::PaneKind kind);
+  /// Places its controls, which are as high as the text.
+  void lay_out();
   QSize sizeHint() const override { return {360, 300}; }
   QSize minimumSizeHint() const override { return {140, 120}; }
 
@@ -46,7 +48,6 @@ class ImagePane : public QWidget {
   void enterEvent(QEvent* event) override;
 
  private:
-  void lay_out();
   /// mm of the image, from its middle, to where it is drawn.
   QPointF place(const imaging::Panel& panel, const glm::dvec2& mm) const;
   QRectF image_rect(const imaging::Panel& panel) const;

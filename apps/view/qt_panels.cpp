@@ -108,7 +108,7 @@ void HelpOverlay::paintEvent(QPaintEvent*) {
       {"in a slice: wheel, Left, Right", "slice by slice"},
       {"Shift + mouse, left, middle, right", "look there; greys; move; nearer"},
       {"T, G, R, double click", "before and after; labels; all of it; alone"},
-      {"E", "the event log"},
+      {"E,  N", "the event log; names of the plan, shown or hidden"},
       {"F", "force on again after a fault (of a haptic device)"},
       {"Ctrl+O, or drop a folder", "open a scan (a file: Ctrl+Shift+O)"},
       {"Ctrl+S, Ctrl+P", "save the operated volume, a picture"},

@@ -8,6 +8,7 @@
 #include <QLinearGradient>
 #include <QPainter>
 #include <QPolygonF>
+#include <QToolButton>
 #include <QVBoxLayout>
 #include <algorithm>
 
@@ -50,22 +51,36 @@ QString words_of(std::string_view name) {
   return words;
 }
 
+namespace {
+QString label_of(const sim::Field& field) {
+  return field.info.label.empty() ? words_of(field.name) : text_of(field.info.label);
+}
+}  // namespace
+
 void FieldForm::add_row(QWidget* widget, const sim::Field& field, std::function<void()> show) {
   widget->setObjectName(text_of(field.name));
   widget->setToolTip(text_of(field.info.help));
-  auto* form = static_cast<QFormLayout*>(layout());
+  auto* form = static_cast<QFormLayout*>((field.info.is_expert ? expert_ : this)->layout());
   if (qobject_cast<QCheckBox*>(widget))
     form->addRow(widget);
   else
-    form->addRow(words_of(field.name), widget);
+    form->addRow(label_of(field), widget);
   rows_.push_back(std::move(show));
 }
 
-FieldForm::FieldForm(const sim::Value& value, QWidget* parent) : QWidget(parent), value_(value) {
+FieldForm::FieldForm(const sim::Value& value, const Offer& offer, QWidget* parent)
+    : QWidget(parent), value_(value) {
   auto* form = new QFormLayout(this);
   form->setContentsMargins(0, 0, 0, 0);
+  const auto& fields = value_.schema().fields;
+  if (std::any_of(fields.begin(), fields.end(), [](const sim::Field& f) { return f.info.is_expert; })) {
+    expert_ = new QWidget;
+    auto* inner = new QFormLayout(expert_);
+    inner->setContentsMargins(0, 0, 0, 0);
+    expert_->hide();
+  }
   bool has_number = false;
-  for (const sim::Field& field : value_.schema().fields) {
+  for (const sim::Field& field : fields) {
     const auto place = field.place(value_.data());
     if (std::holds_alternative<double*>(place)) {
       auto* box = new NumberBox(field.info);
@@ -77,7 +92,7 @@ FieldForm::FieldForm(const sim::Value& value, QWidget* parent) : QWidget(parent)
       });
       add_row(box, field, [this, box, &field] { box->setValue(*place_of<double>(field, value_)); });
     } else if (std::holds_alternative<bool*>(place)) {
-      auto* box = new QCheckBox(words_of(field.name));
+      auto* box = new QCheckBox(label_of(field));
       connect(box, &QCheckBox::toggled, this, [this, &field](bool is_on) {
         *place_of<bool>(field, value_) = is_on;
         changed();
@@ -93,15 +108,13 @@ FieldForm::FieldForm(const sim::Value& value, QWidget* parent) : QWidget(parent)
       add_row(box, field,
               [this, box, &field] { box->setCurrentIndex(*place_of<std::uint8_t>(field, value_)); });
     } else if (std::holds_alternative<std::string*>(place)) {
-      auto* line = new QLineEdit;
-      connect(line, &QLineEdit::editingFinished, this, [this, line, &field] {
-        std::string text = line->text().toStdString();
-        if (text == *place_of<std::string>(field, value_)) return;
-        *place_of<std::string>(field, value_) = std::move(text);
-        changed();
-      });
-      add_row(line, field, [this, line, &field] {
-        line->setText(QString::fromStdString(*place_of<std::string>(field, value_)));
+      QWidget* text = make_text(field, offer);
+      add_row(text, field, [this, text, &field] {
+        const QString now = QString::fromStdString(*place_of<std::string>(field, value_));
+        if (auto* line = qobject_cast<QLineEdit*>(text))
+          line->setText(now);
+        else if (!now.isEmpty())
+          qobject_cast<QComboBox*>(text)->setCurrentText(now);
       });
     } else {
       // Points, lists, whole numbers and ids: as scripts write them.
@@ -123,6 +136,43 @@ FieldForm::FieldForm(const sim::Value& value, QWidget* parent) : QWidget(parent)
     }
   }
   show(value);
+  if (expert_ == nullptr) return;
+  auto* more = new QToolButton;
+  more->setObjectName("more_settings");
+  more->setText("More settings");
+  more->setCheckable(true);
+  more->setArrowType(Qt::RightArrow);
+  more->setToolButtonStyle(Qt::ToolButtonTextBesideIcon);
+  more->setAutoRaise(true);
+  more->setFocusPolicy(Qt::NoFocus);
+  connect(more, &QToolButton::toggled, this, [this, more](bool is_open) {
+    more->setArrowType(is_open ? Qt::DownArrow : Qt::RightArrow);
+    expert_->setVisible(is_open);
+    on_resize();
+  });
+  form->addRow(more);
+  form->addRow(expert_);
+}
+
+/// A line, or a list where there are names to offer.
+QWidget* FieldForm::make_text(const sim::Field& field, const Offer& offer) {
+  const auto set = [this, &field](const QString& words) {
+    std::string text = words.toStdString();
+    if (text == *place_of<std::string>(field, value_)) return;
+    *place_of<std::string>(field, value_) = std::move(text);
+    changed();
+  };
+  const QStringList names = offer ? offer(field.info.names) : QStringList();
+  if (!names.isEmpty()) {
+    auto* box = new QComboBox;
+    box->addItems(names);
+    connect(box, &QComboBox::currentTextChanged, this, set);
+    set(box->currentText());
+    return box;
+  }
+  auto* line = new QLineEdit;
+  connect(line, &QLineEdit::editingFinished, this, [line, set] { set(line->text()); });
+  return line;
 }
 
 void FieldForm::show(const sim::Value& value) {
@@ -221,6 +271,7 @@ void ToolPanel::rebuild(const sim::Value& tool) {
   if (tool.is_empty()) return;
   form_ = new FieldForm(tool);
   form_->on_change = [this] { on_change(form_->value()); };
+  form_->on_resize = [this] { on_resize(); };
   column_->addWidget(form_);
 }
 

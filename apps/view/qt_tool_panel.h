@@ -1,6 +1,7 @@
 // Panels from tables: what a hand holds and what modules can be told, whichever they are.
 #pragma once
 
+#include <QStringList>
 #include <QWidget>
 #include <functional>
 #include <vector>
@@ -21,16 +22,20 @@ class FieldForm : public QWidget {
   Q_OBJECT
 
  public:
-  explicit FieldForm(const sim::Value& value, QWidget* parent = nullptr);
+  /// Returns the names to offer for a text; of no kind: none.
+  using Offer = std::function<QStringList(sim::FieldInfo::Names)>;
+  explicit FieldForm(const sim::Value& value, const Offer& offer = {}, QWidget* parent = nullptr);
   const sim::Value& value() const { return value_; }
   /// Without a word to on_change.
   void show(const sim::Value& value);
   /// The first number a step up or down.
   void step(int steps);
   std::function<void()> on_change = [] {};
+  std::function<void()> on_resize = [] {};  ///< rows came or went
 
  private:
   void add_row(QWidget* widget, const sim::Field& field, std::function<void()> show);
+  QWidget* make_text(const sim::Field& field, const Offer& offer);
   void changed() {
     if (!is_showing_) on_change();
   }
@@ -39,6 +44,7 @@ class FieldForm : public QWidget {
   bool is_showing_ = false;
   std::vector<std::function<void()>> rows_;  ///< show what value_ has
   std::function<void(int)> step_ = [](int) {};
+  QWidget* expert_ = nullptr;  ///< its rows are shown on request; null: there are none
 };
 
 /// What the tool looks like, as large as it is: with a bar of a millimetre count.
@@ -69,6 +75,7 @@ class ToolPanel : public QWidget {
   void show(const sim::Value& tool);
   void step(int steps);
   std::function<void(sim::Value)> on_change = [](const sim::Value&) {};
+  std::function<void()> on_resize = [] {};
 
  private:
   void rebuild(const sim::Value& tool);

@@ -2,8 +2,10 @@
 
 #include <QAction>
 #include <QApplication>
+#include <QCheckBox>
 #include <QCloseEvent>
 #include <QComboBox>
+#include <QDockWidget>
 #include <QDoubleSpinBox>
 #include <QDragEnterEvent>
 #include <QKeyEvent>
@@ -153,6 +155,7 @@ void MainWindow::begin(std::shared_ptr<const haptics::TouchScene> scene) {
   if (options_.replay && options_.side == 0 && options_.summary.worked_at)
     drawn->look_at_work(*options_.summary.worked_at);
   drawn->set_plan(options_.plan);
+  if (first_font_ > 0) drawn->view().set_text_scale(QApplication::font().pointSizeF() / first_font_);
   vtkNew<StylusStyle> style;
   style->SetDefaultRenderer(drawn->view().renderer());
   style->on_press = [this](bool is_down) {
@@ -174,13 +177,22 @@ void MainWindow::begin(std::shared_ptr<const haptics::TouchScene> scene) {
     constexpr double k_degrees = 0.3;  // a pixel
     tilt(k_degrees * right, k_degrees * up);
   };
+  style->on_zoom = [this](int way, double x, double y) {
+    viewport()->zoom(*version(), way > 0 ? 1.15 : 1 / 1.15, x, y);
+  };
   style->on_turn = [this](double right, double up) { turn(right, up); };
   canvas_->interactor()->SetInteractorStyle(style);
   canvas_->setFocus();
   setWindowTitle(QString::fromStdString(options_.title) + " - trephine");
   const volume::Shape& shape = scene_->items[0].field.shape();
   const bool can_reshape = operation_ && !shape.is_label() && options_.host.reshape;
-  for (QWidget* w : std::initializer_list<QWidget*>{low_, high_}) w->setEnabled(can_reshape);
+  const QSignalBlocker quiet_largest(largest_);
+  largest_->setChecked(false);
+  shape_of_->setCurrentIndex(0);
+  for (QWidget* w : std::initializer_list<QWidget*>{low_, high_, largest_, shape_of_})
+    w->setEnabled(can_reshape);
+  // Presets are for CT.
+  if (!scene_->base->is_hounsfield) shape_of_->setEnabled(false);
   for (QDoubleSpinBox* box : {low_, high_}) {
     const QSignalBlocker quiet(box);
     const double value = box == low_ ? shape.low : shape.high;
@@ -221,8 +233,14 @@ void MainWindow::resizeEvent(QResizeEvent* event) {
 
 void MainWindow::scale_text(double factor) {
   QFont font = QApplication::font();
+  if (first_font_ <= 0) first_font_ = font.pointSizeF();
   font.setPointSizeF(std::clamp(font.pointSizeF() * factor, 6.0, 30.0));
   QApplication::setFont(font);
+  QApplication::setFont(font, "QDockWidgetTitle");
+  for (QDockWidget* dock : findChildren<QDockWidget*>()) dock->setFont(font);
+  if (Viewport* shown = viewport()) shown->view().set_text_scale(font.pointSizeF() / first_font_);
+  for (std::size_t i = 0; i < PaneGrid::k_panes; ++i) grid_->pane(i)->lay_out();
+  fit_panel();
 }
 
 void MainWindow::set_clip() {

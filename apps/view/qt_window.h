@@ -84,6 +84,7 @@ class MainWindow : public QMainWindow {
   void apply_where_it_touches(const sim::ValueType& type);
   void build_pieces_menu();
   void ask_and_apply(const sim::ValueType& type);
+  QStringList names_of(sim::FieldInfo::Names kind);
   void say(const QString& text);
   void build_panel();
   void build_panes();
@@ -110,6 +111,7 @@ class MainWindow : public QMainWindow {
   QString saved_as() const;
   void show_notices();
   void press_deeper(int steps);
+  void toggle_names();
   void tilt(double right, double up);
   void turn(double right, double up);
   bool move_by_key(const QKeyEvent* event);
@@ -149,6 +151,7 @@ class MainWindow : public QMainWindow {
   WindowReport report_;
   volume::Status screenshot_error_;
   bool is_quitting_ = false;  ///< by the menu
+  double first_font_ = 0;     ///< points; 0: text has the size with which it began
   bool has_first_frame_ = false, is_sound_on_ = false, is_previewing_ = false;
   Notices replayed_;              ///< events of a replay, by its time
   std::optional<QPoint> cursor_;  ///< on the canvas, when it moved last
@@ -163,7 +166,8 @@ class MainWindow : public QMainWindow {
   sim::Value shown_tool_;
   QDoubleSpinBox *low_ = nullptr, *high_ = nullptr;
   QSlider *depth_ = nullptr, *clip_share_ = nullptr, *session_slider_ = nullptr, *history_ = nullptr;
-  QComboBox *clip_ = nullptr, *speed_ = nullptr;
+  QCheckBox* largest_ = nullptr;
+  QComboBox *shape_of_ = nullptr, *clip_ = nullptr, *speed_ = nullptr;
   QPushButton *undo_ = nullptr, *redo_ = nullptr, *use_shape_ = nullptr, *keep_shape_ = nullptr,
               *play_ = nullptr;
   QProgressBar* opening_bar_ = nullptr;

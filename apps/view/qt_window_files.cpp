@@ -1,6 +1,7 @@
 // What the window opens and saves.
 #include <QApplication>
 #include <QBuffer>
+#include <QCheckBox>
 #include <QComboBox>
 #include <QDoubleSpinBox>
 #include <QFile>
@@ -38,8 +39,9 @@ void MainWindow::use_shape() {
                                               "so far stays in its session file. Go on?");
     if (answer != QMessageBox::Yes) return;
   }
-  open_by([reshape = options_.host.reshape, low, high](const WindowHost::Listener& listener) {
-    return reshape(low, high, listener);
+  ShapeRequest shape{low, high, shape_of_->currentData().toString().toStdString(), largest_->isChecked()};
+  open_by([reshape = options_.host.reshape, shape](const WindowHost::Listener& listener) {
+    return reshape(shape, listener);
   });
 }
 

@@ -20,6 +20,11 @@ void MainWindow::tilt(double right, double up) {
   say(QString("tilted %1\u00b0").arg(operation_->tilted(), 0, 'f', 0));
 }
 
+void MainWindow::toggle_names() {
+  LabelLayer& names = viewport()->view().overlays().labels();
+  names.set_visible(!names.is_visible());
+}
+
 void MainWindow::turn(double right, double up) {
   constexpr double k_degrees = 0.3;  // a pixel
   viewport()->turn(k_degrees * right, -k_degrees * up);
@@ -125,6 +130,9 @@ void MainWindow::keyPressEvent(QKeyEvent* event) {
     case Qt::Key_PageUp:
     case Qt::Key_PageDown:
       press_deeper(event->key() == Qt::Key_PageDown ? 1 : -1);
+      return;
+    case Qt::Key_N:
+      toggle_names();
       return;
     case Qt::Key_K: {
       if (!operation_) return;

@@ -2,9 +2,11 @@
 // moves it; the wheel is depth, with the middle button down roll, with Ctrl zoom.
 #pragma once
 
+#include <algorithm>
 #include <functional>
 #include <string>
 #include <vtkInteractorStyleTrackballCamera.h>
+#include <vtkRenderWindow.h>
 #include <vtkRenderWindowInteractor.h>
 
 namespace trephine::view {
@@ -18,6 +20,8 @@ class StylusStyle : public vtkInteractorStyleTrackballCamera {
       std::function<void(bool)> on_press = [](bool) {},
                                 on_shift_press;
   std::function<void(int)> on_wheel = [](int) {}, on_roll = [](int) {};
+  /// Nearer (1) or farther (-1), toward a place of the picture: shares from the lower left.
+  std::function<void(int, double, double)> on_zoom = [](int, double, double) {};
   std::function<void(const std::string&, bool)> on_key = [](const std::string&, bool) {};
   /// The middle button went down or up.
   std::function<void(bool)> on_tilt = [](bool) {};
@@ -59,8 +63,9 @@ class StylusStyle : public vtkInteractorStyleTrackballCamera {
   void wheel(int way) {
     if (is_tilting_) return on_roll(way);
     if (!Interactor->GetControlKey()) return on_wheel(way);
-    pick_renderer();
-    way > 0 ? Superclass::OnMouseWheelForward() : Superclass::OnMouseWheelBackward();
+    const int *at = Interactor->GetEventPosition(), *size = Interactor->GetRenderWindow()->GetSize();
+    on_zoom(way, static_cast<double>(at[0]) / std::max(1, size[0]),
+            static_cast<double>(at[1]) / std::max(1, size[1]));
   }
 };
 

@@ -159,6 +159,9 @@ Result<WindowReport> run_plain_window(const haptics::TouchScene& scene, const Wi
   style->on_tilt = [&](bool is_down) { operation.hold_tip(is_down); };
   style->on_tilt_move = [&](double right, double up) { operation.tilt(0.3 * right, 0.3 * up); };
   style->on_roll = [&](int way) { operation.roll(way); };
+  style->on_zoom = [&](int way, double x, double y) {
+    operation.viewport().zoom(*operation.version(), way > 0 ? 1.15 : 1 / 1.15, x, y);
+  };
   style->on_turn = [&](double right, double up) { operation.viewport().turn(0.3 * right, -0.3 * up); };
   style->on_key = [&](const std::string& key, bool has_control) {
     act(operation, key, has_control, interactor);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <string>
@@ -37,6 +38,13 @@ struct OpenedScene {
   haptics::ForceOptions force = {};
 };
 
+/// What a person chose to be solid.
+struct ShapeRequest {
+  double low = 300, high = std::numeric_limits<double>::infinity();
+  std::string preset;       ///< as workbench::PresetChoice has it; empty: the range
+  bool is_largest = false;  ///< without what hangs apart: a table, a head holder
+};
+
 /// What only the program around a window can do: find and read scans, begin recordings.
 struct WindowHost {
   using Listener = workbench::Listener;
@@ -46,8 +54,8 @@ struct WindowHost {
   /// else the one that is open.
   std::function<volume::Result<OpenedScene>(const std::string& session, const Listener& listener)> resume;
   std::string session_folder;  ///< where sessions are kept that nobody named; empty: nowhere
-  /// The scan that was opened last, with another window of intensities.
-  std::function<volume::Result<OpenedScene>(double low, double high, const Listener& listener)> reshape;
+  /// The scan that was opened last, with another shape.
+  std::function<volume::Result<OpenedScene>(const ShapeRequest& shape, const Listener& listener)> reshape;
 };
 
 struct WindowOptions {

@@ -187,6 +187,25 @@ void Viewport::turn(double left, double up) {
   view_.renderer()->ResetCameraClippingRange();
 }
 
+void Viewport::zoom(const volume::Version& version, double factor, double x, double y) {
+  constexpr double k_nearest = 20, k_farthest = 4000;  // mm
+  vtkCamera* camera = view_.renderer()->GetActiveCamera();
+  const Ray ray = ray_at(x, y);
+  dvec3 target;
+  camera->GetFocalPoint(target.x, target.y, target.z);
+  const double hit = distance_to_solid(version, ray), middle = glm::dot(target - ray.origin, ray.direction);
+  const double far = hit >= 0 ? hit : std::max(middle, k_nearest);
+  const double next = std::clamp(far / factor, std::min(far, k_nearest), k_farthest);
+  // The place under the cursor stays there, and what is turned about comes as near.
+  const dvec3 eye = ray.origin + (far - next) * ray.direction;
+  const dvec3 forward = glm::normalize(target - ray.origin);
+  const double distance = std::max(k_nearest, next * glm::dot(ray.direction, forward));
+  const dvec3 at = eye + distance * forward;
+  camera->SetPosition(eye.x, eye.y, eye.z);
+  camera->SetFocalPoint(at.x, at.y, at.z);
+  view_.renderer()->ResetCameraClippingRange();
+}
+
 Ray Viewport::ray_at(double x, double y) {
   vtkRenderer* renderer = view_.renderer();
   const int* size = window_->GetSize();

@@ -50,6 +50,9 @@ class Viewport {
   /// Turns the picture about what is looked at, degrees; the patient's head stays up.
   void turn(double left, double up);
 
+  /// Goes nearer by a factor, toward what is seen at (x, y), as ray_at() takes it, and no nearer than 20 mm.
+  void zoom(const volume::Version& version, double factor, double x, double y);
+
   /// mm, of the ball that the tool touches with by now; 0: a point.
   void set_touch_radius(double radius) { touch_radius_ = radius; }
   /// The stylus as a tick left it. One of which nobody says how it is held leans as `held_at()` has it.

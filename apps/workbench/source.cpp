@@ -147,6 +147,17 @@ volume::Status check(const ShapeChoice& choice) {
   return window ? std::nullopt : volume::Status(window.error());
 }
 
+namespace {
+/// The body part that the scan's file names, where its bone is that of a trunk; else empty.
+std::string spine_of(const Source& source) {
+  for (const auto& [name, value] : source.facts)
+    if (name == "body part")
+      for (const char* part : {"SPINE", "LUMB", "THOR", "CHEST", "ABDOMEN", "PELVIS", "SACR"})
+        if (value.find(part) != std::string::npos) return value;
+  return {};
+}
+}  // namespace
+
 Result<volume::Shape> choose_shape(const Source& source, const ShapeChoice& choice,
                                    const Listener& listener) {
   if (volume::Status error = check(choice)) return *error;
@@ -184,6 +195,13 @@ Result<volume::Shape> choose_shape(const Source& source, const ShapeChoice& choi
     shape.low = std::stod(parted);
     shape.name = "auto";
     listener.notice("shape: " + parted + " and above, where the histogram parts");
+    return shape;
+  }
+  // Vertebrae are mostly cancellous bone, and their shells are thin.
+  if (const std::string part = spine_of(source); !part.empty()) {
+    shape.low = 150;
+    listener.notice("shape: bone, 150 HU and above, since the body part is " + part +
+                    " (another is chosen by iso, window or label)");
     return shape;
   }
   listener.notice("shape: bone, 300 HU and above (another is chosen by iso, window or label)");

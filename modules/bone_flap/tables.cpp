@@ -33,11 +33,16 @@ namespace {
 // What cutting and its preview have in common.
 constexpr std::string_view k_saws[] = {"0.8", "1.2", "1.6", "2.0", "2.4"};
 constexpr sim::FieldInfo k_anchors{
-    .unit = "mm", .low = -1e5, .high = 1e5, .help = "on the skull, in order round"};
-constexpr sim::FieldInfo k_saw{.unit = "mm", .choices = k_saws, .help = "how wide it cuts"};
-constexpr sim::FieldInfo k_distance{
-    .unit = "mm", .low = 20, .high = 500, .help = "from the outline's middle to the apex in the head"};
-constexpr sim::FieldInfo k_item{.low = 0, .high = 63, .help = "the shape that is skull"};
+    .unit = "mm", .low = -1e5, .high = 1e5, .help = "on the skull, in order round", .is_expert = true};
+constexpr sim::FieldInfo k_saw{
+    .unit = "mm", .choices = k_saws, .help = "how wide it cuts", .label = "Saw width"};
+constexpr sim::FieldInfo k_distance{.unit = "mm",
+                                    .low = 20,
+                                    .high = 500,
+                                    .help = "from the outline's middle to the apex in the head",
+                                    .label = "Depth of the apex",
+                                    .is_expert = true};
+constexpr sim::FieldInfo k_item{.low = 0, .high = 63, .help = "the shape that is skull", .is_expert = true};
 }  // namespace
 
 const sim::Schema& PreviewFlap::schema() {
@@ -54,19 +59,48 @@ const sim::Schema& CutFlap::schema() {
       field<&CutFlap::anchors>("anchors", k_anchors),
       field<&CutFlap::saw>("saw", k_saw),
       field<&CutFlap::distance>("distance", k_distance),
-      field<&CutFlap::way>("way", {.choices = ways, .help = "a kerf, or the voxels on lines from the apex"}),
-      field<&CutFlap::seed>(
-          "seed", {.unit = "mm", .low = -1e5, .high = 1e5, .help = "a place on the flap; else it is found"}),
-      field<&CutFlap::leave>("leave", {.help = "numbers of pieces that stay, from the largest on"}),
-      field<&CutFlap::smoothing>(
-          "smoothing", {.unit = "mm", .low = 0, .high = 3, .help = "of the rim, sigma of a Gaussian"}),
-      field<&CutFlap::smallest>("smallest",
-                                {.unit = "mm3", .low = 0, .high = 1e6, .help = "piece; less is debris"}),
-      field<&CutFlap::hole>("hole",
-                            {.unit = "mm", .low = 0, .high = 50, .help = "seam that the outline may cross"}),
-      field<&CutFlap::space>(
-          "space", {.unit = "mm", .low = 0, .high = 50, .help = "air within the bone that is sawn through"}),
-      field<&CutFlap::thickest>("thickest", {.unit = "mm", .low = 1, .high = 50, .help = "calvaria"}),
+      field<&CutFlap::way>("way", {.choices = ways,
+                                   .help = "a kerf, or the voxels on lines from the apex",
+                                   .label = "Method",
+                                   .is_expert = true}),
+      field<&CutFlap::seed>("seed", {.unit = "mm",
+                                     .low = -1e5,
+                                     .high = 1e5,
+                                     .help = "a place on the flap; else it is found",
+                                     .label = "Place on the flap",
+                                     .is_expert = true}),
+      field<&CutFlap::leave>("leave", {.help = "numbers of pieces that stay, from the largest on",
+                                       .label = "Pieces that stay",
+                                       .is_expert = true}),
+      field<&CutFlap::smoothing>("smoothing", {.unit = "mm",
+                                               .low = 0,
+                                               .high = 3,
+                                               .help = "of the rim, sigma of a Gaussian",
+                                               .label = "Smoothing of the rim"}),
+      field<&CutFlap::smallest>("smallest", {.unit = "mm3",
+                                             .low = 0,
+                                             .high = 1e6,
+                                             .help = "piece; less is debris",
+                                             .label = "Smallest piece",
+                                             .is_expert = true}),
+      field<&CutFlap::hole>("hole", {.unit = "mm",
+                                     .low = 0,
+                                     .high = 50,
+                                     .help = "seam that the outline may cross",
+                                     .label = "Seam to cross",
+                                     .is_expert = true}),
+      field<&CutFlap::space>("space", {.unit = "mm",
+                                       .low = 0,
+                                       .high = 50,
+                                       .help = "air within the bone that is sawn through",
+                                       .label = "Air to saw through",
+                                       .is_expert = true}),
+      field<&CutFlap::thickest>("thickest", {.unit = "mm",
+                                             .low = 1,
+                                             .high = 50,
+                                             .help = "calvaria",
+                                             .label = "Thickest calvaria",
+                                             .is_expert = true}),
       field<&CutFlap::item>("item", k_item)};
   static constexpr sim::Schema table{"cut-flap", 1, fields};
   return table;

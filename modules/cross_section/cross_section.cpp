@@ -132,7 +132,8 @@ const sim::Schema& SectionPlane::schema() {
   static constexpr sim::Field fields[] = {
       field<&SectionPlane::at>("at", {.unit = "mm", .help = "in the world"}),
       field<&SectionPlane::normal>("normal", {.help = "toward who looks at it"}),
-      field<&SectionPlane::is_clipping>("is_clipping", {.help = "views show nothing before it"})};
+      field<&SectionPlane::is_clipping>(
+          "is_clipping", {.help = "views show nothing before it", .label = "Open the picture here"})};
   static constexpr sim::Schema table{"section-plane", 1, fields};
   return table;
 }
@@ -152,7 +153,8 @@ const sim::Schema& MeasureSection::schema() {
       field<&MeasureSection::normal>("normal", {.help = "of the plane"}),
       field<&MeasureSection::pixel>("pixel", {.unit = "mm", .low = 0.02, .high = 5}),
       field<&MeasureSection::width>("width", {.unit = "mm", .low = 1, .high = 1000}),
-      field<&MeasureSection::item>("item", {.low = 0, .high = 255, .help = "the shape that is bone"})};
+      field<&MeasureSection::item>(
+          "item", {.low = 0, .high = 255, .help = "the shape that is bone", .is_expert = true})};
   static constexpr sim::Schema table{"measure-section", 1, fields};
   return table;
 }

@@ -220,12 +220,20 @@ std::string effect(const Craniotome&) { return "spin drag=0.3 chatter=0.1 freque
 
 const sim::Schema& Craniotome::schema() {
   static constexpr sim::Field fields[] = {
-      field<&Craniotome::diameter>("diameter", {.unit = "mm", .low = 0.8, .high = 5, .help = "of the bit"}),
-      field<&Craniotome::length>("length", {.unit = "mm", .low = 4, .high = 30, .help = "of the bit"}),
-      field<&Craniotome::foot>("foot", {.unit = "mm", .low = 1, .high = 12, .help = "its diameter"}),
-      field<&Craniotome::turning_radius>(
-          "turning_radius", {.unit = "mm", .low = 0.5, .high = 200, .help = "of the tightest curve"}),
-      field<&Craniotome::rpm>("rpm", {.unit = "1/min", .low = 100, .high = 5e5, .help = "of the spindle"})};
+      field<&Craniotome::diameter>(
+          "diameter", {.unit = "mm", .low = 0.8, .high = 5, .help = "of the bit", .label = "Bit diameter"}),
+      field<&Craniotome::length>(
+          "length", {.unit = "mm", .low = 4, .high = 30, .help = "of the bit", .label = "Bit length"}),
+      field<&Craniotome::foot>(
+          "foot", {.unit = "mm", .low = 1, .high = 12, .help = "its diameter", .label = "Foot diameter"}),
+      field<&Craniotome::turning_radius>("turning_radius", {.unit = "mm",
+                                                            .low = 0.5,
+                                                            .high = 200,
+                                                            .help = "of the tightest curve",
+                                                            .label = "Tightest curve",
+                                                            .is_expert = true}),
+      field<&Craniotome::rpm>(
+          "rpm", {.unit = "1/min", .low = 100, .high = 5e5, .help = "of the spindle", .label = "Speed"})};
   static constexpr sim::Schema table{"craniotome", 1, fields};
   return table;
 }

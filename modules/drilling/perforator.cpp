@@ -92,15 +92,32 @@ std::string effect(const Perforator&) { return "spin drag=0.05 chatter=0.1 frequ
 
 const sim::Schema& Perforator::schema() {
   static constexpr sim::Field fields[] = {
-      field<&Perforator::diameter>("diameter",
-                                   {.unit = "mm", .low = 4, .high = 20, .help = "of the outer drill"}),
-      field<&Perforator::inner>(
-          "inner", {.unit = "mm", .low = 2, .high = 12, .help = "of the inner drill, round at its end"}),
-      field<&Perforator::lead>("lead", {.unit = "mm", .low = 0.5, .high = 6, .help = "of the inner drill"}),
-      field<&Perforator::feed>(
-          "feed", {.unit = "mm/s/N", .low = 1e-3, .high = 10, .help = "for each newton of press"}),
-      field<&Perforator::engages>(
-          "engages", {.unit = "N", .low = 0, .high = 20, .help = "press that the clutch needs to hold"})};
+      field<&Perforator::diameter>(
+          "diameter",
+          {.unit = "mm", .low = 4, .high = 20, .help = "of the outer drill", .label = "Outer diameter"}),
+      field<&Perforator::inner>("inner", {.unit = "mm",
+                                          .low = 2,
+                                          .high = 12,
+                                          .help = "of the inner drill, round at its end",
+                                          .label = "Inner diameter"}),
+      field<&Perforator::lead>("lead", {.unit = "mm",
+                                        .low = 0.5,
+                                        .high = 6,
+                                        .help = "of the inner drill",
+                                        .label = "Lead of the inner drill",
+                                        .is_expert = true}),
+      field<&Perforator::feed>("feed", {.unit = "mm/s/N",
+                                        .low = 1e-3,
+                                        .high = 10,
+                                        .help = "for each newton of press",
+                                        .label = "Feed per newton",
+                                        .is_expert = true}),
+      field<&Perforator::engages>("engages", {.unit = "N",
+                                              .low = 0,
+                                              .high = 20,
+                                              .help = "press that the clutch needs to hold",
+                                              .label = "Press that engages",
+                                              .is_expert = true})};
   static constexpr sim::Schema table{"perforator", 1, fields};
   return table;
 }

@@ -155,11 +155,16 @@ std::vector<sim::Measure> Laminectomy::measures(const sim::OperationState& now) 
 
 const sim::Schema& JudgeLaminectomy::schema() {
   static constexpr sim::Field fields[] = {
-      field<&JudgeLaminectomy::vertebra>("vertebra", {.help = "its label"}),
-      field<&JudgeLaminectomy::canal>(
-          "canal",
-          {.unit = "mm", .low = -1e5, .high = 1e5, .help = "a place in its canal, as high as the lamina"}),
-      field<&JudgeLaminectomy::item>("item", {.low = 0, .high = 63, .help = "the shape that is bone"})};
+      field<&JudgeLaminectomy::vertebra>("vertebra",
+                                         {.help = "its label", .names = sim::FieldInfo::Names::label}),
+      field<&JudgeLaminectomy::canal>("canal", {.unit = "mm",
+                                                .low = -1e5,
+                                                .high = 1e5,
+                                                .help = "a place in its canal, as high as the lamina",
+                                                .label = "or a place in its canal",
+                                                .is_expert = true}),
+      field<&JudgeLaminectomy::item>(
+          "item", {.low = 0, .high = 63, .help = "the shape that is bone", .is_expert = true})};
   static constexpr sim::Schema table{"judge-laminectomy", 1, fields};
   return table;
 }

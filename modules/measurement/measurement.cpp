@@ -386,7 +386,8 @@ const sim::Schema& Measure::schema() {
       field<&Measure::at>(
           "at", {.unit = "mm", .help = "places in the world; of an angle the second is its corner"}),
       field<&Measure::radius>("radius", {.unit = "mm", .low = 0.1, .high = 200, .help = "of a region"}),
-      field<&Measure::item>("item", {.low = 0, .high = 255, .help = "the shape on which a tape lies"})};
+      field<&Measure::item>(
+          "item", {.low = 0, .high = 255, .help = "the shape on which a tape lies", .is_expert = true})};
   static constexpr sim::Schema table{"measure", 1, fields};
   return table;
 }

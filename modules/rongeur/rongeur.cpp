@@ -128,12 +128,29 @@ const sim::Schema& Rongeur::schema() {
   static constexpr std::string_view kinds[] = {"rongeur", "kerrison"};
   static constexpr sim::Field fields[] = {
       field<&Rongeur::kind>("kind", {.choices = kinds, .help = "two cups, or a foot and a jaw"}),
-      field<&Rongeur::width>("width", {.unit = "mm", .low = 1, .high = 12, .help = "of the jaws"}),
-      field<&Rongeur::opening>("opening", {.unit = "mm", .low = 1, .high = 20, .help = "between the jaws"}),
-      field<&Rongeur::jaw>("jaw", {.unit = "mm", .low = 0.3, .high = 5, .help = "how thick each is"}),
-      field<&Rongeur::close_time>(
-          "close_time", {.unit = "s", .low = 0, .high = 10, .help = "of the button, without a squeeze"}),
-      field<&Rongeur::most>("most", {.unit = "mm3", .low = 1, .high = 2000, .help = "of bone at a bite"})};
+      field<&Rongeur::width>(
+          "width", {.unit = "mm", .low = 1, .high = 12, .help = "of the jaws", .label = "Jaw width"}),
+      field<&Rongeur::opening>(
+          "opening",
+          {.unit = "mm", .low = 1, .high = 20, .help = "between the jaws", .label = "Jaw opening"}),
+      field<&Rongeur::jaw>("jaw", {.unit = "mm",
+                                   .low = 0.3,
+                                   .high = 5,
+                                   .help = "how thick each is",
+                                   .label = "Jaw thickness",
+                                   .is_expert = true}),
+      field<&Rongeur::close_time>("close_time", {.unit = "s",
+                                                 .low = 0,
+                                                 .high = 10,
+                                                 .help = "of the button, without a squeeze",
+                                                 .label = "Closing time",
+                                                 .is_expert = true}),
+      field<&Rongeur::most>("most", {.unit = "mm3",
+                                     .low = 1,
+                                     .high = 2000,
+                                     .help = "of bone at a bite",
+                                     .label = "Largest bite",
+                                     .is_expert = true})};
   static constexpr sim::Schema table{"rongeur", 1, fields};
   return table;
 }

@@ -220,7 +220,8 @@ TEST_F(Command, BadInputIsSaidAndWritesNothing) {
       {"phantom sphere -o o.mha --set radius", 2, "key=value"},
       {"view s.mha", 3, "no display"},
       {"bench nothing", 2,
-       "surface, flood, parting, step, rays, xray, reslice, render, drill, load, dicom, open, depth, feel or stability"},
+       "surface, flood, parting, step, rays, xray, reslice, render, drill, load, dicom, open, depth, feel or "
+       "stability"},
       {"frobnicate", 2, ""},
       {"touch --frobnicate", 2, ""},
       {"", 2, ""},

@@ -32,8 +32,8 @@ TEST_F(Command, ImportMakesACaseOfARawScanByAPreset) {
   // What was done to the scan is told, and can be left out.
   const Ended told = run("import raw.nii.gz --preset spine -o spine");
   EXPECT_EQ(told.exit_code, 0);
-  for (const char* word : {"thin walls were closed in the shape (--fill-thin 4)", "150 HU and above",
-                           "the scan stays as it is"})
+  for (const char* word :
+       {"thin walls were closed in the shape (--fill-thin 4)", "150 HU and above", "the scan stays as it is"})
     EXPECT_NE(told.err.find(word), std::string::npos) << told.err;
   const Ended plain = run("import raw.nii.gz --preset skull --fill-thin 0 -o plain");
   EXPECT_EQ(plain.err.find("thin walls"), std::string::npos) << plain.err;

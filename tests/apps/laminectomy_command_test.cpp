@@ -1,4 +1,5 @@
 // laminectomy: judged by command and by script, on the built-in spine and on a real one with labels.
+#include "apps/workbench/session_summary.h"
 #include "tests/apps/command_fixture.h"
 #include "tests/data-tools/file_helpers.h"
 #include "tests/whole.h"
@@ -28,6 +29,20 @@ TEST_F(Command, ALaminectomyIsPlayedJudgedAndReplayed) {
   EXPECT_GE(outcome["breakthroughs"]["count"], 1);
   EXPECT_NE(run("timeline l.session").out.find("L4: canal"), std::string::npos);
   EXPECT_EQ(json("replay l.session --verify")["is_same"], true);
+  // A window opens it from the back, with the hand that works: bone cutter, burr, Kerrison.
+  const auto summary = workbench::summarize_session((folder_ / "l.session").string());
+  ASSERT_TRUE(summary) << summary.error().message();
+  ASSERT_TRUE(summary.value().worked_at.has_value());
+  EXPECT_GT(summary.value().worked_at->y, 25);
+  for (const auto& [seconds, hand] :
+       {std::pair(0.0, 0), std::pair(3.0, 0), std::pair(68.0, 1), std::pair(80.0, 2)})
+    EXPECT_EQ(summary.value().hand_at(static_cast<std::uint64_t>(250 * seconds)), hand) << seconds;
+  std::size_t bites = 0;
+  for (const auto& mark : summary.value().marks) {
+    bites += mark.text.starts_with("Bite of");
+    EXPECT_LE(mark.seconds, 133);
+  }
+  EXPECT_GE(bites, 20u);
   for (const auto& [arguments, words] : std::initializer_list<std::pair<std::string, std::string>>{
            {"", "which vertebra"}, {"--canal 1,2", "X,Y,Z"}, {"--vertebra L4 --until -1", "out of range"}}) {
     const Ended bad = run("laminectomy l.session " + arguments);

@@ -3,6 +3,7 @@
 
 #include <QAction>
 #include <QApplication>
+#include <QCheckBox>
 #include <QComboBox>
 #include <QDialog>
 #include <QDoubleSpinBox>
@@ -97,9 +98,9 @@ class Window : public ::testing::Test {
         return volume::Error{"there is no such file or folder", "bad", "", "a scan", "check the spelling"};
       return OpenedScene{start_on(ball(40)), "another ball", nullptr, "", {}, {}};
     };
-    options_.host.reshape = [this](double low, double,
+    options_.host.reshape = [this](const ShapeRequest& shape,
                                    const WindowHost::Listener&) -> volume::Result<OpenedScene> {
-      reshaped_low_ = low;
+      reshaped_low_ = shape.low, reshaped_ = shape;
       return OpenedScene{start_on(ball(48)), "reshaped", nullptr, "", {}, {}};
     };
   }
@@ -123,6 +124,7 @@ class Window : public ::testing::Test {
   std::unique_ptr<sim::SessionWriter> recorder_;
   WindowOptions options_;
   double reshaped_low_ = 0;
+  ShapeRequest reshaped_;
 };
 
 }  // namespace trephine::view

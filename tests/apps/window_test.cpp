@@ -330,57 +330,17 @@ TEST_F(Window, OpensOthersShowsErrorsAndTakesAnotherShape) {
   QTest::mouseClick(child<QPushButton>(window, "use_shape"), Qt::LeftButton);
   EXPECT_TRUE(QTest::qWaitFor([&] { return window.windowTitle().startsWith("reshaped"); }, 20000));
   EXPECT_EQ(reshaped_low_, 1200);
-  window.close();
-}
-
-TEST_F(Window, PlaysASessionPausedAtAnySpeedAndToAnyMoment) {
-  // A session to play: a burr that goes into the ball.
-  {
-    haptics::SubvoxelProxy method;
-    ASSERT_FALSE(method.prepare(*scene_).has_value());
-    const drilling::Burr burr;
-    sim::Engine edits(*scene_, method, drilling::burr(burr), 1e-3);
-    haptics::ServoCore core({}, 1e-3);
-    for (int i = 0; i < 2000; ++i) {
-      const haptics::ServoRecord record =
-          core.step(*edits.servo_scene(), {{{0, 0, 60 - 0.01 * i}, {1, 0, 0, 0}, true}});
-      const sim::Outcome outcome = edits.apply(record);
-      recorder_->add(record, edits, outcome);
-    }
-    ASSERT_FALSE(recorder_->finish(edits).has_value());
-  }
-  auto opened = sim::SessionReader::open(session_, catalogue());
-  ASSERT_TRUE(opened.is_ok());
-  haptics::SubvoxelProxy method;
-  ASSERT_FALSE(method.prepare(*scene_).has_value());
-  const auto replay_of = sim::Replay::open(opened.value(), scene_->base).value();
-  sim::Replay& replay = *replay_of;
-  options_.recorder = nullptr;
-  options_.replay = &replay;
-  options_.replay_seconds = 2;
-  MainWindow window(scene_, options_);
-  window.show();
-  ASSERT_TRUE(QTest::qWaitForWindowExposed(&window));
-  EXPECT_TRUE(QTest::qWaitFor([&] { return window.replay()->seconds() > 0.2; }, 20000));
-  QTest::keyClick(&window, Qt::Key_Space);
-  EXPECT_FALSE(window.replay()->is_playing());
-  const double paused = window.replay()->seconds();
-  QTest::qWait(100);
-  EXPECT_EQ(window.replay()->seconds(), paused);
-  EXPECT_FALSE(window.replay()->seek(1.9).has_value());
-  QTest::qWait(60);
-  EXPECT_NEAR(window.replay()->seconds(), 1.9, 0.01);
-  const double late = window.replay()->engine().removed_mm3();
-  EXPECT_GT(late, 1);
-  EXPECT_GT(glm::length(window.replay()->record().force_world), 0);
-  keep(window, "replay");
-  EXPECT_FALSE(window.replay()->seek(0.3).has_value());
-  EXPECT_LT(window.replay()->engine().removed_mm3(), late);
-  child<QComboBox>(window, "speed")->setCurrentIndex(5);
-  QTest::mouseClick(child<QPushButton>(window, "play"), Qt::LeftButton);
-  EXPECT_TRUE(QTest::qWaitFor([&] { return window.replay()->seconds() >= 2; }, 20000))
-      << "at 20 times real time";
-  EXPECT_FALSE(replay.mismatch().has_value());
+  EXPECT_EQ(reshaped_.preset, "");
+  EXPECT_FALSE(reshaped_.is_largest);
+  auto* shape_of = child<QComboBox>(window, "shape_of");
+  shape_of->setCurrentIndex(2);
+  emit shape_of->activated(2);
+  EXPECT_EQ(child<QDoubleSpinBox>(window, "low")->value(), 150);
+  child<QCheckBox>(window, "largest")->setChecked(true);
+  QTest::mouseClick(child<QPushButton>(window, "use_shape"), Qt::LeftButton);
+  EXPECT_TRUE(QTest::qWaitFor([&] { return reshaped_.preset == "spine"; }, 20000));
+  EXPECT_TRUE(reshaped_.is_largest);
+  EXPECT_TRUE(QTest::qWaitFor([&] { return !window.is_opening(); }, 20000));
   window.close();
 }
 

@@ -1,0 +1,91 @@
+// Tables of a burr: its parameters, its state, its event.
+#include "modules/drilling/burr.h"
+
+namespace trephine::drilling {
+
+using sim::field;
+
+const sim::Schema& Burr::schema() {
+  constexpr double k_above_0 = 1e-9;
+  static constexpr std::string_view shapes[] = {"sphere", "cylinder", "barrel", "match-head"};
+  static constexpr std::string_view grades[] = {"cutting", "diamond"};
+  static constexpr sim::Field fields[] = {
+      field<&Burr::diameter>("diameter",
+                             {.unit = "mm", .low = k_above_0, .high = 30, .help = "where it is widest"}),
+      field<&Burr::removal_rate>(
+          "removal_rate", {.unit = "mm3/s",
+                           .low = 0,
+                           .high = 1e5,
+                           .help = "in contact, whatever the press; 0: as force, speed and bone have it",
+                           .label = "Fixed removal rate",
+                           .is_expert = true}),
+      field<&Burr::feed_limit>("feed_limit", {.unit = "mm/s",
+                                              .low = k_above_0,
+                                              .high = 1e4,
+                                              .help = "through matter, at most",
+                                              .label = "Fastest feed",
+                                              .is_expert = true}),
+      field<&Burr::is_kinematic>("kinematic", {.help = "takes all that it sweeps, touched or not",
+                                               .label = "Cuts what it sweeps",
+                                               .is_expert = true}),
+      field<&Burr::is_round>(
+          "round",
+          {.help = "touches with all of it", .label = "Touches with the whole ball", .is_expert = true}),
+      field<&Burr::shape>("shape", {.choices = shapes, .help = "of the part that cuts"}),
+      field<&Burr::grade>(
+          "grade",
+          {.choices = grades, .help = "a cutting burr has teeth, a diamond one grains", .label = "Type"}),
+      field<&Burr::rpm>(
+          "rpm", {.unit = "1/min", .low = 100, .high = 5e5, .help = "of the spindle", .label = "Speed"}),
+      field<&Burr::length>("length", {.unit = "mm",
+                                      .low = 0,
+                                      .high = 30,
+                                      .help = "of the part that cuts; 0: as usual",
+                                      .label = "Cutting length",
+                                      .is_expert = true}),
+      field<&Burr::shaft>("shaft", {.unit = "mm",
+                                    .low = 0,
+                                    .high = 40,
+                                    .help = "of it that is felt too, with round",
+                                    .label = "Shaft that touches",
+                                    .is_expert = true}),
+      field<&Burr::is_dry>("dry", {.help = "without irrigation", .label = "Without irrigation"})};
+  static constexpr sim::Schema table{"burr", 1, fields};
+  return table;
+}
+
+const sim::Schema& BurrState::schema() {
+  static constexpr sim::Field fields[] = {field<&BurrState::has_centre>("has_centre"),
+                                          field<&BurrState::centre>("centre", {.unit = "mm"}),
+                                          field<&BurrState::axis>("axis"),
+                                          field<&BurrState::hip>("hip", {.unit = "mm"}),
+                                          field<&BurrState::free_mm>("free", {.unit = "mm"}),
+                                          field<&BurrState::owed_mm3>("owed", {.unit = "mm3"}),
+                                          field<&BurrState::shaft>("shaft"),
+                                          field<&BurrState::engaged>("engaged", {.unit = "mm2"}),
+                                          field<&BurrState::bite_mm3>("bite", {.unit = "mm3"}),
+                                          field<&BurrState::bite_mm>("bite_way", {.unit = "mm"}),
+                                          field<&BurrState::held_at>("held_at", {.unit = "mm"}),
+                                          field<&BurrState::held_normal>("held_normal"),
+                                          field<&BurrState::begun_at>("begun_at", {.unit = "mm"}),
+                                          field<&BurrState::thrust>("thrust", {.unit = "N"}),
+                                          field<&BurrState::is_through>("is_through"),
+                                          field<&BurrState::deepest>("deepest", {.unit = "mm"}),
+                                          field<&BurrState::seconds>("seconds", {.unit = "s"}),
+                                          field<&BurrState::deepest_at>("deepest_at", {.unit = "s"}),
+                                          field<&BurrState::rise>("rise", {.unit = "K"}),
+                                          field<&BurrState::hottest>("hottest", {.unit = "K"})};
+  static constexpr sim::Schema table{"burr-state", 1, fields};
+  return table;
+}
+
+const sim::Schema& Breakthrough::schema() {
+  static constexpr sim::Field fields[] = {
+      field<&Breakthrough::thrust>("thrust", {.unit = "N", .help = "before"}),
+      field<&Breakthrough::plunge>("plunge", {.unit = "mm", .help = "beyond"}),
+      field<&Breakthrough::seconds>("seconds", {.unit = "s", .help = "until it was that deep"})};
+  static constexpr sim::Schema table{"breakthrough", 1, fields};
+  return table;
+}
+
+}  // namespace trephine::drilling
