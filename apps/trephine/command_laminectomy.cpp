@@ -61,11 +61,11 @@ class Plane {
       }
     return panel;
   }
-  /// Across the canal at a height, as radiologists look at it: from below, the back down.
+  /// Across the canal at a height, as the surgeon stands: the back up, the patient's left on the left.
   imaging::Panel across(double z, const std::string& title) const {
-    imaging::Panel panel = this->panel({0, 15, z}, {1, 0, 0}, {0, -1, 0});
+    imaging::Panel panel = this->panel({0, 15, z}, {-1, 0, 0}, {0, 1, 0});
     panel.title = title;
-    panel.left = "R", panel.right = "L", panel.above = "A", panel.below = "P";
+    panel.left = "L", panel.right = "R", panel.above = "P", panel.below = "A";
     panel.foot = "slice " + std::to_string(slice(outcome_.frame.world({0, 0, z})) + 1);
     return panel;
   }
@@ -93,7 +93,7 @@ void add_walls(imaging::Panel& panel, const CanalSection& section) {
       const double r = (of_after ? section.after : section.before)[static_cast<std::size_t>(ray)];
       if (r < 0) continue;
       const dvec2 p = r * laminectomy::ray_direction(ray);
-      line.places.push_back({p.x, 15 - p.y});
+      line.places.push_back({-p.x, p.y - 15});
     }
     panel.lines.push_back(std::move(line));
   }

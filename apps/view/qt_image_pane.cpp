@@ -222,9 +222,13 @@ void ImagePane::paintEvent(QPaintEvent*) {
   if (has_tool_ && panel != nullptr && (kind != PaneKind::xray || panes_->is_live())) {
     const auto tip = panes_->pixel(index_, tool_[0]), end = panes_->pixel(index_, tool_[1]);
     if (tip && end) {
-      painter.setPen(QPen(QColor(255, 170, 60), 2));
+      // Faint where its tip is not in the plane.
+      constexpr double k_in_plane = 2;  // mm
+      const auto plane = panes_->plane(index_);
+      const bool is_in_plane = !plane || std::abs(plane->height(tool_[0])) < k_in_plane;
+      painter.setPen(QPen(QColor(255, 170, 60, is_in_plane ? 255 : 90), 2));
       painter.drawLine(QPointF(tip->x + 0.5, tip->y + 0.5), QPointF(end->x + 0.5, end->y + 0.5));
-      painter.setBrush(QColor(255, 170, 60));
+      painter.setBrush(QColor(255, 170, 60, is_in_plane ? 255 : 0));
       painter.drawEllipse(QPointF(tip->x + 0.5, tip->y + 0.5), 3, 3);
     }
   }

@@ -59,6 +59,13 @@ struct Legend {
   }
 };
 
+/// The size of letters, at most `size` pixels, at which a line of text is no wider than `room`.
+int size_within(const std::string& text, double room, int size) {
+  constexpr double k_letter = 0.53;  // of its size, a letter's width on the mean
+  return std::clamp(
+      static_cast<int>(room / (k_letter * std::max<double>(1, static_cast<double>(text.size())))), 9, size);
+}
+
 void add_text(vtkRenderer* to, const std::string& text, double x, double y, int size, bool is_right,
               const Panel::Colour& colour = {230, 230, 230}) {
   if (text.empty()) return;
@@ -181,8 +188,10 @@ volume::Result<std::string> slices_png(const std::vector<Panel>& panels, int edg
       add_bar(words, left + edge - 14 - mm * a_mm, left + edge - 14, low + 12);
       add_text(words, std::to_string(mm) + " mm", left + edge - 14, low + 27, 15, true);
     }
-    add_text(words, panel.title, left + 12, low + edge + 0.5 * k_head, 19, false);
-    add_text(words, panel.foot, left + 12, low + 16, 15, false);
+    add_text(words, panel.title, left + 12, low + edge + 0.5 * k_head,
+             size_within(panel.title, edge - 24, 19), false);
+    const double room = edge - 24 - (panel.is_to_scale ? 0.3 * edge : 0);
+    add_text(words, panel.foot, left + 12, low + 16, size_within(panel.foot, room, 15), false);
     add_text(words, panel.left, left + 12, low + 0.5 * edge, 18, false);
     add_text(words, panel.right, left + edge - 12, low + 0.5 * edge, 18, true);
     add_text(words, panel.above, left + 0.5 * edge - 6, low + edge - 16, 18, false);
