@@ -87,8 +87,10 @@ Result<std::unique_ptr<Replay>> Replay::open(SessionReader& session, OperationSt
 Replay::Replay(SessionReader& session, Engine engine)
     : session_(&session), dt_(1 / session.header().rate_hz), checkpoints_(session, frozen(engine)) {
   ServoFollower servo(session.header().force, dt_, engine.hand_count(), engine.servo_scene());
-  records_.resize(engine.hand_count());
-  state_ = std::make_unique<State>(State{std::move(engine), std::move(servo), {}, 0, 0, 0, 0, false, {}, {}});
+  const std::size_t hands = engine.hand_count();
+  state_ =
+      std::make_unique<State>(State{std::move(engine), std::move(servo), {}, 0, 0, 0, 0, false, {}, {}, {}});
+  state_->records.resize(hands);
   keep();
 }
 
@@ -142,7 +144,7 @@ Status Replay::open_at(std::size_t checkpoint) {
       return wrong;
     state_->servo.see(record.version);
     record_ = record;
-    records_[record_.hand] = record_;
+    state_->records[record_.hand] = record_;
     recorded_force_ = tick->record.force_world;
     finish_tick(false);
   }
@@ -282,7 +284,7 @@ Status Replay::run_tick(const TickItem& item) {
                                                               : "ticks in no order",
                  "", ""};
   record_ = state_->servo.step(recorded);
-  records_[record_.hand] = record_;
+  state_->records[record_.hand] = record_;
   counts_.dropped += state_->servo.gap();
   if (const std::uint64_t serial = state_->servo.seen()->serial; serial != recorded.version)
     record_mismatch(recorded.tick, "version", std::to_string(recorded.version), std::to_string(serial));

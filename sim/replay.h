@@ -50,7 +50,7 @@ class Replay {
   const haptics::ServoRecord& record() const noexcept { return record_; }  ///< as replayed, exact
   /// The newest of one hand.
   const haptics::ServoRecord& record(int hand) const noexcept {
-    return records_[static_cast<std::size_t>(hand)];
+    return state_->records[static_cast<std::size_t>(hand)];
   }
   const glm::dvec3& recorded_force() const noexcept { return recorded_force_; }
   /// What the method did in that tick, and what it saw.
@@ -93,6 +93,7 @@ class Replay {
     /// Fields of tools that will be adopted, and were made of what was before.
     std::vector<Checkpoint::Fields> fields;
     SessionReader::Place place;
+    std::vector<haptics::ServoRecord> records = {};  ///< the newest of each hand
   };
   Replay(SessionReader& session, Engine engine);
   volume::Status restore(State state);
@@ -121,7 +122,6 @@ class Replay {
   std::optional<Checkpoint> comparing_;  ///< its ticks go on
   std::size_t compared_ticks_ = 0;
   haptics::ServoRecord record_;
-  std::vector<haptics::ServoRecord> records_;  ///< of each hand
   glm::dvec3 recorded_force_{0.0};
   std::optional<Mismatch> mismatch_;
   volume::VoxelBox changed_{glm::ivec3(0), glm::ivec3(-1)};

@@ -16,11 +16,6 @@ dvec3 middle_of(const volume::Volume& scan) {
   return scan.frame.world_from_volume(0.5 * (dvec3(scan.size) - 1.0));
 }
 
-/// An X-ray that shows left and right, of which one does not know any more how it was taken.
-void mirror_if_sideways(Panel& panel) {
-  if (panel.right.starts_with('L') || panel.right.starts_with('R')) mirror(panel);
-}
-
 }  // namespace
 
 Panes::Panes(std::size_t count) : panes_(count), worker_(count) {
@@ -124,14 +119,20 @@ void Panes::set_from_back(bool is_from_back) {
   is_from_back_ = is_from_back;
   for (std::size_t i = 0; i < panes_.size(); ++i) {
     Pane& pane = panes_[i];
-    if (pane.kind == PaneKind::xray && pane.panel) mirror_if_sideways(*pane.panel), ++pane.changes;
+    if (pane.kind == PaneKind::xray && pane.panel) show_side(*pane.panel), ++pane.changes;
     if (is_planar(pane.kind)) pane.is_stale = true;
   }
 }
 
-/// Does its X-ray show the patient's left and right?
+/// Exchanges left and right of an X-ray where that is not how it should be seen.
+void Panes::show_side(Panel& panel) const {
+  if (!panel.shows_sides || panel.is_mirrored == is_from_back_) return;
+  mirror(panel);
+  panel.is_mirrored = is_from_back_;
+}
+
 bool Panes::is_mirrored(const fluoroscopy::View& view) const noexcept {
-  return is_from_back_ && std::abs(view.right.x) > 0.5 * glm::length(view.right);
+  return is_from_back_ && shows_sides(view);
 }
 
 void Panes::set_size(std::size_t index, int columns, int rows, bool is_visible) {

@@ -132,6 +132,7 @@ class Panes {
   void forget(std::size_t index);
   volume::ImagePlane turned(const Pane& pane) const;
   bool is_mirrored(const fluoroscopy::View& view) const noexcept;
+  void show_side(Panel& panel) const;
   void wish(std::size_t index);
   void wish_drawn(std::size_t index);
   void make_stale(bool with_xrays);

@@ -44,9 +44,9 @@ void Panes::wish(std::size_t index) {
     const fluoroscopy::CArm arm = in_pixels(arm_, is_shot ? k_shot_pixels : k_live_pixels);
     worker_.wish(
         index,
-        [camera = pane.camera, subject = subject_, arm, is_turned = is_mirrored(fluoroscopy::View(arm))] {
+        [camera = pane.camera, subject = subject_, arm] {
           Result<Panel> panel = camera->shoot(subject, arm, k_threads);
-          if (panel && is_turned) mirror(panel.value());
+          if (panel) panel.value().shows_sides = shows_sides(fluoroscopy::View(arm));
           return panel;
         },
         pane.stamp);
@@ -156,6 +156,7 @@ bool Panes::frame() {
     pane.milliseconds = made->milliseconds, ++pane.made;
     pane.trouble = made->panel ? "" : made->panel.error().message();
     if (made->panel) pane.panel = std::move(made->panel).value();
+    if (pane.panel) show_side(*pane.panel);
     if (pane.kind == PaneKind::xray && pane.panel)
       pane.panel->title = is_live_ ? "X-ray, live" : "X-ray, held";
     if (pane.kind == PaneKind::drawn && pane.panel && made->milliseconds > 0)

@@ -1,5 +1,8 @@
 #include "apps/imaging/xray_panel.h"
 
+#include <cmath>
+#include <glm/geometric.hpp>
+
 #include "apps/workbench/text.h"
 
 namespace trephine::imaging {
@@ -24,6 +27,8 @@ Panel xray_panel(std::span<const float> received, const View& view, double pixel
   set_letters(panel, view.right, -view.down);
   return panel;
 }
+
+bool shows_sides(const View& view) noexcept { return std::abs(view.right.x) > 0.5 * glm::length(view.right); }
 
 std::optional<dvec2> in_panel(const View& view, double pixel, const dvec3& world) {
   const auto at = view.seen(world);

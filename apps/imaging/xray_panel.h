@@ -11,6 +11,8 @@ namespace trephine::imaging {
 /// What a detector received, in greys. `hidden`: pixels that are shown as closed ones are; may be empty.
 Panel xray_panel(std::span<const float> received, const fluoroscopy::View& view, double pixel,
                  const fluoroscopy::Display& display, std::span<const std::uint8_t> hidden);
+/// Does an image show the patient's left and right?
+bool shows_sides(const fluoroscopy::View& view) noexcept;
 /// Where a point of the world lies in it, mm from its middle; nothing behind the source.
 std::optional<glm::dvec2> in_panel(const fluoroscopy::View& view, double pixel, const glm::dvec3& world);
 /// The plan, drawn in.

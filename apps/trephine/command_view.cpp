@@ -151,7 +151,13 @@ Result<Outcome> run_view(const ViewArguments& arguments) {
   choice.smallest_burr = arguments.smallest_burr;
   if (!arguments.smallest_burr && !arguments.burr.is_round)
     choice.smallest_burr = std::min(2 * arguments.burr.body().least_radius(), k_fine_burr);
-  auto opened = workbench::open_operation(arguments.source, choice, person());
+  std::vector<std::string> notices;
+  workbench::Listener listener = person();
+  listener.notice = [&notices, print = listener.notice](const std::string& text) {
+    print(text);
+    notices.push_back(text);
+  };
+  auto opened = workbench::open_operation(arguments.source, choice, listener);
   if (!opened) return opened.error();
   const workbench::Operation& operation = opened.value();
   const workbench::Source& source = operation.source;
@@ -159,6 +165,7 @@ Result<Outcome> run_view(const ViewArguments& arguments) {
 
   view::WindowOptions options;
   options.start = view::WindowStart{operation.engine()};
+  options.notices = std::move(notices);
   options.catalogue = &modules::catalogue();
   options.device = device.value();
   options.in_use = {arguments.source.path};

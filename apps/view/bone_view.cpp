@@ -328,7 +328,7 @@ void BoneView::show(const StylusLook& s) {
   constexpr double k_near = 90;                                                                    // mm
   const bool is_end_on = glm::dot(shaft, viewer) > 0.93 * glm::length(viewer), is_near = seen < k_near;
   p.grip->SetVisibility(s.is_visible && !(is_near && is_end_on) && seen > 0.5 * k_near);
-  p.grip->GetProperty()->SetOpacity(is_end_on || is_near ? 0.15 : 1);
+  p.grip->GetProperty()->SetOpacity(is_near ? 0.15 : is_end_on ? 0.3 : 1);
   p.shaft->GetProperty()->SetOpacity(is_end_on ? 0.35 : 1);
   const bool is_touching = s.is_visible && s.has_contact;
   for (vtkActor* a : {p.proxy.Get(), p.leash.Get()}) a->SetVisibility(is_touching);
@@ -378,7 +378,10 @@ void BoneView::fit_text() {
 
 double BoneView::distance_of(const dvec3& low, const dvec3& high) {
   constexpr double k_half_angle = 14 * 3.14159265358979 / 180;  // of the camera
-  return 0.86 * glm::length(high - low) / (2 * std::tan(k_half_angle));
+  // A tall body needs its height, with the half of its depth that is nearer.
+  const dvec3 size = high - low;
+  const double tallest = 1.12 * std::max({size.x, size.y, size.z});
+  return std::max(0.86 * glm::length(size), tallest) / (2 * std::tan(k_half_angle));
 }
 
 void BoneView::aim_camera(const dvec3& target, const dvec3& from, const dvec3& up, double distance) {

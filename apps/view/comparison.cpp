@@ -154,7 +154,10 @@ volume::Result<std::string> compare(const haptics::TouchScene& scene, const Comp
     if (!panel) return panel.error();
     panels.push_back(std::move(panel).value());
   }
-  imaging::Panel axial = cut(scene, *first.version, *second.version, at, {1, 0, 0}, {0, -1, 0}, "RLAP"),
+  // The patient's left is on the same side as in the pictures above.
+  const double side = from.y > 0.3 ? -1 : 1;
+  imaging::Panel axial = cut(scene, *first.version, *second.version, at, {side, 0, 0}, {0, -side, 0},
+                             side > 0 ? "RLAP" : "LRPA"),
                  sagittal = cut(scene, *first.version, *second.version, at, {0, 1, 0}, {0, 0, 1}, "APSI");
   axial.title = workbench::format_text("Only in the first: %.0f mm3; only in the second: %.0f mm3",
                                        difference.first_mm3, difference.second_mm3);

@@ -137,7 +137,7 @@ std::vector<dvec3> line_along(const BoneTest& is_bone, const dvec3& at, const dv
 }  // namespace
 
 FootSearch find_edge(const BoneTest& is_bone, const FootTool& tool, const dvec3& at_world, const dvec3& shaft,
-                     double reach) {
+                     double reach, const dvec3& open) {
   constexpr int k_ways = 16;
   constexpr double k_farthest = 8;  // mm
   const auto [a, b] = across(shaft);
@@ -149,6 +149,7 @@ FootSearch find_edge(const BoneTest& is_bone, const FootTool& tool, const dvec3&
   for (int i = 0; i < k_ways; ++i) {
     const double angle = 2 * k_pi * i / k_ways;
     const dvec3 way = std::cos(angle) * a + std::sin(angle) * b;
+    if (open != dvec3(0) && glm::dot(way, open) < 0.5) continue;
     if (const auto s = edge_along(is_bone, at_world, shaft, way, 0, k_farthest)) edges.push_back({*s, way});
   }
   if (edges.empty()) return {std::nullopt, "no edge of bone is near. Move the tool to an edge."};
@@ -179,6 +180,7 @@ FootSearch find_edge(const BoneTest& is_bone, const FootTool& tool, const dvec3&
       FootPlace place;
       const Fit fit = fit_under(is_bone, tool, from, shaft, edge.way, *s, reach, place);
       is_too_thick = is_too_thick || fit == Fit::too_thick;
+      if (fit == Fit::too_thick) break;  // as it is beside it
       if (fit != Fit::fits) continue;
       place.edge = line_along(is_bone, from, shaft, edge.way, *s);
       return {std::move(place), {}};
@@ -217,7 +219,7 @@ std::optional<double> foot_depth(const BoneTest& is_bone, const FootTool& tool, 
 
 FootSearch find_hole(const BoneTest& is_bone, const BoneTest& was_bone, const FootTool& tool,
                      const dvec3& at_world, const dvec3& shaft) {
-  constexpr double k_farthest = 8, k_grid = 0.5, k_toe = 0.6;  // mm, mm, of the radius
+  constexpr double k_farthest = 8, k_grid = 1, k_toe = 0.6;  // mm, mm, of the radius
   const auto [a, b] = across(shaft);
   std::vector<glm::dvec2> offsets;
   const int steps = static_cast<int>(k_farthest / k_grid);
@@ -226,11 +228,15 @@ FootSearch find_hole(const BoneTest& is_bone, const BoneTest& was_bone, const Fo
       if (i * i + j * j <= steps * steps) offsets.emplace_back(k_grid * i, k_grid * j);
   std::sort(offsets.begin(), offsets.end(),
             [](const glm::dvec2& x, const glm::dvec2& y) { return glm::dot(x, x) < glm::dot(y, y); });
+  constexpr int k_most = 40;  // places that are looked at closely
   bool is_open = false;
+  int looked = 0;
   for (const glm::dvec2& off : offsets) {
     const dvec3 at = at_world + off.x * a + off.y * b;
     if (is_bone(at - 0.5 * shaft) || column_at(is_bone, at, shaft).has_bone) continue;
     is_open = true;
+    if (!is_disc_free(is_bone, at, shaft, tool.bit, -2, k_above)) continue;
+    if (++looked > k_most) break;
     const std::optional<double> depth = foot_depth(was_bone, tool, at, shaft);
     if (!depth) continue;
     const double height = -*depth;

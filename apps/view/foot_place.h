@@ -23,6 +23,7 @@ struct FootTool {
   double jaw = 0;        ///< Kerrison: thickness of the jaw
   double bit = 0;        ///< craniotome: radius of the bit that stands on the foot
   double length = 0;     ///< craniotome: length of the bit
+  friend bool operator==(const FootTool&, const FootTool&) = default;
 };
 
 /// A place of the hand at which the foot is free.
@@ -42,9 +43,9 @@ struct FootSearch {
 
 /// Looks for the nearest edge around a place on the surface under which the foot of a Kerrison fits, `reach`
 /// mm beyond it (its middle; negative: before the edge). `shaft`: unit, out of the bone. Costs about a
-/// millisecond.
+/// few milliseconds. `open`: unit, the side on which the edge is open; 0: any.
 FootSearch find_edge(const BoneTest& is_bone, const FootTool& tool, const glm::dvec3& at_world,
-                     const glm::dvec3& shaft, double reach);
+                     const glm::dvec3& shaft, double reach, const glm::dvec3& open = glm::dvec3(0.0));
 
 /// Returns how far below a place on the outer surface the top of a foot is that slides under the bone, mm
 /// along -shaft; bone ends where a stretch of 3 mm without any follows. Nothing within 25 mm: no value.

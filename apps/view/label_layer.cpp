@@ -30,6 +30,7 @@ constexpr int k_text_size = 15;  // pixels
 struct LabelLayer::Parts {
   struct Label {
     dvec3 at;
+    std::string name;
     vtkSmartPointer<vtkTextActor> text;
   };
   vtkRenderer* renderer;
@@ -71,7 +72,7 @@ void LabelLayer::add(const dvec3& at_world, const std::string& text, const dvec3
   look->SetVerticalJustificationToBottom();
   actor->SetVisibility(false);
   parts_->renderer->AddActor2D(actor);
-  parts_->labels.push_back({at_world, actor});
+  parts_->labels.push_back({at_world, text, actor});
 }
 
 void LabelLayer::set_visible(bool are_visible) { parts_->are_visible = are_visible; }
@@ -105,6 +106,9 @@ void LabelLayer::lay_out() {
     if (display[0] < 0 || display[1] < 0 || display[0] > window[0] || display[1] > window[1] ||
         display[2] > 1 || display[2] < 0)
       continue;
+    const bool is_behind = is_hidden(at);
+    p.labels[i].text->SetInput((p.labels[i].name + (is_behind ? " (behind)" : "")).c_str());
+    p.labels[i].text->GetTextProperty()->SetOpacity(is_behind ? 0.55 : 1);
     double size[2];
     p.labels[i].text->GetSize(p.renderer, size);
     const dvec2 anchor(display[0], display[1]);

@@ -2,6 +2,7 @@
 // what each names.
 #pragma once
 
+#include <functional>
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 #include <memory>
@@ -23,6 +24,8 @@ class LabelLayer {
   void clear();
   void add(const glm::dvec3& at_world, const std::string& text, const glm::dvec3& colour);
   void set_visible(bool are_visible);
+  /// Whether a place is behind something: its label is dim then and says so. Asked at each frame.
+  std::function<bool(const glm::dvec3& at_world)> is_hidden = [](const glm::dvec3&) { return false; };
   bool is_visible() const noexcept;
   /// Times the size at which labels are drawn otherwise.
   void set_text_scale(double factor);

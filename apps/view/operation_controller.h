@@ -114,6 +114,10 @@ class OperationController {
   double seconds() const noexcept { return workbench::seconds_since(started_); }
   /// What happened so far, in sentences. Refused commands are in it too.
   const Notices& notices() const noexcept { return notices_; }
+  /// Adds a sentence to the log.
+  void note(std::string text) {
+    notices_.add({seconds(), 0, workbench::EventLevel::record, std::move(text)});
+  }
   /// What holds a tool with a foot.
   const ToolGuide& guide() const noexcept { return guide_; }
   /// Returns the messages to show beside the tool now; what lasts (a fault, a tool inside a structure) first.

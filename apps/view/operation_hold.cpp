@@ -90,7 +90,7 @@ std::optional<dvec3> OperationController::bone_beside(const Ray& ray, double hit
 
 /// Holds a tool with a foot by its guide, where that has a place for it.
 bool OperationController::follow_guide(const Ray& ray, double hit) {
-  const bool was_holding = guide_.is_holding();
+  const bool was_holding = guide_.is_holding(), is_pressed = std::exchange(has_click_, false) || is_pressed_;
   const FootTool tool = look_of(state_.tool).foot;
   if (tool.kind == FootTool::Kind::none && !was_holding) return viewport_.mark_edge({}), false;
   // By labels too: a window of intensities leaves marrow open.
@@ -112,9 +112,9 @@ bool OperationController::follow_guide(const Ray& ray, double hit) {
     input.old_surface = ray.origin + old * ray.direction;
   input.shaft = shaft();
   input.tip = state_.newest.has_contact ? state_.newest.proxy_world : state_.newest.pose.position_world;
-  input.is_pressed = std::exchange(has_click_, false) || is_pressed_;
+  input.is_pressed = is_pressed;
   input.seconds = seconds_since(std::exchange(guided_at_, Clock::now()));
-  input.version = version_.get();
+  input.version = version_;
   const std::optional<ToolGuide::Pose> pose = guide_.follow(bone_of(*version_), bone_of(*untouched_), input);
   viewport_.mark_edge(guide_.edge());
   if (std::string why = guide_.take_message(); !why.empty())

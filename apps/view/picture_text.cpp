@@ -32,6 +32,8 @@ PictureText::PictureText(vtkRenderer* renderer) : renderer_(renderer) {
     text->GetTextProperty()->SetFontSize(18);
     text->GetTextProperty()->SetColor(0.94, 0.95, 0.97);
     text->GetTextProperty()->SetLineSpacing(1.25);
+    text->GetTextProperty()->SetBackgroundColor(0.05, 0.07, 0.10);
+    text->GetTextProperty()->SetBackgroundOpacity(0.6);
     text->GetPositionCoordinate()->SetCoordinateSystemToNormalizedViewport();
     renderer->AddActor2D(text);
   }

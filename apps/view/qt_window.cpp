@@ -32,6 +32,7 @@
 #include "apps/view/render_window.h"
 #include "apps/view/stylus_style.h"
 #include "apps/workbench/clock.h"
+#include "volume/shape_choice.h"
 
 namespace trephine::view {
 
@@ -110,6 +111,7 @@ MainWindow::~MainWindow() {
   timer_.stop();
   *opening_.is_cancelled = true;
   if (opening_.result.valid()) opening_.result.wait();
+  if (parts_.valid()) parts_.wait();
   operation_.reset();  // while the canvas that it draws on lives
   replay_.reset();
 }
@@ -146,6 +148,8 @@ void MainWindow::begin(std::shared_ptr<const haptics::TouchScene> scene) {
     tool_->show(shown_tool_);
     fit_panel();
     if (const Status error = operation_->start()) show_error(*error);
+    for (const std::string& text : options_.notices) operation_->note(text);
+    operation_->set_depth(0.5 * depth_->value());
     drawn = &operation_->viewport();
   }
   // A spine is operated on from the back, and every pane shows it so.
@@ -191,6 +195,7 @@ void MainWindow::begin(std::shared_ptr<const haptics::TouchScene> scene) {
   shape_of_->setCurrentIndex(0);
   for (QWidget* w : std::initializer_list<QWidget*>{low_, high_, largest_, shape_of_})
     w->setEnabled(can_reshape);
+  has_looked_for_parts_ = !can_reshape;
   // Presets are for CT.
   if (!scene_->base->is_hounsfield) shape_of_->setEnabled(false);
   for (QDoubleSpinBox* box : {low_, high_}) {
@@ -244,6 +249,7 @@ void MainWindow::scale_text(double factor) {
 }
 
 void MainWindow::set_clip() {
+  if (viewport() == nullptr) return;
   using Axis = ClipChoice::Axis;
   constexpr Axis axes[] = {Axis::none, Axis::left, Axis::back, Axis::up, Axis::view, Axis::plane};
   clip_share_->setEnabled(clip_->currentIndex() > 0 && clip_->currentIndex() < 5);
@@ -251,6 +257,27 @@ void MainWindow::set_clip() {
   viewport()->set_clip({axes[clip_->currentIndex()], 0.01 * clip_share_->value(),
                         followed_clip_ ? followed_clip_->at : panes.looked_at(),
                         followed_clip_ ? followed_clip_->normal : panes.section_normal()});
+}
+
+/// Once the picture is drawn: says so when a table or a head holder may be in the way.
+void MainWindow::offer_largest() {
+  if (!has_looked_for_parts_ && viewport()->is_complete()) {
+    has_looked_for_parts_ = true;
+    parts_ = std::async(std::launch::async, [scene = scene_, owner = owner_]() -> std::string {
+      constexpr double k_in_the_way = 0.005;  // of the largest
+      const volume::ShapeParts parts = volume::parts_of(scene->base, scene->items[0].field.shape());
+      if (parts.count < 2 ||
+          static_cast<double>(parts.second) < k_in_the_way * static_cast<double>(parts.largest))
+        return {};
+      return "Parts hang apart from the largest: a table, a head holder, another bone? "
+             "Largest part only, and Use, leaves them out.";
+    });
+  }
+  if (!parts_.valid() || parts_.wait_for(std::chrono::seconds(0)) != std::future_status::ready) return;
+  const std::string text = parts_.get();
+  if (text.empty() || !operation_) return;
+  operation_->note(text);
+  say(QString::fromStdString(text));
 }
 
 void MainWindow::preview_shape() {
@@ -321,6 +348,7 @@ void MainWindow::tick() {
   }
   show_panes(elapsed);
   show_state();
+  offer_largest();
 }
 
 bool MainWindow::is_drawable() const {

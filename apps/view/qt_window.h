@@ -115,6 +115,7 @@ class MainWindow : public QMainWindow {
   void tilt(double right, double up);
   void turn(double right, double up);
   bool move_by_key(const QKeyEvent* event);
+  void offer_largest();
   void preview_shape();
   void use_shape();
   void forget_preview();
@@ -142,6 +143,8 @@ class MainWindow : public QMainWindow {
   struct Opening {
     std::shared_ptr<std::atomic<double>> share = std::make_shared<std::atomic<double>>(0);
     std::shared_ptr<std::atomic<bool>> is_cancelled = std::make_shared<std::atomic<bool>>(false);
+    /// What was assumed; read when the result is there.
+    std::shared_ptr<std::vector<std::string>> notices = std::make_shared<std::vector<std::string>>();
     std::future<volume::Result<OpenedScene>> result;
     WindowHost::Listener listener() const;
   };
@@ -153,6 +156,8 @@ class MainWindow : public QMainWindow {
   bool is_quitting_ = false;  ///< by the menu
   double first_font_ = 0;     ///< points; 0: text has the size with which it began
   bool has_first_frame_ = false, is_sound_on_ = false, is_previewing_ = false;
+  std::future<std::string> parts_;  ///< what a person is told of parts that hang apart
+  bool has_looked_for_parts_ = false;
   Notices replayed_;              ///< events of a replay, by its time
   std::optional<QPoint> cursor_;  ///< on the canvas, when it moved last
   std::chrono::steady_clock::time_point opened_at_, last_tick_;

@@ -11,6 +11,7 @@
 #include <QMessageBox>
 #include <QProgressBar>
 #include <QPushButton>
+#include <QSlider>
 #include <QVTKOpenGLNativeWidget.h>
 
 #include "apps/view/qt_window.h"
@@ -64,7 +65,7 @@ QString MainWindow::saved_as() const {
 }
 
 WindowHost::Listener MainWindow::Opening::listener() const {
-  return {[](const std::string&) {},
+  return {[notices = notices](const std::string& text) { notices->push_back(text); },
           [share = share, is_cancelled = is_cancelled](const char*) {
             return [=](double done) {
               *share = done;
@@ -118,9 +119,14 @@ void MainWindow::take_opened() {
   options_.in_use = o.in_use;
   options_.start = std::move(o.start);
   options_.plan = std::move(o.plan);
+  options_.notices = *opening_.notices;
   options_.side = 0;
   options_.title = o.title;
-  clip_->setCurrentIndex(0);
+  {
+    const QSignalBlocker quiet(clip_);  // there is no picture now
+    clip_->setCurrentIndex(0);
+  }
+  clip_share_->setEnabled(false);
   begin(options_.start->scene());
   if (!saved.isEmpty())
     say("The session before is saved as " + saved + ". File > Open a session goes on with it.");

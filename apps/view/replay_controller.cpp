@@ -41,6 +41,7 @@ volume::Status ReplayController::frame(double elapsed) {
   viewport_.request(version, changed);
   const glm::dvec3 viewer = -viewport_.ray_at(0.5, 0.5).direction;
   // The tool as it was then.
+  viewport_.set_touch_radius(replay_->engine().tool(static_cast<std::size_t>(hand())).scene->tool_radius);
   if (replay_->next_tick() > 0)
     viewport_.show_stylus(
         record(),

@@ -17,6 +17,13 @@ double distance_to_ray(const dvec3& p, const ToolGuide::Input& input) {
   return glm::length(glm::cross(p - input.eye, input.direction));
 }
 
+/// Is there no bone along the axis of a craniotome's bit, and at its foot?
+bool is_axis_free(const BoneTest& is_bone, const FootTool& tool, const dvec3& at, const dvec3& shaft) {
+  for (double h = -0.5 * tool.thickness; h < tool.length; h += 0.25)
+    if (is_bone(at + h * shaft)) return false;
+  return true;
+}
+
 /// Returns where a line down the shaft first meets bone; it begins well above a place under the bone.
 std::optional<dvec3> surface_over(const BoneTest& is_bone, const dvec3& at, const dvec3& shaft) {
   constexpr double k_above = 20, k_below = 3, k_step = 0.2;  // mm
@@ -26,6 +33,29 @@ std::optional<dvec3> surface_over(const BoneTest& is_bone, const dvec3& at, cons
 }
 
 }  // namespace
+
+void ToolGuide::release() {
+  state_ = State::free;
+  searched_at_ = dvec3(1e9);
+}
+
+/// Another tool, or none.
+void ToolGuide::forget() {
+  release();
+  candidate_.reset(), edge_.clear(), why_not_.clear(), message_.clear();
+}
+
+/// Did the place, the bone or the way of holding the tool change since the last search?
+bool ToolGuide::is_search_due(const dvec3& at, const Input& input) {
+  constexpr double k_moved = 0.2, k_cosine = 0.9998, k_often = 0.05;  // mm; 1 degree; s
+  const bool has_changed = glm::length(at - searched_at_) > k_moved || searched_in_ != input.version ||
+                           glm::dot(searched_shaft_, input.shaft) < k_cosine;
+  const bool is_click = input.is_pressed && !was_pressed_;
+  if (!has_changed || (since_search_ < k_often && !is_click)) return false;
+  searched_at_ = at, searched_in_ = input.version, searched_shaft_ = input.shaft;
+  since_search_ = 0;
+  return true;
+}
 
 void ToolGuide::begin(FootPlace place, const dvec3& from) {
   place_ = std::move(place);
@@ -57,11 +87,10 @@ bool ToolGuide::slide(int steps) {
 
 /// The bone changed, or the foot should go farther: finds the edge where it is now.
 void ToolGuide::search_again(const BoneTest& is_bone, const Input& input, double reach) {
-  constexpr double k_inward = 1.5;  // mm
   const dvec3 open = place_.turn * dvec3(1, 0, 0), shaft = place_.turn * dvec3(0, 0, 1);
   std::string why;
-  for (double inward = k_inward; inward < 6; inward += k_inward) {
-    FootSearch found = find_edge(is_bone, input.tool, place_.edge_world - inward * open, shaft, reach);
+  for (const double inward : {0.5, 1.5, 3.0, 4.5}) {
+    FootSearch found = find_edge(is_bone, input.tool, place_.edge_world - inward * open, shaft, reach, open);
     if (!found.place) {
       why = found.why;
       continue;
@@ -78,15 +107,12 @@ void ToolGuide::search_again(const BoneTest& is_bone, const Input& input, double
 }
 
 std::optional<ToolGuide::Pose> ToolGuide::follow_kerrison(const BoneTest& is_bone, const Input& input) {
-  const bool is_click = input.is_pressed && !was_pressed_, is_let_go = !input.is_pressed && was_pressed_;
+  const bool is_click = input.is_pressed && !was_pressed_;
   if (state_ != State::free && !input.is_pressed && distance_to_ray(place_.edge_world, input) > k_leave) {
     release();
-    searched_at_ = dvec3(1e9);
   }
   if (state_ == State::free) {
-    if (!input.is_pressed && input.surface &&
-        (glm::length(*input.surface - searched_at_) > 0.2 || searched_in_ != input.version)) {
-      searched_at_ = *input.surface, searched_in_ = input.version;
+    if ((!input.is_pressed || is_click) && input.surface && is_search_due(*input.surface, input)) {
       FootSearch found = find_edge(is_bone, input.tool, *input.surface, input.shaft, 0);
       candidate_ = std::move(found.place);
       why_not_ = std::move(found.why);
@@ -107,7 +133,8 @@ std::optional<ToolGuide::Pose> ToolGuide::follow_kerrison(const BoneTest& is_bon
   }
   if (state_ == State::moving) move_on(input.seconds);
   if (is_click && state_ == State::held && !is_jump_) is_press_used_ = false;
-  if (state_ == State::held && is_let_go && held_in_ != input.version) search_again(is_bone, input, reach_);
+  if (state_ == State::held && !input.is_pressed && held_in_ != input.version)
+    search_again(is_bone, input, reach_);
   if (state_ == State::held && slides_ != 0 && !input.is_pressed)
     search_again(is_bone, input,
                  std::clamp(reach_ + 0.5 * std::exchange(slides_, 0), -0.5 * input.tool.radius,
@@ -124,9 +151,7 @@ std::optional<ToolGuide::Pose> ToolGuide::follow_craniotome(const BoneTest& is_b
   if (state_ == State::free) {
     if (input.is_pressed && !was_pressed_ && input.old_surface) message_ = why_not_;
     if (input.is_pressed || !input.old_surface) return std::nullopt;
-    if (glm::length(*input.old_surface - searched_at_) < 0.2 && searched_in_ == input.version)
-      return std::nullopt;
-    searched_at_ = *input.old_surface, searched_in_ = input.version;
+    if (!is_search_due(*input.old_surface, input)) return std::nullopt;
     FootSearch found = find_hole(is_bone, was_bone, input.tool, *input.old_surface, input.shaft);
     why_not_ = found.why;
     if (!found.place) return std::nullopt;
@@ -134,7 +159,15 @@ std::optional<ToolGuide::Pose> ToolGuide::follow_craniotome(const BoneTest& is_b
     way_.push_back(found.place->at_world);
     const dvec3 first = way_.front();
     begin(std::move(*found.place), first);
-    is_jump_ = true;
+    is_jump_ = true, held_in_ = input.version;
+  }
+  // What was undone may stand where the tool does.
+  if (!input.is_pressed && held_in_ != input.version) {
+    held_in_ = input.version;
+    if (!is_axis_free(is_bone, input.tool, state_ == State::cutting ? input.tip : at_, shaft)) {
+      release();
+      return std::nullopt;
+    }
   }
   if (state_ == State::moving) move_on(input.seconds);
   if (state_ == State::moving || !input.is_pressed) {
@@ -163,13 +196,13 @@ std::optional<ToolGuide::Pose> ToolGuide::follow_craniotome(const BoneTest& is_b
 std::optional<ToolGuide::Pose> ToolGuide::follow(const BoneTest& is_bone, const BoneTest& was_bone,
                                                  const Input& input) {
   std::optional<Pose> pose;
+  if (!(input.tool == tool_)) forget();
+  tool_ = input.tool;
+  since_search_ += input.seconds;
   if (input.tool.kind == FootTool::Kind::kerrison)
     pose = follow_kerrison(is_bone, input);
   else if (input.tool.kind == FootTool::Kind::craniotome)
     pose = follow_craniotome(is_bone, was_bone, input);
-  else
-    release();
-  if (input.tool.kind != FootTool::Kind::kerrison) edge_.clear(), candidate_.reset();
   was_pressed_ = input.is_pressed;
   return pose;
 }

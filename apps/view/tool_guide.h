@@ -2,6 +2,7 @@
 // kerf.
 #pragma once
 
+#include <memory>
 #include <utility>
 
 #include "apps/view/foot_place.h"
@@ -22,8 +23,8 @@ class ToolGuide {
     glm::dvec3 shaft{0, 0, 1};                 ///< how the tool is held without a guide; unit
     glm::dvec3 tip{0.0};                       ///< where the tool is now
     bool is_pressed = false;
-    double seconds = 0;             ///< since the last call
-    const void* version = nullptr;  ///< another one when bone was removed
+    double seconds = 0;                   ///< since the last call
+    std::shared_ptr<const void> version;  ///< another one when bone was removed or came back
   };
   struct Pose {
     glm::dvec3 at_world{0.0};
@@ -38,7 +39,7 @@ class ToolGuide {
   /// held.
   bool slide(int steps);
   /// Lets the tool go where the cursor is.
-  void release() { state_ = State::free; }
+  void release();
   bool is_holding() const noexcept { return state_ != State::free; }
   /// The edge under which the foot goes, or is.
   const std::vector<glm::dvec3>& edge() const noexcept { return edge_; }
@@ -50,6 +51,8 @@ class ToolGuide {
   std::optional<Pose> follow_kerrison(const BoneTest& is_bone, const Input& input);
   std::optional<Pose> follow_craniotome(const BoneTest& is_bone, const BoneTest& was_bone,
                                         const Input& input);
+  bool is_search_due(const glm::dvec3& at, const Input& input);
+  void forget();
   void begin(FootPlace place, const glm::dvec3& from);
   void move_on(double seconds);
   void search_again(const BoneTest& is_bone, const Input& input, double reach);
@@ -60,7 +63,10 @@ class ToolGuide {
   std::string why_not_;
   std::vector<glm::dvec3> way_, edge_;
   glm::dvec3 at_{0.0}, searched_at_{1e9};
-  const void *searched_in_ = nullptr, *held_in_ = nullptr;
+  std::shared_ptr<const void> searched_in_, held_in_;
+  glm::dvec3 searched_shaft_{0.0};
+  FootTool tool_;
+  double since_search_ = 1e9;  ///< s
   double reach_ = 0;
   int slides_ = 0;
   bool was_pressed_ = false, is_press_used_ = false, is_jump_ = false;

@@ -80,6 +80,7 @@ struct WindowOptions {
   sim::SessionWriter* recorder = nullptr;  ///< told of everything; finished when the window closes
   std::string session_file;                ///< where it writes
   std::vector<std::string> in_use;         ///< what was read: saving replaces none of it
+  std::vector<std::string> notices;        ///< what was assumed of the scan: for the log
   std::optional<WindowStart> start;        ///< of what is operated on; nothing: a replay, or a picture
   sim::Replay* replay = nullptr;           ///< plays this instead of operating
   double replay_seconds = 0;               ///< its length

@@ -74,6 +74,13 @@ Viewport::Viewport(const haptics::TouchScene& scene, vtkRenderWindow* window, bo
     seen_low_ = glm::min(seen_low_, least), seen_high_ = glm::max(seen_high_, most);
   }
   view_.bone().set_room(room_low, room_high);
+  view_.overlays().labels().is_hidden = [this](const dvec3& at) {
+    constexpr double k_deep = 6;  // mm: a place on bone is not behind it
+    if (!version_) return false;
+    const dvec3 eye = this->eye().at, way = at - eye;
+    const double hit = distance_to_solid(*version_, {eye, glm::normalize(way)});
+    return hit >= 0 && hit < glm::length(way) - k_deep;
+  };
 }
 
 sim::Overlays with_clip_volumes(sim::Overlays overlays, std::span<const sim::SeenDepths> depths) {
@@ -82,6 +89,7 @@ sim::Overlays with_clip_volumes(sim::Overlays overlays, std::span<const sim::See
 }
 
 void Viewport::request_all(const std::shared_ptr<const volume::Version>& version) {
+  version_ = version;
   worker_->request_all(version);
   structures_.request_all(version);
 }
@@ -89,6 +97,7 @@ void Viewport::request_all(const std::shared_ptr<const volume::Version>& version
 void Viewport::request(const std::shared_ptr<const volume::Version>& version,
                        const volume::VoxelBox& changed) {
   if (changed.low.x > changed.high.x) return;
+  version_ = version;
   worker_->request(version, changed.low, changed.high);
   structures_.request(version, changed);
 }
@@ -175,7 +184,8 @@ void Viewport::turn(double left, double up) {
   const double distance = glm::length(from);
   // Seen along the body's axis, the picture's upper edge says on which side the eye is.
   dvec3 level(from.x, from.y, 0);
-  if (glm::length(level) < 2 * k_pole * distance)
+  constexpr double k_flat = 0.5;  // of a unit: the picture's upper edge points across the axis
+  if (glm::length(level) < 2 * k_pole * distance && std::hypot(screen_up.x, screen_up.y) > k_flat)
     level = (from.z > 0 ? -1.0 : 1.0) * dvec3(screen_up.x, screen_up.y, 0);
   const double around = std::atan2(level.y, level.x) - k_radians * left;
   const double polar = std::clamp(std::acos(std::clamp(from.z / distance, -1.0, 1.0)) - k_radians * up,
@@ -194,7 +204,8 @@ void Viewport::zoom(const volume::Version& version, double factor, double x, dou
   dvec3 target;
   camera->GetFocalPoint(target.x, target.y, target.z);
   const double hit = distance_to_solid(version, ray), middle = glm::dot(target - ray.origin, ray.direction);
-  const double far = hit >= 0 ? hit : std::max(middle, k_nearest);
+  double far = hit >= 0 ? hit : std::max(middle, k_nearest);
+  if (factor < 1) far = std::max(far, k_nearest);  // out of bone, too
   const double next = std::clamp(far / factor, std::min(far, k_nearest), k_farthest);
   // The place under the cursor stays there, and what is turned about comes as near.
   const dvec3 eye = ray.origin + (far - next) * ray.direction;
@@ -354,7 +365,9 @@ void Viewport::show_stylus(const haptics::ServoRecord& record, ToolLook tool, co
     look.tool_world += tool.radius * (record.has_contact ? record.normal_world : shaft);
   // The depth cue: where the tool would land.
   const Ray down{look.tool_world, -shaft};
-  if (const double landing = distance_to_solid(version, down); !record.has_contact && landing > 0) {
+  constexpr double k_near = 40;  // mm
+  if (const double landing = distance_to_solid(version, down);
+      !record.has_contact && landing > 0 && landing < k_near) {
     look.has_ring = true;
     look.ring_world = down.origin + landing * down.direction;
     look.ring_normal_world = normal_at(version, look.ring_world);

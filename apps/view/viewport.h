@@ -126,6 +126,7 @@ class Viewport {
   template <class Visit>
   void follow(const volume::Version& version, const Ray& ray, const Visit& visit) const;
   sim::Overlays plan_;
+  std::shared_ptr<const volume::Version> version_;  ///< whose surface was asked for last
   std::vector<glm::dvec3> edge_;
   const haptics::TouchScene* scene_;
   vtkRenderWindow* window_;

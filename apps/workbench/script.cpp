@@ -173,7 +173,7 @@ Result<std::unique_ptr<ScriptRun>> ScriptRun::open(const Script& script, const s
   source.takes_plan = script.takes_plan;
   if (script.takes_plan && !is_builtin(script.scan))
     return Error{"only what is built in brings a plan of its own", where + ": plan", script.scan,
-                 "scan = \"head\" or \"spine\"", "a case folder has its plan anyway"};
+                 "scan = \"head\" or \"spine\"", "delete plan = true; a case folder has its plan anyway"};
   Result<Operation> operation = open_operation(source, choice, listener);
   if (!operation) {
     Error error = operation.error();

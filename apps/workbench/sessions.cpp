@@ -94,7 +94,7 @@ Result<std::unique_ptr<OpenedSession>> open_session(const std::string& path, con
                                           : "a session of case " + header.case_name,
                  "the case or scan that was operated on",
                  header.case_name.empty() ? "give the scan that was operated on"
-                                          : "give that case: " + header.case_name};
+                                          : "give the folder of that case, or the scan"};
   }
   auto replay = sim::Replay::open(session, result->source.volume);
   if (!replay) {

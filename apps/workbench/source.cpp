@@ -204,7 +204,10 @@ Result<volume::Shape> choose_shape(const Source& source, const ShapeChoice& choi
                     " (another is chosen by iso, window or label)");
     return shape;
   }
-  listener.notice("shape: bone, 300 HU and above (another is chosen by iso, window or label)");
+  listener.notice(
+      "shape: bone, 300 HU and above (of a spine iso 150, or the preset spine, shows more; another is chosen "
+      "by iso, "
+      "window or label)");
   return shape;
 }
 

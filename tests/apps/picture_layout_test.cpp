@@ -102,6 +102,29 @@ TEST_F(PictureLayout, TurningKeepsTheHeadUp) {
     camera->GetPosition(after.x, after.y, after.z);
     EXPECT_NEAR(glm::length(after - target), glm::length(at - target), 1e-6);
   }
+  // From the poles it turns as far as it is told, also by small steps.
+  for (const char side : {'S', 'I'}) {
+    picture_->look_from(side);
+    dvec3 up;
+    camera->OrthogonalizeViewUp();
+    camera->GetViewUp(up.x, up.y, up.z);
+    const double start = std::atan2(up.y, up.x);
+    for (int i = 0; i < 10; ++i) picture_->turn(3, 0);
+    camera->OrthogonalizeViewUp();
+    camera->GetViewUp(up.x, up.y, up.z);
+    const double turned = std::abs(std::remainder(std::atan2(up.y, up.x) - start, 2 * 3.14159265358979));
+    EXPECT_NEAR(turned * 180 / 3.14159265358979, 30, 1) << side;
+    picture_->look_from(side);
+    for (int i = 0; i < 30; ++i) {
+      dvec3 before, after;
+      camera->GetPosition(before.x, before.y, before.z);
+      picture_->turn(0, side == 'S' ? -0.3 : 0.3);
+      camera->GetPosition(after.x, after.y, after.z);
+      dvec3 target;
+      camera->GetFocalPoint(target.x, target.y, target.z);
+      EXPECT_LT(glm::length(after - before), 0.012 * glm::length(after - target)) << side << " " << i;
+    }
+  }
   // From above the picture does not jump: what was up stays up.
   picture_->look_from('S');
   picture_->turn(0, -3);

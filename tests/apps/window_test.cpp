@@ -325,11 +325,16 @@ TEST_F(Window, OpensOthersShowsErrorsAndTakesAnotherShape) {
   EXPECT_EQ(child<QDoubleSpinBox>(window, "low")->value(), 300);
   EXPECT_TRUE(
       QTest::qWaitFor([&] { return window.operation()->viewport().triangle_count() == before; }, 20000));
+  // Cut open, with another depth of press: both survive the other shape, or end with it.
+  QTest::keyClick(&window, Qt::Key_C);
+  child<QSlider>(window, "depth")->setValue(9);
   child<QDoubleSpinBox>(window, "low")->setValue(1200);
   QTest::qWait(200);
   QTest::mouseClick(child<QPushButton>(window, "use_shape"), Qt::LeftButton);
   EXPECT_TRUE(QTest::qWaitFor([&] { return window.windowTitle().startsWith("reshaped"); }, 20000));
   EXPECT_EQ(reshaped_low_, 1200);
+  EXPECT_EQ(child<QComboBox>(window, "clip")->currentIndex(), 0);
+  EXPECT_EQ(window.operation()->depth(), 4.5);
   EXPECT_EQ(reshaped_.preset, "");
   EXPECT_FALSE(reshaped_.is_largest);
   auto* shape_of = child<QComboBox>(window, "shape_of");
