@@ -236,7 +236,7 @@ Status check_new_folder(const std::string& path) {
   const fs::path target = without_slash(path), folder = folder_of(target);
   std::error_code ignored;
   if (fs::exists(fs::symlink_status(target, ignored)))
-    return Error{"there is something of that name already", file_name(target.string()), "",
+    return Error{"there is something of that name already", file_name(target.string()) + "/", "",
                  "the name of a new folder", "choose another name, or remove it first"};
   if (!fs::is_directory(folder, ignored))
     return not_written(path, "its folder does not exist", "a folder that exists",

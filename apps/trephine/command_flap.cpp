@@ -98,16 +98,20 @@ const T* last_told(const sim::Engine& engine, dvec3* at = nullptr) {
   return nullptr;
 }
 
-/// How it looks from over its middle; without a normal from outside of the head.
+/// How it looks from over its middle; without a normal from outside of the head. What is lifted is seen from
+/// the side, so that it does not cover its opening.
 Status draw(sim::Lockstep& run, const workbench::Operation& operation, const dvec3& middle,
-            const dvec3& normal, const std::string& path) {
+            const dvec3& normal, double lift, const std::string& path) {
   auto surface = view::make_offscreen(1200, 900);
   if (!surface) return surface.error();
   view::Viewport picture(*operation.scene(), surface.value()->window(), false);
   run.engine().freeze();
   const volume::Volume& scan = *operation.scene()->base;
   const dvec3 out = middle - scan.frame.world_from_volume(0.5 * dvec3(scan.size - 1));
-  const dvec3 from = view::Viewport::obliquely(glm::normalize(normal != dvec3(0) ? normal : out));
+  const dvec3 over = glm::normalize(normal != dvec3(0) ? normal : out);
+  dvec3 from = view::Viewport::obliquely(over);
+  if (const dvec3 aside = from - glm::dot(from, over) * over; lift > 0 && glm::length(aside) > 1e-6)
+    from = glm::normalize(over + 1.2 * glm::normalize(aside));
   picture.show_still(run.engine().current(), run.engine().overlays(), middle, from, 0.5, 0.8);
   return view::write_png(surface.value()->window(), path);
 }
@@ -322,7 +326,7 @@ Result<Outcome> run_flap(const FlapArguments& arguments) {
                   [&] { return data_tools::write_mesh(arguments.flap, mesh_of(pieces), volume::Frame()); });
   }
   outputs.write(arguments.screenshot,
-                [&] { return draw(run, operation, middle, normal, arguments.screenshot); });
+                [&] { return draw(run, operation, middle, normal, arguments.lift, arguments.screenshot); });
   outputs.recorded(not_recorded);
   if (Status error = outputs.result()) return *error;
   json["written"] = outputs.written();

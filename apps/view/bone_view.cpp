@@ -299,7 +299,7 @@ void BoneView::show(const StylusLook& s) {
     p.drawn = s.tool.parts;
     for (const ToolPart& part : p.drawn) {
       vtkNew<vtkPolyDataMapper> mapper;
-      mapper->SetInputData(turned_around(part.profile, part.is_cutting));
+      mapper->SetInputData(turned_around(part.profile, part.is_fluted));
       const auto actor =
           make_actor(mapper, part.is_cutting ? dvec3(0.72, 0.75, 0.80) : dvec3(0.60, 0.63, 0.68));
       actor->GetProperty()->SetSpecular(0.55);

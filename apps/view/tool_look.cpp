@@ -62,6 +62,7 @@ ToolPart rod(const dvec3& from, const dvec3& to, double radius) {
 
 ToolPart drum(double radius, double end_radius, double length) {
   ToolPart part;
+  part.is_fluted = true;
   const double edge = 0.1 * std::min(radius, length);
   part.profile.push_back({0, 0});
   add_arc(part.profile, edge, edge, 0, k_right_angle, end_radius - edge);
@@ -80,6 +81,7 @@ ToolPart drum(double radius, double end_radius, double length) {
 /// Its tip is a ball, whose middle the hand holds, cut off at `top`.
 ToolPart ball_to(double radius, double top) {
   ToolPart part;
+  part.is_fluted = true;
   add_arc(part.profile, 0, radius, 0, std::acos(std::clamp(-top / radius, -1.0, 1.0)));
   part.profile.push_back({part.profile.back().x, 0});
   return part;
@@ -87,6 +89,7 @@ ToolPart ball_to(double radius, double top) {
 /// And ends in another, smaller one, up to `top`.
 ToolPart between_balls(double radius, double end, double top) {
   ToolPart part;
+  part.is_fluted = true;
   const double lean = k_right_angle + std::asin(std::clamp((radius - end) / (top - end), -1.0, 1.0));
   add_arc(part.profile, 0, radius, 0, lean);
   add_arc(part.profile, top - end, end, lean, 2 * k_right_angle);

@@ -15,6 +15,7 @@ struct ToolPart {
   std::vector<glm::dvec2> profile;     ///< mm along the axis, and off it
   glm::dvec3 at{0.0}, along{0, 0, 1};  ///< where the axis begins, and where it leads
   bool is_cutting = true;
+  bool is_fluted = false;  ///< it turns, and cuts with flutes that wind around it
   friend bool operator==(const ToolPart&, const ToolPart&) = default;
 };
 

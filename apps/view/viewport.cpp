@@ -343,7 +343,10 @@ void Viewport::show_stylus(const haptics::ServoRecord& record, ToolLook tool, co
   look.proxy_world = record.has_contact ? record.proxy_world : look.hip_world;
   look.force_world = record.force_world;
   if (tool.is_ball)  // a point is drawn as a fine tip
-    if (const double radius = std::max(touch_radius_, 0.6); tool.radius < radius) tool = ball_look(radius);
+    if (const double radius = std::max(touch_radius_, 0.6); tool.radius < radius) {
+      tool = ball_look(radius);
+      tool.parts[0].is_fluted = false;
+    }
   const bool is_round = touch_radius_ > 0;  // then the proxy is the ball's middle
   constexpr glm::dquat k_not_told{1, 0, 0, 0};
   dvec3 shaft;
