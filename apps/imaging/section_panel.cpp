@@ -16,7 +16,7 @@ using Kind = SectionObject::Kind;
 namespace {
 
 /// Pieces and models in turn, so that neighbours differ.
-constexpr Panel::Colour k_bone{150, 150, 150}, k_cancellous{84, 78, 74};
+constexpr Panel::Colour k_bone{150, 150, 150}, k_cancellous{122, 110, 98};
 constexpr Panel::Colour k_pieces[] = {{196, 170, 120}, {150, 178, 128}, {184, 146, 168}};
 constexpr Panel::Colour k_models[] = {{245, 245, 245}, {188, 222, 248}, {250, 232, 178}};
 
@@ -77,6 +77,7 @@ Panel section_panel(const std::vector<SectionObject>& objects, const ImagePlane&
   panel.is_to_scale = true;
   panel.pixels.reserve(static_cast<std::size_t>(plane.columns) * static_cast<std::size_t>(plane.rows));
   double outside = 0, of_models = 0;
+  bool has_cancellous = false;
   for (int row = plane.rows - 1; row >= 0; --row)
     for (int column = 0; column < plane.columns; ++column) {
       const std::size_t at = static_cast<std::size_t>(column) +
@@ -97,6 +98,7 @@ Panel section_panel(const std::vector<SectionObject>& objects, const ImagePlane&
         colour = is_outside ? k_outside_bone : model->colour;
         of_models += 1, outside += is_outside;
       }
+      has_cancellous |= colour == k_cancellous;
       panel.pixels.push_back(colour);
     }
   areas = {of_models * plane.pixel * plane.pixel, outside * plane.pixel * plane.pixel};
@@ -117,6 +119,7 @@ Panel section_panel(const std::vector<SectionObject>& objects, const ImagePlane&
            object.colour,
            true,
            object.kind == Kind::structure ? object.name + " (must not be cut)" : object.name});
+  if (has_cancellous) panel.lines.push_back({{}, k_cancellous, true, "bone by its label"});
   if (outside > 0) panel.lines.push_back({{}, k_outside_bone, true, "outside bone"});
   return panel;
 }
