@@ -15,6 +15,10 @@ int otsu_threshold(const Volume& volume);
 struct ShapeParts {
   std::int64_t largest = 0, second = 0, others = 0;  ///< voxels; others: of all but the largest
   int count = 0;                                     ///< of parts
+  /// Is another part so large that it may hide the largest: a table, a head holder?
+  bool is_other_large() const noexcept {
+    return count >= 2 && static_cast<double>(second) >= 0.005 * static_cast<double>(largest);
+  }
 };
 ShapeParts parts_of(const std::shared_ptr<const Volume>& volume, const Shape& shape);
 

@@ -17,7 +17,7 @@ PaneWorker::~PaneWorker() {
   if (thread_.joinable()) thread_.join();
 }
 
-void PaneWorker::wish(std::size_t pane, Make make, std::uint64_t stamp) {
+void PaneWorker::request(std::size_t pane, Make make, std::uint64_t stamp) {
   {
     const std::lock_guard guard(lock_);
     counters_.superseded += wishes_[pane].first != nullptr;

@@ -35,7 +35,7 @@ class PaneWorker {
 
   /// The drawing thread. Replaces a wish of the same pane that nobody began with. The thread begins with the
   /// first one. `stamp`: what it is given back with.
-  void wish(std::size_t pane, Make make, std::uint64_t stamp = 0);
+  void request(std::size_t pane, Make make, std::uint64_t stamp = 0);
   /// Nobody wants what this pane wished and got; what is in hand comes all the same.
   void forget(std::size_t pane);
   /// A pane's newest image, once.

@@ -22,8 +22,8 @@ struct Panel {
   std::string left, right, above, below;  ///< letters at its edges
   int columns = 0, rows = 0;
   double mm_a_pixel = 1;
-  bool shows_sides = false,
-       is_mirrored = false;    ///< of an X-ray: the patient's left and right are seen in it
+  bool shows_sides = false;    ///< an X-ray in which the patient's left and right are seen
+  bool is_mirrored = false;    ///< left and right were exchanged
   bool is_to_scale = false;    ///< mm in it are the patient's: it may have a scale bar
   std::vector<Colour> pixels;  ///< from the lower left on, row by row
   std::vector<Line> lines;

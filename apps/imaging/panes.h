@@ -133,8 +133,8 @@ class Panes {
   volume::ImagePlane turned(const Pane& pane) const;
   bool is_mirrored(const fluoroscopy::View& view) const noexcept;
   void show_side(Panel& panel) const;
-  void wish(std::size_t index);
-  void wish_drawn(std::size_t index);
+  void request(std::size_t index);
+  void request_drawn(std::size_t index);
   void make_stale(bool with_xrays);
   /// Slices, and sections where they are meant too.
   void make_slices_stale(bool with_sections = false);

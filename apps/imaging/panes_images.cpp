@@ -1,4 +1,4 @@
-// Images of panes: what is begun on the worker's thread, and what comes back.
+// Images of panes: requests to the worker's thread, and results from it.
 #include <algorithm>
 #include <cmath>
 
@@ -19,7 +19,7 @@ namespace {
 constexpr int k_threads = 1;  // the other cores are the servo's and the picture's
 constexpr int k_live_pixels = 256, k_shot_pixels = 1024;
 
-/// The same detector in other pixels.
+/// Returns a detector of the same size in other pixels.
 fluoroscopy::CArm in_pixels(fluoroscopy::CArm arm, int columns) {
   arm.pixel *= static_cast<double>(arm.columns) / columns;
   arm.rows = std::max<std::int64_t>(
@@ -31,7 +31,7 @@ fluoroscopy::CArm in_pixels(fluoroscopy::CArm arm, int columns) {
 }  // namespace
 
 /// Beginning an image with values of now; nothing that it uses changes.
-void Panes::wish(std::size_t index) {
+void Panes::request(std::size_t index) {
   Pane& pane = panes_[index];
   pane.is_stale = false;
   if (pane.kind == PaneKind::xray) {
@@ -42,7 +42,7 @@ void Panes::wish(std::size_t index) {
     if (!pane.camera) pane.camera = std::make_shared<XrayCamera>();
     const bool is_shot = std::exchange(pane.is_wanted, false) || !is_live_;
     const fluoroscopy::CArm arm = in_pixels(arm_, is_shot ? k_shot_pixels : k_live_pixels);
-    worker_.wish(
+    worker_.request(
         index,
         [camera = pane.camera, subject = subject_, arm] {
           Result<Panel> panel = camera->shoot(subject, arm, k_threads);
@@ -52,9 +52,9 @@ void Panes::wish(std::size_t index) {
         pane.stamp);
     return;
   }
-  if (pane.kind == PaneKind::drawn) return wish_drawn(index);
+  if (pane.kind == PaneKind::drawn) return request_drawn(index);
   if (pane.kind == PaneKind::depths) {
-    worker_.wish(
+    worker_.request(
         index,
         [depths = subject_.depths, columns = pane.columns, rows = pane.rows] {
           return depth_panel(depths, columns, rows);
@@ -65,11 +65,11 @@ void Panes::wish(std::size_t index) {
   const ImagePlane shown = turned(pane);
   if (pane.kind == PaneKind::section) {
     if (!subject_.bone) {
-      pane.trouble = "The section needs to know what is bone. Open the scan with --iso or --label.",
+      pane.trouble = "The section needs to know what is bone. Choose a range of values or a label.",
       ++pane.changes;
       return;
     }
-    worker_.wish(
+    worker_.request(
         index,
         [subject = subject_, shown]() -> Result<Panel> {
           const auto objects = section_objects(subject, shown);
@@ -85,7 +85,7 @@ void Panes::wish(std::size_t index) {
     return;
   }
   const volume::Slab slab{slab_, volume::Slab::Kind::mean};
-  worker_.wish(
+  worker_.request(
       index,
       [subject = subject_, shown, slab, window = window_, blend = blend_, labels = has_labels_,
        kind = pane.kind]() -> Result<Panel> {
@@ -103,7 +103,7 @@ void Panes::wish(std::size_t index) {
 }
 
 /// In as many pixels as 60 ms draw while things move, in all of them when they rest.
-void Panes::wish_drawn(std::size_t index) {
+void Panes::request_drawn(std::size_t index) {
   Pane& pane = panes_[index];
   if (!has_eye_) return;
   if (!pane.renderer) {
@@ -117,25 +117,26 @@ void Panes::wish_drawn(std::size_t index) {
   const double all = static_cast<double>(pane.columns) * pane.rows;
   const double share = is_moving ? std::clamp(std::sqrt(k_patience * pixels_a_ms_ / all), 0.08, 1.0) : 1.0;
   pane.is_coarse = share < 0.95;
-  volume::DirectWish wish;
-  wish.eye = eye_;
-  wish.openings.plane = clip_;
-  wish.eye.columns = std::max(1, static_cast<int>(std::lround(pane.columns * (pane.is_coarse ? share : 1))));
-  wish.eye.rows = std::max(1, static_cast<int>(std::lround(pane.rows * (pane.is_coarse ? share : 1))));
-  if (const volume::Status error = volume::check(wish.eye)) {
+  volume::DirectWish request;
+  request.eye = eye_;
+  request.openings.plane = clip_;
+  request.eye.columns =
+      std::max(1, static_cast<int>(std::lround(pane.columns * (pane.is_coarse ? share : 1))));
+  request.eye.rows = std::max(1, static_cast<int>(std::lround(pane.rows * (pane.is_coarse ? share : 1))));
+  if (const volume::Status error = volume::check(request.eye)) {
     pane.is_stale = pane.is_coarse = false;
     pane.trouble = error->message(), ++pane.changes;
     return;
   }
   // One that takes long is given up for what is wanted sooner.
   pane.is_given_up = std::make_shared<std::atomic<bool>>(false);
-  if (!pane.is_coarse) wish.is_given_up = pane.is_given_up.get();
-  worker_.wish(
+  if (!pane.is_coarse) request.is_given_up = pane.is_given_up.get();
+  worker_.request(
       index,
-      [renderer = pane.renderer, subject = subject_, wish, name = ramp_,
+      [renderer = pane.renderer, subject = subject_, request, name = ramp_,
        given_up = pane.is_given_up]() -> Result<Panel> {
-        Panel panel = renderer->draw(subject, wish, k_threads);
-        if (wish.is_given_up != nullptr && *given_up) return Panel();
+        Panel panel = renderer->draw(subject, request, k_threads);
+        if (request.is_given_up != nullptr && *given_up) return Panel();
         panel.foot = subject.scan->is_hounsfield ? name : "grey";
         return panel;
       },
@@ -149,7 +150,7 @@ bool Panes::frame() {
     Pane& pane = panes_[i];
     if (!made || made->stamp != pane.stamp) continue;
     if (made->panel && made->panel.value().pixels.empty()) {  // given up
-      pane.is_stale = pane.is_stale || *pane.is_given_up;     // else there is a newer wish
+      pane.is_stale = pane.is_stale || *pane.is_given_up;     // else there is a newer request
       continue;
     }
     is_new = true, ++pane.changes;
@@ -164,7 +165,7 @@ bool Panes::frame() {
   }
   if (!subject_.scan) return is_new;
   if (!has_window_) {
-    // Of numbers that mean nothing by themselves: of the middle slice.
+    // Numbers without a unit mean nothing by themselves: the middle slice says how wide they spread.
     ImagePlane middle;
     turn_plane(middle, "axial");
     middle.middle_world = subject_.scan->frame.world_from_volume(0.5 * (dvec3(subject_.scan->size) - 1.0));
@@ -172,7 +173,7 @@ bool Panes::frame() {
                            ct_viewer::slice_values(*subject_.scan, *subject_.version, middle, {}, 1).before);
     has_window_ = true;
   }
-  // What was drawn in few pixels is drawn in all of them once nothing moved for a while.
+  // A picture drawn in few pixels is drawn in all of them once nothing moved for a while.
   for (Pane& pane : panes_)
     if (pane.is_coarse && pane.kind == PaneKind::drawn &&
         std::chrono::steady_clock::now() - pane.asked > std::chrono::milliseconds(300))
@@ -183,7 +184,7 @@ bool Panes::frame() {
     Pane& pane = panes_[i];
     // Others do not wait for a drawn one that takes long, nor for one that nobody sees.
     if (pane.is_given_up && (is_any || !pane.is_visible)) *pane.is_given_up = true;
-    if (pane.is_stale && pane.is_visible && pane.columns > 1 && pane.rows > 1) wish(i);
+    if (pane.is_stale && pane.is_visible && pane.columns > 1 && pane.rows > 1) request(i);
   }
   return is_new;
 }

@@ -98,7 +98,7 @@ const T* last_told(const sim::Engine& engine, dvec3* at = nullptr) {
   return nullptr;
 }
 
-/// How it looks from over its middle; without a normal from outside of the head. What is lifted is seen from
+/// Draws the flap from over its middle; without a normal from outside of the head. A lifted flap is seen from
 /// the side, so that it does not cover its opening.
 Status draw(sim::Lockstep& run, const workbench::Operation& operation, const dvec3& middle,
             const dvec3& normal, double lift, const std::string& path) {

@@ -170,7 +170,7 @@ FootSearch find_edge(const BoneTest& is_bone, const FootTool& tool, const dvec3&
       if (!s) break;
       edge = {*s, way};
     }
-    // Where it has no room there is often some a little farther along the edge.
+    // There is often room a little farther along the edge.
     for (const double off : {0.0, 1.0, -1.0, 2.0, -2.0, 3.0, -3.0}) {
       const dvec3 from = at_world + off * glm::cross(shaft, edge.way);
       const auto s = off == 0

@@ -42,8 +42,8 @@ struct FootSearch {
 };
 
 /// Looks for the nearest edge around a place on the surface under which the foot of a Kerrison fits, `reach`
-/// mm beyond it (its middle; negative: before the edge). `shaft`: unit, out of the bone. Costs about a
-/// few milliseconds. `open`: unit, the side on which the edge is open; 0: any.
+/// mm beyond it (its middle; negative: before the edge). `shaft`: unit, out of the bone. Asks
+/// `is_bone` up to 50,000 times. `open`: unit, the side on which the edge is open; 0: any.
 FootSearch find_edge(const BoneTest& is_bone, const FootTool& tool, const glm::dvec3& at_world,
                      const glm::dvec3& shaft, double reach, const glm::dvec3& open = glm::dvec3(0.0));
 

@@ -24,7 +24,7 @@ class LabelLayer {
   void clear();
   void add(const glm::dvec3& at_world, const std::string& text, const glm::dvec3& colour);
   void set_visible(bool are_visible);
-  /// Whether a place is behind something: its label is dim then and says so. Asked at each frame.
+  /// Returns whether a place is behind something: its label is dim then and says so. Asked at each frame.
   std::function<bool(const glm::dvec3& at_world)> is_hidden = [](const glm::dvec3&) { return false; };
   bool is_visible() const noexcept;
   /// Times the size at which labels are drawn otherwise.
@@ -35,7 +35,7 @@ class LabelLayer {
   struct Box {
     glm::dvec2 low, high;
   };
-  /// Where those that are shown lie, pixels from the lower left.
+  /// Returns where the labels that are shown lie, pixels from the lower left.
   std::vector<Box> boxes() const;
 
  private:

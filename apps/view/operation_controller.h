@@ -46,7 +46,7 @@ class OperationController {
   /// Leans the shaft about the tip toward the right and the upper edge of the picture, degrees. It leans at
   /// most 75 degrees from how it is held otherwise.
   void tilt(double right, double up);
-  /// Which way the shaft points before it is tilted.
+  /// Direction of the shaft before it is tilted.
   enum class Hold : std::uint8_t { surface, viewer, fixed };
   /// Changes to the next way of holding it; a tilt ends. A fixed shaft stays as it is now.
   Hold hold_next();
@@ -118,7 +118,7 @@ class OperationController {
   void note(std::string text) {
     notices_.add({seconds(), 0, workbench::EventLevel::record, std::move(text)});
   }
-  /// What holds a tool with a foot.
+  /// Returns the guide of a tool with a foot.
   const ToolGuide& guide() const noexcept { return guide_; }
   /// Returns the messages to show beside the tool now; what lasts (a fault, a tool inside a structure) first.
   std::string notice_text() const;

@@ -1,4 +1,4 @@
-// How the tool of a mouse is held: its shaft, its tilt, its tip moved by keys, its guide.
+// Holding the tool of a mouse: its shaft, its tilt, its tip moved by keys, its guide.
 #include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
@@ -26,16 +26,16 @@ void OperationController::follow_surface(const Ray& ray, bool is_over_bone) {
   // Beside an edge bone has no direction of its own, and the way to it is the one that is seen.
   if (is_kerrison) normal = glm::normalize(normal.value_or(-ray.direction) - ray.direction);
   if (!normal) return;
-  const dvec3 wish = hold_ == Hold::viewer ? -ray.direction
-                     : look.is_ball        ? Viewport::held_at(*normal, -ray.direction)
-                                           : *normal;
+  const dvec3 target = hold_ == Hold::viewer ? -ray.direction
+                       : look.is_ball        ? Viewport::held_at(*normal, -ray.direction)
+                                             : *normal;
   if (!is_pressed_) {
-    shaft_ = wish;
+    shaft_ = target;
     return;
   }
   constexpr double k_most = 0.01;  // radians a frame
-  const double angle = std::acos(std::clamp(glm::dot(shaft_, wish), -1.0, 1.0));
-  if (angle > 1e-6) shaft_ = glm::normalize(shaft_ + std::min(1.0, k_most / angle) * (wish - shaft_));
+  const double angle = std::acos(std::clamp(glm::dot(shaft_, target), -1.0, 1.0));
+  if (angle > 1e-6) shaft_ = glm::normalize(shaft_ + std::min(1.0, k_most / angle) * (target - shaft_));
 }
 
 void OperationController::tilt(double right, double up) {

@@ -259,25 +259,23 @@ void MainWindow::set_clip() {
                         followed_clip_ ? followed_clip_->normal : panes.section_normal()});
 }
 
-/// Once the picture is drawn: says so when a table or a head holder may be in the way.
+/// Reports a table or a head holder that may be in the way, once the picture is drawn.
 void MainWindow::offer_largest() {
-  if (!has_looked_for_parts_ && viewport()->is_complete()) {
+  if (!has_looked_for_parts_ && !parts_.valid() && viewport()->is_complete()) {
     has_looked_for_parts_ = true;
-    parts_ = std::async(std::launch::async, [scene = scene_, owner = owner_]() -> std::string {
-      constexpr double k_in_the_way = 0.005;  // of the largest
+    parts_ = std::async(std::launch::async, [scene = scene_, owner = owner_] {
       const volume::ShapeParts parts = volume::parts_of(scene->base, scene->items[0].field.shape());
-      if (parts.count < 2 ||
-          static_cast<double>(parts.second) < k_in_the_way * static_cast<double>(parts.largest))
-        return {};
-      return "Parts hang apart from the largest: a table, a head holder, another bone? "
-             "Largest part only, and Use, leaves them out.";
+      return std::pair(scene, parts.is_other_large());
     });
   }
   if (!parts_.valid() || parts_.wait_for(std::chrono::seconds(0)) != std::future_status::ready) return;
-  const std::string text = parts_.get();
-  if (text.empty() || !operation_) return;
+  const auto [scene, is_other_large] = parts_.get();
+  if (!is_other_large || scene != scene_ || !operation_) return;  // another scan was opened meanwhile
+  const char* text =
+      "Parts hang apart from the largest: a table, a head holder, another bone? Largest part only, and Use, "
+      "leaves them out.";
   operation_->note(text);
-  say(QString::fromStdString(text));
+  say(text);
 }
 
 void MainWindow::preview_shape() {

@@ -143,7 +143,7 @@ class MainWindow : public QMainWindow {
   struct Opening {
     std::shared_ptr<std::atomic<double>> share = std::make_shared<std::atomic<double>>(0);
     std::shared_ptr<std::atomic<bool>> is_cancelled = std::make_shared<std::atomic<bool>>(false);
-    /// What was assumed; read when the result is there.
+    /// Assumptions that were made; read when the result is there.
     std::shared_ptr<std::vector<std::string>> notices = std::make_shared<std::vector<std::string>>();
     std::future<volume::Result<OpenedScene>> result;
     WindowHost::Listener listener() const;
@@ -156,7 +156,8 @@ class MainWindow : public QMainWindow {
   bool is_quitting_ = false;  ///< by the menu
   double first_font_ = 0;     ///< points; 0: text has the size with which it began
   bool has_first_frame_ = false, is_sound_on_ = false, is_previewing_ = false;
-  std::future<std::string> parts_;  ///< what a person is told of parts that hang apart
+  /// The scene that was looked at, and whether another part of its shape is large.
+  std::future<std::pair<std::shared_ptr<const haptics::TouchScene>, bool>> parts_;
   bool has_looked_for_parts_ = false;
   Notices replayed_;              ///< events of a replay, by its time
   std::optional<QPoint> cursor_;  ///< on the canvas, when it moved last

@@ -113,7 +113,7 @@ void MainWindow::build_menu() {
   });
 }
 
-/// What came off the bone.
+/// The menu of pieces that came off the bone.
 void MainWindow::build_pieces_menu() {
   if (options_.replay) return;
   QMenu* menu = menuBar()->addMenu("&Pieces");
@@ -140,7 +140,7 @@ bool is_place(const sim::Field& field) {
 }
 }  // namespace
 
-/// What modules can be told, with a form for each.
+/// The menu of modules' commands, with a form for each.
 void MainWindow::build_command_menu() {
   if (!options_.catalogue || options_.replay) return;
   QMenu* menu = nullptr;
@@ -175,7 +175,7 @@ void MainWindow::apply_where_it_touches(const sim::ValueType& type) {
   operation_->apply(std::move(what));
 }
 
-/// What there is to choose from: vertebrae of the scan, else its labels; branches that one is not on.
+/// Returns the names to choose from: vertebrae of the scan, else its labels; branches that one is not on.
 QStringList MainWindow::names_of(sim::FieldInfo::Names kind) {
   QStringList names;
   if (kind == sim::FieldInfo::Names::label) {

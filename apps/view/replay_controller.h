@@ -31,7 +31,7 @@ class ReplayController {
   volume::Status frame(double elapsed);
   /// Did matter change in the newest frame?
   bool has_changed() const noexcept { return has_changed_; }
-  /// Of the hand that works.
+  /// Returns the newest tick of the hand that works.
   const haptics::ServoRecord& record() const noexcept { return replay_->record(hand()); }
   int hand() const noexcept { return summary_.hand_at(replay_->next_tick()); }
   const workbench::SessionSummary& summary() const noexcept { return summary_; }

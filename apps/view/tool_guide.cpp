@@ -108,9 +108,8 @@ void ToolGuide::search_again(const BoneTest& is_bone, const Input& input, double
 
 std::optional<ToolGuide::Pose> ToolGuide::follow_kerrison(const BoneTest& is_bone, const Input& input) {
   const bool is_click = input.is_pressed && !was_pressed_;
-  if (state_ != State::free && !input.is_pressed && distance_to_ray(place_.edge_world, input) > k_leave) {
+  if (state_ != State::free && !input.is_pressed && distance_to_ray(place_.edge_world, input) > k_leave)
     release();
-  }
   if (state_ == State::free) {
     if ((!input.is_pressed || is_click) && input.surface && is_search_due(*input.surface, input)) {
       FootSearch found = find_edge(is_bone, input.tool, *input.surface, input.shaft, 0);
@@ -161,7 +160,7 @@ std::optional<ToolGuide::Pose> ToolGuide::follow_craniotome(const BoneTest& is_b
     begin(std::move(*found.place), first);
     is_jump_ = true, held_in_ = input.version;
   }
-  // What was undone may stand where the tool does.
+  // Bone that an undo brought back may stand where the tool does.
   if (!input.is_pressed && held_in_ != input.version) {
     held_in_ = input.version;
     if (!is_axis_free(is_bone, input.tool, state_ == State::cutting ? input.tip : at_, shaft)) {

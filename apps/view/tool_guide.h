@@ -32,8 +32,8 @@ class ToolGuide {
     bool is_pressed = false;
     bool is_jump = false;  ///< the tool is lifted over, not moved through what is between
   };
-  /// Returns how the tool is held in this frame; nothing: as the cursor has it. Touches `is_bone` about
-  /// 10,000 times where the cursor moved.
+  /// Returns how the tool is held in this frame; nothing: as the cursor has it. A frame in which it
+  /// searches asks `is_bone` up to 50,000 times: where the cursor moved, at most 20 times a second.
   std::optional<Pose> follow(const BoneTest& is_bone, const BoneTest& was_bone, const Input& input);
   /// Slides the foot of a held Kerrison farther under the bone, half a millimetre a step. False: none is
   /// held.

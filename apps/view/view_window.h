@@ -38,7 +38,7 @@ struct OpenedScene {
   haptics::ForceOptions force = {};
 };
 
-/// What a person chose to be solid.
+/// Choice of what is solid.
 struct ShapeRequest {
   double low = 300, high = std::numeric_limits<double>::infinity();
   std::string preset;       ///< as workbench::PresetChoice has it; empty: the range

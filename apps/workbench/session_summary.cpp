@@ -9,10 +9,10 @@ namespace trephine::workbench {
 using volume::Result;
 
 int SessionSummary::hand_at(std::uint64_t tick) const noexcept {
-  int hand = active.empty() ? 0 : active.front().hand;
-  for (const Active& one : active)
-    if (one.tick <= tick) hand = one.hand;
-  return hand;
+  if (active.empty()) return 0;
+  const auto next = std::upper_bound(active.begin(), active.end(), tick,
+                                     [](std::uint64_t at, const Active& one) { return at < one.tick; });
+  return (next == active.begin() ? next : next - 1)->hand;
 }
 
 Result<SessionSummary> summarize_session(const std::string& file) {

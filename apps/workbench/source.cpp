@@ -206,8 +206,7 @@ Result<volume::Shape> choose_shape(const Source& source, const ShapeChoice& choi
   }
   listener.notice(
       "shape: bone, 300 HU and above (of a spine iso 150, or the preset spine, shows more; another is chosen "
-      "by iso, "
-      "window or label)");
+      "by iso, window or label)");
   return shape;
 }
 
@@ -239,11 +238,8 @@ volume::Status keep_largest(Source& source, const volume::Shape& shape, const Li
 }
 
 void offer_largest(const Source& source, const volume::Shape& shape, const Listener& listener) {
-  constexpr double k_in_the_way = 0.005;  // of the largest
   const volume::ShapeParts parts = volume::parts_of(source.volume, shape);
-  if (parts.count < 2 ||
-      static_cast<double>(parts.second) < k_in_the_way * static_cast<double>(parts.largest))
-    return;
+  if (!parts.is_other_large()) return;
   listener.notice(format_text(
       "note: %d parts hang apart from the largest, one of %.1f %% of its size (a table, a holder, another "
       "bone?): --largest, of the commands that have it, takes them away",

@@ -1,4 +1,4 @@
-// Where a foot goes, against shapes with closed forms: the foot is free, the bone is between the jaws, the
+// Places of feet, against shapes with closed forms: the foot is free, the bone is between the jaws, the
 // edge is where the shape ends. And the guide that moves a tool there.
 #include "apps/view/foot_place.h"
 

@@ -1,4 +1,4 @@
-// What is written over a picture, and how its camera goes.
+// Text over a picture, and the way of its camera.
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <gtest/gtest.h>
