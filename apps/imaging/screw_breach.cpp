@@ -12,7 +12,7 @@ ScrewBreach breach_of(const data_tools::ScrewPlace& screw, const Subject& subjec
   constexpr double k_along = 0.25, k_back = 0.05;  // mm
   constexpr double k_most_diameters = 3;
   constexpr int k_around = 72;
-  const cross_section::BoneAt is_bone(*subject.scan, *subject.bone, subject.version.get());
+  const volume::BoneAt is_bone(*subject.scan, *subject.bone, subject.version.get());
   const dvec3 way = screw.tip_world - screw.entry_world, along = glm::normalize(way);
   const dvec3 u = glm::normalize(
                   glm::cross(along, std::abs(along.z) < 0.9 ? dvec3(0, 0, 1) : dvec3(1, 0, 0))),

@@ -31,7 +31,7 @@ bool is_spine(const volume::Volume& scan) {
       if (name.find(of_head) != std::string::npos) return false;
     const bool is_short = name.size() >= 2 && name.size() <= 3 && name[1] >= '0' && name[1] <= '9';
     has_vertebra |=
-        cross_section::names_bone(label) && (is_short || name.find("vertebra") != std::string::npos);
+        volume::names_bone(label) && (is_short || name.find("vertebra") != std::string::npos);
   }
   return has_vertebra;
 }

@@ -106,8 +106,8 @@ Result<Outcome> run_compare(const CompareArguments& arguments) {
 Run build(Options& options) {
   auto a = std::make_shared<CompareArguments>();
   add_session(options, a->session, a->case_source);
-  options.add("--at", a->at, "The first moment; before anything when left out").type("S");
-  options.add("--with", a->with, "The second; the end when left out").type("S");
+  options.add("--at", a->at, "Time of the first state (default: before the first event). --with gives the second").type("S");
+  options.add("--with", a->with, "Time of the second state (default: the end)").type("S");
   options.add("-o,--output", a->output, "Write a picture of both beside each other").type("PNG");
   return run_with(a, run_compare);
 }

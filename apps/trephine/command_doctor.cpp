@@ -136,7 +136,6 @@ Result<Outcome> run_doctor(const DoctorArguments& arguments) {
   if (!(arguments.seconds >= 0.1 && arguments.seconds <= 3600))
     return Error{"the time is out of range", "--seconds", std::to_string(arguments.seconds), "0.1 to 3600 s",
                  ""};
-  const std::string picture = arguments.output.empty() ? "doctor-timer.svg" : arguments.output;
   std::vector<Finding> findings;
 
   findings.push_back(view::has_display()
@@ -186,8 +185,10 @@ Result<Outcome> run_doctor(const DoctorArguments& arguments) {
                                   p50, p99, late.back()),
                       is_late ? "close other programs; set the processor's governor to performance" : "",
                       is_late});
-  if (volume::Status error = data_tools::write_file_atomically(picture, timer_picture(late)))
-    findings.push_back({"picture", error->what, error->remedy, true});
+  volume::Status unwritten;
+  if (!arguments.output.empty())
+    unwritten = data_tools::write_file_atomically(arguments.output, timer_picture(late));
+  if (unwritten) findings.push_back({"picture", unwritten->what, unwritten->remedy, true});
 
   const double free_gb = static_cast<double>(volume::available_memory_bytes()) / 1e9;
   findings.push_back({"memory", format_text("%.1f GB could be used", free_gb),
@@ -221,7 +222,7 @@ Result<Outcome> run_doctor(const DoctorArguments& arguments) {
   outcome.json["findings"] = list;
   outcome.json["faults"] = faults;
   outcome.json["timer_late_us"] = percentiles(late);
-  outcome.text += "picture of the timer: " + picture + "\n";
+  if (!arguments.output.empty()) outcome.text += "picture of the timer: " + arguments.output + "\n";
   outcome.text +=
       faults == 0 ? "all is well\n" : std::to_string(faults) + (faults == 1 ? " fault\n" : " faults\n");
   if (faults > 0) outcome.exit_code = exit_missing_here;
@@ -230,8 +231,7 @@ Result<Outcome> run_doctor(const DoctorArguments& arguments) {
 
 Run build(Options& options) {
   auto a = std::make_shared<DoctorArguments>();
-  options.add("-o,--output", a->output, "Picture of the timer's lateness (default: doctor-timer.svg)")
-      .type("OUT.svg");
+  options.add("-o,--output", a->output, "Picture of the timer's lateness as a chart").type("OUT.svg");
   options.add("--seconds", a->seconds, "How long the timer is watched").shows_default();
   return run_with(a, run_doctor);
 }

@@ -38,28 +38,35 @@ class Plane {
 
   /// Around a place, seen along one direction of the vertebra's frame, mm: `right` and `up` in the picture.
   imaging::Panel panel(const dvec3& at_local, const dvec3& right, const dvec3& up) const {
-    constexpr double k_edge = 80, k_pixel = 0.25;                                   // mm
-    constexpr double k_dark = -200, k_bright = 1200, k_gone[3] = {0.9, 0.25, 0.2};  // HU; a tint
-    imaging::Panel panel;
-    panel.columns = panel.rows = static_cast<int>(k_edge / k_pixel);
-    panel.mm_a_pixel = k_pixel;
-    panel.pixels.reserve(static_cast<std::size_t>(panel.rows * panel.rows));
-    for (int j = 0; j < panel.rows; ++j)
-      for (int i = 0; i < panel.rows; ++i) {
-        const double x = (i - 0.5 * (panel.rows - 1)) * k_pixel, y = (j - 0.5 * (panel.rows - 1)) * k_pixel;
-        const dvec3 p =
-            bone_.volume().frame.volume_from_world(outcome_.frame.world(at_local + x * right + y * up));
-        const bool is_in = bone_.volume().contains(volume::voxel_of(p));
-        const double grey =
-            is_in ? std::clamp((intensity_.value(p) - k_dark) / (k_bright - k_dark), 0.0, 1.0) : 0.0;
-        const bool is_gone = bone_.value(p) >= 0 && version_.distance(p) <= 0;
-        imaging::Panel::Colour colour;
-        for (std::size_t c = 0; c < 3; ++c)
-          colour[c] = static_cast<std::uint8_t>(
-              255 * std::min(1.0, is_gone ? (0.35 + 0.65 * grey) * k_gone[c] : grey));
-        panel.pixels.push_back(colour);
+    return image([&](double x, double y) {
+      const dvec3 p =
+          bone_.volume().frame.volume_from_world(outcome_.frame.world(at_local + x * right + y * up));
+      Pixel pixel;
+      if (bone_.volume().contains(volume::voxel_of(p))) pixel.intensity = intensity_.value(p);
+      pixel.is_gone = bone_.value(p) >= 0 && version_.distance(p) <= 0;
+      return pixel;
+    });
+  }
+  /// The vertebra's arch from the back, as `Pars` measures it: the brightest bone along each line of sight
+  /// between the canal's middle and the laminae's outer surface. What was removed all the way is tinted.
+  imaging::Panel from_behind(double middle_z, int label) const {
+    constexpr double k_step = 0.5;  // mm along a line of sight
+    const volume::Volume& scan = bone_.volume();
+    return image([&](double x, double y) {
+      Pixel pixel;
+      bool is_left = false, is_removed = false;
+      for (double depth = 0; depth <= outcome_.roof_back; depth += k_step) {
+        const dvec3 p = scan.frame.volume_from_world(outcome_.frame.world({-x, depth, middle_z + y}));
+        const glm::ivec3 v = volume::voxel_of(p);
+        if (!scan.contains(v)) continue;
+        if (label >= 0 && scan.labels[scan.index(v.x, v.y, v.z)] != label) continue;
+        pixel.intensity = std::max(pixel.intensity, intensity_.value(p));
+        if (bone_.value(p) < 0) continue;
+        (version_.distance(p) > 0 ? is_left : is_removed) = true;
       }
-    return panel;
+      pixel.is_gone = is_removed && !is_left;
+      return pixel;
+    });
   }
   /// Across the canal at a height, as the surgeon stands: the back up, the patient's left on the left.
   imaging::Panel across(double z, const std::string& title) const {
@@ -72,6 +79,32 @@ class Plane {
   int slice(const dvec3& world) const { return laminectomy::slice_of(bone_.volume(), world); }
 
  private:
+  struct Pixel {
+    double intensity = -1e9;  ///< HU
+    bool is_gone = false;
+  };
+  /// Calls pixel_at(x, y), in mm from the middle, for each pixel.
+  template <class PixelAt>
+  static imaging::Panel image(const PixelAt& pixel_at) {
+    constexpr double k_edge = 80, k_pixel = 0.25;                                   // mm
+    constexpr double k_dark = -200, k_bright = 1200, k_gone[3] = {0.9, 0.25, 0.2};  // HU; a tint
+    imaging::Panel panel;
+    panel.columns = panel.rows = static_cast<int>(k_edge / k_pixel);
+    panel.mm_a_pixel = k_pixel;
+    panel.pixels.reserve(static_cast<std::size_t>(panel.rows * panel.rows));
+    for (int j = 0; j < panel.rows; ++j)
+      for (int i = 0; i < panel.rows; ++i) {
+        const Pixel pixel =
+            pixel_at((i - 0.5 * (panel.rows - 1)) * k_pixel, (j - 0.5 * (panel.rows - 1)) * k_pixel);
+        const double grey = std::clamp((pixel.intensity - k_dark) / (k_bright - k_dark), 0.0, 1.0);
+        imaging::Panel::Colour colour;
+        for (std::size_t c = 0; c < 3; ++c)
+          colour[c] = static_cast<std::uint8_t>(
+              255 * std::min(1.0, pixel.is_gone ? (0.35 + 0.65 * grey) * k_gone[c] : grey));
+        panel.pixels.push_back(colour);
+      }
+    return panel;
+  }
   static volume::Shape whole() {
     volume::Shape all;
     all.low = 0;
@@ -83,23 +116,43 @@ class Plane {
   volume::Field intensity_;  ///< of the scan itself
 };
 
-/// The canal's wall as lines of a panel across, whose middle is 15 mm behind the canal's.
+/// Draws the canal's wall into a panel across whose middle is 15 mm behind the canal's. A line ends where
+/// neighbouring rays meet different bones, as at a foramen, and pieces shorter than 3 mm are left out.
 void add_walls(imaging::Panel& panel, const CanalSection& section) {
+  constexpr double k_jump = 1.5, k_least = 3;  // mm
   for (const bool of_after : {false, true}) {
-    imaging::Panel::Line line;
-    line.colour = of_after ? imaging::Panel::Colour{255, 210, 60} : imaging::Panel::Colour{80, 200, 255};
-    line.name = of_after ? "canal now" : "canal before";
-    for (int ray = 0; ray < laminectomy::k_rays; ++ray) {
-      const double r = (of_after ? section.after : section.before)[static_cast<std::size_t>(ray)];
+    const std::vector<double>& wall = of_after ? section.after : section.before;
+    const auto ray_at = [](int ray) { return static_cast<std::size_t>(ray % laminectomy::k_rays); };
+    const auto is_joined = [&](int ray) {  // to the ray before it
+      const double here = wall[ray_at(ray)], before = wall[ray_at(ray + laminectomy::k_rays - 1)];
+      return here >= 0 && before >= 0 && std::abs(here - before) < k_jump;
+    };
+    const imaging::Panel::Colour colour =
+        of_after ? imaging::Panel::Colour{255, 210, 60} : imaging::Panel::Colour{80, 200, 255};
+    int first = 0;
+    while (first < laminectomy::k_rays && is_joined(first)) ++first;
+    const bool is_ring = first == laminectomy::k_rays;
+    if (is_ring) first = 0;
+    imaging::Panel::Line line{{}, colour, is_ring, of_after ? "canal now" : "canal before"};
+    double length = 0;
+    const auto finish = [&] {
+      if (length >= k_least) panel.lines.push_back(line);
+      line.places.clear(), length = 0;
+    };
+    for (int ray = first; ray < first + laminectomy::k_rays; ++ray) {
+      if (!is_ring && !is_joined(ray)) finish();
+      const double r = wall[ray_at(ray)];
       if (r < 0) continue;
-      const dvec2 p = r * laminectomy::ray_direction(ray);
-      line.places.push_back({-p.x, p.y - 15});
+      const dvec2 p = r * laminectomy::ray_direction(ray), place(-p.x, p.y - 15);
+      if (!line.places.empty()) length += glm::distance(line.places.back(), place);
+      line.places.push_back(place);
     }
-    panel.lines.push_back(std::move(line));
+    finish();
   }
 }
 
-Status draw(const laminectomy::Outcome& o, const Judgement& j, const Plane& plane, const std::string& path) {
+Status draw(const laminectomy::Outcome& o, const Judgement& j, int label, const Plane& plane,
+            const std::string& path) {
   std::vector<imaging::Panel> panels;
   const auto section = [&](const dvec3& world) -> const CanalSection& {
     const double z = o.frame.local(world).z;
@@ -133,7 +186,7 @@ Status draw(const laminectomy::Outcome& o, const Judgement& j, const Plane& plan
   // Both isthmuses from the back.
   const bool is_left = j.left_pars < j.right_pars;
   const dvec3 pars = o.frame.local(is_left ? j.left_pars_at : j.right_pars_at);
-  imaging::Panel back = plane.panel({0, pars.y, pars.z}, {-1, 0, 0}, {0, 0, 1});
+  imaging::Panel back = plane.from_behind(pars.z, label);
   back.title = format_text("Pars: left %.1f mm, right %.1f mm", j.left_pars, j.right_pars);
   back.left = "L", back.right = "R", back.above = "S", back.below = "I";
   back.foot = "from the back";
@@ -298,7 +351,7 @@ Result<Outcome> run_laminectomy(const LaminectomyArguments& arguments) {
   if (plunges > 0)
     outcome.text += format_text("burrs broke through %d times, %.1f mm beyond at most\n", plunges, plunge);
   json["forbidden"] = contacts_of(engine, o.frame, plane, outcome.text);
-  outputs.write(arguments.slices, [&] { return draw(o, j, plane, arguments.slices); });
+  outputs.write(arguments.slices, [&] { return draw(o, j, label, plane, arguments.slices); });
   if (Status error = outputs.result()) return *error;
   if (!outputs.written().empty()) outcome.text += "wrote " + outputs.written().front() + "\n";
   return outcome;

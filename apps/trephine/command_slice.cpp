@@ -122,6 +122,8 @@ Result<Outcome> run_slice(const SliceArguments& a) {
   panels.back().foot =
       format_text("%.1f, %.1f, %.1f; window %.0f / %.0f", plane.middle_world.x, plane.middle_world.y,
                   plane.middle_world.z, window.value().width, window.value().level);
+  if (a.is_blended)
+    panels.back().lines.push_back({{}, imaging::Panel::Colour{254, 161, 38}, true, "removed"});
   outputs.write(a.output, [&] { return view::write_slices(panels, a.output, a.is_beside ? 600 : 720); });
   return finished(outputs, std::move(outcome), "no picture was asked for: -o SLICE.png\n");
 }

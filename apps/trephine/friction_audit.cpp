@@ -5,6 +5,7 @@
 #include <glm/geometric.hpp>
 #include <utility>
 
+#include "haptics/mesh/mesh_tree.h"
 #include "haptics/proxy/methods.h"
 #include "tests/checker/friction_judge.h"
 #include "tests/scenes/promise.h"
@@ -17,6 +18,7 @@ namespace {
 
 constexpr double k_on_surface = 2e-3;  // voxels
 constexpr double k_leap_mm = 1;
+constexpr double k_model_reach_mm = 1;                // farther models are no walls
 constexpr double k_least_mm = 0.05;                   // a pull below it is not judged
 constexpr double k_share = 0.04, k_slack_mm = 0.004;  // how far outside the cone a pull may be
 
@@ -33,10 +35,29 @@ void FrictionAudit::set_solid(const std::shared_ptr<const haptics::ServoHand>& h
   const haptics::TouchScene& scene = *hand->scene;
   solids_.clear();
   is_new_ = true;
-  if (base_shapes(scene).size() != scene.items.size()) return;
+  if (scene_ != hand->scene) {
+    scene_ = hand->scene;
+    models_.clear();
+    for (const haptics::TouchItem& item : scene.items)
+      if (item.is_mesh() && !item.depth) models_.push_back({wall_of(*item.tree), {}, scene.tool_radius});
+  }
+  const std::size_t shapes = base_shapes(scene).size();
+  if (shapes + models_.size() != scene.items.size() || !scene.tool_balls.empty()) return;
+  const auto holds = [&](std::size_t i) {
+    return haptics::holds(scene.items[i].sides, haptics::Side::front) &&
+           !hand->untouchable.contains(static_cast<int>(i));
+  };
+  for (std::size_t i = 0; i < models_.size(); ++i) {
+    const haptics::TouchItem& item = scene.items[shapes + i];
+    models_[i].holds = holds(shapes + i);
+    const auto mover = static_cast<std::size_t>(item.mover);
+    models_[i].placement =
+        item.mover >= 0 && mover < hand->placement_count ? hand->placements[mover] : item.placement;
+  }
   if (haptics::find_method(hand->method->name())->solid != haptics::MethodInfo::Solid::smooth) return;
   const auto state = std::shared_ptr<const haptics::TouchState>(hand, &hand->state);
-  for (std::size_t s = 0; s < scene.items.size(); ++s) {
+  for (std::size_t s = 0; s < shapes; ++s) {
+    if (!holds(s)) continue;
     const auto offset = scenes::touched_offset(scene, state.get(), s);
     solids_.push_back(
         {scenes::touched_smooth_solid(scene, state, s), offset ? offset->frame() : scene.base->frame});
@@ -89,6 +110,11 @@ void FrictionAudit::judge(const haptics::ServoRecord& r, const haptics::Material
         least = std::min(least, solids_[s].solid.value(f, at) / slopes[s][f]);
       most = std::max(most, least);
     }
+    for (const Model& model : models_) {
+      if (!model.holds) continue;
+      const double reach = model.radius + k_model_reach_mm;
+      most = std::max(most, model.radius - model.wall->distance(model.placement.local_from_world(p), reach));
+    }
     return most;
   };
   auto walls = checker::walls_at(depth, r.proxy_world, step, 0);
@@ -109,6 +135,12 @@ void FrictionAudit::judge(const haptics::ServoRecord& r, const haptics::Material
   const double press = -glm::dot(pull, walls[0]), along = glm::length(pull + press * walls[0]);
   ++found_.slid;
   found_.slid_with_less += along < material.dynamic_friction * press * (1 - 2 * k_share) - k_slack_mm;
+}
+
+std::shared_ptr<const checker::MeshWall> FrictionAudit::wall_of(const haptics::MeshTree& tree) {
+  const dvec3 size = tree.high() - tree.low();
+  return std::make_shared<checker::MeshWall>(tree.vertices(), tree.triangles(),
+                                             std::max({size.x, size.y, size.z, 1e-3}) / 32);
 }
 
 dvec3 FrictionAudit::planted(const dvec3& pull, const dvec3& normal, double coefficient) {

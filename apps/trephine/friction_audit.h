@@ -6,12 +6,13 @@
 
 #include "haptics/servo/servo_core.h"
 #include "haptics/servo/servo_scene.h"
+#include "tests/checker/mesh_judge.h"
 #include "tests/checker/smooth_judge.h"
 
 namespace trephine::app {
 
-/// Coulomb's cone at the proxy, on shapes of the anatomy, by the scan's own samples and cuts. A scene with
-/// models is not judged.
+/// Coulomb's cone at the proxy: on shapes of the anatomy by the scan's own samples and cuts, on models by
+/// their triangles. A scene with other scans or with depth images is not judged.
 class FrictionAudit {
  public:
   struct Found {
@@ -36,7 +37,17 @@ class FrictionAudit {
     checker::SmoothSolid solid;
     volume::Frame frame;
   };
+  /// A model at its place.
+  struct Model {
+    std::shared_ptr<const checker::MeshWall> wall;
+    haptics::Placement placement;
+    double radius;  ///< mm, of the tool
+    bool holds = true;
+  };
+  static std::shared_ptr<const checker::MeshWall> wall_of(const haptics::MeshTree& tree);
   std::vector<Solid> solids_;
+  std::vector<Model> models_;
+  std::shared_ptr<const haptics::TouchScene> scene_;
   glm::dvec3 last_{0.0}, last_hand_{0.0};
   bool is_new_ = true;
   Found found_;

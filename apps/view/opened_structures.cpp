@@ -9,7 +9,7 @@
 #include <sys/resource.h>
 #include <unistd.h>
 
-#include "modules/cross_section/section.h"
+#include "volume/bone_labels.h"
 #include "volume/removal.h"
 #include "volume/traversal.h"
 
@@ -43,7 +43,7 @@ constexpr NamedColour k_structures[] = {
 
 const NamedColour* find_structure(std::string name) {
   for (char& c : name) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
-  if (cross_section::names_bone(name)) return nullptr;
+  if (volume::names_bone(name)) return nullptr;
   for (const NamedColour& one : k_structures)
     if (name.find(one.part) != std::string::npos) return &one;
   return nullptr;

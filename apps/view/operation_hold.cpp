@@ -95,7 +95,7 @@ bool OperationController::follow_guide(const Ray& ray, double hit) {
   if (tool.kind == FootTool::Kind::none && !was_holding) return viewport_.mark_edge({}), false;
   // By labels too: a window of intensities leaves marrow open.
   const auto bone_of = [this](const volume::Version& version) {
-    return [this, &version, labelled = cross_section::BoneAt(*scene_->base, {}, &version)](const dvec3& at) {
+    return [this, &version, labelled = volume::BoneAt(*scene_->base, {}, &version)](const dvec3& at) {
       const dvec3 p = scene_->base->frame.volume_from_world(at);
       return (version.distance(p) > 0 &&
               std::any_of(solids_.begin(), solids_.end(),

@@ -8,7 +8,7 @@
 #include <QVBoxLayout>
 
 #include "apps/view/qt_window.h"
-#include "modules/cross_section/section.h"
+#include "volume/bone_labels.h"
 
 namespace trephine::view {
 
@@ -181,7 +181,7 @@ QStringList MainWindow::names_of(sim::FieldInfo::Names kind) {
   if (kind == sim::FieldInfo::Names::label) {
     const std::vector<std::string>& labels = scene_->base->label_names;
     for (std::size_t i = 1; i < labels.size(); ++i)
-      if (cross_section::names_bone(labels[i])) names << QString::fromStdString(labels[i]);
+      if (volume::names_bone(labels[i])) names << QString::fromStdString(labels[i]);
     if (names.isEmpty())
       for (std::size_t i = 1; i < labels.size(); ++i) names << QString::fromStdString(labels[i]);
   } else if (kind == sim::FieldInfo::Names::branch && operation_) {

@@ -84,12 +84,13 @@ bool Sheet::find_tables(const Field& bone, const Depth& depth, Trouble& trouble)
     const double way = glm::length(pyramid_.anchor(side + 1) - pyramid_.anchor(side));
     return 20 + way * way / 300;
   };
+  const volume::BoneLabels labels(bone.volume());
   const auto runs_of = [&](const Line& line, double aside) {
     const dvec3 across = glm::normalize(glm::cross(pyramid_.anchor(line.side) - pyramid_.apex_world,
                                                    pyramid_.anchor(line.side + 1) - pyramid_.apex_world));
     return runs_along(bone, pyramid_.apex_world + aside * across, line.along,
                       std::max(k_nearest_apex, line.outer - k_inward), line.outer + outward(line.side),
-                      depth.space);
+                      depth.space, &labels);
   };
   std::vector<std::vector<Run>> middle(n);
   std::vector<double> chord(n);

@@ -100,13 +100,19 @@ bool is_within(const std::vector<dvec2>& loop, const dvec2& p) noexcept {
 }
 
 std::vector<Run> runs_along(const volume::Field& bone, const dvec3& start_world, const dvec3& along,
-                            double t0, double t1, double space) {
+                            double t0, double t1, double space, const volume::BoneLabels* labels) {
   const volume::Frame& frame = bone.volume().frame;
   const dvec3& h = frame.spacing();
   const double step = std::min(0.2, 0.5 * std::min({h.x, h.y, h.z}));
   const dvec3 at = frame.volume_from_world(start_world),
               by = frame.volume_from_world(start_world + along) - at;
   const int count = static_cast<int>(std::ceil((t1 - t0) / step));
+  const auto is_labelled = [&](double from, double to) {
+    if (labels == nullptr || !labels->has_any()) return false;
+    for (double t = from; t <= to; t += step)
+      if (!labels->contains(at + t * by)) return false;
+    return true;
+  };
   std::vector<Run> runs;
   double before = -1, t_before = t0;
   for (int i = 0; i <= count; ++i) {
@@ -115,7 +121,7 @@ std::vector<Run> runs_along(const volume::Field& bone, const dvec3& start_world,
                                ? t_before + (t - t_before) * (before / (before - g))
                                : t;
     if (g >= 0 && before < 0) {
-      if (!runs.empty() && between - runs.back().high <= space)
+      if (!runs.empty() && (between - runs.back().high <= space || is_labelled(runs.back().high, between)))
         runs.back().high = t;
       else
         runs.push_back({between, t});

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "volume/bone_labels.h"
 #include "volume/field.h"
 
 namespace trephine::bone_flap {
@@ -62,9 +63,10 @@ std::vector<glm::dvec3> ring_of(const volume::Field& bone, const glm::dvec3& at_
 struct Run {
   double low, high;
 };
-/// Runs of bone between t0 and t1; those that air of `space` or less parts are one.
+/// Runs of bone between t0 and t1. Runs are joined across gaps of at most `space` mm, and, where `labels` is
+/// given, across gaps that lie in a labelled bone, however wide.
 std::vector<Run> runs_along(const volume::Field& bone, const glm::dvec3& start_world, const glm::dvec3& along,
-                            double t0, double t1, double space);
+                            double t0, double t1, double space, const volume::BoneLabels* labels = nullptr);
 /// The one whose outer end is nearest to t; null: none is within reach.
 const Run* nearest(const std::vector<Run>& runs, double t, double reach);
 

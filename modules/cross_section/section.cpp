@@ -290,48 +290,9 @@ Cut cut_volume(const ImagePlane& plane, const volume::Field& field, const volume
   return cut;
 }
 
-bool names_bone(std::string_view label) {
-  std::string name(label);
-  for (char& c : name) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
-  // "vertebral disc", "vertebral artery"
-  for (const char* soft : {"disc", "artery", "vein", "canal", "nerve"})
-    if (name.find(soft) != std::string::npos) return false;
-  for (const char* bone : {"vertebra", "sacrum", "coccyx",  "skull",     "cranium",  "mandible", "bone",
-                           "pelvis",   "hip_",   "rib_",    "femur",     "tibia",    "fibula",   "humerus",
-                           "radius",   "ulna",   "scapula", "clavicula", "clavicle", "sternum",  "ilium"})
-    if (name.starts_with(bone) || name.find(std::string("_") + bone) != std::string::npos ||
-        name.find(std::string(" ") + bone) != std::string::npos)
-      return true;
-  // "c3", "T12", "L4", "S1", "l4 vertebra"
-  if (name.size() < 2 || std::string_view("ctls").find(name[0]) == std::string_view::npos) return false;
-  std::size_t end = 1;
-  while (end < name.size() && name[end] >= '0' && name[end] <= '9') ++end;
-  return end > 1 && end <= 3 && (end == name.size() || name.find("vertebra", end) != std::string::npos);
-}
-
-BoneAt::BoneAt(const volume::Volume& volume, const volume::Shape& shape, const volume::Version* version)
-    : field_(volume, shape), version_(version) {
-  if (volume.labels.is_empty()) return;
-  for (std::size_t i = 1; i < std::min<std::size_t>(volume.label_names.size(), names_bone_.size()); ++i)
-    has_labels_ |= names_bone_[i] = names_bone(volume.label_names[i]);
-}
-
-bool BoneAt::by_labels(const dvec3& p_world) const noexcept {
-  if (!has_labels_) return false;
-  const volume::Volume& volume = field_.volume();
-  const glm::ivec3 v(glm::floor(volume.frame.volume_from_world(p_world) + 0.5));
-  return volume.contains(v) && names_bone_[volume.labels[volume.index(v.x, v.y, v.z)]] &&
-         (version_ == nullptr || version_->is_kept(v));
-}
-
-bool BoneAt::operator()(const dvec3& p_world) const noexcept {
-  const dvec3 p = field_.volume().frame.volume_from_world(p_world);
-  return by_labels(p_world) || (field_.value(p) >= 0 && (version_ == nullptr || version_->distance(p) > 0));
-}
-
 std::vector<std::uint8_t> bone_by_labels(const volume::ImagePlane& plane, const volume::Volume& volume,
                                          const volume::Version* version) {
-  const BoneAt bone(volume, {}, version);
+  const volume::BoneAt bone(volume, {}, version);
   if (!bone.has_labels()) return {};
   std::vector<std::uint8_t> inside(static_cast<std::size_t>(plane.columns) *
                                    static_cast<std::size_t>(plane.rows));

@@ -6,6 +6,7 @@
 #include <string_view>
 #include <vector>
 
+#include "volume/bone_labels.h"
 #include "volume/field.h"
 #include "volume/image_plane.h"
 #include "volume/version.h"
@@ -44,27 +45,6 @@ volume::Result<Cut> cut_mesh(const volume::ImagePlane& plane, const SectionMesh&
 /// between.
 Cut cut_volume(const volume::ImagePlane& plane, const volume::Field& field, const volume::Version* version,
                int threads = 0);
-
-/// Does the name of a label name a bone: "vertebrae_L4", "L4", "skull", "sacrum", "hip_left"? Names of
-/// TotalSegmentator, VerSe and the built-in phantoms.
-bool names_bone(std::string_view label);
-
-/// Is a place bone: where a shape is felt and nothing was cut away, or in a voxel of a label that names a
-/// bone? Borrows volume and version; `version` null: untouched.
-class BoneAt {
- public:
-  BoneAt(const volume::Volume& volume, const volume::Shape& shape, const volume::Version* version);
-  /// Does any label name a bone?
-  bool has_labels() const noexcept { return has_labels_; }
-  bool by_labels(const glm::dvec3& p_world) const noexcept;
-  bool operator()(const glm::dvec3& p_world) const noexcept;
-
- private:
-  volume::Field field_;
-  const volume::Version* version_;
-  std::array<bool, 256> names_bone_{};
-  bool has_labels_ = false;
-};
 
 /// The pixels whose middles lie in voxels of labels that name a bone and are not cut away: cancellous bone
 /// below the threshold of a window is bone too. A byte a pixel as in Cut; empty where no label names a bone.

@@ -204,7 +204,8 @@ std::vector<MeshWall::Crossing> MeshWall::crossings_along(const glm::dvec3& a, c
   return all;
 }
 
-bool MeshWall::is_near(const glm::dvec3& p, double reach) const {
+template <class Each>
+void MeshWall::for_near(const glm::dvec3& p, double reach, const Each& each) const {
   const glm::ivec3 first = cube_of((p - reach) / cube_), last = cube_of((p + reach) / cube_);
   for (int z = first.z; z <= last.z; ++z)
     for (int y = first.y; y <= last.y; ++y)
@@ -213,27 +214,85 @@ bool MeshWall::is_near(const glm::dvec3& p, double reach) const {
         if (newest == newest_in_cube_.end()) continue;
         for (std::uint32_t n = newest->second; n != k_none; n = near_[n].next) {
           const std::uint32_t i = near_[n].triangle;
-          const glm::dvec3 &u = vertices_[triangles_[i]], &v = vertices_[triangles_[i + 1]],
-                           &w = vertices_[triangles_[i + 2]];
-          // The nearest of its plane's foot, its edges and its corners.
-          const glm::dvec3 normal = glm::cross(v - u, w - u);
-          const double square = glm::dot(normal, normal);
-          if (square > 0) {
-            const glm::dvec3 foot = p - glm::dot(p - u, normal) / square * normal;
-            if (glm::dot(glm::cross(v - u, foot - u), normal) >= 0 &&
-                glm::dot(glm::cross(w - v, foot - v), normal) >= 0 &&
-                glm::dot(glm::cross(u - w, foot - w), normal) >= 0 && glm::length(foot - p) <= reach)
-              return true;
-          }
-          for (const auto& [from, to] : {std::pair(u, v), std::pair(v, w), std::pair(w, u)}) {
-            const glm::dvec3 way = to - from;
-            const double length = glm::dot(way, way);
-            const double share = length > 0 ? std::clamp(glm::dot(p - from, way) / length, 0.0, 1.0) : 0;
-            if (glm::length(from + share * way - p) <= reach) return true;
-          }
+          if (each(i)) return;
         }
       }
-  return false;
+}
+
+namespace {
+
+/// Returns the place of a triangle that is nearest to p: the foot on its plane, or a place of its edges.
+glm::dvec3 nearest_place(const glm::dvec3& p, const glm::dvec3& u, const glm::dvec3& v, const glm::dvec3& w) {
+  const glm::dvec3 normal = glm::cross(v - u, w - u);
+  const double square = glm::dot(normal, normal);
+  if (square > 0) {
+    const glm::dvec3 foot = p - glm::dot(p - u, normal) / square * normal;
+    if (glm::dot(glm::cross(v - u, foot - u), normal) >= 0 &&
+        glm::dot(glm::cross(w - v, foot - v), normal) >= 0 &&
+        glm::dot(glm::cross(u - w, foot - w), normal) >= 0)
+      return foot;
+  }
+  glm::dvec3 nearest = u;
+  for (const auto& [from, to] : {std::pair(u, v), std::pair(v, w), std::pair(w, u)}) {
+    const glm::dvec3 way = to - from;
+    const double length = glm::dot(way, way);
+    const double share = length > 0 ? std::clamp(glm::dot(p - from, way) / length, 0.0, 1.0) : 0;
+    if (glm::length(from + share * way - p) < glm::length(nearest - p)) nearest = from + share * way;
+  }
+  return nearest;
+}
+
+}  // namespace
+
+bool MeshWall::is_near(const glm::dvec3& p, double reach) const {
+  bool is_found = false;
+  for_near(p, reach, [&](std::uint32_t i) {
+    const glm::dvec3 place = nearest_place(p, vertices_[triangles_[i]], vertices_[triangles_[i + 1]],
+                                           vertices_[triangles_[i + 2]]);
+    return is_found = is_found || glm::length(place - p) <= reach;
+  });
+  return is_found;
+}
+
+double MeshWall::distance(const glm::dvec3& p, double reach) const {
+  constexpr double k_same = 1e-9;  // mm, between nearest places that are one
+  struct Near {
+    std::uint32_t triangle;
+    glm::dvec3 place;
+  };
+  std::vector<Near> near;
+  double least = reach;
+  for_near(p, reach, [&](std::uint32_t i) {
+    const glm::dvec3 place = nearest_place(p, vertices_[triangles_[i]], vertices_[triangles_[i + 1]],
+                                           vertices_[triangles_[i + 2]]);
+    const double away = glm::length(place - p);
+    if (away <= least + k_same) near.push_back({i, place});
+    least = std::min(least, away);
+    return false;
+  });
+  glm::dvec3 nearest(0), normal(0);
+  std::set<std::uint32_t> counted;
+  bool is_found = false;
+  for (const Near& one : near) {
+    if (glm::length(one.place - p) > least + k_same) continue;
+    if (!is_found) nearest = one.place, is_found = true;
+    if (glm::length(one.place - nearest) > 1e-6 || !counted.insert(one.triangle).second) continue;
+    const glm::dvec3 corners[3] = {vertices_[triangles_[one.triangle]],
+                                   vertices_[triangles_[one.triangle + 1]],
+                                   vertices_[triangles_[one.triangle + 2]]};
+    const glm::dvec3 across = glm::cross(corners[1] - corners[0], corners[2] - corners[0]);
+    if (!(glm::length(across) > 0)) continue;
+    double weight = 1;  // at a corner: the triangle's angle there
+    for (int k = 0; k < 3; ++k)
+      if (glm::length(corners[k] - nearest) < 1e-6) {
+        const glm::dvec3 a = glm::normalize(corners[(k + 1) % 3] - corners[k]),
+                         b = glm::normalize(corners[(k + 2) % 3] - corners[k]);
+        weight = std::acos(std::clamp(glm::dot(a, b), -1.0, 1.0));
+      }
+    normal += weight * glm::normalize(across);
+  }
+  if (!is_found) return reach;
+  return glm::dot(p - nearest, normal) < 0 ? -least : least;
 }
 
 bool MeshWall::is_inside(const glm::dvec3& p) const {

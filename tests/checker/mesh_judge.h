@@ -48,8 +48,15 @@ class MeshWall {
   std::vector<Crossing> crossings_along(const glm::dvec3& a, const glm::dvec3& b) const;
   /// Is any triangle within `reach` of p?
   bool is_near(const glm::dvec3& p, double reach) const;
+  /// Returns the signed distance from p to the closed mesh, positive outside; `reach` where no triangle is as
+  /// near. The sign is that of the angle-weighted normal at the nearest place.
+  double distance(const glm::dvec3& p, double reach) const;
 
  private:
+  /// Calls each(corner, corner, corner) for the triangles in the cubes within `reach` of p, some of them more
+  /// than once. Ends when `each` returns true.
+  template <class Each>
+  void for_near(const glm::dvec3& p, double reach, const Each& each) const;
   std::set<std::uint32_t> crossed(const glm::dvec3& a, const glm::dvec3& b) const;
 
   std::vector<glm::dvec3> vertices_;

@@ -141,6 +141,47 @@ TEST(BoneFlap, VoxelsOnLinesLeaveHoles) {
   EXPECT_NE(cut(run, outline.wish(Saw::w1_2)).find("too narrow"), std::string::npos);
 }
 
+/// A skull whose diploe is wide and darker than the threshold: the label keeps its two tables together.
+TEST(BoneFlap, ALabelJoinsTablesAcrossWideDiploe) {
+  const auto hollow = [](const dvec3& p) {
+    const double r = glm::length(p), table = std::max(std::min(r - k_inner, k_inner + 1 - r),
+                                                      std::min(r - (k_outer - 1), k_outer - r));
+    return 300 + 400 * table;
+  };
+  volume::Volume scan = scenes::sampled({-30, -30, 55}, {30, 30, 80}, dvec3(0.5), hollow);
+  const Outline outline(10, 6);
+  const auto inner_of = [&](const volume::Volume& of) {
+    const volume::Field bone(of, {"bone", 300});
+    Pyramid pyramid;
+    Trouble trouble;
+    EXPECT_TRUE(make_pyramid(outline.anchors, outline.height, bone, pyramid, trouble)) << trouble.why;
+    Sheet sheet;
+    Depth depth;
+    EXPECT_TRUE(sheet.make(pyramid, bone, 1.6, depth, trouble)) << trouble.why;
+    double least = 1e300, most = 0;
+    for (const Sheet::Line& line : sheet.lines()) {
+      const double r = glm::length(sheet.place(line, line.inner));
+      least = std::min(least, r), most = std::max(most, r);
+    }
+    return glm::dvec2(least, most);
+  };
+  const glm::dvec2 without = inner_of(scan);
+  EXPECT_GT(without.x, k_outer - 1.2);
+  scan.labels = volume::Buffer<std::uint8_t>(scan.voxels.size());
+  scan.label_names = {"", "skull"};
+  for (int z = 0; z < scan.size.z; ++z)
+    for (int y = 0; y < scan.size.y; ++y)
+      for (int x = 0; x < scan.size.x; ++x) {
+        const double r = glm::length(scan.frame.world_from_volume({x, y, z}));
+        scan.labels[scan.index(x, y, z)] = r >= k_inner && r <= k_outer ? 1 : 0;
+      }
+  const glm::dvec2 labelled = inner_of(scan);
+  EXPECT_NEAR(labelled.x, k_inner, 0.1);
+  EXPECT_NEAR(labelled.y, k_inner, 0.1);
+  scan.label_names = {"", "brain"};
+  EXPECT_GT(inner_of(scan).x, k_outer - 1.2) << "a label that names no bone joins nothing";
+}
+
 /// What is refused says why and where, and leaves everything as it was.
 TEST(BoneFlap, WhereThereIsNoneItIsSaidWhereAndNothingIsCut) {
   const Outline outline(10, 6);

@@ -197,10 +197,10 @@ TEST(CrossSection, OfAVolumeIsWhatIsFelt) {
 TEST(CrossSection, LabelsThatNameBonesAreBone) {
   for (const char* bone :
        {"vertebrae_L4", "L4", "t12", "Skull", "sacrum", "hip_left", "rib_left_3", "L4 vertebra"})
-    EXPECT_TRUE(names_bone(bone)) << bone;
+    EXPECT_TRUE(volume::names_bone(bone)) << bone;
   for (const char* other : {"vertebral_disc", "vertebral artery left", "dura", "brain", "liver",
                             "spinal_cord", "label-3", "colon", "L", "c4d", "tumour", "sac"})
-    EXPECT_FALSE(names_bone(other)) << other;
+    EXPECT_FALSE(volume::names_bone(other)) << other;
   volume::Volume v =
       volume::make_volume(glm::ivec3(20),
                           volume::Frame::from_spacing(glm::dvec3(0), glm::dvec3(1, 1, 2)).value(), true)
