@@ -109,7 +109,6 @@ Result<Instrument> instrument_of(const HandSpec& hand, const Catalogue& catalogu
 Status meet_needs(SceneSpec& spec, const volume::Volume& anatomy, const Catalogue& catalogue,
                   std::optional<double> smallest_burr) {
   double finest = 0;
-  bool is_fixed = false;  // a tool's touch is made for one ball, which stays as long as the session
   for (HandSpec& hand : spec.hands) {
     Result<Instrument> held = instrument_of(hand, catalogue);
     if (!held) return held.error();
@@ -120,13 +119,10 @@ Status meet_needs(SceneSpec& spec, const volume::Volume& anatomy, const Catalogu
     if (needs.touch_radius > 6)
       return Error{"the tool is too large to touch with all of its ball", hand.instrument,
                    "a ball of " + text_of(needs.touch_radius) + " mm", "at most 6 mm", "take a smaller one"};
-    if (needs.touch_radius > 0) hand.tool_radius = needs.touch_radius, is_fixed = true;
+    if (needs.touch_radius > 0) hand.tool_radius = needs.touch_radius;
     if (!needs.balls.empty()) hand.tool_balls = needs.balls, hand.method = "chain";
   }
   const std::string found = smallest_burr ? text_of(*smallest_burr) : "";
-  if (smallest_burr && is_fixed && *smallest_burr != finest)
-    return Error{"a round burr is the smallest, and stays", "smallest burr", found,
-                 "the burr's " + text_of(finest) + " mm", "leave it out"};
   spec.smallest_burr = smallest_burr.value_or(finest);
   if (finest > 0 && !(spec.smallest_burr > 0 && spec.smallest_burr <= finest))
     return Error{"the smallest burr is out of range", "smallest burr", found,

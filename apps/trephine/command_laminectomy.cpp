@@ -170,7 +170,7 @@ Status draw(const laminectomy::Outcome& o, const Judgement& j, int label, const 
         return;
       }
     add_walls(panel, at);
-    panel.lines.push_back({{}, {230, 70, 60}, true, "gone"});
+    panel.lines.push_back({{}, {230, 70, 60}, true, "removed"});
     panels.push_back(std::move(panel));
   };
   add(j.narrowest_at, format_text("Canal %.0f mm\u00b2, now %.0f", j.canal_before, j.canal_after));

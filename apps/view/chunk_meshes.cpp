@@ -61,6 +61,19 @@ float openness_at(const haptics::TouchScene& scene, const volume::Version& versi
   return seen > 0 ? static_cast<float>(open / seen) : 1.0f;
 }
 
+/// Returns how far p (volume frame) lies below the surface of the scan, in mm, to first order.
+double depth_mm(const volume::Field& field, const dvec3& p) {
+  constexpr double k_step = 0.5;  // voxels
+  dvec3 gradient;
+  for (int a = 0; a < 3; ++a) {
+    dvec3 step(0);
+    step[a] = k_step;
+    gradient[a] = (field.value(p + step) - field.value(p - step)) / (2 * k_step);
+  }
+  const double slope = glm::length(field.volume().frame.gradient_world_from_volume(gradient));
+  return slope > 0 ? field.value(p) / slope : field.value(p) > 0 ? 1e300 : -1e300;
+}
+
 }  // namespace
 
 ChunkMesh make_chunk_mesh(const haptics::TouchScene& scene, std::size_t shape, const volume::Version& version,
@@ -89,6 +102,7 @@ ChunkMesh make_chunk_mesh(const haptics::TouchScene& scene, std::size_t shape, c
   for (auto* values : {&fine.freshness, &fine.openness, &fine.density}) values->reserve(count);
   fine.vertices.reserve(count);
   const double voxel = 0.5 * frame.diagonal_mm();
+  constexpr double k_rim = 0.5;  // voxels below the scan's surface within which a cut face takes its colour
   const double fresh_mm =
       std::min(voxel, 0.95 * version.band_mm());  // from the cut, where it is drawn as fresh
   for (std::size_t i = 0; i < count; ++i) {
@@ -96,7 +110,8 @@ ChunkMesh make_chunk_mesh(const haptics::TouchScene& scene, std::size_t shape, c
     fine.vertices.emplace_back(frame.world_from_volume(p));
     float fresh = 0;
     if (is_cut && version.is_near_cut(p))
-      fresh = static_cast<float>(std::clamp(1.6 - std::abs(version.distance(p)) / fresh_mm * 1.6, 0.0, 1.0));
+      fresh = static_cast<float>(std::clamp(1.6 - std::abs(version.distance(p)) / fresh_mm * 1.6, 0.0, 1.0) *
+                                 std::clamp(depth_mm(touch.field, p) / (k_rim * voxel), 0.0, 1.0));
     fine.freshness.push_back(fresh);
     fine.openness.push_back(openness_at(scene, version, p, normal));
     float density = 1;

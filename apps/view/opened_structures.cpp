@@ -25,6 +25,7 @@ constexpr double k_margin = 12;  // mm around an opening in which structures are
 constexpr int k_beside = 3;      // voxels beside a chunk that its surface and normals look at
 // Of 64. Below one half, so that a nerve of one voxel is not smoothed away.
 constexpr double k_level = 27;
+constexpr int k_membrane = 3;   // voxels below their surface that a cut strips: a flap takes as much with it
 constexpr int k_torn_near = 3;  // voxels around a deep cut in which shallow ones are drawn too
 
 /// Parts of names, the colour of what they name, shares of 1.
@@ -116,10 +117,11 @@ OpenedStructures::Solid::Solid(const haptics::TouchScene& touched, const std::ve
 }
 
 bool OpenedStructures::Solid::is_deep(const ivec3& v) const {
-  for (int z = -1; z <= 1; ++z)
-    for (int y = -1; y <= 1; ++y)
-      for (int x = -1; x <= 1; ++x)
-        if (!is_structure(v + ivec3(x, y, z))) return false;
+  for (int z = -k_membrane; z <= k_membrane; ++z)
+    for (int y = -k_membrane; y <= k_membrane; ++y)
+      for (int x = -k_membrane; x <= k_membrane; ++x)
+        if (x * x + y * y + z * z <= k_membrane * k_membrane && !is_structure(v + ivec3(x, y, z)))
+          return false;
   return true;
 }
 

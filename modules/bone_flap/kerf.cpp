@@ -188,9 +188,9 @@ bool Sheet::check_holes(double largest, Trouble& trouble) {
     }
     first = end;
   }
-  // What is beside the sheet, as far as the saw is wide.
+  // What lies within half of the width of the saw.
   const double step = std::min(k_least_line, 0.5 * width_);
-  const auto beside = static_cast<std::size_t>(std::ceil((width_ + 0.5) / step));
+  const auto beside = static_cast<std::size_t>(std::ceil(0.5 * width_ / step));
   const std::vector<Line> found = lines_;
   for (std::size_t i = 0; i < n; ++i) {
     for (std::size_t k = 0; k <= 2 * beside; ++k) {

@@ -31,6 +31,19 @@ Rim::Rim(const Sheet& sheet, const volume::Field& bone, const volume::Version& l
   }
 }
 
+double Rim::off_bone_mm(const dvec3& p) const {
+  const double here = bone_.value(p);
+  if (here >= 0) return -1e300;
+  dvec3 gradient;
+  for (int a = 0; a < 3; ++a) {
+    dvec3 step(0);
+    step[a] = 0.5;
+    gradient[a] = bone_.value(p + step) - bone_.value(p - step);
+  }
+  const double slope = glm::length(bone_.volume().frame.gradient_world_from_volume(gradient));
+  return slope > 0 ? -here / slope : 1e300;
+}
+
 volume::RemovalField::Reach Rim::find(const ivec3& low, double band, Distances& mm) {
   // Where the walls are, and how far from them.
   if (kerf_.find(low, band + 2 * sigma_, mm) == Reach::none) return Reach::none;
@@ -78,12 +91,17 @@ volume::RemovalField::Reach Rim::find(const ivec3& low, double band, Distances& 
     size = next;
   }
   bool is_near = false;
-  const double spare = spared(sigma_, lattice);
+  const double spare = spared(sigma_, lattice), beside = k_beside * std::max({h.x, h.y, h.z});
   for (at = 0; at < mm.size(); ++at) {
     // The Gaussian of a plane rises so steeply in it.
     const double smooth = (share_[at] - 0.5) * sigma_ * 2.5066282746310002;
     const double beyond = std::max(0.0, static_cast<double>(mm[at]) - 2 * sigma_);
-    const double d = std::clamp(smooth + spare + beyond, -band, band);
+    double d = std::clamp(smooth + spare + beyond, -band, band);
+    if (d < band) {
+      const auto in = static_cast<int>(at);
+      const ivec3 s = low - 1 + ivec3(in % k_edge, in / k_edge % k_edge, in / (k_edge * k_edge));
+      d = std::clamp(off_bone_mm(lattice.volume_from_lattice(dvec3(s))) - beside, d, band);
+    }
     mm[at] = static_cast<float>(d);
     is_near = is_near || d < band;
   }

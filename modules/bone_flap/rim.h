@@ -6,7 +6,8 @@
 namespace trephine::bone_flap {
 
 /// What goes of the bone near a kerf where a Gaussian of all bone is well below one half: sharp edges, not
-/// walls, nor the skull's own surface. It ends two sigmas from the walls.
+/// walls, nor the skull's own surface. It ends two sigmas from the walls, and 1.5 samples outside the bone:
+/// soft tissue beside the rim stays.
 class Rim final : public volume::RemovalField {
  public:
   /// `left`: after the flap is gone. `sigma`: mm. Borrows.
@@ -18,6 +19,10 @@ class Rim final : public volume::RemovalField {
   static double spared(double sigma, const volume::CutLattice& lattice) noexcept;
 
  private:
+  static constexpr double k_beside = 1.5;  ///< samples
+  /// mm from a place (volume frame) to the surface of the scan's bone, to first order; below 0 within it.
+  double off_bone_mm(const glm::dvec3& p) const;
+
   Kerf kerf_;
   const volume::Field& bone_;
   const volume::Version& left_;

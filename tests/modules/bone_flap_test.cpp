@@ -408,6 +408,15 @@ TEST(BoneFlap, ARimIsSmoothedAtItsEdges) {
     EXPECT_EQ(solid(smooth, wall + off * aside), solid(sharp, wall + off * aside)) << off;
     EXPECT_TRUE(off <= 3 || solid(smooth, edge + off * aside) == solid(sharp, edge + off * aside)) << off;
   }
+  // Soft tissue below the kerf stays: the saw ends 1.05 mm below the inner table, the rim 1.5 samples below
+  // it.
+  const auto is_kept = [&](const sim::Lockstep& run, double r) {
+    return run.engine().current()->distance(vault.scene.base->frame.volume_from_world(r * over)) > 0;
+  };
+  for (double deep = 1.6; deep < 4; deep += 0.1) {
+    EXPECT_TRUE(is_kept(sharp, k_inner - deep)) << deep;
+    EXPECT_TRUE(is_kept(smooth, k_inner - deep)) << deep;
+  }
 }
 
 }  // namespace
