@@ -17,7 +17,7 @@ namespace trephine::sim {
 inline constexpr std::uint32_t k_session_layout = 10;  // 10: what a visit did to a forbidden structure
 /// The arithmetic of servo and edits: raised with every change that gives other bits for the same input. A
 /// session of another revision opens for viewing and cannot be verified. Modules have versions of their own.
-inline constexpr std::uint32_t k_replay_revision = 13;
+inline constexpr std::uint32_t k_replay_revision = 14;
 
 /// Something with a name and a version: a module, or a struct that has a table.
 struct NamedVersion {

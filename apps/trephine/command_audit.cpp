@@ -416,7 +416,6 @@ Result<Outcome> audit_session(const AuditArguments& arguments) {
     int waypoints = step.waypoint_count;
     const glm::dvec3 hip = scene.base->frame.volume_from_world(r.pose.position_world);
     glm::dvec3 middle = r.proxy_world;
-    glm::dvec3 pull = r.pose.position_world - r.proxy_world;
     const bool is_seen_by_ball = hand.ball && r.shape < static_cast<int>(base_shapes(scene).size());
     glm::dvec3 drawn_at = r.proxy_world;
     const haptics::TouchItem* on =
@@ -428,12 +427,10 @@ Result<Outcome> audit_session(const AuditArguments& arguments) {
     const bool is_judged_drawn =
         is_drawn && !on->depth->comes_in() && hand.drawn.is_free() && r.tick % DrawnJudge::k_every == 0;
     if (to_plant && (*to_plant != "drawn" || is_judged_drawn) && (*to_plant != "fall" || !is_drawn) &&
-        (*to_plant != "ball" || is_seen_by_ball) && r.has_contact && !r.is_led &&
+        (*to_plant != "ball" || is_seen_by_ball) && *to_plant != "friction" && r.has_contact && !r.is_led &&
         2 * replay.counts().ticks > all && glm::length(r.proxy_world - r.pose.position_world) > 0.1) {
       if (*to_plant == "force") tick.force.x += 0.01;
       if (*to_plant == "torque") tick.torque.y += 0.01;
-      if (*to_plant == "friction")
-        pull += FrictionAudit::planted(pull, r.normal_world, touched_material(scene, r).static_friction);
       if (*to_plant == "energy") tick.contact_energy += 0.01;
       if (*to_plant == "fall") path[0] = hip, waypoints = 1;
       if (*to_plant == "drawn") drawn_at -= 1.5 * r.normal_world;
@@ -456,8 +453,17 @@ Result<Outcome> audit_session(const AuditArguments& arguments) {
       if (hand.ball && hand.falls.judged() > before && !step.is_buried)
         hand.ball->judge_middle(middle, hand.popped_shape);
     }
-    if (on && !r.is_led && !is_lost && !step.is_buried && hand.popped_shape < 0)
-      hand.friction.judge(r, touched_material(scene, r), pull);
+    if (on && !r.is_led && !is_lost && !step.is_buried && hand.popped_shape < 0) {
+      // Between walls on all sides friction holds any pull: the fault is planted until one is too large.
+      const haptics::Material& material = touched_material(scene, r);
+      const glm::dvec3 pull = r.pose.position_world - r.proxy_world;
+      const bool plants = to_plant == "friction" && 2 * replay.counts().ticks > all;
+      const long before = hand.friction.found().outside;
+      hand.friction.judge(
+          r, material,
+          plants ? pull + FrictionAudit::planted(pull, r.normal_world, material.static_friction) : pull);
+      if (plants && hand.friction.found().outside > before) to_plant.reset();
+    }
     if (!r.is_led && !is_lost && r.tick % DrawnJudge::k_every == 0 && !replay.felt()->state.depths.empty())
       hand.drawn.judge(*replay.felt(), drawn_at, r.t, hand.popped_shape);
     if (!is_lost) hand.pop(scene, r);

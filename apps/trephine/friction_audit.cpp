@@ -19,6 +19,7 @@ namespace {
 constexpr double k_on_surface = 2e-3;  // voxels
 constexpr double k_leap_mm = 1;
 constexpr double k_model_reach_mm = 1;                // farther models are no walls
+constexpr double k_facet_slack_mm = 0.02;             // within which neighbouring facets of a model are walls
 constexpr double k_least_mm = 0.05;                   // a pull below it is not judged
 constexpr double k_share = 0.04, k_slack_mm = 0.004;  // how far outside the cone a pull may be
 
@@ -125,6 +126,7 @@ void FrictionAudit::judge(const haptics::ServoRecord& r, const haptics::Material
   double beyond = checker::beyond_cone(pull, walls, material.static_friction);
   if (beyond > allowed) {
     walls = checker::walls_at(depth, r.proxy_world, step, 2 * sample);
+    add_facets(r.proxy_world, walls);
     beyond = checker::beyond_cone(pull, walls, material.static_friction);
   }
   found_.worst = std::max(found_.worst, beyond / glm::length(pull));
@@ -135,6 +137,17 @@ void FrictionAudit::judge(const haptics::ServoRecord& r, const haptics::Material
   const double press = -glm::dot(pull, walls[0]), along = glm::length(pull + press * walls[0]);
   ++found_.slid;
   found_.slid_with_less += along < material.dynamic_friction * press * (1 - 2 * k_share) - k_slack_mm;
+}
+
+void FrictionAudit::add_facets(const dvec3& proxy_world, std::vector<dvec3>& walls) const {
+  for (const Model& model : models_) {
+    const dvec3 p = model.placement.local_from_world(proxy_world);
+    if (!model.holds ||
+        std::abs(model.wall->distance(p, k_model_reach_mm + model.radius) - model.radius) > k_facet_slack_mm)
+      continue;
+    for (const dvec3& push : model.wall->pushes_near(p, k_facet_slack_mm, k_model_reach_mm + model.radius))
+      walls.push_back(model.placement.rotation * push);
+  }
 }
 
 std::shared_ptr<const checker::MeshWall> FrictionAudit::wall_of(const haptics::MeshTree& tree) {

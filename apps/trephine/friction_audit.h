@@ -44,6 +44,8 @@ class FrictionAudit {
     double radius;  ///< mm, of the tool
     bool holds = true;
   };
+  /// Adds the facets of models that touch the tool at the proxy.
+  void add_facets(const glm::dvec3& proxy_world, std::vector<glm::dvec3>& walls) const;
   static std::shared_ptr<const checker::MeshWall> wall_of(const haptics::MeshTree& tree);
   std::vector<Solid> solids_;
   std::vector<Model> models_;

@@ -12,6 +12,7 @@
 #include "data-tools/atomic_file.h"
 #include "data-tools/phantom_cases.h"
 #include "data-tools/phantoms.h"
+#include "volume/bone_labels.h"
 #include "volume/gaussian.h"
 #include "volume/shape_choice.h"
 #include "volume/text.h"
@@ -148,12 +149,21 @@ volume::Status check(const ShapeChoice& choice) {
 }
 
 namespace {
-/// The body part that the scan's file names, where its bone is that of a trunk; else empty.
+/// Returns why the scan's bone is that of a trunk: the body part that its file names, or labels of vertebrae
+/// without a skull. Empty where neither says so.
 std::string spine_of(const Source& source) {
   for (const auto& [name, value] : source.facts)
     if (name == "body part")
       for (const char* part : {"SPINE", "LUMB", "THOR", "CHEST", "ABDOMEN", "PELVIS", "SACR"})
-        if (value.find(part) != std::string::npos) return value;
+        if (value.find(part) != std::string::npos) return "the body part is " + value;
+  if (source.is_builtin) return {};
+  const auto names = [&](const char* structure) {
+    return std::any_of(source.volume->label_names.begin(), source.volume->label_names.end(),
+                       [&](const std::string& name) {
+                         return name.find(structure) != std::string::npos && volume::names_bone(name);
+                       });
+  };
+  if (names("vertebra") && !names("skull")) return "its labels name vertebrae";
   return {};
 }
 }  // namespace
@@ -200,7 +210,7 @@ Result<volume::Shape> choose_shape(const Source& source, const ShapeChoice& choi
   // Vertebrae are mostly cancellous bone, and their shells are thin.
   if (const std::string part = spine_of(source); !part.empty()) {
     shape.low = 150;
-    listener.notice("shape: bone, 150 HU and above, since the body part is " + part +
+    listener.notice("shape: bone, 150 HU and above, since " + part +
                     " (another is chosen by iso, window or label)");
     return shape;
   }

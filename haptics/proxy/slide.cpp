@@ -109,6 +109,7 @@ bool Slide<Walls>::solve(const glm::dvec3& from, double limit, glm::dvec3& to, P
   bool only_back = false;
   is_settled = false;
   double last_square = 0;
+  glm::dvec3 last_step(0);
   for (int i = 0; i < k_max_newton; ++i) {
     ++result_.counters.iterations;
     const glm::dvec3 to_hip = hip_world_ - at;
@@ -118,6 +119,11 @@ bool Slide<Walls>::solve(const glm::dvec3& from, double limit, glm::dvec3& to, P
     else
       p = planes.count == 1 ? single_step(frame_, voxel_mm_, planes[0], to_hip)
                             : joint_step(frame_, voxel_mm_, planes, to_hip);
+    // Over an edge each face's nearest place may lie beyond the other one: halves find the edge.
+    if (const double back = -glm::dot(p, last_step);
+        back > 0.5 * glm::dot(p, p) && 2 * glm::dot(p, p) > glm::dot(last_step, last_step))
+      p *= 0.5;
+    last_step = p;
     // Where a wall is nearly flat it may lie anywhere: no place to go to.
     if (only_back && !(glm::dot(p, p) <= farthest_back())) return false;
     // A stage ends on a sphere around its start; from there on only back to the wall.
@@ -266,10 +272,15 @@ void Slide<Walls>::run() noexcept {
       planes_at(at, 4 * k_touch * voxel_mm_, planes);
       if constexpr (requires { walls_.is_mesh(0); }) {
         // What stopped the way holds, whatever else is near.
-        bool is_held = !walls_.is_mesh(straight.wall.shape) || planes.count == k_max_planes;
-        for (int k = 0; k < planes.count; ++k)
-          is_held = is_held || (!planes[k].is_frozen && planes[k].wall == straight.wall);
-        if (!is_held) plane_of(straight.wall, at, planes[planes.count++]);
+        if (walls_.is_mesh(straight.wall.shape) && planes.count < k_max_planes) {
+          Plane& stopping = planes[planes.count];
+          plane_of(straight.wall, at, stopping);
+          bool is_known = !(stopping.steepness > 0);
+          for (int k = 0; k < planes.count; ++k)
+            is_known = is_known || (!planes[k].is_frozen && planes[k].wall.shape == straight.wall.shape &&
+                                    glm::dot(planes[k].normal, stopping.normal) > k_same_normal);
+          if (!is_known) ++planes.count;
+        }
       }
       if (planes.count == 0) {
         // A proof that took too long: hold the plane of what stopped it.

@@ -167,11 +167,22 @@ glm::dvec3 Slide<Walls>::rub_path() noexcept {
     trail(from, to, moved_);
     Planes begin;
     begin.copy_from(moved_);
+    const auto path = result_.path_volume;
     result_.waypoint_count = before + 1;
     if (has_solids) inside_ = solids_at(from);
-    if (look_again(begin, from, frame_.vector_world_from_volume(from - to)))
-      go(from, to, begin, moved_, reached);
-    return waypoint(result_.waypoint_count - 1);
+    if (look_again(begin, from, frame_.vector_world_from_volume(from - to)) &&
+        go(from, to, begin, moved_, reached))
+      return to;
+    // Other walls are in between, as where a tool rolls over an edge: unless it holds where they stopped it,
+    // it goes on to the place that holds.
+    const glm::dvec3 stopped = waypoint(result_.waypoint_count - 1);
+    if (has_solids) inside_ = solids_at(stopped);
+    planes_at(stopped, k_touch * voxel_mm_, planes_);
+    if (planes_.count > 0 && load_at(frame_.world_from_volume(stopped), planes_, false).is_held())
+      return stopped;
+    result_.path_volume = path;
+    result_.waypoint_count = i + 1;
+    return at;
   }
   return waypoint(last);
 }

@@ -24,6 +24,7 @@ constexpr int k_max_stages = 8;     // legs of surface a step may run along
 constexpr int k_max_newton = 8;     // Newton steps a stage
 constexpr double k_stage = 1.5;     // voxels: the longest leg of surface
 constexpr double k_shortest_stage = 0.01;
+constexpr double k_same_normal = 1 - 1e-12;  // cosine between the normals of facets that are one wall
 
 struct FrozenPlane {
   glm::dvec3 point_world, normal;

@@ -89,6 +89,14 @@ dvec3 joint_step(const volume::Frame& frame, double voxel_mm, const Planes& plan
       if (is_kept(p)) return p;
       spare = base;
     }
+  // A step that bends with one wall may run into another one that a straight step keeps off.
+  for (int i = 0; i < count; ++i) {
+    const dvec3& n = at(i).normal;
+    const double into = glm::dot(to_hip, n);
+    if (into <= at(i).room) continue;
+    const dvec3 p = to_hip + (at(i).room - into) * n;
+    if (is_kept(p)) return p;
+  }
   for (int i = 0; i < count; ++i)
     for (int j = i + 1; j < count; ++j)
       for (int k = j + 1; k < count; ++k) {

@@ -2,6 +2,7 @@
 // scan.
 #include <algorithm>
 
+#include "apps/workbench/source.h"
 #include "data-tools/case_folder.h"
 #include "tests/apps/command_fixture.h"
 #include "tests/data-tools/file_helpers.h"
@@ -50,6 +51,24 @@ int box_on_a_table(int x, int y, int z) {
   if (most == 9) return std::max(std::abs(y - 14), std::abs(z - 16)) < 2 && x < 16 ? 200 : 900;
   if (x == 16 && y == 14 && z == 16) return 500;
   return x == 2 && y == 2 && z < 4 ? 320 : most < 9 ? 40 : -1000;
+}
+
+TEST(Threshold, IsThatOfASpineWhereLabelsNameVertebraeAlone) {
+  workbench::Source source;
+  const auto low_with = [&](std::vector<std::string> names) {
+    volume::Volume scan =
+        volume::make_volume({4, 4, 4}, volume::Frame::from_axes({}, glm::dmat3(1)).value()).value();
+    scan.is_hounsfield = true;
+    scan.label_names = std::move(names);
+    source.volume = std::make_shared<const volume::Volume>(std::move(scan));
+    return workbench::choose_shape(source, {}, {}).value().low;
+  };
+  EXPECT_EQ(low_with({}), 300);
+  EXPECT_EQ(low_with({"", "vertebrae_L4", "spinal_cord"}), 150);
+  EXPECT_EQ(low_with({"", "vertebrae_C1", "skull"}), 300);
+  EXPECT_EQ(low_with({"", "vertebral artery"}), 300);
+  source.facts = {{"body part", "LSPINE"}};
+  EXPECT_EQ(low_with({}), 150);
 }
 
 TEST_F(CaseShape, LeavesTheScanAsItIs) {

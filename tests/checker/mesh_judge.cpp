@@ -295,6 +295,25 @@ double MeshWall::distance(const glm::dvec3& p, double reach) const {
   return glm::dot(p - nearest, normal) < 0 ? -least : least;
 }
 
+std::vector<glm::dvec3> MeshWall::pushes_near(const glm::dvec3& p, double slack, double reach) const {
+  constexpr double k_on = 0.01;  // mm: nearer than that p lies on the triangle
+  std::vector<std::pair<double, glm::dvec3>> near;
+  double least = reach;
+  for_near(p, reach, [&](std::uint32_t i) {
+    const glm::dvec3 &u = vertices_[triangles_[i]], &v = vertices_[triangles_[i + 1]],
+                     &w = vertices_[triangles_[i + 2]];
+    const glm::dvec3 off = p - nearest_place(p, u, v, w), across = glm::cross(v - u, w - u);
+    const double away = glm::length(off);
+    if (glm::length(across) > 0) near.emplace_back(away, away > k_on ? off / away : glm::normalize(across));
+    least = std::min(least, away);
+    return false;
+  });
+  std::vector<glm::dvec3> pushes;
+  for (const auto& [away, push] : near)
+    if (away <= least + slack) pushes.push_back(push);
+  return pushes;
+}
+
 bool MeshWall::is_inside(const glm::dvec3& p) const {
   // Up, a little off the axes, so that no edge is met.
   const double up = top_ + cube_ - p.z;

@@ -51,6 +51,10 @@ class MeshWall {
   /// Returns the signed distance from p to the closed mesh, positive outside; `reach` where no triangle is as
   /// near. The sign is that of the angle-weighted normal at the nearest place.
   double distance(const glm::dvec3& p, double reach) const;
+  /// Returns the directions, unit, in which the triangles push a tool with its middle at p that are at most
+  /// `slack` farther from p than the nearest one: away from their nearest places; of those that p lies on,
+  /// their normals.
+  std::vector<glm::dvec3> pushes_near(const glm::dvec3& p, double slack, double reach) const;
 
  private:
   /// Calls each(corner, corner, corner) for the triangles in the cubes within `reach` of p, some of them more

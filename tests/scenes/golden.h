@@ -47,6 +47,12 @@ inline constexpr Golden k_golden[] = {
     {11, "depth", 0xf3eee562470354e7},
     {11, "soak, its first minute", 2728968761577327183u},
     {11, "soak, its hour", 7184610607181717583u},
+    // Slides find edges by halves, step straight where a bent step meets another wall, and go on over edges
+    // where friction would stop them before the place that holds.
+    {14, "subvoxel", 0x763f63b89e65ae0e},
+    {14, "scene", 0x1ca3ad3e65a49a13},
+    {14, "soak, its first minute", 4084332567436873244u},
+    {14, "soak, its hour", 14543988923513055316u},
 };
 
 /// Of this revision; 0 where nobody wrote it down, which no answer is.
