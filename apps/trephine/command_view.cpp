@@ -222,7 +222,7 @@ Result<Outcome> run_view(const ViewArguments& arguments) {
   json["window"] = r.window;
   json["first_frame_seconds"] = r.first_frame_seconds;
   json["open_to_touch_seconds"] = ready_seconds + r.first_frame_seconds;
-  json["frames"] = r.frames;
+  json["frames"] = r.frames, json["frames_skipped"] = r.frames_skipped;
   json["frame_ms"] = {{"p50", r.frame_p50_ms}, {"p99", r.frame_p99_ms}};
   json["drilling_frames"] = r.drilling_frames;
   if (arguments.burr.is_round)

@@ -9,10 +9,12 @@
 #include <map>
 #include <vector>
 #include <vtkActor.h>
+#include <vtkActor2D.h>
 #include <vtkCallbackCommand.h>
 #include <vtkCamera.h>
 #include <vtkCellArray.h>
 #include <vtkFloatArray.h>
+#include <vtkMapper2D.h>
 #include <vtkMatrix4x4.h>
 #include <vtkNew.h>
 #include <vtkPlane.h>
@@ -20,11 +22,15 @@
 #include <vtkPoints.h>
 #include <vtkPolyData.h>
 #include <vtkPolyDataMapper.h>
+#include <vtkPropCollection.h>
 #include <vtkProperty.h>
 #include <vtkRect.h>
 #include <vtkRenderWindow.h>
 #include <vtkRenderer.h>
+#include <vtkRendererCollection.h>
 #include <vtkSmartPointer.h>
+#include <vtkTextActor.h>
+#include <vtkTextProperty.h>
 #include <vtkTypeInt64Array.h>
 #include <vtkUnsignedCharArray.h>
 #include <vtk_glew.h>
@@ -125,7 +131,7 @@ class BoneLayer::Painter {
   void clear();
   void set_clip(const dvec3& origin, const dvec3& normal);
   void set_room(const dvec3& low, const dvec3& high) { room_low_ = low, room_high_ = high; }
-  void render();
+  bool render(bool always);
   void expose();
   bool is_complete() const noexcept { return is_fine_; }
   double drawn_share() const noexcept {
@@ -170,6 +176,8 @@ class BoneLayer::Painter {
   void prepare_rectangle();
   void on_start();
   void on_end();
+  /// Returns when anything that is drawn on top of the bone changed last.
+  vtkMTimeType changed_on_top() const;
 
   vtkRenderWindow* window_;
   vtkRenderer *bone_, *tools_;
@@ -193,6 +201,7 @@ class BoneLayer::Painter {
   std::array<double, 16> seen_from_{};
   std::array<int, 2> seen_size_{};
   Clock::time_point moved_at_;
+  vtkMTimeType drawn_on_top_ = 0;   ///< changed_on_top() of the last frame
   double triangles_per_ms_ = 3000;  ///< measured
 };
 
@@ -461,12 +470,38 @@ void BoneLayer::Painter::on_end() {
     can_keep_ = seen_.save(size[0], size[1]);
 }
 
-void BoneLayer::Painter::render() {
+vtkMTimeType BoneLayer::Painter::changed_on_top() const {
+  vtkMTimeType newest = 0;
+  const auto add = [&](vtkObject* one) {
+    if (one != nullptr) newest = std::max(newest, one->GetMTime());
+  };
+  vtkCollectionSimpleIterator renderers;
+  window_->GetRenderers()->InitTraversal(renderers);
+  while (vtkRenderer* renderer = window_->GetRenderers()->GetNextRenderer(renderers)) {
+    if (renderer == bone_) continue;
+    add(renderer->GetViewProps());
+    vtkCollectionSimpleIterator props;
+    renderer->GetViewProps()->InitTraversal(props);
+    while (vtkProp* prop = renderer->GetViewProps()->GetNextProp(props)) {
+      add(prop);
+      if (!prop->GetVisibility()) continue;
+      newest = std::max(newest, prop->GetRedrawMTime());
+      if (auto* flat = vtkActor2D::SafeDownCast(prop); flat && flat->GetMapper()) {
+        add(flat->GetMapper());
+        add(flat->GetMapper()->GetInputDataObject(0, 0));
+      }
+      if (auto* text = vtkTextActor::SafeDownCast(prop)) add(text->GetTextProperty());
+    }
+  }
+  return newest;
+}
+
+bool BoneLayer::Painter::render(bool always) {
   if (!is_live_) {
     draw_all_once();
     fit_clipping_range();
     window_->Render();
-    return;
+    return true;
   }
   // Has the view changed since the kept picture?
   vtkCamera* camera = bone_->GetActiveCamera();
@@ -508,6 +543,7 @@ void BoneLayer::Painter::render() {
     pass_ = Pass::nothing;
     drawn_triangles_ = 0;
     bone_->DrawOff();
+    if (!always && is_fine_ && changed_on_top() == drawn_on_top_) return false;
   }
   // Others fit the camera's planes to what is visible at the moment, of which most is not drawn again.
   camera->SetClippingRange(fitted_range_.data());
@@ -535,6 +571,8 @@ void BoneLayer::Painter::render() {
       if (!was_changed) changed_ = {};
     }
   }
+  drawn_on_top_ = changed_on_top();
+  return true;
 }
 
 BoneLayer::BoneLayer(vtkRenderWindow* window, vtkRenderer* bone, vtkRenderer* tools, bool is_live)
@@ -545,7 +583,7 @@ void BoneLayer::clear() { painter_->clear(); }
 void BoneLayer::set_clip(const dvec3& origin, const dvec3& normal) { painter_->set_clip(origin, normal); }
 void BoneLayer::set_room(const dvec3& low, const dvec3& high) { painter_->set_room(low, high); }
 void BoneLayer::expose() { painter_->expose(); }
-void BoneLayer::render() { painter_->render(); }
+bool BoneLayer::render(bool always) { return painter_->render(always); }
 bool BoneLayer::is_complete() const noexcept { return painter_->is_complete(); }
 double BoneLayer::drawn_share() const noexcept { return painter_->drawn_share(); }
 std::size_t BoneLayer::triangle_count() const noexcept { return painter_->triangle_count(); }

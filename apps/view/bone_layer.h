@@ -29,8 +29,9 @@ class BoneLayer {
   void set_clip(const glm::dvec3& origin_world, const glm::dvec3& normal_world);
   /// What is drawn on top reaches so far too: the camera sees it whole.
   void set_room(const glm::dvec3& low, const glm::dvec3& high);
-  /// Draws one frame of the window.
-  void render();
+  /// Draws one frame of the window. Returns false, and draws nothing, where the picture would be the same as
+  /// the last one, unless `always`.
+  bool render(bool always = false);
   /// Whoever draws the window next (a picture file) gets all of it, in full. render() goes on as before.
   void expose();
   /// Is all of the bone in the picture, in full?

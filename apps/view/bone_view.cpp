@@ -7,6 +7,7 @@
 #include <map>
 #include <string>
 #include <tuple>
+#include <utility>
 #include <vtkActor.h>
 #include <vtkArrowSource.h>
 #include <vtkCallbackCommand.h>
@@ -79,6 +80,13 @@ vtkSmartPointer<vtkPolyData> turned_around(const std::vector<glm::dvec2>& profil
   return normals->GetOutput();
 }
 
+/// Leaves an actor unmodified that is there already, so that no frame is drawn for it.
+void set_matrix(vtkActor* actor, vtkMatrix4x4* matrix) {
+  const vtkMatrix4x4* before = actor->GetUserMatrix();
+  if (before == nullptr || !std::equal(before->GetData(), before->GetData() + 16, matrix->GetData()))
+    actor->SetUserMatrix(matrix);
+}
+
 void place(vtkActor* actor, const dvec3& origin, const dvec3& x, const dvec3& y, const dvec3& z) {
   vtkNew<vtkMatrix4x4> m;
   for (int row = 0; row < 3; ++row) {
@@ -87,7 +95,7 @@ void place(vtkActor* actor, const dvec3& origin, const dvec3& x, const dvec3& y,
     m->SetElement(row, 2, z[row]);
     m->SetElement(row, 3, origin[row]);
   }
-  actor->SetUserMatrix(m);
+  set_matrix(actor, m);
 }
 /// Two directions beside it.
 std::pair<dvec3, dvec3> beside(const dvec3& direction) {
@@ -143,9 +151,12 @@ struct BoneView::Parts {
   std::vector<vtkSmartPointer<vtkActor>> tool;
   std::unique_ptr<PictureText> text;
   double text_scale = 1, drawn_text_scale = 1;
+  bool is_text_stale = true;            ///< letters, scale bar and labels
+  std::array<double, 18> drawn_view{};  ///< camera and size for which these were placed
   vtkNew<vtkLineSource> leash_line;
   vtkSmartPointer<vtkActor> edge;  ///< the line that a foot goes under
   vtkNew<vtkPolyData> edge_line;
+  std::vector<dvec3> drawn_edge;
 };
 
 BoneView::BoneView(vtkRenderWindow* window, bool is_live, bool has_scenery)
@@ -340,7 +351,8 @@ void BoneView::show(const StylusLook& s) {
   const double wide = 1.15 * size + 0.25 * std::max(0.0, above - size);
   place(p.ring, s.ring_world + 0.4 * s.ring_normal_world, s.ring_normal_world, wide, wide);
   p.edge->SetVisibility(s.edge.size() > 1);
-  if (s.edge.size() > 1) {
+  if (s.edge.size() > 1 && s.edge != p.drawn_edge) {
+    p.drawn_edge = s.edge;
     vtkNew<vtkPoints> points;
     vtkNew<vtkCellArray> lines;
     lines->InsertNextCell(static_cast<int>(s.edge.size()));
@@ -372,6 +384,7 @@ void BoneView::fit_text() {
   const double scale = std::min(parts_->text_scale, std::max(1.0, parts_->window->GetSize()[0] / k_wide));
   if (scale == parts_->drawn_text_scale) return;
   parts_->drawn_text_scale = scale;
+  parts_->is_text_stale = true;
   parts_->text->set_scale(scale);
   parts_->overlays->labels().set_text_scale(scale);
 }
@@ -430,11 +443,21 @@ void BoneView::look_from(char side, const dvec3& low, const dvec3& high) {
   aim_camera(0.5 * (low + high), from, up, distance_of(low, high));
 }
 
-void BoneView::render() {
+bool BoneView::render() {
+  Parts& p = *parts_;
   fit_text();
-  parts_->text->update();
-  parts_->overlays->labels().lay_out();
-  parts_->bone->render();
+  std::array<double, 18> view;
+  vtkCamera* camera = p.renderer->GetActiveCamera();
+  std::copy_n(camera->GetModelViewTransformMatrix()->GetData(), 16, view.begin());
+  view[15] = camera->GetViewAngle();
+  view[16] = p.window->GetSize()[0], view[17] = p.window->GetSize()[1];
+  const bool has_changed = std::exchange(p.drawn_view, view) != view || p.is_text_stale;
+  if (has_changed) p.text->update();
+  // Where bone was drawn anew labels may be hidden by other parts of it.
+  if (has_changed || p.overlays->labels().is_stale()) p.overlays->labels().lay_out();
+  const bool is_drawn = p.bone->render(p.scenery != nullptr);
+  p.is_text_stale = is_drawn && p.bone->drawn_triangles() > 0;
+  return is_drawn;
 }
 
 }  // namespace trephine::view

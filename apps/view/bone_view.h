@@ -60,7 +60,8 @@ class BoneView {
   void aim_camera(const glm::dvec3& target, const glm::dvec3& from, const glm::dvec3& up, double distance);
   /// All of a world box, seen from one of A P L R S I, or from the front left above (0).
   void look_from(char side, const glm::dvec3& low, const glm::dvec3& high);
-  void render();
+  /// Draws one frame. Returns false, and draws nothing, where the picture would be the same as the last one.
+  bool render();
   /// Letters, scale bar and labels: times the size that they have otherwise.
   void set_text_scale(double factor);
 

@@ -40,6 +40,7 @@ struct LabelLayer::Parts {
   bool are_visible = true;
   double scale = 1;
   std::vector<LabelLayer::Box> boxes;  ///< of the newest frame
+  bool is_stale = true;
 };
 
 LabelLayer::LabelLayer(vtkRenderer* renderer) : parts_(std::make_unique<Parts>()) {
@@ -57,7 +58,10 @@ LabelLayer::~LabelLayer() = default;
 void LabelLayer::clear() {
   for (const Parts::Label& label : parts_->labels) parts_->renderer->RemoveActor2D(label.text);
   parts_->labels.clear();
+  parts_->is_stale = true;
 }
+
+bool LabelLayer::is_stale() const noexcept { return parts_->is_stale; }
 
 void LabelLayer::add(const dvec3& at_world, const std::string& text, const dvec3& colour) {
   const auto actor = vtkSmartPointer<vtkTextActor>::New();
@@ -73,12 +77,17 @@ void LabelLayer::add(const dvec3& at_world, const std::string& text, const dvec3
   actor->SetVisibility(false);
   parts_->renderer->AddActor2D(actor);
   parts_->labels.push_back({at_world, text, actor});
+  parts_->is_stale = true;
 }
 
-void LabelLayer::set_visible(bool are_visible) { parts_->are_visible = are_visible; }
+void LabelLayer::set_visible(bool are_visible) {
+  parts_->are_visible = are_visible;
+  parts_->is_stale = true;
+}
 bool LabelLayer::is_visible() const noexcept { return parts_->are_visible; }
 void LabelLayer::set_text_scale(double factor) {
   parts_->scale = factor;
+  parts_->is_stale = true;
   for (const Parts::Label& label : parts_->labels)
     label.text->GetTextProperty()->SetFontSize(static_cast<int>(std::lround(k_text_size * factor)));
 }
@@ -88,6 +97,7 @@ std::vector<LabelLayer::Box> LabelLayer::boxes() const { return parts_->boxes; }
 
 void LabelLayer::lay_out() {
   Parts& p = *parts_;
+  p.is_stale = false;
   constexpr double k_away = 26, k_gap = 4, k_border = 6;  // pixels
   struct Placed {
     std::size_t label;

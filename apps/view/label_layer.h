@@ -30,8 +30,10 @@ class LabelLayer {
   /// Times the size at which labels are drawn otherwise.
   void set_text_scale(double factor);
   std::size_t size() const noexcept;
-  /// Places the labels for the camera as it is now. Before each frame.
+  /// Places the labels for the camera as it is now. Before each frame in which they or the view changed.
   void lay_out();
+  /// Returns whether labels changed since they were placed.
+  bool is_stale() const noexcept;
   struct Box {
     glm::dvec2 low, high;
   };

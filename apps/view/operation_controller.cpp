@@ -182,11 +182,15 @@ void OperationController::frame() {
       viewport_.show(*shown_, state_.hands);
   }
   feel_scenery();
-  const double ms = viewport_.draw();
+  const std::optional<double> ms = viewport_.draw();
   ++report_.frames;
-  if (frame_ms_.size() < k_most_times) frame_ms_.push_back(static_cast<float>(ms));
+  if (!ms) {
+    ++report_.frames_skipped;
+    return;
+  }
+  if (frame_ms_.size() < k_most_times) frame_ms_.push_back(static_cast<float>(*ms));
   const bool is_cutting = state_.changed.low.x <= state_.changed.high.x && state_.newest.pose.is_pressed();
-  if (is_cutting && drilling_ms_.size() < k_most_times) drilling_ms_.push_back(static_cast<float>(ms));
+  if (is_cutting && drilling_ms_.size() < k_most_times) drilling_ms_.push_back(static_cast<float>(*ms));
 }
 
 /// What is drawn beside the bone is felt as the screen has it: its depth is read around the hand when the

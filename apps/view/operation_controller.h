@@ -103,6 +103,8 @@ class OperationController {
   const sim::LiveState& state() const noexcept { return state_; }
   /// That were drawn so far.
   int frames() const noexcept { return report_.frames; }
+  /// Of these: whose picture would have been the same as the one before, and was not drawn.
+  int frames_skipped() const noexcept { return report_.frames_skipped; }
   /// Pictures of scenery in which something hid the hand, so that it feels what it felt before.
   std::uint64_t hidden_pictures() const noexcept { return hidden_; }
   haptics::ServoReport servo() const { return live_.servo_report(); }

@@ -1,5 +1,6 @@
 #include "apps/view/overlay_layer.h"
 
+#include <algorithm>
 #include <array>
 #include <glm/geometric.hpp>
 #include <glm/gtc/quaternion.hpp>
@@ -123,7 +124,9 @@ void place(vtkActor* actor, const haptics::Placement& at) {
     for (int column = 0; column < 3; ++column) m->SetElement(row, column, turn[column][row]);
     m->SetElement(row, 3, at.position_world[row]);
   }
-  actor->SetUserMatrix(m);
+  const vtkMatrix4x4* before = actor->GetUserMatrix();
+  if (before == nullptr || !std::equal(before->GetData(), before->GetData() + 16, m->GetData()))
+    actor->SetUserMatrix(m);
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 #include <QPainter>
 #include <QToolTip>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <utility>
 
@@ -21,9 +22,13 @@ QSize ForceBar::sizeHint() const {
 }
 
 void ForceBar::show_force(double newtons, double limit) {
+  // A repainted widget has the whole window composed again, the picture too: only what can be seen counts.
+  const auto hundredths = [](double n) { return std::lround(100 * n); };
+  const std::array<long, 3> before{hundredths(force_), hundredths(limit_), hundredths(peak_)};
   force_ = newtons;
   limit_ = limit;
   peak_ = std::max(newtons, 0.985 * peak_);
+  if (before == std::array<long, 3>{hundredths(force_), hundredths(limit_), hundredths(peak_)}) return;
   setToolTip(QString("%1 N").arg(newtons, 0, 'f', 2));
   update();
 }

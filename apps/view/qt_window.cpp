@@ -315,6 +315,7 @@ void MainWindow::show_error(const Error& error) {
 void MainWindow::tick() {
   if (stage_.stage() == WindowStage::Stage::closing) return;
   if ((options_.seconds && seconds_since(opened_at_) > *options_.seconds) || options_.wants_to_end()) {
+    is_ended_by_program_ = true;
     QApplication::closeAllWindows();  // dialogs too
     return;
   }
@@ -401,11 +402,15 @@ void MainWindow::show_state() {
       say("not done: " + QString::fromStdString(refused).trimmed().replace('\n', "; ").simplified());
     }
     show_notices();
-    const haptics::ServoReport servo = operation_->servo();
-    servo_->setText(QString("servo %1 Hz   step %2 \u00b5s   late %3 \u00b5s")
-                        .arg(options_.rate_hz, 0, 'f', 0)
-                        .arg(servo.step_p50_us, 0, 'f', 1)
-                        .arg(servo.late_p50_us, 0, 'f', 0));
+    constexpr double k_servo_seconds = 1;  // between two looks at the servo's times
+    if (seconds_since(servo_shown_at_) > k_servo_seconds || servo_->text().isEmpty()) {
+      servo_shown_at_ = Clock::now();
+      const haptics::ServoReport servo = operation_->servo();
+      servo_->setText(QString("servo %1 Hz   step %2 \u00b5s   late %3 \u00b5s")
+                          .arg(options_.rate_hz, 0, 'f', 0)
+                          .arg(servo.step_p50_us, 0, 'f', 1)
+                          .arg(servo.late_p50_us, 0, 'f', 0));
+    }
     const std::string fault = operation_->fault_text();
     const double share = viewport()->drawn_share();
     const Status recording = options_.recorder ? options_.recorder->status() : std::nullopt;
@@ -416,7 +421,8 @@ void MainWindow::show_state() {
                     : operation_->state().pending_jobs > 0 ? QString("working ...")
                     : share < 1 ? QString("drawing, %1 %").arg(static_cast<int>(100 * share))
                                 : QString("ready"));
-    fault_->setStyleSheet(fault.empty() && !recording ? "" : "color: #f6c944; font-weight: bold");
+    const QString look = fault.empty() && !recording ? "" : "color: #f6c944; font-weight: bold";
+    if (fault_->styleSheet() != look) fault_->setStyleSheet(look);
   } else {
     show_notices();
     play_->setText(replay_->is_playing() ? "Pause" : "Play");
@@ -443,7 +449,8 @@ WindowReport MainWindow::finish() {
 void MainWindow::closeEvent(QCloseEvent* event) {
   remember_layout();
   // A person who closes it is told; a program, or a time that is up, is not kept waiting.
-  if (const QString saved = saved_as(); !saved.isEmpty() && (event->spontaneous() || is_quitting_)) {
+  if (const QString saved = saved_as();
+      !saved.isEmpty() && !is_ended_by_program_ && (event->spontaneous() || is_quitting_)) {
     const WindowStage::Dialog dialog(stage_);
     QMessageBox::information(this, "trephine",
                              "The session is saved as\n" + saved +

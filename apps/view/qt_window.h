@@ -153,7 +153,8 @@ class MainWindow : public QMainWindow {
   DrillSound sound_;
   WindowReport report_;
   volume::Status screenshot_error_;
-  bool is_quitting_ = false;  ///< by the menu
+  bool is_quitting_ = false;          ///< by the menu
+  bool is_ended_by_program_ = false;  ///< by a signal or a time that is up: nobody is asked
   double first_font_ = 0;     ///< points; 0: text has the size with which it began
   bool has_first_frame_ = false, is_sound_on_ = false, is_previewing_ = false;
   /// The scene that was looked at, and whether another part of its shape is large.
@@ -161,7 +162,7 @@ class MainWindow : public QMainWindow {
   bool has_looked_for_parts_ = false;
   Notices replayed_;              ///< events of a replay, by its time
   std::optional<QPoint> cursor_;  ///< on the canvas, when it moved last
-  std::chrono::steady_clock::time_point opened_at_, last_tick_;
+  std::chrono::steady_clock::time_point opened_at_, last_tick_, servo_shown_at_;
   QTimer timer_, preview_timer_;
 
   ForceBar* force_bar_ = nullptr;

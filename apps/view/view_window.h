@@ -98,6 +98,7 @@ struct WindowReport {
   std::size_t strokes = 0;
   std::uint64_t force_faults = 0;  ///< how often the force was switched off
   int frames = 0, drilling_frames = 0;
+  int frames_skipped = 0;  ///< of `frames`: those whose picture would have been the same as the one before
   double frame_p50_ms = 0, frame_p99_ms = 0;        ///< of all frames
   double drilling_p50_ms = 0, drilling_p99_ms = 0;  ///< of those in which bone was being cut
   double first_frame_seconds = 0;                   ///< from the call to the first picture with bone to touch

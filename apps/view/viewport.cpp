@@ -434,10 +434,10 @@ std::optional<ScreenDepth::Seen> Viewport::take_depth() {
   return depth != nullptr && view_.is_drawable() ? depth->take() : std::nullopt;
 }
 
-double Viewport::draw() {
+std::optional<double> Viewport::draw() {
   const auto begin = Clock::now();
   take_meshes();
-  view_.render();
+  if (!view_.render()) return std::nullopt;
   return 1e3 * seconds_since(begin);
 }
 

@@ -80,8 +80,9 @@ class Viewport {
   void look_from(char side) { view_.look_from(side, seen_low_, seen_high_); }
   /// Seen from where a surgeon stands who works at a place: from outside, a little aside.
   void look_at_work(const glm::dvec3& at_world);
-  /// Takes finished chunks in and draws. Milliseconds that it took.
-  double draw();
+  /// Takes finished chunks in and draws. Returns the milliseconds that it took; nothing where the picture
+  /// would be the same as the last one, and was not drawn.
+  std::optional<double> draw();
 
   /// Through the picture at (x, y), shares of its width and height from the lower left.
   Ray ray_at(double x, double y);

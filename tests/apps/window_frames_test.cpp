@@ -1,0 +1,74 @@
+// Which frames a window draws, and how a program ends it.
+#include <QTimer>
+#include <utility>
+
+#include "tests/apps/window_fixture.h"
+
+namespace trephine::view {
+namespace {
+
+/// A picture that would be the same as the last one is not drawn.
+TEST_F(Window, DrawsNothingWhereNothingChanges) {
+  MainWindow window(scene_, options_);
+  window.show();
+  ASSERT_TRUE(QTest::qWaitForWindowExposed(&window));
+  const QPoint middle = window.canvas()->rect().center();
+  QTest::mouseMove(window.canvas(), middle);
+  ASSERT_TRUE(QTest::qWaitFor(
+      [&] {
+        return window.operation()->viewport().is_complete() && window.operation()->state().newest.has_contact;
+      },
+      20000));
+  const auto drawn = [&] { return window.operation()->frames() - window.operation()->frames_skipped(); };
+  // The tool comes to rest, and with it the picture.
+  int last = -1;
+  ASSERT_TRUE(QTest::qWaitFor([&] { return std::exchange(last, drawn()) == drawn(); }, 20000));
+  const int frames = window.operation()->frames(), before = drawn();
+  ASSERT_TRUE(QTest::qWaitFor([&] { return window.operation()->frames() > frames + 20; }, 20000));
+  EXPECT_EQ(drawn(), before);
+  // What changes is drawn: the tool, the view, the names.
+  QTest::mouseMove(window.canvas(), middle + QPoint(9, 5));
+  EXPECT_TRUE(QTest::qWaitFor([&] { return drawn() > before; }, 20000));
+  const auto is_drawn_after = [&](auto change) {
+    last = -1;
+    EXPECT_TRUE(QTest::qWaitFor([&] { return std::exchange(last, drawn()) == drawn(); }, 20000));
+    const int count = drawn();
+    change();
+    return QTest::qWaitFor([&] { return drawn() > count; }, 20000);
+  };
+  EXPECT_TRUE(
+      is_drawn_after([&] { QTest::mouseClick(child<QPushButton>(window, "view_A"), Qt::LeftButton); }));
+  EXPECT_TRUE(is_drawn_after([&] { window.scale_text(1.3); }));
+  EXPECT_TRUE(is_drawn_after([&] { window.resize(940, 720); }));
+}
+
+/// A signal, or a time that is up, closes the window without a dialog, whatever was done in it.
+TEST_F(Window, AProgramThatEndsItIsNotKeptWaiting) {
+  std::atomic<bool> is_asked = false;
+  options_.wants_to_end = [&] { return is_asked.load(); };
+  MainWindow window(scene_, options_);
+  window.show();
+  ASSERT_TRUE(QTest::qWaitForWindowExposed(&window));
+  const QPoint middle = window.canvas()->rect().center();
+  QTest::mouseMove(window.canvas(), middle);
+  ASSERT_TRUE(QTest::qWaitFor([&] { return window.operation()->state().newest.has_contact; }, 20000));
+  QTest::mousePress(window.canvas(), Qt::LeftButton, {}, middle);
+  ASSERT_TRUE(QTest::qWaitFor([&] { return window.operation()->state().removed_mm3 > 1; }, 20000));
+  QTest::mouseRelease(window.canvas(), Qt::LeftButton, {}, middle);
+  ASSERT_TRUE(QTest::qWaitFor([&] { return window.operation()->state().strokes == 1; }, 20000));
+  bool has_dialog = false;
+  QTimer watch;
+  QObject::connect(&watch, &QTimer::timeout, [&] {
+    auto* dialog = QApplication::activeModalWidget();
+    if (dialog == nullptr) return;
+    has_dialog = true;
+    dialog->close();
+  });
+  watch.start(50);
+  is_asked = true;
+  EXPECT_TRUE(QTest::qWaitFor([&] { return !window.isVisible(); }, 20000));
+  EXPECT_FALSE(has_dialog);
+}
+
+}  // namespace
+}  // namespace trephine::view
